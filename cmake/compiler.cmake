@@ -1,0 +1,40 @@
+# One set of flags for every target: the same source gives the same bits in every program, and one precompiled header
+# serves them all.
+set(CMAKE_CXX_STANDARD 20)
+set(CMAKE_CXX_STANDARD_REQUIRED ON)
+set(CMAKE_CXX_EXTENSIONS OFF)
+set(CMAKE_RUNTIME_OUTPUT_DIRECTORY ${CMAKE_BINARY_DIR}/bin)
+
+if(NOT CMAKE_BUILD_TYPE)
+  set(CMAKE_BUILD_TYPE Release CACHE STRING "" FORCE)
+endif()
+
+# No -ffast-math and no contraction: a sample's bits must not depend on how the compiler fuses operations.
+add_compile_options(-march=x86-64-v3 -ffp-contract=off -fno-math-errno -Wall -Wextra -Werror)
+set(CMAKE_CXX_FLAGS_RELEASE "-O3")  # no -DNDEBUG: our checks stay on
+set(CMAKE_CXX_FLAGS_DEBUG "-O1 -g1")
+# GCC 12 reports false positives from its own headers with these two at -O3.
+if(CMAKE_CXX_COMPILER_ID STREQUAL "GNU")
+  add_compile_options(-Wno-array-bounds -Wno-stringop-overflow -Wno-maybe-uninitialized -Wno-psabi)
+else()
+  add_compile_options(-Wthread-safety)
+endif()
+
+set(LIGHTMILL_SANITIZE "" CACHE STRING "sanitizers to build with, e.g. address,undefined")
+if(LIGHTMILL_SANITIZE)
+  add_compile_options(-fsanitize=${LIGHTMILL_SANITIZE} -fno-sanitize-recover=all -fno-omit-frame-pointer)
+  add_link_options(-fsanitize=${LIGHTMILL_SANITIZE})
+endif()
+
+find_program(LIGHTMILL_CCACHE ccache)
+if(LIGHTMILL_CCACHE)
+  # Precompiled headers need these to be cached at all.
+  set(CMAKE_CXX_COMPILER_LAUNCHER ${CMAKE_COMMAND} -E env CCACHE_SLOPPINESS=pch_defines,time_macros,include_file_mtime,include_file_ctime
+                                  ${LIGHTMILL_CCACHE})
+  add_compile_options(-fpch-preprocess)
+endif()
+
+find_program(LIGHTMILL_MOLD mold)
+if(LIGHTMILL_MOLD)
+  add_link_options(-fuse-ld=mold)
+endif()

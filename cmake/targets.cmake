@@ -1,0 +1,46 @@
+# The few functions that declare libraries, programs and tests.
+
+# One precompiled header of standard headers, shared by all targets (they all have the same flags).
+add_library(lightmill_pch STATIC ${PROJECT_SOURCE_DIR}/cmake/pch.cpp)
+target_precompile_headers(lightmill_pch PRIVATE ${PROJECT_SOURCE_DIR}/cmake/pch.h)
+target_link_libraries(lightmill_pch PUBLIC fmt::fmt)
+
+# lightmill_library(NAME [SOURCES a.cpp ...] [DEPS lib ...]): the static library lightmill_NAME; without SOURCES, headers only.
+function(lightmill_library name)
+  cmake_parse_arguments(ARG "" "" "SOURCES;DEPS;PRIVATE_DEPS" ${ARGN})
+  if(ARG_SOURCES)
+    add_library(lightmill_${name} STATIC ${ARG_SOURCES})
+    target_include_directories(lightmill_${name} PUBLIC ${PROJECT_SOURCE_DIR})
+    target_link_libraries(lightmill_${name} PUBLIC ${ARG_DEPS} fmt::fmt PRIVATE ${ARG_PRIVATE_DEPS})
+    target_precompile_headers(lightmill_${name} REUSE_FROM lightmill_pch)
+  else()
+    add_library(lightmill_${name} INTERFACE)
+    target_include_directories(lightmill_${name} INTERFACE ${PROJECT_SOURCE_DIR})
+    target_link_libraries(lightmill_${name} INTERFACE ${ARG_DEPS} fmt::fmt)
+  endif()
+endfunction()
+
+# lightmill_program(NAME SOURCES ... DEPS ...): the program NAME in bin/.
+function(lightmill_program name)
+  cmake_parse_arguments(ARG "" "" "SOURCES;DEPS" ${ARGN})
+  add_executable(${name} ${ARG_SOURCES})
+  target_link_libraries(${name} PRIVATE ${ARG_DEPS})
+  target_precompile_headers(${name} REUSE_FROM lightmill_pch)
+endfunction()
+
+# lightmill_test(NAME LABELS a b SOURCES ... DEPS ...): a GoogleTest program; each of its tests is one ctest with the labels.
+function(lightmill_test name)
+  cmake_parse_arguments(ARG "" "TIMEOUT" "LABELS;SOURCES;DEPS" ${ARGN})
+  if(NOT ARG_TIMEOUT)
+    set(ARG_TIMEOUT 300)
+  endif()
+  add_executable(${name} ${ARG_SOURCES})
+  target_link_libraries(${name} PRIVATE ${ARG_DEPS} GTest::gtest GTest::gtest_main)
+  target_include_directories(${name} PRIVATE ${PROJECT_SOURCE_DIR})
+  target_precompile_headers(${name} REUSE_FROM lightmill_pch)
+  set_target_properties(${name} PROPERTIES RUNTIME_OUTPUT_DIRECTORY ${CMAKE_BINARY_DIR}/tests)
+  target_compile_definitions(${name} PRIVATE LIGHTMILL_SOURCE_DIR="${PROJECT_SOURCE_DIR}"
+                                             LIGHTMILL_BINARY_DIR="${CMAKE_BINARY_DIR}")
+  string(REPLACE ";" "\\;" labels "${ARG_LABELS}")
+  gtest_discover_tests(${name} DISCOVERY_MODE PRE_TEST PROPERTIES LABELS "${labels}" TIMEOUT ${ARG_TIMEOUT})
+endfunction()

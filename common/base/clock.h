@@ -1,0 +1,30 @@
+// Time as an argument: pure parts are told the time; programs inject a Clock.
+#pragma once
+
+#include <chrono>
+#include <cstdint>
+
+namespace lightmill {
+
+using Duration = std::chrono::nanoseconds;
+
+/// A moment of some steady clock; only differences mean anything.
+using Time = std::chrono::time_point<struct LightmillTimeline, Duration>;
+
+inline double to_seconds(Duration d) { return std::chrono::duration<double>(d).count(); }
+inline Duration from_seconds(double seconds) {
+  return std::chrono::duration_cast<Duration>(std::chrono::duration<double>(seconds));
+}
+
+/// Where a program gets the time from. Thread-safe.
+class Clock {
+ public:
+  virtual ~Clock() = default;
+  virtual Time now() const = 0;                        ///< Monotonic.
+  virtual std::int64_t unix_milliseconds() const = 0;  ///< Wall clock, for people to read; may jump.
+};
+
+/// The machine's clocks.
+const Clock& system_clock();
+
+}  // namespace lightmill

@@ -1,0 +1,18 @@
+// Files that are never half written, and reading whole ones.
+#pragma once
+
+#include <filesystem>
+#include <string>
+
+#include "common/base/digest.h"
+#include "common/base/status.h"
+
+namespace lightmill {
+
+/// The whole file; errors name the path. Fails on files over `limit_bytes`.
+Result<std::string> read_file(const std::filesystem::path& path, std::uint64_t limit_bytes = std::uint64_t{4} << 30);
+
+/// Writes to a temporary name beside `path`, flushes to disk and renames: readers see the old file or the new one.
+Status write_file_atomically(const std::filesystem::path& path, ByteView bytes);
+
+}  // namespace lightmill

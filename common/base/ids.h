@@ -1,0 +1,29 @@
+// Strong ids: a JobId is not a LeaseId, though both are numbers.
+#pragma once
+
+#include <compare>
+#include <cstddef>
+#include <cstdint>
+#include <functional>
+
+namespace lightmill {
+
+template <class Tag, class Value = std::uint64_t>
+struct StrongId {
+  Value value{};
+  friend auto operator<=>(const StrongId&, const StrongId&) = default;
+};
+
+using JobId = StrongId<struct JobTag>;          ///< Counts up from 1 in one data directory.
+using LeaseId = StrongId<struct LeaseTag>;      ///< Unique within one run (epoch) of a coordinator.
+using SessionId = StrongId<struct SessionTag>;  ///< One connection of one worker; unique within an epoch.
+using TileId = StrongId<struct TileTag, std::uint32_t>;  ///< Index into a TileGrid, row by row.
+
+}  // namespace lightmill
+
+template <class Tag, class Value>
+struct std::hash<lightmill::StrongId<Tag, Value>> {
+  std::size_t operator()(const lightmill::StrongId<Tag, Value>& id) const noexcept {
+    return std::hash<Value>{}(id.value);
+  }
+};

@@ -1,0 +1,54 @@
+#include "common/farm/job.h"
+
+namespace lightmill {
+namespace {
+
+/// Appends length-prefixed fields, so that no two different settings give the same bytes.
+class FieldHasher {
+ public:
+  void text(std::string_view value) {
+    number(value.size());
+    hasher_.append(value);
+  }
+  void number(std::uint64_t value) {
+    std::array<std::uint8_t, 8> bytes;
+    for (int i = 0; i < 8; ++i) {
+      bytes[i] = static_cast<std::uint8_t>(value >> (8 * i));
+    }
+    hasher_.append(std::as_bytes(std::span(bytes)));
+  }
+  Sha256 finish() { return hasher_.finish(); }
+
+ private:
+  Sha256Hasher hasher_;
+};
+
+}  // namespace
+
+Sha256 render_digest(const RenderSettings& settings, const std::string& fingerprint_class) {
+  FieldHasher hasher;
+  hasher.text("lightmill render digest 1");
+  hasher.text(settings.scene);
+  hasher.number(settings.assets.size());
+  for (const Sha256& asset : settings.assets) {
+    hasher.text(asset.hex());
+  }
+  for (const int value : {settings.width, settings.height, settings.crop.x, settings.crop.y, settings.crop.width,
+                          settings.crop.height}) {
+    hasher.number(static_cast<std::uint64_t>(value));
+  }
+  hasher.number(settings.layers.size());
+  for (const LayerSpec& layer : settings.layers) {
+    hasher.text(layer.name);
+    hasher.number(layer.channels);
+    hasher.number(static_cast<std::uint64_t>(layer.kind));
+  }
+  hasher.number(settings.seed);
+  hasher.text(settings.method);
+  hasher.number(settings.max_bounces);
+  hasher.text(settings.renderer_version);
+  hasher.text(fingerprint_class);
+  return hasher.finish();
+}
+
+}  // namespace lightmill

@@ -1,0 +1,107 @@
+// What a job is, as plain values: said by clients, kept by the coordinator, shown to everybody.
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "common/base/clock.h"
+#include "common/base/digest.h"
+#include "common/base/ids.h"
+#include "common/film/tile_grid.h"
+
+namespace lightmill {
+
+enum class LayerKind { summed };
+
+/// One layer of the film: its channels are merged by the same fixed sums.
+struct LayerSpec {
+  std::string name = "beauty";
+  std::uint32_t channels = 3;
+  LayerKind kind = LayerKind::summed;
+  friend bool operator==(const LayerSpec&, const LayerSpec&) = default;
+};
+
+/// All that decides the samples but for the fingerprint class.
+struct RenderSettings {
+  std::string scene;           ///< the scene document: lightmill.v1.Scene, deterministically serialised
+  std::vector<Sha256> assets;  ///< those that the scene names, sorted, each once
+  int width = 0;               ///< of the full film, pixels
+  int height = 0;
+  PixelRect crop;              ///< what is rendered
+  std::vector<LayerSpec> layers{LayerSpec{}};
+  std::uint64_t seed = 0;
+  std::string method = "path";
+  std::uint32_t max_bounces = 0;  ///< parameter of `path`; 0: the method's own limit
+  std::string renderer_version;   ///< of the program that was asked to render; see kRendererVersion
+};
+
+/// Bumped whenever any sample's bits change.
+inline constexpr const char* kRendererVersion = "lightmill-core-1";
+
+/// The render digest: SHA-256 of `settings` and the class. Everything that decides a sample is in it.
+Sha256 render_digest(const RenderSettings& settings, const std::string& fingerprint_class);
+
+/// A job ends at the first limit that is set; at least one is.
+struct Goal {
+  std::uint64_t samples = 0;  ///< per pixel; 0: no limit
+  double seconds = 0;         ///< of rendering, pauses excluded; 0: no limit
+  friend bool operator==(const Goal&, const Goal&) = default;
+};
+
+enum class JobState { queued, running, paused, done, failed, cancelled };
+
+/// What a client submits. Immutable afterwards but for goal and priority.
+struct JobSpec {
+  std::string request_id;  ///< the same id submitted twice is one job
+  std::string name;
+  std::string owner;       ///< who asked (a user name as the client gives it)
+  std::string host;        ///< where it was asked
+  JobId parent;            ///< 0: none
+  std::int32_t priority = 0;  ///< higher goes first
+  Goal goal;
+  RenderSettings settings;
+};
+
+/// Counters that let tests and people see that nothing was rendered needlessly.
+struct JobCounters {
+  std::uint64_t results_merged = 0;     ///< nodes that entered the film
+  std::uint64_t results_duplicate = 0;  ///< nodes that were already covered, and dropped
+  std::uint64_t leases_lost = 0;        ///< leases that expired or whose worker left
+  std::uint64_t copies_leased = 0;      ///< tiles leased a second time near the end
+  std::uint64_t non_finite = 0;         ///< samples that counted as zero
+};
+
+/// The frame's error as far as it is known.
+struct ErrorEstimate {
+  double rel_mse = 0;       ///< mean over pixels and channels of var/(r²+0.01)
+  double half_width = 0;    ///< 95 % confidence: rel_mse ± half_width, from the spread over tiles
+  bool known = false;       ///< false until every tile has both halves
+};
+
+/// A job as it stands.
+struct JobStatus {
+  JobId id;
+  std::string name, owner, host, method, fingerprint_class;
+  JobId parent;
+  JobState state = JobState::queued;
+  std::string reason;  ///< why it failed or which limit ended it
+  std::int32_t priority = 0;
+  Goal goal;
+  int width = 0, height = 0;
+  PixelRect crop;
+  std::uint64_t seed = 0;
+  std::uint64_t samples_done = 0;     ///< pixel samples merged
+  std::uint64_t samples_wanted = 0;   ///< pixel samples at the sample goal; 0 without one
+  std::uint64_t min_tile_samples = 0, max_tile_samples = 0;  ///< per pixel
+  double active_seconds = 0;          ///< time during which it was being rendered
+  double worker_seconds = 0;          ///< sum over results of the workers' own thread seconds
+  double samples_per_second = 0;      ///< recent rate, pixel samples
+  double eta_seconds = -1;            ///< negative: unknown
+  ErrorEstimate error;
+  JobCounters counters;
+  std::int64_t submitted_unix_ms = 0, finished_unix_ms = 0;  ///< 0: not yet
+  Sha256 render_digest;               ///< zero until the class is fixed
+};
+
+}  // namespace lightmill

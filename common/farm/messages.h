@@ -1,0 +1,126 @@
+// What a worker and the coordinator say to each other on their one stream, as plain values.
+//
+// Every message may be repeated or lost; none does harm twice. common/wire converts them to lightmill.v1.
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <variant>
+#include <vector>
+
+#include "common/base/digest.h"
+#include "common/base/ids.h"
+#include "common/farm/job.h"
+#include "common/film/node.h"
+#include "common/film/sample_range.h"
+
+namespace lightmill {
+
+/// A unit: a set of tiles × one sample range of one job.
+struct Unit {
+  JobId job;
+  SampleRange range;
+  std::vector<TileId> tiles;
+  friend bool operator==(const Unit&, const Unit&) = default;
+};
+
+/// Names one node of one job.
+struct NodeKey {
+  JobId job;
+  TileId tile;
+  SampleRange range;
+  friend auto operator<=>(const NodeKey&, const NodeKey&) = default;
+};
+
+struct HeldLease {
+  LeaseId lease;
+  std::uint64_t epoch = 0;
+  Unit unit;  ///< with the tiles that are still to be rendered or acknowledged
+};
+
+// ---- worker → coordinator ----
+
+/// The first message on every stream, also after a reconnect.
+struct WorkerHello {
+  std::string name;               ///< unique on the farm; a second one of the same name replaces the first
+  std::string host;
+  std::uint32_t pid = 0;
+  std::uint32_t threads = 1;
+  std::string fingerprint_class;
+  std::string renderer_version;
+  std::vector<HeldLease> held;    ///< leases of an earlier session, of any epoch, that are still being worked on
+  bool draining = false;
+};
+
+/// Sent every heartbeat interval: it renews all the worker's leases that it lists.
+struct WorkerHeartbeat {
+  std::vector<LeaseId> leases;
+};
+
+struct WorkerResult {
+  LeaseId lease;
+  NodeKey key;
+  Node node;
+  Hash128 hash;         ///< hash_of(node), computed by the worker
+  double seconds = 0;   ///< thread time that it took
+};
+
+/// The worker gives tiles of a lease back unrendered (it drains, or the lease was cancelled).
+struct WorkerReturn {
+  LeaseId lease;
+};
+
+/// The worker cannot render this job at all (the scene does not compile, an asset is damaged).
+struct WorkerRefusal {
+  JobId job;
+  std::string reason;
+};
+
+/// The worker takes no more leases; it leaves when its last one is done.
+struct WorkerDraining {};
+
+using WorkerMessage =
+    std::variant<WorkerHello, WorkerHeartbeat, WorkerResult, WorkerReturn, WorkerRefusal, WorkerDraining>;
+
+// ---- coordinator → worker ----
+
+struct Welcome {
+  std::uint64_t epoch = 0;
+  Duration heartbeat_interval{};
+  Duration lease_duration{};  ///< a lease not renewed for so long is lost
+};
+
+/// Describes a job before its first lease in a session.
+struct JobDescription {
+  JobId job;
+  Sha256 render_digest;
+  RenderSettings settings;
+};
+
+struct LeaseGrant {
+  LeaseId lease;
+  Unit unit;
+};
+
+/// These nodes are committed (or not wanted): the worker may forget them.
+struct ResultAck {
+  std::vector<NodeKey> keys;
+};
+
+/// Stop working on these leases; answer with nothing.
+struct LeaseCancel {
+  std::vector<LeaseId> leases;
+};
+
+/// Take no more leases, finish what is there, leave.
+struct DrainRequest {};
+
+/// Another worker of this name has taken over, or the hello was not acceptable: leave.
+struct Dismissal {
+  std::string reason;
+};
+
+using CoordinatorMessage =
+    std::variant<Welcome, JobDescription, LeaseGrant, ResultAck, LeaseCancel, DrainRequest, Dismissal>;
+
+}  // namespace lightmill

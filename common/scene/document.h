@@ -1,0 +1,101 @@
+// The scene document as plain values: what is to be seen, naming its assets by content.
+//
+// Mirrors lightmill.v1.Scene (proto/lightmill/v1/scene.proto, the schema); common/wire converts. Lengths are in scene units
+// (metres where it matters), angles in degrees, y up is customary but not required.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <string>
+#include <variant>
+#include <vector>
+
+#include "common/base/digest.h"
+#include "common/base/status.h"
+
+namespace lightmill {
+
+using Point3d = std::array<double, 3>;  ///< x, y, z
+
+/// Linear RGB with Rec. 709 primaries. Another kind (a spectrum) could join as an alternative in the schema.
+struct RgbColor {
+  float r = 0, g = 0, b = 0;
+  friend bool operator==(const RgbColor&, const RgbColor&) = default;
+};
+
+struct Camera {
+  Point3d eye{0, 0, 0};
+  Point3d look_at{0, 0, -1};
+  Point3d up{0, 1, 0};
+  double vertical_fov_degrees = 40;  ///< of the full film height; in (0, 180)
+};
+
+enum class FilterKind { box, tent, gaussian, blackman_harris };
+
+/// The pixel filter, importance-sampled: it decides where in and around the pixel camera rays start.
+struct PixelFilter {
+  FilterKind kind = FilterKind::blackman_harris;
+  double radius_pixels = 1.5;  ///< support is [-radius, radius] in x and y; for a gaussian, sigma = radius / 3
+};
+
+struct FilmSettings {
+  int width = 512;   ///< pixels
+  int height = 512;  ///< pixels
+  PixelFilter filter;
+};
+
+struct DiffuseMaterial {
+  RgbColor reflectance{0.5f, 0.5f, 0.5f};  ///< albedo, each in [0, 1]
+};
+struct MirrorMaterial {
+  RgbColor reflectance{1, 1, 1};  ///< each in [0, 1]
+};
+/// A smooth dielectric: Fresnel reflection and refraction, total internal reflection.
+struct DielectricMaterial {
+  double ior = 1.5;  ///< inside (behind the outward normal) relative to outside; in (0, 10], 1 means nothing is there
+};
+
+struct Material {
+  std::string name;
+  std::variant<DiffuseMaterial, MirrorMaterial, DielectricMaterial> kind;
+  RgbColor emission;           ///< radiance, W/(m² sr); zero where the material does not emit
+  bool two_sided_emission = false;  ///< else only on the side that the geometric normal points to
+};
+
+/// An indexed triangle mesh kept as an asset (common/scene/mesh_asset.h).
+struct MeshShape {
+  std::string file;  ///< as the document named it; for messages only
+  Sha256 asset;      ///< of the encoded mesh
+};
+struct SphereShape {
+  Point3d center{0, 0, 0};
+  double radius = 1;
+  bool normal_inward = false;  ///< the geometric normal points to the centre (an enclosing, inward-emitting sphere)
+};
+
+struct Object {
+  std::string name;
+  std::uint32_t material = 0;  ///< index into Scene::materials
+  std::variant<MeshShape, SphereShape> shape;
+};
+
+struct PointLight {
+  std::string name;
+  Point3d position{0, 0, 0};
+  RgbColor intensity;  ///< W/sr
+};
+
+struct Scene {
+  std::string name;
+  Camera camera;
+  FilmSettings film;
+  std::vector<Material> materials;
+  std::vector<Object> objects;
+  std::vector<PointLight> point_lights;
+};
+
+/// Everything that can be checked without the assets: ranges, finiteness, indices, at least one object. Errors name the
+/// field path, the value and what is expected.
+Status validate(const Scene& scene);
+
+}  // namespace lightmill
