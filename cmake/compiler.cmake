@@ -29,7 +29,8 @@ endif()
 find_program(LIGHTMILL_CCACHE ccache)
 if(LIGHTMILL_CCACHE)
   # Precompiled headers need these to be cached at all.
-  set(CMAKE_CXX_COMPILER_LAUNCHER ${CMAKE_COMMAND} -E env CCACHE_SLOPPINESS=pch_defines,time_macros,include_file_mtime,include_file_ctime
+  set(CMAKE_CXX_COMPILER_LAUNCHER ${CMAKE_COMMAND} -E env CCACHE_BASEDIR=${PROJECT_SOURCE_DIR} CCACHE_NOHASHDIR=1
+                                  CCACHE_SLOPPINESS=pch_defines,time_macros,include_file_mtime,include_file_ctime
                                   ${LIGHTMILL_CCACHE})
   add_compile_options(-fpch-preprocess)
 endif()

@@ -1,0 +1,86 @@
+// The coordinator without its clock, threads, sockets and disk: events in, with their time; decisions out.
+//
+// Owns jobs, films, leases and what is known of workers. Not thread-safe: the server feeds it from one thread, the simulation
+// from one seed. Everything it forgets in a crash is either in the store or resent by workers.
+#pragma once
+
+#include <memory>
+#include <optional>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "common/base/clock.h"
+#include "common/base/status.h"
+#include "server/domain/effects.h"
+
+namespace lightmill {
+
+class Film;  // common/film/film.h
+
+/// Stated bounds; every queue has one.
+struct CoordinatorLimits {
+  Duration heartbeat_interval = std::chrono::seconds(2);
+  Duration lease_duration = std::chrono::seconds(10);   ///< without renewal a lease is lost
+  double unit_seconds = 1.0;                            ///< aim of a unit, of its worker's measured speed
+  std::uint32_t leases_per_worker = 2;                  ///< one to work on, one ahead
+  std::uint64_t film_bytes_per_job = std::uint64_t{1} << 30;
+  std::uint32_t max_jobs = 10'000;
+  std::uint32_t max_workers = 10'000;
+};
+
+/// A worker as people see it.
+struct WorkerStatus {
+  std::string name, host, fingerprint_class;
+  std::uint32_t pid = 0, threads = 1, leases = 0;
+  bool draining = false;
+  double samples_per_second = 0, connected_seconds = 0;
+  std::uint64_t results = 0, leases_lost = 0;
+};
+
+class Coordinator {
+ public:
+  Coordinator(const CoordinatorLimits& limits, StoredState state, Time now);
+  ~Coordinator();
+  Coordinator(const Coordinator&) = delete;
+  Coordinator& operator=(const Coordinator&) = delete;
+
+  // ---- what clients ask; errors have the codes that render_service.proto states ----
+  Result<JobId> submit(const JobSpec& spec, Time now, std::int64_t unix_ms, Step& step);
+  Status cancel(JobId job, Time now, std::int64_t unix_ms, Step& step);
+  Status pause(JobId job, Time now, Step& step);
+  Status resume(JobId job, Time now, Step& step);
+  Status extend(JobId job, std::uint64_t samples, Time now, Step& step);
+  Status remove(JobId job, Time now, Step& step);
+  Status drain_worker(const std::string& name, Time now, Step& step);
+
+  // ---- what workers do ----
+  /// A stream opened and said hello. Session ids are chosen by the caller and never reused.
+  void worker_connected(SessionId session, const WorkerHello& hello, Time now, Step& step);
+  /// Any later message. A message of an unknown session is ignored; results of one that was replaced still count.
+  void worker_message(SessionId session, WorkerMessage message, Time now, std::int64_t unix_ms, Step& step);
+  /// The stream broke. Leases are kept until they expire: the worker may come back with them.
+  void worker_disconnected(SessionId session, Time now, Step& step);
+
+  // ---- time ----
+  /// Expires leases, ends jobs whose seconds are over, hands out what became free.
+  void tick(Time now, std::int64_t unix_ms, Step& step);
+  /// When tick has something to do next, if nothing else happens.
+  std::optional<Time> next_deadline() const;
+
+  // ---- what can be seen ----
+  Result<JobStatus> status(JobId job, Time now) const;
+  std::vector<JobStatus> jobs(Time now) const;  ///< newest first
+  std::vector<WorkerStatus> workers(Time now) const;  ///< by name
+  Result<const RenderSettings*> settings(JobId job) const;
+  /// The film of a job; null if there is no such job. Valid until the next event.
+  const Film* film(JobId job) const;
+  /// Grows with every change of the job's state or film; 0 if there is no such job.
+  std::uint64_t version(JobId job) const;
+
+ private:
+  struct State;
+  std::unique_ptr<State> state_;
+};
+
+}  // namespace lightmill

@@ -1,0 +1,85 @@
+// What the coordinator's pure state machine wants done: rows to store and messages to send.
+#pragma once
+
+#include <memory>
+#include <string>
+#include <variant>
+#include <vector>
+
+#include "common/base/ids.h"
+#include "common/farm/job.h"
+#include "common/farm/messages.h"
+#include "common/film/node.h"
+
+namespace lightmill {
+
+/// All of a job that must outlive the coordinator, pixels apart.
+struct JobRecord {
+  JobId id;
+  JobSpec spec;                   ///< with the current goal and priority
+  JobState state = JobState::queued;
+  std::string reason;
+  std::string fingerprint_class;  ///< empty until fixed
+  double active_seconds = 0;
+  double worker_seconds = 0;
+  JobCounters counters;
+  std::int64_t submitted_unix_ms = 0, finished_unix_ms = 0;
+};
+
+/// Inserts or replaces the job's row.
+struct PutJob {
+  JobRecord record;
+};
+/// Deletes the job, its nodes and its results.
+struct DeleteJobRows {
+  JobId job;
+};
+/// Inserts a node of the film's forest.
+struct PutNode {
+  JobId job;
+  TileId tile;
+  std::shared_ptr<const Node> node;
+};
+/// Deletes a node (it was joined with its sibling, or replaced).
+struct DropNode {
+  NodeKey key;
+};
+/// Records who computed a merged result and its hash.
+struct PutResult {
+  NodeKey key;
+  Hash128 hash;
+  std::string worker;
+};
+
+using StoreOp = std::variant<PutJob, DeleteJobRows, PutNode, DropNode, PutResult>;
+
+/// A message for the worker of one session.
+struct Outgoing {
+  SessionId to;
+  CoordinatorMessage message;
+};
+
+/// What one or several events led to. `writes` are applied in order, in one transaction; only when they are durable may
+/// `after_commit` be sent and a client be answered. `now` may be sent at once, before or after.
+struct Step {
+  std::vector<StoreOp> writes;
+  std::vector<Outgoing> now;
+  std::vector<Outgoing> after_commit;
+};
+
+/// What a store gives back when a coordinator starts.
+struct StoredState {
+  struct StoredNode {
+    TileId tile;
+    std::shared_ptr<const Node> node;
+  };
+  struct StoredJob {
+    JobRecord record;
+    std::vector<StoredNode> nodes;  ///< the forest, any order
+  };
+  std::uint64_t epoch = 1;  ///< of the coordinator that starts now: one more than the last
+  std::vector<StoredJob> jobs;
+  std::uint64_t next_job_id = 1;  ///< never reused, even after deletes
+};
+
+}  // namespace lightmill

@@ -1,0 +1,22 @@
+// Where a coordinator's state outlives it: progress and pixels, committed together.
+#pragma once
+
+#include <memory>
+#include <span>
+
+#include "common/base/status.h"
+#include "server/domain/effects.h"
+
+namespace lightmill {
+
+/// A transactional store. One user at a time, from one thread.
+class Store {
+ public:
+  virtual ~Store() = default;
+  /// Reads everything and takes the next epoch. Call once, first.
+  virtual Result<StoredState> load() = 0;
+  /// Applies `ops` in order in one transaction; durable when it returns. On an error nothing of it is stored.
+  virtual Status commit(std::span<const StoreOp> ops) = 0;
+};
+
+}  // namespace lightmill
