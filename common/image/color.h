@@ -1,0 +1,39 @@
+// Colour for eyes: the sRGB transfer function, exposure, and the view transforms of PNG files.
+#pragma once
+
+#include <cstdint>
+#include <string_view>
+#include <vector>
+
+#include "common/base/status.h"
+#include "common/image/image.h"
+
+namespace lightmill {
+
+/// The sRGB transfer function (IEC 61966-2-1), linear to encoded, exact; clamps to [0, 1], NaN gives 0.
+float srgb_encode(float linear);
+/// Its inverse on [0, 1].
+float srgb_decode(float encoded);
+
+/// How linear radiance becomes a displayed value.
+enum class View {
+  plain,   ///< clipped at 1
+  filmic,  ///< filmic_curve: highlights roll off
+};
+
+/// "plain" or "filmic".
+Result<View> parse_view(std::string_view name);
+
+/// The filmic curve x(2.51x + 0.03) / (x(2.43x + 0.59) + 0.14), clamped to [0, 1]: K. Narkowicz's fit of the ACES
+/// reference tone curve ("ACES Filmic Tone Mapping Curve", 2015), per channel.
+float filmic_curve(float linear);
+
+struct ViewSettings {
+  double exposure_stops = 0;  ///< values are multiplied by 2^stops first
+  View view = View::plain;
+};
+
+/// 8-bit sRGB, interleaved RGB, rows from the top. Without dither: equal pixels give equal bytes.
+std::vector<std::uint8_t> to_srgb8(const RgbImage& image, const ViewSettings& settings);
+
+}  // namespace lightmill

@@ -1,0 +1,57 @@
+#include "common/image/error_metrics.h"
+
+#include <cmath>
+
+namespace lightmill {
+namespace {
+
+Status check_finite(const RgbImage& image, std::string_view what) {
+  for (std::size_t i = 0; i < image.values.size(); ++i) {
+    if (!std::isfinite(image.values[i])) {
+      const std::size_t pixel = i % image.pixels();
+      return invalid_argument("{}: pixel ({}, {}) is {}, expected a finite number", what, pixel % image.width,
+                              pixel / image.width, image.values[i]);
+    }
+  }
+  return ok_status();
+}
+
+}  // namespace
+
+Result<PictureError> compare_pictures(const RgbImage& picture, const RgbImage& reference) {
+  if (picture.width != reference.width || picture.height != reference.height) {
+    return invalid_argument("the pictures must have one size, got {}x{} and {}x{}", picture.width, picture.height,
+                            reference.width, reference.height);
+  }
+  LM_RETURN_IF_ERROR(check_finite(picture, "picture"));
+  LM_RETURN_IF_ERROR(check_finite(reference, "reference"));
+  const std::size_t pixels = picture.pixels();
+  std::vector<double> per_pixel(pixels, 0.0);
+  double sum_x = 0, sum_r = 0;
+  PictureError error;
+  for (std::size_t i = 0; i < picture.values.size(); ++i) {
+    const double x = picture.values[i];
+    const double r = reference.values[i];
+    const double distance = std::abs(x - r);
+    per_pixel[i % pixels] += distance * distance / (r * r + 0.01) / 3.0;
+    error.smape += distance > 0 ? distance / (std::abs(x) + std::abs(r)) : 0.0;
+    error.max_abs = std::max(error.max_abs, distance);
+    sum_x += x;
+    sum_r += r;
+  }
+  error.smape /= static_cast<double>(picture.values.size());
+  error.energy_ratio = sum_x == sum_r ? 1.0 : sum_x / sum_r;
+  std::ranges::sort(per_pixel);  // ascending: small terms first keeps the sum exact, and the worst come last
+  const std::size_t kept = pixels - pixels / 1000;
+  double sum = 0;
+  for (std::size_t i = 0; i < pixels; ++i) {
+    sum += per_pixel[i];
+    if (i + 1 == kept) {
+      error.rel_mse_trimmed = sum / static_cast<double>(kept);
+    }
+  }
+  error.rel_mse = sum / static_cast<double>(pixels);
+  return error;
+}
+
+}  // namespace lightmill

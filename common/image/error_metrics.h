@@ -1,0 +1,20 @@
+// How far one picture is from another.
+#pragma once
+
+#include "common/base/status.h"
+#include "common/image/image.h"
+
+namespace lightmill {
+
+struct PictureError {
+  double rel_mse = 0;          ///< mean over pixels and channels of (x−r)² / (r² + 0.01)
+  double rel_mse_trimmed = 0;  ///< the same without the worst 0.1 % of the pixels (rounded down)
+  double energy_ratio = 0;     ///< Σx / Σr; 1 where both are zero, infinite where only r is
+  double smape = 0;            ///< mean of |x−r| / (|x|+|r|), in [0, 1]; 0/0 counts as 0
+  double max_abs = 0;          ///< largest |x−r|
+};
+
+/// Compares linear RGB pictures of one size. INVALID_ARGUMENT if the sizes differ or a value is not finite.
+Result<PictureError> compare_pictures(const RgbImage& picture, const RgbImage& reference);
+
+}  // namespace lightmill

@@ -1,0 +1,202 @@
+#include "common/image/exr.h"
+
+#include <ImfChannelList.h>
+#include <ImfChromaticitiesAttribute.h>
+#include <ImfDoubleAttribute.h>
+#include <ImfFloatAttribute.h>
+#include <ImfFrameBuffer.h>
+#include <ImfHeader.h>
+#include <ImfIO.h>
+#include <ImfInputFile.h>
+#include <ImfIntAttribute.h>
+#include <ImfOutputFile.h>
+#include <ImfStandardAttributes.h>
+#include <ImfStringAttribute.h>
+
+#include <exception>
+
+#include "common/base/check.h"
+
+namespace lightmill {
+namespace {
+
+constexpr int kMaxSide = 65536;  // pixels
+constexpr std::uint64_t kPlausibleValues = std::uint64_t{1}
+                                           << 22;  // decoded without asking whether the file can hold them
+constexpr std::uint64_t kMaxCompression = 16384;   // deflate's limit is 1032; wavelets of a black frame reach more
+
+class MemoryOutput final : public Imf::OStream {
+ public:
+  MemoryOutput() : Imf::OStream("memory") {}
+  void write(const char bytes[], int count) override {
+    const auto end = position_ + static_cast<std::size_t>(count);
+    if (end > bytes_.size()) {
+      bytes_.resize(end);
+    }
+    std::copy_n(bytes, count, bytes_.begin() + static_cast<std::ptrdiff_t>(position_));
+    position_ = end;
+  }
+  std::uint64_t tellp() override { return position_; }
+  void seekp(std::uint64_t position) override { position_ = position; }
+  std::string take() { return std::move(bytes_); }
+
+ private:
+  std::string bytes_;
+  std::size_t position_ = 0;
+};
+
+class MemoryInput final : public Imf::IStream {
+ public:
+  explicit MemoryInput(ByteView bytes) : Imf::IStream("memory"), bytes_(bytes) {}
+  bool read(char out[], int count) override {
+    const auto wanted = static_cast<std::size_t>(count);
+    if (position_ > bytes_.size() || wanted > bytes_.size() - position_) {
+      throw std::runtime_error("the file ends too early");
+    }
+    std::memcpy(out, bytes_.data() + position_, wanted);
+    position_ += wanted;
+    return position_ < bytes_.size();
+  }
+  std::uint64_t tellg() override { return position_; }
+  void seekg(std::uint64_t position) override { position_ = position; }
+
+ private:
+  ByteView bytes_;
+  std::size_t position_ = 0;
+};
+
+Imath::Box2i to_box(const ImageWindow& window) {
+  return {{window.x, window.y}, {window.x + window.width - 1, window.y + window.height - 1}};
+}
+
+Result<ImageWindow> to_window(const Imath::Box2i& box, std::string_view what) {
+  const std::int64_t width = std::int64_t{box.max.x} - box.min.x + 1;
+  const std::int64_t height = std::int64_t{box.max.y} - box.min.y + 1;
+  if (width < 1 || height < 1 || width > kMaxSide || height > kMaxSide) {
+    return invalid_argument("the {} window must be 1 to {} pixels on a side, got {}x{}", what, kMaxSide, width, height);
+  }
+  return ImageWindow{box.min.x, box.min.y, static_cast<int>(width), static_cast<int>(height)};
+}
+
+void insert_attribute(Imf::Header& header, const std::string& name, const ImageAttribute& attribute) {
+  if (const auto* text = std::get_if<std::string>(&attribute)) {
+    header.insert(name, Imf::StringAttribute(*text));
+  } else if (const auto* integer = std::get_if<int>(&attribute)) {
+    header.insert(name, Imf::IntAttribute(*integer));
+  } else if (const auto* single = std::get_if<float>(&attribute)) {
+    header.insert(name, Imf::FloatAttribute(*single));
+  } else {
+    header.insert(name, Imf::DoubleAttribute(std::get<double>(attribute)));
+  }
+}
+
+std::map<std::string, ImageAttribute> read_attributes(const Imf::Header& header) {
+  std::map<std::string, ImageAttribute> attributes;
+  for (auto it = header.begin(); it != header.end(); ++it) {
+    if (const auto* text = dynamic_cast<const Imf::StringAttribute*>(&it.attribute())) {
+      attributes[it.name()] = text->value();
+    } else if (const auto* integer = dynamic_cast<const Imf::IntAttribute*>(&it.attribute())) {
+      attributes[it.name()] = integer->value();
+    } else if (const auto* single = dynamic_cast<const Imf::FloatAttribute*>(&it.attribute())) {
+      attributes[it.name()] = single->value();
+    } else if (const auto* number = dynamic_cast<const Imf::DoubleAttribute*>(&it.attribute())) {
+      attributes[it.name()] = number->value();
+    }
+  }
+  return attributes;
+}
+
+/// A slice over planar values of 4 bytes; OpenEXR addresses pixels by their absolute coordinates.
+Imf::Slice planar_slice(Imf::PixelType type, const void* values, const ImageWindow& data) {
+  return Imf::Slice::Make(type, values, Imath::V2i{data.x, data.y}, data.width, data.height, sizeof(float),
+                          sizeof(float) * static_cast<std::size_t>(data.width));
+}
+
+Status check_plausible(const Image& image, std::size_t channels, std::size_t file_bytes) {
+  const std::uint64_t values = static_cast<std::uint64_t>(image.data.pixel_count()) * channels;
+  if (values > kPlausibleValues && values * sizeof(float) > file_bytes * kMaxCompression) {
+    return invalid_argument("{} bytes cannot hold the {} values that the header promises", file_bytes, values);
+  }
+  return ok_status();
+}
+
+Result<Image> read_image(ByteView bytes) {
+  MemoryInput stream(bytes);
+  Imf::InputFile file(stream, 0);
+  const Imf::Header& header = file.header();
+  Image image;
+  LM_ASSIGN_OR_RETURN(image.display, to_window(header.displayWindow(), "display"));
+  LM_ASSIGN_OR_RETURN(image.data, to_window(header.dataWindow(), "data"));
+  std::size_t count = 0;
+  for (auto it = header.channels().begin(); it != header.channels().end(); ++it, ++count) {
+    if (it.channel().xSampling != 1 || it.channel().ySampling != 1) {
+      return invalid_argument("channel {} is subsampled; only full resolution is read", it.name());
+    }
+  }
+  LM_RETURN_IF_ERROR(check_plausible(image, count, bytes.size()));
+  image.attributes = read_attributes(header);
+  Imf::FrameBuffer frame;
+  image.channels.reserve(count);
+  for (auto it = header.channels().begin(); it != header.channels().end(); ++it) {
+    const auto pixels = static_cast<std::size_t>(image.data.pixel_count());
+    ImageChannel& channel = image.channels.emplace_back();
+    channel.name = it.name();
+    if (it.channel().type == Imf::UINT) {
+      const auto& values = channel.values.emplace<std::vector<std::uint32_t>>(pixels);
+      frame.insert(it.name(), planar_slice(Imf::UINT, values.data(), image.data));
+    } else {
+      const auto& values = channel.values.emplace<std::vector<float>>(pixels);
+      frame.insert(it.name(), planar_slice(Imf::FLOAT, values.data(), image.data));
+    }
+  }
+  file.setFrameBuffer(frame);
+  file.readPixels(header.dataWindow().min.y, header.dataWindow().max.y);
+  return image;
+}
+
+}  // namespace
+
+Result<std::string> encode_exr(const Image& image) {
+  const auto pixels = static_cast<std::size_t>(image.data.pixel_count());
+  LM_CHECK(pixels > 0 && image.display.pixel_count() > 0);
+  try {
+    Imf::Header header(to_box(image.display), to_box(image.data));
+    header.compression() = Imf::ZIP_COMPRESSION;
+    Imf::addChromaticities(header, Imf::Chromaticities());  // the default is Rec. 709
+    for (const auto& [name, attribute] : image.attributes) {
+      insert_attribute(header, name, attribute);
+    }
+    Imf::FrameBuffer frame;
+    for (const ImageChannel& channel : image.channels) {
+      std::visit(
+          [&](const auto& values) {
+            using Value = typename std::decay_t<decltype(values)>::value_type;
+            constexpr auto type = std::is_same_v<Value, float> ? Imf::FLOAT : Imf::UINT;
+            LM_CHECK(values.size() == pixels, "channel {}: {} values for {} pixels", channel.name, values.size(),
+                     pixels);
+            header.channels().insert(channel.name, Imf::Channel(type));
+            frame.insert(channel.name, planar_slice(type, values.data(), image.data));
+          },
+          channel.values);
+    }
+    MemoryOutput stream;
+    {
+      Imf::OutputFile file(stream, header, 0);  // its destructor writes the line table
+      file.setFrameBuffer(frame);
+      file.writePixels(image.data.height);
+    }
+    return stream.take();
+  } catch (const std::exception& error) {
+    return internal_error("cannot encode EXR: {}", error.what());
+  }
+}
+
+Result<Image> decode_exr(ByteView bytes) {
+  try {
+    return read_image(bytes);
+  } catch (const std::exception& error) {
+    return invalid_argument("not a readable EXR file: {}", error.what());
+  }
+}
+
+}  // namespace lightmill

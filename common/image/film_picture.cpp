@@ -1,0 +1,244 @@
+#include "common/image/film_picture.h"
+
+#include <charconv>
+#include <cmath>
+
+#include "common/base/check.h"
+
+namespace lightmill {
+namespace {
+
+constexpr std::array<const char*, 3> kRgb{"R", "G", "B"};
+
+std::uint64_t parse_count(const std::string& text) {
+  std::uint64_t value = 0;
+  std::from_chars(text.data(), text.data() + text.size(), value);
+  return value;
+}
+
+double number_or(const Image& image, const std::string& name, double otherwise) {
+  const auto found = image.attributes.find(name);
+  const double* value = found == image.attributes.end() ? nullptr : std::get_if<double>(&found->second);
+  return value == nullptr ? otherwise : *value;
+}
+
+std::vector<std::string> split_words(const std::string& text) {
+  std::vector<std::string> words;
+  for (std::size_t at = 0; at < text.size();) {
+    const std::size_t end = std::min(text.find(' ', at), text.size());
+    words.push_back(text.substr(at, end - at));
+    at = end + 1;
+  }
+  return words;
+}
+
+std::map<std::string, ImageAttribute> receipt_attributes(const Receipt& receipt) {
+  std::map<std::string, ImageAttribute> out{
+      {"software", fmt::format("Lightmill ({})", receipt.renderer_version)},
+      {"samplesPerPixel", static_cast<int>(std::min<std::uint64_t>(receipt.max_samples, 1u << 30))},
+      {"renderTimeSeconds", static_cast<float>(receipt.seconds)},
+      {"lightmill.renderDigest", receipt.render_digest},
+      {"lightmill.sceneDigest", receipt.scene_digest},
+      {"lightmill.assetDigests", fmt::format("{}", fmt::join(receipt.asset_digests, " "))},
+      {"lightmill.filmHash", receipt.film_hash},
+      {"lightmill.rendererVersion", receipt.renderer_version},
+      {"lightmill.fingerprintClass", receipt.fingerprint_class},
+      {"lightmill.method", receipt.method},
+      {"lightmill.maxBounces", std::to_string(receipt.max_bounces)},
+      {"lightmill.seed", std::to_string(receipt.seed)},
+      {"lightmill.job", std::to_string(receipt.job)},
+      {"lightmill.name", receipt.name},
+      {"lightmill.host", receipt.host},
+      {"lightmill.minSamples", std::to_string(receipt.min_samples)},
+      {"lightmill.maxSamples", std::to_string(receipt.max_samples)},
+      {"lightmill.workerSeconds", receipt.worker_seconds},
+      {"lightmill.seconds", receipt.seconds},
+  };
+  if (!receipt.owner.empty()) {
+    out["owner"] = receipt.owner;
+  }
+  if (!receipt.capture_date.empty()) {
+    out["capDate"] = receipt.capture_date;
+  }
+  if (receipt.rel_mse >= 0) {
+    out["lightmill.relMse"] = receipt.rel_mse;
+    out["lightmill.relMseHalfWidth"] = receipt.rel_mse_half_width;
+  }
+  return out;
+}
+
+Receipt read_receipt(const Image& image) {
+  Receipt receipt;
+  receipt.render_digest = image.text("lightmill.renderDigest");
+  receipt.scene_digest = image.text("lightmill.sceneDigest");
+  receipt.asset_digests = split_words(image.text("lightmill.assetDigests"));
+  receipt.film_hash = image.text("lightmill.filmHash");
+  receipt.renderer_version = image.text("lightmill.rendererVersion");
+  receipt.fingerprint_class = image.text("lightmill.fingerprintClass");
+  receipt.method = image.text("lightmill.method");
+  receipt.max_bounces = static_cast<std::uint32_t>(parse_count(image.text("lightmill.maxBounces")));
+  receipt.seed = parse_count(image.text("lightmill.seed"));
+  receipt.job = parse_count(image.text("lightmill.job"));
+  receipt.name = image.text("lightmill.name");
+  receipt.owner = image.text("owner");
+  receipt.host = image.text("lightmill.host");
+  receipt.min_samples = parse_count(image.text("lightmill.minSamples"));
+  receipt.max_samples = parse_count(image.text("lightmill.maxSamples"));
+  receipt.rel_mse = number_or(image, "lightmill.relMse", -1);
+  receipt.rel_mse_half_width = number_or(image, "lightmill.relMseHalfWidth", -1);
+  receipt.seconds = number_or(image, "lightmill.seconds", 0);
+  receipt.worker_seconds = number_or(image, "lightmill.workerSeconds", 0);
+  receipt.capture_date = image.text("capDate");
+  return receipt;
+}
+
+void add_rgb(Image& image, const std::string& prefix, const std::vector<float>& planar, std::size_t pixels) {
+  for (std::size_t channel = 0; channel < 3; ++channel) {
+    const auto first = planar.begin() + static_cast<std::ptrdiff_t>(channel * pixels);
+    image.channels.push_back(
+        {prefix + kRgb[channel], std::vector<float>(first, first + static_cast<std::ptrdiff_t>(pixels))});
+  }
+}
+
+Status take_rgb(const Image& image, const std::string& prefix, std::vector<float>& planar) {
+  planar.clear();
+  for (const char* name : kRgb) {
+    const std::vector<float>* values = image.floats(prefix + name);
+    if (values == nullptr) {
+      return invalid_argument("the file has no channel {}{}", prefix, name);
+    }
+    planar.insert(planar.end(), values->begin(), values->end());
+  }
+  return ok_status();
+}
+
+Status take_counts(const Image& image, const std::string& name, std::vector<std::uint32_t>& out) {
+  const std::vector<std::uint32_t>* values = image.counts(name);
+  if (values == nullptr) {
+    return invalid_argument("the file has no integer channel {}", name);
+  }
+  out = *values;
+  return ok_status();
+}
+
+/// Sums over windows of 2r+1 along one axis of a grid, ends clipped. `stride` steps along the axis, `other` across it.
+void box_sum(std::vector<double>& grid, int length, std::size_t stride, int lines, std::size_t other) {
+  std::vector<double> prefix(static_cast<std::size_t>(length) + 1, 0.0);
+  for (int line = 0; line < lines; ++line) {
+    const std::size_t start = static_cast<std::size_t>(line) * other;
+    for (int i = 0; i < length; ++i) {
+      prefix[i + 1] = prefix[i] + grid[start + i * stride];
+    }
+    for (int i = 0; i < length; ++i) {
+      const int low = std::max(i - kErrorSmoothingRadius, 0);
+      const int high = std::min(i + kErrorSmoothingRadius + 1, length);
+      grid[start + i * stride] = prefix[high] - prefix[low];
+    }
+  }
+}
+
+void box_sum_2d(std::vector<double>& grid, const ImageWindow& window) {
+  const auto width = static_cast<std::size_t>(window.width);
+  box_sum(grid, window.width, 1, window.height, width);
+  box_sum(grid, window.height, width, window.width, 1);
+}
+
+}  // namespace
+
+FilmPicture::FilmPicture(ImageWindow display, ImageWindow data)
+    : display(display),
+      data(data),
+      beauty(3 * static_cast<std::size_t>(data.pixel_count())),
+      half_a(beauty.size()),
+      half_b(beauty.size()),
+      samples_a(static_cast<std::size_t>(data.pixel_count())),
+      samples_b(samples_a.size()) {}
+
+void place_sums(FilmPicture& picture, const ImageWindow& rect, std::uint64_t count_a, std::uint64_t count_b,
+                std::span<const float> sums) {
+  const ImageWindow& data = picture.data;
+  const auto tile_pixels = static_cast<std::size_t>(rect.pixel_count());
+  LM_CHECK(sums.size() == 6 * tile_pixels, "{} sums for {} pixels", sums.size(), tile_pixels);
+  LM_CHECK(rect.x >= data.x && rect.y >= data.y && rect.x + rect.width <= data.x + data.width &&
+           rect.y + rect.height <= data.y + data.height);
+  // The float32 quotient, as the film hash defines the means of the halves.
+  const auto mean = [](float sum, std::uint64_t count) { return count == 0 ? 0.0f : sum / static_cast<float>(count); };
+  for (int y = 0; y < rect.height; ++y) {
+    for (int x = 0; x < rect.width; ++x) {
+      const std::size_t from = static_cast<std::size_t>(y) * rect.width + x;
+      const std::size_t to = static_cast<std::size_t>(rect.y - data.y + y) * data.width + (rect.x - data.x + x);
+      picture.samples_a[to] = static_cast<std::uint32_t>(count_a);
+      picture.samples_b[to] = static_cast<std::uint32_t>(count_b);
+      for (std::size_t channel = 0; channel < 3; ++channel) {
+        const float a = sums[channel * tile_pixels + from];
+        const float b = sums[(3 + channel) * tile_pixels + from];
+        const std::size_t value = channel * picture.pixels() + to;
+        picture.half_a[value] = mean(a, count_a);
+        picture.half_b[value] = mean(b, count_b);
+        picture.beauty[value] = mean(a + b, count_a + count_b);
+      }
+    }
+  }
+}
+
+std::vector<float> smoothed_standard_error(const FilmPicture& picture) {
+  const std::size_t pixels = picture.pixels();
+  std::vector<double> known(pixels);
+  for (std::size_t i = 0; i < pixels; ++i) {
+    known[i] = picture.samples_a[i] > 0 && picture.samples_b[i] > 0 ? 1.0 : 0.0;
+  }
+  std::vector<double> weight = known;
+  box_sum_2d(weight, picture.data);
+  std::vector<float> out(3 * pixels);
+  std::vector<double> variance(pixels);
+  for (std::size_t channel = 0; channel < 3; ++channel) {
+    for (std::size_t i = 0; i < pixels; ++i) {
+      const double a = picture.samples_a[i];
+      const double b = picture.samples_b[i];
+      const double difference = static_cast<double>(picture.half_a[channel * pixels + i]) -
+                                static_cast<double>(picture.half_b[channel * pixels + i]);
+      variance[i] = known[i] > 0 ? difference * difference * a * b / ((a + b) * (a + b)) : 0.0;
+    }
+    box_sum_2d(variance, picture.data);
+    for (std::size_t i = 0; i < pixels; ++i) {
+      out[channel * pixels + i] =
+          weight[i] > 0 ? static_cast<float>(std::sqrt(std::max(variance[i], 0.0) / weight[i])) : 0.0f;
+    }
+  }
+  return out;
+}
+
+Image to_image(const FilmPicture& picture) {
+  Image image;
+  image.display = picture.display;
+  image.data = picture.data;
+  image.attributes = receipt_attributes(picture.receipt);
+  const std::size_t pixels = picture.pixels();
+  add_rgb(image, "", picture.beauty, pixels);
+  add_rgb(image, "A.", picture.half_a, pixels);
+  add_rgb(image, "B.", picture.half_b, pixels);
+  add_rgb(image, "StdErr.", smoothed_standard_error(picture), pixels);
+  std::vector<std::uint32_t> samples(pixels);
+  std::ranges::transform(picture.samples_a, picture.samples_b, samples.begin(), std::plus<>());
+  image.channels.push_back({"samples", std::move(samples)});
+  image.channels.push_back({"A.samples", picture.samples_a});
+  image.channels.push_back({"B.samples", picture.samples_b});
+  return image;
+}
+
+Result<FilmPicture> from_image(const Image& image) {
+  FilmPicture picture(image.display, image.data);
+  LM_RETURN_IF_ERROR(take_rgb(image, "", picture.beauty));
+  LM_RETURN_IF_ERROR(take_rgb(image, "A.", picture.half_a));
+  LM_RETURN_IF_ERROR(take_rgb(image, "B.", picture.half_b));
+  LM_RETURN_IF_ERROR(take_counts(image, "A.samples", picture.samples_a));
+  LM_RETURN_IF_ERROR(take_counts(image, "B.samples", picture.samples_b));
+  picture.receipt = read_receipt(image);
+  return picture;
+}
+
+RgbImage cropped_frame(const FilmPicture& picture) {
+  return {picture.data.width, picture.data.height, picture.beauty};
+}
+
+}  // namespace lightmill

@@ -1,0 +1,70 @@
+// The picture of a film with its receipt, and its form as an EXR file.
+//
+// Channels: `R G B` (mean of all samples), `A.R A.G A.B` and `B.R B.G B.B` (means of the two independent halves),
+// `StdErr.R StdErr.G StdErr.B` (standard error of the mean, smoothed), `samples`, `A.samples` and `B.samples` (per
+// pixel). All float32 or uint32, compressed without loss. The receipt stands in attributes named `lightmill.*`.
+#pragma once
+
+#include <cstdint>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "common/base/status.h"
+#include "common/image/image.h"
+
+namespace lightmill {
+
+/// What a picture says about how it was made; digests as hex.
+struct Receipt {
+  std::string render_digest, scene_digest;
+  std::vector<std::string> asset_digests;
+  std::string film_hash;  ///< of the stored halves and counts: see common/film/film_hash.h
+  std::string renderer_version, fingerprint_class;
+  std::string method;
+  std::uint32_t max_bounces = 0;
+  std::uint64_t seed = 0;
+  std::uint64_t job = 0;
+  std::string name, owner, host;
+  std::uint64_t min_samples = 0, max_samples = 0;  ///< per pixel, over tiles
+  double rel_mse = -1, rel_mse_half_width = -1;    ///< negative: not known
+  double seconds = 0;                              ///< during which it was being rendered
+  double worker_seconds = 0;                       ///< sum of the workers' thread seconds
+  std::string capture_date;                        ///< "YYYY:MM:DD HH:MM:SS", local time, as OpenEXR's capDate wants it
+};
+
+/// Planar RGB means over the data window: `values[channel * pixels + pixel]`.
+struct FilmPicture {
+  ImageWindow display, data;
+  std::vector<float> beauty, half_a, half_b;
+  std::vector<std::uint32_t> samples_a, samples_b;  ///< per pixel
+  Receipt receipt;
+
+  /// Black, with no samples.
+  FilmPicture(ImageWindow display, ImageWindow data);
+  std::size_t pixels() const { return samples_a.size(); }
+};
+
+/// Puts a tile's sums into the picture. `sums[(half * 3 + channel) * tile pixels + pixel]`, half A over `count_a`
+/// samples and half B over `count_b`. `rect` lies within the data window.
+void place_sums(FilmPicture& picture, const ImageWindow& rect, std::uint64_t count_a, std::uint64_t count_b,
+                std::span<const float> sums);
+
+/// Radius of the window over which the variance is averaged, pixels.
+inline constexpr int kErrorSmoothingRadius = 4;
+
+/// The standard error of every beauty value, planar. With means a, b of n_a, n_b independent samples, (a−b)² n_a n_b /
+/// n² is an unbiased estimate of the variance of their common mean ((a−b)²/4 for equal halves); it has one degree of
+/// freedom, so it is averaged over the (2r+1)² pixels around, as far as they lie in the window and have both halves.
+/// Zero where none has.
+std::vector<float> smoothed_standard_error(const FilmPicture& picture);
+
+/// The picture's EXR form, and back (what is not there stays empty or zero). from_image fails if a channel of the film
+/// is missing.
+Image to_image(const FilmPicture& picture);
+Result<FilmPicture> from_image(const Image& image);
+
+/// The beauty of the data window.
+RgbImage cropped_frame(const FilmPicture& picture);
+
+}  // namespace lightmill

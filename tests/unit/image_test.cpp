@@ -1,0 +1,256 @@
+// Pictures: colour, files, error metrics, against closed forms.
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "common/base/file.h"
+#include "common/image/color.h"
+#include "common/image/error_metrics.h"
+#include "common/image/exr.h"
+#include "common/image/film_picture.h"
+#include "common/image/picture_file.h"
+#include "common/image/png.h"
+
+namespace lightmill {
+namespace {
+
+FilmPicture example_picture() {
+  FilmPicture picture({0, 0, 100, 50}, {10, 20, 6, 4});
+  for (const ImageWindow rect : {ImageWindow{10, 20, 4, 4}, ImageWindow{14, 20, 2, 4}}) {
+    const auto pixels = static_cast<std::size_t>(rect.pixel_count());
+    std::vector<float> sums(6 * pixels);
+    for (std::size_t i = 0; i < sums.size(); ++i) {
+      sums[i] = 0.1f * static_cast<float>(i * i % 17) + static_cast<float>(rect.x);
+    }
+    place_sums(picture, rect, 3, 2, sums);
+  }
+  picture.receipt.film_hash = "00ff";
+  picture.receipt.asset_digests = {"aa", "bb"};
+  picture.receipt.seed = 18'446'744'073'709'551'615u;
+  picture.receipt.max_samples = 5;
+  picture.receipt.rel_mse = 0.1;
+  picture.receipt.rel_mse_half_width = 0.025;
+  picture.receipt.seconds = 1.5;
+  picture.receipt.owner = "ada";
+  return picture;
+}
+
+TEST(Color, SrgbHitsTheStandardsValues) {
+  EXPECT_EQ(srgb_encode(0.0f), 0.0f);
+  EXPECT_EQ(srgb_encode(1.0f), 1.0f);
+  EXPECT_EQ(srgb_encode(7.0f), 1.0f);
+  EXPECT_EQ(srgb_encode(-1.0f), 0.0f);
+  EXPECT_EQ(srgb_encode(std::nanf("")), 0.0f);
+  EXPECT_NEAR(srgb_encode(0.0031308f), 0.04045f, 1e-5);
+  EXPECT_NEAR(srgb_encode(0.5f), 0.7353570f, 1e-6);
+  EXPECT_NEAR(srgb_encode(0.2140411f), 0.5f, 1e-6);
+  for (int i = 0; i <= 1000; ++i) {
+    const float x = static_cast<float>(i) / 1000;
+    EXPECT_NEAR(srgb_decode(srgb_encode(x)), x, 2e-6) << i;
+  }
+}
+
+TEST(Color, EveryByteSurvivesDecodeAndEncode) {
+  for (int byte = 0; byte < 256; ++byte) {
+    EXPECT_EQ(std::lround(255 * srgb_encode(srgb_decode(static_cast<float>(byte) / 255))), byte);
+  }
+}
+
+TEST(Color, FilmicRisesFromBlackTowardsWhite) {
+  EXPECT_EQ(filmic_curve(0), 0);
+  EXPECT_NEAR(filmic_curve(1), 2.54 / 3.16, 1e-6);
+  EXPECT_NEAR(filmic_curve(0.18f), 0.18 * 0.4818 / (0.18 * 1.0274 + 0.14), 1e-6);
+  EXPECT_EQ(filmic_curve(std::numeric_limits<float>::infinity()), 1);
+  EXPECT_EQ(filmic_curve(std::nanf("")), 0);
+  for (float x = 0; x < 5; x += 0.01f) {
+    EXPECT_LE(filmic_curve(x), filmic_curve(x + 0.01f));
+  }
+}
+
+TEST(Color, AStopDoublesTheLight) {
+  const RgbImage image{1, 1, {0.25f, 0.1f, 0.0f}};
+  const RgbImage twice{1, 1, {0.5f, 0.2f, 0.0f}};
+  EXPECT_EQ(to_srgb8(image, {1.0, View::plain}), to_srgb8(twice, {}));
+  EXPECT_EQ(to_srgb8(image, {}), (std::vector<std::uint8_t>{137, 89, 0}));
+}
+
+TEST(Exr, AllValuesAttributesAndWindowsComeBack) {
+  Image image;
+  image.display = {0, 0, 100, 50};
+  image.data = {10, 20, 3, 2};
+  image.channels.push_back({"N.X", std::vector<float>{1e-30f, -2.5f, 65505.0f, 0.1f, 3.4e38f, 0.0f}});
+  image.channels.push_back({"samples", std::vector<std::uint32_t>{0, 1, 2, 4'000'000'000u, 4, 5}});
+  image.attributes = {{"owner", "ada"}, {"samplesPerPixel", 7}, {"renderTimeSeconds", 1.5f}, {"lightmill.relMse", 0.1}};
+  const Result<std::string> bytes = encode_exr(image);
+  ASSERT_TRUE(bytes.ok()) << bytes.status();
+  const Result<Image> back = decode_exr(as_byte_view(*bytes));
+  ASSERT_TRUE(back.ok()) << back.status();
+  EXPECT_EQ(back->display, image.display);
+  EXPECT_EQ(back->data, image.data);
+  ASSERT_NE(back->floats("N.X"), nullptr);
+  EXPECT_EQ(*back->floats("N.X"), *image.floats("N.X"));
+  ASSERT_NE(back->counts("samples"), nullptr);
+  EXPECT_EQ(*back->counts("samples"), *image.counts("samples"));
+  for (const auto& [name, value] : image.attributes) {
+    EXPECT_EQ(back->attributes.at(name), value) << name;
+  }
+}
+
+TEST(Exr, EqualImagesGiveEqualBytes) {
+  EXPECT_EQ(*encode_exr(to_image(example_picture())), *encode_exr(to_image(example_picture())));
+}
+
+TEST(Exr, HostileBytesAreRefused) {
+  const std::string good = *encode_exr(to_image(example_picture()));
+  EXPECT_EQ(decode_exr({}).status().code(), StatusCode::kInvalidArgument);
+  EXPECT_EQ(decode_exr(as_byte_view("not a picture at all")).status().code(), StatusCode::kInvalidArgument);
+  for (std::size_t size = 0; size < good.size(); size += 7) {  // every cut: an error, or (after the pixels) a picture
+    const Result<Image> cut = decode_exr(as_byte_view(good).first(size));
+    EXPECT_TRUE(cut.ok() || cut.status().code() == StatusCode::kInvalidArgument) << size;
+  }
+  std::uint32_t state = 1;
+  for (int trial = 0; trial < 1000; ++trial) {
+    std::string bad = good;
+    for (int flips = 0; flips < 3; ++flips) {
+      state = state * 1664525u + 1013904223u;
+      bad[(state >> 8) % bad.size()] ^= static_cast<char>(1u << (state % 8));
+    }
+    const Result<Image> got = decode_exr(as_byte_view(bad));
+    EXPECT_TRUE(got.ok() || got.status().code() == StatusCode::kInvalidArgument) << trial;
+  }
+}
+
+TEST(Png, BytesComeBackAsLinearValues) {
+  const std::vector<std::uint8_t> rgb{0, 128, 255, 1, 2, 3};
+  const Result<std::string> bytes = encode_png(2, 1, rgb);
+  ASSERT_TRUE(bytes.ok()) << bytes.status();
+  const Result<RgbImage> image = decode_png(as_byte_view(*bytes));
+  ASSERT_TRUE(image.ok()) << image.status();
+  EXPECT_EQ(image->width, 2);
+  EXPECT_EQ(image->height, 1);
+  EXPECT_EQ(to_srgb8(*image, {}), rgb);
+  EXPECT_NEAR(image->values[2], 0.2158605f, 1e-6);  // green of the first pixel
+}
+
+TEST(Png, HostileBytesAreRefused) {
+  const std::string good = *encode_png(3, 2, std::vector<std::uint8_t>(18, 200));
+  for (std::size_t size = 0; size + 16 < good.size(); ++size) {
+    EXPECT_EQ(decode_png(as_byte_view(good).first(size)).status().code(), StatusCode::kInvalidArgument) << size;
+  }
+}
+
+TEST(FilmPicture, MeansAreSumsOverCounts) {
+  FilmPicture picture({0, 0, 2, 1}, {0, 0, 2, 1});
+  place_sums(picture, {1, 0, 1, 1}, 2, 1, std::vector<float>{2, 4, 6, 4, 5, 9});
+  EXPECT_EQ(picture.half_a, (std::vector<float>{0, 1, 0, 2, 0, 3}));
+  EXPECT_EQ(picture.half_b, (std::vector<float>{0, 4, 0, 5, 0, 9}));
+  EXPECT_EQ(picture.beauty, (std::vector<float>{0, 2, 0, 3, 0, 5}));
+  EXPECT_EQ(picture.samples_a, (std::vector<std::uint32_t>{0, 2}));
+  EXPECT_EQ(picture.samples_b, (std::vector<std::uint32_t>{0, 1}));
+}
+
+TEST(FilmPicture, StandardErrorOfEqualHalvesIsHalfTheirDistance) {
+  FilmPicture picture({0, 0, 20, 20}, {0, 0, 20, 20});
+  std::vector<float> sums(6 * 400);
+  std::fill(sums.begin() + 3 * 400, sums.end(), 8.0f);  // A = 0, B = 8 / 4 = 2
+  place_sums(picture, picture.data, 4, 4, sums);
+  for (const float error : smoothed_standard_error(picture)) {
+    EXPECT_NEAR(error, 1.0f, 1e-6);
+  }
+}
+
+TEST(FilmPicture, StandardErrorIsAveragedOverItsNeighbourhoodAlone) {
+  FilmPicture picture({0, 0, 40, 40}, {0, 0, 40, 40});
+  std::vector<float> sums(6 * 1600);
+  sums[20 * 40 + 20] = 2.0f;  // one red pixel: variance (2−0)²/4 = 1
+  place_sums(picture, picture.data, 1, 1, sums);
+  const std::vector<float> error = smoothed_standard_error(picture);
+  EXPECT_NEAR(error[20 * 40 + 20], 1.0 / 9, 1e-6);  // sqrt(1 / 81)
+  EXPECT_NEAR(error[24 * 40 + 24], 1.0 / 9, 1e-6);
+  EXPECT_NEAR(error[25 * 40 + 20], 0.0, 1e-6);
+  EXPECT_NEAR(error[1600 + 20 * 40 + 20], 0.0, 1e-6);
+}
+
+TEST(FilmPicture, StandardErrorIsZeroWhereOneHalfIsMissing) {
+  FilmPicture picture({0, 0, 1, 1}, {0, 0, 1, 1});
+  place_sums(picture, {0, 0, 1, 1}, 1, 0, std::vector<float>{5, 5, 5, 0, 0, 0});
+  EXPECT_EQ(smoothed_standard_error(picture), (std::vector<float>{0, 0, 0}));
+}
+
+TEST(FilmPicture, ComesBackFromItsFile) {
+  const FilmPicture picture = example_picture();
+  const std::filesystem::path path = std::filesystem::path(testing::TempDir()) / "film_picture_test.exr";
+  const Result<std::string> bytes = encode_picture(picture, PictureFormat::exr, {});
+  ASSERT_TRUE(bytes.ok()) << bytes.status();
+  ASSERT_TRUE(write_file_atomically(path, as_byte_view(*bytes)).ok());
+  const Result<FilmPicture> back = load_film_picture(path);
+  ASSERT_TRUE(back.ok()) << back.status();
+  EXPECT_EQ(back->beauty, picture.beauty);
+  EXPECT_EQ(back->half_a, picture.half_a);
+  EXPECT_EQ(back->half_b, picture.half_b);
+  EXPECT_EQ(back->samples_a, picture.samples_a);
+  EXPECT_EQ(back->samples_b, picture.samples_b);
+  EXPECT_EQ(back->display, picture.display);
+  EXPECT_EQ(back->receipt.seed, picture.receipt.seed);
+  EXPECT_EQ(back->receipt.film_hash, "00ff");
+  EXPECT_EQ(back->receipt.asset_digests, picture.receipt.asset_digests);
+  EXPECT_EQ(back->receipt.rel_mse, 0.1);
+  EXPECT_EQ(back->receipt.owner, "ada");
+  const Result<RgbImage> rgb = load_rgb(path);
+  ASSERT_TRUE(rgb.ok()) << rgb.status();
+  EXPECT_EQ(rgb->values, picture.beauty);
+  std::filesystem::remove(path);
+}
+
+TEST(PictureFile, FormatIsKnownByItsName) {
+  EXPECT_EQ(*picture_format("a/b.exr"), PictureFormat::exr);
+  EXPECT_EQ(*picture_format("b.PNG"), PictureFormat::png);
+  for (const char* name : {"b.jpg", "b", "exr", ".png.txt"}) {
+    const Status status = picture_format(name).status();
+    EXPECT_EQ(status.code(), StatusCode::kInvalidArgument);
+    EXPECT_NE(message_of(status).find(name), std::string::npos);
+  }
+  EXPECT_EQ(load_rgb("/nowhere/at/all.exr").status().code(), StatusCode::kNotFound);
+}
+
+TEST(ErrorMetrics, EqualPicturesDifferByNothing) {
+  const RgbImage image{2, 1, {1, 2, 3, 4, 5, 0}};
+  const Result<PictureError> error = compare_pictures(image, image);
+  ASSERT_TRUE(error.ok());
+  EXPECT_EQ(error->rel_mse, 0);
+  EXPECT_EQ(error->smape, 0);
+  EXPECT_EQ(error->energy_ratio, 1);
+}
+
+TEST(ErrorMetrics, HitClosedForms) {
+  const RgbImage reference{1, 1, {1.0f, 0.0f, 0.5f}};
+  const RgbImage picture{1, 1, {1.5f, 0.1f, 0.5f}};
+  const Result<PictureError> error = compare_pictures(picture, reference);
+  ASSERT_TRUE(error.ok());
+  EXPECT_NEAR(error->rel_mse, (0.25 / 1.01 + 0.01 / 0.01 + 0) / 3, 1e-6);
+  EXPECT_NEAR(error->smape, (0.5 / 2.5 + 1.0 + 0) / 3, 1e-6);
+  EXPECT_NEAR(error->energy_ratio, 2.1 / 1.5, 1e-6);
+  EXPECT_NEAR(error->max_abs, 0.5, 1e-6);
+}
+
+TEST(ErrorMetrics, TrimmingDropsTheWorstPixelInAThousand) {
+  RgbImage reference{1000, 1, std::vector<float>(3000, 1.0f)};
+  RgbImage picture = reference;
+  for (float& value : picture.values) {
+    value = 1.1f;
+  }
+  picture.values[500] = picture.values[1500] = picture.values[2500] = 1e4f;
+  const Result<PictureError> error = compare_pictures(picture, reference);
+  ASSERT_TRUE(error.ok());
+  EXPECT_NEAR(error->rel_mse_trimmed, 0.01 / 1.01, 1e-6);
+  EXPECT_GT(error->rel_mse, 9e4);
+}
+
+TEST(ErrorMetrics, WhatCannotBeComparedIsRefused) {
+  const RgbImage one{1, 1, {1, 1, 1}};
+  EXPECT_FALSE(compare_pictures(one, RgbImage{2, 1, std::vector<float>(6)}).ok());
+  EXPECT_FALSE(compare_pictures(RgbImage{1, 1, {1, std::nanf(""), 1}}, one).ok());
+}
+
+}  // namespace
+}  // namespace lightmill
