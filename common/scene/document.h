@@ -1,7 +1,7 @@
 // The scene document as plain values: what is to be seen, naming its assets by content.
 //
-// Mirrors lightmill.v1.Scene (proto/lightmill/v1/scene.proto, the schema); common/wire converts. Lengths are in scene units
-// (metres where it matters), angles in degrees, y up is customary but not required.
+// Mirrors lightmill.v1.Scene (proto/lightmill/v1/scene.proto, the schema); common/wire converts. Lengths are in scene
+// units (metres where it matters), angles in degrees, y up is customary but not required.
 #pragma once
 
 #include <array>
@@ -16,6 +16,11 @@
 namespace lightmill {
 
 using Point3d = std::array<double, 3>;  ///< x, y, z
+
+inline constexpr double kMaxCoordinate = 1e12;  ///< of any point, in scene units: single precision must hold squares
+inline constexpr double kMaxIor = 10;           ///< of a dielectric
+inline constexpr double kMaxFilterRadius = 16;  ///< pixels
+inline constexpr std::size_t kMaxSceneEntries = 1'000'000;  ///< materials, objects and lights, of each
 
 /// Linear RGB with Rec. 709 primaries. Another kind (a spectrum) could join as an alternative in the schema.
 struct RgbColor {
@@ -58,11 +63,11 @@ struct DielectricMaterial {
 struct Material {
   std::string name;
   std::variant<DiffuseMaterial, MirrorMaterial, DielectricMaterial> kind;
-  RgbColor emission;           ///< radiance, W/(m² sr); zero where the material does not emit
+  RgbColor emission;                ///< radiance, W/(m² sr); zero where the material does not emit
   bool two_sided_emission = false;  ///< else only on the side that the geometric normal points to
 };
 
-/// An indexed triangle mesh kept as an asset (common/scene/mesh_asset.h).
+/// An indexed triangle mesh kept as an asset (common/scene/mesh.h).
 struct MeshShape {
   std::string file;  ///< as the document named it; for messages only
   Sha256 asset;      ///< of the encoded mesh
@@ -94,8 +99,9 @@ struct Scene {
   std::vector<PointLight> point_lights;
 };
 
-/// Everything that can be checked without the assets: ranges, finiteness, indices, at least one object. Errors name the
-/// field path, the value and what is expected.
+/// Everything that can be checked without the assets: ranges, finiteness, indices, at least one object. Errors have the
+/// form "objects[3].sphere.radius: must be positive, got -1": the field's path in the schema, then the value and what
+/// is expected.
 Status validate(const Scene& scene);
 
 }  // namespace lightmill

@@ -1,0 +1,155 @@
+#include "common/scene/document.h"
+
+#include <cmath>
+#include <set>
+
+#include "common/film/tile_grid.h"
+
+namespace lightmill {
+namespace {
+
+Status check_point(std::string_view path, const Point3d& point) {
+  for (const double value : point) {
+    // Negated, so that NaN fails too.
+    if (!(std::abs(value) <= kMaxCoordinate)) {
+      return invalid_argument("{}: coordinates must be finite and at most {}, got ({}, {}, {})", path, kMaxCoordinate,
+                              point[0], point[1], point[2]);
+    }
+  }
+  return ok_status();
+}
+
+Status check_reflectance(const std::string& path, const RgbColor& color) {
+  for (const float value : {color.r, color.g, color.b}) {
+    if (!(value >= 0 && value <= 1)) {
+      return invalid_argument("{}: each component must be in [0, 1], got ({}, {}, {})", path, color.r, color.g,
+                              color.b);
+    }
+  }
+  return ok_status();
+}
+
+Status check_power(const std::string& path, const RgbColor& color) {
+  constexpr float kLimit = 1e20f;
+  for (const float value : {color.r, color.g, color.b}) {
+    if (!(value >= 0 && value <= kLimit)) {
+      return invalid_argument("{}: each component must be in [0, {}], got ({}, {}, {})", path, kLimit, color.r, color.g,
+                              color.b);
+    }
+  }
+  return ok_status();
+}
+
+Status check_camera(const Camera& camera) {
+  LM_RETURN_IF_ERROR(check_point("camera.eye", camera.eye));
+  LM_RETURN_IF_ERROR(check_point("camera.look_at", camera.look_at));
+  LM_RETURN_IF_ERROR(check_point("camera.up", camera.up));
+  if (!(camera.vertical_fov_degrees > 0 && camera.vertical_fov_degrees < 180)) {
+    return invalid_argument("camera.vertical_fov_degrees: must be in (0, 180), got {}", camera.vertical_fov_degrees);
+  }
+  const Point3d d{camera.look_at[0] - camera.eye[0], camera.look_at[1] - camera.eye[1],
+                  camera.look_at[2] - camera.eye[2]};
+  const Point3d& u = camera.up;
+  const double view_length = std::hypot(d[0], d[1], d[2]);
+  const double up_length = std::hypot(u[0], u[1], u[2]);
+  if (!(view_length > 0)) {
+    return invalid_argument("camera.look_at: must differ from camera.eye, both are ({}, {}, {})", camera.eye[0],
+                            camera.eye[1], camera.eye[2]);
+  }
+  if (!(up_length > 0)) {
+    return invalid_argument("camera.up: must not be zero");
+  }
+  const double sine = std::hypot(d[1] * u[2] - d[2] * u[1], d[2] * u[0] - d[0] * u[2], d[0] * u[1] - d[1] * u[0]) /
+                      (view_length * up_length);
+  if (!(sine > 1e-6)) {
+    return invalid_argument("camera.up: must not be parallel to the direction from eye to look_at, got ({}, {}, {})",
+                            u[0], u[1], u[2]);
+  }
+  return ok_status();
+}
+
+Status check_film(const FilmSettings& film) {
+  if (film.width < 1 || film.width > kMaxFilmSide) {
+    return invalid_argument("film.width: must be 1 to {}, got {}", kMaxFilmSide, film.width);
+  }
+  if (film.height < 1 || film.height > kMaxFilmSide) {
+    return invalid_argument("film.height: must be 1 to {}, got {}", kMaxFilmSide, film.height);
+  }
+  if (!(film.filter.radius_pixels > 0 && film.filter.radius_pixels <= kMaxFilterRadius)) {
+    return invalid_argument("film.filter.radius_pixels: must be in (0, {}], got {}", kMaxFilterRadius,
+                            film.filter.radius_pixels);
+  }
+  return ok_status();
+}
+
+Status check_material(const std::string& path, const Material& material) {
+  if (material.name.empty()) {
+    return invalid_argument("{}.name: must not be empty", path);
+  }
+  if (const auto* diffuse = std::get_if<DiffuseMaterial>(&material.kind)) {
+    LM_RETURN_IF_ERROR(check_reflectance(path + ".diffuse.reflectance", diffuse->reflectance));
+  } else if (const auto* mirror = std::get_if<MirrorMaterial>(&material.kind)) {
+    LM_RETURN_IF_ERROR(check_reflectance(path + ".mirror.reflectance", mirror->reflectance));
+  } else if (const auto* glass = std::get_if<DielectricMaterial>(&material.kind)) {
+    if (!(glass->ior > 0 && glass->ior <= kMaxIor)) {
+      return invalid_argument("{}.dielectric.ior: must be in (0, {}], got {}", path, kMaxIor, glass->ior);
+    }
+  }
+  return check_power(path + ".emission", material.emission);
+}
+
+Status check_object(const std::string& path, const Object& object, std::size_t materials) {
+  if (object.material >= materials) {
+    return invalid_argument("{}.material: index {} is out of range, there are {} materials", path, object.material,
+                            materials);
+  }
+  if (const auto* sphere = std::get_if<SphereShape>(&object.shape)) {
+    LM_RETURN_IF_ERROR(check_point(path + ".sphere.center", sphere->center));
+    if (!(sphere->radius > 0 && sphere->radius <= kMaxCoordinate)) {
+      return invalid_argument("{}.sphere.radius: must be positive and at most {}, got {}", path, kMaxCoordinate,
+                              sphere->radius);
+    }
+  }
+  return ok_status();
+}
+
+Status check_counts(const Scene& scene) {
+  const auto within = [](std::string_view path, std::size_t count) {
+    return count <= kMaxSceneEntries
+               ? ok_status()
+               : invalid_argument("{}: at most {} are possible, got {}", path, kMaxSceneEntries, count);
+  };
+  LM_RETURN_IF_ERROR(within("materials", scene.materials.size()));
+  LM_RETURN_IF_ERROR(within("objects", scene.objects.size()));
+  LM_RETURN_IF_ERROR(within("lights", scene.point_lights.size()));
+  if (scene.objects.empty()) {
+    return invalid_argument("objects: the scene is empty, at least one object is expected");
+  }
+  return ok_status();
+}
+
+}  // namespace
+
+Status validate(const Scene& scene) {
+  LM_RETURN_IF_ERROR(check_camera(scene.camera));
+  LM_RETURN_IF_ERROR(check_film(scene.film));
+  LM_RETURN_IF_ERROR(check_counts(scene));
+  std::set<std::string_view> names;
+  for (std::size_t i = 0; i < scene.materials.size(); ++i) {
+    LM_RETURN_IF_ERROR(check_material(fmt::format("materials[{}]", i), scene.materials[i]));
+    if (!names.insert(scene.materials[i].name).second) {
+      return invalid_argument("materials[{}].name: \"{}\" names an earlier material already", i,
+                              scene.materials[i].name);
+    }
+  }
+  for (std::size_t i = 0; i < scene.objects.size(); ++i) {
+    LM_RETURN_IF_ERROR(check_object(fmt::format("objects[{}]", i), scene.objects[i], scene.materials.size()));
+  }
+  for (std::size_t i = 0; i < scene.point_lights.size(); ++i) {
+    LM_RETURN_IF_ERROR(check_point(fmt::format("lights[{}].point.position", i), scene.point_lights[i].position));
+    LM_RETURN_IF_ERROR(check_power(fmt::format("lights[{}].point.intensity", i), scene.point_lights[i].intensity));
+  }
+  return ok_status();
+}
+
+}  // namespace lightmill

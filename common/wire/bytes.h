@@ -1,0 +1,32 @@
+// Floats and digests as the bytes that stand in messages.
+#pragma once
+
+#include <span>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "common/base/digest.h"
+#include "common/base/status.h"
+
+namespace lightmill {
+
+/// Float32, little-endian, one after the other.
+std::string float_bytes(std::span<const float> values);
+
+/// The inverse; fails unless the length is a multiple of 4.
+Result<std::vector<float>> floats_from_bytes(std::string_view bytes);
+
+/// The 32 bytes of a SHA-256.
+std::string digest_bytes(const Sha256& digest);
+
+/// Fails unless there are 32 bytes.
+Result<Sha256> digest_from_bytes(std::string_view bytes);
+
+/// The 16 bytes of an XXH3-128, high word first, each word big-endian (XXHash's canonical form).
+std::string hash_bytes(const Hash128& hash);
+
+/// Fails unless there are 16 bytes.
+Result<Hash128> hash_from_bytes(std::string_view bytes);
+
+}  // namespace lightmill

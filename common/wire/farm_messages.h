@@ -1,0 +1,71 @@
+// Jobs, units, nodes and the worker's stream: plain values ↔ lightmill.v1 messages.
+//
+// to_wire fills a message that must be empty; from_wire checks every size, count and range against limits.h and names
+// the field that is wrong, so what it returns can be used without further care for memory. Both are free of state.
+#pragma once
+
+#include <string>
+#include <string_view>
+
+#include "common/base/status.h"
+#include "common/farm/job.h"
+#include "common/farm/messages.h"
+
+namespace lightmill::v1 {
+class ErrorEstimate;
+class Goal;
+class Job;
+class JobSpec;
+class NodeKey;
+class PixelRect;
+class RenderSettings;
+class SampleRange;
+class SubmitJobRequest;
+class Unit;
+class WorkRequest;
+class WorkResponse;
+}  // namespace lightmill::v1
+
+namespace lightmill {
+
+// ---- farm.proto ----
+
+void to_wire(const PixelRect& rect, v1::PixelRect* out);
+void to_wire(const RenderSettings& settings, v1::RenderSettings* out);
+void to_wire(const Goal& goal, v1::Goal* out);
+void to_wire(const JobSpec& spec, v1::JobSpec* out);  ///< without the request id, which is SubmitJobRequest's
+void to_wire(const JobStatus& status, v1::Job* out);
+void to_wire(const SampleRange& range, v1::SampleRange* out);
+void to_wire(const NodeKey& key, v1::NodeKey* out);
+void to_wire(const Unit& unit, v1::Unit* out);
+
+Result<PixelRect> from_wire(const v1::PixelRect& rect);
+Result<RenderSettings> from_wire(const v1::RenderSettings& settings);
+Result<Goal> from_wire(const v1::Goal& goal);
+Result<JobSpec> from_wire(const v1::JobSpec& spec);
+Result<JobStatus> from_wire(const v1::Job& job);
+Result<SampleRange> from_wire(const v1::SampleRange& range);
+Result<NodeKey> from_wire(const v1::NodeKey& key);
+Result<Unit> from_wire(const v1::Unit& unit);
+
+// ---- render_service.proto ----
+
+void to_wire(const JobSpec& spec, v1::SubmitJobRequest* out);
+/// Fails without a request id.
+Result<JobSpec> from_wire(const v1::SubmitJobRequest& request);
+
+// ---- worker_service.proto ----
+
+void to_wire(const WorkerMessage& message, v1::WorkRequest* out);
+void to_wire(const CoordinatorMessage& message, v1::WorkResponse* out);
+
+Result<WorkerMessage> from_wire(const v1::WorkRequest& request);
+Result<CoordinatorMessage> from_wire(const v1::WorkResponse& response);
+
+// ---- as bytes, for those who know no protobuf (the store) ----
+
+/// A whole job specification, the request id too; deterministic.
+std::string pack_job_spec(const JobSpec& spec);
+Result<JobSpec> unpack_job_spec(std::string_view bytes);
+
+}  // namespace lightmill

@@ -1,0 +1,328 @@
+#include <cmath>
+
+#include "common/wire/bytes.h"
+#include "common/wire/deterministic.h"
+#include "common/wire/farm_messages.h"
+#include "common/wire/limits.h"
+#include "lightmill/v1/farm.pb.h"
+#include "lightmill/v1/render_service.pb.h"
+
+namespace lightmill {
+namespace {
+
+v1::JobState to_wire_state(JobState state) {
+  switch (state) {
+    case JobState::queued:
+      return v1::JOB_STATE_QUEUED;
+    case JobState::running:
+      return v1::JOB_STATE_RUNNING;
+    case JobState::paused:
+      return v1::JOB_STATE_PAUSED;
+    case JobState::done:
+      return v1::JOB_STATE_DONE;
+    case JobState::failed:
+      return v1::JOB_STATE_FAILED;
+    case JobState::cancelled:
+      return v1::JOB_STATE_CANCELLED;
+  }
+  return v1::JOB_STATE_UNSPECIFIED;
+}
+
+Result<JobState> from_wire_state(v1::JobState state) {
+  switch (state) {
+    case v1::JOB_STATE_QUEUED:
+      return JobState::queued;
+    case v1::JOB_STATE_RUNNING:
+      return JobState::running;
+    case v1::JOB_STATE_PAUSED:
+      return JobState::paused;
+    case v1::JOB_STATE_DONE:
+      return JobState::done;
+    case v1::JOB_STATE_FAILED:
+      return JobState::failed;
+    case v1::JOB_STATE_CANCELLED:
+      return JobState::cancelled;
+    default:
+      return invalid_argument("state: unknown value {}", static_cast<int>(state));
+  }
+}
+
+Status check_length(std::string_view field, std::string_view text, std::size_t limit) {
+  if (text.size() > limit) {
+    return invalid_argument("{}: {} bytes are more than the limit of {}", field, text.size(), limit);
+  }
+  return ok_status();
+}
+
+Status check_film_size(int width, int height, const PixelRect& crop) {
+  if (width < 1 || width > kMaxFilmSide || height < 1 || height > kMaxFilmSide) {
+    return invalid_argument("width and height must be 1 to {}, got {}x{}", kMaxFilmSide, width, height);
+  }
+  // from_wire(PixelRect) has bounded each number, so the sums cannot overflow.
+  if (crop.width < 1 || crop.height < 1 || crop.x + crop.width > width || crop.y + crop.height > height) {
+    return invalid_argument("crop: {}x{} at ({}, {}) is not inside the film of {}x{}", crop.width, crop.height, crop.x,
+                            crop.y, width, height);
+  }
+  return ok_status();
+}
+
+Result<std::vector<LayerSpec>> layers_from_wire(const v1::RenderSettings& settings) {
+  if (settings.layers().empty() || settings.layers_size() > static_cast<int>(kMaxLayers)) {
+    return invalid_argument("layers: 1 to {} are expected, got {}", kMaxLayers, settings.layers_size());
+  }
+  std::vector<LayerSpec> layers;
+  std::uint64_t channels = 0;
+  for (const v1::LayerSpec& layer : settings.layers()) {
+    LM_RETURN_IF_ERROR(check_length("layers.name", layer.name(), kMaxNameBytes));
+    if (layer.name().empty() || layer.channels() < 1) {
+      return invalid_argument("layers: a layer needs a name and at least one channel, got '{}' with {}", layer.name(),
+                              layer.channels());
+    }
+    if (layer.kind() != v1::LayerSpec::SUMMED) {
+      return invalid_argument("layers: layer '{}' has the unknown kind {}", layer.name(),
+                              static_cast<int>(layer.kind()));
+    }
+    channels += layer.channels();
+    layers.push_back({layer.name(), layer.channels(), LayerKind::summed});
+  }
+  if (channels > kMaxChannels) {
+    return invalid_argument("layers: {} channels in all are more than the limit of {}", channels, kMaxChannels);
+  }
+  return layers;
+}
+
+Result<std::vector<Sha256>> assets_from_wire(const v1::RenderSettings& settings) {
+  if (settings.assets_size() > static_cast<int>(kMaxAssets)) {
+    return invalid_argument("assets: {} are more than the limit of {}", settings.assets_size(), kMaxAssets);
+  }
+  std::vector<Sha256> assets;
+  assets.reserve(settings.assets_size());
+  for (int i = 0; i < settings.assets_size(); ++i) {
+    Result<Sha256> digest = digest_from_bytes(settings.assets(i));
+    if (!digest.ok()) {
+      return with_context(digest.status(), fmt::format("assets[{}]", i));
+    }
+    if (i > 0 && *digest <= assets.back()) {
+      return invalid_argument("assets[{}]: digests must be sorted, each once", i);
+    }
+    assets.push_back(*digest);
+  }
+  return assets;
+}
+
+}  // namespace
+
+void to_wire(const PixelRect& rect, v1::PixelRect* out) {
+  out->set_x(rect.x);
+  out->set_y(rect.y);
+  out->set_width(rect.width);
+  out->set_height(rect.height);
+}
+
+Result<PixelRect> from_wire(const v1::PixelRect& rect) {
+  const auto within = [](int value) { return value >= 0 && value <= kMaxFilmSide; };
+  if (!within(rect.x()) || !within(rect.y()) || !within(rect.width()) || !within(rect.height())) {
+    return invalid_argument("rectangle numbers must be 0 to {}, got x {}, y {}, width {}, height {}", kMaxFilmSide,
+                            rect.x(), rect.y(), rect.width(), rect.height());
+  }
+  return PixelRect{rect.x(), rect.y(), rect.width(), rect.height()};
+}
+
+void to_wire(const RenderSettings& settings, v1::RenderSettings* out) {
+  out->set_scene(settings.scene);
+  for (const Sha256& asset : settings.assets) {
+    out->add_assets(digest_bytes(asset));
+  }
+  out->set_width(settings.width);
+  out->set_height(settings.height);
+  to_wire(settings.crop, out->mutable_crop());
+  for (const LayerSpec& layer : settings.layers) {
+    v1::LayerSpec* wire = out->add_layers();
+    wire->set_name(layer.name);
+    wire->set_channels(layer.channels);
+    wire->set_kind(v1::LayerSpec::SUMMED);
+  }
+  out->set_seed(settings.seed);
+  out->set_method(settings.method);
+  out->set_max_bounces(settings.max_bounces);
+  out->set_renderer_version(settings.renderer_version);
+}
+
+Result<RenderSettings> from_wire(const v1::RenderSettings& settings) {
+  LM_RETURN_IF_ERROR(check_length("scene", settings.scene(), kMaxSceneBytes));
+  LM_RETURN_IF_ERROR(check_length("method", settings.method(), kMaxNameBytes));
+  LM_RETURN_IF_ERROR(check_length("renderer_version", settings.renderer_version(), kMaxNameBytes));
+  RenderSettings out;
+  LM_ASSIGN_OR_RETURN(out.crop, from_wire(settings.crop()));
+  LM_RETURN_IF_ERROR(check_film_size(settings.width(), settings.height(), out.crop));
+  LM_ASSIGN_OR_RETURN(out.layers, layers_from_wire(settings));
+  LM_ASSIGN_OR_RETURN(out.assets, assets_from_wire(settings));
+  out.scene = settings.scene();
+  out.width = settings.width();
+  out.height = settings.height();
+  out.seed = settings.seed();
+  out.method = settings.method();
+  out.max_bounces = settings.max_bounces();
+  out.renderer_version = settings.renderer_version();
+  return out;
+}
+
+void to_wire(const Goal& goal, v1::Goal* out) {
+  out->set_samples(goal.samples);
+  out->set_seconds(goal.seconds);
+}
+
+Result<Goal> from_wire(const v1::Goal& goal) {
+  if (goal.samples() > kMaxSamples) {
+    return invalid_argument("goal.samples: at most {} are possible, got {}", kMaxSamples, goal.samples());
+  }
+  if (!std::isfinite(goal.seconds()) || goal.seconds() < 0) {
+    return invalid_argument("goal.seconds: must be finite and not negative, got {}", goal.seconds());
+  }
+  return Goal{goal.samples(), goal.seconds()};
+}
+
+void to_wire(const JobSpec& spec, v1::JobSpec* out) {
+  out->set_name(spec.name);
+  out->set_owner(spec.owner);
+  out->set_host(spec.host);
+  out->set_parent(spec.parent.value);
+  out->set_priority(spec.priority);
+  to_wire(spec.goal, out->mutable_goal());
+  to_wire(spec.settings, out->mutable_settings());
+}
+
+Result<JobSpec> from_wire(const v1::JobSpec& spec) {
+  LM_RETURN_IF_ERROR(check_length("name", spec.name(), kMaxNameBytes));
+  LM_RETURN_IF_ERROR(check_length("owner", spec.owner(), kMaxNameBytes));
+  LM_RETURN_IF_ERROR(check_length("host", spec.host(), kMaxNameBytes));
+  JobSpec out;
+  out.name = spec.name();
+  out.owner = spec.owner();
+  out.host = spec.host();
+  out.parent = JobId{spec.parent()};
+  out.priority = spec.priority();
+  LM_ASSIGN_OR_RETURN(out.goal, from_wire(spec.goal()));
+  Result<RenderSettings> settings = from_wire(spec.settings());
+  if (!settings.ok()) {
+    return with_context(settings.status(), "settings");
+  }
+  out.settings = *std::move(settings);
+  return out;
+}
+
+void to_wire(const JobStatus& status, v1::Job* out) {
+  out->set_id(status.id.value);
+  out->set_name(status.name);
+  out->set_owner(status.owner);
+  out->set_host(status.host);
+  out->set_method(status.method);
+  out->set_fingerprint_class(status.fingerprint_class);
+  out->set_parent(status.parent.value);
+  out->set_state(to_wire_state(status.state));
+  out->set_reason(status.reason);
+  out->set_priority(status.priority);
+  to_wire(status.goal, out->mutable_goal());
+  out->set_width(status.width);
+  out->set_height(status.height);
+  to_wire(status.crop, out->mutable_crop());
+  out->set_seed(status.seed);
+  out->set_samples_done(status.samples_done);
+  out->set_samples_wanted(status.samples_wanted);
+  out->set_min_tile_samples(status.min_tile_samples);
+  out->set_max_tile_samples(status.max_tile_samples);
+  out->set_active_seconds(status.active_seconds);
+  out->set_worker_seconds(status.worker_seconds);
+  out->set_samples_per_second(status.samples_per_second);
+  out->set_eta_seconds(status.eta_seconds);
+  if (status.error.known) {
+    out->mutable_error()->set_rel_mse(status.error.rel_mse);
+    out->mutable_error()->set_half_width(status.error.half_width);
+  }
+  v1::JobCounters* counters = out->mutable_counters();
+  counters->set_results_merged(status.counters.results_merged);
+  counters->set_results_duplicate(status.counters.results_duplicate);
+  counters->set_leases_lost(status.counters.leases_lost);
+  counters->set_copies_leased(status.counters.copies_leased);
+  counters->set_non_finite(status.counters.non_finite);
+  out->set_submitted_unix_ms(status.submitted_unix_ms);
+  out->set_finished_unix_ms(status.finished_unix_ms);
+  if (status.render_digest != Sha256{}) {
+    out->set_render_digest(digest_bytes(status.render_digest));
+  }
+}
+
+Result<JobStatus> from_wire(const v1::Job& job) {
+  JobStatus out;
+  out.id = JobId{job.id()};
+  out.name = job.name();
+  out.owner = job.owner();
+  out.host = job.host();
+  out.method = job.method();
+  out.fingerprint_class = job.fingerprint_class();
+  out.parent = JobId{job.parent()};
+  LM_ASSIGN_OR_RETURN(out.state, from_wire_state(job.state()));
+  out.reason = job.reason();
+  out.priority = job.priority();
+  LM_ASSIGN_OR_RETURN(out.goal, from_wire(job.goal()));
+  LM_ASSIGN_OR_RETURN(out.crop, from_wire(job.crop()));
+  LM_RETURN_IF_ERROR(check_film_size(job.width(), job.height(), out.crop));
+  out.width = job.width();
+  out.height = job.height();
+  out.seed = job.seed();
+  out.samples_done = job.samples_done();
+  out.samples_wanted = job.samples_wanted();
+  out.min_tile_samples = job.min_tile_samples();
+  out.max_tile_samples = job.max_tile_samples();
+  out.active_seconds = job.active_seconds();
+  out.worker_seconds = job.worker_seconds();
+  out.samples_per_second = job.samples_per_second();
+  out.eta_seconds = job.eta_seconds();
+  if (job.has_error()) {
+    out.error = {job.error().rel_mse(), job.error().half_width(), true};
+  }
+  const v1::JobCounters& counters = job.counters();
+  out.counters = {counters.results_merged(), counters.results_duplicate(), counters.leases_lost(),
+                  counters.copies_leased(), counters.non_finite()};
+  out.submitted_unix_ms = job.submitted_unix_ms();
+  out.finished_unix_ms = job.finished_unix_ms();
+  if (!job.render_digest().empty()) {
+    Result<Sha256> digest = digest_from_bytes(job.render_digest());
+    if (!digest.ok()) {
+      return with_context(digest.status(), "render_digest");
+    }
+    out.render_digest = *digest;
+  }
+  return out;
+}
+
+void to_wire(const JobSpec& spec, v1::SubmitJobRequest* out) {
+  out->set_request_id(spec.request_id);
+  to_wire(spec, out->mutable_job());
+}
+
+Result<JobSpec> from_wire(const v1::SubmitJobRequest& request) {
+  LM_RETURN_IF_ERROR(check_length("request_id", request.request_id(), kMaxNameBytes));
+  if (request.request_id().empty()) {
+    return invalid_argument("request_id: must not be empty");
+  }
+  LM_ASSIGN_OR_RETURN(JobSpec spec, from_wire(request.job()));
+  spec.request_id = request.request_id();
+  return spec;
+}
+
+std::string pack_job_spec(const JobSpec& spec) {
+  v1::SubmitJobRequest request;
+  to_wire(spec, &request);
+  return deterministic_bytes(request);
+}
+
+Result<JobSpec> unpack_job_spec(std::string_view bytes) {
+  v1::SubmitJobRequest request;
+  if (!parse_bytes(bytes, &request)) {
+    return data_loss("a job specification of {} bytes is damaged", bytes.size());
+  }
+  return from_wire(request);
+}
+
+}  // namespace lightmill

@@ -1,0 +1,18 @@
+// Bounds on what one message may hold: what goes beyond is refused before anything is allocated for it.
+#pragma once
+
+#include <cstddef>
+
+namespace lightmill {
+
+inline constexpr std::size_t kMaxSceneBytes = std::size_t{16} << 20;  ///< of a packed scene document
+inline constexpr std::size_t kMaxAssets = 10'000;                     ///< that one scene names
+inline constexpr std::size_t kMaxLayers = 64;                         ///< of one film
+inline constexpr std::size_t kMaxChannels = 64;                       ///< of all layers of one film together
+inline constexpr std::size_t kMaxUnitTiles = std::size_t{1} << 20;    ///< a film of 65536² has so many
+inline constexpr std::size_t kMaxListedLeases = 10'000;               ///< in one hello, heartbeat or cancel
+inline constexpr std::size_t kMaxListedNodes = 100'000;               ///< in one acknowledgement
+inline constexpr std::size_t kMaxNameBytes = 1024;                    ///< of names, hosts and versions
+inline constexpr std::size_t kMaxReasonBytes = 64 * 1024;             ///< of error texts
+
+}  // namespace lightmill

@@ -1,0 +1,330 @@
+#include <cmath>
+#include <cstring>
+
+#include "common/wire/bytes.h"
+#include "common/wire/farm_messages.h"
+#include "common/wire/limits.h"
+#include "lightmill/v1/worker_service.pb.h"
+
+namespace lightmill {
+namespace {
+
+Status check_length(std::string_view field, std::string_view text, std::size_t limit) {
+  if (text.size() > limit) {
+    return invalid_argument("{}: {} bytes are more than the limit of {}", field, text.size(), limit);
+  }
+  return ok_status();
+}
+
+Status check_count(std::string_view field, int count, std::size_t limit) {
+  if (static_cast<std::size_t>(count) > limit) {
+    return invalid_argument("{}: {} entries are more than the limit of {}", field, count, limit);
+  }
+  return ok_status();
+}
+
+void to_wire_duration(Duration duration, google::protobuf::Duration* out) {
+  const auto nanoseconds = duration.count();
+  out->set_seconds(nanoseconds / 1'000'000'000);
+  out->set_nanos(static_cast<int>(nanoseconds % 1'000'000'000));
+}
+
+Result<Duration> duration_from_wire(std::string_view field, const google::protobuf::Duration& duration) {
+  constexpr std::int64_t kLimitSeconds = 24 * 60 * 60;
+  if (duration.seconds() < 0 || duration.seconds() > kLimitSeconds || duration.nanos() < 0 ||
+      duration.nanos() >= 1'000'000'000) {
+    return invalid_argument("{}: must be between 0 and {} s, got {} s and {} ns", field, kLimitSeconds,
+                            duration.seconds(), duration.nanos());
+  }
+  return std::chrono::seconds(duration.seconds()) + std::chrono::nanoseconds(duration.nanos());
+}
+
+/// Floats that are neither infinite nor NaN have an exponent that is not all ones. A loop without branches: it runs
+/// over every node that the coordinator receives.
+bool all_finite(std::span<const float> values) {
+  std::uint32_t bad = 0;
+  for (const float value : values) {
+    bad |= (std::bit_cast<std::uint32_t>(value) & 0x7f80'0000u) == 0x7f80'0000u ? 1u : 0u;
+  }
+  return bad == 0;
+}
+
+/// The values as a worker sends them.
+Result<std::vector<float>> node_values(const std::string& bytes) {
+  constexpr std::size_t kLimit = std::size_t{2} * kMaxChannels * kTileSize * kTileSize * sizeof(float);
+  LM_RETURN_IF_ERROR(check_length("values", bytes, kLimit));
+  LM_ASSIGN_OR_RETURN(std::vector<float> values, floats_from_bytes(bytes));
+  if (!all_finite(values)) {
+    return invalid_argument("values: a node's sums must be finite");
+  }
+  return values;
+}
+
+template <class T>
+Result<std::vector<LeaseId>> lease_list(const T& leases) {
+  LM_RETURN_IF_ERROR(check_count("leases", leases.size(), kMaxListedLeases));
+  std::vector<LeaseId> out;
+  out.reserve(leases.size());
+  for (const std::uint64_t lease : leases) {
+    out.push_back(LeaseId{lease});
+  }
+  return out;
+}
+
+// ---- worker → coordinator ----
+
+struct RequestWriter {
+  v1::WorkRequest* out;
+
+  void operator()(const WorkerHello& hello) const {
+    v1::WorkerHello* wire = out->mutable_hello();
+    wire->set_name(hello.name);
+    wire->set_host(hello.host);
+    wire->set_pid(hello.pid);
+    wire->set_threads(hello.threads);
+    wire->set_fingerprint_class(hello.fingerprint_class);
+    wire->set_renderer_version(hello.renderer_version);
+    for (const HeldLease& held : hello.held) {
+      v1::HeldLease* lease = wire->add_held();
+      lease->set_lease(held.lease.value);
+      lease->set_epoch(held.epoch);
+      to_wire(held.unit, lease->mutable_unit());
+    }
+    wire->set_draining(hello.draining);
+  }
+  void operator()(const WorkerHeartbeat& heartbeat) const {
+    v1::WorkerHeartbeat* wire = out->mutable_heartbeat();
+    for (const LeaseId lease : heartbeat.leases) {
+      wire->add_leases(lease.value);
+    }
+  }
+  void operator()(const WorkerResult& result) const {
+    v1::WorkerResult* wire = out->mutable_result();
+    wire->set_lease(result.lease.value);
+    to_wire(result.key, wire->mutable_key());
+    wire->set_values(result.node.values.data(), result.node.values.size() * sizeof(float));
+    wire->set_non_finite(result.node.non_finite);
+    wire->set_hash(hash_bytes(result.hash));
+    wire->set_seconds(result.seconds);
+  }
+  void operator()(const WorkerReturn& message) const { out->mutable_lease_return()->set_lease(message.lease.value); }
+  void operator()(const WorkerRefusal& refusal) const {
+    out->mutable_refusal()->set_job(refusal.job.value);
+    out->mutable_refusal()->set_reason(refusal.reason);
+  }
+  void operator()(const WorkerDraining&) const { out->mutable_draining(); }
+};
+
+Result<WorkerMessage> hello_from_wire(const v1::WorkerHello& hello) {
+  LM_RETURN_IF_ERROR(check_length("hello.name", hello.name(), kMaxNameBytes));
+  LM_RETURN_IF_ERROR(check_length("hello.host", hello.host(), kMaxNameBytes));
+  LM_RETURN_IF_ERROR(check_length("hello.fingerprint_class", hello.fingerprint_class(), kMaxNameBytes));
+  LM_RETURN_IF_ERROR(check_length("hello.renderer_version", hello.renderer_version(), kMaxNameBytes));
+  LM_RETURN_IF_ERROR(check_count("hello.held", hello.held_size(), kMaxListedLeases));
+  if (hello.name().empty()) {
+    return invalid_argument("hello.name: must not be empty");
+  }
+  if (hello.threads() < 1) {
+    return invalid_argument("hello.threads: must be at least 1, got {}", hello.threads());
+  }
+  WorkerHello out{
+      hello.name(), hello.host(),    hello.pid(), hello.threads(), hello.fingerprint_class(), hello.renderer_version(),
+      {},           hello.draining()};
+  out.held.reserve(hello.held_size());
+  for (const v1::HeldLease& held : hello.held()) {
+    LM_ASSIGN_OR_RETURN(Unit unit, from_wire(held.unit()));
+    out.held.push_back({LeaseId{held.lease()}, held.epoch(), std::move(unit)});
+  }
+  return WorkerMessage(std::move(out));
+}
+
+Result<WorkerMessage> result_from_wire(const v1::WorkerResult& result) {
+  WorkerResult out;
+  out.lease = LeaseId{result.lease()};
+  LM_ASSIGN_OR_RETURN(out.key, from_wire(result.key()));
+  out.node.range = out.key.range;
+  LM_ASSIGN_OR_RETURN(out.node.values, node_values(result.values()));
+  out.node.non_finite = result.non_finite();
+  LM_ASSIGN_OR_RETURN(out.hash, hash_from_bytes(result.hash()));
+  if (!std::isfinite(result.seconds()) || result.seconds() < 0) {
+    return invalid_argument("seconds: must be finite and not negative, got {}", result.seconds());
+  }
+  out.seconds = result.seconds();
+  return WorkerMessage(std::move(out));
+}
+
+// ---- coordinator → worker ----
+
+struct ResponseWriter {
+  v1::WorkResponse* out;
+
+  void operator()(const Welcome& welcome) const {
+    v1::Welcome* wire = out->mutable_welcome();
+    wire->set_epoch(welcome.epoch);
+    to_wire_duration(welcome.heartbeat_interval, wire->mutable_heartbeat_interval());
+    to_wire_duration(welcome.lease_duration, wire->mutable_lease_duration());
+  }
+  void operator()(const JobDescription& job) const {
+    v1::JobDescription* wire = out->mutable_job();
+    wire->set_job(job.job.value);
+    wire->set_render_digest(digest_bytes(job.render_digest));
+    to_wire(job.settings, wire->mutable_settings());
+  }
+  void operator()(const LeaseGrant& grant) const {
+    out->mutable_lease()->set_lease(grant.lease.value);
+    to_wire(grant.unit, out->mutable_lease()->mutable_unit());
+  }
+  void operator()(const ResultAck& ack) const {
+    v1::ResultAck* wire = out->mutable_ack();
+    for (const NodeKey& key : ack.keys) {
+      to_wire(key, wire->add_keys());
+    }
+  }
+  void operator()(const LeaseCancel& cancel) const {
+    v1::LeaseCancel* wire = out->mutable_cancel();
+    for (const LeaseId lease : cancel.leases) {
+      wire->add_leases(lease.value);
+    }
+  }
+  void operator()(const DrainRequest&) const { out->mutable_drain(); }
+  void operator()(const Dismissal& dismissal) const { out->mutable_dismissal()->set_reason(dismissal.reason); }
+};
+
+Result<CoordinatorMessage> welcome_from_wire(const v1::Welcome& welcome) {
+  Welcome out;
+  out.epoch = welcome.epoch();
+  LM_ASSIGN_OR_RETURN(out.heartbeat_interval,
+                      duration_from_wire("welcome.heartbeat_interval", welcome.heartbeat_interval()));
+  LM_ASSIGN_OR_RETURN(out.lease_duration, duration_from_wire("welcome.lease_duration", welcome.lease_duration()));
+  return CoordinatorMessage(out);
+}
+
+Result<CoordinatorMessage> job_from_wire(const v1::JobDescription& job) {
+  JobDescription out;
+  out.job = JobId{job.job()};
+  LM_ASSIGN_OR_RETURN(out.render_digest, digest_from_bytes(job.render_digest()));
+  LM_ASSIGN_OR_RETURN(out.settings, from_wire(job.settings()));
+  return CoordinatorMessage(std::move(out));
+}
+
+Result<CoordinatorMessage> ack_from_wire(const v1::ResultAck& ack) {
+  LM_RETURN_IF_ERROR(check_count("ack.keys", ack.keys_size(), kMaxListedNodes));
+  ResultAck out;
+  out.keys.reserve(ack.keys_size());
+  for (const v1::NodeKey& wire : ack.keys()) {
+    LM_ASSIGN_OR_RETURN(const NodeKey key, from_wire(wire));
+    out.keys.push_back(key);
+  }
+  return CoordinatorMessage(std::move(out));
+}
+
+}  // namespace
+
+void to_wire(const SampleRange& range, v1::SampleRange* out) {
+  out->set_level(range.level);
+  out->set_index(range.index);
+}
+
+Result<SampleRange> from_wire(const v1::SampleRange& range) {
+  if (range.level() > kMaxRangeLevel) {
+    return invalid_argument("range.level: must be at most {}, got {}", kMaxRangeLevel, range.level());
+  }
+  const SampleRange out{range.level(), range.index()};
+  if (out.end() > kMaxSamples) {
+    return invalid_argument("range.index: {} at level {} is beyond sample {}", range.index(), range.level(),
+                            kMaxSamples);
+  }
+  return out;
+}
+
+void to_wire(const NodeKey& key, v1::NodeKey* out) {
+  out->set_job(key.job.value);
+  out->set_tile(key.tile.value);
+  to_wire(key.range, out->mutable_range());
+}
+
+Result<NodeKey> from_wire(const v1::NodeKey& key) {
+  LM_ASSIGN_OR_RETURN(const SampleRange range, from_wire(key.range()));
+  return NodeKey{JobId{key.job()}, TileId{key.tile()}, range};
+}
+
+void to_wire(const Unit& unit, v1::Unit* out) {
+  out->set_job(unit.job.value);
+  to_wire(unit.range, out->mutable_range());
+  out->mutable_tiles()->Reserve(static_cast<int>(unit.tiles.size()));
+  for (const TileId tile : unit.tiles) {
+    out->add_tiles(tile.value);
+  }
+}
+
+Result<Unit> from_wire(const v1::Unit& unit) {
+  LM_RETURN_IF_ERROR(check_count("unit.tiles", unit.tiles_size(), kMaxUnitTiles));
+  Unit out;
+  out.job = JobId{unit.job()};
+  LM_ASSIGN_OR_RETURN(out.range, from_wire(unit.range()));
+  out.tiles.reserve(unit.tiles_size());
+  for (const std::uint32_t tile : unit.tiles()) {
+    out.tiles.push_back(TileId{tile});
+  }
+  return out;
+}
+
+void to_wire(const WorkerMessage& message, v1::WorkRequest* out) {
+  std::visit(RequestWriter{out}, message);
+}
+
+Result<WorkerMessage> from_wire(const v1::WorkRequest& request) {
+  switch (request.message_case()) {
+    case v1::WorkRequest::kHello:
+      return hello_from_wire(request.hello());
+    case v1::WorkRequest::kHeartbeat: {
+      LM_ASSIGN_OR_RETURN(std::vector<LeaseId> leases, lease_list(request.heartbeat().leases()));
+      return WorkerMessage(WorkerHeartbeat{std::move(leases)});
+    }
+    case v1::WorkRequest::kResult:
+      return result_from_wire(request.result());
+    case v1::WorkRequest::kLeaseReturn:
+      return WorkerMessage(WorkerReturn{LeaseId{request.lease_return().lease()}});
+    case v1::WorkRequest::kRefusal:
+      LM_RETURN_IF_ERROR(check_length("refusal.reason", request.refusal().reason(), kMaxReasonBytes));
+      return WorkerMessage(WorkerRefusal{JobId{request.refusal().job()}, request.refusal().reason()});
+    case v1::WorkRequest::kDraining:
+      return WorkerMessage(WorkerDraining{});
+    case v1::WorkRequest::MESSAGE_NOT_SET:
+      break;
+  }
+  return invalid_argument("a worker's message of no known kind");
+}
+
+void to_wire(const CoordinatorMessage& message, v1::WorkResponse* out) {
+  std::visit(ResponseWriter{out}, message);
+}
+
+Result<CoordinatorMessage> from_wire(const v1::WorkResponse& response) {
+  switch (response.message_case()) {
+    case v1::WorkResponse::kWelcome:
+      return welcome_from_wire(response.welcome());
+    case v1::WorkResponse::kJob:
+      return job_from_wire(response.job());
+    case v1::WorkResponse::kLease: {
+      LM_ASSIGN_OR_RETURN(Unit unit, from_wire(response.lease().unit()));
+      return CoordinatorMessage(LeaseGrant{LeaseId{response.lease().lease()}, std::move(unit)});
+    }
+    case v1::WorkResponse::kAck:
+      return ack_from_wire(response.ack());
+    case v1::WorkResponse::kCancel: {
+      LM_ASSIGN_OR_RETURN(std::vector<LeaseId> leases, lease_list(response.cancel().leases()));
+      return CoordinatorMessage(LeaseCancel{std::move(leases)});
+    }
+    case v1::WorkResponse::kDrain:
+      return CoordinatorMessage(DrainRequest{});
+    case v1::WorkResponse::kDismissal:
+      LM_RETURN_IF_ERROR(check_length("dismissal.reason", response.dismissal().reason(), kMaxReasonBytes));
+      return CoordinatorMessage(Dismissal{response.dismissal().reason()});
+    case v1::WorkResponse::MESSAGE_NOT_SET:
+      break;
+  }
+  return invalid_argument("a coordinator's message of no known kind");
+}
+
+}  // namespace lightmill

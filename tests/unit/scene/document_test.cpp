@@ -1,0 +1,98 @@
+#include "common/scene/document.h"
+
+#include <gtest/gtest.h>
+
+#include <limits>
+
+namespace lightmill {
+namespace {
+
+constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
+constexpr double kInfinity = std::numeric_limits<double>::infinity();
+
+Scene example() {
+  Scene scene;
+  scene.materials = {{"white", DiffuseMaterial{}, {}, false},
+                     {"mirror", MirrorMaterial{}, {}, false},
+                     {"glass", DielectricMaterial{}, {}, false}};
+  scene.objects = {{"ball", 2, SphereShape{}}, {"mesh", 0, MeshShape{}}};
+  scene.point_lights = {{"bulb", {0, 3, 0}, {1, 1, 1}}};
+  return scene;
+}
+
+template <class Change>
+std::string error_after(const Change& change) {
+  Scene scene = example();
+  change(scene);
+  const Status status = validate(scene);
+  return status.ok() ? "no error" : message_of(status);
+}
+
+TEST(Document, AGoodSceneIsValid) {
+  EXPECT_EQ(error_after([](Scene&) {}), "no error");
+}
+
+TEST(Document, CamerasAreChecked) {
+  EXPECT_EQ(error_after([](Scene& s) { s.camera.eye[1] = kNan; }),
+            "camera.eye: coordinates must be finite and at most 1000000000000, got (0, nan, 0)");
+  EXPECT_EQ(error_after([](Scene& s) { s.camera.look_at[0] = 1e13; }),
+            "camera.look_at: coordinates must be finite and at most 1000000000000, got (10000000000000, 0, -1)");
+  EXPECT_EQ(error_after([](Scene& s) { s.camera.look_at = s.camera.eye; }),
+            "camera.look_at: must differ from camera.eye, both are (0, 0, 0)");
+  EXPECT_EQ(error_after([](Scene& s) { s.camera.up = {0, 0, 0}; }), "camera.up: must not be zero");
+  EXPECT_EQ(error_after([](Scene& s) {
+              s.camera.up = {0, 0, 2};
+            }),
+            "camera.up: must not be parallel to the direction from eye to look_at, got (0, 0, 2)");
+  for (const double fov : {0.0, 180.0, -1.0, kNan}) {
+    EXPECT_EQ(error_after([&](Scene& s) { s.camera.vertical_fov_degrees = fov; }),
+              fmt::format("camera.vertical_fov_degrees: must be in (0, 180), got {}", fov));
+  }
+}
+
+TEST(Document, FilmsAreChecked) {
+  EXPECT_EQ(error_after([](Scene& s) { s.film.width = 0; }), "film.width: must be 1 to 65536, got 0");
+  EXPECT_EQ(error_after([](Scene& s) { s.film.height = 65537; }), "film.height: must be 1 to 65536, got 65537");
+  EXPECT_EQ(error_after([](Scene& s) { s.film.filter.radius_pixels = kInfinity; }),
+            "film.filter.radius_pixels: must be in (0, 16], got inf");
+}
+
+TEST(Document, MaterialsAreChecked) {
+  EXPECT_EQ(error_after([](Scene& s) { s.materials[0].name.clear(); }), "materials[0].name: must not be empty");
+  EXPECT_EQ(error_after([](Scene& s) { s.materials[1].name = "white"; }),
+            "materials[1].name: \"white\" names an earlier material already");
+  EXPECT_EQ(error_after([](Scene& s) {
+              s.materials[0].kind = DiffuseMaterial{{0.5f, 1.5f, 0}};
+            }),
+            "materials[0].diffuse.reflectance: each component must be in [0, 1], got (0.5, 1.5, 0)");
+  EXPECT_EQ(error_after([](Scene& s) {
+              s.materials[1].kind = MirrorMaterial{{-0.5f, 0, 0}};
+            }),
+            "materials[1].mirror.reflectance: each component must be in [0, 1], got (-0.5, 0, 0)");
+  EXPECT_EQ(error_after([](Scene& s) { s.materials[2].kind = DielectricMaterial{0}; }),
+            "materials[2].dielectric.ior: must be in (0, 10], got 0");
+  EXPECT_EQ(error_after([](Scene& s) { s.materials[2].emission.g = -1; }),
+            "materials[2].emission: each component must be in [0, 1e+20], got (0, -1, 0)");
+}
+
+TEST(Document, ObjectsAndLightsAreChecked) {
+  EXPECT_EQ(error_after([](Scene& s) { s.objects.clear(); }),
+            "objects: the scene is empty, at least one object is expected");
+  EXPECT_EQ(error_after([](Scene& s) { s.objects[1].material = 3; }),
+            "objects[1].material: index 3 is out of range, there are 3 materials");
+  EXPECT_EQ(error_after([](Scene& s) {
+              s.objects[0].shape = SphereShape{{0, 0, 0}, -1, false};
+            }),
+            "objects[0].sphere.radius: must be positive and at most 1000000000000, got -1");
+  EXPECT_EQ(error_after([](Scene& s) {
+              s.objects[0].shape = SphereShape{{0, kInfinity, 0}, 1, false};
+            }),
+            "objects[0].sphere.center: coordinates must be finite and at most 1000000000000, got (0, inf, 0)");
+  EXPECT_EQ(error_after([](Scene& s) { s.point_lights[0].position[2] = kNan; }),
+            "lights[0].point.position: coordinates must be finite and at most 1000000000000, got (0, 3, nan)");
+  EXPECT_EQ(error_after([](Scene& s) { s.point_lights[0].intensity.b = std::numeric_limits<float>::infinity(); }),
+            "lights[0].point.intensity: each component must be in [0, 1e+20], got (1, 1, inf)");
+}
+
+}  // namespace
+}  // namespace lightmill

@@ -1,0 +1,94 @@
+#include "common/scene/mesh.h"
+
+#include <gtest/gtest.h>
+
+#include <cstring>
+#include <limits>
+
+namespace lightmill {
+namespace {
+
+Mesh triangle() {
+  Mesh mesh;
+  mesh.positions = {{0, 0, 0}, {1, 0, 0}, {0, 1, 1e-300}};
+  mesh.triangles = {{0, 1, 2}};
+  return mesh;
+}
+
+Mesh smooth_triangle() {
+  Mesh mesh = triangle();
+  mesh.normals.assign(3, {0, 0, 1});
+  return mesh;
+}
+
+std::string error_of(const Status& status) {
+  return status.ok() ? "no error" : message_of(status);
+}
+
+std::string decode_error(const std::string& bytes) {
+  return error_of(decode_mesh(as_byte_view(bytes)).status());
+}
+
+void set_u32(std::string& bytes, std::size_t offset, std::uint32_t value) {
+  std::memcpy(bytes.data() + offset, &value, sizeof value);
+}
+
+TEST(Mesh, ComesBackFromItsBytes) {
+  for (const Mesh& mesh : {triangle(), smooth_triangle()}) {
+    const std::string bytes = encode_mesh(mesh);
+    const Result<Mesh> back = decode_mesh(as_byte_view(bytes));
+    ASSERT_TRUE(back.ok()) << back.status();
+    EXPECT_EQ(back->positions, mesh.positions);
+    EXPECT_EQ(back->normals, mesh.normals);
+    EXPECT_EQ(back->triangles, mesh.triangles);
+    EXPECT_EQ(encode_mesh(*back), bytes);
+  }
+}
+
+TEST(Mesh, TheEncodingIsTheDocumentedOne) {
+  const std::string bytes = encode_mesh(triangle());
+  ASSERT_EQ(bytes.size(), 16u + 3 * 24 + 12);
+  EXPECT_EQ(bytes.substr(0, 16), std::string("LMM1\0\0\0\0\3\0\0\0\1\0\0\0", 16));
+  double x = 0;
+  std::memcpy(&x, bytes.data() + 16 + 24, sizeof x);
+  EXPECT_EQ(x, 1.0);
+}
+
+TEST(Mesh, WhatIsWrongIsNamed) {
+  EXPECT_EQ(error_of(validate(Mesh{})), "triangles: the mesh is empty, at least one triangle is expected");
+  Mesh mesh = triangle();
+  mesh.triangles.push_back({0, 1, 3});
+  EXPECT_EQ(error_of(validate(mesh)), "triangles[1]: index 3 is out of range, there are 3 positions");
+  mesh = triangle();
+  mesh.positions[2][1] = std::numeric_limits<double>::quiet_NaN();
+  EXPECT_EQ(error_of(validate(mesh)), "positions[2]: coordinates must be finite and at most 1000000000000, got nan");
+  mesh.positions[2][1] = -std::numeric_limits<double>::infinity();
+  EXPECT_EQ(error_of(validate(mesh)), "positions[2]: coordinates must be finite and at most 1000000000000, got -inf");
+  mesh = smooth_triangle();
+  mesh.normals.pop_back();
+  EXPECT_EQ(error_of(validate(mesh)), "normals: none or one for each of 3 positions are expected, got 2");
+  mesh = smooth_triangle();
+  mesh.normals[1] = {0, 0, 0.5f};
+  EXPECT_EQ(error_of(validate(mesh)), "normals[1]: a unit vector is expected, got (0, 0, 0.5)");
+}
+
+TEST(Mesh, HostileBytesAreRefused) {
+  std::string bytes = encode_mesh(triangle());
+  EXPECT_EQ(decode_error(""), "mesh: 0 bytes are less than a header");
+  EXPECT_EQ(decode_error("OFF1" + bytes.substr(4)), "mesh: the bytes do not begin as an LMM1 mesh");
+  EXPECT_EQ(decode_error(bytes + "x"), "mesh: 3 positions and 1 triangles take 84 bytes, got 85");
+  std::string huge = bytes;
+  set_u32(huge, 4, 1);
+  set_u32(huge, 8, 0xffffffffu);
+  set_u32(huge, 12, 0xffffffffu);
+  EXPECT_EQ(decode_error(huge), "mesh: 4294967295 positions and 4294967295 triangles take 206158430160 bytes, got 84");
+  std::string wild = bytes;
+  set_u32(wild, wild.size() - 4, 99);
+  EXPECT_EQ(decode_error(wild), "mesh: triangles[0]: index 99 is out of range, there are 3 positions");
+  for (std::size_t length = 0; length < bytes.size(); ++length) {
+    EXPECT_FALSE(decode_mesh(as_byte_view(bytes.substr(0, length))).ok()) << length;
+  }
+}
+
+}  // namespace
+}  // namespace lightmill

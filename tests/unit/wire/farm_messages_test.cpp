@@ -1,0 +1,332 @@
+#include "common/wire/farm_messages.h"
+
+#include <gtest/gtest.h>
+
+#include <limits>
+
+#include "common/wire/bytes.h"
+#include "common/wire/limits.h"
+#include "lightmill/v1/farm.pb.h"
+#include "lightmill/v1/render_service.pb.h"
+#include "lightmill/v1/worker_service.pb.h"
+
+namespace lightmill {
+namespace {
+
+RenderSettings example_settings() {
+  RenderSettings settings;
+  settings.scene = std::string("scene\0bytes", 11);
+  settings.assets = {sha256("a"), sha256("b")};
+  std::sort(settings.assets.begin(), settings.assets.end());
+  settings.width = 640;
+  settings.height = 480;
+  settings.crop = {10, 20, 630, 460};
+  settings.layers = {{"beauty", 3, LayerKind::summed}, {"direct", 3, LayerKind::summed}};
+  settings.seed = std::numeric_limits<std::uint64_t>::max();
+  settings.method = "path";
+  settings.max_bounces = 7;
+  settings.renderer_version = kRendererVersion;
+  return settings;
+}
+
+JobSpec example_spec() {
+  JobSpec spec;
+  spec.request_id = "request-1";
+  spec.name = "box";
+  spec.owner = "ada";
+  spec.host = "engine";
+  spec.parent = JobId{17};
+  spec.priority = -3;
+  spec.goal = {300, 12.5};
+  spec.settings = example_settings();
+  return spec;
+}
+
+void expect_equal(const RenderSettings& a, const RenderSettings& b) {
+  EXPECT_EQ(render_digest(a, "class"), render_digest(b, "class"));
+  EXPECT_EQ(a.crop, b.crop);
+  EXPECT_EQ(a.layers, b.layers);
+}
+
+WorkerResult example_result() {
+  WorkerResult result;
+  result.lease = LeaseId{9};
+  result.key = {JobId{4}, TileId{63}, {3, 5}};
+  result.node.range = result.key.range;
+  result.node.values = {0.0f, 1.5f, -2.25f, std::numeric_limits<float>::denorm_min(), 3e38f, 7.0f};
+  result.node.non_finite = 2;
+  result.hash = hash_of(result.node);
+  result.seconds = 0.25;
+  return result;
+}
+
+WorkerMessage through_wire(const WorkerMessage& message) {
+  v1::WorkRequest wire;
+  to_wire(message, &wire);
+  v1::WorkRequest received;
+  EXPECT_TRUE(received.ParseFromString(wire.SerializeAsString()));
+  Result<WorkerMessage> back = from_wire(received);
+  EXPECT_TRUE(back.ok()) << back.status();
+  return *back;
+}
+
+CoordinatorMessage through_wire(const CoordinatorMessage& message) {
+  v1::WorkResponse wire;
+  to_wire(message, &wire);
+  v1::WorkResponse received;
+  EXPECT_TRUE(received.ParseFromString(wire.SerializeAsString()));
+  Result<CoordinatorMessage> back = from_wire(received);
+  EXPECT_TRUE(back.ok()) << back.status();
+  return *back;
+}
+
+template <class T>
+std::string error_of(const Result<T>& result) {
+  return result.ok() ? "no error" : message_of(result.status());
+}
+
+TEST(FarmMessages, AJobSpecificationComesBackWhole) {
+  const JobSpec spec = example_spec();
+  const Result<JobSpec> back = unpack_job_spec(pack_job_spec(spec));
+  ASSERT_TRUE(back.ok()) << back.status();
+  EXPECT_EQ(back->request_id, spec.request_id);
+  EXPECT_EQ(back->name, spec.name);
+  EXPECT_EQ(back->owner, spec.owner);
+  EXPECT_EQ(back->host, spec.host);
+  EXPECT_EQ(back->parent, spec.parent);
+  EXPECT_EQ(back->priority, spec.priority);
+  EXPECT_EQ(back->goal, spec.goal);
+  expect_equal(back->settings, spec.settings);
+  EXPECT_EQ(pack_job_spec(*back), pack_job_spec(spec));
+}
+
+TEST(FarmMessages, AJobStatusComesBackWhole) {
+  JobStatus status;
+  status.id = JobId{5};
+  status.name = "box";
+  status.owner = "ada";
+  status.host = "engine";
+  status.method = "path";
+  status.fingerprint_class = "zen";
+  status.parent = JobId{2};
+  status.reason = "samples";
+  status.priority = 4;
+  status.goal = {64, 0};
+  status.width = 512;
+  status.height = 256;
+  status.crop = {0, 0, 512, 256};
+  status.seed = 99;
+  status.samples_done = 10;
+  status.samples_wanted = 20;
+  status.min_tile_samples = 1;
+  status.max_tile_samples = 3;
+  status.active_seconds = 1.5;
+  status.worker_seconds = 2.5;
+  status.samples_per_second = 1e6;
+  status.eta_seconds = -1;
+  status.error = {0.01, 0.001, true};
+  status.counters = {1, 2, 3, 4, 5};
+  status.submitted_unix_ms = 1'700'000'000'000;
+  status.finished_unix_ms = 1'700'000'000'001;
+  status.render_digest = sha256("digest");
+  for (const JobState state :
+       {JobState::queued, JobState::running, JobState::paused, JobState::done, JobState::failed, JobState::cancelled}) {
+    status.state = state;
+    v1::Job wire;
+    to_wire(status, &wire);
+    const Result<JobStatus> back = from_wire(wire);
+    ASSERT_TRUE(back.ok()) << back.status();
+    EXPECT_EQ(back->state, state);
+    v1::Job again;
+    to_wire(*back, &again);
+    EXPECT_EQ(again.SerializeAsString(), wire.SerializeAsString());
+    EXPECT_EQ(back->error.half_width, 0.001);
+    EXPECT_EQ(back->counters.non_finite, 5u);
+    EXPECT_EQ(back->render_digest, status.render_digest);
+    EXPECT_EQ(back->eta_seconds, -1);
+  }
+}
+
+TEST(FarmMessages, AnUnknownErrorStaysUnknown) {
+  JobStatus status;
+  status.width = status.height = 1;
+  status.crop = {0, 0, 1, 1};
+  v1::Job wire;
+  to_wire(status, &wire);
+  const Result<JobStatus> back = from_wire(wire);
+  ASSERT_TRUE(back.ok()) << back.status();
+  EXPECT_FALSE(back->error.known);
+  EXPECT_EQ(back->render_digest, Sha256{});
+}
+
+TEST(FarmMessages, ANodeKeepsItsBits) {
+  const WorkerResult sent = example_result();
+  const WorkerResult got = std::get<WorkerResult>(through_wire(WorkerMessage(sent)));
+  EXPECT_EQ(got.lease, sent.lease);
+  EXPECT_EQ(got.key, sent.key);
+  EXPECT_EQ(got.node.range, sent.node.range);
+  EXPECT_EQ(got.node.non_finite, sent.node.non_finite);
+  EXPECT_EQ(hash_of(got.node), sent.hash);
+  EXPECT_EQ(got.hash, sent.hash);
+  EXPECT_EQ(got.seconds, sent.seconds);
+}
+
+TEST(FarmMessages, WorkerMessagesComeBackWhole) {
+  WorkerHello hello{"w1", "host", 123, 8, "class", "version", {}, true};
+  hello.held.push_back({LeaseId{1}, 7, {JobId{3}, {2, 9}, {TileId{0}, TileId{5}}}});
+  const auto back = std::get<WorkerHello>(through_wire(WorkerMessage(hello)));
+  EXPECT_EQ(back.name, "w1");
+  EXPECT_EQ(back.host, "host");
+  EXPECT_EQ(back.pid, 123u);
+  EXPECT_EQ(back.threads, 8u);
+  EXPECT_EQ(back.fingerprint_class, "class");
+  EXPECT_EQ(back.renderer_version, "version");
+  EXPECT_TRUE(back.draining);
+  ASSERT_EQ(back.held.size(), 1u);
+  EXPECT_EQ(back.held[0].lease, LeaseId{1});
+  EXPECT_EQ(back.held[0].epoch, 7u);
+  EXPECT_EQ(back.held[0].unit, hello.held[0].unit);
+
+  const std::vector<LeaseId> leases{LeaseId{1}, LeaseId{std::numeric_limits<std::uint64_t>::max()}};
+  EXPECT_EQ(std::get<WorkerHeartbeat>(through_wire(WorkerMessage(WorkerHeartbeat{leases}))).leases, leases);
+  EXPECT_EQ(std::get<WorkerReturn>(through_wire(WorkerMessage(WorkerReturn{LeaseId{6}}))).lease, LeaseId{6});
+  const auto refusal = std::get<WorkerRefusal>(through_wire(WorkerMessage(WorkerRefusal{JobId{8}, "damaged"})));
+  EXPECT_EQ(refusal.job, JobId{8});
+  EXPECT_EQ(refusal.reason, "damaged");
+  EXPECT_TRUE(std::holds_alternative<WorkerDraining>(through_wire(WorkerMessage(WorkerDraining{}))));
+}
+
+TEST(FarmMessages, CoordinatorMessagesComeBackWhole) {
+  const Welcome welcome{42, std::chrono::milliseconds(2500), std::chrono::seconds(10)};
+  const auto greeted = std::get<Welcome>(through_wire(CoordinatorMessage(welcome)));
+  EXPECT_EQ(greeted.epoch, 42u);
+  EXPECT_EQ(greeted.heartbeat_interval, welcome.heartbeat_interval);
+  EXPECT_EQ(greeted.lease_duration, welcome.lease_duration);
+
+  const JobDescription job{JobId{3}, sha256("x"), example_settings()};
+  const auto described = std::get<JobDescription>(through_wire(CoordinatorMessage(job)));
+  EXPECT_EQ(described.job, JobId{3});
+  EXPECT_EQ(described.render_digest, job.render_digest);
+  expect_equal(described.settings, job.settings);
+
+  const LeaseGrant grant{LeaseId{11}, {JobId{3}, {30, 0}, {TileId{1}, TileId{2}}}};
+  const auto granted = std::get<LeaseGrant>(through_wire(CoordinatorMessage(grant)));
+  EXPECT_EQ(granted.lease, LeaseId{11});
+  EXPECT_EQ(granted.unit, grant.unit);
+
+  const ResultAck ack{{{JobId{1}, TileId{2}, {3, 4}}, {JobId{5}, TileId{6}, {0, 0}}}};
+  EXPECT_EQ(std::get<ResultAck>(through_wire(CoordinatorMessage(ack))).keys, ack.keys);
+  const LeaseCancel cancel{{LeaseId{1}, LeaseId{2}}};
+  EXPECT_EQ(std::get<LeaseCancel>(through_wire(CoordinatorMessage(cancel))).leases, cancel.leases);
+  EXPECT_TRUE(std::holds_alternative<DrainRequest>(through_wire(CoordinatorMessage(DrainRequest{}))));
+  EXPECT_EQ(std::get<Dismissal>(through_wire(CoordinatorMessage(Dismissal{"twice"}))).reason, "twice");
+}
+
+TEST(FarmMessages, BadRangesAreNamed) {
+  v1::SampleRange range;
+  range.set_level(31);
+  EXPECT_EQ(error_of(from_wire(range)), "range.level: must be at most 30, got 31");
+  range.set_level(30);
+  range.set_index(1);
+  EXPECT_EQ(error_of(from_wire(range)), "range.index: 1 at level 30 is beyond sample 1073741824");
+  range.set_index(0);
+  EXPECT_TRUE(from_wire(range).ok());
+  range.set_level(0);
+  range.set_index((1u << 30) - 1);
+  EXPECT_TRUE(from_wire(range).ok());
+  range.set_index(1u << 30);
+  EXPECT_FALSE(from_wire(range).ok());
+}
+
+TEST(FarmMessages, BadSettingsAreNamed) {
+  const auto refused = [](const auto& change) {
+    v1::RenderSettings wire;
+    to_wire(example_settings(), &wire);
+    change(wire);
+    return error_of(from_wire(wire));
+  };
+  EXPECT_EQ(refused([](auto& w) { w.set_width(0); }), "width and height must be 1 to 65536, got 0x480");
+  EXPECT_EQ(refused([](auto& w) { w.set_height(65537); }), "width and height must be 1 to 65536, got 640x65537");
+  EXPECT_EQ(refused([](auto& w) { w.mutable_crop()->set_x(11); }),
+            "crop: 630x460 at (11, 20) is not inside the film of 640x480");
+  EXPECT_EQ(refused([](auto& w) { w.mutable_crop()->set_width(std::numeric_limits<int>::max()); }),
+            "rectangle numbers must be 0 to 65536, got x 10, y 20, width 2147483647, height 460");
+  EXPECT_EQ(refused([](auto& w) { w.mutable_crop()->set_width(0); }),
+            "crop: 0x460 at (10, 20) is not inside the film of 640x480");
+  EXPECT_EQ(refused([](auto& w) { w.clear_crop(); }), "crop: 0x0 at (0, 0) is not inside the film of 640x480");
+  EXPECT_EQ(refused([](auto& w) { w.set_assets(1, "short"); }), "assets[1]: a SHA-256 has 32 bytes, got 5");
+  EXPECT_EQ(refused([](auto& w) { w.mutable_assets()->SwapElements(0, 1); }),
+            "assets[1]: digests must be sorted, each once");
+  EXPECT_EQ(refused([](auto& w) { w.set_assets(1, w.assets(0)); }), "assets[1]: digests must be sorted, each once");
+  EXPECT_EQ(refused([](auto& w) { w.clear_layers(); }), "layers: 1 to 64 are expected, got 0");
+  EXPECT_EQ(refused([](auto& w) { w.mutable_layers(0)->set_channels(62); }),
+            "layers: 65 channels in all are more than the limit of 64");
+  EXPECT_EQ(refused([](auto& w) { w.mutable_layers(0)->set_channels(0); }),
+            "layers: a layer needs a name and at least one channel, got 'beauty' with 0");
+  EXPECT_EQ(refused([](auto& w) { w.mutable_layers(0)->clear_kind(); }),
+            "layers: layer 'beauty' has the unknown kind 0");
+  EXPECT_EQ(refused([](auto& w) { w.set_method(std::string(2000, 'x')); }),
+            "method: 2000 bytes are more than the limit of 1024");
+}
+
+TEST(FarmMessages, BadGoalsAreNamed) {
+  v1::Goal goal;
+  goal.set_seconds(-1);
+  EXPECT_EQ(error_of(from_wire(goal)), "goal.seconds: must be finite and not negative, got -1");
+  goal.set_seconds(std::numeric_limits<double>::quiet_NaN());
+  EXPECT_EQ(error_of(from_wire(goal)), "goal.seconds: must be finite and not negative, got nan");
+  goal.set_seconds(0);
+  goal.set_samples(kMaxSamples + 1);
+  EXPECT_EQ(error_of(from_wire(goal)), "goal.samples: at most 1073741824 are possible, got 1073741825");
+}
+
+TEST(FarmMessages, BadResultsAreNamed) {
+  const auto refused = [](const auto& change) {
+    v1::WorkRequest wire;
+    to_wire(WorkerMessage(example_result()), &wire);
+    change(*wire.mutable_result());
+    return error_of(from_wire(wire));
+  };
+  EXPECT_EQ(refused([](auto& w) { w.set_values("12345"); }), "float values take a multiple of 4 bytes, got 5");
+  const std::vector<float> infinite{1, std::numeric_limits<float>::infinity()};
+  EXPECT_EQ(refused([&](auto& w) { w.set_values(float_bytes(infinite)); }), "values: a node's sums must be finite");
+  const std::vector<float> nan{std::numeric_limits<float>::quiet_NaN()};
+  EXPECT_EQ(refused([&](auto& w) { w.set_values(float_bytes(nan)); }), "values: a node's sums must be finite");
+  EXPECT_EQ(refused([](auto& w) { w.set_values(std::string(3'000'000, '\0')); }),
+            "values: 3000000 bytes are more than the limit of 2097152");
+  EXPECT_EQ(refused([](auto& w) { w.set_hash("x"); }), "an XXH3-128 has 16 bytes, got 1");
+  EXPECT_EQ(refused([](auto& w) { w.set_seconds(-0.5); }), "seconds: must be finite and not negative, got -0.5");
+  EXPECT_EQ(refused([](auto& w) { w.mutable_key()->mutable_range()->set_level(40); }),
+            "range.level: must be at most 30, got 40");
+}
+
+TEST(FarmMessages, OtherBadMessagesAreNamed) {
+  EXPECT_EQ(error_of(from_wire(v1::WorkRequest())), "a worker's message of no known kind");
+  EXPECT_EQ(error_of(from_wire(v1::WorkResponse())), "a coordinator's message of no known kind");
+  v1::WorkRequest hello;
+  to_wire(WorkerMessage(WorkerHello{}), &hello);
+  EXPECT_EQ(error_of(from_wire(hello)), "hello.name: must not be empty");
+  v1::WorkResponse welcome;
+  welcome.mutable_welcome()->mutable_lease_duration()->set_seconds(-1);
+  EXPECT_EQ(error_of(from_wire(welcome)), "welcome.lease_duration: must be between 0 and 86400 s, got -1 s and 0 ns");
+  v1::SubmitJobRequest submit;
+  EXPECT_EQ(error_of(from_wire(submit)), "request_id: must not be empty");
+  EXPECT_EQ(error_of(unpack_job_spec("\xff\xff\xff")), "a job specification of 3 bytes is damaged");
+  v1::WorkRequest heartbeat;
+  heartbeat.mutable_heartbeat()->mutable_leases()->Resize(static_cast<int>(kMaxListedLeases) + 1, 1);
+  EXPECT_EQ(error_of(from_wire(heartbeat)), "leases: 10001 entries are more than the limit of 10000");
+}
+
+TEST(Bytes, AHashKeepsItsCanonicalOrder) {
+  const Hash128 hash = xxh3_128(as_byte_view("some bytes"));
+  std::string hex;
+  for (const char c : hash_bytes(hash)) {
+    hex += fmt::format("{:02x}", static_cast<unsigned char>(c));
+  }
+  EXPECT_EQ(hex, hash.hex());
+  EXPECT_EQ(*hash_from_bytes(hash_bytes(hash)), hash);
+  EXPECT_EQ(*digest_from_bytes(digest_bytes(sha256("x"))), sha256("x"));
+}
+
+}  // namespace
+}  // namespace lightmill
