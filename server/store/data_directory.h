@@ -1,0 +1,30 @@
+// The directory that holds all of a coordinator's state, and its exclusive lock.
+#pragma once
+
+#include <filesystem>
+
+#include "common/base/status.h"
+
+namespace lightmill {
+
+/// Holds the lock on a data directory while it lives; the lock falls with the process, however that ends.
+class DataDirectory {
+ public:
+  /// Creates the directory if need be and locks it. FAILED_PRECONDITION, naming the directory and the other process, if
+  /// another coordinator uses it.
+  static Result<DataDirectory> open(const std::filesystem::path& path);
+  ~DataDirectory();
+  DataDirectory(DataDirectory&& other) noexcept;
+  DataDirectory& operator=(DataDirectory&&) = delete;
+
+  const std::filesystem::path& path() const { return path_; }
+  std::filesystem::path database_file() const { return path_ / "lightmill.sqlite"; }
+  std::filesystem::path assets_folder() const { return path_ / "assets"; }
+
+ private:
+  DataDirectory(std::filesystem::path path, int lock_fd) : path_(std::move(path)), lock_fd_(lock_fd) {}
+  std::filesystem::path path_;
+  int lock_fd_ = -1;
+};
+
+}  // namespace lightmill

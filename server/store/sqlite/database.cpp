@@ -1,0 +1,94 @@
+#include "server/store/sqlite/database.h"
+
+namespace lightmill::sqlite {
+
+Status error_of(int code, sqlite3* database, std::string_view what) {
+  StatusCode status = StatusCode::kInternal;
+  switch (code & 0xff) {
+    case SQLITE_FULL:
+      status = StatusCode::kResourceExhausted;
+      break;
+    case SQLITE_BUSY:
+    case SQLITE_LOCKED:
+    case SQLITE_IOERR:
+    case SQLITE_CANTOPEN:
+      status = StatusCode::kUnavailable;
+      break;
+    case SQLITE_CORRUPT:
+    case SQLITE_NOTADB:
+      status = StatusCode::kDataLoss;
+      break;
+    default:
+      break;
+  }
+  const char* file = database != nullptr ? sqlite3_db_filename(database, "main") : nullptr;
+  const char* message = database != nullptr ? sqlite3_errmsg(database) : sqlite3_errstr(code);
+  return make_error(status, "{}: {}: {} (SQLite code {})", file != nullptr ? file : "database", what, message, code);
+}
+
+Result<bool> Statement::step() {
+  const int code = sqlite3_step(statement_);
+  if (code == SQLITE_ROW) {
+    return true;
+  }
+  if (code == SQLITE_DONE) {
+    return false;
+  }
+  return error_of(code, sqlite3_db_handle(statement_), sqlite3_sql(statement_));
+}
+
+Status Statement::run() {
+  const Result<bool> row = step();
+  reset();
+  return row.status();
+}
+
+void Statement::reset() {
+  sqlite3_reset(statement_);
+  sqlite3_clear_bindings(statement_);
+}
+
+std::string_view Statement::view(int column) const {
+  const void* bytes = sqlite3_column_blob(statement_, column);
+  const int size_bytes = sqlite3_column_bytes(statement_, column);
+  return bytes == nullptr ? std::string_view()
+                          : std::string_view(static_cast<const char*>(bytes), static_cast<std::size_t>(size_bytes));
+}
+
+Result<Database> Database::open(const std::filesystem::path& path) {
+  sqlite3* handle = nullptr;
+  const int code =
+      sqlite3_open_v2(path.c_str(), &handle, SQLITE_OPEN_READWRITE | SQLITE_OPEN_CREATE | SQLITE_OPEN_NOMUTEX, nullptr);
+  Database database(handle);
+  if (code != SQLITE_OK) {
+    return make_error(StatusCode::kUnavailable, "cannot open {}: {}", path.string(), sqlite3_errstr(code));
+  }
+  sqlite3_extended_result_codes(handle, 1);
+  return database;
+}
+
+Status Database::execute(const std::string& sql) {
+  const int code = sqlite3_exec(handle_, sql.c_str(), nullptr, nullptr, nullptr);
+  return code == SQLITE_OK ? ok_status() : error_of(code, handle_, sql.substr(0, 60));
+}
+
+Result<Statement> Database::prepare(std::string_view sql) {
+  sqlite3_stmt* statement = nullptr;
+  const int code = sqlite3_prepare_v3(handle_, sql.data(), static_cast<int>(sql.size()), SQLITE_PREPARE_PERSISTENT,
+                                      &statement, nullptr);
+  if (code != SQLITE_OK) {
+    return error_of(code, handle_, sql.substr(0, 60));
+  }
+  return Statement(statement);
+}
+
+Result<std::int64_t> Database::number(std::string_view sql) {
+  LM_ASSIGN_OR_RETURN(Statement statement, prepare(sql));
+  LM_ASSIGN_OR_RETURN(const bool row, statement.step());
+  if (!row) {
+    return internal_error("no row from {}", sql);
+  }
+  return statement.integer(0);
+}
+
+}  // namespace lightmill::sqlite

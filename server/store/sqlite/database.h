@@ -1,0 +1,98 @@
+// A thin owner of an SQLite connection and its prepared statements; errors are Status and name the file.
+#pragma once
+
+#include <sqlite3.h>
+
+#include <cstdint>
+#include <filesystem>
+#include <string>
+#include <string_view>
+
+#include "common/base/digest.h"
+#include "common/base/status.h"
+
+namespace lightmill::sqlite {
+
+/// The Status of an SQLite error code: RESOURCE_EXHAUSTED for a full disk, UNAVAILABLE for failing I/O and locks,
+/// DATA_LOSS for a damaged file, INTERNAL for the rest.
+Status error_of(int code, sqlite3* database, std::string_view what);
+
+/// One prepared statement. Bound views must stay alive until the next reset. Not thread-safe.
+class Statement {
+ public:
+  Statement() = default;
+  explicit Statement(sqlite3_stmt* statement) : statement_(statement) {}
+  ~Statement() { sqlite3_finalize(statement_); }
+  Statement(Statement&& other) noexcept : statement_(std::exchange(other.statement_, nullptr)) {}
+  Statement& operator=(Statement&& other) noexcept {
+    std::swap(statement_, other.statement_);
+    return *this;
+  }
+
+  /// Binds the arguments to ?1, ?2, … in order. Unsigned 64-bit numbers keep their bits.
+  template <class... Args>
+  void bind_all(const Args&... args) {
+    int index = 0;
+    (bind(++index, args), ...);
+  }
+
+  /// True while there is a row to read.
+  Result<bool> step();
+  /// Runs a statement that gives no rows and makes it ready for the next use.
+  Status run();
+  void reset();
+
+  std::int64_t integer(int column) const { return sqlite3_column_int64(statement_, column); }
+  std::uint64_t natural(int column) const { return static_cast<std::uint64_t>(integer(column)); }
+  double real(int column) const { return sqlite3_column_double(statement_, column); }
+  std::string text(int column) const { return std::string(view(column)); }
+  /// The bytes of a text or blob; valid until the next step or reset.
+  std::string_view view(int column) const;
+
+ private:
+  void bind(int index, std::int64_t value) { sqlite3_bind_int64(statement_, index, value); }
+  void bind(int index, std::uint64_t value) { bind(index, static_cast<std::int64_t>(value)); }
+  void bind(int index, std::int32_t value) { bind(index, std::int64_t{value}); }
+  void bind(int index, std::uint32_t value) { bind(index, std::int64_t{value}); }
+  void bind(int index, double value) { sqlite3_bind_double(statement_, index, value); }
+  void bind(int index, std::string_view text) {
+    sqlite3_bind_text64(statement_, index, text.data() == nullptr ? "" : text.data(), text.size(), SQLITE_STATIC,
+                        SQLITE_UTF8);
+  }
+  void bind(int index, const std::string& text) { bind(index, std::string_view(text)); }
+  void bind(int index, ByteView blob) {
+    sqlite3_bind_blob64(statement_, index, blob.empty() ? "" : static_cast<const void*>(blob.data()), blob.size(),
+                        SQLITE_STATIC);
+  }
+
+  sqlite3_stmt* statement_ = nullptr;
+};
+
+/// One connection. Not thread-safe.
+class Database {
+ public:
+  Database() = default;
+  explicit Database(sqlite3* handle) : handle_(handle) {}
+  ~Database() { sqlite3_close_v2(handle_); }
+  Database(Database&& other) noexcept : handle_(std::exchange(other.handle_, nullptr)) {}
+  Database& operator=(Database&& other) noexcept {
+    std::swap(handle_, other.handle_);
+    return *this;
+  }
+
+  /// Opens or creates the file.
+  static Result<Database> open(const std::filesystem::path& path);
+
+  /// Runs statements that give no rows or whose rows do not matter.
+  Status execute(const std::string& sql);
+  Result<Statement> prepare(std::string_view sql);
+  /// The first column of the only row of `sql`.
+  Result<std::int64_t> number(std::string_view sql);
+  int changes() const { return sqlite3_changes(handle_); }
+  bool in_transaction() const { return sqlite3_get_autocommit(handle_) == 0; }
+
+ private:
+  sqlite3* handle_ = nullptr;
+};
+
+}  // namespace lightmill::sqlite

@@ -1,0 +1,98 @@
+// The tables of the store's file, format 1.
+#pragma once
+
+namespace lightmill::sqlite {
+
+/// "LMIL": what PRAGMA application_id says of our files.
+inline constexpr int kApplicationId = 0x4C4D494C;
+
+// AUTOINCREMENT keeps the highest id ever used, also after deletes. Settings are written once per job; the row in
+// `jobs` changes with every commit and stays small. Numbers of 64 bits without sign are stored by their bits.
+inline constexpr const char* kSchema = R"sql(
+CREATE TABLE meta (
+  key TEXT PRIMARY KEY,
+  value INTEGER NOT NULL
+) WITHOUT ROWID;
+INSERT INTO meta VALUES ('format', 1), ('epoch', 0);
+
+CREATE TABLE jobs (
+  id INTEGER PRIMARY KEY AUTOINCREMENT,
+  request_id TEXT NOT NULL,
+  name TEXT NOT NULL,
+  owner TEXT NOT NULL,
+  host TEXT NOT NULL,
+  parent INTEGER NOT NULL,
+  priority INTEGER NOT NULL,
+  goal_samples INTEGER NOT NULL,
+  goal_seconds REAL NOT NULL,
+  state TEXT NOT NULL,
+  reason TEXT NOT NULL,
+  fingerprint_class TEXT NOT NULL,
+  active_seconds REAL NOT NULL,
+  worker_seconds REAL NOT NULL,
+  results_merged INTEGER NOT NULL,
+  results_duplicate INTEGER NOT NULL,
+  leases_lost INTEGER NOT NULL,
+  copies_leased INTEGER NOT NULL,
+  non_finite INTEGER NOT NULL,
+  submitted_unix_ms INTEGER NOT NULL,
+  finished_unix_ms INTEGER NOT NULL
+);
+
+CREATE TABLE job_settings (
+  job INTEGER PRIMARY KEY REFERENCES jobs (id) ON DELETE CASCADE,
+  scene BLOB NOT NULL,
+  width INTEGER NOT NULL,
+  height INTEGER NOT NULL,
+  crop_x INTEGER NOT NULL,
+  crop_y INTEGER NOT NULL,
+  crop_width INTEGER NOT NULL,
+  crop_height INTEGER NOT NULL,
+  seed INTEGER NOT NULL,
+  method TEXT NOT NULL,
+  max_bounces INTEGER NOT NULL,
+  renderer_version TEXT NOT NULL
+);
+
+CREATE TABLE job_assets (
+  job INTEGER NOT NULL REFERENCES jobs (id) ON DELETE CASCADE,
+  position INTEGER NOT NULL,
+  digest BLOB NOT NULL,
+  PRIMARY KEY (job, position)
+) WITHOUT ROWID;
+
+CREATE TABLE job_layers (
+  job INTEGER NOT NULL REFERENCES jobs (id) ON DELETE CASCADE,
+  position INTEGER NOT NULL,
+  name TEXT NOT NULL,
+  channels INTEGER NOT NULL,
+  kind TEXT NOT NULL,
+  PRIMARY KEY (job, position)
+) WITHOUT ROWID;
+
+-- The films: each row one node of a tile's forest; hash is hash_of(node), 16 bytes, high word first.
+CREATE TABLE nodes (
+  id INTEGER PRIMARY KEY,
+  job INTEGER NOT NULL REFERENCES jobs (id) ON DELETE CASCADE,
+  tile INTEGER NOT NULL,
+  level INTEGER NOT NULL,
+  range_index INTEGER NOT NULL,
+  non_finite INTEGER NOT NULL,
+  hash BLOB NOT NULL,
+  samples BLOB NOT NULL,
+  UNIQUE (job, tile, level, range_index)
+);
+
+-- Who computed every merged result.
+CREATE TABLE results (
+  job INTEGER NOT NULL REFERENCES jobs (id) ON DELETE CASCADE,
+  tile INTEGER NOT NULL,
+  level INTEGER NOT NULL,
+  range_index INTEGER NOT NULL,
+  hash BLOB NOT NULL,
+  worker TEXT NOT NULL,
+  PRIMARY KEY (job, tile, level, range_index)
+) WITHOUT ROWID;
+)sql";
+
+}  // namespace lightmill::sqlite

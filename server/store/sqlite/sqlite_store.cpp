@@ -1,0 +1,430 @@
+#include "server/store/sqlite/sqlite_store.h"
+
+#include <unistd.h>
+
+#include <bit>
+
+#include "common/base/check.h"
+#include "common/base/log.h"
+#include "server/store/sqlite/database.h"
+#include "server/store/sqlite/schema.h"
+
+static_assert(std::endian::native == std::endian::little, "sums are stored as little-endian float32");
+
+namespace lightmill {
+namespace {
+
+using sqlite::Database;
+using sqlite::Statement;
+
+constexpr std::array<std::pair<JobState, std::string_view>, 6> kStateNames{{{JobState::queued, "queued"},
+                                                                            {JobState::running, "running"},
+                                                                            {JobState::paused, "paused"},
+                                                                            {JobState::done, "done"},
+                                                                            {JobState::failed, "failed"},
+                                                                            {JobState::cancelled, "cancelled"}}};
+constexpr std::string_view kSummedLayer = "summed";
+
+std::string_view name_of(JobState state) {
+  for (const auto& [value, name] : kStateNames) {
+    if (value == state) {
+      return name;
+    }
+  }
+  LM_CHECK(false, "job state {}", static_cast<int>(state));
+}
+
+Result<JobState> state_named(std::string_view text) {
+  for (const auto& [value, name] : kStateNames) {
+    if (name == text) {
+      return value;
+    }
+  }
+  return data_loss("unknown job state '{}' in the store", text);
+}
+
+std::array<std::uint8_t, 16> bytes_of(const Hash128& hash) {
+  std::array<std::uint8_t, 16> bytes;
+  for (int i = 0; i < 8; ++i) {
+    bytes[i] = static_cast<std::uint8_t>(hash.high >> (56 - 8 * i));
+    bytes[8 + i] = static_cast<std::uint8_t>(hash.low >> (56 - 8 * i));
+  }
+  return bytes;
+}
+
+template <class T>
+ByteView view_of(const T& container) {
+  return std::as_bytes(std::span(container));
+}
+
+constexpr std::string_view kPutJob = R"sql(
+INSERT INTO jobs VALUES (?1,?2,?3,?4,?5,?6,?7,?8,?9,?10,?11,?12,?13,?14,?15,?16,?17,?18,?19,?20,?21)
+ON CONFLICT (id) DO UPDATE SET request_id=?2, name=?3, owner=?4, host=?5, parent=?6, priority=?7, goal_samples=?8,
+  goal_seconds=?9, state=?10, reason=?11, fingerprint_class=?12, active_seconds=?13, worker_seconds=?14,
+  results_merged=?15, results_duplicate=?16, leases_lost=?17, copies_leased=?18, non_finite=?19,
+  submitted_unix_ms=?20, finished_unix_ms=?21)sql";
+
+/// Every statement that a commit runs, prepared once.
+struct Statements {
+  Statement begin, commit, rollback;
+  Statement put_job, put_settings, put_asset, put_layer, delete_job, put_node, drop_node, put_result;
+};
+
+class SqliteStore final : public Store {
+ public:
+  SqliteStore(Database database, Statements statements)
+      : database_(std::move(database)), statements_(std::move(statements)) {}
+
+  Result<StoredState> load() override;
+  Status commit(std::span<const StoreOp> ops) override;
+
+ private:
+  Status apply(const PutJob& op);
+  Status apply(const DeleteJobRows& op);
+  Status apply(const PutNode& op);
+  Status apply(const DropNode& op);
+  Status apply(const PutResult& op);
+  Status put_settings(const JobRecord& record);
+  Status roll_back(Status cause);
+
+  Status load_jobs(StoredState& state);
+  Status load_settings(StoredState& state);
+  Status load_nodes(StoredState& state);
+  Status next_epoch(StoredState& state);
+
+  Database database_;
+  Statements statements_;
+};
+
+// ---- commits ----
+
+Status SqliteStore::commit(std::span<const StoreOp> ops) {
+  LM_RETURN_IF_ERROR(statements_.begin.run());
+  for (const StoreOp& op : ops) {
+    if (Status status = std::visit([&](const auto& each) { return apply(each); }, op); !status.ok()) {
+      return roll_back(std::move(status));
+    }
+  }
+  if (Status status = statements_.commit.run(); !status.ok()) {
+    return roll_back(std::move(status));
+  }
+  return ok_status();
+}
+
+Status SqliteStore::roll_back(Status cause) {
+  // Some errors (a full disk) roll back by themselves.
+  if (database_.in_transaction()) {
+    if (Status status = statements_.rollback.run(); !status.ok()) {
+      spdlog::error("cannot roll back: {}", message_of(status));
+    }
+  }
+  return cause;
+}
+
+Status SqliteStore::apply(const PutJob& op) {
+  const JobRecord& job = op.record;
+  const JobCounters& counters = job.counters;
+  statements_.put_job.bind_all(job.id.value, job.spec.request_id, job.spec.name, job.spec.owner, job.spec.host,
+                               job.spec.parent.value, job.spec.priority, job.spec.goal.samples, job.spec.goal.seconds,
+                               name_of(job.state), job.reason, job.fingerprint_class, job.active_seconds,
+                               job.worker_seconds, counters.results_merged, counters.results_duplicate,
+                               counters.leases_lost, counters.copies_leased, counters.non_finite, job.submitted_unix_ms,
+                               job.finished_unix_ms);
+  LM_RETURN_IF_ERROR(statements_.put_job.run());
+  return put_settings(job);
+}
+
+/// Settings never change, so only the first write of a job stores them.
+Status SqliteStore::put_settings(const JobRecord& record) {
+  const RenderSettings& settings = record.spec.settings;
+  statements_.put_settings.bind_all(record.id.value, as_byte_view(settings.scene), settings.width, settings.height,
+                                    settings.crop.x, settings.crop.y, settings.crop.width, settings.crop.height,
+                                    settings.seed, settings.method, settings.max_bounces, settings.renderer_version);
+  LM_RETURN_IF_ERROR(statements_.put_settings.run());
+  if (database_.changes() == 0) {
+    return ok_status();
+  }
+  for (std::size_t i = 0; i < settings.assets.size(); ++i) {
+    statements_.put_asset.bind_all(record.id.value, std::uint64_t{i}, view_of(settings.assets[i].bytes));
+    LM_RETURN_IF_ERROR(statements_.put_asset.run());
+  }
+  for (std::size_t i = 0; i < settings.layers.size(); ++i) {
+    const LayerSpec& layer = settings.layers[i];
+    LM_CHECK(layer.kind == LayerKind::summed);
+    statements_.put_layer.bind_all(record.id.value, std::uint64_t{i}, layer.name, layer.channels, kSummedLayer);
+    LM_RETURN_IF_ERROR(statements_.put_layer.run());
+  }
+  return ok_status();
+}
+
+Status SqliteStore::apply(const DeleteJobRows& op) {
+  statements_.delete_job.bind_all(op.job.value);
+  return statements_.delete_job.run();
+}
+
+Status SqliteStore::apply(const PutNode& op) {
+  const std::array<std::uint8_t, 16> hash = bytes_of(hash_of(*op.node));
+  statements_.put_node.bind_all(op.job.value, op.tile.value, op.node->range.level, op.node->range.index,
+                                op.node->non_finite, view_of(hash), view_of(op.node->values));
+  return statements_.put_node.run();
+}
+
+Status SqliteStore::apply(const DropNode& op) {
+  statements_.drop_node.bind_all(op.key.job.value, op.key.tile.value, op.key.range.level, op.key.range.index);
+  return statements_.drop_node.run();
+}
+
+Status SqliteStore::apply(const PutResult& op) {
+  const std::array<std::uint8_t, 16> hash = bytes_of(op.hash);
+  statements_.put_result.bind_all(op.key.job.value, op.key.tile.value, op.key.range.level, op.key.range.index,
+                                  view_of(hash), op.worker);
+  return statements_.put_result.run();
+}
+
+// ---- loading ----
+
+Result<StoredState> SqliteStore::load() {
+  StoredState state;
+  LM_RETURN_IF_ERROR(statements_.begin.run());
+  Status status = load_jobs(state);
+  if (status.ok()) {
+    status = load_settings(state);
+  }
+  if (status.ok()) {
+    status = load_nodes(state);
+  }
+  if (status.ok()) {
+    status = next_epoch(state);
+  }
+  if (status.ok()) {
+    status = statements_.commit.run();
+  }
+  if (!status.ok()) {
+    return roll_back(std::move(status));
+  }
+  return state;
+}
+
+Status SqliteStore::load_jobs(StoredState& state) {
+  LM_ASSIGN_OR_RETURN(Statement rows, database_.prepare("SELECT * FROM jobs ORDER BY id"));
+  for (;;) {
+    LM_ASSIGN_OR_RETURN(const bool more, rows.step());
+    if (!more) {
+      break;
+    }
+    JobRecord job;
+    int column = 0;
+    job.id = JobId{rows.natural(column++)};
+    job.spec.request_id = rows.text(column++);
+    job.spec.name = rows.text(column++);
+    job.spec.owner = rows.text(column++);
+    job.spec.host = rows.text(column++);
+    job.spec.parent = JobId{rows.natural(column++)};
+    job.spec.priority = static_cast<std::int32_t>(rows.integer(column++));
+    job.spec.goal.samples = rows.natural(column++);
+    job.spec.goal.seconds = rows.real(column++);
+    LM_ASSIGN_OR_RETURN(job.state, state_named(rows.view(column++)));
+    job.reason = rows.text(column++);
+    job.fingerprint_class = rows.text(column++);
+    job.active_seconds = rows.real(column++);
+    job.worker_seconds = rows.real(column++);
+    job.counters.results_merged = rows.natural(column++);
+    job.counters.results_duplicate = rows.natural(column++);
+    job.counters.leases_lost = rows.natural(column++);
+    job.counters.copies_leased = rows.natural(column++);
+    job.counters.non_finite = rows.natural(column++);
+    job.submitted_unix_ms = rows.integer(column++);
+    job.finished_unix_ms = rows.integer(column++);
+    state.jobs.push_back({std::move(job), {}});
+  }
+  LM_ASSIGN_OR_RETURN(const std::int64_t highest,
+                      database_.number("SELECT coalesce(max(seq), 0) FROM sqlite_sequence WHERE name = 'jobs'"));
+  state.next_job_id = static_cast<std::uint64_t>(highest) + 1;
+  return ok_status();
+}
+
+Status SqliteStore::load_settings(StoredState& state) {
+  LM_ASSIGN_OR_RETURN(Statement settings_row, database_.prepare("SELECT * FROM job_settings WHERE job = ?1"));
+  LM_ASSIGN_OR_RETURN(Statement assets,
+                      database_.prepare("SELECT digest FROM job_assets WHERE job = ?1 ORDER BY position"));
+  LM_ASSIGN_OR_RETURN(
+      Statement layers,
+      database_.prepare("SELECT name, channels, kind FROM job_layers WHERE job = ?1 ORDER BY position"));
+  for (StoredState::StoredJob& job : state.jobs) {
+    const std::uint64_t id = job.record.id.value;
+    RenderSettings& settings = job.record.spec.settings;
+    settings_row.bind_all(id);
+    LM_ASSIGN_OR_RETURN(const bool found, settings_row.step());
+    if (!found) {
+      return data_loss("job {} has no settings in the store", id);
+    }
+    int column = 1;
+    settings.scene = settings_row.text(column++);
+    for (int* value : {&settings.width, &settings.height, &settings.crop.x, &settings.crop.y, &settings.crop.width,
+                       &settings.crop.height}) {
+      *value = static_cast<int>(settings_row.integer(column++));
+    }
+    settings.seed = settings_row.natural(column++);
+    settings.method = settings_row.text(column++);
+    settings.max_bounces = static_cast<std::uint32_t>(settings_row.natural(column++));
+    settings.renderer_version = settings_row.text(column++);
+    settings_row.reset();
+
+    assets.bind_all(id);
+    for (;;) {
+      LM_ASSIGN_OR_RETURN(const bool more, assets.step());
+      if (!more) {
+        break;
+      }
+      const std::string_view digest = assets.view(0);
+      if (digest.size() != settings.assets.emplace_back().bytes.size()) {
+        return data_loss("job {} names an asset by {} bytes in the store, not 32", id, digest.size());
+      }
+      std::memcpy(settings.assets.back().bytes.data(), digest.data(), digest.size());
+    }
+    assets.reset();
+
+    settings.layers.clear();
+    layers.bind_all(id);
+    for (;;) {
+      LM_ASSIGN_OR_RETURN(const bool more, layers.step());
+      if (!more) {
+        break;
+      }
+      if (layers.view(2) != kSummedLayer) {
+        return data_loss("job {} has a layer of unknown kind '{}' in the store", id, layers.view(2));
+      }
+      settings.layers.push_back({layers.text(0), static_cast<std::uint32_t>(layers.natural(1)), LayerKind::summed});
+    }
+    layers.reset();
+  }
+  return ok_status();
+}
+
+Status SqliteStore::load_nodes(StoredState& state) {
+  LM_ASSIGN_OR_RETURN(Statement rows,
+                      database_.prepare("SELECT id, tile, level, range_index, non_finite, hash, samples "
+                                        "FROM nodes WHERE job = ?1 ORDER BY id"));
+  LM_ASSIGN_OR_RETURN(Statement remove, database_.prepare("DELETE FROM nodes WHERE id = ?1"));
+  for (StoredState::StoredJob& job : state.jobs) {
+    std::vector<std::uint64_t> damaged;
+    rows.bind_all(job.record.id.value);
+    for (;;) {
+      LM_ASSIGN_OR_RETURN(const bool more, rows.step());
+      if (!more) {
+        break;
+      }
+      auto node = std::make_shared<Node>();
+      const TileId tile{static_cast<std::uint32_t>(rows.natural(1))};
+      node->range = {static_cast<std::uint32_t>(rows.natural(2)), static_cast<std::uint32_t>(rows.natural(3))};
+      node->non_finite = rows.natural(4);
+      const std::string_view values = rows.view(6);
+      node->values.resize(values.size() / sizeof(float));
+      if (!node->values.empty()) {  // memcpy takes no null
+        std::memcpy(node->values.data(), values.data(), node->values.size() * sizeof(float));
+      }
+      const std::array<std::uint8_t, 16> expected = bytes_of(hash_of(*node));
+      if (rows.view(5) != std::string_view(reinterpret_cast<const char*>(expected.data()), expected.size())) {
+        spdlog::error("job {}: stored samples [{}, {}) of tile {} are damaged; they will be rendered again",
+                      job.record.id.value, node->range.first(), node->range.end(), tile.value);
+        damaged.push_back(rows.natural(0));
+        continue;
+      }
+      job.nodes.push_back({tile, std::move(node)});
+    }
+    rows.reset();
+    for (const std::uint64_t id : damaged) {
+      remove.bind_all(id);
+      LM_RETURN_IF_ERROR(remove.run());
+    }
+  }
+  return ok_status();
+}
+
+Status SqliteStore::next_epoch(StoredState& state) {
+  LM_RETURN_IF_ERROR(database_.execute("UPDATE meta SET value = value + 1 WHERE key = 'epoch'"));
+  LM_ASSIGN_OR_RETURN(const std::int64_t epoch, database_.number("SELECT value FROM meta WHERE key = 'epoch'"));
+  state.epoch = static_cast<std::uint64_t>(epoch);
+  return ok_status();
+}
+
+// ---- opening ----
+
+/// An exclusive lock on the file spares shared memory; secure_delete (on in Debian) would write every dropped node
+/// again; large pages and rare checkpoints suit rows of 100 KB that live shortly.
+constexpr const char* kSettings = R"sql(
+PRAGMA locking_mode = EXCLUSIVE;
+PRAGMA journal_mode = WAL;
+PRAGMA synchronous = FULL;
+PRAGMA secure_delete = OFF;
+PRAGMA foreign_keys = ON;
+PRAGMA wal_autocheckpoint = 4096;
+PRAGMA journal_size_limit = 134217728;
+PRAGMA cache_size = -32768;
+PRAGMA temp_store = MEMORY;
+)sql";
+
+Status prepare_file(Database& database, const std::filesystem::path& file, bool is_new) {
+  if (is_new) {
+    LM_RETURN_IF_ERROR(database.execute("PRAGMA page_size = 16384;"));
+  }
+  LM_RETURN_IF_ERROR(database.execute(kSettings));
+  LM_ASSIGN_OR_RETURN(const std::int64_t application, database.number("PRAGMA application_id"));
+  LM_ASSIGN_OR_RETURN(const std::int64_t version, database.number("PRAGMA user_version"));
+  LM_ASSIGN_OR_RETURN(const std::int64_t tables, database.number("SELECT count(*) FROM sqlite_schema"));
+  if (tables == 0 && version == 0) {
+    return database.execute(
+        fmt::format("BEGIN IMMEDIATE; PRAGMA application_id = {}; PRAGMA user_version = {}; {} COMMIT;",
+                    sqlite::kApplicationId, kSqliteFormatVersion, sqlite::kSchema));
+  }
+  if (application != sqlite::kApplicationId) {
+    return data_loss("{} is not a Lightmill store (application id {:#x}): choose another directory with --data",
+                     file.string(), application);
+  }
+  if (version > kSqliteFormatVersion) {
+    return failed_precondition(
+        "{} has format {}, newer than format {} which this lightmill-server knows: use the newer lightmill-server, or "
+        "another directory with --data",
+        file.string(), version, kSqliteFormatVersion);
+  }
+  if (version < kSqliteFormatVersion) {
+    return failed_precondition("{} has the unknown format {}", file.string(), version);
+  }
+  return ok_status();
+}
+
+Result<Statements> prepare_statements(Database& database) {
+  Statements all;
+  LM_ASSIGN_OR_RETURN(all.begin, database.prepare("BEGIN IMMEDIATE"));
+  LM_ASSIGN_OR_RETURN(all.commit, database.prepare("COMMIT"));
+  LM_ASSIGN_OR_RETURN(all.rollback, database.prepare("ROLLBACK"));
+  LM_ASSIGN_OR_RETURN(all.put_job, database.prepare(kPutJob));
+  LM_ASSIGN_OR_RETURN(
+      all.put_settings,
+      database.prepare("INSERT OR IGNORE INTO job_settings VALUES (?1,?2,?3,?4,?5,?6,?7,?8,?9,?10,?11,?12)"));
+  LM_ASSIGN_OR_RETURN(all.put_asset, database.prepare("INSERT INTO job_assets VALUES (?1,?2,?3)"));
+  LM_ASSIGN_OR_RETURN(all.put_layer, database.prepare("INSERT INTO job_layers VALUES (?1,?2,?3,?4,?5)"));
+  LM_ASSIGN_OR_RETURN(all.delete_job, database.prepare("DELETE FROM jobs WHERE id = ?1"));
+  LM_ASSIGN_OR_RETURN(all.put_node,
+                      database.prepare("INSERT OR REPLACE INTO nodes (job, tile, level, range_index, non_finite, hash, "
+                                       "samples) VALUES (?1,?2,?3,?4,?5,?6,?7)"));
+  LM_ASSIGN_OR_RETURN(
+      all.drop_node,
+      database.prepare("DELETE FROM nodes WHERE job = ?1 AND tile = ?2 AND level = ?3 AND range_index = ?4"));
+  LM_ASSIGN_OR_RETURN(all.put_result, database.prepare("INSERT OR REPLACE INTO results VALUES (?1,?2,?3,?4,?5,?6)"));
+  return all;
+}
+
+}  // namespace
+
+Result<std::unique_ptr<Store>> open_sqlite_store(const std::filesystem::path& file) {
+  std::error_code ignored;
+  const std::uintmax_t size_bytes = std::filesystem::file_size(file, ignored);
+  const bool is_new = ignored || size_bytes == 0;
+  LM_ASSIGN_OR_RETURN(Database database, Database::open(file));
+  LM_RETURN_IF_ERROR(prepare_file(database, file, is_new));
+  LM_ASSIGN_OR_RETURN(Statements statements, prepare_statements(database));
+  return std::unique_ptr<Store>(std::make_unique<SqliteStore>(std::move(database), std::move(statements)));
+}
+
+}  // namespace lightmill

@@ -1,0 +1,116 @@
+#include "server/store/sqlite/sqlite_store.h"
+
+#include <gtest/gtest.h>
+#include <sqlite3.h>
+
+#include "server/store/data_directory.h"
+#include "tests/support/temporary_folder.h"
+#include "tests/unit/store/store_conformance.h"
+
+namespace lightmill {
+namespace {
+
+using testing::StoreFactory;
+using testing::TemporaryFolder;
+
+class SqliteStoreTest : public ::testing::Test {
+ protected:
+  std::unique_ptr<Store> open() {
+    Result<std::unique_ptr<Store>> store = open_sqlite_store(file_);
+    EXPECT_TRUE(store.ok()) << store.status();
+    return std::move(store).value();
+  }
+  StoreFactory factory() {
+    return [this] { return open(); };
+  }
+  void sql(const std::string& text) {
+    sqlite3* handle = nullptr;
+    ASSERT_EQ(sqlite3_open(file_.c_str(), &handle), SQLITE_OK);
+    EXPECT_EQ(sqlite3_exec(handle, text.c_str(), nullptr, nullptr, nullptr), SQLITE_OK) << sqlite3_errmsg(handle);
+    sqlite3_close(handle);
+  }
+
+  TemporaryFolder folder_;
+  std::filesystem::path file_ = folder_.path() / "store.sqlite";
+};
+
+TEST_F(SqliteStoreTest, StartsEmpty) {
+  testing::expect_starts_empty(factory());
+}
+TEST_F(SqliteStoreTest, EpochsGrow) {
+  testing::expect_epochs_grow(factory());
+}
+TEST_F(SqliteStoreTest, JobRoundTrips) {
+  testing::expect_job_round_trips(factory());
+}
+TEST_F(SqliteStoreTest, LaterRowReplaces) {
+  testing::expect_later_row_replaces(factory());
+}
+TEST_F(SqliteStoreTest, ForestIsKept) {
+  testing::expect_forest_is_kept(factory());
+}
+TEST_F(SqliteStoreTest, OrderWithinACommit) {
+  testing::expect_order_within_a_commit(factory());
+}
+TEST_F(SqliteStoreTest, DeleteForgetsAllButTheId) {
+  testing::expect_delete_forgets_all_but_the_id(factory());
+}
+TEST_F(SqliteStoreTest, FailedCommitLeavesNothing) {
+  testing::expect_failed_commit_leaves_nothing(factory());
+}
+TEST_F(SqliteStoreTest, CoalescingChangesNothing) {
+  testing::expect_coalescing_changes_nothing(
+      factory(), [this] { return open_sqlite_store(folder_.path() / "other.sqlite").value(); });
+}
+
+TEST_F(SqliteStoreTest, ADamagedNodeIsLeftOutAndTheOthersStay) {
+  {
+    const auto store = open();
+    ASSERT_TRUE(store->load().ok());
+    ASSERT_TRUE(store
+                    ->commit(std::vector<StoreOp>{PutJob{testing::full_record(1)},
+                                                  PutNode{JobId{1}, TileId{0}, testing::small_node(0, 0, 1)},
+                                                  PutNode{JobId{1}, TileId{1}, testing::small_node(0, 0, 2)}})
+                    .ok());
+  }
+  sql("UPDATE nodes SET samples = zeroblob(length(samples)) WHERE tile = 0");
+  const Result<StoredState> state = open()->load();
+  ASSERT_TRUE(state.ok()) << state.status();
+  ASSERT_EQ(state->jobs.at(0).nodes.size(), 1u);
+  EXPECT_EQ(state->jobs[0].nodes[0].tile.value, 1u);
+  // It is gone from the file too: the same range can be stored again.
+  EXPECT_TRUE(open()->commit(std::vector<StoreOp>{PutNode{JobId{1}, TileId{0}, testing::small_node(0, 0, 1)}}).ok());
+  EXPECT_EQ(open()->load()->jobs.at(0).nodes.size(), 2u);
+}
+
+TEST_F(SqliteStoreTest, ANewerFormatIsRefusedWithWhatToDo) {
+  open();
+  sql("PRAGMA user_version = 99");
+  const auto store = open_sqlite_store(file_);
+  EXPECT_EQ(store.status().code(), StatusCode::kFailedPrecondition);
+  EXPECT_NE(message_of(store.status()).find("newer"), std::string::npos) << store.status();
+  EXPECT_NE(message_of(store.status()).find(file_.string()), std::string::npos) << store.status();
+}
+
+TEST_F(SqliteStoreTest, AFileThatIsNoStoreIsRefused) {
+  sql("CREATE TABLE other (x)");
+  EXPECT_EQ(open_sqlite_store(file_).status().code(), StatusCode::kDataLoss);
+}
+
+TEST(DataDirectory, HasOneUserAtATime) {
+  const TemporaryFolder folder;
+  const std::filesystem::path path = folder.path() / "deep" / "data";
+  {
+    const auto first = DataDirectory::open(path);
+    ASSERT_TRUE(first.ok()) << first.status();
+    const auto second = DataDirectory::open(path);
+    EXPECT_EQ(second.status().code(), StatusCode::kFailedPrecondition);
+    EXPECT_NE(message_of(second.status()).find(path.string()), std::string::npos);
+    EXPECT_NE(message_of(second.status()).find("--data"), std::string::npos);
+    EXPECT_NE(message_of(second.status()).find(std::to_string(::getpid())), std::string::npos);
+  }
+  EXPECT_TRUE(DataDirectory::open(path).ok()) << "the lock falls with its owner";
+}
+
+}  // namespace
+}  // namespace lightmill

@@ -1,0 +1,245 @@
+#include "tests/unit/store/store_conformance.h"
+
+#include <gtest/gtest.h>
+
+#include "server/store/coalesce.h"
+
+namespace lightmill::testing {
+namespace {
+
+StoredState loaded(Store& store) {
+  Result<StoredState> state = store.load();
+  EXPECT_TRUE(state.ok()) << state.status();
+  return state.ok() ? std::move(*state) : StoredState{};
+}
+
+void commit(Store& store, const std::vector<StoreOp>& ops) {
+  const Status status = store.commit(ops);
+  EXPECT_TRUE(status.ok()) << status;
+}
+
+}  // namespace
+
+JobRecord full_record(std::uint64_t id) {
+  JobRecord record;
+  record.id = JobId{id};
+  record.spec.request_id = fmt::format("request-{}", id);
+  record.spec.name = "a 'quoted' näme";
+  record.spec.owner = "owner";
+  record.spec.host = "host.example";
+  record.spec.parent = JobId{id + 100};
+  record.spec.priority = -7;
+  record.spec.goal = {300, 12.5};
+  RenderSettings& settings = record.spec.settings;
+  settings.scene = std::string("a\0scene\xff", 8);
+  settings.assets = {sha256("one"), sha256("two")};
+  settings.width = 640;
+  settings.height = 480;
+  settings.crop = {1, 2, 30, 40};
+  settings.layers = {{"beauty", 3, LayerKind::summed}, {"albedo", 4, LayerKind::summed}};
+  settings.seed = 0xfedcba9876543210u;  // over the signed range
+  settings.method = "preview";
+  settings.max_bounces = 0xffffffffu;
+  settings.renderer_version = "core-x";
+  record.state = JobState::paused;
+  record.reason = "because";
+  record.fingerprint_class = "class";
+  record.active_seconds = 0.1;
+  record.worker_seconds = 1e9 + 0.25;
+  record.counters = {1, 2, 3, 4, 5};
+  record.submitted_unix_ms = 1'700'000'000'123;
+  record.finished_unix_ms = 1'700'000'000'456;
+  return record;
+}
+
+std::shared_ptr<const Node> small_node(std::uint32_t level, std::uint32_t index, float value) {
+  auto node = std::make_shared<Node>();
+  node->range = {level, index};
+  node->values.assign(24, value);
+  node->values.back() = -value / 3;
+  node->non_finite = level + index;
+  return node;
+}
+
+std::string describe(const StoredState& state) {
+  std::vector<std::string> jobs;
+  for (const StoredState::StoredJob& job : state.jobs) {
+    const JobRecord& r = job.record;
+    const RenderSettings& s = r.spec.settings;
+    std::string text = fmt::format(
+        "{} {} {} {} {} parent {} priority {} goal {} {} state {} {} class {} seconds {} {} counters {} {} {} {} {} at "
+        "{} {} ",
+        r.id.value, r.spec.request_id, r.spec.name, r.spec.owner, r.spec.host, r.spec.parent.value, r.spec.priority,
+        r.spec.goal.samples, r.spec.goal.seconds, static_cast<int>(r.state), r.reason, r.fingerprint_class,
+        r.active_seconds, r.worker_seconds, r.counters.results_merged, r.counters.results_duplicate,
+        r.counters.leases_lost, r.counters.copies_leased, r.counters.non_finite, r.submitted_unix_ms,
+        r.finished_unix_ms);
+    text += "digest " + render_digest(s, "").hex();  // covers every setting
+    std::vector<std::string> nodes;
+    for (const StoredState::StoredNode& node : job.nodes) {
+      nodes.push_back(fmt::format(" tile {} {}/{} {}", node.tile.value, node.node->range.level, node.node->range.index,
+                                  hash_of(*node.node).hex()));
+    }
+    std::sort(nodes.begin(), nodes.end());
+    for (const std::string& node : nodes) {
+      text += node;
+    }
+    jobs.push_back(text);
+  }
+  std::sort(jobs.begin(), jobs.end());
+  std::string all = fmt::format("next {}\n", state.next_job_id);
+  for (const std::string& job : jobs) {
+    all += job + "\n";
+  }
+  return all;
+}
+
+void expect_starts_empty(const StoreFactory& open) {
+  const StoredState state = loaded(*open());
+  EXPECT_EQ(state.epoch, 1u);
+  EXPECT_EQ(state.next_job_id, 1u);
+  EXPECT_TRUE(state.jobs.empty());
+}
+
+void expect_epochs_grow(const StoreFactory& open) {
+  for (std::uint64_t epoch = 1; epoch <= 3; ++epoch) {
+    EXPECT_EQ(loaded(*open()).epoch, epoch);
+  }
+}
+
+void expect_job_round_trips(const StoreFactory& open) {
+  StoredState expected;
+  expected.next_job_id = 6;
+  {
+    const auto store = open();
+    loaded(*store);
+    std::vector<StoreOp> ops;
+    for (const std::uint64_t id : {2, 5}) {
+      JobRecord record = full_record(id);
+      record.state = id == 2 ? JobState::cancelled : JobState::failed;
+      ops.push_back(PutJob{record});
+      expected.jobs.push_back({record, {}});
+    }
+    commit(*store, ops);
+  }
+  EXPECT_EQ(describe(loaded(*open())), describe(expected));
+}
+
+void expect_later_row_replaces(const StoreFactory& open) {
+  JobRecord record = full_record(1);
+  {
+    const auto store = open();
+    loaded(*store);
+    commit(*store, {PutJob{record}});
+    record.spec.goal.samples = 1000;
+    record.spec.priority = 9;
+    record.state = JobState::running;
+    record.reason = "";
+    record.fingerprint_class = "fixed";
+    record.counters.results_merged = 77;
+    commit(*store, {PutJob{record}});
+  }
+  StoredState expected;
+  expected.next_job_id = 2;
+  expected.jobs.push_back({record, {}});
+  EXPECT_EQ(describe(loaded(*open())), describe(expected));
+}
+
+void expect_forest_is_kept(const StoreFactory& open) {
+  const JobId job{1};
+  StoredState expected;
+  expected.next_job_id = 2;
+  expected.jobs.push_back(
+      {full_record(1), {{TileId{0}, small_node(1, 0, 2.5f)}, {TileId{3}, small_node(0, 4, -1e-30f)}}});
+  {
+    const auto store = open();
+    loaded(*store);
+    commit(*store, {PutJob{full_record(1)}, PutNode{job, TileId{0}, small_node(0, 0, 1)}});
+    commit(*store, {PutNode{job, TileId{3}, small_node(0, 4, -1e-30f)}, DropNode{{job, TileId{0}, {0, 0}}},
+                    PutNode{job, TileId{0}, small_node(1, 0, 2.5f)},
+                    PutResult{{job, TileId{0}, {0, 1}}, Hash128{1, 2}, "worker"}});
+  }
+  EXPECT_EQ(describe(loaded(*open())), describe(expected));
+}
+
+void expect_order_within_a_commit(const StoreFactory& open) {
+  const JobId job{1};
+  {
+    const auto store = open();
+    loaded(*store);
+    commit(*store, {PutJob{full_record(1)}, PutNode{job, TileId{0}, small_node(0, 0, 1)},
+                    DropNode{{job, TileId{0}, {0, 0}}}, PutNode{job, TileId{0}, small_node(0, 0, 2)}});
+  }
+  const StoredState state = loaded(*open());
+  ASSERT_EQ(state.jobs.size(), 1u);
+  ASSERT_EQ(state.jobs[0].nodes.size(), 1u);
+  EXPECT_EQ(state.jobs[0].nodes[0].node->values[0], 2.0f);
+}
+
+void expect_delete_forgets_all_but_the_id(const StoreFactory& open) {
+  {
+    const auto store = open();
+    loaded(*store);
+    commit(*store, {PutJob{full_record(8)}, PutNode{JobId{8}, TileId{0}, small_node(0, 0, 1)},
+                    PutResult{{JobId{8}, TileId{0}, {0, 0}}, Hash128{1, 2}, "worker"}});
+    commit(*store, {DeleteJobRows{JobId{8}}});
+  }
+  const StoredState state = loaded(*open());
+  EXPECT_TRUE(state.jobs.empty());
+  EXPECT_EQ(state.next_job_id, 9u) << "ids are never used again";
+}
+
+void expect_failed_commit_leaves_nothing(const StoreFactory& open) {
+  {
+    const auto store = open();
+    loaded(*store);
+    const std::vector<StoreOp> ops{PutJob{full_record(1)}, PutNode{JobId{99}, TileId{0}, small_node(0, 0, 1)}};
+    EXPECT_FALSE(store->commit(ops).ok()) << "a node of a job that does not exist";
+    commit(*store, {PutJob{full_record(2)}});
+  }
+  const StoredState state = loaded(*open());
+  ASSERT_EQ(state.jobs.size(), 1u);
+  EXPECT_EQ(state.jobs[0].record.id.value, 2u);
+}
+
+void expect_coalescing_changes_nothing(const StoreFactory& open, const StoreFactory& open_other) {
+  // A small random history: jobs come, change and go; nodes are put, dropped and put again.
+  std::uint64_t random_state = 12345;
+  const auto random = [&](std::uint64_t below) {
+    random_state = random_state * 6364136223846793005u + 1442695040888963407u;
+    return (random_state >> 33) % below;
+  };
+  const auto plain = open();
+  const auto other = open_other();
+  loaded(*plain);
+  loaded(*other);
+  std::set<std::uint64_t> jobs;
+  std::set<NodeKey> nodes;
+  for (int round = 0; round < 60; ++round) {
+    std::vector<StoreOp> ops;
+    for (int i = 0; i < 20; ++i) {
+      const std::uint64_t job = 1 + random(4);
+      const NodeKey key{JobId{job}, TileId{0}, {static_cast<std::uint32_t>(random(2)), 0}};
+      if (!jobs.contains(job) || random(4) == 0) {
+        JobRecord record = full_record(job);
+        record.counters.results_merged = random(1000);
+        ops.push_back(PutJob{record});
+        jobs.insert(job);
+      } else if (random(10) == 0) {
+        ops.push_back(DeleteJobRows{JobId{job}});
+        jobs.erase(job);
+        std::erase_if(nodes, [&](const NodeKey& each) { return each.job.value == job; });
+      } else if (nodes.erase(key) > 0) {
+        ops.push_back(DropNode{key});
+      } else {
+        ops.push_back(PutNode{key.job, key.tile, small_node(key.range.level, 0, static_cast<float>(random(1000)))});
+        nodes.insert(key);
+      }
+    }
+    commit(*plain, ops);
+    commit(*other, coalesce(ops));
+    ASSERT_EQ(describe(loaded(*other)), describe(loaded(*plain))) << "round " << round;
+  }
+}
+
+}  // namespace lightmill::testing
