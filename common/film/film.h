@@ -1,10 +1,11 @@
 // The film: per tile, the forest of nodes merged so far, and what can be read from it.
 //
-// Pure and not thread-safe. The bits of a tile's sums are a function of the merged sample ranges alone, never of the order in
-// which they came or of how they were cut.
+// Pure and not thread-safe. The bits of a tile's sums are a function of the merged sample ranges alone, never of the
+// order in which they came or of how they were cut.
 #pragma once
 
 #include <cstdint>
+#include <map>
 #include <memory>
 #include <vector>
 
@@ -14,20 +15,24 @@
 
 namespace lightmill {
 
+using NodePtr = std::shared_ptr<const Node>;
+
 /// What merging a node did.
 struct MergeOutcome {
   enum class Kind {
     merged,     ///< it entered the film
     duplicate,  ///< its range was covered already: dropped
-    mismatch,   ///< an equal range was merged before with other bits, or merged descendants that fill it differ: dropped
+    mismatch,   ///< an equal range was merged before with other bits: dropped
   };
   Kind kind = Kind::merged;
-  /// Nodes that left the forest (joined with their sibling, or replaced by an ancestor) and those that joined it. What was
-  /// both added and removed by the same merge is in neither.
+  /// Nodes that left the forest (joined with their sibling, or replaced by an ancestor) and those that joined it. What
+  /// was both added and removed by the same merge is in neither.
   std::vector<SampleRange> removed;
-  std::vector<std::shared_ptr<const Node>> added;
+  std::vector<NodePtr> added;
 };
 
+/// Siblings are joined as soon as both are in, so a tile's forest is always the shortest list of dyadic ranges that
+/// covers what was merged, and descendants never fill a range without being joined to it.
 class Film {
  public:
   Film(const TileGrid& grid, std::uint32_t channels);
@@ -36,16 +41,16 @@ class Film {
   std::uint32_t channels() const { return channels_; }
 
   /// Merges a node whose values have the right size (see expected_values).
-  MergeOutcome merge(TileId tile, std::shared_ptr<const Node> node);
+  MergeOutcome merge(TileId tile, NodePtr node);
   /// Puts back a stored node; the stored forest has no two that overlap.
-  void restore(TileId tile, std::shared_ptr<const Node> node);
+  void restore(TileId tile, NodePtr node);
 
-  std::size_t expected_values(TileId tile) const;       ///< 2 * channels * pixels
-  std::uint64_t samples(TileId tile) const;             ///< per pixel, merged so far
-  bool covered(TileId tile, SampleRange range) const;   ///< by itself or an ancestor, or completely by descendants
-  std::uint64_t non_finite() const;
-  std::uint64_t bytes() const;                          ///< held by nodes
-  const std::vector<std::shared_ptr<const Node>>& forest(TileId tile) const;  ///< ascending, disjoint, maximal
+  std::size_t expected_values(TileId tile) const;      ///< 2 * channels * pixels
+  std::uint64_t samples(TileId tile) const;            ///< per pixel, merged so far
+  bool covered(TileId tile, SampleRange range) const;  ///< by itself or an ancestor (hence also: filled by descendants)
+  std::uint64_t non_finite() const { return non_finite_; }
+  std::uint64_t bytes() const { return bytes_; }          ///< held by nodes' values
+  const std::vector<NodePtr>& forest(TileId tile) const;  ///< ascending, disjoint, maximal
   /// The sum over the forest in ascending index order, laid out as Node::values; all zero while empty.
   std::vector<float> sums(TileId tile) const;
   /// Samples in half A and in half B.
@@ -53,16 +58,31 @@ class Film {
     std::uint64_t a = 0, b = 0;
   };
   HalfCounts half_counts(TileId tile) const;
-  std::uint64_t version(TileId tile) const;             ///< grows with every merge into the tile
+  std::uint64_t version(TileId tile) const;           ///< grows with every merge into the tile
+  std::uint64_t version() const { return version_; }  ///< grows with every merge
+
+  // Over all tiles; O(1).
+  std::uint64_t min_samples() const { return tiles_by_samples_.begin()->first; }   ///< per pixel, least sampled tile
+  std::uint64_t max_samples() const { return tiles_by_samples_.rbegin()->first; }  ///< per pixel, most sampled tile
+  std::uint64_t pixel_samples() const { return pixel_samples_; }                   ///< sum over pixels
 
  private:
   struct Tile {
-    std::vector<std::shared_ptr<const Node>> forest;
+    std::vector<NodePtr> forest;
+    std::uint64_t samples = 0;
     std::uint64_t version = 0;
   };
+  const Tile& tile_at(TileId tile) const;
+  void account(TileId tile, std::uint64_t samples_before);
+
   TileGrid grid_;
   std::uint32_t channels_ = 0;
   std::vector<Tile> tiles_;
+  std::map<std::uint64_t, std::uint32_t> tiles_by_samples_;  ///< how many tiles have so many samples
+  std::uint64_t pixel_samples_ = 0;
+  std::uint64_t non_finite_ = 0;
+  std::uint64_t bytes_ = 0;
+  std::uint64_t version_ = 0;
 };
 
 }  // namespace lightmill

@@ -14,9 +14,10 @@ inline constexpr int kBeautyChannels = 3;  ///< R, G, B.
 
 /// Sums over one sample range, per pixel, channel and half.
 ///
-/// `values[(half * channels + channel) * pixels + pixel]`, pixels row by row within the tile's rectangle; half 0 (A) sums the
-/// even sample indices, half 1 (B) the odd ones. Each sum is the binary tree over its indices in ascending order (pairwise
-/// summation in float32), so a node has exactly the bits of joining its children. Values are finite and never −0.
+/// `values[(half * channels + channel) * pixels + pixel]`, pixels row by row within the tile's rectangle; half 0 (A)
+/// sums the even sample indices, half 1 (B) the odd ones. Each sum is the binary tree over its indices in ascending
+/// order (pairwise summation in float32), so a node has exactly the bits of joining its children. Values are finite and
+/// never −0.
 struct Node {
   SampleRange range;
   std::vector<float> values;

@@ -7,7 +7,7 @@
 
 namespace lightmill {
 
-inline constexpr int kTileSize = 64;       ///< Pixels on a side.
+inline constexpr int kTileSize = 64;        ///< Pixels on a side.
 inline constexpr int kMaxFilmSide = 65536;  ///< Pixels.
 
 /// A rectangle of pixels of the full film; x to the right, y down, (0,0) the upper left pixel.
@@ -20,8 +20,8 @@ struct PixelRect {
   friend bool operator==(const PixelRect&, const PixelRect&) = default;
 };
 
-/// Cuts the crop of a film into tiles. Tiles are those of the full film, aligned to multiples of kTileSize and clipped to
-/// the crop, numbered row by row among those that the crop touches.
+/// Cuts the crop of a film into tiles. Tiles are those of the full film, aligned to multiples of kTileSize and clipped
+/// to the crop, numbered row by row among those that the crop touches.
 class TileGrid {
  public:
   TileGrid() = default;

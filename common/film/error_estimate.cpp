@@ -1,0 +1,127 @@
+#include "common/film/error_estimate.h"
+
+#include <algorithm>
+
+#include "common/base/check.h"
+
+namespace lightmill {
+namespace {
+
+constexpr int kBlockSide = 8;  ///< Pixels; wider than what neighbouring pixels share.
+constexpr double kNormal95 = 1.959963984540054;
+
+struct Block {
+  double sum = 0;
+  double pixels = 0;
+};
+
+/// Estimates the variance of the total of all blocks, each pixel's term having a common variance within a
+/// neighbourhood: for neighbours with n₁ and n₂ pixels, E[(x₁/n₁ − x₂/n₂)²] = σ²(1/n₁ + 1/n₂).
+double variance_of_total(std::span<const Block> blocks) {
+  double variance = 0;
+  for (std::size_t i = 0; i < blocks.size(); i += 2) {
+    const std::size_t other = i + 1 < blocks.size() ? i + 1 : i - 1;
+    const Block& x = blocks[i];
+    const Block& y = blocks[other];
+    const double difference = x.sum / x.pixels - y.sum / y.pixels;
+    const double pixel_variance = difference * difference * x.pixels * y.pixels / (x.pixels + y.pixels);
+    variance += pixel_variance * (i + 1 < blocks.size() ? x.pixels + y.pixels : x.pixels);
+  }
+  return variance;
+}
+
+}  // namespace
+
+TileError estimate_tile_error(std::span<const float> sums, int width, int height, std::uint32_t channels,
+                              Film::HalfCounts counts) {
+  const std::size_t pixels = static_cast<std::size_t>(width) * static_cast<std::size_t>(height);
+  LM_CHECK(sums.size() == 2 * channels * pixels);
+  TileError error;
+  error.terms = static_cast<double>(channels) * static_cast<double>(pixels);
+  if (counts.a == 0 || counts.b == 0) {
+    return error;
+  }
+  const double na = static_cast<double>(counts.a);
+  const double nb = static_cast<double>(counts.b);
+  const double weight = na * nb / ((na + nb) * (na + nb));
+  std::vector<float> terms(pixels, 0.0f);  // of each pixel, over its channels
+  for (std::uint32_t channel = 0; channel < channels; ++channel) {
+    const float* a = sums.data() + channel * pixels;
+    const float* b = a + channels * pixels;
+    for (std::size_t i = 0; i < pixels; ++i) {
+      const float mean_a = a[i] * static_cast<float>(1 / na);
+      const float mean_b = b[i] * static_cast<float>(1 / nb);
+      const float difference = mean_a - mean_b;
+      terms[i] += difference * difference * static_cast<float>(weight) / (std::max(mean_a * mean_b, 0.0f) + 0.01f);
+    }
+  }
+  // Blocks are visited to and fro, so that successive ones touch. Tiles too small for two blocks compare pixels.
+  const int side = width > kBlockSide || height > kBlockSide ? kBlockSide : 1;
+  std::vector<Block> blocks;
+  for (int top = 0; top < height; top += side) {
+    const std::size_t row_begin = blocks.size();
+    for (int left = 0; left < width; left += side) {
+      Block block;
+      for (int y = top; y < std::min(top + side, height); ++y) {
+        for (int x = left; x < std::min(left + side, width); ++x) {
+          block.sum +=
+              terms[static_cast<std::size_t>(y) * static_cast<std::size_t>(width) + static_cast<std::size_t>(x)];
+          block.pixels += 1;
+        }
+      }
+      error.sum += block.sum;
+      blocks.push_back(block);
+    }
+    if (top / side % 2 == 1) {
+      std::reverse(blocks.begin() + static_cast<std::ptrdiff_t>(row_begin), blocks.end());
+    }
+  }
+  if (blocks.size() > 1) {
+    error.variance = variance_of_total(blocks);
+    error.known = true;
+  }
+  return error;
+}
+
+FrameError ErrorEstimator::update(const Film& film, std::uint32_t max_tiles) {
+  if (current_ && film_version_ == film.version()) {
+    return frame_;
+  }
+  const std::uint32_t tile_count = film.grid().tile_count();
+  if (entries_.size() != tile_count) {
+    entries_.assign(tile_count, Entry{});
+    next_ = 0;
+  }
+  current_ = true;
+  std::uint32_t refreshed = 0;
+  for (std::uint32_t visited = 0; visited < tile_count; ++visited) {
+    const TileId tile{next_};
+    if (entries_[next_].version != film.version(tile)) {
+      if (refreshed == max_tiles) {
+        current_ = false;
+        break;
+      }
+      const PixelRect rect = film.grid().tile_rect(tile);
+      entries_[next_] = {
+          estimate_tile_error(film.sums(tile), rect.width, rect.height, film.channels(), film.half_counts(tile)),
+          film.version(tile)};
+      ++refreshed;
+    }
+    next_ = (next_ + 1) % tile_count;
+  }
+  film_version_ = film.version();
+  TileError total{.known = true};
+  for (const Entry& entry : entries_) {
+    total.sum += entry.error.sum;
+    total.variance += entry.error.variance;
+    total.terms += entry.error.terms;
+    total.known = total.known && entry.error.known;
+  }
+  frame_ = FrameError{};
+  if (total.known) {
+    frame_ = {total.sum / total.terms, kNormal95 * std::sqrt(total.variance) / total.terms, true};
+  }
+  return frame_;
+}
+
+}  // namespace lightmill

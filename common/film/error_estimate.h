@@ -1,0 +1,54 @@
+// The error of a film, estimated from its two halves.
+//
+// With a and b the means of the halves, (a−b)²/4 estimates the variance of their mean where both have as many samples
+// (generally (a−b)²·nA·nB/(nA+nB)²). The frame's relative error is mean(var/(max(a·b, 0) + 0.01)) over pixels and
+// channels.
+#pragma once
+
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "common/film/film.h"
+
+namespace lightmill {
+
+/// The frame's relMSE as estimated: rel_mse ± half_width holds the expectation with 95 % confidence.
+struct FrameError {
+  double rel_mse = 0;
+  double half_width = 0;
+  bool known = false;  ///< false until every tile has samples in both halves
+};
+
+/// One tile's part of the estimate.
+struct TileError {
+  double sum = 0;       ///< of var/(max(a·b, 0) + 0.01) over pixels and channels
+  double variance = 0;  ///< of `sum`, from the differences of neighbouring blocks of 8×8 pixels
+  double terms = 0;     ///< pixels × channels
+  bool known = false;   ///< both halves have samples and there are at least two blocks or pixels to compare
+};
+
+/// `sums` laid out as Node::values for a tile of width × height pixels.
+TileError estimate_tile_error(std::span<const float> sums, int width, int height, std::uint32_t channels,
+                              Film::HalfCounts counts);
+
+/// Keeps the tiles' parts and recomputes those whose tile has changed, so that asking often is cheap.
+class ErrorEstimator {
+ public:
+  /// Brings at most `max_tiles` changed tiles up to date, going round, and sums all up. Films of at most `max_tiles`
+  /// tiles get their exact estimate each time; larger ones one that trails by a few calls.
+  FrameError update(const Film& film, std::uint32_t max_tiles = 2048);
+
+ private:
+  struct Entry {
+    TileError error;
+    std::uint64_t version = 0;
+  };
+  std::vector<Entry> entries_;
+  std::uint32_t next_ = 0;
+  std::uint64_t film_version_ = 0;
+  bool current_ = false;
+  FrameError frame_;
+};
+
+}  // namespace lightmill

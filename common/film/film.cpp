@@ -1,0 +1,161 @@
+#include "common/film/film.h"
+
+#include <algorithm>
+
+#include "common/base/check.h"
+
+namespace lightmill {
+namespace {
+
+/// The first node of `forest` that ends after sample `first`.
+std::size_t first_ending_after(const std::vector<NodePtr>& forest, std::uint64_t first) {
+  const auto found = std::partition_point(forest.begin(), forest.end(),
+                                          [&](const NodePtr& node) { return node->range.end() <= first; });
+  return static_cast<std::size_t>(found - forest.begin());
+}
+
+bool same_bits(const Node& a, const Node& b) {
+  return a.non_finite == b.non_finite && a.values.size() == b.values.size() &&
+         std::memcmp(a.values.data(), b.values.data(), a.values.size() * sizeof(float)) == 0;
+}
+
+std::uint64_t value_bytes(const Node& node) {
+  return node.values.size() * sizeof(float);
+}
+
+}  // namespace
+
+Film::Film(const TileGrid& grid, std::uint32_t channels)
+    : grid_(grid), channels_(channels), tiles_(grid.tile_count()), tiles_by_samples_{{0, grid.tile_count()}} {
+  LM_CHECK(grid.tile_count() > 0 && channels > 0);
+}
+
+const Film::Tile& Film::tile_at(TileId tile) const {
+  LM_CHECK(tile.value < tiles_.size(), "tile {} of {}", tile.value, tiles_.size());
+  return tiles_[tile.value];
+}
+
+MergeOutcome Film::merge(TileId tile, NodePtr node) {
+  tile_at(tile);
+  LM_CHECK(node->values.size() == expected_values(tile));
+  LM_CHECK(node->range.level <= kMaxRangeLevel && node->range.end() <= kMaxSamples);
+  std::vector<NodePtr>& forest = tiles_[tile.value].forest;
+  MergeOutcome outcome;
+
+  // Ranges are disjoint or nested: what the new one touches either contains it, or is contained in it.
+  std::size_t at = first_ending_after(forest, node->range.first());
+  if (at < forest.size() && forest[at]->range.contains(node->range)) {
+    const bool differs = forest[at]->range == node->range && !same_bits(*forest[at], *node);
+    outcome.kind = differs ? MergeOutcome::Kind::mismatch : MergeOutcome::Kind::duplicate;
+    return outcome;
+  }
+  const std::uint64_t samples_before = tiles_[tile.value].samples;
+  std::size_t end = at;
+  const auto remove_old = [&](const Node& old) {
+    outcome.removed.push_back(old.range);
+    tiles_[tile.value].samples -= old.range.count();
+    non_finite_ -= old.non_finite;
+    bytes_ -= value_bytes(old);
+  };
+  while (end < forest.size() && node->range.contains(forest[end]->range)) {
+    remove_old(*forest[end++]);
+  }
+  // Join with the sibling, then the parent with its own, as far as they are in.
+  for (;;) {
+    const SampleRange sibling = node->range.sibling();
+    if (at > 0 && forest[at - 1]->range == sibling) {
+      remove_old(*forest[--at]);
+      node = std::make_shared<const Node>(join(*forest[at], *node));
+    } else if (end < forest.size() && forest[end]->range == sibling) {
+      remove_old(*forest[end]);
+      node = std::make_shared<const Node>(join(*node, *forest[end++]));
+    } else {
+      break;
+    }
+  }
+  tiles_[tile.value].samples += node->range.count();
+  non_finite_ += node->non_finite;
+  bytes_ += value_bytes(*node);
+  outcome.added.push_back(node);
+  if (at == end) {
+    forest.insert(forest.begin() + static_cast<std::ptrdiff_t>(at), std::move(node));
+  } else {
+    forest[at] = std::move(node);
+    forest.erase(forest.begin() + static_cast<std::ptrdiff_t>(at) + 1,
+                 forest.begin() + static_cast<std::ptrdiff_t>(end));
+  }
+  account(tile, samples_before);
+  return outcome;
+}
+
+void Film::restore(TileId tile, NodePtr node) {
+  tile_at(tile);
+  LM_CHECK(node->values.size() == expected_values(tile), "a stored node of tile {} has {} values", tile.value,
+           node->values.size());
+  std::vector<NodePtr>& forest = tiles_[tile.value].forest;
+  const std::size_t at = first_ending_after(forest, node->range.first());
+  LM_CHECK(at == forest.size() || forest[at]->range.first() >= node->range.end(), "stored nodes of tile {} overlap",
+           tile.value);
+  const std::uint64_t samples_before = tiles_[tile.value].samples;
+  tiles_[tile.value].samples += node->range.count();
+  non_finite_ += node->non_finite;
+  bytes_ += value_bytes(*node);
+  forest.insert(forest.begin() + static_cast<std::ptrdiff_t>(at), std::move(node));
+  account(tile, samples_before);
+}
+
+void Film::account(TileId tile, std::uint64_t samples_before) {
+  const std::uint64_t samples_now = tiles_[tile.value].samples;
+  const auto before = tiles_by_samples_.find(samples_before);
+  if (--before->second == 0) {
+    tiles_by_samples_.erase(before);
+  }
+  ++tiles_by_samples_[samples_now];
+  pixel_samples_ += (samples_now - samples_before) * static_cast<std::uint64_t>(grid_.tile_rect(tile).pixel_count());
+  ++tiles_[tile.value].version;
+  ++version_;
+}
+
+std::size_t Film::expected_values(TileId tile) const {
+  return std::size_t{2} * channels_ * static_cast<std::size_t>(grid_.tile_rect(tile).pixel_count());
+}
+
+std::uint64_t Film::samples(TileId tile) const {
+  return tile_at(tile).samples;
+}
+
+bool Film::covered(TileId tile, SampleRange range) const {
+  const std::vector<NodePtr>& nodes = forest(tile);
+  const std::size_t at = first_ending_after(nodes, range.first());
+  return at < nodes.size() && nodes[at]->range.contains(range);
+}
+
+const std::vector<NodePtr>& Film::forest(TileId tile) const {
+  return tile_at(tile).forest;
+}
+
+std::vector<float> Film::sums(TileId tile) const {
+  std::vector<float> sums(expected_values(tile), 0.0f);
+  for (const NodePtr& node : forest(tile)) {
+    for (std::size_t i = 0; i < sums.size(); ++i) {
+      sums[i] += node->values[i];
+    }
+  }
+  return sums;
+}
+
+Film::HalfCounts Film::half_counts(TileId tile) const {
+  HalfCounts counts;
+  for (const NodePtr& node : forest(tile)) {
+    const SampleRange& range = node->range;
+    counts.a += range.level > 0 ? range.count() / 2 : 1 - range.index % 2;
+    counts.b += range.level > 0 ? range.count() / 2 : range.index % 2;
+  }
+  return counts;
+}
+
+std::uint64_t Film::version(TileId tile) const {
+  return tile_at(tile).version;
+}
+
+}  // namespace lightmill

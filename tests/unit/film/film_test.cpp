@@ -1,0 +1,230 @@
+#include "common/film/film.h"
+
+#include <gtest/gtest.h>
+
+#include <random>
+
+namespace lightmill {
+namespace {
+
+constexpr PixelRect kCrop{60, 0, 10, 3};  // two tiles: 4×3 and 6×3 pixels
+
+/// The value of one sample, a fixed irregular function.
+float sample_value(TileId tile, std::size_t slot, std::uint32_t sample) {
+  std::mt19937 bits(tile.value * 7919 + static_cast<std::uint32_t>(slot) * 104729 + sample * 1299709 + 1);
+  return static_cast<float>(bits()) * 1e-9f + static_cast<float>(bits() % 1000) * 37.0f;
+}
+
+/// What a worker returns: the tree over the range, in which the half without the sample gets 0.
+NodePtr make_node(const Film& film, TileId tile, SampleRange range) {
+  if (range.level > 0) {
+    return std::make_shared<const Node>(
+        join(*make_node(film, tile, range.left_child()), *make_node(film, tile, range.right_child())));
+  }
+  Node node{range, std::vector<float>(film.expected_values(tile), 0.0f), range.index % 7 == 0 ? 1u : 0u};
+  const std::size_t half = node.values.size() / 2;
+  for (std::size_t i = 0; i < half; ++i) {
+    node.values[range.index % 2 * half + i] = sample_value(tile, i, range.index);
+  }
+  return std::make_shared<const Node>(std::move(node));
+}
+
+/// Cuts [first, end) into maximal dyadic ranges.
+std::vector<SampleRange> dyadic_cover(std::uint64_t first, std::uint64_t end) {
+  std::vector<SampleRange> ranges;
+  while (first < end) {
+    std::uint32_t level = 0;
+    while (first % (std::uint64_t{2} << level) == 0 && first + (std::uint64_t{2} << level) <= end) {
+      ++level;
+    }
+    ranges.push_back({level, static_cast<std::uint32_t>(first >> level)});
+    first = ranges.back().end();
+  }
+  return ranges;
+}
+
+std::vector<SampleRange> ranges_of(const Film& film, TileId tile) {
+  std::vector<SampleRange> ranges;
+  for (const NodePtr& node : film.forest(tile)) {
+    ranges.push_back(node->range);
+  }
+  return ranges;
+}
+
+/// Splits ranges at random, as other units would have.
+std::vector<SampleRange> split_at_random(std::vector<SampleRange> ranges, std::mt19937& bits) {
+  for (std::size_t i = 0; i < ranges.size(); ++i) {
+    while (ranges[i].level > 0 && bits() % 3 != 0) {
+      ranges.push_back(ranges[i].right_child());
+      ranges[i] = ranges[i].left_child();
+    }
+  }
+  return ranges;
+}
+
+class FilmTest : public testing::Test {
+ protected:
+  Film make_film() const { return Film(TileGrid(kCrop), 3); }
+  /// The film with [0, samples) merged in ascending order, one sample at a time.
+  Film quiet_film(std::uint32_t samples) const {
+    Film film = make_film();
+    for (std::uint32_t tile = 0; tile < 2; ++tile) {
+      for (std::uint32_t i = 0; i < samples; ++i) {
+        film.merge(TileId{tile}, make_node(film, TileId{tile}, {0, i}));
+      }
+    }
+    return film;
+  }
+  void expect_same_bits(const Film& a, const Film& b) const {
+    for (std::uint32_t tile = 0; tile < 2; ++tile) {
+      EXPECT_EQ(ranges_of(a, TileId{tile}), ranges_of(b, TileId{tile}));
+      const std::vector<float> x = a.sums(TileId{tile});
+      const std::vector<float> y = b.sums(TileId{tile});
+      ASSERT_EQ(x.size(), y.size());
+      EXPECT_EQ(std::memcmp(x.data(), y.data(), x.size() * sizeof(float)), 0) << "tile " << tile;
+    }
+    EXPECT_EQ(a.non_finite(), b.non_finite());
+  }
+};
+
+TEST_F(FilmTest, SameBitsInAnyOrderAndHoweverCut) {
+  for (std::uint32_t seed = 0; seed < 200; ++seed) {
+    std::mt19937 bits(seed);
+    const std::uint32_t samples = 1 + bits() % 70;
+    const Film quiet = quiet_film(samples);
+    Film film = make_film();
+    for (std::uint32_t tile = 0; tile < 2; ++tile) {
+      std::vector<SampleRange> ranges = split_at_random(dyadic_cover(0, samples), bits);
+      // Some come twice, some were cut in another way as well.
+      const std::vector<SampleRange> others = split_at_random(dyadic_cover(0, samples), bits);
+      for (const SampleRange& range : others) {
+        if (bits() % 4 == 0) {
+          ranges.push_back(range);
+        }
+      }
+      std::shuffle(ranges.begin(), ranges.end(), bits);
+      for (const SampleRange& range : ranges) {
+        const MergeOutcome outcome = film.merge(TileId{tile}, make_node(film, TileId{tile}, range));
+        EXPECT_NE(outcome.kind, MergeOutcome::Kind::mismatch);
+      }
+    }
+    SCOPED_TRACE(testing::Message() << "seed " << seed << ", " << samples << " samples");
+    expect_same_bits(quiet, film);
+    EXPECT_EQ(film.min_samples(), samples);
+    EXPECT_EQ(film.max_samples(), samples);
+    EXPECT_EQ(film.pixel_samples(), std::uint64_t{samples} * 30);
+  }
+}
+
+TEST_F(FilmTest, OutcomesDescribeTheStoredForest) {
+  // Whoever applies `removed` and `added` to a set of nodes always holds the film's forest, and can restore it.
+  for (std::uint32_t seed = 0; seed < 50; ++seed) {
+    std::mt19937 bits(seed);
+    Film film = make_film();
+    std::map<SampleRange, NodePtr> stored;
+    std::vector<SampleRange> ranges = split_at_random(dyadic_cover(0, 64), bits);
+    std::shuffle(ranges.begin(), ranges.end(), bits);
+    for (const SampleRange& range : ranges) {
+      const MergeOutcome outcome = film.merge(TileId{1}, make_node(film, TileId{1}, range));
+      for (const SampleRange& removed : outcome.removed) {
+        EXPECT_EQ(stored.erase(removed), 1u);
+      }
+      for (const NodePtr& added : outcome.added) {
+        EXPECT_TRUE(stored.emplace(added->range, added).second);
+      }
+      EXPECT_EQ(stored.size(), film.forest(TileId{1}).size());
+      Film restored = make_film();
+      for (const auto& [stored_range, node] : stored) {
+        restored.restore(TileId{1}, node);
+      }
+      EXPECT_EQ(ranges_of(restored, TileId{1}), ranges_of(film, TileId{1}));
+      EXPECT_EQ(restored.bytes(), film.bytes());
+      EXPECT_EQ(restored.non_finite(), film.non_finite());
+      EXPECT_EQ(restored.samples(TileId{1}), film.samples(TileId{1}));
+    }
+  }
+}
+
+TEST_F(FilmTest, ExtendingGivesTheBitsOfAskingAtOnce) {
+  Film extended = make_film();
+  Film at_once = make_film();
+  for (std::uint32_t tile = 0; tile < 2; ++tile) {
+    const auto merge_all = [&](Film& film, std::uint64_t first, std::uint64_t end) {
+      for (const SampleRange& range : dyadic_cover(first, end)) {
+        film.merge(TileId{tile}, make_node(film, TileId{tile}, range));
+      }
+    };
+    merge_all(extended, 0, 100);
+    merge_all(extended, 100, 300);
+    merge_all(at_once, 0, 300);
+  }
+  expect_same_bits(extended, at_once);
+  EXPECT_EQ(ranges_of(at_once, TileId{0}), (std::vector<SampleRange>{{8, 0}, {5, 8}, {3, 36}, {2, 74}}));
+}
+
+TEST_F(FilmTest, DropsWhatIsCovered) {
+  Film film = make_film();
+  film.merge(TileId{0}, make_node(film, TileId{0}, {3, 0}));
+  const std::uint64_t version = film.version();
+  for (const SampleRange& range : {SampleRange{3, 0}, SampleRange{0, 7}, SampleRange{1, 2}}) {
+    const MergeOutcome outcome = film.merge(TileId{0}, make_node(film, TileId{0}, range));
+    EXPECT_EQ(outcome.kind, MergeOutcome::Kind::duplicate);
+    EXPECT_TRUE(outcome.added.empty());
+    EXPECT_TRUE(outcome.removed.empty());
+  }
+  EXPECT_EQ(film.version(), version);
+  EXPECT_TRUE(film.covered(TileId{0}, {0, 7}));
+  EXPECT_FALSE(film.covered(TileId{0}, {0, 8}));
+  EXPECT_FALSE(film.covered(TileId{1}, {0, 7}));
+}
+
+TEST_F(FilmTest, AncestorsReplaceWhatTheyContain) {
+  Film film = make_film();
+  film.merge(TileId{0}, make_node(film, TileId{0}, {0, 1}));
+  film.merge(TileId{0}, make_node(film, TileId{0}, {1, 3}));
+  const MergeOutcome outcome = film.merge(TileId{0}, make_node(film, TileId{0}, {3, 0}));
+  EXPECT_EQ(outcome.removed, (std::vector<SampleRange>{{0, 1}, {1, 3}}));
+  ASSERT_EQ(outcome.added.size(), 1u);
+  EXPECT_EQ(outcome.added[0]->range, (SampleRange{3, 0}));
+  EXPECT_EQ(film.samples(TileId{0}), 8u);
+}
+
+TEST_F(FilmTest, FindsEqualRangesWithOtherBits) {
+  Film film = make_film();
+  // The two siblings are joined to the parent's range, whose own bits must then be equal.
+  film.merge(TileId{0}, make_node(film, TileId{0}, {1, 0}));
+  film.merge(TileId{0}, make_node(film, TileId{0}, {1, 1}));
+  Node wrong = *make_node(film, TileId{0}, {2, 0});
+  EXPECT_EQ(film.merge(TileId{0}, std::make_shared<const Node>(wrong)).kind, MergeOutcome::Kind::duplicate);
+  wrong.values[5] = std::nextafter(wrong.values[5], 1e30f);
+  EXPECT_EQ(film.merge(TileId{0}, std::make_shared<const Node>(wrong)).kind, MergeOutcome::Kind::mismatch);
+  expect_same_bits(film, [&] {
+    Film right = make_film();
+    right.merge(TileId{0}, make_node(right, TileId{0}, {2, 0}));
+    return right;
+  }());
+}
+
+TEST_F(FilmTest, CountsHalves) {
+  Film film = make_film();
+  film.merge(TileId{0}, make_node(film, TileId{0}, {0, 3}));
+  EXPECT_EQ(film.half_counts(TileId{0}).a, 0u);
+  EXPECT_EQ(film.half_counts(TileId{0}).b, 1u);
+  film.merge(TileId{0}, make_node(film, TileId{0}, {2, 1}));
+  film.merge(TileId{0}, make_node(film, TileId{0}, {0, 8}));
+  EXPECT_EQ(film.half_counts(TileId{0}).a, 3u);
+  EXPECT_EQ(film.half_counts(TileId{0}).b, 3u);
+}
+
+TEST(TileGrid, TilesAreThoseOfTheFullFilm) {
+  const TileGrid grid(PixelRect{60, 130, 10, 70});
+  EXPECT_EQ(grid.columns(), 2);
+  EXPECT_EQ(grid.rows(), 2);
+  EXPECT_EQ(grid.tile_rect(TileId{0}), (PixelRect{60, 130, 4, 62}));
+  EXPECT_EQ(grid.tile_rect(TileId{1}), (PixelRect{64, 130, 6, 62}));
+  EXPECT_EQ(grid.tile_rect(TileId{2}), (PixelRect{60, 192, 4, 8}));
+  EXPECT_EQ(grid.tile_rect(TileId{3}), (PixelRect{64, 192, 6, 8}));
+}
+
+}  // namespace
+}  // namespace lightmill
