@@ -35,24 +35,26 @@ struct NodeKey {
 struct HeldLease {
   LeaseId lease;
   std::uint64_t epoch = 0;
-  Unit unit;  ///< with the tiles that are still to be rendered or acknowledged
+  Sha256 render_digest;  ///< of the job as the worker knows it: job 1 of another farm is another job
+  Unit unit;             ///< with the tiles that are still to be rendered or acknowledged
 };
 
 // ---- worker → coordinator ----
 
 /// The first message on every stream, also after a reconnect.
 struct WorkerHello {
-  std::string name;               ///< unique on the farm; a second one of the same name replaces the first
+  std::string name;  ///< unique on the farm; a second one of the same name replaces the first
   std::string host;
   std::uint32_t pid = 0;
   std::uint32_t threads = 1;
   std::string fingerprint_class;
   std::string renderer_version;
-  std::vector<HeldLease> held;    ///< leases of an earlier session, of any epoch, that are still being worked on
+  std::vector<HeldLease> held;  ///< leases of an earlier session, of any epoch, that are still being worked on
   bool draining = false;
 };
 
-/// Sent every heartbeat interval: it renews all the worker's leases that it lists.
+/// Sent every heartbeat interval: it renews all the worker's leases that it lists. Those that the coordinator does not
+/// know are answered with a LeaseCancel.
 struct WorkerHeartbeat {
   std::vector<LeaseId> leases;
 };
@@ -61,11 +63,13 @@ struct WorkerResult {
   LeaseId lease;
   NodeKey key;
   Node node;
-  Hash128 hash;         ///< hash_of(node), computed by the worker
-  double seconds = 0;   ///< thread time that it took
+  Hash128 hash;          ///< hash_of(node), computed by the worker
+  Sha256 render_digest;  ///< a result is a fact about (render digest, tile, range): others' are not wanted
+  double seconds = 0;    ///< thread time that it took
 };
 
-/// The worker gives tiles of a lease back unrendered (it drains, or the lease was cancelled).
+/// The worker gives the tiles of a lease back for which it has sent no result (it drains, or does not know the job).
+/// Results of the lease that it has rendered come before.
 struct WorkerReturn {
   LeaseId lease;
 };
@@ -90,7 +94,7 @@ struct Welcome {
   Duration lease_duration{};  ///< a lease not renewed for so long is lost
 };
 
-/// Describes a job before its first lease in a session.
+/// Describes a job. Sent before each lease of a job of which the worker holds no other lease of this session.
 struct JobDescription {
   JobId job;
   Sha256 render_digest;

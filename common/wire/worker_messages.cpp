@@ -88,6 +88,7 @@ struct RequestWriter {
       v1::HeldLease* lease = wire->add_held();
       lease->set_lease(held.lease.value);
       lease->set_epoch(held.epoch);
+      lease->set_render_digest(digest_bytes(held.render_digest));
       to_wire(held.unit, lease->mutable_unit());
     }
     wire->set_draining(hello.draining);
@@ -106,6 +107,7 @@ struct RequestWriter {
     wire->set_non_finite(result.node.non_finite);
     wire->set_hash(hash_bytes(result.hash));
     wire->set_seconds(result.seconds);
+    wire->set_render_digest(digest_bytes(result.render_digest));
   }
   void operator()(const WorkerReturn& message) const { out->mutable_lease_return()->set_lease(message.lease.value); }
   void operator()(const WorkerRefusal& refusal) const {
@@ -133,7 +135,8 @@ Result<WorkerMessage> hello_from_wire(const v1::WorkerHello& hello) {
   out.held.reserve(hello.held_size());
   for (const v1::HeldLease& held : hello.held()) {
     LM_ASSIGN_OR_RETURN(Unit unit, from_wire(held.unit()));
-    out.held.push_back({LeaseId{held.lease()}, held.epoch(), std::move(unit)});
+    LM_ASSIGN_OR_RETURN(const Sha256 digest, digest_from_bytes(held.render_digest()));
+    out.held.push_back({LeaseId{held.lease()}, held.epoch(), digest, std::move(unit)});
   }
   return WorkerMessage(std::move(out));
 }
@@ -150,6 +153,7 @@ Result<WorkerMessage> result_from_wire(const v1::WorkerResult& result) {
     return invalid_argument("seconds: must be finite and not negative, got {}", result.seconds());
   }
   out.seconds = result.seconds();
+  LM_ASSIGN_OR_RETURN(out.render_digest, digest_from_bytes(result.render_digest()));
   return WorkerMessage(std::move(out));
 }
 

@@ -1,7 +1,7 @@
 // The coordinator without its clock, threads, sockets and disk: events in, with their time; decisions out.
 //
-// Owns jobs, films, leases and what is known of workers. Not thread-safe: the server feeds it from one thread, the simulation
-// from one seed. Everything it forgets in a crash is either in the store or resent by workers.
+// Owns jobs, films, leases and what is known of workers. Not thread-safe: the server feeds it from one thread, the
+// simulation from one seed. Everything it forgets in a crash is either in the store or resent by workers.
 #pragma once
 
 #include <memory>
@@ -21,10 +21,16 @@ class Film;  // common/film/film.h
 /// Stated bounds; every queue has one.
 struct CoordinatorLimits {
   Duration heartbeat_interval = std::chrono::seconds(2);
-  Duration lease_duration = std::chrono::seconds(10);   ///< without renewal a lease is lost
-  double unit_seconds = 1.0;                            ///< aim of a unit, of its worker's measured speed
-  std::uint32_t leases_per_worker = 2;                  ///< one to work on, one ahead
+  Duration lease_duration = std::chrono::seconds(10);    ///< without renewal a lease is lost
+  double unit_seconds = 1.0;                             ///< aim of a unit, of its worker's measured speed
+  std::uint32_t leases_per_worker = 2;                   ///< one to work on, one ahead
+  Duration disconnect_grace = std::chrono::seconds(3);   ///< leases of a broken stream are lost after so long
+  Duration restart_grace = std::chrono::seconds(2);      ///< after a start, workers may come back with what they hold
+  Duration copy_after = std::chrono::milliseconds(500);  ///< no lease is copied to an idle worker before it is so old
+  /// Of nodes that are out or wait to be joined; never below four nodes a tile.
   std::uint64_t film_bytes_per_job = std::uint64_t{1} << 30;
+  std::uint64_t film_bytes = std::uint64_t{16} << 30;  ///< of one node per tile of all films together; more is refused
+  std::uint32_t max_bad_results = 3;                   ///< a worker that sends so many damaged results is dismissed
   std::uint32_t max_jobs = 10'000;
   std::uint32_t max_workers = 10'000;
 };
@@ -70,7 +76,7 @@ class Coordinator {
 
   // ---- what can be seen ----
   Result<JobStatus> status(JobId job, Time now) const;
-  std::vector<JobStatus> jobs(Time now) const;  ///< newest first
+  std::vector<JobStatus> jobs(Time now) const;        ///< newest first
   std::vector<WorkerStatus> workers(Time now) const;  ///< by name
   Result<const RenderSettings*> settings(JobId job) const;
   /// The film of a job; null if there is no such job. Valid until the next event.

@@ -16,7 +16,7 @@ namespace lightmill {
 /// All of a job that must outlive the coordinator, pixels apart.
 struct JobRecord {
   JobId id;
-  JobSpec spec;                   ///< with the current goal and priority
+  JobSpec spec;  ///< with the current goal and priority
   JobState state = JobState::queued;
   std::string reason;
   std::string fingerprint_class;  ///< empty until fixed
@@ -29,6 +29,13 @@ struct JobRecord {
 /// Inserts or replaces the job's row.
 struct PutJob {
   JobRecord record;
+};
+/// Updates what changes with every result in a job's row; the row is there.
+struct PutProgress {
+  JobId job;
+  double active_seconds = 0;
+  double worker_seconds = 0;
+  JobCounters counters;
 };
 /// Deletes the job, its nodes and its results.
 struct DeleteJobRows {
@@ -51,7 +58,7 @@ struct PutResult {
   std::string worker;
 };
 
-using StoreOp = std::variant<PutJob, DeleteJobRows, PutNode, DropNode, PutResult>;
+using StoreOp = std::variant<PutJob, PutProgress, DeleteJobRows, PutNode, DropNode, PutResult>;
 
 /// A message for the worker of one session.
 struct Outgoing {
@@ -59,12 +66,24 @@ struct Outgoing {
   CoordinatorMessage message;
 };
 
+/// Something worth a line in the log.
+struct Note {
+  enum class Level { info, warning };
+  Level level = Level::info;
+  std::string text;
+};
+
 /// What one or several events led to. `writes` are applied in order, in one transaction; only when they are durable may
 /// `after_commit` be sent and a client be answered. `now` may be sent at once, before or after.
+///
+/// Steps are committed in the order in which they arose (several may share a transaction), and a step's `after_commit`,
+/// also one without writes, is sent only when all earlier steps are durable: an acknowledgement may stand on an earlier
+/// step's node. Within one session, the messages of `now` keep their order, and those of `after_commit` theirs.
 struct Step {
   std::vector<StoreOp> writes;
   std::vector<Outgoing> now;
   std::vector<Outgoing> after_commit;
+  std::vector<Note> notes;
 };
 
 /// What a store gives back when a coordinator starts.

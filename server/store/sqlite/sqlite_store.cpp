@@ -64,10 +64,14 @@ ON CONFLICT (id) DO UPDATE SET request_id=?2, name=?3, owner=?4, host=?5, parent
   results_merged=?15, results_duplicate=?16, leases_lost=?17, copies_leased=?18, non_finite=?19,
   submitted_unix_ms=?20, finished_unix_ms=?21)sql";
 
+constexpr std::string_view kPutProgress = R"sql(
+UPDATE jobs SET active_seconds=?2, worker_seconds=?3, results_merged=?4, results_duplicate=?5, leases_lost=?6,
+  copies_leased=?7, non_finite=?8 WHERE id = ?1)sql";
+
 /// Every statement that a commit runs, prepared once.
 struct Statements {
   Statement begin, commit, rollback;
-  Statement put_job, put_settings, put_asset, put_layer, delete_job, put_node, drop_node, put_result;
+  Statement put_job, put_progress, put_settings, put_asset, put_layer, delete_job, put_node, drop_node, put_result;
 };
 
 class SqliteStore final : public Store {
@@ -80,6 +84,7 @@ class SqliteStore final : public Store {
 
  private:
   Status apply(const PutJob& op);
+  Status apply(const PutProgress& op);
   Status apply(const DeleteJobRows& op);
   Status apply(const PutNode& op);
   Status apply(const DropNode& op);
@@ -155,6 +160,14 @@ Status SqliteStore::put_settings(const JobRecord& record) {
     LM_RETURN_IF_ERROR(statements_.put_layer.run());
   }
   return ok_status();
+}
+
+Status SqliteStore::apply(const PutProgress& op) {
+  const JobCounters& counters = op.counters;
+  statements_.put_progress.bind_all(op.job.value, op.active_seconds, op.worker_seconds, counters.results_merged,
+                                    counters.results_duplicate, counters.leases_lost, counters.copies_leased,
+                                    counters.non_finite);
+  return statements_.put_progress.run();
 }
 
 Status SqliteStore::apply(const DeleteJobRows& op) {
@@ -399,6 +412,7 @@ Result<Statements> prepare_statements(Database& database) {
   LM_ASSIGN_OR_RETURN(all.commit, database.prepare("COMMIT"));
   LM_ASSIGN_OR_RETURN(all.rollback, database.prepare("ROLLBACK"));
   LM_ASSIGN_OR_RETURN(all.put_job, database.prepare(kPutJob));
+  LM_ASSIGN_OR_RETURN(all.put_progress, database.prepare(kPutProgress));
   LM_ASSIGN_OR_RETURN(
       all.put_settings,
       database.prepare("INSERT OR IGNORE INTO job_settings VALUES (?1,?2,?3,?4,?5,?6,?7,?8,?9,?10,?11,?12)"));

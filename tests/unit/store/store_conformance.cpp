@@ -138,6 +138,10 @@ void expect_later_row_replaces(const StoreFactory& open) {
     record.fingerprint_class = "fixed";
     record.counters.results_merged = 77;
     commit(*store, {PutJob{record}});
+    record.active_seconds = 12.5;
+    record.worker_seconds = 25;
+    record.counters = {90, 8, 7, 6, 5};
+    commit(*store, {PutProgress{record.id, record.active_seconds, record.worker_seconds, record.counters}});
   }
   StoredState expected;
   expected.next_job_id = 2;
@@ -225,6 +229,8 @@ void expect_coalescing_changes_nothing(const StoreFactory& open, const StoreFact
         record.counters.results_merged = random(1000);
         ops.push_back(PutJob{record});
         jobs.insert(job);
+      } else if (random(4) == 0) {
+        ops.push_back(PutProgress{JobId{job}, 1.0, static_cast<double>(random(100)), {random(1000), 0, 0, 0, 0}});
       } else if (random(10) == 0) {
         ops.push_back(DeleteJobRows{JobId{job}});
         jobs.erase(job);

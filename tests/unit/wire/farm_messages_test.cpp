@@ -56,6 +56,7 @@ WorkerResult example_result() {
   result.node.values = {0.0f, 1.5f, -2.25f, std::numeric_limits<float>::denorm_min(), 3e38f, 7.0f};
   result.node.non_finite = 2;
   result.hash = hash_of(result.node);
+  result.render_digest = sha256("job");
   result.seconds = 0.25;
   return result;
 }
@@ -168,12 +169,13 @@ TEST(FarmMessages, ANodeKeepsItsBits) {
   EXPECT_EQ(got.node.non_finite, sent.node.non_finite);
   EXPECT_EQ(hash_of(got.node), sent.hash);
   EXPECT_EQ(got.hash, sent.hash);
+  EXPECT_EQ(got.render_digest, sent.render_digest);
   EXPECT_EQ(got.seconds, sent.seconds);
 }
 
 TEST(FarmMessages, WorkerMessagesComeBackWhole) {
   WorkerHello hello{"w1", "host", 123, 8, "class", "version", {}, true};
-  hello.held.push_back({LeaseId{1}, 7, {JobId{3}, {2, 9}, {TileId{0}, TileId{5}}}});
+  hello.held.push_back({LeaseId{1}, 7, sha256("job"), {JobId{3}, {2, 9}, {TileId{0}, TileId{5}}}});
   const auto back = std::get<WorkerHello>(through_wire(WorkerMessage(hello)));
   EXPECT_EQ(back.name, "w1");
   EXPECT_EQ(back.host, "host");
@@ -185,6 +187,7 @@ TEST(FarmMessages, WorkerMessagesComeBackWhole) {
   ASSERT_EQ(back.held.size(), 1u);
   EXPECT_EQ(back.held[0].lease, LeaseId{1});
   EXPECT_EQ(back.held[0].epoch, 7u);
+  EXPECT_EQ(back.held[0].render_digest, sha256("job"));
   EXPECT_EQ(back.held[0].unit, hello.held[0].unit);
 
   const std::vector<LeaseId> leases{LeaseId{1}, LeaseId{std::numeric_limits<std::uint64_t>::max()}};

@@ -1,0 +1,183 @@
+// The worker without its threads, sockets and clock: events in, with their time; actions out.
+//
+// It holds leases, the tiles that are still to be rendered, and results until the coordinator has acknowledged them; it
+// knows nothing of scenes, assets or gRPC. The shell around it feeds it from one thread at a time, and the simulation
+// from one seed.
+//
+//   start → OpenStream → connected (hello, and every unacknowledged result again) ⇄ disconnected (OpenStream with
+//   backoff) LeaseGrant → PrepareJob → job_ready → RenderTile … tile_rendered → SendMessage(result) … ResultAck →
+//   forgotten drain or DrainRequest → rest finished or given back → CloseStream, Exit
+#pragma once
+
+#include <cstdint>
+#include <deque>
+#include <map>
+#include <memory>
+#include <optional>
+#include <set>
+#include <string>
+#include <variant>
+#include <vector>
+
+#include "common/base/clock.h"
+#include "common/farm/messages.h"
+
+namespace lightmill {
+
+struct SessionConfig {
+  std::string name;  ///< unique on the farm
+  std::string host;
+  std::uint32_t pid = 0;
+  std::uint32_t threads = 1;
+  std::string fingerprint_class;
+  std::string renderer_version;
+
+  // Stated bounds.
+  std::uint64_t unacknowledged_bytes = std::uint64_t{256}
+                                       << 20;                ///< rendering waits while unacknowledged results hold more
+  std::uint32_t max_leases = 64;                             ///< more are given back
+  Duration reconnect_least = std::chrono::milliseconds(50);  ///< doubles with every failure …
+  Duration reconnect_most = std::chrono::seconds(1);         ///< … up to this
+  Duration prepare_retry = std::chrono::seconds(1);
+  Duration drain_limit =
+      std::chrono::seconds(30);  ///< a drain that cannot reach the coordinator gives up after so long
+};
+
+// ---- what the shell is to do ----
+
+/// Open a stream to the coordinator (the next of several addresses), then report `connected` or `disconnected`.
+struct OpenStream {};
+/// Half-close the stream once everything sent before has been written. Nothing is reported for it.
+struct CloseStream {};
+/// Send on the open stream; messages keep their order. Results are shared with the session, which may send them again.
+struct SendMessage {
+  std::shared_ptr<const WorkerMessage> message;
+};
+/// Fetch the job's assets and compile its scene; report `job_ready`, `job_failed` or `job_unavailable`. May be asked
+/// again for the same job (a cache by digest answers at once).
+struct PrepareJob {
+  std::shared_ptr<const JobDescription> description;
+};
+/// The job has no work here any more. It may come back with another PrepareJob.
+struct ForgetJob {
+  JobId job;
+};
+/// Queue a tile for the rendering threads; report `tile_rendered`. At most 2 × threads are out.
+struct RenderTile {
+  std::shared_ptr<const JobDescription> description;
+  NodeKey key;
+};
+/// The worker's life is over: leave the process, after what was sent has been written.
+struct Exit {
+  std::string reason;
+  bool failed = false;  ///< dismissed, or gave up: exit with an error
+};
+
+using SessionAction = std::variant<OpenStream, CloseStream, SendMessage, PrepareJob, ForgetJob, RenderTile, Exit>;
+using SessionActions = std::vector<SessionAction>;
+
+/// A tile as the rendering threads give it back.
+struct RenderedTile {
+  NodeKey key;
+  Node node;
+  Hash128 hash;        ///< hash_of(node), taken by the thread that rendered it
+  double seconds = 0;  ///< thread time
+};
+
+/// What people may see of a session.
+struct SessionStatus {
+  bool connected = false;
+  bool draining = false;
+  std::uint32_t leases = 0;
+  std::uint32_t tiles_queued = 0;     ///< to be rendered, not handed to threads yet
+  std::uint32_t tiles_rendering = 0;  ///< handed to threads
+  std::uint32_t results_unacknowledged = 0;
+  std::uint64_t unacknowledged_bytes = 0;
+  std::uint64_t tiles_rendered = 0;  ///< since the start
+};
+
+/// Not thread-safe. Every call appends what is to be done to `actions`, in order. After Exit nothing more is asked for.
+class Session {
+ public:
+  explicit Session(SessionConfig config);
+
+  void start(Time now, SessionActions& actions);
+  /// The stream that OpenStream asked for is up.
+  void connected(Time now, SessionActions& actions);
+  /// It is down, or could not be opened. No message of it may be fed after this.
+  void disconnected(Time now, SessionActions& actions);
+  void message(const CoordinatorMessage& message, Time now, SessionActions& actions);
+
+  void job_ready(JobId job, Time now, SessionActions& actions);
+  /// The job cannot be rendered by anybody: its scene does not compile, an asset is damaged.
+  void job_failed(JobId job, const std::string& reason, Time now, SessionActions& actions);
+  /// Assets could not be fetched now: asked again after `prepare_retry`.
+  void job_unavailable(JobId job, Time now, SessionActions& actions);
+  void tile_rendered(RenderedTile tile, Time now, SessionActions& actions);
+
+  /// Give back what is not begun, finish what is, leave (SIGTERM).
+  void drain(Time now, SessionActions& actions);
+  /// Does what is due: heartbeats, reconnects, retries.
+  void tick(Time now, SessionActions& actions);
+  /// When tick has something to do next.
+  std::optional<Time> next_deadline() const;
+
+  SessionStatus status() const;
+
+ private:
+  struct Lease {
+    std::uint64_t epoch = 0;
+    Unit unit;
+    std::shared_ptr<const JobDescription> description;
+    std::deque<TileId> queued;        ///< not handed to threads yet, in the unit's order
+    std::uint32_t rendering = 0;      ///< handed to threads
+    std::set<TileId> unacknowledged;  ///< rendered, sent, not acknowledged yet
+    bool give_back = false;           ///< a WorkerReturn follows once nothing is rendering
+  };
+  struct Job {
+    enum class State { preparing, unavailable, ready };
+    std::shared_ptr<const JobDescription> description;
+    State state = State::preparing;
+    Time retry;  ///< when unavailable
+    std::uint32_t leases = 0;
+    std::uint32_t rendering = 0;  ///< tiles handed to threads
+  };
+  struct Result {
+    std::shared_ptr<const WorkerMessage> message;
+    std::uint64_t sequence = 0;  ///< order of rendering, kept when sent again
+    std::uint64_t bytes = 0;
+  };
+
+  void send(WorkerMessage message, SessionActions& actions);
+  void describe_job(const JobDescription& description, SessionActions& actions);
+  void grant_lease(const LeaseGrant& grant, SessionActions& actions);
+  void acknowledge(const ResultAck& ack, SessionActions& actions);
+  void cancel_leases(const LeaseCancel& cancel, SessionActions& actions);
+  void begin_drain(bool give_back, Time now, SessionActions& actions);
+  /// Hands tiles to threads, forgets finished leases and jobs, leaves when drained.
+  void advance(SessionActions& actions);
+  void erase_lease(LeaseId lease, SessionActions& actions);
+  void forget_job_if_idle(JobId job, SessionActions& actions);
+  void exit(const std::string& reason, bool failed, SessionActions& actions);
+  bool rendering(const NodeKey& key) const { return rendering_.contains(key); }
+
+  SessionConfig config_;
+  enum class Link { down, opening, up } link_ = Link::down;
+  bool exited_ = false;
+  bool draining_ = false;
+  Time drain_deadline_;
+  std::uint64_t epoch_ = 0;
+  Duration heartbeat_interval_ = std::chrono::seconds(2);
+  Time next_heartbeat_;
+  Duration backoff_;
+  Time next_open_;
+  std::map<LeaseId, Lease> leases_;  ///< in the order of granting
+  std::map<JobId, Job> jobs_;
+  std::map<NodeKey, LeaseId> rendering_;  ///< handed to threads
+  std::map<NodeKey, Result> results_;     ///< unacknowledged
+  std::uint64_t result_bytes_ = 0;
+  std::uint64_t next_sequence_ = 0;
+  std::uint64_t tiles_rendered_ = 0;
+};
+
+}  // namespace lightmill
