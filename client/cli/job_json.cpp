@@ -1,0 +1,86 @@
+#include "client/cli/job_json.h"
+
+#include <nlohmann/json.hpp>
+
+#include "client/cli/progress.h"
+
+namespace lightmill::cli {
+namespace {
+
+using nlohmann::json;
+
+std::string hex_of(const std::string& bytes) {
+  std::string text;
+  for (const char c : bytes) {
+    text += fmt::format("{:02x}", static_cast<unsigned char>(c));
+  }
+  return text;
+}
+
+template <class T>
+json null_unless(bool known, const T& value) {
+  return known ? json(value) : json(nullptr);
+}
+
+}  // namespace
+
+json to_json(const v1::Job& job) {
+  const v1::JobCounters& counters = job.counters();
+  return {
+      {"id", job.id()},
+      {"name", job.name()},
+      {"state", state_name(job.state())},
+      {"reason", job.reason()},
+      {"owner", job.owner()},
+      {"host", job.host()},
+      {"parent", null_unless(job.parent() != 0, job.parent())},
+      {"priority", job.priority()},
+      {"method", job.method()},
+      {"seed", job.seed()},
+      {"width", job.width()},
+      {"height", job.height()},
+      {"crop", {{"x", job.crop().x()}, {"y", job.crop().y()}, {"width", job.crop().width()}, {"height", job.crop().height()}}},
+      {"goal",
+       {{"samples", null_unless(job.goal().samples() > 0, job.goal().samples())},
+        {"seconds", null_unless(job.goal().seconds() > 0, job.goal().seconds())}}},
+      {"samples_done", job.samples_done()},
+      {"samples_wanted", null_unless(job.samples_wanted() > 0, job.samples_wanted())},
+      {"min_tile_samples", job.min_tile_samples()},
+      {"max_tile_samples", job.max_tile_samples()},
+      {"fraction_done", fraction_done(job)},
+      {"seconds", job.active_seconds()},
+      {"worker_seconds", job.worker_seconds()},
+      {"samples_per_second", job.samples_per_second()},
+      {"eta_seconds", null_unless(job.eta_seconds() >= 0, job.eta_seconds())},
+      {"error",
+       job.has_error() ? json{{"rel_mse", job.error().rel_mse()}, {"half_width", job.error().half_width()}} : json(nullptr)},
+      {"counters",
+       {{"results_merged", counters.results_merged()},
+        {"results_duplicate", counters.results_duplicate()},
+        {"leases_lost", counters.leases_lost()},
+        {"copies_leased", counters.copies_leased()},
+        {"non_finite", counters.non_finite()}}},
+      {"submitted_unix_ms", job.submitted_unix_ms()},
+      {"finished_unix_ms", null_unless(job.finished_unix_ms() != 0, job.finished_unix_ms())},
+      {"fingerprint_class", null_unless(!job.fingerprint_class().empty(), job.fingerprint_class())},
+      {"render_digest", null_unless(!job.render_digest().empty(), hex_of(job.render_digest()))},
+  };
+}
+
+json to_json(const v1::Worker& worker) {
+  return {
+      {"name", worker.name()},
+      {"host", worker.host()},
+      {"pid", worker.pid()},
+      {"threads", worker.threads()},
+      {"fingerprint_class", worker.fingerprint_class()},
+      {"draining", worker.draining()},
+      {"samples_per_second", worker.samples_per_second()},
+      {"leases", worker.leases()},
+      {"connected_seconds", worker.connected_seconds()},
+      {"results", worker.results()},
+      {"leases_lost", worker.leases_lost()},
+  };
+}
+
+}  // namespace lightmill::cli

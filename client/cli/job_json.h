@@ -1,0 +1,14 @@
+// The JSON form of jobs and workers: what --json prints.
+#pragma once
+
+#include <nlohmann/json_fwd.hpp>
+
+#include "lightmill/v1/farm.pb.h"
+
+namespace lightmill::cli {
+
+/// Everything that the farm says about a job; unknown values are null.
+nlohmann::json to_json(const v1::Job& job);
+nlohmann::json to_json(const v1::Worker& worker);
+
+}  // namespace lightmill::cli

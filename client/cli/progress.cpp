@@ -1,0 +1,134 @@
+#include "client/cli/progress.h"
+
+#include <cmath>
+
+#include "client/cli/units.h"
+
+namespace lightmill::cli {
+namespace {
+
+constexpr int kMaxBar = 40;  // columns
+constexpr int kMinBar = 10;
+// Without a terminal: a line at each tenth of the way, but not more than one a second, and one every ten seconds.
+constexpr Duration kPlainAtLeastEvery = std::chrono::seconds(10);
+constexpr Duration kPlainAtMostEvery = std::chrono::seconds(1);
+constexpr double kPlainStep = 0.1;
+
+std::string bar(double fraction, int columns, bool color) {
+  const int filled = static_cast<int>(std::floor(fraction * columns));
+  return fmt::format("[{}{}{}{}]", color ? "\x1b[32m" : "", std::string(static_cast<std::size_t>(filled), '='),
+                     color ? "\x1b[0m" : "", std::string(static_cast<std::size_t>(columns - filled), '.'));
+}
+
+std::string tail_text(const v1::Job& job) {
+  switch (job.state()) {
+    case v1::JOB_STATE_RUNNING:
+      return job.eta_seconds() >= 0 ? "ETA " + human_seconds(job.eta_seconds()) : "ETA ?";
+    case v1::JOB_STATE_DONE:
+      return "done in " + human_seconds(job.active_seconds());
+    default:
+      return state_name(job.state());
+  }
+}
+
+}  // namespace
+
+std::string state_name(v1::JobState state) {
+  switch (state) {
+    case v1::JOB_STATE_QUEUED:
+      return "queued";
+    case v1::JOB_STATE_RUNNING:
+      return "running";
+    case v1::JOB_STATE_PAUSED:
+      return "paused";
+    case v1::JOB_STATE_DONE:
+      return "done";
+    case v1::JOB_STATE_FAILED:
+      return "failed";
+    case v1::JOB_STATE_CANCELLED:
+      return "cancelled";
+    default:
+      return "unknown";
+  }
+}
+
+bool has_ended(v1::JobState state) {
+  return state == v1::JOB_STATE_DONE || state == v1::JOB_STATE_FAILED || state == v1::JOB_STATE_CANCELLED;
+}
+
+double fraction_done(const v1::Job& job) {
+  double fraction = job.state() == v1::JOB_STATE_DONE ? 1.0 : 0.0;
+  if (job.samples_wanted() > 0) {
+    fraction = std::max(fraction, static_cast<double>(job.samples_done()) / static_cast<double>(job.samples_wanted()));
+  }
+  if (job.goal().seconds() > 0) {
+    fraction = std::max(fraction, job.active_seconds() / job.goal().seconds());
+  }
+  return std::clamp(fraction, 0.0, 1.0);
+}
+
+std::string error_text(const v1::Job& job) {
+  if (!job.has_error()) {
+    return "";
+  }
+  const double percent = 100 * std::sqrt(std::max(job.error().rel_mse(), 0.0));
+  return percent >= 9.95 ? fmt::format("±{:.0f}%", percent) : fmt::format("±{:.2g}%", percent);
+}
+
+std::string samples_text(const v1::Job& job) {
+  if (job.goal().samples() > 0) {
+    return fmt::format("{}/{} spp", job.min_tile_samples(), job.goal().samples());
+  }
+  return fmt::format("{} spp", job.min_tile_samples());
+}
+
+std::string progress_line(const v1::Job& job, int width, bool color) {
+  const double fraction = fraction_done(job);
+  std::vector<std::string> parts{fmt::format("{:3.0f}%", std::floor(100 * fraction)), tail_text(job), samples_text(job)};
+  if (const std::string error = error_text(job); !error.empty()) {
+    parts.push_back("error " + error);
+  }
+  if (job.samples_per_second() > 0 && !has_ended(job.state())) {
+    parts.push_back(human_count(job.samples_per_second()) + "samples/s");
+  }
+  std::string line;
+  int used = 0;
+  for (const std::string& part : parts) {
+    const int columns = static_cast<int>(part.size()) - (part.find("±") != std::string::npos ? 1 : 0);  // ± is two bytes
+    if (used + columns + 2 > width) {
+      break;
+    }
+    line += (line.empty() ? "" : "  ") + part;
+    used += columns + 2;
+  }
+  const int room = std::min(width - used - 3, kMaxBar);
+  return room >= kMinBar ? bar(fraction, room, color) + " " + line : line;
+}
+
+bool ProgressPrinter::worth_a_line(const v1::Job& job) const {
+  if (!shown_ || job.state() != last_state_) {
+    return true;
+  }
+  const Duration since = clock_.now() - last_time_;
+  return since >= kPlainAtLeastEvery || (since >= kPlainAtMostEvery && fraction_done(job) >= last_fraction_ + kPlainStep);
+}
+
+void ProgressPrinter::show(const v1::Job& job) {
+  if (console_.json()) {
+    return;
+  }
+  if (console_.terminal()) {
+    console_.redraw(progress_line(job, console_.width() - 1, console_.color()));
+    return;
+  }
+  if (!worth_a_line(job)) {
+    return;
+  }
+  console_.notice(progress_line(job, 0x7fff, false).substr(static_cast<std::size_t>(kMaxBar) + 3));
+  shown_ = true;
+  last_time_ = clock_.now();
+  last_fraction_ = fraction_done(job);
+  last_state_ = job.state();
+}
+
+}  // namespace lightmill::cli

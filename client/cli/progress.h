@@ -1,0 +1,43 @@
+// How a job's progress is shown: one line, redrawn in a terminal, repeated now and then without one.
+#pragma once
+
+#include <string>
+
+#include "client/cli/console.h"
+#include "common/base/clock.h"
+#include "lightmill/v1/farm.pb.h"
+
+namespace lightmill::cli {
+
+/// "queued", "running", …
+std::string state_name(v1::JobState state);
+/// Done, failed or cancelled.
+bool has_ended(v1::JobState state);
+/// Of its nearest limit, in [0, 1].
+double fraction_done(const v1::Job& job);
+/// "±1.2%": the frame's relative root-mean-square error, √relMSE; empty while it is not known.
+std::string error_text(const v1::Job& job);
+/// "12/64 spp", or "12 spp" without a sample goal; of the least sampled tile.
+std::string samples_text(const v1::Job& job);
+
+/// Bar, per cent, samples, error, rate and ETA, as many as fit into `width` columns (the first ones stay longest).
+std::string progress_line(const v1::Job& job, int width, bool color);
+
+/// Shows a job as it changes.
+class ProgressPrinter {
+ public:
+  ProgressPrinter(const Console& console, const Clock& clock) : console_(console), clock_(clock) {}
+  void show(const v1::Job& job);
+
+ private:
+  bool worth_a_line(const v1::Job& job) const;
+
+  const Console& console_;
+  const Clock& clock_;
+  bool shown_ = false;
+  Time last_time_{};
+  double last_fraction_ = 0;
+  v1::JobState last_state_ = v1::JOB_STATE_UNSPECIFIED;
+};
+
+}  // namespace lightmill::cli

@@ -1,0 +1,134 @@
+#include "client/cli/units.h"
+
+#include <charconv>
+#include <cmath>
+#include <ctime>
+
+namespace lightmill::cli {
+namespace {
+
+/// The whole of `text` as a number.
+template <class Number>
+std::optional<Number> parse_number(std::string_view text) {
+  Number value{};
+  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
+  if (error != std::errc() || end != text.data() + text.size()) {
+    return std::nullopt;
+  }
+  return value;
+}
+
+std::string three_digits(double value) {
+  if (value < 9.995) {
+    return fmt::format("{:.2f}", value);
+  }
+  return value < 99.95 ? fmt::format("{:.1f}", value) : fmt::format("{:.0f}", value);
+}
+
+}  // namespace
+
+std::string human_seconds(double seconds) {
+  if (!(seconds >= 0) || seconds > 1e15) {
+    return "?";
+  }
+  if (seconds < 9.95) {
+    return fmt::format("{:.1f} s", seconds);
+  }
+  const auto whole = static_cast<std::uint64_t>(std::llround(seconds));
+  if (whole < 60) {
+    return fmt::format("{} s", whole);
+  }
+  const std::uint64_t days = whole / 86400, hours = whole / 3600 % 24, minutes = whole / 60 % 60;
+  if (days > 0) {
+    return fmt::format("{} d {:02}:{:02}", days, hours, minutes);
+  }
+  return hours > 0 ? fmt::format("{}:{:02}:{:02}", hours, minutes, whole % 60)
+                   : fmt::format("{}:{:02}", minutes, whole % 60);
+}
+
+std::string human_count(double count) {
+  if (!std::isfinite(count) || count < 0) {
+    return "?";
+  }
+  if (count < 999.5) {
+    return count == std::floor(count) ? fmt::format("{:.0f}", count) : three_digits(count);
+  }
+  constexpr std::string_view kPrefixes = "kMGTPE";
+  std::size_t prefix = 0;
+  for (count /= 1000; count >= 999.5 && prefix + 1 < kPrefixes.size(); count /= 1000) {
+    ++prefix;
+  }
+  return fmt::format("{} {}", three_digits(count), kPrefixes[prefix]);
+}
+
+std::string human_bytes(std::uint64_t bytes) {
+  if (bytes < 1024) {
+    return fmt::format("{} B", bytes);
+  }
+  constexpr std::string_view kPrefixes = "KMGT";
+  double value = static_cast<double>(bytes) / 1024;
+  std::size_t prefix = 0;
+  for (; value >= 999.5 && prefix + 1 < kPrefixes.size(); value /= 1024) {
+    ++prefix;
+  }
+  return fmt::format("{} {}iB", three_digits(value), kPrefixes[prefix]);
+}
+
+std::string human_date(std::int64_t unix_ms) {
+  if (unix_ms == 0) {
+    return "-";
+  }
+  const std::time_t seconds = unix_ms / 1000;
+  std::tm parts{};
+  localtime_r(&seconds, &parts);
+  return fmt::format("{:04}-{:02}-{:02} {:02}:{:02}", parts.tm_year + 1900, parts.tm_mon + 1, parts.tm_mday,
+                     parts.tm_hour, parts.tm_min);
+}
+
+Result<std::pair<int, int>> parse_size(std::string_view text) {
+  const std::size_t cross = text.find_first_of("xX");
+  if (cross != std::string_view::npos) {
+    const auto width = parse_number<int>(text.substr(0, cross));
+    const auto height = parse_number<int>(text.substr(cross + 1));
+    if (width && height && *width >= 1 && *height >= 1 && *width <= kMaxFilmSide && *height <= kMaxFilmSide) {
+      return std::pair{*width, *height};
+    }
+  }
+  return invalid_argument("a size is WIDTHxHEIGHT, each 1 to {} pixels (as in 640x480), got '{}'", kMaxFilmSide, text);
+}
+
+Result<PixelRect> parse_crop(std::string_view text) {
+  std::array<int, 4> numbers{};
+  std::string_view rest = text;
+  for (std::size_t i = 0; i < numbers.size(); ++i) {
+    const std::size_t comma = i < 3 ? rest.find(',') : rest.size();
+    const auto number = comma == std::string_view::npos ? std::nullopt : parse_number<int>(rest.substr(0, comma));
+    if (!number || *number < (i < 2 ? 0 : 1) || *number > kMaxFilmSide) {
+      return invalid_argument("a crop is X,Y,WIDTH,HEIGHT in pixels from the upper left (as in 0,0,64,64), got '{}'", text);
+    }
+    numbers[i] = *number;
+    rest.remove_prefix(std::min(comma + 1, rest.size()));
+  }
+  return PixelRect{numbers[0], numbers[1], numbers[2], numbers[3]};
+}
+
+Result<double> parse_seconds(std::string_view text) {
+  constexpr std::string_view kUnits = "smhd";
+  constexpr std::array<double, 4> kSeconds{1, 60, 3600, 86400};
+  std::string_view digits = text;
+  double unit = 1;
+  if (!text.empty()) {
+    if (const std::size_t at = kUnits.find(text.back()); at != std::string_view::npos) {
+      unit = kSeconds[at];
+      digits.remove_suffix(1);
+    }
+  }
+  const auto number = parse_number<double>(digits);
+  if (!number || !std::isfinite(*number) || *number <= 0) {
+    return invalid_argument("a time is a number of seconds above 0, or one with s, m, h or d (as in 90, 1.5m, 2h), got '{}'",
+                            text);
+  }
+  return *number * unit;
+}
+
+}  // namespace lightmill::cli

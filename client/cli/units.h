@@ -1,0 +1,35 @@
+// Numbers for people: times, counts and rates in units that fit, and the sizes that people type.
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <string_view>
+#include <utility>
+
+#include "common/base/status.h"
+#include "common/film/tile_grid.h"
+
+namespace lightmill::cli {
+
+/// "0.4 s", "12 s", "3:05", "2:03:00", "4 d 03:00"; "?" for negative (unknown) ones.
+std::string human_seconds(double seconds);
+
+/// Three significant digits and a metric prefix: "950", "1.23 k", "45.6 M".
+std::string human_count(double count);
+
+/// "1.5 MiB".
+std::string human_bytes(std::uint64_t bytes);
+
+/// "2026-11-21 08:15" in local time; "-" for 0.
+std::string human_date(std::int64_t unix_ms);
+
+/// "WxH", each 1 to kMaxFilmSide.
+Result<std::pair<int, int>> parse_size(std::string_view text);
+
+/// "X,Y,W,H" in pixels of the full film.
+Result<PixelRect> parse_crop(std::string_view text);
+
+/// Seconds from "90", "90s", "1.5m", "2h" or "1d"; more than 0.
+Result<double> parse_seconds(std::string_view text);
+
+}  // namespace lightmill::cli
