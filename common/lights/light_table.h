@@ -1,0 +1,90 @@
+// All lights of a scene in one table: what next-event estimation draws from, and with which density.
+//
+// A light primitive is an emissive triangle, an emissive sphere or a point light; one of them is chosen with
+// probability proportional to its power. The same densities answer for light that a scattered ray finds by itself
+// (multiple importance sampling). Immutable once built, thread-safe.
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <vector>
+
+#include "common/math/vec.h"
+#include "common/sampling/discrete.h"
+#include "common/sampling/warp.h"
+
+namespace lightmill {
+
+struct EmissiveTriangle {
+  Vec3 p0, p1, p2;  ///< emits to the side of (p1−p0)×(p2−p0)
+  Vec3 radiance;    ///< W/(m² sr)
+  bool two_sided = false;
+};
+struct EmissiveSphere {
+  Vec3 center;
+  float radius = 0;
+  Vec3 radiance;
+  bool inward = false;  ///< emits towards the centre
+  bool two_sided = false;
+};
+struct PointEmitter {
+  Vec3 position;
+  Vec3 intensity;  ///< W/sr
+};
+
+/// A point on a light as seen from a shading point.
+struct LightSample8 {
+  V8 point;            ///< where, moved a hair off the light's surface
+  V8 wi;               ///< unit direction to it
+  V8 weight;           ///< radiance over pdf_solid_angle; for a point light intensity / (distance² · probability)
+  F8 pdf_solid_angle;  ///< 0 for point lights
+  M8 valid;            ///< there is light from there
+};
+
+class LightTable {
+ public:
+  void add(const EmissiveTriangle& triangle) { triangles_.push_back(triangle); }
+  void add(const EmissiveSphere& sphere) { spheres_.push_back(sphere); }
+  void add(const PointEmitter& point) { points_.push_back(point); }
+  /// After the last add.
+  void build();
+
+  bool empty() const { return !choice_.has_value(); }
+  std::size_t size() const { return triangles_.size() + spheres_.size() + points_.size(); }
+
+  /// Draws a light and a point on it for each shading point.
+  LightSample8 sample(const V8& shading_point, F8 choice, Pair8 u) const;
+
+  /// Probability per area with which `sample` finds a point on a triangle of this radiance.
+  float triangle_pdf_area(const EmissiveTriangle& triangle) const;
+  float sphere_choice_probability(const EmissiveSphere& sphere) const;
+
+ private:
+  enum Kind : std::uint32_t { kTriangle, kSphere, kPoint };
+  void push(Kind kind, const Vec3& a, const Vec3& b, const Vec3& c, const Vec3& radiance, bool flip, bool two_sided);
+  LightSample8 sample_triangles(const V8& p, U8 index, M8 lanes, F8 pmf, Pair8 u) const;
+  LightSample8 sample_spheres(const V8& p, U8 index, M8 lanes, F8 pmf, Pair8 u) const;
+  LightSample8 sample_points(const V8& p, U8 index, M8 lanes, F8 pmf) const;
+
+  std::vector<EmissiveTriangle> triangles_;
+  std::vector<EmissiveSphere> spheres_;
+  std::vector<PointEmitter> points_;
+
+  // One row per primitive; triangles: a corner and two edges; spheres: centre, radius in b.x; points: position.
+  std::optional<DiscreteDistribution> choice_;
+  std::vector<std::uint32_t> kind_, flip_, two_sided_;
+  std::vector<float> a_, b_, c_, radiance_;  ///< 3 floats a row
+  double total_power_ = 0;
+};
+
+/// Density per solid angle, seen from `from`, of a point of a sphere as `LightTable::sample` draws it: uniform in the
+/// cone that the sphere fills from outside, uniform by area from inside.
+F8 sphere_pdf_solid_angle(const V8& from, const V8& center, F8 radius, F8 distance, F8 cos_light);
+
+/// How far to move a point off a surface so that a ray from it cannot find the surface again: proportional to the
+/// rounding error of coordinates as large as its own and of a hit found `distance` away.
+inline F8 surface_offset(const V8& p, F8 distance) {
+  return F8(0x1p-19f) * (max(abs(p.x), max(abs(p.y), abs(p.z))) + distance);
+}
+
+}  // namespace lightmill

@@ -1,0 +1,39 @@
+// A smooth dielectric: reflection and refraction by Fresnel's equations for unpolarised light.
+#pragma once
+
+#include "common/materials/bsdf.h"
+
+namespace lightmill::dielectric {
+
+struct Fresnel8 {
+  F8 reflectance;    ///< 1 where all is reflected
+  F8 cos_refracted;  ///< 0 where all is reflected
+};
+
+/// `eta` is the index of refraction beyond the surface over that on this side; cos_i in (0, 1].
+inline Fresnel8 fresnel(F8 cos_i, F8 eta) {
+  const F8 sin2_t = (F8(1.0f) - cos_i * cos_i) / (eta * eta);
+  const M8 total = sin2_t >= F8(1.0f);
+  const F8 cos_t = sqrt(max(F8(1.0f) - sin2_t, F8(0.0f)));
+  const F8 s = (cos_i - eta * cos_t) / (cos_i + eta * cos_t);
+  const F8 p = (eta * cos_i - cos_t) / (eta * cos_i + cos_t);
+  return {select(total, F8(1.0f), (s * s + p * p) * F8(0.5f)), masked(~total, cos_t)};
+}
+
+struct Sample8 {
+  V8 wi;
+  F8 weight;  ///< of radiance: 1 for reflection, 1/eta² for refraction (radiance is compressed in denser media)
+  M8 refracted;
+};
+
+/// Chooses reflection with the Fresnel reflectance by `u`, else refraction.
+inline Sample8 sample(const V8& wo, F8 eta, F8 u) {
+  const Fresnel8 f = fresnel(wo.z, eta);
+  const M8 refracted = u >= f.reflectance;
+  const F8 inverse_eta = F8(1.0f) / eta;
+  const V8 through{-(wo.x * inverse_eta), -(wo.y * inverse_eta), -f.cos_refracted};
+  return {select(refracted, through, V8{-wo.x, -wo.y, wo.z}), select(refracted, inverse_eta * inverse_eta, F8(1.0f)),
+          refracted};
+}
+
+}  // namespace lightmill::dielectric

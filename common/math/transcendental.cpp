@@ -1,0 +1,78 @@
+#include "common/math/transcendental.h"
+
+#include <cmath>
+
+namespace lightmill {
+namespace {
+
+struct SinCos {
+  double sin, cos;
+};
+
+/// Taylor series on |x| <= π/4; the remainder of degree 19 is below 1e-19.
+SinCos sin_cos_reduced(double x) {
+  const double x2 = x * x;
+  double s = 0, c = 0;
+  for (int k = 9; k >= 0; --k) {
+    s = 1.0 - s * x2 / ((2.0 * k + 2.0) * (2.0 * k + 3.0));
+    c = 1.0 - c * x2 / ((2.0 * k + 1.0) * (2.0 * k + 2.0));
+  }
+  return {s * x, c};
+}
+
+SinCos sin_cos_fixed(double x) {
+  // π/2 in two parts (Cody and Waite), so that the reduction is exact to about 2^-86 of a quadrant.
+  const double quadrant = std::nearbyint(x * (2.0 / kPiDouble));
+  const double reduced = (x - quadrant * 1.57079632673412561417) - quadrant * 6.07710050650619224932e-11;
+  const SinCos r = sin_cos_reduced(reduced);
+  switch (static_cast<long>(quadrant) & 3) {
+    case 0:
+      return {r.sin, r.cos};
+    case 1:
+      return {r.cos, -r.sin};
+    case 2:
+      return {-r.sin, -r.cos};
+    default:
+      return {-r.cos, r.sin};
+  }
+}
+
+}  // namespace
+
+SinCos8 sin_cos_turns(F8 u) {
+  // Quadrant q = round(4u); the rest is within an eighth of a turn of zero.
+  const F8 scaled = u * F8(4.0f);
+  const U8 quadrant(_mm256_cvtps_epi32(scaled.v));
+  const F8 rest = (scaled - to_float(quadrant)) * F8(kPi / 2);
+  const SinCos8 r = sin_cos_quarter(rest);
+  const M8 swap = (quadrant & U8(1)) == U8(1);
+  const F8 s = select(swap, r.cos, r.sin);
+  const F8 c = select(swap, r.sin, r.cos);
+  const U8 sin_sign = (quadrant & U8(2)) << 30;
+  const U8 cos_sign = ((quadrant + U8(1)) & U8(2)) << 30;
+  return {bits_float(float_bits(s) ^ sin_sign), bits_float(float_bits(c) ^ cos_sign)};
+}
+
+double sin_fixed(double x) {
+  return sin_cos_fixed(x).sin;
+}
+double cos_fixed(double x) {
+  return sin_cos_fixed(x).cos;
+}
+double tan_fixed(double x) {
+  const SinCos r = sin_cos_fixed(x);
+  return r.sin / r.cos;
+}
+
+double exp_fixed(double x) {
+  // x = k·ln 2 + r with |r| <= ln 2 / 2, ln 2 in two parts.
+  const double k = std::nearbyint(x * 1.44269504088896340736);
+  const double r = (x - k * 6.93147180369123816490e-01) - k * 1.90821492927058770002e-10;
+  double sum = 1.0;
+  for (int n = 16; n >= 1; --n) {
+    sum = 1.0 + sum * r / n;
+  }
+  return std::ldexp(sum, static_cast<int>(k));
+}
+
+}  // namespace lightmill

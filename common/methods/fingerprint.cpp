@@ -1,0 +1,112 @@
+#include "common/methods/fingerprint.h"
+
+#include "common/base/check.h"
+#include "common/math/transcendental.h"
+#include "common/methods/method.h"
+
+namespace lightmill {
+namespace {
+
+constexpr int kSide = 48;            ///< pixels
+constexpr SampleRange kRange{4, 0};  ///< 16 samples
+
+/// A closed surface of rings and segments around (x, y, z) with bumps, so that no two triangles are alike.
+Mesh bumpy_sphere(double x, double y, double z, double radius) {
+  constexpr std::uint32_t kRings = 48, kSegments = 64;
+  Mesh mesh;
+  for (std::uint32_t ring = 0; ring <= kRings; ++ring) {
+    for (std::uint32_t segment = 0; segment <= kSegments; ++segment) {
+      const double theta = kPiDouble * ring / kRings;
+      const double phi = 2 * kPiDouble * segment / kSegments;
+      const Vec3d n(sin_fixed(theta) * cos_fixed(phi), cos_fixed(theta), sin_fixed(theta) * sin_fixed(phi));
+      const double r = radius * (1 + 0.05 * sin_fixed(7 * theta) * cos_fixed(5 * phi));
+      mesh.positions.push_back({x + r * n.x, y + r * n.y, z + r * n.z});
+      mesh.normals.push_back({static_cast<float>(n.x), static_cast<float>(n.y), static_cast<float>(n.z)});
+    }
+  }
+  for (std::uint32_t ring = 0; ring < kRings; ++ring) {
+    for (std::uint32_t segment = 0; segment < kSegments; ++segment) {
+      const std::uint32_t a = ring * (kSegments + 1) + segment;
+      const std::uint32_t b = a + kSegments + 1;
+      mesh.triangles.push_back({a, a + 1, b});
+      mesh.triangles.push_back({b, a + 1, b + 1});
+    }
+  }
+  return mesh;
+}
+
+/// A parallelogram with corner p and edges u, v.
+Mesh quad(Vec3d p, Vec3d u, Vec3d v) {
+  Mesh mesh;
+  for (const Vec3d& corner : {p, p + u, p + u + v, p + v}) {
+    mesh.positions.push_back({corner.x, corner.y, corner.z});
+  }
+  mesh.triangles = {{0, 1, 2}, {0, 2, 3}};
+  return mesh;
+}
+
+struct TestScene {
+  Scene scene;
+  std::map<Sha256, std::string> assets;
+
+  void add(std::uint32_t material, const Mesh& mesh) {
+    std::string bytes = encode_mesh(mesh);
+    const Sha256 digest = sha256(bytes);
+    assets.emplace(digest, std::move(bytes));
+    scene.objects.push_back({fmt::format("mesh {}", scene.objects.size()), material, MeshShape{"", digest}});
+  }
+  void add(std::uint32_t material, const SphereShape& sphere) {
+    scene.objects.push_back({fmt::format("sphere {}", scene.objects.size()), material, sphere});
+  }
+};
+
+TestScene make_test_scene(FilterKind filter) {
+  TestScene test;
+  Scene& scene = test.scene;
+  scene.camera = {{0.1, 1.2, 4.1}, {0, 0.9, 0}, {0, 1, 0}, 50};
+  scene.film = {kSide, kSide, {filter, filter == FilterKind::box ? 0.5 : 1.5}};
+  scene.materials = {
+      {"white", DiffuseMaterial{{0.7f, 0.7f, 0.7f}}, {}, false},
+      {"red", DiffuseMaterial{{0.6f, 0.1f, 0.05f}}, {}, false},
+      {"mirror", MirrorMaterial{{0.9f, 0.8f, 0.7f}}, {}, false},
+      {"glass", DielectricMaterial{1.5}, {}, false},
+      {"lamp", DiffuseMaterial{{0.2f, 0.2f, 0.2f}}, {9, 8, 6}, false},
+      {"glow", DiffuseMaterial{{0, 0, 0}}, {2, 3, 4}, true},
+  };
+  test.add(0, quad({-2, 0, -2}, {0, 0, 4}, {4, 0, 0}));        // floor
+  test.add(1, quad({-2, 0, -2}, {0, 0, 4}, {4, 0, 0}));        // and a second one in the same place: ties
+  test.add(0, quad({-2, 0, -2}, {4, 0, 0}, {0, 3, 0}));        // back
+  test.add(1, quad({-2, 0, -2}, {0, 3, 0}, {0, 0, 4}));        // left
+  test.add(4, quad({-0.5, 2.9, -0.5}, {1, 0, 0}, {0, 0, 1}));  // lamp
+  test.add(0, bumpy_sphere(-1.0, 0.6, -0.8, 0.6));
+  test.add(3, bumpy_sphere(1.2, 0.5, -1.0, 0.4));
+  test.add(2, SphereShape{{0.9, 0.5, -0.1}, 0.5, false});
+  test.add(3, SphereShape{{-0.3, 0.45, 0.7}, 0.45, false});
+  test.add(5, SphereShape{{1.6, 2.0, -1.4}, 0.2, false});
+  scene.point_lights.push_back({"point", {-1.5, 2.5, 1.5}, {3, 3, 3}});
+  return test;
+}
+
+}  // namespace
+
+std::string fingerprint_class() {
+  Xxh3Hasher hasher;
+  for (const FilterKind filter :
+       {FilterKind::box, FilterKind::tent, FilterKind::gaussian, FilterKind::blackman_harris}) {
+    const TestScene test = make_test_scene(filter);
+    auto compiled = CompiledScene::compile(
+        test.scene, [&](const Sha256& digest) -> Result<std::string> { return test.assets.at(digest); });
+    LM_CHECK(compiled.ok(), "the built-in test scene does not compile: {}", message_of(compiled.status()));
+    for (const std::string_view name : method_names()) {
+      auto method = make_method(*compiled, {std::string(name), 1, 0});
+      LM_CHECK(method.ok());
+      const auto workspace = (*method)->make_workspace();
+      const SampleRange range = filter == FilterKind::box ? kRange : SampleRange{1, 0};
+      const Node node = (*method)->render({0, 0, kSide, kSide}, range, *workspace);
+      hasher.append(std::as_bytes(std::span(node.values)));
+    }
+  }
+  return hasher.finish().hex().substr(0, 16);
+}
+
+}  // namespace lightmill

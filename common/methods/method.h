@@ -1,0 +1,57 @@
+// A method: how light is computed. A pure function of (compiled scene, seed, tile, sample range).
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "common/base/status.h"
+#include "common/film/node.h"
+#include "common/film/tile_grid.h"
+#include "common/scene/compiled/compiled_scene.h"
+
+namespace lightmill {
+
+struct MethodSettings {
+  std::string name = "path";  ///< one of method_names()
+  std::uint64_t seed = 0;
+  std::uint32_t max_bounces = 0;  ///< `path`: scatterings at most; 0: kMaxBounces
+};
+
+/// Where no limit is asked for, a path still ends after so many scatterings (a closed room of albedo 1 has no other
+/// end).
+inline constexpr std::uint32_t kMaxBounces = 1000;
+
+/// What rendering cost, for those who want to know; adds up over calls.
+struct RenderCounters {
+  std::uint64_t samples = 0;
+  std::uint64_t closest_hit_rays = 0;
+  std::uint64_t shadow_rays = 0;
+};
+
+/// Scratch memory of one thread, reused between calls; belongs to the method that made it.
+class Workspace {
+ public:
+  virtual ~Workspace() = default;
+  RenderCounters counters;
+};
+
+/// Immutable and thread-safe; each thread brings its own workspace.
+class Method {
+ public:
+  virtual ~Method() = default;
+  virtual std::unique_ptr<Workspace> make_workspace() const = 0;
+  /// Renders one node: `tile` is a rectangle of pixels of the full film, of at most kTileSize on a side. The node's
+  /// bits are those of joining its one-sample nodes, whatever the thread, batch or lane.
+  virtual Node render(const PixelRect& tile, SampleRange range, Workspace& workspace) const = 0;
+};
+
+/// The names that make_method knows.
+const std::vector<std::string_view>& method_names();
+
+/// INVALID_ARGUMENT for an unknown name.
+Result<std::unique_ptr<Method>> make_method(std::shared_ptr<const CompiledScene> scene, const MethodSettings& settings);
+
+}  // namespace lightmill

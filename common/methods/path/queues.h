@@ -1,0 +1,129 @@
+// The two queues of a breadth-first batch: paths to go on with and shadow rays to try. Structures of arrays, filled in
+// order.
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "common/math/vec.h"
+
+namespace lightmill::path {
+
+/// Three arrays of floats, one vector an entry.
+struct VectorArray {
+  std::vector<float> x, y, z;
+  void resize(std::size_t n) {
+    x.resize(n);
+    y.resize(n);
+    z.resize(n);
+  }
+  V8 load(int i) const { return {F8::load(&x[i]), F8::load(&y[i]), F8::load(&z[i])}; }
+  void store(int i, const V8& v) {
+    v.x.store(&x[i]);
+    v.y.store(&y[i]);
+    v.z.store(&z[i]);
+  }
+};
+
+inline V8 permute(const V8& v, U8 order) {
+  return {lightmill::permute(v.x, order), lightmill::permute(v.y, order), lightmill::permute(v.z, order)};
+}
+
+/// Eight paths as they wait for their next ray.
+struct Path8 {
+  V8 origin, direction;
+  V8 throughput;       ///< of the path so far, divided by the number of paths it was split into
+  F8 pdf_solid_angle;  ///< of `direction` by the last BSDF; 0 after a delta BSDF or from the camera
+  F8 roulette_scale;   ///< brings the throughput to what roulette looks at: times splits, times η² of refractions
+  U8 pixel;            ///< in the tile
+  U8 pixel_seed;
+  U8 index;  ///< point of the path's sequences
+};
+
+class PathQueue {
+ public:
+  void reserve(std::size_t n) {
+    n += 8;  // stores are eight wide
+    origin_.resize(n);
+    direction_.resize(n);
+    throughput_.resize(n);
+    pdf_.resize(n);
+    roulette_scale_.resize(n);
+    pixel_.resize(n);
+    pixel_seed_.resize(n);
+    index_.resize(n);
+  }
+  int size() const { return size_; }
+  void clear() { size_ = 0; }
+
+  Path8 load(int i) const {
+    return {origin_.load(i),
+            direction_.load(i),
+            throughput_.load(i),
+            F8::load(&pdf_[i]),
+            F8::load(&roulette_scale_[i]),
+            U8::load(&pixel_[i]),
+            U8::load(&pixel_seed_[i]),
+            U8::load(&index_[i])};
+  }
+  /// Appends the lanes of the mask, in order.
+  void push(M8 lanes, const Path8& p) {
+    const int bits = lanes.bits();
+    const U8 order = compress_order(bits);
+    const int i = size_;
+    origin_.store(i, permute(p.origin, order));
+    direction_.store(i, permute(p.direction, order));
+    throughput_.store(i, permute(p.throughput, order));
+    lightmill::permute(p.pdf_solid_angle, order).store(&pdf_[i]);
+    lightmill::permute(p.roulette_scale, order).store(&roulette_scale_[i]);
+    lightmill::permute(p.pixel, order).store(&pixel_[i]);
+    lightmill::permute(p.pixel_seed, order).store(&pixel_seed_[i]);
+    lightmill::permute(p.index, order).store(&index_[i]);
+    size_ += std::popcount(static_cast<unsigned>(bits));
+  }
+
+ private:
+  int size_ = 0;
+  VectorArray origin_, direction_, throughput_;
+  std::vector<float> pdf_, roulette_scale_;
+  std::vector<std::uint32_t> pixel_, pixel_seed_, index_;
+};
+
+/// Eight shadow rays and what they bring if nothing is in the way.
+struct Shadow8 {
+  V8 origin, direction;  ///< the light is at distance 1 in lengths of `direction`
+  V8 contribution;
+  U8 pixel;
+};
+
+class ShadowQueue {
+ public:
+  void reserve(std::size_t n) {
+    n += 8;
+    origin_.resize(n);
+    direction_.resize(n);
+    contribution_.resize(n);
+    pixel_.resize(n);
+  }
+  int size() const { return size_; }
+  void clear() { size_ = 0; }
+  Shadow8 load(int i) const {
+    return {origin_.load(i), direction_.load(i), contribution_.load(i), U8::load(&pixel_[i])};
+  }
+  void push(M8 lanes, const Shadow8& s) {
+    const int bits = lanes.bits();
+    const U8 order = compress_order(bits);
+    origin_.store(size_, permute(s.origin, order));
+    direction_.store(size_, permute(s.direction, order));
+    contribution_.store(size_, permute(s.contribution, order));
+    lightmill::permute(s.pixel, order).store(&pixel_[size_]);
+    size_ += std::popcount(static_cast<unsigned>(bits));
+  }
+
+ private:
+  int size_ = 0;
+  VectorArray origin_, direction_, contribution_;
+  std::vector<std::uint32_t> pixel_;
+};
+
+}  // namespace lightmill::path

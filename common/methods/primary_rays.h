@@ -1,0 +1,40 @@
+// Camera rays, eight at a time.
+#pragma once
+
+#include "common/film/tile_grid.h"
+#include "common/geometry/ray.h"
+#include "common/sampling/sobol.h"
+#include "common/scene/compiled/compiled_scene.h"
+
+namespace lightmill {
+
+/// Film decisions of a sample; methods number theirs from kFirstPathDecision.
+inline constexpr std::uint32_t kFilterDecision = 0;
+inline constexpr std::uint32_t kFirstPathDecision = 1;
+
+/// The scrambles of a tile's pixels in one half: one per pixel, row by row.
+void fill_pixel_seeds(const PixelRect& tile, std::uint64_t seed, std::uint32_t half, std::vector<std::uint32_t>& out);
+
+/// Rays through film positions x, y (in pixels of the full film, (0,0) the upper left corner).
+inline Ray8 camera_rays(const CompiledScene& scene, F8 x, F8 y) {
+  const CameraBasis& camera = scene.camera();
+  const F8 dx = x - F8(0.5f * static_cast<float>(scene.film_width()));
+  const F8 dy = y - F8(0.5f * static_cast<float>(scene.film_height()));
+  const V8 direction = broadcast(camera.forward) + broadcast(camera.right) * dx + broadcast(camera.down) * dy;
+  return {broadcast(camera.eye), normalize(direction), F8(std::numeric_limits<float>::infinity())};
+}
+
+/// The camera rays of one sample of eight pixels of a tile: `pixel` counts row by row, `index` is the sample's index
+/// within its half; the position in the pixel follows the filter.
+inline Ray8 primary_rays(const CompiledScene& scene, const PixelRect& tile, U8 pixel, U8 pixel_seed,
+                         std::uint32_t index) {
+  // Exact for pixel < 2^12 and width <= 64: the quotient is at least 1/64 off the next integer below it.
+  const U8 row = truncate((to_float(pixel) + F8(0.5f)) / F8(static_cast<float>(tile.width)));
+  const U8 column = pixel - row * U8(static_cast<std::uint32_t>(tile.width));
+  const Pair8 u = sobol_pair(U8(index), decision_seed(pixel_seed, kFilterDecision));
+  const F8 x = to_float(column + U8(static_cast<std::uint32_t>(tile.x))) + F8(0.5f) + scene.filter().sample(u.u);
+  const F8 y = to_float(row + U8(static_cast<std::uint32_t>(tile.y))) + F8(0.5f) + scene.filter().sample(u.v);
+  return camera_rays(scene, x, y);
+}
+
+}  // namespace lightmill

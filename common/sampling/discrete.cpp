@@ -1,0 +1,43 @@
+#include "common/sampling/discrete.h"
+
+#include "common/base/check.h"
+
+namespace lightmill {
+
+DiscreteDistribution::DiscreteDistribution(std::span<const double> weights) {
+  double total = 0;
+  for (const double w : weights) {
+    LM_CHECK(w >= 0);
+    total += w;
+  }
+  LM_CHECK(total > 0);
+  double sum = 0;
+  for (const double w : weights) {
+    first_.push_back(static_cast<float>(sum / total));
+    sum += w;
+  }
+  first_.push_back(1.0f);
+  // The probabilities that sampling really has: differences of the rounded sums.
+  for (std::size_t i = 0; i < weights.size(); ++i) {
+    pmf_.push_back(first_[i + 1] - first_[i]);
+  }
+  steps_ = static_cast<int>(std::bit_width(weights.size() - 1));
+}
+
+DiscreteDistribution::Choice8 DiscreteDistribution::sample(F8 u) const {
+  // The largest i with first_[i] <= u: entries of probability zero share their value with the next and lose to it.
+  const M8 all(true);
+  U8 low(0u);
+  U8 high(static_cast<std::uint32_t>(size() - 1));
+  for (int step = 0; step < steps_; ++step) {
+    const U8 middle = (low + high + U8(1u)) >> 1;
+    const M8 right = gather(first_.data(), middle, all) <= u;
+    low = select(right, middle, low);
+    high = select(right, high, middle - U8(1u));
+  }
+  const F8 pmf = gather(pmf_.data(), low, all);
+  const F8 rest = (u - gather(first_.data(), low, all)) / pmf;
+  return {low, pmf, min(rest, F8(0x1.fffffep-1f))};
+}
+
+}  // namespace lightmill

@@ -1,0 +1,35 @@
+// Choosing one of several by probability, keeping what is left of the uniform number.
+#pragma once
+
+#include <span>
+#include <vector>
+
+#include "common/math/simd.h"
+
+namespace lightmill {
+
+/// A discrete distribution sampled by inverting its cumulative sums, which keeps the stratification of its input.
+class DiscreteDistribution {
+ public:
+  DiscreteDistribution() = default;
+  /// Weights are non-negative with a positive sum.
+  explicit DiscreteDistribution(std::span<const double> weights);
+
+  std::size_t size() const { return pmf_.size(); }
+  float pmf(std::size_t i) const { return pmf_[i]; }
+
+  struct Choice8 {
+    U8 index;
+    F8 pmf;
+    F8 rest;  ///< uniform in [0, 1) again, independent of the choice
+  };
+  /// For u in [0, 1). Entries of probability zero are never chosen.
+  Choice8 sample(F8 u) const;
+
+ private:
+  std::vector<float> pmf_;
+  std::vector<float> first_;  ///< first_[i] is the sum of pmf below i; size() + 1 entries, the last at least 1
+  int steps_ = 0;             ///< of the binary search
+};
+
+}  // namespace lightmill

@@ -1,0 +1,43 @@
+// Ray intersection by Embree, and nothing else of Embree: the only folder that includes it.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <memory>
+#include <span>
+
+#include "common/base/status.h"
+#include "common/geometry/ray.h"
+
+namespace lightmill {
+
+/// A scene of triangle meshes and spheres that answers rays. Build once, then immutable and thread-safe.
+///
+/// The hierarchy is built by one thread, so that it, and with it the choice between hits at equal distance, is a
+/// function of the geometry alone; Embree's AVX2 code is used on every processor.
+class Accel {
+ public:
+  /// `robust`: watertight at edges and exact for far-off geometry, some 8–20 % slower.
+  explicit Accel(bool robust);
+  ~Accel();
+  Accel(const Accel&) = delete;
+  Accel& operator=(const Accel&) = delete;
+
+  /// Each add gives the next geometry index.
+  std::uint32_t add_mesh(std::span<const std::array<float, 3>> positions,
+                         std::span<const std::array<std::uint32_t, 3>> triangles);
+  std::uint32_t add_sphere(const Vec3& center, float radius);
+  /// Builds the hierarchy. Fails when memory runs out.
+  Status commit();
+
+  /// The nearest hit of each ray in `lanes`. `coherent` says that the rays are nearly parallel or share an origin.
+  Hit8 intersect(M8 lanes, const Ray8& rays, bool coherent) const;
+  /// Which of `lanes` hit anything.
+  M8 occluded(M8 lanes, const Ray8& rays) const;
+
+ private:
+  struct State;
+  std::unique_ptr<State> state_;
+};
+
+}  // namespace lightmill

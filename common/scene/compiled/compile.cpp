@@ -1,0 +1,270 @@
+#include <cmath>
+
+#include "common/base/check.h"
+#include "common/math/transcendental.h"
+#include "common/scene/compiled/compiled_scene.h"
+
+namespace lightmill {
+namespace {
+
+struct Bounds {
+  Vec3d low{std::numeric_limits<double>::infinity()};
+  Vec3d high{-std::numeric_limits<double>::infinity()};
+  void add(const Vec3d& p) {
+    low = glm::min(low, p);
+    high = glm::max(high, p);
+  }
+};
+
+Vec3d to_vec(const Point3d& p) {
+  return {p[0], p[1], p[2]};
+}
+Vec3 to_vec(const RgbColor& c) {
+  return {c.r, c.g, c.b};
+}
+bool is_black(const RgbColor& c) {
+  return c.r == 0 && c.g == 0 && c.b == 0;
+}
+
+CameraBasis camera_basis(const Camera& camera, int height, const Vec3d& center) {
+  const Vec3d forward = glm::normalize(to_vec(camera.look_at) - to_vec(camera.eye));
+  const Vec3d right = glm::normalize(glm::cross(forward, to_vec(camera.up)));
+  const Vec3d down = glm::cross(forward, right);
+  const double half_height = tan_fixed(camera.vertical_fov_degrees * kPiDouble / 360.0);
+  const double pixel = 2.0 * half_height / height;
+  return {Vec3(to_vec(camera.eye) - center), Vec3(forward), Vec3(right * pixel), Vec3(down * pixel)};
+}
+
+FilterTable filter_table(const PixelFilter& filter) {
+  const double radius = filter.radius_pixels;
+  switch (filter.kind) {
+    case FilterKind::box:
+      return FilterTable(radius, [](double) { return 1.0; });
+    case FilterKind::tent:
+      return FilterTable(radius, [=](double x) { return 1.0 - x / radius; });
+    case FilterKind::gaussian:
+      return FilterTable(radius, [=](double x) { return exp_fixed(-4.5 * (x / radius) * (x / radius)); });
+    case FilterKind::blackman_harris:
+      // Harris 1978, the four-term window of −92 dB, centred.
+      return FilterTable(radius, [=](double x) {
+        const double t = kPiDouble * (x / radius + 1.0);
+        return 0.35875 - 0.48829 * cos_fixed(t) + 0.14128 * cos_fixed(2 * t) - 0.01168 * cos_fixed(3 * t);
+      });
+  }
+  LM_CHECK(false, "unknown filter kind");
+}
+
+}  // namespace
+
+/// Builds a CompiledScene step by step; owns what is only needed meanwhile.
+class SceneCompiler {
+ public:
+  explicit SceneCompiler(const Scene& scene) : scene_(scene), out_(new CompiledScene()) {}
+
+  Result<std::shared_ptr<const CompiledScene>> run(const CompiledScene::AssetSource& assets) {
+    LM_RETURN_IF_ERROR(validate(scene_));
+    LM_RETURN_IF_ERROR(load_meshes(assets));
+    find_frame();
+    compile_materials();
+    out_->accel_ = std::make_unique<Accel>(needs_robust_rays());
+    for (std::size_t i = 0; i < scene_.objects.size(); ++i) {
+      compile_object(scene_.objects[i], meshes_[i]);
+    }
+    for (const PointLight& light : scene_.point_lights) {
+      if (!is_black(light.intensity)) {
+        out_->lights_.add(PointEmitter{Vec3(to_vec(light.position) - center_), to_vec(light.intensity)});
+      }
+    }
+    finish_lights();
+    LM_RETURN_IF_ERROR(out_->accel_->commit());
+    out_->camera_ = camera_basis(scene_.camera, scene_.film.height, center_);
+    out_->filter_ = std::make_unique<FilterTable>(filter_table(scene_.film.filter));
+    out_->film_width_ = scene_.film.width;
+    out_->film_height_ = scene_.film.height;
+    out_->bytes_ =
+        triangle_count_ * 200 + out_->vertex_normals_.size() * 4 + out_->smooth_triangles_.size() * 4 + 65536;
+    return std::shared_ptr<const CompiledScene>(std::move(out_));
+  }
+
+ private:
+  Status load_meshes(const CompiledScene::AssetSource& assets) {
+    meshes_.resize(scene_.objects.size());
+    for (std::size_t i = 0; i < scene_.objects.size(); ++i) {
+      const Object& object = scene_.objects[i];
+      if (const auto* shape = std::get_if<MeshShape>(&object.shape)) {
+        const std::string where = fmt::format("objects[{}] \"{}\"", i, object.name);
+        Result<std::string> bytes = assets(shape->asset);
+        if (!bytes.ok()) {
+          return with_context(bytes.status(), where);
+        }
+        Result<Mesh> mesh = decode_mesh(as_byte_view(*bytes));
+        if (!mesh.ok()) {
+          return with_context(mesh.status(), where);
+        }
+        meshes_[i] = std::move(*mesh);
+        triangle_count_ += meshes_[i].triangles.size();
+      }
+    }
+    return ok_status();
+  }
+
+  /// The frame's origin is the centre of all that is there, so that floats are spent on differences alone.
+  void find_frame() {
+    Bounds bounds;
+    for (std::size_t i = 0; i < scene_.objects.size(); ++i) {
+      if (const auto* sphere = std::get_if<SphereShape>(&scene_.objects[i].shape)) {
+        bounds.add(to_vec(sphere->center) - Vec3d(sphere->radius));
+        bounds.add(to_vec(sphere->center) + Vec3d(sphere->radius));
+      } else {
+        for (const auto& p : meshes_[i].positions) {
+          bounds.add({p[0], p[1], p[2]});
+        }
+      }
+    }
+    center_ = (bounds.low + bounds.high) * 0.5;
+    extent_ = glm::length(bounds.high - bounds.low);
+  }
+
+  /// Fast rays may slip through the edge of two triangles once in some 10^7; that and coordinates much larger than the
+  /// geometry they describe call for the slower, exact ones.
+  bool needs_robust_rays() const {
+    double smallest = extent_;
+    for (std::size_t i = 0; i < scene_.objects.size(); ++i) {
+      if (const auto* sphere = std::get_if<SphereShape>(&scene_.objects[i].shape)) {
+        smallest = std::min(smallest, sphere->radius);
+      } else {
+        Bounds bounds;
+        for (const auto& p : meshes_[i].positions) {
+          bounds.add({p[0], p[1], p[2]});
+        }
+        smallest = std::min(smallest, glm::length(bounds.high - bounds.low));
+      }
+    }
+    return triangle_count_ > 1000 || extent_ > 1e3 * smallest;
+  }
+
+  void compile_materials() {
+    for (const Material& material : scene_.materials) {
+      MaterialKind kind = MaterialKind::diffuse;
+      RgbColor reflectance;
+      double ior = 1;
+      if (const auto* diffuse = std::get_if<DiffuseMaterial>(&material.kind)) {
+        reflectance = diffuse->reflectance;
+      } else if (const auto* mirror = std::get_if<MirrorMaterial>(&material.kind)) {
+        kind = MaterialKind::mirror;
+        reflectance = mirror->reflectance;
+      } else {
+        kind = MaterialKind::dielectric;
+        reflectance = {1, 1, 1};
+        ior = std::get<DielectricMaterial>(material.kind).ior;
+      }
+      out_->material_kind_.push_back(static_cast<std::uint32_t>(kind));
+      out_->material_emits_.push_back(is_black(material.emission) ? 0 : material.two_sided_emission ? 2 : 1);
+      out_->material_ior_.push_back(static_cast<float>(ior));
+      append(out_->material_reflectance_, to_vec(reflectance));
+      append(out_->material_emission_, to_vec(material.emission));
+    }
+    for (const Object& object : scene_.objects) {
+      const auto kind = static_cast<MaterialKind>(out_->material_kind_[object.material]);
+      out_->features_.specular |= kind != MaterialKind::diffuse;
+      out_->features_.dielectric |= kind == MaterialKind::dielectric;
+    }
+  }
+
+  void compile_object(const Object& object, const Mesh& mesh) {
+    const Material& material = scene_.materials[object.material];
+    const bool emits = !is_black(material.emission);
+    const auto* sphere = std::get_if<SphereShape>(&object.shape);
+    out_->geometry_material_.push_back(object.material);
+    out_->geometry_is_sphere_.push_back(sphere != nullptr ? 1 : 0);
+    out_->geometry_inward_.push_back(sphere != nullptr && sphere->normal_inward ? 1 : 0);
+    out_->geometry_smooth_.push_back(0);
+    out_->geometry_triangles_.push_back(0);
+    if (sphere != nullptr) {
+      const Vec3 center(to_vec(sphere->center) - center_);
+      const auto radius = static_cast<float>(sphere->radius);
+      out_->features_.spheres = true;
+      append(out_->sphere_center_, center);
+      out_->sphere_radius_.push_back(radius);
+      out_->accel_->add_sphere(center, radius);
+      if (emits) {
+        out_->lights_.add(EmissiveSphere{center, radius, to_vec(material.emission), sphere->normal_inward,
+                                         material.two_sided_emission});
+      }
+      return;
+    }
+    append(out_->sphere_center_, Vec3(0));
+    out_->sphere_radius_.push_back(0);
+    std::vector<std::array<float, 3>> positions;
+    positions.reserve(mesh.positions.size());
+    for (const auto& p : mesh.positions) {
+      const Vec3 q(Vec3d(p[0], p[1], p[2]) - center_);
+      positions.push_back({q.x, q.y, q.z});
+    }
+    out_->accel_->add_mesh(positions, mesh.triangles);
+    if (!mesh.normals.empty()) {
+      add_smooth_normals(mesh);
+    }
+    if (emits) {
+      const auto corner = [&](std::uint32_t i) { return Vec3(positions[i][0], positions[i][1], positions[i][2]); };
+      for (const auto& t : mesh.triangles) {
+        const EmissiveTriangle triangle{corner(t[0]), corner(t[1]), corner(t[2]), to_vec(material.emission),
+                                        material.two_sided_emission};
+        if (glm::length(glm::cross(triangle.p1 - triangle.p0, triangle.p2 - triangle.p0)) > 0) {
+          out_->lights_.add(triangle);
+        }
+      }
+    }
+  }
+
+  void add_smooth_normals(const Mesh& mesh) {
+    out_->features_.smooth = true;
+    out_->geometry_smooth_.back() = 1;
+    out_->geometry_triangles_.back() = static_cast<std::uint32_t>(out_->smooth_triangles_.size() / 3);
+    const auto first = static_cast<std::uint32_t>(out_->vertex_normals_.size() / 3);
+    for (const auto& t : mesh.triangles) {
+      for (const std::uint32_t i : t) {
+        out_->smooth_triangles_.push_back(first + i);
+      }
+    }
+    for (const auto& n : mesh.normals) {
+      append(out_->vertex_normals_, Vec3(n[0], n[1], n[2]));
+    }
+  }
+
+  void finish_lights() {
+    out_->lights_.build();
+    out_->features_.lights = !out_->lights_.empty();
+    for (const Object& object : scene_.objects) {
+      const Material& material = scene_.materials[object.material];
+      const bool emits = !is_black(material.emission);
+      out_->features_.emissive_surfaces |= emits;
+      const auto* sphere = std::get_if<SphereShape>(&object.shape);
+      const Vec3 radiance = to_vec(material.emission);
+      float pdf_area = 0, probability = 0;
+      if (emits && sphere != nullptr) {
+        probability = out_->lights_.sphere_choice_probability({Vec3(0), static_cast<float>(sphere->radius), radiance,
+                                                               sphere->normal_inward, material.two_sided_emission});
+      } else if (emits) {
+        pdf_area = out_->lights_.triangle_pdf_area({Vec3(0), Vec3(0), Vec3(0), radiance, material.two_sided_emission});
+      }
+      out_->emitter_pdf_area_.push_back(pdf_area);
+      out_->emitter_probability_.push_back(probability);
+    }
+  }
+
+  static void append(std::vector<float>& array, const Vec3& v) { array.insert(array.end(), {v.x, v.y, v.z}); }
+
+  const Scene& scene_;
+  std::unique_ptr<CompiledScene> out_;
+  std::vector<Mesh> meshes_;  ///< one an object; empty for spheres
+  std::uint64_t triangle_count_ = 0;
+  Vec3d center_{0};
+  double extent_ = 0;
+};
+
+Result<std::shared_ptr<const CompiledScene>> CompiledScene::compile(const Scene& scene, const AssetSource& assets) {
+  return SceneCompiler(scene).run(assets);
+}
+
+}  // namespace lightmill
