@@ -40,34 +40,6 @@ Status check_power(const std::string& path, const RgbColor& color) {
   return ok_status();
 }
 
-Status check_camera(const Camera& camera) {
-  LM_RETURN_IF_ERROR(check_point("camera.eye", camera.eye));
-  LM_RETURN_IF_ERROR(check_point("camera.look_at", camera.look_at));
-  LM_RETURN_IF_ERROR(check_point("camera.up", camera.up));
-  if (!(camera.vertical_fov_degrees > 0 && camera.vertical_fov_degrees < 180)) {
-    return invalid_argument("camera.vertical_fov_degrees: must be in (0, 180), got {}", camera.vertical_fov_degrees);
-  }
-  const Point3d d{camera.look_at[0] - camera.eye[0], camera.look_at[1] - camera.eye[1],
-                  camera.look_at[2] - camera.eye[2]};
-  const Point3d& u = camera.up;
-  const double view_length = std::hypot(d[0], d[1], d[2]);
-  const double up_length = std::hypot(u[0], u[1], u[2]);
-  if (!(view_length > 0)) {
-    return invalid_argument("camera.look_at: must differ from camera.eye, both are ({}, {}, {})", camera.eye[0],
-                            camera.eye[1], camera.eye[2]);
-  }
-  if (!(up_length > 0)) {
-    return invalid_argument("camera.up: must not be zero");
-  }
-  const double sine = std::hypot(d[1] * u[2] - d[2] * u[1], d[2] * u[0] - d[0] * u[2], d[0] * u[1] - d[1] * u[0]) /
-                      (view_length * up_length);
-  if (!(sine > 1e-6)) {
-    return invalid_argument("camera.up: must not be parallel to the direction from eye to look_at, got ({}, {}, {})",
-                            u[0], u[1], u[2]);
-  }
-  return ok_status();
-}
-
 Status check_film(const FilmSettings& film) {
   if (film.width < 1 || film.width > kMaxFilmSide) {
     return invalid_argument("film.width: must be 1 to {}, got {}", kMaxFilmSide, film.width);
@@ -130,8 +102,36 @@ Status check_counts(const Scene& scene) {
 
 }  // namespace
 
+Status validate(const Camera& camera) {
+  LM_RETURN_IF_ERROR(check_point("camera.eye", camera.eye));
+  LM_RETURN_IF_ERROR(check_point("camera.look_at", camera.look_at));
+  LM_RETURN_IF_ERROR(check_point("camera.up", camera.up));
+  if (!(camera.vertical_fov_degrees > 0 && camera.vertical_fov_degrees < 180)) {
+    return invalid_argument("camera.vertical_fov_degrees: must be in (0, 180), got {}", camera.vertical_fov_degrees);
+  }
+  const Point3d d{camera.look_at[0] - camera.eye[0], camera.look_at[1] - camera.eye[1],
+                  camera.look_at[2] - camera.eye[2]};
+  const Point3d& u = camera.up;
+  const double view_length = std::hypot(d[0], d[1], d[2]);
+  const double up_length = std::hypot(u[0], u[1], u[2]);
+  if (!(view_length > 0)) {
+    return invalid_argument("camera.look_at: must differ from camera.eye, both are ({}, {}, {})", camera.eye[0],
+                            camera.eye[1], camera.eye[2]);
+  }
+  if (!(up_length > 0)) {
+    return invalid_argument("camera.up: must not be zero");
+  }
+  const double sine = std::hypot(d[1] * u[2] - d[2] * u[1], d[2] * u[0] - d[0] * u[2], d[0] * u[1] - d[1] * u[0]) /
+                      (view_length * up_length);
+  if (!(sine > 1e-6)) {
+    return invalid_argument("camera.up: must not be parallel to the direction from eye to look_at, got ({}, {}, {})",
+                            u[0], u[1], u[2]);
+  }
+  return ok_status();
+}
+
 Status validate(const Scene& scene) {
-  LM_RETURN_IF_ERROR(check_camera(scene.camera));
+  LM_RETURN_IF_ERROR(validate(scene.camera));
   LM_RETURN_IF_ERROR(check_film(scene.film));
   LM_RETURN_IF_ERROR(check_counts(scene));
   std::set<std::string_view> names;
@@ -150,6 +150,32 @@ Status validate(const Scene& scene) {
     LM_RETURN_IF_ERROR(check_power(fmt::format("lights[{}].point.intensity", i), scene.point_lights[i].intensity));
   }
   return ok_status();
+}
+
+std::string describe_unknown_material(std::string_view name, const std::vector<Material>& materials) {
+  std::string text = fmt::format("unknown material \"{}\"; ", name);
+  if (materials.empty()) {
+    return text + "there are none";
+  }
+  text += "the materials are ";
+  constexpr std::size_t kShown = 20;
+  for (std::size_t i = 0; i < std::min(materials.size(), kShown); ++i) {
+    text += (i > 0 ? ", " : "") + materials[i].name;
+  }
+  if (materials.size() > kShown) {
+    text += fmt::format(" and {} more", materials.size() - kShown);
+  }
+  return text;
+}
+
+std::vector<Sha256> assets_of(const Scene& scene) {
+  std::set<Sha256> assets;
+  for (const Object& object : scene.objects) {
+    if (const auto* mesh = std::get_if<MeshShape>(&object.shape)) {
+      assets.insert(mesh->asset);
+    }
+  }
+  return {assets.begin(), assets.end()};
 }
 
 }  // namespace lightmill

@@ -7,6 +7,7 @@
 #include <array>
 #include <cstdint>
 #include <string>
+#include <string_view>
 #include <variant>
 #include <vector>
 
@@ -103,5 +104,12 @@ struct Scene {
 /// form "objects[3].sphere.radius: must be positive, got -1": the field's path in the schema, then the value and what
 /// is expected.
 Status validate(const Scene& scene);
+Status validate(const Camera& camera);
+
+/// `unknown material "whit"; the materials are red, green, white`: what to say of a name that is none of `materials`.
+std::string describe_unknown_material(std::string_view name, const std::vector<Material>& materials);
+
+/// The assets that the scene names, sorted, each once.
+std::vector<Sha256> assets_of(const Scene& scene);
 
 }  // namespace lightmill

@@ -1,0 +1,185 @@
+#include "common/scene_io/mtl.h"
+
+#include <algorithm>
+#include <set>
+
+#include "common/scene_io/text_lines.h"
+
+namespace lightmill {
+namespace {
+
+Result<RgbColor> read_color(const StatementReader& lines, std::string_view keyword, std::string_view rest) {
+  std::array<float, 3> values{};
+  int count = 0;
+  for (std::string_view word = take_word(rest); !word.empty(); word = take_word(rest)) {
+    const std::optional<double> value = parse_number(word);
+    if (!value || count == 3) {
+      return count == 3 ? lines.error("{}: three numbers are expected, got more", keyword)
+                        : lines.error("{}: a finite number is expected, got \"{}\"", keyword, word);
+    }
+    if (*value < 0 || *value > 1e20) {
+      return lines.error("{}: numbers from 0 to 1e20 are expected, got {}", keyword, word);
+    }
+    values[count++] = static_cast<float>(*value);
+  }
+  if (count == 1) {  // one number is short for a grey
+    return RgbColor{values[0], values[0], values[0]};
+  }
+  if (count != 3) {
+    return lines.error("{}: three numbers are expected, got {}", keyword, count);
+  }
+  return RgbColor{values[0], values[1], values[2]};
+}
+
+Status read_property(const StatementReader& lines, const Statement& statement, MtlMaterial& material) {
+  const std::string_view keyword = statement.keyword;
+  const std::array<std::pair<std::string_view, std::optional<RgbColor>*>, 4> colors{
+      {{"Ka", &material.ka}, {"Kd", &material.kd}, {"Ks", &material.ks}, {"Ke", &material.ke}}};
+  for (const auto& [name, color] : colors) {
+    if (keyword == name) {
+      LM_ASSIGN_OR_RETURN(*color, read_color(lines, keyword, statement.rest));
+      return ok_status();
+    }
+  }
+  if (keyword == "Ni") {
+    const std::optional<double> ior = parse_number(statement.rest);
+    if (!ior || *ior <= 0 || *ior > kMaxIor) {
+      return lines.error("Ni: a number in (0, {}] is expected, got \"{}\"", kMaxIor, statement.rest);
+    }
+    material.ior = ior;
+  } else if (keyword == "illum") {
+    const std::optional<std::int64_t> illum = parse_integer(statement.rest);
+    if (!illum || *illum < 0 || *illum > 1000) {
+      return lines.error("illum: the number of an illumination model is expected, got \"{}\"", statement.rest);
+    }
+    material.illum = static_cast<int>(*illum);
+  } else if (keyword.starts_with("map_") || keyword == "bump" || keyword == "disp" || keyword == "decal" ||
+             keyword == "norm" || keyword == "refl" || keyword == "aniso" || keyword == "anisor") {
+    material.unused.emplace_back(keyword);
+  }
+  // The rest (Ns, d, Tr, Tf, sharpness, physically based extensions …) means nothing to the models that are rendered.
+  return ok_status();
+}
+
+bool is_lit(const std::optional<RgbColor>& color) {
+  return color && *color != RgbColor{};
+}
+
+RgbColor cut_to_one(const MtlMaterial& material, std::string_view keyword, const RgbColor& color,
+                    std::vector<std::string>& notices) {
+  if (color.r <= 1 && color.g <= 1 && color.b <= 1) {
+    return color;
+  }
+  notices.push_back(
+      fmt::format("{}:{}: {} of material \"{}\" is above 1 and was cut: a surface cannot reflect more than it gets",
+                  material.file, material.line, keyword, material.name));
+  return {std::min(color.r, 1.0f), std::min(color.g, 1.0f), std::min(color.b, 1.0f)};
+}
+
+std::string_view illum_name(int illum) {
+  switch (illum) {
+    case 2:
+      return " (highlight)";
+    case 10:
+      return " (holdout)";
+    case 11:
+      return " (metal)";
+    case 12:
+      return " (absorbing glass)";
+    case 13:
+    case 14:
+      return " (scattering)";
+    default:
+      return "";
+  }
+}
+
+/// Whether Ka means emission, and a notice of what was assumed where it could be doubted.
+bool ka_emits(const std::vector<MtlMaterial>& materials, KaMeaning meaning, std::vector<std::string>& notices) {
+  const auto lit_ka = [](const MtlMaterial& m) { return is_lit(m.ka); };
+  const auto lit_ke = [](const MtlMaterial& m) { return is_lit(m.ke); };
+  if (meaning != KaMeaning::automatic || std::none_of(materials.begin(), materials.end(), lit_ka)) {
+    return meaning == KaMeaning::emission;
+  }
+  if (std::any_of(materials.begin(), materials.end(), lit_ke)) {
+    notices.emplace_back("Ka was read as ambient light and left out, because materials emit by Ke");
+    return false;
+  }
+  if (std::all_of(materials.begin(), materials.end(), lit_ka)) {
+    notices.emplace_back("Ka was read as ambient light and left out, because all materials have it");
+    return false;
+  }
+  std::string names;
+  for (const MtlMaterial& material : materials) {
+    if (is_lit(material.ka)) {
+      names += (names.empty() ? "" : ", ") + material.name;
+    }
+  }
+  notices.push_back(fmt::format("Ka was read as emission, because only some materials have it: {}", names));
+  return true;
+}
+
+}  // namespace
+
+Result<std::vector<MtlMaterial>> read_mtl(std::string_view text, const std::string& file_name) {
+  StatementReader lines(text, file_name);
+  std::vector<MtlMaterial> materials;
+  std::set<std::string, std::less<>> names;
+  while (const std::optional<Statement> statement = lines.next()) {
+    if (statement->keyword == "newmtl") {
+      if (statement->rest.empty()) {
+        return lines.error("newmtl: the name of a material is expected");
+      }
+      if (!names.emplace(statement->rest).second) {
+        return lines.error("newmtl: material \"{}\" is defined twice", statement->rest);
+      }
+      materials.emplace_back();
+      materials.back().name = std::string(statement->rest);
+      materials.back().file = file_name;
+      materials.back().line = statement->line;
+    } else if (materials.empty()) {
+      return lines.error("newmtl is expected before \"{}\"", statement->keyword.substr(0, 40));
+    } else {
+      LM_RETURN_IF_ERROR(read_property(lines, *statement, materials.back()));
+    }
+  }
+  return materials;
+}
+
+std::vector<Material> map_materials(const std::vector<MtlMaterial>& materials, KaMeaning ka,
+                                    std::vector<std::string>& notices) {
+  const bool ka_is_emission = ka_emits(materials, ka, notices);
+  std::vector<Material> out;
+  for (const MtlMaterial& material : materials) {
+    Material mapped;
+    mapped.name = material.name;
+    if (is_lit(material.ke)) {
+      mapped.emission = *material.ke;
+    } else if (ka_is_emission && is_lit(material.ka)) {
+      mapped.emission = *material.ka;
+    }
+    mapped.two_sided_emission = mapped.emission != RgbColor{};
+    const int illum = material.illum.value_or(1);
+    if (illum == 3) {
+      mapped.kind =
+          MirrorMaterial{is_lit(material.ks) ? cut_to_one(material, "Ks", *material.ks, notices) : RgbColor{1, 1, 1}};
+    } else if (illum == 4) {
+      mapped.kind = DielectricMaterial{material.ior.value_or(1.5)};
+    } else {
+      const RgbColor fallback = mapped.two_sided_emission ? RgbColor{} : RgbColor{0.5f, 0.5f, 0.5f};
+      mapped.kind = DiffuseMaterial{cut_to_one(material, "Kd", material.kd.value_or(fallback), notices)};
+      if ((illum == 2 && is_lit(material.ks)) || illum > 4) {
+        notices.push_back(fmt::format("left out: {}:{}: illum {}{} of material \"{}\"; it is rendered as diffuse",
+                                      material.file, material.line, illum, illum_name(illum), material.name));
+      }
+    }
+    for (const std::string& keyword : material.unused) {
+      notices.push_back(
+          fmt::format("left out: {}:{}: {} of material \"{}\"", material.file, material.line, keyword, material.name));
+    }
+    out.push_back(std::move(mapped));
+  }
+  return out;
+}
+
+}  // namespace lightmill

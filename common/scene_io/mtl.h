@@ -1,0 +1,40 @@
+// Wavefront MTL: materials, mapped to what the renderer has, with a notice for all that is left out.
+#pragma once
+
+#include <array>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "common/base/status.h"
+#include "common/scene/document.h"
+
+namespace lightmill {
+
+/// A material as the file has it; what is absent was not said.
+struct MtlMaterial {
+  std::string name;
+  std::string file;  ///< that defined it, for messages
+  int line = 0;
+  std::optional<RgbColor> ka, kd, ks, ke;
+  std::optional<double> ior;  ///< Ni
+  std::optional<int> illum;
+  std::vector<std::string> unused;  ///< keywords that mean something which is not rendered
+};
+
+/// Reads an MTL file. Errors read "box.mtl:12: what is wrong, what is expected".
+Result<std::vector<MtlMaterial>> read_mtl(std::string_view text, const std::string& file_name);
+
+/// How Ka is read: as emission, as the ambient light that other programs mean (ignored), or by looking at the
+/// materials: Ka emits only where some have one that is not black, some do not, and no Ke that is not black appears.
+enum class KaMeaning { automatic, emission, ambient };
+
+/// Maps the materials that are rendered together. Emission is two-sided; Ke wins over Ka. illum 0, 1 or none: diffuse
+/// with Kd (grey .5 if absent; black if absent on a lamp); 3: mirror with Ks (white if absent or black); 4: glass with
+/// Ni (1.5 if absent); all others: diffuse, with a notice. Colours above 1 are cut, with a notice. What was assumed of
+/// Ka is a notice too.
+std::vector<Material> map_materials(const std::vector<MtlMaterial>& materials, KaMeaning ka,
+                                    std::vector<std::string>& notices);
+
+}  // namespace lightmill

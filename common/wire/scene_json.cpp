@@ -1,0 +1,64 @@
+#include "common/wire/scene_json.h"
+
+#include "common/wire/json_reader.h"
+#include "lightmill/v1/scene.pb.h"
+
+namespace lightmill {
+
+std::string SourceMap::place_of_offset(std::size_t offset) const {
+  const std::string_view before = std::string_view(text_).substr(0, offset);
+  const auto line = 1 + std::count(before.begin(), before.end(), '\n');
+  const std::size_t line_start = before.rfind('\n') + 1;  // npos + 1 is 0: the first line
+  return fmt::format("{}:{}:{}", file_name_, line, before.size() - line_start + 1);
+}
+
+std::string SourceMap::place(std::string_view field_path) const {
+  for (;;) {
+    if (const auto found = offsets_.find(field_path); found != offsets_.end()) {
+      return place_of_offset(found->second);
+    }
+    if (field_path.empty()) {
+      return file_name_;
+    }
+    const std::size_t cut = field_path.find_last_of(".[");
+    field_path = field_path.substr(0, cut == std::string_view::npos ? 0 : cut);
+  }
+}
+
+Status SourceMap::located(const Status& status) const {
+  if (status.ok()) {
+    return status;
+  }
+  const std::string message = message_of(status);
+  return with_context(status, place(std::string_view(message).substr(0, message.find(": "))));
+}
+
+Result<SceneFile> read_scene_json(std::string_view text, const std::string& file_name) {
+  SceneFile file{{}, SourceMap(file_name, text)};
+  v1::Scene message;
+  LM_RETURN_IF_ERROR(read_json(text, message, file.source));
+  Result<SceneDraft> draft = draft_from_wire(message);
+  if (!draft.ok()) {
+    return file.source.located(draft.status());
+  }
+  file.draft = *std::move(draft);
+  return file;
+}
+
+Result<Camera> read_camera_json(std::string_view text, const std::string& file_name) {
+  SourceMap source(file_name, text);
+  v1::Camera message;
+  LM_RETURN_IF_ERROR(read_json(text, message, source));
+  Result<Camera> camera = from_wire(message);
+  if (!camera.ok()) {
+    // The file is the camera itself: its fields' paths do not begin with "camera".
+    constexpr std::string_view kPrefix = "camera.";
+    const std::string text_of_error = message_of(camera.status());
+    const bool prefixed = text_of_error.starts_with(kPrefix);
+    return source.located(
+        make_error(camera.status().code(), "{}", text_of_error.substr(prefixed ? kPrefix.size() : 0)));
+  }
+  return camera;
+}
+
+}  // namespace lightmill

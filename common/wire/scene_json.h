@@ -1,0 +1,47 @@
+// Scene documents as files: the JSON form of lightmill.v1.Scene, read with the place of every mistake.
+//
+// Errors read "scenes/box.json:12:7: objects[3].material: unknown material …": file, line, column (of the offending
+// value; in bytes, from 1), path of the field, what is wrong and what is expected. Beside what proto's JSON form says,
+// Vec3 and Color.Rgb may be lists of three numbers; duplicate and unknown fields, null, NaN and infinities are errors.
+#pragma once
+
+#include <map>
+#include <string>
+#include <string_view>
+
+#include "common/base/status.h"
+#include "common/wire/scene_proto.h"
+
+namespace lightmill {
+
+/// Where the fields of a document stand in its file.
+class SourceMap {
+ public:
+  SourceMap() = default;
+  SourceMap(std::string file_name, std::string_view text) : file_name_(std::move(file_name)), text_(text) {}
+
+  void add(std::string field_path, std::size_t offset) { offsets_.emplace(std::move(field_path), offset); }
+  /// "file:line:column" of a field, or of the innermost field around it that stands in the file.
+  std::string place(std::string_view field_path) const;
+  std::string place_of_offset(std::size_t offset) const;
+  /// Puts the place before an error that begins with a field's path.
+  Status located(const Status& status) const;
+
+ private:
+  std::string file_name_;
+  std::string text_;
+  std::map<std::string, std::size_t, std::less<>> offsets_;
+};
+
+struct SceneFile {
+  SceneDraft draft;
+  SourceMap source;  ///< for errors that are found later, such as a missing mesh
+};
+
+/// Reads a scene document. `file_name` is for messages only.
+Result<SceneFile> read_scene_json(std::string_view text, const std::string& file_name);
+
+/// Reads a file that holds the JSON form of a lightmill.v1.Camera alone.
+Result<Camera> read_camera_json(std::string_view text, const std::string& file_name);
+
+}  // namespace lightmill

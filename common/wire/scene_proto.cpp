@@ -1,0 +1,356 @@
+#include "common/wire/scene_proto.h"
+
+#include <cmath>
+#include <map>
+#include <numbers>
+
+#include "common/base/check.h"
+#include "common/wire/deterministic.h"
+#include "common/wire/limits.h"
+#include "lightmill/v1/scene.pb.h"
+
+namespace lightmill {
+namespace {
+
+// ---- values → messages ----
+
+void to_wire_point(const Point3d& point, v1::Vec3* out) {
+  out->set_x(point[0]);
+  out->set_y(point[1]);
+  out->set_z(point[2]);
+}
+
+void to_wire_color(const RgbColor& color, v1::Color* out) {
+  out->mutable_rgb()->set_r(color.r);
+  out->mutable_rgb()->set_g(color.g);
+  out->mutable_rgb()->set_b(color.b);
+}
+
+v1::PixelFilter::Kind to_wire_filter(FilterKind kind) {
+  switch (kind) {
+    case FilterKind::box:
+      return v1::PixelFilter::BOX;
+    case FilterKind::tent:
+      return v1::PixelFilter::TENT;
+    case FilterKind::gaussian:
+      return v1::PixelFilter::GAUSSIAN;
+    case FilterKind::blackman_harris:
+      return v1::PixelFilter::BLACKMAN_HARRIS;
+  }
+  return v1::PixelFilter::KIND_UNSPECIFIED;
+}
+
+void to_wire_material(const Material& material, v1::Material* out) {
+  out->set_name(material.name);
+  if (const auto* diffuse = std::get_if<DiffuseMaterial>(&material.kind)) {
+    to_wire_color(diffuse->reflectance, out->mutable_diffuse()->mutable_reflectance());
+  } else if (const auto* mirror = std::get_if<MirrorMaterial>(&material.kind)) {
+    to_wire_color(mirror->reflectance, out->mutable_mirror()->mutable_reflectance());
+  } else if (const auto* glass = std::get_if<DielectricMaterial>(&material.kind)) {
+    out->mutable_dielectric()->set_ior(glass->ior);
+  }
+  if (material.emission != RgbColor{}) {
+    to_wire_color(material.emission, out->mutable_emission());
+  }
+  out->set_two_sided_emission(material.two_sided_emission);
+}
+
+void to_wire_object(const Object& object, const std::vector<Material>& materials, v1::Object* out) {
+  out->set_name(object.name);
+  out->set_material(materials[object.material].name);
+  if (const auto* mesh = std::get_if<MeshShape>(&object.shape)) {
+    out->mutable_mesh()->set_file(mesh->file);
+    out->mutable_mesh()->set_asset(mesh->asset.hex());
+  } else if (const auto* sphere = std::get_if<SphereShape>(&object.shape)) {
+    to_wire_point(sphere->center, out->mutable_sphere()->mutable_center());
+    out->mutable_sphere()->set_radius(sphere->radius);
+    out->mutable_sphere()->set_normal_inward(sphere->normal_inward);
+  }
+}
+
+// ---- messages → values ----
+
+Result<Point3d> point_from_wire(const std::string& path, bool given, const v1::Vec3& point) {
+  if (!given) {
+    return invalid_argument("{}: must be given", path);
+  }
+  return Point3d{point.x(), point.y(), point.z()};
+}
+
+Result<RgbColor> color_from_wire(const std::string& path, bool given, const v1::Color& color) {
+  if (!given) {
+    return invalid_argument("{}: must be given", path);
+  }
+  if (color.kind_case() != v1::Color::kRgb) {
+    return invalid_argument("{}: a kind of colour must be given; the kinds are rgb", path);
+  }
+  return RgbColor{color.rgb().r(), color.rgb().g(), color.rgb().b()};
+}
+
+Result<PixelFilter> filter_from_wire(const v1::PixelFilter& filter) {
+  PixelFilter out;
+  switch (filter.kind()) {
+    case v1::PixelFilter::BOX:
+      out = {FilterKind::box, 0.5};
+      break;
+    case v1::PixelFilter::TENT:
+      out = {FilterKind::tent, 1};
+      break;
+    case v1::PixelFilter::GAUSSIAN:
+      out = {FilterKind::gaussian, 1.5};
+      break;
+    case v1::PixelFilter::KIND_UNSPECIFIED:
+    case v1::PixelFilter::BLACKMAN_HARRIS:
+      out = {FilterKind::blackman_harris, 1.5};
+      break;
+    default:
+      return invalid_argument("film.filter.kind: unknown value {}", static_cast<int>(filter.kind()));
+  }
+  if (filter.has_radius_pixels()) {
+    out.radius_pixels = filter.radius_pixels();
+  }
+  return out;
+}
+
+Result<FilmSettings> film_from_wire(const v1::FilmSettings& film) {
+  FilmSettings out;
+  if (film.has_width()) {
+    out.width = film.width();
+  }
+  if (film.has_height()) {
+    out.height = film.height();
+  }
+  LM_ASSIGN_OR_RETURN(out.filter, filter_from_wire(film.filter()));
+  return out;
+}
+
+Result<Material> material_from_wire(const std::string& path, const v1::Material& material) {
+  Material out;
+  out.name = material.name();
+  if (out.name.empty()) {
+    return invalid_argument("{}.name: must not be empty", path);
+  }
+  switch (material.kind_case()) {
+    case v1::Material::kDiffuse: {
+      LM_ASSIGN_OR_RETURN(const RgbColor reflectance,
+                          color_from_wire(path + ".diffuse.reflectance", material.diffuse().has_reflectance(),
+                                          material.diffuse().reflectance()));
+      out.kind = DiffuseMaterial{reflectance};
+      break;
+    }
+    case v1::Material::kMirror: {
+      MirrorMaterial mirror;
+      if (material.mirror().has_reflectance()) {
+        LM_ASSIGN_OR_RETURN(mirror.reflectance,
+                            color_from_wire(path + ".mirror.reflectance", true, material.mirror().reflectance()));
+      }
+      out.kind = mirror;
+      break;
+    }
+    case v1::Material::kDielectric:
+      out.kind = DielectricMaterial{material.dielectric().has_ior() ? material.dielectric().ior() : 1.5};
+      break;
+    case v1::Material::KIND_NOT_SET:
+      return invalid_argument("{}: a kind of material must be given; the kinds are diffuse, mirror, dielectric", path);
+  }
+  if (material.has_emission()) {
+    LM_ASSIGN_OR_RETURN(out.emission, color_from_wire(path + ".emission", true, material.emission()));
+  }
+  out.two_sided_emission = material.two_sided_emission();
+  return out;
+}
+
+Result<std::uint32_t> material_index(const std::string& path, const std::string& name,
+                                     const std::vector<Material>& materials,
+                                     const std::map<std::string_view, std::uint32_t>& index) {
+  if (name.empty()) {
+    return invalid_argument("{}.material: must be given", path);
+  }
+  const auto found = index.find(name);
+  if (found == index.end()) {
+    return invalid_argument("{}.material: {}", path, describe_unknown_material(name, materials));
+  }
+  return found->second;
+}
+
+/// The shape of an object, and whether it may go without a material of its own.
+Status shape_from_wire(const std::string& path, const v1::Object& object, Object& out) {
+  switch (object.shape_case()) {
+    case v1::Object::kMesh: {
+      if (object.mesh().file().empty() && object.mesh().asset().empty()) {
+        return invalid_argument("{}.mesh.file: must be given", path);
+      }
+      out.shape = MeshShape{object.mesh().file(), {}};
+      return ok_status();
+    }
+    case v1::Object::kSphere: {
+      SphereShape sphere;
+      LM_ASSIGN_OR_RETURN(sphere.center, point_from_wire(path + ".sphere.center", object.sphere().has_center(),
+                                                         object.sphere().center()));
+      sphere.radius = object.sphere().radius();
+      sphere.normal_inward = object.sphere().normal_inward();
+      out.shape = sphere;
+      return ok_status();
+    }
+    case v1::Object::SHAPE_NOT_SET:
+      break;
+  }
+  return invalid_argument("{}: a shape must be given; the shapes are mesh, sphere", path);
+}
+
+Result<PointLight> light_from_wire(const std::string& path, const v1::Light& light) {
+  if (light.kind_case() != v1::Light::kPoint) {
+    return invalid_argument("{}: a kind of light must be given; the kinds are point", path);
+  }
+  PointLight out;
+  out.name = light.name();
+  LM_ASSIGN_OR_RETURN(
+      out.position, point_from_wire(path + ".point.position", light.point().has_position(), light.point().position()));
+  LM_ASSIGN_OR_RETURN(out.intensity, color_from_wire(path + ".point.intensity", light.point().has_intensity(),
+                                                     light.point().intensity()));
+  return out;
+}
+
+Status check_counts(const v1::Scene& scene) {
+  for (const auto& [field, count] : {std::pair{"materials", scene.materials_size()},
+                                     {"objects", scene.objects_size()},
+                                     {"lights", scene.lights_size()}}) {
+    if (static_cast<std::size_t>(count) > kMaxSceneEntries) {
+      return invalid_argument("{}: at most {} are possible, got {}", field, kMaxSceneEntries, count);
+    }
+  }
+  return ok_status();
+}
+
+Status draft_objects(const v1::Scene& scene, SceneDraft& draft) {
+  std::map<std::string_view, std::uint32_t> index;
+  for (std::size_t i = 0; i < draft.scene.materials.size(); ++i) {
+    index.emplace(draft.scene.materials[i].name, static_cast<std::uint32_t>(i));
+  }
+  for (int i = 0; i < scene.objects_size(); ++i) {
+    const v1::Object& object = scene.objects(i);
+    const std::string path = fmt::format("objects[{}]", i);
+    Object out;
+    out.name = object.name();
+    LM_RETURN_IF_ERROR(shape_from_wire(path, object, out));
+    const bool by_face = object.has_mesh() && object.material().empty();
+    if (!by_face) {
+      LM_ASSIGN_OR_RETURN(out.material, material_index(path, object.material(), draft.scene.materials, index));
+    } else if (index.empty()) {
+      return invalid_argument("{}: the faces' materials are to be found in materials, but there are none", path);
+    }
+    draft.scene.objects.push_back(std::move(out));
+    draft.material_by_face.push_back(by_face);
+  }
+  return ok_status();
+}
+
+}  // namespace
+
+void to_wire(const Scene& scene, v1::Scene* out) {
+  out->set_name(scene.name);
+  to_wire_point(scene.camera.eye, out->mutable_camera()->mutable_eye());
+  to_wire_point(scene.camera.look_at, out->mutable_camera()->mutable_look_at());
+  to_wire_point(scene.camera.up, out->mutable_camera()->mutable_up());
+  out->mutable_camera()->set_vertical_fov_degrees(scene.camera.vertical_fov_degrees);
+  out->mutable_film()->set_width(scene.film.width);
+  out->mutable_film()->set_height(scene.film.height);
+  out->mutable_film()->mutable_filter()->set_kind(to_wire_filter(scene.film.filter.kind));
+  out->mutable_film()->mutable_filter()->set_radius_pixels(scene.film.filter.radius_pixels);
+  for (const Material& material : scene.materials) {
+    to_wire_material(material, out->add_materials());
+  }
+  for (const Object& object : scene.objects) {
+    to_wire_object(object, scene.materials, out->add_objects());
+  }
+  for (const PointLight& light : scene.point_lights) {
+    v1::Light* wire = out->add_lights();
+    wire->set_name(light.name);
+    to_wire_point(light.position, wire->mutable_point()->mutable_position());
+    to_wire_color(light.intensity, wire->mutable_point()->mutable_intensity());
+  }
+}
+
+Result<Camera> from_wire(const v1::Camera& camera) {
+  Camera out;
+  LM_ASSIGN_OR_RETURN(out.eye, point_from_wire("camera.eye", camera.has_eye(), camera.eye()));
+  LM_ASSIGN_OR_RETURN(out.look_at, point_from_wire("camera.look_at", camera.has_look_at(), camera.look_at()));
+  if (camera.has_up()) {
+    out.up = {camera.up().x(), camera.up().y(), camera.up().z()};
+  }
+  switch (camera.view_case()) {
+    case v1::Camera::kVerticalFovDegrees:
+      out.vertical_fov_degrees = camera.vertical_fov_degrees();
+      break;
+    case v1::Camera::kCameraConstant:
+      if (!(camera.camera_constant() >= 1e-3 && camera.camera_constant() <= 1e6)) {
+        return invalid_argument("camera.camera_constant: must be in [0.001, 1000000], got {}",
+                                camera.camera_constant());
+      }
+      out.vertical_fov_degrees = 2 * std::atan(0.5 / camera.camera_constant()) * 180 / std::numbers::pi;
+      break;
+    case v1::Camera::VIEW_NOT_SET:
+      return invalid_argument("camera: vertical_fov_degrees or camera_constant must be given");
+  }
+  LM_RETURN_IF_ERROR(validate(out));
+  return out;
+}
+
+Result<SceneDraft> draft_from_wire(const v1::Scene& scene) {
+  LM_RETURN_IF_ERROR(check_counts(scene));
+  SceneDraft draft;
+  draft.scene.name = scene.name();
+  if (!scene.has_camera()) {
+    return invalid_argument("camera: must be given");
+  }
+  LM_ASSIGN_OR_RETURN(draft.scene.camera, from_wire(scene.camera()));
+  LM_ASSIGN_OR_RETURN(draft.scene.film, film_from_wire(scene.film()));
+  for (int i = 0; i < scene.materials_size(); ++i) {
+    LM_ASSIGN_OR_RETURN(Material material, material_from_wire(fmt::format("materials[{}]", i), scene.materials(i)));
+    draft.scene.materials.push_back(std::move(material));
+  }
+  LM_RETURN_IF_ERROR(draft_objects(scene, draft));
+  for (int i = 0; i < scene.lights_size(); ++i) {
+    LM_ASSIGN_OR_RETURN(PointLight light, light_from_wire(fmt::format("lights[{}]", i), scene.lights(i)));
+    draft.scene.point_lights.push_back(std::move(light));
+  }
+  LM_RETURN_IF_ERROR(validate(draft.scene));
+  return draft;
+}
+
+Result<Scene> from_wire(const v1::Scene& scene) {
+  LM_ASSIGN_OR_RETURN(SceneDraft draft, draft_from_wire(scene));
+  for (int i = 0; i < scene.objects_size(); ++i) {
+    if (draft.material_by_face[i]) {
+      return invalid_argument("objects[{}].material: must be given in a packed scene", i);
+    }
+    if (auto* mesh = std::get_if<MeshShape>(&draft.scene.objects[i].shape)) {
+      Result<Sha256> asset = Sha256::from_hex(scene.objects(i).mesh().asset());
+      if (!asset.ok()) {
+        return with_context(asset.status(), fmt::format("objects[{}].mesh.asset", i));
+      }
+      mesh->asset = *asset;
+    }
+  }
+  return std::move(draft.scene);
+}
+
+std::string pack_scene(const Scene& scene) {
+  LM_CHECK(validate(scene).ok(), "{}", message_of(validate(scene)));
+  v1::Scene message;
+  to_wire(scene, &message);
+  return deterministic_bytes(message);
+}
+
+Result<Scene> unpack_scene(std::string_view bytes) {
+  if (bytes.size() > kMaxSceneBytes) {
+    return resource_exhausted("a packed scene of {} bytes is more than the limit of {}", bytes.size(), kMaxSceneBytes);
+  }
+  v1::Scene message;
+  if (!parse_bytes(bytes, &message)) {
+    return invalid_argument("a packed scene of {} bytes is damaged", bytes.size());
+  }
+  return from_wire(message);
+}
+
+}  // namespace lightmill

@@ -1,0 +1,181 @@
+#include "common/scene_io/load.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <numbers>
+
+#include "common/base/file.h"
+#include "common/scene/mesh.h"
+#include "common/wire/scene_proto.h"
+
+namespace lightmill {
+namespace fs = std::filesystem;
+namespace {
+
+/// A folder of its own for each test.
+class Load : public ::testing::Test {
+ protected:
+  void SetUp() override {
+    folder_ =
+        fs::path(::testing::TempDir()) / fmt::format("lightmill-load-{}-{}", ::getpid(),
+                                                     ::testing::UnitTest::GetInstance()->current_test_info()->name());
+    fs::create_directories(folder_ / "assets");
+  }
+  void TearDown() override { fs::remove_all(folder_); }
+
+  fs::path write(const std::string& name, const std::string& text) {
+    EXPECT_TRUE(write_file_atomically(folder_ / name, as_byte_view(text)).ok());
+    return folder_ / name;
+  }
+  Result<LoadedScene> load(const std::vector<fs::path>& paths, const LoadOptions& options = {}) {
+    return load_scene(paths, options);
+  }
+  /// The error without the folder's name.
+  std::string error(const std::vector<fs::path>& paths, const LoadOptions& options = {}) {
+    const Result<LoadedScene> loaded = load(paths, options);
+    std::string text = loaded.ok() ? "no error" : message_of(loaded.status());
+    const std::string prefix = folder_.string() + "/";
+    for (std::size_t at = text.find(prefix); at != std::string::npos; at = text.find(prefix)) {
+      text.erase(at, prefix.size());
+    }
+    return text;
+  }
+  static std::string document(const std::string& objects) {
+    return R"({"camera": {"eye": [0, 0, 5], "look_at": [0, 0, 0], "camera_constant": 1},
+"materials": [{"name": "red", "mirror": {}}, {"name": "green", "mirror": {}}],
+"objects": )" +
+           objects + "}";
+  }
+
+  fs::path folder_;
+};
+
+const std::string kTriangles =
+    "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nusemtl green\nf 1 2 3\nusemtl red\nf 1 2 4\nf 1 3 4\nusemtl green\nf 2 3 4\n";
+
+Mesh mesh_of(const LoadedScene& loaded, std::size_t object) {
+  const auto& shape = std::get<MeshShape>(loaded.scene.objects[object].shape);
+  const Result<Mesh> mesh = decode_mesh(as_byte_view(loaded.assets.at(shape.asset)));
+  EXPECT_TRUE(mesh.ok()) << mesh.status();
+  return *mesh;
+}
+
+TEST_F(Load, FacesFindTheDocumentsMaterials) {
+  write("assets/a.obj", kTriangles);
+  const auto path = write("scene.json", document(R"([{"name": "thing", "mesh": {"file": "assets/a.obj"}}])"));
+  const Result<LoadedScene> loaded = load({path});
+  ASSERT_TRUE(loaded.ok()) << loaded.status();
+  ASSERT_EQ(loaded->scene.objects.size(), 2u);
+  EXPECT_EQ(loaded->scene.name, "scene");
+  EXPECT_EQ(loaded->scene.objects[0].name, "thing/green");
+  EXPECT_EQ(loaded->scene.objects[0].material, 1u);
+  EXPECT_EQ(mesh_of(*loaded, 0).triangles.size(), 2u);
+  EXPECT_EQ(loaded->scene.objects[1].material, 0u);
+  EXPECT_EQ(mesh_of(*loaded, 1).triangles.size(), 2u);
+  EXPECT_EQ(loaded->assets.size(), 2u);
+  for (const auto& [digest, bytes] : loaded->assets) {
+    EXPECT_EQ(sha256(bytes), digest);
+  }
+  EXPECT_TRUE(unpack_scene(pack_scene(loaded->scene)).ok());
+}
+
+TEST_F(Load, OneMaterialCanServeAll) {
+  write("assets/a.obj", kTriangles);
+  const auto path = write("scene.json", document(R"([{"material": "red", "mesh": {"file": "assets/a.obj"}},
+    {"material": "green", "mesh": {"file": "assets/a.obj"}}])"));
+  const Result<LoadedScene> loaded = load({path});
+  ASSERT_TRUE(loaded.ok()) << loaded.status();
+  ASSERT_EQ(loaded->scene.objects.size(), 2u);
+  EXPECT_EQ(mesh_of(*loaded, 0).triangles.size(), 4u);
+  EXPECT_EQ(loaded->scene.objects[1].material, 1u);
+  EXPECT_EQ(loaded->assets.size(), 1u);  // the same mesh twice is one asset
+}
+
+TEST_F(Load, DocumentsNeedNoEnding) {
+  write("assets/a.obj", kTriangles);
+  write("scene.json", document(R"([{"mesh": {"file": "assets/a.obj"}}])"));
+  EXPECT_TRUE(load({folder_ / "scene"}).ok());
+  EXPECT_TRUE(load({folder_ / "scene.json"}).ok());
+}
+
+TEST_F(Load, BadFilesAreNamed) {
+  EXPECT_EQ(error({folder_ / "none"}), "none: no such file");
+  EXPECT_EQ(error({folder_ / "none.json"}), "none.json: no such file");
+  EXPECT_EQ(error({folder_ / "none.obj"}), "none.obj: no such file");
+  EXPECT_EQ(error({write("a.stl", "")}), "a.stl: a scene document (.json) or Wavefront files (.obj) are expected");
+  EXPECT_EQ(error({}), "a scene document (.json) or Wavefront files (.obj) are expected, got none");
+  const auto json = write("scene.json", document(R"([{"mesh": {"file": "assets/a.obj"}}])"));
+  EXPECT_EQ(error({json, json}),
+            "one scene document or any number of .obj files are expected, got 2 files with a document");
+  EXPECT_EQ(error({json}),
+            "scene.json:3:31: objects[0].mesh.file: cannot open assets/a.obj: No such file or directory");
+  write("assets/a.obj", "v 0 0 0\n");
+  EXPECT_EQ(
+      error({json}),
+      "scene.json:3:31: objects[0].mesh.file: assets/a.obj: the mesh is empty, at least one face (f) is expected");
+  write("assets/a.obj", "v 0 0 0\nf 1 1 2\n");
+  EXPECT_EQ(
+      error({json}),
+      "scene.json:3:31: objects[0].mesh.file: assets/a.obj:2: f: index 2 is out of range, there are 1 vertices so far");
+  write("assets/a.obj", "v 0 0 0\nusemtl blue\nf 1 1 1\n");
+  EXPECT_EQ(error({json}), "assets/a.obj:2: unknown material \"blue\"; the materials are red, green");
+  write("assets/a.obj", "v 0 0 0\nf 1 1 1\n");
+  EXPECT_EQ(error({json}),
+            "scene.json:3:31: objects[0].mesh.file: assets/a.obj has faces before its first usemtl, and the object "
+            "names no material");
+}
+
+TEST_F(Load, ObjFilesBringTheirMaterials) {
+  write("a.mtl", "newmtl red\nKd 0.5 0 0\nnewmtl green\nKd 0 1 0\nKa 2 2 2\n");
+  write("b.mtl", "newmtl red\nKd 0.25 0 0\nnewmtl green\nKd 0 1 0\nKa 2 2 2\n");
+  const auto a = write("a.obj", "mtllib a.mtl\n" + kTriangles);
+  const auto b = write("b.obj", "mtllib b.mtl\n" + kTriangles);
+  const Result<LoadedScene> loaded = load({a, b});
+  ASSERT_TRUE(loaded.ok()) << loaded.status();
+  const Scene& scene = loaded->scene;
+  EXPECT_EQ(scene.name, "a+b");
+  ASSERT_EQ(scene.materials.size(), 3u);
+  EXPECT_EQ(scene.materials[0].name, "green");
+  EXPECT_EQ(scene.materials[0].emission, (RgbColor{2, 2, 2}));
+  EXPECT_TRUE(scene.materials[0].two_sided_emission);
+  EXPECT_EQ(scene.materials[1].name, "red");
+  EXPECT_EQ(scene.materials[2].name, "red (b.mtl)");
+  ASSERT_EQ(scene.objects.size(), 4u);
+  EXPECT_EQ(scene.objects[2].material, 0u);
+  EXPECT_EQ(scene.objects[3].material, 2u);
+  EXPECT_EQ(scene.camera.eye, (Point3d{277, 275, -570}));
+  EXPECT_DOUBLE_EQ(scene.camera.vertical_fov_degrees, 2 * std::atan(0.5) * 180 / std::numbers::pi);
+  EXPECT_EQ(loaded->notices,
+            std::vector<std::string>{"Ka was read as emission, because only some materials have it: green"});
+}
+
+TEST_F(Load, ObjMistakesAreNamed) {
+  EXPECT_EQ(error({write("a.obj", "mtllib none.mtl\nv 0 0 0\nf 1 1 1")}),
+            "a.obj:1: mtllib: cannot open none.mtl: No such file or directory");
+  write("a.mtl", "newmtl white\n");
+  EXPECT_EQ(error({write("a.obj", "mtllib a.mtl\nv 0 0 0\nusemtl whit\nf 1 1 1")}),
+            "a.obj:3: unknown material \"whit\"; the materials are white");
+  EXPECT_EQ(error({write("a.obj", "mtllib a.mtl\nmtllib a.mtl\nv 0 0 0\nf 1 1 1")}),
+            "a.mtl:1: newmtl: material \"white\" is defined twice");
+  const Result<LoadedScene> plain = load({write("a.obj", "v 0 0 0\nf 1 1 1")});
+  ASSERT_TRUE(plain.ok()) << plain.status();
+  ASSERT_EQ(plain->notices.size(), 1u);
+  EXPECT_NE(plain->notices[0].find("faces before the first usemtl are rendered as grey diffuse"), std::string::npos);
+}
+
+TEST_F(Load, ACameraFileReplacesTheCamera) {
+  const auto obj = write("a.obj", "v 0 0 0\nf 1 1 1");
+  LoadOptions options;
+  options.camera_file = write("camera.json", R"({"eye": [1, 2, 3], "look_at": [0, 0, 0], "vertical_fov_degrees": 20})");
+  const Result<LoadedScene> loaded = load({obj}, options);
+  ASSERT_TRUE(loaded.ok()) << loaded.status();
+  EXPECT_EQ(loaded->scene.camera.eye, (Point3d{1, 2, 3}));
+  write("camera.json", "{\"eye\": 1}");
+  EXPECT_EQ(error({obj}, options), "camera.json:1:9: eye: three numbers [x, y, z] are expected, got 1");
+  options.camera_file = folder_ / "none.json";
+  EXPECT_EQ(error({obj}, options), "cannot open none.json: No such file or directory");
+}
+
+}  // namespace
+}  // namespace lightmill

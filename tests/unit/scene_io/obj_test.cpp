@@ -1,0 +1,209 @@
+#include "common/scene_io/obj.h"
+
+#include <gtest/gtest.h>
+
+#include "common/scene_io/mtl.h"
+
+namespace lightmill {
+namespace {
+
+std::string obj_error(const std::string& text) {
+  const Result<ObjFile> file = read_obj(text, "box.obj");
+  return file.ok() ? "no error" : message_of(file.status());
+}
+
+Mesh mesh_of(const std::string& text) {
+  const Result<ObjFile> file = read_obj(text, "box.obj");
+  EXPECT_TRUE(file.ok()) << file.status();
+  std::vector<const ObjPart*> parts;
+  for (const ObjPart& part : file->parts) {
+    parts.push_back(&part);
+  }
+  const Mesh mesh = make_mesh(*file, parts);
+  EXPECT_TRUE(validate(mesh).ok()) << validate(mesh);
+  return mesh;
+}
+
+using Triangles = std::vector<std::array<std::uint32_t, 3>>;
+
+const std::string kSquare = "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\n";
+
+TEST(Obj, PolygonsAreCutIntoFans) {
+  const Mesh mesh = mesh_of(kSquare + "v -1 0.5 0\nf 1 2 3 4 5\n");
+  EXPECT_EQ(mesh.positions.size(), 5u);
+  EXPECT_EQ(mesh.triangles, (Triangles{{0, 1, 2}, {0, 2, 3}, {0, 3, 4}}));
+  EXPECT_TRUE(mesh.normals.empty());
+}
+
+TEST(Obj, CornersHaveFourForms) {
+  for (const std::string face : {"f 1 2 3", "f 1/1 2/1 3/1", "f 1//1 2//1 3//1", "f 1/1/1 2/1/1 3/1/1"}) {
+    const Mesh mesh = mesh_of(kSquare + "vt 0 0\nvn 0 0 2\n" + face);
+    EXPECT_EQ(mesh.triangles, (Triangles{{0, 1, 2}})) << face;
+    EXPECT_EQ(mesh.positions.size(), 3u) << face;
+    EXPECT_EQ(mesh.normals.size(),
+              face.find("1 2//1") != std::string::npos || face.find("/1/1") != std::string::npos ? 3u : 0u)
+        << face;
+  }
+}
+
+TEST(Obj, NegativeIndicesCountBackwards) {
+  const Mesh mesh = mesh_of(kSquare + "f -4 -3 -2\nv 5 5 5\nf -1 -5 -4\n");
+  EXPECT_EQ(mesh.positions.back(), (std::array<double, 3>{5, 5, 5}));
+  EXPECT_EQ(mesh.triangles, (Triangles{{0, 1, 2}, {3, 0, 1}}));
+}
+
+TEST(Obj, WhitespaceCommentsAndContinuationsAreUnderstood) {
+  const Mesh mesh = mesh_of(
+      "# a comment\r\n\r\nv 0 0 0 # origin\r\nv\t1 0 0 1.0\r\nv 1 1 \\\r\n 0\r\n  v +0 1e0 -0 0.5 0.5 0.5\r\nf 1 2 "
+      "\\\n 3 \\\n 4");
+  EXPECT_EQ(mesh.positions.size(), 4u);
+  EXPECT_EQ(mesh.positions[2], (std::array<double, 3>{1, 1, 0}));
+  EXPECT_EQ(mesh.triangles.size(), 2u);
+}
+
+TEST(Obj, FacesJoinTheirMaterial) {
+  const Result<ObjFile> file = read_obj(kSquare +
+                                            "mtllib a.mtl\no thing\ng one two\ns off\nusemtl red\nf 1 2 3\nusemtl pale "
+                                            "blue\nf 1 3 4\nusemtl red\nf 2 3 4\nusemtl unused\n",
+                                        "x.obj");
+  ASSERT_TRUE(file.ok()) << file.status();
+  ASSERT_EQ(file->parts.size(), 2u);
+  EXPECT_EQ(file->parts[0].material, "red");
+  EXPECT_EQ(file->parts[0].line, 9);
+  EXPECT_EQ(file->parts[0].triangles.size(), 2u);
+  EXPECT_EQ(file->parts[1].material, "pale blue");
+  ASSERT_EQ(file->libraries.size(), 1u);
+  EXPECT_EQ(file->libraries[0].file, "a.mtl");
+  EXPECT_EQ(file->libraries[0].line, 5);
+  const ObjPart* second = &file->parts[1];
+  const Mesh mesh = make_mesh(*file, std::span(&second, 1));
+  EXPECT_EQ(mesh.positions.size(), 3u);
+  EXPECT_EQ(mesh.triangles, (Triangles{{0, 1, 2}}));
+}
+
+TEST(Obj, SmoothMeshesHaveUnitNormalsEverywhere) {
+  const Mesh mesh = mesh_of(kSquare + "vn 0 3 4\nvn 0 0 0\nf 1//1 2//1 3//1\nf 1 3 4\nf 1//2 2//2 3//2\n");
+  ASSERT_EQ(mesh.normals.size(), mesh.positions.size());
+  EXPECT_EQ(mesh.normals[0], (std::array<float, 3>{0, 0.6f, 0.8f}));
+  EXPECT_EQ(mesh.normals[mesh.triangles[1][0]], (std::array<float, 3>{0, 0, 1}));
+  EXPECT_EQ(mesh.normals[mesh.triangles[2][0]], (std::array<float, 3>{0, 0, 1}));
+}
+
+TEST(Obj, WhatIsWrongIsPlaced) {
+  EXPECT_EQ(obj_error(kSquare), "box.obj: the mesh is empty, at least one face (f) is expected");
+  EXPECT_EQ(obj_error(""), "box.obj: the mesh is empty, at least one face (f) is expected");
+  EXPECT_EQ(obj_error(kSquare + "f 1 2 5"), "box.obj:5: f: index 5 is out of range, there are 4 vertices so far");
+  EXPECT_EQ(obj_error(kSquare + "f 1 2 -5"), "box.obj:5: f: index -5 is out of range, there are 4 vertices so far");
+  EXPECT_EQ(obj_error(kSquare + "f 0 1 2"), "box.obj:5: f: index 0 is out of range, there are 4 vertices so far");
+  EXPECT_EQ(obj_error(kSquare + "f 1//1 2//1 3//1"),
+            "box.obj:5: f: index 1 is out of range, there are 0 normals so far");
+  EXPECT_EQ(obj_error(kSquare + "f 1 2"), "box.obj:5: f: at least 3 corners are expected, got 2");
+  EXPECT_EQ(obj_error(kSquare + "f 1 2 x"), "box.obj:5: f: an index is expected, got \"x\"");
+  EXPECT_EQ(obj_error(kSquare + "f 1 2 3.5"), "box.obj:5: f: an index is expected, got \"3.5\"");
+  EXPECT_EQ(obj_error(kSquare + "f 1/ 2/ 3/"), "box.obj:5: f: v, v/t, v//n or v/t/n is expected, got \"1/\"");
+  EXPECT_EQ(obj_error(kSquare + "f 1/a/1 2 3"), "box.obj:5: f: an index is expected, got \"a\"");
+  EXPECT_EQ(obj_error(kSquare + "f 1 2 99999999999999999999"),
+            "box.obj:5: f: an index is expected, got \"99999999999999999999\"");
+  EXPECT_EQ(obj_error("v 1 2"), "box.obj:1: v: three numbers are expected, got 2");
+  EXPECT_EQ(obj_error("v 1 nan 2"), "box.obj:1: v: a finite number is expected, got \"nan\"");
+  EXPECT_EQ(obj_error("v 1 inf 2"), "box.obj:1: v: a finite number is expected, got \"inf\"");
+  EXPECT_EQ(obj_error("v 1 1e999 2"), "box.obj:1: v: a finite number is expected, got \"1e999\"");
+  EXPECT_EQ(obj_error("v 1 2 1e13"), "box.obj:1: v: numbers of at most 1000000000000 are expected, got 1e13");
+  EXPECT_EQ(obj_error("\n\nvn 1 2 three"), "box.obj:3: vn: a finite number is expected, got \"three\"");
+  EXPECT_EQ(obj_error("usemtl"), "box.obj:1: usemtl: the name of a material is expected");
+  EXPECT_EQ(obj_error("v 0 0 0\nvertex 1 2 3"),
+            "box.obj:2: unknown statement \"vertex\"; v, vt, vn, f, o, g, s, usemtl or mtllib is expected");
+}
+
+TEST(Obj, WhatIsLeftOutIsSaidOnce) {
+  const Result<ObjFile> file = read_obj(kSquare + "l 1 2\nl 2 3\np 1\nf 1 2 3\n", "box.obj");
+  ASSERT_TRUE(file.ok()) << file.status();
+  EXPECT_EQ(file->notices, (std::vector<std::string>{"left out: \"l\" statements of box.obj",
+                                                     "left out: \"p\" statements of box.obj"}));
+}
+
+// ---- MTL ----
+
+std::vector<Material> materials_of(const std::string& text, KaMeaning ka, std::vector<std::string>& notices) {
+  const Result<std::vector<MtlMaterial>> materials = read_mtl(text, "box.mtl");
+  EXPECT_TRUE(materials.ok()) << materials.status();
+  return map_materials(*materials, ka, notices);
+}
+
+TEST(Mtl, ModelsAreMapped) {
+  std::vector<std::string> notices;
+  const auto materials = materials_of(
+      "newmtl a\nKd 0.1 0.2 0.3\nKs 1 1 1\nNs 10\nillum 1\nnewmtl b\nillum 3\nKs 0.5 0.5 0.5\nnewmtl c\nillum "
+      "4\nnewmtl d\nNi 1.33\nillum 4\n"
+      "newmtl e\nillum 3\nnewmtl f\nnewmtl g\nKd 0.5\nillum 0\n",
+      KaMeaning::automatic, notices);
+  ASSERT_EQ(materials.size(), 7u);
+  EXPECT_EQ(std::get<DiffuseMaterial>(materials[0].kind).reflectance, (RgbColor{0.1f, 0.2f, 0.3f}));
+  EXPECT_EQ(std::get<MirrorMaterial>(materials[1].kind).reflectance, (RgbColor{0.5f, 0.5f, 0.5f}));
+  EXPECT_EQ(std::get<DielectricMaterial>(materials[2].kind).ior, 1.5);
+  EXPECT_EQ(std::get<DielectricMaterial>(materials[3].kind).ior, 1.33);
+  EXPECT_EQ(std::get<MirrorMaterial>(materials[4].kind).reflectance, (RgbColor{1, 1, 1}));
+  EXPECT_EQ(std::get<DiffuseMaterial>(materials[5].kind).reflectance, (RgbColor{0.5f, 0.5f, 0.5f}));
+  EXPECT_EQ(std::get<DiffuseMaterial>(materials[6].kind).reflectance, (RgbColor{0.5f, 0.5f, 0.5f}));
+  EXPECT_TRUE(notices.empty());
+}
+
+TEST(Mtl, KaEmitsOnlyWhereItCanMeanNothingElse) {
+  const std::string lamp_only = "newmtl white\nKd 1 1 1\nnewmtl lamp\nKa 3 2 1\n";
+  const std::string everywhere = "newmtl white\nKd 1 1 1\nKa 1 1 1\nnewmtl lamp\nKa 1 1 1\n";
+  const std::string with_ke = "newmtl white\nKd 1 1 1\nnewmtl lamp\nKa 3 2 1\nKe 9 8 7\n";
+  std::vector<std::string> notices;
+  auto materials = materials_of(lamp_only, KaMeaning::automatic, notices);
+  EXPECT_EQ(materials[0].emission, RgbColor{});
+  EXPECT_EQ(materials[1].emission, (RgbColor{3, 2, 1}));
+  EXPECT_TRUE(materials[1].two_sided_emission);
+  EXPECT_EQ(std::get<DiffuseMaterial>(materials[1].kind).reflectance, RgbColor{});
+  EXPECT_EQ(notices, std::vector<std::string>{"Ka was read as emission, because only some materials have it: lamp"});
+
+  notices.clear();
+  EXPECT_EQ(materials_of(lamp_only, KaMeaning::ambient, notices)[1].emission, RgbColor{});
+  EXPECT_TRUE(notices.empty());
+
+  materials = materials_of(everywhere, KaMeaning::automatic, notices);
+  EXPECT_EQ(materials[1].emission, RgbColor{});
+  EXPECT_FALSE(materials[1].two_sided_emission);
+  EXPECT_EQ(notices,
+            std::vector<std::string>{"Ka was read as ambient light and left out, because all materials have it"});
+  EXPECT_EQ(materials_of(everywhere, KaMeaning::emission, notices)[0].emission, (RgbColor{1, 1, 1}));
+
+  notices.clear();
+  EXPECT_EQ(materials_of(with_ke, KaMeaning::automatic, notices)[1].emission, (RgbColor{9, 8, 7}));
+  EXPECT_EQ(notices,
+            std::vector<std::string>{"Ka was read as ambient light and left out, because materials emit by Ke"});
+}
+
+TEST(Mtl, WhatIsLeftOutIsSaid) {
+  std::vector<std::string> notices;
+  const auto materials = materials_of(
+      "newmtl a\nKd 2 1 1\nmap_Kd a.png\nnewmtl b\nillum 2\nKs 1 1 1\nnewmtl c\nillum 2\nKs 0 0 0\nnewmtl d\nillum "
+      "11\n",
+      KaMeaning::automatic, notices);
+  EXPECT_EQ(std::get<DiffuseMaterial>(materials[0].kind).reflectance, (RgbColor{1, 1, 1}));
+  EXPECT_EQ(notices,
+            (std::vector<std::string>{
+                "box.mtl:1: Kd of material \"a\" is above 1 and was cut: a surface cannot reflect more than it gets",
+                "left out: box.mtl:1: map_Kd of material \"a\"",
+                "left out: box.mtl:4: illum 2 (highlight) of material \"b\"; it is rendered as diffuse",
+                "left out: box.mtl:10: illum 11 (metal) of material \"d\"; it is rendered as diffuse"}));
+}
+
+TEST(Mtl, WhatIsWrongIsPlaced) {
+  const auto error = [](const std::string& text) { return message_of(read_mtl(text, "box.mtl").status()); };
+  EXPECT_EQ(error("Kd 1 1 1"), "box.mtl:1: newmtl is expected before \"Kd\"");
+  EXPECT_EQ(error("newmtl"), "box.mtl:1: newmtl: the name of a material is expected");
+  EXPECT_EQ(error("newmtl a\nnewmtl a"), "box.mtl:2: newmtl: material \"a\" is defined twice");
+  EXPECT_EQ(error("newmtl a\nKd 1 1"), "box.mtl:2: Kd: three numbers are expected, got 2");
+  EXPECT_EQ(error("newmtl a\nKd 1 1 1 1"), "box.mtl:2: Kd: three numbers are expected, got more");
+  EXPECT_EQ(error("newmtl a\nKd 1 nan 1"), "box.mtl:2: Kd: a finite number is expected, got \"nan\"");
+  EXPECT_EQ(error("newmtl a\nKe 1 -1 1"), "box.mtl:2: Ke: numbers from 0 to 1e20 are expected, got -1");
+  EXPECT_EQ(error("newmtl a\nNi 0"), "box.mtl:2: Ni: a number in (0, 10] is expected, got \"0\"");
+  EXPECT_EQ(error("newmtl a\nillum x"), "box.mtl:2: illum: the number of an illumination model is expected, got \"x\"");
+}
+
+}  // namespace
+}  // namespace lightmill
