@@ -1,0 +1,271 @@
+// Chi-squared tests of every sampler: what `sample` draws has the density that `pdf` states.
+// 200,000 draws each; the threshold of 5 standard deviations raises a false alarm once in 3.5 million tests.
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "common/lights/light_table.h"
+#include "common/materials/dielectric.h"
+#include "common/materials/diffuse.h"
+#include "common/sampling/discrete.h"
+#include "common/sampling/filter_table.h"
+#include "common/sampling/warp.h"
+#include "tests/support/chi_squared.h"
+
+namespace lightmill {
+namespace {
+
+using test::chi_squared_z;
+using test::kChiSquaredThreshold;
+
+constexpr int kDraws = 200'000;
+
+/// Calls `draw(pair, callback)` on independent random pairs; lanes come out one by one.
+template <class Draw>
+void for_each_draw(std::uint32_t seed, Draw draw) {
+  for (int i = 0; i < kDraws; i += 8) {
+    draw(hashed_pair(U8(static_cast<std::uint32_t>(i)) + U8::lane_index(), U8(mix(seed))));
+  }
+}
+
+struct Lanes {
+  alignas(32) float v[8];
+  explicit Lanes(F8 x) { x.store(v); }
+  float operator[](int i) const { return v[i]; }
+};
+
+/// Histogram over (cos θ, φ) of directions on the sphere against a density per solid angle.
+template <class Density>
+double direction_z(std::uint32_t seed, const std::function<V8(Pair8)>& sample, Density density) {
+  constexpr int kTheta = 20, kPhi = 20, kSub = 16;
+  std::vector<double> counts(kTheta * kPhi), expected(kTheta * kPhi);
+  for_each_draw(seed, [&](Pair8 u) {
+    const V8 w = sample(u);
+    const Lanes x(w.x), y(w.y), z(w.z);
+    for (int l = 0; l < 8; ++l) {
+      EXPECT_NEAR(x[l] * x[l] + y[l] * y[l] + z[l] * z[l], 1, 1e-5);
+      double phi = std::atan2(y[l], x[l]) / (2 * M_PI);
+      phi = phi < 0 ? phi + 1 : phi;
+      const int i = std::clamp(static_cast<int>((z[l] + 1) / 2 * kTheta), 0, kTheta - 1);
+      const int j = std::clamp(static_cast<int>(phi * kPhi), 0, kPhi - 1);
+      counts[i * kPhi + j] += 1;
+    }
+  });
+  for (int i = 0; i < kTheta; ++i) {
+    for (int s = 0; s < kSub; ++s) {
+      const double z = -1 + 2 * (i + (s + 0.5) / kSub) / kTheta;
+      for (int j = 0; j < kPhi; ++j) {
+        expected[i * kPhi + j] += kDraws * density(z) * (2.0 / kTheta / kSub) * (2 * M_PI / kPhi);
+      }
+    }
+  }
+  return chi_squared_z(counts, expected);
+}
+
+TEST(Samplers, TheTestItselfFindsAWrongDensity) {
+  const double z = direction_z(1, square_to_cosine_hemisphere, [](double z) { return z > 0 ? 1 / (2 * M_PI) : 0.0; });
+  EXPECT_GT(z, 50);
+}
+
+TEST(Samplers, CosineHemisphere) {
+  const double z = direction_z(2, square_to_cosine_hemisphere, [](double z) { return std::max(z, 0.0) / M_PI; });
+  EXPECT_LT(z, kChiSquaredThreshold);
+}
+
+TEST(Samplers, DiffuseBsdfDrawsWhatItsPdfSays) {
+  const V8 white = broadcast(Vec3(0.8f));
+  const auto density = [](double z) {
+    return static_cast<double>(Lanes(diffuse::pdf_solid_angle({F8(0), F8(0), F8(static_cast<float>(z))}))[0]);
+  };
+  EXPECT_LT(direction_z(
+                3, [&](Pair8 u) { return diffuse::sample(white, u).wi; }, density),
+            kChiSquaredThreshold);
+  // weight = eval / pdf
+  for_each_draw(4, [&](Pair8 u) {
+    const BsdfSample8 s = diffuse::sample(white, u);
+    const Lanes weight(s.weight.x), pdf(s.pdf_solid_angle), eval(diffuse::eval(white, s.wi).x);
+    for (int l = 0; l < 8; ++l) {
+      ASSERT_NEAR(weight[l] * pdf[l], eval[l], 1e-6);
+    }
+  });
+}
+
+TEST(Samplers, UniformSphere) {
+  EXPECT_LT(direction_z(5, square_to_sphere, [](double) { return 1 / (4 * M_PI); }), kChiSquaredThreshold);
+}
+
+TEST(Samplers, UniformCone) {
+  for (const float one_minus_cos : {0.2f, 0.7f, 1.0f}) {
+    const double cos_max = 1 - one_minus_cos;
+    const double pdf = Lanes(cone_pdf_solid_angle(F8(one_minus_cos)))[0];
+    // Cells that the rim cuts are integrated finely by direction_z's subcells only if the rim falls between them: it
+    // does for these values (multiples of 1/160).
+    const double z = direction_z(
+        6, [&](Pair8 u) { return square_to_cone(u, F8(one_minus_cos)); },
+        [&](double z) { return z > cos_max ? pdf : 0.0; });
+    EXPECT_LT(z, kChiSquaredThreshold) << one_minus_cos;
+  }
+}
+
+TEST(Samplers, DiskAndTriangleAreUniformByArea) {
+  constexpr int kCells = 16;
+  std::vector<double> disk(kCells * kCells), triangle(kCells * kCells), flat(kCells * kCells, kDraws / 256.0);
+  for_each_draw(7, [&](Pair8 u) {
+    const Pair8 d = square_to_disk(u);
+    const Pair8 t = square_to_triangle(u);
+    const Lanes dx(d.u), dy(d.v), b1(t.u), b2(t.v);
+    for (int l = 0; l < 8; ++l) {
+      const double r2 = dx[l] * dx[l] + dy[l] * dy[l];
+      double phi = std::atan2(dy[l], dx[l]) / (2 * M_PI);
+      phi = phi < 0 ? phi + 1 : phi;
+      ASSERT_LE(r2, 1 + 1e-6);
+      disk[std::min<int>(kCells - 1, static_cast<int>(r2 * kCells)) * kCells +
+           std::min<int>(kCells - 1, static_cast<int>(phi * kCells))] += 1;
+      ASSERT_GE(b1[l], 0);
+      ASSERT_GE(b2[l], 0);
+      ASSERT_LE(b1[l] + b2[l], 1 + 1e-6);
+      // Uniform on the triangle: s = b1 + b2 has density 2s, b1/s is uniform.
+      const double s = b1[l] + b2[l];
+      const double ratio = s > 0 ? b1[l] / s : 0;
+      triangle[std::min<int>(kCells - 1, static_cast<int>(s * s * kCells)) * kCells +
+               std::min<int>(kCells - 1, static_cast<int>(ratio * kCells))] += 1;
+    }
+  });
+  EXPECT_LT(chi_squared_z(disk, flat), kChiSquaredThreshold);
+  EXPECT_LT(chi_squared_z(triangle, flat), kChiSquaredThreshold);
+}
+
+TEST(Samplers, PixelFilterOffsetsFollowTheFilter) {
+  const auto tent = [](double x) { return 1 - std::abs(x) / 1.5; };
+  const FilterTable table(1.5, tent);
+  constexpr int kCells = 60;
+  std::vector<double> counts(kCells), expected(kCells);
+  for_each_draw(8, [&](Pair8 u) {
+    const Lanes x(table.sample(u.u));
+    for (int l = 0; l < 8; ++l) {
+      ASSERT_LE(std::abs(x[l]), 1.5f);
+      counts[std::min(kCells - 1, static_cast<int>((x[l] + 1.5) / 3 * kCells))] += 1;
+    }
+  });
+  for (int i = 0; i < kCells; ++i) {
+    const double middle = -1.5 + 3 * (i + 0.5) / kCells;
+    expected[i] = kDraws * tent(middle) * (3.0 / kCells) / 1.5;
+  }
+  EXPECT_LT(chi_squared_z(counts, expected), kChiSquaredThreshold);
+}
+
+TEST(Samplers, DiscreteChoiceFollowsItsWeightsAndKeepsTheRestUniform) {
+  const std::vector<double> weights{0, 3, 0, 0, 1, 10, 0.5, 0};
+  const DiscreteDistribution distribution(weights);
+  constexpr int kRest = 10;
+  std::vector<double> counts(weights.size() * kRest), expected(weights.size() * kRest);
+  for_each_draw(9, [&](Pair8 u) {
+    const auto chosen = distribution.sample(u.u);
+    alignas(32) std::uint32_t index[8];
+    chosen.index.store(index);
+    const Lanes rest(chosen.rest);
+    for (int l = 0; l < 8; ++l) {
+      ASSERT_GE(rest[l], 0);
+      ASSERT_LT(rest[l], 1);
+      counts[index[l] * kRest + static_cast<int>(rest[l] * kRest)] += 1;
+    }
+  });
+  for (std::size_t i = 0; i < weights.size(); ++i) {
+    for (int r = 0; r < kRest; ++r) {
+      expected[i * kRest + r] = kDraws * weights[i] / 14.5 / kRest;
+    }
+  }
+  EXPECT_LT(chi_squared_z(counts, expected), kChiSquaredThreshold);
+}
+
+/// Solid angle of a triangle; Van Oosterom and Strackee 1983.
+double triangle_solid_angle(Vec3d a, Vec3d b, Vec3d c) {
+  a = glm::normalize(a);
+  b = glm::normalize(b);
+  c = glm::normalize(c);
+  return 2 * std::atan2(std::abs(glm::dot(a, glm::cross(b, c))), 1 + glm::dot(a, b) + glm::dot(b, c) + glm::dot(c, a));
+}
+
+/// The mean of 1/pdf over draws is the measure of what is sampled; the chi-squared test of the points is uniformity.
+TEST(Samplers, TriangleLightDensityIntegratesToItsSolidAngle) {
+  LightTable table;
+  const EmissiveTriangle light{{1, 2, 3}, {2, 2.5f, 3}, {1.2f, 3, 3.7f}, {1, 1, 1}, true};
+  table.add(light);
+  table.build();
+  const V8 from = broadcast(Vec3(0.3f, 0.1f, 0));
+  double sum = 0;
+  for_each_draw(10, [&](Pair8 u) {
+    const LightSample8 s = table.sample(from, F8(0.5f), u);
+    const Lanes pdf(s.pdf_solid_angle);
+    for (int l = 0; l < 8; ++l) {
+      sum += 1 / pdf[l];
+    }
+  });
+  const Vec3d o(0.3, 0.1, 0);
+  const double exact = triangle_solid_angle(Vec3d(light.p0) - o, Vec3d(light.p1) - o, Vec3d(light.p2) - o);
+  EXPECT_NEAR(sum / kDraws / exact, 1, 0.005);
+}
+
+TEST(Samplers, SphereLightFromOutsideIsUniformInItsCone) {
+  LightTable table;
+  const EmissiveSphere light{{0, 0, 4}, 2.4f, {1, 1, 1}, false, false};  // sin θmax = .6, cos θmax = .8
+  table.add(light);
+  table.build();
+  const double pdf = 1 / (2 * M_PI * 0.2);
+  const double z = direction_z(
+      11, [&](Pair8 u) { return table.sample(broadcast(Vec3(0)), F8(0.5f), u).wi; },
+      [&](double z) { return z > 0.8 ? pdf : 0.0; });
+  EXPECT_LT(z, kChiSquaredThreshold);
+  const LightSample8 s = table.sample(broadcast(Vec3(0)), F8(0.5f), {F8(0.3f), F8(0.6f)});
+  EXPECT_NEAR(Lanes(s.pdf_solid_angle)[0], pdf, 1e-4 * pdf);
+}
+
+TEST(Samplers, SphereLightFromInsideCoversAllDirections) {
+  LightTable table;
+  table.add(EmissiveSphere{{0.5f, 0, 0}, 2, {1, 1, 1}, true, false});
+  table.build();
+  double sum = 0;
+  for_each_draw(12, [&](Pair8 u) {
+    const LightSample8 s = table.sample(broadcast(Vec3(0.2f, 0.9f, -0.4f)), F8(0.5f), u);
+    const Lanes pdf(s.pdf_solid_angle);
+    EXPECT_EQ(s.valid.bits(), 255);
+    for (int l = 0; l < 8; ++l) {
+      sum += 1 / pdf[l];
+    }
+  });
+  EXPECT_NEAR(sum / kDraws / (4 * M_PI), 1, 0.01);
+}
+
+TEST(Samplers, LightsAreChosenByPower) {
+  LightTable table;
+  table.add(EmissiveTriangle{{0, 0, 5}, {0, 1, 5}, {1, 0, 5}, {2, 2, 2}, false});  // area 1/2, radiance 2: power π
+  table.add(EmissiveSphere{{3, 0, 5}, 0.5f, {1, 1, 1}, false, false});             // area π, radiance 1: power π²
+  table.add(PointEmitter{{-3, 0, 5}, {0.5f, 0.5f, 0.5f}});                         // 4π · .5 = 2π
+  table.build();
+  std::vector<double> counts(3);
+  for_each_draw(13, [&](Pair8 u) {
+    const LightSample8 s = table.sample(broadcast(Vec3(0)), u.u, {F8(0.5f), F8(0.5f)});
+    const Lanes x(s.point.x);
+    for (int l = 0; l < 8; ++l) {
+      counts[x[l] < -1 ? 2 : x[l] > 1.5f ? 1 : 0] += 1;
+    }
+  });
+  const double total = M_PI + M_PI * M_PI + 2 * M_PI;
+  const std::vector<double> expected{kDraws * M_PI / total, kDraws * M_PI * M_PI / total, kDraws * 2 * M_PI / total};
+  EXPECT_LT(chi_squared_z(counts, expected), kChiSquaredThreshold);
+}
+
+TEST(Samplers, DielectricReflectsAsOftenAsFresnelSays) {
+  for (const double degrees : {0.0, 45.0, 75.0, 85.0}) {
+    const double theta = degrees * M_PI / 180;
+    const V8 wo = broadcast(Vec3(std::sin(theta), 0, std::cos(theta)));
+    double reflected = 0;
+    for_each_draw(14, [&](Pair8 u) { reflected += 8 - dielectric::sample(wo, F8(1.5f), u.u).refracted.count(); });
+    const double f = Lanes(dielectric::fresnel(wo.z, F8(1.5f)).reflectance)[0];
+    const double z = chi_squared_z({reflected, kDraws - reflected}, {kDraws * f, kDraws * (1 - f)});
+    EXPECT_LT(z, kChiSquaredThreshold) << degrees;
+  }
+}
+
+}  // namespace
+}  // namespace lightmill

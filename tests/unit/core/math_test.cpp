@@ -1,0 +1,88 @@
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "common/math/transcendental.h"
+#include "common/math/vec.h"
+
+namespace lightmill {
+namespace {
+
+TEST(Simd, ReverseBitsReversesAll32) {
+  alignas(32) std::uint32_t in[8] = {1, 2, 0x80000000, 0xdeadbeef, 0, 0xffffffff, 0x00ff00ff, 0x12345678}, out[8];
+  reverse_bits(U8::load(in)).store(out);
+  for (int i = 0; i < 8; ++i) {
+    std::uint32_t expected = 0;
+    for (int bit = 0; bit < 32; ++bit) {
+      expected |= (in[i] >> bit & 1u) << (31 - bit);
+    }
+    EXPECT_EQ(out[i], expected);
+  }
+}
+
+TEST(Simd, CompressKeepsSetLanesInOrder) {
+  for (int mask = 0; mask < 256; ++mask) {
+    alignas(32) std::uint32_t out[8];
+    permute(U8::lane_index(), compress_order(mask)).store(out);
+    int n = 0;
+    for (std::uint32_t lane = 0; lane < 8; ++lane) {
+      if (mask >> lane & 1) {
+        EXPECT_EQ(out[n++], lane);
+      }
+    }
+  }
+}
+
+TEST(Transcendental, FloatSinCosTurnsAgreesWithTheCLibrary) {
+  double worst = 0;
+  for (int i = 0; i < 100'000; ++i) {
+    const float u = static_cast<float>(i) / 100'000.0f;
+    alignas(32) float s[8], c[8];
+    const SinCos8 r = sin_cos_turns(F8(u));
+    r.sin.store(s);
+    r.cos.store(c);
+    worst = std::max(worst, std::abs(s[0] - std::sin(2 * M_PI * static_cast<double>(u))));
+    worst = std::max(worst, std::abs(c[0] - std::cos(2 * M_PI * static_cast<double>(u))));
+  }
+  EXPECT_LT(worst, 4e-7);
+}
+
+TEST(Transcendental, DoubleFunctionsAgreeWithTheCLibrary) {
+  for (int i = -20'000; i <= 20'000; ++i) {
+    const double x = i * 0.4999;
+    EXPECT_NEAR(sin_fixed(x), std::sin(x), 2e-14) << x;
+    EXPECT_NEAR(cos_fixed(x), std::cos(x), 2e-14) << x;
+  }
+  for (int i = -157; i <= 157; ++i) {
+    const double x = i * 0.01;
+    EXPECT_NEAR(tan_fixed(x), std::tan(x), 1e-13 * (1 + std::tan(x) * std::tan(x))) << x;
+  }
+  for (int i = -700; i <= 700; ++i) {
+    EXPECT_NEAR(exp_fixed(i) / std::exp(i), 1.0, 1e-13) << i;
+  }
+}
+
+TEST(Frame, IsOrthonormalForEveryNormal) {
+  for (int i = 0; i < 2000; ++i) {
+    const double z = 1 - 2 * (i + 0.5) / 2000, phi = i * 2.399963;
+    const double r = std::sqrt(1 - z * z);
+    const V8 n = broadcast(Vec3(r * std::cos(phi), r * std::sin(phi), z));
+    const Frame8 frame(n);
+    alignas(32) float v[6][8];
+    dot(frame.s, frame.s).store(v[0]);
+    dot(frame.t, frame.t).store(v[1]);
+    dot(frame.s, frame.t).store(v[2]);
+    dot(frame.s, n).store(v[3]);
+    dot(frame.t, n).store(v[4]);
+    dot(cross(frame.s, frame.t), n).store(v[5]);
+    EXPECT_NEAR(v[0][0], 1, 1e-5);
+    EXPECT_NEAR(v[1][0], 1, 1e-5);
+    EXPECT_NEAR(v[2][0], 0, 1e-5);
+    EXPECT_NEAR(v[3][0], 0, 1e-5);
+    EXPECT_NEAR(v[4][0], 0, 1e-5);
+    EXPECT_NEAR(v[5][0], 1, 1e-5);
+  }
+}
+
+}  // namespace
+}  // namespace lightmill

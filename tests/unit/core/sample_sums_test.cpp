@@ -1,0 +1,68 @@
+#include "common/methods/sample_sums.h"
+
+#include <gtest/gtest.h>
+
+#include <random>
+
+namespace lightmill {
+namespace {
+
+std::vector<float> sample(std::uint64_t index, std::size_t pixels) {
+  std::mt19937 random(static_cast<std::uint32_t>(index));
+  std::vector<float> planes(3 * pixels);
+  for (float& v : planes) {
+    v = static_cast<float>(random()) * 1e-7f;
+  }
+  return planes;
+}
+
+Node node_of(SampleRange range, std::size_t pixels) {
+  SampleSums sums;
+  sums.start(range, pixels);
+  for (std::uint64_t i = range.first(); i < range.end(); ++i) {
+    auto planes = sample(i, pixels);
+    sums.add(planes);
+  }
+  return sums.finish();
+}
+
+Node joined(SampleRange range, std::size_t pixels) {
+  return range.level == 0 ? node_of(range, pixels)
+                          : join(joined(range.left_child(), pixels), joined(range.right_child(), pixels));
+}
+
+TEST(SampleSums, ANodeHasTheBitsOfJoiningItsOneSampleNodes) {
+  for (const SampleRange range : {SampleRange{0, 0}, {0, 5}, {1, 0}, {1, 7}, {3, 2}, {6, 1}}) {
+    EXPECT_EQ(node_of(range, 11).values, joined(range, 11).values) << range.level << " " << range.index;
+  }
+}
+
+TEST(SampleSums, AReusedOneStartsFromZero) {
+  SampleSums sums;
+  for (int repeat = 0; repeat < 2; ++repeat) {
+    for (const std::size_t pixels : {7u, 11u}) {
+      const SampleRange range{2, 3};
+      sums.start(range, pixels);
+      for (std::uint64_t i = range.first(); i < range.end(); ++i) {
+        auto planes = sample(i, pixels);
+        sums.add(planes);
+      }
+      EXPECT_EQ(sums.finish().values, node_of(range, pixels).values);
+    }
+  }
+}
+
+TEST(SampleSums, NonFiniteSamplesCountAsZeroAndAreCounted) {
+  SampleSums sums;
+  sums.start({1, 0}, 2);
+  std::vector<float> a{1, 2, std::nanf(""), 4, 5, 6};
+  std::vector<float> b{1, 1, 1, 1, std::numeric_limits<float>::infinity(), 1};
+  sums.add(a);
+  sums.add(b);
+  const Node node = sums.finish();
+  EXPECT_EQ(node.non_finite, 2u);
+  EXPECT_EQ(node.values, (std::vector<float>{0, 2, 0, 4, 0, 6, 0, 1, 0, 1, 0, 1}));
+}
+
+}  // namespace
+}  // namespace lightmill
