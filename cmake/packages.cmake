@@ -3,6 +3,10 @@ find_package(PkgConfig REQUIRED)
 find_package(Threads REQUIRED)
 find_package(Protobuf MODULE REQUIRED)  # CONFIG mode is broken in Debian 12, and must come before gRPC
 find_package(gRPC CONFIG REQUIRED)
+# gRPC brings in re2, whose -pthread spoils the shared precompiled header.
+if(TARGET re2::re2)
+  set_target_properties(re2::re2 PROPERTIES INTERFACE_COMPILE_OPTIONS "")
+endif()
 find_package(absl CONFIG REQUIRED)
 find_package(embree 3.13 CONFIG REQUIRED)
 find_package(glm CONFIG REQUIRED)

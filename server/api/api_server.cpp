@@ -1,0 +1,122 @@
+#include "server/api/api_server.h"
+
+#include <grpcpp/ext/proto_server_reflection_plugin.h>
+#include <grpcpp/grpcpp.h>
+#include <grpcpp/health_check_service_interface.h>
+
+#include <set>
+
+#include "common/base/log.h"
+#include "server/api/render_service.h"
+#include "server/api/worker_streams.h"
+
+namespace lightmill {
+namespace {
+
+/// A packed scene may have 16 MiB; everything else is small.
+constexpr int kMaxMessageBytes = 20 << 20;
+/// Calls that are under way when the server stops have so long.
+constexpr auto kStopPatience = std::chrono::seconds(2);
+/// Assets that no job names any more stay for a day: their jobs may still be on their way.
+constexpr std::int64_t kSpareAssetAgeSeconds = 24 * 60 * 60;
+
+/// Dead links are found within seconds, and clients may look for them as eagerly.
+void set_keepalive(grpc::ServerBuilder& builder) {
+  builder.AddChannelArgument(GRPC_ARG_KEEPALIVE_TIME_MS, 5'000);
+  builder.AddChannelArgument(GRPC_ARG_KEEPALIVE_TIMEOUT_MS, 3'000);
+  builder.AddChannelArgument(GRPC_ARG_KEEPALIVE_PERMIT_WITHOUT_CALLS, 1);
+  builder.AddChannelArgument(GRPC_ARG_HTTP2_MIN_RECV_PING_INTERVAL_WITHOUT_DATA_MS, 500);
+  builder.AddChannelArgument(GRPC_ARG_HTTP2_MAX_PINGS_WITHOUT_DATA, 0);
+}
+
+void forget_unused_assets(AssetStore& assets, const StoredState& state) {
+  std::set<Sha256> wanted;
+  for (const StoredState::StoredJob& job : state.jobs) {
+    const std::vector<Sha256>& named = job.record.spec.settings.assets;
+    wanted.insert(named.begin(), named.end());
+  }
+  if (const std::uint64_t freed_bytes = assets.collect(wanted, kSpareAssetAgeSeconds); freed_bytes > 0) {
+    spdlog::info("{} MiB of assets that no job needs are forgotten", freed_bytes >> 20);
+  }
+}
+
+}  // namespace
+
+/// In the order of their making; each uses only those above it, and gRPC's threads stop first.
+struct ApiServer::Parts {
+  std::unique_ptr<Store> store;
+  std::unique_ptr<AssetStore> assets;
+  std::unique_ptr<Coordinator> farm;
+  WorkerStreams workers;
+  std::unique_ptr<RenderServiceImpl> renders;
+  std::unique_ptr<FarmLoop> loop;
+  std::unique_ptr<grpc::Server> server;
+  int port = 0;
+};
+
+Result<std::unique_ptr<ApiServer>> ApiServer::start(std::unique_ptr<Store> store, std::unique_ptr<AssetStore> assets,
+                                                    const ApiOptions& options) {
+  auto parts = std::make_unique<Parts>();
+  LM_ASSIGN_OR_RETURN(StoredState state, store->load());
+  forget_unused_assets(*assets, state);
+  spdlog::info("epoch {}, {} jobs in the store", state.epoch, state.jobs.size());
+  parts->store = std::move(store);
+  parts->assets = std::move(assets);
+  const Clock& clock = system_clock();
+  parts->farm = std::make_unique<Coordinator>(options.limits, std::move(state), clock.now());
+  parts->renders = std::make_unique<RenderServiceImpl>(*parts->assets);
+  WorkerStreams& workers = parts->workers;
+  parts->loop = std::make_unique<FarmLoop>(
+      *parts->farm, *parts->store, clock,
+      FarmLoop::Handlers{[&workers](Outgoing message) { workers.send(std::move(message)); }, options.on_fatal});
+  workers.set_loop(*parts->loop);
+  parts->renders->set_loop(*parts->loop);
+
+  grpc::EnableDefaultHealthCheckService(true);
+  static std::once_flag reflection_once;
+  std::call_once(reflection_once, [] { grpc::reflection::InitProtoReflectionServerBuilderPlugin(); });
+  grpc::ServerBuilder builder;
+  builder.AddListeningPort(options.listen, grpc::InsecureServerCredentials(), &parts->port);
+  builder.RegisterService(&parts->workers);
+  builder.RegisterService(parts->renders.get());
+  builder.SetMaxReceiveMessageSize(kMaxMessageBytes);
+  // Reflection alone is served by gRPC's own threads.
+  builder.SetSyncServerOption(grpc::ServerBuilder::NUM_CQS, 1);
+  builder.SetSyncServerOption(grpc::ServerBuilder::MIN_POLLERS, 1);
+  builder.SetSyncServerOption(grpc::ServerBuilder::MAX_POLLERS, 1);
+  builder.AddChannelArgument(GRPC_ARG_ALLOW_REUSEPORT, 0);
+  set_keepalive(builder);
+  parts->server = builder.BuildAndStart();
+  if (parts->server == nullptr || parts->port == 0) {
+    (void)parts->loop->stop();
+    return unavailable("cannot listen on {}: is another lightmill-server using the port? Choose another with --listen",
+                       options.listen);
+  }
+  return std::unique_ptr<ApiServer>(new ApiServer(std::move(parts)));
+}
+
+ApiServer::ApiServer(std::unique_ptr<Parts> parts) : parts_(std::move(parts)) {}
+
+ApiServer::~ApiServer() {
+  if (parts_->server != nullptr) {
+    (void)stop();
+  }
+}
+
+int ApiServer::port() const {
+  return parts_->port;
+}
+
+Status ApiServer::stop() {
+  if (auto* health = parts_->server->GetHealthCheckService(); health != nullptr) {
+    health->SetServingStatus(false);
+  }
+  parts_->loop->stop_retrying();
+  parts_->renders->stop();
+  parts_->workers.stop();
+  parts_->server->Shutdown(std::chrono::system_clock::now() + kStopPatience);
+  parts_->server.reset();
+  return parts_->loop->stop();
+}
+
+}  // namespace lightmill

@@ -1,0 +1,43 @@
+// The coordinator on the network: store, state machine, farm thread and gRPC services, put together.
+#pragma once
+
+#include <functional>
+#include <memory>
+#include <string>
+
+#include "common/base/status.h"
+#include "server/domain/coordinator.h"
+#include "server/store/asset_store.h"
+#include "server/store/store.h"
+
+namespace lightmill {
+
+struct ApiOptions {
+  std::string listen = "127.0.0.1:7350";  ///< host:port; port 0 takes a free one
+  CoordinatorLimits limits;
+  /// The store cannot be used any more. From another thread; the server should be stopped.
+  std::function<void(const Status&)> on_fatal = [](const Status&) {};
+};
+
+/// A running coordinator.
+class ApiServer {
+ public:
+  /// Loads the store and starts to listen. UNAVAILABLE if the address cannot be bound.
+  static Result<std::unique_ptr<ApiServer>> start(std::unique_ptr<Store> store, std::unique_ptr<AssetStore> assets,
+                                                  const ApiOptions& options);
+  ~ApiServer();
+  ApiServer(const ApiServer&) = delete;
+  ApiServer& operator=(const ApiServer&) = delete;
+
+  int port() const;
+  /// Ends streams with UNAVAILABLE, answers what is under way, commits, and ends all threads. An error if something
+  /// could not be stored.
+  Status stop();
+
+ private:
+  struct Parts;
+  explicit ApiServer(std::unique_ptr<Parts> parts);
+  std::unique_ptr<Parts> parts_;
+};
+
+}  // namespace lightmill

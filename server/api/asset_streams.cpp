@@ -1,0 +1,103 @@
+// Assets in and out, in chunks.
+#include "common/wire/bytes.h"
+#include "server/api/grpc_status.h"
+#include "server/api/render_service.h"
+
+namespace lightmill {
+namespace {
+
+constexpr std::size_t kMaxChunkBytes = std::size_t{1} << 20;
+constexpr std::size_t kSentChunkBytes = std::size_t{256} << 10;
+
+/// Receives one asset. gRPC calls it one event at a time; deletes itself.
+class UploadStream final : public grpc::ServerReadReactor<v1::UploadAssetRequest> {
+ public:
+  explicit UploadStream(AssetStore& assets) : assets_(assets) { StartRead(&request_); }
+
+  void OnReadDone(bool ok) override {
+    const Status status = ok ? take() : complete();
+    if (!ok || !status.ok()) {
+      upload_.reset();
+      Finish(to_grpc(status));
+      return;
+    }
+    StartRead(&request_);
+  }
+  void OnDone() override { delete this; }
+
+ private:
+  Status take() {
+    if (upload_ == nullptr) {
+      LM_ASSIGN_OR_RETURN(const Sha256 digest, digest_from_bytes(request_.digest()));
+      LM_ASSIGN_OR_RETURN(upload_, assets_.start_upload(digest));
+    } else if (!request_.digest().empty()) {
+      return invalid_argument("digest: belongs into the first message only");
+    }
+    if (request_.chunk().size() > kMaxChunkBytes) {
+      return invalid_argument("chunk: {} bytes are more than {}", request_.chunk().size(), kMaxChunkBytes);
+    }
+    return upload_->append(as_byte_view(request_.chunk()));
+  }
+  Status complete() {
+    return upload_ == nullptr ? invalid_argument("digest: nothing was uploaded") : upload_->finish();
+  }
+
+  AssetStore& assets_;
+  v1::UploadAssetRequest request_;
+  std::unique_ptr<AssetStore::Upload> upload_;
+};
+
+/// Sends one asset. gRPC calls it one event at a time; deletes itself.
+class DownloadStream final : public grpc::ServerWriteReactor<v1::DownloadAssetResponse> {
+ public:
+  DownloadStream(AssetStore& assets, const std::string& digest_bytes) {
+    const Result<Sha256> digest = digest_from_bytes(digest_bytes);
+    if (!digest.ok()) {
+      Finish(to_grpc(with_context(digest.status(), "digest")));
+      return;
+    }
+    Result<std::unique_ptr<AssetStore::Reader>> reader = assets.open_asset(*digest);
+    if (!reader.ok()) {
+      Finish(to_grpc(reader.status()));
+      return;
+    }
+    reader_ = std::move(*reader);
+    write_next();
+  }
+
+  void OnWriteDone(bool ok) override {
+    if (ok) {
+      write_next();
+    } else {
+      Finish(grpc::Status(grpc::StatusCode::CANCELLED, "the client left"));
+    }
+  }
+  void OnDone() override { delete this; }
+
+ private:
+  void write_next() {
+    Result<std::string> chunk = reader_->next(kSentChunkBytes);
+    if (!chunk.ok() || chunk->empty()) {
+      Finish(to_grpc(chunk.status()));
+      return;
+    }
+    response_.set_chunk(std::move(*chunk));
+    StartWrite(&response_);
+  }
+
+  std::unique_ptr<AssetStore::Reader> reader_;
+  v1::DownloadAssetResponse response_;
+};
+
+}  // namespace
+
+grpc::ServerReadReactor<v1::UploadAssetRequest>* RenderServiceImpl::UploadAsset(Context*, v1::UploadAssetResponse*) {
+  return new UploadStream(assets_);
+}
+
+grpc::ServerWriteReactor<v1::DownloadAssetResponse>* RenderServiceImpl::DownloadAsset(
+    Context*, const v1::DownloadAssetRequest* request) {
+  return new DownloadStream(assets_, request->digest());
+}
+
+}  // namespace lightmill

@@ -1,0 +1,61 @@
+// The thread that makes steps durable: all that wait go into one transaction, then their messages and replies go out.
+#pragma once
+
+#include <cstddef>
+#include <functional>
+#include <thread>
+#include <vector>
+
+#include "common/base/mutex.h"
+#include "common/base/status.h"
+#include "server/domain/effects.h"
+#include "server/store/store.h"
+
+namespace lightmill {
+
+/// Answers a client once what it asked for is durable, or tells it why that failed. Called from the writer thread.
+using CommitReply = std::function<void(const Status&)>;
+
+/// Steps are committed, sent and answered in the order in which they were pushed. push() from one thread.
+///
+/// While the disk is full or failing, commits are tried again and nothing is acknowledged: the farm waits and loses
+/// nothing. Any other error of the store means damage or a bug, and on_fatal is called.
+class CommitQueue {
+ public:
+  struct Handlers {
+    std::function<void(Outgoing)> send;           ///< an after_commit message
+    std::function<void(const Status&)> on_fatal;  ///< the store cannot be used any more; called once
+  };
+  CommitQueue(Store& store, Handlers handlers);
+  ~CommitQueue();
+
+  /// Waits while kMaxQueuedWrites are queued.
+  void push(std::vector<StoreOp> writes, std::vector<Outgoing> after_commit, std::vector<CommitReply> replies);
+
+  /// From now on a failing commit is given up instead of tried again; later ones fail too.
+  void stop_retrying();
+  /// Commits what is queued and ends the thread. Returns the first error, if anything could not be stored.
+  Status stop();
+
+ private:
+  struct Batch {
+    std::vector<StoreOp> writes;
+    std::vector<Outgoing> after_commit;
+    std::vector<CommitReply> replies;
+  };
+  void run();
+  Status commit_with_retries(const std::vector<StoreOp>& writes);
+  void finish(Batch& batch, const Status& status);
+
+  Store& store_;
+  const Handlers handlers_;
+  Mutex mutex_;
+  CondVar changed_;
+  Batch queued_ LM_GUARDED_BY(mutex_);
+  bool stopping_ LM_GUARDED_BY(mutex_) = false;
+  bool retrying_ LM_GUARDED_BY(mutex_) = true;
+  Status failure_ LM_GUARDED_BY(mutex_);
+  std::thread thread_;
+};
+
+}  // namespace lightmill

@@ -1,0 +1,123 @@
+#include "server/api/farm_loop.h"
+
+#include "common/base/log.h"
+
+namespace lightmill {
+namespace {
+
+constexpr std::size_t kMaxTasks = 20'000;
+
+bool has_ended(JobState state) {
+  return state == JobState::done || state == JobState::failed || state == JobState::cancelled;
+}
+
+}  // namespace
+
+FarmLoop::FarmLoop(Coordinator& farm, Store& store, const Clock& clock, Handlers handlers)
+    : farm_(farm),
+      clock_(clock),
+      handlers_(handlers),
+      commits_(store, {handlers.send, handlers.on_fatal}),
+      thread_([this] { run(); }) {}
+
+FarmLoop::~FarmLoop() {
+  if (thread_.joinable()) {
+    (void)stop();
+  }
+}
+
+bool FarmLoop::post(Task task) {
+  const MutexLock lock(mutex_);
+  if (stopping_ || tasks_.size() >= kMaxTasks) {
+    return false;
+  }
+  tasks_.push_back(std::move(task));
+  changed_.notify_one();
+  return true;
+}
+
+void FarmLoop::post_always(Task task) {
+  const MutexLock lock(mutex_);
+  tasks_.push_back(std::move(task));
+  changed_.notify_one();
+}
+
+void FarmLoop::poke() {
+  const MutexLock lock(mutex_);
+  poked_ = true;
+  changed_.notify_one();
+}
+
+Status FarmLoop::stop() {
+  {
+    const MutexLock lock(mutex_);
+    stopping_ = true;
+    changed_.notify_one();
+  }
+  thread_.join();
+  return commits_.stop();
+}
+
+void FarmLoop::run() {
+  std::optional<Time> watchers_due;
+  for (;;) {
+    std::vector<Task> tasks;
+    bool stopping = false;
+    {
+      const MutexLock lock(mutex_);
+      while (tasks_.empty() && !poked_ && !stopping_) {
+        std::optional<Time> due = farm_.next_deadline();
+        if (watchers_due && (!due || *watchers_due < *due)) {
+          due = watchers_due;
+        }
+        if (!due) {
+          changed_.wait(mutex_);
+          continue;
+        }
+        const Duration left = *due - clock_.now();
+        if (left <= Duration::zero() ||
+            changed_.wait_until(mutex_, std::chrono::steady_clock::now() + left) == std::cv_status::timeout) {
+          break;
+        }
+      }
+      tasks.swap(tasks_);
+      poked_ = false;
+      stopping = stopping_;
+    }
+    Turn turn{farm_, watchers_, clock_.now(), clock_.unix_milliseconds(), {}, {}};
+    for (const Task& task : tasks) {
+      task(turn);
+    }
+    if (const std::optional<Time> due = farm_.next_deadline(); due && *due <= turn.now) {
+      farm_.tick(turn.now, turn.unix_ms, turn.step);
+    }
+    for (Outgoing& message : turn.step.now) {
+      handlers_.send(std::move(message));
+    }
+    for (const Note& note : turn.step.notes) {
+      spdlog::log(note.level == Note::Level::warning ? spdlog::level::warn : spdlog::level::info, "{}", note.text);
+    }
+    note_ends(turn);
+    watchers_due = watchers_.publish(farm_, turn.now);
+    commits_.push(std::move(turn.step.writes), std::move(turn.step.after_commit), std::move(turn.replies));
+    if (stopping && tasks.empty()) {
+      return;
+    }
+  }
+}
+
+/// The end of a job is shown once it is durable.
+void FarmLoop::note_ends(Turn& turn) {
+  for (const StoreOp& op : turn.step.writes) {
+    const auto* put = std::get_if<PutJob>(&op);
+    if (put != nullptr && has_ended(put->record.state) && watchers_.hold(put->record.id)) {
+      turn.replies.push_back([this, job = put->record.id](const Status& status) {
+        if (status.ok()) {
+          post_always([job](Turn& later) { later.watchers.release(job); });
+        }
+      });
+    }
+  }
+}
+
+}  // namespace lightmill

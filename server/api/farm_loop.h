@@ -1,0 +1,66 @@
+// The farm thread: the only one that touches the coordinator. It runs posted tasks one after the other, ticks, feeds
+// the watchers, and hands what is to be stored to the commit queue.
+#pragma once
+
+#include <functional>
+#include <set>
+#include <thread>
+#include <vector>
+
+#include "common/base/clock.h"
+#include "common/base/mutex.h"
+#include "server/api/commit_queue.h"
+#include "server/api/watch_hub.h"
+#include "server/domain/coordinator.h"
+
+namespace lightmill {
+
+class FarmLoop {
+ public:
+  /// What a task works with; valid during the task.
+  struct Turn {
+    Coordinator& farm;
+    WatchHub& watchers;
+    Time now;
+    std::int64_t unix_ms;
+    Step step;                         ///< filled by the coordinator
+    std::vector<CommitReply> replies;  ///< called once the step is durable
+  };
+  using Task = std::function<void(Turn&)>;
+
+  struct Handlers {
+    std::function<void(Outgoing)> send;  ///< from the farm thread and the writer thread
+    std::function<void(const Status&)> on_fatal;
+  };
+  FarmLoop(Coordinator& farm, Store& store, const Clock& clock, Handlers handlers);
+  ~FarmLoop();
+
+  /// Queues a task. False, and it will not run, when kMaxTasks wait or the loop has stopped. Thread-safe.
+  [[nodiscard]] bool post(Task task);
+  /// As post, for what must not get lost (a stream's end); such tasks are bounded by the number of streams.
+  void post_always(Task task);
+  /// Lets the watchers be looked at again. Thread-safe.
+  void poke();
+
+  void stop_retrying() { commits_.stop_retrying(); }
+  /// Runs what is queued, commits it and ends the threads. No task may be posted afterwards.
+  Status stop();
+
+ private:
+  void run();
+  void note_ends(Turn& turn);
+
+  Coordinator& farm_;
+  const Clock& clock_;
+  const Handlers handlers_;
+  CommitQueue commits_;
+  WatchHub watchers_;
+  Mutex mutex_;
+  CondVar changed_;
+  std::vector<Task> tasks_ LM_GUARDED_BY(mutex_);
+  bool poked_ LM_GUARDED_BY(mutex_) = false;
+  bool stopping_ LM_GUARDED_BY(mutex_) = false;
+  std::thread thread_;
+};
+
+}  // namespace lightmill

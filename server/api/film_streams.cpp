@@ -1,0 +1,198 @@
+// Films on their way to clients: WatchJob as they grow, GetFilm whole.
+#include "common/base/log.h"
+#include "common/film/film.h"
+#include "common/wire/bytes.h"
+#include "common/wire/farm_messages.h"
+#include "server/api/grpc_status.h"
+#include "server/api/render_service.h"
+#include "server/api/watch_registry.h"
+
+namespace lightmill {
+namespace {
+
+/// Whole films on their way; each keeps the nodes of its moment in memory.
+constexpr int kMaxFilmStreams = 64;
+std::string_view kTooMany = "too many clients fetch films or watch at once: try again";
+
+// ---- watching ----
+
+/// One watcher's stream. update and fail come from the farm thread, the On… methods from gRPC's.
+class WatchStream final : public grpc::ServerWriteReactor<v1::WatchJobResponse>,
+                          public WatchSink,
+                          public ClosableWatch,
+                          public std::enable_shared_from_this<WatchStream> {
+ public:
+  WatchStream(FarmLoop& loop, std::shared_ptr<WatchRegistry> registry) : loop_(loop), registry_(std::move(registry)) {}
+
+  bool closed() const override {
+    const MutexLock lock(mutex_);
+    return ending_;
+  }
+  bool writable() const override {
+    const MutexLock lock(mutex_);
+    return !writing_ && !ending_;
+  }
+  void offer(const WatchUpdate& update) override {
+    v1::WatchJobResponse response;
+    to_wire(update.job, response.mutable_job());
+    for (const TileSnapshot& tile : update.tiles) {
+      v1::PreviewTile* out = response.add_tiles();
+      to_wire(tile.rect, out->mutable_rect());
+      out->set_samples(tile.samples);
+      out->set_rgb(float_bytes(mean_rgb(tile)));
+    }
+    const MutexLock lock(mutex_);
+    if (ending_) {
+      return;
+    }
+    response_.Swap(&response);
+    writing_ = true;
+    last_ = update.last;
+    StartWrite(&response_);
+  }
+  void fail(const Status& status) override {
+    const MutexLock lock(mutex_);
+    end(to_grpc(status));
+  }
+  void close() override { fail(unavailable("the coordinator stops")); }
+
+  void OnWriteDone(bool ok) override {
+    {
+      const MutexLock lock(mutex_);
+      writing_ = false;
+      if (ending_) {
+        Finish(final_status_);
+        return;
+      }
+      if (!ok || last_) {
+        end(grpc::Status::OK);
+        return;
+      }
+    }
+    loop_.poke();
+  }
+  void OnCancel() override { fail(make_error(StatusCode::kCancelled, "the client left")); }
+  void OnDone() override {
+    loop_.poke();             // the hub forgets closed streams
+    registry_->remove(this);  // the last use of this object, but for the hub's
+  }
+
+ private:
+  void end(const grpc::Status& status) LM_REQUIRES(mutex_) {
+    if (ending_) {
+      return;
+    }
+    ending_ = true;
+    if (writing_) {
+      final_status_ = status;
+    } else {
+      Finish(status);
+    }
+  }
+
+  FarmLoop& loop_;
+  const std::shared_ptr<WatchRegistry> registry_;
+  mutable Mutex mutex_;
+  v1::WatchJobResponse response_ LM_GUARDED_BY(mutex_);  // unchanged while writing_
+  bool writing_ LM_GUARDED_BY(mutex_) = false;
+  bool last_ LM_GUARDED_BY(mutex_) = false;  // what is being written is the last message
+  bool ending_ LM_GUARDED_BY(mutex_) = false;
+  grpc::Status final_status_ LM_GUARDED_BY(mutex_);
+};
+
+// ---- fetching ----
+
+/// Sends one film as it was at one moment. Deletes itself.
+class FilmStream final : public grpc::ServerWriteReactor<v1::GetFilmResponse> {
+ public:
+  FilmStream() { ++count_; }
+  ~FilmStream() override { --count_; }
+  static int count() { return count_; }
+
+  /// On the farm thread.
+  void take(JobId job, const FarmLoop::Turn& turn) {
+    const Result<JobStatus> status = turn.farm.status(job, turn.now);
+    const Result<const RenderSettings*> settings = turn.farm.settings(job);
+    const Film* film = turn.farm.film(job);
+    if (!status.ok() || !settings.ok() || film == nullptr) {
+      Finish(to_grpc(status.ok() ? not_found("there is no job {}", job.value) : status.status()));
+      return;
+    }
+    const std::uint32_t tile_count = film->grid().tile_count();
+    tiles_.reserve(tile_count);
+    for (std::uint32_t i = 0; i < tile_count; ++i) {
+      tiles_.push_back(snapshot(*film, TileId{i}));
+    }
+    v1::FilmHeader* header = response_.mutable_header();
+    to_wire(*status, header->mutable_job());
+    to_wire(**settings, header->mutable_settings());
+    header->set_tile_count(tile_count);
+    StartWrite(&response_);
+  }
+  void refuse(const grpc::Status& status) { Finish(status); }
+
+  void OnWriteDone(bool ok) override {
+    if (!ok || next_ == tiles_.size()) {
+      Finish(ok ? grpc::Status::OK : grpc::Status(grpc::StatusCode::CANCELLED, "the client left"));
+      return;
+    }
+    TileSnapshot& tile = tiles_[next_++];
+    response_.Clear();
+    v1::FilmTile* out = response_.mutable_tile();
+    to_wire(tile.rect, out->mutable_rect());
+    out->set_samples(tile.samples);
+    out->set_samples_a(tile.samples_a);
+    out->set_sums(float_bytes(sums_of(tile)));
+    tile.forest.clear();
+    StartWrite(&response_);
+  }
+  void OnDone() override { delete this; }
+
+ private:
+  static std::atomic<int> count_;
+  std::vector<TileSnapshot> tiles_;
+  std::size_t next_ = 0;
+  v1::GetFilmResponse response_;
+};
+std::atomic<int> FilmStream::count_ = 0;
+
+}  // namespace
+
+std::shared_ptr<WatchRegistry> RenderServiceImpl::make_watch_registry() {
+  return std::make_shared<WatchRegistry>();
+}
+
+void RenderServiceImpl::stop() {
+  watches_->stop();
+}
+
+grpc::ServerWriteReactor<v1::WatchJobResponse>* RenderServiceImpl::WatchJob(Context*,
+                                                                            const v1::WatchJobRequest* request) {
+  auto stream = std::make_shared<WatchStream>(*loop_, watches_);
+  WatchStream* reactor = stream.get();
+  if (const Status status = watches_->add(reactor, stream); !status.ok()) {
+    // The registry has taken it all the same: it owns every stream until OnDone.
+    stream->fail(status);
+    return reactor;
+  }
+  const bool posted = loop_->post([job = JobId{request->id()}, tiles = request->tiles(), stream](FarmLoop::Turn& turn) {
+    turn.watchers.add(job, tiles, stream);
+  });
+  if (!posted) {
+    stream->fail(resource_exhausted("{}", kTooMany));
+  }
+  return reactor;
+}
+
+grpc::ServerWriteReactor<v1::GetFilmResponse>* RenderServiceImpl::GetFilm(Context*, const v1::GetFilmRequest* request) {
+  auto* stream = new FilmStream;
+  const bool posted =
+      FilmStream::count() <= kMaxFilmStreams &&
+      loop_->post([stream, job = JobId{request->id()}](FarmLoop::Turn& turn) { stream->take(job, turn); });
+  if (!posted) {
+    stream->refuse(to_grpc(resource_exhausted("{}", kTooMany)));
+  }
+  return stream;
+}
+
+}  // namespace lightmill

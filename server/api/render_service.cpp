@@ -1,0 +1,260 @@
+#include "server/api/render_service.h"
+
+#include <charconv>
+
+#include "common/base/log.h"
+#include "common/wire/bytes.h"
+#include "common/wire/farm_messages.h"
+#include "server/api/grpc_status.h"
+
+namespace lightmill {
+namespace {
+
+constexpr std::size_t kMaxDigests = 10'000;
+constexpr int kMaxPage = 1'000;
+constexpr int kDefaultPage = 100;
+
+grpc::Status busy() {
+  return grpc::Status(grpc::StatusCode::RESOURCE_EXHAUSTED, "the farm has too much to do at once: try again");
+}
+
+Result<int> page_size_of(int asked) {
+  if (asked < 0) {
+    return invalid_argument("page_size must not be negative, got {}", asked);
+  }
+  return asked == 0 ? kDefaultPage : std::min(asked, kMaxPage);
+}
+
+/// A page token of jobs is the id of the last one that was listed; empty for the first page.
+Result<std::uint64_t> last_listed(const std::string& token) {
+  if (token.empty()) {
+    return std::numeric_limits<std::uint64_t>::max();
+  }
+  std::uint64_t id = 0;
+  const auto [end, error] = std::from_chars(token.data(), token.data() + token.size(), id);
+  if (error != std::errc() || end != token.data() + token.size()) {
+    return invalid_argument("page_token '{}' is not one that this farm gave", token);
+  }
+  return id;
+}
+
+void to_wire(const WorkerStatus& worker, v1::Worker* out) {
+  out->set_name(worker.name);
+  out->set_host(worker.host);
+  out->set_pid(worker.pid);
+  out->set_threads(worker.threads);
+  out->set_fingerprint_class(worker.fingerprint_class);
+  out->set_draining(worker.draining);
+  out->set_samples_per_second(worker.samples_per_second);
+  out->set_leases(worker.leases);
+  out->set_connected_seconds(worker.connected_seconds);
+  out->set_results(worker.results);
+  out->set_leases_lost(worker.leases_lost);
+}
+
+}  // namespace
+
+/// Runs `task` on the farm thread; the task finishes the call, now or after the commit.
+RenderServiceImpl::Unary* RenderServiceImpl::on_farm(Context* context,
+                                                     std::function<void(FarmLoop::Turn&, Unary*)> task) {
+  Unary* reactor = context->DefaultReactor();
+  if (!loop_->post([reactor, task = std::move(task)](FarmLoop::Turn& turn) { task(turn, reactor); })) {
+    reactor->Finish(busy());
+  }
+  return reactor;
+}
+
+/// Changes a job and answers with its state once the change is durable.
+RenderServiceImpl::Unary* RenderServiceImpl::change_job(Context* context, v1::Job* reply,
+                                                        std::function<Result<JobId>(FarmLoop::Turn&)> change) {
+  return on_farm(context, [reply, change = std::move(change)](FarmLoop::Turn& turn, Unary* reactor) {
+    const Result<JobId> job = change(turn);
+    if (!job.ok()) {
+      reactor->Finish(to_grpc(job.status()));
+      return;
+    }
+    const Result<JobStatus> status = turn.farm.status(*job, turn.now);
+    if (!status.ok()) {
+      reactor->Finish(to_grpc(status.status()));
+      return;
+    }
+    to_wire(*status, reply);
+    turn.replies.push_back([reactor](const Status& stored) { reactor->Finish(to_grpc(stored)); });
+  });
+}
+
+// ---- assets ----
+
+RenderServiceImpl::Unary* RenderServiceImpl::FindMissingAssets(Context* context,
+                                                               const v1::FindMissingAssetsRequest* request,
+                                                               v1::FindMissingAssetsResponse* reply) {
+  Unary* reactor = context->DefaultReactor();
+  if (static_cast<std::size_t>(request->digests_size()) > kMaxDigests) {
+    reactor->Finish(
+        to_grpc(invalid_argument("digests: {} are more than the limit of {}", request->digests_size(), kMaxDigests)));
+    return reactor;
+  }
+  for (const std::string& bytes : request->digests()) {
+    const Result<Sha256> digest = digest_from_bytes(bytes);
+    if (!digest.ok()) {
+      reactor->Finish(to_grpc(with_context(digest.status(), "digests")));
+      return reactor;
+    }
+    if (!assets_.has(*digest)) {
+      reply->add_missing(bytes);
+    }
+  }
+  reactor->Finish(grpc::Status::OK);
+  return reactor;
+}
+
+// ---- jobs ----
+
+RenderServiceImpl::Unary* RenderServiceImpl::SubmitJob(Context* context, const v1::SubmitJobRequest* request,
+                                                       v1::Job* reply) {
+  Result<JobSpec> spec = from_wire(*request);
+  Status status = spec.status();
+  if (status.ok()) {
+    for (const Sha256& asset : spec->settings.assets) {
+      if (!assets_.has(asset)) {
+        status = failed_precondition("asset {} is missing: upload it first", asset.hex());
+        break;
+      }
+    }
+  }
+  if (!status.ok()) {
+    Unary* reactor = context->DefaultReactor();
+    reactor->Finish(to_grpc(status));
+    return reactor;
+  }
+  return change_job(context, reply, [spec = std::move(*spec)](FarmLoop::Turn& turn) {
+    const Result<JobId> job = turn.farm.submit(spec, turn.now, turn.unix_ms, turn.step);
+    if (job.ok()) {
+      spdlog::info("job {} '{}' of {}: {}x{} at {} samples, method {}", job->value, spec.name, spec.owner,
+                   spec.settings.width, spec.settings.height, spec.goal.samples, spec.settings.method);
+    }
+    return job;
+  });
+}
+
+RenderServiceImpl::Unary* RenderServiceImpl::GetJob(Context* context, const v1::GetJobRequest* request,
+                                                    v1::Job* reply) {
+  return on_farm(context, [id = JobId{request->id()}, reply](FarmLoop::Turn& turn, Unary* reactor) {
+    const Result<JobStatus> status = turn.farm.status(id, turn.now);
+    if (status.ok()) {
+      to_wire(*status, reply);
+    }
+    reactor->Finish(to_grpc(status.status()));
+  });
+}
+
+RenderServiceImpl::Unary* RenderServiceImpl::ListJobs(Context* context, const v1::ListJobsRequest* request,
+                                                      v1::ListJobsResponse* reply) {
+  const Result<int> size = page_size_of(request->page_size());
+  const Result<std::uint64_t> before = last_listed(request->page_token());
+  if (!size.ok() || !before.ok()) {
+    Unary* reactor = context->DefaultReactor();
+    reactor->Finish(to_grpc(size.ok() ? before.status() : size.status()));
+    return reactor;
+  }
+  return on_farm(context, [size = *size, before = *before, reply](FarmLoop::Turn& turn, Unary* reactor) {
+    for (const JobStatus& job : turn.farm.jobs(turn.now)) {
+      if (job.id.value >= before) {
+        continue;
+      }
+      if (reply->jobs_size() == size) {
+        reply->set_next_page_token(std::to_string(reply->jobs(size - 1).id()));
+        break;
+      }
+      lightmill::to_wire(job, reply->add_jobs());
+    }
+    reactor->Finish(grpc::Status::OK);
+  });
+}
+
+RenderServiceImpl::Unary* RenderServiceImpl::CancelJob(Context* context, const v1::CancelJobRequest* request,
+                                                       v1::Job* reply) {
+  return change_job(context, reply, [id = JobId{request->id()}](FarmLoop::Turn& turn) -> Result<JobId> {
+    LM_RETURN_IF_ERROR(turn.farm.cancel(id, turn.now, turn.unix_ms, turn.step));
+    return id;
+  });
+}
+
+RenderServiceImpl::Unary* RenderServiceImpl::PauseJob(Context* context, const v1::PauseJobRequest* request,
+                                                      v1::Job* reply) {
+  return change_job(context, reply, [id = JobId{request->id()}](FarmLoop::Turn& turn) -> Result<JobId> {
+    LM_RETURN_IF_ERROR(turn.farm.pause(id, turn.now, turn.step));
+    return id;
+  });
+}
+
+RenderServiceImpl::Unary* RenderServiceImpl::ResumeJob(Context* context, const v1::ResumeJobRequest* request,
+                                                       v1::Job* reply) {
+  return change_job(context, reply, [id = JobId{request->id()}](FarmLoop::Turn& turn) -> Result<JobId> {
+    LM_RETURN_IF_ERROR(turn.farm.resume(id, turn.now, turn.step));
+    return id;
+  });
+}
+
+RenderServiceImpl::Unary* RenderServiceImpl::ExtendJob(Context* context, const v1::ExtendJobRequest* request,
+                                                       v1::Job* reply) {
+  return change_job(context, reply,
+                    [id = JobId{request->id()}, samples = request->samples()](FarmLoop::Turn& turn) -> Result<JobId> {
+                      LM_RETURN_IF_ERROR(turn.farm.extend(id, samples, turn.now, turn.step));
+                      return id;
+                    });
+}
+
+RenderServiceImpl::Unary* RenderServiceImpl::DeleteJob(Context* context, const v1::DeleteJobRequest* request,
+                                                       v1::DeleteJobResponse*) {
+  return on_farm(context, [id = JobId{request->id()}](FarmLoop::Turn& turn, Unary* reactor) {
+    const Status status = turn.farm.remove(id, turn.now, turn.step);
+    if (!status.ok()) {
+      reactor->Finish(to_grpc(status));
+      return;
+    }
+    turn.replies.push_back([reactor](const Status& stored) { reactor->Finish(to_grpc(stored)); });
+  });
+}
+
+// ---- workers ----
+
+RenderServiceImpl::Unary* RenderServiceImpl::ListWorkers(Context* context, const v1::ListWorkersRequest* request,
+                                                         v1::ListWorkersResponse* reply) {
+  const Result<int> size = page_size_of(request->page_size());
+  if (!size.ok()) {
+    Unary* reactor = context->DefaultReactor();
+    reactor->Finish(to_grpc(size.status()));
+    return reactor;
+  }
+  return on_farm(context, [size = *size, after = request->page_token(), reply](FarmLoop::Turn& turn, Unary* reactor) {
+    for (const WorkerStatus& worker : turn.farm.workers(turn.now)) {
+      if (!after.empty() && worker.name <= after) {
+        continue;
+      }
+      if (reply->workers_size() == size) {
+        reply->set_next_page_token(reply->workers(size - 1).name());
+        break;
+      }
+      to_wire(worker, reply->add_workers());
+    }
+    reactor->Finish(grpc::Status::OK);
+  });
+}
+
+RenderServiceImpl::Unary* RenderServiceImpl::DrainWorker(Context* context, const v1::DrainWorkerRequest* request,
+                                                         v1::Worker* reply) {
+  return on_farm(context, [name = request->name(), reply](FarmLoop::Turn& turn, Unary* reactor) {
+    const Status status = turn.farm.drain_worker(name, turn.now, turn.step);
+    if (status.ok()) {
+      for (const WorkerStatus& worker : turn.farm.workers(turn.now)) {
+        if (worker.name == name) {
+          to_wire(worker, reply);
+        }
+      }
+    }
+    reactor->Finish(to_grpc(status));
+  });
+}
+
+}  // namespace lightmill

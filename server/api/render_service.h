@@ -1,0 +1,54 @@
+// RenderService: what clients ask. Handlers read the request, run on the farm thread, and write the reply.
+#pragma once
+
+#include <atomic>
+
+#include "lightmill/v1/render_service.grpc.pb.h"
+#include "server/api/farm_loop.h"
+#include "server/store/asset_store.h"
+
+namespace lightmill {
+
+/// Thread-safe.
+class RenderServiceImpl final : public v1::RenderService::CallbackService {
+ public:
+  explicit RenderServiceImpl(AssetStore& assets) : assets_(assets) {}
+  /// Where requests go; before the server starts.
+  void set_loop(FarmLoop& loop) { loop_ = &loop; }
+  /// Watchers are told UNAVAILABLE from now on.
+  void stop();
+
+  using Context = grpc::CallbackServerContext;
+  using Unary = grpc::ServerUnaryReactor;
+
+  Unary* FindMissingAssets(Context*, const v1::FindMissingAssetsRequest*, v1::FindMissingAssetsResponse*) override;
+  grpc::ServerReadReactor<v1::UploadAssetRequest>* UploadAsset(Context*, v1::UploadAssetResponse*) override;
+  grpc::ServerWriteReactor<v1::DownloadAssetResponse>* DownloadAsset(Context*,
+                                                                     const v1::DownloadAssetRequest*) override;
+
+  Unary* SubmitJob(Context*, const v1::SubmitJobRequest*, v1::Job*) override;
+  Unary* GetJob(Context*, const v1::GetJobRequest*, v1::Job*) override;
+  Unary* ListJobs(Context*, const v1::ListJobsRequest*, v1::ListJobsResponse*) override;
+  Unary* CancelJob(Context*, const v1::CancelJobRequest*, v1::Job*) override;
+  Unary* PauseJob(Context*, const v1::PauseJobRequest*, v1::Job*) override;
+  Unary* ResumeJob(Context*, const v1::ResumeJobRequest*, v1::Job*) override;
+  Unary* ExtendJob(Context*, const v1::ExtendJobRequest*, v1::Job*) override;
+  Unary* DeleteJob(Context*, const v1::DeleteJobRequest*, v1::DeleteJobResponse*) override;
+
+  grpc::ServerWriteReactor<v1::WatchJobResponse>* WatchJob(Context*, const v1::WatchJobRequest*) override;
+  grpc::ServerWriteReactor<v1::GetFilmResponse>* GetFilm(Context*, const v1::GetFilmRequest*) override;
+
+  Unary* ListWorkers(Context*, const v1::ListWorkersRequest*, v1::ListWorkersResponse*) override;
+  Unary* DrainWorker(Context*, const v1::DrainWorkerRequest*, v1::Worker*) override;
+
+ private:
+  Unary* on_farm(Context* context, std::function<void(FarmLoop::Turn&, Unary*)> task);
+  Unary* change_job(Context* context, v1::Job* reply, std::function<Result<JobId>(FarmLoop::Turn&)> change);
+
+  AssetStore& assets_;
+  FarmLoop* loop_ = nullptr;
+  std::shared_ptr<class WatchRegistry> watches_ = make_watch_registry();
+  static std::shared_ptr<class WatchRegistry> make_watch_registry();
+};
+
+}  // namespace lightmill

@@ -1,0 +1,103 @@
+#include "server/api/watch_hub.h"
+
+#include "common/film/film.h"
+
+namespace lightmill {
+namespace {
+
+constexpr Duration kInterval = std::chrono::milliseconds(100);
+/// Until every tile has its first sample.
+constexpr Duration kFirstRoundInterval = std::chrono::milliseconds(20);
+/// 48 KiB each: a message stays below gRPC's default limit of 4 MiB.
+constexpr std::size_t kTilesPerMessage = 40;
+
+bool has_ended(JobState state) {
+  return state == JobState::done || state == JobState::failed || state == JobState::cancelled;
+}
+
+}  // namespace
+
+void WatchHub::add(JobId job, bool with_tiles, std::shared_ptr<WatchSink> sink) {
+  watchers_.push_back({job, with_tiles, std::move(sink), 0, {}, false, Time{}});
+}
+
+bool WatchHub::hold(JobId job) {
+  for (const Watcher& watcher : watchers_) {
+    if (watcher.job == job) {
+      ++held_[job];
+      return true;
+    }
+  }
+  return false;
+}
+
+void WatchHub::release(JobId job) {
+  if (const auto at = held_.find(job); at != held_.end() && --at->second == 0) {
+    held_.erase(at);
+  }
+  for (Watcher& watcher : watchers_) {
+    if (watcher.job == job) {
+      watcher.next_time = Time{};
+    }
+  }
+}
+
+std::optional<Time> WatchHub::publish(const Coordinator& farm, Time now) {
+  std::optional<Time> wake;
+  std::erase_if(watchers_, [&](Watcher& watcher) {
+    return watcher.sink->closed() || publish_to(watcher, farm, now, wake) == Outcome::remove;
+  });
+  return wake;
+}
+
+WatchHub::Outcome WatchHub::publish_to(Watcher& watcher, const Coordinator& farm, Time now, std::optional<Time>& wake) {
+  const std::uint64_t version = farm.version(watcher.job);
+  if (version == 0) {
+    watcher.sink->fail(not_found("there is no job {}", watcher.job.value));
+    return Outcome::remove;
+  }
+  // A stream that is still writing pokes the loop when it is done.
+  if ((version == watcher.sent_version && !watcher.tiles_left) || held_.contains(watcher.job) ||
+      !watcher.sink->writable()) {
+    return Outcome::keep;
+  }
+  if (now < watcher.next_time) {
+    wake = wake ? std::min(*wake, watcher.next_time) : watcher.next_time;
+    return Outcome::keep;
+  }
+  Result<JobStatus> status = farm.status(watcher.job, now);
+  if (!status.ok()) {
+    watcher.sink->fail(status.status());
+    return Outcome::remove;
+  }
+  WatchUpdate update{std::move(*status), {}, false};
+  const Film* film = farm.film(watcher.job);
+  watcher.tiles_left = watcher.with_tiles && film != nullptr && add_tiles(watcher, *film, update);
+  watcher.sent_version = version;
+  watcher.next_time =
+      watcher.tiles_left ? now : now + (update.job.min_tile_samples > 0 ? kInterval : kFirstRoundInterval);
+  update.last = has_ended(update.job.state) && !watcher.tiles_left;
+  watcher.sink->offer(update);
+  return update.last ? Outcome::remove : Outcome::keep;
+}
+
+/// Puts as many changed tiles into the update as fit; true if some are left.
+bool WatchHub::add_tiles(Watcher& watcher, const Film& film, WatchUpdate& update) {
+  const std::uint32_t count = film.grid().tile_count();
+  watcher.sent_tiles.resize(count);
+  for (std::uint32_t i = 0; i < count; ++i) {
+    const TileId tile{i};
+    const std::uint64_t version = film.version(tile);
+    if (version == watcher.sent_tiles[i]) {
+      continue;
+    }
+    if (update.tiles.size() == kTilesPerMessage) {
+      return true;
+    }
+    watcher.sent_tiles[i] = version;
+    update.tiles.push_back(snapshot(film, tile));
+  }
+  return false;
+}
+
+}  // namespace lightmill

@@ -1,0 +1,69 @@
+// Who watches which job: decides when each watcher gets the newest state, and which tiles changed since its last
+// message.
+#pragma once
+
+#include <map>
+#include <memory>
+#include <optional>
+#include <vector>
+
+#include "common/base/clock.h"
+#include "common/base/ids.h"
+#include "common/base/status.h"
+#include "common/farm/job.h"
+#include "server/assembly/tile_snapshot.h"
+#include "server/domain/coordinator.h"
+
+namespace lightmill {
+
+/// One message for one watcher.
+struct WatchUpdate {
+  JobStatus job;
+  std::vector<TileSnapshot> tiles;
+  bool last = false;  ///< the job has ended and everything has been sent
+};
+
+/// The stream to one watcher. Thread-safe.
+class WatchSink {
+ public:
+  virtual ~WatchSink() = default;
+  virtual bool closed() const = 0;
+  /// Whether the last update has left, so that another may be offered.
+  virtual bool writable() const = 0;
+  virtual void offer(const WatchUpdate& update) = 0;
+  /// Ends the stream with an error.
+  virtual void fail(const Status& status) = 0;
+};
+
+/// Not thread-safe; belongs to the farm thread. A watcher gets the state at once, then whenever it changed: at most ten
+/// times a second, faster until every tile has its first sample, at once when the job ends. Nothing is queued: who
+/// reads slowly gets fewer, newer states.
+class WatchHub {
+ public:
+  void add(JobId job, bool with_tiles, std::shared_ptr<WatchSink> sink);
+  /// Sends what is due; returns when to call again if nothing else happens.
+  std::optional<Time> publish(const Coordinator& farm, Time now);
+
+  /// Sends nothing of the job until release: its end is not durable yet. False if nobody watches it.
+  bool hold(JobId job);
+  void release(JobId job);
+
+ private:
+  struct Watcher {
+    JobId job;
+    bool with_tiles = false;
+    std::shared_ptr<WatchSink> sink;
+    std::uint64_t sent_version = 0;
+    std::vector<std::uint64_t> sent_tiles;  ///< versions
+    bool tiles_left = false;                ///< the last message could not hold all that changed
+    Time next_time{};
+  };
+  enum class Outcome { keep, remove };
+  Outcome publish_to(Watcher& watcher, const Coordinator& farm, Time now, std::optional<Time>& wake);
+  static bool add_tiles(Watcher& watcher, const Film& film, WatchUpdate& update);
+
+  std::vector<Watcher> watchers_;
+  std::map<JobId, int> held_;  ///< ends that are being committed
+};
+
+}  // namespace lightmill

@@ -1,0 +1,66 @@
+// All streams of watchers: owns them until gRPC has done with them, bounds their number, and ends them when the server
+// stops.
+#pragma once
+
+#include <map>
+#include <memory>
+#include <vector>
+
+#include "common/base/mutex.h"
+#include "common/base/status.h"
+
+namespace lightmill {
+
+/// What the registry can do to a watcher's stream.
+class ClosableWatch {
+ public:
+  virtual ~ClosableWatch() = default;
+  /// Ends it with UNAVAILABLE. Thread-safe.
+  virtual void close() = 0;
+};
+
+/// Thread-safe.
+class WatchRegistry {
+ public:
+  static constexpr std::size_t kMaxWatchers = 1'000;
+
+  /// Owns the stream until remove, also where it answers with an error: RESOURCE_EXHAUSTED beyond kMaxWatchers,
+  /// UNAVAILABLE once stopped.
+  Status add(const void* key, std::shared_ptr<ClosableWatch> watch) {
+    const MutexLock lock(mutex_);
+    watches_.emplace(key, std::move(watch));
+    if (stopped_) {
+      return unavailable("the coordinator stops");
+    }
+    return watches_.size() > kMaxWatchers ? resource_exhausted("more than {} clients watch already", kMaxWatchers)
+                                          : ok_status();
+  }
+  void remove(const void* key) {
+    std::shared_ptr<ClosableWatch> watch;  // destroyed after the lock is released
+    const MutexLock lock(mutex_);
+    if (const auto at = watches_.find(key); at != watches_.end()) {
+      watch = std::move(at->second);
+      watches_.erase(at);
+    }
+  }
+  void stop() {
+    std::vector<std::shared_ptr<ClosableWatch>> all;
+    {
+      const MutexLock lock(mutex_);
+      stopped_ = true;
+      for (const auto& [key, watch] : watches_) {
+        all.push_back(watch);
+      }
+    }
+    for (const std::shared_ptr<ClosableWatch>& watch : all) {
+      watch->close();
+    }
+  }
+
+ private:
+  Mutex mutex_;
+  std::map<const void*, std::shared_ptr<ClosableWatch>> watches_ LM_GUARDED_BY(mutex_);
+  bool stopped_ LM_GUARDED_BY(mutex_) = false;
+};
+
+}  // namespace lightmill

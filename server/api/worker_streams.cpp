@@ -1,0 +1,248 @@
+#include "server/api/worker_streams.h"
+
+#include "common/base/log.h"
+#include "common/wire/farm_messages.h"
+#include "server/api/grpc_status.h"
+
+namespace lightmill {
+namespace {
+
+/// Messages of one worker that the farm thread has not yet seen; reading pauses beyond.
+constexpr int kWindow = 16;
+/// Messages that a worker has not yet read; its stream is ended beyond.
+constexpr std::size_t kMaxOutgoing = 4'096;
+
+/// Two acknowledgements that wait make one.
+bool join_acks(std::deque<CoordinatorMessage>& queue, CoordinatorMessage& message) {
+  auto* ack = std::get_if<ResultAck>(&message);
+  auto* last = queue.empty() ? nullptr : std::get_if<ResultAck>(&queue.back());
+  if (ack == nullptr || last == nullptr || last->keys.size() > 10'000) {
+    return false;
+  }
+  last->keys.insert(last->keys.end(), ack->keys.begin(), ack->keys.end());
+  return true;
+}
+
+/// A result must be what its worker hashed.
+Status check_hash(const WorkerMessage& message) {
+  const auto* result = std::get_if<WorkerResult>(&message);
+  if (result == nullptr) {
+    return ok_status();
+  }
+  const Hash128 actual = hash_of(result->node);
+  return actual == result->hash ? ok_status()
+                                : data_loss("a result of job {} arrived damaged: hash {} instead of {}",
+                                            result->key.job.value, actual.hex(), result->hash.hex());
+}
+
+}  // namespace
+
+/// One worker's stream; send and finish come from any thread, the On… methods from gRPC's.
+///
+/// Reads, writes and the end are started under the mutex (starting one never calls back into this object), so that
+/// nothing is started after the end. The end waits for a write under way.
+class WorkStream final : public grpc::ServerBidiReactor<v1::WorkRequest, v1::WorkResponse>,
+                         public std::enable_shared_from_this<WorkStream> {
+ public:
+  WorkStream(WorkerStreams& owner, SessionId session, grpc::CallbackServerContext* context)
+      : owner_(owner), session_(session), context_(context) {}
+
+  void read() {
+    const MutexLock lock(mutex_);
+    if (!ending_) {
+      StartRead(&request_);
+    }
+  }
+
+  void send(CoordinatorMessage message) {
+    {
+      const MutexLock lock(mutex_);
+      if (ending_) {
+        return;
+      }
+      if (!writing_) {
+        write(message);
+        return;
+      }
+      if (!join_acks(outgoing_, message)) {
+        outgoing_.push_back(std::move(message));
+      }
+      if (outgoing_.size() <= kMaxOutgoing) {
+        return;
+      }
+    }
+    spdlog::warn("session {}: the worker does not read its messages; its stream is ended", session_.value);
+    finish(grpc::Status(grpc::StatusCode::ABORTED, "the worker does not read its messages"));
+    context_->TryCancel();
+  }
+
+  void finish(const grpc::Status& status) {
+    const MutexLock lock(mutex_);
+    end(status);
+  }
+
+  void OnReadDone(bool ok) override {
+    if (!ok) {
+      finish(grpc::Status::OK);
+      return;
+    }
+    Result<WorkerMessage> message = from_wire(request_);
+    Status status = message.status();
+    if (status.ok()) {
+      status = check_hash(*message);
+    }
+    if (status.ok() && std::holds_alternative<WorkerHello>(*message) == greeted_) {
+      status = greeted_ ? invalid_argument("a second hello on one stream")
+                        : invalid_argument("the first message must be a hello");
+    }
+    if (!status.ok()) {
+      spdlog::warn("session {} ({}): {}", session_.value, peer_, message_of(status));
+      finish(to_grpc(status));
+      return;
+    }
+    greeted_ = true;
+    const bool go_on = in_flight_.fetch_add(1) + 1 < kWindow;
+    owner_.loop_->post_always([self = shared_from_this(), body = std::move(*message)](FarmLoop::Turn& turn) mutable {
+      self->deliver(std::move(body), turn);
+    });
+    if (go_on) {
+      read();
+    }
+  }
+
+  void OnWriteDone(bool ok) override {
+    const MutexLock lock(mutex_);
+    writing_ = false;
+    if (ending_) {
+      Finish(final_status_);
+    } else if (!ok || dismissed_) {
+      end(grpc::Status::OK);
+    } else if (!outgoing_.empty()) {
+      const CoordinatorMessage message = std::move(outgoing_.front());
+      outgoing_.pop_front();
+      write(message);
+    }
+  }
+
+  void OnCancel() override { finish(grpc::Status(grpc::StatusCode::CANCELLED, "the stream broke")); }
+
+  void OnDone() override {
+    if (greeted_) {
+      owner_.loop_->post_always(
+          [session = session_](FarmLoop::Turn& turn) { turn.farm.worker_disconnected(session, turn.now, turn.step); });
+    }
+    owner_.forget(session_);  // the last use of this object
+  }
+
+ private:
+  void write(const CoordinatorMessage& message) LM_REQUIRES(mutex_) {
+    writing_ = true;
+    dismissed_ = std::holds_alternative<Dismissal>(message);
+    response_.Clear();
+    to_wire(message, &response_);
+    StartWrite(&response_);
+  }
+
+  void end(const grpc::Status& status) LM_REQUIRES(mutex_) {
+    if (ending_) {
+      return;
+    }
+    ending_ = true;
+    outgoing_.clear();
+    if (writing_) {
+      final_status_ = status;
+    } else {
+      Finish(status);
+    }
+  }
+
+  /// On the farm thread.
+  void deliver(WorkerMessage message, FarmLoop::Turn& turn) {
+    if (const auto* hello = std::get_if<WorkerHello>(&message)) {
+      spdlog::info("worker {} connected from {} (host {}): {} threads, {} leases held", hello->name, peer_, hello->host,
+                   hello->threads, hello->held.size());
+      turn.farm.worker_connected(session_, *hello, turn.now, turn.step);
+    } else {
+      turn.farm.worker_message(session_, std::move(message), turn.now, turn.unix_ms, turn.step);
+    }
+    if (in_flight_.fetch_sub(1) == kWindow) {
+      read();
+    }
+  }
+
+  WorkerStreams& owner_;
+  const SessionId session_;
+  grpc::CallbackServerContext* const context_;
+  const std::string peer_ = context_->peer();
+  v1::WorkRequest request_;  // belongs to the read under way
+  bool greeted_ = false;     // touched by reads, and by OnDone after them
+  std::atomic<int> in_flight_ = 0;
+
+  Mutex mutex_;
+  v1::WorkResponse response_ LM_GUARDED_BY(mutex_);                // unchanged while writing_
+  std::deque<CoordinatorMessage> outgoing_ LM_GUARDED_BY(mutex_);  // empty unless writing_
+  bool writing_ LM_GUARDED_BY(mutex_) = false;
+  bool dismissed_ LM_GUARDED_BY(mutex_) = false;  // what is being written is the last message
+  bool ending_ LM_GUARDED_BY(mutex_) = false;
+  grpc::Status final_status_ LM_GUARDED_BY(mutex_);
+};
+
+WorkerStreams::WorkerStreams() = default;
+WorkerStreams::~WorkerStreams() = default;
+
+grpc::ServerBidiReactor<v1::WorkRequest, v1::WorkResponse>* WorkerStreams::Work(grpc::CallbackServerContext* context) {
+  std::shared_ptr<WorkStream> stream;
+  bool stopped = false;
+  {
+    const MutexLock lock(mutex_);
+    const SessionId session{next_session_++};
+    stream = std::make_shared<WorkStream>(*this, session, context);
+    streams_.emplace(session, stream);
+    stopped = stopped_;
+  }
+  if (stopped) {
+    stream->finish(grpc::Status(grpc::StatusCode::UNAVAILABLE, "the coordinator stops"));
+  } else {
+    stream->read();
+  }
+  return stream.get();
+}
+
+void WorkerStreams::send(Outgoing message) {
+  std::shared_ptr<WorkStream> stream;
+  {
+    const MutexLock lock(mutex_);
+    const auto at = streams_.find(message.to);
+    if (at == streams_.end()) {
+      return;
+    }
+    stream = at->second;
+  }
+  stream->send(std::move(message.message));
+}
+
+void WorkerStreams::stop() {
+  std::vector<std::shared_ptr<WorkStream>> streams;
+  {
+    const MutexLock lock(mutex_);
+    stopped_ = true;
+    for (const auto& [session, stream] : streams_) {
+      streams.push_back(stream);
+    }
+  }
+  for (const std::shared_ptr<WorkStream>& stream : streams) {
+    stream->finish(grpc::Status(grpc::StatusCode::UNAVAILABLE, "the coordinator stops"));
+  }
+}
+
+void WorkerStreams::forget(SessionId session) {
+  std::shared_ptr<WorkStream> stream;  // destroyed after the lock is released
+  const MutexLock lock(mutex_);
+  const auto at = streams_.find(session);
+  if (at != streams_.end()) {
+    stream = std::move(at->second);
+    streams_.erase(at);
+  }
+}
+
+}  // namespace lightmill

@@ -1,0 +1,42 @@
+// WorkerService: one bidirectional stream per worker, its messages handed to the farm thread and back.
+#pragma once
+
+#include <atomic>
+#include <map>
+#include <memory>
+
+#include "common/base/mutex.h"
+#include "lightmill/v1/worker_service.grpc.pb.h"
+#include "server/api/farm_loop.h"
+
+namespace lightmill {
+
+class WorkStream;
+
+/// Thread-safe. Each stream is one session; session ids count up from 1.
+class WorkerStreams final : public v1::WorkerService::CallbackService {
+ public:
+  WorkerStreams();
+  ~WorkerStreams() override;
+  /// Where events go; before the server starts.
+  void set_loop(FarmLoop& loop) { loop_ = &loop; }
+
+  grpc::ServerBidiReactor<v1::WorkRequest, v1::WorkResponse>* Work(grpc::CallbackServerContext* context) override;
+
+  /// Queues a message for a session's worker; nothing happens if the session is over.
+  void send(Outgoing message);
+  /// Ends all streams, and new ones at once, with UNAVAILABLE.
+  void stop();
+
+ private:
+  friend class WorkStream;
+  void forget(SessionId session);
+
+  FarmLoop* loop_ = nullptr;
+  Mutex mutex_;
+  std::map<SessionId, std::shared_ptr<WorkStream>> streams_ LM_GUARDED_BY(mutex_);
+  std::uint64_t next_session_ LM_GUARDED_BY(mutex_) = 1;
+  bool stopped_ LM_GUARDED_BY(mutex_) = false;
+};
+
+}  // namespace lightmill

@@ -1,0 +1,211 @@
+// lightmill-server: the coordinator of a farm.
+#include <CLI/CLI.hpp>
+#include <cstdlib>
+#include <iostream>
+
+#include "common/base/file.h"
+#include "common/base/log.h"
+#include "common/base/mutex.h"
+#include "common/base/signals.h"
+#include "common/farm/job.h"
+#include "server/api/api_server.h"
+#include "server/store/asset_store.h"
+#include "server/store/data_directory.h"
+#include "server/store/sqlite/sqlite_store.h"
+
+namespace lightmill {
+namespace {
+
+namespace fs = std::filesystem;
+
+struct Options {
+  std::string data;
+  std::string listen = "127.0.0.1:7350";
+  std::string port_file;
+  std::string log_level = "info";
+  std::string log_format = "text";
+  double lease_seconds = 10;
+  double heartbeat_seconds = 2;
+  double unit_seconds = 1;
+  double film_gib = 1;
+  double films_gib = 16;
+  double max_assets_gib = 64;
+  double max_asset_gib = 2;
+  std::uint32_t max_jobs = 10'000;
+  std::uint32_t max_workers = 10'000;
+};
+
+std::string default_data_directory() {
+  if (const char* xdg = std::getenv("XDG_DATA_HOME"); xdg != nullptr && *xdg == '/') {
+    return (fs::path(xdg) / "lightmill").string();
+  }
+  if (const char* home = std::getenv("HOME"); home != nullptr && *home != '\0') {
+    return (fs::path(home) / ".local" / "share" / "lightmill").string();
+  }
+  return "lightmill-data";
+}
+
+std::uint64_t gib(double value) {
+  return static_cast<std::uint64_t>(value * 1024 * 1024 * 1024);
+}
+
+/// What parse() answers: an exit code, or nothing when the server should run.
+std::optional<int> parse(int argc, char** argv, Options& options) {
+  CLI::App app{
+      "The coordinator of a Lightmill farm: takes jobs from `lightmill`, hands them out to `lightmill-worker`s, keeps "
+      "what they have rendered.\n\nStart one, then workers with --server HOST:PORT, then render with `lightmill render "
+      "SCENE`.\nStop it with Ctrl-C or SIGTERM; started again on the same directory it goes on where it was.\n",
+      "lightmill-server"};
+  app.set_version_flag("--version", fmt::format("lightmill-server {} ({})", LIGHTMILL_VERSION, kRendererVersion));
+  app.add_option("--data", options.data, "directory of all its state; made if need be")
+      ->default_str(default_data_directory());
+  app.add_option("--listen", options.listen, "address and port to listen on; port 0 takes a free one")
+      ->capture_default_str();
+  app.add_option("--port-file", options.port_file, "write the port here once clients can connect");
+  app.add_option("--log-level", options.log_level, "trace, debug, info, warn, error or off")->capture_default_str();
+  app.add_option("--log-format", options.log_format, "text, or json (one object a line)")->capture_default_str();
+  const std::string limits = "Limits";
+  app.add_option("--lease-seconds", options.lease_seconds, "a worker that is silent for so long loses its work")
+      ->check(CLI::Range(0.5, 3600.0))
+      ->capture_default_str()
+      ->group(limits);
+  app.add_option("--heartbeat-seconds", options.heartbeat_seconds, "how often workers say that they live")
+      ->check(CLI::Range(0.1, 600.0))
+      ->capture_default_str()
+      ->group(limits);
+  app.add_option("--unit-seconds", options.unit_seconds, "how long a worker should work on one unit")
+      ->check(CLI::Range(0.05, 60.0))
+      ->capture_default_str()
+      ->group(limits);
+  app.add_option("--film-gib", options.film_gib, "memory per job for nodes that are out or wait to be joined, GiB")
+      ->check(CLI::Range(0.001, 1024.0))
+      ->capture_default_str()
+      ->group(limits);
+  app.add_option("--films-gib", options.films_gib, "memory of all films together, GiB; jobs beyond are refused")
+      ->check(CLI::Range(0.001, 65536.0))
+      ->capture_default_str()
+      ->group(limits);
+  app.add_option("--max-asset-gib", options.max_asset_gib, "size of one asset, GiB")
+      ->check(CLI::Range(0.001, 1024.0))
+      ->capture_default_str()
+      ->group(limits);
+  app.add_option("--max-assets-gib", options.max_assets_gib, "disk for all assets together, GiB")
+      ->check(CLI::Range(0.001, 1e6))
+      ->capture_default_str()
+      ->group(limits);
+  app.add_option("--max-jobs", options.max_jobs, "jobs that are kept")
+      ->check(CLI::Range(1, 1'000'000))
+      ->capture_default_str()
+      ->group(limits);
+  app.add_option("--max-workers", options.max_workers, "workers that may connect")
+      ->check(CLI::Range(1, 1'000'000))
+      ->capture_default_str()
+      ->group(limits);
+  try {
+    app.parse(argc, argv);
+  } catch (const CLI::ParseError& error) {
+    return app.exit(error) == 0 ? 0 : 2;
+  }
+  if (options.data.empty()) {
+    options.data = default_data_directory();
+  }
+  if (options.heartbeat_seconds * 2 > options.lease_seconds) {
+    std::cerr << "--lease-seconds must be at least twice --heartbeat-seconds\n";
+    return 2;
+  }
+  return std::nullopt;
+}
+
+CoordinatorLimits limits_of(const Options& options) {
+  CoordinatorLimits limits;
+  limits.heartbeat_interval = from_seconds(options.heartbeat_seconds);
+  limits.lease_duration = from_seconds(options.lease_seconds);
+  limits.unit_seconds = options.unit_seconds;
+  limits.film_bytes_per_job = gib(options.film_gib);
+  limits.film_bytes = gib(options.films_gib);
+  limits.max_jobs = options.max_jobs;
+  limits.max_workers = options.max_workers;
+  return limits;
+}
+
+bool is_loopback(std::string_view listen) {
+  return listen.starts_with("127.") || listen.starts_with("localhost:") || listen.starts_with("[::1]:") ||
+         listen.starts_with("unix:");
+}
+
+/// Lets main wait for a signal or a failure.
+class StopRequest {
+ public:
+  void ask() {
+    const MutexLock lock(mutex_);
+    asked_ = true;
+    changed_.notify_all();
+  }
+  void wait() {
+    const MutexLock lock(mutex_);
+    while (!asked_) {
+      changed_.wait(mutex_);
+    }
+  }
+
+ private:
+  Mutex mutex_;
+  CondVar changed_;
+  bool asked_ LM_GUARDED_BY(mutex_) = false;
+};
+
+Status serve(const Options& options, StopRequest& stop) {
+  LM_ASSIGN_OR_RETURN(const DataDirectory data, DataDirectory::open(options.data));
+  LM_ASSIGN_OR_RETURN(std::unique_ptr<Store> store, open_sqlite_store(data.database_file()));
+  LM_ASSIGN_OR_RETURN(
+      std::unique_ptr<AssetStore> assets,
+      AssetStore::open(data.assets_folder(), {gib(options.max_asset_gib), gib(options.max_assets_gib)}));
+  ApiOptions api;
+  api.listen = options.listen;
+  api.limits = limits_of(options);
+  api.on_fatal = [&stop](const Status&) { stop.ask(); };
+  LM_ASSIGN_OR_RETURN(const std::unique_ptr<ApiServer> server,
+                      ApiServer::start(std::move(store), std::move(assets), api));
+  if (!is_loopback(options.listen)) {
+    spdlog::warn("there is no authentication: whoever reaches {} can use and stop jobs of this farm", options.listen);
+  }
+  spdlog::info("listening on {} (port {}), state in {}", options.listen, server->port(), data.path().string());
+  if (!options.port_file.empty()) {
+    LM_RETURN_IF_ERROR(write_file_atomically(options.port_file, as_byte_view(fmt::format("{}\n", server->port()))));
+  }
+  stop.wait();
+  spdlog::info("stopping");
+  return server->stop();
+}
+
+int run(int argc, char** argv) {
+  StopRequest stop;
+  const StopSignals signals([&stop](int count) {
+    if (count > 1) {
+      std::_Exit(130);
+    }
+    stop.ask();
+  });
+  Options options;
+  if (const std::optional<int> code = parse(argc, argv, options)) {
+    return *code;
+  }
+  if (const Status status = start_logging("lightmill-server", options.log_level, options.log_format); !status.ok()) {
+    std::cerr << "lightmill-server: " << message_of(status) << "\n";
+    return 2;
+  }
+  const Status status = serve(options, stop);
+  if (!status.ok()) {
+    spdlog::error("{}", message_of(status));
+    return 1;
+  }
+  spdlog::info("stopped");
+  return 0;
+}
+
+}  // namespace
+}  // namespace lightmill
+
+int main(int argc, char** argv) {
+  return lightmill::run(argc, argv);
+}
