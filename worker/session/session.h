@@ -64,6 +64,7 @@ struct ForgetJob {
 };
 /// Queue a tile for the rendering threads; report `tile_rendered`. At most 2 × threads are out.
 struct RenderTile {
+  std::uint64_t ticket = 0;  ///< to be given back with the tile
   std::shared_ptr<const JobDescription> description;
   NodeKey key;
 };
@@ -78,7 +79,7 @@ using SessionActions = std::vector<SessionAction>;
 
 /// A tile as the rendering threads give it back.
 struct RenderedTile {
-  NodeKey key;
+  std::uint64_t ticket = 0;  ///< of its RenderTile
   Node node;
   Hash128 hash;        ///< hash_of(node), taken by the thread that rendered it
   double seconds = 0;  ///< thread time
@@ -130,8 +131,8 @@ class Session {
     Unit unit;
     std::shared_ptr<const JobDescription> description;
     std::deque<TileId> queued;        ///< not handed to threads yet, in the unit's order
-    std::uint32_t rendering = 0;      ///< handed to threads
-    std::set<TileId> unacknowledged;  ///< rendered, sent, not acknowledged yet
+    std::set<TileId> rendering;       ///< handed to threads
+    std::set<TileId> unacknowledged;  ///< rendered, not acknowledged yet
     bool give_back = false;           ///< a WorkerReturn follows once nothing is rendering
   };
   struct Job {
@@ -140,7 +141,12 @@ class Session {
     State state = State::preparing;
     Time retry;  ///< when unavailable
     std::uint32_t leases = 0;
-    std::uint32_t rendering = 0;  ///< tiles handed to threads
+    bool had_lease = false;  ///< a job that has just been described waits for its lease
+  };
+  struct Rendering {
+    NodeKey key;
+    LeaseId lease;       ///< whose result it will be; may be gone by then
+    bool wanted = true;  ///< false once its job number means another job
   };
   struct Result {
     std::shared_ptr<const WorkerMessage> message;
@@ -151,21 +157,25 @@ class Session {
   void send(WorkerMessage message, SessionActions& actions);
   void describe_job(const JobDescription& description, SessionActions& actions);
   void grant_lease(const LeaseGrant& grant, SessionActions& actions);
-  void acknowledge(const ResultAck& ack, SessionActions& actions);
+  void acknowledge(const ResultAck& ack, Time now, SessionActions& actions);
   void cancel_leases(const LeaseCancel& cancel, SessionActions& actions);
   void begin_drain(bool give_back, Time now, SessionActions& actions);
-  /// Hands tiles to threads, forgets finished leases and jobs, leaves when drained.
+  /// Hands tiles to threads; gives back and leaves when drained.
   void advance(SessionActions& actions);
+  void render(Lease& lease, LeaseId id, TileId tile, SessionActions& actions);
   void erase_lease(LeaseId lease, SessionActions& actions);
+  void erase_lease_if_finished(LeaseId lease, SessionActions& actions);
+  void erase_leases_of(JobId job, SessionActions& actions);
+  void forget_job(JobId job, SessionActions& actions);
   void forget_job_if_idle(JobId job, SessionActions& actions);
   void exit(const std::string& reason, bool failed, SessionActions& actions);
-  bool rendering(const NodeKey& key) const { return rendering_.contains(key); }
 
   SessionConfig config_;
   enum class Link { down, opening, up } link_ = Link::down;
+  bool welcomed_ = false;  ///< by the coordinator, on this stream
   bool exited_ = false;
   bool draining_ = false;
-  Time drain_deadline_;
+  Time drain_deadline_;  ///< moves on with every tile rendered or acknowledged
   std::uint64_t epoch_ = 0;
   Duration heartbeat_interval_ = std::chrono::seconds(2);
   Time next_heartbeat_;
@@ -173,9 +183,11 @@ class Session {
   Time next_open_;
   std::map<LeaseId, Lease> leases_;  ///< in the order of granting
   std::map<JobId, Job> jobs_;
-  std::map<NodeKey, LeaseId> rendering_;  ///< handed to threads
-  std::map<NodeKey, Result> results_;     ///< unacknowledged
+  std::map<std::uint64_t, Rendering> rendering_;       ///< handed to threads, by ticket
+  std::map<NodeKey, std::uint64_t> rendering_ticket_;  ///< the wanted ones
+  std::map<NodeKey, Result> results_;                  ///< unacknowledged
   std::uint64_t result_bytes_ = 0;
+  std::uint64_t next_ticket_ = 1;
   std::uint64_t next_sequence_ = 0;
   std::uint64_t tiles_rendered_ = 0;
 };

@@ -1,0 +1,212 @@
+// What the coordinator holds: jobs, workers, leases, and the steps in which they change. Private to server/domain.
+//
+//   life.cpp      jobs come, start, end and come back from the store
+//   leasing.cpp   leases are given, copied, settled and lost
+//   results.cpp   results are checked and merged
+//   workers.cpp   sessions come, speak and go
+//   view.cpp      what can be seen
+#pragma once
+
+#include <list>
+#include <map>
+#include <memory>
+#include <optional>
+#include <set>
+#include <string>
+#include <unordered_map>
+#include <vector>
+
+#include "common/film/error_estimate.h"
+#include "common/film/film.h"
+#include "server/domain/coordinator.h"
+#include "server/domain/rate_meter.h"
+#include "server/scheduling/fair_queue.h"
+#include "server/scheduling/job_plan.h"
+
+namespace lightmill {
+
+/// A running mean that follows slow changes: of the first values alike, then of the last ten or so.
+class RecentMean {
+ public:
+  void add(double value) {
+    ++count_;
+    value_ += (value - value_) * std::max(1.0 / static_cast<double>(count_), 0.1);
+  }
+  bool known() const { return count_ > 0; }
+  double value() const { return value_; }  ///< 0 until known
+
+ private:
+  double value_ = 0;
+  std::uint64_t count_ = 0;
+};
+
+struct Lease {
+  LeaseId id;
+  std::string worker;
+  Unit unit;               ///< tiles ascending
+  std::vector<bool> done;  ///< by tile of the unit: covered by the film, or not wanted from this lease any more
+  std::uint32_t remaining = 0;
+  Time granted;
+  Time deadline;  ///< lost if not renewed until then
+  double expected_seconds = 0;
+  bool copy = false;
+  bool abandoned = false;  ///< its worker's stream is broken
+};
+
+/// A job as one worker sees it.
+struct WorkerJob {
+  std::uint32_t leases = 0;
+  bool describe = true;                 ///< the worker may not know the job: the next lease goes with a description
+  bool confirmed = false;               ///< a message of the worker shows that it got a lease
+  RecentMean seconds_per_pixel_sample;  ///< of one thread
+};
+
+struct Worker {
+  WorkerHello hello;  ///< without held leases
+  std::optional<SessionId> session;
+  Time connected_at;
+  bool draining = false;
+  bool silent = false;  ///< has let a lease expire and said nothing since: gets no more
+  std::set<LeaseId> leases;
+  std::uint32_t tiles_out = 0;
+  std::map<JobId, WorkerJob> jobs;
+  double unit_scale = 1;  ///< a lost lease halves it, each finished one doubles it up to 1
+  RateMeter rate;         ///< pixel samples
+  std::uint64_t results = 0, leases_lost = 0;
+  std::uint32_t bad_results = 0;
+};
+
+struct Job {
+  Job(JobRecord record, std::uint64_t budget_bytes, Time now);
+
+  JobRecord record;
+  Sha256 digest;  ///< zero until the class is fixed
+  Film film;
+  std::unique_ptr<JobPlan> plan;  ///< while it is queued, running or paused
+  std::set<LeaseId> leases;
+  std::optional<Time> active_since;  ///< while leases are out
+  Time hold_until;                   ///< no leases before that: workers may come back with what they hold
+  bool class_durable = false;        ///< the row with the class is known to be stored
+  std::uint64_t version = 1;
+  double given_base = 0;                ///< for fairness: what others had when it came
+  RecentMean seconds_per_pixel_sample;  ///< of one thread of any worker
+  RateMeter rate;
+  mutable ErrorEstimator error;
+
+  JobId id() const { return record.id; }
+  bool active() const {
+    return record.state == JobState::queued || record.state == JobState::running || record.state == JobState::paused;
+  }
+  double active_seconds(Time now) const {
+    return record.active_seconds + (active_since ? to_seconds(now - *active_since) : 0);
+  }
+  /// The sample count below which results are wanted.
+  std::uint64_t sample_limit() const { return record.spec.goal.samples > 0 ? record.spec.goal.samples : kMaxSamples; }
+  bool time_is_up(Time now) const {
+    return record.spec.goal.seconds > 0 && active_seconds(now) >= record.spec.goal.seconds;
+  }
+};
+
+struct Coordinator::State {
+  State(const CoordinatorLimits& limits, StoredState stored, Time now);
+
+  // ---- life.cpp ----
+  Job* find_job(JobId id);
+  void start_job(Job& job, const Worker& worker, Step& step);
+  void finish_job(Job& job, JobState state, std::string reason, Time now, Step& step);
+  /// Ends the job if it has reached a limit. Returns whether it ended.
+  bool finish_if_complete(Job& job, Time now, Step& step);
+  /// Closes the plan of a job whose seconds are over.
+  void close_if_time_is_up(Job& job, Time now, Step& step);
+  void put_job(Job& job, Step& step);
+  void put_progress(Job& job, Time now, Step& step);
+  void queue_again(Job& job);    ///< after it was paused, ended or new: with a fresh share
+  void refresh_queue(Job& job);  ///< after anything that changes what it has to give, or its place
+  std::uint64_t footprint_bytes() const;
+  std::int64_t unix_ms(Time now) const;
+  void saw_clock(Time now, std::int64_t unix_milliseconds);
+  double given_seconds(const Job& job) const;
+  Result<Job*> ended_or_not(JobId id, bool want_ended, const char* what);
+
+  // ---- leasing.cpp ----
+  void serve(Worker& worker, Time now, Step& step);
+  void serve_all(Time now, Step& step);
+  bool wants_more(const Worker& worker) const;
+  bool may_render(const Worker& worker, const Job& job) const;
+  UnitAim aim_for(const Worker& worker, const Job& job) const;
+  Lease& open_lease(Worker& worker, Job& job, LeaseId id, Unit unit, bool copy, Time now);
+  void send_grant(Worker& worker, Job& job, const Lease& lease, Step& step);
+  bool grant_next(Worker& worker, Time now, Step& step);
+  void copy_to_idle(Time now, Step& step);
+  /// The tile needs nothing more of this lease.
+  void tile_done(LeaseId lease, TileId tile, Time now, Step& step, bool by_its_worker);
+  /// Takes what remains of a lease back. `cancel`: tells the worker; `lost`: counts it.
+  void end_lease(LeaseId lease, bool cancel, bool lost, Time now, Step& step);
+  void settle(Job& job, TileId tile, std::optional<LeaseId> from, Time now, Step& step);
+  void renew(Lease& lease, Time now);
+  void set_deadline(Lease& lease, Time deadline);
+  void expire(Time now, Step& step);
+  LeaseId next_lease_id() { return LeaseId{epoch << 32 | ++lease_count}; }
+  Worker* find_worker(const std::string& name);
+
+  // ---- results.cpp ----
+  void on_result(SessionId session, WorkerResult result, Time now, Step& step);
+  Status check_result(const Job& job, const WorkerResult& result) const;
+  void reject_result(SessionId session, const WorkerResult& result, const Status& error, Time now, Step& step);
+  void merge_result(Job& job, const std::string& worker, WorkerResult result, Time now, Step& step);
+
+  // ---- workers.cpp ----
+  void connect(SessionId session, const WorkerHello& hello, Time now, Step& step);
+  void take_back_held(Worker& worker, const WorkerHello& hello, Time now, Step& step);
+  bool adopt_held(Worker& worker, const HeldLease& held, Time now, Step& step);
+  void on_heartbeat(Worker& worker, const WorkerHeartbeat& heartbeat, Time now, Step& step);
+  void on_return(Worker& worker, const WorkerReturn& message, Time now, Step& step);
+  void on_refusal(Worker& worker, const WorkerRefusal& refusal, Time now, Step& step);
+  void dismiss(SessionId session, std::string reason, Step& step);
+  void disconnect(SessionId session, Time now);
+  void forget_if_gone(const std::string& name);
+  Worker* worker_of(SessionId session);  ///< null unless the session is the worker's current one
+
+  // ---- view.cpp ----
+  JobStatus describe(const Job& job, Time now) const;
+
+  CoordinatorLimits limits;
+  std::uint64_t epoch;
+  std::uint64_t next_job_id;
+  std::uint64_t lease_count = 0;
+
+  std::map<JobId, std::unique_ptr<Job>> jobs;
+  std::unordered_map<std::string, JobId> by_request;
+  std::set<JobId> timed_jobs;     ///< active and with a goal in seconds
+  std::set<JobId> restored_jobs;  ///< to be looked at by the first tick, or held back until their time
+  FairQueue queue;
+
+  std::map<std::string, Worker> workers;  ///< by name; also gone ones while leases are in their name
+  struct Session {
+    std::string worker;
+    bool current = true;  ///< false once replaced or dismissed: only results count
+  };
+  std::unordered_map<SessionId, Session> sessions;
+  std::set<std::string> idle;  ///< workers that wanted more than there was
+  std::uint64_t farm_threads = 0;
+
+  std::unordered_map<LeaseId, Lease> leases;
+  std::set<std::pair<Time, LeaseId>> expiry;
+  Time next_copy_look;
+
+  Time clock_time;
+  std::int64_t clock_unix_ms = 0;
+};
+
+inline void send(Step& step, SessionId to, CoordinatorMessage message) {
+  step.now.push_back({to, std::move(message)});
+}
+inline void send_after_commit(Step& step, SessionId to, CoordinatorMessage message) {
+  step.after_commit.push_back({to, std::move(message)});
+}
+template <class... Args>
+void note(Step& step, Note::Level level, fmt::format_string<Args...> format, Args&&... args) {
+  step.notes.push_back({level, fmt::format(format, std::forward<Args>(args)...)});
+}
+
+}  // namespace lightmill

@@ -1,0 +1,102 @@
+#include "server/domain/job_rules.h"
+
+#include <cmath>
+
+#include "server/domain/coordinator_state.h"
+
+namespace lightmill {
+
+Status check_spec(const JobSpec& spec) {
+  const RenderSettings& settings = spec.settings;
+  const Goal& goal = spec.goal;
+  if (goal.samples == 0 && goal.seconds == 0) {
+    return invalid_argument("goal: a job needs a limit, in samples or in seconds");
+  }
+  if (goal.samples > kMaxSamples) {
+    return invalid_argument("goal.samples: at most {}, got {}", kMaxSamples, goal.samples);
+  }
+  if (!std::isfinite(goal.seconds) || goal.seconds < 0) {
+    return invalid_argument("goal.seconds: must be finite and not negative, got {}", goal.seconds);
+  }
+  if (settings.width < 1 || settings.width > kMaxFilmSide || settings.height < 1 || settings.height > kMaxFilmSide) {
+    return invalid_argument("settings: a film has 1 to {} pixels on a side, got {}x{}", kMaxFilmSide, settings.width,
+                            settings.height);
+  }
+  const PixelRect& crop = settings.crop;
+  const bool crop_fits = crop.x >= 0 && crop.y >= 0 && crop.width > 0 && crop.height > 0 &&
+                         crop.width <= settings.width - crop.x && crop.height <= settings.height - crop.y;
+  if (!crop_fits) {
+    return invalid_argument("settings.crop: {},{} {}x{} does not lie within {}x{} pixels", crop.x, crop.y, crop.width,
+                            crop.height, settings.width, settings.height);
+  }
+  if (settings.layers != std::vector<LayerSpec>{LayerSpec{}}) {
+    return invalid_argument("settings.layers: must be the one layer 'beauty' with 3 summed channels");
+  }
+  if (settings.method != "path" && settings.method != "preview") {
+    return invalid_argument("settings.method: must be 'path' or 'preview', got '{}'", settings.method);
+  }
+  if (settings.renderer_version.empty()) {
+    return invalid_argument("settings.renderer_version: must not be empty");
+  }
+  return ok_status();
+}
+
+std::uint32_t total_channels(const RenderSettings& settings) {
+  std::uint32_t channels = 0;
+  for (const LayerSpec& layer : settings.layers) {
+    channels += layer.channels;
+  }
+  return channels;
+}
+
+std::uint64_t node_bytes(const RenderSettings& settings) {
+  return static_cast<std::uint64_t>(settings.crop.pixel_count()) * total_channels(settings) * 2 * sizeof(float);
+}
+
+std::string_view name_of(JobState state) {
+  switch (state) {
+    case JobState::queued:
+      return "queued";
+    case JobState::running:
+      return "running";
+    case JobState::paused:
+      return "paused";
+    case JobState::done:
+      return "done";
+    case JobState::failed:
+      return "failed";
+    case JobState::cancelled:
+      return "cancelled";
+  }
+  return "unknown";
+}
+
+std::string describe(const Goal& goal) {
+  std::string text;
+  if (goal.samples > 0) {
+    text = fmt::format("{} samples per pixel", goal.samples);
+  }
+  if (goal.seconds > 0) {
+    text += fmt::format("{}{} seconds", text.empty() ? "" : " or ", goal.seconds);
+  }
+  return text;
+}
+
+bool is_whole(const Job& job) {
+  const Goal& goal = job.record.spec.goal;
+  if (goal.samples > 0 && job.film.min_samples() >= goal.samples) {
+    return true;
+  }
+  if (goal.seconds == 0) {
+    return false;
+  }
+  for (std::uint32_t tile = 0; tile < job.film.grid().tile_count(); ++tile) {
+    const std::vector<NodePtr>& forest = job.film.forest(TileId{tile});
+    if (!forest.empty() && forest.back()->range.end() != job.film.samples(TileId{tile})) {
+      return false;
+    }
+  }
+  return true;
+}
+
+}  // namespace lightmill

@@ -1,0 +1,27 @@
+// What a job may be, and small facts read off it. Private to server/domain.
+#pragma once
+
+#include <string>
+#include <string_view>
+
+#include "common/base/status.h"
+#include "common/farm/job.h"
+
+namespace lightmill {
+
+struct Job;
+
+/// INVALID_ARGUMENT naming the field, unless the farm can render this.
+Status check_spec(const JobSpec& spec);
+
+std::uint32_t total_channels(const RenderSettings& settings);
+/// Bytes of one node of each tile.
+std::uint64_t node_bytes(const RenderSettings& settings);
+std::string_view name_of(JobState state);
+std::string describe(const Goal& goal);
+
+/// Whether a done job's film has what its end says: its sample goal, or without having reached that, every tile samples
+/// [0, n).
+bool is_whole(const Job& job);
+
+}  // namespace lightmill

@@ -1,0 +1,290 @@
+// How leases are given, copied, settled and lost.
+#include "common/base/check.h"
+#include "server/domain/coordinator_state.h"
+
+namespace lightmill {
+namespace {
+
+/// A worker gets more units than the limit says while they hold fewer tiles than it has threads, up to so many times
+/// more.
+constexpr std::uint32_t kSmallUnitsFactor = 8;
+/// A lease is copied when it is out for longer than this many times what was expected (its worker may have had one
+/// before it).
+constexpr double kCopyAfterExpected = 2;
+constexpr Duration kCopyLookInterval = std::chrono::milliseconds(100);
+constexpr double kLeastUnitScale = 1.0 / 64;
+
+std::size_t index_of(const Lease& lease, TileId tile) {
+  const auto at = std::lower_bound(lease.unit.tiles.begin(), lease.unit.tiles.end(), tile);
+  return at != lease.unit.tiles.end() && *at == tile ? static_cast<std::size_t>(at - lease.unit.tiles.begin())
+                                                     : lease.unit.tiles.size();
+}
+
+std::uint64_t pixels_of(const Job& job, TileId tile) {
+  return static_cast<std::uint64_t>(job.film.grid().tile_rect(tile).pixel_count());
+}
+
+}  // namespace
+
+Worker* Coordinator::State::find_worker(const std::string& name) {
+  const auto found = workers.find(name);
+  return found == workers.end() ? nullptr : &found->second;
+}
+
+bool Coordinator::State::wants_more(const Worker& worker) const {
+  if (!worker.session || worker.draining || worker.silent) {
+    return false;
+  }
+  const std::size_t held = worker.leases.size();
+  return held < limits.leases_per_worker || (worker.tiles_out < worker.hello.threads * limits.leases_per_worker &&
+                                             held < std::size_t{limits.leases_per_worker} * kSmallUnitsFactor);
+}
+
+bool Coordinator::State::may_render(const Worker& worker, const Job& job) const {
+  const bool same_class =
+      job.record.fingerprint_class.empty() || job.record.fingerprint_class == worker.hello.fingerprint_class;
+  return same_class && job.record.spec.settings.renderer_version == worker.hello.renderer_version;
+}
+
+UnitAim Coordinator::State::aim_for(const Worker& worker, const Job& job) const {
+  const auto known = worker.jobs.find(job.id());
+  const bool measured = known != worker.jobs.end() && known->second.seconds_per_pixel_sample.known();
+  UnitAim aim;
+  aim.unit_seconds = limits.unit_seconds * worker.unit_scale;
+  aim.seconds_per_pixel_sample =
+      measured ? known->second.seconds_per_pixel_sample.value() : job.seconds_per_pixel_sample.value();
+  aim.threads = worker.hello.threads;
+  aim.farm_threads = static_cast<std::uint32_t>(std::max<std::uint64_t>(farm_threads, 1));
+  return aim;
+}
+
+void Coordinator::State::serve(Worker& worker, Time now, Step& step) {
+  while (wants_more(worker)) {
+    if (!grant_next(worker, now, step)) {
+      idle.insert(worker.hello.name);
+      return;
+    }
+  }
+  idle.erase(worker.hello.name);
+}
+
+void Coordinator::State::serve_all(Time now, Step& step) {
+  const std::vector<std::string> waiting(idle.begin(), idle.end());
+  for (const std::string& name : waiting) {
+    if (queue.empty()) {
+      return;
+    }
+    if (Worker* worker = find_worker(name)) {
+      serve(*worker, now, step);
+    } else {
+      idle.erase(name);
+    }
+  }
+}
+
+bool Coordinator::State::grant_next(Worker& worker, Time now, Step& step) {
+  for (auto at = queue.begin(); at != queue.end();) {
+    Job& job = *jobs.at(at->job);
+    ++at;  // what follows may move or remove the job's entry
+    close_if_time_is_up(job, now, step);
+    if (!queue.contains(job.id()) || now < job.hold_until || !may_render(worker, job)) {
+      continue;
+    }
+    const LeaseId id = next_lease_id();
+    std::optional<Unit> unit = job.plan->take(job.id(), id, aim_for(worker, job));
+    if (!unit) {
+      refresh_queue(job);
+      continue;
+    }
+    if (job.record.fingerprint_class.empty()) {
+      start_job(job, worker, step);
+    }
+    const Lease& lease = open_lease(worker, job, id, *std::move(unit), false, now);
+    send_grant(worker, job, lease, step);
+    refresh_queue(job);
+    return true;
+  }
+  return false;
+}
+
+Lease& Coordinator::State::open_lease(Worker& worker, Job& job, LeaseId id, Unit unit, bool copy, Time now) {
+  Lease& lease = leases[id];
+  lease.id = id;
+  lease.worker = worker.hello.name;
+  lease.unit = std::move(unit);
+  lease.done.assign(lease.unit.tiles.size(), false);
+  lease.remaining = static_cast<std::uint32_t>(lease.unit.tiles.size());
+  lease.granted = now;
+  lease.copy = copy;
+  const UnitAim aim = aim_for(worker, job);
+  std::uint64_t pixels = 0;
+  for (const TileId tile : lease.unit.tiles) {
+    pixels += pixels_of(job, tile);
+  }
+  lease.expected_seconds =
+      static_cast<double>(pixels * lease.unit.range.count()) * aim.seconds_per_pixel_sample / aim.threads;
+  lease.deadline = now + limits.lease_duration;
+  expiry.insert({lease.deadline, id});
+  if (job.leases.empty()) {
+    job.active_since = now;
+  }
+  job.leases.insert(id);
+  worker.leases.insert(id);
+  worker.tiles_out += lease.remaining;
+  ++worker.jobs[job.id()].leases;
+  return lease;
+}
+
+void Coordinator::State::send_grant(Worker& worker, Job& job, const Lease& lease, Step& step) {
+  // Before the job's class is known to be stored, leases wait for the commit that stores it, and so do those that
+  // follow them to the same worker, lest they overtake the description.
+  WorkerJob& known = worker.jobs[job.id()];
+  std::vector<Outgoing>& channel =
+      job.class_durable && (known.confirmed || known.leases == 1) ? step.now : step.after_commit;
+  if (known.leases == 1 || known.describe) {
+    channel.push_back({*worker.session, JobDescription{job.id(), job.digest, job.record.spec.settings}});
+    known.describe = false;
+  }
+  channel.push_back({*worker.session, LeaseGrant{lease.id, lease.unit}});
+}
+
+void Coordinator::State::tile_done(LeaseId id, TileId tile, Time now, Step& step, bool by_its_worker) {
+  const auto found = leases.find(id);
+  if (found == leases.end()) {
+    return;
+  }
+  Lease& lease = found->second;
+  const std::size_t index = index_of(lease, tile);
+  if (index == lease.done.size() || lease.done[index]) {
+    return;
+  }
+  lease.done[index] = true;
+  --lease.remaining;
+  Worker& worker = workers.at(lease.worker);
+  --worker.tiles_out;
+  if (lease.remaining == 0) {
+    worker.unit_scale = std::min(worker.unit_scale * 2, 1.0);
+    end_lease(id, !by_its_worker, false, now, step);
+  }
+}
+
+void Coordinator::State::settle(Job& job, TileId tile, std::optional<LeaseId> from, Time now, Step& step) {
+  for (const JobPlan::Hold& hold : job.plan->settle(tile)) {
+    tile_done(hold.lease, hold.tile, now, step, from == hold.lease);
+  }
+}
+
+void Coordinator::State::end_lease(LeaseId id, bool cancel, bool lost, Time now, Step& step) {
+  const auto found = leases.find(id);
+  LM_CHECK(found != leases.end());
+  const Lease lease = std::move(found->second);
+  leases.erase(found);
+  expiry.erase({lease.deadline, id});
+  Job& job = *jobs.at(lease.unit.job);
+  Worker& worker = workers.at(lease.worker);
+
+  for (std::size_t i = 0; i < lease.unit.tiles.size(); ++i) {
+    if (!lease.done[i]) {
+      job.plan->release(id, lease.unit.tiles[i], lease.unit.range);
+    }
+  }
+  worker.tiles_out -= lease.remaining;
+  worker.leases.erase(id);
+  --worker.jobs[job.id()].leases;
+  job.leases.erase(id);
+  if (job.leases.empty()) {
+    job.record.active_seconds = job.active_seconds(now);
+    job.active_since.reset();
+  }
+  if (lost) {
+    ++worker.leases_lost;
+    ++job.record.counters.leases_lost;
+    ++job.version;
+    worker.unit_scale = std::max(worker.unit_scale / 2, kLeastUnitScale);
+    note(step, Note::Level::warning, "worker {} lost lease {}: job {}, samples [{}, {}) of {} tiles go out again",
+         lease.worker, id.value, job.id().value, lease.unit.range.first(), lease.unit.range.end(), lease.remaining);
+  }
+  if (cancel && worker.session) {
+    send_after_commit(step, *worker.session, LeaseCancel{{id}});
+  }
+  refresh_queue(job);
+}
+
+void Coordinator::State::set_deadline(Lease& lease, Time deadline) {
+  expiry.erase({lease.deadline, lease.id});
+  lease.deadline = deadline;
+  expiry.insert({lease.deadline, lease.id});
+}
+
+void Coordinator::State::renew(Lease& lease, Time now) {
+  set_deadline(lease, now + limits.lease_duration);
+}
+
+void Coordinator::State::expire(Time now, Step& step) {
+  while (!expiry.empty() && expiry.begin()->first <= now) {
+    const LeaseId id = expiry.begin()->second;
+    const Lease& lease = leases.at(id);
+    const std::string name = lease.worker;
+    Job& job = *jobs.at(lease.unit.job);
+    end_lease(id, true, true, now, step);
+    put_progress(job, now, step);
+    finish_if_complete(job, now, step);
+    if (Worker* worker = find_worker(name)) {
+      worker->silent = true;
+      idle.erase(name);
+    }
+    forget_if_gone(name);
+  }
+}
+
+void Coordinator::State::copy_to_idle(Time now, Step& step) {
+  next_copy_look = now + kCopyLookInterval;
+  // Leases that are late, the oldest first. Each tile gets one copy at most.
+  std::vector<std::pair<Time, LeaseId>> late;
+  for (const auto& [id, lease] : leases) {
+    const bool running = jobs.at(lease.unit.job)->record.state == JobState::running;
+    const double age = to_seconds(now - lease.granted);
+    const double patience =
+        lease.abandoned ? 0 : to_seconds(limits.copy_after) + kCopyAfterExpected * lease.expected_seconds;
+    if (running && !lease.copy && age > patience) {
+      late.emplace_back(lease.granted, id);
+    }
+  }
+  std::sort(late.begin(), late.end());
+  const std::vector<std::string> waiting(idle.begin(), idle.end());
+  std::size_t next = 0;
+  for (const std::string& name : waiting) {
+    Worker* const worker = find_worker(name);
+    if (worker == nullptr || !wants_more(*worker) || !worker->leases.empty()) {
+      continue;
+    }
+    for (; next < late.size(); ++next) {
+      const Lease& lease = leases.at(late[next].second);
+      Job& job = *jobs.at(lease.unit.job);
+      if (lease.worker == name || !may_render(*worker, job) || now < job.hold_until) {
+        continue;
+      }
+      const std::uint32_t wanted = choose_tile_count(lease.unit.range, lease.remaining,
+                                                     pixels_of(job, lease.unit.tiles.front()), aim_for(*worker, job));
+      // From its end: its worker works from the front.
+      const LeaseId copy_id = next_lease_id();
+      Unit unit{job.id(), lease.unit.range, {}};
+      for (std::size_t i = lease.unit.tiles.size();
+           i-- > 0 && unit.tiles.size() < std::max(wanted, worker->hello.threads);) {
+        if (!lease.done[i] && job.plan->add_copy(copy_id, lease.unit.tiles[i], lease.unit.range)) {
+          unit.tiles.push_back(lease.unit.tiles[i]);
+        }
+      }
+      if (!unit.tiles.empty()) {
+        std::sort(unit.tiles.begin(), unit.tiles.end());
+        job.record.counters.copies_leased += unit.tiles.size();
+        const Lease& copy = open_lease(*worker, job, copy_id, std::move(unit), true, now);
+        send_grant(*worker, job, copy, step);
+        put_progress(job, now, step);
+        break;  // the next worker may copy the rest of this lease
+      }
+    }
+  }
+}
+
+}  // namespace lightmill

@@ -1,0 +1,291 @@
+// How jobs come, start, end and come back from the store.
+#include "common/base/check.h"
+#include "server/domain/coordinator_state.h"
+#include "server/domain/job_rules.h"
+
+namespace lightmill {
+
+Job::Job(JobRecord from, std::uint64_t budget_bytes, Time now)
+    : record(std::move(from)),
+      film(TileGrid(record.spec.settings.crop), total_channels(record.spec.settings)),
+      hold_until(now) {
+  if (!record.fingerprint_class.empty()) {
+    digest = render_digest(record.spec.settings, record.fingerprint_class);
+  }
+  if (active()) {
+    plan = std::make_unique<JobPlan>(film, sample_limit(), budget_bytes);
+  }
+}
+
+Coordinator::State::State(const CoordinatorLimits& the_limits, StoredState stored, Time now)
+    : limits(the_limits), epoch(stored.epoch), next_job_id(stored.next_job_id) {
+  LM_CHECK(epoch > 0 && epoch < std::uint64_t{1} << 32);
+  for (StoredState::StoredJob& stored_job : stored.jobs) {
+    auto job = std::make_unique<Job>(std::move(stored_job.record), limits.film_bytes_per_job, now);
+    for (StoredState::StoredNode& stored_node : stored_job.nodes) {
+      LM_CHECK(stored_node.tile.value < job->film.grid().tile_count(), "job {} has a stored node of tile {} of {}",
+               job->id().value, stored_node.tile.value, job->film.grid().tile_count());
+      job->film.restore(stored_node.tile, std::move(stored_node.node));
+    }
+    const JobId id = job->id();
+    by_request[job->record.spec.request_id] = id;
+    job->class_durable = !job->record.fingerprint_class.empty();
+    Job& at = *jobs.emplace(id, std::move(job)).first->second;
+    if (at.record.state == JobState::done && !is_whole(at)) {
+      at.record.state = JobState::running;  // a damaged node was left out by the store: it is rendered again
+    }
+    if (at.active()) {
+      if (at.class_durable) {
+        at.hold_until = now + limits.restart_grace;
+      }
+      at.plan = std::make_unique<JobPlan>(at.film, at.sample_limit(), limits.film_bytes_per_job);
+      if (at.time_is_up(now)) {
+        at.plan->close();
+      }
+      restored_jobs.insert(id);
+      queue_again(at);
+    }
+  }
+}
+
+Job* Coordinator::State::find_job(JobId id) {
+  const auto found = jobs.find(id);
+  return found == jobs.end() ? nullptr : found->second.get();
+}
+
+Result<Job*> Coordinator::State::ended_or_not(JobId id, bool want_ended, const char* what) {
+  Job* job = find_job(id);
+  if (job == nullptr) {
+    return not_found("there is no job {}", id.value);
+  }
+  if (job->active() == want_ended) {
+    return failed_precondition("job {} cannot be {}: it is {}", id.value, what, name_of(job->record.state));
+  }
+  return job;
+}
+
+void Coordinator::State::saw_clock(Time now, std::int64_t unix_milliseconds) {
+  clock_time = now;
+  clock_unix_ms = unix_milliseconds;
+}
+
+std::int64_t Coordinator::State::unix_ms(Time now) const {
+  return clock_unix_ms + std::chrono::duration_cast<std::chrono::milliseconds>(now - clock_time).count();
+}
+
+void Coordinator::State::put_job(Job& job, Step& step) {
+  ++job.version;
+  step.writes.push_back(PutJob{job.record});
+}
+
+void Coordinator::State::put_progress(Job& job, Time now, Step& step) {
+  ++job.version;
+  step.writes.push_back(PutProgress{job.id(), job.active_seconds(now), job.record.worker_seconds, job.record.counters});
+}
+
+double Coordinator::State::given_seconds(const Job& job) const {
+  const double out = job.plan ? static_cast<double>(job.plan->out_pixel_samples()) : 0;
+  return job.record.worker_seconds + out * job.seconds_per_pixel_sample.value() - job.given_base;
+}
+
+void Coordinator::State::queue_again(Job& job) {
+  job.given_base = 0;
+  job.given_base = given_seconds(job) - queue.starting_seconds(job.record.spec.priority);
+  if (job.record.spec.goal.seconds > 0) {
+    timed_jobs.insert(job.id());
+  }
+  refresh_queue(job);
+}
+
+void Coordinator::State::refresh_queue(Job& job) {
+  const bool leasable = job.record.state == JobState::queued || job.record.state == JobState::running;
+  if (leasable && job.plan->has_work()) {
+    queue.put(job.id(), {job.record.spec.priority, job.plan->first_round(), given_seconds(job)});
+  } else {
+    queue.remove(job.id());
+  }
+}
+
+void Coordinator::State::start_job(Job& job, const Worker& worker, Step& step) {
+  job.record.fingerprint_class = worker.hello.fingerprint_class;
+  job.digest = render_digest(job.record.spec.settings, job.record.fingerprint_class);
+  job.record.state = JobState::running;
+  put_job(job, step);
+  note(step, Note::Level::info, "job {} starts on worker {}, class {}", job.id().value, worker.hello.name,
+       job.record.fingerprint_class);
+}
+
+void Coordinator::State::finish_job(Job& job, JobState state, std::string reason, Time now, Step& step) {
+  while (!job.leases.empty()) {
+    end_lease(*job.leases.begin(), true, false, now, step);
+  }
+  job.record.state = state;
+  job.record.reason = std::move(reason);
+  job.record.finished_unix_ms = unix_ms(now);
+  job.plan.reset();
+  queue.remove(job.id());
+  timed_jobs.erase(job.id());
+  restored_jobs.erase(job.id());
+  for (auto& [name, worker] : workers) {
+    worker.jobs.erase(job.id());
+  }
+  put_job(job, step);
+  note(step, state == JobState::failed ? Note::Level::warning : Note::Level::info, "job {} is {}: {}", job.id().value,
+       name_of(state), job.record.reason);
+}
+
+bool Coordinator::State::finish_if_complete(Job& job, Time now, Step& step) {
+  if (!job.active()) {
+    return true;
+  }
+  const Goal& goal = job.record.spec.goal;
+  if (goal.samples > 0 && job.film.min_samples() >= goal.samples) {
+    finish_job(job, JobState::done, fmt::format("reached {} samples per pixel", goal.samples), now, step);
+    return true;
+  }
+  if (job.plan->closed() && job.plan->nothing_out() && !job.plan->has_work()) {
+    finish_job(job, JobState::done, fmt::format("reached {} seconds", goal.seconds), now, step);
+    return true;
+  }
+  return false;
+}
+
+void Coordinator::State::close_if_time_is_up(Job& job, Time now, Step& step) {
+  if (job.active() && !job.plan->closed() && job.time_is_up(now)) {
+    job.plan->close();
+    refresh_queue(job);
+    finish_if_complete(job, now, step);
+  }
+}
+
+std::uint64_t Coordinator::State::footprint_bytes() const {
+  std::uint64_t bytes = 0;
+  for (const auto& [id, job] : jobs) {
+    bytes += node_bytes(job->record.spec.settings);
+  }
+  return bytes;
+}
+
+// ---- what clients ask ----
+
+Coordinator::Coordinator(const CoordinatorLimits& limits, StoredState state, Time now)
+    : state_(std::make_unique<State>(limits, std::move(state), now)) {}
+Coordinator::~Coordinator() = default;
+
+Result<JobId> Coordinator::submit(const JobSpec& spec, Time now, std::int64_t unix_ms, Step& step) {
+  state_->saw_clock(now, unix_ms);
+  if (spec.request_id.empty()) {
+    return invalid_argument("request_id must not be empty");
+  }
+  if (const auto found = state_->by_request.find(spec.request_id); found != state_->by_request.end()) {
+    return found->second;
+  }
+  LM_RETURN_IF_ERROR(check_spec(spec));
+  if (state_->jobs.size() >= state_->limits.max_jobs) {
+    return resource_exhausted("the farm keeps at most {} jobs: delete some that have ended", state_->limits.max_jobs);
+  }
+  const std::uint64_t footprint = state_->footprint_bytes() + node_bytes(spec.settings);
+  if (footprint > state_->limits.film_bytes) {
+    return resource_exhausted("the films of all jobs would hold {} bytes, more than {}: delete jobs that have ended",
+                              footprint, state_->limits.film_bytes);
+  }
+  JobRecord record;
+  record.id = JobId{state_->next_job_id++};
+  record.spec = spec;
+  record.submitted_unix_ms = unix_ms;
+  const JobId id = record.id;
+  auto made = std::make_unique<Job>(std::move(record), state_->limits.film_bytes_per_job, now);
+  Job& job = *state_->jobs.emplace(id, std::move(made)).first->second;
+  state_->by_request[spec.request_id] = id;
+  state_->put_job(job, step);
+  note(step, Note::Level::info, "job {} '{}' submitted by {}@{}: {}x{}, {}", id.value, spec.name, spec.owner, spec.host,
+       spec.settings.crop.width, spec.settings.crop.height, describe(spec.goal));
+  state_->queue_again(job);
+  state_->serve_all(now, step);
+  return id;
+}
+
+Status Coordinator::cancel(JobId id, Time now, std::int64_t unix_ms, Step& step) {
+  state_->saw_clock(now, unix_ms);
+  LM_ASSIGN_OR_RETURN(Job* const job, state_->ended_or_not(id, false, "cancelled"));
+  state_->finish_job(*job, JobState::cancelled, "cancelled", now, step);
+  state_->serve_all(now, step);
+  return ok_status();
+}
+
+Status Coordinator::pause(JobId id, Time now, Step& step) {
+  LM_ASSIGN_OR_RETURN(Job* const job, state_->ended_or_not(id, false, "paused"));
+  if (job->record.state != JobState::paused) {
+    // What is out is taken when it comes; nothing more goes out.
+    job->record.state = JobState::paused;
+    job->record.reason.clear();
+    state_->put_job(*job, step);
+    state_->refresh_queue(*job);
+    note(step, Note::Level::info, "job {} is paused", id.value);
+  }
+  (void)now;
+  return ok_status();
+}
+
+Status Coordinator::resume(JobId id, Time now, Step& step) {
+  LM_ASSIGN_OR_RETURN(Job* const job, state_->ended_or_not(id, false, "resumed"));
+  if (job->record.state != JobState::paused) {
+    return failed_precondition("job {} cannot be resumed: it is {}", id.value, name_of(job->record.state));
+  }
+  job->record.state = job->record.fingerprint_class.empty() ? JobState::queued : JobState::running;
+  state_->put_job(*job, step);
+  state_->queue_again(*job);
+  note(step, Note::Level::info, "job {} goes on", id.value);
+  if (!state_->finish_if_complete(*job, now, step)) {
+    state_->serve_all(now, step);
+  }
+  return ok_status();
+}
+
+Status Coordinator::extend(JobId id, std::uint64_t samples, Time now, Step& step) {
+  Job* const job = state_->find_job(id);
+  if (job == nullptr) {
+    return not_found("there is no job {}", id.value);
+  }
+  if (job->record.state == JobState::failed || job->record.state == JobState::cancelled) {
+    return failed_precondition("job {} cannot be extended: it is {}", id.value, name_of(job->record.state));
+  }
+  Goal& goal = job->record.spec.goal;
+  const std::uint64_t before = std::max(goal.samples, job->film.max_samples());
+  if (samples <= before || samples > kMaxSamples) {
+    return invalid_argument("samples must be the new total, more than {} and at most {}, got {}", before, kMaxSamples,
+                            samples);
+  }
+  goal.samples = samples;
+  if (job->time_is_up(now)) {
+    goal.seconds = 0;  // it has done its work, and would end the job at once
+    state_->timed_jobs.erase(id);
+  }
+  if (job->active()) {
+    job->plan->set_goal(samples);
+    state_->put_job(*job, step);
+    state_->refresh_queue(*job);
+  } else {
+    job->record.state = JobState::running;
+    job->record.reason.clear();
+    job->record.finished_unix_ms = 0;
+    job->plan = std::make_unique<JobPlan>(job->film, samples, state_->limits.film_bytes_per_job);
+    state_->put_job(*job, step);
+    state_->queue_again(*job);
+  }
+  note(step, Note::Level::info, "job {} is extended to {} samples per pixel", id.value, samples);
+  state_->serve_all(now, step);
+  return ok_status();
+}
+
+Status Coordinator::remove(JobId id, Time now, Step& step) {
+  LM_ASSIGN_OR_RETURN(Job* const job, state_->ended_or_not(id, true, "deleted"));
+  (void)now;
+  state_->by_request.erase(job->record.spec.request_id);
+  state_->jobs.erase(id);
+  step.writes.push_back(DeleteJobRows{id});
+  note(step, Note::Level::info, "job {} is deleted", id.value);
+  return ok_status();
+}
+
+}  // namespace lightmill

@@ -1,0 +1,55 @@
+// A recent rate: how much came per second in the last few seconds.
+#pragma once
+
+#include <algorithm>
+#include <array>
+#include <cstdint>
+
+#include "common/base/clock.h"
+
+namespace lightmill {
+
+/// Counts into half-second bins and looks back over ten of them.
+class RateMeter {
+ public:
+  void add(double amount, Time now) {
+    const std::int64_t bin = bin_of(now);
+    if (first_bin_ < 0) {
+      first_ = now;
+      first_bin_ = bin;
+    }
+    Bin& slot = bins_[static_cast<std::size_t>(bin) % kBins];
+    if (slot.number != bin) {
+      slot = {bin, 0};
+    }
+    slot.amount += amount;
+  }
+  /// Per second; over the time since the first amount if that is shorter.
+  double per_second(Time now) const {
+    if (first_bin_ < 0) {
+      return 0;
+    }
+    const std::int64_t bin = bin_of(now);
+    double sum = 0;
+    for (const Bin& slot : bins_) {
+      sum += slot.number > bin - kBins ? slot.amount : 0;
+    }
+    const Time window_start{kBin * std::max<std::int64_t>(bin - kBins + 1, 0)};
+    return sum / std::max(to_seconds(now - std::max(window_start, first_)), 0.1);
+  }
+
+ private:
+  static constexpr std::int64_t kBins = 10;
+  static constexpr Duration kBin = std::chrono::milliseconds(500);
+  static std::int64_t bin_of(Time now) { return now.time_since_epoch() / kBin; }
+
+  struct Bin {
+    std::int64_t number = -1;
+    double amount = 0;
+  };
+  std::array<Bin, kBins> bins_;
+  std::int64_t first_bin_ = -1;
+  Time first_;
+};
+
+}  // namespace lightmill

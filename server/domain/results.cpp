@@ -1,0 +1,153 @@
+// How results are checked and merged.
+#include "common/base/check.h"
+#include "server/domain/coordinator_state.h"
+
+namespace lightmill {
+namespace {
+
+/// NaN, infinities and −0 have no place in a node. Branch-free, so that it is done eight values at a time.
+bool values_are_sound(std::span<const float> values) {
+  std::uint32_t bad = 0;
+  for (const float value : values) {
+    const auto bits = std::bit_cast<std::uint32_t>(value);
+    bad |= static_cast<std::uint32_t>((bits & 0x7f800000u) == 0x7f800000u) |
+           static_cast<std::uint32_t>(bits == 0x80000000u);
+  }
+  return bad == 0;
+}
+
+}  // namespace
+
+Status Coordinator::State::check_result(const Job& job, const WorkerResult& result) const {
+  const NodeKey& key = result.key;
+  if (key.tile.value >= job.film.grid().tile_count()) {
+    return invalid_argument("tile {} of {}", key.tile.value, job.film.grid().tile_count());
+  }
+  if (result.node.range != key.range) {
+    return invalid_argument("its node has other samples than its key");
+  }
+  if (result.node.values.size() != job.film.expected_values(key.tile)) {
+    return invalid_argument("{} values instead of {}", result.node.values.size(), job.film.expected_values(key.tile));
+  }
+  if (!values_are_sound(result.node.values)) {
+    return invalid_argument("a value is NaN, infinite or -0");
+  }
+  if (!std::isfinite(result.seconds) || result.seconds < 0) {
+    return invalid_argument("{} seconds", result.seconds);
+  }
+  if (hash_of(result.node) != result.hash) {
+    return data_loss("its hash does not fit");
+  }
+  return ok_status();
+}
+
+void Coordinator::State::on_result(SessionId session, WorkerResult result, Time now, Step& step) {
+  const std::string name = sessions.at(session).worker;
+  const NodeKey key = result.key;
+  const LeaseId lease_id = result.lease;
+  Job* const job = find_job(key.job);
+  const bool wanted = job != nullptr && job->active() && !job->record.fingerprint_class.empty() &&
+                      job->digest == result.render_digest && key.range.level <= kMaxRangeLevel &&
+                      key.range.end() <= job->sample_limit();
+  if (!wanted) {
+    // Unknown, ended, another farm's, or beyond the decided count: the worker may forget it.
+    send_after_commit(step, session, ResultAck{{key}});
+    if (const auto lease = leases.find(lease_id);
+        lease != leases.end() && lease->second.worker == name && lease->second.unit.job == key.job) {
+      job->plan->release(lease_id, key.tile, key.range);
+      tile_done(lease_id, key.tile, now, step, true);
+      refresh_queue(*job);
+    }
+    return;
+  }
+  if (const Status status = check_result(*job, result); !status.ok()) {
+    reject_result(session, result, status, now, step);
+    return;
+  }
+  if (Worker* const worker = worker_of(session)) {
+    worker->jobs[key.job].confirmed = true;
+    ++worker->results;
+    if (const auto lease = leases.find(lease_id); lease != leases.end() && lease->second.worker == name) {
+      renew(lease->second, now);
+    }
+  }
+  job->class_durable = true;
+  merge_result(*job, name, std::move(result), now, step);
+  // Also duplicates may stand on a node whose commit is still to come, so every acknowledgement waits.
+  send_after_commit(step, session, ResultAck{{key}});
+  settle(*job, key.tile, lease_id, now, step);
+  refresh_queue(*job);
+  put_progress(*job, now, step);
+  const bool ended = finish_if_complete(*job, now, step);
+  if (Worker* const worker = worker_of(session)) {
+    serve(*worker, now, step);
+  }
+  if (ended) {
+    serve_all(now, step);
+  }
+}
+
+void Coordinator::State::reject_result(SessionId session, const WorkerResult& result, const Status& error, Time now,
+                                       Step& step) {
+  const std::string name = sessions.at(session).worker;
+  note(step, Note::Level::warning, "worker {}: result of job {}, tile {}, samples [{}, {}) is dropped: {}", name,
+       result.key.job.value, result.key.tile.value, result.key.range.first(), result.key.range.end(),
+       message_of(error));
+  send_after_commit(step, session, ResultAck{{result.key}});
+  if (const auto lease = leases.find(result.lease); lease != leases.end() && lease->second.worker == name) {
+    end_lease(result.lease, true, true, now, step);
+  }
+  Worker* const worker = worker_of(session);
+  if (worker == nullptr) {
+    return;
+  }
+  if (++worker->bad_results >= limits.max_bad_results) {
+    dismiss(session, fmt::format("{} damaged results, the last: {}", worker->bad_results, message_of(error)), step);
+    while (!worker->leases.empty()) {
+      end_lease(*worker->leases.begin(), false, true, now, step);
+    }
+    forget_if_gone(name);
+  } else {
+    serve(*worker, now, step);
+  }
+  serve_all(now, step);
+}
+
+void Coordinator::State::merge_result(Job& job, const std::string& name, WorkerResult result, Time now, Step& step) {
+  const NodeKey key = result.key;
+  const auto pixel_samples =
+      static_cast<double>(key.range.count()) * static_cast<double>(job.film.grid().tile_rect(key.tile).pixel_count());
+  job.record.worker_seconds += result.seconds;
+  if (result.seconds > 0) {
+    job.seconds_per_pixel_sample.add(result.seconds / pixel_samples);
+    if (Worker* const worker = find_worker(name)) {
+      worker->jobs[job.id()].seconds_per_pixel_sample.add(result.seconds / pixel_samples);
+      worker->rate.add(pixel_samples, now);
+    }
+  }
+  const std::uint64_t non_finite_before = job.film.non_finite();
+  const std::uint64_t samples_before = job.film.pixel_samples();
+  MergeOutcome outcome = job.film.merge(key.tile, std::make_shared<const Node>(std::move(result.node)));
+  if (outcome.kind != MergeOutcome::Kind::merged) {
+    ++job.record.counters.results_duplicate;
+    if (outcome.kind == MergeOutcome::Kind::mismatch) {
+      note(step, Note::Level::warning,
+           "job {}, tile {}, samples [{}, {}): worker {} has other bits than what was merged before; its result is "
+           "dropped",
+           job.id().value, key.tile.value, key.range.first(), key.range.end(), name);
+    }
+    return;
+  }
+  ++job.record.counters.results_merged;
+  job.record.counters.non_finite += job.film.non_finite() - non_finite_before;
+  job.rate.add(static_cast<double>(job.film.pixel_samples() - samples_before), now);
+  for (const SampleRange& range : outcome.removed) {
+    step.writes.push_back(DropNode{{key.job, key.tile, range}});
+  }
+  for (NodePtr& node : outcome.added) {
+    step.writes.push_back(PutNode{key.job, key.tile, std::move(node)});
+  }
+  step.writes.push_back(PutResult{key, result.hash, name});
+}
+
+}  // namespace lightmill

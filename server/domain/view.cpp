@@ -1,0 +1,159 @@
+// Time, and what can be seen of a coordinator.
+#include "server/domain/coordinator_state.h"
+
+namespace lightmill {
+
+void Coordinator::tick(Time now, std::int64_t unix_ms, Step& step) {
+  State& state = *state_;
+  state.saw_clock(now, unix_ms);
+  state.expire(now, step);
+  const std::vector<JobId> timed(state.timed_jobs.begin(), state.timed_jobs.end());
+  for (const JobId id : timed) {
+    if (Job* const job = state.find_job(id)) {
+      state.close_if_time_is_up(*job, now, step);
+    }
+  }
+  // Jobs of an earlier coordinator may be complete, or may be leased from now on.
+  const std::vector<JobId> restored(state.restored_jobs.begin(), state.restored_jobs.end());
+  for (const JobId id : restored) {
+    Job* const job = state.find_job(id);
+    if (job == nullptr || now >= job->hold_until) {
+      state.restored_jobs.erase(id);
+      if (job != nullptr) {
+        state.finish_if_complete(*job, now, step);
+      }
+    }
+  }
+  state.serve_all(now, step);
+  if (!state.idle.empty() && !state.leases.empty() && now >= state.next_copy_look) {
+    state.copy_to_idle(now, step);
+  }
+}
+
+std::optional<Time> Coordinator::next_deadline() const {
+  std::optional<Time> next;
+  const auto by = [&](Time time) { next = next ? std::min(*next, time) : time; };
+  if (!state_->expiry.empty()) {
+    by(state_->expiry.begin()->first);
+  }
+  for (const JobId id : state_->timed_jobs) {
+    const Job& job = *state_->jobs.at(id);
+    if (job.active_since && !job.plan->closed()) {
+      // Rounded up: a tick must not come a nanosecond early.
+      by(*job.active_since + from_seconds(std::max(job.record.spec.goal.seconds - job.record.active_seconds, 0.0)) +
+         std::chrono::microseconds(1));
+    }
+  }
+  for (const JobId id : state_->restored_jobs) {
+    by(state_->jobs.at(id)->hold_until);
+  }
+  if (!state_->idle.empty() && !state_->leases.empty()) {
+    by(state_->next_copy_look);
+  }
+  return next;
+}
+
+JobStatus Coordinator::State::describe(const Job& job, Time now) const {
+  const JobRecord& record = job.record;
+  const JobSpec& spec = record.spec;
+  JobStatus status;
+  status.id = record.id;
+  status.name = spec.name;
+  status.owner = spec.owner;
+  status.host = spec.host;
+  status.method = spec.settings.method;
+  status.fingerprint_class = record.fingerprint_class;
+  status.parent = spec.parent;
+  status.state = record.state;
+  status.reason = record.reason;
+  status.priority = spec.priority;
+  status.goal = spec.goal;
+  status.width = spec.settings.width;
+  status.height = spec.settings.height;
+  status.crop = spec.settings.crop;
+  status.seed = spec.settings.seed;
+  status.samples_done = job.film.pixel_samples();
+  status.samples_wanted = spec.goal.samples * static_cast<std::uint64_t>(spec.settings.crop.pixel_count());
+  status.min_tile_samples = job.film.min_samples();
+  status.max_tile_samples = job.film.max_samples();
+  status.active_seconds = job.active_seconds(now);
+  status.worker_seconds = record.worker_seconds;
+  if (record.state == JobState::running) {
+    status.samples_per_second = job.rate.per_second(now);
+    double eta = std::numeric_limits<double>::infinity();
+    if (spec.goal.samples > 0 && status.samples_per_second > 0) {
+      eta = static_cast<double>(status.samples_wanted - status.samples_done) / status.samples_per_second;
+    }
+    if (spec.goal.seconds > 0) {
+      eta = std::min(eta, std::max(spec.goal.seconds - status.active_seconds, 0.0));
+    }
+    status.eta_seconds = std::isinf(eta) ? -1 : eta;
+  }
+  const FrameError error = job.error.update(job.film);
+  status.error = {error.rel_mse, error.half_width, error.known};
+  status.counters = record.counters;
+  status.submitted_unix_ms = record.submitted_unix_ms;
+  status.finished_unix_ms = record.finished_unix_ms;
+  status.render_digest = job.digest;
+  return status;
+}
+
+Result<JobStatus> Coordinator::status(JobId id, Time now) const {
+  const Job* const job = state_->find_job(id);
+  if (job == nullptr) {
+    return not_found("there is no job {}", id.value);
+  }
+  return state_->describe(*job, now);
+}
+
+std::vector<JobStatus> Coordinator::jobs(Time now) const {
+  std::vector<JobStatus> all;
+  all.reserve(state_->jobs.size());
+  for (auto at = state_->jobs.rbegin(); at != state_->jobs.rend(); ++at) {
+    all.push_back(state_->describe(*at->second, now));
+  }
+  return all;
+}
+
+std::vector<WorkerStatus> Coordinator::workers(Time now) const {
+  std::vector<WorkerStatus> all;
+  for (const auto& [name, worker] : state_->workers) {
+    if (!worker.session) {
+      continue;
+    }
+    WorkerStatus status;
+    status.name = name;
+    status.host = worker.hello.host;
+    status.fingerprint_class = worker.hello.fingerprint_class;
+    status.pid = worker.hello.pid;
+    status.threads = worker.hello.threads;
+    status.leases = static_cast<std::uint32_t>(worker.leases.size());
+    status.draining = worker.draining;
+    status.samples_per_second = worker.rate.per_second(now);
+    status.connected_seconds = to_seconds(now - worker.connected_at);
+    status.results = worker.results;
+    status.leases_lost = worker.leases_lost;
+    all.push_back(std::move(status));
+  }
+  return all;
+}
+
+Result<const RenderSettings*> Coordinator::settings(JobId id) const {
+  const Job* const job = state_->find_job(id);
+  if (job == nullptr) {
+    return not_found("there is no job {}", id.value);
+  }
+  return &job->record.spec.settings;
+}
+
+const Film* Coordinator::film(JobId id) const {
+  const Job* const job = state_->find_job(id);
+  return job == nullptr ? nullptr : &job->film;
+}
+
+std::uint64_t Coordinator::version(JobId id) const {
+  const Job* const job = state_->find_job(id);
+  return job == nullptr ? 0 : job->version;
+}
+
+}  // namespace lightmill

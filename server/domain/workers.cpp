@@ -1,0 +1,290 @@
+// How workers' sessions come, speak and go.
+#include "common/base/check.h"
+#include "server/domain/coordinator_state.h"
+
+namespace lightmill {
+namespace {
+
+/// Threads that one worker may claim.
+constexpr std::uint32_t kMaxThreads = 4096;
+
+template <class... Handlers>
+struct Overloaded : Handlers... {
+  using Handlers::operator()...;
+};
+template <class... Handlers>
+Overloaded(Handlers...) -> Overloaded<Handlers...>;
+
+}  // namespace
+
+Worker* Coordinator::State::worker_of(SessionId session) {
+  const auto found = sessions.find(session);
+  if (found == sessions.end() || !found->second.current) {
+    return nullptr;
+  }
+  return find_worker(found->second.worker);
+}
+
+void Coordinator::State::dismiss(SessionId session, std::string reason, Step& step) {
+  Session& entry = sessions.at(session);
+  note(step, Note::Level::warning, "worker {} is dismissed: {}", entry.worker, reason);
+  send_after_commit(step, session, Dismissal{std::move(reason)});
+  if (Worker* const worker = worker_of(session)) {
+    if (!worker->draining) {
+      farm_threads -= worker->hello.threads;
+    }
+    worker->session.reset();
+    idle.erase(entry.worker);
+  }
+  entry.current = false;
+}
+
+void Coordinator::State::connect(SessionId session, const WorkerHello& hello, Time now, Step& step) {
+  LM_CHECK(!sessions.contains(session), "session {} said hello twice", session.value);
+  sessions[session] = {hello.name, false};
+  if (hello.name.empty() || hello.threads < 1 || hello.threads > kMaxThreads) {
+    dismiss(session,
+            fmt::format("a worker has a name and 1 to {} threads, got '{}' with {}", kMaxThreads, hello.name,
+                        hello.threads),
+            step);
+    return;
+  }
+  if (!workers.contains(hello.name) && workers.size() >= limits.max_workers) {
+    dismiss(session, fmt::format("the farm has at most {} workers", limits.max_workers), step);
+    return;
+  }
+  Worker& worker = workers[hello.name];
+  if (worker.session) {
+    dismiss(*worker.session, fmt::format("another worker came with the name {}", hello.name), step);
+  }
+  sessions[session].current = true;
+  worker.hello = hello;
+  worker.hello.held.clear();
+  worker.session = session;
+  worker.connected_at = now;
+  worker.draining = hello.draining;
+  worker.silent = false;
+  worker.jobs.clear();
+  for (const LeaseId id : worker.leases) {
+    ++worker.jobs[leases.at(id).unit.job].leases;
+  }
+  if (!worker.draining) {
+    farm_threads += hello.threads;
+  }
+  note(step, Note::Level::info, "worker {} is here: {} threads on {}, class {}", hello.name, hello.threads, hello.host,
+       hello.fingerprint_class);
+  send(step, session, Welcome{epoch, limits.heartbeat_interval, limits.lease_duration});
+  take_back_held(worker, hello, now, step);
+  serve(worker, now, step);
+  serve_all(now, step);
+}
+
+void Coordinator::State::take_back_held(Worker& worker, const WorkerHello& hello, Time now, Step& step) {
+  LeaseCancel unwanted;
+  std::set<LeaseId> kept;
+  for (const HeldLease& held : hello.held) {
+    if (adopt_held(worker, held, now, step)) {
+      kept.insert(held.lease);
+    } else {
+      unwanted.leases.push_back(held.lease);
+    }
+  }
+  // What was given under this name and is not held any more is not being worked on.
+  const std::set<LeaseId> before = worker.leases;
+  for (const LeaseId id : before) {
+    if (worker.leases.contains(id) && !kept.contains(id)) {
+      Job& job = *jobs.at(leases.at(id).unit.job);
+      end_lease(id, false, true, now, step);
+      put_progress(job, now, step);
+      finish_if_complete(job, now, step);
+    }
+  }
+  if (!unwanted.leases.empty()) {
+    send_after_commit(step, *worker.session, std::move(unwanted));
+  }
+}
+
+bool Coordinator::State::adopt_held(Worker& worker, const HeldLease& held, Time now, Step& step) {
+  Job* const job = find_job(held.unit.job);
+  if (job == nullptr || !job->active() || job->digest != held.render_digest || held.unit.tiles.empty() ||
+      !may_render(worker, *job)) {
+    return false;
+  }
+  std::vector<TileId> tiles = held.unit.tiles;
+  std::sort(tiles.begin(), tiles.end());
+  tiles.erase(std::unique(tiles.begin(), tiles.end()), tiles.end());
+  if (const auto found = leases.find(held.lease); found != leases.end()) {
+    Lease& lease = found->second;
+    if (lease.worker != worker.hello.name || lease.unit.job != held.unit.job || lease.unit.range != held.unit.range) {
+      return false;
+    }
+    lease.abandoned = false;
+    renew(lease, now);
+    const std::vector<TileId> leased = lease.unit.tiles;
+    const SampleRange range = lease.unit.range;
+    for (const TileId tile : leased) {
+      // The worker has seen this tile acknowledged or never got it; if it is not covered, somebody must render it.
+      if (!std::binary_search(tiles.begin(), tiles.end(), tile)) {
+        job->plan->release(held.lease, tile, range);
+        tile_done(held.lease, tile, now, step, true);
+      }
+    }
+    refresh_queue(*job);
+    if (!leases.contains(held.lease)) {
+      return false;
+    }
+  } else {
+    // An earlier coordinator, or this one before it took the lease for lost, gave it: go on with what is still free.
+    Unit unit{held.unit.job, held.unit.range, {}};
+    for (const TileId tile : tiles) {
+      if (job->plan->adopt(held.lease, tile, held.unit.range)) {
+        unit.tiles.push_back(tile);
+      }
+    }
+    if (unit.tiles.empty()) {
+      return false;
+    }
+    open_lease(worker, *job, held.lease, std::move(unit), false, now);
+    refresh_queue(*job);
+  }
+  WorkerJob& known = worker.jobs[job->id()];
+  known.describe = false;
+  known.confirmed = true;
+  job->class_durable = true;
+  return true;
+}
+
+void Coordinator::State::on_heartbeat(Worker& worker, const WorkerHeartbeat& heartbeat, Time now, Step& step) {
+  LeaseCancel unknown;
+  for (const LeaseId id : heartbeat.leases) {
+    const auto found = leases.find(id);
+    if (found != leases.end() && found->second.worker == worker.hello.name) {
+      renew(found->second, now);
+    } else {
+      unknown.leases.push_back(id);
+    }
+  }
+  if (!unknown.leases.empty()) {
+    send_after_commit(step, *worker.session, std::move(unknown));
+  }
+  serve(worker, now, step);
+}
+
+void Coordinator::State::on_return(Worker& worker, const WorkerReturn& message, Time now, Step& step) {
+  const auto found = leases.find(message.lease);
+  if (found == leases.end() || found->second.worker != worker.hello.name) {
+    return;
+  }
+  Job& job = *jobs.at(found->second.unit.job);
+  worker.jobs[job.id()].describe = true;
+  end_lease(message.lease, false, false, now, step);
+  finish_if_complete(job, now, step);
+  serve_all(now, step);
+  serve(worker, now, step);
+}
+
+void Coordinator::State::on_refusal(Worker& worker, const WorkerRefusal& refusal, Time now, Step& step) {
+  Job* const job = find_job(refusal.job);
+  if (job == nullptr || !job->active() || !may_render(worker, *job) || !worker.jobs.contains(refusal.job)) {
+    return;
+  }
+  finish_job(*job, JobState::failed, fmt::format("worker {}: {}", worker.hello.name, refusal.reason), now, step);
+  serve_all(now, step);
+  serve(worker, now, step);
+}
+
+void Coordinator::State::disconnect(SessionId session, Time now) {
+  const auto found = sessions.find(session);
+  if (found == sessions.end()) {
+    return;
+  }
+  const std::string name = found->second.worker;
+  if (Worker* const worker = worker_of(session)) {
+    if (!worker->draining) {
+      farm_threads -= worker->hello.threads;
+    }
+    worker->session.reset();
+    idle.erase(name);
+    for (const LeaseId id : worker->leases) {
+      Lease& lease = leases.at(id);
+      lease.abandoned = true;
+      set_deadline(lease, std::min(lease.deadline, now + limits.disconnect_grace));
+    }
+  }
+  sessions.erase(found);
+  forget_if_gone(name);
+}
+
+void Coordinator::State::forget_if_gone(const std::string& name) {
+  const auto found = workers.find(name);
+  if (found != workers.end() && !found->second.session && found->second.leases.empty()) {
+    idle.erase(name);
+    workers.erase(found);
+  }
+}
+
+// ---- the class ----
+
+void Coordinator::worker_connected(SessionId session, const WorkerHello& hello, Time now, Step& step) {
+  state_->connect(session, hello, now, step);
+}
+
+void Coordinator::worker_message(SessionId session, WorkerMessage message, Time now, std::int64_t unix_ms, Step& step) {
+  State& state = *state_;
+  state.saw_clock(now, unix_ms);
+  if (!state.sessions.contains(session)) {
+    return;
+  }
+  if (Worker* const worker = state.worker_of(session); worker != nullptr && worker->silent) {
+    worker->silent = false;
+    state.idle.insert(worker->hello.name);
+  }
+  if (auto* result = std::get_if<WorkerResult>(&message)) {
+    state.on_result(session, std::move(*result), now, step);
+    return;
+  }
+  Worker* const worker = state.worker_of(session);
+  if (worker == nullptr) {
+    return;
+  }
+  std::visit(Overloaded{
+                 [&](const WorkerHeartbeat& heartbeat) { state.on_heartbeat(*worker, heartbeat, now, step); },
+                 [&](const WorkerReturn& lease) { state.on_return(*worker, lease, now, step); },
+                 [&](const WorkerRefusal& refusal) { state.on_refusal(*worker, refusal, now, step); },
+                 [&](const WorkerDraining&) {
+                   if (!worker->draining) {
+                     worker->draining = true;
+                     state.farm_threads -= worker->hello.threads;
+                     state.idle.erase(worker->hello.name);
+                     note(step, Note::Level::info, "worker {} is leaving", worker->hello.name);
+                   }
+                 },
+                 [](const auto&) {},  // a second hello says nothing new; results are handled above
+             },
+             message);
+}
+
+void Coordinator::worker_disconnected(SessionId session, Time now, Step& step) {
+  if (const Worker* const worker = state_->worker_of(session)) {
+    note(step, Note::Level::info, "worker {} is gone with {} leases", worker->hello.name, worker->leases.size());
+  }
+  state_->disconnect(session, now);
+}
+
+Status Coordinator::drain_worker(const std::string& name, Time now, Step& step) {
+  (void)now;
+  Worker* const worker = state_->find_worker(name);
+  if (worker == nullptr || !worker->session) {
+    return not_found("there is no worker '{}'", name);
+  }
+  if (!worker->draining) {
+    worker->draining = true;
+    state_->farm_threads -= worker->hello.threads;
+    state_->idle.erase(name);
+    note(step, Note::Level::info, "worker {} is asked to leave", name);
+  }
+  send_after_commit(step, *worker->session, DrainRequest{});
+  return ok_status();
+}
+
+}  // namespace lightmill

@@ -1,0 +1,34 @@
+#include "server/scheduling/fair_queue.h"
+
+#include <algorithm>
+#include <limits>
+
+namespace lightmill {
+
+void FairQueue::put(JobId job, const QueuePlace& place) {
+  remove(job);
+  places_.emplace(job, place);
+  order_.insert({place, job});
+}
+
+void FairQueue::remove(JobId job) {
+  const auto found = places_.find(job);
+  if (found != places_.end()) {
+    order_.erase({found->second, job});
+    places_.erase(found);
+  }
+}
+
+double FairQueue::starting_seconds(std::int32_t priority) const {
+  // Within a priority, jobs in their first round stand before the others, each group ascending: two look-ups.
+  double least = std::numeric_limits<double>::infinity();
+  for (const bool first_round : {true, false}) {
+    const auto at = order_.lower_bound({{priority, first_round, -std::numeric_limits<double>::infinity()}, JobId{0}});
+    if (at != order_.end() && at->place.priority == priority && at->place.first_round == first_round) {
+      least = std::min(least, at->place.given_seconds);
+    }
+  }
+  return std::isinf(least) ? 0 : least;
+}
+
+}  // namespace lightmill

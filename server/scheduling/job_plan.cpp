@@ -1,0 +1,268 @@
+#include "server/scheduling/job_plan.h"
+
+#include <algorithm>
+
+#include "common/base/check.h"
+
+namespace lightmill {
+namespace {
+
+constexpr std::uint64_t kLeastWaitingNodes = 4;  ///< per tile
+
+std::uint64_t bytes_of_one_node_per_tile(const Film& film) {
+  return static_cast<std::uint64_t>(film.grid().crop().pixel_count()) * film.channels() * 2 * sizeof(float);
+}
+
+bool overlap(const SampleRange& a, const SampleRange& b) {
+  return a.contains(b) || b.contains(a);
+}
+
+}  // namespace
+
+JobPlan::JobPlan(const Film& film, std::uint64_t goal, std::uint64_t budget_bytes)
+    : film_(film),
+      goal_(goal),
+      waiting_limit_(std::max(kLeastWaitingNodes, budget_bytes / bytes_of_one_node_per_tile(film))),
+      queued_at_(film.grid().tile_count(), kNotQueued) {
+  LM_CHECK(goal > 0 && goal <= kMaxSamples);
+  rebuild();
+}
+
+void JobPlan::rebuild() {
+  buckets_.clear();
+  std::fill(queued_at_.begin(), queued_at_.end(), kNotQueued);
+  for (std::uint32_t tile = 0; tile < queued_at_.size(); ++tile) {
+    enqueue(TileId{tile});
+  }
+}
+
+void JobPlan::set_goal(std::uint64_t goal) {
+  LM_CHECK(goal > 0 && goal <= kMaxSamples);
+  goal_ = goal;
+  closed_ = false;
+  rebuild();
+}
+
+void JobPlan::close() {
+  closed_ = true;
+  rebuild();
+}
+
+std::optional<Gap> JobPlan::find_gap(TileId tile) const {
+  const std::vector<NodePtr>& forest = film_.forest(tile);
+  const auto found = out_.find(tile);
+  const std::span<const OutRange> out = found == out_.end() ? std::span<const OutRange>() : std::span(found->second);
+
+  // Walk both ascending lists together, from the first sample on.
+  std::size_t i = 0;
+  std::size_t j = 0;
+  std::uint64_t position = 0;
+  for (;;) {
+    if (i < forest.size() && forest[i]->range.first() == position) {
+      position = forest[i++]->range.end();
+    } else if (j < out.size() && out[j].range.first() == position) {
+      position = out[j++].range.end();
+    } else {
+      break;
+    }
+  }
+  Gap gap{position, goal_};
+  if (closed_) {
+    gap.end = std::max(i < forest.size() ? forest.back()->range.end() : 0, j < out.size() ? out.back().range.end() : 0);
+  }
+  if (i < forest.size()) {
+    gap.end = std::min(gap.end, forest[i]->range.first());
+  }
+  if (j < out.size()) {
+    gap.end = std::min(gap.end, out[j].range.first());
+  }
+  if (gap.first >= gap.end) {
+    return std::nullopt;
+  }
+  // What nothing out stands before is always allowed: nothing else lets waiting nodes be joined.
+  const std::size_t joined =
+      static_cast<std::size_t>(std::find_if(forest.begin(), forest.end(),
+                                            [end = std::uint64_t{0}](const NodePtr& node) mutable {
+                                              const bool gap_before = node->range.first() != end;
+                                              end = node->range.end();
+                                              return gap_before;
+                                            }) -
+                               forest.begin());
+  if (j > 0 && out.size() + (forest.size() - joined) >= waiting_limit_) {
+    return std::nullopt;
+  }
+  return gap;
+}
+
+void JobPlan::enqueue(TileId tile) {
+  const std::optional<Gap> gap = find_gap(tile);
+  std::uint32_t& at = queued_at_[tile.value];
+  if (gap && (at == kNotQueued || at > gap->first)) {
+    at = static_cast<std::uint32_t>(gap->first);
+    buckets_[at].push_back(tile);
+  }
+}
+
+std::optional<Gap> JobPlan::check_entry(TileId tile, std::uint32_t position) {
+  if (queued_at_[tile.value] != position) {
+    return std::nullopt;
+  }
+  const std::optional<Gap> gap = find_gap(tile);
+  if (gap && gap->first == position) {
+    return gap;
+  }
+  queued_at_[tile.value] = kNotQueued;
+  enqueue(tile);
+  return std::nullopt;
+}
+
+bool JobPlan::clean_front() {
+  while (!buckets_.empty()) {
+    const auto bucket = buckets_.begin();
+    if (bucket->second.empty()) {
+      buckets_.erase(bucket);
+    } else if (!check_entry(bucket->second.front(), bucket->first)) {
+      bucket->second.pop_front();
+    } else {
+      return true;
+    }
+  }
+  return false;
+}
+
+bool JobPlan::has_work() {
+  return clean_front();
+}
+
+std::optional<Unit> JobPlan::take(JobId job, LeaseId lease, const UnitAim& aim) {
+  if (!clean_front()) {
+    return std::nullopt;
+  }
+  const std::uint32_t position = buckets_.begin()->first;
+  std::deque<TileId>& waiting = buckets_.begin()->second;
+  const TileId lead = waiting.front();
+  Unit unit{job, choose_range(*find_gap(lead), waiting.size(), pixels(lead), aim), {}};
+  const std::uint32_t wanted = choose_tile_count(unit.range, waiting.size(), pixels(lead), aim);
+
+  // Tiles whose gap is too short for the range stay for another unit; not many are looked at for that.
+  std::vector<TileId> set_aside;
+  std::uint64_t looked_at = 0;
+  while (!waiting.empty() && unit.tiles.size() < wanted && looked_at++ < 2 * std::uint64_t{wanted} + 64) {
+    const TileId tile = waiting.front();
+    const std::optional<Gap> gap = check_entry(tile, position);
+    waiting.pop_front();
+    if (!gap) {
+      continue;
+    }
+    if (gap->end < unit.range.end()) {
+      set_aside.push_back(tile);
+      continue;
+    }
+    unit.tiles.push_back(tile);
+    queued_at_[tile.value] = kNotQueued;
+    hold(lease, tile, unit.range);
+    enqueue(tile);
+  }
+  waiting.insert(waiting.begin(), set_aside.begin(), set_aside.end());
+  LM_CHECK(!unit.tiles.empty());
+  std::sort(unit.tiles.begin(), unit.tiles.end());
+  return unit;
+}
+
+void JobPlan::hold(LeaseId lease, TileId tile, SampleRange range) {
+  std::vector<OutRange>& out = out_[tile];
+  const auto at =
+      std::find_if(out.begin(), out.end(), [&](const OutRange& each) { return each.range.first() > range.first(); });
+  out.insert(at, {range, {lease}});
+  out_pixel_samples_ += pixels(tile) * range.count();
+}
+
+bool JobPlan::adopt(LeaseId lease, TileId tile, SampleRange range) {
+  if (tile.value >= queued_at_.size() || range.level > kMaxRangeLevel || range.end() > goal_) {
+    return false;
+  }
+  const auto touches = [&](const auto& each) { return overlap(each, range); };
+  if (std::ranges::any_of(film_.forest(tile), [&](const NodePtr& node) { return touches(node->range); })) {
+    return false;
+  }
+  if (const auto found = out_.find(tile);
+      found != out_.end() &&
+      std::ranges::any_of(found->second, [&](const OutRange& each) { return touches(each.range); })) {
+    return false;
+  }
+  hold(lease, tile, range);
+  enqueue(tile);
+  return true;
+}
+
+bool JobPlan::add_copy(LeaseId lease, TileId tile, SampleRange range) {
+  const auto found = out_.find(tile);
+  if (found == out_.end()) {
+    return false;
+  }
+  for (OutRange& each : found->second) {
+    if (each.range == range && each.holders.size() == 1 && each.holders[0] != lease) {
+      each.holders.push_back(lease);
+      return true;
+    }
+  }
+  return false;
+}
+
+std::uint32_t JobPlan::holders(TileId tile, SampleRange range) const {
+  const auto found = out_.find(tile);
+  if (found != out_.end()) {
+    for (const OutRange& each : found->second) {
+      if (each.range == range) {
+        return static_cast<std::uint32_t>(each.holders.size());
+      }
+    }
+  }
+  return 0;
+}
+
+void JobPlan::release(LeaseId lease, TileId tile, SampleRange range) {
+  const auto found = out_.find(tile);
+  if (found == out_.end()) {
+    return;
+  }
+  std::vector<OutRange>& out = found->second;
+  const auto at = std::find_if(out.begin(), out.end(), [&](const OutRange& each) { return each.range == range; });
+  if (at == out.end()) {
+    return;
+  }
+  std::erase(at->holders, lease);
+  if (!at->holders.empty()) {
+    return;
+  }
+  out.erase(at);
+  out_pixel_samples_ -= pixels(tile) * range.count();
+  if (out.empty()) {
+    out_.erase(found);
+  }
+  enqueue(tile);
+}
+
+std::vector<JobPlan::Hold> JobPlan::settle(TileId tile) {
+  std::vector<Hold> ended;
+  if (const auto found = out_.find(tile); found != out_.end()) {
+    std::vector<OutRange>& out = found->second;
+    std::erase_if(out, [&](const OutRange& each) {
+      if (!film_.covered(tile, each.range)) {
+        return false;
+      }
+      for (const LeaseId holder : each.holders) {
+        ended.push_back({holder, tile, each.range});
+      }
+      out_pixel_samples_ -= pixels(tile) * each.range.count();
+      return true;
+    });
+    if (out.empty()) {
+      out_.erase(found);
+    }
+  }
+  enqueue(tile);
+  return ended;
+}
+
+}  // namespace lightmill

@@ -1,0 +1,93 @@
+// What of one job is free, out, or done: cuts units and takes back what was lost.
+//
+// The plan keeps no list of pending work. A tile's free samples are those below the goal that neither its forest covers
+// nor anybody has out; the lowest of them is its frontier. Tiles wait in buckets by frontier, and the lowest bucket
+// goes first: so ranges of a tile go out in ascending order, all tiles advance together, a lost range is a lower
+// frontier and goes out next, and a restarted coordinator finds the same plan in the film alone. Buckets may hold stale
+// entries, which are dropped when met.
+//
+// Pure and not thread-safe. Taking a unit costs O(tiles in it), whatever the size of the film.
+#pragma once
+
+#include <cstdint>
+#include <deque>
+#include <map>
+#include <optional>
+#include <unordered_map>
+#include <vector>
+
+#include "common/farm/messages.h"
+#include "common/film/film.h"
+#include "server/scheduling/unit_size.h"
+
+namespace lightmill {
+
+class JobPlan {
+ public:
+  /// `film` must outlive the plan. `goal` is in samples per pixel. Nodes that are out, or merged but beyond a tile's
+  /// first gap, hold at most `budget_bytes` altogether, but four per tile are always allowed.
+  JobPlan(const Film& film, std::uint64_t goal, std::uint64_t budget_bytes);
+
+  void set_goal(std::uint64_t goal);
+  /// From now on only fills gaps below what is out or merged, so that every tile ends as samples [0, n) for some n.
+  void close();
+  bool closed() const { return closed_; }
+  std::uint64_t goal() const { return goal_; }
+
+  /// Whether take() would give something.
+  bool has_work();
+  /// Whether some tile waits for its first sample; has_work() was called since the last change.
+  bool first_round() const { return !buckets_.empty() && buckets_.begin()->first == 0; }
+  /// Cuts the next unit, of which `lease` now holds each tile's range.
+  std::optional<Unit> take(JobId job, LeaseId lease, const UnitAim& aim);
+  /// `lease` already works on this range (a worker came back with it). False if the range is not wholly free.
+  bool adopt(LeaseId lease, TileId tile, SampleRange range);
+  /// A second lease works on a range that is out. False if it is not out, or has two holders already.
+  bool add_copy(LeaseId lease, TileId tile, SampleRange range);
+  /// `lease` does not work on this range any more. Nothing happens if it did not.
+  void release(LeaseId lease, TileId tile, SampleRange range);
+
+  /// A lease's hold on one range.
+  struct Hold {
+    LeaseId lease;
+    TileId tile;
+    SampleRange range;
+  };
+  /// To be called after each merge into a tile: ends and returns the holds on ranges that the film now covers.
+  std::vector<Hold> settle(TileId tile);
+
+  bool nothing_out() const { return out_.empty(); }
+  std::uint64_t out_pixel_samples() const { return out_pixel_samples_; }  ///< copies counted once
+  std::uint32_t holders(TileId tile, SampleRange range) const;
+
+ private:
+  struct OutRange {
+    SampleRange range;
+    std::vector<LeaseId> holders;  ///< one or two
+  };
+  static constexpr std::uint32_t kNotQueued = ~std::uint32_t{0};
+
+  /// The lowest free samples of a tile, if it has any and may have more out.
+  std::optional<Gap> find_gap(TileId tile) const;
+  void enqueue(TileId tile);
+  void rebuild();
+  /// Pops entries from the lowest bucket until its front is right; false if there is nothing.
+  bool clean_front();
+  /// Whether the entry (tile, position) is current; if not, the tile is queued where it belongs.
+  std::optional<Gap> check_entry(TileId tile, std::uint32_t position);
+  void hold(LeaseId lease, TileId tile, SampleRange range);
+  std::uint64_t pixels(TileId tile) const {
+    return static_cast<std::uint64_t>(film_.grid().tile_rect(tile).pixel_count());
+  }
+
+  const Film& film_;
+  std::uint64_t goal_;
+  std::uint64_t waiting_limit_;  ///< nodes per tile
+  bool closed_ = false;
+  std::map<std::uint32_t, std::deque<TileId>> buckets_;
+  std::vector<std::uint32_t> queued_at_;                   ///< by tile: position of its current entry, or kNotQueued
+  std::unordered_map<TileId, std::vector<OutRange>> out_;  ///< ascending, disjoint
+  std::uint64_t out_pixel_samples_ = 0;
+};
+
+}  // namespace lightmill

@@ -1,0 +1,64 @@
+#include "server/scheduling/unit_size.h"
+
+#include <algorithm>
+#include <bit>
+#include <cmath>
+
+#include "common/base/check.h"
+
+namespace lightmill {
+namespace {
+
+/// Of a thread that nothing is known of: slow, so that a first unit is never too long.
+constexpr double kUnknownSecondsPerPixelSample = 1e-6;
+/// Tiles per thread of a first unit of unknown cost.
+constexpr std::uint32_t kTilesPerThreadAtFirst = 4;
+/// No range is cut for the sake of parallelism into pieces of less thread time: a result costs some 0.3 ms to send and
+/// store.
+constexpr double kLeastPieceSeconds = 0.03;
+
+double cost_of(const UnitAim& aim) {
+  return aim.seconds_per_pixel_sample > 0 ? aim.seconds_per_pixel_sample : kUnknownSecondsPerPixelSample;
+}
+
+}  // namespace
+
+SampleRange choose_range(const Gap& gap, std::uint64_t tiles, std::uint64_t tile_pixels, const UnitAim& aim) {
+  LM_CHECK(gap.first < gap.end && gap.end <= kMaxSamples);
+  std::uint32_t level = 0;
+  if (gap.first > 0) {
+    const auto alignment = static_cast<std::uint32_t>(std::countr_zero(gap.first));
+    const auto fits = static_cast<std::uint32_t>(std::bit_width(gap.end - gap.first) - 1);
+    level = std::min(alignment, fits);
+  }
+  const std::uint64_t span = std::uint64_t{1} << level;
+  const double sample_seconds = static_cast<double>(tile_pixels) * cost_of(aim);
+  while (level > 0) {
+    const double seconds = std::ldexp(sample_seconds, static_cast<int>(level));
+    const std::uint64_t pieces = tiles * (span >> level);
+    const bool too_long = seconds > aim.unit_seconds;
+    const bool too_few = pieces < 2 * std::uint64_t{aim.farm_threads} && seconds / 2 >= kLeastPieceSeconds;
+    if (!too_long && !too_few) {
+      break;
+    }
+    --level;
+  }
+  return {level, static_cast<std::uint32_t>(gap.first >> level)};
+}
+
+std::uint32_t choose_tile_count(const SampleRange& range, std::uint64_t tiles, std::uint64_t tile_pixels,
+                                const UnitAim& aim) {
+  const double threads = std::max<std::uint32_t>(aim.threads, 1);
+  double wanted = kTilesPerThreadAtFirst * threads;
+  if (aim.seconds_per_pixel_sample > 0) {
+    const double tile_seconds =
+        static_cast<double>(tile_pixels) * static_cast<double>(range.count()) * aim.seconds_per_pixel_sample;
+    wanted = std::max(std::floor(aim.unit_seconds * threads / tile_seconds), threads);
+  }
+  // The worker's share of what waits: a round is spread over the farm, and units shrink towards its end.
+  const double share = std::ceil(static_cast<double>(tiles) * threads / std::max<double>(aim.farm_threads, threads));
+  const double most = std::min<double>(static_cast<double>(tiles), kMaxTilesPerUnit);
+  return static_cast<std::uint32_t>(std::clamp(std::min(wanted, share), 1.0, std::max(most, 1.0)));
+}
+
+}  // namespace lightmill

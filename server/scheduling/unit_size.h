@@ -1,0 +1,37 @@
+// How large a unit should be: pure arithmetic on what is known of the worker, the farm and the film.
+#pragma once
+
+#include <cstdint>
+
+#include "common/film/sample_range.h"
+
+namespace lightmill {
+
+/// What decides the size of a unit besides the film.
+struct UnitAim {
+  double unit_seconds = 1;              ///< how long the worker should take; also the most for one tile on one thread
+  double seconds_per_pixel_sample = 0;  ///< of one of its threads, for this job; 0: not known yet
+  std::uint32_t threads = 1;            ///< of the worker
+  std::uint32_t farm_threads = 1;       ///< of all workers that may render this job
+};
+
+/// Samples [first, end) of a tile that nobody has rendered or is rendering.
+struct Gap {
+  std::uint64_t first = 0;
+  std::uint64_t end = 0;
+};
+
+/// The range to be leased at the start of `gap` of `tiles` tiles of `tile_pixels` pixels each: the largest dyadic one
+/// that the gap, its alignment (hence at most as many samples as went before) and `unit_seconds` allow, but small
+/// enough that all threads of the farm find work. The first sample of a pixel comes alone, so that a picture is there
+/// at once.
+SampleRange choose_range(const Gap& gap, std::uint64_t tiles, std::uint64_t tile_pixels, const UnitAim& aim);
+
+/// How many of `tiles` tiles that wait for `range` to put into the unit; at least 1, at most `tiles` and
+/// kMaxTilesPerUnit.
+std::uint32_t choose_tile_count(const SampleRange& range, std::uint64_t tiles, std::uint64_t tile_pixels,
+                                const UnitAim& aim);
+
+inline constexpr std::uint32_t kMaxTilesPerUnit = 4096;
+
+}  // namespace lightmill

@@ -1,0 +1,111 @@
+// A coordinator driven by hand: a clock, steps that commit at once, and workers that are only names.
+#pragma once
+
+#include <gtest/gtest.h>
+
+#include "common/film/film.h"
+#include "server/domain/coordinator.h"
+
+namespace lightmill::testing {
+
+class CoordinatorTest : public ::testing::Test {
+ protected:
+  explicit CoordinatorTest(StoredState stored = {}) { restart(std::move(stored)); }
+
+  void restart(StoredState stored) { coordinator = std::make_unique<Coordinator>(limits, std::move(stored), now); }
+
+  static JobSpec spec(const std::string& request_id = "r1", std::uint64_t samples = 4,
+                      PixelRect crop = {0, 0, 128, 64}) {
+    JobSpec spec;
+    spec.request_id = request_id;
+    spec.name = "box";
+    spec.goal.samples = samples;
+    spec.settings.scene = "scene";
+    spec.settings.width = crop.width;
+    spec.settings.height = crop.height;
+    spec.settings.crop = crop;
+    spec.settings.renderer_version = kRendererVersion;
+    return spec;
+  }
+  JobId submit(const JobSpec& job) {
+    const Result<JobId> id = coordinator->submit(job, now, unix_ms(), step);
+    EXPECT_TRUE(id.ok()) << id.status();
+    flush();
+    return *id;
+  }
+  SessionId connect(const std::string& name, std::uint32_t threads = 1, const std::string& fingerprint = "class-a",
+                    std::vector<HeldLease> held = {}) {
+    const SessionId session{next_session++};
+    WorkerHello hello{name, "host", 1, threads, fingerprint, kRendererVersion, std::move(held), false};
+    coordinator->worker_connected(session, hello, now, step);
+    flush();
+    return session;
+  }
+  void say(SessionId session, WorkerMessage message) {
+    coordinator->worker_message(session, std::move(message), now, unix_ms(), step);
+    flush();
+  }
+  void pass(Duration time) {
+    now += time;
+    coordinator->tick(now, unix_ms(), step);
+    flush();
+  }
+  std::int64_t unix_ms() const {
+    return std::chrono::duration_cast<std::chrono::milliseconds>(now.time_since_epoch()).count();
+  }
+
+  /// What a worker would return: a value that depends on the samples alone, the same in all pixels.
+  WorkerResult result(const LeaseGrant& grant, TileId tile, double seconds = 0.01) const {
+    WorkerResult result;
+    result.lease = grant.lease;
+    result.key = {grant.unit.job, tile, grant.unit.range};
+    const Film* film = coordinator->film(grant.unit.job);
+    result.node = {grant.unit.range,
+                   std::vector<float>(film->expected_values(tile), static_cast<float>(grant.unit.range.count())), 0};
+    result.hash = hash_of(result.node);
+    result.render_digest = coordinator->status(grant.unit.job, now)->render_digest;
+    result.seconds = seconds;
+    return result;
+  }
+  void finish(SessionId session, const LeaseGrant& grant) {
+    for (const TileId tile : grant.unit.tiles) {
+      say(session, result(grant, tile));
+    }
+  }
+  /// All messages of one kind sent to a session so far.
+  template <class T>
+  std::vector<T> got(SessionId session) const {
+    std::vector<T> found;
+    for (const Outgoing& each : sent) {
+      if (each.to == session && std::holds_alternative<T>(each.message)) {
+        found.push_back(std::get<T>(each.message));
+      }
+    }
+    return found;
+  }
+  /// Renders whatever it is given until nothing comes any more.
+  void work(SessionId session) {
+    for (std::size_t done = 0; done < got<LeaseGrant>(session).size(); ++done) {
+      finish(session, got<LeaseGrant>(session)[done]);
+    }
+  }
+  JobStatus status(JobId job) const { return *coordinator->status(job, now); }
+
+  void flush() {
+    for (std::vector<Outgoing>* channel : {&step.now, &step.after_commit}) {
+      sent.insert(sent.end(), channel->begin(), channel->end());
+    }
+    writes.insert(writes.end(), step.writes.begin(), step.writes.end());
+    step = {};
+  }
+
+  CoordinatorLimits limits;
+  Time now{std::chrono::seconds(1000)};
+  std::unique_ptr<Coordinator> coordinator;
+  Step step;
+  std::vector<Outgoing> sent;
+  std::vector<StoreOp> writes;
+  std::uint64_t next_session = 1;
+};
+
+}  // namespace lightmill::testing

@@ -1,0 +1,462 @@
+#include "worker/session/session.h"
+
+#include <algorithm>
+
+#include "common/base/check.h"
+
+namespace lightmill {
+namespace {
+
+template <class... Handlers>
+struct Overloaded : Handlers... {
+  using Handlers::operator()...;
+};
+template <class... Handlers>
+Overloaded(Handlers...) -> Overloaded<Handlers...>;
+
+}  // namespace
+
+Session::Session(SessionConfig config) : config_(std::move(config)), backoff_(config_.reconnect_least) {
+  LM_CHECK(config_.threads > 0);
+}
+
+void Session::send(WorkerMessage message, SessionActions& actions) {
+  actions.push_back(SendMessage{std::make_shared<const WorkerMessage>(std::move(message))});
+}
+
+// ---- the stream ----
+
+void Session::start(Time now, SessionActions& actions) {
+  next_open_ = now;
+  tick(now, actions);
+}
+
+void Session::connected(Time now, SessionActions& actions) {
+  if (exited_) {
+    return;
+  }
+  link_ = Link::up;
+  next_heartbeat_ = now + heartbeat_interval_;
+  WorkerHello hello{
+      config_.name, config_.host, config_.pid, config_.threads, config_.fingerprint_class, config_.renderer_version,
+      {},           draining_};
+  for (const auto& [id, lease] : leases_) {
+    // What is neither queued, with the threads nor waiting for its acknowledgement is done with.
+    HeldLease held{id, lease.epoch, lease.description->render_digest, {lease.unit.job, lease.unit.range, {}}};
+    held.unit.tiles.assign(lease.queued.begin(), lease.queued.end());
+    held.unit.tiles.insert(held.unit.tiles.end(), lease.rendering.begin(), lease.rendering.end());
+    held.unit.tiles.insert(held.unit.tiles.end(), lease.unacknowledged.begin(), lease.unacknowledged.end());
+    std::sort(held.unit.tiles.begin(), held.unit.tiles.end());
+    if (!held.unit.tiles.empty()) {
+      hello.held.push_back(std::move(held));
+    }
+  }
+  send(std::move(hello), actions);
+  std::vector<const Result*> again;
+  for (const auto& [key, result] : results_) {
+    again.push_back(&result);
+  }
+  std::sort(again.begin(), again.end(), [](const Result* a, const Result* b) { return a->sequence < b->sequence; });
+  for (const Result* result : again) {
+    actions.push_back(SendMessage{result->message});
+  }
+  advance(actions);
+}
+
+void Session::disconnected(Time now, SessionActions& actions) {
+  if (exited_) {
+    return;
+  }
+  if (link_ == Link::up && welcomed_) {
+    backoff_ = config_.reconnect_least;
+  }
+  welcomed_ = false;
+  link_ = Link::down;
+  next_open_ = now + backoff_;
+  backoff_ = std::min(backoff_ * 2, config_.reconnect_most);
+  advance(actions);
+}
+
+void Session::tick(Time now, SessionActions& actions) {
+  if (exited_) {
+    return;
+  }
+  if (draining_ && now >= drain_deadline_) {
+    exit("the coordinator did not take the last results in time", true, actions);
+    return;
+  }
+  if (link_ == Link::down && now >= next_open_) {
+    link_ = Link::opening;
+    actions.push_back(OpenStream{});
+  }
+  if (link_ == Link::up && now >= next_heartbeat_) {
+    next_heartbeat_ = now + heartbeat_interval_;
+    WorkerHeartbeat heartbeat;
+    for (const auto& [id, lease] : leases_) {
+      if (!lease.queued.empty() || !lease.rendering.empty()) {
+        heartbeat.leases.push_back(id);
+      }
+    }
+    send(std::move(heartbeat), actions);
+  }
+  for (auto& [id, job] : jobs_) {
+    if (job.state == Job::State::unavailable && now >= job.retry) {
+      job.state = Job::State::preparing;
+      actions.push_back(PrepareJob{job.description});
+    }
+  }
+}
+
+std::optional<Time> Session::next_deadline() const {
+  if (exited_) {
+    return std::nullopt;
+  }
+  std::optional<Time> next;
+  const auto by = [&](Time time) { next = next ? std::min(*next, time) : time; };
+  if (draining_) {
+    by(drain_deadline_);
+  }
+  if (link_ == Link::down) {
+    by(next_open_);
+  }
+  if (link_ == Link::up) {
+    by(next_heartbeat_);
+  }
+  for (const auto& [id, job] : jobs_) {
+    if (job.state == Job::State::unavailable) {
+      by(job.retry);
+    }
+  }
+  return next;
+}
+
+// ---- what the coordinator says ----
+
+void Session::message(const CoordinatorMessage& message, Time now, SessionActions& actions) {
+  if (exited_ || link_ != Link::up) {
+    return;
+  }
+  std::visit(Overloaded{
+                 [&](const Welcome& welcome) {
+                   welcomed_ = true;
+                   epoch_ = welcome.epoch;
+                   heartbeat_interval_ = std::max<Duration>(welcome.heartbeat_interval, std::chrono::milliseconds(1));
+                   next_heartbeat_ = now + heartbeat_interval_;
+                 },
+                 [&](const JobDescription& description) { describe_job(description, actions); },
+                 [&](const LeaseGrant& grant) { grant_lease(grant, actions); },
+                 [&](const ResultAck& ack) { acknowledge(ack, now, actions); },
+                 [&](const LeaseCancel& cancel) { cancel_leases(cancel, actions); },
+                 [&](const DrainRequest&) { begin_drain(false, now, actions); },
+                 [&](const Dismissal& dismissal) { exit(dismissal.reason, true, actions); },
+             },
+             message);
+  advance(actions);
+}
+
+void Session::describe_job(const JobDescription& description, SessionActions& actions) {
+  const auto found = jobs_.find(description.job);
+  if (found != jobs_.end()) {
+    if (found->second.description->render_digest == description.render_digest) {
+      return;
+    }
+    // Another job under the same number: another farm answers at this address now. What is left of the old one is
+    // worthless.
+    erase_leases_of(description.job, actions);
+    forget_job(description.job, actions);
+    std::erase_if(results_, [&](const auto& entry) {
+      const bool of_old_job = entry.first.job == description.job;
+      result_bytes_ -= of_old_job ? entry.second.bytes : 0;
+      return of_old_job;
+    });
+    std::erase_if(rendering_ticket_, [&](const auto& entry) { return entry.first.job == description.job; });
+    for (auto& [ticket, rendering] : rendering_) {
+      rendering.wanted = rendering.wanted && rendering.key.job != description.job;
+    }
+  }
+  Job& job = jobs_[description.job];
+  job.description = std::make_shared<const JobDescription>(description);
+  job.state = Job::State::preparing;
+  actions.push_back(PrepareJob{job.description});
+}
+
+void Session::grant_lease(const LeaseGrant& grant, SessionActions& actions) {
+  if (leases_.contains(grant.lease) || grant.unit.tiles.empty()) {
+    return;
+  }
+  const auto job = jobs_.find(grant.unit.job);
+  if (draining_ || job == jobs_.end() || leases_.size() >= config_.max_leases) {
+    send(WorkerReturn{grant.lease}, actions);
+    return;
+  }
+  ++job->second.leases;
+  Lease& lease = leases_[grant.lease];
+  lease.epoch = epoch_;
+  lease.unit = grant.unit;
+  lease.description = job->second.description;
+  for (const TileId tile : grant.unit.tiles) {
+    // What waits to be acknowledged here (it was leased before, and taken for lost) needs nothing more.
+    if (!results_.contains({grant.unit.job, tile, grant.unit.range})) {
+      lease.queued.push_back(tile);
+    }
+  }
+  erase_lease_if_finished(grant.lease, actions);
+}
+
+void Session::acknowledge(const ResultAck& ack, Time now, SessionActions& actions) {
+  drain_deadline_ = now + config_.drain_limit;
+  for (const NodeKey& key : ack.keys) {
+    const auto found = results_.find(key);
+    if (found == results_.end()) {
+      continue;
+    }
+    result_bytes_ -= found->second.bytes;
+    const LeaseId lease_id = std::get<WorkerResult>(*found->second.message).lease;
+    results_.erase(found);
+    if (const auto lease = leases_.find(lease_id); lease != leases_.end()) {
+      lease->second.unacknowledged.erase(key.tile);
+      erase_lease_if_finished(lease_id, actions);
+    }
+  }
+}
+
+void Session::cancel_leases(const LeaseCancel& cancel, SessionActions& actions) {
+  for (const LeaseId id : cancel.leases) {
+    if (leases_.contains(id)) {
+      erase_lease(id, actions);
+    }
+  }
+}
+
+// ---- jobs ----
+
+void Session::job_ready(JobId id, Time now, SessionActions& actions) {
+  (void)now;
+  const auto found = jobs_.find(id);
+  if (exited_ || found == jobs_.end() || found->second.state != Job::State::preparing) {
+    return;
+  }
+  found->second.state = Job::State::ready;
+  forget_job_if_idle(id, actions);
+  advance(actions);
+}
+
+void Session::job_unavailable(JobId id, Time now, SessionActions& actions) {
+  const auto found = jobs_.find(id);
+  if (exited_ || found == jobs_.end() || found->second.state != Job::State::preparing) {
+    return;
+  }
+  found->second.state = Job::State::unavailable;
+  found->second.retry = now + config_.prepare_retry;
+  forget_job_if_idle(id, actions);
+  advance(actions);
+}
+
+void Session::job_failed(JobId id, const std::string& reason, Time now, SessionActions& actions) {
+  (void)now;
+  const auto found = jobs_.find(id);
+  if (exited_ || found == jobs_.end() || found->second.state != Job::State::preparing) {
+    return;
+  }
+  if (link_ == Link::up) {
+    send(WorkerRefusal{id, reason}, actions);
+  }
+  // Its leases are not held any more: a coordinator that did not hear the refusal gives them again, and hears it then.
+  erase_leases_of(id, actions);
+  forget_job(id, actions);
+  advance(actions);
+}
+
+void Session::erase_leases_of(JobId job, SessionActions& actions) {
+  std::vector<LeaseId> of_job;
+  for (const auto& [id, lease] : leases_) {
+    if (lease.unit.job == job) {
+      of_job.push_back(id);
+    }
+  }
+  for (const LeaseId id : of_job) {
+    erase_lease(id, actions);
+  }
+}
+
+void Session::forget_job(JobId id, SessionActions& actions) {
+  if (jobs_.erase(id) > 0) {
+    actions.push_back(ForgetJob{id});
+  }
+}
+
+void Session::forget_job_if_idle(JobId id, SessionActions& actions) {
+  // A job that was just described waits for the lease that follows: the description is kept while it is being prepared.
+  const auto found = jobs_.find(id);
+  if (found != jobs_.end() && found->second.leases == 0 && found->second.state != Job::State::preparing &&
+      found->second.had_lease) {
+    forget_job(id, actions);
+  }
+}
+
+// ---- tiles ----
+
+void Session::advance(SessionActions& actions) {
+  if (exited_) {
+    return;
+  }
+  std::vector<LeaseId> finished;
+  for (auto at = leases_.begin(); at != leases_.end() && rendering_.size() < std::size_t{2} * config_.threads; ++at) {
+    Lease& lease = at->second;
+    const auto job = jobs_.find(lease.unit.job);
+    if (job == jobs_.end() || job->second.state != Job::State::ready) {
+      continue;
+    }
+    while (!lease.queued.empty() && rendering_.size() < std::size_t{2} * config_.threads &&
+           result_bytes_ < config_.unacknowledged_bytes) {
+      const TileId tile = lease.queued.front();
+      lease.queued.pop_front();
+      if (results_.contains({lease.unit.job, tile, lease.unit.range})) {
+        continue;  // rendered meanwhile for a lease that had it before
+      }
+      render(lease, at->first, tile, actions);
+    }
+    if (lease.queued.empty()) {
+      finished.push_back(at->first);
+    }
+  }
+  for (const LeaseId id : finished) {
+    erase_lease_if_finished(id, actions);
+  }
+  if (!draining_) {
+    return;
+  }
+  if (link_ == Link::up) {
+    std::vector<LeaseId> given_back;
+    for (const auto& [id, lease] : leases_) {
+      if (lease.give_back && lease.rendering.empty()) {
+        given_back.push_back(id);
+      }
+    }
+    for (const LeaseId id : given_back) {
+      send(WorkerReturn{id}, actions);
+      erase_lease(id, actions);
+    }
+  }
+  if (leases_.empty() && rendering_.empty() && results_.empty()) {
+    exit("drained", false, actions);
+  }
+}
+
+void Session::render(Lease& lease, LeaseId id, TileId tile, SessionActions& actions) {
+  const NodeKey key{lease.unit.job, tile, lease.unit.range};
+  const auto [at, fresh] = rendering_ticket_.emplace(key, next_ticket_);
+  Rendering& rendering = rendering_[at->second];
+  if (fresh) {
+    rendering.key = key;
+    actions.push_back(RenderTile{next_ticket_++, lease.description, key});
+  } else if (const auto former = leases_.find(rendering.lease); former != leases_.end()) {
+    former->second.rendering.erase(tile);  // it is being rendered already; the result will be this lease's
+  }
+  rendering.lease = id;
+  lease.rendering.insert(tile);
+}
+
+void Session::tile_rendered(RenderedTile tile, Time now, SessionActions& actions) {
+  const auto found = rendering_.find(tile.ticket);
+  if (exited_ || found == rendering_.end()) {
+    return;
+  }
+  const Rendering rendering = found->second;
+  rendering_.erase(found);
+  ++tiles_rendered_;
+  drain_deadline_ = now + config_.drain_limit;
+  if (rendering.wanted) {
+    rendering_ticket_.erase(rendering.key);
+  }
+  const auto at = leases_.find(rendering.lease);
+  if (!rendering.wanted || at == leases_.end()) {
+    advance(actions);  // cancelled meanwhile: nobody wants it
+    return;
+  }
+  const NodeKey key = rendering.key;
+  Lease& lease = at->second;
+  lease.rendering.erase(key.tile);
+  lease.unacknowledged.insert(key.tile);
+  Result result;
+  result.bytes = tile.node.values.size() * sizeof(float);
+  result.sequence = next_sequence_++;
+  result.message = std::make_shared<const WorkerMessage>(WorkerResult{
+      rendering.lease, key, std::move(tile.node), tile.hash, lease.description->render_digest, tile.seconds});
+  if (link_ == Link::up) {
+    actions.push_back(SendMessage{result.message});
+  }
+  result_bytes_ += result.bytes;
+  results_[key] = std::move(result);
+  advance(actions);
+}
+
+void Session::erase_lease_if_finished(LeaseId id, SessionActions& actions) {
+  const Lease& lease = leases_.at(id);
+  if (lease.queued.empty() && lease.rendering.empty() && lease.unacknowledged.empty() && !lease.give_back) {
+    erase_lease(id, actions);
+  }
+}
+
+void Session::erase_lease(LeaseId id, SessionActions& actions) {
+  const auto found = leases_.find(id);
+  const JobId job_id = found->second.unit.job;
+  leases_.erase(found);
+  if (const auto job = jobs_.find(job_id); job != jobs_.end()) {
+    --job->second.leases;
+    job->second.had_lease = true;
+    forget_job_if_idle(job_id, actions);
+  }
+}
+
+// ---- leaving ----
+
+void Session::drain(Time now, SessionActions& actions) {
+  if (!exited_) {
+    begin_drain(true, now, actions);
+    advance(actions);
+  }
+}
+
+void Session::begin_drain(bool give_back, Time now, SessionActions& actions) {
+  if (!draining_) {
+    draining_ = true;
+    drain_deadline_ = now + config_.drain_limit;
+    if (link_ == Link::up) {
+      send(WorkerDraining{}, actions);
+    }
+  }
+  if (give_back) {
+    for (auto& [id, lease] : leases_) {
+      if (!lease.queued.empty()) {
+        lease.queued.clear();
+        lease.give_back = true;
+      }
+    }
+  }
+}
+
+void Session::exit(const std::string& reason, bool failed, SessionActions& actions) {
+  exited_ = true;
+  if (link_ == Link::up) {
+    actions.push_back(CloseStream{});
+  }
+  actions.push_back(Exit{reason, failed});
+}
+
+SessionStatus Session::status() const {
+  SessionStatus status;
+  status.connected = link_ == Link::up;
+  status.draining = draining_;
+  status.leases = static_cast<std::uint32_t>(leases_.size());
+  for (const auto& [id, lease] : leases_) {
+    status.tiles_queued += static_cast<std::uint32_t>(lease.queued.size());
+  }
+  status.tiles_rendering = static_cast<std::uint32_t>(rendering_.size());
+  status.results_unacknowledged = static_cast<std::uint32_t>(results_.size());
+  status.unacknowledged_bytes = result_bytes_;
+  status.tiles_rendered = tiles_rendered_;
+  return status;
+}
+
+}  // namespace lightmill
