@@ -7,6 +7,7 @@
 #include "common/base/file.h"
 #include "common/scene/mesh.h"
 #include "common/scene_io/obj.h"
+#include "common/scene_io/text_lines.h"
 #include "common/wire/scene_json.h"
 
 namespace lightmill {
@@ -125,7 +126,7 @@ Result<LoadedScene> load_document(const fs::path& path) {
   LM_ASSIGN_OR_RETURN(SceneFile file, read_scene_json(text, path.string()));
   LM_ASSIGN_OR_RETURN(LoadedScene loaded, DocumentLoader(path, std::move(file)).load());
   if (loaded.scene.name.empty()) {
-    loaded.scene.name = path.stem().string();
+    loaded.scene.name = utf8_name(path.stem().string());
   }
   return loaded;
 }
@@ -181,7 +182,7 @@ class MaterialList {
       if (added || same_definition(all_[found->second], material)) {
         return static_cast<std::uint32_t>(found->second);
       }
-      const std::string file = fs::path(material.file).filename().string();
+      const std::string file = utf8_name(fs::path(material.file).filename().string());
       material.name = round == 1 ? fmt::format("{} ({})", material.name, file) : fmt::format("{}'", material.name);
     }
   }
@@ -227,11 +228,11 @@ Result<LoadedScene> load_objs(std::span<const fs::path> paths, KaMeaning ka) {
       LM_ASSIGN_OR_RETURN(const std::uint32_t material, part_material(file, part, materials, loaded.notices));
       const std::array<const ObjPart*, 1> parts{&part};
       LM_ASSIGN_OR_RETURN(const Sha256 asset, add_mesh(file.obj, parts, loaded));
-      const std::string stem = path.stem().string();
+      const std::string stem = utf8_name(path.stem().string());
       loaded.scene.objects.push_back({part.material.empty() ? stem : stem + "/" + part.material, material,
-                                      MeshShape{path.filename().string(), asset}});
+                                      MeshShape{utf8_name(path.filename().string()), asset}});
     }
-    loaded.scene.name += (loaded.scene.name.empty() ? "" : "+") + path.stem().string();
+    loaded.scene.name += (loaded.scene.name.empty() ? "" : "+") + utf8_name(path.stem().string());
   }
   loaded.scene.materials = map_materials(materials.all(), ka, loaded.notices);
   loaded.scene.camera = course_cornell_camera();

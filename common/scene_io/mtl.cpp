@@ -130,11 +130,11 @@ Result<std::vector<MtlMaterial>> read_mtl(std::string_view text, const std::stri
       if (statement->rest.empty()) {
         return lines.error("newmtl: the name of a material is expected");
       }
-      if (!names.emplace(statement->rest).second) {
+      if (!names.emplace(utf8_name(statement->rest)).second) {
         return lines.error("newmtl: material \"{}\" is defined twice", statement->rest);
       }
       materials.emplace_back();
-      materials.back().name = std::string(statement->rest);
+      materials.back().name = utf8_name(statement->rest);
       materials.back().file = file_name;
       materials.back().line = statement->line;
     } else if (materials.empty()) {

@@ -10,6 +10,9 @@
 namespace lightmill {
 namespace {
 
+/// Vectors shorter than this have lost their direction to rounding.
+constexpr double kNoLength = 1e-290;
+
 /// One pass over the file.
 class ObjReader {
  public:
@@ -77,7 +80,7 @@ class ObjReader {
     std::array<double, 3> n;
     LM_RETURN_IF_ERROR(read_triple("vn", rest, n));
     const double length = std::hypot(n[0], n[1], n[2]);
-    if (length > 0) {
+    if (length > kNoLength) {
       file_.normals.push_back(
           {static_cast<float>(n[0] / length), static_cast<float>(n[1] / length), static_cast<float>(n[2] / length)});
     } else {
@@ -161,13 +164,14 @@ class ObjReader {
     return ok_status();
   }
 
-  Status use_material(std::string_view name) {
-    if (name.empty()) {
+  Status use_material(std::string_view written) {
+    if (written.empty()) {
       return lines_.error("usemtl: the name of a material is expected");
     }
-    const auto [found, added] = part_of_.try_emplace(std::string(name), file_.parts.size());
+    const std::string name = utf8_name(written);
+    const auto [found, added] = part_of_.try_emplace(name, file_.parts.size());
     if (added) {
-      file_.parts.push_back({std::string(name), lines_.line(), {}});
+      file_.parts.push_back({name, lines_.line(), {}});
     }
     part_ = found->second;
     return ok_status();
@@ -209,7 +213,7 @@ Normal face_normal(const ObjFile& file, const ObjTriangle& triangle) {
   const std::array<double, 3> v{c[0] - a[0], c[1] - a[1], c[2] - a[2]};
   const std::array<double, 3> n{u[1] * v[2] - u[2] * v[1], u[2] * v[0] - u[0] * v[2], u[0] * v[1] - u[1] * v[0]};
   const double length = std::hypot(n[0], n[1], n[2]);
-  if (!(length > 0)) {
+  if (!(length > kNoLength)) {
     return {0, 0, 1};
   }
   return {static_cast<float>(n[0] / length), static_cast<float>(n[1] / length), static_cast<float>(n[2] / length)};

@@ -54,4 +54,7 @@ std::optional<double> parse_number(std::string_view word);
 /// Reads a whole word as an integer; nothing if it is none, or beyond 64 bits.
 std::optional<std::int64_t> parse_integer(std::string_view word);
 
+/// A name as it may stand in a scene: bytes that are not UTF-8 are written as \xHH.
+std::string utf8_name(std::string_view name);
+
 }  // namespace lightmill

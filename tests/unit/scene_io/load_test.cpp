@@ -7,6 +7,7 @@
 
 #include "common/base/file.h"
 #include "common/scene/mesh.h"
+#include "common/scene_io/text_lines.h"
 #include "common/wire/scene_proto.h"
 
 namespace lightmill {
@@ -162,6 +163,18 @@ TEST_F(Load, ObjMistakesAreNamed) {
   ASSERT_TRUE(plain.ok()) << plain.status();
   ASSERT_EQ(plain->notices.size(), 1u);
   EXPECT_NE(plain->notices[0].find("faces before the first usemtl are rendered as grey diffuse"), std::string::npos);
+}
+
+TEST_F(Load, NamesInOtherEncodingsCanBePacked) {
+  write("a.mtl", "newmtl gr\xfcn\nKd 0 1 0\n");
+  const Result<LoadedScene> loaded = load({write("a\xfc.obj", "mtllib a.mtl\nv 0 0 0\nusemtl gr\xfcn\nf 1 1 1")});
+  ASSERT_TRUE(loaded.ok()) << loaded.status();
+  EXPECT_EQ(loaded->scene.materials[0].name, "gr\\xfcn");
+  EXPECT_EQ(loaded->scene.name, "a\\xfc");
+  const Result<Scene> unpacked = unpack_scene(pack_scene(loaded->scene));
+  ASSERT_TRUE(unpacked.ok()) << unpacked.status();
+  EXPECT_EQ(utf8_name("gr\xc3\xbcn \xe2\x82\xac \xf0\x9f\x98\x80"), "gr\xc3\xbcn \xe2\x82\xac \xf0\x9f\x98\x80");
+  EXPECT_EQ(utf8_name("\xc0\x80\xed\xa0\x80\xe2\x82"), "\\xc0\\x80\\xed\\xa0\\x80\\xe2\\x82");
 }
 
 TEST_F(Load, ACameraFileReplacesTheCamera) {

@@ -1,0 +1,167 @@
+// Whatever is done to a scene's files and bytes, reading them ends in a valid value or in an error that says where.
+#include <google/protobuf/stubs/logging.h>
+#include <gtest/gtest.h>
+
+#include "common/base/file.h"
+#include "common/scene/mesh.h"
+#include "common/scene_io/load.h"
+#include "common/scene_io/obj.h"
+#include "common/wire/scene_json.h"
+#include "tests/fuzz/mutate.h"
+
+namespace lightmill {
+namespace {
+
+constexpr int kRounds = 5000;
+
+const std::filesystem::path kScenes = std::filesystem::path(LIGHTMILL_SOURCE_DIR) / "scenes";
+
+std::string shipped(const std::string& name) {
+  const Result<std::string> text = read_file(kScenes / name);
+  EXPECT_TRUE(text.ok()) << text.status();
+  return *text;
+}
+
+LoadedScene shipped_scene() {
+  const std::array<std::filesystem::path, 1> paths{kScenes / "cornell-course-balls"};
+  Result<LoadedScene> loaded = load_scene(paths);
+  EXPECT_TRUE(loaded.ok()) << loaded.status();
+  return *std::move(loaded);
+}
+
+/// What one kind of input met: both outcomes must occur, else the damage is too little or too much to test anything.
+struct Outcomes {
+  int accepted = 0, refused = 0;
+  ~Outcomes() {
+    EXPECT_GT(accepted, kRounds / 100);
+    EXPECT_GT(refused, kRounds / 100);
+  }
+};
+
+TEST(SceneFuzz, DamagedDocumentsAreReadOrRefused) {
+  constexpr std::array<std::string_view, 22> kWords{"1e999",     "NaN",
+                                                    "-Infinity", "null",
+                                                    "true",      "[[[[",
+                                                    "{{{{",      "]",
+                                                    "}",         "\"",
+                                                    "\\u0000",   "-1",
+                                                    "1e-9",      "99999999999999999999",
+                                                    ",",         ":",
+                                                    "0.5",       "\"rgb\"",
+                                                    "\"mesh\"",  "\"name\": \"x\",",
+                                                    "\xff",      " "};
+  const std::string original = shipped("cornell-course-balls.json");
+  FuzzRandom random(1);
+  Outcomes outcomes;
+  for (int round = 0; round < kRounds; ++round) {
+    const std::string text = mutate(original, kWords, random);
+    const Result<SceneFile> file = read_scene_json(text, "fuzz.json");
+    if (file.ok()) {
+      ++outcomes.accepted;
+      EXPECT_TRUE(validate(file->draft.scene).ok()) << round;
+      EXPECT_EQ(file->draft.material_by_face.size(), file->draft.scene.objects.size()) << round;
+    } else {
+      ++outcomes.refused;
+      EXPECT_TRUE(message_of(file.status()).starts_with("fuzz.json:")) << round << ": " << file.status();
+    }
+  }
+}
+
+TEST(SceneFuzz, DamagedMeshFilesAreReadOrRefused) {
+  constexpr std::array<std::string_view, 20> kWords{"-1", "1e999", "nan",  "0",   "4294967296", "-9223372036854775808",
+                                                    "/",  "//",    "\\\n", "\n",  "\r\n",       "#",
+                                                    "f ", "v ",    "vn ",  "1/1", "1//1",       "usemtl ",
+                                                    "\t", "1e-320"};
+  const std::string original = shipped("assets/CornellBlocks.obj") + "vn 0 0 1\nvt 0 0\nf 1//1 2/1/1 3//-1\n";
+  FuzzRandom random(2);
+  Outcomes outcomes;
+  for (int round = 0; round < kRounds; ++round) {
+    const std::string text = mutate(original, kWords, random);
+    const Result<ObjFile> file = read_obj(text, "fuzz.obj");
+    if (!file.ok()) {
+      ++outcomes.refused;
+      EXPECT_TRUE(message_of(file.status()).starts_with("fuzz.obj:")) << round << ": " << file.status();
+      continue;
+    }
+    ++outcomes.accepted;
+    for (const ObjPart& part : file->parts) {
+      const ObjPart* const only = &part;
+      const Status valid = validate(make_mesh(*file, std::span(&only, 1)));
+      EXPECT_TRUE(valid.ok()) << round << ": " << valid;
+    }
+  }
+}
+
+TEST(SceneFuzz, DamagedMaterialFilesAreReadOrRefused) {
+  constexpr std::array<std::string_view, 14> kWords{"Ka ",      "Ke 1 1 1\n", "Ks ",  "illum 4\n", "illum 99\n",
+                                                    "Ni 1.5\n", "newmtl ",    "-1",   "nan",       "\\\n",
+                                                    "\n",       "map_Kd x\n", "1e30", "0"};
+  const std::string original = shipped("assets/CornellBox.mtl");
+  FuzzRandom random(3);
+  Outcomes outcomes;
+  for (int round = 0; round < kRounds; ++round) {
+    const Result<std::vector<MtlMaterial>> read = read_mtl(mutate(original, kWords, random), "fuzz.mtl");
+    if (!read.ok()) {
+      ++outcomes.refused;
+      EXPECT_TRUE(message_of(read.status()).starts_with("fuzz.mtl:")) << round << ": " << read.status();
+      continue;
+    }
+    ++outcomes.accepted;
+    std::vector<std::string> notices;
+    Scene scene;
+    scene.materials = map_materials(*read, KaMeaning::automatic, notices);
+    scene.objects = {{"ball", 0, SphereShape{}}};
+    EXPECT_TRUE(scene.materials.empty() || validate(scene).ok()) << round << ": " << validate(scene);
+  }
+}
+
+TEST(SceneFuzz, DamagedPackedScenesAreReadOrRefused) {
+  const google::protobuf::LogSilencer quiet;  // it reports each name that is not UTF-8
+  constexpr std::array<std::string_view, 6> kWords{"\xff\xff\xff\xff\x0f",
+                                                   std::string_view("\0", 1),
+                                                   "\x0a\x7f",
+                                                   "white",
+                                                   "\x12",
+                                                   std::string_view("\0\0\0\0\0\0\xf8\x7f", 8)};
+  const std::string original = pack_scene(shipped_scene().scene);
+  FuzzRandom random(4);
+  Outcomes outcomes;
+  for (int round = 0; round < 4 * kRounds; ++round) {
+    const Result<Scene> scene = unpack_scene(mutate(original, kWords, random));
+    if (scene.ok()) {
+      ++outcomes.accepted;
+      const std::string packed = pack_scene(*scene);
+      const Result<Scene> again = unpack_scene(packed);
+      ASSERT_TRUE(again.ok()) << round << ": " << again.status();
+      EXPECT_EQ(pack_scene(*again), packed) << round;
+    } else {
+      ++outcomes.refused;
+      EXPECT_FALSE(message_of(scene.status()).empty()) << round;
+    }
+  }
+}
+
+TEST(SceneFuzz, DamagedMeshBytesAreReadOrRefused) {
+  constexpr std::array<std::string_view, 4> kWords{"\xff\xff\xff\xff", std::string_view("\0\0\0\0", 4), "LMM1",
+                                                   std::string_view("\0\0\0\0\0\0\xf0\x7f", 8)};
+  std::vector<std::string> originals;
+  for (const auto& [digest, bytes] : shipped_scene().assets) {
+    originals.push_back(bytes);
+  }
+  FuzzRandom random(5);
+  Outcomes outcomes;
+  for (int round = 0; round < 4 * kRounds; ++round) {
+    const std::string bytes = mutate(originals[random.below(originals.size())], kWords, random);
+    const Result<Mesh> mesh = decode_mesh(as_byte_view(bytes));
+    if (mesh.ok()) {
+      ++outcomes.accepted;
+      EXPECT_EQ(encode_mesh(*mesh), bytes) << round;
+    } else {
+      ++outcomes.refused;
+      EXPECT_TRUE(message_of(mesh.status()).starts_with("mesh: ")) << round << ": " << mesh.status();
+    }
+  }
+}
+
+}  // namespace
+}  // namespace lightmill

@@ -1,0 +1,117 @@
+// Whatever arrives in place of a message, it becomes a value within the stated limits, or an error.
+#include <google/protobuf/stubs/logging.h>
+#include <gtest/gtest.h>
+
+#include "common/wire/farm_messages.h"
+#include "lightmill/v1/worker_service.pb.h"
+#include "tests/fuzz/mutate.h"
+
+namespace lightmill {
+namespace {
+
+constexpr int kRounds = 10'000;
+constexpr std::array<std::string_view, 6> kWords{"\xff\xff\xff\xff\x0f",
+                                                 "\xff\xff\xff\xff\xff\xff\xff\xff\xff\x01",
+                                                 "\x0a\x05",
+                                                 std::string_view("\0", 1),
+                                                 "\x1a",
+                                                 std::string_view("\0\0\xc0\x7f", 4)};
+
+RenderSettings example_settings() {
+  RenderSettings settings;
+  settings.scene = "scene";
+  settings.assets = {Sha256{}};
+  settings.width = settings.height = 128;
+  settings.crop = {0, 0, 128, 128};
+  settings.renderer_version = kRendererVersion;
+  return settings;
+}
+
+const Unit kUnit{JobId{1}, {3, 2}, {TileId{0}, TileId{1}}};
+
+template <class Wire, class Message>
+void expect_survival(const std::vector<Message>& messages, std::uint64_t seed) {
+  std::vector<std::string> originals;
+  for (const Message& message : messages) {
+    Wire wire;
+    to_wire(message, &wire);
+    originals.push_back(wire.SerializeAsString());
+  }
+  const google::protobuf::LogSilencer quiet;  // it reports each name that is not UTF-8
+  FuzzRandom random(seed);
+  int accepted = 0, refused = 0;
+  for (int round = 0; round < kRounds; ++round) {
+    const std::string bytes = mutate(originals[random.below(originals.size())], kWords, random);
+    Wire wire;
+    if (!wire.ParseFromString(bytes)) {
+      continue;
+    }
+    const Result<Message> message = from_wire(wire);
+    if (!message.ok()) {
+      ++refused;
+      EXPECT_FALSE(message_of(message.status()).empty()) << round;
+      continue;
+    }
+    ++accepted;
+    Wire again;
+    to_wire(*message, &again);
+    EXPECT_TRUE(from_wire(again).ok()) << round << ": " << from_wire(again).status();
+  }
+  EXPECT_GT(accepted, kRounds / 100);
+  EXPECT_GT(refused, kRounds / 100);
+}
+
+TEST(WireFuzz, DamagedWorkerMessagesBecomeValuesOrErrors) {
+  WorkerResult result;
+  result.key = {JobId{1}, TileId{2}, {3, 4}};
+  result.node.range = result.key.range;
+  result.node.values = {1, 2, 3, 4, 5, 6};
+  result.hash = hash_of(result.node);
+  const std::vector<WorkerMessage> messages{
+      WorkerHello{"w", "h", 1, 2, "class", "version", {{LeaseId{1}, 1, Sha256{}, kUnit}}, false},
+      WorkerHeartbeat{{LeaseId{1}, LeaseId{2}}},
+      result,
+      WorkerReturn{LeaseId{3}},
+      WorkerRefusal{JobId{1}, "why"},
+      WorkerDraining{}};
+  expect_survival<v1::WorkRequest>(messages, 6);
+}
+
+TEST(WireFuzz, DamagedCoordinatorMessagesBecomeValuesOrErrors) {
+  const std::vector<CoordinatorMessage> messages{Welcome{1, std::chrono::seconds(2), std::chrono::seconds(10)},
+                                                 JobDescription{JobId{1}, Sha256{}, example_settings()},
+                                                 LeaseGrant{LeaseId{1}, kUnit},
+                                                 ResultAck{{{JobId{1}, TileId{2}, {3, 4}}}},
+                                                 LeaseCancel{{LeaseId{1}}},
+                                                 DrainRequest{},
+                                                 Dismissal{"why"}};
+  expect_survival<v1::WorkResponse>(messages, 7);
+}
+
+TEST(WireFuzz, DamagedJobSpecificationsBecomeValuesOrErrors) {
+  JobSpec spec;
+  spec.request_id = "id";
+  spec.goal.samples = 64;
+  spec.settings = example_settings();
+  const std::string original = pack_job_spec(spec);
+  const google::protobuf::LogSilencer quiet;
+  FuzzRandom random(8);
+  int accepted = 0, refused = 0;
+  for (int round = 0; round < kRounds; ++round) {
+    const Result<JobSpec> read = unpack_job_spec(mutate(original, kWords, random));
+    if (read.ok()) {
+      ++accepted;
+      const std::string packed = pack_job_spec(*read);
+      const Result<JobSpec> again = unpack_job_spec(packed);
+      ASSERT_TRUE(again.ok()) << round << ": " << again.status();
+      EXPECT_EQ(pack_job_spec(*again), packed) << round;
+    } else {
+      ++refused;
+    }
+  }
+  EXPECT_GT(accepted, kRounds / 100);
+  EXPECT_GT(refused, kRounds / 100);
+}
+
+}  // namespace
+}  // namespace lightmill
