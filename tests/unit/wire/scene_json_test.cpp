@@ -5,6 +5,7 @@
 #include <cmath>
 #include <numbers>
 
+#include "common/base/file.h"
 #include "lightmill/v1/scene.pb.h"
 
 namespace lightmill {
@@ -75,6 +76,16 @@ TEST(SceneJson, AWholeDocumentIsRead) {
   ASSERT_EQ(scene.point_lights.size(), 1u);
   EXPECT_EQ(scene.point_lights[0].intensity, (RgbColor{1, 2, 3}));
   EXPECT_EQ(file->source.place("objects[1].mesh.file"), "all.json:15:25");
+}
+
+TEST(SceneJson, TheManualsExampleIsValid) {
+  const Result<std::string> manual = read_file(std::string(LIGHTMILL_SOURCE_DIR) + "/docs/scene-format.md");
+  ASSERT_TRUE(manual.ok()) << manual.status();
+  const std::size_t begin = manual->find("```json\n") + 8;
+  const Result<SceneFile> file = read_scene_json(manual->substr(begin, manual->find("```", begin) - begin), "manual");
+  ASSERT_TRUE(file.ok()) << file.status();
+  EXPECT_EQ(file->draft.scene.name, "two balls");
+  EXPECT_EQ(file->draft.scene.objects.size(), 3u);
 }
 
 TEST(SceneJson, DefaultsAreThoseOfTheSchema) {
