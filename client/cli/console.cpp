@@ -63,7 +63,7 @@ void Console::result(std::string_view line) const {
   }
 }
 
-void Console::result(const nlohmann::json& object) const {
+void Console::object(const nlohmann::json& object) const {
   if (json_) {
     write_line(stdout, object.dump());
   }
@@ -83,7 +83,8 @@ ExitCode Console::fail(const Status& status) const {
     write_line(stdout, nlohmann::json{{"error", message_of(status)}, {"exit_code", static_cast<int>(code)}}.dump(
                            -1, ' ', false, nlohmann::json::error_handler_t::replace));
   }
-  write_line(stderr, fmt::format("{}lightmill: {}{}", color_ ? "\x1b[31m" : "", message_of(status), color_ ? "\x1b[0m" : ""));
+  write_line(stderr,
+             fmt::format("{}lightmill: {}{}", color_ ? "\x1b[31m" : "", message_of(status), color_ ? "\x1b[0m" : ""));
   return code;
 }
 

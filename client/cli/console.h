@@ -26,9 +26,9 @@ class Console {
   bool color() const { return color_; }        ///< a terminal, and NO_COLOR is not set
   int width() const;                           ///< columns now
 
-  void result(std::string_view line) const;             ///< a line of human output; nothing with --json
-  void result(const nlohmann::json& object) const;      ///< the one object of --json; nothing without
-  void notice(std::string_view line) const;             ///< a line of news; nothing with --json
+  void result(std::string_view line) const;         ///< a line of human output; nothing with --json
+  void object(const nlohmann::json& object) const;  ///< the one object of --json; nothing without
+  void notice(std::string_view line) const;         ///< a line of news; nothing with --json
   /// Reports an error (as an object too with --json) and gives the exit code that fits it.
   ExitCode fail(const Status& status) const;
 

@@ -2,6 +2,7 @@
 
 #include <cmath>
 
+#include "client/cli/text_width.h"
 #include "client/cli/units.h"
 
 namespace lightmill::cli {
@@ -82,9 +83,9 @@ std::string samples_text(const v1::Job& job) {
   return fmt::format("{} spp", job.min_tile_samples());
 }
 
-std::string progress_line(const v1::Job& job, int width, bool color) {
-  const double fraction = fraction_done(job);
-  std::vector<std::string> parts{fmt::format("{:3.0f}%", std::floor(100 * fraction)), tail_text(job), samples_text(job)};
+std::string progress_text(const v1::Job& job, int width) {
+  std::vector<std::string> parts{fmt::format("{:3.0f}%", std::floor(100 * fraction_done(job))), tail_text(job),
+                                 samples_text(job)};
   if (const std::string error = error_text(job); !error.empty()) {
     parts.push_back("error " + error);
   }
@@ -92,17 +93,20 @@ std::string progress_line(const v1::Job& job, int width, bool color) {
     parts.push_back(human_count(job.samples_per_second()) + "samples/s");
   }
   std::string line;
-  int used = 0;
   for (const std::string& part : parts) {
-    const int columns = static_cast<int>(part.size()) - (part.find("±") != std::string::npos ? 1 : 0);  // ± is two bytes
-    if (used + columns + 2 > width) {
+    const std::string longer = line.empty() ? part : line + "  " + part;
+    if (columns_of(longer) > width) {
       break;
     }
-    line += (line.empty() ? "" : "  ") + part;
-    used += columns + 2;
+    line = longer;
   }
-  const int room = std::min(width - used - 3, kMaxBar);
-  return room >= kMinBar ? bar(fraction, room, color) + " " + line : line;
+  return line;
+}
+
+std::string progress_line(const v1::Job& job, int width, bool color) {
+  const std::string text = progress_text(job, width);
+  const int room = std::min(width - columns_of(text) - 3, kMaxBar);
+  return room >= kMinBar ? bar(fraction_done(job), room, color) + " " + text : text;
 }
 
 bool ProgressPrinter::worth_a_line(const v1::Job& job) const {
@@ -110,7 +114,8 @@ bool ProgressPrinter::worth_a_line(const v1::Job& job) const {
     return true;
   }
   const Duration since = clock_.now() - last_time_;
-  return since >= kPlainAtLeastEvery || (since >= kPlainAtMostEvery && fraction_done(job) >= last_fraction_ + kPlainStep);
+  return since >= kPlainAtLeastEvery ||
+         (since >= kPlainAtMostEvery && fraction_done(job) >= last_fraction_ + kPlainStep);
 }
 
 void ProgressPrinter::show(const v1::Job& job) {
@@ -124,7 +129,7 @@ void ProgressPrinter::show(const v1::Job& job) {
   if (!worth_a_line(job)) {
     return;
   }
-  console_.notice(progress_line(job, 0x7fff, false).substr(static_cast<std::size_t>(kMaxBar) + 3));
+  console_.notice(progress_text(job, std::numeric_limits<int>::max()));
   shown_ = true;
   last_time_ = clock_.now();
   last_fraction_ = fraction_done(job);

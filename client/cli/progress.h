@@ -20,7 +20,9 @@ std::string error_text(const v1::Job& job);
 /// "12/64 spp", or "12 spp" without a sample goal; of the least sampled tile.
 std::string samples_text(const v1::Job& job);
 
-/// Bar, per cent, samples, error, rate and ETA, as many as fit into `width` columns (the first ones stay longest).
+/// Per cent, ETA, samples, error and rate, as many as fit into `width` columns (the first ones stay longest).
+std::string progress_text(const v1::Job& job, int width);
+/// The same behind a bar, where there is room for one.
 std::string progress_line(const v1::Job& job, int width, bool color);
 
 /// Shows a job as it changes.

@@ -104,7 +104,8 @@ Result<PixelRect> parse_crop(std::string_view text) {
     const std::size_t comma = i < 3 ? rest.find(',') : rest.size();
     const auto number = comma == std::string_view::npos ? std::nullopt : parse_number<int>(rest.substr(0, comma));
     if (!number || *number < (i < 2 ? 0 : 1) || *number > kMaxFilmSide) {
-      return invalid_argument("a crop is X,Y,WIDTH,HEIGHT in pixels from the upper left (as in 0,0,64,64), got '{}'", text);
+      return invalid_argument("a crop is X,Y,WIDTH,HEIGHT in pixels from the upper left (as in 0,0,64,64), got '{}'",
+                              text);
     }
     numbers[i] = *number;
     rest.remove_prefix(std::min(comma + 1, rest.size()));
@@ -125,8 +126,8 @@ Result<double> parse_seconds(std::string_view text) {
   }
   const auto number = parse_number<double>(digits);
   if (!number || !std::isfinite(*number) || *number <= 0) {
-    return invalid_argument("a time is a number of seconds above 0, or one with s, m, h or d (as in 90, 1.5m, 2h), got '{}'",
-                            text);
+    return invalid_argument(
+        "a time is a number of seconds above 0, or one with s, m, h or d (as in 90, 1.5m, 2h), got '{}'", text);
   }
   return *number * unit;
 }

@@ -1,0 +1,137 @@
+// lightmill check SCENE
+#include <nlohmann/json.hpp>
+
+#include "client/cli/context.h"
+#include "client/cli/table.h"
+#include "client/cli/units.h"
+#include "common/scene/mesh.h"
+#include "common/scene_io/load.h"
+
+namespace lightmill::cli {
+namespace {
+
+using nlohmann::json;
+
+struct CheckOptions {
+  std::vector<std::string> scenes;
+  std::string camera;
+};
+
+/// What there is in a scene.
+struct Facts {
+  std::size_t triangles = 0, spheres = 0, emissive_objects = 0;
+  std::size_t diffuse = 0, mirror = 0, dielectric = 0;
+  std::uint64_t asset_bytes = 0;
+};
+
+bool emits(const Material& material) {
+  return material.emission != RgbColor{};
+}
+
+Result<Facts> count(const LoadedScene& loaded) {
+  Facts facts;
+  std::map<Sha256, std::size_t> triangles;
+  for (const auto& [digest, bytes] : loaded.assets) {
+    LM_ASSIGN_OR_RETURN(const Mesh mesh, decode_mesh(as_byte_view(bytes)));
+    triangles[digest] = mesh.triangles.size();
+    facts.asset_bytes += bytes.size();
+  }
+  for (const Object& object : loaded.scene.objects) {
+    if (const auto* mesh = std::get_if<MeshShape>(&object.shape)) {
+      facts.triangles += triangles[mesh->asset];
+    } else {
+      ++facts.spheres;
+    }
+    facts.emissive_objects += emits(loaded.scene.materials[object.material]) ? 1 : 0;
+  }
+  for (const Material& material : loaded.scene.materials) {
+    facts.diffuse += std::holds_alternative<DiffuseMaterial>(material.kind) ? 1 : 0;
+    facts.mirror += std::holds_alternative<MirrorMaterial>(material.kind) ? 1 : 0;
+    facts.dielectric += std::holds_alternative<DielectricMaterial>(material.kind) ? 1 : 0;
+  }
+  return facts;
+}
+
+json to_json(const LoadedScene& loaded, const Facts& facts) {
+  const Scene& scene = loaded.scene;
+  return {{"name", scene.name},
+          {"width", scene.film.width},
+          {"height", scene.film.height},
+          {"materials",
+           {{"count", scene.materials.size()},
+            {"diffuse", facts.diffuse},
+            {"mirror", facts.mirror},
+            {"dielectric", facts.dielectric}}},
+          {"objects", scene.objects.size()},
+          {"triangles", facts.triangles},
+          {"spheres", facts.spheres},
+          {"lights", {{"point", scene.point_lights.size()}, {"emissive_objects", facts.emissive_objects}}},
+          {"assets", {{"count", loaded.assets.size()}, {"bytes", facts.asset_bytes}}},
+          {"camera",
+           {{"eye", scene.camera.eye},
+            {"look_at", scene.camera.look_at},
+            {"up", scene.camera.up},
+            {"vertical_fov_degrees", scene.camera.vertical_fov_degrees}}},
+          {"notices", loaded.notices}};
+}
+
+std::string point_text(const Point3d& point) {
+  return fmt::format("({:g}, {:g}, {:g})", point[0], point[1], point[2]);
+}
+
+void print(const Console& console, const LoadedScene& loaded, const Facts& facts) {
+  const Scene& scene = loaded.scene;
+  print_table(
+      console,
+      {{"scene", scene.name},
+       {"film", fmt::format("{}x{} pixels", scene.film.width, scene.film.height)},
+       {"camera", fmt::format("at {}, looking at {}, {:.4g}° high", point_text(scene.camera.eye),
+                              point_text(scene.camera.look_at), scene.camera.vertical_fov_degrees)},
+       {"materials", fmt::format("{}: {} diffuse, {} mirror, {} glass", scene.materials.size(), facts.diffuse,
+                                 facts.mirror, facts.dielectric)},
+       {"objects", fmt::format("{}: {} triangles, {} spheres", scene.objects.size(), facts.triangles, facts.spheres)},
+       {"lights",
+        fmt::format("{} objects that emit, {} point lights", facts.emissive_objects, scene.point_lights.size())},
+       {"assets", fmt::format("{}, {}", loaded.assets.size(), human_bytes(facts.asset_bytes))}});
+  for (const std::string& notice : loaded.notices) {
+    console.result("note: " + notice);
+  }
+  if (facts.emissive_objects + scene.point_lights.size() == 0) {
+    console.result("note: nothing emits light: the picture will be black");
+  }
+}
+
+ExitCode check(const Console& console, const CheckOptions& options) {
+  LoadOptions load_options;
+  if (!options.camera.empty()) {
+    load_options.camera_file = options.camera;
+  }
+  const std::vector<std::filesystem::path> paths(options.scenes.begin(), options.scenes.end());
+  const Result<LoadedScene> loaded = load_scene(paths, load_options);
+  if (!loaded.ok()) {
+    return console.fail(loaded.status());
+  }
+  const Result<Facts> facts = count(*loaded);
+  if (!facts.ok()) {
+    return console.fail(facts.status());
+  }
+  console.object(to_json(*loaded, *facts));
+  print(console, *loaded, *facts);
+  return kDone;
+}
+
+}  // namespace
+
+void add_check_command(CLI::App& app, Context& context) {
+  const auto options = std::make_shared<CheckOptions>();
+  CLI::App* command =
+      app.add_subcommand("check", "Read a scene, say what is in it or what is wrong with it. Needs no farm.");
+  command->add_option("SCENE", options->scenes, "a scene document, or one or several OBJ files")->required();
+  command->add_option("--camera", options->camera, "a JSON file with a camera, instead of the scene's")
+      ->type_name("FILE");
+  add_json_option(*command, context);
+  command->callback(
+      [&context, options] { context.run = [options](const Console& console) { return check(console, *options); }; });
+}
+
+}  // namespace lightmill::cli

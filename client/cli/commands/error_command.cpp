@@ -1,0 +1,61 @@
+// lightmill error IMAGE REFERENCE
+#include <nlohmann/json.hpp>
+
+#include "client/cli/context.h"
+#include "common/image/error_metrics.h"
+#include "common/image/picture_file.h"
+
+namespace lightmill::cli {
+namespace {
+
+constexpr const char* kMore =
+    "relMSE = mean((x-r)²/(r²+0.01)), also without the worst 0.1 % of the pixels; energy ratio; SMAPE, the mean of\n"
+    "|x-r|/(|x|+|r|); and the largest difference. Reads EXR and PNG; PNGs are made linear first.";
+
+struct ErrorOptions {
+  std::string image, reference;
+};
+
+Result<PictureError> compare_files(const ErrorOptions& options) {
+  LM_ASSIGN_OR_RETURN(const RgbImage image, load_rgb(options.image));
+  LM_ASSIGN_OR_RETURN(const RgbImage reference, load_rgb(options.reference));
+  return compare_pictures(image, reference);
+}
+
+ExitCode show_error(const Console& console, const ErrorOptions& options) {
+  const Result<PictureError> error = compare_files(options);
+  if (!error.ok()) {
+    return console.fail(error.status());
+  }
+  console.object(nlohmann::json{{"image", options.image},
+                                {"reference", options.reference},
+                                {"rel_mse", error->rel_mse},
+                                {"rel_mse_trimmed", error->rel_mse_trimmed},
+                                {"energy_ratio", error->energy_ratio},
+                                {"smape", error->smape},
+                                {"max_abs", error->max_abs}});
+  console.result(
+      fmt::format("relMSE        {:.6g}\n"
+                  "  trimmed     {:.6g}  (without the worst 0.1 % of the pixels)\n"
+                  "energy ratio  {:.6g}\n"
+                  "SMAPE         {:.6g}\n"
+                  "largest       {:.6g}",
+                  error->rel_mse, error->rel_mse_trimmed, error->energy_ratio, error->smape, error->max_abs));
+  return kDone;
+}
+
+}  // namespace
+
+void add_error_command(CLI::App& app, Context& context) {
+  const auto options = std::make_shared<ErrorOptions>();
+  CLI::App* command = app.add_subcommand("error", "How far a picture is from a reference.");
+  command->footer(kMore);
+  command->add_option("IMAGE", options->image, "the picture")->required();
+  command->add_option("REFERENCE", options->reference, "what it should be")->required();
+  add_json_option(*command, context);
+  command->callback([&context, options] {
+    context.run = [options](const Console& console) { return show_error(console, *options); };
+  });
+}
+
+}  // namespace lightmill::cli

@@ -1,0 +1,137 @@
+// lightmill jobs | cancel | pause | resume | extend | delete
+#include <cmath>
+#include <nlohmann/json.hpp>
+
+#include "client/cli/context.h"
+#include "client/cli/farm_choice.h"
+#include "client/cli/job_json.h"
+#include "client/cli/progress.h"
+#include "client/cli/table.h"
+#include "client/cli/units.h"
+#include "common/film/sample_range.h"
+
+namespace lightmill::cli {
+namespace {
+
+using nlohmann::json;
+
+constexpr std::size_t kDefaultJobs = 20;
+
+struct JobOptions {
+  std::uint64_t job = 0;
+  std::uint64_t samples = 0;
+  std::size_t limit = kDefaultJobs;
+};
+
+std::vector<std::string> table_row(const v1::Job& job) {
+  const bool running = job.state() == v1::JOB_STATE_RUNNING;
+  return {std::to_string(job.id()),
+          state_name(job.state()),
+          fmt::format("{:.0f}%", std::floor(100 * fraction_done(job))),
+          samples_text(job),
+          error_text(job).empty() ? "-" : error_text(job),
+          running && job.eta_seconds() >= 0 ? human_seconds(job.eta_seconds()) : "-",
+          fmt::format("{}x{}", job.width(), job.height()),
+          job.method(),
+          job.owner(),
+          human_date(job.submitted_unix_ms()),
+          job.name()};
+}
+
+Status list_jobs(FarmConnection& connection, const Console& console, std::size_t limit) {
+  LM_ASSIGN_OR_RETURN(const std::vector<v1::Job> jobs, connection.list_jobs(limit));
+  json objects = json::array();
+  std::vector<std::vector<std::string>> rows{
+      {"JOB", "STATE", "DONE", "SAMPLES", "ERROR", "ETA", "SIZE", "METHOD", "OWNER", "SUBMITTED", "NAME"}};
+  for (const v1::Job& job : jobs) {
+    objects.push_back(to_json(job));
+    rows.push_back(table_row(job));
+  }
+  console.object(json{{"jobs", objects}});
+  if (jobs.empty()) {
+    console.result("no jobs yet: `lightmill submit SCENE` queues one");
+  } else {
+    print_table(console, rows);
+  }
+  return ok_status();
+}
+
+void say_job(const Console& console, const v1::Job& job) {
+  console.object(to_json(job));
+  console.result(fmt::format("job {} is {} ({})", job.id(), state_name(job.state()), samples_text(job)));
+}
+
+CLI::App* add_job_command(CLI::App& app, Context& context, JobOptions& options, const char* name, const char* about) {
+  CLI::App* command = app.add_subcommand(name, about);
+  command->add_option("JOB", options.job, "the job's number, as `submit` and `jobs` print it")->required();
+  add_common_options(*command, context);
+  return command;
+}
+
+/// A command that makes one call about one job and says how the job stands then.
+using JobCall = std::function<Result<v1::Job>(FarmConnection&, const JobOptions&)>;
+
+void run_call(CLI::App* command, Context& context, const std::shared_ptr<JobOptions>& options, const JobCall& call) {
+  command->callback([&context, options, call] {
+    context.run = [&context, options, call](const Console& console) {
+      return with_farm(console, context.common.server, [&](FarmConnection& connection) -> Status {
+        LM_ASSIGN_OR_RETURN(const v1::Job job, call(connection, *options));
+        say_job(console, job);
+        return ok_status();
+      });
+    };
+  });
+}
+
+void add_delete(CLI::App& app, Context& context, const std::shared_ptr<JobOptions>& options) {
+  CLI::App* command = add_job_command(app, context, *options, "delete", "Forget an ended job and its film.");
+  command->callback([&context, options] {
+    context.run = [&context, options](const Console& console) {
+      return with_farm(console, context.common.server, [&](FarmConnection& connection) -> Status {
+        LM_RETURN_IF_ERROR(connection.delete_job(options->job));
+        console.object(json{{"id", options->job}, {"deleted", true}});
+        console.result(fmt::format("job {} and its film are deleted", options->job));
+        return ok_status();
+      });
+    };
+  });
+}
+
+}  // namespace
+
+void add_job_commands(CLI::App& app, Context& context) {
+  const auto options = std::make_shared<JobOptions>();
+
+  CLI::App* jobs = app.add_subcommand("jobs", "List the farm's jobs, newest first.");
+  jobs->add_option("--limit", options->limit, "how many at most")->check(CLI::Range(1, 100'000))->capture_default_str();
+  add_common_options(*jobs, context);
+  jobs->callback([&context, options] {
+    context.run = [&context, options](const Console& console) {
+      return with_farm(console, context.common.server,
+                       [&](FarmConnection& connection) { return list_jobs(connection, console, options->limit); });
+    };
+  });
+
+  run_call(
+      add_job_command(app, context, *options, "cancel", "End a job for good. What is rendered can still be fetched."),
+      context, options,
+      [](FarmConnection& connection, const JobOptions& given) { return connection.cancel_job(given.job); });
+  run_call(add_job_command(app, context, *options, "pause", "Hold a job; `resume` lets it go on."), context, options,
+           [](FarmConnection& connection, const JobOptions& given) { return connection.pause_job(given.job); });
+  run_call(add_job_command(app, context, *options, "resume", "Let a paused job go on."), context, options,
+           [](FarmConnection& connection, const JobOptions& given) { return connection.resume_job(given.job); });
+
+  CLI::App* extend =
+      add_job_command(app, context, *options, "extend", "Give a job more samples per pixel, also a finished one.");
+  extend->footer("It goes on where it stopped, and ends with the same bits as if all had been asked for at once.");
+  extend->add_option("--spp", options->samples, "the new total of samples per pixel")
+      ->required()
+      ->check(CLI::Range(std::uint64_t{1}, kMaxSamples));
+  run_call(extend, context, options, [](FarmConnection& connection, const JobOptions& given) {
+    return connection.extend_job(given.job, given.samples);
+  });
+
+  add_delete(app, context, options);
+}
+
+}  // namespace lightmill::cli

@@ -1,0 +1,135 @@
+// lightmill render | submit
+#include <nlohmann/json.hpp>
+
+#include "client/cli/context.h"
+#include "client/cli/farm_choice.h"
+#include "client/cli/film_fetch.h"
+#include "client/cli/follow.h"
+#include "client/cli/job_json.h"
+#include "client/cli/job_report.h"
+#include "client/cli/picture_options.h"
+#include "client/cli/progress.h"
+#include "client/cli/render_options.h"
+#include "client/cli/submission.h"
+#include "client/cli/units.h"
+
+namespace lightmill::cli {
+namespace {
+
+constexpr const char* kRenderMore =
+    "It uses the farm given by --server or LIGHTMILL_SERVER; else one that answers at 127.0.0.1:7350; else, or with\n"
+    "--local, one of its own on this machine, taken down afterwards. Without -o it writes SCENE.exr and SCENE.png into "
+    "the\n"
+    "current folder. Ctrl-C cancels the job (what is rendered can still be fetched); to let a job run on by itself, "
+    "use\n"
+    "`lightmill submit`.\n\n"
+    "  lightmill render scenes/cornell-bench-blocks.json -o box.png --spp 256\n"
+    "  lightmill render CornellBox.obj CornellBlocks.obj -o box.exr -o box.png --seconds 2m";
+
+constexpr const char* kSubmitMore = "`lightmill watch JOB` follows it, `lightmill fetch JOB -o FILE` gets its picture.";
+
+struct Options {
+  RenderOptions render;
+  PictureOptions picture;
+  bool local = false;
+  unsigned threads = 0;
+};
+
+void say_notices(const Console& console, const PreparedJob& job) {
+  for (const std::string& notice : job.scene.notices) {
+    console.notice("note: " + notice);
+  }
+}
+
+/// What is left on a shared farm when the user interrupts: the job is cancelled, its film stays.
+void end_interrupted(Farm& farm, std::uint64_t id, const Console& console) {
+  if (farm.private_farm) {
+    console.notice("interrupted; the private farm is taken down");
+    return;
+  }
+  const Result<v1::Job> job = farm.connection->cancel_job(id);
+  console.notice(
+      job.ok() ? fmt::format("interrupted; job {} is cancelled. What is rendered: lightmill fetch {} -o FILE", id, id)
+               : fmt::format("interrupted; job {} could not be cancelled: {}", id, message_of(job.status())));
+}
+
+ExitCode render(Context& context, const Console& console, Options options) {
+  const Result<ViewSettings> view = options.picture.view_settings();
+  if (!view.ok()) {
+    return console.fail(view.status());
+  }
+  std::vector<std::string>& outputs = options.picture.outputs;
+  if (outputs.empty()) {
+    const std::string stem = std::filesystem::path(options.render.scenes.front()).stem().string();
+    outputs = {stem + ".exr", stem + ".png"};
+  }
+  if (const Status status = check_outputs(outputs); !status.ok()) {
+    return console.fail(status);
+  }
+  const Result<PreparedJob> prepared = make_job(options.render);
+  if (!prepared.ok()) {
+    return console.fail(prepared.status());
+  }
+  say_notices(console, *prepared);
+  Result<Farm> farm = choose_farm(context.common.server, options.local, options.threads, context.signals, console);
+  if (!farm.ok()) {
+    return console.fail(farm.status());
+  }
+  const Result<v1::Job> submitted = submit_job(*farm->connection, *prepared, console);
+  if (!submitted.ok()) {
+    return console.fail(submitted.status());
+  }
+  ProgressPrinter progress(console, system_clock());
+  const Result<v1::Job> job = follow_job(*farm, submitted->id(), false, context.signals, console,
+                                         [&](const v1::WatchJobResponse& response) { progress.show(response.job()); });
+  if (!job.ok()) {
+    if (context.signals.interrupted()) {
+      end_interrupted(*farm, submitted->id(), console);
+    }
+    return console.fail(job.status());
+  }
+  return report_ended_job(console, *farm->connection, *job, outputs, *view);
+}
+
+ExitCode submit(Context& context, const Console& console, const RenderOptions& options) {
+  const Result<PreparedJob> prepared = make_job(options);
+  if (!prepared.ok()) {
+    return console.fail(prepared.status());
+  }
+  say_notices(console, *prepared);
+  return with_farm(console, context.common.server, [&](FarmConnection& connection) -> Status {
+    LM_ASSIGN_OR_RETURN(const v1::Job job, submit_job(connection, *prepared, console));
+    console.object(to_json(job));
+    console.result(std::to_string(job.id()));
+    return ok_status();
+  });
+}
+
+}  // namespace
+
+void add_render_commands(CLI::App& app, Context& context) {
+  const auto options = std::make_shared<Options>();
+
+  CLI::App* render_command = app.add_subcommand("render", "Render a scene, show how it goes, and write the picture.");
+  render_command->footer(kRenderMore);
+  add_render_options(*render_command, options->render);
+  add_picture_options(*render_command, options->picture);
+  render_command->add_flag("--local", options->local, "use a farm of its own, whatever else there is");
+  render_command->add_option("--threads", options->threads, "threads of such a farm (default: one per core)")
+      ->type_name("N")
+      ->check(CLI::Range(1, 4096));
+  add_common_options(*render_command, context);
+  render_command->callback([&context, options] {
+    context.run = [&context, options](const Console& console) { return render(context, console, *options); };
+  });
+
+  CLI::App* submit_command = app.add_subcommand("submit", "Queue a render on a farm and print the job's number.");
+  submit_command->footer(kSubmitMore);
+  add_render_options(*submit_command, options->render);
+  add_common_options(*submit_command, context);
+  submit_command->callback([&context, options] {
+    context.run = [&context, options](const Console& console) { return submit(context, console, options->render); };
+  });
+}
+
+}  // namespace lightmill::cli

@@ -1,0 +1,81 @@
+// lightmill show JOB
+#include <nlohmann/json.hpp>
+
+#include "client/cli/context.h"
+#include "client/cli/farm_choice.h"
+#include "client/cli/film_fetch.h"
+#include "client/cli/job_json.h"
+#include "client/cli/progress.h"
+#include "client/cli/table.h"
+#include "client/cli/units.h"
+
+namespace lightmill::cli {
+namespace {
+
+std::string goal_text(const v1::Goal& goal) {
+  std::string text = goal.samples() > 0 ? fmt::format("{} samples per pixel", goal.samples()) : "";
+  if (goal.seconds() > 0) {
+    text += (text.empty() ? "" : ", or ") + human_seconds(goal.seconds()) + " of rendering";
+  }
+  return text;
+}
+
+std::vector<std::vector<std::string>> describe(const FetchedFilm& film) {
+  const v1::Job& job = film.job;
+  const v1::JobCounters& counters = job.counters();
+  const v1::PixelRect& crop = job.crop();
+  std::vector<std::vector<std::string>> rows{
+      {"job", fmt::format("{}  {}", job.id(), job.name())},
+      {"state", state_name(job.state()) + (job.reason().empty() ? "" : ": " + job.reason())},
+      {"asked by", fmt::format("{} on {}, {}", job.owner(), job.host(), human_date(job.submitted_unix_ms()))},
+      {"picture", fmt::format("{}x{}, of it {}x{} at {},{}", job.width(), job.height(), crop.width(), crop.height(),
+                              crop.x(), crop.y())},
+      {"method", fmt::format("{}, seed {}", job.method(), job.seed())},
+      {"goal", goal_text(job.goal())},
+      {"priority", std::to_string(job.priority())},
+      {"samples", fmt::format("{} to {} per pixel, {} in all", job.min_tile_samples(), job.max_tile_samples(),
+                              human_count(static_cast<double>(job.samples_done())))},
+      {"rendering", human_seconds(job.active_seconds())},
+      {"worker time", human_seconds(job.worker_seconds()) + " over all threads"},
+      {"results", fmt::format("{} merged, {} repeated, {} leases lost", counters.results_merged(),
+                              counters.results_duplicate(), counters.leases_lost())},
+      {"film hash", film.picture.receipt.film_hash},
+  };
+  if (job.has_error()) {
+    rows.push_back({"error", fmt::format("{} (relMSE {:.4g} ± {:.2g})", error_text(job), job.error().rel_mse(),
+                                         job.error().half_width())});
+  }
+  if (counters.non_finite() > 0) {
+    rows.push_back({"non-finite", fmt::format("{} samples counted as zero", counters.non_finite())});
+  }
+  if (!film.picture.receipt.render_digest.empty()) {
+    rows.push_back({"render digest", film.picture.receipt.render_digest});
+  }
+  return rows;
+}
+
+Status show_job(FarmConnection& connection, const Console& console, std::uint64_t id) {
+  LM_ASSIGN_OR_RETURN(const FetchedFilm film, fetch_film(connection, id));
+  nlohmann::json object = to_json(film.job);
+  object["film_hash"] = film.picture.receipt.film_hash;
+  console.object(object);
+  print_table(console, describe(film));
+  return ok_status();
+}
+
+}  // namespace
+
+void add_show_command(CLI::App& app, Context& context) {
+  const auto job = std::make_shared<std::uint64_t>(0);
+  CLI::App* command = app.add_subcommand("show", "Everything about one job, with the hash of its film.");
+  command->add_option("JOB", *job, "the job's number, as `submit` and `jobs` print it")->required();
+  add_common_options(*command, context);
+  command->callback([&context, job] {
+    context.run = [&context, job](const Console& console) {
+      return with_farm(console, context.common.server,
+                       [&](FarmConnection& connection) { return show_job(connection, console, *job); });
+    };
+  });
+}
+
+}  // namespace lightmill::cli

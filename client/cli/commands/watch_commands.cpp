@@ -1,0 +1,105 @@
+// lightmill watch | fetch
+#include <nlohmann/json.hpp>
+
+#include "client/cli/context.h"
+#include "client/cli/farm_choice.h"
+#include "client/cli/film_fetch.h"
+#include "client/cli/follow.h"
+#include "client/cli/job_report.h"
+#include "client/cli/live_picture.h"
+#include "client/cli/picture_options.h"
+#include "client/cli/progress.h"
+
+namespace lightmill::cli {
+namespace {
+
+constexpr const char* kWatchMore =
+    "With -o FILE.png that file is rewritten as the picture gets better; when the job is done, every -o is written "
+    "from\n"
+    "the finished film. If the farm goes away, it waits for it to come back (ten minutes). Ctrl-C stops watching, not "
+    "the\n"
+    "job.";
+
+struct Options {
+  std::uint64_t job = 0;
+  PictureOptions picture;
+};
+
+ExitCode watch(Context& context, const Console& console, const Options& options) {
+  const Result<ViewSettings> view = options.picture.view_settings();
+  if (!view.ok()) {
+    return console.fail(view.status());
+  }
+  if (const Status status = check_outputs(options.picture.outputs); !status.ok()) {
+    return console.fail(status);
+  }
+  Result<std::unique_ptr<FarmConnection>> connection = connect(context.common.server);
+  if (!connection.ok()) {
+    return console.fail(connection.status());
+  }
+  Farm farm{nullptr, std::move(*connection)};
+  if (const Result<v1::Job> job = farm.connection->get_job(options.job); !job.ok()) {
+    return console.fail(job.status());
+  }
+  ProgressPrinter progress(console, system_clock());
+  LivePicture live(options.picture.png_outputs(), *view, system_clock());
+  Status live_status = ok_status();
+  const Result<v1::Job> job =
+      follow_job(farm, options.job, live.wanted(), context.signals, console, [&](const v1::WatchJobResponse& response) {
+        progress.show(response.job());
+        if (live_status.ok()) {
+          live_status = live.update(response);
+        }
+      });
+  if (!job.ok()) {
+    if (context.signals.interrupted()) {
+      console.notice(fmt::format("job {} goes on; `lightmill watch {}` follows it again", options.job, options.job));
+    }
+    return console.fail(job.status());
+  }
+  if (!live_status.ok()) {
+    return console.fail(live_status);
+  }
+  return report_ended_job(console, *farm.connection, *job, options.picture.outputs, *view);
+}
+
+ExitCode fetch(Context& context, const Console& console, const Options& options) {
+  const Result<ViewSettings> view = options.picture.view_settings();
+  if (!view.ok()) {
+    return console.fail(view.status());
+  }
+  if (const Status status = check_outputs(options.picture.outputs); !status.ok()) {
+    return console.fail(status);
+  }
+  const Result<std::unique_ptr<FarmConnection>> connection = connect(context.common.server);
+  if (!connection.ok()) {
+    return console.fail(connection.status());
+  }
+  return fetch_and_report(console, **connection, options.job, options.picture.outputs, *view);
+}
+
+using Action = ExitCode (*)(Context&, const Console&, const Options&);
+
+CLI::App* add_command(CLI::App& app, Context& context, const std::shared_ptr<Options>& options, const char* name,
+                      const char* about, Action action) {
+  CLI::App* command = app.add_subcommand(name, about);
+  command->add_option("JOB", options->job, "the job's number, as `submit` and `jobs` print it")->required();
+  add_picture_options(*command, options->picture);
+  add_common_options(*command, context);
+  command->callback([&context, options, action] {
+    context.run = [&context, options, action](const Console& console) { return action(context, console, *options); };
+  });
+  return command;
+}
+
+}  // namespace
+
+void add_watch_commands(CLI::App& app, Context& context) {
+  const auto options = std::make_shared<Options>();
+  add_command(app, context, options, "watch", "Follow a job until it ends.", watch)->footer(kWatchMore);
+  add_command(app, context, options, "fetch", "Write a job's picture as it stands now.", fetch)
+      ->get_option("--output")
+      ->required();
+}
+
+}  // namespace lightmill::cli

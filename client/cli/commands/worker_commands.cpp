@@ -1,0 +1,78 @@
+// lightmill workers [drain NAME]
+#include <nlohmann/json.hpp>
+
+#include "client/cli/context.h"
+#include "client/cli/farm_choice.h"
+#include "client/cli/job_json.h"
+#include "client/cli/table.h"
+#include "client/cli/units.h"
+
+namespace lightmill::cli {
+namespace {
+
+using nlohmann::json;
+
+std::string activity(const v1::Worker& worker) {
+  if (worker.draining()) {
+    return "draining";
+  }
+  return worker.leases() > 0 ? "working" : "idle";
+}
+
+Status list_workers(FarmConnection& connection, const Console& console) {
+  LM_ASSIGN_OR_RETURN(const std::vector<v1::Worker> workers, connection.list_workers());
+  json objects = json::array();
+  std::vector<std::vector<std::string>> rows{
+      {"NAME", "HOST", "THREADS", "STATE", "RATE", "RESULTS", "LOST", "UP", "CLASS"}};
+  for (const v1::Worker& worker : workers) {
+    objects.push_back(to_json(worker));
+    rows.push_back({worker.name(), worker.host(), std::to_string(worker.threads()), activity(worker),
+                    human_count(worker.samples_per_second()) + "samples/s", std::to_string(worker.results()),
+                    std::to_string(worker.leases_lost()), human_seconds(worker.connected_seconds()),
+                    worker.fingerprint_class()});
+  }
+  console.object(json{{"workers", objects}});
+  if (workers.empty()) {
+    console.result(fmt::format("no workers: start one with `lightmill-worker --server {}`", connection.address()));
+  } else {
+    print_table(console, rows);
+  }
+  return ok_status();
+}
+
+Status drain_worker(FarmConnection& connection, const Console& console, const std::string& name) {
+  LM_ASSIGN_OR_RETURN(const v1::Worker worker, connection.drain_worker(name));
+  console.object(to_json(worker));
+  console.result(fmt::format("worker {} finishes what it has and leaves", name));
+  return ok_status();
+}
+
+}  // namespace
+
+void add_worker_commands(CLI::App& app, Context& context) {
+  CLI::App* workers = app.add_subcommand("workers", "List the farm's workers, or drain one.");
+  workers->require_subcommand(0, 1);
+  add_common_options(*workers, context);
+  workers->callback([&context, workers] {
+    if (!workers->get_subcommands().empty()) {
+      return;  // its own callback has run
+    }
+    context.run = [&context](const Console& console) {
+      return with_farm(console, context.common.server,
+                       [&](FarmConnection& connection) { return list_workers(connection, console); });
+    };
+  });
+
+  const auto name = std::make_shared<std::string>();
+  CLI::App* drain = workers->add_subcommand("drain", "Ask a worker to finish what it has and leave.");
+  drain->add_option("NAME", *name, "the worker's name, as `workers` prints it")->required();
+  add_common_options(*drain, context);
+  drain->callback([&context, name] {
+    context.run = [&context, name](const Console& console) {
+      return with_farm(console, context.common.server,
+                       [&](FarmConnection& connection) { return drain_worker(connection, console, *name); });
+    };
+  });
+}
+
+}  // namespace lightmill::cli

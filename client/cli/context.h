@@ -1,0 +1,39 @@
+// What every command gets: the options all commands share, and how a parsed command is run.
+#pragma once
+
+#include <CLI/CLI.hpp>
+#include <functional>
+#include <string>
+
+#include "client/cli/console.h"
+#include "client/cli/signals.h"
+
+namespace lightmill::cli {
+
+struct CommonOptions {
+  std::string server;  ///< --server; empty: LIGHTMILL_SERVER, else the default
+  bool json = false;
+};
+
+/// Filled while the command line is parsed; `run` is set by the subcommand that was given.
+struct Context {
+  Signals& signals;
+  CommonOptions common;
+  std::function<ExitCode(const Console&)> run;
+};
+
+/// Adds --json.
+void add_json_option(CLI::App& command, Context& context);
+/// Adds --json and --server.
+void add_common_options(CLI::App& command, Context& context);
+
+// One function per group of commands, each in its own file under commands/.
+void add_render_commands(CLI::App& app, Context& context);  ///< render, submit
+void add_watch_commands(CLI::App& app, Context& context);   ///< watch, fetch
+void add_job_commands(CLI::App& app, Context& context);     ///< jobs, cancel, pause, resume, extend, delete
+void add_show_command(CLI::App& app, Context& context);
+void add_worker_commands(CLI::App& app, Context& context);  ///< workers, workers drain
+void add_error_command(CLI::App& app, Context& context);
+void add_check_command(CLI::App& app, Context& context);
+
+}  // namespace lightmill::cli

@@ -1,0 +1,82 @@
+#include "client/cli/farm_choice.h"
+
+#include <charconv>
+#include <cstdlib>
+
+namespace lightmill::cli {
+namespace {
+
+constexpr Duration kGivenTimeout = std::chrono::seconds(5);
+constexpr Duration kDefaultTimeout = std::chrono::milliseconds(700);  // nobody asked for that farm: don't wait long
+
+/// The address that the user gave and where; empty if none.
+struct GivenAddress {
+  std::string address;
+  const char* where = "";
+};
+
+GivenAddress given_address(const std::string& server_option) {
+  if (!server_option.empty()) {
+    return {server_option, "--server"};
+  }
+  const char* environment = std::getenv("LIGHTMILL_SERVER");
+  return {environment == nullptr ? "" : environment, "LIGHTMILL_SERVER"};
+}
+
+Status check_address(const GivenAddress& given) {
+  const std::size_t colon = given.address.rfind(':');
+  unsigned port = 0;
+  if (colon != std::string::npos && colon > 0) {
+    const char* end = given.address.data() + given.address.size();
+    const auto parsed = std::from_chars(given.address.data() + colon + 1, end, port);
+    if (parsed.ec == std::errc() && parsed.ptr == end && port >= 1 && port <= 65535) {
+      return ok_status();
+    }
+  }
+  return invalid_argument("{} must be HOST:PORT (as in farm.example:7350), got '{}'", given.where, given.address);
+}
+
+}  // namespace
+
+Result<std::unique_ptr<FarmConnection>> connect(const std::string& server_option) {
+  GivenAddress given = given_address(server_option);
+  if (given.address.empty()) {
+    given.address = kDefaultServer;
+  }
+  LM_RETURN_IF_ERROR(check_address(given));
+  return std::make_unique<FarmConnection>(given.address);
+}
+
+ExitCode with_farm(const Console& console, const std::string& server_option,
+                   const std::function<Status(FarmConnection&)>& action) {
+  const Result<std::unique_ptr<FarmConnection>> connection = connect(server_option);
+  const Status status = connection.ok() ? action(**connection) : connection.status();
+  return status.ok() ? kDone : console.fail(status);
+}
+
+Result<Farm> choose_farm(const std::string& server_option, bool local, unsigned threads, Signals& signals,
+                         const Console& console) {
+  Farm farm;
+  const GivenAddress given = local ? GivenAddress{} : given_address(server_option);
+  if (!given.address.empty()) {
+    LM_RETURN_IF_ERROR(check_address(given));
+    farm.connection = std::make_unique<FarmConnection>(given.address);
+    LM_RETURN_IF_ERROR(farm.connection->probe(kGivenTimeout));
+    console.notice(fmt::format("farm: {} (given by {})", given.address, given.where));
+    return farm;
+  }
+  if (!local) {
+    farm.connection = std::make_unique<FarmConnection>(kDefaultServer);
+    if (farm.connection->probe(kDefaultTimeout).ok()) {
+      console.notice(fmt::format("farm: {} (it answers on the default port)", kDefaultServer));
+      return farm;
+    }
+  }
+  LM_ASSIGN_OR_RETURN(farm.private_farm, PrivateFarm::start(signals, threads));
+  farm.connection = std::make_unique<FarmConnection>(farm.private_farm->address());
+  console.notice(fmt::format("farm: a private one for this command ({})",
+                             local ? "asked for by --local" : fmt::format("no farm answers at {}", kDefaultServer)));
+  return farm;
+}
+
+}  // namespace lightmill::cli

@@ -1,0 +1,36 @@
+// Which farm a command talks to.
+#pragma once
+
+#include <functional>
+#include <memory>
+#include <string>
+
+#include "client/cli/console.h"
+#include "client/cli/farm_connection.h"
+#include "client/cli/private_farm.h"
+#include "client/cli/signals.h"
+
+namespace lightmill::cli {
+
+inline constexpr const char* kDefaultServer = "127.0.0.1:7350";
+
+/// A connection, and the private farm behind it if there is one.
+struct Farm {
+  std::unique_ptr<PrivateFarm> private_farm;  ///< outlives the connection
+  std::unique_ptr<FarmConnection> connection;
+};
+
+/// The farm given by --server, else by LIGHTMILL_SERVER, else the default. Not contacted yet. Errors name a malformed
+/// address.
+Result<std::unique_ptr<FarmConnection>> connect(const std::string& server_option);
+
+/// Connects as above and runs `action`; reports its error.
+ExitCode with_farm(const Console& console, const std::string& server_option,
+                   const std::function<Status(FarmConnection&)>& action);
+
+/// For `render`: the given farm; else one that answers on the default port, unless `local`; else a private one with
+/// `threads` (0: one per core). Says which on the console.
+Result<Farm> choose_farm(const std::string& server_option, bool local, unsigned threads, Signals& signals,
+                         const Console& console);
+
+}  // namespace lightmill::cli

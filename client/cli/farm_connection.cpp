@@ -1,0 +1,305 @@
+#include "client/cli/farm_connection.h"
+
+#include <grpcpp/grpcpp.h>
+
+#include "common/base/mutex.h"
+#include "common/wire/bytes.h"
+#include "lightmill/v1/render_service.grpc.pb.h"
+
+namespace lightmill::cli {
+namespace {
+
+constexpr Duration kCallTimeout = std::chrono::seconds(30);
+constexpr std::size_t kChunkBytes = std::size_t{1} << 20;
+constexpr int kMaxMessageBytes = 64 << 20;  // a watcher may get many tiles at once
+constexpr int kPageSize = 200;
+constexpr int kSubmitTries = 4;
+
+std::chrono::system_clock::time_point deadline_after(Duration timeout) {
+  return std::chrono::system_clock::now() + std::chrono::duration_cast<std::chrono::system_clock::duration>(timeout);
+}
+
+std::shared_ptr<grpc::Channel> make_channel(const std::string& address) {
+  grpc::ChannelArguments arguments;
+  arguments.SetMaxReceiveMessageSize(kMaxMessageBytes);
+  arguments.SetInt(GRPC_ARG_INITIAL_RECONNECT_BACKOFF_MS, 100);
+  arguments.SetInt(GRPC_ARG_MIN_RECONNECT_BACKOFF_MS, 100);
+  arguments.SetInt(GRPC_ARG_MAX_RECONNECT_BACKOFF_MS, 2000);
+  arguments.SetInt(GRPC_ARG_KEEPALIVE_TIME_MS, 20'000);
+  arguments.SetInt(GRPC_ARG_KEEPALIVE_TIMEOUT_MS, 10'000);
+  return grpc::CreateCustomChannel(address, grpc::InsecureChannelCredentials(), arguments);
+}
+
+/// The calls that can be cancelled now. Thread-safe.
+class RunningCalls {
+ public:
+  void add(grpc::ClientContext& context) {
+    const MutexLock lock(mutex_);
+    contexts_.insert(&context);
+  }
+  void remove(grpc::ClientContext& context) {
+    const MutexLock lock(mutex_);
+    contexts_.erase(&context);
+  }
+  void cancel_all() {
+    const MutexLock lock(mutex_);
+    for (grpc::ClientContext* context : contexts_) {
+      context->TryCancel();
+    }
+  }
+
+ private:
+  Mutex mutex_;
+  std::set<grpc::ClientContext*> contexts_ LM_GUARDED_BY(mutex_);
+};
+
+/// Makes a context cancellable for a scope.
+class Registration {
+ public:
+  Registration(RunningCalls& calls, grpc::ClientContext& context) : calls_(calls), context_(context) {
+    calls_.add(context_);
+  }
+  ~Registration() { calls_.remove(context_); }
+  Registration(const Registration&) = delete;
+  Registration& operator=(const Registration&) = delete;
+
+ private:
+  RunningCalls& calls_;
+  grpc::ClientContext& context_;
+};
+
+Status to_status(const grpc::Status& status, const std::string& address) {
+  if (status.ok()) {
+    return ok_status();
+  }
+  if (status.error_code() == grpc::StatusCode::UNAVAILABLE ||
+      status.error_code() == grpc::StatusCode::DEADLINE_EXCEEDED) {
+    return unavailable("cannot reach the farm at {}: {}", address, status.error_message());
+  }
+  if (status.error_code() == grpc::StatusCode::UNIMPLEMENTED) {
+    return unavailable("what answers at {} is not a Lightmill coordinator of this version: {}", address,
+                       status.error_message());
+  }
+  return make_error(static_cast<StatusCode>(status.error_code()), "{}", status.error_message());
+}
+
+using Stub = v1::RenderService::Stub;
+
+/// One unary call of the stub with a deadline.
+template <class State, class Request, class Response>
+Status call(State& state, const std::string& address,
+            grpc::Status (Stub::*method)(grpc::ClientContext*, const Request&, Response*), const Request& request,
+            Response& response, Duration timeout = kCallTimeout) {
+  grpc::ClientContext context;
+  context.set_deadline(deadline_after(timeout));
+  const Registration registration(state.calls, context);
+  return to_status((state.stub.get()->*method)(&context, request, &response), address);
+}
+
+}  // namespace
+
+struct FarmConnection::State {
+  std::unique_ptr<Stub> stub;
+  RunningCalls calls;
+};
+
+FarmConnection::FarmConnection(std::string address) : address_(std::move(address)), state_(std::make_unique<State>()) {
+  state_->stub = v1::RenderService::NewStub(make_channel(address_));
+}
+
+FarmConnection::~FarmConnection() = default;
+
+void FarmConnection::cancel_calls() {
+  state_->calls.cancel_all();
+}
+
+Status FarmConnection::probe(Duration timeout) {
+  v1::ListWorkersRequest request;
+  request.set_page_size(1);
+  v1::ListWorkersResponse response;
+  return call(*state_, address_, &Stub::ListWorkers, request, response, timeout);
+}
+
+Result<std::vector<Sha256>> FarmConnection::find_missing_assets(std::span<const Sha256> digests) {
+  v1::FindMissingAssetsRequest request;
+  for (const Sha256& digest : digests) {
+    request.add_digests(digest_bytes(digest));
+  }
+  v1::FindMissingAssetsResponse response;
+  LM_RETURN_IF_ERROR(call(*state_, address_, &Stub::FindMissingAssets, request, response));
+  std::vector<Sha256> missing;
+  for (const std::string& bytes : response.missing()) {
+    LM_ASSIGN_OR_RETURN(missing.emplace_back(), digest_from_bytes(bytes));
+  }
+  return missing;
+}
+
+Status FarmConnection::upload_asset(const Sha256& digest, ByteView bytes,
+                                    const std::function<void(std::size_t)>& sent) {
+  grpc::ClientContext context;
+  const Registration registration(state_->calls, context);
+  v1::UploadAssetResponse response;
+  const auto writer = state_->stub->UploadAsset(&context, &response);
+  v1::UploadAssetRequest request;
+  request.set_digest(digest_bytes(digest));
+  std::size_t done = 0;
+  do {
+    const ByteView chunk = bytes.subspan(done, std::min(kChunkBytes, bytes.size() - done));
+    request.set_chunk(chunk.data(), chunk.size());
+    if (!writer->Write(request)) {
+      break;  // Finish says why
+    }
+    request.clear_digest();
+    done += chunk.size();
+    sent(done);
+  } while (done < bytes.size());
+  writer->WritesDone();
+  return to_status(writer->Finish(), address_);
+}
+
+Result<v1::Job> FarmConnection::submit(const v1::SubmitJobRequest& request) {
+  v1::Job job;
+  Status status;
+  for (int i = 0; i < kSubmitTries; ++i) {
+    status = call(*state_, address_, &Stub::SubmitJob, request, job);
+    if (status.code() != StatusCode::kUnavailable) {
+      break;
+    }
+    std::this_thread::sleep_for(std::chrono::milliseconds(200) * (1 << i));
+  }
+  LM_RETURN_IF_ERROR(status);
+  return job;
+}
+
+Result<v1::Job> FarmConnection::get_job(std::uint64_t id) {
+  v1::GetJobRequest request;
+  request.set_id(id);
+  v1::Job job;
+  LM_RETURN_IF_ERROR(call(*state_, address_, &Stub::GetJob, request, job));
+  return job;
+}
+
+Result<std::vector<v1::Job>> FarmConnection::list_jobs(std::size_t limit) {
+  std::vector<v1::Job> jobs;
+  v1::ListJobsRequest request;
+  request.set_page_size(kPageSize);
+  while (jobs.size() < limit) {
+    v1::ListJobsResponse response;
+    LM_RETURN_IF_ERROR(call(*state_, address_, &Stub::ListJobs, request, response));
+    for (v1::Job& job : *response.mutable_jobs()) {
+      if (jobs.size() < limit) {
+        jobs.push_back(std::move(job));
+      }
+    }
+    if (response.next_page_token().empty()) {
+      break;
+    }
+    request.set_page_token(response.next_page_token());
+  }
+  return jobs;
+}
+
+Result<v1::Job> FarmConnection::cancel_job(std::uint64_t id) {
+  v1::CancelJobRequest request;
+  request.set_id(id);
+  v1::Job job;
+  LM_RETURN_IF_ERROR(call(*state_, address_, &Stub::CancelJob, request, job));
+  return job;
+}
+
+Result<v1::Job> FarmConnection::pause_job(std::uint64_t id) {
+  v1::PauseJobRequest request;
+  request.set_id(id);
+  v1::Job job;
+  LM_RETURN_IF_ERROR(call(*state_, address_, &Stub::PauseJob, request, job));
+  return job;
+}
+
+Result<v1::Job> FarmConnection::resume_job(std::uint64_t id) {
+  v1::ResumeJobRequest request;
+  request.set_id(id);
+  v1::Job job;
+  LM_RETURN_IF_ERROR(call(*state_, address_, &Stub::ResumeJob, request, job));
+  return job;
+}
+
+Result<v1::Job> FarmConnection::extend_job(std::uint64_t id, std::uint64_t samples) {
+  v1::ExtendJobRequest request;
+  request.set_id(id);
+  request.set_samples(samples);
+  v1::Job job;
+  LM_RETURN_IF_ERROR(call(*state_, address_, &Stub::ExtendJob, request, job));
+  return job;
+}
+
+Status FarmConnection::delete_job(std::uint64_t id) {
+  v1::DeleteJobRequest request;
+  request.set_id(id);
+  v1::DeleteJobResponse response;
+  return call(*state_, address_, &Stub::DeleteJob, request, response);
+}
+
+Status FarmConnection::watch(std::uint64_t id, bool tiles, const std::function<bool()>& stop,
+                             const std::function<void(const v1::WatchJobResponse&)>& changed) {
+  grpc::ClientContext context;
+  const Registration registration(state_->calls, context);
+  if (stop()) {
+    return cancelled("interrupted");
+  }
+  v1::WatchJobRequest request;
+  request.set_id(id);
+  request.set_tiles(tiles);
+  const auto reader = state_->stub->WatchJob(&context, request);
+  v1::WatchJobResponse response;
+  while (reader->Read(&response)) {
+    changed(response);
+    response.Clear();
+  }
+  return to_status(reader->Finish(), address_);
+}
+
+Status FarmConnection::get_film(std::uint64_t id, const std::function<Status(const v1::GetFilmResponse&)>& part) {
+  grpc::ClientContext context;
+  const Registration registration(state_->calls, context);
+  v1::GetFilmRequest request;
+  request.set_id(id);
+  const auto reader = state_->stub->GetFilm(&context, request);
+  v1::GetFilmResponse response;
+  Status failed = ok_status();
+  while (failed.ok() && reader->Read(&response)) {
+    failed = part(response);
+  }
+  if (!failed.ok()) {
+    context.TryCancel();
+    reader->Finish();
+    return failed;
+  }
+  return to_status(reader->Finish(), address_);
+}
+
+Result<std::vector<v1::Worker>> FarmConnection::list_workers() {
+  std::vector<v1::Worker> workers;
+  v1::ListWorkersRequest request;
+  request.set_page_size(kPageSize);
+  for (;;) {
+    v1::ListWorkersResponse response;
+    LM_RETURN_IF_ERROR(call(*state_, address_, &Stub::ListWorkers, request, response));
+    for (v1::Worker& worker : *response.mutable_workers()) {
+      workers.push_back(std::move(worker));
+    }
+    if (response.next_page_token().empty()) {
+      return workers;
+    }
+    request.set_page_token(response.next_page_token());
+  }
+}
+
+Result<v1::Worker> FarmConnection::drain_worker(const std::string& name) {
+  v1::DrainWorkerRequest request;
+  request.set_name(name);
+  v1::Worker worker;
+  LM_RETURN_IF_ERROR(call(*state_, address_, &Stub::DrainWorker, request, worker));
+  return worker;
+}
+
+}  // namespace lightmill::cli

@@ -1,0 +1,68 @@
+// The client's side of lightmill.v1.RenderService: one coordinator, plain calls, errors as values.
+//
+// Calls block; cancel_calls may come from another thread. A coordinator that cannot be reached gives UNAVAILABLE with
+// its address; what the coordinator itself refuses keeps its code and message.
+#pragma once
+
+#include <functional>
+#include <memory>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "common/base/clock.h"
+#include "common/base/digest.h"
+#include "common/base/status.h"
+#include "lightmill/v1/render_service.pb.h"
+
+namespace lightmill::cli {
+
+class FarmConnection {
+ public:
+  /// Connects lazily: this does not fail.
+  explicit FarmConnection(std::string address);
+  ~FarmConnection();
+  FarmConnection(const FarmConnection&) = delete;
+  FarmConnection& operator=(const FarmConnection&) = delete;
+
+  const std::string& address() const { return address_; }
+
+  /// Whether a Lightmill coordinator answers within `timeout`.
+  Status probe(Duration timeout);
+
+  Result<std::vector<Sha256>> find_missing_assets(std::span<const Sha256> digests);
+  /// `sent` is told the bytes sent so far, after each chunk.
+  Status upload_asset(const Sha256& digest, ByteView bytes, const std::function<void(std::size_t)>& sent);
+
+  /// Sent again if the connection breaks: the request id makes that harmless.
+  Result<v1::Job> submit(const v1::SubmitJobRequest& request);
+  Result<v1::Job> get_job(std::uint64_t id);
+  /// Newest first, at most `limit`.
+  Result<std::vector<v1::Job>> list_jobs(std::size_t limit);
+  Result<v1::Job> cancel_job(std::uint64_t id);
+  Result<v1::Job> pause_job(std::uint64_t id);
+  Result<v1::Job> resume_job(std::uint64_t id);
+  Result<v1::Job> extend_job(std::uint64_t id, std::uint64_t samples);
+  Status delete_job(std::uint64_t id);
+
+  /// One stream of a job's changes; ends OK when the job has ended. `stop` is asked once the call can be cancelled, so
+  /// that a cancel_calls before it is not lost.
+  Status watch(std::uint64_t id, bool tiles, const std::function<bool()>& stop,
+               const std::function<void(const v1::WatchJobResponse&)>& changed);
+
+  /// The header first, then every tile; an error of `part` ends the call and is returned.
+  Status get_film(std::uint64_t id, const std::function<Status(const v1::GetFilmResponse&)>& part);
+
+  Result<std::vector<v1::Worker>> list_workers();
+  Result<v1::Worker> drain_worker(const std::string& name);
+
+  /// Cancels the calls that are running now.
+  void cancel_calls();
+
+ private:
+  struct State;
+  std::string address_;
+  std::unique_ptr<State> state_;
+};
+
+}  // namespace lightmill::cli

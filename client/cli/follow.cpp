@@ -1,0 +1,80 @@
+#include "client/cli/follow.h"
+
+#include "client/cli/progress.h"
+#include "client/cli/units.h"
+
+namespace lightmill::cli {
+namespace {
+
+constexpr Duration kFirstPause = std::chrono::milliseconds(200);
+constexpr Duration kLongestPause = std::chrono::seconds(5);
+constexpr Duration kPatience = std::chrono::minutes(10);
+
+/// Cancels the connection's calls at interruptions and children's deaths while it lives.
+class CancelOnEvent {
+ public:
+  CancelOnEvent(Signals& signals, FarmConnection& connection) : signals_(signals) {
+    signals_.on_event([&connection] { connection.cancel_calls(); });
+  }
+  ~CancelOnEvent() { signals_.on_event({}); }
+  CancelOnEvent(const CancelOnEvent&) = delete;
+  CancelOnEvent& operator=(const CancelOnEvent&) = delete;
+
+ private:
+  Signals& signals_;
+};
+
+/// What a broken stream means: the coordinator may come back, or the answer is final.
+bool may_recover(const Status& status) {
+  return status.ok() || status.code() == StatusCode::kUnavailable || status.code() == StatusCode::kCancelled;
+}
+
+}  // namespace
+
+Result<v1::Job> follow_job(Farm& farm, std::uint64_t id, bool tiles, Signals& signals, const Console& console,
+                           const std::function<void(const v1::WatchJobResponse&)>& changed) {
+  const CancelOnEvent cancel(signals, *farm.connection);
+  v1::Job job;
+  std::optional<std::chrono::steady_clock::time_point> lost_since;
+  Duration pause = kFirstPause;
+  for (;;) {
+    const Status status = farm.connection->watch(
+        id, tiles, [&] { return signals.interrupted(); },
+        [&](const v1::WatchJobResponse& response) {
+          if (lost_since) {
+            console.notice("connected again");
+            lost_since.reset();
+            pause = kFirstPause;
+          }
+          if (response.has_job()) {
+            job = response.job();
+          }
+          changed(response);
+        });
+    if (has_ended(job.state())) {
+      return job;
+    }
+    if (signals.interrupted()) {
+      return cancelled("interrupted");
+    }
+    if (farm.private_farm) {
+      LM_RETURN_IF_ERROR(farm.private_farm->health());
+    }
+    if (!may_recover(status)) {
+      return status;
+    }
+    const auto now = std::chrono::steady_clock::now();
+    if (!lost_since) {
+      lost_since = now;
+      console.notice(fmt::format("lost the connection to {}; the farm keeps what it has, trying again …",
+                                 farm.connection->address()));
+    } else if (now - *lost_since > kPatience) {
+      return unavailable("the farm at {} has not answered for {}", farm.connection->address(),
+                         human_seconds(to_seconds(kPatience)));
+    }
+    signals.sleep(pause);
+    pause = std::min(2 * pause, kLongestPause);
+  }
+}
+
+}  // namespace lightmill::cli

@@ -1,0 +1,44 @@
+#include "client/cli/job_report.h"
+
+#include <nlohmann/json.hpp>
+
+#include "client/cli/film_fetch.h"
+#include "client/cli/job_json.h"
+#include "client/cli/progress.h"
+#include "client/cli/units.h"
+
+namespace lightmill::cli {
+
+ExitCode fetch_and_report(const Console& console, FarmConnection& connection, std::uint64_t id,
+                          const std::vector<std::string>& outputs, const ViewSettings& view) {
+  const Result<FetchedFilm> film = fetch_film(connection, id);
+  if (!film.ok()) {
+    return console.fail(film.status());
+  }
+  if (const Status status = write_outputs(film->picture, outputs, view); !status.ok()) {
+    return console.fail(status);
+  }
+  nlohmann::json object = to_json(film->job);
+  object["film_hash"] = film->picture.receipt.film_hash;
+  object["outputs"] = outputs;
+  console.object(object);
+  const std::string error = error_text(film->job);
+  console.result(fmt::format("job {} {}: {} to {} samples per pixel{}, {} of rendering{}", id,
+                             state_name(film->job.state()), film->picture.receipt.min_samples,
+                             film->picture.receipt.max_samples, error.empty() ? "" : ", error " + error,
+                             human_seconds(film->job.active_seconds()),
+                             outputs.empty() ? "" : fmt::format(" -> {}", fmt::join(outputs, ", "))));
+  return kDone;
+}
+
+ExitCode report_ended_job(const Console& console, FarmConnection& connection, const v1::Job& job,
+                          const std::vector<std::string>& outputs, const ViewSettings& view) {
+  if (job.state() == v1::JOB_STATE_DONE) {
+    return fetch_and_report(console, connection, job.id(), outputs, view);
+  }
+  return console.fail(make_error(StatusCode::kAborted, "job {} {}{}", job.id(),
+                                 job.state() == v1::JOB_STATE_CANCELLED ? "was cancelled" : "failed",
+                                 job.reason().empty() ? "" : ": " + job.reason()));
+}
+
+}  // namespace lightmill::cli

@@ -1,0 +1,36 @@
+#include "client/cli/picture_options.h"
+
+#include "common/image/picture_file.h"
+
+namespace lightmill::cli {
+
+Result<ViewSettings> PictureOptions::view_settings() const {
+  ViewSettings settings;
+  settings.exposure_stops = exposure_stops;
+  LM_ASSIGN_OR_RETURN(settings.view, parse_view(view));
+  return settings;
+}
+
+std::vector<std::string> PictureOptions::png_outputs() const {
+  std::vector<std::string> paths;
+  std::ranges::copy_if(outputs, std::back_inserter(paths), [](const std::string& path) {
+    return picture_format(path).value_or(PictureFormat::exr) == PictureFormat::png;
+  });
+  return paths;
+}
+
+void add_picture_options(CLI::App& command, PictureOptions& options) {
+  command
+      .add_option("-o,--output", options.outputs,
+                  "a picture to write, .exr (linear, all layers, and how it was made) or .png; may be repeated")
+      ->type_name("FILE")
+      ->allow_extra_args(false);
+  command.add_option("--exposure", options.exposure_stops, "PNG: brighter by so many stops (0.5, -2)")
+      ->type_name("STOPS")
+      ->check(CLI::Range(-64.0, 64.0));
+  command.add_option("--view", options.view, "PNG: plain (clipped at white) or filmic (highlights roll off)")
+      ->type_name("plain|filmic")
+      ->capture_default_str();
+}
+
+}  // namespace lightmill::cli

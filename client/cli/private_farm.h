@@ -1,0 +1,40 @@
+// A farm for one command: real coordinator and worker processes on a free loopback port, with a temporary data
+// directory.
+//
+// Everything it holds is thrown away with it, so it is taken down by SIGKILL; if the client itself is killed, the
+// kernel does the same, and the next private farm removes the directory that was left.
+#pragma once
+
+#include <filesystem>
+#include <memory>
+#include <optional>
+#include <string>
+
+#include "client/cli/child_process.h"
+#include "client/cli/signals.h"
+#include "common/base/status.h"
+
+namespace lightmill::cli {
+
+class PrivateFarm {
+ public:
+  /// Starts both programs, found beside our own, and waits until the coordinator listens. `threads` 0: one per core.
+  static Result<std::unique_ptr<PrivateFarm>> start(Signals& signals, unsigned threads);
+  ~PrivateFarm();
+  PrivateFarm(const PrivateFarm&) = delete;
+  PrivateFarm& operator=(const PrivateFarm&) = delete;
+
+  const std::string& address() const { return address_; }
+  /// An error with the end of its log if one of the processes has ended.
+  Status health();
+
+ private:
+  PrivateFarm() = default;
+  Status launch(Signals& signals, unsigned threads);
+
+  std::filesystem::path folder_;
+  std::string address_;
+  std::optional<ChildProcess> server_, worker_;
+};
+
+}  // namespace lightmill::cli

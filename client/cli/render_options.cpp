@@ -1,0 +1,136 @@
+#include "client/cli/render_options.h"
+
+#include <pwd.h>
+#include <unistd.h>
+
+#include <cstdlib>
+#include <random>
+
+#include "client/cli/units.h"
+#include "common/film/sample_range.h"
+#include "common/wire/scene_proto.h"
+
+namespace lightmill::cli {
+namespace fs = std::filesystem;
+namespace {
+
+constexpr std::array<std::string_view, 2> kMethods{"path", "preview"};
+
+std::string user_name() {
+  const passwd* entry = ::getpwuid(::geteuid());
+  if (entry != nullptr && entry->pw_name != nullptr) {
+    return entry->pw_name;
+  }
+  const char* user = std::getenv("USER");
+  return user == nullptr ? "" : user;
+}
+
+std::string host_name() {
+  std::array<char, 256> name{};
+  return ::gethostname(name.data(), name.size() - 1) == 0 ? name.data() : "";
+}
+
+/// 128 random bits: two submissions never share an id by chance.
+std::string new_request_id() {
+  std::random_device random;
+  return fmt::format("{:08x}{:08x}{:08x}{:08x}", random(), random(), random(), random());
+}
+
+Result<PixelRect> checked_crop(const std::string& text, int width, int height) {
+  if (text.empty()) {
+    return PixelRect{0, 0, width, height};
+  }
+  LM_ASSIGN_OR_RETURN(const PixelRect crop, parse_crop(text));
+  if (crop.x + crop.width > width || crop.y + crop.height > height) {
+    return invalid_argument("--crop {} does not lie within the picture of {}x{} pixels", text, width, height);
+  }
+  return crop;
+}
+
+Result<Goal> make_goal(const RenderOptions& options) {
+  Goal goal;
+  goal.samples = options.samples;
+  if (!options.seconds.empty()) {
+    LM_ASSIGN_OR_RETURN(goal.seconds, parse_seconds(options.seconds));
+  }
+  if (goal.samples == 0 && goal.seconds == 0) {
+    goal.samples = kDefaultSamples;
+  }
+  return goal;
+}
+
+Result<LoadedScene> load(const RenderOptions& options) {
+  const std::vector<fs::path> paths(options.scenes.begin(), options.scenes.end());
+  LoadOptions load_options;
+  if (!options.camera.empty()) {
+    load_options.camera_file = options.camera;
+  }
+  return load_scene(paths, load_options);
+}
+
+}  // namespace
+
+void add_render_options(CLI::App& command, RenderOptions& options) {
+  command
+      .add_option("SCENE", options.scenes,
+                  "a scene document (scenes/cornell-bench-blocks.json), or one or several Wavefront OBJ files")
+      ->required();
+  command.add_option("--camera", options.camera, "a JSON file with a camera, instead of the scene's")
+      ->type_name("FILE");
+  command
+      .add_option("--spp", options.samples, "stop at so many samples per pixel (default 64 if --seconds is not given)")
+      ->type_name("N")
+      ->check(CLI::Range(std::uint64_t{1}, kMaxSamples));
+  command.add_option("--seconds", options.seconds, "stop after so much rendering (90, 1.5m, 2h)")->type_name("T");
+  command.add_option("--size", options.size, "picture size in pixels, instead of the scene's")->type_name("WxH");
+  command.add_option("--crop", options.crop, "render only this part of the picture")->type_name("X,Y,W,H");
+  command.add_option("--method", options.method, "path (all light), or preview (flat colours, quick)")
+      ->type_name("path|preview")
+      ->capture_default_str();
+  command.add_option("--max-bounces", options.max_bounces, "path: longest light path (default: no limit but chance)")
+      ->type_name("N")
+      ->check(CLI::Range(std::uint32_t{1}, std::uint32_t{1'000'000}));
+  command.add_option("--seed", options.seed, "the same seed gives the same picture, bit for bit")
+      ->type_name("S")
+      ->capture_default_str();
+  command.add_option("--priority", options.priority, "jobs with a higher one go first")
+      ->type_name("P")
+      ->capture_default_str();
+  command.add_option("--name", options.name, "what to call the job (default: the scene's name)")->type_name("NAME");
+  command.add_option("--owner", options.owner, "who asks (default: you)")->type_name("NAME");
+}
+
+Result<PreparedJob> make_job(const RenderOptions& options) {
+  if (std::ranges::find(kMethods, options.method) == kMethods.end()) {
+    return invalid_argument("--method must be path or preview, got '{}'", options.method);
+  }
+  PreparedJob job;
+  LM_ASSIGN_OR_RETURN(job.spec.goal, make_goal(options));
+  LM_ASSIGN_OR_RETURN(job.scene, load(options));
+  FilmSettings& film = job.scene.scene.film;
+  if (!options.size.empty()) {
+    LM_ASSIGN_OR_RETURN(std::tie(film.width, film.height), parse_size(options.size));
+  }
+  RenderSettings& settings = job.spec.settings;
+  LM_ASSIGN_OR_RETURN(settings.crop, checked_crop(options.crop, film.width, film.height));
+  settings.scene = pack_scene(job.scene.scene);
+  for (const auto& [digest, bytes] : job.scene.assets) {
+    settings.assets.push_back(digest);  // a map: sorted, each once
+  }
+  settings.width = film.width;
+  settings.height = film.height;
+  settings.seed = options.seed;
+  settings.method = options.method;
+  settings.max_bounces = options.max_bounces;
+  settings.renderer_version = kRendererVersion;
+  job.spec.request_id = new_request_id();
+  job.spec.name = !options.name.empty()           ? options.name
+                  : !job.scene.scene.name.empty() ? job.scene.scene.name
+                                                  : fs::path(options.scenes.front()).stem().string();
+  job.spec.owner = options.owner.empty() ? user_name() : options.owner;
+  job.spec.host = host_name();
+  job.spec.priority = options.priority;
+  return job;
+}
+
+}  // namespace lightmill::cli

@@ -1,0 +1,39 @@
+// What `render` and `submit` are told, and the job that it makes.
+#pragma once
+
+#include <CLI/CLI.hpp>
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "common/base/status.h"
+#include "common/farm/job.h"
+#include "common/scene_io/load.h"
+
+namespace lightmill::cli {
+
+/// As typed; parsed by make_job.
+struct RenderOptions {
+  std::vector<std::string> scenes;
+  std::string camera, size, crop, seconds, method = "path", name, owner;
+  std::uint64_t samples = 0;  ///< 0: not given
+  std::uint64_t seed = 0;
+  std::uint32_t max_bounces = 0;
+  std::int32_t priority = 0;
+};
+
+/// Used when neither --spp nor --seconds is given.
+inline constexpr std::uint64_t kDefaultSamples = 64;
+
+void add_render_options(CLI::App& command, RenderOptions& options);
+
+/// A job ready to submit, with the assets that its scene names.
+struct PreparedJob {
+  JobSpec spec;
+  LoadedScene scene;
+};
+
+/// Loads the scene and checks every option against it; errors name the option or the place in the file.
+Result<PreparedJob> make_job(const RenderOptions& options);
+
+}  // namespace lightmill::cli

@@ -1,0 +1,73 @@
+// From films to files, and the film hash that anyone can compute from a file.
+#include "client/cli/film_fetch.h"
+
+#include <gtest/gtest.h>
+
+#include "common/film/film_hash.h"
+#include "common/image/picture_file.h"
+#include "tests/support/temporary_folder.h"
+
+namespace lightmill::cli {
+namespace {
+
+/// A film of two tiles with different counts, and its hash by the film's own definition.
+std::pair<FilmPicture, Hash128> example_film() {
+  const PixelRect crop{60, 10, 10, 5};
+  const PixelRect left{60, 10, 4, 5}, right{64, 10, 6, 5};
+  FilmPicture picture({0, 0, 128, 64}, {crop.x, crop.y, crop.width, crop.height});
+  FilmPlanes planes(crop, 3);
+  std::uint64_t a = 2, b = 1;
+  for (const PixelRect& rect : {left, right}) {
+    std::vector<float> sums(6 * static_cast<std::size_t>(rect.pixel_count()));
+    for (std::size_t i = 0; i < sums.size(); ++i) {
+      sums[i] = 0.37f * static_cast<float>(i * 7919 % 101);
+    }
+    place_sums(picture, {rect.x, rect.y, rect.width, rect.height}, a, b, sums);
+    planes.set_tile(rect, sums, a, b);
+    a = b = 7;
+  }
+  return {picture, film_hash(planes)};
+}
+
+TEST(FilmFile, HashOfThePictureIsTheHashOfTheFilm) {
+  const auto [picture, hash] = example_film();
+  EXPECT_EQ(film_hash_of(picture).hex(), hash.hex());
+}
+
+TEST(FilmFile, HashComputedFromTheFileIsTheOneThatItStates) {
+  auto [picture, hash] = example_film();
+  picture.receipt.film_hash = hash.hex();
+  const testing::TemporaryFolder folder;
+  const std::string path = (folder.path() / "film.exr").string();
+  ASSERT_TRUE(write_outputs(picture, {path}, {}).ok());
+  const Result<FilmPicture> back = load_film_picture(path);
+  ASSERT_TRUE(back.ok()) << back.status();
+  EXPECT_EQ(back->receipt.film_hash, hash.hex());
+  EXPECT_EQ(film_hash_of(*back).hex(), hash.hex());
+}
+
+TEST(FilmFile, OneChangedBitIsSeen) {
+  const auto [picture, hash] = example_film();
+  for (std::vector<float> FilmPicture::*half : {&FilmPicture::half_a, &FilmPicture::half_b}) {
+    FilmPicture changed = picture;
+    float& value = (changed.*half)[17];
+    value = std::bit_cast<float>(std::bit_cast<std::uint32_t>(value) ^ 1u);
+    EXPECT_NE(film_hash_of(changed).hex(), hash.hex());
+  }
+}
+
+TEST(Outputs, AreCheckedBeforeAnythingIsRendered) {
+  const testing::TemporaryFolder folder;
+  const std::string good = (folder.path() / "a.exr").string();
+  EXPECT_TRUE(check_outputs({good, (folder.path() / "b.PNG").string()}).ok());
+  std::filesystem::create_directory(folder.path() / "c.png");
+  for (const std::string& bad : {(folder.path() / "a.jpg").string(), (folder.path() / "no" / "a.exr").string(),
+                                 (folder.path() / "c.png").string()}) {
+    const Status status = check_outputs({good, bad});
+    EXPECT_EQ(status.code(), StatusCode::kInvalidArgument) << bad;
+    EXPECT_NE(message_of(status).find(bad), std::string::npos) << status;
+  }
+}
+
+}  // namespace
+}  // namespace lightmill::cli

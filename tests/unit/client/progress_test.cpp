@@ -1,0 +1,88 @@
+// A job's progress in one line.
+#include "client/cli/progress.h"
+
+#include <gtest/gtest.h>
+
+#include <nlohmann/json.hpp>
+
+#include "client/cli/job_json.h"
+#include "client/cli/text_width.h"
+
+namespace lightmill::cli {
+namespace {
+
+v1::Job running_job() {
+  v1::Job job;
+  job.set_id(7);
+  job.set_state(v1::JOB_STATE_RUNNING);
+  job.mutable_goal()->set_samples(64);
+  job.set_samples_done(250);
+  job.set_samples_wanted(1000);
+  job.set_min_tile_samples(16);
+  job.set_samples_per_second(3'200'000);
+  job.set_eta_seconds(83);
+  job.mutable_error()->set_rel_mse(0.0004);
+  job.mutable_error()->set_half_width(0.0001);
+  return job;
+}
+
+TEST(Progress, SaysHowFarHowGoodHowFastAndHowLong) {
+  const std::string text = progress_text(running_job(), 200);
+  for (const char* part : {"25%", "16/64 spp", "±2%", "3.20 Msamples/s", "ETA 1:23"}) {
+    EXPECT_NE(text.find(part), std::string::npos) << part << " in " << text;
+  }
+}
+
+TEST(Progress, FitsEveryWidthAndKeepsThePerCentLongest) {
+  for (int width = 4; width < 140; ++width) {
+    const std::string line = progress_line(running_job(), width, false);
+    EXPECT_LE(columns_of(line), width) << line;
+    EXPECT_NE(line.find("25%"), std::string::npos) << line;
+  }
+}
+
+TEST(Progress, BarIsAsFullAsTheJob) {
+  v1::Job job = running_job();
+  for (const auto& [done, filled] : {std::pair{0, 0}, {500, 20}, {1000, 40}}) {
+    job.set_samples_done(static_cast<std::uint64_t>(done));
+    const std::string line = progress_line(job, 200, false);
+    EXPECT_EQ(std::ranges::count(line, '='), filled) << line;
+  }
+}
+
+TEST(Progress, ColourOnlyWhereAsked) {
+  EXPECT_EQ(progress_line(running_job(), 120, false).find('\x1b'), std::string::npos);
+  EXPECT_NE(progress_line(running_job(), 120, true).find('\x1b'), std::string::npos);
+}
+
+TEST(Progress, NearestLimitCounts) {
+  v1::Job job = running_job();
+  job.mutable_goal()->set_seconds(10);
+  job.set_active_seconds(8);
+  EXPECT_DOUBLE_EQ(fraction_done(job), 0.8);
+  job.set_active_seconds(11);
+  EXPECT_DOUBLE_EQ(fraction_done(job), 1.0);
+}
+
+TEST(Progress, UnknownErrorIsNotShown) {
+  v1::Job job = running_job();
+  job.clear_error();
+  EXPECT_EQ(error_text(job), "");
+  EXPECT_EQ(progress_text(job, 200).find("error"), std::string::npos);
+}
+
+TEST(JobJson, UnknownValuesAreNull) {
+  v1::Job job;
+  job.set_id(3);
+  job.set_eta_seconds(-1);
+  const nlohmann::json object = to_json(job);
+  EXPECT_EQ(object["id"], 3);
+  for (const char* field : {"eta_seconds", "error", "samples_wanted", "finished_unix_ms", "render_digest", "parent"}) {
+    EXPECT_TRUE(object[field].is_null()) << field;
+  }
+  EXPECT_DOUBLE_EQ(to_json(running_job())["error"]["rel_mse"], 0.0004);
+  EXPECT_EQ(to_json(running_job())["state"], "running");
+}
+
+}  // namespace
+}  // namespace lightmill::cli
