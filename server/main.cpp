@@ -169,7 +169,8 @@ Status serve(const Options& options, StopRequest& stop) {
   if (!is_loopback(options.listen)) {
     spdlog::warn("there is no authentication: whoever reaches {} can use and stop jobs of this farm", options.listen);
   }
-  spdlog::info("listening on {} (port {}), state in {}", options.listen, server->port(), data.path().string());
+  spdlog::info("listening on {}:{}, state in {}", options.listen.substr(0, options.listen.rfind(':')), server->port(),
+               data.path().string());
   if (!options.port_file.empty()) {
     LM_RETURN_IF_ERROR(write_file_atomically(options.port_file, as_byte_view(fmt::format("{}\n", server->port()))));
   }

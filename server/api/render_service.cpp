@@ -2,7 +2,6 @@
 
 #include <charconv>
 
-#include "common/base/log.h"
 #include "common/wire/bytes.h"
 #include "common/wire/farm_messages.h"
 #include "server/api/grpc_status.h"
@@ -128,12 +127,7 @@ RenderServiceImpl::Unary* RenderServiceImpl::SubmitJob(Context* context, const v
     return reactor;
   }
   return change_job(context, reply, [spec = std::move(*spec)](FarmLoop::Turn& turn) {
-    const Result<JobId> job = turn.farm.submit(spec, turn.now, turn.unix_ms, turn.step);
-    if (job.ok()) {
-      spdlog::info("job {} '{}' of {}: {}x{} at {} samples, method {}", job->value, spec.name, spec.owner,
-                   spec.settings.width, spec.settings.height, spec.goal.samples, spec.settings.method);
-    }
-    return job;
+    return turn.farm.submit(spec, turn.now, turn.unix_ms, turn.step);
   });
 }
 

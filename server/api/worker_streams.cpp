@@ -47,6 +47,17 @@ class WorkStream final : public grpc::ServerBidiReactor<v1::WorkRequest, v1::Wor
   WorkStream(WorkerStreams& owner, SessionId session, grpc::CallbackServerContext* context)
       : owner_(owner), session_(session), context_(context) {}
 
+  /// Answers the call, so that the worker knows that it is connected, and reads.
+  void start() {
+    {
+      const MutexLock lock(mutex_);
+      if (!ending_) {
+        StartSendInitialMetadata();
+      }
+    }
+    read();
+  }
+
   void read() {
     const MutexLock lock(mutex_);
     if (!ending_) {
@@ -159,8 +170,7 @@ class WorkStream final : public grpc::ServerBidiReactor<v1::WorkRequest, v1::Wor
   /// On the farm thread.
   void deliver(WorkerMessage message, FarmLoop::Turn& turn) {
     if (const auto* hello = std::get_if<WorkerHello>(&message)) {
-      spdlog::info("worker {} connected from {} (host {}): {} threads, {} leases held", hello->name, peer_, hello->host,
-                   hello->threads, hello->held.size());
+      spdlog::debug("session {}: worker {} from {}", session_.value, hello->name, peer_);
       turn.farm.worker_connected(session_, *hello, turn.now, turn.step);
     } else {
       turn.farm.worker_message(session_, std::move(message), turn.now, turn.unix_ms, turn.step);
@@ -203,7 +213,7 @@ grpc::ServerBidiReactor<v1::WorkRequest, v1::WorkResponse>* WorkerStreams::Work(
   if (stopped) {
     stream->finish(grpc::Status(grpc::StatusCode::UNAVAILABLE, "the coordinator stops"));
   } else {
-    stream->read();
+    stream->start();
   }
   return stream.get();
 }

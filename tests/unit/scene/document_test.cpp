@@ -94,27 +94,5 @@ TEST(Document, ObjectsAndLightsAreChecked) {
             "lights[0].point.intensity: each component must be in [0, 1e+20], got (1, 1, inf)");
 }
 
-TEST(Document, UnknownMaterialsAreDescribedBriefly) {
-  std::vector<Material> materials(23);
-  for (std::size_t i = 0; i < materials.size(); ++i) {
-    materials[i].name = fmt::format("m{}", i);
-  }
-  EXPECT_EQ(
-      describe_unknown_material("x", materials),
-      "unknown material \"x\"; the materials are m0, m1, m2, m3, m4, m5, m6, m7, m8, m9, m10, m11, m12, m13, m14, m15, "
-      "m16, m17, m18, m19 and 3 more");
-  EXPECT_EQ(describe_unknown_material("x", {}), "unknown material \"x\"; there are none");
-}
-
-TEST(Document, AssetsAreListedOnceAndSorted) {
-  Scene scene = example();
-  const Sha256 a = sha256("a"), b = sha256("b");
-  scene.objects = {{"1", 0, MeshShape{"f", std::max(a, b)}},
-                   {"2", 0, SphereShape{}},
-                   {"3", 0, MeshShape{"g", std::min(a, b)}},
-                   {"4", 0, MeshShape{"h", std::max(a, b)}}};
-  EXPECT_EQ(assets_of(scene), (std::vector<Sha256>{std::min(a, b), std::max(a, b)}));
-}
-
 }  // namespace
 }  // namespace lightmill

@@ -1,0 +1,161 @@
+// lightmill-worker: renders for a farm.
+#include <unistd.h>
+
+#include <CLI/CLI.hpp>
+#include <cstdlib>
+#include <iostream>
+
+#include "common/base/log.h"
+#include "common/base/signals.h"
+#include "common/farm/job.h"
+#include "common/methods/fingerprint.h"
+#include "worker/shell/worker_loop.h"
+
+namespace lightmill {
+namespace {
+
+struct Options {
+  std::vector<std::string> servers{"127.0.0.1:7350"};
+  std::uint32_t threads = std::max(1u, std::thread::hardware_concurrency());
+  std::string name;
+  std::string log_level = "info";
+  std::string log_format = "text";
+  std::size_t scenes = 8;
+  double scenes_gib = 4;
+  double assets_gib = 1;
+  double results_mib = 256;
+};
+
+std::string host_name() {
+  std::array<char, 256> name{};
+  return ::gethostname(name.data(), name.size() - 1) == 0 ? name.data() : "unknown";
+}
+
+std::uint64_t gib(double value) {
+  return static_cast<std::uint64_t>(value * 1024 * 1024 * 1024);
+}
+
+/// An exit code, or nothing when the worker should run.
+std::optional<int> parse(int argc, char** argv, Options& options) {
+  CLI::App app{
+      "A worker of a Lightmill farm: connects to a `lightmill-server` and renders what it hands out.\n\nStart as many "
+      "as you like, on as many machines; they may come and go while a picture is rendered.\nCtrl-C or SIGTERM lets a "
+      "worker finish what it has begun, give back the rest and leave; a second signal ends it at once.\n",
+      "lightmill-worker"};
+  app.set_version_flag("--version", fmt::format("lightmill-worker {} ({})", LIGHTMILL_VERSION, kRendererVersion));
+  app.add_option("--server", options.servers, "HOST:PORT of the coordinator; several, with commas, are tried in turn")
+      ->delimiter(',')
+      ->capture_default_str();
+  app.add_option("--threads", options.threads, "rendering threads; by default one for each processor core")
+      ->check(CLI::Range(1, 4096))
+      ->capture_default_str();
+  app.add_option("--name", options.name, "its name, unique on the farm; by default HOST-PID");
+  app.add_option("--log-level", options.log_level, "trace, debug, info, warn, error or off")->capture_default_str();
+  app.add_option("--log-format", options.log_format, "text, or json (one object a line)")->capture_default_str();
+  const std::string limits = "Limits";
+  app.add_option("--scenes", options.scenes, "compiled scenes that are kept")
+      ->check(CLI::Range(1, 10'000))
+      ->capture_default_str()
+      ->group(limits);
+  app.add_option("--scenes-gib", options.scenes_gib, "memory for compiled scenes, GiB")
+      ->check(CLI::Range(0.001, 65536.0))
+      ->capture_default_str()
+      ->group(limits);
+  app.add_option("--assets-gib", options.assets_gib, "memory for downloaded assets, GiB")
+      ->check(CLI::Range(0.0, 65536.0))
+      ->capture_default_str()
+      ->group(limits);
+  app.add_option("--results-mib", options.results_mib, "memory for results not acknowledged yet, MiB; beyond, it waits")
+      ->check(CLI::Range(1.0, 1e6))
+      ->capture_default_str()
+      ->group(limits);
+  try {
+    app.parse(argc, argv);
+  } catch (const CLI::ParseError& error) {
+    return app.exit(error) == 0 ? 0 : 2;
+  }
+  for (const std::string& server : options.servers) {
+    if (server.find(':') == std::string::npos) {
+      std::cerr << "--server: '" << server << "' must be HOST:PORT, for example 127.0.0.1:7350\n";
+      return 2;
+    }
+  }
+  if (options.name.empty()) {
+    options.name = fmt::format("{}-{}", host_name(), ::getpid());
+  }
+  return std::nullopt;
+}
+
+WorkerOptions worker_options(const Options& options) {
+  WorkerOptions worker;
+  worker.servers = options.servers;
+  worker.scenes = {options.scenes, gib(options.scenes_gib)};
+  worker.asset_bytes = gib(options.assets_gib);
+  worker.session.name = options.name;
+  worker.session.host = host_name();
+  worker.session.pid = static_cast<std::uint32_t>(::getpid());
+  worker.session.threads = options.threads;
+  worker.session.fingerprint_class = fingerprint_class();
+  worker.session.renderer_version = kRendererVersion;
+  worker.session.unacknowledged_bytes = gib(options.results_mib / 1024);
+  return worker;
+}
+
+/// Hands signals to the loop, once there is one.
+class SignalTarget {
+ public:
+  void signal(int count) {
+    if (count > 1) {
+      std::_Exit(130);
+    }
+    const MutexLock lock(mutex_);
+    signalled_ = true;
+    if (loop_ != nullptr) {
+      loop_->drain();
+    }
+  }
+  void set(WorkerLoop* loop) {
+    const MutexLock lock(mutex_);
+    loop_ = loop;
+    if (signalled_ && loop != nullptr) {
+      loop->drain();
+    }
+  }
+
+ private:
+  Mutex mutex_;
+  WorkerLoop* loop_ LM_GUARDED_BY(mutex_) = nullptr;
+  bool signalled_ LM_GUARDED_BY(mutex_) = false;
+};
+
+int run(int argc, char** argv) {
+  SignalTarget target;
+  const StopSignals signals([&target](int count) { target.signal(count); });
+  Options options;
+  if (const std::optional<int> code = parse(argc, argv, options)) {
+    return *code;
+  }
+  if (const Status status = start_logging("lightmill-worker", options.log_level, options.log_format); !status.ok()) {
+    std::cerr << "lightmill-worker: " << message_of(status) << "\n";
+    return 2;
+  }
+  const WorkerOptions worker = worker_options(options);
+  spdlog::info("worker {}: {} threads, fingerprint class {}", options.name, options.threads,
+               worker.session.fingerprint_class);
+  WorkerLoop loop(worker, system_clock());
+  target.set(&loop);
+  const Status status = loop.run();
+  target.set(nullptr);
+  if (!status.ok()) {
+    spdlog::error("{}", message_of(status));
+    return 1;
+  }
+  return 0;
+}
+
+}  // namespace
+}  // namespace lightmill
+
+int main(int argc, char** argv) {
+  return lightmill::run(argc, argv);
+}

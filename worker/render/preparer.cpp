@@ -1,0 +1,81 @@
+#include "worker/render/preparer.h"
+
+#include "common/base/log.h"
+#include "common/wire/scene_proto.h"
+
+namespace lightmill {
+namespace {
+
+/// The parts of the settings that decide what is compiled.
+Sha256 scene_key(const RenderSettings& settings) {
+  Sha256Hasher hasher;
+  hasher.append(fmt::format("{}x{} ", settings.width, settings.height));
+  hasher.append(settings.scene);
+  return hasher.finish();
+}
+
+}  // namespace
+
+Preparer::Preparer(AssetCache& assets, SceneCacheLimits limits, Done done)
+    : assets_(assets), scenes_(limits), done_(std::move(done)), thread_([this] { run(); }) {}
+
+Preparer::~Preparer() {
+  {
+    const MutexLock lock(mutex_);
+    stopping_ = true;
+    changed_.notify_one();
+  }
+  thread_.join();
+}
+
+void Preparer::add(std::shared_ptr<const JobDescription> description) {
+  const MutexLock lock(mutex_);
+  waiting_.push_back(std::move(description));
+  changed_.notify_one();
+}
+
+void Preparer::run() {
+  for (;;) {
+    std::shared_ptr<const JobDescription> description;
+    {
+      const MutexLock lock(mutex_);
+      while (waiting_.empty() && !stopping_) {
+        changed_.wait(mutex_);
+      }
+      if (stopping_) {
+        return;
+      }
+      description = std::move(waiting_.front());
+      waiting_.pop_front();
+    }
+    Result<PreparedJob> prepared = prepare(*description);
+    done_(std::move(description), std::move(prepared));
+  }
+}
+
+Result<PreparedJob> Preparer::prepare(const JobDescription& description) {
+  const RenderSettings& settings = description.settings;
+  LM_ASSIGN_OR_RETURN(std::shared_ptr<const CompiledScene> scene, compiled(settings));
+  LM_ASSIGN_OR_RETURN(std::unique_ptr<Method> method,
+                      make_method(std::move(scene), {settings.method, settings.seed, settings.max_bounces}));
+  return PreparedJob{TileGrid(settings.crop), std::move(method)};
+}
+
+Result<std::shared_ptr<const CompiledScene>> Preparer::compiled(const RenderSettings& settings) {
+  const Sha256 key = scene_key(settings);
+  if (std::shared_ptr<const CompiledScene> known = scenes_.find(key); known != nullptr) {
+    return known;
+  }
+  const Time start = system_clock().now();
+  LM_ASSIGN_OR_RETURN(Scene document, unpack_scene(settings.scene));
+  document.film.width = settings.width;
+  document.film.height = settings.height;
+  LM_ASSIGN_OR_RETURN(std::shared_ptr<const CompiledScene> scene,
+                      CompiledScene::compile(document, [this](const Sha256& digest) { return assets_.get(digest); }));
+  spdlog::info("scene '{}' is ready after {:.0f} ms, {} KiB", document.name,
+               1000 * to_seconds(system_clock().now() - start), scene->bytes() >> 10);
+  scenes_.insert(key, scene);
+  return scene;
+}
+
+}  // namespace lightmill

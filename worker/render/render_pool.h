@@ -1,0 +1,44 @@
+// The threads that render tiles.
+#pragma once
+
+#include <deque>
+#include <functional>
+#include <memory>
+#include <thread>
+#include <vector>
+
+#include "common/base/mutex.h"
+#include "common/methods/method.h"
+#include "worker/session/session.h"
+
+namespace lightmill {
+
+struct RenderTask {
+  std::uint64_t ticket = 0;  ///< given back with the tile
+  SampleRange range;
+  PixelRect rect;
+  std::shared_ptr<const Method> method;
+};
+
+/// Takes tasks in order; `done` is called from the threads. Who adds bounds the queue (the session: two per thread).
+class RenderPool {
+ public:
+  using Done = std::function<void(RenderedTile)>;
+  RenderPool(std::uint32_t threads, Done done);
+  /// Ends after the tiles under way; what waits is dropped.
+  ~RenderPool();
+
+  void add(RenderTask task);
+
+ private:
+  void run();
+
+  const Done done_;
+  Mutex mutex_;
+  CondVar changed_;
+  std::deque<RenderTask> tasks_ LM_GUARDED_BY(mutex_);
+  bool stopping_ LM_GUARDED_BY(mutex_) = false;
+  std::vector<std::thread> threads_;
+};
+
+}  // namespace lightmill

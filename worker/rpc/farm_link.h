@@ -1,0 +1,55 @@
+// The worker's connection to a coordinator: one stream of messages, and assets to download.
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "common/base/digest.h"
+#include "common/base/mutex.h"
+#include "common/base/status.h"
+#include "common/farm/messages.h"
+
+namespace lightmill {
+
+class LinkStream;
+
+/// What happens on the stream that `open` numbered; called from gRPC's threads. Each number ends with one
+/// `disconnected`.
+struct LinkHandlers {
+  std::function<void(std::uint64_t stream, const std::string& address)> connected;
+  std::function<void(std::uint64_t stream, CoordinatorMessage message)> message;
+  std::function<void(std::uint64_t stream, const std::string& address, const Status& status)> disconnected;
+};
+
+/// Thread-safe. At most one stream at a time.
+class FarmLink {
+ public:
+  /// `servers` are HOST:PORT; each attempt takes the next one.
+  FarmLink(std::vector<std::string> servers, LinkHandlers handlers);
+  /// Ends the stream; no handler is called afterwards.
+  ~FarmLink();
+
+  /// Starts to open a stream and returns its number. An earlier one has been disconnected.
+  std::uint64_t open();
+  /// Queues a message; it is dropped if the stream is down (the session sends it again on the next).
+  void send(std::shared_ptr<const WorkerMessage> message);
+  /// Says that nothing more comes, once everything queued has been written.
+  void close();
+
+  /// Downloads an asset from the coordinator of the last stream; blocks. NOT_FOUND, UNAVAILABLE.
+  Result<std::string> download(const Sha256& digest);
+
+ private:
+  struct Connection;
+  const std::vector<std::string> servers_;
+  const LinkHandlers handlers_;
+  Mutex mutex_;
+  std::shared_ptr<Connection> connection_ LM_GUARDED_BY(mutex_);
+  std::shared_ptr<LinkStream> stream_ LM_GUARDED_BY(mutex_);
+  std::uint64_t streams_ LM_GUARDED_BY(mutex_) = 0;
+};
+
+}  // namespace lightmill

@@ -1,0 +1,215 @@
+#include "worker/shell/worker_loop.h"
+
+#include "common/base/check.h"
+#include "common/base/log.h"
+
+namespace lightmill {
+namespace {
+
+/// What was sent last has so long to be written.
+constexpr Duration kExitPatience = std::chrono::seconds(2);
+/// Workers that lost the same coordinator come back spread over at most so long.
+constexpr Duration kMaxJitter = std::chrono::milliseconds(500);
+constexpr Duration kJitterStep = std::chrono::milliseconds(10);
+
+/// Whether asking again may help.
+bool is_passing(const Status& status) {
+  switch (status.code()) {
+    case StatusCode::kUnavailable:
+    case StatusCode::kDeadlineExceeded:
+    case StatusCode::kCancelled:
+    case StatusCode::kAborted:
+    case StatusCode::kUnknown:
+      return true;
+    default:
+      return false;
+  }
+}
+
+}  // namespace
+
+WorkerLoop::WorkerLoop(const WorkerOptions& options, const Clock& clock)
+    : clock_(clock),
+      session_(options.session),
+      random_(std::hash<std::string>{}(options.session.name) ^ options.session.pid),
+      link_(options.servers, link_handlers()),
+      assets_([this](const Sha256& digest) { return link_.download(digest); }, options.asset_bytes),
+      preparer_(assets_, options.scenes,
+                [this](std::shared_ptr<const JobDescription> description, Result<PreparedJob> prepared) {
+                  post([this, description = std::move(description), prepared = std::move(prepared)](Time now) {
+                    job_prepared(*description, prepared, now);
+                  });
+                }),
+      pool_(options.session.threads, [this](RenderedTile tile) {
+        auto shared = std::make_shared<RenderedTile>(std::move(tile));
+        post([this, shared](Time now) { session_.tile_rendered(std::move(*shared), now, actions_); });
+      }) {}
+
+LinkHandlers WorkerLoop::link_handlers() {
+  LinkHandlers handlers;
+  handlers.connected = [this](std::uint64_t stream, const std::string& address) {
+    post([this, stream, address](Time now) {
+      if (stream == stream_ && stream_open_) {
+        failures_ = 0;
+        spdlog::info("connected to {}", address);
+        session_.connected(now, actions_);
+      }
+    });
+  };
+  handlers.message = [this](std::uint64_t stream, CoordinatorMessage message) {
+    post([this, stream, message = std::move(message)](Time now) {
+      if (stream == stream_ && stream_open_) {
+        session_.message(message, now, actions_);
+      }
+    });
+  };
+  handlers.disconnected = [this](std::uint64_t stream, const std::string& address, const Status& status) {
+    post([this, stream, address, status](Time now) {
+      if (stream == stream_) {
+        stream_broke(address, status, now);
+      }
+    });
+  };
+  return handlers;
+}
+
+void WorkerLoop::post(Event event) {
+  const MutexLock lock(mutex_);
+  events_.push_back(std::move(event));
+  changed_.notify_one();
+}
+
+void WorkerLoop::drain() {
+  post([this](Time now) {
+    spdlog::info("draining: what is begun is finished, the rest given back");
+    session_.drain(now, actions_);
+  });
+}
+
+Status WorkerLoop::run() {
+  session_.start(clock_.now(), actions_);
+  perform();
+  for (;;) {
+    open_if_due(clock_.now());
+    const std::vector<Event> events = wait();
+    const Time now = clock_.now();
+    for (const Event& event : events) {
+      event(now);
+    }
+    if (exit_ && (!stream_open_ || now >= *exit_by_)) {
+      spdlog::info("leaving: {}", exit_->reason);
+      return exit_->failed ? failed_precondition("{}", exit_->reason) : ok_status();
+    }
+    if (const std::optional<Time> due = session_.next_deadline(); due && *due <= now) {
+      session_.tick(now, actions_);
+    }
+    perform();
+  }
+}
+
+/// Waits for events, or until something is due.
+std::vector<WorkerLoop::Event> WorkerLoop::wait() {
+  std::optional<Time> due = session_.next_deadline();
+  for (const std::optional<Time>& other : {open_at_, exit_by_}) {
+    if (other && (!due || *other < *due)) {
+      due = other;
+    }
+  }
+  const MutexLock lock(mutex_);
+  while (events_.empty()) {
+    if (!due) {
+      changed_.wait(mutex_);
+      continue;
+    }
+    const Duration left = *due - clock_.now();
+    if (left <= Duration::zero() ||
+        changed_.wait_until(mutex_, std::chrono::steady_clock::now() + left) == std::cv_status::timeout) {
+      break;
+    }
+  }
+  return std::exchange(events_, {});
+}
+
+// ---- what the session asks for ----
+
+void WorkerLoop::perform() {
+  while (!actions_.empty()) {
+    for (const SessionAction& action : std::exchange(actions_, {})) {
+      if (!exit_) {
+        std::visit([this](const auto& each) { perform(each); }, action);
+      }
+    }
+  }
+}
+
+void WorkerLoop::open_if_due(Time now) {
+  if (open_at_ && *open_at_ <= now && !exit_) {
+    open_at_.reset();
+    stream_open_ = true;
+    stream_ = link_.open();
+  }
+}
+
+/// Uniform below a bound that grows with the failures in a row; nothing at first.
+Duration WorkerLoop::jitter() {
+  const Duration bound = std::min<Duration>(kMaxJitter, kJitterStep * std::min(failures_ * failures_, 100));
+  random_ = random_ * 6364136223846793005u + 1442695040888963407u;
+  return std::chrono::duration_cast<Duration>(bound * (static_cast<double>(random_ >> 40) / (1 << 24)));
+}
+
+void WorkerLoop::perform(const PrepareJob& action) {
+  jobs_[action.description->job] = {action.description, std::nullopt};
+  preparer_.add(action.description);
+}
+
+void WorkerLoop::perform(const RenderTile& action) {
+  const auto at = jobs_.find(action.key.job);
+  LM_CHECK(at != jobs_.end() && at->second.prepared, "job {} is not prepared", action.key.job.value);
+  const PreparedJob& job = *at->second.prepared;
+  if (action.key.tile.value >= job.grid.tile_count()) {
+    perform(Exit{fmt::format("the coordinator asks for tile {} of job {}, which has {}", action.key.tile.value,
+                             action.key.job.value, job.grid.tile_count()),
+                 true});
+    return;
+  }
+  pool_.add({action.ticket, action.key.range, job.grid.tile_rect(action.key.tile), job.method});
+}
+
+void WorkerLoop::perform(const Exit& action) {
+  exit_ = action;
+  exit_by_ = clock_.now() + kExitPatience;
+  open_at_.reset();
+  link_.close();
+}
+
+// ---- what happens ----
+
+void WorkerLoop::job_prepared(const JobDescription& description, const Result<PreparedJob>& prepared, Time now) {
+  const JobId job = description.job;
+  const auto at = jobs_.find(job);
+  if (at == jobs_.end() || at->second.description.get() != &description) {
+    return;  // forgotten meanwhile, or asked for anew
+  }
+  if (prepared.ok()) {
+    at->second.prepared = *prepared;
+    session_.job_ready(job, now, actions_);
+  } else if (is_passing(prepared.status())) {
+    spdlog::warn("job {} cannot be fetched now: {}", job.value, message_of(prepared.status()));
+    session_.job_unavailable(job, now, actions_);
+  } else {
+    spdlog::error("job {} cannot be rendered: {}", job.value, message_of(prepared.status()));
+    session_.job_failed(job, message_of(prepared.status()), now, actions_);
+  }
+}
+
+void WorkerLoop::stream_broke(const std::string& address, const Status& status, Time now) {
+  stream_open_ = false;
+  if (failures_++ == 0 && !exit_) {
+    spdlog::warn("no connection to {}: {}; trying again", address,
+                 status.message().empty() ? "it closed the stream" : message_of(status));
+  }
+  failures_ = std::min(failures_, 1'000);
+  session_.disconnected(now, actions_);
+}
+
+}  // namespace lightmill

@@ -1,0 +1,79 @@
+// The worker's main thread: feeds the session with what happens, and does what it asks.
+#pragma once
+
+#include <functional>
+#include <map>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "common/base/clock.h"
+#include "common/base/mutex.h"
+#include "worker/render/preparer.h"
+#include "worker/render/render_pool.h"
+#include "worker/rpc/farm_link.h"
+#include "worker/session/session.h"
+
+namespace lightmill {
+
+struct WorkerOptions {
+  std::vector<std::string> servers;  ///< HOST:PORT, tried in turn
+  SessionConfig session;
+  SceneCacheLimits scenes;
+  std::uint64_t asset_bytes = std::uint64_t{1} << 30;  ///< of assets kept in memory
+};
+
+class WorkerLoop {
+ public:
+  WorkerLoop(const WorkerOptions& options, const Clock& clock);
+  /// Works until the session's life is over. An error if it was dismissed or gave up.
+  Status run();
+  /// Finish or give back what is there, then leave. Thread-safe.
+  void drain();
+
+ private:
+  using Event = std::function<void(Time now)>;
+  void post(Event event);
+  std::vector<Event> wait();
+  void perform();
+  void perform(const OpenStream&) { open_at_ = clock_.now() + jitter(); }
+  void perform(const CloseStream&) { link_.close(); }
+  void perform(const SendMessage& action) { link_.send(action.message); }
+  void perform(const PrepareJob& action);
+  void perform(const ForgetJob& action) { jobs_.erase(action.job); }
+  void perform(const RenderTile& action);
+  void perform(const Exit& action);
+  void open_if_due(Time now);
+  void job_prepared(const JobDescription& description, const Result<PreparedJob>& prepared, Time now);
+  void stream_broke(const std::string& address, const Status& status, Time now);
+  Duration jitter();
+  LinkHandlers link_handlers();
+
+  const Clock& clock_;
+  Session session_;
+  SessionActions actions_;
+  struct Job {
+    std::shared_ptr<const JobDescription> description;
+    std::optional<PreparedJob> prepared;
+  };
+  std::map<JobId, Job> jobs_;
+  std::optional<Time> open_at_;  ///< when the stream that was asked for is to be opened
+  std::uint64_t stream_ = 0;     ///< number of the current stream
+  bool stream_open_ = false;     ///< it has not been disconnected
+  int failures_ = 0;             ///< attempts to connect that failed one after the other
+  std::uint64_t random_ = 0;     ///< state of the jitter's generator
+  std::optional<Exit> exit_;
+  std::optional<Time> exit_by_;
+
+  Mutex mutex_;
+  CondVar changed_;
+  std::vector<Event> events_ LM_GUARDED_BY(mutex_);
+
+  // Their threads post events, so they end first.
+  FarmLink link_;
+  AssetCache assets_;
+  Preparer preparer_;
+  RenderPool pool_;
+};
+
+}  // namespace lightmill
