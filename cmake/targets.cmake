@@ -41,6 +41,8 @@ function(lightmill_test name)
   set_target_properties(${name} PROPERTIES RUNTIME_OUTPUT_DIRECTORY ${CMAKE_BINARY_DIR}/tests)
   target_compile_definitions(${name} PRIVATE LIGHTMILL_SOURCE_DIR="${PROJECT_SOURCE_DIR}"
                                              LIGHTMILL_BINARY_DIR="${CMAKE_BINARY_DIR}")
+  set_property(GLOBAL APPEND PROPERTY LIGHTMILL_TEST_PROGRAMS ${name})
+  set_property(TARGET ${name} PROPERTY LIGHTMILL_LABELS "${ARG_LABELS}")
   string(REPLACE ";" "\\;" labels "${ARG_LABELS}")
   gtest_discover_tests(${name} DISCOVERY_MODE PRE_TEST PROPERTIES LABELS "${labels}" TIMEOUT ${ARG_TIMEOUT})
 endfunction()

@@ -1,0 +1,132 @@
+#!/bin/sh
+# From a clean clone to a picture: installs what is needed, builds, starts a farm on this machine and renders the Cornell box.
+#
+#   ./quickstart.sh          in a terminal, leaves the farm up afterwards and says how to use and how to stop it
+#   ./quickstart.sh --once   stops the farm when the picture is there (also without a terminal)
+#   ./quickstart.sh --stop   stops a farm that was left up
+set -eu
+cd "$(dirname "$0")"
+. deploy/environment.sh
+
+data=.lightmill
+run=$data/quickstart
+bin=build/release/bin
+
+# alive NAME: whether the process recorded under this name still is that program.
+alive() {
+  pid=$(cat "$run/$1.pid" 2>/dev/null) || return 1
+  [ "$(basename "$(readlink "/proc/$pid/exe" 2>/dev/null || echo none)" ' (deleted)')" = "lightmill-$1" ]
+}
+
+# stop NAME: SIGTERM, then waits; SIGKILL after ten seconds.
+stop() {
+  if alive "$1"; then
+    kill "$pid"
+    tries=0
+    while alive "$1"; do
+      tries=$((tries + 1))
+      [ "$tries" -le 100 ] || kill -9 "$pid" 2>/dev/null || break
+      sleep 0.1
+    done
+  fi
+  rm -f "$run/$1.pid"
+}
+
+stop_farm() {
+  stop worker
+  stop server
+}
+
+# start NAME ARGUMENTS...: runs lightmill-NAME in the background, in a session of its own, so that a Ctrl-C here leaves it alone.
+start() {
+  name=$1
+  shift
+  setsid "$bin/lightmill-$name" "$@" >>"$run/$name.log" 2>&1 </dev/null &
+  echo $! >"$run/$name.pid"
+}
+
+# wait_for_server: until it has written its port, or has ended.
+wait_for_server() {
+  tries=0
+  while [ ! -s "$run/port" ]; do
+    tries=$((tries + 1))
+    if [ "$tries" -gt 200 ] || ! kill -0 "$(cat "$run/server.pid")" 2>/dev/null; then
+      return 1
+    fi
+    sleep 0.05
+  done
+}
+
+start_farm() {
+  if alive server && alive worker && [ -s "$run/port" ]; then
+    return
+  fi
+  stop_farm
+  rm -f "$run/port"
+  start server --data "$data" --listen 127.0.0.1:7350 --port-file "$run/port"
+  if ! wait_for_server; then
+    echo 'port 7350 is taken; using a free one'
+    stop server
+    start server --data "$data" --listen 127.0.0.1:0 --port-file "$run/port"
+    if ! wait_for_server; then
+      echo "the coordinator did not start; its log, $run/server.log, ends with:" >&2
+      tail -n 5 "$run/server.log" >&2
+      exit 1
+    fi
+  fi
+  start worker --server "127.0.0.1:$(cat "$run/port")" --name "$(hostname)"
+}
+
+once=no
+[ -t 1 ] || once=yes
+case "${1:-}" in
+  '') ;;
+  --once) once=yes ;;
+  --stop)
+    stop_farm
+    echo 'the farm is stopped'
+    exit 0
+    ;;
+  *)
+    sed -n '2,7s/^# \{0,1\}//p' "$0" >&2
+    exit 2
+    ;;
+esac
+
+deploy/setup
+if [ ! -e build/release/build.ninja ]; then
+  echo 'configuring'
+  mkdir -p build
+  cmake --preset release -DLIGHTMILL_TESTS=OFF >build/configure.log 2>&1 || { cat build/configure.log; exit 1; }
+fi
+echo 'building (the first time takes some minutes)'
+cmake --build build/release --target lightmill lightmill-server lightmill-worker
+
+mkdir -p "$run"
+if [ "$once" = yes ]; then
+  trap stop_farm EXIT
+  trap 'exit 130' INT TERM HUP
+fi
+start_farm
+farm=127.0.0.1:$(cat "$run/port")
+
+"$bin/lightmill" render scenes/cornell-bench-blocks.json --server "$farm" --spp 256 -o cornell-box.exr -o cornell-box.png
+echo
+echo 'the picture: cornell-box.png, and with all layers cornell-box.exr'
+if [ "$once" = yes ]; then
+  exit 0
+fi
+
+client="$bin/lightmill"
+[ "$farm" = 127.0.0.1:7350 ] || client="LIGHTMILL_SERVER=$farm $client"
+cat <<END
+
+The farm is up (data in $data, logs in $run). Try:
+
+  $client render scenes/cornell-bench-balls.json -o balls.png
+  $client jobs
+  $client workers
+  $client --help
+
+Stop it with ./quickstart.sh --stop; it goes on with what it had when it is started again.
+END

@@ -1,0 +1,65 @@
+#!/bin/sh
+# Builds everything and runs the tests: all of them in release, the fast ones again under the address and undefined-behaviour
+# sanitizers. --all adds the long runs.
+#
+#   ./test.sh [--all]
+set -eu
+cd "$(dirname "$0")"
+. deploy/environment.sh
+
+skip='long|bench'
+case "${1:-}" in
+  '') ;;
+  --all) skip='bench' ;;
+  *)
+    echo "usage: ./test.sh [--all]" >&2
+    exit 2
+    ;;
+esac
+
+cores=$(nproc)
+# Real processes and real clocks: one test at a time.
+alone='integration'
+sanitized='unit|fuzz|simulation'
+summaries=
+failed=0
+
+# run_tests PRESET CTEST-ARGUMENTS...: runs them all even if some fail, and keeps the summary for the end.
+run_tests() {
+  preset=$1
+  shift
+  log=build/$preset/test.log
+  { ctest --test-dir "build/$preset" --output-on-failure --no-tests=error "$@" 2>&1 || echo failed >"$log.failed"; } | tee "$log"
+  if [ -e "$log.failed" ]; then
+    rm "$log.failed"
+    failed=1
+  fi
+  summaries="$summaries
+$preset ($*): $(grep -E '^[0-9]+% tests passed' "$log" || echo 'no summary')"
+}
+
+# configure PRESET: quietly, unless it fails.
+configure() {
+  mkdir -p "build/$1"
+  cmake --preset "$1" -DLIGHTMILL_TESTS=ON >"build/$1/configure.log" 2>&1 || { cat "build/$1/configure.log"; exit 1; }
+}
+
+deploy/setup --tests
+
+echo '== release'
+configure release
+cmake --build build/release
+run_tests release -LE "$skip|$alone" -j "$cores"
+run_tests release -L "$alone" -LE "$skip"
+
+echo '== address and undefined-behaviour sanitizers'
+configure asan
+cmake --build build/asan --target sanitized_tests
+run_tests asan -L "$sanitized" -LE "$skip|$alone" -j "$cores"
+
+echo
+echo "== summary$summaries"
+if [ "$failed" -ne 0 ]; then
+  echo 'some tests failed'
+  exit 1
+fi

@@ -1,0 +1,254 @@
+#!/usr/bin/env python3
+"""Checks the five rules of the house (and a few more) over a source tree; prints each violation as file:line: what.
+
+  check_style.py [--root DIR]                    the rules that can be read off the sources
+  check_style.py --update-proto [--root DIR]     records new proto fields, so that they can never be renumbered
+  check_style.py --links NAME=BINARY ...         which libraries the programs link, directly or not
+"""
+import argparse
+import pathlib
+import re
+import subprocess
+import sys
+
+COMMON_ORDER = ["base", "math", "geometry", "sampling", "image", "materials", "film", "lights", "scene", "photons",
+                "methods", "planner", "farm", "wire", "scene_io"]
+PROGRAMS = ["server", "worker", "client"]
+SOURCE_SUFFIXES = {".h", ".cpp"}
+
+# One door per library: (what, pattern of the include, folders that may).
+DOORS = [
+    ("gRPC", r"(grpc|grpcpp|grpc\+\+)/|\.grpc\.pb\.h$", ["server/api", "worker/rpc", "client/cli"]),
+    ("protobuf", r"^google/protobuf/|(?<!grpc)\.pb\.h$", ["common/wire", "server/api", "worker/rpc", "client/cli"]),
+    ("SQL", r"^(sqlite3\.h|libpq-fe\.h|pqxx/)", ["server/store"]),
+    ("Embree", r"^embree", ["common/scene/accel"]),
+    ("an image library", r"^(Imf|OpenEXR/|Iex|Imath|OpenImageIO/|spng\.h|png\.h)", ["common/image"]),
+]
+
+# What must run without a thread, a socket, a disk or a real clock.
+PURE = ["server/domain", "server/scheduling", "server/assembly", "worker/session"]
+PURE_INCLUDES = (r"^(thread|mutex|shared_mutex|condition_variable|future|fstream|filesystem|iostream|csignal|unistd\.h|fcntl\.h"
+                 r"|sys/.*|pthread\.h|random)$|^common/base/(file|mutex|log|signals)\.h$")
+PURE_WORDS = (r"std::(jthread|thread|mutex|condition_variable|async|ifstream|ofstream|random_device)\b"
+              r"|\bsystem_clock\b|\bsteady_clock\b|\bhigh_resolution_clock\b")
+# Common code knows no real clock; base has the one that is injected.
+CLOCK_WORDS = r"\b(system_clock|steady_clock|high_resolution_clock)\b|\b(gettimeofday|clock_gettime)\s*\("
+STANDARD_DISTRIBUTIONS = r"std::\w+_distribution\b"
+
+# Written in two parts, so that this file does not contain what it looks for.
+MACHINE_WORDS = ["/home" + "/", "/ro" + "ot/", "/wo" + "rk/", "registry.npm" + "js", "py" + "pi.org", "files.python" + "hosted",
+                 "deb.deb" + "ian.org", "crates" + ".io", "proxy.gol" + "ang"]
+UNFINISHED = ["TO" + "DO", "FIX" + "ME", "X" + "XX:"]
+TEXT_SUFFIXES = SOURCE_SUFFIXES | {".txt", ".cmake", ".md", ".json", ".proto", ".py", ".sh", ".yml", ".yaml", ".ts", ".service", ""}
+
+# Libraries that a program must not link, directly or not.
+FORBIDDEN_LINKS = {
+    "lightmill-server": r"libembree|libOpenImageIO",
+    "lightmill-worker": r"libsqlite3|libpq",
+    "lightmill": r"libembree|libOpenImageIO|libsqlite3|libpq",
+}
+
+PROTO_RECORD = "tests/lint/proto_fields.txt"
+
+
+class Report:
+    def __init__(self):
+        self.lines = []
+
+    def add(self, path, line, text):
+        self.lines.append(f"{path}:{line}: {text}")
+
+
+def tree_files(root):
+    """Files under version control or about to be, relative to the root; everything where there is no git."""
+    listed = subprocess.run(["git", "-C", str(root), "ls-files", "--cached", "--others", "--exclude-standard"],
+                            capture_output=True, text=True, check=False)
+    if listed.returncode == 0:
+        names = listed.stdout.splitlines()
+    else:
+        names = [str(path.relative_to(root)) for path in root.rglob("*") if path.is_file()]
+    return sorted(name for name in names if (root / name).is_file() and not name.startswith("build/"))
+
+
+def without_comments(text):
+    """The code with comments and string literals blanked, line by line."""
+    def blank(match):
+        return re.sub(r"[^\n]", " ", match.group(0))
+    return re.sub(r'//[^\n]*|/\*.*?\*/|R"\((?:.|\n)*?\)"|"(?:\\.|[^"\\\n])*"', blank, text, flags=re.S)
+
+
+def folder_within(path, folders):
+    return any(path.startswith(folder + "/") for folder in folders)
+
+
+def check_layers(path, include, line, report):
+    """Rule 1: a common folder includes only folders above it, and programs do not include each other."""
+    top = path.split("/")[0]
+    target = include.split("/")
+    if top in PROGRAMS + ["common"] and target[0] in PROGRAMS and target[0] != top:
+        report.add(path, line, f"{top} must not include {include}")
+    if top != "common" or target[0] != "common" or len(target) < 3:
+        return
+    own = path.split("/")[1]
+    if own not in COMMON_ORDER or target[1] not in COMMON_ORDER:
+        report.add(path, line, f"unknown folder in common: {own} includes {include}")
+    elif COMMON_ORDER.index(target[1]) > COMMON_ORDER.index(own):
+        report.add(path, line, f"common/{own} must not include {include}: {target[1]} stands below it")
+
+
+def check_doors(path, include, line, report):
+    """Rule 2: one door per library. Tests may use what they test."""
+    if path.split("/")[0] not in PROGRAMS + ["common"]:
+        return
+    for what, pattern, folders in DOORS:
+        if re.search(pattern, include) and not folder_within(path, folders):
+            report.add(path, line, f"{include}: {what} is for {', '.join(folders)} alone")
+
+
+def check_source(path, text, report):
+    # Only what stands at the beginning of a line is a directive; its operand is lost with the string literals.
+    for number, line in enumerate(text.splitlines(), 1):
+        match = re.match(r'\s*#\s*include\s*[<"]([^>"]+)[>"]', line)
+        if not match:
+            continue
+        include = match.group(1)
+        check_layers(path, include, number, report)
+        check_doors(path, include, number, report)
+        if folder_within(path, PURE) and re.search(PURE_INCLUDES, include):
+            report.add(path, number, f"{include}: this folder runs without threads, sockets, disk and clock")
+    in_common = path.startswith("common/")
+    for number, line in enumerate(without_comments(text).splitlines(), 1):
+        if folder_within(path, PURE) and (match := re.search(PURE_WORDS, line)):
+            report.add(path, number, f"{match.group(0)}: this folder runs without threads, sockets, disk and clock")
+        if in_common and not path.startswith("common/base/") and (match := re.search(CLOCK_WORDS, line)):
+            report.add(path, number, f"{match.group(0)}: common knows no real clock; take a Time or a Clock")
+        if in_common and (match := re.search(STANDARD_DISTRIBUTIONS, line)):
+            report.add(path, number, f"{match.group(0)}: its output is not standardised")
+
+
+def check_text(path, text, report):
+    for number, line in enumerate(text.splitlines(), 1):
+        for word in MACHINE_WORDS:
+            if word in line:
+                report.add(path, number, f"'{word}': a path or host of some machine")
+        for word in UNFINISHED:
+            if re.search(rf"\b{word}", line):
+                report.add(path, number, f"'{word}': unfinished")
+
+
+def proto_fields(text):
+    """{"Message.field": number} of a proto file, enum values too; nested names are joined with dots."""
+    text = re.sub(r"//[^\n]*|/\*.*?\*/", "", text, flags=re.S)
+    fields, scope = {}, []
+    for token in re.finditer(r"\b(message|enum|oneof|service)\s+(\w+)\s*\{|\{|\}|(\w+)\s*=\s*(\d+)\s*(?:\[[^\]]*\])?\s*;", text):
+        if token.group(1):
+            scope.append(token.group(2) if token.group(1) != "oneof" else None)  # a oneof's fields are its message's
+        elif token.group(0) == "{":
+            scope.append(None)
+        elif token.group(0) == "}":
+            scope.pop()
+        else:
+            fields[".".join([name for name in scope if name] + [token.group(3)])] = int(token.group(4))
+    return fields
+
+
+def all_proto_fields(root, files):
+    fields = {}
+    for path in files:
+        if path.startswith("proto/") and path.endswith(".proto"):
+            fields.update(proto_fields((root / path).read_text()))
+    return fields
+
+
+def read_record(root):
+    record = root / PROTO_RECORD
+    if not record.exists():
+        return {}
+    pairs = (line.split(" = ") for line in record.read_text().splitlines() if line and not line.startswith("#"))
+    return {name: int(number) for name, number in pairs}
+
+
+def check_proto(root, files, report):
+    """Rule 5: a field keeps its number, and a number that was used is not given to another field."""
+    fields, record = all_proto_fields(root, files), read_record(root)
+    used = {(name.rpartition(".")[0], number): name for name, number in record.items()}
+    for name, number in fields.items():
+        before = used.get((name.rpartition(".")[0], number))
+        if name in record and record[name] != number:
+            report.add(PROTO_RECORD, 1, f"{name} was {record[name]} and is {number}: fields are never renumbered")
+        elif before is not None and before != name:
+            report.add(PROTO_RECORD, 1, f"{name} takes number {number}, which was {before}'s")
+        elif name not in record:
+            report.add(PROTO_RECORD, 1, f"{name} = {number} is not recorded: run tests/lint/check_style.py --update-proto")
+
+
+def update_proto(root):
+    record = read_record(root)
+    for name, number in all_proto_fields(root, tree_files(root)).items():
+        record.setdefault(name, number)
+    lines = ["# Every proto field there has been: a number, once used, is never given to another. Kept by check_style.py."]
+    lines += [f"{name} = {number}" for name, number in sorted(record.items())]
+    (root / PROTO_RECORD).write_text("\n".join(lines) + "\n")
+
+
+def check_shell(root, path, text, report):
+    if not (path.endswith(".sh") or re.match(r"#!.*\b(sh|bash)\b", text)):
+        return
+    commands = [["sh", "-n", path]]
+    if subprocess.run(["sh", "-c", "command -v shellcheck"], capture_output=True, check=False).returncode == 0:
+        commands.append(["shellcheck", "-S", "warning", path])
+    for command in commands:
+        done = subprocess.run(command, cwd=root, capture_output=True, text=True, check=False)
+        if done.returncode != 0:
+            report.add(path, 1, f"{command[0]} finds faults:\n{done.stdout}{done.stderr}")
+
+
+def check_tree(root):
+    report = Report()
+    files = tree_files(root)
+    for path in files:
+        if pathlib.PurePath(path).suffix not in TEXT_SUFFIXES:
+            continue
+        try:
+            text = (root / path).read_text()
+        except UnicodeDecodeError:
+            continue
+        if pathlib.PurePath(path).suffix in SOURCE_SUFFIXES:
+            check_source(path, text, report)
+        check_text(path, text, report)
+        check_shell(root, path, text, report)
+    check_proto(root, files, report)
+    return report
+
+
+def check_links(pairs):
+    report = Report()
+    for pair in pairs:
+        name, binary = pair.split("=", 1)
+        listed = subprocess.run(["ldd", binary], capture_output=True, text=True, check=False)
+        if listed.returncode != 0:
+            report.add(binary, 0, f"ldd failed: {listed.stderr.strip()}")
+        for line in listed.stdout.splitlines():
+            if re.search(FORBIDDEN_LINKS[name], line):
+                report.add(binary, 0, f"{name} must not link {line.split()[0]}")
+    return report
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--root", type=pathlib.Path, default=pathlib.Path(__file__).resolve().parents[2])
+    parser.add_argument("--update-proto", action="store_true")
+    parser.add_argument("--links", nargs="+", metavar="NAME=BINARY")
+    options = parser.parse_args()
+    if options.update_proto:
+        update_proto(options.root)
+        return 0
+    report = check_links(options.links) if options.links else check_tree(options.root)
+    for line in report.lines:
+        print(line)
+    print(f"{len(report.lines)} violations")
+    return 1 if report.lines else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
