@@ -9,30 +9,24 @@
 namespace lightmill {
 namespace {
 
-/// Of a thread that nothing is known of: slow, so that a first unit is never too long.
-constexpr double kUnknownSecondsPerPixelSample = 1e-6;
 /// Tiles per thread of a first unit of unknown cost.
 constexpr std::uint32_t kTilesPerThreadAtFirst = 4;
 /// No range is cut for the sake of parallelism into pieces of less thread time: a result costs some 0.3 ms to send and
 /// store.
 constexpr double kLeastPieceSeconds = 0.03;
 
-double cost_of(const UnitAim& aim) {
-  return aim.seconds_per_pixel_sample > 0 ? aim.seconds_per_pixel_sample : kUnknownSecondsPerPixelSample;
-}
-
 }  // namespace
 
 SampleRange choose_range(const Gap& gap, std::uint64_t tiles, std::uint64_t tile_pixels, const UnitAim& aim) {
   LM_CHECK(gap.first < gap.end && gap.end <= kMaxSamples);
   std::uint32_t level = 0;
-  if (gap.first > 0) {
+  if (gap.first > 0 && aim.seconds_per_pixel_sample > 0) {
     const auto alignment = static_cast<std::uint32_t>(std::countr_zero(gap.first));
     const auto fits = static_cast<std::uint32_t>(std::bit_width(gap.end - gap.first) - 1);
     level = std::min(alignment, fits);
   }
   const std::uint64_t span = std::uint64_t{1} << level;
-  const double sample_seconds = static_cast<double>(tile_pixels) * cost_of(aim);
+  const double sample_seconds = static_cast<double>(tile_pixels) * aim.seconds_per_pixel_sample;
   while (level > 0) {
     const double seconds = std::ldexp(sample_seconds, static_cast<int>(level));
     const std::uint64_t pieces = tiles * (span >> level);

@@ -24,7 +24,7 @@ struct Gap {
 /// The range to be leased at the start of `gap` of `tiles` tiles of `tile_pixels` pixels each: the largest dyadic one
 /// that the gap, its alignment (hence at most as many samples as went before) and `unit_seconds` allow, but small
 /// enough that all threads of the farm find work. The first sample of a pixel comes alone, so that a picture is there
-/// at once.
+/// at once, and so do all until the cost is known.
 SampleRange choose_range(const Gap& gap, std::uint64_t tiles, std::uint64_t tile_pixels, const UnitAim& aim);
 
 /// How many of `tiles` tiles that wait for `range` to put into the unit; at least 1, at most `tiles` and

@@ -1,0 +1,259 @@
+// Clients, who repeat what was not answered; and what must be true in the end.
+#include <algorithm>
+
+#include "tests/simulation/farm_simulation.h"
+
+namespace lightmill::simulation {
+namespace {
+
+const PixelRect kCrops[] = {{60, 60, 8, 8}, {0, 0, 3, 2}, {62, 10, 70, 1}, {0, 61, 2, 70}};
+constexpr std::uint64_t kGoals[] = {1, 2, 3, 7, 16, 33, 64, 100};
+
+}  // namespace
+
+void FarmSimulation::make_jobs() {
+  const std::size_t count = 1 + random_.below(3);
+  for (std::size_t i = 0; i < count; ++i) {
+    ClientJob job;
+    job.spec.request_id = fmt::format("request-{}", i);
+    job.spec.priority = static_cast<std::int32_t>(random_.below(2));
+    job.spec.settings.scene = "scene";
+    job.spec.settings.width = 200;
+    job.spec.settings.height = 200;
+    job.spec.settings.crop = kCrops[random_.below(std::size(kCrops))];
+    job.spec.settings.seed = random_.below(3);
+    job.spec.settings.renderer_version = kRendererVersion;
+    job.goal = kGoals[random_.below(std::size(kGoals))];
+    if (chaos_.changes && random_.chance(0.2)) {
+      job.spec.goal.seconds = random_.between(0.2, 4);
+      job.goal = random_.chance(0.5) ? 0 : 200;
+    }
+    job.spec.goal.samples = job.goal;
+    client_jobs_.push_back(std::move(job));
+    at(now_ + random_.seconds_between(0, i == 0 ? 1 : 5), [this, i] { submit(i); });
+  }
+}
+
+void FarmSimulation::request(std::function<bool(Step&)> ask, Action answered) {
+  ++open_requests_;
+  auto done = std::make_shared<bool>(false);
+  auto attempt = std::make_shared<std::function<void()>>();
+  *attempt = [this, ask = std::move(ask), answered = std::move(answered), done,
+              weak = std::weak_ptr<std::function<void()>>(attempt)] {
+    if (*done) {
+      return;
+    }
+    if (coordinator_) {
+      Step step;
+      const bool settled = ask(step);
+      std::vector<Action> replies;
+      if (settled) {
+        replies.push_back([this, done, answered] {
+          if (!std::exchange(*done, true)) {
+            --open_requests_;
+            answered();
+          }
+        });
+      }
+      execute(std::move(step), std::move(replies));
+    }
+    // Not answered in time: ask again, the same.
+    after(random_.seconds_between(0.6, 2), [again = weak.lock()] { (*again)(); });
+  };
+  (*attempt)();
+}
+
+void FarmSimulation::submit(std::size_t index) {
+  auto id = std::make_shared<JobId>();
+  request(
+      [this, index, id](Step& step) {
+        const Result<JobId> made = coordinator_->submit(client_jobs_[index].spec, now_, unix_ms(), step);
+        if (!made.ok()) {
+          fail(fmt::format("submit: {}", message_of(made.status())));
+          return false;
+        }
+        *id = *made;
+        return true;
+      },
+      [this, index, id] { client_jobs_[index].id = *id; });
+}
+
+void FarmSimulation::change_something() {
+  const std::size_t index = random_.below(client_jobs_.size());
+  const ClientJob& job = client_jobs_[index];
+  if (!job.id || job.cancelled) {
+    return;
+  }
+  const double kind = random_.uniform();
+  if (kind < 0.4) {
+    extend(index);
+  } else if (kind < 0.7) {
+    pause(index);
+  } else if (kind < 0.85) {
+    cancel(index);
+  } else if (coordinator_) {
+    on_server([&](Step& step) {
+      (void)coordinator_->drain_worker(workers_[random_.below(workers_.size())].name, now_, step);
+    });
+  }
+}
+
+void FarmSimulation::extend(std::size_t index) {
+  const std::uint64_t goal = client_jobs_[index].goal + 1 + random_.below(80);
+  request(
+      [this, index, goal](Step& step) {
+        const Status status = coordinator_->extend(*client_jobs_[index].id, goal, now_, step);
+        // Refused: an earlier attempt of this request, another extension, or time has brought it so far; or it was
+        // cancelled.
+        return status.ok() || status.code() == StatusCode::kInvalidArgument ||
+               status.code() == StatusCode::kFailedPrecondition || status.code() == StatusCode::kNotFound;
+      },
+      [this, index, goal] { client_jobs_[index].goal = std::max(client_jobs_[index].goal, goal); });
+}
+
+void FarmSimulation::pause(std::size_t index) {
+  const JobId id = *client_jobs_[index].id;
+  request([this, id](Step& step) { return coordinator_->pause(id, now_, step).ok() || true; },
+          [this, id] {
+            after(random_.seconds_between(0.1, 4), [this, id] {
+              request(
+                  [this, id](Step& step) {
+                    const Status status = coordinator_->resume(id, now_, step);
+                    return status.ok() || status.code() == StatusCode::kFailedPrecondition ||
+                           status.code() == StatusCode::kNotFound;
+                  },
+                  [] {});
+            });
+          });
+}
+
+void FarmSimulation::cancel(std::size_t index) {
+  const JobId id = *client_jobs_[index].id;
+  const bool remove = random_.chance(0.5);
+  request([this, id](Step& step) { return coordinator_->cancel(id, now_, unix_ms(), step).ok() || true; },
+          [this, index, id, remove] {
+            ClientJob& job = client_jobs_[index];
+            const JobRecord* const stored = disk_.job(id);
+            job.cancelled = stored == nullptr || stored->state == JobState::cancelled;
+            if (job.cancelled && remove) {
+              request(
+                  [this, id](Step& step) {
+                    const Status status = coordinator_->remove(id, now_, step);
+                    return status.ok() || status.code() == StatusCode::kNotFound;
+                  },
+                  [this, index] { client_jobs_[index].removed = true; });
+            }
+          });
+}
+
+bool FarmSimulation::all_ended() const {
+  if (!coordinator_ || open_requests_ > 0) {
+    return false;
+  }
+  for (const ClientJob& job : client_jobs_) {
+    if (!job.id) {
+      return false;
+    }
+    const Result<JobStatus> status = coordinator_->status(*job.id, now_);
+    if (status.ok() && status->state != JobState::done && status->state != JobState::cancelled &&
+        status->state != JobState::failed) {
+      return false;
+    }
+  }
+  return true;
+}
+
+std::string FarmSimulation::describe_farm() const {
+  std::string text;
+  for (const ClientJob& job : client_jobs_) {
+    const Result<JobStatus> status = coordinator_ && job.id ? coordinator_->status(*job.id, now_) : not_found("-");
+    text += status.ok() ? fmt::format("\n  job {}: state {}, tiles have {} to {} of {} samples", job.id->value,
+                                      static_cast<int>(status->state), status->min_tile_samples,
+                                      status->max_tile_samples, status->goal.samples)
+                        : "\n  a job that is not there";
+  }
+  for (const SimulatedWorker& worker : workers_) {
+    text += fmt::format("\n  {} of {}: {}", worker.name, worker.fingerprint, worker.alive ? "alive" : "dead");
+    if (worker.alive) {
+      const SessionStatus status = worker.session->status();
+      text += fmt::format(", connected {}, draining {}, {} leases, {} tiles queued, {} rendering, {} results",
+                          status.connected, status.draining, status.leases, status.tiles_queued, status.tiles_rendering,
+                          status.results_unacknowledged);
+    }
+  }
+  return text + fmt::format("\n  {} requests open", open_requests_);
+}
+
+void FarmSimulation::check_end() {
+  check_acknowledged_is_durable();
+  for (const ClientJob& job : client_jobs_) {
+    const Result<JobStatus> status = coordinator_->status(*job.id, now_);
+    if (job.removed) {
+      if (status.ok() || disk_.job(*job.id) != nullptr) {
+        fail(fmt::format("job {} was deleted and is still there", job.id->value));
+      }
+      continue;
+    }
+    if (!status.ok()) {
+      fail(fmt::format("job {} was submitted and is not there", job.id->value));
+      continue;
+    }
+    const JobState expected = job.cancelled ? JobState::cancelled : JobState::done;
+    if (status->state != expected) {
+      fail(fmt::format("job {} should be {}, and is not: {}", job.id->value, job.cancelled ? "cancelled" : "done",
+                       status->reason));
+      continue;
+    }
+    check_film(job, *status);
+  }
+  for (const SimulatedWorker& worker : workers_) {
+    if (worker.alive && now_ >= worker.hung_until) {
+      const SessionStatus status = worker.session->status();
+      if (status.results_unacknowledged > 0 || status.unacknowledged_bytes > 0 || status.leases > 0 ||
+          status.tiles_queued > 0) {
+        fail(fmt::format("{} still holds {} leases and {} results", worker.name, status.leases,
+                         status.results_unacknowledged));
+      }
+    }
+  }
+  for (const WorkerStatus& worker : coordinator_->workers(now_)) {
+    if (worker.leases > 0) {
+      fail(fmt::format("{} has {} leases when all is done", worker.name, worker.leases));
+    }
+  }
+}
+
+void FarmSimulation::check_film(const ClientJob& job, const JobStatus& status) {
+  const Film& film = *coordinator_->film(*job.id);
+  const bool by_time = job.spec.goal.seconds > 0;
+  report_.results_duplicate += status.counters.results_duplicate;
+  report_.wanted += film.pixel_samples();
+  for (std::uint32_t i = 0; i < film.grid().tile_count(); ++i) {
+    const TileId tile{i};
+    const std::uint64_t samples = film.samples(tile);
+    if (!job.cancelled && !by_time && samples != job.goal) {
+      fail(fmt::format("job {}, tile {} has {} samples instead of {}", job.id->value, i, samples, job.goal));
+      return;
+    }
+    // On disk stands what is in memory.
+    const std::map<std::uint64_t, NodePtr>& stored = disk_.nodes(*job.id, tile);
+    const bool equal = std::ranges::equal(film.forest(tile), stored, [](const NodePtr& node, const auto& entry) {
+      return node->range == entry.second->range && node->values == entry.second->values;
+    });
+    if (!equal) {
+      fail(fmt::format("job {}, tile {}: the disk does not hold the film", job.id->value, i));
+      return;
+    }
+    if (job.cancelled) {
+      continue;
+    }
+    const std::vector<float> sums = film.sums(tile);
+    const std::vector<float> quiet = shared_renderer().sums(status.render_digest, tile, samples, sums.size());
+    if (std::memcmp(sums.data(), quiet.data(), sums.size() * sizeof(float)) != 0) {
+      fail(fmt::format("job {}, tile {}: other bytes than the quiet run's with {} samples", job.id->value, i, samples));
+      return;
+    }
+  }
+}
+
+}  // namespace lightmill::simulation

@@ -1,0 +1,23 @@
+// A renderer whose samples are a hash: a pure function of (render digest, tile, sample index), summed as real ones are.
+#pragma once
+
+#include <map>
+#include <tuple>
+
+#include "common/film/film.h"
+
+namespace lightmill::simulation {
+
+class FakeRenderer {
+ public:
+  /// The node of a tile of `values` values (2 × channels × pixels).
+  NodePtr node(const Sha256& digest, TileId tile, SampleRange range, std::size_t values);
+  /// The sums of samples [0, samples) as a film must hold them: over maximal dyadic ranges, ascending.
+  std::vector<float> sums(const Sha256& digest, TileId tile, std::uint64_t samples, std::size_t values);
+
+ private:
+  std::map<std::tuple<Sha256, TileId, SampleRange>, NodePtr>
+      nodes_;  ///< rendered before; many schedules ask for the same
+};
+
+}  // namespace lightmill::simulation

@@ -1,0 +1,214 @@
+// A whole farm on a simulated clock, network and disk, driven from one seed.
+//
+// The coordinator and the workers' sessions are the real ones. Around them: streams that delay, repeat and lose
+// messages (order within a stream is kept, as gRPC keeps it; across streams and the disk anything may overtake), a disk
+// whose commits take time and are all or nothing, workers that die, hang and come back, a coordinator that is killed
+// before, during and after commits, and clients that repeat what was not answered. Chaos lasts some seconds, then the
+// farm must finish its jobs.
+//
+// Checked on the way: acknowledged nodes are durable; no lease leaves before its job's class is durable, nor names
+// samples that are durable already; bounds hold; what is stored never overlaps. At the end: every job has ended as it
+// must, and its film, in memory and on disk, has the bytes of one quiet run.
+#pragma once
+
+#include <deque>
+#include <functional>
+#include <memory>
+#include <queue>
+#include <set>
+#include <string>
+#include <vector>
+
+#include "common/film/film.h"
+#include "server/domain/coordinator.h"
+#include "tests/simulation/disk.h"
+#include "tests/simulation/fake_renderer.h"
+#include "tests/simulation/random.h"
+#include "worker/session/session.h"
+
+namespace lightmill::simulation {
+
+/// What happens to the farm while chaos lasts.
+struct Chaos {
+  bool deaths = true;    ///< workers are killed, and come back under the same or another name
+  bool hangs = true;     ///< workers stop for a while
+  bool breaks = true;    ///< streams break; either end may notice late
+  bool repeats = true;   ///< messages come twice
+  bool restarts = true;  ///< the coordinator is killed and started again
+  bool changes = true;   ///< clients extend, pause, resume, cancel, delete; drain workers
+  bool copies = true;    ///< idle workers get copies
+  static Chaos none() { return {false, false, false, false, false, false, false}; }
+};
+
+/// Bugs planted around the parts that are tested: each must be found.
+struct PlantedBugs {
+  bool acknowledge_before_commit = false;  ///< missed flush
+  bool never_requeue = false;              ///< lost requeue: no lease ever expires
+  bool merge_twice = false;                ///< a repeated result enters the film as other samples
+  bool keep_joined_nodes = false;          ///< nodes that were joined stay on disk
+  bool lose_a_write = false;               ///< now and then a node does not reach the disk
+  bool torn_commits = false;               ///< a crash leaves half a transaction
+  bool lease_before_commit = false;        ///< leases leave before the job's class is stored
+  bool wrong_bits = false;                 ///< one worker's sums differ in the last bit
+  bool lose_acknowledgements = false;      ///< acknowledgements do not leave
+  bool forget_jobs = false;                ///< a restarted coordinator does not know the newest job
+};
+
+struct Report {
+  std::string failure;         ///< empty: all is well
+  std::uint64_t wanted = 0;    ///< pixel samples of all jobs that are done
+  std::uint64_t rendered = 0;  ///< pixel samples that workers rendered
+  std::uint64_t lost_with_workers =
+      0;  ///< pixel samples that dead workers had rendered or were rendering, unacknowledged
+  std::uint64_t results_duplicate = 0;
+  std::uint64_t events = 0;
+  std::uint64_t restarts = 0;
+  std::uint64_t deaths = 0;
+};
+
+class FarmSimulation {
+ public:
+  FarmSimulation(std::uint64_t seed, const Chaos& chaos, const PlantedBugs& bugs);
+  Report run();
+  /// Prints what the coordinator notes and what happens to processes.
+  void trace() { traced_ = true; }
+
+ private:
+  using Action = std::function<void()>;
+  struct Event {
+    Time time;
+    std::uint64_t order;
+    Action action;
+    bool operator>(const Event& other) const { return std::tie(time, order) > std::tie(other.time, other.order); }
+  };
+
+  /// One stream of one worker's life with one coordinator's life.
+  struct Stream {
+    std::size_t worker = 0;
+    std::uint64_t worker_life = 0;
+    std::uint64_t server_life = 0;
+    SessionId session;
+    bool broken = false;
+    bool said_hello = false;
+    Time last_up, last_down;  ///< when the last message arrives: order within a direction is kept
+  };
+  struct SimulatedWorker {
+    std::string name;
+    std::string fingerprint;
+    std::uint32_t threads = 1;
+    double slowness = 1;
+    std::unique_ptr<Session> session;
+    std::uint64_t life = 0;  ///< counts up with every start and death
+    bool alive = false;
+    Time hung_until;
+    std::shared_ptr<Stream> stream;
+    std::deque<RenderTile> to_render;
+    std::uint32_t busy = 0;
+    std::map<NodeKey, std::uint64_t> unacknowledged;  ///< pixel samples, rendered or in work
+    Time next_tick = Time::max();
+  };
+  struct Pending {
+    std::vector<StoreOp> writes;
+    std::vector<Outgoing> after_commit;
+    std::vector<Action> replies;  ///< to clients
+  };
+  struct ClientJob {
+    JobSpec spec;
+    std::optional<JobId> id;
+    std::uint64_t goal = 0;  ///< samples that were asked for, with all extensions; 0: none
+    bool cancelled = false;
+    bool removed = false;
+  };
+
+  // ---- world ----
+  void at(Time time, Action action);
+  void after(Duration delay, Action action) { at(now_ + delay, std::move(action)); }
+  void fail(std::string what);
+  bool chaos_now() const { return now_ < chaos_end_; }
+  std::int64_t unix_ms() const;
+  void make_schedule();
+
+  // ---- server_side.cpp ----
+  void start_server();
+  void crash_server(bool commit_lands);
+  void on_server(const std::function<void(Step&)>& call);
+  void execute(Step step, std::vector<Action> replies);
+  void start_commit();
+  void finish_commit();
+  void plan_server_tick();
+  void server_sends(Outgoing message);
+  void check_grant(const Stream& stream, const LeaseGrant& grant);
+  void check_ack(const Stream& stream, const ResultAck& ack);
+  void check_acknowledged_is_durable();
+  void server_receives(const std::shared_ptr<Stream>& stream, WorkerMessage message);
+  StoredState load_checked();
+
+  // ---- worker_side.cpp ----
+  void start_worker(std::size_t index);
+  void kill_worker(std::size_t index);
+  /// Calls into a worker's session, later if it hangs, never if it has died meanwhile.
+  void on_worker(std::size_t index, std::uint64_t life, std::function<void(Session&, SessionActions&)> call);
+  void act(std::size_t index, const SessionActions& actions);
+  void open_stream(std::size_t index);
+  void break_stream(const std::shared_ptr<Stream>& stream);
+  void worker_sends(std::size_t index, const std::shared_ptr<const WorkerMessage>& message);
+  void prepare(std::size_t index, const PrepareJob& job);
+  void render(std::size_t index);
+  void plan_worker_tick(std::size_t index);
+
+  // ---- client_side.cpp ----
+  void make_jobs();
+  void submit(std::size_t index);
+  void change_something();
+  /// Asks until it is answered: `ask` returns whether the answer settles the matter once the step is committed, else is
+  /// repeated.
+  void request(std::function<bool(Step&)> ask, Action answered);
+  void extend(std::size_t index);
+  void pause(std::size_t index);
+  void cancel(std::size_t index);
+  bool all_ended() const;
+  std::string describe_farm() const;
+  void check_end();
+  void check_film(const ClientJob& job, const JobStatus& status);
+
+  template <class... Args>
+  void trace(fmt::format_string<Args...> format, Args&&... args) const {
+    if (traced_) {
+      fmt::print("{:9.4f}  {}\n", to_seconds(now_.time_since_epoch()),
+                 fmt::format(format, std::forward<Args>(args)...));
+    }
+  }
+
+  bool traced_ = false;
+  Random random_;
+  Chaos chaos_;
+  PlantedBugs bugs_;
+  Report report_;
+  Time now_{std::chrono::seconds(100)};
+  Time chaos_end_;
+  std::uint64_t next_order_ = 0;
+  std::priority_queue<Event, std::vector<Event>, std::greater<>> events_;
+
+  CoordinatorLimits limits_;
+  Disk disk_;
+  std::unique_ptr<Coordinator> coordinator_;
+  std::uint64_t server_life_ = 0;
+  Time next_server_tick_ = Time::max();
+  std::deque<Pending> pending_;
+  std::vector<Pending> committing_;
+  std::uint64_t commits_ = 0;
+  std::set<std::uint64_t> crash_at_commit_;
+  std::uint64_t next_session_ = 1;
+  std::map<SessionId, std::shared_ptr<Stream>> streams_;
+  std::map<std::pair<SessionId, NodeKey>, Sha256> last_result_;  ///< render digests of results that came
+  std::set<NodeKey> acknowledged_;                               ///< with the right digest
+
+  std::vector<SimulatedWorker> workers_;
+  std::vector<ClientJob> client_jobs_;
+  std::uint64_t open_requests_ = 0;
+};
+
+/// The renderer that all simulations share: what it has rendered once, it knows.
+FakeRenderer& shared_renderer();
+
+}  // namespace lightmill::simulation

@@ -1,0 +1,299 @@
+// The coordinator in its simulated process: steps, commits, crashes, and what must hold of what it sends.
+#include <algorithm>
+
+#include "tests/simulation/farm_simulation.h"
+
+namespace lightmill::simulation {
+
+StoredState FarmSimulation::load_checked() {
+  check_acknowledged_is_durable();
+  StoredState state = disk_.load();
+  if (bugs_.forget_jobs && state.jobs.size() > 1 && chaos_now()) {
+    state.jobs.pop_back();
+  }
+  return state;
+}
+
+void FarmSimulation::start_server() {
+  ++server_life_;
+  trace("a coordinator starts");
+  coordinator_ = std::make_unique<Coordinator>(limits_, load_checked(), now_);
+  next_server_tick_ = Time::max();
+  plan_server_tick();
+}
+
+void FarmSimulation::crash_server(bool commit_lands) {
+  if (!coordinator_) {
+    return;
+  }
+  ++report_.restarts;
+  trace("the coordinator is killed");
+  ++server_life_;
+  coordinator_.reset();
+  // What was being written lands as a whole or not at all; nobody hears of it.
+  std::vector<StoreOp> ops;
+  for (Pending& each : committing_) {
+    ops.insert(ops.end(), each.writes.begin(), each.writes.end());
+  }
+  committing_.clear();
+  pending_.clear();
+  if (bugs_.torn_commits) {
+    ops.resize(ops.size() / 2);
+    commit_lands = true;
+  }
+  if (commit_lands) {
+    if (const auto wrong = disk_.apply(ops)) {
+      fail(*wrong);
+      return;
+    }
+  }
+  for (const auto& [session, stream] : streams_) {
+    break_stream(stream);
+  }
+  streams_.clear();
+  after(random_.seconds_between(0.05, 3), [this] { start_server(); });
+}
+
+void FarmSimulation::on_server(const std::function<void(Step&)>& call) {
+  if (!coordinator_) {
+    return;
+  }
+  Step step;
+  call(step);
+  execute(std::move(step), {});
+}
+
+void FarmSimulation::execute(Step step, std::vector<Action> replies) {
+  for (const Note& note : step.notes) {
+    trace("{}", note.text);
+  }
+  for (Outgoing& message : step.now) {
+    server_sends(std::move(message));
+  }
+  if (bugs_.acknowledge_before_commit || bugs_.lease_before_commit) {
+    std::vector<Outgoing> rest;
+    for (Outgoing& message : step.after_commit) {
+      const bool is_ack = std::holds_alternative<ResultAck>(message.message);
+      if (is_ack ? bugs_.acknowledge_before_commit : bugs_.lease_before_commit) {
+        server_sends(std::move(message));
+      } else {
+        rest.push_back(std::move(message));
+      }
+    }
+    step.after_commit = std::move(rest);
+  }
+  pending_.push_back({std::move(step.writes), std::move(step.after_commit), std::move(replies)});
+  if (committing_.empty()) {
+    start_commit();
+  }
+  plan_server_tick();
+}
+
+void FarmSimulation::start_commit() {
+  if (pending_.empty()) {
+    return;
+  }
+  // Group commit: all that waits shares a transaction, or only some of it, in order.
+  const std::size_t count =
+      chaos_.restarts && random_.chance(0.3) ? 1 + random_.below(pending_.size()) : pending_.size();
+  bool writes = false;
+  for (std::size_t i = 0; i < count; ++i) {
+    writes = writes || !pending_.front().writes.empty();
+    committing_.push_back(std::move(pending_.front()));
+    pending_.pop_front();
+  }
+  const std::uint64_t life = server_life_;
+  if (writes && crash_at_commit_.erase(++commits_) > 0) {
+    crash_server(random_.chance(0.5));
+    return;
+  }
+  const Duration latency = !writes                ? Duration{0}
+                           : random_.chance(0.05) ? random_.seconds_between(0.1, 0.5)
+                                                  : random_.seconds_between(0.002, 0.02);
+  after(latency, [this, life] {
+    if (life == server_life_) {
+      finish_commit();
+    }
+  });
+}
+
+void FarmSimulation::finish_commit() {
+  std::vector<Pending> done = std::exchange(committing_, {});
+  std::vector<StoreOp> ops;
+  for (Pending& each : done) {
+    for (StoreOp& op : each.writes) {
+      const bool lost = (bugs_.lose_a_write && std::holds_alternative<PutNode>(op) && random_.chance(0.05)) ||
+                        (bugs_.keep_joined_nodes && std::holds_alternative<DropNode>(op));
+      if (!lost) {
+        ops.push_back(std::move(op));
+      }
+    }
+  }
+  if (const auto wrong = disk_.apply(ops)) {
+    fail(*wrong);
+    return;
+  }
+  if (chaos_.restarts && chaos_now() && random_.chance(0.002)) {
+    crash_server(false);  // between the commit and what depends on it
+    return;
+  }
+  for (Pending& each : done) {
+    for (Outgoing& message : each.after_commit) {
+      server_sends(std::move(message));
+    }
+    for (const Action& reply : each.replies) {
+      reply();
+    }
+  }
+  start_commit();
+}
+
+void FarmSimulation::plan_server_tick() {
+  if (!coordinator_ || bugs_.never_requeue) {
+    return;  // without ticks no lease ever expires
+  }
+  const std::optional<Time> next = coordinator_->next_deadline();
+  if (!next || *next >= next_server_tick_) {
+    return;
+  }
+  next_server_tick_ = std::max(*next, now_);
+  const std::uint64_t life = server_life_;
+  at(next_server_tick_, [this, life, time = next_server_tick_] {
+    if (life == server_life_ && time == next_server_tick_) {
+      next_server_tick_ = Time::max();
+      on_server([&](Step& step) { coordinator_->tick(now_, unix_ms(), step); });
+    }
+  });
+}
+
+void FarmSimulation::server_sends(Outgoing message) {
+  const auto found = streams_.find(message.to);
+  if (found == streams_.end()) {
+    return;
+  }
+  const std::shared_ptr<Stream> stream = found->second;
+  if (const auto* grant = std::get_if<LeaseGrant>(&message.message)) {
+    trace("lease {} to {}: job {}, samples [{}, {}) of {} tiles from {}", grant->lease.value,
+          workers_[stream->worker].name, grant->unit.job.value, grant->unit.range.first(), grant->unit.range.end(),
+          grant->unit.tiles.size(), grant->unit.tiles[0].value);
+    check_grant(*stream, *grant);
+  }
+  if (const auto* ack = std::get_if<ResultAck>(&message.message)) {
+    check_ack(*stream, *ack);
+    if (bugs_.lose_acknowledgements) {
+      return;
+    }
+  }
+  if (stream->broken) {
+    return;
+  }
+  const int times = chaos_.repeats && random_.chance(0.05) ? 2 : 1;
+  for (int i = 0; i < times; ++i) {
+    const Duration delay =
+        random_.chance(0.02) ? random_.seconds_between(0.1, 1) : random_.seconds_between(0.0002, 0.005);
+    stream->last_down = std::max(stream->last_down, now_ + delay);
+    at(stream->last_down, [this, stream, content = message.message] {
+      if (stream->broken) {
+        return;
+      }
+      on_worker(stream->worker, stream->worker_life,
+                [this, stream, content](Session& session, SessionActions& actions) {
+                  if (workers_[stream->worker].stream != stream) {
+                    return;
+                  }
+                  if (const auto* ack = std::get_if<ResultAck>(&content)) {
+                    for (const NodeKey& key : ack->keys) {
+                      workers_[stream->worker].unacknowledged.erase(key);
+                    }
+                  }
+                  session.message(content, now_, actions);
+                });
+    });
+  }
+}
+
+void FarmSimulation::check_grant(const Stream& stream, const LeaseGrant& grant) {
+  const JobRecord* const stored = disk_.job(grant.unit.job);
+  if (stored == nullptr || stored->fingerprint_class.empty()) {
+    fail(fmt::format("lease {} leaves before the class of job {} is stored", grant.lease.value, grant.unit.job.value));
+    return;
+  }
+  if (stored->fingerprint_class != workers_[stream.worker].fingerprint) {
+    fail(fmt::format("lease {} goes to a worker of class {}", grant.lease.value, workers_[stream.worker].fingerprint));
+  }
+  for (const TileId tile : grant.unit.tiles) {
+    if (disk_.covers({grant.unit.job, tile, grant.unit.range})) {
+      // It may have become durable while the lease waited for a commit; then a copy of it came in first.
+      if (!chaos_.copies && !chaos_.breaks && !chaos_.hangs) {
+        fail(fmt::format("lease {} names durable samples [{}, {}) of tile {}", grant.lease.value,
+                         grant.unit.range.first(), grant.unit.range.end(), tile.value));
+      }
+    }
+  }
+}
+
+void FarmSimulation::check_ack(const Stream& stream, const ResultAck& ack) {
+  for (const NodeKey& key : ack.keys) {
+    const JobRecord* const stored = disk_.job(key.job);
+    if (stored == nullptr || stored->state == JobState::cancelled || stored->state == JobState::failed ||
+        stored->fingerprint_class.empty() ||
+        (stored->spec.goal.samples > 0 && key.range.end() > stored->spec.goal.samples)) {
+      continue;  // not wanted
+    }
+    const auto digest = last_result_.find({stream.session, key});
+    if (digest == last_result_.end()) {
+      fail("an acknowledgement of what was never sent");
+      return;
+    }
+    const bool of_this_job = digest->second == render_digest(stored->spec.settings, stored->fingerprint_class);
+    const bool ended_by_time = stored->state == JobState::done && stored->spec.goal.seconds > 0;
+    if (of_this_job && !ended_by_time && disk_.covers(key)) {
+      acknowledged_.insert(key);
+    }
+    if (of_this_job && !ended_by_time && !disk_.covers(key)) {
+      fail(fmt::format("job {}, tile {}, samples [{}, {}) are acknowledged but not durable", key.job.value,
+                       key.tile.value, key.range.first(), key.range.end()));
+    }
+  }
+}
+
+void FarmSimulation::check_acknowledged_is_durable() {
+  for (const NodeKey& key : acknowledged_) {
+    if (disk_.job(key.job) != nullptr && !disk_.covers(key)) {
+      fail(fmt::format("job {}, tile {}, samples [{}, {}) were acknowledged and are not on disk any more",
+                       key.job.value, key.tile.value, key.range.first(), key.range.end()));
+      return;
+    }
+  }
+}
+
+void FarmSimulation::server_receives(const std::shared_ptr<Stream>& stream, WorkerMessage message) {
+  if (stream->broken || stream->server_life != server_life_ || !coordinator_) {
+    return;
+  }
+  if (auto* result = std::get_if<WorkerResult>(&message)) {
+    last_result_[{stream->session, result->key}] = result->render_digest;
+    const Film* const film = coordinator_->film(result->key.job);
+    if (bugs_.merge_twice && film != nullptr && result->key.range.end() < 8 &&
+        film->covered(result->key.tile, result->key.range)) {
+      // The same samples under the number of others: a film that adds whatever comes.
+      result->key.range.index += 1;
+      result->node.range = result->key.range;
+      result->hash = hash_of(result->node);
+      last_result_[{stream->session, result->key}] = result->render_digest;
+    }
+  }
+  if (!stream->said_hello) {
+    if (auto* hello = std::get_if<WorkerHello>(&message)) {
+      stream->said_hello = true;
+      on_server([&](Step& step) { coordinator_->worker_connected(stream->session, *hello, now_, step); });
+    } else {
+      fail("a stream does not begin with a hello");
+    }
+    return;
+  }
+  on_server(
+      [&](Step& step) { coordinator_->worker_message(stream->session, std::move(message), now_, unix_ms(), step); });
+}
+
+}  // namespace lightmill::simulation

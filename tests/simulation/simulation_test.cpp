@@ -1,0 +1,115 @@
+// Thousands of schedules, each from its seed. LIGHTMILL_SIMULATION_SEED=n replays one; LIGHTMILL_SIMULATION_SEEDS=n
+// sets how many each batch runs.
+#include <gtest/gtest.h>
+
+#include <cstdlib>
+
+#include "tests/simulation/farm_simulation.h"
+
+namespace lightmill::simulation {
+namespace {
+
+constexpr std::uint64_t kBatches = 8;
+constexpr std::uint64_t kSeedsPerBatch = 300;
+
+std::uint64_t number_from_environment(const char* name, std::uint64_t otherwise) {
+  const char* const text = std::getenv(name);
+  return text == nullptr ? otherwise : std::strtoull(text, nullptr, 10);
+}
+
+class Simulation : public testing::TestWithParam<std::uint64_t> {};
+
+TEST_P(Simulation, FilmsAreThoseOfTheQuietRunWhateverHappens) {
+  const std::uint64_t only = number_from_environment("LIGHTMILL_SIMULATION_SEED", 0);
+  if (only != 0) {
+    if (GetParam() == 0) {
+      FarmSimulation simulation(only, Chaos{}, PlantedBugs{});
+      simulation.trace();
+      const Report report = simulation.run();
+      EXPECT_EQ(report.failure, "") << "seed " << only;
+    }
+    return;
+  }
+  const std::uint64_t seeds = number_from_environment("LIGHTMILL_SIMULATION_SEEDS", kSeedsPerBatch);
+  std::uint64_t restarts = 0;
+  std::uint64_t deaths = 0;
+  for (std::uint64_t i = 0; i < seeds; ++i) {
+    const std::uint64_t seed = 1 + GetParam() * seeds + i;
+    const Report report = FarmSimulation(seed, Chaos{}, PlantedBugs{}).run();
+    ASSERT_EQ(report.failure, "") << "seed " << seed << ": replay it with LIGHTMILL_SIMULATION_SEED=" << seed;
+    restarts += report.restarts;
+    deaths += report.deaths;
+  }
+  // The schedules do what they are for.
+  EXPECT_GT(restarts, seeds / 2);
+  EXPECT_GT(deaths, seeds / 2);
+}
+INSTANTIATE_TEST_SUITE_P(Batch, Simulation, testing::Range<std::uint64_t>(0, kBatches));
+
+TEST(QuietFarm, RendersEachSampleOnce) {
+  for (std::uint64_t seed = 1; seed <= 100; ++seed) {
+    const Report report = FarmSimulation(seed, Chaos::none(), PlantedBugs{}).run();
+    ASSERT_EQ(report.failure, "") << "seed " << seed;
+    EXPECT_EQ(report.rendered, report.wanted) << "seed " << seed;
+    EXPECT_EQ(report.results_duplicate, 0u) << "seed " << seed;
+  }
+}
+
+TEST(RestartedCoordinator, RendersNothingAgain) {
+  // Workers live on, so what they hold and what they have sent is all taken up again.
+  Chaos chaos = Chaos::none();
+  chaos.restarts = true;
+  std::uint64_t restarts = 0;
+  for (std::uint64_t seed = 1; seed <= 200; ++seed) {
+    const Report report = FarmSimulation(seed, chaos, PlantedBugs{}).run();
+    ASSERT_EQ(report.failure, "") << "seed " << seed;
+    EXPECT_EQ(report.rendered, report.wanted) << "seed " << seed;
+    restarts += report.restarts;
+  }
+  EXPECT_GT(restarts, 100u);
+}
+
+TEST(DeadWorkers, CostOnlyTheirOwnUnacknowledgedWork) {
+  Chaos chaos = Chaos::none();
+  chaos.deaths = true;
+  std::uint64_t deaths = 0;
+  for (std::uint64_t seed = 1; seed <= 200; ++seed) {
+    const Report report = FarmSimulation(seed, chaos, PlantedBugs{}).run();
+    ASSERT_EQ(report.failure, "") << "seed " << seed;
+    EXPECT_LE(report.rendered, report.wanted + report.lost_with_workers) << "seed " << seed;
+    deaths += report.deaths;
+  }
+  EXPECT_GT(deaths, 100u);
+}
+
+struct Planted {
+  const char* name;
+  bool PlantedBugs::*bug;
+};
+class PlantedBug : public testing::TestWithParam<Planted> {};
+
+TEST_P(PlantedBug, IsFound) {
+  PlantedBugs bugs;
+  bugs.*GetParam().bug = true;
+  for (std::uint64_t seed = 1; seed <= 200; ++seed) {
+    if (!FarmSimulation(seed, Chaos{}, bugs).run().failure.empty()) {
+      return;
+    }
+  }
+  FAIL() << GetParam().name << " went unnoticed in 200 schedules";
+}
+INSTANTIATE_TEST_SUITE_P(All, PlantedBug,
+                         testing::Values(Planted{"AcknowledgeBeforeCommit", &PlantedBugs::acknowledge_before_commit},
+                                         Planted{"NeverRequeue", &PlantedBugs::never_requeue},
+                                         Planted{"MergeTwice", &PlantedBugs::merge_twice},
+                                         Planted{"KeepJoinedNodes", &PlantedBugs::keep_joined_nodes},
+                                         Planted{"LoseAWrite", &PlantedBugs::lose_a_write},
+                                         Planted{"TornCommits", &PlantedBugs::torn_commits},
+                                         Planted{"LeaseBeforeCommit", &PlantedBugs::lease_before_commit},
+                                         Planted{"WrongBits", &PlantedBugs::wrong_bits},
+                                         Planted{"LoseAcknowledgements", &PlantedBugs::lose_acknowledgements},
+                                         Planted{"ForgetJobs", &PlantedBugs::forget_jobs}),
+                         [](const auto& info) { return std::string(info.param.name); });
+
+}  // namespace
+}  // namespace lightmill::simulation

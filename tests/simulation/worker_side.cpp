@@ -1,0 +1,259 @@
+// Workers in their simulated processes: streams, threads, deaths and hangs.
+#include <algorithm>
+
+#include "tests/simulation/farm_simulation.h"
+
+namespace lightmill::simulation {
+namespace {
+
+/// Of one thread of a worker of slowness 1.
+constexpr double kSecondsPerPixelSample = 2e-3;
+
+template <class... Handlers>
+struct Overloaded : Handlers... {
+  using Handlers::operator()...;
+};
+template <class... Handlers>
+Overloaded(Handlers...) -> Overloaded<Handlers...>;
+
+std::uint64_t pixel_samples(const JobDescription& job, const NodeKey& key) {
+  return static_cast<std::uint64_t>(TileGrid(job.settings.crop).tile_rect(key.tile).pixel_count()) * key.range.count();
+}
+
+}  // namespace
+
+void FarmSimulation::start_worker(std::size_t index) {
+  SimulatedWorker& worker = workers_[index];
+  if (worker.alive) {
+    return;
+  }
+  ++worker.life;
+  worker.alive = true;
+  worker.hung_until = now_;
+  worker.busy = 0;
+  worker.to_render.clear();
+  worker.unacknowledged.clear();
+  worker.next_tick = Time::max();
+  SessionConfig config;
+  config.name = worker.name;
+  config.host = "host";
+  config.pid = static_cast<std::uint32_t>(worker.life);
+  config.threads = worker.threads;
+  config.fingerprint_class = worker.fingerprint;
+  config.renderer_version = kRendererVersion;
+  config.unacknowledged_bytes = 20'000;
+  worker.session = std::make_unique<Session>(config);
+  on_worker(index, worker.life, [this](Session& session, SessionActions& actions) { session.start(now_, actions); });
+}
+
+void FarmSimulation::kill_worker(std::size_t index) {
+  SimulatedWorker& worker = workers_[index];
+  if (!worker.alive) {
+    return;
+  }
+  ++report_.deaths;
+  trace("{} dies", worker.name);
+  for (const auto& [key, samples] : worker.unacknowledged) {
+    report_.lost_with_workers += samples;
+  }
+  ++worker.life;
+  worker.alive = false;
+  worker.session.reset();
+  if (worker.stream) {
+    break_stream(worker.stream);
+    worker.stream.reset();
+  }
+}
+
+void FarmSimulation::on_worker(std::size_t index, std::uint64_t life,
+                               std::function<void(Session&, SessionActions&)> call) {
+  SimulatedWorker& worker = workers_[index];
+  if (!worker.alive || worker.life != life) {
+    return;
+  }
+  if (now_ < worker.hung_until) {
+    at(worker.hung_until, [this, index, life, call = std::move(call)] { on_worker(index, life, call); });
+    return;
+  }
+  SessionActions actions;
+  call(*worker.session, actions);
+  const SessionStatus status = worker.session->status();
+  if (status.tiles_rendering > 2 * worker.threads) {
+    fail(fmt::format("{} has {} tiles with {} threads", worker.name, status.tiles_rendering, worker.threads));
+  }
+  act(index, actions);
+  plan_worker_tick(index);
+}
+
+void FarmSimulation::act(std::size_t index, const SessionActions& actions) {
+  for (const SessionAction& action : actions) {
+    SimulatedWorker& worker = workers_[index];
+    if (!worker.alive) {
+      return;
+    }
+    std::visit(Overloaded{
+                   [&](const OpenStream&) { open_stream(index); },
+                   [&](const CloseStream&) {
+                     if (worker.stream && !worker.stream->broken) {
+                       const std::shared_ptr<Stream> stream = std::exchange(worker.stream, nullptr);
+                       at(std::max(stream->last_up, now_) + std::chrono::microseconds(10),
+                          [this, stream] { break_stream(stream); });
+                     }
+                   },
+                   [&](const SendMessage& send) { worker_sends(index, send.message); },
+                   [&](const PrepareJob& job) { prepare(index, job); },
+                   [](const ForgetJob&) {},
+                   [&](const RenderTile& tile) {
+                     worker.to_render.push_back(tile);
+                     worker.unacknowledged[tile.key] = pixel_samples(*tile.description, tile.key);
+                     render(index);
+                   },
+                   [&](const Exit& exit) {
+                     if (!exit.failed && !worker.unacknowledged.empty() && !chaos_.repeats && !chaos_.hangs &&
+                         !chaos_.breaks) {
+                       fail(fmt::format("{} leaves with results that are not acknowledged", worker.name));
+                     }
+                     kill_worker(index);
+                     after(random_.seconds_between(0.1, 5), [this, index] { start_worker(index); });
+                   },
+               },
+               action);
+  }
+}
+
+void FarmSimulation::open_stream(std::size_t index) {
+  const std::uint64_t life = workers_[index].life;
+  after(random_.seconds_between(0.001, 0.1), [this, index, life] {
+    SimulatedWorker& worker = workers_[index];
+    if (!worker.alive || worker.life != life) {
+      return;
+    }
+    if (!coordinator_) {
+      on_worker(index, life,
+                [this](Session& session, SessionActions& actions) { session.disconnected(now_, actions); });
+      return;
+    }
+    auto stream = std::make_shared<Stream>();
+    stream->worker = index;
+    stream->worker_life = life;
+    stream->server_life = server_life_;
+    stream->session = SessionId{next_session_++};
+    streams_[stream->session] = stream;
+    worker.stream = stream;
+    on_worker(index, life, [this, stream](Session& session, SessionActions& actions) {
+      if (workers_[stream->worker].stream == stream) {
+        session.connected(now_, actions);
+      }
+    });
+  });
+}
+
+void FarmSimulation::break_stream(const std::shared_ptr<Stream>& stream) {
+  if (stream->broken) {
+    return;
+  }
+  stream->broken = true;
+  trace("stream {} of {} breaks", stream->session.value, workers_[stream->worker].name);
+  // Each end notices on its own, sometimes only when a keepalive is missed.
+  const auto delay = [&] {
+    const bool late = chaos_.breaks && random_.chance(0.2);
+    return late ? random_.seconds_between(1, 6) : random_.seconds_between(0, 0.05);
+  };
+  after(delay(), [this, stream] {
+    if (workers_[stream->worker].stream != stream) {
+      return;
+    }
+    on_worker(stream->worker, stream->worker_life, [this, stream](Session& session, SessionActions& actions) {
+      if (workers_[stream->worker].stream == stream) {
+        workers_[stream->worker].stream.reset();
+        session.disconnected(now_, actions);
+      }
+    });
+  });
+  after(delay(), [this, stream] {
+    if (stream->server_life == server_life_ && coordinator_) {
+      on_server([&](Step& step) { coordinator_->worker_disconnected(stream->session, now_, step); });
+      streams_.erase(stream->session);
+    }
+  });
+}
+
+void FarmSimulation::worker_sends(std::size_t index, const std::shared_ptr<const WorkerMessage>& message) {
+  const std::shared_ptr<Stream> stream = workers_[index].stream;
+  if (!stream || stream->broken) {
+    return;
+  }
+  const int times = chaos_.repeats && random_.chance(0.05) ? 2 : 1;
+  for (int i = 0; i < times; ++i) {
+    const Duration delay =
+        random_.chance(0.02) ? random_.seconds_between(0.1, 1) : random_.seconds_between(0.0002, 0.005);
+    stream->last_up = std::max(stream->last_up, now_ + delay);
+    at(stream->last_up, [this, stream, message] { server_receives(stream, *message); });
+  }
+}
+
+void FarmSimulation::prepare(std::size_t index, const PrepareJob& job) {
+  const std::uint64_t life = workers_[index].life;
+  const JobId id = job.description->job;
+  after(random_.seconds_between(0.001, 0.2), [this, index, life, id] {
+    const bool unavailable = chaos_.breaks && random_.chance(0.1);
+    on_worker(index, life, [this, id, unavailable](Session& session, SessionActions& actions) {
+      unavailable ? session.job_unavailable(id, now_, actions) : session.job_ready(id, now_, actions);
+    });
+  });
+}
+
+void FarmSimulation::render(std::size_t index) {
+  SimulatedWorker& worker = workers_[index];
+  while (worker.busy < worker.threads && !worker.to_render.empty()) {
+    const RenderTile tile = worker.to_render.front();
+    worker.to_render.pop_front();
+    ++worker.busy;
+    const std::uint64_t samples = pixel_samples(*tile.description, tile.key);
+    const double seconds =
+        static_cast<double>(samples) * kSecondsPerPixelSample * worker.slowness * random_.between(0.7, 1.3);
+    const std::uint64_t life = worker.life;
+    after(from_seconds(seconds), [this, index, life, tile, seconds, samples] {
+      SimulatedWorker& again = workers_[index];
+      if (!again.alive || again.life != life) {
+        return;
+      }
+      --again.busy;
+      report_.rendered += samples;
+      const PixelRect rect = TileGrid(tile.description->settings.crop).tile_rect(tile.key.tile);
+      const std::size_t values = static_cast<std::size_t>(rect.pixel_count()) * 2 * kBeautyChannels;
+      RenderedTile rendered;
+      rendered.ticket = tile.ticket;
+      rendered.node = *shared_renderer().node(tile.description->render_digest, tile.key.tile, tile.key.range, values);
+      if (bugs_.wrong_bits && index == 0) {
+        rendered.node.values[0] = std::nextafter(rendered.node.values[0], 1e30f);
+      }
+      rendered.hash = hash_of(rendered.node);
+      rendered.seconds = seconds;
+      render(index);
+      on_worker(index, life, [this, rendered](Session& session, SessionActions& actions) {
+        session.tile_rendered(rendered, now_, actions);
+      });
+    });
+  }
+}
+
+void FarmSimulation::plan_worker_tick(std::size_t index) {
+  SimulatedWorker& worker = workers_[index];
+  if (!worker.alive) {
+    return;
+  }
+  const std::optional<Time> next = worker.session->next_deadline();
+  if (!next || *next >= worker.next_tick) {
+    return;
+  }
+  worker.next_tick = std::max(*next, now_);
+  at(worker.next_tick, [this, index, life = worker.life, time = worker.next_tick] {
+    if (workers_[index].life == life && workers_[index].next_tick == time) {
+      workers_[index].next_tick = Time::max();
+      on_worker(index, life, [this](Session& session, SessionActions& actions) { session.tick(now_, actions); });
+    }
+  });
+}
+
+}  // namespace lightmill::simulation
