@@ -10,8 +10,8 @@ double luminance(const Vec3& c) {
   return 0.2126 * c.x + 0.7152 * c.y + 0.0722 * c.z;
 }
 
-double area_of(const EmissiveTriangle& t) {
-  return 0.5 * glm::length(glm::cross(Vec3d(t.p1) - Vec3d(t.p0), Vec3d(t.p2) - Vec3d(t.p0)));
+double area_of(const EmissiveFacet& f) {
+  return (f.parallelogram ? 1.0 : 0.5) * glm::length(glm::cross(Vec3d(f.edge1), Vec3d(f.edge2)));
 }
 
 double area_of(const EmissiveSphere& s) {
@@ -31,10 +31,11 @@ LightSample8 merge(M8 lanes, const LightSample8& a, const LightSample8& b) {
 }  // namespace
 
 void LightTable::push(Kind kind, const Vec3& a, const Vec3& b, const Vec3& c, const Vec3& radiance, bool flip,
-                      bool two_sided) {
+                      bool two_sided, bool parallelogram) {
   kind_.push_back(kind);
   flip_.push_back(flip ? 1 : 0);
   two_sided_.push_back(two_sided ? 1 : 0);
+  parallelogram_.push_back(parallelogram ? 1 : 0);
   const auto put = [](std::vector<float>& array, const Vec3& v) { array.insert(array.end(), {v.x, v.y, v.z}); };
   put(a_, a);
   put(b_, b);
@@ -44,16 +45,16 @@ void LightTable::push(Kind kind, const Vec3& a, const Vec3& b, const Vec3& c, co
 
 void LightTable::build() {
   std::vector<double> power;
-  for (const EmissiveTriangle& t : triangles_) {
-    push(kTriangle, t.p0, t.p1 - t.p0, t.p2 - t.p0, t.radiance, false, t.two_sided);
-    power.push_back(exitance(t.radiance, t.two_sided) * area_of(t));
+  for (const EmissiveFacet& f : facets_) {
+    push(kFacet, f.corner, f.edge1, f.edge2, f.radiance, false, f.two_sided, f.parallelogram);
+    power.push_back(exitance(f.radiance, f.two_sided) * area_of(f));
   }
   for (const EmissiveSphere& s : spheres_) {
-    push(kSphere, s.center, Vec3(s.radius, 0, 0), Vec3(0), s.radiance, s.inward, s.two_sided);
+    push(kSphere, s.center, Vec3(s.radius, 0, 0), Vec3(0), s.radiance, s.inward, s.two_sided, false);
     power.push_back(exitance(s.radiance, s.two_sided) * area_of(s));
   }
   for (const PointEmitter& p : points_) {
-    push(kPoint, p.position, Vec3(0), Vec3(0), p.intensity, false, false);
+    push(kPoint, p.position, Vec3(0), Vec3(0), p.intensity, false, false, false);
     power.push_back(4 * kPiDouble * luminance(p.intensity));
   }
   total_power_ = 0;
@@ -65,8 +66,8 @@ void LightTable::build() {
   }
 }
 
-float LightTable::triangle_pdf_area(const EmissiveTriangle& t) const {
-  return total_power_ > 0 ? static_cast<float>(exitance(t.radiance, t.two_sided) / total_power_) : 0.0f;
+float LightTable::facet_pdf_area(const Vec3& radiance, bool two_sided) const {
+  return total_power_ > 0 ? static_cast<float>(exitance(radiance, two_sided) / total_power_) : 0.0f;
 }
 
 float LightTable::sphere_choice_probability(const EmissiveSphere& s) const {
@@ -80,13 +81,13 @@ LightSample8 LightTable::sample(const V8& p, F8 choice, Pair8 u) const {
       single ? DiscreteDistribution::Choice8{U8(0u), F8(1.0f), F8(0.0f)} : choice_->sample(choice);
   const M8 all(true);
   const U8 kind = gather(kind_.data(), chosen.index, all);
-  const M8 triangle = kind == U8(kTriangle);
+  const M8 facet = kind == U8(kFacet);
   const M8 sphere = kind == U8(kSphere);
   const M8 point = kind == U8(kPoint);
 
   LightSample8 result;
-  if (triangle.any()) {
-    result = sample_triangles(p, chosen.index, triangle, chosen.pmf, u);
+  if (facet.any()) {
+    result = sample_facets(p, chosen.index, facet, chosen.pmf, u);
   }
   if (sphere.any()) {
     result = merge(sphere, sample_spheres(p, chosen.index, sphere, chosen.pmf, u), result);
@@ -97,18 +98,20 @@ LightSample8 LightTable::sample(const V8& p, F8 choice, Pair8 u) const {
   return result;
 }
 
-LightSample8 LightTable::sample_triangles(const V8& p, U8 index, M8 lanes, F8 pmf, Pair8 u) const {
+LightSample8 LightTable::sample_facets(const V8& p, U8 index, M8 lanes, F8 pmf, Pair8 u) const {
   const V8 corner = gather3(a_.data(), index, lanes);
   const V8 edge1 = gather3(b_.data(), index, lanes);
   const V8 edge2 = gather3(c_.data(), index, lanes);
   const V8 radiance = gather3(radiance_.data(), index, lanes);
   const M8 two_sided = gather(two_sided_.data(), index, lanes) == U8(1u);
 
-  const Pair8 b = square_to_triangle(u);
+  const M8 whole = gather(parallelogram_.data(), index, lanes) == U8(1u);
+  const Pair8 folded = square_to_triangle(u);
+  const Pair8 b{select(whole, u.u, folded.u), select(whole, u.v, folded.v)};
   const V8 y = corner + edge1 * b.u + edge2 * b.v;
-  const V8 area_vector = cross(edge1, edge2);  // twice the area long
-  const F8 double_area = sqrt(length_squared(area_vector));
-  const V8 normal = area_vector * (F8(1.0f) / double_area);
+  const V8 area_vector = cross(edge1, edge2);  // as long as the parallelogram's area
+  const F8 whole_area = sqrt(length_squared(area_vector));
+  const V8 normal = area_vector * (F8(1.0f) / whole_area);
 
   const V8 to_light = y - p;
   const F8 distance2 = length_squared(to_light);
@@ -118,7 +121,7 @@ LightSample8 LightTable::sample_triangles(const V8& p, U8 index, M8 lanes, F8 pm
   const F8 cos_light = select(two_sided, abs(cos_signed), cos_signed);
   const M8 valid = lanes & (cos_light > F8(0.0f)) & (distance2 > F8(0.0f));
 
-  const F8 pdf_area = pmf * F8(2.0f) / double_area;
+  const F8 pdf_area = pmf * select(whole, F8(1.0f), F8(2.0f)) / whole_area;
   const F8 pdf = pdf_area * distance2 / cos_light;
   const V8 off = normal * copysign(surface_offset(y, F8(0.0f)), cos_signed);
   return {y + off, wi, radiance * (F8(1.0f) / pdf), pdf, valid};
@@ -168,7 +171,8 @@ LightSample8 LightTable::sample_spheres(const V8& p, U8 index, M8 lanes, F8 pmf,
   const M8 valid = lanes & (cos_light > F8(0.0f)) & (distance2 > F8(0.0f));
 
   const F8 pdf = pmf * sphere_pdf_solid_angle(p, center, radius, distance, cos_light);
-  const V8 off = normal * copysign(surface_offset(y, F8(0.0f)), cos_outward);
+  // Embree finds a sphere from afar only to some 3e-6 of the distance: stay well in front of that.
+  const V8 off = normal * copysign(F8(8.0f) * surface_offset(y, distance), cos_outward);
   return {y + off, wi, radiance * (F8(1.0f) / pdf), pdf, valid};
 }
 

@@ -1,8 +1,8 @@
 // All lights of a scene in one table: what next-event estimation draws from, and with which density.
 //
-// A light primitive is an emissive triangle, an emissive sphere or a point light; one of them is chosen with
-// probability proportional to its power. The same densities answer for light that a scattered ray finds by itself
-// (multiple importance sampling). Immutable once built, thread-safe.
+// A light primitive is an emissive triangle or parallelogram, an emissive sphere or a point light; one of them is
+// chosen with probability proportional to its power. The same densities answer for light that a scattered ray finds by
+// itself (multiple importance sampling). Immutable once built, thread-safe.
 #pragma once
 
 #include <cstdint>
@@ -15,10 +15,13 @@
 
 namespace lightmill {
 
-struct EmissiveTriangle {
-  Vec3 p0, p1, p2;  ///< emits to the side of (p1−p0)×(p2−p0)
-  Vec3 radiance;    ///< W/(m² sr)
+/// A triangle, or the parallelogram that two of them form: it is sampled as one, which keeps the points of a pair
+/// stratified.
+struct EmissiveFacet {
+  Vec3 corner, edge1, edge2;  ///< emits to the side of edge1 × edge2
+  Vec3 radiance;              ///< W/(m² sr)
   bool two_sided = false;
+  bool parallelogram = false;
 };
 struct EmissiveSphere {
   Vec3 center;
@@ -43,36 +46,37 @@ struct LightSample8 {
 
 class LightTable {
  public:
-  void add(const EmissiveTriangle& triangle) { triangles_.push_back(triangle); }
+  void add(const EmissiveFacet& facet) { facets_.push_back(facet); }
   void add(const EmissiveSphere& sphere) { spheres_.push_back(sphere); }
   void add(const PointEmitter& point) { points_.push_back(point); }
   /// After the last add.
   void build();
 
   bool empty() const { return !choice_.has_value(); }
-  std::size_t size() const { return triangles_.size() + spheres_.size() + points_.size(); }
+  std::size_t size() const { return facets_.size() + spheres_.size() + points_.size(); }
 
   /// Draws a light and a point on it for each shading point.
   LightSample8 sample(const V8& shading_point, F8 choice, Pair8 u) const;
 
-  /// Probability per area with which `sample` finds a point on a triangle of this radiance.
-  float triangle_pdf_area(const EmissiveTriangle& triangle) const;
+  /// Probability per area with which `sample` finds a point on a facet of this radiance.
+  float facet_pdf_area(const Vec3& radiance, bool two_sided) const;
   float sphere_choice_probability(const EmissiveSphere& sphere) const;
 
  private:
-  enum Kind : std::uint32_t { kTriangle, kSphere, kPoint };
-  void push(Kind kind, const Vec3& a, const Vec3& b, const Vec3& c, const Vec3& radiance, bool flip, bool two_sided);
-  LightSample8 sample_triangles(const V8& p, U8 index, M8 lanes, F8 pmf, Pair8 u) const;
+  enum Kind : std::uint32_t { kFacet, kSphere, kPoint };
+  void push(Kind kind, const Vec3& a, const Vec3& b, const Vec3& c, const Vec3& radiance, bool flip, bool two_sided,
+            bool parallelogram);
+  LightSample8 sample_facets(const V8& p, U8 index, M8 lanes, F8 pmf, Pair8 u) const;
   LightSample8 sample_spheres(const V8& p, U8 index, M8 lanes, F8 pmf, Pair8 u) const;
   LightSample8 sample_points(const V8& p, U8 index, M8 lanes, F8 pmf) const;
 
-  std::vector<EmissiveTriangle> triangles_;
+  std::vector<EmissiveFacet> facets_;
   std::vector<EmissiveSphere> spheres_;
   std::vector<PointEmitter> points_;
 
-  // One row per primitive; triangles: a corner and two edges; spheres: centre, radius in b.x; points: position.
+  // One row per primitive; facets: a corner and two edges; spheres: centre, radius in b.x; points: position.
   std::optional<DiscreteDistribution> choice_;
-  std::vector<std::uint32_t> kind_, flip_, two_sided_;
+  std::vector<std::uint32_t> kind_, flip_, two_sided_, parallelogram_;
   std::vector<float> a_, b_, c_, radiance_;  ///< 3 floats a row
   double total_power_ = 0;
 };

@@ -189,7 +189,8 @@ double triangle_solid_angle(Vec3d a, Vec3d b, Vec3d c) {
 /// The mean of 1/pdf over draws is the measure of what is sampled; the chi-squared test of the points is uniformity.
 TEST(Samplers, TriangleLightDensityIntegratesToItsSolidAngle) {
   LightTable table;
-  const EmissiveTriangle light{{1, 2, 3}, {2, 2.5f, 3}, {1.2f, 3, 3.7f}, {1, 1, 1}, true};
+  const Vec3 p0(1, 2, 3), p1(2, 2.5f, 3), p2(1.2f, 3, 3.7f);
+  const EmissiveFacet light{p0, p1 - p0, p2 - p0, {1, 1, 1}, true, false};
   table.add(light);
   table.build();
   const V8 from = broadcast(Vec3(0.3f, 0.1f, 0));
@@ -202,8 +203,24 @@ TEST(Samplers, TriangleLightDensityIntegratesToItsSolidAngle) {
     }
   });
   const Vec3d o(0.3, 0.1, 0);
-  const double exact = triangle_solid_angle(Vec3d(light.p0) - o, Vec3d(light.p1) - o, Vec3d(light.p2) - o);
+  const double exact = triangle_solid_angle(Vec3d(p0) - o, Vec3d(p1) - o, Vec3d(p2) - o);
   EXPECT_NEAR(sum / kDraws / exact, 1, 0.005);
+}
+
+TEST(Samplers, ParallelogramLightDensityIntegratesToItsSolidAngle) {
+  LightTable table;
+  const Vec3 p0(-1, -0.5f, 2), e1(1.5f, 0.2f, 0.1f), e2(0.3f, 1, -0.4f);
+  table.add(EmissiveFacet{p0, e1, e2, {1, 1, 1}, true, true});
+  table.build();
+  double sum = 0;
+  for_each_draw(15, [&](Pair8 u) {
+    const Lanes pdf(table.sample(broadcast(Vec3(0)), F8(0.5f), u).pdf_solid_angle);
+    for (int l = 0; l < 8; ++l) {
+      sum += 1 / pdf[l];
+    }
+  });
+  const Vec3d a(p0), b(p0 + e1), c(p0 + e1 + e2), d(p0 + e2);
+  EXPECT_NEAR(sum / kDraws / (triangle_solid_angle(a, b, c) + triangle_solid_angle(a, c, d)), 1, 0.005);
 }
 
 TEST(Samplers, SphereLightFromOutsideIsUniformInItsCone) {
@@ -238,9 +255,9 @@ TEST(Samplers, SphereLightFromInsideCoversAllDirections) {
 
 TEST(Samplers, LightsAreChosenByPower) {
   LightTable table;
-  table.add(EmissiveTriangle{{0, 0, 5}, {0, 1, 5}, {1, 0, 5}, {2, 2, 2}, false});  // area 1/2, radiance 2: power π
-  table.add(EmissiveSphere{{3, 0, 5}, 0.5f, {1, 1, 1}, false, false});             // area π, radiance 1: power π²
-  table.add(PointEmitter{{-3, 0, 5}, {0.5f, 0.5f, 0.5f}});                         // 4π · .5 = 2π
+  table.add(EmissiveFacet{{0, 0, 5}, {0, 1, 0}, {1, 0, 0}, {2, 2, 2}, false, false});  // area 1/2, radiance 2: power π
+  table.add(EmissiveSphere{{3, 0, 5}, 0.5f, {1, 1, 1}, false, false});  // area π, radiance 1: power π²
+  table.add(PointEmitter{{-3, 0, 5}, {0.5f, 0.5f, 0.5f}});              // 4π · .5 = 2π
   table.build();
   std::vector<double> counts(3);
   for_each_draw(13, [&](Pair8 u) {

@@ -179,7 +179,8 @@ class SceneCompiler {
     out_->geometry_is_sphere_.push_back(sphere != nullptr ? 1 : 0);
     out_->geometry_inward_.push_back(sphere != nullptr && sphere->normal_inward ? 1 : 0);
     out_->geometry_smooth_.push_back(0);
-    out_->geometry_triangles_.push_back(0);
+    out_->geometry_triangles_.push_back(static_cast<std::uint32_t>(out_->triangle_size_.size()));
+    out_->geometry_smooth_triangles_.push_back(0);
     if (sphere != nullptr) {
       const Vec3 center(to_vec(sphere->center) - center_);
       const auto radius = static_cast<float>(sphere->radius);
@@ -187,6 +188,7 @@ class SceneCompiler {
       append(out_->sphere_center_, center);
       out_->sphere_radius_.push_back(radius);
       out_->accel_->add_sphere(center, radius);
+      out_->triangle_size_.push_back(0);  // a sphere's only primitive
       if (emits) {
         out_->lights_.add(EmissiveSphere{center, radius, to_vec(material.emission), sphere->normal_inward,
                                          material.two_sided_emission});
@@ -202,17 +204,44 @@ class SceneCompiler {
       positions.push_back({q.x, q.y, q.z});
     }
     out_->accel_->add_mesh(positions, mesh.triangles);
+    for (const auto& t : mesh.triangles) {
+      const auto edge = [&](std::uint32_t a, std::uint32_t b) {
+        const Vec3 d = Vec3(positions[a][0], positions[a][1], positions[a][2]) -
+                       Vec3(positions[b][0], positions[b][1], positions[b][2]);
+        return glm::length(d);
+      };
+      out_->triangle_size_.push_back(std::max(edge(t[0], t[1]), std::max(edge(t[1], t[2]), edge(t[2], t[0]))));
+    }
     if (!mesh.normals.empty()) {
       add_smooth_normals(mesh);
     }
     if (emits) {
-      const auto corner = [&](std::uint32_t i) { return Vec3(positions[i][0], positions[i][1], positions[i][2]); };
-      for (const auto& t : mesh.triangles) {
-        const EmissiveTriangle triangle{corner(t[0]), corner(t[1]), corner(t[2]), to_vec(material.emission),
-                                        material.two_sided_emission};
-        if (glm::length(glm::cross(triangle.p1 - triangle.p0, triangle.p2 - triangle.p0)) > 0) {
-          out_->lights_.add(triangle);
+      add_emissive_mesh(mesh, positions, material);
+    }
+  }
+
+  void add_emissive_mesh(const Mesh& mesh, const std::vector<std::array<float, 3>>& positions,
+                         const Material& material) {
+    const auto corner = [&](std::uint32_t i) { return Vec3(positions[i][0], positions[i][1], positions[i][2]); };
+    for (std::size_t i = 0; i < mesh.triangles.size(); ++i) {
+      const auto& t = mesh.triangles[i];
+      EmissiveFacet facet{corner(t[0]),
+                          corner(t[1]) - corner(t[0]),
+                          corner(t[2]) - corner(t[0]),
+                          to_vec(material.emission),
+                          material.two_sided_emission,
+                          false};
+      // Two triangles in a row that are the halves (0, 1, 2) and (0, 2, 3) of a parallelogram.
+      if (i + 1 < mesh.triangles.size() && mesh.triangles[i + 1][0] == t[0] && mesh.triangles[i + 1][1] == t[2]) {
+        const Vec3 edge3 = corner(mesh.triangles[i + 1][2]) - facet.corner;
+        if (glm::length(facet.edge2 - facet.edge1 - edge3) <= 1e-6f * glm::length(facet.edge2)) {
+          facet.edge2 = edge3;
+          facet.parallelogram = true;
+          ++i;
         }
+      }
+      if (glm::length(glm::cross(facet.edge1, facet.edge2)) > 0) {
+        out_->lights_.add(facet);
       }
     }
   }
@@ -220,7 +249,7 @@ class SceneCompiler {
   void add_smooth_normals(const Mesh& mesh) {
     out_->features_.smooth = true;
     out_->geometry_smooth_.back() = 1;
-    out_->geometry_triangles_.back() = static_cast<std::uint32_t>(out_->smooth_triangles_.size() / 3);
+    out_->geometry_smooth_triangles_.back() = static_cast<std::uint32_t>(out_->smooth_triangles_.size() / 3);
     const auto first = static_cast<std::uint32_t>(out_->vertex_normals_.size() / 3);
     for (const auto& t : mesh.triangles) {
       for (const std::uint32_t i : t) {
@@ -246,7 +275,7 @@ class SceneCompiler {
         probability = out_->lights_.sphere_choice_probability({Vec3(0), static_cast<float>(sphere->radius), radiance,
                                                                sphere->normal_inward, material.two_sided_emission});
       } else if (emits) {
-        pdf_area = out_->lights_.triangle_pdf_area({Vec3(0), Vec3(0), Vec3(0), radiance, material.two_sided_emission});
+        pdf_area = out_->lights_.facet_pdf_area(radiance, material.two_sided_emission);
       }
       out_->emitter_pdf_area_.push_back(pdf_area);
       out_->emitter_probability_.push_back(probability);

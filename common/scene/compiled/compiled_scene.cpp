@@ -8,7 +8,11 @@ Surface8 CompiledScene::surface(const Ray8& rays, const Hit8& hits) const {
   s.material = gather(geometry_material_.data(), hits.geometry, lanes);
   s.point = rays.origin + rays.direction * hits.distance;
   s.geometric_normal = normalize(hits.normal);
-  F8 rounding_distance = hits.distance;
+  // What a coordinate of the hit may be off by grows with the ray's length and with the distance to the triangle's
+  // corner.
+  F8 rounding_distance =
+      hits.distance +
+      gather(triangle_size_.data(), gather(geometry_triangles_.data(), hits.geometry, lanes) + hits.primitive, lanes);
 
   if (features_.spheres) {
     const M8 sphere = lanes & (gather(geometry_is_sphere_.data(), hits.geometry, lanes) == U8(1u));
@@ -30,7 +34,7 @@ Surface8 CompiledScene::surface(const Ray8& rays, const Hit8& hits) const {
   if (features_.smooth) {
     const M8 smooth = lanes & (gather(geometry_smooth_.data(), hits.geometry, lanes) == U8(1u));
     if (smooth.any()) {
-      const U8 triangle = gather(geometry_triangles_.data(), hits.geometry, smooth) + hits.primitive;
+      const U8 triangle = gather(geometry_smooth_triangles_.data(), hits.geometry, smooth) + hits.primitive;
       const U8 first = triangle + triangle + triangle;
       const V8 n0 = gather3(vertex_normals_.data(), gather(smooth_triangles_.data(), first, smooth), smooth);
       const V8 n1 = gather3(vertex_normals_.data(), gather(smooth_triangles_.data(), first + U8(1u), smooth), smooth);

@@ -1,0 +1,245 @@
+// Scenes whose radiance is known in closed form, through public scene documents.
+//
+// Each estimate must lie within 5 of its own standard errors of the exact value (a false alarm once in 1.7 million),
+// and the standard error must be small enough for that to mean something.
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "tests/support/render_document.h"
+
+namespace lightmill::test {
+namespace {
+
+/// Rounding (float32 coordinates, offsets off surfaces) may shift an answer by this share.
+constexpr double kRounding = 2e-5;
+
+void expect_answer(const Estimate& estimate, double exact, double max_relative_error) {
+  EXPECT_LT(estimate.standard_error, max_relative_error * exact) << "too noisy to tell";
+  EXPECT_NEAR(estimate.value, exact, 5 * estimate.standard_error + kRounding * exact)
+      << "standard error " << estimate.standard_error;
+}
+
+/// A document with a small square film; `view` is the camera without its field of view.
+std::string document(const std::string& view, double fov_degrees, int size, const std::string& materials,
+                     const std::string& objects, const std::string& lights = "") {
+  return fmt::format(R"({{"camera": {{{}, "vertical_fov_degrees": {}}},
+      "film": {{"width": {}, "height": {}, "filter": {{"kind": "BOX", "radius_pixels": 0.5}}}},
+      "materials": [{}], "objects": [{}], "lights": [{}]}})",
+                     view, fov_degrees, size, size, materials, objects, lights);
+}
+
+std::string gray(double value) {
+  return fmt::format(R"({{"rgb": [{0}, {0}, {0}]}})", value);
+}
+std::string diffuse(const std::string& name, double reflectance, double emission = 0) {
+  return fmt::format(R"({{"name": "{}", "diffuse": {{"reflectance": {}}}, "emission": {}}})", name, gray(reflectance),
+                     gray(emission));
+}
+std::string sphere(const std::string& material, const std::string& center, double radius, bool inward = false) {
+  return fmt::format(
+      R"({{"name": "{0} sphere", "material": "{0}", "sphere": {{"center": {1}, "radius": {2}, "normal_inward": {3}}}}})",
+      material, center, radius, inward);
+}
+std::string mesh(const std::string& material, const std::string& file) {
+  return fmt::format(R"({{"name": "{1}", "material": "{0}", "mesh": {{"file": "{1}"}}}})", material, file);
+}
+/// An OBJ file with one polygon.
+std::string polygon(const std::vector<std::array<double, 3>>& corners) {
+  std::string text, face = "f";
+  for (std::size_t i = 0; i < corners.size(); ++i) {
+    text += fmt::format("v {} {} {}\n", corners[i][0], corners[i][1], corners[i][2]);
+    face += fmt::format(" {}", i + 1);
+  }
+  return text + face + "\n";
+}
+/// A square of side `side` in the plane y = height around (0, height, 0), facing up or down.
+std::string horizontal_square(double side, double height, bool up) {
+  const double h = side / 2;
+  return up ? polygon({{-h, height, -h}, {-h, height, h}, {h, height, h}, {h, height, -h}})
+            : polygon({{-h, height, -h}, {h, height, -h}, {h, height, h}, {-h, height, h}});
+}
+
+const char* const kInside = R"("eye": [0.1, 0.2, 0.3], "look_at": [1, 0.3, 0.2])";
+
+TEST(Furnace, AClosedSphereOfAlbedoAHasRadianceOneOverOneMinusA) {
+  for (const double albedo : {0.5, 0.8}) {
+    const auto scene = TestScene::from_text(
+        document(kInside, 60, 32, diffuse("wall", albedo, 1), sphere("wall", "[0, 0, 0]", 1, true)));
+    for (int channel = 0; channel < 3; ++channel) {
+      expect_answer(mean_of(scene.render({"path", 1, 0}, 8), channel), 1 / (1 - albedo), 1e-3);
+    }
+  }
+}
+
+TEST(Furnace, CutAfterFourBouncesItIsThePartialSum) {
+  const auto scene =
+      TestScene::from_text(document(kInside, 60, 32, diffuse("wall", 0.8, 1), sphere("wall", "[0, 0, 0]", 1, true)));
+  expect_answer(mean_of(scene.render({"path", 2, 4}, 8), 0), 3.3616, 1e-3);
+}
+
+TEST(Furnace, AClosedBoxToo) {
+  const std::string box =
+      "v -1 -1 -1\nv 1 -1 -1\nv 1 1 -1\nv -1 1 -1\nv -1 -1 1\nv 1 -1 1\nv 1 1 1\nv -1 1 1\n"
+      "f 1 2 3 4\nf 8 7 6 5\nf 1 5 6 2\nf 4 3 7 8\nf 1 4 8 5\nf 2 6 7 3\n";
+  const auto scene = TestScene::from_text(document(kInside, 60, 32, diffuse("wall", 0.5, 1), mesh("wall", "box.obj")),
+                                          {{"box.obj", box}});
+  expect_answer(mean_of(scene.render({"path", 3, 0}, 8), 1), 2, 1e-3);
+}
+
+TEST(Furnace, AGlassBallInUniformLightCannotBeSeen) {
+  const auto scene =
+      TestScene::from_text(document(R"("eye": [0, 0, 3], "look_at": [0, 0, 0])", 40, 32,
+                                    diffuse("sky", 0, 1) + R"(, {"name": "glass", "dielectric": {"ior": 1.5}})",
+                                    sphere("sky", "[0, 0, 0]", 10, true) + "," + sphere("glass", "[0, 0, 0]", 1)));
+  expect_answer(mean_of(scene.render({"path", 4, 0}, 8), 0), 1, 1e-3);
+}
+
+TEST(PointLight, AtTheCentreOfADiffuseSphereGivesRadianceOne) {
+  const auto scene = TestScene::from_text(document(
+      kInside, 60, 32, diffuse("wall", 0.5), sphere("wall", "[0, 0, 0]", 1, true),
+      R"({"name": "centre", "point": {"position": [0, 0, 0], "intensity": {"rgb": [3.14159265, 3.14159265, 3.14159265]}}})"));
+  expect_answer(mean_of(scene.render({"path", 5, 0}, 8), 0), 1, 1e-3);
+}
+
+TEST(SphereLight, ABlackEmitterInADiffuseSphere) {
+  const auto scene = TestScene::from_text(document(
+      R"("eye": [0.6, 0, 0], "look_at": [1, 0, 0])", 60, 32, diffuse("wall", 0.5) + "," + diffuse("lamp", 0, 1),
+      sphere("wall", "[0, 0, 0]", 1, true) + "," + sphere("lamp", "[0, 0, 0]", 0.25)));
+  expect_answer(mean_of(scene.render({"path", 6, 0}, 8), 0), 0.0588235, 1e-3);
+}
+
+TEST(SphereLight, IrradianceIsPiLTimesRadiusOverDistanceSquaredTimesCosine) {
+  // Seen from (1, 0, 0) the centre is at distance √5, cos θ = 2/√5; a white floor shows E/π.
+  const double distance2 = 5, cosine = 2 / std::sqrt(5.0);
+  const auto scene = TestScene::from_text(document(R"("eye": [1, 0.5, 1], "look_at": [1, 0, 0])", 0.01, 8,
+                                                   diffuse("floor", 1) + "," + diffuse("lamp", 0, 3),
+                                                   mesh("floor", "floor.obj") + "," + sphere("lamp", "[0, 2, 0]", 0.7)),
+                                          {{"floor.obj", horizontal_square(20, 0, true)}});
+  expect_answer(mean_of(scene.render({"path", 7, 1}, 12), 0), 3 * 0.49 / distance2 * cosine, 1e-3);
+}
+
+TEST(FormFactor, AUnitSquareFromHeightOneAboveItsCentreAndItsCorner) {
+  const struct { double x, z, exact; } cases[] = {{0, 0, 0.2394565}, {0.5, 0.5, 0.1385316}};
+  for (const auto& c : cases) {
+    const auto scene = TestScene::from_text(
+        document(fmt::format(R"("eye": [{0}, 0.5, {1}], "look_at": [{0}, 0, {2}])", c.x, c.z + 1, c.z), 0.01, 8,
+                 diffuse("floor", 1) + "," + diffuse("lamp", 0, 1),
+                 mesh("floor", "floor.obj") + "," + mesh("lamp", "lamp.obj")),
+        {{"floor.obj", horizontal_square(20, 0, true)}, {"lamp.obj", horizontal_square(1, 1, false)}});
+    expect_answer(mean_of(scene.render({"path", 8, 1}, 12), 0), c.exact, 1e-3);
+  }
+}
+
+/// The mean radiance of a receiver of `area` in the plane through `p0` with unit normal `n`: each pixel covers dω
+/// r²/cos θ of it. Only the receiver may be bright in the picture.
+Estimate mean_over_receiver(const TestScene& scene, const HalfImages& image, Vec3d p0, Vec3d n, double area) {
+  const Camera& camera = scene.scene().camera;
+  const auto vec = [](const Point3d& p) { return Vec3d(p[0], p[1], p[2]); };
+  const Vec3d eye = vec(camera.eye);
+  const Vec3d forward = glm::normalize(vec(camera.look_at) - eye);
+  const Vec3d right = glm::normalize(glm::cross(forward, vec(camera.up)));
+  const Vec3d down = glm::cross(forward, right);
+  const double pixel = 2 * std::tan(camera.vertical_fov_degrees * M_PI / 360) / image.height;
+  double sum = 0, variance = 0;
+  for (int y = 0; y < image.height; ++y) {
+    for (int x = 0; x < image.width; ++x) {
+      const Vec3d d =
+          forward + right * ((x + 0.5 - image.width / 2.0) * pixel) + down * ((y + 0.5 - image.height / 2.0) * pixel);
+      const double t = glm::dot(p0 - eye, n) / glm::dot(d, n);
+      // dω = pixel²/|d|³, r = t|d|, cos θ = |d·n|/|d|.
+      const double covered = pixel * pixel * t * t / std::abs(glm::dot(d, n));
+      const std::size_t i = 3 * (static_cast<std::size_t>(y) * image.width + x);
+      sum += image.mean(i) * covered;
+      variance += image.variance(i) * covered * covered;
+    }
+  }
+  return {sum / area, std::sqrt(variance) / area};
+}
+
+TEST(FormFactor, ParallelUnitSquaresAtDistanceOne) {
+  const auto scene = TestScene::from_text(
+      document(R"("eye": [0, 3, 6], "look_at": [0, 0, 0])", 14, 64, diffuse("floor", 1) + "," + diffuse("lamp", 0, 1),
+               mesh("floor", "floor.obj") + "," + mesh("lamp", "lamp.obj")),
+      {{"floor.obj", horizontal_square(1, 0, true)}, {"lamp.obj", horizontal_square(1, 1, false)}});
+  expect_answer(mean_over_receiver(scene, scene.render({"path", 9, 1}, 10), Vec3d(0), Vec3d(0, 1, 0), 1), 0.1998249,
+                1e-3);
+}
+
+TEST(FormFactor, CoaxialDiscsOfRadiusAndDistanceOne) {
+  std::vector<std::array<double, 3>> floor, lamp;
+  constexpr int kCorners = 1024;
+  for (int i = 0; i < kCorners; ++i) {
+    const double phi = 2 * M_PI * i / kCorners;
+    floor.push_back({std::cos(phi), 0, -std::sin(phi)});
+    lamp.push_back({std::cos(phi), 1, std::sin(phi)});
+  }
+  const auto scene = TestScene::from_text(
+      document(R"("eye": [0, 6, 12], "look_at": [0, 0, 0])", 14, 64, diffuse("floor", 1) + "," + diffuse("lamp", 0, 1),
+               mesh("floor", "floor.obj") + "," + mesh("lamp", "lamp.obj")),
+      {{"floor.obj", polygon(floor)}, {"lamp.obj", polygon(lamp)}});
+  expect_answer(mean_over_receiver(scene, scene.render({"path", 10, 1}, 10), Vec3d(0), Vec3d(0, 1, 0), M_PI), 0.3819660,
+                1e-3);
+}
+
+TEST(FormFactor, PerpendicularUnitSquaresThatShareAnEdge) {
+  // The lamp is in the picture: what a black floor shows is taken off what a white one shows.
+  const auto render = [](double reflectance) {
+    const auto scene =
+        TestScene::from_text(document(R"("eye": [0, 5, 5], "look_at": [0, 0.3, 0.5])", 20, 64,
+                                      diffuse("floor", reflectance) + "," + diffuse("lamp", 0, 1),
+                                      mesh("floor", "floor.obj") + "," + mesh("lamp", "lamp.obj")),
+                             {{"floor.obj", polygon({{-0.5, 0, 0}, {-0.5, 0, 1}, {0.5, 0, 1}, {0.5, 0, 0}})},
+                              {"lamp.obj", polygon({{-0.5, 0, 0}, {0.5, 0, 0}, {0.5, 1, 0}, {-0.5, 1, 0}})}});
+    return std::pair(scene, scene.render({"path", 11, 1}, 11));
+  };
+  const auto [scene, black] = render(0);
+  HalfImages image = render(1).second;
+  for (std::size_t i = 0; i < image.a.size(); ++i) {
+    image.a[i] -= black.a[i];
+    image.b[i] -= black.b[i];
+  }
+  expect_answer(mean_over_receiver(scene, image, Vec3d(0), Vec3d(0, 1, 0), 1), 0.2000438, 2e-3);
+}
+
+TEST(Fresnel, AGlassPlaneShowsTheSkyByItsReflectance) {
+  // Below the plane everything is black, so what is seen is the mirrored sky.
+  const struct {
+    double degrees, exact;
+  } cases[] = {{0, 0.04}, {45, 0.0502399}, {60, 0.0891867}, {75, 0.2530606}, {85, 0.6127996}};
+  for (const auto& c : cases) {
+    const double theta = c.degrees * M_PI / 180;
+    const auto scene = TestScene::from_text(
+        document(
+            fmt::format(R"("eye": [0, {}, {}], "look_at": [0, 0, 0], "up": [1, 0, 0])", std::cos(theta),
+                        std::sin(theta)),
+            0.01, 16,
+            diffuse("sky", 0, 1) + "," + diffuse("black", 0) + R"(, {"name": "glass", "dielectric": {"ior": 1.5}})",
+            sphere("sky", "[0, 0, 0]", 20, true) + "," + mesh("glass", "glass.obj") + "," + mesh("black", "black.obj")),
+        {{"glass.obj", horizontal_square(60, 0, true)}, {"black.obj", horizontal_square(60, -0.5, true)}});
+    expect_answer(mean_of(scene.render({"path", 12, 0}, 10), 0), c.exact, 1e-2);
+  }
+}
+
+TEST(Fresnel, AClearSlabTransmitsWhatItsInnerReflectionsSumTo) {
+  // Above the slab all is black, below it the sky shines.
+  const struct { double degrees, exact; } cases[] = {{0, 0.9230769}, {60, 0.8362325}};
+  for (const auto& c : cases) {
+    const double theta = c.degrees * M_PI / 180;
+    const auto scene =
+        TestScene::from_text(document(fmt::format(R"("eye": [0, {}, {}], "look_at": [0, 0, 0], "up": [1, 0, 0])",
+                                                  std::cos(theta), std::sin(theta)),
+                                      0.01, 16,
+                                      diffuse("sky", 0, 1) + "," + diffuse("black", 0) +
+                                          R"(, {"name": "glass", "dielectric": {"ior": 1.5}})",
+                                      sphere("sky", "[0, 0, 0]", 20, true) + "," + mesh("glass", "top.obj") + "," +
+                                          mesh("glass", "bottom.obj") + "," + mesh("black", "black.obj")),
+                             {{"top.obj", horizontal_square(60, 0, true)},
+                              {"bottom.obj", horizontal_square(60, -0.1, false)},
+                              {"black.obj", horizontal_square(60, 3, false)}});
+    expect_answer(mean_of(scene.render({"path", 13, 0}, 10), 0), c.exact, 1e-3);
+  }
+}
+
+}  // namespace
+}  // namespace lightmill::test

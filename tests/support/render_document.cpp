@@ -1,0 +1,94 @@
+#include "tests/support/render_document.h"
+
+#include <unistd.h>
+
+#include <cmath>
+#include <fstream>
+
+#include "common/base/check.h"
+
+namespace lightmill::test {
+namespace fs = std::filesystem;
+namespace {
+
+LoadedScene load(const fs::path& path) {
+  auto loaded = load_scene(std::span(&path, 1));
+  LM_CHECK(loaded.ok(), "{}", message_of(loaded.status()));
+  return std::move(*loaded);
+}
+
+}  // namespace
+
+TestScene::TestScene(LoadedScene loaded) : loaded_(std::move(loaded)) {
+  auto compiled = CompiledScene::compile(loaded_.scene, assets());
+  LM_CHECK(compiled.ok(), "{}", message_of(compiled.status()));
+  compiled_ = *compiled;
+}
+
+TestScene::TestScene(const fs::path& path) : TestScene(load(path)) {}
+
+TestScene TestScene::from_text(const std::string& document, const std::map<std::string, std::string>& files) {
+  std::string folder = (fs::temp_directory_path() / "lightmill-test-XXXXXX").string();
+  LM_CHECK(::mkdtemp(folder.data()) != nullptr);
+  for (const auto& [name, text] : files) {
+    std::ofstream(fs::path(folder) / name) << text;
+  }
+  const fs::path path = fs::path(folder) / "scene.json";
+  std::ofstream(path) << document;
+  LoadedScene loaded = load(path);
+  fs::remove_all(folder);
+  return TestScene(std::move(loaded));
+}
+
+CompiledScene::AssetSource TestScene::assets() const {
+  return [this](const Sha256& digest) -> Result<std::string> { return loaded_.assets.at(digest); };
+}
+
+TestScene TestScene::resized(int width, int height) const {
+  LoadedScene loaded = loaded_;
+  loaded.scene.film.width = width;
+  loaded.scene.film.height = height;
+  return TestScene(std::move(loaded));
+}
+
+HalfImages TestScene::render(const MethodSettings& settings, std::uint32_t level, PixelRect rect) const {
+  LM_CHECK(level >= 1);
+  if (rect.width == 0) {
+    rect = {0, 0, loaded_.scene.film.width, loaded_.scene.film.height};
+  }
+  auto method = make_method(compiled_, settings);
+  LM_CHECK(method.ok(), "{}", message_of(method.status()));
+  const auto workspace = (*method)->make_workspace();
+  HalfImages image{rect.width, rect.height, {}, {}};
+  image.a.resize(3 * static_cast<std::size_t>(rect.pixel_count()));
+  image.b.resize(image.a.size());
+  const double samples_per_half = std::ldexp(1.0, static_cast<int>(level) - 1);
+  const TileGrid grid(rect);
+  for (std::uint32_t i = 0; i < grid.tile_count(); ++i) {
+    const PixelRect tile = grid.tile_rect({i});
+    const Node node = (*method)->render(tile, {level, 0}, *workspace);
+    const auto pixels = static_cast<std::size_t>(tile.pixel_count());
+    for (std::size_t p = 0; p < pixels; ++p) {
+      const std::size_t x = tile.x - rect.x + p % tile.width;
+      const std::size_t y = tile.y - rect.y + p / tile.width;
+      for (std::size_t c = 0; c < 3; ++c) {
+        const std::size_t out = (y * rect.width + x) * 3 + c;
+        image.a[out] = node.values[c * pixels + p] / samples_per_half;
+        image.b[out] = node.values[(3 + c) * pixels + p] / samples_per_half;
+      }
+    }
+  }
+  return image;
+}
+
+Estimate mean_of(const HalfImages& image, int channel) {
+  double sum = 0, variance = 0;
+  const std::size_t pixels = image.a.size() / 3;
+  for (std::size_t p = 0; p < pixels; ++p) {
+    sum += image.mean(3 * p + channel);
+    variance += image.variance(3 * p + channel);
+  }
+  return {sum / pixels, std::sqrt(variance) / pixels};
+}
+
+}  // namespace lightmill::test

@@ -1,0 +1,52 @@
+// Renders a scene document with the core, in this process, for tests that compare with exact answers.
+#pragma once
+
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include "common/methods/method.h"
+#include "common/scene_io/load.h"
+
+namespace lightmill::test {
+
+/// Half means of an image: RGB interleaved, row by row.
+struct HalfImages {
+  int width = 0, height = 0;
+  std::vector<double> a, b;
+  double mean(std::size_t i) const { return (a[i] + b[i]) / 2; }
+  /// Of the mean, from the halves.
+  double variance(std::size_t i) const { return (a[i] - b[i]) * (a[i] - b[i]) / 4; }
+};
+
+/// An estimate and its standard error.
+struct Estimate {
+  double value = 0;
+  double standard_error = 0;
+};
+
+/// A scene that was read from files and compiled; fails the process with the message where that goes wrong.
+class TestScene {
+ public:
+  explicit TestScene(const std::filesystem::path& path);
+  /// From the text of a document; `files` are OBJ files that it names, by name.
+  static TestScene from_text(const std::string& document, const std::map<std::string, std::string>& files = {});
+
+  const Scene& scene() const { return loaded_.scene; }
+  CompiledScene::AssetSource assets() const;
+  /// The same scene with a film of another size.
+  TestScene resized(int width, int height) const;
+
+  /// Samples [0, 2^level) of every pixel of `rect` (of the film, if empty); level >= 1.
+  HalfImages render(const MethodSettings& settings, std::uint32_t level, PixelRect rect = {}) const;
+
+ private:
+  explicit TestScene(LoadedScene loaded);
+  LoadedScene loaded_;
+  std::shared_ptr<const CompiledScene> compiled_;
+};
+
+/// The mean over all pixels of one channel.
+Estimate mean_of(const HalfImages& image, int channel);
+
+}  // namespace lightmill::test
