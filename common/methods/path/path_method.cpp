@@ -65,7 +65,7 @@ class PathWorkspace final : public Workspace {
   ShadowQueue shadows;
   SampleSums sums;
   std::array<std::vector<std::uint32_t>, 2> pixel_seeds;  ///< one array a half
-  std::vector<float> radiance;                            ///< RGB planes of one sample of the tile
+  std::vector<float> radiance;                            ///< of one sample of the tile: RGB planes of one value a slot
 };
 
 /// One batch of one sample: holds what all its steps need.
@@ -78,7 +78,8 @@ class Batch {
         plan_(plan),
         max_bounces_(max_bounces),
         ws_(ws),
-        pixels_(static_cast<std::size_t>(tile.pixel_count())) {}
+        pixels_(static_cast<std::uint32_t>(tile.pixel_count())),
+        slots_(pixels_ * plan.splits) {}
 
   void run(std::size_t first_pixel, std::size_t last_pixel, const std::vector<std::uint32_t>& seeds) {
     start(first_pixel, last_pixel, seeds);
@@ -107,16 +108,16 @@ class Batch {
     }
   }
 
-  void add_radiance(M8 lanes, U8 pixel, const V8& value) {
+  void add_radiance(M8 lanes, U8 slot, const V8& value) {
     alignas(32) float r[8], g[8], b[8];
     alignas(32) std::uint32_t p[8];
     value.x.store(r);
     value.y.store(g);
     value.z.store(b);
-    pixel.store(p);
+    slot.store(p);
     float* const red = ws_.radiance.data();
-    float* const green = red + pixels_;
-    float* const blue = green + pixels_;
+    float* const green = red + slots_;
+    float* const blue = green + slots_;
     for (unsigned bits = static_cast<unsigned>(lanes.bits()); bits != 0; bits &= bits - 1) {
       const int lane = std::countr_zero(bits);
       red[p[lane]] += r[lane];
@@ -170,7 +171,7 @@ class Batch {
     const F8 cos_light = abs(dot(in.direction, surface.geometric_normal));
     const F8 light_pdf = scene_.light_pdf_solid_angle(in.origin, hits, cos_light, emitting);
     const F8 weight = select(in.pdf_solid_angle > F8(0.0f), mis_weight(in.pdf_solid_angle, light_pdf), F8(1.0f));
-    add_radiance(emitting, in.pixel, in.throughput * scene_.emission(surface.material, emitting) * weight);
+    add_radiance(emitting, in.slot, in.throughput * scene_.emission(surface.material, emitting) * weight);
   }
 
   void shade_diffuse(const Path8& in, const Surface8& surface, const V8& facing, const Frame8& frame, M8 lanes,
@@ -193,6 +194,7 @@ class Batch {
       const BsdfSample8 s = diffuse::sample(reflectance, u);
       Path8 out = in;
       out.index = index;
+      out.slot = in.slot + U8(split * pixels_);
       out.origin = origin;
       out.direction = frame.to_world(s.wi);
       out.throughput = in.throughput * s.weight * F8(1.0f / static_cast<float>(splits));
@@ -216,7 +218,7 @@ class Batch {
     const F8 weight = select(light.pdf_solid_angle > F8(0.0f),
                              mis_weight(light.pdf_solid_angle, diffuse::pdf_solid_angle(wi)), F8(1.0f));
     const V8 contribution = in.throughput * diffuse::eval(reflectance, wi) * light.weight * weight;
-    ws_.shadows.push(valid, {origin, light.point - origin, contribution, in.pixel});
+    ws_.shadows.push(valid, {origin, light.point - origin, contribution, in.slot});
   }
 
   void shade_mirror(const Path8& in, const Surface8& surface, const V8& facing, const Frame8& frame, M8 lanes,
@@ -276,7 +278,7 @@ class Batch {
       const M8 lanes = first_lanes(ws_.shadows.size() - i);
       const Shadow8 s = ws_.shadows.load(i);
       const M8 blocked = scene_.accel().occluded(lanes, {s.origin, s.direction, F8(1.0f)});
-      add_radiance(and_not(lanes, blocked), s.pixel, s.contribution);
+      add_radiance(and_not(lanes, blocked), s.slot, s.contribution);
     }
     ws_.counters.shadow_rays += static_cast<std::uint64_t>(ws_.shadows.size());
   }
@@ -286,7 +288,8 @@ class Batch {
   const SamplePlan& plan_;
   const std::uint32_t max_bounces_;
   PathWorkspace& ws_;
-  const std::size_t pixels_;
+  const std::uint32_t pixels_;
+  const std::uint32_t slots_;
 };
 
 class PathMethod final : public Method {
@@ -315,18 +318,34 @@ class PathMethod final : public Method {
     }
     for (std::uint64_t sample = range.first(); sample < range.end(); ++sample) {
       const SamplePlan plan(sample);
-      ws.radiance.assign(3 * pixels, 0.0f);
+      ws.radiance.assign(3 * pixels * plan.splits, 0.0f);
       Batch batch(*scene_, tile, plan, max_bounces_, ws);
       for (std::size_t first = 0; first < pixels; first += kBatchPixels) {
         batch.run(first, std::min(first + kBatchPixels, pixels), ws.pixel_seeds[sample & 1]);
       }
-      ws.sums.add(ws.radiance);
+      sum_splits(ws.radiance, pixels, plan.splits);
+      ws.sums.add(std::span(ws.radiance).first(3 * pixels));
     }
     ws.counters.samples += pixels * range.count();
     return ws.sums.finish();
   }
 
  private:
+  /// From planes of one value a slot to planes of one value a pixel, split paths added in ascending order.
+  static void sum_splits(std::vector<float>& planes, std::size_t pixels, std::size_t splits) {
+    for (std::size_t channel = 0; splits > 1 && channel < 3; ++channel) {
+      const float* const from = planes.data() + channel * splits * pixels;
+      float* const to = planes.data() + channel * pixels;  // at or before what it reads, which is not needed again
+      for (std::size_t pixel = 0; pixel < pixels; ++pixel) {
+        float sum = from[pixel];
+        for (std::size_t split = 1; split < splits; ++split) {
+          sum += from[split * pixels + pixel];
+        }
+        to[pixel] = sum;
+      }
+    }
+  }
+
   std::shared_ptr<const CompiledScene> scene_;
   std::uint64_t seed_;
   std::uint32_t max_bounces_;

@@ -35,7 +35,7 @@ struct Path8 {
   V8 throughput;       ///< of the path so far, divided by the number of paths it was split into
   F8 pdf_solid_angle;  ///< of `direction` by the last BSDF; 0 after a delta BSDF or from the camera
   F8 roulette_scale;   ///< brings the throughput to what roulette looks at: times splits, times η² of refractions
-  U8 pixel;            ///< in the tile
+  U8 slot;             ///< where its light is added: split · pixels of the tile + pixel
   U8 pixel_seed;
   U8 index;  ///< point of the path's sequences
 };
@@ -49,7 +49,7 @@ class PathQueue {
     throughput_.resize(n);
     pdf_.resize(n);
     roulette_scale_.resize(n);
-    pixel_.resize(n);
+    slot_.resize(n);
     pixel_seed_.resize(n);
     index_.resize(n);
   }
@@ -62,7 +62,7 @@ class PathQueue {
             throughput_.load(i),
             F8::load(&pdf_[i]),
             F8::load(&roulette_scale_[i]),
-            U8::load(&pixel_[i]),
+            U8::load(&slot_[i]),
             U8::load(&pixel_seed_[i]),
             U8::load(&index_[i])};
   }
@@ -76,7 +76,7 @@ class PathQueue {
     throughput_.store(i, permute(p.throughput, order));
     lightmill::permute(p.pdf_solid_angle, order).store(&pdf_[i]);
     lightmill::permute(p.roulette_scale, order).store(&roulette_scale_[i]);
-    lightmill::permute(p.pixel, order).store(&pixel_[i]);
+    lightmill::permute(p.slot, order).store(&slot_[i]);
     lightmill::permute(p.pixel_seed, order).store(&pixel_seed_[i]);
     lightmill::permute(p.index, order).store(&index_[i]);
     size_ += std::popcount(static_cast<unsigned>(bits));
@@ -86,14 +86,14 @@ class PathQueue {
   int size_ = 0;
   VectorArray origin_, direction_, throughput_;
   std::vector<float> pdf_, roulette_scale_;
-  std::vector<std::uint32_t> pixel_, pixel_seed_, index_;
+  std::vector<std::uint32_t> slot_, pixel_seed_, index_;
 };
 
 /// Eight shadow rays and what they bring if nothing is in the way.
 struct Shadow8 {
   V8 origin, direction;  ///< the light is at distance 1 in lengths of `direction`
   V8 contribution;
-  U8 pixel;
+  U8 slot;
 };
 
 class ShadowQueue {
@@ -103,12 +103,12 @@ class ShadowQueue {
     origin_.resize(n);
     direction_.resize(n);
     contribution_.resize(n);
-    pixel_.resize(n);
+    slot_.resize(n);
   }
   int size() const { return size_; }
   void clear() { size_ = 0; }
   Shadow8 load(int i) const {
-    return {origin_.load(i), direction_.load(i), contribution_.load(i), U8::load(&pixel_[i])};
+    return {origin_.load(i), direction_.load(i), contribution_.load(i), U8::load(&slot_[i])};
   }
   void push(M8 lanes, const Shadow8& s) {
     const int bits = lanes.bits();
@@ -116,14 +116,14 @@ class ShadowQueue {
     origin_.store(size_, permute(s.origin, order));
     direction_.store(size_, permute(s.direction, order));
     contribution_.store(size_, permute(s.contribution, order));
-    lightmill::permute(s.pixel, order).store(&pixel_[size_]);
+    lightmill::permute(s.slot, order).store(&slot_[size_]);
     size_ += std::popcount(static_cast<unsigned>(bits));
   }
 
  private:
   int size_ = 0;
   VectorArray origin_, direction_, contribution_;
-  std::vector<std::uint32_t> pixel_;
+  std::vector<std::uint32_t> slot_;
 };
 
 }  // namespace lightmill::path

@@ -1,0 +1,137 @@
+// What every method promises: a node's bits depend on the scene, the seed, the pixel and the samples alone.
+#include "common/methods/method.h"
+
+#include <gtest/gtest.h>
+
+#include "common/methods/fingerprint.h"
+#include "tests/support/render_document.h"
+
+namespace lightmill {
+namespace {
+
+class Methods : public ::testing::TestWithParam<std::string> {
+ protected:
+  Methods() : scene_(test::TestScene(LIGHTMILL_SOURCE_DIR "/scenes/cornell-bench-balls.json").resized(100, 90)) {
+    auto compiled = CompiledScene::compile(scene_.scene(), scene_.assets());
+    EXPECT_TRUE(compiled.ok());
+    compiled_ = *compiled;
+    auto method = make_method(compiled_, {GetParam(), 42, 0});
+    EXPECT_TRUE(method.ok());
+    method_ = std::move(*method);
+  }
+  Node render(const PixelRect& rect, SampleRange range) const {
+    return method_->render(rect, range, *method_->make_workspace());
+  }
+
+  test::TestScene scene_;
+  std::shared_ptr<const CompiledScene> compiled_;
+  std::unique_ptr<Method> method_;
+};
+
+TEST_P(Methods, ANodeHasTheBitsOfItsJoinedChildren) {
+  const PixelRect tile{64, 0, 36, 64};
+  // The last one crosses the sample index at which splitting and roulette change.
+  for (const SampleRange range : {SampleRange{1, 0}, {2, 1}, {3, 3}, {7, 0}}) {
+    const Node left = render(tile, range.left_child()), right = render(tile, range.right_child());
+    EXPECT_EQ(render(tile, range).values, join(left, right).values) << range.level << " " << range.index;
+  }
+}
+
+TEST_P(Methods, APixelHasTheSameBitsInEveryRectangle) {
+  const SampleRange range{3, 1};
+  const PixelRect tile{0, 0, 64, 64}, part{5, 31, 13, 7};
+  const Node whole = render(tile, range), crop = render(part, range);
+  const auto tile_pixels = static_cast<std::size_t>(tile.pixel_count());
+  const auto part_pixels = static_cast<std::size_t>(part.pixel_count());
+  for (std::size_t plane = 0; plane < 6; ++plane) {
+    for (int y = 0; y < part.height; ++y) {
+      for (int x = 0; x < part.width; ++x) {
+        EXPECT_EQ(crop.values[plane * part_pixels + y * part.width + x],
+                  whole.values[plane * tile_pixels + (part.y + y) * tile.width + part.x + x]);
+      }
+    }
+  }
+}
+
+TEST_P(Methods, AWorkspaceKeepsNothingThatMatters) {
+  const auto workspace = method_->make_workspace();
+  const Node first = method_->render({0, 0, 64, 64}, {2, 0}, *workspace);
+  method_->render({64, 64, 36, 26}, {4, 3}, *workspace);
+  EXPECT_EQ(method_->render({0, 0, 64, 64}, {2, 0}, *workspace).values, first.values);
+}
+
+TEST_P(Methods, TheCallersFloatingPointModeChangesNothingAndComesBack) {
+  const Node plain = render({0, 0, 64, 64}, {2, 0});
+  const unsigned saved = _mm_getcsr();
+  const unsigned odd_mode = saved | 0x8040u | 0x6000u;  // flush and take denormals as zero, round towards zero
+  _mm_setcsr(odd_mode);
+  const Node other = render({0, 0, 64, 64}, {2, 0});
+  const unsigned after = _mm_getcsr();
+  _mm_setcsr(saved);
+  EXPECT_EQ(other.values, plain.values);
+  EXPECT_EQ(after & 0xffc0u, odd_mode & 0xffc0u);
+}
+
+TEST_P(Methods, AnotherSeedGivesAnotherPicture) {
+  auto other = make_method(compiled_, {GetParam(), 43, 0});
+  ASSERT_TRUE(other.ok());
+  const PixelRect tile{0, 0, 64, 64};
+  EXPECT_NE((*other)->render(tile, {2, 0}, *(*other)->make_workspace()).values, render(tile, {2, 0}).values);
+}
+
+INSTANTIATE_TEST_SUITE_P(All, Methods, ::testing::Values("path", "preview"),
+                         [](const auto& info) { return info.param; });
+
+TEST(Method, AnUnknownNameIsRefusedWithTheKnownOnes) {
+  const auto scene = test::TestScene(LIGHTMILL_SOURCE_DIR "/scenes/cornell-bench-balls.json");
+  auto compiled = CompiledScene::compile(scene.scene(), scene.assets());
+  ASSERT_TRUE(compiled.ok());
+  const auto method = make_method(*compiled, {"pathh", 0, 0});
+  EXPECT_EQ(message_of(method.status()), "unknown method \"pathh\"; the methods are path, preview");
+}
+
+TEST(Fingerprint, IsTheSameEachTime) {
+  EXPECT_EQ(fingerprint_class(), fingerprint_class());
+}
+
+// Moving a scene and its camera far away must not change the picture beyond noise: geometry is recentred in double.
+TEST(Compile, AMovedSceneLooksTheSame) {
+  const auto scene = test::TestScene(LIGHTMILL_SOURCE_DIR "/scenes/cornell-bench-balls.json").resized(64, 64);
+  Scene moved = scene.scene();
+  std::map<Sha256, std::string> assets;
+  const double offset = 1e6;
+  for (double& x : moved.camera.eye) x += offset;
+  for (double& x : moved.camera.look_at) x += offset;
+  for (Object& object : moved.objects) {
+    if (auto* sphere = std::get_if<SphereShape>(&object.shape)) {
+      for (double& x : sphere->center) x += offset;
+    } else {
+      auto& shape = std::get<MeshShape>(object.shape);
+      Mesh mesh = *decode_mesh(as_byte_view(*scene.assets()(shape.asset)));
+      for (auto& p : mesh.positions) {
+        for (double& x : p) x += offset;
+      }
+      std::string bytes = encode_mesh(mesh);
+      shape.asset = sha256(bytes);
+      assets.emplace(shape.asset, std::move(bytes));
+    }
+  }
+  auto compiled =
+      CompiledScene::compile(moved, [&](const Sha256& digest) -> Result<std::string> { return assets.at(digest); });
+  ASSERT_TRUE(compiled.ok());
+  auto method = make_method(*compiled, {"path", 1, 0});
+  const Node node = (*method)->render({0, 0, 64, 64}, {5, 0}, *(*method)->make_workspace());
+  auto original = *CompiledScene::compile(scene.scene(), scene.assets());
+  const auto reference_method = make_method(original, {"path", 1, 0});
+  const Node reference = (*reference_method)->render({0, 0, 64, 64}, {5, 0}, *(*reference_method)->make_workspace());
+  // 1e6 has a spacing of 1e-10 in double: the paths are the same but for the rare one that rounding turns.
+  double difference = 0, total = 0;
+  for (std::size_t i = 0; i < node.values.size(); ++i) {
+    difference += node.values[i] - reference.values[i];
+    total += reference.values[i];
+  }
+  EXPECT_LT(std::abs(difference) / total, 1e-4);
+}
+
+}  // namespace
+}  // namespace lightmill
