@@ -58,6 +58,9 @@ void Coordinator::State::connect(SessionId session, const WorkerHello& hello, Ti
     dismiss(*worker.session, fmt::format("another worker came with the name {}", hello.name), step);
   }
   sessions[session].current = true;
+  if (worker.hello.host != hello.host || worker.hello.pid != hello.pid) {
+    worker.bad_results = 0;
+  }
   worker.hello = hello;
   worker.hello.held.clear();
   worker.session = session;

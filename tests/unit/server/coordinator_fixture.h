@@ -85,8 +85,9 @@ class CoordinatorTest : public ::testing::Test {
   }
   /// Renders whatever it is given until nothing comes any more.
   void work(SessionId session) {
-    for (std::size_t done = 0; done < got<LeaseGrant>(session).size(); ++done) {
-      finish(session, got<LeaseGrant>(session)[done]);
+    std::size_t& done = worked[session];
+    while (done < got<LeaseGrant>(session).size()) {
+      finish(session, got<LeaseGrant>(session)[done++]);
     }
   }
   JobStatus status(JobId job) const { return *coordinator->status(job, now); }
@@ -106,6 +107,7 @@ class CoordinatorTest : public ::testing::Test {
   std::vector<Outgoing> sent;
   std::vector<StoreOp> writes;
   std::uint64_t next_session = 1;
+  std::map<SessionId, std::size_t> worked;  ///< grants that work() has done
 };
 
 }  // namespace lightmill::testing

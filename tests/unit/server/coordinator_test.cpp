@@ -46,5 +46,236 @@ TEST_F(CoordinatorTest, AcknowledgesOnlyAfterTheCommitOfTheNode) {
   EXPECT_TRUE(std::ranges::any_of(step.writes, [](const StoreOp& op) { return std::holds_alternative<PutNode>(op); }));
 }
 
+TEST_F(CoordinatorTest, TheSameRequestIsOneJob) {
+  const JobId first = submit(spec("r1"));
+  EXPECT_EQ(submit(spec("r1")), first);
+  EXPECT_NE(submit(spec("r2")), first);
+  // Also after a restart: the id stands in the stored job.
+  StoredState stored{2, {{std::get<PutJob>(writes[0]).record, {}}}, 3};
+  restart(std::move(stored));
+  EXPECT_EQ(submit(spec("r1")), first);
+  EXPECT_EQ(submit(spec("r3")), JobId{3});
+}
+
+TEST_F(CoordinatorTest, RefusesWhatItCannotRenderAndNamesTheField) {
+  const auto error_of = [&](const std::function<void(JobSpec&)>& change) {
+    JobSpec job = spec("bad");
+    change(job);
+    const Result<JobId> id = coordinator->submit(job, now, unix_ms(), step);
+    EXPECT_EQ(id.status().code(), StatusCode::kInvalidArgument);
+    return message_of(id.status());
+  };
+  EXPECT_NE(error_of([](JobSpec& job) { job.request_id.clear(); }).find("request_id"), std::string::npos);
+  EXPECT_NE(error_of([](JobSpec& job) { job.goal = {}; }).find("goal"), std::string::npos);
+  EXPECT_NE(error_of([](JobSpec& job) { job.goal.samples = kMaxSamples + 1; }).find("goal.samples"), std::string::npos);
+  EXPECT_NE(error_of([](JobSpec& job) { job.goal.seconds = NAN; }).find("goal.seconds"), std::string::npos);
+  EXPECT_NE(error_of([](JobSpec& job) { job.settings.width = 0; }).find("settings"), std::string::npos);
+  EXPECT_NE(error_of([](JobSpec& job) { job.settings.crop.x = 1; }).find("settings.crop"), std::string::npos);
+  EXPECT_NE(error_of([](JobSpec& job) { job.settings.crop.width = 2147483647; }).find("settings.crop"),
+            std::string::npos);
+  EXPECT_NE(error_of([](JobSpec& job) { job.settings.layers.clear(); }).find("settings.layers"), std::string::npos);
+  EXPECT_NE(error_of([](JobSpec& job) { job.settings.method = "magic"; }).find("settings.method"), std::string::npos);
+  EXPECT_NE(error_of([](JobSpec& job) { job.settings.renderer_version = ""; }).find("renderer_version"),
+            std::string::npos);
+}
+
+TEST_F(CoordinatorTest, TheQueueIsBounded) {
+  limits.max_jobs = 2;
+  limits.film_bytes = 3 * 128 * 64 * 24;
+  restart({});
+  submit(spec("r1"));
+  submit(spec("r2"));
+  EXPECT_EQ(coordinator->submit(spec("r3"), now, 0, step).status().code(), StatusCode::kResourceExhausted);
+  ASSERT_TRUE(coordinator->cancel(JobId{1}, now, 0, step).ok());
+  ASSERT_TRUE(coordinator->remove(JobId{1}, now, step).ok());
+  EXPECT_EQ(coordinator->submit(spec("r3", 4, {0, 0, 256, 128}), now, 0, step).status().code(),
+            StatusCode::kResourceExhausted);
+  EXPECT_TRUE(coordinator->submit(spec("r3"), now, 0, step).ok());
+}
+
+TEST_F(CoordinatorTest, OnlyWorkersOfTheJobsClassAndVersionRenderIt) {
+  const JobId job = submit(spec("r1", 64));
+  const SessionId first = connect("a", 1, "class-a");
+  const SessionId other = connect("b", 1, "class-b");
+  EXPECT_FALSE(got<LeaseGrant>(first).empty());
+  EXPECT_TRUE(got<LeaseGrant>(other).empty());
+  EXPECT_EQ(status(job).render_digest, render_digest(spec("r1", 64).settings, "class-a"));
+  JobSpec newer = spec("r2");
+  newer.settings.renderer_version = "lightmill-core-999";
+  const JobId waiting = submit(newer);
+  EXPECT_TRUE(got<LeaseGrant>(other).empty());
+  EXPECT_EQ(status(waiting).state, JobState::queued);
+}
+
+TEST_F(CoordinatorTest, CancelStopsWorkersAndDropsWhatStillComes) {
+  const JobId job = submit(spec());
+  const SessionId session = connect("w");
+  const std::vector<LeaseGrant> grants = got<LeaseGrant>(session);
+  const WorkerResult late = result(grants[0], grants[0].unit.tiles[0]);
+  ASSERT_TRUE(coordinator->cancel(job, now, unix_ms(), step).ok());
+  flush();
+  EXPECT_EQ(got<LeaseCancel>(session).size(), grants.size());
+  const std::size_t writes_before = writes.size();
+  say(session, late);
+  EXPECT_EQ(writes.size(), writes_before);
+  EXPECT_EQ(got<ResultAck>(session).size(), 1u);
+  EXPECT_EQ(status(job).samples_done, 0u);
+  EXPECT_EQ(coordinator->cancel(job, now, 0, step).code(), StatusCode::kFailedPrecondition);
+  EXPECT_EQ(coordinator->cancel(JobId{99}, now, 0, step).code(), StatusCode::kNotFound);
+}
+
+TEST_F(CoordinatorTest, PausedTimeDoesNotCount) {
+  JobSpec job_spec = spec("r1", 0);
+  job_spec.goal.seconds = 10;
+  const JobId job = submit(job_spec);
+  const SessionId session = connect("w");
+  pass(std::chrono::seconds(1));
+  ASSERT_TRUE(coordinator->pause(job, now, step).ok());
+  flush();
+  const std::size_t grants = got<LeaseGrant>(session).size();
+  for (std::size_t i = 0; i < grants; ++i) {
+    finish(session, got<LeaseGrant>(session)[i]);  // what is out is taken
+  }
+  EXPECT_EQ(got<LeaseGrant>(session).size(), grants);
+  pass(std::chrono::seconds(100));
+  EXPECT_EQ(status(job).state, JobState::paused);
+  EXPECT_NEAR(status(job).active_seconds, 1, 1e-9);
+  ASSERT_TRUE(coordinator->resume(job, now, step).ok());
+  flush();
+  EXPECT_GT(got<LeaseGrant>(session).size(), grants);
+  EXPECT_EQ(status(job).state, JobState::running);
+  EXPECT_EQ(coordinator->resume(job, now, step).code(), StatusCode::kFailedPrecondition);
+}
+
+TEST_F(CoordinatorTest, AtItsTimeAJobTakesWhatIsOutAndIsDone) {
+  JobSpec job_spec = spec("r1", 0);
+  job_spec.goal.seconds = 5;
+  const JobId job = submit(job_spec);
+  const SessionId session = connect("w");
+  finish(session, got<LeaseGrant>(session)[0]);
+  EXPECT_EQ(status(job).eta_seconds, 5);
+  pass(std::chrono::seconds(5) + std::chrono::milliseconds(1));
+  EXPECT_EQ(status(job).state, JobState::running);
+  const std::size_t grants = got<LeaseGrant>(session).size();
+  for (std::size_t i = 1; i < grants; ++i) {
+    finish(session, got<LeaseGrant>(session)[i]);
+  }
+  EXPECT_EQ(got<LeaseGrant>(session).size(), grants);
+  EXPECT_EQ(status(job).state, JobState::done);
+  EXPECT_EQ(status(job).reason, "reached 5 seconds");
+  EXPECT_GT(status(job).min_tile_samples, 0u);
+  EXPECT_EQ(status(job).finished_unix_ms, unix_ms());
+}
+
+TEST_F(CoordinatorTest, ADoneJobCanBeExtended) {
+  const JobId job = submit(spec("r1", 100));
+  const SessionId session = connect("w");
+  work(session);
+  ASSERT_EQ(status(job).state, JobState::done);
+  EXPECT_EQ(coordinator->extend(job, 100, now, step).code(), StatusCode::kInvalidArgument);
+  EXPECT_EQ(coordinator->extend(job, kMaxSamples + 1, now, step).code(), StatusCode::kInvalidArgument);
+  ASSERT_TRUE(coordinator->extend(job, 300, now, step).ok());
+  flush();
+  EXPECT_EQ(status(job).state, JobState::running);
+  EXPECT_EQ(status(job).finished_unix_ms, 0);
+  work(session);
+  EXPECT_EQ(status(job).state, JobState::done);
+  EXPECT_EQ(coordinator->film(job)->min_samples(), 300u);
+  EXPECT_EQ(status(job).counters.results_duplicate, 0u);
+  ASSERT_TRUE(coordinator->cancel(submit(spec("r2")), now, 0, step).ok());
+  EXPECT_EQ(coordinator->extend(JobId{2}, 300, now, step).code(), StatusCode::kFailedPrecondition);
+}
+
+TEST_F(CoordinatorTest, OnlyEndedJobsAreDeleted) {
+  const JobId job = submit(spec());
+  EXPECT_EQ(coordinator->remove(job, now, step).code(), StatusCode::kFailedPrecondition);
+  ASSERT_TRUE(coordinator->cancel(job, now, 0, step).ok());
+  ASSERT_TRUE(coordinator->remove(job, now, step).ok());
+  EXPECT_TRUE(std::holds_alternative<DeleteJobRows>(step.writes.back()));
+  EXPECT_EQ(coordinator->status(job, now).status().code(), StatusCode::kNotFound);
+  EXPECT_EQ(coordinator->film(job), nullptr);
+  EXPECT_EQ(coordinator->version(job), 0u);
+}
+
+TEST_F(CoordinatorTest, ARefusalFailsTheJobWithItsReason) {
+  const JobId job = submit(spec());
+  const SessionId session = connect("w");
+  say(session, WorkerRefusal{job, "mesh 'floor' is empty"});
+  EXPECT_EQ(status(job).state, JobState::failed);
+  EXPECT_EQ(status(job).reason, "worker w: mesh 'floor' is empty");
+}
+
+TEST_F(CoordinatorTest, GoesOnFromTheStoredState) {
+  const JobId job = submit(spec("r1", 4));
+  const SessionId session = connect("w");
+  finish(session, got<LeaseGrant>(session)[0]);
+  // What a store would hold: the job's row and the film's forest.
+  StoredState stored;
+  stored.epoch = 2;
+  stored.next_job_id = 2;
+  stored.jobs.push_back({std::get<PutJob>(*std::ranges::find_if(writes,
+                                                                [](const StoreOp& op) {
+                                                                  const auto* put = std::get_if<PutJob>(&op);
+                                                                  return put != nullptr &&
+                                                                         put->record.state == JobState::running;
+                                                                }))
+                             .record,
+                         {}});
+  const Film* film = coordinator->film(job);
+  for (std::uint32_t tile = 0; tile < 2; ++tile) {
+    for (const NodePtr& node : film->forest(TileId{tile})) {
+      stored.jobs[0].nodes.push_back({TileId{tile}, node});
+    }
+  }
+  const std::uint64_t before = status(job).samples_done;
+  restart(std::move(stored));
+  EXPECT_EQ(status(job).samples_done, before);
+  const SessionId again = connect("w");
+  EXPECT_TRUE(got<LeaseGrant>(again).empty());  // others may still come back with what they hold
+  pass(limits.restart_grace);
+  ASSERT_FALSE(got<LeaseGrant>(again).empty());
+  for (const LeaseGrant& grant : got<LeaseGrant>(again)) {
+    EXPECT_EQ(grant.lease.value >> 32, 2u);
+    EXPECT_GT(grant.unit.range.first(), 0u);
+  }
+  work(again);
+  EXPECT_EQ(status(job).state, JobState::done);
+}
+
+TEST_F(CoordinatorTest, VersionsGrowWithEveryChange) {
+  const JobId job = submit(spec());
+  std::uint64_t version = coordinator->version(job);
+  const auto grew = [&] { return std::exchange(version, coordinator->version(job)) < version; };
+  const SessionId session = connect("w");
+  EXPECT_TRUE(grew());  // it runs
+  finish(session, got<LeaseGrant>(session)[0]);
+  EXPECT_TRUE(grew());
+  ASSERT_TRUE(coordinator->pause(job, now, step).ok());
+  EXPECT_TRUE(grew());
+  EXPECT_FALSE(grew());
+}
+
+TEST_F(CoordinatorTest, StatusSaysHowFarAndHowFast) {
+  const JobId job = submit(spec("r1", 64));
+  const SessionId session = connect("w", 2);
+  EXPECT_FALSE(status(job).error.known);
+  EXPECT_EQ(status(job).eta_seconds, -1);
+  for (int i = 0; i < 4; ++i) {
+    now += std::chrono::milliseconds(250);
+    finish(session, got<LeaseGrant>(session)[i]);
+  }
+  const JobStatus seen = status(job);
+  EXPECT_TRUE(seen.error.known);
+  EXPECT_EQ(seen.samples_wanted, 128u * 64 * 64);
+  EXPECT_GT(seen.samples_done, 0u);
+  EXPECT_GT(seen.samples_per_second, 0);
+  EXPECT_NEAR(seen.eta_seconds * seen.samples_per_second, static_cast<double>(seen.samples_wanted - seen.samples_done),
+              1);
+  EXPECT_GT(seen.worker_seconds, 0);
+  ASSERT_EQ(coordinator->workers(now).size(), 1u);
+  EXPECT_EQ(coordinator->workers(now)[0].threads, 2u);
+  EXPECT_EQ(coordinator->jobs(now).size(), 1u);
+}
+
 }  // namespace
 }  // namespace lightmill

@@ -1,0 +1,222 @@
+#include "server/scheduling/job_plan.h"
+
+#include <gtest/gtest.h>
+
+#include <random>
+
+namespace lightmill {
+namespace {
+
+constexpr JobId kJob{1};
+constexpr std::uint64_t kPlenty = std::uint64_t{1} << 40;
+/// A worker so fast that only the film bounds its units.
+constexpr UnitAim kFast{.unit_seconds = 1, .seconds_per_pixel_sample = 1e-12, .threads = 1, .farm_threads = 1};
+
+NodePtr make_node(const Film& film, TileId tile, SampleRange range) {
+  return std::make_shared<const Node>(
+      Node{range, std::vector<float>(film.expected_values(tile), static_cast<float>(range.count())), 0});
+}
+
+class JobPlanTest : public testing::Test {
+ protected:
+  std::optional<Unit> take(JobPlan& plan, const UnitAim& aim = kFast) {
+    return plan.take(kJob, LeaseId{++last_lease}, aim);
+  }
+  void finish(JobPlan& plan, const Unit& unit) {
+    for (const TileId tile : unit.tiles) {
+      film.merge(tile, make_node(film, tile, unit.range));
+      plan.settle(tile);
+    }
+  }
+  /// Does all that there is, one unit after the other.
+  std::vector<Unit> work_off(JobPlan& plan, const UnitAim& aim = kFast) {
+    std::vector<Unit> units;
+    while (std::optional<Unit> unit = take(plan, aim)) {
+      finish(plan, *unit);
+      units.push_back(*std::move(unit));
+    }
+    return units;
+  }
+
+  Film film{TileGrid({0, 0, 256, 64}), 3};  // four tiles
+  std::uint64_t last_lease = 0;
+};
+
+TEST_F(JobPlanTest, RangesOfATileDoubleAndEndAtTheGoal) {
+  JobPlan plan(film, 100, kPlenty);
+  std::vector<SampleRange> ranges;
+  for (const Unit& unit : work_off(plan)) {
+    EXPECT_EQ(unit.tiles.size(), 4u);
+    ranges.push_back(unit.range);
+  }
+  EXPECT_EQ(ranges,
+            (std::vector<SampleRange>{{0, 0}, {0, 1}, {1, 1}, {2, 1}, {3, 1}, {4, 1}, {5, 1}, {5, 2}, {2, 24}}));
+  EXPECT_EQ(film.min_samples(), 100u);
+}
+
+TEST_F(JobPlanTest, AnExtendedJobGoesOnFromWhereItWas) {
+  JobPlan plan(film, 100, kPlenty);
+  work_off(plan);
+  EXPECT_FALSE(plan.has_work());
+  plan.set_goal(300);
+  const std::vector<Unit> more = work_off(plan);
+  EXPECT_EQ(more.front().range, (SampleRange{2, 25}));  // [100, 104): no more is aligned
+  EXPECT_EQ(film.min_samples(), 300u);
+}
+
+TEST_F(JobPlanTest, NothingIsGivenTwice) {
+  JobPlan plan(film, 64, kPlenty);
+  std::set<std::pair<TileId, std::uint64_t>> given;  // (tile, sample)
+  while (const std::optional<Unit> unit = take(plan)) {
+    for (const TileId tile : unit->tiles) {
+      for (std::uint64_t i = unit->range.first(); i < unit->range.end(); ++i) {
+        EXPECT_TRUE(given.emplace(tile, i).second);
+      }
+    }
+  }
+  EXPECT_EQ(given.size(), 4u * 64);
+  EXPECT_EQ(plan.out_pixel_samples(), 4u * 64 * 4096);
+}
+
+TEST_F(JobPlanTest, LostRangesGoOutNext) {
+  JobPlan plan(film, 64, kPlenty);
+  const Unit first = *take(plan);
+  const Unit second = *take(plan);
+  finish(plan, second);
+  plan.release(LeaseId{1}, first.tiles[2], first.range);
+  const Unit again = *take(plan);
+  EXPECT_EQ(again.range, first.range);
+  EXPECT_EQ(again.tiles, std::vector<TileId>{first.tiles[2]});
+}
+
+TEST_F(JobPlanTest, ARestartFindsThePlanInTheFilm) {
+  for (std::uint32_t seed = 0; seed < 30; ++seed) {
+    std::mt19937 bits(seed);
+    film = Film(TileGrid({0, 0, 256, 64}), 3);
+    {
+      JobPlan plan(film, 100, kPlenty);
+      for (int i = 0; i < 20; ++i) {
+        const std::optional<Unit> unit = take(plan);
+        if (unit && bits() % 3 != 0) {
+          finish(plan, *unit);  // the others are out when the coordinator dies
+        }
+      }
+    }
+    JobPlan plan(film, 100, kPlenty);
+    for (const Unit& unit : work_off(plan)) {
+      EXPECT_LE(unit.range.end(), 100u);
+    }
+    EXPECT_EQ(film.min_samples(), 100u) << "seed " << seed;
+    EXPECT_EQ(film.max_samples(), 100u) << "seed " << seed;
+  }
+}
+
+TEST_F(JobPlanTest, WhatIsOutOrWaitsIsBoundedButNeverStuck) {
+  JobPlan plan(film, 1 << 20, 1);  // a budget of one byte: four nodes per tile
+  const Unit stuck = *take(plan);  // [0, 1) of all tiles, and nobody brings it
+  std::uint64_t given = 0;
+  while (const std::optional<Unit> unit = take(plan)) {
+    finish(plan, *unit);
+    ASSERT_LT(++given, 1000u);
+  }
+  for (const TileId tile : stuck.tiles) {
+    EXPECT_LE(film.forest(tile).size() + 1, 4u);
+  }
+  finish(plan, stuck);
+  EXPECT_TRUE(plan.has_work());
+}
+
+TEST_F(JobPlanTest, ALostRangeMayAlwaysGoOut) {
+  JobPlan plan(film, 1 << 20, 1);
+  const Unit stuck = *take(plan);
+  while (const std::optional<Unit> unit = take(plan)) {
+    finish(plan, *unit);
+  }
+  for (const TileId tile : stuck.tiles) {
+    plan.release(LeaseId{1}, tile, stuck.range);
+  }
+  const std::optional<Unit> again = take(plan);
+  ASSERT_TRUE(again);
+  EXPECT_EQ(again->range, stuck.range);
+}
+
+TEST_F(JobPlanTest, AClosedPlanOnlyFillsGaps) {
+  JobPlan plan(film, kMaxSamples, kPlenty);
+  const Unit first = *take(plan);
+  const Unit second = *take(plan);
+  finish(plan, second);
+  plan.close();
+  EXPECT_FALSE(plan.has_work());  // what is missing is out
+  EXPECT_FALSE(plan.nothing_out());
+  plan.release(LeaseId{1}, first.tiles[0], first.range);
+  const Unit again = *take(plan);
+  EXPECT_EQ(again.range, first.range);
+  finish(plan, again);
+  for (std::size_t i = 1; i < first.tiles.size(); ++i) {
+    film.merge(first.tiles[i], make_node(film, first.tiles[i], first.range));
+    plan.settle(first.tiles[i]);
+  }
+  EXPECT_FALSE(plan.has_work());
+  EXPECT_TRUE(plan.nothing_out());
+  EXPECT_EQ(film.min_samples(), 2u);
+}
+
+TEST_F(JobPlanTest, TakesBackWhatAWorkerStillHolds) {
+  JobPlan plan(film, 64, kPlenty);
+  EXPECT_TRUE(plan.adopt(LeaseId{7}, TileId{1}, {3, 1}));   // [8, 16)
+  EXPECT_FALSE(plan.adopt(LeaseId{8}, TileId{1}, {2, 3}));  // [12, 16) lies in it
+  EXPECT_FALSE(plan.adopt(LeaseId{8}, TileId{1}, {6, 1}));  // beyond the goal
+  EXPECT_FALSE(plan.adopt(LeaseId{8}, TileId{4}, {0, 0}));  // no such tile
+  std::uint64_t given = 0;
+  while (const std::optional<Unit> unit = take(plan)) {
+    for (const TileId tile : unit->tiles) {
+      EXPECT_FALSE(tile == TileId{1} && unit->range.first() < 16 && unit->range.end() > 8);
+      given += unit->range.count();
+    }
+  }
+  EXPECT_EQ(given, 4u * 64 - 8);
+}
+
+TEST_F(JobPlanTest, EachRangeHasTwoHoldersAtMostAndAllHearOfItsEnd) {
+  JobPlan plan(film, 4, kPlenty);
+  const Unit unit = *take(plan);
+  EXPECT_TRUE(plan.add_copy(LeaseId{50}, TileId{0}, unit.range));
+  EXPECT_FALSE(plan.add_copy(LeaseId{51}, TileId{0}, unit.range));
+  EXPECT_EQ(plan.holders(TileId{0}, unit.range), 2u);
+  plan.release(LeaseId{1}, TileId{0}, unit.range);
+  EXPECT_EQ(plan.holders(TileId{0}, unit.range), 1u);
+  film.merge(TileId{0}, make_node(film, TileId{0}, unit.range));
+  const std::vector<JobPlan::Hold> ended = plan.settle(TileId{0});
+  ASSERT_EQ(ended.size(), 1u);
+  EXPECT_EQ(ended[0].lease, LeaseId{50});
+}
+
+TEST(UnitSize, UnknownCostMeansOneSample) {
+  const UnitAim aim{.unit_seconds = 1, .seconds_per_pixel_sample = 0, .threads = 2, .farm_threads = 2};
+  EXPECT_EQ(choose_range({64, 128}, 64, 4096, aim), (SampleRange{0, 64}));
+  EXPECT_EQ(choose_tile_count({0, 64}, 64, 4096, aim), 8u);
+}
+
+TEST(UnitSize, ATileTakesAtMostAUnitsTimeOfOneThread) {
+  // 4096 pixels at 1 µs: 4 ms a sample; 128 samples are half a second, 256 a second and a bit.
+  const UnitAim aim{.unit_seconds = 1, .seconds_per_pixel_sample = 1e-6, .threads = 2, .farm_threads = 2};
+  EXPECT_EQ(choose_range({1024, 4096}, 64, 4096, aim).count(), 128u);
+  EXPECT_EQ(choose_tile_count({7, 8}, 64, 4096, aim), 3u);  // 2 threads × 1 s / 0.52 s
+}
+
+TEST(UnitSize, AllThreadsOfTheFarmFindWork) {
+  // Two tiles and 32 threads: the last 128 samples are cut into at least 64 pieces.
+  const UnitAim aim{.unit_seconds = 1, .seconds_per_pixel_sample = 1e-5, .threads = 8, .farm_threads = 32};
+  const SampleRange range = choose_range({128, 256}, 2, 4096, aim);
+  EXPECT_GE(2 * 128 / range.count(), 64u);
+  EXPECT_EQ(choose_tile_count(range, 2, 4096, aim), 1u);
+}
+
+TEST(UnitSize, ARoundIsSharedByThreads) {
+  const UnitAim aim{.unit_seconds = 1, .seconds_per_pixel_sample = 1e-9, .threads = 2, .farm_threads = 8};
+  EXPECT_EQ(choose_tile_count({0, 0}, 64, 4096, aim), 16u);
+  EXPECT_EQ(choose_tile_count({0, 0}, 3, 4096, aim), 1u);
+}
+
+}  // namespace
+}  // namespace lightmill

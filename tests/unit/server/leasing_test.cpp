@@ -1,0 +1,348 @@
+#include "tests/unit/server/coordinator_fixture.h"
+
+namespace lightmill {
+namespace {
+
+using LeasingTest = testing::CoordinatorTest;
+
+TEST_F(LeasingTest, AnIdleWorkerGetsALeaseAsSoonAsAJobIsThere) {
+  const SessionId session = connect("w");
+  EXPECT_TRUE(got<LeaseGrant>(session).empty());
+  submit(spec());
+  ASSERT_FALSE(got<LeaseGrant>(session).empty());
+  EXPECT_EQ(got<JobDescription>(session).size(), 1u);
+  EXPECT_EQ(got<JobDescription>(session)[0].settings.scene, "scene");
+}
+
+TEST_F(LeasingTest, UnitsInFlightAreBounded) {
+  submit(spec("r1", 1000, {0, 0, 1024, 1024}));
+  const SessionId session = connect("w");
+  EXPECT_EQ(got<LeaseGrant>(session).size(), 2u);
+  finish(session, got<LeaseGrant>(session)[0]);
+  EXPECT_EQ(got<LeaseGrant>(session).size(), 3u);
+  EXPECT_EQ(coordinator->workers(now)[0].leases, 2u);
+}
+
+TEST_F(LeasingTest, UnitsGrowToASecondOfTheWorkersMeasuredSpeed) {
+  const JobId job = submit(spec("r1", 100'000, {0, 0, 512, 512}));
+  const SessionId session = connect("w", 2);
+  constexpr double kSecondsPerPixelSample = 1e-6;
+  for (std::size_t i = 0; i < 40; ++i) {
+    const LeaseGrant grant = got<LeaseGrant>(session).at(i);
+    const double tile_seconds = kSecondsPerPixelSample * 4096 * static_cast<double>(grant.unit.range.count());
+    EXPECT_LE(tile_seconds, 1.0);
+    EXPECT_LE(tile_seconds * static_cast<double>(grant.unit.tiles.size()) / 2, 1.0 + 1e-9);
+    for (const TileId tile : grant.unit.tiles) {
+      say(session, result(grant, tile, tile_seconds));
+    }
+  }
+  const LeaseGrant last = got<LeaseGrant>(session).at(40);
+  const double seconds = kSecondsPerPixelSample * 4096 * static_cast<double>(last.unit.range.count()) *
+                         static_cast<double>(last.unit.tiles.size()) / 2;
+  EXPECT_GT(seconds, 0.5);
+  EXPECT_EQ(status(job).counters.results_duplicate, 0u);
+}
+
+TEST_F(LeasingTest, ALeaseThatIsNotRenewedIsLostAndGoesOutAgain) {
+  const JobId job = submit(spec("r1", 1));
+  const SessionId silent = connect("silent");
+  const std::vector<LeaseGrant> lost = got<LeaseGrant>(silent);
+  pass(std::chrono::seconds(6));
+  say(silent, WorkerHeartbeat{{lost[0].lease}});
+  pass(std::chrono::seconds(6));
+  EXPECT_EQ(status(job).counters.leases_lost, lost.size() - 1);  // the heartbeat renewed one
+  pass(std::chrono::seconds(6));
+  EXPECT_EQ(status(job).counters.leases_lost, lost.size());
+  EXPECT_EQ(got<LeaseGrant>(silent).size(), lost.size());  // it has said nothing since, so it gets no more
+  const SessionId other = connect("other");
+  std::size_t tiles = 0;
+  for (const LeaseGrant& grant : got<LeaseGrant>(other)) {
+    tiles += grant.unit.tiles.size();
+  }
+  EXPECT_EQ(tiles, 2u);
+  // The lost lease's result is as good as any.
+  finish(silent, lost[0]);
+  work(other);
+  EXPECT_EQ(status(job).state, JobState::done);
+}
+
+TEST_F(LeasingTest, HeartbeatsOfUnknownLeasesAreCancelled) {
+  const SessionId session = connect("w");
+  say(session, WorkerHeartbeat{{LeaseId{12345}}});
+  ASSERT_EQ(got<LeaseCancel>(session).size(), 1u);
+  EXPECT_EQ(got<LeaseCancel>(session)[0].leases, std::vector<LeaseId>{LeaseId{12345}});
+}
+
+TEST_F(LeasingTest, ALostLeaseHalvesTheNextUnit) {
+  submit(spec("r1", 100'000, {0, 0, 1024, 1024}));
+  SessionId session = connect("w");
+  std::size_t i = 0;
+  const auto unit_seconds = [](const LeaseGrant& grant) {
+    return 1e-6 * 4096 * static_cast<double>(grant.unit.range.count()) * static_cast<double>(grant.unit.tiles.size());
+  };
+  const auto finish_next = [&] {
+    const LeaseGrant grant = got<LeaseGrant>(session).at(i++);
+    for (const TileId tile : grant.unit.tiles) {
+      say(session, result(grant, tile, unit_seconds(grant) / static_cast<double>(grant.unit.tiles.size())));
+    }
+  };
+  for (int n = 0; n < 30; ++n) {
+    finish_next();
+  }
+  EXPECT_GT(unit_seconds(got<LeaseGrant>(session).at(i + 1)), 0.5);
+  pass(limits.lease_duration);
+  const std::size_t before = got<LeaseGrant>(session).size();
+  say(session, WorkerHeartbeat{});
+  ASSERT_GT(got<LeaseGrant>(session).size(), before);
+  EXPECT_LE(unit_seconds(got<LeaseGrant>(session)[before]), 0.25 + 1e-9);  // two were lost
+}
+
+TEST_F(LeasingTest, AWorkerThatComesBackKeepsItsLeases) {
+  const JobId job = submit(spec("r1", 1));
+  const SessionId first = connect("w");
+  const std::vector<LeaseGrant> grants = got<LeaseGrant>(first);
+  std::vector<HeldLease> held;
+  for (const LeaseGrant& grant : grants) {
+    held.push_back({grant.lease, 1, status(job).render_digest, grant.unit});
+  }
+  coordinator->worker_disconnected(first, now, step);
+  pass(std::chrono::seconds(1));
+  const SessionId second = connect("w", 1, "class-a", held);
+  EXPECT_TRUE(got<LeaseGrant>(second).empty());
+  EXPECT_TRUE(got<LeaseCancel>(second).empty());
+  EXPECT_EQ(status(job).counters.leases_lost, 0u);
+  for (const LeaseGrant& grant : grants) {
+    finish(second, grant);
+  }
+  EXPECT_EQ(status(job).state, JobState::done);
+  EXPECT_EQ(status(job).counters.results_duplicate, 0u);
+}
+
+TEST_F(LeasingTest, WhatAReturningWorkerDoesNotHoldGoesOutAtOnce) {
+  const JobId job = submit(spec("r1", 1));
+  const SessionId first = connect("w");
+  const std::size_t leases = got<LeaseGrant>(first).size();
+  const SessionId second = connect("w");  // a new process under the old name
+  ASSERT_EQ(got<Dismissal>(first).size(), 1u);
+  EXPECT_EQ(status(job).counters.leases_lost, leases);
+  EXPECT_FALSE(got<LeaseGrant>(second).empty());
+  // The old one's results still count.
+  finish(first, got<LeaseGrant>(first)[0]);
+  EXPECT_GT(status(job).samples_done, 0u);
+}
+
+TEST_F(LeasingTest, LeasesOfABrokenStreamAreLostAfterTheGrace) {
+  const JobId job = submit(spec("r1", 1));
+  const SessionId session = connect("w");
+  coordinator->worker_disconnected(session, now, step);
+  EXPECT_EQ(status(job).counters.leases_lost, 0u);
+  pass(limits.disconnect_grace);
+  EXPECT_EQ(status(job).counters.leases_lost, got<LeaseGrant>(session).size());
+  EXPECT_TRUE(coordinator->workers(now).empty());
+}
+
+TEST_F(LeasingTest, HeldLeasesOfAnEarlierCoordinatorAreTakenUp) {
+  StoredState stored;
+  stored.epoch = 5;
+  stored.next_job_id = 2;
+  JobRecord record;
+  record.id = JobId{1};
+  record.spec = spec("r1", 8);
+  record.state = JobState::running;
+  record.fingerprint_class = "class-a";
+  stored.jobs.push_back({record, {}});
+  restart(std::move(stored));
+  const Unit unit{JobId{1}, {2, 0}, {TileId{0}, TileId{1}}};
+  const Sha256 digest = render_digest(record.spec.settings, "class-a");
+  const LeaseId old{(std::uint64_t{4} << 32) + 17};
+  const SessionId stranger = connect("stranger", 1, "class-a", {{old, 4, sha256("another farm"), unit}});
+  EXPECT_EQ(got<LeaseCancel>(stranger).size(), 1u);
+  const SessionId session = connect("w", 1, "class-a", {{old, 4, digest, unit}});
+  EXPECT_TRUE(got<LeaseCancel>(session).empty());
+  pass(limits.restart_grace);
+  for (const SessionId each : {stranger, session}) {
+    for (const LeaseGrant& grant : got<LeaseGrant>(each)) {
+      EXPECT_GE(grant.unit.range.first(), 4u);  // [0, 4) is being rendered
+    }
+  }
+  finish(session, {old, unit});
+  EXPECT_EQ(coordinator->film(JobId{1})->min_samples(), 4u);
+}
+
+TEST_F(LeasingTest, DamagedResultsAreDroppedAndRenderedAgain) {
+  const JobId job = submit(spec("r1", 64));
+  SessionId session;
+  const auto damage = std::vector<std::function<void(WorkerResult&)>>{
+      [](WorkerResult& bad) { bad.node.values[3] += 1; },  // the hash does not fit
+      [](WorkerResult& bad) {
+        bad.node.values[3] = NAN;
+        bad.hash = hash_of(bad.node);
+      },
+      [](WorkerResult& bad) {
+        bad.node.values[3] = -0.0f;
+        bad.hash = hash_of(bad.node);
+      },
+      [](WorkerResult& bad) {
+        bad.node.values.pop_back();
+        bad.hash = hash_of(bad.node);
+      },
+      [](WorkerResult& bad) {
+        bad.node.range.index += 1;
+        bad.hash = hash_of(bad.node);
+      },
+      [](WorkerResult& bad) { bad.key.tile = TileId{77}; },
+  };
+  std::uint64_t lost = 0;
+  for (const auto& spoil : damage) {
+    coordinator->worker_disconnected(session, now, step);
+    pass(limits.disconnect_grace);
+    session = connect(fmt::format("w{}", next_session));
+    lost = status(job).counters.leases_lost;
+    const LeaseGrant grant = got<LeaseGrant>(session).at(0);
+    WorkerResult bad = result(grant, grant.unit.tiles[0]);
+    spoil(bad);
+    const std::size_t acks = got<ResultAck>(session).size();
+    say(session, bad);
+    EXPECT_EQ(status(job).samples_done, 0u);
+    EXPECT_EQ(got<ResultAck>(session).size(), acks + 1);
+    EXPECT_EQ(status(job).counters.leases_lost, lost + 1);
+    EXPECT_EQ(got<LeaseCancel>(session).size(), 1u);
+  }
+  for (int i = 0; i < 2; ++i) {
+    EXPECT_TRUE(got<Dismissal>(session).empty());
+    const LeaseGrant grant = got<LeaseGrant>(session).back();
+    WorkerResult bad = result(grant, grant.unit.tiles[0]);
+    bad.hash.low ^= 1;
+    say(session, bad);
+  }
+  EXPECT_EQ(got<Dismissal>(session).size(), 1u);
+  EXPECT_TRUE(coordinator->workers(now).empty());
+  work(connect("honest"));
+  EXPECT_EQ(status(job).state, JobState::done);
+}
+
+TEST_F(LeasingTest, ResultsOfAnotherDigestOrBeyondTheGoalAreDropped) {
+  const JobId job = submit(spec("r1", 4));
+  const SessionId session = connect("w");
+  const LeaseGrant grant = got<LeaseGrant>(session).at(0);
+  WorkerResult foreign = result(grant, grant.unit.tiles[0]);
+  foreign.render_digest = sha256("another scene");
+  say(session, foreign);
+  say(session, result({LeaseId{999}, {job, {3, 0}, {TileId{0}}}}, TileId{0}));
+  EXPECT_EQ(status(job).samples_done, 0u);
+  EXPECT_EQ(got<ResultAck>(session).size(), 2u);
+}
+
+TEST_F(LeasingTest, RepeatedResultsAreAcknowledgedAndDropped) {
+  const JobId job = submit(spec("r1", 4));
+  const SessionId session = connect("w");
+  const LeaseGrant grant = got<LeaseGrant>(session).at(0);
+  const WorkerResult once = result(grant, grant.unit.tiles[0]);
+  say(session, once);
+  const std::uint64_t done = status(job).samples_done;
+  say(session, once);
+  EXPECT_EQ(status(job).samples_done, done);
+  EXPECT_EQ(status(job).counters.results_duplicate, 1u);
+  EXPECT_EQ(got<ResultAck>(session).size(), 2u);
+}
+
+TEST_F(LeasingTest, EqualJobsShareTheWorkerAndPriorityGoesFirst) {
+  const JobId first = submit(spec("r1", 10'000, {0, 0, 256, 256}));
+  const SessionId session = connect("w");
+  std::size_t at = 0;
+  const auto work_some = [&](int leases) {
+    std::map<JobId, double> seconds;
+    for (int n = 0; n < leases; ++n) {
+      const LeaseGrant grant = got<LeaseGrant>(session).at(at++);
+      const double tile_seconds = 1e-6 * 4096 * static_cast<double>(grant.unit.range.count());
+      for (const TileId tile : grant.unit.tiles) {
+        say(session, result(grant, tile, tile_seconds));
+      }
+      seconds[grant.unit.job] += tile_seconds * static_cast<double>(grant.unit.tiles.size());
+    }
+    return seconds;
+  };
+  work_some(30);
+  const JobId second = submit(spec("r2", 10'000, {0, 0, 256, 256}));
+  work_some(20);
+  std::map<JobId, double> share = work_some(60);
+  EXPECT_NEAR(share[first] / (share[first] + share[second]), 0.5, 0.1);
+  JobSpec urgent = spec("r3", 10'000, {0, 0, 256, 256});
+  urgent.priority = 1;
+  const JobId third = submit(urgent);
+  work_some(2);  // what was out before
+  share = work_some(20);
+  EXPECT_EQ(share.size(), 1u);
+  EXPECT_TRUE(share.contains(third));
+}
+
+TEST_F(LeasingTest, ANewJobsFirstPictureComesNext) {
+  submit(spec("r1", 10'000, {0, 0, 256, 256}));
+  const SessionId session = connect("w");
+  for (std::size_t i = 0; i < 20; ++i) {
+    finish(session, got<LeaseGrant>(session).at(i));
+  }
+  const std::size_t before = got<LeaseGrant>(session).size();
+  const JobId second = submit(spec("r2", 10'000, {0, 0, 256, 256}));
+  finish(session, got<LeaseGrant>(session).at(20));
+  EXPECT_EQ(got<LeaseGrant>(session).at(before).unit.job, second);
+}
+
+TEST_F(LeasingTest, IdleWorkersCopyWhatIsLate) {
+  const JobId job = submit(spec("r1", 1));
+  const SessionId slow = connect("slow");
+  const std::vector<LeaseGrant> originals = got<LeaseGrant>(slow);
+  const SessionId idle = connect("idle");
+  EXPECT_TRUE(got<LeaseGrant>(idle).empty());
+  EXPECT_EQ(status(job).counters.copies_leased, 0u);
+  pass(std::chrono::seconds(1));
+  ASSERT_FALSE(got<LeaseGrant>(idle).empty());
+  EXPECT_EQ(status(job).counters.copies_leased, got<LeaseGrant>(idle)[0].unit.tiles.size());
+  for (int i = 0; i < 20 && status(job).state != JobState::done; ++i) {
+    say(slow, WorkerHeartbeat{{originals[0].lease}});
+    pass(std::chrono::milliseconds(200));
+    work(idle);
+  }
+  EXPECT_EQ(status(job).state, JobState::done);
+  EXPECT_EQ(got<LeaseCancel>(slow).size(), originals.size());
+  finish(slow, originals[0]);
+  EXPECT_EQ(status(job).counters.leases_lost, 0u);
+}
+
+TEST_F(LeasingTest, ADrainingWorkerGetsNoMore) {
+  submit(spec("r1", 1000, {0, 0, 1024, 1024}));
+  const SessionId session = connect("w");
+  EXPECT_EQ(coordinator->drain_worker("nobody", now, step).code(), StatusCode::kNotFound);
+  ASSERT_TRUE(coordinator->drain_worker("w", now, step).ok());
+  flush();
+  EXPECT_EQ(got<DrainRequest>(session).size(), 1u);
+  const std::size_t before = got<LeaseGrant>(session).size();
+  finish(session, got<LeaseGrant>(session)[0]);
+  EXPECT_EQ(got<LeaseGrant>(session).size(), before);
+  EXPECT_TRUE(coordinator->workers(now)[0].draining);
+}
+
+TEST_F(LeasingTest, ReturnedTilesGoToOthersAtOnce) {
+  const JobId job = submit(spec("r1", 1));
+  const SessionId leaving = connect("leaving");
+  const SessionId other = connect("other");
+  say(leaving, WorkerDraining{});
+  for (const LeaseGrant& grant : got<LeaseGrant>(leaving)) {
+    say(leaving, WorkerReturn{grant.lease});
+  }
+  work(other);
+  EXPECT_EQ(status(job).state, JobState::done);
+  EXPECT_EQ(status(job).counters.leases_lost, 0u);
+}
+
+TEST_F(LeasingTest, AnUnsoundHelloIsDismissed) {
+  const SessionId session{next_session++};
+  coordinator->worker_connected(session, WorkerHello{}, now, step);
+  flush();
+  EXPECT_EQ(got<Dismissal>(session).size(), 1u);
+  say(session, WorkerHeartbeat{});
+  EXPECT_TRUE(coordinator->workers(now).empty());
+}
+
+}  // namespace
+}  // namespace lightmill

@@ -1,0 +1,331 @@
+#include "worker/session/session.h"
+
+#include <gtest/gtest.h>
+
+namespace lightmill {
+namespace {
+
+class SessionTest : public testing::Test {
+ protected:
+  SessionTest() { restart({}); }
+  void restart(SessionConfig config) {
+    config.name = "w";
+    config.threads = 2;
+    config.fingerprint_class = "class-a";
+    config.renderer_version = kRendererVersion;
+    session = std::make_unique<Session>(config);
+  }
+
+  static JobDescription description(std::uint64_t job = 1, const char* digest = "digest") {
+    return {JobId{job}, sha256(digest), {}};
+  }
+  static LeaseGrant grant(std::uint64_t lease, std::uint32_t tiles, std::uint64_t job = 1, SampleRange range = {0, 0}) {
+    LeaseGrant grant{LeaseId{lease}, {JobId{job}, range, {}}};
+    for (std::uint32_t i = 0; i < tiles; ++i) {
+      grant.unit.tiles.push_back(TileId{i});
+    }
+    return grant;
+  }
+  void say(CoordinatorMessage message) { session->message(message, now, actions); }
+  void connect() {
+    session->start(now, actions);
+    session->connected(now, actions);
+    say(Welcome{1, std::chrono::seconds(2), std::chrono::seconds(10)});
+  }
+  /// Connected, with a job ready and one lease.
+  void begin(std::uint32_t tiles) {
+    connect();
+    say(description());
+    session->job_ready(JobId{1}, now, actions);
+    say(grant(1, tiles));
+  }
+  void pass(Duration time) {
+    now += time;
+    session->tick(now, actions);
+  }
+  void rendered(const RenderTile& tile) {
+    Node node{tile.key.range, std::vector<float>(24, 1.0f), 0};
+    const Hash128 hash = hash_of(node);
+    session->tile_rendered({tile.ticket, std::move(node), hash, 0.01}, now, actions);
+  }
+  /// All actions of one kind since the last `actions.clear()`.
+  template <class T>
+  std::vector<T> asked() const {
+    std::vector<T> found;
+    for (const SessionAction& action : actions) {
+      if (const auto* each = std::get_if<T>(&action)) {
+        found.push_back(*each);
+      }
+    }
+    return found;
+  }
+  template <class T>
+  std::vector<T> said() const {
+    std::vector<T> found;
+    for (const SendMessage& send : asked<SendMessage>()) {
+      if (const auto* each = std::get_if<T>(send.message.get())) {
+        found.push_back(*each);
+      }
+    }
+    return found;
+  }
+  static ResultAck ack(const WorkerResult& result) { return {{result.key}}; }
+
+  Time now{std::chrono::seconds(50)};
+  std::unique_ptr<Session> session;
+  SessionActions actions;
+};
+
+TEST_F(SessionTest, TheHelloComesFirst) {
+  session->start(now, actions);
+  ASSERT_EQ(asked<OpenStream>().size(), 1u);
+  session->connected(now, actions);
+  ASSERT_EQ(asked<SendMessage>().size(), 1u);
+  const WorkerHello hello = said<WorkerHello>().at(0);
+  EXPECT_EQ(hello.name, "w");
+  EXPECT_EQ(hello.threads, 2u);
+  EXPECT_TRUE(hello.held.empty());
+}
+
+TEST_F(SessionTest, TilesWaitForTheirSceneAndThreadsAreKeptBusy) {
+  connect();
+  say(description());
+  say(grant(1, 10));
+  EXPECT_EQ(asked<PrepareJob>().size(), 1u);
+  EXPECT_TRUE(asked<RenderTile>().empty());
+  session->job_ready(JobId{1}, now, actions);
+  ASSERT_EQ(asked<RenderTile>().size(), 4u);  // 2 × threads
+  rendered(asked<RenderTile>()[0]);
+  EXPECT_EQ(asked<RenderTile>().size(), 5u);
+  ASSERT_EQ(said<WorkerResult>().size(), 1u);
+  const WorkerResult result = said<WorkerResult>()[0];
+  EXPECT_EQ(result.lease, LeaseId{1});
+  EXPECT_EQ(result.key, (NodeKey{JobId{1}, TileId{0}, {0, 0}}));
+  EXPECT_EQ(result.render_digest, sha256("digest"));
+  EXPECT_EQ(result.hash, hash_of(result.node));
+}
+
+TEST_F(SessionTest, ResultsAreKeptUntilAcknowledgedAndSentAgainInOrder) {
+  begin(3);
+  const std::vector<RenderTile> tiles = asked<RenderTile>();
+  rendered(tiles[2]);
+  rendered(tiles[0]);
+  rendered(tiles[1]);
+  say(ack(said<WorkerResult>()[1]));
+  EXPECT_EQ(session->status().results_unacknowledged, 2u);
+  session->disconnected(now, actions);
+  actions.clear();
+  pass(std::chrono::seconds(1));
+  EXPECT_EQ(asked<OpenStream>().size(), 1u);
+  session->connected(now, actions);
+  const WorkerHello hello = said<WorkerHello>().at(0);
+  ASSERT_EQ(hello.held.size(), 1u);
+  EXPECT_EQ(hello.held[0].lease, LeaseId{1});
+  EXPECT_EQ(hello.held[0].epoch, 1u);
+  EXPECT_EQ(hello.held[0].render_digest, sha256("digest"));
+  EXPECT_EQ(hello.held[0].unit.tiles, (std::vector<TileId>{TileId{1}, TileId{2}}));
+  const std::vector<WorkerResult> again = said<WorkerResult>();
+  ASSERT_EQ(again.size(), 2u);
+  EXPECT_EQ(again[0].key.tile, TileId{2});
+  EXPECT_EQ(again[1].key.tile, TileId{1});
+  say(ack(again[0]));
+  say(ack(again[1]));
+  EXPECT_EQ(session->status().results_unacknowledged, 0u);
+  EXPECT_EQ(session->status().unacknowledged_bytes, 0u);
+  EXPECT_EQ(session->status().leases, 0u);
+  EXPECT_EQ(asked<ForgetJob>().size(), 1u);
+}
+
+TEST_F(SessionTest, RenderingGoesOnWhileTheStreamIsDown) {
+  begin(6);
+  session->disconnected(now, actions);
+  rendered(asked<RenderTile>()[0]);
+  EXPECT_EQ(asked<RenderTile>().size(), 5u);
+  EXPECT_TRUE(said<WorkerResult>().empty());
+  session->connected(now, actions);
+  EXPECT_EQ(said<WorkerResult>().size(), 1u);
+}
+
+TEST_F(SessionTest, UnacknowledgedBytesAreBounded) {
+  SessionConfig config;
+  config.unacknowledged_bytes = 2 * 24 * sizeof(float);
+  restart(config);
+  begin(20);
+  std::size_t done = 0;
+  while (done < asked<RenderTile>().size()) {
+    rendered(asked<RenderTile>()[done++]);
+  }
+  EXPECT_EQ(done, 5u);  // 4 out at first, one more when the first result came; then the bound was reached
+  say(ack(said<WorkerResult>()[0]));
+  say(ack(said<WorkerResult>()[1]));
+  EXPECT_EQ(asked<RenderTile>().size(), 5u);
+  say(ack(said<WorkerResult>()[2]));
+  say(ack(said<WorkerResult>()[3]));
+  EXPECT_GT(asked<RenderTile>().size(), 5u);
+}
+
+TEST_F(SessionTest, ACancelledLeaseIsNotRenderedFurther) {
+  begin(10);
+  const std::vector<RenderTile> out = asked<RenderTile>();
+  say(LeaseCancel{{LeaseId{1}}});
+  actions.clear();
+  for (const RenderTile& tile : out) {
+    rendered(tile);
+  }
+  EXPECT_TRUE(asked<RenderTile>().empty());
+  EXPECT_TRUE(said<WorkerResult>().empty());
+  EXPECT_EQ(session->status().leases, 0u);
+}
+
+TEST_F(SessionTest, WhatIsLeasedAnewWhileItIsRenderedIsRenderedOnce) {
+  begin(2);
+  say(grant(2, 2));  // the first lease was taken for lost; its cancellation comes later
+  say(LeaseCancel{{LeaseId{1}}});
+  const std::vector<RenderTile> out = asked<RenderTile>();
+  ASSERT_EQ(out.size(), 2u);
+  rendered(out[0]);
+  rendered(out[1]);
+  ASSERT_EQ(said<WorkerResult>().size(), 2u);
+  EXPECT_EQ(said<WorkerResult>()[0].lease, LeaseId{2});
+}
+
+TEST_F(SessionTest, HeartbeatsListUnfinishedLeases) {
+  begin(1);
+  say(grant(2, 3, 1, {0, 1}));
+  rendered(asked<RenderTile>()[0]);
+  actions.clear();
+  EXPECT_EQ(session->next_deadline(), now + std::chrono::seconds(2));
+  pass(std::chrono::seconds(2));
+  ASSERT_EQ(said<WorkerHeartbeat>().size(), 1u);
+  EXPECT_EQ(said<WorkerHeartbeat>()[0].leases, std::vector<LeaseId>{LeaseId{2}});
+}
+
+TEST_F(SessionTest, ReconnectsWithBackoff) {
+  session->start(now, actions);
+  Duration wait{};
+  for (int i = 0; i < 8; ++i) {
+    session->disconnected(now, actions);
+    const Time next = *session->next_deadline();
+    EXPECT_GE(next - now, wait);
+    wait = next - now;
+    now = next;
+    session->tick(now, actions);
+  }
+  EXPECT_EQ(wait, std::chrono::seconds(1));
+  session->connected(now, actions);
+  say(Welcome{});
+  session->disconnected(now, actions);
+  EXPECT_EQ(*session->next_deadline() - now, std::chrono::milliseconds(50));
+}
+
+TEST_F(SessionTest, ADrainGivesBackWhatIsNotBegunAndFinishesTheRest) {
+  begin(10);
+  say(grant(2, 5, 1, {0, 1}));
+  const std::vector<RenderTile> out = asked<RenderTile>();
+  actions.clear();
+  session->drain(now, actions);
+  EXPECT_EQ(said<WorkerDraining>().size(), 1u);
+  ASSERT_EQ(said<WorkerReturn>().size(), 1u);  // nothing of the second lease has begun
+  EXPECT_EQ(said<WorkerReturn>()[0].lease, LeaseId{2});
+  for (const RenderTile& tile : out) {
+    rendered(tile);
+  }
+  ASSERT_EQ(said<WorkerReturn>().size(), 2u);
+  EXPECT_EQ(said<WorkerReturn>()[1].lease, LeaseId{1});
+  EXPECT_EQ(said<WorkerResult>().size(), 4u);
+  say(grant(3, 2));
+  EXPECT_EQ(said<WorkerReturn>().size(), 3u);
+  EXPECT_TRUE(asked<Exit>().empty());
+  for (const WorkerResult& result : said<WorkerResult>()) {
+    say(ack(result));
+  }
+  ASSERT_EQ(asked<Exit>().size(), 1u);
+  EXPECT_FALSE(asked<Exit>()[0].failed);
+  EXPECT_EQ(asked<CloseStream>().size(), 1u);
+}
+
+TEST_F(SessionTest, ADrainRequestFinishesWhatIsThere) {
+  begin(6);
+  say(DrainRequest{});
+  EXPECT_TRUE(said<WorkerReturn>().empty());
+  for (std::size_t i = 0; i < 6; ++i) {
+    rendered(asked<RenderTile>().at(i));
+  }
+  for (const WorkerResult& result : said<WorkerResult>()) {
+    say(ack(result));
+  }
+  EXPECT_EQ(asked<Exit>().size(), 1u);
+}
+
+TEST_F(SessionTest, ADrainThatReachesNobodyGivesUp) {
+  begin(1);
+  rendered(asked<RenderTile>()[0]);
+  session->disconnected(now, actions);
+  session->drain(now, actions);
+  pass(std::chrono::seconds(29));
+  EXPECT_TRUE(asked<Exit>().empty());
+  pass(std::chrono::seconds(1));
+  ASSERT_EQ(asked<Exit>().size(), 1u);
+  EXPECT_TRUE(asked<Exit>()[0].failed);
+}
+
+TEST_F(SessionTest, LeavesWhenDismissed) {
+  begin(3);
+  say(Dismissal{"another worker came with the name w"});
+  ASSERT_EQ(asked<Exit>().size(), 1u);
+  EXPECT_EQ(asked<Exit>()[0].reason, "another worker came with the name w");
+  EXPECT_TRUE(asked<Exit>()[0].failed);
+  EXPECT_FALSE(session->next_deadline());
+}
+
+TEST_F(SessionTest, AssetsThatCannotBeFetchedAreAskedForAgain) {
+  connect();
+  say(description());
+  say(grant(1, 1));
+  session->job_unavailable(JobId{1}, now, actions);
+  actions.clear();
+  pass(std::chrono::seconds(1));
+  EXPECT_EQ(asked<PrepareJob>().size(), 1u);
+  session->job_ready(JobId{1}, now, actions);
+  EXPECT_EQ(asked<RenderTile>().size(), 1u);
+}
+
+TEST_F(SessionTest, ASceneThatDoesNotCompileIsRefused) {
+  connect();
+  say(description());
+  say(grant(1, 3));
+  session->job_failed(JobId{1}, "mesh 'floor' is empty", now, actions);
+  ASSERT_EQ(said<WorkerRefusal>().size(), 1u);
+  EXPECT_EQ(said<WorkerRefusal>()[0].reason, "mesh 'floor' is empty");
+  EXPECT_EQ(session->status().leases, 0u);
+}
+
+TEST_F(SessionTest, ALeaseOfAnUnknownJobIsGivenBack) {
+  connect();
+  say(grant(1, 3, 9));
+  ASSERT_EQ(said<WorkerReturn>().size(), 1u);
+}
+
+TEST_F(SessionTest, AnotherFarmsJobOfTheSameNumberIsAnotherJob) {
+  begin(3);
+  const std::vector<RenderTile> old = asked<RenderTile>();
+  rendered(old[0]);
+  session->disconnected(now, actions);
+  session->connected(now, actions);
+  actions.clear();
+  say(description(1, "other digest"));
+  say(grant(1, 3));
+  session->job_ready(JobId{1}, now, actions);
+  EXPECT_EQ(session->status().results_unacknowledged, 0u);
+  rendered(old[1]);
+  rendered(old[2]);
+  EXPECT_TRUE(said<WorkerResult>().empty());
+  const std::vector<RenderTile> fresh = asked<RenderTile>();
+  ASSERT_EQ(fresh.size(), 3u);
+  rendered(fresh[0]);
+  ASSERT_EQ(said<WorkerResult>().size(), 1u);
+  EXPECT_EQ(said<WorkerResult>()[0].render_digest, sha256("other digest"));
+}
+
+}  // namespace
+}  // namespace lightmill
