@@ -37,20 +37,19 @@ Result<v1::Job> follow_job(Farm& farm, std::uint64_t id, bool tiles, Signals& si
   v1::Job job;
   std::optional<std::chrono::steady_clock::time_point> lost_since;
   Duration pause = kFirstPause;
+  const auto stop = [&] { return signals.interrupted() || (farm.private_farm && !farm.private_farm->health().ok()); };
   for (;;) {
-    const Status status = farm.connection->watch(
-        id, tiles, [&] { return signals.interrupted(); },
-        [&](const v1::WatchJobResponse& response) {
-          if (lost_since) {
-            console.notice("connected again");
-            lost_since.reset();
-            pause = kFirstPause;
-          }
-          if (response.has_job()) {
-            job = response.job();
-          }
-          changed(response);
-        });
+    const Status status = farm.connection->watch(id, tiles, stop, [&](const v1::WatchJobResponse& response) {
+      if (lost_since) {
+        console.notice("connected again");
+        lost_since.reset();
+        pause = kFirstPause;
+      }
+      if (response.has_job()) {
+        job = response.job();
+      }
+      changed(response);
+    });
     if (has_ended(job.state())) {
       return job;
     }

@@ -36,9 +36,10 @@ ExitCode report_ended_job(const Console& console, FarmConnection& connection, co
   if (job.state() == v1::JOB_STATE_DONE) {
     return fetch_and_report(console, connection, job.id(), outputs, view);
   }
-  return console.fail(make_error(StatusCode::kAborted, "job {} {}{}", job.id(),
-                                 job.state() == v1::JOB_STATE_CANCELLED ? "was cancelled" : "failed",
-                                 job.reason().empty() ? "" : ": " + job.reason()));
+  if (job.state() == v1::JOB_STATE_CANCELLED) {
+    return console.fail(make_error(StatusCode::kAborted, "job {} was cancelled", job.id()));
+  }
+  return console.fail(make_error(StatusCode::kAborted, "job {} failed: {}", job.id(), job.reason()));
 }
 
 }  // namespace lightmill::cli

@@ -45,6 +45,11 @@ bool Signals::interrupted() const {
   return interrupted_;
 }
 
+bool Signals::interrupted_by_user() const {
+  const MutexLock lock(mutex_);
+  return by_user_;
+}
+
 void Signals::sleep(Duration duration) {
   const auto until = std::chrono::steady_clock::now() + duration;
   const MutexLock lock(mutex_);
@@ -70,6 +75,7 @@ void Signals::watch() {
       if (signal == SIGINT && interrupted_) {
         ::_exit(kInterruptedExit);
       }
+      by_user_ = by_user_ || signal == SIGINT;
       interrupted_ = interrupted_ || signal == SIGINT || signal == SIGTERM || signal == SIGHUP;
       ++events_;
       changed_.notify_all();

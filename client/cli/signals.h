@@ -24,6 +24,8 @@ class Signals {
 
   /// Whether the user, or the system, has asked the process to end.
   bool interrupted() const;
+  /// Whether it was the user, by Ctrl-C.
+  bool interrupted_by_user() const;
   /// Sleeps, but not past an interruption or a child's death.
   void sleep(Duration duration);
   /// Called from the watching thread at each interruption and each child's death; empty: nothing is called. When this
@@ -38,6 +40,7 @@ class Signals {
   Mutex callback_mutex_;  ///< held while the callback runs
   CondVar changed_;
   bool interrupted_ LM_GUARDED_BY(mutex_) = false;
+  bool by_user_ LM_GUARDED_BY(mutex_) = false;
   bool stopping_ LM_GUARDED_BY(mutex_) = false;
   std::uint64_t events_ LM_GUARDED_BY(mutex_) = 0;
   std::function<void()> callback_ LM_GUARDED_BY(callback_mutex_);

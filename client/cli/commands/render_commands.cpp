@@ -41,10 +41,15 @@ void say_notices(const Console& console, const PreparedJob& job) {
   }
 }
 
-/// What is left on a shared farm when the user interrupts: the job is cancelled, its film stays.
-void end_interrupted(Farm& farm, std::uint64_t id, const Console& console) {
+/// What is left when the command is interrupted. On a shared farm Ctrl-C cancels the job, its film stays; what the user
+/// has not decided (a terminal that went away, a SIGTERM) leaves it running.
+void end_interrupted(Farm& farm, std::uint64_t id, bool by_user, const Console& console) {
   if (farm.private_farm) {
     console.notice("interrupted; the private farm is taken down");
+    return;
+  }
+  if (!by_user) {
+    console.notice(fmt::format("interrupted; job {} goes on: lightmill watch {}", id, id));
     return;
   }
   const Result<v1::Job> job = farm.connection->cancel_job(id);
@@ -84,7 +89,7 @@ ExitCode render(Context& context, const Console& console, Options options) {
                                          [&](const v1::WatchJobResponse& response) { progress.show(response.job()); });
   if (!job.ok()) {
     if (context.signals.interrupted()) {
-      end_interrupted(*farm, submitted->id(), console);
+      end_interrupted(*farm, submitted->id(), context.signals.interrupted_by_user(), console);
     }
     return console.fail(job.status());
   }

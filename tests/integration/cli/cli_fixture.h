@@ -1,0 +1,89 @@
+// The command line as its users run it: the real program, and real farms of real processes.
+#pragma once
+
+#include <gtest/gtest.h>
+
+#include <fstream>
+#include <nlohmann/json.hpp>
+
+#include "tests/support/process.h"
+#include "tests/support/temporary_folder.h"
+
+namespace lightmill::test {
+
+inline std::string program(const std::string& name) {
+  return std::string(LIGHTMILL_BINARY_DIR) + "/bin/" + name;
+}
+inline std::string scene(const std::string& name) {
+  return std::string(LIGHTMILL_SOURCE_DIR) + "/scenes/" + name;
+}
+
+class CliTest : public ::testing::Test {
+ protected:
+  /// Runs `lightmill` in an environment without a farm, with a directory of its own for temporary files.
+  CommandResult lightmill(std::vector<std::string> arguments) const {
+    arguments.insert(arguments.begin(), program("lightmill"));
+    return run_command(arguments, environment());
+  }
+  /// The same with --json; the one object that it prints.
+  nlohmann::json json(std::vector<std::string> arguments, int exit_code = 0) const {
+    arguments.emplace_back("--json");
+    const CommandResult result = lightmill(std::move(arguments));
+    EXPECT_EQ(result.exit_code, exit_code) << result.out << result.err;
+    EXPECT_EQ(std::count(result.out.begin(), result.out.end(), '\n'), 1) << result.out;
+    return nlohmann::json::parse(result.out, nullptr, false);
+  }
+  Environment environment() const { return {{"LIGHTMILL_SERVER", ""}, {"TMPDIR", temporary()}}; }
+  std::string temporary() const { return folder_.path().string(); }
+  std::string file(const std::string& name) const { return (files_.path() / name).string(); }
+  std::string write(const std::string& name, const std::string& text) const {
+    std::ofstream(file(name)) << text;
+    return file(name);
+  }
+  /// Processes that this test's commands have started and that are still there.
+  std::vector<pid_t> left_over() const { return processes_with("TMPDIR", temporary()); }
+  bool temporary_is_empty() const { return std::filesystem::is_empty(temporary()); }
+
+ private:
+  testing::TemporaryFolder folder_, files_;
+};
+
+/// With a shared farm: a coordinator, and workers as asked for.
+class FarmCliTest : public CliTest {
+ protected:
+  void SetUp() override { start_server("127.0.0.1:0"); }
+
+  void start_server(const std::string& listen) {
+    std::filesystem::remove(file("port"));
+    server_ = std::make_unique<BackgroundProcess>(
+        std::vector<std::string>{program("lightmill-server"), "--data", file("data"), "--listen", listen, "--port-file",
+                                 file("port")},
+        file("server.log"));
+    ASSERT_TRUE(eventually([&] { return std::filesystem::exists(file("port")) && !port().empty(); }));
+  }
+  std::string port() const {
+    std::string text;
+    std::ifstream(file("port")) >> text;
+    return text;
+  }
+  std::string server() const { return "127.0.0.1:" + port(); }
+  void start_worker(const std::string& name) {
+    workers_.push_back(std::make_unique<BackgroundProcess>(
+        std::vector<std::string>{program("lightmill-worker"), "--server", server(), "--name", name, "--threads", "2"},
+        file(name + ".log")));
+  }
+  /// A command on this farm.
+  nlohmann::json on_farm(std::vector<std::string> arguments, int exit_code = 0) const {
+    arguments.insert(arguments.end(), {"--server", server()});
+    return json(std::move(arguments), exit_code);
+  }
+  std::string submit(std::vector<std::string> arguments) const {
+    arguments.insert(arguments.begin(), "submit");
+    return std::to_string(on_farm(std::move(arguments)).value("id", 0));
+  }
+
+  std::unique_ptr<BackgroundProcess> server_;
+  std::vector<std::unique_ptr<BackgroundProcess>> workers_;
+};
+
+}  // namespace lightmill::test

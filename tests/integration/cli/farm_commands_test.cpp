@@ -1,0 +1,153 @@
+// Commands on a shared farm.
+#include <csignal>
+
+#include "client/cli/film_fetch.h"
+#include "common/image/picture_file.h"
+#include "tests/integration/cli/cli_fixture.h"
+
+namespace lightmill::test {
+namespace {
+
+const std::vector<std::string> kSmall{"--size", "96x80", "--spp", "8"};
+
+std::vector<std::string> with(std::vector<std::string> arguments, const std::vector<std::string>& more) {
+  arguments.insert(arguments.end(), more.begin(), more.end());
+  return arguments;
+}
+
+TEST_F(FarmCliTest, AJobGoesFromSubmitToDelete) {
+  const std::string id = submit(with({scene("cornell-bench-blocks.json"), "--name", "box", "--owner", "ada"}, kSmall));
+  EXPECT_EQ(on_farm({"show", id})["state"], "queued");
+  EXPECT_EQ(on_farm({"pause", id})["state"], "paused");
+  EXPECT_EQ(on_farm({"resume", id})["state"], "queued");
+  start_worker("w1");
+  const nlohmann::json watched = on_farm({"watch", id, "-o", file("a.exr"), "-o", file("a.png")});
+  EXPECT_EQ(watched["state"], "done");
+  EXPECT_EQ(watched["samples_done"], 96 * 80 * 8);
+  const nlohmann::json shown = on_farm({"show", id});
+  EXPECT_EQ(shown["name"], "box");
+  EXPECT_EQ(shown["owner"], "ada");
+  EXPECT_EQ(shown["film_hash"], watched["film_hash"]);
+  EXPECT_EQ(shown["min_tile_samples"], 8);
+  EXPECT_GT(shown["seconds"].get<double>(), 0);
+  EXPECT_GT(shown["error"]["rel_mse"].get<double>(), 0);
+  EXPECT_EQ(on_farm({"jobs"})["jobs"].size(), 1u);
+  on_farm({"cancel", id}, 2);  // it has ended
+  on_farm({"delete", id});
+  EXPECT_TRUE(on_farm({"jobs"})["jobs"].empty());
+}
+
+TEST_F(FarmCliTest, TheFileStatesTheHashOfItsOwnFilm) {
+  start_worker("w1");
+  const nlohmann::json job =
+      on_farm(with({"render", scene("cornell-bench-balls.json"), "--seed", "5", "-o", file("a.exr")}, kSmall));
+  const Result<FilmPicture> picture = load_film_picture(file("a.exr"));
+  ASSERT_TRUE(picture.ok()) << picture.status();
+  EXPECT_EQ(picture->receipt.film_hash, job["film_hash"].get<std::string>());
+  EXPECT_EQ(cli::film_hash_of(*picture).hex(), picture->receipt.film_hash);
+  EXPECT_EQ(picture->receipt.render_digest, job["render_digest"].get<std::string>());
+  EXPECT_EQ(picture->receipt.seed, 5u);
+  EXPECT_EQ(picture->receipt.method, "path");
+  EXPECT_EQ(picture->receipt.asset_digests.size(), 4u);
+  EXPECT_EQ(picture->display, (ImageWindow{0, 0, 96, 80}));
+  for (std::size_t i = 0; i < picture->pixels(); ++i) {
+    ASSERT_EQ(picture->samples_a[i], 4u);
+    ASSERT_EQ(picture->samples_b[i], 4u);
+  }
+}
+
+TEST_F(FarmCliTest, ACropHasTheBitsOfTheWhole) {
+  start_worker("w1");
+  const std::string box = scene("cornell-bench-balls.json");
+  on_farm(with({"render", box, "-o", file("whole.exr")}, kSmall));
+  on_farm(with({"render", box, "--crop", "50,30,33,40", "-o", file("crop.exr"), "-o", file("crop.png")}, kSmall));
+  const Result<FilmPicture> whole = load_film_picture(file("whole.exr"));
+  const Result<FilmPicture> crop = load_film_picture(file("crop.exr"));
+  ASSERT_TRUE(whole.ok() && crop.ok());
+  EXPECT_EQ(crop->display, whole->display);
+  EXPECT_EQ(crop->data, (ImageWindow{50, 30, 33, 40}));
+  for (int y = 0; y < 40; ++y) {
+    for (int x = 0; x < 33; ++x) {
+      const std::size_t small = static_cast<std::size_t>(y * 33 + x);
+      const std::size_t large = static_cast<std::size_t>((y + 30) * 96 + x + 50);
+      ASSERT_EQ(crop->half_a[small], whole->half_a[large]) << x << "," << y;
+      ASSERT_EQ(crop->half_b[small], whole->half_b[large]) << x << "," << y;
+    }
+  }
+  const Result<RgbImage> png = load_rgb(file("crop.png"));
+  ASSERT_TRUE(png.ok());
+  EXPECT_EQ(png->width, 33);
+}
+
+TEST_F(FarmCliTest, ErrorOfAPictureAgainstItselfIsNothingAndFallsWithSamples) {
+  start_worker("w1");
+  const std::string box = scene("cornell-bench-blocks.json");
+  for (const char* samples : {"2", "32", "256"}) {
+    on_farm({"render", box, "--size", "48x48", "--seed", samples, "--spp", samples, "-o",
+             file(std::string(samples) + ".exr")});
+  }
+  EXPECT_EQ(json({"error", file("2.exr"), file("2.exr")})["rel_mse"], 0.0);
+  const double coarse = json({"error", file("2.exr"), file("256.exr")})["rel_mse"];
+  const double fine = json({"error", file("32.exr"), file("256.exr")})["rel_mse"];
+  EXPECT_LT(fine, coarse / 4);  // at least 1/n; the samples are 16 times as many
+}
+
+TEST_F(FarmCliTest, WorkersAreListedAndDrained) {
+  start_worker("w1");
+  ASSERT_TRUE(eventually([&] { return on_farm({"workers"})["workers"].size() == 1; }));
+  EXPECT_EQ(on_farm({"workers"})["workers"][0]["name"], "w1");
+  on_farm({"workers", "drain", "w1"});
+  EXPECT_EQ(workers_[0]->wait(std::chrono::seconds(30)), 0);
+}
+
+TEST_F(FarmCliTest, WatchingSurvivesARestartOfTheCoordinator) {
+  const std::string id = submit({scene("cornell-bench-blocks.json"), "--size", "96x80", "--spp", "8"});
+  BackgroundProcess watch({program("lightmill"), "watch", id, "--server", server(), "-o", file("live.png")},
+                          file("watch.log"), environment());
+  const auto log_has = [&](const char* text) {
+    std::ifstream log(file("watch.log"));
+    return std::string(std::istreambuf_iterator<char>(log), {}).find(text) != std::string::npos;
+  };
+  ASSERT_TRUE(eventually([&] { return log_has("queued"); }));
+  const std::string address = server();
+  server_->send(SIGKILL);
+  server_->wait(std::chrono::seconds(10));
+  ASSERT_TRUE(eventually([&] { return log_has("lost the connection"); }));
+  start_server(address);
+  ASSERT_TRUE(eventually([&] { return log_has("connected again"); }));
+  start_worker("w1");
+  EXPECT_EQ(watch.wait(std::chrono::seconds(60)), 0);
+  EXPECT_TRUE(load_rgb(file("live.png")).ok());
+}
+
+TEST_F(FarmCliTest, InterruptingWatchLeavesTheJobAndInterruptingRenderCancelsIt) {
+  const std::string box = scene("cornell-bench-blocks.json");  // no worker: the jobs wait
+  const std::string id = submit({box});
+  for (const bool rendering : {false, true}) {
+    std::vector<std::string> command{program("lightmill"), "watch", id, "--server", server()};
+    if (rendering) {
+      command = {program("lightmill"), "render", box, "-o", file("a.png"), "--server", server()};
+    }
+    BackgroundProcess client(command, file("client.log"), environment());
+    ASSERT_TRUE(eventually([&] {
+      std::ifstream log(file("client.log"));
+      return std::string(std::istreambuf_iterator<char>(log), {}).find("queued") != std::string::npos;
+    }));
+    client.send(SIGINT);
+    EXPECT_EQ(client.wait(std::chrono::seconds(20)), 130);
+    std::filesystem::remove(file("client.log"));
+  }
+  const nlohmann::json jobs = on_farm({"jobs"})["jobs"];
+  ASSERT_EQ(jobs.size(), 2u);
+  EXPECT_EQ(jobs[0]["state"], "cancelled");
+  EXPECT_EQ(jobs[1]["state"], "queued");
+}
+
+TEST_F(FarmCliTest, ACancelledJobIsExitCode1ForItsWatcher) {
+  const std::string id = submit({scene("cornell-bench-blocks.json")});
+  on_farm({"cancel", id});
+  EXPECT_EQ(on_farm({"watch", id}, 1)["exit_code"], 1);
+}
+
+}  // namespace
+}  // namespace lightmill::test

@@ -1,0 +1,157 @@
+// What is wrong with a command is said at once: exit code 2 and nothing submitted, 3 without a farm.
+#include <arpa/inet.h>
+#include <sys/socket.h>
+#include <unistd.h>
+
+#include "tests/integration/cli/cli_fixture.h"
+
+namespace lightmill::test {
+namespace {
+
+TEST_F(CliTest, BadUsageIsExitCode2WithAReason) {
+  const std::string box = scene("cornell-bench-blocks.json");
+  const std::vector<std::vector<std::string>> commands{
+      {},
+      {"frobnicate"},
+      {"render"},
+      {"render", box, "--spp", "0"},
+      {"render", box, "--spp", "many"},
+      {"render", box, "--seconds", "-3"},
+      {"render", box, "--size", "12"},
+      {"render", box, "--size", "0x4"},
+      {"render", box, "--crop", "500,500,64,64"},
+      {"render", box, "--crop", "1,2,3"},
+      {"render", box, "--method", "magic"},
+      {"render", box, "--view", "sepia"},
+      {"render", box, "-o", file("a.jpg")},
+      {"render", box, "-o", file("nowhere/a.png")},
+      {"render", box, "--server", "no-port"},
+      {"render", box, "--camera", file("none.json")},
+      {"submit"},
+      {"watch"},
+      {"watch", "seven"},
+      {"fetch", "1"},
+      {"extend", "1"},
+      {"jobs", "--server", "host:99999"},
+      {"error", file("a.png")},
+      {"error", file("a.png"), file("b.png")},
+      {"check", file("none.json")},
+  };
+  for (const auto& command : commands) {
+    const CommandResult result = lightmill(command);
+    const std::string shown = command.empty() ? "(nothing)" : command.back();
+    EXPECT_EQ(result.exit_code, 2) << shown << result.out << result.err;
+    EXPECT_TRUE(result.err.starts_with("lightmill: ")) << shown << result.err;
+    EXPECT_EQ(result.out, "") << shown;
+  }
+  EXPECT_TRUE(temporary_is_empty());
+}
+
+TEST_F(CliTest, ErrorsAreAnObjectWithJson) {
+  const nlohmann::json usage = json({"jobs", "--nonsense"}, 2);
+  EXPECT_EQ(usage["exit_code"], 2);
+  EXPECT_NE(usage["error"].get<std::string>().find("--nonsense"), std::string::npos);
+  EXPECT_EQ(json({"check", file("none.json")}, 2)["exit_code"], 2);
+}
+
+TEST_F(CliTest, BadScenesAreNamedWithTheirPlace) {
+  const std::string unknown = write("unknown.json", "{\"name\": \"x\",\n \"colour\": 3}");
+  const CommandResult result = lightmill({"render", unknown});
+  EXPECT_EQ(result.exit_code, 2);
+  EXPECT_NE(result.err.find("unknown.json:2:"), std::string::npos) << result.err;
+  EXPECT_NE(result.err.find("colour"), std::string::npos) << result.err;
+}
+
+TEST_F(FarmCliTest, NothingIsSubmittedWhenSomethingIsWrong) {
+  const std::string empty = write("empty.obj", "v 0 0 0\n");
+  const std::string box = scene("cornell-bench-blocks.json");
+  for (const std::vector<std::string>& arguments :
+       {std::vector<std::string>{"submit", empty}, {"render", empty}, {"render", box, "--crop", "0,0,513,1"}}) {
+    on_farm(arguments, 2);
+  }
+  EXPECT_TRUE(on_farm({"jobs"})["jobs"].empty());
+}
+
+TEST_F(FarmCliTest, UnknownJobsAndWorkersAreExitCode2) {
+  for (const char* command : {"show", "watch", "cancel", "pause", "resume", "delete"}) {
+    const nlohmann::json answer = on_farm({command, "77"}, 2);
+    EXPECT_NE(answer["error"].get<std::string>().find("77"), std::string::npos) << command;
+  }
+  on_farm({"extend", "77", "--spp", "4"}, 2);
+  on_farm({"fetch", "77", "-o", file("a.png")}, 2);
+  on_farm({"workers", "drain", "nobody"}, 2);
+}
+
+/// A port on which nobody listens: bound, so that nobody else takes it, but not listening.
+class ClosedPort {
+ public:
+  ClosedPort() : socket_(::socket(AF_INET, SOCK_STREAM | SOCK_CLOEXEC, 0)) {
+    sockaddr_in address{};
+    address.sin_family = AF_INET;
+    address.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
+    socklen_t size = sizeof(address);
+    EXPECT_EQ(::bind(socket_, reinterpret_cast<sockaddr*>(&address), size), 0);
+    EXPECT_EQ(::getsockname(socket_, reinterpret_cast<sockaddr*>(&address), &size), 0);
+    address_ = "127.0.0.1:" + std::to_string(ntohs(address.sin_port));
+  }
+  ~ClosedPort() { ::close(socket_); }
+  const std::string& address() const { return address_; }
+
+ private:
+  int socket_;
+  std::string address_;
+};
+
+TEST_F(CliTest, AFarmThatCannotBeReachedIsExitCode3) {
+  const ClosedPort closed;
+  const std::vector<std::vector<std::string>> commands{
+      {"jobs"},
+      {"workers"},
+      {"workers", "drain", "x"},
+      {"show", "1"},
+      {"watch", "1"},
+      {"pause", "1"},
+      {"fetch", "1", "-o", file("a.exr")},
+      {"render", scene("cornell-bench-blocks.json"), "-o", file("a.exr")}};
+  for (std::vector<std::string> command : commands) {
+    const std::string name = command.front();
+    command.insert(command.end(), {"--server", closed.address()});
+    const CommandResult result = lightmill(command);
+    EXPECT_EQ(result.exit_code, 3) << name << result.err;
+    EXPECT_NE(result.err.find(closed.address()), std::string::npos) << name << result.err;
+  }
+}
+
+TEST_F(CliTest, TheEnvironmentNamesTheFarm) {
+  const ClosedPort closed;
+  Environment with = environment();
+  with["LIGHTMILL_SERVER"] = closed.address();
+  const CommandResult result = run_command({program("lightmill"), "jobs"}, with);
+  EXPECT_EQ(result.exit_code, 3);
+  EXPECT_NE(result.err.find(closed.address()), std::string::npos) << result.err;
+}
+
+TEST_F(CliTest, HelpIsThereForEveryCommand) {
+  const CommandResult all = lightmill({"--help"});
+  EXPECT_EQ(all.exit_code, 0);
+  for (const char* command : {"render", "submit", "watch", "fetch", "jobs", "show", "cancel", "pause", "resume",
+                              "extend", "delete", "workers", "error", "check"}) {
+    EXPECT_NE(all.out.find(command), std::string::npos) << command;
+    const CommandResult help = lightmill({command, "--help"});
+    EXPECT_EQ(help.exit_code, 0) << command;
+    EXPECT_NE(help.out.find("--json"), std::string::npos) << command;
+  }
+}
+
+TEST_F(CliTest, CheckSaysWhatIsInAScene) {
+  const nlohmann::json facts = json({"check", scene("cornell-bench-balls.json")});
+  EXPECT_EQ(facts["triangles"], 12);  // five walls and the lamp
+  EXPECT_EQ(facts["spheres"], 2);
+  EXPECT_EQ(facts["materials"]["mirror"], 1);
+  EXPECT_EQ(facts["materials"]["dielectric"], 1);
+  EXPECT_EQ(facts["lights"]["emissive_objects"], 1);
+  EXPECT_EQ(facts["width"], 512);
+}
+
+}  // namespace
+}  // namespace lightmill::test
