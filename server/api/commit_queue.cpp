@@ -9,9 +9,22 @@ namespace {
 /// A node is 96 KiB: some 100 MiB at most wait for the disk.
 constexpr std::size_t kMaxQueuedWrites = 2'000;
 constexpr auto kRetryPause = std::chrono::seconds(1);
+/// Progress that nobody waits for gathers so long: fewer, larger transactions.
+constexpr auto kGatherTime = std::chrono::milliseconds(100);
+constexpr std::size_t kGatherWrites = 200;
 
 bool worth_retrying(const Status& status) {
   return status.code() == StatusCode::kResourceExhausted || status.code() == StatusCode::kUnavailable;
+}
+
+/// Whether somebody waits for the step: a client, or a worker for something else than an acknowledgement.
+bool is_urgent(const std::vector<StoreOp>& writes, const std::vector<Outgoing>& after_commit,
+               const std::vector<CommitReply>& replies) {
+  return !replies.empty() || std::any_of(writes.begin(), writes.end(), [](const StoreOp& op) {
+    return std::holds_alternative<PutJob>(op);
+  }) || std::any_of(after_commit.begin(), after_commit.end(), [](const Outgoing& each) {
+    return !std::holds_alternative<ResultAck>(each.message);
+  });
 }
 
 template <class T>
@@ -43,10 +56,15 @@ void CommitQueue::push(std::vector<StoreOp> writes, std::vector<Outgoing> after_
   while (queued_.writes.size() >= kMaxQueuedWrites) {
     changed_.wait(mutex_);
   }
+  const bool was_empty = queued_.writes.empty() && queued_.after_commit.empty() && queued_.replies.empty();
+  urgent_ = urgent_ || is_urgent(writes, after_commit, replies);
   append(queued_.writes, std::move(writes));
   append(queued_.after_commit, std::move(after_commit));
   append(queued_.replies, std::move(replies));
-  changed_.notify_all();
+  // The writer wakes for the first step, and then only for what need not gather any longer.
+  if (was_empty || urgent_ || queued_.writes.size() >= kGatherWrites) {
+    changed_.notify_all();
+  }
 }
 
 void CommitQueue::stop_retrying() {
@@ -79,7 +97,12 @@ void CommitQueue::run() {
         }
         changed_.wait(mutex_);
       }
+      const auto until = std::chrono::steady_clock::now() + kGatherTime;
+      while (!urgent_ && queued_.writes.size() < kGatherWrites && !stopping_ &&
+             changed_.wait_until(mutex_, until) == std::cv_status::no_timeout) {
+      }
       batch = std::exchange(queued_, {});
+      urgent_ = false;
       failure = failure_;
       changed_.notify_all();
     }

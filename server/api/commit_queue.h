@@ -16,7 +16,8 @@ namespace lightmill {
 /// Answers a client once what it asked for is durable, or tells it why that failed. Called from the writer thread.
 using CommitReply = std::function<void(const Status&)>;
 
-/// Steps are committed, sent and answered in the order in which they were pushed. push() from one thread.
+/// Steps are committed, sent and answered in the order in which they were pushed; those that nobody waits for gather
+/// for a tenth of a second. push() from one thread.
 ///
 /// While the disk is full or failing, commits are tried again and nothing is acknowledged: the farm waits and loses
 /// nothing. Any other error of the store means damage or a bug, and on_fatal is called.
@@ -52,6 +53,7 @@ class CommitQueue {
   Mutex mutex_;
   CondVar changed_;
   Batch queued_ LM_GUARDED_BY(mutex_);
+  bool urgent_ LM_GUARDED_BY(mutex_) = false;  ///< somebody waits for what is queued
   bool stopping_ LM_GUARDED_BY(mutex_) = false;
   bool retrying_ LM_GUARDED_BY(mutex_) = true;
   Status failure_ LM_GUARDED_BY(mutex_);

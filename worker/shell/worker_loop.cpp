@@ -172,6 +172,8 @@ void WorkerLoop::perform(const RenderTile& action) {
                  true});
     return;
   }
+  spdlog::debug("rendering job {} tile {} samples [{}, {})", action.key.job.value, action.key.tile.value,
+                action.key.range.first(), action.key.range.end());
   pool_.add({action.ticket, action.key.range, job.grid.tile_rect(action.key.tile), job.method});
 }
 

@@ -1,0 +1,218 @@
+// What clients see of a coordinator: errors, paging, watching, and who may use a data directory.
+#include <grpcpp/generic/generic_stub.h>
+#include <gtest/gtest.h>
+
+#include "common/wire/bytes.h"
+#include "common/wire/farm_messages.h"
+#include "tests/support/farm.h"
+
+namespace lightmill::testing {
+namespace {
+
+Picture small_picture() {
+  Picture picture;
+  picture.side = 96;
+  picture.samples = 8;
+  return picture;
+}
+
+TEST(Api, UnknownJobsAreNotFound) {
+  Farm farm;
+  FarmClient client = farm.client();
+  v1::Job reply;
+  const auto code = [&](auto call, auto request) {
+    request.set_id(42);
+    grpc::ClientContext context;
+    return (client.stub().*call)(&context, request, &reply).error_code();
+  };
+  using Stub = v1::RenderService::Stub;
+  EXPECT_EQ(code(&Stub::GetJob, v1::GetJobRequest()), grpc::StatusCode::NOT_FOUND);
+  EXPECT_EQ(code(&Stub::CancelJob, v1::CancelJobRequest()), grpc::StatusCode::NOT_FOUND);
+  EXPECT_EQ(code(&Stub::PauseJob, v1::PauseJobRequest()), grpc::StatusCode::NOT_FOUND);
+  EXPECT_EQ(code(&Stub::ResumeJob, v1::ResumeJobRequest()), grpc::StatusCode::NOT_FOUND);
+  grpc::ClientContext watch_context;
+  v1::WatchJobRequest watch;
+  watch.set_id(42);
+  EXPECT_EQ(client.stub().WatchJob(&watch_context, watch)->Finish().error_code(), grpc::StatusCode::NOT_FOUND);
+  grpc::ClientContext film_context;
+  v1::GetFilmRequest film;
+  film.set_id(42);
+  EXPECT_EQ(client.stub().GetFilm(&film_context, film)->Finish().error_code(), grpc::StatusCode::NOT_FOUND);
+}
+
+TEST(Api, AJobWhoseAssetsAreMissingIsRefusedAndNamesOne) {
+  Farm farm;
+  FarmClient client = farm.client();
+  v1::SubmitJobRequest request;
+  to_wire(job_of(small_picture(), "one"), &request);
+  v1::Job reply;
+  grpc::ClientContext context;
+  const grpc::Status status = client.stub().SubmitJob(&context, request, &reply);
+  EXPECT_EQ(status.error_code(), grpc::StatusCode::FAILED_PRECONDITION);
+  EXPECT_NE(status.error_message().find(bench_box().assets.begin()->first.hex()), std::string::npos)
+      << status.error_message();
+
+  v1::FindMissingAssetsRequest find;
+  for (const auto& [digest, bytes] : bench_box().assets) {
+    find.add_digests(digest_bytes(digest));
+  }
+  const auto missing = [&] {
+    grpc::ClientContext find_context;
+    v1::FindMissingAssetsResponse found;
+    EXPECT_TRUE(client.stub().FindMissingAssets(&find_context, find, &found).ok());
+    return found.missing_size();
+  };
+  EXPECT_EQ(missing(), static_cast<int>(bench_box().assets.size()));
+  client.upload_assets();
+  EXPECT_EQ(missing(), 0);
+}
+
+TEST(Api, AnUploadWithOtherBytesIsRefused) {
+  Farm farm;
+  FarmClient client = farm.client();
+  grpc::ClientContext context;
+  v1::UploadAssetResponse response;
+  const auto writer = client.stub().UploadAsset(&context, &response);
+  v1::UploadAssetRequest request;
+  request.set_digest(digest_bytes(sha256("these bytes")));
+  request.set_chunk("those bytes");
+  writer->Write(request);
+  writer->WritesDone();
+  EXPECT_EQ(writer->Finish().error_code(), grpc::StatusCode::INVALID_ARGUMENT);
+}
+
+TEST(Api, TheSameRequestTwiceIsOneJobAlsoAfterARestart) {
+  Farm farm;
+  FarmClient client = farm.client();
+  const std::uint64_t id = client.submit(small_picture(), "same").id();
+  EXPECT_EQ(client.submit(small_picture(), "same").id(), id);
+  EXPECT_NE(client.submit(small_picture(), "other").id(), id);
+  farm.server().signal(SIGKILL);
+  farm.start_server();
+  EXPECT_EQ(client.submit(small_picture(), "same").id(), id) << "a job that was answered is stored";
+}
+
+TEST(Api, ListsComeInPages) {
+  Farm farm;
+  FarmClient client = farm.client();
+  for (int i = 0; i < 5; ++i) {
+    client.submit(small_picture(), fmt::format("request {}", i));
+  }
+  std::vector<std::uint64_t> ids;
+  v1::ListJobsRequest request;
+  request.set_page_size(2);
+  int pages = 0;
+  do {
+    grpc::ClientContext context;
+    v1::ListJobsResponse response;
+    ASSERT_TRUE(client.stub().ListJobs(&context, request, &response).ok());
+    for (const v1::Job& job : response.jobs()) {
+      ids.push_back(job.id());
+    }
+    request.set_page_token(response.next_page_token());
+    ++pages;
+  } while (!request.page_token().empty());
+  EXPECT_EQ(ids, (std::vector<std::uint64_t>{5, 4, 3, 2, 1}));
+  EXPECT_EQ(pages, 3);
+  request.set_page_token("rubbish");
+  grpc::ClientContext context;
+  v1::ListJobsResponse response;
+  EXPECT_EQ(client.stub().ListJobs(&context, request, &response).error_code(), grpc::StatusCode::INVALID_ARGUMENT);
+}
+
+TEST(Api, AWatcherSeesEveryTileAndTheEnd) {
+  Farm farm;
+  FarmClient client = farm.client();
+  const Picture picture = small_picture();
+  const std::uint64_t id = client.submit(picture).id();
+  grpc::ClientContext context;
+  v1::WatchJobRequest request;
+  request.set_id(id);
+  request.set_tiles(true);
+  const auto reader = client.stub().WatchJob(&context, request);
+  v1::WatchJobResponse response;
+  ASSERT_TRUE(reader->Read(&response));
+  EXPECT_EQ(response.job().state(), v1::JOB_STATE_QUEUED) << "the first state comes at once, before any worker";
+  farm.add_worker(2, "w1");
+  std::map<std::pair<int, int>, v1::PreviewTile> newest;
+  do {
+    for (const v1::PreviewTile& tile : response.tiles()) {
+      newest[{tile.rect().x(), tile.rect().y()}] = tile;
+    }
+  } while (reader->Read(&response));
+  EXPECT_TRUE(reader->Finish().ok());
+  EXPECT_EQ(response.job().state(), v1::JOB_STATE_DONE);
+  ASSERT_EQ(newest.size(), 4u);
+
+  // What was shown last is the film: the mean of both halves, by pixel.
+  const FilmPlanes film = client.film(id);
+  for (const auto& [corner, tile] : newest) {
+    EXPECT_EQ(tile.samples(), picture.samples);
+    const std::vector<float> rgb = floats_from_bytes(tile.rgb()).value();
+    const auto pixels = static_cast<std::size_t>(tile.rect().width() * tile.rect().height());
+    ASSERT_EQ(rgb.size(), 3 * pixels);
+    for (std::size_t channel = 0; channel < 3; ++channel) {
+      const std::size_t film_pixel =
+          channel * 96 * 96 + static_cast<std::size_t>(tile.rect().y() * 96 + tile.rect().x());
+      const float mean = (film.mean_a[film_pixel] + film.mean_b[film_pixel]) / 2;
+      EXPECT_NEAR(rgb[channel * pixels], mean, 1e-5f * (1 + mean));
+    }
+  }
+}
+
+TEST(Api, HealthAndReflectionAnswer) {
+  Farm farm;
+  const auto channel = grpc::CreateChannel(farm.address(), grpc::InsecureChannelCredentials());
+  grpc::GenericStub stub(channel);
+  const auto call = [&](const std::string& method, const std::string& bytes) {
+    grpc::ClientContext context;
+    grpc::CompletionQueue queue;
+    const grpc::Slice slice(bytes);
+    grpc::ByteBuffer request(&slice, 1), reply;
+    const auto reader = stub.PrepareUnaryCall(&context, method, request, &queue);
+    reader->StartCall();
+    grpc::Status status;
+    reader->Finish(&reply, &status, nullptr);
+    void* tag = nullptr;
+    bool ok = false;
+    queue.Next(&tag, &ok);
+    EXPECT_TRUE(status.ok()) << method << ": " << status.error_message();
+    std::vector<grpc::Slice> slices;
+    std::string text;
+    if (status.ok() && reply.Dump(&slices).ok()) {
+      for (const grpc::Slice& each : slices) {
+        text.append(reinterpret_cast<const char*>(each.begin()), each.size());
+      }
+    }
+    return text;
+  };
+  EXPECT_EQ(call("/grpc.health.v1.Health/Check", ""), std::string("\x08\x01", 2)) << "status: SERVING";
+  // ServerReflectionRequest{list_services: ""}
+  const std::string services =
+      call("/grpc.reflection.v1alpha.ServerReflection/ServerReflectionInfo", std::string("\x3a\x00", 2));
+  EXPECT_NE(services.find("lightmill.v1.RenderService"), std::string::npos);
+  EXPECT_NE(services.find("lightmill.v1.WorkerService"), std::string::npos);
+}
+
+TEST(Server, ASecondOneOnTheSameDataIsRefusedWithWhatToDo) {
+  Farm farm;
+  Process second({std::string(LIGHTMILL_BINARY_DIR) + "/bin/lightmill-server", "--data", farm.data().string(),
+                  "--listen", "127.0.0.1:0"},
+                 farm.folder() / "second.log");
+  EXPECT_EQ(second.wait(std::chrono::seconds(10)), 1);
+  EXPECT_NE(second.log_text().find(farm.data().string()), std::string::npos) << second.log_text();
+  EXPECT_NE(second.log_text().find("--data"), std::string::npos);
+}
+
+TEST(Worker, TriesItsServersInTurn) {
+  Farm farm;
+  const Process worker({std::string(LIGHTMILL_BINARY_DIR) + "/bin/lightmill-worker", "--server",
+                        "127.0.0.1:1," + farm.address(), "--threads", "1"},
+                       farm.folder() / "worker.log");
+  FarmClient client = farm.client();
+  const std::uint64_t id = client.submit(small_picture()).id();
+  EXPECT_EQ(client.wait_until_ended(id).state(), v1::JOB_STATE_DONE);
+}
+
+}  // namespace
+}  // namespace lightmill::testing

@@ -1,0 +1,23 @@
+// As same_bits_test.cpp, but larger and longer.
+#include <gtest/gtest.h>
+
+#include "tests/support/farm.h"
+
+namespace lightmill::testing {
+namespace {
+
+TEST(SameBits, AWorkerKilledEveryTwoSeconds) {
+  Farm farm;
+  for (const char* name : {"w1", "w2", "w3"}) {
+    farm.add_worker(2, name);
+  }
+  Picture picture;
+  picture.side = 256;
+  picture.samples = 1000;
+  const std::uint64_t job = farm.client().submit(picture).id();
+  EXPECT_GE(kill_workers_until_ended(farm, job, std::chrono::milliseconds(2000)), 5);
+  expect_reference_film(farm.client(), job, picture);
+}
+
+}  // namespace
+}  // namespace lightmill::testing

@@ -1,0 +1,142 @@
+// The same film whatever the farm goes through, with real processes.
+#include <gtest/gtest.h>
+
+#include <regex>
+
+#include "tests/support/farm.h"
+
+namespace lightmill::testing {
+namespace {
+
+const Picture kPicture;
+const std::uint64_t kPixelSamples = std::uint64_t{128} * 128 * 300;
+
+/// What the logs of all workers say that was rendered, by tile: first sample → end.
+struct Rendered {
+  std::map<int, std::map<std::uint64_t, std::uint64_t>> by_tile;
+  std::uint64_t again = 0;  ///< samples of a pixel that were handed to a thread more than once
+};
+Rendered rendered_by(const Farm& farm, const std::vector<std::string>& workers) {
+  Rendered rendered;
+  std::map<int, std::set<std::uint64_t>> seen;
+  const std::regex line(R"(rendering job \d+ tile (\d+) samples \[(\d+), (\d+)\))");
+  for (const std::string& worker : workers) {
+    const std::string log = farm.worker_log(worker);
+    for (auto at = std::sregex_iterator(log.begin(), log.end(), line); at != std::sregex_iterator(); ++at) {
+      const int tile = std::stoi((*at)[1]);
+      for (std::uint64_t sample = std::stoull((*at)[2]); sample < std::stoull((*at)[3]); ++sample) {
+        rendered.again += seen[tile].insert(sample).second ? 0 : 1;
+      }
+      rendered.by_tile[tile][std::stoull((*at)[2])] = std::stoull((*at)[3]);
+    }
+  }
+  return rendered;
+}
+
+TEST(SameBits, OneWorkerOneThread) {
+  Farm farm;
+  farm.add_worker(1, "w1");
+  expect_reference_film(farm.client(), farm.client().submit(kPicture).id());
+}
+
+TEST(SameBits, ThreeWorkersTwoThreads) {
+  Farm farm;
+  for (const char* name : {"w1", "w2", "w3"}) {
+    farm.add_worker(2, name);
+  }
+  expect_reference_film(farm.client(), farm.client().submit(kPicture).id());
+}
+
+TEST(SameBits, AWorkerKilledEverySecond) {
+  Farm farm({"--unit-seconds", "0.3"});
+  for (const char* name : {"w1", "w2", "w3"}) {
+    farm.add_worker(2, name);
+  }
+  Picture picture;
+  picture.samples = 600;
+  const std::uint64_t job = farm.client().submit(picture).id();
+  EXPECT_GE(kill_workers_until_ended(farm, job, std::chrono::milliseconds(1000)), 2);
+  expect_reference_film(farm.client(), job, picture);
+}
+
+TEST(SameBits, TheCoordinatorKilledTwice) {
+  Farm farm;
+  farm.add_worker(2, "w1");
+  farm.add_worker(2, "w2");
+  FarmClient client = farm.client();
+  const std::uint64_t job = client.submit(kPicture).id();
+  for (const std::uint64_t quarter : {1, 2}) {
+    const v1::Job before = client.wait_for_samples(job, kPixelSamples * quarter / 4);
+    ASSERT_EQ(before.state(), v1::JOB_STATE_RUNNING) << "it must be killed while it works";
+    farm.server().signal(SIGKILL);
+    std::this_thread::sleep_for(std::chrono::milliseconds(200));
+    farm.start_server();
+  }
+  expect_reference_film(farm.client(), job);
+  // The workers lived on with what they held, so nothing had to be rendered again but copies near the end.
+  const v1::Job ended = client.job(job);
+  EXPECT_EQ(ended.counters().leases_lost(), 0u);
+  const Rendered rendered = rendered_by(farm, {"w1", "w2"});
+  EXPECT_EQ(rendered.by_tile.size(), 4u);
+  if (ended.counters().copies_leased() == 0) {
+    EXPECT_EQ(rendered.again, 0u);
+  }
+}
+
+TEST(SameBits, AHundredSamplesExtendedToThreeHundred) {
+  Farm farm;
+  farm.add_worker(2, "w1");
+  FarmClient client = farm.client();
+  Picture picture = kPicture;
+  picture.samples = 100;
+  const std::uint64_t job = client.submit(picture).id();
+  expect_reference_film(farm.client(), job, picture);
+  client.extend(job, 300);
+  expect_reference_film(farm.client(), job);
+  EXPECT_EQ(rendered_by(farm, {"w1"}).again, 0u) << "the first hundred are not rendered again";
+}
+
+TEST(NothingTwice, AfterAWorkersDeathOnlyItsUnacknowledgedUnitsAreRenderedAgain) {
+  Farm farm;
+  farm.add_worker(2, "dies");
+  farm.add_worker(2, "lives");
+  FarmClient client = farm.client();
+  const std::uint64_t job = client.submit(kPicture).id();
+  const v1::Job before = client.wait_for_samples(job, kPixelSamples / 3);
+  ASSERT_EQ(before.state(), v1::JOB_STATE_RUNNING);
+  farm.worker("dies").signal(SIGKILL);
+  expect_reference_film(farm.client(), job);
+  const v1::Job ended = client.job(job);
+  // What was merged and rendered again all the same would have come back as a duplicate.
+  EXPECT_LE(ended.counters().results_duplicate(), ended.counters().copies_leased());
+  EXPECT_LE(ended.counters().leases_lost(), 2u) << "the two leases that it may hold";
+}
+
+TEST(Drain, AWorkerFinishesWhatItHasBegunAndLeaves) {
+  Farm farm;
+  farm.add_worker(2, "leaves");
+  farm.add_worker(2, "stays");
+  FarmClient client = farm.client();
+  const std::uint64_t job = client.submit(kPicture).id();
+  client.wait_for_samples(job, kPixelSamples / 4);
+  farm.worker("leaves").signal(SIGTERM);
+  EXPECT_EQ(farm.worker("leaves").wait(std::chrono::seconds(20)), 0);
+  expect_reference_film(farm.client(), job);
+  EXPECT_EQ(client.job(job).counters().leases_lost(), 0u);
+  EXPECT_LE(client.job(job).counters().results_duplicate(), client.job(job).counters().copies_leased());
+}
+
+TEST(Stop, ACoordinatorStopsCleanlyAndGoesOnLater) {
+  Farm farm;
+  farm.add_worker(2, "w1");
+  FarmClient client = farm.client();
+  const std::uint64_t job = client.submit(kPicture).id();
+  client.wait_for_samples(job, kPixelSamples / 4);
+  farm.server().signal(SIGTERM);
+  EXPECT_EQ(farm.server().wait(std::chrono::seconds(10)), 0) << farm.server().log_text();
+  farm.start_server();
+  expect_reference_film(farm.client(), job);
+}
+
+}  // namespace
+}  // namespace lightmill::testing

@@ -1,0 +1,329 @@
+#include "tests/support/farm.h"
+
+#include <gtest/gtest.h>
+
+#include <atomic>
+#include <fstream>
+#include <thread>
+
+#include "common/base/file.h"
+#include "common/film/film.h"
+#include "common/methods/method.h"
+#include "common/wire/bytes.h"
+#include "common/wire/farm_messages.h"
+#include "common/wire/scene_proto.h"
+
+namespace lightmill::testing {
+namespace {
+
+constexpr auto kPatience = std::chrono::seconds(20);
+
+std::string program(const std::string& name) {
+  return std::string(LIGHTMILL_BINARY_DIR) + "/bin/" + name;
+}
+
+/// Calls until the coordinator answers with something else than UNAVAILABLE.
+template <class Call>
+void call_patiently(const Call& call) {
+  const auto until = std::chrono::steady_clock::now() + kPatience;
+  for (;;) {
+    const grpc::Status status = call();
+    if (status.ok()) {
+      return;
+    }
+    if (status.error_code() != grpc::StatusCode::UNAVAILABLE || std::chrono::steady_clock::now() > until) {
+      ADD_FAILURE() << "code " << status.error_code() << ": " << status.error_message();
+      return;
+    }
+    std::this_thread::sleep_for(std::chrono::milliseconds(50));
+  }
+}
+
+bool has_ended(const v1::Job& job) {
+  return job.state() == v1::JOB_STATE_DONE || job.state() == v1::JOB_STATE_FAILED ||
+         job.state() == v1::JOB_STATE_CANCELLED;
+}
+
+/// The largest dyadic ranges that make up [0, samples).
+std::vector<SampleRange> ranges_of(std::uint64_t samples) {
+  std::vector<SampleRange> ranges;
+  std::uint64_t first = 0;
+  for (int level = 30; level >= 0; --level) {
+    if ((samples >> level) & 1) {
+      ranges.push_back({static_cast<std::uint32_t>(level), static_cast<std::uint32_t>(first >> level)});
+      first += std::uint64_t{1} << level;
+    }
+  }
+  return ranges;
+}
+
+}  // namespace
+
+const LoadedScene& bench_box() {
+  static const LoadedScene scene = [] {
+    const std::filesystem::path path =
+        std::filesystem::path(LIGHTMILL_SOURCE_DIR) / "scenes" / "cornell-bench-blocks.json";
+    return load_scene(std::vector{path}).value();
+  }();
+  return scene;
+}
+
+JobSpec job_of(const Picture& picture, const std::string& request_id) {
+  JobSpec spec;
+  spec.request_id = request_id;
+  spec.name = "bench box";
+  spec.owner = "test";
+  spec.goal.samples = picture.samples;
+  Scene scene = bench_box().scene;
+  scene.film.width = scene.film.height = picture.side;
+  RenderSettings& settings = spec.settings;
+  settings.scene = pack_scene(scene);
+  for (const auto& [digest, bytes] : bench_box().assets) {
+    settings.assets.push_back(digest);
+  }
+  settings.width = settings.height = picture.side;
+  settings.crop = {0, 0, picture.side, picture.side};
+  settings.seed = picture.seed;
+  settings.method = picture.method;
+  settings.renderer_version = kRendererVersion;
+  return spec;
+}
+
+Hash128 reference_hash(const Picture& picture) {
+  Scene scene = bench_box().scene;
+  scene.film.width = scene.film.height = picture.side;
+  const auto compiled =
+      CompiledScene::compile(scene, [](const Sha256& digest) { return bench_box().assets.at(digest); }).value();
+  const auto method = make_method(compiled, {picture.method, picture.seed, 0}).value();
+  const TileGrid grid({0, 0, picture.side, picture.side});
+  std::vector<std::vector<std::shared_ptr<const Node>>> nodes(grid.tile_count());
+  std::atomic<std::uint32_t> next = 0;
+  {
+    std::vector<std::jthread> threads;
+    for (int i = 0; i < 2; ++i) {
+      threads.emplace_back([&] {
+        const auto workspace = method->make_workspace();
+        for (std::uint32_t tile = next++; tile < grid.tile_count(); tile = next++) {
+          for (const SampleRange& range : ranges_of(picture.samples)) {
+            nodes[tile].push_back(
+                std::make_shared<const Node>(method->render(grid.tile_rect(TileId{tile}), range, *workspace)));
+          }
+        }
+      });
+    }
+  }
+  Film film(grid, kBeautyChannels);
+  FilmPlanes planes(grid.crop(), kBeautyChannels);
+  for (std::uint32_t i = 0; i < grid.tile_count(); ++i) {
+    const TileId tile{i};
+    for (const auto& node : nodes[i]) {
+      film.restore(tile, node);
+    }
+    const Film::HalfCounts counts = film.half_counts(tile);
+    planes.set_tile(grid.tile_rect(tile), film.sums(tile), counts.a, counts.b);
+  }
+  return film_hash(planes);
+}
+
+// ---- the client ----
+
+FarmClient::FarmClient(const std::string& address) {
+  grpc::ChannelArguments arguments;
+  arguments.SetInt(GRPC_ARG_USE_LOCAL_SUBCHANNEL_POOL, 1);
+  arguments.SetInt(GRPC_ARG_INITIAL_RECONNECT_BACKOFF_MS, 50);
+  arguments.SetInt(GRPC_ARG_MAX_RECONNECT_BACKOFF_MS, 200);
+  arguments.SetInt(GRPC_ARG_MIN_RECONNECT_BACKOFF_MS, 1000);
+  stub_ = v1::RenderService::NewStub(grpc::CreateCustomChannel(address, grpc::InsecureChannelCredentials(), arguments));
+}
+
+void FarmClient::upload_assets() {
+  for (const auto& [digest, bytes] : bench_box().assets) {
+    call_patiently([&, &asset_digest = digest, &asset = bytes] {
+      grpc::ClientContext context;
+      v1::UploadAssetResponse response;
+      const auto writer = stub_->UploadAsset(&context, &response);
+      v1::UploadAssetRequest request;
+      request.set_digest(digest_bytes(asset_digest));
+      for (std::size_t at = 0; at < asset.size(); at += 100'000) {
+        request.set_chunk(asset.substr(at, 100'000));
+        if (!writer->Write(request)) {
+          break;
+        }
+        request.clear_digest();
+      }
+      writer->WritesDone();
+      return writer->Finish();
+    });
+  }
+}
+
+v1::Job FarmClient::submit(const Picture& picture, const std::string& request_id) {
+  upload_assets();
+  v1::SubmitJobRequest request;
+  to_wire(job_of(picture, request_id), &request);
+  v1::Job job;
+  call_patiently([&] {
+    grpc::ClientContext context;
+    return stub_->SubmitJob(&context, request, &job);
+  });
+  return job;
+}
+
+v1::Job FarmClient::job(std::uint64_t id) {
+  v1::GetJobRequest request;
+  request.set_id(id);
+  v1::Job job;
+  call_patiently([&] {
+    grpc::ClientContext context;
+    return stub_->GetJob(&context, request, &job);
+  });
+  return job;
+}
+
+v1::Job FarmClient::extend(std::uint64_t id, std::uint64_t samples) {
+  v1::ExtendJobRequest request;
+  request.set_id(id);
+  request.set_samples(samples);
+  v1::Job job;
+  call_patiently([&] {
+    grpc::ClientContext context;
+    return stub_->ExtendJob(&context, request, &job);
+  });
+  return job;
+}
+
+v1::Job FarmClient::wait_until_ended(std::uint64_t id, std::chrono::seconds limit) {
+  const auto until = std::chrono::steady_clock::now() + limit;
+  for (;;) {
+    const v1::Job now = job(id);
+    if (has_ended(now)) {
+      return now;
+    }
+    if (::testing::Test::HasFatalFailure() || std::chrono::steady_clock::now() > until) {
+      ADD_FAILURE() << "job " << id << " has not ended: " << now.ShortDebugString();
+      return now;
+    }
+    std::this_thread::sleep_for(std::chrono::milliseconds(30));
+  }
+}
+
+v1::Job FarmClient::wait_for_samples(std::uint64_t id, std::uint64_t pixel_samples) {
+  const auto until = std::chrono::steady_clock::now() + std::chrono::seconds(60);
+  for (;;) {
+    const v1::Job now = job(id);
+    if (has_ended(now) || now.samples_done() >= pixel_samples) {
+      return now;
+    }
+    if (std::chrono::steady_clock::now() > until) {
+      ADD_FAILURE() << "job " << id << " does not come on: " << now.ShortDebugString();
+      return now;
+    }
+    std::this_thread::sleep_for(std::chrono::milliseconds(10));
+  }
+}
+
+FilmPlanes FarmClient::film(std::uint64_t id) {
+  FilmPlanes planes;
+  call_patiently([&] {
+    grpc::ClientContext context;
+    v1::GetFilmRequest request;
+    request.set_id(id);
+    const auto reader = stub_->GetFilm(&context, request);
+    v1::GetFilmResponse response;
+    while (reader->Read(&response)) {
+      if (response.has_header()) {
+        planes = FilmPlanes(from_wire(response.header().job().crop()).value(), kBeautyChannels);
+        continue;
+      }
+      const v1::FilmTile& tile = response.tile();
+      planes.set_tile(from_wire(tile.rect()).value(), floats_from_bytes(tile.sums()).value(), tile.samples_a(),
+                      tile.samples() - tile.samples_a());
+    }
+    return reader->Finish();
+  });
+  return planes;
+}
+
+// ---- the processes ----
+
+Farm::Farm(std::vector<std::string> server_options) : server_options_(std::move(server_options)) {
+  start_server();
+}
+
+void Farm::start_server() {
+  const std::filesystem::path port_file = folder_.path() / "port";
+  std::filesystem::remove(port_file);
+  std::vector<std::string> arguments{
+      program("lightmill-server"), "--data", data().string(), "--listen", address(), "--port-file", port_file.string()};
+  arguments.insert(arguments.end(), server_options_.begin(), server_options_.end());
+  server_ = std::make_unique<Process>(arguments, folder_.path() / "server.log");
+  const auto until = std::chrono::steady_clock::now() + kPatience;
+  while (!std::filesystem::exists(port_file)) {
+    if (!server_->running() || std::chrono::steady_clock::now() > until) {
+      ADD_FAILURE() << "the coordinator does not start:\n" << server_->log_text();
+      return;
+    }
+    std::this_thread::sleep_for(std::chrono::milliseconds(10));
+  }
+  port_ = std::stoi(read_file(port_file).value());
+}
+
+std::unique_ptr<Process> Farm::start_worker(int threads, const std::string& name) {
+  return std::make_unique<Process>(
+      std::vector<std::string>{program("lightmill-worker"), "--server", address(), "--threads", std::to_string(threads),
+                               "--name", name, "--log-level", "debug"},
+      folder_.path() / (name + ".log"));
+}
+
+Process& Farm::add_worker(int threads, const std::string& name) {
+  workers_.push_back({name, threads, start_worker(threads, name)});
+  return *workers_.back().process;
+}
+
+Process& Farm::worker(const std::string& name) {
+  for (Worker& worker : workers_) {
+    if (worker.name == name) {
+      return *worker.process;
+    }
+  }
+  throw std::out_of_range("no worker " + name);
+}
+
+void Farm::replace_worker(const std::string& name) {
+  for (Worker& worker : workers_) {
+    if (worker.name == name) {
+      worker.process->signal(SIGKILL);
+      worker.process = start_worker(worker.threads, name);
+    }
+  }
+}
+
+std::string Farm::worker_log(const std::string& name) const {
+  return read_file(folder_.path() / (name + ".log")).value();
+}
+
+// ---- what is expected ----
+
+void expect_reference_film(FarmClient client, std::uint64_t job, const Picture& picture) {
+  const v1::Job ended = client.wait_until_ended(job);
+  ASSERT_EQ(ended.state(), v1::JOB_STATE_DONE) << ended.ShortDebugString();
+  EXPECT_EQ(ended.min_tile_samples(), picture.samples);
+  EXPECT_EQ(ended.max_tile_samples(), picture.samples);
+  EXPECT_EQ(film_hash(client.film(job)).hex(), reference_hash(picture).hex());
+}
+
+int kill_workers_until_ended(Farm& farm, std::uint64_t job, std::chrono::milliseconds pause) {
+  FarmClient client = farm.client();
+  std::uint64_t random = 20260731;
+  for (int kills = 0;; ++kills) {
+    std::this_thread::sleep_for(pause);
+    const v1::Job now = client.job(job);
+    if (now.state() != v1::JOB_STATE_RUNNING && now.state() != v1::JOB_STATE_QUEUED) {
+      return kills;
+    }
+    random = random * 6364136223846793005u + 1442695040888963407u;
+    farm.replace_worker(fmt::format("w{}", 1 + (random >> 33) % 3));
+  }
+}
+
+}  // namespace lightmill::testing

@@ -1,0 +1,97 @@
+// A farm of real processes on a free loopback port, and a client for it.
+#pragma once
+
+#include <grpcpp/grpcpp.h>
+
+#include <chrono>
+#include <filesystem>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "common/farm/job.h"
+#include "common/film/film_hash.h"
+#include "common/scene_io/load.h"
+#include "lightmill/v1/render_service.grpc.pb.h"
+#include "tests/support/process.h"
+#include "tests/support/temporary_folder.h"
+
+namespace lightmill::testing {
+
+/// What tests render: the bench box with blocks, small.
+struct Picture {
+  int side = 128;  ///< pixels
+  std::uint64_t samples = 300;
+  std::uint64_t seed = 7;
+  std::string method = "path";
+};
+
+const LoadedScene& bench_box();
+/// As a client submits it.
+JobSpec job_of(const Picture& picture, const std::string& request_id);
+/// The film hash of the bare core, in this process, without any farm.
+Hash128 reference_hash(const Picture& picture);
+
+/// Talks to a coordinator that may be away for a while: calls are repeated while it is.
+class FarmClient {
+ public:
+  explicit FarmClient(const std::string& address);
+  v1::RenderService::Stub& stub() { return *stub_; }
+
+  void upload_assets();
+  v1::Job submit(const Picture& picture, const std::string& request_id = "test");
+  v1::Job job(std::uint64_t id);
+  v1::Job extend(std::uint64_t id, std::uint64_t samples);
+  /// Until it has ended, or the test fails after `limit`.
+  v1::Job wait_until_ended(std::uint64_t id, std::chrono::seconds limit = std::chrono::seconds(120));
+  /// Until so many pixel samples are merged, or it has ended.
+  v1::Job wait_for_samples(std::uint64_t id, std::uint64_t pixel_samples);
+  FilmPlanes film(std::uint64_t id);
+
+ private:
+  std::unique_ptr<v1::RenderService::Stub> stub_;
+};
+
+class Farm {
+ public:
+  /// Starts the coordinator and waits until it listens.
+  explicit Farm(std::vector<std::string> server_options = {});
+
+  std::string address() const { return "127.0.0.1:" + std::to_string(port_); }
+  Process& server() { return *server_; }
+  /// A new coordinator on the same port and data; the one before has ended.
+  void start_server();
+  FarmClient client() { return FarmClient(address()); }
+  std::filesystem::path data() const { return folder_.path() / "data"; }
+  std::filesystem::path folder() const { return folder_.path(); }
+
+  Process& add_worker(int threads, const std::string& name);
+  Process& worker(const std::string& name);
+  /// SIGKILL, and another one of the same name in its place.
+  void replace_worker(const std::string& name);
+  std::string worker_log(const std::string& name) const;
+
+ private:
+  struct Worker {
+    std::string name;
+    int threads;
+    std::unique_ptr<Process> process;
+  };
+  std::unique_ptr<Process> start_worker(int threads, const std::string& name);
+
+  TemporaryFolder folder_;
+  std::vector<std::string> server_options_;
+  int port_ = 0;
+  std::unique_ptr<Process> server_;
+  std::vector<Worker> workers_;
+};
+
+/// Fails the test unless the job ends with all its samples and the bits of the bare core.
+void expect_reference_film(FarmClient client, std::uint64_t job, const Picture& picture = {});
+
+/// Kills a random one of the workers w1, w2, w3 every `pause`, and starts another, until the job has ended; returns how
+/// often.
+int kill_workers_until_ended(Farm& farm, std::uint64_t job, std::chrono::milliseconds pause);
+
+}  // namespace lightmill::testing

@@ -1,0 +1,119 @@
+#include "server/api/commit_queue.h"
+
+#include <gtest/gtest.h>
+
+#include <atomic>
+
+namespace lightmill {
+namespace {
+
+/// Notes what reaches it, and fails as it is told.
+class RecordingStore final : public Store {
+ public:
+  Result<StoredState> load() override { return StoredState{}; }
+  Status commit(std::span<const StoreOp> ops) override {
+    const MutexLock lock(mutex_);
+    if (!failures_.empty()) {
+      const Status failure = failures_.front();
+      failures_.pop_front();
+      return failure;
+    }
+    for (const StoreOp& op : ops) {
+      deleted_.push_back(std::get<DeleteJobRows>(op).job.value);
+    }
+    ++commits_;
+    return ok_status();
+  }
+  void fail_next(Status status) {
+    const MutexLock lock(mutex_);
+    failures_.push_back(std::move(status));
+  }
+  std::vector<std::uint64_t> deleted() {
+    const MutexLock lock(mutex_);
+    return deleted_;
+  }
+  int commits() {
+    const MutexLock lock(mutex_);
+    return commits_;
+  }
+
+ private:
+  Mutex mutex_;
+  std::deque<Status> failures_ LM_GUARDED_BY(mutex_);
+  std::vector<std::uint64_t> deleted_ LM_GUARDED_BY(mutex_);
+  int commits_ LM_GUARDED_BY(mutex_) = 0;
+};
+
+class CommitQueueTest : public ::testing::Test {
+ protected:
+  /// A step that can be told from others by its number.
+  void push(std::uint64_t number, std::vector<CommitReply> replies = {}) {
+    queue_->push({DeleteJobRows{JobId{number}}}, {{SessionId{number}, ResultAck{}}}, std::move(replies));
+  }
+
+  RecordingStore store_;
+  Mutex mutex_;
+  std::vector<std::uint64_t> sent_ LM_GUARDED_BY(mutex_);
+  std::atomic<int> fatal_ = 0;
+  std::unique_ptr<CommitQueue> queue_ =
+      std::make_unique<CommitQueue>(store_, CommitQueue::Handlers{[this](Outgoing message) {
+                                                                    EXPECT_GE(store_.deleted().size(), sent_count() + 1)
+                                                                        << "sent before it was stored";
+                                                                    const MutexLock lock(mutex_);
+                                                                    sent_.push_back(message.to.value);
+                                                                  },
+                                                                  [this](const Status&) { ++fatal_; }});
+  std::size_t sent_count() {
+    const MutexLock lock(mutex_);
+    return sent_.size();
+  }
+};
+
+TEST_F(CommitQueueTest, StoresThenSendsAllInOrder) {
+  std::vector<std::uint64_t> expected;
+  for (std::uint64_t i = 1; i <= 500; ++i) {
+    push(i);
+    expected.push_back(i);
+  }
+  EXPECT_TRUE(queue_->stop().ok());
+  EXPECT_EQ(store_.deleted(), expected);
+  const MutexLock lock(mutex_);
+  EXPECT_EQ(sent_, expected);
+}
+
+TEST_F(CommitQueueTest, WhatNobodyWaitsForGathersIntoFewTransactions) {
+  for (std::uint64_t i = 1; i <= 100; ++i) {
+    push(i);
+  }
+  EXPECT_TRUE(queue_->stop().ok());
+  EXPECT_LT(store_.commits(), 10);
+}
+
+TEST_F(CommitQueueTest, AFullDiskIsWaitedForAndNothingIsLost) {
+  store_.fail_next(resource_exhausted("the disk is full"));
+  store_.fail_next(unavailable("and still is"));
+  std::atomic<int> answered = 0;
+  push(1, {[&](const Status& status) { answered = status.ok() ? 1 : 2; }});
+  while (answered == 0) {
+    std::this_thread::sleep_for(std::chrono::milliseconds(10));
+  }
+  EXPECT_EQ(answered, 1);
+  EXPECT_TRUE(queue_->stop().ok());
+  EXPECT_EQ(store_.deleted(), std::vector<std::uint64_t>{1});
+  EXPECT_EQ(fatal_, 0);
+}
+
+TEST_F(CommitQueueTest, AfterDamageNothingIsStoredSentOrConfirmed) {
+  store_.fail_next(data_loss("the file is damaged"));
+  std::atomic<int> refused = 0;
+  push(1, {[&](const Status& status) { refused += status.ok() ? 0 : 1; }});
+  push(2, {[&](const Status& status) { refused += status.ok() ? 0 : 1; }});
+  EXPECT_EQ(queue_->stop().code(), StatusCode::kDataLoss);
+  EXPECT_EQ(refused, 2);
+  EXPECT_EQ(fatal_, 1);
+  EXPECT_TRUE(store_.deleted().empty());
+  EXPECT_EQ(sent_count(), 0u);
+}
+
+}  // namespace
+}  // namespace lightmill
