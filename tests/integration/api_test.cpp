@@ -87,7 +87,7 @@ TEST(Api, TheSameRequestTwiceIsOneJobAlsoAfterARestart) {
   const std::uint64_t id = client.submit(small_picture(), "same").id();
   EXPECT_EQ(client.submit(small_picture(), "same").id(), id);
   EXPECT_NE(client.submit(small_picture(), "other").id(), id);
-  farm.server().signal(SIGKILL);
+  kill_at_once(farm.server());
   farm.start_server();
   EXPECT_EQ(client.submit(small_picture(), "same").id(), id) << "a job that was answered is stored";
 }
@@ -196,19 +196,19 @@ TEST(Api, HealthAndReflectionAnswer) {
 
 TEST(Server, ASecondOneOnTheSameDataIsRefusedWithWhatToDo) {
   Farm farm;
-  Process second({std::string(LIGHTMILL_BINARY_DIR) + "/bin/lightmill-server", "--data", farm.data().string(),
-                  "--listen", "127.0.0.1:0"},
-                 farm.folder() / "second.log");
+  test::BackgroundProcess second({std::string(LIGHTMILL_BINARY_DIR) + "/bin/lightmill-server", "--data",
+                                  farm.data().string(), "--listen", "127.0.0.1:0"},
+                                 (farm.folder() / "second.log").string());
   EXPECT_EQ(second.wait(std::chrono::seconds(10)), 1);
-  EXPECT_NE(second.log_text().find(farm.data().string()), std::string::npos) << second.log_text();
-  EXPECT_NE(second.log_text().find("--data"), std::string::npos);
+  EXPECT_NE(farm.log("second").find(farm.data().string()), std::string::npos) << farm.log("second");
+  EXPECT_NE(farm.log("second").find("--data"), std::string::npos);
 }
 
 TEST(Worker, TriesItsServersInTurn) {
   Farm farm;
-  const Process worker({std::string(LIGHTMILL_BINARY_DIR) + "/bin/lightmill-worker", "--server",
-                        "127.0.0.1:1," + farm.address(), "--threads", "1"},
-                       farm.folder() / "worker.log");
+  const test::BackgroundProcess worker({std::string(LIGHTMILL_BINARY_DIR) + "/bin/lightmill-worker", "--server",
+                                        "127.0.0.1:1," + farm.address(), "--threads", "1"},
+                                       (farm.folder() / "worker.log").string());
   FarmClient client = farm.client();
   const std::uint64_t id = client.submit(small_picture()).id();
   EXPECT_EQ(client.wait_until_ended(id).state(), v1::JOB_STATE_DONE);

@@ -68,7 +68,7 @@ TEST(SameBits, TheCoordinatorKilledTwice) {
   for (const std::uint64_t quarter : {1, 2}) {
     const v1::Job before = client.wait_for_samples(job, kPixelSamples * quarter / 4);
     ASSERT_EQ(before.state(), v1::JOB_STATE_RUNNING) << "it must be killed while it works";
-    farm.server().signal(SIGKILL);
+    kill_at_once(farm.server());
     std::this_thread::sleep_for(std::chrono::milliseconds(200));
     farm.start_server();
   }
@@ -104,7 +104,7 @@ TEST(NothingTwice, AfterAWorkersDeathOnlyItsUnacknowledgedUnitsAreRenderedAgain)
   const std::uint64_t job = client.submit(kPicture).id();
   const v1::Job before = client.wait_for_samples(job, kPixelSamples / 3);
   ASSERT_EQ(before.state(), v1::JOB_STATE_RUNNING);
-  farm.worker("dies").signal(SIGKILL);
+  kill_at_once(farm.worker("dies"));
   expect_reference_film(farm.client(), job);
   const v1::Job ended = client.job(job);
   // What was merged and rendered again all the same would have come back as a duplicate.
@@ -119,7 +119,7 @@ TEST(Drain, AWorkerFinishesWhatItHasBegunAndLeaves) {
   FarmClient client = farm.client();
   const std::uint64_t job = client.submit(kPicture).id();
   client.wait_for_samples(job, kPixelSamples / 4);
-  farm.worker("leaves").signal(SIGTERM);
+  farm.worker("leaves").send(SIGTERM);
   EXPECT_EQ(farm.worker("leaves").wait(std::chrono::seconds(20)), 0);
   expect_reference_film(farm.client(), job);
   EXPECT_EQ(client.job(job).counters().leases_lost(), 0u);
@@ -132,8 +132,8 @@ TEST(Stop, ACoordinatorStopsCleanlyAndGoesOnLater) {
   FarmClient client = farm.client();
   const std::uint64_t job = client.submit(kPicture).id();
   client.wait_for_samples(job, kPixelSamples / 4);
-  farm.server().signal(SIGTERM);
-  EXPECT_EQ(farm.server().wait(std::chrono::seconds(10)), 0) << farm.server().log_text();
+  farm.server().send(SIGTERM);
+  EXPECT_EQ(farm.server().wait(std::chrono::seconds(10)), 0) << farm.server_log();
   farm.start_server();
   expect_reference_film(farm.client(), job);
 }

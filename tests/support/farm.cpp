@@ -2,6 +2,8 @@
 
 #include <gtest/gtest.h>
 
+#include <signal.h>
+
 #include <atomic>
 #include <fstream>
 #include <thread>
@@ -246,6 +248,11 @@ FilmPlanes FarmClient::film(std::uint64_t id) {
 
 // ---- the processes ----
 
+void kill_at_once(test::BackgroundProcess& process) {
+  process.send(SIGKILL);
+  EXPECT_TRUE(process.wait(kPatience));
+}
+
 Farm::Farm(std::vector<std::string> server_options) : server_options_(std::move(server_options)) {
   start_server();
 }
@@ -256,11 +263,11 @@ void Farm::start_server() {
   std::vector<std::string> arguments{
       program("lightmill-server"), "--data", data().string(), "--listen", address(), "--port-file", port_file.string()};
   arguments.insert(arguments.end(), server_options_.begin(), server_options_.end());
-  server_ = std::make_unique<Process>(arguments, folder_.path() / "server.log");
+  server_ = std::make_unique<test::BackgroundProcess>(arguments, (folder_.path() / "server.log").string());
   const auto until = std::chrono::steady_clock::now() + kPatience;
   while (!std::filesystem::exists(port_file)) {
-    if (!server_->running() || std::chrono::steady_clock::now() > until) {
-      ADD_FAILURE() << "the coordinator does not start:\n" << server_->log_text();
+    if (server_->wait(std::chrono::milliseconds(0)) || std::chrono::steady_clock::now() > until) {
+      ADD_FAILURE() << "the coordinator does not start:\n" << server_log();
       return;
     }
     std::this_thread::sleep_for(std::chrono::milliseconds(10));
@@ -268,19 +275,19 @@ void Farm::start_server() {
   port_ = std::stoi(read_file(port_file).value());
 }
 
-std::unique_ptr<Process> Farm::start_worker(int threads, const std::string& name) {
-  return std::make_unique<Process>(
+std::unique_ptr<test::BackgroundProcess> Farm::start_worker(int threads, const std::string& name) {
+  return std::make_unique<test::BackgroundProcess>(
       std::vector<std::string>{program("lightmill-worker"), "--server", address(), "--threads", std::to_string(threads),
                                "--name", name, "--log-level", "debug"},
-      folder_.path() / (name + ".log"));
+      (folder_.path() / (name + ".log")).string());
 }
 
-Process& Farm::add_worker(int threads, const std::string& name) {
+test::BackgroundProcess& Farm::add_worker(int threads, const std::string& name) {
   workers_.push_back({name, threads, start_worker(threads, name)});
   return *workers_.back().process;
 }
 
-Process& Farm::worker(const std::string& name) {
+test::BackgroundProcess& Farm::worker(const std::string& name) {
   for (Worker& worker : workers_) {
     if (worker.name == name) {
       return *worker.process;
@@ -292,13 +299,13 @@ Process& Farm::worker(const std::string& name) {
 void Farm::replace_worker(const std::string& name) {
   for (Worker& worker : workers_) {
     if (worker.name == name) {
-      worker.process->signal(SIGKILL);
+      kill_at_once(*worker.process);
       worker.process = start_worker(worker.threads, name);
     }
   }
 }
 
-std::string Farm::worker_log(const std::string& name) const {
+std::string Farm::log(const std::string& name) const {
   return read_file(folder_.path() / (name + ".log")).value();
 }
 

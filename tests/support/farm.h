@@ -53,37 +53,43 @@ class FarmClient {
   std::unique_ptr<v1::RenderService::Stub> stub_;
 };
 
+/// SIGKILL, waited for.
+void kill_at_once(test::BackgroundProcess& process);
+
 class Farm {
  public:
   /// Starts the coordinator and waits until it listens.
   explicit Farm(std::vector<std::string> server_options = {});
 
   std::string address() const { return "127.0.0.1:" + std::to_string(port_); }
-  Process& server() { return *server_; }
+  test::BackgroundProcess& server() { return *server_; }
   /// A new coordinator on the same port and data; the one before has ended.
   void start_server();
   FarmClient client() { return FarmClient(address()); }
   std::filesystem::path data() const { return folder_.path() / "data"; }
   std::filesystem::path folder() const { return folder_.path(); }
 
-  Process& add_worker(int threads, const std::string& name);
-  Process& worker(const std::string& name);
+  test::BackgroundProcess& add_worker(int threads, const std::string& name);
+  test::BackgroundProcess& worker(const std::string& name);
   /// SIGKILL, and another one of the same name in its place.
   void replace_worker(const std::string& name);
-  std::string worker_log(const std::string& name) const;
+  std::string worker_log(const std::string& name) const { return log(name); }
+  std::string server_log() const { return log("server"); }
+  /// What a process whose output goes to NAME.log in folder() has said.
+  std::string log(const std::string& name) const;
 
  private:
   struct Worker {
     std::string name;
     int threads;
-    std::unique_ptr<Process> process;
+    std::unique_ptr<test::BackgroundProcess> process;
   };
-  std::unique_ptr<Process> start_worker(int threads, const std::string& name);
+  std::unique_ptr<test::BackgroundProcess> start_worker(int threads, const std::string& name);
 
   TemporaryFolder folder_;
   std::vector<std::string> server_options_;
   int port_ = 0;
-  std::unique_ptr<Process> server_;
+  std::unique_ptr<test::BackgroundProcess> server_;
   std::vector<Worker> workers_;
 };
 

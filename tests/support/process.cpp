@@ -2,7 +2,6 @@
 
 #include <fcntl.h>
 #include <poll.h>
-#include <gtest/gtest.h>
 #include <signal.h>
 #include <sys/prctl.h>
 #include <sys/wait.h>
@@ -140,77 +139,3 @@ std::vector<pid_t> processes_with(const std::string& name, const std::string& va
 }
 
 }  // namespace lightmill::test
-#include <fstream>
-#include <sstream>
-#include <thread>
-
-namespace lightmill::testing {
-
-Process::Process(const std::vector<std::string>& arguments, std::filesystem::path log) : log_(std::move(log)) {
-  std::vector<char*> argv;
-  for (const std::string& argument : arguments) {
-    argv.push_back(const_cast<char*>(argument.c_str()));
-  }
-  argv.push_back(nullptr);
-  const std::string log_name = log_.string();
-  pid_ = ::fork();
-  if (pid_ == 0) {
-    ::prctl(PR_SET_PDEATHSIG, SIGKILL);
-    const int fd = ::open(log_name.c_str(), O_WRONLY | O_CREAT | O_APPEND, 0644);
-    ::dup2(fd, STDOUT_FILENO);
-    ::dup2(fd, STDERR_FILENO);
-    sigset_t none;
-    sigemptyset(&none);
-    ::sigprocmask(SIG_SETMASK, &none, nullptr);
-    ::execv(argv[0], argv.data());
-    ::_exit(127);
-  }
-  EXPECT_GT(pid_, 0);
-}
-
-Process::~Process() {
-  signal(SIGKILL);
-}
-
-bool Process::reap(int options) {
-  if (exit_code_) {
-    return true;
-  }
-  int status = 0;
-  if (::waitpid(pid_, &status, options) != pid_) {
-    return false;
-  }
-  exit_code_ = WIFEXITED(status) ? WEXITSTATUS(status) : 128 + WTERMSIG(status);
-  return true;
-}
-
-bool Process::running() {
-  return !reap(WNOHANG);
-}
-
-void Process::signal(int number) {
-  if (!running()) {
-    return;
-  }
-  ::kill(pid_, number);
-  if (number == SIGKILL) {
-    reap(0);
-  }
-}
-
-std::optional<int> Process::wait(std::chrono::milliseconds limit) {
-  const auto until = std::chrono::steady_clock::now() + limit;
-  while (running() && std::chrono::steady_clock::now() < until) {
-    std::this_thread::sleep_for(std::chrono::milliseconds(10));
-  }
-  return exit_code_;
-}
-
-std::string Process::log_text() const {
-  std::ifstream file(log_);
-  std::stringstream text;
-  text << file.rdbuf();
-  return text.str();
-}
-
-}  // namespace lightmill::testing

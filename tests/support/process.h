@@ -1,5 +1,4 @@
 // Real processes for tests: commands that are run to their end, and programs in the background that are sure to go.
-// A process that a test started: ended with its owner, whatever happens.
 #pragma once
 
 #include <sys/types.h>
@@ -62,34 +61,3 @@ bool eventually(Condition condition, std::chrono::milliseconds limit = std::chro
 }
 
 }  // namespace lightmill::test
-#include <filesystem>
-#include <optional>
-#include <string>
-#include <vector>
-
-namespace lightmill::testing {
-
-class Process {
- public:
-  /// Starts `arguments[0]`; both outputs go to the end of `log`. It dies with the test.
-  Process(const std::vector<std::string>& arguments, std::filesystem::path log);
-  ~Process();  ///< SIGKILL
-  Process(const Process&) = delete;
-  Process& operator=(const Process&) = delete;
-
-  pid_t pid() const { return pid_; }
-  bool running();
-  /// Sends a signal; SIGKILL is waited for.
-  void signal(int number);
-  /// The exit code (128 + signal if killed), or nothing if it still runs after `limit`.
-  std::optional<int> wait(std::chrono::milliseconds limit);
-  std::string log_text() const;
-
- private:
-  bool reap(int options);
-  pid_t pid_ = -1;
-  std::filesystem::path log_;
-  std::optional<int> exit_code_;
-};
-
-}  // namespace lightmill::testing
