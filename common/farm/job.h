@@ -28,7 +28,7 @@ struct RenderSettings {
   std::vector<Sha256> assets;  ///< those that the scene names, sorted, each once
   int width = 0;               ///< of the full film, pixels
   int height = 0;
-  PixelRect crop;              ///< what is rendered
+  PixelRect crop;  ///< what is rendered
   std::vector<LayerSpec> layers{LayerSpec{}};
   std::uint64_t seed = 0;
   std::string method = "path";
@@ -55,9 +55,9 @@ enum class JobState { queued, running, paused, done, failed, cancelled };
 struct JobSpec {
   std::string request_id;  ///< the same id submitted twice is one job
   std::string name;
-  std::string owner;       ///< who asked (a user name as the client gives it)
-  std::string host;        ///< where it was asked
-  JobId parent;            ///< 0: none
+  std::string owner;          ///< who asked (a user name as the client gives it)
+  std::string host;           ///< where it was asked
+  JobId parent;               ///< 0: none
   std::int32_t priority = 0;  ///< higher goes first
   Goal goal;
   RenderSettings settings;
@@ -74,9 +74,9 @@ struct JobCounters {
 
 /// The frame's error as far as it is known.
 struct ErrorEstimate {
-  double rel_mse = 0;       ///< mean over pixels and channels of var/(r²+0.01)
-  double half_width = 0;    ///< 95 % confidence: rel_mse ± half_width, from the spread over tiles
-  bool known = false;       ///< false until every tile has both halves
+  double rel_mse = 0;     ///< mean over pixels and channels of var/(r²+0.01)
+  double half_width = 0;  ///< 95 % confidence: rel_mse ± half_width, from the spread over tiles
+  bool known = false;     ///< false until every tile has both halves
 };
 
 /// A job as it stands.
@@ -85,23 +85,23 @@ struct JobStatus {
   std::string name, owner, host, method, fingerprint_class;
   JobId parent;
   JobState state = JobState::queued;
-  std::string reason;  ///< why it failed or which limit ended it
+  std::string reason;  ///< why it failed, which limit ended it, or what it waits for
   std::int32_t priority = 0;
   Goal goal;
   int width = 0, height = 0;
   PixelRect crop;
   std::uint64_t seed = 0;
-  std::uint64_t samples_done = 0;     ///< pixel samples merged
-  std::uint64_t samples_wanted = 0;   ///< pixel samples at the sample goal; 0 without one
+  std::uint64_t samples_done = 0;                            ///< pixel samples merged
+  std::uint64_t samples_wanted = 0;                          ///< pixel samples at the sample goal; 0 without one
   std::uint64_t min_tile_samples = 0, max_tile_samples = 0;  ///< per pixel
-  double active_seconds = 0;          ///< time during which it was being rendered
-  double worker_seconds = 0;          ///< sum over results of the workers' own thread seconds
-  double samples_per_second = 0;      ///< recent rate, pixel samples
-  double eta_seconds = -1;            ///< negative: unknown
+  double active_seconds = 0;                                 ///< time during which it was being rendered
+  double worker_seconds = 0;                                 ///< sum over results of the workers' own thread seconds
+  double samples_per_second = 0;                             ///< recent rate, pixel samples
+  double eta_seconds = -1;                                   ///< negative: unknown
   ErrorEstimate error;
   JobCounters counters;
   std::int64_t submitted_unix_ms = 0, finished_unix_ms = 0;  ///< 0: not yet
-  Sha256 render_digest;               ///< zero until the class is fixed
+  Sha256 render_digest;                                      ///< zero until the class is fixed
 };
 
 }  // namespace lightmill

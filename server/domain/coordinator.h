@@ -29,8 +29,8 @@ struct CoordinatorLimits {
   Duration copy_after = std::chrono::milliseconds(500);  ///< no lease is copied to an idle worker before it is so old
   /// Of nodes that are out or wait to be joined; never below four nodes a tile.
   std::uint64_t film_bytes_per_job = std::uint64_t{1} << 30;
-  std::uint64_t film_bytes = std::uint64_t{16} << 30;  ///< of one node per tile of all films together; more is refused
-  std::uint32_t max_bad_results = 3;                   ///< a worker that sends so many damaged results is dismissed
+  std::uint64_t film_bytes = std::uint64_t{8} << 30;  ///< of all films together when they are done; more is refused
+  std::uint32_t max_bad_results = 3;                  ///< a worker that sends so many damaged results is dismissed
   std::uint32_t max_jobs = 10'000;
   std::uint32_t max_workers = 10'000;
 };

@@ -7,7 +7,6 @@
 //   view.cpp      what can be seen
 #pragma once
 
-#include <list>
 #include <map>
 #include <memory>
 #include <optional>
@@ -133,6 +132,8 @@ struct Coordinator::State {
   void serve_all(Time now, Step& step);
   bool wants_more(const Worker& worker) const;
   bool may_render(const Worker& worker, const Job& job) const;
+  /// Gives one more lease if the worker wants one and there is something for it; keeps `idle` up to date.
+  bool serve_once(Worker& worker, Time now, Step& step);
   UnitAim aim_for(const Worker& worker, const Job& job) const;
   Lease& open_lease(Worker& worker, Job& job, LeaseId id, Unit unit, bool copy, Time now);
   void send_grant(Worker& worker, Job& job, const Lease& lease, Step& step);
@@ -169,6 +170,7 @@ struct Coordinator::State {
 
   // ---- view.cpp ----
   JobStatus describe(const Job& job, Time now) const;
+  std::string reason_to_wait(const Job& job) const;  ///< empty if somebody is there who may render it
 
   CoordinatorLimits limits;
   std::uint64_t epoch;

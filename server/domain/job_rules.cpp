@@ -49,8 +49,10 @@ std::uint32_t total_channels(const RenderSettings& settings) {
   return channels;
 }
 
-std::uint64_t node_bytes(const RenderSettings& settings) {
-  return static_cast<std::uint64_t>(settings.crop.pixel_count()) * total_channels(settings) * 2 * sizeof(float);
+std::uint64_t finished_bytes(const JobSpec& spec) {
+  const std::uint64_t parts = std::max(std::popcount(spec.goal.samples), 1);
+  return parts * static_cast<std::uint64_t>(spec.settings.crop.pixel_count()) * total_channels(spec.settings) * 2 *
+         sizeof(float);
 }
 
 std::string_view name_of(JobState state) {

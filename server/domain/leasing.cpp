@@ -58,27 +58,31 @@ UnitAim Coordinator::State::aim_for(const Worker& worker, const Job& job) const 
   return aim;
 }
 
-void Coordinator::State::serve(Worker& worker, Time now, Step& step) {
-  while (wants_more(worker)) {
-    if (!grant_next(worker, now, step)) {
-      idle.insert(worker.hello.name);
-      return;
-    }
+bool Coordinator::State::serve_once(Worker& worker, Time now, Step& step) {
+  if (!wants_more(worker)) {
+    idle.erase(worker.hello.name);
+    return false;
   }
-  idle.erase(worker.hello.name);
+  const bool granted = grant_next(worker, now, step);
+  if (!granted) {
+    idle.insert(worker.hello.name);
+  }
+  return granted;
+}
+
+void Coordinator::State::serve(Worker& worker, Time now, Step& step) {
+  while (serve_once(worker, now, step)) {
+  }
 }
 
 void Coordinator::State::serve_all(Time now, Step& step) {
-  const std::vector<std::string> waiting(idle.begin(), idle.end());
-  for (const std::string& name : waiting) {
-    if (queue.empty()) {
-      return;
-    }
-    if (Worker* worker = find_worker(name)) {
-      serve(*worker, now, step);
-    } else {
-      idle.erase(name);
-    }
+  // One lease each, then the next: what there is is spread over all that wait.
+  std::vector<std::string> waiting(idle.begin(), idle.end());
+  while (!waiting.empty() && !queue.empty()) {
+    std::erase_if(waiting, [&](const std::string& name) {
+      Worker* const worker = find_worker(name);
+      return worker == nullptr || !serve_once(*worker, now, step);
+    });
   }
 }
 

@@ -161,7 +161,7 @@ void Coordinator::State::close_if_time_is_up(Job& job, Time now, Step& step) {
 std::uint64_t Coordinator::State::footprint_bytes() const {
   std::uint64_t bytes = 0;
   for (const auto& [id, job] : jobs) {
-    bytes += node_bytes(job->record.spec.settings);
+    bytes += std::max(job->film.bytes(), finished_bytes(job->record.spec));
   }
   return bytes;
 }
@@ -184,7 +184,7 @@ Result<JobId> Coordinator::submit(const JobSpec& spec, Time now, std::int64_t un
   if (state_->jobs.size() >= state_->limits.max_jobs) {
     return resource_exhausted("the farm keeps at most {} jobs: delete some that have ended", state_->limits.max_jobs);
   }
-  const std::uint64_t footprint = state_->footprint_bytes() + node_bytes(spec.settings);
+  const std::uint64_t footprint = state_->footprint_bytes() + finished_bytes(spec);
   if (footprint > state_->limits.film_bytes) {
     return resource_exhausted("the films of all jobs would hold {} bytes, more than {}: delete jobs that have ended",
                               footprint, state_->limits.film_bytes);

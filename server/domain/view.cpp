@@ -2,6 +2,13 @@
 #include "server/domain/coordinator_state.h"
 
 namespace lightmill {
+namespace {
+
+bool record_is_waiting(JobState state) {
+  return state == JobState::queued || state == JobState::running;
+}
+
+}  // namespace
 
 void Coordinator::tick(Time now, std::int64_t unix_ms, Step& step) {
   State& state = *state_;
@@ -53,6 +60,20 @@ std::optional<Time> Coordinator::next_deadline() const {
   return next;
 }
 
+std::string Coordinator::State::reason_to_wait(const Job& job) const {
+  if (record_is_waiting(job.record.state) && job.leases.empty()) {
+    const bool somebody = std::ranges::any_of(workers, [&](const auto& entry) {
+      return entry.second.session && !entry.second.draining && may_render(entry.second, job);
+    });
+    if (!somebody) {
+      const std::string& fixed = job.record.fingerprint_class;
+      return fmt::format("waits for a worker with renderer {}{}{}", job.record.spec.settings.renderer_version,
+                         fixed.empty() ? "" : " and fingerprint class ", fixed);
+    }
+  }
+  return "";
+}
+
 JobStatus Coordinator::State::describe(const Job& job, Time now) const {
   const JobRecord& record = job.record;
   const JobSpec& spec = record.spec;
@@ -65,7 +86,7 @@ JobStatus Coordinator::State::describe(const Job& job, Time now) const {
   status.fingerprint_class = record.fingerprint_class;
   status.parent = spec.parent;
   status.state = record.state;
-  status.reason = record.reason;
+  status.reason = record.reason.empty() ? reason_to_wait(job) : record.reason;
   status.priority = spec.priority;
   status.goal = spec.goal;
   status.width = spec.settings.width;

@@ -137,6 +137,7 @@ class FarmSimulation {
   void finish_commit();
   void plan_server_tick();
   void server_sends(Outgoing message);
+  void check_decisions(const Step& step);
   void check_grant(const Stream& stream, const LeaseGrant& grant);
   void check_ack(const Stream& stream, const ResultAck& ack);
   void check_acknowledged_is_durable();

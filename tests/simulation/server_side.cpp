@@ -64,6 +64,7 @@ void FarmSimulation::on_server(const std::function<void(Step&)>& call) {
 }
 
 void FarmSimulation::execute(Step step, std::vector<Action> replies) {
+  check_decisions(step);
   for (const Note& note : step.notes) {
     trace("{}", note.text);
   }
@@ -221,12 +222,30 @@ void FarmSimulation::check_grant(const Stream& stream, const LeaseGrant& grant) 
   if (stored->fingerprint_class != workers_[stream.worker].fingerprint) {
     fail(fmt::format("lease {} goes to a worker of class {}", grant.lease.value, workers_[stream.worker].fingerprint));
   }
-  for (const TileId tile : grant.unit.tiles) {
-    if (disk_.covers({grant.unit.job, tile, grant.unit.range})) {
-      // It may have become durable while the lease waited for a commit; then a copy of it came in first.
-      if (!chaos_.copies && !chaos_.breaks && !chaos_.hangs) {
-        fail(fmt::format("lease {} names durable samples [{}, {}) of tile {}", grant.lease.value,
-                         grant.unit.range.first(), grant.unit.range.end(), tile.value));
+}
+
+void FarmSimulation::check_decisions(const Step& step) {
+  bool granted = false;
+  for (const std::vector<Outgoing>* channel : {&step.now, &step.after_commit}) {
+    for (const Outgoing& message : *channel) {
+      const auto* grant = std::get_if<LeaseGrant>(&message.message);
+      const Film* film = grant != nullptr ? coordinator_->film(grant->unit.job) : nullptr;
+      if (film == nullptr) {
+        continue;
+      }
+      granted = true;
+      for (const TileId tile : grant->unit.tiles) {
+        if (film->covered(tile, grant->unit.range)) {
+          fail(fmt::format("lease {} names samples [{}, {}) of tile {}, which are merged", grant->lease.value,
+                           grant->unit.range.first(), grant->unit.range.end(), tile.value));
+        }
+      }
+    }
+  }
+  if (granted) {
+    for (const WorkerStatus& worker : coordinator_->workers(now_)) {
+      if (worker.leases > 8 * limits_.leases_per_worker) {
+        fail(fmt::format("{} has {} leases", worker.name, worker.leases));
       }
     }
   }

@@ -10,7 +10,7 @@ namespace lightmill::simulation {
 namespace {
 
 constexpr std::uint64_t kBatches = 8;
-constexpr std::uint64_t kSeedsPerBatch = 300;
+constexpr std::uint64_t kSeedsPerBatch = 600;
 
 std::uint64_t number_from_environment(const char* name, std::uint64_t otherwise) {
   const char* const text = std::getenv(name);
