@@ -1,0 +1,218 @@
+// What the farm costs over the bare core, and how soon a watching client sees its first picture.
+//
+// A real coordinator and worker on loopback render a job for a real client process; then this process renders the same
+// samples with the bare core on as many threads. Compared is CPU time, of all three programs from submit until the
+// client holds the film in memory (writing files is left out, its start-up is not), over that of the bare core; pairs
+// alternate and the median counts, because the machine may be shared.
+#include <sys/resource.h>
+#include <sys/wait.h>
+
+#include <CLI/CLI.hpp>
+#include <atomic>
+#include <cstdio>
+#include <ctime>
+#include <nlohmann/json.hpp>
+
+#include "client/cli/child_process.h"
+#include "client/cli/console.h"
+#include "client/cli/farm_connection.h"
+#include "client/cli/film_fetch.h"
+#include "client/cli/submission.h"
+#include "common/base/check.h"
+#include "tests/support/farm.h"
+#include "tests/support/render_document.h"
+
+namespace {
+
+using namespace lightmill;
+using Seconds = std::chrono::duration<double>;
+
+struct Options {
+  std::string scene = LIGHTMILL_SOURCE_DIR "/scenes/cornell-bench-blocks.json";
+  std::uint32_t level = 8;
+  int size = 512, pairs = 10, first_pictures = 20, threads = 2;
+  std::string client_of;  ///< run as the client of this coordinator
+  std::uint64_t seed = 0;
+  bool first_picture = false;
+};
+
+double seconds_of(const timespec& t) {
+  return static_cast<double>(t.tv_sec) + 1e-9 * static_cast<double>(t.tv_nsec);
+}
+
+double cpu_seconds_of(pid_t pid) {
+  clockid_t clock;
+  timespec t;
+  LM_CHECK(clock_getcpuclockid(pid, &clock) == 0 && clock_gettime(clock, &t) == 0);
+  return seconds_of(t);
+}
+
+double median(std::vector<double> v) {
+  std::sort(v.begin(), v.end());
+  return v.size() % 2 == 1 ? v[v.size() / 2] : (v[v.size() / 2 - 1] + v[v.size() / 2]) / 2;
+}
+
+template <class T>
+T value_of(Result<T> result) {
+  LM_CHECK(result.ok(), "{}", message_of(result.status()));
+  return std::move(*result);
+}
+
+/// The client's part, in a process of its own. Prints the seconds from submit to the first whole picture, if asked for
+/// that.
+int run_client(const Options& options) {
+  cli::RenderOptions render;
+  render.scenes = {options.scene};
+  render.size = fmt::format("{0}x{0}", options.size);
+  render.samples = std::uint64_t{1} << options.level;
+  render.seed = options.seed;
+  const cli::PreparedJob prepared = value_of(cli::make_job(render));
+  cli::FarmConnection farm(options.client_of);
+  const cli::Console console(true);
+  const auto start = std::chrono::steady_clock::now();
+  const v1::Job job = value_of(cli::submit_job(farm, prepared, console));
+  if (options.first_picture) {
+    std::int64_t missing = std::int64_t{options.size} * options.size;
+    std::set<std::pair<int, int>> seen;
+    bool stop = false;
+    (void)farm.watch(
+        job.id(), true, [&] { return stop; },
+        [&](const v1::WatchJobResponse& update) {
+          for (const v1::PreviewTile& tile : update.tiles()) {
+            if (tile.samples() > 0 && seen.insert({tile.rect().x(), tile.rect().y()}).second) {
+              missing -= std::int64_t{tile.rect().width()} * tile.rect().height();
+            }
+          }
+          if (missing == 0 && !stop) {
+            fmt::print("{}\n", Seconds(std::chrono::steady_clock::now() - start).count());
+            stop = true;
+            farm.cancel_calls();
+          }
+        });
+    (void)value_of(farm.cancel_job(job.id()));
+    return missing == 0 ? 0 : 1;
+  }
+  bool done = false;
+  const Status watched = farm.watch(
+      job.id(), false, [] { return false; },
+      [&](const v1::WatchJobResponse& update) { done = update.job().state() == v1::JOB_STATE_DONE; });
+  LM_CHECK(watched.ok() && done, "the job did not end well");
+  const cli::FetchedFilm film = value_of(cli::fetch_film(farm, job.id()));
+  return film.picture.pixels() == static_cast<std::size_t>(options.size) * options.size ? 0 : 1;
+}
+
+test::CommandResult start_client(const Options& options, const std::string& address, std::uint64_t seed,
+                                 bool first_picture) {
+  std::vector<std::string> arguments{(cli::own_folder() / "farm_bench").string(),
+                                     options.scene,
+                                     "--client-of",
+                                     address,
+                                     "--seed",
+                                     std::to_string(seed),
+                                     "--level",
+                                     std::to_string(options.level),
+                                     "--size",
+                                     std::to_string(options.size)};
+  if (first_picture) {
+    arguments.push_back("--first-picture");
+  }
+  const test::CommandResult result = test::run_command(arguments, {}, std::chrono::seconds(600));
+  LM_CHECK(result.exit_code == 0, "the client failed: {}", result.err);
+  return result;
+}
+
+double bare_cpu_seconds(const Options& options, std::shared_ptr<const CompiledScene> scene, std::uint64_t seed) {
+  const auto method = value_of(make_method(scene, {"path", seed, 0}));
+  const TileGrid grid({0, 0, options.size, options.size});
+  std::atomic<std::uint32_t> next{0};
+  timespec start, end;
+  clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &start);
+  std::vector<std::jthread> threads;
+  for (int i = 0; i < options.threads; ++i) {
+    threads.emplace_back([&] {
+      const auto workspace = method->make_workspace();
+      for (std::uint32_t tile = next++; tile < grid.tile_count(); tile = next++) {
+        method->render(grid.tile_rect({tile}), {options.level, 0}, *workspace);
+      }
+    });
+  }
+  threads.clear();
+  clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &end);
+  return seconds_of(end) - seconds_of(start);
+}
+
+double children_cpu_seconds() {
+  rusage usage;
+  getrusage(RUSAGE_CHILDREN, &usage);
+  const auto seconds = [](const timeval& t) {
+    return static_cast<double>(t.tv_sec) + 1e-6 * static_cast<double>(t.tv_usec);
+  };
+  return seconds(usage.ru_utime) + seconds(usage.ru_stime);
+}
+
+int run_bench(const Options& options) {
+  lightmill::testing::Farm farm;
+  auto& worker = farm.add_worker(options.threads, "w1");
+  start_client(options, farm.address(), 999, true);  // renders the scene once
+
+  std::vector<double> first;
+  for (int i = 0; i < options.first_pictures; ++i) {
+    std::this_thread::sleep_for(
+        std::chrono::milliseconds(300));  // the cancelled job's last tiles: the farm is idle again
+    first.push_back(std::stod(start_client(options, farm.address(), 2000 + i, true).out));
+  }
+  if (!first.empty()) {
+    std::printf("first picture of %dx%d at the client: median %.3f s (%.3f to %.3f) of %zu\n", options.size,
+                options.size, median(first), *std::min_element(first.begin(), first.end()),
+                *std::max_element(first.begin(), first.end()), first.size());
+    std::fflush(stdout);
+  }
+
+  const auto loaded = test::TestScene(options.scene).resized(options.size, options.size);
+  const auto compiled = value_of(CompiledScene::compile(loaded.scene(), loaded.assets()));
+  std::vector<double> ratios;
+  for (int pair = 0; pair < options.pairs; ++pair) {
+    const double server_before = cpu_seconds_of(farm.server().pid()), worker_before = cpu_seconds_of(worker.pid());
+    const double client_before = children_cpu_seconds();
+    start_client(options, farm.address(), 1 + pair, false);
+    const double server_cpu = cpu_seconds_of(farm.server().pid()) - server_before;
+    const double worker_cpu = cpu_seconds_of(worker.pid()) - worker_before;
+    const double client_cpu = children_cpu_seconds() - client_before;
+    const double bare = bare_cpu_seconds(options, compiled, 1 + pair);
+    ratios.push_back((server_cpu + worker_cpu + client_cpu) / bare);
+    std::printf("farm %.2f s (server %.3f, worker %.2f, client %.3f), bare core %.2f s: ratio %.4f\n",
+                server_cpu + worker_cpu + client_cpu, server_cpu, worker_cpu, client_cpu, bare, ratios.back());
+    std::fflush(stdout);
+  }
+  std::printf("median ratio of %zu pairs: %.4f (%.4f to %.4f)\n", ratios.size(), median(ratios),
+              *std::min_element(ratios.begin(), ratios.end()), *std::max_element(ratios.begin(), ratios.end()));
+  return 0;
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  CLI::App app("Farm overhead over the bare core in CPU time, and the time to a first picture.");
+  Options options;
+  app.add_option("scene", options.scene, "scene document")->capture_default_str();
+  app.add_option("--level", options.level, "log2 of the samples a pixel")
+      ->capture_default_str()
+      ->check(CLI::Range(0, 16));
+  app.add_option("--size", options.size, "film width and height in pixels")
+      ->capture_default_str()
+      ->check(CLI::Range(8, 8192));
+  app.add_option("--pairs", options.pairs, "farm and bare core in turn, so many times")
+      ->capture_default_str()
+      ->check(CLI::Range(1, 100));
+  app.add_option("--first-pictures", options.first_pictures, "jobs whose first picture is timed")
+      ->capture_default_str()
+      ->check(CLI::Range(0, 1000));
+  app.add_option("--threads", options.threads, "of the worker and of the bare core")
+      ->capture_default_str()
+      ->check(CLI::Range(1, 256));
+  app.add_option("--client-of", options.client_of, "be the client of this coordinator (used by the bench itself)");
+  app.add_option("--seed", options.seed, "with --client-of");
+  app.add_flag("--first-picture", options.first_picture, "with --client-of");
+  CLI11_PARSE(app, argc, argv);
+  return options.client_of.empty() ? run_bench(options) : run_client(options);
+}
