@@ -110,7 +110,7 @@ fi
 start_farm
 farm=127.0.0.1:$(cat "$run/port")
 
-"$bin/lightmill" render scenes/cornell-bench-blocks.json --server "$farm" --spp 256 -o cornell-box.exr -o cornell-box.png
+"$bin/lightmill" render scenes/cornell-bench-blocks.json --server "$farm" --spp 128 -o cornell-box.exr -o cornell-box.png
 echo
 echo 'the picture: cornell-box.png, and with all layers cornell-box.exr'
 if [ "$once" = yes ]; then
