@@ -1,0 +1,152 @@
+#include "server/api/watch_hub.h"
+
+#include "tests/unit/server/coordinator_fixture.h"
+
+namespace lightmill::testing {
+namespace {
+
+/// A watcher's stream that keeps what it is offered, and reads as slowly as the test likes.
+class Inbox final : public WatchSink {
+ public:
+  bool closed() const override { return closed_; }
+  bool writable() const override { return !busy && !closed_; }
+  void offer(const WatchUpdate& update) override {
+    EXPECT_TRUE(writable());
+    updates.push_back(update);
+    busy = reads_slowly;
+  }
+  void fail(const Status& status) override {
+    failure = status;
+    closed_ = true;
+  }
+
+  std::vector<WatchUpdate> updates;
+  Status failure;
+  bool reads_slowly = false;
+  bool busy = false;
+
+ private:
+  bool closed_ = false;
+};
+
+class WatchHubTest : public CoordinatorTest {
+ protected:
+  std::shared_ptr<Inbox> watch(JobId job, bool tiles = true) {
+    auto inbox = std::make_shared<Inbox>();
+    hub.add(job, tiles, inbox);
+    return inbox;
+  }
+  std::optional<Time> publish() { return hub.publish(*coordinator, now); }
+
+  WatchHub hub;
+};
+
+TEST_F(WatchHubTest, TheFirstStateComesAtOnceAndNothingAfterItWithoutAChange) {
+  const auto inbox = watch(submit(spec()));
+  publish();
+  ASSERT_EQ(inbox->updates.size(), 1u);
+  EXPECT_EQ(inbox->updates[0].job.state, JobState::queued);
+  pass(std::chrono::seconds(1));
+  EXPECT_EQ(publish(), std::nullopt);
+  EXPECT_EQ(inbox->updates.size(), 1u);
+}
+
+TEST_F(WatchHubTest, AJobThatIsNotThereEndsTheStream) {
+  const auto inbox = watch(JobId{42});
+  publish();
+  EXPECT_EQ(inbox->failure.code(), StatusCode::kNotFound);
+}
+
+TEST_F(WatchHubTest, ChangesComeAtMostTenTimesASecondOnceEveryTileHasASample) {
+  const JobId job = submit(spec("r1", 1024, {0, 0, 64, 64}));
+  const auto inbox = watch(job);
+  const SessionId worker = connect("w");
+  std::size_t done = 0;
+  std::size_t merged = 0;
+  Time first_sample{};
+  for (int i = 0; i < 100; ++i) {
+    if (done < got<LeaseGrant>(worker).size()) {
+      finish(worker, got<LeaseGrant>(worker)[done++]);
+      merged += coordinator->status(job, now)->state == JobState::running ? 1 : 0;
+      first_sample = first_sample == Time{} ? now : first_sample;
+    }
+    publish();
+    pass(std::chrono::milliseconds(10));
+    if (coordinator->status(job, now)->state == JobState::done) {
+      break;
+    }
+  }
+  const double seconds = to_seconds(now - first_sample);
+  EXPECT_GT(merged, 5u) << "there must be something to hold back";
+  EXPECT_LE(static_cast<double>(inbox->updates.size()), 3 + seconds * 10);
+}
+
+TEST_F(WatchHubTest, WhoReadsSlowlyGetsTheNewestStateAndNoQueue) {
+  const JobId job = submit(spec("r1", 1u << 20, {0, 0, 64, 64}));
+  const auto inbox = watch(job);
+  inbox->reads_slowly = true;
+  publish();
+  ASSERT_EQ(inbox->updates.size(), 1u);
+  const SessionId worker = connect("w");
+  for (std::size_t i = 0; i < 3; ++i) {
+    ASSERT_GT(got<LeaseGrant>(worker).size(), i);
+    finish(worker, got<LeaseGrant>(worker)[i]);
+    pass(std::chrono::seconds(1));
+    publish();
+  }
+  EXPECT_EQ(inbox->updates.size(), 1u);
+  inbox->busy = false;
+  publish();
+  ASSERT_EQ(inbox->updates.size(), 2u);
+  EXPECT_EQ(inbox->updates[1].job.samples_done, coordinator->status(job, now)->samples_done);
+  ASSERT_EQ(inbox->updates[1].tiles.size(), 1u);
+  EXPECT_EQ(inbox->updates[1].tiles[0].samples, coordinator->film(job)->samples(TileId{0}));
+}
+
+TEST_F(WatchHubTest, ALargeFilmComesInSeveralMessagesAndTheLastSaysSo) {
+  const JobId job = submit(spec("r1", 1, {0, 0, 640, 640}));
+  const SessionId worker = connect("w");
+  work(worker);
+  ASSERT_EQ(status(job).state, JobState::done);
+  const auto inbox = watch(job);
+  for (int i = 0; i < 10; ++i) {
+    publish();
+  }
+  ASSERT_EQ(inbox->updates.size(), 3u) << "100 tiles, 40 at a time";
+  std::set<std::pair<int, int>> corners;
+  for (const WatchUpdate& update : inbox->updates) {
+    EXPECT_EQ(update.last, &update == &inbox->updates.back());
+    for (const TileSnapshot& tile : update.tiles) {
+      corners.insert({tile.rect.x, tile.rect.y});
+    }
+  }
+  EXPECT_EQ(corners.size(), 100u);
+}
+
+TEST_F(WatchHubTest, WithoutTilesOnlyTheStateComes) {
+  const JobId job = submit(spec());
+  const auto inbox = watch(job, false);
+  work(connect("w"));
+  publish();
+  ASSERT_EQ(inbox->updates.size(), 1u);
+  EXPECT_TRUE(inbox->updates[0].last);
+  EXPECT_TRUE(inbox->updates[0].tiles.empty());
+}
+
+TEST_F(WatchHubTest, AnEndIsShownOnlyOnceItIsDurable) {
+  const JobId job = submit(spec());
+  const auto inbox = watch(job);
+  publish();
+  ASSERT_TRUE(hub.hold(job));
+  work(connect("w"));
+  publish();
+  EXPECT_EQ(inbox->updates.size(), 1u);
+  hub.release(job);
+  publish();
+  ASSERT_EQ(inbox->updates.size(), 2u);
+  EXPECT_TRUE(inbox->updates[1].last);
+  EXPECT_FALSE(hub.hold(job)) << "nobody watches any more";
+}
+
+}  // namespace
+}  // namespace lightmill::testing
