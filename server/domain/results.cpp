@@ -67,8 +67,9 @@ void Coordinator::State::on_result(SessionId session, WorkerResult result, Time 
   if (Worker* const worker = worker_of(session)) {
     worker->jobs[key.job].confirmed = true;
     ++worker->results;
-    if (const auto lease = leases.find(lease_id); lease != leases.end() && lease->second.worker == name) {
-      renew(lease->second, now);
+    // Over a slow line heartbeats queue behind results: whoever sends results is alive, with all that it holds.
+    for (const LeaseId id : worker->leases) {
+      renew(leases.at(id), now);
     }
   }
   job->class_durable = true;

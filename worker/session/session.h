@@ -33,8 +33,8 @@ struct SessionConfig {
   std::string renderer_version;
 
   // Stated bounds.
-  std::uint64_t unacknowledged_bytes = std::uint64_t{256}
-                                       << 20;                ///< rendering waits while unacknowledged results hold more
+  /// Rendering waits while unacknowledged results hold more.
+  std::uint64_t unacknowledged_bytes = std::uint64_t{64} << 20;
   std::uint32_t max_leases = 64;                             ///< more are given back
   Duration reconnect_least = std::chrono::milliseconds(50);  ///< doubles with every failure …
   Duration reconnect_most = std::chrono::seconds(1);         ///< … up to this

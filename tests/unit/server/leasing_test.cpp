@@ -66,6 +66,18 @@ TEST_F(LeasingTest, ALeaseThatIsNotRenewedIsLostAndGoesOutAgain) {
   EXPECT_EQ(status(job).state, JobState::done);
 }
 
+TEST_F(LeasingTest, ResultsRenewAllLeasesOfTheirWorker) {
+  // Over a slow line heartbeats queue behind results.
+  const JobId job = submit(spec("r1", 1000, {0, 0, 1024, 1024}));
+  const SessionId session = connect("w", 4);
+  const LeaseGrant first = got<LeaseGrant>(session).at(0);
+  for (const TileId tile : first.unit.tiles) {
+    pass(std::chrono::seconds(6));
+    say(session, result(first, tile));
+  }
+  EXPECT_EQ(status(job).counters.leases_lost, 0u);
+}
+
 TEST_F(LeasingTest, HeartbeatsOfUnknownLeasesAreCancelled) {
   const SessionId session = connect("w");
   say(session, WorkerHeartbeat{{LeaseId{12345}}});
