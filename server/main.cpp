@@ -49,6 +49,14 @@ std::uint64_t gib(double value) {
   return static_cast<std::uint64_t>(value * 1024 * 1024 * 1024);
 }
 
+template <class T>
+void add_limit(CLI::App& app, const std::string& name, T& value, const char* unit,
+               std::pair<std::type_identity_t<T>, std::type_identity_t<T>> range, const std::string& text) {
+  CLI::Range allowed(range.first, range.second);
+  allowed.description("");
+  app.add_option(name, value, text)->type_name(unit)->check(allowed)->capture_default_str()->group("Limits");
+}
+
 /// What parse() answers: an exit code, or nothing when the server should run.
 std::optional<int> parse(int argc, char** argv, Options& options) {
   CLI::App app{
@@ -58,49 +66,32 @@ std::optional<int> parse(int argc, char** argv, Options& options) {
       "lightmill-server"};
   app.set_version_flag("--version", fmt::format("lightmill-server {} ({})", LIGHTMILL_VERSION, kRendererVersion));
   app.add_option("--data", options.data, "directory of all its state; made if need be")
+      ->type_name("DIR")
       ->default_str(default_data_directory());
   app.add_option("--listen", options.listen, "address and port to listen on; port 0 takes a free one")
+      ->type_name("HOST:PORT")
       ->capture_default_str();
-  app.add_option("--port-file", options.port_file, "write the port here once clients can connect");
-  app.add_option("--log-level", options.log_level, "trace, debug, info, warn, error or off")->capture_default_str();
-  app.add_option("--log-format", options.log_format, "text, or json (one object a line)")->capture_default_str();
-  const std::string limits = "Limits";
-  app.add_option("--lease-seconds", options.lease_seconds, "a worker that is silent for so long loses its work")
-      ->check(CLI::Range(0.5, 3600.0))
-      ->capture_default_str()
-      ->group(limits);
-  app.add_option("--heartbeat-seconds", options.heartbeat_seconds, "how often workers say that they live")
-      ->check(CLI::Range(0.1, 600.0))
-      ->capture_default_str()
-      ->group(limits);
-  app.add_option("--unit-seconds", options.unit_seconds, "how long a worker should work on one unit")
-      ->check(CLI::Range(0.05, 60.0))
-      ->capture_default_str()
-      ->group(limits);
-  app.add_option("--film-gib", options.film_gib, "memory per job for nodes that are out or wait to be joined, GiB")
-      ->check(CLI::Range(0.001, 1024.0))
-      ->capture_default_str()
-      ->group(limits);
-  app.add_option("--films-gib", options.films_gib, "memory of all films together, GiB; jobs beyond are refused")
-      ->check(CLI::Range(0.001, 65536.0))
-      ->capture_default_str()
-      ->group(limits);
-  app.add_option("--max-asset-gib", options.max_asset_gib, "size of one asset, GiB")
-      ->check(CLI::Range(0.001, 1024.0))
-      ->capture_default_str()
-      ->group(limits);
-  app.add_option("--max-assets-gib", options.max_assets_gib, "disk for all assets together, GiB")
-      ->check(CLI::Range(0.001, 1e6))
-      ->capture_default_str()
-      ->group(limits);
-  app.add_option("--max-jobs", options.max_jobs, "jobs that are kept")
-      ->check(CLI::Range(1, 1'000'000))
-      ->capture_default_str()
-      ->group(limits);
-  app.add_option("--max-workers", options.max_workers, "workers that may connect")
-      ->check(CLI::Range(1, 1'000'000))
-      ->capture_default_str()
-      ->group(limits);
+  app.add_option("--port-file", options.port_file, "write the port here once clients can connect")->type_name("FILE");
+  app.add_option("--log-level", options.log_level, "trace, debug, info, warn, error or off")
+      ->type_name("LEVEL")
+      ->capture_default_str();
+  app.add_option("--log-format", options.log_format, "text, or json (one object a line)")
+      ->type_name("FORMAT")
+      ->capture_default_str();
+  add_limit(app, "--lease-seconds", options.lease_seconds, "SECONDS", {0.5, 3600.0},
+            "a worker that is silent for so long loses its work");
+  add_limit(app, "--heartbeat-seconds", options.heartbeat_seconds, "SECONDS", {0.1, 600.0},
+            "how often workers say that they live");
+  add_limit(app, "--unit-seconds", options.unit_seconds, "SECONDS", {0.05, 60.0},
+            "how long a worker should work on one unit");
+  add_limit(app, "--film-gib", options.film_gib, "GIB", {0.001, 1024.0},
+            "memory per job for nodes that are out or wait to be joined");
+  add_limit(app, "--films-gib", options.films_gib, "GIB", {0.001, 65536.0},
+            "memory of all films together; jobs beyond are refused");
+  add_limit(app, "--max-asset-gib", options.max_asset_gib, "GIB", {0.001, 1024.0}, "size of one asset");
+  add_limit(app, "--max-assets-gib", options.max_assets_gib, "GIB", {0.001, 1e6}, "disk for all assets together");
+  add_limit(app, "--max-jobs", options.max_jobs, "N", {1, 1'000'000}, "jobs that are kept");
+  add_limit(app, "--max-workers", options.max_workers, "N", {1, 1'000'000}, "workers that may connect");
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& error) {
@@ -108,6 +99,10 @@ std::optional<int> parse(int argc, char** argv, Options& options) {
   }
   if (options.data.empty()) {
     options.data = default_data_directory();
+  }
+  if (options.listen.find(':') == std::string::npos) {
+    std::cerr << "--listen: '" << options.listen << "' must be HOST:PORT, for example 127.0.0.1:7350\n";
+    return 2;
   }
   if (options.heartbeat_seconds * 2 > options.lease_seconds) {
     std::cerr << "--lease-seconds must be at least twice --heartbeat-seconds\n";

@@ -15,7 +15,8 @@ namespace lightmill {
 namespace {
 
 struct Options {
-  std::vector<std::string> servers{"127.0.0.1:7350"};
+  std::string server = "127.0.0.1:7350";
+  std::vector<std::string> servers;  ///< parts of `server`
   std::uint32_t threads = std::max(1u, std::thread::hardware_concurrency());
   std::string name;
   std::string log_level = "info";
@@ -35,6 +36,14 @@ std::uint64_t gib(double value) {
   return static_cast<std::uint64_t>(value * 1024 * 1024 * 1024);
 }
 
+template <class T>
+CLI::Option* add_limit(CLI::App& app, const std::string& name, T& value, const char* unit,
+                       std::pair<std::type_identity_t<T>, std::type_identity_t<T>> range, const std::string& text) {
+  CLI::Range allowed(range.first, range.second);
+  allowed.description("");
+  return app.add_option(name, value, text)->type_name(unit)->check(allowed)->capture_default_str()->group("Limits");
+}
+
 /// An exit code, or nothing when the worker should run.
 std::optional<int> parse(int argc, char** argv, Options& options) {
   CLI::App app{
@@ -43,37 +52,30 @@ std::optional<int> parse(int argc, char** argv, Options& options) {
       "worker finish what it has begun, give back the rest and leave; a second signal ends it at once.\n",
       "lightmill-worker"};
   app.set_version_flag("--version", fmt::format("lightmill-worker {} ({})", LIGHTMILL_VERSION, kRendererVersion));
-  app.add_option("--server", options.servers, "HOST:PORT of the coordinator; several, with commas, are tried in turn")
-      ->delimiter(',')
+  app.add_option("--server", options.server, "HOST:PORT of the coordinator; several, with commas, are tried in turn")
+      ->type_name("HOST:PORT[,HOST:PORT]")
       ->capture_default_str();
-  app.add_option("--threads", options.threads, "rendering threads; by default one for each processor core")
-      ->check(CLI::Range(1, 4096))
+  add_limit(app, "--threads", options.threads, "N", {1, 4096},
+            "rendering threads; by default one for each processor core")
+      ->group("Options");
+  app.add_option("--name", options.name, "its name, unique on the farm; by default HOST-PID")->type_name("NAME");
+  app.add_option("--log-level", options.log_level, "trace, debug, info, warn, error or off")
+      ->type_name("LEVEL")
       ->capture_default_str();
-  app.add_option("--name", options.name, "its name, unique on the farm; by default HOST-PID");
-  app.add_option("--log-level", options.log_level, "trace, debug, info, warn, error or off")->capture_default_str();
-  app.add_option("--log-format", options.log_format, "text, or json (one object a line)")->capture_default_str();
-  const std::string limits = "Limits";
-  app.add_option("--scenes", options.scenes, "compiled scenes that are kept")
-      ->check(CLI::Range(1, 10'000))
-      ->capture_default_str()
-      ->group(limits);
-  app.add_option("--scenes-gib", options.scenes_gib, "memory for compiled scenes, GiB")
-      ->check(CLI::Range(0.001, 65536.0))
-      ->capture_default_str()
-      ->group(limits);
-  app.add_option("--assets-gib", options.assets_gib, "memory for downloaded assets, GiB")
-      ->check(CLI::Range(0.0, 65536.0))
-      ->capture_default_str()
-      ->group(limits);
-  app.add_option("--results-mib", options.results_mib, "memory for results not acknowledged yet, MiB; beyond, it waits")
-      ->check(CLI::Range(1.0, 1e6))
-      ->capture_default_str()
-      ->group(limits);
+  app.add_option("--log-format", options.log_format, "text, or json (one object a line)")
+      ->type_name("FORMAT")
+      ->capture_default_str();
+  add_limit(app, "--scenes", options.scenes, "N", {1, 10'000}, "compiled scenes that are kept");
+  add_limit(app, "--scenes-gib", options.scenes_gib, "GIB", {0.001, 65536.0}, "memory for compiled scenes");
+  add_limit(app, "--assets-gib", options.assets_gib, "GIB", {0.0, 65536.0}, "memory for downloaded assets");
+  add_limit(app, "--results-mib", options.results_mib, "MIB", {1.0, 1e6},
+            "memory for results not acknowledged yet; beyond, it waits");
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& error) {
     return app.exit(error) == 0 ? 0 : 2;
   }
+  options.servers = CLI::detail::split(options.server, ',');
   for (const std::string& server : options.servers) {
     if (server.find(':') == std::string::npos) {
       std::cerr << "--server: '" << server << "' must be HOST:PORT, for example 127.0.0.1:7350\n";

@@ -2,6 +2,8 @@
 
 #include <grpcpp/grpcpp.h>
 
+#include <set>
+
 #include "common/base/check.h"
 #include "common/wire/bytes.h"
 #include "lightmill/v1/render_service.grpc.pb.h"
@@ -38,6 +40,7 @@ struct FarmLink::Connection {
   std::shared_ptr<grpc::Channel> channel;
   std::unique_ptr<v1::WorkerService::Stub> work;
   std::unique_ptr<v1::RenderService::Stub> render;
+  std::set<grpc::ClientContext*> downloads;  ///< under way; guarded by the link's mutex
 };
 
 FarmLink::FarmLink(std::vector<std::string> servers, LinkHandlers handlers)
@@ -65,6 +68,7 @@ std::uint64_t FarmLink::open() {
     const MutexLock lock(mutex_);
     const std::string& address = servers_[streams_ % servers_.size()];
     number = ++streams_;
+    closed_ = false;
     connection = connection_ = std::make_shared<Connection>(address);
     stream = stream_ = std::make_shared<LinkStream>(number, address, handlers_);
   }
@@ -87,7 +91,13 @@ void FarmLink::close() {
   std::shared_ptr<LinkStream> stream;
   {
     const MutexLock lock(mutex_);
+    closed_ = true;
     stream = stream_;
+    if (connection_ != nullptr) {
+      for (grpc::ClientContext* download : connection_->downloads) {
+        download->TryCancel();
+      }
+    }
   }
   if (stream != nullptr) {
     stream->close();
@@ -95,16 +105,17 @@ void FarmLink::close() {
 }
 
 Result<std::string> FarmLink::download(const Sha256& digest) {
+  grpc::ClientContext context;
+  context.set_deadline(std::chrono::system_clock::now() + kDownloadLimit);
   std::shared_ptr<Connection> connection;
   {
     const MutexLock lock(mutex_);
+    if (connection_ == nullptr || closed_) {
+      return unavailable("no coordinator is connected");
+    }
     connection = connection_;
+    connection->downloads.insert(&context);
   }
-  if (connection == nullptr) {
-    return unavailable("no coordinator is connected");
-  }
-  grpc::ClientContext context;
-  context.set_deadline(std::chrono::system_clock::now() + kDownloadLimit);
   v1::DownloadAssetRequest request;
   request.set_digest(digest_bytes(digest));
   const auto reader = connection->render->DownloadAsset(&context, request);
@@ -113,7 +124,12 @@ Result<std::string> FarmLink::download(const Sha256& digest) {
   while (reader->Read(&response)) {
     bytes += response.chunk();
   }
-  if (const grpc::Status status = reader->Finish(); !status.ok()) {
+  const grpc::Status status = reader->Finish();
+  {
+    const MutexLock lock(mutex_);
+    connection->downloads.erase(&context);
+  }
+  if (!status.ok()) {
     return make_error(static_cast<StatusCode>(status.error_code()), "asset {}: {}", digest.hex(),
                       status.error_message());
   }

@@ -36,7 +36,7 @@ class FarmLink {
   std::uint64_t open();
   /// Queues a message; it is dropped if the stream is down (the session sends it again on the next).
   void send(std::shared_ptr<const WorkerMessage> message);
-  /// Says that nothing more comes, once everything queued has been written.
+  /// Says that nothing more comes, once everything queued has been written. Downloads under way are given up.
   void close();
 
   /// Downloads an asset from the coordinator of the last stream; blocks. NOT_FOUND, UNAVAILABLE.
@@ -50,6 +50,7 @@ class FarmLink {
   std::shared_ptr<Connection> connection_ LM_GUARDED_BY(mutex_);
   std::shared_ptr<LinkStream> stream_ LM_GUARDED_BY(mutex_);
   std::uint64_t streams_ LM_GUARDED_BY(mutex_) = 0;
+  bool closed_ LM_GUARDED_BY(mutex_) = false;
 };
 
 }  // namespace lightmill
