@@ -6,9 +6,10 @@
 // before, during and after commits, and clients that repeat what was not answered. Chaos lasts some seconds, then the
 // farm must finish its jobs.
 //
-// Checked on the way: acknowledged nodes are durable; no lease leaves before its job's class is durable, nor names
-// samples that are durable already; bounds hold; what is stored never overlaps. At the end: every job has ended as it
-// must, and its film, in memory and on disk, has the bytes of one quiet run.
+// Checked on the way: acknowledged nodes are durable, and stay so; no lease leaves before its job's class is durable,
+// nor names samples that are merged already; bounds hold; what is stored never overlaps. At the end: every job has
+// ended as it must, and its film, in memory and on disk, has the bytes of the fixed sums over its samples, which are
+// also those of the quiet run (QuietFarm checks it by the same comparison).
 #pragma once
 
 #include <deque>

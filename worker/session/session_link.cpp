@@ -1,0 +1,164 @@
+// The session's stream, its time, and how it ends.
+#include <algorithm>
+
+#include "worker/session/session.h"
+
+namespace lightmill {
+
+// ---- the stream ----
+
+void Session::start(Time now, SessionActions& actions) {
+  next_open_ = now;
+  tick(now, actions);
+}
+
+void Session::connected(Time now, SessionActions& actions) {
+  if (exited_) {
+    return;
+  }
+  link_ = Link::up;
+  next_heartbeat_ = now + heartbeat_interval_;
+  WorkerHello hello{
+      config_.name, config_.host, config_.pid, config_.threads, config_.fingerprint_class, config_.renderer_version,
+      {},           draining_};
+  for (const auto& [id, lease] : leases_) {
+    // What is neither queued, with the threads nor waiting for its acknowledgement is done with.
+    HeldLease held{id, lease.epoch, lease.description->render_digest, {lease.unit.job, lease.unit.range, {}}};
+    held.unit.tiles.assign(lease.queued.begin(), lease.queued.end());
+    held.unit.tiles.insert(held.unit.tiles.end(), lease.rendering.begin(), lease.rendering.end());
+    held.unit.tiles.insert(held.unit.tiles.end(), lease.unacknowledged.begin(), lease.unacknowledged.end());
+    std::sort(held.unit.tiles.begin(), held.unit.tiles.end());
+    if (!held.unit.tiles.empty()) {
+      hello.held.push_back(std::move(held));
+    }
+  }
+  send(std::move(hello), actions);
+  std::vector<const Result*> again;
+  for (const auto& [key, result] : results_) {
+    again.push_back(&result);
+  }
+  std::sort(again.begin(), again.end(), [](const Result* a, const Result* b) { return a->sequence < b->sequence; });
+  for (const Result* result : again) {
+    actions.push_back(SendMessage{result->message});
+  }
+  advance(actions);
+}
+
+void Session::disconnected(Time now, SessionActions& actions) {
+  if (exited_) {
+    return;
+  }
+  if (link_ == Link::up && welcomed_) {
+    backoff_ = config_.reconnect_least;
+  }
+  welcomed_ = false;
+  link_ = Link::down;
+  next_open_ = now + backoff_;
+  backoff_ = std::min(backoff_ * 2, config_.reconnect_most);
+  advance(actions);
+}
+
+void Session::tick(Time now, SessionActions& actions) {
+  if (exited_) {
+    return;
+  }
+  if (draining_ && now >= drain_deadline_) {
+    exit("the coordinator did not take the last results in time", true, actions);
+    return;
+  }
+  if (link_ == Link::down && now >= next_open_) {
+    link_ = Link::opening;
+    actions.push_back(OpenStream{});
+  }
+  if (link_ == Link::up && now >= next_heartbeat_) {
+    next_heartbeat_ = now + heartbeat_interval_;
+    WorkerHeartbeat heartbeat;
+    for (const auto& [id, lease] : leases_) {
+      if (!lease.queued.empty() || !lease.rendering.empty()) {
+        heartbeat.leases.push_back(id);
+      }
+    }
+    send(std::move(heartbeat), actions);
+  }
+  for (auto& [id, job] : jobs_) {
+    if (job.state == Job::State::unavailable && now >= job.retry) {
+      job.state = Job::State::preparing;
+      actions.push_back(PrepareJob{job.description});
+    }
+  }
+}
+
+std::optional<Time> Session::next_deadline() const {
+  if (exited_) {
+    return std::nullopt;
+  }
+  std::optional<Time> next;
+  const auto by = [&](Time time) { next = next ? std::min(*next, time) : time; };
+  if (draining_) {
+    by(drain_deadline_);
+  }
+  if (link_ == Link::down) {
+    by(next_open_);
+  }
+  if (link_ == Link::up) {
+    by(next_heartbeat_);
+  }
+  for (const auto& [id, job] : jobs_) {
+    if (job.state == Job::State::unavailable) {
+      by(job.retry);
+    }
+  }
+  return next;
+}
+
+// ---- leaving ----
+
+void Session::drain(Time now, SessionActions& actions) {
+  if (!exited_) {
+    begin_drain(true, now, actions);
+    advance(actions);
+  }
+}
+
+void Session::begin_drain(bool give_back, Time now, SessionActions& actions) {
+  if (!draining_) {
+    draining_ = true;
+    drain_deadline_ = now + config_.drain_limit;
+    if (link_ == Link::up) {
+      send(WorkerDraining{}, actions);
+    }
+  }
+  if (give_back) {
+    for (auto& [id, lease] : leases_) {
+      if (!lease.queued.empty()) {
+        lease.queued.clear();
+        lease.give_back = true;
+      }
+    }
+  }
+}
+
+void Session::exit(const std::string& reason, bool failed, SessionActions& actions) {
+  exited_ = true;
+  if (link_ == Link::up) {
+    actions.push_back(CloseStream{});
+  }
+  actions.push_back(Exit{reason, failed});
+}
+
+SessionStatus Session::status() const {
+  SessionStatus status;
+  status.connected = link_ == Link::up;
+  status.draining = draining_;
+  status.leases = static_cast<std::uint32_t>(leases_.size());
+  for (const auto& [id, lease] : leases_) {
+    status.tiles_queued += static_cast<std::uint32_t>(lease.queued.size());
+  }
+  status.tiles_rendering = static_cast<std::uint32_t>(rendering_.size());
+  status.results_unacknowledged = static_cast<std::uint32_t>(results_.size());
+  status.unacknowledged_bytes = result_bytes_;
+  status.tiles_rendered = tiles_rendered_;
+  return status;
+}
+
+}  // namespace lightmill
