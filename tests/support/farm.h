@@ -96,8 +96,8 @@ class Farm {
 /// Fails the test unless the job ends with all its samples and the bits of the bare core.
 void expect_reference_film(FarmClient client, std::uint64_t job, const Picture& picture = {});
 
-/// Kills a random one of the workers w1, w2, w3 every `pause`, and starts another, until the job has ended; returns how
-/// often.
-int kill_workers_until_ended(Farm& farm, std::uint64_t job, std::chrono::milliseconds pause);
+/// Kills a random one of the workers w1, w2, w3 every `pause`, and starts another, so often. A farm that is done before
+/// is given more to do: `picture` then has the new number of samples.
+void kill_workers(Farm& farm, std::uint64_t job, Picture& picture, std::chrono::milliseconds pause, int kills);
 
 }  // namespace lightmill::testing
