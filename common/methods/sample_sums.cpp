@@ -5,6 +5,12 @@
 #include "common/base/check.h"
 
 namespace lightmill {
+namespace {
+
+/// No sum of kMaxSamples of these, nor of both halves' sums, overflows.
+constexpr float kLargestSample = 0x1p97f;
+
+}  // namespace
 
 void SampleSums::start(SampleRange range, std::size_t pixels) {
   range_ = range;
@@ -20,9 +26,9 @@ void SampleSums::start(SampleRange range, std::size_t pixels) {
 void SampleSums::add(std::span<float> planes) {
   LM_CHECK(planes.size() == 3 * pixels_ && next_ < range_.end());
   for (std::size_t p = 0; p < pixels_; ++p) {
-    // Any NaN or infinity makes this sum NaN or infinite; finite values do not (radiance stays far below 1e38).
+    // Any NaN or infinity makes this sum NaN or infinite, and fails the comparison.
     const float sum = planes[p] + planes[pixels_ + p] + planes[2 * pixels_ + p];
-    if (!std::isfinite(sum)) [[unlikely]] {
+    if (!(std::abs(sum) <= kLargestSample)) [[unlikely]] {
       ++non_finite_;
       planes[p] = planes[pixels_ + p] = planes[2 * pixels_ + p] = 0.0f;
     }

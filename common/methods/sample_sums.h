@@ -13,8 +13,8 @@ class SampleSums {
  public:
   /// Starts a node of `range` for `pixels` pixels.
   void start(SampleRange range, std::size_t pixels);
-  /// The next sample: RGB planes ([channel][pixel]). Values that are not finite become zero for the whole pixel and are
-  /// counted.
+  /// The next sample: RGB planes ([channel][pixel]). Values that are not finite, or so large (1e29) that sums could
+  /// become infinite, become zero for the whole pixel and are counted.
   void add(std::span<float> planes);
   /// After range.count() samples.
   Node finish();

@@ -126,8 +126,18 @@ class Batch {
     }
   }
 
+  /// A path that arithmetic has led out of all numbers (only degenerate geometry does) makes its sample one that is not
+  /// finite: it is counted, not lost in silence.
+  void add_untraceable(M8 lanes, const Ray8& rays, U8 slot) {
+    const M8 lost = and_not(lanes, Accel::traceable(rays));
+    if (lost.any()) [[unlikely]] {
+      add_radiance(lost, slot, broadcast(Vec3(std::numeric_limits<float>::quiet_NaN())));
+    }
+  }
+
   void shade(const Path8& in, M8 lanes, std::uint32_t bounce) {
     const Ray8 rays{in.origin, in.direction, F8(std::numeric_limits<float>::infinity())};
+    add_untraceable(lanes, rays, in.slot);
     const Hit8 hits = scene_.accel().intersect(lanes, rays, bounce == 0);
     if (hits.hit.none()) {
       return;
@@ -277,7 +287,9 @@ class Batch {
     for (int i = 0; i < ws_.shadows.size(); i += 8) {
       const M8 lanes = first_lanes(ws_.shadows.size() - i);
       const Shadow8 s = ws_.shadows.load(i);
-      const M8 blocked = scene_.accel().occluded(lanes, {s.origin, s.direction, F8(1.0f)});
+      const Ray8 rays{s.origin, s.direction, F8(1.0f)};
+      add_untraceable(lanes, rays, s.slot);
+      const M8 blocked = scene_.accel().occluded(lanes, rays);
       add_radiance(and_not(lanes, blocked), s.slot, s.contribution);
     }
     ws_.counters.shadow_rays += static_cast<std::uint64_t>(ws_.shadows.size());

@@ -13,6 +13,13 @@ void store(const V8& v, float* x, float* y, float* z) {
   v.z.store(z);
 }
 
+/// What Embree takes: finite, and so small that squares do not overflow (its FLT_LARGE). Beyond that it gives wrong
+/// answers, or aborts where it was built with assertions.
+M8 in_range(const V8& v) {
+  const F8 limit(1.844e18f);
+  return (abs(v.x) <= limit) & (abs(v.y) <= limit) & (abs(v.z) <= limit);
+}
+
 }  // namespace
 
 struct Accel::State {
@@ -78,7 +85,12 @@ Status Accel::commit() {
   return ok_status();
 }
 
+M8 Accel::traceable(const Ray8& rays) {
+  return in_range(rays.origin) & in_range(rays.direction) & (rays.max_distance >= F8(0.0f));
+}
+
 Hit8 Accel::intersect(M8 lanes, const Ray8& rays, bool coherent) const {
+  lanes = lanes & traceable(rays);
   RTCIntersectContext context;
   rtcInitIntersectContext(&context);
   context.flags = coherent ? RTC_INTERSECT_CONTEXT_FLAG_COHERENT : RTC_INTERSECT_CONTEXT_FLAG_INCOHERENT;
@@ -108,6 +120,7 @@ Hit8 Accel::intersect(M8 lanes, const Ray8& rays, bool coherent) const {
 }
 
 M8 Accel::occluded(M8 lanes, const Ray8& rays) const {
+  lanes = lanes & traceable(rays);
   RTCIntersectContext context;
   rtcInitIntersectContext(&context);
 

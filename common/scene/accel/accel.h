@@ -30,6 +30,8 @@ class Accel {
   /// Builds the hierarchy. Fails when memory runs out.
   Status commit();
 
+  /// Which rays can be traced: those whose origin and direction are finite and below 1.8e18. The others hit nothing.
+  static M8 traceable(const Ray8& rays);
   /// The nearest hit of each ray in `lanes`. `coherent` says that the rays are nearly parallel or share an origin.
   Hit8 intersect(M8 lanes, const Ray8& rays, bool coherent) const;
   /// Which of `lanes` hit anything.

@@ -26,13 +26,19 @@ bool is_black(const RgbColor& c) {
   return c.r == 0 && c.g == 0 && c.b == 0;
 }
 
-CameraBasis camera_basis(const Camera& camera, int height, const Vec3d& center) {
-  const Vec3d forward = glm::normalize(to_vec(camera.look_at) - to_vec(camera.eye));
-  const Vec3d right = glm::normalize(glm::cross(forward, to_vec(camera.up)));
+/// v times the power of two that brings its largest component near 1, so that no square of it under- or overflows.
+Vec3d near_one(const Vec3d& v) {
+  const int exponent = std::ilogb(std::max({std::abs(v.x), std::abs(v.y), std::abs(v.z)}));
+  return {std::scalbn(v.x, -exponent), std::scalbn(v.y, -exponent), std::scalbn(v.z, -exponent)};
+}
+
+CameraBasis camera_basis(const Camera& camera, int height, const Vec3d& eye) {
+  const Vec3d forward = glm::normalize(near_one(to_vec(camera.look_at) - to_vec(camera.eye)));
+  const Vec3d right = glm::normalize(glm::cross(forward, near_one(to_vec(camera.up))));
   const Vec3d down = glm::cross(forward, right);
   const double half_height = tan_fixed(camera.vertical_fov_degrees * kPiDouble / 360.0);
   const double pixel = 2.0 * half_height / height;
-  return {Vec3(to_vec(camera.eye) - center), Vec3(forward), Vec3(right * pixel), Vec3(down * pixel)};
+  return {Vec3(eye), Vec3(forward), Vec3(right * pixel), Vec3(down * pixel)};
 }
 
 FilterTable filter_table(const PixelFilter& filter) {
@@ -72,12 +78,12 @@ class SceneCompiler {
     }
     for (const PointLight& light : scene_.point_lights) {
       if (!is_black(light.intensity)) {
-        out_->lights_.add(PointEmitter{Vec3(to_vec(light.position) - center_), to_vec(light.intensity)});
+        out_->lights_.add(PointEmitter{Vec3(to_frame(to_vec(light.position))), scaled_intensity(light.intensity)});
       }
     }
     finish_lights();
     LM_RETURN_IF_ERROR(out_->accel_->commit());
-    out_->camera_ = camera_basis(scene_.camera, scene_.film.height, center_);
+    out_->camera_ = camera_basis(scene_.camera, scene_.film.height, to_frame(to_vec(scene_.camera.eye)));
     out_->filter_ = std::make_unique<FilterTable>(filter_table(scene_.film.filter));
     out_->film_width_ = scene_.film.width;
     out_->film_height_ = scene_.film.height;
@@ -108,7 +114,9 @@ class SceneCompiler {
     return ok_status();
   }
 
-  /// The frame's origin is the centre of all that is there, so that floats are spent on differences alone.
+  /// The frame's origin is the centre of all that is there, so that floats are spent on differences alone. Scenes that
+  /// are very large or small are scaled by a power of two (which changes no bit of what is computed), so that squares
+  /// of areas neither under- nor overflow.
   void find_frame() {
     Bounds bounds;
     for (std::size_t i = 0; i < scene_.objects.size(); ++i) {
@@ -122,7 +130,22 @@ class SceneCompiler {
       }
     }
     center_ = (bounds.low + bounds.high) * 0.5;
-    extent_ = glm::length(bounds.high - bounds.low);
+    const Vec3d size = bounds.high - bounds.low;
+    extent_ = glm::length(size);
+    constexpr double kUnscaled = 0x1p20;
+    if (const double length = std::hypot(size.x, size.y, size.z);
+        length > 0 && (length > kUnscaled || length < 1 / kUnscaled)) {
+      scale_ = std::ldexp(1.0, std::min(-std::ilogb(length), 1000));
+    }
+  }
+
+  Vec3d to_frame(const Vec3d& p) const { return (p - center_) * scale_; }
+
+  /// Intensity is power per solid angle: distances scaled by s ask for s² times as much.
+  Vec3 scaled_intensity(const RgbColor& intensity) const {
+    constexpr double kLimit = 1e36;  // a sample that sees this is out of range anyway (SampleSums), but finite
+    const Vec3d scaled = Vec3d(to_vec(intensity)) * scale_ * scale_;
+    return Vec3(glm::min(scaled, Vec3d(kLimit)));
   }
 
   /// Fast rays may slip through the edge of two triangles once in some 10^7; that and coordinates much larger than the
@@ -182,8 +205,8 @@ class SceneCompiler {
     out_->geometry_triangles_.push_back(static_cast<std::uint32_t>(out_->triangle_size_.size()));
     out_->geometry_smooth_triangles_.push_back(0);
     if (sphere != nullptr) {
-      const Vec3 center(to_vec(sphere->center) - center_);
-      const auto radius = static_cast<float>(sphere->radius);
+      const Vec3 center(to_frame(to_vec(sphere->center)));
+      const auto radius = static_cast<float>(sphere->radius * scale_);
       out_->features_.spheres = true;
       append(out_->sphere_center_, center);
       out_->sphere_radius_.push_back(radius);
@@ -200,7 +223,7 @@ class SceneCompiler {
     std::vector<std::array<float, 3>> positions;
     positions.reserve(mesh.positions.size());
     for (const auto& p : mesh.positions) {
-      const Vec3 q(Vec3d(p[0], p[1], p[2]) - center_);
+      const Vec3 q(to_frame({p[0], p[1], p[2]}));
       positions.push_back({q.x, q.y, q.z});
     }
     out_->accel_->add_mesh(positions, mesh.triangles);
@@ -272,8 +295,9 @@ class SceneCompiler {
       const Vec3 radiance = to_vec(material.emission);
       float pdf_area = 0, probability = 0;
       if (emits && sphere != nullptr) {
-        probability = out_->lights_.sphere_choice_probability({Vec3(0), static_cast<float>(sphere->radius), radiance,
-                                                               sphere->normal_inward, material.two_sided_emission});
+        probability =
+            out_->lights_.sphere_choice_probability({Vec3(0), static_cast<float>(sphere->radius * scale_), radiance,
+                                                     sphere->normal_inward, material.two_sided_emission});
       } else if (emits) {
         pdf_area = out_->lights_.facet_pdf_area(radiance, material.two_sided_emission);
       }
@@ -290,6 +314,7 @@ class SceneCompiler {
   std::uint64_t triangle_count_ = 0;
   Vec3d center_{0};
   double extent_ = 0;
+  double scale_ = 1;  ///< from scene units to the frame's
 };
 
 Result<std::shared_ptr<const CompiledScene>> CompiledScene::compile(const Scene& scene, const AssetSource& assets) {

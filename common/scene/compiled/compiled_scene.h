@@ -1,4 +1,5 @@
-// A scene ready to be rendered: recentred, indexed, with only the features that are there. Immutable and thread-safe.
+// A scene ready to be rendered: recentred (and rescaled where it is very large or small), indexed, with only the
+// features that are there. Immutable and thread-safe.
 #pragma once
 
 #include <cstdint>

@@ -94,36 +94,77 @@ TEST(Fingerprint, IsTheSameEachTime) {
   EXPECT_EQ(fingerprint_class(), fingerprint_class());
 }
 
-// Moving a scene and its camera far away must not change the picture beyond noise: geometry is recentred in double.
-TEST(Compile, AMovedSceneLooksTheSame) {
-  const auto scene = test::TestScene(LIGHTMILL_SOURCE_DIR "/scenes/cornell-bench-balls.json").resized(64, 64);
-  Scene moved = scene.scene();
+/// A scene and its meshes.
+struct SceneWithAssets {
+  Scene scene;
   std::map<Sha256, std::string> assets;
-  const double offset = 1e6;
-  for (double& x : moved.camera.eye) x += offset;
-  for (double& x : moved.camera.look_at) x += offset;
-  for (Object& object : moved.objects) {
+
+  Node render(std::uint32_t level) const {
+    auto compiled =
+        CompiledScene::compile(scene, [&](const Sha256& digest) -> Result<std::string> { return assets.at(digest); });
+    EXPECT_TRUE(compiled.ok()) << message_of(compiled.status());
+    const auto method = make_method(*compiled, {"path", 1, 0});
+    return (*method)->render({0, 0, 64, 64}, {level, 0}, *(*method)->make_workspace());
+  }
+};
+
+/// The bench box with balls, 64×64, and a point light; each coordinate times `factor`, plus `offset`.
+SceneWithAssets transformed_balls(double factor, double offset) {
+  const auto original = test::TestScene(LIGHTMILL_SOURCE_DIR "/scenes/cornell-bench-balls.json").resized(64, 64);
+  SceneWithAssets out{original.scene(), {}};
+  const auto transform = [&](std::array<double, 3>& p) {
+    for (double& x : p) {
+      x = x * factor + offset;
+    }
+  };
+  transform(out.scene.camera.eye);
+  transform(out.scene.camera.look_at);
+  const auto intensity = static_cast<float>(100 * factor * factor);
+  out.scene.point_lights.push_back({"point", {100, 500, 100}, {intensity, intensity, intensity}});
+  transform(out.scene.point_lights.back().position);
+  for (Object& object : out.scene.objects) {
     if (auto* sphere = std::get_if<SphereShape>(&object.shape)) {
-      for (double& x : sphere->center) x += offset;
+      transform(sphere->center);
+      sphere->radius *= factor;
     } else {
       auto& shape = std::get<MeshShape>(object.shape);
-      Mesh mesh = *decode_mesh(as_byte_view(*scene.assets()(shape.asset)));
+      Mesh mesh = *decode_mesh(as_byte_view(*original.assets()(shape.asset)));
       for (auto& p : mesh.positions) {
-        for (double& x : p) x += offset;
+        transform(p);
       }
       std::string bytes = encode_mesh(mesh);
       shape.asset = sha256(bytes);
-      assets.emplace(shape.asset, std::move(bytes));
+      out.assets.emplace(shape.asset, std::move(bytes));
     }
   }
-  auto compiled =
-      CompiledScene::compile(moved, [&](const Sha256& digest) -> Result<std::string> { return assets.at(digest); });
-  ASSERT_TRUE(compiled.ok());
-  auto method = make_method(*compiled, {"path", 1, 0});
-  const Node node = (*method)->render({0, 0, 64, 64}, {5, 0}, *(*method)->make_workspace());
-  auto original = *CompiledScene::compile(scene.scene(), scene.assets());
-  const auto reference_method = make_method(original, {"path", 1, 0});
-  const Node reference = (*reference_method)->render({0, 0, 64, 64}, {5, 0}, *(*reference_method)->make_workspace());
+  return out;
+}
+
+// A power of two changes no mantissa, and very large or small scenes are scaled back by one when compiled.
+TEST(Compile, AScaledSceneHasTheSameBits) {
+  const Node reference = transformed_balls(1, 0).render(3);
+  for (const double factor : {0x1p-60, 0x1p-40, 0x1p-30, 0x1p-10, 0x1p10, 0x1p24, 0x1p29}) {
+    const Node node = transformed_balls(factor, 0).render(3);
+    EXPECT_EQ(node.values, reference.values) << factor;
+    EXPECT_EQ(node.non_finite, 0u) << factor;
+  }
+}
+
+// The direction alone counts, however close `look_at` is to the eye and however short `up` is.
+TEST(Compile, ShortCameraVectorsGiveTheSameView) {
+  SceneWithAssets scene = transformed_balls(1, 0);
+  scene.scene.camera.eye = {0, 0, 0};
+  scene.scene.camera.look_at = {0, 0, 1};
+  const Node reference = scene.render(1);
+  scene.scene.camera.look_at = {0, 0, 0x1p-700};
+  scene.scene.camera.up = {0, 0x1p-300, 0};
+  EXPECT_EQ(scene.render(1).values, reference.values);
+}
+
+// Moving a scene and its camera far away must not change the picture beyond noise: geometry is recentred in double.
+TEST(Compile, AMovedSceneLooksTheSame) {
+  const Node node = transformed_balls(1, 1e6).render(5);
+  const Node reference = transformed_balls(1, 0).render(5);
   // 1e6 has a spacing of 1e-10 in double: the paths are the same but for the rare one that rounding turns.
   double difference = 0, total = 0;
   for (std::size_t i = 0; i < node.values.size(); ++i) {

@@ -64,5 +64,16 @@ TEST(SampleSums, NonFiniteSamplesCountAsZeroAndAreCounted) {
   EXPECT_EQ(node.values, (std::vector<float>{0, 2, 0, 4, 0, 6, 0, 1, 0, 1, 0, 1}));
 }
 
+// A node's values are finite, so a sample that a few thousand like it would turn into infinity does not count either.
+TEST(SampleSums, SamplesTooLargeToAddUpCountAsZeroAndAreCounted) {
+  SampleSums sums;
+  sums.start({0, 0}, 2);
+  std::vector<float> planes{3e38f, 1, 0, 1e28f, 0, 1};
+  sums.add(planes);
+  const Node node = sums.finish();
+  EXPECT_EQ(node.non_finite, 1u);
+  EXPECT_EQ(node.values, (std::vector<float>{0, 1, 0, 1e28f, 0, 1, 0, 0, 0, 0, 0, 0}));
+}
+
 }  // namespace
 }  // namespace lightmill
