@@ -76,10 +76,10 @@ TileError estimate_tile_error(std::span<const float> sums, int width, int height
       std::reverse(blocks.begin() + static_cast<std::ptrdiff_t>(row_begin), blocks.end());
     }
   }
-  if (blocks.size() > 1) {
-    error.variance = variance_of_total(blocks);
-    error.known = true;
-  }
+  // A single pixel has nothing beside it. Its term's square stands for the variance: too much by the square of the
+  // mean, which no frame of many pixels notices.
+  error.variance = blocks.size() > 1 ? variance_of_total(blocks) : error.sum * error.sum;
+  error.known = true;
   return error;
 }
 
@@ -118,7 +118,8 @@ FrameError ErrorEstimator::update(const Film& film, std::uint32_t max_tiles) {
     total.known = total.known && entry.error.known;
   }
   frame_ = FrameError{};
-  if (total.known) {
+  const bool single_pixel = tile_count == 1 && film.grid().tile_rect(TileId{0}).pixel_count() == 1;
+  if (total.known && !single_pixel) {
     frame_ = {total.sum / total.terms, kNormal95 * std::sqrt(total.variance) / total.terms, true};
   }
   return frame_;

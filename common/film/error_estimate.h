@@ -17,15 +17,16 @@ namespace lightmill {
 struct FrameError {
   double rel_mse = 0;
   double half_width = 0;
-  bool known = false;  ///< false until every tile has samples in both halves
+  bool known = false;  ///< false until every tile has samples in both halves, and for a frame of one pixel
 };
 
 /// One tile's part of the estimate.
 struct TileError {
-  double sum = 0;       ///< of var/(max(a·b, 0) + 0.01) over pixels and channels
-  double variance = 0;  ///< of `sum`, from the differences of neighbouring blocks of 8×8 pixels
-  double terms = 0;     ///< pixels × channels
-  bool known = false;   ///< both halves have samples and there are at least two blocks or pixels to compare
+  double sum = 0;  ///< of var/(max(a·b, 0) + 0.01) over pixels and channels
+  double variance =
+      0;  ///< of `sum`, from the differences of neighbouring blocks of 8×8 pixels; an upper bound for one pixel
+  double terms = 0;    ///< pixels × channels
+  bool known = false;  ///< both halves have samples
 };
 
 /// `sums` laid out as Node::values for a tile of width × height pixels.

@@ -102,6 +102,22 @@ TEST(ErrorEstimate, IsUnknownUntilBothHalvesAreEverywhere) {
   EXPECT_TRUE(estimator.update(film).known);
 }
 
+// A film of 65×65 pixels has a tile of a single one in its corner; it must not hide the error of all the others.
+TEST(ErrorEstimate, ACornerOfOnePixelLeavesTheFramesErrorKnown) {
+  const double expected = 0.01 / 16 / 1.01;
+  double sum = 0, widths = 0, plain_widths = 0;
+  for (std::uint32_t seed = 0; seed < 20; ++seed) {
+    const FrameError error = estimate(seed, {0, 0, 65, 65}, 1.0, 0.1);
+    EXPECT_TRUE(error.known);
+    sum += error.rel_mse / 20;
+    widths += error.half_width / 20;
+    plain_widths += estimate(seed, {0, 0, 64, 64}, 1.0, 0.1).half_width / 20;
+  }
+  EXPECT_NEAR(sum, expected, 0.02 * expected);              // as in FindsAKnownVariance
+  EXPECT_NEAR(widths, plain_widths, 0.2 * plain_widths);    // each with a standard deviation of some 3 %
+  EXPECT_FALSE(estimate(1, {0, 0, 1, 1}, 1.0, 0.1).known);  // one pixel alone has nothing to compare with
+}
+
 TEST(ErrorEstimate, CatchesUpInSmallSteps) {
   Film film(TileGrid({0, 0, 320, 64}), 3);
   Normal normal(2);
