@@ -44,15 +44,15 @@ TileError estimate_tile_error(std::span<const float> sums, int width, int height
   const double na = static_cast<double>(counts.a);
   const double nb = static_cast<double>(counts.b);
   const double weight = na * nb / ((na + nb) * (na + nb));
-  std::vector<float> terms(pixels, 0.0f);  // of each pixel, over its channels
+  std::vector<double> terms(pixels, 0.0);  // of each pixel, over its channels; squares of radiances outgrow a float
   for (std::uint32_t channel = 0; channel < channels; ++channel) {
     const float* a = sums.data() + channel * pixels;
     const float* b = a + channels * pixels;
     for (std::size_t i = 0; i < pixels; ++i) {
-      const float mean_a = a[i] * static_cast<float>(1 / na);
-      const float mean_b = b[i] * static_cast<float>(1 / nb);
-      const float difference = mean_a - mean_b;
-      terms[i] += difference * difference * static_cast<float>(weight) / (std::max(mean_a * mean_b, 0.0f) + 0.01f);
+      const double mean_a = a[i] * (1 / na);
+      const double mean_b = b[i] * (1 / nb);
+      const double difference = mean_a - mean_b;
+      terms[i] += difference * difference * weight / (std::max(mean_a * mean_b, 0.0) + 0.01);
     }
   }
   // Blocks are visited to and fro, so that successive ones touch. Tiles too small for two blocks compare pixels.

@@ -118,6 +118,14 @@ TEST(ErrorEstimate, ACornerOfOnePixelLeavesTheFramesErrorKnown) {
   EXPECT_FALSE(estimate(1, {0, 0, 1, 1}, 1.0, 0.1).known);  // one pixel alone has nothing to compare with
 }
 
+// Radiances of 1e25 have squares beyond single precision.
+TEST(ErrorEstimate, IsRelativeHoweverBrightTheLight) {
+  const FrameError error = estimate(1, {0, 0, 64, 64}, 1e25, 1e24);
+  const double expected = 0.01 / 16;
+  EXPECT_NEAR(error.rel_mse, expected, 0.1 * expected);  // a relative standard deviation of 1.3 %
+  EXPECT_TRUE(std::isfinite(error.half_width));
+}
+
 TEST(ErrorEstimate, CatchesUpInSmallSteps) {
   Film film(TileGrid({0, 0, 320, 64}), 3);
   Normal normal(2);
