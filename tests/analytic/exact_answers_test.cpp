@@ -131,6 +131,60 @@ TEST(FormFactor, AUnitSquareFromHeightOneAboveItsCentreAndItsCorner) {
   }
 }
 
+TEST(Lights, OfEveryKindAndStrengthAddUp) {
+  // On a white floor at the origin: a sphere straight above it, a point light, a square away from both, and a sphere a
+  // hundred thousand times weaker than the first. Each is chosen by its power and weighted against being found by
+  // chance.
+  const double above = 3 * 0.49 / 9;
+  const double weak = 3e-5 * 0.25 / 8 / std::sqrt(2.0);
+  const double point = 2 / 25.0 * (3 / 5.0) / M_PI;  // distance 5, cos θ = 3/5
+  const double square = 0.5 * 0.1385316;             // straight above its corner
+  const std::string lamp = polygon({{0, 1, 0}, {-1, 1, 0}, {-1, 1, -1}, {0, 1, -1}});
+  const auto scene = TestScene::from_text(
+      document(R"("eye": [0.1, 0.5, 0.3], "look_at": [0, 0, 0])", 0.01, 8,
+               diffuse("floor", 1) + "," + diffuse("strong", 0, 3) + "," + diffuse("weak", 0, 3e-5) + "," +
+                   diffuse("square", 0, 0.5),
+               mesh("floor", "floor.obj") + "," + sphere("strong", "[0, 3, 0]", 0.7) + "," +
+                   sphere("weak", "[0, 2, 2]", 0.5) + "," + mesh("square", "square.obj"),
+               R"({"name": "point", "point": {"position": [4, 3, 0], "intensity": {"rgb": [2, 2, 2]}}})"),
+      {{"floor.obj", horizontal_square(20, 0, true)}, {"square.obj", lamp}});
+  // A quarter of the sphere stands behind the square's corner.
+  expect_answer(mean_of(scene.render({"path", 14, 1}, 12), 0), 0.75 * above + weak + point + square, 1e-3);
+}
+
+TEST(Emission, LeavesOnTheSideOfTheNormalUnlessBothAreAskedFor) {
+  // A square lamp at height 1 between two white triangles. No view is aimed at the edge of two triangles: fast rays may
+  // slip through there, and a picture this narrow would show it.
+  for (const bool up : {true, false}) {
+    for (const bool two_sided : {true, false}) {
+      const std::string lamp = fmt::format(
+          R"({{"name": "lamp", "diffuse": {{"reflectance": {}}}, "emission": {}, "two_sided_emission": {}}})", gray(0),
+          gray(1), two_sided);
+      const auto seen = [&](const std::string& view) {
+        const auto scene = TestScene::from_text(
+            document(view, 0.01, 8, diffuse("wall", 1) + "," + lamp,
+                     mesh("wall", "floor.obj") + "," + mesh("wall", "ceiling.obj") + "," + mesh("lamp", "lamp.obj")),
+            {{"floor.obj", polygon({{-3, 0, -2}, {0, 0, 4}, {3, 0, -2}})},
+             {"ceiling.obj", polygon({{-3, 2, -2}, {3, 2, -2}, {0, 2, 4}})},
+             {"lamp.obj", horizontal_square(1, 1, up)}});
+        return mean_of(scene.render({"path", 15, 1}, 10), 0);
+      };
+      const bool above = up || two_sided, below = !up || two_sided;
+      EXPECT_EQ(seen(R"("eye": [0, 1.5, 0.2], "look_at": [0.2, 1, 0])").value, above ? 1 : 0);
+      EXPECT_EQ(seen(R"("eye": [0, 0.5, 0.2], "look_at": [0.2, 1, 0])").value, below ? 1 : 0);
+      const Estimate floor = seen(R"("eye": [0, 0.5, 1], "look_at": [0, 0, 0])");
+      const Estimate ceiling = seen(R"("eye": [0, 1.5, 1], "look_at": [0, 2, 0])");
+      for (const auto& [estimate, lit] : {std::pair(floor, below), {ceiling, above}}) {
+        if (lit) {
+          expect_answer(estimate, 0.2394565, 2e-3);
+        } else {
+          EXPECT_EQ(estimate.value, 0);
+        }
+      }
+    }
+  }
+}
+
 /// The mean radiance of a receiver of `area` in the plane through `p0` with unit normal `n`: each pixel covers dω
 /// r²/cos θ of it. Only the receiver may be bright in the picture.
 Estimate mean_over_receiver(const TestScene& scene, const HalfImages& image, Vec3d p0, Vec3d n, double area) {
@@ -219,6 +273,18 @@ TEST(Fresnel, AGlassPlaneShowsTheSkyByItsReflectance) {
         {{"glass.obj", horizontal_square(60, 0, true)}, {"black.obj", horizontal_square(60, -0.5, true)}});
     expect_answer(mean_of(scene.render({"path", 12, 0}, 10), 0), c.exact, 1e-2);
   }
+}
+
+TEST(Fresnel, GlassWithTheIndexOfAirIsNotThere) {
+  // A ball and a slanted sheet of it before a lamp: all of it is seen, and nothing else.
+  const auto scene = TestScene::from_text(
+      document(R"("eye": [0, 3, 0.5], "look_at": [0, 0, 0], "up": [1, 0, 0])", 20, 32,
+               diffuse("lamp", 0, 1) + R"(, {"name": "air", "dielectric": {"ior": 1}})",
+               mesh("lamp", "lamp.obj") + "," + sphere("air", "[0, 1, 0]", 0.4) + "," + mesh("air", "sheet.obj")),
+      {{"lamp.obj", horizontal_square(60, -1, true)},
+       {"sheet.obj", polygon({{-9, 2, -9}, {-9, 1.5, 9}, {9, 1.5, 9}, {9, 2, -9}})}});
+  const Estimate seen = mean_of(scene.render({"path", 16, 0}, 4), 0);
+  EXPECT_NEAR(seen.value, 1, 1e-6);
 }
 
 TEST(Fresnel, AClearSlabTransmitsWhatItsInnerReflectionsSumTo) {

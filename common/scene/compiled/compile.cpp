@@ -318,7 +318,11 @@ class SceneCompiler {
 };
 
 Result<std::shared_ptr<const CompiledScene>> CompiledScene::compile(const Scene& scene, const AssetSource& assets) {
-  return SceneCompiler(scene).run(assets);
+  try {
+    return SceneCompiler(scene).run(assets);
+  } catch (const std::bad_alloc&) {
+    return resource_exhausted("out of memory while compiling a scene of {} objects", scene.objects.size());
+  }
 }
 
 }  // namespace lightmill
