@@ -65,7 +65,8 @@ void Console::result(std::string_view line) const {
 
 void Console::object(const nlohmann::json& object) const {
   if (json_) {
-    write_line(stdout, object.dump());
+    // Names of files need not be UTF-8.
+    write_line(stdout, object.dump(-1, ' ', false, nlohmann::json::error_handler_t::replace));
   }
 }
 

@@ -5,6 +5,12 @@
 #include "server/domain/coordinator_state.h"
 
 namespace lightmill {
+namespace {
+
+/// Some thirty years: far below what the clock's 64 bits of nanoseconds hold.
+constexpr double kMaxGoalSeconds = 1e9;
+
+}  // namespace
 
 Status check_spec(const JobSpec& spec) {
   const RenderSettings& settings = spec.settings;
@@ -15,8 +21,8 @@ Status check_spec(const JobSpec& spec) {
   if (goal.samples > kMaxSamples) {
     return invalid_argument("goal.samples: at most {}, got {}", kMaxSamples, goal.samples);
   }
-  if (!std::isfinite(goal.seconds) || goal.seconds < 0) {
-    return invalid_argument("goal.seconds: must be finite and not negative, got {}", goal.seconds);
+  if (!(goal.seconds >= 0 && goal.seconds <= kMaxGoalSeconds)) {
+    return invalid_argument("goal.seconds: must be from 0 to {}, got {}", kMaxGoalSeconds, goal.seconds);
   }
   if (settings.width < 1 || settings.width > kMaxFilmSide || settings.height < 1 || settings.height > kMaxFilmSide) {
     return invalid_argument("settings: a film has 1 to {} pixels on a side, got {}x{}", kMaxFilmSide, settings.width,

@@ -5,6 +5,9 @@
 namespace lightmill {
 namespace {
 
+/// Thread time of one result, far beyond any lease: larger sums could leave the numbers that fairness compares.
+constexpr double kMaxResultSeconds = 1e7;
+
 /// NaN, infinities and −0 have no place in a node. Branch-free, so that it is done eight values at a time.
 bool values_are_sound(std::span<const float> values) {
   std::uint32_t bad = 0;
@@ -32,7 +35,7 @@ Status Coordinator::State::check_result(const Job& job, const WorkerResult& resu
   if (!values_are_sound(result.node.values)) {
     return invalid_argument("a value is NaN, infinite or -0");
   }
-  if (!std::isfinite(result.seconds) || result.seconds < 0) {
+  if (!(result.seconds >= 0 && result.seconds <= kMaxResultSeconds)) {
     return invalid_argument("{} seconds", result.seconds);
   }
   if (hash_of(result.node) != result.hash) {
@@ -54,9 +57,11 @@ void Coordinator::State::on_result(SessionId session, WorkerResult result, Time 
     send_after_commit(step, session, ResultAck{{key}});
     if (const auto lease = leases.find(lease_id);
         lease != leases.end() && lease->second.worker == name && lease->second.unit.job == key.job) {
-      job->plan->release(lease_id, key.tile, key.range);
+      job->plan->release(lease_id, key.tile, lease->second.unit.range);
       tile_done(lease_id, key.tile, now, step, true);
       refresh_queue(*job);
+      finish_if_complete(*job, now, step);
+      serve_all(now, step);
     }
     return;
   }
@@ -95,8 +100,14 @@ void Coordinator::State::reject_result(SessionId session, const WorkerResult& re
        result.key.job.value, result.key.tile.value, result.key.range.first(), result.key.range.end(),
        message_of(error));
   send_after_commit(step, session, ResultAck{{result.key}});
+  const auto take_back = [&](LeaseId id, bool cancel) {
+    Job& job = *jobs.at(leases.at(id).unit.job);
+    end_lease(id, cancel, true, now, step);
+    put_progress(job, now, step);
+    finish_if_complete(job, now, step);
+  };
   if (const auto lease = leases.find(result.lease); lease != leases.end() && lease->second.worker == name) {
-    end_lease(result.lease, true, true, now, step);
+    take_back(result.lease, true);
   }
   Worker* const worker = worker_of(session);
   if (worker == nullptr) {
@@ -105,7 +116,7 @@ void Coordinator::State::reject_result(SessionId session, const WorkerResult& re
   if (++worker->bad_results >= limits.max_bad_results) {
     dismiss(session, fmt::format("{} damaged results, the last: {}", worker->bad_results, message_of(error)), step);
     while (!worker->leases.empty()) {
-      end_lease(*worker->leases.begin(), false, true, now, step);
+      take_back(*worker->leases.begin(), false);
     }
     forget_if_gone(name);
   } else {

@@ -136,6 +136,8 @@ bool Coordinator::State::adopt_held(Worker& worker, const HeldLease& held, Time 
     if (!leases.contains(held.lease)) {
       return false;
     }
+  } else if (held.lease.value > (epoch << 32 | lease_count)) {
+    return false;  // nobody has given it yet: its number will be another lease's
   } else {
     // An earlier coordinator, or this one before it took the lease for lost, gave it: go on with what is still free.
     Unit unit{held.unit.job, held.unit.range, {}};
