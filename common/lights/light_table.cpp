@@ -78,7 +78,7 @@ LightSample8 LightTable::sample(const V8& p, F8 choice, Pair8 u) const {
   // With one light there is nothing to choose, and no probability but 1.
   const bool single = size() == 1;
   const DiscreteDistribution::Choice8 chosen =
-      single ? DiscreteDistribution::Choice8{U8(0u), F8(1.0f), F8(0.0f)} : choice_->sample(choice);
+      single ? DiscreteDistribution::Choice8{U8(0u), F8(1.0f)} : choice_->sample(choice);
   const M8 all(true);
   const U8 kind = gather(kind_.data(), chosen.index, all);
   const M8 facet = kind == U8(kFacet);
@@ -123,7 +123,8 @@ LightSample8 LightTable::sample_facets(const V8& p, U8 index, M8 lanes, F8 pmf, 
 
   const F8 pdf_area = pmf * select(whole, F8(1.0f), F8(2.0f)) / whole_area;
   const F8 pdf = pdf_area * distance2 / cos_light;
-  const V8 off = normal * copysign(surface_offset(y, F8(0.0f)), cos_signed);
+  const V8 magnitude = abs(y) + abs(to_light) + abs(edge1) + abs(edge2);
+  const V8 off = normal * copysign(surface_offset(normal, magnitude), cos_signed);
   return {y + off, wi, radiance * (F8(1.0f) / pdf), pdf, valid};
 }
 
@@ -172,7 +173,8 @@ LightSample8 LightTable::sample_spheres(const V8& p, U8 index, M8 lanes, F8 pmf,
 
   const F8 pdf = pmf * sphere_pdf_solid_angle(p, center, radius, distance, cos_light);
   // Embree finds a sphere from afar only to some 3e-6 of the distance: stay well in front of that.
-  const V8 off = normal * copysign(F8(8.0f) * surface_offset(y, distance), cos_outward);
+  const F8 magnitude = F8(8.0f) * (max_component(abs(y)) + distance);
+  const V8 off = normal * copysign(F8(0x1p-19f) * magnitude, cos_outward);
   return {y + off, wi, radiance * (F8(1.0f) / pdf), pdf, valid};
 }
 

@@ -85,10 +85,11 @@ class LightTable {
 /// cone that the sphere fills from outside, uniform by area from inside.
 F8 sphere_pdf_solid_angle(const V8& from, const V8& center, F8 radius, F8 distance, F8 cos_light);
 
-/// How far to move a point off a surface so that a ray from it cannot find the surface again: proportional to the
-/// rounding error of coordinates as large as its own and of a hit found `distance` away.
-inline F8 surface_offset(const V8& p, F8 distance) {
-  return F8(0x1p-19f) * (max(abs(p.x), max(abs(p.y), abs(p.z))) + distance);
+/// How far to move a point off a surface with unit normal `n` so that a ray from it cannot find the surface again. Each
+/// coordinate is off by a few rounding errors of `magnitude`, the sizes that entered it (positions, the ray's way, the
+/// triangle's extent); only what of that lies along the normal matters.
+inline F8 surface_offset(const V8& n, const V8& magnitude) {
+  return F8(0x1p-19f) * (abs(n.x) * magnitude.x + abs(n.y) * magnitude.y + abs(n.z) * magnitude.z);
 }
 
 }  // namespace lightmill

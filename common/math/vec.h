@@ -42,6 +42,9 @@ inline V8 cross(const V8& a, const V8& b) {
 inline F8 length_squared(const V8& a) {
   return dot(a, a);
 }
+inline V8 abs(const V8& a) {
+  return {abs(a.x), abs(a.y), abs(a.z)};
+}
 inline V8 normalize(const V8& a) {
   return a * (F8(1.0f) / sqrt(length_squared(a)));
 }

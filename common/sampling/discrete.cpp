@@ -36,8 +36,7 @@ DiscreteDistribution::Choice8 DiscreteDistribution::sample(F8 u) const {
     high = select(right, high, middle - U8(1u));
   }
   const F8 pmf = gather(pmf_.data(), low, all);
-  const F8 rest = (u - gather(first_.data(), low, all)) / pmf;
-  return {low, pmf, min(rest, F8(0x1.fffffep-1f))};
+  return {low, pmf};
 }
 
 }  // namespace lightmill

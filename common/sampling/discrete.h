@@ -1,4 +1,4 @@
-// Choosing one of several by probability, keeping what is left of the uniform number.
+// Choosing one of several by probability.
 #pragma once
 
 #include <span>
@@ -21,7 +21,6 @@ class DiscreteDistribution {
   struct Choice8 {
     U8 index;
     F8 pmf;
-    F8 rest;  ///< uniform in [0, 1) again, independent of the choice
   };
   /// For u in [0, 1). Entries of probability zero are never chosen.
   Choice8 sample(F8 u) const;

@@ -154,26 +154,22 @@ TEST(Samplers, PixelFilterOffsetsFollowTheFilter) {
   EXPECT_LT(chi_squared_z(counts, expected), kChiSquaredThreshold);
 }
 
-TEST(Samplers, DiscreteChoiceFollowsItsWeightsAndKeepsTheRestUniform) {
+TEST(Samplers, DiscreteChoiceFollowsItsWeights) {
   const std::vector<double> weights{0, 3, 0, 0, 1, 10, 0.5, 0};
   const DiscreteDistribution distribution(weights);
-  constexpr int kRest = 10;
-  std::vector<double> counts(weights.size() * kRest), expected(weights.size() * kRest);
+  std::vector<double> counts(weights.size()), expected(weights.size());
   for_each_draw(9, [&](Pair8 u) {
     const auto chosen = distribution.sample(u.u);
     alignas(32) std::uint32_t index[8];
     chosen.index.store(index);
-    const Lanes rest(chosen.rest);
+    const Lanes pmf(chosen.pmf);
     for (int l = 0; l < 8; ++l) {
-      ASSERT_GE(rest[l], 0);
-      ASSERT_LT(rest[l], 1);
-      counts[index[l] * kRest + static_cast<int>(rest[l] * kRest)] += 1;
+      counts[index[l]] += 1;
+      ASSERT_NEAR(pmf[l], weights[index[l]] / 14.5, 1e-6);
     }
   });
   for (std::size_t i = 0; i < weights.size(); ++i) {
-    for (int r = 0; r < kRest; ++r) {
-      expected[i * kRest + r] = kDraws * weights[i] / 14.5 / kRest;
-    }
+    expected[i] = kDraws * weights[i] / 14.5;
   }
   EXPECT_LT(chi_squared_z(counts, expected), kChiSquaredThreshold);
 }

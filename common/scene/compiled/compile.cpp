@@ -7,6 +7,9 @@
 namespace lightmill {
 namespace {
 
+/// Indices of the nine floats of a triangle stay below 2^31, as eight-lane gathers need.
+constexpr std::uint64_t kMaxTriangles = 200'000'000;
+
 struct Bounds {
   Vec3d low{std::numeric_limits<double>::infinity()};
   Vec3d high{-std::numeric_limits<double>::infinity()};
@@ -74,7 +77,7 @@ class SceneCompiler {
     compile_materials();
     out_->accel_ = std::make_unique<Accel>(needs_robust_rays());
     for (std::size_t i = 0; i < scene_.objects.size(); ++i) {
-      compile_object(scene_.objects[i], meshes_[i]);
+      compile_object(scene_.objects[i], meshes_[i].get());
     }
     for (const PointLight& light : scene_.point_lights) {
       if (!is_black(light.intensity)) {
@@ -94,21 +97,30 @@ class SceneCompiler {
 
  private:
   Status load_meshes(const CompiledScene::AssetSource& assets) {
-    meshes_.resize(scene_.objects.size());
+    std::map<Sha256, std::shared_ptr<const Mesh>> loaded;
     for (std::size_t i = 0; i < scene_.objects.size(); ++i) {
-      const Object& object = scene_.objects[i];
-      if (const auto* shape = std::get_if<MeshShape>(&object.shape)) {
-        const std::string where = fmt::format("objects[{}] \"{}\"", i, object.name);
+      std::shared_ptr<const Mesh>& mesh = meshes_.emplace_back();
+      const auto* shape = std::get_if<MeshShape>(&scene_.objects[i].shape);
+      if (shape == nullptr) {
+        continue;
+      }
+      const std::string where = fmt::format("objects[{}] \"{}\"", i, scene_.objects[i].name);
+      std::shared_ptr<const Mesh>& known = loaded[shape->asset];
+      if (known == nullptr) {
         Result<std::string> bytes = assets(shape->asset);
         if (!bytes.ok()) {
           return with_context(bytes.status(), where);
         }
-        Result<Mesh> mesh = decode_mesh(as_byte_view(*bytes));
-        if (!mesh.ok()) {
-          return with_context(mesh.status(), where);
+        Result<Mesh> decoded = decode_mesh(as_byte_view(*bytes));
+        if (!decoded.ok()) {
+          return with_context(decoded.status(), where);
         }
-        meshes_[i] = std::move(*mesh);
-        triangle_count_ += meshes_[i].triangles.size();
+        known = std::make_shared<const Mesh>(std::move(*decoded));
+      }
+      mesh = known;
+      triangle_count_ += mesh->triangles.size();
+      if (triangle_count_ > kMaxTriangles) {
+        return resource_exhausted("{}: the scene has more than the limit of {} triangles", where, kMaxTriangles);
       }
     }
     return ok_status();
@@ -124,7 +136,7 @@ class SceneCompiler {
         bounds.add(to_vec(sphere->center) - Vec3d(sphere->radius));
         bounds.add(to_vec(sphere->center) + Vec3d(sphere->radius));
       } else {
-        for (const auto& p : meshes_[i].positions) {
+        for (const auto& p : meshes_[i]->positions) {
           bounds.add({p[0], p[1], p[2]});
         }
       }
@@ -157,7 +169,7 @@ class SceneCompiler {
         smallest = std::min(smallest, sphere->radius);
       } else {
         Bounds bounds;
-        for (const auto& p : meshes_[i].positions) {
+        for (const auto& p : meshes_[i]->positions) {
           bounds.add({p[0], p[1], p[2]});
         }
         smallest = std::min(smallest, glm::length(bounds.high - bounds.low));
@@ -194,7 +206,8 @@ class SceneCompiler {
     }
   }
 
-  void compile_object(const Object& object, const Mesh& mesh) {
+  /// `mesh` is null for spheres.
+  void compile_object(const Object& object, const Mesh* mesh_or_null) {
     const Material& material = scene_.materials[object.material];
     const bool emits = !is_black(material.emission);
     const auto* sphere = std::get_if<SphereShape>(&object.shape);
@@ -202,7 +215,7 @@ class SceneCompiler {
     out_->geometry_is_sphere_.push_back(sphere != nullptr ? 1 : 0);
     out_->geometry_inward_.push_back(sphere != nullptr && sphere->normal_inward ? 1 : 0);
     out_->geometry_smooth_.push_back(0);
-    out_->geometry_triangles_.push_back(static_cast<std::uint32_t>(out_->triangle_size_.size()));
+    out_->geometry_triangles_.push_back(static_cast<std::uint32_t>(out_->triangle_extent_.size() / 3));
     out_->geometry_smooth_triangles_.push_back(0);
     if (sphere != nullptr) {
       const Vec3 center(to_frame(to_vec(sphere->center)));
@@ -211,13 +224,14 @@ class SceneCompiler {
       append(out_->sphere_center_, center);
       out_->sphere_radius_.push_back(radius);
       out_->accel_->add_sphere(center, radius);
-      out_->triangle_size_.push_back(0);  // a sphere's only primitive
+      append(out_->triangle_extent_, Vec3(0));  // a sphere's only primitive
       if (emits) {
         out_->lights_.add(EmissiveSphere{center, radius, to_vec(material.emission), sphere->normal_inward,
                                          material.two_sided_emission});
       }
       return;
     }
+    const Mesh& mesh = *mesh_or_null;
     append(out_->sphere_center_, Vec3(0));
     out_->sphere_radius_.push_back(0);
     std::vector<std::array<float, 3>> positions;
@@ -228,12 +242,9 @@ class SceneCompiler {
     }
     out_->accel_->add_mesh(positions, mesh.triangles);
     for (const auto& t : mesh.triangles) {
-      const auto edge = [&](std::uint32_t a, std::uint32_t b) {
-        const Vec3 d = Vec3(positions[a][0], positions[a][1], positions[a][2]) -
-                       Vec3(positions[b][0], positions[b][1], positions[b][2]);
-        return glm::length(d);
-      };
-      out_->triangle_size_.push_back(std::max(edge(t[0], t[1]), std::max(edge(t[1], t[2]), edge(t[2], t[0]))));
+      const auto corner = [&](int i) { return Vec3(positions[t[i]][0], positions[t[i]][1], positions[t[i]][2]); };
+      append(out_->triangle_extent_,
+             glm::max(glm::max(corner(0), corner(1)), corner(2)) - glm::min(glm::min(corner(0), corner(1)), corner(2)));
     }
     if (!mesh.normals.empty()) {
       add_smooth_normals(mesh);
@@ -310,7 +321,8 @@ class SceneCompiler {
 
   const Scene& scene_;
   std::unique_ptr<CompiledScene> out_;
-  std::vector<Mesh> meshes_;  ///< one an object; empty for spheres
+  std::vector<std::shared_ptr<const Mesh>>
+      meshes_;  ///< one an object, shared by those that name one asset; null for spheres
   std::uint64_t triangle_count_ = 0;
   Vec3d center_{0};
   double extent_ = 0;

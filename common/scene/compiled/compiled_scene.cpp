@@ -8,11 +8,10 @@ Surface8 CompiledScene::surface(const Ray8& rays, const Hit8& hits) const {
   s.material = gather(geometry_material_.data(), hits.geometry, lanes);
   s.point = rays.origin + rays.direction * hits.distance;
   s.geometric_normal = normalize(hits.normal);
-  // What a coordinate of the hit may be off by grows with the ray's length and with the distance to the triangle's
-  // corner.
-  F8 rounding_distance =
-      hits.distance +
-      gather(triangle_size_.data(), gather(geometry_triangles_.data(), hits.geometry, lanes) + hits.primitive, lanes);
+  // What a coordinate of the hit may be off by grows with itself, with the ray's way to it and with the way from the
+  // ray to the triangle's corners.
+  const U8 triangle = gather(geometry_triangles_.data(), hits.geometry, lanes) + hits.primitive;
+  V8 magnitude = abs(s.point) + abs(rays.direction) * hits.distance + gather3(triangle_extent_.data(), triangle, lanes);
 
   if (features_.spheres) {
     const M8 sphere = lanes & (gather(geometry_is_sphere_.data(), hits.geometry, lanes) == U8(1u));
@@ -22,20 +21,20 @@ Surface8 CompiledScene::surface(const Ray8& rays, const Hit8& hits) const {
       const F8 radius = gather(sphere_radius_.data(), hits.geometry, sphere);
       const V8 outward = normalize(s.point - center);
       s.point = select(sphere, center + outward * radius, s.point);
-      rounding_distance = select(sphere, radius, rounding_distance);
+      magnitude = select(sphere, abs(s.point) + V8{radius, radius, radius}, magnitude);
       const M8 inward = gather(geometry_inward_.data(), hits.geometry, sphere) == U8(1u);
       s.geometric_normal = select(sphere, select(inward, -outward, outward), s.geometric_normal);
     }
   }
   s.front = lanes & (dot(rays.direction, s.geometric_normal) < F8(0.0f));
-  s.offset = surface_offset(s.point, rounding_distance);
+  s.offset = surface_offset(s.geometric_normal, magnitude);
   s.shading_normal = s.geometric_normal;
 
   if (features_.smooth) {
     const M8 smooth = lanes & (gather(geometry_smooth_.data(), hits.geometry, lanes) == U8(1u));
     if (smooth.any()) {
-      const U8 triangle = gather(geometry_smooth_triangles_.data(), hits.geometry, smooth) + hits.primitive;
-      const U8 first = triangle + triangle + triangle;
+      const U8 corners = gather(geometry_smooth_triangles_.data(), hits.geometry, smooth) + hits.primitive;
+      const U8 first = corners + corners + corners;
       const V8 n0 = gather3(vertex_normals_.data(), gather(smooth_triangles_.data(), first, smooth), smooth);
       const V8 n1 = gather3(vertex_normals_.data(), gather(smooth_triangles_.data(), first + U8(1u), smooth), smooth);
       const V8 n2 = gather3(vertex_normals_.data(), gather(smooth_triangles_.data(), first + U8(2u), smooth), smooth);

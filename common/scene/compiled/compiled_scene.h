@@ -105,14 +105,14 @@ class CompiledScene {
   std::vector<std::uint32_t> geometry_is_sphere_;
   std::vector<std::uint32_t> geometry_inward_;            ///< spheres whose normal points to the centre
   std::vector<std::uint32_t> geometry_smooth_;            ///< meshes with normals
-  std::vector<std::uint32_t> geometry_triangles_;         ///< first entry in triangle_size_
+  std::vector<std::uint32_t> geometry_triangles_;         ///< first triangle in triangle_extent_
   std::vector<std::uint32_t> geometry_smooth_triangles_;  ///< first triangle in smooth_triangles_
   std::vector<float> sphere_center_;                      ///< 3 each
   std::vector<float> sphere_radius_;
   std::vector<float> emitter_pdf_area_;     ///< meshes: light choice included
   std::vector<float> emitter_probability_;  ///< spheres: of the light
 
-  std::vector<float> triangle_size_;  ///< longest edge, one entry a triangle of any mesh
+  std::vector<float> triangle_extent_;  ///< sizes along x, y and z, 3 a triangle of any mesh
 
   // Smooth meshes only.
   std::vector<std::uint32_t> smooth_triangles_;  ///< 3 indices each into vertex_normals_
