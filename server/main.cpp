@@ -3,6 +3,7 @@
 #include <cstdlib>
 #include <iostream>
 
+#include "common/base/daemon_options.h"
 #include "common/base/file.h"
 #include "common/base/log.h"
 #include "common/base/mutex.h"
@@ -22,8 +23,7 @@ struct Options {
   std::string data;
   std::string listen = "127.0.0.1:7350";
   std::string port_file;
-  std::string log_level = "info";
-  std::string log_format = "text";
+  LogOptions log;
   double lease_seconds = 10;
   double heartbeat_seconds = 2;
   double unit_seconds = 1;
@@ -45,18 +45,6 @@ std::string default_data_directory() {
   return "lightmill-data";
 }
 
-std::uint64_t gib(double value) {
-  return static_cast<std::uint64_t>(value * 1024 * 1024 * 1024);
-}
-
-template <class T>
-void add_limit(CLI::App& app, const std::string& name, T& value, const char* unit,
-               std::pair<std::type_identity_t<T>, std::type_identity_t<T>> range, const std::string& text) {
-  CLI::Range allowed(range.first, range.second);
-  allowed.description("");
-  app.add_option(name, value, text)->type_name(unit)->check(allowed)->capture_default_str()->group("Limits");
-}
-
 /// What parse() answers: an exit code, or nothing when the server should run.
 std::optional<int> parse(int argc, char** argv, Options& options) {
   CLI::App app{
@@ -72,12 +60,7 @@ std::optional<int> parse(int argc, char** argv, Options& options) {
       ->type_name("HOST:PORT")
       ->capture_default_str();
   app.add_option("--port-file", options.port_file, "write the port here once clients can connect")->type_name("FILE");
-  app.add_option("--log-level", options.log_level, "trace, debug, info, warn, error or off")
-      ->type_name("LEVEL")
-      ->capture_default_str();
-  app.add_option("--log-format", options.log_format, "text, or json (one object a line)")
-      ->type_name("FORMAT")
-      ->capture_default_str();
+  add_log_options(app, options.log);
   add_limit(app, "--lease-seconds", options.lease_seconds, "SECONDS", {0.5, 3600.0},
             "a worker that is silent for so long loses its work");
   add_limit(app, "--heartbeat-seconds", options.heartbeat_seconds, "SECONDS", {0.1, 600.0},
@@ -116,8 +99,8 @@ CoordinatorLimits limits_of(const Options& options) {
   limits.heartbeat_interval = from_seconds(options.heartbeat_seconds);
   limits.lease_duration = from_seconds(options.lease_seconds);
   limits.unit_seconds = options.unit_seconds;
-  limits.film_bytes_per_job = gib(options.film_gib);
-  limits.film_bytes = gib(options.films_gib);
+  limits.film_bytes_per_job = bytes_of_gib(options.film_gib);
+  limits.film_bytes = bytes_of_gib(options.films_gib);
   limits.max_jobs = options.max_jobs;
   limits.max_workers = options.max_workers;
   return limits;
@@ -152,9 +135,9 @@ class StopRequest {
 Status serve(const Options& options, StopRequest& stop) {
   LM_ASSIGN_OR_RETURN(const DataDirectory data, DataDirectory::open(options.data));
   LM_ASSIGN_OR_RETURN(std::unique_ptr<Store> store, open_sqlite_store(data.database_file()));
-  LM_ASSIGN_OR_RETURN(
-      std::unique_ptr<AssetStore> assets,
-      AssetStore::open(data.assets_folder(), {gib(options.max_asset_gib), gib(options.max_assets_gib)}));
+  LM_ASSIGN_OR_RETURN(std::unique_ptr<AssetStore> assets,
+                      AssetStore::open(data.assets_folder(),
+                                       {bytes_of_gib(options.max_asset_gib), bytes_of_gib(options.max_assets_gib)}));
   ApiOptions api;
   api.listen = options.listen;
   api.limits = limits_of(options);
@@ -186,7 +169,7 @@ int run(int argc, char** argv) {
   if (const std::optional<int> code = parse(argc, argv, options)) {
     return *code;
   }
-  if (const Status status = start_logging("lightmill-server", options.log_level, options.log_format); !status.ok()) {
+  if (const Status status = start_logging("lightmill-server", options.log.level, options.log.format); !status.ok()) {
     std::cerr << "lightmill-server: " << message_of(status) << "\n";
     return 2;
   }

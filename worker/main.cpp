@@ -5,6 +5,7 @@
 #include <cstdlib>
 #include <iostream>
 
+#include "common/base/daemon_options.h"
 #include "common/base/log.h"
 #include "common/base/signals.h"
 #include "common/farm/job.h"
@@ -19,8 +20,7 @@ struct Options {
   std::vector<std::string> servers;  ///< parts of `server`
   std::uint32_t threads = std::max(1u, std::thread::hardware_concurrency());
   std::string name;
-  std::string log_level = "info";
-  std::string log_format = "text";
+  LogOptions log;
   std::size_t scenes = 8;
   double scenes_gib = 4;
   double assets_gib = 1;
@@ -30,18 +30,6 @@ struct Options {
 std::string host_name() {
   std::array<char, 256> name{};
   return ::gethostname(name.data(), name.size() - 1) == 0 ? name.data() : "unknown";
-}
-
-std::uint64_t gib(double value) {
-  return static_cast<std::uint64_t>(value * 1024 * 1024 * 1024);
-}
-
-template <class T>
-CLI::Option* add_limit(CLI::App& app, const std::string& name, T& value, const char* unit,
-                       std::pair<std::type_identity_t<T>, std::type_identity_t<T>> range, const std::string& text) {
-  CLI::Range allowed(range.first, range.second);
-  allowed.description("");
-  return app.add_option(name, value, text)->type_name(unit)->check(allowed)->capture_default_str()->group("Limits");
 }
 
 /// An exit code, or nothing when the worker should run.
@@ -59,12 +47,7 @@ std::optional<int> parse(int argc, char** argv, Options& options) {
             "rendering threads; by default one for each processor core")
       ->group("Options");
   app.add_option("--name", options.name, "its name, unique on the farm; by default HOST-PID")->type_name("NAME");
-  app.add_option("--log-level", options.log_level, "trace, debug, info, warn, error or off")
-      ->type_name("LEVEL")
-      ->capture_default_str();
-  app.add_option("--log-format", options.log_format, "text, or json (one object a line)")
-      ->type_name("FORMAT")
-      ->capture_default_str();
+  add_log_options(app, options.log);
   add_limit(app, "--scenes", options.scenes, "N", {1, 10'000}, "compiled scenes that are kept");
   add_limit(app, "--scenes-gib", options.scenes_gib, "GIB", {0.001, 65536.0}, "memory for compiled scenes");
   add_limit(app, "--assets-gib", options.assets_gib, "GIB", {0.0, 65536.0}, "memory for downloaded assets");
@@ -91,15 +74,15 @@ std::optional<int> parse(int argc, char** argv, Options& options) {
 WorkerOptions worker_options(const Options& options) {
   WorkerOptions worker;
   worker.servers = options.servers;
-  worker.scenes = {options.scenes, gib(options.scenes_gib)};
-  worker.asset_bytes = gib(options.assets_gib);
+  worker.scenes = {options.scenes, bytes_of_gib(options.scenes_gib)};
+  worker.asset_bytes = bytes_of_gib(options.assets_gib);
   worker.session.name = options.name;
   worker.session.host = host_name();
   worker.session.pid = static_cast<std::uint32_t>(::getpid());
   worker.session.threads = options.threads;
   worker.session.fingerprint_class = fingerprint_class();
   worker.session.renderer_version = kRendererVersion;
-  worker.session.unacknowledged_bytes = gib(options.results_mib / 1024);
+  worker.session.unacknowledged_bytes = bytes_of_gib(options.results_mib / 1024);
   return worker;
 }
 
@@ -137,7 +120,7 @@ int run(int argc, char** argv) {
   if (const std::optional<int> code = parse(argc, argv, options)) {
     return *code;
   }
-  if (const Status status = start_logging("lightmill-worker", options.log_level, options.log_format); !status.ok()) {
+  if (const Status status = start_logging("lightmill-worker", options.log.level, options.log.format); !status.ok()) {
     std::cerr << "lightmill-worker: " << message_of(status) << "\n";
     return 2;
   }

@@ -87,7 +87,9 @@ void add_render_options(CLI::App& command, RenderOptions& options) {
   command.add_option("--method", options.method, "path (all light), or preview (flat colours, quick)")
       ->type_name("path|preview")
       ->capture_default_str();
-  command.add_option("--max-bounces", options.max_bounces, "path: longest light path (default: no limit but chance)")
+  command
+      .add_option("--max-bounces", options.max_bounces,
+                  "path: longest light path (default 1000; chance ends nearly all of them long before)")
       ->type_name("N")
       ->check(CLI::Range(std::uint32_t{1}, std::uint32_t{1'000'000}));
   command.add_option("--seed", options.seed, "the same seed gives the same picture, bit for bit")

@@ -1,5 +1,6 @@
 // How workers' sessions come, speak and go.
 #include "common/base/check.h"
+#include "common/base/overloaded.h"
 #include "server/domain/coordinator_state.h"
 
 namespace lightmill {
@@ -7,13 +8,6 @@ namespace {
 
 /// Threads that one worker may claim.
 constexpr std::uint32_t kMaxThreads = 4096;
-
-template <class... Handlers>
-struct Overloaded : Handlers... {
-  using Handlers::operator()...;
-};
-template <class... Handlers>
-Overloaded(Handlers...) -> Overloaded<Handlers...>;
 
 }  // namespace
 

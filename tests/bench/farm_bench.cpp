@@ -151,7 +151,7 @@ double children_cpu_seconds() {
 }
 
 int run_bench(const Options& options) {
-  lightmill::testing::Farm farm;
+  test::Farm farm;
   auto& worker = farm.add_worker(options.threads, "w1");
   start_client(options, farm.address(), 999, true);  // renders the scene once
 

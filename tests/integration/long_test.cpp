@@ -3,7 +3,7 @@
 
 #include "tests/support/farm.h"
 
-namespace lightmill::testing {
+namespace lightmill::test {
 namespace {
 
 TEST(SameBits, AWorkerKilledEveryTwoSeconds) {
@@ -20,4 +20,4 @@ TEST(SameBits, AWorkerKilledEveryTwoSeconds) {
 }
 
 }  // namespace
-}  // namespace lightmill::testing
+}  // namespace lightmill::test

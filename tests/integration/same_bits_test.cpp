@@ -5,7 +5,7 @@
 
 #include "tests/support/farm.h"
 
-namespace lightmill::testing {
+namespace lightmill::test {
 namespace {
 
 const Picture kPicture;
@@ -138,4 +138,4 @@ TEST(Stop, ACoordinatorStopsCleanlyAndGoesOnLater) {
 }
 
 }  // namespace
-}  // namespace lightmill::testing
+}  // namespace lightmill::test

@@ -1,6 +1,7 @@
 // Workers in their simulated processes: streams, threads, deaths and hangs.
 #include <algorithm>
 
+#include "common/base/overloaded.h"
 #include "tests/simulation/farm_simulation.h"
 
 namespace lightmill::simulation {
@@ -8,13 +9,6 @@ namespace {
 
 /// Of one thread of a worker of slowness 1.
 constexpr double kSecondsPerPixelSample = 2e-3;
-
-template <class... Handlers>
-struct Overloaded : Handlers... {
-  using Handlers::operator()...;
-};
-template <class... Handlers>
-Overloaded(Handlers...) -> Overloaded<Handlers...>;
 
 std::uint64_t pixel_samples(const JobDescription& job, const NodeKey& key) {
   return static_cast<std::uint64_t>(TileGrid(job.settings.crop).tile_rect(key.tile).pixel_count()) * key.range.count();

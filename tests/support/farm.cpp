@@ -15,7 +15,7 @@
 #include "common/wire/farm_messages.h"
 #include "common/wire/scene_proto.h"
 
-namespace lightmill::testing {
+namespace lightmill::test {
 namespace {
 
 constexpr auto kPatience = std::chrono::seconds(20);
@@ -248,7 +248,7 @@ FilmPlanes FarmClient::film(std::uint64_t id) {
 
 // ---- the processes ----
 
-void kill_at_once(test::BackgroundProcess& process) {
+void kill_at_once(BackgroundProcess& process) {
   process.send(SIGKILL);
   EXPECT_TRUE(process.wait(kPatience));
 }
@@ -263,7 +263,7 @@ void Farm::start_server() {
   std::vector<std::string> arguments{
       program("lightmill-server"), "--data", data().string(), "--listen", address(), "--port-file", port_file.string()};
   arguments.insert(arguments.end(), server_options_.begin(), server_options_.end());
-  server_ = std::make_unique<test::BackgroundProcess>(arguments, (folder_.path() / "server.log").string());
+  server_ = std::make_unique<BackgroundProcess>(arguments, (folder_.path() / "server.log").string());
   const auto until = std::chrono::steady_clock::now() + kPatience;
   while (!std::filesystem::exists(port_file)) {
     if (server_->wait(std::chrono::milliseconds(0)) || std::chrono::steady_clock::now() > until) {
@@ -275,19 +275,19 @@ void Farm::start_server() {
   port_ = std::stoi(read_file(port_file).value());
 }
 
-std::unique_ptr<test::BackgroundProcess> Farm::start_worker(int threads, const std::string& name) {
-  return std::make_unique<test::BackgroundProcess>(
+std::unique_ptr<BackgroundProcess> Farm::start_worker(int threads, const std::string& name) {
+  return std::make_unique<BackgroundProcess>(
       std::vector<std::string>{program("lightmill-worker"), "--server", address(), "--threads", std::to_string(threads),
                                "--name", name, "--log-level", "debug"},
       (folder_.path() / (name + ".log")).string());
 }
 
-test::BackgroundProcess& Farm::add_worker(int threads, const std::string& name) {
+BackgroundProcess& Farm::add_worker(int threads, const std::string& name) {
   workers_.push_back({name, threads, start_worker(threads, name)});
   return *workers_.back().process;
 }
 
-test::BackgroundProcess& Farm::worker(const std::string& name) {
+BackgroundProcess& Farm::worker(const std::string& name) {
   for (Worker& worker : workers_) {
     if (worker.name == name) {
       return *worker.process;
@@ -335,4 +335,4 @@ void kill_workers(Farm& farm, std::uint64_t job, Picture& picture, std::chrono::
   }
 }
 
-}  // namespace lightmill::testing
+}  // namespace lightmill::test

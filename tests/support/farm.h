@@ -17,7 +17,7 @@
 #include "tests/support/process.h"
 #include "tests/support/temporary_folder.h"
 
-namespace lightmill::testing {
+namespace lightmill::test {
 
 /// What tests render: the bench box with blocks, small.
 struct Picture {
@@ -54,7 +54,7 @@ class FarmClient {
 };
 
 /// SIGKILL, waited for.
-void kill_at_once(test::BackgroundProcess& process);
+void kill_at_once(BackgroundProcess& process);
 
 class Farm {
  public:
@@ -62,15 +62,15 @@ class Farm {
   explicit Farm(std::vector<std::string> server_options = {});
 
   std::string address() const { return "127.0.0.1:" + std::to_string(port_); }
-  test::BackgroundProcess& server() { return *server_; }
+  BackgroundProcess& server() { return *server_; }
   /// A new coordinator on the same port and data; the one before has ended.
   void start_server();
   FarmClient client() { return FarmClient(address()); }
   std::filesystem::path data() const { return folder_.path() / "data"; }
   std::filesystem::path folder() const { return folder_.path(); }
 
-  test::BackgroundProcess& add_worker(int threads, const std::string& name);
-  test::BackgroundProcess& worker(const std::string& name);
+  BackgroundProcess& add_worker(int threads, const std::string& name);
+  BackgroundProcess& worker(const std::string& name);
   /// SIGKILL, and another one of the same name in its place.
   void replace_worker(const std::string& name);
   std::string worker_log(const std::string& name) const { return log(name); }
@@ -82,14 +82,14 @@ class Farm {
   struct Worker {
     std::string name;
     int threads;
-    std::unique_ptr<test::BackgroundProcess> process;
+    std::unique_ptr<BackgroundProcess> process;
   };
-  std::unique_ptr<test::BackgroundProcess> start_worker(int threads, const std::string& name);
+  std::unique_ptr<BackgroundProcess> start_worker(int threads, const std::string& name);
 
   TemporaryFolder folder_;
   std::vector<std::string> server_options_;
   int port_ = 0;
-  std::unique_ptr<test::BackgroundProcess> server_;
+  std::unique_ptr<BackgroundProcess> server_;
   std::vector<Worker> workers_;
 };
 
@@ -100,4 +100,4 @@ void expect_reference_film(FarmClient client, std::uint64_t job, const Picture& 
 /// is given more to do: `picture` then has the new number of samples.
 void kill_workers(Farm& farm, std::uint64_t job, Picture& picture, std::chrono::milliseconds pause, int kills);
 
-}  // namespace lightmill::testing
+}  // namespace lightmill::test

@@ -8,7 +8,7 @@
 #include <filesystem>
 #include <string>
 
-namespace lightmill::testing {
+namespace lightmill::test {
 
 class TemporaryFolder {
  public:
@@ -30,4 +30,4 @@ class TemporaryFolder {
   std::filesystem::path path_;
 };
 
-}  // namespace lightmill::testing
+}  // namespace lightmill::test

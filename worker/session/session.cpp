@@ -4,19 +4,9 @@
 #include <algorithm>
 
 #include "common/base/check.h"
+#include "common/base/overloaded.h"
 
 namespace lightmill {
-namespace {
-
-template <class... Handlers>
-struct Overloaded : Handlers... {
-  using Handlers::operator()...;
-};
-template <class... Handlers>
-Overloaded(Handlers...) -> Overloaded<Handlers...>;
-
-}  // namespace
-
 Session::Session(SessionConfig config) : config_(std::move(config)), backoff_(config_.reconnect_least) {
   LM_CHECK(config_.threads > 0);
 }

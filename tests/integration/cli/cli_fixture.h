@@ -45,7 +45,7 @@ class CliTest : public ::testing::Test {
   bool temporary_is_empty() const { return std::filesystem::is_empty(temporary()); }
 
  private:
-  testing::TemporaryFolder folder_, files_;
+  test::TemporaryFolder folder_, files_;
 };
 
 /// With a shared farm: a coordinator, and workers as asked for.

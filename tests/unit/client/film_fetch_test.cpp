@@ -37,7 +37,7 @@ TEST(FilmFile, HashOfThePictureIsTheHashOfTheFilm) {
 TEST(FilmFile, HashComputedFromTheFileIsTheOneThatItStates) {
   auto [picture, hash] = example_film();
   picture.receipt.film_hash = hash.hex();
-  const testing::TemporaryFolder folder;
+  const test::TemporaryFolder folder;
   const std::string path = (folder.path() / "film.exr").string();
   ASSERT_TRUE(write_outputs(picture, {path}, {}).ok());
   const Result<FilmPicture> back = load_film_picture(path);
@@ -57,7 +57,7 @@ TEST(FilmFile, OneChangedBitIsSeen) {
 }
 
 TEST(Outputs, AreCheckedBeforeAnythingIsRendered) {
-  const testing::TemporaryFolder folder;
+  const test::TemporaryFolder folder;
   const std::string good = (folder.path() / "a.exr").string();
   EXPECT_TRUE(check_outputs({good, (folder.path() / "b.PNG").string()}).ok());
   std::filesystem::create_directory(folder.path() / "c.png");

@@ -71,7 +71,7 @@ v1::WatchJobResponse message(int x, int y, int width, int height, float value) {
 }
 
 TEST(LivePicture, ShowsTilesInTheirPlacesAndIsWrittenAtMostOnceASecond) {
-  const testing::TemporaryFolder folder;
+  const test::TemporaryFolder folder;
   const std::string path = (folder.path() / "live.png").string();
   FakeClock clock;
   LivePicture live({path}, {}, clock);
@@ -91,7 +91,7 @@ TEST(LivePicture, ShowsTilesInTheirPlacesAndIsWrittenAtMostOnceASecond) {
 }
 
 TEST(LivePicture, TilesOutsideThePictureAreRefused) {
-  const testing::TemporaryFolder folder;
+  const test::TemporaryFolder folder;
   FakeClock clock;
   for (const auto& [x, y, width, height] : {std::array{9, 20, 1, 1},
                                             {10, 19, 1, 1},

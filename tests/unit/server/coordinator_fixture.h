@@ -6,7 +6,7 @@
 #include "common/film/film.h"
 #include "server/domain/coordinator.h"
 
-namespace lightmill::testing {
+namespace lightmill::test {
 
 class CoordinatorTest : public ::testing::Test {
  protected:
@@ -110,4 +110,4 @@ class CoordinatorTest : public ::testing::Test {
   std::map<SessionId, std::size_t> worked;  ///< grants that work() has done
 };
 
-}  // namespace lightmill::testing
+}  // namespace lightmill::test

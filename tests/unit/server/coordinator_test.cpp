@@ -3,7 +3,7 @@
 namespace lightmill {
 namespace {
 
-using testing::CoordinatorTest;
+using test::CoordinatorTest;
 
 TEST_F(CoordinatorTest, AJobIsQueuedThenRunsThenIsDone) {
   const JobId job = submit(spec());

@@ -4,7 +4,7 @@
 namespace lightmill {
 namespace {
 
-using testing::CoordinatorTest;
+using test::CoordinatorTest;
 
 TEST_F(CoordinatorTest, SecondsThatNoClockCanCountAreRefused) {
   JobSpec job = spec();

@@ -3,7 +3,7 @@
 namespace lightmill {
 namespace {
 
-using LeasingTest = testing::CoordinatorTest;
+using LeasingTest = test::CoordinatorTest;
 
 TEST_F(LeasingTest, AnIdleWorkerGetsALeaseAsSoonAsAJobIsThere) {
   const SessionId session = connect("w");

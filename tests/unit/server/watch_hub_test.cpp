@@ -2,7 +2,7 @@
 
 #include "tests/unit/server/coordinator_fixture.h"
 
-namespace lightmill::testing {
+namespace lightmill::test {
 namespace {
 
 /// A watcher's stream that keeps what it is offered, and reads as slowly as the test likes.
@@ -149,4 +149,4 @@ TEST_F(WatchHubTest, AnEndIsShownOnlyOnceItIsDurable) {
 }
 
 }  // namespace
-}  // namespace lightmill::testing
+}  // namespace lightmill::test

@@ -10,7 +10,7 @@
 namespace lightmill {
 namespace {
 
-using testing::TemporaryFolder;
+using test::TemporaryFolder;
 
 std::unique_ptr<AssetStore> open_store(const TemporaryFolder& folder, AssetLimits limits = {}) {
   return AssetStore::open(folder.path() / "assets", limits).value();

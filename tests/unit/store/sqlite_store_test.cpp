@@ -10,8 +10,8 @@
 namespace lightmill {
 namespace {
 
-using testing::StoreFactory;
-using testing::TemporaryFolder;
+using test::StoreFactory;
+using test::TemporaryFolder;
 
 class SqliteStoreTest : public ::testing::Test {
  protected:
@@ -35,31 +35,31 @@ class SqliteStoreTest : public ::testing::Test {
 };
 
 TEST_F(SqliteStoreTest, StartsEmpty) {
-  testing::expect_starts_empty(factory());
+  test::expect_starts_empty(factory());
 }
 TEST_F(SqliteStoreTest, EpochsGrow) {
-  testing::expect_epochs_grow(factory());
+  test::expect_epochs_grow(factory());
 }
 TEST_F(SqliteStoreTest, JobRoundTrips) {
-  testing::expect_job_round_trips(factory());
+  test::expect_job_round_trips(factory());
 }
 TEST_F(SqliteStoreTest, LaterRowReplaces) {
-  testing::expect_later_row_replaces(factory());
+  test::expect_later_row_replaces(factory());
 }
 TEST_F(SqliteStoreTest, ForestIsKept) {
-  testing::expect_forest_is_kept(factory());
+  test::expect_forest_is_kept(factory());
 }
 TEST_F(SqliteStoreTest, OrderWithinACommit) {
-  testing::expect_order_within_a_commit(factory());
+  test::expect_order_within_a_commit(factory());
 }
 TEST_F(SqliteStoreTest, DeleteForgetsAllButTheId) {
-  testing::expect_delete_forgets_all_but_the_id(factory());
+  test::expect_delete_forgets_all_but_the_id(factory());
 }
 TEST_F(SqliteStoreTest, FailedCommitLeavesNothing) {
-  testing::expect_failed_commit_leaves_nothing(factory());
+  test::expect_failed_commit_leaves_nothing(factory());
 }
 TEST_F(SqliteStoreTest, CoalescingChangesNothing) {
-  testing::expect_coalescing_changes_nothing(
+  test::expect_coalescing_changes_nothing(
       factory(), [this] { return open_sqlite_store(folder_.path() / "other.sqlite").value(); });
 }
 
@@ -68,9 +68,9 @@ TEST_F(SqliteStoreTest, ADamagedNodeIsLeftOutAndTheOthersStay) {
     const auto store = open();
     ASSERT_TRUE(store->load().ok());
     ASSERT_TRUE(store
-                    ->commit(std::vector<StoreOp>{PutJob{testing::full_record(1)},
-                                                  PutNode{JobId{1}, TileId{0}, testing::small_node(0, 0, 1)},
-                                                  PutNode{JobId{1}, TileId{1}, testing::small_node(0, 0, 2)}})
+                    ->commit(std::vector<StoreOp>{PutJob{test::full_record(1)},
+                                                  PutNode{JobId{1}, TileId{0}, test::small_node(0, 0, 1)},
+                                                  PutNode{JobId{1}, TileId{1}, test::small_node(0, 0, 2)}})
                     .ok());
   }
   sql("UPDATE nodes SET samples = zeroblob(length(samples)) WHERE tile = 0");
@@ -79,7 +79,7 @@ TEST_F(SqliteStoreTest, ADamagedNodeIsLeftOutAndTheOthersStay) {
   ASSERT_EQ(state->jobs.at(0).nodes.size(), 1u);
   EXPECT_EQ(state->jobs[0].nodes[0].tile.value, 1u);
   // It is gone from the file too: the same range can be stored again.
-  EXPECT_TRUE(open()->commit(std::vector<StoreOp>{PutNode{JobId{1}, TileId{0}, testing::small_node(0, 0, 1)}}).ok());
+  EXPECT_TRUE(open()->commit(std::vector<StoreOp>{PutNode{JobId{1}, TileId{0}, test::small_node(0, 0, 1)}}).ok());
   EXPECT_EQ(open()->load()->jobs.at(0).nodes.size(), 2u);
 }
 

@@ -4,7 +4,7 @@
 
 #include "server/store/coalesce.h"
 
-namespace lightmill::testing {
+namespace lightmill::test {
 namespace {
 
 StoredState loaded(Store& store) {
@@ -248,4 +248,4 @@ void expect_coalescing_changes_nothing(const StoreFactory& open, const StoreFact
   }
 }
 
-}  // namespace lightmill::testing
+}  // namespace lightmill::test

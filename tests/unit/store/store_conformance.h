@@ -7,7 +7,7 @@
 
 #include "server/store/store.h"
 
-namespace lightmill::testing {
+namespace lightmill::test {
 
 /// Makes stores over one lasting place. Each call opens it anew, as a coordinator that starts again does; the store of
 /// the call before has been destroyed.
@@ -32,4 +32,4 @@ void expect_delete_forgets_all_but_the_id(const StoreFactory& open);
 void expect_failed_commit_leaves_nothing(const StoreFactory& open);
 void expect_coalescing_changes_nothing(const StoreFactory& open, const StoreFactory& open_other);
 
-}  // namespace lightmill::testing
+}  // namespace lightmill::test

@@ -1,0 +1,37 @@
+// Command line options that the coordinator and the worker share.
+#pragma once
+
+#include <CLI/CLI.hpp>
+#include <cstdint>
+#include <string>
+#include <utility>
+
+namespace lightmill {
+
+/// For start_logging (log.h).
+struct LogOptions {
+  std::string level = "info";
+  std::string format = "text";
+};
+
+inline void add_log_options(CLI::App& app, LogOptions& options) {
+  app.add_option("--log-level", options.level, "trace, debug, info, warn, error or off")
+      ->type_name("LEVEL")
+      ->capture_default_str();
+  app.add_option("--log-format", options.format, "text, or json (one object a line)")
+      ->type_name("FORMAT")
+      ->capture_default_str();
+}
+
+/// A bounded number, in the group "Limits".
+template <class T>
+CLI::Option* add_limit(CLI::App& app, const std::string& name, T& value, const char* unit,
+                       std::pair<std::type_identity_t<T>, std::type_identity_t<T>> range, const std::string& text) {
+  CLI::Range allowed(range.first, range.second);
+  allowed.description("");
+  return app.add_option(name, value, text)->type_name(unit)->check(allowed)->capture_default_str()->group("Limits");
+}
+
+inline std::uint64_t bytes_of_gib(double gib) { return static_cast<std::uint64_t>(gib * 1024 * 1024 * 1024); }
+
+}  // namespace lightmill
