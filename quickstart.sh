@@ -1,8 +1,11 @@
 #!/bin/sh
-# From a clean clone to a picture: installs what is needed, builds, starts a farm on this machine and renders the Cornell box.
+# From a clean clone to a picture: installs what is needed, builds, starts a
+# farm on this machine and renders the Cornell box.
 #
-#   ./quickstart.sh          in a terminal, leaves the farm up afterwards and says how to use and how to stop it
-#   ./quickstart.sh --once   stops the farm when the picture is there (also without a terminal)
+#   ./quickstart.sh          in a terminal: leaves the farm up, and says how to
+#                            use and how to stop it
+#   ./quickstart.sh --once   stops what it has started when the picture is there
+#                            (also without a terminal); a farm that was up stays
 #   ./quickstart.sh --stop   stops a farm that was left up
 set -eu
 cd "$(dirname "$0")"
@@ -12,10 +15,11 @@ data=.lightmill
 run=$data/quickstart
 bin=build/release/bin
 
-# alive NAME: whether the process recorded under this name still is that program.
+# alive NAME: whether the process recorded under this name still is that program, of this clone.
 alive() {
   pid=$(cat "$run/$1.pid" 2>/dev/null) || return 1
-  [ "$(basename "$(readlink "/proc/$pid/exe" 2>/dev/null || echo none)" ' (deleted)')" = "lightmill-$1" ]
+  exe=$(readlink "/proc/$pid/exe" 2>/dev/null) || return 1
+  [ "${exe% (deleted)}" = "$(pwd -P)/$bin/lightmill-$1" ]
 }
 
 # stop NAME: SIGTERM, then waits; SIGKILL after ten seconds.
@@ -57,15 +61,13 @@ wait_for_server() {
   done
 }
 
-start_farm() {
-  if alive server && alive worker && [ -s "$run/port" ]; then
-    return
-  fi
-  stop_farm
+# start_server: on the usual port, or on a free one where that is taken.
+start_server() {
   rm -f "$run/port"
   start server --data "$data" --listen 127.0.0.1:7350 --port-file "$run/port"
+  started_server=yes
   if ! wait_for_server; then
-    echo 'port 7350 is taken; using a free one'
+    echo 'the farm cannot have port 7350; it takes a free one'
     stop server
     start server --data "$data" --listen 127.0.0.1:0 --port-file "$run/port"
     if ! wait_for_server; then
@@ -74,9 +76,30 @@ start_farm() {
       exit 1
     fi
   fi
-  start worker --server "127.0.0.1:$(cat "$run/port")" --name "$(hostname)"
 }
 
+# start_farm: starts what is not up; what is up stays as it is.
+start_farm() {
+  if alive server && [ -s "$run/port" ]; then
+    echo "the farm of this clone is up, on port $(cat "$run/port"): it is used and stays up"
+  else
+    stop server
+    start_server
+  fi
+  if ! alive worker; then
+    start worker --server "127.0.0.1:$(cat "$run/port")"
+    started_worker=yes
+  fi
+}
+
+# stop_started: stops what this run has started, and only that.
+stop_started() {
+  [ "$started_worker" = no ] || stop worker
+  [ "$started_server" = no ] || stop server
+}
+
+started_server=no
+started_worker=no
 once=no
 [ -t 1 ] || once=yes
 case "${1:-}" in
@@ -88,7 +111,7 @@ case "${1:-}" in
     exit 0
     ;;
   *)
-    sed -n '2,7s/^# \{0,1\}//p' "$0" >&2
+    sed -n '2,9s/^# \{0,1\}//p' "$0" >&2
     exit 2
     ;;
 esac
@@ -104,7 +127,7 @@ cmake --build build/release --target lightmill lightmill-server lightmill-worker
 
 mkdir -p "$run"
 if [ "$once" = yes ]; then
-  trap stop_farm EXIT
+  trap stop_started EXIT
   trap 'exit 130' INT TERM HUP
 fi
 start_farm
@@ -114,6 +137,11 @@ farm=127.0.0.1:$(cat "$run/port")
 echo
 echo 'the picture: cornell-box.png, and with all layers cornell-box.exr'
 if [ "$once" = yes ]; then
+  if [ "$started_server" = yes ]; then
+    echo 'the farm that was started for it is stopped now'
+  else
+    echo 'the farm stays up, as it was; ./quickstart.sh --stop stops it'
+  fi
   exit 0
 fi
 
@@ -123,10 +151,12 @@ cat <<END
 
 The farm is up (data in $data, logs in $run). Try:
 
-  $client render scenes/cornell-bench-balls.json -o balls.png
+  $client render \\
+    scenes/cornell-bench-balls.json -o balls.png
   $client jobs
   $client workers
   $client --help
 
-Stop it with ./quickstart.sh --stop; it goes on with what it had when it is started again.
+Stop it with ./quickstart.sh --stop
+(started again, it goes on with what it had).
 END
