@@ -3,6 +3,7 @@
 #include <cstdlib>
 #include <iostream>
 
+#include "common/base/address.h"
 #include "common/base/daemon_options.h"
 #include "common/base/file.h"
 #include "common/base/log.h"
@@ -83,8 +84,8 @@ std::optional<int> parse(int argc, char** argv, Options& options) {
   if (options.data.empty()) {
     options.data = default_data_directory();
   }
-  if (options.listen.find(':') == std::string::npos) {
-    std::cerr << "--listen: '" << options.listen << "' must be HOST:PORT, for example 127.0.0.1:7350\n";
+  if (const Result<HostPort> address = parse_host_port(options.listen); !address.ok()) {
+    std::cerr << "--listen: " << message_of(address.status()) << "\n";
     return 2;
   }
   if (options.heartbeat_seconds * 2 > options.lease_seconds) {
@@ -107,8 +108,7 @@ CoordinatorLimits limits_of(const Options& options) {
 }
 
 bool is_loopback(std::string_view listen) {
-  return listen.starts_with("127.") || listen.starts_with("localhost:") || listen.starts_with("[::1]:") ||
-         listen.starts_with("unix:");
+  return listen.starts_with("127.") || listen.starts_with("localhost:") || listen.starts_with("[::1]:");
 }
 
 /// Lets main wait for a signal or a failure.

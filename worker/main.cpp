@@ -5,6 +5,7 @@
 #include <cstdlib>
 #include <iostream>
 
+#include "common/base/address.h"
 #include "common/base/daemon_options.h"
 #include "common/base/log.h"
 #include "common/base/signals.h"
@@ -60,8 +61,10 @@ std::optional<int> parse(int argc, char** argv, Options& options) {
   }
   options.servers = CLI::detail::split(options.server, ',');
   for (const std::string& server : options.servers) {
-    if (server.find(':') == std::string::npos) {
-      std::cerr << "--server: '" << server << "' must be HOST:PORT, for example 127.0.0.1:7350\n";
+    if (const Result<HostPort> address = parse_host_port(server); !address.ok() || address->port == 0) {
+      std::cerr << "--server: "
+                << (address.ok() ? fmt::format("the port of '{}' must not be 0", server) : message_of(address.status()))
+                << "\n";
       return 2;
     }
   }

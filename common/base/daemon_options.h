@@ -23,15 +23,22 @@ inline void add_log_options(CLI::App& app, LogOptions& options) {
       ->capture_default_str();
 }
 
-/// A bounded number, in the group "Limits".
+/// A bounded number (nan is none), in the group "Limits".
 template <class T>
 CLI::Option* add_limit(CLI::App& app, const std::string& name, T& value, const char* unit,
                        std::pair<std::type_identity_t<T>, std::type_identity_t<T>> range, const std::string& text) {
-  CLI::Range allowed(range.first, range.second);
-  allowed.description("");
-  return app.add_option(name, value, text)->type_name(unit)->check(allowed)->capture_default_str()->group("Limits");
+  CLI::Option* option = app.add_option(name, value, text)->type_name(unit)->capture_default_str()->group("Limits");
+  // Not CLI::Range, which takes nan.
+  return option->check([range](const std::string& given) -> std::string {
+    T number{};
+    return CLI::detail::lexical_cast(given, number) && number >= range.first && number <= range.second
+               ? ""
+               : fmt::format("Value {} not in range [{} - {}]", given, range.first, range.second);
+  });
 }
 
-inline std::uint64_t bytes_of_gib(double gib) { return static_cast<std::uint64_t>(gib * 1024 * 1024 * 1024); }
+inline std::uint64_t bytes_of_gib(double gib) {
+  return static_cast<std::uint64_t>(gib * 1024 * 1024 * 1024);
+}
 
 }  // namespace lightmill

@@ -1,5 +1,6 @@
 #include "server/api/api_server.h"
 
+#include <grpc/support/log.h>
 #include <grpcpp/ext/proto_server_reflection_plugin.h>
 #include <grpcpp/grpcpp.h>
 #include <grpcpp/health_check_service_interface.h>
@@ -7,6 +8,7 @@
 #include <set>
 
 #include "common/base/log.h"
+#include "server/api/listen_problem.h"
 #include "server/api/render_service.h"
 #include "server/api/worker_streams.h"
 
@@ -17,6 +19,8 @@ namespace {
 constexpr int kMaxMessageBytes = 20 << 20;
 /// Calls that are under way when the server stops have so long.
 constexpr auto kStopPatience = std::chrono::seconds(2);
+/// All workers may come back before their broken streams are found dead, and some that are refused say hello first.
+constexpr std::size_t kSpareStreams = 16;
 /// Assets that no job names any more stay for a day: their jobs may still be on their way.
 constexpr std::int64_t kSpareAssetAgeSeconds = 24 * 60 * 60;
 
@@ -69,9 +73,10 @@ Result<std::unique_ptr<ApiServer>> ApiServer::start(std::unique_ptr<Store> store
   parts->loop = std::make_unique<FarmLoop>(
       *parts->farm, *parts->store, clock,
       FarmLoop::Handlers{[&workers](Outgoing message) { workers.send(std::move(message)); }, options.on_fatal});
-  workers.set_loop(*parts->loop);
+  workers.set_loop(*parts->loop, std::size_t{2} * options.limits.max_workers + kSpareStreams);
   parts->renders->set_loop(*parts->loop);
 
+  gpr_set_log_function([](gpr_log_func_args* line) { spdlog::debug("grpc: {}", line->message); });
   grpc::EnableDefaultHealthCheckService(true);
   static std::once_flag reflection_once;
   std::call_once(reflection_once, [] { grpc::reflection::InitProtoReflectionServerBuilderPlugin(); });
@@ -89,8 +94,7 @@ Result<std::unique_ptr<ApiServer>> ApiServer::start(std::unique_ptr<Store> store
   parts->server = builder.BuildAndStart();
   if (parts->server == nullptr || parts->port == 0) {
     (void)parts->loop->stop();
-    return unavailable("cannot listen on {}: is another lightmill-server using the port? Choose another with --listen",
-                       options.listen);
+    return unavailable("cannot listen on {}: {}", options.listen, listen_problem(options.listen));
   }
   return std::unique_ptr<ApiServer>(new ApiServer(std::move(parts)));
 }

@@ -37,7 +37,8 @@ class FarmLoop {
 
   /// Queues a task. False, and it will not run, when kMaxTasks wait or the loop has stopped. Thread-safe.
   [[nodiscard]] bool post(Task task);
-  /// As post, for what must not get lost (a stream's end); such tasks are bounded by the number of streams.
+  /// As post, for what must not get lost: messages of workers, the ends of their streams, and what commits report.
+  /// Their senders bound them: at most so many worker streams (--max-workers decides), each with a window of messages.
   void post_always(Task task);
   /// Lets the watchers be looked at again. Thread-safe.
   void poke();

@@ -203,15 +203,20 @@ WorkerStreams::~WorkerStreams() = default;
 grpc::ServerBidiReactor<v1::WorkRequest, v1::WorkResponse>* WorkerStreams::Work(grpc::CallbackServerContext* context) {
   std::shared_ptr<WorkStream> stream;
   bool stopped = false;
+  bool too_many = false;
   {
     const MutexLock lock(mutex_);
     const SessionId session{next_session_++};
     stream = std::make_shared<WorkStream>(*this, session, context);
     streams_.emplace(session, stream);
     stopped = stopped_;
+    too_many = streams_.size() > max_streams_;
   }
   if (stopped) {
     stream->finish(grpc::Status(grpc::StatusCode::UNAVAILABLE, "the coordinator stops"));
+  } else if (too_many) {
+    stream->finish(grpc::Status(grpc::StatusCode::RESOURCE_EXHAUSTED,
+                                fmt::format("more than {} worker streams are open already", max_streams_)));
   } else {
     stream->start();
   }

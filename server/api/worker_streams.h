@@ -18,8 +18,11 @@ class WorkerStreams final : public v1::WorkerService::CallbackService {
  public:
   WorkerStreams();
   ~WorkerStreams() override;
-  /// Where events go; before the server starts.
-  void set_loop(FarmLoop& loop) { loop_ = &loop; }
+  /// Where events go; before the server starts. Streams beyond `max_streams` are refused with RESOURCE_EXHAUSTED.
+  void set_loop(FarmLoop& loop, std::size_t max_streams) {
+    loop_ = &loop;
+    max_streams_ = max_streams;
+  }
 
   grpc::ServerBidiReactor<v1::WorkRequest, v1::WorkResponse>* Work(grpc::CallbackServerContext* context) override;
 
@@ -33,6 +36,7 @@ class WorkerStreams final : public v1::WorkerService::CallbackService {
   void forget(SessionId session);
 
   FarmLoop* loop_ = nullptr;
+  std::size_t max_streams_ = 0;
   Mutex mutex_;
   std::map<SessionId, std::shared_ptr<WorkStream>> streams_ LM_GUARDED_BY(mutex_);
   std::uint64_t next_session_ LM_GUARDED_BY(mutex_) = 1;

@@ -4,6 +4,7 @@
 
 #include "common/wire/bytes.h"
 #include "common/wire/farm_messages.h"
+#include "lightmill/v1/worker_service.grpc.pb.h"
 #include "tests/support/farm.h"
 
 namespace lightmill::test {
@@ -38,6 +39,24 @@ TEST(Api, UnknownJobsAreNotFound) {
   v1::GetFilmRequest film;
   film.set_id(42);
   EXPECT_EQ(client.stub().GetFilm(&film_context, film)->Finish().error_code(), grpc::StatusCode::NOT_FOUND);
+}
+
+TEST(Api, WorkerStreamsBeyondTheLimitAreRefused) {
+  const Farm farm({"--max-workers", "1"});
+  const auto stub = v1::WorkerService::NewStub(grpc::CreateChannel(farm.address(), grpc::InsecureChannelCredentials()));
+  std::vector<std::unique_ptr<grpc::ClientContext>> contexts;
+  std::vector<std::unique_ptr<grpc::ClientReaderWriter<v1::WorkRequest, v1::WorkResponse>>> streams;
+  for (int i = 0; i < 18; ++i) {  // twice --max-workers, and 16
+    contexts.push_back(std::make_unique<grpc::ClientContext>());
+    streams.push_back(stub->Work(contexts.back().get()));
+    streams.back()->WaitForInitialMetadata();
+  }
+  grpc::ClientContext context;
+  EXPECT_EQ(stub->Work(&context)->Finish().error_code(), grpc::StatusCode::RESOURCE_EXHAUSTED);
+  for (std::size_t i = 0; i < streams.size(); ++i) {
+    contexts[i]->TryCancel();
+    EXPECT_EQ(streams[i]->Finish().error_code(), grpc::StatusCode::CANCELLED);
+  }
 }
 
 TEST(Api, AJobWhoseAssetsAreMissingIsRefusedAndNamesOne) {

@@ -1,10 +1,12 @@
 #include "worker/rpc/farm_link.h"
 
+#include <grpc/support/log.h>
 #include <grpcpp/grpcpp.h>
 
 #include <set>
 
 #include "common/base/check.h"
+#include "common/base/log.h"
 #include "common/wire/bytes.h"
 #include "lightmill/v1/render_service.grpc.pb.h"
 #include "worker/rpc/link_stream.h"
@@ -46,6 +48,7 @@ struct FarmLink::Connection {
 FarmLink::FarmLink(std::vector<std::string> servers, LinkHandlers handlers)
     : servers_(std::move(servers)), handlers_(std::move(handlers)) {
   LM_CHECK(!servers_.empty());
+  gpr_set_log_function([](gpr_log_func_args* line) { spdlog::debug("grpc: {}", line->message); });
 }
 
 FarmLink::~FarmLink() {

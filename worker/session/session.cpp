@@ -223,7 +223,8 @@ void Session::advance(SessionActions& actions) {
       erase_lease(id, actions);
     }
   }
-  if (leases_.empty() && rendering_.empty() && results_.empty()) {
+  // A coordinator that is away takes nothing back; it notices that the leases' worker is gone.
+  if ((leases_.empty() || link_ != Link::up) && rendering_.empty() && results_.empty()) {
     exit("drained", false, actions);
   }
 }

@@ -39,8 +39,9 @@ struct SessionConfig {
   Duration reconnect_least = std::chrono::milliseconds(50);  ///< doubles with every failure …
   Duration reconnect_most = std::chrono::seconds(1);         ///< … up to this
   Duration prepare_retry = std::chrono::seconds(1);
-  Duration drain_limit =
-      std::chrono::seconds(30);  ///< a drain that cannot reach the coordinator gives up after so long
+  /// A drain drops what the coordinator has not acknowledged after so long without progress …
+  Duration drain_limit = std::chrono::seconds(30);
+  Duration drain_away_limit = std::chrono::seconds(5);  ///< … or so long without a connection
 };
 
 // ---- what the shell is to do ----
@@ -71,7 +72,7 @@ struct RenderTile {
 /// The worker's life is over: leave the process, after what was sent has been written.
 struct Exit {
   std::string reason;
-  bool failed = false;  ///< dismissed, or gave up: exit with an error
+  bool failed = false;  ///< dismissed: exit with an error
 };
 
 using SessionAction = std::variant<OpenStream, CloseStream, SendMessage, PrepareJob, ForgetJob, RenderTile, Exit>;
@@ -160,6 +161,7 @@ class Session {
   void acknowledge(const ResultAck& ack, Time now, SessionActions& actions);
   void cancel_leases(const LeaseCancel& cancel, SessionActions& actions);
   void begin_drain(bool give_back, Time now, SessionActions& actions);
+  void limit_absence(Time now);
   /// Hands tiles to threads; gives back and leaves when drained.
   void advance(SessionActions& actions);
   void render(Lease& lease, LeaseId id, TileId tile, SessionActions& actions);
@@ -175,7 +177,8 @@ class Session {
   bool welcomed_ = false;  ///< by the coordinator, on this stream
   bool exited_ = false;
   bool draining_ = false;
-  Time drain_deadline_;  ///< moves on with every tile rendered or acknowledged
+  Time drain_deadline_;                ///< moves on with every tile rendered or acknowledged
+  std::optional<Time> away_deadline_;  ///< of a drain without a connection
   std::uint64_t epoch_ = 0;
   Duration heartbeat_interval_ = std::chrono::seconds(2);
   Time next_heartbeat_;

@@ -1,4 +1,6 @@
 // The session's stream, its time, and how it ends.
+#include <fmt/format.h>
+
 #include <algorithm>
 
 #include "worker/session/session.h"
@@ -17,6 +19,7 @@ void Session::connected(Time now, SessionActions& actions) {
     return;
   }
   link_ = Link::up;
+  away_deadline_.reset();
   next_heartbeat_ = now + heartbeat_interval_;
   WorkerHello hello{
       config_.name, config_.host, config_.pid, config_.threads, config_.fingerprint_class, config_.renderer_version,
@@ -55,6 +58,7 @@ void Session::disconnected(Time now, SessionActions& actions) {
   link_ = Link::down;
   next_open_ = now + backoff_;
   backoff_ = std::min(backoff_ * 2, config_.reconnect_most);
+  limit_absence(now);
   advance(actions);
 }
 
@@ -62,8 +66,12 @@ void Session::tick(Time now, SessionActions& actions) {
   if (exited_) {
     return;
   }
-  if (draining_ && now >= drain_deadline_) {
-    exit("the coordinator did not take the last results in time", true, actions);
+  if (draining_ && (now >= drain_deadline_ || (away_deadline_ && now >= *away_deadline_))) {
+    exit(fmt::format(
+             "{}; {} tiles are dropped, the coordinator will have them rendered again",
+             link_ == Link::up ? "the coordinator did not take the last results in time" : "the coordinator is away",
+             results_.size() + rendering_.size()),
+         false, actions);
     return;
   }
   if (link_ == Link::down && now >= next_open_) {
@@ -95,7 +103,7 @@ std::optional<Time> Session::next_deadline() const {
   std::optional<Time> next;
   const auto by = [&](Time time) { next = next ? std::min(*next, time) : time; };
   if (draining_) {
-    by(drain_deadline_);
+    by(away_deadline_ ? std::min(drain_deadline_, *away_deadline_) : drain_deadline_);
   }
   if (link_ == Link::down) {
     by(next_open_);
@@ -127,6 +135,7 @@ void Session::begin_drain(bool give_back, Time now, SessionActions& actions) {
     if (link_ == Link::up) {
       send(WorkerDraining{}, actions);
     }
+    limit_absence(now);
   }
   if (give_back) {
     for (auto& [id, lease] : leases_) {
@@ -135,6 +144,13 @@ void Session::begin_drain(bool give_back, Time now, SessionActions& actions) {
         lease.give_back = true;
       }
     }
+  }
+}
+
+/// A drain waits only so long for a coordinator that is away.
+void Session::limit_absence(Time now) {
+  if (draining_ && link_ != Link::up && !away_deadline_) {
+    away_deadline_ = now + config_.drain_away_limit;
   }
 }
 

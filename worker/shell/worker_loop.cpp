@@ -179,7 +179,7 @@ void WorkerLoop::perform(const RenderTile& action) {
 
 void WorkerLoop::perform(const Exit& action) {
   exit_ = action;
-  exit_by_ = clock_.now() + kExitPatience;
+  exit_by_ = clock_.now() + (session_.status().connected ? kExitPatience : Duration::zero());
   open_at_.reset();
   link_.close();
 }

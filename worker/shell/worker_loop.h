@@ -26,7 +26,7 @@ struct WorkerOptions {
 class WorkerLoop {
  public:
   WorkerLoop(const WorkerOptions& options, const Clock& clock);
-  /// Works until the session's life is over. An error if it was dismissed or gave up.
+  /// Works until the session's life is over. An error if it was dismissed.
   Status run();
   /// Finish or give back what is there, then leave. Thread-safe.
   void drain();

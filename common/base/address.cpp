@@ -1,0 +1,42 @@
+#include "common/base/address.h"
+
+#include <algorithm>
+#include <charconv>
+
+namespace lightmill {
+namespace {
+
+bool is_host(std::string_view host) {
+  return !host.empty() &&
+         std::ranges::all_of(host, [](char c) { return c > ' ' && c != '/' && c != '[' && c != ']' && c != '\x7f'; });
+}
+
+}  // namespace
+
+Result<HostPort> parse_host_port(std::string_view text) {
+  const std::size_t colon = text.rfind(':');
+  if (colon == std::string_view::npos) {
+    return invalid_argument("'{}' must be HOST:PORT, for example 127.0.0.1:7350", text);
+  }
+  std::string_view host = text.substr(0, colon);
+  const std::string_view port_text = text.substr(colon + 1);
+  const bool bracketed = host.size() > 2 && host.front() == '[' && host.back() == ']';
+  if (bracketed) {
+    host = host.substr(1, host.size() - 2);
+  } else if (host.find(':') != std::string_view::npos) {
+    return invalid_argument("'{}' has several colons: an IPv6 address stands in brackets, for example [::1]:7350",
+                            text);
+  }
+  if (!is_host(host)) {
+    return invalid_argument("'{}' must be HOST:PORT, for example 127.0.0.1:7350", text);
+  }
+  HostPort parsed{std::string(host), 0};
+  const char* const end = port_text.data() + port_text.size();
+  const auto [at, error] = std::from_chars(port_text.data(), end, parsed.port);
+  if (port_text.empty() || error != std::errc() || at != end) {
+    return invalid_argument("the port of '{}' must be a number from 0 to 65535", text);
+  }
+  return parsed;
+}
+
+}  // namespace lightmill
