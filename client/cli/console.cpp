@@ -3,19 +3,29 @@
 #include <sys/ioctl.h>
 #include <unistd.h>
 
+#include <cerrno>
 #include <cstdio>
 #include <cstdlib>
+#include <cstring>
 #include <nlohmann/json.hpp>
+
+#include "common/base/text.h"
 
 namespace lightmill::cli {
 namespace {
 
 constexpr int kDefaultColumns = 80;
 
-void write_line(std::FILE* stream, std::string_view line) {
-  std::fwrite(line.data(), 1, line.size(), stream);
-  std::fputc('\n', stream);
-  std::fflush(stream);
+/// 0 or the errno of what did not work.
+int write_line(std::FILE* stream, std::string_view line) {
+  const bool written = std::fwrite(line.data(), 1, line.size(), stream) == line.size() &&
+                       std::fputc('\n', stream) != EOF && std::fflush(stream) == 0;
+  return written ? 0 : errno;
+}
+
+/// Names of files need not be UTF-8.
+std::string text_of(const nlohmann::json& object) {
+  return object.dump(-1, ' ', false, nlohmann::json::error_handler_t::replace);
 }
 
 }  // namespace
@@ -26,6 +36,7 @@ ExitCode exit_code_of(const Status& status) {
       return kDone;
     case StatusCode::kUnavailable:
     case StatusCode::kDeadlineExceeded:
+    case StatusCode::kResourceExhausted:
       return kUnreachable;
     case StatusCode::kCancelled:
       return kInterrupted;
@@ -39,6 +50,14 @@ ExitCode exit_code_of(const Status& status) {
     default:
       return kJobFailed;
   }
+}
+
+Status as_input_error(const Status& status) {
+  return status.code() == StatusCode::kResourceExhausted ? invalid_argument("{}", message_of(status)) : status;
+}
+
+Status as_output_error(const Status& status) {
+  return status.ok() ? status : make_error(StatusCode::kAborted, "{}", message_of(status));
 }
 
 Console::Console(bool json) : json_(json) {
@@ -59,34 +78,51 @@ int Console::width() const {
 void Console::result(std::string_view line) const {
   if (!json_) {
     end_redraw();
-    write_line(stdout, line);
+    write_result(printable(line, true));
   }
 }
 
 void Console::object(const nlohmann::json& object) const {
   if (json_) {
-    // Names of files need not be UTF-8.
-    write_line(stdout, object.dump(-1, ' ', false, nlohmann::json::error_handler_t::replace));
+    write_result(text_of(object));
   }
 }
 
 void Console::notice(std::string_view line) const {
   if (!json_) {
     end_redraw();
-    write_line(stderr, line);
+    write_line(stderr, printable(line, true));
   }
 }
 
 ExitCode Console::fail(const Status& status) const {
+  return fail(status, nlohmann::json::object());
+}
+
+ExitCode Console::fail(const Status& status, nlohmann::json object) const {
   const ExitCode code = exit_code_of(status);
   end_redraw();
   if (json_) {
-    write_line(stdout, nlohmann::json{{"error", message_of(status)}, {"exit_code", static_cast<int>(code)}}.dump(
-                           -1, ' ', false, nlohmann::json::error_handler_t::replace));
+    object["failure"] = {{"message", message_of(status)}, {"exit_code", static_cast<int>(code)}};
+    write_result(text_of(object));
   }
-  write_line(stderr,
-             fmt::format("{}lightmill: {}{}", color_ ? "\x1b[31m" : "", message_of(status), color_ ? "\x1b[0m" : ""));
+  write_line(stderr, fmt::format("{}lightmill: {}{}", color_ ? "\x1b[31m" : "", printable(message_of(status), true),
+                                 color_ ? "\x1b[0m" : ""));
   return code;
+}
+
+void Console::write_result(std::string_view line) const {
+  if (const int error = write_line(stdout, line); error != 0 && write_error_ == 0) {
+    write_error_ = error;
+  }
+}
+
+ExitCode Console::finish(ExitCode code) const {
+  if (write_error_ == 0 || write_error_ == EPIPE) {
+    return code;
+  }
+  write_line(stderr, fmt::format("lightmill: cannot write to standard output: {}", std::strerror(write_error_)));
+  return code == kDone ? kJobFailed : code;
 }
 
 void Console::redraw(std::string_view line) const {

@@ -1,6 +1,7 @@
 // What the client says: results on standard output, everything else (progress, notices, errors) on standard error.
 //
-// With --json standard output carries exactly one JSON object per command, and notices are left out.
+// With --json standard output carries exactly one JSON object per command, and notices are left out; an error is its
+// "failure": {"message", "exit_code"}. Control characters from elsewhere are escaped on the way out.
 #pragma once
 
 #include <nlohmann/json_fwd.hpp>
@@ -12,10 +13,17 @@
 namespace lightmill::cli {
 
 /// Exit codes of every command.
+/// kUnreachable also stands for a farm that is full or too busy now: the same command may do later.
 enum ExitCode : int { kDone = 0, kJobFailed = 1, kBadInput = 2, kUnreachable = 3, kInterrupted = 130 };
 
 /// The exit code that fits an error.
 ExitCode exit_code_of(const Status& status);
+
+/// An error of reading input: what is too large for this program is bad input, not a farm that is full.
+Status as_input_error(const Status& status);
+
+/// An error of writing a picture that was rendered: whatever the reason, the exit code is kJobFailed.
+Status as_output_error(const Status& status);
 
 class Console {
  public:
@@ -31,6 +39,11 @@ class Console {
   void notice(std::string_view line) const;         ///< a line of news; nothing with --json
   /// Reports an error (as an object too with --json) and gives the exit code that fits it.
   ExitCode fail(const Status& status) const;
+  /// The same with more to say in the object: "failure" is added to it.
+  ExitCode fail(const Status& status, nlohmann::json object) const;
+  /// The exit code at the end: `code`, but kJobFailed if results did not reach standard output. A reader that has
+  /// closed its pipe has seen what it wanted.
+  ExitCode finish(ExitCode code) const;
 
   /// Puts `line` in place of the last redrawn one (terminals only).
   void redraw(std::string_view line) const;
@@ -38,10 +51,13 @@ class Console {
   void end_redraw() const;
 
  private:
+  void write_result(std::string_view line) const;
+
   bool json_ = false;
   bool terminal_ = false;
   bool color_ = false;
   mutable bool redrawn_ = false;
+  mutable int write_error_ = 0;  ///< errno of the first result that did not reach standard output
 };
 
 }  // namespace lightmill::cli

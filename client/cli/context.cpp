@@ -1,6 +1,42 @@
 #include "client/cli/context.h"
 
+#include <limits>
+
+#include "client/cli/units.h"
+
 namespace lightmill::cli {
+namespace {
+
+/// `text` becomes the number in its plainest form, which CLI11 reads without octal or overflow; or what is wrong with
+/// it.
+template <class Number>
+std::string normalise(const Result<Number>& number, std::string& text) {
+  if (!number.ok()) {
+    return message_of(number.status());
+  }
+  text = fmt::format("{}", *number);
+  return "";
+}
+
+}  // namespace
+
+CLI::Validator whole_number(std::uint64_t least, std::uint64_t most) {
+  return CLI::Validator([=](std::string& text) { return normalise(parse_whole(text, least, most), text); }, "");
+}
+
+CLI::Validator signed_whole_number(std::int64_t least, std::int64_t most) {
+  return CLI::Validator([=](std::string& text) { return normalise(parse_whole(text, least, most), text); }, "");
+}
+
+CLI::Validator real_number(double least, double most) {
+  return CLI::Validator([=](std::string& text) { return normalise(parse_real(text, least, most), text); }, "");
+}
+
+void add_job_number(CLI::App& command, std::uint64_t& job) {
+  command.add_option("JOB", job, "the job's number, as `submit` and `jobs` print it")
+      ->required()
+      ->check(whole_number(1, std::numeric_limits<std::uint64_t>::max()));
+}
 
 void add_json_option(CLI::App& command, Context& context) {
   command.add_flag("--json", context.common.json, "print one JSON object instead of text");

@@ -22,6 +22,15 @@ struct Context {
   std::function<ExitCode(const Console&)> run;
 };
 
+/// Takes whole numbers in decimal digits, from `least` to `most`, for an option of integer type.
+CLI::Validator whole_number(std::uint64_t least, std::uint64_t most);
+/// The same for signed ones.
+CLI::Validator signed_whole_number(std::int64_t least, std::int64_t most);
+/// Finite numbers.
+CLI::Validator real_number(double least, double most);
+
+/// Adds the position JOB.
+void add_job_number(CLI::App& command, std::uint64_t& job);
 /// Adds --json.
 void add_json_option(CLI::App& command, Context& context);
 /// Adds --json and --server.

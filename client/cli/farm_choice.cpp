@@ -25,6 +25,10 @@ GivenAddress given_address(const std::string& server_option) {
 
 Status check_address(const GivenAddress& given) {
   const std::size_t colon = given.address.rfind(':');
+  if (colon != std::string::npos && given.address.find(':') != colon && given.address[colon - 1] != ']') {
+    return invalid_argument("{}: an IPv6 address goes in brackets: write [{}]{}, not {}", given.where,
+                            given.address.substr(0, colon), given.address.substr(colon), given.address);
+  }
   unsigned port = 0;
   if (colon != std::string::npos && colon > 0) {
     const char* end = given.address.data() + given.address.size();

@@ -74,7 +74,12 @@ Status to_status(const grpc::Status& status, const std::string& address) {
   }
   if (status.error_code() == grpc::StatusCode::UNAVAILABLE ||
       status.error_code() == grpc::StatusCode::DEADLINE_EXCEEDED) {
-    return unavailable("cannot reach the farm at {}: {}", address, status.error_message());
+    const std::string& message = status.error_message();
+    // The coordinator's own words begin so; others are gRPC's about its insides.
+    if (message.starts_with("the coordinator ") || message.starts_with("the farm ")) {
+      return unavailable("{}", message);
+    }
+    return unavailable("cannot reach the farm at {}", address);
   }
   if (status.error_code() == grpc::StatusCode::UNIMPLEMENTED) {
     return unavailable("what answers at {} is not a Lightmill coordinator of this version: {}", address,

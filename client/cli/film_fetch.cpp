@@ -4,6 +4,7 @@
 
 #include <ctime>
 
+#include "client/cli/console.h"
 #include "common/base/file.h"
 #include "common/film/film_hash.h"
 #include "common/image/picture_file.h"
@@ -134,11 +135,11 @@ Status check_outputs(const std::vector<std::string>& paths) {
     if (!fs::is_directory(folder, error)) {
       return invalid_argument("cannot write {}: there is no folder {}", text, folder.string());
     }
-    if (::access(folder.c_str(), W_OK) != 0) {
-      return invalid_argument("cannot write {}: the folder {} cannot be written to", text, folder.string());
-    }
     if (fs::is_directory(path, error)) {
       return invalid_argument("cannot write {}: it is a folder", text);
+    }
+    if (const Status status = check_can_write(path); !status.ok()) {
+      return invalid_argument("cannot write {}: {}", text, message_of(status));
     }
   }
   return ok_status();
@@ -148,7 +149,7 @@ Status write_outputs(const FilmPicture& picture, const std::vector<std::string>&
   for (const std::string& path : paths) {
     LM_ASSIGN_OR_RETURN(const PictureFormat format, picture_format(path));
     LM_ASSIGN_OR_RETURN(const std::string bytes, encode_picture(picture, format, view));
-    LM_RETURN_IF_ERROR(write_file_atomically(path, as_byte_view(bytes)));
+    LM_RETURN_IF_ERROR(as_output_error(write_file_atomically(path, as_byte_view(bytes))));
   }
   return ok_status();
 }

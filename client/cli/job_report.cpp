@@ -15,6 +15,10 @@ ExitCode fetch_and_report(const Console& console, FarmConnection& connection, st
   if (!film.ok()) {
     return console.fail(film.status());
   }
+  if (film->picture.receipt.max_samples == 0 && film->job.state() != v1::JOB_STATE_DONE) {
+    return console.fail(make_error(StatusCode::kFailedPrecondition, "job {} has no samples yet: it is {}", id,
+                                   state_name(film->job.state())));
+  }
   if (const Status status = write_outputs(film->picture, outputs, view); !status.ok()) {
     return console.fail(status);
   }
@@ -23,10 +27,9 @@ ExitCode fetch_and_report(const Console& console, FarmConnection& connection, st
   object["outputs"] = outputs;
   console.object(object);
   const std::string error = error_text(film->job);
-  console.result(fmt::format("job {} {}: {} to {} samples per pixel{}, {} of rendering{}", id,
-                             state_name(film->job.state()), film->picture.receipt.min_samples,
-                             film->picture.receipt.max_samples, error.empty() ? "" : ", error " + error,
-                             human_seconds(film->job.active_seconds()),
+  console.result(fmt::format("job {} {}: {} samples per pixel{}, {} of rendering{}", id, state_name(film->job.state()),
+                             range_text(film->picture.receipt.min_samples, film->picture.receipt.max_samples),
+                             error.empty() ? "" : ", error " + error, human_seconds(film->job.active_seconds()),
                              outputs.empty() ? "" : fmt::format(" -> {}", fmt::join(outputs, ", "))));
   return kDone;
 }
@@ -37,9 +40,9 @@ ExitCode report_ended_job(const Console& console, FarmConnection& connection, co
     return fetch_and_report(console, connection, job.id(), outputs, view);
   }
   if (job.state() == v1::JOB_STATE_CANCELLED) {
-    return console.fail(make_error(StatusCode::kAborted, "job {} was cancelled", job.id()));
+    return console.fail(make_error(StatusCode::kAborted, "job {} was cancelled", job.id()), to_json(job));
   }
-  return console.fail(make_error(StatusCode::kAborted, "job {} failed: {}", job.id(), job.reason()));
+  return console.fail(make_error(StatusCode::kAborted, "job {} failed: {}", job.id(), job.reason()), to_json(job));
 }
 
 }  // namespace lightmill::cli

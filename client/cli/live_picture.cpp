@@ -1,5 +1,6 @@
 #include "client/cli/live_picture.h"
 
+#include "client/cli/console.h"
 #include "common/base/file.h"
 #include "common/image/png.h"
 #include "common/wire/bytes.h"
@@ -33,7 +34,7 @@ Status LivePicture::update(const v1::WatchJobResponse& response) {
   written_ = now;
   LM_ASSIGN_OR_RETURN(const std::string bytes, encode_png(image_.width, image_.height, to_srgb8(image_, view_)));
   for (const std::string& path : paths_) {
-    LM_RETURN_IF_ERROR(write_file_atomically(path, as_byte_view(bytes)));
+    LM_RETURN_IF_ERROR(as_output_error(write_file_atomically(path, as_byte_view(bytes))));
   }
   return ok_status();
 }

@@ -1,5 +1,7 @@
 // lightmill: the command line of the render farm.
-#include <cstdio>
+#include <cerrno>
+#include <cstring>
+#include <iostream>
 #include <nlohmann/json.hpp>
 
 #include "client/cli/context.h"
@@ -19,12 +21,33 @@ constexpr const char* kAbout =
     "this machine when there is none.";
 
 constexpr const char* kFooter =
-    "Exit codes: 0 done, 1 the job failed, 2 bad usage or bad input, 3 the farm cannot be reached, 130 interrupted.\n"
+    "Exit codes: 0 done, 1 the job failed, 2 bad usage or bad input, 3 the farm cannot be reached or is full, 130 "
+    "interrupted.\n"
     "`lightmill COMMAND --help` says more about a command.";
 
-ExitCode usage_error(const CLI::ParseError& error, bool json) {
-  return Console(json).fail(
-      invalid_argument("{}\nTry `lightmill --help` or `lightmill COMMAND --help`.", error.what()));
+ExitCode usage_error(std::string_view message, bool json) {
+  const Console console(json);
+  return console.finish(
+      console.fail(invalid_argument("{}\nTry `lightmill --help` or `lightmill COMMAND --help`.", message)));
+}
+
+/// The first word if it is no command, and the words that are; empty if there is nothing wrong with it.
+std::string unknown_command(const CLI::App& app, int argc, char** argv) {
+  std::vector<std::string> names;
+  for (const CLI::App* command : app.get_subcommands({})) {
+    names.push_back(command->get_name());
+  }
+  if (argc < 2 || *argv[1] == '-' || std::ranges::find(names, argv[1]) != names.end()) {
+    return "";
+  }
+  return fmt::format("there is no command '{}'; there are {}", argv[1], fmt::join(names, ", "));
+}
+
+/// CLI11's words for an option that was given twice are about counts.
+std::string plain_words(const CLI::ParseError& error) {
+  const std::string text = error.what();
+  const std::size_t at = text.find(": At Most 1 required");
+  return at == std::string::npos ? text : text.substr(0, at) + " is given more than once";
 }
 
 /// The options of a command line with an error have not been stored: look for the flag itself.
@@ -46,16 +69,22 @@ int run(int argc, char** argv) {
   add_worker_commands(app, context);
   add_error_command(app, context);
   add_check_command(app, context);
+  if (const std::string unknown = unknown_command(app, argc, argv); !unknown.empty()) {
+    return usage_error(unknown, wants_json(argc, argv));
+  }
   try {
     app.parse(argc, argv);
   } catch (const CLI::Success& asked) {  // --help, --version
     app.exit(asked);
-    return kDone;
+    std::cout.flush();
+    return std::cout.good() || errno == EPIPE
+               ? kDone
+               : Console(false).fail(internal_error("cannot write to standard output: {}", std::strerror(errno)));
   } catch (const CLI::ParseError& error) {
-    return usage_error(error, wants_json(argc, argv));
+    return usage_error(plain_words(error), wants_json(argc, argv));
   }
   const Console console(context.common.json);
-  return context.run(console);
+  return console.finish(context.run(console));
 }
 
 }  // namespace

@@ -1,5 +1,6 @@
 #include "client/cli/picture_options.h"
 
+#include "client/cli/context.h"
 #include "common/image/picture_file.h"
 
 namespace lightmill::cli {
@@ -27,7 +28,7 @@ void add_picture_options(CLI::App& command, PictureOptions& options) {
       ->allow_extra_args(false);
   command.add_option("--exposure", options.exposure_stops, "PNG: brighter by so many stops (0.5, -2)")
       ->type_name("STOPS")
-      ->check(CLI::Range(-64.0, 64.0));
+      ->check(real_number(-64, 64));
   command.add_option("--view", options.view, "PNG: plain (clipped at white) or filmic (highlights roll off)")
       ->type_name("plain|filmic")
       ->capture_default_str();

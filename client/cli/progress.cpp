@@ -9,7 +9,7 @@ namespace lightmill::cli {
 namespace {
 
 constexpr int kMaxBar = 40;  // columns
-constexpr int kMinBar = 10;
+constexpr int kMinBar = 5;
 // Without a terminal: a line at each tenth of the way, but not more than one a second, and one every ten seconds.
 constexpr Duration kPlainAtLeastEvery = std::chrono::seconds(10);
 constexpr Duration kPlainAtMostEvery = std::chrono::seconds(1);
@@ -20,6 +20,12 @@ std::string bar(double fraction, int columns, bool color) {
   return fmt::format("[{}{}{}{}]", color ? "\x1b[32m" : "", std::string(static_cast<std::size_t>(filled), '='),
                      color ? "\x1b[0m" : "", std::string(static_cast<std::size_t>(columns - filled), '.'));
 }
+
+/// A part of the line and the columns kept for it, known or not, so that the bar beside it keeps its width.
+struct Field {
+  std::string text;
+  int columns = 0;
+};
 
 std::string tail_text(const v1::Job& job) {
   switch (job.state()) {
@@ -83,18 +89,34 @@ std::string samples_text(const v1::Job& job) {
   return fmt::format("{} spp", job.min_tile_samples());
 }
 
+namespace {
+
+/// What stays longest in a narrow terminal comes first.
+std::vector<Field> fields_of(const v1::Job& job) {
+  const std::string error = error_text(job);
+  const bool rated = job.samples_per_second() > 0 && !has_ended(job.state());
+  const std::string wanted = std::to_string(job.goal().samples());
+  return {{fmt::format("{:3.0f}%", std::floor(100 * fraction_done(job))), 4},
+          {tail_text(job), static_cast<int>(std::string_view("ETA 4 d 03:00").size())},
+          {samples_text(job), static_cast<int>(job.goal().samples() > 0 ? 2 * wanted.size() + 5 : 10)},
+          {error.empty() ? "" : "error " + error, static_cast<int>(std::string_view("error +0.12%").size())},
+          {rated ? human_rate(job.samples_per_second()) : "",
+           static_cast<int>(std::string_view("1.23 Msamples/s").size())}};
+}
+
+}  // namespace
+
+std::string range_text(std::uint64_t least, std::uint64_t most) {
+  return least == most ? std::to_string(least) : fmt::format("{} to {}", least, most);
+}
+
 std::string progress_text(const v1::Job& job, int width) {
-  std::vector<std::string> parts{fmt::format("{:3.0f}%", std::floor(100 * fraction_done(job))), tail_text(job),
-                                 samples_text(job)};
-  if (const std::string error = error_text(job); !error.empty()) {
-    parts.push_back("error " + error);
-  }
-  if (job.samples_per_second() > 0 && !has_ended(job.state())) {
-    parts.push_back(human_count(job.samples_per_second()) + "samples/s");
-  }
   std::string line;
-  for (const std::string& part : parts) {
-    const std::string longer = line.empty() ? part : line + "  " + part;
+  for (const Field& field : fields_of(job)) {
+    if (field.text.empty()) {
+      continue;
+    }
+    const std::string longer = line.empty() ? field.text : line + "  " + field.text;
     if (columns_of(longer) > width) {
       break;
     }
@@ -104,12 +126,25 @@ std::string progress_text(const v1::Job& job, int width) {
 }
 
 std::string progress_line(const v1::Job& job, int width, bool color) {
-  const std::string text = progress_text(job, width);
+  std::string text;
+  for (const Field& field : fields_of(job)) {
+    const int missing = std::max(field.columns - columns_of(field.text), 0);
+    const std::string padded = field.text + std::string(static_cast<std::size_t>(missing), ' ');
+    const std::string longer = text.empty() ? padded : text + "  " + padded;
+    if (columns_of(longer) > width) {
+      break;
+    }
+    text = longer;
+  }
   const int room = std::min(width - columns_of(text) - 3, kMaxBar);
   return room >= kMinBar ? bar(fraction_done(job), room, color) + " " + text : text;
 }
 
 bool ProgressPrinter::worth_a_line(const v1::Job& job) const {
+  if (job.state() == v1::JOB_STATE_RUNNING && last_state_ == v1::JOB_STATE_QUEUED && fraction_done(job) == 0 &&
+      job.eta_seconds() < 0) {
+    return false;  // it says nothing yet that "queued" did not
+  }
   if (!shown_ || job.state() != last_state_) {
     return true;
   }

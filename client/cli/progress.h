@@ -20,6 +20,9 @@ std::string error_text(const v1::Job& job);
 /// "12/64 spp", or "12 spp" without a sample goal; of the least sampled tile.
 std::string samples_text(const v1::Job& job);
 
+/// "128", or "16 to 128".
+std::string range_text(std::uint64_t least, std::uint64_t most);
+
 /// Per cent, ETA, samples, error and rate, as many as fit into `width` columns (the first ones stay longest).
 std::string progress_text(const v1::Job& job, int width);
 /// The same behind a bar, where there is room for one.

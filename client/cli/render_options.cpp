@@ -4,9 +4,12 @@
 #include <unistd.h>
 
 #include <cstdlib>
+#include <limits>
 #include <random>
 
+#include "client/cli/context.h"
 #include "client/cli/units.h"
+#include "common/base/text.h"
 #include "common/film/sample_range.h"
 #include "common/wire/scene_proto.h"
 
@@ -65,7 +68,8 @@ Result<LoadedScene> load(const RenderOptions& options) {
   if (!options.camera.empty()) {
     load_options.camera_file = options.camera;
   }
-  return load_scene(paths, load_options);
+  const Result<LoadedScene> loaded = load_scene(paths, load_options);
+  return loaded.ok() ? loaded : as_input_error(loaded.status());
 }
 
 }  // namespace
@@ -80,7 +84,7 @@ void add_render_options(CLI::App& command, RenderOptions& options) {
   command
       .add_option("--spp", options.samples, "stop at so many samples per pixel (default 64 if --seconds is not given)")
       ->type_name("N")
-      ->check(CLI::Range(std::uint64_t{1}, kMaxSamples));
+      ->check(whole_number(1, kMaxSamples));
   command.add_option("--seconds", options.seconds, "stop after so much rendering (90, 1.5m, 2h)")->type_name("T");
   command.add_option("--size", options.size, "picture size in pixels, instead of the scene's")->type_name("WxH");
   command.add_option("--crop", options.crop, "render only this part of the picture")->type_name("X,Y,W,H");
@@ -91,12 +95,14 @@ void add_render_options(CLI::App& command, RenderOptions& options) {
       .add_option("--max-bounces", options.max_bounces,
                   "path: longest light path (default 1000; chance ends nearly all of them long before)")
       ->type_name("N")
-      ->check(CLI::Range(std::uint32_t{1}, std::uint32_t{1'000'000}));
+      ->check(whole_number(1, 1'000'000));
   command.add_option("--seed", options.seed, "the same seed gives the same picture, bit for bit")
       ->type_name("S")
+      ->check(whole_number(0, std::numeric_limits<std::uint64_t>::max()))
       ->capture_default_str();
   command.add_option("--priority", options.priority, "jobs with a higher one go first")
       ->type_name("P")
+      ->check(signed_whole_number(std::numeric_limits<std::int32_t>::min(), std::numeric_limits<std::int32_t>::max()))
       ->capture_default_str();
   command.add_option("--name", options.name, "what to call the job (default: the scene's name)")->type_name("NAME");
   command.add_option("--owner", options.owner, "who asks (default: you)")->type_name("NAME");
@@ -106,6 +112,8 @@ Result<PreparedJob> make_job(const RenderOptions& options) {
   if (std::ranges::find(kMethods, options.method) == kMethods.end()) {
     return invalid_argument("--method must be path or preview, got '{}'", options.method);
   }
+  LM_RETURN_IF_ERROR(check_name("--name", options.name));
+  LM_RETURN_IF_ERROR(check_name("--owner", options.owner));
   PreparedJob job;
   LM_ASSIGN_OR_RETURN(job.spec.goal, make_goal(options));
   LM_ASSIGN_OR_RETURN(job.scene, load(options));
@@ -126,11 +134,12 @@ Result<PreparedJob> make_job(const RenderOptions& options) {
   settings.max_bounces = options.max_bounces;
   settings.renderer_version = kRendererVersion;
   job.spec.request_id = new_request_id();
-  job.spec.name = !options.name.empty()           ? options.name
-                  : !job.scene.scene.name.empty() ? job.scene.scene.name
-                                                  : fs::path(options.scenes.front()).stem().string();
-  job.spec.owner = options.owner.empty() ? user_name() : options.owner;
-  job.spec.host = host_name();
+  const std::string& scene_name = job.scene.scene.name;
+  job.spec.name = !options.name.empty()
+                      ? options.name
+                      : as_name(!scene_name.empty() ? scene_name : fs::path(options.scenes.front()).stem().string());
+  job.spec.owner = options.owner.empty() ? as_name(user_name()) : options.owner;
+  job.spec.host = as_name(host_name());
   job.spec.priority = options.priority;
   return job;
 }

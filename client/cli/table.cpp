@@ -6,10 +6,14 @@
 #include <algorithm>
 
 #include "client/cli/text_width.h"
+#include "common/base/text.h"
 
 namespace lightmill::cli {
 
-std::vector<std::string> format_table(const std::vector<std::vector<std::string>>& rows, int width) {
+std::vector<std::string> format_table(std::vector<std::vector<std::string>> rows, int width) {
+  for (auto& row : rows) {
+    std::ranges::transform(row, row.begin(), [](const std::string& cell) { return printable(cell); });
+  }
   std::vector<int> widths;
   for (const auto& row : rows) {
     widths.resize(std::max(widths.size(), row.size()));

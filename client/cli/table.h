@@ -9,8 +9,8 @@
 namespace lightmill::cli {
 
 /// Rows under a header, columns padded to their widest cell; lines are cut at `width` columns (0: no
-/// limit). Cells are ASCII or UTF-8 without wide characters.
-std::vector<std::string> format_table(const std::vector<std::vector<std::string>>& rows, int width);
+/// limit). Cells are UTF-8 without wide characters; control characters in them are escaped.
+std::vector<std::string> format_table(std::vector<std::vector<std::string>> rows, int width);
 
 /// Prints rows as human output, fitted to standard output's terminal if it is one.
 void print_table(const Console& console, const std::vector<std::vector<std::string>>& rows);

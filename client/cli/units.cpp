@@ -4,6 +4,8 @@
 #include <cmath>
 #include <ctime>
 
+#include "common/farm/job.h"
+
 namespace lightmill::cli {
 namespace {
 
@@ -61,6 +63,11 @@ std::string human_count(double count) {
   return fmt::format("{} {}", three_digits(count), kPrefixes[prefix]);
 }
 
+std::string human_rate(double samples_per_second) {
+  const std::string count = human_count(samples_per_second);
+  return count + (std::isalpha(static_cast<unsigned char>(count.back())) != 0 ? "" : " ") + "samples/s";
+}
+
 std::string human_bytes(std::uint64_t bytes) {
   if (bytes < 1024) {
     return fmt::format("{} B", bytes);
@@ -113,6 +120,35 @@ Result<PixelRect> parse_crop(std::string_view text) {
   return PixelRect{numbers[0], numbers[1], numbers[2], numbers[3]};
 }
 
+namespace {
+
+template <class Number>
+Result<Number> whole(std::string_view text, Number least, Number most) {
+  const auto number = parse_number<Number>(text);
+  if (!number || *number < least || *number > most) {
+    return invalid_argument("must be a whole number from {} to {}, got '{}'", least, most, text);
+  }
+  return *number;
+}
+
+}  // namespace
+
+Result<std::int64_t> parse_whole(std::string_view text, std::int64_t least, std::int64_t most) {
+  return whole(text, least, most);
+}
+
+Result<std::uint64_t> parse_whole(std::string_view text, std::uint64_t least, std::uint64_t most) {
+  return whole(text, least, most);
+}
+
+Result<double> parse_real(std::string_view text, double least, double most) {
+  const auto number = parse_number<double>(text);
+  if (!number || !(*number >= least && *number <= most)) {
+    return invalid_argument("must be a number from {} to {}, got '{}'", least, most, text);
+  }
+  return *number;
+}
+
 Result<double> parse_seconds(std::string_view text) {
   constexpr std::string_view kUnits = "smhd";
   constexpr std::array<double, 4> kSeconds{1, 60, 3600, 86400};
@@ -128,6 +164,9 @@ Result<double> parse_seconds(std::string_view text) {
   if (!number || !std::isfinite(*number) || *number <= 0) {
     return invalid_argument(
         "a time is a number of seconds above 0, or one with s, m, h or d (as in 90, 1.5m, 2h), got '{}'", text);
+  }
+  if (*number * unit > kMaxGoalSeconds) {
+    return invalid_argument("a time is at most {} seconds, got '{}'", kMaxGoalSeconds, text);
   }
   return *number * unit;
 }

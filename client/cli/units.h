@@ -17,6 +17,9 @@ std::string human_seconds(double seconds);
 /// Three significant digits and a metric prefix: "950", "1.23 k", "45.6 M".
 std::string human_count(double count);
 
+/// "950 samples/s", "45.6 Msamples/s".
+std::string human_rate(double samples_per_second);
+
 /// "1.5 MiB".
 std::string human_bytes(std::uint64_t bytes);
 
@@ -29,7 +32,15 @@ Result<std::pair<int, int>> parse_size(std::string_view text);
 /// "X,Y,W,H" in pixels of the full film.
 Result<PixelRect> parse_crop(std::string_view text);
 
-/// Seconds from "90", "90s", "1.5m", "2h" or "1d"; more than 0.
+/// The whole of `text` as a whole number in decimal digits from `least` to `most`; INVALID_ARGUMENT says what it must
+/// be.
+Result<std::int64_t> parse_whole(std::string_view text, std::int64_t least, std::int64_t most);
+Result<std::uint64_t> parse_whole(std::string_view text, std::uint64_t least, std::uint64_t most);
+
+/// A finite number from `least` to `most`.
+Result<double> parse_real(std::string_view text, double least, double most);
+
+/// Seconds from "90", "90s", "1.5m", "2h" or "1d"; more than 0, at most kMaxGoalSeconds.
 Result<double> parse_seconds(std::string_view text);
 
 }  // namespace lightmill::cli

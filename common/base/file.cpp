@@ -30,11 +30,15 @@ class Descriptor {
 
 Status errno_error(std::string_view what, const fs::path& path) {
   const int code = errno;
-  const StatusCode status = code == ENOENT   ? StatusCode::kNotFound
-                            : code == ENOSPC ? StatusCode::kResourceExhausted
+  const StatusCode status = code == ENOENT                    ? StatusCode::kNotFound
+                            : code == ENOSPC                  ? StatusCode::kResourceExhausted
                             : code == EACCES || code == EPERM ? StatusCode::kPermissionDenied
                                                               : StatusCode::kFailedPrecondition;
   return make_error(status, "{} {}: {}", what, path.string(), std::strerror(code));
+}
+
+fs::path temporary_beside(const fs::path& path) {
+  return fmt::format("{}.{}.tmp", path.string(), ::getpid());
 }
 
 Status write_all(int fd, ByteView bytes, const fs::path& path) {
@@ -85,8 +89,18 @@ Result<std::string> read_file(const fs::path& path, std::uint64_t limit_bytes) {
   }
 }
 
+Status check_can_write(const fs::path& path) {
+  const fs::path temporary = temporary_beside(path);
+  const Descriptor fd(::open(temporary.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0644));
+  if (fd.get() < 0) {
+    return errno_error("cannot create", temporary);
+  }
+  ::unlink(temporary.c_str());
+  return ok_status();
+}
+
 Status write_file_atomically(const fs::path& path, ByteView bytes) {
-  const fs::path temporary = fmt::format("{}.{}.tmp", path.string(), ::getpid());
+  const fs::path temporary = temporary_beside(path);
   {
     const Descriptor fd(::open(temporary.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0644));
     if (fd.get() < 0) {

@@ -12,6 +12,9 @@ namespace lightmill {
 /// The whole file; errors name the path. Fails on files over `limit_bytes`.
 Result<std::string> read_file(const std::filesystem::path& path, std::uint64_t limit_bytes = std::uint64_t{4} << 30);
 
+/// Whether write_file_atomically could begin: creates and removes its temporary file. `path` itself is not touched.
+Status check_can_write(const std::filesystem::path& path);
+
 /// Writes to a temporary name beside `path`, flushes to disk and renames: readers see the old file or the new one.
 Status write_file_atomically(const std::filesystem::path& path, ByteView bytes);
 

@@ -42,6 +42,9 @@ inline constexpr const char* kRendererVersion = "lightmill-core-1";
 /// The render digest: SHA-256 of `settings` and the class. Everything that decides a sample is in it.
 Sha256 render_digest(const RenderSettings& settings, const std::string& fingerprint_class);
 
+/// Some thirty years: far below what the clock's 64 bits of nanoseconds hold.
+inline constexpr double kMaxGoalSeconds = 1e9;
+
 /// A job ends at the first limit that is set; at least one is.
 struct Goal {
   std::uint64_t samples = 0;  ///< per pixel; 0: no limit

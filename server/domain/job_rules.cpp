@@ -2,19 +2,18 @@
 
 #include <cmath>
 
+#include "common/base/text.h"
 #include "server/domain/coordinator_state.h"
 
 namespace lightmill {
-namespace {
-
-/// Some thirty years: far below what the clock's 64 bits of nanoseconds hold.
-constexpr double kMaxGoalSeconds = 1e9;
-
-}  // namespace
 
 Status check_spec(const JobSpec& spec) {
   const RenderSettings& settings = spec.settings;
   const Goal& goal = spec.goal;
+  LM_RETURN_IF_ERROR(check_name("name", spec.name));
+  LM_RETURN_IF_ERROR(check_name("owner", spec.owner));
+  LM_RETURN_IF_ERROR(check_name("host", spec.host));
+  LM_RETURN_IF_ERROR(check_name("settings.renderer_version", settings.renderer_version));
   if (goal.samples == 0 && goal.seconds == 0) {
     return invalid_argument("goal: a job needs a limit, in samples or in seconds");
   }
@@ -39,7 +38,7 @@ Status check_spec(const JobSpec& spec) {
     return invalid_argument("settings.layers: must be the one layer 'beauty' with 3 summed channels");
   }
   if (settings.method != "path" && settings.method != "preview") {
-    return invalid_argument("settings.method: must be 'path' or 'preview', got '{}'", settings.method);
+    return invalid_argument("settings.method: must be 'path' or 'preview', got '{}'", printable(settings.method));
   }
   if (settings.renderer_version.empty()) {
     return invalid_argument("settings.renderer_version: must not be empty");

@@ -1,6 +1,7 @@
 // How workers' sessions come, speak and go.
 #include "common/base/check.h"
 #include "common/base/overloaded.h"
+#include "common/base/text.h"
 #include "server/domain/coordinator_state.h"
 
 namespace lightmill {
@@ -8,6 +9,17 @@ namespace {
 
 /// Threads that one worker may claim.
 constexpr std::uint32_t kMaxThreads = 4096;
+
+Status check_hello(const WorkerHello& hello) {
+  if (hello.name.empty() || hello.threads < 1 || hello.threads > kMaxThreads) {
+    return invalid_argument("a worker has a name and 1 to {} threads, got '{}' with {}", kMaxThreads,
+                            as_name(hello.name), hello.threads);
+  }
+  LM_RETURN_IF_ERROR(check_name("the worker's name", hello.name));
+  LM_RETURN_IF_ERROR(check_name("the worker's host", hello.host));
+  LM_RETURN_IF_ERROR(check_name("the worker's fingerprint class", hello.fingerprint_class));
+  return check_name("the worker's renderer version", hello.renderer_version);
+}
 
 }  // namespace
 
@@ -35,12 +47,9 @@ void Coordinator::State::dismiss(SessionId session, std::string reason, Step& st
 
 void Coordinator::State::connect(SessionId session, const WorkerHello& hello, Time now, Step& step) {
   LM_CHECK(!sessions.contains(session), "session {} said hello twice", session.value);
-  sessions[session] = {hello.name, false};
-  if (hello.name.empty() || hello.threads < 1 || hello.threads > kMaxThreads) {
-    dismiss(session,
-            fmt::format("a worker has a name and 1 to {} threads, got '{}' with {}", kMaxThreads, hello.name,
-                        hello.threads),
-            step);
+  sessions[session] = {as_name(hello.name), false};
+  if (const Status status = check_hello(hello); !status.ok()) {
+    dismiss(session, message_of(status), step);
     return;
   }
   if (!workers.contains(hello.name) && workers.size() >= limits.max_workers) {

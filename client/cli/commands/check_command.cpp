@@ -109,11 +109,11 @@ ExitCode check(const Console& console, const CheckOptions& options) {
   const std::vector<std::filesystem::path> paths(options.scenes.begin(), options.scenes.end());
   const Result<LoadedScene> loaded = load_scene(paths, load_options);
   if (!loaded.ok()) {
-    return console.fail(loaded.status());
+    return console.fail(as_input_error(loaded.status()));
   }
   const Result<Facts> facts = count(*loaded);
   if (!facts.ok()) {
-    return console.fail(facts.status());
+    return console.fail(as_input_error(facts.status()));
   }
   console.object(to_json(*loaded, *facts));
   print(console, *loaded, *facts);

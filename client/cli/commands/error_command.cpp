@@ -25,7 +25,7 @@ Result<PictureError> compare_files(const ErrorOptions& options) {
 ExitCode show_error(const Console& console, const ErrorOptions& options) {
   const Result<PictureError> error = compare_files(options);
   if (!error.ok()) {
-    return console.fail(error.status());
+    return console.fail(as_input_error(error.status()));
   }
   console.object(nlohmann::json{{"image", options.image},
                                 {"reference", options.reference},

@@ -63,7 +63,7 @@ void say_job(const Console& console, const v1::Job& job) {
 
 CLI::App* add_job_command(CLI::App& app, Context& context, JobOptions& options, const char* name, const char* about) {
   CLI::App* command = app.add_subcommand(name, about);
-  command->add_option("JOB", options.job, "the job's number, as `submit` and `jobs` print it")->required();
+  add_job_number(*command, options.job);
   add_common_options(*command, context);
   return command;
 }
@@ -103,7 +103,9 @@ void add_job_commands(CLI::App& app, Context& context) {
   const auto options = std::make_shared<JobOptions>();
 
   CLI::App* jobs = app.add_subcommand("jobs", "List the farm's jobs, newest first.");
-  jobs->add_option("--limit", options->limit, "how many at most")->check(CLI::Range(1, 100'000))->capture_default_str();
+  jobs->add_option("--limit", options->limit, "how many at most")
+      ->check(whole_number(1, 100'000))
+      ->capture_default_str();
   add_common_options(*jobs, context);
   jobs->callback([&context, options] {
     context.run = [&context, options](const Console& console) {
@@ -126,7 +128,7 @@ void add_job_commands(CLI::App& app, Context& context) {
   extend->footer("It goes on where it stopped, and ends with the same bits as if all had been asked for at once.");
   extend->add_option("--spp", options->samples, "the new total of samples per pixel")
       ->required()
-      ->check(CLI::Range(std::uint64_t{1}, kMaxSamples));
+      ->check(whole_number(1, kMaxSamples));
   run_call(extend, context, options, [](FarmConnection& connection, const JobOptions& given) {
     return connection.extend_job(given.job, given.samples);
   });

@@ -122,7 +122,7 @@ void add_render_commands(CLI::App& app, Context& context) {
   render_command->add_flag("--local", options->local, "use a farm of its own, whatever else there is");
   render_command->add_option("--threads", options->threads, "threads of such a farm (default: one per core)")
       ->type_name("N")
-      ->check(CLI::Range(1, 4096));
+      ->check(whole_number(1, 4096));
   add_common_options(*render_command, context);
   render_command->callback([&context, options] {
     context.run = [&context, options](const Console& console) { return render(context, console, *options); };

@@ -24,16 +24,20 @@ std::vector<std::vector<std::string>> describe(const FetchedFilm& film) {
   const v1::Job& job = film.job;
   const v1::JobCounters& counters = job.counters();
   const v1::PixelRect& crop = job.crop();
+  const bool says_more = !job.reason().empty() && job.reason() != state_name(job.state());
+  const bool cropped = crop.width() != job.width() || crop.height() != job.height();
   std::vector<std::vector<std::string>> rows{
       {"job", fmt::format("{}  {}", job.id(), job.name())},
-      {"state", state_name(job.state()) + (job.reason().empty() ? "" : ": " + job.reason())},
+      {"state", state_name(job.state()) + (says_more ? ": " + job.reason() : "")},
       {"asked by", fmt::format("{} on {}, {}", job.owner(), job.host(), human_date(job.submitted_unix_ms()))},
-      {"picture", fmt::format("{}x{}, of it {}x{} at {},{}", job.width(), job.height(), crop.width(), crop.height(),
-                              crop.x(), crop.y())},
+      {"picture",
+       fmt::format(
+           "{}x{}{}", job.width(), job.height(),
+           cropped ? fmt::format(", of it {}x{} at {},{}", crop.width(), crop.height(), crop.x(), crop.y()) : "")},
       {"method", fmt::format("{}, seed {}", job.method(), job.seed())},
       {"goal", goal_text(job.goal())},
       {"priority", std::to_string(job.priority())},
-      {"samples", fmt::format("{} to {} per pixel, {} in all", job.min_tile_samples(), job.max_tile_samples(),
+      {"samples", fmt::format("{} per pixel, {} in all", range_text(job.min_tile_samples(), job.max_tile_samples()),
                               human_count(static_cast<double>(job.samples_done())))},
       {"rendering", human_seconds(job.active_seconds())},
       {"worker time", human_seconds(job.worker_seconds()) + " over all threads"},
@@ -68,7 +72,7 @@ Status show_job(FarmConnection& connection, const Console& console, std::uint64_
 void add_show_command(CLI::App& app, Context& context) {
   const auto job = std::make_shared<std::uint64_t>(0);
   CLI::App* command = app.add_subcommand("show", "Everything about one job, with the hash of its film.");
-  command->add_option("JOB", *job, "the job's number, as `submit` and `jobs` print it")->required();
+  add_job_number(*command, *job);
   add_common_options(*command, context);
   command->callback([&context, job] {
     context.run = [&context, job](const Console& console) {

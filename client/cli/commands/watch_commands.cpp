@@ -83,7 +83,7 @@ using Action = ExitCode (*)(Context&, const Console&, const Options&);
 CLI::App* add_command(CLI::App& app, Context& context, const std::shared_ptr<Options>& options, const char* name,
                       const char* about, Action action) {
   CLI::App* command = app.add_subcommand(name, about);
-  command->add_option("JOB", options->job, "the job's number, as `submit` and `jobs` print it")->required();
+  add_job_number(*command, options->job);
   add_picture_options(*command, options->picture);
   add_common_options(*command, context);
   command->callback([&context, options, action] {

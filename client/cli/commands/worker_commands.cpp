@@ -27,7 +27,7 @@ Status list_workers(FarmConnection& connection, const Console& console) {
   for (const v1::Worker& worker : workers) {
     objects.push_back(to_json(worker));
     rows.push_back({worker.name(), worker.host(), std::to_string(worker.threads()), activity(worker),
-                    human_count(worker.samples_per_second()) + "samples/s", std::to_string(worker.results()),
+                    human_rate(worker.samples_per_second()), std::to_string(worker.results()),
                     std::to_string(worker.leases_lost()), human_seconds(worker.connected_seconds()),
                     worker.fingerprint_class()});
   }

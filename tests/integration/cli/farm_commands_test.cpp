@@ -20,6 +20,8 @@ TEST_F(FarmCliTest, AJobGoesFromSubmitToDelete) {
   EXPECT_EQ(on_farm({"show", id})["state"], "queued");
   EXPECT_EQ(on_farm({"pause", id})["state"], "paused");
   EXPECT_EQ(on_farm({"resume", id})["state"], "queued");
+  on_farm({"fetch", id, "-o", file("early.png")}, 2);  // nothing is rendered
+  EXPECT_FALSE(std::filesystem::exists(file("early.png")));
   start_worker("w1");
   const nlohmann::json watched = on_farm({"watch", id, "-o", file("a.exr"), "-o", file("a.png")});
   EXPECT_EQ(watched["state"], "done");
@@ -146,7 +148,10 @@ TEST_F(FarmCliTest, InterruptingWatchLeavesTheJobAndInterruptingRenderCancelsIt)
 TEST_F(FarmCliTest, ACancelledJobIsExitCode1ForItsWatcher) {
   const std::string id = submit({scene("cornell-bench-blocks.json")});
   on_farm({"cancel", id});
-  EXPECT_EQ(on_farm({"watch", id}, 1)["exit_code"], 1);
+  const nlohmann::json watched = on_farm({"watch", id}, 1);
+  EXPECT_EQ(watched["failure"]["exit_code"], 1);
+  EXPECT_EQ(watched["state"], "cancelled");
+  EXPECT_EQ(std::to_string(watched.value("id", 0)), id);
 }
 
 }  // namespace

@@ -17,6 +17,17 @@ TEST_F(CliTest, BadUsageIsExitCode2WithAReason) {
       {"render", box, "--spp", "0"},
       {"render", box, "--spp", "many"},
       {"render", box, "--seconds", "-3"},
+      {"render", box, "--seconds", "1e300"},
+      {"render", box, "--spp", "1e3"},
+      {"render", box, "--seed", "-1"},
+      {"render", box, "--seed", "18446744073709551616"},
+      {"render", box, "--priority", "2147483648"},
+      {"render", box, "--exposure", "nan"},
+      {"render", box, "--name", "a\nb\x1b[31mred"},
+      {"submit", box, "--owner", std::string(201, 'x')},
+      {"submit", box, "--name", "\xff"},
+      {"show", "-1"},
+      {"jobs", "--limit", "1", "--limit", "2"},
       {"render", box, "--size", "12"},
       {"render", box, "--size", "0x4"},
       {"render", box, "--crop", "500,500,64,64"},
@@ -25,7 +36,10 @@ TEST_F(CliTest, BadUsageIsExitCode2WithAReason) {
       {"render", box, "--view", "sepia"},
       {"render", box, "-o", file("a.jpg")},
       {"render", box, "-o", file("nowhere/a.png")},
+      {"render", box, "-o", file(std::string(251, 'a') + ".png")},
+      {"render", box, "-o", "/proc/a.png"},
       {"render", box, "--server", "no-port"},
+      {"jobs", "--server", "::1:7350"},
       {"render", box, "--camera", file("none.json")},
       {"submit"},
       {"watch"},
@@ -42,6 +56,7 @@ TEST_F(CliTest, BadUsageIsExitCode2WithAReason) {
     const std::string shown = command.empty() ? "(nothing)" : command.back();
     EXPECT_EQ(result.exit_code, 2) << shown << result.out << result.err;
     EXPECT_TRUE(result.err.starts_with("lightmill: ")) << shown << result.err;
+    EXPECT_EQ(result.err.find('\x1b'), std::string::npos) << shown;
     EXPECT_EQ(result.out, "") << shown;
   }
   EXPECT_TRUE(temporary_is_empty());
@@ -49,9 +64,27 @@ TEST_F(CliTest, BadUsageIsExitCode2WithAReason) {
 
 TEST_F(CliTest, ErrorsAreAnObjectWithJson) {
   const nlohmann::json usage = json({"jobs", "--nonsense"}, 2);
-  EXPECT_EQ(usage["exit_code"], 2);
-  EXPECT_NE(usage["error"].get<std::string>().find("--nonsense"), std::string::npos);
-  EXPECT_EQ(json({"check", file("none.json")}, 2)["exit_code"], 2);
+  EXPECT_EQ(usage["failure"]["exit_code"], 2);
+  EXPECT_NE(usage["failure"]["message"].get<std::string>().find("--nonsense"), std::string::npos);
+  EXPECT_EQ(json({"check", file("none.json")}, 2)["failure"]["exit_code"], 2);
+}
+
+TEST_F(CliTest, ResultsThatCannotBeWrittenAreAnError) {
+  for (const std::string more : {"", " --json"}) {
+    const CommandResult result =
+        run_command({"/bin/sh", "-c",
+                     program("lightmill") + " check " + scene("cornell-bench-blocks.json") + more + " > /dev/full"},
+                    environment());
+    EXPECT_EQ(result.exit_code, 1) << result.err;
+    EXPECT_NE(result.err.find("standard output"), std::string::npos) << result.err;
+  }
+}
+
+TEST_F(CliTest, AnUnknownCommandIsNamedWithThoseThereAre) {
+  const CommandResult result = lightmill({"frobnicate"});
+  for (const char* word : {"frobnicate", "render", "check"}) {
+    EXPECT_NE(result.err.find(word), std::string::npos) << result.err;
+  }
 }
 
 TEST_F(CliTest, BadScenesAreNamedWithTheirPlace) {
@@ -75,7 +108,7 @@ TEST_F(FarmCliTest, NothingIsSubmittedWhenSomethingIsWrong) {
 TEST_F(FarmCliTest, UnknownJobsAndWorkersAreExitCode2) {
   for (const char* command : {"show", "watch", "cancel", "pause", "resume", "delete"}) {
     const nlohmann::json answer = on_farm({command, "77"}, 2);
-    EXPECT_NE(answer["error"].get<std::string>().find("77"), std::string::npos) << command;
+    EXPECT_NE(answer["failure"]["message"].get<std::string>().find("77"), std::string::npos) << command;
   }
   on_farm({"extend", "77", "--spp", "4"}, 2);
   on_farm({"fetch", "77", "-o", file("a.png")}, 2);

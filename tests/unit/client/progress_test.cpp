@@ -50,6 +50,24 @@ TEST(Progress, BarIsAsFullAsTheJob) {
   }
 }
 
+TEST(Progress, TheBarKeepsItsWidthWhileNumbersComeAndGrow) {
+  v1::Job early = running_job();
+  early.clear_error();
+  early.set_samples_per_second(0);
+  early.set_eta_seconds(-1);
+  early.set_min_tile_samples(0);
+  v1::Job late = running_job();
+  late.set_eta_seconds(3 * 86400);
+  late.set_min_tile_samples(64);
+  late.set_samples_per_second(950);
+  for (int width = 20; width < 140; ++width) {
+    const std::size_t end = progress_line(running_job(), width, false).find(']');
+    EXPECT_EQ(progress_line(early, width, false).find(']'), end) << width;
+    EXPECT_EQ(progress_line(late, width, false).find(']'), end) << width;
+  }
+  EXPECT_NE(progress_line(running_job(), 39, false).find('['), std::string::npos);
+}
+
 TEST(Progress, ColourOnlyWhereAsked) {
   EXPECT_EQ(progress_line(running_job(), 120, false).find('\x1b'), std::string::npos);
   EXPECT_NE(progress_line(running_job(), 120, true).find('\x1b'), std::string::npos);

@@ -5,6 +5,7 @@
 
 #include "client/cli/table.h"
 #include "client/cli/text_width.h"
+#include "common/base/text.h"
 
 namespace lightmill::cli {
 namespace {
@@ -50,8 +51,38 @@ TEST(Units, TimesMayHaveAUnit) {
   EXPECT_EQ(*parse_seconds("1.5m"), 90);
   EXPECT_EQ(*parse_seconds("2h"), 7200);
   EXPECT_EQ(*parse_seconds("1d"), 86400);
-  for (const char* bad : {"", "s", "0", "-5", "nan", "inf", "5x", "5 s"}) {
+  for (const char* bad : {"", "s", "0", "-5", "nan", "inf", "5x", "5 s", "1e300", "1e9m"}) {
     EXPECT_EQ(parse_seconds(bad).status().code(), StatusCode::kInvalidArgument) << bad;
+  }
+}
+
+TEST(Units, WholeNumbersAreWholeAndWithinTheirRange) {
+  EXPECT_EQ(*parse_whole("18446744073709551615", std::uint64_t{0}, ~std::uint64_t{0}), ~std::uint64_t{0});
+  EXPECT_EQ(*parse_whole("-7", std::int64_t{-9}, std::int64_t{9}), -7);
+  for (const char* bad : {"", "-1", "1e3", "1.0", "0x10", " 1", "101", "18446744073709551616"}) {
+    EXPECT_EQ(parse_whole(bad, std::uint64_t{0}, std::uint64_t{100}).status().code(), StatusCode::kInvalidArgument)
+        << bad;
+  }
+  for (const char* bad : {"nan", "inf", "-65", "1e300", ""}) {
+    EXPECT_EQ(parse_real(bad, -64, 64).status().code(), StatusCode::kInvalidArgument) << bad;
+  }
+}
+
+TEST(Table, ShowsControlCharactersWithoutObeyingThem) {
+  EXPECT_EQ(format_table({{"a\nb\x1b[31mred", "\xc2\x9b", "\xff", "\u202e", "é±…"}}, 0).front(),
+            "a\\x0ab\\x1b[31mred  \\u009b  \\xff  \\u202e  é±…");
+}
+
+TEST(Names, AreUtf8OfBoundedLengthWithoutControlCharacters) {
+  for (const std::string& good : {std::string(), std::string("Kühlturm 冷却塔"), std::string(200, 'x')}) {
+    EXPECT_TRUE(check_name("name", good).ok()) << good;
+    EXPECT_EQ(as_name(good), good);
+  }
+  for (const std::string& bad :
+       {std::string("a\nb"), std::string("a\0b", 3), std::string("\x7f"), std::string("\xc2\x85"),
+        std::string("\xc0\xaf"), std::string("\xed\xa0\x80"), std::string("\xe2\x82"), std::string(201, 'x')}) {
+    EXPECT_EQ(check_name("name", bad).code(), StatusCode::kInvalidArgument) << printable(bad);
+    EXPECT_TRUE(check_name("name", as_name(bad)).ok()) << printable(bad);
   }
 }
 

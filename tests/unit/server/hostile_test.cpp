@@ -12,6 +12,20 @@ TEST_F(CoordinatorTest, SecondsThatNoClockCanCountAreRefused) {
   EXPECT_EQ(coordinator->submit(job, now, unix_ms(), step).status().code(), StatusCode::kInvalidArgument);
 }
 
+TEST_F(CoordinatorTest, NamesThatATerminalWouldObeyAreRefused) {
+  for (const std::string& bad :
+       {std::string("a\nb"), std::string("\x1b[31mred"), std::string("\xff"), std::string(201, 'x')}) {
+    for (std::string JobSpec::*field : {&JobSpec::name, &JobSpec::owner, &JobSpec::host}) {
+      JobSpec job = spec();
+      job.*field = bad;
+      EXPECT_EQ(coordinator->submit(job, now, unix_ms(), step).status().code(), StatusCode::kInvalidArgument);
+    }
+    const SessionId session = connect(bad);
+    ASSERT_EQ(got<Dismissal>(session).size(), 1u);
+    EXPECT_NE(got<Dismissal>(session)[0].reason.find("the worker's name"), std::string::npos);
+  }
+}
+
 TEST_F(CoordinatorTest, AResultOfAnotherRangeAndDigestHoldsNothingBack) {
   const JobId job = submit(spec());
   const SessionId session = connect("w");

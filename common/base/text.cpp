@@ -1,0 +1,98 @@
+#include "common/base/text.h"
+
+#include <array>
+
+namespace lightmill {
+namespace {
+
+/// One character of UTF-8, or one byte that is none.
+struct Character {
+  char32_t code = 0;
+  std::size_t bytes = 1;
+  bool valid = false;
+};
+
+/// The first character of `text`, which is not empty. Overlong forms and surrogates are not valid (RFC 3629).
+Character first_character(std::string_view text) {
+  const auto byte = [&](std::size_t i) { return static_cast<unsigned char>(text[i]); };
+  const unsigned lead = byte(0);
+  if (lead < 0x80) {
+    return {lead, 1, true};
+  }
+  const std::size_t bytes = lead >= 0xf0 ? 4 : lead >= 0xe0 ? 3 : 2;
+  if (lead < 0xc2 || lead > 0xf4 || text.size() < bytes) {
+    return {lead, 1, false};
+  }
+  char32_t code = lead & (0x7fu >> bytes);
+  for (std::size_t i = 1; i < bytes; ++i) {
+    if ((byte(i) & 0xc0) != 0x80) {
+      return {lead, 1, false};
+    }
+    code = code << 6 | (byte(i) & 0x3f);
+  }
+  constexpr std::array<char32_t, 5> kLeast{0, 0, 0x80, 0x800, 0x10000};
+  if (code < kLeast[bytes] || code > 0x10ffff || (code >= 0xd800 && code <= 0xdfff)) {
+    return {lead, 1, false};
+  }
+  return {code, bytes, true};
+}
+
+bool is_control(char32_t code) {
+  return code < 0x20 || (code >= 0x7f && code < 0xa0) || (code >= 0x2028 && code <= 0x202e) ||
+         (code >= 0x2066 && code <= 0x2069);
+}
+
+std::string escaped(const Character& character) {
+  const auto code = static_cast<std::uint32_t>(character.code);
+  return code < 0x80 || !character.valid ? fmt::format("\\x{:02x}", code) : fmt::format("\\u{:04x}", code);
+}
+
+}  // namespace
+
+Status check_name(std::string_view what, std::string_view name) {
+  if (name.size() > kMaxNameBytes) {
+    return invalid_argument("{}: at most {} bytes, got {}", what, kMaxNameBytes, name.size());
+  }
+  for (std::size_t i = 0; i < name.size();) {
+    const Character character = first_character(name.substr(i));
+    if (!character.valid) {
+      return invalid_argument("{}: must be UTF-8, got '{}'", what, printable(name));
+    }
+    if (is_control(character.code)) {
+      return invalid_argument("{}: must not have control characters, got '{}'", what, printable(name));
+    }
+    i += character.bytes;
+  }
+  return ok_status();
+}
+
+std::string printable(std::string_view text, bool keep_lines) {
+  std::string shown;
+  for (std::size_t i = 0; i < text.size();) {
+    const Character character = first_character(text.substr(i));
+    const bool layout = keep_lines && (character.code == '\n' || character.code == '\t');
+    if (character.valid && (layout || !is_control(character.code))) {
+      shown += text.substr(i, character.bytes);
+    } else {
+      shown += escaped(character);
+    }
+    i += character.bytes;
+  }
+  return shown;
+}
+
+std::string as_name(std::string_view text) {
+  std::string name = printable(text);
+  std::size_t end = 0;
+  while (end < name.size()) {
+    const std::size_t bytes = first_character(std::string_view(name).substr(end)).bytes;
+    if (end + bytes > kMaxNameBytes) {
+      break;
+    }
+    end += bytes;
+  }
+  name.resize(end);
+  return name;
+}
+
+}  // namespace lightmill
