@@ -96,9 +96,6 @@ void print(const Console& console, const LoadedScene& loaded, const Facts& facts
   for (const std::string& notice : loaded.notices) {
     console.result("note: " + notice);
   }
-  if (facts.emissive_objects + scene.point_lights.size() == 0) {
-    console.result("note: nothing emits light: the picture will be black");
-  }
 }
 
 ExitCode check(const Console& console, const CheckOptions& options) {
@@ -107,13 +104,16 @@ ExitCode check(const Console& console, const CheckOptions& options) {
     load_options.camera_file = options.camera;
   }
   const std::vector<std::filesystem::path> paths(options.scenes.begin(), options.scenes.end());
-  const Result<LoadedScene> loaded = load_scene(paths, load_options);
+  Result<LoadedScene> loaded = load_scene(paths, load_options);
   if (!loaded.ok()) {
     return console.fail(as_input_error(loaded.status()));
   }
   const Result<Facts> facts = count(*loaded);
   if (!facts.ok()) {
     return console.fail(as_input_error(facts.status()));
+  }
+  if (facts->emissive_objects + loaded->scene.point_lights.size() == 0) {
+    loaded->notices.emplace_back("nothing emits light: the picture will be black");
   }
   console.object(to_json(*loaded, *facts));
   print(console, *loaded, *facts);
