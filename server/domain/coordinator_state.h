@@ -39,6 +39,16 @@ class RecentMean {
   std::uint64_t count_ = 0;
 };
 
+/// What a costly tile costs: rises at once to what is seen, and forgets it over the next hundred or so values.
+class RecentPeak {
+ public:
+  void add(double value) { value_ = value > value_ ? value : value_ + (value - value_) / 64; }
+  double value() const { return value_; }  ///< 0 until known
+
+ private:
+  double value_ = 0;
+};
+
 struct Lease {
   LeaseId id;
   std::string worker;
@@ -58,6 +68,7 @@ struct WorkerJob {
   bool describe = true;                 ///< the worker may not know the job: the next lease goes with a description
   bool confirmed = false;               ///< a message of the worker shows that it got a lease
   RecentMean seconds_per_pixel_sample;  ///< of one thread
+  RecentPeak costly_tile;               ///< the same of the costlier tiles
 };
 
 struct Worker {
@@ -88,7 +99,9 @@ struct Job {
   bool class_durable = false;        ///< the row with the class is known to be stored
   std::uint64_t version = 1;
   double given_base = 0;                ///< for fairness: what others had when it came
+  double given_at_start = 0;            ///< its place in the queue when it came (again)
   RecentMean seconds_per_pixel_sample;  ///< of one thread of any worker
+  RecentPeak costly_tile;               ///< the same of the costlier tiles
   RateMeter rate;
   mutable ErrorEstimator error;
 
@@ -121,10 +134,14 @@ struct Coordinator::State {
   void put_progress(Job& job, Time now, Step& step);
   void queue_again(Job& job);    ///< after it was paused, ended or new: with a fresh share
   void refresh_queue(Job& job);  ///< after anything that changes what it has to give, or its place
-  std::uint64_t footprint_bytes() const;
+  /// INVALID_ARGUMENT if the film of `spec` alone may outgrow the farm's limit, RESOURCE_EXHAUSTED if all films with it
+  /// may; `instead_of`, if any, is the job whose spec it replaces.
+  Status check_footprint(const JobSpec& spec, const Job* instead_of) const;
   std::int64_t unix_ms(Time now) const;
   void saw_clock(Time now, std::int64_t unix_milliseconds);
   double given_seconds(const Job& job) const;
+  /// Whether its first picture is still to come, and may go before other jobs' next ones.
+  bool fresh(const Job& job) const;
   Result<Job*> ended_or_not(JobId id, bool want_ended, const char* what);
 
   // ---- leasing.cpp ----

@@ -1,11 +1,18 @@
 #include "server/domain/job_rules.h"
 
+#include <bit>
 #include <cmath>
 
 #include "common/base/text.h"
 #include "server/domain/coordinator_state.h"
 
 namespace lightmill {
+namespace {
+
+/// More than a thousand fast threads do.
+constexpr double kMostPixelSamplesPerSecond = 1e9;
+
+}  // namespace
 
 Status check_spec(const JobSpec& spec) {
   const RenderSettings& settings = spec.settings;
@@ -55,9 +62,15 @@ std::uint32_t total_channels(const RenderSettings& settings) {
 }
 
 std::uint64_t finished_bytes(const JobSpec& spec) {
-  const std::uint64_t parts = std::max(std::popcount(spec.goal.samples), 1);
-  return parts * static_cast<std::uint64_t>(spec.settings.crop.pixel_count()) * total_channels(spec.settings) * 2 *
-         sizeof(float);
+  const auto pixels = static_cast<std::uint64_t>(spec.settings.crop.pixel_count());
+  int parts = std::popcount(spec.goal.samples);
+  if (spec.goal.seconds > 0) {
+    // It may stop at any count up to the most it can reach; of those, one with all bits set has most parts.
+    double most = std::ceil(spec.goal.seconds * kMostPixelSamplesPerSecond / static_cast<double>(pixels));
+    most = std::min(most, static_cast<double>(spec.goal.samples > 0 ? spec.goal.samples : kMaxSamples));
+    parts = std::bit_width(static_cast<std::uint64_t>(most) + 1) - 1;
+  }
+  return static_cast<std::uint64_t>(std::max(parts, 1)) * pixels * total_channels(spec.settings) * 2 * sizeof(float);
 }
 
 std::string_view name_of(JobState state) {

@@ -51,8 +51,7 @@ UnitAim Coordinator::State::aim_for(const Worker& worker, const Job& job) const 
   const bool measured = known != worker.jobs.end() && known->second.seconds_per_pixel_sample.known();
   UnitAim aim;
   aim.unit_seconds = limits.unit_seconds * worker.unit_scale;
-  aim.seconds_per_pixel_sample =
-      measured ? known->second.seconds_per_pixel_sample.value() : job.seconds_per_pixel_sample.value();
+  aim.seconds_per_pixel_sample = measured ? known->second.costly_tile.value() : job.costly_tile.value();
   aim.threads = worker.hello.threads;
   aim.farm_threads = static_cast<std::uint32_t>(std::max<std::uint64_t>(farm_threads, 1));
   return aim;
@@ -120,13 +119,14 @@ Lease& Coordinator::State::open_lease(Worker& worker, Job& job, LeaseId id, Unit
   lease.remaining = static_cast<std::uint32_t>(lease.unit.tiles.size());
   lease.granted = now;
   lease.copy = copy;
-  const UnitAim aim = aim_for(worker, job);
+  const RecentMean& own_speed = worker.jobs[job.id()].seconds_per_pixel_sample;
+  const RecentMean& speed = own_speed.known() ? own_speed : job.seconds_per_pixel_sample;
   std::uint64_t pixels = 0;
   for (const TileId tile : lease.unit.tiles) {
     pixels += pixels_of(job, tile);
   }
   lease.expected_seconds =
-      static_cast<double>(pixels * lease.unit.range.count()) * aim.seconds_per_pixel_sample / aim.threads;
+      static_cast<double>(pixels * lease.unit.range.count()) * speed.value() / worker.hello.threads;
   lease.deadline = now + limits.lease_duration;
   expiry.insert({lease.deadline, id});
   if (job.leases.empty()) {

@@ -4,6 +4,16 @@
 #include "server/domain/job_rules.h"
 
 namespace lightmill {
+namespace {
+
+/// How much of the whole farm's time, in units, a job's first picture may have before others get their share.
+constexpr double kFreshUnits = 2;
+
+double gib(std::uint64_t bytes) {
+  return static_cast<double>(bytes) / static_cast<double>(std::uint64_t{1} << 30);
+}
+
+}  // namespace
 
 Job::Job(JobRecord from, std::uint64_t budget_bytes, Time now)
     : record(std::move(from)),
@@ -88,9 +98,17 @@ double Coordinator::State::given_seconds(const Job& job) const {
   return job.record.worker_seconds + out * job.seconds_per_pixel_sample.value() - job.given_base;
 }
 
+bool Coordinator::State::fresh(const Job& job) const {
+  // Bounded, lest a huge film's first picture hold up all that others have still to refine.
+  const double head_start =
+      kFreshUnits * limits.unit_seconds * static_cast<double>(std::max<std::uint64_t>(farm_threads, 1));
+  return job.plan->first_round() && given_seconds(job) - job.given_at_start < head_start;
+}
+
 void Coordinator::State::queue_again(Job& job) {
   job.given_base = 0;
-  job.given_base = given_seconds(job) - queue.starting_seconds(job.record.spec.priority);
+  job.given_at_start = queue.starting_seconds(job.record.spec.priority);
+  job.given_base = given_seconds(job) - job.given_at_start;
   if (job.record.spec.goal.seconds > 0) {
     timed_jobs.insert(job.id());
   }
@@ -100,7 +118,7 @@ void Coordinator::State::queue_again(Job& job) {
 void Coordinator::State::refresh_queue(Job& job) {
   const bool leasable = job.record.state == JobState::queued || job.record.state == JobState::running;
   if (leasable && job.plan->has_work()) {
-    queue.put(job.id(), {job.record.spec.priority, job.plan->first_round(), given_seconds(job)});
+    queue.put(job.id(), {job.record.spec.priority, fresh(job), given_seconds(job)});
   } else {
     queue.remove(job.id());
   }
@@ -158,12 +176,25 @@ void Coordinator::State::close_if_time_is_up(Job& job, Time now, Step& step) {
   }
 }
 
-std::uint64_t Coordinator::State::footprint_bytes() const {
-  std::uint64_t bytes = 0;
-  for (const auto& [id, job] : jobs) {
-    bytes += std::max(job->film.bytes(), finished_bytes(job->record.spec));
+Status Coordinator::State::check_footprint(const JobSpec& spec, const Job* instead_of) const {
+  const std::uint64_t own = finished_bytes(spec);
+  if (own > limits.film_bytes) {
+    return invalid_argument("the film may come to hold {:.4g} GiB, more than --films-gib {:.4g} of the server allows",
+                            gib(own), gib(limits.film_bytes));
   }
-  return bytes;
+  std::uint64_t all = own;
+  for (const auto& [id, job] : jobs) {
+    if (job.get() != instead_of) {
+      all += job->active() ? std::max(job->film.bytes(), finished_bytes(job->record.spec)) : job->film.bytes();
+    }
+  }
+  if (all > limits.film_bytes) {
+    return resource_exhausted(
+        "the films of all jobs may come to hold {:.4g} GiB, more than --films-gib {:.4g} of the server allows: delete "
+        "jobs that have ended",
+        gib(all), gib(limits.film_bytes));
+  }
+  return ok_status();
 }
 
 // ---- what clients ask ----
@@ -184,11 +215,7 @@ Result<JobId> Coordinator::submit(const JobSpec& spec, Time now, std::int64_t un
   if (state_->jobs.size() >= state_->limits.max_jobs) {
     return resource_exhausted("the farm keeps at most {} jobs: delete some that have ended", state_->limits.max_jobs);
   }
-  const std::uint64_t footprint = state_->footprint_bytes() + finished_bytes(spec);
-  if (footprint > state_->limits.film_bytes) {
-    return resource_exhausted("the films of all jobs would hold {} bytes, more than {}: delete jobs that have ended",
-                              footprint, state_->limits.film_bytes);
-  }
+  LM_RETURN_IF_ERROR(state_->check_footprint(spec, nullptr));
   JobRecord record;
   record.id = JobId{state_->next_job_id++};
   record.spec = spec;
@@ -250,15 +277,19 @@ Status Coordinator::extend(JobId id, std::uint64_t samples, Time now, Step& step
   if (job->record.state == JobState::failed || job->record.state == JobState::cancelled) {
     return failed_precondition("job {} cannot be extended: it is {}", id.value, name_of(job->record.state));
   }
-  Goal& goal = job->record.spec.goal;
-  const std::uint64_t before = std::max(goal.samples, job->film.max_samples());
+  JobSpec spec = job->record.spec;
+  const std::uint64_t before = std::max(spec.goal.samples, job->film.max_samples());
   if (samples <= before || samples > kMaxSamples) {
     return invalid_argument("samples must be the new total, more than {} and at most {}, got {}", before, kMaxSamples,
                             samples);
   }
-  goal.samples = samples;
+  spec.goal.samples = samples;
   if (job->time_is_up(now)) {
-    goal.seconds = 0;  // it has done its work, and would end the job at once
+    spec.goal.seconds = 0;  // it has done its work, and would end the job at once
+  }
+  LM_RETURN_IF_ERROR(state_->check_footprint(spec, job));
+  job->record.spec.goal = spec.goal;
+  if (spec.goal.seconds == 0) {
     state_->timed_jobs.erase(id);
   }
   if (job->active()) {

@@ -132,8 +132,11 @@ void Coordinator::State::merge_result(Job& job, const std::string& name, WorkerR
   job.record.worker_seconds += result.seconds;
   if (result.seconds > 0) {
     job.seconds_per_pixel_sample.add(result.seconds / pixel_samples);
+    job.costly_tile.add(result.seconds / pixel_samples);
     if (Worker* const worker = find_worker(name)) {
-      worker->jobs[job.id()].seconds_per_pixel_sample.add(result.seconds / pixel_samples);
+      WorkerJob& known = worker->jobs[job.id()];
+      known.seconds_per_pixel_sample.add(result.seconds / pixel_samples);
+      known.costly_tile.add(result.seconds / pixel_samples);
       worker->rate.add(pixel_samples, now);
     }
   }

@@ -1,6 +1,7 @@
 #include "server/scheduling/job_plan.h"
 
 #include <algorithm>
+#include <numeric>
 
 #include "common/base/check.h"
 
@@ -31,8 +32,15 @@ JobPlan::JobPlan(const Film& film, std::uint64_t goal, std::uint64_t budget_byte
 void JobPlan::rebuild() {
   buckets_.clear();
   std::fill(queued_at_.begin(), queued_at_.end(), kNotQueued);
-  for (std::uint32_t tile = 0; tile < queued_at_.size(); ++tile) {
-    enqueue(TileId{tile});
+  // All over the picture from the first unit on: neighbours cost alike, and what the first tiles cost sets how large
+  // the next units are.
+  const std::uint64_t count = queued_at_.size();
+  auto stride = static_cast<std::uint64_t>(static_cast<double>(count) * 0.618);
+  for (stride = std::max<std::uint64_t>(stride, 1); std::gcd(stride, count) != 1;) {
+    ++stride;
+  }
+  for (std::uint64_t i = 0; i < count; ++i) {
+    enqueue(TileId{static_cast<std::uint32_t>(i * stride % count)});
   }
 }
 

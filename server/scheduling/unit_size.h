@@ -10,7 +10,7 @@ namespace lightmill {
 /// What decides the size of a unit besides the film.
 struct UnitAim {
   double unit_seconds = 1;              ///< how long the worker should take; also the most for one tile on one thread
-  double seconds_per_pixel_sample = 0;  ///< of one of its threads, for this job; 0: not known yet
+  double seconds_per_pixel_sample = 0;  ///< of one of its threads, for this job's costlier tiles; 0: not known yet
   std::uint32_t threads = 1;            ///< of the worker
   std::uint32_t farm_threads = 1;       ///< of all workers that may render this job
 };

@@ -88,9 +88,35 @@ TEST_F(CoordinatorTest, TheQueueIsBounded) {
   EXPECT_EQ(coordinator->submit(spec("r3"), now, 0, step).status().code(), StatusCode::kResourceExhausted);
   ASSERT_TRUE(coordinator->cancel(JobId{1}, now, 0, step).ok());
   ASSERT_TRUE(coordinator->remove(JobId{1}, now, step).ok());
-  EXPECT_EQ(coordinator->submit(spec("r3", 4, {0, 0, 256, 128}), now, 0, step).status().code(),
+  EXPECT_EQ(coordinator->submit(spec("r3", 4, {0, 0, 192, 128}), now, 0, step).status().code(),
             StatusCode::kResourceExhausted);
   EXPECT_TRUE(coordinator->submit(spec("r3"), now, 0, step).ok());
+}
+
+TEST_F(CoordinatorTest, AFilmThatNeverFitsIsBadInput) {
+  limits.film_bytes = 3 * 128 * 64 * 24;
+  restart({});
+  const Status too_large = coordinator->submit(spec("r1", 4, {0, 0, 256, 128}), now, 0, step).status();
+  EXPECT_EQ(too_large.code(), StatusCode::kInvalidArgument);
+  EXPECT_NE(message_of(too_large).find("--films-gib"), std::string::npos) << message_of(too_large);
+  EXPECT_EQ(message_of(too_large).find("delete"), std::string::npos);
+  // Seconds may end at any count, and most of those take many nodes.
+  JobSpec timed = spec("r2", 0);
+  timed.goal.seconds = 60;
+  EXPECT_EQ(coordinator->submit(timed, now, 0, step).status().code(), StatusCode::kInvalidArgument);
+  timed.goal.samples = 14;  // at most 3 nodes a tile: of 7, 11, 13 or 14 samples
+  EXPECT_TRUE(coordinator->submit(timed, now, 0, step).ok());
+}
+
+TEST_F(CoordinatorTest, ExtendingIsBoundedAsSubmittingIs) {
+  limits.film_bytes = 3 * 128 * 64 * 24;
+  restart({});
+  const JobId job = submit(spec("r1", 4));
+  submit(spec("r2", 4));
+  EXPECT_EQ(coordinator->extend(job, 15, now, step).code(), StatusCode::kInvalidArgument);
+  EXPECT_EQ(coordinator->extend(job, 7, now, step).code(), StatusCode::kResourceExhausted);
+  EXPECT_EQ(status(job).goal.samples, 4u);
+  EXPECT_TRUE(coordinator->extend(job, 6, now, step).ok());
 }
 
 TEST_F(CoordinatorTest, OnlyWorkersOfTheJobsClassAndVersionRenderIt) {
