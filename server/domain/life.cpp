@@ -278,7 +278,12 @@ Status Coordinator::extend(JobId id, std::uint64_t samples, Time now, Step& step
     return failed_precondition("job {} cannot be extended: it is {}", id.value, name_of(job->record.state));
   }
   JobSpec spec = job->record.spec;
-  const std::uint64_t before = std::max(spec.goal.samples, job->film.max_samples());
+  // No goal lies below what is merged beyond a gap, or out: counts would then stand for other samples than [0, n).
+  std::uint64_t before = std::max(spec.goal.samples, job->plan ? job->plan->out_end() : 0);
+  for (std::uint32_t tile = 0; tile < job->film.grid().tile_count(); ++tile) {
+    const std::vector<NodePtr>& forest = job->film.forest(TileId{tile});
+    before = std::max(before, forest.empty() ? 0 : forest.back()->range.end());
+  }
   if (samples <= before || samples > kMaxSamples) {
     return invalid_argument("samples must be the new total, more than {} and at most {}, got {}", before, kMaxSamples,
                             samples);

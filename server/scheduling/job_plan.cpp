@@ -217,6 +217,14 @@ bool JobPlan::add_copy(LeaseId lease, TileId tile, SampleRange range) {
   return false;
 }
 
+std::uint64_t JobPlan::out_end() const {
+  std::uint64_t end = 0;
+  for (const auto& [tile, out] : out_) {
+    end = std::max(end, out.empty() ? 0 : out.back().range.end());
+  }
+  return end;
+}
+
 std::uint32_t JobPlan::holders(TileId tile, SampleRange range) const {
   const auto found = out_.find(tile);
   if (found != out_.end()) {

@@ -56,6 +56,8 @@ class JobPlan {
   /// To be called after each merge into a tile: ends and returns the holds on ranges that the film now covers.
   std::vector<Hold> settle(TileId tile);
 
+  /// One past the highest sample that is out; 0 if none is.
+  std::uint64_t out_end() const;
   bool nothing_out() const { return out_.empty(); }
   std::uint64_t out_pixel_samples() const { return out_pixel_samples_; }  ///< copies counted once
   std::uint32_t holders(TileId tile, SampleRange range) const;
