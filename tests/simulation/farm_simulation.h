@@ -140,6 +140,7 @@ class FarmSimulation {
   void server_sends(Outgoing message);
   void check_decisions(const Step& step);
   void check_grant(const Stream& stream, const LeaseGrant& grant);
+  void note_unwanted(const Step& step);
   void check_ack(const Stream& stream, const ResultAck& ack);
   void check_acknowledged_is_durable();
   void server_receives(const std::shared_ptr<Stream>& stream, WorkerMessage message);
@@ -204,6 +205,9 @@ class FarmSimulation {
   std::map<SessionId, std::shared_ptr<Stream>> streams_;
   std::map<std::pair<SessionId, NodeKey>, Sha256> last_result_;  ///< render digests of results that came
   std::set<NodeKey> acknowledged_;                               ///< with the right digest
+  /// Results whose acknowledgement says that they lay beyond the decided count when they came.
+  std::multiset<std::pair<SessionId, NodeKey>> unwanted_;
+  std::map<std::string, std::size_t> brought_;  ///< leases that a worker's last hello came with
 
   std::vector<SimulatedWorker> workers_;
   std::vector<ClientJob> client_jobs_;

@@ -65,6 +65,7 @@ void FarmSimulation::on_server(const std::function<void(Step&)>& call) {
 
 void FarmSimulation::execute(Step step, std::vector<Action> replies) {
   check_decisions(step);
+  note_unwanted(step);
   for (const Note& note : step.notes) {
     trace("{}", note.text);
   }
@@ -244,8 +245,22 @@ void FarmSimulation::check_decisions(const Step& step) {
   }
   if (granted) {
     for (const WorkerStatus& worker : coordinator_->workers(now_)) {
-      if (worker.leases > 8 * limits_.leases_per_worker) {
+      if (worker.leases > 8 * limits_.leases_per_worker + brought_[worker.name]) {
         fail(fmt::format("{} has {} leases", worker.name, worker.leases));
+      }
+    }
+  }
+}
+
+/// A count may be raised, durably, between the decision that a result lies beyond it and the acknowledgement.
+void FarmSimulation::note_unwanted(const Step& step) {
+  for (const Outgoing& message : step.after_commit) {
+    if (const auto* ack = std::get_if<ResultAck>(&message.message)) {
+      for (const NodeKey& key : ack->keys) {
+        const auto status = coordinator_->status(key.job, now_);
+        if (status.ok() && status->goal.samples > 0 && key.range.end() > status->goal.samples) {
+          unwanted_.insert({message.to, key});
+        }
       }
     }
   }
@@ -253,6 +268,10 @@ void FarmSimulation::check_decisions(const Step& step) {
 
 void FarmSimulation::check_ack(const Stream& stream, const ResultAck& ack) {
   for (const NodeKey& key : ack.keys) {
+    if (const auto unwanted = unwanted_.find({stream.session, key}); unwanted != unwanted_.end()) {
+      unwanted_.erase(unwanted);
+      continue;
+    }
     const JobRecord* const stored = disk_.job(key.job);
     if (stored == nullptr || stored->state == JobState::cancelled || stored->state == JobState::failed ||
         stored->fingerprint_class.empty() ||
@@ -305,6 +324,7 @@ void FarmSimulation::server_receives(const std::shared_ptr<Stream>& stream, Work
   if (!stream->said_hello) {
     if (auto* hello = std::get_if<WorkerHello>(&message)) {
       stream->said_hello = true;
+      brought_[hello->name] = hello->held.size();
       on_server([&](Step& step) { coordinator_->worker_connected(stream->session, *hello, now_, step); });
     } else {
       fail("a stream does not begin with a hello");
