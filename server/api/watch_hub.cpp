@@ -18,7 +18,7 @@ bool has_ended(JobState state) {
 }  // namespace
 
 void WatchHub::add(JobId job, bool with_tiles, std::shared_ptr<WatchSink> sink) {
-  watchers_.push_back({job, with_tiles, std::move(sink), 0, {}, false, Time{}});
+  watchers_.push_back({job, with_tiles, std::move(sink), 0, {}, false, 0, Time{}});
 }
 
 bool WatchHub::hold(JobId job) {
@@ -86,15 +86,16 @@ bool WatchHub::add_tiles(Watcher& watcher, const Film& film, WatchUpdate& update
   const std::uint32_t count = film.grid().tile_count();
   watcher.sent_tiles.resize(count);
   for (std::uint32_t i = 0; i < count; ++i) {
-    const TileId tile{i};
+    const TileId tile{(watcher.next_tile + i) % count};
     const std::uint64_t version = film.version(tile);
-    if (version == watcher.sent_tiles[i]) {
+    if (version == watcher.sent_tiles[tile.value]) {
       continue;
     }
     if (update.tiles.size() == kTilesPerMessage) {
+      watcher.next_tile = tile.value;
       return true;
     }
-    watcher.sent_tiles[i] = version;
+    watcher.sent_tiles[tile.value] = version;
     update.tiles.push_back(snapshot(film, tile));
   }
   return false;

@@ -56,6 +56,7 @@ class WatchHub {
     std::uint64_t sent_version = 0;
     std::vector<std::uint64_t> sent_tiles;  ///< versions
     bool tiles_left = false;                ///< the last message could not hold all that changed
+    std::uint32_t next_tile = 0;            ///< where the next message starts to look: each tile gets its turn
     Time next_time{};
   };
   enum class Outcome { keep, remove };

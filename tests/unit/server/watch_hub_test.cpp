@@ -81,6 +81,34 @@ TEST_F(WatchHubTest, ChangesComeAtMostTenTimesASecondOnceEveryTileHasASample) {
   EXPECT_LE(static_cast<double>(inbox->updates.size()), 3 + seconds * 10);
 }
 
+TEST_F(WatchHubTest, TilesThatKeepChangingDoNotKeepTheOthersBack) {
+  const JobId job = submit(spec("r1", 1u << 20, {0, 0, 9 * kTileSize, 8 * kTileSize}));
+  const auto inbox = watch(job);
+  const SessionId worker = connect("w");
+  std::size_t done = 0;
+  const auto render_until_every_tile_has = [&](std::uint64_t samples) {
+    while (coordinator->status(job, now)->min_tile_samples < samples) {
+      ASSERT_LT(done, got<LeaseGrant>(worker).size());
+      finish(worker, got<LeaseGrant>(worker)[done++]);
+    }
+    pass(std::chrono::seconds(1));
+  };
+  // All 72 tiles have changed before each message; a message holds some 40 of them.
+  std::set<std::pair<int, int>> seen;
+  for (std::uint64_t round = 1; round <= 2; ++round) {
+    render_until_every_tile_has(round);
+    inbox->updates.clear();
+    inbox->reads_slowly = true;
+    inbox->busy = false;
+    publish();
+    ASSERT_EQ(inbox->updates.size(), 1u);
+    for (const TileSnapshot& tile : inbox->updates[0].tiles) {
+      seen.insert({tile.rect.x, tile.rect.y});
+    }
+  }
+  EXPECT_EQ(seen.size(), 72u);
+}
+
 TEST_F(WatchHubTest, WhoReadsSlowlyGetsTheNewestStateAndNoQueue) {
   const JobId job = submit(spec("r1", 1u << 20, {0, 0, 64, 64}));
   const auto inbox = watch(job);
