@@ -211,6 +211,9 @@ void Coordinator::State::end_lease(LeaseId id, bool cancel, bool lost, Time now,
   if (cancel && worker.session) {
     send_after_commit(step, *worker.session, LeaseCancel{{id}});
   }
+  if (wants_more(worker)) {
+    idle.insert(lease.worker);  // whoever serves next need not wait for a word from it
+  }
   refresh_queue(job);
 }
 

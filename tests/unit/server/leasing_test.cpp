@@ -14,6 +14,18 @@ TEST_F(LeasingTest, AnIdleWorkerGetsALeaseAsSoonAsAJobIsThere) {
   EXPECT_EQ(got<JobDescription>(session)[0].settings.scene, "scene");
 }
 
+TEST_F(LeasingTest, AWorkerOfACancelledJobGetsTheNextOneAtOnce) {
+  const JobId first = submit(spec("r1", 1000, {0, 0, 512, 512}));
+  const SessionId session = connect("w");
+  const std::size_t before = got<LeaseGrant>(session).size();
+  ASSERT_GT(before, 0u);
+  EXPECT_TRUE(coordinator->cancel(first, now, unix_ms(), step).ok());
+  flush();
+  const JobId second = submit(spec("r2", 1000));
+  ASSERT_GT(got<LeaseGrant>(session).size(), before);  // without waiting for a heartbeat
+  EXPECT_EQ(got<LeaseGrant>(session)[before].unit.job, second);
+}
+
 TEST_F(LeasingTest, UnitsInFlightAreBounded) {
   submit(spec("r1", 1000, {0, 0, 1024, 1024}));
   const SessionId session = connect("w");
