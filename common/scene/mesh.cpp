@@ -14,11 +14,19 @@ static_assert(std::endian::native == std::endian::little, "meshes are copied as 
 
 struct Header {
   std::array<char, 4> magic{'L', 'M', 'M', '1'};
-  std::uint32_t has_normals = 0;
+  std::uint32_t flags = 0;
   std::uint32_t positions = 0;
   std::uint32_t triangles = 0;
 };
 static_assert(sizeof(Header) == 16);
+constexpr std::uint32_t kHasNormals = 1, kHasTextureCoordinates = 2;
+
+/// In 64-bit arithmetic on 32-bit counts: no overflow.
+std::uint64_t encoded_size(const Header& header) {
+  const std::uint64_t per_position =
+      24 + ((header.flags & kHasNormals) != 0 ? 12 : 0) + ((header.flags & kHasTextureCoordinates) != 0 ? 8 : 0);
+  return sizeof header + header.positions * per_position + std::uint64_t{header.triangles} * 12;
+}
 
 template <class T>
 void append_array(std::string& bytes, const std::vector<T>& values) {
@@ -63,6 +71,22 @@ Status check_normals(const Mesh& mesh) {
   return ok_status();
 }
 
+Status check_texture_coordinates(const Mesh& mesh) {
+  const auto& coordinates = mesh.texture_coordinates;
+  if (!coordinates.empty() && coordinates.size() != mesh.positions.size()) {
+    return invalid_argument("texture_coordinates: none or one for each of {} positions are expected, got {}",
+                            mesh.positions.size(), coordinates.size());
+  }
+  for (std::size_t i = 0; i < coordinates.size(); ++i) {
+    const auto& [u, v] = coordinates[i];
+    if (!(std::abs(u) <= kMaxTextureCoordinate && std::abs(v) <= kMaxTextureCoordinate)) {
+      return invalid_argument("texture_coordinates[{}]: must be finite and at most {}, got ({}, {})", i,
+                              kMaxTextureCoordinate, u, v);
+    }
+  }
+  return ok_status();
+}
+
 }  // namespace
 
 Status validate(const Mesh& mesh) {
@@ -76,6 +100,7 @@ Status validate(const Mesh& mesh) {
   }
   LM_RETURN_IF_ERROR(check_positions(mesh));
   LM_RETURN_IF_ERROR(check_normals(mesh));
+  LM_RETURN_IF_ERROR(check_texture_coordinates(mesh));
   for (std::size_t i = 0; i < mesh.triangles.size(); ++i) {
     for (const std::uint32_t index : mesh.triangles[i]) {
       if (index >= mesh.positions.size()) {
@@ -89,13 +114,16 @@ Status validate(const Mesh& mesh) {
 
 std::string encode_mesh(const Mesh& mesh) {
   LM_CHECK(validate(mesh).ok(), "{}", message_of(validate(mesh)));
-  const Header header{.has_normals = mesh.normals.empty() ? 0u : 1u,
+  const Header header{.flags = (mesh.normals.empty() ? 0u : kHasNormals) |
+                               (mesh.texture_coordinates.empty() ? 0u : kHasTextureCoordinates),
                       .positions = static_cast<std::uint32_t>(mesh.positions.size()),
                       .triangles = static_cast<std::uint32_t>(mesh.triangles.size())};
-  std::string bytes(reinterpret_cast<const char*>(&header), sizeof header);
-  bytes.reserve(sizeof header + mesh.positions.size() * 24 + mesh.normals.size() * 12 + mesh.triangles.size() * 12);
+  std::string bytes;
+  bytes.reserve(encoded_size(header));
+  bytes.append(reinterpret_cast<const char*>(&header), sizeof header);
   append_array(bytes, mesh.positions);
   append_array(bytes, mesh.normals);
+  append_array(bytes, mesh.texture_coordinates);
   append_array(bytes, mesh.triangles);
   return bytes;
 }
@@ -106,20 +134,21 @@ Result<Mesh> decode_mesh(ByteView bytes) {
     return invalid_argument("mesh: {} bytes are less than a header", bytes.size());
   }
   std::memcpy(&header, bytes.data(), sizeof header);
-  if (header.magic != Header{}.magic || header.has_normals > 1) {
+  if (header.magic != Header{}.magic || header.flags > (kHasNormals | kHasTextureCoordinates)) {
     return invalid_argument("mesh: the bytes do not begin as an LMM1 mesh");
   }
-  bytes = bytes.subspan(sizeof header);
-  // 64-bit arithmetic on 32-bit counts: no overflow, and nothing is allocated before the sizes agree.
-  const std::uint64_t expected =
-      std::uint64_t{header.positions} * (24 + 12 * header.has_normals) + std::uint64_t{header.triangles} * 12;
-  if (bytes.size() != expected) {
+  // Nothing is allocated before the sizes agree.
+  if (bytes.size() != encoded_size(header)) {
     return invalid_argument("mesh: {} positions and {} triangles take {} bytes, got {}", header.positions,
-                            header.triangles, expected, bytes.size());
+                            header.triangles, encoded_size(header) - sizeof header, bytes.size() - sizeof header);
   }
+  bytes = bytes.subspan(sizeof header);
+  const std::size_t positions = header.positions;
   Mesh mesh;
-  mesh.positions = take_array<std::array<double, 3>>(bytes, header.positions);
-  mesh.normals = take_array<std::array<float, 3>>(bytes, header.has_normals * std::size_t{header.positions});
+  mesh.positions = take_array<std::array<double, 3>>(bytes, positions);
+  mesh.normals = take_array<std::array<float, 3>>(bytes, (header.flags & kHasNormals) != 0 ? positions : 0);
+  mesh.texture_coordinates =
+      take_array<std::array<float, 2>>(bytes, (header.flags & kHasTextureCoordinates) != 0 ? positions : 0);
   mesh.triangles = take_array<std::array<std::uint32_t, 3>>(bytes, header.triangles);
   if (Status status = validate(mesh); !status.ok()) {
     return with_context(status, "mesh");

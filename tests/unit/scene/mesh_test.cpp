@@ -21,6 +21,18 @@ Mesh smooth_triangle() {
   return mesh;
 }
 
+Mesh textured_triangle() {
+  Mesh mesh = triangle();
+  mesh.texture_coordinates = {{0, 0}, {1, -2.5f}, {1e9f, 0.25f}};
+  return mesh;
+}
+
+Mesh smooth_textured_triangle() {
+  Mesh mesh = textured_triangle();
+  mesh.normals.assign(3, {0, 1, 0});
+  return mesh;
+}
+
 std::string error_of(const Status& status) {
   return status.ok() ? "no error" : message_of(status);
 }
@@ -34,12 +46,13 @@ void set_u32(std::string& bytes, std::size_t offset, std::uint32_t value) {
 }
 
 TEST(Mesh, ComesBackFromItsBytes) {
-  for (const Mesh& mesh : {triangle(), smooth_triangle()}) {
+  for (const Mesh& mesh : {triangle(), smooth_triangle(), textured_triangle(), smooth_textured_triangle()}) {
     const std::string bytes = encode_mesh(mesh);
     const Result<Mesh> back = decode_mesh(as_byte_view(bytes));
     ASSERT_TRUE(back.ok()) << back.status();
     EXPECT_EQ(back->positions, mesh.positions);
     EXPECT_EQ(back->normals, mesh.normals);
+    EXPECT_EQ(back->texture_coordinates, mesh.texture_coordinates);
     EXPECT_EQ(back->triangles, mesh.triangles);
     EXPECT_EQ(encode_mesh(*back), bytes);
   }
@@ -52,6 +65,13 @@ TEST(Mesh, TheEncodingIsTheDocumentedOne) {
   double x = 0;
   std::memcpy(&x, bytes.data() + 16 + 24, sizeof x);
   EXPECT_EQ(x, 1.0);
+  const std::string full = encode_mesh(smooth_textured_triangle());
+  ASSERT_EQ(full.size(), 16u + 3 * (24 + 12 + 8) + 12);
+  EXPECT_EQ(full.substr(0, 16), std::string("LMM1\3\0\0\0\3\0\0\0\1\0\0\0", 16));
+  float v = 0;
+  std::memcpy(&v, full.data() + 16 + 3 * (24 + 12) + 8 + 4, sizeof v);
+  EXPECT_EQ(v, -2.5f);
+  EXPECT_EQ(encode_mesh(textured_triangle())[4], 2);
 }
 
 TEST(Mesh, WhatIsWrongIsNamed) {
@@ -70,6 +90,12 @@ TEST(Mesh, WhatIsWrongIsNamed) {
   mesh = smooth_triangle();
   mesh.normals[1] = {0, 0, 0.5f};
   EXPECT_EQ(error_of(validate(mesh)), "normals[1]: a unit vector is expected, got (0, 0, 0.5)");
+  mesh = textured_triangle();
+  mesh.texture_coordinates.pop_back();
+  EXPECT_EQ(error_of(validate(mesh)), "texture_coordinates: none or one for each of 3 positions are expected, got 2");
+  mesh = textured_triangle();
+  mesh.texture_coordinates[1][1] = -std::numeric_limits<float>::infinity();
+  EXPECT_EQ(error_of(validate(mesh)), "texture_coordinates[1]: must be finite and at most 1000000000, got (1, -inf)");
 }
 
 TEST(Mesh, HostileBytesAreRefused) {
@@ -77,6 +103,11 @@ TEST(Mesh, HostileBytesAreRefused) {
   EXPECT_EQ(decode_error(""), "mesh: 0 bytes are less than a header");
   EXPECT_EQ(decode_error("OFF1" + bytes.substr(4)), "mesh: the bytes do not begin as an LMM1 mesh");
   EXPECT_EQ(decode_error(bytes + "x"), "mesh: 3 positions and 1 triangles take 84 bytes, got 85");
+  std::string flagged = bytes;
+  set_u32(flagged, 4, 4);
+  EXPECT_EQ(decode_error(flagged), "mesh: the bytes do not begin as an LMM1 mesh");
+  set_u32(flagged, 4, 2);
+  EXPECT_EQ(decode_error(flagged), "mesh: 3 positions and 1 triangles take 108 bytes, got 84");
   std::string huge = bytes;
   set_u32(huge, 4, 1);
   set_u32(huge, 8, 0xffffffffu);
