@@ -20,20 +20,27 @@ inline Fresnel8 fresnel(F8 cos_i, F8 eta) {
   return {select(total, F8(1.0f), (s * s + p * p) * F8(0.5f)), masked(~total, cos_t)};
 }
 
-struct Sample8 {
-  V8 wi;
-  F8 weight;  ///< of radiance: 1 for reflection, 1/eta² for refraction (radiance is compressed in denser media)
-  M8 refracted;
+}  // namespace lightmill::dielectric
+
+namespace lightmill {
+
+struct Dielectric8 {
+  F8 eta;  ///< the index of refraction beyond the surface over that on wo's side
+
+  /// Chooses reflection with the Fresnel reflectance by `u`, else refraction. The weight is that of radiance: 1 for
+  /// reflection, 1/eta² for refraction (radiance is compressed in denser media).
+  BsdfSample8 sample(const V8& wo, F8 u) const {
+    const dielectric::Fresnel8 f = dielectric::fresnel(wo.z, eta);
+    const M8 refracted = u >= f.reflectance;
+    const F8 inverse_eta = F8(1.0f) / eta;
+    const V8 through{-(wo.x * inverse_eta), -(wo.y * inverse_eta), -f.cos_refracted};
+    const F8 weight = select(refracted, inverse_eta * inverse_eta, F8(1.0f));
+    return {select(refracted, through, V8{-wo.x, -wo.y, wo.z}),
+            {weight, weight, weight},
+            F8(0.0f),
+            refracted,
+            select(refracted, eta, F8(1.0f))};
+  }
 };
 
-/// Chooses reflection with the Fresnel reflectance by `u`, else refraction.
-inline Sample8 sample(const V8& wo, F8 eta, F8 u) {
-  const Fresnel8 f = fresnel(wo.z, eta);
-  const M8 refracted = u >= f.reflectance;
-  const F8 inverse_eta = F8(1.0f) / eta;
-  const V8 through{-(wo.x * inverse_eta), -(wo.y * inverse_eta), -f.cos_refracted};
-  return {select(refracted, through, V8{-wo.x, -wo.y, wo.z}), select(refracted, inverse_eta * inverse_eta, F8(1.0f)),
-          refracted};
-}
-
-}  // namespace lightmill::dielectric
+}  // namespace lightmill

@@ -3,19 +3,18 @@
 
 #include "common/materials/bsdf.h"
 
-namespace lightmill::diffuse {
+namespace lightmill {
 
-inline V8 eval(const V8& reflectance, const V8& wi) {
-  return reflectance * (max(wi.z, F8(0.0f)) * F8(kInvPi));
-}
+struct Diffuse8 {
+  static constexpr bool kTransmits = false, kHasLobes = false;
+  V8 reflectance;
 
-inline F8 pdf_solid_angle(const V8& wi) {
-  return cosine_hemisphere_pdf_solid_angle(wi.z);
-}
+  V8 eval(const V8& /*wo*/, const V8& wi) const { return reflectance * (max(wi.z, F8(0.0f)) * F8(kInvPi)); }
+  F8 pdf_solid_angle(const V8& /*wo*/, const V8& wi) const { return cosine_hemisphere_pdf_solid_angle(wi.z); }
+  BsdfSample8 sample(const V8& /*wo*/, Pair8 u, F8 /*choice*/) const {
+    const V8 wi = square_to_cosine_hemisphere(u);
+    return {wi, reflectance, cosine_hemisphere_pdf_solid_angle(wi.z), M8(), F8(1.0f)};
+  }
+};
 
-inline BsdfSample8 sample(const V8& reflectance, Pair8 u) {
-  const V8 wi = square_to_cosine_hemisphere(u);
-  return {wi, reflectance, cosine_hemisphere_pdf_solid_angle(wi.z)};
-}
-
-}  // namespace lightmill::diffuse
+}  // namespace lightmill

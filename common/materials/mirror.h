@@ -3,10 +3,12 @@
 
 #include "common/materials/bsdf.h"
 
-namespace lightmill::mirror {
+namespace lightmill {
 
-inline BsdfSample8 sample(const V8& reflectance, const V8& wo) {
-  return {{-wo.x, -wo.y, wo.z}, reflectance, F8(0.0f)};
-}
+struct Mirror8 {
+  V8 reflectance;
 
-}  // namespace lightmill::mirror
+  BsdfSample8 sample(const V8& wo) const { return {{-wo.x, -wo.y, wo.z}, reflectance, F8(0.0f), M8(), F8(1.0f)}; }
+};
+
+}  // namespace lightmill

@@ -149,6 +149,9 @@ inline F8 copysign(F8 a, F8 b) {
 inline F8 select(M8 mask, F8 yes, F8 no) {
   return F8(_mm256_blendv_ps(no.v, yes.v, mask.v));
 }
+inline M8 select(M8 mask, M8 yes, M8 no) {
+  return M8(_mm256_blendv_ps(no.v, yes.v, mask.v));
+}
 /// a where the mask is set, else +0.
 inline F8 masked(M8 mask, F8 a) {
   return F8(_mm256_and_ps(mask.v, a.v));

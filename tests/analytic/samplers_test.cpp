@@ -74,16 +74,17 @@ TEST(Samplers, CosineHemisphere) {
 
 TEST(Samplers, DiffuseBsdfDrawsWhatItsPdfSays) {
   const V8 white = broadcast(Vec3(0.8f));
-  const auto density = [](double z) {
-    return static_cast<double>(Lanes(diffuse::pdf_solid_angle({F8(0), F8(0), F8(static_cast<float>(z))}))[0]);
+  const auto density = [&](double z) {
+    return static_cast<double>(
+        Lanes(Diffuse8{white}.pdf_solid_angle({}, {F8(0), F8(0), F8(static_cast<float>(z))}))[0]);
   };
   EXPECT_LT(direction_z(
-                3, [&](Pair8 u) { return diffuse::sample(white, u).wi; }, density),
+                3, [&](Pair8 u) { return Diffuse8{white}.sample({}, u, F8(0.0f)).wi; }, density),
             kChiSquaredThreshold);
   // weight = eval / pdf
   for_each_draw(4, [&](Pair8 u) {
-    const BsdfSample8 s = diffuse::sample(white, u);
-    const Lanes weight(s.weight.x), pdf(s.pdf_solid_angle), eval(diffuse::eval(white, s.wi).x);
+    const BsdfSample8 s = Diffuse8{white}.sample({}, u, F8(0.0f));
+    const Lanes weight(s.weight.x), pdf(s.pdf_solid_angle), eval(Diffuse8{white}.eval({}, s.wi).x);
     for (int l = 0; l < 8; ++l) {
       ASSERT_NEAR(weight[l] * pdf[l], eval[l], 1e-6);
     }
@@ -273,7 +274,7 @@ TEST(Samplers, DielectricReflectsAsOftenAsFresnelSays) {
     const double theta = degrees * M_PI / 180;
     const V8 wo = broadcast(Vec3(std::sin(theta), 0, std::cos(theta)));
     double reflected = 0;
-    for_each_draw(14, [&](Pair8 u) { reflected += 8 - dielectric::sample(wo, F8(1.5f), u.u).refracted.count(); });
+    for_each_draw(14, [&](Pair8 u) { reflected += 8 - Dielectric8{F8(1.5f)}.sample(wo, u.u).transmitted.count(); });
     const double f = Lanes(dielectric::fresnel(wo.z, F8(1.5f)).reflectance)[0];
     const double z = chi_squared_z({reflected, kDraws - reflected}, {kDraws * f, kDraws * (1 - f)});
     EXPECT_LT(z, kChiSquaredThreshold) << degrees;

@@ -45,8 +45,8 @@ class PreviewMethod final : public Method {
       const Ray8 rays = primary_rays(*scene_, tile, pixel_lanes, U8::load(&ws.pixel_seeds[pixel]), index);
       const Hit8 hits = scene_->accel().intersect(lanes, rays, true);
       const Surface8 surface = scene_->surface(rays, hits);
-      const V8 value = masked(hits.hit, scene_->reflectance(surface.material, hits.hit)) +
-                       scene_->emission(surface.material, scene_->emits(surface, hits.hit));
+      const V8 value = masked(hits.hit, scene_->materials().reflectance(surface.material, hits.hit)) +
+                       scene_->materials().emission(surface.material, scene_->emits(surface, hits.hit));
       alignas(32) float plane[8];
       int channel = 0;
       for (const F8& c : {value.x, value.y, value.z}) {

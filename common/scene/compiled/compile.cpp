@@ -3,31 +3,14 @@
 #include "common/base/check.h"
 #include "common/math/transcendental.h"
 #include "common/scene/compiled/compiled_scene.h"
+#include "common/scene/compiled/convert.h"
+#include "common/scene/compiled/world_frame.h"
 
 namespace lightmill {
 namespace {
 
 /// Indices of the nine floats of a triangle stay below 2^31, as eight-lane gathers need.
 constexpr std::uint64_t kMaxTriangles = 200'000'000;
-
-struct Bounds {
-  Vec3d low{std::numeric_limits<double>::infinity()};
-  Vec3d high{-std::numeric_limits<double>::infinity()};
-  void add(const Vec3d& p) {
-    low = glm::min(low, p);
-    high = glm::max(high, p);
-  }
-};
-
-Vec3d to_vec(const Point3d& p) {
-  return {p[0], p[1], p[2]};
-}
-Vec3 to_vec(const RgbColor& c) {
-  return {c.r, c.g, c.b};
-}
-bool is_black(const RgbColor& c) {
-  return c.r == 0 && c.g == 0 && c.b == 0;
-}
 
 /// v times the power of two that brings its largest component near 1, so that no square of it under- or overflows.
 Vec3d near_one(const Vec3d& v) {
@@ -73,25 +56,25 @@ class SceneCompiler {
   Result<std::shared_ptr<const CompiledScene>> run(const CompiledScene::AssetSource& assets) {
     LM_RETURN_IF_ERROR(validate(scene_));
     LM_RETURN_IF_ERROR(load_meshes(assets));
-    find_frame();
-    compile_materials();
+    find_bounds();
+    out_->materials_ = MaterialTable(scene_);
     out_->accel_ = std::make_unique<Accel>(needs_robust_rays());
     for (std::size_t i = 0; i < scene_.objects.size(); ++i) {
       compile_object(scene_.objects[i], meshes_[i].get());
     }
     for (const PointLight& light : scene_.point_lights) {
       if (!is_black(light.intensity)) {
-        out_->lights_.add(PointEmitter{Vec3(to_frame(to_vec(light.position))), scaled_intensity(light.intensity)});
+        out_->lights_.add(PointEmitter{Vec3(frame_.to_frame(to_vec(light.position))),
+                                       frame_.scaled_intensity(to_vec(light.intensity))});
       }
     }
     finish_lights();
     LM_RETURN_IF_ERROR(out_->accel_->commit());
-    out_->camera_ = camera_basis(scene_.camera, scene_.film.height, to_frame(to_vec(scene_.camera.eye)));
+    out_->camera_ = camera_basis(scene_.camera, scene_.film.height, frame_.to_frame(to_vec(scene_.camera.eye)));
     out_->filter_ = std::make_unique<FilterTable>(filter_table(scene_.film.filter));
     out_->film_width_ = scene_.film.width;
     out_->film_height_ = scene_.film.height;
-    out_->bytes_ =
-        triangle_count_ * 200 + out_->vertex_normals_.size() * 4 + out_->smooth_triangles_.size() * 4 + 65536;
+    out_->bytes_ = triangle_count_ * 190 + out_->geometry_.bytes() + 65536;
     return std::shared_ptr<const CompiledScene>(std::move(out_));
   }
 
@@ -126,12 +109,10 @@ class SceneCompiler {
     return ok_status();
   }
 
-  /// The frame's origin is the centre of all that is there, so that floats are spent on differences alone. Scenes that
-  /// are very large or small are scaled by a power of two (which changes no bit of what is computed), so that squares
-  /// of areas neither under- nor overflow.
-  void find_frame() {
-    Bounds bounds;
+  void find_bounds() {
+    Bounds scene;
     for (std::size_t i = 0; i < scene_.objects.size(); ++i) {
+      Bounds& bounds = bounds_.emplace_back();
       if (const auto* sphere = std::get_if<SphereShape>(&scene_.objects[i].shape)) {
         bounds.add(to_vec(sphere->center) - Vec3d(sphere->radius));
         bounds.add(to_vec(sphere->center) + Vec3d(sphere->radius));
@@ -140,117 +121,48 @@ class SceneCompiler {
           bounds.add({p[0], p[1], p[2]});
         }
       }
+      scene.add(bounds.low);
+      scene.add(bounds.high);
     }
-    center_ = (bounds.low + bounds.high) * 0.5;
-    const Vec3d size = bounds.high - bounds.low;
-    extent_ = glm::length(size);
-    constexpr double kUnscaled = 0x1p20;
-    if (const double length = std::hypot(size.x, size.y, size.z);
-        length > 0 && (length > kUnscaled || length < 1 / kUnscaled)) {
-      scale_ = std::ldexp(1.0, std::min(-std::ilogb(length), 1000));
-    }
-  }
-
-  Vec3d to_frame(const Vec3d& p) const { return (p - center_) * scale_; }
-
-  /// Intensity is power per solid angle: distances scaled by s ask for s² times as much.
-  Vec3 scaled_intensity(const RgbColor& intensity) const {
-    constexpr double kLimit = 1e36;  // a sample that sees this is out of range anyway (SampleSums), but finite
-    const Vec3d scaled = Vec3d(to_vec(intensity)) * scale_ * scale_;
-    return Vec3(glm::min(scaled, Vec3d(kLimit)));
+    frame_ = WorldFrame(scene);
   }
 
   /// Fast rays may slip through the edge of two triangles once in some 10^7; that and coordinates much larger than the
   /// geometry they describe call for the slower, exact ones.
   bool needs_robust_rays() const {
-    double smallest = extent_;
+    double smallest = frame_.extent();
     for (std::size_t i = 0; i < scene_.objects.size(); ++i) {
-      if (const auto* sphere = std::get_if<SphereShape>(&scene_.objects[i].shape)) {
-        smallest = std::min(smallest, sphere->radius);
-      } else {
-        Bounds bounds;
-        for (const auto& p : meshes_[i]->positions) {
-          bounds.add({p[0], p[1], p[2]});
-        }
-        smallest = std::min(smallest, glm::length(bounds.high - bounds.low));
-      }
+      const auto* sphere = std::get_if<SphereShape>(&scene_.objects[i].shape);
+      smallest = std::min(smallest, sphere != nullptr ? sphere->radius : glm::length(bounds_[i].size()));
     }
-    return triangle_count_ > 1000 || extent_ > 1e3 * smallest;
-  }
-
-  void compile_materials() {
-    for (const Material& material : scene_.materials) {
-      MaterialKind kind = MaterialKind::diffuse;
-      RgbColor reflectance;
-      double ior = 1;
-      if (const auto* diffuse = std::get_if<DiffuseMaterial>(&material.kind)) {
-        reflectance = diffuse->reflectance;
-      } else if (const auto* mirror = std::get_if<MirrorMaterial>(&material.kind)) {
-        kind = MaterialKind::mirror;
-        reflectance = mirror->reflectance;
-      } else {
-        kind = MaterialKind::dielectric;
-        reflectance = {1, 1, 1};
-        ior = std::get<DielectricMaterial>(material.kind).ior;
-      }
-      out_->material_kind_.push_back(static_cast<std::uint32_t>(kind));
-      out_->material_emits_.push_back(is_black(material.emission) ? 0 : material.two_sided_emission ? 2 : 1);
-      out_->material_ior_.push_back(static_cast<float>(ior));
-      append(out_->material_reflectance_, to_vec(reflectance));
-      append(out_->material_emission_, to_vec(material.emission));
-    }
-    for (const Object& object : scene_.objects) {
-      const auto kind = static_cast<MaterialKind>(out_->material_kind_[object.material]);
-      out_->features_.specular |= kind != MaterialKind::diffuse;
-      out_->features_.dielectric |= kind == MaterialKind::dielectric;
-    }
+    return triangle_count_ > 1000 || frame_.extent() > 1e3 * smallest;
   }
 
   /// `mesh` is null for spheres.
-  void compile_object(const Object& object, const Mesh* mesh_or_null) {
+  void compile_object(const Object& object, const Mesh* mesh) {
     const Material& material = scene_.materials[object.material];
     const bool emits = !is_black(material.emission);
-    const auto* sphere = std::get_if<SphereShape>(&object.shape);
-    out_->geometry_material_.push_back(object.material);
-    out_->geometry_is_sphere_.push_back(sphere != nullptr ? 1 : 0);
-    out_->geometry_inward_.push_back(sphere != nullptr && sphere->normal_inward ? 1 : 0);
-    out_->geometry_smooth_.push_back(0);
-    out_->geometry_triangles_.push_back(static_cast<std::uint32_t>(out_->triangle_extent_.size() / 3));
-    out_->geometry_smooth_triangles_.push_back(0);
-    if (sphere != nullptr) {
-      const Vec3 center(to_frame(to_vec(sphere->center)));
-      const auto radius = static_cast<float>(sphere->radius * scale_);
-      out_->features_.spheres = true;
-      append(out_->sphere_center_, center);
-      out_->sphere_radius_.push_back(radius);
+    if (const auto* sphere = std::get_if<SphereShape>(&object.shape)) {
+      const Vec3 center(frame_.to_frame(to_vec(sphere->center)));
+      const auto radius = static_cast<float>(sphere->radius * frame_.scale());
+      out_->geometry_.add_sphere(object.material, center, radius, sphere->normal_inward);
       out_->accel_->add_sphere(center, radius);
-      append(out_->triangle_extent_, Vec3(0));  // a sphere's only primitive
       if (emits) {
         out_->lights_.add(EmissiveSphere{center, radius, to_vec(material.emission), sphere->normal_inward,
                                          material.two_sided_emission});
       }
       return;
     }
-    const Mesh& mesh = *mesh_or_null;
-    append(out_->sphere_center_, Vec3(0));
-    out_->sphere_radius_.push_back(0);
     std::vector<std::array<float, 3>> positions;
-    positions.reserve(mesh.positions.size());
-    for (const auto& p : mesh.positions) {
-      const Vec3 q(to_frame({p[0], p[1], p[2]}));
+    positions.reserve(mesh->positions.size());
+    for (const auto& p : mesh->positions) {
+      const Vec3 q(frame_.to_frame({p[0], p[1], p[2]}));
       positions.push_back({q.x, q.y, q.z});
     }
-    out_->accel_->add_mesh(positions, mesh.triangles);
-    for (const auto& t : mesh.triangles) {
-      const auto corner = [&](int i) { return Vec3(positions[t[i]][0], positions[t[i]][1], positions[t[i]][2]); };
-      append(out_->triangle_extent_,
-             glm::max(glm::max(corner(0), corner(1)), corner(2)) - glm::min(glm::min(corner(0), corner(1)), corner(2)));
-    }
-    if (!mesh.normals.empty()) {
-      add_smooth_normals(mesh);
-    }
+    out_->accel_->add_mesh(positions, mesh->triangles);
+    out_->geometry_.add_mesh(object.material, *mesh, positions);
     if (emits) {
-      add_emissive_mesh(mesh, positions, material);
+      add_emissive_mesh(*mesh, positions, material);
     }
   }
 
@@ -280,21 +192,6 @@ class SceneCompiler {
     }
   }
 
-  void add_smooth_normals(const Mesh& mesh) {
-    out_->features_.smooth = true;
-    out_->geometry_smooth_.back() = 1;
-    out_->geometry_smooth_triangles_.back() = static_cast<std::uint32_t>(out_->smooth_triangles_.size() / 3);
-    const auto first = static_cast<std::uint32_t>(out_->vertex_normals_.size() / 3);
-    for (const auto& t : mesh.triangles) {
-      for (const std::uint32_t i : t) {
-        out_->smooth_triangles_.push_back(first + i);
-      }
-    }
-    for (const auto& n : mesh.normals) {
-      append(out_->vertex_normals_, Vec3(n[0], n[1], n[2]));
-    }
-  }
-
   void finish_lights() {
     out_->lights_.build();
     out_->features_.lights = !out_->lights_.empty();
@@ -307,8 +204,8 @@ class SceneCompiler {
       float pdf_area = 0, probability = 0;
       if (emits && sphere != nullptr) {
         probability =
-            out_->lights_.sphere_choice_probability({Vec3(0), static_cast<float>(sphere->radius * scale_), radiance,
-                                                     sphere->normal_inward, material.two_sided_emission});
+            out_->lights_.sphere_choice_probability({Vec3(0), static_cast<float>(sphere->radius * frame_.scale()),
+                                                     radiance, sphere->normal_inward, material.two_sided_emission});
       } else if (emits) {
         pdf_area = out_->lights_.facet_pdf_area(radiance, material.two_sided_emission);
       }
@@ -317,16 +214,13 @@ class SceneCompiler {
     }
   }
 
-  static void append(std::vector<float>& array, const Vec3& v) { array.insert(array.end(), {v.x, v.y, v.z}); }
-
   const Scene& scene_;
   std::unique_ptr<CompiledScene> out_;
   std::vector<std::shared_ptr<const Mesh>>
-      meshes_;  ///< one an object, shared by those that name one asset; null for spheres
+      meshes_;                  ///< one an object, shared by those that name one asset; null for spheres
+  std::vector<Bounds> bounds_;  ///< one an object, in scene units
   std::uint64_t triangle_count_ = 0;
-  Vec3d center_{0};
-  double extent_ = 0;
-  double scale_ = 1;  ///< from scene units to the frame's
+  WorldFrame frame_;
 };
 
 Result<std::shared_ptr<const CompiledScene>> CompiledScene::compile(const Scene& scene, const AssetSource& assets) {

@@ -1,0 +1,189 @@
+#include "common/methods/path/batch.h"
+
+#include "common/materials/dielectric.h"
+#include "common/materials/diffuse.h"
+#include "common/materials/mirror.h"
+#include "common/methods/path/scattering.h"
+
+namespace lightmill::path {
+
+void Batch::run(std::size_t first_pixel, std::size_t last_pixel, const std::vector<std::uint32_t>& seeds) {
+  start(first_pixel, last_pixel, seeds);
+  for (std::uint32_t bounce = 0; ws_.paths.size() > 0; ++bounce) {
+    ws_.next.clear();
+    ws_.shadows.clear();
+    for (int i = 0; i < ws_.paths.size(); i += 8) {
+      shade(ws_.paths.load(i), first_lanes(ws_.paths.size() - i), bounce);
+    }
+    ws_.counters.closest_hit_rays += static_cast<std::uint64_t>(ws_.paths.size());
+    trace_shadows();
+    std::swap(ws_.paths, ws_.next);
+  }
+}
+
+void Batch::start(std::size_t first_pixel, std::size_t last_pixel, const std::vector<std::uint32_t>& seeds) {
+  ws_.paths.clear();
+  for (std::size_t pixel = first_pixel; pixel < last_pixel; pixel += 8) {
+    const M8 lanes = first_lanes(static_cast<int>(last_pixel - pixel));
+    const U8 pixels = U8(static_cast<std::uint32_t>(pixel)) + U8::lane_index();
+    const U8 seed = U8::load(&seeds[pixel]);
+    const Ray8 rays = primary_rays(scene_, tile_, pixels, seed, plan_.index);
+    ws_.paths.push(
+        lanes, {rays.origin, rays.direction, broadcast(Vec3(1)), F8(0.0f), F8(1.0f), pixels, seed, U8(plan_.index)});
+  }
+}
+
+void Batch::add_radiance(M8 lanes, U8 slot, const V8& value) {
+  alignas(32) float r[8], g[8], b[8];
+  alignas(32) std::uint32_t p[8];
+  value.x.store(r);
+  value.y.store(g);
+  value.z.store(b);
+  slot.store(p);
+  float* const red = ws_.radiance.data();
+  float* const green = red + slots_;
+  float* const blue = green + slots_;
+  for (unsigned bits = static_cast<unsigned>(lanes.bits()); bits != 0; bits &= bits - 1) {
+    const int lane = std::countr_zero(bits);
+    red[p[lane]] += r[lane];
+    green[p[lane]] += g[lane];
+    blue[p[lane]] += b[lane];
+  }
+}
+
+/// A path that arithmetic has led out of all numbers (only degenerate geometry does) makes its sample one that is not
+/// finite: it is counted, not lost in silence.
+void Batch::add_untraceable(M8 lanes, const Ray8& rays, U8 slot) {
+  const M8 lost = and_not(lanes, Accel::traceable(rays));
+  if (lost.any()) [[unlikely]] {
+    add_radiance(lost, slot, broadcast(Vec3(std::numeric_limits<float>::quiet_NaN())));
+  }
+}
+
+void Batch::shade(const Path8& in, M8 lanes, std::uint32_t bounce) {
+  const Ray8 rays{in.origin, in.direction, F8(std::numeric_limits<float>::infinity())};
+  add_untraceable(lanes, rays, in.slot);
+  const Hit8 hits = scene_.accel().intersect(lanes, rays, bounce == 0);
+  if (hits.hit.none()) {
+    return;
+  }
+  const Surface8 surface = scene_.surface(rays, hits);
+  if (scene_.features().emissive_surfaces) {
+    add_emission(in, hits, surface);
+  }
+  if (bounce == max_bounces_) {
+    return;
+  }
+  // The frame to shade in is on the ray's side of the surface.
+  const Vertex8 vertex{in, surface, select(surface.front, surface.geometric_normal, -surface.geometric_normal),
+                       Frame8(select(surface.front, surface.shading_normal, -surface.shading_normal)), bounce};
+  if (const auto only = scene_.materials().only_kind()) {
+    shade_kind(*only, vertex, hits.hit);
+    return;
+  }
+  // One material kind after another, in a fixed order: lanes of a kind are shaded together.
+  for (const MaterialKind kind : scene_.materials().kinds()) {
+    const M8 of_kind = scene_.materials().is_kind(surface.material, kind, hits.hit);
+    if (of_kind.any()) {
+      shade_kind(kind, vertex, of_kind);
+    }
+  }
+}
+
+void Batch::shade_kind(MaterialKind kind, const Vertex8& vertex, M8 lanes) {
+  const MaterialTable& materials = scene_.materials();
+  switch (kind) {
+    case MaterialKind::diffuse: {
+      const Diffuse8 bsdf{materials.reflectance(vertex.surface.material, lanes)};
+      lanes = lanes & (max_component(bsdf.reflectance) > F8(0.0f));
+      if (lanes.any()) {
+        shade_scattering(vertex, bsdf, lanes);
+      }
+      return;
+    }
+    case MaterialKind::mirror: {
+      const V8 wo = vertex.frame.to_local(-vertex.in.direction);
+      const Mirror8 bsdf{materials.reflectance(vertex.surface.material, lanes)};
+      go_on_specular(vertex, specular_start(vertex), bsdf.sample(wo), lanes);
+      return;
+    }
+    case MaterialKind::dielectric: {
+      const V8 wo = vertex.frame.to_local(-vertex.in.direction);
+      const F8 ior = materials.ior(vertex.surface.material, lanes);
+      const Dielectric8 bsdf{select(vertex.surface.front, ior, F8(1.0f) / ior)};
+      const Path8 start = specular_start(vertex);
+      const F8 u = decide(start.index, start.pixel_seed, vertex.bounce, bsdf_decision(vertex.bounce)).u;
+      go_on_specular(vertex, start, bsdf.sample(wo, u), lanes);
+      return;
+    }
+  }
+}
+
+/// Light that the path finds by itself, weighted against next-event estimation having found it.
+void Batch::add_emission(const Path8& in, const Hit8& hits, const Surface8& surface) {
+  const M8 emitting = scene_.emits(surface, hits.hit);
+  if (emitting.none()) {
+    return;
+  }
+  const F8 cos_light = abs(dot(in.direction, surface.geometric_normal));
+  const F8 light_pdf = scene_.light_pdf_solid_angle(in.origin, hits, cos_light, emitting);
+  const F8 weight = select(in.pdf_solid_angle > F8(0.0f), mis_weight(in.pdf_solid_angle, light_pdf), F8(1.0f));
+  add_radiance(emitting, in.slot, in.throughput * scene_.materials().emission(surface.material, emitting) * weight);
+}
+
+/// A path that starts with a delta BSDF is not split: its points are those of the sample, under scrambles of its own.
+Path8 Batch::specular_start(const Vertex8& vertex) {
+  Path8 out = vertex.in;
+  if (vertex.bounce == 0) {
+    out.pixel_seed = mix(vertex.in.pixel_seed ^ U8(kUnsplitSalt));
+  }
+  return out;
+}
+
+void Batch::go_on_specular(const Vertex8& vertex, const Path8& start, const BsdfSample8& sample, M8 lanes) {
+  Path8 out = start;
+  out.throughput = out.throughput * sample.weight;
+  leave(vertex, sample, out, lanes);
+}
+
+/// Sets the ray that `sample` asks for. Samples on whose side of the surface the two normals disagree end.
+void Batch::leave(const Vertex8& vertex, const BsdfSample8& sample, Path8& out, M8 lanes) {
+  const F8 offset = vertex.surface.offset;
+  out.direction = vertex.frame.to_world(sample.wi);
+  out.origin = vertex.surface.point + vertex.facing * select(sample.transmitted, -offset, offset);
+  out.pdf_solid_angle = sample.pdf_solid_angle;
+  out.roulette_scale = out.roulette_scale * (sample.eta * sample.eta);
+  const F8 side = dot(out.direction, vertex.facing);
+  const M8 wrong = select(sample.transmitted, side > F8(0.0f), side < F8(0.0f));  // never where `side` is no number
+  go_on(out, and_not(lanes, wrong), vertex.bounce);
+}
+
+/// Russian roulette from the second scattering on, then the queue.
+void Batch::go_on(Path8& out, M8 lanes, std::uint32_t bounce) {
+  if (bounce > 0) {
+    const F8 survival = max_component(out.throughput) * out.roulette_scale * F8(plan_.roulette_boost);
+    const M8 at_risk = survival < F8(1.0f);
+    if ((lanes & at_risk).any()) {
+      const F8 u = hashed_number(out.index, decision_seed(out.pixel_seed, choice_decision(bounce)));
+      lanes = lanes & ~(at_risk & (u >= survival));
+      out.throughput = out.throughput * select(at_risk, F8(1.0f) / survival, F8(1.0f));
+    }
+  }
+  if (lanes.any()) {
+    ws_.next.push(lanes, out);
+  }
+}
+
+void Batch::trace_shadows() {
+  for (int i = 0; i < ws_.shadows.size(); i += 8) {
+    const M8 lanes = first_lanes(ws_.shadows.size() - i);
+    const Shadow8 s = ws_.shadows.load(i);
+    const Ray8 rays{s.origin, s.direction, F8(1.0f)};
+    add_untraceable(lanes, rays, s.slot);
+    const M8 blocked = scene_.accel().occluded(lanes, rays);
+    add_radiance(and_not(lanes, blocked), s.slot, s.contribution);
+  }
+  ws_.counters.shadow_rays += static_cast<std::uint64_t>(ws_.shadows.size());
+}
+
+}  // namespace lightmill::path

@@ -1,0 +1,80 @@
+// One batch of one sample: its paths are traced and shaded together, bounce by bounce.
+#pragma once
+
+#include <array>
+
+#include "common/materials/bsdf.h"
+#include "common/methods/method.h"
+#include "common/methods/path/queues.h"
+#include "common/methods/path/sample_plan.h"
+#include "common/methods/sample_sums.h"
+
+namespace lightmill::path {
+
+inline constexpr std::size_t kBatchPixels =
+    1024;  ///< camera rays in flight: large enough for full lanes, small enough for the cache
+
+class PathWorkspace final : public Workspace {
+ public:
+  PathQueue paths, next;
+  ShadowQueue shadows;
+  SampleSums sums;
+  std::array<std::vector<std::uint32_t>, 2> pixel_seeds;  ///< one array a half
+  std::vector<float> radiance;                            ///< of one sample of the tile: RGB planes of one value a slot
+};
+
+/// Up to eight paths at the surfaces they have found, and what shading them needs.
+struct Vertex8 {
+  const Path8& in;
+  const Surface8& surface;
+  V8 facing;     ///< the geometric normal on the ray's side
+  Frame8 frame;  ///< around the shading normal on the ray's side
+  std::uint32_t bounce;
+};
+
+/// Holds what all steps of a batch need. `shade_kind` is the one place that knows which materials there are.
+class Batch {
+ public:
+  Batch(const CompiledScene& scene, const PixelRect& tile, const SamplePlan& plan, std::uint32_t max_bounces,
+        PathWorkspace& ws)
+      : scene_(scene),
+        tile_(tile),
+        plan_(plan),
+        max_bounces_(max_bounces),
+        ws_(ws),
+        pixels_(static_cast<std::uint32_t>(tile.pixel_count())),
+        slots_(pixels_ * plan.splits) {}
+
+  /// Adds the light of the tile's pixels [first, last) to the workspace's radiance.
+  void run(std::size_t first_pixel, std::size_t last_pixel, const std::vector<std::uint32_t>& seeds);
+
+ private:
+  void start(std::size_t first_pixel, std::size_t last_pixel, const std::vector<std::uint32_t>& seeds);
+  void add_radiance(M8 lanes, U8 slot, const V8& value);
+  void add_untraceable(M8 lanes, const Ray8& rays, U8 slot);
+  void add_emission(const Path8& in, const Hit8& hits, const Surface8& surface);
+  void shade(const Path8& in, M8 lanes, std::uint32_t bounce);
+  void shade_kind(MaterialKind kind, const Vertex8& vertex, M8 lanes);
+
+  /// Next-event estimation and going on, for a BSDF that has a density (common/materials/bsdf.h).
+  template <class Bsdf>
+  void shade_scattering(const Vertex8& vertex, const Bsdf& bsdf, M8 lanes);
+  template <class Bsdf>
+  void sample_light(const Vertex8& vertex, const Bsdf& bsdf, const V8& wo, M8 lanes);
+  /// For a delta BSDF: one way to go on, no light to sample.
+  void go_on_specular(const Vertex8& vertex, const Path8& start, const BsdfSample8& sample, M8 lanes);
+  static Path8 specular_start(const Vertex8& vertex);
+  void leave(const Vertex8& vertex, const BsdfSample8& sample, Path8& out, M8 lanes);
+  void go_on(Path8& out, M8 lanes, std::uint32_t bounce);
+  void trace_shadows();
+
+  const CompiledScene& scene_;
+  const PixelRect& tile_;
+  const SamplePlan& plan_;
+  const std::uint32_t max_bounces_;
+  PathWorkspace& ws_;
+  const std::uint32_t pixels_;
+  const std::uint32_t slots_;
+};
+
+}  // namespace lightmill::path

@@ -1,0 +1,69 @@
+// Shading with any BSDF that has a density: the templates of Batch, for the files that instantiate them.
+#pragma once
+
+#include "common/methods/path/batch.h"
+
+namespace lightmill::path {
+
+template <class Bsdf>
+void Batch::shade_scattering(const Vertex8& vertex, const Bsdf& bsdf, M8 lanes) {
+  const Path8& in = vertex.in;
+  const V8 wo = vertex.frame.to_local(-in.direction);
+  if (scene_.features().lights) {
+    sample_light(vertex, bsdf, wo, lanes);
+  }
+  const bool split_here = vertex.bounce == 0 && plan_.splits > 1;
+  const std::uint32_t splits = split_here ? plan_.splits : 1;
+  for (std::uint32_t split = 0; split < splits; ++split) {
+    // From the first such surface on, a path has a point of its own in every sequence.
+    const U8 index = vertex.bounce == 0 ? U8(plan_.split_index + split) : in.index;
+    const Pair8 u = decide(index, in.pixel_seed, vertex.bounce, bsdf_decision(vertex.bounce));
+    F8 choice(0.0f);
+    if constexpr (Bsdf::kHasLobes) {
+      choice = decide(index, in.pixel_seed, vertex.bounce, choice_decision(vertex.bounce)).v;
+    }
+    const BsdfSample8 s = bsdf.sample(wo, u, choice);
+    Path8 out = in;
+    out.index = index;
+    out.slot = in.slot + U8(split * pixels_);
+    out.throughput = in.throughput * s.weight * F8(1.0f / static_cast<float>(splits));
+    out.roulette_scale = in.roulette_scale * F8(static_cast<float>(splits));
+    leave(vertex, s, out, lanes);
+  }
+}
+
+template <class Bsdf>
+void Batch::sample_light(const Vertex8& vertex, const Bsdf& bsdf, const V8& wo, M8 lanes) {
+  const Path8& in = vertex.in;
+  const std::uint32_t bounce = vertex.bounce;
+  const F8 choice =
+      scene_.lights().size() > 1 ? decide(in.index, in.pixel_seed, bounce, choice_decision(bounce)).u : F8(0.0f);
+  const Pair8 u = decide(in.index, in.pixel_seed, bounce, light_decision(bounce));
+  V8 origin = vertex.surface.point;
+  if constexpr (!Bsdf::kTransmits) {
+    origin = origin + vertex.facing * vertex.surface.offset;
+  }
+  const LightSample8 light = scene_.lights().sample(origin, choice, u);
+  const V8 wi = vertex.frame.to_local(light.wi);
+  const F8 side = dot(light.wi, vertex.facing);
+  M8 valid = lanes & light.valid;
+  if constexpr (Bsdf::kTransmits) {
+    // Both normals must agree on which side the light is; the shadow ray starts on that side.
+    valid = valid & (((wi.z > F8(0.0f)) & (side > F8(0.0f))) | ((wi.z < F8(0.0f)) & (side < F8(0.0f))));
+    origin = origin + vertex.facing * copysign(vertex.surface.offset, side);
+  } else {
+    valid = valid & (wi.z > F8(0.0f)) & (side > F8(0.0f));
+  }
+  if (valid.none()) {
+    return;
+  }
+  const F8 weight = select(light.pdf_solid_angle > F8(0.0f),
+                           mis_weight(light.pdf_solid_angle, bsdf.pdf_solid_angle(wo, wi)), F8(1.0f));
+  const V8 contribution = in.throughput * bsdf.eval(wo, wi) * light.weight * weight;
+  if constexpr (Bsdf::kHasLobes) {
+    valid = valid & (max_component(contribution) > F8(0.0f));
+  }
+  ws_.shadows.push(valid, {origin, light.point - origin, contribution, in.slot});
+}
+
+}  // namespace lightmill::path

@@ -1,0 +1,24 @@
+// From the document's plain numbers to vectors and arrays.
+#pragma once
+
+#include <vector>
+
+#include "common/math/vec.h"
+#include "common/scene/document.h"
+
+namespace lightmill {
+
+inline Vec3d to_vec(const Point3d& p) {
+  return {p[0], p[1], p[2]};
+}
+inline Vec3 to_vec(const RgbColor& c) {
+  return {c.r, c.g, c.b};
+}
+inline bool is_black(const RgbColor& c) {
+  return c.r == 0 && c.g == 0 && c.b == 0;
+}
+inline void append(std::vector<float>& array, const Vec3& v) {
+  array.insert(array.end(), {v.x, v.y, v.z});
+}
+
+}  // namespace lightmill
