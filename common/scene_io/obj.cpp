@@ -3,8 +3,9 @@
 #include <cmath>
 #include <unordered_map>
 
-#include "common/base/check.h"
 #include "common/scene/document.h"
+#include "common/scene_io/polygon.h"
+#include "common/scene_io/smoothing.h"
 #include "common/scene_io/text_lines.h"
 
 namespace lightmill {
@@ -22,6 +23,8 @@ class ObjReader {
     while (const std::optional<Statement> statement = lines_.next()) {
       LM_RETURN_IF_ERROR(read_statement(*statement));
     }
+    end_smooth_run();
+    smooth_normals(file_, smooth_runs_);
     std::erase_if(file_.parts, [](const ObjPart& part) { return part.triangles.empty(); });
     if (file_.parts.empty()) {
       return invalid_argument("{}: the mesh is empty, at least one face (f) is expected", lines_.file_name());
@@ -41,7 +44,13 @@ class ObjReader {
     if (keyword == "vn") {
       return read_normal(statement.rest);
     }
-    if (keyword == "vt" || keyword == "o" || keyword == "g" || keyword == "s") {
+    if (keyword == "vt") {
+      return read_texture_coordinate(statement.rest);
+    }
+    if (keyword == "s") {
+      return read_smoothing_group(statement.rest);
+    }
+    if (keyword == "o" || keyword == "g") {
       return ok_status();
     }
     if (keyword == "usemtl") {
@@ -58,11 +67,11 @@ class ObjReader {
   }
 
   Status read_position(std::string_view rest) {
-    if (file_.positions.size() >= kNoNormal) {
-      return lines_.error("v: more than {} vertices", kNoNormal);
+    if (file_.positions.size() >= kNoIndex) {
+      return lines_.error("v: more than {} vertices", kNoIndex);
     }
     std::array<double, 3> position;
-    LM_RETURN_IF_ERROR(read_triple("v", rest, position));
+    LM_RETURN_IF_ERROR(read_numbers("v", rest, kMaxCoordinate, position));
     // A weight, or a colour and a weight, may follow: they are read and passed over.
     for (std::string_view word = take_word(rest); !word.empty(); word = take_word(rest)) {
       if (!parse_number(word)) {
@@ -74,11 +83,11 @@ class ObjReader {
   }
 
   Status read_normal(std::string_view rest) {
-    if (file_.normals.size() >= kNoNormal) {
-      return lines_.error("vn: more than {} normals", kNoNormal);
+    if (file_.normals.size() >= kNoIndex) {
+      return lines_.error("vn: more than {} normals", kNoIndex);
     }
     std::array<double, 3> n;
-    LM_RETURN_IF_ERROR(read_triple("vn", rest, n));
+    LM_RETURN_IF_ERROR(read_numbers("vn", rest, kMaxCoordinate, n));
     const double length = std::hypot(n[0], n[1], n[2]);
     if (length > kNoLength) {
       file_.normals.push_back(
@@ -89,22 +98,64 @@ class ObjReader {
     return ok_status();
   }
 
-  Status read_triple(std::string_view keyword, std::string_view& rest, std::array<double, 3>& out) {
-    for (int i = 0; i < 3; ++i) {
+  /// u, and v and w where they are given; w is passed over.
+  Status read_texture_coordinate(std::string_view rest) {
+    if (file_.texture_coordinates.size() >= kNoIndex) {
+      return lines_.error("vt: more than {} texture coordinates", kNoIndex);
+    }
+    std::array<double, 1> u{}, v{}, w{};
+    LM_RETURN_IF_ERROR(read_numbers("vt", rest, kMaxTextureCoordinate, u));
+    for (std::array<double, 1>* more : {&v, &w}) {
+      if (!rest.empty()) {
+        LM_RETURN_IF_ERROR(read_numbers("vt", rest, kMaxTextureCoordinate, *more));
+      }
+    }
+    file_.texture_coordinates.push_back({static_cast<float>(u[0]), static_cast<float>(v[0])});
+    return ok_status();
+  }
+
+  /// As many finite numbers as `out` holds, none beyond `limit`.
+  template <std::size_t count>
+  Status read_numbers(std::string_view keyword, std::string_view& rest, double limit, std::array<double, count>& out) {
+    for (std::size_t i = 0; i < count; ++i) {
       const std::string_view word = take_word(rest);
       if (word.empty()) {
-        return lines_.error("{}: three numbers are expected, got {}", keyword, i);
+        return count == 3 ? lines_.error("{}: three numbers are expected, got {}", keyword, i)
+                          : lines_.error("{}: a number is expected", keyword);
       }
       const std::optional<double> value = parse_number(word);
       if (!value) {
         return lines_.error("{}: a finite number is expected, got \"{}\"", keyword, word);
       }
-      if (std::abs(*value) > kMaxCoordinate) {
-        return lines_.error("{}: numbers of at most {} are expected, got {}", keyword, kMaxCoordinate, word);
+      if (std::abs(*value) > limit) {
+        return lines_.error("{}: numbers of at most {} are expected, got {}", keyword, limit, word);
       }
       out[i] = *value;
     }
     return ok_status();
+  }
+
+  Status read_smoothing_group(std::string_view rest) {
+    end_smooth_run();
+    if (rest == "off") {
+      smooth_run_.group = 0;
+      return ok_status();
+    }
+    const std::optional<std::int64_t> group = parse_integer(rest);
+    if (!group || *group < 0) {
+      return lines_.error("s: the number of a smoothing group or off is expected, got \"{}\"", rest);
+    }
+    smooth_run_.group = *group;
+    return ok_status();
+  }
+
+  /// Keeps the run of faces so far, if it is in a smoothing group, and begins another.
+  void end_smooth_run() {
+    const std::size_t count = file_.parts.empty() ? 0 : file_.parts[part_].triangles.size();
+    if (smooth_run_.group != 0 && count > smooth_run_.begin) {
+      smooth_runs_.push_back({part_, smooth_run_.begin, count, smooth_run_.group});
+    }
+    smooth_run_.begin = count;
   }
 
   /// Resolves an index as written (from 1, or negative from the end) among `count` entries.
@@ -130,8 +181,8 @@ class ObjReader {
     const std::string_view tail = word.substr(first + 1);
     const std::size_t second = tail.find('/');
     const std::string_view texture = tail.substr(0, second);
-    if (!texture.empty() && !parse_integer(texture)) {
-      return lines_.error("f: an index is expected, got \"{}\"", texture);
+    if (!texture.empty()) {
+      LM_RETURN_IF_ERROR(resolve("texture coordinates", texture, file_.texture_coordinates.size(), corner.texture));
     }
     if (second == std::string_view::npos) {
       return texture.empty() ? lines_.error("f: v, v/t, v//n or v/t/n is expected, got \"{}\"", word) : ok_status();
@@ -139,7 +190,7 @@ class ObjReader {
     LM_RETURN_IF_ERROR(resolve("normals", tail.substr(second + 1), file_.normals.size(), corner.normal));
     const std::array<float, 3>& normal = file_.normals[corner.normal];
     if (normal == std::array<float, 3>{0, 0, 0}) {
-      corner.normal = kNoNormal;
+      corner.normal = kNoIndex;
     }
     return ok_status();
   }
@@ -158,8 +209,20 @@ class ObjReader {
       file_.parts.push_back({"", 0, {}});
     }
     std::vector<ObjTriangle>& triangles = file_.parts[part_].triangles;
-    for (std::size_t i = 2; i < corners_.size(); ++i) {
-      triangles.push_back({corners_[0], corners_[i - 1], corners_[i]});
+    if (corners_.size() == 3) {
+      triangles.push_back({corners_[0], corners_[1], corners_[2]});
+      return ok_status();
+    }
+    outline_.clear();
+    for (const ObjCorner& corner : corners_) {
+      outline_.push_back(file_.positions[corner.position]);
+    }
+    pieces_.clear();
+    if (!triangulate(outline_, pieces_)) {
+      say_once(fmt::format("polygons of {} cross themselves, and were cut into fans", lines_.file_name()));
+    }
+    for (const auto& [a, b, c] : pieces_) {
+      triangles.push_back({corners_[a], corners_[b], corners_[c]});
     }
     return ok_status();
   }
@@ -168,12 +231,14 @@ class ObjReader {
     if (written.empty()) {
       return lines_.error("usemtl: the name of a material is expected");
     }
+    end_smooth_run();
     const std::string name = utf8_name(written);
     const auto [found, added] = part_of_.try_emplace(name, file_.parts.size());
     if (added) {
       file_.parts.push_back({name, lines_.line(), {}});
     }
     part_ = found->second;
+    smooth_run_.begin = file_.parts[part_].triangles.size();
     return ok_status();
   }
 
@@ -184,10 +249,7 @@ class ObjReader {
           "parm",     "trim", "hole",   "scrv",   "sp",         "end",       "con",   "mg",   "bevel", "c_interp",
           "d_interp", "lod",  "maplib", "usemap", "shadow_obj", "trace_obj", "ctech", "stech"}) {
       if (keyword == known) {
-        const std::string notice = fmt::format("left out: \"{}\" statements of {}", keyword, lines_.file_name());
-        if (std::find(file_.notices.begin(), file_.notices.end(), notice) == file_.notices.end()) {
-          file_.notices.push_back(notice);
-        }
+        say_once(fmt::format("left out: \"{}\" statements of {}", keyword, lines_.file_name()));
         return ok_status();
       }
     }
@@ -195,91 +257,28 @@ class ObjReader {
                         keyword.substr(0, 40));
   }
 
+  void say_once(std::string notice) {
+    if (std::find(file_.notices.begin(), file_.notices.end(), notice) == file_.notices.end()) {
+      file_.notices.push_back(std::move(notice));
+    }
+  }
+
   StatementReader lines_;
   ObjFile file_;
   std::size_t part_ = 0;  ///< index of the part that faces join
   std::unordered_map<std::string, std::size_t> part_of_;
-  std::vector<ObjCorner> corners_;  ///< of the face being read
-};
-
-using Normal = std::array<float, 3>;
-
-/// The unit normal of a triangle's plane; (0, 0, 1) if it has none.
-Normal face_normal(const ObjFile& file, const ObjTriangle& triangle) {
-  const auto& a = file.positions[triangle[0].position];
-  const auto& b = file.positions[triangle[1].position];
-  const auto& c = file.positions[triangle[2].position];
-  const std::array<double, 3> u{b[0] - a[0], b[1] - a[1], b[2] - a[2]};
-  const std::array<double, 3> v{c[0] - a[0], c[1] - a[1], c[2] - a[2]};
-  const std::array<double, 3> n{u[1] * v[2] - u[2] * v[1], u[2] * v[0] - u[0] * v[2], u[0] * v[1] - u[1] * v[0]};
-  const double length = std::hypot(n[0], n[1], n[2]);
-  if (!(length > kNoLength)) {
-    return {0, 0, 1};
-  }
-  return {static_cast<float>(n[0] / length), static_cast<float>(n[1] / length), static_cast<float>(n[2] / length)};
-}
-
-/// Collects the vertices of a mesh: one for each pair of position and normal, in the order of first use.
-class VertexTable {
- public:
-  VertexTable(const ObjFile& file, bool smooth, Mesh& mesh) : file_(file), smooth_(smooth), mesh_(mesh) {}
-
-  std::uint32_t vertex(const ObjCorner& corner, const ObjTriangle& triangle) {
-    if (smooth_ && corner.normal == kNoNormal) {
-      return add(corner, face_normal(file_, triangle));
-    }
-    const std::uint64_t key = std::uint64_t{corner.position} << 32 | (smooth_ ? corner.normal : 0u);
-    const auto [found, added] = index_.try_emplace(key, 0);
-    if (added) {
-      found->second = add(corner, smooth_ ? file_.normals[corner.normal] : Normal{});
-    }
-    return found->second;
-  }
-
- private:
-  std::uint32_t add(const ObjCorner& corner, const Normal& normal) {
-    mesh_.positions.push_back(file_.positions[corner.position]);
-    if (smooth_) {
-      mesh_.normals.push_back(normal);
-    }
-    return static_cast<std::uint32_t>(mesh_.positions.size() - 1);
-  }
-
-  const ObjFile& file_;
-  const bool smooth_;
-  Mesh& mesh_;
-  std::unordered_map<std::uint64_t, std::uint32_t> index_;
+  SmoothRun smooth_run_{};              ///< the faces since the last s or usemtl: where they begin, and their group
+  std::vector<SmoothRun> smooth_runs_;  ///< those before it that are in a group
+  // Of the face being read:
+  std::vector<ObjCorner> corners_;
+  std::vector<std::array<double, 3>> outline_;
+  std::vector<std::array<std::uint32_t, 3>> pieces_;
 };
 
 }  // namespace
 
 Result<ObjFile> read_obj(std::string_view text, const std::string& file_name) {
   return ObjReader(text, file_name).read();
-}
-
-Mesh make_mesh(const ObjFile& file, std::span<const ObjPart* const> parts) {
-  bool smooth = false;
-  std::size_t count = 0;
-  for (const ObjPart* part : parts) {
-    count += part->triangles.size();
-    for (const ObjTriangle& triangle : part->triangles) {
-      for (const ObjCorner& corner : triangle) {
-        smooth = smooth || corner.normal != kNoNormal;
-      }
-    }
-  }
-  Mesh mesh;
-  mesh.triangles.reserve(count);
-  VertexTable table(file, smooth, mesh);
-  for (const ObjPart* part : parts) {
-    for (const ObjTriangle& t : part->triangles) {
-      const std::uint32_t a = table.vertex(t[0], t);
-      const std::uint32_t b = table.vertex(t[1], t);
-      const std::uint32_t c = table.vertex(t[2], t);
-      mesh.triangles.push_back({a, b, c});
-    }
-  }
-  return mesh;
 }
 
 }  // namespace lightmill
