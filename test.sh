@@ -1,6 +1,6 @@
 #!/bin/sh
 # Builds everything and runs the tests: all of them in release, the fast ones again under the address and undefined-behaviour
-# sanitizers. --all adds the long runs.
+# sanitizers, and the fuzzers for seconds. --all adds the long runs.
 #
 #   ./test.sh [--all]
 set -eu
@@ -56,6 +56,11 @@ echo '== address and undefined-behaviour sanitizers'
 configure asan
 cmake --build build/asan --target sanitized_tests
 run_tests asan -L "$sanitized" -LE "$skip|$alone" -j "$cores"
+
+echo '== fuzzers'
+configure fuzz
+cmake --build --preset fuzz
+run_tests fuzz -j "$cores"
 
 echo
 echo "== summary$summaries"

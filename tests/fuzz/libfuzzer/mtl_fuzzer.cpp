@@ -1,0 +1,23 @@
+// Any bytes, read as an MTL file, are valid materials or an error with its line.
+#include "common/scene_io/mtl.h"
+
+#include "tests/fuzz/libfuzzer/fuzzer.h"
+
+extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+  using namespace lightmill;
+  const Result<std::vector<MtlMaterial>> read = read_mtl(as_text(data, size), "fuzz.mtl");
+  if (!read.ok()) {
+    expect_placed(read.status(), "fuzz.mtl:");
+    return 0;
+  }
+  for (const KaMeaning ka : {KaMeaning::automatic, KaMeaning::emission, KaMeaning::ambient}) {
+    std::vector<std::string> notices;
+    Scene scene;
+    scene.materials = map_materials(*read, ka, notices);
+    scene.objects = {{"ball", 0, SphereShape{}}};
+    if (!scene.materials.empty()) {
+      expect_ok(validate(scene), "the scene of these materials");
+    }
+  }
+  return 0;
+}
