@@ -17,7 +17,7 @@ namespace lightmill {
 /// A scene that is ready to be packed and sent.
 struct LoadedScene {
   Scene scene;                           ///< valid; every mesh has its asset
-  std::map<Sha256, std::string> assets;  ///< the encoded meshes
+  std::map<Sha256, std::string> assets;  ///< encoded meshes, and files as they are
   std::vector<std::string> notices;      ///< what was assumed or left out, for people
 };
 

@@ -1,0 +1,106 @@
+#include "common/base/file.h"
+#include "common/scene_io/assets.h"
+#include "common/scene_io/loaders.h"
+#include "common/scene_io/obj.h"
+#include "common/scene_io/text_lines.h"
+#include "common/wire/scene_json.h"
+
+namespace lightmill {
+namespace fs = std::filesystem;
+namespace {
+
+/// Replaces the meshes of a draft by assets: one object stays one object if it names its material, else becomes one per
+/// material of its file.
+class DocumentLoader {
+ public:
+  DocumentLoader(const fs::path& path, SceneFile file) : folder_(path.parent_path()), file_(std::move(file)) {}
+
+  Result<LoadedScene> load() {
+    const std::vector<Object> objects = std::move(file_.draft.scene.objects);
+    loaded_.scene = std::move(file_.draft.scene);
+    loaded_.scene.objects.clear();
+    for (std::size_t i = 0; i < objects.size(); ++i) {
+      LM_RETURN_IF_ERROR(add_object(i, objects[i]));
+    }
+    return std::move(loaded_);
+  }
+
+ private:
+  Status add_object(std::size_t index, const Object& object) {
+    const auto* shape = std::get_if<MeshShape>(&object.shape);
+    if (shape == nullptr) {
+      loaded_.scene.objects.push_back(object);
+      return ok_status();
+    }
+    const std::string field = fmt::format("objects[{}].mesh.file", index);
+    const fs::path path = folder_ / shape->file;
+    const auto [found, added] = files_.try_emplace(path.string());
+    if (added) {
+      Result<ObjFile> file = read_obj_file(path);
+      if (!file.ok()) {
+        return with_context(file.status(), fmt::format("{}: {}", file_.source.place(field), field));
+      }
+      found->second = *std::move(file);
+      append_notices(found->second.notices, loaded_.notices);
+    }
+    const ObjFile& file = found->second;
+    if (!file_.draft.material_by_face[index]) {
+      std::vector<const ObjPart*> parts;
+      for (const ObjPart& part : file.parts) {
+        parts.push_back(&part);
+      }
+      return add_part(object, object.material, object.name, file, parts);
+    }
+    for (const ObjPart& part : file.parts) {
+      Result<std::uint32_t> material = material_of(part, path, field);
+      if (!material.ok()) {
+        return material.status();
+      }
+      const std::array<const ObjPart*, 1> parts{&part};
+      const std::string name = object.name.empty() ? part.material : object.name + "/" + part.material;
+      LM_RETURN_IF_ERROR(add_part(object, *material, name, file, parts));
+    }
+    return ok_status();
+  }
+
+  Status add_part(const Object& object, std::uint32_t material, const std::string& name, const ObjFile& file,
+                  std::span<const ObjPart* const> parts) {
+    MeshShape shape = std::get<MeshShape>(object.shape);
+    LM_ASSIGN_OR_RETURN(shape.asset, add_mesh(make_mesh(file, parts), loaded_));
+    loaded_.scene.objects.push_back({name, material, shape});
+    return ok_status();
+  }
+
+  Result<std::uint32_t> material_of(const ObjPart& part, const fs::path& path, const std::string& field) const {
+    const std::vector<Material>& materials = loaded_.scene.materials;
+    for (std::size_t i = 0; i < materials.size(); ++i) {
+      if (materials[i].name == part.material) {
+        return static_cast<std::uint32_t>(i);
+      }
+    }
+    if (part.material.empty()) {
+      return invalid_argument("{}: {}: {} has faces before its first usemtl, and the object names no material",
+                              file_.source.place(field), field, path.string());
+    }
+    return invalid_argument("{}:{}: {}", path.string(), part.line, describe_unknown_material(part.material, materials));
+  }
+
+  fs::path folder_;
+  SceneFile file_;
+  LoadedScene loaded_;
+  std::map<std::string, ObjFile> files_;
+};
+
+}  // namespace
+
+Result<LoadedScene> load_document(const fs::path& path) {
+  LM_ASSIGN_OR_RETURN(const std::string text, read_file(path, kMaxDocumentBytes));
+  LM_ASSIGN_OR_RETURN(SceneFile file, read_scene_json(text, path.string()));
+  LM_ASSIGN_OR_RETURN(LoadedScene loaded, DocumentLoader(path, std::move(file)).load());
+  if (loaded.scene.name.empty()) {
+    loaded.scene.name = utf8_name(path.stem().string());
+  }
+  return loaded;
+}
+
+}  // namespace lightmill

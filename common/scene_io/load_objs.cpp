@@ -1,0 +1,125 @@
+#include <cmath>
+#include <numbers>
+#include <set>
+
+#include "common/base/file.h"
+#include "common/scene_io/assets.h"
+#include "common/scene_io/loaders.h"
+#include "common/scene_io/obj.h"
+#include "common/scene_io/text_lines.h"
+
+namespace lightmill {
+namespace fs = std::filesystem;
+namespace {
+
+constexpr std::uint64_t kMaxMtlBytes = std::uint64_t{64} << 20;
+
+Camera course_cornell_camera() {
+  return {{277, 275, -570}, {277, 275, 0}, {0, 1, 0}, 2 * std::atan(0.5) * 180 / std::numbers::pi};
+}
+
+/// An OBJ file and the materials that it names.
+struct ObjWithMaterials {
+  fs::path path;
+  ObjFile obj;
+  std::vector<MtlMaterial> materials;
+};
+
+Status load_libraries(ObjWithMaterials& file) {
+  std::set<std::string> names;
+  for (const ObjLibrary& library : file.obj.libraries) {
+    const fs::path path = file.path.parent_path() / library.file;
+    const Result<std::string> text = read_file(path, kMaxMtlBytes);
+    if (!text.ok()) {
+      return with_context(text.status(), fmt::format("{}:{}: mtllib", file.path.string(), library.line));
+    }
+    LM_ASSIGN_OR_RETURN(const std::vector<MtlMaterial> materials, read_mtl(*text, path.string()));
+    for (const MtlMaterial& material : materials) {
+      if (!names.insert(material.name).second) {
+        return invalid_argument("{}:{}: newmtl: material \"{}\" is defined twice", material.file, material.line,
+                                material.name);
+      }
+      file.materials.push_back(material);
+    }
+  }
+  return ok_status();
+}
+
+bool same_definition(const MtlMaterial& a, const MtlMaterial& b) {
+  return a.ka == b.ka && a.kd == b.kd && a.ks == b.ks && a.ke == b.ke && a.ior == b.ior && a.illum == b.illum;
+}
+
+/// The materials of all files as one list. Equal ones are shared; different ones of one name take their file's name as
+/// well.
+class MaterialList {
+ public:
+  /// Index of a file's material in the list.
+  std::uint32_t add(MtlMaterial material) {
+    for (int round = 1;; ++round) {
+      const auto [found, added] = index_.try_emplace(material.name, all_.size());
+      if (added) {
+        all_.push_back(material);
+      }
+      if (added || same_definition(all_[found->second], material)) {
+        return static_cast<std::uint32_t>(found->second);
+      }
+      const std::string file = utf8_name(fs::path(material.file).filename().string());
+      material.name = round == 1 ? fmt::format("{} ({})", material.name, file) : fmt::format("{}'", material.name);
+    }
+  }
+  const std::vector<MtlMaterial>& all() const { return all_; }
+
+ private:
+  std::vector<MtlMaterial> all_;
+  std::map<std::string, std::size_t> index_;
+};
+
+/// The material of a part, which is added to the list.
+Result<std::uint32_t> part_material(const ObjWithMaterials& file, const ObjPart& part, MaterialList& list,
+                                    std::vector<std::string>& notices) {
+  if (part.line == 0) {
+    notices.push_back(
+        fmt::format("{}: faces before the first usemtl are rendered as grey diffuse", file.path.string()));
+    MtlMaterial grey;
+    grey.name = "default";
+    grey.file = file.path.string();
+    return list.add(grey);
+  }
+  for (const MtlMaterial& material : file.materials) {
+    if (material.name == part.material) {
+      return list.add(material);
+    }
+  }
+  std::vector<Material> known;
+  for (const MtlMaterial& material : file.materials) {
+    known.emplace_back().name = material.name;
+  }
+  return invalid_argument("{}:{}: {}", file.path.string(), part.line, describe_unknown_material(part.material, known));
+}
+
+}  // namespace
+
+Result<LoadedScene> load_objs(std::span<const fs::path> paths, KaMeaning ka) {
+  LoadedScene loaded;
+  MaterialList materials;
+  for (const fs::path& path : paths) {
+    ObjWithMaterials file{path, {}, {}};
+    LM_ASSIGN_OR_RETURN(file.obj, read_obj_file(path));
+    LM_RETURN_IF_ERROR(load_libraries(file));
+    append_notices(file.obj.notices, loaded.notices);
+    for (const ObjPart& part : file.obj.parts) {
+      LM_ASSIGN_OR_RETURN(const std::uint32_t material, part_material(file, part, materials, loaded.notices));
+      const std::array<const ObjPart*, 1> parts{&part};
+      LM_ASSIGN_OR_RETURN(const Sha256 asset, add_mesh(make_mesh(file.obj, parts), loaded));
+      const std::string stem = utf8_name(path.stem().string());
+      loaded.scene.objects.push_back({part.material.empty() ? stem : stem + "/" + part.material, material,
+                                      MeshShape{utf8_name(path.filename().string()), asset}});
+    }
+    loaded.scene.name += (loaded.scene.name.empty() ? "" : "+") + utf8_name(path.stem().string());
+  }
+  loaded.scene.materials = map_materials(materials.all(), ka, loaded.notices);
+  loaded.scene.camera = course_cornell_camera();
+  return loaded;
+}
+
+}  // namespace lightmill

@@ -1,0 +1,16 @@
+// The loaders of the kinds of scene files; load_scene chooses.
+#pragma once
+
+#include "common/scene_io/load.h"
+
+namespace lightmill {
+
+inline constexpr std::uint64_t kMaxDocumentBytes = std::uint64_t{64} << 20;
+
+/// A scene document with the meshes and other files that it names.
+Result<LoadedScene> load_document(const std::filesystem::path& path);
+
+/// OBJ files with their materials, in the course's Cornell view.
+Result<LoadedScene> load_objs(std::span<const std::filesystem::path> paths, KaMeaning ka);
+
+}  // namespace lightmill
