@@ -1,0 +1,80 @@
+// The GGX distribution of microfacet normals, isotropic, with Smith's masking and visible normals.
+//
+// Walter et al. 2007, "Microfacet Models for Refraction through Rough Surfaces"; Heitz 2014, "Understanding the
+// Masking-Shadowing Function"; sampling by spherical caps: Dupuy and Benyoub 2023, "Sampling Visible GGX Normals with
+// Spherical Caps". Roughness as people set it is √α.
+#pragma once
+
+#include "common/materials/bsdf.h"
+
+namespace lightmill::ggx {
+
+/// Below this α a surface counts as smooth: its lobe, some α wide, could no longer be told from rounding errors of
+/// directions when it is evaluated.
+inline constexpr float kSmoothAlpha = 1e-4f;
+
+/// Density of microfacets with normal m, per solid angle and projected area.
+inline F8 distribution(const V8& m, F8 alpha) {
+  const F8 alpha2 = alpha * alpha;
+  const F8 t = m.x * m.x + m.y * m.y + alpha2 * (m.z * m.z);
+  return masked(m.z > F8(0.0f), alpha2 / (F8(kPi) * t * t));
+}
+
+/// |cos θ| · (1 + 2Λ) of a direction: what Smith's functions are made of, without their division by cos θ.
+inline F8 smith_root(const V8& w, F8 alpha) {
+  return sqrt(w.z * w.z + alpha * alpha * (w.x * w.x + w.y * w.y));
+}
+
+/// G1(w)/|cos θ|.
+inline F8 masking_over_cos(const V8& w, F8 alpha) {
+  return F8(2.0f) / (abs(w.z) + smith_root(w, alpha));
+}
+
+/// Height-correlated masking and shadowing over 4 |cos θo| |cos θi|, both directions on one side.
+inline F8 visibility(const V8& wo, const V8& wi, F8 alpha) {
+  return F8(0.5f) / (abs(wo.z) * smith_root(wi, alpha) + abs(wi.z) * smith_root(wo, alpha));
+}
+
+/// Normals that are seen from wo: density D G1(wo) (wo·m)/wo.z.
+inline V8 sample_visible_normal(const V8& wo, F8 alpha, Pair8 u) {
+  const V8 stretched = normalize({alpha * wo.x, alpha * wo.y, wo.z});
+  // A point uniform on the cap of the unit sphere that is reflected off by some normal of the hemisphere.
+  const F8 height = (F8(1.0f) - u.v) * (F8(1.0f) + stretched.z);  // of the cap's point above -stretched.z
+  const F8 z = height - stretched.z;
+  const F8 r = sqrt(max(F8(1.0f) - z * z, F8(0.0f)));
+  const SinCos8 phi = sin_cos_turns(u.u);
+  const V8 half{r * phi.cos + stretched.x, r * phi.sin + stretched.y, height};
+  return normalize({alpha * half.x, alpha * half.y, half.z});
+}
+
+inline F8 visible_normal_pdf(const V8& wo, const V8& m, F8 alpha) {
+  return distribution(m, alpha) * masking_over_cos(wo, alpha) * max(dot(wo, m), F8(0.0f));
+}
+
+inline V8 reflect(const V8& wo, const V8& m) {
+  return m * (F8(2.0f) * dot(wo, m)) - wo;
+}
+
+/// The half vector of two directions on wo's side.
+inline V8 half_vector(const V8& wo, const V8& wi) {
+  return normalize(wo + wi);
+}
+
+/// BRDF · cos θi without Fresnel's factor.
+inline F8 reflection(const V8& wo, const V8& wi, const V8& m, F8 alpha) {
+  return masked(wi.z > F8(0.0f), distribution(m, alpha) * visibility(wo, wi, alpha) * wi.z);
+}
+
+/// Density of wi = reflect(wo, m), m a visible normal; 0 below the surface, where such wi have no weight.
+inline F8 reflection_pdf_solid_angle(const V8& wo, const V8& wi, const V8& m, F8 alpha) {
+  return masked(wi.z > F8(0.0f), distribution(m, alpha) * masking_over_cos(wo, alpha) * F8(0.25f));
+}
+
+/// reflection / reflection_pdf_solid_angle: G2/G1(wo).
+inline F8 reflection_weight(const V8& wo, const V8& wi, F8 alpha) {
+  const F8 root_o = smith_root(wo, alpha);
+  const F8 weight = wi.z * (wo.z + root_o) / (wo.z * smith_root(wi, alpha) + wi.z * root_o);
+  return masked(wi.z > F8(0.0f), weight);
+}
+
+}  // namespace lightmill::ggx

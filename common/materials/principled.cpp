@@ -1,0 +1,172 @@
+#include "common/materials/principled.h"
+
+namespace lightmill {
+namespace {
+
+constexpr float kCoatF0 = 0.04f;  ///< index 1.5
+
+/// Schlick's (1 − cos)⁵.
+F8 schlick_weight(F8 cos_o) {
+  const F8 c = min(max(F8(1.0f) - cos_o, F8(0.0f)), F8(1.0f));
+  const F8 c2 = c * c;
+  return c2 * c2 * c;
+}
+
+F8 average(const V8& color) {
+  return (color.x + color.y + color.z) * F8(1.0f / 3);
+}
+
+/// The α that a roughness stands for; where it is below the limit of smoothness, 0.
+F8 alpha_of(F8 roughness) {
+  const F8 alpha = roughness * roughness;
+  return masked(alpha >= F8(ggx::kSmoothAlpha), alpha);
+}
+
+M8 is_rough(F8 alpha) {
+  return alpha >= F8(ggx::kSmoothAlpha);
+}
+
+}  // namespace
+
+Principled8::Principled8(const PrincipledParameters8& p, const V8& wo, M8 front)
+    : albedo_(&GgxAlbedo::instance()),
+      base_(p.base_color),
+      alpha_(alpha_of(p.roughness)),
+      coat_alpha_(alpha_of(p.coat_roughness)),
+      metal_(p.metallic),
+      plastic_((F8(1.0f) - p.metallic) * (F8(1.0f) - p.transmission)),
+      glass_((F8(1.0f) - p.metallic) * p.transmission),
+      glass_bsdf_{select(front, p.ior, F8(1.0f) / p.ior), alpha_, base_},
+      has_glass_((glass_ > F8(0.0f)).any()),
+      has_coat_((p.coat > F8(0.0f)).any()) {
+  const F8 root = (p.ior - F8(1.0f)) / (p.ior + F8(1.0f));
+  f0_ = min(root * root * F8(2.0f) * p.specular, F8(1.0f));
+  f90_ = min(min(F8(2.0f) * p.specular, F8(50.0f) * f0_), F8(1.0f));  // no gloss where nothing is there
+  // Opaque surfaces have their coat on both sides, glass has it on the outside.
+  const M8 inside_glass = and_not(glass_ > F8(0.0f), front);
+  coat_ = masked(~inside_glass, p.coat);
+  coat_beyond_ = masked(inside_glass, p.coat);
+
+  terms_ = albedo_->directional(wo.z, alpha_);
+  gloss_albedo_ = terms_.of(f0_, f90_);
+  gloss_albedo_mean_ = albedo_->mean(alpha_).of(f0_, f90_);
+  if (has_coat_) {
+    coat_albedo_ = coat_ * albedo_->directional(wo.z, coat_alpha_).of(F8(kCoatF0), F8(1.0f));
+    coat_least_ = coat_ * albedo_->least_coat(coat_alpha_);
+  }
+  set_probabilities();
+}
+
+void Principled8::set_probabilities() {
+  const F8 left = F8(1.0f) - coat_albedo_;
+  const F8 base = average(base_);
+  p_coat_ = coat_albedo_;
+  p_gloss_ = left * (metal_ * (base * terms_.normal + terms_.grazing) + plastic_ * gloss_albedo_);
+  p_diffuse_ = left * plastic_ * (F8(1.0f) - gloss_albedo_) * base;
+  p_glass_ = left * glass_ * (F8(0.5f) + F8(0.5f) * base);
+  const F8 sum = p_coat_ + p_gloss_ + p_diffuse_ + p_glass_;
+  const F8 scale = masked(sum > F8(0.0f), F8(1.0f) / sum);
+  p_coat_ *= scale;
+  p_gloss_ *= scale;
+  p_diffuse_ *= scale;
+  p_glass_ *= scale;
+}
+
+F8 Principled8::coat_leaves(const V8& wi) const {
+  if (!has_coat_) {
+    return F8(1.0f);
+  }
+  const M8 through = wi.z < F8(0.0f);
+  const F8 albedo_i = albedo_->directional(abs(wi.z), coat_alpha_).of(F8(kCoatF0), F8(1.0f));
+  const F8 out = F8(1.0f) - coat_albedo_;
+  const F8 same_side = out * (F8(1.0f) - coat_ * albedo_i) / (F8(1.0f) - coat_least_);
+  return select(through, out * (F8(1.0f) - coat_beyond_ * albedo_i), same_side);
+}
+
+V8 Principled8::gloss_fresnel(F8 cos_o) const {
+  const F8 w = schlick_weight(cos_o);
+  const F8 plastic = plastic_ * (f0_ + (f90_ - f0_) * w);
+  const V8 one = broadcast(Vec3(1));
+  const V8 metal = (base_ + (one - base_) * w) * metal_;
+  return metal + one * plastic;
+}
+
+F8 Principled8::coat_fresnel(F8 cos_o) const {
+  return coat_ * (F8(kCoatF0) + F8(1 - kCoatF0) * schlick_weight(cos_o));
+}
+
+V8 Principled8::eval(const V8& wo, const V8& wi) const {
+  const M8 above = wi.z > F8(0.0f);
+  const V8 m = ggx::half_vector(wo, wi);
+  const F8 cos_o = dot(wo, m);
+  const F8 gloss = masked(above & is_rough(alpha_), ggx::reflection(wo, wi, m, alpha_));
+  V8 f = gloss_fresnel(cos_o) * gloss;
+  const F8 albedo_i = albedo_->directional(wi.z, alpha_).of(f0_, f90_);
+  const F8 diffuse = plastic_ * (F8(1.0f) - gloss_albedo_) * (F8(1.0f) - albedo_i) / (F8(1.0f) - gloss_albedo_mean_);
+  f = f + base_ * (diffuse * masked(above, wi.z * F8(kInvPi)));
+  if (has_glass_) {
+    f = f + glass_bsdf_.eval(wo, wi) * glass_;
+  }
+  if (has_coat_) {
+    const F8 facets = masked(above & is_rough(coat_alpha_), ggx::reflection(wo, wi, m, coat_alpha_));
+    const F8 coat = coat_fresnel(cos_o) * facets;
+    f = f * coat_leaves(wi) + V8{coat, coat, coat};
+  }
+  return f;
+}
+
+F8 Principled8::pdf_solid_angle(const V8& wo, const V8& wi) const {
+  const M8 above = wi.z > F8(0.0f);
+  const V8 m = ggx::half_vector(wo, wi);
+  F8 pdf = p_diffuse_ * cosine_hemisphere_pdf_solid_angle(wi.z);
+  pdf += p_gloss_ * masked(above & is_rough(alpha_), ggx::reflection_pdf_solid_angle(wo, wi, m, alpha_));
+  if (has_glass_) {
+    pdf += p_glass_ * glass_bsdf_.pdf_solid_angle(wo, wi);
+  }
+  if (has_coat_) {
+    pdf += p_coat_ * masked(above & is_rough(coat_alpha_), ggx::reflection_pdf_solid_angle(wo, wi, m, coat_alpha_));
+  }
+  return pdf;
+}
+
+Principled8::Drawn8 Principled8::draw(const V8& wo, Pair8 u, F8 choice) const {
+  const M8 diffuse = choice < p_diffuse_;
+  const F8 after_gloss = p_diffuse_ + p_gloss_;
+  const M8 gloss = and_not(choice < after_gloss, diffuse);
+  const F8 after_coat = after_gloss + p_coat_;
+  const M8 coat = and_not(choice < after_coat, diffuse | gloss);
+  const M8 glass = ~(diffuse | gloss | coat) & (p_glass_ > F8(0.0f));
+
+  const F8 alpha = select(coat, coat_alpha_, alpha_);
+  const V8 up{F8(0.0f), F8(0.0f), F8(1.0f)};
+  const V8 m = select(is_rough(alpha), ggx::sample_visible_normal(wo, alpha, u), up);
+  const V8 reflected = ggx::reflect(wo, m);
+  Drawn8 d;
+  d.wi = select(diffuse, square_to_cosine_hemisphere(u), reflected);
+  d.smooth = and_not(gloss | coat, is_rough(alpha));
+  const V8 gloss_weight = gloss_fresnel(wo.z) * (coat_leaves(d.wi) / p_gloss_);
+  const F8 coat_weight = coat_fresnel(wo.z) / p_coat_;
+  d.smooth_weight = select(coat, V8{coat_weight, coat_weight, coat_weight}, gloss_weight);
+  d.valid = (diffuse | gloss | coat) & (d.wi.z > F8(0.0f));
+  if (glass.any()) {
+    const F8 rest = min(max((choice - after_coat) / p_glass_, F8(0.0f)), F8(0x1.fffffep-1f));
+    const BsdfSample8 s = glass_bsdf_.sample(wo, u, rest);
+    d.wi = select(glass, s.wi, d.wi);
+    d.smooth = d.smooth | and_not(glass, glass_bsdf_.rough());
+    d.smooth_weight = select(glass, s.weight * (glass_ * coat_leaves(s.wi) / p_glass_), d.smooth_weight);
+    const M8 right_side = (s.transmitted & (s.wi.z < F8(0.0f))) | and_not(s.wi.z > F8(0.0f), s.transmitted);
+    d.valid = d.valid | (glass & right_side);
+    d.through = glass & s.transmitted;
+  }
+  return d;
+}
+
+BsdfSample8 Principled8::sample(const V8& wo, Pair8 u, F8 choice) const {
+  const Drawn8 d = draw(wo, u, choice);
+  const F8 pdf = masked(~d.smooth & d.valid, pdf_solid_angle(wo, d.wi));
+  const V8 rough_weight = masked(pdf > F8(0.0f), eval(wo, d.wi) * (F8(1.0f) / pdf));
+  return {d.wi, masked(d.valid, select(d.smooth, d.smooth_weight, rough_weight)), pdf, d.through,
+          select(d.through, glass_bsdf_.eta, F8(1.0f))};
+}
+
+}  // namespace lightmill

@@ -1,0 +1,167 @@
+// The principled material. 100,000 draws each; the threshold raises a false alarm once in 3.5 million tests.
+#include "common/materials/principled.h"
+#include "common/materials/conductor.h"
+#include "common/materials/diffuse.h"
+#include "tests/analytic/materials/bsdf_checks.h"
+
+namespace lightmill::test {
+namespace {
+
+struct Parameters {
+  Vec3 base_color{0.8f};
+  float metallic = 0, roughness = 0.5f, specular = 0.5f, transmission = 0, ior = 1.5f, coat = 0, coat_roughness = 0.1f;
+
+  Principled8 seen_from(const V8& wo, M8 front = M8(true)) const {
+    return {{broadcast(base_color), F8(metallic), F8(roughness), F8(specular), F8(transmission), F8(ior), F8(coat),
+             F8(coat_roughness)},
+            wo,
+            front};
+  }
+};
+
+/// Every part alone and all of them together, rough and sharp.
+std::vector<Parameters> many() {
+  std::vector<Parameters> all;
+  for (const float roughness : {0.2f, 0.5f, 1.0f}) {
+    all.push_back({.roughness = roughness});
+    all.push_back({.base_color = Vec3(1), .roughness = roughness});
+    all.push_back({.base_color = Vec3(1), .roughness = roughness, .specular = 1, .ior = 2});
+    all.push_back({.base_color = {1, 1, 1}, .metallic = 1, .roughness = roughness});
+    all.push_back({.base_color = {0.9f, 0.6f, 0.3f}, .metallic = 0.5f, .roughness = roughness});
+    all.push_back({.base_color = Vec3(1), .roughness = roughness, .transmission = 1});
+    all.push_back({.base_color = Vec3(1), .roughness = roughness, .coat = 1, .coat_roughness = 0.3f});
+    all.push_back({.base_color = Vec3(1), .roughness = roughness, .transmission = 1, .coat = 1, .coat_roughness = 1});
+    all.push_back({.base_color = {0.5f, 0.9f, 0.7f},
+                   .metallic = 0.3f,
+                   .roughness = roughness,
+                   .specular = 0.8f,
+                   .transmission = 0.4f,
+                   .ior = 1.3f,
+                   .coat = 0.6f,
+                   .coat_roughness = 0.5f});
+  }
+  return all;
+}
+
+const double kAngles[] = {0.01, 40, 75, 88};
+
+Grid grid_for(const Parameters& p, const Vec3d& wo, double eta) {
+  const double roughness = p.coat > 0 ? std::min(p.roughness, p.coat_roughness) : p.roughness;
+  return {mirrored(wo), refracted(wo, eta), std::clamp(2.0 * roughness * roughness, 0.05, 0.3)};
+}
+
+TEST(Principled, DrawsWhatItsPdfSays) {
+  std::uint32_t seed = 700;
+  for (const Parameters& p : many()) {
+    for (const double degrees : kAngles) {
+      const Vec3d wo = tilted(degrees);
+      const Principled8 bsdf = p.seen_from(to_lanes(wo));
+      EXPECT_LT(sample_z(bsdf, wo, grid_for(p, wo, p.ior), ++seed, 1e-2), kChiSquaredThreshold)
+          << seed << " " << degrees;
+    }
+  }
+}
+
+TEST(Principled, MakesNoEnergyOnEitherSide) {
+  std::uint32_t seed = 1000;
+  for (const Parameters& p : many()) {
+    for (const double degrees : kAngles) {
+      for (const bool front : {true, false}) {
+        const Vec3d wo = tilted(degrees);
+        const double eta = front ? p.ior : 1 / p.ior;
+        const Principled8 bsdf = p.seen_from(to_lanes(wo), M8(front));
+        const Albedo a = directional_albedo(bsdf, wo, grid_for(p, wo, eta), ++seed, eta);
+        EXPECT_NEAR(a.by_sampling, a.by_quadrature, 5 * a.standard_error + 5e-3) << seed << " " << degrees;
+        EXPECT_LE(a.by_sampling, 1 + 5 * a.standard_error) << seed << " " << degrees;
+        EXPECT_LE(a.by_quadrature, 1.002) << seed << " " << degrees;
+      }
+    }
+  }
+}
+
+TEST(Principled, WhitePlasticReflectsAll) {
+  for (const float roughness : {0.0f, 0.3f, 0.6f, 1.0f}) {
+    const Parameters p{.base_color = Vec3(1), .roughness = roughness};
+    for (const double degrees : kAngles) {
+      const Vec3d wo = tilted(degrees);
+      const Albedo a = directional_albedo(p.seen_from(to_lanes(wo)), wo, Grid(mirrored(wo), -wo, 0.3), 3);
+      EXPECT_NEAR(a.by_sampling, 1, 5 * a.standard_error + 4e-3) << roughness << " " << degrees;
+    }
+  }
+}
+
+TEST(Principled, IsReciprocal) {
+  for (const Parameters& p : many()) {
+    expect_reciprocity([&](const V8& wo, M8 front) { return p.seen_from(wo, front); }, p.ior, p.transmission > 0, 1e-2);
+  }
+}
+
+/// Both give the same in 500 directions, on both sides if `transmits`.
+template <class Bsdf>
+void expect_same(const Parameters& p, const Bsdf& other, bool transmits, double tolerance) {
+  for (int i = 0; i < 500; ++i) {
+    const Vec3d wo = tilted(89.0 * (i % 23) / 23);
+    const double z = 1 - 1.98 * ((i % 31) + 0.5) / 31, r = std::sqrt(1 - z * z), phi = i * 2.399963;
+    const Vec3d wi(r * std::cos(phi), r * std::sin(phi), transmits ? z : std::abs(z));
+    const Principled8 bsdf = p.seen_from(to_lanes(wo));
+    const double a = Lanes(bsdf.eval(to_lanes(wo), to_lanes(wi)).x)[0];
+    const double b = Lanes(other.eval(to_lanes(wo), to_lanes(wi)).x)[0];
+    ASSERT_NEAR(a, b, tolerance * std::max(a, b) + 1e-6) << i;
+  }
+}
+
+TEST(Principled, WithoutGlossItIsLambert) {
+  expect_same({.specular = 0}, Diffuse8{broadcast(Vec3(0.8f))}, false, 1e-6);
+  expect_same({.ior = 1}, Diffuse8{broadcast(Vec3(0.8f))}, false, 1e-6);
+}
+
+TEST(Principled, WhiteMetalIsAConductorThatReflectsAll) {
+  expect_same({.base_color = Vec3(1), .metallic = 1, .roughness = 0.6f},
+              Conductor8{broadcast(Vec3(1)), broadcast(Vec3(1e5f)), F8(0.36f)}, false, 1e-3);
+}
+
+TEST(Principled, ClearGlassIsADielectric) {
+  expect_same({.base_color = Vec3(1), .roughness = 0.6f, .transmission = 1, .ior = 1.4f},
+              RoughDielectric8{F8(1.4f), F8(0.36f)}, true, 1e-4);
+}
+
+TEST(Principled, SmoothLobesAreDrawnAsDeltas) {
+  // Smooth gold shows its base colour at normal incidence.
+  const V8 up = to_lanes({0, 0, 1});
+  const Parameters gold{.base_color = {1, 0.7f, 0.3f}, .metallic = 1, .roughness = 0};
+  const BsdfSample8 s = gold.seen_from(up).sample(up, {F8(0.3f), F8(0.6f)}, F8(0.5f));
+  EXPECT_EQ(Lanes(s.pdf_solid_angle)[0], 0);
+  EXPECT_NEAR(Lanes(s.weight.y)[0], 0.7, 1e-5);
+  // Smooth glass splits light as Fresnel says, whatever the probabilities of the draws.
+  const Vec3d wo = tilted(60);
+  const Principled8 glass =
+      Parameters{.base_color = Vec3(1), .roughness = 0, .transmission = 1}.seen_from(to_lanes(wo));
+  double reflected = 0, refracted = 0;
+  for_each_sample(glass, to_lanes(wo), 5, [&](const BsdfSample8& sample) {
+    const Lanes weight(sample.weight.x);
+    for (int i = 0; i < 8; ++i) {
+      ((sample.transmitted.bits() >> i & 1) != 0 ? refracted : reflected) += weight[i] / kDraws;
+    }
+  });
+  EXPECT_NEAR(reflected, 0.0891867, 5 * std::sqrt(0.0891867 / kDraws));
+  EXPECT_NEAR(refracted * 2.25, 1 - 0.0891867, 5 * std::sqrt(0.0891867 / kDraws));
+}
+
+TEST(GgxAlbedo, IsNeverBelowWhatIsReflected) {
+  // Of f0 = f90 = 1 all is what a white metal reflects; of f0 = .04 what gloss does.
+  for (const double alpha : {0.0004, 0.01, 0.0625, 0.2, 0.37, 0.6, 0.9, 1.0}) {
+    for (const double degrees : {0.01, 25.0, 45.0, 65.0, 80.0, 87.0}) {
+      const Vec3d wo = tilted(degrees);
+      const Conductor8 white{broadcast(Vec3(1)), broadcast(Vec3(1e5f)), F8(static_cast<float>(alpha))};
+      const Albedo a = directional_albedo(white, wo, Grid(mirrored(wo), -wo, 2 * alpha), 9);
+      const F8 cosine(static_cast<float>(wo.z));
+      const GgxAlbedo::Terms8 terms = GgxAlbedo::instance().directional(cosine, F8(static_cast<float>(alpha)));
+      const double table = Lanes(terms.of(F8(1.0f), F8(1.0f)))[0];
+      EXPECT_GT(table, a.by_sampling - 5 * a.standard_error - 1e-4) << alpha << " " << degrees;
+      EXPECT_LT(table, a.by_sampling + 5 * a.standard_error + 1e-2) << alpha << " " << degrees;
+    }
+  }
+}
+
+}  // namespace
+}  // namespace lightmill::test
