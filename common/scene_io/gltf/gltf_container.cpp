@@ -1,0 +1,219 @@
+// Of GltfData: the container, its buffers and uris.
+#include <nlohmann/json.hpp>
+
+#include "common/scene_io/gltf/gltf_data.h"
+#include "common/scene_io/text_lines.h"
+
+namespace lightmill {
+namespace {
+
+constexpr std::uint32_t kGlbMagic = 0x46546c67, kJsonChunk = 0x4e4f534a, kBinaryChunk = 0x004e4942;
+
+std::uint32_t read_u32(std::string_view bytes, std::size_t offset) {
+  std::uint32_t value = 0;
+  std::memcpy(&value, bytes.data() + offset, sizeof value);
+  return value;
+}
+
+/// The chunks of a GLB file: its JSON, and its binary chunk if there is one.
+struct Chunks {
+  std::string_view json;
+  std::optional<std::string_view> binary;
+};
+
+Result<Chunks> read_glb(std::string_view bytes) {
+  constexpr std::size_t kHeader = 12, kChunkHeader = 8;
+  if (bytes.size() < kHeader + kChunkHeader) {
+    return invalid_argument("a GLB file of {} bytes is cut off", bytes.size());
+  }
+  if (const std::uint32_t version = read_u32(bytes, 4); version != 2) {
+    return invalid_argument("GLB version 2 is expected, got {}", version);
+  }
+  if (const std::uint32_t length = read_u32(bytes, 8); length > bytes.size()) {
+    return invalid_argument("the GLB file is cut off: {} bytes of {} are there", bytes.size(), length);
+  }
+  std::string_view rest = bytes.substr(kHeader, read_u32(bytes, 8) < kHeader ? 0 : read_u32(bytes, 8) - kHeader);
+  Chunks chunks;
+  for (int i = 0; rest.size() >= kChunkHeader; ++i) {
+    const std::uint32_t length = read_u32(rest, 0), type = read_u32(rest, 4);
+    rest.remove_prefix(kChunkHeader);
+    if (length > rest.size()) {
+      return invalid_argument("chunk {} of the GLB file is cut off: {} bytes of {} are there", i, rest.size(), length);
+    }
+    if (i == 0 && type != kJsonChunk) {
+      return invalid_argument("the first chunk of the GLB file is not JSON");
+    }
+    if (i == 0) {
+      chunks.json = rest.substr(0, length);
+    } else if (i == 1 && type == kBinaryChunk) {
+      chunks.binary = rest.substr(0, length);
+    }
+    rest.remove_prefix(length);
+  }
+  if (chunks.json.empty()) {
+    return invalid_argument("the GLB file has no JSON");
+  }
+  return chunks;
+}
+
+/// Base64 (RFC 4648), with or without padding; nothing if it is none.
+std::optional<std::string> decode_base64(std::string_view text) {
+  while (text.ends_with('=')) {
+    text.remove_suffix(1);
+  }
+  std::string out;
+  out.reserve(text.size() / 4 * 3 + 2);
+  std::uint32_t bits = 0;
+  int count = 0;
+  for (const char c : text) {
+    int value = -1;
+    if (c >= 'A' && c <= 'Z') {
+      value = c - 'A';
+    } else if (c >= 'a' && c <= 'z') {
+      value = c - 'a' + 26;
+    } else if (c >= '0' && c <= '9') {
+      value = c - '0' + 52;
+    } else if (c == '+' || c == '/') {
+      value = c == '+' ? 62 : 63;
+    } else {
+      return std::nullopt;
+    }
+    bits = bits << 6 | static_cast<std::uint32_t>(value);
+    count += 6;
+    if (count >= 8) {
+      count -= 8;
+      out.push_back(static_cast<char>(bits >> count & 0xff));
+    }
+  }
+  return text.size() % 4 == 1 ? std::nullopt : std::optional(std::move(out));
+}
+
+int hex_digit(char c) {
+  return c >= '0' && c <= '9'   ? c - '0'
+         : c >= 'a' && c <= 'f' ? c - 'a' + 10
+         : c >= 'A' && c <= 'F' ? c - 'A' + 10
+                                : -1;
+}
+
+/// A relative reference with its %20 and the like decoded (RFC 3986).
+std::string decode_percent(std::string_view uri) {
+  std::string out;
+  for (std::size_t i = 0; i < uri.size(); ++i) {
+    if (uri[i] == '%' && i + 2 < uri.size() && hex_digit(uri[i + 1]) >= 0 && hex_digit(uri[i + 2]) >= 0) {
+      out.push_back(static_cast<char>(hex_digit(uri[i + 1]) * 16 + hex_digit(uri[i + 2])));
+      i += 2;
+    } else {
+      out.push_back(uri[i]);
+    }
+  }
+  return out;
+}
+
+}  // namespace
+
+GltfData::GltfData(std::string bytes, std::string file_name, FileSource files)
+    : bytes_(std::move(bytes)),
+      file_name_(std::move(file_name)),
+      files_(std::move(files)),
+      json_(std::make_unique<nlohmann::json>()) {}
+
+GltfData::~GltfData() = default;
+
+Result<std::unique_ptr<GltfData>> GltfData::open(std::string bytes, const std::string& file_name, FileSource files) {
+  std::unique_ptr<GltfData> data(new GltfData(std::move(bytes), file_name, std::move(files)));
+  if (const Status status = data->parse(); !status.ok()) {
+    return with_context(status, file_name);
+  }
+  const JsonNode asset = data->root()["asset"];
+  const std::string version = asset["version"].text();
+  if (!asset.present() || !version.starts_with("2.")) {
+    asset["version"].fail(fmt::format("glTF 2.0 is expected, got \"{}\"", version));
+  }
+  data->load_buffers();
+  LM_RETURN_IF_ERROR(data->status());
+  return data;
+}
+
+Status GltfData::parse() {
+  std::string_view text = bytes_;
+  if (bytes_.size() >= 4 && read_u32(bytes_, 0) == kGlbMagic) {
+    LM_ASSIGN_OR_RETURN(const Chunks chunks, read_glb(bytes_));
+    text = chunks.json;
+    has_binary_chunk_ = chunks.binary.has_value();
+    binary_chunk_ = chunks.binary.value_or(std::string_view());
+  }
+  try {
+    *json_ = nlohmann::json::parse(text);
+  } catch (const nlohmann::json::exception& error) {
+    // It reads "[json.exception.parse_error.101] parse error at line 1, column 1: …".
+    const std::string_view what = error.what();
+    return invalid_argument("{}", utf8_name(what.substr(what.find("] ") == what.npos ? 0 : what.find("] ") + 2)));
+  }
+  if (!json_->is_object()) {
+    return invalid_argument("a JSON object is expected");
+  }
+  return ok_status();
+}
+
+JsonNode GltfData::root() const {
+  return {json_.get(), "", errors_};
+}
+
+Status GltfData::status() const {
+  return with_context(errors_.status(), file_name_);
+}
+
+JsonNode GltfData::element(std::string_view what, const JsonNode& index) const {
+  const JsonNode list = root()[what];
+  const std::optional<std::size_t> found = index.index(what, list.size());
+  return found ? list.at(*found) : JsonNode(nullptr, index.path(), errors_);
+}
+
+void GltfData::load_buffers() {
+  const JsonNode list = root()["buffers"];
+  owned_.reserve(list.size());  // views of its strings are kept
+  for (std::size_t i = 0; i < list.size() && status().ok(); ++i) {
+    const JsonNode buffer = list.at(i);
+    const std::uint64_t length = buffer["byteLength"].whole(0, 1, std::uint64_t{1} << 40);
+    std::string_view bytes;
+    if (buffer["uri"].present()) {
+      owned_.push_back(uri_bytes(buffer["uri"]));
+      bytes = owned_.back();
+    } else if (i == 0 && has_binary_chunk_) {
+      bytes = binary_chunk_;
+    } else {
+      buffer["uri"].fail("must be given, as the file has no binary chunk for it");
+    }
+    if (bytes.size() < length) {
+      buffer["byteLength"].fail(fmt::format("{} bytes are expected, {} are there", length, bytes.size()));
+    }
+    buffers_.push_back(bytes.substr(0, length));
+  }
+}
+
+std::string GltfData::uri_bytes(const JsonNode& node) const {
+  const std::string uri = node.text();
+  if (uri.starts_with("data:")) {
+    const std::size_t comma = uri.find(',');
+    const bool base64 = comma != std::string::npos && std::string_view(uri).substr(0, comma).ends_with(";base64");
+    std::optional<std::string> bytes =
+        base64 ? decode_base64(std::string_view(uri).substr(comma + 1)) : std::optional<std::string>();
+    if (!bytes) {
+      node.fail("a data URI with base64 is expected");
+      return "";
+    }
+    return *std::move(bytes);
+  }
+  if (uri.empty() || uri.find("://") != std::string::npos) {
+    node.fail(fmt::format("a file or a data URI is expected, got \"{}\"", uri.substr(0, 100)));
+    return "";
+  }
+  Result<std::string> bytes = files_(decode_percent(uri));
+  if (!bytes.ok()) {
+    node.fail(message_of(bytes.status()));
+    return "";
+  }
+  return *std::move(bytes);
+}
+
+}  // namespace lightmill

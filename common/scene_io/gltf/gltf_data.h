@@ -1,0 +1,62 @@
+// A glTF file's JSON and binary data: what is said, and the numbers that accessors name.
+#pragma once
+
+#include <functional>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "common/scene_io/gltf/json_node.h"
+
+namespace lightmill {
+
+/// Reads a file that a glTF file names, relative to it; an error says why not.
+using FileSource = std::function<Result<std::string>(const std::string& relative_path)>;
+
+/// An opened glTF 2.0 file: JSON, or GLB with its binary chunk. Buffers and images are those within the file, base64 of
+/// data URIs, or other files.
+class GltfData {
+ public:
+  /// `file_name` is for messages, which read "model.gltf: accessors[3].count: what is expected, what is there".
+  static Result<std::unique_ptr<GltfData>> open(std::string bytes, const std::string& file_name, FileSource files);
+  ~GltfData();
+
+  JsonNode root() const;
+  /// The first mistake so far, with the file's name.
+  Status status() const;
+  /// The element of the root's list `what` that this index names; not present if the index is missing or wrong.
+  JsonNode element(std::string_view what, const JsonNode& index) const;
+
+  /// The elements of the accessor that `index` names, as vectors of `n` numbers (n = 1: SCALAR): integers that are
+  /// normalized come as [0, 1] or [−1, 1], all others as they are. Sparse values are put in. Empty after a mistake.
+  template <std::size_t n>
+  std::vector<std::array<double, n>> vectors(const JsonNode& index) const;
+  /// The elements of a SCALAR accessor of unsigned integers. Empty after a mistake.
+  std::vector<std::uint32_t> indices(const JsonNode& index) const;
+  /// The bytes of a buffer view. Empty after a mistake.
+  std::string_view view(const JsonNode& index) const;
+  /// The bytes that a uri names. Empty after a mistake.
+  std::string uri_bytes(const JsonNode& uri) const;
+
+ private:
+  struct Accessor;
+  GltfData(std::string bytes, std::string file_name, FileSource files);
+  Status parse();
+  void load_buffers();
+  Accessor accessor(const JsonNode& index, std::size_t components) const;
+  bool find_elements(const JsonNode& at, const JsonNode& view_index, std::size_t count, std::size_t element_bytes,
+                     std::size_t element_stride, Accessor& out) const;
+
+  std::string bytes_;  ///< the whole file
+  std::string file_name_;
+  FileSource files_;
+  std::unique_ptr<nlohmann::json> json_;
+  std::string_view binary_chunk_;
+  bool has_binary_chunk_ = false;
+  std::vector<std::string> owned_;         ///< buffers from elsewhere
+  std::vector<std::string_view> buffers_;  ///< each as long as its byteLength
+  mutable FirstError errors_;
+  mutable std::uint64_t made_of_nothing_ = 0;  ///< elements of accessors without data, so far
+};
+
+}  // namespace lightmill

@@ -1,0 +1,121 @@
+#include "common/scene_io/gltf/json_node.h"
+
+#include <cmath>
+#include <nlohmann/json.hpp>
+
+namespace lightmill {
+
+JsonNode JsonNode::operator[](std::string_view key) const {
+  const nlohmann::json* member = nullptr;
+  if (present()) {
+    if (!value_->is_object()) {
+      fail(fmt::format("an object is expected, got {}", shown()));
+    } else if (const auto found = value_->find(key); found != value_->end()) {
+      member = &*found;
+    }
+  }
+  return {member, path_.empty() ? std::string(key) : fmt::format("{}.{}", path_, key), *errors_};
+}
+
+JsonNode JsonNode::at(std::size_t index) const {
+  return {&(*value_)[index], fmt::format("{}[{}]", path_, index), *errors_};
+}
+
+std::size_t JsonNode::size() const {
+  if (!present()) {
+    return 0;
+  }
+  if (!value_->is_array()) {
+    fail(fmt::format("a list is expected, got {}", shown()));
+    return 0;
+  }
+  return value_->size();
+}
+
+std::vector<std::string> JsonNode::keys() const {
+  std::vector<std::string> out;
+  if (present() && value_->is_object()) {
+    for (const auto& [key, value] : value_->items()) {
+      out.push_back(key);
+    }
+  } else if (present()) {
+    fail(fmt::format("an object is expected, got {}", shown()));
+  }
+  return out;
+}
+
+double JsonNode::number(double fallback, double low, double high) const {
+  if (!present()) {
+    return fallback;
+  }
+  const double value = value_->is_number() ? value_->get<double>() : std::numeric_limits<double>::quiet_NaN();
+  if (!(value >= low && value <= high)) {  // NaN too
+    const std::string range = low == -kAnything && high == kAnything ? ""
+                              : high == kAnything                    ? fmt::format(" of at least {}", low)
+                                                                     : fmt::format(" from {} to {}", low, high);
+    fail(fmt::format("a number{} is expected, got {}", range, shown()));
+    return fallback;
+  }
+  return value;
+}
+
+std::uint64_t JsonNode::whole(std::uint64_t fallback, std::uint64_t low, std::uint64_t high) const {
+  if (!present()) {
+    return fallback;
+  }
+  // Some programs write 5.0 for 5.
+  const double value = value_->is_number() ? value_->get<double>() : -1;
+  if (value < 0 || value >= 9e15 || value != std::floor(value) || static_cast<std::uint64_t>(value) < low ||
+      static_cast<std::uint64_t>(value) > high) {
+    fail(fmt::format("a whole number from {} to {} is expected, got {}", low, high, shown()));
+    return fallback;
+  }
+  return static_cast<std::uint64_t>(value);
+}
+
+bool JsonNode::boolean(bool fallback) const {
+  if (present() && !value_->is_boolean()) {
+    fail(fmt::format("true or false is expected, got {}", shown()));
+    return fallback;
+  }
+  return present() ? value_->get<bool>() : fallback;
+}
+
+std::string JsonNode::text(std::string_view fallback) const {
+  if (present() && !value_->is_string()) {
+    fail(fmt::format("a string is expected, got {}", shown()));
+    return std::string(fallback);
+  }
+  return present() ? value_->get<std::string>() : std::string(fallback);
+}
+
+std::optional<std::size_t> JsonNode::index(std::string_view what, std::size_t count) const {
+  if (!present()) {
+    return std::nullopt;
+  }
+  const double value = value_->is_number() ? value_->get<double>() : -1;
+  if (value < 0 || value != std::floor(value) || value >= static_cast<double>(count)) {
+    fail(fmt::format("an index into the {} {} is expected, got {}", count, what, shown()));
+    return std::nullopt;
+  }
+  return static_cast<std::size_t>(value);
+}
+
+bool JsonNode::has_size(std::size_t size) const {
+  if (this->size() == size) {
+    return true;
+  }
+  fail(fmt::format("a list of {} is expected, got {}", size, shown()));
+  return false;
+}
+
+std::string JsonNode::shown() const {
+  constexpr std::size_t kShown = 40;
+  if (value_->is_structured()) {
+    return value_->is_array() ? fmt::format("a list of {}", value_->size()) : "an object";
+  }
+  std::string text = value_->dump(-1, ' ', true);
+  return text.size() <= kShown ? text : text.substr(0, kShown) + "…";
+}
+
+}  // namespace lightmill

@@ -1,0 +1,82 @@
+// A place in a JSON file: a value, or that there is none, with its path for messages.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <limits>
+#include <nlohmann/json_fwd.hpp>
+#include <optional>
+#include <string>
+#include <string_view>
+
+#include "common/base/status.h"
+
+namespace lightmill {
+
+/// The first mistake found in a file. Readers go on with a default after a mistake and ask once in a while.
+class FirstError {
+ public:
+  void add(Status status) {
+    if (first_.ok()) {
+      first_ = std::move(status);
+    }
+  }
+  const Status& status() const { return first_; }
+
+ private:
+  Status first_;
+};
+
+/// A cheap view; the document and the FirstError must outlive it. Every getter returns a value within its stated
+/// bounds, whatever the file holds: the default if the value is missing, and that or the nearest bound after noting a
+/// mistake such as "meshes[0].primitives[2].mode: a whole number from 0 to 6 is expected, got "x"".
+class JsonNode {
+ public:
+  static constexpr double kAnything = std::numeric_limits<double>::max();
+
+  JsonNode(const nlohmann::json* value, std::string path, FirstError& errors)
+      : value_(value), path_(std::move(path)), errors_(&errors) {}
+
+  bool present() const { return value_ != nullptr; }
+  const std::string& path() const { return path_; }
+  void fail(std::string_view what) const { errors_->add(invalid_argument("{}: {}", path_, what)); }
+
+  /// A member of an object; not present if there is none.
+  JsonNode operator[](std::string_view key) const;
+  /// An element of an array. `index` must be less than size().
+  JsonNode at(std::size_t index) const;
+  /// Of an array; 0 if it is missing.
+  std::size_t size() const;
+  /// The names of an object's members; none if it is missing.
+  std::vector<std::string> keys() const;
+
+  double number(double fallback, double low = -kAnything, double high = kAnything) const;
+  std::uint64_t whole(std::uint64_t fallback, std::uint64_t low, std::uint64_t high) const;
+  bool boolean(bool fallback) const;
+  std::string text(std::string_view fallback = "") const;
+  /// An index below `count` into the file's list `what`; nothing if it is missing or wrong.
+  std::optional<std::size_t> index(std::string_view what, std::size_t count) const;
+  /// So many numbers, each within the bounds.
+  template <std::size_t n>
+  std::array<double, n> numbers(const std::array<double, n>& fallback, double low = -kAnything,
+                                double high = kAnything) const {
+    std::array<double, n> out = fallback;
+    if (present() && has_size(n)) {
+      for (std::size_t i = 0; i < n; ++i) {
+        out[i] = at(i).number(fallback[i], low, high);
+      }
+    }
+    return out;
+  }
+
+ private:
+  /// Whether it is an array of so many elements; notes a mistake if not.
+  bool has_size(std::size_t size) const;
+  std::string shown() const;
+
+  const nlohmann::json* value_;
+  std::string path_;
+  FirstError* errors_;
+};
+
+}  // namespace lightmill
