@@ -62,25 +62,10 @@ Result<Goal> make_goal(const RenderOptions& options) {
   return goal;
 }
 
-Result<LoadedScene> load(const RenderOptions& options) {
-  const std::vector<fs::path> paths(options.scenes.begin(), options.scenes.end());
-  LoadOptions load_options;
-  if (!options.camera.empty()) {
-    load_options.camera_file = options.camera;
-  }
-  const Result<LoadedScene> loaded = load_scene(paths, load_options);
-  return loaded.ok() ? loaded : as_input_error(loaded.status());
-}
-
 }  // namespace
 
 void add_render_options(CLI::App& command, RenderOptions& options) {
-  command
-      .add_option("SCENE", options.scenes,
-                  "a scene document (scenes/cornell-bench-blocks.json), or one or several Wavefront OBJ files")
-      ->required();
-  command.add_option("--camera", options.camera, "a JSON file with a camera, instead of the scene's")
-      ->type_name("FILE");
+  add_scene_options(command, options.scene);
   command
       .add_option("--spp", options.samples, "stop at so many samples per pixel (default 64 if --seconds is not given)")
       ->type_name("N")
@@ -116,7 +101,7 @@ Result<PreparedJob> make_job(const RenderOptions& options) {
   LM_RETURN_IF_ERROR(check_name("--owner", options.owner));
   PreparedJob job;
   LM_ASSIGN_OR_RETURN(job.spec.goal, make_goal(options));
-  LM_ASSIGN_OR_RETURN(job.scene, load(options));
+  LM_ASSIGN_OR_RETURN(job.scene, load_scene(options.scene));
   FilmSettings& film = job.scene.scene.film;
   if (!options.size.empty()) {
     LM_ASSIGN_OR_RETURN(std::tie(film.width, film.height), parse_size(options.size));
@@ -135,9 +120,10 @@ Result<PreparedJob> make_job(const RenderOptions& options) {
   settings.renderer_version = kRendererVersion;
   job.spec.request_id = new_request_id();
   const std::string& scene_name = job.scene.scene.name;
-  job.spec.name = !options.name.empty()
-                      ? options.name
-                      : as_name(!scene_name.empty() ? scene_name : fs::path(options.scenes.front()).stem().string());
+  job.spec.name =
+      !options.name.empty()
+          ? options.name
+          : as_name(!scene_name.empty() ? scene_name : fs::path(options.scene.scenes.front()).stem().string());
   job.spec.owner = options.owner.empty() ? as_name(user_name()) : options.owner;
   job.spec.host = as_name(host_name());
   job.spec.priority = options.priority;

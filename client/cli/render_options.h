@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "client/cli/scene_options.h"
 #include "common/base/status.h"
 #include "common/farm/job.h"
 #include "common/scene_io/load.h"
@@ -14,8 +15,8 @@ namespace lightmill::cli {
 
 /// As typed; parsed by make_job.
 struct RenderOptions {
-  std::vector<std::string> scenes;
-  std::string camera, size, crop, seconds, method = "path", name, owner;
+  SceneOptions scene;
+  std::string size, crop, seconds, method = "path", name, owner;
   std::uint64_t samples = 0;  ///< 0: not given
   std::uint64_t seed = 0;
   std::uint32_t max_bounces = 0;

@@ -25,28 +25,47 @@ struct ObjWithMaterials {
   std::vector<MtlMaterial> materials;
 };
 
+/// The files that a mtllib names: one, or, if there is none of that name, several with blanks between them.
+std::vector<fs::path> library_files(const fs::path& folder, std::string_view written) {
+  std::error_code error;
+  if (fs::exists(folder / written, error)) {
+    return {folder / written};
+  }
+  std::vector<fs::path> out;
+  for (std::string_view word = take_word(written); !word.empty(); word = take_word(written)) {
+    out.push_back(folder / word);
+  }
+  return out;
+}
+
 Status load_libraries(ObjWithMaterials& file) {
   std::set<std::string> names;
   for (const ObjLibrary& library : file.obj.libraries) {
-    const fs::path path = file.path.parent_path() / library.file;
-    const Result<std::string> text = read_file(path, kMaxMtlBytes);
-    if (!text.ok()) {
-      return with_context(text.status(), fmt::format("{}:{}: mtllib", file.path.string(), library.line));
-    }
-    LM_ASSIGN_OR_RETURN(const std::vector<MtlMaterial> materials, read_mtl(*text, path.string()));
-    for (const MtlMaterial& material : materials) {
-      if (!names.insert(material.name).second) {
-        return invalid_argument("{}:{}: newmtl: material \"{}\" is defined twice", material.file, material.line,
-                                material.name);
+    for (const fs::path& path : library_files(file.path.parent_path(), library.file)) {
+      const Result<std::string> text = read_file(path, kMaxMtlBytes);
+      if (!text.ok()) {
+        return with_context(text.status(), fmt::format("{}:{}: mtllib", file.path.string(), library.line));
       }
-      file.materials.push_back(material);
+      LM_ASSIGN_OR_RETURN(const std::vector<MtlMaterial> materials, read_mtl(*text, path.string()));
+      for (const MtlMaterial& material : materials) {
+        if (!names.insert(material.name).second) {
+          return invalid_argument("{}:{}: newmtl: material \"{}\" is defined twice", material.file, material.line,
+                                  material.name);
+        }
+        file.materials.push_back(material);
+      }
     }
   }
   return ok_status();
 }
 
 bool same_definition(const MtlMaterial& a, const MtlMaterial& b) {
-  return a.ka == b.ka && a.kd == b.kd && a.ks == b.ks && a.ke == b.ke && a.ior == b.ior && a.illum == b.illum;
+  const auto definition = [](const MtlMaterial& m) {
+    return std::tie(m.ka, m.kd, m.ks, m.ke, m.tf, m.ior, m.exponent, m.opacity, m.roughness, m.metallic, m.coat,
+                    m.coat_roughness, m.illum, m.maps, m.unused);
+  };
+  return definition(a) == definition(b) &&
+         (a.maps.empty() || fs::path(a.file).parent_path() == fs::path(b.file).parent_path());
 }
 
 /// The materials of all files as one list. Equal ones are shared; different ones of one name take their file's name as

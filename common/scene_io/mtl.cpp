@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <set>
 
+#include "common/scene_io/mtl_map.h"
 #include "common/scene_io/text_lines.h"
 
 namespace lightmill {
@@ -31,17 +32,58 @@ Result<RgbColor> read_color(const StatementReader& lines, std::string_view keywo
   return RgbColor{values[0], values[1], values[2]};
 }
 
+/// A statement with one number.
+struct NumberStatement {
+  std::string_view keyword;
+  std::optional<double> MtlMaterial::*member;
+  double low, high;
+};
+constexpr std::array<NumberStatement, 6> kNumbers{{{"Ns", &MtlMaterial::exponent, 0, 1e9},
+                                                   {"d", &MtlMaterial::opacity, 0, 1},
+                                                   {"Pr", &MtlMaterial::roughness, 0, 1},
+                                                   {"Pm", &MtlMaterial::metallic, 0, 1},
+                                                   {"Pc", &MtlMaterial::coat, 0, 1},
+                                                   {"Pcr", &MtlMaterial::coat_roughness, 0, 1}}};
+
+Status read_number(const StatementReader& lines, const Statement& statement, const NumberStatement& kind,
+                   std::optional<double>& out) {
+  std::string_view rest = statement.rest;
+  std::string_view word = take_word(rest);
+  if (word == "-halo") {  // d -halo 0.5: thinner where seen head on
+    word = take_word(rest);
+  }
+  const std::optional<double> value = parse_number(word);
+  if (!value || *value < kind.low || *value > kind.high) {
+    return lines.error("{}: a number from {} to {} is expected, got \"{}\"", kind.keyword, kind.low, kind.high,
+                       statement.rest);
+  }
+  out = value;
+  return ok_status();
+}
+
 Status read_property(const StatementReader& lines, const Statement& statement, MtlMaterial& material) {
   const std::string_view keyword = statement.keyword;
-  const std::array<std::pair<std::string_view, std::optional<RgbColor>*>, 4> colors{
-      {{"Ka", &material.ka}, {"Kd", &material.kd}, {"Ks", &material.ks}, {"Ke", &material.ke}}};
+  const std::array<std::pair<std::string_view, std::optional<RgbColor>*>, 5> colors{
+      {{"Ka", &material.ka}, {"Kd", &material.kd}, {"Ks", &material.ks}, {"Ke", &material.ke}, {"Tf", &material.tf}}};
   for (const auto& [name, color] : colors) {
     if (keyword == name) {
+      if (statement.rest.starts_with("spectral") || statement.rest.starts_with("xyz")) {
+        material.unused.push_back(fmt::format("{} {}", keyword, statement.rest.substr(0, statement.rest.find(' '))));
+        return ok_status();
+      }
       LM_ASSIGN_OR_RETURN(*color, read_color(lines, keyword, statement.rest));
       return ok_status();
     }
   }
-  if (keyword == "Ni") {
+  for (const NumberStatement& kind : kNumbers) {
+    if (keyword == kind.keyword) {
+      return read_number(lines, statement, kind, material.*kind.member);
+    }
+  }
+  if (keyword == "Tr") {  // 1 − d
+    LM_RETURN_IF_ERROR(read_number(lines, statement, {"Tr", nullptr, 0, 1}, material.opacity));
+    material.opacity = 1 - *material.opacity;
+  } else if (keyword == "Ni") {
     const std::optional<double> ior = parse_number(statement.rest);
     if (!ior || *ior <= 0 || *ior > kMaxIor) {
       return lines.error("Ni: a number in (0, {}] is expected, got \"{}\"", kMaxIor, statement.rest);
@@ -53,11 +95,10 @@ Status read_property(const StatementReader& lines, const Statement& statement, M
       return lines.error("illum: the number of an illumination model is expected, got \"{}\"", statement.rest);
     }
     material.illum = static_cast<int>(*illum);
-  } else if (keyword.starts_with("map_") || keyword == "bump" || keyword == "disp" || keyword == "decal" ||
-             keyword == "norm" || keyword == "refl" || keyword == "aniso" || keyword == "anisor") {
-    material.unused.emplace_back(keyword);
+  } else if (is_map(keyword)) {
+    return read_map(lines, statement, material);
   }
-  // The rest (Ns, d, Tr, Tf, sharpness, physically based extensions …) means nothing to the models that are rendered.
+  // The rest (sharpness, sheen, anisotropy …) is passed over.
   return ok_status();
 }
 
@@ -121,6 +162,11 @@ bool ka_emits(const std::vector<MtlMaterial>& materials, KaMeaning meaning, std:
 
 }  // namespace
 
+const MtlMap* MtlMaterial::map(std::string_view keyword) const {
+  const auto found = std::find_if(maps.begin(), maps.end(), [&](const MtlMap& m) { return m.keyword == keyword; });
+  return found == maps.end() ? nullptr : &*found;
+}
+
 Result<std::vector<MtlMaterial>> read_mtl(std::string_view text, const std::string& file_name) {
   StatementReader lines(text, file_name);
   std::vector<MtlMaterial> materials;
@@ -172,6 +218,10 @@ std::vector<Material> map_materials(const std::vector<MtlMaterial>& materials, K
         notices.push_back(fmt::format("left out: {}:{}: illum {}{} of material \"{}\"; it is rendered as diffuse",
                                       material.file, material.line, illum, illum_name(illum), material.name));
       }
+    }
+    for (const MtlMap& map : material.maps) {
+      notices.push_back(fmt::format("left out: {}:{}: {} of material \"{}\"", material.file, material.line, map.keyword,
+                                    material.name));
     }
     for (const std::string& keyword : material.unused) {
       notices.push_back(

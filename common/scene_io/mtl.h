@@ -12,15 +12,31 @@
 
 namespace lightmill {
 
+/// An image that a map_… statement names, and what of its options is rendered. Coordinates are scaled, then shifted.
+struct MtlMap {
+  std::string keyword;  ///< as the format spells it, as in "map_Kd"
+  std::string file;     ///< as written, relative to the MTL file
+  std::array<double, 2> scale{1, 1}, offset{0, 0};
+  bool clamp = false;
+  char channel = 'l';  ///< of a scalar map: r, g, b, m (alpha), l (luminance)
+  friend bool operator==(const MtlMap&, const MtlMap&) = default;
+};
+
 /// A material as the file has it; what is absent was not said.
 struct MtlMaterial {
   std::string name;
   std::string file;  ///< that defined it, for messages
   int line = 0;
-  std::optional<RgbColor> ka, kd, ks, ke;
-  std::optional<double> ior;  ///< Ni
+  std::optional<RgbColor> ka, kd, ks, ke, tf;
+  std::optional<double> ior;                   ///< Ni
+  std::optional<double> exponent;              ///< Ns
+  std::optional<double> opacity;               ///< d, or 1 − Tr
+  std::optional<double> roughness, metallic;   ///< Pr, Pm
+  std::optional<double> coat, coat_roughness;  ///< Pc, Pcr
   std::optional<int> illum;
-  std::vector<std::string> unused;  ///< keywords that mean something which is not rendered
+  std::vector<MtlMap> maps;         ///< of one keyword the last
+  std::vector<std::string> unused;  ///< what means something that is not rendered: keywords, and options of maps
+  const MtlMap* map(std::string_view keyword) const;
 };
 
 /// Reads an MTL file. Errors read "box.mtl:12: what is wrong, what is expected".

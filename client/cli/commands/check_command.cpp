@@ -2,6 +2,7 @@
 #include <nlohmann/json.hpp>
 
 #include "client/cli/context.h"
+#include "client/cli/scene_options.h"
 #include "client/cli/table.h"
 #include "client/cli/units.h"
 #include "common/scene/mesh.h"
@@ -11,11 +12,6 @@ namespace lightmill::cli {
 namespace {
 
 using nlohmann::json;
-
-struct CheckOptions {
-  std::vector<std::string> scenes;
-  std::string camera;
-};
 
 /// What there is in a scene.
 struct Facts {
@@ -98,15 +94,10 @@ void print(const Console& console, const LoadedScene& loaded, const Facts& facts
   }
 }
 
-ExitCode check(const Console& console, const CheckOptions& options) {
-  LoadOptions load_options;
-  if (!options.camera.empty()) {
-    load_options.camera_file = options.camera;
-  }
-  const std::vector<std::filesystem::path> paths(options.scenes.begin(), options.scenes.end());
-  Result<LoadedScene> loaded = load_scene(paths, load_options);
+ExitCode check(const Console& console, const SceneOptions& options) {
+  Result<LoadedScene> loaded = load_scene(options);
   if (!loaded.ok()) {
-    return console.fail(as_input_error(loaded.status()));
+    return console.fail(loaded.status());
   }
   const Result<Facts> facts = count(*loaded);
   if (!facts.ok()) {
@@ -123,12 +114,10 @@ ExitCode check(const Console& console, const CheckOptions& options) {
 }  // namespace
 
 void add_check_command(CLI::App& app, Context& context) {
-  const auto options = std::make_shared<CheckOptions>();
+  const auto options = std::make_shared<SceneOptions>();
   CLI::App* command =
       app.add_subcommand("check", "Read a scene, say what is in it or what is wrong with it. Needs no farm.");
-  command->add_option("SCENE", options->scenes, "a scene document, or one or several OBJ files")->required();
-  command->add_option("--camera", options->camera, "a JSON file with a camera, instead of the scene's")
-      ->type_name("FILE");
+  add_scene_options(*command, *options);
   add_json_option(*command, context);
   command->callback(
       [&context, options] { context.run = [options](const Console& console) { return check(console, *options); }; });

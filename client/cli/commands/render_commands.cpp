@@ -65,7 +65,7 @@ ExitCode render(Context& context, const Console& console, Options options) {
   }
   std::vector<std::string>& outputs = options.picture.outputs;
   if (outputs.empty()) {
-    const std::string stem = std::filesystem::path(options.render.scenes.front()).stem().string();
+    const std::string stem = std::filesystem::path(options.render.scene.scenes.front()).stem().string();
     outputs = {stem + ".exr", stem + ".png"};
   }
   if (const Status status = check_outputs(outputs); !status.ok()) {

@@ -151,6 +151,26 @@ TEST_F(Load, ObjFilesBringTheirMaterials) {
             std::vector<std::string>{"Ka was read as emission, because only some materials have it: green"});
 }
 
+TEST_F(Load, LibrariesMayBeSeveralAndHaveBlanks) {
+  write("a.mtl", "newmtl red\nKd 0.5 0 0\n");
+  write("b.mtl", "newmtl green\nKd 0 1 0\n");
+  write("both of them.mtl", "newmtl red\nKd 0.5 0 0\nnewmtl green\nKd 0 1 0\n");
+  for (const char* names : {"a.mtl b.mtl", "b.mtl\ta.mtl", "both of them.mtl"}) {
+    const Result<LoadedScene> loaded = load({write("a.obj", fmt::format("mtllib {}\n", names) + kTriangles)});
+    ASSERT_TRUE(loaded.ok()) << loaded.status();
+    EXPECT_EQ(loaded->scene.materials.size(), 2u) << names;
+  }
+}
+
+TEST_F(Load, TheUserDecidesWhatKaMeans) {
+  write("a.mtl", "newmtl red\nKd 0.5 0 0\nKa 1 1 1\nnewmtl green\nKd 0 1 0\nKa 1 1 1\n");
+  const auto path = write("a.obj", "mtllib a.mtl\n" + kTriangles);
+  LoadOptions options;
+  EXPECT_TRUE(load({path})->scene.materials[0].emission == RgbColor{});
+  options.ka = KaMeaning::emission;
+  EXPECT_TRUE((load({path}, options)->scene.materials[0].emission == RgbColor{1, 1, 1}));
+}
+
 TEST_F(Load, ObjMistakesAreNamed) {
   EXPECT_EQ(error({write("a.obj", "mtllib none.mtl\nv 0 0 0\nf 1 1 1")}),
             "a.obj:1: mtllib: cannot open none.mtl: No such file or directory");

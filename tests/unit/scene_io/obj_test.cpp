@@ -295,6 +295,44 @@ TEST(Mtl, WhatIsLeftOutIsSaid) {
                 "left out: box.mtl:10: illum 11 (metal) of material \"d\"; it is rendered as diffuse"}));
 }
 
+TEST(Mtl, MapsHaveOptions) {
+  const Result<std::vector<MtlMaterial>> read = read_mtl(
+      "newmtl a\r\nmap_Kd -s 2 3 1 -o 0.5 -clamp on -blendu off -mm 0 1 my wood.png \\\r\n# a comment\n"
+      "map_kd -boost 2 -s 4 second.png\nmap_Pr -imfchan g rough.png\nmap_Ke -weird.png\n"
+      "map_Kd -mm 0.1 2 -t 1 1 third -s.png\nbump -bm 0.5 b.png\nmap_Bump c.png\nrefl -type sphere d.png\n",
+      "box.mtl");
+  ASSERT_TRUE(read.ok()) << read.status();
+  const MtlMaterial& material = read->front();
+  EXPECT_EQ(material.maps, (std::vector<MtlMap>{{"map_Pr", "rough.png", {1, 1}, {0, 0}, false, 'g'},
+                                                {"map_Ke", "-weird.png", {1, 1}, {0, 0}, false, 'l'},
+                                                {"map_Kd", "third -s.png", {1, 1}, {0, 0}, false, 'l'}}));
+  EXPECT_EQ(material.unused,
+            (std::vector<std::string>{"map_Kd -mm", "map_Kd -t", "bump", "map_Bump", "refl -type", "refl"}));
+  const Result<std::vector<MtlMaterial>> first =
+      read_mtl("newmtl a\nmap_Kd -s 2 3 1 -o 0.5 -clamp on my wood.png", "box.mtl");
+  ASSERT_TRUE(first.ok()) << first.status();
+  EXPECT_EQ(*first->front().map("map_Kd"), (MtlMap{"map_Kd", "my wood.png", {2, 3}, {0.5, 0}, true, 'l'}));
+  EXPECT_EQ(first->front().map("map_Ks"), nullptr);
+}
+
+TEST(Mtl, NumbersAreRead) {
+  const Result<std::vector<MtlMaterial>> read = read_mtl(
+      "newmtl a\nNs 50\nd -halo 0.25\nPr 0.5\nPm 1\nPc .5\nPcr .1\nTf 1 .5 0\nnewmtl b\nTr 0.25\n"
+      "Kd spectral a.rfl 1\nKs xyz 1 1 1\nsharpness 60\n",
+      "box.mtl");
+  ASSERT_TRUE(read.ok()) << read.status();
+  const MtlMaterial& a = read->front();
+  EXPECT_EQ(a.exponent, 50);
+  EXPECT_EQ(a.opacity, 0.25);
+  EXPECT_EQ(a.roughness, 0.5);
+  EXPECT_EQ(a.metallic, 1);
+  EXPECT_EQ(a.coat, 0.5);
+  EXPECT_EQ(a.coat_roughness, 0.1);
+  EXPECT_EQ(a.tf, (RgbColor{1, 0.5f, 0}));
+  EXPECT_EQ((*read)[1].opacity, 0.75);
+  EXPECT_EQ((*read)[1].unused, (std::vector<std::string>{"Kd spectral", "Ks xyz"}));
+}
+
 TEST(Mtl, WhatIsWrongIsPlaced) {
   const auto error = [](const std::string& text) { return message_of(read_mtl(text, "box.mtl").status()); };
   EXPECT_EQ(error("Kd 1 1 1"), "box.mtl:1: newmtl is expected before \"Kd\"");
@@ -305,6 +343,15 @@ TEST(Mtl, WhatIsWrongIsPlaced) {
   EXPECT_EQ(error("newmtl a\nKd 1 nan 1"), "box.mtl:2: Kd: a finite number is expected, got \"nan\"");
   EXPECT_EQ(error("newmtl a\nKe 1 -1 1"), "box.mtl:2: Ke: numbers from 0 to 1e20 are expected, got -1");
   EXPECT_EQ(error("newmtl a\nNi 0"), "box.mtl:2: Ni: a number in (0, 10] is expected, got \"0\"");
+  EXPECT_EQ(error("newmtl a\nd 2"), "box.mtl:2: d: a number from 0 to 1 is expected, got \"2\"");
+  EXPECT_EQ(error("newmtl a\nmap_Kd"), "box.mtl:2: map_Kd: the name of a file is expected");
+  EXPECT_EQ(error("newmtl a\nmap_Kd -clamp x a.png"), "box.mtl:2: map_Kd: -clamp: on or off is expected, got \"x\"");
+  EXPECT_EQ(error("newmtl a\nmap_Kd -s a.png"), "box.mtl:2: map_Kd: -s: one to three numbers are expected");
+  EXPECT_EQ(error("newmtl a\nmap_Kd -s 1e7 a.png"),
+            "box.mtl:2: map_Kd: -s: numbers of at most 1e6 are expected, got 10000000");
+  EXPECT_EQ(error("newmtl a\nmap_Kd -mm 1 a.png"), "box.mtl:2: map_Kd: -mm: 2 numbers are expected, got 1");
+  EXPECT_EQ(error("newmtl a\nmap_Pr -imfchan q a.png"),
+            "box.mtl:2: map_Pr: -imfchan: one of r, g, b, m, l, z is expected, got \"q\"");
   EXPECT_EQ(error("newmtl a\nillum x"), "box.mtl:2: illum: the number of an illumination model is expected, got \"x\"");
 }
 

@@ -1,0 +1,39 @@
+#include "client/cli/scene_options.h"
+
+#include "client/cli/console.h"
+
+namespace lightmill::cli {
+
+void add_scene_options(CLI::App& command, SceneOptions& options) {
+  command
+      .add_option("SCENE", options.scenes,
+                  "a scene document (scenes/cornell-bench-blocks.json), or one or several Wavefront OBJ files")
+      ->required();
+  command.add_option("--camera", options.camera, "a JSON file with a camera, instead of the scene's")
+      ->type_name("FILE");
+  command
+      .add_option(
+          "--mtl", options.mtl,
+          "what Ka means in MTL files: emission (course) or ambient light, which is left out (standard); if not "
+          "given, it emits where only some materials have it and none has Ke")
+      ->type_name("course|standard");
+}
+
+Result<LoadedScene> load_scene(const SceneOptions& options) {
+  LoadOptions load_options;
+  if (!options.camera.empty()) {
+    load_options.camera_file = options.camera;
+  }
+  if (options.mtl == "course") {
+    load_options.ka = KaMeaning::emission;
+  } else if (options.mtl == "standard") {
+    load_options.ka = KaMeaning::ambient;
+  } else if (!options.mtl.empty()) {
+    return invalid_argument("--mtl must be course or standard, got '{}'", options.mtl);
+  }
+  const std::vector<std::filesystem::path> paths(options.scenes.begin(), options.scenes.end());
+  const Result<LoadedScene> loaded = lightmill::load_scene(paths, load_options);
+  return loaded.ok() ? loaded : as_input_error(loaded.status());
+}
+
+}  // namespace lightmill::cli
