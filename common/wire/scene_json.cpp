@@ -1,5 +1,8 @@
 #include "common/wire/scene_json.h"
 
+#include <google/protobuf/util/json_util.h>
+
+#include "common/base/check.h"
 #include "common/wire/json_reader.h"
 #include "lightmill/v1/scene.pb.h"
 
@@ -59,6 +62,21 @@ Result<Camera> read_camera_json(std::string_view text, const std::string& file_n
         make_error(camera.status().code(), "{}", text_of_error.substr(prefixed ? kPrefix.size() : 0)));
   }
   return camera;
+}
+
+std::string write_camera_json(const Camera& camera) {
+  Scene scene;
+  scene.camera = camera;
+  v1::Scene message;
+  to_wire(scene, &message);
+  google::protobuf::util::JsonPrintOptions options;
+  options.add_whitespace = true;
+  options.preserve_proto_field_names = true;
+  options.always_print_primitive_fields = true;  // coordinates that are 0
+  std::string text;
+  const auto status = google::protobuf::util::MessageToJsonString(message.camera(), &text, options);
+  LM_CHECK(status.ok(), "{}", status.ToString());
+  return text;
 }
 
 }  // namespace lightmill

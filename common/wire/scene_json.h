@@ -44,4 +44,7 @@ Result<SceneFile> read_scene_json(std::string_view text, const std::string& file
 /// Reads a file that holds the JSON form of a lightmill.v1.Camera alone.
 Result<Camera> read_camera_json(std::string_view text, const std::string& file_name);
 
+/// A file that read_camera_json reads back as the same camera, to the last bit.
+std::string write_camera_json(const Camera& camera);
+
 }  // namespace lightmill

@@ -5,13 +5,20 @@
 #include "client/cli/scene_options.h"
 #include "client/cli/table.h"
 #include "client/cli/units.h"
+#include "common/base/file.h"
 #include "common/scene/mesh.h"
 #include "common/scene_io/load.h"
+#include "common/wire/scene_json.h"
 
 namespace lightmill::cli {
 namespace {
 
 using nlohmann::json;
+
+struct CheckOptions {
+  SceneOptions scene;
+  std::string save_camera;
+};
 
 /// What there is in a scene.
 struct Facts {
@@ -94,8 +101,8 @@ void print(const Console& console, const LoadedScene& loaded, const Facts& facts
   }
 }
 
-ExitCode check(const Console& console, const SceneOptions& options) {
-  Result<LoadedScene> loaded = load_scene(options);
+ExitCode check(const Console& console, const CheckOptions& options) {
+  Result<LoadedScene> loaded = load_scene(options.scene);
   if (!loaded.ok()) {
     return console.fail(loaded.status());
   }
@@ -106,6 +113,12 @@ ExitCode check(const Console& console, const SceneOptions& options) {
   if (facts->emissive_objects + loaded->scene.point_lights.size() == 0) {
     loaded->notices.emplace_back("nothing emits light: the picture will be black");
   }
+  if (!options.save_camera.empty()) {
+    const std::string text = write_camera_json(loaded->scene.camera);
+    if (const Status status = write_file_atomically(options.save_camera, as_byte_view(text)); !status.ok()) {
+      return console.fail(status);
+    }
+  }
   console.object(to_json(*loaded, *facts));
   print(console, *loaded, *facts);
   return kDone;
@@ -114,10 +127,12 @@ ExitCode check(const Console& console, const SceneOptions& options) {
 }  // namespace
 
 void add_check_command(CLI::App& app, Context& context) {
-  const auto options = std::make_shared<SceneOptions>();
+  const auto options = std::make_shared<CheckOptions>();
   CLI::App* command =
       app.add_subcommand("check", "Read a scene, say what is in it or what is wrong with it. Needs no farm.");
-  add_scene_options(*command, *options);
+  add_scene_options(*command, options->scene);
+  command->add_option("--save-camera", options->save_camera, "write the scene's camera to a file for --camera")
+      ->type_name("FILE");
   add_json_option(*command, context);
   command->callback(
       [&context, options] { context.run = [options](const Console& console) { return check(console, *options); }; });

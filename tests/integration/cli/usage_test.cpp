@@ -41,6 +41,8 @@ TEST_F(CliTest, BadUsageIsExitCode2WithAReason) {
       {"render", box, "--server", "no-port"},
       {"jobs", "--server", "::1:7350"},
       {"render", box, "--camera", file("none.json")},
+      {"render", box, "--mtl", "magic"},
+      {"check", box, "--save-camera", file("nowhere/a.json")},
       {"submit"},
       {"watch"},
       {"watch", "seven"},
@@ -93,6 +95,22 @@ TEST_F(CliTest, BadScenesAreNamedWithTheirPlace) {
   EXPECT_EQ(result.exit_code, 2);
   EXPECT_NE(result.err.find("unknown.json:2:"), std::string::npos) << result.err;
   EXPECT_NE(result.err.find("colour"), std::string::npos) << result.err;
+}
+
+TEST_F(CliTest, CamerasAreSavedAndLoaded) {
+  const std::string saved = file("view.json");
+  const nlohmann::json box = json({"check", scene("cornell-bench-blocks.json"), "--save-camera", saved});
+  const nlohmann::json course = json({"check", scene("cornell-course-blocks.json"), "--camera", saved});
+  EXPECT_EQ(course["camera"], box["camera"]);
+  EXPECT_NE(json({"check", scene("cornell-course-blocks.json")})["camera"], box["camera"]);
+}
+
+TEST_F(CliTest, KaIsReadAsTold) {
+  write("a.mtl", "newmtl white\nKa 1 1 1\n");
+  const std::string mesh = write("a.obj", "mtllib a.mtl\nusemtl white\nv 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n");
+  EXPECT_EQ(json({"check", mesh})["lights"]["emissive_objects"], 0);
+  EXPECT_EQ(json({"check", mesh, "--mtl", "course"})["lights"]["emissive_objects"], 1);
+  EXPECT_EQ(json({"check", mesh, "--mtl", "standard"})["lights"]["emissive_objects"], 0);
 }
 
 TEST_F(FarmCliTest, NothingIsSubmittedWhenSomethingIsWrong) {

@@ -272,6 +272,20 @@ Scene example_scene() {
   return scene;
 }
 
+TEST(CameraFile, ComesBackToTheLastBit) {
+  Camera camera;
+  camera.eye = {0.1, -1e-300, 1.0 / 3};
+  camera.look_at = {0, 0, 0};
+  camera.up = {0, std::nextafter(1, 2), 1e11};
+  camera.vertical_fov_degrees = 53.13010235415598;
+  const Result<Camera> back = read_camera_json(write_camera_json(camera), "camera.json");
+  ASSERT_TRUE(back.ok()) << back.status();
+  EXPECT_EQ(back->eye, camera.eye);
+  EXPECT_EQ(back->look_at, camera.look_at);
+  EXPECT_EQ(back->up, camera.up);
+  EXPECT_EQ(back->vertical_fov_degrees, camera.vertical_fov_degrees);
+}
+
 TEST(PackedScene, ComesBackWithTheSameBytes) {
   const Scene scene = example_scene();
   const std::string bytes = pack_scene(scene);
