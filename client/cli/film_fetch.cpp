@@ -9,6 +9,8 @@
 #include "common/film/film_hash.h"
 #include "common/image/picture_file.h"
 #include "common/wire/bytes.h"
+#include "common/wire/farm_messages.h"
+#include "common/wire/scene_proto.h"
 
 namespace lightmill::cli {
 namespace fs = std::filesystem;
@@ -65,22 +67,57 @@ Receipt receipt_of(const v1::FilmHeader& header) {
   return receipt;
 }
 
-Result<FetchedFilm> begin_film(const v1::FilmHeader& header) {
+/// What its objects and materials are called, for the id layer.
+IdNames names_in(const Scene& scene) {
+  IdNames names;
+  for (std::size_t i = 0; i < scene.objects.size(); ++i) {
+    const Object& object = scene.objects[i];
+    names.objects.push_back(object.name.empty() ? fmt::format("objects[{}]", i) : object.name);
+    names.materials.push_back(scene.materials[object.material].name);
+  }
+  return names;
+}
+
+/// A film on its way here, and what its tiles must be like.
+struct IncomingFilm {
+  FetchedFilm film;
+  TileGrid grid;
+  NodeLayout layout;
+  IdNames names;
+  std::array<std::set<std::string>, 2> seen;  ///< names of objects and materials
+};
+
+Result<IncomingFilm> begin_film(const v1::FilmHeader& header) {
   const ImageWindow frame{0, 0, header.settings().width(), header.settings().height()};
   const ImageWindow crop = to_window(header.settings().crop());
   if (!lies_within(crop, frame) || crop.pixel_count() > kMaxPixels) {
     return data_loss("the farm sent a film of {}x{} pixels with crop {},{},{},{}", frame.width, frame.height, crop.x,
                      crop.y, crop.width, crop.height);
   }
-  FetchedFilm film{header.job(), FilmPicture(frame, crop)};
-  film.picture.receipt = receipt_of(header);
-  return film;
+  const Result<RenderSettings> settings = from_wire(header.settings());
+  const Status status = settings.ok() ? check_layers(settings->layers) : settings.status();
+  if (!status.ok()) {
+    return data_loss("the farm sent a film whose settings are damaged: {}", message_of(status));
+  }
+  IncomingFilm in{{header.job(), FilmPicture(frame, crop)}, grid_of(*settings), NodeLayout(settings->layers), {}, {}};
+  in.film.picture.receipt = receipt_of(header);
+  for (const LayerSpec& layer : std::span(settings->layers).subspan(1)) {
+    in.film.picture.layers.push_back(make_picture_layer(layer.name, in.film.picture.pixels()));
+  }
+  if (in.layout.first_samples > 0) {
+    LM_ASSIGN_OR_RETURN(const Scene scene, unpack_scene(settings->scene));
+    in.names = names_in(scene);
+  }
+  return in;
 }
 
-Status add_tile(FilmPicture& picture, const v1::FilmTile& tile) {
+Status add_tile(IncomingFilm& in, const v1::FilmTile& tile) {
+  FilmPicture& picture = in.film.picture;
   const ImageWindow rect = to_window(tile.rect());
   LM_ASSIGN_OR_RETURN(const std::vector<float> sums, floats_from_bytes(tile.sums()));
-  if (!lies_within(rect, picture.data) || sums.size() != 6 * static_cast<std::size_t>(rect.pixel_count())) {
+  LM_ASSIGN_OR_RETURN(const std::vector<float> first, floats_from_bytes(tile.first()));
+  if (!lies_within(rect, picture.data) ||
+      sums.size() != in.layout.summed_values() * static_cast<std::size_t>(rect.pixel_count())) {
     return data_loss("the farm sent a tile at {},{} of {}x{} pixels with {} sums, outside the film", rect.x, rect.y,
                      rect.width, rect.height, sums.size());
   }
@@ -88,6 +125,11 @@ Status add_tile(FilmPicture& picture, const v1::FilmTile& tile) {
     return data_loss("the farm sent a tile with {} of {} samples in half A", tile.samples_a(), tile.samples());
   }
   place_sums(picture, rect, tile.samples_a(), tile.samples() - tile.samples_a(), sums);
+  if (tile.first_samples() > kFirstSamples ||
+      !place_first_samples(picture.layers, picture.data, rect, tile.first_samples(), first, in.names, in.seen)) {
+    return data_loss("the farm sent a tile with {} values of {} samples for its layers", first.size(),
+                     tile.first_samples());
+  }
   return ok_status();
 }
 
@@ -98,32 +140,42 @@ Hash128 film_hash_of(const FilmPicture& picture) {
   planes.mean_a = picture.half_a;
   planes.mean_b = picture.half_b;
   std::ranges::transform(picture.samples_a, picture.samples_b, planes.counts.begin(), std::plus<>());
+  for (const PictureLayer& layer : picture.layers) {
+    planes.layers.insert(planes.layers.end(), layer.values.begin(), layer.values.end());
+  }
+  for (const std::string& hash : picture.receipt.meter_hashes) {
+    planes.meters.push_back(Hash128::from_hex(hash).value_or(Hash128{}));
+  }
   return film_hash(planes);
 }
 
 Result<FetchedFilm> fetch_film(FarmConnection& connection, std::uint64_t id) {
-  std::optional<FetchedFilm> film;
+  std::optional<IncomingFilm> in;
   std::uint64_t least = std::numeric_limits<std::uint64_t>::max(), most = 0;
   LM_RETURN_IF_ERROR(connection.get_film(id, [&](const v1::GetFilmResponse& part) -> Status {
     if (part.has_header()) {
-      LM_ASSIGN_OR_RETURN(FetchedFilm begun, begin_film(part.header()));
-      film.emplace(std::move(begun));
+      LM_ASSIGN_OR_RETURN(IncomingFilm begun, begin_film(part.header()));
+      in.emplace(std::move(begun));
       return ok_status();
     }
-    if (!film) {
+    if (!in) {
       return data_loss("the farm sent a tile before the film's header");
     }
     least = std::min(least, part.tile().samples());
     most = std::max(most, part.tile().samples());
-    return add_tile(film->picture, part.tile());
+    return add_tile(*in, part.tile());
   }));
-  if (!film || least > most) {
+  if (!in || least > most) {
     return data_loss("the farm sent no film for job {}", id);
   }
-  film->picture.receipt.min_samples = least;
-  film->picture.receipt.max_samples = most;
-  film->picture.receipt.film_hash = film_hash_of(film->picture).hex();
-  return std::move(*film);
+  FilmPicture& picture = in->film.picture;
+  picture.receipt.min_samples = least;
+  picture.receipt.max_samples = most;
+  picture.receipt.film_hash = film_hash_of(picture).hex();
+  if (in->layout.first_samples > 0) {
+    add_id_attributes(picture.attributes, in->seen);
+  }
+  return std::move(in->film);
 }
 
 Status check_outputs(const std::vector<std::string>& paths) {

@@ -62,6 +62,21 @@ Result<Goal> make_goal(const RenderOptions& options) {
   return goal;
 }
 
+Result<std::vector<LayerSpec>> make_layers(const RenderOptions& options) {
+  std::vector<std::string> names;
+  for (std::size_t at = 0; at <= options.layers.size() && !options.layers.empty();) {
+    const std::size_t end = std::min(options.layers.find(',', at), options.layers.size());
+    names.push_back(options.layers.substr(at, end - at));
+    at = end + 1;
+  }
+  Result<std::vector<LayerSpec>> layers = film_layers(names);
+  const Status status = layers.ok() ? check_method_layers(options.method, *layers) : layers.status();
+  if (!status.ok()) {
+    return with_context(status, "--layers");
+  }
+  return layers;
+}
+
 }  // namespace
 
 void add_render_options(CLI::App& command, RenderOptions& options) {
@@ -76,6 +91,11 @@ void add_render_options(CLI::App& command, RenderOptions& options) {
   command.add_option("--method", options.method, "path (all light), or preview (flat colours, quick)")
       ->type_name("path|preview")
       ->capture_default_str();
+  command
+      .add_option("--layers", options.layers,
+                  "further layers for the EXR: direct, indirect, albedo, light:NAME (a light group; up to 8), normal, "
+                  "depth, id; preview has albedo, normal, depth and id")
+      ->type_name("A,B,...");
   command
       .add_option("--max-bounces", options.max_bounces,
                   "path: longest light path (default 1000; chance ends nearly all of them long before)")
@@ -101,6 +121,7 @@ Result<PreparedJob> make_job(const RenderOptions& options) {
   LM_RETURN_IF_ERROR(check_name("--owner", options.owner));
   PreparedJob job;
   LM_ASSIGN_OR_RETURN(job.spec.goal, make_goal(options));
+  LM_ASSIGN_OR_RETURN(job.spec.settings.layers, make_layers(options));
   LM_ASSIGN_OR_RETURN(job.scene, load_scene(options.scene));
   FilmSettings& film = job.scene.scene.film;
   if (!options.size.empty()) {

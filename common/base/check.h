@@ -13,9 +13,9 @@ namespace lightmill {
 }  // namespace lightmill
 
 /// Aborts with file, line, condition and an optional formatted message if `condition` is false.
-#define LM_CHECK(condition, ...)                                                                         \
-  do {                                                                                                   \
-    if (!(condition)) [[unlikely]] {                                                                     \
-      ::lightmill::check_failed(__FILE__, __LINE__, #condition, ::fmt::format("" __VA_ARGS__));          \
-    }                                                                                                    \
+#define LM_CHECK(condition, ...)                                                                \
+  do {                                                                                          \
+    if (!(condition)) [[unlikely]] {                                                            \
+      ::lightmill::check_failed(__FILE__, __LINE__, #condition, ::fmt::format("" __VA_ARGS__)); \
+    }                                                                                           \
   } while (false)

@@ -11,7 +11,9 @@ using Duration = std::chrono::nanoseconds;
 /// A moment of some steady clock; only differences mean anything.
 using Time = std::chrono::time_point<struct LightmillTimeline, Duration>;
 
-inline double to_seconds(Duration d) { return std::chrono::duration<double>(d).count(); }
+inline double to_seconds(Duration d) {
+  return std::chrono::duration<double>(d).count();
+}
 inline Duration from_seconds(double seconds) {
   return std::chrono::duration_cast<Duration>(std::chrono::duration<double>(seconds));
 }

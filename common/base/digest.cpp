@@ -82,7 +82,9 @@ Sha256 sha256(ByteView bytes) {
   return hasher.finish();
 }
 
-std::string Hash128::hex() const { return fmt::format("{:016x}{:016x}", high, low); }
+std::string Hash128::hex() const {
+  return fmt::format("{:016x}{:016x}", high, low);
+}
 
 Result<Hash128> Hash128::from_hex(std::string_view text) {
   std::array<std::uint8_t, 16> bytes;
@@ -102,10 +104,14 @@ struct Xxh3Hasher::State {
   ~State() { XXH3_freeState(state); }
 };
 
-Xxh3Hasher::Xxh3Hasher() : state_(std::make_unique<State>()) { XXH3_128bits_reset(state_->state); }
+Xxh3Hasher::Xxh3Hasher() : state_(std::make_unique<State>()) {
+  XXH3_128bits_reset(state_->state);
+}
 Xxh3Hasher::~Xxh3Hasher() = default;
 
-void Xxh3Hasher::append(ByteView bytes) { XXH3_128bits_update(state_->state, bytes.data(), bytes.size()); }
+void Xxh3Hasher::append(ByteView bytes) {
+  XXH3_128bits_update(state_->state, bytes.data(), bytes.size());
+}
 
 Hash128 Xxh3Hasher::finish() const {
   const XXH128_hash_t hash = XXH3_128bits_digest(state_->state);

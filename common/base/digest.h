@@ -16,7 +16,9 @@ namespace lightmill {
 
 using ByteView = std::span<const std::byte>;
 
-inline ByteView as_byte_view(std::string_view text) { return std::as_bytes(std::span(text.data(), text.size())); }
+inline ByteView as_byte_view(std::string_view text) {
+  return std::as_bytes(std::span(text.data(), text.size()));
+}
 
 /// A SHA-256, shown as 64 lower-case hex digits.
 struct Sha256 {
@@ -44,7 +46,9 @@ class Sha256Hasher {
 };
 
 Sha256 sha256(ByteView bytes);
-inline Sha256 sha256(std::string_view text) { return sha256(as_byte_view(text)); }
+inline Sha256 sha256(std::string_view text) {
+  return sha256(as_byte_view(text));
+}
 
 /// An XXH3-128, shown as 32 hex digits (high word first, XXHash's canonical form).
 struct Hash128 {

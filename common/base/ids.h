@@ -14,9 +14,9 @@ struct StrongId {
   friend auto operator<=>(const StrongId&, const StrongId&) = default;
 };
 
-using JobId = StrongId<struct JobTag>;          ///< Counts up from 1 in one data directory.
-using LeaseId = StrongId<struct LeaseTag>;      ///< Unique within one data directory: epoch·2^32 + count.
-using SessionId = StrongId<struct SessionTag>;  ///< One connection of one worker; unique within an epoch.
+using JobId = StrongId<struct JobTag>;                   ///< Counts up from 1 in one data directory.
+using LeaseId = StrongId<struct LeaseTag>;               ///< Unique within one data directory: epoch·2^32 + count.
+using SessionId = StrongId<struct SessionTag>;           ///< One connection of one worker; unique within an epoch.
 using TileId = StrongId<struct TileTag, std::uint32_t>;  ///< Index into a TileGrid, row by row.
 
 }  // namespace lightmill

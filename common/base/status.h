@@ -1,7 +1,7 @@
 // Errors as values: `Status` and `Result<T>`, whose codes are gRPC's.
 //
-// What the outside can cause returns one of these and names the offending value and where it stands. What only a bug can
-// cause is a LM_CHECK (check.h).
+// What the outside can cause returns one of these and names the offending value and where it stands. What only a bug
+// can cause is a LM_CHECK (check.h).
 #pragma once
 
 #include <absl/status/status.h>
@@ -19,7 +19,9 @@ using StatusCode = absl::StatusCode;
 template <class T>
 using Result = absl::StatusOr<T>;
 
-inline Status ok_status() { return absl::OkStatus(); }
+inline Status ok_status() {
+  return absl::OkStatus();
+}
 
 /// An error of any code with a formatted message.
 template <class... Args>
@@ -28,9 +30,9 @@ Status make_error(StatusCode code, fmt::format_string<Args...> format, Args&&...
   return Status(code, absl::string_view(text.data(), text.size()));
 }
 
-#define LM_DEFINE_ERROR(name, code)                                         \
-  template <class... Args>                                                  \
-  Status name(fmt::format_string<Args...> format, Args&&... args) {         \
+#define LM_DEFINE_ERROR(name, code)                                           \
+  template <class... Args>                                                    \
+  Status name(fmt::format_string<Args...> format, Args&&... args) {           \
     return make_error(StatusCode::code, format, std::forward<Args>(args)...); \
   }
 LM_DEFINE_ERROR(invalid_argument, kInvalidArgument)
@@ -45,7 +47,9 @@ LM_DEFINE_ERROR(cancelled, kCancelled)
 #undef LM_DEFINE_ERROR
 
 /// The message without its code, as a std::string.
-inline std::string message_of(const Status& status) { return std::string(status.message()); }
+inline std::string message_of(const Status& status) {
+  return std::string(status.message());
+}
 
 /// The same error with `context` put before its message, as in "scene.json: line 3: …".
 inline Status with_context(const Status& status, std::string_view context) {
@@ -61,11 +65,11 @@ inline Status with_context(const Status& status, std::string_view context) {
 #define LM_CONCAT(a, b) LM_CONCAT_INNER(a, b)
 
 /// Returns from the enclosing function if `expression` is an error.
-#define LM_RETURN_IF_ERROR(expression)                      \
-  do {                                                      \
+#define LM_RETURN_IF_ERROR(expression)                                   \
+  do {                                                                   \
     if (::lightmill::Status lm_status = (expression); !lm_status.ok()) { \
-      return lm_status;                                     \
-    }                                                       \
+      return lm_status;                                                  \
+    }                                                                    \
   } while (false)
 
 /// `LM_ASSIGN_OR_RETURN(auto x, f());` takes the value of a Result or returns its error.

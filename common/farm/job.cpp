@@ -33,8 +33,8 @@ Sha256 render_digest(const RenderSettings& settings, const std::string& fingerpr
   for (const Sha256& asset : settings.assets) {
     hasher.text(asset.hex());
   }
-  for (const int value : {settings.width, settings.height, settings.crop.x, settings.crop.y, settings.crop.width,
-                          settings.crop.height}) {
+  for (const int value :
+       {settings.width, settings.height, settings.crop.x, settings.crop.y, settings.crop.width, settings.crop.height}) {
     hasher.number(static_cast<std::uint64_t>(value));
   }
   hasher.number(settings.layers.size());
@@ -48,6 +48,9 @@ Sha256 render_digest(const RenderSettings& settings, const std::string& fingerpr
   hasher.number(settings.max_bounces);
   hasher.text(settings.renderer_version);
   hasher.text(fingerprint_class);
+  if (settings.meters > 0) {
+    hasher.number(settings.meters);
+  }
   return hasher.finish();
 }
 

@@ -8,19 +8,10 @@
 #include "common/base/clock.h"
 #include "common/base/digest.h"
 #include "common/base/ids.h"
+#include "common/film/layers.h"
 #include "common/film/tile_grid.h"
 
 namespace lightmill {
-
-enum class LayerKind { summed };
-
-/// One layer of the film: its channels are merged by the same fixed sums.
-struct LayerSpec {
-  std::string name = "beauty";
-  std::uint32_t channels = 3;
-  LayerKind kind = LayerKind::summed;
-  friend bool operator==(const LayerSpec&, const LayerSpec&) = default;
-};
 
 /// All that decides the samples but for the fingerprint class.
 struct RenderSettings {
@@ -28,13 +19,19 @@ struct RenderSettings {
   std::vector<Sha256> assets;  ///< those that the scene names, sorted, each once
   int width = 0;               ///< of the full film, pixels
   int height = 0;
-  PixelRect crop;  ///< what is rendered
-  std::vector<LayerSpec> layers{LayerSpec{}};
+  PixelRect crop;                              ///< what is rendered
+  std::vector<LayerSpec> layers{LayerSpec{}};  ///< as film_layers gives them
+  std::uint32_t meters = 0;                    ///< how many the scene has
   std::uint64_t seed = 0;
   std::string method = "path";
   std::uint32_t max_bounces = 0;  ///< parameter of `path`; 0: the method's own limit
   std::string renderer_version;   ///< of the program that was asked to render; see kRendererVersion
 };
+
+/// The film's tiles.
+inline TileGrid grid_of(const RenderSettings& settings) {
+  return TileGrid(settings.crop, settings.meters);
+}
 
 /// Bumped whenever any sample's bits change.
 inline constexpr const char* kRendererVersion = "lightmill-core-1";

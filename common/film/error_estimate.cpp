@@ -87,7 +87,7 @@ FrameError ErrorEstimator::update(const Film& film, std::uint32_t max_tiles) {
   if (current_ && film_version_ == film.version()) {
     return frame_;
   }
-  const std::uint32_t tile_count = film.grid().tile_count();
+  const std::uint32_t tile_count = film.grid().picture_tiles();
   if (entries_.size() != tile_count) {
     entries_.assign(tile_count, Entry{});
     next_ = 0;
@@ -103,7 +103,7 @@ FrameError ErrorEstimator::update(const Film& film, std::uint32_t max_tiles) {
       }
       const PixelRect rect = film.grid().tile_rect(tile);
       entries_[next_] = {
-          estimate_tile_error(film.sums(tile), rect.width, rect.height, film.channels(), film.half_counts(tile)),
+          estimate_tile_error(film.beauty_sums(tile), rect.width, rect.height, kBeautyChannels, film.half_counts(tile)),
           film.version(tile)};
       ++refreshed;
     }

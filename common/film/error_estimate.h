@@ -13,7 +13,7 @@
 
 namespace lightmill {
 
-/// The frame's relMSE as estimated: rel_mse ± half_width holds the expectation with 95 % confidence.
+/// The frame's relMSE (of beauty) as estimated: rel_mse ± half_width holds the expectation with 95 % confidence.
 struct FrameError {
   double rel_mse = 0;
   double half_width = 0;

@@ -25,9 +25,9 @@ std::uint64_t value_bytes(const Node& node) {
 
 }  // namespace
 
-Film::Film(const TileGrid& grid, std::uint32_t channels)
-    : grid_(grid), channels_(channels), tiles_(grid.tile_count()), tiles_by_samples_{{0, grid.tile_count()}} {
-  LM_CHECK(grid.tile_count() > 0 && channels > 0);
+Film::Film(const TileGrid& grid, const NodeLayout& layout)
+    : grid_(grid), layout_(layout), tiles_(grid.tile_count()), tiles_by_samples_{{0, grid.tile_count()}} {
+  LM_CHECK(grid.tile_count() > 0 && layout.summed > 0);
 }
 
 const Film::Tile& Film::tile_at(TileId tile) const {
@@ -37,7 +37,7 @@ const Film::Tile& Film::tile_at(TileId tile) const {
 
 MergeOutcome Film::merge(TileId tile, NodePtr node) {
   tile_at(tile);
-  LM_CHECK(node->values.size() == expected_values(tile));
+  LM_CHECK(node->values.size() == expected_values(tile, node->range));
   LM_CHECK(node->range.level <= kMaxRangeLevel && node->range.end() <= kMaxSamples);
   std::vector<NodePtr>& forest = tiles_[tile.value].forest;
   MergeOutcome outcome;
@@ -65,10 +65,10 @@ MergeOutcome Film::merge(TileId tile, NodePtr node) {
     const SampleRange sibling = node->range.sibling();
     if (at > 0 && forest[at - 1]->range == sibling) {
       remove_old(*forest[--at]);
-      node = std::make_shared<const Node>(join(*forest[at], *node));
+      node = std::make_shared<const Node>(join(*forest[at], *node, layout_));
     } else if (end < forest.size() && forest[end]->range == sibling) {
       remove_old(*forest[end]);
-      node = std::make_shared<const Node>(join(*node, *forest[end++]));
+      node = std::make_shared<const Node>(join(*node, *forest[end++], layout_));
     } else {
       break;
     }
@@ -90,8 +90,8 @@ MergeOutcome Film::merge(TileId tile, NodePtr node) {
 
 void Film::restore(TileId tile, NodePtr node) {
   tile_at(tile);
-  LM_CHECK(node->values.size() == expected_values(tile), "a stored node of tile {} has {} values", tile.value,
-           node->values.size());
+  LM_CHECK(node->values.size() == expected_values(tile, node->range), "a stored node of tile {} has {} values",
+           tile.value, node->values.size());
   std::vector<NodePtr>& forest = tiles_[tile.value].forest;
   const std::size_t at = first_ending_after(forest, node->range.first());
   LM_CHECK(at == forest.size() || forest[at]->range.first() >= node->range.end(), "stored nodes of tile {} overlap",
@@ -116,8 +116,8 @@ void Film::account(TileId tile, std::uint64_t samples_before) {
   ++version_;
 }
 
-std::size_t Film::expected_values(TileId tile) const {
-  return std::size_t{2} * channels_ * static_cast<std::size_t>(grid_.tile_rect(tile).pixel_count());
+std::size_t Film::expected_values(TileId tile, SampleRange range) const {
+  return layout_.values(range) * static_cast<std::size_t>(grid_.tile_rect(tile).pixel_count());
 }
 
 std::uint64_t Film::samples(TileId tile) const {
@@ -135,13 +135,13 @@ const std::vector<NodePtr>& Film::forest(TileId tile) const {
 }
 
 std::vector<float> Film::sums(TileId tile) const {
-  std::vector<float> sums(expected_values(tile), 0.0f);
-  for (const NodePtr& node : forest(tile)) {
-    for (std::size_t i = 0; i < sums.size(); ++i) {
-      sums[i] += node->values[i];
-    }
-  }
-  return sums;
+  return sums_over(forest(tile), layout_, static_cast<std::size_t>(grid_.tile_rect(tile).pixel_count()),
+                   layout_.summed);
+}
+
+std::vector<float> Film::beauty_sums(TileId tile) const {
+  return sums_over(forest(tile), layout_, static_cast<std::size_t>(grid_.tile_rect(tile).pixel_count()),
+                   kBeautyChannels);
 }
 
 Film::HalfCounts Film::half_counts(TileId tile) const {
@@ -156,6 +156,37 @@ Film::HalfCounts Film::half_counts(TileId tile) const {
 
 std::uint64_t Film::version(TileId tile) const {
   return tile_at(tile).version;
+}
+
+std::vector<float> sums_over(const std::vector<NodePtr>& forest, const NodeLayout& layout, std::size_t pixels,
+                             std::uint32_t channels) {
+  LM_CHECK(channels <= layout.summed);
+  const std::size_t half = channels * pixels;
+  std::vector<float> sums(2 * half, 0.0f);
+  for (const NodePtr& node : forest) {
+    LM_CHECK(node->values.size() == layout.values(node->range) * pixels);
+    const float* const b = node->values.data() + layout.summed * pixels;
+    for (std::size_t i = 0; i < half; ++i) {
+      sums[i] += node->values[i];
+      sums[half + i] += b[i];
+    }
+  }
+  return sums;
+}
+
+FirstValues first_over(const std::vector<NodePtr>& forest, const NodeLayout& layout, std::size_t pixels) {
+  FirstValues first;
+  for (const NodePtr& node : forest) {
+    const std::uint32_t samples = NodeLayout::first_samples_in(node->range);
+    if (!layout.has_first() || samples == 0) {
+      break;  // the forest is ascending
+    }
+    LM_CHECK(node->values.size() == layout.values(node->range) * pixels);
+    append_first(layout, pixels, first.values, first.samples,
+                 std::span(node->values).subspan(layout.summed_values() * pixels), samples);
+    first.samples += samples;
+  }
+  return first;
 }
 
 }  // namespace lightmill

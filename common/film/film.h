@@ -35,24 +35,27 @@ struct MergeOutcome {
 /// covers what was merged, and descendants never fill a range without being joined to it.
 class Film {
  public:
-  Film(const TileGrid& grid, std::uint32_t channels);
+  Film(const TileGrid& grid, const NodeLayout& layout);
 
   const TileGrid& grid() const { return grid_; }
-  std::uint32_t channels() const { return channels_; }
+  const NodeLayout& layout() const { return layout_; }
 
   /// Merges a node whose values have the right size (see expected_values).
   MergeOutcome merge(TileId tile, NodePtr node);
   /// Puts back a stored node; the stored forest has no two that overlap.
   void restore(TileId tile, NodePtr node);
 
-  std::size_t expected_values(TileId tile) const;      ///< 2 * channels * pixels
-  std::uint64_t samples(TileId tile) const;            ///< per pixel, merged so far
+  std::size_t expected_values(TileId tile, SampleRange range) const;  ///< of a node
+  std::uint64_t samples(TileId tile) const;                           ///< per pixel, merged so far
   bool covered(TileId tile, SampleRange range) const;  ///< by itself or an ancestor (hence also: filled by descendants)
   std::uint64_t non_finite() const { return non_finite_; }
   std::uint64_t bytes() const { return bytes_; }          ///< held by nodes' values
   const std::vector<NodePtr>& forest(TileId tile) const;  ///< ascending, disjoint, maximal
-  /// The sum over the forest in ascending index order, laid out as Node::values; all zero while empty.
+  /// The sum over the forest in ascending index order of the summed channels, laid out as in Node::values; all zero
+  /// while empty.
   std::vector<float> sums(TileId tile) const;
+  /// The same of beauty alone.
+  std::vector<float> beauty_sums(TileId tile) const;
   /// Samples in half A and in half B.
   struct HalfCounts {
     std::uint64_t a = 0, b = 0;
@@ -76,7 +79,7 @@ class Film {
   void account(TileId tile, std::uint64_t samples_before);
 
   TileGrid grid_;
-  std::uint32_t channels_ = 0;
+  NodeLayout layout_;
   std::vector<Tile> tiles_;
   std::map<std::uint64_t, std::uint32_t> tiles_by_samples_;  ///< how many tiles have so many samples
   std::uint64_t pixel_samples_ = 0;
@@ -84,5 +87,17 @@ class Film {
   std::uint64_t bytes_ = 0;
   std::uint64_t version_ = 0;
 };
+
+/// The sums over a forest in ascending index order of the first `channels` of `layout.summed` channels, laid out as in
+/// Node::values with so many channels; all zero while empty.
+std::vector<float> sums_over(const std::vector<NodePtr>& forest, const NodeLayout& layout, std::size_t pixels,
+                             std::uint32_t channels);
+
+/// What a forest holds of the layers that are not summed.
+struct FirstValues {
+  std::uint32_t samples = 0;  ///< of samples 0 to 15, how many are in
+  std::vector<float> values;  ///< laid out as NodeLayout says
+};
+FirstValues first_over(const std::vector<NodePtr>& forest, const NodeLayout& layout, std::size_t pixels);
 
 }  // namespace lightmill

@@ -48,6 +48,19 @@ Hash128 film_hash(const FilmPlanes& planes) {
   hasher.append(std::as_bytes(std::span(planes.mean_a)));
   hasher.append(std::as_bytes(std::span(planes.mean_b)));
   hasher.append(std::as_bytes(std::span(planes.counts)));
+  hasher.append(std::as_bytes(std::span(planes.layers)));
+  for (const Hash128& meter : planes.meters) {
+    const std::array words{meter.low, meter.high};
+    hasher.append(std::as_bytes(std::span(words)));
+  }
+  return hasher.finish();
+}
+
+Hash128 meter_hash(std::span<const float> sums, std::uint64_t samples_a, std::uint64_t samples_b) {
+  Xxh3Hasher hasher;
+  const std::array counts{samples_a, samples_b};
+  hasher.append(std::as_bytes(std::span(counts)));
+  hasher.append(std::as_bytes(sums));
   return hasher.finish();
 }
 

@@ -24,11 +24,20 @@ struct FilmPlanes {
 
   PixelRect crop;
   std::uint32_t channels = 0;
-  std::vector<float> mean_a, mean_b;
+  std::vector<float> mean_a, mean_b;  ///< of beauty
   std::vector<std::uint32_t> counts;  ///< samples of both halves, per pixel
+  /// The other layers' planes as an EXR of the film holds them, one after the other; none in a film of beauty alone.
+  std::vector<float> layers;
+  /// meter_hash of each virtual meter.
+  std::vector<Hash128> meters;
 };
 
-/// XXH3-128 over mean_a, mean_b (float32 little-endian) and counts (uint32 little-endian), in this order.
+/// XXH3-128 over mean_a, mean_b (float32 little-endian) and counts (uint32 little-endian), in this order; then, where
+/// there are any, layers (float32 little-endian), and the meters' hashes (each as two uint64 little-endian, low first).
 Hash128 film_hash(const FilmPlanes& planes);
+
+/// XXH3-128 over a meter's tile: how many samples half A and half B have (uint64 little-endian), and its sums as in
+/// Node::values (float32 little-endian).
+Hash128 meter_hash(std::span<const float> sums, std::uint64_t samples_a, std::uint64_t samples_b);
 
 }  // namespace lightmill

@@ -9,6 +9,8 @@ namespace lightmill {
 
 inline constexpr int kTileSize = 64;        ///< Pixels on a side.
 inline constexpr int kMaxFilmSide = 65536;  ///< Pixels.
+inline constexpr int kMeterRow = 131072;    ///< The row of the first meter's tile, below every film.
+inline constexpr std::uint32_t kMaxMeters = 256;
 
 /// A rectangle of pixels of the full film; x to the right, y down, (0,0) the upper left pixel.
 struct PixelRect {
@@ -21,14 +23,23 @@ struct PixelRect {
 };
 
 /// Cuts the crop of a film into tiles. Tiles are those of the full film, aligned to multiples of kTileSize and clipped
-/// to the crop, numbered row by row among those that the crop touches.
+/// to the crop, numbered row by row among those that the crop touches. After them come the tiles of the scene's virtual
+/// meters, one each, whole whatever the crop: they are no part of the picture, and each of their pixels is an estimate
+/// of its own of what the meter reads.
 class TileGrid {
  public:
   TileGrid() = default;
   /// `crop` must lie within the film and not be empty.
-  explicit TileGrid(const PixelRect& crop);
+  explicit TileGrid(const PixelRect& crop, std::uint32_t meters = 0);
 
-  std::uint32_t tile_count() const { return static_cast<std::uint32_t>(columns_ * rows_); }
+  std::uint32_t tile_count() const { return picture_tiles() + meters_; }  ///< meters' tiles included
+  std::uint32_t picture_tiles() const { return static_cast<std::uint32_t>(columns_ * rows_); }
+  std::uint32_t meters() const { return meters_; }
+  bool is_meter(TileId tile) const { return tile.value >= picture_tiles(); }
+  /// Of all tiles, meters' included.
+  std::uint64_t pixel_count() const {
+    return static_cast<std::uint64_t>(crop_.pixel_count()) + std::uint64_t{meters_} * kTileSize * kTileSize;
+  }
   int columns() const { return columns_; }
   int rows() const { return rows_; }
   const PixelRect& crop() const { return crop_; }
@@ -40,6 +51,18 @@ class TileGrid {
   int first_row_ = 0;
   int columns_ = 0;
   int rows_ = 0;
+  std::uint32_t meters_ = 0;
 };
+
+/// The rectangle of a meter's tile, and the meter of such a rectangle.
+inline PixelRect meter_rect(std::uint32_t meter) {
+  return {0, kMeterRow + static_cast<int>(meter) * kTileSize, kTileSize, kTileSize};
+}
+inline bool is_meter_rect(const PixelRect& rect) {
+  return rect.y >= kMeterRow;
+}
+inline std::uint32_t meter_of(const PixelRect& rect) {
+  return static_cast<std::uint32_t>((rect.y - kMeterRow) / kTileSize);
+}
 
 }  // namespace lightmill

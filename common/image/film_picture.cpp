@@ -4,11 +4,13 @@
 #include <cmath>
 
 #include "common/base/check.h"
+#include "common/base/text.h"
 
 namespace lightmill {
 namespace {
 
 constexpr std::array<const char*, 3> kRgb{"R", "G", "B"};
+constexpr const char* kLayersAttribute = "lightmill.layers";  ///< names, separated by spaces
 
 std::uint64_t parse_count(const std::string& text) {
   std::uint64_t value = 0;
@@ -54,6 +56,9 @@ std::map<std::string, ImageAttribute> receipt_attributes(const Receipt& receipt)
       {"lightmill.workerSeconds", receipt.worker_seconds},
       {"lightmill.seconds", receipt.seconds},
   };
+  if (!receipt.meter_hashes.empty()) {
+    out["lightmill.meterHashes"] = fmt::format("{}", fmt::join(receipt.meter_hashes, " "));
+  }
   if (!receipt.owner.empty()) {
     out["owner"] = receipt.owner;
   }
@@ -73,6 +78,7 @@ Receipt read_receipt(const Image& image) {
   receipt.scene_digest = image.text("lightmill.sceneDigest");
   receipt.asset_digests = split_words(image.text("lightmill.assetDigests"));
   receipt.film_hash = image.text("lightmill.filmHash");
+  receipt.meter_hashes = split_words(image.text("lightmill.meterHashes"));
   receipt.renderer_version = image.text("lightmill.rendererVersion");
   receipt.fingerprint_class = image.text("lightmill.fingerprintClass");
   receipt.method = image.text("lightmill.method");
@@ -121,6 +127,22 @@ Status take_counts(const Image& image, const std::string& name, std::vector<std:
   return ok_status();
 }
 
+Status take_layer(const Image& image, const std::string& name, FilmPicture& picture) {
+  if (name.empty() || !(name[0] >= 'a' && name[0] <= 'z')) {
+    return invalid_argument("the file has a layer of the unknown name \"{}\"", printable(name));
+  }
+  PictureLayer layer = make_picture_layer(name, 0);
+  for (const std::string& channel : layer.channels) {
+    const std::vector<float>* values = image.floats(channel);
+    if (values == nullptr) {
+      return invalid_argument("the file has no channel {}", printable(channel));
+    }
+    layer.values.insert(layer.values.end(), values->begin(), values->end());
+  }
+  picture.layers.push_back(std::move(layer));
+  return ok_status();
+}
+
 /// Sums over windows of 2r+1 along one axis of a grid, ends clipped. `stride` steps along the axis, `other` across it.
 void box_sum(std::vector<double>& grid, int length, std::size_t stride, int lines, std::size_t other) {
   std::vector<double> prefix(static_cast<std::size_t>(length) + 1, 0.0);
@@ -154,15 +176,32 @@ FilmPicture::FilmPicture(ImageWindow display, ImageWindow data)
       samples_a(static_cast<std::size_t>(data.pixel_count())),
       samples_b(samples_a.size()) {}
 
+std::size_t summed_channels(const FilmPicture& picture) {
+  std::size_t channels = 3;
+  for (const PictureLayer& layer : picture.layers) {
+    channels += is_mean_layer(layer.name) ? layer.channels.size() : 0;
+  }
+  return channels;
+}
+
 void place_sums(FilmPicture& picture, const ImageWindow& rect, std::uint64_t count_a, std::uint64_t count_b,
                 std::span<const float> sums) {
   const ImageWindow& data = picture.data;
   const auto tile_pixels = static_cast<std::size_t>(rect.pixel_count());
-  LM_CHECK(sums.size() == 6 * tile_pixels, "{} sums for {} pixels", sums.size(), tile_pixels);
+  const std::size_t half = summed_channels(picture) * tile_pixels;
+  LM_CHECK(sums.size() == 2 * half, "{} sums for {} pixels", sums.size(), tile_pixels);
   LM_CHECK(rect.x >= data.x && rect.y >= data.y && rect.x + rect.width <= data.x + data.width &&
            rect.y + rect.height <= data.y + data.height);
   // The float32 quotient, as the film hash defines the means of the halves.
   const auto mean = [](float sum, std::uint64_t count) { return count == 0 ? 0.0f : sum / static_cast<float>(count); };
+  const auto place_mean = [&](std::size_t from, float* to) {
+    for (int y = 0; y < rect.height; ++y) {
+      for (int x = 0; x < rect.width; ++x, ++from) {
+        to[static_cast<std::size_t>(rect.y - data.y + y) * data.width + (rect.x - data.x + x)] =
+            mean(sums[from] + sums[half + from], count_a + count_b);
+      }
+    }
+  };
   for (int y = 0; y < rect.height; ++y) {
     for (int x = 0; x < rect.width; ++x) {
       const std::size_t from = static_cast<std::size_t>(y) * rect.width + x;
@@ -170,13 +209,19 @@ void place_sums(FilmPicture& picture, const ImageWindow& rect, std::uint64_t cou
       picture.samples_a[to] = static_cast<std::uint32_t>(count_a);
       picture.samples_b[to] = static_cast<std::uint32_t>(count_b);
       for (std::size_t channel = 0; channel < 3; ++channel) {
-        const float a = sums[channel * tile_pixels + from];
-        const float b = sums[(3 + channel) * tile_pixels + from];
         const std::size_t value = channel * picture.pixels() + to;
-        picture.half_a[value] = mean(a, count_a);
-        picture.half_b[value] = mean(b, count_b);
-        picture.beauty[value] = mean(a + b, count_a + count_b);
+        picture.half_a[value] = mean(sums[channel * tile_pixels + from], count_a);
+        picture.half_b[value] = mean(sums[half + channel * tile_pixels + from], count_b);
       }
+    }
+  }
+  std::size_t channel = 0;
+  for (; channel < 3; ++channel) {
+    place_mean(channel * tile_pixels, picture.beauty.data() + channel * picture.pixels());
+  }
+  for (PictureLayer& layer : picture.layers) {
+    for (std::size_t i = 0; is_mean_layer(layer.name) && i < layer.channels.size(); ++i, ++channel) {
+      place_mean(channel * tile_pixels, layer.values.data() + i * picture.pixels());
     }
   }
 }
@@ -213,6 +258,7 @@ Image to_image(const FilmPicture& picture) {
   image.display = picture.display;
   image.data = picture.data;
   image.attributes = receipt_attributes(picture.receipt);
+  image.attributes.insert(picture.attributes.begin(), picture.attributes.end());
   const std::size_t pixels = picture.pixels();
   add_rgb(image, "", picture.beauty, pixels);
   add_rgb(image, "A.", picture.half_a, pixels);
@@ -223,6 +269,18 @@ Image to_image(const FilmPicture& picture) {
   image.channels.push_back({"samples", std::move(samples)});
   image.channels.push_back({"A.samples", picture.samples_a});
   image.channels.push_back({"B.samples", picture.samples_b});
+  std::vector<std::string> names;
+  for (const PictureLayer& layer : picture.layers) {
+    names.push_back(layer.name);
+    for (std::size_t i = 0; i < layer.channels.size(); ++i) {
+      const auto first = layer.values.begin() + static_cast<std::ptrdiff_t>(i * pixels);
+      image.channels.push_back(
+          {layer.channels[i], std::vector<float>(first, first + static_cast<std::ptrdiff_t>(pixels))});
+    }
+  }
+  if (!names.empty()) {
+    image.attributes[kLayersAttribute] = fmt::format("{}", fmt::join(names, " "));
+  }
   return image;
 }
 
@@ -234,6 +292,9 @@ Result<FilmPicture> from_image(const Image& image) {
   LM_RETURN_IF_ERROR(take_counts(image, "A.samples", picture.samples_a));
   LM_RETURN_IF_ERROR(take_counts(image, "B.samples", picture.samples_b));
   picture.receipt = read_receipt(image);
+  for (const std::string& name : split_words(image.text(kLayersAttribute))) {
+    LM_RETURN_IF_ERROR(take_layer(image, name, picture));
+  }
   return picture;
 }
 

@@ -2,7 +2,8 @@
 //
 // Channels: `R G B` (mean of all samples), `A.R A.G A.B` and `B.R B.G B.B` (means of the two independent halves),
 // `StdErr.R StdErr.G StdErr.B` (standard error of the mean, smoothed), `samples`, `A.samples` and `B.samples` (per
-// pixel). All float32 or uint32, compressed without loss. The receipt stands in attributes named `lightmill.*`.
+// pixel), and those of the other layers (picture_layers.h). All float32 or uint32, compressed without loss. The receipt
+// stands in attributes named `lightmill.*`.
 #pragma once
 
 #include <cstdint>
@@ -12,6 +13,7 @@
 
 #include "common/base/status.h"
 #include "common/image/image.h"
+#include "common/image/picture_layers.h"
 
 namespace lightmill {
 
@@ -30,6 +32,7 @@ struct Receipt {
   double rel_mse = -1, rel_mse_half_width = -1;    ///< negative: not known
   double seconds = 0;                              ///< during which it was being rendered
   double worker_seconds = 0;                       ///< sum of the workers' thread seconds
+  std::vector<std::string> meter_hashes;           ///< of the virtual meters' tiles: see common/film/film_hash.h
   std::string capture_date;                        ///< "YYYY:MM:DD HH:MM:SS", local time, as OpenEXR's capDate wants it
 };
 
@@ -37,7 +40,9 @@ struct Receipt {
 struct FilmPicture {
   ImageWindow display, data;
   std::vector<float> beauty, half_a, half_b;
-  std::vector<std::uint32_t> samples_a, samples_b;  ///< per pixel
+  std::vector<std::uint32_t> samples_a, samples_b;   ///< per pixel
+  std::vector<PictureLayer> layers;                  ///< in the film's order
+  std::map<std::string, ImageAttribute> attributes;  ///< of the EXR, besides those of the receipt
   Receipt receipt;
 
   /// Black, with no samples.
@@ -45,10 +50,14 @@ struct FilmPicture {
   std::size_t pixels() const { return samples_a.size(); }
 };
 
-/// Puts a tile's sums into the picture. `sums[(half * 3 + channel) * tile pixels + pixel]`, half A over `count_a`
-/// samples and half B over `count_b`. `rect` lies within the data window.
+/// Puts a tile's sums into the picture. `sums[(half * channels + channel) * tile pixels + pixel]`, half A over
+/// `count_a` samples and half B over `count_b`; the channels are beauty's, then those of each mean layer. `rect` lies
+/// within the data window.
 void place_sums(FilmPicture& picture, const ImageWindow& rect, std::uint64_t count_a, std::uint64_t count_b,
                 std::span<const float> sums);
+
+/// How many channels that are.
+std::size_t summed_channels(const FilmPicture& picture);
 
 /// Radius of the window over which the variance is averaged, pixels.
 inline constexpr int kErrorSmoothingRadius = 4;

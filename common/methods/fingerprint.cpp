@@ -98,7 +98,10 @@ std::string fingerprint_class() {
         test.scene, [&](const Sha256& digest) -> Result<std::string> { return test.assets.at(digest); });
     LM_CHECK(compiled.ok(), "the built-in test scene does not compile: {}", message_of(compiled.status()));
     for (const std::string_view name : method_names()) {
-      auto method = make_method(*compiled, {std::string(name), 1, 0});
+      const std::vector<std::string> layers =
+          name == "path" ? std::vector<std::string>{"direct", "indirect", "albedo", "normal", "depth", "id"}
+                         : std::vector<std::string>{"albedo", "normal", "depth", "id"};
+      auto method = make_method(*compiled, {std::string(name), 1, 0, *film_layers(layers)});
       LM_CHECK(method.ok());
       const auto workspace = (*method)->make_workspace();
       const SampleRange range = filter == FilterKind::box ? kRange : SampleRange{1, 0};

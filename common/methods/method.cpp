@@ -29,6 +29,7 @@ Result<std::unique_ptr<Method>> make_method(std::shared_ptr<const CompiledScene>
                                             const MethodSettings& settings) {
   for (const Entry& entry : kMethods) {
     if (entry.name == settings.name) {
+      LM_RETURN_IF_ERROR(check_method_layers(entry.name, settings.layers));
       return entry.make(std::move(scene), settings);
     }
   }

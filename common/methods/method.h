@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "common/base/status.h"
+#include "common/film/layers.h"
 #include "common/film/node.h"
 #include "common/film/tile_grid.h"
 #include "common/scene/compiled/compiled_scene.h"
@@ -17,7 +18,8 @@ namespace lightmill {
 struct MethodSettings {
   std::string name = "path";  ///< one of method_names()
   std::uint64_t seed = 0;
-  std::uint32_t max_bounces = 0;  ///< `path`: scatterings at most; 0: kMaxBounces
+  std::uint32_t max_bounces = 0;               ///< `path`: scatterings at most; 0: kMaxBounces
+  std::vector<LayerSpec> layers{LayerSpec{}};  ///< of the film, as film_layers gives them
 };
 
 /// Where no limit is asked for, a path still ends after so many scatterings (a closed room of albedo 1 has no other
@@ -51,7 +53,7 @@ class Method {
 /// The names that make_method knows.
 const std::vector<std::string_view>& method_names();
 
-/// INVALID_ARGUMENT for an unknown name.
+/// INVALID_ARGUMENT for an unknown name, or a layer that the method does not fill.
 Result<std::unique_ptr<Method>> make_method(std::shared_ptr<const CompiledScene> scene, const MethodSettings& settings);
 
 }  // namespace lightmill

@@ -10,30 +10,59 @@ namespace {
 /// No sum of kMaxSamples of these, nor of both halves' sums, overflows.
 constexpr float kLargestSample = 0x1p97f;
 
+/// Values of other layers than beauty: what cannot be summed becomes zero, and −0 becomes 0.
+void make_sound(std::span<float> values) {
+  for (float& value : values) {
+    value = std::abs(value) <= kLargestSample ? value + 0.0f : 0.0f;
+  }
+}
+
+void clear_pixel(std::span<float> planes, std::size_t pixel, std::size_t pixels) {
+  for (std::size_t i = pixel; i < planes.size(); i += pixels) {
+    planes[i] = 0.0f;
+  }
+}
+
 }  // namespace
 
-void SampleSums::start(SampleRange range, std::size_t pixels) {
+void SampleSums::start(SampleRange range, std::size_t pixels, const NodeLayout& layout) {
   range_ = range;
   pixels_ = pixels;
+  layout_ = layout;
   next_ = range.first();
   non_finite_ = 0;
+  first_.clear();
   for (Half& half : halves_) {
     half.count = 0;
     half.partial.resize(std::max<std::size_t>(half.partial.size(), range.level + 1));
   }
 }
 
-void SampleSums::add(std::span<float> planes) {
-  LM_CHECK(planes.size() == 3 * pixels_ && next_ < range_.end());
+void SampleSums::add(std::span<float> planes, std::span<float> first) {
+  const bool takes_first = layout_.has_first() && next_ < kFirstSamples;
+  LM_CHECK(planes.size() == layout_.summed * pixels_ && next_ < range_.end());
+  LM_CHECK(!takes_first || first.size() == layout_.first_values(1) * pixels_);
+  if (layout_.summed > kBeautyChannels) {
+    make_sound(planes.subspan(kBeautyChannels * pixels_));
+  }
+  if (takes_first) {
+    make_sound(first);
+  }
   for (std::size_t p = 0; p < pixels_; ++p) {
     // Any NaN or infinity makes this sum NaN or infinite, and fails the comparison.
     const float sum = planes[p] + planes[pixels_ + p] + planes[2 * pixels_ + p];
     if (!(std::abs(sum) <= kLargestSample)) [[unlikely]] {
       ++non_finite_;
-      planes[p] = planes[pixels_ + p] = planes[2 * pixels_ + p] = 0.0f;
+      clear_pixel(planes, p, pixels_);
+      if (takes_first) {
+        clear_pixel(first, p, pixels_);
+      }
     }
   }
   push(halves_[next_ & 1], planes);
+  if (takes_first) {
+    first_.emplace_back(first.begin(), first.end());
+  }
   ++next_;
 }
 
@@ -57,17 +86,33 @@ void SampleSums::push(Half& half, std::span<const float> planes) {
   }
 }
 
+std::vector<float> SampleSums::first_tree(std::size_t begin, std::size_t count) const {
+  if (count == 1) {
+    return first_[begin];
+  }
+  const std::size_t half = count / 2;
+  std::vector<float> left = first_tree(begin, half);
+  append_first(layout_, pixels_, left, static_cast<std::uint32_t>(half), first_tree(begin + half, half),
+               static_cast<std::uint32_t>(half));
+  return left;
+}
+
 Node SampleSums::finish() {
   LM_CHECK(next_ == range_.end());
+  const std::size_t half_size = layout_.summed * pixels_;
   Node node{range_, {}, non_finite_};
-  node.values.reserve(6 * pixels_);
+  node.values.reserve(layout_.values(range_) * pixels_);
   for (const Half& half : halves_) {
     if (half.count == 0) {
-      node.values.resize(node.values.size() + 3 * pixels_, 0.0f);
+      node.values.resize(node.values.size() + half_size, 0.0f);
     } else {
       const std::vector<float>& root = half.partial[std::bit_width(half.count) - 1];
       node.values.insert(node.values.end(), root.begin(), root.end());
     }
+  }
+  if (!first_.empty()) {
+    const std::vector<float> first = first_tree(0, first_.size());
+    node.values.insert(node.values.end(), first.begin(), first.end());
   }
   return node;
 }

@@ -66,6 +66,12 @@ Status check_film_size(int width, int height, const PixelRect& crop) {
   return ok_status();
 }
 
+constexpr std::array<std::pair<LayerKind, v1::LayerSpec::Kind>, 4> kLayerKinds{
+    {{LayerKind::summed, v1::LayerSpec::SUMMED},
+     {LayerKind::first_mean, v1::LayerSpec::FIRST_MEAN},
+     {LayerKind::first_nearest, v1::LayerSpec::FIRST_NEAREST},
+     {LayerKind::first_samples, v1::LayerSpec::FIRST_SAMPLES}}};
+
 Result<std::vector<LayerSpec>> layers_from_wire(const v1::RenderSettings& settings) {
   if (settings.layers().empty() || settings.layers_size() > static_cast<int>(kMaxLayers)) {
     return invalid_argument("layers: 1 to {} are expected, got {}", kMaxLayers, settings.layers_size());
@@ -78,12 +84,13 @@ Result<std::vector<LayerSpec>> layers_from_wire(const v1::RenderSettings& settin
       return invalid_argument("layers: a layer needs a name and at least one channel, got '{}' with {}", layer.name(),
                               layer.channels());
     }
-    if (layer.kind() != v1::LayerSpec::SUMMED) {
+    const auto kind = std::ranges::find(kLayerKinds, layer.kind(), [](const auto& entry) { return entry.second; });
+    if (kind == kLayerKinds.end()) {
       return invalid_argument("layers: layer '{}' has the unknown kind {}", layer.name(),
                               static_cast<int>(layer.kind()));
     }
     channels += layer.channels();
-    layers.push_back({layer.name(), layer.channels(), LayerKind::summed});
+    layers.push_back({layer.name(), layer.channels(), kind->first});
   }
   if (channels > kMaxChannels) {
     return invalid_argument("layers: {} channels in all are more than the limit of {}", channels, kMaxChannels);
@@ -140,8 +147,9 @@ void to_wire(const RenderSettings& settings, v1::RenderSettings* out) {
     v1::LayerSpec* wire = out->add_layers();
     wire->set_name(layer.name);
     wire->set_channels(layer.channels);
-    wire->set_kind(v1::LayerSpec::SUMMED);
+    wire->set_kind(std::ranges::find(kLayerKinds, layer.kind, [](const auto& entry) { return entry.first; })->second);
   }
+  out->set_meters(settings.meters);
   out->set_seed(settings.seed);
   out->set_method(settings.method);
   out->set_max_bounces(settings.max_bounces);
@@ -158,6 +166,10 @@ Result<RenderSettings> from_wire(const v1::RenderSettings& settings) {
   LM_ASSIGN_OR_RETURN(out.layers, layers_from_wire(settings));
   LM_ASSIGN_OR_RETURN(out.assets, assets_from_wire(settings));
   out.scene = settings.scene();
+  if (settings.meters() > kMaxMeters) {
+    return invalid_argument("meters: at most {} are possible, got {}", kMaxMeters, settings.meters());
+  }
+  out.meters = settings.meters();
   out.width = settings.width();
   out.height = settings.height();
   out.seed = settings.seed();

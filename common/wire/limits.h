@@ -9,6 +9,7 @@ inline constexpr std::size_t kMaxSceneBytes = std::size_t{16} << 20;  ///< of a 
 inline constexpr std::size_t kMaxAssets = 10'000;                     ///< that one scene names
 inline constexpr std::size_t kMaxLayers = 64;                         ///< of one film
 inline constexpr std::size_t kMaxChannels = 64;                       ///< of all layers of one film together
+inline constexpr std::size_t kMaxNodeValues = 2 * kMaxChannels;       ///< a pixel, whatever the layers are
 inline constexpr std::size_t kMaxUnitTiles = std::size_t{1} << 20;    ///< a film of 65536² has so many
 inline constexpr std::size_t kMaxListedLeases = 10'000;               ///< in one hello, heartbeat or cancel
 inline constexpr std::size_t kMaxListedNodes = 100'000;               ///< in one acknowledgement

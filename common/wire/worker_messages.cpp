@@ -51,7 +51,7 @@ bool all_finite(std::span<const float> values) {
 
 /// The values as a worker sends them.
 Result<std::vector<float>> node_values(const std::string& bytes) {
-  constexpr std::size_t kLimit = std::size_t{2} * kMaxChannels * kTileSize * kTileSize * sizeof(float);
+  constexpr std::size_t kLimit = kMaxNodeValues * kTileSize * kTileSize * sizeof(float);
   LM_RETURN_IF_ERROR(check_length("values", bytes, kLimit));
   LM_ASSIGN_OR_RETURN(std::vector<float> values, floats_from_bytes(bytes));
   if (!all_finite(values)) {

@@ -143,6 +143,9 @@ class FilmStream final : public grpc::ServerWriteReactor<v1::GetFilmResponse> {
     out->set_samples(tile.samples);
     out->set_samples_a(tile.samples_a);
     out->set_sums(float_bytes(sums_of(tile)));
+    const FirstValues first = first_of(tile);
+    out->set_first_samples(first.samples);
+    out->set_first(float_bytes(first.values));
     tile.forest.clear();
     StartWrite(&response_);
   }

@@ -83,7 +83,7 @@ WatchHub::Outcome WatchHub::publish_to(Watcher& watcher, const Coordinator& farm
 
 /// Puts as many changed tiles into the update as fit; true if some are left.
 bool WatchHub::add_tiles(Watcher& watcher, const Film& film, WatchUpdate& update) {
-  const std::uint32_t count = film.grid().tile_count();
+  const std::uint32_t count = film.grid().picture_tiles();
   watcher.sent_tiles.resize(count);
   for (std::uint32_t i = 0; i < count; ++i) {
     const TileId tile{(watcher.next_tile + i) % count};

@@ -12,7 +12,7 @@ namespace lightmill {
 /// Shares the nodes of the film's forest; cheap to take, and untouched by what the film does next.
 struct TileSnapshot {
   PixelRect rect;
-  std::uint32_t channels = 0;
+  NodeLayout layout;
   std::uint64_t samples = 0;    ///< per pixel
   std::uint64_t samples_a = 0;  ///< of these, in half A
   std::vector<std::shared_ptr<const Node>> forest;
@@ -22,6 +22,9 @@ TileSnapshot snapshot(const Film& film, TileId tile);
 
 /// The sums over the forest in ascending index order, laid out as Node::values: the bits of Film::sums.
 std::vector<float> sums_of(const TileSnapshot& tile);
+
+/// What there is of the layers that are not summed.
+FirstValues first_of(const TileSnapshot& tile);
 
 /// The mean of all samples of both halves, planar R, G, B (the first three channels), rows from the top; zero while
 /// there are none.

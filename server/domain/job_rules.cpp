@@ -41,11 +41,17 @@ Status check_spec(const JobSpec& spec) {
     return invalid_argument("settings.crop: {},{} {}x{} does not lie within {}x{} pixels", crop.x, crop.y, crop.width,
                             crop.height, settings.width, settings.height);
   }
-  if (settings.layers != std::vector<LayerSpec>{LayerSpec{}}) {
-    return invalid_argument("settings.layers: must be the one layer 'beauty' with 3 summed channels");
+  if (const Status status = check_layers(settings.layers); !status.ok()) {
+    return with_context(status, "settings.layers");
+  }
+  if (settings.meters > kMaxMeters) {
+    return invalid_argument("settings.meters: at most {}, got {}", kMaxMeters, settings.meters);
   }
   if (settings.method != "path" && settings.method != "preview") {
     return invalid_argument("settings.method: must be 'path' or 'preview', got '{}'", printable(settings.method));
+  }
+  if (const Status status = check_method_layers(settings.method, settings.layers); !status.ok()) {
+    return with_context(status, "settings.layers");
   }
   if (settings.renderer_version.empty()) {
     return invalid_argument("settings.renderer_version: must not be empty");
@@ -53,16 +59,9 @@ Status check_spec(const JobSpec& spec) {
   return ok_status();
 }
 
-std::uint32_t total_channels(const RenderSettings& settings) {
-  std::uint32_t channels = 0;
-  for (const LayerSpec& layer : settings.layers) {
-    channels += layer.channels;
-  }
-  return channels;
-}
-
 std::uint64_t finished_bytes(const JobSpec& spec) {
-  const auto pixels = static_cast<std::uint64_t>(spec.settings.crop.pixel_count());
+  const std::uint64_t pixels = grid_of(spec.settings).pixel_count();
+  const NodeLayout layout(spec.settings.layers);
   int parts = std::popcount(spec.goal.samples);
   if (spec.goal.seconds > 0) {
     // It may stop at any count up to the most it can reach; of those, one with all bits set has most parts.
@@ -70,7 +69,11 @@ std::uint64_t finished_bytes(const JobSpec& spec) {
     most = std::min(most, static_cast<double>(spec.goal.samples > 0 ? spec.goal.samples : kMaxSamples));
     parts = std::bit_width(static_cast<std::uint64_t>(most) + 1) - 1;
   }
-  return static_cast<std::uint64_t>(std::max(parts, 1)) * pixels * total_channels(spec.settings) * 2 * sizeof(float);
+  parts = std::max(parts, 1);
+  // The first samples lie in at most four of the parts.
+  const std::uint64_t first = std::uint64_t{layout.first_mean + layout.first_nearest} * std::min(parts, 4) +
+                              std::uint64_t{layout.first_samples} * kFirstSamples;
+  return pixels * (static_cast<std::uint64_t>(parts) * layout.summed_values() + first) * sizeof(float);
 }
 
 std::string_view name_of(JobState state) {

@@ -14,7 +14,6 @@ struct Job;
 /// INVALID_ARGUMENT naming the field, unless the farm can render this.
 Status check_spec(const JobSpec& spec);
 
-std::uint32_t total_channels(const RenderSettings& settings);
 /// Bytes of the nodes that a finished film keeps: as many for each tile as the sample goal has dyadic parts, or,
 /// with a goal in seconds, as any count may have that it can reach in that time.
 std::uint64_t finished_bytes(const JobSpec& spec);

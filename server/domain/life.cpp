@@ -17,7 +17,7 @@ double gib(std::uint64_t bytes) {
 
 Job::Job(JobRecord from, std::uint64_t budget_bytes, Time now)
     : record(std::move(from)),
-      film(TileGrid(record.spec.settings.crop), total_channels(record.spec.settings)),
+      film(grid_of(record.spec.settings), NodeLayout(record.spec.settings.layers)),
       hold_until(now) {
   if (!record.fingerprint_class.empty()) {
     digest = render_digest(record.spec.settings, record.fingerprint_class);

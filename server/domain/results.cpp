@@ -29,8 +29,9 @@ Status Coordinator::State::check_result(const Job& job, const WorkerResult& resu
   if (result.node.range != key.range) {
     return invalid_argument("its node has other samples than its key");
   }
-  if (result.node.values.size() != job.film.expected_values(key.tile)) {
-    return invalid_argument("{} values instead of {}", result.node.values.size(), job.film.expected_values(key.tile));
+  if (const std::size_t expected = job.film.expected_values(key.tile, key.range);
+      result.node.values.size() != expected) {
+    return invalid_argument("{} values instead of {}", result.node.values.size(), expected);
   }
   if (!values_are_sound(result.node.values)) {
     return invalid_argument("a value is NaN, infinite or -0");

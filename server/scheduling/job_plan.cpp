@@ -11,7 +11,7 @@ namespace {
 constexpr std::uint64_t kLeastWaitingNodes = 4;  ///< per tile
 
 std::uint64_t bytes_of_one_node_per_tile(const Film& film) {
-  return static_cast<std::uint64_t>(film.grid().crop().pixel_count()) * film.channels() * 2 * sizeof(float);
+  return film.grid().pixel_count() * film.layout().most_values() * sizeof(float);
 }
 
 bool overlap(const SampleRange& a, const SampleRange& b) {

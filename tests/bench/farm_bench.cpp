@@ -62,7 +62,7 @@ T value_of(Result<T> result) {
 /// that.
 int run_client(const Options& options) {
   cli::RenderOptions render;
-  render.scenes = {options.scene};
+  render.scene.scenes = {options.scene};
   render.size = fmt::format("{0}x{0}", options.size);
   render.samples = std::uint64_t{1} << options.level;
   render.seed = options.seed;

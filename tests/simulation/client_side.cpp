@@ -7,6 +7,8 @@ namespace lightmill::simulation {
 namespace {
 
 const PixelRect kCrops[] = {{60, 60, 8, 8}, {0, 0, 3, 2}, {62, 10, 70, 1}, {0, 61, 2, 70}};
+const std::vector<std::string> kLayers[] = {
+    {}, {}, {"albedo"}, {"normal", "depth", "id"}, {"direct", "indirect", "normal", "depth", "id"}};
 constexpr std::uint64_t kGoals[] = {1, 2, 3, 7, 16, 33, 64, 100};
 
 }  // namespace
@@ -22,6 +24,7 @@ void FarmSimulation::make_jobs() {
     job.spec.settings.height = 200;
     job.spec.settings.crop = kCrops[random_.below(std::size(kCrops))];
     job.spec.settings.seed = random_.below(3);
+    job.spec.settings.layers = *film_layers(kLayers[random_.below(std::size(kLayers))]);
     job.spec.settings.renderer_version = kRendererVersion;
     job.goal = kGoals[random_.below(std::size(kGoals))];
     if (chaos_.changes && random_.chance(0.2)) {
@@ -247,9 +250,13 @@ void FarmSimulation::check_film(const ClientJob& job, const JobStatus& status) {
     if (job.cancelled) {
       continue;
     }
+    const NodeLayout& layout = film.layout();
+    const auto pixels = static_cast<std::size_t>(film.grid().tile_rect(tile).pixel_count());
+    const std::vector<NodePtr> quiet = shared_renderer().forest(status.render_digest, tile, samples, pixels, layout);
     const std::vector<float> sums = film.sums(tile);
-    const std::vector<float> quiet = shared_renderer().sums(status.render_digest, tile, samples, sums.size());
-    if (std::memcmp(sums.data(), quiet.data(), sums.size() * sizeof(float)) != 0) {
+    const std::vector<float> quiet_sums = sums_over(quiet, layout, pixels, layout.summed);
+    if (std::memcmp(sums.data(), quiet_sums.data(), sums.size() * sizeof(float)) != 0 ||
+        first_over(film.forest(tile), layout, pixels).values != first_over(quiet, layout, pixels).values) {
       fail(fmt::format("job {}, tile {}: other bytes than the quiet run's with {} samples", job.id->value, i, samples));
       return;
     }

@@ -10,10 +10,11 @@ namespace lightmill::simulation {
 
 class FakeRenderer {
  public:
-  /// The node of a tile of `values` values (2 × channels × pixels).
-  NodePtr node(const Sha256& digest, TileId tile, SampleRange range, std::size_t values);
-  /// The sums of samples [0, samples) as a film must hold them: over maximal dyadic ranges, ascending.
-  std::vector<float> sums(const Sha256& digest, TileId tile, std::uint64_t samples, std::size_t values);
+  /// The node of a tile of `pixels` pixels.
+  NodePtr node(const Sha256& digest, TileId tile, SampleRange range, std::size_t pixels, const NodeLayout& layout);
+  /// Samples [0, samples) as a film must hold them: over maximal dyadic ranges, ascending.
+  std::vector<NodePtr> forest(const Sha256& digest, TileId tile, std::uint64_t samples, std::size_t pixels,
+                              const NodeLayout& layout);
 
  private:
   std::map<std::tuple<Sha256, TileId, SampleRange>, NodePtr>

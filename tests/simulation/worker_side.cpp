@@ -11,7 +11,7 @@ namespace {
 constexpr double kSecondsPerPixelSample = 2e-3;
 
 std::uint64_t pixel_samples(const JobDescription& job, const NodeKey& key) {
-  return static_cast<std::uint64_t>(TileGrid(job.settings.crop).tile_rect(key.tile).pixel_count()) * key.range.count();
+  return static_cast<std::uint64_t>(grid_of(job.settings).tile_rect(key.tile).pixel_count()) * key.range.count();
 }
 
 }  // namespace
@@ -214,11 +214,12 @@ void FarmSimulation::render(std::size_t index) {
       }
       --again.busy;
       report_.rendered += samples;
-      const PixelRect rect = TileGrid(tile.description->settings.crop).tile_rect(tile.key.tile);
-      const std::size_t values = static_cast<std::size_t>(rect.pixel_count()) * 2 * kBeautyChannels;
+      const RenderSettings& settings = tile.description->settings;
+      const auto pixels = static_cast<std::size_t>(grid_of(settings).tile_rect(tile.key.tile).pixel_count());
       RenderedTile rendered;
       rendered.ticket = tile.ticket;
-      rendered.node = *shared_renderer().node(tile.description->render_digest, tile.key.tile, tile.key.range, values);
+      rendered.node = *shared_renderer().node(tile.description->render_digest, tile.key.tile, tile.key.range, pixels,
+                                              NodeLayout(settings.layers));
       if (bugs_.wrong_bits && index == 0) {
         rendered.node.values[0] = std::nextafter(rendered.node.values[0], 1e30f);
       }

@@ -56,9 +56,10 @@ void Preparer::run() {
 Result<PreparedJob> Preparer::prepare(const JobDescription& description) {
   const RenderSettings& settings = description.settings;
   LM_ASSIGN_OR_RETURN(std::shared_ptr<const CompiledScene> scene, compiled(settings));
-  LM_ASSIGN_OR_RETURN(std::unique_ptr<Method> method,
-                      make_method(std::move(scene), {settings.method, settings.seed, settings.max_bounces}));
-  return PreparedJob{TileGrid(settings.crop), std::move(method)};
+  LM_ASSIGN_OR_RETURN(
+      std::unique_ptr<Method> method,
+      make_method(std::move(scene), {settings.method, settings.seed, settings.max_bounces, settings.layers}));
+  return PreparedJob{grid_of(settings), std::move(method)};
 }
 
 Result<std::shared_ptr<const CompiledScene>> Preparer::compiled(const RenderSettings& settings) {

@@ -20,6 +20,14 @@ std::string goal_text(const v1::Goal& goal) {
   return text;
 }
 
+std::vector<std::string> layer_names(const FilmPicture& picture) {
+  std::vector<std::string> names;
+  for (const PictureLayer& layer : picture.layers) {
+    names.push_back(layer.name);
+  }
+  return names;
+}
+
 std::vector<std::vector<std::string>> describe(const FetchedFilm& film) {
   const v1::Job& job = film.job;
   const v1::JobCounters& counters = job.counters();
@@ -49,6 +57,9 @@ std::vector<std::vector<std::string>> describe(const FetchedFilm& film) {
     rows.push_back({"error", fmt::format("{} (relMSE {:.4g} ± {:.2g})", error_text(job), job.error().rel_mse(),
                                          job.error().half_width())});
   }
+  if (!film.picture.layers.empty()) {
+    rows.push_back({"layers", fmt::format("{}", fmt::join(layer_names(film.picture), ", "))});
+  }
   if (counters.non_finite() > 0) {
     rows.push_back({"non-finite", fmt::format("{} samples counted as zero", counters.non_finite())});
   }
@@ -62,6 +73,7 @@ Status show_job(FarmConnection& connection, const Console& console, std::uint64_
   LM_ASSIGN_OR_RETURN(const FetchedFilm film, fetch_film(connection, id));
   nlohmann::json object = to_json(film.job);
   object["film_hash"] = film.picture.receipt.film_hash;
+  object["layers"] = layer_names(film.picture);
   console.object(object);
   print_table(console, describe(film));
   return ok_status();

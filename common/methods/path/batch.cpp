@@ -16,7 +16,7 @@ void Batch::run(std::size_t first_pixel, std::size_t last_pixel, const std::vect
       shade(ws_.paths.load(i), first_lanes(ws_.paths.size() - i), bounce);
     }
     ws_.counters.closest_hit_rays += static_cast<std::uint64_t>(ws_.paths.size());
-    trace_shadows();
+    trace_shadows(bounce);
     std::swap(ws_.paths, ws_.next);
   }
 }
@@ -33,14 +33,15 @@ void Batch::start(std::size_t first_pixel, std::size_t last_pixel, const std::ve
   }
 }
 
-void Batch::add_radiance(M8 lanes, U8 slot, const V8& value) {
+/// Adds to the three planes from `channel` on.
+void Batch::add_to_plane(int channel, M8 lanes, U8 slot, const V8& value) {
   alignas(32) float r[8], g[8], b[8];
   alignas(32) std::uint32_t p[8];
   value.x.store(r);
   value.y.store(g);
   value.z.store(b);
   slot.store(p);
-  float* const red = ws_.radiance.data();
+  float* const red = ws_.radiance.data() + static_cast<std::size_t>(channel) * slots_;
   float* const green = red + slots_;
   float* const blue = green + slots_;
   for (unsigned bits = static_cast<unsigned>(lanes.bits()); bits != 0; bits &= bits - 1) {
@@ -51,12 +52,20 @@ void Batch::add_radiance(M8 lanes, U8 slot, const V8& value) {
   }
 }
 
+/// Light that reaches the camera; `direct`: scattered at most once on its way.
+void Batch::add_light(M8 lanes, U8 slot, const V8& value, bool direct) {
+  add_to_plane(0, lanes, slot, value);
+  if (const int layer = direct ? channels_.direct : channels_.indirect; layer >= 0) {
+    add_to_plane(layer, lanes, slot, value);
+  }
+}
+
 /// A path that arithmetic has led out of all numbers (only degenerate geometry does) makes its sample one that is not
 /// finite: it is counted, not lost in silence.
 void Batch::add_untraceable(M8 lanes, const Ray8& rays, U8 slot) {
   const M8 lost = and_not(lanes, Accel::traceable(rays));
   if (lost.any()) [[unlikely]] {
-    add_radiance(lost, slot, broadcast(Vec3(std::numeric_limits<float>::quiet_NaN())));
+    add_to_plane(0, lost, slot, broadcast(Vec3(std::numeric_limits<float>::quiet_NaN())));
   }
 }
 
@@ -68,8 +77,12 @@ void Batch::shade(const Path8& in, M8 lanes, std::uint32_t bounce) {
     return;
   }
   const Surface8 surface = scene_.surface(rays, hits);
+  if (bounce == 0 && channels_.shows_surfaces()) {
+    store_surfaces(channels_, scene_, hits, surface, in.slot,
+                   {ws_.radiance.data(), slots_, ws_.first.empty() ? nullptr : ws_.first.data(), pixels_});
+  }
   if (scene_.features().emissive_surfaces) {
-    add_emission(in, hits, surface);
+    add_emission(in, hits, surface, bounce);
   }
   if (bounce == max_bounces_) {
     return;
@@ -120,7 +133,7 @@ void Batch::shade_kind(MaterialKind kind, const Vertex8& vertex, M8 lanes) {
 }
 
 /// Light that the path finds by itself, weighted against next-event estimation having found it.
-void Batch::add_emission(const Path8& in, const Hit8& hits, const Surface8& surface) {
+void Batch::add_emission(const Path8& in, const Hit8& hits, const Surface8& surface, std::uint32_t bounce) {
   const M8 emitting = scene_.emits(surface, hits.hit);
   if (emitting.none()) {
     return;
@@ -128,7 +141,8 @@ void Batch::add_emission(const Path8& in, const Hit8& hits, const Surface8& surf
   const F8 cos_light = abs(dot(in.direction, surface.geometric_normal));
   const F8 light_pdf = scene_.light_pdf_solid_angle(in.origin, hits, cos_light, emitting);
   const F8 weight = select(in.pdf_solid_angle > F8(0.0f), mis_weight(in.pdf_solid_angle, light_pdf), F8(1.0f));
-  add_radiance(emitting, in.slot, in.throughput * scene_.materials().emission(surface.material, emitting) * weight);
+  add_light(emitting, in.slot, in.throughput * scene_.materials().emission(surface.material, emitting) * weight,
+            bounce <= 1);
 }
 
 /// A path that starts with a delta BSDF is not split: its points are those of the sample, under scrambles of its own.
@@ -174,14 +188,14 @@ void Batch::go_on(Path8& out, M8 lanes, std::uint32_t bounce) {
   }
 }
 
-void Batch::trace_shadows() {
+void Batch::trace_shadows(std::uint32_t bounce) {
   for (int i = 0; i < ws_.shadows.size(); i += 8) {
     const M8 lanes = first_lanes(ws_.shadows.size() - i);
     const Shadow8 s = ws_.shadows.load(i);
     const Ray8 rays{s.origin, s.direction, F8(1.0f)};
     add_untraceable(lanes, rays, s.slot);
     const M8 blocked = scene_.accel().occluded(lanes, rays);
-    add_radiance(and_not(lanes, blocked), s.slot, s.contribution);
+    add_light(and_not(lanes, blocked), s.slot, s.contribution, bounce == 0);
   }
   ws_.counters.shadow_rays += static_cast<std::uint64_t>(ws_.shadows.size());
 }

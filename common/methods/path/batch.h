@@ -4,6 +4,7 @@
 #include <array>
 
 #include "common/materials/bsdf.h"
+#include "common/methods/film_channels.h"
 #include "common/methods/method.h"
 #include "common/methods/path/queues.h"
 #include "common/methods/path/sample_plan.h"
@@ -20,7 +21,8 @@ class PathWorkspace final : public Workspace {
   ShadowQueue shadows;
   SampleSums sums;
   std::array<std::vector<std::uint32_t>, 2> pixel_seeds;  ///< one array a half
-  std::vector<float> radiance;                            ///< of one sample of the tile: RGB planes of one value a slot
+  std::vector<float> radiance;  ///< of one sample of the tile: planes of one value a slot, beauty's first
+  std::vector<float> first;     ///< planes of one value a pixel of layers that are made of samples 0 to 15
 };
 
 /// Up to eight paths at the surfaces they have found, and what shading them needs.
@@ -35,9 +37,10 @@ struct Vertex8 {
 /// Holds what all steps of a batch need. `shade_kind` is the one place that knows which materials there are.
 class Batch {
  public:
-  Batch(const CompiledScene& scene, const PixelRect& tile, const SamplePlan& plan, std::uint32_t max_bounces,
-        PathWorkspace& ws)
+  Batch(const CompiledScene& scene, const FilmChannels& channels, const PixelRect& tile, const SamplePlan& plan,
+        std::uint32_t max_bounces, PathWorkspace& ws)
       : scene_(scene),
+        channels_(channels),
         tile_(tile),
         plan_(plan),
         max_bounces_(max_bounces),
@@ -50,9 +53,10 @@ class Batch {
 
  private:
   void start(std::size_t first_pixel, std::size_t last_pixel, const std::vector<std::uint32_t>& seeds);
-  void add_radiance(M8 lanes, U8 slot, const V8& value);
+  void add_to_plane(int channel, M8 lanes, U8 slot, const V8& value);
+  void add_light(M8 lanes, U8 slot, const V8& value, bool direct);
   void add_untraceable(M8 lanes, const Ray8& rays, U8 slot);
-  void add_emission(const Path8& in, const Hit8& hits, const Surface8& surface);
+  void add_emission(const Path8& in, const Hit8& hits, const Surface8& surface, std::uint32_t bounce);
   void shade(const Path8& in, M8 lanes, std::uint32_t bounce);
   void shade_kind(MaterialKind kind, const Vertex8& vertex, M8 lanes);
 
@@ -66,9 +70,10 @@ class Batch {
   static Path8 specular_start(const Vertex8& vertex);
   void leave(const Vertex8& vertex, const BsdfSample8& sample, Path8& out, M8 lanes);
   void go_on(Path8& out, M8 lanes, std::uint32_t bounce);
-  void trace_shadows();
+  void trace_shadows(std::uint32_t bounce);
 
   const CompiledScene& scene_;
+  const FilmChannels& channels_;
   const PixelRect& tile_;
   const SamplePlan& plan_;
   const std::uint32_t max_bounces_;

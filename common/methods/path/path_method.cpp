@@ -16,7 +16,8 @@ class PathMethod final : public Method {
   PathMethod(std::shared_ptr<const CompiledScene> scene, const MethodSettings& settings)
       : scene_(std::move(scene)),
         seed_(settings.seed),
-        max_bounces_(settings.max_bounces == 0 ? kMaxBounces : settings.max_bounces) {}
+        max_bounces_(settings.max_bounces == 0 ? kMaxBounces : settings.max_bounces),
+        channels_(settings.layers) {}
 
   std::unique_ptr<Workspace> make_workspace() const override {
     auto ws = std::make_unique<PathWorkspace>();
@@ -31,19 +32,21 @@ class PathMethod final : public Method {
     const FixedFloatEnvironment float_environment;
     auto& ws = static_cast<PathWorkspace&>(workspace);
     const auto pixels = static_cast<std::size_t>(tile.pixel_count());
-    ws.sums.start(range, pixels);
+    ws.sums.start(range, pixels, channels_.layout);
     for (std::uint32_t half = 0; half < 2; ++half) {
       fill_pixel_seeds(tile, seed_, half, ws.pixel_seeds[half]);
     }
     for (std::uint64_t sample = range.first(); sample < range.end(); ++sample) {
       const SamplePlan plan(sample);
-      ws.radiance.assign(3 * pixels * plan.splits, 0.0f);
-      Batch batch(*scene_, tile, plan, max_bounces_, ws);
+      const std::size_t channels = channels_.layout.summed;
+      ws.radiance.assign(channels * pixels * plan.splits, 0.0f);
+      ws.first.assign(sample < kFirstSamples ? channels_.layout.first_values(1) * pixels : 0, 0.0f);
+      Batch batch(*scene_, channels_, tile, plan, max_bounces_, ws);
       for (std::size_t first = 0; first < pixels; first += kBatchPixels) {
         batch.run(first, std::min(first + kBatchPixels, pixels), ws.pixel_seeds[sample & 1]);
       }
-      sum_splits(ws.radiance, pixels, plan.splits);
-      ws.sums.add(std::span(ws.radiance).first(3 * pixels));
+      sum_splits(ws.radiance, channels, pixels, plan.splits);
+      ws.sums.add(std::span(ws.radiance).first(channels * pixels), ws.first);
     }
     ws.counters.samples += pixels * range.count();
     return ws.sums.finish();
@@ -51,8 +54,8 @@ class PathMethod final : public Method {
 
  private:
   /// From planes of one value a slot to planes of one value a pixel, split paths added in ascending order.
-  static void sum_splits(std::vector<float>& planes, std::size_t pixels, std::size_t splits) {
-    for (std::size_t channel = 0; splits > 1 && channel < 3; ++channel) {
+  static void sum_splits(std::vector<float>& planes, std::size_t channels, std::size_t pixels, std::size_t splits) {
+    for (std::size_t channel = 0; splits > 1 && channel < channels; ++channel) {
       const float* const from = planes.data() + channel * splits * pixels;
       float* const to = planes.data() + channel * pixels;  // at or before what it reads, which is not needed again
       for (std::size_t pixel = 0; pixel < pixels; ++pixel) {
@@ -68,6 +71,7 @@ class PathMethod final : public Method {
   std::shared_ptr<const CompiledScene> scene_;
   std::uint64_t seed_;
   std::uint32_t max_bounces_;
+  FilmChannels channels_;
 };
 
 }  // namespace

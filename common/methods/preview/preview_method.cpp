@@ -1,5 +1,6 @@
 #include "common/methods/preview/preview_method.h"
 
+#include "common/methods/film_channels.h"
 #include "common/methods/float_environment.h"
 #include "common/methods/primary_rays.h"
 #include "common/methods/sample_sums.h"
@@ -11,13 +12,14 @@ class PreviewWorkspace final : public Workspace {
  public:
   SampleSums sums;
   std::vector<std::uint32_t> pixel_seeds;
-  std::vector<float> radiance;  ///< RGB planes, with room for eight-wide stores
+  std::vector<float> radiance;  ///< planes of the summed channels
+  std::vector<float> first;     ///< planes of layers that are made of samples 0 to 15
 };
 
 class PreviewMethod final : public Method {
  public:
   PreviewMethod(std::shared_ptr<const CompiledScene> scene, const MethodSettings& settings)
-      : scene_(std::move(scene)), seed_(settings.seed) {}
+      : scene_(std::move(scene)), seed_(settings.seed), channels_(settings.layers) {}
 
   std::unique_ptr<Workspace> make_workspace() const override { return std::make_unique<PreviewWorkspace>(); }
 
@@ -25,11 +27,13 @@ class PreviewMethod final : public Method {
     const FixedFloatEnvironment float_environment;
     auto& ws = static_cast<PreviewWorkspace&>(workspace);
     const auto pixels = static_cast<std::size_t>(tile.pixel_count());
-    ws.sums.start(range, pixels);
+    ws.sums.start(range, pixels, channels_.layout);
     for (std::uint64_t sample = range.first(); sample < range.end(); ++sample) {
       fill_pixel_seeds(tile, seed_, sample & 1, ws.pixel_seeds);
+      ws.radiance.assign(channels_.layout.summed * pixels, 0.0f);
+      ws.first.assign(sample < kFirstSamples ? channels_.layout.first_values(1) * pixels : 0, 0.0f);
       render_sample(tile, static_cast<std::uint32_t>(sample >> 1), pixels, ws);
-      ws.sums.add(ws.radiance);
+      ws.sums.add(ws.radiance, ws.first);
     }
     ws.counters.samples += pixels * range.count();
     ws.counters.closest_hit_rays += pixels * range.count();
@@ -38,7 +42,6 @@ class PreviewMethod final : public Method {
 
  private:
   void render_sample(const PixelRect& tile, std::uint32_t index, std::size_t pixels, PreviewWorkspace& ws) const {
-    ws.radiance.assign(3 * pixels, 0.0f);
     for (std::size_t pixel = 0; pixel < pixels; pixel += 8) {
       const M8 lanes = first_lanes(static_cast<int>(pixels - pixel));
       const U8 pixel_lanes = U8(static_cast<std::uint32_t>(pixel)) + U8::lane_index();
@@ -47,6 +50,10 @@ class PreviewMethod final : public Method {
       const Surface8 surface = scene_->surface(rays, hits);
       const V8 value = masked(hits.hit, scene_->materials().reflectance(surface.material, hits.hit)) +
                        scene_->materials().emission(surface.material, scene_->emits(surface, hits.hit));
+      if (channels_.shows_surfaces()) {
+        store_surfaces(channels_, *scene_, hits, surface, pixel_lanes,
+                       {ws.radiance.data(), pixels, ws.first.empty() ? nullptr : ws.first.data(), pixels});
+      }
       alignas(32) float plane[8];
       int channel = 0;
       for (const F8& c : {value.x, value.y, value.z}) {
@@ -60,6 +67,7 @@ class PreviewMethod final : public Method {
 
   std::shared_ptr<const CompiledScene> scene_;
   std::uint64_t seed_;
+  FilmChannels channels_;
 };
 
 }  // namespace

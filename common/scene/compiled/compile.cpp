@@ -70,6 +70,7 @@ class SceneCompiler {
     }
     finish_lights();
     LM_RETURN_IF_ERROR(out_->accel_->commit());
+    out_->frame_ = frame_;
     out_->camera_ = camera_basis(scene_.camera, scene_.film.height, frame_.to_frame(to_vec(scene_.camera.eye)));
     out_->filter_ = std::make_unique<FilterTable>(filter_table(scene_.film.filter));
     out_->film_width_ = scene_.film.width;

@@ -14,6 +14,7 @@
 #include "common/scene/accel/accel.h"
 #include "common/scene/compiled/geometry_table.h"
 #include "common/scene/compiled/material_table.h"
+#include "common/scene/compiled/world_frame.h"
 #include "common/scene/document.h"
 
 namespace lightmill {
@@ -45,6 +46,7 @@ class CompiledScene {
   const LightTable& lights() const { return lights_; }
   const MaterialTable& materials() const { return materials_; }
   const CameraBasis& camera() const { return camera_; }
+  const WorldFrame& frame() const { return frame_; }
   const FilterTable& filter() const { return *filter_; }
   const SceneFeatures& features() const { return features_; }
   int film_width() const { return film_width_; }
@@ -71,6 +73,7 @@ class CompiledScene {
   MaterialTable materials_;
   LightTable lights_;
   CameraBasis camera_;
+  WorldFrame frame_;
   std::unique_ptr<FilterTable> filter_;
   SceneFeatures features_;
   int film_width_ = 0, film_height_ = 0;

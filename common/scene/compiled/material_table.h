@@ -26,6 +26,8 @@ class MaterialTable {
     return lanes & (gather(kind_.data(), material, lanes) == U8(static_cast<std::uint32_t>(kind)));
   }
   V8 reflectance(U8 material, M8 lanes) const { return gather3(reflectance_.data(), material, lanes); }
+  /// How much of light each channel scatters, as far as one colour can say it; 1 for clear glass.
+  V8 albedo(U8 material, M8 lanes) const { return reflectance(material, lanes); }
   F8 ior(U8 material, M8 lanes) const { return gather(ior_.data(), material, lanes); }
   V8 emission(U8 material, M8 lanes) const { return gather3(emission_.data(), material, lanes); }
   /// Which hits see emitted light, given whether they are on the front.

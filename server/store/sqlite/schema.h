@@ -1,4 +1,4 @@
-// The tables of the store's file, format 1.
+// The tables of the store's file, format 2.
 #pragma once
 
 namespace lightmill::sqlite {
@@ -13,7 +13,7 @@ CREATE TABLE meta (
   key TEXT PRIMARY KEY,
   value INTEGER NOT NULL
 ) WITHOUT ROWID;
-INSERT INTO meta VALUES ('format', 1), ('epoch', 0);
+INSERT INTO meta VALUES ('format', 2), ('epoch', 0);
 
 CREATE TABLE jobs (
   id INTEGER PRIMARY KEY AUTOINCREMENT,
@@ -51,7 +51,8 @@ CREATE TABLE job_settings (
   seed INTEGER NOT NULL,
   method TEXT NOT NULL,
   max_bounces INTEGER NOT NULL,
-  renderer_version TEXT NOT NULL
+  renderer_version TEXT NOT NULL,
+  meters INTEGER NOT NULL DEFAULT 0
 );
 
 CREATE TABLE job_assets (
@@ -93,6 +94,12 @@ CREATE TABLE results (
   worker TEXT NOT NULL,
   PRIMARY KEY (job, tile, level, range_index)
 ) WITHOUT ROWID;
+)sql";
+
+/// From format 1, which knew no meters.
+inline constexpr const char* kFromFormat1 = R"sql(
+ALTER TABLE job_settings ADD COLUMN meters INTEGER NOT NULL DEFAULT 0;
+UPDATE meta SET value = 2 WHERE key = 'format';
 )sql";
 
 }  // namespace lightmill::sqlite

@@ -23,7 +23,11 @@ constexpr std::array<std::pair<JobState, std::string_view>, 6> kStateNames{{{Job
                                                                             {JobState::done, "done"},
                                                                             {JobState::failed, "failed"},
                                                                             {JobState::cancelled, "cancelled"}}};
-constexpr std::string_view kSummedLayer = "summed";
+constexpr std::array<std::pair<LayerKind, std::string_view>, 4> kLayerKinds{
+    {{LayerKind::summed, "summed"},
+     {LayerKind::first_mean, "first_mean"},
+     {LayerKind::first_nearest, "first_nearest"},
+     {LayerKind::first_samples, "first_samples"}}};
 
 std::string_view name_of(JobState state) {
   for (const auto& [value, name] : kStateNames) {
@@ -144,7 +148,8 @@ Status SqliteStore::put_settings(const JobRecord& record) {
   const RenderSettings& settings = record.spec.settings;
   statements_.put_settings.bind_all(record.id.value, as_byte_view(settings.scene), settings.width, settings.height,
                                     settings.crop.x, settings.crop.y, settings.crop.width, settings.crop.height,
-                                    settings.seed, settings.method, settings.max_bounces, settings.renderer_version);
+                                    settings.seed, settings.method, settings.max_bounces, settings.renderer_version,
+                                    settings.meters);
   LM_RETURN_IF_ERROR(statements_.put_settings.run());
   if (database_.changes() == 0) {
     return ok_status();
@@ -155,8 +160,9 @@ Status SqliteStore::put_settings(const JobRecord& record) {
   }
   for (std::size_t i = 0; i < settings.layers.size(); ++i) {
     const LayerSpec& layer = settings.layers[i];
-    LM_CHECK(layer.kind == LayerKind::summed);
-    statements_.put_layer.bind_all(record.id.value, std::uint64_t{i}, layer.name, layer.channels, kSummedLayer);
+    const auto kind = std::ranges::find(kLayerKinds, layer.kind, [](const auto& entry) { return entry.first; });
+    LM_CHECK(kind != kLayerKinds.end());
+    statements_.put_layer.bind_all(record.id.value, std::uint64_t{i}, layer.name, layer.channels, kind->second);
     LM_RETURN_IF_ERROR(statements_.put_layer.run());
   }
   return ok_status();
@@ -281,6 +287,7 @@ Status SqliteStore::load_settings(StoredState& state) {
     settings.method = settings_row.text(column++);
     settings.max_bounces = static_cast<std::uint32_t>(settings_row.natural(column++));
     settings.renderer_version = settings_row.text(column++);
+    settings.meters = static_cast<std::uint32_t>(settings_row.natural(column++));
     settings_row.reset();
 
     assets.bind_all(id);
@@ -304,10 +311,11 @@ Status SqliteStore::load_settings(StoredState& state) {
       if (!more) {
         break;
       }
-      if (layers.view(2) != kSummedLayer) {
+      const auto kind = std::ranges::find(kLayerKinds, layers.view(2), [](const auto& entry) { return entry.second; });
+      if (kind == kLayerKinds.end()) {
         return data_loss("job {} has a layer of unknown kind '{}' in the store", id, layers.view(2));
       }
-      settings.layers.push_back({layers.text(0), static_cast<std::uint32_t>(layers.natural(1)), LayerKind::summed});
+      settings.layers.push_back({layers.text(0), static_cast<std::uint32_t>(layers.natural(1)), kind->first});
     }
     layers.reset();
   }
@@ -400,6 +408,10 @@ Status prepare_file(Database& database, const std::filesystem::path& file, bool 
         "another directory with --data",
         file.string(), version, kSqliteFormatVersion);
   }
+  if (version == 1) {
+    return database.execute(fmt::format("BEGIN IMMEDIATE; {} PRAGMA user_version = {}; COMMIT;", sqlite::kFromFormat1,
+                                        kSqliteFormatVersion));
+  }
   if (version < kSqliteFormatVersion) {
     return failed_precondition("{} has the unknown format {}", file.string(), version);
   }
@@ -415,7 +427,7 @@ Result<Statements> prepare_statements(Database& database) {
   LM_ASSIGN_OR_RETURN(all.put_progress, database.prepare(kPutProgress));
   LM_ASSIGN_OR_RETURN(
       all.put_settings,
-      database.prepare("INSERT OR IGNORE INTO job_settings VALUES (?1,?2,?3,?4,?5,?6,?7,?8,?9,?10,?11,?12)"));
+      database.prepare("INSERT OR IGNORE INTO job_settings VALUES (?1,?2,?3,?4,?5,?6,?7,?8,?9,?10,?11,?12,?13)"));
   LM_ASSIGN_OR_RETURN(all.put_asset, database.prepare("INSERT INTO job_assets VALUES (?1,?2,?3)"));
   LM_ASSIGN_OR_RETURN(all.put_layer, database.prepare("INSERT INTO job_layers VALUES (?1,?2,?3,?4,?5)"));
   LM_ASSIGN_OR_RETURN(all.delete_job, database.prepare("DELETE FROM jobs WHERE id = ?1"));

@@ -1,6 +1,10 @@
 // `render --local`: a farm of its own, gone with the command, whatever ends it.
 #include <csignal>
 
+#include "client/cli/film_fetch.h"
+#include "common/base/check.h"
+#include "common/base/file.h"
+#include "common/image/exr.h"
 #include "common/image/picture_file.h"
 #include "tests/integration/cli/cli_fixture.h"
 
@@ -42,6 +46,75 @@ TEST_F(CliTest, TheSameSeedGivesTheSameFilmOnAnotherFarm) {
   std::vector<std::string> one_thread = render;
   one_thread.insert(one_thread.end(), {"--threads", "1"});
   EXPECT_EQ(json(render)["film_hash"], json(one_thread)["film_hash"]);
+}
+
+/// A float channel of an EXR.
+const std::vector<float>& plane(const Image& image, const std::string& name) {
+  const std::vector<float>* values = image.floats(name);
+  LM_CHECK(values != nullptr, "no channel {}", name);
+  return *values;
+}
+
+TEST_F(CliTest, LayersComeOutAndTheHashCoversThem) {
+  const std::vector<std::string> render{
+      "render", scene("cornell-bench-balls.json"), "--local", "--size", "70x66", "--spp", "20", "-o", file("a.exr")};
+  std::vector<std::string> layered = render;
+  layered.insert(layered.end(), {"--layers", "id,direct,indirect,albedo,normal,depth"});
+  const nlohmann::json done = json(layered);
+  const nlohmann::json again = json({"error", file("a.exr"), file("a.exr")});
+  EXPECT_EQ(again["rel_mse"], 0);
+  const Result<FilmPicture> picture = load_film_picture(file("a.exr"));
+  ASSERT_TRUE(picture.ok()) << picture.status();
+  EXPECT_EQ(cli::film_hash_of(*picture).hex(), done["film_hash"]);
+  const auto bytes = read_file(file("a.exr"));
+  ASSERT_TRUE(bytes.ok());
+  const Result<Image> image = decode_exr(as_byte_view(*bytes));
+  ASSERT_TRUE(image.ok()) << image.status();
+  EXPECT_NE(json(render)["film_hash"], done["film_hash"]);
+  const Result<FilmPicture> plain = load_film_picture(file("a.exr"));
+  ASSERT_TRUE(plain.ok()) << plain.status();
+  EXPECT_EQ(plain->beauty, picture->beauty);
+
+  // Each pixel is covered by what the manifest names, where anything is seen.
+  const auto manifest = nlohmann::json::parse(image->text("cryptomatte/3ae39a5/manifest"));
+  std::set<std::uint32_t> ids;
+  for (const auto& [name, hash] : manifest.items()) {
+    ids.insert(static_cast<std::uint32_t>(std::stoul(hash.get<std::string>(), nullptr, 16)));
+  }
+  EXPECT_TRUE(manifest.contains("mirror ball")) << manifest;
+  const std::vector<float>& depth = plane(*image, "Z");
+  for (std::size_t i = 0; i < depth.size(); ++i) {
+    const float beauty = plane(*image, "G")[i];
+    EXPECT_NEAR(plane(*image, "Direct.G")[i] + plane(*image, "Indirect.G")[i], beauty, 1e-5 * beauty);
+    float covered = 0;
+    for (const auto& [id, coverage] : {std::pair{"CryptoObject00.R", "CryptoObject00.G"},
+                                       {"CryptoObject00.B", "CryptoObject00.A"},
+                                       {"CryptoObject01.R", "CryptoObject01.G"},
+                                       {"CryptoObject01.B", "CryptoObject01.A"}}) {
+      covered += plane(*image, coverage)[i];
+      if (plane(*image, coverage)[i] > 0) {
+        EXPECT_TRUE(ids.contains(std::bit_cast<std::uint32_t>(plane(*image, id)[i])));
+      }
+    }
+    EXPECT_LE(covered, 1);  // the box is open towards the camera, whose picture is wider
+    EXPECT_EQ(covered > 0, depth[i] < kNoDepth);
+    EXPECT_GT(depth[i], 799);  // the box begins 800 from the eye
+  }
+}
+
+TEST_F(CliTest, LayersThatCannotBeAreRefusedAtOnce) {
+  const std::string balls = scene("cornell-bench-balls.json");
+  const auto error = [&](std::vector<std::string> arguments) {
+    const CommandResult result = lightmill(std::move(arguments));
+    EXPECT_EQ(result.exit_code, 2);
+    return result.err;
+  };
+  EXPECT_NE(error({"render", balls, "-o", file("a.exr"), "--layers", "depht"}).find("unknown layer \"depht\""),
+            std::string::npos);
+  EXPECT_NE(error({"render", balls, "-o", file("a.exr"), "--method", "preview", "--layers", "direct"})
+                .find("method preview has no layer \"direct\""),
+            std::string::npos);
+  EXPECT_NE(error({"submit", balls, "--layers", "light:key"}).find("light:key"), std::string::npos);
 }
 
 class EndedBySignal : public CliTest, public ::testing::WithParamInterface<int> {};

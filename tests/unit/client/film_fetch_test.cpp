@@ -46,6 +46,26 @@ TEST(FilmFile, HashComputedFromTheFileIsTheOneThatItStates) {
   EXPECT_EQ(film_hash_of(*back).hex(), hash.hex());
 }
 
+TEST(FilmFile, LayersAreInTheFileAndInItsHash) {
+  auto [picture, plain_hash] = example_film();
+  for (const char* name : {"direct", "light:key", "normal", "depth", "id"}) {
+    picture.layers.push_back(make_picture_layer(name, picture.pixels()));
+    for (float& value : picture.layers.back().values) {
+      value = 0.25f * static_cast<float>(&value - picture.layers.back().values.data());
+    }
+  }
+  EXPECT_NE(film_hash_of(picture).hex(), plain_hash.hex());
+  const test::TemporaryFolder folder;
+  const std::string path = (folder.path() / "film.exr").string();
+  ASSERT_TRUE(write_outputs(picture, {path}, {}).ok());
+  const Result<FilmPicture> back = load_film_picture(path);
+  ASSERT_TRUE(back.ok()) << back.status();
+  ASSERT_EQ(back->layers.size(), 5u);
+  EXPECT_EQ(back->layers[1].channels[2], "Light.key.B");
+  EXPECT_EQ(back->layers[4].values, picture.layers[4].values);
+  EXPECT_EQ(film_hash_of(*back).hex(), film_hash_of(picture).hex());
+}
+
 TEST(FilmFile, OneChangedBitIsSeen) {
   const auto [picture, hash] = example_film();
   for (std::vector<float> FilmPicture::*half : {&FilmPicture::half_a, &FilmPicture::half_b}) {

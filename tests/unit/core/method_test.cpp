@@ -9,16 +9,26 @@
 namespace lightmill {
 namespace {
 
-class Methods : public ::testing::TestWithParam<std::string> {
+/// A method and the layers that it is to fill.
+struct MethodCase {
+  std::string name;
+  std::vector<std::string> layers;
+};
+
+class Methods : public ::testing::TestWithParam<MethodCase> {
  protected:
   Methods() : scene_(test::TestScene(LIGHTMILL_SOURCE_DIR "/scenes/cornell-bench-balls.json").resized(100, 90)) {
     auto compiled = CompiledScene::compile(scene_.scene(), scene_.assets());
     EXPECT_TRUE(compiled.ok());
     compiled_ = *compiled;
-    auto method = make_method(compiled_, {GetParam(), 42, 0});
+    auto method = make_method(compiled_, settings(42));
     EXPECT_TRUE(method.ok());
     method_ = std::move(*method);
   }
+  static MethodSettings settings(std::uint64_t seed) {
+    return {GetParam().name, seed, 0, *film_layers(GetParam().layers)};
+  }
+  static NodeLayout layout() { return NodeLayout(settings(0).layers); }
   Node render(const PixelRect& rect, SampleRange range) const {
     return method_->render(rect, range, *method_->make_workspace());
   }
@@ -31,9 +41,9 @@ class Methods : public ::testing::TestWithParam<std::string> {
 TEST_P(Methods, ANodeHasTheBitsOfItsJoinedChildren) {
   const PixelRect tile{64, 0, 36, 64};
   // The last one crosses the sample index at which splitting and roulette change.
-  for (const SampleRange range : {SampleRange{1, 0}, {2, 1}, {3, 3}, {7, 0}}) {
+  for (const SampleRange range : {SampleRange{1, 0}, {2, 1}, {3, 3}, {5, 0}, {7, 0}}) {
     const Node left = render(tile, range.left_child()), right = render(tile, range.right_child());
-    EXPECT_EQ(render(tile, range).values, join(left, right).values) << range.level << " " << range.index;
+    EXPECT_EQ(render(tile, range).values, join(left, right, layout()).values) << range.level << " " << range.index;
   }
 }
 
@@ -43,7 +53,8 @@ TEST_P(Methods, APixelHasTheSameBitsInEveryRectangle) {
   const Node whole = render(tile, range), crop = render(part, range);
   const auto tile_pixels = static_cast<std::size_t>(tile.pixel_count());
   const auto part_pixels = static_cast<std::size_t>(part.pixel_count());
-  for (std::size_t plane = 0; plane < 6; ++plane) {
+  ASSERT_EQ(whole.values.size(), layout().values(range) * tile_pixels);
+  for (std::size_t plane = 0; plane < layout().values(range); ++plane) {
     for (int y = 0; y < part.height; ++y) {
       for (int x = 0; x < part.width; ++x) {
         EXPECT_EQ(crop.values[plane * part_pixels + y * part.width + x],
@@ -73,14 +84,18 @@ TEST_P(Methods, TheCallersFloatingPointModeChangesNothingAndComesBack) {
 }
 
 TEST_P(Methods, AnotherSeedGivesAnotherPicture) {
-  auto other = make_method(compiled_, {GetParam(), 43, 0});
+  auto other = make_method(compiled_, settings(43));
   ASSERT_TRUE(other.ok());
   const PixelRect tile{0, 0, 64, 64};
   EXPECT_NE((*other)->render(tile, {2, 0}, *(*other)->make_workspace()).values, render(tile, {2, 0}).values);
 }
 
-INSTANTIATE_TEST_SUITE_P(All, Methods, ::testing::Values("path", "preview"),
-                         [](const auto& info) { return info.param; });
+INSTANTIATE_TEST_SUITE_P(All, Methods,
+                         ::testing::Values(MethodCase{"path", {}}, MethodCase{"preview", {}},
+                                           MethodCase{"path",
+                                                      {"direct", "indirect", "albedo", "normal", "depth", "id"}},
+                                           MethodCase{"preview", {"albedo", "normal", "depth", "id"}}),
+                         [](const auto& info) { return info.param.name + std::to_string(info.param.layers.size()); });
 
 TEST(Method, AnUnknownNameIsRefusedWithTheKnownOnes) {
   const auto scene = test::TestScene(LIGHTMILL_SOURCE_DIR "/scenes/cornell-bench-balls.json");

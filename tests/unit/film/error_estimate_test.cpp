@@ -23,7 +23,7 @@ class Normal {
 
 /// A node of 2^level samples whose pixels have mean `mean` and standard deviation `sigma` per sample.
 NodePtr noisy_node(const Film& film, TileId tile, std::uint32_t level, double mean, double sigma, Normal& normal) {
-  Node node{{level, 0}, std::vector<float>(film.expected_values(tile)), 0};
+  Node node{{level, 0}, std::vector<float>(film.expected_values(tile, {level, 0})), 0};
   const double half = static_cast<double>(node.range.count()) / 2;
   for (float& value : node.values) {
     value = static_cast<float>(half * mean + std::sqrt(half) * sigma * normal());

@@ -59,6 +59,21 @@ TEST(FilmHash, DoesNotDependOnHowTheFilmWasCut) {
   EXPECT_EQ(film_hash(cut), film_hash(whole));
 }
 
+TEST(FilmHash, CoversLayersAndMeters) {
+  const Hash128 plain = film_hash(small_film());
+  FilmPlanes layered = small_film();
+  layered.layers = {1, 2};
+  const Hash128 with_layers = film_hash(layered);
+  EXPECT_NE(with_layers, plain);
+  layered.layers[1] = 3;
+  EXPECT_NE(film_hash(layered), with_layers);
+  FilmPlanes metered = small_film();
+  const std::vector<float> sums{1, 2};
+  metered.meters = {meter_hash(sums, 1, 0)};
+  EXPECT_NE(film_hash(metered), plain);
+  EXPECT_NE(meter_hash(sums, 1, 0), meter_hash(sums, 0, 1));
+}
+
 TEST(FilmHash, SeesASinglePixelACountAndAnExchangeOfHalves) {
   const Hash128 expected = film_hash(small_film());
   FilmPlanes other = small_film();

@@ -19,12 +19,15 @@ float sample_value(TileId tile, std::size_t slot, std::uint32_t sample) {
 NodePtr make_node(const Film& film, TileId tile, SampleRange range) {
   if (range.level > 0) {
     return std::make_shared<const Node>(
-        join(*make_node(film, tile, range.left_child()), *make_node(film, tile, range.right_child())));
+        join(*make_node(film, tile, range.left_child()), *make_node(film, tile, range.right_child()), film.layout()));
   }
-  Node node{range, std::vector<float>(film.expected_values(tile), 0.0f), range.index % 7 == 0 ? 1u : 0u};
-  const std::size_t half = node.values.size() / 2;
+  Node node{range, std::vector<float>(film.expected_values(tile, range), 0.0f), range.index % 7 == 0 ? 1u : 0u};
+  const std::size_t half = film.layout().summed * static_cast<std::size_t>(film.grid().tile_rect(tile).pixel_count());
   for (std::size_t i = 0; i < half; ++i) {
     node.values[range.index % 2 * half + i] = sample_value(tile, i, range.index);
+  }
+  for (std::size_t i = 2 * half; i < node.values.size(); ++i) {
+    node.values[i] = i % 5 == range.index % 5 ? 0.0f : sample_value(tile, i, range.index);
   }
   return std::make_shared<const Node>(std::move(node));
 }
@@ -62,9 +65,9 @@ std::vector<SampleRange> split_at_random(std::vector<SampleRange> ranges, std::m
   return ranges;
 }
 
-class FilmTest : public testing::Test {
+class FilmTest : public testing::TestWithParam<std::vector<std::string>> {
  protected:
-  Film make_film() const { return Film(TileGrid(kCrop), 3); }
+  Film make_film() const { return Film(TileGrid(kCrop), NodeLayout(*film_layers(GetParam()))); }
   /// The film with [0, samples) merged in ascending order, one sample at a time.
   Film quiet_film(std::uint32_t samples) const {
     Film film = make_film();
@@ -82,13 +85,17 @@ class FilmTest : public testing::Test {
       const std::vector<float> y = b.sums(TileId{tile});
       ASSERT_EQ(x.size(), y.size());
       EXPECT_EQ(std::memcmp(x.data(), y.data(), x.size() * sizeof(float)), 0) << "tile " << tile;
+      const auto pixels = static_cast<std::size_t>(a.grid().tile_rect(TileId{tile}).pixel_count());
+      EXPECT_EQ(first_over(a.forest(TileId{tile}), a.layout(), pixels).values,
+                first_over(b.forest(TileId{tile}), b.layout(), pixels).values);
     }
     EXPECT_EQ(a.non_finite(), b.non_finite());
   }
 };
 
-TEST_F(FilmTest, SameBitsInAnyOrderAndHoweverCut) {
-  for (std::uint32_t seed = 0; seed < 200; ++seed) {
+TEST_P(FilmTest, SameBitsInAnyOrderAndHoweverCut) {
+  const std::uint32_t seeds = GetParam().empty() ? 200 : 15;  // with layers there is more to compute
+  for (std::uint32_t seed = 0; seed < seeds; ++seed) {
     std::mt19937 bits(seed);
     const std::uint32_t samples = 1 + bits() % 70;
     const Film quiet = quiet_film(samples);
@@ -116,9 +123,9 @@ TEST_F(FilmTest, SameBitsInAnyOrderAndHoweverCut) {
   }
 }
 
-TEST_F(FilmTest, OutcomesDescribeTheStoredForest) {
+TEST_P(FilmTest, OutcomesDescribeTheStoredForest) {
   // Whoever applies `removed` and `added` to a set of nodes always holds the film's forest, and can restore it.
-  for (std::uint32_t seed = 0; seed < 50; ++seed) {
+  for (std::uint32_t seed = 0; seed < (GetParam().empty() ? 50u : 10u); ++seed) {
     std::mt19937 bits(seed);
     Film film = make_film();
     std::map<SampleRange, NodePtr> stored;
@@ -145,7 +152,7 @@ TEST_F(FilmTest, OutcomesDescribeTheStoredForest) {
   }
 }
 
-TEST_F(FilmTest, ExtendingGivesTheBitsOfAskingAtOnce) {
+TEST_P(FilmTest, ExtendingGivesTheBitsOfAskingAtOnce) {
   Film extended = make_film();
   Film at_once = make_film();
   for (std::uint32_t tile = 0; tile < 2; ++tile) {
@@ -162,7 +169,7 @@ TEST_F(FilmTest, ExtendingGivesTheBitsOfAskingAtOnce) {
   EXPECT_EQ(ranges_of(at_once, TileId{0}), (std::vector<SampleRange>{{8, 0}, {5, 8}, {3, 36}, {2, 74}}));
 }
 
-TEST_F(FilmTest, DropsWhatIsCovered) {
+TEST_P(FilmTest, DropsWhatIsCovered) {
   Film film = make_film();
   film.merge(TileId{0}, make_node(film, TileId{0}, {3, 0}));
   const std::uint64_t version = film.version();
@@ -178,7 +185,7 @@ TEST_F(FilmTest, DropsWhatIsCovered) {
   EXPECT_FALSE(film.covered(TileId{1}, {0, 7}));
 }
 
-TEST_F(FilmTest, AncestorsReplaceWhatTheyContain) {
+TEST_P(FilmTest, AncestorsReplaceWhatTheyContain) {
   Film film = make_film();
   film.merge(TileId{0}, make_node(film, TileId{0}, {0, 1}));
   film.merge(TileId{0}, make_node(film, TileId{0}, {1, 3}));
@@ -189,7 +196,7 @@ TEST_F(FilmTest, AncestorsReplaceWhatTheyContain) {
   EXPECT_EQ(film.samples(TileId{0}), 8u);
 }
 
-TEST_F(FilmTest, FindsEqualRangesWithOtherBits) {
+TEST_P(FilmTest, FindsEqualRangesWithOtherBits) {
   Film film = make_film();
   // The two siblings are joined to the parent's range, whose own bits must then be equal.
   film.merge(TileId{0}, make_node(film, TileId{0}, {1, 0}));
@@ -205,7 +212,7 @@ TEST_F(FilmTest, FindsEqualRangesWithOtherBits) {
   }());
 }
 
-TEST_F(FilmTest, CountsHalves) {
+TEST_P(FilmTest, CountsHalves) {
   Film film = make_film();
   film.merge(TileId{0}, make_node(film, TileId{0}, {0, 3}));
   EXPECT_EQ(film.half_counts(TileId{0}).a, 0u);
@@ -214,6 +221,93 @@ TEST_F(FilmTest, CountsHalves) {
   film.merge(TileId{0}, make_node(film, TileId{0}, {0, 8}));
   EXPECT_EQ(film.half_counts(TileId{0}).a, 3u);
   EXPECT_EQ(film.half_counts(TileId{0}).b, 3u);
+}
+
+const std::vector<std::string> kLayerLists[] = {
+    {}, {"direct", "indirect", "albedo"}, {"normal", "depth", "id"}, {"light:key", "normal", "depth", "id"}};
+INSTANTIATE_TEST_SUITE_P(Layers, FilmTest, testing::ValuesIn(kLayerLists),
+                         [](const auto& info) { return std::to_string(info.index); });
+
+/// Two pixels of one summed channel and one channel of each other kind; one sample with the given first values.
+NodePtr first_node(std::uint32_t sample, float mean, float nearest, float id) {
+  Node node{{0, sample}, {1, 1, 1, 1}, 0};
+  if (sample < kFirstSamples) {
+    node.values.insert(node.values.end(), {mean, 2 * mean, nearest, 0, id, id + 100});
+  }
+  return std::make_shared<const Node>(std::move(node));
+}
+
+TEST(FirstLayers, AreMadeOfSamples0To15AndKeptWhenTheFilmJoins) {
+  NodeLayout layout(1);
+  layout.first_mean = layout.first_nearest = layout.first_samples = 1;
+  Film film(TileGrid({0, 0, 2, 1}), layout);
+  const TileId tile{0};
+  for (std::uint32_t sample = 0; sample < 64; ++sample) {
+    // The nearest of pixel 0 is 5 of sample 9; samples 0 to 3 see nothing.
+    const float nearest = sample < 4 ? 0.0f : sample == 9 ? 5.0f : sample > 15 ? 1.0f : 7.0f + sample;
+    film.merge(tile, first_node(sample, 1.0f + sample, nearest, 1.0f + sample));
+  }
+  ASSERT_EQ(film.forest(tile).size(), 1u);
+  const FirstValues first = first_over(film.forest(tile), layout, 2);
+  EXPECT_EQ(first.samples, 16u);
+  std::vector<float> expected{136, 272, 5, 0};  // 1 + … + 16
+  for (int sample = 0; sample < 16; ++sample) {
+    expected.insert(expected.end(), {1.0f + sample, 101.0f + sample});
+  }
+  EXPECT_EQ(first.values, expected);
+  EXPECT_EQ(film.expected_values(tile, {0, 0}), 10u);
+  EXPECT_EQ(film.expected_values(tile, {2, 1}), 2 * (2 + 2 + 4u));
+  EXPECT_EQ(film.expected_values(tile, {10, 0}), 2 * (2 + 2 + 16u));
+  EXPECT_EQ(film.expected_values(tile, {0, 16}), 4u);
+}
+
+TEST(FilmLayers, ComeInOneOrderAndLightGroupsBringTheRest) {
+  const auto layers =
+      film_layers(std::vector<std::string>{"id", "light:key", "albedo", "depth", "light:fill", "direct"});
+  ASSERT_TRUE(layers.ok());
+  std::vector<std::string> names;
+  for (const LayerSpec& layer : *layers) {
+    names.push_back(layer.name);
+  }
+  EXPECT_EQ(names, (std::vector<std::string>{"beauty", "direct", "albedo", "light:key", "light:fill", "light:rest",
+                                             "depth", "id"}));
+  EXPECT_TRUE(check_layers(*layers).ok());
+  std::vector<LayerSpec> wrong = *layers;
+  std::swap(wrong[1], wrong[2]);
+  EXPECT_FALSE(check_layers(wrong).ok());
+  wrong = *layers;
+  wrong.back().channels = 2;
+  EXPECT_FALSE(check_layers(wrong).ok());
+  wrong = *layers;
+  wrong.erase(wrong.begin());
+  EXPECT_FALSE(check_layers(wrong).ok());
+  EXPECT_FALSE(check_layers({}).ok());
+}
+
+TEST(FilmLayers, AreRefusedWithTheReason) {
+  const auto error = [](std::vector<std::string> names) { return message_of(film_layers(names).status()); };
+  EXPECT_EQ(
+      error({"normals"}),
+      "unknown layer \"normals\"; the layers are direct, indirect, albedo, normal, depth, id, and light:NAME for a "
+      "light group");
+  EXPECT_EQ(error({"depth", "id", "depth"}), "layer \"depth\" is named twice");
+  EXPECT_NE(error({"light:a b"}), "");
+  std::vector<std::string> many;
+  for (int i = 0; i < 9; ++i) {
+    many.push_back("light:" + std::to_string(i));
+  }
+  EXPECT_EQ(error(many), "a film has at most 8 light groups, got 9");
+}
+
+TEST(TileGrid, MetersHaveTilesAfterThePictures) {
+  const TileGrid grid(PixelRect{60, 130, 10, 70}, 2);
+  EXPECT_EQ(grid.tile_count(), 6u);
+  EXPECT_EQ(grid.picture_tiles(), 4u);
+  EXPECT_FALSE(grid.is_meter(TileId{3}));
+  EXPECT_TRUE(grid.is_meter(TileId{4}));
+  EXPECT_EQ(grid.tile_rect(TileId{5}), (PixelRect{0, 131136, 64, 64}));
+  EXPECT_EQ(meter_of(grid.tile_rect(TileId{5})), 1u);
+  EXPECT_EQ(grid.pixel_count(), 700u + 2 * 4096u);
 }
 
 TEST(TileGrid, TilesAreThoseOfTheFullFilm) {

@@ -1,6 +1,9 @@
 // Pictures: colour, files, error metrics, against closed forms.
 #include <gtest/gtest.h>
 
+#include "common/image/cryptomatte.h"
+#include "common/image/picture_layers.h"
+
 #include <cmath>
 
 #include "common/base/file.h"
@@ -250,6 +253,70 @@ TEST(ErrorMetrics, WhatCannotBeComparedIsRefused) {
   const RgbImage one{1, 1, {1, 1, 1}};
   EXPECT_FALSE(compare_pictures(one, RgbImage{2, 1, std::vector<float>(6)}).ok());
   EXPECT_FALSE(compare_pictures(RgbImage{1, 1, {1, std::nanf(""), 1}}, one).ok());
+}
+
+// Values of the reference implementation's known answers.
+TEST(Cryptomatte, HashesNamesByMurmurHash3) {
+  EXPECT_EQ(murmur_hash3(""), 0u);
+  EXPECT_EQ(murmur_hash3("", 1), 0x514e28b7u);
+  EXPECT_EQ(murmur_hash3("", 0xffffffffu), 0x81f16f39u);
+  EXPECT_EQ(murmur_hash3("aaaa", 0x9747b28cu), 0x5a97808au);
+  EXPECT_EQ(murmur_hash3("aaa", 0x9747b28cu), 0x283e0130u);
+  EXPECT_EQ(murmur_hash3("aa", 0x9747b28cu), 0x5d211726u);
+  EXPECT_EQ(murmur_hash3("a", 0x9747b28cu), 0x7fa09ea6u);
+  EXPECT_EQ(murmur_hash3("Hello, world!", 0x9747b28cu), 0x24884cbau);
+  EXPECT_EQ(murmur_hash3("The quick brown fox jumps over the lazy dog", 0x9747b28cu), 0x2fa826cdu);
+}
+
+TEST(Cryptomatte, IdentifiersAreOrdinaryFloats) {
+  EXPECT_EQ(std::bit_cast<std::uint32_t>(cryptomatte_id("hello")), 0x248bfa47u);  // its hash as it is
+  for (int i = 0; i < 2000; ++i) {
+    EXPECT_TRUE(std::isnormal(cryptomatte_id(std::to_string(i)))) << i;
+  }
+}
+
+TEST(Cryptomatte, RanksAreByCoverageAndLoseTheLeast) {
+  const std::vector<float> ids{5, 0, 7, 5, 9, 9, 5, 11, 12, 13, 14, 7, 0, 0, 0, 0};
+  const auto ranks = cryptomatte_ranks(ids);
+  const std::array<float, 12> expected{5,  3 / 16.0f, 7,  2 / 16.0f, 9,  2 / 16.0f,
+                                       11, 1 / 16.0f, 12, 1 / 16.0f, 13, 1 / 16.0f};
+  EXPECT_EQ(ranks, expected);
+  EXPECT_EQ(cryptomatte_ranks(std::vector<float>(16, 0.0f)), (std::array<float, 12>{}));
+}
+
+TEST(Cryptomatte, TheHeaderSaysHowToReadIt) {
+  std::map<std::string, ImageAttribute> attributes;
+  add_cryptomatte_attributes(attributes, "CryptoObject", {"a \"b\"\\", "hello"});
+  ASSERT_EQ(attributes.size(), 4u);
+  for (const auto& [name, value] : attributes) {
+    EXPECT_EQ(name.substr(0, 20), "cryptomatte/3ae39a5/");  // the first seven digits of the layer's hash
+  }
+  EXPECT_EQ(std::get<std::string>(attributes.at("cryptomatte/3ae39a5/name")), "CryptoObject");
+  EXPECT_EQ(std::get<std::string>(attributes.at("cryptomatte/3ae39a5/hash")), "MurmurHash3_32");
+  EXPECT_EQ(std::get<std::string>(attributes.at("cryptomatte/3ae39a5/conversion")), "uint32_to_float32");
+  const std::string manifest = std::get<std::string>(attributes.at("cryptomatte/3ae39a5/manifest"));
+  EXPECT_TRUE(manifest.starts_with("{\"a \\\"b\\\"\\\\\":\"")) << manifest;
+  EXPECT_TRUE(manifest.ends_with(",\"hello\":\"248bfa47\"}")) << manifest;
+  EXPECT_EQ(cryptomatte_channels("CryptoObject")[6], "CryptoObject01.B");
+}
+
+TEST(PictureLayers, ComeFromSamples0To15) {
+  std::vector<PictureLayer> layers{make_picture_layer("direct", 2), make_picture_layer("normal", 2),
+                                   make_picture_layer("depth", 2), make_picture_layer("id", 2)};
+  const IdNames names{{"cup", "table"}, {"glass", "wood"}};
+  std::array<std::set<std::string>, 2> seen;
+  // The second pixel of two, of which two samples saw the table, then nothing.
+  const std::vector<float> values{0, 1, -2, 3.5f, 2, 0};
+  ASSERT_TRUE(place_first_samples(layers, {0, 0, 2, 1}, {1, 0, 1, 1}, 2, values, names, seen));
+  EXPECT_EQ(layers[1].values, (std::vector<float>{0, 0, 0, 0.5f, 0, -1}));
+  EXPECT_EQ(layers[2].values, (std::vector<float>{kNoDepth, 3.5f}));
+  EXPECT_EQ(layers[3].channels.size(), 24u);
+  EXPECT_EQ(layers[3].values[1], cryptomatte_id("table"));
+  EXPECT_EQ(layers[3].values[3], 0.5f);
+  EXPECT_EQ(layers[3].values[2 * 12 + 1], cryptomatte_id("wood"));
+  EXPECT_EQ(seen[0], std::set<std::string>{"table"});
+  EXPECT_EQ(seen[1], std::set<std::string>{"wood"});
+  EXPECT_FALSE(place_first_samples(layers, {0, 0, 2, 1}, {1, 0, 1, 1}, 3, values, names, seen));
 }
 
 }  // namespace

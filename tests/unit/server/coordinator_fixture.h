@@ -60,8 +60,10 @@ class CoordinatorTest : public ::testing::Test {
     result.lease = grant.lease;
     result.key = {grant.unit.job, tile, grant.unit.range};
     const Film* film = coordinator->film(grant.unit.job);
-    result.node = {grant.unit.range,
-                   std::vector<float>(film->expected_values(tile), static_cast<float>(grant.unit.range.count())), 0};
+    result.node = {
+        grant.unit.range,
+        std::vector<float>(film->expected_values(tile, grant.unit.range), static_cast<float>(grant.unit.range.count())),
+        0};
     result.hash = hash_of(result.node);
     result.render_digest = coordinator->status(grant.unit.job, now)->render_digest;
     result.seconds = seconds;

@@ -14,7 +14,7 @@ constexpr UnitAim kFast{.unit_seconds = 1, .seconds_per_pixel_sample = 1e-12, .t
 
 NodePtr make_node(const Film& film, TileId tile, SampleRange range) {
   return std::make_shared<const Node>(
-      Node{range, std::vector<float>(film.expected_values(tile), static_cast<float>(range.count())), 0});
+      Node{range, std::vector<float>(film.expected_values(tile, range), static_cast<float>(range.count())), 0});
 }
 
 class JobPlanTest : public testing::Test {

@@ -92,6 +92,18 @@ TEST_F(SqliteStoreTest, ANewerFormatIsRefusedWithWhatToDo) {
   EXPECT_NE(message_of(store.status()).find(file_.string()), std::string::npos) << store.status();
 }
 
+TEST_F(SqliteStoreTest, AFileOfFormat1IsBroughtUpToDate) {
+  ASSERT_TRUE(open()->commit(std::vector<StoreOp>{PutJob{test::full_record(1)}}).ok());
+  sql("ALTER TABLE job_settings DROP COLUMN meters");
+  sql("PRAGMA user_version = 1");
+  const Result<StoredState> state = open()->load();
+  ASSERT_TRUE(state.ok()) << state.status();
+  EXPECT_EQ(state->jobs.at(0).record.spec.settings.meters, 0u);
+  EXPECT_EQ(state->jobs[0].record.spec.settings.scene, test::full_record(1).spec.settings.scene);
+  EXPECT_TRUE(open()->commit(std::vector<StoreOp>{PutJob{test::full_record(2)}}).ok());
+  EXPECT_EQ(open()->load()->jobs.at(1).record.spec.settings.meters, 5u);
+}
+
 TEST_F(SqliteStoreTest, AFileThatIsNoStoreIsRefused) {
   sql("CREATE TABLE other (x)");
   EXPECT_EQ(open_sqlite_store(file_).status().code(), StatusCode::kDataLoss);

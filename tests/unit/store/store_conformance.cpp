@@ -36,7 +36,12 @@ JobRecord full_record(std::uint64_t id) {
   settings.width = 640;
   settings.height = 480;
   settings.crop = {1, 2, 30, 40};
-  settings.layers = {{"beauty", 3, LayerKind::summed}, {"albedo", 4, LayerKind::summed}};
+  settings.layers = {{"beauty", 3, LayerKind::summed},
+                     {"albedo", 4, LayerKind::summed},
+                     {"n", 3, LayerKind::first_mean},
+                     {"z", 1, LayerKind::first_nearest},
+                     {"i", 1, LayerKind::first_samples}};
+  settings.meters = 5;
   settings.seed = 0xfedcba9876543210u;  // over the signed range
   settings.method = "preview";
   settings.max_bounces = 0xffffffffu;

@@ -21,7 +21,12 @@ RenderSettings example_settings() {
   settings.width = 640;
   settings.height = 480;
   settings.crop = {10, 20, 630, 460};
-  settings.layers = {{"beauty", 3, LayerKind::summed}, {"direct", 3, LayerKind::summed}};
+  settings.layers = {{"beauty", 3, LayerKind::summed},
+                     {"direct", 3, LayerKind::summed},
+                     {"normal", 3, LayerKind::first_mean},
+                     {"depth", 1, LayerKind::first_nearest},
+                     {"id", 1, LayerKind::first_samples}};
+  settings.meters = 3;
   settings.seed = std::numeric_limits<std::uint64_t>::max();
   settings.method = "path";
   settings.max_bounces = 7;
@@ -46,6 +51,7 @@ void expect_equal(const RenderSettings& a, const RenderSettings& b) {
   EXPECT_EQ(render_digest(a, "class"), render_digest(b, "class"));
   EXPECT_EQ(a.crop, b.crop);
   EXPECT_EQ(a.layers, b.layers);
+  EXPECT_EQ(a.meters, b.meters);
 }
 
 WorkerResult example_result() {
@@ -262,7 +268,7 @@ TEST(FarmMessages, BadSettingsAreNamed) {
             "assets[1]: digests must be sorted, each once");
   EXPECT_EQ(refused([](auto& w) { w.set_assets(1, w.assets(0)); }), "assets[1]: digests must be sorted, each once");
   EXPECT_EQ(refused([](auto& w) { w.clear_layers(); }), "layers: 1 to 64 are expected, got 0");
-  EXPECT_EQ(refused([](auto& w) { w.mutable_layers(0)->set_channels(62); }),
+  EXPECT_EQ(refused([](auto& w) { w.mutable_layers(0)->set_channels(57); }),
             "layers: 65 channels in all are more than the limit of 64");
   EXPECT_EQ(refused([](auto& w) { w.mutable_layers(0)->set_channels(0); }),
             "layers: a layer needs a name and at least one channel, got 'beauty' with 0");

@@ -1,0 +1,150 @@
+// What the core puts into the layers of a film.
+#include <gtest/gtest.h>
+
+#include "tests/support/render_document.h"
+
+namespace lightmill {
+namespace {
+
+constexpr PixelRect kTile{0, 0, 64, 64};
+
+/// One tile's node, by layer.
+struct Layers {
+  std::vector<LayerSpec> specs;
+  SampleRange range;
+  std::vector<float> values;
+
+  std::size_t offset(std::string_view name) const {
+    std::size_t channel = 0;
+    for (const LayerSpec& layer : specs) {
+      if (layer.name == name) {
+        return channel;
+      }
+      channel += layer.channels;
+    }
+    ADD_FAILURE() << name;
+    return 0;
+  }
+  /// The mean over both halves of a summed layer.
+  double mean(std::string_view name, std::size_t channel, std::size_t pixel) const {
+    const NodeLayout layout(specs);
+    const std::size_t pixels = kTile.pixel_count();
+    const std::size_t at = (offset(name) + channel) * pixels + pixel;
+    return (static_cast<double>(values[at]) + values[layout.summed * pixels + at]) / static_cast<double>(range.count());
+  }
+  /// A sum (or nearest) of a layer of samples 0 to 15.
+  float first(std::string_view name, std::size_t channel, std::size_t pixel) const {
+    const NodeLayout layout(specs);
+    const std::size_t pixels = kTile.pixel_count();
+    return values[(2 * layout.summed + offset(name) - layout.summed + channel) * pixels + pixel];
+  }
+};
+
+Layers render(const test::TestScene& scene, const std::vector<std::string>& names, SampleRange range,
+              const std::string& method_name = "path", std::uint32_t max_bounces = 0) {
+  Layers out{*film_layers(names), range, {}};
+  const auto compiled = CompiledScene::compile(scene.scene(), scene.assets());
+  EXPECT_TRUE(compiled.ok());
+  const auto method = make_method(*compiled, {method_name, 5, max_bounces, out.specs});
+  EXPECT_TRUE(method.ok()) << message_of(method.status());
+  out.values = (*method)->render(kTile, range, *(*method)->make_workspace()).values;
+  return out;
+}
+
+test::TestScene balls() {
+  return test::TestScene(LIGHTMILL_SOURCE_DIR "/scenes/cornell-bench-balls.json").resized(64, 64);
+}
+
+/// A quad that fills the picture's left half, in the plane z = x: at x = 0 it is 4 from the camera, at x = −1 it is 5.
+test::TestScene tilted_quad() {
+  return test::TestScene::from_text(R"({
+    "camera": {"eye": [0, 0, 4], "look_at": [0, 0, 0], "vertical_fov_degrees": 20},
+    "film": {"width": 64, "height": 64, "filter": {"kind": "BOX"}},
+    "materials": [{"name": "other", "mirror": {}}, {"name": "paint", "diffuse": {"reflectance": {"rgb": [0.5, 0.25, 0.125]}}}],
+    "objects": [{"name": "far", "material": "other", "sphere": {"center": [0, 100, 0], "radius": 1}},
+                {"name": "quad", "material": "paint", "mesh": {"file": "quad.obj"}}],
+    "lights": [{"point": {"position": [0, 0, 4], "intensity": {"rgb": [1, 1, 1]}}}]})",
+                                    {{"quad.obj", "v -4 -4 -4\nv 0 -4 0\nv 0 4 0\nv -4 4 -4\nf 1 2 3 4\n"}});
+}
+
+TEST(Layers, DirectAndIndirectSumToBeauty) {
+  const Layers layers = render(balls(), {"direct", "indirect"}, {5, 0});
+  double total_direct = 0, total_indirect = 0;
+  for (std::size_t pixel = 0; pixel < 4096; ++pixel) {
+    for (std::size_t channel = 0; channel < 3; ++channel) {
+      const double beauty = layers.mean("beauty", channel, pixel);
+      const double direct = layers.mean("direct", channel, pixel), indirect = layers.mean("indirect", channel, pixel);
+      // Sums of some hundred positive terms in another order.
+      EXPECT_NEAR(direct + indirect, beauty, 1e-5 * beauty) << pixel;
+      total_direct += direct;
+      total_indirect += indirect;
+    }
+  }
+  EXPECT_GT(total_direct, 0);
+  EXPECT_GT(total_indirect, 0);
+}
+
+TEST(Layers, ChangeNoBitOfBeauty) {
+  for (const SampleRange range : {SampleRange{3, 0}, {2, 20}}) {
+    const Layers plain = render(balls(), {}, range);
+    const Layers with = render(balls(), {"direct", "indirect", "albedo", "normal", "depth", "id"}, range);
+    const std::size_t half = 3 * 4096;
+    const std::size_t half_b = NodeLayout(with.specs).summed * 4096;
+    EXPECT_TRUE(std::equal(plain.values.begin(), plain.values.begin() + half, with.values.begin()));
+    EXPECT_TRUE(std::equal(plain.values.begin() + half, plain.values.end(), with.values.begin() + half_b));
+  }
+}
+
+TEST(Layers, OneScatteringIsDirect) {
+  // Cut after one scattering, nothing is indirect; of more, direct light stays what it was.
+  const Layers one = render(balls(), {"direct", "indirect"}, {4, 0}, "path", 1);
+  const Layers all = render(balls(), {"direct", "indirect"}, {4, 0});
+  for (std::size_t pixel = 0; pixel < 4096; ++pixel) {
+    EXPECT_EQ(one.mean("indirect", 0, pixel), 0);
+    EXPECT_EQ(one.mean("direct", 1, pixel), one.mean("beauty", 1, pixel));
+    EXPECT_EQ(all.mean("direct", 1, pixel), one.mean("direct", 1, pixel));
+  }
+}
+
+class SurfaceLayers : public testing::TestWithParam<std::string> {};
+
+TEST_P(SurfaceLayers, ShowWhatTheCameraSeesFirst) {
+  const Layers layers = render(tilted_quad(), {"albedo", "normal", "depth", "id"}, {5, 0}, GetParam());
+  const double pixel_size = 2 * std::tan(10 * M_PI / 180) / 64;  // at distance 1
+  for (const std::size_t row : {5u, 40u}) {
+    for (const std::size_t column : {3u, 20u, 30u}) {
+      const std::size_t pixel = row * 64 + column;
+      EXPECT_NEAR(layers.mean("albedo", 0, pixel), 0.5, 1e-6);
+      EXPECT_NEAR(layers.mean("albedo", 2, pixel), 0.125, 1e-6);
+      // Sixteen times (1, 0, 1)/sqrt(2) turned to the camera: it faces +z.
+      EXPECT_NEAR(layers.first("normal", 0, pixel), -16 * std::sqrt(0.5), 1e-4);
+      EXPECT_NEAR(layers.first("normal", 1, pixel), 0, 1e-4);
+      EXPECT_NEAR(layers.first("normal", 2, pixel), 16 * std::sqrt(0.5), 1e-4);
+      // A ray through x = t·z' meets z = x where 4 − z' = t·z': z' = 4/(1 + t), less to the right. It does not depend
+      // on the row, as a distance along the ray would. The nearest lies near the pixel's right edge.
+      const double t_right = (static_cast<double>(column) + 1 - 32) * pixel_size;
+      const double t_left = (static_cast<double>(column) - 32) * pixel_size;
+      EXPECT_GE(layers.first("depth", 0, pixel), 4 / (1 - std::abs(t_right)) - 1e-4);
+      EXPECT_LE(layers.first("depth", 0, pixel), 4 / (1 - std::abs(t_left)) + 1e-4);
+      for (std::size_t sample = 0; sample < 16; ++sample) {
+        EXPECT_EQ(layers.first("id", sample, pixel), 2.0f);  // objects[1]
+      }
+    }
+    const std::size_t sky = row * 64 + 50;
+    EXPECT_EQ(layers.mean("albedo", 0, sky), 0);
+    EXPECT_EQ(layers.first("normal", 2, sky), 0);
+    EXPECT_EQ(layers.first("depth", 0, sky), 0);
+    EXPECT_EQ(layers.first("id", 15, sky), 0);
+  }
+}
+INSTANTIATE_TEST_SUITE_P(Methods, SurfaceLayers, testing::Values("path", "preview"));
+
+TEST(Layers, AMethodThatLacksOneSaysSo) {
+  const auto scene = balls();
+  const auto compiled = CompiledScene::compile(scene.scene(), scene.assets());
+  const auto method = make_method(*compiled, {"preview", 0, 0, *film_layers(std::vector<std::string>{"direct"})});
+  EXPECT_EQ(message_of(method.status()), "method preview has no layer \"direct\"; it has albedo, normal, depth, id");
+}
+
+}  // namespace
+}  // namespace lightmill
