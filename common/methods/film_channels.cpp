@@ -46,7 +46,7 @@ void store_surfaces(const FilmChannels& channels, const CompiledScene& scene, co
                     U8 pixel, const SamplePlanes& planes) {
   const M8 lanes = hits.hit;
   if (channels.albedo >= 0) {
-    store_vector(lanes, pixel, scene.materials().albedo(surface.material, lanes),
+    store_vector(lanes, pixel, scene.materials().albedo(surface, lanes),
                  planes.summed + channels.albedo * planes.summed_stride, planes.summed_stride);
   }
   if (planes.first == nullptr) {

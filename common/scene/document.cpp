@@ -59,15 +59,62 @@ Status check_material(const std::string& path, const Material& material) {
     return invalid_argument("{}.name: must not be empty", path);
   }
   if (const auto* diffuse = std::get_if<DiffuseMaterial>(&material.kind)) {
-    LM_RETURN_IF_ERROR(check_reflectance(path + ".diffuse.reflectance", diffuse->reflectance));
+    LM_RETURN_IF_ERROR(check_reflectance(path + ".diffuse.reflectance", diffuse->reflectance.rgb));
   } else if (const auto* mirror = std::get_if<MirrorMaterial>(&material.kind)) {
-    LM_RETURN_IF_ERROR(check_reflectance(path + ".mirror.reflectance", mirror->reflectance));
+    LM_RETURN_IF_ERROR(check_reflectance(path + ".mirror.reflectance", mirror->reflectance.rgb));
   } else if (const auto* glass = std::get_if<DielectricMaterial>(&material.kind)) {
     if (!(glass->ior > 0 && glass->ior <= kMaxIor)) {
       return invalid_argument("{}.dielectric.ior: must be in (0, {}], got {}", path, kMaxIor, glass->ior);
     }
   }
-  return check_power(path + ".emission", material.emission);
+  return check_power(path + ".emission", material.emission.rgb);
+}
+
+/// Columns of the linear part must span space, and of a sphere be orthogonal and of one length.
+Status check_transform(const std::string& path, const Object& object) {
+  const Transform& t = object.transform;
+  double largest = 0;
+  for (const auto& row : t) {
+    for (const double value : row) {
+      if (!(std::abs(value) <= kMaxCoordinate)) {
+        return invalid_argument("{}: numbers must be finite and at most {}, got {}", path, kMaxCoordinate, value);
+      }
+    }
+    largest = std::max({largest, std::abs(row[0]), std::abs(row[1]), std::abs(row[2])});
+  }
+  const auto column = [&](std::size_t i) { return Point3d{t[0][i] / largest, t[1][i] / largest, t[2][i] / largest}; };
+  const auto dot = [](const Point3d& a, const Point3d& b) { return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]; };
+  const Point3d x = column(0), y = column(1), z = column(2);
+  const double determinant =
+      x[0] * (y[1] * z[2] - y[2] * z[1]) + x[1] * (y[2] * z[0] - y[0] * z[2]) + x[2] * (y[0] * z[1] - y[1] * z[0]);
+  if (!(std::abs(determinant) > 1e-12)) {
+    return invalid_argument("{}: the map is not invertible (a scale of zero, or axes in one plane)", path);
+  }
+  const double length2 = dot(x, x);
+  const bool similar = std::abs(dot(y, y) - length2) <= 1e-9 * length2 &&
+                       std::abs(dot(z, z) - length2) <= 1e-9 * length2 && std::abs(dot(x, y)) <= 1e-9 * length2 &&
+                       std::abs(dot(y, z)) <= 1e-9 * length2 && std::abs(dot(z, x)) <= 1e-9 * length2;
+  if (std::holds_alternative<SphereShape>(object.shape) && !similar) {
+    return invalid_argument("{}: a sphere can be moved, rotated and scaled equally along all axes, not be distorted",
+                            path);
+  }
+  return ok_status();
+}
+
+Status check_texture(const std::string& path, const TextureImage& texture) {
+  if (texture.name.empty()) {
+    return invalid_argument("{}.name: must not be empty", path);
+  }
+  constexpr double kLimit = 1e6;
+  for (const auto& [field, pair] : {std::pair{"scale", texture.scale}, {"offset", texture.offset}}) {
+    for (const double value : pair) {
+      if (!(std::abs(value) <= kLimit)) {
+        return invalid_argument("{}.{}: must be finite and at most {}, got ({}, {})", path, field, kLimit, pair[0],
+                                pair[1]);
+      }
+    }
+  }
+  return ok_status();
 }
 
 Status check_object(const std::string& path, const Object& object, std::size_t materials) {
@@ -81,8 +128,18 @@ Status check_object(const std::string& path, const Object& object, std::size_t m
       return invalid_argument("{}.sphere.radius: must be positive and at most {}, got {}", path, kMaxCoordinate,
                               sphere->radius);
     }
+  } else if (const auto* plane = std::get_if<PlaneShape>(&object.shape)) {
+    LM_RETURN_IF_ERROR(check_point(path + ".plane.point", plane->point));
+    LM_RETURN_IF_ERROR(check_point(path + ".plane.normal", plane->normal));
+    if (!(std::hypot(plane->normal[0], plane->normal[1], plane->normal[2]) > 0)) {
+      return invalid_argument("{}.plane.normal: must not be zero", path);
+    }
+  } else if (const auto* triangle = std::get_if<TriangleShape>(&object.shape)) {
+    LM_RETURN_IF_ERROR(check_point(path + ".triangle.a", triangle->a));
+    LM_RETURN_IF_ERROR(check_point(path + ".triangle.b", triangle->b));
+    LM_RETURN_IF_ERROR(check_point(path + ".triangle.c", triangle->c));
   }
-  return ok_status();
+  return check_transform(path + ".transform", object);
 }
 
 Status check_counts(const Scene& scene) {
@@ -91,6 +148,7 @@ Status check_counts(const Scene& scene) {
                ? ok_status()
                : invalid_argument("{}: at most {} are possible, got {}", path, kMaxSceneEntries, count);
   };
+  LM_RETURN_IF_ERROR(within("textures", scene.textures.size()));
   LM_RETURN_IF_ERROR(within("materials", scene.materials.size()));
   LM_RETURN_IF_ERROR(within("objects", scene.objects.size()));
   LM_RETURN_IF_ERROR(within("lights", scene.point_lights.size()));
@@ -134,6 +192,13 @@ Status validate(const Scene& scene) {
   LM_RETURN_IF_ERROR(validate(scene.camera));
   LM_RETURN_IF_ERROR(check_film(scene.film));
   LM_RETURN_IF_ERROR(check_counts(scene));
+  std::set<std::string_view> textures;
+  for (std::size_t i = 0; i < scene.textures.size(); ++i) {
+    LM_RETURN_IF_ERROR(check_texture(fmt::format("textures[{}]", i), scene.textures[i]));
+    if (!textures.insert(scene.textures[i].name).second) {
+      return invalid_argument("textures[{}].name: \"{}\" names an earlier texture already", i, scene.textures[i].name);
+    }
+  }
   std::set<std::string_view> names;
   for (std::size_t i = 0; i < scene.materials.size(); ++i) {
     LM_RETURN_IF_ERROR(check_material(fmt::format("materials[{}]", i), scene.materials[i]));
@@ -170,6 +235,9 @@ std::string describe_unknown_material(std::string_view name, const std::vector<M
 
 std::vector<Sha256> assets_of(const Scene& scene) {
   std::set<Sha256> assets;
+  for (const TextureImage& texture : scene.textures) {
+    assets.insert(texture.asset);
+  }
   for (const Object& object : scene.objects) {
     if (const auto* mesh = std::get_if<MeshShape>(&object.shape)) {
       assets.insert(mesh->asset);

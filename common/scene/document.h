@@ -21,7 +21,7 @@ using Point3d = std::array<double, 3>;  ///< x, y, z
 inline constexpr double kMaxCoordinate = 1e12;  ///< of any point, in scene units: single precision must hold squares
 inline constexpr double kMaxIor = 10;           ///< of a dielectric
 inline constexpr double kMaxFilterRadius = 16;  ///< pixels
-inline constexpr std::size_t kMaxSceneEntries = 1'000'000;  ///< materials, objects and lights, of each
+inline constexpr std::size_t kMaxSceneEntries = 1'000'000;  ///< textures, materials, objects and lights, of each
 
 /// Linear RGB with Rec. 709 primaries. Another kind (a spectrum) could join as an alternative in the schema.
 struct RgbColor {
@@ -50,11 +50,37 @@ struct FilmSettings {
   PixelFilter filter;
 };
 
+/// An image laid over surfaces by their texture coordinates (common/materials/texture.h).
+struct TextureImage {
+  std::string name;
+  std::string file;  ///< as the document named it; its ending tells the format
+  Sha256 asset;      ///< of the file's bytes
+  enum class Filter { nearest, bilinear } filter = Filter::bilinear;
+  enum class Wrap { repeat, clamp } wrap = Wrap::repeat;
+  /// Whether colours are sRGB-encoded: as the file's format says (integers are, floats are not), or as told.
+  enum class ColorSpace { automatic, srgb, linear } color_space = ColorSpace::automatic;
+  std::array<double, 2> scale{1, 1};   ///< of the texture coordinates, before
+  std::array<double, 2> offset{0, 0};  ///< is added
+};
+
+inline constexpr std::uint32_t kNoTexture = 0xffffffff;
+
+/// A colour that may vary over a surface: a factor, times a texture where there is one.
+struct TexturedColor {
+  RgbColor rgb;
+  std::uint32_t texture = kNoTexture;  ///< index into Scene::textures
+
+  TexturedColor() = default;
+  TexturedColor(float r, float g, float b) : rgb{r, g, b} {}
+  TexturedColor(const RgbColor& color, std::uint32_t index = kNoTexture) : rgb(color), texture(index) {}
+  friend bool operator==(const TexturedColor&, const TexturedColor&) = default;
+};
+
 struct DiffuseMaterial {
-  RgbColor reflectance{0.5f, 0.5f, 0.5f};  ///< albedo, each in [0, 1]
+  TexturedColor reflectance{0.5f, 0.5f, 0.5f};  ///< albedo, each in [0, 1]
 };
 struct MirrorMaterial {
-  RgbColor reflectance{1, 1, 1};  ///< each in [0, 1]
+  TexturedColor reflectance{1, 1, 1};  ///< each in [0, 1]
 };
 /// A smooth dielectric: Fresnel reflection and refraction, total internal reflection.
 struct DielectricMaterial {
@@ -64,7 +90,7 @@ struct DielectricMaterial {
 struct Material {
   std::string name;
   std::variant<DiffuseMaterial, MirrorMaterial, DielectricMaterial> kind;
-  RgbColor emission;                ///< radiance, W/(m² sr); zero where the material does not emit
+  TexturedColor emission;           ///< radiance, W/(m² sr); zero where the material does not emit
   bool two_sided_emission = false;  ///< else only on the side that the geometric normal points to
 };
 
@@ -79,10 +105,26 @@ struct SphereShape {
   bool normal_inward = false;  ///< the geometric normal points to the centre (an enclosing, inward-emitting sphere)
 };
 
+/// Without end; texture coordinates are distances from `point` along its tangents (common/math/vec.h, Frame8).
+struct PlaneShape {
+  Point3d point{0, 0, 0};
+  Point3d normal{0, 1, 0};  ///< need not be a unit vector
+};
+/// Counter-clockwise seen from outside. Texture coordinates are (0, 0), (1, 0) and (0, 1).
+struct TriangleShape {
+  Point3d a{0, 0, 0}, b{1, 0, 0}, c{0, 1, 0};
+};
+
+/// From a shape's own coordinates to the scene's: the upper three rows of a 4×4 matrix that acts on columns.
+using Transform = std::array<std::array<double, 4>, 3>;
+inline constexpr Transform kIdentityTransform{{{1, 0, 0, 0}, {0, 1, 0, 0}, {0, 0, 1, 0}}};
+
 struct Object {
   std::string name;
   std::uint32_t material = 0;  ///< index into Scene::materials
-  std::variant<MeshShape, SphereShape> shape;
+  std::variant<MeshShape, SphereShape, PlaneShape, TriangleShape> shape;
+  /// Invertible; of a sphere a similarity. Objects that share a mesh share its memory.
+  Transform transform = kIdentityTransform;
 };
 
 struct PointLight {
@@ -95,6 +137,7 @@ struct Scene {
   std::string name;
   Camera camera;
   FilmSettings film;
+  std::vector<TextureImage> textures;
   std::vector<Material> materials;
   std::vector<Object> objects;
   std::vector<PointLight> point_lights;

@@ -9,6 +9,8 @@ namespace lightmill {
 namespace fs = std::filesystem;
 namespace {
 
+constexpr std::uint64_t kMaxTextureBytes = std::uint64_t{1} << 30;
+
 /// Replaces the meshes of a draft by assets: one object stays one object if it names its material, else becomes one per
 /// material of its file.
 class DocumentLoader {
@@ -19,6 +21,9 @@ class DocumentLoader {
     const std::vector<Object> objects = std::move(file_.draft.scene.objects);
     loaded_.scene = std::move(file_.draft.scene);
     loaded_.scene.objects.clear();
+    for (std::size_t i = 0; i < loaded_.scene.textures.size(); ++i) {
+      LM_RETURN_IF_ERROR(add_texture(i, loaded_.scene.textures[i]));
+    }
     for (std::size_t i = 0; i < objects.size(); ++i) {
       LM_RETURN_IF_ERROR(add_object(i, objects[i]));
     }
@@ -26,6 +31,16 @@ class DocumentLoader {
   }
 
  private:
+  Status add_texture(std::size_t index, TextureImage& texture) {
+    const std::string field = fmt::format("textures[{}].file", index);
+    Result<Sha256> asset = add_file(folder_ / texture.file, kMaxTextureBytes, loaded_);
+    if (!asset.ok()) {
+      return with_context(asset.status(), fmt::format("{}: {}", file_.source.place(field), field));
+    }
+    texture.asset = *asset;
+    return ok_status();
+  }
+
   Status add_object(std::size_t index, const Object& object) {
     const auto* shape = std::get_if<MeshShape>(&object.shape);
     if (shape == nullptr) {
@@ -66,8 +81,12 @@ class DocumentLoader {
   Status add_part(const Object& object, std::uint32_t material, const std::string& name, const ObjFile& file,
                   std::span<const ObjPart* const> parts) {
     MeshShape shape = std::get<MeshShape>(object.shape);
-    LM_ASSIGN_OR_RETURN(shape.asset, add_mesh(make_mesh(file, parts), loaded_));
-    loaded_.scene.objects.push_back({name, material, shape});
+    const auto [known, added] = meshes_.try_emplace({parts.front(), parts.size()});
+    if (added) {
+      LM_ASSIGN_OR_RETURN(known->second, add_mesh(make_mesh(file, parts), loaded_));
+    }
+    shape.asset = known->second;
+    loaded_.scene.objects.push_back({name, material, shape, object.transform});
     return ok_status();
   }
 
@@ -89,6 +108,7 @@ class DocumentLoader {
   SceneFile file_;
   LoadedScene loaded_;
   std::map<std::string, ObjFile> files_;
+  std::map<std::pair<const ObjPart*, std::size_t>, Sha256> meshes_;  ///< by the first part and their number
 };
 
 }  // namespace

@@ -39,7 +39,8 @@ class CountingIterator {
 
 /// Whether a message may also be written as the list of its numbers.
 bool is_number_tuple(const pb::Descriptor& type) {
-  return type.full_name() == "lightmill.v1.Vec3" || type.full_name() == "lightmill.v1.Color.Rgb";
+  return type.full_name() == "lightmill.v1.Vec3" || type.full_name() == "lightmill.v1.Vec2" ||
+         type.full_name() == "lightmill.v1.Color.Rgb";
 }
 
 /// "a, b, c": the names of something, for "the … are a, b, c".
@@ -73,7 +74,8 @@ std::string expected_of(const pb::FieldDescriptor& field) {
       return fmt::format("one of {} is expected", enum_names(*field.enum_type()));
     case pb::FieldDescriptor::CPPTYPE_MESSAGE:
       if (is_number_tuple(*field.message_type())) {
-        return fmt::format("three numbers [{}] are expected", field_names(*field.message_type()));
+        return fmt::format("{} numbers [{}] are expected", field.message_type()->field_count(),
+                           field_names(*field.message_type()));
       }
       if (field.message_type()->full_name() == "lightmill.v1.Color") {
         return "a colour is expected, as in {\"rgb\": [0.5, 0.5, 0.5]}";
@@ -212,8 +214,9 @@ class JsonReader final : public nlohmann::json_sax<nlohmann::json> {
   bool end_array() override {
     const Frame& frame = frames_.back();
     if (frame.kind == Frame::Kind::tuple && frame.index != frame.message->GetDescriptor()->field_count()) {
-      return fail_at(source_.place(frame.path), frame.path, "three numbers [{}] are expected, got {}",
-                     field_names(*frame.message->GetDescriptor()), frame.index);
+      return fail_at(source_.place(frame.path), frame.path, "{} numbers [{}] are expected, got {}",
+                     frame.message->GetDescriptor()->field_count(), field_names(*frame.message->GetDescriptor()),
+                     frame.index);
     }
     return close();
   }
@@ -272,8 +275,8 @@ class JsonReader final : public nlohmann::json_sax<nlohmann::json> {
     if (frame.kind == Frame::Kind::tuple) {
       const pb::Descriptor& type = *frame.message->GetDescriptor();
       if (frame.index >= type.field_count()) {
-        return fail_at(source_.place(frame.path), frame.path, "three numbers [{}] are expected, got more",
-                       field_names(type));
+        return fail_at(source_.place(frame.path), frame.path, "{} numbers [{}] are expected, got more",
+                       type.field_count(), field_names(type));
       }
       field_ = type.field(frame.index);
       path_ += fmt::format("[{}]", frame.index++);
@@ -311,7 +314,11 @@ class JsonReader final : public nlohmann::json_sax<nlohmann::json> {
     const pb::Reflection& reflection = *target_->GetReflection();
     switch (field_->cpp_type()) {
       case pb::FieldDescriptor::CPPTYPE_DOUBLE:
-        reflection.SetDouble(target_, field_, value);
+        if (field_->is_repeated()) {
+          reflection.AddDouble(target_, field_, value);
+        } else {
+          reflection.SetDouble(target_, field_, value);
+        }
         return true;
       case pb::FieldDescriptor::CPPTYPE_FLOAT:
         if (std::abs(value) > static_cast<double>(std::numeric_limits<float>::max())) {

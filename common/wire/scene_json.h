@@ -2,7 +2,8 @@
 //
 // Errors read "scenes/box.json:12:7: objects[3].material: unknown material …": file, line, column (of the offending
 // value; in bytes, from 1), path of the field, what is wrong and what is expected. Beside what proto's JSON form says,
-// Vec3 and Color.Rgb may be lists of three numbers; duplicate and unknown fields, null, NaN and infinities are errors.
+// Vec2, Vec3 and Color.Rgb may be lists of their numbers; duplicate and unknown fields, null, NaN and infinities are
+// errors.
 #pragma once
 
 #include <map>

@@ -7,24 +7,15 @@
 #include "common/base/check.h"
 #include "common/wire/deterministic.h"
 #include "common/wire/limits.h"
+#include "common/wire/object_proto.h"
+#include "common/wire/scene_values.h"
+#include "common/wire/texture_proto.h"
 #include "lightmill/v1/scene.pb.h"
 
 namespace lightmill {
 namespace {
 
 // ---- values → messages ----
-
-void to_wire_point(const Point3d& point, v1::Vec3* out) {
-  out->set_x(point[0]);
-  out->set_y(point[1]);
-  out->set_z(point[2]);
-}
-
-void to_wire_color(const RgbColor& color, v1::Color* out) {
-  out->mutable_rgb()->set_r(color.r);
-  out->mutable_rgb()->set_g(color.g);
-  out->mutable_rgb()->set_b(color.b);
-}
 
 v1::PixelFilter::Kind to_wire_filter(FilterKind kind) {
   switch (kind) {
@@ -40,52 +31,22 @@ v1::PixelFilter::Kind to_wire_filter(FilterKind kind) {
   return v1::PixelFilter::KIND_UNSPECIFIED;
 }
 
-void to_wire_material(const Material& material, v1::Material* out) {
+void to_wire_material(const Material& material, const std::vector<TextureImage>& textures, v1::Material* out) {
   out->set_name(material.name);
   if (const auto* diffuse = std::get_if<DiffuseMaterial>(&material.kind)) {
-    to_wire_color(diffuse->reflectance, out->mutable_diffuse()->mutable_reflectance());
+    to_wire_textured(diffuse->reflectance, textures, out->mutable_diffuse()->mutable_reflectance());
   } else if (const auto* mirror = std::get_if<MirrorMaterial>(&material.kind)) {
-    to_wire_color(mirror->reflectance, out->mutable_mirror()->mutable_reflectance());
+    to_wire_textured(mirror->reflectance, textures, out->mutable_mirror()->mutable_reflectance());
   } else if (const auto* glass = std::get_if<DielectricMaterial>(&material.kind)) {
     out->mutable_dielectric()->set_ior(glass->ior);
   }
-  if (material.emission != RgbColor{}) {
-    to_wire_color(material.emission, out->mutable_emission());
+  if (material.emission != TexturedColor{}) {
+    to_wire_textured(material.emission, textures, out->mutable_emission());
   }
   out->set_two_sided_emission(material.two_sided_emission);
 }
 
-void to_wire_object(const Object& object, const std::vector<Material>& materials, v1::Object* out) {
-  out->set_name(object.name);
-  out->set_material(materials[object.material].name);
-  if (const auto* mesh = std::get_if<MeshShape>(&object.shape)) {
-    out->mutable_mesh()->set_file(mesh->file);
-    out->mutable_mesh()->set_asset(mesh->asset.hex());
-  } else if (const auto* sphere = std::get_if<SphereShape>(&object.shape)) {
-    to_wire_point(sphere->center, out->mutable_sphere()->mutable_center());
-    out->mutable_sphere()->set_radius(sphere->radius);
-    out->mutable_sphere()->set_normal_inward(sphere->normal_inward);
-  }
-}
-
 // ---- messages → values ----
-
-Result<Point3d> point_from_wire(const std::string& path, bool given, const v1::Vec3& point) {
-  if (!given) {
-    return invalid_argument("{}: must be given", path);
-  }
-  return Point3d{point.x(), point.y(), point.z()};
-}
-
-Result<RgbColor> color_from_wire(const std::string& path, bool given, const v1::Color& color) {
-  if (!given) {
-    return invalid_argument("{}: must be given", path);
-  }
-  if (color.kind_case() != v1::Color::kRgb) {
-    return invalid_argument("{}: a kind of colour must be given; the kinds are rgb", path);
-  }
-  return RgbColor{color.rgb().r(), color.rgb().g(), color.rgb().b()};
-}
 
 Result<PixelFilter> filter_from_wire(const v1::PixelFilter& filter) {
   PixelFilter out;
@@ -124,7 +85,8 @@ Result<FilmSettings> film_from_wire(const v1::FilmSettings& film) {
   return out;
 }
 
-Result<Material> material_from_wire(const std::string& path, const v1::Material& material) {
+Result<Material> material_from_wire(const std::string& path, const v1::Material& material,
+                                    const TextureNames& textures) {
   Material out;
   out.name = material.name();
   if (out.name.empty()) {
@@ -132,17 +94,17 @@ Result<Material> material_from_wire(const std::string& path, const v1::Material&
   }
   switch (material.kind_case()) {
     case v1::Material::kDiffuse: {
-      LM_ASSIGN_OR_RETURN(const RgbColor reflectance,
-                          color_from_wire(path + ".diffuse.reflectance", material.diffuse().has_reflectance(),
-                                          material.diffuse().reflectance()));
+      LM_ASSIGN_OR_RETURN(const TexturedColor reflectance,
+                          textured_from_wire(path + ".diffuse.reflectance", material.diffuse().has_reflectance(),
+                                             material.diffuse().reflectance(), textures));
       out.kind = DiffuseMaterial{reflectance};
       break;
     }
     case v1::Material::kMirror: {
       MirrorMaterial mirror;
       if (material.mirror().has_reflectance()) {
-        LM_ASSIGN_OR_RETURN(mirror.reflectance,
-                            color_from_wire(path + ".mirror.reflectance", true, material.mirror().reflectance()));
+        LM_ASSIGN_OR_RETURN(mirror.reflectance, textured_from_wire(path + ".mirror.reflectance", true,
+                                                                   material.mirror().reflectance(), textures));
       }
       out.kind = mirror;
       break;
@@ -154,48 +116,10 @@ Result<Material> material_from_wire(const std::string& path, const v1::Material&
       return invalid_argument("{}: a kind of material must be given; the kinds are diffuse, mirror, dielectric", path);
   }
   if (material.has_emission()) {
-    LM_ASSIGN_OR_RETURN(out.emission, color_from_wire(path + ".emission", true, material.emission()));
+    LM_ASSIGN_OR_RETURN(out.emission, textured_from_wire(path + ".emission", true, material.emission(), textures));
   }
   out.two_sided_emission = material.two_sided_emission();
   return out;
-}
-
-Result<std::uint32_t> material_index(const std::string& path, const std::string& name,
-                                     const std::vector<Material>& materials,
-                                     const std::map<std::string_view, std::uint32_t>& index) {
-  if (name.empty()) {
-    return invalid_argument("{}.material: must be given", path);
-  }
-  const auto found = index.find(name);
-  if (found == index.end()) {
-    return invalid_argument("{}.material: {}", path, describe_unknown_material(name, materials));
-  }
-  return found->second;
-}
-
-/// The shape of an object, and whether it may go without a material of its own.
-Status shape_from_wire(const std::string& path, const v1::Object& object, Object& out) {
-  switch (object.shape_case()) {
-    case v1::Object::kMesh: {
-      if (object.mesh().file().empty() && object.mesh().asset().empty()) {
-        return invalid_argument("{}.mesh.file: must be given", path);
-      }
-      out.shape = MeshShape{object.mesh().file(), {}};
-      return ok_status();
-    }
-    case v1::Object::kSphere: {
-      SphereShape sphere;
-      LM_ASSIGN_OR_RETURN(sphere.center, point_from_wire(path + ".sphere.center", object.sphere().has_center(),
-                                                         object.sphere().center()));
-      sphere.radius = object.sphere().radius();
-      sphere.normal_inward = object.sphere().normal_inward();
-      out.shape = sphere;
-      return ok_status();
-    }
-    case v1::Object::SHAPE_NOT_SET:
-      break;
-  }
-  return invalid_argument("{}: a shape must be given; the shapes are mesh, sphere", path);
 }
 
 Result<PointLight> light_from_wire(const std::string& path, const v1::Light& light) {
@@ -213,6 +137,7 @@ Result<PointLight> light_from_wire(const std::string& path, const v1::Light& lig
 
 Status check_counts(const v1::Scene& scene) {
   for (const auto& [field, count] : {std::pair{"materials", scene.materials_size()},
+                                     {"textures", scene.textures_size()},
                                      {"objects", scene.objects_size()},
                                      {"lights", scene.lights_size()}}) {
     if (static_cast<std::size_t>(count) > kMaxSceneEntries) {
@@ -220,6 +145,19 @@ Status check_counts(const v1::Scene& scene) {
     }
   }
   return ok_status();
+}
+
+Result<std::uint32_t> material_index(const std::string& path, const std::string& name,
+                                     const std::vector<Material>& materials,
+                                     const std::map<std::string_view, std::uint32_t>& index) {
+  if (name.empty()) {
+    return invalid_argument("{}.material: must be given", path);
+  }
+  const auto found = index.find(name);
+  if (found == index.end()) {
+    return invalid_argument("{}.material: {}", path, describe_unknown_material(name, materials));
+  }
+  return found->second;
 }
 
 Status draft_objects(const v1::Scene& scene, SceneDraft& draft) {
@@ -230,9 +168,7 @@ Status draft_objects(const v1::Scene& scene, SceneDraft& draft) {
   for (int i = 0; i < scene.objects_size(); ++i) {
     const v1::Object& object = scene.objects(i);
     const std::string path = fmt::format("objects[{}]", i);
-    Object out;
-    out.name = object.name();
-    LM_RETURN_IF_ERROR(shape_from_wire(path, object, out));
+    LM_ASSIGN_OR_RETURN(Object out, object_from_wire(path, object));
     const bool by_face = object.has_mesh() && object.material().empty();
     if (!by_face) {
       LM_ASSIGN_OR_RETURN(out.material, material_index(path, object.material(), draft.scene.materials, index));
@@ -241,6 +177,21 @@ Status draft_objects(const v1::Scene& scene, SceneDraft& draft) {
     }
     draft.scene.objects.push_back(std::move(out));
     draft.material_by_face.push_back(by_face);
+  }
+  return ok_status();
+}
+
+/// The assets that a packed document names.
+Status assets_from_wire(const v1::Scene& scene, Scene& out) {
+  for (int i = 0; i < scene.textures_size(); ++i) {
+    LM_ASSIGN_OR_RETURN(out.textures[static_cast<std::size_t>(i)].asset,
+                        asset_from_wire(fmt::format("textures[{}].asset", i), scene.textures(i).asset()));
+  }
+  for (int i = 0; i < scene.objects_size(); ++i) {
+    if (auto* mesh = std::get_if<MeshShape>(&out.objects[static_cast<std::size_t>(i)].shape)) {
+      LM_ASSIGN_OR_RETURN(mesh->asset,
+                          asset_from_wire(fmt::format("objects[{}].mesh.asset", i), scene.objects(i).mesh().asset()));
+    }
   }
   return ok_status();
 }
@@ -257,8 +208,11 @@ void to_wire(const Scene& scene, v1::Scene* out) {
   out->mutable_film()->set_height(scene.film.height);
   out->mutable_film()->mutable_filter()->set_kind(to_wire_filter(scene.film.filter.kind));
   out->mutable_film()->mutable_filter()->set_radius_pixels(scene.film.filter.radius_pixels);
+  for (const TextureImage& texture : scene.textures) {
+    to_wire_texture(texture, out->add_textures());
+  }
   for (const Material& material : scene.materials) {
-    to_wire_material(material, out->add_materials());
+    to_wire_material(material, scene.textures, out->add_materials());
   }
   for (const Object& object : scene.objects) {
     to_wire_object(object, scene.materials, out->add_objects());
@@ -305,8 +259,14 @@ Result<SceneDraft> draft_from_wire(const v1::Scene& scene) {
   }
   LM_ASSIGN_OR_RETURN(draft.scene.camera, from_wire(scene.camera()));
   LM_ASSIGN_OR_RETURN(draft.scene.film, film_from_wire(scene.film()));
+  for (int i = 0; i < scene.textures_size(); ++i) {
+    LM_ASSIGN_OR_RETURN(TextureImage texture, texture_from_wire(fmt::format("textures[{}]", i), scene.textures(i)));
+    draft.scene.textures.push_back(std::move(texture));
+  }
+  const TextureNames textures = texture_names(draft.scene.textures);
   for (int i = 0; i < scene.materials_size(); ++i) {
-    LM_ASSIGN_OR_RETURN(Material material, material_from_wire(fmt::format("materials[{}]", i), scene.materials(i)));
+    LM_ASSIGN_OR_RETURN(Material material,
+                        material_from_wire(fmt::format("materials[{}]", i), scene.materials(i), textures));
     draft.scene.materials.push_back(std::move(material));
   }
   LM_RETURN_IF_ERROR(draft_objects(scene, draft));
@@ -320,18 +280,12 @@ Result<SceneDraft> draft_from_wire(const v1::Scene& scene) {
 
 Result<Scene> from_wire(const v1::Scene& scene) {
   LM_ASSIGN_OR_RETURN(SceneDraft draft, draft_from_wire(scene));
-  for (int i = 0; i < scene.objects_size(); ++i) {
+  for (std::size_t i = 0; i < draft.material_by_face.size(); ++i) {
     if (draft.material_by_face[i]) {
       return invalid_argument("objects[{}].material: must be given in a packed scene", i);
     }
-    if (auto* mesh = std::get_if<MeshShape>(&draft.scene.objects[i].shape)) {
-      Result<Sha256> asset = Sha256::from_hex(scene.objects(i).mesh().asset());
-      if (!asset.ok()) {
-        return with_context(asset.status(), fmt::format("objects[{}].mesh.asset", i));
-      }
-      mesh->asset = *asset;
-    }
   }
+  LM_RETURN_IF_ERROR(assets_from_wire(scene, draft.scene));
   return std::move(draft.scene);
 }
 

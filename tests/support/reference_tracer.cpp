@@ -82,13 +82,13 @@ struct ReferenceTracer::State {
         rtcSetNewGeometryBuffer(geometry, RTC_BUFFER_TYPE_INDEX, 0, RTC_FORMAT_UINT3, 12, mesh.triangles.size()),
         mesh.triangles.data(), mesh.triangles.size() * 12);
     attach(geometry);
-    if (max3(rgb(material.emission)) > 0) {
+    if (max3(rgb(material.emission.rgb)) > 0) {
       for (const auto& t : mesh.triangles) {
         const auto at = [&](int i) {
           return Vec3(mesh.positions[t[i]][0], mesh.positions[t[i]][1], mesh.positions[t[i]][2]);
         };
         const Vec3 c = glm::cross(at(1) - at(0), at(2) - at(0));
-        lights.push_back({at(0), at(1) - at(0), at(2) - at(0), glm::normalize(c), rgb(material.emission),
+        lights.push_back({at(0), at(1) - at(0), at(2) - at(0), glm::normalize(c), rgb(material.emission.rgb),
                           glm::length(c) / 2, material.two_sided_emission});
         light_area += lights.back().area;
       }
@@ -169,7 +169,7 @@ struct ReferenceTracer::State {
       const bool front = glm::dot(d, ng) < 0;
       // A sphere is not in the table of lights: its light is always found by the path itself.
       if ((count_emission || shape.sphere != nullptr) && (front || material.two_sided_emission)) {
-        radiance += throughput * rgb(material.emission);
+        radiance += throughput * rgb(material.emission.rgb);
       }
       if (max_bounces != 0 && bounce == max_bounces) {
         return radiance;
@@ -191,7 +191,7 @@ struct ReferenceTracer::State {
       const float cos_o = -glm::dot(d, n);
       count_emission = true;
       if (const auto* diffuse = std::get_if<DiffuseMaterial>(&material.kind)) {
-        const Vec3 albedo = rgb(diffuse->reflectance);
+        const Vec3 albedo = rgb(diffuse->reflectance.rgb);
         if (max3(albedo) == 0) {
           return radiance;
         }
@@ -207,7 +207,7 @@ struct ReferenceTracer::State {
       } else if (const auto* mirror = std::get_if<MirrorMaterial>(&material.kind)) {
         d = d + n * (2 * cos_o);
         o = p + side * epsilon;
-        throughput *= rgb(mirror->reflectance);
+        throughput *= rgb(mirror->reflectance.rgb);
         if (glm::dot(d, side) <= 0) {
           return radiance;
         }

@@ -19,15 +19,16 @@ LoadedScene load(const fs::path& path) {
 
 }  // namespace
 
-TestScene::TestScene(LoadedScene loaded) : loaded_(std::move(loaded)) {
-  auto compiled = CompiledScene::compile(loaded_.scene, assets());
+TestScene::TestScene(LoadedScene loaded, const CompiledScene::ImageDecoder& images) : loaded_(std::move(loaded)) {
+  auto compiled = CompiledScene::compile(loaded_.scene, assets(), images);
   LM_CHECK(compiled.ok(), "{}", message_of(compiled.status()));
   compiled_ = *compiled;
 }
 
 TestScene::TestScene(const fs::path& path) : TestScene(load(path)) {}
 
-TestScene TestScene::from_text(const std::string& document, const std::map<std::string, std::string>& files) {
+TestScene TestScene::from_text(const std::string& document, const std::map<std::string, std::string>& files,
+                               const CompiledScene::ImageDecoder& images) {
   std::string folder = (fs::temp_directory_path() / "lightmill-test-XXXXXX").string();
   LM_CHECK(::mkdtemp(folder.data()) != nullptr);
   for (const auto& [name, text] : files) {
@@ -37,7 +38,7 @@ TestScene TestScene::from_text(const std::string& document, const std::map<std::
   std::ofstream(path) << document;
   LoadedScene loaded = load(path);
   fs::remove_all(folder);
-  return TestScene(std::move(loaded));
+  return TestScene(std::move(loaded), images);
 }
 
 CompiledScene::AssetSource TestScene::assets() const {

@@ -30,7 +30,9 @@ class TestScene {
  public:
   explicit TestScene(const std::filesystem::path& path);
   /// From the text of a document; `files` are OBJ files that it names, by name.
-  static TestScene from_text(const std::string& document, const std::map<std::string, std::string>& files = {});
+  /// Images among them need a decoder (common/image/read).
+  static TestScene from_text(const std::string& document, const std::map<std::string, std::string>& files = {},
+                             const CompiledScene::ImageDecoder& images = nullptr);
 
   const Scene& scene() const { return loaded_.scene; }
   CompiledScene::AssetSource assets() const;
@@ -41,7 +43,7 @@ class TestScene {
   HalfImages render(const MethodSettings& settings, std::uint32_t level, PixelRect rect = {}) const;
 
  private:
-  explicit TestScene(LoadedScene loaded);
+  explicit TestScene(LoadedScene loaded, const CompiledScene::ImageDecoder& images = nullptr);
   LoadedScene loaded_;
   std::shared_ptr<const CompiledScene> compiled_;
 };

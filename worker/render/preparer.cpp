@@ -1,6 +1,7 @@
 #include "worker/render/preparer.h"
 
 #include "common/base/log.h"
+#include "common/image/read/read_image.h"
 #include "common/wire/scene_proto.h"
 
 namespace lightmill {
@@ -72,7 +73,8 @@ Result<std::shared_ptr<const CompiledScene>> Preparer::compiled(const RenderSett
   document.film.width = settings.width;
   document.film.height = settings.height;
   LM_ASSIGN_OR_RETURN(std::shared_ptr<const CompiledScene> scene,
-                      CompiledScene::compile(document, [this](const Sha256& digest) { return assets_.get(digest); }));
+                      CompiledScene::compile(
+                          document, [this](const Sha256& digest) { return assets_.get(digest); }, read_image));
   spdlog::info("scene '{}' is ready after {:.0f} ms, {} KiB", document.name,
                1000 * to_seconds(system_clock().now() - start), scene->bytes() >> 10);
   scenes_.insert(key, scene);

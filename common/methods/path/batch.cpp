@@ -107,7 +107,7 @@ void Batch::shade_kind(MaterialKind kind, const Vertex8& vertex, M8 lanes) {
   const MaterialTable& materials = scene_.materials();
   switch (kind) {
     case MaterialKind::diffuse: {
-      const Diffuse8 bsdf{materials.reflectance(vertex.surface.material, lanes)};
+      const Diffuse8 bsdf{materials.reflectance(vertex.surface, lanes)};
       lanes = lanes & (max_component(bsdf.reflectance) > F8(0.0f));
       if (lanes.any()) {
         shade_scattering(vertex, bsdf, lanes);
@@ -116,13 +116,13 @@ void Batch::shade_kind(MaterialKind kind, const Vertex8& vertex, M8 lanes) {
     }
     case MaterialKind::mirror: {
       const V8 wo = vertex.frame.to_local(-vertex.in.direction);
-      const Mirror8 bsdf{materials.reflectance(vertex.surface.material, lanes)};
+      const Mirror8 bsdf{materials.reflectance(vertex.surface, lanes)};
       go_on_specular(vertex, specular_start(vertex), bsdf.sample(wo), lanes);
       return;
     }
     case MaterialKind::dielectric: {
       const V8 wo = vertex.frame.to_local(-vertex.in.direction);
-      const F8 ior = materials.ior(vertex.surface.material, lanes);
+      const F8 ior = materials.ior(vertex.surface, lanes);
       const Dielectric8 bsdf{select(vertex.surface.front, ior, F8(1.0f) / ior)};
       const Path8 start = specular_start(vertex);
       const F8 u = decide(start.index, start.pixel_seed, vertex.bounce, bsdf_decision(vertex.bounce)).u;
@@ -134,15 +134,14 @@ void Batch::shade_kind(MaterialKind kind, const Vertex8& vertex, M8 lanes) {
 
 /// Light that the path finds by itself, weighted against next-event estimation having found it.
 void Batch::add_emission(const Path8& in, const Hit8& hits, const Surface8& surface, std::uint32_t bounce) {
-  const M8 emitting = scene_.emits(surface, hits.hit);
+  const M8 emitting = scene_.materials().emits(surface, hits.hit);
   if (emitting.none()) {
     return;
   }
   const F8 cos_light = abs(dot(in.direction, surface.geometric_normal));
   const F8 light_pdf = scene_.light_pdf_solid_angle(in.origin, hits, cos_light, emitting);
   const F8 weight = select(in.pdf_solid_angle > F8(0.0f), mis_weight(in.pdf_solid_angle, light_pdf), F8(1.0f));
-  add_light(emitting, in.slot, in.throughput * scene_.materials().emission(surface.material, emitting) * weight,
-            bounce <= 1);
+  add_light(emitting, in.slot, in.throughput * scene_.materials().emission(surface, emitting) * weight, bounce <= 1);
 }
 
 /// A path that starts with a delta BSDF is not split: its points are those of the sample, under scrambles of its own.

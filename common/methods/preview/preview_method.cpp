@@ -48,8 +48,8 @@ class PreviewMethod final : public Method {
       const Ray8 rays = primary_rays(*scene_, tile, pixel_lanes, U8::load(&ws.pixel_seeds[pixel]), index);
       const Hit8 hits = scene_->accel().intersect(lanes, rays, true);
       const Surface8 surface = scene_->surface(rays, hits);
-      const V8 value = masked(hits.hit, scene_->materials().reflectance(surface.material, hits.hit)) +
-                       scene_->materials().emission(surface.material, scene_->emits(surface, hits.hit));
+      const V8 value = masked(hits.hit, scene_->materials().reflectance(surface, hits.hit)) +
+                       scene_->materials().emission(surface, scene_->materials().emits(surface, hits.hit));
       if (channels_.shows_surfaces()) {
         store_surfaces(channels_, *scene_, hits, surface, pixel_lanes,
                        {ws.radiance.data(), pixels, ws.first.empty() ? nullptr : ws.first.data(), pixels});

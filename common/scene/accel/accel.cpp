@@ -25,43 +25,96 @@ M8 in_range(const V8& v) {
 struct Accel::State {
   RTCDevice device = nullptr;
   RTCScene scene = nullptr;
+  RTCSceneFlags flags = RTC_SCENE_FLAG_NONE;
   std::uint32_t geometries = 0;
+  std::vector<RTCScene> prototypes;
+  struct Plane {
+    std::uint32_t geometry;
+    Vec3 point, normal;
+  };
+  std::vector<Plane> planes;  ///< Embree has none: they are tried after it
 
   ~State() {
+    for (const RTCScene prototype : prototypes) {
+      rtcReleaseScene(prototype);
+    }
     rtcReleaseScene(scene);
     rtcReleaseDevice(device);
   }
 
-  std::uint32_t attach(RTCGeometry geometry) {
+  RTCScene new_scene() const {
+    const RTCScene result = rtcNewScene(device);
+    rtcSetSceneFlags(result, flags);
+    rtcSetSceneBuildQuality(result, RTC_BUILD_QUALITY_MEDIUM);
+    return result;
+  }
+
+  static void attach_to(RTCScene scene, RTCGeometry geometry, std::uint32_t id) {
     rtcSetGeometryBuildQuality(geometry, RTC_BUILD_QUALITY_MEDIUM);
     rtcCommitGeometry(geometry);
-    rtcAttachGeometryByID(scene, geometry, geometries);
+    rtcAttachGeometryByID(scene, geometry, id);
     rtcReleaseGeometry(geometry);
+  }
+  std::uint32_t attach(RTCGeometry geometry) {
+    attach_to(scene, geometry, geometries);
     return geometries++;
+  }
+
+  RTCGeometry new_mesh(std::span<const std::array<float, 3>> positions,
+                       std::span<const std::array<std::uint32_t, 3>> triangles) const {
+    const RTCGeometry geometry = rtcNewGeometry(device, RTC_GEOMETRY_TYPE_TRIANGLE);
+    void* vertices =
+        rtcSetNewGeometryBuffer(geometry, RTC_BUFFER_TYPE_VERTEX, 0, RTC_FORMAT_FLOAT3, 12, positions.size());
+    void* indices = rtcSetNewGeometryBuffer(geometry, RTC_BUFFER_TYPE_INDEX, 0, RTC_FORMAT_UINT3, 12, triangles.size());
+    if (vertices != nullptr && indices != nullptr) {  // else commit() reports the device's error
+      std::memcpy(vertices, positions.data(), positions.size_bytes());
+      std::memcpy(indices, triangles.data(), triangles.size_bytes());
+    }
+    return geometry;
+  }
+
+  /// Distance to a plane along each ray; infinite where the ray goes away from it or along it.
+  static F8 plane_distance(const Plane& plane, const Ray8& rays) {
+    const V8 normal = broadcast(plane.normal);
+    const F8 t = dot(normal, broadcast(plane.point) - rays.origin) / dot(normal, rays.direction);
+    return select(t > F8(0.0f), t, F8(std::numeric_limits<float>::infinity()));
   }
 };
 
 Accel::Accel(bool robust) : state_(std::make_unique<State>()) {
   state_->device = rtcNewDevice("isa=avx2,threads=1,user_threads=1");
   LM_CHECK(state_->device != nullptr, "Embree gives no device; does this processor have AVX2?");
-  state_->scene = rtcNewScene(state_->device);
-  rtcSetSceneFlags(state_->scene, robust ? RTC_SCENE_FLAG_ROBUST : RTC_SCENE_FLAG_NONE);
-  rtcSetSceneBuildQuality(state_->scene, RTC_BUILD_QUALITY_MEDIUM);
+  state_->flags = robust ? RTC_SCENE_FLAG_ROBUST : RTC_SCENE_FLAG_NONE;
+  state_->scene = state_->new_scene();
 }
 
 Accel::~Accel() = default;
 
 std::uint32_t Accel::add_mesh(std::span<const std::array<float, 3>> positions,
                               std::span<const std::array<std::uint32_t, 3>> triangles) {
-  const RTCGeometry geometry = rtcNewGeometry(state_->device, RTC_GEOMETRY_TYPE_TRIANGLE);
-  void* vertices =
-      rtcSetNewGeometryBuffer(geometry, RTC_BUFFER_TYPE_VERTEX, 0, RTC_FORMAT_FLOAT3, 12, positions.size());
-  void* indices = rtcSetNewGeometryBuffer(geometry, RTC_BUFFER_TYPE_INDEX, 0, RTC_FORMAT_UINT3, 12, triangles.size());
-  if (vertices != nullptr && indices != nullptr) {  // else commit() reports the device's error
-    std::memcpy(vertices, positions.data(), positions.size_bytes());
-    std::memcpy(indices, triangles.data(), triangles.size_bytes());
-  }
+  return state_->attach(state_->new_mesh(positions, triangles));
+}
+
+std::uint32_t Accel::add_prototype(std::span<const std::array<float, 3>> positions,
+                                   std::span<const std::array<std::uint32_t, 3>> triangles) {
+  const RTCScene scene = state_->new_scene();
+  State::attach_to(scene, state_->new_mesh(positions, triangles), 0);
+  rtcCommitScene(scene);
+  state_->prototypes.push_back(scene);
+  return static_cast<std::uint32_t>(state_->prototypes.size() - 1);
+}
+
+std::uint32_t Accel::add_instance(std::uint32_t prototype, const std::array<std::array<float, 4>, 3>& to_scene) {
+  const RTCGeometry geometry = rtcNewGeometry(state_->device, RTC_GEOMETRY_TYPE_INSTANCE);
+  rtcSetGeometryInstancedScene(geometry, state_->prototypes[prototype]);
+  rtcSetGeometryTimeStepCount(geometry, 1);
+  rtcSetGeometryTransform(geometry, 0, RTC_FORMAT_FLOAT3X4_ROW_MAJOR, to_scene.data());
   return state_->attach(geometry);
+}
+
+std::uint32_t Accel::add_plane(const Vec3& point, const Vec3& normal) {
+  state_->planes.push_back({state_->geometries, point, normal});
+  return state_->geometries++;
 }
 
 std::uint32_t Accel::add_sphere(const Vec3& center, float radius) {
@@ -109,14 +162,27 @@ Hit8 Accel::intersect(M8 lanes, const Ray8& rays, bool coherent) const {
   U8(RTC_INVALID_GEOMETRY_ID).store(query.hit.instID[0]);
   rtcIntersect8(valid, state_->scene, &context, &query);
 
-  const U8 geometry = U8::load(query.hit.geomID);
-  return {and_not(lanes, geometry == U8(RTC_INVALID_GEOMETRY_ID)),
-          F8::load(query.ray.tfar),
-          {F8::load(query.hit.Ng_x), F8::load(query.hit.Ng_y), F8::load(query.hit.Ng_z)},
-          F8::load(query.hit.u),
-          F8::load(query.hit.v),
-          geometry,
-          U8::load(query.hit.primID)};
+  // A hit of an instance is known by the instance's number, which takes the place of the prototype's.
+  const U8 instance = U8::load(query.hit.instID[0]);
+  const U8 none(RTC_INVALID_GEOMETRY_ID);
+  const U8 shape = U8::load(query.hit.geomID);
+  Hit8 hit{and_not(lanes, shape == none),
+           F8::load(query.ray.tfar),
+           {F8::load(query.hit.Ng_x), F8::load(query.hit.Ng_y), F8::load(query.hit.Ng_z)},
+           F8::load(query.hit.u),
+           F8::load(query.hit.v),
+           select(instance == none, shape, instance),
+           U8::load(query.hit.primID)};
+  for (const State::Plane& plane : state_->planes) {
+    const F8 t = State::plane_distance(plane, rays);
+    const M8 nearer = lanes & (t < hit.distance);
+    hit.hit = hit.hit | nearer;
+    hit.distance = select(nearer, t, hit.distance);
+    hit.normal = select(nearer, broadcast(plane.normal), hit.normal);
+    hit.geometry = select(nearer, U8(plane.geometry), hit.geometry);
+    hit.primitive = select(nearer, U8(0u), hit.primitive);
+  }
+  return hit;
 }
 
 M8 Accel::occluded(M8 lanes, const Ray8& rays) const {
@@ -135,7 +201,11 @@ M8 Accel::occluded(M8 lanes, const Ray8& rays) const {
   U8(0xffffffffu).store(query.mask);
   U8(0u).store(query.flags);
   rtcOccluded8(valid, state_->scene, &context, &query);
-  return lanes & (F8::load(query.tfar) < F8(0.0f));  // Embree sets it to −∞ where something was hit
+  M8 hit = lanes & (F8::load(query.tfar) < F8(0.0f));  // Embree sets it to −∞ where something was hit
+  for (const State::Plane& plane : state_->planes) {
+    hit = hit | (lanes & (State::plane_distance(plane, rays) < rays.max_distance));
+  }
+  return hit;
 }
 
 }  // namespace lightmill

@@ -11,7 +11,8 @@
 
 namespace lightmill {
 
-/// A scene of triangle meshes and spheres that answers rays. Build once, then immutable and thread-safe.
+/// A scene of triangle meshes, their instances, spheres and planes that answers rays. Build once, then immutable and
+/// thread-safe.
 ///
 /// The hierarchy is built by one thread, so that it, and with it the choice between hits at equal distance, is a
 /// function of the geometry alone; Embree's AVX2 code is used on every processor.
@@ -27,6 +28,14 @@ class Accel {
   std::uint32_t add_mesh(std::span<const std::array<float, 3>> positions,
                          std::span<const std::array<std::uint32_t, 3>> triangles);
   std::uint32_t add_sphere(const Vec3& center, float radius);
+  /// Without end; `normal` is a unit vector.
+  std::uint32_t add_plane(const Vec3& point, const Vec3& normal);
+  /// A mesh that is not there itself, but as instances of it. Gives its number among such meshes.
+  std::uint32_t add_prototype(std::span<const std::array<float, 3>> positions,
+                              std::span<const std::array<std::uint32_t, 3>> triangles);
+  /// `to_scene` maps the prototype's coordinates: three rows of four. Hits have the prototype's triangle and a normal
+  /// in the prototype's coordinates.
+  std::uint32_t add_instance(std::uint32_t prototype, const std::array<std::array<float, 4>, 3>& to_scene);
   /// Builds the hierarchy. Fails when memory runs out.
   Status commit();
 

@@ -4,19 +4,15 @@
 #include "common/math/transcendental.h"
 #include "common/scene/compiled/compiled_scene.h"
 #include "common/scene/compiled/convert.h"
+#include "common/scene/compiled/mesh_sources.h"
+#include "common/scene/compiled/texture_sources.h"
 #include "common/scene/compiled/world_frame.h"
 
 namespace lightmill {
 namespace {
 
-/// Indices of the nine floats of a triangle stay below 2^31, as eight-lane gathers need.
-constexpr std::uint64_t kMaxTriangles = 200'000'000;
-
-/// v times the power of two that brings its largest component near 1, so that no square of it under- or overflows.
-Vec3d near_one(const Vec3d& v) {
-  const int exponent = std::ilogb(std::max({std::abs(v.x), std::abs(v.y), std::abs(v.z)}));
-  return {std::scalbn(v.x, -exponent), std::scalbn(v.y, -exponent), std::scalbn(v.z, -exponent)};
-}
+/// Meshes with fewer triangles are copied for each object rather than instanced: that is faster to trace.
+constexpr std::size_t kInstancedTriangles = 64;
 
 CameraBasis camera_basis(const Camera& camera, int height, const Vec3d& eye) {
   const Vec3d forward = glm::normalize(near_one(to_vec(camera.look_at) - to_vec(camera.eye)));
@@ -53,14 +49,16 @@ class SceneCompiler {
  public:
   explicit SceneCompiler(const Scene& scene) : scene_(scene), out_(new CompiledScene()) {}
 
-  Result<std::shared_ptr<const CompiledScene>> run(const CompiledScene::AssetSource& assets) {
+  Result<std::shared_ptr<const CompiledScene>> run(const CompiledScene::AssetSource& assets,
+                                                   const CompiledScene::ImageDecoder& images) {
     LM_RETURN_IF_ERROR(validate(scene_));
-    LM_RETURN_IF_ERROR(load_meshes(assets));
+    LM_ASSIGN_OR_RETURN(meshes_, load_meshes(scene_, assets));
     find_bounds();
-    out_->materials_ = MaterialTable(scene_);
+    LM_ASSIGN_OR_RETURN(TextureSet textures, load_textures(scene_, assets, images));
+    out_->materials_ = MaterialTable(scene_, std::move(textures));
     out_->accel_ = std::make_unique<Accel>(needs_robust_rays());
     for (std::size_t i = 0; i < scene_.objects.size(); ++i) {
-      compile_object(scene_.objects[i], meshes_[i].get());
+      compile_object(i);
     }
     for (const PointLight& light : scene_.point_lights) {
       if (!is_black(light.intensity)) {
@@ -80,47 +78,21 @@ class SceneCompiler {
   }
 
  private:
-  Status load_meshes(const CompiledScene::AssetSource& assets) {
-    std::map<Sha256, std::shared_ptr<const Mesh>> loaded;
-    for (std::size_t i = 0; i < scene_.objects.size(); ++i) {
-      std::shared_ptr<const Mesh>& mesh = meshes_.emplace_back();
-      const auto* shape = std::get_if<MeshShape>(&scene_.objects[i].shape);
-      if (shape == nullptr) {
-        continue;
-      }
-      const std::string where = fmt::format("objects[{}] \"{}\"", i, scene_.objects[i].name);
-      std::shared_ptr<const Mesh>& known = loaded[shape->asset];
-      if (known == nullptr) {
-        Result<std::string> bytes = assets(shape->asset);
-        if (!bytes.ok()) {
-          return with_context(bytes.status(), where);
-        }
-        Result<Mesh> decoded = decode_mesh(as_byte_view(*bytes));
-        if (!decoded.ok()) {
-          return with_context(decoded.status(), where);
-        }
-        known = std::make_shared<const Mesh>(std::move(*decoded));
-      }
-      mesh = known;
-      triangle_count_ += mesh->triangles.size();
-      if (triangle_count_ > kMaxTriangles) {
-        return resource_exhausted("{}: the scene has more than the limit of {} triangles", where, kMaxTriangles);
-      }
-    }
-    return ok_status();
-  }
-
   void find_bounds() {
     Bounds scene;
     for (std::size_t i = 0; i < scene_.objects.size(); ++i) {
       Bounds& bounds = bounds_.emplace_back();
+      const Affine& map = maps_.emplace_back(scene_.objects[i].transform);
       if (const auto* sphere = std::get_if<SphereShape>(&scene_.objects[i].shape)) {
-        bounds.add(to_vec(sphere->center) - Vec3d(sphere->radius));
-        bounds.add(to_vec(sphere->center) + Vec3d(sphere->radius));
+        const Vec3d radius(sphere->radius * map.similarity_scale());
+        bounds.add(map(to_vec(sphere->center)) - radius);
+        bounds.add(map(to_vec(sphere->center)) + radius);
+      } else if (const auto* plane = std::get_if<PlaneShape>(&scene_.objects[i].shape)) {
+        bounds.add(map(to_vec(plane->point)));
       } else {
-        for (const auto& p : meshes_[i]->positions) {
-          bounds.add({p[0], p[1], p[2]});
-        }
+        bounds = bounds_of(*meshes_[i], map);
+        triangle_count_ += meshes_[i]->triangles.size();
+        ++users_[meshes_[i].get()];
       }
       scene.add(bounds.low);
       scene.add(bounds.high);
@@ -133,38 +105,124 @@ class SceneCompiler {
   bool needs_robust_rays() const {
     double smallest = frame_.extent();
     for (std::size_t i = 0; i < scene_.objects.size(); ++i) {
-      const auto* sphere = std::get_if<SphereShape>(&scene_.objects[i].shape);
-      smallest = std::min(smallest, sphere != nullptr ? sphere->radius : glm::length(bounds_[i].size()));
+      if (!std::holds_alternative<PlaneShape>(scene_.objects[i].shape)) {
+        smallest = std::min(smallest, glm::length(bounds_[i].size()));
+      }
     }
     return triangle_count_ > 1000 || frame_.extent() > 1e3 * smallest;
   }
 
-  /// `mesh` is null for spheres.
-  void compile_object(const Object& object, const Mesh* mesh) {
-    const Material& material = scene_.materials[object.material];
-    const bool emits = !is_black(material.emission);
+  void compile_object(std::size_t i) {
+    const Object& object = scene_.objects[i];
     if (const auto* sphere = std::get_if<SphereShape>(&object.shape)) {
-      const Vec3 center(frame_.to_frame(to_vec(sphere->center)));
-      const auto radius = static_cast<float>(sphere->radius * frame_.scale());
-      out_->geometry_.add_sphere(object.material, center, radius, sphere->normal_inward);
-      out_->accel_->add_sphere(center, radius);
-      if (emits) {
-        out_->lights_.add(EmissiveSphere{center, radius, to_vec(material.emission), sphere->normal_inward,
-                                         material.two_sided_emission});
-      }
-      return;
+      compile_sphere(object, *sphere, maps_[i]);
+    } else if (const auto* plane = std::get_if<PlaneShape>(&object.shape)) {
+      compile_plane(object, *plane, maps_[i]);
+    } else if (is_instanced(i)) {
+      compile_instance(i);
+    } else {
+      compile_mesh(object, maps_[i].identity ? *meshes_[i] : transformed(*meshes_[i], maps_[i]));
     }
+  }
+
+  /// Whether next-event estimation draws points of it. What glows by a texture, or without end, is found by scattered
+  /// rays alone.
+  bool is_sampled(const Object& object) const {
+    const TexturedColor& emission = scene_.materials[object.material].emission;
+    return !is_black(emission) && emission.texture == kNoTexture && !std::holds_alternative<PlaneShape>(object.shape);
+  }
+
+  void compile_sphere(const Object& object, const SphereShape& sphere, const Affine& map) {
+    const Vec3 center(frame_.to_frame(map(to_vec(sphere.center))));
+    const auto radius = static_cast<float>(sphere.radius * map.similarity_scale() * frame_.scale());
+    out_->geometry_.add_sphere(object.material, center, radius, sphere.normal_inward);
+    out_->accel_->add_sphere(center, radius);
+    const Material& material = scene_.materials[object.material];
+    if (is_sampled(object)) {
+      out_->lights_.add(EmissiveSphere{center, radius, to_vec(material.emission.rgb), sphere.normal_inward,
+                                       material.two_sided_emission});
+    }
+  }
+
+  void compile_plane(const Object& object, const PlaneShape& plane, const Affine& map) {
+    const Vec3 point(frame_.to_frame(map(to_vec(plane.point))));
+    const Vec3d normal = glm::normalize(near_one(map.normal_matrix() * near_one(to_vec(plane.normal))));
+    out_->geometry_.add_plane(object.material, point, static_cast<float>(1 / frame_.scale()));
+    out_->accel_->add_plane(point, Vec3(normal));
+  }
+
+  /// Emitters are copied: light sampling wants their triangles one by one.
+  bool is_instanced(std::size_t i) const {
+    const Mesh& mesh = *meshes_[i];
+    return users_.at(&mesh) > 1 && mesh.triangles.size() >= kInstancedTriangles &&
+           is_black(scene_.materials[scene_.objects[i].material].emission);
+  }
+
+  std::vector<std::array<float, 3>> frame_positions(const Mesh& mesh) const {
     std::vector<std::array<float, 3>> positions;
-    positions.reserve(mesh->positions.size());
-    for (const auto& p : mesh->positions) {
+    positions.reserve(mesh.positions.size());
+    for (const auto& p : mesh.positions) {
       const Vec3 q(frame_.to_frame({p[0], p[1], p[2]}));
       positions.push_back({q.x, q.y, q.z});
     }
-    out_->accel_->add_mesh(positions, mesh->triangles);
-    out_->geometry_.add_mesh(object.material, *mesh, positions);
-    if (emits) {
-      add_emissive_mesh(*mesh, positions, material);
+    return positions;
+  }
+
+  void compile_mesh(const Object& object, const Mesh& mesh) {
+    const std::vector<std::array<float, 3>> positions = frame_positions(mesh);
+    out_->accel_->add_mesh(positions, mesh.triangles);
+    out_->geometry_.add_mesh(object.material, out_->geometry_.add_rows(mesh, positions, !scene_.textures.empty()));
+    const Material& material = scene_.materials[object.material];
+    if (is_sampled(object)) {
+      add_emissive_mesh(mesh, positions, material);
     }
+  }
+
+  /// A mesh in coordinates of its own, recentred and with an extent near 1, and what it is known by.
+  struct Prototype {
+    std::uint32_t number = 0;
+    GeometryTable::MeshRows rows;
+    Vec3d center{0};
+    double scale = 1;  ///< from its asset's units to its own
+  };
+
+  const Prototype& prototype(std::size_t i) {
+    const Mesh& mesh = *meshes_[i];
+    const auto [found, added] = prototypes_.try_emplace(&mesh);
+    Prototype& p = found->second;
+    if (added) {
+      const Bounds bounds = bounds_of(mesh, Affine());
+      p.center = (bounds.low + bounds.high) * 0.5;
+      const double extent = glm::length(bounds.size());
+      p.scale = extent > 0 ? std::ldexp(1.0, -std::ilogb(extent)) : 1.0;
+      std::vector<std::array<float, 3>> positions;
+      positions.reserve(mesh.positions.size());
+      for (const auto& q : mesh.positions) {
+        const Vec3 local((Vec3d(q[0], q[1], q[2]) - p.center) * p.scale);
+        positions.push_back({local.x, local.y, local.z});
+      }
+      p.number = out_->accel_->add_prototype(positions, mesh.triangles);
+      p.rows = out_->geometry_.add_rows(mesh, positions, !scene_.textures.empty());
+    }
+    return p;
+  }
+
+  void compile_instance(std::size_t i) {
+    const Prototype& p = prototype(i);
+    const glm::dmat3 linear = maps_[i].linear * (frame_.scale() / p.scale);
+    const Vec3d origin = frame_.to_frame(maps_[i](p.center));
+    glm::dmat3 normal = maps_[i].normal_matrix();
+    const double largest = std::max({glm::length(normal[0]), glm::length(normal[1]), glm::length(normal[2])});
+    normal *= 1 / largest;
+    std::array<std::array<float, 4>, 3> rows{};
+    for (int row = 0; row < 3; ++row) {
+      for (int column = 0; column < 3; ++column) {
+        rows[row][column] = static_cast<float>(linear[column][row]);
+      }
+      rows[row][3] = static_cast<float>(origin[row]);
+    }
+    out_->accel_->add_instance(p.number, rows);
+    out_->geometry_.add_instance(scene_.objects[i].material, p.rows, glm::mat3(linear), glm::mat3(normal));
   }
 
   void add_emissive_mesh(const Mesh& mesh, const std::vector<std::array<float, 3>>& positions,
@@ -175,7 +233,7 @@ class SceneCompiler {
       EmissiveFacet facet{corner(t[0]),
                           corner(t[1]) - corner(t[0]),
                           corner(t[2]) - corner(t[0]),
-                          to_vec(material.emission),
+                          to_vec(material.emission.rgb),
                           material.two_sided_emission,
                           false};
       // Two triangles in a row that are the halves (0, 1, 2) and (0, 2, 3) of a parallelogram.
@@ -196,18 +254,18 @@ class SceneCompiler {
   void finish_lights() {
     out_->lights_.build();
     out_->features_.lights = !out_->lights_.empty();
-    for (const Object& object : scene_.objects) {
+    for (std::size_t i = 0; i < scene_.objects.size(); ++i) {
+      const Object& object = scene_.objects[i];
       const Material& material = scene_.materials[object.material];
-      const bool emits = !is_black(material.emission);
-      out_->features_.emissive_surfaces |= emits;
+      out_->features_.emissive_surfaces |= !is_black(material.emission);
       const auto* sphere = std::get_if<SphereShape>(&object.shape);
-      const Vec3 radiance = to_vec(material.emission);
+      const Vec3 radiance = to_vec(material.emission.rgb);
       float pdf_area = 0, probability = 0;
-      if (emits && sphere != nullptr) {
-        probability =
-            out_->lights_.sphere_choice_probability({Vec3(0), static_cast<float>(sphere->radius * frame_.scale()),
-                                                     radiance, sphere->normal_inward, material.two_sided_emission});
-      } else if (emits) {
+      if (is_sampled(object) && sphere != nullptr) {
+        const auto radius = static_cast<float>(sphere->radius * maps_[i].similarity_scale() * frame_.scale());
+        probability = out_->lights_.sphere_choice_probability(
+            {Vec3(0), radius, radiance, sphere->normal_inward, material.two_sided_emission});
+      } else if (is_sampled(object)) {
         pdf_area = out_->lights_.facet_pdf_area(radiance, material.two_sided_emission);
       }
       out_->emitter_pdf_area_.push_back(pdf_area);
@@ -217,16 +275,19 @@ class SceneCompiler {
 
   const Scene& scene_;
   std::unique_ptr<CompiledScene> out_;
-  std::vector<std::shared_ptr<const Mesh>>
-      meshes_;                  ///< one an object, shared by those that name one asset; null for spheres
-  std::vector<Bounds> bounds_;  ///< one an object, in scene units
+  ObjectMeshes meshes_;
+  std::vector<Bounds> bounds_;        ///< one an object, in scene units
+  std::vector<Affine> maps_;          ///< one an object
+  std::map<const Mesh*, int> users_;  ///< how many objects have a mesh
+  std::map<const Mesh*, Prototype> prototypes_;
   std::uint64_t triangle_count_ = 0;
   WorldFrame frame_;
 };
 
-Result<std::shared_ptr<const CompiledScene>> CompiledScene::compile(const Scene& scene, const AssetSource& assets) {
+Result<std::shared_ptr<const CompiledScene>> CompiledScene::compile(const Scene& scene, const AssetSource& assets,
+                                                                    const ImageDecoder& images) {
   try {
-    return SceneCompiler(scene).run(assets);
+    return SceneCompiler(scene).run(assets, images);
   } catch (const std::bad_alloc&) {
     return resource_exhausted("out of memory while compiling a scene of {} objects", scene.objects.size());
   }

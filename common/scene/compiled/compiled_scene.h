@@ -39,8 +39,13 @@ class CompiledScene {
   /// Gives the encoded bytes of an asset.
   using AssetSource = std::function<Result<std::string>(const Sha256&)>;
 
+  /// Decodes an image file (common/image/read, which few programs link): its bytes and its name.
+  using ImageDecoder = std::function<Result<Texels>(ByteView bytes, const std::string& name)>;
+
   /// Compiles a valid document. Fails when an asset is missing or damaged, or memory runs out; errors name the object.
-  static Result<std::shared_ptr<const CompiledScene>> compile(const Scene& scene, const AssetSource& assets);
+  /// A scene with images needs a decoder.
+  static Result<std::shared_ptr<const CompiledScene>> compile(const Scene& scene, const AssetSource& assets,
+                                                              const ImageDecoder& images = nullptr);
 
   const Accel& accel() const { return *accel_; }
   const LightTable& lights() const { return lights_; }
@@ -56,9 +61,6 @@ class CompiledScene {
 
   /// Completes hits: unit normals, a point on the surface, the material. Ray directions are unit vectors.
   Surface8 surface(const Ray8& rays, const Hit8& hits) const { return geometry_.surface(rays, hits); }
-
-  /// Which hits see emitted light, given the side that was hit.
-  M8 emits(const Surface8& surface, M8 lanes) const { return materials_.emits(surface.material, surface.front, lanes); }
 
   /// With which density per solid angle next-event estimation from `from` would have found this hit of an emissive
   /// surface.

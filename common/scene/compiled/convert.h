@@ -17,6 +17,9 @@ inline Vec3 to_vec(const RgbColor& c) {
 inline bool is_black(const RgbColor& c) {
   return c.r == 0 && c.g == 0 && c.b == 0;
 }
+inline bool is_black(const TexturedColor& c) {
+  return is_black(c.rgb);
+}
 inline void append(std::vector<float>& array, const Vec3& v) {
   array.insert(array.end(), {v.x, v.y, v.z});
 }

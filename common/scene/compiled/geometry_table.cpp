@@ -4,105 +4,221 @@
 #include "common/scene/compiled/convert.h"
 
 namespace lightmill {
+namespace {
 
-void GeometryTable::push(std::uint32_t material) {
+/// Row `geometry` of an array of 3×3 matrices by columns, times v.
+V8 multiply(const std::vector<float>& matrices, U8 geometry, const V8& v, M8 lanes) {
+  const U8 column = geometry + geometry + geometry;
+  return gather3(matrices.data(), column, lanes) * v.x + gather3(matrices.data(), column + U8(1u), lanes) * v.y +
+         gather3(matrices.data(), column + U8(2u), lanes) * v.z;
+}
+
+void append(std::vector<float>& array, const glm::mat3& m) {
+  for (int column = 0; column < 3; ++column) {
+    lightmill::append(array, Vec3(m[column]));
+  }
+}
+
+}  // namespace
+
+// ---- building ----
+
+void GeometryTable::push(Shape shape, std::uint32_t material, const MeshRows& mesh) {
+  shape_.push_back(shape);
   material_.push_back(material);
-  is_sphere_.push_back(0);
   inward_.push_back(0);
-  smooth_.push_back(0);
-  triangles_.push_back(static_cast<std::uint32_t>(triangle_extent_.size() / 3));
-  smooth_triangles_.push_back(static_cast<std::uint32_t>(corners_.size() / 3));
-  append(sphere_center_, Vec3(0));
-  sphere_radius_.push_back(0);
+  extents_.push_back(mesh.extents);
+  first_corner_.push_back(mesh.corners);
+  first_normal_.push_back(mesh.normals);
+  first_coordinate_.push_back(mesh.coordinates);
+  lightmill::append(center_, Vec3(0));
+  radius_.push_back(0);
+  append(linear_, glm::mat3(1));
+  append(normal_matrix_, glm::mat3(1));
 }
 
 void GeometryTable::add_sphere(std::uint32_t material, const Vec3& center, float radius, bool normal_inward) {
-  push(material);
+  push(kSphere, material, {static_cast<std::uint32_t>(triangle_extent_.size() / 3), 0, kNone, kNone});
   has_spheres_ = true;
-  is_sphere_.back() = 1;
   inward_.back() = normal_inward ? 1 : 0;
-  std::copy_n(&center.x, 3, sphere_center_.end() - 3);
-  sphere_radius_.back() = radius;
-  append(triangle_extent_, Vec3(0));  // a sphere's only primitive
+  std::copy_n(&center.x, 3, center_.end() - 3);
+  radius_.back() = radius;
+  lightmill::append(triangle_extent_, Vec3(0));  // a sphere's only primitive
 }
 
-void GeometryTable::add_mesh(std::uint32_t material, const Mesh& mesh,
-                             const std::vector<std::array<float, 3>>& positions) {
-  push(material);
+void GeometryTable::add_plane(std::uint32_t material, const Vec3& point, float coordinate_scale) {
+  push(kPlane, material, {static_cast<std::uint32_t>(triangle_extent_.size() / 3), 0, kNone, kNone});
+  has_planes_ = true;
+  has_coordinates_ = true;
+  std::copy_n(&point.x, 3, center_.end() - 3);
+  radius_.back() = coordinate_scale;
+  lightmill::append(triangle_extent_, Vec3(0));
+}
+
+void GeometryTable::add_mesh(std::uint32_t material, const MeshRows& mesh) {
+  push(kMesh, material, mesh);
+}
+
+void GeometryTable::add_instance(std::uint32_t material, const MeshRows& mesh, const glm::mat3& linear,
+                                 const glm::mat3& normal) {
+  push(kInstance, material, mesh);
+  has_instances_ = true;
+  linear_.resize(linear_.size() - 9);
+  normal_matrix_.resize(normal_matrix_.size() - 9);
+  append(linear_, linear);
+  append(normal_matrix_, normal);
+}
+
+GeometryTable::MeshRows GeometryTable::add_rows(const Mesh& mesh, const std::vector<std::array<float, 3>>& positions,
+                                                bool textured) {
+  MeshRows rows{static_cast<std::uint32_t>(triangle_extent_.size() / 3),
+                static_cast<std::uint32_t>(corners_.size() / 3), kNone, kNone};
   for (const auto& t : mesh.triangles) {
     const auto corner = [&](int i) { return Vec3(positions[t[i]][0], positions[t[i]][1], positions[t[i]][2]); };
-    append(triangle_extent_,
-           glm::max(glm::max(corner(0), corner(1)), corner(2)) - glm::min(glm::min(corner(0), corner(1)), corner(2)));
+    lightmill::append(triangle_extent_, glm::max(glm::max(corner(0), corner(1)), corner(2)) -
+                                            glm::min(glm::min(corner(0), corner(1)), corner(2)));
   }
-  if (mesh.normals.empty()) {
-    return;
+  const bool coordinates = textured && !mesh.texture_coordinates.empty();
+  if (mesh.normals.empty() && !coordinates) {
+    return rows;
   }
-  has_smooth_meshes_ = true;
-  smooth_.back() = 1;
-  const auto first = static_cast<std::uint32_t>(vertex_normals_.size() / 3);
   for (const auto& t : mesh.triangles) {
-    for (const std::uint32_t i : t) {
-      corners_.push_back(first + i);
+    corners_.insert(corners_.end(), t.begin(), t.end());
+  }
+  if (!mesh.normals.empty()) {
+    has_normals_ = true;
+    rows.normals = static_cast<std::uint32_t>(vertex_normals_.size() / 3);
+    for (const auto& n : mesh.normals) {
+      lightmill::append(vertex_normals_, Vec3(n[0], n[1], n[2]));
     }
   }
-  for (const auto& n : mesh.normals) {
-    append(vertex_normals_, Vec3(n[0], n[1], n[2]));
+  if (coordinates) {
+    has_coordinates_ = true;
+    rows.coordinates = static_cast<std::uint32_t>(texture_coordinates_.size() / 2);
+    for (const auto& c : mesh.texture_coordinates) {
+      texture_coordinates_.insert(texture_coordinates_.end(), c.begin(), c.end());
+    }
   }
+  return rows;
 }
 
 std::uint64_t GeometryTable::bytes() const {
-  return material_.size() * 64 + (triangle_extent_.size() + corners_.size() + vertex_normals_.size()) * 4;
+  return shape_.size() * 128 + (triangle_extent_.size() + corners_.size() + vertex_normals_.size()) * 4 +
+         texture_coordinates_.size() * 4;
 }
+
+// ---- looking up ----
 
 Surface8 GeometryTable::surface(const Ray8& rays, const Hit8& hits) const {
   const M8 lanes = hits.hit;
   Surface8 s;
   s.material = gather(material_.data(), hits.geometry, lanes);
   s.point = rays.origin + rays.direction * hits.distance;
-  s.geometric_normal = normalize(hits.normal);
+  const U8 triangle = gather(extents_.data(), hits.geometry, lanes) + hits.primitive;
+  V8 extent = gather3(triangle_extent_.data(), triangle, lanes);
+  V8 normal = hits.normal;
+  M8 instances;
+  if (has_instances_) {
+    instances = is_shape(kInstance, hits.geometry, lanes);
+    if (instances.any()) {
+      normal = select(instances, multiply(normal_matrix_, hits.geometry, normal, instances), normal);
+      const U8 column = hits.geometry + hits.geometry + hits.geometry;
+      const V8 mapped = abs(gather3(linear_.data(), column, instances)) * extent.x +
+                        abs(gather3(linear_.data(), column + U8(1u), instances)) * extent.y +
+                        abs(gather3(linear_.data(), column + U8(2u), instances)) * extent.z;
+      extent = select(instances, mapped, extent);
+    }
+  }
+  s.geometric_normal = normalize(normal);
   // What a coordinate of the hit may be off by grows with itself, with the ray's way to it and with the way from the
   // ray to the triangle's corners.
-  const U8 triangle = gather(triangles_.data(), hits.geometry, lanes) + hits.primitive;
-  V8 magnitude = abs(s.point) + abs(rays.direction) * hits.distance + gather3(triangle_extent_.data(), triangle, lanes);
-
-  if (const M8 sphere = is_sphere(hits.geometry, lanes); sphere.any()) {
-    // Put the point back onto the sphere: what the ray's length has cost in accuracy is gone then.
-    const V8 center = sphere_center(hits.geometry, sphere);
-    const F8 radius = sphere_radius(hits.geometry, sphere);
-    const V8 outward = normalize(s.point - center);
-    s.point = select(sphere, center + outward * radius, s.point);
-    magnitude = select(sphere, abs(s.point) + V8{radius, radius, radius}, magnitude);
-    const M8 inward = gather(inward_.data(), hits.geometry, sphere) == U8(1u);
-    s.geometric_normal = select(sphere, select(inward, -outward, outward), s.geometric_normal);
+  V8 magnitude = abs(s.point) + abs(rays.direction) * hits.distance + extent;
+  if (const M8 spheres = is_sphere(hits.geometry, lanes); spheres.any()) {
+    put_back_onto_spheres(hits, spheres, s, magnitude);
+  }
+  if (has_planes_) {
+    put_back_onto_planes(hits, is_shape(kPlane, hits.geometry, lanes), s);
   }
   s.front = lanes & (dot(rays.direction, s.geometric_normal) < F8(0.0f));
   s.offset = surface_offset(s.geometric_normal, magnitude);
   s.shading_normal = s.geometric_normal;
-
-  if (has_smooth_meshes_) {
-    if (const M8 smooth = lanes & (gather(smooth_.data(), hits.geometry, lanes) == U8(1u)); smooth.any()) {
-      V8 n = interpolated_normal(hits, smooth);
-      const F8 length2 = length_squared(n);
-      const M8 usable = smooth & (length2 > F8(1e-12f));
-      n = n * (F8(1.0f) / sqrt(length2));
-      n = select(dot(n, s.geometric_normal) < F8(0.0f), -n, n);
-      // Where the ray comes from behind the interpolated normal there is no frame to shade in: the flat one serves.
-      const M8 consistent =
-          ~((dot(rays.direction, n) < F8(0.0f)) & ~s.front) & ~((dot(rays.direction, n) >= F8(0.0f)) & s.front);
-      s.shading_normal = select(usable & consistent, n, s.shading_normal);
-    }
+  if (has_normals_) {
+    interpolate_normals(rays, hits, instances, s);
+  }
+  if (has_coordinates_) {
+    find_texture_coordinates(hits, s);
   }
   return s;
 }
 
-/// Not normalised.
-V8 GeometryTable::interpolated_normal(const Hit8& hits, M8 lanes) const {
-  const U8 corners = gather(smooth_triangles_.data(), hits.geometry, lanes) + hits.primitive;
-  const U8 first = corners + corners + corners;
-  const V8 n0 = gather3(vertex_normals_.data(), gather(corners_.data(), first, lanes), lanes);
-  const V8 n1 = gather3(vertex_normals_.data(), gather(corners_.data(), first + U8(1u), lanes), lanes);
-  const V8 n2 = gather3(vertex_normals_.data(), gather(corners_.data(), first + U8(2u), lanes), lanes);
-  return n0 * (F8(1.0f) - hits.u - hits.v) + n1 * hits.u + n2 * hits.v;
+/// What the ray's length has cost in accuracy is gone then.
+void GeometryTable::put_back_onto_spheres(const Hit8& hits, M8 lanes, Surface8& s, V8& magnitude) const {
+  const V8 center = sphere_center(hits.geometry, lanes);
+  const F8 radius = sphere_radius(hits.geometry, lanes);
+  const V8 outward = normalize(s.point - center);
+  s.point = select(lanes, center + outward * radius, s.point);
+  magnitude = select(lanes, abs(s.point) + V8{radius, radius, radius}, magnitude);
+  const M8 inward = gather(inward_.data(), hits.geometry, lanes) == U8(1u);
+  s.geometric_normal = select(lanes, select(inward, -outward, outward), s.geometric_normal);
+}
+
+void GeometryTable::put_back_onto_planes(const Hit8& hits, M8 lanes, Surface8& s) const {
+  const V8 point = gather3(center_.data(), hits.geometry, lanes);
+  const F8 height = dot(s.geometric_normal, s.point - point);
+  s.point = select(lanes, s.point - s.geometric_normal * height, s.point);
+}
+
+std::array<U8, 3> GeometryTable::corners(const Hit8& hits, U8 first, M8 lanes) const {
+  const U8 triangle = gather(first_corner_.data(), hits.geometry, lanes) + hits.primitive;
+  const U8 corner = triangle + triangle + triangle;
+  return {first + gather(corners_.data(), corner, lanes), first + gather(corners_.data(), corner + U8(1u), lanes),
+          first + gather(corners_.data(), corner + U8(2u), lanes)};
+}
+
+void GeometryTable::interpolate_normals(const Ray8& rays, const Hit8& hits, M8 instances, Surface8& s) const {
+  const U8 first = gather(first_normal_.data(), hits.geometry, hits.hit);
+  const M8 smooth = and_not(hits.hit, first == U8(kNone));
+  if (smooth.none()) {
+    return;
+  }
+  const std::array<U8, 3> c = corners(hits, first, smooth);
+  V8 n = gather3(vertex_normals_.data(), c[0], smooth) * (F8(1.0f) - hits.u - hits.v) +
+         gather3(vertex_normals_.data(), c[1], smooth) * hits.u +
+         gather3(vertex_normals_.data(), c[2], smooth) * hits.v;
+  if (const M8 mapped = smooth & instances; mapped.any()) {
+    n = select(mapped, multiply(normal_matrix_, hits.geometry, n, mapped), n);
+  }
+  const F8 length2 = length_squared(n);
+  const M8 usable = smooth & (length2 > F8(1e-12f));
+  n = n * (F8(1.0f) / sqrt(length2));
+  n = select(dot(n, s.geometric_normal) < F8(0.0f), -n, n);
+  // Where the ray comes from behind the interpolated normal there is no frame to shade in: the flat one serves.
+  const F8 cosine = dot(rays.direction, n);
+  const M8 consistent = ~((cosine < F8(0.0f)) & ~s.front) & ~((cosine >= F8(0.0f)) & s.front);
+  s.shading_normal = select(usable & consistent, n, s.shading_normal);
+}
+
+void GeometryTable::find_texture_coordinates(const Hit8& hits, Surface8& s) const {
+  const U8 first = gather(first_coordinate_.data(), hits.geometry, hits.hit);
+  if (const M8 mapped = and_not(hits.hit, first == U8(kNone)); mapped.any()) {
+    const std::array<U8, 3> c = corners(hits, first, mapped);
+    const F8 w = F8(1.0f) - hits.u - hits.v;
+    const auto interpolate = [&](const float* base) {
+      return masked(mapped, gather(base, c[0] + c[0], mapped) * w + gather(base, c[1] + c[1], mapped) * hits.u +
+                                gather(base, c[2] + c[2], mapped) * hits.v);
+    };
+    s.u = interpolate(texture_coordinates_.data());
+    s.v = interpolate(texture_coordinates_.data() + 1);
+  }
+  if (has_planes_) {
+    if (const M8 planes = is_shape(kPlane, hits.geometry, hits.hit); planes.any()) {
+      const Frame8 frame(s.geometric_normal);
+      const V8 local = frame.to_local(s.point - gather3(center_.data(), hits.geometry, planes));
+      const F8 scale = gather(radius_.data(), hits.geometry, planes);
+      s.u = select(planes, local.x * scale, s.u);
+      s.v = select(planes, local.y * scale, s.v);
+    }
+  }
 }
 
 }  // namespace lightmill

@@ -5,6 +5,8 @@
 #include <cstdint>
 #include <vector>
 
+#include <glm/mat3x3.hpp>
+
 #include "common/geometry/ray.h"
 #include "common/math/vec.h"
 #include "common/scene/mesh.h"
@@ -19,46 +21,73 @@ struct Surface8 {
   M8 front;             ///< the ray came from the side that the geometric normal points to
   F8 offset;            ///< how far to move off the surface before tracing on
   U8 material;          ///< index of the material
+  F8 u, v;              ///< texture coordinates where the material has textures, else 0
 };
 
 /// One row a geometry, in the order of Accel's indices. Built by its adds, then immutable.
 class GeometryTable {
  public:
+  /// Where a mesh's rows begin.
+  struct MeshRows {
+    std::uint32_t extents = 0;      ///< first triangle in triangle_extent_
+    std::uint32_t corners = 0;      ///< first triangle in corners_
+    std::uint32_t normals = 0;      ///< first vertex in vertex_normals_, or kNone
+    std::uint32_t coordinates = 0;  ///< first vertex in texture_coordinates_, or kNone
+  };
+
   void add_sphere(std::uint32_t material, const Vec3& center, float radius, bool normal_inward);
-  /// `positions` are the mesh's in the frame to render in.
-  void add_mesh(std::uint32_t material, const Mesh& mesh, const std::vector<std::array<float, 3>>& positions);
+  /// A texture coordinate is a distance along a tangent times `coordinate_scale`.
+  void add_plane(std::uint32_t material, const Vec3& point, float coordinate_scale);
+  void add_mesh(std::uint32_t material, const MeshRows& mesh);
+  /// A mesh under an affine map: `linear` maps its coordinates' differences to the frame's, `normal` its normals.
+  void add_instance(std::uint32_t material, const MeshRows& mesh, const glm::mat3& linear, const glm::mat3& normal);
+
+  /// What meshes and instances of them refer to. `positions` are the mesh's, in the coordinates that rays are traced
+  /// in.
+  MeshRows add_rows(const Mesh& mesh, const std::vector<std::array<float, 3>>& positions, bool textured);
 
   /// Completes hits: unit normals, a point on the surface, the material. Ray directions are unit vectors.
   Surface8 surface(const Ray8& rays, const Hit8& hits) const;
 
-  M8 is_sphere(U8 geometry, M8 lanes) const {
-    return has_spheres_ ? lanes & (gather(is_sphere_.data(), geometry, lanes) == U8(1u)) : M8();
-  }
-  V8 sphere_center(U8 geometry, M8 lanes) const { return gather3(sphere_center_.data(), geometry, lanes); }
-  F8 sphere_radius(U8 geometry, M8 lanes) const { return gather(sphere_radius_.data(), geometry, lanes); }
+  M8 is_sphere(U8 geometry, M8 lanes) const { return has_spheres_ ? is_shape(kSphere, geometry, lanes) : M8(); }
+  V8 sphere_center(U8 geometry, M8 lanes) const { return gather3(center_.data(), geometry, lanes); }
+  F8 sphere_radius(U8 geometry, M8 lanes) const { return gather(radius_.data(), geometry, lanes); }
   std::uint64_t bytes() const;
 
  private:
-  void push(std::uint32_t material);
-  V8 interpolated_normal(const Hit8& hits, M8 lanes) const;
+  static constexpr std::uint32_t kNone = 0xffffffff;
+  enum Shape : std::uint32_t { kMesh, kSphere, kPlane, kInstance };
+
+  M8 is_shape(Shape shape, U8 geometry, M8 lanes) const {
+    return lanes & (gather(shape_.data(), geometry, lanes) == U8(shape));
+  }
+  void push(Shape shape, std::uint32_t material, const MeshRows& mesh);
+  void put_back_onto_spheres(const Hit8& hits, M8 lanes, Surface8& s, V8& magnitude) const;
+  void put_back_onto_planes(const Hit8& hits, M8 lanes, Surface8& s) const;
+  void interpolate_normals(const Ray8& rays, const Hit8& hits, M8 instances, Surface8& s) const;
+  void find_texture_coordinates(const Hit8& hits, Surface8& s) const;
+  /// The three indices of each hit triangle's corners in an array that begins at `first`.
+  std::array<U8, 3> corners(const Hit8& hits, U8 first, M8 lanes) const;
 
   bool has_spheres_ = false;
-  bool has_smooth_meshes_ = false;
+  bool has_planes_ = false;
+  bool has_instances_ = false;
+  bool has_normals_ = false;
+  bool has_coordinates_ = false;
 
+  // One entry a geometry.
+  std::vector<std::uint32_t> shape_;
   std::vector<std::uint32_t> material_;
-  std::vector<std::uint32_t> is_sphere_;
-  std::vector<std::uint32_t> inward_;            ///< spheres whose normal points to the centre
-  std::vector<std::uint32_t> smooth_;            ///< meshes with normals
-  std::vector<std::uint32_t> triangles_;         ///< first triangle in triangle_extent_
-  std::vector<std::uint32_t> smooth_triangles_;  ///< first triangle in corners_
-  std::vector<float> sphere_center_;             ///< 3 each
-  std::vector<float> sphere_radius_;
+  std::vector<std::uint32_t> inward_;  ///< spheres whose normal points to the centre
+  std::vector<std::uint32_t> extents_, first_corner_, first_normal_, first_coordinate_;  ///< MeshRows
+  std::vector<float> center_;                  ///< of a sphere, or a plane's point; 3 each
+  std::vector<float> radius_;                  ///< of a sphere, or a plane's coordinate scale
+  std::vector<float> linear_, normal_matrix_;  ///< of instances, 9 each, by columns
 
-  std::vector<float> triangle_extent_;  ///< sizes along x, y and z, 3 a triangle of any mesh
-
-  // Smooth meshes only.
-  std::vector<std::uint32_t> corners_;  ///< 3 indices a triangle into vertex_normals_
-  std::vector<float> vertex_normals_;   ///< 3 each
+  std::vector<float> triangle_extent_;      ///< sizes along x, y and z, 3 a triangle
+  std::vector<std::uint32_t> corners_;      ///< 3 vertices a triangle, of meshes with normals or coordinates
+  std::vector<float> vertex_normals_;       ///< 3 each
+  std::vector<float> texture_coordinates_;  ///< 2 each
 };
 
 }  // namespace lightmill

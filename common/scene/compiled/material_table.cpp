@@ -7,7 +7,9 @@
 
 namespace lightmill {
 
-MaterialTable::MaterialTable(const Scene& scene) {
+static_assert(kNoTexture == TextureSet::kNone);
+
+MaterialTable::MaterialTable(const Scene& scene, TextureSet textures) : textures_(std::move(textures)) {
   for (const Material& material : scene.materials) {
     add(material);
   }
@@ -21,9 +23,15 @@ MaterialTable::MaterialTable(const Scene& scene) {
   }
 }
 
+void MaterialTable::ColorColumn::add(const TexturedColor& color) {
+  append(rgb, to_vec(color.rgb));
+  texture.push_back(color.texture);
+  textured = textured || color.texture != kNoTexture;
+}
+
 void MaterialTable::add(const Material& material) {
   MaterialKind kind = MaterialKind::diffuse;
-  RgbColor reflectance{1, 1, 1};
+  TexturedColor reflectance{1, 1, 1};
   double ior = 1;
   std::visit(Overloaded{[&](const DiffuseMaterial& m) { reflectance = m.reflectance; },
                         [&](const MirrorMaterial& m) {
@@ -38,8 +46,12 @@ void MaterialTable::add(const Material& material) {
   kind_.push_back(static_cast<std::uint32_t>(kind));
   emits_.push_back(is_black(material.emission) ? 0 : material.two_sided_emission ? 2 : 1);
   ior_.push_back(static_cast<float>(ior));
-  append(reflectance_, to_vec(reflectance));
-  append(emission_, to_vec(material.emission));
+  reflectance_.add(reflectance);
+  emission_.add(material.emission);
+}
+
+V8 MaterialTable::texture_at(const ColorColumn& column, const Surface8& surface, M8 lanes) const {
+  return textures_.lookup(gather(column.texture.data(), surface.material, lanes), surface.u, surface.v, lanes).rgb;
 }
 
 }  // namespace lightmill

@@ -5,7 +5,9 @@
 #include <optional>
 #include <vector>
 
+#include "common/materials/texture.h"
 #include "common/math/vec.h"
+#include "common/scene/compiled/geometry_table.h"
 #include "common/scene/document.h"
 
 namespace lightmill {
@@ -15,7 +17,7 @@ enum class MaterialKind : std::uint32_t { diffuse, mirror, dielectric };
 class MaterialTable {
  public:
   MaterialTable() = default;
-  explicit MaterialTable(const Scene& scene);
+  MaterialTable(const Scene& scene, TextureSet textures);
 
   /// The kinds that objects of the scene have, ascending.
   const std::vector<MaterialKind>& kinds() const { return kinds_; }
@@ -25,26 +27,40 @@ class MaterialTable {
   M8 is_kind(U8 material, MaterialKind kind, M8 lanes) const {
     return lanes & (gather(kind_.data(), material, lanes) == U8(static_cast<std::uint32_t>(kind)));
   }
-  V8 reflectance(U8 material, M8 lanes) const { return gather3(reflectance_.data(), material, lanes); }
+  V8 reflectance(const Surface8& surface, M8 lanes) const { return at(reflectance_, surface, lanes); }
   /// How much of light each channel scatters, as far as one colour can say it; 1 for clear glass.
-  V8 albedo(U8 material, M8 lanes) const { return reflectance(material, lanes); }
-  F8 ior(U8 material, M8 lanes) const { return gather(ior_.data(), material, lanes); }
-  V8 emission(U8 material, M8 lanes) const { return gather3(emission_.data(), material, lanes); }
-  /// Which hits see emitted light, given whether they are on the front.
-  M8 emits(U8 material, M8 front, M8 lanes) const {
-    const U8 sides = gather(emits_.data(), material, lanes);
-    return lanes & (((sides == U8(1u)) & front) | (sides == U8(2u)));
+  V8 albedo(const Surface8& surface, M8 lanes) const { return reflectance(surface, lanes); }
+  F8 ior(const Surface8& surface, M8 lanes) const { return gather(ior_.data(), surface.material, lanes); }
+  V8 emission(const Surface8& surface, M8 lanes) const { return at(emission_, surface, lanes); }
+  /// Which hits see emitted light, given the side that was hit.
+  M8 emits(const Surface8& surface, M8 lanes) const {
+    const U8 sides = gather(emits_.data(), surface.material, lanes);
+    return lanes & (((sides == U8(1u)) & surface.front) | (sides == U8(2u)));
   }
 
  private:
+  /// One colour slot of all materials.
+  struct ColorColumn {
+    std::vector<float> rgb;              ///< 3 each
+    std::vector<std::uint32_t> texture;  ///< or TextureSet::kNone
+    bool textured = false;
+    void add(const TexturedColor& color);
+  };
+  V8 at(const ColorColumn& column, const Surface8& surface, M8 lanes) const {
+    const V8 rgb = gather3(column.rgb.data(), surface.material, lanes);
+    return column.textured ? rgb * texture_at(column, surface, lanes) : rgb;
+  }
+  V8 texture_at(const ColorColumn& column, const Surface8& surface, M8 lanes) const;
   void add(const Material& material);
 
+  TextureSet textures_;
   std::vector<MaterialKind> kinds_;
   std::optional<MaterialKind> only_kind_;
-  // One entry a material (3 for colours).
+  // One entry a material.
   std::vector<std::uint32_t> kind_;
   std::vector<std::uint32_t> emits_;  ///< 0 never, 1 on the front, 2 on both sides
-  std::vector<float> reflectance_, emission_, ior_;
+  ColorColumn reflectance_, emission_;
+  std::vector<float> ior_;
 };
 
 }  // namespace lightmill

@@ -71,7 +71,7 @@ TEST(Document, MaterialsAreChecked) {
             "materials[1].mirror.reflectance: each component must be in [0, 1], got (-0.5, 0, 0)");
   EXPECT_EQ(error_after([](Scene& s) { s.materials[2].kind = DielectricMaterial{0}; }),
             "materials[2].dielectric.ior: must be in (0, 10], got 0");
-  EXPECT_EQ(error_after([](Scene& s) { s.materials[2].emission.g = -1; }),
+  EXPECT_EQ(error_after([](Scene& s) { s.materials[2].emission.rgb.g = -1; }),
             "materials[2].emission: each component must be in [0, 1e+20], got (0, -1, 0)");
 }
 

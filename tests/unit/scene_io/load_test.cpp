@@ -205,7 +205,7 @@ TEST_F(Load, ACameraFileReplacesTheCamera) {
   ASSERT_TRUE(loaded.ok()) << loaded.status();
   EXPECT_EQ(loaded->scene.camera.eye, (Point3d{1, 2, 3}));
   write("camera.json", "{\"eye\": 1}");
-  EXPECT_EQ(error({obj}, options), "camera.json:1:9: eye: three numbers [x, y, z] are expected, got 1");
+  EXPECT_EQ(error({obj}, options), "camera.json:1:9: eye: 3 numbers [x, y, z] are expected, got 1");
   options.camera_file = folder_ / "none.json";
   EXPECT_EQ(error({obj}, options), "cannot open none.json: No such file or directory");
 }

@@ -134,16 +134,17 @@ TEST(SceneJson, WrongTypesAreNamed) {
   EXPECT_EQ(error_of(document(kCamera, kFilm, "{}", kObjects)),
             "box.json:4:14: materials: a list is expected, got an object");
   EXPECT_EQ(error_of(document(kCamera, kFilm, kMaterials, "[[]]")),
-            "box.json:5:13: objects[0]: an object with name, material, mesh, sphere is expected, got a list");
+            "box.json:5:13: objects[0]: an object with name, material, mesh, sphere, plane, "
+            "triangle, transform is expected, got a list");
   EXPECT_EQ(error_of(document(R"({"eye": [1, 2], "look_at": [0, 0, 0], "vertical_fov_degrees": 9})", kFilm, kMaterials,
                               kObjects)),
-            "box.json:2:19: camera.eye: three numbers [x, y, z] are expected, got 2");
+            "box.json:2:19: camera.eye: 3 numbers [x, y, z] are expected, got 2");
   EXPECT_EQ(error_of(document(R"({"eye": [1, 2, 3, 4]})", kFilm, kMaterials, kObjects)),
-            "box.json:2:19: camera.eye: three numbers [x, y, z] are expected, got more");
+            "box.json:2:19: camera.eye: 3 numbers [x, y, z] are expected, got more");
   EXPECT_EQ(error_of(document(R"({"eye": [1, true, 3]})", kFilm, kMaterials, kObjects)),
             "box.json:2:23: camera.eye[1]: a number is expected, got true");
   EXPECT_EQ(error_of(document(R"({"eye": "here"})", kFilm, kMaterials, kObjects)),
-            "box.json:2:19: camera.eye: three numbers [x, y, z] are expected, got a string");
+            "box.json:2:19: camera.eye: 3 numbers [x, y, z] are expected, got a string");
   EXPECT_EQ(error_of(document(kCamera, kFilm, R"([{"name": 5}])", kObjects)),
             "box.json:4:24: materials[0].name: a string is expected, got 5");
   EXPECT_EQ(error_of(document(kCamera, kFilm, R"([{"name": "a", "diffuse": {"reflectance": [1, 1, 1]}}])", kObjects)),
@@ -214,7 +215,7 @@ TEST(SceneJson, WhatIsMissingIsNamed) {
   EXPECT_EQ(error_of(document(kCamera, kFilm, R"([{"name": "a", "diffuse": {"reflectance": {}}}])", kObjects)),
             "box.json:4:56: materials[0].diffuse.reflectance: a kind of colour must be given; the kinds are rgb");
   EXPECT_EQ(error_of(document(kCamera, kFilm, kMaterials, R"([{"material": "red"}])")),
-            "box.json:5:13: objects[0]: a shape must be given; the shapes are mesh, sphere");
+            "box.json:5:13: objects[0]: a shape must be given; the shapes are mesh, sphere, plane, triangle");
   EXPECT_EQ(error_of(document(kCamera, kFilm, kMaterials, R"([{"material": "red", "mesh": {}}])")),
             "box.json:5:41: objects[0].mesh.file: must be given");
   EXPECT_EQ(error_of(document(kCamera, kFilm, kMaterials, R"([{"sphere": {"center": [0, 0, 0], "radius": 1}}])")),

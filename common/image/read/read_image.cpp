@@ -1,0 +1,86 @@
+#include "common/image/read/read_image.h"
+
+#include <OpenImageIO/filesystem.h>
+#include <OpenImageIO/imageio.h>
+
+#include <cmath>
+
+namespace lightmill {
+namespace {
+
+/// What stands at `from`, `channels` values a pixel, as four: grey is spread, a missing alpha is `opaque`.
+template <class T>
+std::array<T, 4> four_channels(const T* from, int channels, T opaque) {
+  switch (channels) {
+    case 1:
+      return {from[0], from[0], from[0], opaque};
+    case 2:
+      return {from[0], from[0], from[0], from[1]};
+    case 3:
+      return {from[0], from[1], from[2], opaque};
+    default:
+      return {from[0], from[1], from[2], from[3]};
+  }
+}
+
+Status fill_bytes(OIIO::ImageInput& input, int channels, const std::string& name, Texels& out) {
+  const std::size_t pixels = static_cast<std::size_t>(out.width) * static_cast<std::size_t>(out.height);
+  std::vector<std::uint8_t> values(pixels * static_cast<std::size_t>(channels));
+  if (!input.read_image(0, 0, 0, channels, OIIO::TypeDesc::UINT8, values.data())) {
+    return invalid_argument("{}: {}", name, input.geterror());
+  }
+  out.bytes.resize(pixels);
+  for (std::size_t i = 0; i < pixels; ++i) {
+    const auto c = four_channels<std::uint8_t>(&values[i * static_cast<std::size_t>(channels)], channels, 255);
+    out.bytes[i] = c[0] | c[1] << 8 | c[2] << 16 | static_cast<std::uint32_t>(c[3]) << 24;
+  }
+  return ok_status();
+}
+
+Status fill_floats(OIIO::ImageInput& input, int channels, const std::string& name, Texels& out) {
+  const std::size_t pixels = static_cast<std::size_t>(out.width) * static_cast<std::size_t>(out.height);
+  std::vector<float> values(pixels * static_cast<std::size_t>(channels));
+  if (!input.read_image(0, 0, 0, channels, OIIO::TypeDesc::FLOAT, values.data())) {
+    return invalid_argument("{}: {}", name, input.geterror());
+  }
+  out.floats.reserve(4 * pixels);
+  for (std::size_t i = 0; i < pixels; ++i) {
+    for (const float value : four_channels<float>(&values[i * static_cast<std::size_t>(channels)], channels, 1.0f)) {
+      if (!std::isfinite(value)) {
+        const auto width = static_cast<std::size_t>(out.width);
+        return invalid_argument("{}: pixel ({}, {}) is not finite", name, i % width, i / width);
+      }
+      out.floats.push_back(value);
+    }
+  }
+  return ok_status();
+}
+
+}  // namespace
+
+Result<Texels> read_image(ByteView bytes, const std::string& name) {
+  OIIO::Filesystem::IOMemReader reader(const_cast<std::byte*>(bytes.data()), bytes.size());
+  const std::unique_ptr<OIIO::ImageInput> input = OIIO::ImageInput::open(name, nullptr, &reader);
+  if (input == nullptr) {
+    return invalid_argument("{}: not a readable image: {}", name, OIIO::geterror());
+  }
+  const OIIO::ImageSpec& spec = input->spec();
+  if (spec.width < 1 || spec.height < 1 || spec.depth > 1 || spec.nchannels < 1 || spec.deep) {
+    return invalid_argument("{}: a flat image of at least one pixel and channel is expected", name);
+  }
+  if (std::int64_t{spec.width} * spec.height > kMaxTexturePixels) {
+    return resource_exhausted("{}: {}x{} pixels are more than the limit of {}", name, spec.width, spec.height,
+                              kMaxTexturePixels);
+  }
+  Texels out;
+  out.width = spec.width;
+  out.height = spec.height;
+  const bool is_float = spec.format.is_floating_point();
+  out.encoded = !is_float;
+  const int channels = std::min(spec.nchannels, 4);
+  LM_RETURN_IF_ERROR(spec.format.basesize() == 1 ? fill_bytes(*input, channels, name, out)
+                                                 : fill_floats(*input, channels, name, out));
+  return out;
+}
+
+}  // namespace lightmill

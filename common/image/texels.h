@@ -1,0 +1,19 @@
+// The pixels of a texture as they are kept for rendering.
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+namespace lightmill {
+
+/// Rows from the top, four channels a pixel (red, green, blue, alpha; grey images have equal colours, alpha 1 where
+/// there is none). One of the two arrays is filled.
+struct Texels {
+  int width = 0;
+  int height = 0;
+  std::vector<std::uint32_t> bytes;  ///< one a pixel, red in the lowest 8 bits, values as in the file
+  std::vector<float> floats;         ///< four a pixel
+  bool encoded = false;              ///< the file's values are sRGB-encoded unless the scene says otherwise
+};
+
+}  // namespace lightmill

@@ -1,0 +1,133 @@
+#include "common/materials/texture.h"
+
+#include <cmath>
+
+#include "common/base/check.h"
+
+namespace lightmill {
+namespace {
+
+F8 floor(F8 x) {
+  return F8(_mm256_floor_ps(x.v));
+}
+
+}  // namespace
+
+double srgb_decode_fixed(double encoded) {
+  if (encoded <= 0.04045) {
+    return encoded / 12.92;
+  }
+  // x^2.4 = x² · (x²)^(1/5), the root by Newton's method from above: only exactly rounded operations.
+  const double x = (encoded + 0.055) / 1.055;
+  const double square = x * x;
+  double root = 1;
+  for (int i = 0; i < 40; ++i) {
+    const double fourth = root * root * root * root;
+    root = (4 * root + square / fourth) / 5;
+  }
+  return square * root;
+}
+
+Texture::Texture(std::shared_ptr<const Texels> texels, const TextureSettings& settings)
+    : texels_(std::move(texels)), settings_(settings) {
+  LM_CHECK(texels_->width > 0 && texels_->height > 0);
+  for (int i = 0; i < 256; ++i) {
+    const double value = i / 255.0;
+    decoded_[static_cast<std::size_t>(i)] = static_cast<float>(settings_.decode ? srgb_decode_fixed(value) : value);
+  }
+  if (settings_.decode && !texels_->floats.empty()) {
+    auto decoded = std::make_shared<Texels>(*texels_);
+    for (std::size_t i = 0; i < decoded->floats.size(); ++i) {
+      float& value = decoded->floats[i];
+      value = i % 4 == 3 ? value : static_cast<float>(srgb_decode_fixed(std::clamp(value, 0.0f, 1.0f)));
+    }
+    texels_ = std::move(decoded);
+  }
+}
+
+/// Into [0, 1]: one period, or the nearest point of the image.
+F8 Texture::wrapped(F8 coordinate) const {
+  if (settings_.wrap == TextureWrap::repeat) {
+    return coordinate - floor(coordinate);
+  }
+  return min(max(coordinate, F8(0.0f)), F8(1.0f));
+}
+
+/// For indices from −1 to `size`.
+U8 Texture::wrapped_index(U8 index, std::uint32_t size) const {
+  const M8 below = signed_less(index, U8(0u));
+  const M8 above = ~signed_less(index, U8(size));
+  const bool repeat = settings_.wrap == TextureWrap::repeat;
+  return select(below, U8(repeat ? size - 1 : 0), select(above, U8(repeat ? 0 : size - 1), index));
+}
+
+Texture::Rgba8 Texture::texel(U8 x, U8 y, M8 lanes) const {
+  const U8 index = y * U8(static_cast<std::uint32_t>(texels_->width)) + x;
+  if (!texels_->bytes.empty()) {
+    const U8 packed = gather(texels_->bytes.data(), index, lanes);
+    const U8 low(0xffu);
+    return {{gather(decoded_.data(), packed & low, lanes), gather(decoded_.data(), (packed >> 8) & low, lanes),
+             gather(decoded_.data(), (packed >> 16) & low, lanes)},
+            to_float(packed >> 24) * F8(1.0f / 255)};
+  }
+  const U8 first = index << 2;
+  const float* base = texels_->floats.data();
+  return {{gather(base, first, lanes), gather(base + 1, first, lanes), gather(base + 2, first, lanes)},
+          gather(base + 3, first, lanes)};
+}
+
+Texture::Rgba8 Texture::lookup(F8 u, F8 v, M8 lanes) const {
+  const auto width = static_cast<std::uint32_t>(texels_->width);
+  const auto height = static_cast<std::uint32_t>(texels_->height);
+  u = wrapped(u * F8(settings_.scale[0]) + F8(settings_.offset[0]));
+  const F8 up = wrapped(v * F8(settings_.scale[1]) + F8(settings_.offset[1]));
+  const F8 x = u * F8(static_cast<float>(width));
+  const F8 y = (F8(1.0f) - up) * F8(static_cast<float>(height));
+  if (settings_.filter == TextureFilter::nearest) {
+    // u = 1 and v = 1 belong to the last column and the topmost row, v = 0 to the lowest.
+    const F8 column = min(floor(x), F8(static_cast<float>(width - 1)));
+    const F8 from_below = min(floor(up * F8(static_cast<float>(height))), F8(static_cast<float>(height - 1)));
+    return texel(truncate(column), U8(height - 1) - truncate(from_below), lanes);
+  }
+  const F8 left = floor(x - F8(0.5f)), top = floor(y - F8(0.5f));
+  const F8 fx = x - F8(0.5f) - left, fy = y - F8(0.5f) - top;
+  const U8 x0 = wrapped_index(truncate(left), width), y0 = wrapped_index(truncate(top), height);
+  const U8 x1 = wrapped_index(truncate(left) + U8(1u), width);
+  const U8 y1 = wrapped_index(truncate(top) + U8(1u), height);
+  const auto mix = [&](const Rgba8& a, const Rgba8& b, F8 t) {
+    return Rgba8{a.rgb * (F8(1.0f) - t) + b.rgb * t, a.alpha * (F8(1.0f) - t) + b.alpha * t};
+  };
+  return mix(mix(texel(x0, y0, lanes), texel(x1, y0, lanes), fx), mix(texel(x0, y1, lanes), texel(x1, y1, lanes), fx),
+             fy);
+}
+
+Vec3 Texture::mean() const {
+  Vec3d sum(0);
+  const std::size_t pixels = static_cast<std::size_t>(texels_->width) * static_cast<std::size_t>(texels_->height);
+  for (std::size_t i = 0; i < pixels; ++i) {
+    if (!texels_->bytes.empty()) {
+      const std::uint32_t packed = texels_->bytes[i];
+      sum += Vec3d(decoded_[packed & 255], decoded_[packed >> 8 & 255], decoded_[packed >> 16 & 255]);
+    } else {
+      sum += Vec3d(texels_->floats[4 * i], texels_->floats[4 * i + 1], texels_->floats[4 * i + 2]);
+    }
+  }
+  return Vec3(sum / static_cast<double>(pixels));
+}
+
+Texture::Rgba8 TextureSet::lookup(U8 texture, F8 u, F8 v, M8 lanes) const {
+  Texture::Rgba8 result{{F8(1.0f), F8(1.0f), F8(1.0f)}, F8(1.0f)};
+  M8 left = and_not(lanes, texture == U8(kNone));
+  alignas(32) std::uint32_t ids[8];
+  texture.store(ids);
+  while (left.any()) {
+    const std::uint32_t id = ids[std::countr_zero(static_cast<unsigned>(left.bits()))];
+    const M8 same = left & (texture == U8(id));
+    const Texture::Rgba8 found = textures_[id].lookup(u, v, same);
+    result = {select(same, found.rgb, result.rgb), select(same, found.alpha, result.alpha)};
+    left = and_not(left, same);
+  }
+  return result;
+}
+
+}  // namespace lightmill

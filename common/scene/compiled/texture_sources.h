@@ -1,0 +1,13 @@
+// The textures of a scene, decoded.
+#pragma once
+
+#include "common/materials/texture.h"
+#include "common/scene/compiled/compiled_scene.h"
+
+namespace lightmill {
+
+/// In the order of Scene::textures; textures of one asset share its pixels. Errors name the texture.
+Result<TextureSet> load_textures(const Scene& scene, const CompiledScene::AssetSource& assets,
+                                 const CompiledScene::ImageDecoder& images);
+
+}  // namespace lightmill

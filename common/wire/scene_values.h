@@ -1,0 +1,25 @@
+// Points, colours and asset names of scene documents: messages ↔ values. Errors begin with the path of the field.
+#pragma once
+
+#include <string>
+
+#include "common/scene/document.h"
+
+namespace lightmill::v1 {
+class Color;
+class Vec3;
+}  // namespace lightmill::v1
+
+namespace lightmill {
+
+void to_wire_point(const Point3d& point, v1::Vec3* out);
+void to_wire_color(const RgbColor& color, v1::Color* out);
+
+/// `given`: whether the document has the field; it must.
+Result<Point3d> point_from_wire(const std::string& path, bool given, const v1::Vec3& point);
+Result<RgbColor> color_from_wire(const std::string& path, bool given, const v1::Color& color);
+
+/// The asset that a packed document names.
+Result<Sha256> asset_from_wire(const std::string& path, const std::string& hex);
+
+}  // namespace lightmill

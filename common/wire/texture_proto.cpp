@@ -1,0 +1,96 @@
+#include "common/wire/texture_proto.h"
+
+#include "common/wire/scene_values.h"
+#include "lightmill/v1/scene.pb.h"
+
+namespace lightmill {
+
+TextureNames texture_names(const std::vector<TextureImage>& textures) {
+  TextureNames names;
+  for (std::size_t i = 0; i < textures.size(); ++i) {
+    names.emplace(textures[i].name, static_cast<std::uint32_t>(i));
+  }
+  return names;
+}
+
+void to_wire_texture(const TextureImage& texture, v1::Texture* out) {
+  out->set_name(texture.name);
+  out->set_file(texture.file);
+  out->set_asset(texture.asset.hex());
+  out->set_filter(texture.filter == TextureImage::Filter::nearest ? v1::Texture::NEAREST : v1::Texture::BILINEAR);
+  out->set_wrap(texture.wrap == TextureImage::Wrap::repeat ? v1::Texture::REPEAT : v1::Texture::CLAMP);
+  switch (texture.color_space) {
+    case TextureImage::ColorSpace::automatic:
+      break;
+    case TextureImage::ColorSpace::srgb:
+      out->set_color_space(v1::Texture::SRGB);
+      break;
+    case TextureImage::ColorSpace::linear:
+      out->set_color_space(v1::Texture::LINEAR);
+      break;
+  }
+  out->mutable_scale()->set_u(texture.scale[0]);
+  out->mutable_scale()->set_v(texture.scale[1]);
+  out->mutable_offset()->set_u(texture.offset[0]);
+  out->mutable_offset()->set_v(texture.offset[1]);
+}
+
+Result<TextureImage> texture_from_wire(const std::string& path, const v1::Texture& texture) {
+  TextureImage out;
+  out.name = texture.name();
+  out.file = texture.file();
+  if (out.file.empty()) {
+    return invalid_argument("{}.file: must be given", path);
+  }
+  for (const auto& [field, value, largest] :
+       {std::tuple{"filter", static_cast<int>(texture.filter()), static_cast<int>(v1::Texture::Filter_MAX)},
+        {"wrap", static_cast<int>(texture.wrap()), static_cast<int>(v1::Texture::Wrap_MAX)},
+        {"color_space", static_cast<int>(texture.color_space()), static_cast<int>(v1::Texture::ColorSpace_MAX)}}) {
+    if (value < 0 || value > largest) {
+      return invalid_argument("{}.{}: unknown value {}", path, field, value);
+    }
+  }
+  out.filter =
+      texture.filter() == v1::Texture::NEAREST ? TextureImage::Filter::nearest : TextureImage::Filter::bilinear;
+  out.wrap = texture.wrap() == v1::Texture::CLAMP ? TextureImage::Wrap::clamp : TextureImage::Wrap::repeat;
+  if (texture.color_space() != v1::Texture::COLOR_SPACE_UNSPECIFIED) {
+    out.color_space =
+        texture.color_space() == v1::Texture::SRGB ? TextureImage::ColorSpace::srgb : TextureImage::ColorSpace::linear;
+  }
+  if (texture.has_scale()) {
+    out.scale = {texture.scale().u(), texture.scale().v()};
+  }
+  if (texture.has_offset()) {
+    out.offset = {texture.offset().u(), texture.offset().v()};
+  }
+  return out;
+}
+
+void to_wire_textured(const TexturedColor& color, const std::vector<TextureImage>& textures, v1::Color* out) {
+  to_wire_color(color.rgb, out);
+  if (color.texture != kNoTexture) {
+    out->set_texture(textures[color.texture].name);
+  }
+}
+
+Result<TexturedColor> textured_from_wire(const std::string& path, bool given, const v1::Color& color,
+                                         const TextureNames& textures) {
+  TexturedColor out;
+  if (!given || color.texture().empty()) {
+    LM_ASSIGN_OR_RETURN(out.rgb, color_from_wire(path, given, color));
+    return out;
+  }
+  out.rgb = {1, 1, 1};
+  if (color.has_rgb()) {
+    out.rgb = {color.rgb().r(), color.rgb().g(), color.rgb().b()};
+  }
+  const auto found = textures.find(color.texture());
+  if (found == textures.end()) {
+    return invalid_argument("{}.texture: unknown texture \"{}\"; {}", path, color.texture(),
+                            textures.empty() ? "there are none" : "textures must name it");
+  }
+  out.texture = found->second;
+  return out;
+}
+
+}  // namespace lightmill

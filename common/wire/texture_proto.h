@@ -1,0 +1,30 @@
+// Textures of scene documents, and the colours that name them: messages ↔ values. Errors begin with the path of the
+// field.
+#pragma once
+
+#include <map>
+#include <string>
+
+#include "common/scene/document.h"
+
+namespace lightmill::v1 {
+class Color;
+class Texture;
+}  // namespace lightmill::v1
+
+namespace lightmill {
+
+/// Indices of the textures by name.
+using TextureNames = std::map<std::string, std::uint32_t, std::less<>>;
+TextureNames texture_names(const std::vector<TextureImage>& textures);
+
+void to_wire_texture(const TextureImage& texture, v1::Texture* out);
+/// Without the asset that it names.
+Result<TextureImage> texture_from_wire(const std::string& path, const v1::Texture& texture);
+
+void to_wire_textured(const TexturedColor& color, const std::vector<TextureImage>& textures, v1::Color* out);
+/// `given`: whether the document has the field; it must.
+Result<TexturedColor> textured_from_wire(const std::string& path, bool given, const v1::Color& color,
+                                         const TextureNames& textures);
+
+}  // namespace lightmill

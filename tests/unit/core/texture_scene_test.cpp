@@ -1,0 +1,128 @@
+// Textures from image files to pictures, through public scene documents.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <unistd.h>
+
+#include <cmath>
+#include <fstream>
+
+#include "common/image/exr.h"
+#include "common/image/png.h"
+#include "common/image/read/read_image.h"
+#include "tests/support/render_document.h"
+
+namespace lightmill::test {
+namespace {
+
+/// 2×2: red, green above blue, white.
+std::string small_png() {
+  const std::vector<std::uint8_t> rgb{255, 0, 0, 0, 255, 0, 0, 0, 255, 188, 188, 188};
+  return *encode_png(2, 2, rgb);
+}
+
+TEST(ReadImage, PngGivesBytesThatAreEncoded) {
+  const std::string png = small_png();
+  const auto texels = read_image(as_byte_view(png), "small.png");
+  ASSERT_TRUE(texels.ok()) << message_of(texels.status());
+  EXPECT_EQ(texels->width, 2);
+  EXPECT_EQ(texels->height, 2);
+  EXPECT_TRUE(texels->encoded);
+  EXPECT_EQ(texels->bytes, (std::vector<std::uint32_t>{0xff0000ff, 0xff00ff00, 0xffff0000, 0xffbcbcbc}));
+}
+
+TEST(ReadImage, WhatIsNoImageIsAnErrorThatNamesTheFile) {
+  const std::string garbage = "this is no image";
+  for (const std::string name : {"a.png", "b.exr", "c.hdr", "d.jpg", "e.tif", "noending"}) {
+    const auto texels = read_image(as_byte_view(garbage), name);
+    ASSERT_FALSE(texels.ok()) << name;
+    EXPECT_TRUE(message_of(texels.status()).starts_with(name + ":")) << message_of(texels.status());
+  }
+  const std::string png = small_png();
+  EXPECT_FALSE(read_image(as_byte_view(png.substr(0, png.size() / 2)), "cut.png").ok());
+}
+
+/// A square of two units in the plane z = 0, seen whole by the camera: each quarter of the picture is one texel.
+std::string document(const std::string& texture, const std::string& materials) {
+  return fmt::format(R"({{"camera": {{"eye": [0, 0, 1], "look_at": [0, 0, 0], "vertical_fov_degrees": 90}},
+      "film": {{"width": 8, "height": 8, "filter": {{"kind": "BOX", "radius_pixels": 0.5}}}},
+      "textures": [{}], "materials": [{}],
+      "objects": [{{"material": "picture", "mesh": {{"file": "square.obj"}}}}]}})",
+                     texture, materials);
+}
+const std::string kSquare =
+    "v -1 -1 0\nv 1 -1 0\nv 1 1 0\nv -1 1 0\nvt 0 0\nvt 1 0\nvt 1 1\nvt 0 1\nf 1/1 2/2 3/3 4/4\n";
+const std::string kNearest = R"({"name": "t", "file": "small.png", "filter": "NEAREST"})";
+
+HalfImages preview(const std::string& document) {
+  return TestScene::from_text(document, {{"square.obj", kSquare}, {"small.png", small_png()}}, read_image)
+      .render({"preview", 1, 0}, 1);
+}
+
+void expect_pixel(const HalfImages& image, int x, int y, std::array<double, 3> rgb) {
+  const auto i = static_cast<std::size_t>(3 * (y * image.width + x));
+  for (std::size_t c = 0; c < 3; ++c) {
+    EXPECT_NEAR(image.mean(i + c), rgb[c], 1e-6) << x << ", " << y << " channel " << c;
+  }
+}
+
+TEST(TextureScene, ReflectanceIsTheTexelTimesItsFactor) {
+  const HalfImages image = preview(document(
+      kNearest, R"({"name": "picture", "diffuse": {"reflectance": {"texture": "t", "rgb": [0.5, 1, 0.25]}}})"));
+  expect_pixel(image, 1, 1, {0.5, 0, 0});
+  expect_pixel(image, 6, 1, {0, 1, 0});
+  expect_pixel(image, 1, 6, {0, 0, 0.25});
+  const double gray = std::pow((188 / 255.0 + 0.055) / 1.055, 2.4);
+  expect_pixel(image, 6, 6, {0.5 * gray, gray, 0.25 * gray});
+}
+
+TEST(TextureScene, DataAreNotDecoded) {
+  const HalfImages image =
+      preview(document(R"({"name": "t", "file": "small.png", "filter": "NEAREST", "color_space": "LINEAR"})",
+                       R"({"name": "picture", "diffuse": {"reflectance": {"texture": "t"}}})"));
+  expect_pixel(image, 6, 6, {188 / 255.0, 188 / 255.0, 188 / 255.0});
+}
+
+TEST(TextureScene, EmissionTakesTextures) {
+  const std::string text = document(
+      kNearest,
+      R"({"name": "picture", "diffuse": {"reflectance": {"rgb": [0, 0, 0]}}, "emission": {"texture": "t", "rgb": [3, 3, 3]}})");
+  const HalfImages image = TestScene::from_text(text, {{"square.obj", kSquare}, {"small.png", small_png()}}, read_image)
+                               .render({"path", 1, 0}, 1);
+  expect_pixel(image, 1, 1, {3, 0, 0});
+  expect_pixel(image, 6, 1, {0, 3, 0});
+}
+
+TEST(TextureScene, PlanesHaveCoordinatesOfLengthOneAlongTheirTangents) {
+  // Seen from above with x to the right and z downwards: u = x, v = −z.
+  const std::string text = R"({"camera": {"eye": [1, 1, -1], "look_at": [1, 0, -1], "up": [0, 0, -1],
+        "vertical_fov_degrees": 90},
+      "film": {"width": 8, "height": 8, "filter": {"kind": "BOX", "radius_pixels": 0.5}},
+      "textures": [{"name": "t", "file": "small.png", "filter": "NEAREST", "scale": [0.5, 0.5]}],
+      "materials": [{"name": "floor", "diffuse": {"reflectance": {"texture": "t"}}}],
+      "objects": [{"material": "floor", "plane": {"point": [0, 0, 0], "normal": [0, 3, 0]}}]})";
+  const HalfImages image =
+      TestScene::from_text(text, {{"small.png", small_png()}}, read_image).render({"preview", 1, 0}, 1);
+  expect_pixel(image, 1, 1, {1, 0, 0});
+  expect_pixel(image, 6, 1, {0, 1, 0});
+  expect_pixel(image, 1, 6, {0, 0, 1});
+}
+
+TEST(TextureScene, MistakesAreNamed) {
+  const auto error = [](const std::string& textures, const std::string& reflectance) {
+    const std::filesystem::path folder = std::filesystem::temp_directory_path();
+    const std::filesystem::path path = folder / fmt::format("lightmill-texture-{}.json", ::getpid());
+    std::ofstream(path) << document(textures,
+                                    R"({"name": "picture", "diffuse": {"reflectance": )" + reflectance + "}}");
+    const auto loaded = load_scene(std::span(&path, 1));
+    std::filesystem::remove(path);
+    return loaded.ok() ? std::string() : message_of(loaded.status());
+  };
+  EXPECT_THAT(error(kNearest, R"({"texture": "u"})"), testing::HasSubstr("unknown texture \"u\""));
+  EXPECT_THAT(error("", R"({"texture": "t"})"), testing::HasSubstr("there are none"));
+  EXPECT_THAT(error(R"({"name": "t", "file": "nowhere.png"})", R"({"texture": "t"})"),
+              testing::HasSubstr("textures[0].file"));
+  EXPECT_THAT(error(kNearest + "," + kNearest, R"({"texture": "t"})"), testing::HasSubstr("names an earlier texture"));
+}
+
+}  // namespace
+}  // namespace lightmill::test

@@ -1,0 +1,139 @@
+// Textures: what a pair of coordinates means, exactly.
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "common/materials/texture.h"
+
+namespace lightmill::test {
+namespace {
+
+/// Red values 0, 1, 2 … row by row from the top; green 10 times that; alpha 0.5.
+std::shared_ptr<const Texels> numbered(int width, int height) {
+  auto texels = std::make_shared<Texels>();
+  texels->width = width;
+  texels->height = height;
+  for (int i = 0; i < width * height; ++i) {
+    texels->floats.insert(texels->floats.end(), {static_cast<float>(i), static_cast<float>(10 * i), 0.0f, 0.5f});
+  }
+  return texels;
+}
+
+float red_at(const Texture& texture, float u, float v) {
+  alignas(32) float out[8];
+  texture.lookup(F8(u), F8(v), M8(true)).rgb.x.store(out);
+  return out[3];
+}
+
+Texture nearest(int width, int height, TextureWrap wrap = TextureWrap::repeat) {
+  return Texture(numbered(width, height), {TextureFilter::nearest, wrap, false, {1, 1}, {0, 0}});
+}
+Texture bilinear(int width, int height, TextureWrap wrap = TextureWrap::repeat) {
+  return Texture(numbered(width, height), {TextureFilter::bilinear, wrap, false, {1, 1}, {0, 0}});
+}
+
+TEST(Texture, NearestCountsColumnsToTheRightAndRowsUpwards) {
+  const Texture texture = nearest(3, 2);  // 0 1 2 above 3 4 5
+  EXPECT_EQ(red_at(texture, 0.1f, 0.1f), 3);
+  EXPECT_EQ(red_at(texture, 0.5f, 0.1f), 4);
+  EXPECT_EQ(red_at(texture, 0.9f, 0.9f), 2);
+  EXPECT_EQ(red_at(texture, 0.1f, 0.51f), 0);
+}
+
+TEST(Texture, WholeNumbersAreTheLowerLeftCornerOfTheNextImageWhereItRepeats) {
+  const Texture texture = nearest(3, 2);
+  for (const float whole : {-2.0f, -1.0f, 0.0f, 1.0f, 7.0f}) {
+    EXPECT_EQ(red_at(texture, whole, whole), 3) << whole;
+  }
+}
+
+TEST(Texture, ClampedWholeNumbersAreTheCorners) {
+  const Texture texture = nearest(3, 2, TextureWrap::clamp);
+  EXPECT_EQ(red_at(texture, 0, 0), 3);
+  EXPECT_EQ(red_at(texture, 1, 1), 2);
+  EXPECT_EQ(red_at(texture, 5, -3), 5);
+  EXPECT_EQ(red_at(texture, -5, 3), 0);
+}
+
+TEST(Texture, NegativeCoordinatesRepeat) {
+  const Texture texture = nearest(3, 2);
+  EXPECT_EQ(red_at(texture, -0.1f, -0.1f), red_at(texture, 0.9f, 0.9f));
+  EXPECT_EQ(red_at(texture, -3.4f, 0.2f), red_at(texture, 0.6f, 0.2f));
+}
+
+TEST(Texture, OneTexelIsThatTexelEverywhere) {
+  auto texels = std::make_shared<Texels>();
+  texels->width = texels->height = 1;
+  texels->floats = {7, 8, 9, 1};
+  for (const TextureFilter filter : {TextureFilter::nearest, TextureFilter::bilinear}) {
+    for (const TextureWrap wrap : {TextureWrap::repeat, TextureWrap::clamp}) {
+      const Texture texture(texels, {filter, wrap, false, {1, 1}, {0, 0}});
+      for (const float u : {-1e9f, -1.5f, 0.0f, 0.3f, 1.0f, 1e9f}) {
+        EXPECT_EQ(red_at(texture, u, -u), 7);
+      }
+    }
+  }
+}
+
+TEST(Texture, BilinearMeetsTexelCentresAndIsLinearBetween) {
+  const Texture texture = bilinear(4, 1);
+  EXPECT_FLOAT_EQ(red_at(texture, 0.125f, 0.5f), 0);
+  EXPECT_FLOAT_EQ(red_at(texture, 0.375f, 0.5f), 1);
+  EXPECT_FLOAT_EQ(red_at(texture, 0.25f, 0.5f), 0.5f);
+  EXPECT_FLOAT_EQ(red_at(texture, 0.8125f, 0.2f), 2.75f);
+}
+
+TEST(Texture, BilinearIsSeamlessWhereItRepeatsAndFlatWhereItIsClamped) {
+  // Between the last texel, 3, and the first, 0.
+  EXPECT_FLOAT_EQ(red_at(bilinear(4, 1), 0, 0.5f), 1.5f);
+  EXPECT_FLOAT_EQ(red_at(bilinear(4, 1), 1, 0.5f), 1.5f);
+  EXPECT_FLOAT_EQ(red_at(bilinear(4, 1), -0.0625f, 0.5f), 2.25f);
+  EXPECT_FLOAT_EQ(red_at(bilinear(4, 1, TextureWrap::clamp), 0, 0.5f), 0);
+  EXPECT_FLOAT_EQ(red_at(bilinear(4, 1, TextureWrap::clamp), 1, 0.5f), 3);
+}
+
+TEST(Texture, ScaleMultipliesAndOffsetIsAdded) {
+  const Texture texture(numbered(4, 1), {TextureFilter::nearest, TextureWrap::repeat, false, {0.5f, 1}, {0.25f, 0}});
+  EXPECT_EQ(red_at(texture, 0, 0), 1);
+  EXPECT_EQ(red_at(texture, 0.6f, 0), 2);
+}
+
+TEST(Texture, DecodingFollowsTheStandard) {
+  for (int i = 0; i < 256; ++i) {
+    const double x = i / 255.0;
+    const double exact = x <= 0.04045 ? x / 12.92 : std::pow((x + 0.055) / 1.055, 2.4);
+    EXPECT_NEAR(srgb_decode_fixed(x), exact, 1e-12) << i;
+  }
+}
+
+TEST(Texture, BytesAreDecodedAndAlphaIsNot) {
+  auto texels = std::make_shared<Texels>();
+  texels->width = texels->height = 1;
+  texels->bytes = {188u | 0u << 8 | 255u << 16 | 51u << 24};
+  const Texture texture(texels, {TextureFilter::nearest, TextureWrap::repeat, true, {1, 1}, {0, 0}});
+  const Texture::Rgba8 found = texture.lookup(F8(0.5f), F8(0.5f), M8(true));
+  alignas(32) float red[8], blue[8], alpha[8];
+  found.rgb.x.store(red);
+  found.rgb.z.store(blue);
+  found.alpha.store(alpha);
+  EXPECT_NEAR(red[0], std::pow((188 / 255.0 + 0.055) / 1.055, 2.4), 1e-7);
+  EXPECT_EQ(blue[0], 1);
+  EXPECT_FLOAT_EQ(alpha[0], 0.2f);
+  EXPECT_NEAR(texture.mean().x, red[0], 1e-7);
+}
+
+TEST(Texture, LanesMayAskForDifferentImagesOrNone) {
+  TextureSet set;
+  set.add(nearest(1, 1));
+  set.add(nearest(2, 1));
+  const U8 lane = U8::lane_index();
+  const U8 which = select(lane == U8(1u), U8(TextureSet::kNone), (lane & U8(1u)) ^ U8(1u));
+  alignas(32) float red[8];
+  set.lookup(which, F8(0.75f), F8(0.5f), M8(true)).rgb.x.store(red);
+  EXPECT_EQ(red[0], 1);  // the second image's second texel
+  EXPECT_EQ(red[1], 1);  // none: white
+  EXPECT_EQ(red[3], 0);  // the first image
+}
+
+}  // namespace
+}  // namespace lightmill::test
