@@ -11,13 +11,12 @@
 #include "client/cli/units.h"
 #include "common/base/text.h"
 #include "common/film/sample_range.h"
+#include "common/methods/spec/method_spec.h"
 #include "common/wire/scene_proto.h"
 
 namespace lightmill::cli {
 namespace fs = std::filesystem;
 namespace {
-
-constexpr std::array<std::string_view, 2> kMethods{"path", "preview"};
 
 std::string user_name() {
   const passwd* entry = ::getpwuid(::geteuid());
@@ -62,6 +61,11 @@ Result<Goal> make_goal(const RenderOptions& options) {
   return goal;
 }
 
+Result<MethodSpec> checked_method(const RenderOptions& options) {
+  Result<MethodSpec> method = parse_method(options.method);
+  return method.ok() ? std::move(method) : Result<MethodSpec>(with_context(method.status(), "--method"));
+}
+
 Result<std::vector<LayerSpec>> make_layers(const RenderOptions& options) {
   std::vector<std::string> names;
   for (std::size_t at = 0; at <= options.layers.size() && !options.layers.empty();) {
@@ -70,7 +74,8 @@ Result<std::vector<LayerSpec>> make_layers(const RenderOptions& options) {
     at = end + 1;
   }
   Result<std::vector<LayerSpec>> layers = film_layers(names);
-  const Status status = layers.ok() ? check_method_layers(options.method, *layers) : layers.status();
+  LM_ASSIGN_OR_RETURN(const MethodSpec method, checked_method(options));
+  const Status status = layers.ok() ? check_method_layers(method.name, *layers) : layers.status();
   if (!status.ok()) {
     return with_context(status, "--layers");
   }
@@ -88,13 +93,15 @@ void add_render_options(CLI::App& command, RenderOptions& options) {
   command.add_option("--seconds", options.seconds, "stop after so much rendering (90, 1.5m, 2h)")->type_name("T");
   command.add_option("--size", options.size, "picture size in pixels, instead of the scene's")->type_name("WxH");
   command.add_option("--crop", options.crop, "render only this part of the picture")->type_name("X,Y,W,H");
-  command.add_option("--method", options.method, "path (all light), or preview (flat colours, quick)")
-      ->type_name("path|preview")
+  command
+      .add_option("--method", options.method,
+                  "path: all light; preview: flat colours; ao, ao:distance=D: how open the surroundings are")
+      ->type_name("M[:PARAMETER,...]")
       ->capture_default_str();
   command
       .add_option("--layers", options.layers,
                   "further layers for the EXR: direct, indirect, albedo, light:NAME (a light group; up to 8), normal, "
-                  "depth, id; preview has albedo, normal, depth and id")
+                  "depth, id; other methods than path have albedo, normal, depth and id")
       ->type_name("A,B,...");
   command
       .add_option("--max-bounces", options.max_bounces,
@@ -114,9 +121,6 @@ void add_render_options(CLI::App& command, RenderOptions& options) {
 }
 
 Result<PreparedJob> make_job(const RenderOptions& options) {
-  if (std::ranges::find(kMethods, options.method) == kMethods.end()) {
-    return invalid_argument("--method must be path or preview, got '{}'", options.method);
-  }
   LM_RETURN_IF_ERROR(check_name("--name", options.name));
   LM_RETURN_IF_ERROR(check_name("--owner", options.owner));
   PreparedJob job;

@@ -92,13 +92,12 @@ Status check_layers(const std::vector<LayerSpec>& layers) {
 Status check_method_layers(std::string_view method, const std::vector<LayerSpec>& layers) {
   constexpr std::array<std::string_view, 6> kPathLayers{"direct", "indirect", "albedo", "normal", "depth", "id"};
   constexpr std::array<std::string_view, 4> kSurfaceLayers{"albedo", "normal", "depth", "id"};
-  const std::span<const std::string_view> known = method == "path"      ? std::span(kPathLayers)
-                                                  : method == "preview" ? std::span(kSurfaceLayers)
-                                                                        : std::span<const std::string_view>();
+  const std::span<const std::string_view> known = method == "path" ? std::span<const std::string_view>(kPathLayers)
+                                                                   : std::span<const std::string_view>(kSurfaceLayers);
   for (const LayerSpec& layer : layers) {
     if (layer.name != "beauty" && std::ranges::find(known, layer.name) == known.end()) {
       return invalid_argument("method {} has no layer \"{}\"; it has {}", printable(method), layer.name,
-                              known.empty() ? "none" : fmt::format("{}", fmt::join(known, ", ")));
+                              fmt::join(known, ", "));
     }
   }
   return ok_status();

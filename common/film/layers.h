@@ -56,8 +56,8 @@ Result<std::vector<LayerSpec>> film_layers(std::span<const std::string> names);
 /// INVALID_ARGUMENT unless film_layers gives this list.
 Status check_layers(const std::vector<LayerSpec>& layers);
 
-/// INVALID_ARGUMENT if there is a layer that this method does not fill: `path` fills all, `preview` those that show
-/// surfaces.
+/// INVALID_ARGUMENT if there is a layer that this method does not fill: `path` fills all, the others those that
+/// show surfaces.
 Status check_method_layers(std::string_view method, const std::vector<LayerSpec>& layers);
 
 /// How a node's values lie: first the summed channels of both halves, `[half][channel][pixel]`; then, in nodes that

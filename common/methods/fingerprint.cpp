@@ -97,7 +97,7 @@ std::string fingerprint_class() {
     auto compiled = CompiledScene::compile(
         test.scene, [&](const Sha256& digest) -> Result<std::string> { return test.assets.at(digest); });
     LM_CHECK(compiled.ok(), "the built-in test scene does not compile: {}", message_of(compiled.status()));
-    for (const std::string_view name : method_names()) {
+    for (const std::string_view name : {"path", "preview", "ao:distance=1"}) {
       const std::vector<std::string> layers =
           name == "path" ? std::vector<std::string>{"direct", "indirect", "albedo", "normal", "depth", "id"}
                          : std::vector<std::string>{"albedo", "normal", "depth", "id"};

@@ -16,7 +16,7 @@
 namespace lightmill {
 
 struct MethodSettings {
-  std::string name = "path";  ///< one of method_names()
+  std::string name = "path";  ///< and its parameters: see spec/method_spec.h
   std::uint64_t seed = 0;
   std::uint32_t max_bounces = 0;               ///< `path`: scatterings at most; 0: kMaxBounces
   std::vector<LayerSpec> layers{LayerSpec{}};  ///< of the film, as film_layers gives them
@@ -50,10 +50,7 @@ class Method {
   virtual Node render(const PixelRect& tile, SampleRange range, Workspace& workspace) const = 0;
 };
 
-/// The names that make_method knows.
-const std::vector<std::string_view>& method_names();
-
-/// INVALID_ARGUMENT for an unknown name, or a layer that the method does not fill.
+/// INVALID_ARGUMENT for an unknown method or parameter, or a layer that the method does not fill.
 Result<std::unique_ptr<Method>> make_method(std::shared_ptr<const CompiledScene> scene, const MethodSettings& settings);
 
 }  // namespace lightmill

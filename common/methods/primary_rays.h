@@ -4,6 +4,7 @@
 #include "common/film/tile_grid.h"
 #include "common/geometry/ray.h"
 #include "common/sampling/sobol.h"
+#include "common/sampling/warp.h"
 #include "common/scene/compiled/compiled_scene.h"
 
 namespace lightmill {
@@ -11,6 +12,7 @@ namespace lightmill {
 /// Film decisions of a sample; methods number theirs from kFirstPathDecision.
 inline constexpr std::uint32_t kFilterDecision = 0;
 inline constexpr std::uint32_t kFirstPathDecision = 1;
+inline constexpr std::uint32_t kLensDecision = 0x40000000;  ///< beyond all that paths reach
 
 /// The scrambles of a tile's pixels in one half: one per pixel, row by row.
 void fill_pixel_seeds(const PixelRect& tile, std::uint64_t seed, std::uint32_t half, std::vector<std::uint32_t>& out);
@@ -24,6 +26,15 @@ inline Ray8 camera_rays(const CompiledScene& scene, F8 x, F8 y) {
   return {broadcast(camera.eye), normalize(direction), F8(std::numeric_limits<float>::infinity())};
 }
 
+/// The pinhole's rays through points of the lens instead: both meet in the plane of focus.
+inline Ray8 through_lens(const CompiledScene& scene, const Ray8& rays, Pair8 u) {
+  const CameraBasis& camera = scene.camera();
+  const Pair8 disk = square_to_disk(u);
+  const V8 offset = broadcast(camera.lens_x) * disk.u + broadcast(camera.lens_y) * disk.v;
+  const F8 to_focus = F8(camera.focus) / dot(rays.direction, broadcast(camera.forward));
+  return {rays.origin + offset, normalize(rays.direction * to_focus - offset), rays.max_distance};
+}
+
 /// The camera rays of one sample of eight pixels of a tile: `pixel` counts row by row, `index` is the sample's index
 /// within its half; the position in the pixel follows the filter.
 inline Ray8 primary_rays(const CompiledScene& scene, const PixelRect& tile, U8 pixel, U8 pixel_seed,
@@ -34,7 +45,10 @@ inline Ray8 primary_rays(const CompiledScene& scene, const PixelRect& tile, U8 p
   const Pair8 u = sobol_pair(U8(index), decision_seed(pixel_seed, kFilterDecision));
   const F8 x = to_float(column + U8(static_cast<std::uint32_t>(tile.x))) + F8(0.5f) + scene.filter().sample(u.u);
   const F8 y = to_float(row + U8(static_cast<std::uint32_t>(tile.y))) + F8(0.5f) + scene.filter().sample(u.v);
-  return camera_rays(scene, x, y);
+  const Ray8 rays = camera_rays(scene, x, y);
+  return scene.camera().has_lens
+             ? through_lens(scene, rays, sobol_pair(U8(index), decision_seed(pixel_seed, kLensDecision)))
+             : rays;
 }
 
 }  // namespace lightmill

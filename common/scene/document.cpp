@@ -167,6 +167,12 @@ Status validate(const Camera& camera) {
   if (!(camera.vertical_fov_degrees > 0 && camera.vertical_fov_degrees < 180)) {
     return invalid_argument("camera.vertical_fov_degrees: must be in (0, 180), got {}", camera.vertical_fov_degrees);
   }
+  for (const auto& [field, value] :
+       {std::pair{"lens_radius", camera.lens_radius}, {"focus_distance", camera.focus_distance}}) {
+    if (!(value >= 0 && value <= kMaxCoordinate)) {
+      return invalid_argument("camera.{}: must be from 0 to {}, got {}", field, kMaxCoordinate, value);
+    }
+  }
   const Point3d d{camera.look_at[0] - camera.eye[0], camera.look_at[1] - camera.eye[1],
                   camera.look_at[2] - camera.eye[2]};
   const Point3d& u = camera.up;

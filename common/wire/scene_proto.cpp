@@ -204,6 +204,8 @@ void to_wire(const Scene& scene, v1::Scene* out) {
   to_wire_point(scene.camera.look_at, out->mutable_camera()->mutable_look_at());
   to_wire_point(scene.camera.up, out->mutable_camera()->mutable_up());
   out->mutable_camera()->set_vertical_fov_degrees(scene.camera.vertical_fov_degrees);
+  out->mutable_camera()->set_lens_radius(scene.camera.lens_radius);
+  out->mutable_camera()->set_focus_distance(scene.camera.focus_distance);
   out->mutable_film()->set_width(scene.film.width);
   out->mutable_film()->set_height(scene.film.height);
   out->mutable_film()->mutable_filter()->set_kind(to_wire_filter(scene.film.filter.kind));
@@ -232,6 +234,8 @@ Result<Camera> from_wire(const v1::Camera& camera) {
   if (camera.has_up()) {
     out.up = {camera.up().x(), camera.up().y(), camera.up().z()};
   }
+  out.lens_radius = camera.lens_radius();
+  out.focus_distance = camera.focus_distance();
   switch (camera.view_case()) {
     case v1::Camera::kVerticalFovDegrees:
       out.vertical_fov_degrees = camera.vertical_fov_degrees();

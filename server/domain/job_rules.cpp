@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "common/base/text.h"
+#include "common/methods/spec/method_spec.h"
 #include "server/domain/coordinator_state.h"
 
 namespace lightmill {
@@ -47,10 +48,11 @@ Status check_spec(const JobSpec& spec) {
   if (settings.meters > kMaxMeters) {
     return invalid_argument("settings.meters: at most {}, got {}", kMaxMeters, settings.meters);
   }
-  if (settings.method != "path" && settings.method != "preview") {
-    return invalid_argument("settings.method: must be 'path' or 'preview', got '{}'", printable(settings.method));
+  const Result<MethodSpec> method = parse_method(settings.method);
+  if (!method.ok()) {
+    return with_context(method.status(), "settings.method");
   }
-  if (const Status status = check_method_layers(settings.method, settings.layers); !status.ok()) {
+  if (const Status status = check_method_layers(method->name, settings.layers); !status.ok()) {
     return with_context(status, "settings.layers");
   }
   if (settings.renderer_version.empty()) {

@@ -14,13 +14,22 @@ namespace {
 /// Meshes with fewer triangles are copied for each object rather than instanced: that is faster to trace.
 constexpr std::size_t kInstancedTriangles = 64;
 
-CameraBasis camera_basis(const Camera& camera, int height, const Vec3d& eye) {
+CameraBasis camera_basis(const Camera& camera, int height, const WorldFrame& frame) {
   const Vec3d forward = glm::normalize(near_one(to_vec(camera.look_at) - to_vec(camera.eye)));
   const Vec3d right = glm::normalize(glm::cross(forward, near_one(to_vec(camera.up))));
   const Vec3d down = glm::cross(forward, right);
   const double half_height = tan_fixed(camera.vertical_fov_degrees * kPiDouble / 360.0);
   const double pixel = 2.0 * half_height / height;
-  return {Vec3(eye), Vec3(forward), Vec3(right * pixel), Vec3(down * pixel)};
+  CameraBasis basis{Vec3(frame.to_frame(to_vec(camera.eye))), Vec3(forward), Vec3(right * pixel), Vec3(down * pixel)};
+  if (camera.lens_radius > 0) {
+    const double focus =
+        camera.focus_distance > 0 ? camera.focus_distance : glm::length(to_vec(camera.look_at) - to_vec(camera.eye));
+    basis.has_lens = true;
+    basis.lens_x = Vec3(right * (camera.lens_radius * frame.scale()));
+    basis.lens_y = Vec3(down * (camera.lens_radius * frame.scale()));
+    basis.focus = static_cast<float>(focus * frame.scale());
+  }
+  return basis;
 }
 
 FilterTable filter_table(const PixelFilter& filter) {
@@ -69,7 +78,7 @@ class SceneCompiler {
     finish_lights();
     LM_RETURN_IF_ERROR(out_->accel_->commit());
     out_->frame_ = frame_;
-    out_->camera_ = camera_basis(scene_.camera, scene_.film.height, frame_.to_frame(to_vec(scene_.camera.eye)));
+    out_->camera_ = camera_basis(scene_.camera, scene_.film.height, frame_);
     out_->filter_ = std::make_unique<FilterTable>(filter_table(scene_.film.filter));
     out_->film_width_ = scene_.film.width;
     out_->film_height_ = scene_.film.height;

@@ -26,6 +26,10 @@ struct CameraBasis {
   Vec3 forward;  ///< unit
   Vec3 right;    ///< one pixel to the right on the plane at distance 1
   Vec3 down;     ///< one pixel down
+  // Of a thin lens.
+  Vec3 lens_x{0}, lens_y{0};  ///< from its centre to its rim; zero for a pinhole
+  float focus = 1;            ///< distance along `forward` of what is sharp
+  bool has_lens = false;
 };
 
 /// What the scene has; methods skip what it lacks.

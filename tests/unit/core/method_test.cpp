@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include "common/methods/fingerprint.h"
+#include "common/methods/spec/method_spec.h"
 #include "tests/support/render_document.h"
 
 namespace lightmill {
@@ -92,17 +93,52 @@ TEST_P(Methods, AnotherSeedGivesAnotherPicture) {
 
 INSTANTIATE_TEST_SUITE_P(All, Methods,
                          ::testing::Values(MethodCase{"path", {}}, MethodCase{"preview", {}},
+                                           MethodCase{"ao:distance=100", {"albedo", "depth"}},
                                            MethodCase{"path",
                                                       {"direct", "indirect", "albedo", "normal", "depth", "id"}},
                                            MethodCase{"preview", {"albedo", "normal", "depth", "id"}}),
-                         [](const auto& info) { return info.param.name + std::to_string(info.param.layers.size()); });
+                         [](const auto& info) {
+                           const std::string& name = info.param.name;
+                           return name.substr(0, name.find(':')) + std::to_string(info.param.layers.size());
+                         });
 
 TEST(Method, AnUnknownNameIsRefusedWithTheKnownOnes) {
   const auto scene = test::TestScene(LIGHTMILL_SOURCE_DIR "/scenes/cornell-bench-balls.json");
   auto compiled = CompiledScene::compile(scene.scene(), scene.assets());
   ASSERT_TRUE(compiled.ok());
   const auto method = make_method(*compiled, {"pathh", 0, 0});
-  EXPECT_EQ(message_of(method.status()), "unknown method \"pathh\"; the methods are path, preview");
+  EXPECT_EQ(message_of(method.status()), "unknown method 'pathh'; the methods are path, preview, ao");
+}
+
+TEST(Method, ParametersAreCheckedByName) {
+  EXPECT_EQ(parse_method("ao:distance=2.5")->distance, 2.5);
+  EXPECT_EQ(message_of(parse_method("ao:distance=far").status()),
+            "distance: a number from 0 to 1000000000000 is expected, got 'far'");
+  EXPECT_EQ(message_of(parse_method("ao:distance").status()),
+            "distance: a number from 0 to 1000000000000 is expected, got ''");
+  EXPECT_EQ(message_of(parse_method("ao:depth=1").status()), "ao takes distance=D; got 'depth=1'");
+  EXPECT_EQ(message_of(parse_method("path:distance=1").status()), "path takes no parameters; got 'distance=1'");
+}
+
+// The share of the hemisphere, weighted by the cosine, that a sphere of radius R at distance d straight above hides is
+// (R/d)²; from a plane, tilted by θ, (R/d)² cosθ while the sphere is above the horizon.
+TEST(Method, AmbientOcclusionUnderASphereIsExact) {
+  const auto value_at = [](double x, const std::string& method) {
+    const std::string text =
+        fmt::format(R"({{"camera": {{"eye": [{0}, 0.001, 0], "look_at": [{0}, 0, 0], "up": [0, 0, 1],
+          "vertical_fov_degrees": 1}},
+        "film": {{"width": 8, "height": 8}},
+        "materials": [{{"name": "white", "diffuse": {{"reflectance": {{"rgb": [0.1, 0.5, 0.9]}}}}}}],
+        "objects": [{{"material": "white", "plane": {{"point": [0, 0, 0], "normal": [0, 1, 0]}}}},
+                    {{"material": "white", "sphere": {{"center": [0, 3, 0], "radius": 2}}}}]}})",
+                    x);
+    const auto image = test::TestScene::from_text(text).render({method, 1, 0}, 10);
+    return test::mean_of(image, 0).value;
+  };
+  EXPECT_NEAR(value_at(0, "ao"), 1 - 4.0 / 9, 2e-3);
+  const double d2 = 9 + 1.5 * 1.5;
+  EXPECT_NEAR(value_at(1.5, "ao"), 1 - 4 / d2 * 3 / std::sqrt(d2), 2e-3);
+  EXPECT_EQ(value_at(0, "ao:distance=0.5"), 1);
 }
 
 TEST(Fingerprint, IsTheSameEachTime) {

@@ -129,7 +129,8 @@ TEST(SceneJson, WrongTypesAreNamed) {
   EXPECT_EQ(error_of(document(kCamera, R"({"width": null})", kMaterials, kObjects)),
             "box.json:3:19: film.width: null is not allowed; an integer is expected or the field must be left out");
   EXPECT_EQ(error_of(document("7", kFilm, kMaterials, kObjects)),
-            "box.json:2:11: camera: an object with eye, look_at, up, vertical_fov_degrees, camera_constant is "
+            "box.json:2:11: camera: an object with eye, look_at, up, vertical_fov_degrees, camera_constant, "
+            "lens_radius, focus_distance is "
             "expected, got 7");
   EXPECT_EQ(error_of(document(kCamera, kFilm, "{}", kObjects)),
             "box.json:4:14: materials: a list is expected, got an object");
@@ -250,7 +251,8 @@ TEST(SceneJson, CamerasCanStandAlone) {
   "look_at": [0, 0, 0], "camera_constant": 1})"),
             "c.json:2:14: look_at: must differ from camera.eye, both are (0, 0, 0)");
   EXPECT_EQ(error("{\"foo\": 1}"),
-            "c.json:1:2: foo: unknown field; the fields are eye, look_at, up, vertical_fov_degrees, camera_constant");
+            "c.json:1:2: foo: unknown field; the fields are eye, look_at, up, vertical_fov_degrees, camera_constant, "
+            "lens_radius, focus_distance");
   EXPECT_EQ(error(R"({"eye": [0, 0, 0], "look_at": [0, 0, 1], "camera_constant": -1})"),
             "c.json:1:61: camera_constant: must be in [0.001, 1000000], got -1");
 }
@@ -260,7 +262,7 @@ TEST(SceneJson, CamerasCanStandAlone) {
 Scene example_scene() {
   Scene scene;
   scene.name = "example";
-  scene.camera = {{0.1, 1, 5}, {0, 1, 0}, {0, 1, 0}, 33.25};
+  scene.camera = {{0.1, 1, 5}, {0, 1, 0}, {0, 1, 0}, 33.25, 0.125, 7.5};
   scene.film = {640, 480, {FilterKind::box, 0.5}};
   scene.materials = {{"red", DiffuseMaterial{{0.63f, 0.065f, 0.05f}}, {}, false},
                      {"mirror", MirrorMaterial{{0.9f, 1, 1}}, {}, false},

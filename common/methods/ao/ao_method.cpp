@@ -1,0 +1,40 @@
+#include "common/methods/ao/ao_method.h"
+
+#include "common/methods/camera_method.h"
+#include "common/sampling/warp.h"
+
+namespace lightmill {
+namespace {
+
+struct AoShader {
+  const CompiledScene* scene;
+  float distance;  ///< in the frame's units; infinite: none
+
+  V8 shade(const CameraHit8& at, RenderCounters& counters) const {
+    const Surface8& s = at.surface;
+    const V8 facing = select(s.front, s.geometric_normal, -s.geometric_normal);
+    const Frame8 frame(select(s.front, s.shading_normal, -s.shading_normal));
+    const Pair8 u = sobol_pair(U8(at.index), decision_seed(at.pixel_seed, kFirstPathDecision));
+    const V8 direction = frame.to_world(square_to_cosine_hemisphere(u));
+    // Below the surface itself, where the shading normal leans away from the geometric one, nothing of the sky is seen.
+    const M8 above = at.hits.hit & (dot(direction, facing) > F8(0.0f));
+    const Ray8 rays{s.point + facing * s.offset, direction, F8(distance)};
+    const M8 blocked = scene->accel().occluded(above, rays);
+    counters.shadow_rays += static_cast<std::uint64_t>(above.count());
+    const M8 open = and_not(above, blocked) | and_not(at.lanes, at.hits.hit);
+    const F8 value = masked(open, F8(1.0f));
+    return {value, value, value};
+  }
+};
+
+}  // namespace
+
+std::unique_ptr<Method> make_ao_method(std::shared_ptr<const CompiledScene> scene, const MethodSettings& settings,
+                                       const MethodSpec& spec) {
+  const float distance = spec.distance > 0 ? static_cast<float>(spec.distance * scene->frame().scale())
+                                           : std::numeric_limits<float>::infinity();
+  const AoShader shader{scene.get(), distance};
+  return make_camera_method(std::move(scene), settings, shader);
+}
+
+}  // namespace lightmill

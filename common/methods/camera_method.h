@@ -1,0 +1,98 @@
+// Methods that shade each camera ray by itself: all but how a hit is shaded is here.
+#pragma once
+
+#include "common/methods/film_channels.h"
+#include "common/methods/float_environment.h"
+#include "common/methods/method.h"
+#include "common/methods/primary_rays.h"
+#include "common/methods/sample_sums.h"
+
+namespace lightmill {
+
+/// Eight camera rays and what they hit.
+struct CameraHit8 {
+  M8 lanes;  ///< there is a ray
+  Ray8 rays;
+  Hit8 hits;
+  Surface8 surface;
+  U8 pixel_seed;        ///< scramble of the pixel's half
+  std::uint32_t index;  ///< point of its sequences; decisions are numbered from kFirstPathDecision
+};
+
+/// `Shader` is immutable and has `V8 shade(const CameraHit8&, RenderCounters&) const`: radiance in the lanes.
+template <class Shader>
+class CameraMethod final : public Method {
+ public:
+  CameraMethod(std::shared_ptr<const CompiledScene> scene, const MethodSettings& settings, Shader shader)
+      : scene_(std::move(scene)), seed_(settings.seed), channels_(settings.layers), shader_(std::move(shader)) {}
+
+  std::unique_ptr<Workspace> make_workspace() const override { return std::make_unique<CameraWorkspace>(); }
+
+  Node render(const PixelRect& tile, SampleRange range, Workspace& workspace) const override {
+    const FixedFloatEnvironment float_environment;
+    auto& ws = static_cast<CameraWorkspace&>(workspace);
+    const auto pixels = static_cast<std::size_t>(tile.pixel_count());
+    ws.sums.start(range, pixels, channels_.layout);
+    for (std::uint64_t sample = range.first(); sample < range.end(); ++sample) {
+      fill_pixel_seeds(tile, seed_, sample & 1, ws.pixel_seeds);
+      ws.radiance.assign(channels_.layout.summed * pixels, 0.0f);
+      ws.first.assign(sample < kFirstSamples ? channels_.layout.first_values(1) * pixels : 0, 0.0f);
+      render_sample(tile, static_cast<std::uint32_t>(sample >> 1), pixels, ws);
+      ws.sums.add(ws.radiance, ws.first);
+    }
+    ws.counters.samples += pixels * range.count();
+    ws.counters.closest_hit_rays += pixels * range.count();
+    return ws.sums.finish();
+  }
+
+ private:
+  struct CameraWorkspace final : Workspace {
+    SampleSums sums;
+    std::vector<std::uint32_t> pixel_seeds;
+    std::vector<float> radiance;  ///< planes of the summed channels
+    std::vector<float> first;     ///< planes of layers that are made of samples 0 to 15
+  };
+
+  void render_sample(const PixelRect& tile, std::uint32_t index, std::size_t pixels, CameraWorkspace& ws) const {
+    for (std::size_t pixel = 0; pixel < pixels; pixel += 8) {
+      CameraHit8 hit;
+      hit.lanes = first_lanes(static_cast<int>(pixels - pixel));
+      hit.pixel_seed = U8::load(&ws.pixel_seeds[pixel]);
+      hit.index = index;
+      const U8 pixel_lanes = U8(static_cast<std::uint32_t>(pixel)) + U8::lane_index();
+      hit.rays = primary_rays(*scene_, tile, pixel_lanes, hit.pixel_seed, index);
+      hit.hits = scene_->accel().intersect(hit.lanes, hit.rays, true);
+      hit.surface = scene_->surface(hit.rays, hit.hits);
+      if (channels_.shows_surfaces()) {
+        store_surfaces(channels_, *scene_, hit.hits, hit.surface, pixel_lanes,
+                       {ws.radiance.data(), pixels, ws.first.empty() ? nullptr : ws.first.data(), pixels});
+      }
+      store(shader_.shade(hit, ws.counters), pixel, pixels, ws.radiance);
+    }
+  }
+
+  static void store(const V8& value, std::size_t pixel, std::size_t pixels, std::vector<float>& planes) {
+    const std::size_t count = std::min<std::size_t>(8, pixels - pixel);
+    float* to = planes.data() + pixel;
+    for (const F8& component : {value.x, value.y, value.z}) {
+      alignas(32) float lanes[8];
+      component.store(lanes);
+      std::copy_n(lanes, count, to);
+      to += pixels;
+    }
+  }
+
+  std::shared_ptr<const CompiledScene> scene_;
+  std::uint64_t seed_;
+  FilmChannels channels_;
+  Shader shader_;
+};
+
+/// A method of a shader that is made from the scene.
+template <class Shader>
+std::unique_ptr<Method> make_camera_method(std::shared_ptr<const CompiledScene> scene, const MethodSettings& settings,
+                                           Shader shader) {
+  return std::make_unique<CameraMethod<Shader>>(std::move(scene), settings, std::move(shader));
+}
+
+}  // namespace lightmill

@@ -1,0 +1,79 @@
+#include "common/methods/spec/method_spec.h"
+
+#include <array>
+#include <charconv>
+
+namespace lightmill {
+namespace {
+
+struct Entry {
+  std::string_view name;
+  std::string_view parameters;  ///< that it takes, for people
+};
+constexpr std::array kMethods{Entry{"path", ""}, Entry{"preview", ""}, Entry{"ao", "distance=D"}};
+
+Result<double> parse_number(std::string_view key, std::string_view text, double low, double high) {
+  double value = 0;
+  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
+  if (error != std::errc() || end != text.data() + text.size() || !(value >= low && value <= high)) {
+    return invalid_argument("{}: a number from {} to {} is expected, got '{}'", key, low, high, text);
+  }
+  return value;
+}
+
+/// Whether "a, b=X, c" lists the parameter.
+bool takes(const Entry& entry, std::string_view key) {
+  for (std::size_t at = 0; at < entry.parameters.size();) {
+    const std::size_t end = std::min(entry.parameters.find(", ", at), entry.parameters.size());
+    const std::string_view one = entry.parameters.substr(at, end - at);
+    if (one.substr(0, one.find('=')) == key) {
+      return true;
+    }
+    at = end + 2;
+  }
+  return false;
+}
+
+Status set_parameter(const Entry& entry, std::string_view text, MethodSpec& spec) {
+  const std::size_t equals = text.find('=');
+  const std::string_view key = text.substr(0, equals);
+  if (!takes(entry, key)) {
+    return invalid_argument("{} takes {}; got '{}'", entry.name,
+                            entry.parameters.empty() ? "no parameters" : entry.parameters, text);
+  }
+  const std::string_view value = equals == std::string_view::npos ? "" : text.substr(equals + 1);
+  LM_ASSIGN_OR_RETURN(spec.distance, parse_number(key, value, 0, 1e12));
+  return ok_status();
+}
+
+}  // namespace
+
+std::string_view method_list() {
+  static const std::string list = [] {
+    std::string names;
+    for (const Entry& entry : kMethods) {
+      names += (names.empty() ? "" : ", ") + std::string(entry.name);
+    }
+    return names;
+  }();
+  return list;
+}
+
+Result<MethodSpec> parse_method(std::string_view text) {
+  const std::size_t colon = text.find(':');
+  MethodSpec spec;
+  spec.name = text.substr(0, colon);
+  const auto* const entry = std::ranges::find(kMethods, spec.name, &Entry::name);
+  if (entry == kMethods.end()) {
+    return invalid_argument("unknown method '{}'; the methods are {}", spec.name, method_list());
+  }
+  for (std::size_t at = colon; at != std::string_view::npos && at < text.size();) {
+    const std::size_t end = text.find(',', at + 1);
+    LM_RETURN_IF_ERROR(
+        set_parameter(*entry, text.substr(at + 1, end == std::string_view::npos ? end : end - at - 1), spec));
+    at = end;
+  }
+  return spec;
+}
+
+}  // namespace lightmill

@@ -1,0 +1,24 @@
+// What a method is called and what it is told, as jobs write it: "path", "ao:distance=0.5".
+#pragma once
+
+#include <string>
+#include <string_view>
+
+#include "common/base/status.h"
+
+namespace lightmill {
+
+struct MethodSpec {
+  std::string name = "path";
+  /// `distance=D`: how far ambient occlusion looks, in scene units; 0: without end.
+  double distance = 0;
+};
+
+/// The methods that there are.
+std::string_view method_list();
+
+/// INVALID_ARGUMENT for an unknown method, a parameter that it does not take, or a value out of range: the message
+/// names it and what is expected.
+Result<MethodSpec> parse_method(std::string_view text);
+
+}  // namespace lightmill

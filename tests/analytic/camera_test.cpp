@@ -1,0 +1,72 @@
+// The thin lens, through public scene documents: sharp where it is focused, and beside that blurred by exactly the
+// share of the lens that sees past an edge.
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "tests/support/render_document.h"
+
+namespace lightmill::test {
+namespace {
+
+/// 16×16 pixels, a field of view of 53.13° (a film of 1 at distance 1), a lens focused at 4 and a glowing half plane
+/// x > 0 at distance `depth`.
+HalfImages edge_at(double depth, double lens_radius) {
+  const std::string text = fmt::format(R"({{
+    "camera": {{"eye": [0, 0, 0], "look_at": [0, 0, -1], "camera_constant": 1, "lens_radius": {0}, "focus_distance": 4}},
+    "film": {{"width": 16, "height": 16, "filter": {{"kind": "BOX", "radius_pixels": 0.5}}}},
+    "materials": [{{"name": "lamp", "diffuse": {{"reflectance": {{"rgb": [0, 0, 0]}}}}, "emission": {{"rgb": [1, 1, 1]}}}}],
+    "objects": [{{"material": "lamp", "triangle": {{"a": [0, -1000, {1}], "b": [2000, 0, {1}], "c": [0, 1000, {1}]}}}}]}})",
+                                       lens_radius, -depth);
+  return TestScene::from_text(text).render({"path", 1, 0}, 10);
+}
+
+/// Mean over a column of pixels.
+double column(const HalfImages& image, int x) {
+  double sum = 0;
+  for (int y = 0; y < 16; ++y) {
+    sum += image.mean(static_cast<std::size_t>(3 * (16 * y + x)));
+  }
+  return sum / 16;
+}
+
+/// A ray from lens point l (in x) through the film at s (in film units; the plane of focus at 4s) reaches the edge's
+/// plane at l(1 − d/4) + s·d: the share of the disc of lens points for which that is positive, averaged over the pixel.
+double exact_column(int x, double depth, double radius) {
+  constexpr int kSteps = 2000;
+  double sum = 0;
+  for (int i = 0; i < kSteps; ++i) {
+    const double s = (x + (i + 0.5) / kSteps) / 16 - 0.5;
+    const double slope = 1 - depth / 4;
+    const double t = std::clamp(-s * depth / (std::abs(slope) * radius), -1.0, 1.0);
+    sum += 0.5 - (t * std::sqrt(1 - t * t) + std::asin(t)) / M_PI;
+  }
+  return sum / kSteps;
+}
+
+TEST(ThinLens, IsSharpInThePlaneOfFocus) {
+  const HalfImages image = edge_at(4, 0.5);
+  EXPECT_EQ(column(image, 7), 0);
+  EXPECT_EQ(column(image, 8), 1);
+}
+
+TEST(ThinLens, BlursByTheShareOfTheLensThatSeesPastTheEdge) {
+  for (const double depth : {2.0, 10.0}) {
+    for (const double radius : {0.1, 0.4}) {
+      const HalfImages image = edge_at(depth, radius);
+      for (int x = 0; x < 16; ++x) {
+        // 16 · 1024 stratified samples a column.
+        EXPECT_NEAR(column(image, x), exact_column(x, depth, radius), 2e-3) << depth << " " << radius << " " << x;
+      }
+    }
+  }
+}
+
+TEST(ThinLens, OfRadiusZeroIsAPinhole) {
+  const HalfImages image = edge_at(2, 0);
+  EXPECT_EQ(column(image, 7), 0);
+  EXPECT_EQ(column(image, 8), 1);
+}
+
+}  // namespace
+}  // namespace lightmill::test
