@@ -19,5 +19,14 @@ struct Hit8 {
   U8 geometry;   ///< index of the mesh or sphere
   U8 primitive;  ///< triangle within the mesh
 };
+inline Hit8 select(M8 mask, const Hit8& yes, const Hit8& no) {
+  return {(mask & yes.hit) | and_not(no.hit, mask),
+          select(mask, yes.distance, no.distance),
+          select(mask, yes.normal, no.normal),
+          select(mask, yes.u, no.u),
+          select(mask, yes.v, no.v),
+          select(mask, yes.geometry, no.geometry),
+          select(mask, yes.primitive, no.primitive)};
+}
 
 }  // namespace lightmill

@@ -4,7 +4,8 @@
 // on the side of `wo`, both pointing away from the surface; wo.z > 0. `eval(wo, wi)` is the BSDF times |cos θi|,
 // `pdf_solid_angle(wo, wi)` the density with which `sample(wo, u, choice)` draws wi; its weight is eval / pdf. A delta
 // BSDF has no eval or pdf; its sample's weight is the coefficient over the probability of the branch taken.
-// `kTransmits` says whether light may pass to the other side, `kHasLobes` whether `sample` looks at `choice`.
+// `kTransmits` says whether light may pass to the other side, `kHasLobes` whether `sample` looks at `choice`,
+// `kLosesSamples` whether it may draw directions of weight 0.
 // Chi-squared tests hold the three together.
 #pragma once
 

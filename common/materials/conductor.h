@@ -32,7 +32,7 @@ namespace lightmill {
 
 /// Lanes with alpha < ggx::kSmoothAlpha are delta.
 struct Conductor8 {
-  static constexpr bool kTransmits = false, kHasLobes = false;
+  static constexpr bool kTransmits = false, kHasLobes = false, kLosesSamples = true;
   V8 eta, k;  ///< complex index per channel, relative to the medium that it is seen from
   F8 alpha;   ///< GGX, in [0, 1]
 

@@ -6,7 +6,7 @@
 namespace lightmill {
 
 struct Diffuse8 {
-  static constexpr bool kTransmits = false, kHasLobes = false;
+  static constexpr bool kTransmits = false, kHasLobes = false, kLosesSamples = false;
   V8 reflectance;
 
   V8 eval(const V8& /*wo*/, const V8& wi) const { return reflectance * (max(wi.z, F8(0.0f)) * F8(kInvPi)); }

@@ -8,13 +8,11 @@
 
 namespace lightmill {
 
-inline constexpr float kMaxPhongExponent = 1e6f;
-
 /// A lobe is chosen by its albedo. The pdf is 0 below the surface: a direction drawn there has weight 0.
 struct Phong8 {
-  static constexpr bool kTransmits = false, kHasLobes = true;
+  static constexpr bool kTransmits = false, kHasLobes = true, kLosesSamples = true;
   V8 diffuse, specular;  ///< albedos; their sum is at most 1 in each channel
-  F8 exponent;           ///< s, in [0, kMaxPhongExponent]
+  F8 exponent;           ///< s, in [0, 1e6]
 
   V8 eval(const V8& wo, const V8& wi) const {
     const F8 lobe = (exponent + F8(2.0f)) * F8(0.5f * kInvPi) * lobe_power(wo, wi);

@@ -28,7 +28,7 @@ M8 is_rough(F8 alpha) {
 
 }  // namespace
 
-Principled8::Principled8(const PrincipledParameters8& p, const V8& wo, M8 front)
+Principled8::Principled8(const PrincipledParameters8& p, F8 eta, const V8& wo, M8 front)
     : albedo_(&GgxAlbedo::instance()),
       base_(p.base_color),
       alpha_(alpha_of(p.roughness)),
@@ -36,7 +36,7 @@ Principled8::Principled8(const PrincipledParameters8& p, const V8& wo, M8 front)
       metal_(p.metallic),
       plastic_((F8(1.0f) - p.metallic) * (F8(1.0f) - p.transmission)),
       glass_((F8(1.0f) - p.metallic) * p.transmission),
-      glass_bsdf_{select(front, p.ior, F8(1.0f) / p.ior), alpha_, base_},
+      glass_bsdf_{eta, alpha_, base_},
       has_glass_((glass_ > F8(0.0f)).any()),
       has_coat_((p.coat > F8(0.0f)).any()) {
   const F8 root = (p.ior - F8(1.0f)) / (p.ior + F8(1.0f));

@@ -26,10 +26,11 @@ struct PrincipledParameters8 {
 /// nor part of the pdf. One lobe is drawn by its albedo; eval and pdf are those of all that are not delta.
 class Principled8 {
  public:
-  static constexpr bool kTransmits = true, kHasLobes = true;
+  static constexpr bool kTransmits = true, kHasLobes = true, kLosesSamples = true;
 
-  /// `front`: wo is on the side of the outward normal.
-  Principled8(const PrincipledParameters8& p, const V8& wo, M8 front);
+  /// `front`: wo is on the side of the outward normal; `eta`: index of refraction beyond the surface over that on wo's
+  /// side.
+  Principled8(const PrincipledParameters8& p, F8 eta, const V8& wo, M8 front);
 
   V8 eval(const V8& wo, const V8& wi) const;
   F8 pdf_solid_angle(const V8& wo, const V8& wi) const;

@@ -11,7 +11,7 @@ namespace lightmill {
 
 /// Lanes whose lobes are too narrow to be evaluated are delta: alpha < ggx::kSmoothAlpha, or alpha · |eta − 1| < 1e-5.
 struct RoughDielectric8 {
-  static constexpr bool kTransmits = true, kHasLobes = true;
+  static constexpr bool kTransmits = true, kHasLobes = true, kLosesSamples = true;
   F8 eta;                                    ///< index of refraction beyond the surface over that on wo's side
   F8 alpha;                                  ///< GGX, in [0, 1]
   V8 tint = {F8(1.0f), F8(1.0f), F8(1.0f)};  ///< of refracted light

@@ -72,6 +72,12 @@ TestScene make_test_scene(FilterKind filter) {
       {"glass", DielectricMaterial{1.5}, {}, false},
       {"lamp", DiffuseMaterial{{0.2f, 0.2f, 0.2f}}, {9, 8, 6}, false},
       {"glow", DiffuseMaterial{{0, 0, 0}}, {2, 3, 4}, true},
+      {"phong", PhongMaterial{{0.3f, 0.4f, 0.2f}, {0.4f, 0.3f, 0.5f}, 37}, {}, false},
+      {"gold", ConductorMaterial{{0.15f, 0.42f, 1.38f}, {3.6f, 2.5f, 1.9f}, 0.35}, {}, false},
+      {"chrome", ConductorMaterial{{3.5f, 2.9f, 2.1f}, {4.3f, 4.2f, 3.9f}, 0}, {}, false},
+      {"frosted", DielectricMaterial{1.4, 0.4}, {}, false},
+      {"paint", PrincipledMaterial{{0.6f, 0.7f, 0.8f}, 0.3, 0.4, 0.6, 0.4, 1.6, 0.7, 0.2}, {}, false, {{0.5f, 1, 2}}},
+      {"drop", DielectricMaterial{1.33}, {}, false, {{2, 0.3f, 0.1f}}, 1},
   };
   test.add(0, quad({-2, 0, -2}, {0, 0, 4}, {4, 0, 0}));        // floor
   test.add(1, quad({-2, 0, -2}, {0, 0, 4}, {4, 0, 0}));        // and a second one in the same place: ties
@@ -83,6 +89,12 @@ TestScene make_test_scene(FilterKind filter) {
   test.add(2, SphereShape{{0.9, 0.5, -0.1}, 0.5, false});
   test.add(3, SphereShape{{-0.3, 0.45, 0.7}, 0.45, false});
   test.add(5, SphereShape{{1.6, 2.0, -1.4}, 0.2, false});
+  test.add(6, SphereShape{{-1.5, 0.25, 0.4}, 0.25, false});
+  test.add(7, SphereShape{{-0.9, 0.2, 1.1}, 0.2, false});
+  test.add(8, SphereShape{{-1.6, 1.9, -1.2}, 0.3, false});
+  test.add(9, SphereShape{{0.4, 0.25, 1.2}, 0.25, false});
+  test.add(10, SphereShape{{1.3, 0.3, 0.9}, 0.3, false});
+  test.add(11, SphereShape{{1.35, 0.35, 1.1}, 0.2, false});  // overlaps the one before
   scene.point_lights.push_back({"point", {-1.5, 2.5, 1.5}, {3, 3, 3}});
   return test;
 }

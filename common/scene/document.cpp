@@ -4,41 +4,10 @@
 #include <set>
 
 #include "common/film/tile_grid.h"
+#include "common/scene/checks.h"
 
 namespace lightmill {
 namespace {
-
-Status check_point(std::string_view path, const Point3d& point) {
-  for (const double value : point) {
-    // Negated, so that NaN fails too.
-    if (!(std::abs(value) <= kMaxCoordinate)) {
-      return invalid_argument("{}: coordinates must be finite and at most {}, got ({}, {}, {})", path, kMaxCoordinate,
-                              point[0], point[1], point[2]);
-    }
-  }
-  return ok_status();
-}
-
-Status check_reflectance(const std::string& path, const RgbColor& color) {
-  for (const float value : {color.r, color.g, color.b}) {
-    if (!(value >= 0 && value <= 1)) {
-      return invalid_argument("{}: each component must be in [0, 1], got ({}, {}, {})", path, color.r, color.g,
-                              color.b);
-    }
-  }
-  return ok_status();
-}
-
-Status check_power(const std::string& path, const RgbColor& color) {
-  constexpr float kLimit = 1e20f;
-  for (const float value : {color.r, color.g, color.b}) {
-    if (!(value >= 0 && value <= kLimit)) {
-      return invalid_argument("{}: each component must be in [0, {}], got ({}, {}, {})", path, kLimit, color.r, color.g,
-                              color.b);
-    }
-  }
-  return ok_status();
-}
 
 Status check_film(const FilmSettings& film) {
   if (film.width < 1 || film.width > kMaxFilmSide) {
@@ -58,15 +27,7 @@ Status check_material(const std::string& path, const Material& material) {
   if (material.name.empty()) {
     return invalid_argument("{}.name: must not be empty", path);
   }
-  if (const auto* diffuse = std::get_if<DiffuseMaterial>(&material.kind)) {
-    LM_RETURN_IF_ERROR(check_reflectance(path + ".diffuse.reflectance", diffuse->reflectance.rgb));
-  } else if (const auto* mirror = std::get_if<MirrorMaterial>(&material.kind)) {
-    LM_RETURN_IF_ERROR(check_reflectance(path + ".mirror.reflectance", mirror->reflectance.rgb));
-  } else if (const auto* glass = std::get_if<DielectricMaterial>(&material.kind)) {
-    if (!(glass->ior > 0 && glass->ior <= kMaxIor)) {
-      return invalid_argument("{}.dielectric.ior: must be in (0, {}], got {}", path, kMaxIor, glass->ior);
-    }
-  }
+  LM_RETURN_IF_ERROR(check_material_kind(path, material));
   return check_power(path + ".emission", material.emission.rgb);
 }
 
@@ -151,6 +112,11 @@ Status check_counts(const Scene& scene) {
   LM_RETURN_IF_ERROR(within("textures", scene.textures.size()));
   LM_RETURN_IF_ERROR(within("materials", scene.materials.size()));
   LM_RETURN_IF_ERROR(within("objects", scene.objects.size()));
+  const auto media =
+      static_cast<std::size_t>(std::count_if(scene.materials.begin(), scene.materials.end(), is_boundary));
+  if (media > kMaxMedia) {
+    return invalid_argument("materials: at most {} may be dielectric or transmit, got {}", kMaxMedia, media);
+  }
   LM_RETURN_IF_ERROR(within("lights", scene.point_lights.size()));
   if (scene.objects.empty()) {
     return invalid_argument("objects: the scene is empty, at least one object is expected");

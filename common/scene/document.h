@@ -23,6 +23,11 @@ inline constexpr double kMaxIor = 10;           ///< of a dielectric
 inline constexpr double kMaxFilterRadius = 16;  ///< pixels
 inline constexpr std::size_t kMaxSceneEntries = 1'000'000;  ///< textures, materials, objects and lights, of each
 
+inline constexpr double kMaxComplexIndex = 1000;   ///< of a metal's n and k
+inline constexpr double kMaxPhongExponent = 1e6;   ///< beyond, single precision knows no direction so exact
+inline constexpr std::size_t kMaxMedia = 65'535;   ///< materials that light passes into
+inline constexpr double kMaxAbsorption = 0x1p100;  ///< per scene unit: lets nothing through
+
 /// Linear RGB with Rec. 709 primaries. Another kind (a spectrum) could join as an alternative in the schema.
 struct RgbColor {
   float r = 0, g = 0, b = 0;
@@ -84,17 +89,52 @@ struct DiffuseMaterial {
 struct MirrorMaterial {
   TexturedColor reflectance{1, 1, 1};  ///< each in [0, 1]
 };
-/// A smooth dielectric: Fresnel reflection and refraction, total internal reflection.
+/// A dielectric: Fresnel reflection and refraction, total internal reflection.
 struct DielectricMaterial {
-  double ior = 1.5;  ///< inside (behind the outward normal) relative to outside; in (0, 10], 1 means nothing is there
+  double ior = 1.5;      ///< of what is behind the outward normal, in (0, 10]; 1 means nothing is there
+  double roughness = 0;  ///< GGX's √α, in [0, 1]; 0 is smooth
+};
+/// Phong's model, energy conserved: a diffuse part and a lobe about the mirror direction.
+struct PhongMaterial {
+  TexturedColor diffuse;   ///< albedo, each in [0, 1]
+  TexturedColor specular;  ///< albedo at normal incidence; diffuse + specular <= 1 in each channel
+  double exponent = 10;    ///< in [0, 1e6]
+};
+/// A metal by its complex index of refraction.
+struct ConductorMaterial {
+  RgbColor eta{0, 0, 0}, k{1, 1, 1};  ///< n and k per channel, each in [0, 1000], not both 0
+  double roughness = 0;               ///< GGX's √α, in [0, 1]; 0 is smooth
+};
+/// Layers as in common/materials/principled.h.
+struct PrincipledMaterial {
+  TexturedColor base_color{0.8f, 0.8f, 0.8f};                              ///< each in [0, 1]
+  double metallic = 0, roughness = 0.5, specular = 0.5, transmission = 0;  ///< each in [0, 1]
+  double ior = 1.5;                                                        ///< in (0, 10]
+  double coat = 0, coat_roughness = 0.03;                                  ///< each in [0, 1]
+};
+
+/// What fills a closed shape of glass.
+struct Medium {
+  RgbColor absorption;  ///< σ per scene unit, each in [0, kMaxAbsorption]: Bouguer's law exp(−σ · length)
+  friend bool operator==(const Medium&, const Medium&) = default;
 };
 
 struct Material {
   std::string name;
-  std::variant<DiffuseMaterial, MirrorMaterial, DielectricMaterial> kind;
+  std::variant<DiffuseMaterial, MirrorMaterial, DielectricMaterial, PhongMaterial, ConductorMaterial,
+               PrincipledMaterial>
+      kind;
   TexturedColor emission;           ///< radiance, W/(m² sr); zero where the material does not emit
   bool two_sided_emission = false;  ///< else only on the side that the geometric normal points to
+  Medium interior = {};             ///< of dielectrics and principled materials that transmit
+  std::int32_t priority = 0;        ///< where such materials overlap, the medium of the highest priority is there
 };
+
+/// Whether light passes into what is behind the surface: a dielectric, or a principled material that transmits.
+bool is_boundary(const Material& material);
+
+/// σ = 1/ρ − 1 of each component in [0, 1]; kMaxAbsorption where that is more.
+RgbColor absorption_of_color(const RgbColor& color);
 
 /// An indexed triangle mesh kept as an asset (common/scene/mesh.h).
 struct MeshShape {

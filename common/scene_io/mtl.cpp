@@ -1,6 +1,7 @@
 #include "common/scene_io/mtl.h"
 
 #include <algorithm>
+#include <cmath>
 #include <set>
 
 #include "common/scene_io/mtl_map.h"
@@ -119,14 +120,8 @@ RgbColor cut_to_one(const MtlMaterial& material, std::string_view keyword, const
 
 std::string_view illum_name(int illum) {
   switch (illum) {
-    case 2:
-      return " (highlight)";
     case 10:
       return " (holdout)";
-    case 11:
-      return " (metal)";
-    case 12:
-      return " (absorbing glass)";
     case 13:
     case 14:
       return " (scattering)";
@@ -158,6 +153,71 @@ bool ka_emits(const std::vector<MtlMaterial>& materials, KaMeaning meaning, std:
   }
   notices.push_back(fmt::format("Ka was read as emission, because only some materials have it: {}", names));
   return true;
+}
+
+RgbColor diffuse_color(const MtlMaterial& material, bool emits, std::vector<std::string>& notices) {
+  const RgbColor fallback = emits ? RgbColor{} : RgbColor{0.5f, 0.5f, 0.5f};
+  return cut_to_one(material, "Kd", material.kd.value_or(fallback), notices);
+}
+
+PhongMaterial phong(const MtlMaterial& material, const RgbColor& kd, std::vector<std::string>& notices) {
+  const RgbColor ks = cut_to_one(material, "Ks", *material.ks, notices);
+  const float most = std::max({kd.r + ks.r, kd.g + ks.g, kd.b + ks.b});
+  const double exponent = std::clamp(material.exponent.value_or(10), 0.0, kMaxPhongExponent);
+  if (most <= 1) {
+    return {kd, ks, exponent};
+  }
+  notices.push_back(
+      fmt::format("{}:{}: Kd + Ks of material \"{}\" is above 1, both were scaled down by it: a surface cannot reflect "
+                  "more than it gets",
+                  material.file, material.line, material.name));
+  const float scale = 1 / most;
+  return {RgbColor{kd.r * scale, kd.g * scale, kd.b * scale}, RgbColor{ks.r * scale, ks.g * scale, ks.b * scale},
+          exponent};
+}
+
+/// As bright at normal incidence as Ks says, as rough as a lobe of exponent Ns: α² = 2/(Ns + 2) (Walter et al. 2007).
+PrincipledMaterial metal(const MtlMaterial& material, std::vector<std::string>& notices) {
+  PrincipledMaterial out;
+  out.base_color = is_lit(material.ks)   ? cut_to_one(material, "Ks", *material.ks, notices)
+                   : is_lit(material.kd) ? cut_to_one(material, "Kd", *material.kd, notices)
+                                         : RgbColor{1, 1, 1};
+  out.metallic = 1;
+  out.roughness = material.exponent ? std::pow(2 / (std::max(*material.exponent, 0.0) + 2), 0.25) : 0;
+  return out;
+}
+
+void map_kind(const MtlMaterial& material, Material& mapped, std::vector<std::string>& notices) {
+  const int illum = material.illum.value_or(1);
+  switch (illum) {
+    case 3:
+      mapped.kind =
+          MirrorMaterial{is_lit(material.ks) ? cut_to_one(material, "Ks", *material.ks, notices) : RgbColor{1, 1, 1}};
+      return;
+    case 4:
+      mapped.kind = DielectricMaterial{material.ior.value_or(1.5)};
+      return;
+    case 11:
+      mapped.kind = metal(material, notices);
+      return;
+    case 12:
+      mapped.kind = DielectricMaterial{material.ior.value_or(1.5)};
+      mapped.interior.absorption =
+          absorption_of_color(cut_to_one(material, "Kd", material.kd.value_or(RgbColor{1, 1, 1}), notices));
+      return;
+    default:
+      break;
+  }
+  const RgbColor kd = diffuse_color(material, mapped.two_sided_emission, notices);
+  if (illum == 2 && is_lit(material.ks)) {
+    mapped.kind = phong(material, kd, notices);
+    return;
+  }
+  mapped.kind = DiffuseMaterial{kd};
+  if (illum > 4) {
+    notices.push_back(fmt::format("left out: {}:{}: illum {}{} of material \"{}\"; it is rendered as diffuse",
+                                  material.file, material.line, illum, illum_name(illum), material.name));
+  }
 }
 
 }  // namespace
@@ -205,20 +265,7 @@ std::vector<Material> map_materials(const std::vector<MtlMaterial>& materials, K
       mapped.emission = *material.ka;
     }
     mapped.two_sided_emission = mapped.emission != RgbColor{};
-    const int illum = material.illum.value_or(1);
-    if (illum == 3) {
-      mapped.kind =
-          MirrorMaterial{is_lit(material.ks) ? cut_to_one(material, "Ks", *material.ks, notices) : RgbColor{1, 1, 1}};
-    } else if (illum == 4) {
-      mapped.kind = DielectricMaterial{material.ior.value_or(1.5)};
-    } else {
-      const RgbColor fallback = mapped.two_sided_emission ? RgbColor{} : RgbColor{0.5f, 0.5f, 0.5f};
-      mapped.kind = DiffuseMaterial{cut_to_one(material, "Kd", material.kd.value_or(fallback), notices)};
-      if ((illum == 2 && is_lit(material.ks)) || illum > 4) {
-        notices.push_back(fmt::format("left out: {}:{}: illum {}{} of material \"{}\"; it is rendered as diffuse",
-                                      material.file, material.line, illum, illum_name(illum), material.name));
-      }
-    }
+    map_kind(material, mapped, notices);
     for (const MtlMap& map : material.maps) {
       notices.push_back(fmt::format("left out: {}:{}: {} of material \"{}\"", material.file, material.line, map.keyword,
                                     material.name));

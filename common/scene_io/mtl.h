@@ -47,9 +47,10 @@ Result<std::vector<MtlMaterial>> read_mtl(std::string_view text, const std::stri
 enum class KaMeaning { automatic, emission, ambient };
 
 /// Maps the materials that are rendered together. Emission is two-sided; Ke wins over Ka. illum 0, 1 or none: diffuse
-/// with Kd (grey .5 if absent; black if absent on a lamp); 3: mirror with Ks (white if absent or black); 4: glass with
-/// Ni (1.5 if absent); all others: diffuse, with a notice. Colours above 1 are cut, with a notice. What was assumed of
-/// Ka is a notice too.
+/// with Kd (grey .5 if absent; black if absent on a lamp); 2: Phong with Kd, Ks and Ns (10 if absent), scaled down
+/// where Kd + Ks is above 1; 3: mirror with Ks (white if absent or black); 4: glass with Ni (1.5 if absent); 11: metal
+/// with Ks (or Kd, or white), as rough as Ns says (smooth if absent); 12: glass that absorbs σ = 1/Kd − 1; all others:
+/// diffuse, with a notice. Colours above 1 are cut, with a notice. What was assumed of Ka is a notice too.
 std::vector<Material> map_materials(const std::vector<MtlMaterial>& materials, KaMeaning ka,
                                     std::vector<std::string>& notices);
 

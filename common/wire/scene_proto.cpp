@@ -7,6 +7,7 @@
 #include "common/base/check.h"
 #include "common/wire/deterministic.h"
 #include "common/wire/limits.h"
+#include "common/wire/material_proto.h"
 #include "common/wire/object_proto.h"
 #include "common/wire/scene_values.h"
 #include "common/wire/texture_proto.h"
@@ -29,21 +30,6 @@ v1::PixelFilter::Kind to_wire_filter(FilterKind kind) {
       return v1::PixelFilter::BLACKMAN_HARRIS;
   }
   return v1::PixelFilter::KIND_UNSPECIFIED;
-}
-
-void to_wire_material(const Material& material, const std::vector<TextureImage>& textures, v1::Material* out) {
-  out->set_name(material.name);
-  if (const auto* diffuse = std::get_if<DiffuseMaterial>(&material.kind)) {
-    to_wire_textured(diffuse->reflectance, textures, out->mutable_diffuse()->mutable_reflectance());
-  } else if (const auto* mirror = std::get_if<MirrorMaterial>(&material.kind)) {
-    to_wire_textured(mirror->reflectance, textures, out->mutable_mirror()->mutable_reflectance());
-  } else if (const auto* glass = std::get_if<DielectricMaterial>(&material.kind)) {
-    out->mutable_dielectric()->set_ior(glass->ior);
-  }
-  if (material.emission != TexturedColor{}) {
-    to_wire_textured(material.emission, textures, out->mutable_emission());
-  }
-  out->set_two_sided_emission(material.two_sided_emission);
 }
 
 // ---- messages → values ----
@@ -82,43 +68,6 @@ Result<FilmSettings> film_from_wire(const v1::FilmSettings& film) {
     out.height = film.height();
   }
   LM_ASSIGN_OR_RETURN(out.filter, filter_from_wire(film.filter()));
-  return out;
-}
-
-Result<Material> material_from_wire(const std::string& path, const v1::Material& material,
-                                    const TextureNames& textures) {
-  Material out;
-  out.name = material.name();
-  if (out.name.empty()) {
-    return invalid_argument("{}.name: must not be empty", path);
-  }
-  switch (material.kind_case()) {
-    case v1::Material::kDiffuse: {
-      LM_ASSIGN_OR_RETURN(const TexturedColor reflectance,
-                          textured_from_wire(path + ".diffuse.reflectance", material.diffuse().has_reflectance(),
-                                             material.diffuse().reflectance(), textures));
-      out.kind = DiffuseMaterial{reflectance};
-      break;
-    }
-    case v1::Material::kMirror: {
-      MirrorMaterial mirror;
-      if (material.mirror().has_reflectance()) {
-        LM_ASSIGN_OR_RETURN(mirror.reflectance, textured_from_wire(path + ".mirror.reflectance", true,
-                                                                   material.mirror().reflectance(), textures));
-      }
-      out.kind = mirror;
-      break;
-    }
-    case v1::Material::kDielectric:
-      out.kind = DielectricMaterial{material.dielectric().has_ior() ? material.dielectric().ior() : 1.5};
-      break;
-    case v1::Material::KIND_NOT_SET:
-      return invalid_argument("{}: a kind of material must be given; the kinds are diffuse, mirror, dielectric", path);
-  }
-  if (material.has_emission()) {
-    LM_ASSIGN_OR_RETURN(out.emission, textured_from_wire(path + ".emission", true, material.emission(), textures));
-  }
-  out.two_sided_emission = material.two_sided_emission();
   return out;
 }
 

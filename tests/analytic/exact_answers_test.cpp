@@ -6,69 +6,10 @@
 
 #include <cmath>
 
-#include "tests/support/render_document.h"
+#include "tests/analytic/scene_text.h"
 
 namespace lightmill::test {
 namespace {
-
-/// Rounding (float32 coordinates, offsets off surfaces) may shift an answer by this share.
-constexpr double kRounding = 2e-5;
-
-void expect_answer(const Estimate& estimate, double exact, double max_relative_error) {
-  EXPECT_LT(estimate.standard_error, max_relative_error * exact) << "too noisy to tell";
-  EXPECT_NEAR(estimate.value, exact, 5 * estimate.standard_error + kRounding * exact)
-      << "standard error " << estimate.standard_error;
-}
-
-/// A document with a small square film; `view` is the camera without its field of view.
-std::string document(const std::string& view, double fov_degrees, int size, const std::string& materials,
-                     const std::string& objects, const std::string& lights = "") {
-  return fmt::format(R"({{"camera": {{{}, "vertical_fov_degrees": {}}},
-      "film": {{"width": {}, "height": {}, "filter": {{"kind": "BOX", "radius_pixels": 0.5}}}},
-      "materials": [{}], "objects": [{}], "lights": [{}]}})",
-                     view, fov_degrees, size, size, materials, objects, lights);
-}
-
-std::string gray(double value) {
-  return fmt::format(R"({{"rgb": [{0}, {0}, {0}]}})", value);
-}
-std::string diffuse(const std::string& name, double reflectance, double emission = 0) {
-  return fmt::format(R"({{"name": "{}", "diffuse": {{"reflectance": {}}}, "emission": {}}})", name, gray(reflectance),
-                     gray(emission));
-}
-std::string sphere(const std::string& material, const std::string& center, double radius, bool inward = false) {
-  return fmt::format(
-      R"({{"name": "{0} sphere", "material": "{0}", "sphere": {{"center": {1}, "radius": {2}, "normal_inward": {3}}}}})",
-      material, center, radius, inward);
-}
-std::string mesh(const std::string& material, const std::string& file) {
-  return fmt::format(R"({{"name": "{1}", "material": "{0}", "mesh": {{"file": "{1}"}}}})", material, file);
-}
-/// An OBJ file with one polygon.
-std::string polygon(const std::vector<std::array<double, 3>>& corners) {
-  std::string text, face = "f";
-  for (std::size_t i = 0; i < corners.size(); ++i) {
-    text += fmt::format("v {} {} {}\n", corners[i][0], corners[i][1], corners[i][2]);
-    face += fmt::format(" {}", i + 1);
-  }
-  return text + face + "\n";
-}
-/// The rectangle [x0, x1] × [z0, z1] in the plane y = height, facing up or down.
-std::string horizontal_rectangle(double x0, double x1, double z0, double z1, double height, bool up) {
-  return up ? polygon({{x0, height, z0}, {x0, height, z1}, {x1, height, z1}, {x1, height, z0}})
-            : polygon({{x0, height, z0}, {x1, height, z0}, {x1, height, z1}, {x0, height, z1}});
-}
-/// A square around (0, height, 0).
-std::string horizontal_square(double side, double height, bool up) {
-  return horizontal_rectangle(-side / 2, side / 2, -side / 2, side / 2, height, up);
-}
-/// A square that goes on far beyond what is seen. Its diagonal keeps away from the middle: where two triangles meet,
-/// fast rays may slip through.
-std::string plane(double side, double height, bool up) {
-  return horizontal_rectangle(-0.4 * side, 0.6 * side, -0.55 * side, 0.45 * side, height, up);
-}
-
-const char* const kInside = R"("eye": [0.1, 0.2, 0.3], "look_at": [1, 0.3, 0.2])";
 
 TEST(Furnace, AClosedSphereOfAlbedoAHasRadianceOneOverOneMinusA) {
   for (const double albedo : {0.5, 0.8}) {

@@ -28,8 +28,8 @@ void Batch::start(std::size_t first_pixel, std::size_t last_pixel, const std::ve
     const U8 pixels = U8(static_cast<std::uint32_t>(pixel)) + U8::lane_index();
     const U8 seed = U8::load(&seeds[pixel]);
     const Ray8 rays = primary_rays(scene_, tile_, pixels, seed, plan_.index);
-    ws_.paths.push(
-        lanes, {rays.origin, rays.direction, broadcast(Vec3(1)), F8(0.0f), F8(1.0f), pixels, seed, U8(plan_.index)});
+    ws_.paths.push(lanes, {rays.origin, rays.direction, broadcast(Vec3(1)), F8(0.0f), F8(1.0f), pixels, seed,
+                           U8(plan_.index), scene_.eye_media()});
   }
 }
 
@@ -72,11 +72,21 @@ void Batch::add_untraceable(M8 lanes, const Ray8& rays, U8 slot) {
 void Batch::shade(const Path8& in, M8 lanes, std::uint32_t bounce) {
   const Ray8 rays{in.origin, in.direction, F8(std::numeric_limits<float>::infinity())};
   add_untraceable(lanes, rays, in.slot);
-  const Hit8 hits = scene_.accel().intersect(lanes, rays, bounce == 0);
+  Hit8 hits = scene_.accel().intersect(lanes, rays, bounce == 0);
+  if (scene_.features().media) {
+    Path8 there = in;
+    const Crossing8 crossing = pass_media(there, lanes, hits);
+    shade_hits(there, hits, bounce, crossing);
+  } else {
+    shade_hits(in, hits, bounce, {});
+  }
+}
+
+void Batch::shade_hits(const Path8& in, const Hit8& hits, std::uint32_t bounce, const Crossing8& crossing) {
   if (hits.hit.none()) {
     return;
   }
-  const Surface8 surface = scene_.surface(rays, hits);
+  const Surface8 surface = scene_.surface({in.origin, in.direction, F8(0.0f)}, hits);
   if (bounce == 0 && channels_.shows_surfaces()) {
     store_surfaces(channels_, scene_, hits, surface, in.slot,
                    {ws_.radiance.data(), slots_, ws_.first.empty() ? nullptr : ws_.first.data(), pixels_});
@@ -88,8 +98,12 @@ void Batch::shade(const Path8& in, M8 lanes, std::uint32_t bounce) {
     return;
   }
   // The frame to shade in is on the ray's side of the surface.
-  const Vertex8 vertex{in, surface, select(surface.front, surface.geometric_normal, -surface.geometric_normal),
-                       Frame8(select(surface.front, surface.shading_normal, -surface.shading_normal)), bounce};
+  const Vertex8 vertex{in,
+                       surface,
+                       select(surface.front, surface.geometric_normal, -surface.geometric_normal),
+                       Frame8(select(surface.front, surface.shading_normal, -surface.shading_normal)),
+                       bounce,
+                       crossing};
   if (const auto only = scene_.materials().only_kind()) {
     shade_kind(*only, vertex, hits.hit);
     return;
@@ -122,14 +136,34 @@ void Batch::shade_kind(MaterialKind kind, const Vertex8& vertex, M8 lanes) {
     }
     case MaterialKind::dielectric: {
       const V8 wo = vertex.frame.to_local(-vertex.in.direction);
-      const F8 ior = materials.ior(vertex.surface, lanes);
-      const Dielectric8 bsdf{select(vertex.surface.front, ior, F8(1.0f) / ior)};
+      const Dielectric8 bsdf{relative_index(vertex, lanes)};
       const Path8 start = specular_start(vertex);
       const F8 u = decide(start.index, start.pixel_seed, vertex.bounce, bsdf_decision(vertex.bounce)).u;
       go_on_specular(vertex, start, bsdf.sample(wo, u), lanes);
       return;
     }
+    case MaterialKind::conductor: {
+      const V8 wo = vertex.frame.to_local(-vertex.in.direction);
+      const Conductor8 bsdf = materials.conductor(vertex.surface, lanes);
+      go_on_specular(vertex, specular_start(vertex), bsdf.sample(wo, {}, F8(0.0f)), lanes);
+      return;
+    }
+    case MaterialKind::phong:
+    case MaterialKind::rough_conductor:
+    case MaterialKind::rough_dielectric:
+    case MaterialKind::principled:
+      shade_glossy(kind, vertex, lanes);
+      return;
   }
+}
+
+/// The index of refraction beyond a boundary over that on the ray's side.
+F8 Batch::relative_index(const Vertex8& vertex, M8 lanes) const {
+  if (scene_.features().media) {
+    return vertex.crossing.eta;
+  }
+  const F8 ior = scene_.materials().ior(vertex.surface, lanes);
+  return select(vertex.surface.front, ior, F8(1.0f) / ior);
 }
 
 /// Light that the path finds by itself, weighted against next-event estimation having found it.
@@ -166,6 +200,9 @@ void Batch::leave(const Vertex8& vertex, const BsdfSample8& sample, Path8& out, 
   out.origin = vertex.surface.point + vertex.facing * select(sample.transmitted, -offset, offset);
   out.pdf_solid_angle = sample.pdf_solid_angle;
   out.roulette_scale = out.roulette_scale * (sample.eta * sample.eta);
+  if (scene_.features().media) {
+    out.media = select(sample.transmitted, vertex.crossing.beyond, out.media);
+  }
   const F8 side = dot(out.direction, vertex.facing);
   const M8 wrong = select(sample.transmitted, side > F8(0.0f), side < F8(0.0f));  // never where `side` is no number
   go_on(out, and_not(lanes, wrong), vertex.bounce);

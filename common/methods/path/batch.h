@@ -32,6 +32,7 @@ struct Vertex8 {
   V8 facing;     ///< the geometric normal on the ray's side
   Frame8 frame;  ///< around the shading normal on the ray's side
   std::uint32_t bounce;
+  Crossing8 crossing = {};  ///< of boundaries of media, where the scene has such
 };
 
 /// Holds what all steps of a batch need. `shade_kind` is the one place that knows which materials there are.
@@ -58,7 +59,11 @@ class Batch {
   void add_untraceable(M8 lanes, const Ray8& rays, U8 slot);
   void add_emission(const Path8& in, const Hit8& hits, const Surface8& surface, std::uint32_t bounce);
   void shade(const Path8& in, M8 lanes, std::uint32_t bounce);
+  void shade_hits(const Path8& in, const Hit8& hits, std::uint32_t bounce, const Crossing8& crossing);
   void shade_kind(MaterialKind kind, const Vertex8& vertex, M8 lanes);
+  void shade_glossy(MaterialKind kind, const Vertex8& vertex, M8 lanes);
+  F8 relative_index(const Vertex8& vertex, M8 lanes) const;
+  Crossing8 pass_media(Path8& paths, M8 lanes, Hit8& hits);
 
   /// Next-event estimation and going on, for a BSDF that has a density (common/materials/bsdf.h).
   template <class Bsdf>

@@ -22,8 +22,8 @@ class PathMethod final : public Method {
   std::unique_ptr<Workspace> make_workspace() const override {
     auto ws = std::make_unique<PathWorkspace>();
     const std::size_t capacity = kBatchPixels * SamplePlan(0).splits;
-    ws->paths.reserve(capacity);
-    ws->next.reserve(capacity);
+    ws->paths.reserve(capacity, scene_->features().media);
+    ws->next.reserve(capacity, scene_->features().media);
     ws->shadows.reserve(capacity);
     return ws;
   }

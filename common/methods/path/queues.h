@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "common/math/vec.h"
+#include "common/scene/compiled/medium_table.h"
 
 namespace lightmill::path {
 
@@ -37,13 +38,19 @@ struct Path8 {
   F8 roulette_scale;   ///< brings the throughput to what roulette looks at: times splits, times η² of refractions
   U8 slot;             ///< where its light is added: split · pixels of the tile + pixel
   U8 pixel_seed;
-  U8 index;  ///< point of the path's sequences
+  U8 index;           ///< point of the path's sequences
+  Media8 media = {};  ///< that the path is in; kept only where the scene has such
 };
 
 class PathQueue {
  public:
-  void reserve(std::size_t n) {
+  void reserve(std::size_t n, bool with_media) {
     n += 8;  // stores are eight wide
+    with_media_ = with_media;
+    if (with_media) {
+      media_low_.resize(n);
+      media_high_.resize(n);
+    }
     origin_.resize(n);
     direction_.resize(n);
     throughput_.resize(n);
@@ -64,7 +71,8 @@ class PathQueue {
             F8::load(&roulette_scale_[i]),
             U8::load(&slot_[i]),
             U8::load(&pixel_seed_[i]),
-            U8::load(&index_[i])};
+            U8::load(&index_[i]),
+            with_media_ ? Media8{U8::load(&media_low_[i]), U8::load(&media_high_[i])} : Media8{}};
   }
   /// Appends the lanes of the mask, in order.
   void push(M8 lanes, const Path8& p) {
@@ -79,14 +87,19 @@ class PathQueue {
     lightmill::permute(p.slot, order).store(&slot_[i]);
     lightmill::permute(p.pixel_seed, order).store(&pixel_seed_[i]);
     lightmill::permute(p.index, order).store(&index_[i]);
+    if (with_media_) {
+      lightmill::permute(p.media.low, order).store(&media_low_[i]);
+      lightmill::permute(p.media.high, order).store(&media_high_[i]);
+    }
     size_ += std::popcount(static_cast<unsigned>(bits));
   }
 
  private:
   int size_ = 0;
+  bool with_media_ = false;
   VectorArray origin_, direction_, throughput_;
   std::vector<float> pdf_, roulette_scale_;
-  std::vector<std::uint32_t> slot_, pixel_seed_, index_;
+  std::vector<std::uint32_t> slot_, pixel_seed_, index_, media_low_, media_high_;
 };
 
 /// Eight shadow rays and what they bring if nothing is in the way.

@@ -28,7 +28,11 @@ void Batch::shade_scattering(const Vertex8& vertex, const Bsdf& bsdf, M8 lanes) 
     out.slot = in.slot + U8(split * pixels_);
     out.throughput = in.throughput * s.weight * F8(1.0f / static_cast<float>(splits));
     out.roulette_scale = in.roulette_scale * F8(static_cast<float>(splits));
-    leave(vertex, s, out, lanes);
+    if constexpr (Bsdf::kLosesSamples) {
+      leave(vertex, s, out, and_not(lanes, max_component(s.weight) <= F8(0.0f)));
+    } else {
+      leave(vertex, s, out, lanes);
+    }
   }
 }
 
@@ -39,10 +43,7 @@ void Batch::sample_light(const Vertex8& vertex, const Bsdf& bsdf, const V8& wo, 
   const F8 choice =
       scene_.lights().size() > 1 ? decide(in.index, in.pixel_seed, bounce, choice_decision(bounce)).u : F8(0.0f);
   const Pair8 u = decide(in.index, in.pixel_seed, bounce, light_decision(bounce));
-  V8 origin = vertex.surface.point;
-  if constexpr (!Bsdf::kTransmits) {
-    origin = origin + vertex.facing * vertex.surface.offset;
-  }
+  V8 origin = vertex.surface.point + vertex.facing * vertex.surface.offset;
   const LightSample8 light = scene_.lights().sample(origin, choice, u);
   const V8 wi = vertex.frame.to_local(light.wi);
   const F8 side = dot(light.wi, vertex.facing);
@@ -50,7 +51,7 @@ void Batch::sample_light(const Vertex8& vertex, const Bsdf& bsdf, const V8& wo, 
   if constexpr (Bsdf::kTransmits) {
     // Both normals must agree on which side the light is; the shadow ray starts on that side.
     valid = valid & (((wi.z > F8(0.0f)) & (side > F8(0.0f))) | ((wi.z < F8(0.0f)) & (side < F8(0.0f))));
-    origin = origin + vertex.facing * copysign(vertex.surface.offset, side);
+    origin = vertex.surface.point + vertex.facing * copysign(vertex.surface.offset, side);
   } else {
     valid = valid & (wi.z > F8(0.0f)) & (side > F8(0.0f));
   }
@@ -59,9 +60,17 @@ void Batch::sample_light(const Vertex8& vertex, const Bsdf& bsdf, const V8& wo, 
   }
   const F8 weight = select(light.pdf_solid_angle > F8(0.0f),
                            mis_weight(light.pdf_solid_angle, bsdf.pdf_solid_angle(wo, wi)), F8(1.0f));
-  const V8 contribution = in.throughput * bsdf.eval(wo, wi) * light.weight * weight;
-  if constexpr (Bsdf::kHasLobes) {
-    valid = valid & (max_component(contribution) > F8(0.0f));
+  V8 contribution = in.throughput * bsdf.eval(wo, wi) * light.weight * weight;
+  if (scene_.features().media) {
+    Media8 media = in.media;
+    if constexpr (Bsdf::kTransmits) {
+      media = select(wi.z < F8(0.0f), vertex.crossing.beyond, media);
+    }
+    const MediumTable& table = scene_.media();
+    contribution = contribution * table.transmittance(table.current(media), sqrt(length_squared(light.point - origin)));
+  }
+  if constexpr (Bsdf::kLosesSamples) {
+    valid = and_not(valid, max_component(contribution) <= F8(0.0f));
   }
   ws_.shadows.push(valid, {origin, light.point - origin, contribution, in.slot});
 }

@@ -4,6 +4,7 @@
 #include "common/math/transcendental.h"
 #include "common/scene/compiled/compiled_scene.h"
 #include "common/scene/compiled/convert.h"
+#include "common/scene/compiled/eye_media.h"
 #include "common/scene/compiled/mesh_sources.h"
 #include "common/scene/compiled/texture_sources.h"
 #include "common/scene/compiled/world_frame.h"
@@ -79,6 +80,11 @@ class SceneCompiler {
     LM_RETURN_IF_ERROR(out_->accel_->commit());
     out_->frame_ = frame_;
     out_->camera_ = camera_basis(scene_.camera, scene_.film.height, frame_);
+    if (needs_media(scene_, bounds_)) {
+      out_->features_.media = true;
+      out_->media_ = MediumTable(scene_, frame_.scale());
+      out_->eye_media_ = find_eye_media(*out_);
+    }
     out_->filter_ = std::make_unique<FilterTable>(filter_table(scene_.film.filter));
     out_->film_width_ = scene_.film.width;
     out_->film_height_ = scene_.film.height;

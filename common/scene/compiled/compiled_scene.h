@@ -14,6 +14,7 @@
 #include "common/scene/accel/accel.h"
 #include "common/scene/compiled/geometry_table.h"
 #include "common/scene/compiled/material_table.h"
+#include "common/scene/compiled/medium_table.h"
 #include "common/scene/compiled/world_frame.h"
 #include "common/scene/document.h"
 
@@ -36,6 +37,7 @@ struct CameraBasis {
 struct SceneFeatures {
   bool emissive_surfaces = false;
   bool lights = false;  ///< anything that next-event estimation can sample
+  bool media = false;   ///< paths must know which media they are in
 };
 
 class CompiledScene {
@@ -54,6 +56,9 @@ class CompiledScene {
   const Accel& accel() const { return *accel_; }
   const LightTable& lights() const { return lights_; }
   const MaterialTable& materials() const { return materials_; }
+  /// Of what light passes into; `eye_media` are those that the eye is in.
+  const MediumTable& media() const { return media_; }
+  const Media8& eye_media() const { return eye_media_; }
   const CameraBasis& camera() const { return camera_; }
   const WorldFrame& frame() const { return frame_; }
   const FilterTable& filter() const { return *filter_; }
@@ -77,6 +82,8 @@ class CompiledScene {
   std::unique_ptr<Accel> accel_;
   GeometryTable geometry_;
   MaterialTable materials_;
+  MediumTable media_;
+  Media8 eye_media_;
   LightTable lights_;
   CameraBasis camera_;
   WorldFrame frame_;

@@ -6,6 +6,22 @@
 #include "common/scene/compiled/convert.h"
 
 namespace lightmill {
+namespace {
+
+/// Of GGX, from roughness as the document has it.
+float alpha_of(double roughness) {
+  return static_cast<float>(roughness * roughness);
+}
+bool is_smooth(double roughness) {
+  return alpha_of(roughness) < ggx::kSmoothAlpha;
+}
+
+RgbColor normal_reflectance(const ConductorMaterial& metal) {
+  const auto of = [](float n, float k) { return ((n - 1) * (n - 1) + k * k) / ((n + 1) * (n + 1) + k * k); };
+  return {of(metal.eta.r, metal.k.r), of(metal.eta.g, metal.k.g), of(metal.eta.b, metal.k.b)};
+}
+
+}  // namespace
 
 static_assert(kNoTexture == TextureSet::kNone);
 
@@ -31,23 +47,47 @@ void MaterialTable::ColorColumn::add(const TexturedColor& color) {
 
 void MaterialTable::add(const Material& material) {
   MaterialKind kind = MaterialKind::diffuse;
-  TexturedColor reflectance{1, 1, 1};
+  TexturedColor reflectance{1, 1, 1}, specular;
   double ior = 1;
+  Parameters parameters{};
   std::visit(Overloaded{[&](const DiffuseMaterial& m) { reflectance = m.reflectance; },
                         [&](const MirrorMaterial& m) {
                           kind = MaterialKind::mirror;
                           reflectance = m.reflectance;
                         },
                         [&](const DielectricMaterial& m) {
-                          kind = MaterialKind::dielectric;
+                          kind = is_smooth(m.roughness) ? MaterialKind::dielectric : MaterialKind::rough_dielectric;
                           ior = m.ior;
+                          parameters[0] = alpha_of(m.roughness);
+                        },
+                        [&](const PhongMaterial& m) {
+                          kind = MaterialKind::phong;
+                          reflectance = m.diffuse;
+                          specular = m.specular;
+                          parameters[0] = static_cast<float>(m.exponent);
+                        },
+                        [&](const ConductorMaterial& m) {
+                          kind = is_smooth(m.roughness) ? MaterialKind::conductor : MaterialKind::rough_conductor;
+                          reflectance = normal_reflectance(m);
+                          parameters = {alpha_of(m.roughness), m.eta.r, m.eta.g, m.eta.b, m.k.r, m.k.g, m.k.b};
+                        },
+                        [&](const PrincipledMaterial& m) {
+                          kind = MaterialKind::principled;
+                          reflectance = m.base_color;
+                          ior = m.ior;
+                          const std::array<double, 6> values{m.metallic,     m.roughness, m.specular,
+                                                             m.transmission, m.coat,      m.coat_roughness};
+                          std::transform(values.begin(), values.end(), parameters.begin(),
+                                         [](double value) { return static_cast<float>(value); });
                         }},
              material.kind);
   kind_.push_back(static_cast<std::uint32_t>(kind));
   emits_.push_back(is_black(material.emission) ? 0 : material.two_sided_emission ? 2 : 1);
   ior_.push_back(static_cast<float>(ior));
   reflectance_.add(reflectance);
+  specular_.add(specular);
   emission_.add(material.emission);
+  parameters_.insert(parameters_.end(), parameters.begin(), parameters.end());
 }
 
 V8 MaterialTable::texture_at(const ColorColumn& column, const Surface8& surface, M8 lanes) const {

@@ -1,10 +1,14 @@
 // The materials of a scene as the renderer looks them up: structures of arrays, one row a material.
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <optional>
 #include <vector>
 
+#include "common/materials/conductor.h"
+#include "common/materials/phong.h"
+#include "common/materials/principled.h"
 #include "common/materials/texture.h"
 #include "common/math/vec.h"
 #include "common/scene/compiled/geometry_table.h"
@@ -12,7 +16,16 @@
 
 namespace lightmill {
 
-enum class MaterialKind : std::uint32_t { diffuse, mirror, dielectric };
+enum class MaterialKind : std::uint32_t {
+  diffuse,
+  mirror,
+  dielectric,  ///< smooth
+  phong,
+  conductor,  ///< smooth
+  rough_conductor,
+  rough_dielectric,
+  principled,
+};
 
 class MaterialTable {
  public:
@@ -27,10 +40,26 @@ class MaterialTable {
   M8 is_kind(U8 material, MaterialKind kind, M8 lanes) const {
     return lanes & (gather(kind_.data(), material, lanes) == U8(static_cast<std::uint32_t>(kind)));
   }
+  /// The whole of what a diffuse surface or a mirror reflects; of others the colour that they are known by.
   V8 reflectance(const Surface8& surface, M8 lanes) const { return at(reflectance_, surface, lanes); }
   /// How much of light each channel scatters, as far as one colour can say it; 1 for clear glass.
   V8 albedo(const Surface8& surface, M8 lanes) const { return reflectance(surface, lanes); }
   F8 ior(const Surface8& surface, M8 lanes) const { return gather(ior_.data(), surface.material, lanes); }
+  Phong8 phong(const Surface8& surface, M8 lanes) const {
+    return {at(reflectance_, surface, lanes), at(specular_, surface, lanes), parameter(0, surface, lanes)};
+  }
+  Conductor8 conductor(const Surface8& surface, M8 lanes) const {
+    return {{parameter(1, surface, lanes), parameter(2, surface, lanes), parameter(3, surface, lanes)},
+            {parameter(4, surface, lanes), parameter(5, surface, lanes), parameter(6, surface, lanes)},
+            parameter(0, surface, lanes)};
+  }
+  /// Of a rough dielectric.
+  F8 alpha(const Surface8& surface, M8 lanes) const { return parameter(0, surface, lanes); }
+  PrincipledParameters8 principled(const Surface8& surface, M8 lanes) const {
+    return {at(reflectance_, surface, lanes), parameter(0, surface, lanes), parameter(1, surface, lanes),
+            parameter(2, surface, lanes),     parameter(3, surface, lanes), ior(surface, lanes),
+            parameter(4, surface, lanes),     parameter(5, surface, lanes)};
+  }
   V8 emission(const Surface8& surface, M8 lanes) const { return at(emission_, surface, lanes); }
   /// Which hits see emitted light, given the side that was hit.
   M8 emits(const Surface8& surface, M8 lanes) const {
@@ -51,6 +80,11 @@ class MaterialTable {
     return column.textured ? rgb * texture_at(column, surface, lanes) : rgb;
   }
   V8 texture_at(const ColorColumn& column, const Surface8& surface, M8 lanes) const;
+  static constexpr std::uint32_t kParameters = 7;  ///< a material; what they are depends on its kind
+  using Parameters = std::array<float, kParameters>;
+  F8 parameter(std::uint32_t which, const Surface8& surface, M8 lanes) const {
+    return gather(parameters_.data() + which, surface.material * U8(kParameters), lanes);
+  }
   void add(const Material& material);
 
   TextureSet textures_;
@@ -59,8 +93,9 @@ class MaterialTable {
   // One entry a material.
   std::vector<std::uint32_t> kind_;
   std::vector<std::uint32_t> emits_;  ///< 0 never, 1 on the front, 2 on both sides
-  ColorColumn reflectance_, emission_;
+  ColorColumn reflectance_, specular_, emission_;
   std::vector<float> ior_;
+  std::vector<float> parameters_;  ///< numbers of the kinds that have more than colours and an index
 };
 
 }  // namespace lightmill

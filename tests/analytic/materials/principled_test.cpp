@@ -14,6 +14,7 @@ struct Parameters {
   Principled8 seen_from(const V8& wo, M8 front = M8(true)) const {
     return {{broadcast(base_color), F8(metallic), F8(roughness), F8(specular), F8(transmission), F8(ior), F8(coat),
              F8(coat_roughness)},
+            select(front, F8(ior), F8(1 / ior)),
             wo,
             front};
   }

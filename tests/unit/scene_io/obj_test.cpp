@@ -280,19 +280,41 @@ TEST(Mtl, KaEmitsOnlyWhereItCanMeanNothingElse) {
             std::vector<std::string>{"Ka was read as ambient light and left out, because materials emit by Ke"});
 }
 
-TEST(Mtl, WhatIsLeftOutIsSaid) {
+TEST(Mtl, GlossMetalAndAbsorbingGlassAreMapped) {
   std::vector<std::string> notices;
   const auto materials = materials_of(
-      "newmtl a\nKd 2 1 1\nmap_Kd a.png\nnewmtl b\nillum 2\nKs 1 1 1\nnewmtl c\nillum 2\nKs 0 0 0\nnewmtl d\nillum "
-      "11\n",
+      "newmtl a\nillum 2\nKd .5 .4 .3\nKs .2 .2 .2\nNs 42\nnewmtl b\nillum 2\nKd 1 .5 .5\nKs 1 0 0\n"
+      "newmtl c\nillum 11\nKs 1 .8 .3\nNs 30\nnewmtl d\nillum 12\nNi 1.33\nKd .5 1 0\nnewmtl e\nillum 2\nKs 0 0 0\n",
       KaMeaning::automatic, notices);
+  const auto& a = std::get<PhongMaterial>(materials[0].kind);
+  EXPECT_EQ(a.diffuse, (RgbColor{0.5f, 0.4f, 0.3f}));
+  EXPECT_EQ(a.specular, (RgbColor{0.2f, 0.2f, 0.2f}));
+  EXPECT_EQ(a.exponent, 42);
+  const auto& b = std::get<PhongMaterial>(materials[1].kind);
+  EXPECT_EQ(b.diffuse, (RgbColor{0.5f, 0.25f, 0.25f}));
+  EXPECT_EQ(b.specular, (RgbColor{0.5f, 0, 0}));
+  EXPECT_EQ(b.exponent, 10);
+  const auto& c = std::get<PrincipledMaterial>(materials[2].kind);
+  EXPECT_EQ(c.metallic, 1);
+  EXPECT_EQ(c.base_color, (RgbColor{1, 0.8f, 0.3f}));
+  EXPECT_NEAR(c.roughness, 0.5, 1e-9);  // α² = 2/32
+  EXPECT_EQ(std::get<DielectricMaterial>(materials[3].kind).ior, 1.33);
+  EXPECT_EQ(materials[3].interior.absorption, (RgbColor{1, 0, static_cast<float>(kMaxAbsorption)}));
+  EXPECT_TRUE(std::holds_alternative<DiffuseMaterial>(materials[4].kind));
+  EXPECT_EQ(notices, std::vector<std::string>{"box.mtl:6: Kd + Ks of material \"b\" is above 1, both were scaled down "
+                                              "by it: a surface cannot reflect more than it gets"});
+}
+
+TEST(Mtl, WhatIsLeftOutIsSaid) {
+  std::vector<std::string> notices;
+  const auto materials =
+      materials_of("newmtl a\nKd 2 1 1\nmap_Kd a.png\nnewmtl d\nillum 13\n", KaMeaning::automatic, notices);
   EXPECT_EQ(std::get<DiffuseMaterial>(materials[0].kind).reflectance, (RgbColor{1, 1, 1}));
   EXPECT_EQ(notices,
             (std::vector<std::string>{
                 "box.mtl:1: Kd of material \"a\" is above 1 and was cut: a surface cannot reflect more than it gets",
                 "left out: box.mtl:1: map_Kd of material \"a\"",
-                "left out: box.mtl:4: illum 2 (highlight) of material \"b\"; it is rendered as diffuse",
-                "left out: box.mtl:10: illum 11 (metal) of material \"d\"; it is rendered as diffuse"}));
+                "left out: box.mtl:4: illum 13 (scattering) of material \"d\"; it is rendered as diffuse"}));
 }
 
 TEST(Mtl, MapsHaveOptions) {

@@ -1,0 +1,108 @@
+// The kinds of material: ranges and what fits together.
+#include <cmath>
+
+#include "common/base/overloaded.h"
+#include "common/scene/checks.h"
+
+namespace lightmill {
+namespace {
+
+Status check_unit(const std::string& path, double value) {
+  return value >= 0 && value <= 1 ? ok_status() : invalid_argument("{}: must be in [0, 1], got {}", path, value);
+}
+
+Status check_ior(const std::string& path, double ior) {
+  return ior > 0 && ior <= kMaxIor ? ok_status()
+                                   : invalid_argument("{}: must be in (0, {}], got {}", path, kMaxIor, ior);
+}
+
+Status check_components(const std::string& path, const RgbColor& color, double limit) {
+  for (const float value : {color.r, color.g, color.b}) {
+    if (!(value >= 0 && value <= limit)) {
+      return invalid_argument("{}: each component must be in [0, {}], got ({}, {}, {})", path, limit, color.r, color.g,
+                              color.b);
+    }
+  }
+  return ok_status();
+}
+
+Status check_phong(const std::string& path, const PhongMaterial& phong) {
+  LM_RETURN_IF_ERROR(check_reflectance(path + ".diffuse", phong.diffuse.rgb));
+  LM_RETURN_IF_ERROR(check_reflectance(path + ".specular", phong.specular.rgb));
+  constexpr float kRounding = 1e-6f;
+  for (const auto& [d, s] : {std::pair{phong.diffuse.rgb.r, phong.specular.rgb.r},
+                             {phong.diffuse.rgb.g, phong.specular.rgb.g},
+                             {phong.diffuse.rgb.b, phong.specular.rgb.b}}) {
+    if (d + s > 1 + kRounding) {
+      return invalid_argument("{}: diffuse + specular may not exceed 1 in any channel, got {} + {}", path, d, s);
+    }
+  }
+  if (!(phong.exponent >= 0 && phong.exponent <= kMaxPhongExponent)) {
+    return invalid_argument("{}.exponent: must be in [0, {}], got {}", path, kMaxPhongExponent, phong.exponent);
+  }
+  return ok_status();
+}
+
+Status check_conductor(const std::string& path, const ConductorMaterial& metal) {
+  LM_RETURN_IF_ERROR(check_components(path + ".eta", metal.eta, kMaxComplexIndex));
+  LM_RETURN_IF_ERROR(check_components(path + ".k", metal.k, kMaxComplexIndex));
+  for (const auto& [n, k] : {std::pair{metal.eta.r, metal.k.r}, {metal.eta.g, metal.k.g}, {metal.eta.b, metal.k.b}}) {
+    if (n == 0 && k == 0) {
+      return invalid_argument("{}: eta and k may not both be 0 in a channel", path);
+    }
+  }
+  return check_unit(path + ".roughness", metal.roughness);
+}
+
+Status check_principled(const std::string& path, const PrincipledMaterial& m) {
+  LM_RETURN_IF_ERROR(check_reflectance(path + ".base_color", m.base_color.rgb));
+  for (const auto& [field, value] : {std::pair{".metallic", m.metallic},
+                                     {".roughness", m.roughness},
+                                     {".specular", m.specular},
+                                     {".transmission", m.transmission},
+                                     {".coat", m.coat},
+                                     {".coat_roughness", m.coat_roughness}}) {
+    LM_RETURN_IF_ERROR(check_unit(path + field, value));
+  }
+  return check_ior(path + ".ior", m.ior);
+}
+
+}  // namespace
+
+Status check_material_kind(const std::string& path, const Material& material) {
+  LM_RETURN_IF_ERROR(std::visit(
+      Overloaded{
+          [&](const DiffuseMaterial& m) { return check_reflectance(path + ".diffuse.reflectance", m.reflectance.rgb); },
+          [&](const MirrorMaterial& m) { return check_reflectance(path + ".mirror.reflectance", m.reflectance.rgb); },
+          [&](const DielectricMaterial& m) {
+            LM_RETURN_IF_ERROR(check_ior(path + ".dielectric.ior", m.ior));
+            return check_unit(path + ".dielectric.roughness", m.roughness);
+          },
+          [&](const PhongMaterial& m) { return check_phong(path + ".phong", m); },
+          [&](const ConductorMaterial& m) { return check_conductor(path + ".conductor", m); },
+          [&](const PrincipledMaterial& m) { return check_principled(path + ".principled", m); }},
+      material.kind));
+  LM_RETURN_IF_ERROR(check_components(path + ".interior.absorption", material.interior.absorption, kMaxAbsorption));
+  if (!is_boundary(material) && (material.interior != Medium{} || material.priority != 0)) {
+    return invalid_argument("{}.{}: only a dielectric, or a principled material with transmission, has an inside", path,
+                            material.interior != Medium{} ? "interior" : "priority");
+  }
+  return ok_status();
+}
+
+bool is_boundary(const Material& material) {
+  if (const auto* principled = std::get_if<PrincipledMaterial>(&material.kind)) {
+    return principled->transmission > 0 && principled->metallic < 1;
+  }
+  return std::holds_alternative<DielectricMaterial>(material.kind);
+}
+
+RgbColor absorption_of_color(const RgbColor& color) {
+  const auto absorption = [](float value) {
+    return value > 0 ? static_cast<float>(std::min(1.0 / value - 1.0, kMaxAbsorption))
+                     : static_cast<float>(kMaxAbsorption);
+  };
+  return {absorption(color.r), absorption(color.g), absorption(color.b)};
+}
+
+}  // namespace lightmill

@@ -1,0 +1,73 @@
+// What fills closed shapes: the media of a scene, and which of them a path is in.
+//
+// Shapes may be nested, touch or overlap: where several are, the medium of the highest priority is there, of equals the
+// one that was entered last. Schmidt and Budge 2002, "Simple Nested Dielectrics in Ray Traced Images".
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "common/math/exp_log.h"
+#include "common/math/vec.h"
+#include "common/scene/compiled/world_frame.h"
+#include "common/scene/document.h"
+
+namespace lightmill {
+
+/// The media that eight paths are in: up to four of 16 bits each, those entered first in the low bits; 0 is none.
+struct Media8 {
+  U8 low, high;
+};
+inline Media8 select(M8 mask, const Media8& yes, const Media8& no) {
+  return {select(mask, yes.low, no.low), select(mask, yes.high, no.high)};
+}
+
+/// What crossing a surface means.
+struct Crossing8 {
+  F8 eta;         ///< index of refraction beyond the surface over that on the ray's side
+  Media8 beyond;  ///< the media there
+  M8 real;        ///< there is a change of medium; else another medium is on both sides, and light does not notice
+};
+
+/// One medium for each material that light passes into, from 1; 0 is the empty space outside of all.
+class MediumTable {
+ public:
+  static constexpr int kMaxDepth = 4;  ///< where more shapes overlap, those entered first are forgotten
+
+  MediumTable() = default;
+  /// `length_scale`: of the frame to render in over scene units.
+  MediumTable(const Scene& scene, double length_scale);
+
+  /// Of a material, 0 if it has none.
+  U8 of_material(U8 material, M8 lanes) const { return gather(of_material_.data(), material, lanes); }
+  std::uint32_t of_material(std::uint32_t material) const { return of_material_[material]; }
+
+  /// The one of the media that is where they all are.
+  U8 current(const Media8& media) const;
+  /// Of a ray that meets the boundary of `medium` (not 0) from outside or from inside.
+  Crossing8 cross(const Media8& media, U8 medium, M8 from_outside) const;
+
+  /// Bouguer's law along a way in a medium; lengths may be infinite.
+  V8 transmittance(U8 medium, F8 length) const {
+    const M8 all(true);
+    const V8 sigma = gather3(absorption_.data(), medium, all);
+    // 0 · ∞ is 0 here.
+    const auto along = [&](F8 s) { return exp(-masked(s > F8(0.0f), s * length)); };
+    return {along(sigma.x), along(sigma.y), along(sigma.z)};
+  }
+
+  static Media8 entered(const Media8& media, U8 medium);
+  static Media8 left(const Media8& media, U8 medium);
+
+ private:
+  std::vector<std::uint32_t> of_material_;
+  // One entry a medium (3 for colours); the first is the outside.
+  std::vector<std::uint32_t> priority_;  ///< as signed integers
+  std::vector<float> ior_, absorption_;
+};
+
+/// Whether paths must know which media they are in: where something absorbs or has a priority, or shapes that light
+/// passes into may overlap. Else each boundary is one between its medium and the outside.
+bool needs_media(const Scene& scene, const std::vector<Bounds>& object_bounds);
+
+}  // namespace lightmill

@@ -1,0 +1,196 @@
+#include "common/wire/material_proto.h"
+
+#include "common/materials/metals.h"
+#include "common/scene/checks.h"
+#include "common/wire/scene_values.h"
+#include "lightmill/v1/scene.pb.h"
+
+namespace lightmill {
+namespace {
+
+using Textures = std::vector<TextureImage>;
+
+// ---- values → messages ----
+
+void to_wire_kind(const DiffuseMaterial& m, const Textures& textures, v1::Material* out) {
+  to_wire_textured(m.reflectance, textures, out->mutable_diffuse()->mutable_reflectance());
+}
+void to_wire_kind(const MirrorMaterial& m, const Textures& textures, v1::Material* out) {
+  to_wire_textured(m.reflectance, textures, out->mutable_mirror()->mutable_reflectance());
+}
+void to_wire_kind(const DielectricMaterial& m, const Textures&, v1::Material* out) {
+  out->mutable_dielectric()->set_ior(m.ior);
+  out->mutable_dielectric()->set_roughness(m.roughness);
+}
+void to_wire_kind(const PhongMaterial& m, const Textures& textures, v1::Material* out) {
+  to_wire_textured(m.diffuse, textures, out->mutable_phong()->mutable_diffuse());
+  to_wire_textured(m.specular, textures, out->mutable_phong()->mutable_specular());
+  out->mutable_phong()->set_exponent(m.exponent);
+}
+void to_wire_kind(const ConductorMaterial& m, const Textures&, v1::Material* out) {
+  to_wire_color(m.eta, out->mutable_conductor()->mutable_eta());
+  to_wire_color(m.k, out->mutable_conductor()->mutable_k());
+  out->mutable_conductor()->set_roughness(m.roughness);
+}
+void to_wire_kind(const PrincipledMaterial& m, const Textures& textures, v1::Material* out) {
+  v1::Material::Principled* p = out->mutable_principled();
+  to_wire_textured(m.base_color, textures, p->mutable_base_color());
+  p->set_metallic(m.metallic);
+  p->set_roughness(m.roughness);
+  p->set_specular(m.specular);
+  p->set_transmission(m.transmission);
+  p->set_ior(m.ior);
+  p->set_coat(m.coat);
+  p->set_coat_roughness(m.coat_roughness);
+}
+
+// ---- messages → values ----
+
+/// Leaves `out` as it is where the colour is not given.
+Status optional_color(const std::string& path, bool given, const v1::Color& color, const TextureNames& textures,
+                      TexturedColor& out) {
+  if (given) {
+    LM_ASSIGN_OR_RETURN(out, textured_from_wire(path, true, color, textures));
+  }
+  return ok_status();
+}
+
+Result<PhongMaterial> phong_from_wire(const std::string& path, const v1::Material::Phong& phong,
+                                      const TextureNames& textures) {
+  PhongMaterial out;
+  LM_RETURN_IF_ERROR(optional_color(path + ".diffuse", phong.has_diffuse(), phong.diffuse(), textures, out.diffuse));
+  LM_RETURN_IF_ERROR(
+      optional_color(path + ".specular", phong.has_specular(), phong.specular(), textures, out.specular));
+  if (phong.has_exponent()) {
+    out.exponent = phong.exponent();
+  }
+  return out;
+}
+
+Result<ConductorMaterial> conductor_from_wire(const std::string& path, const v1::Material::Conductor& conductor) {
+  ConductorMaterial out;
+  out.roughness = conductor.roughness();
+  if (conductor.metal().empty()) {
+    if (!conductor.has_eta() && !conductor.has_k()) {
+      return invalid_argument("{}: metal, or eta and k must be given", path);
+    }
+    LM_ASSIGN_OR_RETURN(out.eta, color_from_wire(path + ".eta", conductor.has_eta(), conductor.eta()));
+    LM_ASSIGN_OR_RETURN(out.k, color_from_wire(path + ".k", conductor.has_k(), conductor.k()));
+    return out;
+  }
+  if (conductor.has_eta() || conductor.has_k()) {
+    return invalid_argument("{}.metal: eta and k are those of the metal, they may not be given too", path);
+  }
+  const std::optional<Metal> metal = find_metal(conductor.metal());
+  if (!metal) {
+    std::string names;
+    for (const Metal& known : metals()) {
+      names += (names.empty() ? "" : ", ") + std::string(known.name);
+    }
+    return invalid_argument("{}.metal: unknown metal \"{}\"; the metals are {}", path, conductor.metal(), names);
+  }
+  out.eta = {metal->eta[0], metal->eta[1], metal->eta[2]};
+  out.k = {metal->k[0], metal->k[1], metal->k[2]};
+  return out;
+}
+
+Result<PrincipledMaterial> principled_from_wire(const std::string& path, const v1::Material::Principled& p,
+                                                const TextureNames& textures) {
+  PrincipledMaterial out;
+  LM_RETURN_IF_ERROR(
+      optional_color(path + ".base_color", p.has_base_color(), p.base_color(), textures, out.base_color));
+  out.metallic = p.metallic();
+  out.roughness = p.has_roughness() ? p.roughness() : out.roughness;
+  out.specular = p.has_specular() ? p.specular() : out.specular;
+  out.transmission = p.transmission();
+  out.ior = p.has_ior() ? p.ior() : out.ior;
+  out.coat = p.coat();
+  out.coat_roughness = p.has_coat_roughness() ? p.coat_roughness() : out.coat_roughness;
+  return out;
+}
+
+Status kind_from_wire(const std::string& path, const v1::Material& material, const TextureNames& textures,
+                      Material& out) {
+  switch (material.kind_case()) {
+    case v1::Material::kDiffuse: {
+      LM_ASSIGN_OR_RETURN(const TexturedColor reflectance,
+                          textured_from_wire(path + ".diffuse.reflectance", material.diffuse().has_reflectance(),
+                                             material.diffuse().reflectance(), textures));
+      out.kind = DiffuseMaterial{reflectance};
+      return ok_status();
+    }
+    case v1::Material::kMirror: {
+      MirrorMaterial mirror;
+      LM_RETURN_IF_ERROR(optional_color(path + ".mirror.reflectance", material.mirror().has_reflectance(),
+                                        material.mirror().reflectance(), textures, mirror.reflectance));
+      out.kind = mirror;
+      return ok_status();
+    }
+    case v1::Material::kDielectric:
+      out.kind = DielectricMaterial{material.dielectric().has_ior() ? material.dielectric().ior() : 1.5,
+                                    material.dielectric().roughness()};
+      return ok_status();
+    case v1::Material::kPhong: {
+      LM_ASSIGN_OR_RETURN(out.kind, phong_from_wire(path + ".phong", material.phong(), textures));
+      return ok_status();
+    }
+    case v1::Material::kConductor: {
+      LM_ASSIGN_OR_RETURN(out.kind, conductor_from_wire(path + ".conductor", material.conductor()));
+      return ok_status();
+    }
+    case v1::Material::kPrincipled: {
+      LM_ASSIGN_OR_RETURN(out.kind, principled_from_wire(path + ".principled", material.principled(), textures));
+      return ok_status();
+    }
+    case v1::Material::KIND_NOT_SET:
+      break;
+  }
+  return invalid_argument(
+      "{}: a kind of material must be given; the kinds are diffuse, mirror, dielectric, phong, conductor, principled",
+      path);
+}
+
+Result<Medium> medium_from_wire(const std::string& path, const v1::Material::Medium& medium) {
+  Medium out;
+  if (medium.has_absorption()) {
+    LM_ASSIGN_OR_RETURN(out.absorption, color_from_wire(path + ".absorption", true, medium.absorption()));
+  } else if (medium.has_color()) {
+    LM_ASSIGN_OR_RETURN(const RgbColor color, color_from_wire(path + ".color", true, medium.color()));
+    LM_RETURN_IF_ERROR(check_reflectance(path + ".color", color));
+    out.absorption = absorption_of_color(color);
+  }
+  return out;
+}
+
+}  // namespace
+
+void to_wire_material(const Material& material, const Textures& textures, v1::Material* out) {
+  out->set_name(material.name);
+  std::visit([&](const auto& kind) { to_wire_kind(kind, textures, out); }, material.kind);
+  if (material.emission != TexturedColor{}) {
+    to_wire_textured(material.emission, textures, out->mutable_emission());
+  }
+  out->set_two_sided_emission(material.two_sided_emission);
+  if (material.interior != Medium{}) {
+    to_wire_color(material.interior.absorption, out->mutable_interior()->mutable_absorption());
+  }
+  out->set_priority(material.priority);
+}
+
+Result<Material> material_from_wire(const std::string& path, const v1::Material& material,
+                                    const TextureNames& textures) {
+  Material out;
+  out.name = material.name();
+  if (out.name.empty()) {
+    return invalid_argument("{}.name: must not be empty", path);
+  }
+  LM_RETURN_IF_ERROR(kind_from_wire(path, material, textures, out));
+  LM_RETURN_IF_ERROR(
+      optional_color(path + ".emission", material.has_emission(), material.emission(), textures, out.emission));
+  out.two_sided_emission = material.two_sided_emission();
+  LM_ASSIGN_OR_RETURN(out.interior, medium_from_wire(path + ".interior", material.interior()));
+  out.priority = material.priority();
+  return out;
+}
+
+}  // namespace lightmill

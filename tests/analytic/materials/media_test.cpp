@@ -1,0 +1,167 @@
+// What fills glass: Bouguer's law, nested and overlapping shapes, an eye inside; all through public scene documents.
+#include <cmath>
+
+#include "tests/analytic/scene_text.h"
+
+namespace lightmill::test {
+namespace {
+
+std::string medium(const std::string& name, double ior, const std::string& interior, int priority = 0) {
+  return fmt::format(R"({{"name": "{}", "dielectric": {{"ior": {}}}, "interior": {{{}}}, "priority": {}}})", name, ior,
+                     interior, priority);
+}
+std::string absorbing(double sigma) {
+  return R"("absorption": )" + gray(sigma);
+}
+
+/// A slab in 0 > y > −thickness … its two faces.
+struct Slab {
+  std::string material;
+  double top, bottom;
+};
+
+/// A lamp of radiance 1 below everything, seen straight down through slabs.
+Estimate seen_through(const std::string& materials, const std::vector<Slab>& slabs, bool from_below = false) {
+  std::string objects = mesh("lamp", "lamp.obj");
+  std::map<std::string, std::string> files;
+  for (const Slab& slab : slabs) {
+    const std::string name = fmt::format("{}{}", slab.material, files.size());
+    objects += fmt::format(",{},{}", mesh(slab.material, name + "top.obj"), mesh(slab.material, name + "bottom.obj"));
+    files[name + "top.obj"] = plane(60, slab.top, true);
+    files[name + "bottom.obj"] = plane(60, slab.bottom, false);
+  }
+  const double sign = from_below ? -1 : 1;
+  files["lamp.obj"] = plane(60, sign * -9, !from_below);
+  const auto scene = TestScene::from_text(
+      document(fmt::format(R"("eye": [0.1, {}, 0.2], "look_at": [0.1, 0, 0.2], "up": [1, 0, 0])", sign * 8), 0.01, 8,
+               diffuse("lamp", 0, 1) + "," + materials, objects),
+      files);
+  return mean_of(scene.render({"path", 40, 0}, 12), 0);
+}
+
+TEST(Media, AnAbsorbingSlabTransmitsWhatItsInnerReflectionsSumTo) {
+  const struct { double depth, exact; } cases[] = {{0.1, 0.8349920}, {1, 0.3391111}, {3, 0.0458839}};
+  for (const auto& c : cases) {
+    expect_answer(seen_through(medium("glass", 1.5, absorbing(c.depth / 2)), {{"glass", 1, -1}}), c.exact, 1e-2);
+  }
+  // Another index: R = ((n − 1)/(n + 1))² = 1/9, t = e^−.7.
+  const double r = 1.0 / 9, t = std::exp(-0.7);
+  expect_answer(seen_through(medium("glass", 2, absorbing(0.7)), {{"glass", 0.5, -0.5}}),
+                (1 - r) * (1 - r) * t / (1 - r * r * t * t), 2e-3);
+}
+
+TEST(Media, AColourIsWhatAUnitPathIsToldBy) {
+  const struct { double color, exact; } cases[] = {{0.5, 0.3678794}, {0.9, 0.8948393}, {1, 1}, {0.2, std::exp(-4)}};
+  for (const auto& c : cases) {
+    const Estimate seen = seen_through(medium("m", 1, R"("color": )" + gray(c.color)), {{"m", 0.5, -0.5}});
+    expect_answer(seen, c.exact, 1e-2);
+  }
+  EXPECT_EQ(seen_through(medium("m", 1, R"("color": )" + gray(0)), {{"m", 0.5, -0.5}}).value, 0);
+}
+
+TEST(Media, TheScaleOfASceneDoesNotChangeWhatIsLeft) {
+  for (const double scale : {1e-3, 1e3}) {
+    const auto scene = TestScene::from_text(
+        document(fmt::format(R"("eye": [0, {}, 0], "look_at": [0, 0, 0], "up": [1, 0, 0])", 3 * scale), 0.01, 8,
+                 diffuse("lamp", 0, 1) + "," + medium("m", 1, absorbing(0.8 / scale)),
+                 sphere("lamp", "[0, 0, 0]", 5 * scale, true) + "," + sphere("m", "[0, 0, 0]", scale)));
+    expect_answer(mean_of(scene.render({"path", 41, 0}, 12), 0), std::exp(-1.6), 5e-3);
+  }
+}
+
+TEST(Media, TheInnerOfNestedShapesIsWhatIsThere) {
+  // Two units of the outer one, one of the inner one.
+  const std::string materials = medium("outer", 1, absorbing(0.3)) + "," + medium("inner", 1, absorbing(1.1));
+  const std::vector<Slab> slabs{{"outer", 2, -1}, {"inner", 1, 0}};
+  expect_answer(seen_through(materials, slabs), std::exp(-2 * 0.3 - 1.1), 5e-3);
+  expect_answer(seen_through(materials, slabs, true), std::exp(-2 * 0.3 - 1.1), 5e-3);
+}
+
+TEST(Media, WhereShapesOverlapPriorityDecides) {
+  // a fills [0, 2], b [1, 3]: one unit is claimed by both.
+  const std::vector<Slab> slabs{{"a", 2, 0}, {"b", 3, 1}};
+  for (const int priority : {-1, 1}) {
+    const std::string materials =
+        medium("a", 1, absorbing(0.3), priority) + "," + medium("b", 1, absorbing(1.1), -priority);
+    const double exact = priority > 0 ? std::exp(-2 * 0.3 - 1.1) : std::exp(-0.3 - 2 * 1.1);
+    expect_answer(seen_through(materials, slabs), exact, 5e-3);
+    expect_answer(seen_through(materials, slabs, true), exact, 5e-3);
+  }
+}
+
+/// Transmittance of a row of interfaces between media of these indices, each layer with its transmittance: reflections
+/// between them summed as in a stack of plates (Stokes 1862).
+double stack_transmittance(const std::vector<double>& indices, const std::vector<double>& layers) {
+  double t = 1, r_back = 0;  // of all above, and what that reflects upwards-bound light by
+  for (std::size_t i = 0; i + 1 < indices.size(); ++i) {
+    const double layer = i == 0 ? 1 : layers[i - 1];
+    const double a = indices[i], b = indices[i + 1], r = std::pow((a - b) / (a + b), 2);
+    const double back = r_back * layer * layer;
+    t = t * layer * (1 - r) / (1 - back * r);
+    r_back = r + (1 - r) * (1 - r) * back / (1 - back * r);
+  }
+  return t;
+}
+
+TEST(Media, NestedGlassRefractsByTheRatioOfItsIndices) {
+  const std::string materials = medium("water", 1.33, absorbing(0.2)) + "," + medium("flint", 1.8, absorbing(0.5));
+  const double exact = stack_transmittance({1, 1.33, 1.8, 1.33, 1}, {std::exp(-0.2), std::exp(-0.5), std::exp(-0.2)});
+  expect_answer(seen_through(materials, {{"water", 2, -1}, {"flint", 1, 0}}), exact, 5e-3);
+  // A drop that reaches into the glass it lies on, as one should model it: there is one face between the two.
+  const std::string overlapping = medium("water", 1.33, absorbing(0.2)) + "," + medium("flint", 1.8, absorbing(0.5), 1);
+  expect_answer(seen_through(overlapping, {{"water", 2, 0.9}, {"flint", 1, 0}}),
+                stack_transmittance({1, 1.33, 1.8, 1}, {std::exp(-0.2), std::exp(-0.5)}), 2e-3);
+}
+
+TEST(Media, SheetsOfOneGlassThatOverlapAreOneSheet) {
+  const double r = 0.04;
+  expect_answer(seen_through(medium("glass", 1.5, ""), {{"glass", 2, 0.5}, {"glass", 1, 0}}), (1 - r) / (1 + r), 1e-3);
+}
+
+TEST(Media, ClearGlassInGlassHidesInUniformLight) {
+  for (const int priority : {0, 3}) {
+    const auto scene = TestScene::from_text(
+        document(R"("eye": [0, 0, 4], "look_at": [0, 0, 0])", 30, 32,
+                 diffuse("sky", 0, 1) + "," + medium("a", 1.5, "") + "," + medium("b", 1.2, "", priority) + "," +
+                     medium("c", 2, ""),
+                 sphere("sky", "[0, 0, 0]", 10, true) + "," + sphere("a", "[0, 0, 0]", 1) + "," +
+                     sphere("b", "[0.3, 0.2, 0.4]", 0.6) + "," + sphere("c", "[0.1, -0.4, 0]", 0.3)));
+    expect_answer(mean_of(scene.render({"path", 42, 0}, 8), 0), 1, 1e-3);
+  }
+}
+
+TEST(Media, AnEyeInsideAbsorbingGlassSeesTheSkyBrighter) {
+  // Along a diameter: radiance is n² denser inside, (1 − R) of it enters, and what is reflected comes back from the
+  // other side.
+  const double n = 1.5, r = 0.04, sigma = 0.6;
+  const auto scene =
+      TestScene::from_text(document(R"("eye": [0, 0, 0], "look_at": [0, 0, -1])", 0.01, 8,
+                                    diffuse("sky", 0, 1) + "," + medium("glass", n, absorbing(sigma)),
+                                    sphere("sky", "[0, 0, 0]", 10, true) + "," + sphere("glass", "[0, 0, 0]", 1)));
+  const double exact = n * n * (1 - r) * std::exp(-sigma) / (1 - r * std::exp(-2 * sigma));
+  expect_answer(mean_of(scene.render({"path", 43, 0}, 10), 0), exact, 5e-3);
+}
+
+TEST(Media, AnEyeInsideNestedShapesKnowsAllOfThem) {
+  const auto scene = TestScene::from_text(document(
+      R"("eye": [0, 0, 0], "look_at": [0, 0, -1])", 0.01, 8,
+      diffuse("sky", 0, 1) + "," + medium("inner", 1, absorbing(0.4)) + "," + medium("outer", 1, absorbing(0.9)),
+      sphere("sky", "[0, 0, 0]", 10, true) + "," + sphere("inner", "[0, 0, 0]", 1) + "," +
+          sphere("outer", "[0, 0, 0]", 2)));
+  expect_answer(mean_of(scene.render({"path", 44, 0}, 12), 0), std::exp(-1.3), 5e-3);
+}
+
+TEST(Media, LightOfALampInsideIsAbsorbedToo) {
+  // A white wall within a block of the medium, lit by a point light one unit away; the eye is in the block as well.
+  const auto scene =
+      TestScene::from_text(document(R"("eye": [0, 0.5, 0.3], "look_at": [0, 0, 0])", 0.01, 8,
+                                    diffuse("wall", 1) + "," + medium("m", 1, absorbing(0.7)),
+                                    mesh("wall", "wall.obj") + "," + sphere("m", "[0, 0, 0]", 30),
+                                    R"({"point": {"position": [0, 1, 0], "intensity": {"rgb": [1, 1, 1]}}})"),
+                           {{"wall.obj", plane(20, 0, true)}});
+  const double to_eye = std::hypot(0.5, 0.3);
+  expect_answer(mean_of(scene.render({"path", 45, 1}, 4), 0), std::exp(-0.7 * (1 + to_eye)) / M_PI, 2e-3);
+}
+
+}  // namespace
+}  // namespace lightmill::test

@@ -1,0 +1,114 @@
+// Materials of scene documents: all kinds are read, packed and come back; mistakes are named.
+#include <gtest/gtest.h>
+
+#include "common/wire/scene_json.h"
+
+namespace lightmill {
+namespace {
+
+std::string document(const std::string& material) {
+  return R"({"camera": {"eye": [0, 1, 5], "look_at": [0, 1, 0], "vertical_fov_degrees": 30},
+"materials": [{"name": "m", )" +
+         material + R"(}],
+"objects": [{"material": "m", "sphere": {"center": [0, 0, 0], "radius": 1}}]})";
+}
+
+/// Read, packed and unpacked.
+Material read(const std::string& material) {
+  const Result<SceneFile> file = read_scene_json(document(material), "m.json");
+  EXPECT_TRUE(file.ok()) << file.status();
+  const Result<Scene> back = unpack_scene(pack_scene(file->draft.scene));
+  EXPECT_TRUE(back.ok()) << back.status();
+  return back->materials[0];
+}
+std::string error_of(const std::string& material) {
+  const Result<SceneFile> file = read_scene_json(document(material), "m.json");
+  return file.ok() ? "no error" : message_of(file.status());
+}
+
+TEST(MaterialJson, PhongIsRead) {
+  const auto all = std::get<PhongMaterial>(
+      read(R"("phong": {"diffuse": {"rgb": [0.5, 0.4, 0.3]}, "specular": {"rgb": [0.5, 0.1, 0]}, "exponent": 1e6})")
+          .kind);
+  EXPECT_EQ(all.diffuse, (RgbColor{0.5f, 0.4f, 0.3f}));
+  EXPECT_EQ(all.specular, (RgbColor{0.5f, 0.1f, 0}));
+  EXPECT_EQ(all.exponent, 1e6);
+  const auto none = std::get<PhongMaterial>(read(R"("phong": {})").kind);
+  EXPECT_EQ(none.diffuse, RgbColor{});
+  EXPECT_EQ(none.exponent, 10);
+  EXPECT_EQ(error_of(R"("phong": {"diffuse": {"rgb": [0.5, 0.5, 0.5]}, "specular": {"rgb": [0.2, 0.6, 0]}})"),
+            "m.json:2:38: materials[0].phong: diffuse + specular may not exceed 1 in any channel, got 0.5 + 0.6");
+  EXPECT_EQ(error_of(R"("phong": {"exponent": 1e7})"),
+            "m.json:2:51: materials[0].phong.exponent: must be in [0, 1000000], got 10000000");
+}
+
+TEST(MaterialJson, ConductorsAreReadByNumbersOrByName) {
+  const auto numbers = std::get<ConductorMaterial>(
+      read(R"("conductor": {"eta": {"rgb": [1, 2, 3]}, "k": {"rgb": [4, 5, 6]}, "roughness": 0.25})").kind);
+  EXPECT_EQ(numbers.eta, (RgbColor{1, 2, 3}));
+  EXPECT_EQ(numbers.k, (RgbColor{4, 5, 6}));
+  EXPECT_EQ(numbers.roughness, 0.25);
+  const auto silver = std::get<ConductorMaterial>(read(R"("conductor": {"metal": "silver"})").kind);
+  EXPECT_NEAR(silver.eta.g, 0.06, 0.01);
+  EXPECT_NEAR(silver.k.r, 4.4, 0.1);
+  EXPECT_EQ(error_of(R"("conductor": {})"), "m.json:2:42: materials[0].conductor: metal, or eta and k must be given");
+  EXPECT_EQ(error_of(R"("conductor": {"eta": {"rgb": [1, 1, 1]}})"),
+            "m.json:2:42: materials[0].conductor.k: must be given");
+  EXPECT_EQ(error_of(R"("conductor": {"metal": "tin"})"),
+            "m.json:2:52: materials[0].conductor.metal: unknown metal \"tin\"; the metals are aluminium, chromium, "
+            "copper, gold, iron, nickel, platinum, silver");
+  EXPECT_EQ(error_of(R"("conductor": {"metal": "gold", "k": {"rgb": [1, 1, 1]}})"),
+            "m.json:2:52: materials[0].conductor.metal: eta and k are those of the metal, they may not be given too");
+  EXPECT_EQ(error_of(R"("conductor": {"eta": {"rgb": [1, 0, 1]}, "k": {"rgb": [1, 0, 1]}})"),
+            "m.json:2:42: materials[0].conductor: eta and k may not both be 0 in a channel");
+}
+
+TEST(MaterialJson, PrincipledMaterialsAreRead) {
+  const auto all = std::get<PrincipledMaterial>(
+      read(R"("principled": {"base_color": {"rgb": [0.1, 0.2, 0.3]}, "metallic": 0.1, "roughness": 0, "specular": 0,
+"transmission": 0.2, "ior": 1.3, "coat": 0.4, "coat_roughness": 0})")
+          .kind);
+  EXPECT_EQ(all.base_color, (RgbColor{0.1f, 0.2f, 0.3f}));
+  EXPECT_EQ(all.metallic, 0.1);
+  EXPECT_EQ(all.roughness, 0);
+  EXPECT_EQ(all.specular, 0);
+  EXPECT_EQ(all.transmission, 0.2);
+  EXPECT_EQ(all.ior, 1.3);
+  EXPECT_EQ(all.coat, 0.4);
+  EXPECT_EQ(all.coat_roughness, 0);
+  const auto none = std::get<PrincipledMaterial>(read(R"("principled": {})").kind);
+  EXPECT_EQ(none.roughness, 0.5);
+  EXPECT_EQ(none.specular, 0.5);
+  EXPECT_EQ(none.ior, 1.5);
+  EXPECT_EQ(none.coat_roughness, 0.03);
+  EXPECT_EQ(error_of(R"("principled": {"coat": 2})"),
+            "m.json:2:52: materials[0].principled.coat: must be in [0, 1], got 2");
+  EXPECT_EQ(error_of(R"("principled": {"ior": 0})"),
+            "m.json:2:51: materials[0].principled.ior: must be in (0, 10], got 0");
+}
+
+TEST(MaterialJson, GlassHasRoughnessAnInteriorAndAPriority) {
+  const Material glass =
+      read(R"("dielectric": {"roughness": 0.5}, "interior": {"absorption": {"rgb": [0, 1, 2]}}, "priority": -3)");
+  EXPECT_EQ(std::get<DielectricMaterial>(glass.kind).ior, 1.5);
+  EXPECT_EQ(std::get<DielectricMaterial>(glass.kind).roughness, 0.5);
+  EXPECT_EQ(glass.interior.absorption, (RgbColor{0, 1, 2}));
+  EXPECT_EQ(glass.priority, -3);
+  const Medium colored = read(R"("dielectric": {}, "interior": {"color": {"rgb": [1, 0.5, 0]}})").interior;
+  EXPECT_EQ(colored.absorption.r, 0);
+  EXPECT_EQ(colored.absorption.g, 1);
+  EXPECT_EQ(colored.absorption.b, kMaxAbsorption);
+  EXPECT_EQ(error_of(R"("dielectric": {"roughness": -1})"),
+            "m.json:2:57: materials[0].dielectric.roughness: must be in [0, 1], got -1");
+  EXPECT_EQ(error_of(R"("dielectric": {}, "interior": {"color": {"rgb": [1, 2, 0]}})"),
+            "m.json:2:69: materials[0].interior.color: each component must be in [0, 1], got (1, 2, 0)");
+  EXPECT_EQ(error_of(R"("mirror": {}, "interior": {"absorption": {"rgb": [1, 2, 0]}})"),
+            "m.json:2:55: materials[0].interior: only a dielectric, or a principled material with transmission, has an "
+            "inside");
+  EXPECT_EQ(error_of(R"("principled": {}, "priority": 1)"),
+            "m.json:2:59: materials[0].priority: only a dielectric, or a principled material with transmission, has an "
+            "inside");
+}
+
+}  // namespace
+}  // namespace lightmill
