@@ -9,8 +9,6 @@ namespace lightmill {
 namespace fs = std::filesystem;
 namespace {
 
-constexpr std::uint64_t kMaxTextureBytes = std::uint64_t{1} << 30;
-
 /// Replaces the meshes of a draft by assets: one object stays one object if it names its material, else becomes one per
 /// material of its file.
 class DocumentLoader {

@@ -116,6 +116,20 @@ Result<std::uint32_t> part_material(const ObjWithMaterials& file, const ObjPart&
   return invalid_argument("{}:{}: {}", file.path.string(), part.line, describe_unknown_material(part.material, known));
 }
 
+/// Reads the images that maps name; files from elsewhere may have their folders divided by backslashes.
+Status load_textures(LoadedScene& loaded) {
+  for (TextureImage& texture : loaded.scene.textures) {
+    std::error_code error;
+    std::string path = texture.file;
+    if (!fs::exists(path, error)) {
+      std::replace(path.begin(), path.end(), '\\', '/');
+    }
+    LM_ASSIGN_OR_RETURN(texture.asset, add_file(path, kMaxTextureBytes, loaded));
+    texture.file = utf8_name(texture.file);
+  }
+  return ok_status();
+}
+
 }  // namespace
 
 Result<LoadedScene> load_objs(std::span<const fs::path> paths, KaMeaning ka) {
@@ -136,7 +150,8 @@ Result<LoadedScene> load_objs(std::span<const fs::path> paths, KaMeaning ka) {
     }
     loaded.scene.name += (loaded.scene.name.empty() ? "" : "+") + utf8_name(path.stem().string());
   }
-  loaded.scene.materials = map_materials(materials.all(), ka, loaded.notices);
+  map_materials(materials.all(), ka, loaded.scene, loaded.notices);
+  LM_RETURN_IF_ERROR(load_textures(loaded));
   loaded.scene.camera = course_cornell_camera();
   return loaded;
 }

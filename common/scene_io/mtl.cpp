@@ -1,7 +1,6 @@
 #include "common/scene_io/mtl.h"
 
 #include <algorithm>
-#include <cmath>
 #include <set>
 
 #include "common/scene_io/mtl_map.h"
@@ -103,123 +102,6 @@ Status read_property(const StatementReader& lines, const Statement& statement, M
   return ok_status();
 }
 
-bool is_lit(const std::optional<RgbColor>& color) {
-  return color && *color != RgbColor{};
-}
-
-RgbColor cut_to_one(const MtlMaterial& material, std::string_view keyword, const RgbColor& color,
-                    std::vector<std::string>& notices) {
-  if (color.r <= 1 && color.g <= 1 && color.b <= 1) {
-    return color;
-  }
-  notices.push_back(
-      fmt::format("{}:{}: {} of material \"{}\" is above 1 and was cut: a surface cannot reflect more than it gets",
-                  material.file, material.line, keyword, material.name));
-  return {std::min(color.r, 1.0f), std::min(color.g, 1.0f), std::min(color.b, 1.0f)};
-}
-
-std::string_view illum_name(int illum) {
-  switch (illum) {
-    case 10:
-      return " (holdout)";
-    case 13:
-    case 14:
-      return " (scattering)";
-    default:
-      return "";
-  }
-}
-
-/// Whether Ka means emission, and a notice of what was assumed where it could be doubted.
-bool ka_emits(const std::vector<MtlMaterial>& materials, KaMeaning meaning, std::vector<std::string>& notices) {
-  const auto lit_ka = [](const MtlMaterial& m) { return is_lit(m.ka); };
-  const auto lit_ke = [](const MtlMaterial& m) { return is_lit(m.ke); };
-  if (meaning != KaMeaning::automatic || std::none_of(materials.begin(), materials.end(), lit_ka)) {
-    return meaning == KaMeaning::emission;
-  }
-  if (std::any_of(materials.begin(), materials.end(), lit_ke)) {
-    notices.emplace_back("Ka was read as ambient light and left out, because materials emit by Ke");
-    return false;
-  }
-  if (std::all_of(materials.begin(), materials.end(), lit_ka)) {
-    notices.emplace_back("Ka was read as ambient light and left out, because all materials have it");
-    return false;
-  }
-  std::string names;
-  for (const MtlMaterial& material : materials) {
-    if (is_lit(material.ka)) {
-      names += (names.empty() ? "" : ", ") + material.name;
-    }
-  }
-  notices.push_back(fmt::format("Ka was read as emission, because only some materials have it: {}", names));
-  return true;
-}
-
-RgbColor diffuse_color(const MtlMaterial& material, bool emits, std::vector<std::string>& notices) {
-  const RgbColor fallback = emits ? RgbColor{} : RgbColor{0.5f, 0.5f, 0.5f};
-  return cut_to_one(material, "Kd", material.kd.value_or(fallback), notices);
-}
-
-PhongMaterial phong(const MtlMaterial& material, const RgbColor& kd, std::vector<std::string>& notices) {
-  const RgbColor ks = cut_to_one(material, "Ks", *material.ks, notices);
-  const float most = std::max({kd.r + ks.r, kd.g + ks.g, kd.b + ks.b});
-  const double exponent = std::clamp(material.exponent.value_or(10), 0.0, kMaxPhongExponent);
-  if (most <= 1) {
-    return {kd, ks, exponent};
-  }
-  notices.push_back(
-      fmt::format("{}:{}: Kd + Ks of material \"{}\" is above 1, both were scaled down by it: a surface cannot reflect "
-                  "more than it gets",
-                  material.file, material.line, material.name));
-  const float scale = 1 / most;
-  return {RgbColor{kd.r * scale, kd.g * scale, kd.b * scale}, RgbColor{ks.r * scale, ks.g * scale, ks.b * scale},
-          exponent};
-}
-
-/// As bright at normal incidence as Ks says, as rough as a lobe of exponent Ns: α² = 2/(Ns + 2) (Walter et al. 2007).
-PrincipledMaterial metal(const MtlMaterial& material, std::vector<std::string>& notices) {
-  PrincipledMaterial out;
-  out.base_color = is_lit(material.ks)   ? cut_to_one(material, "Ks", *material.ks, notices)
-                   : is_lit(material.kd) ? cut_to_one(material, "Kd", *material.kd, notices)
-                                         : RgbColor{1, 1, 1};
-  out.metallic = 1;
-  out.roughness = material.exponent ? std::pow(2 / (std::max(*material.exponent, 0.0) + 2), 0.25) : 0;
-  return out;
-}
-
-void map_kind(const MtlMaterial& material, Material& mapped, std::vector<std::string>& notices) {
-  const int illum = material.illum.value_or(1);
-  switch (illum) {
-    case 3:
-      mapped.kind =
-          MirrorMaterial{is_lit(material.ks) ? cut_to_one(material, "Ks", *material.ks, notices) : RgbColor{1, 1, 1}};
-      return;
-    case 4:
-      mapped.kind = DielectricMaterial{material.ior.value_or(1.5)};
-      return;
-    case 11:
-      mapped.kind = metal(material, notices);
-      return;
-    case 12:
-      mapped.kind = DielectricMaterial{material.ior.value_or(1.5)};
-      mapped.interior.absorption =
-          absorption_of_color(cut_to_one(material, "Kd", material.kd.value_or(RgbColor{1, 1, 1}), notices));
-      return;
-    default:
-      break;
-  }
-  const RgbColor kd = diffuse_color(material, mapped.two_sided_emission, notices);
-  if (illum == 2 && is_lit(material.ks)) {
-    mapped.kind = phong(material, kd, notices);
-    return;
-  }
-  mapped.kind = DiffuseMaterial{kd};
-  if (illum > 4) {
-    notices.push_back(fmt::format("left out: {}:{}: illum {}{} of material \"{}\"; it is rendered as diffuse",
-                                  material.file, material.line, illum, illum_name(illum), material.name));
-  }
-}
-
 }  // namespace
 
 const MtlMap* MtlMaterial::map(std::string_view keyword) const {
@@ -250,33 +132,6 @@ Result<std::vector<MtlMaterial>> read_mtl(std::string_view text, const std::stri
     }
   }
   return materials;
-}
-
-std::vector<Material> map_materials(const std::vector<MtlMaterial>& materials, KaMeaning ka,
-                                    std::vector<std::string>& notices) {
-  const bool ka_is_emission = ka_emits(materials, ka, notices);
-  std::vector<Material> out;
-  for (const MtlMaterial& material : materials) {
-    Material mapped;
-    mapped.name = material.name;
-    if (is_lit(material.ke)) {
-      mapped.emission = *material.ke;
-    } else if (ka_is_emission && is_lit(material.ka)) {
-      mapped.emission = *material.ka;
-    }
-    mapped.two_sided_emission = mapped.emission != RgbColor{};
-    map_kind(material, mapped, notices);
-    for (const MtlMap& map : material.maps) {
-      notices.push_back(fmt::format("left out: {}:{}: {} of material \"{}\"", material.file, material.line, map.keyword,
-                                    material.name));
-    }
-    for (const std::string& keyword : material.unused) {
-      notices.push_back(
-          fmt::format("left out: {}:{}: {} of material \"{}\"", material.file, material.line, keyword, material.name));
-    }
-    out.push_back(std::move(mapped));
-  }
-  return out;
 }
 
 }  // namespace lightmill

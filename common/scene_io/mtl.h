@@ -46,12 +46,15 @@ Result<std::vector<MtlMaterial>> read_mtl(std::string_view text, const std::stri
 /// materials: Ka emits only where some have one that is not black, some do not, and no Ke that is not black appears.
 enum class KaMeaning { automatic, emission, ambient };
 
-/// Maps the materials that are rendered together. Emission is two-sided; Ke wins over Ka. illum 0, 1 or none: diffuse
-/// with Kd (grey .5 if absent; black if absent on a lamp); 2: Phong with Kd, Ks and Ns (10 if absent), scaled down
-/// where Kd + Ks is above 1; 3: mirror with Ks (white if absent or black); 4: glass with Ni (1.5 if absent); 11: metal
-/// with Ks (or Kd, or white), as rough as Ns says (smooth if absent); 12: glass that absorbs σ = 1/Kd − 1; all others:
-/// diffuse, with a notice. Colours above 1 are cut, with a notice. What was assumed of Ka is a notice too.
-std::vector<Material> map_materials(const std::vector<MtlMaterial>& materials, KaMeaning ka,
-                                    std::vector<std::string>& notices);
+/// Maps the materials that are rendered together into the scene's. Emission is two-sided; Ke wins over Ka. illum 0, 1
+/// or none: diffuse with Kd (grey .5 if absent; black if absent on a lamp); 2: Phong with Kd, Ks and Ns, both colours
+/// scaled where they exceed 1 together; 3: mirror with Ks (white if absent or black); 4: glass with Ni (1.5 if absent);
+/// 11: metal with Ks or Kd at normal incidence, rough by Ns; 12: glass that absorbs 1/Kd − 1; 5 to 9 as the one of
+/// these that is alike, with a notice; all others: diffuse, with a notice. Where Pr or Pm is given: principled,
+/// whatever illum says but for glass. Maps multiply their colour, which is white if absent; they become textures whose
+/// `file` is a path and whose asset is not set. Colours above 1 are cut, with a notice. What was assumed of Ka is a
+/// notice too.
+void map_materials(const std::vector<MtlMaterial>& materials, KaMeaning ka, Scene& scene,
+                   std::vector<std::string>& notices);
 
 }  // namespace lightmill

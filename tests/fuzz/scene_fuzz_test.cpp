@@ -109,7 +109,7 @@ TEST(SceneFuzz, DamagedMaterialFilesAreReadOrRefused) {
     ++outcomes.accepted;
     std::vector<std::string> notices;
     Scene scene;
-    scene.materials = map_materials(*read, KaMeaning::automatic, notices);
+    map_materials(*read, KaMeaning::automatic, scene, notices);
     scene.objects = {{"ball", 0, SphereShape{}}};
     EXPECT_TRUE(scene.materials.empty() || validate(scene).ok()) << round << ": " << validate(scene);
   }

@@ -49,6 +49,9 @@ double JsonNode::number(double fallback, double low, double high) const {
     return fallback;
   }
   const double value = value_->is_number() ? value_->get<double>() : std::numeric_limits<double>::quiet_NaN();
+  if (high != kAnything && value > high && value <= high * (1 + 1e-4)) {
+    return high;  // rounded on the way through single precision
+  }
   if (!(value >= low && value <= high)) {  // NaN too
     const std::string range = low == -kAnything && high == kAnything ? ""
                               : high == kAnything                    ? fmt::format(" of at least {}", low)

@@ -13,7 +13,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   for (const KaMeaning ka : {KaMeaning::automatic, KaMeaning::emission, KaMeaning::ambient}) {
     std::vector<std::string> notices;
     Scene scene;
-    scene.materials = map_materials(*read, ka, notices);
+    map_materials(*read, ka, scene, notices);
     scene.objects = {{"ball", 0, SphereShape{}}};
     if (!scene.materials.empty()) {
       expect_ok(validate(scene), "the scene of these materials");

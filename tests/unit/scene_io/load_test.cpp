@@ -171,6 +171,22 @@ TEST_F(Load, TheUserDecidesWhatKaMeans) {
   EXPECT_TRUE((load({path}, options)->scene.materials[0].emission == RgbColor{1, 1, 1}));
 }
 
+TEST_F(Load, MapsBringTheirImages) {
+  fs::create_directories(folder_ / "more");
+  write("more/wood.png", "an image's bytes");
+  write("a.mtl", "newmtl red\nmap_Kd more\\wood.png\nnewmtl green\nmap_Kd more/wood.png\n");
+  const auto path = write("a.obj", "mtllib a.mtl\n" + kTriangles);
+  const Result<LoadedScene> loaded = load({path});
+  ASSERT_TRUE(loaded.ok()) << loaded.status();
+  ASSERT_EQ(loaded->scene.textures.size(), 2u);
+  for (const TextureImage& texture : loaded->scene.textures) {
+    EXPECT_EQ(loaded->assets.at(texture.asset), "an image's bytes");
+  }
+  EXPECT_TRUE(unpack_scene(pack_scene(loaded->scene)).ok());
+  fs::remove(folder_ / "more/wood.png");
+  EXPECT_EQ(error({path}), "cannot open more/wood.png: No such file or directory");
+}
+
 TEST_F(Load, ObjMistakesAreNamed) {
   EXPECT_EQ(error({write("a.obj", "mtllib none.mtl\nv 0 0 0\nf 1 1 1")}),
             "a.obj:1: mtllib: cannot open none.mtl: No such file or directory");

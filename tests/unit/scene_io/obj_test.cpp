@@ -230,7 +230,9 @@ TEST(Obj, WhatIsLeftOutIsSaidOnce) {
 std::vector<Material> materials_of(const std::string& text, KaMeaning ka, std::vector<std::string>& notices) {
   const Result<std::vector<MtlMaterial>> materials = read_mtl(text, "box.mtl");
   EXPECT_TRUE(materials.ok()) << materials.status();
-  return map_materials(*materials, ka, notices);
+  Scene scene;
+  map_materials(*materials, ka, scene, notices);
+  return scene.materials;
 }
 
 TEST(Mtl, ModelsAreMapped) {
@@ -249,6 +251,51 @@ TEST(Mtl, ModelsAreMapped) {
   EXPECT_EQ(std::get<DiffuseMaterial>(materials[5].kind).reflectance, (RgbColor{0.5f, 0.5f, 0.5f}));
   EXPECT_EQ(std::get<DiffuseMaterial>(materials[6].kind).reflectance, (RgbColor{0.5f, 0.5f, 0.5f}));
   EXPECT_TRUE(notices.empty());
+}
+
+TEST(Mtl, GlossyMetalAndAbsorbingModelsAreMapped) {
+  std::vector<std::string> notices;
+  const auto materials = materials_of(
+      "newmtl glossy\nKd 0.25 0.5 0\nKs 0.25 0.25 0.25\nNs 50\nillum 2\n"
+      "newmtl bright\nKd 1 0.5 0\nKs 1 0 0\nillum 2\n"
+      "newmtl amber\nKd 0.5 1 0\nNi 1.4\nillum 12\n"
+      "newmtl gold\nKs 1 0.75 0.25\nNs 30\nillum 11\n"
+      "newmtl chrome\nKd 0.5 0.5 0.5\nillum 11\n"
+      "newmtl pbr\nKd 0.5 0.25 0\nPr 0.25\nPm 0.75\nPc 1\nPcr 0.125\nNi 1.3\nillum 2\n"
+      "newmtl pane\nillum 7\nTf 1 0.5 1\n",
+      KaMeaning::automatic, notices);
+  const auto& glossy = std::get<PhongMaterial>(materials[0].kind);
+  EXPECT_EQ(glossy.diffuse.rgb, (RgbColor{0.25f, 0.5f, 0}));
+  EXPECT_EQ(glossy.specular.rgb, (RgbColor{0.25f, 0.25f, 0.25f}));
+  EXPECT_EQ(glossy.exponent, 50);
+  const auto& bright = std::get<PhongMaterial>(materials[1].kind);
+  EXPECT_NEAR(bright.diffuse.rgb.r, 0.5f, 1e-5f);
+  EXPECT_NEAR(bright.specular.rgb.r, 0.5f, 1e-5f);
+  EXPECT_NEAR(bright.diffuse.rgb.g, 0.25f, 1e-5f);
+  EXPECT_LE(bright.diffuse.rgb.r + bright.specular.rgb.r, 1);
+  EXPECT_EQ(std::get<DielectricMaterial>(materials[2].kind).ior, 1.4);
+  // σ = 1/ρ − 1
+  EXPECT_EQ(materials[2].interior.absorption.r, 1);
+  EXPECT_EQ(materials[2].interior.absorption.g, 0);
+  EXPECT_GT(materials[2].interior.absorption.b, 1e6f);
+  const auto& gold = std::get<PrincipledMaterial>(materials[3].kind);
+  EXPECT_EQ(gold.metallic, 1);
+  EXPECT_EQ(gold.base_color.rgb, (RgbColor{1, 0.75f, 0.25f}));
+  EXPECT_DOUBLE_EQ(std::pow(gold.roughness, 4), 2.0 / 32);  // α² = 2 / (s + 2)
+  EXPECT_EQ(std::get<PrincipledMaterial>(materials[4].kind).base_color.rgb, (RgbColor{0.5f, 0.5f, 0.5f}));
+  EXPECT_EQ(std::get<PrincipledMaterial>(materials[4].kind).roughness, 0);
+  const auto& pbr = std::get<PrincipledMaterial>(materials[5].kind);
+  EXPECT_EQ(pbr.roughness, 0.25);
+  EXPECT_EQ(pbr.metallic, 0.75);
+  EXPECT_EQ(pbr.coat, 1);
+  EXPECT_EQ(pbr.coat_roughness, 0.125);
+  EXPECT_EQ(pbr.ior, 1.3);
+  EXPECT_TRUE(std::holds_alternative<DielectricMaterial>(materials[6].kind));
+  EXPECT_EQ(notices, (std::vector<std::string>{
+                         "box.mtl:6: Kd + Ks of material \"bright\" is above 1, and both were scaled down: a surface "
+                         "cannot reflect more than it gets",
+                         "box.mtl:29: illum 7 of material \"pane\" was read as illum 4 (glass)",
+                         "left out: box.mtl:29: Tf of material \"pane\""}));
 }
 
 TEST(Mtl, KaEmitsOnlyWhereItCanMeanNothingElse) {
@@ -280,41 +327,20 @@ TEST(Mtl, KaEmitsOnlyWhereItCanMeanNothingElse) {
             std::vector<std::string>{"Ka was read as ambient light and left out, because materials emit by Ke"});
 }
 
-TEST(Mtl, GlossMetalAndAbsorbingGlassAreMapped) {
-  std::vector<std::string> notices;
-  const auto materials = materials_of(
-      "newmtl a\nillum 2\nKd .5 .4 .3\nKs .2 .2 .2\nNs 42\nnewmtl b\nillum 2\nKd 1 .5 .5\nKs 1 0 0\n"
-      "newmtl c\nillum 11\nKs 1 .8 .3\nNs 30\nnewmtl d\nillum 12\nNi 1.33\nKd .5 1 0\nnewmtl e\nillum 2\nKs 0 0 0\n",
-      KaMeaning::automatic, notices);
-  const auto& a = std::get<PhongMaterial>(materials[0].kind);
-  EXPECT_EQ(a.diffuse, (RgbColor{0.5f, 0.4f, 0.3f}));
-  EXPECT_EQ(a.specular, (RgbColor{0.2f, 0.2f, 0.2f}));
-  EXPECT_EQ(a.exponent, 42);
-  const auto& b = std::get<PhongMaterial>(materials[1].kind);
-  EXPECT_EQ(b.diffuse, (RgbColor{0.5f, 0.25f, 0.25f}));
-  EXPECT_EQ(b.specular, (RgbColor{0.5f, 0, 0}));
-  EXPECT_EQ(b.exponent, 10);
-  const auto& c = std::get<PrincipledMaterial>(materials[2].kind);
-  EXPECT_EQ(c.metallic, 1);
-  EXPECT_EQ(c.base_color, (RgbColor{1, 0.8f, 0.3f}));
-  EXPECT_NEAR(c.roughness, 0.5, 1e-9);  // α² = 2/32
-  EXPECT_EQ(std::get<DielectricMaterial>(materials[3].kind).ior, 1.33);
-  EXPECT_EQ(materials[3].interior.absorption, (RgbColor{1, 0, static_cast<float>(kMaxAbsorption)}));
-  EXPECT_TRUE(std::holds_alternative<DiffuseMaterial>(materials[4].kind));
-  EXPECT_EQ(notices, std::vector<std::string>{"box.mtl:6: Kd + Ks of material \"b\" is above 1, both were scaled down "
-                                              "by it: a surface cannot reflect more than it gets"});
-}
-
 TEST(Mtl, WhatIsLeftOutIsSaid) {
   std::vector<std::string> notices;
-  const auto materials =
-      materials_of("newmtl a\nKd 2 1 1\nmap_Kd a.png\nnewmtl d\nillum 13\n", KaMeaning::automatic, notices);
+  const auto materials = materials_of(
+      "newmtl a\nKd 2 1 1\nmap_Pr a.png\nd 0.5\nbump b.png\nnewmtl b\nillum 13\nKs 1 1 1\nnewmtl c\nillum 2\n"
+      "Ks 0 0 0\nnewmtl d\nillum 77\n",
+      KaMeaning::automatic, notices);
   EXPECT_EQ(std::get<DiffuseMaterial>(materials[0].kind).reflectance, (RgbColor{1, 1, 1}));
   EXPECT_EQ(notices,
             (std::vector<std::string>{
                 "box.mtl:1: Kd of material \"a\" is above 1 and was cut: a surface cannot reflect more than it gets",
-                "left out: box.mtl:1: map_Kd of material \"a\"",
-                "left out: box.mtl:4: illum 13 (scattering) of material \"d\"; it is rendered as diffuse"}));
+                "left out: box.mtl:1: map_Pr of material \"a\"", "left out: box.mtl:1: bump of material \"a\"",
+                "left out: box.mtl:1: d (opacity) of material \"a\"",
+                "left out: box.mtl:6: illum 13 (scattering) of material \"b\"; it is rendered as diffuse",
+                "left out: box.mtl:12: illum 77 of material \"d\"; it is rendered as diffuse"}));
 }
 
 TEST(Mtl, MapsHaveOptions) {
@@ -335,6 +361,30 @@ TEST(Mtl, MapsHaveOptions) {
   ASSERT_TRUE(first.ok()) << first.status();
   EXPECT_EQ(*first->front().map("map_Kd"), (MtlMap{"map_Kd", "my wood.png", {2, 3}, {0.5, 0}, true, 'l'}));
   EXPECT_EQ(first->front().map("map_Ks"), nullptr);
+}
+
+TEST(Mtl, MapsBecomeTextures) {
+  const Result<std::vector<MtlMaterial>> read = read_mtl(
+      "newmtl a\nKd 0.5 0.5 0.5\nmap_Kd -s 2 3 -o 0.5 -clamp on wood.png\nnewmtl b\nmap_Kd wood.png\nnewmtl c\n"
+      "map_Kd wood.png\nillum 3\nmap_Ks m.png\nnewmtl d\nmap_Ke glow.png\n",
+      "folder/box.mtl");
+  ASSERT_TRUE(read.ok()) << read.status();
+  Scene scene;
+  std::vector<std::string> notices;
+  map_materials(*read, KaMeaning::automatic, scene, notices);
+  ASSERT_EQ(scene.textures.size(), 4u);
+  const TextureImage& wood = scene.textures[0];
+  EXPECT_EQ(wood.file, "folder/wood.png");
+  EXPECT_EQ(wood.scale, (std::array<double, 2>{2, 3}));
+  EXPECT_EQ(wood.offset, (std::array<double, 2>{0.5, 0}));
+  EXPECT_EQ(wood.wrap, TextureImage::Wrap::clamp);
+  EXPECT_EQ(scene.textures[1].wrap, TextureImage::Wrap::repeat);
+  EXPECT_EQ(std::get<DiffuseMaterial>(scene.materials[0].kind).reflectance, (TexturedColor{{0.5f, 0.5f, 0.5f}, 0}));
+  EXPECT_EQ(std::get<DiffuseMaterial>(scene.materials[1].kind).reflectance, (TexturedColor{{1, 1, 1}, 1}));
+  EXPECT_EQ(std::get<MirrorMaterial>(scene.materials[2].kind).reflectance, (TexturedColor{{1, 1, 1}, 2}));
+  EXPECT_EQ(scene.materials[3].emission, (TexturedColor{{1, 1, 1}, 3}));
+  EXPECT_TRUE(scene.materials[3].two_sided_emission);
+  EXPECT_EQ(notices, std::vector<std::string>{"left out: folder/box.mtl:6: map_Kd of material \"c\""});
 }
 
 TEST(Mtl, NumbersAreRead) {

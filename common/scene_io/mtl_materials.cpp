@@ -1,0 +1,250 @@
+#include <algorithm>
+#include <cmath>
+
+#include "common/scene_io/mtl.h"
+#include "common/scene_io/text_lines.h"
+
+namespace lightmill {
+namespace {
+
+bool is_lit(const std::optional<RgbColor>& color) {
+  return color && *color != RgbColor{};
+}
+
+std::string_view illum_name(int illum) {
+  switch (illum) {
+    case 2:
+      return " (highlight)";
+    case 3:
+      return " (mirror)";
+    case 4:
+      return " (glass)";
+    case 10:
+      return " (holdout)";
+    case 11:
+      return " (metal)";
+    case 12:
+      return " (absorbing glass)";
+    case 13:
+    case 14:
+      return " (scattering)";
+    default:
+      return "";
+  }
+}
+
+/// Whether Ka means emission, and a notice of what was assumed where it could be doubted.
+bool ka_emits(const std::vector<MtlMaterial>& materials, KaMeaning meaning, std::vector<std::string>& notices) {
+  const auto lit_ka = [](const MtlMaterial& m) { return is_lit(m.ka); };
+  const auto lit_ke = [](const MtlMaterial& m) { return is_lit(m.ke); };
+  if (meaning != KaMeaning::automatic || std::none_of(materials.begin(), materials.end(), lit_ka)) {
+    return meaning == KaMeaning::emission;
+  }
+  if (std::any_of(materials.begin(), materials.end(), lit_ke)) {
+    notices.emplace_back("Ka was read as ambient light and left out, because materials emit by Ke");
+    return false;
+  }
+  if (std::all_of(materials.begin(), materials.end(), lit_ka)) {
+    notices.emplace_back("Ka was read as ambient light and left out, because all materials have it");
+    return false;
+  }
+  std::string names;
+  for (const MtlMaterial& material : materials) {
+    if (is_lit(material.ka)) {
+      names += (names.empty() ? "" : ", ") + material.name;
+    }
+  }
+  notices.push_back(fmt::format("Ka was read as emission, because only some materials have it: {}", names));
+  return true;
+}
+
+/// Maps materials one after the other; textures join the scene's.
+class Mapper {
+ public:
+  Mapper(Scene& scene, bool ka_is_emission, std::vector<std::string>& notices)
+      : scene_(scene), ka_is_emission_(ka_is_emission), notices_(notices) {}
+
+  Material map(const MtlMaterial& from) {
+    from_ = &from;
+    used_.clear();
+    Material out;
+    out.name = from.name;
+    out.emission = emission();
+    out.two_sided_emission = out.emission.rgb != RgbColor{};
+    set_kind(out);
+    say_left_out();
+    return out;
+  }
+
+ private:
+  TexturedColor emission() {
+    if (is_lit(from_->ke) || (!from_->ke && from_->map("map_Ke") != nullptr)) {
+      return {from_->ke.value_or(RgbColor{1, 1, 1}), texture("map_Ke")};
+    }
+    return ka_is_emission_ && is_lit(from_->ka) ? *from_->ka : RgbColor{};
+  }
+
+  void set_kind(Material& out) {
+    const int illum = known_illum();
+    if (from_->roughness || from_->metallic) {
+      out.kind = principled(out, illum == 4);
+    } else if (illum == 2 && is_lit(from_->ks)) {
+      out.kind = phong(out);
+    } else if (illum == 3) {
+      const bool lit = is_lit(from_->ks);
+      out.kind = MirrorMaterial{{lit ? cut_to_one("Ks", *from_->ks) : RgbColor{1, 1, 1}, texture("map_Ks")}};
+    } else if (illum == 4 || illum == 12) {
+      out.kind = DielectricMaterial{from_->ior.value_or(1.5)};
+      if (illum == 12) {
+        out.interior.absorption = absorption_of_color(cut_to_one("Kd", from_->kd.value_or(RgbColor{1, 1, 1})));
+      }
+      if (from_->tf && *from_->tf != RgbColor{1, 1, 1}) {
+        leave_out("Tf");
+      }
+    } else if (illum == 11) {
+      out.kind = metal();
+    } else {
+      out.kind = DiffuseMaterial{diffuse_color(out)};
+      if (illum > 4) {
+        leave_out(fmt::format("illum {}{}", illum, illum_name(illum)), "; it is rendered as diffuse");
+      }
+    }
+  }
+
+  /// The model among those that are rendered: 5 to 9 are much like 2, 3 and 4.
+  int known_illum() {
+    const int illum = from_->illum.value_or(1);
+    constexpr std::array<int, 5> kAlike{3, 4, 4, 2, 4};
+    if (illum < 5 || illum > 9) {
+      return illum;
+    }
+    const int alike = kAlike[static_cast<std::size_t>(illum - 5)];
+    notices_.push_back(fmt::format("{}:{}: illum {} of material \"{}\" was read as illum {}{}", from_->file,
+                                   from_->line, illum, from_->name, alike, illum_name(alike)));
+    return alike;
+  }
+
+  PhongMaterial phong(const Material& out) {
+    PhongMaterial kind;
+    kind.diffuse = diffuse_color(out);
+    kind.specular = {cut_to_one("Ks", *from_->ks), texture("map_Ks")};
+    kind.exponent = std::min(from_->exponent.value_or(kind.exponent), kMaxPhongExponent);
+    RgbColor &d = kind.diffuse.rgb, &s = kind.specular.rgb;
+    const float most = std::max({d.r + s.r, d.g + s.g, d.b + s.b});
+    if (most > 1) {
+      // A hair below, as the sums are rounded.
+      const float scale = (1 - 1e-6f) / most;
+      d = {d.r * scale, d.g * scale, d.b * scale};
+      s = {s.r * scale, s.g * scale, s.b * scale};
+      notices_.push_back(
+          fmt::format("{}:{}: Kd + Ks of material \"{}\" is above 1, and both were scaled down: a surface cannot "
+                      "reflect more than it "
+                      "gets",
+                      from_->file, from_->line, from_->name));
+    }
+    return kind;
+  }
+
+  PrincipledMaterial principled(const Material& out, bool transmits) {
+    PrincipledMaterial kind;
+    kind.base_color = diffuse_color(out);
+    kind.metallic = from_->metallic.value_or(0);
+    kind.roughness = from_->roughness.value_or(kind.roughness);
+    kind.transmission = transmits ? 1 : 0;
+    kind.ior = from_->ior.value_or(kind.ior);
+    kind.coat = from_->coat.value_or(0);
+    kind.coat_roughness = from_->coat_roughness.value_or(kind.coat_roughness);
+    return kind;
+  }
+
+  /// Ks, else Kd, else white is what it reflects at normal incidence; Ns is a Phong exponent s, which is like GGX of α²
+  /// = 2 / (s + 2) (Walter and others 2007); smooth without.
+  PrincipledMaterial metal() {
+    PrincipledMaterial kind;
+    const bool specular = is_lit(from_->ks);
+    const RgbColor color = specular ? *from_->ks : is_lit(from_->kd) ? *from_->kd : RgbColor{1, 1, 1};
+    kind.base_color = {cut_to_one(specular ? "Ks" : "Kd", color), texture(specular ? "map_Ks" : "map_Kd")};
+    kind.metallic = 1;
+    kind.roughness = from_->exponent ? std::sqrt(std::sqrt(2 / (*from_->exponent + 2))) : 0;
+    return kind;
+  }
+
+  /// Kd with its map: white under a map, else grey, if absent; on a lamp black.
+  TexturedColor diffuse_color(const Material& out) {
+    const std::uint32_t map = texture("map_Kd");
+    const float fallback = out.two_sided_emission ? 0 : map == kNoTexture ? 0.5f : 1.0f;
+    return {cut_to_one("Kd", from_->kd.value_or(RgbColor{fallback, fallback, fallback})), map};
+  }
+
+  RgbColor cut_to_one(std::string_view keyword, const RgbColor& color) {
+    if (color.r <= 1 && color.g <= 1 && color.b <= 1) {
+      return color;
+    }
+    notices_.push_back(
+        fmt::format("{}:{}: {} of material \"{}\" is above 1 and was cut: a surface cannot reflect more than it gets",
+                    from_->file, from_->line, keyword, from_->name));
+    return {std::min(color.r, 1.0f), std::min(color.g, 1.0f), std::min(color.b, 1.0f)};
+  }
+
+  /// The texture of a map; kNoTexture if the material has none.
+  std::uint32_t texture(std::string_view keyword) {
+    const MtlMap* map = from_->map(keyword);
+    if (map == nullptr) {
+      return kNoTexture;
+    }
+    used_.emplace_back(keyword);
+    TextureImage image;
+    image.file = (std::filesystem::path(from_->file).parent_path() / map->file).string();
+    image.wrap = map->clamp ? TextureImage::Wrap::clamp : TextureImage::Wrap::repeat;
+    image.scale = map->scale;
+    image.offset = map->offset;
+    const auto same = [&](const TextureImage& other) {
+      return other.file == image.file && other.wrap == image.wrap && other.scale == image.scale &&
+             other.offset == image.offset;
+    };
+    const auto known = std::find_if(scene_.textures.begin(), scene_.textures.end(), same);
+    if (known == scene_.textures.end()) {
+      image.name = fmt::format("{} ({})", utf8_name(map->file), scene_.textures.size());
+      scene_.textures.push_back(image);
+      return static_cast<std::uint32_t>(scene_.textures.size() - 1);
+    }
+    return static_cast<std::uint32_t>(known - scene_.textures.begin());
+  }
+
+  void say_left_out() {
+    for (const MtlMap& map : from_->maps) {
+      if (std::find(used_.begin(), used_.end(), map.keyword) == used_.end()) {
+        leave_out(map.keyword);
+      }
+    }
+    for (const std::string& what : from_->unused) {
+      leave_out(what);
+    }
+    if (from_->opacity.value_or(1) < 1 && from_->illum.value_or(1) < 4) {
+      leave_out("d (opacity)");
+    }
+  }
+
+  void leave_out(std::string_view what, std::string_view more = "") {
+    notices_.push_back(
+        fmt::format("left out: {}:{}: {} of material \"{}\"{}", from_->file, from_->line, what, from_->name, more));
+  }
+
+  Scene& scene_;
+  const bool ka_is_emission_;
+  std::vector<std::string>& notices_;
+  const MtlMaterial* from_ = nullptr;
+  std::vector<std::string> used_;  ///< maps of this material that are rendered
+};
+
+}  // namespace
+
+void map_materials(const std::vector<MtlMaterial>& materials, KaMeaning ka, Scene& scene,
+                   std::vector<std::string>& notices) {
+  Mapper mapper(scene, ka_emits(materials, ka, notices), notices);
+  for (const MtlMaterial& material : materials) {
+    scene.materials.push_back(mapper.map(material));
+  }
+}
+
+}  // namespace lightmill
