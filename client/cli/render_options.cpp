@@ -98,6 +98,8 @@ void add_render_options(CLI::App& command, RenderOptions& options) {
                   "path: all light; preview: flat colours; ao, ao:distance=D: how open the surroundings are")
       ->type_name("M[:PARAMETER,...]")
       ->capture_default_str();
+  command.add_flag("--brute-force", options.brute_force,
+                   "try every triangle for every ray, to see what the hierarchy saves");
   command
       .add_option("--layers", options.layers,
                   "further layers for the EXR: direct, indirect, albedo, light:NAME (a light group; up to 8), normal, "
@@ -141,6 +143,9 @@ Result<PreparedJob> make_job(const RenderOptions& options) {
   settings.height = film.height;
   settings.seed = options.seed;
   settings.method = options.method;
+  if (options.brute_force) {
+    settings.method += options.method.find(':') == std::string::npos ? ":brute-force" : ",brute-force";
+  }
   settings.max_bounces = options.max_bounces;
   settings.renderer_version = kRendererVersion;
   job.spec.request_id = new_request_id();

@@ -20,6 +20,7 @@ struct RenderOptions {
   std::uint64_t samples = 0;  ///< 0: not given
   std::uint64_t seed = 0;
   std::uint32_t max_bounces = 0;
+  bool brute_force = false;
   std::int32_t priority = 0;
 };
 

@@ -2,15 +2,16 @@
 
 #include "common/base/log.h"
 #include "common/image/read/read_image.h"
+#include "common/methods/spec/method_spec.h"
 #include "common/wire/scene_proto.h"
 
 namespace lightmill {
 namespace {
 
 /// The parts of the settings that decide what is compiled.
-Sha256 scene_key(const RenderSettings& settings) {
+Sha256 scene_key(const RenderSettings& settings, bool brute_force) {
   Sha256Hasher hasher;
-  hasher.append(fmt::format("{}x{} ", settings.width, settings.height));
+  hasher.append(fmt::format("{}x{} {} ", settings.width, settings.height, brute_force ? "brute-force" : ""));
   hasher.append(settings.scene);
   return hasher.finish();
 }
@@ -64,7 +65,8 @@ Result<PreparedJob> Preparer::prepare(const JobDescription& description) {
 }
 
 Result<std::shared_ptr<const CompiledScene>> Preparer::compiled(const RenderSettings& settings) {
-  const Sha256 key = scene_key(settings);
+  LM_ASSIGN_OR_RETURN(const MethodSpec method, parse_method(settings.method));
+  const Sha256 key = scene_key(settings, method.brute_force);
   if (std::shared_ptr<const CompiledScene> known = scenes_.find(key); known != nullptr) {
     return known;
   }
@@ -73,8 +75,8 @@ Result<std::shared_ptr<const CompiledScene>> Preparer::compiled(const RenderSett
   document.film.width = settings.width;
   document.film.height = settings.height;
   LM_ASSIGN_OR_RETURN(std::shared_ptr<const CompiledScene> scene,
-                      CompiledScene::compile(
-                          document, [this](const Sha256& digest) { return assets_.get(digest); }, read_image));
+                      CompiledScene::compile(document, [this](const Sha256& digest) { return assets_.get(digest); },
+                                             read_image, {method.brute_force}));
   spdlog::info("scene '{}' is ready after {:.0f} ms, {} KiB", document.name,
                1000 * to_seconds(system_clock().now() - start), scene->bytes() >> 10);
   scenes_.insert(key, scene);

@@ -10,7 +10,8 @@ struct Entry {
   std::string_view name;
   std::string_view parameters;  ///< that it takes, for people
 };
-constexpr std::array kMethods{Entry{"path", ""}, Entry{"preview", ""}, Entry{"ao", "distance=D"}};
+constexpr std::array kMethods{Entry{"path", "brute-force"}, Entry{"preview", "brute-force"},
+                              Entry{"ao", "distance=D, brute-force"}};
 
 Result<double> parse_number(std::string_view key, std::string_view text, double low, double high) {
   double value = 0;
@@ -38,8 +39,12 @@ Status set_parameter(const Entry& entry, std::string_view text, MethodSpec& spec
   const std::size_t equals = text.find('=');
   const std::string_view key = text.substr(0, equals);
   if (!takes(entry, key)) {
-    return invalid_argument("{} takes {}; got '{}'", entry.name,
-                            entry.parameters.empty() ? "no parameters" : entry.parameters, text);
+    return invalid_argument("{} takes {}; got '{}'", entry.name, entry.parameters, text);
+  }
+  if (key == "brute-force") {
+    spec.brute_force = true;
+    return equals == std::string_view::npos ? ok_status()
+                                            : invalid_argument("{} is a word of its own, got '{}'", key, text);
   }
   const std::string_view value = equals == std::string_view::npos ? "" : text.substr(equals + 1);
   LM_ASSIGN_OR_RETURN(spec.distance, parse_number(key, value, 0, 1e12));

@@ -1,4 +1,4 @@
-// What a method is called and what it is told, as jobs write it: "path", "ao:distance=0.5".
+// What a method is called and what it is told, as jobs write it: "path:brute-force", "ao:distance=0.5".
 #pragma once
 
 #include <string>
@@ -10,6 +10,8 @@ namespace lightmill {
 
 struct MethodSpec {
   std::string name = "path";
+  /// `brute-force`: rays try every triangle rather than walk a hierarchy. The picture is the same but for rounding.
+  bool brute_force = false;
   /// `distance=D`: how far ambient occlusion looks, in scene units; 0: without end.
   double distance = 0;
 };

@@ -3,6 +3,7 @@
 #include <embree3/rtcore.h>
 
 #include "common/base/check.h"
+#include "common/scene/accel/brute_force.h"
 
 namespace lightmill {
 namespace {
@@ -32,7 +33,8 @@ struct Accel::State {
     std::uint32_t geometry;
     Vec3 point, normal;
   };
-  std::vector<Plane> planes;  ///< Embree has none: they are tried after it
+  std::unique_ptr<BruteForce> brute_force;  ///< instead of the scene
+  std::vector<Plane> planes;                ///< Embree has none: they are tried after it
 
   ~State() {
     for (const RTCScene prototype : prototypes) {
@@ -79,12 +81,65 @@ struct Accel::State {
     const F8 t = dot(normal, broadcast(plane.point) - rays.origin) / dot(normal, rays.direction);
     return select(t > F8(0.0f), t, F8(std::numeric_limits<float>::infinity()));
   }
+
+  Hit8 intersect(M8 lanes, const Ray8& rays, bool coherent) const {
+    RTCIntersectContext context;
+    rtcInitIntersectContext(&context);
+    context.flags = coherent ? RTC_INTERSECT_CONTEXT_FLAG_COHERENT : RTC_INTERSECT_CONTEXT_FLAG_INCOHERENT;
+
+    alignas(32) int valid[8];
+    _mm256_store_si256(reinterpret_cast<__m256i*>(valid), lanes.i());
+    RTCRayHit8 query;
+    store(rays.origin, query.ray.org_x, query.ray.org_y, query.ray.org_z);
+    store(rays.direction, query.ray.dir_x, query.ray.dir_y, query.ray.dir_z);
+    F8(0.0f).store(query.ray.tnear);
+    F8(0.0f).store(query.ray.time);
+    rays.max_distance.store(query.ray.tfar);
+    U8(0xffffffffu).store(query.ray.mask);
+    U8(0u).store(query.ray.flags);
+    U8(RTC_INVALID_GEOMETRY_ID).store(query.hit.geomID);
+    U8(RTC_INVALID_GEOMETRY_ID).store(query.hit.instID[0]);
+    rtcIntersect8(valid, scene, &context, &query);
+
+    // A hit of an instance is known by the instance's number, which takes the place of the prototype's.
+    const U8 instance = U8::load(query.hit.instID[0]);
+    const U8 none(RTC_INVALID_GEOMETRY_ID);
+    const U8 shape = U8::load(query.hit.geomID);
+    return {and_not(lanes, shape == none),
+            F8::load(query.ray.tfar),
+            {F8::load(query.hit.Ng_x), F8::load(query.hit.Ng_y), F8::load(query.hit.Ng_z)},
+            F8::load(query.hit.u),
+            F8::load(query.hit.v),
+            select(instance == none, shape, instance),
+            U8::load(query.hit.primID)};
+  }
+
+  M8 occluded(M8 lanes, const Ray8& rays) const {
+    RTCIntersectContext context;
+    rtcInitIntersectContext(&context);
+
+    alignas(32) int valid[8];
+    _mm256_store_si256(reinterpret_cast<__m256i*>(valid), lanes.i());
+    RTCRay8 query;
+    store(rays.origin, query.org_x, query.org_y, query.org_z);
+    store(rays.direction, query.dir_x, query.dir_y, query.dir_z);
+    F8(0.0f).store(query.tnear);
+    F8(0.0f).store(query.time);
+    rays.max_distance.store(query.tfar);
+    U8(0xffffffffu).store(query.mask);
+    U8(0u).store(query.flags);
+    rtcOccluded8(valid, scene, &context, &query);
+    return lanes & (F8::load(query.tfar) < F8(0.0f));  // Embree sets it to −∞ where something was hit
+  }
 };
 
-Accel::Accel(bool robust) : state_(std::make_unique<State>()) {
+Accel::Accel(Kind kind) : state_(std::make_unique<State>()) {
   state_->device = rtcNewDevice("isa=avx2,threads=1,user_threads=1");
   LM_CHECK(state_->device != nullptr, "Embree gives no device; does this processor have AVX2?");
-  state_->flags = robust ? RTC_SCENE_FLAG_ROBUST : RTC_SCENE_FLAG_NONE;
+  state_->flags = kind == Kind::robust ? RTC_SCENE_FLAG_ROBUST : RTC_SCENE_FLAG_NONE;
+  if (kind == Kind::brute_force) {
+    state_->brute_force = std::make_unique<BruteForce>();
+  }
   state_->scene = state_->new_scene();
 }
 
@@ -92,11 +147,18 @@ Accel::~Accel() = default;
 
 std::uint32_t Accel::add_mesh(std::span<const std::array<float, 3>> positions,
                               std::span<const std::array<std::uint32_t, 3>> triangles) {
+  if (state_->brute_force != nullptr) {
+    state_->brute_force->add_mesh(state_->geometries, positions, triangles);
+    return state_->geometries++;
+  }
   return state_->attach(state_->new_mesh(positions, triangles));
 }
 
 std::uint32_t Accel::add_prototype(std::span<const std::array<float, 3>> positions,
                                    std::span<const std::array<std::uint32_t, 3>> triangles) {
+  if (state_->brute_force != nullptr) {
+    return state_->brute_force->add_prototype(positions, triangles);
+  }
   const RTCScene scene = state_->new_scene();
   State::attach_to(scene, state_->new_mesh(positions, triangles), 0);
   rtcCommitScene(scene);
@@ -105,6 +167,10 @@ std::uint32_t Accel::add_prototype(std::span<const std::array<float, 3>> positio
 }
 
 std::uint32_t Accel::add_instance(std::uint32_t prototype, const std::array<std::array<float, 4>, 3>& to_scene) {
+  if (state_->brute_force != nullptr) {
+    state_->brute_force->add_instance(state_->geometries, prototype, to_scene);
+    return state_->geometries++;
+  }
   const RTCGeometry geometry = rtcNewGeometry(state_->device, RTC_GEOMETRY_TYPE_INSTANCE);
   rtcSetGeometryInstancedScene(geometry, state_->prototypes[prototype]);
   rtcSetGeometryTimeStepCount(geometry, 1);
@@ -118,6 +184,10 @@ std::uint32_t Accel::add_plane(const Vec3& point, const Vec3& normal) {
 }
 
 std::uint32_t Accel::add_sphere(const Vec3& center, float radius) {
+  if (state_->brute_force != nullptr) {
+    state_->brute_force->add_sphere(state_->geometries, center, radius);
+    return state_->geometries++;
+  }
   const RTCGeometry geometry = rtcNewGeometry(state_->device, RTC_GEOMETRY_TYPE_SPHERE_POINT);
   auto* vertex =
       static_cast<float*>(rtcSetNewGeometryBuffer(geometry, RTC_BUFFER_TYPE_VERTEX, 0, RTC_FORMAT_FLOAT4, 16, 1));
@@ -144,35 +214,8 @@ M8 Accel::traceable(const Ray8& rays) {
 
 Hit8 Accel::intersect(M8 lanes, const Ray8& rays, bool coherent) const {
   lanes = lanes & traceable(rays);
-  RTCIntersectContext context;
-  rtcInitIntersectContext(&context);
-  context.flags = coherent ? RTC_INTERSECT_CONTEXT_FLAG_COHERENT : RTC_INTERSECT_CONTEXT_FLAG_INCOHERENT;
-
-  alignas(32) int valid[8];
-  _mm256_store_si256(reinterpret_cast<__m256i*>(valid), lanes.i());
-  RTCRayHit8 query;
-  store(rays.origin, query.ray.org_x, query.ray.org_y, query.ray.org_z);
-  store(rays.direction, query.ray.dir_x, query.ray.dir_y, query.ray.dir_z);
-  F8(0.0f).store(query.ray.tnear);
-  F8(0.0f).store(query.ray.time);
-  rays.max_distance.store(query.ray.tfar);
-  U8(0xffffffffu).store(query.ray.mask);
-  U8(0u).store(query.ray.flags);
-  U8(RTC_INVALID_GEOMETRY_ID).store(query.hit.geomID);
-  U8(RTC_INVALID_GEOMETRY_ID).store(query.hit.instID[0]);
-  rtcIntersect8(valid, state_->scene, &context, &query);
-
-  // A hit of an instance is known by the instance's number, which takes the place of the prototype's.
-  const U8 instance = U8::load(query.hit.instID[0]);
-  const U8 none(RTC_INVALID_GEOMETRY_ID);
-  const U8 shape = U8::load(query.hit.geomID);
-  Hit8 hit{and_not(lanes, shape == none),
-           F8::load(query.ray.tfar),
-           {F8::load(query.hit.Ng_x), F8::load(query.hit.Ng_y), F8::load(query.hit.Ng_z)},
-           F8::load(query.hit.u),
-           F8::load(query.hit.v),
-           select(instance == none, shape, instance),
-           U8::load(query.hit.primID)};
+  Hit8 hit = state_->brute_force != nullptr ? state_->brute_force->intersect(lanes, rays)
+                                            : state_->intersect(lanes, rays, coherent);
   for (const State::Plane& plane : state_->planes) {
     const F8 t = State::plane_distance(plane, rays);
     const M8 nearer = lanes & (t < hit.distance);
@@ -187,21 +230,7 @@ Hit8 Accel::intersect(M8 lanes, const Ray8& rays, bool coherent) const {
 
 M8 Accel::occluded(M8 lanes, const Ray8& rays) const {
   lanes = lanes & traceable(rays);
-  RTCIntersectContext context;
-  rtcInitIntersectContext(&context);
-
-  alignas(32) int valid[8];
-  _mm256_store_si256(reinterpret_cast<__m256i*>(valid), lanes.i());
-  RTCRay8 query;
-  store(rays.origin, query.org_x, query.org_y, query.org_z);
-  store(rays.direction, query.dir_x, query.dir_y, query.dir_z);
-  F8(0.0f).store(query.tnear);
-  F8(0.0f).store(query.time);
-  rays.max_distance.store(query.tfar);
-  U8(0xffffffffu).store(query.mask);
-  U8(0u).store(query.flags);
-  rtcOccluded8(valid, state_->scene, &context, &query);
-  M8 hit = lanes & (F8::load(query.tfar) < F8(0.0f));  // Embree sets it to −∞ where something was hit
+  M8 hit = state_->brute_force != nullptr ? state_->brute_force->occluded(lanes, rays) : state_->occluded(lanes, rays);
   for (const State::Plane& plane : state_->planes) {
     hit = hit | (lanes & (State::plane_distance(plane, rays) < rays.max_distance));
   }

@@ -1,4 +1,4 @@
-// Ray intersection by Embree, and nothing else of Embree: the only folder that includes it.
+// Ray intersection by Embree (or, if asked for, by trying everything). The only folder that includes Embree.
 #pragma once
 
 #include <array>
@@ -18,8 +18,12 @@ namespace lightmill {
 /// function of the geometry alone; Embree's AVX2 code is used on every processor.
 class Accel {
  public:
-  /// `robust`: watertight at edges and exact for far-off geometry, some 8–20 % slower.
-  explicit Accel(bool robust);
+  enum class Kind {
+    fast,
+    robust,       ///< watertight at edges and exact for far-off geometry, some 8–20 % slower
+    brute_force,  ///< without a hierarchy (brute_force.h)
+  };
+  explicit Accel(Kind kind);
   ~Accel();
   Accel(const Accel&) = delete;
   Accel& operator=(const Accel&) = delete;

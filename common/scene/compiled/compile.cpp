@@ -60,13 +60,16 @@ class SceneCompiler {
   explicit SceneCompiler(const Scene& scene) : scene_(scene), out_(new CompiledScene()) {}
 
   Result<std::shared_ptr<const CompiledScene>> run(const CompiledScene::AssetSource& assets,
-                                                   const CompiledScene::ImageDecoder& images) {
+                                                   const CompiledScene::ImageDecoder& images,
+                                                   const CompiledScene::Options& options) {
     LM_RETURN_IF_ERROR(validate(scene_));
     LM_ASSIGN_OR_RETURN(meshes_, load_meshes(scene_, assets));
     find_bounds();
     LM_ASSIGN_OR_RETURN(TextureSet textures, load_textures(scene_, assets, images));
     out_->materials_ = MaterialTable(scene_, std::move(textures));
-    out_->accel_ = std::make_unique<Accel>(needs_robust_rays());
+    out_->accel_ = std::make_unique<Accel>(options.brute_force   ? Accel::Kind::brute_force
+                                           : needs_robust_rays() ? Accel::Kind::robust
+                                                                 : Accel::Kind::fast);
     for (std::size_t i = 0; i < scene_.objects.size(); ++i) {
       compile_object(i);
     }
@@ -300,9 +303,10 @@ class SceneCompiler {
 };
 
 Result<std::shared_ptr<const CompiledScene>> CompiledScene::compile(const Scene& scene, const AssetSource& assets,
-                                                                    const ImageDecoder& images) {
+                                                                    const ImageDecoder& images,
+                                                                    const Options& options) {
   try {
-    return SceneCompiler(scene).run(assets, images);
+    return SceneCompiler(scene).run(assets, images, options);
   } catch (const std::bad_alloc&) {
     return resource_exhausted("out of memory while compiling a scene of {} objects", scene.objects.size());
   }

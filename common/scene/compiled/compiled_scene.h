@@ -48,10 +48,18 @@ class CompiledScene {
   /// Decodes an image file (common/image/read, which few programs link): its bytes and its name.
   using ImageDecoder = std::function<Result<Texels>(ByteView bytes, const std::string& name)>;
 
+  struct Options {
+    bool brute_force = false;  ///< trace rays without a hierarchy
+  };
+
   /// Compiles a valid document. Fails when an asset is missing or damaged, or memory runs out; errors name the object.
   /// A scene with images needs a decoder.
   static Result<std::shared_ptr<const CompiledScene>> compile(const Scene& scene, const AssetSource& assets,
-                                                              const ImageDecoder& images = nullptr);
+                                                              const ImageDecoder& images, const Options& options);
+  static Result<std::shared_ptr<const CompiledScene>> compile(const Scene& scene, const AssetSource& assets,
+                                                              const ImageDecoder& images = nullptr) {
+    return compile(scene, assets, images, Options());
+  }
 
   const Accel& accel() const { return *accel_; }
   const LightTable& lights() const { return lights_; }

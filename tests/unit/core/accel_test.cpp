@@ -12,8 +12,8 @@ constexpr float kInfinity = std::numeric_limits<float>::infinity();
 constexpr float kNan = std::numeric_limits<float>::quiet_NaN();
 
 TEST(Accel, RaysThatCannotBeTracedHitNothing) {
-  for (const bool robust : {false, true}) {
-    Accel accel(robust);
+  for (const Accel::Kind kind : {Accel::Kind::fast, Accel::Kind::robust, Accel::Kind::brute_force}) {
+    Accel accel(kind);
     accel.add_mesh(std::vector<std::array<float, 3>>{{-1, 0, -1}, {-1, 0, 9}, {9, 0, -1}},
                    std::vector<std::array<std::uint32_t, 3>>{{0, 1, 2}});
     accel.add_sphere(Vec3(0, -2, 0), 1);
@@ -28,6 +28,61 @@ TEST(Accel, RaysThatCannotBeTracedHitNothing) {
     EXPECT_EQ(accel.intersect(M8(true), rays, false).hit.bits(), 0b10000001);
     EXPECT_EQ(accel.intersect(M8(true), rays, true).hit.bits(), 0b10000001);
     EXPECT_EQ(accel.occluded(M8(true), rays).bits(), 0b10000001);
+  }
+}
+
+/// A soup of triangles, two instances of a mesh (one mirrored), two spheres and a plane.
+std::unique_ptr<Accel> soup(Accel::Kind kind) {
+  auto accel = std::make_unique<Accel>(kind);
+  std::uint32_t state = 1;
+  const auto random = [&] { return static_cast<float>((state = mix(state + 1)) >> 8) * 0x1p-23f - 1; };
+  std::vector<std::array<float, 3>> positions;
+  std::vector<std::array<std::uint32_t, 3>> triangles;
+  for (std::uint32_t i = 0; i < 200; ++i) {
+    const Vec3 center(random(), random(), random());
+    for (int corner = 0; corner < 3; ++corner) {
+      positions.push_back({center.x + 0.3f * random(), center.y + 0.3f * random(), center.z + 0.3f * random()});
+    }
+    triangles.push_back({3 * i, 3 * i + 1, 3 * i + 2});
+  }
+  accel->add_mesh(positions, triangles);
+  const std::uint32_t prototype = accel->add_prototype(positions, triangles);
+  accel->add_instance(prototype, {{{0.5f, 0, 0, 1.5f}, {0, 0, 1, 0}, {0, -2, 0, 0.25f}}});
+  accel->add_sphere(Vec3(0.4f, 0.3f, -0.2f), 0.3f);
+  accel->add_instance(prototype, {{{-1, 0.25f, 0, -1.5f}, {0, 1, 0, 0}, {0, 0, 0.5f, 0}}});
+  accel->add_sphere(Vec3(0, 0, 0), 4);
+  accel->add_plane(Vec3(0, -0.5f, 0), Vec3(0, 1, 0));
+  EXPECT_TRUE(accel->commit().ok());
+  return accel;
+}
+
+TEST(Accel, TryingEverythingFindsWhatTheHierarchyFinds) {
+  const auto fast = soup(Accel::Kind::robust), brute = soup(Accel::Kind::brute_force);
+  int hits = 0, other = 0, blocked = 0;
+  std::array<int, 6> seen{};
+  constexpr int kPackets = 2000;
+  for (std::uint32_t i = 0; i < kPackets; ++i) {
+    const Pair8 a = hashed_pair(U8(i), U8::lane_index()), b = hashed_pair(U8(i), U8::lane_index() + U8(100u));
+    const V8 direction = square_to_sphere(b);
+    const Ray8 rays{square_to_sphere(a) * F8(1.5f), direction, F8(std::numeric_limits<float>::infinity())};
+    const Hit8 x = fast->intersect(M8(true), rays, false), y = brute->intersect(M8(true), rays, false);
+    const M8 near = abs(x.distance - y.distance) <= F8(2e-5f) * (F8(1.0f) + x.distance);
+    const M8 same = x.hit & y.hit & (x.geometry == y.geometry) & (x.primitive == y.primitive) & near &
+                    (length_squared(normalize(x.normal) - normalize(y.normal)) < F8(1e-6f));
+    hits += same.count();
+    other += and_not(x.hit | y.hit, same).count();
+    for (std::uint32_t geometry = 0; geometry < 6; ++geometry) {
+      seen[geometry] += (same & (y.geometry == U8(geometry))).count();
+    }
+    const Ray8 segments{rays.origin, direction, F8(0.7f)};
+    blocked += (fast->occluded(M8(true), segments) & brute->occluded(M8(true), segments)).count();
+    EXPECT_EQ(fast->occluded(M8(true), segments).bits(), brute->occluded(M8(true), segments).bits()) << i;
+  }
+  EXPECT_EQ(hits + other, 8 * kPackets) << "the large sphere closes the scene";
+  EXPECT_LE(other, 2) << "edges, where rounding decides";
+  EXPECT_GT(blocked, kPackets);
+  for (const int count : seen) {
+    EXPECT_GT(count, 50);
   }
 }
 

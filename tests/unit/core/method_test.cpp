@@ -112,12 +112,15 @@ TEST(Method, AnUnknownNameIsRefusedWithTheKnownOnes) {
 
 TEST(Method, ParametersAreCheckedByName) {
   EXPECT_EQ(parse_method("ao:distance=2.5")->distance, 2.5);
+  EXPECT_TRUE(parse_method("ao:distance=2.5,brute-force")->brute_force);
+  EXPECT_EQ(message_of(parse_method("path:brute-force=1").status()),
+            "brute-force is a word of its own, got 'brute-force=1'");
   EXPECT_EQ(message_of(parse_method("ao:distance=far").status()),
             "distance: a number from 0 to 1000000000000 is expected, got 'far'");
   EXPECT_EQ(message_of(parse_method("ao:distance").status()),
             "distance: a number from 0 to 1000000000000 is expected, got ''");
-  EXPECT_EQ(message_of(parse_method("ao:depth=1").status()), "ao takes distance=D; got 'depth=1'");
-  EXPECT_EQ(message_of(parse_method("path:distance=1").status()), "path takes no parameters; got 'distance=1'");
+  EXPECT_EQ(message_of(parse_method("ao:depth=1").status()), "ao takes distance=D, brute-force; got 'depth=1'");
+  EXPECT_EQ(message_of(parse_method("path:distance=1").status()), "path takes brute-force; got 'distance=1'");
 }
 
 // The share of the hemisphere, weighted by the cosine, that a sphere of radius R at distance d straight above hides is
