@@ -1,0 +1,147 @@
+// The failure atlas for materials and media: extreme parameters and unlucky arrangements, each with its right outcome.
+#include <cmath>
+
+#include "tests/analytic/scene_text.h"
+
+namespace lightmill::test {
+namespace {
+
+std::string named(const std::string& name, const std::string& kind) {
+  return fmt::format(R"({{"name": "{}", {}}})", name, kind);
+}
+
+/// The mean radiance of a floor of this kind that mirrors a lamp of radiance 1, seen at 45°; the lamp fills what a
+/// sharp lobe sees and leaves the rest black.
+Estimate mirrored_lamp(const std::string& kind, std::uint64_t seed) {
+  const auto scene = TestScene::from_text(
+      document(R"("eye": [0, 1, 1], "look_at": [0, 0, 0])", 0.01, 8, diffuse("lamp", 0, 1) + "," + named("floor", kind),
+               mesh("floor", "floor.obj") + "," + mesh("lamp", "lamp.obj")),
+      {{"floor.obj", plane(20, 0, true)},
+       {"lamp.obj", polygon({{-1, 0.2, -2}, {1, 0.2, -2}, {1, 3.8, -2}, {-1, 3.8, -2}})}});
+  return mean_of(scene.render({"path", seed, 0}, 10), 0);
+}
+
+TEST(Atlas, RoughnessToZeroIsAMirrorAllTheWay) {
+  // F at 45° of glass, and 1 of white metal; across the limit below which a surface counts as smooth.
+  for (const double roughness : {0.0, 1e-30, 1e-4, 0.0099, 0.0101, 0.02, 0.05}) {
+    const struct {
+      std::string kind;
+      double exact;
+    } cases[] = {
+        {fmt::format(R"("dielectric": {{"roughness": {}}})", roughness), 0.0502399},
+        {fmt::format(R"("conductor": {{"eta": {}, "k": {}, "roughness": {}}})", gray(1), gray(1000), roughness), 1},
+        {fmt::format(R"("principled": {{"base_color": {}, "metallic": 1, "roughness": {}}})", gray(1), roughness), 1}};
+    for (const auto& c : cases) {
+      const Estimate seen = mirrored_lamp(c.kind, 50);
+      EXPECT_NEAR(seen.value, c.exact, 5 * seen.standard_error + 2e-3 * c.exact) << c.kind;
+      EXPECT_LT(seen.standard_error, 0.02 * c.exact) << c.kind;
+    }
+  }
+}
+
+TEST(Atlas, PhongExponentsToAMillionAreAMirrorAtLast) {
+  for (const double exponent : {1e4, 1e5, 1e6}) {
+    const Estimate seen =
+        mirrored_lamp(fmt::format(R"("phong": {{"specular": {}, "exponent": {}}})", gray(0.8), exponent), 51);
+    // (s + 2)/(s + 1) times the mean cosine about 45°, over cos 45°: within 2/s of ρ cos θ, Phong's own loss.
+    EXPECT_NEAR(seen.value, 0.8 * std::cos(M_PI / 4), 5 * seen.standard_error + 2e-3) << exponent;
+  }
+}
+
+TEST(Atlas, MaterialsStayFiniteAtGrazingAngles) {
+  const std::string kinds[] = {
+      R"("phong": {"diffuse": {"rgb": [0.5, 0.5, 0.5]}, "specular": {"rgb": [0.5, 0.5, 0.5]}, "exponent": 1e6})",
+      R"("phong": {"specular": {"rgb": [1, 1, 1]}, "exponent": 0})",
+      R"("conductor": {"metal": "silver", "roughness": 1})",
+      R"("conductor": {"metal": "silver", "roughness": 0.02})",
+      R"("dielectric": {"roughness": 1})",
+      R"("dielectric": {"ior": 10, "roughness": 0.02})",
+      R"("dielectric": {"ior": 1e-3, "roughness": 0.5})",
+      R"("principled": {"transmission": 0.5, "coat": 1, "coat_roughness": 1, "roughness": 0})",
+      R"("principled": {"base_color": {"rgb": [0, 0, 0]}, "specular": 0})"};
+  for (const std::string& kind : kinds) {
+    const auto scene = TestScene::from_text(
+        document(R"("eye": [0, 1e-4, 3], "look_at": [0, 0, 0])", 20, 16, diffuse("sky", 0, 1) + "," + named("x", kind),
+                 sphere("sky", "[0, 0, 0]", 20, true) + "," + mesh("x", "floor.obj") + "," +
+                     sphere("x", "[0, 0.3, 0]", 0.2)),
+        {{"floor.obj", plane(20, 0, true)}});
+    const Estimate seen = mean_of(scene.render({"path", 52, 0}, 6), 1);
+    EXPECT_TRUE(std::isfinite(seen.value)) << kind;
+    EXPECT_GE(seen.value, 0) << kind;
+    EXPECT_LE(seen.value, 110) << kind;  // n² of the densest glass, and noise
+  }
+}
+
+TEST(Atlas, AnIndexOfOneIsNothingHoweverRough) {
+  for (const std::string kind :
+       {R"("dielectric": {"ior": 1, "roughness": 0})", R"("dielectric": {"ior": 1, "roughness": 1})",
+        R"("principled": {"base_color": {"rgb": [1, 1, 1]}, "transmission": 1, "ior": 1})"}) {
+    const auto scene = TestScene::from_text(
+        document(R"("eye": [0, 0, 3], "look_at": [0, 0, 0])", 30, 16,
+                 R"({"name": "sky", "diffuse": {"reflectance": {"rgb": [0, 0, 0]}}, "emission": {"rgb": [1, 1, 1]}})"
+                 "," +
+                     named("air", kind),
+                 sphere("sky", "[0, 0, 0]", 20, true) + "," + sphere("air", "[0, 0, 0]", 0.8)));
+    EXPECT_NEAR(mean_of(scene.render({"path", 53, 0}, 4), 0).value, 1, 1e-4) << kind;
+  }
+}
+
+TEST(Atlas, ALightPipeReflectsAHundredTimes) {
+  // The eye is in a rod of glass under a uniform sky: whatever way light takes, radiance in glass is n² of that
+  // outside. Along its axis, 60° off the walls' normals, a path of length 20 meets them some 115 times.
+  const std::string rod =
+      "v -0.05 -0.05 -10\nv 0.05 -0.05 -10\nv 0.05 0.05 -10\nv -0.05 0.05 -10\n"
+      "v -0.05 -0.05 10\nv 0.05 -0.05 10\nv 0.05 0.05 10\nv -0.05 0.05 10\n"
+      "f 4 3 2 1\nf 5 6 7 8\nf 1 2 6 5\nf 3 4 8 7\nf 1 5 8 4\nf 2 3 7 6\n";
+  const auto scene =
+      TestScene::from_text(document(R"("eye": [0.011, 0.007, -9.9], "look_at": [0.011, 0.587, -8.9])", 5, 8,
+                                    diffuse("sky", 0, 1) + R"(, {"name": "glass", "dielectric": {"ior": 1.5}})",
+                                    sphere("sky", "[0, 0, 0]", 40, true) + "," + mesh("glass", "rod.obj")),
+                           {{"rod.obj", rod}});
+  const Estimate seen = mean_of(scene.render({"path", 54, 0}, 8), 0);
+  EXPECT_NEAR(seen.value, 2.25, 5 * seen.standard_error + 0.01);
+  EXPECT_LT(seen.standard_error, 0.05);
+}
+
+TEST(Atlas, InfiniteAbsorptionIsBlackAndNoMoreThanThat) {
+  for (const std::string interior :
+       {R"("color": {"rgb": [0, 0, 0]})", R"("absorption": {"rgb": [1e30, 1e30, 1e30]})"}) {
+    // A hollow shell whose outside mirrors the sky by Fresnel: at normal incidence 4 % and nothing from within.
+    const auto scene = TestScene::from_text(
+        document(R"("eye": [0, 0, 3], "look_at": [0, 0, 0])", 0.01, 8,
+                 diffuse("sky", 0, 1) + R"(, {"name": "ink", "dielectric": {}, "interior": {)" + interior + "}}",
+                 sphere("sky", "[0, 0, 0]", 20, true) + "," + sphere("ink", "[0, 0, 0]", 1)));
+    const Estimate seen = mean_of(scene.render({"path", 55, 0}, 10), 0);
+    EXPECT_NEAR(seen.value, 0.04, 5 * seen.standard_error);
+    EXPECT_LT(seen.standard_error, 2e-3);
+  }
+}
+
+TEST(Atlas, AnEyeOnTheSurfaceOfGlassSeesOneSideOrTheOther) {
+  const auto scene = TestScene::from_text(document(
+      R"("eye": [0, 0, 1], "look_at": [0, 0, -1])", 20, 16,
+      diffuse("sky", 0, 1) + R"(, {"name": "glass", "dielectric": {}, "interior": {"absorption": {"rgb": [0, 0, 0]}}})",
+      sphere("sky", "[0, 0, 0]", 20, true) + "," + sphere("glass", "[0, 0, 0]", 1)));
+  const Estimate seen = mean_of(scene.render({"path", 56, 0}, 8), 0);
+  // Radiance 1 outside and n² inside.
+  EXPECT_TRUE(std::abs(seen.value - 1) < 0.02 || std::abs(seen.value - 2.25) < 0.05) << seen.value;
+}
+
+TEST(Atlas, MoreNestedShapesThanAreKeptTrackOfEndInAPicture) {
+  std::string materials = diffuse("sky", 0, 1), objects = sphere("sky", "[0, 0, 0]", 20, true);
+  for (int i = 0; i < 12; ++i) {
+    const std::string name = fmt::format("shell{}", i);
+    materials +=
+        fmt::format(R"(, {{"name": "{}", "dielectric": {{"ior": {}}}, "priority": {}}})", name, 1.1 + 0.05 * i, i % 3);
+    objects += fmt::format(",{}", sphere(name, "[0, 0, 0]", 2 - 0.1 * i));
+  }
+  const auto scene =
+      TestScene::from_text(document(R"("eye": [0, 0, 5], "look_at": [0, 0, 0])", 40, 16, materials, objects));
+  const Estimate seen = mean_of(scene.render({"path", 57, 0}, 6), 0);
+  EXPECT_TRUE(std::isfinite(seen.value));
+  EXPECT_GT(seen.value, 0.5);
+  EXPECT_LT(seen.value, 3);
+}
+
+}  // namespace
+}  // namespace lightmill::test
