@@ -231,7 +231,11 @@ void Batch::trace_shadows(std::uint32_t bounce) {
     const Ray8 rays{s.origin, s.direction, F8(1.0f)};
     add_untraceable(lanes, rays, s.slot);
     const M8 blocked = scene_.accel().occluded(lanes, rays);
-    add_light(and_not(lanes, blocked), s.slot, s.contribution, bounce == 0);
+    if (scene_.features().media) {
+      add_light(lanes, s.slot, s.contribution * light_through_media(s, lanes, blocked), bounce == 0);
+    } else {
+      add_light(and_not(lanes, blocked), s.slot, s.contribution, bounce == 0);
+    }
   }
   ws_.counters.shadow_rays += static_cast<std::uint64_t>(ws_.shadows.size());
 }

@@ -64,6 +64,7 @@ class Batch {
   void shade_glossy(MaterialKind kind, const Vertex8& vertex, M8 lanes);
   F8 relative_index(const Vertex8& vertex, M8 lanes) const;
   Crossing8 pass_media(Path8& paths, M8 lanes, Hit8& hits);
+  V8 light_through_media(const Shadow8& shadows, M8 lanes, M8 blocked);
 
   /// Next-event estimation and going on, for a BSDF that has a density (common/materials/bsdf.h).
   template <class Bsdf>

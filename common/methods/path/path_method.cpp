@@ -24,7 +24,7 @@ class PathMethod final : public Method {
     const std::size_t capacity = kBatchPixels * SamplePlan(0).splits;
     ws->paths.reserve(capacity, scene_->features().media);
     ws->next.reserve(capacity, scene_->features().media);
-    ws->shadows.reserve(capacity);
+    ws->shadows.reserve(capacity, scene_->features().media);
     return ws;
   }
 

@@ -107,12 +107,18 @@ struct Shadow8 {
   V8 origin, direction;  ///< the light is at distance 1 in lengths of `direction`
   V8 contribution;
   U8 slot;
+  Media8 media = {};  ///< at the origin; kept only where the scene has such
 };
 
 class ShadowQueue {
  public:
-  void reserve(std::size_t n) {
+  void reserve(std::size_t n, bool with_media) {
     n += 8;
+    with_media_ = with_media;
+    if (with_media) {
+      media_low_.resize(n);
+      media_high_.resize(n);
+    }
     origin_.resize(n);
     direction_.resize(n);
     contribution_.resize(n);
@@ -121,7 +127,8 @@ class ShadowQueue {
   int size() const { return size_; }
   void clear() { size_ = 0; }
   Shadow8 load(int i) const {
-    return {origin_.load(i), direction_.load(i), contribution_.load(i), U8::load(&slot_[i])};
+    return {origin_.load(i), direction_.load(i), contribution_.load(i), U8::load(&slot_[i]),
+            with_media_ ? Media8{U8::load(&media_low_[i]), U8::load(&media_high_[i])} : Media8{}};
   }
   void push(M8 lanes, const Shadow8& s) {
     const int bits = lanes.bits();
@@ -130,13 +137,18 @@ class ShadowQueue {
     direction_.store(size_, permute(s.direction, order));
     contribution_.store(size_, permute(s.contribution, order));
     lightmill::permute(s.slot, order).store(&slot_[size_]);
+    if (with_media_) {
+      lightmill::permute(s.media.low, order).store(&media_low_[size_]);
+      lightmill::permute(s.media.high, order).store(&media_high_[size_]);
+    }
     size_ += std::popcount(static_cast<unsigned>(bits));
   }
 
  private:
   int size_ = 0;
+  bool with_media_ = false;
   VectorArray origin_, direction_, contribution_;
-  std::vector<std::uint32_t> slot_;
+  std::vector<std::uint32_t> slot_, media_low_, media_high_;
 };
 
 }  // namespace lightmill::path

@@ -60,19 +60,15 @@ void Batch::sample_light(const Vertex8& vertex, const Bsdf& bsdf, const V8& wo, 
   }
   const F8 weight = select(light.pdf_solid_angle > F8(0.0f),
                            mis_weight(light.pdf_solid_angle, bsdf.pdf_solid_angle(wo, wi)), F8(1.0f));
-  V8 contribution = in.throughput * bsdf.eval(wo, wi) * light.weight * weight;
-  if (scene_.features().media) {
-    Media8 media = in.media;
-    if constexpr (Bsdf::kTransmits) {
-      media = select(wi.z < F8(0.0f), vertex.crossing.beyond, media);
-    }
-    const MediumTable& table = scene_.media();
-    contribution = contribution * table.transmittance(table.current(media), sqrt(length_squared(light.point - origin)));
-  }
+  const V8 contribution = in.throughput * bsdf.eval(wo, wi) * light.weight * weight;
   if constexpr (Bsdf::kLosesSamples) {
     valid = and_not(valid, max_component(contribution) <= F8(0.0f));
   }
-  ws_.shadows.push(valid, {origin, light.point - origin, contribution, in.slot});
+  Media8 media = in.media;
+  if constexpr (Bsdf::kTransmits) {
+    media = select(wi.z < F8(0.0f), vertex.crossing.beyond, media);
+  }
+  ws_.shadows.push(valid, {origin, light.point - origin, contribution, in.slot, media});
 }
 
 }  // namespace lightmill::path

@@ -30,7 +30,7 @@ bool overlap(const Bounds& a, const Bounds& b) {
 }  // namespace
 
 MediumTable::MediumTable(const Scene& scene, double length_scale)
-    : priority_{0x80000000u}, ior_{1.0f}, absorption_{0, 0, 0} {
+    : priority_{0x80000000u}, ior_{1.0f}, absorption_{0, 0, 0}, plain_{0} {
   for (const Material& material : scene.materials) {
     if (!is_boundary(material)) {
       of_material_.push_back(0);
@@ -39,6 +39,7 @@ MediumTable::MediumTable(const Scene& scene, double length_scale)
     of_material_.push_back(static_cast<std::uint32_t>(ior_.size()));
     priority_.push_back(static_cast<std::uint32_t>(material.priority));
     ior_.push_back(static_cast<float>(ior_of(material)));
+    plain_.push_back(std::holds_alternative<DielectricMaterial>(material.kind) ? 1 : 0);
     const Vec3d sigma = Vec3d(to_vec(material.interior.absorption)) / length_scale;
     append(absorption_, Vec3(glm::min(sigma, Vec3d(kMaxAbsorption))));
   }
@@ -101,8 +102,9 @@ Crossing8 MediumTable::cross(const Media8& media, U8 medium, M8 from_outside) co
   const U8 outer = current(without);
   const F8 inner_ior = gather(ior_.data(), medium, all);
   const F8 outer_ior = gather(ior_.data(), outer, all);
+  const M8 matched = (inner_ior == outer_ior) & (gather(plain_.data(), medium, all) == U8(1u));
   return {select(from_outside, inner_ior / outer_ior, outer_ior / inner_ior), select(from_outside, with, without),
-          and_not(current(with) == medium, outer == medium)};
+          and_not(current(with) == medium, (outer == medium) | matched)};
 }
 
 bool needs_media(const Scene& scene, const std::vector<Bounds>& object_bounds) {
@@ -115,7 +117,7 @@ bool needs_media(const Scene& scene, const std::vector<Bounds>& object_bounds) {
     if (!is_boundary(material)) {
       continue;
     }
-    if (material.interior != Medium{} || material.priority != 0) {
+    if (material.interior != Medium{} || material.priority != 0 || ior_of(material) == 1) {
       return true;
     }
     // Several may be faces of one shape, so that their own bounds say nothing.

@@ -26,7 +26,7 @@ inline Media8 select(M8 mask, const Media8& yes, const Media8& no) {
 struct Crossing8 {
   F8 eta;         ///< index of refraction beyond the surface over that on the ray's side
   Media8 beyond;  ///< the media there
-  M8 real;        ///< there is a change of medium; else another medium is on both sides, and light does not notice
+  M8 real;        ///< light notices: there is a change of medium, and of index unless it is more than a dielectric
 };
 
 /// One medium for each material that light passes into, from 1; 0 is the empty space outside of all.
@@ -64,10 +64,12 @@ class MediumTable {
   // One entry a medium (3 for colours); the first is the outside.
   std::vector<std::uint32_t> priority_;  ///< as signed integers
   std::vector<float> ior_, absorption_;
+  std::vector<std::uint32_t> plain_;  ///< 1: of a dielectric, whose boundary is nothing but a change of index
 };
 
-/// Whether paths must know which media they are in: where something absorbs or has a priority, or shapes that light
-/// passes into may overlap. Else each boundary is one between its medium and the outside.
+/// Whether paths must know which media they are in: where something absorbs, has a priority or the index of the
+/// outside, or shapes that light passes into may overlap. Else each boundary is one between its medium and the outside,
+/// and light notices it.
 bool needs_media(const Scene& scene, const std::vector<Bounds>& object_bounds);
 
 }  // namespace lightmill

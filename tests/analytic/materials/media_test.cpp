@@ -163,5 +163,37 @@ TEST(Media, LightOfALampInsideIsAbsorbedToo) {
   expect_answer(mean_of(scene.render({"path", 45, 1}, 4), 0), std::exp(-0.7 * (1 + to_eye)) / M_PI, 2e-3);
 }
 
+TEST(Media, ShadowRaysPassWhatLightDoesNotNotice) {
+  // Clear and absorbing balls of index 1 between a light and a floor, one of them around the other.
+  const std::string light = R"({"point": {"position": [0, 4, 0], "intensity": {"rgb": [1, 1, 1]}}})";
+  for (const double sigma : {0.0, 0.8}) {
+    const auto scene = TestScene::from_text(
+        document(
+            R"("eye": [0, 0.5, 3], "look_at": [0, 0, 0])", 0.01, 8,
+            diffuse("floor", 1) + "," + medium("a", 1, absorbing(sigma)) + "," + medium("b", 1, absorbing(0.3), 1),
+            mesh("floor", "floor.obj") + "," + sphere("a", "[0, 2, 0]", 0.75) + "," + sphere("b", "[0, 2, 0]", 0.25),
+            light),
+        {{"floor.obj", plane(20, 0, true)}});
+    EXPECT_NEAR(mean_of(scene.render({"path", 46, 1}, 4), 0).value, std::exp(-sigma - 0.3 * 0.5) / 16 / M_PI, 1e-6);
+  }
+  // Glass does stop them.
+  const auto glass =
+      TestScene::from_text(document(R"("eye": [0, 0.5, 3], "look_at": [0, 0, 0])", 0.01, 8,
+                                    diffuse("floor", 1) + "," + medium("glass", 1.5, absorbing(0.1)),
+                                    mesh("floor", "floor.obj") + "," + sphere("glass", "[0, 2, 0]", 0.75), light),
+                           {{"floor.obj", plane(20, 0, true)}});
+  EXPECT_EQ(mean_of(glass.render({"path", 46, 1}, 4), 0).value, 0);
+}
+
+TEST(Media, LightThroughWhatIsNotThereIsCountedOnce) {
+  // A large sphere lamp seen by a floor through a sheet of index 1: found by scattered rays and by shadow rays.
+  const auto scene = TestScene::from_text(
+      document(R"("eye": [0, 0.2, 3], "look_at": [0, 0, 0])", 0.01, 8,
+               diffuse("floor", 1) + "," + diffuse("lamp", 0, 1) + "," + medium("air", 1, ""),
+               mesh("floor", "floor.obj") + "," + sphere("lamp", "[0, 2, 0]", 1.2) + "," + mesh("air", "sheet.obj")),
+      {{"floor.obj", plane(20, 0, true)}, {"sheet.obj", plane(20, 0.4, true)}});
+  expect_answer(mean_of(scene.render({"path", 47, 2}, 10), 0), 1.44 / 4, 2e-3);
+}
+
 }  // namespace
 }  // namespace lightmill::test
