@@ -122,13 +122,13 @@ void add_render_options(CLI::App& command, RenderOptions& options) {
   command.add_option("--owner", options.owner, "who asks (default: you)")->type_name("NAME");
 }
 
-Result<PreparedJob> make_job(const RenderOptions& options) {
+Result<PreparedJob> make_job(const RenderOptions& options, Signals& signals) {
   LM_RETURN_IF_ERROR(check_name("--name", options.name));
   LM_RETURN_IF_ERROR(check_name("--owner", options.owner));
   PreparedJob job;
   LM_ASSIGN_OR_RETURN(job.spec.goal, make_goal(options));
   LM_ASSIGN_OR_RETURN(job.spec.settings.layers, make_layers(options));
-  LM_ASSIGN_OR_RETURN(job.scene, load_scene(options.scene));
+  LM_ASSIGN_OR_RETURN(job.scene, load_scene(options.scene, signals));
   FilmSettings& film = job.scene.scene.film;
   if (!options.size.empty()) {
     LM_ASSIGN_OR_RETURN(std::tie(film.width, film.height), parse_size(options.size));

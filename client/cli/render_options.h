@@ -36,6 +36,6 @@ struct PreparedJob {
 };
 
 /// Loads the scene and checks every option against it; errors name the option or the place in the file.
-Result<PreparedJob> make_job(const RenderOptions& options);
+Result<PreparedJob> make_job(const RenderOptions& options, Signals& signals);
 
 }  // namespace lightmill::cli

@@ -1,5 +1,6 @@
 #include "client/cli/scene_options.h"
 
+#include "client/cli/blender.h"
 #include "client/cli/console.h"
 
 namespace lightmill::cli {
@@ -7,10 +8,14 @@ namespace lightmill::cli {
 void add_scene_options(CLI::App& command, SceneOptions& options) {
   command
       .add_option("SCENE", options.scenes,
-                  "a scene document (scenes/cornell-bench-blocks.json), or one or several Wavefront OBJ files")
+                  "a scene document (scenes/cornell-bench-blocks.json), one or several Wavefront OBJ files, a glTF "
+                  "file (.gltf, "
+                  ".glb), or a .blend file where Blender is installed")
       ->required();
-  command.add_option("--camera", options.camera, "a JSON file with a camera, instead of the scene's")
-      ->type_name("FILE");
+  command
+      .add_option("--camera", options.camera,
+                  "a JSON file with a camera, or the name of one of the scene's, instead of its first")
+      ->type_name("FILE|NAME");
   command
       .add_option(
           "--mtl", options.mtl,
@@ -19,11 +24,9 @@ void add_scene_options(CLI::App& command, SceneOptions& options) {
       ->type_name("course|standard");
 }
 
-Result<LoadedScene> load_scene(const SceneOptions& options) {
+Result<LoadedScene> load_scene(const SceneOptions& options, Signals& signals) {
   LoadOptions load_options;
-  if (!options.camera.empty()) {
-    load_options.camera_file = options.camera;
-  }
+  load_options.camera = options.camera;
   if (options.mtl == "course") {
     load_options.ka = KaMeaning::emission;
   } else if (options.mtl == "standard") {
@@ -32,7 +35,9 @@ Result<LoadedScene> load_scene(const SceneOptions& options) {
     return invalid_argument("--mtl must be course or standard, got '{}'", options.mtl);
   }
   const std::vector<std::filesystem::path> paths(options.scenes.begin(), options.scenes.end());
-  const Result<LoadedScene> loaded = lightmill::load_scene(paths, load_options);
+  const bool blend = paths.size() == 1 && paths[0].extension() == ".blend";
+  const Result<LoadedScene> loaded =
+      blend ? load_blend(paths[0], load_options, signals) : lightmill::load_scene(paths, load_options);
   return loaded.ok() ? loaded : as_input_error(loaded.status());
 }
 

@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "client/cli/signals.h"
 #include "common/base/status.h"
 #include "common/scene_io/load.h"
 
@@ -19,7 +20,7 @@ struct SceneOptions {
 
 void add_scene_options(CLI::App& command, SceneOptions& options);
 
-/// Loads the scene; errors are the user's to mend.
-Result<LoadedScene> load_scene(const SceneOptions& options);
+/// Loads the scene, of Blender too; errors are the user's to mend. Cancelled when interrupted.
+Result<LoadedScene> load_scene(const SceneOptions& options, Signals& signals);
 
 }  // namespace lightmill::cli

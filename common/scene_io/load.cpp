@@ -1,12 +1,31 @@
 #include "common/scene_io/load.h"
 
+#include <cctype>
+
 #include "common/base/file.h"
+#include "common/film/tile_grid.h"
 #include "common/scene_io/loaders.h"
 #include "common/wire/scene_json.h"
 
 namespace lightmill {
 namespace fs = std::filesystem;
 namespace {
+
+constexpr std::string_view kExpected =
+    "a scene document (.json), Wavefront files (.obj) or a glTF file (.gltf, .glb) are expected";
+
+/// In lower case.
+std::string ending_of(const fs::path& path) {
+  std::string ending = path.extension().string();
+  for (char& c : ending) {
+    c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
+  }
+  return ending;
+}
+
+bool is_gltf(const fs::path& path) {
+  return ending_of(path) == ".gltf" || ending_of(path) == ".glb";
+}
 
 Result<fs::path> resolve(const fs::path& path) {
   std::error_code error;
@@ -17,33 +36,75 @@ Result<fs::path> resolve(const fs::path& path) {
   if (!fs::exists(path, error)) {
     return not_found("{}: no such file", path.string());
   }
-  if (path.extension() != ".json" && path.extension() != ".obj") {
-    return invalid_argument("{}: a scene document (.json) or Wavefront files (.obj) are expected", path.string());
+  if (path.extension() != ".json" && ending_of(path) != ".obj" && !is_gltf(path)) {
+    return invalid_argument("{}: {}", path.string(), kExpected);
   }
   return path;
 }
 
+Result<LoadedScene> load_files(const std::vector<fs::path>& files, const LoadOptions& options) {
+  if (files[0].extension() == ".json") {
+    return load_document(files[0]);
+  }
+  return is_gltf(files[0]) ? load_gltf(files[0]) : load_objs(files, options.ka);
+}
+
+std::string names_of(const std::vector<NamedCamera>& cameras) {
+  std::string text;
+  for (const NamedCamera& camera : cameras) {
+    text += (text.empty() ? "" : ", ") + camera.name;
+  }
+  return text;
+}
+
+Status choose_camera(const std::string& wanted, LoadedScene& loaded) {
+  for (const NamedCamera& camera : loaded.cameras) {
+    if (camera.name == wanted) {
+      use_camera(camera, loaded.scene);
+      return ok_status();
+    }
+  }
+  const Result<std::string> text = read_file(wanted, kMaxDocumentBytes);
+  if (!text.ok()) {
+    return loaded.cameras.empty()
+               ? text.status()
+               : make_error(text.status().code(), "{}, and none of the scene's cameras has this name: {}",
+                            message_of(text.status()), names_of(loaded.cameras));
+  }
+  LM_ASSIGN_OR_RETURN(loaded.scene.camera, read_camera_json(*text, wanted));
+  return ok_status();
+}
+
 }  // namespace
+
+void use_camera(const NamedCamera& camera, Scene& scene) {
+  scene.camera = camera.camera;
+  if (camera.aspect) {
+    const double width = std::round(scene.film.height * *camera.aspect);
+    scene.film.width = static_cast<int>(std::clamp(width, 1.0, static_cast<double>(kMaxFilmSide)));
+  }
+}
 
 Result<LoadedScene> load_scene(std::span<const fs::path> paths, const LoadOptions& options) {
   if (paths.empty()) {
-    return invalid_argument("a scene document (.json) or Wavefront files (.obj) are expected, got none");
+    return invalid_argument("{}, got none", kExpected);
   }
   std::vector<fs::path> files;
-  bool any_document = false;
   for (const fs::path& path : paths) {
     LM_ASSIGN_OR_RETURN(fs::path file, resolve(path));
-    any_document = any_document || file.extension() == ".json";
     files.push_back(std::move(file));
   }
-  if (any_document && files.size() > 1) {
-    return invalid_argument("one scene document or any number of .obj files are expected, got {} files with a document",
-                            files.size());
+  const bool all_objs =
+      std::all_of(files.begin(), files.end(), [](const fs::path& file) { return ending_of(file) == ".obj"; });
+  if (files.size() > 1 && !all_objs) {
+    return invalid_argument(
+        "one scene document, one glTF file or any number of .obj files are expected, got {} files that are not all "
+        ".obj",
+        files.size());
   }
-  LM_ASSIGN_OR_RETURN(LoadedScene loaded, any_document ? load_document(files[0]) : load_objs(files, options.ka));
-  if (options.camera_file) {
-    LM_ASSIGN_OR_RETURN(const std::string text, read_file(*options.camera_file, kMaxDocumentBytes));
-    LM_ASSIGN_OR_RETURN(loaded.scene.camera, read_camera_json(text, options.camera_file->string()));
+  LM_ASSIGN_OR_RETURN(LoadedScene loaded, load_files(files, options));
+  if (!options.camera.empty()) {
+    LM_RETURN_IF_ERROR(choose_camera(options.camera, loaded));
   }
   LM_RETURN_IF_ERROR(validate(loaded.scene));
   return loaded;

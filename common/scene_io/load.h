@@ -14,22 +14,35 @@
 
 namespace lightmill {
 
+/// One of several cameras that a file has.
+struct NamedCamera {
+  std::string name;
+  Camera camera;
+  std::optional<double> aspect;  ///< width by height of the film that it is meant for
+};
+
 /// A scene that is ready to be packed and sent.
 struct LoadedScene {
   Scene scene;                           ///< valid; every mesh has its asset
   std::map<Sha256, std::string> assets;  ///< encoded meshes, and files as they are
   std::vector<std::string> notices;      ///< what was assumed or left out, for people
+  std::vector<NamedCamera> cameras;      ///< that the file has; the first is the scene's if none was asked for
 };
 
+/// Looks through a camera: its view, and the film's width where it says one.
+void use_camera(const NamedCamera& camera, Scene& scene);
+
 struct LoadOptions {
-  std::optional<std::filesystem::path> camera_file;  ///< replaces the scene's camera
+  /// Replaces the scene's camera: the name of one of the file's cameras, else a JSON file that holds one.
+  std::string camera;
   KaMeaning ka = KaMeaning::automatic;
 };
 
 /// Loads one scene document (.json, or its name without that ending), whose meshes are OBJ files relative to it; or one
 /// or several OBJ files with their MTL files, seen by the course's Cornell camera: eye (277, 275, −570), to (277, 275,
-/// 0), camera constant 1, 512×512. Errors name file and line or field; nothing is returned unless all is well.
-/// Documents may name files anywhere: they are read with the user's own rights, and sizes are bounded.
+/// 0), camera constant 1, 512×512; or one glTF file (.gltf, .glb; gltf/gltf.h). Errors name file and line or field;
+/// nothing is returned unless all is well. Files may name others anywhere: they are read with the user's own rights,
+/// and sizes are bounded.
 Result<LoadedScene> load_scene(std::span<const std::filesystem::path> paths, const LoadOptions& options = {});
 
 }  // namespace lightmill

@@ -14,4 +14,7 @@ Result<LoadedScene> load_document(const std::filesystem::path& path);
 /// OBJ files with their materials, in the course's Cornell view.
 Result<LoadedScene> load_objs(std::span<const std::filesystem::path> paths, KaMeaning ka);
 
+/// A glTF file and the files that it names (gltf/gltf.h).
+Result<LoadedScene> load_gltf(const std::filesystem::path& path);
+
 }  // namespace lightmill

@@ -101,8 +101,8 @@ void print(const Console& console, const LoadedScene& loaded, const Facts& facts
   }
 }
 
-ExitCode check(const Console& console, const CheckOptions& options) {
-  Result<LoadedScene> loaded = load_scene(options.scene);
+ExitCode check(const Console& console, const CheckOptions& options, Signals& signals) {
+  Result<LoadedScene> loaded = load_scene(options.scene, signals);
   if (!loaded.ok()) {
     return console.fail(loaded.status());
   }
@@ -134,8 +134,9 @@ void add_check_command(CLI::App& app, Context& context) {
   command->add_option("--save-camera", options->save_camera, "write the scene's camera to a file for --camera")
       ->type_name("FILE");
   add_json_option(*command, context);
-  command->callback(
-      [&context, options] { context.run = [options](const Console& console) { return check(console, *options); }; });
+  command->callback([&context, options] {
+    context.run = [&context, options](const Console& console) { return check(console, *options, context.signals); };
+  });
 }
 
 }  // namespace lightmill::cli

@@ -71,7 +71,7 @@ ExitCode render(Context& context, const Console& console, Options options) {
   if (const Status status = check_outputs(outputs); !status.ok()) {
     return console.fail(status);
   }
-  const Result<PreparedJob> prepared = make_job(options.render);
+  const Result<PreparedJob> prepared = make_job(options.render, context.signals);
   if (!prepared.ok()) {
     return console.fail(prepared.status());
   }
@@ -97,7 +97,7 @@ ExitCode render(Context& context, const Console& console, Options options) {
 }
 
 ExitCode submit(Context& context, const Console& console, const RenderOptions& options) {
-  const Result<PreparedJob> prepared = make_job(options);
+  const Result<PreparedJob> prepared = make_job(options, context.signals);
   if (!prepared.ok()) {
     return console.fail(prepared.status());
   }

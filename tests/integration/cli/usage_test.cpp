@@ -105,6 +105,51 @@ TEST_F(CliTest, CamerasAreSavedAndLoaded) {
   EXPECT_NE(json({"check", scene("cornell-course-blocks.json")})["camera"], box["camera"]);
 }
 
+TEST_F(CliTest, BlendFilesNeedBlender) {
+  const std::string blend = write("scene.blend", "BLENDER-v304");
+  Environment without = environment();
+  without["LIGHTMILL_BLENDER"] = "";
+  without["PATH"] = file("no programs here");
+  CommandResult result = run_command({program("lightmill"), "check", blend}, without);
+  EXPECT_EQ(result.exit_code, 2);
+  EXPECT_NE(result.err.find("Blender, which is not installed here"), std::string::npos) << result.err;
+  // What is no scene of Blender's, and a Blender that is none: /bin/false.
+  without["LIGHTMILL_BLENDER"] = "/bin/false";
+  result = run_command({program("lightmill"), "check", blend}, without);
+  EXPECT_EQ(result.exit_code, 2);
+  EXPECT_NE(result.err.find("scene.blend: /bin/false could not export it (exit code 1)"), std::string::npos)
+      << result.err;
+  EXPECT_EQ(lightmill({"check", file("none.blend")}).exit_code, 2);
+  EXPECT_TRUE(temporary_is_empty());
+}
+
+TEST_F(CliTest, BlendFilesAreRead) {
+  if (run_command({"/bin/sh", "-c", "command -v blender"}, environment()).exit_code != 0) {
+    GTEST_SKIP() << "Blender is not installed";
+  }
+  // Blender's own first scene, a cube of 2 m, saved with a sky of grey.
+  const std::string blend = file("first.blend");
+  const std::string script = write("make.py", R"(import bpy
+bpy.context.scene.world.node_tree.nodes["Background"].inputs["Color"].default_value = (0.25, 0.5, 1, 1)
+bpy.context.scene.render.resolution_percentage = 50
+bpy.ops.object.metaball_add()
+bpy.ops.wm.save_as_mainfile(filepath=")" + blend + "\")\n");
+  const CommandResult made = run_command(
+      {"/usr/bin/env", "blender", "--background", "--factory-startup", "--python-exit-code", "3", "--python", script},
+      environment());
+  ASSERT_EQ(made.exit_code, 0) << made.out << made.err;
+  const nlohmann::json scene = json({"check", blend});
+  EXPECT_EQ(scene["name"], "first");
+  EXPECT_EQ(scene["width"], 960);
+  EXPECT_EQ(scene["height"], 540);
+  EXPECT_EQ(scene["triangles"], 12);
+  EXPECT_NEAR(scene["camera"]["eye"][0].get<double>(), 7.358891, 1e-5);  // Blender's (7.36, −6.93, 4.96), with y up
+  EXPECT_NEAR(scene["camera"]["eye"][1].get<double>(), 4.958309, 1e-5);
+  EXPECT_NEAR(scene["camera"]["eye"][2].get<double>(), 6.925791, 1e-5);
+  EXPECT_NE(scene["notices"].dump().find("left out: object Mball (meta)"), std::string::npos) << scene["notices"];
+  EXPECT_TRUE(temporary_is_empty());
+}
+
 TEST_F(CliTest, KaIsReadAsTold) {
   write("a.mtl", "newmtl white\nKa 1 1 1\n");
   const std::string mesh = write("a.obj", "mtllib a.mtl\nusemtl white\nv 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n");

@@ -9,6 +9,7 @@
 #include "common/scene/mesh.h"
 #include "common/scene_io/text_lines.h"
 #include "common/wire/scene_proto.h"
+#include "tests/unit/scene_io/gltf_text.h"
 
 namespace lightmill {
 namespace fs = std::filesystem;
@@ -104,11 +105,14 @@ TEST_F(Load, BadFilesAreNamed) {
   EXPECT_EQ(error({folder_ / "none"}), "none: no such file");
   EXPECT_EQ(error({folder_ / "none.json"}), "none.json: no such file");
   EXPECT_EQ(error({folder_ / "none.obj"}), "none.obj: no such file");
-  EXPECT_EQ(error({write("a.stl", "")}), "a.stl: a scene document (.json) or Wavefront files (.obj) are expected");
-  EXPECT_EQ(error({}), "a scene document (.json) or Wavefront files (.obj) are expected, got none");
+  EXPECT_EQ(error({write("a.stl", "")}),
+            "a.stl: a scene document (.json), Wavefront files (.obj) or a glTF file (.gltf, .glb) are expected");
+  EXPECT_EQ(error({}),
+            "a scene document (.json), Wavefront files (.obj) or a glTF file (.gltf, .glb) are expected, got none");
   const auto json = write("scene.json", document(R"([{"mesh": {"file": "assets/a.obj"}}])"));
-  EXPECT_EQ(error({json, json}),
-            "one scene document or any number of .obj files are expected, got 2 files with a document");
+  EXPECT_EQ(
+      error({json, json}),
+      "one scene document, one glTF file or any number of .obj files are expected, got 2 files that are not all .obj");
   EXPECT_EQ(error({json}),
             "scene.json:3:31: objects[0].mesh.file: cannot open assets/a.obj: No such file or directory");
   write("assets/a.obj", "v 0 0 0\n");
@@ -216,14 +220,46 @@ TEST_F(Load, NamesInOtherEncodingsCanBePacked) {
 TEST_F(Load, ACameraFileReplacesTheCamera) {
   const auto obj = write("a.obj", "v 0 0 0\nf 1 1 1");
   LoadOptions options;
-  options.camera_file = write("camera.json", R"({"eye": [1, 2, 3], "look_at": [0, 0, 0], "vertical_fov_degrees": 20})");
+  options.camera =
+      write("camera.json", R"({"eye": [1, 2, 3], "look_at": [0, 0, 0], "vertical_fov_degrees": 20})").string();
   const Result<LoadedScene> loaded = load({obj}, options);
   ASSERT_TRUE(loaded.ok()) << loaded.status();
   EXPECT_EQ(loaded->scene.camera.eye, (Point3d{1, 2, 3}));
   write("camera.json", "{\"eye\": 1}");
   EXPECT_EQ(error({obj}, options), "camera.json:1:9: eye: 3 numbers [x, y, z] are expected, got 1");
-  options.camera_file = folder_ / "none.json";
+  options.camera = (folder_ / "none.json").string();
   EXPECT_EQ(error({obj}, options), "cannot open none.json: No such file or directory");
+}
+
+TEST_F(Load, GltfFilesBringTheirFilesAndCameras) {
+  test::GltfBuffer buffer;
+  buffer.positions({0, 0, 0, 1, 0, 0, 0, 1, 0});
+  write("assets/my data.bin", buffer.bytes());
+  const std::string members = R"(,"meshes":[{"primitives":[{"attributes":{"POSITION":0}}]}],"cameras":[{"type":
+"perspective","perspective":{"yfov":0.5,"aspectRatio":2}},{"type":"perspective","perspective":{"yfov":1}}],"nodes":[
+{"mesh":0},{"camera":0,"name":"Front","translation":[0,0,5]},{"camera":1,"name":"Back","translation":[0,0,-5]}])";
+  const auto path = write("model.gltf", test::gltf(buffer.members("assets/my%20data.bin") + members));
+  const Result<LoadedScene> front = load({path});
+  ASSERT_TRUE(front.ok()) << front.status();
+  EXPECT_EQ(front->scene.name, "model");
+  EXPECT_EQ(front->scene.camera.eye, (Point3d{0, 0, 5}));
+  EXPECT_EQ(front->scene.film.width, 1024);
+  EXPECT_EQ(mesh_of(*front, 0).triangles.size(), 1u);
+  LoadOptions options;
+  options.camera = "Back";
+  const Result<LoadedScene> back = load({path}, options);
+  ASSERT_TRUE(back.ok()) << back.status();
+  EXPECT_EQ(back->scene.camera.eye, (Point3d{0, 0, -5}));
+  options.camera = (folder_ / "Side").string();
+  EXPECT_EQ(error({path}, options),
+            "cannot open Side: No such file or directory, and none of the scene's cameras has this name: Front, Back");
+  write("Side", R"({"eye": [1, 2, 3], "look_at": [0, 0, 0], "camera_constant": 1})");
+  EXPECT_EQ(load({path}, options)->scene.camera.eye, (Point3d{1, 2, 3}));
+  fs::remove(folder_ / "assets/my data.bin");
+  EXPECT_EQ(error({path}), "model.gltf: buffers[0].uri: cannot open assets/my data.bin: No such file or directory");
+  EXPECT_EQ(error({path, path}),
+            "one scene document, one glTF file or any number of .obj files are expected, got 2 files that are not all "
+            ".obj");
 }
 
 }  // namespace

@@ -1,0 +1,13 @@
+// The Python that Blender runs to write one of its scenes as glTF.
+#pragma once
+
+#include <string_view>
+
+namespace lightmill::cli {
+
+/// Run as `blender --background scene.blend --python FILE -- OUT.glb REPORT.json`. It writes the scene with modifiers
+/// applied and area lights as emitting faces, and a report: {"width", "height", "camera", "sky": [r, g, b],
+/// "left_out": ["…"]}.
+extern const std::string_view kBlenderScript;
+
+}  // namespace lightmill::cli

@@ -1,0 +1,189 @@
+#include "common/scene_io/gltf/gltf.h"
+
+#include <cmath>
+
+#include "common/scene_io/assets.h"
+#include "common/scene_io/gltf/gltf_lights.h"
+#include "common/scene_io/gltf/gltf_materials.h"
+
+namespace lightmill {
+namespace {
+
+constexpr std::array<std::string_view, 10> kKnownExtensions{
+    "KHR_lights_punctual",  "KHR_materials_clearcoat", "KHR_materials_emissive_strength",
+    "KHR_materials_ior",    "KHR_materials_specular",  "KHR_materials_transmission",
+    "KHR_materials_unlit",  "KHR_materials_volume",    "KHR_texture_transform",
+    "KHR_mesh_quantization"};
+
+bool is_known(std::string_view extension) {
+  return std::find(kKnownExtensions.begin(), kKnownExtensions.end(), extension) != kKnownExtensions.end();
+}
+
+struct Box {
+  Point3d low{1e300, 1e300, 1e300}, high{-1e300, -1e300, -1e300};
+
+  void add(const Point3d& p) {
+    for (std::size_t i = 0; i < 3; ++i) {
+      low[i] = std::min(low[i], p[i]);
+      high[i] = std::max(high[i], p[i]);
+    }
+  }
+  Point3d corner(unsigned which) const {
+    return {(which & 1) != 0 ? high[0] : low[0], (which & 2) != 0 ? high[1] : low[1],
+            (which & 4) != 0 ? high[2] : low[2]};
+  }
+};
+
+/// Looks at a box from the front, the right and above, so that its bounding sphere fills the view.
+Camera camera_for(const Box& box) {
+  constexpr double kFovDegrees = 40, kSineOfHalf = 0.3420201433256687;
+  const Point3d center{(box.low[0] + box.high[0]) / 2, (box.low[1] + box.high[1]) / 2, (box.low[2] + box.high[2]) / 2};
+  const double radius = std::hypot(box.high[0] - box.low[0], box.high[1] - box.low[1], box.high[2] - box.low[2]) / 2;
+  const double distance = (radius > 0 ? radius : 1) / kSineOfHalf;
+  Camera camera;
+  camera.look_at = center;
+  camera.eye = {center[0] + distance * 0.48, center[1] + distance * 0.36, center[2] + distance * 0.8};  // a unit vector
+  camera.vertical_fov_degrees = kFovDegrees;
+  return camera;
+}
+
+class GltfScene {
+ public:
+  GltfScene(const GltfData& data, const std::string& file_name)
+      : data_(data), file_name_(file_name), notices_(loaded_.notices), materials_(data, loaded_, notices_) {}
+
+  Result<LoadedScene> read() {
+    check_extensions();
+    for (const PlacedNode& placed : placed_nodes(data_)) {
+      read_node(placed);
+      LM_RETURN_IF_ERROR(data_.status());
+    }
+    LM_RETURN_IF_ERROR(data_.status());
+    if (data_.root()["animations"].size() > 0) {
+      notices_.left_out("animations");
+    }
+    if (loaded_.scene.objects.empty()) {
+      return invalid_argument("{}: the scene has no triangles", file_name_);
+    }
+    choose_camera();
+    if (const Status valid = validate(loaded_.scene); !valid.ok()) {
+      return with_context(valid, file_name_);
+    }
+    return std::move(loaded_);
+  }
+
+ private:
+  struct Part {
+    MeshShape shape;
+    std::uint32_t material = 0;
+    Box box;
+  };
+
+  void check_extensions() {
+    const JsonNode required = data_.root()["extensionsRequired"], used = data_.root()["extensionsUsed"];
+    for (std::size_t i = 0; i < required.size(); ++i) {
+      if (const std::string name = required.at(i).text(); !is_known(name)) {
+        required.at(i).fail(fmt::format("{} is not supported, and the file cannot be read without", name));
+      }
+    }
+    for (std::size_t i = 0; i < used.size(); ++i) {
+      if (const std::string name = used.at(i).text(); !is_known(name)) {
+        notices_.left_out(fmt::format("extension {}", name));
+      }
+    }
+  }
+
+  void read_node(const PlacedNode& placed) {
+    if (placed.node["mesh"].present()) {
+      add_objects(placed);
+    }
+    if (std::optional<PointLight> light = read_light(data_, placed, notices_)) {
+      loaded_.scene.point_lights.push_back(*std::move(light));
+    }
+    if (std::optional<NamedCamera> camera = read_camera(data_, placed, notices_)) {
+      loaded_.cameras.push_back(*std::move(camera));
+    }
+    if (placed.node["skin"].present()) {
+      notices_.left_out("skins (meshes stand as they were modelled)");
+    }
+  }
+
+  void add_objects(const PlacedNode& placed) {
+    const JsonNode mesh = data_.element("meshes", placed.node["mesh"]);
+    const std::vector<Part>& parts = parts_of(mesh);
+    if (!spans_space(placed.to_scene)) {
+      notices_.left_out("objects that are scaled to nothing");
+      return;
+    }
+    std::string name = placed.node["name"].text();
+    name = !name.empty() ? name : mesh["name"].text();
+    for (const Part& part : parts) {
+      const std::string& material = loaded_.scene.materials[part.material].name;
+      loaded_.scene.objects.push_back({parts.size() == 1 ? name : fmt::format("{}/{}", name, material), part.material,
+                                       part.shape, placed.to_scene});
+      for (unsigned corner = 0; corner < 8; ++corner) {
+        box_.add(transformed(placed.to_scene, part.box.corner(corner)));
+      }
+    }
+  }
+
+  /// The primitives of a mesh as assets; read once for all that stand in the scene.
+  const std::vector<Part>& parts_of(const JsonNode& mesh) {
+    const auto [found, added] = meshes_.try_emplace(mesh.path());
+    if (!added) {
+      return found->second;
+    }
+    const JsonNode primitives = mesh["primitives"];
+    for (std::size_t i = 0; i < primitives.size() && data_.status().ok(); ++i) {
+      const JsonNode primitive = primitives.at(i);
+      const GltfMaterials::Used used = materials_.use(primitive["material"]);
+      const std::optional<Mesh> triangles = read_primitive(data_, primitive, used.texture_set, notices_);
+      if (!triangles) {
+        continue;
+      }
+      Part part{{fmt::format("{} {}", file_name_, primitive.path()), add_bytes(encode_mesh(*triangles), loaded_)},
+                used.material,
+                {}};
+      for (const auto& position : triangles->positions) {
+        part.box.add(position);
+      }
+      found->second.push_back(std::move(part));
+    }
+    return found->second;
+  }
+
+  /// Whether a transform leaves a volume a volume; a scale of 0 hides what stands there.
+  static bool spans_space(const Transform& t) {
+    const double determinant = t[0][0] * (t[1][1] * t[2][2] - t[1][2] * t[2][1]) -
+                               t[0][1] * (t[1][0] * t[2][2] - t[1][2] * t[2][0]) +
+                               t[0][2] * (t[1][0] * t[2][1] - t[1][1] * t[2][0]);
+    return determinant != 0;
+  }
+
+  void choose_camera() {
+    if (loaded_.cameras.empty()) {
+      notices_.once("the file has no camera: all of it is seen from the front, from above and from the right");
+      loaded_.scene.camera = camera_for(box_);
+      return;
+    }
+    use_camera(loaded_.cameras.front(), loaded_.scene);
+  }
+
+  const GltfData& data_;
+  const std::string& file_name_;
+  LoadedScene loaded_;
+  Notices notices_;
+  GltfMaterials materials_;
+  std::map<std::string, std::vector<Part>> meshes_;
+  Box box_;
+};
+
+}  // namespace
+
+Result<LoadedScene> read_gltf(std::string bytes, const std::string& file_name, FileSource files) {
+  LM_ASSIGN_OR_RETURN(const std::unique_ptr<GltfData> data,
+                      GltfData::open(std::move(bytes), file_name, std::move(files)));
+  return GltfScene(*data, file_name).read();
+}
+
+}  // namespace lightmill

@@ -1,0 +1,17 @@
+// Lights and cameras of a glTF file.
+#pragma once
+
+#include "common/scene_io/gltf/gltf_mesh.h"
+#include "common/scene_io/gltf/gltf_nodes.h"
+#include "common/scene_io/load.h"
+
+namespace lightmill {
+
+/// The light of a node (KHR_lights_punctual), if it has one. Candelas become W/sr by 683 lm/W. Only
+/// point lights are rendered.
+std::optional<PointLight> read_light(const GltfData& data, const PlacedNode& placed, Notices& notices);
+
+/// The camera of a node, if it has a perspective one.
+std::optional<NamedCamera> read_camera(const GltfData& data, const PlacedNode& placed, Notices& notices);
+
+}  // namespace lightmill

@@ -1,0 +1,218 @@
+#include "common/scene_io/gltf/gltf_materials.h"
+
+#include <cmath>
+
+#include "common/scene_io/assets.h"
+#include "common/scene_io/text_lines.h"
+
+namespace lightmill {
+namespace {
+
+RgbColor to_rgb(const std::array<double, 3>& c, double scale = 1) {
+  return {static_cast<float>(c[0] * scale), static_cast<float>(c[1] * scale), static_cast<float>(c[2] * scale)};
+}
+
+/// What an image's first bytes say that it is, as a file's ending; nothing if they are of neither kind that glTF has.
+std::optional<std::string_view> ending_of(std::string_view bytes) {
+  if (bytes.starts_with("\x89PNG")) {
+    return ".png";
+  }
+  if (bytes.starts_with("\xff\xd8\xff")) {
+    return ".jpg";
+  }
+  return std::nullopt;
+}
+
+/// σ such that exp(−σ · distance) is the colour (KHR_materials_volume).
+RgbColor absorption(const std::array<double, 3>& color, double distance) {
+  std::array<double, 3> sigma{};
+  for (std::size_t i = 0; i < 3; ++i) {
+    sigma[i] = color[i] > 0 ? std::min(std::max(-std::log(color[i]), 0.0) / distance, kMaxAbsorption) : kMaxAbsorption;
+  }
+  return to_rgb(sigma);
+}
+
+}  // namespace
+
+GltfMaterials::Used GltfMaterials::use(const JsonNode& index) {
+  const JsonNode from = data_.element("materials", index);
+  const auto [found, added] = used_.try_emplace(from.present() ? from.path() : "", Used{});
+  if (added) {
+    texture_set_ = std::nullopt;
+    Material material = map(from);
+    found->second = {static_cast<std::uint32_t>(loaded_.scene.materials.size()), texture_set_};
+    loaded_.scene.materials.push_back(std::move(material));
+  }
+  return found->second;
+}
+
+Material GltfMaterials::map(const JsonNode& from) {
+  Material out;
+  out.name = unique_name(from["name"].text(), from.present() ? from.path() : "default material");
+  const JsonNode extensions = from["extensions"];
+  out.two_sided_emission = from["doubleSided"].boolean(false);
+  if (extensions["KHR_materials_unlit"].present()) {
+    const JsonNode base = from["pbrMetallicRoughness"];
+    out.kind = DiffuseMaterial{{RgbColor{}, kNoTexture}};
+    const auto color = base["baseColorFactor"].numbers<4>({1, 1, 1, 1}, 0, 1);
+    out.emission = {to_rgb({color[0], color[1], color[2]}),
+                    texture(base["baseColorTexture"], TextureImage::ColorSpace::srgb)};
+    out.two_sided_emission = true;
+    notices_.once("unlit materials are rendered as black ones that emit their colour");
+    return out;
+  }
+  const double strength = extensions["KHR_materials_emissive_strength"]["emissiveStrength"].number(1, 0, 1e15);
+  out.emission.rgb = to_rgb(from["emissiveFactor"].numbers<3>({0, 0, 0}, 0, 1e6), strength);
+  if (out.emission.rgb != RgbColor{}) {
+    out.emission.texture = texture(from["emissiveTexture"], TextureImage::ColorSpace::srgb);
+  }
+  out.kind = principled(from, out.interior);
+  say_left_out(from);
+  return out;
+}
+
+PrincipledMaterial GltfMaterials::principled(const JsonNode& from, Medium& interior) {
+  PrincipledMaterial out;
+  const JsonNode base = from["pbrMetallicRoughness"], extensions = from["extensions"];
+  const auto color = base["baseColorFactor"].numbers<4>({1, 1, 1, 1}, 0, 1);
+  out.base_color = {to_rgb({color[0], color[1], color[2]}),
+                    texture(base["baseColorTexture"], TextureImage::ColorSpace::srgb)};
+  out.metallic = base["metallicFactor"].number(1, 0, 1);
+  out.roughness = base["roughnessFactor"].number(1, 0, 1);
+  // Schlick's f0 is 0 for this factor 0 and what the index says for 1; the principled material's is 0.5 for that.
+  out.specular = extensions["KHR_materials_specular"]["specularFactor"].number(1, 0, 1) / 2;
+  out.ior = extensions["KHR_materials_ior"]["ior"].number(1.5, 0, kMaxIor);
+  if (out.ior == 0) {
+    extensions["KHR_materials_ior"]["ior"].fail("an index above 0 is expected");
+  }
+  const JsonNode coat = extensions["KHR_materials_clearcoat"];
+  out.coat = coat["clearcoatFactor"].number(0, 0, 1);
+  out.coat_roughness = coat["clearcoatRoughnessFactor"].number(0, 0, 1);
+  out.transmission = extensions["KHR_materials_transmission"]["transmissionFactor"].number(0, 0, 1);
+  if (out.transmission == 0 || out.metallic == 1) {
+    return out;  // nothing gets in
+  }
+  const JsonNode volume = extensions["KHR_materials_volume"];
+  const double thickness = volume["thicknessFactor"].number(0, 0, JsonNode::kAnything);
+  if (thickness == 0) {
+    notices_.once("materials that transmit without a volume are rendered as solid glass: light is refracted");
+  }
+  if (const JsonNode distance = volume["attenuationDistance"]; distance.present() && thickness > 0) {
+    interior.absorption = absorption(volume["attenuationColor"].numbers<3>({1, 1, 1}, 0, 1),
+                                     std::max(distance.number(1, 0, JsonNode::kAnything), 1e-30));
+  }
+  return out;
+}
+
+void GltfMaterials::say_left_out(const JsonNode& from) {
+  const JsonNode extensions = from["extensions"];
+  const std::array<std::pair<JsonNode, std::string_view>, 10> parts{
+      {{from["normalTexture"], "normal maps"},
+       {from["occlusionTexture"], "occlusion maps (light is followed instead)"},
+       {from["pbrMetallicRoughness"]["metallicRoughnessTexture"], "textures of metallic and roughness"},
+       {extensions["KHR_materials_transmission"]["transmissionTexture"], "textures of transmission"},
+       {extensions["KHR_materials_volume"]["thicknessTexture"], "textures of thickness (the shape itself counts)"},
+       {extensions["KHR_materials_clearcoat"]["clearcoatTexture"], "textures of clearcoat"},
+       {extensions["KHR_materials_clearcoat"]["clearcoatRoughnessTexture"], "textures of clearcoat"},
+       {extensions["KHR_materials_clearcoat"]["clearcoatNormalTexture"], "textures of clearcoat"},
+       {extensions["KHR_materials_specular"]["specularTexture"], "textures of specular"},
+       {extensions["KHR_materials_specular"]["specularColorFactor"], "colours of specular"}}};
+  for (const auto& [part, what] : parts) {
+    if (part.present()) {
+      notices_.left_out(what);
+    }
+  }
+  if (from["alphaMode"].text("OPAQUE") != "OPAQUE") {
+    notices_.left_out("alpha: what is transparent by it is rendered opaque");
+  }
+}
+
+std::uint32_t GltfMaterials::texture(const JsonNode& info, TextureImage::ColorSpace color_space) {
+  constexpr std::uint64_t kNearest = 9728, kClamp = 33071, kMirror = 33648, kRepeat = 10497;
+  const JsonNode from = data_.element("textures", info["index"]);
+  if (!from.present()) {
+    return kNoTexture;
+  }
+  TextureImage out;
+  const JsonNode sampler = data_.element("samplers", from["sampler"]);
+  if (sampler["magFilter"].whole(0, 0, 100'000) == kNearest) {
+    out.filter = TextureImage::Filter::nearest;
+  }
+  const std::uint64_t wrap_u = sampler["wrapS"].whole(kRepeat, 0, 100'000);
+  const std::uint64_t wrap_v = sampler["wrapT"].whole(kRepeat, 0, 100'000);
+  out.wrap = wrap_u == kClamp ? TextureImage::Wrap::clamp : TextureImage::Wrap::repeat;
+  if (wrap_u == kMirror || wrap_v == kMirror) {
+    notices_.once("textures that are mirrored beyond their edges are repeated");
+  } else if (wrap_u != wrap_v) {
+    notices_.once("textures that wrap differently along u and v are rendered as along u");
+  }
+  out.color_space = color_space;
+  const JsonNode transform = info["extensions"]["KHR_texture_transform"];
+  const auto scale = transform["scale"].numbers<2>({1, 1}, -1e6, 1e6);
+  const auto offset = transform["offset"].numbers<2>({0, 0}, -1e6, 1e6);
+  out.scale = scale;
+  out.offset = {offset[0], 1 - scale[1] - offset[1]};  // as our v is 1 − theirs
+  if (transform["rotation"].number(0) != 0) {
+    notices_.left_out("rotations of textures");
+  }
+  const JsonNode set_of = transform["texCoord"].present() ? transform["texCoord"] : info["texCoord"];
+  const std::uint64_t set = set_of.whole(0, 0, 1000);
+  if (texture_set_.value_or(set) != set) {
+    notices_.left_out("textures that lie by other coordinates than the first one of their material");
+    return kNoTexture;
+  }
+  const std::optional<Sha256> asset = image(data_.element("images", from["source"]), out.file);
+  if (!asset) {
+    from["source"].fail("an image is expected");
+    return kNoTexture;
+  }
+  texture_set_ = set;
+  out.asset = *asset;
+  const std::string key = fmt::format(
+      "{} {} {} {} {} {} {} {} {}", asset->hex(), out.file, static_cast<int>(out.filter), static_cast<int>(out.wrap),
+      static_cast<int>(out.color_space), out.scale[0], out.scale[1], out.offset[0], out.offset[1]);
+  const auto [found, added] = textures_.try_emplace(key, static_cast<std::uint32_t>(loaded_.scene.textures.size()));
+  if (added) {
+    out.name = fmt::format("{} ({})", out.file, loaded_.scene.textures.size());
+    loaded_.scene.textures.push_back(std::move(out));
+  }
+  return found->second;
+}
+
+std::optional<Sha256> GltfMaterials::image(const JsonNode& image, std::string& file) {
+  if (!image.present()) {
+    return std::nullopt;
+  }
+  if (const auto known = images_.find(image.path()); known != images_.end()) {
+    file = known->second.second;
+    return known->second.first;
+  }
+  const std::string uri = image["uri"].text();
+  std::string bytes = uri.empty() ? std::string(data_.view(image["bufferView"])) : data_.uri_bytes(image["uri"]);
+  const std::optional<std::string_view> ending = ending_of(bytes);
+  if (!ending || !data_.status().ok()) {
+    image.fail("PNG or JPEG is expected");
+    return std::nullopt;
+  }
+  const std::string name = image["name"].text();
+  file = utf8_name(!uri.empty() && !uri.starts_with("data:") ? uri : name.empty() ? image.path() : name);
+  if (!file.ends_with(*ending)) {
+    file += *ending;
+  }
+  const Sha256 asset = add_bytes(std::move(bytes), loaded_);
+  images_.emplace(image.path(), std::pair(asset, file));
+  return asset;
+}
+
+std::string GltfMaterials::unique_name(std::string name, std::string_view fallback) {
+  if (name.empty()) {
+    name = fallback;
+  }
+  std::string unique = name;
+  for (int i = 2; !names_.insert(unique).second; ++i) {
+    unique = fmt::format("{} ({})", name, i);
+  }
+  return unique;
+}
+
+}  // namespace lightmill

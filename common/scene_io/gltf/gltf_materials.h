@@ -1,0 +1,48 @@
+// Materials and textures of a glTF file.
+#pragma once
+
+#include <map>
+#include <optional>
+#include <vector>
+
+#include "common/scene_io/gltf/gltf_mesh.h"
+#include "common/scene_io/load.h"
+
+namespace lightmill {
+
+/// Maps a file's materials, each once, as it is asked for: metallic-roughness with transmission, volume, ior,
+/// clearcoat, specular and emissive strength becomes a principled material; unlit ones emit their colour. Emission 1 is
+/// a radiance of 1 W/(m² sr), as programs that write glTF mean it. What is not rendered is a notice.
+class GltfMaterials {
+ public:
+  /// Materials, textures and images go to `loaded`.
+  GltfMaterials(const GltfData& data, LoadedScene& loaded, Notices& notices)
+      : data_(data), loaded_(loaded), notices_(notices) {}
+
+  struct Used {
+    std::uint32_t material = 0;                ///< index into the scene's materials
+    std::optional<std::uint64_t> texture_set;  ///< of texture coordinates; nothing if it has no texture
+  };
+  /// The material that `index` names; the default one if it is missing.
+  Used use(const JsonNode& index);
+
+ private:
+  Material map(const JsonNode& from);
+  PrincipledMaterial principled(const JsonNode& from, Medium& interior);
+  void say_left_out(const JsonNode& from);
+  /// The texture that a textureInfo names, decoded as said; kNoTexture if there is none.
+  std::uint32_t texture(const JsonNode& info, TextureImage::ColorSpace color_space);
+  std::optional<Sha256> image(const JsonNode& image, std::string& file);
+  std::string unique_name(std::string name, std::string_view fallback);
+
+  const GltfData& data_;
+  LoadedScene& loaded_;
+  Notices& notices_;
+  std::map<std::string, Used> used_;               ///< by the index as it is written
+  std::map<std::string, std::uint32_t> textures_;  ///< by all that makes them what they are
+  std::map<std::string, std::pair<Sha256, std::string>> images_;
+  std::set<std::string, std::less<>> names_;
+  std::optional<std::uint64_t> texture_set_;  ///< of the material that is being mapped
+};
+
+}  // namespace lightmill

@@ -1,0 +1,22 @@
+#!/bin/sh
+# Renders one scene by Blender's Cycles, and by Lightmill through Blender's glTF export, and states the difference. Needs
+# Blender; the pictures stay in FOLDER (build/bench/blender if not given).
+#
+#   tests/bench/blender/run.sh [FOLDER [SAMPLES]]
+set -eu
+cd "$(dirname "$0")/../../.."
+. deploy/environment.sh
+
+folder=${1:-build/bench/blender}
+samples=${2:-512}
+mkdir -p "$folder"
+folder=$(cd "$folder" && pwd)
+lightmill=build/release/bin/lightmill
+
+echo "Cycles, $samples samples a pixel"
+"${LIGHTMILL_BLENDER:-blender}" --background --factory-startup --python-exit-code 3 \
+  --python tests/bench/blender/make_scene.py -- "$folder/scene.blend" "$folder/cycles.exr" "$samples" >"$folder/cycles.log" 2>&1 ||
+  { tail "$folder/cycles.log"; exit 1; }
+echo "Lightmill, $samples samples a pixel"
+"$lightmill" render "$folder/scene.blend" --local --spp "$samples" -o "$folder/lightmill.exr" -o "$folder/lightmill.png"
+"$lightmill" error "$folder/lightmill.exr" "$folder/cycles.exr"
