@@ -79,8 +79,7 @@ PrincipledMaterial GltfMaterials::principled(const JsonNode& from, Medium& inter
                     texture(base["baseColorTexture"], TextureImage::ColorSpace::srgb)};
   out.metallic = base["metallicFactor"].number(1, 0, 1);
   out.roughness = base["roughnessFactor"].number(1, 0, 1);
-  // Schlick's f0 is 0 for this factor 0 and what the index says for 1; the principled material's is 0.5 for that.
-  out.specular = extensions["KHR_materials_specular"]["specularFactor"].number(1, 0, 1) / 2;
+  out.specular = specular(extensions["KHR_materials_specular"]);
   out.ior = extensions["KHR_materials_ior"]["ior"].number(1.5, 0, kMaxIor);
   if (out.ior == 0) {
     extensions["KHR_materials_ior"]["ior"].fail("an index above 0 is expected");
@@ -104,6 +103,17 @@ PrincipledMaterial GltfMaterials::principled(const JsonNode& from, Medium& inter
   return out;
 }
 
+/// The principled material's number for a factor and a colour that multiply what the index of refraction says: 0.5
+/// where they are 1. Programs say a grey by the colour too.
+double GltfMaterials::specular(const JsonNode& extension) {
+  const double factor = extension["specularFactor"].number(1, 0, 1);
+  const auto color = extension["specularColorFactor"].numbers<3>({1, 1, 1}, 0, 1e6);
+  if (color[0] != color[1] || color[1] != color[2]) {
+    notices_.once("coloured highlights of plastic are rendered in white, as bright on the mean");
+  }
+  return std::min(factor * (color[0] + color[1] + color[2]) / 6, 1.0);
+}
+
 void GltfMaterials::say_left_out(const JsonNode& from) {
   const JsonNode extensions = from["extensions"];
   const std::array<std::pair<JsonNode, std::string_view>, 10> parts{
@@ -116,7 +126,7 @@ void GltfMaterials::say_left_out(const JsonNode& from) {
        {extensions["KHR_materials_clearcoat"]["clearcoatRoughnessTexture"], "textures of clearcoat"},
        {extensions["KHR_materials_clearcoat"]["clearcoatNormalTexture"], "textures of clearcoat"},
        {extensions["KHR_materials_specular"]["specularTexture"], "textures of specular"},
-       {extensions["KHR_materials_specular"]["specularColorFactor"], "colours of specular"}}};
+       {extensions["KHR_materials_specular"]["specularColorTexture"], "textures of specular"}}};
   for (const auto& [part, what] : parts) {
     if (part.present()) {
       notices_.left_out(what);

@@ -158,6 +158,14 @@ TEST(GltfScene, MetallicRoughnessIsPrincipled) {
   EXPECT_TRUE(gold.two_sided_emission);
   EXPECT_EQ(notices, std::vector<std::string>{
                          "the file has no camera: all of it is seen from the front, from above and from the right"});
+  const Material matt =
+      material(R"("extensions":{"KHR_materials_specular":{"specularColorFactor":[0,0,0]}})", &notices);
+  EXPECT_EQ(std::get<PrincipledMaterial>(matt.kind).specular, 0);
+  EXPECT_EQ(notices.size(), 1u);
+  const Material tinted =
+      material(R"("extensions":{"KHR_materials_specular":{"specularColorFactor":[2,1,0]}})", &notices);
+  EXPECT_EQ(std::get<PrincipledMaterial>(tinted.kind).specular, 0.5);
+  EXPECT_EQ(notices[0], "coloured highlights of plastic are rendered in white, as bright on the mean");
   // What the format says of a material that says nothing.
   const Material plain = material("");
   const auto& d = std::get<PrincipledMaterial>(plain.kind);
