@@ -45,6 +45,19 @@ Mesh quad(Vec3d p, Vec3d u, Vec3d v) {
   return mesh;
 }
 
+const Sha256 kTexture = sha256("a texture");
+
+/// 5×3 bytes without a pattern.
+Result<Texels> test_image(ByteView /*bytes*/, const std::string& /*name*/) {
+  Texels texels;
+  texels.width = 5;
+  texels.height = 3;
+  for (std::uint32_t i = 0; i < 15; ++i) {
+    texels.bytes.push_back(mix(i + 1));
+  }
+  return texels;
+}
+
 struct TestScene {
   Scene scene;
   std::map<Sha256, std::string> assets;
@@ -78,7 +91,16 @@ TestScene make_test_scene(FilterKind filter) {
       {"frosted", DielectricMaterial{1.4, 0.4}, {}, false},
       {"paint", PrincipledMaterial{{0.6f, 0.7f, 0.8f}, 0.3, 0.4, 0.6, 0.4, 1.6, 0.7, 0.2}, {}, false, {{0.5f, 1, 2}}},
       {"drop", DielectricMaterial{1.33}, {}, false, {{2, 0.3f, 0.1f}}, 1},
+      {"tiles", DiffuseMaterial{{{0.9f, 0.8f, 0.7f}, 0}}, {}, false},
+      {"print", DiffuseMaterial{{{0.7f, 0.8f, 0.9f}, 1}}, {}, false},
   };
+  using Image = TextureImage;
+  scene.textures = {
+      {"tiles", "", kTexture, Image::Filter::bilinear, Image::Wrap::repeat, Image::ColorSpace::srgb, {1.3, 0.7}},
+      {"print", "", kTexture, Image::Filter::nearest, Image::Wrap::clamp, Image::ColorSpace::linear}};
+  if (filter == FilterKind::tent) {
+    scene.camera.lens_radius = 0.1;
+  }
   test.add(0, quad({-2, 0, -2}, {0, 0, 4}, {4, 0, 0}));        // floor
   test.add(1, quad({-2, 0, -2}, {0, 0, 4}, {4, 0, 0}));        // and a second one in the same place: ties
   test.add(0, quad({-2, 0, -2}, {4, 0, 0}, {0, 3, 0}));        // back
@@ -95,6 +117,13 @@ TestScene make_test_scene(FilterKind filter) {
   test.add(9, SphereShape{{0.4, 0.25, 1.2}, 0.25, false});
   test.add(10, SphereShape{{1.3, 0.3, 0.9}, 0.3, false});
   test.add(11, SphereShape{{1.35, 0.35, 1.1}, 0.2, false});  // overlaps the one before
+  scene.objects.push_back({"ground", 12, PlaneShape{{0, -0.3, 0}, {0.1, 1, 0.05}}});
+  scene.objects.push_back({"card", 13, TriangleShape{{-0.6, 1.4, 0}, {0.6, 1.5, 0.1}, {0, 2.2, 0}}});
+  const Mesh shared = bumpy_sphere(0, 0, 0, 1);  // two instances, one of them mirrored
+  test.add(0, shared);
+  scene.objects.back().transform = {{{0.2, 0.05, 0, 0.6}, {0, 0.3, 0, 1.7}, {0, 0, 0.25, -1}}};
+  test.add(2, shared);
+  scene.objects.back().transform = {{{-0.25, 0, 0, 1.5}, {0, 0.2, 0.05, 1.2}, {0, 0, 0.2, -0.2}}};
   scene.point_lights.push_back({"point", {-1.5, 2.5, 1.5}, {3, 3, 3}});
   return test;
 }
@@ -106,8 +135,10 @@ std::string fingerprint_class() {
   for (const FilterKind filter :
        {FilterKind::box, FilterKind::tent, FilterKind::gaussian, FilterKind::blackman_harris}) {
     const TestScene test = make_test_scene(filter);
-    auto compiled = CompiledScene::compile(
-        test.scene, [&](const Sha256& digest) -> Result<std::string> { return test.assets.at(digest); });
+    const auto asset = [&](const Sha256& digest) -> Result<std::string> {
+      return digest == kTexture ? std::string() : test.assets.at(digest);
+    };
+    auto compiled = CompiledScene::compile(test.scene, asset, test_image);
     LM_CHECK(compiled.ok(), "the built-in test scene does not compile: {}", message_of(compiled.status()));
     for (const std::string_view name : {"path", "preview", "ao:distance=1"}) {
       const std::vector<std::string> layers =
