@@ -90,7 +90,7 @@ TestScene make_test_scene(FilterKind filter) {
       {"chrome", ConductorMaterial{{3.5f, 2.9f, 2.1f}, {4.3f, 4.2f, 3.9f}, 0}, {}, false},
       {"frosted", DielectricMaterial{1.4, 0.4}, {}, false},
       {"paint", PrincipledMaterial{{0.6f, 0.7f, 0.8f}, 0.3, 0.4, 0.6, 0.4, 1.6, 0.7, 0.2}, {}, false, {{0.5f, 1, 2}}},
-      {"drop", DielectricMaterial{1.33}, {}, false, {{2, 0.3f, 0.1f}}, 1},
+      {"drop", DielectricMaterial{1.33}, {}, false, {{2, 0.3f, 0.1f}, {0.5f, 1, 2}, 0.4}, 1},
       {"tiles", DiffuseMaterial{{{0.9f, 0.8f, 0.7f}, 0}}, {}, false},
       {"print", DiffuseMaterial{{{0.7f, 0.8f, 0.9f}, 1}}, {}, false},
   };

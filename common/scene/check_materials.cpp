@@ -83,6 +83,11 @@ Status check_material_kind(const std::string& path, const Material& material) {
           [&](const PrincipledMaterial& m) { return check_principled(path + ".principled", m); }},
       material.kind));
   LM_RETURN_IF_ERROR(check_components(path + ".interior.absorption", material.interior.absorption, kMaxAbsorption));
+  LM_RETURN_IF_ERROR(check_components(path + ".interior.scattering", material.interior.scattering, kMaxAbsorption));
+  if (!(std::abs(material.interior.anisotropy) <= kMaxMeanCosine)) {
+    return invalid_argument("{}.interior.anisotropy: must be in [-{}, {}], got {}", path, kMaxMeanCosine,
+                            kMaxMeanCosine, material.interior.anisotropy);
+  }
   if (!is_boundary(material) && (material.interior != Medium{} || material.priority != 0)) {
     return invalid_argument("{}.{}: only a dielectric, or a principled material with transmission, has an inside", path,
                             material.interior != Medium{} ? "interior" : "priority");

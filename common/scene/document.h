@@ -26,6 +26,7 @@ inline constexpr std::size_t kMaxSceneEntries = 1'000'000;  ///< textures, mater
 inline constexpr double kMaxComplexIndex = 1000;   ///< of a metal's n and k
 inline constexpr double kMaxPhongExponent = 1e6;   ///< beyond, single precision knows no direction so exact
 inline constexpr std::size_t kMaxMedia = 65'535;   ///< materials that light passes into
+inline constexpr double kMaxMeanCosine = 0.99;     ///< of a phase function
 inline constexpr double kMaxAbsorption = 0x1p100;  ///< per scene unit: lets nothing through
 
 /// Linear RGB with Rec. 709 primaries. Another kind (a spectrum) could join as an alternative in the schema.
@@ -115,7 +116,9 @@ struct PrincipledMaterial {
 
 /// What fills a closed shape of glass.
 struct Medium {
-  RgbColor absorption;  ///< σ per scene unit, each in [0, kMaxAbsorption]: Bouguer's law exp(−σ · length)
+  RgbColor absorption;       ///< σ per scene unit, each in [0, kMaxAbsorption]: Bouguer's law exp(−σ · length)
+  RgbColor scattering = {};  ///< per scene unit, beside the absorption; each in [0, kMaxAbsorption]
+  double anisotropy = 0;     ///< mean cosine of scattering (Henyey-Greenstein), in ±kMaxMeanCosine
   friend bool operator==(const Medium&, const Medium&) = default;
 };
 

@@ -159,6 +159,10 @@ Result<Medium> medium_from_wire(const std::string& path, const v1::Material::Med
     LM_RETURN_IF_ERROR(check_reflectance(path + ".color", color));
     out.absorption = absorption_of_color(color);
   }
+  if (medium.has_scattering()) {
+    LM_ASSIGN_OR_RETURN(out.scattering, color_from_wire(path + ".scattering", true, medium.scattering()));
+  }
+  out.anisotropy = medium.anisotropy();
   return out;
 }
 
@@ -173,6 +177,8 @@ void to_wire_material(const Material& material, const Textures& textures, v1::Ma
   out->set_two_sided_emission(material.two_sided_emission);
   if (material.interior != Medium{}) {
     to_wire_color(material.interior.absorption, out->mutable_interior()->mutable_absorption());
+    to_wire_color(material.interior.scattering, out->mutable_interior()->mutable_scattering());
+    out->mutable_interior()->set_anisotropy(material.interior.anisotropy);
   }
   out->set_priority(material.priority);
 }

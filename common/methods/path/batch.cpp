@@ -75,8 +75,11 @@ void Batch::shade(const Path8& in, M8 lanes, std::uint32_t bounce) {
   Hit8 hits = scene_.accel().intersect(lanes, rays, bounce == 0);
   if (scene_.features().media) {
     Path8 there = in;
-    const Crossing8 crossing = pass_media(there, lanes, hits);
-    shade_hits(there, hits, bounce, crossing);
+    const Passage8 passage = pass_media(there, lanes, hits, bounce);
+    if (passage.scattered.any()) {
+      shade_medium(there, passage.point, passage.scattered, bounce);
+    }
+    shade_hits(there, hits, bounce, passage.crossing);
   } else {
     shade_hits(in, hits, bounce, {});
   }

@@ -63,7 +63,15 @@ class Batch {
   void shade_kind(MaterialKind kind, const Vertex8& vertex, M8 lanes);
   void shade_glossy(MaterialKind kind, const Vertex8& vertex, M8 lanes);
   F8 relative_index(const Vertex8& vertex, M8 lanes) const;
-  Crossing8 pass_media(Path8& paths, M8 lanes, Hit8& hits);
+  /// Where paths in media get to.
+  struct Passage8 {
+    Crossing8 crossing;  ///< of what is hit
+    M8 scattered;        ///< scattered before, at `point`
+    V8 point;
+  };
+  Passage8 pass_media(Path8& paths, M8 lanes, Hit8& hits, std::uint32_t bounce);
+  M8 travel(Path8& paths, M8 lanes, F8 length, std::uint32_t decision, F8& scattered_at);
+  void shade_medium(const Path8& in, const V8& point, M8 lanes, std::uint32_t bounce);
   V8 light_through_media(const Shadow8& shadows, M8 lanes, M8 blocked);
 
   /// Next-event estimation and going on, for a BSDF that has a density (common/materials/bsdf.h).

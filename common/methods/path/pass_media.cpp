@@ -1,10 +1,12 @@
 // Ways through media: absorption along them, and boundaries that light does not notice.
+#include "common/materials/henyey_greenstein.h"
 #include "common/methods/path/batch.h"
 
 namespace lightmill::path {
 namespace {
 
-constexpr int kMaxPassed = 1000;  ///< boundaries in a row that light does not notice: more are copies without end
+constexpr std::uint32_t kMaxPassed =
+    1000;  ///< boundaries in a row that light does not notice: more are copies without end
 
 V8 onward(const Surface8& surface) {
   return select(surface.front, -surface.geometric_normal, surface.geometric_normal) * surface.offset;
@@ -12,27 +14,66 @@ V8 onward(const Surface8& surface) {
 
 }  // namespace
 
-/// Follows the paths through boundaries that light does not notice to the first that it does, or to another surface,
-/// and takes off what is absorbed on the way; `hits` is where they arrive, as seen from where they start. Returns what
-/// crossing there would mean.
-Crossing8 Batch::pass_media(Path8& paths, M8 lanes, Hit8& hits) {
+/// Takes off what is absorbed along `length` of the paths' media. Where the medium scatters, a path may end before:
+/// those lanes are returned, with how far they got. The distance is drawn by one channel's density, a channel by its
+/// share in what the path carries, and weighted by the mean of the three: the sum of the channels never grows.
+M8 Batch::travel(Path8& paths, M8 lanes, F8 length, std::uint32_t decision, F8& scattered_at) {
   const MediumTable& table = scene_.media();
+  const U8 medium = table.current(paths.media);
+  const V8 extinction = table.extinction(medium);
+  const V8 left = MediumTable::transmittance(extinction, length);
+  const V8 scattering = table.scattering(medium);
+  const M8 scatters = lanes & (max_component(scattering) > F8(0.0f));
+  if (scatters.none()) {
+    paths.throughput = select(lanes, paths.throughput * left, paths.throughput);
+    return {};
+  }
+  const Pair8 u = hashed_pair(paths.index, decision_seed(paths.pixel_seed, decision));
+  const V8& t = paths.throughput;
+  const F8 total = t.x + t.y + t.z;
+  const M8 alive = total > F8(0.0f);
+  const V8 share = t * select(alive, F8(1.0f) / total, F8(0.0f));  // of each channel in what is carried
+  const F8 sigma = select(u.u < share.x, extinction.x, select(u.u < share.x + share.y, extinction.y, extinction.z));
+  const F8 infinity(std::numeric_limits<float>::infinity());
+  const F8 distance = select(sigma > F8(0.0f), -log(F8(1.0f) - u.v) / sigma, infinity);
+  const M8 event = scatters & (distance < length);
+  const V8 until = MediumTable::transmittance(extinction, distance);
+  const F8 pdf = dot(share, extinction * until);
+  const F8 survival = dot(share, left);
+  const V8 weight = select(event, scattering * until * (F8(1.0f) / pdf), left * (F8(1.0f) / survival));
+  paths.throughput = select(scatters & alive, paths.throughput * weight, paths.throughput);
+  const M8 absorbs = and_not(lanes, scatters);
+  paths.throughput = select(absorbs, paths.throughput * left, paths.throughput);
+  scattered_at = select(event, distance, scattered_at);
+  return event;
+}
+
+/// Follows the paths through boundaries that light does not notice to the first that it does, or to another surface,
+/// and takes off what is absorbed on the way; `hits` is where they arrive, as seen from where they start.
+Batch::Passage8 Batch::pass_media(Path8& paths, M8 lanes, Hit8& hits, std::uint32_t bounce) {
+  constexpr std::uint32_t kDecisions = 0x40000000u;  // apart from those of vertices
+  const MediumTable& table = scene_.media();
+  Passage8 passage;
   V8 origin = paths.origin;
   F8 passed_length(0.0f);
   F8 skipped(0.0f);  // of the way, by moving off the surface before
-  const auto absorb = [&](M8 which) {
+  M8 active = lanes;
+  for (std::uint32_t passed = 0; active.any(); ++passed) {
     const F8 length = select(hits.hit, hits.distance + skipped, F8(std::numeric_limits<float>::infinity()));
-    const V8 left = table.transmittance(table.current(paths.media), length);
-    paths.throughput = select(which, paths.throughput * left, paths.throughput);
-  };
-  absorb(lanes);
-  Crossing8 crossing;
-  M8 active = lanes & hits.hit;
-  for (int passed = 0; active.any(); ++passed) {
+    F8 scattered_at(0.0f);
+    const M8 scattered = travel(paths, active, length, kDecisions + bounce * (kMaxPassed + 1) + passed, scattered_at);
+    passage.scattered = passage.scattered | scattered;
+    passage.point = select(scattered, origin + paths.direction * (scattered_at - skipped), passage.point);
+    hits.hit = and_not(hits.hit, scattered);
+    active = active & hits.hit;
+    if (active.none()) {
+      break;
+    }
     const Surface8 surface = scene_.surface({origin, paths.direction, F8(0.0f)}, hits);
     const U8 medium = table.of_material(surface.material, active);
     const Crossing8 here = table.cross(paths.media, medium, surface.front);
-    crossing = {select(active, here.eta, crossing.eta), select(active, here.beyond, crossing.beyond), M8()};
+    passage.crossing = {select(active, here.eta, passage.crossing.eta),
+                        select(active, here.beyond, passage.crossing.beyond), M8()};
     active = and_not(active, here.real | (medium == U8(0u)));
     if (active.none()) {
       break;
@@ -44,18 +85,43 @@ Crossing8 Batch::pass_media(Path8& paths, M8 lanes, Hit8& hits) {
     }
     const V8 off = onward(surface);
     origin = select(active, surface.point + off, origin);
-    skipped = dot(off, paths.direction);
+    skipped = select(active, dot(off, paths.direction), skipped);
     paths.media = select(active, here.beyond, paths.media);
     const Ray8 rays{origin, paths.direction, F8(std::numeric_limits<float>::infinity())};
     add_untraceable(active, rays, paths.slot);
     hits = select(active, scene_.accel().intersect(active, rays, false), hits);
     ws_.counters.closest_hit_rays += static_cast<std::uint64_t>(active.count());
-    absorb(active);
     passed_length = select(active, dot(origin - paths.origin, paths.direction), passed_length);
-    active = active & hits.hit;
   }
   hits.distance = hits.distance + passed_length;
-  return crossing;
+  return passage;
+}
+
+/// Scattering at points of media: next-event estimation, and one way to go on.
+void Batch::shade_medium(const Path8& in, const V8& point, M8 lanes, std::uint32_t bounce) {
+  if (bounce == max_bounces_) {
+    return;
+  }
+  Path8 out = in;
+  if (bounce == 0) {
+    out.pixel_seed = mix(in.pixel_seed ^ U8(kUnsplitSalt));
+  }
+  const HenyeyGreenstein8 phase{scene_.media().anisotropy(scene_.media().current(in.media))};
+  const V8 wo = -in.direction;
+  if (scene_.features().lights) {
+    const F8 choice =
+        scene_.lights().size() > 1 ? decide(out.index, out.pixel_seed, bounce, choice_decision(bounce)).u : F8(0.0f);
+    const LightSample8 light =
+        scene_.lights().sample(point, choice, decide(out.index, out.pixel_seed, bounce, light_decision(bounce)));
+    const F8 value = phase.pdf_solid_angle(wo, light.wi);
+    const F8 weight = select(light.pdf_solid_angle > F8(0.0f), mis_weight(light.pdf_solid_angle, value), F8(1.0f));
+    ws_.shadows.push(lanes & light.valid,
+                     {point, light.point - point, in.throughput * light.weight * (value * weight), in.slot, in.media});
+  }
+  out.origin = point;
+  out.direction = phase.sample(wo, decide(out.index, out.pixel_seed, bounce, bsdf_decision(bounce)));
+  out.pdf_solid_angle = phase.pdf_solid_angle(wo, out.direction);
+  go_on(out, lanes, bounce);
 }
 
 /// The same for shadow rays, of which those in `lanes` meet something: what of their light arrives.
@@ -70,7 +136,7 @@ V8 Batch::light_through_media(const Shadow8& shadows, M8 lanes, M8 blocked) {
   M8 active = lanes & blocked;
   M8 lost;
   F8 skipped(0.0f);
-  for (int i = 0; active.any(); ++i) {
+  for (std::uint32_t i = 0; active.any(); ++i) {
     const F8 rest = length - dot(origin - shadows.origin, direction);
     const Ray8 rays{origin, direction, rest};
     const Hit8 hits = scene_.accel().intersect(active, rays, false);

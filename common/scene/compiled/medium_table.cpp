@@ -30,7 +30,7 @@ bool overlap(const Bounds& a, const Bounds& b) {
 }  // namespace
 
 MediumTable::MediumTable(const Scene& scene, double length_scale)
-    : priority_{0x80000000u}, ior_{1.0f}, absorption_{0, 0, 0}, plain_{0} {
+    : priority_{0x80000000u}, ior_{1.0f}, extinction_{0, 0, 0}, scattering_{0, 0, 0}, anisotropy_{0}, plain_{0} {
   for (const Material& material : scene.materials) {
     if (!is_boundary(material)) {
       of_material_.push_back(0);
@@ -40,8 +40,12 @@ MediumTable::MediumTable(const Scene& scene, double length_scale)
     priority_.push_back(static_cast<std::uint32_t>(material.priority));
     ior_.push_back(static_cast<float>(ior_of(material)));
     plain_.push_back(std::holds_alternative<DielectricMaterial>(material.kind) ? 1 : 0);
-    const Vec3d sigma = Vec3d(to_vec(material.interior.absorption)) / length_scale;
-    append(absorption_, Vec3(glm::min(sigma, Vec3d(kMaxAbsorption))));
+    const Vec3d scattering = Vec3d(to_vec(material.interior.scattering)) / length_scale;
+    const Vec3d extinction = Vec3d(to_vec(material.interior.absorption)) / length_scale + scattering;
+    append(extinction_, Vec3(glm::min(extinction, Vec3d(kMaxAbsorption))));
+    append(scattering_, Vec3(glm::min(scattering, Vec3d(kMaxAbsorption))));
+    anisotropy_.push_back(static_cast<float>(material.interior.anisotropy));
+    scatters_ = scatters_ || !is_black(material.interior.scattering);
   }
 }
 

@@ -47,14 +47,20 @@ class MediumTable {
   /// Of a ray that meets the boundary of `medium` (not 0) from outside or from inside.
   Crossing8 cross(const Media8& media, U8 medium, M8 from_outside) const;
 
-  /// Bouguer's law along a way in a medium; lengths may be infinite.
-  V8 transmittance(U8 medium, F8 length) const {
-    const M8 all(true);
-    const V8 sigma = gather3(absorption_.data(), medium, all);
+  /// Absorption and scattering together.
+  V8 extinction(U8 medium) const { return gather3(extinction_.data(), medium, M8(true)); }
+  /// Whether any medium scatters; what it scatters per length, and the mean cosine of that.
+  bool scatters() const { return scatters_; }
+  V8 scattering(U8 medium) const { return gather3(scattering_.data(), medium, M8(true)); }
+  F8 anisotropy(U8 medium) const { return gather(anisotropy_.data(), medium, M8(true)); }
+
+  /// Bouguer's law along a way; lengths may be infinite.
+  static V8 transmittance(const V8& extinction, F8 length) {
     // 0 · ∞ is 0 here.
     const auto along = [&](F8 s) { return exp(-masked(s > F8(0.0f), s * length)); };
-    return {along(sigma.x), along(sigma.y), along(sigma.z)};
+    return {along(extinction.x), along(extinction.y), along(extinction.z)};
   }
+  V8 transmittance(U8 medium, F8 length) const { return transmittance(extinction(medium), length); }
 
   static Media8 entered(const Media8& media, U8 medium);
   static Media8 left(const Media8& media, U8 medium);
@@ -63,7 +69,8 @@ class MediumTable {
   std::vector<std::uint32_t> of_material_;
   // One entry a medium (3 for colours); the first is the outside.
   std::vector<std::uint32_t> priority_;  ///< as signed integers
-  std::vector<float> ior_, absorption_;
+  std::vector<float> ior_, extinction_, scattering_, anisotropy_;
+  bool scatters_ = false;
   std::vector<std::uint32_t> plain_;  ///< 1: of a dielectric, whose boundary is nothing but a change of index
 };
 

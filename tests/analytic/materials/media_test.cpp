@@ -195,5 +195,49 @@ TEST(Media, LightThroughWhatIsNotThereIsCountedOnce) {
   expect_answer(mean_of(scene.render({"path", 47, 2}, 10), 0), 1.44 / 4, 2e-3);
 }
 
+/// Henyey and Greenstein's function of the cosine between the ways before and after.
+double phase(double g, double cosine) {
+  return (1 - g * g) / (4 * M_PI * std::pow(1 + g * g - 2 * g * cosine, 1.5));
+}
+
+TEST(Scattering, OnceInFogAroundAPointLight) {
+  // The light is at distance h from a line of sight in endless fog: ∫ σs e^(−σ(s + d)) p(cos θ) I/d² ds from the eye
+  // on.
+  const double h = 0.8, ahead = 1.5;
+  for (const auto& [scattering, absorption, g] : {std::tuple(0.5, 0.0, 0.0), {0.4, 0.3, 0.6}, {1.5, 0.2, -0.5}}) {
+    const double sigma = scattering + absorption;
+    double exact = 0;
+    constexpr int kSteps = 400'000;
+    constexpr double kEnd = 40;
+    for (int i = 0; i < kSteps; ++i) {
+      const double s = kEnd * (i + 0.5) / kSteps, x = ahead - s, d2 = x * x + h * h, d = std::sqrt(d2);
+      // Light travels from the lamp to the point, then back to the eye: against the line of sight.
+      exact += kEnd / kSteps * scattering * std::exp(-sigma * (s + d)) * phase(g, x / d) / d2;
+    }
+    const auto scene = TestScene::from_text(
+        document(R"("eye": [0, 0, 0], "look_at": [0, 0, -1])", 0.01, 8,
+                 medium("fog", 1,
+                        fmt::format("{}, {}: {}, {}: {}", absorbing(absorption), R"("scattering")", gray(scattering),
+                                    R"("anisotropy")", g)),
+                 sphere("fog", "[0, 0, 0]", 60),
+                 fmt::format(R"({{"point": {{"position": [0, {}, {}], "intensity": {}}}}})", h, -ahead, gray(1))));
+    expect_answer(mean_of(scene.render({"path", 60, 1}, 13), 0), exact, 1e-2);
+  }
+}
+
+TEST(Scattering, FogThatAbsorbsNothingHidesInUniformLight) {
+  for (const auto& [ior, g] : {std::pair(1.0, 0.0), {1.0, 0.8}, {1.5, 0.0}}) {
+    const auto scene = TestScene::from_text(
+        document(R"("eye": [0, 0, 3], "look_at": [0, 0, 0])", 30, 16,
+                 diffuse("sky", 0, 1) + "," +
+                     medium("fog", ior, R"("scattering": {"rgb": [3, 1, 0]}, "anisotropy": )" + fmt::format("{}", g)),
+                 sphere("sky", "[0, 0, 0]", 10, true) + "," + sphere("fog", "[0, 0, 0]", 1)));
+    const HalfImages image = scene.render({"path", 61, 0}, 9);
+    for (int channel = 0; channel < 3; ++channel) {
+      expect_answer(mean_of(image, channel), 1, 1e-2);
+    }
+  }
+}
+
 }  // namespace
 }  // namespace lightmill::test

@@ -98,6 +98,13 @@ TEST(MaterialJson, GlassHasRoughnessAnInteriorAndAPriority) {
   EXPECT_EQ(colored.absorption.r, 0);
   EXPECT_EQ(colored.absorption.g, 1);
   EXPECT_EQ(colored.absorption.b, kMaxAbsorption);
+  const Medium fog =
+      read(R"("dielectric": {"ior": 1}, "interior": {"scattering": {"rgb": [1, 2, 3]}, "anisotropy": -0.5})").interior;
+  EXPECT_EQ(fog.absorption, RgbColor{});
+  EXPECT_EQ(fog.scattering, (RgbColor{1, 2, 3}));
+  EXPECT_EQ(fog.anisotropy, -0.5);
+  EXPECT_EQ(error_of(R"("dielectric": {}, "interior": {"anisotropy": 1})"),
+            "m.json:2:74: materials[0].interior.anisotropy: must be in [-0.99, 0.99], got 1");
   EXPECT_EQ(error_of(R"("dielectric": {"roughness": -1})"),
             "m.json:2:57: materials[0].dielectric.roughness: must be in [0, 1], got -1");
   EXPECT_EQ(error_of(R"("dielectric": {}, "interior": {"color": {"rgb": [1, 2, 0]}})"),
