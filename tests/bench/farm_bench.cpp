@@ -66,7 +66,8 @@ int run_client(const Options& options) {
   render.size = fmt::format("{0}x{0}", options.size);
   render.samples = std::uint64_t{1} << options.level;
   render.seed = options.seed;
-  const cli::PreparedJob prepared = value_of(cli::make_job(render));
+  cli::Signals signals;
+  const cli::PreparedJob prepared = value_of(cli::make_job(render, signals));
   cli::FarmConnection farm(options.client_of);
   const cli::Console console(true);
   const auto start = std::chrono::steady_clock::now();
