@@ -3,6 +3,7 @@
 #include <unistd.h>
 
 #include <ctime>
+#include <nlohmann/json.hpp>
 
 #include "client/cli/console.h"
 #include "common/base/file.h"
@@ -99,22 +100,43 @@ Result<IncomingFilm> begin_film(const v1::FilmHeader& header) {
   if (!status.ok()) {
     return data_loss("the farm sent a film whose settings are damaged: {}", message_of(status));
   }
-  IncomingFilm in{{header.job(), FilmPicture(frame, crop)}, grid_of(*settings), NodeLayout(settings->layers), {}, {}};
+  IncomingFilm in{
+      {header.job(), FilmPicture(frame, crop), {}}, grid_of(*settings), NodeLayout(settings->layers), {}, {}};
   in.film.picture.receipt = receipt_of(header);
   for (const LayerSpec& layer : std::span(settings->layers).subspan(1)) {
     in.film.picture.layers.push_back(make_picture_layer(layer.name, in.film.picture.pixels()));
   }
-  if (in.layout.first_samples > 0) {
+  if (in.layout.first_samples > 0 || settings->meters > 0) {
     LM_ASSIGN_OR_RETURN(const Scene scene, unpack_scene(settings->scene));
     in.names = names_in(scene);
+    for (const Meter& meter :
+         std::span(scene.meters).first(std::min<std::size_t>(settings->meters, scene.meters.size()))) {
+      in.film.meters.push_back({meter, {}});
+    }
   }
+  in.film.picture.receipt.meter_hashes.resize(in.film.meters.size());
   return in;
+}
+
+Status add_meter(IncomingFilm& in, std::uint32_t meter, const v1::FilmTile& tile, std::span<const float> sums) {
+  if (meter >= in.film.meters.size() || sums.size() != in.layout.summed_values() * kTileSize * kTileSize ||
+      tile.samples_a() > tile.samples()) {
+    return data_loss("the farm sent {} sums of meter {} of {}", sums.size(), meter, in.film.meters.size());
+  }
+  NamedReading& reading = in.film.meters[meter];
+  reading.reading = read_meter(reading.meter, sums, in.layout.summed, tile.samples());
+  in.film.picture.receipt.meter_hashes[meter] =
+      meter_hash(sums, tile.samples_a(), tile.samples() - tile.samples_a()).hex();
+  return ok_status();
 }
 
 Status add_tile(IncomingFilm& in, const v1::FilmTile& tile) {
   FilmPicture& picture = in.film.picture;
   const ImageWindow rect = to_window(tile.rect());
   LM_ASSIGN_OR_RETURN(const std::vector<float> sums, floats_from_bytes(tile.sums()));
+  if (const PixelRect place{rect.x, rect.y, rect.width, rect.height}; is_meter_rect(place)) {
+    return add_meter(in, meter_of(place), tile, sums);
+  }
   LM_ASSIGN_OR_RETURN(const std::vector<float> first, floats_from_bytes(tile.first()));
   if (!lies_within(rect, picture.data) ||
       sums.size() != in.layout.summed_values() * static_cast<std::size_t>(rect.pixel_count())) {
@@ -172,6 +194,9 @@ Result<FetchedFilm> fetch_film(FarmConnection& connection, std::uint64_t id) {
   picture.receipt.min_samples = least;
   picture.receipt.max_samples = most;
   picture.receipt.film_hash = film_hash_of(picture).hex();
+  if (!in->film.meters.empty()) {
+    picture.attributes["lightmill.meters"] = to_json(in->film.meters).dump();
+  }
   if (in->layout.first_samples > 0) {
     add_id_attributes(picture.attributes, in->seen);
   }

@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "client/cli/farm_connection.h"
+#include "client/cli/meter_report.h"
 #include "common/base/digest.h"
 #include "common/image/color.h"
 #include "common/image/film_picture.h"
@@ -18,6 +19,7 @@ Hash128 film_hash_of(const FilmPicture& picture);
 struct FetchedFilm {
   v1::Job job;
   FilmPicture picture;
+  std::vector<NamedReading> meters;
 };
 
 /// The film as it stands now, with its receipt. DATA_LOSS if the farm sends something that cannot be a film.

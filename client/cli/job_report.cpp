@@ -25,12 +25,18 @@ ExitCode fetch_and_report(const Console& console, FarmConnection& connection, st
   nlohmann::json object = to_json(film->job);
   object["film_hash"] = film->picture.receipt.film_hash;
   object["outputs"] = outputs;
+  if (!film->meters.empty()) {
+    object["meters"] = to_json(film->meters);
+  }
   console.object(object);
   const std::string error = error_text(film->job);
   console.result(fmt::format("job {} {}: {} samples per pixel{}, {} of rendering{}", id, state_name(film->job.state()),
                              range_text(film->picture.receipt.min_samples, film->picture.receipt.max_samples),
                              error.empty() ? "" : ", error " + error, human_seconds(film->job.active_seconds()),
                              outputs.empty() ? "" : fmt::format(" -> {}", fmt::join(outputs, ", "))));
+  for (const NamedReading& reading : film->meters) {
+    console.result(fmt::format("meter {}: {}", reading.meter.name, reading_text(reading)));
+  }
   return kDone;
 }
 

@@ -147,6 +147,8 @@ Result<PreparedJob> make_job(const RenderOptions& options, Signals& signals) {
     settings.method += options.method.find(':') == std::string::npos ? ":brute-force" : ",brute-force";
   }
   settings.max_bounces = options.max_bounces;
+  LM_ASSIGN_OR_RETURN(const MethodSpec method, checked_method(options));
+  settings.meters = method_reads_meters(method.name) ? static_cast<std::uint32_t>(job.scene.scene.meters.size()) : 0;
   settings.renderer_version = kRendererVersion;
   job.spec.request_id = new_request_id();
   const std::string& scene_name = job.scene.scene.name;

@@ -103,6 +103,10 @@ Status check_method_layers(std::string_view method, const std::vector<LayerSpec>
   return ok_status();
 }
 
+bool method_reads_meters(std::string_view method) {
+  return method == "path";
+}
+
 NodeLayout::NodeLayout(const std::vector<LayerSpec>& layers) : summed(0) {
   for (const LayerSpec& layer : layers) {
     switch (layer.kind) {

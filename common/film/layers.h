@@ -60,6 +60,9 @@ Status check_layers(const std::vector<LayerSpec>& layers);
 /// show surfaces.
 Status check_method_layers(std::string_view method, const std::vector<LayerSpec>& layers);
 
+/// Whether this method reads the scene's virtual meters; the films of others have no tiles for them.
+bool method_reads_meters(std::string_view method);
+
 /// How a node's values lie: first the summed channels of both halves, `[half][channel][pixel]`; then, in nodes that
 /// begin before sample 16, the other layers over those of its samples: `[first_mean channel][pixel]`,
 /// `[first_nearest channel][pixel]`, `[sample][first_samples channel][pixel]`.

@@ -124,6 +124,7 @@ TestScene make_test_scene(FilterKind filter) {
   scene.objects.back().transform = {{{0.2, 0.05, 0, 0.6}, {0, 0.3, 0, 1.7}, {0, 0, 0.25, -1}}};
   test.add(2, shared);
   scene.objects.back().transform = {{{-0.25, 0, 0, 1.5}, {0, 0.2, 0.05, 1.2}, {0, 0, 0.2, -0.2}}};
+  scene.meters = {{"meter", PatchMeter{{{-1, 0.2, -1}, {0, 0, 0.7}, {0.9, 0.1, 0}}}}};
   scene.point_lights.push_back({"point", {-1.5, 2.5, 1.5}, {3, 3, 3}});
   return test;
 }
@@ -150,6 +151,10 @@ std::string fingerprint_class() {
       const SampleRange range = filter == FilterKind::box ? kRange : SampleRange{1, 0};
       const Node node = (*method)->render({0, 0, kSide, kSide}, range, *workspace);
       hasher.append(std::as_bytes(std::span(node.values)));
+      if (method_reads_meters(name)) {
+        const Node meter = (*method)->render(meter_rect(0), {0, 0}, *workspace);
+        hasher.append(std::as_bytes(std::span(meter.values)));
+      }
     }
   }
   return hasher.finish().hex().substr(0, 16);

@@ -5,6 +5,7 @@
 
 #include "common/film/tile_grid.h"
 #include "common/scene/checks.h"
+#include "common/scene/meter_checks.h"
 
 namespace lightmill {
 namespace {
@@ -186,7 +187,15 @@ Status validate(const Scene& scene) {
     LM_RETURN_IF_ERROR(check_point(fmt::format("lights[{}].point.position", i), scene.point_lights[i].position));
     LM_RETURN_IF_ERROR(check_power(fmt::format("lights[{}].point.intensity", i), scene.point_lights[i].intensity));
   }
-  return ok_status();
+  return validate_meters(scene.meters);
+}
+
+const Patch* patch_of(const Meter& meter) {
+  if (const auto* mean = std::get_if<PatchMeter>(&meter.kind)) {
+    return &mean->patch;
+  }
+  const auto* flux = std::get_if<FluxMeter>(&meter.kind);
+  return flux == nullptr ? nullptr : &flux->patch;
 }
 
 std::string describe_unknown_material(std::string_view name, const std::vector<Material>& materials) {

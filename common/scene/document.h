@@ -178,6 +178,33 @@ struct PointLight {
   RgbColor intensity;  ///< W/sr
 };
 
+// Virtual meters. Normals and directions need not be unit vectors.
+
+/// A parallelogram that faces the side of edge1 × edge2.
+struct Patch {
+  Point3d corner{0, 0, 0};
+  Point3d edge1{1, 0, 0}, edge2{0, 1, 0};
+};
+struct IrradianceMeter {
+  Point3d point{0, 0, 0};
+  Point3d normal{0, 1, 0};
+};
+/// The mean irradiance of a patch.
+struct PatchMeter {
+  Patch patch;
+};
+struct RadianceMeter {
+  Point3d point{0, 0, 0};
+  Point3d direction{0, 0, -1};  ///< where it looks
+};
+struct FluxMeter {
+  Patch patch;
+};
+struct Meter {
+  std::string name;
+  std::variant<IrradianceMeter, PatchMeter, RadianceMeter, FluxMeter> kind;
+};
+
 struct Scene {
   std::string name;
   Camera camera;
@@ -186,7 +213,11 @@ struct Scene {
   std::vector<Material> materials;
   std::vector<Object> objects;
   std::vector<PointLight> point_lights;
+  std::vector<Meter> meters;  ///< at most kMaxMeters
 };
+
+/// The patch of a patch or flux meter; null for others.
+const Patch* patch_of(const Meter& meter);
 
 /// Everything that can be checked without the assets: ranges, finiteness, indices, at least one object. Errors have the
 /// form "objects[3].sphere.radius: must be positive, got -1": the field's path in the schema, then the value and what

@@ -8,6 +8,7 @@
 #include "common/wire/deterministic.h"
 #include "common/wire/limits.h"
 #include "common/wire/material_proto.h"
+#include "common/wire/meter_proto.h"
 #include "common/wire/object_proto.h"
 #include "common/wire/scene_values.h"
 #include "common/wire/texture_proto.h"
@@ -174,6 +175,9 @@ void to_wire(const Scene& scene, v1::Scene* out) {
     to_wire_point(light.position, wire->mutable_point()->mutable_position());
     to_wire_color(light.intensity, wire->mutable_point()->mutable_intensity());
   }
+  for (const Meter& meter : scene.meters) {
+    to_wire_meter(meter, out->add_meters());
+  }
 }
 
 Result<Camera> from_wire(const v1::Camera& camera) {
@@ -226,6 +230,10 @@ Result<SceneDraft> draft_from_wire(const v1::Scene& scene) {
   for (int i = 0; i < scene.lights_size(); ++i) {
     LM_ASSIGN_OR_RETURN(PointLight light, light_from_wire(fmt::format("lights[{}]", i), scene.lights(i)));
     draft.scene.point_lights.push_back(std::move(light));
+  }
+  for (int i = 0; i < scene.meters_size(); ++i) {
+    LM_ASSIGN_OR_RETURN(Meter meter, meter_from_wire(fmt::format("meters[{}]", i), scene.meters(i)));
+    draft.scene.meters.push_back(std::move(meter));
   }
   LM_RETURN_IF_ERROR(validate(draft.scene));
   return draft;

@@ -55,6 +55,9 @@ Status check_spec(const JobSpec& spec) {
   if (const Status status = check_method_layers(method->name, settings.layers); !status.ok()) {
     return with_context(status, "settings.layers");
   }
+  if (settings.meters > 0 && !method_reads_meters(method->name)) {
+    return invalid_argument("settings.meters: method {} reads none, got {}", settings.method, settings.meters);
+  }
   if (settings.renderer_version.empty()) {
     return invalid_argument("settings.renderer_version: must not be empty");
   }

@@ -58,6 +58,10 @@ void Preparer::run() {
 Result<PreparedJob> Preparer::prepare(const JobDescription& description) {
   const RenderSettings& settings = description.settings;
   LM_ASSIGN_OR_RETURN(std::shared_ptr<const CompiledScene> scene, compiled(settings));
+  if (settings.meters > 0 && settings.meters != scene->meters().size()) {
+    return invalid_argument("the job is to read {} meters, but its scene has {}", settings.meters,
+                            scene->meters().size());
+  }
   LM_ASSIGN_OR_RETURN(
       std::unique_ptr<Method> method,
       make_method(std::move(scene), {settings.method, settings.seed, settings.max_bounces, settings.layers}));

@@ -60,6 +60,9 @@ std::vector<std::vector<std::string>> describe(const FetchedFilm& film) {
   if (!film.picture.layers.empty()) {
     rows.push_back({"layers", fmt::format("{}", fmt::join(layer_names(film.picture), ", "))});
   }
+  for (const NamedReading& reading : film.meters) {
+    rows.push_back({"meter " + reading.meter.name, reading_text(reading)});
+  }
   if (counters.non_finite() > 0) {
     rows.push_back({"non-finite", fmt::format("{} samples counted as zero", counters.non_finite())});
   }
@@ -74,6 +77,7 @@ Status show_job(FarmConnection& connection, const Console& console, std::uint64_
   nlohmann::json object = to_json(film.job);
   object["film_hash"] = film.picture.receipt.film_hash;
   object["layers"] = layer_names(film.picture);
+  object["meters"] = to_json(film.meters);
   console.object(object);
   print_table(console, describe(film));
   return ok_status();

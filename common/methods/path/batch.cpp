@@ -8,8 +8,13 @@
 namespace lightmill::path {
 
 void Batch::run(std::size_t first_pixel, std::size_t last_pixel, const std::vector<std::uint32_t>& seeds) {
-  start(first_pixel, last_pixel, seeds);
-  for (std::uint32_t bounce = 0; ws_.paths.size() > 0; ++bounce) {
+  std::uint32_t bounce = 0;
+  if (meter_ != nullptr) {
+    bounce = start_meter(first_pixel, last_pixel, seeds);
+  } else {
+    start(first_pixel, last_pixel, seeds);
+  }
+  for (; ws_.paths.size() > 0; ++bounce) {
     ws_.next.clear();
     ws_.shadows.clear();
     for (int i = 0; i < ws_.paths.size(); i += 8) {
@@ -90,7 +95,7 @@ void Batch::shade_hits(const Path8& in, const Hit8& hits, std::uint32_t bounce, 
     return;
   }
   const Surface8 surface = scene_.surface({in.origin, in.direction, F8(0.0f)}, hits);
-  if (bounce == 0 && channels_.shows_surfaces()) {
+  if (bounce == 0 && meter_ == nullptr && channels_.shows_surfaces()) {
     store_surfaces(channels_, scene_, hits, surface, in.slot,
                    {ws_.radiance.data(), slots_, ws_.first.empty() ? nullptr : ws_.first.data(), pixels_});
   }

@@ -44,7 +44,8 @@ class Batch {
         channels_(channels),
         tile_(tile),
         plan_(plan),
-        max_bounces_(max_bounces),
+        meter_(is_meter_rect(tile) ? &scene.meters().at(meter_of(tile)) : nullptr),
+        max_bounces_(max_bounces + (meter_ != nullptr && !meter_->looks ? 1 : 0)),  // a meter's own surface is none
         ws_(ws),
         pixels_(static_cast<std::uint32_t>(tile.pixel_count())),
         slots_(pixels_ * plan.splits) {}
@@ -54,6 +55,7 @@ class Batch {
 
  private:
   void start(std::size_t first_pixel, std::size_t last_pixel, const std::vector<std::uint32_t>& seeds);
+  std::uint32_t start_meter(std::size_t first_pixel, std::size_t last_pixel, const std::vector<std::uint32_t>& seeds);
   void add_to_plane(int channel, M8 lanes, U8 slot, const V8& value);
   void add_light(M8 lanes, U8 slot, const V8& value, bool direct);
   void add_untraceable(M8 lanes, const Ray8& rays, U8 slot);
@@ -90,6 +92,7 @@ class Batch {
   const FilmChannels& channels_;
   const PixelRect& tile_;
   const SamplePlan& plan_;
+  const MeterPlace* const meter_;  ///< null for tiles of the picture
   const std::uint32_t max_bounces_;
   PathWorkspace& ws_;
   const std::uint32_t pixels_;

@@ -82,11 +82,15 @@ class SceneCompiler {
     finish_lights();
     LM_RETURN_IF_ERROR(out_->accel_->commit());
     out_->frame_ = frame_;
+    out_->meters_ = compile_meters(scene_.meters, frame_);
     out_->camera_ = camera_basis(scene_.camera, scene_.film.height, frame_);
     if (needs_media(scene_, bounds_)) {
       out_->features_.media = true;
       out_->media_ = MediumTable(scene_, frame_.scale());
-      out_->eye_media_ = find_eye_media(*out_);
+      out_->eye_media_ = find_media(*out_, out_->camera_.eye, out_->camera_.forward);
+      for (MeterPlace& meter : out_->meters_) {
+        meter.media = find_media(*out_, meter.middle(), meter.direction);
+      }
     }
     out_->filter_ = std::make_unique<FilterTable>(filter_table(scene_.film.filter));
     out_->film_width_ = scene_.film.width;

@@ -15,6 +15,7 @@
 #include "common/scene/compiled/geometry_table.h"
 #include "common/scene/compiled/material_table.h"
 #include "common/scene/compiled/medium_table.h"
+#include "common/scene/compiled/meter_table.h"
 #include "common/scene/compiled/world_frame.h"
 #include "common/scene/document.h"
 
@@ -69,6 +70,7 @@ class CompiledScene {
   const Media8& eye_media() const { return eye_media_; }
   const CameraBasis& camera() const { return camera_; }
   const WorldFrame& frame() const { return frame_; }
+  const MeterTable& meters() const { return meters_; }
   const FilterTable& filter() const { return *filter_; }
   const SceneFeatures& features() const { return features_; }
   int film_width() const { return film_width_; }
@@ -95,6 +97,7 @@ class CompiledScene {
   LightTable lights_;
   CameraBasis camera_;
   WorldFrame frame_;
+  MeterTable meters_;
   std::unique_ptr<FilterTable> filter_;
   SceneFeatures features_;
   int film_width_ = 0, film_height_ = 0;

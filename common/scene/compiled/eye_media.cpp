@@ -13,12 +13,11 @@ std::uint32_t first_lane(U8 x) {
 
 }  // namespace
 
-Media8 find_eye_media(const CompiledScene& scene) {
+Media8 find_media(const CompiledScene& scene, const Vec3& point, const Vec3& direction) {
   const M8 lane = first_lanes(1);
-  Ray8 ray{broadcast(scene.camera().eye), broadcast(scene.camera().forward),
-           F8(std::numeric_limits<float>::infinity())};
-  std::map<std::uint32_t, int> balance;   // of a medium: times entered less times left
-  std::vector<std::uint32_t> around_eye;  // the innermost first
+  Ray8 ray{broadcast(point), broadcast(direction), F8(std::numeric_limits<float>::infinity())};
+  std::map<std::uint32_t, int> balance;     // of a medium: times entered less times left
+  std::vector<std::uint32_t> around_point;  // the innermost first
   constexpr int kMaxSurfaces = 100'000;
   for (int i = 0; i < kMaxSurfaces && Accel::traceable(ray).bits() & 1; ++i) {
     const Hit8 hit = scene.accel().intersect(lane, ray, false);
@@ -31,14 +30,14 @@ Media8 find_eye_media(const CompiledScene& scene) {
       balance[medium] += front ? 1 : -1;
       if (balance[medium] < 0) {
         balance[medium] = 0;
-        around_eye.push_back(medium);
+        around_point.push_back(medium);
       }
     }
     const V8 onward = front ? -surface.geometric_normal : surface.geometric_normal;
     ray.origin = surface.point + onward * surface.offset;
   }
   Media8 media;
-  for (auto medium = around_eye.rbegin(); medium != around_eye.rend(); ++medium) {
+  for (auto medium = around_point.rbegin(); medium != around_point.rend(); ++medium) {
     media = MediumTable::entered(media, U8(*medium));
   }
   return media;

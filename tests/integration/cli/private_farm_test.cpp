@@ -102,6 +102,50 @@ TEST_F(CliTest, LayersComeOutAndTheHashCoversThem) {
   }
 }
 
+TEST_F(CliTest, MetersAreReadAndAreNoPartOfThePicture) {
+  const std::string lit = R"({"camera": {"eye": [0, 0, 5], "look_at": [0, 0, 0], "vertical_fov_degrees": 40},
+    "film": {"width": 96, "height": 70},
+    "materials": [{"name": "lamp", "diffuse": {"reflectance": {"rgb": [0, 0, 0]}}, "emission": {"rgb": [3, 3, 3]}}],
+    "objects": [{"material": "lamp", "sphere": {"center": [0, 1, 0], "radius": 0.5}}])";
+  const std::string meters = R"(, "meters": [
+    {"name": "desk", "irradiance": {"point": [0, -1, 0], "normal": [0, 1, 0]}},
+    {"name": "eye", "radiance": {"point": [0, 0, 5], "direction": [0, 1, -5]}}]})";
+  const auto render = [&](const std::string& name, const std::string& method) {
+    return std::vector<std::string>{"render",     file(name), "--local",     "--spp",    "20",  "--crop",
+                                    "10,0,70,66", "-o",       file("a.exr"), "--method", method};
+  };
+  write("plain.json", lit + "}");
+  write("metered.json", lit + meters);
+  const nlohmann::json plain = json(render("plain.json", "path"));
+  const Result<FilmPicture> plain_picture = load_film_picture(file("a.exr"));
+  const nlohmann::json metered = json(render("metered.json", "path"));
+  const Result<FilmPicture> picture = load_film_picture(file("a.exr"));
+  ASSERT_TRUE(picture.ok() && plain_picture.ok());
+  EXPECT_EQ(picture->beauty, plain_picture->beauty);
+  EXPECT_EQ(metered["error"], plain["error"]);
+  EXPECT_NE(metered["film_hash"], plain["film_hash"]);
+  EXPECT_EQ(cli::film_hash_of(*picture).hex(), metered["film_hash"]);
+  EXPECT_EQ(metered["samples_done"], (70 * 66 + 2 * 4096) * 20);
+
+  // E = πL (R/d)²; L.
+  const auto bytes = read_file(file("a.exr"));
+  const Result<Image> image = decode_exr(as_byte_view(*bytes));
+  ASSERT_TRUE(image.ok()) << image.status();
+  for (const nlohmann::json& readings : {metered["meters"], nlohmann::json::parse(image->text("lightmill.meters"))}) {
+    ASSERT_EQ(readings.size(), 2u);
+    EXPECT_EQ(readings[0]["name"], "desk");
+    EXPECT_NEAR(readings[0]["value"].get<double>(), M_PI * 3 / 16, 1e-3);
+    EXPECT_NEAR(readings[0]["photometric"].get<double>(), 683 * M_PI * 3 / 16, 0.7);
+    EXPECT_GT(readings[0]["half_width"].get<double>(), 0);
+    EXPECT_EQ(readings[0]["unit"], "W/m²");
+    EXPECT_EQ(readings[1]["photometric_unit"], "cd/m²");
+    EXPECT_NEAR(readings[1]["value"].get<double>(), 3, 1e-5);
+    EXPECT_EQ(readings[1]["samples"], 20);
+  }
+  // Other methods read none.
+  EXPECT_FALSE(json(render("metered.json", "preview")).contains("meters"));
+}
+
 TEST_F(CliTest, LayersThatCannotBeAreRefusedAtOnce) {
   const std::string balls = scene("cornell-bench-balls.json");
   const auto error = [&](std::vector<std::string> arguments) {

@@ -32,6 +32,29 @@ TEST(Document, AGoodSceneIsValid) {
   EXPECT_EQ(error_after([](Scene&) {}), "no error");
 }
 
+TEST(Document, MetersAreChecked) {
+  const auto with = [](const Meter& meter) { return error_after([&](Scene& s) { s.meters = {meter}; }); };
+  EXPECT_EQ(with({"desk", IrradianceMeter{}}), "no error");
+  EXPECT_EQ(with({"desk", FluxMeter{}}), "no error");
+  EXPECT_EQ(with({"", IrradianceMeter{}}), "meters[0].name: must not be empty");
+  EXPECT_EQ(with({"a", IrradianceMeter{{0, 0, 0}, {0, 0, 0}}}), "meters[0].irradiance.normal: must not be zero");
+  EXPECT_EQ(with({"a", RadianceMeter{{0, kNan, 0}, {0, 0, 1}}}),
+            "meters[0].radiance.point: coordinates must be finite and at most 1000000000000, got (0, nan, 0)");
+  EXPECT_EQ(with({"a", PatchMeter{{{0, 0, 0}, {1, 2, 3}, {2, 4, 6}}}}),
+            "meters[0].patch.edge2: must not be parallel to edge1, got (2, 4, 6)");
+  EXPECT_EQ(with({"a", FluxMeter{{{0, 0, 0}, {0, 0, 0}, {2, 4, 6}}}}), "meters[0].flux.patch.edge1: must not be zero");
+  EXPECT_EQ(error_after([](Scene& s) {
+              s.meters = {{"a", IrradianceMeter{}}, {"a", FluxMeter{}}};
+            }),
+            "meters[1].name: \"a\" names an earlier meter already");
+  EXPECT_EQ(error_after([](Scene& s) {
+              for (int i = 0; i < 257; ++i) {
+                s.meters.push_back({std::to_string(i), IrradianceMeter{}});
+              }
+            }),
+            "meters: at most 256 are possible, got 257");
+}
+
 TEST(Document, CamerasAreChecked) {
   EXPECT_EQ(error_after([](Scene& s) { s.camera.eye[1] = kNan; }),
             "camera.eye: coordinates must be finite and at most 1000000000000, got (0, nan, 0)");

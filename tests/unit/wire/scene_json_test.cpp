@@ -78,6 +78,40 @@ TEST(SceneJson, AWholeDocumentIsRead) {
   EXPECT_EQ(file->source.place("objects[1].mesh.file"), "all.json:15:25");
 }
 
+TEST(SceneJson, MetersComeAndGo) {
+  const Result<SceneFile> file = read_scene_json(document(kCamera, kFilm, kMaterials, kObjects, R"(, "meters": [
+        {"name": "desk", "irradiance": {"point": [1, 2, 3], "normal": [0, 1, 0]}},
+        {"name": "wall", "patch": {"corner": [0, 0, 0], "edge1": [1, 0, 0], "edge2": [0, 2, 0]}},
+        {"name": "eye", "radiance": {"point": [4, 5, 6], "direction": [0, 0, -1]}},
+        {"name": "hole", "flux": {"patch": {"corner": [0, 0, 1], "edge1": [0, 3, 0], "edge2": [1, 0, 0]}}}])"),
+                                                 "box.json");
+  ASSERT_TRUE(file.ok()) << file.status();
+  const auto check = [](const Scene& scene) {
+    ASSERT_EQ(scene.meters.size(), 4u);
+    EXPECT_EQ(scene.meters[0].name, "desk");
+    EXPECT_EQ(std::get<IrradianceMeter>(scene.meters[0].kind).point, (Point3d{1, 2, 3}));
+    EXPECT_EQ(std::get<IrradianceMeter>(scene.meters[0].kind).normal, (Point3d{0, 1, 0}));
+    EXPECT_EQ(std::get<PatchMeter>(scene.meters[1].kind).patch.edge2, (Point3d{0, 2, 0}));
+    EXPECT_EQ(std::get<RadianceMeter>(scene.meters[2].kind).direction, (Point3d{0, 0, -1}));
+    EXPECT_EQ(std::get<FluxMeter>(scene.meters[3].kind).patch.edge1, (Point3d{0, 3, 0}));
+  };
+  check(file->draft.scene);
+  const Result<Scene> packed = unpack_scene(pack_scene(file->draft.scene));
+  ASSERT_TRUE(packed.ok()) << packed.status();
+  check(*packed);
+}
+
+TEST(SceneJson, MistakesInMetersAreNamed) {
+  const auto error = [](const std::string& meter) {
+    return error_of(document(kCamera, kFilm, kMaterials, kObjects, ", \"meters\": [" + meter + "]"));
+  };
+  EXPECT_NE(error(R"({"name": "a"})").find("meters[0]: a kind of meter must be given"), std::string::npos);
+  EXPECT_NE(
+      error(R"({"name": "a", "irradiance": {"point": [0, 0, 0]}})").find("meters[0].irradiance.normal: must be given"),
+      std::string::npos);
+  EXPECT_NE(error(R"({"name": "a", "flux": {}})").find("meters[0].flux.patch: must be given"), std::string::npos);
+}
+
 TEST(SceneJson, TheManualsExampleIsValid) {
   const Result<std::string> manual = read_file(std::string(LIGHTMILL_SOURCE_DIR) + "/docs/scene-format.md");
   ASSERT_TRUE(manual.ok()) << manual.status();

@@ -1,0 +1,116 @@
+// Radiometric and photometric units, and what the strengths of each kind of light have to do with each other.
+//
+// Power is in W (flux), W/sr (intensity), W/m² (irradiance, exitance) or W/(m² sr) (radiance); its photometric sisters
+// are lm, cd, lx and cd/m². The renderer knows no spectra. Its assumption: an RGB value (linear, Rec. 709 primaries)
+// has the luminance-weighted mean of its channels as its power, and each W of that is worth 683 lm, as if all of it
+// came at 555 nm where the eye is most sensitive. So 1 W of white light is 683 lm here; a real lamp of 1 W gives less
+// because part of its spectrum is dim or invisible. Lengths are metres where photometric units are to mean what they
+// say.
+#pragma once
+
+#include <string_view>
+
+#include "common/math/transcendental.h"
+#include "common/math/vec.h"
+
+namespace lightmill {
+
+inline constexpr double kLumenPerWatt = 683;
+
+/// Rec. 709 luminance: the power of an RGB value in the unit of its channels.
+inline double luminance(const Vec3d& rgb) {
+  return 0.2126 * rgb.x + 0.7152 * rgb.y + 0.0722 * rgb.z;
+}
+
+/// W → lm, W/sr → cd, W/m² → lx, W/(m² sr) → cd/m².
+inline constexpr double photometric(double radiometric) {
+  return kLumenPerWatt * radiometric;
+}
+/// lm → W, cd → W/sr, lx → W/m², cd/m² → W/(m² sr).
+inline constexpr double radiometric(double photometric) {
+  return photometric / kLumenPerWatt;
+}
+
+/// The RGB value in the direction of `color` whose luminance is `amount`; black for a black colour.
+inline Vec3d with_luminance(const Vec3d& color, double amount) {
+  const double y = luminance(color);
+  return y > 0 ? color * (amount / y) : Vec3d(0);
+}
+
+// ---- flux of emitters, in W ----
+
+/// Flux over intensity of a point that radiates equally in all directions: sr.
+inline constexpr double kPointSolidAngle = 4 * kPiDouble;
+
+/// Flux over intensity along the axis of I(θ) = I₀ cosⁿθ, θ < 90°: 2π / (n + 1).
+inline constexpr double cosine_power_solid_angle(double exponent) {
+  return 2 * kPiDouble / (exponent + 1);
+}
+
+/// Flux over intensity of a spot whose intensity is full within `inner` and falls off smoothly (t²(3 − 2t) in the
+/// cosine) to zero at `outer`: 2π (1 − (cos inner + cos outer) / 2).
+inline constexpr double spot_solid_angle(double cos_inner, double cos_outer) {
+  return 2 * kPiDouble * (1 - (cos_inner + cos_outer) / 2);
+}
+
+/// Exitance over radiance along the normal of a surface with L(θ) = L₀ cosⁿθ: 2π / (n + 2), which is π for n = 0.
+inline constexpr double exitance_per_radiance(double exponent = 0) {
+  return 2 * kPiDouble / (exponent + 2);
+}
+
+inline constexpr double sphere_area_of_diameter(double diameter) {
+  return kPiDouble * diameter * diameter;
+}
+
+/// Irradiance of a surface that sees the constant radiance L in all of its hemisphere, over L.
+inline constexpr double kHemisphereIrradiance = kPiDouble;
+
+/// Irradiance at a distance from a source of this intensity, on a surface inclined by θ.
+inline constexpr double irradiance_at(double intensity, double distance, double cos_theta = 1) {
+  return intensity * cos_theta / (distance * distance);
+}
+
+/// Joules that a flux of W gives in so many seconds.
+inline constexpr double radiant_energy(double watt, double seconds) {
+  return watt * seconds;
+}
+
+/// Photons per second in a flux of one wavelength: P λ / (h c), with the exact constants of the SI.
+inline constexpr double photons_per_second(double watt, double wavelength_m) {
+  constexpr double kPlanck = 6.62607015e-34, kLightSpeed = 299'792'458;
+  return watt * wavelength_m / (kPlanck * kLightSpeed);
+}
+
+/// Electrical power that a lamp turns into light if nothing is lost: V · A.
+inline constexpr double lamp_watt(double volt, double ampere) {
+  return volt * ampere;
+}
+
+// ---- strengths as people give them ----
+
+enum class LightQuantity { flux, intensity, irradiance, radiance };
+
+/// A unit in which a light's strength can be given. `irradiance` is exitance where a surface emits.
+struct LightUnit {
+  std::string_view name;  ///< as the scene document writes it
+  LightQuantity quantity;
+  bool photometric;
+};
+
+inline constexpr LightUnit kLightUnits[] = {
+    {"watt", LightQuantity::flux, false},
+    {"watt_per_steradian", LightQuantity::intensity, false},
+    {"watt_per_square_metre", LightQuantity::irradiance, false},
+    {"watt_per_square_metre_steradian", LightQuantity::radiance, false},
+    {"lumen", LightQuantity::flux, true},
+    {"candela", LightQuantity::intensity, true},
+    {"lux", LightQuantity::irradiance, true},
+    {"candela_per_square_metre", LightQuantity::radiance, true},
+};
+
+/// The amount in W, W/sr, W/m² or W/(m² sr).
+inline constexpr double radiometric_amount(const LightUnit& unit, double amount) {
+  return unit.photometric ? radiometric(amount) : amount;
+}
+
+}  // namespace lightmill

@@ -1,0 +1,50 @@
+#include "common/scene/compiled/meter_table.h"
+
+#include <cmath>
+
+#include "common/base/overloaded.h"
+#include "common/scene/compiled/convert.h"
+
+namespace lightmill {
+namespace {
+
+/// Of a vector of any length but zero.
+Vec3d unit(const Vec3d& v) {
+  const Vec3d near_one = v / std::max({std::abs(v.x), std::abs(v.y), std::abs(v.z)});
+  return glm::normalize(near_one);
+}
+
+}  // namespace
+
+MeterTable compile_meters(const std::vector<Meter>& meters, const WorldFrame& frame) {
+  MeterTable table;
+  for (const Meter& meter : meters) {
+    MeterPlace place;
+    Vec3d corner, edge1(0), edge2(0), direction;
+    if (const Patch* patch = patch_of(meter)) {
+      corner = frame.to_frame(to_vec(patch->corner));
+      edge1 = to_vec(patch->edge1) * frame.scale();
+      edge2 = to_vec(patch->edge2) * frame.scale();
+      direction = unit(glm::cross(unit(edge1), unit(edge2)));
+    } else if (const auto* point = std::get_if<IrradianceMeter>(&meter.kind)) {
+      corner = frame.to_frame(to_vec(point->point));
+      direction = unit(to_vec(point->normal));
+    } else {
+      const auto& ray = std::get<RadianceMeter>(meter.kind);
+      place.looks = true;
+      corner = frame.to_frame(to_vec(ray.point));
+      direction = unit(to_vec(ray.direction));
+    }
+    place.corner = Vec3(corner);
+    place.edge1 = Vec3(edge1);
+    place.edge2 = Vec3(edge2);
+    place.direction = Vec3(direction);
+    // A meter may lie on a surface of the scene, whose own position is no more exact than the scene is large.
+    place.magnitude =
+        Vec3(glm::abs(corner) + glm::abs(edge1) + glm::abs(edge2) + Vec3d(frame.extent() * frame.scale() / 16));
+    table.push_back(place);
+  }
+  return table;
+}
+
+}  // namespace lightmill

@@ -1,0 +1,79 @@
+#include "common/scene/meter_checks.h"
+
+#include <cmath>
+#include <set>
+
+#include "common/base/overloaded.h"
+#include "common/base/text.h"
+#include "common/film/tile_grid.h"
+
+namespace lightmill {
+namespace {
+
+double length(const Point3d& v) {
+  return std::hypot(v[0], v[1], v[2]);
+}
+
+Status check_place(const std::string& path, const Point3d& point) {
+  for (const double value : point) {
+    // Negated, so that NaN fails too.
+    if (!(std::abs(value) <= kMaxCoordinate)) {
+      return invalid_argument("{}: coordinates must be finite and at most {}, got ({}, {}, {})", path, kMaxCoordinate,
+                              point[0], point[1], point[2]);
+    }
+  }
+  return ok_status();
+}
+
+Status check_direction(const std::string& path, const Point3d& direction) {
+  LM_RETURN_IF_ERROR(check_place(path, direction));
+  return length(direction) > 0 ? ok_status() : invalid_argument("{}: must not be zero", path);
+}
+
+Status check_patch(const std::string& path, const Patch& patch) {
+  LM_RETURN_IF_ERROR(check_place(path + ".corner", patch.corner));
+  LM_RETURN_IF_ERROR(check_direction(path + ".edge1", patch.edge1));
+  LM_RETURN_IF_ERROR(check_direction(path + ".edge2", patch.edge2));
+  const Point3d& a = patch.edge1;
+  const Point3d& b = patch.edge2;
+  const double area = std::hypot(a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]);
+  if (!(area > 1e-6 * length(a) * length(b))) {
+    return invalid_argument("{}.edge2: must not be parallel to edge1, got ({}, {}, {})", path, b[0], b[1], b[2]);
+  }
+  return ok_status();
+}
+
+}  // namespace
+
+Status validate_meters(const std::vector<Meter>& meters) {
+  if (meters.size() > kMaxMeters) {
+    return invalid_argument("meters: at most {} are possible, got {}", kMaxMeters, meters.size());
+  }
+  std::set<std::string_view> names;
+  for (std::size_t i = 0; i < meters.size(); ++i) {
+    const std::string path = fmt::format("meters[{}]", i);
+    const std::string& name = meters[i].name;
+    if (name.empty()) {
+      return invalid_argument("{}.name: must not be empty", path);
+    }
+    LM_RETURN_IF_ERROR(check_name(path + ".name", name));
+    if (!names.insert(name).second) {
+      return invalid_argument("{}.name: \"{}\" names an earlier meter already", path, name);
+    }
+    LM_RETURN_IF_ERROR(std::visit(
+        Overloaded{[&](const IrradianceMeter& meter) {
+                     const Status status = check_place(path + ".irradiance.point", meter.point);
+                     return status.ok() ? check_direction(path + ".irradiance.normal", meter.normal) : status;
+                   },
+                   [&](const PatchMeter& meter) { return check_patch(path + ".patch", meter.patch); },
+                   [&](const RadianceMeter& meter) {
+                     const Status status = check_place(path + ".radiance.point", meter.point);
+                     return status.ok() ? check_direction(path + ".radiance.direction", meter.direction) : status;
+                   },
+                   [&](const FluxMeter& meter) { return check_patch(path + ".flux.patch", meter.patch); }},
+        meters[i].kind));
+  }
+  return ok_status();
+}
+
+}  // namespace lightmill
