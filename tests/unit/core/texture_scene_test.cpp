@@ -1,5 +1,4 @@
 // Textures from image files to pictures, through public scene documents.
-#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <unistd.h>
 
@@ -108,6 +107,10 @@ TEST(TextureScene, PlanesHaveCoordinatesOfLengthOneAlongTheirTangents) {
 }
 
 TEST(TextureScene, MistakesAreNamed) {
+  const auto names = [](const std::string& message, const std::string& part) {
+    return message.find(part) == std::string::npos ? testing::AssertionFailure() << message
+                                                   : testing::AssertionSuccess();
+  };
   const auto error = [](const std::string& textures, const std::string& reflectance) {
     const std::filesystem::path folder = std::filesystem::temp_directory_path();
     const std::filesystem::path path = folder / fmt::format("lightmill-texture-{}.json", ::getpid());
@@ -117,11 +120,10 @@ TEST(TextureScene, MistakesAreNamed) {
     std::filesystem::remove(path);
     return loaded.ok() ? std::string() : message_of(loaded.status());
   };
-  EXPECT_THAT(error(kNearest, R"({"texture": "u"})"), testing::HasSubstr("unknown texture \"u\""));
-  EXPECT_THAT(error("", R"({"texture": "t"})"), testing::HasSubstr("there are none"));
-  EXPECT_THAT(error(R"({"name": "t", "file": "nowhere.png"})", R"({"texture": "t"})"),
-              testing::HasSubstr("textures[0].file"));
-  EXPECT_THAT(error(kNearest + "," + kNearest, R"({"texture": "t"})"), testing::HasSubstr("names an earlier texture"));
+  EXPECT_TRUE(names(error(kNearest, R"({"texture": "u"})"), "unknown texture \"u\""));
+  EXPECT_TRUE(names(error("", R"({"texture": "t"})"), "there are none"));
+  EXPECT_TRUE(names(error(R"({"name": "t", "file": "nowhere.png"})", R"({"texture": "t"})"), "textures[0].file"));
+  EXPECT_TRUE(names(error(kNearest + "," + kNearest, R"({"texture": "t"})"), "names an earlier texture"));
 }
 
 }  // namespace
