@@ -101,9 +101,10 @@ void add_render_options(CLI::App& command, RenderOptions& options) {
   command.add_flag("--brute-force", options.brute_force,
                    "try every triangle for every ray, to see what the hierarchy saves");
   command
-      .add_option("--layers", options.layers,
-                  "further layers for the EXR: direct, indirect, albedo, light:NAME (a light group; up to 8), normal, "
-                  "depth, id; other methods than path have albedo, normal, depth and id")
+      .add_option(
+          "--layers", options.layers,
+          "further layers for the EXR: direct, indirect, albedo, normal, depth, id; other methods than path have "
+          "albedo, normal, depth and id")
       ->type_name("A,B,...");
   command
       .add_option("--max-bounces", options.max_bounces,
