@@ -128,7 +128,9 @@ void apply(const Report& report, const LoadOptions& options, LoadedScene& loaded
     }
   }
   if (report.sky != RgbColor{}) {
-    loaded.notices.emplace_back("left out: the world's light");
+    EnvironmentLight sky;
+    sky.radiance = report.sky;
+    scene.lights.push_back({"world", sky});
   }
   for (const std::string& what : report.left_out) {
     loaded.notices.push_back("left out: " + what);
@@ -145,8 +147,10 @@ Result<LoadedScene> load_blend(const fs::path& path, const LoadOptions& options,
   LM_ASSIGN_OR_RETURN(const TemporaryFolder folder, TemporaryFolder::make());
   LM_RETURN_IF_ERROR(run_blender(path, folder, signals));
   LM_ASSIGN_OR_RETURN(const Report report, read_report(folder / "report.json"));
+  LoadOptions gltf_options = options;
+  gltf_options.light_the_dark = false;  // a scene of Blender's says what its world is
   const std::array<fs::path, 1> glb{folder / "scene.glb"};
-  LM_ASSIGN_OR_RETURN(LoadedScene loaded, lightmill::load_scene(glb, options));
+  LM_ASSIGN_OR_RETURN(LoadedScene loaded, lightmill::load_scene(glb, gltf_options));
   loaded.scene.name = utf8_name(path.stem().string());
   apply(report, options, loaded);
   if (const Status valid = validate(loaded.scene); !valid.ok()) {

@@ -1,95 +1,67 @@
 // All lights of a scene in one table: what next-event estimation draws from, and with which density.
 //
-// A light primitive is an emissive triangle or parallelogram, an emissive sphere or a point light; one of them is
-// chosen with probability proportional to its power. The same densities answer for light that a scattered ray finds by
-// itself (multiple importance sampling). Immutable once built, thread-safe.
+// One light is chosen (light_choice.h), then a point on it or a direction to it (a file per kind of light). The same
+// densities answer for light that a scattered ray finds by itself (multiple importance sampling). Immutable once built,
+// thread-safe.
 #pragma once
 
 #include <cstdint>
-#include <optional>
-#include <vector>
 
-#include "common/math/vec.h"
-#include "common/sampling/discrete.h"
-#include "common/sampling/warp.h"
+#include "common/lights/cosine_power_light.h"
+#include "common/lights/directional_light.h"
+#include "common/lights/environment_light.h"
+#include "common/lights/facet_light.h"
+#include "common/lights/ies_light.h"
+#include "common/lights/light_choice.h"
+#include "common/lights/point_light.h"
+#include "common/lights/sphere_light.h"
+#include "common/lights/spot_light.h"
 
 namespace lightmill {
 
-/// A triangle, or the parallelogram that two of them form: it is sampled as one, which keeps the points of a pair
-/// stratified.
-struct EmissiveFacet {
-  Vec3 corner, edge1, edge2;  ///< emits to the side of edge1 × edge2
-  Vec3 radiance;              ///< W/(m² sr)
-  bool two_sided = false;
-  bool parallelogram = false;
-};
-struct EmissiveSphere {
-  Vec3 center;
-  float radius = 0;
-  Vec3 radiance;
-  bool inward = false;  ///< emits towards the centre
-  bool two_sided = false;
-};
-struct PointEmitter {
-  Vec3 position;
-  Vec3 intensity;  ///< W/sr
-};
-
-/// A point on a light as seen from a shading point.
-struct LightSample8 {
-  V8 point;            ///< where, moved a hair off the light's surface
-  V8 wi;               ///< unit direction to it
-  V8 weight;           ///< radiance over pdf_solid_angle; for a point light intensity / (distance² · probability)
-  F8 pdf_solid_angle;  ///< 0 for point lights
-  M8 valid;            ///< there is light from there
-};
+/// Lights are numbered in this order of kinds, and within a kind as they were added.
+enum class LightKind { facet, sphere, point, spot, cosine_power, ies, directional, environment };
 
 class LightTable {
  public:
-  void add(const EmissiveFacet& facet) { facets_.push_back(facet); }
-  void add(const EmissiveSphere& sphere) { spheres_.push_back(sphere); }
-  void add(const PointEmitter& point) { points_.push_back(point); }
-  /// After the last add.
-  void build();
+  FacetLights facets;
+  SphereLights spheres;
+  PointLights points;
+  SpotLights spots;
+  CosinePowerLights cosine_powers;
+  IesLights ies;
+  DirectionalLights directional;
+  EnvironmentRadiance environment;
 
-  bool empty() const { return !choice_.has_value(); }
-  std::size_t size() const { return facets_.size() + spheres_.size() + points_.size(); }
+  /// After the last add. `scene_radius` is that of a sphere around the scene, in the frame that the lights are in.
+  void build(double scene_radius);
+
+  /// Lights that can be sampled.
+  std::size_t size() const { return first_[kKinds]; }
+  bool empty() const { return size() == 0; }
+  /// The number of the first light of a kind.
+  std::uint32_t first(LightKind kind) const { return first_[static_cast<int>(kind)]; }
+  /// Whether `sample` looks at choice.u, and at choice.v as well.
+  bool needs_choice() const { return !choice_.trivial(); }
+  bool needs_second_choice() const { return choice_.needs_second_number(); }
 
   /// Draws a light and a point on it for each shading point.
-  LightSample8 sample(const V8& shading_point, F8 choice, Pair8 u) const;
+  LightSample8 sample(const V8& shading_point, Pair8 choice, Pair8 u) const;
 
-  /// Probability per area with which `sample` finds a point on a facet of this radiance.
-  float facet_pdf_area(const Vec3& radiance, bool two_sided) const;
-  float sphere_choice_probability(const EmissiveSphere& sphere) const;
+  /// Density per solid angle with which `sample` at `from` draws what a ray of this length found on an emissive facet
+  /// or sphere, hit at this positive cosine to the normal.
+  F8 pdf_solid_angle(const V8& from, U8 light, F8 distance, F8 cos_light, M8 lanes) const;
+  /// The same for a ray in this direction that found the environment.
+  F8 environment_pdf_solid_angle(const V8& from, const V8& direction, M8 lanes) const;
+  std::uint64_t bytes() const { return choice_.bytes() + environment.bytes(); }
 
  private:
-  enum Kind : std::uint32_t { kFacet, kSphere, kPoint };
-  void push(Kind kind, const Vec3& a, const Vec3& b, const Vec3& c, const Vec3& radiance, bool flip, bool two_sided,
-            bool parallelogram);
-  LightSample8 sample_facets(const V8& p, U8 index, M8 lanes, F8 pmf, Pair8 u) const;
-  LightSample8 sample_spheres(const V8& p, U8 index, M8 lanes, F8 pmf, Pair8 u) const;
-  LightSample8 sample_points(const V8& p, U8 index, M8 lanes, F8 pmf) const;
+  static constexpr int kKinds = 8;
+  bool has(LightKind kind) const { return first_[static_cast<int>(kind)] < first_[static_cast<int>(kind) + 1]; }
+  LightSample8 sample_of_kind(LightKind kind, const V8& p, U8 index, M8 lanes, Pair8 u) const;
 
-  std::vector<EmissiveFacet> facets_;
-  std::vector<EmissiveSphere> spheres_;
-  std::vector<PointEmitter> points_;
-
-  // One row per primitive; facets: a corner and two edges; spheres: centre, radius in b.x; points: position.
-  std::optional<DiscreteDistribution> choice_;
-  std::vector<std::uint32_t> kind_, flip_, two_sided_, parallelogram_;
-  std::vector<float> a_, b_, c_, radiance_;  ///< 3 floats a row
-  double total_power_ = 0;
+  LightChoice choice_;
+  std::uint32_t first_[kKinds + 1] = {};
 };
-
-/// Density per solid angle, seen from `from`, of a point of a sphere as `LightTable::sample` draws it: uniform in the
-/// cone that the sphere fills from outside, uniform by area from inside.
-F8 sphere_pdf_solid_angle(const V8& from, const V8& center, F8 radius, F8 distance, F8 cos_light);
-
-/// How far to move a point off a surface with unit normal `n` so that a ray from it cannot find the surface again. Each
-/// coordinate is off by a few rounding errors of `magnitude`, the sizes that entered it (positions, the ray's way, the
-/// triangle's extent); only what of that lies along the normal matters.
-inline F8 surface_offset(const V8& n, const V8& magnitude) {
-  return F8(0x1p-19f) * (abs(n.x) * magnitude.x + abs(n.y) * magnitude.y + abs(n.z) * magnitude.z);
-}
 
 }  // namespace lightmill

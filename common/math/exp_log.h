@@ -82,6 +82,11 @@ inline F8 log1p(F8 y) {
   return select(rounded == F8(0.0f), y, corrected);
 }
 
+/// x^y for x >= 0 and y >= 0; relative error below 3e-7 · (1 + |ln of the result|). 0^0 is 1.
+inline F8 pow(F8 x, F8 y) {
+  return select(y == F8(0.0f), F8(1.0f), masked(x > F8(0.0f), exp(y * log(x))));
+}
+
 /// x^y for x in [0, 1] given as 1 − x, and y >= 0: exact to some 1e-7 · (1 + |y ln x|), also where x is so near to 1
 /// that it could not be told from it. 0^0 is 1.
 inline F8 pow_one_minus(F8 one_minus_x, F8 y) {

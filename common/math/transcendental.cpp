@@ -53,6 +53,24 @@ SinCos8 sin_cos_turns(F8 u) {
   return {bits_float(float_bits(s) ^ sin_sign), bits_float(float_bits(c) ^ cos_sign)};
 }
 
+F8 atan2(F8 y, F8 x) {
+  const F8 ax = abs(x), ay = abs(y);
+  const F8 large = max(ax, ay), small = min(ax, ay);
+  // atan of a ratio in [0, 1], about 1 where it is above tan(π/8); the polynomial is Cephes' atanf.
+  const F8 ratio = select(large > F8(0.0f), small / large, F8(0.0f));
+  const M8 upper = ratio > F8(0.41421356f);
+  const F8 t = select(upper, (small - large) / (small + large), ratio);
+  const F8 t2 = t * t;
+  F8 a = F8(8.05374449538e-2f);
+  a = a * t2 + F8(-1.38776856032e-1f);
+  a = a * t2 + F8(1.99777106478e-1f);
+  a = a * t2 + F8(-3.33329491539e-1f);
+  a = a * t2 * t + t + masked(upper, F8(kPi / 4));
+  a = select(ay > ax, F8(kPi / 2) - a, a);
+  a = select(x < F8(0.0f), F8(kPi) - a, a);
+  return copysign(a, y);
+}
+
 double sin_fixed(double x) {
   return sin_cos_fixed(x).sin;
 }

@@ -33,6 +33,9 @@ inline SinCos8 sin_cos_quarter(F8 x) {
 /// Sine and cosine of 2π·u for u in [0, 1].
 SinCos8 sin_cos_turns(F8 u);
 
+/// The angle of (x, y) in [−π, π]; relative error below 3e-7. 0 where both are 0.
+F8 atan2(F8 y, F8 x);
+
 // Doubles, for what is computed once a scene: relative error below 1e-14 on the ranges named.
 double sin_fixed(double x);  ///< |x| <= 1e4
 double cos_fixed(double x);  ///< |x| <= 1e4

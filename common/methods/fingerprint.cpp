@@ -73,6 +73,29 @@ struct TestScene {
   }
 };
 
+/// A light of every kind; or so many that they are chosen by a tree.
+void add_lights(TestScene& test, bool many) {
+  std::vector<Light>& lights = test.scene.lights;
+  std::string profile =
+      "IESNA:LM-63-2002\nTILT=NONE\n1 -1 1 3 3 1 2 0 0 0\n1 1 10\n0 40 130\n0 90 180\n900 800 7 900 400 5 900 20 0\n";
+  const Sha256 digest = sha256(profile);
+  test.assets.emplace(digest, std::move(profile));
+  lights.push_back({"point", PointLight{{-1.5, 2.5, 1.5}, {3, 3, 3}}});
+  lights.push_back({"sun", DirectionalLight{{-0.3, -1, -0.2}, {0.5f, 0.5f, 0.4f}}});
+  lights.push_back({"spot", SpotLight{{1.5, 2.5, 1.5}, {-1, -2, -1}, {9, 8, 7}, 35, 0.4}});
+  lights.push_back({"cosine", CosinePowerLight{{0, 2.5, 0}, {0.3, -1, 0.2}, {2, 3, 4}, 7.5}});
+  lights.push_back(
+      {"ies", IesLight{{0, 2, 1.5}, {0.1, -1, 0}, {1, 0, 0.2}, {1, 1, 0.9f}, 0.8, "fingerprint.ies", digest}});
+  EnvironmentLight sky;
+  sky.radiance = {0.2f, 0.3f, 0.4f};
+  lights.push_back({"sky", sky});
+  for (int i = 0; many && i < 30; ++i) {
+    const double turn = 0.7 * i;
+    lights.push_back({"one of many", PointLight{{1.8 * cos_fixed(turn), 0.2 + 0.09 * i, 1.8 * sin_fixed(turn)},
+                                                {0.05f, 0.05f, 0.1f}}});
+  }
+}
+
 TestScene make_test_scene(FilterKind filter) {
   TestScene test;
   Scene& scene = test.scene;
@@ -84,7 +107,7 @@ TestScene make_test_scene(FilterKind filter) {
       {"mirror", MirrorMaterial{{0.9f, 0.8f, 0.7f}}, {}, false},
       {"glass", DielectricMaterial{1.5}, {}, false},
       {"lamp", DiffuseMaterial{{0.2f, 0.2f, 0.2f}}, {9, 8, 6}, false},
-      {"glow", DiffuseMaterial{{0, 0, 0}}, {2, 3, 4}, true},
+      {"glow", DiffuseMaterial{{0, 0, 0}}, {2, 3, 4}, true, {}, 0, EmissionUnit::radiance, 1.5},
       {"phong", PhongMaterial{{0.3f, 0.4f, 0.2f}, {0.4f, 0.3f, 0.5f}, 37}, {}, false},
       {"gold", ConductorMaterial{{0.15f, 0.42f, 1.38f}, {3.6f, 2.5f, 1.9f}, 0.35}, {}, false},
       {"chrome", ConductorMaterial{{3.5f, 2.9f, 2.1f}, {4.3f, 4.2f, 3.9f}, 0}, {}, false},
@@ -125,7 +148,7 @@ TestScene make_test_scene(FilterKind filter) {
   test.add(2, shared);
   scene.objects.back().transform = {{{-0.25, 0, 0, 1.5}, {0, 0.2, 0.05, 1.2}, {0, 0, 0.2, -0.2}}};
   scene.meters = {{"meter", PatchMeter{{{-1, 0.2, -1}, {0, 0, 0.7}, {0.9, 0.1, 0}}}}};
-  scene.point_lights.push_back({"point", {-1.5, 2.5, 1.5}, {3, 3, 3}});
+  add_lights(test, filter != FilterKind::box);
   return test;
 }
 

@@ -1,23 +1,29 @@
 #include "common/sampling/discrete.h"
 
+#include <bit>
+#include <cmath>
+
 #include "common/base/check.h"
 
 namespace lightmill {
 
-DiscreteDistribution::DiscreteDistribution(std::span<const double> weights) {
+double append_cumulative(std::span<const double> weights, std::vector<float>& out) {
   double total = 0;
   for (const double w : weights) {
     LM_CHECK(w >= 0);
     total += w;
   }
-  LM_CHECK(total > 0);
   double sum = 0;
   for (const double w : weights) {
-    first_.push_back(static_cast<float>(sum / total));
-    sum += w;
+    out.push_back(total > 0 ? static_cast<float>(std::nearbyint(sum / total * 0x1p24) * 0x1p-24) : sum == 0 ? 0 : 1);
+    sum += total > 0 ? w : 1;
   }
-  first_.push_back(1.0f);
-  // The probabilities that sampling really has: differences of the rounded sums.
+  out.push_back(1.0f);
+  return total;
+}
+
+DiscreteDistribution::DiscreteDistribution(std::span<const double> weights) {
+  LM_CHECK(append_cumulative(weights, first_) > 0);
   for (std::size_t i = 0; i < weights.size(); ++i) {
     pmf_.push_back(first_[i + 1] - first_[i]);
   }

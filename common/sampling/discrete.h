@@ -8,11 +8,16 @@
 
 namespace lightmill {
 
+/// Appends the cumulative probabilities of weights, from 0 to 1 (weights.size() + 1 of them), and gives the weights'
+/// sum. They are rounded to multiples of 2^-24, the numbers that samples are drawn with: so their differences are
+/// exactly the probabilities that drawing has. All probability goes to the first where the sum is zero.
+double append_cumulative(std::span<const double> weights, std::vector<float>& out);
+
 /// A discrete distribution sampled by inverting its cumulative sums, which keeps the stratification of its input.
 class DiscreteDistribution {
  public:
   DiscreteDistribution() = default;
-  /// Weights are non-negative with a positive sum.
+  /// Weights are non-negative with a positive sum; what is below some 2^-25 of it may get probability zero.
   explicit DiscreteDistribution(std::span<const double> weights);
 
   std::size_t size() const { return pmf_.size(); }

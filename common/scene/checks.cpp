@@ -2,6 +2,8 @@
 
 #include <cmath>
 
+#include "common/base/overloaded.h"
+
 namespace lightmill {
 
 Status check_point(std::string_view path, const Point3d& point) {
@@ -11,6 +13,14 @@ Status check_point(std::string_view path, const Point3d& point) {
       return invalid_argument("{}: coordinates must be finite and at most {}, got ({}, {}, {})", path, kMaxCoordinate,
                               point[0], point[1], point[2]);
     }
+  }
+  return ok_status();
+}
+
+Status check_direction(std::string_view path, const Point3d& direction) {
+  LM_RETURN_IF_ERROR(check_point(path, direction));
+  if (!(std::hypot(direction[0], direction[1], direction[2]) > 0)) {
+    return invalid_argument("{}: must not be zero", path);
   }
   return ok_status();
 }
@@ -31,6 +41,91 @@ Status check_power(const std::string& path, const RgbColor& color) {
     if (!(value >= 0 && value <= kLimit)) {
       return invalid_argument("{}: each component must be in [0, {}], got ({}, {}, {})", path, kLimit, color.r, color.g,
                               color.b);
+    }
+  }
+  return ok_status();
+}
+
+Status check_exponent(const std::string& path, double exponent) {
+  if (!(exponent >= 0 && exponent <= kMaxCosineExponent)) {
+    return invalid_argument("{}: must be in [0, {}], got {}", path, kMaxCosineExponent, exponent);
+  }
+  return ok_status();
+}
+
+namespace {
+
+Status check_spot(const std::string& path, const SpotLight& spot) {
+  LM_RETURN_IF_ERROR(check_point(path + ".spot.position", spot.position));
+  LM_RETURN_IF_ERROR(check_direction(path + ".spot.direction", spot.direction));
+  LM_RETURN_IF_ERROR(check_power(path + ".spot.intensity", spot.intensity));
+  if (!(spot.cutoff_degrees > 0 && spot.cutoff_degrees <= 180)) {
+    return invalid_argument("{}.spot.cutoff_degrees: must be in (0, 180], got {}", path, spot.cutoff_degrees);
+  }
+  if (!(spot.blend >= 0 && spot.blend <= 1)) {
+    return invalid_argument("{}.spot.blend: must be in [0, 1], got {}", path, spot.blend);
+  }
+  return ok_status();
+}
+
+Status check_cosine_power(const std::string& path, const CosinePowerLight& light) {
+  LM_RETURN_IF_ERROR(check_point(path + ".cosine_power.position", light.position));
+  LM_RETURN_IF_ERROR(check_direction(path + ".cosine_power.direction", light.direction));
+  LM_RETURN_IF_ERROR(check_power(path + ".cosine_power.intensity", light.intensity));
+  return check_exponent(path + ".cosine_power.exponent", light.exponent);
+}
+
+Status check_ies(const std::string& path, const IesLight& ies) {
+  LM_RETURN_IF_ERROR(check_point(path + ".ies.position", ies.position));
+  LM_RETURN_IF_ERROR(check_direction(path + ".ies.direction", ies.direction));
+  LM_RETURN_IF_ERROR(check_direction(path + ".ies.up", ies.up));
+  LM_RETURN_IF_ERROR(check_power(path + ".ies.color", ies.color));
+  const Point3d &d = ies.direction, &u = ies.up;
+  const double across = std::hypot(d[1] * u[2] - d[2] * u[1], d[2] * u[0] - d[0] * u[2], d[0] * u[1] - d[1] * u[0]);
+  if (!(across > 1e-6 * std::hypot(d[0], d[1], d[2]) * std::hypot(u[0], u[1], u[2]))) {
+    return invalid_argument("{}.ies.up: must not be parallel to direction, got ({}, {}, {})", path, u[0], u[1], u[2]);
+  }
+  if (!(ies.scale >= 0 && ies.scale <= 1e20)) {
+    return invalid_argument("{}.ies.scale: must be in [0, 1e20], got {}", path, ies.scale);
+  }
+  return ok_status();
+}
+
+Status check_light(const std::string& path, const Light& light) {
+  return std::visit(Overloaded{
+                        [&](const PointLight& point) {
+                          LM_RETURN_IF_ERROR(check_point(path + ".point.position", point.position));
+                          return check_power(path + ".point.intensity", point.intensity);
+                        },
+                        [&](const DirectionalLight& sun) {
+                          LM_RETURN_IF_ERROR(check_direction(path + ".directional.direction", sun.direction));
+                          return check_power(path + ".directional.irradiance", sun.irradiance);
+                        },
+                        [&](const SpotLight& spot) { return check_spot(path, spot); },
+                        [&](const CosinePowerLight& cosine_power) { return check_cosine_power(path, cosine_power); },
+                        [&](const IesLight& ies) { return check_ies(path, ies); },
+                        [&](const EnvironmentLight& environment) {
+                          if (!(std::abs(environment.rotation_degrees) <= 360)) {
+                            return invalid_argument("{}.environment.rotation_degrees: must be in [-360, 360], got {}",
+                                                    path, environment.rotation_degrees);
+                          }
+                          return check_power(path + ".environment.radiance", environment.radiance);
+                        },
+                    },
+                    light.kind);
+}
+
+}  // namespace
+
+Status check_lights(const std::vector<Light>& lights) {
+  bool environment = false;
+  for (std::size_t i = 0; i < lights.size(); ++i) {
+    LM_RETURN_IF_ERROR(check_light(fmt::format("lights[{}]", i), lights[i]));
+    if (std::holds_alternative<EnvironmentLight>(lights[i].kind)) {
+      if (environment) {
+        return invalid_argument("lights[{}].environment: at most one light can be an environment", i);
+      }
+      environment = true;
     }
   }
   return ok_status();

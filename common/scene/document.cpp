@@ -29,6 +29,10 @@ Status check_material(const std::string& path, const Material& material) {
     return invalid_argument("{}.name: must not be empty", path);
   }
   LM_RETURN_IF_ERROR(check_material_kind(path, material));
+  LM_RETURN_IF_ERROR(check_exponent(path + ".emission_exponent", material.emission_exponent));
+  if (material.emission_unit == EmissionUnit::flux && material.emission.texture != kNoTexture) {
+    return invalid_argument("{}.emission_flux: cannot vary by a texture", path);
+  }
   return check_power(path + ".emission", material.emission.rgb);
 }
 
@@ -118,7 +122,7 @@ Status check_counts(const Scene& scene) {
   if (media > kMaxMedia) {
     return invalid_argument("materials: at most {} may be dielectric or transmit, got {}", kMaxMedia, media);
   }
-  LM_RETURN_IF_ERROR(within("lights", scene.point_lights.size()));
+  LM_RETURN_IF_ERROR(within("lights", scene.lights.size()));
   if (scene.objects.empty()) {
     return invalid_argument("objects: the scene is empty, at least one object is expected");
   }
@@ -183,10 +187,7 @@ Status validate(const Scene& scene) {
   for (std::size_t i = 0; i < scene.objects.size(); ++i) {
     LM_RETURN_IF_ERROR(check_object(fmt::format("objects[{}]", i), scene.objects[i], scene.materials.size()));
   }
-  for (std::size_t i = 0; i < scene.point_lights.size(); ++i) {
-    LM_RETURN_IF_ERROR(check_point(fmt::format("lights[{}].point.position", i), scene.point_lights[i].position));
-    LM_RETURN_IF_ERROR(check_power(fmt::format("lights[{}].point.intensity", i), scene.point_lights[i].intensity));
-  }
+  LM_RETURN_IF_ERROR(check_lights(scene.lights));
   return validate_meters(scene.meters);
 }
 
@@ -222,6 +223,14 @@ std::vector<Sha256> assets_of(const Scene& scene) {
   for (const Object& object : scene.objects) {
     if (const auto* mesh = std::get_if<MeshShape>(&object.shape)) {
       assets.insert(mesh->asset);
+    }
+  }
+  for (const Light& light : scene.lights) {
+    if (const auto* ies = std::get_if<IesLight>(&light.kind)) {
+      assets.insert(ies->asset);
+    } else if (const auto* environment = std::get_if<EnvironmentLight>(&light.kind);
+               environment != nullptr && environment->has_image) {
+      assets.insert(environment->asset);
     }
   }
   return {assets.begin(), assets.end()};

@@ -21,6 +21,8 @@ using Point3d = std::array<double, 3>;  ///< x, y, z
 inline constexpr double kMaxCoordinate = 1e12;  ///< of any point, in scene units: single precision must hold squares
 inline constexpr double kMaxIor = 10;           ///< of a dielectric
 inline constexpr double kMaxFilterRadius = 16;  ///< pixels
+inline constexpr double kMaxCosineExponent =
+    1e4;  ///< of cosⁿ lights: beyond, single precision knows no cosine so exact
 inline constexpr std::size_t kMaxSceneEntries = 1'000'000;  ///< textures, materials, objects and lights, of each
 
 inline constexpr double kMaxComplexIndex = 1000;   ///< of a metal's n and k
@@ -122,15 +124,23 @@ struct Medium {
   friend bool operator==(const Medium&, const Medium&) = default;
 };
 
+/// What `Material::emission` states.
+enum class EmissionUnit {
+  radiance,  ///< along the normal, W/(m² sr)
+  flux,      ///< W that all surfaces of the material radiate together
+};
+
 struct Material {
   std::string name;
   std::variant<DiffuseMaterial, MirrorMaterial, DielectricMaterial, PhongMaterial, ConductorMaterial,
                PrincipledMaterial>
       kind;
-  TexturedColor emission;           ///< radiance, W/(m² sr); zero where the material does not emit
+  TexturedColor emission;           ///< zero where the material does not emit
   bool two_sided_emission = false;  ///< else only on the side that the geometric normal points to
   Medium interior = {};             ///< of dielectrics and principled materials that transmit
   std::int32_t priority = 0;        ///< where such materials overlap, the medium of the highest priority is there
+  EmissionUnit emission_unit = EmissionUnit::radiance;
+  double emission_exponent = 0;  ///< n: radiance falls off with cosⁿ of the angle to the normal; in [0, 10000]
 };
 
 /// Whether light passes into what is behind the surface: a dielectric, or a principled material that transmits.
@@ -172,10 +182,56 @@ struct Object {
   Transform transform = kIdentityTransform;
 };
 
+// The kinds of light that are no surfaces. Directions need not be unit vectors.
+
+/// Radiates equally in all directions.
 struct PointLight {
-  std::string name;
   Point3d position{0, 0, 0};
   RgbColor intensity;  ///< W/sr
+};
+/// Parallel light from infinitely far away.
+struct DirectionalLight {
+  Point3d direction{0, -1, 0};  ///< in which the light travels
+  RgbColor irradiance;          ///< W/m² on a surface that faces it
+};
+/// A cone of light from a point: full within cutoff · (1 − blend), then falling off smoothly to zero at the cutoff.
+struct SpotLight {
+  Point3d position{0, 0, 0};
+  Point3d direction{0, -1, 0};
+  RgbColor intensity;          ///< W/sr along the direction
+  double cutoff_degrees = 45;  ///< half the cone's opening, in (0, 180]
+  double blend = 0;            ///< share of the cone's opening that is falling off, in [0, 1]
+};
+/// A point whose intensity falls off with cosⁿ of the angle to its direction, and is zero behind.
+struct CosinePowerLight {
+  Point3d position{0, 0, 0};
+  Point3d direction{0, -1, 0};
+  RgbColor intensity;   ///< W/sr along the direction
+  double exponent = 1;  ///< n, in [0, 10000]
+};
+/// A point whose intensity is measured: an LM-63 profile (common/lights/ies_profile.h).
+struct IesLight {
+  Point3d position{0, 0, 0};
+  Point3d direction{0, -1, 0};  ///< where vertical angle 0 of the profile points
+  Point3d up{1, 0, 0};          ///< towards horizontal angle 0; only its part across the direction counts
+  RgbColor color{1, 1, 1};      ///< only its channels' ratio counts
+  double scale = 1;             ///< times the profile's candelas
+  std::string file;             ///< as the document named it; for messages only
+  Sha256 asset;                 ///< of the profile's file
+};
+/// Light from infinitely far away on all sides: of one colour, or an image of equal longitudes and latitudes whose top
+/// is at +y, whose centre at +x and whose right half begins towards +z.
+struct EnvironmentLight {
+  RgbColor radiance{1, 1, 1};   ///< W/(m² sr); times the image's values, where there is one
+  double rotation_degrees = 0;  ///< of the image about +y; positive turns +x towards −z
+  std::string file;             ///< as the document named it; for messages only; empty without an image
+  Sha256 asset;                 ///< of the image's file
+  bool has_image = false;
+};
+
+struct Light {
+  std::string name;
+  std::variant<PointLight, DirectionalLight, SpotLight, CosinePowerLight, IesLight, EnvironmentLight> kind;
 };
 
 // Virtual meters. Normals and directions need not be unit vectors.
@@ -212,7 +268,7 @@ struct Scene {
   std::vector<TextureImage> textures;
   std::vector<Material> materials;
   std::vector<Object> objects;
-  std::vector<PointLight> point_lights;
+  std::vector<Light> lights;  ///< at most one environment among them
   std::vector<Meter> meters;  ///< at most kMaxMeters
 };
 

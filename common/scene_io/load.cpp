@@ -46,7 +46,7 @@ Result<LoadedScene> load_files(const std::vector<fs::path>& files, const LoadOpt
   if (files[0].extension() == ".json") {
     return load_document(files[0]);
   }
-  return is_gltf(files[0]) ? load_gltf(files[0]) : load_objs(files, options.ka);
+  return is_gltf(files[0]) ? load_gltf(files[0], options.light_the_dark) : load_objs(files, options.ka);
 }
 
 std::string names_of(const std::vector<NamedCamera>& cameras) {

@@ -36,6 +36,7 @@ struct LoadOptions {
   /// Replaces the scene's camera: the name of one of the file's cameras, else a JSON file that holds one.
   std::string camera;
   KaMeaning ka = KaMeaning::automatic;
+  bool light_the_dark = true;  ///< a glTF file in which nothing emits light gets an even white sky
 };
 
 /// Loads one scene document (.json, or its name without that ending), whose meshes are OBJ files relative to it; or one

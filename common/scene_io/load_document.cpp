@@ -1,4 +1,5 @@
 #include "common/base/file.h"
+#include "common/lights/ies_profile.h"
 #include "common/scene_io/assets.h"
 #include "common/scene_io/loaders.h"
 #include "common/scene_io/obj.h"
@@ -24,6 +25,9 @@ class DocumentLoader {
     }
     for (std::size_t i = 0; i < objects.size(); ++i) {
       LM_RETURN_IF_ERROR(add_object(i, objects[i]));
+    }
+    for (std::size_t i = 0; i < loaded_.scene.lights.size(); ++i) {
+      LM_RETURN_IF_ERROR(add_light_file(i, loaded_.scene.lights[i]));
     }
     return std::move(loaded_);
   }
@@ -72,6 +76,29 @@ class DocumentLoader {
       const std::array<const ObjPart*, 1> parts{&part};
       const std::string name = object.name.empty() ? part.material : object.name + "/" + part.material;
       LM_RETURN_IF_ERROR(add_part(object, *material, name, file, parts));
+    }
+    return ok_status();
+  }
+
+  /// Keeps the file that a light names.
+  Status add_light_file(std::size_t index, Light& light) {
+    if (auto* ies = std::get_if<IesLight>(&light.kind)) {
+      const std::string field = fmt::format("lights[{}].ies.file", index);
+      const fs::path path = folder_ / ies->file;
+      Result<std::string> text = read_file(path, kMaxIesBytes);
+      const Status status = text.ok() ? read_ies(*text, path.string()).status() : text.status();
+      if (!status.ok()) {
+        return with_context(status, fmt::format("{}: {}", file_.source.place(field), field));
+      }
+      ies->asset = add_bytes(*std::move(text), loaded_);
+    } else if (auto* environment = std::get_if<EnvironmentLight>(&light.kind);
+               environment != nullptr && environment->has_image) {
+      const std::string field = fmt::format("lights[{}].environment.file", index);
+      Result<Sha256> asset = add_file(folder_ / environment->file, kMaxTextureBytes, loaded_);
+      if (!asset.ok()) {
+        return with_context(asset.status(), fmt::format("{}: {}", file_.source.place(field), field));
+      }
+      environment->asset = *asset;
     }
     return ok_status();
   }

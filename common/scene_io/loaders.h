@@ -15,6 +15,6 @@ Result<LoadedScene> load_document(const std::filesystem::path& path);
 Result<LoadedScene> load_objs(std::span<const std::filesystem::path> paths, KaMeaning ka);
 
 /// A glTF file and the files that it names (gltf/gltf.h).
-Result<LoadedScene> load_gltf(const std::filesystem::path& path);
+Result<LoadedScene> load_gltf(const std::filesystem::path& path, bool light_the_dark);
 
 }  // namespace lightmill

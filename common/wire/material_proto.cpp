@@ -2,6 +2,7 @@
 
 #include "common/materials/metals.h"
 #include "common/scene/checks.h"
+#include "common/wire/light_proto.h"
 #include "common/wire/scene_values.h"
 #include "lightmill/v1/scene.pb.h"
 
@@ -171,10 +172,7 @@ Result<Medium> medium_from_wire(const std::string& path, const v1::Material::Med
 void to_wire_material(const Material& material, const Textures& textures, v1::Material* out) {
   out->set_name(material.name);
   std::visit([&](const auto& kind) { to_wire_kind(kind, textures, out); }, material.kind);
-  if (material.emission != TexturedColor{}) {
-    to_wire_textured(material.emission, textures, out->mutable_emission());
-  }
-  out->set_two_sided_emission(material.two_sided_emission);
+  to_wire_emission(material, textures, out);
   if (material.interior != Medium{}) {
     to_wire_color(material.interior.absorption, out->mutable_interior()->mutable_absorption());
     to_wire_color(material.interior.scattering, out->mutable_interior()->mutable_scattering());
@@ -191,9 +189,7 @@ Result<Material> material_from_wire(const std::string& path, const v1::Material&
     return invalid_argument("{}.name: must not be empty", path);
   }
   LM_RETURN_IF_ERROR(kind_from_wire(path, material, textures, out));
-  LM_RETURN_IF_ERROR(
-      optional_color(path + ".emission", material.has_emission(), material.emission(), textures, out.emission));
-  out.two_sided_emission = material.two_sided_emission();
+  LM_RETURN_IF_ERROR(emission_from_wire(path, material, textures, out));
   LM_ASSIGN_OR_RETURN(out.interior, medium_from_wire(path + ".interior", material.interior()));
   out.priority = material.priority();
   return out;

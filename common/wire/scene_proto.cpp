@@ -6,6 +6,7 @@
 
 #include "common/base/check.h"
 #include "common/wire/deterministic.h"
+#include "common/wire/light_proto.h"
 #include "common/wire/limits.h"
 #include "common/wire/material_proto.h"
 #include "common/wire/meter_proto.h"
@@ -69,19 +70,6 @@ Result<FilmSettings> film_from_wire(const v1::FilmSettings& film) {
     out.height = film.height();
   }
   LM_ASSIGN_OR_RETURN(out.filter, filter_from_wire(film.filter()));
-  return out;
-}
-
-Result<PointLight> light_from_wire(const std::string& path, const v1::Light& light) {
-  if (light.kind_case() != v1::Light::kPoint) {
-    return invalid_argument("{}: a kind of light must be given; the kinds are point", path);
-  }
-  PointLight out;
-  out.name = light.name();
-  LM_ASSIGN_OR_RETURN(
-      out.position, point_from_wire(path + ".point.position", light.point().has_position(), light.point().position()));
-  LM_ASSIGN_OR_RETURN(out.intensity, color_from_wire(path + ".point.intensity", light.point().has_intensity(),
-                                                     light.point().intensity()));
   return out;
 }
 
@@ -169,11 +157,8 @@ void to_wire(const Scene& scene, v1::Scene* out) {
   for (const Object& object : scene.objects) {
     to_wire_object(object, scene.materials, out->add_objects());
   }
-  for (const PointLight& light : scene.point_lights) {
-    v1::Light* wire = out->add_lights();
-    wire->set_name(light.name);
-    to_wire_point(light.position, wire->mutable_point()->mutable_position());
-    to_wire_color(light.intensity, wire->mutable_point()->mutable_intensity());
+  for (const Light& light : scene.lights) {
+    to_wire_light(light, out->add_lights());
   }
   for (const Meter& meter : scene.meters) {
     to_wire_meter(meter, out->add_meters());
@@ -228,8 +213,8 @@ Result<SceneDraft> draft_from_wire(const v1::Scene& scene) {
   }
   LM_RETURN_IF_ERROR(draft_objects(scene, draft));
   for (int i = 0; i < scene.lights_size(); ++i) {
-    LM_ASSIGN_OR_RETURN(PointLight light, light_from_wire(fmt::format("lights[{}]", i), scene.lights(i)));
-    draft.scene.point_lights.push_back(std::move(light));
+    LM_ASSIGN_OR_RETURN(Light light, light_from_wire(fmt::format("lights[{}]", i), scene.lights(i)));
+    draft.scene.lights.push_back(std::move(light));
   }
   for (int i = 0; i < scene.meters_size(); ++i) {
     LM_ASSIGN_OR_RETURN(Meter meter, meter_from_wire(fmt::format("meters[{}]", i), scene.meters(i)));
@@ -247,6 +232,9 @@ Result<Scene> from_wire(const v1::Scene& scene) {
     }
   }
   LM_RETURN_IF_ERROR(assets_from_wire(scene, draft.scene));
+  for (int i = 0; i < scene.lights_size(); ++i) {
+    LM_RETURN_IF_ERROR(light_asset_from_wire(fmt::format("lights[{}]", i), scene.lights(i), draft.scene.lights[i]));
+  }
   return std::move(draft.scene);
 }
 

@@ -4,7 +4,6 @@
 
 #include <cmath>
 
-#include "common/lights/light_table.h"
 #include "common/materials/dielectric.h"
 #include "common/materials/diffuse.h"
 #include "common/sampling/discrete.h"
@@ -172,100 +171,6 @@ TEST(Samplers, DiscreteChoiceFollowsItsWeights) {
   for (std::size_t i = 0; i < weights.size(); ++i) {
     expected[i] = kDraws * weights[i] / 14.5;
   }
-  EXPECT_LT(chi_squared_z(counts, expected), kChiSquaredThreshold);
-}
-
-/// Solid angle of a triangle; Van Oosterom and Strackee 1983.
-double triangle_solid_angle(Vec3d a, Vec3d b, Vec3d c) {
-  a = glm::normalize(a);
-  b = glm::normalize(b);
-  c = glm::normalize(c);
-  return 2 * std::atan2(std::abs(glm::dot(a, glm::cross(b, c))), 1 + glm::dot(a, b) + glm::dot(b, c) + glm::dot(c, a));
-}
-
-/// The mean of 1/pdf over draws is the measure of what is sampled; the chi-squared test of the points is uniformity.
-TEST(Samplers, TriangleLightDensityIntegratesToItsSolidAngle) {
-  LightTable table;
-  const Vec3 p0(1, 2, 3), p1(2, 2.5f, 3), p2(1.2f, 3, 3.7f);
-  const EmissiveFacet light{p0, p1 - p0, p2 - p0, {1, 1, 1}, true, false};
-  table.add(light);
-  table.build();
-  const V8 from = broadcast(Vec3(0.3f, 0.1f, 0));
-  double sum = 0;
-  for_each_draw(10, [&](Pair8 u) {
-    const LightSample8 s = table.sample(from, F8(0.5f), u);
-    const Lanes pdf(s.pdf_solid_angle);
-    for (int l = 0; l < 8; ++l) {
-      sum += 1 / pdf[l];
-    }
-  });
-  const Vec3d o(0.3, 0.1, 0);
-  const double exact = triangle_solid_angle(Vec3d(p0) - o, Vec3d(p1) - o, Vec3d(p2) - o);
-  EXPECT_NEAR(sum / kDraws / exact, 1, 0.005);
-}
-
-TEST(Samplers, ParallelogramLightDensityIntegratesToItsSolidAngle) {
-  LightTable table;
-  const Vec3 p0(-1, -0.5f, 2), e1(1.5f, 0.2f, 0.1f), e2(0.3f, 1, -0.4f);
-  table.add(EmissiveFacet{p0, e1, e2, {1, 1, 1}, true, true});
-  table.build();
-  double sum = 0;
-  for_each_draw(15, [&](Pair8 u) {
-    const Lanes pdf(table.sample(broadcast(Vec3(0)), F8(0.5f), u).pdf_solid_angle);
-    for (int l = 0; l < 8; ++l) {
-      sum += 1 / pdf[l];
-    }
-  });
-  const Vec3d a(p0), b(p0 + e1), c(p0 + e1 + e2), d(p0 + e2);
-  EXPECT_NEAR(sum / kDraws / (triangle_solid_angle(a, b, c) + triangle_solid_angle(a, c, d)), 1, 0.005);
-}
-
-TEST(Samplers, SphereLightFromOutsideIsUniformInItsCone) {
-  LightTable table;
-  const EmissiveSphere light{{0, 0, 4}, 2.4f, {1, 1, 1}, false, false};  // sin θmax = .6, cos θmax = .8
-  table.add(light);
-  table.build();
-  const double pdf = 1 / (2 * M_PI * 0.2);
-  const double z = direction_z(
-      11, [&](Pair8 u) { return table.sample(broadcast(Vec3(0)), F8(0.5f), u).wi; },
-      [&](double z) { return z > 0.8 ? pdf : 0.0; });
-  EXPECT_LT(z, kChiSquaredThreshold);
-  const LightSample8 s = table.sample(broadcast(Vec3(0)), F8(0.5f), {F8(0.3f), F8(0.6f)});
-  EXPECT_NEAR(Lanes(s.pdf_solid_angle)[0], pdf, 1e-4 * pdf);
-}
-
-TEST(Samplers, SphereLightFromInsideCoversAllDirections) {
-  LightTable table;
-  table.add(EmissiveSphere{{0.5f, 0, 0}, 2, {1, 1, 1}, true, false});
-  table.build();
-  double sum = 0;
-  for_each_draw(12, [&](Pair8 u) {
-    const LightSample8 s = table.sample(broadcast(Vec3(0.2f, 0.9f, -0.4f)), F8(0.5f), u);
-    const Lanes pdf(s.pdf_solid_angle);
-    EXPECT_EQ(s.valid.bits(), 255);
-    for (int l = 0; l < 8; ++l) {
-      sum += 1 / pdf[l];
-    }
-  });
-  EXPECT_NEAR(sum / kDraws / (4 * M_PI), 1, 0.01);
-}
-
-TEST(Samplers, LightsAreChosenByPower) {
-  LightTable table;
-  table.add(EmissiveFacet{{0, 0, 5}, {0, 1, 0}, {1, 0, 0}, {2, 2, 2}, false, false});  // area 1/2, radiance 2: power π
-  table.add(EmissiveSphere{{3, 0, 5}, 0.5f, {1, 1, 1}, false, false});  // area π, radiance 1: power π²
-  table.add(PointEmitter{{-3, 0, 5}, {0.5f, 0.5f, 0.5f}});              // 4π · .5 = 2π
-  table.build();
-  std::vector<double> counts(3);
-  for_each_draw(13, [&](Pair8 u) {
-    const LightSample8 s = table.sample(broadcast(Vec3(0)), u.u, {F8(0.5f), F8(0.5f)});
-    const Lanes x(s.point.x);
-    for (int l = 0; l < 8; ++l) {
-      counts[x[l] < -1 ? 2 : x[l] > 1.5f ? 1 : 0] += 1;
-    }
-  });
-  const double total = M_PI + M_PI * M_PI + 2 * M_PI;
-  const std::vector<double> expected{kDraws * M_PI / total, kDraws * M_PI * M_PI / total, kDraws * 2 * M_PI / total};
   EXPECT_LT(chi_squared_z(counts, expected), kChiSquaredThreshold);
 }
 

@@ -133,7 +133,8 @@ struct ReferenceTracer::State {
         sum += light.radiance * (cos_surface * cos_light * light_area / distance2);
       }
     }
-    for (const PointLight& light : scene.point_lights) {
+    for (const Light& any : scene.lights) {
+      const PointLight& light = std::get<PointLight>(any.kind);
       const Vec3 d = Vec3(light.position[0], light.position[1], light.position[2]) - p;
       const float distance2 = glm::dot(d, d);
       const float cos_surface = glm::dot(d, n) / std::sqrt(distance2);

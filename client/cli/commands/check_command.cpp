@@ -6,6 +6,7 @@
 #include "client/cli/table.h"
 #include "client/cli/units.h"
 #include "common/base/file.h"
+#include "common/base/overloaded.h"
 #include "common/scene/mesh.h"
 #include "common/scene_io/load.h"
 #include "common/wire/scene_json.h"
@@ -23,9 +24,18 @@ struct CheckOptions {
 /// What there is in a scene.
 struct Facts {
   std::size_t triangles = 0, spheres = 0, emissive_objects = 0;
+  std::map<std::string, std::size_t> lights;  ///< by kind
   std::size_t diffuse = 0, mirror = 0, dielectric = 0;
   std::uint64_t asset_bytes = 0;
 };
+
+std::string kind_of(const Light& light) {
+  return std::visit(
+      Overloaded{[](const PointLight&) { return "point"; }, [](const DirectionalLight&) { return "directional"; },
+                 [](const SpotLight&) { return "spot"; }, [](const CosinePowerLight&) { return "cosine_power"; },
+                 [](const IesLight&) { return "ies"; }, [](const EnvironmentLight&) { return "environment"; }},
+      light.kind);
+}
 
 bool emits(const Material& material) {
   return material.emission != RgbColor{};
@@ -35,17 +45,23 @@ Result<Facts> count(const LoadedScene& loaded) {
   Facts facts;
   std::map<Sha256, std::size_t> triangles;
   for (const auto& [digest, bytes] : loaded.assets) {
-    LM_ASSIGN_OR_RETURN(const Mesh mesh, decode_mesh(as_byte_view(bytes)));
-    triangles[digest] = mesh.triangles.size();
     facts.asset_bytes += bytes.size();
   }
   for (const Object& object : loaded.scene.objects) {
     if (const auto* mesh = std::get_if<MeshShape>(&object.shape)) {
-      facts.triangles += triangles[mesh->asset];
+      const auto [found, added] = triangles.try_emplace(mesh->asset);
+      if (added) {
+        LM_ASSIGN_OR_RETURN(const Mesh decoded, decode_mesh(as_byte_view(loaded.assets.at(mesh->asset))));
+        found->second = decoded.triangles.size();
+      }
+      facts.triangles += found->second;
     } else {
       ++facts.spheres;
     }
     facts.emissive_objects += emits(loaded.scene.materials[object.material]) ? 1 : 0;
+  }
+  for (const Light& light : loaded.scene.lights) {
+    ++facts.lights[kind_of(light)];
   }
   for (const Material& material : loaded.scene.materials) {
     facts.diffuse += std::holds_alternative<DiffuseMaterial>(material.kind) ? 1 : 0;
@@ -53,6 +69,22 @@ Result<Facts> count(const LoadedScene& loaded) {
     facts.dielectric += std::holds_alternative<DielectricMaterial>(material.kind) ? 1 : 0;
   }
   return facts;
+}
+
+json lights_json(const Facts& facts) {
+  json out{{"emissive_objects", facts.emissive_objects}};
+  for (const auto& [kind, number] : facts.lights) {
+    out[kind] = number;
+  }
+  return out;
+}
+
+std::string lights_text(const Facts& facts) {
+  std::string text = fmt::format("{} objects that emit", facts.emissive_objects);
+  for (const auto& [kind, number] : facts.lights) {
+    text += fmt::format(", {} {}", number, kind);
+  }
+  return text;
 }
 
 json to_json(const LoadedScene& loaded, const Facts& facts) {
@@ -68,7 +100,7 @@ json to_json(const LoadedScene& loaded, const Facts& facts) {
           {"objects", scene.objects.size()},
           {"triangles", facts.triangles},
           {"spheres", facts.spheres},
-          {"lights", {{"point", scene.point_lights.size()}, {"emissive_objects", facts.emissive_objects}}},
+          {"lights", lights_json(facts)},
           {"assets", {{"count", loaded.assets.size()}, {"bytes", facts.asset_bytes}}},
           {"camera",
            {{"eye", scene.camera.eye},
@@ -93,8 +125,7 @@ void print(const Console& console, const LoadedScene& loaded, const Facts& facts
        {"materials", fmt::format("{}: {} diffuse, {} mirror, {} glass", scene.materials.size(), facts.diffuse,
                                  facts.mirror, facts.dielectric)},
        {"objects", fmt::format("{}: {} triangles, {} spheres", scene.objects.size(), facts.triangles, facts.spheres)},
-       {"lights",
-        fmt::format("{} objects that emit, {} point lights", facts.emissive_objects, scene.point_lights.size())},
+       {"lights", lights_text(facts)},
        {"assets", fmt::format("{}, {}", loaded.assets.size(), human_bytes(facts.asset_bytes))}});
   for (const std::string& notice : loaded.notices) {
     console.result("note: " + notice);
@@ -110,7 +141,7 @@ ExitCode check(const Console& console, const CheckOptions& options, Signals& sig
   if (!facts.ok()) {
     return console.fail(as_input_error(facts.status()));
   }
-  if (facts->emissive_objects + loaded->scene.point_lights.size() == 0) {
+  if (facts->emissive_objects + loaded->scene.lights.size() == 0) {
     loaded->notices.emplace_back("nothing emits light: the picture will be black");
   }
   if (!options.save_camera.empty()) {

@@ -84,13 +84,16 @@ void Batch::shade(const Path8& in, M8 lanes, std::uint32_t bounce) {
     if (passage.scattered.any()) {
       shade_medium(there, passage.point, passage.scattered, bounce);
     }
-    shade_hits(there, hits, bounce, passage.crossing);
+    shade_hits(there, and_not(lanes, passage.scattered), hits, bounce, passage.crossing);
   } else {
-    shade_hits(in, hits, bounce, {});
+    shade_hits(in, lanes, hits, bounce, {});
   }
 }
 
-void Batch::shade_hits(const Path8& in, const Hit8& hits, std::uint32_t bounce, const Crossing8& crossing) {
+void Batch::shade_hits(const Path8& in, M8 lanes, const Hit8& hits, std::uint32_t bounce, const Crossing8& crossing) {
+  if (scene_.features().environment) {
+    add_environment(in, and_not(lanes, hits.hit), bounce);
+  }
   if (hits.hit.none()) {
     return;
   }
@@ -174,6 +177,19 @@ F8 Batch::relative_index(const Vertex8& vertex, M8 lanes) const {
   return select(vertex.surface.front, ior, F8(1.0f) / ior);
 }
 
+/// A light and a point on it, by the decisions of this vertex.
+LightSample8 Batch::draw_light(const V8& point, U8 index, U8 pixel_seed, std::uint32_t bounce) const {
+  const LightTable& lights = scene_.lights();
+  Pair8 choice{F8(0.0f), F8(0.0f)};
+  if (lights.needs_choice()) {
+    choice.u = decide(index, pixel_seed, bounce, choice_decision(bounce)).u;
+  }
+  if (lights.needs_second_choice()) {
+    choice.v = hashed_number(index, decision_seed(pixel_seed, light_decision(bounce)));
+  }
+  return lights.sample(point, choice, decide(index, pixel_seed, bounce, light_decision(bounce)));
+}
+
 /// Light that the path finds by itself, weighted against next-event estimation having found it.
 void Batch::add_emission(const Path8& in, const Hit8& hits, const Surface8& surface, std::uint32_t bounce) {
   const M8 emitting = scene_.materials().emits(surface, hits.hit);
@@ -183,7 +199,20 @@ void Batch::add_emission(const Path8& in, const Hit8& hits, const Surface8& surf
   const F8 cos_light = abs(dot(in.direction, surface.geometric_normal));
   const F8 light_pdf = scene_.light_pdf_solid_angle(in.origin, hits, cos_light, emitting);
   const F8 weight = select(in.pdf_solid_angle > F8(0.0f), mis_weight(in.pdf_solid_angle, light_pdf), F8(1.0f));
-  add_light(emitting, in.slot, in.throughput * scene_.materials().emission(surface, emitting) * weight, bounce <= 1);
+  const V8 radiance = scene_.materials().emission(surface, cos_light, emitting);
+  add_light(emitting, in.slot, in.throughput * radiance * weight, bounce <= 1);
+}
+
+/// The same for the environment, which rays find where they hit nothing.
+void Batch::add_environment(const Path8& in, M8 escaped, std::uint32_t bounce) {
+  if (escaped.none()) {
+    return;
+  }
+  const LightTable& lights = scene_.lights();
+  const F8 light_pdf = lights.environment_pdf_solid_angle(in.origin, in.direction, escaped);
+  const F8 weight = select(in.pdf_solid_angle > F8(0.0f), mis_weight(in.pdf_solid_angle, light_pdf), F8(1.0f));
+  const V8 radiance = lights.environment.radiance(in.direction);
+  add_light(escaped, in.slot, in.throughput * radiance * weight, bounce <= 1);
 }
 
 /// A path that starts with a delta BSDF is not split: its points are those of the sample, under scrambles of its own.

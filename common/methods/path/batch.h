@@ -60,8 +60,9 @@ class Batch {
   void add_light(M8 lanes, U8 slot, const V8& value, bool direct);
   void add_untraceable(M8 lanes, const Ray8& rays, U8 slot);
   void add_emission(const Path8& in, const Hit8& hits, const Surface8& surface, std::uint32_t bounce);
+  void add_environment(const Path8& in, M8 escaped, std::uint32_t bounce);
   void shade(const Path8& in, M8 lanes, std::uint32_t bounce);
-  void shade_hits(const Path8& in, const Hit8& hits, std::uint32_t bounce, const Crossing8& crossing);
+  void shade_hits(const Path8& in, M8 lanes, const Hit8& hits, std::uint32_t bounce, const Crossing8& crossing);
   void shade_kind(MaterialKind kind, const Vertex8& vertex, M8 lanes);
   void shade_glossy(MaterialKind kind, const Vertex8& vertex, M8 lanes);
   F8 relative_index(const Vertex8& vertex, M8 lanes) const;
@@ -79,6 +80,7 @@ class Batch {
   /// Next-event estimation and going on, for a BSDF that has a density (common/materials/bsdf.h).
   template <class Bsdf>
   void shade_scattering(const Vertex8& vertex, const Bsdf& bsdf, M8 lanes);
+  LightSample8 draw_light(const V8& point, U8 index, U8 pixel_seed, std::uint32_t bounce) const;
   template <class Bsdf>
   void sample_light(const Vertex8& vertex, const Bsdf& bsdf, const V8& wo, M8 lanes);
   /// For a delta BSDF: one way to go on, no light to sample.

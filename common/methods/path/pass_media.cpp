@@ -109,10 +109,7 @@ void Batch::shade_medium(const Path8& in, const V8& point, M8 lanes, std::uint32
   const HenyeyGreenstein8 phase{scene_.media().anisotropy(scene_.media().current(in.media))};
   const V8 wo = -in.direction;
   if (scene_.features().lights) {
-    const F8 choice =
-        scene_.lights().size() > 1 ? decide(out.index, out.pixel_seed, bounce, choice_decision(bounce)).u : F8(0.0f);
-    const LightSample8 light =
-        scene_.lights().sample(point, choice, decide(out.index, out.pixel_seed, bounce, light_decision(bounce)));
+    const LightSample8 light = draw_light(point, out.index, out.pixel_seed, bounce);
     const F8 value = phase.pdf_solid_angle(wo, light.wi);
     const F8 weight = select(light.pdf_solid_angle > F8(0.0f), mis_weight(light.pdf_solid_angle, value), F8(1.0f));
     ws_.shadows.push(lanes & light.valid,

@@ -40,11 +40,8 @@ template <class Bsdf>
 void Batch::sample_light(const Vertex8& vertex, const Bsdf& bsdf, const V8& wo, M8 lanes) {
   const Path8& in = vertex.in;
   const std::uint32_t bounce = vertex.bounce;
-  const F8 choice =
-      scene_.lights().size() > 1 ? decide(in.index, in.pixel_seed, bounce, choice_decision(bounce)).u : F8(0.0f);
-  const Pair8 u = decide(in.index, in.pixel_seed, bounce, light_decision(bounce));
   V8 origin = vertex.surface.point + vertex.facing * vertex.surface.offset;
-  const LightSample8 light = scene_.lights().sample(origin, choice, u);
+  const LightSample8 light = draw_light(origin, in.index, in.pixel_seed, bounce);
   const V8 wi = vertex.frame.to_local(light.wi);
   const F8 side = dot(light.wi, vertex.facing);
   M8 valid = lanes & light.valid;

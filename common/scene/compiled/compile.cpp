@@ -5,6 +5,7 @@
 #include "common/scene/compiled/compiled_scene.h"
 #include "common/scene/compiled/convert.h"
 #include "common/scene/compiled/eye_media.h"
+#include "common/scene/compiled/light_builder.h"
 #include "common/scene/compiled/mesh_sources.h"
 #include "common/scene/compiled/texture_sources.h"
 #include "common/scene/compiled/world_frame.h"
@@ -73,12 +74,7 @@ class SceneCompiler {
     for (std::size_t i = 0; i < scene_.objects.size(); ++i) {
       compile_object(i);
     }
-    for (const PointLight& light : scene_.point_lights) {
-      if (!is_black(light.intensity)) {
-        out_->lights_.add(PointEmitter{Vec3(frame_.to_frame(to_vec(light.position))),
-                                       frame_.scaled_intensity(to_vec(light.intensity))});
-      }
-    }
+    LM_RETURN_IF_ERROR(light_builder_.add_lights(assets, images));
     finish_lights();
     LM_RETURN_IF_ERROR(out_->accel_->commit());
     out_->frame_ = frame_;
@@ -95,7 +91,8 @@ class SceneCompiler {
     out_->filter_ = std::make_unique<FilterTable>(filter_table(scene_.film.filter));
     out_->film_width_ = scene_.film.width;
     out_->film_height_ = scene_.film.height;
-    out_->bytes_ = triangle_count_ * 190 + out_->geometry_.bytes() + 65536;
+    out_->bytes_ =
+        triangle_count_ * 190 + out_->geometry_.bytes() + out_->lights_.bytes() + out_->emitters_.bytes() + 65536;
     return std::shared_ptr<const CompiledScene>(std::move(out_));
   }
 
@@ -159,11 +156,7 @@ class SceneCompiler {
     const auto radius = static_cast<float>(sphere.radius * map.similarity_scale() * frame_.scale());
     out_->geometry_.add_sphere(object.material, center, radius, sphere.normal_inward);
     out_->accel_->add_sphere(center, radius);
-    const Material& material = scene_.materials[object.material];
-    if (is_sampled(object)) {
-      out_->lights_.add(EmissiveSphere{center, radius, to_vec(material.emission.rgb), sphere.normal_inward,
-                                       material.two_sided_emission});
-    }
+    light_builder_.add_sphere(object.material, center, radius, sphere.normal_inward, is_sampled(object));
   }
 
   void compile_plane(const Object& object, const PlaneShape& plane, const Affine& map) {
@@ -171,6 +164,7 @@ class SceneCompiler {
     const Vec3d normal = glm::normalize(near_one(map.normal_matrix() * near_one(to_vec(plane.normal))));
     out_->geometry_.add_plane(object.material, point, static_cast<float>(1 / frame_.scale()));
     out_->accel_->add_plane(point, Vec3(normal));
+    light_builder_.add_other();
   }
 
   /// Emitters are copied: light sampling wants their triangles one by one.
@@ -194,10 +188,7 @@ class SceneCompiler {
     const std::vector<std::array<float, 3>> positions = frame_positions(mesh);
     out_->accel_->add_mesh(positions, mesh.triangles);
     out_->geometry_.add_mesh(object.material, out_->geometry_.add_rows(mesh, positions, !scene_.textures.empty()));
-    const Material& material = scene_.materials[object.material];
-    if (is_sampled(object)) {
-      add_emissive_mesh(mesh, positions, material);
-    }
+    light_builder_.add_mesh(object.material, positions, mesh.triangles, is_sampled(object));
   }
 
   /// A mesh in coordinates of its own, recentred and with an extent near 1, and what it is known by.
@@ -245,53 +236,18 @@ class SceneCompiler {
     }
     out_->accel_->add_instance(p.number, rows);
     out_->geometry_.add_instance(scene_.objects[i].material, p.rows, glm::mat3(linear), glm::mat3(normal));
-  }
-
-  void add_emissive_mesh(const Mesh& mesh, const std::vector<std::array<float, 3>>& positions,
-                         const Material& material) {
-    const auto corner = [&](std::uint32_t i) { return Vec3(positions[i][0], positions[i][1], positions[i][2]); };
-    for (std::size_t i = 0; i < mesh.triangles.size(); ++i) {
-      const auto& t = mesh.triangles[i];
-      EmissiveFacet facet{corner(t[0]),
-                          corner(t[1]) - corner(t[0]),
-                          corner(t[2]) - corner(t[0]),
-                          to_vec(material.emission.rgb),
-                          material.two_sided_emission,
-                          false};
-      // Two triangles in a row that are the halves (0, 1, 2) and (0, 2, 3) of a parallelogram.
-      if (i + 1 < mesh.triangles.size() && mesh.triangles[i + 1][0] == t[0] && mesh.triangles[i + 1][1] == t[2]) {
-        const Vec3 edge3 = corner(mesh.triangles[i + 1][2]) - facet.corner;
-        if (glm::length(facet.edge2 - facet.edge1 - edge3) <= 1e-6f * glm::length(facet.edge2)) {
-          facet.edge2 = edge3;
-          facet.parallelogram = true;
-          ++i;
-        }
-      }
-      if (glm::length(glm::cross(facet.edge1, facet.edge2)) > 0) {
-        out_->lights_.add(facet);
-      }
-    }
+    light_builder_.add_other();
   }
 
   void finish_lights() {
-    out_->lights_.build();
+    LightBuilder::Tables tables = light_builder_.finish();
+    out_->lights_ = std::move(tables.lights);
+    out_->emitters_ = std::move(tables.emitters);
+    out_->materials_.set_radiance(tables.radiance);
     out_->features_.lights = !out_->lights_.empty();
-    for (std::size_t i = 0; i < scene_.objects.size(); ++i) {
-      const Object& object = scene_.objects[i];
-      const Material& material = scene_.materials[object.material];
-      out_->features_.emissive_surfaces |= !is_black(material.emission);
-      const auto* sphere = std::get_if<SphereShape>(&object.shape);
-      const Vec3 radiance = to_vec(material.emission.rgb);
-      float pdf_area = 0, probability = 0;
-      if (is_sampled(object) && sphere != nullptr) {
-        const auto radius = static_cast<float>(sphere->radius * maps_[i].similarity_scale() * frame_.scale());
-        probability = out_->lights_.sphere_choice_probability(
-            {Vec3(0), radius, radiance, sphere->normal_inward, material.two_sided_emission});
-      } else if (is_sampled(object)) {
-        pdf_area = out_->lights_.facet_pdf_area(radiance, material.two_sided_emission);
-      }
-      out_->emitter_pdf_area_.push_back(pdf_area);
-      out_->emitter_probability_.push_back(probability);
+    out_->features_.environment = out_->lights_.environment.exists();
+    for (const Object& object : scene_.objects) {
+      out_->features_.emissive_surfaces |= !is_black(scene_.materials[object.material].emission);
     }
   }
 
@@ -304,6 +260,7 @@ class SceneCompiler {
   std::map<const Mesh*, Prototype> prototypes_;
   std::uint64_t triangle_count_ = 0;
   WorldFrame frame_;
+  LightBuilder light_builder_{scene_, frame_};
 };
 
 Result<std::shared_ptr<const CompiledScene>> CompiledScene::compile(const Scene& scene, const AssetSource& assets,

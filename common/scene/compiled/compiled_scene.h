@@ -12,6 +12,7 @@
 #include "common/math/vec.h"
 #include "common/sampling/filter_table.h"
 #include "common/scene/accel/accel.h"
+#include "common/scene/compiled/emitter_table.h"
 #include "common/scene/compiled/geometry_table.h"
 #include "common/scene/compiled/material_table.h"
 #include "common/scene/compiled/medium_table.h"
@@ -37,8 +38,9 @@ struct CameraBasis {
 /// What the scene has; methods skip what it lacks.
 struct SceneFeatures {
   bool emissive_surfaces = false;
-  bool lights = false;  ///< anything that next-event estimation can sample
-  bool media = false;   ///< paths must know which media they are in
+  bool lights = false;       ///< anything that next-event estimation can sample
+  bool environment = false;  ///< light where rays leave the scene
+  bool media = false;        ///< paths must know which media they are in
 };
 
 class CompiledScene {
@@ -82,8 +84,11 @@ class CompiledScene {
   Surface8 surface(const Ray8& rays, const Hit8& hits) const { return geometry_.surface(rays, hits); }
 
   /// With which density per solid angle next-event estimation from `from` would have found this hit of an emissive
-  /// surface.
-  F8 light_pdf_solid_angle(const V8& from, const Hit8& hits, F8 cos_light, M8 lanes) const;
+  /// surface; 0 where it draws no such points.
+  F8 light_pdf_solid_angle(const V8& from, const Hit8& hits, F8 cos_light, M8 lanes) const {
+    const EmitterTable::Lights8 found = emitters_.lookup(hits.geometry, hits.primitive, lanes);
+    return masked(found.sampled, lights_.pdf_solid_angle(from, found.light, hits.distance, cos_light, found.sampled));
+  }
 
  private:
   friend class SceneCompiler;
@@ -95,6 +100,7 @@ class CompiledScene {
   MediumTable media_;
   Media8 eye_media_;
   LightTable lights_;
+  EmitterTable emitters_;
   CameraBasis camera_;
   WorldFrame frame_;
   MeterTable meters_;
@@ -102,10 +108,6 @@ class CompiledScene {
   SceneFeatures features_;
   int film_width_ = 0, film_height_ = 0;
   std::uint64_t bytes_ = 0;
-
-  // One entry a geometry, in the order of Accel's indices.
-  std::vector<float> emitter_pdf_area_;     ///< meshes: light choice included
-  std::vector<float> emitter_probability_;  ///< spheres: of the light
 };
 
 }  // namespace lightmill

@@ -1,6 +1,6 @@
 #include "common/scene/compiled/geometry_table.h"
 
-#include "common/lights/light_table.h"
+#include "common/lights/light_sample.h"
 #include "common/scene/compiled/convert.h"
 
 namespace lightmill {

@@ -86,8 +86,18 @@ void MaterialTable::add(const Material& material) {
   ior_.push_back(static_cast<float>(ior));
   reflectance_.add(reflectance);
   specular_.add(specular);
-  emission_.add(material.emission);
   parameters_.insert(parameters_.end(), parameters.begin(), parameters.end());
+  // The radiance comes later (set_radiance).
+  emission_.add({{0, 0, 0}, material.emission.texture});
+  emission_exponent_.push_back(static_cast<float>(material.emission_exponent));
+  has_emission_profiles_ |= material.emission_exponent != 0;
+}
+
+void MaterialTable::set_radiance(const std::vector<Vec3>& radiance) {
+  emission_.rgb.clear();
+  for (const Vec3& value : radiance) {
+    append(emission_.rgb, value);
+  }
 }
 
 V8 MaterialTable::texture_at(const ColorColumn& column, const Surface8& surface, M8 lanes) const {

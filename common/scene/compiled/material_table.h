@@ -10,6 +10,7 @@
 #include "common/materials/phong.h"
 #include "common/materials/principled.h"
 #include "common/materials/texture.h"
+#include "common/math/exp_log.h"
 #include "common/math/vec.h"
 #include "common/scene/compiled/geometry_table.h"
 #include "common/scene/document.h"
@@ -31,6 +32,8 @@ class MaterialTable {
  public:
   MaterialTable() = default;
   MaterialTable(const Scene& scene, TextureSet textures);
+  /// Emitted radiance along the normal, one a material, times its texture; none emits before.
+  void set_radiance(const std::vector<Vec3>& radiance);
 
   /// The kinds that objects of the scene have, ascending.
   const std::vector<MaterialKind>& kinds() const { return kinds_; }
@@ -60,7 +63,13 @@ class MaterialTable {
             parameter(2, surface, lanes),     parameter(3, surface, lanes), ior(surface, lanes),
             parameter(4, surface, lanes),     parameter(5, surface, lanes)};
   }
-  V8 emission(const Surface8& surface, M8 lanes) const { return at(emission_, surface, lanes); }
+  /// Emitted radiance at this positive cosine to the normal.
+  V8 emission(const Surface8& surface, F8 cosine, M8 lanes) const {
+    const V8 along_normal = at(emission_, surface, lanes);
+    return has_emission_profiles_
+               ? along_normal * pow(cosine, gather(emission_exponent_.data(), surface.material, lanes))
+               : along_normal;
+  }
   /// Which hits see emitted light, given the side that was hit.
   M8 emits(const Surface8& surface, M8 lanes) const {
     const U8 sides = gather(emits_.data(), surface.material, lanes);
@@ -94,8 +103,9 @@ class MaterialTable {
   std::vector<std::uint32_t> kind_;
   std::vector<std::uint32_t> emits_;  ///< 0 never, 1 on the front, 2 on both sides
   ColorColumn reflectance_, specular_, emission_;
-  std::vector<float> ior_;
-  std::vector<float> parameters_;  ///< numbers of the kinds that have more than colours and an index
+  std::vector<float> ior_, emission_exponent_;
+  bool has_emission_profiles_ = false;  ///< an exponent that is not 0
+  std::vector<float> parameters_;       ///< numbers of the kinds that have more than colours and an index
 };
 
 }  // namespace lightmill

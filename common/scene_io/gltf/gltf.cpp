@@ -52,7 +52,7 @@ class GltfScene {
   GltfScene(const GltfData& data, const std::string& file_name)
       : data_(data), file_name_(file_name), notices_(loaded_.notices), materials_(data, loaded_, notices_) {}
 
-  Result<LoadedScene> read() {
+  Result<LoadedScene> read(bool light_the_dark) {
     check_extensions();
     for (const PlacedNode& placed : placed_nodes(data_)) {
       read_node(placed);
@@ -66,6 +66,9 @@ class GltfScene {
       return invalid_argument("{}: the scene has no triangles", file_name_);
     }
     choose_camera();
+    if (light_the_dark) {
+      add_sky_to_the_dark();
+    }
     if (const Status valid = validate(loaded_.scene); !valid.ok()) {
       return with_context(valid, file_name_);
     }
@@ -97,8 +100,8 @@ class GltfScene {
     if (placed.node["mesh"].present()) {
       add_objects(placed);
     }
-    if (std::optional<PointLight> light = read_light(data_, placed, notices_)) {
-      loaded_.scene.point_lights.push_back(*std::move(light));
+    if (std::optional<Light> light = read_light(data_, placed, notices_)) {
+      loaded_.scene.lights.push_back(*std::move(light));
     }
     if (std::optional<NamedCamera> camera = read_camera(data_, placed, notices_)) {
       loaded_.cameras.push_back(*std::move(camera));
@@ -169,6 +172,15 @@ class GltfScene {
     use_camera(loaded_.cameras.front(), loaded_.scene);
   }
 
+  void add_sky_to_the_dark() {
+    const auto& materials = loaded_.scene.materials;
+    if (loaded_.scene.lights.empty() && std::none_of(materials.begin(), materials.end(),
+                                                     [](const Material& m) { return m.emission.rgb != RgbColor{}; })) {
+      notices_.once("nothing in the file emits light: it stands in an even white sky");
+      loaded_.scene.lights.push_back({"sky", EnvironmentLight{}});
+    }
+  }
+
   const GltfData& data_;
   const std::string& file_name_;
   LoadedScene loaded_;
@@ -180,10 +192,10 @@ class GltfScene {
 
 }  // namespace
 
-Result<LoadedScene> read_gltf(std::string bytes, const std::string& file_name, FileSource files) {
+Result<LoadedScene> read_gltf(std::string bytes, const std::string& file_name, bool light_the_dark, FileSource files) {
   LM_ASSIGN_OR_RETURN(const std::unique_ptr<GltfData> data,
                       GltfData::open(std::move(bytes), file_name, std::move(files)));
-  return GltfScene(*data, file_name).read();
+  return GltfScene(*data, file_name).read(light_the_dark);
 }
 
 }  // namespace lightmill

@@ -7,9 +7,9 @@
 namespace lightmill {
 
 /// Reads a glTF file: the nodes of its scene with their meshes (instances share theirs), materials (gltf_materials.h),
-/// embedded and other images, point lights, and perspective cameras, of which the first is the scene's. A file without
-/// a camera gets one that sees all of it; notices say so, and what was left out. Errors read "model.gltf:
-/// accessors[3].count: …".
-Result<LoadedScene> read_gltf(std::string bytes, const std::string& file_name, FileSource files);
+/// embedded and other images, punctual lights, and perspective cameras, of which the first is the scene's. A file
+/// without a camera gets one that sees all of it, and, if `light_the_dark`, one in which nothing emits light an even
+/// white sky; notices say so, and what was left out. Errors read "model.gltf: accessors[3].count: …".
+Result<LoadedScene> read_gltf(std::string bytes, const std::string& file_name, bool light_the_dark, FileSource files);
 
 }  // namespace lightmill

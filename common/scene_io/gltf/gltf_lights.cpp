@@ -24,7 +24,7 @@ Point3d forward(const PlacedNode& placed) {
 
 }  // namespace
 
-std::optional<PointLight> read_light(const GltfData& data, const PlacedNode& placed, Notices& notices) {
+std::optional<Light> read_light(const GltfData& data, const PlacedNode& placed, Notices& notices) {
   constexpr std::string_view kExtension = "KHR_lights_punctual";
   const JsonNode index = placed.node["extensions"][kExtension]["light"];
   if (!index.present()) {
@@ -43,16 +43,28 @@ std::optional<PointLight> read_light(const GltfData& data, const PlacedNode& pla
   if (light["range"].present()) {
     notices.left_out("ranges of lights: their light reaches everywhere");
   }
+  Light out;
+  out.name = name_of(placed, light);
   const std::string type = light["type"].text();
-  if (type == "directional" || type == "spot") {
-    notices.left_out(fmt::format("{} lights", type));
-    return std::nullopt;
-  }
-  if (type != "point") {
+  if (type == "point") {
+    out.kind = PointLight{placed.origin(), power};
+  } else if (type == "directional") {
+    out.kind = DirectionalLight{forward(placed), power};
+  } else if (type == "spot") {
+    const JsonNode spot = light["spot"];
+    const double outer = spot["outerConeAngle"].number(std::numbers::pi / 4, 1e-6, std::numbers::pi / 2);
+    const double inner = spot["innerConeAngle"].number(0, 0, std::numbers::pi / 2);
+    SpotLight kind;
+    kind.position = placed.origin();
+    kind.direction = forward(placed);
+    kind.intensity = power;
+    kind.cutoff_degrees = outer * 180 / std::numbers::pi;
+    kind.blend = std::clamp(1 - inner / outer, 0.0, 1.0);
+    out.kind = kind;
+  } else {
     light["type"].fail(fmt::format("point, directional or spot is expected, got \"{}\"", type.substr(0, 40)));
     return std::nullopt;
   }
-  const PointLight out{name_of(placed, light), placed.origin(), power};
   return out;
 }
 

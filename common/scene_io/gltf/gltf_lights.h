@@ -7,9 +7,8 @@
 
 namespace lightmill {
 
-/// The light of a node (KHR_lights_punctual), if it has one. Candelas become W/sr by 683 lm/W. Only
-/// point lights are rendered.
-std::optional<PointLight> read_light(const GltfData& data, const PlacedNode& placed, Notices& notices);
+/// The light of a node (KHR_lights_punctual), if it has one. Candelas and lux become W/sr and W/m² by 683 lm/W.
+std::optional<Light> read_light(const GltfData& data, const PlacedNode& placed, Notices& notices);
 
 /// The camera of a node, if it has a perspective one.
 std::optional<NamedCamera> read_camera(const GltfData& data, const PlacedNode& placed, Notices& notices);

@@ -11,7 +11,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   using namespace lightmill;
   static const google::protobuf::LogSilencer quiet;
   const auto files = [](const std::string&) -> Result<std::string> { return std::string(64, '\0'); };
-  const Result<LoadedScene> loaded = read_gltf(std::string(as_text(data, size)), "fuzz.gltf", files);
+  const Result<LoadedScene> loaded = read_gltf(std::string(as_text(data, size)), "fuzz.gltf", true, files);
   if (!loaded.ok()) {
     expect_placed(loaded.status(), "fuzz.gltf: ");
     return 0;

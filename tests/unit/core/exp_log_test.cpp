@@ -74,5 +74,19 @@ TEST(ExpLog, PowersOfNumbersNearOne) {
   EXPECT_LT(first(pow_one_minus(F8(1.0f), F8(1.0f))), 1e-37);
 }
 
+TEST(ExpLog, PowersAgreeWithTheCLibrary) {
+  for (const double n : {0.0, 0.5, 1.0, 2.0, 42.0, 1e4}) {
+    for (int i = 1; i <= 1200; ++i) {
+      const auto x = static_cast<float>(i * 0.001);
+      const double exact = std::pow(static_cast<double>(x), n);
+      if (exact > 1e-37 && exact < 1e37) {
+        ASSERT_NEAR(first(pow(F8(x), F8(static_cast<float>(n)))), exact, 3e-7 * (1 + std::abs(std::log(exact))) * exact)
+            << x << " ^ " << n;
+      }
+    }
+    EXPECT_EQ(first(pow(F8(0.0f), F8(static_cast<float>(n)))), n == 0 ? 1 : 0);
+  }
+}
+
 }  // namespace
 }  // namespace lightmill

@@ -47,6 +47,27 @@ TEST(Transcendental, FloatSinCosTurnsAgreesWithTheCLibrary) {
   EXPECT_LT(worst, 4e-7);
 }
 
+float first_lane(F8 x) {
+  alignas(32) float lanes[8];
+  x.store(lanes);
+  return lanes[0];
+}
+
+TEST(Transcendental, FloatAtan2AgreesWithTheCLibrary) {
+  for (int i = 0; i < 20'000; ++i) {
+    const double phi = -M_PI + 2 * M_PI * (i + 0.5) / 20'000;
+    for (const double r : {1e-20, 0.3, 1.0, 7e10}) {
+      const auto x = static_cast<float>(r * std::cos(phi)), y = static_cast<float>(r * std::sin(phi));
+      const double exact = std::atan2(static_cast<double>(y), static_cast<double>(x));
+      ASSERT_NEAR(first_lane(atan2(F8(y), F8(x))), exact, 3e-7 * std::abs(exact)) << phi;
+    }
+  }
+  EXPECT_EQ(first_lane(atan2(F8(0.0f), F8(0.0f))), 0);
+  EXPECT_EQ(first_lane(atan2(F8(0.0f), F8(2.0f))), 0);
+  EXPECT_FLOAT_EQ(first_lane(atan2(F8(0.0f), F8(-2.0f))), kPi);
+  EXPECT_FLOAT_EQ(first_lane(atan2(F8(-3.0f), F8(0.0f))), -kPi / 2);
+}
+
 TEST(Transcendental, DoubleFunctionsAgreeWithTheCLibrary) {
   for (int i = -20'000; i <= 20'000; ++i) {
     const double x = i * 0.4999;

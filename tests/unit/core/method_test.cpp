@@ -174,8 +174,8 @@ SceneWithAssets transformed_balls(double factor, double offset) {
   transform(out.scene.camera.eye);
   transform(out.scene.camera.look_at);
   const auto intensity = static_cast<float>(100 * factor * factor);
-  out.scene.point_lights.push_back({"point", {100, 500, 100}, {intensity, intensity, intensity}});
-  transform(out.scene.point_lights.back().position);
+  out.scene.lights.push_back({"point", PointLight{{100, 500, 100}, {intensity, intensity, intensity}}});
+  transform(std::get<PointLight>(out.scene.lights.back().kind).position);
   for (Object& object : out.scene.objects) {
     if (auto* sphere = std::get_if<SphereShape>(&object.shape)) {
       transform(sphere->center);

@@ -16,7 +16,7 @@ Scene example() {
                      {"mirror", MirrorMaterial{}, {}, false},
                      {"glass", DielectricMaterial{}, {}, false}};
   scene.objects = {{"ball", 2, SphereShape{}}, {"mesh", 0, MeshShape{}}};
-  scene.point_lights = {{"bulb", {0, 3, 0}, {1, 1, 1}}};
+  scene.lights = {{"bulb", PointLight{{0, 3, 0}, {1, 1, 1}}}};
   return scene;
 }
 
@@ -111,9 +111,11 @@ TEST(Document, ObjectsAndLightsAreChecked) {
               s.objects[0].shape = SphereShape{{0, kInfinity, 0}, 1, false};
             }),
             "objects[0].sphere.center: coordinates must be finite and at most 1000000000000, got (0, inf, 0)");
-  EXPECT_EQ(error_after([](Scene& s) { s.point_lights[0].position[2] = kNan; }),
+  EXPECT_EQ(error_after([](Scene& s) { std::get<PointLight>(s.lights[0].kind).position[2] = kNan; }),
             "lights[0].point.position: coordinates must be finite and at most 1000000000000, got (0, 3, nan)");
-  EXPECT_EQ(error_after([](Scene& s) { s.point_lights[0].intensity.b = std::numeric_limits<float>::infinity(); }),
+  EXPECT_EQ(error_after([](Scene& s) {
+              std::get<PointLight>(s.lights[0].kind).intensity.b = std::numeric_limits<float>::infinity();
+            }),
             "lights[0].point.intensity: each component must be in [0, 1e+20], got (1, 1, inf)");
 }
 

@@ -40,8 +40,8 @@ class OneTriangle {
   GltfBuffer buffer_;
 };
 
-Result<LoadedScene> read(const std::string& text) {
-  return read_gltf(text, "a.gltf", no_files);
+Result<LoadedScene> read(const std::string& text, bool light_the_dark = true) {
+  return read_gltf(text, "a.gltf", light_the_dark, no_files);
 }
 
 LoadedScene good(const std::string& text) {
@@ -65,7 +65,7 @@ const std::string kOneNode = R"("nodes":[{"mesh":0}])";
 /// A file whose only material has these members, without a sky.
 Material material(const std::string& members, std::vector<std::string>* notices = nullptr) {
   const Result<LoadedScene> loaded =
-      read(OneTriangle().text(kOneNode + fmt::format(R"(,"materials":[{{{}}}])", members), R"(,"material":0)"));
+      read(OneTriangle().text(kOneNode + fmt::format(R"(,"materials":[{{{}}}])", members), R"(,"material":0)"), false);
   EXPECT_TRUE(loaded.ok()) << loaded.status();
   if (!loaded.ok()) {
     return {};
@@ -237,15 +237,25 @@ TEST(GltfScene, TexturesAreKeptAsTheyAre) {
 TEST(GltfScene, LightsHaveRadiometricUnits) {
   const LoadedScene loaded = good(OneTriangle().text(
       R"("extensions":{"KHR_lights_punctual":{"lights":[{"type":"point","intensity":683,"color":[1,0.5,0]},
-{"type":"directional","intensity":1366}]}},"nodes":[{"mesh":0},
+{"type":"directional","intensity":1366},{"type":"spot","name":"beam","intensity":683,
+"spot":{"innerConeAngle":0.3,"outerConeAngle":0.6}}]}},"nodes":[{"mesh":0},
 {"name":"bulb","translation":[1,2,3],"extensions":{"KHR_lights_punctual":{"light":0}}},
-{"extensions":{"KHR_lights_punctual":{"light":1}}}])"));
-  ASSERT_EQ(loaded.scene.point_lights.size(), 1u);
-  const PointLight& point = loaded.scene.point_lights[0];
-  EXPECT_EQ(point.name, "bulb");
+{"rotation":[0.7071067811865476,0,0,0.7071067811865476],"extensions":{"KHR_lights_punctual":{"light":1}}},
+{"extensions":{"KHR_lights_punctual":{"light":2}}}])"));
+  ASSERT_EQ(loaded.scene.lights.size(), 3u);
+  EXPECT_EQ(loaded.scene.lights[0].name, "bulb");
+  const auto& point = std::get<PointLight>(loaded.scene.lights[0].kind);
   EXPECT_EQ(point.position, (Point3d{1, 2, 3}));
   EXPECT_EQ(point.intensity, (RgbColor{1, 0.5f, 0}));
-  EXPECT_EQ(loaded.notices.front(), "left out: directional lights");
+  // −z, turned by a quarter about x, is +y.
+  const auto& sun = std::get<DirectionalLight>(loaded.scene.lights[1].kind);
+  expect_near(sun.direction, {0, 1, 0});
+  EXPECT_EQ(sun.irradiance, (RgbColor{2, 2, 2}));
+  const auto& spot = std::get<SpotLight>(loaded.scene.lights[2].kind);
+  EXPECT_EQ(loaded.scene.lights[2].name, "beam");
+  expect_near(spot.direction, {0, 0, -1});
+  EXPECT_NEAR(spot.cutoff_degrees, 0.6 * 180 / std::numbers::pi, 1e-12);
+  EXPECT_NEAR(spot.blend, 0.5, 1e-12);
   EXPECT_EQ(error(R"("extensions":{"KHR_lights_punctual":{"lights":[{"type":"laser"}]}},"nodes":[{"mesh":0,
 "extensions":{"KHR_lights_punctual":{"light":0}}}])"),
             "a.gltf: extensions.KHR_lights_punctual.lights[0].type: point, directional or spot is expected, got "
@@ -290,6 +300,17 @@ TEST(GltfScene, WithoutACameraAllIsSeen) {
   }
 }
 
+TEST(GltfScene, TheDarkIsLitAndSaid) {
+  const std::string text = OneTriangle().text(kOneNode);
+  const LoadedScene lit = good(text);
+  ASSERT_EQ(lit.scene.lights.size(), 1u);
+  EXPECT_TRUE(std::holds_alternative<EnvironmentLight>(lit.scene.lights[0].kind));
+  EXPECT_EQ(lit.notices.back(), "nothing in the file emits light: it stands in an even white sky");
+  const Result<LoadedScene> dark = read(text, false);
+  ASSERT_TRUE(dark.ok()) << dark.status();
+  EXPECT_TRUE(dark->scene.lights.empty());
+}
+
 TEST(GltfScene, WhatIsLeftOutIsSaidOnce) {
   const LoadedScene loaded = good(OneTriangle().text(
       R"("extensionsUsed":["KHR_materials_sheen","KHR_materials_unlit"],"animations":[{}],
@@ -302,7 +323,8 @@ TEST(GltfScene, WhatIsLeftOutIsSaidOnce) {
                 "left out: alpha: what is transparent by it is rendered opaque",
                 "left out: occlusion maps (light is followed instead)", "left out: objects that are scaled to nothing",
                 "left out: skins (meshes stand as they were modelled)", "left out: animations",
-                "the file has no camera: all of it is seen from the front, from above and from the right"}));
+                "the file has no camera: all of it is seen from the front, from above and from the right",
+                "nothing in the file emits light: it stands in an even white sky"}));
   ASSERT_EQ(loaded.scene.objects.size(), 2u);
   EXPECT_EQ(loaded.scene.objects[0].name, "tri/materials[0]");
 }

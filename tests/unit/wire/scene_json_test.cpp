@@ -73,8 +73,8 @@ TEST(SceneJson, AWholeDocumentIsRead) {
   EXPECT_EQ(std::get<MeshShape>(scene.objects[1].shape).file, "a.obj");
   EXPECT_EQ(file->draft.material_by_face, (std::vector<bool>{false, true, false}));
   EXPECT_EQ(scene.objects[2].material, 1u);
-  ASSERT_EQ(scene.point_lights.size(), 1u);
-  EXPECT_EQ(scene.point_lights[0].intensity, (RgbColor{1, 2, 3}));
+  ASSERT_EQ(scene.lights.size(), 1u);
+  EXPECT_EQ(std::get<PointLight>(scene.lights[0].kind).intensity, (RgbColor{1, 2, 3}));
   EXPECT_EQ(file->source.place("objects[1].mesh.file"), "all.json:15:25");
 }
 
@@ -260,7 +260,8 @@ TEST(SceneJson, WhatIsMissingIsNamed) {
   EXPECT_EQ(error_of(document(kCamera, kFilm, kMaterials, R"([{"material": "red", "sphere": {"center": [0, 0, 0]}}])")),
             "box.json:5:43: objects[0].sphere.radius: must be positive and at most 1000000000000, got 0");
   EXPECT_EQ(error_of(document(kCamera, kFilm, kMaterials, kObjects, ",\n\"lights\": [{\"name\": \"x\"}]")),
-            "box.json:6:12: lights[0]: a kind of light must be given; the kinds are point");
+            "box.json:6:12: lights[0]: a kind of light must be given; the kinds are point, directional, spot, "
+            "cosine_power, ies, environment");
 }
 
 TEST(SceneJson, BrokenJsonIsPlaced) {
@@ -307,7 +308,7 @@ Scene example_scene() {
   scene.objects = {{"mesh", 0, MeshShape{"a.obj", sha256("mesh")}},
                    {"again", 3, MeshShape{"a.obj", sha256("mesh")}},
                    {"ball", 2, SphereShape{{1, 2, 3}, 0.5, true}}};
-  scene.point_lights = {{"bulb", {0, 3, 0}, {1, 2, 3}}};
+  scene.lights = {{"bulb", PointLight{{0, 3, 0}, {1, 2, 3}}}};
   return scene;
 }
 

@@ -1,0 +1,27 @@
+// Points whose intensity falls off with a power of the cosine: I(θ) = I₀ cosⁿθ for θ < 90°.
+#pragma once
+
+#include "common/lights/light_sample.h"
+
+namespace lightmill {
+
+struct CosinePowerEmitter {
+  Vec3 position;
+  Vec3 direction;  ///< unit
+  Vec3 intensity;  ///< W/sr along the direction
+  float exponent = 1;
+};
+
+class CosinePowerLights {
+ public:
+  void add(const CosinePowerEmitter& light);
+  std::size_t size() const { return position_.size(); }
+  LightBounds bounds(std::size_t i) const;
+  LightSample8 sample(const V8& p, U8 index, M8 lanes) const;
+
+ private:
+  VectorRows position_, direction_, intensity_;
+  std::vector<float> exponent_;
+};
+
+}  // namespace lightmill

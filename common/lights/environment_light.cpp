@@ -1,0 +1,148 @@
+#include "common/lights/environment_light.h"
+
+#include <algorithm>
+
+#include "common/base/check.h"
+#include "common/lights/photometry.h"
+
+namespace lightmill {
+namespace {
+
+/// Directions nearer to a pole than this (in radians) are as far from it when densities per solid angle are meant.
+constexpr float kPoleAngle = 1e-6f;
+
+/// Solid angles of the pixels of each row.
+std::vector<double> pixel_solid_angles(std::size_t width, std::size_t height) {
+  std::vector<double> out;
+  for (std::size_t row = 0; row < height; ++row) {
+    const double top = kPiDouble * static_cast<double>(row) / static_cast<double>(height);
+    const double bottom = kPiDouble * static_cast<double>(row + 1) / static_cast<double>(height);
+    out.push_back((cos_fixed(top) - cos_fixed(bottom)) * 2 * kPiDouble / static_cast<double>(width));
+  }
+  return out;
+}
+
+}  // namespace
+
+EnvironmentRadiance::EnvironmentRadiance(std::vector<float> rgb, std::size_t width, std::size_t height,
+                                         const Vec3& scale, double rotation_degrees)
+    : there_(true),
+      scale_(scale),
+      rgb_(std::move(rgb)),
+      width_(width),
+      height_(height),
+      cos_turn_(static_cast<float>(cos_fixed(rotation_degrees * kPiDouble / 180))),
+      sin_turn_(static_cast<float>(sin_fixed(rotation_degrees * kPiDouble / 180))) {
+  LM_CHECK(width > 0 && height > 0 && rgb_.size() == 3 * width * height);
+  std::vector<double> weights = mean_luminance_of_pixels();
+  const std::vector<double> solid_angles = pixel_solid_angles(width, height);
+  double flux = 0, largest = 0;
+  for (std::size_t i = 0; i < weights.size(); ++i) {
+    flux += weights[i] * solid_angles[i / width];
+    largest = std::max(largest, weights[i]);
+  }
+  mean_luminance_ = flux / (4 * kPiDouble);
+  // What exceeds the mean by nothing but rounding is flat.
+  if (largest > mean_luminance_ * (1 + 1e-5)) {
+    for (std::size_t i = 0; i < weights.size(); ++i) {
+      weights[i] = std::max(weights[i] - mean_luminance_, 0.0) * solid_angles[i / width];
+    }
+    density_.emplace(weights, width, height);
+  }
+}
+
+/// Luminance of the image times its scale, averaged over each pixel of what is bilinear between centres: weights 1, 6,
+/// 1 in eighths along each axis.
+std::vector<double> EnvironmentRadiance::mean_luminance_of_pixels() const {
+  const auto at = [&](std::size_t row, std::size_t column) {
+    const float* const p = &rgb_[3 * (row * width_ + column)];
+    return luminance(Vec3d(p[0], p[1], p[2]) * Vec3d(scale_));
+  };
+  std::vector<double> across(width_ * height_), out(width_ * height_);
+  for (std::size_t row = 0; row < height_; ++row) {
+    for (std::size_t column = 0; column < width_; ++column) {
+      const std::size_t left = (column + width_ - 1) % width_, right = (column + 1) % width_;
+      across[row * width_ + column] = (at(row, left) + 6 * at(row, column) + at(row, right)) / 8;
+    }
+  }
+  for (std::size_t row = 0; row < height_; ++row) {
+    const std::size_t above = row > 0 ? row - 1 : row, below = std::min(row + 1, height_ - 1);
+    for (std::size_t column = 0; column < width_; ++column) {
+      out[row * width_ + column] =
+          (across[above * width_ + column] + 6 * across[row * width_ + column] + across[below * width_ + column]) / 8;
+    }
+  }
+  return out;
+}
+
+EnvironmentRadiance::Place8 EnvironmentRadiance::place_of(const V8& d) const {
+  const F8 x = d.x * F8(cos_turn_) - d.z * F8(sin_turn_);
+  const F8 z = d.x * F8(sin_turn_) + d.z * F8(cos_turn_);
+  const F8 sin_theta = sqrt(x * x + z * z);
+  return {F8(0.5f) + atan2(z, x) * F8(0.5f * kInvPi), atan2(sin_theta, d.y) * F8(kInvPi), sin_theta};
+}
+
+V8 EnvironmentRadiance::lookup(F8 x, F8 y) const {
+  // Between the centres of four pixels; `column` and `row` are of the upper left one, plus 1 so that they are positive.
+  const F8 px = x * F8(static_cast<float>(width_)) + F8(0.5f);
+  const F8 py = y * F8(static_cast<float>(height_)) + F8(0.5f);
+  const U8 column = truncate(px), row = truncate(py);
+  const F8 s = px - to_float(column), t = py - to_float(row);
+  const U8 width(static_cast<std::uint32_t>(width_));
+  const auto wrapped = [&](U8 c) {  // c − 1 modulo width, for c in [0, width + 1]
+    const U8 left = select(c == U8(0u), width - U8(1u), c - U8(1u));
+    return select(left == width, U8(0u), left);
+  };
+  const auto clamped = [&](U8 r) {  // r − 1 within [0, height)
+    const U8 above = select(r == U8(0u), U8(0u), r - U8(1u));
+    const U8 last(static_cast<std::uint32_t>(height_ - 1));
+    return select(signed_less(last, above), last, above);
+  };
+  const U8 left = wrapped(column), right = wrapped(column + U8(1u));
+  const U8 top = clamped(row) * width, bottom = clamped(row + U8(1u)) * width;
+  const auto in_row = [&](U8 first) {
+    const M8 all(true);
+    const V8 a = gather3(rgb_.data(), first + left, all), b = gather3(rgb_.data(), first + right, all);
+    return a + (b - a) * s;
+  };
+  const V8 a = in_row(top), b = in_row(bottom);
+  return (a + (b - a) * t) * broadcast(scale_);
+}
+
+V8 EnvironmentRadiance::radiance(const V8& direction) const {
+  if (rgb_.empty()) {
+    return broadcast(scale_);
+  }
+  const Place8 place = place_of(direction);
+  return lookup(place.x, place.y);
+}
+
+LightSample8 EnvironmentRadiance::sample(const V8& p, Pair8 u) const {
+  const PiecewiseConstant2D::Sample8 drawn = density_->sample(u);
+  const SinCos8 theta = sin_cos_turns(drawn.y * F8(0.5f));
+  const SinCos8 phi = sin_cos_turns(drawn.x);  // of the opposite direction: the image's centre is at +x
+  const F8 sin_theta = max(theta.sin, F8(kPoleAngle));
+  const F8 x = -(sin_theta * phi.cos), z = -(sin_theta * phi.sin);
+  const V8 wi{x * F8(cos_turn_) + z * F8(sin_turn_), theta.cos, z * F8(cos_turn_) - x * F8(sin_turn_)};
+  const F8 pdf = drawn.pdf / (sin_theta * F8(2 * kPi * kPi));
+  return {p + wi * F8(kFarAway), wi, lookup(drawn.x, drawn.y) * (F8(1.0f) / pdf), pdf, pdf > F8(0.0f)};
+}
+
+F8 EnvironmentRadiance::pdf_solid_angle(const V8& direction) const {
+  if (!density_) {
+    return F8(0.0f);
+  }
+  const Place8 place = place_of(direction);
+  return density_->pdf(place.x, place.y) / (max(place.sin_theta, F8(kPoleAngle)) * F8(2 * kPi * kPi));
+}
+
+double EnvironmentRadiance::power(double scene_radius) const {
+  const double mean = rgb_.empty() ? luminance(Vec3d(scale_)) : mean_luminance_;
+  return mean * 4 * kPiDouble * kPiDouble * scene_radius * scene_radius;
+}
+
+std::uint64_t EnvironmentRadiance::bytes() const {
+  return rgb_.size() * 4 + (density_ ? (width_ + 1) * (height_ + 1) * 4 : 0);
+}
+
+}  // namespace lightmill

@@ -1,0 +1,45 @@
+// Points with measured intensity: IES profiles.
+#pragma once
+
+#include "common/lights/ies_profile.h"
+#include "common/lights/light_sample.h"
+
+namespace lightmill {
+
+struct IesEmitter {
+  Vec3 position;
+  Vec3 direction;    ///< unit, where vertical angle 0 points
+  Vec3 reference;    ///< unit, across the direction, towards horizontal angle 0; angle 90 is −direction × reference
+  Vec3 per_candela;  ///< W/sr for each candela of the profile
+  std::size_t profile = 0;  ///< as add_profile gave it
+};
+
+/// Intensities are bilinear between the angles of the profile, as IesProfile::at.
+class IesLights {
+ public:
+  /// Lights share profiles.
+  std::size_t add_profile(const IesProfile& profile);
+  void add(const IesEmitter& light);
+  std::size_t size() const { return position_.size(); }
+  LightBounds bounds(std::size_t i) const;
+  LightSample8 sample(const V8& p, U8 index, M8 lanes) const;
+
+ private:
+  /// Where the angles and values of a profile are.
+  struct Profile {
+    std::uint32_t vertical, verticals, horizontal, horizontals, value;
+    double lumen;
+  };
+  F8 candela(U8 index, F8 vertical, F8 horizontal, M8 lanes) const;
+
+  std::vector<Profile> profiles_;
+  std::vector<float> vertical_, horizontal_;  ///< degrees, of all profiles
+  std::vector<float> candela_;                ///< [horizontal][vertical] of each profile
+
+  VectorRows position_, direction_, reference_, per_candela_;
+  std::vector<std::uint32_t> profile_;
+  // Of each light's profile; gathered.
+  std::vector<std::uint32_t> first_vertical_, verticals_, first_horizontal_, horizontals_, first_value_;
+};
+
+}  // namespace lightmill

@@ -1,0 +1,271 @@
+#include "common/lights/light_bvh.h"
+
+#include <algorithm>
+#include <bit>
+#include <cmath>
+#include <numeric>
+
+#include "common/base/check.h"
+
+namespace lightmill {
+namespace {
+
+/// Bits of a trail: no leaf is deeper.
+constexpr int kMaxDepth = 32;
+constexpr int kBins = 12;
+/// A bound of a cosine is off by rounding: only what is below by more than this is said not to shine.
+constexpr float kCosineRounding = 1e-4f;
+/// The least cosine that importance counts with.
+constexpr float kLeastCosine = 0.02f;
+
+double cosine_of_sum(double cos_a, double cos_b) {
+  // a + b >= π where cos a <= −cos b, for angles in [0, π].
+  return cos_a <= -cos_b ? -1 : cos_a * cos_b - std::sqrt(std::max((1 - cos_a * cos_a) * (1 - cos_b * cos_b), 0.0));
+}
+
+/// Bounds of both: a cone about the mean of the axes that holds both cones.
+LightBounds unite(const LightBounds& a, const LightBounds& b) {
+  LightBounds out;
+  out.low = glm::min(a.low, b.low);
+  out.high = glm::max(a.high, b.high);
+  out.power = a.power + b.power;
+  out.two_sided = a.two_sided || b.two_sided;
+  out.cos_emission = std::min(a.cos_emission, b.cos_emission);
+  const Vec3d b_axis = out.two_sided && glm::dot(a.axis, b.axis) < 0 ? -b.axis : b.axis;
+  const Vec3d sum = a.axis * a.power + b_axis * b.power;
+  const double length = glm::length(sum);
+  if (!(length > 1e-9 * out.power)) {
+    return out;  // normals on all sides
+  }
+  out.axis = sum / length;
+  const auto around = [&](const Vec3d& axis, double cos_normals) {
+    return cosine_of_sum(std::clamp(glm::dot(out.axis, axis), -1.0, 1.0), cos_normals);
+  };
+  out.cos_normals = std::min(around(a.axis, a.cos_normals), around(b_axis, b.cos_normals));
+  return out;
+}
+
+/// What a node costs: power, extent, and the directions it shines in. The squared diagonal stands for the surface area,
+/// so that lights in a row are not all alike.
+double cost(const LightBounds& b) {
+  const Vec3d size = b.high - b.low;
+  const double directions = (1 - cosine_of_sum(b.cos_normals, b.cos_emission)) * (b.two_sided ? 2 : 1);
+  return b.power * glm::dot(size, size) * directions;
+}
+
+Vec3d center_of(const LightBounds& b) {
+  return (b.low + b.high) * 0.5;
+}
+
+}  // namespace
+
+struct LightBvh::Builder {
+  LightBvh& out;
+  std::span<const LightBounds> lights;
+  double total_power;
+
+  /// Adds the subtree of these lights and gives its bounds.
+  LightBounds build(std::span<std::uint32_t> some, int depth, std::uint32_t trail) {
+    const auto node = static_cast<std::uint32_t>(out.power_.size());
+    push_empty();
+    LightBounds bounds;
+    if (some.size() == 1) {
+      bounds = lights[some[0]];
+      out.light_[node] = some[0];
+      out.trail_[some[0]] = trail;
+    } else {
+      const std::size_t middle = partition(some, depth);
+      const LightBounds first = build(some.first(middle), depth + 1, trail);
+      out.second_child_[node] = static_cast<std::uint32_t>(out.power_.size());
+      bounds = unite(first, build(some.subspan(middle), depth + 1, trail | 1u << depth));
+    }
+    store(node, bounds);
+    return bounds;
+  }
+
+  /// Puts the lights of the first child in front and counts them.
+  std::size_t partition(std::span<std::uint32_t> some, int depth) const {
+    Vec3d low(std::numeric_limits<double>::infinity()), high(-low);
+    for (const std::uint32_t i : some) {
+      low = glm::min(low, center_of(lights[i]));
+      high = glm::max(high, center_of(lights[i]));
+    }
+    // Where bits of the trail become scarce, halves.
+    const bool must_halve = depth + std::bit_width(some.size()) >= kMaxDepth;
+    double best = std::numeric_limits<double>::infinity();
+    int best_axis = 0, best_bin = -1;
+    for (int axis = 0; axis < 3 && !must_halve; ++axis) {
+      find_split(some, axis, low[axis], high[axis], best, best_axis, best_bin);
+    }
+    if (best_bin < 0) {
+      const Vec3d size = high - low;
+      const int axis = size.x >= size.y && size.x >= size.z ? 0 : size.y >= size.z ? 1 : 2;
+      const auto middle = some.begin() + static_cast<std::ptrdiff_t>(some.size() / 2);
+      std::nth_element(some.begin(), middle, some.end(), [&](std::uint32_t a, std::uint32_t b) {
+        const double x = center_of(lights[a])[axis], y = center_of(lights[b])[axis];
+        return x != y ? x < y : a < b;
+      });
+      return some.size() / 2;
+    }
+    const auto in_first = [&](std::uint32_t i) {
+      return bin_of(center_of(lights[i])[best_axis], low[best_axis], high[best_axis]) <= best_bin;
+    };
+    return static_cast<std::size_t>(std::stable_partition(some.begin(), some.end(), in_first) - some.begin());
+  }
+
+  static int bin_of(double x, double low, double high) {
+    return std::clamp(static_cast<int>(kBins * ((x - low) / (high - low))), 0, kBins - 1);
+  }
+
+  void find_split(std::span<const std::uint32_t> some, int axis, double low, double high, double& best, int& best_axis,
+                  int& best_bin) const {
+    if (!(high > low)) {
+      return;
+    }
+    struct Bin {
+      LightBounds bounds;
+      bool used = false;
+      void add(const LightBounds& b) {
+        bounds = used ? unite(bounds, b) : b;
+        used = true;
+      }
+    };
+    std::array<Bin, kBins> bins, after;
+    for (const std::uint32_t i : some) {
+      bins[bin_of(center_of(lights[i])[axis], low, high)].add(lights[i]);
+    }
+    for (int i = kBins - 1; i > 0; --i) {
+      after[i - 1] = i < kBins - 1 ? after[i] : Bin();
+      if (bins[i].used) {
+        after[i - 1].add(bins[i].bounds);
+      }
+    }
+    Bin before;
+    for (int i = 0; i + 1 < kBins; ++i) {
+      if (bins[i].used) {
+        before.add(bins[i].bounds);
+      }
+      if (!before.used || !after[i].used) {
+        continue;
+      }
+      if (const double c = cost(before.bounds) + cost(after[i].bounds); c < best) {
+        best = c;
+        best_axis = axis;
+        best_bin = i;
+      }
+    }
+  }
+
+  void push_empty() {
+    out.center_.add(Vec3(0));
+    out.axis_.add(Vec3(0));
+    for (auto* array : {&out.radius2_, &out.cos_normals_, &out.sin_normals_, &out.cos_emission_, &out.power_}) {
+      array->push_back(0);
+    }
+    for (auto* array : {&out.two_sided_, &out.second_child_, &out.light_}) {
+      array->push_back(0);
+    }
+  }
+
+  void store(std::uint32_t node, const LightBounds& b) {
+    const Vec3d half = (b.high - b.low) * 0.5;
+    out.center_.set(node, Vec3(center_of(b)));
+    out.axis_.set(node, Vec3(b.axis));
+    // A little more, for the centre's rounding.
+    out.radius2_[node] = static_cast<float>(glm::dot(half, half) * (1 + 1e-6));
+    out.cos_normals_[node] = static_cast<float>(b.cos_normals);
+    out.sin_normals_[node] = static_cast<float>(std::sqrt(std::max(1 - b.cos_normals * b.cos_normals, 0.0)));
+    out.cos_emission_[node] = static_cast<float>(b.cos_emission);
+    out.power_[node] = static_cast<float>(std::max(b.power / total_power, 1e-30));
+    out.two_sided_[node] = b.two_sided ? 1 : 0;
+  }
+};
+
+LightBvh::LightBvh(std::span<const LightBounds> lights) {
+  LM_CHECK(!lights.empty());
+  double total = 0;
+  for (const LightBounds& light : lights) {
+    LM_CHECK(light.power > 0);
+    total += light.power;
+  }
+  trail_.resize(lights.size());
+  std::vector<std::uint32_t> all(lights.size());
+  std::iota(all.begin(), all.end(), 0u);
+  Builder{*this, lights, total}.build(all, 0, 0);
+}
+
+F8 LightBvh::importance(const V8& p, U8 node, M8 lanes) const {
+  const F8 radius2 = gather(radius2_.data(), node, lanes);
+  const V8 d = p - center_.at(node, lanes);
+  const F8 distance2 = length_squared(d);
+  const M8 inside = distance2 <= radius2;
+  const F8 one(1.0f), zero(0.0f);
+  F8 cos_w = dot(axis_.at(node, lanes), d) / sqrt(distance2);
+  cos_w = max(min(cos_w, one), F8(-1.0f));
+  cos_w = select(gather(two_sided_.data(), node, lanes) == U8(1u), abs(cos_w), cos_w);
+  const F8 sin_w = sqrt(max(one - cos_w * cos_w, zero));
+  // What is left of the angle w once the cone of normals and the angle that the bounds subtend are taken off.
+  const F8 cos_n = gather(cos_normals_.data(), node, lanes), sin_n = gather(sin_normals_.data(), node, lanes);
+  const M8 in_cone = cos_w >= cos_n;
+  const F8 cos_x = select(in_cone, one, cos_w * cos_n + sin_w * sin_n);
+  const F8 sin_x = select(in_cone, zero, sin_w * cos_n - cos_w * sin_n);
+  const F8 sin2_b = radius2 / distance2;
+  const F8 sin_b = sqrt(sin2_b), cos_b = sqrt(max(one - sin2_b, zero));
+  const M8 within = inside | (cos_x >= cos_b);
+  const F8 cos_least = select(within, one, cos_x * cos_b + sin_x * sin_b);
+  const M8 shines = cos_least > gather(cos_emission_.data(), node, lanes) - F8(kCosineRounding);
+  // At the very place of a single point all is infinite: any finite number serves.
+  const F8 power = gather(power_.data(), node, lanes) * max(cos_least, F8(kLeastCosine));
+  return masked(lanes & (shines | inside), power / max(max(distance2, radius2), F8(1e-30f)));
+}
+
+LightBvh::Split8 LightBvh::split(const V8& p, U8 node, U8 second, M8 lanes) const {
+  const F8 a = importance(p, node + U8(1u), lanes);
+  const F8 b = importance(p, second, lanes);
+  const F8 sum = a + b;
+  return {a / sum, lanes & (sum > F8(0.0f))};
+}
+
+LightBvh::Choice8 LightBvh::sample(const V8& p, F8 u, F8 more) const {
+  const M8 all(true);
+  U8 node(0u);
+  F8 pmf(1.0f);
+  M8 renewed(false);
+  U8 second = gather(second_child_.data(), node, all);
+  M8 inner = ~(second == U8(0u));
+  while (inner.any()) {
+    const Split8 s = split(p, node, second, inner);
+    const M8 first = u < s.first;
+    const F8 rest = F8(1.0f) - s.first;
+    const F8 probability = select(first, s.first, rest);
+    pmf = select(inner, masked(s.any, pmf * probability), pmf);
+    u = select(inner, min(select(first, u / s.first, (u - s.first) / rest), F8(1 - 0x1p-24f)), u);
+    const M8 used_up = and_not(pmf < F8(0x1p-12f), renewed);
+    u = select(used_up, more, u);
+    renewed = renewed | used_up;
+    node = select(inner, select(first, node + U8(1u), second), node);
+    second = gather(second_child_.data(), node, all);
+    inner = inner & s.any & ~(second == U8(0u));
+  }
+  return {gather(light_.data(), node, all), pmf};
+}
+
+F8 LightBvh::pmf(const V8& p, U8 light, M8 lanes) const {
+  U8 trail = gather(trail_.data(), light, lanes);
+  U8 node(0u);
+  F8 pmf(1.0f);
+  U8 second = gather(second_child_.data(), node, lanes);
+  M8 inner = and_not(lanes, second == U8(0u));
+  while (inner.any()) {
+    const Split8 s = split(p, node, second, inner);
+    const M8 first = (trail & U8(1u)) == U8(0u);
+    pmf = select(inner, masked(s.any, pmf * select(first, s.first, F8(1.0f) - s.first)), pmf);
+    node = select(inner, select(first, node + U8(1u), second), node);
+    trail = trail >> 1;
+    second = gather(second_child_.data(), node, lanes);
+    inner = inner & s.any & ~(second == U8(0u));
+  }
+  return masked(lanes, pmf);
+}
+
+}  // namespace lightmill

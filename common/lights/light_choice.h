@@ -1,0 +1,45 @@
+// Which of a scene's lights to sample, and with which probability.
+#pragma once
+
+#include <optional>
+#include <span>
+
+#include "common/lights/light_bvh.h"
+#include "common/sampling/discrete.h"
+
+namespace lightmill {
+
+/// Up to this many lights are chosen by power alone, more by a tree (light_bvh.h): with few, its cost is not repaid.
+inline constexpr std::size_t kMostLightsByPower = 16;
+
+/// Lights are numbered: first those that are somewhere, then those infinitely far away. Immutable once built.
+class LightChoice {
+ public:
+  LightChoice() = default;
+  /// All powers are positive; those of distant lights are fluxes through the whole scene.
+  LightChoice(std::span<const LightBounds> bounded, std::span<const double> distant_powers);
+
+  /// Nothing to choose where there is but one.
+  bool trivial() const { return count_ <= 1; }
+  /// Whether `sample` looks at its second number.
+  bool needs_second_number() const { return tree_.has_value(); }
+
+  struct Choice8 {
+    U8 light;
+    F8 pmf;  ///< 0 where no light shines on the point
+  };
+  Choice8 sample(const V8& p, Pair8 u) const;
+  /// The probability with which `sample` gives a light; the same bits.
+  F8 pmf(const V8& p, U8 light, M8 lanes) const;
+  std::uint64_t bytes() const { return tree_ ? tree_->bytes() : 0; }
+
+ private:
+  std::size_t count_ = 0, bounded_ = 0;
+  /// Of all lights; or, where there is a tree, of the tree (entry 0) and the distant lights.
+  DiscreteDistribution by_power_;
+  std::vector<float> pmf_;    ///< of by_power_'s entries, for gathers
+  std::vector<float> first_;  ///< sums of pmf_ below an entry
+  std::optional<LightBvh> tree_;
+};
+
+}  // namespace lightmill

@@ -1,0 +1,65 @@
+// What light sampling gives, and what the lights have in common.
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "common/math/vec.h"
+#include "common/sampling/warp.h"
+
+namespace lightmill {
+
+/// A point on a light as seen from a shading point. Each light gives it as if it were the only one.
+struct LightSample8 {
+  V8 point;            ///< where, moved a hair off the light's surface; kFarAway off for light from infinitely far
+  V8 wi;               ///< unit direction to it
+  V8 weight;           ///< radiance over pdf_solid_angle; for delta lights the irradiance on a surface that faces them
+  F8 pdf_solid_angle;  ///< 0 for delta lights: no other ray can find them
+  M8 valid;            ///< there is light from there
+};
+
+/// `lanes` of a, else b.
+inline LightSample8 merge(M8 lanes, const LightSample8& a, const LightSample8& b) {
+  return {select(lanes, a.point, b.point), select(lanes, a.wi, b.wi), select(lanes, a.weight, b.weight),
+          select(lanes, a.pdf_solid_angle, b.pdf_solid_angle), (a.valid & lanes) | and_not(b.valid, lanes)};
+}
+
+/// Where shadow rays to infinitely distant lights end: beyond any scene (its bounded shapes lie within 2^21), and small
+/// enough that products of three such lengths stay finite.
+inline constexpr float kFarAway = 0x1p40f;
+
+/// How far to move a point off a surface with unit normal `n` so that a ray from it cannot find the surface again. Each
+/// coordinate is off by a few rounding errors of `magnitude`, the sizes that entered it (positions, the ray's way, the
+/// triangle's extent); only what of that lies along the normal matters.
+inline F8 surface_offset(const V8& n, const V8& magnitude) {
+  return F8(0x1p-19f) * (abs(n.x) * magnitude.x + abs(n.y) * magnitude.y + abs(n.z) * magnitude.z);
+}
+
+/// What the choice among many lights must know of one: where it is, where it shines, how strongly.
+struct LightBounds {
+  Vec3d low{0}, high{0};
+  Vec3d axis{0, 0, 1};       ///< unit
+  double cos_normals = -1;   ///< cosine of the cone about the axis that holds all normals
+  double cos_emission = -1;  ///< cosine of the angle off a normal within which there is emission; at least 90°
+  bool two_sided = false;    ///< also about −axis
+  double power = 0;          ///< luminance of the flux
+};
+
+/// A growing array of vectors, gathered by row.
+class VectorRows {
+ public:
+  void add(const Vec3& v) { values_.insert(values_.end(), {v.x, v.y, v.z}); }
+  void set(std::size_t row, const Vec3& v) {
+    values_[3 * row] = v.x;
+    values_[3 * row + 1] = v.y;
+    values_[3 * row + 2] = v.z;
+  }
+  V8 at(U8 row, M8 lanes) const { return gather3(values_.data(), row, lanes); }
+  Vec3 operator[](std::size_t row) const { return {values_[3 * row], values_[3 * row + 1], values_[3 * row + 2]}; }
+  std::size_t size() const { return values_.size() / 3; }
+
+ private:
+  std::vector<float> values_;
+};
+
+}  // namespace lightmill

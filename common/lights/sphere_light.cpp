@@ -1,0 +1,95 @@
+#include "common/lights/sphere_light.h"
+
+#include "common/lights/photometry.h"
+#include "common/math/exp_log.h"
+
+namespace lightmill {
+namespace {
+
+/// What a sphere at this place looks like from p.
+struct View8 {
+  V8 to_center;
+  F8 center2;        ///< squared distance of the centre
+  M8 outside;        ///< p is outside
+  F8 one_minus_cos;  ///< 1 − cosθmax of the cone that the sphere fills, where outside
+  View8(const V8& p, const V8& center, F8 radius) : to_center(center - p), center2(length_squared(to_center)) {
+    const F8 sin2_max = radius * radius / center2;
+    outside = sin2_max < F8(1.0f);
+    const F8 cos_max = sqrt(max(F8(1.0f) - sin2_max, F8(0.0f)));
+    one_minus_cos = sin2_max / (F8(1.0f) + cos_max);
+  }
+};
+
+F8 density(const View8& view, F8 radius, F8 distance, F8 cos_light) {
+  const F8 area = distance * distance / (cos_light * F8(4 * kPi) * radius * radius);
+  return select(view.outside, cone_pdf_solid_angle(view.one_minus_cos), area);
+}
+
+}  // namespace
+
+void SphereLights::add(const EmissiveSphere& sphere) {
+  center_.add(sphere.center);
+  radiance_.add(sphere.radiance);
+  radius_.push_back(sphere.radius);
+  exponent_.push_back(sphere.exponent);
+  inward_.push_back(sphere.inward ? 1 : 0);
+  two_sided_.push_back(sphere.two_sided ? 1 : 0);
+  has_exponents_ |= sphere.exponent != 0;
+}
+
+LightBounds SphereLights::bounds(std::size_t i) const {
+  const Vec3d center(center_[i]);
+  const double radius = radius_[i];
+  LightBounds b;
+  b.low = center - Vec3d(radius);
+  b.high = center + Vec3d(radius);
+  b.power = luminance(Vec3d(radiance_[i])) * exitance_per_radiance(exponent_[i]) * 4 * kPiDouble * radius * radius *
+            (two_sided_[i] + 1);
+  return b;
+}
+
+LightSample8 SphereLights::sample(const V8& p, U8 index, M8 lanes, Pair8 u) const {
+  const V8 center = center_.at(index, lanes);
+  const F8 radius = gather(radius_.data(), index, lanes);
+  const M8 inward = gather(inward_.data(), index, lanes) == U8(1u);
+  const M8 two_sided = gather(two_sided_.data(), index, lanes) == U8(1u);
+
+  // From outside: a direction in the cone that the sphere fills, and where it enters.
+  const View8 view(p, center, radius);
+  const V8 local = square_to_cone(u, view.one_minus_cos);
+  const F8 center_distance = sqrt(view.center2);
+  const V8 cone_wi = Frame8(view.to_center * (F8(1.0f) / center_distance)).to_world(local);
+  const F8 sin2 = F8(1.0f) - local.z * local.z;
+  const F8 entry = center_distance * local.z - sqrt(max(radius * radius - view.center2 * sin2, F8(0.0f)));
+  const V8 cone_normal = normalize(p + cone_wi * entry - center);
+
+  // From inside: a point uniform by area.
+  const V8 normal = select(view.outside, cone_normal, square_to_sphere(u));
+  const V8 y = center + normal * radius;
+  const V8 to_light = y - p;
+  const F8 distance2 = length_squared(to_light);
+  const F8 distance = sqrt(distance2);
+  const V8 wi = select(view.outside, cone_wi, to_light * (F8(1.0f) / distance));
+
+  const F8 cos_outward = -dot(wi, normal);  // positive where the outer side is seen
+  const F8 cos_emitting = select(inward, -cos_outward, cos_outward);
+  const F8 cos_light = select(two_sided, abs(cos_outward), cos_emitting);
+  const M8 valid = lanes & (cos_light > F8(0.0f)) & (distance2 > F8(0.0f));
+
+  const F8 pdf = density(view, radius, distance, cos_light);
+  V8 radiance = radiance_.at(index, lanes);
+  if (has_exponents_) {
+    radiance = radiance * pow(cos_light, gather(exponent_.data(), index, lanes));
+  }
+  // Embree finds a sphere from afar only to some 3e-6 of the distance: stay well in front of that.
+  const F8 magnitude = F8(8.0f) * (max_component(abs(y)) + distance);
+  const V8 off = normal * copysign(F8(0x1p-19f) * magnitude, cos_outward);
+  return {y + off, wi, radiance * (F8(1.0f) / pdf), pdf, valid};
+}
+
+F8 SphereLights::pdf_solid_angle(const V8& from, U8 index, F8 distance, F8 cos_light, M8 lanes) const {
+  const F8 radius = gather(radius_.data(), index, lanes);
+  return density(View8(from, center_.at(index, lanes), radius), radius, distance, cos_light);
+}
+
+}  // namespace lightmill

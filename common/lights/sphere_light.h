@@ -1,0 +1,37 @@
+// Emissive spheres.
+#pragma once
+
+#include "common/lights/light_sample.h"
+
+namespace lightmill {
+
+struct EmissiveSphere {
+  Vec3 center;
+  float radius = 0;
+  Vec3 radiance;        ///< W/(m² sr) along the normal
+  bool inward = false;  ///< emits towards the centre
+  bool two_sided = false;
+  float exponent = 0;  ///< radiance falls off with this power of the cosine
+};
+
+/// Spheres are sampled uniformly in the cone that they fill when seen from outside, by area from inside.
+class SphereLights {
+ public:
+  void add(const EmissiveSphere& sphere);
+  std::size_t size() const { return center_.size(); }
+  LightBounds bounds(std::size_t i) const;
+
+  LightSample8 sample(const V8& p, U8 index, M8 lanes, Pair8 u) const;
+
+  /// Density per solid angle at `from` of a point that `sample` draws, found by a ray of this length whose angle to the
+  /// sphere's normal has this positive cosine.
+  F8 pdf_solid_angle(const V8& from, U8 index, F8 distance, F8 cos_light, M8 lanes) const;
+
+ private:
+  VectorRows center_, radiance_;
+  std::vector<float> radius_, exponent_;
+  std::vector<std::uint32_t> inward_, two_sided_;
+  bool has_exponents_ = false;
+};
+
+}  // namespace lightmill

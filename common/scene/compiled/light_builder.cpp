@@ -1,0 +1,246 @@
+#include "common/scene/compiled/light_builder.h"
+
+#include "common/base/check.h"
+#include "common/base/overloaded.h"
+#include "common/lights/photometry.h"
+#include "common/materials/texture.h"
+#include "common/scene/compiled/convert.h"
+#include "common/scene/compiled/transform.h"
+
+namespace lightmill {
+namespace {
+
+Vec3 unit(const Point3d& direction) {
+  return Vec3(glm::normalize(near_one(to_vec(direction))));
+}
+
+double degrees_to_radians(double degrees) {
+  return degrees * kPiDouble / 180;
+}
+
+/// Linear RGB without negative values.
+std::vector<float> linear_rgb(const Texels& texels) {
+  const std::size_t pixels = static_cast<std::size_t>(texels.width) * static_cast<std::size_t>(texels.height);
+  std::array<float, 256> of_byte{};
+  for (std::size_t i = 0; i < of_byte.size(); ++i) {
+    const double value = static_cast<double>(i) / 255;
+    of_byte[i] = static_cast<float>(texels.encoded ? srgb_decode_fixed(value) : value);
+  }
+  std::vector<float> out;
+  out.reserve(3 * pixels);
+  for (std::size_t pixel = 0; pixel < pixels; ++pixel) {
+    for (std::size_t channel = 0; channel < 3; ++channel) {
+      float value = 0;
+      if (texels.floats.empty()) {
+        value = of_byte[texels.bytes[pixel] >> (8 * channel) & 255];
+      } else {
+        value = std::max(texels.floats[4 * pixel + channel], 0.0f);
+        value = texels.encoded ? static_cast<float>(srgb_decode_fixed(std::min(value, 1.0f))) : value;
+      }
+      out.push_back(value);
+    }
+  }
+  return out;
+}
+
+}  // namespace
+
+Vec3 LightBuilder::to_frame(const Point3d& p) const {
+  return Vec3(frame_.to_frame(to_vec(p)));
+}
+
+void LightBuilder::add_other() {
+  geometries_.emplace_back();
+}
+
+void LightBuilder::add_sphere(std::uint32_t material, const Vec3& center, float radius, bool inward, bool sampled) {
+  Geometry& geometry = geometries_.emplace_back();
+  if (!sampled) {
+    return;
+  }
+  const double scene_radius = radius / frame_.scale();
+  area_[material] += 4 * kPiDouble * scene_radius * scene_radius;
+  geometry.sphere = true;
+  geometry.primitives.push_back(static_cast<std::uint32_t>(spheres_.size()));
+  const Material& m = scene_.materials[material];
+  spheres_.push_back(
+      {material, {center, radius, Vec3(0), inward, m.two_sided_emission, static_cast<float>(m.emission_exponent)}});
+}
+
+void LightBuilder::add_mesh(std::uint32_t material, const std::vector<std::array<float, 3>>& positions,
+                            const std::vector<std::array<std::uint32_t, 3>>& triangles, bool sampled) {
+  Geometry& geometry = geometries_.emplace_back();
+  if (!sampled) {
+    return;
+  }
+  const Material& m = scene_.materials[material];
+  const auto corner = [&](std::uint32_t i) { return Vec3(positions[i][0], positions[i][1], positions[i][2]); };
+  for (std::size_t i = 0; i < triangles.size(); ++i) {
+    const auto& t = triangles[i];
+    EmissiveFacet facet{corner(t[0]),
+                        corner(t[1]) - corner(t[0]),
+                        corner(t[2]) - corner(t[0]),
+                        Vec3(0),
+                        m.two_sided_emission,
+                        false,
+                        static_cast<float>(m.emission_exponent)};
+    geometry.primitives.push_back(static_cast<std::uint32_t>(facets_.size()));
+    // Two triangles in a row that are the halves (0, 1, 2) and (0, 2, 3) of a parallelogram.
+    if (i + 1 < triangles.size() && triangles[i + 1][0] == t[0] && triangles[i + 1][1] == t[2]) {
+      const Vec3 edge3 = corner(triangles[i + 1][2]) - facet.corner;
+      if (glm::length(facet.edge2 - facet.edge1 - edge3) <= 1e-6f * glm::length(facet.edge2)) {
+        facet.edge2 = edge3;
+        facet.parallelogram = true;
+        geometry.primitives.push_back(geometry.primitives.back());
+        ++i;
+      }
+    }
+    const double area = glm::length(glm::cross(Vec3d(facet.edge1), Vec3d(facet.edge2)));
+    if (glm::length(glm::cross(facet.edge1, facet.edge2)) > 0) {
+      area_[material] += (facet.parallelogram ? 1 : 0.5) * area / (frame_.scale() * frame_.scale());
+      facets_.push_back({material, facet});
+    }
+    // A facet without area cannot be hit: its primitives may name the next one, or none.
+  }
+}
+
+Status LightBuilder::add_lights(const AssetSource& assets, const ImageDecoder& images) {
+  for (std::size_t i = 0; i < scene_.lights.size(); ++i) {
+    const Light& light = scene_.lights[i];
+    const std::string where = fmt::format("lights[{}] \"{}\"", i, light.name);
+    if (const auto* ies = std::get_if<IesLight>(&light.kind)) {
+      LM_RETURN_IF_ERROR(add_ies(*ies, where, assets));
+    } else if (const auto* environment = std::get_if<EnvironmentLight>(&light.kind);
+               environment != nullptr && environment->has_image) {
+      LM_RETURN_IF_ERROR(add_image(*environment, where, assets, images));
+    } else {
+      add_light(light);
+    }
+  }
+  return ok_status();
+}
+
+/// Lights that need no asset. Black ones are left out.
+void LightBuilder::add_light(const Light& light) {
+  std::visit(Overloaded{
+                 [&](const PointLight& point) {
+                   if (!is_black(point.intensity)) {
+                     lights_.points.add({to_frame(point.position), frame_.scaled_intensity(to_vec(point.intensity))});
+                   }
+                 },
+                 [&](const DirectionalLight& sun) {
+                   if (!is_black(sun.irradiance)) {
+                     lights_.directional.add({unit(sun.direction), to_vec(sun.irradiance)});
+                   }
+                 },
+                 [&](const SpotLight& spot) {
+                   if (!is_black(spot.intensity)) {
+                     const double outer = degrees_to_radians(spot.cutoff_degrees);
+                     lights_.spots.add({to_frame(spot.position), unit(spot.direction),
+                                        frame_.scaled_intensity(to_vec(spot.intensity)),
+                                        static_cast<float>(cos_fixed(outer * (1 - spot.blend))),
+                                        static_cast<float>(cos_fixed(outer))});
+                   }
+                 },
+                 [&](const CosinePowerLight& cosine_power) {
+                   if (!is_black(cosine_power.intensity)) {
+                     lights_.cosine_powers.add({to_frame(cosine_power.position), unit(cosine_power.direction),
+                                                frame_.scaled_intensity(to_vec(cosine_power.intensity)),
+                                                static_cast<float>(cosine_power.exponent)});
+                   }
+                 },
+                 [&](const IesLight&) {},
+                 [&](const EnvironmentLight& environment) {
+                   if (!is_black(environment.radiance)) {
+                     lights_.environment = EnvironmentRadiance(to_vec(environment.radiance));
+                   }
+                 },
+             },
+             light.kind);
+}
+
+Status LightBuilder::add_image(const EnvironmentLight& light, const std::string& where, const AssetSource& assets,
+                               const ImageDecoder& images) {
+  LM_CHECK(images != nullptr, "{}: a decoder of images is needed", where);
+  const Result<std::string> bytes = assets(light.asset);
+  if (!bytes.ok()) {
+    return with_context(bytes.status(), where);
+  }
+  const Result<Texels> texels = images(as_byte_view(*bytes), light.file);
+  if (!texels.ok()) {
+    return with_context(texels.status(), where);
+  }
+  if (!is_black(light.radiance)) {
+    lights_.environment =
+        EnvironmentRadiance(linear_rgb(*texels), static_cast<std::size_t>(texels->width),
+                            static_cast<std::size_t>(texels->height), to_vec(light.radiance), light.rotation_degrees);
+  }
+  return ok_status();
+}
+
+Status LightBuilder::add_ies(const IesLight& light, const std::string& where, const AssetSource& assets) {
+  auto found = profiles_.find(light.asset);
+  if (found == profiles_.end()) {
+    const Result<std::string> bytes = assets(light.asset);
+    if (!bytes.ok()) {
+      return with_context(bytes.status(), where);
+    }
+    const Result<IesProfile> profile = read_ies(*bytes, light.file);
+    if (!profile.ok()) {
+      return with_context(profile.status(), where);
+    }
+    found = profiles_.emplace(light.asset, lights_.ies.add_profile(*profile)).first;
+  }
+  const Vec3d per_candela = with_luminance(Vec3d(to_vec(light.color)), radiometric(light.scale));
+  if (per_candela == Vec3d(0)) {
+    return ok_status();
+  }
+  const Vec3d direction = glm::normalize(near_one(to_vec(light.direction)));
+  const Vec3d up = glm::normalize(near_one(to_vec(light.up)));
+  lights_.ies.add({to_frame(light.position), Vec3(direction),
+                   Vec3(glm::normalize(up - direction * glm::dot(up, direction))),
+                   frame_.scaled_intensity(Vec3(per_candela)), found->second});
+  return ok_status();
+}
+
+std::vector<Vec3> LightBuilder::radiance_of_materials() const {
+  std::vector<Vec3> out;
+  for (std::uint32_t i = 0; i < scene_.materials.size(); ++i) {
+    const Material& material = scene_.materials[i];
+    Vec3d radiance(to_vec(material.emission.rgb));
+    if (material.emission_unit == EmissionUnit::flux) {
+      const auto area = area_.find(i);
+      const double sides = material.two_sided_emission ? 2 : 1;
+      radiance = area == area_.end()
+                     ? Vec3d(0)
+                     : radiance / (exitance_per_radiance(material.emission_exponent) * area->second * sides);
+    }
+    constexpr double kLimit = 1e36;  // a sample that sees this is out of range anyway (SampleSums), but finite
+    out.emplace_back(glm::min(radiance, Vec3d(kLimit)));
+  }
+  return out;
+}
+
+LightBuilder::Tables LightBuilder::finish() {
+  Tables out;
+  out.radiance = radiance_of_materials();
+  for (Facet& facet : facets_) {
+    facet.shape.radiance = out.radiance[facet.material];
+    lights_.facets.add(facet.shape);
+  }
+  for (Sphere& sphere : spheres_) {
+    sphere.shape.radiance = out.radiance[sphere.material];
+    lights_.spheres.add(sphere.shape);
+  }
+  lights_.build(0.5 * frame_.extent() * frame_.scale());
+  for (Geometry& geometry : geometries_) {
+    if (geometry.sphere) {
+      geometry.primitives[0] += lights_.first(LightKind::sphere);
+    }
+    out.emitters.add_geometry(geometry.primitives);
+  }
+  out.lights = std::move(lights_);
+  return out;
+}
+
+}  // namespace lightmill

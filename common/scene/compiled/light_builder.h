@@ -1,0 +1,76 @@
+// Builds the light table of a scene: from its lights, and from the shapes whose materials emit.
+#pragma once
+
+#include <array>
+#include <functional>
+#include <map>
+#include <string>
+#include <vector>
+
+#include "common/image/texels.h"
+#include "common/lights/light_table.h"
+#include "common/scene/compiled/emitter_table.h"
+#include "common/scene/compiled/world_frame.h"
+#include "common/scene/document.h"
+
+namespace lightmill {
+
+/// Takes geometries in the order of Accel's indices, then the scene's lights, then gives the tables.
+class LightBuilder {
+ public:
+  LightBuilder(const Scene& scene, const WorldFrame& frame) : scene_(scene), frame_(frame) {}
+
+  using AssetSource = std::function<Result<std::string>(const Sha256&)>;
+  using ImageDecoder = std::function<Result<Texels>(ByteView bytes, const std::string& name)>;
+
+  // One call a geometry. What is not `sampled` is only counted: it does not emit, or rays are to find it by themselves.
+  void add_sphere(std::uint32_t material, const Vec3& center, float radius, bool inward, bool sampled);
+  /// Positions are in the frame.
+  void add_mesh(std::uint32_t material, const std::vector<std::array<float, 3>>& positions,
+                const std::vector<std::array<std::uint32_t, 3>>& triangles, bool sampled);
+  void add_other();
+
+  /// The scene's lights; errors name them.
+  Status add_lights(const AssetSource& assets, const ImageDecoder& images);
+
+  struct Tables {
+    LightTable lights;
+    EmitterTable emitters;
+    std::vector<Vec3> radiance;  ///< of each material, along the normal; zero where it does not emit
+  };
+  Tables finish();
+
+ private:
+  void add_light(const Light& light);
+  Status add_ies(const IesLight& light, const std::string& where, const AssetSource& assets);
+  Status add_image(const EnvironmentLight& light, const std::string& where, const AssetSource& assets,
+                   const ImageDecoder& images);
+  Vec3 to_frame(const Point3d& p) const;
+  std::vector<Vec3> radiance_of_materials() const;
+
+  const Scene& scene_;
+  const WorldFrame& frame_;
+  LightTable lights_;
+  std::map<Sha256, std::size_t> profiles_;
+  std::map<std::uint32_t, double> area_;  ///< by material: of all that emits, in scene units
+
+  // Emissive shapes without their radiance, which may depend on the area of all.
+  struct Facet {
+    std::uint32_t material;
+    EmissiveFacet shape;
+  };
+  struct Sphere {
+    std::uint32_t material;
+    EmissiveSphere shape;
+  };
+  std::vector<Facet> facets_;
+  std::vector<Sphere> spheres_;
+  /// Of each geometry: the facet or sphere of each primitive; none where it is not sampled.
+  struct Geometry {
+    bool sphere = false;
+    std::vector<std::uint32_t> primitives;
+  };
+  std::vector<Geometry> geometries_;
+};
+
+}  // namespace lightmill

@@ -1,0 +1,316 @@
+#include "common/wire/light_proto.h"
+
+#include <algorithm>
+
+#include "common/base/overloaded.h"
+#include "common/lights/photometry.h"
+#include "common/wire/scene_values.h"
+#include "lightmill/v1/scene.pb.h"
+
+namespace lightmill {
+namespace {
+
+// ---- strengths ----
+
+const LightUnit& unit_of(const v1::Strength& strength) {
+  const auto* field = v1::Strength::descriptor()->FindFieldByNumber(strength.quantity_case());
+  return *std::find_if(std::begin(kLightUnits), std::end(kLightUnits),
+                       [&](const LightUnit& unit) { return unit.name == field->name(); });
+}
+
+double amount_of(const v1::Strength& strength) {
+  const auto* field = v1::Strength::descriptor()->FindFieldByNumber(strength.quantity_case());
+  return strength.GetReflection()->GetDouble(strength, field);
+}
+
+/// What one unit of each quantity is, in the unit that the light is kept in; 0 where the light has no such strength.
+struct UnitScales {
+  double flux = 0, intensity = 0, irradiance = 0, radiance = 0;
+  double of(LightQuantity quantity) const {
+    const double all[] = {flux, intensity, irradiance, radiance};
+    return all[static_cast<int>(quantity)];
+  }
+};
+
+std::string names_of_possible_units(const UnitScales& scales) {
+  std::string names;
+  for (const LightUnit& unit : kLightUnits) {
+    if (scales.of(unit.quantity) > 0) {
+      names += fmt::format("{}{}", names.empty() ? "" : ", ", unit.name);
+    }
+  }
+  return names;
+}
+
+/// The strength as an RGB value; `path` names the strength.
+Result<RgbColor> strength_from_wire(const std::string& path, const v1::Strength& strength, const UnitScales& scales) {
+  if (strength.quantity_case() == v1::Strength::QUANTITY_NOT_SET) {
+    return invalid_argument("{}: an amount must be given in one of the units {}", path,
+                            names_of_possible_units(scales));
+  }
+  const LightUnit& unit = unit_of(strength);
+  const double scale = scales.of(unit.quantity);
+  if (!(scale > 0)) {
+    return invalid_argument("{}.{}: one of the units {} is expected here", path, unit.name,
+                            names_of_possible_units(scales));
+  }
+  const double amount = amount_of(strength);
+  if (!(amount >= 0 && amount <= 1e20)) {
+    return invalid_argument("{}.{}: must be in [0, 1e+20], got {}", path, unit.name, amount);
+  }
+  RgbColor color{1, 1, 1};
+  if (strength.has_color()) {
+    LM_ASSIGN_OR_RETURN(color, color_from_wire(path + ".color", true, strength.color()));
+  }
+  const Vec3d rgb(color.r, color.g, color.b);
+  if (!(color.r >= 0 && color.g >= 0 && color.b >= 0 && luminance(rgb) > 0 && luminance(rgb) <= 1e20)) {
+    return invalid_argument("{}.color: components must not be negative nor all zero, got ({}, {}, {})", path, color.r,
+                            color.g, color.b);
+  }
+  const Vec3d out = with_luminance(rgb, radiometric_amount(unit, amount) * scale);
+  return RgbColor{static_cast<float>(out.x), static_cast<float>(out.y), static_cast<float>(out.z)};
+}
+
+/// The strength of a light: as its colour `field`, or as `light.strength`, or else `fallback` where there is one.
+Result<RgbColor> light_strength(const std::string& path, const std::string& field, const v1::Light& light, bool given,
+                                const v1::Color& color, const UnitScales& scales, const RgbColor* fallback = nullptr) {
+  if (!light.has_strength()) {
+    return !given && fallback != nullptr ? *fallback : color_from_wire(path + field, given, color);
+  }
+  if (given) {
+    return invalid_argument("{}.strength: takes the place of {}, only one can be given", path, field.substr(1));
+  }
+  return strength_from_wire(path + ".strength", light.strength(), scales);
+}
+
+// ---- kinds of light ----
+
+Result<PointLight> point_light(const std::string& path, const v1::Light& light) {
+  const v1::Light::Point& wire = light.point();
+  PointLight out;
+  LM_ASSIGN_OR_RETURN(out.position, point_from_wire(path + ".point.position", wire.has_position(), wire.position()));
+  LM_ASSIGN_OR_RETURN(out.intensity, light_strength(path, ".point.intensity", light, wire.has_intensity(),
+                                                    wire.intensity(), {.flux = 1 / kPointSolidAngle, .intensity = 1}));
+  return out;
+}
+
+Result<DirectionalLight> directional_light(const std::string& path, const v1::Light& light) {
+  const v1::Light::Directional& wire = light.directional();
+  DirectionalLight out;
+  LM_ASSIGN_OR_RETURN(out.direction,
+                      point_from_wire(path + ".directional.direction", wire.has_direction(), wire.direction()));
+  LM_ASSIGN_OR_RETURN(out.irradiance, light_strength(path, ".directional.irradiance", light, wire.has_irradiance(),
+                                                     wire.irradiance(), {.irradiance = 1}));
+  return out;
+}
+
+Result<SpotLight> spot_light(const std::string& path, const v1::Light& light) {
+  const v1::Light::Spot& wire = light.spot();
+  SpotLight out;
+  LM_ASSIGN_OR_RETURN(out.position, point_from_wire(path + ".spot.position", wire.has_position(), wire.position()));
+  LM_ASSIGN_OR_RETURN(out.direction, point_from_wire(path + ".spot.direction", wire.has_direction(), wire.direction()));
+  out.cutoff_degrees = wire.has_cutoff_degrees() ? wire.cutoff_degrees() : out.cutoff_degrees;
+  out.blend = wire.blend();
+  // What is out of range here is reported once all is read (validate).
+  const double outer = std::clamp(out.cutoff_degrees, 1e-3, 180.0) * kPiDouble / 180;
+  const double inner = outer * (1 - std::clamp(out.blend, 0.0, 1.0));
+  const double solid_angle = spot_solid_angle(cos_fixed(inner), cos_fixed(outer));
+  LM_ASSIGN_OR_RETURN(out.intensity, light_strength(path, ".spot.intensity", light, wire.has_intensity(),
+                                                    wire.intensity(), {.flux = 1 / solid_angle, .intensity = 1}));
+  return out;
+}
+
+Result<CosinePowerLight> cosine_power_light(const std::string& path, const v1::Light& light) {
+  const v1::Light::CosinePower& wire = light.cosine_power();
+  CosinePowerLight out;
+  LM_ASSIGN_OR_RETURN(out.position,
+                      point_from_wire(path + ".cosine_power.position", wire.has_position(), wire.position()));
+  LM_ASSIGN_OR_RETURN(out.direction,
+                      point_from_wire(path + ".cosine_power.direction", wire.has_direction(), wire.direction()));
+  out.exponent = wire.has_exponent() ? wire.exponent() : out.exponent;
+  LM_ASSIGN_OR_RETURN(
+      out.intensity,
+      light_strength(path, ".cosine_power.intensity", light, wire.has_intensity(), wire.intensity(),
+                     {.flux = 1 / cosine_power_solid_angle(std::max(out.exponent, 0.0)), .intensity = 1}));
+  return out;
+}
+
+Result<IesLight> ies_light(const std::string& path, const v1::Light& light) {
+  const v1::Light::Ies& wire = light.ies();
+  if (light.has_strength()) {
+    return invalid_argument("{}.strength: an IES file has its own; ies.scale changes it", path);
+  }
+  IesLight out;
+  LM_ASSIGN_OR_RETURN(out.position, point_from_wire(path + ".ies.position", wire.has_position(), wire.position()));
+  if (wire.has_direction()) {
+    out.direction = {wire.direction().x(), wire.direction().y(), wire.direction().z()};
+  }
+  if (wire.has_up()) {
+    out.up = {wire.up().x(), wire.up().y(), wire.up().z()};
+  } else if (out.direction[1] == 0 && out.direction[2] == 0) {
+    out.up = {0, 0, 1};
+  }
+  if (wire.has_color()) {
+    LM_ASSIGN_OR_RETURN(out.color, color_from_wire(path + ".ies.color", true, wire.color()));
+  }
+  out.scale = wire.has_scale() ? wire.scale() : out.scale;
+  if (wire.file().empty() && wire.asset().empty()) {
+    return invalid_argument("{}.ies.file: must be given", path);
+  }
+  out.file = wire.file();
+  return out;
+}
+
+Result<EnvironmentLight> environment_light(const std::string& path, const v1::Light& light) {
+  const v1::Light::Environment& wire = light.environment();
+  EnvironmentLight out;
+  LM_ASSIGN_OR_RETURN(out.radiance,
+                      light_strength(path, ".environment.radiance", light, wire.has_radiance(), wire.radiance(),
+                                     {.irradiance = 1 / kHemisphereIrradiance, .radiance = 1}, &out.radiance));
+  if (wire.has_scale()) {
+    if (!(wire.scale() >= 0 && wire.scale() <= 1e20)) {
+      return invalid_argument("{}.environment.scale: must be in [0, 1e+20], got {}", path, wire.scale());
+    }
+    const auto scaled = [&](float x) { return static_cast<float>(x * wire.scale()); };
+    out.radiance = {scaled(out.radiance.r), scaled(out.radiance.g), scaled(out.radiance.b)};
+  }
+  out.rotation_degrees = wire.rotation_degrees();
+  out.file = wire.file();
+  out.has_image = !wire.file().empty() || !wire.asset().empty();
+  return out;
+}
+
+template <class Kind>
+Status take(Result<Kind> kind, Light& out) {
+  if (kind.ok()) {
+    out.kind = *std::move(kind);
+  }
+  return kind.status();
+}
+
+}  // namespace
+
+Result<Light> light_from_wire(const std::string& path, const v1::Light& light) {
+  Light out;
+  out.name = light.name();
+  const auto read = [&]() -> Status {
+    switch (light.kind_case()) {
+      case v1::Light::kPoint:
+        return take(point_light(path, light), out);
+      case v1::Light::kDirectional:
+        return take(directional_light(path, light), out);
+      case v1::Light::kSpot:
+        return take(spot_light(path, light), out);
+      case v1::Light::kCosinePower:
+        return take(cosine_power_light(path, light), out);
+      case v1::Light::kIes:
+        return take(ies_light(path, light), out);
+      case v1::Light::kEnvironment:
+        return take(environment_light(path, light), out);
+      case v1::Light::KIND_NOT_SET:
+        break;
+    }
+    return invalid_argument(
+        "{}: a kind of light must be given; the kinds are point, directional, spot, cosine_power, ies, environment",
+        path);
+  };
+  LM_RETURN_IF_ERROR(read());
+  return out;
+}
+
+Status light_asset_from_wire(const std::string& path, const v1::Light& light, Light& out) {
+  if (auto* ies = std::get_if<IesLight>(&out.kind)) {
+    LM_ASSIGN_OR_RETURN(ies->asset, asset_from_wire(path + ".ies.asset", light.ies().asset()));
+  } else if (auto* environment = std::get_if<EnvironmentLight>(&out.kind);
+             environment != nullptr && environment->has_image) {
+    LM_ASSIGN_OR_RETURN(environment->asset, asset_from_wire(path + ".environment.asset", light.environment().asset()));
+  }
+  return ok_status();
+}
+
+void to_wire_light(const Light& light, v1::Light* out) {
+  out->set_name(light.name);
+  std::visit(Overloaded{
+                 [&](const PointLight& point) {
+                   to_wire_point(point.position, out->mutable_point()->mutable_position());
+                   to_wire_color(point.intensity, out->mutable_point()->mutable_intensity());
+                 },
+                 [&](const DirectionalLight& sun) {
+                   to_wire_point(sun.direction, out->mutable_directional()->mutable_direction());
+                   to_wire_color(sun.irradiance, out->mutable_directional()->mutable_irradiance());
+                 },
+                 [&](const SpotLight& spot) {
+                   to_wire_point(spot.position, out->mutable_spot()->mutable_position());
+                   to_wire_point(spot.direction, out->mutable_spot()->mutable_direction());
+                   to_wire_color(spot.intensity, out->mutable_spot()->mutable_intensity());
+                   out->mutable_spot()->set_cutoff_degrees(spot.cutoff_degrees);
+                   out->mutable_spot()->set_blend(spot.blend);
+                 },
+                 [&](const CosinePowerLight& cosine_power) {
+                   v1::Light::CosinePower* wire = out->mutable_cosine_power();
+                   to_wire_point(cosine_power.position, wire->mutable_position());
+                   to_wire_point(cosine_power.direction, wire->mutable_direction());
+                   to_wire_color(cosine_power.intensity, wire->mutable_intensity());
+                   wire->set_exponent(cosine_power.exponent);
+                 },
+                 [&](const IesLight& ies) {
+                   to_wire_point(ies.position, out->mutable_ies()->mutable_position());
+                   to_wire_point(ies.direction, out->mutable_ies()->mutable_direction());
+                   to_wire_point(ies.up, out->mutable_ies()->mutable_up());
+                   to_wire_color(ies.color, out->mutable_ies()->mutable_color());
+                   out->mutable_ies()->set_scale(ies.scale);
+                   out->mutable_ies()->set_file(ies.file);
+                   out->mutable_ies()->set_asset(ies.asset.hex());
+                 },
+                 [&](const EnvironmentLight& environment) {
+                   v1::Light::Environment* wire = out->mutable_environment();
+                   to_wire_color(environment.radiance, wire->mutable_radiance());
+                   wire->set_rotation_degrees(environment.rotation_degrees);
+                   if (environment.has_image) {
+                     wire->set_file(environment.file);
+                     wire->set_asset(environment.asset.hex());
+                   }
+                 },
+             },
+             light.kind);
+}
+
+// ---- emission of materials ----
+
+void to_wire_emission(const Material& material, const std::vector<TextureImage>& textures, v1::Material* out) {
+  if (material.emission_unit == EmissionUnit::flux) {
+    to_wire_color(material.emission.rgb, out->mutable_emission_flux());
+  } else if (material.emission != TexturedColor{}) {
+    to_wire_textured(material.emission, textures, out->mutable_emission());
+  }
+  out->set_two_sided_emission(material.two_sided_emission);
+  out->set_emission_exponent(material.emission_exponent);
+}
+
+Status emission_from_wire(const std::string& path, const v1::Material& material, const TextureNames& textures,
+                          Material& out) {
+  out.two_sided_emission = material.two_sided_emission();
+  out.emission_exponent = material.emission_exponent();
+  if (material.has_emission() + material.has_emission_strength() + material.has_emission_flux() > 1) {
+    return invalid_argument("{}: only one of emission, emission_strength and emission_flux can be given", path);
+  }
+  if (material.has_emission()) {
+    LM_ASSIGN_OR_RETURN(out.emission, textured_from_wire(path + ".emission", true, material.emission(), textures));
+  } else if (material.has_emission_flux()) {
+    out.emission_unit = EmissionUnit::flux;
+    LM_ASSIGN_OR_RETURN(out.emission.rgb,
+                        color_from_wire(path + ".emission_flux", true, material.emission_flux()));
+  } else if (material.has_emission_strength()) {
+    const v1::Strength& strength = material.emission_strength();
+    LM_ASSIGN_OR_RETURN(
+        out.emission.rgb,
+        strength_from_wire(
+            path + ".emission_strength", strength,
+            {.flux = 1, .irradiance = 1 / exitance_per_radiance(std::max(out.emission_exponent, 0.0)), .radiance = 1}));
+    const bool flux = unit_of(strength).quantity == LightQuantity::flux;
+    out.emission_unit = flux ? EmissionUnit::flux : EmissionUnit::radiance;
+  }
+  return ok_status();
+}
+
+}  // namespace lightmill

@@ -1,0 +1,28 @@
+// Lights and the emission of materials: messages ↔ values. Strengths given in units become W/sr, W/m² or W/(m² sr)
+// here. Errors begin with the path of the field.
+#pragma once
+
+#include <string>
+
+#include "common/scene/document.h"
+#include "common/wire/texture_proto.h"
+
+namespace lightmill::v1 {
+class Light;
+class Material;
+}  // namespace lightmill::v1
+
+namespace lightmill {
+
+void to_wire_light(const Light& light, v1::Light* out);
+/// Without the assets that it names.
+Result<Light> light_from_wire(const std::string& path, const v1::Light& light);
+/// The asset that a packed document names, if this kind of light has one.
+Status light_asset_from_wire(const std::string& path, const v1::Light& light, Light& out);
+
+/// All fields of a material that say what it emits.
+void to_wire_emission(const Material& material, const std::vector<TextureImage>& textures, v1::Material* out);
+Status emission_from_wire(const std::string& path, const v1::Material& material, const TextureNames& textures,
+                          Material& out);
+
+}  // namespace lightmill

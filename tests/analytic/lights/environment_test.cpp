@@ -1,0 +1,151 @@
+// Environments: directions are drawn with the stated density, images are looked up where they belong.
+// The threshold of 5 standard deviations raises a false alarm once in 3.5 million tests.
+#include "common/lights/environment_light.h"
+
+#include "tests/analytic/lights/light_checks.h"
+
+namespace lightmill::test {
+namespace {
+
+struct TestImage {
+  std::size_t width, height;
+  std::vector<float> rgb;
+  TestImage(std::size_t w, std::size_t h, float value = 0) : width(w), height(h), rgb(3 * w * h, value) {}
+  void set(std::size_t x, std::size_t y, const Vec3& value) {
+    std::copy_n(&value.x, 3, rgb.begin() + static_cast<std::ptrdiff_t>(3 * (y * width + x)));
+  }
+  EnvironmentRadiance light(double rotation_degrees = 0, const Vec3& scale = Vec3(1)) const {
+    return EnvironmentRadiance(rgb, width, height, scale, rotation_degrees);
+  }
+};
+
+/// Counts drawn directions over a grid of longitudes and latitudes, and compares with the integral of the stated
+/// density.
+double direction_z(std::uint32_t seed, const EnvironmentRadiance& light) {
+  constexpr int kHeights = 24, kSectors = 24, kSub = 48;
+  std::vector<double> counts(kHeights * kSectors), expected(kHeights * kSectors);
+  for_each_draw(seed, [&](Pair8, Pair8 u) {
+    const LightSample8 s = light.sample(broadcast(Vec3(0)), u);
+    const VectorLanes wi(s.wi);
+    const Lanes pdf(s.pdf_solid_angle), again(light.pdf_solid_angle(s.wi));
+    for (int lane = 0; lane < 8; ++lane) {
+      ASSERT_NEAR(glm::length(wi[lane]), 1, 1e-5);
+      const double theta = std::acos(std::clamp(wi[lane].y, -1.0, 1.0));
+      const int i = std::clamp(static_cast<int>(theta / M_PI * kHeights), 0, kHeights - 1);
+      const double turn = std::atan2(wi[lane].z, wi[lane].x) / (2 * M_PI) + 0.5;
+      const int j = std::clamp(static_cast<int>(turn * kSectors), 0, kSectors - 1);
+      counts[i * kSectors + j] += 1;
+    }
+  });
+  for (int i = 0; i < kHeights * kSub; ++i) {
+    for (int j = 0; j < kSectors * kSub; j += 8) {
+      const double theta = M_PI * (i + 0.5) / (kHeights * kSub), y = std::cos(theta), r = std::sin(theta);
+      alignas(32) float x[8], z[8];
+      for (int lane = 0; lane < 8; ++lane) {
+        const double phi = 2 * M_PI * ((j + lane + 0.5) / (kSectors * kSub) - 0.5);
+        x[lane] = static_cast<float>(r * std::cos(phi));
+        z[lane] = static_cast<float>(r * std::sin(phi));
+      }
+      const Lanes pdf(light.pdf_solid_angle({F8::load(x), F8(static_cast<float>(y)), F8::load(z)}));
+      for (int lane = 0; lane < 8; ++lane) {
+        expected[i / kSub * kSectors + (j + lane) / kSub] +=
+            kDraws * pdf[lane] * 2 * M_PI * M_PI * r / (kHeights * kSub * kSectors * kSub);
+      }
+    }
+  }
+  return chi_squared_z(counts, expected);
+}
+
+TEST(Environment, DirectionsFollowTheStatedDensity) {
+  TestImage image(64, 32, 0.1f);
+  for (std::size_t y = 0; y < 32; ++y) {
+    for (std::size_t x = 0; x < 64; ++x) {
+      image.set(x, y, Vec3(static_cast<float>(0.1 + std::pow(std::sin(0.2 * x) * std::cos(0.15 * y), 2))));
+    }
+  }
+  image.set(0, 5, Vec3(9, 3, 1));    // at the seam
+  image.set(63, 20, Vec3(2, 8, 1));  // and on its other side
+  for (std::size_t x = 0; x < 64; ++x) {
+    image.set(x, 0, Vec3(6));  // all round a pole
+  }
+  EXPECT_LT(direction_z(1, image.light()), kChiSquaredThreshold);
+  // A whole number of the integral's steps, so that pixels' edges fall between them.
+  EXPECT_LT(direction_z(2, image.light(247 * 15.0 / 48)), kChiSquaredThreshold);
+}
+
+TEST(Environment, OddSizesAndSinglePixels) {
+  TestImage odd(7, 3, 0.5f);
+  odd.set(3, 1, Vec3(4));
+  EXPECT_LT(direction_z(3, odd.light()), kChiSquaredThreshold);
+  TestImage column(1, 2);
+  column.set(0, 0, Vec3(1));
+  EXPECT_LT(direction_z(4, column.light()), kChiSquaredThreshold);
+}
+
+TEST(Environment, ASampleHasTheDensityOfARayThatFindsIt) {
+  TestImage image(32, 16, 0.2f);
+  image.set(9, 4, Vec3(50));
+  const EnvironmentRadiance light = image.light(30);
+  int differ = 0;
+  for_each_draw(5, [&](Pair8, Pair8 u) {
+    const LightSample8 s = light.sample(broadcast(Vec3(1, 2, 3)), u);
+    const Lanes drawn(s.pdf_solid_angle), found(light.pdf_solid_angle(s.wi)), weight(s.weight.x);
+    const VectorLanes radiance(light.radiance(s.wi));
+    for (int lane = 0; lane < 8; ++lane) {
+      // Directions within rounding of a pixel's edge may be taken for the neighbour's.
+      differ += std::abs(found[lane] / drawn[lane] - 1) > 1e-4 ? 1 : 0;
+      ASSERT_NEAR(weight[lane] * drawn[lane], radiance[lane].x, 2e-3 * radiance[lane].x);
+    }
+  });
+  EXPECT_LT(differ, kDraws / 1000);
+}
+
+TEST(Environment, ConstantsAreLeftToRaysThatScatter) {
+  EXPECT_FALSE(EnvironmentRadiance(Vec3(1, 2, 3)).samplable());
+  EXPECT_FALSE(TestImage(16, 8, 0.7f).light().samplable());
+  const VectorLanes radiance(EnvironmentRadiance(Vec3(1, 2, 3)).radiance(broadcast(Vec3(0, 1, 0))));
+  EXPECT_EQ(radiance[3], Vec3d(1, 2, 3));
+}
+
+Vec3d seen(const EnvironmentRadiance& light, const Vec3& direction) {
+  return VectorLanes(light.radiance(broadcast(glm::normalize(direction))))[0];
+}
+
+TEST(Environment, TheImageIsWhereItIsSaidToBe) {
+  // 8 x 4 pixels, each told by its value: 10 y + x.
+  TestImage image(8, 4);
+  for (std::size_t y = 0; y < 4; ++y) {
+    for (std::size_t x = 0; x < 8; ++x) {
+      image.set(x, y, Vec3(static_cast<float>(10 * y + x)));
+    }
+  }
+  const EnvironmentRadiance light = image.light();
+  const auto direction = [](double longitude_degrees, double latitude_degrees) {
+    const double phi = longitude_degrees * M_PI / 180, theta = latitude_degrees * M_PI / 180;
+    return Vec3(std::cos(theta) * std::cos(phi), std::sin(theta), std::cos(theta) * std::sin(phi));
+  };
+  for (int y = 0; y < 4; ++y) {
+    for (int x = 0; x < 8; ++x) {
+      // A pixel's centre: column 4 begins at +x and goes on towards +z.
+      EXPECT_NEAR(seen(light, direction((x - 3.5) * 45, (1.5 - y) * 45)).x, 10 * y + x, 1e-4) << x << ' ' << y;
+    }
+  }
+  EXPECT_NEAR(seen(light, {1, 0, 0}).x, 15 + 3.5, 1e-4);  // between four of them
+  EXPECT_NEAR(seen(light, {0, 0, 1}).x, 15 + 5.5, 1e-4);
+  EXPECT_NEAR(seen(light, {0, 0, -1}).x, 15 + 1.5, 1e-4);
+  EXPECT_NEAR(seen(light, {-1, 0, 1e-7f}).x, 15 + 3.5, 1e-4);  // across the seam: 7 and 0
+  EXPECT_NEAR(seen(light, {-1, 0, -1e-7f}).x, 15 + 3.5, 1e-4);
+  // Turned by 90° about +y: what was at +x is at −z.
+  EXPECT_NEAR(seen(image.light(90), {0, 0, -1}).x, 15 + 3.5, 1e-4);
+  EXPECT_NEAR(seen(image.light(90), {1, 0, 0}).x, 15 + 5.5, 1e-4);
+  // At a pole every column meets: any of them will do, and no NaN.
+  for (const float y : {1.0f, -1.0f}) {
+    const double value = seen(light, {0, y, 0}).x;
+    EXPECT_GE(value, y > 0 ? 0 : 30);
+    EXPECT_LE(value, y > 0 ? 7 : 37);
+    EXPECT_TRUE(std::isfinite(Lanes(light.pdf_solid_angle(broadcast(Vec3(0, y, 0))))[0]));
+  }
+}
+
+}  // namespace
+}  // namespace lightmill::test

@@ -1,0 +1,41 @@
+// What tests of light sampling share: independent draws, lanes, and counts over a grid.
+#pragma once
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <vector>
+
+#include "common/lights/light_table.h"
+#include "tests/support/chi_squared.h"
+
+namespace lightmill::test {
+
+inline constexpr int kDraws = 200'000;
+
+struct Lanes {
+  alignas(32) float v[8];
+  explicit Lanes(F8 x) { x.store(v); }
+  double operator[](int i) const { return v[i]; }
+};
+struct VectorLanes {
+  Lanes x, y, z;
+  explicit VectorLanes(const V8& a) : x(a.x), y(a.y), z(a.z) {}
+  Vec3d operator[](int i) const { return {x[i], y[i], z[i]}; }
+};
+
+/// Calls `draw(choice, u)` on independent random pairs, eight at a time.
+template <class Draw>
+void for_each_draw(std::uint32_t seed, Draw draw) {
+  for (int i = 0; i < kDraws; i += 8) {
+    const U8 index = U8(static_cast<std::uint32_t>(i)) + U8::lane_index();
+    draw(hashed_pair(index, U8(mix(seed ^ 0x51a3u))), hashed_pair(index, U8(mix(seed))));
+  }
+}
+
+inline const Pair8 kNoChoice{F8(0.0f), F8(0.0f)};
+
+/// Lambertian white light of radiance 1.
+inline const Vec3 kWhite{1, 1, 1};
+
+}  // namespace lightmill::test

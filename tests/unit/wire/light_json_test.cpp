@@ -1,0 +1,139 @@
+// Lights and emission in scene documents: values, units, mistakes, and the packed form.
+#include <gtest/gtest.h>
+
+#include "common/wire/scene_json.h"
+#include "common/wire/scene_proto.h"
+
+namespace lightmill {
+namespace {
+
+std::string document(const std::string& lights, const std::string& emission = "") {
+  return fmt::format(R"({{"camera": {{"eye": [0, 0, 5], "look_at": [0, 0, 0], "vertical_fov_degrees": 40}},
+"materials": [{{"name": "m", "diffuse": {{"reflectance": {{"rgb": [0, 0, 0]}}}}{}}}],
+"objects": [{{"material": "m", "sphere": {{"center": [0, 0, 0], "radius": 1}}}}],
+"lights": [{}]}})",
+                     emission, lights);
+}
+
+Scene scene_of(const std::string& text) {
+  auto file = read_scene_json(text, "s.json");
+  EXPECT_TRUE(file.ok()) << message_of(file.status());
+  return file.ok() ? file->draft.scene : Scene();
+}
+std::string error_of(const std::string& text) {
+  const auto file = read_scene_json(text, "s.json");
+  if (file.ok()) {
+    return "no error";
+  }
+  // Without the place, "", which the tests of documents look at.
+  const std::string message = message_of(file.status());
+  return message.substr(message.find(": ") + 2);
+}
+template <class Kind>
+Kind light_of(const std::string& light) {
+  const Scene scene = scene_of(document(light));
+  EXPECT_EQ(scene.lights.size(), 1u);
+  return scene.lights.empty() ? Kind() : std::get<Kind>(scene.lights[0].kind);
+}
+
+TEST(LightJson, DefaultsAreThoseOfTheSchema) {
+  const auto spot = light_of<SpotLight>(
+      R"({"spot": {"position": [1, 2, 3], "direction": [0, -1, 0], "intensity": {"rgb": [1, 2, 3]}}})");
+  EXPECT_EQ(spot.cutoff_degrees, 45);
+  EXPECT_EQ(spot.blend, 0);
+  EXPECT_EQ(
+      light_of<CosinePowerLight>(
+          R"({"cosine_power": {"position": [1, 2, 3], "direction": [0, -1, 0], "intensity": {"rgb": [1, 2, 3]}}})")
+          .exponent,
+      1);
+  const auto ies = light_of<IesLight>(R"({"ies": {"position": [1, 2, 3], "file": "lamp.ies"}})");
+  EXPECT_EQ(ies.direction, (Point3d{0, -1, 0}));
+  EXPECT_EQ(ies.up, (Point3d{1, 0, 0}));
+  EXPECT_EQ(ies.scale, 1);
+  EXPECT_EQ(light_of<IesLight>(R"({"ies": {"position": [1, 2, 3], "direction": [2, 0, 0], "file": "lamp.ies"}})").up,
+            (Point3d{0, 0, 1}));
+  const auto sky = light_of<EnvironmentLight>(R"({"environment": {}})");
+  EXPECT_EQ(sky.radiance, (RgbColor{1, 1, 1}));
+  EXPECT_FALSE(sky.has_image);
+  const auto image =
+      light_of<EnvironmentLight>(R"({"environment": {"file": "sky.hdr", "scale": 2, "rotation_degrees": -30}})");
+  EXPECT_TRUE(image.has_image);
+  EXPECT_EQ(image.radiance, (RgbColor{2, 2, 2}));
+  EXPECT_EQ(image.rotation_degrees, -30);
+}
+
+TEST(LightJson, MistakesAreNamed) {
+  EXPECT_EQ(error_of(document(R"({"spot": {"position": [0, 0, 0], "intensity": {"rgb": [1, 1, 1]}}})")),
+            "lights[0].spot.direction: must be given");
+  EXPECT_EQ(error_of(document(R"({"directional": {"direction": [0, 0, 0], "irradiance": {"rgb": [1, 1, 1]}}})")),
+            "lights[0].directional.direction: must not be zero");
+  EXPECT_EQ(error_of(document(R"({"spot": {"position": [0, 0, 0], "direction": [0, 1, 0], "cutoff_degrees": 0,
+                                           "intensity": {"rgb": [1, 1, 1]}}})")),
+            "lights[0].spot.cutoff_degrees: must be in (0, 180], got 0");
+  EXPECT_EQ(error_of(document(R"({"cosine_power": {"position": [0, 0, 0], "direction": [0, 1, 0], "exponent": -1,
+                                                   "intensity": {"rgb": [1, 1, 1]}}})")),
+            "lights[0].cosine_power.exponent: must be in [0, 10000], got -1");
+  EXPECT_EQ(error_of(document(R"({"ies": {"position": [0, 0, 0], "up": [0, 2, 0], "file": "a"}})")),
+            "lights[0].ies.up: must not be parallel to direction, got (0, 2, 0)");
+  EXPECT_EQ(error_of(document(R"({"ies": {"position": [0, 0, 0]}})")), "lights[0].ies.file: must be given");
+  EXPECT_EQ(error_of(document(R"({"environment": {}}, {"environment": {}})")),
+            "lights[1].environment: at most one light can be an environment");
+  EXPECT_EQ(error_of(document(R"({"environment": {"rotation_degrees": 361}})")),
+            "lights[0].environment.rotation_degrees: must be in [-360, 360], got 361");
+}
+
+TEST(LightJson, MistakesInUnitsAreNamed) {
+  const auto point = [](const std::string& rest) {
+    return document(fmt::format(R"({{"point": {{"position": [0, 0, 0]}}, {}}})", rest));
+  };
+  EXPECT_EQ(error_of(point(R"("strength": {"lux": 3})")),
+            "lights[0].strength.lux: one of the units watt, watt_per_steradian, lumen, candela is expected here");
+  EXPECT_EQ(error_of(point(R"("strength": {})")),
+            "lights[0].strength: an amount must be given in one of the units watt, watt_per_steradian, "
+            "lumen, candela");
+  EXPECT_EQ(error_of(point(R"("strength": {"lumen": -3})")), "lights[0].strength.lumen: must be in [0, 1e+20], got -3");
+  EXPECT_EQ(error_of(point(R"("strength": {"lumen": 3, "color": {"rgb": [0, 0, 0]}})")),
+            "lights[0].strength.color: components must not be negative nor all zero, got (0, 0, 0)");
+  EXPECT_EQ(error_of(document(R"({"point": {"position": [0, 0, 0], "intensity": {"rgb": [1, 1, 1]}},
+                                  "strength": {"lumen": 3}})")),
+            "lights[0].strength: takes the place of point.intensity, only one can be given");
+  EXPECT_EQ(error_of(document(R"({"ies": {"position": [0, 0, 0], "file": "a"}, "strength": {"lumen": 3}})")),
+            "lights[0].strength: an IES file has its own; ies.scale changes it");
+  EXPECT_EQ(error_of(document("", R"(, "emission_strength": {"candela": 1})")),
+            "materials[0].emission_strength.candela: one of the units watt, watt_per_square_metre, "
+            "watt_per_square_metre_steradian, lumen, lux, candela_per_square_metre is expected here");
+  EXPECT_EQ(error_of(document("", R"(, "emission": {"rgb": [1, 1, 1]}, "emission_strength": {"watt": 1})")),
+            "materials[0]: only one of emission, emission_strength and emission_flux can be given");
+}
+
+TEST(LightJson, PackedScenesKeepEveryLight) {
+  Scene scene = scene_of(document(
+      R"({"name": "a", "point": {"position": [1, 2, 3], "intensity": {"rgb": [1, 2, 3]}}},
+         {"directional": {"direction": [0, -2, 0], "irradiance": {"rgb": [4, 5, 6]}}},
+         {"spot": {"position": [1, 0, 0], "direction": [0, 0, 1], "cutoff_degrees": 30, "blend": 0.25},
+          "strength": {"watt": 10}},
+         {"cosine_power": {"position": [0, 1, 0], "direction": [1, 0, 0], "exponent": 3,
+                           "intensity": {"rgb": [7, 8, 9]}}},
+         {"ies": {"position": [0, 0, 1], "file": "lamp.ies", "scale": 0.5, "color": {"rgb": [1, 0.5, 0.25]}}},
+         {"environment": {"file": "sky.exr", "radiance": {"rgb": [2, 3, 4]}, "rotation_degrees": 10}})",
+      R"(, "emission_strength": {"watt": 5}, "emission_exponent": 2)"));
+  std::get<IesLight>(scene.lights[4].kind).asset = sha256("profile");
+  std::get<EnvironmentLight>(scene.lights[5].kind).asset = sha256("image");
+  EXPECT_EQ(assets_of(scene).size(), 2u);
+  const std::string bytes = pack_scene(scene);
+  const auto back = unpack_scene(bytes);
+  ASSERT_TRUE(back.ok()) << message_of(back.status());
+  EXPECT_EQ(pack_scene(*back), bytes);
+  ASSERT_EQ(back->lights.size(), 6u);
+  EXPECT_EQ(back->lights[0].name, "a");
+  EXPECT_EQ(std::get<SpotLight>(back->lights[2].kind).blend, 0.25);
+  EXPECT_EQ(std::get<SpotLight>(back->lights[2].kind).intensity, std::get<SpotLight>(scene.lights[2].kind).intensity);
+  EXPECT_EQ(std::get<IesLight>(back->lights[4].kind).asset, sha256("profile"));
+  EXPECT_EQ(std::get<EnvironmentLight>(back->lights[5].kind).asset, sha256("image"));
+  EXPECT_EQ(back->materials[0].emission_unit, EmissionUnit::flux);
+  EXPECT_EQ(back->materials[0].emission_exponent, 2);
+  EXPECT_FLOAT_EQ(back->materials[0].emission.rgb.g, 5);
+}
+
+}  // namespace
+}  // namespace lightmill
