@@ -93,9 +93,7 @@ void add_render_options(CLI::App& command, RenderOptions& options) {
   command.add_option("--seconds", options.seconds, "stop after so much rendering (90, 1.5m, 2h)")->type_name("T");
   command.add_option("--size", options.size, "picture size in pixels, instead of the scene's")->type_name("WxH");
   command.add_option("--crop", options.crop, "render only this part of the picture")->type_name("X,Y,W,H");
-  command
-      .add_option("--method", options.method,
-                  "path: all light; preview: flat colours; ao, ao:distance=D: how open the surroundings are")
+  command.add_option("--method", options.method, std::string(method_help()))
       ->type_name("M[:PARAMETER,...]")
       ->capture_default_str();
   command.add_flag("--brute-force", options.brute_force,

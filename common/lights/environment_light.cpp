@@ -117,6 +117,23 @@ V8 EnvironmentRadiance::radiance(const V8& direction) const {
   return lookup(place.x, place.y);
 }
 
+Vec3d EnvironmentRadiance::mean_radiance() const {
+  if (rgb_.empty()) {
+    return Vec3d(scale_);
+  }
+  const std::vector<double> solid_angles = pixel_solid_angles(width_, height_);
+  Vec3d sum(0);
+  for (std::size_t row = 0; row < height_; ++row) {
+    Vec3d of_row(0);
+    for (std::size_t column = 0; column < width_; ++column) {
+      const float* const p = &rgb_[3 * (row * width_ + column)];
+      of_row += Vec3d(p[0], p[1], p[2]);
+    }
+    sum += of_row * solid_angles[row];
+  }
+  return sum / (4 * kPiDouble) * Vec3d(scale_);
+}
+
 LightSample8 EnvironmentRadiance::sample(const V8& p, Pair8 u) const {
   const PiecewiseConstant2D::Sample8 drawn = density_->sample(u);
   const SinCos8 theta = sin_cos_turns(drawn.y * F8(0.5f));

@@ -27,6 +27,8 @@ class EnvironmentRadiance {
   bool exists() const { return there_; }
   /// Radiance from where unit directions point.
   V8 radiance(const V8& direction) const;
+  /// Its mean over all directions; of an image that of its pixels, which takes some time.
+  Vec3d mean_radiance() const;
 
   /// Whether `sample` draws anything. Directions are drawn for what is brighter than the mean alone (Karlík et al.
   /// 2019, "MIS Compensation"): the rest, and with it all of a constant environment, is left to rays that scatter

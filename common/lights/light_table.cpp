@@ -88,6 +88,15 @@ LightSample8 LightTable::sample(const V8& p, Pair8 choice, Pair8 u) const {
   return result;
 }
 
+LightSample8 LightTable::sample_point(std::uint32_t light, const V8& p, M8 lanes) const {
+  for (const LightKind kind : {LightKind::point, LightKind::spot, LightKind::cosine_power, LightKind::ies}) {
+    if (light < first_[static_cast<int>(kind) + 1]) {
+      return sample_of_kind(kind, p, U8(light - first(kind)), lanes, {});
+    }
+  }
+  return directional.sample(p, U8(light - first(LightKind::directional)), lanes);
+}
+
 F8 LightTable::pdf_solid_angle(const V8& from, U8 light, F8 distance, F8 cos_light, M8 lanes) const {
   const U8 first_sphere(first(LightKind::sphere));
   const M8 facet = lanes & signed_less(light, first_sphere);

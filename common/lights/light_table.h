@@ -48,6 +48,9 @@ class LightTable {
   /// Draws a light and a point on it for each shading point.
   LightSample8 sample(const V8& shading_point, Pair8 choice, Pair8 u) const;
 
+  /// The one with this number, where it is no surface and no environment: nothing has to be drawn.
+  LightSample8 sample_point(std::uint32_t light, const V8& p, M8 lanes) const;
+
   /// Density per solid angle with which `sample` at `from` draws what a ray of this length found on an emissive facet
   /// or sphere, hit at this positive cosine to the normal.
   F8 pdf_solid_angle(const V8& from, U8 light, F8 distance, F8 cos_light, M8 lanes) const;

@@ -4,6 +4,7 @@
 #include "common/methods/ao/ao_method.h"
 #include "common/methods/path/path_method.h"
 #include "common/methods/preview/preview_method.h"
+#include "common/methods/raycast/raycast_method.h"
 #include "common/methods/spec/method_spec.h"
 
 namespace lightmill {
@@ -20,6 +21,9 @@ Result<std::unique_ptr<Method>> make_method(std::shared_ptr<const CompiledScene>
   }
   if (spec.name == "ao") {
     return make_ao_method(std::move(scene), settings, spec);
+  }
+  if (spec.name == "raycast") {
+    return make_raycast_method(std::move(scene), settings, spec);
   }
   LM_CHECK(false, "a method that is listed can be made: {}", spec.name);
 }

@@ -9,9 +9,14 @@ namespace {
 struct Entry {
   std::string_view name;
   std::string_view parameters;  ///< that it takes, for people
+  std::string_view summary;     ///< what it shows
 };
-constexpr std::array kMethods{Entry{"path", "brute-force"}, Entry{"preview", "brute-force"},
-                              Entry{"ao", "distance=D, brute-force"}};
+constexpr std::array kMethods{
+    Entry{"path", "brute-force", "all light"},
+    Entry{"preview", "brute-force", "flat colours"},
+    Entry{"ao", "distance=D, brute-force", "how open the surroundings are"},
+    Entry{"raycast", "flat, brute-force", "what is seen first, lit with hard shadows"},
+};
 
 Result<double> parse_number(std::string_view key, std::string_view text, double low, double high) {
   double value = 0;
@@ -41,8 +46,8 @@ Status set_parameter(const Entry& entry, std::string_view text, MethodSpec& spec
   if (!takes(entry, key)) {
     return invalid_argument("{} takes {}; got '{}'", entry.name, entry.parameters, text);
   }
-  if (key == "brute-force") {
-    spec.brute_force = true;
+  if (key == "brute-force" || key == "flat") {
+    (key == "flat" ? spec.flat : spec.brute_force) = true;
     return equals == std::string_view::npos ? ok_status()
                                             : invalid_argument("{} is a word of its own, got '{}'", key, text);
   }
@@ -62,6 +67,20 @@ std::string_view method_list() {
     return names;
   }();
   return list;
+}
+
+std::string_view method_help() {
+  static const std::string help = [] {
+    std::string text;
+    for (const Entry& entry : kMethods) {
+      text += fmt::format("{}{}: {}", text.empty() ? "" : "; ", entry.name, entry.summary);
+      if (const std::size_t own = entry.parameters.rfind(", "); own != std::string_view::npos) {
+        text += fmt::format(" ({})", entry.parameters.substr(0, own));
+      }
+    }
+    return text;
+  }();
+  return help;
 }
 
 Result<MethodSpec> parse_method(std::string_view text) {

@@ -1,4 +1,4 @@
-// What a method is called and what it is told, as jobs write it: "path:brute-force", "ao:distance=0.5".
+// What a method is called and what it is told, as jobs write it: "path:brute-force", "raycast:flat".
 #pragma once
 
 #include <string>
@@ -14,10 +14,14 @@ struct MethodSpec {
   bool brute_force = false;
   /// `distance=D`: how far ambient occlusion looks, in scene units; 0: without end.
   double distance = 0;
+  /// `flat`: surfaces are shaded with their geometric normals.
+  bool flat = false;
 };
 
 /// The methods that there are.
 std::string_view method_list();
+/// What each shows, and the parameters that it alone takes: "path: all light; …".
+std::string_view method_help();
 
 /// INVALID_ARGUMENT for an unknown method, a parameter that it does not take, or a value out of range: the message
 /// names it and what is expected.

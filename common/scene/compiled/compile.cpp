@@ -91,8 +91,8 @@ class SceneCompiler {
     out_->filter_ = std::make_unique<FilterTable>(filter_table(scene_.film.filter));
     out_->film_width_ = scene_.film.width;
     out_->film_height_ = scene_.film.height;
-    out_->bytes_ =
-        triangle_count_ * 190 + out_->geometry_.bytes() + out_->lights_.bytes() + out_->emitters_.bytes() + 65536;
+    out_->bytes_ = triangle_count_ * 190 + out_->geometry_.bytes() + out_->lights_.bytes() +
+                   out_->hard_lights_.bytes() + out_->emitters_.bytes() + 65536;
     return std::shared_ptr<const CompiledScene>(std::move(out_));
   }
 
@@ -242,6 +242,7 @@ class SceneCompiler {
   void finish_lights() {
     LightBuilder::Tables tables = light_builder_.finish();
     out_->lights_ = std::move(tables.lights);
+    out_->hard_lights_ = std::move(tables.hard_lights);
     out_->emitters_ = std::move(tables.emitters);
     out_->materials_.set_radiance(tables.radiance);
     out_->features_.lights = !out_->lights_.empty();

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "common/geometry/ray.h"
+#include "common/lights/hard_lights.h"
 #include "common/lights/light_table.h"
 #include "common/math/vec.h"
 #include "common/sampling/filter_table.h"
@@ -66,6 +67,8 @@ class CompiledScene {
 
   const Accel& accel() const { return *accel_; }
   const LightTable& lights() const { return lights_; }
+  /// The emissive objects that next-event estimation knows, as points.
+  const HardLights& hard_lights() const { return hard_lights_; }
   const MaterialTable& materials() const { return materials_; }
   /// Of what light passes into; `eye_media` are those that the eye is in.
   const MediumTable& media() const { return media_; }
@@ -100,6 +103,7 @@ class CompiledScene {
   MediumTable media_;
   Media8 eye_media_;
   LightTable lights_;
+  HardLights hard_lights_;
   EmitterTable emitters_;
   CameraBasis camera_;
   WorldFrame frame_;

@@ -73,6 +73,7 @@ void LightBuilder::add_mesh(std::uint32_t material, const std::vector<std::array
   if (!sampled) {
     return;
   }
+  geometry.first_facet = facets_.size();
   const Material& m = scene_.materials[material];
   const auto corner = [&](std::uint32_t i) { return Vec3(positions[i][0], positions[i][1], positions[i][2]); };
   for (std::size_t i = 0; i < triangles.size(); ++i) {
@@ -102,6 +103,7 @@ void LightBuilder::add_mesh(std::uint32_t material, const std::vector<std::array
     }
     // A facet without area cannot be hit: its primitives may name the next one, or none.
   }
+  geometry.end_facet = facets_.size();
 }
 
 Status LightBuilder::add_lights(const AssetSource& assets, const ImageDecoder& images) {
@@ -221,6 +223,24 @@ std::vector<Vec3> LightBuilder::radiance_of_materials() const {
   return out;
 }
 
+/// Of the shapes as they are in the end, with their radiance.
+HardLights LightBuilder::hard_lights() const {
+  HardLights out;
+  for (std::uint32_t i = 0; i < geometries_.size(); ++i) {
+    const Geometry& geometry = geometries_[i];
+    if (geometry.sphere) {
+      out.add(i, spheres_[geometry.primitives[0]].shape);
+    } else if (geometry.first_facet < geometry.end_facet) {
+      FacetSums sums;
+      for (std::size_t facet = geometry.first_facet; facet < geometry.end_facet; ++facet) {
+        sums.add(facets_[facet].shape);
+      }
+      out.add(i, sums);
+    }
+  }
+  return out;
+}
+
 LightBuilder::Tables LightBuilder::finish() {
   Tables out;
   out.radiance = radiance_of_materials();
@@ -232,6 +252,7 @@ LightBuilder::Tables LightBuilder::finish() {
     sphere.shape.radiance = out.radiance[sphere.material];
     lights_.spheres.add(sphere.shape);
   }
+  out.hard_lights = hard_lights();
   lights_.build(0.5 * frame_.extent() * frame_.scale());
   for (Geometry& geometry : geometries_) {
     if (geometry.sphere) {

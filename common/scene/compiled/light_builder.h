@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "common/image/texels.h"
+#include "common/lights/hard_lights.h"
 #include "common/lights/light_table.h"
 #include "common/scene/compiled/emitter_table.h"
 #include "common/scene/compiled/world_frame.h"
@@ -35,6 +36,7 @@ class LightBuilder {
 
   struct Tables {
     LightTable lights;
+    HardLights hard_lights;
     EmitterTable emitters;
     std::vector<Vec3> radiance;  ///< of each material, along the normal; zero where it does not emit
   };
@@ -45,6 +47,7 @@ class LightBuilder {
   Status add_ies(const IesLight& light, const std::string& where, const AssetSource& assets);
   Status add_image(const EnvironmentLight& light, const std::string& where, const AssetSource& assets,
                    const ImageDecoder& images);
+  HardLights hard_lights() const;
   Vec3 to_frame(const Point3d& p) const;
   std::vector<Vec3> radiance_of_materials() const;
 
@@ -69,6 +72,7 @@ class LightBuilder {
   struct Geometry {
     bool sphere = false;
     std::vector<std::uint32_t> primitives;
+    std::size_t first_facet = 0, end_facet = 0;
   };
   std::vector<Geometry> geometries_;
 };

@@ -111,6 +111,20 @@ Vec3d seen(const EnvironmentRadiance& light, const Vec3& direction) {
   return VectorLanes(light.radiance(broadcast(glm::normalize(direction))))[0];
 }
 
+TEST(Environment, TheMeanCountsRowsByTheirSolidAngle) {
+  // The top row of four is the cap within 45° of the pole: (1 − cos 45°)/2 of all directions.
+  TestImage image(8, 4);
+  for (std::size_t x = 0; x < 8; ++x) {
+    image.set(x, 0, {8, 2, 1});
+  }
+  const Vec3d mean = image.light(30, {1, 2, 0}).mean_radiance();
+  EXPECT_NEAR(mean.x, 4 * (1 - std::sqrt(0.5)), 1e-6);
+  EXPECT_NEAR(mean.y, 2 * (1 - std::sqrt(0.5)), 1e-6);
+  EXPECT_EQ(mean.z, 0);
+  EXPECT_EQ(EnvironmentRadiance({0.25f, 0.5f, 1}).mean_radiance(), Vec3d(0.25, 0.5, 1));
+  EXPECT_EQ(EnvironmentRadiance().mean_radiance(), Vec3d(0));
+}
+
 TEST(Environment, TheImageIsWhereItIsSaidToBe) {
   // 8 x 4 pixels, each told by its value: 10 y + x.
   TestImage image(8, 4);

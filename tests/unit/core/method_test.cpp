@@ -91,23 +91,24 @@ TEST_P(Methods, AnotherSeedGivesAnotherPicture) {
   EXPECT_NE((*other)->render(tile, {2, 0}, *(*other)->make_workspace()).values, render(tile, {2, 0}).values);
 }
 
-INSTANTIATE_TEST_SUITE_P(All, Methods,
-                         ::testing::Values(MethodCase{"path", {}}, MethodCase{"preview", {}},
-                                           MethodCase{"ao:distance=100", {"albedo", "depth"}},
-                                           MethodCase{"path",
-                                                      {"direct", "indirect", "albedo", "normal", "depth", "id"}},
-                                           MethodCase{"preview", {"albedo", "normal", "depth", "id"}}),
-                         [](const auto& info) {
-                           const std::string& name = info.param.name;
-                           return name.substr(0, name.find(':')) + std::to_string(info.param.layers.size());
-                         });
+INSTANTIATE_TEST_SUITE_P(
+    All, Methods,
+    ::testing::Values(MethodCase{"path", {}}, MethodCase{"preview", {}},
+                      MethodCase{"ao:distance=100", {"albedo", "depth"}}, MethodCase{"raycast", {}},
+                      MethodCase{"raycast:flat", {"albedo", "normal", "depth", "id"}},
+                      MethodCase{"path", {"direct", "indirect", "albedo", "normal", "depth", "id"}},
+                      MethodCase{"preview", {"albedo", "normal", "depth", "id"}}),
+    [](const auto& info) {
+      const std::string& name = info.param.name;
+      return name.substr(0, name.find(':')) + std::to_string(info.param.layers.size());
+    });
 
 TEST(Method, AnUnknownNameIsRefusedWithTheKnownOnes) {
   const auto scene = test::TestScene(LIGHTMILL_SOURCE_DIR "/scenes/cornell-bench-balls.json");
   auto compiled = CompiledScene::compile(scene.scene(), scene.assets());
   ASSERT_TRUE(compiled.ok());
   const auto method = make_method(*compiled, {"pathh", 0, 0});
-  EXPECT_EQ(message_of(method.status()), "unknown method 'pathh'; the methods are path, preview, ao");
+  EXPECT_EQ(message_of(method.status()), "unknown method 'pathh'; the methods are path, preview, ao, raycast");
 }
 
 TEST(Method, ParametersAreCheckedByName) {
@@ -120,6 +121,9 @@ TEST(Method, ParametersAreCheckedByName) {
   EXPECT_EQ(message_of(parse_method("ao:distance").status()),
             "distance: a number from 0 to 1000000000000 is expected, got ''");
   EXPECT_EQ(message_of(parse_method("ao:depth=1").status()), "ao takes distance=D, brute-force; got 'depth=1'");
+  EXPECT_TRUE(parse_method("raycast:flat")->flat);
+  EXPECT_EQ(message_of(parse_method("raycast:flat=1").status()), "flat is a word of its own, got 'flat=1'");
+  EXPECT_EQ(message_of(parse_method("raycast:smooth").status()), "raycast takes flat, brute-force; got 'smooth'");
   EXPECT_EQ(message_of(parse_method("path:distance=1").status()), "path takes brute-force; got 'distance=1'");
 }
 

@@ -1,0 +1,153 @@
+#include "common/methods/raycast/local_shading.h"
+
+#include "common/base/check.h"
+#include "common/materials/diffuse.h"
+
+namespace lightmill {
+
+LocalShading::LocalShading(const CompiledScene& scene, bool flat)
+    : scene_(&scene), flat_(flat), ambient_(broadcast(Vec3(scene.lights().environment.mean_radiance()))) {}
+
+LitVertex8 LocalShading::vertex(const Arrival8& arrival, const Surface8& surface) const {
+  LitVertex8 out{arrival.rays.direction,
+                 surface,
+                 select(surface.front, surface.geometric_normal, -surface.geometric_normal),
+                 Frame8(select(surface.front, surface.shading_normal, -surface.shading_normal)),
+                 arrival.hits.geometry,
+                 arrival.media,
+                 arrival.crossing};
+  if (flat_) {
+    out.surface.shading_normal = surface.geometric_normal;
+    out.frame = Frame8(out.facing);
+  }
+  return out;
+}
+
+V8 LocalShading::background(const V8& direction, M8 lanes) const {
+  return scene_->features().environment ? masked(lanes, scene_->lights().environment.radiance(direction)) : V8();
+}
+
+V8 LocalShading::emission(const LitVertex8& vertex, M8 lanes) const {
+  if (!scene_->features().emissive_surfaces) {
+    return {};
+  }
+  const M8 emitting = scene_->materials().emits(vertex.surface, lanes);
+  const F8 cosine = abs(dot(vertex.direction, vertex.surface.geometric_normal));
+  return masked(emitting, scene_->materials().emission(vertex.surface, cosine, emitting));
+}
+
+F8 LocalShading::relative_index(const LitVertex8& vertex, M8 lanes) const {
+  if (scene_->features().media) {
+    return vertex.crossing.eta;
+  }
+  const F8 ior = scene_->materials().ior(vertex.surface, lanes);
+  return select(vertex.surface.front, ior, F8(1.0f) / ior);
+}
+
+V8 LocalShading::scattered(const LitVertex8& vertex, M8 lanes, RenderCounters& counters) const {
+  V8 sum;
+  for (const MaterialKind kind : scene_->materials().kinds()) {
+    const M8 of_kind =
+        scene_->materials().only_kind() ? lanes : scene_->materials().is_kind(vertex.surface.material, kind, lanes);
+    if (of_kind.any()) {
+      sum = sum + scattered_by(kind, vertex, of_kind, counters);
+    }
+  }
+  return sum;
+}
+
+V8 LocalShading::scattered_by(MaterialKind kind, const LitVertex8& vertex, M8 lanes, RenderCounters& counters) const {
+  const MaterialTable& materials = scene_->materials();
+  const Surface8& surface = vertex.surface;
+  const V8 wo = vertex.frame.to_local(-vertex.direction);
+  V8 albedo = materials.albedo(surface, lanes);
+  V8 light;
+  switch (kind) {
+    case MaterialKind::mirror:
+    case MaterialKind::dielectric:
+    case MaterialKind::conductor:
+      return {};
+    case MaterialKind::diffuse:
+      light = lit(vertex, Diffuse8{albedo}, wo, lanes, counters);
+      break;
+    case MaterialKind::phong: {
+      const Phong8 bsdf = materials.phong(surface, lanes);
+      albedo = albedo + bsdf.specular;
+      light = lit(vertex, bsdf, wo, lanes, counters);
+      break;
+    }
+    case MaterialKind::rough_conductor:
+      light = lit(vertex, materials.conductor(surface, lanes), wo, lanes, counters);
+      break;
+    case MaterialKind::rough_dielectric:
+      light = lit(vertex, RoughDielectric8{relative_index(vertex, lanes), materials.alpha(surface, lanes)}, wo, lanes,
+                  counters);
+      break;
+    case MaterialKind::principled:
+      light = lit(vertex,
+                  Principled8(materials.principled(surface, lanes), relative_index(vertex, lanes), wo, surface.front),
+                  wo, lanes, counters);
+      break;
+  }
+  return light + masked(lanes, albedo * ambient_);
+}
+
+template <class Bsdf>
+V8 LocalShading::lit(const LitVertex8& vertex, const Bsdf& bsdf, const V8& wo, M8 lanes,
+                     RenderCounters& counters) const {
+  const V8 origin = vertex.surface.point + vertex.facing * vertex.surface.offset;
+  const LightTable& table = scene_->lights();
+  V8 sum;
+  for (std::uint32_t i = table.first(LightKind::point); i < table.first(LightKind::environment); ++i) {
+    sum = sum + lit_by(table.sample_point(i, origin, lanes), kNoGeometry, vertex, bsdf, wo, lanes, counters);
+  }
+  const HardLights& objects = scene_->hard_lights();
+  for (std::size_t i = 0; i < objects.size(); ++i) {
+    const std::uint32_t object = objects.geometry(i);
+    const M8 others = and_not(lanes, vertex.geometry == U8(object));
+    sum = sum + lit_by(objects.sample(i, origin, others), object, vertex, bsdf, wo, others, counters);
+  }
+  return sum;
+}
+
+/// What of one light the surfaces scatter.
+template <class Bsdf>
+V8 LocalShading::lit_by(const LightSample8& light, std::uint32_t object, const LitVertex8& vertex, const Bsdf& bsdf,
+                        const V8& wo, M8 lanes, RenderCounters& counters) const {
+  const V8 wi = vertex.frame.to_local(light.wi);
+  // Both normals must agree on which side the light is; the shadow ray starts on that side.
+  const F8 side = dot(light.wi, vertex.facing);
+  M8 valid = lanes & light.valid;
+  V8 origin = vertex.surface.point;
+  Media8 media = vertex.media;
+  if constexpr (Bsdf::kTransmits) {
+    const M8 through = wi.z < F8(0.0f);
+    valid = valid & (((wi.z > F8(0.0f)) & (side > F8(0.0f))) | (through & (side < F8(0.0f))));
+    origin = origin + vertex.facing * copysign(vertex.surface.offset, side);
+    media = select(through, vertex.crossing.beyond, media);
+  } else {
+    valid = valid & (wi.z > F8(0.0f)) & (side > F8(0.0f));
+    origin = origin + vertex.facing * vertex.surface.offset;
+  }
+  if (valid.none()) {
+    return {};
+  }
+  const V8 light_scattered = bsdf.eval(wo, wi) * light.weight;
+  valid = valid & (max_component(light_scattered) > F8(0.0f));
+  return masked(valid, light_scattered) * arriving(valid, origin, light.point - origin, media, object, counters);
+}
+
+/// What of the light of a point that is `way` off arrives: nothing in the lanes where something is between.
+V8 LocalShading::arriving(M8 lanes, const V8& origin, const V8& way, const Media8& media, std::uint32_t object,
+                          RenderCounters& counters) const {
+  const auto white = [](M8 mask) { return masked(mask, broadcast(Vec3(1))); };
+  if (object == kNoGeometry && !scene_->features().media) {
+    counters.shadow_rays += static_cast<std::uint64_t>(lanes.count());
+    return white(and_not(lanes, scene_->accel().occluded(lanes, {origin, way, F8(1.0f)})));
+  }
+  const F8 length = sqrt(length_squared(way));
+  const Arrival8 arrival = travel(*scene_, lanes, {origin, way * (F8(1.0f) / length), length}, media, object, counters);
+  return white(and_not(lanes, arrival.hits.hit)) * arrival.transmittance;
+}
+
+}  // namespace lightmill

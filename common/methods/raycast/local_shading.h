@@ -1,0 +1,57 @@
+// What surfaces show of all lights at once: without random numbers, with hard shadows.
+//
+// Every light is looped over: points, spots, cosine_power, ies and directional ones as they are, emissive objects as
+// points (lights/hard_lights.h), which do not shade what they light, nor light themselves. What emits by a texture, or
+// without end, is seen but lights nothing. The environment is seen where rays leave the scene; besides, it lights
+// every surface evenly and without shadows, as if its mean radiance came from everywhere: albedo · mean, which is exact
+// for an even sky over a convex diffuse shape. Mirrors, smooth glass and the smooth layers of principled materials show
+// nothing of all this.
+#pragma once
+
+#include "common/methods/raycast/travel.h"
+
+namespace lightmill {
+
+/// Eight rays at the surfaces they have found.
+struct LitVertex8 {
+  V8 direction;  ///< of the rays, unit
+  Surface8 surface;
+  V8 facing;     ///< the geometric normal on the ray's side
+  Frame8 frame;  ///< around the shading normal on the ray's side
+  U8 geometry;
+  Media8 media;        ///< that the rays are in, where the scene has such
+  Crossing8 crossing;  ///< likewise
+};
+
+/// Immutable; refers to the scene.
+class LocalShading {
+ public:
+  /// `flat`: surfaces are shaded with their geometric normals.
+  LocalShading(const CompiledScene& scene, bool flat);
+
+  LitVertex8 vertex(const Arrival8& arrival, const Surface8& surface) const;
+  /// Radiance from where rays leave the scene.
+  V8 background(const V8& direction, M8 lanes) const;
+  /// Radiance that is emitted towards the rays' origins.
+  V8 emission(const LitVertex8& vertex, M8 lanes) const;
+  /// Radiance of lights that is scattered there.
+  V8 scattered(const LitVertex8& vertex, M8 lanes, RenderCounters& counters) const;
+  /// The index of refraction beyond a boundary over that on the ray's side.
+  F8 relative_index(const LitVertex8& vertex, M8 lanes) const;
+
+ private:
+  V8 scattered_by(MaterialKind kind, const LitVertex8& vertex, M8 lanes, RenderCounters& counters) const;
+  template <class Bsdf>
+  V8 lit(const LitVertex8& vertex, const Bsdf& bsdf, const V8& wo, M8 lanes, RenderCounters& counters) const;
+  template <class Bsdf>
+  V8 lit_by(const LightSample8& light, std::uint32_t object, const LitVertex8& vertex, const Bsdf& bsdf, const V8& wo,
+            M8 lanes, RenderCounters& counters) const;
+  V8 arriving(M8 lanes, const V8& origin, const V8& way, const Media8& media, std::uint32_t object,
+              RenderCounters& counters) const;
+
+  const CompiledScene* scene_;
+  bool flat_;
+  V8 ambient_;  ///< the environment's mean radiance
+};
+
+}  // namespace lightmill

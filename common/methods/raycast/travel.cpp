@@ -1,0 +1,53 @@
+#include "common/methods/raycast/travel.h"
+
+namespace lightmill {
+namespace {
+
+constexpr int kMaxPassed = 1000;  ///< surfaces in a row that do not stop a ray: more are copies without end
+
+}  // namespace
+
+Arrival8 travel(const CompiledScene& scene, M8 lanes, const Ray8& rays, const Media8& media, std::uint32_t through,
+                RenderCounters& counters) {
+  const bool has_media = scene.features().media;
+  const MediumTable& table = scene.media();
+  Arrival8 out{{}, rays, media, {}, broadcast(Vec3(1))};
+  F8 skipped(0.0f);  // of the way, by moving off the surface before
+  M8 active = lanes;
+  for (int passed = 0; active.any(); ++passed) {
+    const Hit8 hits = scene.accel().intersect(active, out.rays, false);
+    counters.closest_hit_rays += static_cast<std::uint64_t>(active.count());
+    if (has_media) {
+      const F8 length = select(hits.hit, hits.distance, out.rays.max_distance) + skipped;
+      const V8 left = table.transmittance(table.current(out.media), length);
+      out.transmittance = select(active, out.transmittance * left, out.transmittance);
+    }
+    active = active & hits.hit;
+    out.hits = select(active, hits, out.hits);
+    if ((!has_media && through == kNoGeometry) || active.none()) {
+      break;
+    }
+    const Surface8 surface = scene.surface(out.rays, hits);
+    M8 open = active & (hits.geometry == U8(through));
+    if (has_media) {
+      const U8 medium = table.of_material(surface.material, active);
+      const Crossing8 here = table.cross(out.media, medium, surface.front);
+      const M8 boundary = and_not(active, medium == U8(0u));
+      out.crossing = {select(boundary, here.eta, out.crossing.eta), select(boundary, here.beyond, out.crossing.beyond),
+                      M8()};
+      open = open | and_not(boundary, here.real);
+      out.media = select(open & boundary, here.beyond, out.media);
+    }
+    active = passed < kMaxPassed ? open : M8();
+    const V8 onward = select(surface.front, -surface.geometric_normal, surface.geometric_normal) * surface.offset;
+    const V8 origin = surface.point + onward;
+    const F8 rest = out.rays.max_distance - dot(origin - out.rays.origin, rays.direction);
+    out.rays.origin = select(active, origin, out.rays.origin);
+    out.rays.max_distance = select(active, rest, out.rays.max_distance);
+    out.hits.hit = and_not(out.hits.hit, active);
+    skipped = select(active, dot(onward, rays.direction), skipped);
+  }
+  return out;
+}
+
+}  // namespace lightmill
