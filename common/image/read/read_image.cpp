@@ -60,7 +60,11 @@ Status fill_floats(OIIO::ImageInput& input, int channels, const std::string& nam
 
 Result<Texels> read_image(ByteView bytes, const std::string& name) {
   OIIO::Filesystem::IOMemReader reader(const_cast<std::byte*>(bytes.data()), bytes.size());
-  const std::unique_ptr<OIIO::ImageInput> input = OIIO::ImageInput::open(name, nullptr, &reader);
+  OIIO::ImageSpec config;
+  config.attribute("oiio:UnassociatedAlpha", 1);  // else colours come multiplied by alpha
+  OIIO::Filesystem::IOProxy* proxy = &reader;
+  config.attribute("oiio:ioproxy", OIIO::TypeDesc::PTR, &proxy);  // a format with a configuration takes it from there
+  const std::unique_ptr<OIIO::ImageInput> input = OIIO::ImageInput::open(name, &config, proxy);
   if (input == nullptr) {
     return invalid_argument("{}: not a readable image: {}", name, OIIO::geterror());
   }

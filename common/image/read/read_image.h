@@ -13,9 +13,10 @@ namespace lightmill {
 inline constexpr std::int64_t kMaxTexturePixels = std::int64_t{1} << 28;
 
 /// Decodes the bytes of an image file; `name` is the file's name, whose ending tells the format. Files of 8 bits a
-/// channel give bytes, others floats; 8- and 16-bit integers are taken as encoded, floats as linear. Of several images
-/// or mip levels the first counts. Fails for what is no image, for more than kMaxTexturePixels and for values that are
-/// not finite, with a message that begins with the name.
+/// channel give bytes, others floats; 8- and 16-bit integers are taken as encoded, floats as linear. Colours are those
+/// of the file: they are not multiplied by alpha. Of several images or mip levels the first counts. Fails for what is
+/// no image, for more than kMaxTexturePixels and for values that are not finite, with a message that begins with the
+/// name.
 Result<Texels> read_image(ByteView bytes, const std::string& name);
 
 }  // namespace lightmill

@@ -29,6 +29,34 @@ TEST(ReadImage, PngGivesBytesThatAreEncoded) {
   EXPECT_EQ(texels->bytes, (std::vector<std::uint32_t>{0xff0000ff, 0xff00ff00, 0xffff0000, 0xffbcbcbc}));
 }
 
+/// One pixel with alpha: at 8 bits (200, 200, 200, 64), at 16 bits 257 times (200, 0, 255, 64).
+std::string png_with_alpha(int bits) {
+  const std::string header("\x89PNG\r\n\x1a\n\0\0\0\rIHDR\0\0\0\1\0\0\0\1", 24);
+  const std::string end("\0\0\0\0IEND\xae\x42\x60\x82", 12);
+  const std::string byte_pixel(
+      "\x08\x06\x00\x00\x00\x1f\x15\xc4\x89\x00\x00\x00\x0d\x49\x44\x41\x54\x78\x9c\x63\x38\x71\xe2\x84\x03\x00\x07\x4d"
+      "\x02\x99\xfb\x57\x3a\xf6",
+      34);
+  const std::string word_pixel(
+      "\x10\x06\x00\x00\x00\x4f\x85\x18\xca\x00\x00\x00\x11\x49\x44\x41\x54\x78\x9c\x63\x38\x71\x82\x81\xe1\xff\x7f\x07"
+      "\x07\x00\x13\x7a\x04\x0f\xab\x71\xbe\xc9",
+      38);
+  return header + (bits == 8 ? byte_pixel : word_pixel) + end;
+}
+
+TEST(ReadImage, ColoursAreNotMultipliedByAlpha) {
+  const std::string bytes = png_with_alpha(8), words = png_with_alpha(16);
+  const auto small = read_image(as_byte_view(bytes), "leaf.png");
+  ASSERT_TRUE(small.ok()) << message_of(small.status());
+  EXPECT_EQ(small->bytes, std::vector<std::uint32_t>{0x40c8c8c8});
+  const auto deep = read_image(as_byte_view(words), "leaf.png");
+  ASSERT_TRUE(deep.ok()) << message_of(deep.status());
+  const std::array<float, 4> expected{200 / 255.0f, 0, 1, 64 / 255.0f};
+  for (std::size_t i = 0; i < 4; ++i) {
+    EXPECT_NEAR(deep->floats[i], expected[i], 1e-6f) << i;
+  }
+}
+
 TEST(ReadImage, WhatIsNoImageIsAnErrorThatNamesTheFile) {
   const std::string garbage = "this is no image";
   for (const std::string name : {"a.png", "b.exr", "c.hdr", "d.jpg", "e.tif", "noending"}) {
@@ -74,6 +102,15 @@ TEST(TextureScene, ReflectanceIsTheTexelTimesItsFactor) {
   expect_pixel(image, 1, 6, {0, 0, 0.25});
   const double gray = std::pow((188 / 255.0 + 0.055) / 1.055, 2.4);
   expect_pixel(image, 6, 6, {0.5 * gray, gray, 0.25 * gray});
+}
+
+TEST(TextureScene, TransparentTexelsKeepTheirColour) {
+  const std::string text = document(kNearest, R"({"name": "picture", "diffuse": {"reflectance": {"texture": "t"}}})");
+  const HalfImages image =
+      TestScene::from_text(text, {{"square.obj", kSquare}, {"small.png", png_with_alpha(8)}}, read_image)
+          .render({"preview", 1, 0}, 1);
+  const double grey = std::pow((200 / 255.0 + 0.055) / 1.055, 2.4);
+  expect_pixel(image, 4, 4, {grey, grey, grey});
 }
 
 TEST(TextureScene, DataAreNotDecoded) {
