@@ -106,7 +106,7 @@ void add_render_options(CLI::App& command, RenderOptions& options) {
       ->type_name("A,B,...");
   command
       .add_option("--max-bounces", options.max_bounces,
-                  "path: longest light path (default 1000; chance ends nearly all of them long before)")
+                  "path, whitted: longest light path (default 1000 and 128; nearly all end long before)")
       ->type_name("N")
       ->check(whole_number(1, 1'000'000));
   command.add_option("--seed", options.seed, "the same seed gives the same picture, bit for bit")

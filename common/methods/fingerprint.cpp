@@ -164,7 +164,7 @@ std::string fingerprint_class() {
     };
     auto compiled = CompiledScene::compile(test.scene, asset, test_image);
     LM_CHECK(compiled.ok(), "the built-in test scene does not compile: {}", message_of(compiled.status()));
-    for (const std::string_view name : {"path", "preview", "ao:distance=1", "raycast"}) {
+    for (const std::string_view name : {"path", "preview", "ao:distance=1", "raycast", "whitted"}) {
       const std::vector<std::string> layers =
           name == "path" ? std::vector<std::string>{"direct", "indirect", "albedo", "normal", "depth", "id"}
                          : std::vector<std::string>{"albedo", "normal", "depth", "id"};

@@ -6,6 +6,7 @@
 #include "common/methods/preview/preview_method.h"
 #include "common/methods/raycast/raycast_method.h"
 #include "common/methods/spec/method_spec.h"
+#include "common/methods/whitted/whitted_method.h"
 
 namespace lightmill {
 
@@ -24,6 +25,9 @@ Result<std::unique_ptr<Method>> make_method(std::shared_ptr<const CompiledScene>
   }
   if (spec.name == "raycast") {
     return make_raycast_method(std::move(scene), settings, spec);
+  }
+  if (spec.name == "whitted") {
+    return make_whitted_method(std::move(scene), settings, spec);
   }
   LM_CHECK(false, "a method that is listed can be made: {}", spec.name);
 }

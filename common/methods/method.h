@@ -18,12 +18,12 @@ namespace lightmill {
 struct MethodSettings {
   std::string name = "path";  ///< and its parameters: see spec/method_spec.h
   std::uint64_t seed = 0;
-  std::uint32_t max_bounces = 0;               ///< `path`: scatterings at most; 0: kMaxBounces
+  std::uint32_t max_bounces = 0;               ///< `path`, `whitted`: scatterings at most; 0: their own limits
   std::vector<LayerSpec> layers{LayerSpec{}};  ///< of the film, as film_layers gives them
 };
 
-/// Where no limit is asked for, a path still ends after so many scatterings (a closed room of albedo 1 has no other
-/// end).
+/// Where no limit is asked for, a path of `path` still ends after so many scatterings (a closed room of albedo 1 has no
+/// other end).
 inline constexpr std::uint32_t kMaxBounces = 1000;
 
 /// What rendering cost, for those who want to know; adds up over calls.

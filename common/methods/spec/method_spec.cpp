@@ -16,6 +16,7 @@ constexpr std::array kMethods{
     Entry{"preview", "brute-force", "flat colours"},
     Entry{"ao", "distance=D, brute-force", "how open the surroundings are"},
     Entry{"raycast", "flat, brute-force", "what is seen first, lit with hard shadows"},
+    Entry{"whitted", "glass=R, flat, brute-force", "the same through mirrors and glass"},
 };
 
 Result<double> parse_number(std::string_view key, std::string_view text, double low, double high) {
@@ -52,6 +53,10 @@ Status set_parameter(const Entry& entry, std::string_view text, MethodSpec& spec
                                             : invalid_argument("{} is a word of its own, got '{}'", key, text);
   }
   const std::string_view value = equals == std::string_view::npos ? "" : text.substr(equals + 1);
+  if (key == "glass") {
+    LM_ASSIGN_OR_RETURN(spec.glass, parse_number(key, value, 0, 1));
+    return ok_status();
+  }
   LM_ASSIGN_OR_RETURN(spec.distance, parse_number(key, value, 0, 1e12));
   return ok_status();
 }

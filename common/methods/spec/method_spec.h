@@ -1,6 +1,7 @@
-// What a method is called and what it is told, as jobs write it: "path:brute-force", "raycast:flat".
+// What a method is called and what it is told, as jobs write it: "path:brute-force", "whitted:flat,glass=0.1".
 #pragma once
 
+#include <optional>
 #include <string>
 #include <string_view>
 
@@ -16,6 +17,8 @@ struct MethodSpec {
   double distance = 0;
   /// `flat`: surfaces are shaded with their geometric normals.
   bool flat = false;
+  /// `glass=R`: what smooth glass reflects, instead of what Fresnel's equations say.
+  std::optional<double> glass;
 };
 
 /// The methods that there are.

@@ -95,6 +95,7 @@ INSTANTIATE_TEST_SUITE_P(
     All, Methods,
     ::testing::Values(MethodCase{"path", {}}, MethodCase{"preview", {}},
                       MethodCase{"ao:distance=100", {"albedo", "depth"}}, MethodCase{"raycast", {}},
+                      MethodCase{"whitted", {}}, MethodCase{"whitted:glass=0.3", {"albedo", "normal", "depth", "id"}},
                       MethodCase{"raycast:flat", {"albedo", "normal", "depth", "id"}},
                       MethodCase{"path", {"direct", "indirect", "albedo", "normal", "depth", "id"}},
                       MethodCase{"preview", {"albedo", "normal", "depth", "id"}}),
@@ -108,7 +109,7 @@ TEST(Method, AnUnknownNameIsRefusedWithTheKnownOnes) {
   auto compiled = CompiledScene::compile(scene.scene(), scene.assets());
   ASSERT_TRUE(compiled.ok());
   const auto method = make_method(*compiled, {"pathh", 0, 0});
-  EXPECT_EQ(message_of(method.status()), "unknown method 'pathh'; the methods are path, preview, ao, raycast");
+  EXPECT_EQ(message_of(method.status()), "unknown method 'pathh'; the methods are path, preview, ao, raycast, whitted");
 }
 
 TEST(Method, ParametersAreCheckedByName) {
@@ -124,6 +125,9 @@ TEST(Method, ParametersAreCheckedByName) {
   EXPECT_TRUE(parse_method("raycast:flat")->flat);
   EXPECT_EQ(message_of(parse_method("raycast:flat=1").status()), "flat is a word of its own, got 'flat=1'");
   EXPECT_EQ(message_of(parse_method("raycast:smooth").status()), "raycast takes flat, brute-force; got 'smooth'");
+  EXPECT_EQ(parse_method("whitted:flat,glass=0.1")->glass, 0.1);
+  EXPECT_EQ(parse_method("whitted")->glass, std::nullopt);
+  EXPECT_EQ(message_of(parse_method("whitted:glass=10").status()), "glass: a number from 0 to 1 is expected, got '10'");
   EXPECT_EQ(message_of(parse_method("path:distance=1").status()), "path takes brute-force; got 'distance=1'");
 }
 

@@ -1,0 +1,147 @@
+#include "common/methods/whitted/whitted_method.h"
+
+#include "common/materials/dielectric.h"
+#include "common/methods/camera_method.h"
+#include "common/methods/raycast/local_shading.h"
+
+namespace lightmill {
+namespace {
+
+constexpr std::uint32_t kMaxScatterings = 128;
+constexpr float kLeastWeight = 1e-5f;
+constexpr std::uint32_t kMaxBranches = 4096;  ///< of one camera ray: what mirrors around glass would make has no end
+
+/// Eight rays that wait to be traced. They stay in the lane of their camera ray, where their light is added.
+struct Branch8 {
+  M8 lanes;
+  Ray8 rays;
+  V8 weight;                  ///< of their radiance in that of the camera ray
+  Media8 media;               ///< that they are in, where the scene has such
+  std::uint32_t scatterings;  ///< before
+};
+
+class WhittedShader {
+ public:
+  WhittedShader(const CompiledScene& scene, const MethodSpec& spec, std::uint32_t max_bounces)
+      : scene_(&scene),
+        shading_(scene, spec.flat),
+        fixed_reflectance_(spec.glass),
+        max_scatterings_(max_bounces == 0 ? kMaxScatterings : std::min(max_bounces, kMaxScatterings)) {
+    for (const MaterialKind kind : scene.materials().kinds()) {
+      has_specular_ |=
+          kind == MaterialKind::mirror || kind == MaterialKind::conductor || kind == MaterialKind::dielectric;
+    }
+  }
+
+  V8 shade(const CameraHit8& at, RenderCounters& counters) const {
+    Walk walk{{}, {}, {}, counters};
+    const Branch8 start{at.lanes, at.rays, broadcast(Vec3(1)), scene_->eye_media(), 0};
+    if (scene_->features().media) {
+      walk.waiting.push_back(start);
+    } else {
+      arrive(start, {at.hits, at.rays, {}, {}, broadcast(Vec3(1))}, at.surface, walk);
+    }
+    // Depth first: for each lane the order of addition is that of its own branches.
+    while (!walk.waiting.empty()) {
+      const Branch8 branch = walk.waiting.back();
+      walk.waiting.pop_back();
+      const Arrival8 arrival = travel(*scene_, branch.lanes, branch.rays, branch.media, kNoGeometry, counters);
+      arrive(branch, arrival, scene_->surface(arrival.rays, arrival.hits), walk);
+    }
+    return walk.sum;
+  }
+
+ private:
+  struct Walk {
+    V8 sum;  ///< of what the camera rays see
+    std::vector<Branch8> waiting;
+    U8 branches;  ///< that have been waiting
+    RenderCounters& counters;
+  };
+
+  void arrive(const Branch8& branch, const Arrival8& arrival, const Surface8& surface, Walk& walk) const {
+    const M8 hit = arrival.hits.hit;
+    const V8 weight = branch.weight * arrival.transmittance;
+    V8 light = shading_.background(arrival.rays.direction, and_not(branch.lanes, hit));
+    if (hit.any()) {
+      const LitVertex8 vertex = shading_.vertex(arrival, surface);
+      light = light + shading_.emission(vertex, hit);
+      if (branch.scatterings < max_scatterings_) {
+        light = light + shading_.scattered(vertex, hit, walk.counters);
+        if (has_specular_) {
+          follow(vertex, hit, weight, branch.scatterings + 1, walk);
+        }
+      }
+    }
+    walk.sum = walk.sum + masked(branch.lanes, light * weight);
+    // Only degenerate geometry leads arithmetic out of all numbers: such a sample is not finite, and counted.
+    if (const M8 lost = and_not(branch.lanes, Accel::traceable(branch.rays)); lost.any()) [[unlikely]] {
+      walk.sum = select(lost, broadcast(Vec3(std::numeric_limits<float>::quiet_NaN())), walk.sum);
+    }
+  }
+
+  /// Light that mirrors and glass send on.
+  void follow(const LitVertex8& vertex, M8 lanes, const V8& weight, std::uint32_t scatterings, Walk& walk) const {
+    const MaterialTable& materials = scene_->materials();
+    const auto of_kind = [&](MaterialKind kind) { return materials.is_kind(vertex.surface.material, kind, lanes); };
+    const V8 wo = vertex.frame.to_local(-vertex.direction);
+    V8 reflectance;
+    if (const M8 mirrors = of_kind(MaterialKind::mirror); mirrors.any()) {
+      reflectance = materials.reflectance(vertex.surface, mirrors);
+    }
+    if (const M8 metals = of_kind(MaterialKind::conductor); metals.any()) {
+      const BsdfSample8 sample = materials.conductor(vertex.surface, metals).sample(wo, {}, F8(0.0f));
+      reflectance = select(metals, sample.weight, reflectance);
+    }
+    if (const M8 glass = of_kind(MaterialKind::dielectric); glass.any()) {
+      const F8 eta = shading_.relative_index(vertex, glass);
+      const dielectric::Fresnel8 fresnel = dielectric::fresnel(wo.z, eta);
+      F8 reflected = fresnel.reflectance;
+      if (fixed_reflectance_) {
+        const M8 total = fresnel.cos_refracted <= F8(0.0f);
+        reflected = select(total, F8(1.0f), F8(static_cast<float>(*fixed_reflectance_)));
+      }
+      reflectance = select(glass, V8{reflected, reflected, reflected}, reflectance);
+      // Radiance is compressed in denser media.
+      const F8 inverse_eta = F8(1.0f) / eta;
+      const V8 through{-(wo.x * inverse_eta), -(wo.y * inverse_eta), -fresnel.cos_refracted};
+      const F8 transmittance = (F8(1.0f) - reflected) * (inverse_eta * inverse_eta);
+      push<true>(vertex, glass, through, weight * transmittance, scatterings, walk);
+    }
+    push<false>(vertex, lanes, {-wo.x, -wo.y, wo.z}, weight * reflectance, scatterings, walk);
+  }
+
+  template <bool kTransmitted>
+  void push(const LitVertex8& vertex, M8 lanes, const V8& wi, const V8& weight, std::uint32_t scatterings,
+            Walk& walk) const {
+    const V8 direction = vertex.frame.to_world(wi);
+    // Branches on whose side of the surface the two normals disagree end.
+    const F8 side = dot(direction, vertex.facing);
+    const M8 wrong = kTransmitted ? side > F8(0.0f) : side < F8(0.0f);
+    lanes = and_not(lanes, wrong | (max_component(weight) < F8(kLeastWeight)));
+    lanes = lanes & signed_less(walk.branches, U8(kMaxBranches));
+    if (lanes.any()) {
+      walk.branches = walk.branches + select(lanes, U8(1u), U8(0u));
+      const F8 offset = kTransmitted ? -vertex.surface.offset : vertex.surface.offset;
+      const Ray8 rays{vertex.surface.point + vertex.facing * offset, direction,
+                      F8(std::numeric_limits<float>::infinity())};
+      walk.waiting.push_back({lanes, rays, weight, kTransmitted ? vertex.crossing.beyond : vertex.media, scatterings});
+    }
+  }
+
+  const CompiledScene* scene_;
+  LocalShading shading_;
+  std::optional<double> fixed_reflectance_;
+  std::uint32_t max_scatterings_;
+  bool has_specular_ = false;
+};
+
+}  // namespace
+
+std::unique_ptr<Method> make_whitted_method(std::shared_ptr<const CompiledScene> scene, const MethodSettings& settings,
+                                            const MethodSpec& spec) {
+  WhittedShader shader(*scene, spec, settings.max_bounces);
+  return make_camera_method(std::move(scene), settings, std::move(shader));
+}
+
+}  // namespace lightmill

@@ -1,0 +1,175 @@
+// `whitted` by the closed forms of slabs, mirrors and light pipes, through public scene documents.
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "tests/analytic/scene_text.h"
+
+namespace lightmill::test {
+namespace {
+
+using Files = std::map<std::string, std::string>;
+
+std::string also(const std::string& entry) {
+  return fmt::format(", {}", entry);
+}
+
+/// What a camera with a tiny field of view sees: red.
+double seen(const std::string& view, const std::string& materials, const std::string& objects, const Files& files = {},
+            const std::string& method = "whitted", const std::string& lights = "", std::uint32_t max_bounces = 0) {
+  const auto scene = TestScene::from_text(document(view, 0.001, 8, materials, objects, lights), files);
+  const Estimate value = mean_of(scene.render({method, 1, max_bounces}, 1), 0);
+  EXPECT_LE(value.standard_error, 1e-4 * value.value) << "not one value";
+  return value.value;
+}
+
+/// A closed box as an OBJ file.
+std::string box(double x0, double x1, double y0, double y1, double z0, double z1) {
+  std::string text;
+  for (int i = 0; i < 8; ++i) {
+    text += fmt::format("v {} {} {}\n", i & 1 ? x1 : x0, i & 2 ? y1 : y0, i & 4 ? z1 : z0);
+  }
+  return text + "f 1 3 4 2\nf 5 6 8 7\nf 1 2 6 5\nf 3 7 8 4\nf 1 5 7 3\nf 2 4 8 6\n";
+}
+
+std::string plane_shape(const std::string& material, const std::string& point, const std::string& normal) {
+  return fmt::format(R"({{"material": "{}", "plane": {{"point": {}, "normal": {}}}}})", material, point, normal);
+}
+
+/// What is seen of a wall of radiance 1 by light that crosses a slab of index 1.5 and thickness 1 at this angle; or,
+/// where the wall is on the camera's side, of its image in the slab.
+double through_slab(double degrees, const std::string& method, const std::string& interior = "", bool behind = true) {
+  const double theta = degrees * M_PI / 180;
+  const std::string view = fmt::format(R"("eye": [{}, {}, 0], "look_at": [0.03, 0, 0.02], "up": [0, 0, 1])",
+                                       3 * std::sin(theta) + 0.03, 3 * std::cos(theta));
+  const std::string glass = fmt::format(R"({{"name": "glass", "dielectric": {{"ior": 1.5}}{}}})", interior);
+  const std::string wall =
+      behind ? plane_shape("lamp", "[0, -5, 0]", "[0, 1, 0]") : plane_shape("lamp", "[0, 5, 0]", "[0, -1, 0]");
+  return seen(view, glass + also(diffuse("lamp", 0, 1)), mesh("glass", "slab.obj") + also(wall),
+              {{"slab.obj", box(-60, 47, -1, 0, -51, 56)}}, method);
+}
+
+TEST(Whitted, AClearSlabTransmitsTheWholeSeriesOfReflections) {
+  // (1 − R)/(1 + R); what is cut off carries less than 1e-5 of the light.
+  EXPECT_NEAR(through_slab(0, "whitted"), 0.9230769, 1e-5);
+  EXPECT_NEAR(through_slab(60, "whitted"), 0.8362325, 2e-5);
+  // And reflects 2R/(1 + R).
+  EXPECT_NEAR(through_slab(0, "whitted", "", false), 0.0769231, 1e-5);
+  EXPECT_NEAR(through_slab(60, "whitted", "", false), 1 - 0.8362325, 2e-5);
+}
+
+TEST(Whitted, AnAbsorbingSlabFollowsBouguer) {
+  for (const auto& [sigma, transmitted] : {std::pair{0.1, 0.8349920}, {1.0, 0.3391111}, {3.0, 0.0458839}}) {
+    const std::string interior = fmt::format(R"(, "interior": {{"absorption": {}}})", gray(sigma));
+    EXPECT_NEAR(through_slab(0, "whitted", interior), transmitted, 1e-5);
+  }
+}
+
+TEST(Whitted, AFixedReflectanceStandsForFresnels) {
+  // 0.9² (1 + 0.1² + 0.1⁴ + …) whatever the angle.
+  EXPECT_NEAR(through_slab(0, "whitted:glass=0.1"), 0.81 / 0.99, 1e-5);
+  EXPECT_NEAR(through_slab(60, "whitted:glass=0.1"), 0.81 / 0.99, 1e-5);
+  EXPECT_NEAR(through_slab(30, "whitted:glass=0"), 1, 1e-5);
+  EXPECT_NEAR(through_slab(0, "whitted:glass=1"), 0, 0);
+  EXPECT_NEAR(through_slab(0, "whitted:glass=1", "", false), 1, 1e-5);
+  // σ = 1: 0.9² e⁻¹ (1 + 0.1² e⁻² + …).
+  EXPECT_NEAR(through_slab(0, "whitted:glass=0.1", R"(, "interior": {"absorption": {"rgb": [1, 1, 1]}})"),
+              0.81 * std::exp(-1) / (1 - 0.01 * std::exp(-2)), 1e-5);
+}
+
+TEST(Whitted, GlassAndMirrorsShowAnEvenSkyAsItIs) {
+  const std::string sky = R"({"environment": {"radiance": {"rgb": [0.5, 0.5, 0.5]}}})";
+  for (const std::string& material : {std::string(R"({"name": "ball", "dielectric": {"ior": 1.5}})"),
+                                      std::string(R"({"name": "ball", "mirror": {}})")}) {
+    for (const char* const method : {"whitted", "whitted:flat", "whitted:glass=0.4"}) {
+      const auto scene = TestScene::from_text(
+          document(R"("eye": [0, 0, 3], "look_at": [0, 0, 0])", 60, 32, material, sphere("ball", "[0, 0, 0]", 1), sky));
+      for (const double value : scene.render({method, 1, 0}, 1).a) {
+        ASSERT_NEAR(value, 0.5, 2e-4) << method;  // branches end where they carry less than 1e-5: some
+      }
+    }
+  }
+}
+
+TEST(Whitted, MirrorsMultiply) {
+  // Between two mirrors of reflectance 0.5 at 45°: five reflections on the way to the lamp.
+  const std::string mirror = fmt::format(R"({{"name": "mirror", "mirror": {{"reflectance": {}}}}})", gray(0.5));
+  const std::string corridor = plane_shape("mirror", "[0, 0, 0]", "[0, 1, 0]") +
+                               also(plane_shape("mirror", "[0, 1, 0]", "[0, -1, 0]")) +
+                               also(plane_shape("lamp", "[5, 0, 0]", "[-1, 0, 0]"));
+  const char* const view = R"("eye": [0, 0.5, 0], "look_at": [1, 1.5, 0], "up": [0, 0, 1])";
+  const auto after = [&](std::uint32_t max_bounces) {
+    return seen(view, mirror + also(diffuse("lamp", 0, 64)), corridor, {}, "whitted", "", max_bounces);
+  };
+  EXPECT_NEAR(after(0), 2, 1e-5);
+  EXPECT_NEAR(after(5), 2, 1e-5);
+  EXPECT_EQ(after(4), 0);
+}
+
+TEST(Whitted, GlassAmongMirrorsComesToAnEnd) {
+  // In a closed room of perfect mirrors with a pane of glass that halves whatever meets it, branches double without end
+  // and without loss. Weights add up to at most 1, and so does what is seen of the lamp.
+  const auto scene = TestScene::from_text(
+      document(R"("eye": [0.3, 0.2, 0.9], "look_at": [-0.4, 0.1, -1])", 60, 16,
+               R"({"name": "mirror", "mirror": {}}, {"name": "glass", "dielectric": {"ior": 1.5}})" +
+                   also(diffuse("lamp", 0, 1)),
+               mesh("mirror", "room.obj") + also(mesh("glass", "pane.obj")) +
+                   also(sphere("lamp", "[-0.8, -0.8, -0.8]", 0.15))),
+      {{"room.obj", box(-1, 1, -1, 1, -1, 1)}, {"pane.obj", box(-0.9, 0.8, -0.7, 0.9, -0.1, 0.1)}});
+  const HalfImages image = scene.render({"whitted:glass=0.5", 1, 0}, 1);
+  for (const double value : image.a) {
+    ASSERT_GE(value, 0);
+    ASSERT_LE(value, 1 + 1e-5);
+  }
+  EXPECT_GT(mean_of(image, 0).value, 0.005) << "no image of the lamp is found";
+}
+
+TEST(Whitted, ALightPipeReflectsWithoutLoss) {
+  // 45° into the end of a bar 1 high and 150 long: 80 total reflections, and Fresnel's loss at both ends. Reflectance
+  // at 45° is 0.0502399; what is reflected at the far end is lost on its way back and forth.
+  const double slope = std::sqrt(0.5) / std::sqrt(1.5 * 1.5 - 0.5);
+  ASSERT_EQ(std::floor(150 * slope + 0.4), 80);
+  const std::string glass = R"({"name": "glass", "dielectric": {"ior": 1.5}})";
+  const double value =
+      seen(R"("eye": [-1, -0.6, 0.03], "look_at": [0, 0.4, 0.03])", glass + also(diffuse("lamp", 0, 1)),
+           mesh("glass", "bar.obj") + also(plane_shape("lamp", "[151, 0, 0]", "[-1, 0, 0]")),
+           {{"bar.obj", box(0, 150, 0, 1, -0.5, 0.5)}});
+  EXPECT_NEAR(value, (1 - 0.0502399) * (1 - 0.0502399), 1e-4);
+}
+
+TEST(Whitted, MirrorsReflectAboutSmoothOrFlatNormals) {
+  // A corner of a cube, smooth as a sphere: the normal at p is p/|p|, so that who looks at the middle sees what is
+  // behind him; flat, the reflection goes elsewhere.
+  const std::string corner = "v 1 0 0\nv 0 1 0\nv 0 0 1\nvn 1 0 0\nvn 0 1 0\nvn 0 0 1\nf 1//1 2//2 3//3\n";
+  const auto reflected = [&](const std::string& method) {
+    return seen(R"("eye": [1.2, 0.6, 0.2], "look_at": [0.6, 0.3, 0.1])",
+                R"({"name": "mirror", "mirror": {}})" + also(diffuse("lamp", 0, 3)),
+                mesh("mirror", "corner.obj") + also(sphere("lamp", "[6, 3, 1]", 0.5)), {{"corner.obj", corner}},
+                method);
+  };
+  EXPECT_NEAR(reflected("whitted"), 3, 1e-5);
+  EXPECT_EQ(reflected("whitted:flat"), 0);
+}
+
+// With one point light and light paths of two scatterings, nothing is random in `path` either.
+TEST(Whitted, MirrorsAndMetalShowWhatThePathTracerSees) {
+  for (const char* const kind :
+       {R"("mirror": {"reflectance": {"rgb": [0.9, 0.5, 0.2]}})", R"("conductor": {"metal": "gold"})"}) {
+    const auto scene = TestScene::from_text(
+        document(R"("eye": [0, 2, 6], "look_at": [0, 1, 0])", 40, 48,
+                 diffuse("floor", 0.7) + fmt::format(R"(, {{"name": "shiny", {}}})", kind),
+                 plane_shape("floor", "[0, 0, 0]", "[0, 1, 0]") + also(sphere("shiny", "[0, 1, 0]", 1)),
+                 R"({"point": {"position": [3, 4, 2], "intensity": {"rgb": [30, 20, 10]}}})"));
+    const HalfImages whitted = scene.render({"whitted", 1, 2}, 3), path = scene.render({"path", 1, 2}, 3);
+    double sum = 0;
+    for (std::size_t i = 0; i < path.a.size(); ++i) {
+      ASSERT_NEAR(whitted.a[i], path.a[i], 1e-5) << i;
+      ASSERT_NEAR(whitted.b[i], path.b[i], 1e-5) << i;
+      sum += path.a[i];
+    }
+    EXPECT_GT(sum, 0.05 * static_cast<double>(path.a.size()));
+  }
+}
+
+}  // namespace
+}  // namespace lightmill::test
