@@ -128,6 +128,10 @@ Result<PreparedJob> make_job(const RenderOptions& options, Signals& signals) {
   LM_ASSIGN_OR_RETURN(job.spec.goal, make_goal(options));
   LM_ASSIGN_OR_RETURN(job.spec.settings.layers, make_layers(options));
   LM_ASSIGN_OR_RETURN(job.scene, load_scene(options.scene, signals));
+  if (const Status status = check_light_groups(job.spec.settings.layers, light_groups_of(job.scene.scene));
+      !status.ok()) {
+    return with_context(status, "--layers");
+  }
   FilmSettings& film = job.scene.scene.film;
   if (!options.size.empty()) {
     LM_ASSIGN_OR_RETURN(std::tie(film.width, film.height), parse_size(options.size));

@@ -95,9 +95,21 @@ Status check_method_layers(std::string_view method, const std::vector<LayerSpec>
   const std::span<const std::string_view> known = method == "path" ? std::span<const std::string_view>(kPathLayers)
                                                                    : std::span<const std::string_view>(kSurfaceLayers);
   for (const LayerSpec& layer : layers) {
-    if (layer.name != "beauty" && std::ranges::find(known, layer.name) == known.end()) {
+    const bool light = method == "path" && !light_group_of(layer.name).empty();
+    if (layer.name != "beauty" && !light && std::ranges::find(known, layer.name) == known.end()) {
       return invalid_argument("method {} has no layer \"{}\"; it has {}", printable(method), layer.name,
                               fmt::join(known, ", "));
+    }
+  }
+  return ok_status();
+}
+
+Status check_light_groups(const std::vector<LayerSpec>& layers, std::span<const std::string> groups) {
+  for (const LayerSpec& layer : layers) {
+    const std::string_view group = light_group_of(layer.name);
+    if (!group.empty() && layer.name != kRestLayer && std::ranges::find(groups, group) == groups.end()) {
+      return invalid_argument("the scene has no light group \"{}\"; it has {}", group,
+                              groups.empty() ? "none" : fmt::format("{}", fmt::join(groups, ", ")));
     }
   }
   return ok_status();

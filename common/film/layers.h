@@ -18,9 +18,10 @@
 
 namespace lightmill {
 
-inline constexpr int kBeautyChannels = 3;              ///< R, G, B.
-inline constexpr std::uint32_t kFirstSamples = 16;     ///< what layers that are not summed are made of
-inline constexpr std::size_t kMaxLightGroups = 8;      ///< light groups of one film, those not asked for apart
+inline constexpr int kBeautyChannels = 3;           ///< R, G, B.
+inline constexpr std::uint32_t kFirstSamples = 16;  ///< what layers that are not summed are made of
+inline constexpr std::size_t kMaxLightGroups = 8;   ///< light groups of one film, those not asked for apart
+inline constexpr std::size_t kMaxSceneLightGroups = 1000;
 inline constexpr std::size_t kMaxLightGroupName = 64;  ///< bytes
 
 enum class LayerKind {
@@ -59,6 +60,9 @@ Status check_layers(const std::vector<LayerSpec>& layers);
 /// INVALID_ARGUMENT if there is a layer that this method does not fill: `path` fills all, the others those that
 /// show surfaces.
 Status check_method_layers(std::string_view method, const std::vector<LayerSpec>& layers);
+
+/// INVALID_ARGUMENT if a light group's layer names none of `groups`.
+Status check_light_groups(const std::vector<LayerSpec>& layers, std::span<const std::string> groups);
 
 /// Whether this method reads the scene's virtual meters; the films of others have no tiles for them.
 bool method_reads_meters(std::string_view method);

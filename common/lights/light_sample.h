@@ -16,12 +16,17 @@ struct LightSample8 {
   V8 weight;           ///< radiance over pdf_solid_angle; for delta lights the irradiance on a surface that faces them
   F8 pdf_solid_angle;  ///< 0 for delta lights: no other ray can find them
   M8 valid;            ///< there is light from there
+  U8 light = U8(0u);   ///< its number; of what the whole table gives
 };
 
 /// `lanes` of a, else b.
 inline LightSample8 merge(M8 lanes, const LightSample8& a, const LightSample8& b) {
-  return {select(lanes, a.point, b.point), select(lanes, a.wi, b.wi), select(lanes, a.weight, b.weight),
-          select(lanes, a.pdf_solid_angle, b.pdf_solid_angle), (a.valid & lanes) | and_not(b.valid, lanes)};
+  return {select(lanes, a.point, b.point),
+          select(lanes, a.wi, b.wi),
+          select(lanes, a.weight, b.weight),
+          select(lanes, a.pdf_solid_angle, b.pdf_solid_angle),
+          (a.valid & lanes) | and_not(b.valid, lanes),
+          U8(0u)};
 }
 
 /// Where shadow rays to infinitely distant lights end: beyond any scene (its bounded shapes lie within 2^21), and small

@@ -85,6 +85,7 @@ LightSample8 LightTable::sample(const V8& p, Pair8 choice, Pair8 u) const {
     result.pdf_solid_angle = result.pdf_solid_angle * chosen.pmf;
     result.valid = result.valid & (chosen.pmf > F8(0.0f));
   }
+  result.light = chosen.light;
   return result;
 }
 

@@ -6,6 +6,8 @@
 #pragma once
 
 #include <cstdint>
+#include <utility>
+#include <vector>
 
 #include "common/lights/cosine_power_light.h"
 #include "common/lights/directional_light.h"
@@ -45,6 +47,10 @@ class LightTable {
   bool needs_choice() const { return !choice_.trivial(); }
   bool needs_second_choice() const { return choice_.needs_second_number(); }
 
+  /// The numbers of the lights' groups, in the order of the lights.
+  void set_groups(std::vector<std::uint32_t> groups) { group_ = std::move(groups); }
+  U8 group(U8 light, M8 lanes) const { return gather(group_.data(), light, lanes); }
+
   /// Draws a light and a point on it for each shading point.
   LightSample8 sample(const V8& shading_point, Pair8 choice, Pair8 u) const;
 
@@ -64,6 +70,7 @@ class LightTable {
   LightSample8 sample_of_kind(LightKind kind, const V8& p, U8 index, M8 lanes, Pair8 u) const;
 
   LightChoice choice_;
+  std::vector<std::uint32_t> group_;
   std::uint32_t first_[kKinds + 1] = {};
 };
 

@@ -2,6 +2,8 @@
 
 #include <algorithm>
 
+#include "common/base/check.h"
+
 namespace lightmill {
 namespace {
 
@@ -24,7 +26,8 @@ void store_vector(M8 lanes, U8 pixel, const V8& value, float* planes, std::size_
 
 }  // namespace
 
-FilmChannels::FilmChannels(const std::vector<LayerSpec>& layers) : layout(layers) {
+FilmChannels::FilmChannels(const std::vector<LayerSpec>& layers, const std::vector<std::string>& light_groups)
+    : layout(layers) {
   int summed = 0, first = 0;
   for (const LayerSpec& layer : layers) {
     int& next = layer.kind == LayerKind::summed ? summed : first;
@@ -37,6 +40,15 @@ FilmChannels::FilmChannels(const std::vector<LayerSpec>& layers) : layout(layers
       if (layer.name == name) {
         *channel = next;
       }
+    }
+    if (layer.name == kRestLayer) {
+      light.resize(light_groups.size() + 1, 0);
+      std::ranges::replace(light, 0, next);  // beauty's channel belongs to no group
+    } else if (const std::string_view group = light_group_of(layer.name); !group.empty()) {
+      light.resize(light_groups.size() + 1, 0);
+      const auto found = std::ranges::find(light_groups, group);
+      LM_CHECK(found != light_groups.end(), "light group {}", group);
+      light[static_cast<std::size_t>(found - light_groups.begin()) + 1] = next;
     }
     next += static_cast<int>(layer.channels);
   }

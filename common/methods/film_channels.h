@@ -4,6 +4,7 @@
 //   direct    light that surfaces scatter at most once between its source and the camera: sources themselves, their
 //             images in mirrors, and surfaces lit by them
 //   indirect  all other light
+//   light:G   light of light group G; light:rest that of all lights that are in no group asked for
 //   albedo    the reflectance of the surface that the camera ray hits first, whatever its kind (1 for clear glass)
 //   normal    its shading normal on the camera's side, in the scene's frame
 //   depth     its distance from the plane through the camera that faces along the view ("camera z"), in scene units
@@ -22,13 +23,17 @@ namespace lightmill {
 /// order). −1: the film has no such layer.
 struct FilmChannels {
   FilmChannels() : FilmChannels(std::vector<LayerSpec>{LayerSpec{}}) {}
-  /// `layers` as film_layers gives them.
-  explicit FilmChannels(const std::vector<LayerSpec>& layers);
+  /// `layers` as film_layers gives them; `light_groups` are the scene's, as CompiledScene numbers them.
+  explicit FilmChannels(const std::vector<LayerSpec>& layers, const std::vector<std::string>& light_groups = {});
 
   NodeLayout layout;
   int direct = -1, indirect = -1, albedo = -1;
   int normal = -1, depth = -1, id = -1;
 
+  /// By the number of a light group: the first channel of its layer, or of light:rest. Empty without such layers.
+  std::vector<int> light;
+
+  bool separates_lights() const { return !light.empty(); }
   bool shows_surfaces() const { return albedo >= 0 || layout.has_first(); }
 };
 

@@ -147,6 +147,7 @@ TestScene make_test_scene(FilterKind filter) {
   scene.objects.back().transform = {{{0.2, 0.05, 0, 0.6}, {0, 0.3, 0, 1.7}, {0, 0, 0.25, -1}}};
   test.add(2, shared);
   scene.objects.back().transform = {{{-0.25, 0, 0, 1.5}, {0, 0.2, 0.05, 1.2}, {0, 0, 0.2, -0.2}}};
+  scene.materials[5].light_group = "key";
   scene.meters = {{"meter", PatchMeter{{{-1, 0.2, -1}, {0, 0, 0.7}, {0.9, 0.1, 0}}}}};
   add_lights(test, filter != FilterKind::box);
   return test;
@@ -166,8 +167,9 @@ std::string fingerprint_class() {
     LM_CHECK(compiled.ok(), "the built-in test scene does not compile: {}", message_of(compiled.status()));
     for (const std::string_view name : {"path", "preview", "ao:distance=1", "raycast", "whitted"}) {
       const std::vector<std::string> layers =
-          name == "path" ? std::vector<std::string>{"direct", "indirect", "albedo", "normal", "depth", "id"}
-                         : std::vector<std::string>{"albedo", "normal", "depth", "id"};
+          name == "path"
+              ? std::vector<std::string>{"direct", "indirect", "albedo", "light:key", "normal", "depth", "id"}
+              : std::vector<std::string>{"albedo", "normal", "depth", "id"};
       auto method = make_method(*compiled, {std::string(name), 1, 0, *film_layers(layers)});
       LM_CHECK(method.ok());
       const auto workspace = (*method)->make_workspace();

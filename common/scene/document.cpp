@@ -3,6 +3,8 @@
 #include <cmath>
 #include <set>
 
+#include "common/base/text.h"
+#include "common/film/layers.h"
 #include "common/film/tile_grid.h"
 #include "common/scene/checks.h"
 #include "common/scene/meter_checks.h"
@@ -24,6 +26,14 @@ Status check_film(const FilmSettings& film) {
   return ok_status();
 }
 
+Status check_group(const std::string& path, const std::string& group) {
+  return group.empty() || is_light_group_name(group)
+             ? ok_status()
+             : invalid_argument(
+                   "{}: at most {} letters, digits, '-' and '_' are possible, and not \"rest\"; got \"{}\"", path,
+                   kMaxLightGroupName, printable(group));
+}
+
 Status check_material(const std::string& path, const Material& material) {
   if (material.name.empty()) {
     return invalid_argument("{}.name: must not be empty", path);
@@ -33,6 +43,7 @@ Status check_material(const std::string& path, const Material& material) {
   if (material.emission_unit == EmissionUnit::flux && material.emission.texture != kNoTexture) {
     return invalid_argument("{}.emission_flux: cannot vary by a texture", path);
   }
+  LM_RETURN_IF_ERROR(check_group(path + ".light_group", material.light_group));
   return check_power(path + ".emission", material.emission.rgb);
 }
 
@@ -188,7 +199,25 @@ Status validate(const Scene& scene) {
     LM_RETURN_IF_ERROR(check_object(fmt::format("objects[{}]", i), scene.objects[i], scene.materials.size()));
   }
   LM_RETURN_IF_ERROR(check_lights(scene.lights));
+  for (std::size_t i = 0; i < scene.lights.size(); ++i) {
+    LM_RETURN_IF_ERROR(check_group(fmt::format("lights[{}].group", i), scene.lights[i].group));
+  }
+  if (const std::size_t groups = light_groups_of(scene).size(); groups > kMaxSceneLightGroups) {
+    return invalid_argument("lights: at most {} light groups are possible, got {}", kMaxSceneLightGroups, groups);
+  }
   return validate_meters(scene.meters);
+}
+
+std::vector<std::string> light_groups_of(const Scene& scene) {
+  std::set<std::string> groups;
+  for (const Material& material : scene.materials) {
+    groups.insert(material.light_group);
+  }
+  for (const Light& light : scene.lights) {
+    groups.insert(light.group);
+  }
+  groups.erase("");
+  return {groups.begin(), groups.end()};
 }
 
 const Patch* patch_of(const Meter& meter) {

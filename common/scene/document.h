@@ -141,6 +141,7 @@ struct Material {
   std::int32_t priority = 0;        ///< where such materials overlap, the medium of the highest priority is there
   EmissionUnit emission_unit = EmissionUnit::radiance;
   double emission_exponent = 0;  ///< n: radiance falls off with cosⁿ of the angle to the normal; in [0, 10000]
+  std::string light_group = {};  ///< of the emission; empty: none
 };
 
 /// Whether light passes into what is behind the surface: a dielectric, or a principled material that transmits.
@@ -232,6 +233,7 @@ struct EnvironmentLight {
 struct Light {
   std::string name;
   std::variant<PointLight, DirectionalLight, SpotLight, CosinePowerLight, IesLight, EnvironmentLight> kind;
+  std::string group = {};  ///< its light group; empty: none
 };
 
 // Virtual meters. Normals and directions need not be unit vectors.
@@ -271,6 +273,9 @@ struct Scene {
   std::vector<Light> lights;  ///< at most one environment among them
   std::vector<Meter> meters;  ///< at most kMaxMeters
 };
+
+/// The names of the scene's light groups, sorted, each once.
+std::vector<std::string> light_groups_of(const Scene& scene);
 
 /// The patch of a patch or flux meter; null for others.
 const Patch* patch_of(const Meter& meter);

@@ -193,6 +193,7 @@ Status take(Result<Kind> kind, Light& out) {
 Result<Light> light_from_wire(const std::string& path, const v1::Light& light) {
   Light out;
   out.name = light.name();
+  out.group = light.group();
   const auto read = [&]() -> Status {
     switch (light.kind_case()) {
       case v1::Light::kPoint:
@@ -230,6 +231,7 @@ Status light_asset_from_wire(const std::string& path, const v1::Light& light, Li
 
 void to_wire_light(const Light& light, v1::Light* out) {
   out->set_name(light.name);
+  out->set_group(light.group);
   std::visit(Overloaded{
                  [&](const PointLight& point) {
                    to_wire_point(point.position, out->mutable_point()->mutable_position());
@@ -298,8 +300,7 @@ Status emission_from_wire(const std::string& path, const v1::Material& material,
     LM_ASSIGN_OR_RETURN(out.emission, textured_from_wire(path + ".emission", true, material.emission(), textures));
   } else if (material.has_emission_flux()) {
     out.emission_unit = EmissionUnit::flux;
-    LM_ASSIGN_OR_RETURN(out.emission.rgb,
-                        color_from_wire(path + ".emission_flux", true, material.emission_flux()));
+    LM_ASSIGN_OR_RETURN(out.emission.rgb, color_from_wire(path + ".emission_flux", true, material.emission_flux()));
   } else if (material.has_emission_strength()) {
     const v1::Strength& strength = material.emission_strength();
     LM_ASSIGN_OR_RETURN(

@@ -179,6 +179,7 @@ void to_wire_material(const Material& material, const Textures& textures, v1::Ma
     out->mutable_interior()->set_anisotropy(material.interior.anisotropy);
   }
   out->set_priority(material.priority);
+  out->set_light_group(material.light_group);
 }
 
 Result<Material> material_from_wire(const std::string& path, const v1::Material& material,
@@ -192,6 +193,7 @@ Result<Material> material_from_wire(const std::string& path, const v1::Material&
   LM_RETURN_IF_ERROR(emission_from_wire(path, material, textures, out));
   LM_ASSIGN_OR_RETURN(out.interior, medium_from_wire(path + ".interior", material.interior()));
   out.priority = material.priority();
+  out.light_group = material.light_group();
   return out;
 }
 

@@ -8,7 +8,7 @@ namespace {
 
 const PixelRect kCrops[] = {{60, 60, 8, 8}, {0, 0, 3, 2}, {62, 10, 70, 1}, {0, 61, 2, 70}};
 const std::vector<std::string> kLayers[] = {
-    {}, {}, {"albedo"}, {"normal", "depth", "id"}, {"direct", "indirect", "normal", "depth", "id"}};
+    {}, {}, {"albedo"}, {"normal", "depth", "id"}, {"direct", "light:key", "normal", "depth", "id"}};
 constexpr std::uint64_t kGoals[] = {1, 2, 3, 7, 16, 33, 64, 100};
 
 }  // namespace

@@ -65,6 +65,16 @@ void Batch::add_light(M8 lanes, U8 slot, const V8& value, bool direct) {
   }
 }
 
+/// Adds to the planes of the layer that the lights of a group have.
+void Batch::add_to_group(M8 lanes, U8 slot, U8 group, const V8& value) {
+  for (std::size_t number = 0; number < channels_.light.size(); ++number) {
+    const M8 of_group = lanes & (group == U8(static_cast<std::uint32_t>(number)));
+    if (of_group.any()) {
+      add_to_plane(channels_.light[number], of_group, slot, value);
+    }
+  }
+}
+
 /// A path that arithmetic has led out of all numbers (only degenerate geometry does) makes its sample one that is not
 /// finite: it is counted, not lost in silence.
 void Batch::add_untraceable(M8 lanes, const Ray8& rays, U8 slot) {
@@ -190,6 +200,11 @@ LightSample8 Batch::draw_light(const V8& point, U8 index, U8 pixel_seed, std::ui
   return lights.sample(point, choice, decide(index, pixel_seed, bounce, light_decision(bounce)));
 }
 
+/// The slot of a shadow ray to a light, with the light's group where groups are told apart.
+U8 Batch::shadow_slot(U8 slot, const LightSample8& light, M8 lanes) const {
+  return channels_.separates_lights() ? slot + (scene_.lights().group(light.light, lanes) << kGroupShift) : slot;
+}
+
 /// Light that the path finds by itself, weighted against next-event estimation having found it.
 void Batch::add_emission(const Path8& in, const Hit8& hits, const Surface8& surface, std::uint32_t bounce) {
   const M8 emitting = scene_.materials().emits(surface, hits.hit);
@@ -199,8 +214,11 @@ void Batch::add_emission(const Path8& in, const Hit8& hits, const Surface8& surf
   const F8 cos_light = abs(dot(in.direction, surface.geometric_normal));
   const F8 light_pdf = scene_.light_pdf_solid_angle(in.origin, hits, cos_light, emitting);
   const F8 weight = select(in.pdf_solid_angle > F8(0.0f), mis_weight(in.pdf_solid_angle, light_pdf), F8(1.0f));
-  const V8 radiance = scene_.materials().emission(surface, cos_light, emitting);
-  add_light(emitting, in.slot, in.throughput * radiance * weight, bounce <= 1);
+  const V8 light = in.throughput * scene_.materials().emission(surface, cos_light, emitting) * weight;
+  add_light(emitting, in.slot, light, bounce <= 1);
+  if (channels_.separates_lights()) {
+    add_to_group(emitting, in.slot, scene_.materials().light_group(surface, emitting), light);
+  }
 }
 
 /// The same for the environment, which rays find where they hit nothing.
@@ -211,8 +229,11 @@ void Batch::add_environment(const Path8& in, M8 escaped, std::uint32_t bounce) {
   const LightTable& lights = scene_.lights();
   const F8 light_pdf = lights.environment_pdf_solid_angle(in.origin, in.direction, escaped);
   const F8 weight = select(in.pdf_solid_angle > F8(0.0f), mis_weight(in.pdf_solid_angle, light_pdf), F8(1.0f));
-  const V8 radiance = lights.environment.radiance(in.direction);
-  add_light(escaped, in.slot, in.throughput * radiance * weight, bounce <= 1);
+  const V8 light = in.throughput * lights.environment.radiance(in.direction) * weight;
+  add_light(escaped, in.slot, light, bounce <= 1);
+  if (channels_.separates_lights()) {
+    add_to_group(escaped, in.slot, U8(scene_.environment_group()), light);
+  }
 }
 
 /// A path that starts with a delta BSDF is not split: its points are those of the sample, under scrambles of its own.
@@ -264,14 +285,24 @@ void Batch::go_on(Path8& out, M8 lanes, std::uint32_t bounce) {
 void Batch::trace_shadows(std::uint32_t bounce) {
   for (int i = 0; i < ws_.shadows.size(); i += 8) {
     const M8 lanes = first_lanes(ws_.shadows.size() - i);
-    const Shadow8 s = ws_.shadows.load(i);
+    Shadow8 s = ws_.shadows.load(i);
+    U8 group(0u);
+    if (channels_.separates_lights()) {
+      group = s.slot >> kGroupShift;
+      s.slot = s.slot & U8((1u << kGroupShift) - 1);
+    }
     const Ray8 rays{s.origin, s.direction, F8(1.0f)};
     add_untraceable(lanes, rays, s.slot);
     const M8 blocked = scene_.accel().occluded(lanes, rays);
+    M8 lit = lanes;
     if (scene_.features().media) {
-      add_light(lanes, s.slot, s.contribution * light_through_media(s, lanes, blocked), bounce == 0);
+      s.contribution = s.contribution * light_through_media(s, lanes, blocked);
     } else {
-      add_light(and_not(lanes, blocked), s.slot, s.contribution, bounce == 0);
+      lit = and_not(lanes, blocked);
+    }
+    add_light(lit, s.slot, s.contribution, bounce == 0);
+    if (channels_.separates_lights()) {
+      add_to_group(lit, s.slot, group, s.contribution);
     }
   }
   ws_.counters.shadow_rays += static_cast<std::uint64_t>(ws_.shadows.size());

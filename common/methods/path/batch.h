@@ -58,6 +58,7 @@ class Batch {
   std::uint32_t start_meter(std::size_t first_pixel, std::size_t last_pixel, const std::vector<std::uint32_t>& seeds);
   void add_to_plane(int channel, M8 lanes, U8 slot, const V8& value);
   void add_light(M8 lanes, U8 slot, const V8& value, bool direct);
+  void add_to_group(M8 lanes, U8 slot, U8 group, const V8& value);
   void add_untraceable(M8 lanes, const Ray8& rays, U8 slot);
   void add_emission(const Path8& in, const Hit8& hits, const Surface8& surface, std::uint32_t bounce);
   void add_environment(const Path8& in, M8 escaped, std::uint32_t bounce);
@@ -81,6 +82,7 @@ class Batch {
   template <class Bsdf>
   void shade_scattering(const Vertex8& vertex, const Bsdf& bsdf, M8 lanes);
   LightSample8 draw_light(const V8& point, U8 index, U8 pixel_seed, std::uint32_t bounce) const;
+  U8 shadow_slot(U8 slot, const LightSample8& light, M8 lanes) const;
   template <class Bsdf>
   void sample_light(const Vertex8& vertex, const Bsdf& bsdf, const V8& wo, M8 lanes);
   /// For a delta BSDF: one way to go on, no light to sample.

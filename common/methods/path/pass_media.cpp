@@ -112,8 +112,9 @@ void Batch::shade_medium(const Path8& in, const V8& point, M8 lanes, std::uint32
     const LightSample8 light = draw_light(point, out.index, out.pixel_seed, bounce);
     const F8 value = phase.pdf_solid_angle(wo, light.wi);
     const F8 weight = select(light.pdf_solid_angle > F8(0.0f), mis_weight(light.pdf_solid_angle, value), F8(1.0f));
-    ws_.shadows.push(lanes & light.valid,
-                     {point, light.point - point, in.throughput * light.weight * (value * weight), in.slot, in.media});
+    const M8 valid = lanes & light.valid;
+    ws_.shadows.push(valid, {point, light.point - point, in.throughput * light.weight * (value * weight),
+                             shadow_slot(in.slot, light, valid), in.media});
   }
   out.origin = point;
   out.direction = phase.sample(wo, decide(out.index, out.pixel_seed, bounce, bsdf_decision(bounce)));

@@ -17,7 +17,7 @@ class PathMethod final : public Method {
       : scene_(std::move(scene)),
         seed_(settings.seed),
         max_bounces_(settings.max_bounces == 0 ? kMaxBounces : settings.max_bounces),
-        channels_(settings.layers) {}
+        channels_(settings.layers, scene_->light_groups()) {}
 
   std::unique_ptr<Workspace> make_workspace() const override {
     auto ws = std::make_unique<PathWorkspace>();

@@ -102,11 +102,14 @@ class PathQueue {
   std::vector<std::uint32_t> slot_, pixel_seed_, index_, media_low_, media_high_;
 };
 
+/// Slots are below 2^14 (four split paths of 64×64 pixels); above them there is room for the number of a light group.
+inline constexpr int kGroupShift = 16;
+
 /// Eight shadow rays and what they bring if nothing is in the way.
 struct Shadow8 {
   V8 origin, direction;  ///< the light is at distance 1 in lengths of `direction`
   V8 contribution;
-  U8 slot;
+  U8 slot;            ///< with the light group's number from kGroupShift on, where lights are told apart
   Media8 media = {};  ///< at the origin; kept only where the scene has such
 };
 

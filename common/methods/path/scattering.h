@@ -65,7 +65,7 @@ void Batch::sample_light(const Vertex8& vertex, const Bsdf& bsdf, const V8& wo, 
   if constexpr (Bsdf::kTransmits) {
     media = select(wi.z < F8(0.0f), vertex.crossing.beyond, media);
   }
-  ws_.shadows.push(valid, {origin, light.point - origin, contribution, in.slot, media});
+  ws_.shadows.push(valid, {origin, light.point - origin, contribution, shadow_slot(in.slot, light, valid), media});
 }
 
 }  // namespace lightmill::path

@@ -67,6 +67,7 @@ class SceneCompiler {
     LM_ASSIGN_OR_RETURN(meshes_, load_meshes(scene_, assets));
     find_bounds();
     LM_ASSIGN_OR_RETURN(TextureSet textures, load_textures(scene_, assets, images));
+    out_->light_groups_ = light_groups_of(scene_);
     out_->materials_ = MaterialTable(scene_, std::move(textures));
     out_->accel_ = std::make_unique<Accel>(options.brute_force   ? Accel::Kind::brute_force
                                            : needs_robust_rays() ? Accel::Kind::robust
@@ -244,6 +245,7 @@ class SceneCompiler {
     out_->lights_ = std::move(tables.lights);
     out_->hard_lights_ = std::move(tables.hard_lights);
     out_->emitters_ = std::move(tables.emitters);
+    out_->environment_group_ = tables.environment_group;
     out_->materials_.set_radiance(tables.radiance);
     out_->features_.lights = !out_->lights_.empty();
     out_->features_.environment = out_->lights_.environment.exists();

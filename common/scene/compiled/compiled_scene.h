@@ -76,6 +76,9 @@ class CompiledScene {
   const CameraBasis& camera() const { return camera_; }
   const WorldFrame& frame() const { return frame_; }
   const MeterTable& meters() const { return meters_; }
+  /// light_groups_of the document: groups are numbered from 1 in this order, 0 is none.
+  const std::vector<std::string>& light_groups() const { return light_groups_; }
+  std::uint32_t environment_group() const { return environment_group_; }
   const FilterTable& filter() const { return *filter_; }
   const SceneFeatures& features() const { return features_; }
   int film_width() const { return film_width_; }
@@ -108,6 +111,8 @@ class CompiledScene {
   CameraBasis camera_;
   WorldFrame frame_;
   MeterTable meters_;
+  std::vector<std::string> light_groups_;
+  std::uint32_t environment_group_ = 0;
   std::unique_ptr<FilterTable> filter_;
   SceneFeatures features_;
   int film_width_ = 0, film_height_ = 0;

@@ -49,6 +49,10 @@ Vec3 LightBuilder::to_frame(const Point3d& p) const {
   return Vec3(frame_.to_frame(to_vec(p)));
 }
 
+void LightBuilder::note_group(LightKind kind, const std::string& group) {
+  groups_[kind].push_back(number_of_group(group_names_, group));
+}
+
 void LightBuilder::add_other() {
   geometries_.emplace_back();
 }
@@ -111,10 +115,10 @@ Status LightBuilder::add_lights(const AssetSource& assets, const ImageDecoder& i
     const Light& light = scene_.lights[i];
     const std::string where = fmt::format("lights[{}] \"{}\"", i, light.name);
     if (const auto* ies = std::get_if<IesLight>(&light.kind)) {
-      LM_RETURN_IF_ERROR(add_ies(*ies, where, assets));
+      LM_RETURN_IF_ERROR(add_ies(*ies, light.group, where, assets));
     } else if (const auto* environment = std::get_if<EnvironmentLight>(&light.kind);
                environment != nullptr && environment->has_image) {
-      LM_RETURN_IF_ERROR(add_image(*environment, where, assets, images));
+      LM_RETURN_IF_ERROR(add_image(*environment, light.group, where, assets, images));
     } else {
       add_light(light);
     }
@@ -128,11 +132,13 @@ void LightBuilder::add_light(const Light& light) {
                  [&](const PointLight& point) {
                    if (!is_black(point.intensity)) {
                      lights_.points.add({to_frame(point.position), frame_.scaled_intensity(to_vec(point.intensity))});
+                     note_group(LightKind::point, light.group);
                    }
                  },
                  [&](const DirectionalLight& sun) {
                    if (!is_black(sun.irradiance)) {
                      lights_.directional.add({unit(sun.direction), to_vec(sun.irradiance)});
+                     note_group(LightKind::directional, light.group);
                    }
                  },
                  [&](const SpotLight& spot) {
@@ -142,6 +148,7 @@ void LightBuilder::add_light(const Light& light) {
                                         frame_.scaled_intensity(to_vec(spot.intensity)),
                                         static_cast<float>(cos_fixed(outer * (1 - spot.blend))),
                                         static_cast<float>(cos_fixed(outer))});
+                     note_group(LightKind::spot, light.group);
                    }
                  },
                  [&](const CosinePowerLight& cosine_power) {
@@ -149,20 +156,22 @@ void LightBuilder::add_light(const Light& light) {
                      lights_.cosine_powers.add({to_frame(cosine_power.position), unit(cosine_power.direction),
                                                 frame_.scaled_intensity(to_vec(cosine_power.intensity)),
                                                 static_cast<float>(cosine_power.exponent)});
+                     note_group(LightKind::cosine_power, light.group);
                    }
                  },
                  [&](const IesLight&) {},
                  [&](const EnvironmentLight& environment) {
                    if (!is_black(environment.radiance)) {
                      lights_.environment = EnvironmentRadiance(to_vec(environment.radiance));
+                     note_group(LightKind::environment, light.group);
                    }
                  },
              },
              light.kind);
 }
 
-Status LightBuilder::add_image(const EnvironmentLight& light, const std::string& where, const AssetSource& assets,
-                               const ImageDecoder& images) {
+Status LightBuilder::add_image(const EnvironmentLight& light, const std::string& group, const std::string& where,
+                               const AssetSource& assets, const ImageDecoder& images) {
   LM_CHECK(images != nullptr, "{}: a decoder of images is needed", where);
   const Result<std::string> bytes = assets(light.asset);
   if (!bytes.ok()) {
@@ -176,11 +185,13 @@ Status LightBuilder::add_image(const EnvironmentLight& light, const std::string&
     lights_.environment =
         EnvironmentRadiance(linear_rgb(*texels), static_cast<std::size_t>(texels->width),
                             static_cast<std::size_t>(texels->height), to_vec(light.radiance), light.rotation_degrees);
+    note_group(LightKind::environment, group);
   }
   return ok_status();
 }
 
-Status LightBuilder::add_ies(const IesLight& light, const std::string& where, const AssetSource& assets) {
+Status LightBuilder::add_ies(const IesLight& light, const std::string& group, const std::string& where,
+                             const AssetSource& assets) {
   auto found = profiles_.find(light.asset);
   if (found == profiles_.end()) {
     const Result<std::string> bytes = assets(light.asset);
@@ -202,6 +213,7 @@ Status LightBuilder::add_ies(const IesLight& light, const std::string& where, co
   lights_.ies.add({to_frame(light.position), Vec3(direction),
                    Vec3(glm::normalize(up - direction * glm::dot(up, direction))),
                    frame_.scaled_intensity(Vec3(per_candela)), found->second});
+  note_group(LightKind::ies, group);
   return ok_status();
 }
 
@@ -247,13 +259,25 @@ LightBuilder::Tables LightBuilder::finish() {
   for (Facet& facet : facets_) {
     facet.shape.radiance = out.radiance[facet.material];
     lights_.facets.add(facet.shape);
+    note_group(LightKind::facet, scene_.materials[facet.material].light_group);
   }
   for (Sphere& sphere : spheres_) {
     sphere.shape.radiance = out.radiance[sphere.material];
     lights_.spheres.add(sphere.shape);
+    note_group(LightKind::sphere, scene_.materials[sphere.material].light_group);
   }
   out.hard_lights = hard_lights();
   lights_.build(0.5 * frame_.extent() * frame_.scale());
+  std::vector<std::uint32_t> groups;
+  for (const auto& [kind, numbers] : groups_) {
+    groups.insert(groups.end(), numbers.begin(), numbers.end());
+  }
+  if (lights_.environment.exists()) {  // the last light, if it is one that is sampled
+    out.environment_group = groups.back();
+    groups.resize(lights_.size());
+  }
+  LM_CHECK(groups.size() == lights_.size(), "{} lights, {} groups", lights_.size(), groups.size());
+  lights_.set_groups(std::move(groups));
   for (Geometry& geometry : geometries_) {
     if (geometry.sphere) {
       geometry.primitives[0] += lights_.first(LightKind::sphere);

@@ -19,7 +19,8 @@ namespace lightmill {
 /// Takes geometries in the order of Accel's indices, then the scene's lights, then gives the tables.
 class LightBuilder {
  public:
-  LightBuilder(const Scene& scene, const WorldFrame& frame) : scene_(scene), frame_(frame) {}
+  LightBuilder(const Scene& scene, const WorldFrame& frame)
+      : scene_(scene), frame_(frame), group_names_(light_groups_of(scene)) {}
 
   using AssetSource = std::function<Result<std::string>(const Sha256&)>;
   using ImageDecoder = std::function<Result<Texels>(ByteView bytes, const std::string& name)>;
@@ -38,15 +39,17 @@ class LightBuilder {
     LightTable lights;
     HardLights hard_lights;
     EmitterTable emitters;
+    std::uint32_t environment_group = 0;
     std::vector<Vec3> radiance;  ///< of each material, along the normal; zero where it does not emit
   };
   Tables finish();
 
  private:
+  void note_group(LightKind kind, const std::string& group);
   void add_light(const Light& light);
-  Status add_ies(const IesLight& light, const std::string& where, const AssetSource& assets);
-  Status add_image(const EnvironmentLight& light, const std::string& where, const AssetSource& assets,
-                   const ImageDecoder& images);
+  Status add_ies(const IesLight& light, const std::string& group, const std::string& where, const AssetSource& assets);
+  Status add_image(const EnvironmentLight& light, const std::string& group, const std::string& where,
+                   const AssetSource& assets, const ImageDecoder& images);
   HardLights hard_lights() const;
   Vec3 to_frame(const Point3d& p) const;
   std::vector<Vec3> radiance_of_materials() const;
@@ -54,6 +57,8 @@ class LightBuilder {
   const Scene& scene_;
   const WorldFrame& frame_;
   LightTable lights_;
+  std::vector<std::string> group_names_;
+  std::map<LightKind, std::vector<std::uint32_t>> groups_;  ///< of the lights of each kind, in their order
   std::map<Sha256, std::size_t> profiles_;
   std::map<std::uint32_t, double> area_;  ///< by material: of all that emits, in scene units
 

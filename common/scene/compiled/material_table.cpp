@@ -26,8 +26,10 @@ RgbColor normal_reflectance(const ConductorMaterial& metal) {
 static_assert(kNoTexture == TextureSet::kNone);
 
 MaterialTable::MaterialTable(const Scene& scene, TextureSet textures) : textures_(std::move(textures)) {
+  const std::vector<std::string> groups = light_groups_of(scene);
   for (const Material& material : scene.materials) {
     add(material);
+    light_group_.push_back(number_of_group(groups, material.light_group));
   }
   std::set<MaterialKind> used;
   for (const Object& object : scene.objects) {

@@ -70,6 +70,10 @@ class MaterialTable {
                ? along_normal * pow(cosine, gather(emission_exponent_.data(), surface.material, lanes))
                : along_normal;
   }
+  /// 1 + the index in light_groups_of(scene); 0: none.
+  U8 light_group(const Surface8& surface, M8 lanes) const {
+    return gather(light_group_.data(), surface.material, lanes);
+  }
   /// Which hits see emitted light, given the side that was hit.
   M8 emits(const Surface8& surface, M8 lanes) const {
     const U8 sides = gather(emits_.data(), surface.material, lanes);
@@ -104,6 +108,7 @@ class MaterialTable {
   std::vector<std::uint32_t> emits_;  ///< 0 never, 1 on the front, 2 on both sides
   ColorColumn reflectance_, specular_, emission_;
   std::vector<float> ior_, emission_exponent_;
+  std::vector<std::uint32_t> light_group_;
   bool has_emission_profiles_ = false;  ///< an exponent that is not 0
   std::vector<float> parameters_;       ///< numbers of the kinds that have more than colours and an index
 };

@@ -84,6 +84,83 @@ TEST(Layers, DirectAndIndirectSumToBeauty) {
   EXPECT_GT(total_indirect, 0);
 }
 
+/// Lights of every kind of table in three groups, some in none.
+test::TestScene grouped_lights() {
+  return test::TestScene::from_text(R"({
+    "camera": {"eye": [0, 0, 2.5], "look_at": [0, 0, 0], "vertical_fov_degrees": 60},
+    "film": {"width": 64, "height": 64},
+    "materials": [{"name": "wall", "diffuse": {"reflectance": {"rgb": [0.6, 0.5, 0.4]}}}, {"name": "glass", "dielectric": {}},
+                  {"name": "a", "diffuse": {"reflectance": {"rgb": [0, 0, 0]}}, "emission": {"rgb": [9, 1, 1]}, "light_group": "key"},
+                  {"name": "b", "diffuse": {"reflectance": {"rgb": [0, 0, 0]}}, "emission": {"rgb": [1, 9, 1]}},
+                  {"name": "c", "mirror": {}, "emission": {"rgb": [1, 1, 9]}, "light_group": "fill"}],
+    "objects": [{"material": "wall", "plane": {"point": [0, -2.5, 0], "normal": [0, 1, 0.2]}},
+                {"material": "glass", "sphere": {"center": [0, -1, 0], "radius": 0.4}},
+                {"material": "a", "sphere": {"center": [1, 1, 0], "radius": 0.3}},
+                {"material": "b", "sphere": {"center": [-1, 1, 0], "radius": 0.3}},
+                {"material": "c", "sphere": {"center": [0, 0, -1], "radius": 0.3}}],
+    "lights": [{"point": {"position": [0, 2, 0], "intensity": {"rgb": [2, 2, 2]}}, "group": "fill"},
+               {"point": {"position": [0, -2, 1], "intensity": {"rgb": [1, 1, 1]}}},
+               {"cosine_power": {"position": [0, 2, 1], "direction": [0, -1, 0], "intensity": {"rgb": [1, 2, 1]}}, "group": "key"},
+               {"directional": {"direction": [1, -1, -1], "irradiance": {"rgb": [1, 1, 1]}}, "group": "fill"},
+               {"environment": {"radiance": {"rgb": [0.3, 0.5, 0.7]}}, "group": "sky"}]})");
+}
+
+TEST(Layers, LightGroupsAndTheRestSumToBeauty) {
+  for (const std::vector<std::string>& names :
+       {std::vector<std::string>{"light:key", "light:fill"}, {"direct", "light:fill", "light:sky"}, {"light:fill"}}) {
+    const Layers layers = render(grouped_lights(), names, {4, 0});
+    for (std::size_t pixel = 0; pixel < 4096; ++pixel) {
+      for (std::size_t channel = 0; channel < 3; ++channel) {
+        const double beauty = layers.mean("beauty", channel, pixel);
+        double sum = layers.mean("light:rest", channel, pixel);
+        for (const std::string& name : names) {
+          sum += name == "direct" ? 0 : layers.mean(name, channel, pixel);
+        }
+        EXPECT_NEAR(sum, beauty, 1e-5 * beauty) << pixel;
+      }
+    }
+  }
+}
+
+TEST(Layers, ALightGroupIsThePictureOfItsLightsAlone) {
+  const Layers grouped = render(grouped_lights(), {"light:key", "light:fill", "light:sky"}, {6, 0});
+  const auto alone = [](const std::string& group) {
+    test::TestScene original = grouped_lights();
+    Scene scene = original.scene();
+    for (Material& material : scene.materials) {
+      material.emission = material.light_group == group ? material.emission : TexturedColor{};
+    }
+    std::erase_if(scene.lights, [&](const Light& light) { return light.group != group; });
+    const auto compiled = CompiledScene::compile(scene, original.assets());
+    Layers out{*film_layers(std::vector<std::string>{}), {6, 0}, {}};
+    const auto method = make_method(*compiled, {"path", 6, 0, out.specs});
+    out.values = (*method)->render(kTile, out.range, *(*method)->make_workspace()).values;
+    return out;
+  };
+  for (const auto& [layer, group] : {std::pair<std::string, std::string>{"light:key", "key"},
+                                     {"light:fill", "fill"},
+                                     {"light:sky", "sky"},
+                                     {"light:rest", ""}}) {
+    const Layers expected = alone(group);
+    for (std::size_t channel = 0; channel < 3; ++channel) {
+      double sum = 0, expected_sum = 0;
+      for (std::size_t pixel = 0; pixel < 4096; ++pixel) {
+        sum += grouped.mean(layer, channel, pixel);
+        expected_sum += expected.mean("beauty", channel, pixel);
+      }
+      EXPECT_NEAR(sum, expected_sum, 0.02 * expected_sum) << layer;  // their standard error is below 0.3 %
+      EXPECT_GT(sum, 0);
+    }
+  }
+}
+
+TEST(Layers, AnUnknownLightGroupIsNamed) {
+  const auto scene = grouped_lights();
+  const auto compiled = CompiledScene::compile(scene.scene(), scene.assets());
+  const auto method = make_method(*compiled, {"path", 0, 0, *film_layers(std::vector<std::string>{"light:kye"})});
+  EXPECT_EQ(message_of(method.status()), "the scene has no light group \"kye\"; it has fill, key, sky");
+}
+
 TEST(Layers, ChangeNoBitOfBeauty) {
   for (const SampleRange range : {SampleRange{3, 0}, {2, 20}}) {
     const Layers plain = render(balls(), {}, range);
