@@ -134,13 +134,36 @@ Vec3d EnvironmentRadiance::mean_radiance() const {
   return sum / (4 * kPiDouble) * Vec3d(scale_);
 }
 
+V8 EnvironmentRadiance::direction_of(F8 x, F8 sin_theta, F8 cos_theta) const {
+  const SinCos8 phi = sin_cos_turns(x);  // of the opposite direction: the image's centre is at +x
+  const F8 to_x = -(sin_theta * phi.cos), to_z = -(sin_theta * phi.sin);
+  return {to_x * F8(cos_turn_) + to_z * F8(sin_turn_), cos_theta, to_z * F8(cos_turn_) - to_x * F8(sin_turn_)};
+}
+
+void EnvironmentRadiance::for_each_beam(const TakeBeam& take) const {
+  // Small images are resolved further: between the centres of pixels they are bilinear.
+  constexpr std::size_t kLeastWidth = 512, kLeastHeight = 256;
+  const std::size_t width = width_ * ((kLeastWidth + width_ - 1) / width_);
+  const std::size_t height = height_ * ((kLeastHeight + height_ - 1) / height_);
+  const std::vector<double> solid_angles = pixel_solid_angles(width, height);
+  for (std::size_t row = 0; row < height; ++row) {
+    const F8 y((static_cast<float>(row) + 0.5f) / static_cast<float>(height));
+    const SinCos8 theta = sin_cos_turns(y * F8(0.5f));
+    for (std::size_t column = 0; column < width; column += 8) {
+      const M8 lanes = first_lanes(static_cast<int>(std::min<std::size_t>(width - column, 8)));
+      const F8 x = (to_float(U8(static_cast<std::uint32_t>(column)) + U8::lane_index()) + F8(0.5f)) *
+                   F8(1.0f / static_cast<float>(width));
+      const V8 radiance = lookup(min(x, F8(1.0f)), y);
+      take(direction_of(x, theta.sin, theta.cos), masked(lanes, radiance * F8(static_cast<float>(solid_angles[row]))));
+    }
+  }
+}
+
 LightSample8 EnvironmentRadiance::sample(const V8& p, Pair8 u) const {
   const PiecewiseConstant2D::Sample8 drawn = density_->sample(u);
   const SinCos8 theta = sin_cos_turns(drawn.y * F8(0.5f));
-  const SinCos8 phi = sin_cos_turns(drawn.x);  // of the opposite direction: the image's centre is at +x
   const F8 sin_theta = max(theta.sin, F8(kPoleAngle));
-  const F8 x = -(sin_theta * phi.cos), z = -(sin_theta * phi.sin);
-  const V8 wi{x * F8(cos_turn_) + z * F8(sin_turn_), theta.cos, z * F8(cos_turn_) - x * F8(sin_turn_)};
+  const V8 wi = direction_of(drawn.x, sin_theta, theta.cos);
   const F8 pdf = drawn.pdf / (sin_theta * F8(2 * kPi * kPi));
   return {p + wi * F8(kFarAway), wi, lookup(drawn.x, drawn.y) * (F8(1.0f) / pdf), pdf, pdf > F8(0.0f)};
 }

@@ -1,6 +1,7 @@
 // Light from infinitely far away on all sides: one colour, or an image of equal longitudes and latitudes.
 #pragma once
 
+#include <functional>
 #include <optional>
 #include <span>
 #include <vector>
@@ -41,7 +42,15 @@ class EnvironmentRadiance {
   double power(double scene_radius) const;
   std::uint64_t bytes() const;
 
+  bool is_constant() const { return rgb_.empty(); }
+  /// Calls `take` with unit directions all around, and with the irradiance that comes from the solid angle around each
+  /// on a surface that faces it. Together they are the environment's light.
+  using TakeBeam = std::function<void(const V8& direction, const V8& irradiance)>;
+  void for_each_beam(const TakeBeam& take) const;
+
  private:
+  /// The unit direction that is seen at a place of the image.
+  V8 direction_of(F8 x, F8 sin_theta, F8 cos_theta) const;
   struct Place8 {
     F8 x, y;  ///< of the image, in [0, 1]
     F8 sin_theta;

@@ -1,5 +1,8 @@
 #include "common/lights/facet_light.h"
 
+#include <array>
+#include <cmath>
+
 #include "common/lights/photometry.h"
 #include "common/math/exp_log.h"
 #include "common/sampling/spherical_triangle.h"
@@ -86,6 +89,43 @@ LightSample8 FacetLights::sample(const V8& p, U8 index, M8 lanes, Pair8 u) const
   const V8 magnitude = abs(y) + abs(to_light) + abs(edge1) + abs(edge2);
   const V8 off = normal * copysign(surface_offset(normal, magnitude), cos_signed);
   return {y + off, wi, radiance * (F8(1.0f) / pdf), pdf, valid};
+}
+
+Vec3d FacetLights::irradiance(std::size_t i, const Vec3d& p, const Vec3d& n) const {
+  const Vec3d corner = Vec3d(corner_[i]) - p, edge1(edge1_[i]), edge2(edge2_[i]);
+  const double side = -glm::dot(corner, glm::cross(edge1, edge2));  // positive: the facet faces p
+  if (!(side > 0) && (side == 0 || two_sided_[i] == 0)) {
+    return Vec3d(0);
+  }
+  std::array<Vec3d, 4> corners{corner, corner + edge1, corner + edge1 + edge2, corner + edge2};
+  std::size_t count = 4;
+  if (parallelogram_[i] == 0) {
+    corners[2] = corners[3];
+    count = 3;
+  }
+  // What is above the horizon: one corner more at most.
+  std::array<Vec3d, 5> above;
+  std::size_t number = 0;
+  for (std::size_t k = 0; k < count; ++k) {
+    const Vec3d &a = corners[k], &b = corners[(k + 1) % count];
+    const double height_a = glm::dot(a, n), height_b = glm::dot(b, n);
+    if (height_a >= 0) {
+      above[number++] = a;
+    }
+    if ((height_a >= 0) != (height_b >= 0)) {
+      above[number++] = a + (b - a) * (height_a / (height_a - height_b));
+    }
+  }
+  double sum = 0;
+  for (std::size_t k = 0; k < number; ++k) {
+    const Vec3d &a = above[k], &b = above[(k + 1) % number];
+    const Vec3d across = glm::cross(a, b);
+    const double sine = glm::length(across);
+    if (sine > 0) {
+      sum += atan2_fixed(sine, glm::dot(a, b)) * glm::dot(across, n) / sine;
+    }
+  }
+  return Vec3d(radiance_[i]) * (0.5 * std::abs(sum));
 }
 
 F8 FacetLights::pdf_solid_angle(const V8& from, U8 index, F8 distance, F8 cos_light, M8 lanes) const {

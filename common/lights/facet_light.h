@@ -24,6 +24,10 @@ class FacetLights {
 
   LightSample8 sample(const V8& p, U8 index, M8 lanes, Pair8 u) const;
 
+  /// On a surface at p with unit normal n, if nothing is in the way: Lambert's formula for what of the facet is above
+  /// the surface. The facet's exponent must be 0.
+  Vec3d irradiance(std::size_t i, const Vec3d& p, const Vec3d& n) const;
+
   /// Density per solid angle at `from` of a point that `sample` draws, found by a ray of this length whose angle to the
   /// facet's normal has this positive cosine.
   F8 pdf_solid_angle(const V8& from, U8 index, F8 distance, F8 cos_light, M8 lanes) const;

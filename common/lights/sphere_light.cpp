@@ -1,5 +1,8 @@
 #include "common/lights/sphere_light.h"
 
+#include <algorithm>
+#include <cmath>
+
 #include "common/lights/photometry.h"
 #include "common/math/exp_log.h"
 
@@ -85,6 +88,28 @@ LightSample8 SphereLights::sample(const V8& p, U8 index, M8 lanes, Pair8 u) cons
   const F8 magnitude = F8(8.0f) * (max_component(abs(y)) + distance);
   const V8 off = normal * copysign(F8(0x1p-19f) * magnitude, cos_outward);
   return {y + off, wi, radiance * (F8(1.0f) / pdf), pdf, valid};
+}
+
+Vec3d SphereLights::irradiance(std::size_t i, const Vec3d& p, const Vec3d& n) const {
+  const Vec3d to_center = Vec3d(center_[i]) - p;
+  const double distance = glm::length(to_center);
+  const Vec3d radiance(radiance_[i]);
+  if (distance <= radius_[i]) {
+    return inward_[i] == 1 || two_sided_[i] == 1 ? radiance * kPiDouble : Vec3d(0);
+  }
+  if (inward_[i] == 1 && two_sided_[i] == 0) {
+    return Vec3d(0);
+  }
+  const double h2 = distance * distance / (static_cast<double>(radius_[i]) * radius_[i]);
+  const double cosine = std::clamp(glm::dot(to_center, n) / distance, -1.0, 1.0);
+  const double cut = 1 - h2 * cosine * cosine;  // positive: the sphere reaches through the horizon
+  if (cut <= 0) {
+    return radiance * (kPiDouble * std::max(cosine, 0.0) / h2);
+  }
+  const double x = -cosine * std::sqrt((h2 - 1) / (1 - cosine * cosine));
+  const double angle = atan2_fixed(std::sqrt(std::max(1 - x * x, 0.0)), x);
+  return radiance *
+         ((cosine * angle - std::sqrt(cut * (h2 - 1))) / h2 + atan2_fixed(std::sqrt(cut), std::sqrt(h2 - 1)));
 }
 
 F8 SphereLights::pdf_solid_angle(const V8& from, U8 index, F8 distance, F8 cos_light, M8 lanes) const {

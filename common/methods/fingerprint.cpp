@@ -107,7 +107,14 @@ TestScene make_test_scene(FilterKind filter) {
       {"mirror", MirrorMaterial{{0.9f, 0.8f, 0.7f}}, {}, false},
       {"glass", DielectricMaterial{1.5}, {}, false},
       {"lamp", DiffuseMaterial{{0.2f, 0.2f, 0.2f}}, {9, 8, 6}, false},
-      {"glow", DiffuseMaterial{{0, 0, 0}}, {2, 3, 4}, true, {}, 0, EmissionUnit::radiance, 1.5},
+      {"glow",
+       DiffuseMaterial{{0, 0, 0}},
+       {2, 3, 4},
+       true,
+       {},
+       0,
+       EmissionUnit::radiance,
+       filter == FilterKind::box ? 0 : 1.5},
       {"phong", PhongMaterial{{0.3f, 0.4f, 0.2f}, {0.4f, 0.3f, 0.5f}, 37}, {}, false},
       {"gold", ConductorMaterial{{0.15f, 0.42f, 1.38f}, {3.6f, 2.5f, 1.9f}, 0.35}, {}, false},
       {"chrome", ConductorMaterial{{3.5f, 2.9f, 2.1f}, {4.3f, 4.2f, 3.9f}, 0}, {}, false},
@@ -116,6 +123,7 @@ TestScene make_test_scene(FilterKind filter) {
       {"drop", DielectricMaterial{1.33}, {}, false, {{2, 0.3f, 0.1f}, {0.5f, 1, 2}, 0.4}, 1},
       {"tiles", DiffuseMaterial{{{0.9f, 0.8f, 0.7f}, 0}}, {}, false},
       {"print", DiffuseMaterial{{{0.7f, 0.8f, 0.9f}, 1}}, {}, false},
+      {"holdout", HoldoutMaterial{}, {}, false},
   };
   using Image = TextureImage;
   scene.textures = {
@@ -142,6 +150,9 @@ TestScene make_test_scene(FilterKind filter) {
   test.add(11, SphereShape{{1.35, 0.35, 1.1}, 0.2, false});  // overlaps the one before
   scene.objects.push_back({"ground", 12, PlaneShape{{0, -0.3, 0}, {0.1, 1, 0.05}}});
   scene.objects.push_back({"card", 13, TriangleShape{{-0.6, 1.4, 0}, {0.6, 1.5, 0.1}, {0, 2.2, 0}}});
+  if (filter == FilterKind::box) {  // holdouts want lights without exponents
+    scene.objects.push_back({"catcher", 14, TriangleShape{{0.3, 0.05, 1.8}, {1.1, 0.02, 1.7}, {0.5, 0.1, 1.1}}});
+  }
   const Mesh shared = bumpy_sphere(0, 0, 0, 1);  // two instances, one of them mirrored
   test.add(0, shared);
   scene.objects.back().transform = {{{0.2, 0.05, 0, 0.6}, {0, 0.3, 0, 1.7}, {0, 0, 0.25, -1}}};

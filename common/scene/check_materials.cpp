@@ -80,7 +80,12 @@ Status check_material_kind(const std::string& path, const Material& material) {
           },
           [&](const PhongMaterial& m) { return check_phong(path + ".phong", m); },
           [&](const ConductorMaterial& m) { return check_conductor(path + ".conductor", m); },
-          [&](const PrincipledMaterial& m) { return check_principled(path + ".principled", m); }},
+          [&](const PrincipledMaterial& m) { return check_principled(path + ".principled", m); },
+          [&](const HoldoutMaterial&) {
+            return material.emission == TexturedColor{}
+                       ? ok_status()
+                       : invalid_argument("{}.emission: a holdout cannot emit light", path);
+          }},
       material.kind));
   LM_RETURN_IF_ERROR(check_components(path + ".interior.absorption", material.interior.absorption, kMaxAbsorption));
   LM_RETURN_IF_ERROR(check_components(path + ".interior.scattering", material.interior.scattering, kMaxAbsorption));

@@ -119,6 +119,32 @@ Status check_object(const std::string& path, const Object& object, std::size_t m
   return check_transform(path + ".transform", object);
 }
 
+/// Holdouts compare light with shadows to light without; the latter is known only of lights that are sampled, and by a
+/// formula only of those that are Lambertian.
+Status check_holdouts(const Scene& scene) {
+  const auto holdout = [&](const Object& object) {
+    return std::holds_alternative<HoldoutMaterial>(scene.materials[object.material].kind);
+  };
+  if (std::ranges::none_of(scene.objects, holdout)) {
+    return ok_status();
+  }
+  for (const Object& object : scene.objects) {
+    const Material& material = scene.materials[object.material];
+    if (material.emission == TexturedColor{}) {
+      continue;
+    }
+    const std::string_view why = material.emission.texture != kNoTexture            ? "by a texture"
+                                 : material.emission_exponent != 0                  ? "with an exponent"
+                                 : std::holds_alternative<PlaneShape>(object.shape) ? "on a plane"
+                                                                                    : "";
+    if (!why.empty()) {
+      return invalid_argument("materials \"{}\": emission {} has no place in a scene with a holdout", material.name,
+                              why);
+    }
+  }
+  return ok_status();
+}
+
 Status check_counts(const Scene& scene) {
   const auto within = [](std::string_view path, std::size_t count) {
     return count <= kMaxSceneEntries
@@ -199,6 +225,7 @@ Status validate(const Scene& scene) {
     LM_RETURN_IF_ERROR(check_object(fmt::format("objects[{}]", i), scene.objects[i], scene.materials.size()));
   }
   LM_RETURN_IF_ERROR(check_lights(scene.lights));
+  LM_RETURN_IF_ERROR(check_holdouts(scene));
   for (std::size_t i = 0; i < scene.lights.size(); ++i) {
     LM_RETURN_IF_ERROR(check_group(fmt::format("lights[{}].group", i), scene.lights[i].group));
   }

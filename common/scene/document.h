@@ -116,6 +116,9 @@ struct PrincipledMaterial {
   double coat = 0, coat_roughness = 0.03;                                  ///< each in [0, 1]
 };
 
+/// Shows the environment behind it, darkened by the shadows that the scene casts on it.
+struct HoldoutMaterial {};
+
 /// What fills a closed shape of glass.
 struct Medium {
   RgbColor absorption;       ///< σ per scene unit, each in [0, kMaxAbsorption]: Bouguer's law exp(−σ · length)
@@ -133,7 +136,7 @@ enum class EmissionUnit {
 struct Material {
   std::string name;
   std::variant<DiffuseMaterial, MirrorMaterial, DielectricMaterial, PhongMaterial, ConductorMaterial,
-               PrincipledMaterial>
+               PrincipledMaterial, HoldoutMaterial>
       kind;
   TexturedColor emission;           ///< zero where the material does not emit
   bool two_sided_emission = false;  ///< else only on the side that the geometric normal points to

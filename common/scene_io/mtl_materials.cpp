@@ -19,15 +19,6 @@ std::string_view illum_name(int illum) {
       return " (mirror)";
     case 4:
       return " (glass)";
-    case 10:
-      return " (holdout)";
-    case 11:
-      return " (metal)";
-    case 12:
-      return " (absorbing glass)";
-    case 13:
-    case 14:
-      return " (scattering)";
     default:
       return "";
   }
@@ -101,14 +92,31 @@ class Mapper {
       if (from_->tf && *from_->tf != RgbColor{1, 1, 1}) {
         leave_out("Tf");
       }
+    } else if (illum == 10) {
+      out.kind = HoldoutMaterial{};
+      out.emission = {};
+      out.two_sided_emission = false;
+    } else if (illum == 13 || illum == 14) {
+      scattering(illum, out);
     } else if (illum == 11) {
       out.kind = metal();
     } else {
       out.kind = DiffuseMaterial{diffuse_color(out)};
       if (illum > 4) {
-        leave_out(fmt::format("illum {}{}", illum, illum_name(illum)), "; it is rendered as diffuse");
+        leave_out(fmt::format("illum {}", illum), "; it is rendered as diffuse");
       }
     }
+  }
+
+  /// The codes say that the inside scatters; which keyword says how much, nothing does.
+  void scattering(int illum, Material& out) {
+    out.kind = DielectricMaterial{illum == 13 ? from_->ior.value_or(1.5) : 1};
+    out.interior.absorption = absorption_of_color(cut_to_one("Kd", from_->kd.value_or(RgbColor{1, 1, 1})));
+    out.interior.scattering = from_->ks.value_or(RgbColor{1, 1, 1});
+    notices_.push_back(fmt::format(
+        "{}:{}: illum {} of material \"{}\" was read as {} that absorbs 1/Kd - 1 and scatters Ks per unit of "
+        "length",
+        from_->file, from_->line, illum, from_->name, illum == 13 ? "glass" : "a medium without a surface"));
   }
 
   /// The model among those that are rendered: 5 to 9 are much like 2, 3 and 4.

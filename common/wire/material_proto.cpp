@@ -44,6 +44,9 @@ void to_wire_kind(const PrincipledMaterial& m, const Textures& textures, v1::Mat
   p->set_coat(m.coat);
   p->set_coat_roughness(m.coat_roughness);
 }
+void to_wire_kind(const HoldoutMaterial&, const Textures&, v1::Material* out) {
+  out->mutable_holdout();
+}
 
 // ---- messages → values ----
 
@@ -143,11 +146,15 @@ Status kind_from_wire(const std::string& path, const v1::Material& material, con
       LM_ASSIGN_OR_RETURN(out.kind, principled_from_wire(path + ".principled", material.principled(), textures));
       return ok_status();
     }
+    case v1::Material::kHoldout:
+      out.kind = HoldoutMaterial{};
+      return ok_status();
     case v1::Material::KIND_NOT_SET:
       break;
   }
   return invalid_argument(
-      "{}: a kind of material must be given; the kinds are diffuse, mirror, dielectric, phong, conductor, principled",
+      "{}: a kind of material must be given; the kinds are diffuse, mirror, dielectric, phong, conductor, principled, "
+      "holdout",
       path);
 }
 

@@ -21,11 +21,12 @@ struct CheckOptions {
   std::string save_camera;
 };
 
+using Counts = std::map<std::string, std::size_t>;
+
 /// What there is in a scene.
 struct Facts {
-  std::size_t triangles = 0, spheres = 0, emissive_objects = 0;
-  std::map<std::string, std::size_t> lights;  ///< by kind
-  std::size_t diffuse = 0, mirror = 0, dielectric = 0;
+  std::size_t triangles = 0, spheres = 0, planes = 0, emissive_objects = 0;
+  Counts lights, materials;  ///< by kind
   std::uint64_t asset_bytes = 0;
 };
 
@@ -35,6 +36,16 @@ std::string kind_of(const Light& light) {
                  [](const SpotLight&) { return "spot"; }, [](const CosinePowerLight&) { return "cosine_power"; },
                  [](const IesLight&) { return "ies"; }, [](const EnvironmentLight&) { return "environment"; }},
       light.kind);
+}
+
+std::string kind_of(const Material& material) {
+  return std::visit(
+      Overloaded{[](const DiffuseMaterial&) { return "diffuse"; }, [](const MirrorMaterial&) { return "mirror"; },
+                 [](const DielectricMaterial&) { return "dielectric"; }, [](const PhongMaterial&) { return "phong"; },
+                 [](const ConductorMaterial&) { return "conductor"; },
+                 [](const PrincipledMaterial&) { return "principled"; },
+                 [](const HoldoutMaterial&) { return "holdout"; }},
+      material.kind);
 }
 
 bool emits(const Material& material) {
@@ -56,7 +67,9 @@ Result<Facts> count(const LoadedScene& loaded) {
       }
       facts.triangles += found->second;
     } else {
-      ++facts.spheres;
+      facts.spheres += std::holds_alternative<SphereShape>(object.shape) ? 1 : 0;
+      facts.planes += std::holds_alternative<PlaneShape>(object.shape) ? 1 : 0;
+      facts.triangles += std::holds_alternative<TriangleShape>(object.shape) ? 1 : 0;
     }
     facts.emissive_objects += emits(loaded.scene.materials[object.material]) ? 1 : 0;
   }
@@ -64,25 +77,23 @@ Result<Facts> count(const LoadedScene& loaded) {
     ++facts.lights[kind_of(light)];
   }
   for (const Material& material : loaded.scene.materials) {
-    facts.diffuse += std::holds_alternative<DiffuseMaterial>(material.kind) ? 1 : 0;
-    facts.mirror += std::holds_alternative<MirrorMaterial>(material.kind) ? 1 : 0;
-    facts.dielectric += std::holds_alternative<DielectricMaterial>(material.kind) ? 1 : 0;
+    ++facts.materials[kind_of(material)];
   }
   return facts;
 }
 
-json lights_json(const Facts& facts) {
-  json out{{"emissive_objects", facts.emissive_objects}};
-  for (const auto& [kind, number] : facts.lights) {
+/// `first` with the counts by kind.
+json counts_json(const std::string& name, std::size_t first, const Counts& counts) {
+  json out{{name, first}};
+  for (const auto& [kind, number] : counts) {
     out[kind] = number;
   }
   return out;
 }
 
-std::string lights_text(const Facts& facts) {
-  std::string text = fmt::format("{} objects that emit", facts.emissive_objects);
-  for (const auto& [kind, number] : facts.lights) {
-    text += fmt::format(", {} {}", number, kind);
+std::string counts_text(std::string text, const Counts& counts) {
+  for (const auto& [kind, number] : counts) {
+    text += fmt::format("{}{} {}", text.ends_with(": ") ? "" : ", ", number, kind);
   }
   return text;
 }
@@ -92,15 +103,12 @@ json to_json(const LoadedScene& loaded, const Facts& facts) {
   return {{"name", scene.name},
           {"width", scene.film.width},
           {"height", scene.film.height},
-          {"materials",
-           {{"count", scene.materials.size()},
-            {"diffuse", facts.diffuse},
-            {"mirror", facts.mirror},
-            {"dielectric", facts.dielectric}}},
+          {"materials", counts_json("count", scene.materials.size(), facts.materials)},
           {"objects", scene.objects.size()},
           {"triangles", facts.triangles},
           {"spheres", facts.spheres},
-          {"lights", lights_json(facts)},
+          {"planes", facts.planes},
+          {"lights", counts_json("emissive_objects", facts.emissive_objects, facts.lights)},
           {"assets", {{"count", loaded.assets.size()}, {"bytes", facts.asset_bytes}}},
           {"camera",
            {{"eye", scene.camera.eye},
@@ -116,17 +124,16 @@ std::string point_text(const Point3d& point) {
 
 void print(const Console& console, const LoadedScene& loaded, const Facts& facts) {
   const Scene& scene = loaded.scene;
-  print_table(
-      console,
-      {{"scene", scene.name},
-       {"film", fmt::format("{}x{} pixels", scene.film.width, scene.film.height)},
-       {"camera", fmt::format("at {}, looking at {}, {:.4g}° high", point_text(scene.camera.eye),
-                              point_text(scene.camera.look_at), scene.camera.vertical_fov_degrees)},
-       {"materials", fmt::format("{}: {} diffuse, {} mirror, {} glass", scene.materials.size(), facts.diffuse,
-                                 facts.mirror, facts.dielectric)},
-       {"objects", fmt::format("{}: {} triangles, {} spheres", scene.objects.size(), facts.triangles, facts.spheres)},
-       {"lights", lights_text(facts)},
-       {"assets", fmt::format("{}, {}", loaded.assets.size(), human_bytes(facts.asset_bytes))}});
+  print_table(console,
+              {{"scene", scene.name},
+               {"film", fmt::format("{}x{} pixels", scene.film.width, scene.film.height)},
+               {"camera", fmt::format("at {}, looking at {}, {:.4g}° high", point_text(scene.camera.eye),
+                                      point_text(scene.camera.look_at), scene.camera.vertical_fov_degrees)},
+               {"materials", counts_text(fmt::format("{}: ", scene.materials.size()), facts.materials)},
+               {"objects", fmt::format("{}: {} triangles, {} spheres, {} planes", scene.objects.size(), facts.triangles,
+                                       facts.spheres, facts.planes)},
+               {"lights", counts_text(fmt::format("{} objects that emit", facts.emissive_objects), facts.lights)},
+               {"assets", fmt::format("{}, {}", loaded.assets.size(), human_bytes(facts.asset_bytes))}});
   for (const std::string& notice : loaded.notices) {
     console.result("note: " + notice);
   }

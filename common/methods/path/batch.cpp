@@ -92,7 +92,7 @@ void Batch::shade(const Path8& in, M8 lanes, std::uint32_t bounce) {
     Path8 there = in;
     const Passage8 passage = pass_media(there, lanes, hits, bounce);
     if (passage.scattered.any()) {
-      shade_medium(there, passage.point, passage.scattered, bounce);
+      shade_medium(there, passage.point, passage.scattered & goes_on(in), bounce);
     }
     shade_hits(there, and_not(lanes, passage.scattered), hits, bounce, passage.crossing);
   } else {
@@ -118,6 +118,13 @@ void Batch::shade_hits(const Path8& in, M8 lanes, const Hit8& hits, std::uint32_
   if (bounce == max_bounces_) {
     return;
   }
+  M8 shaded = hits.hit;
+  if (scene_.features().holdouts) {
+    shaded = shaded & goes_on(in);
+    if (shaded.none()) {
+      return;
+    }
+  }
   // The frame to shade in is on the ray's side of the surface.
   const Vertex8 vertex{in,
                        surface,
@@ -126,12 +133,12 @@ void Batch::shade_hits(const Path8& in, M8 lanes, const Hit8& hits, std::uint32_
                        bounce,
                        crossing};
   if (const auto only = scene_.materials().only_kind()) {
-    shade_kind(*only, vertex, hits.hit);
+    shade_kind(*only, vertex, shaded);
     return;
   }
   // One material kind after another, in a fixed order: lanes of a kind are shaded together.
   for (const MaterialKind kind : scene_.materials().kinds()) {
-    const M8 of_kind = scene_.materials().is_kind(surface.material, kind, hits.hit);
+    const M8 of_kind = scene_.materials().is_kind(surface.material, kind, shaded);
     if (of_kind.any()) {
       shade_kind(kind, vertex, of_kind);
     }
@@ -173,6 +180,7 @@ void Batch::shade_kind(MaterialKind kind, const Vertex8& vertex, M8 lanes) {
     case MaterialKind::rough_conductor:
     case MaterialKind::rough_dielectric:
     case MaterialKind::principled:
+    case MaterialKind::holdout:
       shade_glossy(kind, vertex, lanes);
       return;
   }
@@ -229,10 +237,15 @@ void Batch::add_environment(const Path8& in, M8 escaped, std::uint32_t bounce) {
   const LightTable& lights = scene_.lights();
   const F8 light_pdf = lights.environment_pdf_solid_angle(in.origin, in.direction, escaped);
   const F8 weight = select(in.pdf_solid_angle > F8(0.0f), mis_weight(in.pdf_solid_angle, light_pdf), F8(1.0f));
-  const V8 light = in.throughput * lights.environment.radiance(in.direction) * weight;
-  add_light(escaped, in.slot, light, bounce <= 1);
+  add_background(in, escaped, lights.environment.radiance(in.direction) * weight, bounce);
+}
+
+/// Radiance of the environment that a path has come to.
+void Batch::add_background(const Path8& in, M8 lanes, const V8& radiance, std::uint32_t bounce) {
+  const V8 light = in.throughput * radiance;
+  add_light(lanes, in.slot, light, bounce <= 1);
   if (channels_.separates_lights()) {
-    add_to_group(escaped, in.slot, U8(scene_.environment_group()), light);
+    add_to_group(lanes, in.slot, U8(scene_.environment_group()), light);
   }
 }
 

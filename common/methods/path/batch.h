@@ -62,10 +62,14 @@ class Batch {
   void add_untraceable(M8 lanes, const Ray8& rays, U8 slot);
   void add_emission(const Path8& in, const Hit8& hits, const Surface8& surface, std::uint32_t bounce);
   void add_environment(const Path8& in, M8 escaped, std::uint32_t bounce);
+  void add_background(const Path8& in, M8 lanes, const V8& radiance, std::uint32_t bounce);
+  /// Paths that holdouts have ended see what they meet, and go no further.
+  static M8 goes_on(const Path8& in) { return in.roulette_scale < F8(std::numeric_limits<float>::infinity()); }
   void shade(const Path8& in, M8 lanes, std::uint32_t bounce);
   void shade_hits(const Path8& in, M8 lanes, const Hit8& hits, std::uint32_t bounce, const Crossing8& crossing);
   void shade_kind(MaterialKind kind, const Vertex8& vertex, M8 lanes);
   void shade_glossy(MaterialKind kind, const Vertex8& vertex, M8 lanes);
+  void shade_holdout(const Vertex8& vertex, M8 lanes);
   F8 relative_index(const Vertex8& vertex, M8 lanes) const;
   /// Where paths in media get to.
   struct Passage8 {

@@ -28,6 +28,9 @@ void Batch::shade_scattering(const Vertex8& vertex, const Bsdf& bsdf, M8 lanes) 
     out.slot = in.slot + U8(split * pixels_);
     out.throughput = in.throughput * s.weight * F8(1.0f / static_cast<float>(splits));
     out.roulette_scale = in.roulette_scale * F8(static_cast<float>(splits));
+    if constexpr (requires { Bsdf::kEndsPaths; }) {
+      out.roulette_scale = F8(std::numeric_limits<float>::infinity());  // see goes_on
+    }
     if constexpr (Bsdf::kLosesSamples) {
       leave(vertex, s, out, and_not(lanes, max_component(s.weight) <= F8(0.0f)));
     } else {

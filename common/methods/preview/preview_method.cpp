@@ -11,8 +11,12 @@ struct PreviewShader {
   V8 shade(const CameraHit8& at, RenderCounters& /*counters*/) const {
     const MaterialTable& materials = scene->materials();
     const F8 cosine = abs(dot(at.rays.direction, at.surface.geometric_normal));
-    const V8 value = masked(at.hits.hit, materials.reflectance(at.surface, at.hits.hit)) +
-                     materials.emission(at.surface, cosine, materials.emits(at.surface, at.hits.hit));
+    V8 value = masked(at.hits.hit, materials.reflectance(at.surface, at.hits.hit)) +
+               materials.emission(at.surface, cosine, materials.emits(at.surface, at.hits.hit));
+    if (scene->features().holdouts) {
+      const M8 holdout = materials.is_kind(at.surface.material, MaterialKind::holdout, at.hits.hit);
+      value = select(holdout, scene->lights().environment.radiance(at.rays.direction), value);
+    }
     return scene->features().environment
                ? select(at.hits.hit, value, scene->lights().environment.radiance(at.rays.direction))
                : value;

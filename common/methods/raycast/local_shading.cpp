@@ -88,24 +88,41 @@ V8 LocalShading::scattered_by(MaterialKind kind, const LitVertex8& vertex, M8 la
                   Principled8(materials.principled(surface, lanes), relative_index(vertex, lanes), wo, surface.front),
                   wo, lanes, counters);
       break;
+    case MaterialKind::holdout:
+      return holdout(vertex, lanes, counters);
   }
   return light + masked(lanes, albedo * ambient_);
 }
 
+/// The background times the irradiance with shadows over the irradiance without, both of these lights.
+V8 LocalShading::holdout(const LitVertex8& vertex, M8 lanes, RenderCounters& counters) const {
+  LitVertex8 flat = vertex;
+  flat.frame = Frame8(vertex.facing);
+  const V8 wo = flat.frame.to_local(-vertex.direction);
+  const Diffuse8 meter{broadcast(Vec3(kPi))};
+  const V8 ambient = ambient_ * F8(kPi);
+  const V8 arriving = ambient + lit(flat, meter, wo, lanes, counters);
+  const V8 unoccluded = ambient + lit(flat, meter, wo, lanes, counters, Shadows::none);
+  const auto share = [](F8 part, F8 whole) { return select(whole > F8(0.0f), part / whole, F8(1.0f)); };
+  const V8 background = scene_->lights().environment.radiance(vertex.direction);
+  return masked(lanes, background * V8{share(arriving.x, unoccluded.x), share(arriving.y, unoccluded.y),
+                                       share(arriving.z, unoccluded.z)});
+}
+
 template <class Bsdf>
-V8 LocalShading::lit(const LitVertex8& vertex, const Bsdf& bsdf, const V8& wo, M8 lanes,
-                     RenderCounters& counters) const {
+V8 LocalShading::lit(const LitVertex8& vertex, const Bsdf& bsdf, const V8& wo, M8 lanes, RenderCounters& counters,
+                     Shadows shadows) const {
   const V8 origin = vertex.surface.point + vertex.facing * vertex.surface.offset;
   const LightTable& table = scene_->lights();
   V8 sum;
   for (std::uint32_t i = table.first(LightKind::point); i < table.first(LightKind::environment); ++i) {
-    sum = sum + lit_by(table.sample_point(i, origin, lanes), kNoGeometry, vertex, bsdf, wo, lanes, counters);
+    sum = sum + lit_by(table.sample_point(i, origin, lanes), kNoGeometry, vertex, bsdf, wo, lanes, counters, shadows);
   }
   const HardLights& objects = scene_->hard_lights();
   for (std::size_t i = 0; i < objects.size(); ++i) {
     const std::uint32_t object = objects.geometry(i);
     const M8 others = and_not(lanes, vertex.geometry == U8(object));
-    sum = sum + lit_by(objects.sample(i, origin, others), object, vertex, bsdf, wo, others, counters);
+    sum = sum + lit_by(objects.sample(i, origin, others), object, vertex, bsdf, wo, others, counters, shadows);
   }
   return sum;
 }
@@ -113,7 +130,7 @@ V8 LocalShading::lit(const LitVertex8& vertex, const Bsdf& bsdf, const V8& wo, M
 /// What of one light the surfaces scatter.
 template <class Bsdf>
 V8 LocalShading::lit_by(const LightSample8& light, std::uint32_t object, const LitVertex8& vertex, const Bsdf& bsdf,
-                        const V8& wo, M8 lanes, RenderCounters& counters) const {
+                        const V8& wo, M8 lanes, RenderCounters& counters, Shadows shadows) const {
   const V8 wi = vertex.frame.to_local(light.wi);
   // Both normals must agree on which side the light is; the shadow ray starts on that side.
   const F8 side = dot(light.wi, vertex.facing);
@@ -134,6 +151,9 @@ V8 LocalShading::lit_by(const LightSample8& light, std::uint32_t object, const L
   }
   const V8 light_scattered = bsdf.eval(wo, wi) * light.weight;
   valid = valid & (max_component(light_scattered) > F8(0.0f));
+  if (shadows == Shadows::none) {
+    return masked(valid, light_scattered);
+  }
   return masked(valid, light_scattered) * arriving(valid, origin, light.point - origin, media, object, counters);
 }
 

@@ -41,11 +41,14 @@ class LocalShading {
 
  private:
   V8 scattered_by(MaterialKind kind, const LitVertex8& vertex, M8 lanes, RenderCounters& counters) const;
+  V8 holdout(const LitVertex8& vertex, M8 lanes, RenderCounters& counters) const;
+  enum class Shadows { cast, none };
   template <class Bsdf>
-  V8 lit(const LitVertex8& vertex, const Bsdf& bsdf, const V8& wo, M8 lanes, RenderCounters& counters) const;
+  V8 lit(const LitVertex8& vertex, const Bsdf& bsdf, const V8& wo, M8 lanes, RenderCounters& counters,
+         Shadows shadows = Shadows::cast) const;
   template <class Bsdf>
   V8 lit_by(const LightSample8& light, std::uint32_t object, const LitVertex8& vertex, const Bsdf& bsdf, const V8& wo,
-            M8 lanes, RenderCounters& counters) const;
+            M8 lanes, RenderCounters& counters, Shadows shadows) const;
   V8 arriving(M8 lanes, const V8& origin, const V8& way, const Media8& media, std::uint32_t object,
               RenderCounters& counters) const;
 

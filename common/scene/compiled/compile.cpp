@@ -249,6 +249,10 @@ class SceneCompiler {
     out_->materials_.set_radiance(tables.radiance);
     out_->features_.lights = !out_->lights_.empty();
     out_->features_.environment = out_->lights_.environment.exists();
+    out_->features_.holdouts = out_->materials_.uses(MaterialKind::holdout);
+    if (out_->features_.holdouts) {
+      out_->unoccluded_ = UnoccludedIrradiance(out_->lights_);
+    }
     for (const Object& object : scene_.objects) {
       out_->features_.emissive_surfaces |= !is_black(scene_.materials[object.material].emission);
     }

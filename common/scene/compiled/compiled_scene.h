@@ -10,6 +10,7 @@
 #include "common/geometry/ray.h"
 #include "common/lights/hard_lights.h"
 #include "common/lights/light_table.h"
+#include "common/lights/unoccluded_irradiance.h"
 #include "common/math/vec.h"
 #include "common/sampling/filter_table.h"
 #include "common/scene/accel/accel.h"
@@ -42,6 +43,7 @@ struct SceneFeatures {
   bool lights = false;       ///< anything that next-event estimation can sample
   bool environment = false;  ///< light where rays leave the scene
   bool media = false;        ///< paths must know which media they are in
+  bool holdouts = false;
 };
 
 class CompiledScene {
@@ -78,6 +80,8 @@ class CompiledScene {
   const MeterTable& meters() const { return meters_; }
   /// light_groups_of the document: groups are numbered from 1 in this order, 0 is none.
   const std::vector<std::string>& light_groups() const { return light_groups_; }
+  /// What holdouts would get without shadows, at points with these unit normals.
+  V8 unoccluded_irradiance(const V8& p, const V8& n, M8 lanes) const { return unoccluded_.at(lights_, p, n, lanes); }
   std::uint32_t environment_group() const { return environment_group_; }
   const FilterTable& filter() const { return *filter_; }
   const SceneFeatures& features() const { return features_; }
@@ -108,6 +112,7 @@ class CompiledScene {
   LightTable lights_;
   HardLights hard_lights_;
   EmitterTable emitters_;
+  UnoccludedIrradiance unoccluded_;
   CameraBasis camera_;
   WorldFrame frame_;
   MeterTable meters_;

@@ -73,6 +73,10 @@ void MaterialTable::add(const Material& material) {
                           reflectance = normal_reflectance(m);
                           parameters = {alpha_of(m.roughness), m.eta.r, m.eta.g, m.eta.b, m.k.r, m.k.g, m.k.b};
                         },
+                        [&](const HoldoutMaterial&) {
+                          kind = MaterialKind::holdout;
+                          reflectance = {0, 0, 0};
+                        },
                         [&](const PrincipledMaterial& m) {
                           kind = MaterialKind::principled;
                           reflectance = m.base_color;

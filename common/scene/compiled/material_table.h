@@ -1,6 +1,7 @@
 // The materials of a scene as the renderer looks them up: structures of arrays, one row a material.
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <cstdint>
 #include <optional>
@@ -26,6 +27,7 @@ enum class MaterialKind : std::uint32_t {
   rough_conductor,
   rough_dielectric,
   principled,
+  holdout,
 };
 
 class MaterialTable {
@@ -39,6 +41,8 @@ class MaterialTable {
   const std::vector<MaterialKind>& kinds() const { return kinds_; }
   /// The one kind there is, if there is but one.
   std::optional<MaterialKind> only_kind() const { return only_kind_; }
+
+  bool uses(MaterialKind kind) const { return std::ranges::find(kinds_, kind) != kinds_.end(); }
 
   M8 is_kind(U8 material, MaterialKind kind, M8 lanes) const {
     return lanes & (gather(kind_.data(), material, lanes) == U8(static_cast<std::uint32_t>(kind)));

@@ -81,6 +81,11 @@ TEST(Transcendental, DoubleFunctionsAgreeWithTheCLibrary) {
   for (int i = -700; i <= 700; ++i) {
     EXPECT_NEAR(exp_fixed(i) / std::exp(i), 1.0, 1e-13) << i;
   }
+  for (int i = -1000; i <= 1000; ++i) {
+    const double phi = i * M_PI / 1000.5, r = std::exp(i % 40);
+    EXPECT_NEAR(atan2_fixed(r * std::sin(phi), r * std::cos(phi)), phi, 1e-14) << phi;
+  }
+  EXPECT_EQ(atan2_fixed(0, 0), 0);
 }
 
 TEST(Frame, IsOrthonormalForEveryNormal) {

@@ -262,7 +262,10 @@ TEST(Mtl, GlossyMetalAndAbsorbingModelsAreMapped) {
       "newmtl gold\nKs 1 0.75 0.25\nNs 30\nillum 11\n"
       "newmtl chrome\nKd 0.5 0.5 0.5\nillum 11\n"
       "newmtl pbr\nKd 0.5 0.25 0\nPr 0.25\nPm 0.75\nPc 1\nPcr 0.125\nNi 1.3\nillum 2\n"
-      "newmtl pane\nillum 7\nTf 1 0.5 1\n",
+      "newmtl pane\nillum 7\nTf 1 0.5 1\n"
+      "newmtl ground\nKa 1 1 1\nillum 10\n"
+      "newmtl milk\nKd 0.5 1 1\nKs 2 3 4\nNi 1.3\nillum 13\n"
+      "newmtl fog\nKs 2 3 4\nNi 1.3\nillum 14\n",
       KaMeaning::automatic, notices);
   const auto& glossy = std::get<PhongMaterial>(materials[0].kind);
   EXPECT_EQ(glossy.diffuse.rgb, (RgbColor{0.25f, 0.5f, 0}));
@@ -291,11 +294,23 @@ TEST(Mtl, GlossyMetalAndAbsorbingModelsAreMapped) {
   EXPECT_EQ(pbr.coat_roughness, 0.125);
   EXPECT_EQ(pbr.ior, 1.3);
   EXPECT_TRUE(std::holds_alternative<DielectricMaterial>(materials[6].kind));
-  EXPECT_EQ(notices, (std::vector<std::string>{
-                         "box.mtl:6: Kd + Ks of material \"bright\" is above 1, and both were scaled down: a surface "
-                         "cannot reflect more than it gets",
-                         "box.mtl:29: illum 7 of material \"pane\" was read as illum 4 (glass)",
-                         "left out: box.mtl:29: Tf of material \"pane\""}));
+  EXPECT_TRUE(std::holds_alternative<HoldoutMaterial>(materials[7].kind));
+  EXPECT_EQ(materials[7].emission, TexturedColor{});
+  EXPECT_EQ(std::get<DielectricMaterial>(materials[8].kind).ior, 1.3);
+  EXPECT_EQ(materials[8].interior.absorption, (RgbColor{1, 0, 0}));
+  EXPECT_EQ(materials[8].interior.scattering, (RgbColor{2, 3, 4}));
+  EXPECT_EQ(std::get<DielectricMaterial>(materials[9].kind).ior, 1);
+  EXPECT_EQ(notices,
+            (std::vector<std::string>{
+                "Ka was read as emission, because only some materials have it: ground",
+                "box.mtl:6: Kd + Ks of material \"bright\" is above 1, and both were scaled down: a surface "
+                "cannot reflect more than it gets",
+                "box.mtl:29: illum 7 of material \"pane\" was read as illum 4 (glass)",
+                "left out: box.mtl:29: Tf of material \"pane\"",
+                "box.mtl:35: illum 13 of material \"milk\" was read as glass that absorbs 1/Kd - 1 and scatters "
+                "Ks per unit of length",
+                "box.mtl:40: illum 14 of material \"fog\" was read as a medium without a surface that absorbs "
+                "1/Kd - 1 and scatters Ks per unit of length"}));
 }
 
 TEST(Mtl, KaEmitsOnlyWhereItCanMeanNothingElse) {
@@ -334,13 +349,15 @@ TEST(Mtl, WhatIsLeftOutIsSaid) {
       "Ks 0 0 0\nnewmtl d\nillum 77\n",
       KaMeaning::automatic, notices);
   EXPECT_EQ(std::get<DiffuseMaterial>(materials[0].kind).reflectance, (RgbColor{1, 1, 1}));
-  EXPECT_EQ(notices,
-            (std::vector<std::string>{
-                "box.mtl:1: Kd of material \"a\" is above 1 and was cut: a surface cannot reflect more than it gets",
-                "left out: box.mtl:1: map_Pr of material \"a\"", "left out: box.mtl:1: bump of material \"a\"",
-                "left out: box.mtl:1: d (opacity) of material \"a\"",
-                "left out: box.mtl:6: illum 13 (scattering) of material \"b\"; it is rendered as diffuse",
-                "left out: box.mtl:12: illum 77 of material \"d\"; it is rendered as diffuse"}));
+  EXPECT_EQ(
+      notices,
+      (std::vector<std::string>{
+          "box.mtl:1: Kd of material \"a\" is above 1 and was cut: a surface cannot reflect more than it gets",
+          "left out: box.mtl:1: map_Pr of material \"a\"", "left out: box.mtl:1: bump of material \"a\"",
+          "left out: box.mtl:1: d (opacity) of material \"a\"",
+          "box.mtl:6: illum 13 of material \"b\" was read as glass that absorbs 1/Kd - 1 and scatters Ks per unit of "
+          "length",
+          "left out: box.mtl:12: illum 77 of material \"d\"; it is rendered as diffuse"}));
 }
 
 TEST(Mtl, MapsHaveOptions) {

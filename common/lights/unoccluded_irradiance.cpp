@@ -1,0 +1,159 @@
+#include "common/lights/unoccluded_irradiance.h"
+
+#include <array>
+
+namespace lightmill {
+namespace {
+
+// Light of an image's directions is gathered in cells of some 6°, each kept with its mean direction: a cell's cosine is
+// exact unless it cuts the horizon. The irradiance is bilinear between normals 3° apart.
+constexpr std::size_t kCellRows = 32, kCellColumns = 64;
+constexpr std::size_t kRows = 64, kColumns = 128;
+
+/// Irradiance as a vector, for each colour.
+using Cell = std::array<Vec3d, 3>;
+
+std::vector<Cell> gather_cells(const EnvironmentRadiance& environment) {
+  std::vector<Cell> cells(kCellRows * kCellColumns, Cell{Vec3d(0), Vec3d(0), Vec3d(0)});
+  environment.for_each_beam([&](const V8& direction, const V8& irradiance) {
+    const F8 sine = sqrt(direction.x * direction.x + direction.z * direction.z);
+    const F8 row = atan2(sine, direction.y) * F8(kCellRows * kInvPi);
+    const F8 column = (F8(0.5f) + atan2(direction.z, direction.x) * F8(0.5f * kInvPi)) * F8(kCellColumns);
+    alignas(32) std::uint32_t rows[8], columns[8];
+    alignas(32) float d[3][8], e[3][8];
+    truncate(row).store(rows);
+    truncate(column).store(columns);
+    direction.x.store(d[0]);
+    direction.y.store(d[1]);
+    direction.z.store(d[2]);
+    irradiance.x.store(e[0]);
+    irradiance.y.store(e[1]);
+    irradiance.z.store(e[2]);
+    for (std::size_t lane = 0; lane < 8; ++lane) {
+      const std::size_t r = std::min<std::size_t>(rows[lane], kCellRows - 1);
+      const std::size_t c = columns[lane] % kCellColumns;
+      for (std::size_t color = 0; color < 3; ++color) {
+        cells[r * kCellColumns + c][color] +=
+            Vec3d(d[0][lane], d[1][lane], d[2][lane]) * static_cast<double>(e[color][lane]);
+      }
+    }
+  });
+  return cells;
+}
+
+std::vector<float> tabulate(const EnvironmentRadiance& environment) {
+  const std::vector<Cell> cells = gather_cells(environment);
+  std::vector<float> out;
+  out.reserve(3 * (kRows + 1) * kColumns);
+  for (std::size_t row = 0; row <= kRows; ++row) {
+    const double theta = kPiDouble * static_cast<double>(row) / kRows;
+    for (std::size_t column = 0; column < kColumns; ++column) {
+      const double phi = 2 * kPiDouble * static_cast<double>(column) / kColumns;
+      // As atan2 has it, half a turn on: column 0 is −x.
+      const Vec3d n{-sin_fixed(theta) * cos_fixed(phi), cos_fixed(theta), -sin_fixed(theta) * sin_fixed(phi)};
+      Vec3d sum(0);
+      for (const Cell& cell : cells) {
+        for (int color = 0; color < 3; ++color) {
+          sum[color] += std::max(glm::dot(cell[static_cast<std::size_t>(color)], n), 0.0);
+        }
+      }
+      for (int color = 0; color < 3; ++color) {
+        out.push_back(static_cast<float>(sum[color]));
+      }
+    }
+  }
+  return out;
+}
+
+/// The sum of `of(index)` over all lights of a kind.
+template <class Lights>
+V8 sum_of_delta(const Lights& lights, const V8& p, const V8& n, M8 lanes) {
+  V8 sum = broadcast(Vec3(0));
+  for (std::size_t i = 0; i < lights.size(); ++i) {
+    const LightSample8 light = lights.sample(p, U8(static_cast<std::uint32_t>(i)), lanes);
+    const F8 cosine = max(dot(light.wi, n), F8(0.0f));
+    sum = sum + masked(light.valid, light.weight * cosine);
+  }
+  return sum;
+}
+
+template <class Lights>
+Vec3d sum_of_shapes(const Lights& lights, const Vec3d& p, const Vec3d& n) {
+  Vec3d sum(0);
+  for (std::size_t i = 0; i < lights.size(); ++i) {
+    sum += lights.irradiance(i, p, n);
+  }
+  return sum;
+}
+
+/// Lane by lane: their formulas branch.
+V8 of_shapes(const LightTable& lights, const V8& p, const V8& n, M8 lanes) {
+  alignas(32) float rows[9][8] = {};
+  p.x.store(rows[0]);
+  p.y.store(rows[1]);
+  p.z.store(rows[2]);
+  n.x.store(rows[3]);
+  n.y.store(rows[4]);
+  n.z.store(rows[5]);
+  for (unsigned bits = static_cast<unsigned>(lanes.bits()); bits != 0; bits &= bits - 1) {
+    const auto lane = static_cast<std::size_t>(std::countr_zero(bits));
+    const Vec3d point(rows[0][lane], rows[1][lane], rows[2][lane]), normal(rows[3][lane], rows[4][lane], rows[5][lane]);
+    const Vec3d sum = sum_of_shapes(lights.facets, point, normal) + sum_of_shapes(lights.spheres, point, normal);
+    for (int color = 0; color < 3; ++color) {
+      rows[6 + color][lane] = static_cast<float>(sum[color]);
+    }
+  }
+  return {F8::load(rows[6]), F8::load(rows[7]), F8::load(rows[8])};
+}
+
+}  // namespace
+
+UnoccludedIrradiance::UnoccludedIrradiance(const LightTable& lights) {
+  if (!lights.environment.exists()) {
+    return;
+  }
+  if (lights.environment.is_constant()) {
+    const V8 radiance = lights.environment.radiance(broadcast(Vec3(0, 1, 0)));
+    alignas(32) float lanes[3][8];
+    radiance.x.store(lanes[0]);
+    radiance.y.store(lanes[1]);
+    radiance.z.store(lanes[2]);
+    constant_ = Vec3(lanes[0][0], lanes[1][0], lanes[2][0]) * kPi;
+  } else {
+    image_ = tabulate(lights.environment);
+  }
+}
+
+V8 UnoccludedIrradiance::at(const LightTable& lights, const V8& p, const V8& n, M8 lanes) const {
+  V8 sum = of_environment(n) + sum_of_delta(lights.points, p, n, lanes) + sum_of_delta(lights.spots, p, n, lanes) +
+           sum_of_delta(lights.cosine_powers, p, n, lanes) + sum_of_delta(lights.ies, p, n, lanes) +
+           sum_of_delta(lights.directional, p, n, lanes);
+  if (lights.facets.size() + lights.spheres.size() > 0) {
+    sum = sum + of_shapes(lights, p, n, lanes);
+  }
+  return sum;
+}
+
+V8 UnoccludedIrradiance::of_environment(const V8& n) const {
+  if (image_.empty()) {
+    return broadcast(constant_);
+  }
+  const F8 sine = sqrt(n.x * n.x + n.z * n.z);
+  const F8 y = min(atan2(sine, n.y) * F8(kInvPi), F8(1.0f)) * F8(kRows);
+  const F8 x = (F8(0.5f) + atan2(n.z, n.x) * F8(0.5f * kInvPi)) * F8(kColumns);
+  const U8 last_row(static_cast<std::uint32_t>(kRows - 1)), last_column(static_cast<std::uint32_t>(kColumns - 1));
+  const U8 row = select(signed_less(last_row, truncate(y)), last_row, truncate(y));
+  const U8 left = truncate(x) & last_column;  // a power of two
+  const U8 right = (left + U8(1u)) & last_column;
+  const F8 t = y - to_float(row), s = x - to_float(truncate(x));
+  const M8 all(true);
+  const auto in_row = [&](U8 r) {
+    const U8 first = r * U8(static_cast<std::uint32_t>(kColumns));
+    const V8 a = gather3(image_.data(), first + left, all), b = gather3(image_.data(), first + right, all);
+    return a + (b - a) * s;
+  };
+  const V8 a = in_row(row), b = in_row(row + U8(1u));
+  return a + (b - a) * t;
+}
+
+}  // namespace lightmill

@@ -1,0 +1,98 @@
+// Holdouts show the background times the light that arrives over the light without shadows, through public documents.
+#include <cmath>
+
+#include "tests/analytic/scene_text.h"
+
+namespace lightmill::test {
+namespace {
+
+constexpr const char* kMaterials =
+    R"({"name": "floor", "holdout": {}}, {"name": "black", "diffuse": {"reflectance": {"rgb": [0, 0, 0]}}},
+       {"name": "white", "diffuse": {"reflectance": {"rgb": [1, 1, 1]}}})";
+constexpr const char* kFloor = R"({"material": "floor", "plane": {"point": [0, 0, 0], "normal": [0, 1, 0]}})";
+constexpr const char* kSky = R"({"environment": {"radiance": {"rgb": [0.5, 2, 4]}}})";
+
+/// What is seen of the floor at (x, 0, 0), from the side.
+std::array<Estimate, 3> floor_at(double x, const std::string& more_objects, const std::string& lights,
+                                 std::uint32_t level = 9, const std::string& method = "path") {
+  const auto scene =
+      TestScene::from_text(document(fmt::format(R"("eye": [{}, 0.3, 0], "look_at": [{}, 0, 0])", x + 1.5, x), 0.001, 8,
+                                    kMaterials, std::string(kFloor) + more_objects, lights));
+  const auto rendered = scene.render({method, 3, 0}, level);
+  return {mean_of(rendered, 0), mean_of(rendered, 1), mean_of(rendered, 2)};
+}
+
+TEST(Holdout, WithoutObjectsIsTheBackground) {
+  const std::string lights =
+      std::string(kSky) + R"(, {"directional": {"direction": [1, -1, 0], "irradiance": {"rgb": [3, 3, 3]}}})";
+  for (const std::string& light : {std::string(kSky), lights}) {
+    const auto seen = floor_at(0.2, "", light);
+    expect_answer(seen[0], 0.5, 1e-2);
+    expect_answer(seen[2], 4, 1e-2);
+  }
+}
+
+TEST(Holdout, UnderABlackSphereInAnEvenSky) {
+  // A sphere fills h R² / d³ of the plane's cosine-weighted sky.
+  struct Case {
+    double radius, height, x, exact;
+  };
+  for (const Case& c : {Case{0.5, 0.5, 0.5, 1 - 0.5 * 0.25 / std::pow(0.5, 1.5)}, Case{0.5, 1, 0, 0.75},
+                        Case{0.3, 0.7, 0.4, 1 - 0.7 * 0.09 / std::pow(0.65, 1.5)}}) {
+    const auto seen = floor_at(c.x, ", " + sphere("black", fmt::format("[0, {}, 0]", c.height), c.radius), kSky);
+    expect_answer(seen[0], 0.5 * c.exact, 5e-3);
+    expect_answer(seen[1], 2 * c.exact, 5e-3);
+  }
+}
+
+TEST(Holdout, LightThatTheSceneScattersIsNoPartOfIt) {
+  const auto dark = floor_at(0.5, ", " + sphere("black", "[0, 0.5, 0]", 0.5), kSky, 7);
+  const auto white = floor_at(0.5, ", " + sphere("white", "[0, 0.5, 0]", 0.5), kSky, 7);
+  EXPECT_EQ(dark[1].value, white[1].value);
+}
+
+TEST(Holdout, IsDarkenedByTheShareOfEachLight) {
+  // The sky gives 2π, the sun 3 cos 45° where nothing is in its way; a small ball far off shadows the sun alone.
+  const double sun = 3 * std::sqrt(0.5), sky = 2 * M_PI;
+  for (const std::string method : {"path", "raycast"}) {
+    const auto seen = floor_at(
+        0, ", " + sphere("black", "[-50, 50, 0]", 0.1),
+        std::string(kSky) + R"(, {"directional": {"direction": [1, -1, 0], "irradiance": {"rgb": [3, 3, 3]}}})", 9,
+        method);
+    expect_answer(seen[1], 2 * sky / (sky + sun), 1e-2);
+  }
+}
+
+TEST(Holdout, WithoutLightShowsTheBackgroundAsItIs) {
+  // Its back gets nothing of a lamp above it.
+  const auto scene =
+      TestScene::from_text(document(R"("eye": [0, -1, 0.1], "look_at": [0, 0, 0])", 0.01, 8, kMaterials, kFloor,
+                                    R"({"point": {"position": [0, 1, 0], "intensity": {"rgb": [1, 1, 1]}}})"));
+  EXPECT_EQ(mean_of(scene.render({"path", 3, 1}, 3), 0).value, 0);
+}
+
+TEST(Holdout, ObjectsSeeTheBackgroundInItToo) {
+  // A white sphere above an unshadowed, even world would show 1 times the sky; its own shadow takes some.
+  const auto scene =
+      TestScene::from_text(document(R"("eye": [0, 50, 0.1], "look_at": [0, 40, 0])", 0.001, 8, kMaterials,
+                                    std::string(kFloor) + ", " + sphere("white", "[0, 40, 0]", 0.5), kSky));
+  const Estimate top = mean_of(scene.render({"path", 3, 0}, 8), 1);
+  expect_answer(top, 2, 1e-2);
+}
+
+TEST(Holdout, RefusesWhatItCannotCompare) {
+  Scene scene = TestScene::from_text(document(R"("eye": [0, 1, 0], "look_at": [0, 0, 0.1])", 30, 8, kMaterials,
+                                              std::string(kFloor) + ", " + sphere("black", "[0, 1, 0]", 0.1)))
+                    .scene();
+  EXPECT_TRUE(validate(scene).ok());
+  scene.materials[1].emission = {1, 1, 1};
+  EXPECT_TRUE(validate(scene).ok());
+  scene.materials[1].emission_exponent = 2;
+  EXPECT_EQ(message_of(validate(scene)),
+            "materials \"black\": emission with an exponent has no place in a scene with a holdout");
+  scene.materials[0].emission = {1, 1, 1};
+  EXPECT_EQ(message_of(validate(scene)), "materials[0].emission: a holdout cannot emit light");
+}
+
+}  // namespace
+}  // namespace lightmill::test
