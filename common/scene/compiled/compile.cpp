@@ -63,7 +63,8 @@ class SceneCompiler {
     LM_RETURN_IF_ERROR(validate(scene_));
     LM_ASSIGN_OR_RETURN(meshes_, load_meshes(scene_, assets));
     find_bounds();
-    LM_ASSIGN_OR_RETURN(TextureSet textures, load_textures(scene_, assets, images));
+    LM_ASSIGN_OR_RETURN(TextureSet textures, load_textures(scene_, assets, images, options.max_texture_bytes));
+    const std::uint64_t texture_bytes = textures.bytes();
     out_->light_groups_ = light_groups_of(scene_);
     out_->materials_ = MaterialTable(scene_, std::move(textures));
     out_->accel_ = std::make_unique<Accel>(options.brute_force   ? Accel::Kind::brute_force
@@ -89,7 +90,7 @@ class SceneCompiler {
     out_->filter_ = std::make_unique<FilterTable>(filter_table(scene_.film.filter));
     out_->film_width_ = scene_.film.width;
     out_->film_height_ = scene_.film.height;
-    out_->bytes_ = meshes_.triangles_held * 190 + out_->geometry_.bytes() + out_->lights_.bytes() +
+    out_->bytes_ = texture_bytes + meshes_.triangles_held * 190 + out_->geometry_.bytes() + out_->lights_.bytes() +
                    out_->hard_lights_.bytes() + out_->emitters_.bytes() + 65536;
     return std::shared_ptr<const CompiledScene>(std::move(out_));
   }

@@ -77,5 +77,43 @@ TEST(CompiledMeshes, CopiesThatGlowAreHeldOneByOne) {
       << message_of(compiled.status());
 }
 
+/// Two materials with textures of one image, 256², or of two.
+std::string two_textures(const std::string& other_file) {
+  return fmt::format(
+      R"({{"camera": {{"eye": [0, 0, 1], "look_at": [0, 0, 0], "vertical_fov_degrees": 90}}, "film": {{"width": 1, "height": 1}},
+      "textures": [{{"name": "a", "file": "a.png"}}, {{"name": "b", "file": "{}", "filter": "NEAREST"}}],
+      "materials": [{{"name": "a", "diffuse": {{"reflectance": {{"texture": "a"}}}}}},
+                    {{"name": "b", "diffuse": {{"reflectance": {{"texture": "b"}}}}}}],
+      "objects": [{{"material": "a", "sphere": {{"center": [0, 0, 0], "radius": 0.1}}}},
+                  {{"material": "b", "sphere": {{"center": [1, 0, 0], "radius": 0.1}}}}]}})",
+      other_file);
+}
+constexpr std::uint64_t kImageBytes = 256 * 256 * 4 * sizeof(float);
+
+std::uint64_t bytes_with_image_of(int side) {
+  const auto image = [&](ByteView, const std::string&) -> Result<Texels> {
+    const auto values = static_cast<std::size_t>(4 * side * side);
+    return Texels{side, side, {}, std::vector<float>(values, 0.5f), true};
+  };
+  return (*compile(load_text(two_textures("a.png"), {{"a.png", "a"}}), image))->bytes();
+}
+
+// Images of 16 bits, which are made linear once.
+TEST(CompiledTextures, CountInTheSceneAndShareTheirImage) {
+  EXPECT_EQ(bytes_with_image_of(256) - bytes_with_image_of(1), kImageBytes - 4 * sizeof(float));
+}
+
+TEST(CompiledTextures, HaveALimitForAllTogether) {
+  const auto image = [](ByteView, const std::string&) -> Result<Texels> {
+    return Texels{256, 256, {}, std::vector<float>(256 * 256 * 4, 0.5f), false};
+  };
+  CompiledScene::Options options;
+  options.max_texture_bytes = kImageBytes;
+  EXPECT_TRUE(compile(load_text(two_textures("a.png"), {{"a.png", "a"}}), image, options).ok());
+  const auto two = compile(load_text(two_textures("b.png"), {{"a.png", "a"}, {"b.png", "b"}}), image, options);
+  ASSERT_FALSE(two.ok());
+  EXPECT_EQ(message_of(two.status()), "textures[1] \"b\": the scene's images need more than the limit of 1 MiB");
+}
+
 }  // namespace
 }  // namespace lightmill::test
