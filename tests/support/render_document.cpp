@@ -27,7 +27,8 @@ TestScene::TestScene(LoadedScene loaded, const CompiledScene::ImageDecoder& imag
 
 TestScene::TestScene(const fs::path& path) : TestScene(load(path)) {}
 
-LoadedScene load_text(const std::string& document, const std::map<std::string, std::string>& files) {
+TestScene TestScene::from_text(const std::string& document, const std::map<std::string, std::string>& files,
+                               const CompiledScene::ImageDecoder& images) {
   std::string folder = (fs::temp_directory_path() / "lightmill-test-XXXXXX").string();
   LM_CHECK(::mkdtemp(folder.data()) != nullptr);
   for (const auto& [name, text] : files) {
@@ -37,12 +38,7 @@ LoadedScene load_text(const std::string& document, const std::map<std::string, s
   std::ofstream(path) << document;
   LoadedScene loaded = load(path);
   fs::remove_all(folder);
-  return loaded;
-}
-
-TestScene TestScene::from_text(const std::string& document, const std::map<std::string, std::string>& files,
-                               const CompiledScene::ImageDecoder& images) {
-  return TestScene(load_text(document, files), images);
+  return TestScene(std::move(loaded), images);
 }
 
 CompiledScene::AssetSource TestScene::assets() const {

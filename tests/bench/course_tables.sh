@@ -1,0 +1,15 @@
+#!/bin/sh
+# Prints the course's tables as Markdown: times with and without the tree, and subdivisions of the pixel against time and
+# error, beside plain random sampling. Takes some ten minutes on a quiet core. Needs the models (scenes/get-models), and
+# a build (ninja -C build/release course_bench).
+#
+#   tests/bench/course_tables.sh [OPTION …]     options go to course_bench: --runs 3, …
+set -eu
+cd "$(dirname "$0")/../.."
+. deploy/environment.sh
+
+[ -x build/release/bench/course_bench ] || { echo "$0: build it first: ninja -C build/release course_bench" >&2; exit 2; }
+scenes/get-models >&2
+echo "$(sed -n 's/^model name[^:]*: //p' /proc/cpuinfo | head -n 1), $(nproc) cores, one of them used; load $(cut -d ' ' -f 1 /proc/loadavg)."
+echo
+build/release/bench/course_bench "$@"
