@@ -16,4 +16,9 @@ struct Texels {
   bool encoded = false;              ///< the file's values are sRGB-encoded unless the scene says otherwise
 };
 
+/// Memory of the pixels.
+inline std::uint64_t size_bytes(const Texels& texels) {
+  return std::uint64_t{texels.bytes.size()} * 4 + std::uint64_t{texels.floats.size()} * 4;
+}
+
 }  // namespace lightmill

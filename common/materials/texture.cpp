@@ -1,6 +1,7 @@
 #include "common/materials/texture.h"
 
 #include <cmath>
+#include <set>
 
 #include "common/base/check.h"
 
@@ -28,20 +29,21 @@ double srgb_decode_fixed(double encoded) {
   return square * root;
 }
 
+Texels decode_floats(Texels texels) {
+  for (std::size_t i = 0; i < texels.floats.size(); ++i) {
+    float& value = texels.floats[i];
+    value = i % 4 == 3 ? value : static_cast<float>(srgb_decode_fixed(std::clamp(value, 0.0f, 1.0f)));
+  }
+  texels.encoded = false;
+  return texels;
+}
+
 Texture::Texture(std::shared_ptr<const Texels> texels, const TextureSettings& settings)
     : texels_(std::move(texels)), settings_(settings) {
   LM_CHECK(texels_->width > 0 && texels_->height > 0);
   for (int i = 0; i < 256; ++i) {
     const double value = i / 255.0;
     decoded_[static_cast<std::size_t>(i)] = static_cast<float>(settings_.decode ? srgb_decode_fixed(value) : value);
-  }
-  if (settings_.decode && !texels_->floats.empty()) {
-    auto decoded = std::make_shared<Texels>(*texels_);
-    for (std::size_t i = 0; i < decoded->floats.size(); ++i) {
-      float& value = decoded->floats[i];
-      value = i % 4 == 3 ? value : static_cast<float>(srgb_decode_fixed(std::clamp(value, 0.0f, 1.0f)));
-    }
-    texels_ = std::move(decoded);
   }
 }
 
@@ -113,6 +115,17 @@ Vec3 Texture::mean() const {
     }
   }
   return Vec3(sum / static_cast<double>(pixels));
+}
+
+std::uint64_t TextureSet::bytes() const {
+  std::set<const Texels*> counted;
+  std::uint64_t bytes = 0;
+  for (const Texture& texture : textures_) {
+    if (counted.insert(&texture.texels()).second) {
+      bytes += size_bytes(texture.texels());
+    }
+  }
+  return bytes;
 }
 
 Texture::Rgba8 TextureSet::lookup(U8 texture, F8 u, F8 v, M8 lanes) const {

@@ -19,7 +19,7 @@ enum class TextureWrap { repeat, clamp };  ///< beyond [0, 1]: the image again, 
 struct TextureSettings {
   TextureFilter filter = TextureFilter::bilinear;
   TextureWrap wrap = TextureWrap::repeat;
-  bool decode = false;  ///< colours are sRGB-encoded
+  bool decode = false;  ///< colours of texels that are bytes are sRGB-encoded; floats are linear
   std::array<float, 2> scale{1, 1};
   std::array<float, 2> offset{0, 0};
 };
@@ -37,6 +37,7 @@ class Texture {
   Rgba8 lookup(F8 u, F8 v, M8 lanes) const;
   /// Mean colour over the image.
   Vec3 mean() const;
+  const Texels& texels() const { return *texels_; }
 
  private:
   Rgba8 texel(U8 x, U8 y, M8 lanes) const;
@@ -52,6 +53,9 @@ class Texture {
 /// relative error below 1e-12.
 double srgb_decode_fixed(double encoded);
 
+/// The same pixels with linear colours, of texels that are sRGB-encoded floats (cut to [0, 1]).
+Texels decode_floats(Texels texels);
+
 /// All textures of a scene; eight lanes may ask for different ones.
 class TextureSet {
  public:
@@ -59,6 +63,8 @@ class TextureSet {
 
   void add(Texture texture) { textures_.push_back(std::move(texture)); }
   const Texture& operator[](std::uint32_t i) const { return textures_[i]; }
+  /// Memory of the texels; what several textures share counts once.
+  std::uint64_t bytes() const;
   /// Where `texture` is kNone: white and opaque.
   Texture::Rgba8 lookup(U8 texture, F8 u, F8 v, M8 lanes) const;
 

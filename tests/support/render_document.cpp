@@ -27,8 +27,7 @@ TestScene::TestScene(LoadedScene loaded, const CompiledScene::ImageDecoder& imag
 
 TestScene::TestScene(const fs::path& path) : TestScene(load(path)) {}
 
-TestScene TestScene::from_text(const std::string& document, const std::map<std::string, std::string>& files,
-                               const CompiledScene::ImageDecoder& images) {
+LoadedScene load_text(const std::string& document, const std::map<std::string, std::string>& files) {
   std::string folder = (fs::temp_directory_path() / "lightmill-test-XXXXXX").string();
   LM_CHECK(::mkdtemp(folder.data()) != nullptr);
   for (const auto& [name, text] : files) {
@@ -38,7 +37,12 @@ TestScene TestScene::from_text(const std::string& document, const std::map<std::
   std::ofstream(path) << document;
   LoadedScene loaded = load(path);
   fs::remove_all(folder);
-  return TestScene(std::move(loaded), images);
+  return loaded;
+}
+
+TestScene TestScene::from_text(const std::string& document, const std::map<std::string, std::string>& files,
+                               const CompiledScene::ImageDecoder& images) {
+  return TestScene(load_text(document, files), images);
 }
 
 CompiledScene::AssetSource TestScene::assets() const {

@@ -25,6 +25,9 @@ struct Estimate {
   double standard_error = 0;
 };
 
+/// Loads the text of a document; `files` are files that it names, by name. Fails the process where that goes wrong.
+LoadedScene load_text(const std::string& document, const std::map<std::string, std::string>& files = {});
+
 /// A scene that was read from files and compiled; fails the process with the message where that goes wrong.
 class TestScene {
  public:

@@ -13,9 +13,6 @@
 namespace lightmill {
 namespace {
 
-/// Meshes with fewer triangles are copied for each object rather than instanced: that is faster to trace.
-constexpr std::size_t kInstancedTriangles = 64;
-
 CameraBasis camera_basis(const Camera& camera, int height, const WorldFrame& frame) {
   const Vec3d forward = glm::normalize(near_one(to_vec(camera.look_at) - to_vec(camera.eye)));
   const Vec3d right = glm::normalize(glm::cross(forward, near_one(to_vec(camera.up))));
@@ -66,7 +63,8 @@ class SceneCompiler {
     LM_RETURN_IF_ERROR(validate(scene_));
     LM_ASSIGN_OR_RETURN(meshes_, load_meshes(scene_, assets));
     find_bounds();
-    LM_ASSIGN_OR_RETURN(TextureSet textures, load_textures(scene_, assets, images));
+    LM_ASSIGN_OR_RETURN(TextureSet textures, load_textures(scene_, assets, images, options.max_texture_bytes));
+    const std::uint64_t texture_bytes = textures.bytes();
     out_->light_groups_ = light_groups_of(scene_);
     out_->materials_ = MaterialTable(scene_, std::move(textures));
     out_->accel_ = std::make_unique<Accel>(options.brute_force   ? Accel::Kind::brute_force
@@ -92,7 +90,7 @@ class SceneCompiler {
     out_->filter_ = std::make_unique<FilterTable>(filter_table(scene_.film.filter));
     out_->film_width_ = scene_.film.width;
     out_->film_height_ = scene_.film.height;
-    out_->bytes_ = triangle_count_ * 190 + out_->geometry_.bytes() + out_->lights_.bytes() +
+    out_->bytes_ = texture_bytes + meshes_.triangles_held * 190 + out_->geometry_.bytes() + out_->lights_.bytes() +
                    out_->hard_lights_.bytes() + out_->emitters_.bytes() + 65536;
     return std::shared_ptr<const CompiledScene>(std::move(out_));
   }
@@ -110,14 +108,22 @@ class SceneCompiler {
       } else if (const auto* plane = std::get_if<PlaneShape>(&scene_.objects[i].shape)) {
         bounds.add(map(to_vec(plane->point)));
       } else {
-        bounds = bounds_of(*meshes_[i], map);
-        triangle_count_ += meshes_[i]->triangles.size();
-        ++users_[meshes_[i].get()];
+        bounds = meshes_.instanced[i] ? bounds_of(box_of(*meshes_.of_object[i]), map)
+                                      : bounds_of(*meshes_.of_object[i], map);
       }
       scene.add(bounds.low);
       scene.add(bounds.high);
     }
     frame_ = WorldFrame(scene);
+  }
+
+  /// In the mesh's own coordinates; found once.
+  const Bounds& box_of(const Mesh& mesh) {
+    const auto [found, added] = boxes_.try_emplace(&mesh);
+    if (added) {
+      found->second = bounds_of(mesh, Affine());
+    }
+    return found->second;
   }
 
   /// Fast rays may slip through the edge of two triangles once in some 10^7; that and coordinates much larger than the
@@ -129,7 +135,7 @@ class SceneCompiler {
         smallest = std::min(smallest, glm::length(bounds_[i].size()));
       }
     }
-    return triangle_count_ > 1000 || frame_.extent() > 1e3 * smallest;
+    return meshes_.triangles_seen > 1000 || frame_.extent() > 1e3 * smallest;
   }
 
   void compile_object(std::size_t i) {
@@ -138,10 +144,11 @@ class SceneCompiler {
       compile_sphere(object, *sphere, maps_[i]);
     } else if (const auto* plane = std::get_if<PlaneShape>(&object.shape)) {
       compile_plane(object, *plane, maps_[i]);
-    } else if (is_instanced(i)) {
+    } else if (meshes_.instanced[i]) {
       compile_instance(i);
     } else {
-      compile_mesh(object, maps_[i].identity ? *meshes_[i] : transformed(*meshes_[i], maps_[i]));
+      const Mesh& mesh = *meshes_.of_object[i];
+      compile_mesh(object, maps_[i].identity ? mesh : transformed(mesh, maps_[i]));
     }
   }
 
@@ -166,13 +173,6 @@ class SceneCompiler {
     out_->geometry_.add_plane(object.material, point, static_cast<float>(1 / frame_.scale()));
     out_->accel_->add_plane(point, Vec3(normal));
     light_builder_.add_other();
-  }
-
-  /// Emitters are copied: light sampling wants their triangles one by one.
-  bool is_instanced(std::size_t i) const {
-    const Mesh& mesh = *meshes_[i];
-    return users_.at(&mesh) > 1 && mesh.triangles.size() >= kInstancedTriangles &&
-           is_black(scene_.materials[scene_.objects[i].material].emission);
   }
 
   std::vector<std::array<float, 3>> frame_positions(const Mesh& mesh) const {
@@ -201,11 +201,11 @@ class SceneCompiler {
   };
 
   const Prototype& prototype(std::size_t i) {
-    const Mesh& mesh = *meshes_[i];
+    const Mesh& mesh = *meshes_.of_object[i];
     const auto [found, added] = prototypes_.try_emplace(&mesh);
     Prototype& p = found->second;
     if (added) {
-      const Bounds bounds = bounds_of(mesh, Affine());
+      const Bounds& bounds = box_of(mesh);
       p.center = (bounds.low + bounds.high) * 0.5;
       const double extent = glm::length(bounds.size());
       p.scale = extent > 0 ? std::ldexp(1.0, -std::ilogb(extent)) : 1.0;
@@ -261,11 +261,10 @@ class SceneCompiler {
   const Scene& scene_;
   std::unique_ptr<CompiledScene> out_;
   ObjectMeshes meshes_;
-  std::vector<Bounds> bounds_;        ///< one an object, in scene units
-  std::vector<Affine> maps_;          ///< one an object
-  std::map<const Mesh*, int> users_;  ///< how many objects have a mesh
+  std::vector<Bounds> bounds_;  ///< one an object, in scene units
+  std::vector<Affine> maps_;    ///< one an object
+  std::map<const Mesh*, Bounds> boxes_;
   std::map<const Mesh*, Prototype> prototypes_;
-  std::uint64_t triangle_count_ = 0;
   WorldFrame frame_;
   LightBuilder light_builder_{scene_, frame_};
 };

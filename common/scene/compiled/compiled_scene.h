@@ -56,6 +56,8 @@ class CompiledScene {
 
   struct Options {
     bool brute_force = false;  ///< trace rays without a hierarchy
+    /// Of decoded images that textures name, all together.
+    std::uint64_t max_texture_bytes = std::uint64_t{8} << 30;
   };
 
   /// Compiles a valid document. Fails when an asset is missing or damaged, or memory runs out; errors name the object.

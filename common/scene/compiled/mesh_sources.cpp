@@ -1,10 +1,14 @@
 #include "common/scene/compiled/mesh_sources.h"
 
+#include "common/scene/compiled/convert.h"
+
 namespace lightmill {
 namespace {
 
 /// Indices of the nine floats of a triangle stay below 2^31, as eight-lane gathers need.
 constexpr std::uint64_t kMaxTriangles = 200'000'000;
+/// Meshes with fewer triangles are copied for each object rather than instanced.
+constexpr std::size_t kInstancedTriangles = 64;
 
 std::shared_ptr<const Mesh> one_triangle(const TriangleShape& triangle) {
   Mesh mesh;
@@ -14,14 +18,40 @@ std::shared_ptr<const Mesh> one_triangle(const TriangleShape& triangle) {
   return std::make_shared<const Mesh>(std::move(mesh));
 }
 
+/// Decides which objects are instances, and counts triangles.
+Status share_meshes(const Scene& scene, ObjectMeshes& meshes) {
+  std::map<const Mesh*, int> users, instances;
+  for (const auto& mesh : meshes.of_object) {
+    ++users[mesh.get()];
+  }
+  for (std::size_t i = 0; i < scene.objects.size(); ++i) {
+    const Mesh* mesh = meshes.of_object[i].get();
+    if (mesh == nullptr) {
+      meshes.instanced.push_back(false);
+      continue;
+    }
+    const std::size_t triangles = mesh->triangles.size();
+    const bool instanced = users.at(mesh) > 1 && triangles >= kInstancedTriangles &&
+                           is_black(scene.materials[scene.objects[i].material].emission);
+    meshes.instanced.push_back(instanced);
+    meshes.triangles_seen += triangles;
+    meshes.triangles_held += instanced && ++instances[mesh] > 1 ? 0 : triangles;
+    if (meshes.triangles_held > kMaxTriangles) {
+      return resource_exhausted(
+          "objects[{}] \"{}\": the scene has more than the limit of {} triangles (instances of a mesh count once)", i,
+          scene.objects[i].name, kMaxTriangles);
+    }
+  }
+  return ok_status();
+}
+
 }  // namespace
 
 Result<ObjectMeshes> load_meshes(const Scene& scene, const CompiledScene::AssetSource& assets) {
   ObjectMeshes meshes;
   std::map<Sha256, std::shared_ptr<const Mesh>> loaded;
-  std::uint64_t triangles = 0;
   for (std::size_t i = 0; i < scene.objects.size(); ++i) {
-    std::shared_ptr<const Mesh>& mesh = meshes.emplace_back();
+    std::shared_ptr<const Mesh>& mesh = meshes.of_object.emplace_back();
     if (const auto* triangle = std::get_if<TriangleShape>(&scene.objects[i].shape)) {
       mesh = one_triangle(*triangle);
     }
@@ -43,11 +73,8 @@ Result<ObjectMeshes> load_meshes(const Scene& scene, const CompiledScene::AssetS
       known = std::make_shared<const Mesh>(std::move(*decoded));
     }
     mesh = known;
-    triangles += mesh->triangles.size();
-    if (triangles > kMaxTriangles) {
-      return resource_exhausted("{}: the scene has more than the limit of {} triangles", where, kMaxTriangles);
-    }
   }
+  LM_RETURN_IF_ERROR(share_meshes(scene, meshes));
   return meshes;
 }
 
@@ -74,6 +101,15 @@ Bounds bounds_of(const Mesh& mesh, const Affine& map) {
   Bounds bounds;
   for (const auto& p : mesh.positions) {
     bounds.add(map({p[0], p[1], p[2]}));
+  }
+  return bounds;
+}
+
+Bounds bounds_of(const Bounds& box, const Affine& map) {
+  Bounds bounds;
+  for (unsigned corner = 0; corner < 8; ++corner) {
+    bounds.add(map({(corner & 1) != 0 ? box.high.x : box.low.x, (corner & 2) != 0 ? box.high.y : box.low.y,
+                    (corner & 4) != 0 ? box.high.z : box.low.z}));
   }
   return bounds;
 }

@@ -10,10 +10,18 @@
 
 namespace lightmill {
 
-/// One an object: null for what is no mesh, shared by objects that name one asset.
-using ObjectMeshes = std::vector<std::shared_ptr<const Mesh>>;
+struct ObjectMeshes {
+  /// One an object: null for what is no mesh, shared by objects that name one asset.
+  std::vector<std::shared_ptr<const Mesh>> of_object;
+  /// One an object: whether it is rendered as an instance of its mesh, else as a copy. Emitters are copied, as light
+  /// sampling wants their triangles one by one; so are small meshes, which is faster to trace.
+  std::vector<bool> instanced;
+  std::uint64_t triangles_held = 0;  ///< a mesh counts once for all its instances, and once for each copy
+  std::uint64_t triangles_seen = 0;  ///< a mesh counts once for each object
+};
 
-/// Fails where an asset is missing or damaged, or the scene has too many triangles; errors name the object.
+/// Fails where an asset is missing or damaged, or more than 200 million triangles are to be held; errors name the
+/// object.
 Result<ObjectMeshes> load_meshes(const Scene& scene, const CompiledScene::AssetSource& assets);
 
 /// The mesh under a map: normals stay unit vectors, and the outer side of a mirrored mesh its outer side.
@@ -21,5 +29,7 @@ Mesh transformed(const Mesh& mesh, const Affine& map);
 
 /// Bounds of the mesh under a map.
 Bounds bounds_of(const Mesh& mesh, const Affine& map);
+/// Bounds of a box under a map.
+Bounds bounds_of(const Bounds& box, const Affine& map);
 
 }  // namespace lightmill

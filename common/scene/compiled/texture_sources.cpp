@@ -19,29 +19,65 @@ TextureSettings settings_of(const TextureImage& image, const Texels& texels) {
   return settings;
 }
 
-}  // namespace
+/// Textures that name one image, and how they see it.
+class SharedImages {
+ public:
+  SharedImages(const CompiledScene::AssetSource& assets, const CompiledScene::ImageDecoder& images,
+               std::uint64_t max_bytes)
+      : assets_(assets), images_(images), max_bytes_(max_bytes) {}
 
-Result<TextureSet> load_textures(const Scene& scene, const CompiledScene::AssetSource& assets,
-                                 const CompiledScene::ImageDecoder& images) {
-  TextureSet textures;
-  std::map<Sha256, std::shared_ptr<const Texels>> loaded;
-  for (std::size_t i = 0; i < scene.textures.size(); ++i) {
-    const TextureImage& image = scene.textures[i];
-    const std::string where = fmt::format("textures[{}] \"{}\"", i, image.name);
-    std::shared_ptr<const Texels>& texels = loaded[image.asset];
-    if (texels == nullptr) {
-      LM_CHECK(images != nullptr, "{}: a decoder of images is needed", where);
-      Result<std::string> bytes = assets(image.asset);
+  Result<Texture> texture(const TextureImage& image, const std::string& where) {
+    std::shared_ptr<const Texels>& read = read_[image.asset];
+    if (read == nullptr) {
+      LM_CHECK(images_ != nullptr, "{}: a decoder of images is needed", where);
+      Result<std::string> bytes = assets_(image.asset);
       if (!bytes.ok()) {
         return with_context(bytes.status(), where);
       }
-      Result<Texels> decoded = images(as_byte_view(*bytes), image.file);
-      if (!decoded.ok()) {
-        return with_context(decoded.status(), where);
+      Result<Texels> texels = images_(as_byte_view(*bytes), image.file);
+      if (!texels.ok()) {
+        return with_context(texels.status(), where);
       }
-      texels = std::make_shared<const Texels>(std::move(*decoded));
+      LM_RETURN_IF_ERROR(count(*texels, where));
+      read = std::make_shared<const Texels>(std::move(*texels));
     }
-    textures.add(Texture(texels, settings_of(image, *texels)));
+    const TextureSettings settings = settings_of(image, *read);
+    if (!settings.decode || read->floats.empty()) {
+      return Texture(read, settings);
+    }
+    std::shared_ptr<const Texels>& linear = linear_[image.asset];
+    if (linear == nullptr) {
+      LM_RETURN_IF_ERROR(count(*read, where));
+      linear = std::make_shared<const Texels>(decode_floats(*read));
+    }
+    return Texture(linear, settings);
+  }
+
+ private:
+  Status count(const Texels& texels, const std::string& where) {
+    bytes_ += size_bytes(texels);
+    return bytes_ <= max_bytes_ ? ok_status()
+                                : resource_exhausted("{}: the scene's images need more than the limit of {} MiB", where,
+                                                     max_bytes_ >> 20);
+  }
+
+  const CompiledScene::AssetSource& assets_;
+  const CompiledScene::ImageDecoder& images_;
+  const std::uint64_t max_bytes_;
+  std::uint64_t bytes_ = 0;  ///< of what follows
+  std::map<Sha256, std::shared_ptr<const Texels>> read_, linear_;
+};
+
+}  // namespace
+
+Result<TextureSet> load_textures(const Scene& scene, const CompiledScene::AssetSource& assets,
+                                 const CompiledScene::ImageDecoder& images, std::uint64_t max_bytes) {
+  TextureSet textures;
+  SharedImages shared(assets, images, max_bytes);
+  for (std::size_t i = 0; i < scene.textures.size(); ++i) {
+    const TextureImage& image = scene.textures[i];
+    LM_ASSIGN_OR_RETURN(Texture texture, shared.texture(image, fmt::format("textures[{}] \"{}\"", i, image.name)));
+    textures.add(std::move(texture));
   }
   return textures;
 }

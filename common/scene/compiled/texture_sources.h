@@ -6,8 +6,9 @@
 
 namespace lightmill {
 
-/// In the order of Scene::textures; textures of one asset share its pixels. Errors name the texture.
+/// In the order of Scene::textures; textures of one asset share its pixels. Fails where an asset is missing or damaged,
+/// or the pixels of all need more than `max_bytes`; errors name the texture.
 Result<TextureSet> load_textures(const Scene& scene, const CompiledScene::AssetSource& assets,
-                                 const CompiledScene::ImageDecoder& images);
+                                 const CompiledScene::ImageDecoder& images, std::uint64_t max_bytes);
 
 }  // namespace lightmill

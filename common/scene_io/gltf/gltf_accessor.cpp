@@ -1,6 +1,7 @@
 // Of GltfData: buffer views and accessors.
 #include <cmath>
 
+#include "common/base/check.h"
 #include "common/scene_io/gltf/gltf_data.h"
 
 namespace lightmill {
@@ -9,6 +10,7 @@ namespace {
 /// An accessor may have no data of its own: it is zeros then, which cost no byte of the file. All of them together may
 /// have so many elements.
 constexpr std::uint64_t kMaxMadeOfNothing = 4'000'000;
+constexpr std::uint64_t kMaxCount = std::uint64_t{1} << 31;
 
 enum ComponentType : std::uint32_t {
   kInt8 = 5120,
@@ -124,7 +126,7 @@ bool GltfData::find_elements(const JsonNode& at, const JsonNode& view_index, std
 GltfData::Accessor GltfData::accessor(const JsonNode& index, std::size_t components) const {
   const JsonNode at = element("accessors", index);
   Accessor out;
-  out.count = at["count"].whole(0, 1, std::uint64_t{1} << 31);
+  out.count = at["count"].whole(0, 1, kMaxCount);
   out.type = at["componentType"].whole(0, kInt8, kFloat);
   out.normalized = at["normalized"].boolean(false);
   const std::size_t size = bytes_of(out.type) * components;
@@ -174,29 +176,61 @@ GltfData::Accessor GltfData::accessor(const JsonNode& index, std::size_t compone
   return out;
 }
 
+std::size_t GltfData::count(const JsonNode& index) const {
+  const JsonNode at = element("accessors", index);
+  if (!at.present()) {
+    index.fail("an accessor is expected");
+  }
+  return at["count"].whole(0, 1, kMaxCount);
+}
+
 template <std::size_t n>
 std::vector<std::array<double, n>> GltfData::vectors(const JsonNode& index) const {
-  const Accessor from = accessor(index, n);
+  return read<n>(accessor(index, n), nullptr);
+}
+
+template <std::size_t n>
+std::vector<std::array<double, n>> GltfData::vectors(const JsonNode& index,
+                                                     std::span<const std::uint32_t> which) const {
+  return read<n>(accessor(index, n), &which);
+}
+
+/// The elements `which`, else all.
+template <std::size_t n>
+std::vector<std::array<double, n>> GltfData::read(const Accessor& from,
+                                                  const std::span<const std::uint32_t>* which) const {
   const std::size_t component_bytes = bytes_of(from.type);
-  std::vector<std::array<double, n>> out(status().ok() ? from.count : 0);
-  const auto read = [&](const char* at, std::array<double, n>& element) {
+  std::vector<std::array<double, n>> out(!status().ok() ? 0 : which != nullptr ? which->size() : from.count);
+  const auto read_one = [&](const char* at, std::array<double, n>& element) {
     for (std::size_t k = 0; k < n; ++k) {
       element[k] = component(from.type, at + k * component_bytes, from.normalized);
     }
   };
   if (!from.bytes.empty()) {
     for (std::size_t i = 0; i < out.size(); ++i) {
-      read(from.bytes.data() + i * from.stride, out[i]);
+      const std::size_t element = which != nullptr ? (*which)[i] : i;
+      LM_CHECK(element < from.count);
+      read_one(from.bytes.data() + element * from.stride, out[i]);
     }
   }
   for (std::size_t i = 0; i < from.replaced.size() && !out.empty(); ++i) {
-    read(from.replacements.data() + i * component_bytes * n, out[from.replaced[i]]);
+    std::size_t place = from.replaced[i];
+    if (which != nullptr) {
+      const auto found = std::ranges::lower_bound(*which, from.replaced[i]);
+      if (found == which->end() || *found != from.replaced[i]) {
+        continue;
+      }
+      place = static_cast<std::size_t>(found - which->begin());
+    }
+    read_one(from.replacements.data() + i * component_bytes * n, out[place]);
   }
   return out;
 }
 
 template std::vector<std::array<double, 2>> GltfData::vectors(const JsonNode&) const;
 template std::vector<std::array<double, 3>> GltfData::vectors(const JsonNode&) const;
+template std::vector<std::array<double, 2>> GltfData::vectors(const JsonNode&, std::span<const std::uint32_t>) const;
+template std::vector<std::array<double, 3>> GltfData::vectors(const JsonNode&, std::span<const std::uint32_t>) const;
 
 std::vector<std::uint32_t> GltfData::indices(const JsonNode& index) const {
   const JsonNode type = element("accessors", index)["componentType"];

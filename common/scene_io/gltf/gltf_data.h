@@ -3,6 +3,7 @@
 
 #include <functional>
 #include <memory>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -31,6 +32,11 @@ class GltfData {
   /// normalized come as [0, 1] or [−1, 1], all others as they are. Sparse values are put in. Empty after a mistake.
   template <std::size_t n>
   std::vector<std::array<double, n>> vectors(const JsonNode& index) const;
+  /// The same of the elements `which`, whose numbers ascend and are below the accessor's count.
+  template <std::size_t n>
+  std::vector<std::array<double, n>> vectors(const JsonNode& index, std::span<const std::uint32_t> which) const;
+  /// How many elements the accessor that `index` names has. 0 after a mistake.
+  std::size_t count(const JsonNode& index) const;
   /// The elements of a SCALAR accessor of unsigned integers. Empty after a mistake.
   std::vector<std::uint32_t> indices(const JsonNode& index) const;
   /// The bytes of a buffer view. Empty after a mistake.
@@ -44,6 +50,8 @@ class GltfData {
   Status parse();
   void load_buffers();
   Accessor accessor(const JsonNode& index, std::size_t components) const;
+  template <std::size_t n>
+  std::vector<std::array<double, n>> read(const Accessor& from, const std::span<const std::uint32_t>* which) const;
   bool find_elements(const JsonNode& at, const JsonNode& view_index, std::size_t count, std::size_t element_bytes,
                      std::size_t element_stride, Accessor& out) const;
 

@@ -46,14 +46,60 @@ std::array<float, 3> normal_at(const Mesh& mesh, std::uint32_t vertex) {
   return {0, 0, 1};
 }
 
-void read_normals(const GltfData& data, const JsonNode& attribute, Mesh& mesh, Notices& notices) {
-  constexpr int kMaxReplaced = 1000;  // each is searched for
-  const auto normals = data.vectors<3>(attribute);
-  if (!data.status().ok()) {
-    return;
+/// The vertices of a primitive: those of its accessors that its triangles have as corners. Primitives often share
+/// accessors, each using a few of their elements.
+struct Vertices {
+  std::size_t count = 0;            ///< of elements in each accessor
+  std::vector<std::uint32_t> used;  ///< which of them, ascending
+};
+
+/// The vertices that corners name, ascending; the corners then name their places in this list.
+std::vector<std::uint32_t> compact(std::vector<std::uint32_t>& corners) {
+  std::vector<std::uint32_t> used;
+  if (corners.empty()) {
+    return used;
   }
-  if (normals.size() != mesh.positions.size()) {
-    attribute.fail(fmt::format("{} normals are expected, got {}", mesh.positions.size(), normals.size()));
+  const auto [low, high] = std::ranges::minmax(corners);
+  if ((high - low) / 16 > corners.size()) {  // far apart: a table would be large
+    used = corners;
+    std::ranges::sort(used);
+    used.erase(std::unique(used.begin(), used.end()), used.end());
+    for (std::uint32_t& corner : corners) {
+      corner = static_cast<std::uint32_t>(std::ranges::lower_bound(used, corner) - used.begin());
+    }
+    return used;
+  }
+  std::vector<std::uint32_t> place(std::size_t{high} - low + 1);
+  for (const std::uint32_t corner : corners) {
+    place[corner - low] = 1;
+  }
+  for (std::size_t i = 0; i < place.size(); ++i) {
+    if (place[i] != 0) {
+      place[i] = static_cast<std::uint32_t>(used.size());
+      used.push_back(low + static_cast<std::uint32_t>(i));
+    }
+  }
+  for (std::uint32_t& corner : corners) {
+    corner = place[corner - low];
+  }
+  return used;
+}
+
+/// Whether an attribute has an element for each vertex; fails if not.
+bool fits(const GltfData& data, const JsonNode& attribute, std::string_view what, const Vertices& vertices) {
+  const std::size_t count = data.count(attribute);
+  if (data.status().ok() && count != vertices.count) {
+    attribute.fail(fmt::format("{} {} are expected, got {}", vertices.count, what, count));
+  }
+  return data.status().ok();
+}
+
+void read_normals(const GltfData& data, const JsonNode& attribute, const Vertices& vertices, Mesh& mesh,
+                  Notices& notices) {
+  constexpr int kMaxReplaced = 1000;  // each is searched for
+  const auto normals = fits(data, attribute, "normals", vertices) ? data.vectors<3>(attribute, vertices.used)
+                                                                  : std::vector<std::array<double, 3>>();
+  if (!data.status().ok()) {
     return;
   }
   int replaced = 0;
@@ -73,17 +119,11 @@ void read_normals(const GltfData& data, const JsonNode& attribute, Mesh& mesh, N
   }
 }
 
-void read_texture_coordinates(const GltfData& data, const JsonNode& attribute, Mesh& mesh) {
-  const auto coordinates = data.vectors<2>(attribute);
-  if (!data.status().ok()) {
+void read_texture_coordinates(const GltfData& data, const JsonNode& attribute, const Vertices& vertices, Mesh& mesh) {
+  if (!fits(data, attribute, "texture coordinates", vertices)) {
     return;
   }
-  if (coordinates.size() != mesh.positions.size()) {
-    attribute.fail(
-        fmt::format("{} texture coordinates are expected, got {}", mesh.positions.size(), coordinates.size()));
-    return;
-  }
-  for (const auto& [u, v] : coordinates) {
+  for (const auto& [u, v] : data.vectors<2>(attribute, vertices.used)) {
     mesh.texture_coordinates.push_back({static_cast<float>(u), static_cast<float>(1 - v)});
   }
 }
@@ -123,22 +163,29 @@ std::optional<Mesh> read_primitive(const GltfData& data, const JsonNode& primiti
   }
   const JsonNode attributes = primitive["attributes"];
   Mesh mesh;
-  mesh.positions = data.vectors<3>(attributes["POSITION"]);
+  Vertices vertices;
+  vertices.count = data.count(attributes["POSITION"]);
   std::vector<std::uint32_t> corners;
   if (primitive["indices"].present()) {
     corners = data.indices(primitive["indices"]);
+    for (const std::uint32_t corner : corners) {
+      if (corner >= vertices.count && data.status().ok()) {
+        primitive["indices"].fail(fmt::format("vertex {} is named, there are {}", corner, vertices.count));
+      }
+    }
+    if (!data.status().ok()) {
+      return std::nullopt;
+    }
+    vertices.used = compact(corners);
+    mesh.positions = data.vectors<3>(attributes["POSITION"], vertices.used);
   } else {
+    mesh.positions = data.vectors<3>(attributes["POSITION"]);
     corners.resize(mesh.positions.size());
     std::iota(corners.begin(), corners.end(), 0u);
+    vertices.used = corners;
   }
   if (!data.status().ok()) {
     return std::nullopt;
-  }
-  for (const std::uint32_t corner : corners) {
-    if (corner >= mesh.positions.size()) {
-      primitive["indices"].fail(fmt::format("vertex {} is named, there are {}", corner, mesh.positions.size()));
-      return std::nullopt;
-    }
   }
   mesh.triangles = triangles_of(mode, corners);
   if (mesh.triangles.empty() || (mode == kTriangles && corners.size() % 3 != 0)) {
@@ -146,12 +193,12 @@ std::optional<Mesh> read_primitive(const GltfData& data, const JsonNode& primiti
     return std::nullopt;
   }
   if (attributes["NORMAL"].present()) {
-    read_normals(data, attributes["NORMAL"], mesh, notices);
+    read_normals(data, attributes["NORMAL"], vertices, mesh, notices);
   }
   say_attributes_left_out(primitive, texture_set, notices);
   if (texture_set) {
     if (const JsonNode set = attributes[fmt::format("TEXCOORD_{}", *texture_set)]; set.present()) {
-      read_texture_coordinates(data, set, mesh);
+      read_texture_coordinates(data, set, vertices, mesh);
     }
   }
   if (!data.status().ok()) {

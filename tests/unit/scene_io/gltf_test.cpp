@@ -347,5 +347,73 @@ TEST(GltfScene, MaterialMistakesAreNamed) {
             "a.gltf: images[0]: PNG or JPEG is expected");
 }
 
+// Each primitive keeps the vertices that its indices name, and no others; the camera looks at what is there.
+TEST(GltfScene, PrimitivesThatShareAccessorsKeepTheirOwnVertices) {
+  constexpr int kPrimitives = 100, kSpare = 20'000;
+  std::vector<float> positions, normals, coordinates;
+  for (int i = 0; i < 3 * kPrimitives + kSpare; ++i) {
+    const bool spare = i >= 3 * kPrimitives;
+    const auto x = static_cast<float>(i);
+    positions.insert(positions.end(), {spare ? 1e30f : x, spare ? 1e30f : static_cast<float>(i % 3 == 2), 0});
+    normals.insert(normals.end(), {0, i % 2 == 0 ? 1.0f : -1.0f, 0});
+    coordinates.insert(coordinates.end(), {x, 0});
+  }
+  GltfBuffer buffer;
+  const auto count = positions.size() / 3;
+  buffer.positions(positions);
+  buffer.positions(normals);
+  buffer.add(packed(coordinates), "VEC2", 5126, count);
+  const int image = buffer.add(kPng, "SCALAR", 5121, kPng.size());
+  std::string primitives;
+  for (int i = 0; i < kPrimitives; ++i) {
+    const auto first = static_cast<std::uint16_t>(3 * i);
+    const int indices =
+        buffer.indices({static_cast<std::uint16_t>(first + 2), first, static_cast<std::uint16_t>(first + 1)});
+    primitives +=
+        fmt::format(R"({}{{"attributes":{{"POSITION":0,"NORMAL":1,"TEXCOORD_0":2}},"indices":{},"material":0}})",
+                    i == 0 ? "" : ",", indices);
+  }
+  const LoadedScene loaded = good(gltf(fmt::format(
+      R"({},"meshes":[{{"primitives":[{}]}}],"nodes":[{{"mesh":0}}],"images":[{{"bufferView":{}}}],
+         "textures":[{{"source":0}}],
+         "materials":[{{"pbrMetallicRoughness":{{"baseColorTexture":{{"index":0}}}}}}])",
+      buffer.embedded(), primitives, image)));
+  ASSERT_EQ(loaded.scene.objects.size(), std::size_t{kPrimitives});
+  std::size_t bytes = 0;
+  for (const auto& [digest, asset] : loaded.assets) {
+    bytes += asset.size();
+  }
+  EXPECT_LT(bytes, kPrimitives * 200u);  // 3 vertices and a triangle are 160 bytes
+  const auto& shape = std::get<MeshShape>(loaded.scene.objects[7].shape);
+  const Result<Mesh> mesh = decode_mesh(as_byte_view(loaded.assets.at(shape.asset)));
+  ASSERT_TRUE(mesh.ok());
+  EXPECT_EQ(mesh->positions, (std::vector<Point3d>{{21, 0, 0}, {22, 0, 0}, {23, 1, 0}}));
+  EXPECT_EQ(mesh->normals, (std::vector<std::array<float, 3>>{{0, -1, 0}, {0, 1, 0}, {0, -1, 0}}));
+  EXPECT_EQ(mesh->texture_coordinates, (std::vector<std::array<float, 2>>{{21, 1}, {22, 1}, {23, 1}}));
+  EXPECT_EQ(mesh->triangles, (std::vector<std::array<std::uint32_t, 3>>{{2, 0, 1}}));
+  expect_near(loaded.scene.camera.look_at, {(3 * kPrimitives - 1) / 2.0, 0.5, 0});
+}
+
+// Also where the named vertices are few and far apart, and some stand in the accessor's sparse part.
+TEST(GltfScene, VerticesThatAreFarApartAndSparse) {
+  std::vector<float> positions(3 * 1000);
+  positions[3 * 400] = 4;
+  GltfBuffer buffer;
+  const int replaced = buffer.indices({7, 999});
+  const int values = buffer.positions({0, 5, 0, 0, 0, 9});
+  buffer.add(packed(positions), "VEC3", 5126, 1000,
+             fmt::format(R"(,"sparse":{{"count":2,"indices":{{"bufferView":{},"componentType":5123}},
+                             "values":{{"bufferView":{}}}}})",
+                         replaced, values));
+  const int indices = buffer.indices({999, 0, 400});
+  const LoadedScene loaded = good(gltf(fmt::format(
+      R"({},"meshes":[{{"primitives":[{{"attributes":{{"POSITION":2}},"indices":{}}}]}}],"nodes":[{{"mesh":0}}])",
+      buffer.embedded(), indices)));
+  const auto& shape = std::get<MeshShape>(loaded.scene.objects.at(0).shape);
+  const Mesh mesh = *decode_mesh(as_byte_view(loaded.assets.at(shape.asset)));
+  EXPECT_EQ(mesh.positions, (std::vector<Point3d>{{0, 0, 0}, {4, 0, 0}, {0, 0, 9}}));
+  EXPECT_EQ(mesh.triangles, (std::vector<std::array<std::uint32_t, 3>>{{2, 0, 1}}));
+}
+
 }  // namespace
 }  // namespace lightmill
