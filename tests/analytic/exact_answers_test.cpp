@@ -12,7 +12,7 @@ namespace lightmill::test {
 namespace {
 
 TEST(Furnace, AClosedSphereOfAlbedoAHasRadianceOneOverOneMinusA) {
-  for (const double albedo : {0.5, 0.8}) {
+  for (const double albedo : {0.5, 0.8, 0.25}) {
     const auto scene = TestScene::from_text(
         document(kInside, 60, 32, diffuse("wall", albedo, 1), sphere("wall", "[0, 0, 0]", 1, true)));
     for (int channel = 0; channel < 3; ++channel) {
@@ -21,10 +21,17 @@ TEST(Furnace, AClosedSphereOfAlbedoAHasRadianceOneOverOneMinusA) {
   }
 }
 
-TEST(Furnace, CutAfterFourBouncesItIsThePartialSum) {
-  const auto scene =
-      TestScene::from_text(document(kInside, 60, 32, diffuse("wall", 0.8, 1), sphere("wall", "[0, 0, 0]", 1, true)));
-  expect_answer(mean_of(scene.render({"path", 2, 4}, 8), 0), 3.3616, 1e-3);
+TEST(Furnace, CutAfterSomeBouncesItIsThePartialSum) {
+  struct Case {
+    double albedo;
+    std::uint32_t bounces;
+    double exact;
+  };
+  for (const Case& c : {Case{0.8, 4, 3.3616}, {0.6, 2, 1 + 0.6 + 0.36}, {0.95, 3, 3.709875}}) {
+    const auto scene = TestScene::from_text(
+        document(kInside, 60, 32, diffuse("wall", c.albedo, 1), sphere("wall", "[0, 0, 0]", 1, true)));
+    expect_answer(mean_of(scene.render({"path", 2, c.bounces}, 8), 0), c.exact, 1e-3);
+  }
 }
 
 TEST(Furnace, AClosedBoxToo) {
@@ -52,10 +59,22 @@ TEST(PointLight, AtTheCentreOfADiffuseSphereGivesRadianceOne) {
 }
 
 TEST(SphereLight, ABlackEmitterInADiffuseSphere) {
-  const auto scene = TestScene::from_text(document(
-      R"("eye": [0.6, 0, 0], "look_at": [1, 0, 0])", 60, 32, diffuse("wall", 0.5) + "," + diffuse("lamp", 0, 1),
-      sphere("wall", "[0, 0, 0]", 1, true) + "," + sphere("lamp", "[0, 0, 0]", 0.25)));
-  expect_answer(mean_of(scene.render({"path", 6, 0}, 8), 0), 0.0588235, 1e-3);
+  // Of what the wall sends out the share f = (r/R)² meets the lamp: L = ρ f / (1 − ρ (1 − f)).
+  const auto formula = [](double r, double big, double rho) {
+    const double f = r * r / (big * big);
+    return rho * f / (1 - rho * (1 - f));
+  };
+  struct Case {
+    double radius, room, reflectance, exact;
+  };
+  for (const Case& c :
+       {Case{0.25, 1, 0.5, 0.0588235}, {0.9, 2, 0.8, formula(0.9, 2, 0.8)}, {0.1, 3, 0.9, formula(0.1, 3, 0.9)}}) {
+    const auto scene = TestScene::from_text(
+        document(fmt::format(R"("eye": [{}, 0, 0], "look_at": [{}, 0, 0])", 0.6 * c.room, c.room), 60, 32,
+                 diffuse("wall", c.reflectance) + "," + diffuse("lamp", 0, 1),
+                 sphere("wall", "[0, 0, 0]", c.room, true) + "," + sphere("lamp", "[0, 0, 0]", c.radius)));
+    expect_answer(mean_of(scene.render({"path", 6, 0}, 8), 0), c.exact, 4e-3);
+  }
 }
 
 TEST(SphereLight, IrradianceIsPiLTimesRadiusOverDistanceSquaredTimesCosine) {

@@ -3,40 +3,10 @@
 
 #include <cmath>
 
-#include "common/scene/meter_reading.h"
-#include "tests/support/render_document.h"
+#include "tests/analytic/meter_text.h"
 
-namespace lightmill {
+namespace lightmill::test {
 namespace {
-
-/// Reads all meters of a document from 2^level samples of each of their tiles' pixels.
-std::vector<MeterReading> read_meters(const test::TestScene& scene, std::uint32_t level, std::uint64_t seed = 1) {
-  const auto compiled = CompiledScene::compile(scene.scene(), scene.assets());
-  EXPECT_TRUE(compiled.ok()) << message_of(compiled.status());
-  const auto method = make_method(*compiled, {"path", seed, 0});
-  const auto workspace = (*method)->make_workspace();
-  std::vector<MeterReading> readings;
-  for (std::uint32_t i = 0; i < scene.scene().meters.size(); ++i) {
-    const Node node = (*method)->render(meter_rect(i), {level, 0}, *workspace);
-    readings.push_back(read_meter(scene.scene().meters[i], node.values, 3, std::uint64_t{1} << level));
-  }
-  return readings;
-}
-
-/// A document without what the camera would see; `parts` are its materials, objects, lights and meters.
-test::TestScene scene_with(const std::string& parts, const std::map<std::string, std::string>& files = {}) {
-  return test::TestScene::from_text(
-      R"({"camera": {"eye": [0, 0, 50], "look_at": [0, 0, 0], "vertical_fov_degrees": 10}, )" + parts + "}", files);
-}
-
-/// Within its own interval widened to 4.5 standard errors (false alarm 7e-6 each), which is to be at most `precision`
-/// of the value; 1e-5 of the value is left to rounding.
-void expect_reading(const MeterReading& reading, double expected, double precision) {
-  EXPECT_NEAR(reading.value, expected, 4.5 / 1.96 * reading.half_width + 1e-5 * expected);
-  EXPECT_LE(4.5 / 1.96 * reading.half_width, precision * expected) << "the test says little";
-  EXPECT_NEAR(reading.photometric, 683 * reading.value, 1e-9 * reading.photometric);
-  EXPECT_NEAR(reading.photometric_width, 683 * reading.half_width, 1e-9 * reading.photometric);
-}
 
 std::string point(double x, double y, double z) {
   return fmt::format("[{:.12g}, {:.12g}, {:.12g}]", x, y, z);
@@ -113,14 +83,6 @@ TEST(Meters, QuadsSeenFromAPoint) {
         {{"lamp.obj", lamp_obj(c.x0, c.y0, c.x1, c.y1)}});
     expect_reading(read_meters(scene, 6).front(), kPiDouble * 3 * c.form_factor, 3e-3);
   }
-}
-
-/// Form factor of equal parallel rectangles a × b at distance h (Siegel & Howell, C-11).
-double parallel_form_factor(double a, double b, double h) {
-  const double x = a / h, y = b / h, x1 = 1 + x * x, y1 = 1 + y * y;
-  return 2 / (kPiDouble * x * y) *
-         (std::log(std::sqrt(x1 * y1 / (1 + x * x + y * y))) + x * std::sqrt(y1) * std::atan(x / std::sqrt(y1)) +
-          y * std::sqrt(x1) * std::atan(y / std::sqrt(x1)) - x * std::atan(x) - y * std::atan(y));
 }
 
 /// Form factor from a rectangle w × l to one h × l at right angles to it with the common edge l (Siegel & Howell,
@@ -283,4 +245,4 @@ TEST(Meters, TheStatedIntervalHoldsTheTruthAsOftenAsStated) {
 }
 
 }  // namespace
-}  // namespace lightmill
+}  // namespace lightmill::test
