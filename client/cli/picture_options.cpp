@@ -8,6 +8,7 @@ namespace lightmill::cli {
 Result<ViewSettings> PictureOptions::view_settings() const {
   ViewSettings settings;
   settings.exposure_stops = exposure_stops;
+  settings.gamma = gamma;
   LM_ASSIGN_OR_RETURN(settings.view, parse_view(view));
   return settings;
 }
@@ -32,6 +33,12 @@ void add_picture_options(CLI::App& command, PictureOptions& options) {
   command.add_option("--view", options.view, "PNG: plain (clipped at white) or filmic (highlights roll off)")
       ->type_name("plain|filmic")
       ->capture_default_str();
+  command
+      .add_option("--gamma", options.gamma,
+                  "PNG: above 1 lifts what is dark (values to the power of 1/G), below 1 deepens it")
+      ->type_name("G")
+      ->capture_default_str()
+      ->check(real_number(0.01, kMaxGamma));
 }
 
 }  // namespace lightmill::cli

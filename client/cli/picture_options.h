@@ -12,6 +12,7 @@ namespace lightmill::cli {
 struct PictureOptions {
   std::vector<std::string> outputs;
   double exposure_stops = 0;
+  double gamma = 1;
   std::string view = "plain";
 
   Result<ViewSettings> view_settings() const;

@@ -101,8 +101,8 @@ void add_render_options(CLI::App& command, RenderOptions& options) {
   command
       .add_option(
           "--layers", options.layers,
-          "further layers for the EXR: direct, indirect, albedo, normal, depth, id; other methods than path have "
-          "albedo, normal, depth and id")
+          "further layers for the EXR: direct, indirect, albedo, normal, depth, id, and light:NAME for a light group; "
+          "other methods than path have albedo, normal, depth and id")
       ->type_name("A,B,...");
   command
       .add_option("--max-bounces", options.max_bounces,

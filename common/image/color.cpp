@@ -37,12 +37,15 @@ float filmic_curve(float linear) {
 
 std::vector<std::uint8_t> to_srgb8(const RgbImage& image, const ViewSettings& settings) {
   const float scale = static_cast<float>(std::exp2(settings.exposure_stops));
+  const bool curved = settings.gamma != 1;
+  const auto exponent = static_cast<float>(1 / settings.gamma);
   const std::size_t pixels = image.pixels();
   std::vector<std::uint8_t> bytes(3 * pixels);
   for (std::size_t channel = 0; channel < 3; ++channel) {
     for (std::size_t pixel = 0; pixel < pixels; ++pixel) {
       const float exposed = image.values[channel * pixels + pixel] * scale;
-      const float shown = settings.view == View::filmic ? filmic_curve(exposed) : exposed;
+      float shown = settings.view == View::filmic ? filmic_curve(exposed) : exposed;
+      shown = curved ? std::pow(std::max(shown, 0.0f), exponent) : shown;
       bytes[3 * pixel + channel] = static_cast<std::uint8_t>(std::lround(255.0f * srgb_encode(shown)));
     }
   }

@@ -28,9 +28,12 @@ Result<View> parse_view(std::string_view name);
 /// reference tone curve ("ACES Filmic Tone Mapping Curve", 2015), per channel.
 float filmic_curve(float linear);
 
+inline constexpr double kMaxGamma = 10;
+
 struct ViewSettings {
   double exposure_stops = 0;  ///< values are multiplied by 2^stops first
   View view = View::plain;
+  double gamma = 1;  ///< what is shown is raised to 1/gamma, before the sRGB curve; in (0, kMaxGamma]
 };
 
 /// 8-bit sRGB, interleaved RGB, rows from the top. Without dither: equal pixels give equal bytes.

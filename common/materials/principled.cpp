@@ -49,7 +49,8 @@ Principled8::Principled8(const PrincipledParameters8& p, F8 eta, const V8& wo, M
 
   terms_ = albedo_->directional(wo.z, alpha_);
   gloss_albedo_ = terms_.of(f0_, f90_);
-  gloss_albedo_mean_ = albedo_->mean(alpha_).of(f0_, f90_);
+  // At most a hair below 1: what reflects all light leaves none to divide by it.
+  gloss_albedo_mean_ = min(albedo_->mean(alpha_).of(f0_, f90_), F8(0.9999f));
   if (has_coat_) {
     coat_albedo_ = coat_ * albedo_->directional(wo.z, coat_alpha_).of(F8(kCoatF0), F8(1.0f));
     coat_least_ = coat_ * albedo_->least_coat(coat_alpha_);

@@ -125,6 +125,8 @@ TestScene make_test_scene(FilterKind filter) {
       {"print", DiffuseMaterial{{{0.7f, 0.8f, 0.9f}, 1}}, {}, false},
       {"holdout", HoldoutMaterial{}, {}, false},
   };
+  scene.materials[7].roughness_map = {0, ScalarMap::Channel::g};
+  scene.materials[10].metallic_map = {1, ScalarMap::Channel::luminance};
   using Image = TextureImage;
   scene.textures = {
       {"tiles", "", kTexture, Image::Filter::bilinear, Image::Wrap::repeat, Image::ColorSpace::srgb, {1.3, 0.7}},

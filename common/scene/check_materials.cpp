@@ -67,6 +67,33 @@ Status check_principled(const std::string& path, const PrincipledMaterial& m) {
   return check_ior(path + ".ior", m.ior);
 }
 
+/// The roughness of materials that have one.
+std::optional<double> roughness_of(const Material& material) {
+  if (const auto* glass = std::get_if<DielectricMaterial>(&material.kind)) {
+    return glass->roughness;
+  }
+  if (const auto* metal = std::get_if<ConductorMaterial>(&material.kind)) {
+    return metal->roughness;
+  }
+  if (const auto* principled = std::get_if<PrincipledMaterial>(&material.kind)) {
+    return principled->roughness;
+  }
+  return std::nullopt;
+}
+
+Status check_maps(const std::string& path, const Material& material) {
+  if (material.roughness_map.texture != kNoTexture && !(roughness_of(material).value_or(0) > 0)) {
+    return invalid_argument(
+        "{}.roughness_map: multiplies the roughness of a dielectric, conductor or principled material, which must be "
+        "above 0",
+        path);
+  }
+  if (material.metallic_map.texture != kNoTexture && !std::holds_alternative<PrincipledMaterial>(material.kind)) {
+    return invalid_argument("{}.metallic_map: only a principled material has one", path);
+  }
+  return ok_status();
+}
+
 }  // namespace
 
 Status check_material_kind(const std::string& path, const Material& material) {
@@ -87,6 +114,7 @@ Status check_material_kind(const std::string& path, const Material& material) {
                        : invalid_argument("{}.emission: a holdout cannot emit light", path);
           }},
       material.kind));
+  LM_RETURN_IF_ERROR(check_maps(path, material));
   LM_RETURN_IF_ERROR(check_components(path + ".interior.absorption", material.interior.absorption, kMaxAbsorption));
   LM_RETURN_IF_ERROR(check_components(path + ".interior.scattering", material.interior.scattering, kMaxAbsorption));
   if (!(std::abs(material.interior.anisotropy) <= kMaxMeanCosine)) {
@@ -102,7 +130,7 @@ Status check_material_kind(const std::string& path, const Material& material) {
 
 bool is_boundary(const Material& material) {
   if (const auto* principled = std::get_if<PrincipledMaterial>(&material.kind)) {
-    return principled->transmission > 0 && principled->metallic < 1;
+    return principled->transmission > 0 && (principled->metallic < 1 || material.metallic_map.texture != kNoTexture);
   }
   return std::holds_alternative<DielectricMaterial>(material.kind);
 }

@@ -86,6 +86,14 @@ struct TexturedColor {
   friend bool operator==(const TexturedColor&, const TexturedColor&) = default;
 };
 
+/// A factor in [0, 1] that varies over a surface: one channel of a texture.
+struct ScalarMap {
+  enum class Channel : std::uint32_t { r, g, b, alpha, luminance };
+  std::uint32_t texture = kNoTexture;  ///< index into Scene::textures; none: 1 everywhere
+  Channel channel = Channel::luminance;
+  friend bool operator==(const ScalarMap&, const ScalarMap&) = default;
+};
+
 struct DiffuseMaterial {
   TexturedColor reflectance{0.5f, 0.5f, 0.5f};  ///< albedo, each in [0, 1]
 };
@@ -144,6 +152,8 @@ struct Material {
   std::int32_t priority = 0;        ///< where such materials overlap, the medium of the highest priority is there
   EmissionUnit emission_unit = EmissionUnit::radiance;
   double emission_exponent = 0;  ///< n: radiance falls off with cosⁿ of the angle to the normal; in [0, 10000]
+  ScalarMap roughness_map = {};  ///< of materials with a roughness above 0, which it multiplies
+  ScalarMap metallic_map = {};   ///< of principled materials, likewise
   std::string light_group = {};  ///< of the emission; empty: none
 };
 

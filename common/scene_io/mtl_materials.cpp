@@ -77,8 +77,12 @@ class Mapper {
 
   void set_kind(Material& out) {
     const int illum = known_illum();
-    if (from_->roughness || from_->metallic) {
+    if (from_->roughness || from_->metallic || from_->map("map_Pr") != nullptr || from_->map("map_Pm") != nullptr) {
       out.kind = principled(out, illum == 4);
+      if (from_->roughness.value_or(1) > 0) {
+        out.roughness_map = scalar_map("map_Pr");
+      }
+      out.metallic_map = scalar_map("map_Pm");
     } else if (illum == 2 && is_lit(from_->ks)) {
       out.kind = phong(out);
     } else if (illum == 3) {
@@ -156,8 +160,9 @@ class Mapper {
   PrincipledMaterial principled(const Material& out, bool transmits) {
     PrincipledMaterial kind;
     kind.base_color = diffuse_color(out);
-    kind.metallic = from_->metallic.value_or(0);
-    kind.roughness = from_->roughness.value_or(kind.roughness);
+    // A map without a number is the number.
+    kind.metallic = from_->metallic.value_or(from_->map("map_Pm") != nullptr ? 1 : 0);
+    kind.roughness = from_->roughness.value_or(from_->map("map_Pr") != nullptr ? 1 : kind.roughness);
     kind.transmission = transmits ? 1 : 0;
     kind.ior = from_->ior.value_or(kind.ior);
     kind.coat = from_->coat.value_or(0);
@@ -194,8 +199,24 @@ class Mapper {
     return {std::min(color.r, 1.0f), std::min(color.g, 1.0f), std::min(color.b, 1.0f)};
   }
 
+  /// A scalar map: data, not colours.
+  ScalarMap scalar_map(std::string_view keyword) {
+    const MtlMap* map = from_->map(keyword);
+    if (map == nullptr) {
+      return {};
+    }
+    using Channel = ScalarMap::Channel;
+    const Channel channel = map->channel == 'r'   ? Channel::r
+                            : map->channel == 'g' ? Channel::g
+                            : map->channel == 'b' ? Channel::b
+                            : map->channel == 'm' ? Channel::alpha
+                                                  : Channel::luminance;
+    return {texture(keyword, TextureImage::ColorSpace::linear), channel};
+  }
+
   /// The texture of a map; kNoTexture if the material has none.
-  std::uint32_t texture(std::string_view keyword) {
+  std::uint32_t texture(std::string_view keyword,
+                        TextureImage::ColorSpace color_space = TextureImage::ColorSpace::automatic) {
     const MtlMap* map = from_->map(keyword);
     if (map == nullptr) {
       return kNoTexture;
@@ -206,9 +227,10 @@ class Mapper {
     image.wrap = map->clamp ? TextureImage::Wrap::clamp : TextureImage::Wrap::repeat;
     image.scale = map->scale;
     image.offset = map->offset;
+    image.color_space = color_space;
     const auto same = [&](const TextureImage& other) {
       return other.file == image.file && other.wrap == image.wrap && other.scale == image.scale &&
-             other.offset == image.offset;
+             other.offset == image.offset && other.color_space == image.color_space;
     };
     const auto known = std::find_if(scene_.textures.begin(), scene_.textures.end(), same);
     if (known == scene_.textures.end()) {

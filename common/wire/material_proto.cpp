@@ -187,6 +187,12 @@ void to_wire_material(const Material& material, const Textures& textures, v1::Ma
   }
   out->set_priority(material.priority);
   out->set_light_group(material.light_group);
+  if (material.roughness_map.texture != kNoTexture) {
+    to_wire_map(material.roughness_map, textures, out->mutable_roughness_map());
+  }
+  if (material.metallic_map.texture != kNoTexture) {
+    to_wire_map(material.metallic_map, textures, out->mutable_metallic_map());
+  }
 }
 
 Result<Material> material_from_wire(const std::string& path, const v1::Material& material,
@@ -201,6 +207,12 @@ Result<Material> material_from_wire(const std::string& path, const v1::Material&
   LM_ASSIGN_OR_RETURN(out.interior, medium_from_wire(path + ".interior", material.interior()));
   out.priority = material.priority();
   out.light_group = material.light_group();
+  if (material.has_roughness_map()) {
+    LM_ASSIGN_OR_RETURN(out.roughness_map, map_from_wire(path + ".roughness_map", material.roughness_map(), textures));
+  }
+  if (material.has_metallic_map()) {
+    LM_ASSIGN_OR_RETURN(out.metallic_map, map_from_wire(path + ".metallic_map", material.metallic_map(), textures));
+  }
   return out;
 }
 

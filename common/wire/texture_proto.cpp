@@ -66,6 +66,19 @@ Result<TextureImage> texture_from_wire(const std::string& path, const v1::Textur
   return out;
 }
 
+namespace {
+
+Result<std::uint32_t> find_texture(const std::string& path, const std::string& name, const TextureNames& textures) {
+  const auto found = textures.find(name);
+  if (found == textures.end()) {
+    return invalid_argument("{}.texture: unknown texture \"{}\"; {}", path, name,
+                            textures.empty() ? "there are none" : "textures must name it");
+  }
+  return found->second;
+}
+
+}  // namespace
+
 void to_wire_textured(const TexturedColor& color, const std::vector<TextureImage>& textures, v1::Color* out) {
   to_wire_color(color.rgb, out);
   if (color.texture != kNoTexture) {
@@ -84,12 +97,24 @@ Result<TexturedColor> textured_from_wire(const std::string& path, bool given, co
   if (color.has_rgb()) {
     out.rgb = {color.rgb().r(), color.rgb().g(), color.rgb().b()};
   }
-  const auto found = textures.find(color.texture());
-  if (found == textures.end()) {
-    return invalid_argument("{}.texture: unknown texture \"{}\"; {}", path, color.texture(),
-                            textures.empty() ? "there are none" : "textures must name it");
+  LM_ASSIGN_OR_RETURN(out.texture, find_texture(path, color.texture(), textures));
+  return out;
+}
+
+void to_wire_map(const ScalarMap& map, const std::vector<TextureImage>& textures, v1::ScalarMap* out) {
+  out->set_texture(textures[map.texture].name);
+  out->set_channel(static_cast<v1::ScalarMap::Channel>(static_cast<int>(map.channel) + 1));
+}
+
+Result<ScalarMap> map_from_wire(const std::string& path, const v1::ScalarMap& map, const TextureNames& textures) {
+  ScalarMap out;
+  LM_ASSIGN_OR_RETURN(out.texture, find_texture(path, map.texture(), textures));
+  if (map.channel() != v1::ScalarMap::CHANNEL_UNSPECIFIED) {
+    if (!v1::ScalarMap::Channel_IsValid(map.channel())) {
+      return invalid_argument("{}.channel: unknown value {}", path, static_cast<int>(map.channel()));
+    }
+    out.channel = static_cast<ScalarMap::Channel>(static_cast<int>(map.channel()) - 1);
   }
-  out.texture = found->second;
   return out;
 }
 

@@ -9,6 +9,7 @@
 
 namespace lightmill::v1 {
 class Color;
+class ScalarMap;
 class Texture;
 }  // namespace lightmill::v1
 
@@ -26,5 +27,8 @@ void to_wire_textured(const TexturedColor& color, const std::vector<TextureImage
 /// `given`: whether the document has the field; it must.
 Result<TexturedColor> textured_from_wire(const std::string& path, bool given, const v1::Color& color,
                                          const TextureNames& textures);
+
+void to_wire_map(const ScalarMap& map, const std::vector<TextureImage>& textures, v1::ScalarMap* out);
+Result<ScalarMap> map_from_wire(const std::string& path, const v1::ScalarMap& map, const TextureNames& textures);
 
 }  // namespace lightmill

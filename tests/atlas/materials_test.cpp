@@ -72,6 +72,24 @@ TEST(Atlas, MaterialsStayFiniteAtGrazingAngles) {
   }
 }
 
+TEST(Atlas, APrincipledSurfaceThatReflectsAllByItsGlossIsAFurnaceStill) {
+  // Normal reflectance reaches 1 from an index of 5.83 on with twice the gloss; nothing is left for what is below.
+  for (const double ior : {5.8, 5.9, 10.0}) {
+    for (const double roughness : {0.0, 0.3, 1.0}) {
+      const auto scene = TestScene::from_text(document(
+          R"("eye": [0, 0, 3], "look_at": [0, 0, 0])", 20, 16,
+          diffuse("sky", 0, 1) + "," +
+              named("x", fmt::format(R"("principled": {{"base_color": {}, "specular": 1, "ior": {}, "roughness": {}}})",
+                                     gray(1), ior, roughness)),
+          sphere("sky", "[0, 0, 0]", 20, true) + "," + sphere("x", "[0, 0, 0]", 1)));
+      const Estimate seen = mean_of(scene.render({"path", 53, 0}, 6), 1);
+      // Light that facets scatter twice is lost, more of it the rougher they are.
+      EXPECT_LE(seen.value, 1 + 5 * seen.standard_error + 1e-4) << ior << ' ' << roughness;
+      EXPECT_GE(seen.value, roughness == 0 ? 0.99 : 0.5) << ior << ' ' << roughness;
+    }
+  }
+}
+
 TEST(Atlas, AnIndexOfOneIsNothingHoweverRough) {
   for (const std::string kind :
        {R"("dielectric": {"ior": 1, "roughness": 0})", R"("dielectric": {"ior": 1, "roughness": 1})",

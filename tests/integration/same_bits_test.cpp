@@ -108,7 +108,8 @@ TEST(NothingTwice, AfterAWorkersDeathOnlyItsUnacknowledgedUnitsAreRenderedAgain)
   const v1::Job ended = client.job(job);
   // What was merged and rendered again all the same would have come back as a duplicate.
   EXPECT_LE(ended.counters().results_duplicate(), ended.counters().copies_leased());
-  EXPECT_LE(ended.counters().leases_lost(), 2u) << "the two leases that it may hold";
+  EXPECT_LE(ended.counters().leases_lost(), 4u)
+      << "two leases, or one a thread and another ahead where units are small";
 }
 
 TEST(Drain, AWorkerFinishesWhatItHasBegunAndLeaves) {

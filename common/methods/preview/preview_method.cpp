@@ -11,7 +11,7 @@ struct PreviewShader {
   V8 shade(const CameraHit8& at, RenderCounters& /*counters*/) const {
     const MaterialTable& materials = scene->materials();
     const F8 cosine = abs(dot(at.rays.direction, at.surface.geometric_normal));
-    V8 value = masked(at.hits.hit, materials.reflectance(at.surface, at.hits.hit)) +
+    V8 value = masked(at.hits.hit, materials.albedo(at.surface, at.hits.hit)) +
                materials.emission(at.surface, cosine, materials.emits(at.surface, at.hits.hit));
     if (scene->features().holdouts) {
       const M8 holdout = materials.is_kind(at.surface.material, MaterialKind::holdout, at.hits.hit);

@@ -72,7 +72,6 @@ V8 LocalShading::scattered_by(MaterialKind kind, const LitVertex8& vertex, M8 la
       break;
     case MaterialKind::phong: {
       const Phong8 bsdf = materials.phong(surface, lanes);
-      albedo = albedo + bsdf.specular;
       light = lit(vertex, bsdf, wo, lanes, counters);
       break;
     }

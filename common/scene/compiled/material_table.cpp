@@ -47,51 +47,62 @@ void MaterialTable::ColorColumn::add(const TexturedColor& color) {
   textured = textured || color.texture != kNoTexture;
 }
 
+void MaterialTable::MapColumn::add(const ScalarMap& map) {
+  texture.push_back(map.texture);
+  channel.push_back(static_cast<std::uint32_t>(map.channel));
+  mapped = mapped || map.texture != kNoTexture;
+}
+
 void MaterialTable::add(const Material& material) {
   MaterialKind kind = MaterialKind::diffuse;
   TexturedColor reflectance{1, 1, 1}, specular;
   double ior = 1;
   Parameters parameters{};
-  std::visit(Overloaded{[&](const DiffuseMaterial& m) { reflectance = m.reflectance; },
-                        [&](const MirrorMaterial& m) {
-                          kind = MaterialKind::mirror;
-                          reflectance = m.reflectance;
-                        },
-                        [&](const DielectricMaterial& m) {
-                          kind = is_smooth(m.roughness) ? MaterialKind::dielectric : MaterialKind::rough_dielectric;
-                          ior = m.ior;
-                          parameters[0] = alpha_of(m.roughness);
-                        },
-                        [&](const PhongMaterial& m) {
-                          kind = MaterialKind::phong;
-                          reflectance = m.diffuse;
-                          specular = m.specular;
-                          parameters[0] = static_cast<float>(m.exponent);
-                        },
-                        [&](const ConductorMaterial& m) {
-                          kind = is_smooth(m.roughness) ? MaterialKind::conductor : MaterialKind::rough_conductor;
-                          reflectance = normal_reflectance(m);
-                          parameters = {alpha_of(m.roughness), m.eta.r, m.eta.g, m.eta.b, m.k.r, m.k.g, m.k.b};
-                        },
-                        [&](const HoldoutMaterial&) {
-                          kind = MaterialKind::holdout;
-                          reflectance = {0, 0, 0};
-                        },
-                        [&](const PrincipledMaterial& m) {
-                          kind = MaterialKind::principled;
-                          reflectance = m.base_color;
-                          ior = m.ior;
-                          const std::array<double, 6> values{m.metallic,     m.roughness, m.specular,
-                                                             m.transmission, m.coat,      m.coat_roughness};
-                          std::transform(values.begin(), values.end(), parameters.begin(),
-                                         [](double value) { return static_cast<float>(value); });
-                        }},
-             material.kind);
+  const bool mapped = material.roughness_map.texture != kNoTexture;
+  std::visit(
+      Overloaded{[&](const DiffuseMaterial& m) { reflectance = m.reflectance; },
+                 [&](const MirrorMaterial& m) {
+                   kind = MaterialKind::mirror;
+                   reflectance = m.reflectance;
+                 },
+                 [&](const DielectricMaterial& m) {
+                   kind = is_smooth(m.roughness) && !mapped ? MaterialKind::dielectric : MaterialKind::rough_dielectric;
+                   ior = m.ior;
+                   parameters[0] = alpha_of(m.roughness);
+                 },
+                 [&](const PhongMaterial& m) {
+                   kind = MaterialKind::phong;
+                   reflectance = m.diffuse;
+                   specular = m.specular;
+                   parameters[0] = static_cast<float>(m.exponent);
+                 },
+                 [&](const ConductorMaterial& m) {
+                   kind = is_smooth(m.roughness) && !mapped ? MaterialKind::conductor : MaterialKind::rough_conductor;
+                   reflectance = normal_reflectance(m);
+                   parameters = {alpha_of(m.roughness), m.eta.r, m.eta.g, m.eta.b, m.k.r, m.k.g, m.k.b};
+                 },
+                 [&](const HoldoutMaterial&) {
+                   kind = MaterialKind::holdout;
+                   reflectance = {0, 0, 0};
+                 },
+                 [&](const PrincipledMaterial& m) {
+                   kind = MaterialKind::principled;
+                   reflectance = m.base_color;
+                   ior = m.ior;
+                   const std::array<double, 6> values{m.metallic,     m.roughness, m.specular,
+                                                      m.transmission, m.coat,      m.coat_roughness};
+                   std::transform(values.begin(), values.end(), parameters.begin(),
+                                  [](double value) { return static_cast<float>(value); });
+                 }},
+      material.kind);
   kind_.push_back(static_cast<std::uint32_t>(kind));
   emits_.push_back(is_black(material.emission) ? 0 : material.two_sided_emission ? 2 : 1);
   ior_.push_back(static_cast<float>(ior));
   reflectance_.add(reflectance);
   specular_.add(specular);
+  has_specular_ = has_specular_ || !is_black(specular);
+  roughness_map_.add(material.roughness_map);
+  metallic_map_.add(material.metallic_map);
   parameters_.insert(parameters_.end(), parameters.begin(), parameters.end());
   // The radiance comes later (set_radiance).
   emission_.add({{0, 0, 0}, material.emission.texture});
@@ -106,8 +117,26 @@ void MaterialTable::set_radiance(const std::vector<Vec3>& radiance) {
   }
 }
 
-V8 MaterialTable::texture_at(const ColorColumn& column, const Surface8& surface, M8 lanes) const {
-  return textures_.lookup(gather(column.texture.data(), surface.material, lanes), surface.u, surface.v, lanes).rgb;
+V8 MaterialTable::texture_at(const ColorColumn& column, const Surface8& surface, M8 lanes, float most) const {
+  const V8 rgb =
+      textures_.lookup(gather(column.texture.data(), surface.material, lanes), surface.u, surface.v, lanes).rgb;
+  const auto clamped = [&](F8 value) { return min(max(value, F8(0.0f)), F8(most)); };
+  return {clamped(rgb.x), clamped(rgb.y), clamped(rgb.z)};
+}
+
+F8 MaterialTable::map_at(const MapColumn& column, const Surface8& surface, M8 lanes) const {
+  using Channel = ScalarMap::Channel;
+  const Texture::Rgba8 texel =
+      textures_.lookup(gather(column.texture.data(), surface.material, lanes), surface.u, surface.v, lanes);
+  const U8 channel = gather(column.channel.data(), surface.material, lanes);
+  const auto is = [&](Channel c) { return channel == U8(static_cast<std::uint32_t>(c)); };
+  // Rec. 709
+  F8 value = F8(0.2126f) * texel.rgb.x + F8(0.7152f) * texel.rgb.y + F8(0.0722f) * texel.rgb.z;
+  value = select(is(Channel::r), texel.rgb.x, value);
+  value = select(is(Channel::g), texel.rgb.y, value);
+  value = select(is(Channel::b), texel.rgb.z, value);
+  value = select(is(Channel::alpha), texel.alpha, value);
+  return min(max(value, F8(0.0f)), F8(1.0f));
 }
 
 }  // namespace lightmill

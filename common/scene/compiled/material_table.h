@@ -50,7 +50,10 @@ class MaterialTable {
   /// The whole of what a diffuse surface or a mirror reflects; of others the colour that they are known by.
   V8 reflectance(const Surface8& surface, M8 lanes) const { return at(reflectance_, surface, lanes); }
   /// How much of light each channel scatters, as far as one colour can say it; 1 for clear glass.
-  V8 albedo(const Surface8& surface, M8 lanes) const { return reflectance(surface, lanes); }
+  V8 albedo(const Surface8& surface, M8 lanes) const {
+    const V8 color = reflectance(surface, lanes);
+    return has_specular_ ? color + at(specular_, surface, lanes) : color;
+  }
   F8 ior(const Surface8& surface, M8 lanes) const { return gather(ior_.data(), surface.material, lanes); }
   Phong8 phong(const Surface8& surface, M8 lanes) const {
     return {at(reflectance_, surface, lanes), at(specular_, surface, lanes), parameter(0, surface, lanes)};
@@ -58,18 +61,37 @@ class MaterialTable {
   Conductor8 conductor(const Surface8& surface, M8 lanes) const {
     return {{parameter(1, surface, lanes), parameter(2, surface, lanes), parameter(3, surface, lanes)},
             {parameter(4, surface, lanes), parameter(5, surface, lanes), parameter(6, surface, lanes)},
-            parameter(0, surface, lanes)};
+            alpha(surface, lanes)};
   }
-  /// Of a rough dielectric.
-  F8 alpha(const Surface8& surface, M8 lanes) const { return parameter(0, surface, lanes); }
+  /// Of a rough dielectric or conductor.
+  F8 alpha(const Surface8& surface, M8 lanes) const {
+    const F8 alpha = parameter(0, surface, lanes);
+    if (!roughness_map_.mapped) {
+      return alpha;
+    }
+    const F8 factor = map_at(roughness_map_, surface, lanes);
+    return alpha * (factor * factor);
+  }
   PrincipledParameters8 principled(const Surface8& surface, M8 lanes) const {
-    return {at(reflectance_, surface, lanes), parameter(0, surface, lanes), parameter(1, surface, lanes),
-            parameter(2, surface, lanes),     parameter(3, surface, lanes), ior(surface, lanes),
-            parameter(4, surface, lanes),     parameter(5, surface, lanes)};
+    F8 metallic = parameter(0, surface, lanes), roughness = parameter(1, surface, lanes);
+    if (metallic_map_.mapped) {
+      metallic = metallic * map_at(metallic_map_, surface, lanes);
+    }
+    if (roughness_map_.mapped) {
+      roughness = roughness * map_at(roughness_map_, surface, lanes);
+    }
+    return {at(reflectance_, surface, lanes),
+            metallic,
+            roughness,
+            parameter(2, surface, lanes),
+            parameter(3, surface, lanes),
+            ior(surface, lanes),
+            parameter(4, surface, lanes),
+            parameter(5, surface, lanes)};
   }
   /// Emitted radiance at this positive cosine to the normal.
   V8 emission(const Surface8& surface, F8 cosine, M8 lanes) const {
-    const V8 along_normal = at(emission_, surface, lanes);
+    const V8 along_normal = at(emission_, surface, lanes, std::numeric_limits<float>::max());
     return has_emission_profiles_
                ? along_normal * pow(cosine, gather(emission_exponent_.data(), surface.material, lanes))
                : along_normal;
@@ -92,11 +114,22 @@ class MaterialTable {
     bool textured = false;
     void add(const TexturedColor& color);
   };
-  V8 at(const ColorColumn& column, const Surface8& surface, M8 lanes) const {
+  /// Texels below 0 or above `most` count as these.
+  V8 at(const ColorColumn& column, const Surface8& surface, M8 lanes, float most = 1) const {
     const V8 rgb = gather3(column.rgb.data(), surface.material, lanes);
-    return column.textured ? rgb * texture_at(column, surface, lanes) : rgb;
+    return column.textured ? rgb * texture_at(column, surface, lanes, most) : rgb;
   }
-  V8 texture_at(const ColorColumn& column, const Surface8& surface, M8 lanes) const;
+  V8 texture_at(const ColorColumn& column, const Surface8& surface, M8 lanes, float most) const;
+
+  /// One mapped number of all materials.
+  struct MapColumn {
+    std::vector<std::uint32_t> texture;  ///< or TextureSet::kNone
+    std::vector<std::uint32_t> channel;
+    bool mapped = false;
+    void add(const ScalarMap& map);
+  };
+  /// In [0, 1]; 1 where there is no texture.
+  F8 map_at(const MapColumn& column, const Surface8& surface, M8 lanes) const;
   static constexpr std::uint32_t kParameters = 7;  ///< a material; what they are depends on its kind
   using Parameters = std::array<float, kParameters>;
   F8 parameter(std::uint32_t which, const Surface8& surface, M8 lanes) const {
@@ -111,6 +144,8 @@ class MaterialTable {
   std::vector<std::uint32_t> kind_;
   std::vector<std::uint32_t> emits_;  ///< 0 never, 1 on the front, 2 on both sides
   ColorColumn reflectance_, specular_, emission_;
+  MapColumn roughness_map_, metallic_map_;
+  bool has_specular_ = false;
   std::vector<float> ior_, emission_exponent_;
   std::vector<std::uint32_t> light_group_;
   bool has_emission_profiles_ = false;  ///< an exponent that is not 0

@@ -1,16 +1,35 @@
 #include "common/scene/compiled/texture_sources.h"
 
+#include <set>
+
 #include "common/base/check.h"
+#include "common/base/overloaded.h"
 
 namespace lightmill {
 namespace {
 
-TextureSettings settings_of(const TextureImage& image, const Texels& texels) {
+/// Textures that colours name.
+std::set<std::uint32_t> textures_of_colors(const Scene& scene) {
+  std::set<std::uint32_t> used;
+  for (const Material& material : scene.materials) {
+    used.insert(material.emission.texture);
+    std::visit(Overloaded{[&](const DiffuseMaterial& m) { used.insert(m.reflectance.texture); },
+                          [&](const MirrorMaterial& m) { used.insert(m.reflectance.texture); },
+                          [&](const PhongMaterial& m) {
+                            used.insert({m.diffuse.texture, m.specular.texture});
+                          },
+                          [&](const PrincipledMaterial& m) { used.insert(m.base_color.texture); }, [](const auto&) {}},
+               material.kind);
+  }
+  return used;
+}
+
+TextureSettings settings_of(const TextureImage& image, const Texels& texels, bool color) {
   TextureSettings settings;
   settings.filter = image.filter == TextureImage::Filter::nearest ? TextureFilter::nearest : TextureFilter::bilinear;
   settings.wrap = image.wrap == TextureImage::Wrap::repeat ? TextureWrap::repeat : TextureWrap::clamp;
   settings.decode = image.color_space == TextureImage::ColorSpace::automatic
-                        ? texels.encoded
+                        ? texels.encoded && color
                         : image.color_space == TextureImage::ColorSpace::srgb;
   for (std::size_t axis = 0; axis < 2; ++axis) {
     settings.scale[axis] = static_cast<float>(image.scale[axis]);
@@ -26,7 +45,8 @@ class SharedImages {
                std::uint64_t max_bytes)
       : assets_(assets), images_(images), max_bytes_(max_bytes) {}
 
-  Result<Texture> texture(const TextureImage& image, const std::string& where) {
+  /// `color`: whether a colour names it; what only numbers do is data.
+  Result<Texture> texture(const TextureImage& image, bool color, const std::string& where) {
     std::shared_ptr<const Texels>& read = read_[image.asset];
     if (read == nullptr) {
       LM_CHECK(images_ != nullptr, "{}: a decoder of images is needed", where);
@@ -41,7 +61,7 @@ class SharedImages {
       LM_RETURN_IF_ERROR(count(*texels, where));
       read = std::make_shared<const Texels>(std::move(*texels));
     }
-    const TextureSettings settings = settings_of(image, *read);
+    const TextureSettings settings = settings_of(image, *read, color);
     if (!settings.decode || read->floats.empty()) {
       return Texture(read, settings);
     }
@@ -73,10 +93,12 @@ class SharedImages {
 Result<TextureSet> load_textures(const Scene& scene, const CompiledScene::AssetSource& assets,
                                  const CompiledScene::ImageDecoder& images, std::uint64_t max_bytes) {
   TextureSet textures;
+  const std::set<std::uint32_t> colors = textures_of_colors(scene);
   SharedImages shared(assets, images, max_bytes);
   for (std::size_t i = 0; i < scene.textures.size(); ++i) {
     const TextureImage& image = scene.textures[i];
-    LM_ASSIGN_OR_RETURN(Texture texture, shared.texture(image, fmt::format("textures[{}] \"{}\"", i, image.name)));
+    LM_ASSIGN_OR_RETURN(Texture texture, shared.texture(image, colors.contains(static_cast<std::uint32_t>(i)),
+                                                        fmt::format("textures[{}] \"{}\"", i, image.name)));
     textures.add(std::move(texture));
   }
   return textures;

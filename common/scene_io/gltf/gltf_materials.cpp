@@ -66,7 +66,19 @@ Material GltfMaterials::map(const JsonNode& from) {
   if (out.emission.rgb != RgbColor{}) {
     out.emission.texture = texture(from["emissiveTexture"], TextureImage::ColorSpace::srgb);
   }
-  out.kind = principled(from, out.interior);
+  const PrincipledMaterial kind = principled(from, out.interior);
+  // Green is roughness and blue metallic.
+  if (const std::uint32_t map =
+          texture(from["pbrMetallicRoughness"]["metallicRoughnessTexture"], TextureImage::ColorSpace::linear);
+      map != kNoTexture) {
+    if (kind.roughness > 0) {
+      out.roughness_map = {map, ScalarMap::Channel::g};
+    }
+    if (kind.metallic > 0) {
+      out.metallic_map = {map, ScalarMap::Channel::b};
+    }
+  }
+  out.kind = kind;
   say_left_out(from);
   return out;
 }
@@ -116,10 +128,9 @@ double GltfMaterials::specular(const JsonNode& extension) {
 
 void GltfMaterials::say_left_out(const JsonNode& from) {
   const JsonNode extensions = from["extensions"];
-  const std::array<std::pair<JsonNode, std::string_view>, 10> parts{
+  const std::array<std::pair<JsonNode, std::string_view>, 9> parts{
       {{from["normalTexture"], "normal maps"},
        {from["occlusionTexture"], "occlusion maps (light is followed instead)"},
-       {from["pbrMetallicRoughness"]["metallicRoughnessTexture"], "textures of metallic and roughness"},
        {extensions["KHR_materials_transmission"]["transmissionTexture"], "textures of transmission"},
        {extensions["KHR_materials_volume"]["thicknessTexture"], "textures of thickness (the shape itself counts)"},
        {extensions["KHR_materials_clearcoat"]["clearcoatTexture"], "textures of clearcoat"},

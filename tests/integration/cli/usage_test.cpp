@@ -23,6 +23,7 @@ TEST_F(CliTest, BadUsageIsExitCode2WithAReason) {
       {"render", box, "--seed", "18446744073709551616"},
       {"render", box, "--priority", "2147483648"},
       {"render", box, "--exposure", "nan"},
+      {"render", box, "--gamma", "0"},
       {"render", box, "--name", "a\nb\x1b[31mred"},
       {"submit", box, "--owner", std::string(201, 'x')},
       {"submit", box, "--name", "\xff"},

@@ -130,6 +130,80 @@ TEST(TextureScene, EmissionTakesTextures) {
   expect_pixel(image, 6, 1, {0, 3, 0});
 }
 
+/// The square under a sun and an even sky, as path shows it.
+HalfImages shaded(const std::string& textures, const std::string& material) {
+  std::string text = document(textures, R"({"name": "picture", )" + material + "}");
+  text.insert(text.size() - 1, R"(, "lights": [
+      {"directional": {"direction": [0.3, 0.1, -1], "irradiance": {"rgb": [3, 3, 3]}}},
+      {"environment": {"radiance": {"rgb": [0.2, 0.5, 0.9]}}}])");
+  return TestScene::from_text(text, {{"square.obj", kSquare}, {"small.png", small_png()}}, read_image)
+      .render({"path", 1, 0}, 4);
+}
+
+TEST(TextureScene, RoughnessAndMetallicTakeOneChannel) {
+  // Of the texels one is (188, 188, 188), the others have 0 or 255 in each channel; data are not decoded.
+  const std::string data = R"({"name": "t", "file": "small.png", "filter": "NEAREST"})";
+  const auto principled = [](double metallic, double roughness) {
+    return fmt::format(R"("principled": {{"metallic": {}, "roughness": {}}})", metallic, roughness);
+  };
+  const std::string gold = R"("conductor": {"metal": "gold", "roughness": 0.6})";
+  const std::string glass = R"("dielectric": {"roughness": 0.6})";
+  struct Case {
+    std::string mapped;
+    double factor;
+    std::string as;
+  };
+  for (const Case& c : {Case{gold + R"(, "roughness_map": {"texture": "t", "channel": "G"})", 188 / 255.0,
+                             R"("conductor": {"metal": "gold", "roughness": 0.44235294})"},
+                        Case{glass + R"(, "roughness_map": {"texture": "t"})", 188 / 255.0,
+                             R"("dielectric": {"roughness": 0.44235294})"},
+                        Case{principled(1, 0.6) + R"(, "roughness_map": {"texture": "t", "channel": "B"})", 0,
+                             principled(1, 0.44235294)},
+                        Case{principled(0.8, 0.3) + R"(, "metallic_map": {"texture": "t", "channel": "R"})", 0,
+                             principled(0.58980392, 0.3)}}) {
+    const HalfImages mapped = shaded(data, c.mapped), plain = shaded(data, c.as);
+    for (const auto& [x, y] : {std::pair{5, 5}, {6, 6}, {7, 5}}) {
+      const auto i = static_cast<std::size_t>(3 * (y * mapped.width + x));
+      EXPECT_GT(plain.mean(i), 0);
+      EXPECT_NEAR(mapped.mean(i), plain.mean(i), 1e-4 * plain.mean(i)) << c.mapped;
+    }
+  }
+  // The red texel has no green: gold is smooth there and shows the sky alone.
+  const HalfImages mapped = shaded(data, gold + R"(, "roughness_map": {"texture": "t", "channel": "G"})");
+  const HalfImages smooth = shaded(data, R"("conductor": {"metal": "gold"})");
+  const std::size_t red = 3 * (1 * 8 + 1);
+  EXPECT_NEAR(mapped.mean(red), smooth.mean(red), 1e-4);
+}
+
+TEST(TextureScene, ATextureOfColoursAndDataIsDecodedForBothUnlessItSaysOtherwise) {
+  const std::string both = R"("principled": {"base_color": {"texture": "t"}, "metallic": 1, "roughness": 0.6},
+      "roughness_map": {"texture": "t", "channel": "G"})";
+  const double gray = std::pow((188 / 255.0 + 0.055) / 1.055, 2.4);
+  const std::string same =
+      fmt::format(R"("principled": {{"base_color": {{"texture": "t"}}, "metallic": 1, "roughness": {}}})", 0.6 * gray);
+  const HalfImages mapped = shaded(kNearest, both), plain = shaded(kNearest, same);
+  const std::size_t i = 3 * (6 * 8 + 6);
+  EXPECT_NEAR(mapped.mean(i), plain.mean(i), 1e-4 * plain.mean(i));
+}
+
+TEST(TextureScene, TexelsThatAreNoReflectanceAreCut) {
+  // 2, −1 and 0.5 of an EXR file count as 1, 0 and 0.5, so that energy is conserved; of emission only −1 is cut.
+  const std::string exr =
+      *encode_exr({{0, 0, 1, 1},
+                   {0, 0, 1, 1},
+                   {{"R", std::vector<float>{2}}, {"G", std::vector<float>{-1}}, {"B", std::vector<float>{0.5f}}},
+                   {}});
+  const auto seen = [&](const std::string& material) {
+    return TestScene::from_text(
+               document(R"({"name": "t", "file": "a.exr"})", R"({"name": "picture", )" + material + "}"),
+               {{"square.obj", kSquare}, {"a.exr", exr}}, read_image)
+        .render({"preview", 1, 0}, 1);
+  };
+  expect_pixel(seen(R"("diffuse": {"reflectance": {"texture": "t"}})"), 3, 3, {1, 0, 0.5});
+  expect_pixel(seen(R"("diffuse": {"reflectance": {"rgb": [0, 0, 0]}}, "emission": {"texture": "t"})"), 3, 3,
+               {2, 0, 0.5});
+}
+
 TEST(TextureScene, PlanesHaveCoordinatesOfLengthOneAlongTheirTangents) {
   // Seen from above with x to the right and z downwards: u = x, v = −z.
   const std::string text = R"({"camera": {"eye": [1, 1, -1], "look_at": [1, 0, -1], "up": [0, 0, -1],

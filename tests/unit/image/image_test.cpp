@@ -70,6 +70,13 @@ TEST(Color, FilmicRisesFromBlackTowardsWhite) {
   }
 }
 
+TEST(Color, GammaRaisesWhatIsShownToAPower) {
+  const RgbImage image{1, 1, {0.25f, 0.0f, 4.0f}}, root{1, 1, {0.5f, 0.0f, 1.0f}};
+  EXPECT_EQ(to_srgb8(image, {0, View::plain, 2}), to_srgb8(root, {}));
+  const RgbImage filmic{1, 1, {filmic_curve(0.25f), 0.0f, filmic_curve(4.0f)}};
+  EXPECT_EQ(to_srgb8(image, {0, View::filmic, 0.5}), to_srgb8(filmic, {0, View::plain, 0.5}));
+}
+
 TEST(Color, AStopDoublesTheLight) {
   const RgbImage image{1, 1, {0.25f, 0.1f, 0.0f}};
   const RgbImage twice{1, 1, {0.5f, 0.2f, 0.0f}};

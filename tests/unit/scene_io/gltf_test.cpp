@@ -208,10 +208,10 @@ TEST(GltfScene, TexturesAreKeptAsTheyAre) {
       kOneNode +
           R"(,"images":[{"bufferView":2,"name":"wood"}],"samplers":[{"magFilter":9728,"wrapS":33071,"wrapT":33071}],
 "textures":[{"source":0,"sampler":0}],"materials":[{"pbrMetallicRoughness":{"baseColorTexture":{"index":0,
-"extensions":{"KHR_texture_transform":{"scale":[2,3],"offset":[0.25,0.5]}}}},"emissiveFactor":[1,1,1],
+"extensions":{"KHR_texture_transform":{"scale":[2,3],"offset":[0.25,0.5]}}},"metallicRoughnessTexture":{"index":0}},"emissiveFactor":[1,1,1],
 "emissiveTexture":{"index":0}}])",
       R"(,"material":0)"));
-  ASSERT_EQ(loaded.scene.textures.size(), 2u);
+  ASSERT_EQ(loaded.scene.textures.size(), 3u);
   const TextureImage& base = loaded.scene.textures[1];
   EXPECT_EQ(base.file, "wood.png");
   EXPECT_EQ(loaded.assets.at(base.asset), kPng);
@@ -228,6 +228,9 @@ TEST(GltfScene, TexturesAreKeptAsTheyAre) {
   EXPECT_NE(base.name, emission.name);
   EXPECT_EQ(loaded.scene.materials[0].emission.texture, 0u);
   EXPECT_EQ(std::get<PrincipledMaterial>(loaded.scene.materials[0].kind).base_color.texture, 1u);
+  EXPECT_EQ(loaded.scene.materials[0].roughness_map, (ScalarMap{2, ScalarMap::Channel::g}));
+  EXPECT_EQ(loaded.scene.materials[0].metallic_map, (ScalarMap{2, ScalarMap::Channel::b}));
+  EXPECT_EQ(loaded.scene.textures[2].color_space, TextureImage::ColorSpace::linear);
   const auto& shape = std::get<MeshShape>(loaded.scene.objects[0].shape);
   const Result<Mesh> mesh = decode_mesh(as_byte_view(loaded.assets.at(shape.asset)));
   ASSERT_TRUE(mesh.ok()) << mesh.status();

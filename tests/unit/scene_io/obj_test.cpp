@@ -348,13 +348,16 @@ TEST(Mtl, WhatIsLeftOutIsSaid) {
       "newmtl a\nKd 2 1 1\nmap_Pr a.png\nd 0.5\nbump b.png\nnewmtl b\nillum 13\nKs 1 1 1\nnewmtl c\nillum 2\n"
       "Ks 0 0 0\nnewmtl d\nillum 77\n",
       KaMeaning::automatic, notices);
-  EXPECT_EQ(std::get<DiffuseMaterial>(materials[0].kind).reflectance, (RgbColor{1, 1, 1}));
+  const auto& a = std::get<PrincipledMaterial>(materials[0].kind);
+  EXPECT_EQ(a.base_color.rgb, (RgbColor{1, 1, 1}));
+  EXPECT_EQ(a.roughness, 1);
+  EXPECT_EQ(a.metallic, 0);
+  EXPECT_EQ(materials[0].roughness_map, (ScalarMap{0, ScalarMap::Channel::luminance}));
   EXPECT_EQ(
       notices,
       (std::vector<std::string>{
           "box.mtl:1: Kd of material \"a\" is above 1 and was cut: a surface cannot reflect more than it gets",
-          "left out: box.mtl:1: map_Pr of material \"a\"", "left out: box.mtl:1: bump of material \"a\"",
-          "left out: box.mtl:1: d (opacity) of material \"a\"",
+          "left out: box.mtl:1: bump of material \"a\"", "left out: box.mtl:1: d (opacity) of material \"a\"",
           "box.mtl:6: illum 13 of material \"b\" was read as glass that absorbs 1/Kd - 1 and scatters Ks per unit of "
           "length",
           "left out: box.mtl:12: illum 77 of material \"d\"; it is rendered as diffuse"}));

@@ -117,5 +117,32 @@ TEST(MaterialJson, GlassHasRoughnessAnInteriorAndAPriority) {
             "inside");
 }
 
+TEST(MaterialJson, MapsNameTexturesAndChannels) {
+  const auto with_texture = [](const std::string& material) {
+    std::string text = document(material);
+    text.insert(1, R"("textures": [{"name": "t", "file": "t.png"}], )");
+    return read_scene_json(text, "m.json");
+  };
+  const Result<SceneFile> file = with_texture(
+      R"("principled": {}, "roughness_map": {"texture": "t", "channel": "G"}, "metallic_map": {"texture": "t"})");
+  ASSERT_TRUE(file.ok()) << file.status();
+  const Result<Scene> back = unpack_scene(pack_scene(file->draft.scene));
+  ASSERT_TRUE(back.ok()) << back.status();
+  EXPECT_EQ(back->materials[0].roughness_map, (ScalarMap{0, ScalarMap::Channel::g}));
+  EXPECT_EQ(back->materials[0].metallic_map, (ScalarMap{0, ScalarMap::Channel::luminance}));
+  const auto refusal = [&](const std::string& material) {
+    const Result<SceneFile> bad = with_texture(material);
+    const std::string message = bad.ok() ? "no error" : message_of(bad.status());
+    return message.substr(message.find("materials[0]"));
+  };
+  EXPECT_EQ(refusal(R"("principled": {}, "roughness_map": {"texture": "u"})"),
+            "materials[0].roughness_map.texture: unknown texture \"u\"; textures must name it");
+  EXPECT_EQ(refusal(R"("principled": {"roughness": 0}, "roughness_map": {"texture": "t"})"),
+            "materials[0].roughness_map: multiplies the roughness of a dielectric, conductor or principled material, "
+            "which must be above 0");
+  EXPECT_EQ(refusal(R"("mirror": {}, "metallic_map": {"texture": "t"})"),
+            "materials[0].metallic_map: only a principled material has one");
+}
+
 }  // namespace
 }  // namespace lightmill
