@@ -64,7 +64,7 @@ HalfImages TestScene::render(const MethodSettings& settings, std::uint32_t level
   auto method = make_method(compiled_, settings);
   LM_CHECK(method.ok(), "{}", message_of(method.status()));
   const auto workspace = (*method)->make_workspace();
-  HalfImages image{rect.width, rect.height, {}, {}};
+  HalfImages image{rect.width, rect.height, {}, {}, 0};
   image.a.resize(3 * static_cast<std::size_t>(rect.pixel_count()));
   image.b.resize(image.a.size());
   const double samples_per_half = std::ldexp(1.0, static_cast<int>(level) - 1);
@@ -72,6 +72,7 @@ HalfImages TestScene::render(const MethodSettings& settings, std::uint32_t level
   for (std::uint32_t i = 0; i < grid.tile_count(); ++i) {
     const PixelRect tile = grid.tile_rect({i});
     const Node node = (*method)->render(tile, {level, 0}, *workspace);
+    image.non_finite += node.non_finite;
     const auto pixels = static_cast<std::size_t>(tile.pixel_count());
     for (std::size_t p = 0; p < pixels; ++p) {
       const std::size_t x = tile.x - rect.x + p % tile.width;

@@ -14,6 +14,7 @@ namespace lightmill::test {
 struct HalfImages {
   int width = 0, height = 0;
   std::vector<double> a, b;
+  std::uint64_t non_finite = 0;  ///< samples that were no numbers, and count as zero
   double mean(std::size_t i) const { return (a[i] + b[i]) / 2; }
   /// Of the mean, from the halves.
   double variance(std::size_t i) const { return (a[i] - b[i]) * (a[i] - b[i]) / 4; }

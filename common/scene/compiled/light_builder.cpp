@@ -43,6 +43,19 @@ std::vector<float> linear_rgb(const Texels& texels) {
   return out;
 }
 
+/// The same for outlines with the same corners in the same sense: beginning with the smallest. Three corners end with
+/// the first one again.
+std::array<float, 12> canonical(std::vector<Vec3> outline) {
+  const auto less = [](const Vec3& a, const Vec3& b) { return std::tie(a.x, a.y, a.z) < std::tie(b.x, b.y, b.z); };
+  std::rotate(outline.begin(), std::min_element(outline.begin(), outline.end(), less), outline.end());
+  outline.resize(4, outline.front());
+  std::array<float, 12> out{};
+  for (std::size_t i = 0; i < 4; ++i) {
+    std::copy_n(&outline[i].x, 3, out.begin() + static_cast<std::ptrdiff_t>(3 * i));
+  }
+  return out;
+}
+
 }  // namespace
 
 Vec3 LightBuilder::to_frame(const Point3d& p) const {
@@ -62,10 +75,16 @@ void LightBuilder::add_sphere(std::uint32_t material, const Vec3& center, float 
   if (!sampled) {
     return;
   }
+  const auto [known, added] =
+      sphere_numbers_.try_emplace({material, center.x, center.y, center.z, radius, inward}, spheres_.size());
+  geometry.sphere = true;
+  geometry.repeated = !added;
+  geometry.primitives.push_back(known->second);
+  if (!added) {
+    return;
+  }
   const double scene_radius = radius / frame_.scale();
   area_[material] += 4 * kPiDouble * scene_radius * scene_radius;
-  geometry.sphere = true;
-  geometry.primitives.push_back(static_cast<std::uint32_t>(spheres_.size()));
   const Material& m = scene_.materials[material];
   spheres_.push_back(
       {material, {center, radius, Vec3(0), inward, m.two_sided_emission, static_cast<float>(m.emission_exponent)}});
@@ -89,23 +108,29 @@ void LightBuilder::add_mesh(std::uint32_t material, const std::vector<std::array
                         m.two_sided_emission,
                         false,
                         static_cast<float>(m.emission_exponent)};
-    geometry.primitives.push_back(static_cast<std::uint32_t>(facets_.size()));
+    std::vector<Vec3> outline{facet.corner, corner(t[1]), corner(t[2])};
     // Two triangles in a row that are the halves (0, 1, 2) and (0, 2, 3) of a parallelogram.
     if (i + 1 < triangles.size() && triangles[i + 1][0] == t[0] && triangles[i + 1][1] == t[2]) {
       const Vec3 edge3 = corner(triangles[i + 1][2]) - facet.corner;
       if (glm::length(facet.edge2 - facet.edge1 - edge3) <= 1e-6f * glm::length(facet.edge2)) {
         facet.edge2 = edge3;
         facet.parallelogram = true;
-        geometry.primitives.push_back(geometry.primitives.back());
+        outline.push_back(corner(triangles[i + 1][2]));
         ++i;
       }
     }
-    const double area = glm::length(glm::cross(Vec3d(facet.edge1), Vec3d(facet.edge2)));
-    if (glm::length(glm::cross(facet.edge1, facet.edge2)) > 0) {
-      area_[material] += (facet.parallelogram ? 1 : 0.5) * area / (frame_.scale() * frame_.scale());
-      facets_.push_back({material, facet});
-    }
     // A facet without area cannot be hit: its primitives may name the next one, or none.
+    auto number = static_cast<std::uint32_t>(facets_.size());
+    if (glm::length(glm::cross(facet.edge1, facet.edge2)) > 0) {
+      const auto [known, added] = facet_numbers_.try_emplace({material, canonical(outline)}, number);
+      number = known->second;
+      if (added) {
+        const double area = glm::length(glm::cross(Vec3d(facet.edge1), Vec3d(facet.edge2)));
+        area_[material] += (facet.parallelogram ? 1 : 0.5) * area / (frame_.scale() * frame_.scale());
+        facets_.push_back({material, facet});
+      }
+    }
+    geometry.primitives.insert(geometry.primitives.end(), outline.size() - 2, number);
   }
   geometry.end_facet = facets_.size();
 }
@@ -240,6 +265,9 @@ HardLights LightBuilder::hard_lights() const {
   HardLights out;
   for (std::uint32_t i = 0; i < geometries_.size(); ++i) {
     const Geometry& geometry = geometries_[i];
+    if (geometry.sphere && geometry.repeated) {
+      continue;
+    }
     if (geometry.sphere) {
       out.add(i, spheres_[geometry.primitives[0]].shape);
     } else if (geometry.first_facet < geometry.end_facet) {

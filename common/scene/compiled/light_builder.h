@@ -62,7 +62,8 @@ class LightBuilder {
   std::map<Sha256, std::size_t> profiles_;
   std::map<std::uint32_t, double> area_;  ///< by material: of all that emits, in scene units
 
-  // Emissive shapes without their radiance, which may depend on the area of all.
+  // Emissive shapes without their radiance, which may depend on the area of all. Of what is there twice, in one place
+  // and of one material, one is a light: what a ray sees there is no brighter.
   struct Facet {
     std::uint32_t material;
     EmissiveFacet shape;
@@ -73,9 +74,12 @@ class LightBuilder {
   };
   std::vector<Facet> facets_;
   std::vector<Sphere> spheres_;
+  std::map<std::pair<std::uint32_t, std::array<float, 12>>, std::uint32_t> facet_numbers_;  ///< by material and corners
+  std::map<std::tuple<std::uint32_t, float, float, float, float, bool>, std::uint32_t> sphere_numbers_;
   /// Of each geometry: the facet or sphere of each primitive; none where it is not sampled.
   struct Geometry {
     bool sphere = false;
+    bool repeated = false;  ///< a sphere that is another one's light
     std::vector<std::uint32_t> primitives;
     std::size_t first_facet = 0, end_facet = 0;
   };
