@@ -61,10 +61,14 @@ LightSample8 SphereLights::sample(const V8& p, U8 index, M8 lanes, Pair8 u) cons
   const View8 view(p, center, radius);
   const V8 local = square_to_cone(u, view.one_minus_cos);
   const F8 center_distance = sqrt(view.center2);
-  const V8 cone_wi = Frame8(view.to_center * (F8(1.0f) / center_distance)).to_world(local);
-  const F8 sin2 = F8(1.0f) - local.z * local.z;
+  const Frame8 cone(view.to_center * (F8(1.0f) / center_distance));
+  const V8 cone_wi = cone.to_world(local);
+  const F8 sin2 = local.x * local.x + local.y * local.y;
   const F8 entry = center_distance * local.z - sqrt(max(radius * radius - view.center2 * sin2, F8(0.0f)));
-  const V8 cone_normal = normalize(p + cone_wi * entry - center);
+  // Of the entry, seen from the centre: known also where the sphere is smaller than coordinates are exact.
+  const F8 aside = entry / radius;
+  const F8 nx = local.x * aside, ny = local.y * aside;
+  const V8 cone_normal = cone.to_world({nx, ny, -sqrt(max(F8(1.0f) - nx * nx - ny * ny, F8(0.0f)))});
 
   // From inside: a point uniform by area.
   const V8 normal = select(view.outside, cone_normal, square_to_sphere(u));

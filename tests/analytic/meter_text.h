@@ -11,8 +11,9 @@
 namespace lightmill::test {
 
 /// Reads all meters of a document by `path` from 2^level samples of each of their tiles' pixels.
-inline std::vector<MeterReading> read_meters(const TestScene& scene, std::uint32_t level, std::uint64_t seed = 1) {
-  const auto compiled = CompiledScene::compile(scene.scene(), scene.assets());
+inline std::vector<MeterReading> read_meters(const TestScene& scene, std::uint32_t level, std::uint64_t seed = 1,
+                                             const CompiledScene::ImageDecoder& images = nullptr) {
+  const auto compiled = CompiledScene::compile(scene.scene(), scene.assets(), images);
   EXPECT_TRUE(compiled.ok()) << message_of(compiled.status());
   const auto method = make_method(*compiled, {"path", seed, 0});
   const auto workspace = (*method)->make_workspace();

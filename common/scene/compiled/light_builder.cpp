@@ -2,6 +2,7 @@
 
 #include "common/base/check.h"
 #include "common/base/overloaded.h"
+#include "common/base/text.h"
 #include "common/lights/photometry.h"
 #include "common/materials/texture.h"
 #include "common/scene/compiled/convert.h"
@@ -135,7 +136,24 @@ void LightBuilder::add_mesh(std::uint32_t material, const std::vector<std::array
   geometry.end_facet = facets_.size();
 }
 
+/// A power that nothing can radiate would be lost without a word.
+Status LightBuilder::check_areas() const {
+  for (const Object& object : scene_.objects) {
+    const Material& material = scene_.materials[object.material];
+    if (material.emission_unit == EmissionUnit::flux && !is_black(material.emission) &&
+        !area_.contains(object.material)) {
+      return invalid_argument(
+          "materials[{}] \"{}\": a power needs a surface to radiate it, of an area that is neither without end nor "
+          "zero "
+          "in single precision; there is none",
+          object.material, printable(material.name));
+    }
+  }
+  return ok_status();
+}
+
 Status LightBuilder::add_lights(const AssetSource& assets, const ImageDecoder& images) {
+  LM_RETURN_IF_ERROR(check_areas());
   for (std::size_t i = 0; i < scene_.lights.size(); ++i) {
     const Light& light = scene_.lights[i];
     const std::string where = fmt::format("lights[{}] \"{}\"", i, light.name);

@@ -32,7 +32,7 @@ class LightBuilder {
                 const std::vector<std::array<std::uint32_t, 3>>& triangles, bool sampled);
   void add_other();
 
-  /// The scene's lights; errors name them.
+  /// The scene's lights; errors name them. After the geometries: fails too where a power has no surface.
   Status add_lights(const AssetSource& assets, const ImageDecoder& images);
 
   struct Tables {
@@ -50,6 +50,7 @@ class LightBuilder {
   Status add_ies(const IesLight& light, const std::string& group, const std::string& where, const AssetSource& assets);
   Status add_image(const EnvironmentLight& light, const std::string& group, const std::string& where,
                    const AssetSource& assets, const ImageDecoder& images);
+  Status check_areas() const;
   HardLights hard_lights() const;
   Vec3 to_frame(const Point3d& p) const;
   std::vector<Vec3> radiance_of_materials() const;
