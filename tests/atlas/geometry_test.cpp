@@ -72,6 +72,16 @@ TEST(Triangles, OfNumbersThatAreNoneAreRefusedByTheirLine) {
   for (const std::string value : {"nan", "-inf", "1e400", "1e13", "0x10"}) {
     EXPECT_NE(why("1 " + value + " 0").find(value), std::string::npos) << why("1 " + value + " 0");
   }
+  for (const std::string normal : {"nan 0 1", "0 inf 0", "0 1"}) {
+    const std::string message =
+        refusal(text, {{"floor.obj", "v 0 0 0\nv 1 0 0\nv 2 0 1\nvn " + normal + "\nf 1//1 2//1 3//1\n"}});
+    EXPECT_NE(message.find("floor.obj:4: "), std::string::npos) << normal << ": " << message;
+  }
+  // A normal of length zero says nothing: the face is flat.
+  const auto scene =
+      TestScene::from_text(document(kAbove, 10, 8, diffuse("floor", 0.5), mesh("floor", "floor.obj"), sky(1)),
+                           {{"floor.obj", "v -9 0 9\nv 9 0 9\nv 0 0 -9\nvn 0 0 0\nf 1//1 2//1 3//1\n"}});
+  expect_even(clean_picture(scene, "path", 3), 0.5, 1e-5);
 }
 
 // ---- size and place ----
@@ -416,6 +426,62 @@ TEST(Instances, ThatHaveNoInverseAreRefused) {
   EXPECT_NE(why.find("objects[0].transform: a sphere can be moved, rotated and scaled equally along all axes"),
             std::string::npos)
       << why;
+}
+
+/// A regular octahedron; `normal` gives the normal of a corner.
+std::string octahedron(const std::function<std::array<double, 3>(const std::array<double, 3>&)>& normal) {
+  const std::array<std::array<double, 3>, 6> corners{
+      {{1, 0, 0}, {0, 1, 0}, {0, 0, 1}, {-1, 0, 0}, {0, -1, 0}, {0, 0, -1}}};
+  std::string text;
+  for (const auto& c : corners) {
+    const auto n = normal(c);
+    text += fmt::format("v {} {} {}\nvn {} {} {}\n", c[0], c[1], c[2], n[0], n[1], n[2]);
+  }
+  return text +
+         "f 1//1 2//2 3//3\nf 2//2 4//4 3//3\nf 4//4 5//5 3//3\nf 5//5 1//1 3//3\n"
+         "f 2//2 1//1 6//6\nf 4//4 2//2 6//6\nf 5//5 4//4 6//6\nf 1//1 5//5 6//6\n";
+}
+
+TEST(Normals, ThatAreFarFromTheSurfacesOwnAddNoLight) {
+  // White under a sky of radiance 1: what the two normals disagree about may be lost, and nothing is made up. Normals
+  // the wrong way round are turned.
+  const auto picture = [](const std::string& obj, const std::string& method, const std::string& material) {
+    return clean_picture(TestScene::from_text(document(R"("eye": [1, 2, 3], "look_at": [0, 0, 0])", 30, 32, material,
+                                                       mesh("white", "o.obj"), sky(1)),
+                                              {{"o.obj", obj}}),
+                         method, 4);
+  };
+  using Corner = std::array<double, 3>;
+  const std::string materials[] = {
+      diffuse("white", 1), R"({"name": "white", "phong": {"specular": {"rgb": [1, 1, 1]}, "exponent": 20}})",
+      R"({"name": "white", "conductor": {"eta": {"rgb": [1, 1, 1]}, "k": {"rgb": [900, 900, 900]}, "roughness": 0.3}})",
+      R"({"name": "white", "mirror": {}})", R"({"name": "white", "dielectric": {"ior": 1.5}})"};
+  for (const std::string& material : materials) {
+    for (const std::string method : {"path", "raycast", "whitted"}) {
+      SCOPED_TRACE(method + material);
+      for (const std::string& obj : {octahedron([](const Corner& c) { return c; }), octahedron([](const Corner& c) {
+                                       return Corner{c[1], c[2], c[0]};
+                                     }),
+                                     octahedron([](const Corner&) {
+                                       return Corner{0, 1, 0};
+                                     }),
+                                     octahedron([](const Corner& c) {
+                                       return Corner{c[0], 1e-3, c[2]};
+                                     })}) {
+        const HalfImages image = picture(obj, method, material);
+        for (const double value : image.a) {
+          ASSERT_GE(value, 0);
+          ASSERT_LE(value, 1 + 2e-3);
+        }
+      }
+      EXPECT_EQ(picture(octahedron([](const Corner& c) {
+                          return Corner{-c[0], -c[1], -c[2]};
+                        }),
+                        method, material)
+                    .a,
+                picture(octahedron([](const Corner& c) { return c; }), method, material).a);
+    }
+  }
 }
 
 TEST(Rooms, OfAlbedoOneComeToAnEnd) {
