@@ -8,6 +8,7 @@
 #include "client/cli/console.h"
 #include "common/base/file.h"
 #include "common/film/film_hash.h"
+#include "common/image/cryptomatte.h"
 #include "common/image/picture_file.h"
 #include "common/wire/bytes.h"
 #include "common/wire/farm_messages.h"
@@ -17,6 +18,7 @@ namespace lightmill::cli {
 namespace fs = std::filesystem;
 namespace {
 
+static_assert(kFirstSamples <= kMaxCryptomatteSamples);
 constexpr std::int64_t kMaxPixels = std::int64_t{1} << 30;
 
 std::string capture_date(std::int64_t unix_ms) {
@@ -69,14 +71,14 @@ Receipt receipt_of(const v1::FilmHeader& header) {
 }
 
 /// What its objects and materials are called, for the id layer.
-IdNames names_in(const Scene& scene) {
-  IdNames names;
+PictureIds ids_in(const Scene& scene) {
+  std::vector<std::string> objects, materials;
   for (std::size_t i = 0; i < scene.objects.size(); ++i) {
     const Object& object = scene.objects[i];
-    names.objects.push_back(object.name.empty() ? fmt::format("objects[{}]", i) : object.name);
-    names.materials.push_back(scene.materials[object.material].name);
+    objects.push_back(object.name.empty() ? fmt::format("objects[{}]", i) : object.name);
+    materials.push_back(scene.materials[object.material].name);
   }
-  return names;
+  return {std::move(objects), std::move(materials)};
 }
 
 /// A film on its way here, and what its tiles must be like.
@@ -84,8 +86,7 @@ struct IncomingFilm {
   FetchedFilm film;
   TileGrid grid;
   NodeLayout layout;
-  IdNames names;
-  std::array<std::set<std::string>, 2> seen;  ///< names of objects and materials
+  PictureIds ids;
 };
 
 Result<IncomingFilm> begin_film(const v1::FilmHeader& header) {
@@ -100,15 +101,14 @@ Result<IncomingFilm> begin_film(const v1::FilmHeader& header) {
   if (!status.ok()) {
     return data_loss("the farm sent a film whose settings are damaged: {}", message_of(status));
   }
-  IncomingFilm in{
-      {header.job(), FilmPicture(frame, crop), {}}, grid_of(*settings), NodeLayout(settings->layers), {}, {}};
+  IncomingFilm in{{header.job(), FilmPicture(frame, crop), {}}, grid_of(*settings), NodeLayout(settings->layers), {}};
   in.film.picture.receipt = receipt_of(header);
   for (const LayerSpec& layer : std::span(settings->layers).subspan(1)) {
     in.film.picture.layers.push_back(make_picture_layer(layer.name, in.film.picture.pixels()));
   }
   if (in.layout.first_samples > 0 || settings->meters > 0) {
     LM_ASSIGN_OR_RETURN(const Scene scene, unpack_scene(settings->scene));
-    in.names = names_in(scene);
+    in.ids = ids_in(scene);
     for (const Meter& meter :
          std::span(scene.meters).first(std::min<std::size_t>(settings->meters, scene.meters.size()))) {
       in.film.meters.push_back({meter, {}});
@@ -148,7 +148,7 @@ Status add_tile(IncomingFilm& in, const v1::FilmTile& tile) {
   }
   place_sums(picture, rect, tile.samples_a(), tile.samples() - tile.samples_a(), sums);
   if (tile.first_samples() > kFirstSamples ||
-      !place_first_samples(picture.layers, picture.data, rect, tile.first_samples(), first, in.names, in.seen)) {
+      !place_first_samples(picture.layers, picture.data, rect, tile.first_samples(), first, in.ids)) {
     return data_loss("the farm sent a tile with {} values of {} samples for its layers", first.size(),
                      tile.first_samples());
   }
@@ -158,15 +158,19 @@ Status add_tile(IncomingFilm& in, const v1::FilmTile& tile) {
 }  // namespace
 
 Hash128 film_hash_of(const FilmPicture& picture) {
-  FilmPlanes planes(PixelRect{picture.data.x, picture.data.y, picture.data.width, picture.data.height}, 3);
+  std::vector<std::uint32_t> counts(picture.pixels());
+  std::ranges::transform(picture.samples_a, picture.samples_b, counts.begin(), std::plus<>());
+  std::vector<Hash128> meters;
+  for (const std::string& hash : picture.receipt.meter_hashes) {
+    meters.push_back(Hash128::from_hex(hash).value_or(Hash128{}));
+  }
+  FilmPlanesView planes;
   planes.mean_a = picture.half_a;
   planes.mean_b = picture.half_b;
-  std::ranges::transform(picture.samples_a, picture.samples_b, planes.counts.begin(), std::plus<>());
+  planes.counts = counts;
+  planes.meters = meters;
   for (const PictureLayer& layer : picture.layers) {
-    planes.layers.insert(planes.layers.end(), layer.values.begin(), layer.values.end());
-  }
-  for (const std::string& hash : picture.receipt.meter_hashes) {
-    planes.meters.push_back(Hash128::from_hex(hash).value_or(Hash128{}));
+    planes.layers.emplace_back(layer.values);
   }
   return film_hash(planes);
 }
@@ -198,7 +202,7 @@ Result<FetchedFilm> fetch_film(FarmConnection& connection, std::uint64_t id) {
     picture.attributes["lightmill.meters"] = to_json(in->film.meters).dump();
   }
   if (in->layout.first_samples > 0) {
-    add_id_attributes(picture.attributes, in->seen);
+    add_id_attributes(picture.attributes, in->ids);
   }
   return std::move(in->film);
 }

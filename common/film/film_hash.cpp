@@ -43,12 +43,14 @@ void FilmPlanes::set_tile(const PixelRect& rect, std::span<const float> sums, st
   }
 }
 
-Hash128 film_hash(const FilmPlanes& planes) {
+Hash128 film_hash(const FilmPlanesView& planes) {
   Xxh3Hasher hasher;
-  hasher.append(std::as_bytes(std::span(planes.mean_a)));
-  hasher.append(std::as_bytes(std::span(planes.mean_b)));
-  hasher.append(std::as_bytes(std::span(planes.counts)));
-  hasher.append(std::as_bytes(std::span(planes.layers)));
+  hasher.append(std::as_bytes(planes.mean_a));
+  hasher.append(std::as_bytes(planes.mean_b));
+  hasher.append(std::as_bytes(planes.counts));
+  for (const std::span<const float> layer : planes.layers) {
+    hasher.append(std::as_bytes(layer));
+  }
   for (const Hash128& meter : planes.meters) {
     const std::array words{meter.low, meter.high};
     hasher.append(std::as_bytes(std::span(words)));

@@ -32,9 +32,25 @@ struct FilmPlanes {
   std::vector<Hash128> meters;
 };
 
+/// The same planes where they lie.
+struct FilmPlanesView {
+  FilmPlanesView() = default;
+  FilmPlanesView(const FilmPlanes& planes)  // NOLINT(google-explicit-constructor): as a span of a vector
+      : mean_a(planes.mean_a),
+        mean_b(planes.mean_b),
+        counts(planes.counts),
+        layers{planes.layers},
+        meters(planes.meters) {}
+
+  std::span<const float> mean_a, mean_b;
+  std::span<const std::uint32_t> counts;
+  std::vector<std::span<const float>> layers;  ///< each some planes
+  std::span<const Hash128> meters;
+};
+
 /// XXH3-128 over mean_a, mean_b (float32 little-endian) and counts (uint32 little-endian), in this order; then, where
 /// there are any, layers (float32 little-endian), and the meters' hashes (each as two uint64 little-endian, low first).
-Hash128 film_hash(const FilmPlanes& planes);
+Hash128 film_hash(const FilmPlanesView& planes);
 
 /// XXH3-128 over a meter's tile: how many samples half A and half B have (uint64 little-endian), and its sums as in
 /// Node::values (float32 little-endian).

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <bit>
 
+#include "common/base/check.h"
+
 namespace lightmill {
 namespace {
 
@@ -54,17 +56,29 @@ std::array<float, 2 * kCryptomatteRanks> cryptomatte_ranks(std::span<const float
     float id;
     std::uint32_t count;
   };
-  std::vector<Rank> ranks;
+  LM_CHECK(ids.size() <= kMaxCryptomatteSamples, "{} samples", ids.size());
+  std::array<Rank, kMaxCryptomatteSamples> ranks;
+  std::size_t size = 0;
   for (const float id : ids) {
     if (id == 0) {
       continue;
     }
-    const auto found = std::ranges::find(ranks, id, &Rank::id);
-    found == ranks.end() ? ranks.push_back({id, 1}) : static_cast<void>(++found->count);
+    Rank* const end = ranks.data() + size;
+    Rank* const found = std::find_if(ranks.data(), end, [&](const Rank& rank) { return rank.id == id; });
+    if (found == end) {
+      ranks[size++] = {id, 1};
+    } else {
+      ++found->count;
+    }
   }
-  std::ranges::stable_sort(ranks, std::ranges::greater(), &Rank::count);
+  // A stable sort by insertion: there are a few.
+  for (std::size_t i = 1; i < size; ++i) {
+    for (std::size_t k = i; k > 0 && ranks[k].count > ranks[k - 1].count; --k) {
+      std::swap(ranks[k], ranks[k - 1]);
+    }
+  }
   std::array<float, 2 * kCryptomatteRanks> out{};
-  for (std::size_t i = 0; i < std::min(ranks.size(), kCryptomatteRanks); ++i) {
+  for (std::size_t i = 0; i < std::min(size, kCryptomatteRanks); ++i) {
     out[2 * i] = ranks[i].id;
     out[2 * i + 1] = static_cast<float>(ranks[i].count) / static_cast<float>(ids.size());
   }

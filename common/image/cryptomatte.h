@@ -23,8 +23,12 @@ float cryptomatte_id(std::string_view name);
 /// How many names a pixel can hold; those that cover least of it go first where there are more.
 inline constexpr std::size_t kCryptomatteRanks = 6;
 
+/// How many samples of a pixel can be told apart.
+inline constexpr std::size_t kMaxCryptomatteSamples = 16;
+
 /// One pixel's ranks, largest coverage first: identifier and coverage in turns, zeros where there are no more. `ids`
-/// holds the identifier of each sample, 0 for those that see nothing. Equal coverages keep the order of the samples.
+/// holds the identifier of each sample, 0 for those that see nothing, of at most kMaxCryptomatteSamples. Equal
+/// coverages keep the order of the samples.
 std::array<float, 2 * kCryptomatteRanks> cryptomatte_ranks(std::span<const float> ids);
 
 /// The channels of a Cryptomatte layer, in the order of cryptomatte_ranks: LAYER00.R, .G, .B, .A, LAYER01.R …

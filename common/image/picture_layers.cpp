@@ -47,26 +47,53 @@ void for_each_pixel(const ImageWindow& data, const ImageWindow& rect, F&& f) {
   }
 }
 
-/// The identifiers that ids of one pixel's samples stand for, of objects or of materials.
-void ranks_of_pixel(PictureLayer& layer, std::size_t first_channel, std::size_t to, std::span<const float> ids,
-                    const std::vector<std::string>& names, std::set<std::string>& seen) {
+/// The identifiers that ids of one pixel's samples stand for, of objects and of materials.
+void place_ids(PictureLayer& layer, std::size_t to, std::span<const float> sample_ids, PictureIds& ids) {
   const std::size_t pixels = layer.values.size() / layer.channels.size();
-  std::vector<float> identifiers;
-  for (const float id : ids) {
-    const auto index = static_cast<std::size_t>(id);
-    const bool sees = index >= 1 && index <= names.size();
-    identifiers.push_back(sees ? cryptomatte_id(names[index - 1]) : 0.0f);
-    if (sees) {
-      seen.insert(names[index - 1]);
+  std::array<std::array<float, kMaxCryptomatteSamples>, 2> identifiers{};
+  for (std::size_t i = 0; i < sample_ids.size(); ++i) {
+    if (const std::optional<std::size_t> object = ids.see(sample_ids[i])) {
+      identifiers[0][i] = ids.identifier(PictureIds::kObject, *object);
+      identifiers[1][i] = ids.identifier(PictureIds::kMaterial, *object);
     }
   }
-  const auto ranks = cryptomatte_ranks(identifiers);
-  for (std::size_t i = 0; i < ranks.size(); ++i) {
-    layer.values[(first_channel + i) * pixels + to] = ranks[i];
+  std::size_t channel = 0;
+  for (const auto& of_kind : identifiers) {
+    for (const float value : cryptomatte_ranks(std::span(of_kind).first(sample_ids.size()))) {
+      layer.values[channel++ * pixels + to] = value;
+    }
   }
 }
 
 }  // namespace
+
+PictureIds::PictureIds(std::vector<std::string> objects, std::vector<std::string> materials)
+    : names_{std::move(objects), std::move(materials)} {
+  LM_CHECK(names_[kObject].size() == names_[kMaterial].size());
+  for (const Kind kind : {kObject, kMaterial}) {
+    std::ranges::transform(names_[kind], std::back_inserter(identifiers_[kind]), cryptomatte_id);
+  }
+  seen_.resize(names_[kObject].size());
+}
+
+std::optional<std::size_t> PictureIds::see(float id) {
+  if (!(id >= 1 && id <= static_cast<float>(seen_.size()))) {
+    return std::nullopt;
+  }
+  const std::size_t object = static_cast<std::size_t>(id) - 1;
+  seen_[object] = true;
+  return object;
+}
+
+std::set<std::string> PictureIds::seen(Kind kind) const {
+  std::set<std::string> out;
+  for (std::size_t i = 0; i < seen_.size(); ++i) {
+    if (seen_[i]) {
+      out.insert(names_[kind][i]);
+    }
+  }
+  return out;
+}
 
 bool is_mean_layer(std::string_view name) {
   return name != "normal" && name != "depth" && name != "id";
@@ -79,15 +106,14 @@ PictureLayer make_picture_layer(const std::string& name, std::size_t pixels) {
 }
 
 bool place_first_samples(std::vector<PictureLayer>& layers, const ImageWindow& data, const ImageWindow& rect,
-                         std::uint32_t samples, std::span<const float> values, const IdNames& names,
-                         std::array<std::set<std::string>, 2>& seen) {
+                         std::uint32_t samples, std::span<const float> values, PictureIds& ids) {
   const auto tile_pixels = static_cast<std::size_t>(rect.pixel_count());
   const auto pixels = static_cast<std::size_t>(data.pixel_count());
   std::size_t expected = 0;
   for (const PictureLayer& layer : layers) {
     expected += layer.name == "normal" ? 3 : layer.name == "depth" ? 1 : layer.name == "id" ? samples : 0;
   }
-  if (samples == 0 || values.size() != expected * tile_pixels) {
+  if (samples == 0 || samples > kMaxCryptomatteSamples || values.size() != expected * tile_pixels) {
     return samples == 0 && values.empty();
   }
   for (PictureLayer& layer : layers) {
@@ -104,23 +130,21 @@ bool place_first_samples(std::vector<PictureLayer>& layers, const ImageWindow& d
       });
       values = values.subspan(tile_pixels);
     } else if (layer.name == "id") {
-      std::vector<float> ids(samples);
+      std::array<float, kMaxCryptomatteSamples> sample_ids{};
       for_each_pixel(data, rect, [&](std::size_t from, std::size_t to) {
         for (std::uint32_t i = 0; i < samples; ++i) {
-          ids[i] = values[i * tile_pixels + from];
+          sample_ids[i] = values[i * tile_pixels + from];
         }
-        ranks_of_pixel(layer, 0, to, ids, names.objects, seen[0]);
-        ranks_of_pixel(layer, 2 * kCryptomatteRanks, to, ids, names.materials, seen[1]);
+        place_ids(layer, to, std::span(sample_ids).first(samples), ids);
       });
     }
   }
   return true;
 }
 
-void add_id_attributes(std::map<std::string, ImageAttribute>& attributes,
-                       const std::array<std::set<std::string>, 2>& seen) {
-  add_cryptomatte_attributes(attributes, kObjectLayer, seen[0]);
-  add_cryptomatte_attributes(attributes, kMaterialLayer, seen[1]);
+void add_id_attributes(std::map<std::string, ImageAttribute>& attributes, const PictureIds& ids) {
+  add_cryptomatte_attributes(attributes, kObjectLayer, ids.seen(PictureIds::kObject));
+  add_cryptomatte_attributes(attributes, kMaterialLayer, ids.seen(PictureIds::kMaterial));
 }
 
 }  // namespace lightmill

@@ -307,23 +307,39 @@ TEST(Cryptomatte, TheHeaderSaysHowToReadIt) {
   EXPECT_EQ(cryptomatte_channels("CryptoObject")[6], "CryptoObject01.B");
 }
 
+// Objects of one name count as one, whatever the ids are; ids that stand for nothing see nothing.
+TEST(PictureLayers, IdsOfOneNameAreOneRank) {
+  std::vector<PictureLayer> layers{make_picture_layer("id", 1)};
+  PictureIds ids({"leaf", "trunk", "leaf", "hidden"}, {"green", "brown", "brown", "green"});
+  std::vector<float> values{3, 1, 2, 0, 5, 3, -1, std::numeric_limits<float>::quiet_NaN()};
+  ASSERT_TRUE(place_first_samples(layers, {0, 0, 1, 1}, {0, 0, 1, 1}, 8, values, ids));
+  const std::vector<float>& v = layers[0].values;
+  EXPECT_EQ((std::vector<float>(v.begin(), v.begin() + 6)),
+            (std::vector<float>{cryptomatte_id("leaf"), 3 / 8.0f, cryptomatte_id("trunk"), 1 / 8.0f, 0, 0}));
+  EXPECT_EQ((std::vector<float>(v.begin() + 12, v.begin() + 18)),
+            (std::vector<float>{cryptomatte_id("brown"), 3 / 8.0f, cryptomatte_id("green"), 1 / 8.0f, 0, 0}));
+  EXPECT_EQ(ids.seen(PictureIds::kObject), (std::set<std::string>{"leaf", "trunk"}));
+  EXPECT_EQ(ids.seen(PictureIds::kMaterial), (std::set<std::string>{"brown", "green"}));
+  values.resize(17, 1.0f);
+  EXPECT_FALSE(place_first_samples(layers, {0, 0, 1, 1}, {0, 0, 1, 1}, 17, values, ids));
+}
+
 TEST(PictureLayers, ComeFromSamples0To15) {
   std::vector<PictureLayer> layers{make_picture_layer("direct", 2), make_picture_layer("normal", 2),
                                    make_picture_layer("depth", 2), make_picture_layer("id", 2)};
-  const IdNames names{{"cup", "table"}, {"glass", "wood"}};
-  std::array<std::set<std::string>, 2> seen;
+  PictureIds ids({"cup", "table"}, {"glass", "wood"});
   // The second pixel of two, of which two samples saw the table, then nothing.
   const std::vector<float> values{0, 1, -2, 3.5f, 2, 0};
-  ASSERT_TRUE(place_first_samples(layers, {0, 0, 2, 1}, {1, 0, 1, 1}, 2, values, names, seen));
+  ASSERT_TRUE(place_first_samples(layers, {0, 0, 2, 1}, {1, 0, 1, 1}, 2, values, ids));
   EXPECT_EQ(layers[1].values, (std::vector<float>{0, 0, 0, 0.5f, 0, -1}));
   EXPECT_EQ(layers[2].values, (std::vector<float>{kNoDepth, 3.5f}));
   EXPECT_EQ(layers[3].channels.size(), 24u);
   EXPECT_EQ(layers[3].values[1], cryptomatte_id("table"));
   EXPECT_EQ(layers[3].values[3], 0.5f);
   EXPECT_EQ(layers[3].values[2 * 12 + 1], cryptomatte_id("wood"));
-  EXPECT_EQ(seen[0], std::set<std::string>{"table"});
-  EXPECT_EQ(seen[1], std::set<std::string>{"wood"});
-  EXPECT_FALSE(place_first_samples(layers, {0, 0, 2, 1}, {1, 0, 1, 1}, 3, values, names, seen));
+  EXPECT_EQ(ids.seen(PictureIds::kObject), std::set<std::string>{"table"});
+  EXPECT_EQ(ids.seen(PictureIds::kMaterial), std::set<std::string>{"wood"});
+  EXPECT_FALSE(place_first_samples(layers, {0, 0, 2, 1}, {1, 0, 1, 1}, 3, values, ids));
 }
 
 }  // namespace
