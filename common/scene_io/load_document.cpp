@@ -20,6 +20,9 @@ class DocumentLoader {
     const std::vector<Object> objects = std::move(file_.draft.scene.objects);
     loaded_.scene = std::move(file_.draft.scene);
     loaded_.scene.objects.clear();
+    for (std::size_t i = 0; i < loaded_.scene.materials.size(); ++i) {
+      materials_.try_emplace(loaded_.scene.materials[i].name, static_cast<std::uint32_t>(i));
+    }
     for (std::size_t i = 0; i < loaded_.scene.textures.size(); ++i) {
       LM_RETURN_IF_ERROR(add_texture(i, loaded_.scene.textures[i]));
     }
@@ -116,22 +119,22 @@ class DocumentLoader {
   }
 
   Result<std::uint32_t> material_of(const ObjPart& part, const fs::path& path, const std::string& field) const {
-    const std::vector<Material>& materials = loaded_.scene.materials;
-    for (std::size_t i = 0; i < materials.size(); ++i) {
-      if (materials[i].name == part.material) {
-        return static_cast<std::uint32_t>(i);
-      }
+    const auto found = materials_.find(part.material);
+    if (found != materials_.end()) {
+      return found->second;
     }
     if (part.material.empty()) {
       return invalid_argument("{}: {}: {} has faces before its first usemtl, and the object names no material",
                               file_.source.place(field), field, path.string());
     }
-    return invalid_argument("{}:{}: {}", path.string(), part.line, describe_unknown_material(part.material, materials));
+    return invalid_argument("{}:{}: {}", path.string(), part.line,
+                            describe_unknown_material(part.material, loaded_.scene.materials));
   }
 
   fs::path folder_;
   SceneFile file_;
   LoadedScene loaded_;
+  std::map<std::string, std::uint32_t> materials_;  ///< by name
   std::map<std::string, ObjFile> files_;
   std::map<std::pair<const ObjPart*, std::size_t>, Sha256> meshes_;  ///< by the first part and their number
 };

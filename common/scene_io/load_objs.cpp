@@ -1,6 +1,6 @@
 #include <cmath>
+#include <map>
 #include <numbers>
-#include <set>
 
 #include "common/base/file.h"
 #include "common/scene_io/assets.h"
@@ -23,6 +23,7 @@ struct ObjWithMaterials {
   fs::path path;
   ObjFile obj;
   std::vector<MtlMaterial> materials;
+  std::map<std::string, std::size_t> by_name;  ///< index in `materials`
 };
 
 /// The files that a mtllib names: one, or, if there is none of that name, several with blanks between them.
@@ -39,7 +40,6 @@ std::vector<fs::path> library_files(const fs::path& folder, std::string_view wri
 }
 
 Status load_libraries(ObjWithMaterials& file) {
-  std::set<std::string> names;
   for (const ObjLibrary& library : file.obj.libraries) {
     for (const fs::path& path : library_files(file.path.parent_path(), library.file)) {
       const Result<std::string> text = read_file(path, kMaxMtlBytes);
@@ -48,7 +48,7 @@ Status load_libraries(ObjWithMaterials& file) {
       }
       LM_ASSIGN_OR_RETURN(const std::vector<MtlMaterial> materials, read_mtl(*text, path.string()));
       for (const MtlMaterial& material : materials) {
-        if (!names.insert(material.name).second) {
+        if (!file.by_name.try_emplace(material.name, file.materials.size()).second) {
           return invalid_argument("{}:{}: newmtl: material \"{}\" is defined twice", material.file, material.line,
                                   material.name);
         }
@@ -104,10 +104,8 @@ Result<std::uint32_t> part_material(const ObjWithMaterials& file, const ObjPart&
     grey.file = file.path.string();
     return list.add(grey);
   }
-  for (const MtlMaterial& material : file.materials) {
-    if (material.name == part.material) {
-      return list.add(material);
-    }
+  if (const auto found = file.by_name.find(part.material); found != file.by_name.end()) {
+    return list.add(file.materials[found->second]);
   }
   std::vector<Material> known;
   for (const MtlMaterial& material : file.materials) {
@@ -136,7 +134,7 @@ Result<LoadedScene> load_objs(std::span<const fs::path> paths, KaMeaning ka) {
   LoadedScene loaded;
   MaterialList materials;
   for (const fs::path& path : paths) {
-    ObjWithMaterials file{path, {}, {}};
+    ObjWithMaterials file{path, {}, {}, {}};
     LM_ASSIGN_OR_RETURN(file.obj, read_obj_file(path));
     LM_RETURN_IF_ERROR(load_libraries(file));
     append_notices(file.obj.notices, loaded.notices);

@@ -1,5 +1,7 @@
 #include <algorithm>
 #include <cmath>
+#include <map>
+#include <tuple>
 
 #include "common/scene_io/mtl.h"
 #include "common/scene_io/text_lines.h"
@@ -228,17 +230,13 @@ class Mapper {
     image.scale = map->scale;
     image.offset = map->offset;
     image.color_space = color_space;
-    const auto same = [&](const TextureImage& other) {
-      return other.file == image.file && other.wrap == image.wrap && other.scale == image.scale &&
-             other.offset == image.offset && other.color_space == image.color_space;
-    };
-    const auto known = std::find_if(scene_.textures.begin(), scene_.textures.end(), same);
-    if (known == scene_.textures.end()) {
+    const auto [known, added] = textures_.try_emplace(
+        {image.file, image.wrap, image.scale, image.offset, image.color_space}, scene_.textures.size());
+    if (added) {
       image.name = fmt::format("{} ({})", utf8_name(map->file), scene_.textures.size());
       scene_.textures.push_back(image);
-      return static_cast<std::uint32_t>(scene_.textures.size() - 1);
     }
-    return static_cast<std::uint32_t>(known - scene_.textures.begin());
+    return static_cast<std::uint32_t>(known->second);
   }
 
   void say_left_out() {
@@ -265,6 +263,11 @@ class Mapper {
   std::vector<std::string>& notices_;
   const MtlMaterial* from_ = nullptr;
   std::vector<std::string> used_;  ///< maps of this material that are rendered
+  /// Textures by what tells them apart.
+  std::map<std::tuple<std::string, TextureImage::Wrap, std::array<double, 2>, std::array<double, 2>,
+                      TextureImage::ColorSpace>,
+           std::size_t>
+      textures_;
 };
 
 }  // namespace

@@ -230,8 +230,8 @@ std::string GltfMaterials::unique_name(std::string name, std::string_view fallba
     name = fallback;
   }
   std::string unique = name;
-  for (int i = 2; !names_.insert(unique).second; ++i) {
-    unique = fmt::format("{} ({})", name, i);
+  for (int& number = numbers_.try_emplace(name, 1).first->second; !names_.insert(unique).second;) {
+    unique = fmt::format("{} ({})", name, ++number);
   }
   return unique;
 }

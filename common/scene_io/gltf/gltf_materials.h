@@ -43,6 +43,7 @@ class GltfMaterials {
   std::map<std::string, std::uint32_t> textures_;  ///< by all that makes them what they are
   std::map<std::string, std::pair<Sha256, std::string>> images_;
   std::set<std::string, std::less<>> names_;
+  std::map<std::string, int> numbers_;        ///< the last that was put behind a name
   std::optional<std::uint64_t> texture_set_;  ///< of the material that is being mapped
 };
 

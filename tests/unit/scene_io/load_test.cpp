@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <ctime>
 #include <numbers>
 
 #include "common/base/file.h"
@@ -189,6 +190,72 @@ TEST_F(Load, MapsBringTheirImages) {
   EXPECT_TRUE(unpack_scene(pack_scene(loaded->scene)).ok());
   fs::remove(folder_ / "more/wood.png");
   EXPECT_EQ(error({path}), "cannot open more/wood.png: No such file or directory");
+}
+
+/// CPU seconds of this process so far.
+double cpu_seconds() {
+  return static_cast<double>(std::clock()) / CLOCKS_PER_SEC;
+}
+
+// What is looked up by name takes the same time among many: each of these takes a second or two, and a minute where
+// lists are searched.
+constexpr int kMany = 100'000;
+constexpr double kManySeconds = 20;  // also where the code is instrumented
+
+TEST_F(Load, ManyMaterialsOfAnObjFile) {
+  write("a.png", "an image");
+  std::string mtl, obj = "mtllib a.mtl\nv 0 0 0\nv 1 0 0\nv 0 1 0\n";
+  for (int i = 0; i < kMany; ++i) {
+    mtl += fmt::format("newmtl m{}\nmap_Kd -o {} a.png\n", i, i);
+    obj += fmt::format("usemtl m{}\nf 1 2 3\n", kMany - 1 - i);
+  }
+  write("a.mtl", mtl);
+  const fs::path path = write("a.obj", obj);
+  const double start = cpu_seconds();
+  const Result<LoadedScene> loaded = load({path});
+  EXPECT_LT(cpu_seconds() - start, kManySeconds);
+  ASSERT_TRUE(loaded.ok()) << loaded.status();
+  EXPECT_EQ(loaded->scene.materials.size(), std::size_t{kMany});
+  EXPECT_EQ(loaded->scene.textures.size(), std::size_t{kMany});
+  EXPECT_EQ(loaded->scene.materials[loaded->scene.objects[0].material].name, fmt::format("m{}", kMany - 1));
+}
+
+TEST_F(Load, ManyMaterialsOfADocument) {
+  std::string materials, obj = "v 0 0 0\nv 1 0 0\nv 0 1 0\n";
+  for (int i = 0; i < kMany; ++i) {
+    materials += fmt::format(R"({}{{"name": "m{}", "mirror": {{}}}})", i == 0 ? "" : ",", i);
+    obj += fmt::format("usemtl m{}\nf 1 2 3\n", kMany - 1 - i);
+  }
+  write("a.obj", obj);
+  const fs::path path = write("a.json", fmt::format(R"({{"camera": {{"eye": [0, 0, 5], "look_at": [0, 0, 0],
+      "camera_constant": 1}}, "materials": [{}], "objects": [{{"mesh": {{"file": "a.obj"}}}}]}})",
+                                                    materials));
+  const double start = cpu_seconds();
+  const Result<LoadedScene> loaded = load({path});
+  EXPECT_LT(cpu_seconds() - start, kManySeconds);
+  ASSERT_TRUE(loaded.ok()) << loaded.status();
+  ASSERT_EQ(loaded->scene.objects.size(), std::size_t{kMany});
+  EXPECT_EQ(loaded->scene.objects[1].material, std::uint32_t{kMany - 2});
+}
+
+TEST_F(Load, ManyMaterialsOfOneNameInAGltfFile) {
+  test::GltfBuffer buffer;
+  buffer.positions({0, 0, 0, 1, 0, 0, 0, 1, 0});
+  constexpr int kMaterials = 20'000;
+  std::string materials, primitives;
+  for (int i = 0; i < kMaterials; ++i) {
+    materials += fmt::format(R"({}{{"name":"m"}})", i == 0 ? "" : ",");
+    primitives += fmt::format(R"({}{{"attributes":{{"POSITION":0}},"material":{}}})", i == 0 ? "" : ",", i);
+  }
+  const fs::path path = write(
+      "a.gltf", test::gltf(fmt::format(R"({},"nodes":[{{"mesh":0}}],"meshes":[{{"primitives":[{}]}}],"materials":[{}])",
+                                       buffer.embedded(), primitives, materials)));
+  const double start = cpu_seconds();
+  const Result<LoadedScene> loaded = load({path});
+  EXPECT_LT(cpu_seconds() - start, kManySeconds);
+  ASSERT_TRUE(loaded.ok()) << loaded.status();
+  EXPECT_EQ(loaded->scene.materials[0].name, "m");
+  EXPECT_EQ(loaded->scene.materials[kMaterials - 1].name, fmt::format("m ({})", kMaterials));
 }
 
 TEST_F(Load, ObjMistakesAreNamed) {
