@@ -86,7 +86,7 @@ class MaterialList {
       material.name = round == 1 ? fmt::format("{} ({})", material.name, file) : fmt::format("{}'", material.name);
     }
   }
-  const std::vector<MtlMaterial>& all() const { return all_; }
+  std::vector<MtlMaterial> take() { return std::move(all_); }
 
  private:
   std::vector<MtlMaterial> all_;
@@ -114,15 +114,59 @@ Result<std::uint32_t> part_material(const ObjWithMaterials& file, const ObjPart&
   return invalid_argument("{}:{}: {}", file.path.string(), part.line, describe_unknown_material(part.material, known));
 }
 
-/// Reads the images that maps name; files from elsewhere may have their folders divided by backslashes.
-Status load_textures(LoadedScene& loaded) {
-  for (TextureImage& texture : loaded.scene.textures) {
-    std::error_code error;
-    std::string path = texture.file;
-    if (!fs::exists(path, error)) {
-      std::replace(path.begin(), path.end(), '\\', '/');
+/// Files from elsewhere may have their folders divided by backslashes.
+std::string existing_path(std::string path) {
+  std::error_code error;
+  if (!fs::exists(path, error)) {
+    std::replace(path.begin(), path.end(), '\\', '/');
+  }
+  return path;
+}
+
+std::string place_of(const MtlMaterial& material, const MtlMap& map) {
+  return fmt::format("{}:{}: {} of material \"{}\"", material.file, map.line, map.keyword, material.name);
+}
+
+/// Leaves out maps whose file is not there, with a notice: downloaded models often come without their images.
+void leave_out_missing_maps(std::vector<MtlMaterial>& materials, std::vector<std::string>& notices) {
+  for (MtlMaterial& material : materials) {
+    std::erase_if(material.maps, [&](const MtlMap& map) {
+      const std::string path = existing_path(map_path(material, map));
+      std::error_code error;
+      const bool missing = !fs::exists(path, error);
+      if (missing) {
+        notices.push_back(fmt::format("left out: {}: there is no file {}", place_of(material, map), path));
+      }
+      return missing;
+    });
+  }
+}
+
+/// Where a texture was asked for first.
+std::string place_of(const TextureImage& texture, const std::vector<MtlMaterial>& materials) {
+  for (const MtlMaterial& material : materials) {
+    for (const MtlMap& map : material.maps) {
+      if (map_path(material, map) == texture.file) {
+        return place_of(material, map);
+      }
     }
-    LM_ASSIGN_OR_RETURN(texture.asset, add_file(path, kMaxTextureBytes, loaded));
+  }
+  return texture.name;
+}
+
+/// Reads the images that maps name.
+Status load_textures(const std::vector<MtlMaterial>& materials, LoadedScene& loaded) {
+  std::map<std::string, Sha256> read;
+  for (TextureImage& texture : loaded.scene.textures) {
+    const auto [known, added] = read.try_emplace(texture.file);
+    if (added) {
+      Result<Sha256> asset = add_file(existing_path(texture.file), kMaxTextureBytes, loaded);
+      if (!asset.ok()) {
+        return with_context(asset.status(), place_of(texture, materials));
+      }
+      known->second = *asset;
+    }
+    texture.asset = known->second;
     texture.file = utf8_name(texture.file);
   }
   return ok_status();
@@ -148,8 +192,10 @@ Result<LoadedScene> load_objs(std::span<const fs::path> paths, KaMeaning ka) {
     }
     loaded.scene.name += (loaded.scene.name.empty() ? "" : "+") + utf8_name(path.stem().string());
   }
-  map_materials(materials.all(), ka, loaded.scene, loaded.notices);
-  LM_RETURN_IF_ERROR(load_textures(loaded));
+  std::vector<MtlMaterial> all = materials.take();
+  leave_out_missing_maps(all, loaded.notices);
+  map_materials(all, ka, loaded.scene, loaded.notices);
+  LM_RETURN_IF_ERROR(load_textures(all, loaded));
   loaded.scene.camera = course_cornell_camera();
   return loaded;
 }

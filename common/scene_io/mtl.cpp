@@ -45,19 +45,25 @@ constexpr std::array<NumberStatement, 6> kNumbers{{{"Ns", &MtlMaterial::exponent
                                                    {"Pc", &MtlMaterial::coat, 0, 1},
                                                    {"Pcr", &MtlMaterial::coat_roughness, 0, 1}}};
 
+/// Programs write numbers that mean nothing, as `Ni 0`; those are left out.
 Status read_number(const StatementReader& lines, const Statement& statement, const NumberStatement& kind,
-                   std::optional<double>& out) {
+                   MtlMaterial& material) {
   std::string_view rest = statement.rest;
   std::string_view word = take_word(rest);
   if (word == "-halo") {  // d -halo 0.5: thinner where seen head on
     word = take_word(rest);
   }
   const std::optional<double> value = parse_number(word);
-  if (!value || *value < kind.low || *value > kind.high) {
+  if (!value) {
     return lines.error("{}: a number from {} to {} is expected, got \"{}\"", kind.keyword, kind.low, kind.high,
                        statement.rest);
   }
-  out = value;
+  if (*value < kind.low || *value > kind.high) {
+    material.unused.push_back(
+        fmt::format("{} {}, which is not from {} to {},", kind.keyword, *value, kind.low, kind.high));
+  } else {
+    material.*kind.member = value;
+  }
   return ok_status();
 }
 
@@ -77,18 +83,26 @@ Status read_property(const StatementReader& lines, const Statement& statement, M
   }
   for (const NumberStatement& kind : kNumbers) {
     if (keyword == kind.keyword) {
-      return read_number(lines, statement, kind, material.*kind.member);
+      return read_number(lines, statement, kind, material);
     }
   }
   if (keyword == "Tr") {  // 1 − d
-    LM_RETURN_IF_ERROR(read_number(lines, statement, {"Tr", nullptr, 0, 1}, material.opacity));
-    material.opacity = 1 - *material.opacity;
+    MtlMaterial reading;
+    LM_RETURN_IF_ERROR(read_number(lines, statement, {"Tr", &MtlMaterial::opacity, 0, 1}, reading));
+    if (reading.opacity) {
+      material.opacity = 1 - *reading.opacity;
+    }
+    material.unused.insert(material.unused.end(), reading.unused.begin(), reading.unused.end());
   } else if (keyword == "Ni") {
     const std::optional<double> ior = parse_number(statement.rest);
-    if (!ior || *ior <= 0 || *ior > kMaxIor) {
+    if (!ior) {
       return lines.error("Ni: a number in (0, {}] is expected, got \"{}\"", kMaxIor, statement.rest);
     }
-    material.ior = ior;
+    if (*ior <= 0 || *ior > kMaxIor) {
+      material.unused.push_back(fmt::format("Ni {}, which is not in (0, {}],", *ior, kMaxIor));
+    } else {
+      material.ior = ior;
+    }
   } else if (keyword == "illum") {
     const std::optional<std::int64_t> illum = parse_integer(statement.rest);
     if (!illum || *illum < 0 || *illum > 1000) {

@@ -5,6 +5,7 @@
 #include <optional>
 #include <string>
 #include <string_view>
+#include <tuple>
 #include <vector>
 
 #include "common/base/status.h"
@@ -19,7 +20,15 @@ struct MtlMap {
   std::array<double, 2> scale{1, 1}, offset{0, 0};
   bool clamp = false;
   char channel = 'l';  ///< of a scalar map: r, g, b, m (alpha), l (luminance)
-  friend bool operator==(const MtlMap&, const MtlMap&) = default;
+  int line = 0;        ///< of the statement, for messages
+
+  /// Whether they mean the same, wherever they stand.
+  friend bool operator==(const MtlMap& a, const MtlMap& b) {
+    const auto meaning = [](const MtlMap& m) {
+      return std::tie(m.keyword, m.file, m.scale, m.offset, m.clamp, m.channel);
+    };
+    return meaning(a) == meaning(b);
+  }
 };
 
 /// A material as the file has it; what is absent was not said.
@@ -34,13 +43,17 @@ struct MtlMaterial {
   std::optional<double> roughness, metallic;   ///< Pr, Pm
   std::optional<double> coat, coat_roughness;  ///< Pc, Pcr
   std::optional<int> illum;
-  std::vector<MtlMap> maps;         ///< of one keyword the last
-  std::vector<std::string> unused;  ///< what means something that is not rendered: keywords, and options of maps
+  std::vector<MtlMap> maps;  ///< of one keyword the last
+  /// What means something that is not rendered, or nothing: keywords, options of maps, numbers out of range.
+  std::vector<std::string> unused;
   const MtlMap* map(std::string_view keyword) const;
 };
 
 /// Reads an MTL file. Errors read "box.mtl:12: what is wrong, what is expected".
 Result<std::vector<MtlMaterial>> read_mtl(std::string_view text, const std::string& file_name);
+
+/// The path of a map's file: beside the MTL file that names it.
+std::string map_path(const MtlMaterial& material, const MtlMap& map);
 
 /// How Ka is read: as emission, as the ambient light that other programs mean (ignored), or by looking at the
 /// materials: Ka emits only where some have one that is not black, some do not, and no Ke that is not black appears.

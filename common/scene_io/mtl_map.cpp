@@ -44,6 +44,7 @@ class MapReader {
   MapReader(const StatementReader& lines, const Statement& statement, MtlMaterial& material)
       : lines_(lines), rest_(statement.rest), material_(material) {
     map_.keyword = spelling(statement.keyword);
+    map_.line = statement.line;
   }
 
   Status read() {
@@ -62,7 +63,8 @@ class MapReader {
       rest_.remove_prefix(1);
     }
     if (rest_.empty()) {
-      return lines_.error("{}: the name of a file is expected", map_.keyword);
+      material_.unused.push_back(fmt::format("{} without the name of a file", map_.keyword));
+      return ok_status();
     }
     map_.file = std::string(rest_);
     if (!is_rendered(map_.keyword)) {

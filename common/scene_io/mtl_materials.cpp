@@ -225,7 +225,7 @@ class Mapper {
     }
     used_.emplace_back(keyword);
     TextureImage image;
-    image.file = (std::filesystem::path(from_->file).parent_path() / map->file).string();
+    image.file = map_path(*from_, *map);
     image.wrap = map->clamp ? TextureImage::Wrap::clamp : TextureImage::Wrap::repeat;
     image.scale = map->scale;
     image.offset = map->offset;
@@ -271,6 +271,10 @@ class Mapper {
 };
 
 }  // namespace
+
+std::string map_path(const MtlMaterial& material, const MtlMap& map) {
+  return (std::filesystem::path(material.file).parent_path() / map.file).string();
+}
 
 void map_materials(const std::vector<MtlMaterial>& materials, KaMeaning ka, Scene& scene,
                    std::vector<std::string>& notices) {

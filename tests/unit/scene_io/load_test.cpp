@@ -188,8 +188,49 @@ TEST_F(Load, MapsBringTheirImages) {
     EXPECT_EQ(loaded->assets.at(texture.asset), "an image's bytes");
   }
   EXPECT_TRUE(unpack_scene(pack_scene(loaded->scene)).ok());
-  fs::remove(folder_ / "more/wood.png");
-  EXPECT_EQ(error({path}), "cannot open more/wood.png: No such file or directory");
+}
+
+// Downloaded models often come without their images.
+TEST_F(Load, MapsWithoutTheirImageAreLeftOut) {
+  write("a.mtl", "newmtl red\nKd 0.5 0.25 0\nmap_Kd more\\wood.png\nnewmtl green\nmap_Ke glow.png\n");
+  const Result<LoadedScene> loaded = load({write("a.obj", "mtllib a.mtl\n" + kTriangles)});
+  ASSERT_TRUE(loaded.ok()) << loaded.status();
+  EXPECT_TRUE(loaded->scene.textures.empty());
+  const Material& red = *std::ranges::find(loaded->scene.materials, "red", &Material::name);
+  EXPECT_EQ(std::get<DiffuseMaterial>(red.kind).reflectance.rgb, (RgbColor{0.5f, 0.25f, 0}));
+  const std::string folder = folder_.string();
+  EXPECT_EQ(
+      loaded->notices,
+      (std::vector<std::string>{
+          fmt::format("left out: {0}/a.mtl:5: map_Ke of material \"green\": there is no file {0}/glow.png", folder),
+          fmt::format("left out: {0}/a.mtl:3: map_Kd of material \"red\": there is no file {0}/more/wood.png",
+                      folder)}));
+}
+
+TEST_F(Load, AMapThatCannotBeReadIsPlaced) {
+  fs::create_directories(folder_ / "wood.png");
+  write("a.mtl", "newmtl red\nmap_Kd wood.png\nnewmtl green\n");
+  const std::string message = error({write("a.obj", "mtllib a.mtl\n" + kTriangles)});
+  EXPECT_TRUE(message.starts_with("a.mtl:2: map_Kd of material \"red\": ")) << message;
+}
+
+TEST_F(Load, NumbersOfMtlFilesThatMeanNothingAreLeftOut) {
+  write("a.mtl", "newmtl red\nillum 4\nNi 0\nmap_Kd\nnewmtl green\nKs 0.5 0.5 0.5\nNs -1\nillum 2\nd 2\nTr -1\n");
+  const Result<LoadedScene> loaded = load({write("a.obj", "mtllib a.mtl\n" + kTriangles)});
+  ASSERT_TRUE(loaded.ok()) << loaded.status();
+  EXPECT_EQ(std::get<DielectricMaterial>(loaded->scene.materials[1].kind).ior, 1.5);
+  EXPECT_EQ(std::get<PhongMaterial>(loaded->scene.materials[0].kind).exponent, PhongMaterial().exponent);
+  std::vector<std::string> notices;
+  const std::string prefix = "left out: " + folder_.string() + "/a.mtl:";
+  for (const std::string& notice : loaded->notices) {
+    ASSERT_TRUE(notice.starts_with(prefix)) << notice;
+    notices.push_back(notice.substr(prefix.size()));
+  }
+  EXPECT_EQ(notices, (std::vector<std::string>{"5: Ns -1, which is not from 0 to 1000000000, of material \"green\"",
+                                               "5: d 2, which is not from 0 to 1, of material \"green\"",
+                                               "5: Tr -1, which is not from 0 to 1, of material \"green\"",
+                                               "1: Ni 0, which is not in (0, 10], of material \"red\"",
+                                               "1: map_Kd without the name of a file of material \"red\""}));
 }
 
 /// CPU seconds of this process so far.

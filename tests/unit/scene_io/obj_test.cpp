@@ -434,9 +434,8 @@ TEST(Mtl, WhatIsWrongIsPlaced) {
   EXPECT_EQ(error("newmtl a\nKd 1 1 1 1"), "box.mtl:2: Kd: three numbers are expected, got more");
   EXPECT_EQ(error("newmtl a\nKd 1 nan 1"), "box.mtl:2: Kd: a finite number is expected, got \"nan\"");
   EXPECT_EQ(error("newmtl a\nKe 1 -1 1"), "box.mtl:2: Ke: numbers from 0 to 1e20 are expected, got -1");
-  EXPECT_EQ(error("newmtl a\nNi 0"), "box.mtl:2: Ni: a number in (0, 10] is expected, got \"0\"");
-  EXPECT_EQ(error("newmtl a\nd 2"), "box.mtl:2: d: a number from 0 to 1 is expected, got \"2\"");
-  EXPECT_EQ(error("newmtl a\nmap_Kd"), "box.mtl:2: map_Kd: the name of a file is expected");
+  EXPECT_EQ(error("newmtl a\nNi x"), "box.mtl:2: Ni: a number in (0, 10] is expected, got \"x\"");
+  EXPECT_EQ(error("newmtl a\nd x"), "box.mtl:2: d: a number from 0 to 1 is expected, got \"x\"");
   EXPECT_EQ(error("newmtl a\nmap_Kd -clamp x a.png"), "box.mtl:2: map_Kd: -clamp: on or off is expected, got \"x\"");
   EXPECT_EQ(error("newmtl a\nmap_Kd -s a.png"), "box.mtl:2: map_Kd: -s: one to three numbers are expected");
   EXPECT_EQ(error("newmtl a\nmap_Kd -s 1e7 a.png"),
