@@ -50,23 +50,20 @@ Status check_material(const std::string& path, const Material& material) {
 /// Columns of the linear part must span space, and of a sphere be orthogonal and of one length.
 Status check_transform(const std::string& path, const Object& object) {
   const Transform& t = object.transform;
-  double largest = 0;
   for (const auto& row : t) {
     for (const double value : row) {
       if (!(std::abs(value) <= kMaxCoordinate)) {
         return invalid_argument("{}: numbers must be finite and at most {}, got {}", path, kMaxCoordinate, value);
       }
     }
-    largest = std::max({largest, std::abs(row[0]), std::abs(row[1]), std::abs(row[2])});
   }
-  const auto column = [&](std::size_t i) { return Point3d{t[0][i] / largest, t[1][i] / largest, t[2][i] / largest}; };
-  const auto dot = [](const Point3d& a, const Point3d& b) { return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]; };
-  const Point3d x = column(0), y = column(1), z = column(2);
-  const double determinant =
-      x[0] * (y[1] * z[2] - y[2] * z[1]) + x[1] * (y[2] * z[0] - y[0] * z[2]) + x[2] * (y[0] * z[1] - y[1] * z[0]);
-  if (!(std::abs(determinant) > 1e-12)) {
+  if (!spans_space(t)) {
     return invalid_argument("{}: the map is not invertible (a scale of zero, or axes in one plane)", path);
   }
+  const double length = std::hypot(t[0][0], t[1][0], t[2][0]);
+  const auto column = [&](std::size_t i) { return Point3d{t[0][i] / length, t[1][i] / length, t[2][i] / length}; };
+  const auto dot = [](const Point3d& a, const Point3d& b) { return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]; };
+  const Point3d x = column(0), y = column(1), z = column(2);
   const double length2 = dot(x, x);
   const bool similar = std::abs(dot(y, y) - length2) <= 1e-9 * length2 &&
                        std::abs(dot(z, z) - length2) <= 1e-9 * length2 && std::abs(dot(x, y)) <= 1e-9 * length2 &&
@@ -167,6 +164,22 @@ Status check_counts(const Scene& scene) {
 }
 
 }  // namespace
+
+bool spans_space(const Transform& t) {
+  constexpr double kShortest = 1e-30;  // volumes below its cube would leave the range of numbers
+  std::array<Point3d, 3> axes{};
+  for (std::size_t i = 0; i < 3; ++i) {
+    const double length = std::hypot(t[0][i], t[1][i], t[2][i]);
+    if (!(length >= kShortest)) {
+      return false;
+    }
+    axes[i] = {t[0][i] / length, t[1][i] / length, t[2][i] / length};
+  }
+  const auto& [x, y, z] = axes;
+  const double determinant =
+      x[0] * (y[1] * z[2] - y[2] * z[1]) + x[1] * (y[2] * z[0] - y[0] * z[2]) + x[2] * (y[0] * z[1] - y[1] * z[0]);
+  return std::abs(determinant) > 1e-12;
+}
 
 Status validate(const Camera& camera) {
   LM_RETURN_IF_ERROR(check_point("camera.eye", camera.eye));

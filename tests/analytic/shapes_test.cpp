@@ -56,6 +56,11 @@ TEST(Shapes, APlaneThatIsMovedAndTurned) {
       "transform": {"rotate": {"axis": [0, 0, 5], "degrees": 90}, "translate": [0, -1, 0]}})");
 }
 
+TEST(Shapes, ATriangleThatIsScaledByVeryDifferentNumbers) {
+  expect_floor(R"({"material": "white", "transform": {"scale": [0.0005, 1000, 0.0005]},
+      "triangle": {"a": [-40000, 0, 42000], "b": [80000, 0, 44000], "c": [1000, 0, -100000]}})");
+}
+
 TEST(Shapes, ATriangleIsAFloorToo) {
   expect_floor(R"({"material": "white", "triangle": {"a": [-20, 0, 21], "b": [40, 0, 22], "c": [0.5, 0, -50]}})");
 }

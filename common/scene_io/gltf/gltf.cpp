@@ -59,6 +59,7 @@ class GltfScene {
       LM_RETURN_IF_ERROR(data_.status());
     }
     LM_RETURN_IF_ERROR(data_.status());
+    say_what_is_flat();
     if (data_.root()["animations"].size() > 0) {
       notices_.left_out("animations");
     }
@@ -115,7 +116,7 @@ class GltfScene {
     const JsonNode mesh = data_.element("meshes", placed.node["mesh"]);
     const std::vector<Part>& parts = parts_of(mesh);
     if (!spans_space(placed.to_scene)) {
-      notices_.left_out("objects that are scaled to nothing");
+      flat_.push_back(name_of(placed.node));
       return;
     }
     std::string name = placed.node["name"].text();
@@ -155,12 +156,23 @@ class GltfScene {
     return found->second;
   }
 
-  /// Whether a transform leaves a volume a volume; a scale of 0 hides what stands there.
-  static bool spans_space(const Transform& t) {
-    const double determinant = t[0][0] * (t[1][1] * t[2][2] - t[1][2] * t[2][1]) -
-                               t[0][1] * (t[1][0] * t[2][2] - t[1][2] * t[2][0]) +
-                               t[0][2] * (t[1][0] * t[2][1] - t[1][1] * t[2][0]);
-    return determinant != 0;
+  static std::string name_of(const JsonNode& node) {
+    const std::string name = node["name"].text();
+    return name.empty() ? node.path() : fmt::format("{} \"{}\"", node.path(), name);
+  }
+
+  void say_what_is_flat() {
+    constexpr std::size_t kShown = 10;
+    std::string names;
+    for (std::size_t i = 0; i < std::min(flat_.size(), kShown); ++i) {
+      names += (i == 0 ? "" : ", ") + flat_[i];
+    }
+    if (flat_.size() > kShown) {
+      names += fmt::format(" and {} more", flat_.size() - kShown);
+    }
+    if (!flat_.empty()) {
+      notices_.left_out("objects that are scaled to nothing: " + names);
+    }
   }
 
   void choose_camera() {
@@ -187,6 +199,7 @@ class GltfScene {
   Notices notices_;
   GltfMaterials materials_;
   std::map<std::string, std::vector<Part>> meshes_;
+  std::vector<std::string> flat_;  ///< nodes that are scaled to nothing; it hides what stands there
   Box box_;
 };
 

@@ -32,6 +32,20 @@ TEST(Document, AGoodSceneIsValid) {
   EXPECT_EQ(error_after([](Scene&) {}), "no error");
 }
 
+TEST(Document, TransformsSpanSpace) {
+  const auto with = [](const Transform& t) { return error_after([&](Scene& s) { s.objects[1].transform = t; }); };
+  const std::string flat = "objects[1].transform: the map is not invertible (a scale of zero, or axes in one plane)";
+  EXPECT_EQ(with({{{0.0005, 0, 0, 1}, {0, 0.0005, 0, 2}, {0, 0, 1000, 3}}}), "no error");
+  EXPECT_EQ(with({{{0, 1e-20, 0, 0}, {1e-20, 0, 0, 0}, {0, 0, -1e11, 0}}}), "no error");
+  EXPECT_EQ(with({{{1, 0, 0, 0}, {0, 0, 0, 0}, {0, 0, 1, 0}}}), flat);
+  EXPECT_EQ(with({{{1, 2, 3, 0}, {2, 4, 1, 0}, {1, 2, 1, 0}}}), flat);
+  EXPECT_EQ(with({{{1e-40, 0, 0, 0}, {0, 1, 0, 0}, {0, 0, 1, 0}}}), flat);
+  EXPECT_EQ(error_after([](Scene& s) {
+              s.objects[0].transform = {{{2, 0, 0, 0}, {0, 2, 0, 0}, {0, 0, 2.1, 0}}};
+            }),
+            "objects[0].transform: a sphere can be moved, rotated and scaled equally along all axes, not be distorted");
+}
+
 TEST(Document, MetersAreChecked) {
   const auto with = [](const Meter& meter) { return error_after([&](Scene& s) { s.meters = {meter}; }); };
   EXPECT_EQ(with({"desk", IrradianceMeter{}}), "no error");

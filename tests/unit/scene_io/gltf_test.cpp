@@ -318,14 +318,15 @@ TEST(GltfScene, WhatIsLeftOutIsSaidOnce) {
   const LoadedScene loaded = good(OneTriangle().text(
       R"("extensionsUsed":["KHR_materials_sheen","KHR_materials_unlit"],"animations":[{}],
 "materials":[{"normalTexture":{"index":0},"alphaMode":"BLEND"},{"normalTexture":{"index":0},"occlusionTexture":{"index":0}}],
-"nodes":[{"mesh":0,"scale":[0,1,1]},{"mesh":0,"skin":0}])",
+"nodes":[{"mesh":0,"scale":[0,1,1]},{"mesh":0,"skin":0},{"mesh":0,"name":"flat","scale":[1,1e-40,1]}])",
       R"(,"material":0},{"attributes":{"POSITION":0},"material":1)"));
   EXPECT_EQ(loaded.notices,
             (std::vector<std::string>{
                 "left out: extension KHR_materials_sheen", "left out: normal maps",
                 "left out: alpha: what is transparent by it is rendered opaque",
-                "left out: occlusion maps (light is followed instead)", "left out: objects that are scaled to nothing",
-                "left out: skins (meshes stand as they were modelled)", "left out: animations",
+                "left out: occlusion maps (light is followed instead)",
+                "left out: skins (meshes stand as they were modelled)",
+                "left out: objects that are scaled to nothing: nodes[0], nodes[2] \"flat\"", "left out: animations",
                 "the file has no camera: all of it is seen from the front, from above and from the right",
                 "nothing in the file emits light: it stands in an even white sky"}));
   ASSERT_EQ(loaded.scene.objects.size(), 2u);
@@ -348,6 +349,14 @@ TEST(GltfScene, MaterialMistakesAreNamed) {
 "materials":[{"pbrMetallicRoughness":{"baseColorTexture":{"index":0}}}])",
                   R"(,"material":0)"),
             "a.gltf: images[0]: PNG or JPEG is expected");
+}
+
+// A scale along one axis says nothing of the others.
+TEST(GltfScene, ObjectsMayBeThinAndLong) {
+  const LoadedScene loaded =
+      good(OneTriangle().text(R"("nodes":[{"mesh":0,"scale":[0.0005,0.0005,1000],"rotation":[0.6,0,0,0.8]}])"));
+  ASSERT_EQ(loaded.scene.objects.size(), 1u);
+  EXPECT_EQ(loaded.scene.objects[0].transform[0][0], 0.0005);
 }
 
 // Each primitive keeps the vertices that its indices name, and no others; the camera looks at what is there.
