@@ -12,7 +12,7 @@ namespace lightmill {
 /// Film decisions of a sample; methods number theirs from kFirstPathDecision.
 inline constexpr std::uint32_t kFilterDecision = 0;
 inline constexpr std::uint32_t kFirstPathDecision = 1;
-inline constexpr std::uint32_t kLensDecision = 0x40000000;  ///< beyond all that paths reach
+inline constexpr std::uint32_t kLensDecision = 0x40000000;  ///< beyond all that vertices of paths reach
 
 /// The scrambles of a tile's pixels in one half: one per pixel, row by row.
 void fill_pixel_seeds(const PixelRect& tile, std::uint64_t seed, std::uint32_t half, std::vector<std::uint32_t>& out);

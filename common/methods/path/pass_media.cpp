@@ -1,12 +1,10 @@
 // Ways through media: absorption along them, and boundaries that light does not notice.
 #include "common/materials/henyey_greenstein.h"
 #include "common/methods/path/batch.h"
+#include "common/methods/path/channel.h"
 
 namespace lightmill::path {
 namespace {
-
-constexpr std::uint32_t kMaxPassed =
-    1000;  ///< boundaries in a row that light does not notice: more are copies without end
 
 V8 onward(const Surface8& surface) {
   return select(surface.front, -surface.geometric_normal, surface.geometric_normal) * surface.offset;
@@ -33,7 +31,7 @@ M8 Batch::travel(Path8& paths, M8 lanes, F8 length, std::uint32_t decision, F8& 
   const F8 total = t.x + t.y + t.z;
   const M8 alive = total > F8(0.0f);
   const V8 share = t * select(alive, F8(1.0f) / total, F8(0.0f));  // of each channel in what is carried
-  const F8 sigma = select(u.u < share.x, extinction.x, select(u.u < share.x + share.y, extinction.y, extinction.z));
+  const F8 sigma = drawn_channel(extinction, share, u.u);
   const F8 infinity(std::numeric_limits<float>::infinity());
   const F8 distance = select(sigma > F8(0.0f), -log(F8(1.0f) - u.v) / sigma, infinity);
   const M8 event = scatters & (distance < length);
@@ -51,7 +49,6 @@ M8 Batch::travel(Path8& paths, M8 lanes, F8 length, std::uint32_t decision, F8& 
 /// Follows the paths through boundaries that light does not notice to the first that it does, or to another surface,
 /// and takes off what is absorbed on the way; `hits` is where they arrive, as seen from where they start.
 Batch::Passage8 Batch::pass_media(Path8& paths, M8 lanes, Hit8& hits, std::uint32_t bounce) {
-  constexpr std::uint32_t kDecisions = 0x40000000u;  // apart from those of vertices
   const MediumTable& table = scene_.media();
   Passage8 passage;
   V8 origin = paths.origin;
@@ -61,7 +58,7 @@ Batch::Passage8 Batch::pass_media(Path8& paths, M8 lanes, Hit8& hits, std::uint3
   for (std::uint32_t passed = 0; active.any(); ++passed) {
     const F8 length = select(hits.hit, hits.distance + skipped, F8(std::numeric_limits<float>::infinity()));
     F8 scattered_at(0.0f);
-    const M8 scattered = travel(paths, active, length, kDecisions + bounce * (kMaxPassed + 1) + passed, scattered_at);
+    const M8 scattered = travel(paths, active, length, medium_decision(bounce, passed), scattered_at);
     passage.scattered = passage.scattered | scattered;
     passage.point = select(scattered, origin + paths.direction * (scattered_at - skipped), passage.point);
     hits.hit = and_not(hits.hit, scattered);

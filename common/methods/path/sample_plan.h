@@ -37,6 +37,14 @@ constexpr std::uint32_t choice_decision(std::uint32_t vertex) {
   return kFirstPathDecision + 3 * vertex + 2;
 }
 
+/// Boundaries in a row that light does not notice: more are copies without end.
+inline constexpr std::uint32_t kMaxPassed = 1000;
+/// How far light gets in a medium after so many bounces, and so many boundaries passed since.
+/// Beyond kLensDecision.
+constexpr std::uint32_t medium_decision(std::uint32_t bounce, std::uint32_t passed) {
+  return 0x50000000u + bounce * (kMaxPassed + 1) + passed;
+}
+
 inline Pair8 decide(U8 index, U8 pixel_seed, std::uint32_t vertex, std::uint32_t decision) {
   const U8 seed = decision_seed(pixel_seed, decision);
   return vertex < kSobolVertices ? sobol_pair(index, seed) : hashed_pair(index, seed);

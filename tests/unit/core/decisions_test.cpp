@@ -1,0 +1,63 @@
+// What paths draw: numbers of decisions, and channels of colour.
+#include <gtest/gtest.h>
+
+#include <set>
+
+#include "common/methods/path/channel.h"
+#include "common/methods/path/sample_plan.h"
+
+namespace lightmill::path {
+namespace {
+
+TEST(Decisions, NoTwoOfASampleHaveOneNumber) {
+  std::set<std::uint32_t> numbers{kFilterDecision, kLensDecision};
+  std::size_t count = 2;
+  // The largest number of bounces that the client lets through too.
+  for (const std::uint32_t bounce : {0u, 1u, 2u, 3u, 999u, 1'000u, 999'999u, 1'000'000u}) {
+    for (const std::uint32_t decision :
+         {light_decision(bounce), bsdf_decision(bounce), choice_decision(bounce), medium_decision(bounce, 0),
+          medium_decision(bounce, 1), medium_decision(bounce, kMaxPassed)}) {
+      numbers.insert(decision);
+      ++count;
+    }
+  }
+  EXPECT_EQ(numbers.size(), count);
+}
+
+float drawn(const Vec3& share, float u) {
+  alignas(32) float out[8];
+  drawn_channel(broadcast(Vec3(1, 2, 4)), broadcast(share), F8(u)).store(out);
+  return out[5];
+}
+
+TEST(DrawnChannel, IsTheOneWhoseShareTheNumberFallsInto) {
+  const Vec3 share(0.25f, 0.5f, 0.25f);
+  EXPECT_EQ(drawn(share, 0), 1);
+  EXPECT_EQ(drawn(share, 0.24f), 1);
+  EXPECT_EQ(drawn(share, 0.25f), 2);
+  EXPECT_EQ(drawn(share, 0.74f), 2);
+  EXPECT_EQ(drawn(share, 0.75f), 4);
+  EXPECT_EQ(drawn(share, 0x1.fffffep-1f), 4);
+}
+
+// The sum of rounded shares may be below the largest number that is drawn.
+TEST(DrawnChannel, HasAShare) {
+  const float last = 0x1.fffffep-1f, below_one = 0x1.fffffcp-1f;
+  EXPECT_EQ(drawn(Vec3(below_one / 2, below_one / 2, 0), last), 1);
+  EXPECT_EQ(drawn(Vec3(0.25f, below_one - 0.25f, 0), last), 2);
+  EXPECT_EQ(drawn(Vec3(below_one, 0, 0), last), 1);
+  EXPECT_EQ(drawn(Vec3(0, below_one, 0), last), 2);
+  EXPECT_EQ(drawn(Vec3(0, 0, below_one), last), 4);
+  int wrong = 0;
+  for (int i = 1; i < 1000; ++i) {
+    // As travel() computes them.
+    const auto x = static_cast<float>(i), y = static_cast<float>(i * 7919 % 1000 + 1);
+    const float scale = 1.0f / (x + y);
+    wrong += drawn(Vec3(x * scale, y * scale, 0), last) == 4;
+    wrong += drawn(Vec3(x * (1.0f / x), 0, 0), last) != 1;
+  }
+  EXPECT_EQ(wrong, 0);
+}
+
+}  // namespace
+}  // namespace lightmill::path
