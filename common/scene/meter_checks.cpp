@@ -6,6 +6,7 @@
 #include "common/base/overloaded.h"
 #include "common/base/text.h"
 #include "common/film/tile_grid.h"
+#include "common/scene/checks.h"
 
 namespace lightmill {
 namespace {
@@ -14,24 +15,8 @@ double length(const Point3d& v) {
   return std::hypot(v[0], v[1], v[2]);
 }
 
-Status check_place(const std::string& path, const Point3d& point) {
-  for (const double value : point) {
-    // Negated, so that NaN fails too.
-    if (!(std::abs(value) <= kMaxCoordinate)) {
-      return invalid_argument("{}: coordinates must be finite and at most {}, got ({}, {}, {})", path, kMaxCoordinate,
-                              point[0], point[1], point[2]);
-    }
-  }
-  return ok_status();
-}
-
-Status check_direction(const std::string& path, const Point3d& direction) {
-  LM_RETURN_IF_ERROR(check_place(path, direction));
-  return length(direction) > 0 ? ok_status() : invalid_argument("{}: must not be zero", path);
-}
-
 Status check_patch(const std::string& path, const Patch& patch) {
-  LM_RETURN_IF_ERROR(check_place(path + ".corner", patch.corner));
+  LM_RETURN_IF_ERROR(check_point(path + ".corner", patch.corner));
   LM_RETURN_IF_ERROR(check_direction(path + ".edge1", patch.edge1));
   LM_RETURN_IF_ERROR(check_direction(path + ".edge2", patch.edge2));
   const Point3d& a = patch.edge1;
@@ -62,12 +47,12 @@ Status validate_meters(const std::vector<Meter>& meters) {
     }
     LM_RETURN_IF_ERROR(std::visit(
         Overloaded{[&](const IrradianceMeter& meter) {
-                     const Status status = check_place(path + ".irradiance.point", meter.point);
+                     const Status status = check_point(path + ".irradiance.point", meter.point);
                      return status.ok() ? check_direction(path + ".irradiance.normal", meter.normal) : status;
                    },
                    [&](const PatchMeter& meter) { return check_patch(path + ".patch", meter.patch); },
                    [&](const RadianceMeter& meter) {
-                     const Status status = check_place(path + ".radiance.point", meter.point);
+                     const Status status = check_point(path + ".radiance.point", meter.point);
                      return status.ok() ? check_direction(path + ".radiance.direction", meter.direction) : status;
                    },
                    [&](const FluxMeter& meter) { return check_patch(path + ".flux.patch", meter.patch); }},
