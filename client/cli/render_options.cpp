@@ -152,6 +152,10 @@ Result<PreparedJob> make_job(const RenderOptions& options, Signals& signals) {
   settings.max_bounces = options.max_bounces;
   LM_ASSIGN_OR_RETURN(const MethodSpec method, checked_method(options));
   settings.meters = method_reads_meters(method.name) ? static_cast<std::uint32_t>(job.scene.scene.meters.size()) : 0;
+  if (const std::size_t meters = job.scene.scene.meters.size(); meters > settings.meters) {
+    job.scene.notices.push_back(fmt::format("left out: the scene's {}, which {} does not read (path does)",
+                                            meters == 1 ? "meter" : fmt::format("{} meters", meters), method.name));
+  }
   settings.renderer_version = kRendererVersion;
   job.spec.request_id = new_request_id();
   const std::string& scene_name = job.scene.scene.name;

@@ -17,10 +17,10 @@ void add_scene_options(CLI::App& command, SceneOptions& options) {
                   "a JSON file with a camera, or the name of one of the scene's, instead of its first")
       ->type_name("FILE|NAME");
   command
-      .add_option(
-          "--mtl", options.mtl,
-          "what Ka means in MTL files: emission (course) or ambient light, which is left out (standard); if not "
-          "given, it emits where only some materials have it and none has Ke")
+      .add_option("--mtl", options.mtl,
+                  "what Ka means in the MTL files of OBJ files: emission (course) or ambient light, which is left out "
+                  "(standard); if not "
+                  "given, it emits where only some materials have it and none has Ke")
       ->type_name("course|standard");
 }
 
@@ -35,7 +35,12 @@ Result<LoadedScene> load_scene(const SceneOptions& options, Signals& signals) {
     return invalid_argument("--mtl must be course or standard, got '{}'", options.mtl);
   }
   const std::vector<std::filesystem::path> paths(options.scenes.begin(), options.scenes.end());
-  const bool blend = paths.size() == 1 && paths[0].extension() == ".blend";
+  for (const std::filesystem::path& path : paths) {
+    if (!options.mtl.empty() && lower_ending(path) != ".obj") {
+      return invalid_argument("--mtl is about OBJ files and their materials, and {} is none", path.string());
+    }
+  }
+  const bool blend = paths.size() == 1 && lower_ending(paths[0]) == ".blend";
   const Result<LoadedScene> loaded =
       blend ? load_blend(paths[0], load_options, signals) : lightmill::load_scene(paths, load_options);
   return loaded.ok() ? loaded : as_input_error(loaded.status());

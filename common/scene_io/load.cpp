@@ -14,36 +14,27 @@ namespace {
 constexpr std::string_view kExpected =
     "a scene document (.json), Wavefront files (.obj) or a glTF file (.gltf, .glb) are expected";
 
-/// In lower case.
-std::string ending_of(const fs::path& path) {
-  std::string ending = path.extension().string();
-  for (char& c : ending) {
-    c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
-  }
-  return ending;
-}
-
 bool is_gltf(const fs::path& path) {
-  return ending_of(path) == ".gltf" || ending_of(path) == ".glb";
+  return lower_ending(path) == ".gltf" || lower_ending(path) == ".glb";
 }
 
 Result<fs::path> resolve(const fs::path& path) {
   std::error_code error;
   const fs::path with_ending = path.string() + ".json";
-  if (path.extension() != ".json" && !fs::is_regular_file(path, error) && fs::is_regular_file(with_ending, error)) {
+  if (lower_ending(path) != ".json" && !fs::is_regular_file(path, error) && fs::is_regular_file(with_ending, error)) {
     return with_ending;
   }
   if (!fs::exists(path, error)) {
     return not_found("{}: no such file", path.string());
   }
-  if (path.extension() != ".json" && ending_of(path) != ".obj" && !is_gltf(path)) {
+  if (lower_ending(path) != ".json" && lower_ending(path) != ".obj" && !is_gltf(path)) {
     return invalid_argument("{}: {}", path.string(), kExpected);
   }
   return path;
 }
 
 Result<LoadedScene> load_files(const std::vector<fs::path>& files, const LoadOptions& options) {
-  if (files[0].extension() == ".json") {
+  if (lower_ending(files[0]) == ".json") {
     return load_document(files[0]);
   }
   return is_gltf(files[0]) ? load_gltf(files[0], options.light_the_dark) : load_objs(files, options.ka);
@@ -77,6 +68,14 @@ Status choose_camera(const std::string& wanted, LoadedScene& loaded) {
 
 }  // namespace
 
+std::string lower_ending(const fs::path& path) {
+  std::string ending = path.extension().string();
+  for (char& c : ending) {
+    c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
+  }
+  return ending;
+}
+
 void use_camera(const NamedCamera& camera, Scene& scene) {
   scene.camera = camera.camera;
   if (camera.aspect) {
@@ -95,7 +94,7 @@ Result<LoadedScene> load_scene(std::span<const fs::path> paths, const LoadOption
     files.push_back(std::move(file));
   }
   const bool all_objs =
-      std::all_of(files.begin(), files.end(), [](const fs::path& file) { return ending_of(file) == ".obj"; });
+      std::all_of(files.begin(), files.end(), [](const fs::path& file) { return lower_ending(file) == ".obj"; });
   if (files.size() > 1 && !all_objs) {
     return invalid_argument(
         "one scene document, one glTF file or any number of .obj files are expected, got {} files that are not all "

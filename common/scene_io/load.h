@@ -32,6 +32,9 @@ struct LoadedScene {
 /// Looks through a camera: its view, and the film's width where it says one.
 void use_camera(const NamedCamera& camera, Scene& scene);
 
+/// A file's ending in lower case, as ".json"; empty if it has none.
+std::string lower_ending(const std::filesystem::path& path);
+
 struct LoadOptions {
   /// Replaces the scene's camera: the name of one of the file's cameras, else a JSON file that holds one.
   std::string camera;

@@ -144,6 +144,10 @@ TEST_F(CliTest, MetersAreReadAndAreNoPartOfThePicture) {
   }
   // Other methods read none.
   EXPECT_FALSE(json(render("metered.json", "preview")).contains("meters"));
+  const CommandResult preview = lightmill(render("metered.json", "preview"));
+  EXPECT_NE(preview.err.find("left out: the scene's 2 meters, which preview does not read (path does)"),
+            std::string::npos)
+      << preview.err;
 }
 
 TEST_F(CliTest, LayersThatCannotBeAreRefusedAtOnce) {

@@ -43,6 +43,8 @@ TEST_F(CliTest, BadUsageIsExitCode2WithAReason) {
       {"jobs", "--server", "::1:7350"},
       {"render", box, "--camera", file("none.json")},
       {"render", box, "--mtl", "magic"},
+      {"render", box, "--mtl", "course"},
+      {"check", box, "--mtl", "standard"},
       {"check", box, "--save-camera", file("nowhere/a.json")},
       {"submit"},
       {"watch"},
@@ -121,6 +123,9 @@ TEST_F(CliTest, BlendFilesNeedBlender) {
   EXPECT_NE(result.err.find("scene.blend: /bin/false could not export it (exit code 1)"), std::string::npos)
       << result.err;
   EXPECT_EQ(lightmill({"check", file("none.blend")}).exit_code, 2);
+  result = run_command({program("lightmill"), "check", write("SCENE.BLEND", "BLENDER-v304")}, without);
+  EXPECT_NE(result.err.find("SCENE.BLEND: /bin/false could not export it (exit code 1)"), std::string::npos)
+      << result.err;
   EXPECT_TRUE(temporary_is_empty());
 }
 

@@ -299,6 +299,14 @@ TEST_F(Load, ManyMaterialsOfOneNameInAGltfFile) {
   EXPECT_EQ(loaded->scene.materials[kMaterials - 1].name, fmt::format("m ({})", kMaterials));
 }
 
+TEST_F(Load, EndingsMayBeInCapitals) {
+  write("a.mtl", "newmtl red\nnewmtl green\n");
+  EXPECT_EQ(error({write("A.OBJ", "mtllib a.mtl\n" + kTriangles)}), "no error");
+  EXPECT_EQ(
+      error({write("A.JSON", document(R"([{"material": "red", "sphere": {"center": [0, 0, 0], "radius": 1}}])"))}),
+      "no error");
+}
+
 TEST_F(Load, ObjMistakesAreNamed) {
   EXPECT_EQ(error({write("a.obj", "mtllib none.mtl\nv 0 0 0\nf 1 1 1")}),
             "a.obj:1: mtllib: cannot open none.mtl: No such file or directory");
