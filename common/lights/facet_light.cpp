@@ -1,6 +1,7 @@
 #include "common/lights/facet_light.h"
 
 #include <array>
+#include <bit>
 #include <cmath>
 
 #include "common/lights/photometry.h"
@@ -16,6 +17,20 @@ constexpr float kNearRadii = 3;
 /// Where single precision resolves the solid angle and what is drawn from it.
 constexpr float kSmallestSolidAngle = 3e-3f, kLargestSolidAngle = 6.2f;
 
+/// Facets farther than so many of their extents shine like points.
+constexpr float kFarRadii = 32;
+
+Vec3d lane_of(const V8& v, int lane) {
+  alignas(32) float x[8], y[8], z[8];
+  v.x.store(x);
+  v.y.store(y);
+  v.z.store(z);
+  return {x[lane], y[lane], z[lane]};
+}
+M8 one_lane(int lane) {
+  return U8::lane_index() == U8(static_cast<std::uint32_t>(lane));
+}
+
 }  // namespace
 
 void FacetLights::add(const EmissiveFacet& facet) {
@@ -25,6 +40,7 @@ void FacetLights::add(const EmissiveFacet& facet) {
   radiance_.add(facet.radiance);
   two_sided_.push_back(facet.two_sided ? 1 : 0);
   parallelogram_.push_back(facet.parallelogram ? 1 : 0);
+  closed_.push_back(facet.closed ? 1 : 0);
   exponent_.push_back(facet.exponent);
   has_triangles_ |= !facet.parallelogram;
   has_exponents_ |= facet.exponent != 0;
@@ -91,10 +107,37 @@ LightSample8 FacetLights::sample(const V8& p, U8 index, M8 lanes, Pair8 u) const
   return {y + off, wi, radiance * (F8(1.0f) / pdf), pdf, valid};
 }
 
-Vec3d FacetLights::irradiance(std::size_t i, const Vec3d& p, const Vec3d& n) const {
+V8 FacetLights::irradiance(const V8& p, const V8& n, M8 lanes) const {
+  V8 sum;
+  for (std::size_t i = 0; i < size(); ++i) {
+    const bool whole = parallelogram_[i] == 1, both_sides = two_sided_[i] == 1 && closed_[i] == 0;
+    const Vec3 edge1 = edge1_[i], edge2 = edge2_[i];
+    const Vec3 to_middle = (edge1 + edge2) * (whole ? 0.5f : 1.0f / 3);
+    const Vec3 area_vector = glm::cross(edge1, edge2) * (whole ? 1.0f : 0.5f);
+    const V8 way = broadcast(corner_[i] + to_middle) - p;
+    const F8 radius(glm::length(edge1) + glm::length(edge2));
+    const F8 height = dot(way, n), facing = -dot(way, broadcast(area_vector));
+    M8 seen = lanes & (height > -radius);
+    seen = both_sides ? seen : seen & (facing > F8(0.0f));
+    if (seen.none()) {
+      continue;
+    }
+    const F8 distance2 = length_squared(way);
+    const M8 far = seen & (distance2 > F8(kFarRadii * kFarRadii) * radius * radius) & (height > radius);
+    sum = sum + masked(far, broadcast(radiance_[i]) * (abs(facing) * height / (distance2 * distance2)));
+    for (unsigned bits = static_cast<unsigned>(and_not(seen, far).bits()); bits != 0; bits &= bits - 1) {
+      const int lane = std::countr_zero(bits);
+      const Vec3d value = irradiance_of(i, lane_of(p, lane), lane_of(n, lane));
+      sum = sum + masked(one_lane(lane), broadcast(Vec3(value)));
+    }
+  }
+  return sum;
+}
+
+Vec3d FacetLights::irradiance_of(std::size_t i, const Vec3d& p, const Vec3d& n) const {
   const Vec3d corner = Vec3d(corner_[i]) - p, edge1(edge1_[i]), edge2(edge2_[i]);
   const double side = -glm::dot(corner, glm::cross(edge1, edge2));  // positive: the facet faces p
-  if (!(side > 0) && (side == 0 || two_sided_[i] == 0)) {
+  if (!(side > 0) && (side == 0 || two_sided_[i] == 0 || closed_[i] == 1)) {
     return Vec3d(0);
   }
   std::array<Vec3d, 4> corners{corner, corner + edge1, corner + edge1 + edge2, corner + edge2};
@@ -103,8 +146,8 @@ Vec3d FacetLights::irradiance(std::size_t i, const Vec3d& p, const Vec3d& n) con
     corners[2] = corners[3];
     count = 3;
   }
-  // What is above the horizon: one corner more at most.
-  std::array<Vec3d, 5> above;
+  // What is above the horizon: one corner more, and as many again where rounding lets a facet in it cross it often.
+  std::array<Vec3d, 8> above;
   std::size_t number = 0;
   for (std::size_t k = 0; k < count; ++k) {
     const Vec3d &a = corners[k], &b = corners[(k + 1) % count];

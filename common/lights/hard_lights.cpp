@@ -29,6 +29,10 @@ void FacetSums::add(const EmissiveFacet& facet) {
   area_ += glm::length(area_normal);
 }
 
+bool FacetSums::closed() const {
+  return glm::length(area_normal_) <= kCancelled * area_;
+}
+
 void HardLights::add(std::uint32_t geometry, const FacetSums& facets) {
   const Vec3d flux_per_solid_angle = facets.radiance_ * facets.area_;
   if (flux_per_solid_angle == Vec3d(0)) {
@@ -36,7 +40,7 @@ void HardLights::add(std::uint32_t geometry, const FacetSums& facets) {
   }
   const Vec3d center = (facets.low_ + facets.high_) * 0.5;
   const double length = glm::length(facets.area_normal_);
-  if (length <= kCancelled * facets.area_) {
+  if (facets.closed()) {
     add_point(geometry,
               {Vec3(center), Vec3(flux_per_solid_angle * exitance_per_radiance(facets.exponent_) / kPointSolidAngle)});
     return;

@@ -18,6 +18,8 @@ namespace lightmill {
 class FacetSums {
  public:
   void add(const EmissiveFacet& facet);
+  /// Whether the normals cancel, as those of closed shapes do.
+  bool closed() const;
 
  private:
   friend class HardLights;

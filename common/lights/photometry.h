@@ -48,9 +48,9 @@ inline constexpr double cosine_power_solid_angle(double exponent) {
 }
 
 /// Flux over intensity of a spot whose intensity is full within `inner` and falls off smoothly (t²(3 − 2t) in the
-/// cosine) to zero at `outer`: 2π (1 − (cos inner + cos outer) / 2).
-inline constexpr double spot_solid_angle(double cos_inner, double cos_outer) {
-  return 2 * kPiDouble * (1 - (cos_inner + cos_outer) / 2);
+/// cosine) to zero at `outer`; of both angles 1 − cos is given.
+inline constexpr double spot_solid_angle(double inner, double outer) {
+  return kPiDouble * (inner + outer);
 }
 
 /// Exitance over radiance along the normal of a surface with L(θ) = L₀ cosⁿθ: 2π / (n + 2), which is π for n = 0.

@@ -63,7 +63,7 @@ LightSample8 SphereLights::sample(const V8& p, U8 index, M8 lanes, Pair8 u) cons
   const F8 center_distance = sqrt(view.center2);
   const Frame8 cone(view.to_center * (F8(1.0f) / center_distance));
   const V8 cone_wi = cone.to_world(local);
-  const F8 sin2 = local.x * local.x + local.y * local.y;
+  const F8 sin2 = local.x * local.x + local.y * local.y;  // 1 − z² would cancel where the sphere looks small
   const F8 entry = center_distance * local.z - sqrt(max(radius * radius - view.center2 * sin2, F8(0.0f)));
   // Of the entry, seen from the centre: known also where the sphere is smaller than coordinates are exact.
   const F8 aside = entry / radius;

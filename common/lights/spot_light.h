@@ -9,7 +9,8 @@ struct SpotEmitter {
   Vec3 position;
   Vec3 direction;  ///< unit
   Vec3 intensity;  ///< W/sr along the direction
-  float cos_inner = 1, cos_outer = 0;
+  /// 1 − cos of the angles to the direction: single precision keeps narrow cones that way.
+  float inner = 0, outer = 1;
 };
 
 /// Intensity is full within the inner cone and zero outside the outer one; between, t²(3 − 2t) of the cosine.
@@ -22,7 +23,7 @@ class SpotLights {
 
  private:
   VectorRows position_, direction_, intensity_;
-  std::vector<float> cos_inner_, cos_outer_;
+  std::vector<float> inner_, outer_;
 };
 
 }  // namespace lightmill

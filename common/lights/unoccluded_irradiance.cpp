@@ -77,17 +77,8 @@ V8 sum_of_delta(const Lights& lights, const V8& p, const V8& n, M8 lanes) {
   return sum;
 }
 
-template <class Lights>
-Vec3d sum_of_shapes(const Lights& lights, const Vec3d& p, const Vec3d& n) {
-  Vec3d sum(0);
-  for (std::size_t i = 0; i < lights.size(); ++i) {
-    sum += lights.irradiance(i, p, n);
-  }
-  return sum;
-}
-
-/// Lane by lane: their formulas branch.
-V8 of_shapes(const LightTable& lights, const V8& p, const V8& n, M8 lanes) {
+/// Lane by lane: the formula branches.
+V8 sum_of_spheres(const SphereLights& spheres, const V8& p, const V8& n, M8 lanes) {
   alignas(32) float rows[9][8] = {};
   p.x.store(rows[0]);
   p.y.store(rows[1]);
@@ -98,7 +89,10 @@ V8 of_shapes(const LightTable& lights, const V8& p, const V8& n, M8 lanes) {
   for (unsigned bits = static_cast<unsigned>(lanes.bits()); bits != 0; bits &= bits - 1) {
     const auto lane = static_cast<std::size_t>(std::countr_zero(bits));
     const Vec3d point(rows[0][lane], rows[1][lane], rows[2][lane]), normal(rows[3][lane], rows[4][lane], rows[5][lane]);
-    const Vec3d sum = sum_of_shapes(lights.facets, point, normal) + sum_of_shapes(lights.spheres, point, normal);
+    Vec3d sum(0);
+    for (std::size_t i = 0; i < spheres.size(); ++i) {
+      sum += spheres.irradiance(i, point, normal);
+    }
     for (int color = 0; color < 3; ++color) {
       rows[6 + color][lane] = static_cast<float>(sum[color]);
     }
@@ -128,8 +122,9 @@ V8 UnoccludedIrradiance::at(const LightTable& lights, const V8& p, const V8& n, 
   V8 sum = of_environment(n) + sum_of_delta(lights.points, p, n, lanes) + sum_of_delta(lights.spots, p, n, lanes) +
            sum_of_delta(lights.cosine_powers, p, n, lanes) + sum_of_delta(lights.ies, p, n, lanes) +
            sum_of_delta(lights.directional, p, n, lanes);
-  if (lights.facets.size() + lights.spheres.size() > 0) {
-    sum = sum + of_shapes(lights, p, n, lanes);
+  sum = sum + lights.facets.irradiance(p, n, lanes);
+  if (lights.spheres.size() > 0) {
+    sum = sum + sum_of_spheres(lights.spheres, p, n, lanes);
   }
   return sum;
 }

@@ -15,7 +15,8 @@ class UnoccludedIrradiance {
   explicit UnoccludedIrradiance(const LightTable& lights);
 
   /// On surfaces at `p` with unit normals `n`, in W/m². `lights` are those that it was built from. That of an
-  /// environment's image is right within some thousandths.
+  /// environment's image is right within some thousandths; of a small sun in it, on normals within 2° of
+  /// where it sets, within some hundredths of what it gives at most.
   V8 at(const LightTable& lights, const V8& p, const V8& n, M8 lanes) const;
 
  private:

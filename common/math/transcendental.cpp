@@ -77,6 +77,10 @@ double sin_fixed(double x) {
 double cos_fixed(double x) {
   return sin_cos_fixed(x).cos;
 }
+double one_minus_cos_fixed(double x) {
+  const double half = sin_fixed(x / 2);
+  return 2 * half * half;
+}
 double atan2_fixed(double y, double x) {
   const double length = std::sqrt(x * x + y * y);
   if (!(length > 0)) {

@@ -39,6 +39,7 @@ F8 atan2(F8 y, F8 x);
 // Doubles, for what is computed once a scene: relative error below 1e-14 on the ranges named.
 double sin_fixed(double x);              ///< |x| <= 1e4
 double cos_fixed(double x);              ///< |x| <= 1e4
+double one_minus_cos_fixed(double x);    ///< to the last bits also where x is small; |x| <= 1e4
 double tan_fixed(double x);              ///< |x| < π/2
 double atan2_fixed(double y, double x);  ///< to 1e-14; 0 of two zeros
 double exp_fixed(double x);              ///< |x| <= 700

@@ -59,8 +59,9 @@ Status check_spot(const std::string& path, const SpotLight& spot) {
   LM_RETURN_IF_ERROR(check_point(path + ".spot.position", spot.position));
   LM_RETURN_IF_ERROR(check_direction(path + ".spot.direction", spot.direction));
   LM_RETURN_IF_ERROR(check_power(path + ".spot.intensity", spot.intensity));
-  if (!(spot.cutoff_degrees > 0 && spot.cutoff_degrees <= 180)) {
-    return invalid_argument("{}.spot.cutoff_degrees: must be in (0, 180], got {}", path, spot.cutoff_degrees);
+  if (!(spot.cutoff_degrees >= kLeastCutoffDegrees && spot.cutoff_degrees <= 180)) {
+    return invalid_argument("{}.spot.cutoff_degrees: must be in [{}, 180], got {}", path, kLeastCutoffDegrees,
+                            spot.cutoff_degrees);
   }
   if (!(spot.blend >= 0 && spot.blend <= 1)) {
     return invalid_argument("{}.spot.blend: must be in [0, 1], got {}", path, spot.blend);

@@ -25,11 +25,12 @@ inline constexpr double kMaxCosineExponent =
     1e4;  ///< of cosⁿ lights: beyond, single precision knows no cosine so exact
 inline constexpr std::size_t kMaxSceneEntries = 1'000'000;  ///< textures, materials, objects and lights, of each
 
-inline constexpr double kMaxComplexIndex = 1000;   ///< of a metal's n and k
-inline constexpr double kMaxPhongExponent = 1e6;   ///< beyond, single precision knows no direction so exact
-inline constexpr std::size_t kMaxMedia = 65'535;   ///< materials that light passes into
-inline constexpr double kMaxMeanCosine = 0.99;     ///< of a phase function
-inline constexpr double kMaxAbsorption = 0x1p100;  ///< per scene unit: lets nothing through
+inline constexpr double kMaxComplexIndex = 1000;     ///< of a metal's n and k
+inline constexpr double kLeastCutoffDegrees = 1e-3;  ///< of a spot: half its opening
+inline constexpr double kMaxPhongExponent = 1e6;     ///< beyond, single precision knows no direction so exact
+inline constexpr std::size_t kMaxMedia = 65'535;     ///< materials that light passes into
+inline constexpr double kMaxMeanCosine = 0.99;       ///< of a phase function
+inline constexpr double kMaxAbsorption = 0x1p100;    ///< per scene unit: lets nothing through
 
 /// Linear RGB with Rec. 709 primaries. Another kind (a spectrum) could join as an alternative in the schema.
 struct RgbColor {
@@ -215,7 +216,7 @@ struct SpotLight {
   Point3d position{0, 0, 0};
   Point3d direction{0, -1, 0};
   RgbColor intensity;          ///< W/sr along the direction
-  double cutoff_degrees = 45;  ///< half the cone's opening, in (0, 180]
+  double cutoff_degrees = 45;  ///< half the cone's opening, in [kLeastCutoffDegrees, 180]
   double blend = 0;            ///< share of the cone's opening that is falling off, in [0, 1]
 };
 /// A point whose intensity falls off with cosⁿ of the angle to its direction, and is zero behind.

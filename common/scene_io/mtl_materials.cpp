@@ -79,7 +79,8 @@ class Mapper {
 
   void set_kind(Material& out) {
     const int illum = known_illum();
-    if (from_->roughness || from_->metallic || from_->map("map_Pr") != nullptr || from_->map("map_Pm") != nullptr) {
+    const bool mapped = illum < 3 && (from_->map("map_Pr") != nullptr || from_->map("map_Pm") != nullptr);
+    if (from_->roughness || from_->metallic || mapped) {
       out.kind = principled(out, illum == 4);
       if (from_->roughness.value_or(1) > 0) {
         out.roughness_map = scalar_map("map_Pr");

@@ -112,9 +112,9 @@ Result<SpotLight> spot_light(const std::string& path, const v1::Light& light) {
   out.cutoff_degrees = wire.has_cutoff_degrees() ? wire.cutoff_degrees() : out.cutoff_degrees;
   out.blend = wire.blend();
   // What is out of range here is reported once all is read (validate).
-  const double outer = std::clamp(out.cutoff_degrees, 1e-3, 180.0) * kPiDouble / 180;
+  const double outer = std::clamp(out.cutoff_degrees, kLeastCutoffDegrees, 180.0) * kPiDouble / 180;
   const double inner = outer * (1 - std::clamp(out.blend, 0.0, 1.0));
-  const double solid_angle = spot_solid_angle(cos_fixed(inner), cos_fixed(outer));
+  const double solid_angle = spot_solid_angle(one_minus_cos_fixed(inner), one_minus_cos_fixed(outer));
   LM_ASSIGN_OR_RETURN(out.intensity, light_strength(path, ".spot.intensity", light, wire.has_intensity(),
                                                     wire.intensity(), {.flux = 1 / solid_angle, .intensity = 1}));
   return out;

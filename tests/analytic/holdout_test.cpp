@@ -45,6 +45,26 @@ TEST(Holdout, UnderABlackSphereInAnEvenSky) {
   }
 }
 
+TEST(Holdout, ClosedLampsShowTheirOuterSideAlone) {
+  // A two-sided cube lamp, alone and with the sky; its light on the floor has no shadow.
+  std::string cube;
+  for (int i = 0; i < 8; ++i) {
+    cube += fmt::format("v {} {} {}\n", (i & 1) - 0.5, (i >> 1 & 1) + 1.0, (i >> 2 & 1) - 0.5);
+  }
+  cube += "f 1 3 4 2\nf 5 6 8 7\nf 1 2 6 5\nf 3 7 8 4\nf 1 5 7 3\nf 2 4 8 6\n";
+  const auto scene =
+      TestScene::from_text(document(R"("eye": [2.2, 0.3, 0.4], "look_at": [0.7, 0, 0.4])", 0.001, 8,
+                                    std::string(kMaterials) +
+                                        R"(, {"name": "lamp", "diffuse": {"reflectance": {"rgb": [0, 0, 0]}},
+                      "emission": {"rgb": [9, 9, 9]}, "two_sided_emission": true})",
+                                    std::string(kFloor) + ", " + mesh("lamp", "cube.obj"), kSky),
+                           {{"cube.obj", cube}});
+  // The lamp hides sky, and gives more than that: Lambert's formula for its faces is the expected value without shadow.
+  const double shown = mean_of(scene.render({"path", 3, 0}, 10), 1).value;
+  EXPECT_GT(shown, 2 * 0.9);
+  EXPECT_LT(shown, 2);
+}
+
 TEST(Holdout, LightThatTheSceneScattersIsNoPartOfIt) {
   const auto dark = floor_at(0.5, ", " + sphere("black", "[0, 0.5, 0]", 0.5), kSky, 7);
   const auto white = floor_at(0.5, ", " + sphere("white", "[0, 0.5, 0]", 0.5), kSky, 7);

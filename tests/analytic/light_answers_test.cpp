@@ -73,6 +73,23 @@ TEST(SpotLight, IsFullWithinSmoothBetweenAndDarkOutside) {
   EXPECT_EQ(floor_at(2.02, sharp).value, 0);
 }
 
+TEST(SpotLight, NarrowConesKeepTheirFlux) {
+  // 1 W into cones of 1° to 0.001°: all of it arrives on the floor below, on a disc that the camera sees whole.
+  for (const double cutoff : {1.0, 0.1, 0.01, 0.001}) {
+    const double radius = 2 * std::tan(cutoff * M_PI / 180);
+    const auto scene = TestScene::from_text(
+        document(R"("eye": [0, 1, 0.0001], "look_at": [0, 0, 0])", 2 * std::atan(1.5 * radius) * 180 / M_PI, 32,
+                 diffuse("floor", 1), mesh("floor", "floor.obj"),
+                 fmt::format(R"({{"spot": {{"position": [0, 2, 0], "direction": [0, -1, 0], "cutoff_degrees": {},
+                     "blend": 0.5}}, "strength": {{"watt": 1}}}})",
+                             cutoff)),
+        {{"floor.obj", plane(4, 0, true)}});
+    const Estimate mean = mean_of(scene.render({"path", 3, 1}, 8), 0);
+    const double area = 9 * radius * radius;
+    EXPECT_NEAR(mean.value * M_PI * area, 1, 5e-3 + 5 * mean.standard_error * M_PI * area) << cutoff;
+  }
+}
+
 TEST(CosinePowerLight, FallsOffWithThePowerOfTheCosine) {
   for (const double n : {0.0, 1.0, 4.5, 300.0}) {
     const std::string light = fmt::format(

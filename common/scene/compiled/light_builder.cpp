@@ -134,6 +134,18 @@ void LightBuilder::add_mesh(std::uint32_t material, const std::vector<std::array
     geometry.primitives.insert(geometry.primitives.end(), outline.size() - 2, number);
   }
   geometry.end_facet = facets_.size();
+  const bool closed = sums_of(geometry).closed();
+  for (std::size_t i = geometry.first_facet; i < geometry.end_facet; ++i) {
+    facets_[i].shape.closed = closed;
+  }
+}
+
+FacetSums LightBuilder::sums_of(const Geometry& geometry) const {
+  FacetSums sums;
+  for (std::size_t i = geometry.first_facet; i < geometry.end_facet; ++i) {
+    sums.add(facets_[i].shape);
+  }
+  return sums;
 }
 
 /// A power that nothing can radiate would be lost without a word.
@@ -189,8 +201,8 @@ void LightBuilder::add_light(const Light& light) {
                      const double outer = degrees_to_radians(spot.cutoff_degrees);
                      lights_.spots.add({to_frame(spot.position), unit(spot.direction),
                                         frame_.scaled_intensity(to_vec(spot.intensity)),
-                                        static_cast<float>(cos_fixed(outer * (1 - spot.blend))),
-                                        static_cast<float>(cos_fixed(outer))});
+                                        static_cast<float>(one_minus_cos_fixed(outer * (1 - spot.blend))),
+                                        static_cast<float>(one_minus_cos_fixed(outer))});
                      note_group(LightKind::spot, light.group);
                    }
                  },
@@ -289,11 +301,7 @@ HardLights LightBuilder::hard_lights() const {
     if (geometry.sphere) {
       out.add(i, spheres_[geometry.primitives[0]].shape);
     } else if (geometry.first_facet < geometry.end_facet) {
-      FacetSums sums;
-      for (std::size_t facet = geometry.first_facet; facet < geometry.end_facet; ++facet) {
-        sums.add(facets_[facet].shape);
-      }
-      out.add(i, sums);
+      out.add(i, sums_of(geometry));
     }
   }
   return out;

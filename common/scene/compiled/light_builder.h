@@ -45,12 +45,20 @@ class LightBuilder {
   Tables finish();
 
  private:
+  /// Of each geometry: the facet or sphere of each primitive; none where it is not sampled.
+  struct Geometry {
+    bool sphere = false;
+    bool repeated = false;  ///< a sphere that is another one's light
+    std::vector<std::uint32_t> primitives;
+    std::size_t first_facet = 0, end_facet = 0;
+  };
   void note_group(LightKind kind, const std::string& group);
   void add_light(const Light& light);
   Status add_ies(const IesLight& light, const std::string& group, const std::string& where, const AssetSource& assets);
   Status add_image(const EnvironmentLight& light, const std::string& group, const std::string& where,
                    const AssetSource& assets, const ImageDecoder& images);
   Status check_areas() const;
+  FacetSums sums_of(const Geometry& geometry) const;
   HardLights hard_lights() const;
   Vec3 to_frame(const Point3d& p) const;
   std::vector<Vec3> radiance_of_materials() const;
@@ -77,13 +85,6 @@ class LightBuilder {
   std::vector<Sphere> spheres_;
   std::map<std::pair<std::uint32_t, std::array<float, 12>>, std::uint32_t> facet_numbers_;  ///< by material and corners
   std::map<std::tuple<std::uint32_t, float, float, float, float, bool>, std::uint32_t> sphere_numbers_;
-  /// Of each geometry: the facet or sphere of each primitive; none where it is not sampled.
-  struct Geometry {
-    bool sphere = false;
-    bool repeated = false;  ///< a sphere that is another one's light
-    std::vector<std::uint32_t> primitives;
-    std::size_t first_facet = 0, end_facet = 0;
-  };
   std::vector<Geometry> geometries_;
 };
 

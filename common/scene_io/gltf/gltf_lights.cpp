@@ -58,7 +58,7 @@ std::optional<Light> read_light(const GltfData& data, const PlacedNode& placed, 
     kind.position = placed.origin();
     kind.direction = forward(placed);
     kind.intensity = power;
-    kind.cutoff_degrees = outer * 180 / std::numbers::pi;
+    kind.cutoff_degrees = std::max(outer * 180 / std::numbers::pi, kLeastCutoffDegrees);
     kind.blend = std::clamp(1 - inner / outer, 0.0, 1.0);
     out.kind = kind;
   } else {

@@ -100,7 +100,7 @@ PrincipledMaterial GltfMaterials::principled(const JsonNode& from, Medium& inter
   out.coat = coat["clearcoatFactor"].number(0, 0, 1);
   out.coat_roughness = coat["clearcoatRoughnessFactor"].number(0, 0, 1);
   out.transmission = extensions["KHR_materials_transmission"]["transmissionFactor"].number(0, 0, 1);
-  if (out.transmission == 0 || out.metallic == 1) {
+  if (out.transmission == 0 || (out.metallic == 1 && !base["metallicRoughnessTexture"].present())) {
     return out;  // nothing gets in
   }
   const JsonNode volume = extensions["KHR_materials_volume"];

@@ -67,6 +67,28 @@ TEST(SurfaceLights, TrianglesFarAndNear) {
   EXPECT_LT(facet_z(3, facet_of({-30, -20, 0}, {30, -20, 0}, {0, 40, 0}, false), {0, 0, 2}), kChiSquaredThreshold);
 }
 
+TEST(SurfaceLights, SpheresThatLookSmallLoseNothing) {
+  // E = πL (R/d)² on a surface that faces it; every sample must count, and have the same weight but for the cosine.
+  for (const double ratio : {1e-1, 1e-2, 1.4e-3, 3.5e-4, 2.8e-4, 1e-4, 1e-5}) {
+    for (const Vec3& direction : {Vec3(1, 0, 0), Vec3(0.3f, -0.8f, 0.4f), Vec3(-1, 2, 3)}) {
+      LightTable table;
+      const Vec3 p(0.1f, -0.2f, 0.3f), n = glm::normalize(direction);
+      table.spheres.add({p + n * 10.0f, static_cast<float>(10 * ratio), kWhite, false, false, 0});
+      table.build(20);
+      double sum = 0;
+      for_each_draw(9, [&](Pair8, Pair8 u) {
+        const LightSample8 s = table.sample(broadcast(p), kNoChoice, u);
+        const Lanes value(masked(s.valid, s.weight.x * dot(s.wi, broadcast(n))));
+        for (int lane = 0; lane < 8; ++lane) {
+          sum += value[lane];
+        }
+      });
+      // The radius is known to 6e-8; the mean cosine's noise is below R²/d² over the root of the draws.
+      EXPECT_NEAR(sum / kDraws / (M_PI * ratio * ratio), 1, 1e-5 + 3e-3 * ratio * ratio) << ratio;
+    }
+  }
+}
+
 TEST(SurfaceLights, Parallelograms) {
   const EmissiveFacet facet = facet_of({-1, -0.5f, 2}, {0.5f, -0.3f, 2.1f}, {-0.7f, 0.5f, 1.6f}, true);
   for (const Vec3& p : {Vec3(0, 0, 0), Vec3(-0.5f, 0, 1.7f), Vec3(5, -3, 2)}) {

@@ -69,7 +69,7 @@ TEST(UnoccludedIrradiance, OfSpheres) {
 TEST(UnoccludedIrradiance, OfPointsAndDirections) {
   LightTable point, spot, cosine, sun;
   point.points.add({{1, 2, 3}, {1, 3, 2}});
-  spot.spots.add({{1, 2, 3}, glm::normalize(Vec3(-1, -2, -2)), {1, 3, 2}, 0.99f, 0.8f});
+  spot.spots.add({{1, 2, 3}, glm::normalize(Vec3(-1, -2, -2)), {1, 3, 2}, 0.01f, 0.2f});
   cosine.cosine_powers.add({{1, 2, 3}, {0, -1, 0}, {1, 3, 2}, 2.5f});
   sun.directional.add({glm::normalize(Vec3(-1, -2, -3)), {1, 3, 2}});
   for (const LightTable& table : {point, spot, cosine, sun}) {

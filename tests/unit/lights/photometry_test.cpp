@@ -63,7 +63,7 @@ TEST(Photometry, FluxIsTheIntegralOfTheIntensity) {
       const double t = std::clamp((std::cos(theta) - co) / (ci - co), 0.0, 1.0);
       return t * t * (3 - 2 * t);
     };
-    EXPECT_NEAR(spot_solid_angle(ci, co), over_solid_angle(falloff, outer), 1e-6) << inner << ' ' << outer;
+    EXPECT_NEAR(spot_solid_angle(1 - ci, 1 - co), over_solid_angle(falloff, outer), 1e-6) << inner << ' ' << outer;
   }
 }
 

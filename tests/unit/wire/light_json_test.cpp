@@ -69,7 +69,7 @@ TEST(LightJson, MistakesAreNamed) {
             "lights[0].directional.direction: must not be zero");
   EXPECT_EQ(error_of(document(R"({"spot": {"position": [0, 0, 0], "direction": [0, 1, 0], "cutoff_degrees": 0,
                                            "intensity": {"rgb": [1, 1, 1]}}})")),
-            "lights[0].spot.cutoff_degrees: must be in (0, 180], got 0");
+            "lights[0].spot.cutoff_degrees: must be in [0.001, 180], got 0");
   EXPECT_EQ(error_of(document(R"({"cosine_power": {"position": [0, 0, 0], "direction": [0, 1, 0], "exponent": -1,
                                                    "intensity": {"rgb": [1, 1, 1]}}})")),
             "lights[0].cosine_power.exponent: must be in [0, 10000], got -1");
