@@ -56,7 +56,10 @@ struct Conductor8 {
     return {wi, f * masking, masked(is_rough, ggx::reflection_pdf_solid_angle(wo, wi, m, alpha)), M8(), F8(1.0f)};
   }
 
- private:
+  SmoothLobes8 smooth(const V8& wo) const {
+    return {masked(~rough(), conductor::fresnel(min(wo.z, F8(1.0f)), eta, k)), V8()};
+  }
+
   M8 rough() const { return alpha >= F8(ggx::kSmoothAlpha); }
 };
 

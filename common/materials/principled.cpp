@@ -130,6 +130,36 @@ F8 Principled8::pdf_solid_angle(const V8& wo, const V8& wi) const {
   return pdf;
 }
 
+SmoothLobes8 Principled8::smooth(const V8& wo, const dielectric::Fresnel8& f) const {
+  SmoothLobes8 lobes{masked(~is_rough(alpha_), gloss_fresnel(wo.z)), V8()};
+  if (has_glass_) {
+    const SmoothLobes8 glass = glass_bsdf_.smooth(f);
+    lobes.reflected = lobes.reflected + glass.reflected * glass_;
+    lobes.refracted = glass.refracted * glass_;
+  }
+  if (has_coat_) {
+    const F8 coat = masked(~is_rough(coat_alpha_), coat_fresnel(wo.z));
+    lobes.reflected = lobes.reflected * coat_leaves({-wo.x, -wo.y, wo.z}) + V8{coat, coat, coat};
+    lobes.refracted = lobes.refracted * coat_leaves({F8(0.0f), F8(0.0f), -f.cos_refracted});
+  }
+  return lobes;
+}
+
+V8 Principled8::rough_albedo() const {
+  const F8 white_gloss = metal_ * terms_.grazing + plastic_ * gloss_albedo_;
+  const V8 gloss = base_ * (metal_ * terms_.normal) + V8{white_gloss, white_gloss, white_gloss};
+  const V8 diffuse = base_ * (plastic_ * (F8(1.0f) - gloss_albedo_));
+  const V8 glass = base_ * masked(glass_bsdf_.rough(), glass_);
+  const V8 sum = diffuse + masked(is_rough(alpha_), gloss) + glass;
+  if (!has_coat_) {
+    return sum;
+  }
+  const F8 coat = masked(is_rough(coat_alpha_), coat_albedo_);
+  const F8 mean = albedo_->mean(coat_alpha_).of(F8(kCoatF0), F8(1.0f));
+  const F8 left = (F8(1.0f) - coat_albedo_) * (F8(1.0f) - coat_ * mean) / (F8(1.0f) - coat_least_);
+  return sum * left + V8{coat, coat, coat};
+}
+
 Principled8::Drawn8 Principled8::draw(const V8& wo, Pair8 u, F8 choice) const {
   const M8 diffuse = choice < p_diffuse_;
   const F8 after_gloss = p_diffuse_ + p_gloss_;

@@ -35,6 +35,11 @@ class Principled8 {
   V8 eval(const V8& wo, const V8& wi) const;
   F8 pdf_solid_angle(const V8& wo, const V8& wi) const;
   BsdfSample8 sample(const V8& wo, Pair8 u, F8 choice) const;
+  /// `f`: Fresnel's of the glass, of wo; or what is to stand for it.
+  SmoothLobes8 smooth(const V8& wo, const dielectric::Fresnel8& f) const;
+  /// How much of an even light from all sides the lobes scatter to wo that are not delta. Rough glass counts by its
+  /// base colour; what is below a coat is taken to be diffuse.
+  V8 rough_albedo() const;
 
  private:
   /// What of the light the coat leaves to the layers below, on the way in and out.

@@ -58,6 +58,13 @@ struct RoughDielectric8 {
             select(through, eta, F8(1.0f))};
   }
 
+  /// `f`: Fresnel's, of wo; or what is to stand for it.
+  SmoothLobes8 smooth(const dielectric::Fresnel8& f) const {
+    const F8 inverse_eta = F8(1.0f) / eta;
+    const F8 refracted = (F8(1.0f) - f.reflectance) * (inverse_eta * inverse_eta);
+    return {masked(~rough(), V8{f.reflectance, f.reflectance, f.reflectance}), masked(~rough(), tint * refracted)};
+  }
+
  private:
   struct Facet8 {
     V8 m;

@@ -23,8 +23,13 @@ struct CameraHit8 {
 template <class Shader>
 class CameraMethod final : public Method {
  public:
-  CameraMethod(std::shared_ptr<const CompiledScene> scene, const MethodSettings& settings, Shader shader)
-      : scene_(std::move(scene)), seed_(settings.seed), channels_(settings.layers), shader_(std::move(shader)) {}
+  /// `flat`: the shading normals of what camera rays hit are the geometric ones.
+  CameraMethod(std::shared_ptr<const CompiledScene> scene, const MethodSettings& settings, Shader shader, bool flat)
+      : scene_(std::move(scene)),
+        seed_(settings.seed),
+        channels_(settings.layers),
+        shader_(std::move(shader)),
+        flat_(flat) {}
 
   std::unique_ptr<Workspace> make_workspace() const override { return std::make_unique<CameraWorkspace>(); }
 
@@ -63,6 +68,9 @@ class CameraMethod final : public Method {
       hit.rays = primary_rays(*scene_, tile, pixel_lanes, hit.pixel_seed, index);
       hit.hits = scene_->accel().intersect(hit.lanes, hit.rays, true);
       hit.surface = scene_->surface(hit.rays, hit.hits);
+      if (flat_) {
+        hit.surface.shading_normal = hit.surface.geometric_normal;
+      }
       if (channels_.shows_surfaces()) {
         store_surfaces(channels_, *scene_, hit.hits, hit.surface, pixel_lanes,
                        {ws.radiance.data(), pixels, ws.first.empty() ? nullptr : ws.first.data(), pixels});
@@ -86,13 +94,14 @@ class CameraMethod final : public Method {
   std::uint64_t seed_;
   FilmChannels channels_;
   Shader shader_;
+  bool flat_;
 };
 
-/// A method of a shader that is made from the scene.
+/// A method of a shader that is made from the scene; `flat` as in CameraMethod.
 template <class Shader>
 std::unique_ptr<Method> make_camera_method(std::shared_ptr<const CompiledScene> scene, const MethodSettings& settings,
-                                           Shader shader) {
-  return std::make_unique<CameraMethod<Shader>>(std::move(scene), settings, std::move(shader));
+                                           Shader shader, bool flat = false) {
+  return std::make_unique<CameraMethod<Shader>>(std::move(scene), settings, std::move(shader), flat);
 }
 
 }  // namespace lightmill

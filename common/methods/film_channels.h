@@ -6,7 +6,7 @@
 //   indirect  all other light
 //   light:G   light of light group G; light:rest that of all lights that are in no group asked for
 //   albedo    the reflectance of the surface that the camera ray hits first, whatever its kind (1 for clear glass)
-//   normal    its shading normal on the camera's side, in the scene's frame
+//   normal    its shading normal on the camera's side, in the scene's frame; with `flat` the geometric one
 //   depth     its distance from the plane through the camera that faces along the view ("camera z"), in scene units
 //   id        1 + the index of its object in the document
 // A camera ray that hits nothing gives 0 to the last four.

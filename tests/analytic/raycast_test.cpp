@@ -211,8 +211,14 @@ TEST(Raycast, EveryMaterialScattersAsInThePathTracer) {
 }
 
 TEST(Raycast, MirrorsAndSmoothGlassAreBlack) {
-  for (const char* const kind : {R"("mirror": {})", R"("dielectric": {})", R"("conductor": {"metal": "gold"})"}) {
-    EXPECT_EQ(seen(above(0), fmt::format(R"({{"name": "shiny", {}}})", kind), sphere("shiny", "[0, -1, 0]", 1), kPoint),
+  const std::string sky = R"({"environment": {"radiance": {"rgb": [0.6, 0.6, 0.6]}}})";
+  for (const char* const kind :
+       {R"("mirror": {})", R"("dielectric": {})", R"("conductor": {"metal": "gold"})",
+        R"("principled": {"metallic": 1, "roughness": 0})", R"("principled": {"transmission": 1, "roughness": 0})",
+        R"("principled": {"base_color": {"rgb": [0, 0, 0]}, "roughness": 0, "coat": 1,
+                                                   "coat_roughness": 0})"}) {
+    EXPECT_EQ(seen(above(0), fmt::format(R"({{"name": "shiny", {}}})", kind), sphere("shiny", "[0, -1, 0]", 1),
+                   kPoint + also(sky)),
               0)
         << kind;
   }

@@ -44,6 +44,11 @@ F8 LocalShading::relative_index(const LitVertex8& vertex, M8 lanes) const {
   return select(vertex.surface.front, ior, F8(1.0f) / ior);
 }
 
+Principled8 LocalShading::principled(const LitVertex8& vertex, const V8& wo, M8 lanes) const {
+  return {scene_->materials().principled(vertex.surface, lanes), relative_index(vertex, lanes), wo,
+          vertex.surface.front};
+}
+
 V8 LocalShading::scattered(const LitVertex8& vertex, M8 lanes, RenderCounters& counters) const {
   V8 sum;
   for (const MaterialKind kind : scene_->materials().kinds()) {
@@ -60,7 +65,7 @@ V8 LocalShading::scattered_by(MaterialKind kind, const LitVertex8& vertex, M8 la
   const MaterialTable& materials = scene_->materials();
   const Surface8& surface = vertex.surface;
   const V8 wo = vertex.frame.to_local(-vertex.direction);
-  V8 albedo = materials.albedo(surface, lanes);
+  V8 albedo = materials.albedo(surface, lanes);  // of what is scattered
   V8 light;
   switch (kind) {
     case MaterialKind::mirror:
@@ -75,18 +80,24 @@ V8 LocalShading::scattered_by(MaterialKind kind, const LitVertex8& vertex, M8 la
       light = lit(vertex, bsdf, wo, lanes, counters);
       break;
     }
-    case MaterialKind::rough_conductor:
-      light = lit(vertex, materials.conductor(surface, lanes), wo, lanes, counters);
+    case MaterialKind::rough_conductor: {
+      const Conductor8 bsdf = materials.conductor(surface, lanes);
+      albedo = masked(bsdf.rough(), albedo);
+      light = lit(vertex, bsdf, wo, lanes, counters);
       break;
-    case MaterialKind::rough_dielectric:
-      light = lit(vertex, RoughDielectric8{relative_index(vertex, lanes), materials.alpha(surface, lanes)}, wo, lanes,
-                  counters);
+    }
+    case MaterialKind::rough_dielectric: {
+      const RoughDielectric8 bsdf{relative_index(vertex, lanes), materials.alpha(surface, lanes)};
+      albedo = masked(bsdf.rough(), albedo);
+      light = lit(vertex, bsdf, wo, lanes, counters);
       break;
-    case MaterialKind::principled:
-      light = lit(vertex,
-                  Principled8(materials.principled(surface, lanes), relative_index(vertex, lanes), wo, surface.front),
-                  wo, lanes, counters);
+    }
+    case MaterialKind::principled: {
+      const Principled8 bsdf = principled(vertex, wo, lanes);
+      albedo = bsdf.rough_albedo();
+      light = lit(vertex, bsdf, wo, lanes, counters);
       break;
+    }
     case MaterialKind::holdout:
       return holdout(vertex, lanes, counters);
   }

@@ -4,8 +4,8 @@
 // points (lights/hard_lights.h), which do not shade what they light, nor light themselves. What emits by a texture, or
 // without end, is seen but lights nothing. The environment is seen where rays leave the scene; besides, it lights
 // every surface evenly and without shadows, as if its mean radiance came from everywhere: albedo · mean, which is exact
-// for an even sky over a convex diffuse shape. Mirrors, smooth glass and the smooth layers of principled materials show
-// nothing of all this.
+// for an even sky over a convex diffuse shape. What is smooth, be it a mirror, metal, glass or a layer of a principled
+// material, shows nothing of all this: what it shows is the `smooth` of its BSDF (materials/bsdf.h) to tell.
 #pragma once
 
 #include "common/methods/raycast/travel.h"
@@ -36,6 +36,7 @@ class LocalShading {
   V8 emission(const LitVertex8& vertex, M8 lanes) const;
   /// Radiance of lights that is scattered there.
   V8 scattered(const LitVertex8& vertex, M8 lanes, RenderCounters& counters) const;
+  Principled8 principled(const LitVertex8& vertex, const V8& wo, M8 lanes) const;
   /// The index of refraction beyond a boundary over that on the ray's side.
   F8 relative_index(const LitVertex8& vertex, M8 lanes) const;
 

@@ -34,7 +34,7 @@ struct RaycastShader {
 std::unique_ptr<Method> make_raycast_method(std::shared_ptr<const CompiledScene> scene, const MethodSettings& settings,
                                             const MethodSpec& spec) {
   const RaycastShader shader{scene.get(), LocalShading(*scene, spec.flat)};
-  return make_camera_method(std::move(scene), settings, shader);
+  return make_camera_method(std::move(scene), settings, shader, spec.flat);
 }
 
 }  // namespace lightmill

@@ -11,7 +11,7 @@ Arrival8 travel(const CompiledScene& scene, M8 lanes, const Ray8& rays, const Me
                 RenderCounters& counters) {
   const bool has_media = scene.features().media;
   const MediumTable& table = scene.media();
-  Arrival8 out{{}, rays, media, {}, broadcast(Vec3(1))};
+  Arrival8 out{{}, rays, media, {F8(1.0f), media, M8()}, broadcast(Vec3(1))};
   F8 skipped(0.0f);  // of the way, by moving off the surface before
   M8 active = lanes;
   for (int passed = 0; active.any(); ++passed) {

@@ -12,7 +12,7 @@ struct Arrival8 {
   Hit8 hits;           ///< as seen from `rays`; of lanes that nothing has stopped there is none
   Ray8 rays;           ///< their last part
   Media8 media;        ///< in front of what was hit
-  Crossing8 crossing;  ///< of what was hit, where it is the boundary of a medium
+  Crossing8 crossing;  ///< of what was hit, where it is the boundary of a medium; else its eta is 1
   V8 transmittance;    ///< of all of the way
 };
 

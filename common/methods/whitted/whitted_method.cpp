@@ -28,8 +28,7 @@ class WhittedShader {
         fixed_reflectance_(spec.glass),
         max_scatterings_(max_bounces == 0 ? kMaxScatterings : std::min(max_bounces, kMaxScatterings)) {
     for (const MaterialKind kind : scene.materials().kinds()) {
-      has_specular_ |=
-          kind == MaterialKind::mirror || kind == MaterialKind::conductor || kind == MaterialKind::dielectric;
+      may_be_smooth_ |= kind != MaterialKind::diffuse && kind != MaterialKind::phong && kind != MaterialKind::holdout;
     }
   }
 
@@ -68,7 +67,7 @@ class WhittedShader {
       light = light + shading_.emission(vertex, hit);
       if (branch.scatterings < max_scatterings_) {
         light = light + shading_.scattered(vertex, hit, walk.counters);
-        if (has_specular_) {
+        if (may_be_smooth_) {
           follow(vertex, hit, weight, branch.scatterings + 1, walk);
         }
       }
@@ -80,35 +79,50 @@ class WhittedShader {
     }
   }
 
-  /// Light that mirrors and glass send on.
+  /// Light that smooth surfaces send on.
   void follow(const LitVertex8& vertex, M8 lanes, const V8& weight, std::uint32_t scatterings, Walk& walk) const {
-    const MaterialTable& materials = scene_->materials();
-    const auto of_kind = [&](MaterialKind kind) { return materials.is_kind(vertex.surface.material, kind, lanes); };
     const V8 wo = vertex.frame.to_local(-vertex.direction);
-    V8 reflectance;
-    if (const M8 mirrors = of_kind(MaterialKind::mirror); mirrors.any()) {
-      reflectance = materials.reflectance(vertex.surface, mirrors);
+    const F8 eta = shading_.relative_index(vertex, lanes);
+    dielectric::Fresnel8 fresnel = dielectric::fresnel(wo.z, eta);
+    if (fixed_reflectance_) {
+      const M8 total = fresnel.cos_refracted <= F8(0.0f);
+      fresnel.reflectance = select(total, F8(1.0f), F8(static_cast<float>(*fixed_reflectance_)));
     }
-    if (const M8 metals = of_kind(MaterialKind::conductor); metals.any()) {
-      const BsdfSample8 sample = materials.conductor(vertex.surface, metals).sample(wo, {}, F8(0.0f));
-      reflectance = select(metals, sample.weight, reflectance);
-    }
-    if (const M8 glass = of_kind(MaterialKind::dielectric); glass.any()) {
-      const F8 eta = shading_.relative_index(vertex, glass);
-      const dielectric::Fresnel8 fresnel = dielectric::fresnel(wo.z, eta);
-      F8 reflected = fresnel.reflectance;
-      if (fixed_reflectance_) {
-        const M8 total = fresnel.cos_refracted <= F8(0.0f);
-        reflected = select(total, F8(1.0f), F8(static_cast<float>(*fixed_reflectance_)));
+    SmoothLobes8 lobes;
+    for (const MaterialKind kind : scene_->materials().kinds()) {
+      if (const M8 of_kind = scene_->materials().is_kind(vertex.surface.material, kind, lanes); of_kind.any()) {
+        const SmoothLobes8 of_these = smooth_lobes(kind, vertex, wo, fresnel, eta, of_kind);
+        lobes = {select(of_kind, of_these.reflected, lobes.reflected),
+                 select(of_kind, of_these.refracted, lobes.refracted)};
       }
-      reflectance = select(glass, V8{reflected, reflected, reflected}, reflectance);
-      // Radiance is compressed in denser media.
-      const F8 inverse_eta = F8(1.0f) / eta;
-      const V8 through{-(wo.x * inverse_eta), -(wo.y * inverse_eta), -fresnel.cos_refracted};
-      const F8 transmittance = (F8(1.0f) - reflected) * (inverse_eta * inverse_eta);
-      push<true>(vertex, glass, through, weight * transmittance, scatterings, walk);
     }
-    push<false>(vertex, lanes, {-wo.x, -wo.y, wo.z}, weight * reflectance, scatterings, walk);
+    const F8 inverse_eta = F8(1.0f) / eta;
+    const V8 through{-(wo.x * inverse_eta), -(wo.y * inverse_eta), -fresnel.cos_refracted};
+    push<true>(vertex, lanes, through, weight * lobes.refracted, scatterings, walk);
+    push<false>(vertex, lanes, {-wo.x, -wo.y, wo.z}, weight * lobes.reflected, scatterings, walk);
+  }
+
+  /// All that is followed: the lobes that LocalShading leaves out.
+  SmoothLobes8 smooth_lobes(MaterialKind kind, const LitVertex8& vertex, const V8& wo,
+                            const dielectric::Fresnel8& fresnel, F8 eta, M8 lanes) const {
+    const MaterialTable& materials = scene_->materials();
+    switch (kind) {
+      case MaterialKind::mirror:
+        return {materials.reflectance(vertex.surface, lanes), V8()};
+      case MaterialKind::conductor:
+      case MaterialKind::rough_conductor:
+        return materials.conductor(vertex.surface, lanes).smooth(wo);
+      case MaterialKind::dielectric:
+      case MaterialKind::rough_dielectric:
+        return RoughDielectric8{eta, materials.alpha(vertex.surface, lanes)}.smooth(fresnel);
+      case MaterialKind::principled:
+        return shading_.principled(vertex, wo, lanes).smooth(wo, fresnel);
+      case MaterialKind::diffuse:
+      case MaterialKind::phong:
+      case MaterialKind::holdout:
+        break;
+    }
+    return {};
   }
 
   template <bool kTransmitted>
@@ -133,7 +147,7 @@ class WhittedShader {
   LocalShading shading_;
   std::optional<double> fixed_reflectance_;
   std::uint32_t max_scatterings_;
-  bool has_specular_ = false;
+  bool may_be_smooth_ = false;
 };
 
 }  // namespace
@@ -141,7 +155,7 @@ class WhittedShader {
 std::unique_ptr<Method> make_whitted_method(std::shared_ptr<const CompiledScene> scene, const MethodSettings& settings,
                                             const MethodSpec& spec) {
   WhittedShader shader(*scene, spec, settings.max_bounces);
-  return make_camera_method(std::move(scene), settings, std::move(shader));
+  return make_camera_method(std::move(scene), settings, std::move(shader), spec.flat);
 }
 
 }  // namespace lightmill

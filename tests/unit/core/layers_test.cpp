@@ -214,6 +214,23 @@ TEST_P(SurfaceLayers, ShowWhatTheCameraSeesFirst) {
     EXPECT_EQ(layers.first("id", 15, sky), 0);
   }
 }
+TEST(Layers, TheNormalIsTheGeometricOneWhereAMethodIsFlat) {
+  const auto scene = test::TestScene::from_text(R"({
+    "camera": {"eye": [0, 0, 4], "look_at": [0, 0, 0], "vertical_fov_degrees": 20},
+    "film": {"width": 64, "height": 64, "filter": {"kind": "BOX"}},
+    "materials": [{"name": "paint", "diffuse": {"reflectance": {"rgb": [0.5, 0.5, 0.5]}}}],
+    "objects": [{"name": "quad", "material": "paint", "mesh": {"file": "quad.obj"}}]})",
+                                                {{"quad.obj",
+                                                  "v -4 -4 -4\nv 4 -4 4\nv 4 4 4\nv -4 4 -4\nvn 0 0 1\n"
+                                                  "f 1//1 2//1 3//1 4//1\n"}});
+  for (const char* const method : {"raycast", "raycast:flat", "whitted", "whitted:flat"}) {
+    const Layers layers = render(scene, {"normal"}, {4, 0}, method);
+    const double x = std::string_view(method).ends_with("flat") ? -std::sqrt(0.5) : 0;
+    EXPECT_NEAR(layers.first("normal", 0, 20 * 64 + 20), 16 * x, 1e-4) << method;
+    EXPECT_NEAR(layers.first("normal", 2, 20 * 64 + 20), 16 * std::sqrt(1 - x * x), 1e-4) << method;
+  }
+}
+
 INSTANTIATE_TEST_SUITE_P(Methods, SurfaceLayers, testing::Values("path", "preview"));
 
 TEST(Layers, AMethodThatLacksOneSaysSo) {

@@ -130,14 +130,14 @@ TEST(TextureScene, EmissionTakesTextures) {
   expect_pixel(image, 6, 1, {0, 3, 0});
 }
 
-/// The square under a sun and an even sky, as path shows it.
-HalfImages shaded(const std::string& textures, const std::string& material) {
+/// The square under a sun and an even sky.
+HalfImages shaded(const std::string& textures, const std::string& material, const std::string& method = "path") {
   std::string text = document(textures, R"({"name": "picture", )" + material + "}");
   text.insert(text.size() - 1, R"(, "lights": [
       {"directional": {"direction": [0.3, 0.1, -1], "irradiance": {"rgb": [3, 3, 3]}}},
       {"environment": {"radiance": {"rgb": [0.2, 0.5, 0.9]}}}])");
   return TestScene::from_text(text, {{"square.obj", kSquare}, {"small.png", small_png()}}, read_image)
-      .render({"path", 1, 0}, 4);
+      .render({method, 1, 0}, 4);
 }
 
 TEST(TextureScene, RoughnessAndMetallicTakeOneChannel) {
@@ -173,6 +173,30 @@ TEST(TextureScene, RoughnessAndMetallicTakeOneChannel) {
   const HalfImages smooth = shaded(data, R"("conductor": {"metal": "gold"})");
   const std::size_t red = 3 * (1 * 8 + 1);
   EXPECT_NEAR(mapped.mean(red), smooth.mean(red), 1e-4);
+}
+
+TEST(TextureScene, WhittedFollowsWhatATextureMakesSmooth) {
+  const std::string data = R"({"name": "t", "file": "small.png", "filter": "NEAREST"})";
+  const std::string map = R"(, "roughness_map": {"texture": "t", "channel": "G"})";
+  const auto at = [](const HalfImages& image, int x, int y) {
+    return image.mean(static_cast<std::size_t>(3 * (y * image.width + x)));
+  };
+  struct Case {
+    std::string rough, smooth;
+  };
+  for (const Case& c :
+       {Case{R"("conductor": {"metal": "gold", "roughness": 0.6})", R"("conductor": {"metal": "gold"})"},
+        Case{R"("dielectric": {"roughness": 0.6})", R"("dielectric": {})"},
+        Case{R"("principled": {"metallic": 1, "roughness": 0.6})",
+             R"("principled": {"metallic": 1, "roughness": 0})"}}) {
+    const HalfImages mapped = shaded(data, c.rough + map, "whitted");
+    // The red texel has no green, the green one has all.
+    const HalfImages smooth = shaded(data, c.smooth, "whitted"), rough = shaded(data, c.rough, "raycast");
+    EXPECT_GT(at(smooth, 1, 1), 0.05) << c.smooth;
+    EXPECT_NEAR(at(mapped, 1, 1), at(smooth, 1, 1), 1e-6) << c.smooth;
+    EXPECT_NEAR(at(mapped, 6, 1), at(rough, 6, 1), 1e-6) << c.rough;
+    EXPECT_EQ(at(shaded(data, c.rough + map, "raycast"), 1, 1), 0) << c.rough;
+  }
 }
 
 TEST(TextureScene, ATextureOfColoursAndDataIsDecodedForBothUnlessItSaysOtherwise) {
