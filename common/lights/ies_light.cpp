@@ -1,5 +1,6 @@
 #include "common/lights/ies_light.h"
 
+#include <algorithm>
 #include <bit>
 
 #include "common/lights/photometry.h"
@@ -8,13 +9,16 @@
 namespace lightmill {
 namespace {
 
-constexpr int kSearchSteps = std::bit_width(kMaxIesAngles);
+/// Halvings that find one of the cells between so many angles.
+int steps_among(std::size_t angles) {
+  return std::bit_width(angles - 2);
+}
 
 /// The largest i below count − 1 with values[first + i] <= x, or 0.
-U8 cell_of(const std::vector<float>& values, U8 first, U8 count, F8 x, M8 lanes) {
+U8 cell_of(const std::vector<float>& values, U8 first, U8 count, F8 x, int steps, M8 lanes) {
   U8 low(0u);
   U8 high = count - U8(2u);
-  for (int step = 0; step < kSearchSteps; ++step) {
+  for (int step = 0; step < steps; ++step) {
     const U8 middle = (low + high + U8(1u)) >> 1;
     const M8 right = gather(values.data(), first + middle, lanes) <= x;
     low = select(right, middle, low);
@@ -37,6 +41,8 @@ std::size_t IesLights::add_profile(const IesProfile& profile) {
   append(vertical_, profile.vertical);
   append(horizontal_, profile.horizontal);
   append(candela_, profile.candela);
+  vertical_steps_ = std::max(vertical_steps_, steps_among(profile.vertical.size()));
+  horizontal_steps_ = std::max(horizontal_steps_, steps_among(profile.horizontal.size()));
   return profiles_.size() - 1;
 }
 
@@ -65,8 +71,9 @@ F8 IesLights::candela(U8 index, F8 vertical, F8 horizontal, M8 lanes) const {
   const U8 first_vertical = gather(first_vertical_.data(), index, lanes);
   const U8 verticals = gather(verticals_.data(), index, lanes);
   const U8 first_horizontal = gather(first_horizontal_.data(), index, lanes);
-  const U8 i = cell_of(vertical_, first_vertical, verticals, vertical, lanes);
-  const U8 j = cell_of(horizontal_, first_horizontal, gather(horizontals_.data(), index, lanes), horizontal, lanes);
+  const U8 i = cell_of(vertical_, first_vertical, verticals, vertical, vertical_steps_, lanes);
+  const U8 j = cell_of(horizontal_, first_horizontal, gather(horizontals_.data(), index, lanes), horizontal,
+                       horizontal_steps_, lanes);
   const auto share = [&](const std::vector<float>& angles, U8 cell, F8 x) {
     const F8 a = gather(angles.data(), cell, lanes), b = gather(angles.data(), cell + U8(1u), lanes);
     return max(min((x - a) / (b - a), F8(1.0f)), F8(0.0f));

@@ -19,8 +19,13 @@ class IesLights {
  public:
   /// Lights share profiles.
   std::size_t add_profile(const IesProfile& profile);
+  /// Candelas of all profiles; below 2^31, they are gathered.
+  std::size_t values() const { return candela_.size(); }
   void add(const IesEmitter& light);
   std::size_t size() const { return position_.size(); }
+  std::uint64_t bytes() const {
+    return 4 * (vertical_.size() + horizontal_.size() + candela_.size()) + 68 * position_.size();
+  }
   LightBounds bounds(std::size_t i) const;
   LightSample8 sample(const V8& p, U8 index, M8 lanes) const;
 
@@ -33,8 +38,9 @@ class IesLights {
   F8 candela(U8 index, F8 vertical, F8 horizontal, M8 lanes) const;
 
   std::vector<Profile> profiles_;
-  std::vector<float> vertical_, horizontal_;  ///< degrees, of all profiles
-  std::vector<float> candela_;                ///< [horizontal][vertical] of each profile
+  std::vector<float> vertical_, horizontal_;       ///< degrees, of all profiles
+  std::vector<float> candela_;                     ///< [horizontal][vertical] of each profile
+  int vertical_steps_ = 0, horizontal_steps_ = 0;  ///< halvings that find a cell of any profile
 
   VectorRows position_, direction_, reference_, per_candela_;
   std::vector<std::uint32_t> profile_;

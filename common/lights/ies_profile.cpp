@@ -160,6 +160,19 @@ IesProfile unfold_sideways(const IesProfile& half) {
   return whole;
 }
 
+/// How many horizontal angles `unfold` makes of these, at most.
+std::size_t most_unfolded(const std::vector<double>& horizontal) {
+  if (horizontal.size() == 1) {
+    return 2;
+  }
+  if (horizontal.back() == 90) {
+    return 4 * horizontal.size() - 3;
+  }
+  return horizontal.front() == 90   ? 2 * horizontal.size() + 1
+         : horizontal.back() == 180 ? 2 * horizontal.size() - 1
+                                    : horizontal.size();
+}
+
 /// Makes the symmetry explicit that the range of the horizontal angles stands for.
 Status unfold(const IesText& text, IesProfile& profile) {
   const double first = profile.horizontal.front(), last = profile.horizontal.back();
@@ -216,18 +229,28 @@ double IesProfile::lumen() const {
   // Each cell is linear in both angles: ∫(a + b(θ − θ₀)) sin θ dθ = a (cos θ₀ − cos θ₁) + b (sin θ₁ − sin θ₀ − Δ cos
   // θ₁).
   const std::size_t n = vertical.size();
+  struct Cell {
+    double delta, constant, slope;  ///< Δ, and what a and b are multiplied by
+  };
+  std::vector<Cell> cells;
+  for (std::size_t i = 0; i + 1 < n; ++i) {
+    const double t0 = vertical[i] * kDegree, t1 = vertical[i + 1] * kDegree;
+    cells.push_back(
+        {t1 - t0, cos_fixed(t0) - cos_fixed(t1), sin_fixed(t1) - sin_fixed(t0) - (t1 - t0) * cos_fixed(t1)});
+  }
   const auto over_row = [&](std::size_t row) {
     double sum = 0;
     for (std::size_t i = 0; i + 1 < n; ++i) {
-      const double t0 = vertical[i] * kDegree, t1 = vertical[i + 1] * kDegree;
-      const double a = candela[row * n + i], b = (candela[row * n + i + 1] - a) / (t1 - t0);
-      sum += a * (cos_fixed(t0) - cos_fixed(t1)) + b * (sin_fixed(t1) - sin_fixed(t0) - (t1 - t0) * cos_fixed(t1));
+      const double a = candela[row * n + i], b = (candela[row * n + i + 1] - a) / cells[i].delta;
+      sum += a * cells[i].constant + b * cells[i].slope;
     }
     return sum;
   };
-  double sum = 0;
+  double sum = 0, before = over_row(0);
   for (std::size_t j = 0; j + 1 < horizontal.size(); ++j) {
-    sum += (horizontal[j + 1] - horizontal[j]) * kDegree * (over_row(j) + over_row(j + 1)) / 2;
+    const double after = over_row(j + 1);
+    sum += (horizontal[j + 1] - horizontal[j]) * kDegree * (before + after) / 2;
+    before = after;
   }
   return sum;
 }
@@ -255,6 +278,11 @@ Result<IesProfile> read_ies(std::string_view text, std::string_view file) {
   IesProfile profile;
   LM_RETURN_IF_ERROR(read_angles(in, "vertical angle", verticals, 0, 180, profile.vertical));
   LM_RETURN_IF_ERROR(read_angles(in, "horizontal angle", horizontals, 0, 360, profile.horizontal));
+  if (const std::size_t rows = most_unfolded(profile.horizontal); verticals * rows > kMaxIesValues) {
+    return in.error(
+        "{} vertical and {} horizontal angles, {} with their symmetry, are more than the limit of {} values", verticals,
+        horizontals, rows, kMaxIesValues);
+  }
   const double factor = multiplier * ballast * (recent ? 1 : photometric_factor);
   for (std::size_t i = 0; i < verticals * horizontals; ++i) {
     LM_ASSIGN_OR_RETURN(const double candela, in.number("a candela value", 0, 1e12));

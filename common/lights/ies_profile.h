@@ -1,6 +1,7 @@
 // Measured luminaires: IES LM-63 files, as values.
 #pragma once
 
+#include <cstdint>
 #include <string_view>
 #include <vector>
 
@@ -8,8 +9,9 @@
 
 namespace lightmill {
 
-inline constexpr std::size_t kMaxIesAngles = 4096;          ///< of each kind
-inline constexpr std::uint64_t kMaxIesBytes = 64ull << 20;  ///< of a file
+inline constexpr std::size_t kMaxIesAngles = 4096;                  ///< of each kind, in a file
+inline constexpr std::size_t kMaxIesValues = std::size_t{1} << 22;  ///< of a profile, with its symmetries
+inline constexpr std::uint64_t kMaxIesBytes = 64ull << 20;          ///< of a file
 
 /// The intensity distribution of a luminaire of photometric type C: what the file says, its symmetries made explicit,
 /// its multiplier and ballast factors applied.

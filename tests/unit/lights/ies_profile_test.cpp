@@ -122,6 +122,21 @@ TEST(IesProfile, MistakesAreNamedWithTheirLine) {
   EXPECT_EQ(error_of(type_b), "lamp.ies:5: only photometric type C (1) can be read, this file is of type B (2)");
 }
 
+// 1025 vertical and 1025 horizontal angles up to 90°: 4097 with the other quarters, 4.2 million values.
+TEST(IesProfile, SizeIsLimitedWithTheSymmetries) {
+  std::string angles = "0";
+  for (int i = 1; i < 1025; ++i) {
+    angles += fmt::format(" {}", i * 90 / 1024.0);
+  }
+  EXPECT_EQ(
+      error_of(file(angles, 1025, angles, 1025, "")),
+      "lamp.ies:8: 1025 vertical and 1025 horizontal angles, 4097 with their symmetry, are more than the limit of "
+      "4194304 values");
+  // One vertical angle less would do, were there values.
+  const std::string fewer = angles.substr(0, angles.rfind(' '));
+  EXPECT_EQ(error_of(file(fewer, 1024, "0 90", 2, "")), "lamp.ies:10: a candela value is expected, the file ends");
+}
+
 /// Intensities (W/sr, 1 a candela) that a light with the profile sends towards a direction.
 double sent(const IesProfile& profile, const Vec3d& direction) {
   IesLights lights;
@@ -145,6 +160,22 @@ TEST(IesLight, ItsLanesAgreeWithTheProfile) {
   }
   EXPECT_EQ(sent(p, {0, 1, 0}), 0);
   EXPECT_NEAR(sent(p, {0, -1, 0}), 9, 1e-5);
+}
+
+// Neighbouring columns differ much, so that one that is missed by a cell shows.
+TEST(IesLight, FindsOneOf16381HorizontalAngles) {
+  std::string angles, candela;
+  for (int i = 0; i < 4096; ++i) {
+    angles += fmt::format("{} ", i == 4095 ? 90 : i * 90 / 4095.0);
+    candela += i % 2 == 0 ? "1 1 " : "3 3 ";
+  }
+  const IesProfile p = profile_of(file("0 180", 2, angles, 4096, candela));
+  ASSERT_EQ(p.horizontal.size(), 16381u);
+  for (double h = 0.3; h < 360; h += 3.7) {
+    const double phi = h * M_PI / 180;
+    // Single precision knows angles to some 0.00003°, and a column is 0.022° wide: 2 cd · 0.0014.
+    EXPECT_NEAR(sent(p, {std::cos(phi), 0, -std::sin(phi)}), p.at(90, h), 0.02) << h;
+  }
 }
 
 }  // namespace
