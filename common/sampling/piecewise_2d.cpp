@@ -29,8 +29,9 @@ Found8 find(const std::vector<float>& sums, U8 first, std::size_t count, F8 u) {
 
 /// The cell of a coordinate in [0, 1].
 U8 cell_of(F8 x, std::size_t count) {
-  const F8 scaled = min(x * F8(static_cast<float>(count)), F8(static_cast<float>(count) - 0.5f));
-  return truncate(max(scaled, F8(0.0f)));
+  const U8 cell = truncate(max(x * F8(static_cast<float>(count)), F8(0.0f)));
+  const U8 last(static_cast<std::uint32_t>(count - 1));
+  return select(signed_less(last, cell), last, cell);
 }
 
 }  // namespace

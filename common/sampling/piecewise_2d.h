@@ -14,7 +14,7 @@ namespace lightmill {
 class PiecewiseConstant2D {
  public:
   PiecewiseConstant2D() = default;
-  /// weights[row][column] are integrals over the cells, non-negative, with a positive sum; fewer than 2^31 cells.
+  /// weights[row][column] are integrals over the cells, non-negative, with a positive sum; fewer than 2^30 cells.
   PiecewiseConstant2D(std::span<const double> weights, std::size_t width, std::size_t height);
 
   struct Sample8 {

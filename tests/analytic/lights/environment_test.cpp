@@ -56,6 +56,17 @@ double direction_z(std::uint32_t seed, const EnvironmentRadiance& light) {
   return chi_squared_z(counts, expected);
 }
 
+// Beyond 2^23 columns the middle of the last one is no float.
+TEST(PiecewiseConstant, FindsTheLastOfMillionsOfColumns) {
+  constexpr std::size_t kColumns = (std::size_t{1} << 23) + 2;
+  std::vector<double> weights(kColumns, 0.0);
+  weights.back() = 1;
+  const PiecewiseConstant2D density(weights, kColumns, 1);
+  const Lanes last(density.pdf(F8(1.0f), F8(1.0f))), first(density.pdf(F8(0.0f), F8(0.0f)));
+  EXPECT_EQ(last[0], static_cast<double>(kColumns));
+  EXPECT_EQ(first[0], 0);
+}
+
 TEST(Environment, DirectionsFollowTheStatedDensity) {
   TestImage image(64, 32, 0.1f);
   for (std::size_t y = 0; y < 32; ++y) {
