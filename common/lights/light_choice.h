@@ -31,7 +31,7 @@ class LightChoice {
   Choice8 sample(const V8& p, Pair8 u) const;
   /// The probability with which `sample` gives a light; the same bits.
   F8 pmf(const V8& p, U8 light, M8 lanes) const;
-  std::uint64_t bytes() const { return tree_ ? tree_->bytes() : 0; }
+  std::uint64_t bytes() const { return 16 * by_power_.size() + (tree_ ? tree_->bytes() : 0); }
 
  private:
   std::size_t count_ = 0, bounded_ = 0;

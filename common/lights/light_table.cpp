@@ -89,6 +89,15 @@ LightSample8 LightTable::sample(const V8& p, Pair8 choice, Pair8 u) const {
   return result;
 }
 
+std::uint64_t LightTable::bytes() const {
+  // Rows take what the structs take that they are made of, but for flags, which are widened.
+  const auto rows = [](const auto& lights, std::size_t bytes) { return std::uint64_t{lights.size()} * bytes; };
+  return rows(facets, sizeof(EmissiveFacet)) + rows(spheres, sizeof(EmissiveSphere)) +
+         rows(points, sizeof(PointEmitter)) + rows(spots, sizeof(SpotEmitter)) +
+         rows(cosine_powers, sizeof(CosinePowerEmitter)) + rows(directional, sizeof(DirectionalEmitter)) + ies.bytes() +
+         environment.bytes() + choice_.bytes() + 4 * group_.size();
+}
+
 LightSample8 LightTable::sample_point(std::uint32_t light, const V8& p, M8 lanes) const {
   for (const LightKind kind : {LightKind::point, LightKind::spot, LightKind::cosine_power, LightKind::ies}) {
     if (light < first_[static_cast<int>(kind) + 1]) {

@@ -62,7 +62,7 @@ class LightTable {
   F8 pdf_solid_angle(const V8& from, U8 light, F8 distance, F8 cos_light, M8 lanes) const;
   /// The same for a ray in this direction that found the environment.
   F8 environment_pdf_solid_angle(const V8& from, const V8& direction, M8 lanes) const;
-  std::uint64_t bytes() const { return choice_.bytes() + environment.bytes(); }
+  std::uint64_t bytes() const;
 
  private:
   static constexpr int kKinds = 8;

@@ -1,0 +1,38 @@
+// What the table of lights takes in memory.
+#include "common/lights/light_table.h"
+
+#include <gtest/gtest.h>
+
+namespace lightmill {
+namespace {
+
+TEST(LightTable, CountsTheRowsOfAllLights) {
+  const auto bytes_with = [](const auto& add) {
+    LightTable lights;
+    add(lights);
+    lights.build(1);
+    return lights.bytes();
+  };
+  // Three points and a radiance in single precision, for each of so few that no tree is built over them.
+  const std::uint64_t facets = bytes_with([](LightTable& lights) {
+    for (int i = 0; i < 10; ++i) {
+      lights.facets.add({Vec3(0), {1, 0, 0}, {0, 1, 0}, Vec3(1)});
+    }
+  });
+  EXPECT_GE(facets, 10u * 4 * 12);
+  EXPECT_LE(facets, 10u * 200);
+  const std::uint64_t profile = bytes_with([](LightTable& lights) {
+    const IesProfile flat{{0, 90}, {0, 180, 360}, {1, 1, 1, 1, 1, 1}};
+    IesProfile fine{{}, {0, 360}, std::vector<double>(2000, 1.0)};
+    for (int i = 0; i < 1000; ++i) {
+      fine.vertical.push_back(0.1 * i);
+    }
+    lights.ies.add_profile(flat);
+    lights.ies.add({Vec3(0), {0, -1, 0}, {1, 0, 0}, Vec3(1), lights.ies.add_profile(fine)});
+  });
+  EXPECT_GE(profile, 4u * (2 + 3 + 6 + 1000 + 2 + 2000));
+  EXPECT_LE(profile, 4u * (2 + 3 + 6 + 1000 + 2 + 2000) + 200);
+}
+
+}  // namespace
+}  // namespace lightmill
