@@ -81,6 +81,9 @@ Status check_ies(const std::string& path, const IesLight& ies) {
   LM_RETURN_IF_ERROR(check_direction(path + ".ies.direction", ies.direction));
   LM_RETURN_IF_ERROR(check_direction(path + ".ies.up", ies.up));
   LM_RETURN_IF_ERROR(check_power(path + ".ies.color", ies.color));
+  if (ies.color == RgbColor{}) {
+    return invalid_argument("{}.ies.color: must not be black; a scale of 0 turns the light off", path);
+  }
   const Point3d &d = ies.direction, &u = ies.up;
   const double across = std::hypot(d[1] * u[2] - d[2] * u[1], d[2] * u[0] - d[0] * u[2], d[0] * u[1] - d[1] * u[0]);
   if (!(across > 1e-6 * std::hypot(d[0], d[1], d[2]) * std::hypot(u[0], u[1], u[2]))) {

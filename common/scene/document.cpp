@@ -116,6 +116,22 @@ Status check_object(const std::string& path, const Object& object, std::size_t m
   return check_transform(path + ".transform", object);
 }
 
+/// What is without end cannot share a flux.
+Status check_planes(const Scene& scene) {
+  for (std::size_t i = 0; i < scene.objects.size(); ++i) {
+    const Object& object = scene.objects[i];
+    const Material& material = scene.materials[object.material];
+    if (std::holds_alternative<PlaneShape>(object.shape) && material.emission_unit == EmissionUnit::flux &&
+        material.emission != TexturedColor{}) {
+      return invalid_argument(
+          "objects[{}].plane: its material \"{}\" states a flux (materials[{}].emission_flux, or a strength in watt or "
+          "lumen), which a plane without end cannot have; state radiance or watts per square metre",
+          i, printable(material.name), object.material);
+    }
+  }
+  return ok_status();
+}
+
 /// Holdouts compare light with shadows to light without; the latter is known only of lights that are sampled, and by a
 /// formula only of those that are Lambertian.
 Status check_holdouts(const Scene& scene) {
@@ -238,6 +254,7 @@ Status validate(const Scene& scene) {
     LM_RETURN_IF_ERROR(check_object(fmt::format("objects[{}]", i), scene.objects[i], scene.materials.size()));
   }
   LM_RETURN_IF_ERROR(check_lights(scene.lights));
+  LM_RETURN_IF_ERROR(check_planes(scene));
   LM_RETURN_IF_ERROR(check_holdouts(scene));
   for (std::size_t i = 0; i < scene.lights.size(); ++i) {
     LM_RETURN_IF_ERROR(check_group(fmt::format("lights[{}].group", i), scene.lights[i].group));

@@ -131,6 +131,33 @@ TEST(Document, ObjectsAndLightsAreChecked) {
               std::get<PointLight>(s.lights[0].kind).intensity.b = std::numeric_limits<float>::infinity();
             }),
             "lights[0].point.intensity: each component must be in [0, 1e+20], got (1, 1, inf)");
+  const auto with_ies = [](const RgbColor& color, double scale) {
+    return error_after([&](Scene& s) {
+      IesLight ies;
+      ies.color = color;
+      ies.scale = scale;
+      s.lights[0].kind = ies;
+    });
+  };
+  EXPECT_EQ(with_ies({0, 0, 0}, 1), "lights[0].ies.color: must not be black; a scale of 0 turns the light off");
+  EXPECT_EQ(with_ies({0, 1e-9f, 0}, 0), "no error");
+}
+
+TEST(Document, PlanesCannotEmitAFlux) {
+  const auto with = [](EmissionUnit unit, const RgbColor& emission, const auto& shape) {
+    return error_after([&](Scene& s) {
+      s.materials[1].emission.rgb = emission;
+      s.materials[1].emission_unit = unit;
+      s.objects[0] = {"floor", 1, shape};
+    });
+  };
+  EXPECT_EQ(
+      with(EmissionUnit::flux, {0, 0, 5}, PlaneShape{}),
+      "objects[0].plane: its material \"mirror\" states a flux (materials[1].emission_flux, or a strength in watt "
+      "or lumen), which a plane without end cannot have; state radiance or watts per square metre");
+  EXPECT_EQ(with(EmissionUnit::radiance, {0, 0, 5}, PlaneShape{}), "no error");
+  EXPECT_EQ(with(EmissionUnit::flux, {0, 0, 0}, PlaneShape{}), "no error");
+  EXPECT_EQ(with(EmissionUnit::flux, {0, 0, 5}, SphereShape{}), "no error");
 }
 
 }  // namespace
