@@ -1,6 +1,7 @@
 // Affine maps in double precision, from the document's form.
 #pragma once
 
+#include <algorithm>
 #include <cmath>
 
 #include <glm/mat3x3.hpp>
@@ -32,8 +33,12 @@ struct Affine {
   Vec3d operator()(const Vec3d& p) const { return identity ? p : linear * p + translation; }
   double determinant() const { return glm::determinant(linear); }
   bool mirrors() const { return determinant() < 0; }
-  /// Scale of lengths, for a similarity.
-  double similarity_scale() const { return std::cbrt(std::abs(determinant())); }
+  /// Scale of lengths, for a similarity: the length of a column. Nothing that is not correctly rounded enters.
+  double similarity_scale() const {
+    const Vec3d& x = linear[0];
+    const int exponent = std::ilogb(std::max({std::abs(x.x), std::abs(x.y), std::abs(x.z)}));
+    return std::scalbn(glm::length(near_one(x)), exponent);
+  }
   /// Maps normals (not to unit length), keeping them on the outer side of what is mirrored.
   glm::dmat3 normal_matrix() const { return glm::transpose(glm::inverse(linear)); }
 };
