@@ -1,6 +1,7 @@
 #include "common/lights/environment_light.h"
 
 #include <algorithm>
+#include <utility>
 
 #include "common/base/check.h"
 #include "common/lights/photometry.h"
@@ -58,19 +59,22 @@ std::vector<double> EnvironmentRadiance::mean_luminance_of_pixels() const {
     const float* const p = &rgb_[3 * (row * width_ + column)];
     return luminance(Vec3d(p[0], p[1], p[2]) * Vec3d(scale_));
   };
-  std::vector<double> across(width_ * height_), out(width_ * height_);
-  for (std::size_t row = 0; row < height_; ++row) {
+  const auto across = [&](std::size_t row) {
+    std::vector<double> means(width_);
     for (std::size_t column = 0; column < width_; ++column) {
       const std::size_t left = (column + width_ - 1) % width_, right = (column + 1) % width_;
-      across[row * width_ + column] = (at(row, left) + 6 * at(row, column) + at(row, right)) / 8;
+      means[column] = (at(row, left) + 6 * at(row, column) + at(row, right)) / 8;
     }
-  }
+    return means;
+  };
+  std::vector<double> out(width_ * height_);
+  std::vector<double> here = across(0), above = here;
   for (std::size_t row = 0; row < height_; ++row) {
-    const std::size_t above = row > 0 ? row - 1 : row, below = std::min(row + 1, height_ - 1);
+    std::vector<double> below = row + 1 < height_ ? across(row + 1) : here;
     for (std::size_t column = 0; column < width_; ++column) {
-      out[row * width_ + column] =
-          (across[above * width_ + column] + 6 * across[row * width_ + column] + across[below * width_ + column]) / 8;
+      out[row * width_ + column] = (above[column] + 6 * here[column] + below[column]) / 8;
     }
+    above = std::exchange(here, std::move(below));
   }
   return out;
 }

@@ -63,7 +63,8 @@ class SceneCompiler {
     LM_RETURN_IF_ERROR(validate(scene_));
     LM_ASSIGN_OR_RETURN(meshes_, load_meshes(scene_, assets));
     find_bounds();
-    LM_ASSIGN_OR_RETURN(TextureSet textures, load_textures(scene_, assets, images, options.max_texture_bytes));
+    ImageBudget budget(options.max_texture_bytes);
+    LM_ASSIGN_OR_RETURN(TextureSet textures, load_textures(scene_, assets, images, budget));
     const std::uint64_t texture_bytes = textures.bytes();
     out_->light_groups_ = light_groups_of(scene_);
     out_->materials_ = MaterialTable(scene_, std::move(textures));
@@ -73,7 +74,7 @@ class SceneCompiler {
     for (std::size_t i = 0; i < scene_.objects.size(); ++i) {
       compile_object(i);
     }
-    LM_RETURN_IF_ERROR(light_builder_.add_lights(assets, images));
+    LM_RETURN_IF_ERROR(light_builder_.add_lights(assets, images, budget, options.max_ies_values));
     finish_lights();
     LM_RETURN_IF_ERROR(out_->accel_->commit());
     out_->frame_ = frame_;

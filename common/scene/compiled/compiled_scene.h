@@ -56,8 +56,11 @@ class CompiledScene {
 
   struct Options {
     bool brute_force = false;  ///< trace rays without a hierarchy
-    /// Of decoded images that textures name, all together.
+    /// Of decoded images that textures and the environment name, all together; of the latter the most that is held
+    /// while it is prepared.
     std::uint64_t max_texture_bytes = std::uint64_t{8} << 30;
+    /// Of all IES profiles, with their symmetries; below 2^31.
+    std::size_t max_ies_values = std::size_t{1} << 26;
   };
 
   /// Compiles a valid document. Fails when an asset is missing or damaged, or memory runs out; errors name the object.

@@ -11,12 +11,24 @@
 namespace lightmill {
 namespace {
 
+/// Texels are found by single-precision coordinates, which know this many columns with places between them.
+constexpr int kMaxEnvironmentSide = 65'536;
+
 Vec3 unit(const Point3d& direction) {
   return Vec3(glm::normalize(near_one(to_vec(direction))));
 }
 
 double degrees_to_radians(double degrees) {
   return degrees * kPiDouble / 180;
+}
+
+/// The most that is held of an image on its way to an EnvironmentRadiance: its texels with the radiance, then the
+/// radiance with the weights of its pixels and with their sums.
+std::uint64_t peak_bytes(const Texels& texels) {
+  const auto width = static_cast<std::uint64_t>(texels.width), height = static_cast<std::uint64_t>(texels.height);
+  const std::uint64_t radiance = 3 * sizeof(float) * width * height;
+  return radiance +
+         std::max(size_bytes(texels), sizeof(double) * width * height + sizeof(float) * (width + 1) * height);
 }
 
 /// Linear RGB without negative values.
@@ -164,16 +176,17 @@ Status LightBuilder::check_areas() const {
   return ok_status();
 }
 
-Status LightBuilder::add_lights(const AssetSource& assets, const ImageDecoder& images) {
+Status LightBuilder::add_lights(const AssetSource& assets, const ImageDecoder& images, ImageBudget& budget,
+                                std::size_t max_ies_values) {
   LM_RETURN_IF_ERROR(check_areas());
   for (std::size_t i = 0; i < scene_.lights.size(); ++i) {
     const Light& light = scene_.lights[i];
     const std::string where = fmt::format("lights[{}] \"{}\"", i, light.name);
     if (const auto* ies = std::get_if<IesLight>(&light.kind)) {
-      LM_RETURN_IF_ERROR(add_ies(*ies, light.group, where, assets));
+      LM_RETURN_IF_ERROR(add_ies(*ies, light.group, where, assets, max_ies_values));
     } else if (const auto* environment = std::get_if<EnvironmentLight>(&light.kind);
                environment != nullptr && environment->has_image) {
-      LM_RETURN_IF_ERROR(add_image(*environment, light.group, where, assets, images));
+      LM_RETURN_IF_ERROR(add_image(*environment, light.group, where, assets, images, budget));
     } else {
       add_light(light);
     }
@@ -226,27 +239,35 @@ void LightBuilder::add_light(const Light& light) {
 }
 
 Status LightBuilder::add_image(const EnvironmentLight& light, const std::string& group, const std::string& where,
-                               const AssetSource& assets, const ImageDecoder& images) {
+                               const AssetSource& assets, const ImageDecoder& images, ImageBudget& budget) {
   LM_CHECK(images != nullptr, "{}: a decoder of images is needed", where);
   const Result<std::string> bytes = assets(light.asset);
   if (!bytes.ok()) {
     return with_context(bytes.status(), where);
   }
-  const Result<Texels> texels = images(as_byte_view(*bytes), light.file);
+  Result<Texels> texels = images(as_byte_view(*bytes), light.file);
   if (!texels.ok()) {
     return with_context(texels.status(), where);
   }
+  const int width = texels->width, height = texels->height;
+  if (std::max(width, height) > kMaxEnvironmentSide) {
+    return invalid_argument("{}: {}: an environment may have at most {} pixels on a side, got {}x{}", where, light.file,
+                            kMaxEnvironmentSide, width, height);
+  }
+  LM_RETURN_IF_ERROR(budget.take(peak_bytes(*texels), where));
   if (!is_black(light.radiance)) {
+    std::vector<float> rgb = linear_rgb(*texels);
+    *texels = {};
     lights_.environment =
-        EnvironmentRadiance(linear_rgb(*texels), static_cast<std::size_t>(texels->width),
-                            static_cast<std::size_t>(texels->height), to_vec(light.radiance), light.rotation_degrees);
+        EnvironmentRadiance(std::move(rgb), static_cast<std::size_t>(width), static_cast<std::size_t>(height),
+                            to_vec(light.radiance), light.rotation_degrees);
     note_group(LightKind::environment, group);
   }
   return ok_status();
 }
 
 Status LightBuilder::add_ies(const IesLight& light, const std::string& group, const std::string& where,
-                             const AssetSource& assets) {
+                             const AssetSource& assets, std::size_t max_values) {
   auto found = profiles_.find(light.asset);
   if (found == profiles_.end()) {
     const Result<std::string> bytes = assets(light.asset);
@@ -256,6 +277,10 @@ Status LightBuilder::add_ies(const IesLight& light, const std::string& group, co
     const Result<IesProfile> profile = read_ies(*bytes, light.file);
     if (!profile.ok()) {
       return with_context(profile.status(), where);
+    }
+    if (profile->candela.size() > max_values - lights_.ies.values()) {
+      return resource_exhausted("{}: the scene's IES profiles have more than the limit of {} values", where,
+                                max_values);
     }
     found = profiles_.emplace(light.asset, lights_.ies.add_profile(*profile)).first;
   }
@@ -310,15 +335,19 @@ HardLights LightBuilder::hard_lights() const {
 LightBuilder::Tables LightBuilder::finish() {
   Tables out;
   out.radiance = radiance_of_materials();
+  std::vector<std::uint32_t> group_of;  // of each material's emission
+  for (const Material& material : scene_.materials) {
+    group_of.push_back(number_of_group(group_names_, material.light_group));
+  }
   for (Facet& facet : facets_) {
     facet.shape.radiance = out.radiance[facet.material];
     lights_.facets.add(facet.shape);
-    note_group(LightKind::facet, scene_.materials[facet.material].light_group);
+    groups_[LightKind::facet].push_back(group_of[facet.material]);
   }
   for (Sphere& sphere : spheres_) {
     sphere.shape.radiance = out.radiance[sphere.material];
     lights_.spheres.add(sphere.shape);
-    note_group(LightKind::sphere, scene_.materials[sphere.material].light_group);
+    groups_[LightKind::sphere].push_back(group_of[sphere.material]);
   }
   out.hard_lights = hard_lights();
   lights_.build(0.5 * frame_.extent() * frame_.scale());

@@ -11,6 +11,7 @@
 #include "common/lights/hard_lights.h"
 #include "common/lights/light_table.h"
 #include "common/scene/compiled/emitter_table.h"
+#include "common/scene/compiled/image_budget.h"
 #include "common/scene/compiled/world_frame.h"
 #include "common/scene/document.h"
 
@@ -33,7 +34,9 @@ class LightBuilder {
   void add_other();
 
   /// The scene's lights; errors name them. After the geometries: fails too where a power has no surface.
-  Status add_lights(const AssetSource& assets, const ImageDecoder& images);
+  /// `max_ies_values` is of all profiles.
+  Status add_lights(const AssetSource& assets, const ImageDecoder& images, ImageBudget& budget,
+                    std::size_t max_ies_values);
 
   struct Tables {
     LightTable lights;
@@ -54,9 +57,10 @@ class LightBuilder {
   };
   void note_group(LightKind kind, const std::string& group);
   void add_light(const Light& light);
-  Status add_ies(const IesLight& light, const std::string& group, const std::string& where, const AssetSource& assets);
+  Status add_ies(const IesLight& light, const std::string& group, const std::string& where, const AssetSource& assets,
+                 std::size_t max_values);
   Status add_image(const EnvironmentLight& light, const std::string& group, const std::string& where,
-                   const AssetSource& assets, const ImageDecoder& images);
+                   const AssetSource& assets, const ImageDecoder& images, ImageBudget& budget);
   Status check_areas() const;
   FacetSums sums_of(const Geometry& geometry) const;
   HardLights hard_lights() const;

@@ -41,9 +41,8 @@ TextureSettings settings_of(const TextureImage& image, const Texels& texels, boo
 /// Textures that name one image, and how they see it.
 class SharedImages {
  public:
-  SharedImages(const CompiledScene::AssetSource& assets, const CompiledScene::ImageDecoder& images,
-               std::uint64_t max_bytes)
-      : assets_(assets), images_(images), max_bytes_(max_bytes) {}
+  SharedImages(const CompiledScene::AssetSource& assets, const CompiledScene::ImageDecoder& images, ImageBudget& budget)
+      : assets_(assets), images_(images), budget_(budget) {}
 
   /// `color`: whether a colour names it; what only numbers do is data.
   Result<Texture> texture(const TextureImage& image, bool color, const std::string& where) {
@@ -58,7 +57,7 @@ class SharedImages {
       if (!texels.ok()) {
         return with_context(texels.status(), where);
       }
-      LM_RETURN_IF_ERROR(count(*texels, where));
+      LM_RETURN_IF_ERROR(budget_.take(size_bytes(*texels), where));
       read = std::make_shared<const Texels>(std::move(*texels));
     }
     const TextureSettings settings = settings_of(image, *read, color);
@@ -67,34 +66,26 @@ class SharedImages {
     }
     std::shared_ptr<const Texels>& linear = linear_[image.asset];
     if (linear == nullptr) {
-      LM_RETURN_IF_ERROR(count(*read, where));
+      LM_RETURN_IF_ERROR(budget_.take(size_bytes(*read), where));
       linear = std::make_shared<const Texels>(decode_floats(*read));
     }
     return Texture(linear, settings);
   }
 
  private:
-  Status count(const Texels& texels, const std::string& where) {
-    bytes_ += size_bytes(texels);
-    return bytes_ <= max_bytes_ ? ok_status()
-                                : resource_exhausted("{}: the scene's images need more than the limit of {} MiB", where,
-                                                     max_bytes_ >> 20);
-  }
-
   const CompiledScene::AssetSource& assets_;
   const CompiledScene::ImageDecoder& images_;
-  const std::uint64_t max_bytes_;
-  std::uint64_t bytes_ = 0;  ///< of what follows
+  ImageBudget& budget_;
   std::map<Sha256, std::shared_ptr<const Texels>> read_, linear_;
 };
 
 }  // namespace
 
 Result<TextureSet> load_textures(const Scene& scene, const CompiledScene::AssetSource& assets,
-                                 const CompiledScene::ImageDecoder& images, std::uint64_t max_bytes) {
+                                 const CompiledScene::ImageDecoder& images, ImageBudget& budget) {
   TextureSet textures;
   const std::set<std::uint32_t> colors = textures_of_colors(scene);
-  SharedImages shared(assets, images, max_bytes);
+  SharedImages shared(assets, images, budget);
   for (std::size_t i = 0; i < scene.textures.size(); ++i) {
     const TextureImage& image = scene.textures[i];
     LM_ASSIGN_OR_RETURN(Texture texture, shared.texture(image, colors.contains(static_cast<std::uint32_t>(i)),

@@ -1,6 +1,7 @@
 // What a scene needs in memory once it is compiled, and what is refused.
 #include <gtest/gtest.h>
 
+#include "common/scene/compiled/transform.h"
 #include "tests/support/render_document.h"
 
 namespace lightmill::test {
@@ -113,6 +114,87 @@ TEST(CompiledTextures, HaveALimitForAllTogether) {
   const auto two = compile(load_text(two_textures("b.png"), {{"a.png", "a"}, {"b.png", "b"}}), image, options);
   ASSERT_FALSE(two.ok());
   EXPECT_EQ(message_of(two.status()), "textures[1] \"b\": the scene's images need more than the limit of 1 MiB");
+}
+
+/// A ball under one light.
+std::string ball_under(const std::string& light, const std::string& textures = "[]",
+                       const std::string& reflectance = R"({"rgb": [0.5, 0.5, 0.5]})") {
+  return fmt::format(
+      R"({{"camera": {{"eye": [0, 0, 1], "look_at": [0, 0, 0], "vertical_fov_degrees": 90}}, "film": {{"width": 1, "height": 1}},
+      "textures": {}, "materials": [{{"name": "a", "diffuse": {{"reflectance": {}}}}}],
+      "objects": [{{"material": "a", "sphere": {{"center": [0, 0, 0], "radius": 0.1}}}}], "lights": {}}})",
+      textures, reflectance, light);
+}
+
+// Of 256 · 128 pixels: 28 bytes each from floats; with 8 bits a channel 24, and 4 more a row for the ends of sums.
+TEST(CompiledEnvironment, CountsAsItsPreparationDoes) {
+  const std::string sky = R"([{"name": "sky", "environment": {"file": "sky.exr"}}])";
+  constexpr std::uint64_t kPixels = 256 * 128;
+  const auto compiled = [&](const CompiledScene::ImageDecoder& images, std::uint64_t limit, const std::string& scene) {
+    CompiledScene::Options options;
+    options.max_texture_bytes = limit;
+    const auto result = compile(load_text(scene, {{"sky.exr", "sky"}, {"a.png", "a"}}), images, options);
+    return result.ok() ? "no error" : message_of(result.status());
+  };
+  const auto floats = [](ByteView, const std::string&) -> Result<Texels> {
+    return Texels{256, 128, {}, std::vector<float>(4 * kPixels, 0.5f), false};
+  };
+  const auto bytes = [](ByteView, const std::string&) -> Result<Texels> {
+    return Texels{256, 128, std::vector<std::uint32_t>(kPixels, 0xff808080), {}, true};
+  };
+  const std::string refused = "lights[0] \"sky\": the scene's images need more than the limit of 0 MiB";
+  EXPECT_EQ(compiled(floats, 28 * kPixels, ball_under(sky)), "no error");
+  EXPECT_EQ(compiled(floats, 28 * kPixels - 1, ball_under(sky)), refused);
+  EXPECT_EQ(compiled(bytes, 24 * kPixels + 4 * 128, ball_under(sky)), "no error");
+  EXPECT_EQ(compiled(bytes, 24 * kPixels + 4 * 128 - 1, ball_under(sky)), refused);
+  // Together with textures: 4 bytes a pixel.
+  const std::string textured = ball_under(sky, R"([{"name": "t", "file": "a.png"}])", R"({"texture": "t"})");
+  EXPECT_EQ(compiled(bytes, 28 * kPixels + 4 * 128, textured), "no error");
+  EXPECT_EQ(compiled(bytes, 28 * kPixels + 4 * 128 - 1, textured), refused);
+}
+
+TEST(CompiledEnvironment, HasAnImageOfBoundedSides) {
+  const auto strip = [](ByteView, const std::string&) -> Result<Texels> {
+    return Texels{65537, 1, std::vector<std::uint32_t>(65537, 0xff808080), {}, true};
+  };
+  const auto result = compile(
+      load_text(ball_under(R"([{"name": "sky", "environment": {"file": "sky.png"}}])"), {{"sky.png", "s"}}), strip);
+  ASSERT_FALSE(result.ok());
+  EXPECT_EQ(message_of(result.status()),
+            "lights[0] \"sky\": sky.png: an environment may have at most 65536 pixels on a side, got 65537x1");
+}
+
+// Files of 2 · 2 values each when they are the same all round; one that two lights name counts once.
+TEST(CompiledProfiles, HaveALimitForAllTogether) {
+  const auto ies = [](const std::string& candela) {
+    return fmt::format("IESNA:LM-63-2002\nTILT=NONE\n1 1000 1 2 1 1 2 0.1 0.2 0\n1 1 100\n0 90\n0\n{}\n", candela);
+  };
+  const std::map<std::string, std::string> files{{"a.ies", ies("8 2")}, {"b.ies", ies("4 1")}};
+  const auto lamps = [](const std::string& third) {
+    const auto lamp = [](int name, const std::string& file) {
+      return fmt::format(R"({{"name": "{}", "ies": {{"position": [0, 2, 0], "file": "{}"}}}})", name, file);
+    };
+    return fmt::format("[{}, {}, {}]", lamp(1, "a.ies"), lamp(2, "a.ies"), lamp(3, third));
+  };
+  CompiledScene::Options options;
+  options.max_ies_values = 7;
+  EXPECT_TRUE(compile(load_text(ball_under(lamps("a.ies")), files), nullptr, options).ok());
+  const auto two = compile(load_text(ball_under(lamps("b.ies")), files), nullptr, options);
+  ASSERT_FALSE(two.ok());
+  EXPECT_EQ(message_of(two.status()), "lights[2] \"3\": the scene's IES profiles have more than the limit of 7 values");
+}
+
+// √(s²) is s in IEEE arithmetic, and scaling by powers of two is exact.
+TEST(Affine, ASimilarityScalesByExactlyItsFactor) {
+  for (const double s : {0.1, 1 / 3.0, 1.7, 3.0, 1e7 / 3, 0x1p-600, 1.1e-300}) {
+    for (const double sign : {1.0, -1.0}) {
+      // Turned by a quarter about z, and mirrored or not.
+      const Affine map(Transform{{{0, -s, 0, 5}, {s, 0, 0, 6}, {0, 0, sign * s, 7}}});
+      EXPECT_EQ(map.similarity_scale(), s) << s;
+    }
+  }
+  const Affine turned(Transform{{{2 * 0.6, -2 * 0.8, 0, 0}, {2 * 0.8, 2 * 0.6, 0, 0}, {0, 0, 2, 0}}});
+  EXPECT_DOUBLE_EQ(turned.similarity_scale(), 2);
 }
 
 }  // namespace
