@@ -229,12 +229,15 @@ TEST(Spots, OfNoWidthAndOfAllDirections) {
   EXPECT_NEAR(under(180, 0), 1 / M_PI, 1e-4);
   EXPECT_NEAR(under(180, 1), 1 / M_PI, 1e-4);
   EXPECT_NEAR(under(0.1, 0), 1 / M_PI, 1e-4);
-  EXPECT_NEAR(under(0.1, 1), 1 / M_PI, 0.02);         // it falls off from the axis on, which the pixel is not all on
-  for (const double cutoff : {1e-3, 1e-6, 1e-300}) {  // thinner than single precision knows a direction
-    const double seen = under(cutoff, 0);
-    EXPECT_GE(seen, 0);
-    EXPECT_LE(seen, 1 / M_PI + 1e-4);
-  }
+  EXPECT_NEAR(under(0.1, 1), 1 / M_PI, 0.02);  // it falls off from the axis on, which the pixel is not all on
+  const double narrowest = under(1e-3, 0);     // a disc that is smaller than the pixel
+  EXPECT_GT(narrowest, 0.05 / M_PI);
+  EXPECT_LE(narrowest, 1 / M_PI + 1e-4);
+  EXPECT_NE(refusal(document(kDown, 60, 8, diffuse("floor", 1), sphere("floor", "[0, 0, 0]", 1),
+                             R"({"spot": {"position": [0, 2, 0], "direction": [0, -1, 0], "cutoff_degrees": 1e-6,
+                                 "intensity": {"rgb": [1, 1, 1]}}})"))
+                .find("lights[0].spot.cutoff_degrees: must be in [0.001, 180], got 1e-06"),
+            std::string::npos);
 }
 
 TEST(Strength, OfLightsThatAreNoneIsRefused) {
