@@ -91,8 +91,8 @@ class BareEmbree {
     const auto meshes = load_meshes(scene, assets);
     LM_CHECK(meshes.ok(), "{}", message_of(meshes.status()));
     for (std::size_t i = 0; i < scene.objects.size(); ++i) {
-      LM_CHECK((*meshes)[i] != nullptr, "objects[{}] is no mesh", i);
-      add(transformed(*(*meshes)[i], Affine(scene.objects[i].transform)), compiled.frame());
+      LM_CHECK(meshes->of_object[i] != nullptr, "objects[{}] is no mesh", i);
+      add(transformed(*meshes->of_object[i], Affine(scene.objects[i].transform)), compiled.frame());
     }
     rtcCommitScene(scene_);
   }
