@@ -72,11 +72,12 @@ Status run_blender(const fs::path& scene, const TemporaryFolder& folder, Signals
   LM_ASSIGN_OR_RETURN(const std::string program, find_blender());
   LM_RETURN_IF_ERROR(write_file_atomically(folder / "export.py", as_byte_view(kBlenderScript)));
   const fs::path log = folder / "log";
+  // Blender does not always take its own temporary folder away: in ours it goes with ours.
   LM_ASSIGN_OR_RETURN(ChildProcess blender,
-                      ChildProcess::start({program, "--background", "--factory-startup", "--disable-autoexec",
-                                           fs::absolute(scene).string(), "--python-exit-code", "3", "--python",
-                                           (folder / "export.py").string(), "--", (folder / "scene.glb").string(),
-                                           (folder / "report.json").string()},
+                      ChildProcess::start({"/usr/bin/env", "TMPDIR=" + (folder / "").string(), program, "--background",
+                                           "--factory-startup", "--disable-autoexec", fs::absolute(scene).string(),
+                                           "--python-exit-code", "3", "--python", (folder / "export.py").string(), "--",
+                                           (folder / "scene.glb").string(), (folder / "report.json").string()},
                                           log));
   std::optional<std::string> end;
   while (!(end = blender.ended())) {

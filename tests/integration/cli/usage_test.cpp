@@ -140,9 +140,9 @@ bpy.context.scene.world.node_tree.nodes["Background"].inputs["Color"].default_va
 bpy.context.scene.render.resolution_percentage = 50
 bpy.ops.object.metaball_add()
 bpy.ops.wm.save_as_mainfile(filepath=")" + blend + "\")\n");
-  const CommandResult made = run_command(
-      {"/usr/bin/env", "blender", "--background", "--factory-startup", "--python-exit-code", "3", "--python", script},
-      environment());
+  const CommandResult made = run_command({"/usr/bin/env", "TMPDIR=" + file(""), "blender", "--background",
+                                          "--factory-startup", "--python-exit-code", "3", "--python", script},
+                                         environment());
   ASSERT_EQ(made.exit_code, 0) << made.out << made.err;
   const nlohmann::json scene = json({"check", blend});
   EXPECT_EQ(scene["name"], "first");
