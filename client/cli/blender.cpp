@@ -153,6 +153,9 @@ Result<LoadedScene> load_blend(const fs::path& path, const LoadOptions& options,
   const std::array<fs::path, 1> glb{folder / "scene.glb"};
   LM_ASSIGN_OR_RETURN(LoadedScene loaded, lightmill::load_scene(glb, gltf_options));
   loaded.scene.name = utf8_name(path.stem().string());
+  for (ImageAsset& image : loaded.images) {
+    image.place = path.string();  // the glTF file is gone when it is read
+  }
   apply(report, options, loaded);
   if (const Status valid = validate(loaded.scene); !valid.ok()) {
     return with_context(valid, path.string());

@@ -2,6 +2,7 @@
 
 #include "client/cli/blender.h"
 #include "client/cli/console.h"
+#include "client/cli/image_check.h"
 
 namespace lightmill::cli {
 
@@ -41,9 +42,13 @@ Result<LoadedScene> load_scene(const SceneOptions& options, Signals& signals) {
     }
   }
   const bool blend = paths.size() == 1 && lower_ending(paths[0]) == ".blend";
-  const Result<LoadedScene> loaded =
+  Result<LoadedScene> loaded =
       blend ? load_blend(paths[0], load_options, signals) : lightmill::load_scene(paths, load_options);
-  return loaded.ok() ? loaded : as_input_error(loaded.status());
+  if (!loaded.ok()) {
+    return as_input_error(loaded.status());
+  }
+  LM_RETURN_IF_ERROR(check_images(image_library(), *loaded, signals));
+  return loaded;
 }
 
 }  // namespace lightmill::cli

@@ -6,6 +6,7 @@ namespace lightmill {
 namespace {
 
 constexpr std::uint64_t kMaxObjBytes = std::uint64_t{4} << 30;
+constexpr std::uint64_t kMaxImageBytes = std::uint64_t{1} << 30;
 
 }  // namespace
 
@@ -20,9 +21,17 @@ Sha256 add_bytes(std::string bytes, LoadedScene& loaded) {
   return digest;
 }
 
-Result<Sha256> add_file(const std::filesystem::path& path, std::uint64_t max_bytes, LoadedScene& loaded) {
-  LM_ASSIGN_OR_RETURN(std::string bytes, read_file(path, max_bytes));
-  return add_bytes(std::move(bytes), loaded);
+Sha256 add_image(std::string bytes, ImageAsset image, LoadedScene& loaded) {
+  image.asset = add_bytes(std::move(bytes), loaded);
+  return loaded.images.emplace_back(std::move(image)).asset;
+}
+
+Result<Sha256> add_image_file(const std::filesystem::path& path, ImageAsset image, LoadedScene& loaded) {
+  Result<std::string> bytes = read_file(path, kMaxImageBytes);
+  if (!bytes.ok()) {
+    return with_context(bytes.status(), image.place);
+  }
+  return add_image(*std::move(bytes), std::move(image), loaded);
 }
 
 Result<ObjFile> read_obj_file(const std::filesystem::path& path) {

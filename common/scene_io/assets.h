@@ -12,11 +12,14 @@ namespace lightmill {
 /// Encodes a mesh and keeps it. An error says what is wrong with the mesh.
 Result<Sha256> add_mesh(const Mesh& mesh, LoadedScene& loaded);
 
-/// Keeps the bytes of a file as they are, as those of images are.
+/// Keeps the bytes of a file as they are.
 Sha256 add_bytes(std::string bytes, LoadedScene& loaded);
 
-/// Reads a file of at most `max_bytes` and keeps its bytes as they are. An error names the file.
-Result<Sha256> add_file(const std::filesystem::path& path, std::uint64_t max_bytes, LoadedScene& loaded);
+/// Keeps the bytes of an image file and notes `image`, whose asset is set here.
+Sha256 add_image(std::string bytes, ImageAsset image, LoadedScene& loaded);
+
+/// Reads an image file of at most 1 GiB and keeps it so. An error names the place and the file.
+Result<Sha256> add_image_file(const std::filesystem::path& path, ImageAsset image, LoadedScene& loaded);
 
 /// Reads an OBJ file of at most 4 GiB.
 Result<ObjFile> read_obj_file(const std::filesystem::path& path);

@@ -21,10 +21,19 @@ struct NamedCamera {
   std::optional<double> aspect;  ///< width by height of the film that it is meant for
 };
 
+/// An image file among a scene's assets, kept as it is: a worker will decode it.
+struct ImageAsset {
+  Sha256 asset{};
+  std::string name;          ///< its ending tells the format
+  std::string place;         ///< where the scene names it, for errors
+  bool environment = false;  ///< or a texture
+};
+
 /// A scene that is ready to be packed and sent.
 struct LoadedScene {
   Scene scene;                           ///< valid; every mesh has its asset
   std::map<Sha256, std::string> assets;  ///< encoded meshes, and files as they are
+  std::vector<ImageAsset> images;        ///< as they are named, a file perhaps often; not looked into
   std::vector<std::string> notices;      ///< what was assumed or left out, for people
   std::vector<NamedCamera> cameras;      ///< that the file has; the first is the scene's if none was asked for
 };

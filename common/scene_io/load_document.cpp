@@ -36,13 +36,14 @@ class DocumentLoader {
   }
 
  private:
+  std::string place_of(const std::string& field) const {
+    return fmt::format("{}: {}", file_.source.place(field), field);
+  }
+
   Status add_texture(std::size_t index, TextureImage& texture) {
     const std::string field = fmt::format("textures[{}].file", index);
-    Result<Sha256> asset = add_file(folder_ / texture.file, kMaxTextureBytes, loaded_);
-    if (!asset.ok()) {
-      return with_context(asset.status(), fmt::format("{}: {}", file_.source.place(field), field));
-    }
-    texture.asset = *asset;
+    LM_ASSIGN_OR_RETURN(texture.asset, add_image_file(folder_ / texture.file,
+                                                      {.name = texture.file, .place = place_of(field)}, loaded_));
     return ok_status();
   }
 
@@ -58,7 +59,7 @@ class DocumentLoader {
     if (added) {
       Result<ObjFile> file = read_obj_file(path);
       if (!file.ok()) {
-        return with_context(file.status(), fmt::format("{}: {}", file_.source.place(field), field));
+        return with_context(file.status(), place_of(field));
       }
       found->second = *std::move(file);
       append_notices(found->second.notices, loaded_.notices);
@@ -91,17 +92,16 @@ class DocumentLoader {
       Result<std::string> text = read_file(path, kMaxIesBytes);
       const Status status = text.ok() ? read_ies(*text, path.string()).status() : text.status();
       if (!status.ok()) {
-        return with_context(status, fmt::format("{}: {}", file_.source.place(field), field));
+        return with_context(status, place_of(field));
       }
       ies->asset = add_bytes(*std::move(text), loaded_);
     } else if (auto* environment = std::get_if<EnvironmentLight>(&light.kind);
                environment != nullptr && environment->has_image) {
       const std::string field = fmt::format("lights[{}].environment.file", index);
-      Result<Sha256> asset = add_file(folder_ / environment->file, kMaxTextureBytes, loaded_);
-      if (!asset.ok()) {
-        return with_context(asset.status(), fmt::format("{}: {}", file_.source.place(field), field));
-      }
-      environment->asset = *asset;
+      LM_ASSIGN_OR_RETURN(
+          environment->asset,
+          add_image_file(folder_ / environment->file,
+                         {.name = environment->file, .place = place_of(field), .environment = true}, loaded_));
     }
     return ok_status();
   }
@@ -124,8 +124,8 @@ class DocumentLoader {
       return found->second;
     }
     if (part.material.empty()) {
-      return invalid_argument("{}: {}: {} has faces before its first usemtl, and the object names no material",
-                              file_.source.place(field), field, path.string());
+      return invalid_argument("{}: {} has faces before its first usemtl, and the object names no material",
+                              place_of(field), path.string());
     }
     return invalid_argument("{}:{}: {}", path.string(), part.line,
                             describe_unknown_material(part.material, loaded_.scene.materials));

@@ -160,11 +160,10 @@ Status load_textures(const std::vector<MtlMaterial>& materials, LoadedScene& loa
   for (TextureImage& texture : loaded.scene.textures) {
     const auto [known, added] = read.try_emplace(texture.file);
     if (added) {
-      Result<Sha256> asset = add_file(existing_path(texture.file), kMaxTextureBytes, loaded);
-      if (!asset.ok()) {
-        return with_context(asset.status(), place_of(texture, materials));
-      }
-      known->second = *asset;
+      LM_ASSIGN_OR_RETURN(
+          known->second,
+          add_image_file(existing_path(texture.file),
+                         {.name = utf8_name(texture.file), .place = place_of(texture, materials)}, loaded));
     }
     texture.asset = known->second;
     texture.file = utf8_name(texture.file);

@@ -6,7 +6,6 @@
 namespace lightmill {
 
 inline constexpr std::uint64_t kMaxDocumentBytes = std::uint64_t{64} << 20;
-inline constexpr std::uint64_t kMaxTextureBytes = std::uint64_t{1} << 30;
 
 /// A scene document with the meshes and other files that it names.
 Result<LoadedScene> load_document(const std::filesystem::path& path);

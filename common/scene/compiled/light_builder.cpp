@@ -7,12 +7,10 @@
 #include "common/materials/texture.h"
 #include "common/scene/compiled/convert.h"
 #include "common/scene/compiled/transform.h"
+#include "common/scene/image_limits.h"
 
 namespace lightmill {
 namespace {
-
-/// Texels are found by single-precision coordinates, which know this many columns with places between them.
-constexpr int kMaxEnvironmentSide = 65'536;
 
 Vec3 unit(const Point3d& direction) {
   return Vec3(glm::normalize(near_one(to_vec(direction))));
@@ -250,9 +248,8 @@ Status LightBuilder::add_image(const EnvironmentLight& light, const std::string&
     return with_context(texels.status(), where);
   }
   const int width = texels->width, height = texels->height;
-  if (std::max(width, height) > kMaxEnvironmentSide) {
-    return invalid_argument("{}: {}: an environment may have at most {} pixels on a side, got {}x{}", where, light.file,
-                            kMaxEnvironmentSide, width, height);
+  if (const Status size = check_environment_size(width, height); !size.ok()) {
+    return with_context(size, fmt::format("{}: {}", where, light.file));
   }
   LM_RETURN_IF_ERROR(budget.take(peak_bytes(*texels), where));
   if (!is_black(light.radiance)) {

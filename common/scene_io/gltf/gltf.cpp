@@ -50,7 +50,7 @@ Camera camera_for(const Box& box) {
 class GltfScene {
  public:
   GltfScene(const GltfData& data, const std::string& file_name)
-      : data_(data), file_name_(file_name), notices_(loaded_.notices), materials_(data, loaded_, notices_) {}
+      : data_(data), file_name_(file_name), notices_(loaded_.notices), materials_(data, file_name, loaded_, notices_) {}
 
   Result<LoadedScene> read(bool light_the_dark) {
     check_extensions();

@@ -220,7 +220,8 @@ std::optional<Sha256> GltfMaterials::image(const JsonNode& image, std::string& f
   if (!file.ends_with(*ending)) {
     file += *ending;
   }
-  const Sha256 asset = add_bytes(std::move(bytes), loaded_);
+  const std::string place = fmt::format("{}: {}", file_name_, image.path());
+  const Sha256 asset = add_image(std::move(bytes), {.name = file, .place = place}, loaded_);
   images_.emplace(image.path(), std::pair(asset, file));
   return asset;
 }

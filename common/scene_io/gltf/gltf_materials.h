@@ -15,9 +15,9 @@ namespace lightmill {
 /// a radiance of 1 W/(m² sr), as programs that write glTF mean it. What is not rendered is a notice.
 class GltfMaterials {
  public:
-  /// Materials, textures and images go to `loaded`.
-  GltfMaterials(const GltfData& data, LoadedScene& loaded, Notices& notices)
-      : data_(data), loaded_(loaded), notices_(notices) {}
+  /// Materials, textures and images go to `loaded`; `file_name` is for errors of images that show later.
+  GltfMaterials(const GltfData& data, const std::string& file_name, LoadedScene& loaded, Notices& notices)
+      : data_(data), file_name_(file_name), loaded_(loaded), notices_(notices) {}
 
   struct Used {
     std::uint32_t material = 0;                ///< index into the scene's materials
@@ -37,6 +37,7 @@ class GltfMaterials {
   std::string unique_name(std::string name, std::string_view fallback);
 
   const GltfData& data_;
+  const std::string& file_name_;
   LoadedScene& loaded_;
   Notices& notices_;
   std::map<std::string, Used> used_;               ///< by the index as it is written

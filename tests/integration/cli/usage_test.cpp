@@ -100,6 +100,21 @@ TEST_F(CliTest, BadScenesAreNamedWithTheirPlace) {
   EXPECT_NE(result.err.find("colour"), std::string::npos) << result.err;
 }
 
+TEST_F(CliTest, ImagesThatCannotBeReadAreNamedWithTheirPlace) {
+  write("a.png", "root:x:0:0:root");
+  const std::string with_texture = write("texture.json",
+                                         R"({"camera": {"eye": [0, 0, 5], "look_at": [0, 0, 0], "camera_constant": 1},
+"textures": [{"name": "wood", "file": "a.png"}],
+"materials": [{"name": "wood", "diffuse": {"reflectance": {"texture": "wood"}}}],
+"objects": [{"sphere": {"center": [0, 0, 0], "radius": 1}, "material": "wood"}]})");
+  for (const char* command : {"check", "render"}) {
+    const CommandResult result = lightmill({command, with_texture});
+    EXPECT_EQ(result.exit_code, 2);
+    EXPECT_NE(result.err.find("texture.json:2:39: textures[0].file: a.png: not a readable image"), std::string::npos)
+        << result.err;
+  }
+}
+
 TEST_F(CliTest, CamerasAreSavedAndLoaded) {
   const std::string saved = file("view.json");
   const nlohmann::json box = json({"check", scene("cornell-bench-blocks.json"), "--save-camera", saved});
@@ -167,8 +182,16 @@ TEST_F(CliTest, KaIsReadAsTold) {
 TEST_F(FarmCliTest, NothingIsSubmittedWhenSomethingIsWrong) {
   const std::string empty = write("empty.obj", "v 0 0 0\n");
   const std::string box = scene("cornell-bench-blocks.json");
-  for (const std::vector<std::string>& arguments :
-       {std::vector<std::string>{"submit", empty}, {"render", empty}, {"render", box, "--crop", "0,0,513,1"}}) {
+  write("sky.exr", "no image");
+  const std::string sky = write("sky.json",
+                                R"({"camera": {"eye": [0, 0, 5], "look_at": [0, 0, 0], "camera_constant": 1},
+"lights": [{"environment": {"file": "sky.exr"}}], "materials": [{"name": "m", "mirror": {}}],
+"objects": [{"sphere": {"center": [0, 0, 0], "radius": 1}, "material": "m"}]})");
+  EXPECT_NE(lightmill({"check", sky}).err.find("sky.json:2:"), std::string::npos);
+  for (const std::vector<std::string>& arguments : {std::vector<std::string>{"submit", empty},
+                                                    {"render", empty},
+                                                    {"submit", sky},
+                                                    {"render", box, "--crop", "0,0,513,1"}}) {
     on_farm(arguments, 2);
   }
   EXPECT_TRUE(on_farm({"jobs"})["jobs"].empty());

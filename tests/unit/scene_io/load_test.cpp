@@ -188,6 +188,35 @@ TEST_F(Load, MapsBringTheirImages) {
     EXPECT_EQ(loaded->assets.at(texture.asset), "an image's bytes");
   }
   EXPECT_TRUE(unpack_scene(pack_scene(loaded->scene)).ok());
+  ASSERT_EQ(loaded->images.size(), 2u);
+  for (const ImageAsset& image : loaded->images) {
+    EXPECT_EQ(image.asset, loaded->scene.textures[0].asset);
+    EXPECT_FALSE(image.environment);
+    const bool backslash = image.name.ends_with("more\\wood.png");
+    EXPECT_EQ(image.place, fmt::format("{}/a.mtl:{}: map_Kd of material \"{}\"", folder_.string(), backslash ? 2 : 4,
+                                       backslash ? "red" : "green"));
+  }
+}
+
+TEST_F(Load, ADocumentsImagesAreNotedWithTheirPlaces) {
+  write("a.png", "a texture");
+  write("b.exr", "a sky");
+  std::string text = document(R"([{"sphere": {"center": [0, 0, 0], "radius": 1}, "material": "red"}])");
+  text.insert(text.size() - 1, R"(,
+"textures": [{"name": "wood", "file": "a.png"}],
+"lights": [{"environment": {"file": "b.exr"}}])");
+  const Result<LoadedScene> loaded = load({write("a.json", text)});
+  ASSERT_TRUE(loaded.ok()) << loaded.status();
+  ASSERT_EQ(loaded->images.size(), 2u);
+  const auto expect = [&](const ImageAsset& image, const std::string& name, const std::string& place,
+                          const std::string& bytes) {
+    EXPECT_EQ(image.name, name);
+    EXPECT_EQ(image.place, folder_.string() + "/a.json:" + place);
+    EXPECT_EQ(loaded->assets.at(image.asset), bytes);
+    EXPECT_EQ(image.environment, name == "b.exr");
+  };
+  expect(loaded->images[0], "a.png", "4:39: textures[0].file", "a texture");
+  expect(loaded->images[1], "b.exr", "5:37: lights[0].environment.file", "a sky");
 }
 
 // Downloaded models often come without their images.

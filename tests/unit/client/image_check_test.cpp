@@ -1,0 +1,94 @@
+#include "client/cli/image_check.h"
+
+#include <gtest/gtest.h>
+
+#include <limits>
+
+#include "client/images/inspect_image.h"
+#include "common/image/exr.h"
+#include "common/image/png.h"
+
+namespace lightmill::cli {
+namespace {
+
+/// A scene with an image, named by "place".
+LoadedScene scene_with(const std::string& name, const std::string& bytes, bool environment) {
+  LoadedScene loaded;
+  const Sha256 asset = sha256(bytes);
+  loaded.assets.emplace(asset, bytes);
+  loaded.images.push_back({asset, name, "place", environment});
+  return loaded;
+}
+
+/// An EXR file of one row.
+std::string exr(const std::vector<float>& values) {
+  const int width = static_cast<int>(values.size());
+  Image image;
+  image.display = image.data = {0, 0, width, 1};
+  for (const char* channel : {"R", "G", "B"}) {
+    image.channels.push_back({channel, values});
+  }
+  return *encode_exr(image);
+}
+
+Status check(LoadedScene& loaded) {
+  const Signals signals;
+  return check_images(std::filesystem::path(LIGHTMILL_BINARY_DIR) / "bin" / kImageLibrary, loaded, signals);
+}
+
+std::string problem(const std::string& name, const std::string& bytes, bool environment = false) {
+  LoadedScene loaded = scene_with(name, bytes, environment);
+  return message_of(check(loaded));
+}
+
+TEST(ImageCheck, WhatAWorkerCanUseIsWell) {
+  const std::vector<std::uint8_t> grey(12, 128);
+  for (const auto& [name, bytes] : {std::pair{"a.png", *encode_png(2, 2, grey)}, std::pair{"a.exr", exr({0, 1e4f})}}) {
+    LoadedScene loaded = scene_with(name, bytes, true);
+    EXPECT_TRUE(check(loaded).ok()) << check(loaded);
+    EXPECT_TRUE(loaded.notices.empty());
+  }
+}
+
+TEST(ImageCheck, WhatIsNoImageIsRefusedWithItsPlace) {
+  const std::vector<std::uint8_t> grey(3 * 64 * 64, 128);
+  const std::string png = *encode_png(64, 64, grey);
+  const std::string good = exr(std::vector<float>(256, 0.5f));
+  for (const auto& [name, bytes] : std::vector<std::pair<std::string, std::string>>{
+           {"a.png", ""},
+           {"a.png", "root:x:0:0:root"},
+           {"passwd", "root:x:0:0:root"},
+           {"a.png", png.substr(0, png.size() / 2)},
+           {"a.exr", good.substr(0, good.size() / 2)},
+       }) {
+    EXPECT_TRUE(problem(name, bytes).starts_with("place: " + name + ": ")) << problem(name, bytes);
+  }
+  EXPECT_EQ(problem("a.exr", exr({0, std::numeric_limits<float>::infinity()})),
+            "place: a.exr: pixel (1, 0) is not finite");
+}
+
+TEST(ImageCheck, AnEnvironmentHasALimit) {
+  const std::string wide = exr(std::vector<float>(65'537, 0.5f));
+  EXPECT_EQ(problem("a.exr", wide, false), "");
+  EXPECT_EQ(problem("a.exr", wide, true),
+            "place: a.exr: an environment may have at most 65536 pixels on a side, got 65537x1");
+}
+
+TEST(ImageCheck, NegativeValuesAreSaidOnce) {
+  LoadedScene loaded = scene_with("a.exr", exr({-1, 0, -1e-3f, 2}), false);
+  loaded.images.push_back(loaded.images.front());
+  ASSERT_TRUE(check(loaded).ok());
+  EXPECT_EQ(loaded.notices,
+            std::vector<std::string>{"place: a.exr: 2 of 4 pixels have negative values, which count as 0"});
+}
+
+TEST(ImageCheck, AProgramWithoutItsLibrarySaysSo) {
+  LoadedScene none, one = scene_with("a.exr", exr({1}), false);
+  const Signals signals;
+  EXPECT_TRUE(check_images("/nowhere.so", none, signals).ok());
+  const std::string message = message_of(check_images("/nowhere.so", one, signals));
+  EXPECT_TRUE(message.starts_with("images cannot be checked, /nowhere.so cannot be loaded: ")) << message;
+}
+
+}  // namespace
+}  // namespace lightmill::cli
