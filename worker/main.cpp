@@ -47,7 +47,8 @@ std::optional<int> parse(int argc, char** argv, Options& options) {
   add_limit(app, "--threads", options.threads, "N", {1, 4096},
             "rendering threads; by default one for each processor core")
       ->group("Options");
-  app.add_option("--name", options.name, "its name, unique on the farm; by default HOST-PID")->type_name("NAME");
+  app.add_option("--name", options.name, "its name, of which only one worker can be connected; by default HOST-PID")
+      ->type_name("NAME");
   add_log_options(app, options.log);
   add_limit(app, "--scenes", options.scenes, "N", {1, 10'000}, "compiled scenes that are kept");
   add_limit(app, "--scenes-gib", options.scenes_gib, "GIB", {0.001, 65536.0}, "memory for compiled scenes");

@@ -75,6 +75,7 @@ struct Worker {
   WorkerHello hello;  ///< without held leases
   std::optional<SessionId> session;
   Time connected_at;
+  Time heard_at;  ///< when a message of this session came last
   bool draining = false;
   bool silent = false;  ///< has let a lease expire and said nothing since: gets no more
   std::set<LeaseId> leases;

@@ -21,6 +21,12 @@ Status check_hello(const WorkerHello& hello) {
   return check_name("the worker's renderer version", hello.renderer_version);
 }
 
+/// The process that is connected may come again, its stream broken in a way that nobody has noticed here yet. Of two
+/// processes with one name the one at work keeps it, or they would take it from each other without end.
+bool same_process(const WorkerHello& a, const WorkerHello& b) {
+  return a.host == b.host && a.pid == b.pid;
+}
+
 }  // namespace
 
 Worker* Coordinator::State::worker_of(SessionId session) {
@@ -58,10 +64,20 @@ void Coordinator::State::connect(SessionId session, const WorkerHello& hello, Ti
   }
   Worker& worker = workers[hello.name];
   if (worker.session) {
+    const bool heard = now < worker.heard_at + limits.lease_duration;
+    if (heard && !worker.draining && !same_process(worker.hello, hello)) {
+      dismiss(session,
+              fmt::format("another worker named {} is connected (process {} on {}); choose another --name, or leave it "
+                          "out for one that is unique",
+                          hello.name, worker.hello.pid, worker.hello.host),
+              step);
+      return;
+    }
     dismiss(*worker.session, fmt::format("another worker came with the name {}", hello.name), step);
   }
+  worker.heard_at = now;
   sessions[session].current = true;
-  if (worker.hello.host != hello.host || worker.hello.pid != hello.pid) {
+  if (!same_process(worker.hello, hello)) {
     worker.bad_results = 0;
   }
   worker.hello = hello;
@@ -243,9 +259,12 @@ void Coordinator::worker_message(SessionId session, WorkerMessage message, Time 
   if (!state.sessions.contains(session)) {
     return;
   }
-  if (Worker* const worker = state.worker_of(session); worker != nullptr && worker->silent) {
-    worker->silent = false;
-    state.idle.insert(worker->hello.name);
+  if (Worker* const worker = state.worker_of(session)) {
+    worker->heard_at = now;
+    if (worker->silent) {
+      worker->silent = false;
+      state.idle.insert(worker->hello.name);
+    }
   }
   if (auto* result = std::get_if<WorkerResult>(&message)) {
     state.on_result(session, std::move(*result), now, step);

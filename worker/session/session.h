@@ -25,7 +25,7 @@
 namespace lightmill {
 
 struct SessionConfig {
-  std::string name;  ///< unique on the farm
+  std::string name;  ///< unique on the farm: of two processes with one name, the second is dismissed
   std::string host;
   std::uint32_t pid = 0;
   std::uint32_t threads = 1;

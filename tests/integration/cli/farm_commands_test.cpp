@@ -102,6 +102,20 @@ TEST_F(FarmCliTest, WorkersAreListedAndDrained) {
   EXPECT_EQ(workers_[0]->wait(std::chrono::seconds(30)), 0);
 }
 
+TEST_F(FarmCliTest, ASecondWorkerOfOneNameIsToldAndTheFirstStays) {
+  start_worker("w1");
+  ASSERT_TRUE(eventually([&] { return on_farm({"workers"})["workers"].size() == 1; }));
+  BackgroundProcess second({program("lightmill-worker"), "--server", server(), "--name", "w1", "--threads", "1"},
+                           file("second.log"));
+  EXPECT_EQ(second.wait(std::chrono::seconds(60)), 1);
+  std::ifstream log(file("second.log"));
+  EXPECT_NE(std::string(std::istreambuf_iterator<char>(log), {}).find("another worker named w1 is connected"),
+            std::string::npos);
+  const nlohmann::json workers = on_farm({"workers"})["workers"];
+  ASSERT_EQ(workers.size(), 1u);
+  EXPECT_EQ(workers[0]["threads"], 2);
+}
+
 TEST_F(FarmCliTest, WatchingSurvivesARestartOfTheCoordinator) {
   const std::string id = submit({scene("cornell-bench-blocks.json"), "--size", "96x80", "--spp", "8"});
   BackgroundProcess watch({program("lightmill"), "watch", id, "--server", server(), "-o", file("live.png")},

@@ -34,9 +34,9 @@ class CoordinatorTest : public ::testing::Test {
     return *id;
   }
   SessionId connect(const std::string& name, std::uint32_t threads = 1, const std::string& fingerprint = "class-a",
-                    std::vector<HeldLease> held = {}) {
+                    std::vector<HeldLease> held = {}, std::uint32_t pid = 1) {
     const SessionId session{next_session++};
-    WorkerHello hello{name, "host", 1, threads, fingerprint, kRendererVersion, std::move(held), false};
+    WorkerHello hello{name, "host", pid, threads, fingerprint, kRendererVersion, std::move(held), false};
     coordinator->worker_connected(session, hello, now, step);
     flush();
     return session;

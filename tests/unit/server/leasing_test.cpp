@@ -146,13 +146,44 @@ TEST_F(LeasingTest, WhatAReturningWorkerDoesNotHoldGoesOutAtOnce) {
   const JobId job = submit(spec("r1", 1));
   const SessionId first = connect("w");
   const std::size_t leases = got<LeaseGrant>(first).size();
-  const SessionId second = connect("w");  // a new process under the old name
+  const SessionId second = connect("w");  // again: its stream has broken unnoticed
   ASSERT_EQ(got<Dismissal>(first).size(), 1u);
   EXPECT_EQ(status(job).counters.leases_lost, leases);
   EXPECT_FALSE(got<LeaseGrant>(second).empty());
   // The old one's results still count.
   finish(first, got<LeaseGrant>(first)[0]);
   EXPECT_GT(status(job).samples_done, 0u);
+}
+
+TEST_F(LeasingTest, ANameIsOfOneProcessAsLongAsThatSpeaks) {
+  const SessionId first = connect("w");
+  const auto other = [&] { return connect("w", 1, "class-a", {}, 2); };
+  const SessionId refused = other();
+  ASSERT_EQ(got<Dismissal>(refused).size(), 1u);
+  EXPECT_EQ(got<Dismissal>(refused)[0].reason,
+            "another worker named w is connected (process 1 on host); choose another --name, or leave it out for one "
+            "that is unique");
+  EXPECT_TRUE(got<Dismissal>(first).empty());
+  coordinator->worker_disconnected(refused, now, step);
+  flush();
+  ASSERT_EQ(coordinator->workers(now).size(), 1u);
+  submit(spec("r1", 1));
+  EXPECT_FALSE(got<LeaseGrant>(first).empty());
+
+  pass(limits.lease_duration - std::chrono::milliseconds(1));
+  say(first, WorkerHeartbeat{});
+  pass(limits.lease_duration - std::chrono::milliseconds(1));
+  EXPECT_EQ(got<Dismissal>(other()).size(), 1u);
+  pass(std::chrono::milliseconds(1));
+  EXPECT_TRUE(got<Dismissal>(other()).empty());  // silent for too long: lost, with nobody to tell
+  EXPECT_EQ(got<Dismissal>(first).size(), 1u);
+}
+
+TEST_F(LeasingTest, AWorkerThatIsLeavingGivesItsNameAway) {
+  const SessionId first = connect("w");
+  say(first, WorkerDraining{});
+  EXPECT_TRUE(got<Dismissal>(connect("w", 1, "class-a", {}, 2)).empty());
+  EXPECT_EQ(got<Dismissal>(first).size(), 1u);
 }
 
 TEST_F(LeasingTest, LeasesOfABrokenStreamAreLostAfterTheGrace) {
