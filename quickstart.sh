@@ -135,7 +135,7 @@ farm=127.0.0.1:$(cat "$run/port")
 
 "$bin/lightmill" render scenes/cornell-bench-blocks.json --server "$farm" --spp 128 -o cornell-box.exr -o cornell-box.png
 echo
-echo 'the picture: cornell-box.png, and with all layers cornell-box.exr'
+echo 'the picture: cornell-box.png, and without loss cornell-box.exr'
 if [ "$once" = yes ]; then
   if [ "$started_server" = yes ]; then
     echo 'the farm that was started for it is stopped now'

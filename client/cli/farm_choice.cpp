@@ -61,9 +61,15 @@ ExitCode with_farm(const Console& console, const std::string& server_option,
 Result<Farm> choose_farm(const std::string& server_option, bool local, unsigned threads, Signals& signals,
                          const Console& console) {
   Farm farm;
+  if (local && !server_option.empty()) {
+    return invalid_argument("--local and --server name two farms, one is expected");
+  }
   const GivenAddress given = local ? GivenAddress{} : given_address(server_option);
   if (!given.address.empty()) {
     LM_RETURN_IF_ERROR(check_address(given));
+    if (threads > 0) {
+      return invalid_argument("--threads is about a farm of its own (--local), and {} names another", given.where);
+    }
     farm.connection = std::make_unique<FarmConnection>(given.address);
     LM_RETURN_IF_ERROR(farm.connection->probe(kGivenTimeout));
     console.notice(fmt::format("farm: {} (given by {})", given.address, given.where));
@@ -72,7 +78,8 @@ Result<Farm> choose_farm(const std::string& server_option, bool local, unsigned 
   if (!local) {
     farm.connection = std::make_unique<FarmConnection>(kDefaultServer);
     if (farm.connection->probe(kDefaultTimeout).ok()) {
-      console.notice(fmt::format("farm: {} (it answers on the default port)", kDefaultServer));
+      console.notice(fmt::format("farm: {} (it answers on the default port{})", kDefaultServer,
+                                 threads > 0 ? "; --threads, which is about a farm of its own, has no effect" : ""));
       return farm;
     }
   }

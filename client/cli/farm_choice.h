@@ -29,7 +29,8 @@ ExitCode with_farm(const Console& console, const std::string& server_option,
                    const std::function<Status(FarmConnection&)>& action);
 
 /// For `render`: the given farm; else one that answers on the default port, unless `local`; else a private one with
-/// `threads` (0: one per core). Says which on the console.
+/// `threads` (0: not given, one per core). Says which on the console. INVALID_ARGUMENT where the farm that is named
+/// cannot be `local` or have such threads.
 Result<Farm> choose_farm(const std::string& server_option, bool local, unsigned threads, Signals& signals,
                          const Console& console);
 

@@ -220,7 +220,7 @@ Status check_outputs(const std::vector<std::string>& paths) {
       return invalid_argument("cannot write {}: it is a folder", text);
     }
     if (const Status status = check_can_write(path); !status.ok()) {
-      return invalid_argument("cannot write {}: {}", text, message_of(status));
+      return invalid_argument("{}", message_of(status));
     }
   }
   return ok_status();

@@ -6,16 +6,20 @@
 namespace lightmill::cli {
 namespace {
 
-/// A value to two digits of its error, or to seven where it has none.
+/// A value to the second digit of its error, or to seven digits where that is less. Numbers from 1e6 on, and very small
+/// ones, have an exponent.
 std::string with_error(double value, double half_width) {
   if (!(half_width > 1e-7 * std::abs(value))) {
-    return fmt::format("{:.7g}", value);
+    return fmt::format("{:.7g} ± {:.2g}", value, half_width);
   }
-  const int decimals = 1 - static_cast<int>(std::floor(std::log10(half_width)));
-  if (decimals < 0 || decimals > 12) {
-    return fmt::format("{:.4g} ± {:.2g}", value, half_width);
+  const double largest = std::max(std::abs(value), half_width);
+  const int last_place = static_cast<int>(std::floor(std::log10(half_width))) - 1;
+  if (largest >= 1e-4 && largest < 1e6) {
+    const int decimals = std::max(-last_place, 0);
+    return fmt::format("{:.{}f} ± {:.{}f}", value, decimals, half_width, decimals);
   }
-  return fmt::format("{:.{}f} ± {:.{}f}", value, decimals, half_width, decimals);
+  const int first_place = static_cast<int>(std::floor(std::log10(std::max(std::abs(value), half_width / 10))));
+  return fmt::format("{:.{}e} ± {:.1e}", value, std::max(first_place - last_place, 0), half_width);
 }
 
 }  // namespace

@@ -97,7 +97,7 @@ std::vector<Field> fields_of(const v1::Job& job) {
   const bool rated = job.samples_per_second() > 0 && !has_ended(job.state());
   const std::string wanted = std::to_string(job.goal().samples());
   return {{fmt::format("{:3.0f}%", std::floor(100 * fraction_done(job))), 4},
-          {tail_text(job), static_cast<int>(std::string_view("ETA 4 d 03:00").size())},
+          {tail_text(job), static_cast<int>(std::string_view("ETA 13 min 39 s").size())},
           {samples_text(job), static_cast<int>(job.goal().samples() > 0 ? 2 * wanted.size() + 5 : 10)},
           {error.empty() ? "" : "error " + error, static_cast<int>(std::string_view("error +0.12%").size())},
           {rated ? human_rate(job.samples_per_second()) : "",

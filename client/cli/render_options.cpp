@@ -12,6 +12,7 @@
 #include "common/base/text.h"
 #include "common/film/sample_range.h"
 #include "common/methods/spec/method_spec.h"
+#include "common/scene_io/picture_notices.h"
 #include "common/wire/scene_proto.h"
 
 namespace lightmill::cli {
@@ -63,7 +64,13 @@ Result<Goal> make_goal(const RenderOptions& options) {
 
 Result<MethodSpec> checked_method(const RenderOptions& options) {
   Result<MethodSpec> method = parse_method(options.method);
-  return method.ok() ? std::move(method) : Result<MethodSpec>(with_context(method.status(), "--method"));
+  if (!method.ok()) {
+    return with_context(method.status(), "--method");
+  }
+  if (options.max_bounces > 0 && !method_bounces(method->name)) {
+    return invalid_argument("--max-bounces is about light paths, and {} follows none", method->name);
+  }
+  return method;
 }
 
 Result<std::vector<LayerSpec>> make_layers(const RenderOptions& options) {
@@ -156,6 +163,7 @@ Result<PreparedJob> make_job(const RenderOptions& options, Signals& signals) {
     job.scene.notices.push_back(fmt::format("left out: the scene's {}, which {} does not read (path does)",
                                             meters == 1 ? "meter" : fmt::format("{} meters", meters), method.name));
   }
+  std::ranges::copy(picture_notices(job.scene, method_needs_light(method.name)), std::back_inserter(job.scene.notices));
   settings.renderer_version = kRendererVersion;
   job.spec.request_id = new_request_id();
   const std::string& scene_name = job.scene.scene.name;

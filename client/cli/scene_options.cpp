@@ -41,7 +41,11 @@ Result<LoadedScene> load_scene(const SceneOptions& options, Signals& signals) {
       return invalid_argument("--mtl is about OBJ files and their materials, and {} is none", path.string());
     }
   }
-  const bool blend = paths.size() == 1 && lower_ending(paths[0]) == ".blend";
+  const auto is_blend = [](const std::filesystem::path& path) { return lower_ending(path) == ".blend"; };
+  const bool blend = std::ranges::any_of(paths, is_blend);
+  if (blend && paths.size() > 1) {
+    return invalid_argument("a .blend file is a scene of its own, got {} files", paths.size());
+  }
   Result<LoadedScene> loaded =
       blend ? load_blend(paths[0], load_options, signals) : lightmill::load_scene(paths, load_options);
   if (!loaded.ok()) {

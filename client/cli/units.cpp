@@ -42,10 +42,9 @@ std::string human_seconds(double seconds) {
   }
   const std::uint64_t days = whole / 86400, hours = whole / 3600 % 24, minutes = whole / 60 % 60;
   if (days > 0) {
-    return fmt::format("{} d {:02}:{:02}", days, hours, minutes);
+    return fmt::format("{} d {:02} h", days, hours);
   }
-  return hours > 0 ? fmt::format("{}:{:02}:{:02}", hours, minutes, whole % 60)
-                   : fmt::format("{}:{:02}", minutes, whole % 60);
+  return hours > 0 ? fmt::format("{} h {:02} min", hours, minutes) : fmt::format("{} min {:02} s", minutes, whole % 60);
 }
 
 std::string human_count(double count) {
@@ -66,6 +65,10 @@ std::string human_count(double count) {
 std::string human_rate(double samples_per_second) {
   const std::string count = human_count(samples_per_second);
   return count + (std::isalpha(static_cast<unsigned char>(count.back())) != 0 ? "" : " ") + "samples/s";
+}
+
+std::string counted(std::size_t number, std::string_view noun) {
+  return fmt::format("{} {}{}", number, noun, number == 1 ? "" : "s");
 }
 
 std::string human_bytes(std::uint64_t bytes) {

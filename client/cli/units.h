@@ -11,7 +11,7 @@
 
 namespace lightmill::cli {
 
-/// "0.4 s", "12 s", "3:05", "2:03:00", "4 d 03:00"; "?" for negative (unknown) ones.
+/// The two largest units: "0.4 s", "12 s", "3 min 05 s", "2 h 03 min", "4 d 03 h"; "?" for negative (unknown) times.
 std::string human_seconds(double seconds);
 
 /// Three significant digits and a metric prefix: "950", "1.23 k", "45.6 M".
@@ -19,6 +19,9 @@ std::string human_count(double count);
 
 /// "950 samples/s", "45.6 Msamples/s".
 std::string human_rate(double samples_per_second);
+
+/// "1 plane", "2 planes".
+std::string counted(std::size_t number, std::string_view noun);
 
 /// "1.5 MiB".
 std::string human_bytes(std::uint64_t bytes);

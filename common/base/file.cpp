@@ -93,7 +93,7 @@ Status check_can_write(const fs::path& path) {
   const fs::path temporary = temporary_beside(path);
   const Descriptor fd(::open(temporary.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0644));
   if (fd.get() < 0) {
-    return errno_error("cannot create", temporary);
+    return errno_error("cannot write", path);
   }
   ::unlink(temporary.c_str());
   return ok_status();
@@ -104,11 +104,11 @@ Status write_file_atomically(const fs::path& path, ByteView bytes) {
   {
     const Descriptor fd(::open(temporary.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0644));
     if (fd.get() < 0) {
-      return errno_error("cannot create", temporary);
+      return errno_error("cannot write", path);
     }
-    Status written = write_all(fd.get(), bytes, temporary);
+    Status written = write_all(fd.get(), bytes, path);
     if (written.ok() && ::fsync(fd.get()) != 0) {
-      written = errno_error("cannot flush", temporary);
+      written = errno_error("cannot write", path);
     }
     if (!written.ok()) {
       ::unlink(temporary.c_str());
@@ -116,7 +116,7 @@ Status write_file_atomically(const fs::path& path, ByteView bytes) {
     }
   }
   if (::rename(temporary.c_str(), path.c_str()) != 0) {
-    Status failed = errno_error("cannot rename to", path);
+    Status failed = errno_error("cannot write", path);
     ::unlink(temporary.c_str());
     return failed;
   }

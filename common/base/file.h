@@ -13,6 +13,7 @@ namespace lightmill {
 Result<std::string> read_file(const std::filesystem::path& path, std::uint64_t limit_bytes = std::uint64_t{4} << 30);
 
 /// Whether write_file_atomically could begin: creates and removes its temporary file. `path` itself is not touched.
+/// Errors of both name `path`.
 Status check_can_write(const std::filesystem::path& path);
 
 /// Writes to a temporary name beside `path`, flushes to disk and renames: readers see the old file or the new one.

@@ -46,7 +46,6 @@ std::map<std::string, ImageAttribute> receipt_attributes(const Receipt& receipt)
       {"lightmill.rendererVersion", receipt.renderer_version},
       {"lightmill.fingerprintClass", receipt.fingerprint_class},
       {"lightmill.method", receipt.method},
-      {"lightmill.maxBounces", std::to_string(receipt.max_bounces)},
       {"lightmill.seed", std::to_string(receipt.seed)},
       {"lightmill.job", std::to_string(receipt.job)},
       {"lightmill.name", receipt.name},
@@ -56,6 +55,9 @@ std::map<std::string, ImageAttribute> receipt_attributes(const Receipt& receipt)
       {"lightmill.workerSeconds", receipt.worker_seconds},
       {"lightmill.seconds", receipt.seconds},
   };
+  if (receipt.max_bounces > 0) {
+    out["lightmill.maxBounces"] = std::to_string(receipt.max_bounces);
+  }
   if (!receipt.meter_hashes.empty()) {
     out["lightmill.meterHashes"] = fmt::format("{}", fmt::join(receipt.meter_hashes, " "));
   }

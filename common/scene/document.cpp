@@ -135,24 +135,32 @@ Status check_planes(const Scene& scene) {
 /// Holdouts compare light with shadows to light without; the latter is known only of lights that are sampled, and by a
 /// formula only of those that are Lambertian.
 Status check_holdouts(const Scene& scene) {
-  const auto holdout = [&](const Object& object) {
+  const auto holdout = std::ranges::find_if(scene.objects, [&](const Object& object) {
     return std::holds_alternative<HoldoutMaterial>(scene.materials[object.material].kind);
-  };
-  if (std::ranges::none_of(scene.objects, holdout)) {
+  });
+  if (holdout == scene.objects.end()) {
     return ok_status();
   }
-  for (const Object& object : scene.objects) {
+  for (std::size_t i = 0; i < scene.objects.size(); ++i) {
+    const Object& object = scene.objects[i];
     const Material& material = scene.materials[object.material];
     if (material.emission == TexturedColor{}) {
       continue;
     }
-    const std::string_view why = material.emission.texture != kNoTexture            ? "by a texture"
-                                 : material.emission_exponent != 0                  ? "with an exponent"
-                                 : std::holds_alternative<PlaneShape>(object.shape) ? "on a plane"
-                                                                                    : "";
-    if (!why.empty()) {
-      return invalid_argument("materials \"{}\": emission {} has no place in a scene with a holdout", material.name,
-                              why);
+    const auto refused = [&](std::string_view field, std::string_view what) {
+      return invalid_argument(
+          "materials[{}]{}: \"{}\", of objects[{}], emits {}, which has no place in a scene with a holdout "
+          "(objects[{}])",
+          object.material, field, printable(material.name), i, what, holdout - scene.objects.begin());
+    };
+    if (material.emission.texture != kNoTexture) {
+      return refused(".emission", "by a texture");
+    }
+    if (material.emission_exponent != 0) {
+      return refused(".emission_exponent", "with an exponent");
+    }
+    if (std::holds_alternative<PlaneShape>(object.shape)) {
+      return refused(".emission", "on a plane");
     }
   }
   return ok_status();

@@ -12,7 +12,7 @@ namespace fs = std::filesystem;
 namespace {
 
 constexpr std::string_view kExpected =
-    "a scene document (.json), Wavefront files (.obj) or a glTF file (.gltf, .glb) are expected";
+    "a scene document (.json), Wavefront files (.obj), a glTF file (.gltf, .glb) or a .blend file is expected";
 
 bool is_gltf(const fs::path& path) {
   return lower_ending(path) == ".gltf" || lower_ending(path) == ".glb";
@@ -57,10 +57,10 @@ Status choose_camera(const std::string& wanted, LoadedScene& loaded) {
   }
   const Result<std::string> text = read_file(wanted, kMaxDocumentBytes);
   if (!text.ok()) {
-    return loaded.cameras.empty()
-               ? text.status()
-               : make_error(text.status().code(), "{}, and none of the scene's cameras has this name: {}",
-                            message_of(text.status()), names_of(loaded.cameras));
+    return make_error(text.status().code(), "{}, and {}", message_of(text.status()),
+                      loaded.cameras.empty()
+                          ? "the scene has no cameras with names: a JSON file that holds one is expected"
+                          : "none of the scene's cameras has this name: " + names_of(loaded.cameras));
   }
   LM_ASSIGN_OR_RETURN(loaded.scene.camera, read_camera_json(*text, wanted));
   return ok_status();

@@ -3,6 +3,7 @@
 #include "common/scene_io/assets.h"
 #include "common/scene_io/loaders.h"
 #include "common/scene_io/obj.h"
+#include "common/scene_io/power_check.h"
 #include "common/scene_io/text_lines.h"
 #include "common/wire/scene_json.h"
 
@@ -32,6 +33,8 @@ class DocumentLoader {
     for (std::size_t i = 0; i < loaded_.scene.lights.size(); ++i) {
       LM_RETURN_IF_ERROR(add_light_file(i, loaded_.scene.lights[i]));
     }
+    LM_RETURN_IF_ERROR(file_.source.located(validate(loaded_.scene)));
+    LM_RETURN_IF_ERROR(file_.source.located(check_powers(loaded_)));
     return std::move(loaded_);
   }
 
@@ -127,7 +130,7 @@ class DocumentLoader {
       return invalid_argument("{}: {} has faces before its first usemtl, and the object names no material",
                               place_of(field), path.string());
     }
-    return invalid_argument("{}:{}: {}", path.string(), part.line,
+    return invalid_argument("{}: {}: {}:{}: {}", file_.source.place(field), field, path.string(), part.line,
                             describe_unknown_material(part.material, loaded_.scene.materials));
   }
 
@@ -139,14 +142,27 @@ class DocumentLoader {
   std::map<std::pair<const ObjPart*, std::size_t>, Sha256> meshes_;  ///< by the first part and their number
 };
 
+/// A missing file of a folder with a script that fetches what is not kept there, as `scenes` has one: names the script.
+Status name_fetcher(const Status& status, const fs::path& folder) {
+  const fs::path script = folder / "get-models";
+  std::error_code error;
+  if (status.code() != StatusCode::kNotFound || !fs::is_regular_file(script, error)) {
+    return status;
+  }
+  return not_found("{}; {} fetches the models that are not kept there", message_of(status), script.string());
+}
+
 }  // namespace
 
 Result<LoadedScene> load_document(const fs::path& path) {
   LM_ASSIGN_OR_RETURN(const std::string text, read_file(path, kMaxDocumentBytes));
   LM_ASSIGN_OR_RETURN(SceneFile file, read_scene_json(text, path.string()));
-  LM_ASSIGN_OR_RETURN(LoadedScene loaded, DocumentLoader(path, std::move(file)).load());
-  if (loaded.scene.name.empty()) {
-    loaded.scene.name = utf8_name(path.stem().string());
+  Result<LoadedScene> loaded = DocumentLoader(path, std::move(file)).load();
+  if (!loaded.ok()) {
+    return name_fetcher(loaded.status(), path.parent_path());
+  }
+  if (loaded->scene.name.empty()) {
+    loaded->scene.name = utf8_name(path.stem().string());
   }
   return loaded;
 }

@@ -27,8 +27,11 @@ Result<RgbColor> color_from_wire(const std::string& path, bool given, const v1::
   if (!given) {
     return invalid_argument("{}: must be given", path);
   }
+  if (!color.texture().empty()) {
+    return invalid_argument("{}.texture: only reflectances and emission can vary by a texture; give rgb alone", path);
+  }
   if (color.kind_case() != v1::Color::kRgb) {
-    return invalid_argument("{}: a kind of colour must be given; the kinds are rgb", path);
+    return invalid_argument("{}: a colour is expected, as in {{\"rgb\": [0.5, 0.5, 0.5]}}", path);
   }
   return RgbColor{color.rgb().r(), color.rgb().g(), color.rgb().b()};
 }

@@ -17,6 +17,7 @@ void to_wire_color(const RgbColor& color, v1::Color* out);
 
 /// `given`: whether the document has the field; it must.
 Result<Point3d> point_from_wire(const std::string& path, bool given, const v1::Vec3& point);
+/// A colour that no texture may vary.
 Result<RgbColor> color_from_wire(const std::string& path, bool given, const v1::Color& color);
 
 /// The asset that a packed document names.

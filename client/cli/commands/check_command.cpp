@@ -8,7 +8,9 @@
 #include "common/base/file.h"
 #include "common/base/overloaded.h"
 #include "common/scene/mesh.h"
+#include "common/scene/meter_reading.h"
 #include "common/scene_io/load.h"
+#include "common/scene_io/picture_notices.h"
 #include "common/wire/scene_json.h"
 
 namespace lightmill::cli {
@@ -98,6 +100,14 @@ std::string counts_text(std::string text, const Counts& counts) {
   return text;
 }
 
+json meters_json(const std::vector<Meter>& meters) {
+  json list = json::array();
+  for (const Meter& meter : meters) {
+    list.push_back({{"name", meter.name}, {"quantity", quantity_of(meter)}});
+  }
+  return list;
+}
+
 json to_json(const LoadedScene& loaded, const Facts& facts) {
   const Scene& scene = loaded.scene;
   return {{"name", scene.name},
@@ -109,6 +119,9 @@ json to_json(const LoadedScene& loaded, const Facts& facts) {
           {"spheres", facts.spheres},
           {"planes", facts.planes},
           {"lights", counts_json("emissive_objects", facts.emissive_objects, facts.lights)},
+          {"light_groups", light_groups_of(scene)},
+          {"textures", scene.textures.size()},
+          {"meters", meters_json(scene.meters)},
           {"assets", {{"count", loaded.assets.size()}, {"bytes", facts.asset_bytes}}},
           {"camera",
            {{"eye", scene.camera.eye},
@@ -124,16 +137,28 @@ std::string point_text(const Point3d& point) {
 
 void print(const Console& console, const LoadedScene& loaded, const Facts& facts) {
   const Scene& scene = loaded.scene;
-  print_table(console,
-              {{"scene", scene.name},
-               {"film", fmt::format("{}x{} pixels", scene.film.width, scene.film.height)},
-               {"camera", fmt::format("at {}, looking at {}, {:.4g}° high", point_text(scene.camera.eye),
-                                      point_text(scene.camera.look_at), scene.camera.vertical_fov_degrees)},
-               {"materials", counts_text(fmt::format("{}: ", scene.materials.size()), facts.materials)},
-               {"objects", fmt::format("{}: {} triangles, {} spheres, {} planes", scene.objects.size(), facts.triangles,
-                                       facts.spheres, facts.planes)},
-               {"lights", counts_text(fmt::format("{} objects that emit", facts.emissive_objects), facts.lights)},
-               {"assets", fmt::format("{}, {}", loaded.assets.size(), human_bytes(facts.asset_bytes))}});
+  std::vector<std::vector<std::string>> rows{
+      {"scene", scene.name},
+      {"film", fmt::format("{}x{} pixels", scene.film.width, scene.film.height)},
+      {"camera", fmt::format("at {}, looking at {}, {:.4g}° high", point_text(scene.camera.eye),
+                             point_text(scene.camera.look_at), scene.camera.vertical_fov_degrees)},
+      {"materials", counts_text(fmt::format("{}: ", scene.materials.size()), facts.materials)},
+      {"objects", fmt::format("{}: {}, {}, {}", scene.objects.size(), counted(facts.triangles, "triangle"),
+                              counted(facts.spheres, "sphere"), counted(facts.planes, "plane"))},
+      {"lights", counts_text(facts.emissive_objects == 1 ? "1 object that emits"
+                                                         : fmt::format("{} objects that emit", facts.emissive_objects),
+                             facts.lights)}};
+  if (const std::vector<std::string> groups = light_groups_of(scene); !groups.empty()) {
+    rows.push_back({"light groups", fmt::format("{}", fmt::join(groups, ", "))});
+  }
+  if (!scene.textures.empty()) {
+    rows.push_back({"textures", std::to_string(scene.textures.size())});
+  }
+  for (const Meter& meter : scene.meters) {
+    rows.push_back({"meter " + meter.name, std::string(quantity_of(meter))});
+  }
+  rows.push_back({"assets", fmt::format("{}, {}", loaded.assets.size(), human_bytes(facts.asset_bytes))});
+  print_table(console, rows);
   for (const std::string& notice : loaded.notices) {
     console.result("note: " + notice);
   }
@@ -148,9 +173,7 @@ ExitCode check(const Console& console, const CheckOptions& options, Signals& sig
   if (!facts.ok()) {
     return console.fail(as_input_error(facts.status()));
   }
-  if (facts->emissive_objects + loaded->scene.lights.size() == 0) {
-    loaded->notices.emplace_back("nothing emits light: the picture will be black");
-  }
+  std::ranges::copy(picture_notices(*loaded, true), std::back_inserter(loaded->notices));
   if (!options.save_camera.empty()) {
     const std::string text = write_camera_json(loaded->scene.camera);
     if (const Status status = write_file_atomically(options.save_camera, as_byte_view(text)); !status.ok()) {

@@ -59,14 +59,14 @@ void end_interrupted(Farm& farm, std::uint64_t id, bool by_user, const Console& 
 }
 
 ExitCode render(Context& context, const Console& console, Options options) {
-  const Result<ViewSettings> view = options.picture.view_settings();
-  if (!view.ok()) {
-    return console.fail(view.status());
-  }
   std::vector<std::string>& outputs = options.picture.outputs;
   if (outputs.empty()) {
     const std::string stem = std::filesystem::path(options.render.scene.scenes.front()).stem().string();
     outputs = {stem + ".exr", stem + ".png"};
+  }
+  const Result<ViewSettings> view = options.picture.view_settings();
+  if (!view.ok()) {
+    return console.fail(view.status());
   }
   if (const Status status = check_outputs(outputs); !status.ok()) {
     return console.fail(status);

@@ -10,14 +10,21 @@ struct Entry {
   std::string_view name;
   std::string_view parameters;  ///< that it takes, for people
   std::string_view summary;     ///< what it shows
+  bool lit;                     ///< by the scene's lights
+  bool bounces;                 ///< follows light from surface to surface
 };
 constexpr std::array kMethods{
-    Entry{"path", "brute-force", "all light"},
-    Entry{"preview", "brute-force", "flat colours"},
-    Entry{"ao", "distance=D, brute-force", "how open the surroundings are"},
-    Entry{"raycast", "flat, brute-force", "what is seen first, lit with hard shadows"},
-    Entry{"whitted", "glass=R, flat, brute-force", "the same through mirrors and glass"},
+    Entry{"path", "brute-force", "all light", true, true},
+    Entry{"preview", "brute-force", "flat colours", false, false},
+    Entry{"ao", "distance=D, brute-force", "how open the surroundings are", false, false},
+    Entry{"raycast", "flat, brute-force", "what is seen first, lit with hard shadows", true, false},
+    Entry{"whitted", "glass=R, flat, brute-force", "the same through mirrors and glass", true, true},
 };
+
+const Entry* find_method(std::string_view name) {
+  const auto* const entry = std::ranges::find(kMethods, name, &Entry::name);
+  return entry == kMethods.end() ? nullptr : entry;
+}
 
 Result<double> parse_number(std::string_view key, std::string_view text, double low, double high) {
   double value = 0;
@@ -74,6 +81,16 @@ std::string_view method_list() {
   return list;
 }
 
+bool method_needs_light(std::string_view name) {
+  const Entry* const entry = find_method(name);
+  return entry != nullptr && entry->lit;
+}
+
+bool method_bounces(std::string_view name) {
+  const Entry* const entry = find_method(name);
+  return entry != nullptr && entry->bounces;
+}
+
 std::string_view method_help() {
   static const std::string help = [] {
     std::string text;
@@ -92,8 +109,8 @@ Result<MethodSpec> parse_method(std::string_view text) {
   const std::size_t colon = text.find(':');
   MethodSpec spec;
   spec.name = text.substr(0, colon);
-  const auto* const entry = std::ranges::find(kMethods, spec.name, &Entry::name);
-  if (entry == kMethods.end()) {
+  const Entry* const entry = find_method(spec.name);
+  if (entry == nullptr) {
     return invalid_argument("unknown method '{}'; the methods are {}", spec.name, method_list());
   }
   for (std::size_t at = colon; at != std::string_view::npos && at < text.size();) {

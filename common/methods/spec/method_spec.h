@@ -26,6 +26,11 @@ std::string_view method_list();
 /// What each shows, and the parameters that it alone takes: "path: all light; …".
 std::string_view method_help();
 
+/// Whether a method shows a scene by its lights: without any, its picture is black.
+bool method_needs_light(std::string_view name);
+/// Whether a method follows light from surface to surface, so that a limit of bounces means something.
+bool method_bounces(std::string_view name);
+
 /// INVALID_ARGUMENT for an unknown method, a parameter that it does not take, or a value out of range: the message
 /// names it and what is expected.
 Result<MethodSpec> parse_method(std::string_view text);

@@ -43,6 +43,13 @@ TEST_F(CliTest, BadUsageIsExitCode2WithAReason) {
       {"jobs", "--server", "::1:7350"},
       {"render", box, "--camera", file("none.json")},
       {"render", box, "--mtl", "magic"},
+      {"render", box, "-o", file("a.exr"), "--gamma", "2"},
+      {"fetch", "1", "-o", file("a.exr"), "--exposure", "1"},
+      {"watch", "1", "--view", "filmic"},
+      {"render", box, "--local", "--server", "127.0.0.1:1"},
+      {"render", box, "--method", "ao", "--max-bounces", "3"},
+      {"submit", box, "--method", "raycast", "--max-bounces", "3"},
+      {"check", file("a.blend"), file("b.blend")},
       {"render", box, "--mtl", "course"},
       {"check", box, "--mtl", "standard"},
       {"check", box, "--save-camera", file("nowhere/a.json")},
@@ -65,6 +72,16 @@ TEST_F(CliTest, BadUsageIsExitCode2WithAReason) {
     EXPECT_EQ(result.out, "") << shown;
   }
   EXPECT_TRUE(temporary_is_empty());
+}
+
+TEST_F(CliTest, AFileThatCannotBeWrittenIsCalledAsTheUserDoes) {
+  const std::string box = scene("cornell-bench-blocks.json");
+  for (const std::vector<std::string>& command :
+       {std::vector<std::string>{"check", box, "--save-camera", "/proc/a.png"}, {"render", box, "-o", "/proc/a.png"}}) {
+    const CommandResult result = lightmill(command);
+    EXPECT_EQ(result.exit_code, 2);
+    EXPECT_EQ(result.err, "lightmill: cannot write /proc/a.png: No such file or directory\n");
+  }
 }
 
 TEST_F(CliTest, ErrorsAreAnObjectWithJson) {
@@ -276,6 +293,43 @@ TEST_F(CliTest, CheckSaysWhatIsInAScene) {
   EXPECT_EQ(facts["materials"]["dielectric"], 1);
   EXPECT_EQ(facts["lights"]["emissive_objects"], 1);
   EXPECT_EQ(facts["width"], 512);
+  EXPECT_TRUE(facts["meters"].empty());
+  EXPECT_TRUE(facts["notices"].empty());
+}
+
+/// A floor seen from above, with a lamp and a meter in light groups of their own, and what more is given.
+std::string floor_scene(const std::string& more) {
+  return R"({"camera": {"eye": [0, 5, 0], "look_at": [0, 0, 0], "up": [0, 0, 1], "camera_constant": 1}, "materials": [
+{"name": "grey", "diffuse": {"reflectance": {"rgb": [0.5, 0.5, 0.5]}}}], "objects": [
+{"material": "grey", "plane": {"point": [0, 0, 0], "normal": [0, 1, 0]}}])" +
+         more + "}";
+}
+
+TEST_F(CliTest, CheckNamesMetersAndLightGroups) {
+  const std::string lit = write("lit.json", floor_scene(R"(, "lights": [
+{"name": "a", "point": {"position": [0, 1, 0], "intensity": {"rgb": [1, 1, 1]}}, "group": "key"}], "meters": [
+{"name": "desk", "irradiance": {"point": [0, 0, 0], "normal": [0, 1, 0]}}])"));
+  const nlohmann::json facts = json({"check", lit});
+  EXPECT_EQ(facts["meters"], nlohmann::json::parse(R"([{"name": "desk", "quantity": "irradiance"}])"));
+  EXPECT_EQ(facts["light_groups"], nlohmann::json::parse(R"(["key"])"));
+  EXPECT_EQ(facts["textures"], 0);
+  const CommandResult text = lightmill({"check", lit});
+  for (const char* part : {"0 triangles, 0 spheres, 1 plane\n", "light groups  key\n", "meter desk    irradiance\n"}) {
+    EXPECT_NE(text.out.find(part), std::string::npos) << part << text.out;
+  }
+}
+
+TEST_F(FarmCliTest, WhatWillBeBlackIsSaidBefore) {
+  const std::string dark = write("dark.json", floor_scene(""));
+  const std::string note = "nothing emits light";
+  EXPECT_NE(lightmill({"check", dark}).out.find(note), std::string::npos);
+  EXPECT_NE(lightmill({"submit", dark, "--server", server()}).err.find(note), std::string::npos);
+  EXPECT_EQ(lightmill({"submit", dark, "--server", server(), "--method", "ao"}).err.find(note), std::string::npos);
+}
+
+TEST_F(FarmCliTest, ThreadsAreOfAFarmOfItsOwn) {
+  const nlohmann::json answer = on_farm({"render", scene("cornell-bench-blocks.json"), "--threads", "2"}, 2);
+  EXPECT_EQ(answer["failure"]["message"], "--threads is about a farm of its own (--local), and --server names another");
 }
 
 }  // namespace

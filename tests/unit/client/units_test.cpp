@@ -13,12 +13,18 @@ namespace {
 TEST(Units, TimesGrowIntoLargerUnits) {
   EXPECT_EQ(human_seconds(0.44), "0.4 s");
   EXPECT_EQ(human_seconds(12.3), "12 s");
-  EXPECT_EQ(human_seconds(59.6), "1:00");
-  EXPECT_EQ(human_seconds(185), "3:05");
-  EXPECT_EQ(human_seconds(7380), "2:03:00");
-  EXPECT_EQ(human_seconds(4 * 86400 + 3 * 3600), "4 d 03:00");
+  EXPECT_EQ(human_seconds(59.6), "1 min 00 s");
+  EXPECT_EQ(human_seconds(185), "3 min 05 s");
+  EXPECT_EQ(human_seconds(7380), "2 h 03 min");
+  EXPECT_EQ(human_seconds(4 * 86400 + 3 * 3600), "4 d 03 h");
   EXPECT_EQ(human_seconds(-1), "?");
   EXPECT_EQ(human_seconds(std::nan("")), "?");
+}
+
+TEST(Units, OneIsNoPlural) {
+  EXPECT_EQ(counted(0, "plane"), "0 planes");
+  EXPECT_EQ(counted(1, "plane"), "1 plane");
+  EXPECT_EQ(counted(2, "plane"), "2 planes");
 }
 
 TEST(Units, CountsKeepThreeDigits) {

@@ -91,6 +91,24 @@ TEST_P(Methods, AnotherSeedGivesAnotherPicture) {
   EXPECT_NE((*other)->render(tile, {2, 0}, *(*other)->make_workspace()).values, render(tile, {2, 0}).values);
 }
 
+TEST_P(Methods, TheSpecSaysWhetherLightsAndBouncesMatter) {
+  const std::string name = parse_method(GetParam().name)->name;
+  const auto picture = [](std::shared_ptr<const CompiledScene> scene, std::uint32_t max_bounces) {
+    const auto method = make_method(std::move(scene), {GetParam().name, 42, max_bounces});
+    EXPECT_TRUE(method.ok());
+    return (*method)->render({30, 26, 64, 64}, {1, 0}, *(*method)->make_workspace()).values;
+  };
+  Scene dark = scene_.scene();
+  for (Material& material : dark.materials) {
+    material.emission = {};
+  }
+  auto compiled = CompiledScene::compile(dark, scene_.assets());
+  ASSERT_TRUE(compiled.ok());
+  const std::vector<float> unlit = picture(*compiled, 0);
+  EXPECT_EQ(std::ranges::all_of(unlit, [](float value) { return value == 0; }), method_needs_light(name));
+  EXPECT_EQ(picture(compiled_, 1) != picture(compiled_, 0), method_bounces(name));
+}
+
 INSTANTIATE_TEST_SUITE_P(
     All, Methods,
     ::testing::Values(MethodCase{"path", {}}, MethodCase{"preview", {}},

@@ -107,9 +107,11 @@ TEST_F(Load, BadFilesAreNamed) {
   EXPECT_EQ(error({folder_ / "none.json"}), "none.json: no such file");
   EXPECT_EQ(error({folder_ / "none.obj"}), "none.obj: no such file");
   EXPECT_EQ(error({write("a.stl", "")}),
-            "a.stl: a scene document (.json), Wavefront files (.obj) or a glTF file (.gltf, .glb) are expected");
+            "a.stl: a scene document (.json), Wavefront files (.obj), a glTF file (.gltf, .glb) or a .blend file is "
+            "expected");
   EXPECT_EQ(error({}),
-            "a scene document (.json), Wavefront files (.obj) or a glTF file (.gltf, .glb) are expected, got none");
+            "a scene document (.json), Wavefront files (.obj), a glTF file (.gltf, .glb) or a .blend file is expected, "
+            "got none");
   const auto json = write("scene.json", document(R"([{"mesh": {"file": "assets/a.obj"}}])"));
   EXPECT_EQ(
       error({json, json}),
@@ -125,11 +127,63 @@ TEST_F(Load, BadFilesAreNamed) {
       error({json}),
       "scene.json:3:31: objects[0].mesh.file: assets/a.obj:2: f: index 2 is out of range, there are 1 vertices so far");
   write("assets/a.obj", "v 0 0 0\nusemtl blue\nf 1 1 1\n");
-  EXPECT_EQ(error({json}), "assets/a.obj:2: unknown material \"blue\"; the materials are red, green");
+  EXPECT_EQ(error({json}),
+            "scene.json:3:31: objects[0].mesh.file: assets/a.obj:2: unknown material \"blue\"; the materials are red, "
+            "green");
   write("assets/a.obj", "v 0 0 0\nf 1 1 1\n");
   EXPECT_EQ(error({json}),
             "scene.json:3:31: objects[0].mesh.file: assets/a.obj has faces before its first usemtl, and the object "
             "names no material");
+}
+
+TEST_F(Load, MissingFilesNameTheScriptThatFetchesThem) {
+  const auto json = write("scene.json", document(R"([{"mesh": {"file": "assets/a.obj"}}])"));
+  const std::string missing =
+      "scene.json:3:31: objects[0].mesh.file: cannot open assets/a.obj: No such file or directory";
+  EXPECT_EQ(error({json}), missing);
+  write("get-models", "");
+  EXPECT_EQ(error({json}), missing + "; get-models fetches the models that are not kept there");
+  write("assets/a.obj", "v 0 0 0\n");
+  EXPECT_EQ(error({json}).find("get-models"), std::string::npos);
+}
+
+TEST_F(Load, PowersNeedAnArea) {
+  const auto of = [&](const std::string& shape, const std::string& more = "") {
+    write("scene.json", R"({"camera": {"eye": [0, 0, 5], "look_at": [0, 0, 0], "camera_constant": 1}, "materials": [
+{"name": "red", "mirror": {}},
+{"name": "lamp", "mirror": {}, "emission_strength": {"lumen": 800}}],
+"objects": [{"material": "lamp", )" +
+                            shape + R"(}, {"material": "red", "sphere": {"center": [0, 0, 0], "radius": 1}})" + more +
+                            "]}");
+    return error({folder_ / "scene.json"});
+  };
+  const std::string none =
+      "scene.json:3:1: materials[1]: \"lamp\" states a power (emission_flux, or emission_strength in watt or lumen), "
+      "which needs a surface to radiate it, and those that it is used for have no area";
+  write("assets/line.obj", "v 0 0 0\nv 1 2 3\nv 2 4 6\nf 1 2 3\nf 1 2 2\n");
+  write("assets/face.obj", "v 0 0 0\nv 1 2 3\nv 2 4 7\nf 1 2 2\nf 1 2 3\n");
+  EXPECT_EQ(of(R"("mesh": {"file": "assets/line.obj"})"), none);
+  EXPECT_EQ(of(R"("triangle": {"a": [1, 1, 1], "b": [2, 2, 2], "c": [3, 3, 3]})"), none);
+  EXPECT_EQ(of(R"("mesh": {"file": "assets/face.obj"})"), "no error");
+  EXPECT_EQ(of(R"("triangle": {"a": [1, 1, 1], "b": [2, 2, 2], "c": [3, 3, 4]})"), "no error");
+  EXPECT_EQ(of(R"("mesh": {"file": "assets/line.obj"})",
+               R"(, {"material": "lamp", "sphere": {"center": [0, 0, 0], "radius": 1}})"),
+            "no error");
+  EXPECT_NE(of(R"("sphere": {"center": [0, 0, 0], "radius": 1})",
+               R"(, {"material": "lamp", "plane": {"point": [0, 0, 0], "normal": [0, 1, 0]}})")
+                .find("objects[2].plane: its material \"lamp\" states a flux (materials[1].emission_flux"),
+            std::string::npos);
+}
+
+TEST_F(Load, HoldoutsMistakesArePlaced) {
+  write("assets/a.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nusemtl hole\nf 1 2 3\n");
+  const auto json = write("scene.json", R"({"camera": {"eye": [0, 0, 5], "look_at": [0, 0, 0], "camera_constant": 1},
+"materials": [{"name": "hole", "holdout": {}},
+{"name": "lamp", "mirror": {}, "emission": {"rgb": [1, 1, 1]}, "emission_exponent": 3}],
+"objects": [{"material": "lamp", "sphere": {"center": [0, 0, 0], "radius": 1}}, {"mesh": {"file": "assets/a.obj"}}]})");
+  EXPECT_EQ(error({json}),
+            "scene.json:3:85: materials[1].emission_exponent: \"lamp\", of objects[0], emits with an exponent, which "
+            "has no place in a scene with a holdout (objects[1])");
 }
 
 TEST_F(Load, ObjFilesBringTheirMaterials) {
@@ -373,7 +427,10 @@ TEST_F(Load, ACameraFileReplacesTheCamera) {
   write("camera.json", "{\"eye\": 1}");
   EXPECT_EQ(error({obj}, options), "camera.json:1:9: eye: 3 numbers [x, y, z] are expected, got 1");
   options.camera = (folder_ / "none.json").string();
-  EXPECT_EQ(error({obj}, options), "cannot open none.json: No such file or directory");
+  EXPECT_EQ(
+      error({obj}, options),
+      "cannot open none.json: No such file or directory, and the scene has no cameras with names: a JSON file that "
+      "holds one is expected");
 }
 
 TEST_F(Load, GltfFilesBringTheirFilesAndCameras) {

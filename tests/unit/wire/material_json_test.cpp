@@ -142,6 +142,11 @@ TEST(MaterialJson, MapsNameTexturesAndChannels) {
             "which must be above 0");
   EXPECT_EQ(refusal(R"("mirror": {}, "metallic_map": {"texture": "t"})"),
             "materials[0].metallic_map: only a principled material has one");
+  for (const char* more : {"", R"(, "rgb": [1, 1, 1])"}) {
+    EXPECT_EQ(refusal(R"("dielectric": {}, "interior": {"color": {"texture": "t")" + std::string(more) + "}}"),
+              "materials[0].interior.color.texture: only reflectances and emission can vary by a texture; give rgb "
+              "alone");
+  }
 }
 
 }  // namespace

@@ -250,7 +250,7 @@ TEST(SceneJson, WhatIsMissingIsNamed) {
   EXPECT_EQ(error_of(document(kCamera, kFilm, R"([{"name": "a", "diffuse": {}}])", kObjects)),
             "box.json:4:40: materials[0].diffuse.reflectance: must be given");
   EXPECT_EQ(error_of(document(kCamera, kFilm, R"([{"name": "a", "diffuse": {"reflectance": {}}}])", kObjects)),
-            "box.json:4:56: materials[0].diffuse.reflectance: a kind of colour must be given; the kinds are rgb");
+            "box.json:4:56: materials[0].diffuse.reflectance: a colour is expected, as in {\"rgb\": [0.5, 0.5, 0.5]}");
   EXPECT_EQ(error_of(document(kCamera, kFilm, kMaterials, R"([{"material": "red"}])")),
             "box.json:5:13: objects[0]: a shape must be given; the shapes are mesh, sphere, plane, triangle");
   EXPECT_EQ(error_of(document(kCamera, kFilm, kMaterials, R"([{"material": "red", "mesh": {}}])")),

@@ -1,0 +1,165 @@
+#include "common/scene_io/picture_notices.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <numbers>
+
+#include "common/base/check.h"
+#include "common/base/overloaded.h"
+#include "common/math/vec.h"
+#include "common/scene/compiled/convert.h"
+#include "common/scene/compiled/transform.h"
+#include "common/scene/mesh.h"
+
+namespace lightmill {
+namespace {
+
+constexpr double kDot = 1.0 / 20;  ///< of the film's width and height: what fits into that is one
+
+bool emits(const Light& light) {
+  return std::visit(Overloaded{[](const PointLight& l) { return !is_black(l.intensity); },
+                               [](const DirectionalLight& l) { return !is_black(l.irradiance); },
+                               [](const SpotLight& l) { return !is_black(l.intensity); },
+                               [](const CosinePowerLight& l) { return !is_black(l.intensity); },
+                               [](const IesLight& l) { return l.scale > 0; },
+                               [](const EnvironmentLight& l) { return !is_black(l.radiance); }},
+                    light.kind);
+}
+
+/// A box around something, along the axes.
+struct Box {
+  Vec3d low{std::numeric_limits<double>::infinity()}, high{-std::numeric_limits<double>::infinity()};
+  void add(const Vec3d& p) {
+    low = glm::min(low, p);
+    high = glm::max(high, p);
+  }
+  Vec3d corner(int i) const {
+    return {(i & 1) != 0 ? high.x : low.x, (i & 2) != 0 ? high.y : low.y, (i & 4) != 0 ? high.z : low.z};
+  }
+};
+
+/// In the shape's own coordinates; of a plane, nothing.
+Box box_of(const Object& object, const LoadedScene& loaded) {
+  Box box;
+  if (const auto* sphere = std::get_if<SphereShape>(&object.shape)) {
+    box.add(to_vec(sphere->center) - sphere->radius);
+    box.add(to_vec(sphere->center) + sphere->radius);
+  } else if (const auto* triangle = std::get_if<TriangleShape>(&object.shape)) {
+    for (const Point3d& p : {triangle->a, triangle->b, triangle->c}) {
+      box.add(to_vec(p));
+    }
+  } else if (const auto* shape = std::get_if<MeshShape>(&object.shape)) {
+    const Result<Mesh> mesh = decode_mesh(as_byte_view(loaded.assets.at(shape->asset)));
+    LM_CHECK(mesh.ok(), "{}", message_of(mesh.status()));
+    for (const Point3d& p : mesh->positions) {
+      box.add(to_vec(p));
+    }
+  }
+  return box;
+}
+
+/// What a camera sees of boxes: where on the film, whose edges are at ±1, they may be.
+class View {
+ public:
+  View(const Camera& camera, const FilmSettings& film) : eye_(to_vec(camera.eye)) {
+    forward_ = glm::normalize(near_one(to_vec(camera.look_at) - eye_));
+    right_ = glm::normalize(near_one(glm::cross(forward_, glm::normalize(near_one(to_vec(camera.up))))));
+    up_ = glm::cross(right_, forward_);
+    // Rays start beyond the film's edges by as much as the pixel filter reaches.
+    const double pixel = std::tan(camera.vertical_fov_degrees * std::numbers::pi / 360) * 2 / film.height;
+    half_height_ = pixel * (0.5 * film.height + film.filter.radius_pixels);
+    half_width_ = pixel * (0.5 * film.width + film.filter.radius_pixels);
+  }
+
+  void add(const Box& box, const Affine& map) {
+    Vec3d low{std::numeric_limits<double>::infinity()}, high = -low;
+    int in_front = 0;
+    for (int i = 0; i < 8; ++i) {
+      const Vec3d p = map(box.corner(i)) - eye_;
+      const double depth = glm::dot(p, forward_);
+      in_front += depth > 0 ? 1 : 0;
+      const Vec3d place(glm::dot(p, right_) / (depth * half_width_), glm::dot(p, up_) / (depth * half_height_), 0);
+      low = glm::min(low, place);
+      high = glm::max(high, place);
+    }
+    if (in_front == 0) {
+      return;
+    }
+    if (in_front < 8) {  // it reaches past the camera: anywhere
+      low = Vec3d(-1);
+      high = Vec3d(1);
+    }
+    low = glm::max(low, Vec3d(-1));
+    high = glm::min(high, Vec3d(1));
+    if (low.x <= high.x && low.y <= high.y) {
+      seen_ = true;
+      low_ = glm::min(low_, low);
+      high_ = glm::max(high_, high);
+    }
+  }
+
+  bool nothing() const { return !seen_; }
+  /// Shares of the film's width and height.
+  double width() const { return (high_.x - low_.x) / 2; }
+  double height() const { return (high_.y - low_.y) / 2; }
+  bool mere_dot() const { return seen_ && width() < kDot && height() < kDot; }
+
+ private:
+  Vec3d eye_, forward_, right_, up_;
+  double half_width_ = 1, half_height_ = 1;
+  bool seen_ = false;
+  Vec3d low_{1}, high_{-1};
+};
+
+/// Empty where there is nothing to say.
+std::string view_notice(const LoadedScene& loaded) {
+  const Scene& scene = loaded.scene;
+  const auto is_plane = [](const Object& object) { return std::holds_alternative<PlaneShape>(object.shape); };
+  const auto is_sky = [](const Light& light) { return std::holds_alternative<EnvironmentLight>(light.kind); };
+  if (scene.camera.lens_radius > 0 || std::ranges::any_of(scene.objects, is_plane) ||
+      std::ranges::any_of(scene.lights, is_sky)) {
+    return "";
+  }
+  View view(scene.camera, scene.film);
+  std::map<Sha256, Box> boxes;  // of meshes
+  for (const Object& object : scene.objects) {
+    const auto* mesh = std::get_if<MeshShape>(&object.shape);
+    if (mesh != nullptr && !boxes.contains(mesh->asset)) {
+      boxes.emplace(mesh->asset, box_of(object, loaded));
+    }
+    view.add(mesh != nullptr ? boxes.at(mesh->asset) : box_of(object, loaded), Affine(object.transform));
+    if (!view.nothing() && !view.mere_dot()) {
+      return "";
+    }
+  }
+  const Point3d &eye = scene.camera.eye, &to = scene.camera.look_at;
+  const std::string camera = fmt::format("the camera, at ({:g}, {:g}, {:g}) and looking at ({:g}, {:g}, {:g})", eye[0],
+                                         eye[1], eye[2], to[0], to[1], to[2]);
+  if (view.nothing()) {
+    return fmt::format("nothing of the scene is in view of {}; --camera gives another", camera);
+  }
+  return fmt::format("all of the scene is within {:.0f}x{:.0f} pixels, seen by {}; --camera gives another",
+                     std::ceil(view.width() * scene.film.width), std::ceil(view.height() * scene.film.height), camera);
+}
+
+}  // namespace
+
+bool emits_light(const Scene& scene) {
+  return std::ranges::any_of(scene.lights, [](const Light& light) { return emits(light); }) ||
+         std::ranges::any_of(
+             scene.objects, [&](const Object& object) { return !is_black(scene.materials[object.material].emission); });
+}
+
+std::vector<std::string> picture_notices(const LoadedScene& loaded, bool needs_light) {
+  std::vector<std::string> notices;
+  if (needs_light && !emits_light(loaded.scene)) {
+    notices.emplace_back("nothing emits light: the picture will be black");
+  }
+  if (std::string notice = view_notice(loaded); !notice.empty()) {
+    notices.push_back(std::move(notice));
+  }
+  return notices;
+}
+
+}  // namespace lightmill

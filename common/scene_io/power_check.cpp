@@ -1,0 +1,57 @@
+#include "common/scene_io/power_check.h"
+
+#include <cmath>
+#include <set>
+
+#include "common/base/text.h"
+#include "common/scene/mesh.h"
+
+namespace lightmill {
+namespace {
+
+bool has_area(const Point3d& a, const Point3d& b, const Point3d& c) {
+  const Point3d u{b[0] - a[0], b[1] - a[1], b[2] - a[2]}, v{c[0] - a[0], c[1] - a[1], c[2] - a[2]};
+  return u[1] * v[2] != u[2] * v[1] || u[2] * v[0] != u[0] * v[2] || u[0] * v[1] != u[1] * v[0];
+}
+
+/// In the shape's own coordinates: a transform, which is invertible, leaves no area none.
+Result<bool> has_area(const Object& object, const LoadedScene& loaded) {
+  if (const auto* triangle = std::get_if<TriangleShape>(&object.shape)) {
+    return has_area(triangle->a, triangle->b, triangle->c);
+  }
+  if (const auto* shape = std::get_if<MeshShape>(&object.shape)) {
+    LM_ASSIGN_OR_RETURN(const Mesh mesh, decode_mesh(as_byte_view(loaded.assets.at(shape->asset))));
+    return std::ranges::any_of(mesh.triangles, [&](const std::array<std::uint32_t, 3>& t) {
+      return has_area(mesh.positions[t[0]], mesh.positions[t[1]], mesh.positions[t[2]]);
+    });
+  }
+  return true;
+}
+
+}  // namespace
+
+Status check_powers(const LoadedScene& loaded) {
+  const Scene& scene = loaded.scene;
+  std::set<std::uint32_t> dark;  ///< materials with a power of whose surfaces none with an area has been seen
+  std::set<std::uint32_t> bright;
+  for (const Object& object : scene.objects) {
+    const Material& material = scene.materials[object.material];
+    if (material.emission_unit != EmissionUnit::flux || material.emission == TexturedColor{} ||
+        bright.contains(object.material)) {
+      continue;
+    }
+    LM_ASSIGN_OR_RETURN(const bool shines, has_area(object, loaded));
+    (shines ? bright : dark).insert(object.material);
+  }
+  for (const std::uint32_t index : dark) {
+    if (!bright.contains(index)) {
+      return invalid_argument(
+          "materials[{}]: \"{}\" states a power (emission_flux, or emission_strength in watt or lumen), which needs a "
+          "surface to radiate it, and those that it is used for have no area",
+          index, printable(scene.materials[index].name));
+    }
+  }
+  return ok_status();
+}
+
+}  // namespace lightmill

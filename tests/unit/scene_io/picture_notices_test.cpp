@@ -1,0 +1,96 @@
+// What of a picture is foreseen.
+#include "common/scene_io/picture_notices.h"
+
+#include <gtest/gtest.h>
+
+#include "common/scene/mesh.h"
+
+namespace lightmill {
+namespace {
+
+/// Seen from (0, 0, 5) towards the origin, 90° high and wide: at the origin's distance from −5 to 5.
+LoadedScene seen(const std::vector<Object>& objects) {
+  LoadedScene loaded;
+  loaded.scene.camera = {{0, 0, 5}, {0, 0, 0}, {0, 1, 0}, 90};
+  loaded.scene.film = {200, 200, {FilterKind::box, 0.5}};
+  loaded.scene.materials = {{"white", DiffuseMaterial{}, {}}, {"lamp", DiffuseMaterial{}, {1, 1, 1}}};
+  loaded.scene.objects = objects;
+  return loaded;
+}
+Object ball(const Point3d& center, double radius, std::uint32_t material = 0) {
+  return {"ball", material, SphereShape{center, radius}};
+}
+
+TEST(PictureNotices, DarkScenesAreBlack) {
+  const std::vector<std::string> black{"nothing emits light: the picture will be black"};
+  LoadedScene loaded = seen({ball({0, 0, 0}, 1)});
+  EXPECT_EQ(picture_notices(loaded, true), black);
+  EXPECT_TRUE(picture_notices(loaded, false).empty());
+  EnvironmentLight night;
+  night.radiance = {0, 0, 0};
+  loaded.scene.lights = {{"off", PointLight{{0, 3, 0}, {0, 0, 0}}}, {"night", night}};
+  IesLight ies;
+  ies.scale = 0;
+  loaded.scene.lights.push_back({"dim", ies});
+  EXPECT_EQ(picture_notices(loaded, true), black);
+  loaded.scene.lights[0].kind = PointLight{{0, 3, 0}, {0, 0, 1}};
+  EXPECT_TRUE(picture_notices(loaded, true).empty());
+  EXPECT_TRUE(picture_notices(seen({ball({0, 0, 0}, 1, 1)}), true).empty());
+}
+
+std::string view_of(const LoadedScene& loaded) {
+  const std::vector<std::string> notices = picture_notices(loaded, false);
+  return notices.empty() ? "" : notices[0];
+}
+const std::string kNothing =
+    "nothing of the scene is in view of the camera, at (0, 0, 5) and looking at (0, 0, 0); --camera gives another";
+
+TEST(PictureNotices, WhatIsOutOfViewIsSaid) {
+  EXPECT_EQ(view_of(seen({ball({0, 0, 0}, 1)})), "");
+  EXPECT_EQ(view_of(seen({ball({0, 0, 8}, 1)})), kNothing);  // behind
+  EXPECT_EQ(view_of(seen({ball({0, 0, 5.5}, 1)})), "");      // around the eye
+  for (const Point3d& aside : {Point3d{8, 0, 0}, {-8, 0, 0}, {0, 8, 0}, {0, -8, 0}}) {
+    EXPECT_EQ(view_of(seen({ball(aside, 1)})), kNothing);
+    EXPECT_EQ(view_of(seen({ball(aside, 1), ball({0, 0, 8}, 1)})), kNothing);
+    EXPECT_EQ(view_of(seen({ball(aside, 3.5)})), "");
+  }
+  LoadedScene wide = seen({ball({8, 0, 0}, 1)});
+  wide.scene.film.width = 400;
+  EXPECT_EQ(view_of(wide), "");
+}
+
+TEST(PictureNotices, MeshesAreWhereTheirTransformPutsThem) {
+  const Mesh mesh{{{0, 0, 0}, {1, 0, 0}, {0, 1, 0}}, {}, {}, {{0, 1, 2}}};
+  LoadedScene loaded = seen({});
+  const std::string bytes = encode_mesh(mesh);
+  const MeshShape shape{"a.obj", sha256(bytes)};
+  loaded.assets[shape.asset] = bytes;
+  loaded.scene.objects = {{"here", 0, shape}};
+  EXPECT_EQ(view_of(loaded), "");
+  loaded.scene.objects[0].transform = {{{1, 0, 0, 100}, {0, 1, 0, 0}, {0, 0, 1, 0}}};
+  EXPECT_EQ(view_of(loaded), kNothing);
+  loaded.scene.objects.push_back({"there", 0, shape});
+  EXPECT_EQ(view_of(loaded), "");
+}
+
+TEST(PictureNotices, ADotIsSaid) {
+  // Ten wide at the origin's distance: a ball of radius 0.1 there, its nearest side at 4.9, takes 200 · 0.2 / 9.8.
+  EXPECT_EQ(
+      view_of(seen({ball({0, 0, 0}, 0.1)})),
+      "all of the scene is within 5x5 pixels, seen by the camera, at (0, 0, 5) and looking at (0, 0, 0); --camera "
+      "gives another");
+  EXPECT_EQ(view_of(seen({ball({0, 0, 0}, 0.1), ball({3, 0, 0}, 0.1)})), "");
+  EXPECT_EQ(view_of(seen({ball({0, 0, 0}, 0.5)})), "");
+}
+
+TEST(PictureNotices, PlanesAndSkiesMayBeAllThereIsToSee) {
+  LoadedScene loaded = seen({ball({0, 0, 8}, 1), {"floor", 0, PlaneShape{}}});
+  EXPECT_EQ(view_of(loaded), "");
+  loaded.scene.objects.pop_back();
+  EXPECT_EQ(view_of(loaded), kNothing);
+  loaded.scene.lights = {{"sky", EnvironmentLight{}}};
+  EXPECT_EQ(view_of(loaded), "");
+}
+
+}  // namespace
+}  // namespace lightmill
