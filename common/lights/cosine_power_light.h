@@ -1,7 +1,7 @@
 // Points whose intensity falls off with a power of the cosine: I(θ) = I₀ cosⁿθ for θ < 90°.
 #pragma once
 
-#include "common/lights/light_sample.h"
+#include "common/lights/aimed_points.h"
 
 namespace lightmill {
 
@@ -15,12 +15,12 @@ struct CosinePowerEmitter {
 class CosinePowerLights {
  public:
   void add(const CosinePowerEmitter& light);
-  std::size_t size() const { return position_.size(); }
+  std::size_t size() const { return points_.size(); }
   LightBounds bounds(std::size_t i) const;
   LightSample8 sample(const V8& p, U8 index, M8 lanes) const;
 
  private:
-  VectorRows position_, direction_, intensity_;
+  AimedPoints points_;
   std::vector<float> exponent_;
 };
 

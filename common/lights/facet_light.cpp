@@ -4,8 +4,6 @@
 #include <bit>
 #include <cmath>
 
-#include "common/lights/photometry.h"
-#include "common/math/exp_log.h"
 #include "common/sampling/spherical_triangle.h"
 
 namespace lightmill {
@@ -20,13 +18,6 @@ constexpr float kSmallestSolidAngle = 3e-3f, kLargestSolidAngle = 6.2f;
 /// Facets farther than so many of their extents shine like points.
 constexpr float kFarRadii = 32;
 
-Vec3d lane_of(const V8& v, int lane) {
-  alignas(32) float x[8], y[8], z[8];
-  v.x.store(x);
-  v.y.store(y);
-  v.z.store(z);
-  return {x[lane], y[lane], z[lane]};
-}
 M8 one_lane(int lane) {
   return U8::lane_index() == U8(static_cast<std::uint32_t>(lane));
 }
@@ -37,13 +28,10 @@ void FacetLights::add(const EmissiveFacet& facet) {
   corner_.add(facet.corner);
   edge1_.add(facet.edge1);
   edge2_.add(facet.edge2);
-  radiance_.add(facet.radiance);
-  two_sided_.push_back(facet.two_sided ? 1 : 0);
+  emission_.add(facet.radiance, facet.exponent, facet.two_sided);
   parallelogram_.push_back(facet.parallelogram ? 1 : 0);
   closed_.push_back(facet.closed ? 1 : 0);
-  exponent_.push_back(facet.exponent);
   has_triangles_ |= !facet.parallelogram;
-  has_exponents_ |= facet.exponent != 0;
 }
 
 LightBounds FacetLights::bounds(std::size_t i) const {
@@ -58,9 +46,8 @@ LightBounds FacetLights::bounds(std::size_t i) const {
   b.axis = area_vector / area;
   b.cos_normals = 1;
   b.cos_emission = 0;
-  b.two_sided = two_sided_[i] == 1;
-  b.power = luminance(Vec3d(radiance_[i])) * exitance_per_radiance(exponent_[i]) * area * (whole ? 1 : 0.5) *
-            (two_sided_[i] + 1);
+  b.two_sided = emission_.two_sided(i);
+  b.power = emission_.exitance(i) * area * (whole ? 1 : 0.5);
   return b;
 }
 
@@ -68,7 +55,7 @@ LightSample8 FacetLights::sample(const V8& p, U8 index, M8 lanes, Pair8 u) const
   const V8 corner = corner_.at(index, lanes);
   const V8 edge1 = edge1_.at(index, lanes);
   const V8 edge2 = edge2_.at(index, lanes);
-  const M8 two_sided = gather(two_sided_.data(), index, lanes) == U8(1u);
+  const M8 two_sided = emission_.two_sided(index, lanes);
   const M8 whole = gather(parallelogram_.data(), index, lanes) == U8(1u);
   const V8 area_vector = cross(edge1, edge2);  // as long as the parallelogram's area
   const F8 whole_area = sqrt(length_squared(area_vector));
@@ -98,10 +85,7 @@ LightSample8 FacetLights::sample(const V8& p, U8 index, M8 lanes, Pair8 u) const
 
   const F8 pdf_by_area = select(whole, F8(1.0f), F8(2.0f)) / whole_area * distance2 / cos_light;
   const F8 pdf = has_triangles_ ? select(near.lanes, F8(1.0f) / near.solid_angle, pdf_by_area) : pdf_by_area;
-  V8 radiance = radiance_.at(index, lanes);
-  if (has_exponents_) {
-    radiance = radiance * pow(cos_light, gather(exponent_.data(), index, lanes));
-  }
+  const V8 radiance = emission_.radiance(index, cos_light, lanes);
   const V8 magnitude = abs(y) + abs(to_light) + abs(edge1) + abs(edge2);
   const V8 off = normal * copysign(surface_offset(normal, magnitude), cos_signed);
   return {y + off, wi, radiance * (F8(1.0f) / pdf), pdf, valid};
@@ -109,8 +93,9 @@ LightSample8 FacetLights::sample(const V8& p, U8 index, M8 lanes, Pair8 u) const
 
 V8 FacetLights::irradiance(const V8& p, const V8& n, M8 lanes) const {
   V8 sum;
+  const VectorLanes points(p), normals(n);
   for (std::size_t i = 0; i < size(); ++i) {
-    const bool whole = parallelogram_[i] == 1, both_sides = two_sided_[i] == 1 && closed_[i] == 0;
+    const bool whole = parallelogram_[i] == 1, both_sides = emission_.two_sided(i) && closed_[i] == 0;
     const Vec3 edge1 = edge1_[i], edge2 = edge2_[i];
     const Vec3 to_middle = (edge1 + edge2) * (whole ? 0.5f : 1.0f / 3);
     const Vec3 area_vector = glm::cross(edge1, edge2) * (whole ? 1.0f : 0.5f);
@@ -124,10 +109,10 @@ V8 FacetLights::irradiance(const V8& p, const V8& n, M8 lanes) const {
     }
     const F8 distance2 = length_squared(way);
     const M8 far = seen & (distance2 > F8(kFarRadii * kFarRadii) * radius * radius) & (height > radius);
-    sum = sum + masked(far, broadcast(radiance_[i]) * (abs(facing) * height / (distance2 * distance2)));
+    sum = sum + masked(far, broadcast(emission_.radiance(i)) * (abs(facing) * height / (distance2 * distance2)));
     for (unsigned bits = static_cast<unsigned>(and_not(seen, far).bits()); bits != 0; bits &= bits - 1) {
       const int lane = std::countr_zero(bits);
-      const Vec3d value = irradiance_of(i, lane_of(p, lane), lane_of(n, lane));
+      const Vec3d value = irradiance_of(i, points[lane], normals[lane]);
       sum = sum + masked(one_lane(lane), broadcast(Vec3(value)));
     }
   }
@@ -137,7 +122,7 @@ V8 FacetLights::irradiance(const V8& p, const V8& n, M8 lanes) const {
 Vec3d FacetLights::irradiance_of(std::size_t i, const Vec3d& p, const Vec3d& n) const {
   const Vec3d corner = Vec3d(corner_[i]) - p, edge1(edge1_[i]), edge2(edge2_[i]);
   const double side = -glm::dot(corner, glm::cross(edge1, edge2));  // positive: the facet faces p
-  if (!(side > 0) && (side == 0 || two_sided_[i] == 0 || closed_[i] == 1)) {
+  if (!(side > 0) && (side == 0 || !emission_.two_sided(i) || closed_[i] == 1)) {
     return Vec3d(0);
   }
   std::array<Vec3d, 4> corners{corner, corner + edge1, corner + edge1 + edge2, corner + edge2};
@@ -168,7 +153,7 @@ Vec3d FacetLights::irradiance_of(std::size_t i, const Vec3d& p, const Vec3d& n) 
       sum += atan2_fixed(sine, glm::dot(a, b)) * glm::dot(across, n) / sine;
     }
   }
-  return Vec3d(radiance_[i]) * (0.5 * std::abs(sum));
+  return Vec3d(emission_.radiance(i)) * (0.5 * std::abs(sum));
 }
 
 F8 FacetLights::pdf_solid_angle(const V8& from, U8 index, F8 distance, F8 cos_light, M8 lanes) const {

@@ -1,7 +1,7 @@
 // Emissive triangles and parallelograms.
 #pragma once
 
-#include "common/lights/light_sample.h"
+#include "common/lights/surface_emission.h"
 
 namespace lightmill {
 
@@ -44,11 +44,10 @@ class FacetLights {
   };
   Spherical spherical(const V8& p, const V8& corner, const V8& edge1, const V8& edge2, M8 triangles) const;
 
-  VectorRows corner_, edge1_, edge2_, radiance_;
-  std::vector<std::uint32_t> two_sided_, parallelogram_, closed_;
-  std::vector<float> exponent_;
+  VectorRows corner_, edge1_, edge2_;
+  SurfaceEmission emission_;
+  std::vector<std::uint32_t> parallelogram_, closed_;
   bool has_triangles_ = false;
-  bool has_exponents_ = false;
 };
 
 }  // namespace lightmill

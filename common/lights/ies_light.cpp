@@ -61,10 +61,7 @@ void IesLights::add(const IesEmitter& light) {
 }
 
 LightBounds IesLights::bounds(std::size_t i) const {
-  LightBounds b;
-  b.low = b.high = Vec3d(position_[i]);
-  b.power = profiles_[profile_[i]].lumen * luminance(Vec3d(per_candela_[i]));
-  return b;
+  return bounds_of_point(position_[i], profiles_[profile_[i]].lumen * luminance(Vec3d(per_candela_[i])));
 }
 
 F8 IesLights::candela(U8 index, F8 vertical, F8 horizontal, M8 lanes) const {
@@ -92,8 +89,7 @@ F8 IesLights::candela(U8 index, F8 vertical, F8 horizontal, M8 lanes) const {
 }
 
 LightSample8 IesLights::sample(const V8& p, U8 index, M8 lanes) const {
-  const V8 position = position_.at(index, lanes);
-  const PointView8 view(p, position, lanes);
+  const PointView8 view(p, position_.at(index, lanes), lanes);
   const V8 direction = direction_.at(index, lanes);
   const V8 reference = reference_.at(index, lanes);
   const F8 along = -dot(view.wi, direction);
@@ -104,8 +100,7 @@ LightSample8 IesLights::sample(const V8& p, U8 index, M8 lanes) const {
   const F8 turn = atan2(y, x) * degrees;
   const F8 horizontal = turn + masked(turn < F8(0.0f), F8(360.0f));
   const F8 value = candela(index, vertical, horizontal, view.valid);
-  return {position, view.wi, per_candela_.at(index, lanes) * (value / view.distance2), F8(0.0f),
-          view.valid & (value > F8(0.0f))};
+  return view.light(per_candela_.at(index, lanes), value, value > F8(0.0f));
 }
 
 }  // namespace lightmill

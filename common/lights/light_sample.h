@@ -50,6 +50,17 @@ struct LightBounds {
   double power = 0;          ///< luminance of the flux
 };
 
+/// The lanes of eight vectors one by one, where a formula branches.
+struct VectorLanes {
+  alignas(32) float x[8], y[8], z[8];
+  explicit VectorLanes(const V8& v) {
+    v.x.store(x);
+    v.y.store(y);
+    v.z.store(z);
+  }
+  Vec3d operator[](int lane) const { return {x[lane], y[lane], z[lane]}; }
+};
+
 /// A growing array of vectors, gathered by row.
 class VectorRows {
  public:

@@ -12,16 +12,29 @@ struct PointEmitter {
 
 /// How a point looks from p; the lights with a profile begin with it as well.
 struct PointView8 {
+  V8 position;
   V8 wi;
   F8 distance2;
   M8 valid;
-  PointView8(const V8& p, const V8& position, M8 lanes) {
+  PointView8(const V8& p, const V8& light, M8 lanes) : position(light) {
     const V8 to_light = position - p;
     distance2 = length_squared(to_light);
     valid = lanes & (distance2 > F8(0.0f));
     wi = to_light * (F8(1.0f) / sqrt(distance2));
   }
+  /// What arrives at p where the intensity towards it is `intensity` times `share`, in the lanes that are `lit`.
+  LightSample8 light(const V8& intensity, F8 share, M8 lit) const {
+    return {position, wi, intensity * (share / distance2), F8(0.0f), valid & lit};
+  }
 };
+
+/// Of what shines from a point in all directions; `power` is the luminance of its flux.
+inline LightBounds bounds_of_point(const Vec3& position, double power) {
+  LightBounds b;
+  b.low = b.high = Vec3d(position);
+  b.power = power;
+  return b;
+}
 
 class PointLights {
  public:

@@ -3,8 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "common/lights/photometry.h"
-#include "common/math/exp_log.h"
+#include "common/math/transcendental.h"
 
 namespace lightmill {
 namespace {
@@ -32,12 +31,9 @@ F8 density(const View8& view, F8 radius, F8 distance, F8 cos_light) {
 
 void SphereLights::add(const EmissiveSphere& sphere) {
   center_.add(sphere.center);
-  radiance_.add(sphere.radiance);
+  emission_.add(sphere.radiance, sphere.exponent, sphere.two_sided);
   radius_.push_back(sphere.radius);
-  exponent_.push_back(sphere.exponent);
   inward_.push_back(sphere.inward ? 1 : 0);
-  two_sided_.push_back(sphere.two_sided ? 1 : 0);
-  has_exponents_ |= sphere.exponent != 0;
 }
 
 LightBounds SphereLights::bounds(std::size_t i) const {
@@ -46,8 +42,7 @@ LightBounds SphereLights::bounds(std::size_t i) const {
   LightBounds b;
   b.low = center - Vec3d(radius);
   b.high = center + Vec3d(radius);
-  b.power = luminance(Vec3d(radiance_[i])) * exitance_per_radiance(exponent_[i]) * 4 * kPiDouble * radius * radius *
-            (two_sided_[i] + 1);
+  b.power = emission_.exitance(i) * 4 * kPiDouble * radius * radius;
   return b;
 }
 
@@ -55,7 +50,7 @@ LightSample8 SphereLights::sample(const V8& p, U8 index, M8 lanes, Pair8 u) cons
   const V8 center = center_.at(index, lanes);
   const F8 radius = gather(radius_.data(), index, lanes);
   const M8 inward = gather(inward_.data(), index, lanes) == U8(1u);
-  const M8 two_sided = gather(two_sided_.data(), index, lanes) == U8(1u);
+  const M8 two_sided = emission_.two_sided(index, lanes);
 
   // From outside: a direction in the cone that the sphere fills, and where it enters.
   const View8 view(p, center, radius);
@@ -84,10 +79,7 @@ LightSample8 SphereLights::sample(const V8& p, U8 index, M8 lanes, Pair8 u) cons
   const M8 valid = lanes & (cos_light > F8(0.0f)) & (distance2 > F8(0.0f));
 
   const F8 pdf = density(view, radius, distance, cos_light);
-  V8 radiance = radiance_.at(index, lanes);
-  if (has_exponents_) {
-    radiance = radiance * pow(cos_light, gather(exponent_.data(), index, lanes));
-  }
+  const V8 radiance = emission_.radiance(index, cos_light, lanes);
   // Embree finds a sphere from afar only to some 3e-6 of the distance: stay well in front of that.
   const F8 magnitude = F8(8.0f) * (max_component(abs(y)) + distance);
   const V8 off = normal * copysign(F8(0x1p-19f) * magnitude, cos_outward);
@@ -97,11 +89,11 @@ LightSample8 SphereLights::sample(const V8& p, U8 index, M8 lanes, Pair8 u) cons
 Vec3d SphereLights::irradiance(std::size_t i, const Vec3d& p, const Vec3d& n) const {
   const Vec3d to_center = Vec3d(center_[i]) - p;
   const double distance = glm::length(to_center);
-  const Vec3d radiance(radiance_[i]);
+  const Vec3d radiance(emission_.radiance(i));
   if (distance <= radius_[i]) {
-    return inward_[i] == 1 || two_sided_[i] == 1 ? radiance * kPiDouble : Vec3d(0);
+    return inward_[i] == 1 || emission_.two_sided(i) ? radiance * kPiDouble : Vec3d(0);
   }
-  if (inward_[i] == 1 && two_sided_[i] == 0) {
+  if (inward_[i] == 1 && !emission_.two_sided(i)) {
     return Vec3d(0);
   }
   const double h2 = distance * distance / (static_cast<double>(radius_[i]) * radius_[i]);

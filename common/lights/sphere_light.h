@@ -1,7 +1,7 @@
 // Emissive spheres.
 #pragma once
 
-#include "common/lights/light_sample.h"
+#include "common/lights/surface_emission.h"
 
 namespace lightmill {
 
@@ -32,10 +32,10 @@ class SphereLights {
   F8 pdf_solid_angle(const V8& from, U8 index, F8 distance, F8 cos_light, M8 lanes) const;
 
  private:
-  VectorRows center_, radiance_;
-  std::vector<float> radius_, exponent_;
-  std::vector<std::uint32_t> inward_, two_sided_;
-  bool has_exponents_ = false;
+  VectorRows center_;
+  SurfaceEmission emission_;
+  std::vector<float> radius_;
+  std::vector<std::uint32_t> inward_;
 };
 
 }  // namespace lightmill

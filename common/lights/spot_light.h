@@ -1,7 +1,7 @@
 // Cones of light from a point.
 #pragma once
 
-#include "common/lights/light_sample.h"
+#include "common/lights/aimed_points.h"
 
 namespace lightmill {
 
@@ -17,12 +17,12 @@ struct SpotEmitter {
 class SpotLights {
  public:
   void add(const SpotEmitter& spot);
-  std::size_t size() const { return position_.size(); }
+  std::size_t size() const { return points_.size(); }
   LightBounds bounds(std::size_t i) const;
   LightSample8 sample(const V8& p, U8 index, M8 lanes) const;
 
  private:
-  VectorRows position_, direction_, intensity_;
+  AimedPoints points_;
   std::vector<float> inner_, outer_;
 };
 

@@ -20,21 +20,15 @@ std::vector<Cell> gather_cells(const EnvironmentRadiance& environment) {
     const F8 row = atan2(sine, direction.y) * F8(kCellRows * kInvPi);
     const F8 column = (F8(0.5f) + atan2(direction.z, direction.x) * F8(0.5f * kInvPi)) * F8(kCellColumns);
     alignas(32) std::uint32_t rows[8], columns[8];
-    alignas(32) float d[3][8], e[3][8];
     truncate(row).store(rows);
     truncate(column).store(columns);
-    direction.x.store(d[0]);
-    direction.y.store(d[1]);
-    direction.z.store(d[2]);
-    irradiance.x.store(e[0]);
-    irradiance.y.store(e[1]);
-    irradiance.z.store(e[2]);
-    for (std::size_t lane = 0; lane < 8; ++lane) {
+    const VectorLanes directions(direction), irradiances(irradiance);
+    for (int lane = 0; lane < 8; ++lane) {
       const std::size_t r = std::min<std::size_t>(rows[lane], kCellRows - 1);
       const std::size_t c = columns[lane] % kCellColumns;
-      for (std::size_t color = 0; color < 3; ++color) {
-        cells[r * kCellColumns + c][color] +=
-            Vec3d(d[0][lane], d[1][lane], d[2][lane]) * static_cast<double>(e[color][lane]);
+      const Vec3d d = directions[lane], e = irradiances[lane];
+      for (int color = 0; color < 3; ++color) {
+        cells[r * kCellColumns + c][static_cast<std::size_t>(color)] += d * e[color];
       }
     }
   });
@@ -79,25 +73,20 @@ V8 sum_of_delta(const Lights& lights, const V8& p, const V8& n, M8 lanes) {
 
 /// Lane by lane: the formula branches.
 V8 sum_of_spheres(const SphereLights& spheres, const V8& p, const V8& n, M8 lanes) {
-  alignas(32) float rows[9][8] = {};
-  p.x.store(rows[0]);
-  p.y.store(rows[1]);
-  p.z.store(rows[2]);
-  n.x.store(rows[3]);
-  n.y.store(rows[4]);
-  n.z.store(rows[5]);
+  const VectorLanes points(p), normals(n);
+  alignas(32) float sums[3][8] = {};
   for (unsigned bits = static_cast<unsigned>(lanes.bits()); bits != 0; bits &= bits - 1) {
-    const auto lane = static_cast<std::size_t>(std::countr_zero(bits));
-    const Vec3d point(rows[0][lane], rows[1][lane], rows[2][lane]), normal(rows[3][lane], rows[4][lane], rows[5][lane]);
+    const int lane = std::countr_zero(bits);
+    const Vec3d point = points[lane], normal = normals[lane];
     Vec3d sum(0);
     for (std::size_t i = 0; i < spheres.size(); ++i) {
       sum += spheres.irradiance(i, point, normal);
     }
     for (int color = 0; color < 3; ++color) {
-      rows[6 + color][lane] = static_cast<float>(sum[color]);
+      sums[color][lane] = static_cast<float>(sum[color]);
     }
   }
-  return {F8::load(rows[6]), F8::load(rows[7]), F8::load(rows[8])};
+  return {F8::load(sums[0]), F8::load(sums[1]), F8::load(sums[2])};
 }
 
 }  // namespace
@@ -107,12 +96,7 @@ UnoccludedIrradiance::UnoccludedIrradiance(const LightTable& lights) {
     return;
   }
   if (lights.environment.is_constant()) {
-    const V8 radiance = lights.environment.radiance(broadcast(Vec3(0, 1, 0)));
-    alignas(32) float lanes[3][8];
-    radiance.x.store(lanes[0]);
-    radiance.y.store(lanes[1]);
-    radiance.z.store(lanes[2]);
-    constant_ = Vec3(lanes[0][0], lanes[1][0], lanes[2][0]) * kPi;
+    constant_ = Vec3(VectorLanes(lights.environment.radiance(broadcast(Vec3(0, 1, 0))))[0]) * kPi;
   } else {
     image_ = tabulate(lights.environment);
   }

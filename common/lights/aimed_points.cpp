@@ -1,0 +1,22 @@
+#include "common/lights/aimed_points.h"
+
+#include "common/lights/photometry.h"
+#include "common/lights/point_light.h"
+
+namespace lightmill {
+
+void AimedPoints::add(const Vec3& position, const Vec3& direction, const Vec3& intensity) {
+  position_.add(position);
+  direction_.add(direction);
+  intensity_.add(intensity);
+}
+
+LightBounds AimedPoints::bounds(std::size_t i, double cos_emission, double solid_angle) const {
+  LightBounds b = bounds_of_point(position_[i], solid_angle * luminance(Vec3d(intensity_[i])));
+  b.axis = Vec3d(direction_[i]);
+  b.cos_normals = 1;
+  b.cos_emission = cos_emission;
+  return b;
+}
+
+}  // namespace lightmill

@@ -1,0 +1,26 @@
+// Points that shine about a direction: what the kinds of lights with such a profile have in common.
+#pragma once
+
+#include "common/lights/light_sample.h"
+
+namespace lightmill {
+
+/// Rows of position, direction (unit) and intensity along it (W/sr); the lights add what they know of its falling off.
+class AimedPoints {
+ public:
+  void add(const Vec3& position, const Vec3& direction, const Vec3& intensity);
+  std::size_t size() const { return position_.size(); }
+
+  /// Of a light that shines up to this cosine to its direction, and whose flux is `solid_angle` (sr) times its
+  /// intensity.
+  LightBounds bounds(std::size_t i, double cos_emission, double solid_angle) const;
+
+  V8 position(U8 index, M8 lanes) const { return position_.at(index, lanes); }
+  V8 direction(U8 index, M8 lanes) const { return direction_.at(index, lanes); }
+  V8 intensity(U8 index, M8 lanes) const { return intensity_.at(index, lanes); }
+
+ private:
+  VectorRows position_, direction_, intensity_;
+};
+
+}  // namespace lightmill

@@ -1,0 +1,36 @@
+// What emissive surfaces of any shape have in common: radiance with a cosine profile, on one side or on both.
+#pragma once
+
+#include "common/lights/light_sample.h"
+
+namespace lightmill {
+
+/// Rows of radiance along the normal (W/(m² sr)), the power of the cosine with which it falls off, and sides.
+class SurfaceEmission {
+ public:
+  void add(const Vec3& radiance, float exponent, bool two_sided);
+
+  bool two_sided(std::size_t i) const { return two_sided_[i] == 1; }
+  M8 two_sided(U8 index, M8 lanes) const { return gather(two_sided_.data(), index, lanes) == U8(1u); }
+
+  /// Along the normal.
+  Vec3 radiance(std::size_t i) const { return radiance_[i]; }
+  /// In a direction whose angle to the normal has this cosine, which is not negative where it matters.
+  V8 radiance(U8 index, F8 cos_light, M8 lanes) const {
+    const V8 along_normal = radiance_.at(index, lanes);
+    return has_exponents_ ? along_normal * share(index, cos_light, lanes) : along_normal;
+  }
+
+  /// Luminance of the flux that leaves a unit of area, by both sides if they emit.
+  double exitance(std::size_t i) const;
+
+ private:
+  F8 share(U8 index, F8 cos_light, M8 lanes) const;
+
+  VectorRows radiance_;
+  std::vector<float> exponent_;
+  std::vector<std::uint32_t> two_sided_;
+  bool has_exponents_ = false;
+};
+
+}  // namespace lightmill
