@@ -1,65 +1,19 @@
 #include "server/store/sqlite/sqlite_store.h"
 
-#include <unistd.h>
-
-#include <bit>
-
 #include "common/base/check.h"
 #include "common/base/log.h"
 #include "server/store/sqlite/database.h"
+#include "server/store/sqlite/load_state.h"
+#include "server/store/sqlite/row_values.h"
 #include "server/store/sqlite/schema.h"
-
-static_assert(std::endian::native == std::endian::little, "sums are stored as little-endian float32");
 
 namespace lightmill {
 namespace {
 
+using sqlite::bytes_of;
 using sqlite::Database;
 using sqlite::Statement;
-
-constexpr std::array<std::pair<JobState, std::string_view>, 6> kStateNames{{{JobState::queued, "queued"},
-                                                                            {JobState::running, "running"},
-                                                                            {JobState::paused, "paused"},
-                                                                            {JobState::done, "done"},
-                                                                            {JobState::failed, "failed"},
-                                                                            {JobState::cancelled, "cancelled"}}};
-constexpr std::array<std::pair<LayerKind, std::string_view>, 4> kLayerKinds{
-    {{LayerKind::summed, "summed"},
-     {LayerKind::first_mean, "first_mean"},
-     {LayerKind::first_nearest, "first_nearest"},
-     {LayerKind::first_samples, "first_samples"}}};
-
-std::string_view name_of(JobState state) {
-  for (const auto& [value, name] : kStateNames) {
-    if (value == state) {
-      return name;
-    }
-  }
-  LM_CHECK(false, "job state {}", static_cast<int>(state));
-}
-
-Result<JobState> state_named(std::string_view text) {
-  for (const auto& [value, name] : kStateNames) {
-    if (name == text) {
-      return value;
-    }
-  }
-  return data_loss("unknown job state '{}' in the store", text);
-}
-
-std::array<std::uint8_t, 16> bytes_of(const Hash128& hash) {
-  std::array<std::uint8_t, 16> bytes;
-  for (int i = 0; i < 8; ++i) {
-    bytes[i] = static_cast<std::uint8_t>(hash.high >> (56 - 8 * i));
-    bytes[8 + i] = static_cast<std::uint8_t>(hash.low >> (56 - 8 * i));
-  }
-  return bytes;
-}
-
-template <class T>
-ByteView view_of(const T& container) {
-  return std::as_bytes(std::span(container));
-}
+using sqlite::view_of;
 
 constexpr std::string_view kPutJob = R"sql(
 INSERT INTO jobs VALUES (?1,?2,?3,?4,?5,?6,?7,?8,?9,?10,?11,?12,?13,?14,?15,?16,?17,?18,?19,?20,?21)
@@ -96,14 +50,21 @@ class SqliteStore final : public Store {
   Status put_settings(const JobRecord& record);
   Status roll_back(Status cause);
 
-  Status load_jobs(StoredState& state);
-  Status load_settings(StoredState& state);
-  Status load_nodes(StoredState& state);
-  Status next_epoch(StoredState& state);
-
   Database database_;
   Statements statements_;
 };
+
+Result<StoredState> SqliteStore::load() {
+  LM_RETURN_IF_ERROR(statements_.begin.run());
+  Result<StoredState> state = sqlite::load_state(database_);
+  if (!state.ok()) {
+    return roll_back(state.status());
+  }
+  if (Status status = statements_.commit.run(); !status.ok()) {
+    return roll_back(std::move(status));
+  }
+  return state;
+}
 
 // ---- commits ----
 
@@ -135,7 +96,7 @@ Status SqliteStore::apply(const PutJob& op) {
   const JobCounters& counters = job.counters;
   statements_.put_job.bind_all(job.id.value, job.spec.request_id, job.spec.name, job.spec.owner, job.spec.host,
                                job.spec.parent.value, job.spec.priority, job.spec.goal.samples, job.spec.goal.seconds,
-                               name_of(job.state), job.reason, job.fingerprint_class, job.active_seconds,
+                               sqlite::name_of(job.state), job.reason, job.fingerprint_class, job.active_seconds,
                                job.worker_seconds, counters.results_merged, counters.results_duplicate,
                                counters.leases_lost, counters.copies_leased, counters.non_finite, job.submitted_unix_ms,
                                job.finished_unix_ms);
@@ -160,9 +121,8 @@ Status SqliteStore::put_settings(const JobRecord& record) {
   }
   for (std::size_t i = 0; i < settings.layers.size(); ++i) {
     const LayerSpec& layer = settings.layers[i];
-    const auto kind = std::ranges::find(kLayerKinds, layer.kind, [](const auto& entry) { return entry.first; });
-    LM_CHECK(kind != kLayerKinds.end());
-    statements_.put_layer.bind_all(record.id.value, std::uint64_t{i}, layer.name, layer.channels, kind->second);
+    statements_.put_layer.bind_all(record.id.value, std::uint64_t{i}, layer.name, layer.channels,
+                                   sqlite::name_of(layer.kind));
     LM_RETURN_IF_ERROR(statements_.put_layer.run());
   }
   return ok_status();
@@ -198,175 +158,6 @@ Status SqliteStore::apply(const PutResult& op) {
   statements_.put_result.bind_all(op.key.job.value, op.key.tile.value, op.key.range.level, op.key.range.index,
                                   view_of(hash), op.worker);
   return statements_.put_result.run();
-}
-
-// ---- loading ----
-
-Result<StoredState> SqliteStore::load() {
-  StoredState state;
-  LM_RETURN_IF_ERROR(statements_.begin.run());
-  Status status = load_jobs(state);
-  if (status.ok()) {
-    status = load_settings(state);
-  }
-  if (status.ok()) {
-    status = load_nodes(state);
-  }
-  if (status.ok()) {
-    status = next_epoch(state);
-  }
-  if (status.ok()) {
-    status = statements_.commit.run();
-  }
-  if (!status.ok()) {
-    return roll_back(std::move(status));
-  }
-  return state;
-}
-
-Status SqliteStore::load_jobs(StoredState& state) {
-  LM_ASSIGN_OR_RETURN(Statement rows, database_.prepare("SELECT * FROM jobs ORDER BY id"));
-  for (;;) {
-    LM_ASSIGN_OR_RETURN(const bool more, rows.step());
-    if (!more) {
-      break;
-    }
-    JobRecord job;
-    int column = 0;
-    job.id = JobId{rows.natural(column++)};
-    job.spec.request_id = rows.text(column++);
-    job.spec.name = rows.text(column++);
-    job.spec.owner = rows.text(column++);
-    job.spec.host = rows.text(column++);
-    job.spec.parent = JobId{rows.natural(column++)};
-    job.spec.priority = static_cast<std::int32_t>(rows.integer(column++));
-    job.spec.goal.samples = rows.natural(column++);
-    job.spec.goal.seconds = rows.real(column++);
-    LM_ASSIGN_OR_RETURN(job.state, state_named(rows.view(column++)));
-    job.reason = rows.text(column++);
-    job.fingerprint_class = rows.text(column++);
-    job.active_seconds = rows.real(column++);
-    job.worker_seconds = rows.real(column++);
-    job.counters.results_merged = rows.natural(column++);
-    job.counters.results_duplicate = rows.natural(column++);
-    job.counters.leases_lost = rows.natural(column++);
-    job.counters.copies_leased = rows.natural(column++);
-    job.counters.non_finite = rows.natural(column++);
-    job.submitted_unix_ms = rows.integer(column++);
-    job.finished_unix_ms = rows.integer(column++);
-    state.jobs.push_back({std::move(job), {}});
-  }
-  LM_ASSIGN_OR_RETURN(const std::int64_t highest,
-                      database_.number("SELECT coalesce(max(seq), 0) FROM sqlite_sequence WHERE name = 'jobs'"));
-  state.next_job_id = static_cast<std::uint64_t>(highest) + 1;
-  return ok_status();
-}
-
-Status SqliteStore::load_settings(StoredState& state) {
-  LM_ASSIGN_OR_RETURN(Statement settings_row, database_.prepare("SELECT * FROM job_settings WHERE job = ?1"));
-  LM_ASSIGN_OR_RETURN(Statement assets,
-                      database_.prepare("SELECT digest FROM job_assets WHERE job = ?1 ORDER BY position"));
-  LM_ASSIGN_OR_RETURN(
-      Statement layers,
-      database_.prepare("SELECT name, channels, kind FROM job_layers WHERE job = ?1 ORDER BY position"));
-  for (StoredState::StoredJob& job : state.jobs) {
-    const std::uint64_t id = job.record.id.value;
-    RenderSettings& settings = job.record.spec.settings;
-    settings_row.bind_all(id);
-    LM_ASSIGN_OR_RETURN(const bool found, settings_row.step());
-    if (!found) {
-      return data_loss("job {} has no settings in the store", id);
-    }
-    int column = 1;
-    settings.scene = settings_row.text(column++);
-    for (int* value : {&settings.width, &settings.height, &settings.crop.x, &settings.crop.y, &settings.crop.width,
-                       &settings.crop.height}) {
-      *value = static_cast<int>(settings_row.integer(column++));
-    }
-    settings.seed = settings_row.natural(column++);
-    settings.method = settings_row.text(column++);
-    settings.max_bounces = static_cast<std::uint32_t>(settings_row.natural(column++));
-    settings.renderer_version = settings_row.text(column++);
-    settings.meters = static_cast<std::uint32_t>(settings_row.natural(column++));
-    settings_row.reset();
-
-    assets.bind_all(id);
-    for (;;) {
-      LM_ASSIGN_OR_RETURN(const bool more, assets.step());
-      if (!more) {
-        break;
-      }
-      const std::string_view digest = assets.view(0);
-      if (digest.size() != settings.assets.emplace_back().bytes.size()) {
-        return data_loss("job {} names an asset by {} bytes in the store, not 32", id, digest.size());
-      }
-      std::memcpy(settings.assets.back().bytes.data(), digest.data(), digest.size());
-    }
-    assets.reset();
-
-    settings.layers.clear();
-    layers.bind_all(id);
-    for (;;) {
-      LM_ASSIGN_OR_RETURN(const bool more, layers.step());
-      if (!more) {
-        break;
-      }
-      const auto kind = std::ranges::find(kLayerKinds, layers.view(2), [](const auto& entry) { return entry.second; });
-      if (kind == kLayerKinds.end()) {
-        return data_loss("job {} has a layer of unknown kind '{}' in the store", id, layers.view(2));
-      }
-      settings.layers.push_back({layers.text(0), static_cast<std::uint32_t>(layers.natural(1)), kind->first});
-    }
-    layers.reset();
-  }
-  return ok_status();
-}
-
-Status SqliteStore::load_nodes(StoredState& state) {
-  LM_ASSIGN_OR_RETURN(Statement rows,
-                      database_.prepare("SELECT id, tile, level, range_index, non_finite, hash, samples "
-                                        "FROM nodes WHERE job = ?1 ORDER BY id"));
-  LM_ASSIGN_OR_RETURN(Statement remove, database_.prepare("DELETE FROM nodes WHERE id = ?1"));
-  for (StoredState::StoredJob& job : state.jobs) {
-    std::vector<std::uint64_t> damaged;
-    rows.bind_all(job.record.id.value);
-    for (;;) {
-      LM_ASSIGN_OR_RETURN(const bool more, rows.step());
-      if (!more) {
-        break;
-      }
-      auto node = std::make_shared<Node>();
-      const TileId tile{static_cast<std::uint32_t>(rows.natural(1))};
-      node->range = {static_cast<std::uint32_t>(rows.natural(2)), static_cast<std::uint32_t>(rows.natural(3))};
-      node->non_finite = rows.natural(4);
-      const std::string_view values = rows.view(6);
-      node->values.resize(values.size() / sizeof(float));
-      if (!node->values.empty()) {  // memcpy takes no null
-        std::memcpy(node->values.data(), values.data(), node->values.size() * sizeof(float));
-      }
-      const std::array<std::uint8_t, 16> expected = bytes_of(hash_of(*node));
-      if (rows.view(5) != std::string_view(reinterpret_cast<const char*>(expected.data()), expected.size())) {
-        spdlog::error("job {}: stored samples [{}, {}) of tile {} are damaged; they will be rendered again",
-                      job.record.id.value, node->range.first(), node->range.end(), tile.value);
-        damaged.push_back(rows.natural(0));
-        continue;
-      }
-      job.nodes.push_back({tile, std::move(node)});
-    }
-    rows.reset();
-    for (const std::uint64_t id : damaged) {
-      remove.bind_all(id);
-      LM_RETURN_IF_ERROR(remove.run());
-    }
-  }
-  return ok_status();
-}
-
-Status SqliteStore::next_epoch(StoredState& state) {
-  LM_RETURN_IF_ERROR(database_.execute("UPDATE meta SET value = value + 1 WHERE key = 'epoch'"));
-  LM_ASSIGN_OR_RETURN(const std::int64_t epoch, database_.number("SELECT value FROM meta WHERE key = 'epoch'"));
-  state.epoch = static_cast<std::uint64_t>(epoch);
-  return ok_status();
 }
 
 // ---- opening ----

@@ -1,0 +1,162 @@
+#include "server/store/sqlite/load_state.h"
+
+#include <cstring>
+
+#include "common/base/log.h"
+#include "server/store/sqlite/row_values.h"
+
+namespace lightmill::sqlite {
+namespace {
+
+Status load_jobs(Database& database, StoredState& state) {
+  LM_ASSIGN_OR_RETURN(Statement rows, database.prepare("SELECT * FROM jobs ORDER BY id"));
+  for (;;) {
+    LM_ASSIGN_OR_RETURN(const bool more, rows.step());
+    if (!more) {
+      break;
+    }
+    JobRecord job;
+    int column = 0;
+    job.id = JobId{rows.natural(column++)};
+    job.spec.request_id = rows.text(column++);
+    job.spec.name = rows.text(column++);
+    job.spec.owner = rows.text(column++);
+    job.spec.host = rows.text(column++);
+    job.spec.parent = JobId{rows.natural(column++)};
+    job.spec.priority = static_cast<std::int32_t>(rows.integer(column++));
+    job.spec.goal.samples = rows.natural(column++);
+    job.spec.goal.seconds = rows.real(column++);
+    LM_ASSIGN_OR_RETURN(job.state, state_named(rows.view(column++)));
+    job.reason = rows.text(column++);
+    job.fingerprint_class = rows.text(column++);
+    job.active_seconds = rows.real(column++);
+    job.worker_seconds = rows.real(column++);
+    job.counters.results_merged = rows.natural(column++);
+    job.counters.results_duplicate = rows.natural(column++);
+    job.counters.leases_lost = rows.natural(column++);
+    job.counters.copies_leased = rows.natural(column++);
+    job.counters.non_finite = rows.natural(column++);
+    job.submitted_unix_ms = rows.integer(column++);
+    job.finished_unix_ms = rows.integer(column++);
+    state.jobs.push_back({std::move(job), {}});
+  }
+  LM_ASSIGN_OR_RETURN(const std::int64_t highest,
+                      database.number("SELECT coalesce(max(seq), 0) FROM sqlite_sequence WHERE name = 'jobs'"));
+  state.next_job_id = static_cast<std::uint64_t>(highest) + 1;
+  return ok_status();
+}
+
+Status load_settings(Database& database, StoredState& state) {
+  LM_ASSIGN_OR_RETURN(Statement settings_row, database.prepare("SELECT * FROM job_settings WHERE job = ?1"));
+  LM_ASSIGN_OR_RETURN(Statement assets,
+                      database.prepare("SELECT digest FROM job_assets WHERE job = ?1 ORDER BY position"));
+  LM_ASSIGN_OR_RETURN(Statement layers,
+                      database.prepare("SELECT name, channels, kind FROM job_layers WHERE job = ?1 ORDER BY position"));
+  for (StoredState::StoredJob& job : state.jobs) {
+    const std::uint64_t id = job.record.id.value;
+    RenderSettings& settings = job.record.spec.settings;
+    settings_row.bind_all(id);
+    LM_ASSIGN_OR_RETURN(const bool found, settings_row.step());
+    if (!found) {
+      return data_loss("job {} has no settings in the store", id);
+    }
+    int column = 1;
+    settings.scene = settings_row.text(column++);
+    for (int* value : {&settings.width, &settings.height, &settings.crop.x, &settings.crop.y, &settings.crop.width,
+                       &settings.crop.height}) {
+      *value = static_cast<int>(settings_row.integer(column++));
+    }
+    settings.seed = settings_row.natural(column++);
+    settings.method = settings_row.text(column++);
+    settings.max_bounces = static_cast<std::uint32_t>(settings_row.natural(column++));
+    settings.renderer_version = settings_row.text(column++);
+    settings.meters = static_cast<std::uint32_t>(settings_row.natural(column++));
+    settings_row.reset();
+
+    assets.bind_all(id);
+    for (;;) {
+      LM_ASSIGN_OR_RETURN(const bool more, assets.step());
+      if (!more) {
+        break;
+      }
+      const std::string_view digest = assets.view(0);
+      if (digest.size() != settings.assets.emplace_back().bytes.size()) {
+        return data_loss("job {} names an asset by {} bytes in the store, not 32", id, digest.size());
+      }
+      std::memcpy(settings.assets.back().bytes.data(), digest.data(), digest.size());
+    }
+    assets.reset();
+
+    settings.layers.clear();
+    layers.bind_all(id);
+    for (;;) {
+      LM_ASSIGN_OR_RETURN(const bool more, layers.step());
+      if (!more) {
+        break;
+      }
+      LM_ASSIGN_OR_RETURN(const LayerKind kind, layer_kind_named(layers.view(2), id));
+      settings.layers.push_back({layers.text(0), static_cast<std::uint32_t>(layers.natural(1)), kind});
+    }
+    layers.reset();
+  }
+  return ok_status();
+}
+
+Status load_nodes(Database& database, StoredState& state) {
+  LM_ASSIGN_OR_RETURN(Statement rows, database.prepare("SELECT id, tile, level, range_index, non_finite, hash, samples "
+                                                       "FROM nodes WHERE job = ?1 ORDER BY id"));
+  LM_ASSIGN_OR_RETURN(Statement remove, database.prepare("DELETE FROM nodes WHERE id = ?1"));
+  for (StoredState::StoredJob& job : state.jobs) {
+    std::vector<std::uint64_t> damaged;
+    rows.bind_all(job.record.id.value);
+    for (;;) {
+      LM_ASSIGN_OR_RETURN(const bool more, rows.step());
+      if (!more) {
+        break;
+      }
+      auto node = std::make_shared<Node>();
+      const TileId tile{static_cast<std::uint32_t>(rows.natural(1))};
+      node->range = {static_cast<std::uint32_t>(rows.natural(2)), static_cast<std::uint32_t>(rows.natural(3))};
+      node->non_finite = rows.natural(4);
+      const std::string_view values = rows.view(6);
+      node->values.resize(values.size() / sizeof(float));
+      if (!node->values.empty()) {  // memcpy takes no null
+        std::memcpy(node->values.data(), values.data(), node->values.size() * sizeof(float));
+      }
+      const std::array<std::uint8_t, 16> expected = bytes_of(hash_of(*node));
+      if (rows.view(5) != std::string_view(reinterpret_cast<const char*>(expected.data()), expected.size())) {
+        spdlog::error("job {}: stored samples [{}, {}) of tile {} are damaged; they will be rendered again",
+                      job.record.id.value, node->range.first(), node->range.end(), tile.value);
+        damaged.push_back(rows.natural(0));
+        continue;
+      }
+      job.nodes.push_back({tile, std::move(node)});
+    }
+    rows.reset();
+    for (const std::uint64_t id : damaged) {
+      remove.bind_all(id);
+      LM_RETURN_IF_ERROR(remove.run());
+    }
+  }
+  return ok_status();
+}
+
+Status next_epoch(Database& database, StoredState& state) {
+  LM_RETURN_IF_ERROR(database.execute("UPDATE meta SET value = value + 1 WHERE key = 'epoch'"));
+  LM_ASSIGN_OR_RETURN(const std::int64_t epoch, database.number("SELECT value FROM meta WHERE key = 'epoch'"));
+  state.epoch = static_cast<std::uint64_t>(epoch);
+  return ok_status();
+}
+
+}  // namespace
+
+Result<StoredState> load_state(Database& database) {
+  StoredState state;
+  LM_RETURN_IF_ERROR(load_jobs(database, state));
+  LM_RETURN_IF_ERROR(load_settings(database, state));
+  LM_RETURN_IF_ERROR(load_nodes(database, state));
+  LM_RETURN_IF_ERROR(next_epoch(database, state));
+  return state;
+}
+
+}  // namespace lightmill::sqlite

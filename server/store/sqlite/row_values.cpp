@@ -1,0 +1,76 @@
+#include "server/store/sqlite/row_values.h"
+
+#include <optional>
+
+#include "common/base/check.h"
+
+namespace lightmill::sqlite {
+namespace {
+
+constexpr std::array<std::pair<JobState, std::string_view>, 6> kStateNames{{{JobState::queued, "queued"},
+                                                                            {JobState::running, "running"},
+                                                                            {JobState::paused, "paused"},
+                                                                            {JobState::done, "done"},
+                                                                            {JobState::failed, "failed"},
+                                                                            {JobState::cancelled, "cancelled"}}};
+constexpr std::array<std::pair<LayerKind, std::string_view>, 4> kLayerKinds{
+    {{LayerKind::summed, "summed"},
+     {LayerKind::first_mean, "first_mean"},
+     {LayerKind::first_nearest, "first_nearest"},
+     {LayerKind::first_samples, "first_samples"}}};
+
+template <class Names, class Value>
+std::string_view name_in(const Names& names, Value value) {
+  for (const auto& [each, name] : names) {
+    if (each == value) {
+      return name;
+    }
+  }
+  LM_CHECK(false, "value {} has no name", static_cast<int>(value));
+}
+
+template <class Value, std::size_t kCount>
+std::optional<Value> value_in(const std::array<std::pair<Value, std::string_view>, kCount>& names,
+                              std::string_view text) {
+  for (const auto& [value, name] : names) {
+    if (name == text) {
+      return value;
+    }
+  }
+  return std::nullopt;
+}
+
+}  // namespace
+
+std::string_view name_of(JobState state) {
+  return name_in(kStateNames, state);
+}
+
+std::string_view name_of(LayerKind kind) {
+  return name_in(kLayerKinds, kind);
+}
+
+Result<JobState> state_named(std::string_view name) {
+  if (const auto state = value_in(kStateNames, name)) {
+    return *state;
+  }
+  return data_loss("unknown job state '{}' in the store", name);
+}
+
+Result<LayerKind> layer_kind_named(std::string_view name, std::uint64_t job) {
+  if (const auto kind = value_in(kLayerKinds, name)) {
+    return *kind;
+  }
+  return data_loss("job {} has a layer of unknown kind '{}' in the store", job, name);
+}
+
+std::array<std::uint8_t, 16> bytes_of(const Hash128& hash) {
+  std::array<std::uint8_t, 16> bytes;
+  for (int i = 0; i < 8; ++i) {
+    bytes[i] = static_cast<std::uint8_t>(hash.high >> (56 - 8 * i));
+    bytes[8 + i] = static_cast<std::uint8_t>(hash.low >> (56 - 8 * i));
+  }
+  return bytes;
+}
+
+}  // namespace lightmill::sqlite

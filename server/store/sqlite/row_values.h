@@ -1,0 +1,35 @@
+// How the domain's values stand in rows: names for what has names, bytes for what is bits.
+#pragma once
+
+#include <array>
+#include <bit>
+#include <span>
+#include <string_view>
+
+#include "common/base/digest.h"
+#include "common/base/status.h"
+#include "common/farm/job.h"
+#include "common/film/layers.h"
+
+namespace lightmill::sqlite {
+
+static_assert(std::endian::native == std::endian::little, "sums are stored as little-endian float32");
+
+std::string_view name_of(JobState state);
+std::string_view name_of(LayerKind kind);
+
+/// DATA_LOSS if no state has this name.
+Result<JobState> state_named(std::string_view name);
+/// Of the layers of a job; DATA_LOSS if no kind has this name.
+Result<LayerKind> layer_kind_named(std::string_view name, std::uint64_t job);
+
+/// High word first, each with its highest byte first.
+std::array<std::uint8_t, 16> bytes_of(const Hash128& hash);
+
+/// The bytes of an array of numbers.
+template <class T>
+ByteView view_of(const T& container) {
+  return std::as_bytes(std::span(container));
+}
+
+}  // namespace lightmill::sqlite
