@@ -60,9 +60,10 @@ Status read_number(const StatementReader& lines, const Statement& statement, con
   }
   if (*value < kind.low || *value > kind.high) {
     material.unused.push_back(
-        fmt::format("{} {}, which is not from {} to {},", kind.keyword, *value, kind.low, kind.high));
+        {fmt::format("{} {}, which is not from {} to {},", kind.keyword, *value, kind.low, kind.high), statement.line});
   } else {
     material.*kind.member = value;
+    material.lines.insert_or_assign(std::string(kind.keyword), statement.line);
   }
   return ok_status();
 }
@@ -74,9 +75,11 @@ Status read_property(const StatementReader& lines, const Statement& statement, M
   for (const auto& [name, color] : colors) {
     if (keyword == name) {
       if (statement.rest.starts_with("spectral") || statement.rest.starts_with("xyz")) {
-        material.unused.push_back(fmt::format("{} {}", keyword, statement.rest.substr(0, statement.rest.find(' '))));
+        material.unused.push_back(
+            {fmt::format("{} {}", keyword, statement.rest.substr(0, statement.rest.find(' '))), statement.line});
         return ok_status();
       }
+      material.lines.insert_or_assign(std::string(keyword), statement.line);
       LM_ASSIGN_OR_RETURN(*color, read_color(lines, keyword, statement.rest));
       return ok_status();
     }
@@ -91,6 +94,7 @@ Status read_property(const StatementReader& lines, const Statement& statement, M
     LM_RETURN_IF_ERROR(read_number(lines, statement, {"Tr", &MtlMaterial::opacity, 0, 1}, reading));
     if (reading.opacity) {
       material.opacity = 1 - *reading.opacity;
+      material.lines.insert_or_assign("d", statement.line);
     }
     material.unused.insert(material.unused.end(), reading.unused.begin(), reading.unused.end());
   } else if (keyword == "Ni") {
@@ -99,7 +103,7 @@ Status read_property(const StatementReader& lines, const Statement& statement, M
       return lines.error("Ni: a number in (0, {}] is expected, got \"{}\"", kMaxIor, statement.rest);
     }
     if (*ior <= 0 || *ior > kMaxIor) {
-      material.unused.push_back(fmt::format("Ni {}, which is not in (0, {}],", *ior, kMaxIor));
+      material.unused.push_back({fmt::format("Ni {}, which is not in (0, {}],", *ior, kMaxIor), statement.line});
     } else {
       material.ior = ior;
     }
@@ -109,11 +113,27 @@ Status read_property(const StatementReader& lines, const Statement& statement, M
       return lines.error("illum: the number of an illumination model is expected, got \"{}\"", statement.rest);
     }
     material.illum = static_cast<int>(*illum);
+    material.lines.insert_or_assign("illum", statement.line);
   } else if (is_map(keyword)) {
     return read_map(lines, statement, material);
+  } else {  // sharpness, sheen, what programs add of their own
+    material.unused.push_back({std::string(keyword), statement.line});
   }
-  // The rest (sharpness, sheen, anisotropy …) is passed over.
   return ok_status();
+}
+
+/// Of what the last statement left out, from unused[first] on, keeps what was not said of the material before. Each
+/// takes little memory, and so do they together, whatever the file says.
+void keep_new_unused(MtlMaterial& material, std::size_t first, std::set<std::string, std::less<>>& said) {
+  std::vector<MtlUnused>& unused = material.unused;
+  const std::vector<MtlUnused> added(unused.begin() + static_cast<std::ptrdiff_t>(first), unused.end());
+  unused.resize(first);
+  for (const MtlUnused& one : added) {
+    const std::string what = unused.size() + 1 < kMaxMtlUnused ? utf8_name(one.what.substr(0, 80)) : "more statements";
+    if (said.insert(what).second) {
+      unused.push_back({what, one.line});
+    }
+  }
 }
 
 }  // namespace
@@ -123,10 +143,16 @@ const MtlMap* MtlMaterial::map(std::string_view keyword) const {
   return found == maps.end() ? nullptr : &*found;
 }
 
+int MtlMaterial::line_of(std::string_view keyword) const {
+  const auto found = lines.find(keyword);
+  return found == lines.end() ? line : found->second;
+}
+
 Result<std::vector<MtlMaterial>> read_mtl(std::string_view text, const std::string& file_name) {
   StatementReader lines(text, file_name);
   std::vector<MtlMaterial> materials;
   std::set<std::string, std::less<>> names;
+  std::set<std::string, std::less<>> said;  ///< what is unused of the last material
   while (const std::optional<Statement> statement = lines.next()) {
     if (statement->keyword == "newmtl") {
       if (statement->rest.empty()) {
@@ -139,10 +165,13 @@ Result<std::vector<MtlMaterial>> read_mtl(std::string_view text, const std::stri
       materials.back().name = utf8_name(statement->rest);
       materials.back().file = file_name;
       materials.back().line = statement->line;
+      said.clear();
     } else if (materials.empty()) {
       return lines.error("newmtl is expected before \"{}\"", statement->keyword.substr(0, 40));
     } else {
+      const std::size_t before = materials.back().unused.size();
       LM_RETURN_IF_ERROR(read_property(lines, *statement, materials.back()));
+      keep_new_unused(materials.back(), before, said);
     }
   }
   return materials;

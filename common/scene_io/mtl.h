@@ -2,6 +2,7 @@
 #pragma once
 
 #include <array>
+#include <map>
 #include <optional>
 #include <string>
 #include <string_view>
@@ -31,6 +32,16 @@ struct MtlMap {
   }
 };
 
+/// Something that a file says of a material and that is not rendered, or means nothing.
+struct MtlUnused {
+  std::string what;  ///< a keyword, an option of a map, a number out of range
+  int line = 0;      ///< of the statement, for messages
+
+  /// Whether they are the same, wherever they stand.
+  friend bool operator==(const MtlUnused& a, const MtlUnused& b) { return a.what == b.what; }
+};
+inline constexpr std::size_t kMaxMtlUnused = 64;  ///< of a material that are named
+
 /// A material as the file has it; what is absent was not said.
 struct MtlMaterial {
   std::string name;
@@ -43,9 +54,10 @@ struct MtlMaterial {
   std::optional<double> roughness, metallic;   ///< Pr, Pm
   std::optional<double> coat, coat_roughness;  ///< Pc, Pcr
   std::optional<int> illum;
-  std::vector<MtlMap> maps;  ///< of one keyword the last
-  /// What means something that is not rendered, or nothing: keywords, options of maps, numbers out of range.
-  std::vector<std::string> unused;
+  std::vector<MtlMap> maps;                       ///< of one keyword the last
+  std::vector<MtlUnused> unused;                  ///< each thing once, by line
+  std::map<std::string, int, std::less<>> lines;  ///< of the last Kd, Ks, Tf, d (or Tr), illum …, for messages
+  int line_of(std::string_view keyword) const;    ///< the material's own if it has no such statement
   const MtlMap* map(std::string_view keyword) const;
 };
 
@@ -66,7 +78,7 @@ enum class KaMeaning { automatic, emission, ambient };
 /// these that is alike, with a notice; all others: diffuse, with a notice. Where Pr or Pm is given: principled,
 /// whatever illum says but for glass. Maps multiply their colour, which is white if absent; they become textures whose
 /// `file` is a path and whose asset is not set. Colours above 1 are cut, with a notice. What was assumed of Ka is a
-/// notice too.
+/// notice too. What is left out of several materials is one notice, with the first place and their number.
 void map_materials(const std::vector<MtlMaterial>& materials, KaMeaning ka, Scene& scene,
                    std::vector<std::string>& notices);
 

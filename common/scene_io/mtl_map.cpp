@@ -63,12 +63,12 @@ class MapReader {
       rest_.remove_prefix(1);
     }
     if (rest_.empty()) {
-      material_.unused.push_back(fmt::format("{} without the name of a file", map_.keyword));
+      leave_out(" without the name of a file");
       return ok_status();
     }
     map_.file = std::string(rest_);
     if (!is_rendered(map_.keyword)) {
-      material_.unused.push_back(map_.keyword);
+      leave_out("");
       return ok_status();
     }
     std::erase_if(material_.maps, [&](const MtlMap& other) { return other.keyword == map_.keyword; });
@@ -99,11 +99,11 @@ class MapReader {
         return lines_.error("{}: {}: {} numbers are expected, got {}", map_.keyword, option_, wanted, values.size());
       }
       if (option_ == "-mm" && (values[0] != 0 || values[1] != 1)) {
-        leave_out();
+        leave_out(" -mm");
       }
     } else if (option_ == "-type") {
       take_word(rest_);
-      leave_out();
+      leave_out(" -type");
     } else {
       return false;
     }
@@ -122,7 +122,7 @@ class MapReader {
       }
     }
     if (option_ == "-t") {
-      leave_out();
+      leave_out(" -t");
       return true;
     }
     std::array<double, 2>& pair = option_ == "-s" ? map_.scale : map_.offset;
@@ -139,7 +139,7 @@ class MapReader {
     return word == "on";
   }
 
-  void leave_out() { material_.unused.push_back(fmt::format("{} {}", map_.keyword, option_)); }
+  void leave_out(std::string_view more) { material_.unused.push_back({map_.keyword + std::string(more), map_.line}); }
 
   const StatementReader& lines_;
   std::string_view rest_;

@@ -69,6 +69,19 @@ class Mapper {
     return out;
   }
 
+  /// After the last material.
+  void finish_notices() {
+    for (const auto& [what, left_out] : left_out_) {
+      if (left_out.others > 0) {
+        notices_[left_out.notice] = fmt::format("{} and of {} other{}{}", left_out.first, left_out.others,
+                                                left_out.others == 1 ? "" : "s", left_out.more);
+      }
+    }
+    if (beyond_ > 0) {
+      notices_.push_back(fmt::format("left out: {} more in materials", beyond_));
+    }
+  }
+
  private:
   TexturedColor emission() {
     if (is_lit(from_->ke) || (!from_->ke && from_->map("map_Ke") != nullptr)) {
@@ -97,7 +110,7 @@ class Mapper {
         out.interior.absorption = absorption_of_color(cut_to_one("Kd", from_->kd.value_or(RgbColor{1, 1, 1})));
       }
       if (from_->tf && *from_->tf != RgbColor{1, 1, 1}) {
-        leave_out("Tf");
+        leave_out("Tf", from_->line_of("Tf"));
       }
     } else if (illum == 10) {
       out.kind = HoldoutMaterial{};
@@ -110,7 +123,7 @@ class Mapper {
     } else {
       out.kind = DiffuseMaterial{diffuse_color(out)};
       if (illum > 4) {
-        leave_out(fmt::format("illum {}", illum), "; it is rendered as diffuse");
+        leave_out(fmt::format("illum {}", illum), from_->line_of("illum"), "; it is rendered as diffuse");
       }
     }
   }
@@ -123,7 +136,8 @@ class Mapper {
     notices_.push_back(fmt::format(
         "{}:{}: illum {} of material \"{}\" was read as {} that absorbs 1/Kd - 1 and scatters Ks per unit of "
         "length",
-        from_->file, from_->line, illum, from_->name, illum == 13 ? "glass" : "a medium without a surface"));
+        from_->file, from_->line_of("illum"), illum, from_->name,
+        illum == 13 ? "glass" : "a medium without a surface"));
   }
 
   /// The model among those that are rendered: 5 to 9 are much like 2, 3 and 4.
@@ -135,7 +149,7 @@ class Mapper {
     }
     const int alike = kAlike[static_cast<std::size_t>(illum - 5)];
     notices_.push_back(fmt::format("{}:{}: illum {} of material \"{}\" was read as illum {}{}", from_->file,
-                                   from_->line, illum, from_->name, alike, illum_name(alike)));
+                                   from_->line_of("illum"), illum, from_->name, alike, illum_name(alike)));
     return alike;
   }
 
@@ -155,7 +169,7 @@ class Mapper {
           fmt::format("{}:{}: Kd + Ks of material \"{}\" is above 1, and both were scaled down: a surface cannot "
                       "reflect more than it "
                       "gets",
-                      from_->file, from_->line, from_->name));
+                      from_->file, from_->line_of("Ks"), from_->name));
     }
     return kind;
   }
@@ -198,7 +212,7 @@ class Mapper {
     }
     notices_.push_back(
         fmt::format("{}:{}: {} of material \"{}\" is above 1 and was cut: a surface cannot reflect more than it gets",
-                    from_->file, from_->line, keyword, from_->name));
+                    from_->file, from_->line_of(keyword), keyword, from_->name));
     return {std::min(color.r, 1.0f), std::min(color.g, 1.0f), std::min(color.b, 1.0f)};
   }
 
@@ -243,25 +257,44 @@ class Mapper {
   void say_left_out() {
     for (const MtlMap& map : from_->maps) {
       if (std::find(used_.begin(), used_.end(), map.keyword) == used_.end()) {
-        leave_out(map.keyword);
+        leave_out(map.keyword, map.line);
       }
     }
-    for (const std::string& what : from_->unused) {
-      leave_out(what);
+    for (const MtlUnused& unused : from_->unused) {
+      leave_out(unused.what, unused.line);
     }
     if (from_->opacity.value_or(1) < 1 && from_->illum.value_or(1) < 4) {
-      leave_out("d (opacity)");
+      leave_out("d (opacity)", from_->line_of("d"));
     }
   }
 
-  void leave_out(std::string_view what, std::string_view more = "") {
-    notices_.push_back(
-        fmt::format("left out: {}:{}: {} of material \"{}\"{}", from_->file, from_->line, what, from_->name, more));
+  /// One notice for all materials, at the place of the first.
+  void leave_out(const std::string& what, int line, std::string_view more = "") {
+    const auto [found, added] = left_out_.try_emplace(what, LeftOut{notices_.size(), "", std::string(more), 0});
+    if (!added) {
+      ++found->second.others;
+    } else if (left_out_.size() > kMaxLeftOut) {
+      left_out_.erase(found);
+      ++beyond_;
+    } else {
+      found->second.first = fmt::format("left out: {}:{}: {} of material \"{}\"", from_->file, line, what, from_->name);
+      notices_.push_back(found->second.first + found->second.more);
+    }
   }
+
+  static constexpr std::size_t kMaxLeftOut = 100;  ///< kinds that are named
+  struct LeftOut {
+    std::size_t notice;  ///< its index
+    std::string first;   ///< where it begins
+    std::string more;    ///< and ends
+    std::size_t others;  ///< materials after the first
+  };
 
   Scene& scene_;
   const bool ka_is_emission_;
   std::vector<std::string>& notices_;
+  std::map<std::string, LeftOut> left_out_;  ///< by what it is
+  std::size_t beyond_ = 0;                   ///< left out of a material beside these
   const MtlMaterial* from_ = nullptr;
   std::vector<std::string> used_;  ///< maps of this material that are rendered
   /// Textures by what tells them apart.
@@ -283,6 +316,7 @@ void map_materials(const std::vector<MtlMaterial>& materials, KaMeaning ka, Scen
   for (const MtlMaterial& material : materials) {
     scene.materials.push_back(mapper.map(material));
   }
+  mapper.finish_notices();
 }
 
 }  // namespace lightmill

@@ -91,15 +91,11 @@ PrincipledMaterial GltfMaterials::principled(const JsonNode& from, Medium& inter
                     texture(base["baseColorTexture"], TextureImage::ColorSpace::srgb)};
   out.metallic = base["metallicFactor"].number(1, 0, 1);
   out.roughness = base["roughnessFactor"].number(1, 0, 1);
-  out.specular = specular(extensions["KHR_materials_specular"]);
-  out.ior = extensions["KHR_materials_ior"]["ior"].number(1.5, 0, kMaxIor);
-  if (out.ior == 0) {
-    extensions["KHR_materials_ior"]["ior"].fail("an index above 0 is expected");
-  }
   const JsonNode coat = extensions["KHR_materials_clearcoat"];
   out.coat = coat["clearcoatFactor"].number(0, 0, 1);
   out.coat_roughness = coat["clearcoatRoughnessFactor"].number(0, 0, 1);
   out.transmission = extensions["KHR_materials_transmission"]["transmissionFactor"].number(0, 0, 1);
+  set_gloss(extensions, out);
   if (out.transmission == 0 || (out.metallic == 1 && !base["metallicRoughnessTexture"].present())) {
     return out;  // nothing gets in
   }
@@ -115,15 +111,30 @@ PrincipledMaterial GltfMaterials::principled(const JsonNode& from, Medium& inter
   return out;
 }
 
-/// The principled material's number for a factor and a colour that multiply what the index of refraction says: 0.5
-/// where they are 1. Programs say a grey by the colour too.
-double GltfMaterials::specular(const JsonNode& extension) {
-  const double factor = extension["specularFactor"].number(1, 0, 1);
-  const auto color = extension["specularColorFactor"].numbers<3>({1, 1, 1}, 0, 1e6);
+/// A factor and a colour multiply what the index of refraction says; programs say a grey by the colour too. An index of
+/// 0 reflects all light (KHR_materials_ior), but for what these leave of it.
+void GltfMaterials::set_gloss(const JsonNode& extensions, PrincipledMaterial& out) {
+  const JsonNode specular = extensions["KHR_materials_specular"];
+  const double factor = specular["specularFactor"].number(1, 0, 1);
+  const auto color = specular["specularColorFactor"].numbers<3>({1, 1, 1}, 0, 1e6);
   if (color[0] != color[1] || color[1] != color[2]) {
     notices_.once("coloured highlights of plastic are rendered in white, as bright on the mean");
   }
-  return std::min(factor * (color[0] + color[1] + color[2]) / 6, 1.0);
+  const double mean = (color[0] + color[1] + color[2]) / 3;
+  out.specular = std::min(factor * mean / 2, 1.0);
+  out.ior = extensions["KHR_materials_ior"]["ior"].number(1.5, 0, kMaxIor);
+  if (out.ior > 0) {
+    return;
+  }
+  if (out.transmission > 0) {
+    notices_.left_out("an index of refraction of 0 where light is transmitted: it is 1.5");
+    out.ior = 1.5;
+    return;
+  }
+  // The index of this reflectance at normal incidence; what the largest one lacks is made up for by `specular`.
+  const double root = std::min(std::sqrt(std::min(mean, 1.0)), (kMaxIor - 1) / (kMaxIor + 1));
+  out.ior = std::min((1 + root) / (1 - root), kMaxIor);
+  out.specular = root > 0 ? factor * std::min(mean, 1.0) / (2 * root * root) : 0;
 }
 
 void GltfMaterials::say_left_out(const JsonNode& from) {
@@ -152,6 +163,14 @@ std::uint32_t GltfMaterials::texture(const JsonNode& info, TextureImage::ColorSp
   constexpr std::uint64_t kNearest = 9728, kClamp = 33071, kMirror = 33648, kRepeat = 10497;
   const JsonNode from = data_.element("textures", info["index"]);
   if (!from.present()) {
+    return kNoTexture;
+  }
+  if (const JsonNode extensions = from["extensions"]; !from["source"].present() && !extensions.keys().empty()) {
+    std::string_view extension = "extensions that are not known";
+    for (const char* name : {"KHR_texture_basisu", "EXT_texture_webp", "EXT_texture_avif", "MSFT_texture_dds"}) {
+      extension = extensions[name].present() ? name : extension;
+    }
+    notices_.left_out(fmt::format("textures whose only image is of {}", extension));
     return kNoTexture;
   }
   TextureImage out;

@@ -29,7 +29,7 @@ class GltfMaterials {
  private:
   Material map(const JsonNode& from);
   PrincipledMaterial principled(const JsonNode& from, Medium& interior);
-  double specular(const JsonNode& extension);
+  void set_gloss(const JsonNode& extensions, PrincipledMaterial& out);
   void say_left_out(const JsonNode& from);
   /// The texture that a textureInfo names, decoded as said; kNoTexture if there is none.
   std::uint32_t texture(const JsonNode& info, TextureImage::ColorSpace color_space);

@@ -178,6 +178,61 @@ TEST(GltfScene, MetallicRoughnessIsPrincipled) {
   EXPECT_EQ(plain.emission.rgb, RgbColor{});
 }
 
+// KHR_materials_ior: with 0 all light is reflected, but for what KHR_materials_specular's factors leave of it; so
+// materials of specular and glossiness are written.
+TEST(GltfScene, AnIndexOfZeroReflectsWhatTheFactorsSay) {
+  // The principled material's reflectances at normal incidence and at grazing angles.
+  const auto reflectances = [](const std::string& specular, std::vector<std::string>* notices = nullptr) {
+    const Material made = material(
+        R"("pbrMetallicRoughness":{"metallicFactor":0},"extensions":{"KHR_materials_ior":{"ior":0})" + specular + "}",
+        notices);
+    const auto& p = std::get<PrincipledMaterial>(made.kind);
+    EXPECT_LE(p.ior, kMaxIor);
+    EXPECT_LE(p.specular, 1);
+    const double f0 = std::pow((p.ior - 1) / (p.ior + 1), 2) * 2 * p.specular;
+    return std::pair(f0, std::min({2 * p.specular, 50 * f0, 1.0}));
+  };
+  const auto expect = [](std::pair<double, double> got, double f0, double f90) {
+    EXPECT_NEAR(got.first, f0, 1e-9);
+    EXPECT_NEAR(got.second, f90, 1e-9);
+  };
+  expect(reflectances(""), 1, 1);
+  expect(reflectances(R"(,"KHR_materials_specular":{"specularColorFactor":[0.25,0.25,0.25]})"), 0.25, 1);
+  expect(reflectances(R"(,"KHR_materials_specular":{"specularColorFactor":[0.9,0.9,0.9]})"), 0.9, 1);
+  expect(reflectances(R"(,"KHR_materials_specular":{"specularFactor":0.5,"specularColorFactor":[0.25,0.25,0.25]})"),
+         0.125, 0.5);
+  expect(reflectances(R"(,"KHR_materials_specular":{"specularColorFactor":[0,0,0]})"), 0, 0);
+  std::vector<std::string> notices;
+  reflectances(R"(,"KHR_materials_transmission":{"transmissionFactor":1},"KHR_materials_volume":{"thicknessFactor":1})",
+               &notices);
+  EXPECT_EQ(notices[0], "left out: an index of refraction of 0 where light is transmitted: it is 1.5");
+}
+
+TEST(GltfScene, TexturesThatAnExtensionAloneBringsAreLeftOut) {
+  const auto of = [](const std::string& texture, std::vector<std::string>& notices) {
+    const Result<LoadedScene> loaded =
+        read(OneTriangle().text(kOneNode + fmt::format(R"(,"images":[{{"bufferView":2}}],"textures":[{}],"materials":[
+{{"pbrMetallicRoughness":{{"baseColorFactor":[0.5,0.5,0.5,1],"baseColorTexture":{{"index":0}}}}}}])",
+                                                       texture),
+                                R"(,"material":0)"),
+             false);
+    EXPECT_TRUE(loaded.ok()) << loaded.status();
+    notices = loaded.ok() ? loaded->notices : std::vector<std::string>{};
+    return loaded.ok() ? std::get<PrincipledMaterial>(loaded->scene.materials.at(0).kind).base_color : TexturedColor{};
+  };
+  std::vector<std::string> notices;
+  EXPECT_EQ(of(R"({"extensions":{"EXT_texture_webp":{"source":0}}})", notices),
+            (TexturedColor{{0.5f, 0.5f, 0.5f}, kNoTexture}));
+  EXPECT_EQ(notices[0], "left out: textures whose only image is of EXT_texture_webp");
+  of(R"({"extensions":{"KHR_texture_basisu":{"source":0}}})", notices);
+  EXPECT_EQ(notices[0], "left out: textures whose only image is of KHR_texture_basisu");
+  of(R"({"extensions":{"NOBODY_texture":{}}})", notices);
+  EXPECT_EQ(notices[0], "left out: textures whose only image is of extensions that are not known");
+  // Where there is an image for those who do not know the extension, it is taken.
+  EXPECT_EQ(of(R"({"source":0,"extensions":{"EXT_texture_webp":{"source":7}}})", notices).texture, 0u);
+  EXPECT_EQ(notices.size(), 1u);  // of the camera
+}
+
 TEST(GltfScene, VolumesAbsorb) {
   const Material amber = material(
       R"("pbrMetallicRoughness":{"metallicFactor":0},"extensions":{"KHR_materials_transmission":{"transmissionFactor":1},
@@ -352,6 +407,10 @@ TEST(GltfScene, MaterialMistakesAreNamed) {
 "materials":[{"pbrMetallicRoughness":{"baseColorTexture":{"index":0}}}])",
                   R"(,"material":0)"),
             "a.gltf: images[0]: PNG or JPEG is expected");
+  EXPECT_EQ(
+      error(kOneNode + R"(,"textures":[{}],"materials":[{"pbrMetallicRoughness":{"baseColorTexture":{"index":0}}}])",
+            R"(,"material":0)"),
+      "a.gltf: textures[0].source: an image is expected");
 }
 
 // A scale along one axis says nothing of the others.

@@ -309,11 +309,11 @@ TEST_F(Load, NumbersOfMtlFilesThatMeanNothingAreLeftOut) {
     ASSERT_TRUE(notice.starts_with(prefix)) << notice;
     notices.push_back(notice.substr(prefix.size()));
   }
-  EXPECT_EQ(notices, (std::vector<std::string>{"5: Ns -1, which is not from 0 to 1000000000, of material \"green\"",
-                                               "5: d 2, which is not from 0 to 1, of material \"green\"",
-                                               "5: Tr -1, which is not from 0 to 1, of material \"green\"",
-                                               "1: Ni 0, which is not in (0, 10], of material \"red\"",
-                                               "1: map_Kd without the name of a file of material \"red\""}));
+  EXPECT_EQ(notices, (std::vector<std::string>{"7: Ns -1, which is not from 0 to 1000000000, of material \"green\"",
+                                               "9: d 2, which is not from 0 to 1, of material \"green\"",
+                                               "10: Tr -1, which is not from 0 to 1, of material \"green\"",
+                                               "3: Ni 0, which is not in (0, 10], of material \"red\"",
+                                               "4: map_Kd without the name of a file of material \"red\""}));
 }
 
 /// CPU seconds of this process so far.

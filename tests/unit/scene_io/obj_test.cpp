@@ -303,13 +303,13 @@ TEST(Mtl, GlossyMetalAndAbsorbingModelsAreMapped) {
   EXPECT_EQ(notices,
             (std::vector<std::string>{
                 "Ka was read as emission, because only some materials have it: ground",
-                "box.mtl:6: Kd + Ks of material \"bright\" is above 1, and both were scaled down: a surface "
+                "box.mtl:8: Kd + Ks of material \"bright\" is above 1, and both were scaled down: a surface "
                 "cannot reflect more than it gets",
-                "box.mtl:29: illum 7 of material \"pane\" was read as illum 4 (glass)",
-                "left out: box.mtl:29: Tf of material \"pane\"",
-                "box.mtl:35: illum 13 of material \"milk\" was read as glass that absorbs 1/Kd - 1 and scatters "
+                "box.mtl:30: illum 7 of material \"pane\" was read as illum 4 (glass)",
+                "left out: box.mtl:31: Tf of material \"pane\"",
+                "box.mtl:39: illum 13 of material \"milk\" was read as glass that absorbs 1/Kd - 1 and scatters "
                 "Ks per unit of length",
-                "box.mtl:40: illum 14 of material \"fog\" was read as a medium without a surface that absorbs "
+                "box.mtl:43: illum 14 of material \"fog\" was read as a medium without a surface that absorbs "
                 "1/Kd - 1 and scatters Ks per unit of length"}));
 }
 
@@ -356,11 +356,43 @@ TEST(Mtl, WhatIsLeftOutIsSaid) {
   EXPECT_EQ(
       notices,
       (std::vector<std::string>{
-          "box.mtl:1: Kd of material \"a\" is above 1 and was cut: a surface cannot reflect more than it gets",
-          "left out: box.mtl:1: bump of material \"a\"", "left out: box.mtl:1: d (opacity) of material \"a\"",
-          "box.mtl:6: illum 13 of material \"b\" was read as glass that absorbs 1/Kd - 1 and scatters Ks per unit of "
+          "box.mtl:2: Kd of material \"a\" is above 1 and was cut: a surface cannot reflect more than it gets",
+          "left out: box.mtl:5: bump of material \"a\"", "left out: box.mtl:4: d (opacity) of material \"a\"",
+          "box.mtl:7: illum 13 of material \"b\" was read as glass that absorbs 1/Kd - 1 and scatters Ks per unit of "
           "length",
-          "left out: box.mtl:12: illum 77 of material \"d\"; it is rendered as diffuse"}));
+          "left out: box.mtl:13: illum 77 of material \"d\"; it is rendered as diffuse"}));
+}
+
+TEST(Mtl, UnknownStatementsAreNamedOnceAtTheirFirstLine) {
+  std::vector<std::string> notices;
+  materials_of(
+      "newmtl a\nKd 1 1 1\nPs 0.5\n\nPs 0.25\nfoo bar\nnewmtl b\nPs 1\nsharpness 60\nKm 1\nd 0.5\n"
+      "newmtl c\nPs 1\nTr 0.5\n",
+      KaMeaning::automatic, notices);
+  EXPECT_EQ(notices, (std::vector<std::string>{"left out: box.mtl:3: Ps of material \"a\" and of 2 others",
+                                               "left out: box.mtl:6: foo of material \"a\"",
+                                               "left out: box.mtl:9: sharpness of material \"b\"",
+                                               "left out: box.mtl:10: Km of material \"b\"",
+                                               "left out: box.mtl:11: d (opacity) of material \"b\" and of 1 other"}));
+}
+
+TEST(Mtl, WhatIsLeftOutHasAnEnd) {
+  std::vector<std::string> notices;
+  std::string text;
+  for (int i = 0; i < 200'000; ++i) {  // seconds, or minutes where all are compared with all
+    text += fmt::format("{}x{} 1\n", i % 1000 == 0 ? fmt::format("newmtl m{}\n", i) : "", i);
+  }
+  const Result<std::vector<MtlMaterial>> read = read_mtl(text + std::string(100'000, 'y') + " 1", "box.mtl");
+  ASSERT_TRUE(read.ok()) << read.status();
+  EXPECT_EQ(read->front().unused.size(), kMaxMtlUnused);
+  EXPECT_EQ(read->front().unused.back(), (MtlUnused{"more statements"}));
+  EXPECT_EQ(read->front().unused.back().line, 1 + static_cast<int>(kMaxMtlUnused));
+  Scene scene;
+  map_materials(*read, KaMeaning::automatic, scene, notices);
+  ASSERT_EQ(notices.size(), 101u);
+  EXPECT_EQ(notices.front(), "left out: box.mtl:2: x0 of material \"m0\"");
+  EXPECT_TRUE(notices.back().starts_with("left out: ")) << notices.back();
+  EXPECT_TRUE(notices.back().ends_with(" more in materials")) << notices.back();
 }
 
 TEST(Mtl, MapsHaveOptions) {
@@ -375,7 +407,7 @@ TEST(Mtl, MapsHaveOptions) {
                                                 {"map_Ke", "-weird.png", {1, 1}, {0, 0}, false, 'l'},
                                                 {"map_Kd", "third -s.png", {1, 1}, {0, 0}, false, 'l'}}));
   EXPECT_EQ(material.unused,
-            (std::vector<std::string>{"map_Kd -mm", "map_Kd -t", "bump", "map_Bump", "refl -type", "refl"}));
+            (std::vector<MtlUnused>{{"map_Kd -mm"}, {"map_Kd -t"}, {"bump"}, {"map_Bump"}, {"refl -type"}, {"refl"}}));
   const Result<std::vector<MtlMaterial>> first =
       read_mtl("newmtl a\nmap_Kd -s 2 3 1 -o 0.5 -clamp on my wood.png", "box.mtl");
   ASSERT_TRUE(first.ok()) << first.status();
@@ -404,7 +436,7 @@ TEST(Mtl, MapsBecomeTextures) {
   EXPECT_EQ(std::get<MirrorMaterial>(scene.materials[2].kind).reflectance, (TexturedColor{{1, 1, 1}, 2}));
   EXPECT_EQ(scene.materials[3].emission, (TexturedColor{{1, 1, 1}, 3}));
   EXPECT_TRUE(scene.materials[3].two_sided_emission);
-  EXPECT_EQ(notices, std::vector<std::string>{"left out: folder/box.mtl:6: map_Kd of material \"c\""});
+  EXPECT_EQ(notices, std::vector<std::string>{"left out: folder/box.mtl:7: map_Kd of material \"c\""});
 }
 
 TEST(Mtl, NumbersAreRead) {
@@ -422,7 +454,7 @@ TEST(Mtl, NumbersAreRead) {
   EXPECT_EQ(a.coat_roughness, 0.1);
   EXPECT_EQ(a.tf, (RgbColor{1, 0.5f, 0}));
   EXPECT_EQ((*read)[1].opacity, 0.75);
-  EXPECT_EQ((*read)[1].unused, (std::vector<std::string>{"Kd spectral", "Ks xyz"}));
+  EXPECT_EQ((*read)[1].unused, (std::vector<MtlUnused>{{"Kd spectral"}, {"Ks xyz"}, {"sharpness"}}));
 }
 
 TEST(Mtl, WhatIsWrongIsPlaced) {
