@@ -90,7 +90,8 @@ Result<bool> read_head(IesText& text) {
   for (int lines = 0; !text.at_end(); ++lines) {
     std::string_view line = text.line();
     if (lines == 0) {
-      recent = line.find("2002") != std::string_view::npos || line.find("2019") != std::string_view::npos;
+      // "IESNA:LM-63-2002", "IES:LM-63-2019"; files of 1986 begin with a label of any text.
+      recent = line.find("LM-63-2002") != std::string_view::npos || line.find("LM-63-2019") != std::string_view::npos;
     }
     if (!line.starts_with("TILT=")) {
       continue;

@@ -27,7 +27,7 @@ struct IesProfile {
   double lumen() const;
 };
 
-/// Reads LM-63 of 1986, 1991, 1995 or 2002. Errors name file and line: "lamp.ies:12: …". The factors for tilted
+/// Reads LM-63 of 1986, 1991, 1995, 2002 or 2019. Errors name file and line: "lamp.ies:12: …". The factors for tilted
 /// mounting (TILT=INCLUDE or a file) are read over: the lamp burns as it was measured.
 Result<IesProfile> read_ies(std::string_view text, std::string_view file);
 

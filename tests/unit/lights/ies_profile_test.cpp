@@ -74,8 +74,16 @@ TEST(IesProfile, FactorsMultiplyWhatTheFileSays) {
   text.replace(text.find("\r\n1 1 100"), 10, "\r\n0.5 0.8 9");
   EXPECT_DOUBLE_EQ(profile_of(text).at(0, 0), 8 * 2.5 * 0.5 * 0.8);
   // Since 2002 the second one is for future use.
-  text.replace(text.find("1995"), 4, "2002");
-  EXPECT_DOUBLE_EQ(profile_of(text).at(0, 0), 8 * 2.5 * 0.5);
+  const auto with_head = [&](std::string_view head) {
+    std::string other = text;
+    other.replace(0, std::string_view("IESNA:LM-63-1995").size(), head);
+    return profile_of(other).at(0, 0);
+  };
+  EXPECT_DOUBLE_EQ(with_head("IESNA:LM-63-2002"), 8 * 2.5 * 0.5);
+  EXPECT_DOUBLE_EQ(with_head("IES:LM-63-2019"), 8 * 2.5 * 0.5);
+  // A file of 1986 has no such line: it begins with a label, which says whatever it says.
+  EXPECT_DOUBLE_EQ(with_head("REPORT NO. 2002-117 OF 5/20/1987"), 8 * 2.5 * 0.5 * 0.8);
+  EXPECT_DOUBLE_EQ(with_head("CATALOG 201907"), 8 * 2.5 * 0.5 * 0.8);
 }
 
 TEST(IesProfile, TiltIsReadOver) {
