@@ -70,7 +70,8 @@ Result<MethodSpec> checked_method(const RenderOptions& options) {
   if (options.max_bounces > 0 && !method_bounces(method->name)) {
     return invalid_argument("--max-bounces is about light paths, and {} follows none", method->name);
   }
-  return method;
+  const Status status = check_max_bounces(method->name, options.max_bounces);
+  return status.ok() ? std::move(method) : Result<MethodSpec>(with_context(status, "--max-bounces"));
 }
 
 Result<std::vector<LayerSpec>> make_layers(const RenderOptions& options) {
@@ -112,8 +113,10 @@ void add_render_options(CLI::App& command, RenderOptions& options) {
           "other methods than path have albedo, normal, depth and id")
       ->type_name("A,B,...");
   command
-      .add_option("--max-bounces", options.max_bounces,
-                  "path, whitted: longest light path (default 1000 and 128; nearly all end long before)")
+      .add_option(
+          "--max-bounces", options.max_bounces,
+          "path, whitted: longest light path (default 1000 and 128, which is whitted's most; nearly all end long "
+          "before)")
       ->type_name("N")
       ->check(whole_number(1, 1'000'000));
   command.add_option("--seed", options.seed, "the same seed gives the same picture, bit for bit")

@@ -14,6 +14,7 @@ Result<std::unique_ptr<Method>> make_method(std::shared_ptr<const CompiledScene>
                                             const MethodSettings& settings) {
   LM_ASSIGN_OR_RETURN(const MethodSpec spec, parse_method(settings.name));
   LM_RETURN_IF_ERROR(check_method_layers(spec.name, settings.layers));
+  LM_RETURN_IF_ERROR(check_max_bounces(spec.name, settings.max_bounces));
   LM_RETURN_IF_ERROR(check_light_groups(settings.layers, scene->light_groups()));
   if (spec.name == "path") {
     return make_path_method(std::move(scene), settings);

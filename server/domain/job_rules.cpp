@@ -52,6 +52,9 @@ Status check_spec(const JobSpec& spec) {
   if (!method.ok()) {
     return with_context(method.status(), "settings.method");
   }
+  if (const Status status = check_max_bounces(method->name, settings.max_bounces); !status.ok()) {
+    return with_context(status, "settings.max_bounces");
+  }
   if (const Status status = check_method_layers(method->name, settings.layers); !status.ok()) {
     return with_context(status, "settings.layers");
   }

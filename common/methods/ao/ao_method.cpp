@@ -31,8 +31,8 @@ struct AoShader {
 
 std::unique_ptr<Method> make_ao_method(std::shared_ptr<const CompiledScene> scene, const MethodSettings& settings,
                                        const MethodSpec& spec) {
-  const float distance = spec.distance > 0 ? static_cast<float>(spec.distance * scene->frame().scale())
-                                           : std::numeric_limits<float>::infinity();
+  const float distance = spec.distance ? static_cast<float>(*spec.distance * scene->frame().scale())
+                                       : std::numeric_limits<float>::infinity();
   const AoShader shader{scene.get(), distance};
   return make_camera_method(std::move(scene), settings, shader);
 }

@@ -65,7 +65,9 @@ Status set_parameter(const Entry& entry, std::string_view text, MethodSpec& spec
     return ok_status();
   }
   LM_ASSIGN_OR_RETURN(spec.distance, parse_number(key, value, 0, 1e12));
-  return ok_status();
+  return *spec.distance > 0
+             ? ok_status()
+             : invalid_argument("{}: a number above 0 is expected, got '{}'; without it there is no limit", key, value);
 }
 
 }  // namespace
@@ -103,6 +105,12 @@ std::string_view method_help() {
     return text;
   }();
   return help;
+}
+
+Status check_max_bounces(std::string_view method, std::uint32_t max_bounces) {
+  return method != "whitted" || max_bounces <= kMaxWhittedBounces
+             ? ok_status()
+             : invalid_argument("whitted follows at most {}, got {}", kMaxWhittedBounces, max_bounces);
 }
 
 Result<MethodSpec> parse_method(std::string_view text) {

@@ -7,7 +7,6 @@
 namespace lightmill {
 namespace {
 
-constexpr std::uint32_t kMaxScatterings = 128;
 constexpr float kLeastWeight = 1e-5f;
 constexpr std::uint32_t kMaxBranches = 4096;  ///< of one camera ray: what mirrors around glass would make has no end
 
@@ -26,7 +25,7 @@ class WhittedShader {
       : scene_(&scene),
         shading_(scene, spec.flat),
         fixed_reflectance_(spec.glass),
-        max_scatterings_(max_bounces == 0 ? kMaxScatterings : std::min(max_bounces, kMaxScatterings)) {
+        max_scatterings_(max_bounces == 0 ? kMaxWhittedBounces : max_bounces) {
     for (const MaterialKind kind : scene.materials().kinds()) {
       may_be_smooth_ |= kind != MaterialKind::diffuse && kind != MaterialKind::phong && kind != MaterialKind::holdout;
     }

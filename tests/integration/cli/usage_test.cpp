@@ -34,6 +34,8 @@ TEST_F(CliTest, BadUsageIsExitCode2WithAReason) {
       {"render", box, "--crop", "500,500,64,64"},
       {"render", box, "--crop", "1,2,3"},
       {"render", box, "--method", "magic"},
+      {"render", box, "--method", "ao:distance=0"},
+      {"render", box, "--method", "whitted", "--max-bounces", "129"},
       {"render", box, "--view", "sepia"},
       {"render", box, "-o", file("a.jpg")},
       {"render", box, "-o", file("nowhere/a.png")},

@@ -139,6 +139,9 @@ TEST(Method, ParametersAreCheckedByName) {
             "distance: a number from 0 to 1000000000000 is expected, got 'far'");
   EXPECT_EQ(message_of(parse_method("ao:distance").status()),
             "distance: a number from 0 to 1000000000000 is expected, got ''");
+  EXPECT_EQ(message_of(parse_method("ao:distance=0").status()),
+            "distance: a number above 0 is expected, got '0'; without it there is no limit");
+  EXPECT_EQ(parse_method("ao")->distance, std::nullopt);
   EXPECT_EQ(message_of(parse_method("ao:depth=1").status()), "ao takes distance=D, brute-force; got 'depth=1'");
   EXPECT_TRUE(parse_method("raycast:flat")->flat);
   EXPECT_EQ(message_of(parse_method("raycast:flat=1").status()), "flat is a word of its own, got 'flat=1'");
@@ -147,6 +150,17 @@ TEST(Method, ParametersAreCheckedByName) {
   EXPECT_EQ(parse_method("whitted")->glass, std::nullopt);
   EXPECT_EQ(message_of(parse_method("whitted:glass=10").status()), "glass: a number from 0 to 1 is expected, got '10'");
   EXPECT_EQ(message_of(parse_method("path:distance=1").status()), "path takes brute-force; got 'distance=1'");
+}
+
+TEST(Method, WhittedFollowsLightOnlySoFar) {
+  EXPECT_TRUE(check_max_bounces("whitted", 0).ok());
+  EXPECT_TRUE(check_max_bounces("whitted", kMaxWhittedBounces).ok());
+  EXPECT_TRUE(check_max_bounces("path", 1'000'000).ok());
+  const auto scene = test::TestScene(LIGHTMILL_SOURCE_DIR "/scenes/cornell-bench-balls.json");
+  auto compiled = CompiledScene::compile(scene.scene(), scene.assets());
+  ASSERT_TRUE(compiled.ok()) << compiled.status();
+  EXPECT_EQ(message_of(make_method(*compiled, {"whitted", 1, 129, {}}).status()),
+            "whitted follows at most 128, got 129");
 }
 
 // The share of the hemisphere, weighted by the cosine, that a sphere of radius R at distance d straight above hides is

@@ -75,6 +75,11 @@ TEST_F(CoordinatorTest, RefusesWhatItCannotRenderAndNamesTheField) {
             std::string::npos);
   EXPECT_NE(error_of([](JobSpec& job) { job.settings.layers.clear(); }).find("settings.layers"), std::string::npos);
   EXPECT_NE(error_of([](JobSpec& job) { job.settings.method = "magic"; }).find("settings.method"), std::string::npos);
+  const std::string too_far = error_of([](JobSpec& job) {
+    job.settings.method = "whitted";
+    job.settings.max_bounces = 129;
+  });
+  EXPECT_NE(too_far.find("settings.max_bounces: whitted follows at most 128, got 129"), std::string::npos) << too_far;
   EXPECT_NE(error_of([](JobSpec& job) { job.settings.renderer_version = ""; }).find("renderer_version"),
             std::string::npos);
 }
