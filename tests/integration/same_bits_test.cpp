@@ -47,6 +47,21 @@ TEST(SameBits, ThreeWorkersTwoThreads) {
   expect_reference_film(farm.client(), farm.client().submit(kPicture).id());
 }
 
+TEST(SameBits, EveryOtherMethodOnFarmsOfBothSizes) {
+  Farm one, four;
+  one.add_worker(1, "w1");
+  four.add_worker(2, "w1");
+  four.add_worker(2, "w2");
+  for (const char* method : {"raycast", "whitted", "ao", "preview"}) {
+    SCOPED_TRACE(method);
+    const Picture picture{.side = 96, .samples = 21, .method = method, .scene = "cornell-bench-balls"};
+    const std::uint64_t on_one = one.client().submit(picture, method).id();
+    const std::uint64_t on_four = four.client().submit(picture, method).id();
+    expect_reference_film(one.client(), on_one, picture);
+    expect_reference_film(four.client(), on_four, picture);
+  }
+}
+
 TEST(SameBits, AWorkerKilledEverySecond) {
   Farm farm({"--unit-seconds", "0.3"});
   for (const char* name : {"w1", "w2", "w3"}) {

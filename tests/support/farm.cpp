@@ -61,26 +61,28 @@ std::vector<SampleRange> ranges_of(std::uint64_t samples) {
 
 }  // namespace
 
-const LoadedScene& bench_box() {
-  static const LoadedScene scene = [] {
-    const std::filesystem::path path =
-        std::filesystem::path(LIGHTMILL_SOURCE_DIR) / "scenes" / "cornell-bench-blocks.json";
-    return load_scene(std::vector{path}).value();
-  }();
-  return scene;
+const LoadedScene& shipped_scene(const std::string& name) {
+  static std::map<std::string, LoadedScene> scenes;
+  const auto found = scenes.find(name);
+  if (found != scenes.end()) {
+    return found->second;
+  }
+  const std::filesystem::path path = std::filesystem::path(LIGHTMILL_SOURCE_DIR) / "scenes" / (name + ".json");
+  return scenes.emplace(name, load_scene(std::vector{path}).value()).first->second;
 }
 
 JobSpec job_of(const Picture& picture, const std::string& request_id) {
   JobSpec spec;
   spec.request_id = request_id;
-  spec.name = "bench box";
+  spec.name = picture.scene;
   spec.owner = "test";
   spec.goal.samples = picture.samples;
-  Scene scene = bench_box().scene;
+  const LoadedScene& loaded = shipped_scene(picture.scene);
+  Scene scene = loaded.scene;
   scene.film.width = scene.film.height = picture.side;
   RenderSettings& settings = spec.settings;
   settings.scene = pack_scene(scene);
-  for (const auto& [digest, bytes] : bench_box().assets) {
+  for (const auto& [digest, bytes] : loaded.assets) {
     settings.assets.push_back(digest);
   }
   settings.width = settings.height = picture.side;
@@ -92,10 +94,11 @@ JobSpec job_of(const Picture& picture, const std::string& request_id) {
 }
 
 Hash128 reference_hash(const Picture& picture) {
-  Scene scene = bench_box().scene;
+  const LoadedScene& loaded = shipped_scene(picture.scene);
+  Scene scene = loaded.scene;
   scene.film.width = scene.film.height = picture.side;
   const auto compiled =
-      CompiledScene::compile(scene, [](const Sha256& digest) { return bench_box().assets.at(digest); }).value();
+      CompiledScene::compile(scene, [&](const Sha256& digest) { return loaded.assets.at(digest); }).value();
   const auto method = make_method(compiled, {picture.method, picture.seed, 0}).value();
   const TileGrid grid({0, 0, picture.side, picture.side});
   std::vector<std::vector<std::shared_ptr<const Node>>> nodes(grid.tile_count());
@@ -138,8 +141,8 @@ FarmClient::FarmClient(const std::string& address) {
   stub_ = v1::RenderService::NewStub(grpc::CreateCustomChannel(address, grpc::InsecureChannelCredentials(), arguments));
 }
 
-void FarmClient::upload_assets() {
-  for (const auto& [digest, bytes] : bench_box().assets) {
+void FarmClient::upload_assets(const LoadedScene& scene) {
+  for (const auto& [digest, bytes] : scene.assets) {
     call_patiently([&, &asset_digest = digest, &asset = bytes] {
       grpc::ClientContext context;
       v1::UploadAssetResponse response;
@@ -160,7 +163,7 @@ void FarmClient::upload_assets() {
 }
 
 v1::Job FarmClient::submit(const Picture& picture, const std::string& request_id) {
-  upload_assets();
+  upload_assets(shipped_scene(picture.scene));
   v1::SubmitJobRequest request;
   to_wire(job_of(picture, request_id), &request);
   v1::Job job;

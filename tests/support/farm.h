@@ -19,15 +19,19 @@
 
 namespace lightmill::test {
 
-/// What tests render: the bench box with blocks, small.
+/// What tests render: the bench box with blocks, or another scene that comes with Lightmill, small.
 struct Picture {
   int side = 128;  ///< pixels
   std::uint64_t samples = 300;
   std::uint64_t seed = 7;
   std::string method = "path";
+  std::string scene = "cornell-bench-blocks";
 };
 
-const LoadedScene& bench_box();
+const LoadedScene& shipped_scene(const std::string& name);
+inline const LoadedScene& bench_box() {
+  return shipped_scene(Picture().scene);
+}
 /// As a client submits it.
 JobSpec job_of(const Picture& picture, const std::string& request_id);
 /// The film hash of the bare core, in this process, without any farm.
@@ -39,7 +43,7 @@ class FarmClient {
   explicit FarmClient(const std::string& address);
   v1::RenderService::Stub& stub() { return *stub_; }
 
-  void upload_assets();
+  void upload_assets(const LoadedScene& scene = bench_box());
   v1::Job submit(const Picture& picture, const std::string& request_id = "test");
   v1::Job job(std::uint64_t id);
   v1::Job extend(std::uint64_t id, std::uint64_t samples);
