@@ -6,14 +6,14 @@
 #include "common/methods/method.h"
 #include "common/methods/primary_rays.h"
 #include "common/methods/sample_sums.h"
+#include "common/methods/travel.h"
 
 namespace lightmill {
 
-/// Eight camera rays and what they hit.
+/// Eight camera rays and what they arrive at, beyond boundaries that light does not notice.
 struct CameraHit8 {
   M8 lanes;  ///< there is a ray
-  Ray8 rays;
-  Hit8 hits;
+  Arrival8 arrival;
   Surface8 surface;
   U8 pixel_seed;        ///< scramble of the pixel's half
   std::uint32_t index;  ///< point of its sequences; decisions are numbered from kFirstPathDecision
@@ -46,7 +46,6 @@ class CameraMethod final : public Method {
       ws.sums.add(ws.radiance, ws.first);
     }
     ws.counters.samples += pixels * range.count();
-    ws.counters.closest_hit_rays += pixels * range.count();
     return ws.sums.finish();
   }
 
@@ -65,18 +64,25 @@ class CameraMethod final : public Method {
       hit.pixel_seed = U8::load(&ws.pixel_seeds[pixel]);
       hit.index = index;
       const U8 pixel_lanes = U8(static_cast<std::uint32_t>(pixel)) + U8::lane_index();
-      hit.rays = primary_rays(*scene_, tile, pixel_lanes, hit.pixel_seed, index);
-      hit.hits = scene_->accel().intersect(hit.lanes, hit.rays, true);
-      hit.surface = scene_->surface(hit.rays, hit.hits);
+      hit.arrival = arrive(hit.lanes, primary_rays(*scene_, tile, pixel_lanes, hit.pixel_seed, index), ws.counters);
+      hit.surface = scene_->surface(hit.arrival.rays, hit.arrival.hits);
       if (flat_) {
         hit.surface.shading_normal = hit.surface.geometric_normal;
       }
       if (channels_.shows_surfaces()) {
-        store_surfaces(channels_, *scene_, hit.hits, hit.surface, pixel_lanes,
+        store_surfaces(channels_, *scene_, hit.arrival.hits, hit.surface, pixel_lanes,
                        {ws.radiance.data(), pixels, ws.first.empty() ? nullptr : ws.first.data(), pixels});
       }
       store(shader_.shade(hit, ws.counters), pixel, pixels, ws.radiance);
     }
+  }
+
+  Arrival8 arrive(M8 lanes, const Ray8& rays, RenderCounters& counters) const {
+    if (scene_->features().media) {
+      return travel(*scene_, lanes, rays, scene_->eye_media(), kNoGeometry, counters);
+    }
+    counters.closest_hit_rays += static_cast<std::uint64_t>(lanes.count());
+    return {scene_->accel().intersect(lanes, rays, true), rays, {}, {}, broadcast(Vec3(1)), {}};
   }
 
   static void store(const V8& value, std::size_t pixel, std::size_t pixels, std::vector<float>& planes) {

@@ -17,13 +17,19 @@ struct AoShader {
     const Pair8 u = sobol_pair(U8(at.index), decision_seed(at.pixel_seed, kFirstPathDecision));
     const V8 direction = frame.to_world(square_to_cosine_hemisphere(u));
     // Below the surface itself, where the shading normal leans away from the geometric one, nothing of the sky is seen.
-    const M8 above = at.hits.hit & (dot(direction, facing) > F8(0.0f));
+    const M8 above = at.arrival.hits.hit & (dot(direction, facing) > F8(0.0f));
     const Ray8 rays{s.point + facing * s.offset, direction, F8(distance)};
-    const M8 blocked = scene->accel().occluded(above, rays);
-    counters.shadow_rays += static_cast<std::uint64_t>(above.count());
-    const M8 open = and_not(above, blocked) | and_not(at.lanes, at.hits.hit);
-    const F8 value = masked(open, F8(1.0f));
+    const M8 open = and_not(above, occluded(above, rays, at.arrival.media, counters));
+    const F8 value = masked(open | and_not(at.lanes, at.arrival.hits.hit), F8(1.0f));
     return {value, value, value};
+  }
+
+  M8 occluded(M8 lanes, const Ray8& rays, const Media8& media, RenderCounters& counters) const {
+    if (scene->features().media) {
+      return travel(*scene, lanes, rays, media, kNoGeometry, counters).hits.hit;
+    }
+    counters.shadow_rays += static_cast<std::uint64_t>(lanes.count());
+    return scene->accel().occluded(lanes, rays);
   }
 };
 

@@ -38,23 +38,26 @@ void Batch::start(std::size_t first_pixel, std::size_t last_pixel, const std::ve
   }
 }
 
-/// Adds to the three planes from `channel` on.
-void Batch::add_to_plane(int channel, M8 lanes, U8 slot, const V8& value) {
+/// Adds to three planes; `channel_of` gives the first for a lane.
+template <class ChannelOf>
+void Batch::add_to_planes(M8 lanes, U8 slot, const V8& value, const ChannelOf& channel_of) {
   alignas(32) float r[8], g[8], b[8];
   alignas(32) std::uint32_t p[8];
   value.x.store(r);
   value.y.store(g);
   value.z.store(b);
   slot.store(p);
-  float* const red = ws_.radiance.data() + static_cast<std::size_t>(channel) * slots_;
-  float* const green = red + slots_;
-  float* const blue = green + slots_;
   for (unsigned bits = static_cast<unsigned>(lanes.bits()); bits != 0; bits &= bits - 1) {
     const int lane = std::countr_zero(bits);
-    red[p[lane]] += r[lane];
-    green[p[lane]] += g[lane];
-    blue[p[lane]] += b[lane];
+    float* const red = ws_.radiance.data() + static_cast<std::size_t>(channel_of(lane)) * slots_ + p[lane];
+    red[0] += r[lane];
+    red[slots_] += g[lane];
+    red[2 * slots_] += b[lane];
   }
+}
+
+void Batch::add_to_plane(int channel, M8 lanes, U8 slot, const V8& value) {
+  add_to_planes(lanes, slot, value, [channel](int) { return channel; });
 }
 
 /// Light that reaches the camera; `direct`: scattered at most once on its way.
@@ -67,12 +70,9 @@ void Batch::add_light(M8 lanes, U8 slot, const V8& value, bool direct) {
 
 /// Adds to the planes of the layer that the lights of a group have.
 void Batch::add_to_group(M8 lanes, U8 slot, U8 group, const V8& value) {
-  for (std::size_t number = 0; number < channels_.light.size(); ++number) {
-    const M8 of_group = lanes & (group == U8(static_cast<std::uint32_t>(number)));
-    if (of_group.any()) {
-      add_to_plane(channels_.light[number], of_group, slot, value);
-    }
-  }
+  alignas(32) std::uint32_t groups[8];
+  group.store(groups);
+  add_to_planes(lanes, slot, value, [&](int lane) { return channels_.light[groups[lane]]; });
 }
 
 /// A path that arithmetic has led out of all numbers (only degenerate geometry does) makes its sample one that is not

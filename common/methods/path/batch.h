@@ -56,6 +56,8 @@ class Batch {
  private:
   void start(std::size_t first_pixel, std::size_t last_pixel, const std::vector<std::uint32_t>& seeds);
   std::uint32_t start_meter(std::size_t first_pixel, std::size_t last_pixel, const std::vector<std::uint32_t>& seeds);
+  template <class ChannelOf>
+  void add_to_planes(M8 lanes, U8 slot, const V8& value, const ChannelOf& channel_of);
   void add_to_plane(int channel, M8 lanes, U8 slot, const V8& value);
   void add_light(M8 lanes, U8 slot, const V8& value, bool direct);
   void add_to_group(M8 lanes, U8 slot, U8 group, const V8& value);

@@ -47,7 +47,8 @@ M8 Batch::travel(Path8& paths, M8 lanes, F8 length, std::uint32_t decision, F8& 
 }
 
 /// Follows the paths through boundaries that light does not notice to the first that it does, or to another surface,
-/// and takes off what is absorbed on the way; `hits` is where they arrive, as seen from where they start.
+/// takes off what is absorbed on the way and adds what those boundaries emit; `hits` is where they arrive, as seen from
+/// where they start.
 Batch::Passage8 Batch::pass_media(Path8& paths, M8 lanes, Hit8& hits, std::uint32_t bounce) {
   const MediumTable& table = scene_.media();
   Passage8 passage;
@@ -74,6 +75,12 @@ Batch::Passage8 Batch::pass_media(Path8& paths, M8 lanes, Hit8& hits, std::uint3
     active = and_not(active, here.real | (medium == U8(0u)));
     if (active.none()) {
       break;
+    }
+    if (scene_.features().emissive_surfaces) {
+      Hit8 passing = hits;
+      passing.hit = active;
+      passing.distance = hits.distance + passed_length;
+      add_emission(paths, passing, surface, bounce);
     }
     if (passed == kMaxPassed) {
       hits.hit = and_not(hits.hit, active);

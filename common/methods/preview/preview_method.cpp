@@ -10,16 +10,19 @@ struct PreviewShader {
 
   V8 shade(const CameraHit8& at, RenderCounters& /*counters*/) const {
     const MaterialTable& materials = scene->materials();
-    const F8 cosine = abs(dot(at.rays.direction, at.surface.geometric_normal));
-    V8 value = masked(at.hits.hit, materials.albedo(at.surface, at.hits.hit)) +
-               materials.emission(at.surface, cosine, materials.emits(at.surface, at.hits.hit));
+    const M8 hit = at.arrival.hits.hit;
+    const V8& direction = at.arrival.rays.direction;
+    const F8 cosine = abs(dot(direction, at.surface.geometric_normal));
+    V8 value = masked(hit, materials.albedo(at.surface, hit)) +
+               materials.emission(at.surface, cosine, materials.emits(at.surface, hit));
     if (scene->features().holdouts) {
-      const M8 holdout = materials.is_kind(at.surface.material, MaterialKind::holdout, at.hits.hit);
-      value = select(holdout, scene->lights().environment.radiance(at.rays.direction), value);
+      const M8 holdout = materials.is_kind(at.surface.material, MaterialKind::holdout, hit);
+      value = select(holdout, scene->lights().environment.radiance(direction), value);
     }
-    return scene->features().environment
-               ? select(at.hits.hit, value, scene->lights().environment.radiance(at.rays.direction))
-               : value;
+    if (scene->features().environment) {
+      value = select(hit, value, scene->lights().environment.radiance(direction));
+    }
+    return value + at.arrival.emission;
   }
 };
 

@@ -8,7 +8,7 @@
 // material, shows nothing of all this: what it shows is the `smooth` of its BSDF (materials/bsdf.h) to tell.
 #pragma once
 
-#include "common/methods/raycast/travel.h"
+#include "common/methods/travel.h"
 
 namespace lightmill {
 

@@ -33,12 +33,7 @@ class WhittedShader {
 
   V8 shade(const CameraHit8& at, RenderCounters& counters) const {
     Walk walk{{}, {}, {}, counters};
-    const Branch8 start{at.lanes, at.rays, broadcast(Vec3(1)), scene_->eye_media(), 0};
-    if (scene_->features().media) {
-      walk.waiting.push_back(start);
-    } else {
-      arrive(start, {at.hits, at.rays, {}, {}, broadcast(Vec3(1))}, at.surface, walk);
-    }
+    arrive({at.lanes, at.arrival.rays, broadcast(Vec3(1)), at.arrival.media, 0}, at.arrival, at.surface, walk);
     // Depth first: for each lane the order of addition is that of its own branches.
     while (!walk.waiting.empty()) {
       const Branch8 branch = walk.waiting.back();
@@ -71,7 +66,7 @@ class WhittedShader {
         }
       }
     }
-    walk.sum = walk.sum + masked(branch.lanes, light * weight);
+    walk.sum = walk.sum + masked(branch.lanes, light * weight + arrival.emission * branch.weight);
     // Only degenerate geometry leads arithmetic out of all numbers: such a sample is not finite, and counted.
     if (const M8 lost = and_not(branch.lanes, Accel::traceable(branch.rays)); lost.any()) [[unlikely]] {
       walk.sum = select(lost, broadcast(Vec3(std::numeric_limits<float>::quiet_NaN())), walk.sum);

@@ -171,7 +171,7 @@ class SceneCompiler {
   void compile_plane(const Object& object, const PlaneShape& plane, const Affine& map) {
     const Vec3 point(frame_.to_frame(map(to_vec(plane.point))));
     const Vec3d normal = glm::normalize(near_one(map.normal_matrix() * near_one(to_vec(plane.normal))));
-    out_->geometry_.add_plane(object.material, point, static_cast<float>(1 / frame_.scale()));
+    out_->geometry_.add_plane(object.material, point, static_cast<float>(1 / frame_.scale()), !scene_.textures.empty());
     out_->accel_->add_plane(point, Vec3(normal));
     light_builder_.add_other();
   }

@@ -46,10 +46,10 @@ void GeometryTable::add_sphere(std::uint32_t material, const Vec3& center, float
   lightmill::append(triangle_extent_, Vec3(0));  // a sphere's only primitive
 }
 
-void GeometryTable::add_plane(std::uint32_t material, const Vec3& point, float coordinate_scale) {
+void GeometryTable::add_plane(std::uint32_t material, const Vec3& point, float coordinate_scale, bool textured) {
   push(kPlane, material, {static_cast<std::uint32_t>(triangle_extent_.size() / 3), 0, kNone, kNone});
   has_planes_ = true;
-  has_coordinates_ = true;
+  has_coordinates_ |= textured;
   std::copy_n(&point.x, 3, center_.end() - 3);
   radius_.back() = coordinate_scale;
   lightmill::append(triangle_extent_, Vec3(0));

@@ -238,6 +238,36 @@ TEST(Media, LightThroughWhatIsNotThereIsCountedOnce) {
   expect_answer(mean_of(scene.render({"path", 47, 2}, 10), 0), 1.44 / 4, 2e-3);
 }
 
+TEST(Media, WhatIsNotThereStillEmits) {
+  // A ball of radius r whose boundary light does not notice, of radiance 1, at distance d above a floor: E = π r²/d².
+  // It is a bubble of index 1, or glass that gives way to what fills all space around.
+  const double r = 0.8, d = 2;
+  const auto glowing = [](const std::string& name, double ior) {
+    return fmt::format(R"({{"name": "{}", "dielectric": {{"ior": {}}}, "emission": {}}})", name, ior, gray(1));
+  };
+  const std::string ball = sphere("ball", fmt::format("[0, {}, 0]", d), r);
+  const std::string floor = diffuse("floor", 1) + ",";
+  const std::map<std::string, std::string> files{{"floor.obj", plane(20, 0, true)}};
+  const struct {
+    std::string materials, objects;
+  } cases[] = {
+      {glowing("ball", 1), ball},
+      {glowing("ball", 1.5) + "," + medium("all", 1, absorbing(1e-9), 1), ball + "," + sphere("all", "[0, 0, 0]", 40)}};
+  for (const auto& c : cases) {
+    const auto lit = TestScene::from_text(document(R"("eye": [0, 0.5, 3], "look_at": [0, 0, 0])", 0.01, 8,
+                                                   floor + c.materials, mesh("floor", "floor.obj") + "," + c.objects),
+                                          files);
+    expect_answer(mean_of(lit.render({"path", 48, 1}, 12), 0), r * r / (d * d), 3e-3);
+    const auto seen =
+        TestScene::from_text(document(fmt::format(R"("eye": [0.1, {0}, 3], "look_at": [0.1, {0}, 0])", d), 0.01, 8,
+                                      floor + c.materials, mesh("floor", "floor.obj") + "," + c.objects),
+                             files);
+    for (const char* method : {"path", "raycast", "whitted"}) {
+      EXPECT_NEAR(mean_of(seen.render({method, 49, 0}, 4), 0).value, 1, 1e-6) << method;
+    }
+  }
+}
+
 /// Henyey and Greenstein's function of the cosine between the ways before and after.
 double phase(double g, double cosine) {
   return (1 - g * g) / (4 * M_PI * std::pow(1 + g * g - 2 * g * cosine, 1.5));

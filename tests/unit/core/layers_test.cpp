@@ -67,6 +67,34 @@ test::TestScene tilted_quad() {
                                     {{"quad.obj", "v -4 -4 -4\nv 0 -4 0\nv 0 4 0\nv -4 4 -4\nf 1 2 3 4\n"}});
 }
 
+// A shell of index 1 is not there, whatever looks at the scene: in layers as in the picture.
+TEST(Layers, BoundariesThatLightDoesNotNoticeAreNotShown) {
+  const auto scene = [](bool with_shell) {
+    const std::string shell = R"(, {"name": "shell", "material": "air", "sphere": {"center": [0, 0, 0], "radius": 2}})";
+    return test::TestScene::from_text(
+        R"({"camera": {"eye": [0, 0, 4], "look_at": [0, 0, 0], "vertical_fov_degrees": 40},
+        "film": {"width": 64, "height": 64},
+        "materials": [{"name": "paint", "diffuse": {"reflectance": {"rgb": [0.8, 0.1, 0.1]}}}, {"name": "air", "dielectric": {"ior": 1}}],
+        "objects": [{"name": "ball", "material": "paint", "sphere": {"center": [0, 0, 0], "radius": 1}})" +
+        (with_shell ? shell : "") +
+        R"(], "lights": [{"point": {"position": [0, 3, 4], "intensity": {"rgb": [9, 9, 9]}}}]})");
+  };
+  for (const char* method : {"path", "preview", "ao", "raycast", "whitted"}) {
+    const Layers plain = render(scene(false), {"albedo", "normal", "depth", "id"}, {2, 0}, method);
+    const Layers shelled = render(scene(true), {"albedo", "normal", "depth", "id"}, {2, 0}, method);
+    ASSERT_EQ(plain.values.size(), shelled.values.size());
+    // The shell does not change the frame of reference that rays leave surfaces in by more than rounding; where that
+    // moves the ball's edge across a sample, a pixel may differ.
+    std::size_t different = 0;
+    for (std::size_t i = 0; i < plain.values.size(); ++i) {
+      different += std::abs(plain.values[i] - shelled.values[i]) > 1e-3f * (1 + std::abs(plain.values[i])) ? 1 : 0;
+    }
+    EXPECT_LE(different, plain.values.size() / 1000) << method;
+    EXPECT_GT(shelled.mean("albedo", 0, 32 * 64 + 32), 0.79) << method;
+    EXPECT_LT(shelled.mean("albedo", 1, 32 * 64 + 32), 0.11) << method;
+  }
+}
+
 TEST(Layers, DirectAndIndirectSumToBeauty) {
   const Layers layers = render(balls(), {"direct", "indirect"}, {5, 0});
   double total_direct = 0, total_indirect = 0;

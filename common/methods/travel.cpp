@@ -1,4 +1,4 @@
-#include "common/methods/raycast/travel.h"
+#include "common/methods/travel.h"
 
 namespace lightmill {
 namespace {
@@ -11,7 +11,7 @@ Arrival8 travel(const CompiledScene& scene, M8 lanes, const Ray8& rays, const Me
                 RenderCounters& counters) {
   const bool has_media = scene.features().media;
   const MediumTable& table = scene.media();
-  Arrival8 out{{}, rays, media, {F8(1.0f), media, M8()}, broadcast(Vec3(1))};
+  Arrival8 out{{}, rays, media, {F8(1.0f), media, M8()}, broadcast(Vec3(1)), {}};
   F8 skipped(0.0f);  // of the way, by moving off the surface before
   M8 active = lanes;
   for (int passed = 0; active.any(); ++passed) {
@@ -35,7 +35,14 @@ Arrival8 travel(const CompiledScene& scene, M8 lanes, const Ray8& rays, const Me
       const M8 boundary = and_not(active, medium == U8(0u));
       out.crossing = {select(boundary, here.eta, out.crossing.eta), select(boundary, here.beyond, out.crossing.beyond),
                       M8()};
-      open = open | and_not(boundary, here.real);
+      const M8 unnoticed = and_not(boundary, here.real);
+      if (scene.features().emissive_surfaces && unnoticed.any()) {
+        const M8 emitting = scene.materials().emits(surface, unnoticed);
+        const F8 cosine = abs(dot(rays.direction, surface.geometric_normal));
+        const V8 light = out.transmittance * scene.materials().emission(surface, cosine, emitting);
+        out.emission = select(emitting, out.emission + light, out.emission);
+      }
+      open = open | unnoticed;
       out.media = select(open & boundary, here.beyond, out.media);
     }
     active = passed < kMaxPassed ? open : M8();

@@ -14,6 +14,7 @@ struct Arrival8 {
   Media8 media;        ///< in front of what was hit
   Crossing8 crossing;  ///< of what was hit, where it is the boundary of a medium; else its eta is 1
   V8 transmittance;    ///< of all of the way
+  V8 emission;         ///< radiance that boundaries which did not stop the rays have added, as it arrives
 };
 
 /// Follows rays (of unit direction) through boundaries that light does not notice, and through all surfaces of the
