@@ -5,6 +5,7 @@
 #include <ctime>
 #include <nlohmann/json.hpp>
 
+#include "client/cli/camera_matrices.h"
 #include "client/cli/console.h"
 #include "common/base/file.h"
 #include "common/film/film_hash.h"
@@ -13,6 +14,7 @@
 #include "common/wire/bytes.h"
 #include "common/wire/farm_messages.h"
 #include "common/wire/scene_proto.h"
+#include "lightmill/v1/scene.pb.h"
 
 namespace lightmill::cli {
 namespace fs = std::filesystem;
@@ -81,6 +83,19 @@ PictureIds ids_in(const Scene& scene) {
   return {std::move(objects), std::move(materials)};
 }
 
+/// Where the camera of the scene was, in the attributes that OpenEXR has for it.
+Status add_camera_attributes(const std::string& packed_scene, FilmPicture& picture) {
+  v1::Scene scene;
+  const Result<Camera> camera = scene.ParseFromString(packed_scene)
+                                    ? from_wire(scene.camera())
+                                    : Result<Camera>(data_loss("the farm sent a scene that is damaged"));
+  LM_RETURN_IF_ERROR(camera.status());
+  const CameraMatrices matrices = camera_matrices(*camera, picture.display.width, picture.display.height);
+  picture.attributes["worldToCamera"] = matrices.world_to_camera;
+  picture.attributes["worldToNDC"] = matrices.world_to_ndc;
+  return ok_status();
+}
+
 /// A film on its way here, and what its tiles must be like.
 struct IncomingFilm {
   FetchedFilm film;
@@ -103,6 +118,7 @@ Result<IncomingFilm> begin_film(const v1::FilmHeader& header) {
   }
   IncomingFilm in{{header.job(), FilmPicture(frame, crop), {}}, grid_of(*settings), NodeLayout(settings->layers), {}};
   in.film.picture.receipt = receipt_of(header);
+  LM_RETURN_IF_ERROR(add_camera_attributes(settings->scene, in.film.picture));
   for (const LayerSpec& layer : std::span(settings->layers).subspan(1)) {
     in.film.picture.layers.push_back(make_picture_layer(layer.name, in.film.picture.pixels()));
   }

@@ -9,6 +9,7 @@
 #include <ImfIO.h>
 #include <ImfInputFile.h>
 #include <ImfIntAttribute.h>
+#include <ImfMatrixAttribute.h>
 #include <ImfOutputFile.h>
 #include <ImfStandardAttributes.h>
 #include <ImfStringAttribute.h>
@@ -85,6 +86,10 @@ void insert_attribute(Imf::Header& header, const std::string& name, const ImageA
     header.insert(name, Imf::IntAttribute(*integer));
   } else if (const auto* single = std::get_if<float>(&attribute)) {
     header.insert(name, Imf::FloatAttribute(*single));
+  } else if (const auto* matrix = std::get_if<ImageMatrix>(&attribute)) {
+    Imath::M44f rows;
+    std::copy(matrix->begin(), matrix->end(), rows.getValue());
+    header.insert(name, Imf::M44fAttribute(rows));
   } else {
     header.insert(name, Imf::DoubleAttribute(std::get<double>(attribute)));
   }
@@ -101,6 +106,10 @@ std::map<std::string, ImageAttribute> read_attributes(const Imf::Header& header)
       attributes[it.name()] = single->value();
     } else if (const auto* number = dynamic_cast<const Imf::DoubleAttribute*>(&it.attribute())) {
       attributes[it.name()] = number->value();
+    } else if (const auto* rows = dynamic_cast<const Imf::M44fAttribute*>(&it.attribute())) {
+      ImageMatrix matrix;
+      std::copy_n(rows->value().getValue(), matrix.size(), matrix.begin());
+      attributes[it.name()] = matrix;
     }
   }
   return attributes;

@@ -2,6 +2,7 @@
 // written from.
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <map>
 #include <string>
@@ -26,7 +27,8 @@ struct ImageChannel {
   std::variant<std::vector<float>, std::vector<std::uint32_t>> values;
 };
 
-using ImageAttribute = std::variant<std::string, int, float, double>;
+using ImageMatrix = std::array<float, 16>;  ///< 4×4, row by row
+using ImageAttribute = std::variant<std::string, int, float, double, ImageMatrix>;
 
 struct Image {
   ImageWindow display;  ///< the full frame

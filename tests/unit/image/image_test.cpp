@@ -90,7 +90,11 @@ TEST(Exr, AllValuesAttributesAndWindowsComeBack) {
   image.data = {10, 20, 3, 2};
   image.channels.push_back({"N.X", std::vector<float>{1e-30f, -2.5f, 65505.0f, 0.1f, 3.4e38f, 0.0f}});
   image.channels.push_back({"samples", std::vector<std::uint32_t>{0, 1, 2, 4'000'000'000u, 4, 5}});
-  image.attributes = {{"owner", "ada"}, {"samplesPerPixel", 7}, {"renderTimeSeconds", 1.5f}, {"lightmill.relMse", 0.1}};
+  image.attributes = {{"owner", "ada"},
+                      {"samplesPerPixel", 7},
+                      {"renderTimeSeconds", 1.5f},
+                      {"lightmill.relMse", 0.1},
+                      {"worldToCamera", ImageMatrix{1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15, 16}}};
   const Result<std::string> bytes = encode_exr(image);
   ASSERT_TRUE(bytes.ok()) << bytes.status();
   const Result<Image> back = decode_exr(as_byte_view(*bytes));

@@ -1,0 +1,53 @@
+#include "client/cli/camera_matrices.h"
+
+#include <cmath>
+#include <numbers>
+
+namespace lightmill::cli {
+namespace {
+
+double dot(const Point3d& a, const Point3d& b) {
+  return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
+}
+
+Point3d cross(const Point3d& a, const Point3d& b) {
+  return {a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]};
+}
+
+Point3d unit(const Point3d& a) {
+  const double length = std::hypot(a[0], a[1], a[2]);
+  return {a[0] / length, a[1] / length, a[2] / length};
+}
+
+/// The matrix whose column j gives column[j] · (p − eye) + constant[j].
+ImageMatrix matrix_of(const std::array<Point3d, 4>& columns, const std::array<double, 4>& constants,
+                      const Point3d& eye) {
+  ImageMatrix out{};
+  for (std::size_t j = 0; j < 4; ++j) {
+    for (std::size_t i = 0; i < 3; ++i) {
+      out[4 * i + j] = static_cast<float>(columns[j][i]);
+    }
+    out[12 + j] = static_cast<float>(constants[j] - dot(columns[j], eye));
+  }
+  return out;
+}
+
+}  // namespace
+
+CameraMatrices camera_matrices(const Camera& camera, double width, double height) {
+  const Point3d &eye = camera.eye, &at = camera.look_at;
+  const Point3d ahead = unit({at[0] - eye[0], at[1] - eye[1], at[2] - eye[2]});
+  const Point3d right = unit(cross(ahead, unit(camera.up)));
+  const Point3d up = cross(right, ahead);
+  // Half the picture's height and width at distance 1.
+  const double y = std::tan(camera.vertical_fov_degrees / 2 * std::numbers::pi / 180), x = y * width / height;
+  Point3d across, down;
+  for (std::size_t i = 0; i < 3; ++i) {
+    across[i] = (ahead[i] + right[i] / x) / 2;
+    down[i] = (ahead[i] - up[i] / y) / 2;
+  }
+  return {matrix_of({right, up, ahead, Point3d{0, 0, 0}}, {0, 0, 0, 1}, eye),
+          matrix_of({across, down, ahead, ahead}, {0, 0, -1, 0}, eye)};
+}
+
+}  // namespace lightmill::cli
