@@ -88,8 +88,9 @@ EnvironmentRadiance::Place8 EnvironmentRadiance::place_of(const V8& d) const {
 
 V8 EnvironmentRadiance::lookup(F8 x, F8 y) const {
   // Between the centres of four pixels; `column` and `row` are of the upper left one, plus 1 so that they are positive.
-  const F8 px = x * F8(static_cast<float>(width_)) + F8(0.5f);
-  const F8 py = y * F8(static_cast<float>(height_)) + F8(0.5f);
+  const auto within = [](F8 share) { return min(max(share, F8(0.0f)), F8(1.0f)); };
+  const F8 px = within(x) * F8(static_cast<float>(width_)) + F8(0.5f);
+  const F8 py = within(y) * F8(static_cast<float>(height_)) + F8(0.5f);
   const U8 column = truncate(px), row = truncate(py);
   const F8 s = px - to_float(column), t = py - to_float(row);
   const U8 width(static_cast<std::uint32_t>(width_));

@@ -1,7 +1,5 @@
 #include "common/lights/facet_light.h"
 
-#include <array>
-#include <bit>
 #include <cmath>
 
 #include "common/sampling/spherical_triangle.h"
@@ -15,13 +13,6 @@ constexpr float kNearRadii = 3;
 /// Where single precision resolves the solid angle and what is drawn from it.
 constexpr float kSmallestSolidAngle = 3e-3f, kLargestSolidAngle = 6.2f;
 
-/// Facets farther than so many of their extents shine like points.
-constexpr float kFarRadii = 32;
-
-M8 one_lane(int lane) {
-  return U8::lane_index() == U8(static_cast<std::uint32_t>(lane));
-}
-
 }  // namespace
 
 void FacetLights::add(const EmissiveFacet& facet) {
@@ -30,7 +21,8 @@ void FacetLights::add(const EmissiveFacet& facet) {
   edge2_.add(facet.edge2);
   emission_.add(facet.radiance, facet.exponent, facet.two_sided);
   parallelogram_.push_back(facet.parallelogram ? 1 : 0);
-  closed_.push_back(facet.closed ? 1 : 0);
+  part_.push_back(facet.part);
+  flipped_.push_back(facet.flipped ? 1 : 0);
   has_triangles_ |= !facet.parallelogram;
 }
 
@@ -91,69 +83,16 @@ LightSample8 FacetLights::sample(const V8& p, U8 index, M8 lanes, Pair8 u) const
   return {y + off, wi, radiance * (F8(1.0f) / pdf), pdf, valid};
 }
 
-V8 FacetLights::irradiance(const V8& p, const V8& n, M8 lanes) const {
-  V8 sum;
-  const VectorLanes points(p), normals(n);
-  for (std::size_t i = 0; i < size(); ++i) {
-    const bool whole = parallelogram_[i] == 1, both_sides = emission_.two_sided(i) && closed_[i] == 0;
-    const Vec3 edge1 = edge1_[i], edge2 = edge2_[i];
-    const Vec3 to_middle = (edge1 + edge2) * (whole ? 0.5f : 1.0f / 3);
-    const Vec3 area_vector = glm::cross(edge1, edge2) * (whole ? 1.0f : 0.5f);
-    const V8 way = broadcast(corner_[i] + to_middle) - p;
-    const F8 radius(glm::length(edge1) + glm::length(edge2));
-    const F8 height = dot(way, n), facing = -dot(way, broadcast(area_vector));
-    M8 seen = lanes & (height > -radius);
-    seen = both_sides ? seen : seen & (facing > F8(0.0f));
-    if (seen.none()) {
-      continue;
-    }
-    const F8 distance2 = length_squared(way);
-    const M8 far = seen & (distance2 > F8(kFarRadii * kFarRadii) * radius * radius) & (height > radius);
-    sum = sum + masked(far, broadcast(emission_.radiance(i)) * (abs(facing) * height / (distance2 * distance2)));
-    for (unsigned bits = static_cast<unsigned>(and_not(seen, far).bits()); bits != 0; bits &= bits - 1) {
-      const int lane = std::countr_zero(bits);
-      const Vec3d value = irradiance_of(i, points[lane], normals[lane]);
-      sum = sum + masked(one_lane(lane), broadcast(Vec3(value)));
-    }
-  }
-  return sum;
-}
-
-Vec3d FacetLights::irradiance_of(std::size_t i, const Vec3d& p, const Vec3d& n) const {
-  const Vec3d corner = Vec3d(corner_[i]) - p, edge1(edge1_[i]), edge2(edge2_[i]);
-  const double side = -glm::dot(corner, glm::cross(edge1, edge2));  // positive: the facet faces p
-  if (!(side > 0) && (side == 0 || !emission_.two_sided(i) || closed_[i] == 1)) {
-    return Vec3d(0);
-  }
-  std::array<Vec3d, 4> corners{corner, corner + edge1, corner + edge1 + edge2, corner + edge2};
-  std::size_t count = 4;
-  if (parallelogram_[i] == 0) {
-    corners[2] = corners[3];
-    count = 3;
-  }
-  // What is above the horizon: one corner more, and as many again where rounding lets a facet in it cross it often.
-  std::array<Vec3d, 8> above;
-  std::size_t number = 0;
-  for (std::size_t k = 0; k < count; ++k) {
-    const Vec3d &a = corners[k], &b = corners[(k + 1) % count];
-    const double height_a = glm::dot(a, n), height_b = glm::dot(b, n);
-    if (height_a >= 0) {
-      above[number++] = a;
-    }
-    if ((height_a >= 0) != (height_b >= 0)) {
-      above[number++] = a + (b - a) * (height_a / (height_a - height_b));
-    }
-  }
-  double sum = 0;
-  for (std::size_t k = 0; k < number; ++k) {
-    const Vec3d &a = above[k], &b = above[(k + 1) % number];
-    const Vec3d across = glm::cross(a, b);
-    const double sine = glm::length(across);
-    if (sine > 0) {
-      sum += atan2_fixed(sine, glm::dot(a, b)) * glm::dot(across, n) / sine;
-    }
-  }
-  return Vec3d(emission_.radiance(i)) * (0.5 * std::abs(sum));
+EmissiveFacet FacetLights::facet(std::size_t i) const {
+  return {corner_[i],
+          edge1_[i],
+          edge2_[i],
+          emission_.radiance(i),
+          emission_.two_sided(i),
+          parallelogram_[i] == 1,
+          emission_.exponent(i),
+          part_[i],
+          flipped_[i] == 1};
 }
 
 F8 FacetLights::pdf_solid_angle(const V8& from, U8 index, F8 distance, F8 cos_light, M8 lanes) const {

@@ -10,9 +10,9 @@ constexpr double kCancelled = 1e-3;
 
 }  // namespace
 
-void FacetSums::add(const EmissiveFacet& facet) {
+void FacetSums::add(const EmissiveFacet& facet, bool closed) {
   const Vec3d corner(facet.corner), edge1(facet.edge1), edge2(facet.edge2);
-  if (area_ == 0) {
+  if (parts_.empty()) {
     low_ = high_ = corner;
     radiance_ = Vec3d(facet.radiance);
     exponent_ = facet.exponent;
@@ -25,36 +25,45 @@ void FacetSums::add(const EmissiveFacet& facet) {
     high_ = glm::max(high_, p);
   }
   const Vec3d area_normal = glm::cross(edge1, edge2) * (facet.parallelogram ? 1.0 : 0.5);
-  area_normal_ += area_normal;
-  area_ += glm::length(area_normal);
+  Part& part = parts_[facet.part];
+  part.area_normal += facet.flipped ? -area_normal : area_normal;
+  part.area += glm::length(area_normal);
+  part.closed = closed;
 }
 
-bool FacetSums::closed() const {
-  return glm::length(area_normal_) <= kCancelled * area_;
+FacetSums::Total FacetSums::total() const {
+  Total sum;
+  for (const auto& [number, part] : parts_) {
+    const bool against = two_sided_ && glm::dot(sum.area_normal, part.area_normal) < 0;
+    sum.area_normal += against ? -part.area_normal : part.area_normal;
+    sum.area += part.area;
+    sum.shining_area += part.area * (two_sided_ && !part.closed ? 2 : 1);
+  }
+  return sum;
 }
 
 void HardLights::add(std::uint32_t geometry, const FacetSums& facets) {
-  const Vec3d flux_per_solid_angle = facets.radiance_ * facets.area_;
+  const FacetSums::Total total = facets.total();
+  const Vec3d flux_per_solid_angle = facets.radiance_ * total.shining_area;
   if (flux_per_solid_angle == Vec3d(0)) {
     return;
   }
   const Vec3d center = (facets.low_ + facets.high_) * 0.5;
-  const double length = glm::length(facets.area_normal_);
-  if (facets.closed()) {
+  const double length = glm::length(total.area_normal);
+  if (length <= kCancelled * total.area) {
     add_point(geometry,
               {Vec3(center), Vec3(flux_per_solid_angle * exitance_per_radiance(facets.exponent_) / kPointSolidAngle)});
     return;
   }
-  const Vec3d normal = facets.area_normal_ / length;
+  const Vec3d normal = total.area_normal / length;
   // A hair off the surface, so that what touches its back does not stop the light.
   const Vec3d magnitude = glm::max(glm::abs(facets.low_), glm::abs(facets.high_)) + (facets.high_ - facets.low_);
   const Vec3d off = normal * (0x1p-19 * glm::dot(glm::abs(normal), magnitude));
-  for (const double side : {1.0, -1.0}) {
-    add_cosine_power(geometry, {Vec3(center + off * side), Vec3(normal * side), Vec3(flux_per_solid_angle),
-                                static_cast<float>(facets.exponent_ + 1)});
-    if (!facets.two_sided_) {
-      return;
-    }
+  const int sides = facets.two_sided_ ? 2 : 1;
+  for (int i = 0; i < sides; ++i) {
+    const double side = i == 0 ? 1 : -1;
+    add_cosine_power(geometry, {Vec3(center + off * side), Vec3(normal * side),
+                                Vec3(flux_per_solid_angle * (1.0 / sides)), static_cast<float>(facets.exponent_ + 1)});
   }
 }
 

@@ -3,9 +3,11 @@
 // The point is the centre of the object's bounding box and has its power. With Σ A n the sum of its facets' normals by
 // area, an object of area A and radiance L cosⁿθ shines as A L cosⁿ⁺¹θ about their mean: for a Lambertian emitter with
 // intensity Φ/π along the normal. This is exact from afar for what is flat. What emits on both sides does so about both
-// normals. Where the normals cancel (closed shapes) the object shines equally in all directions, by its outer side
-// alone, and so do spheres.
+// normals, however its parts are wound. Where the normals cancel the object shines equally in all directions, and so do
+// spheres; what is closed, by its outer side alone.
 #pragma once
+
+#include <map>
 
 #include "common/lights/cosine_power_light.h"
 #include "common/lights/facet_light.h"
@@ -17,15 +19,25 @@ namespace lightmill {
 /// Sums over the facets of one object, which have the same radiance, sides and exponent.
 class FacetSums {
  public:
-  void add(const EmissiveFacet& facet);
-  /// Whether the normals cancel, as those of closed shapes do.
-  bool closed() const;
+  /// `closed`: the facet's part has an inside, which is not seen.
+  void add(const EmissiveFacet& facet, bool closed);
 
  private:
   friend class HardLights;
+  struct Part {
+    Vec3d area_normal{0};  ///< Σ area · normal
+    double area = 0;
+    bool closed = false;
+  };
+  struct Total {
+    Vec3d area_normal{0};  ///< with the parts of what emits on both sides turned so that they do not cancel
+    double area = 0;
+    double shining_area = 0;  ///< with both sides of what shines on both
+  };
+  Total total() const;
+
   Vec3d low_{0}, high_{0};
-  Vec3d area_normal_{0};  ///< Σ area · normal
-  double area_ = 0;
+  std::map<std::uint32_t, Part> parts_;  ///< by EmissiveFacet::part
   Vec3d radiance_{0};
   double exponent_ = 0;
   bool two_sided_ = false;

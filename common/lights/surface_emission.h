@@ -13,6 +13,7 @@ class SurfaceEmission {
   bool two_sided(std::size_t i) const { return two_sided_[i] == 1; }
   M8 two_sided(U8 index, M8 lanes) const { return gather(two_sided_.data(), index, lanes) == U8(1u); }
 
+  float exponent(std::size_t i) const { return exponent_[i]; }
   /// Along the normal.
   Vec3 radiance(std::size_t i) const { return radiance_[i]; }
   /// In a direction whose angle to the normal has this cosine, which is not negative where it matters.

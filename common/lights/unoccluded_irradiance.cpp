@@ -91,7 +91,7 @@ V8 sum_of_spheres(const SphereLights& spheres, const V8& p, const V8& n, M8 lane
 
 }  // namespace
 
-UnoccludedIrradiance::UnoccludedIrradiance(const LightTable& lights) {
+UnoccludedIrradiance::UnoccludedIrradiance(const LightTable& lights) : facets_(lights.facets) {
   if (!lights.environment.exists()) {
     return;
   }
@@ -106,7 +106,7 @@ V8 UnoccludedIrradiance::at(const LightTable& lights, const V8& p, const V8& n, 
   V8 sum = of_environment(n) + sum_of_delta(lights.points, p, n, lanes) + sum_of_delta(lights.spots, p, n, lanes) +
            sum_of_delta(lights.cosine_powers, p, n, lanes) + sum_of_delta(lights.ies, p, n, lanes) +
            sum_of_delta(lights.directional, p, n, lanes);
-  sum = sum + lights.facets.irradiance(p, n, lanes);
+  sum = sum + facets_.at(p, n, lanes);
   if (lights.spheres.size() > 0) {
     sum = sum + sum_of_spheres(lights.spheres, p, n, lanes);
   }

@@ -3,6 +3,7 @@
 
 #include <vector>
 
+#include "common/lights/facet_irradiance.h"
 #include "common/lights/light_table.h"
 
 namespace lightmill {
@@ -22,6 +23,7 @@ class UnoccludedIrradiance {
  private:
   V8 of_environment(const V8& n) const;
 
+  FacetIrradiance facets_;
   Vec3 constant_{0};          ///< of an environment of one colour
   std::vector<float> image_;  ///< of an image: RGB by normal, rows of equal polar angle from +y, columns of longitude
 };

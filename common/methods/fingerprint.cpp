@@ -74,7 +74,7 @@ struct TestScene {
 };
 
 /// A light of every kind; or so many that they are chosen by a tree.
-void add_lights(TestScene& test, bool many) {
+void add_lights(TestScene& test, bool many, bool sky_image) {
   std::vector<Light>& lights = test.scene.lights;
   std::string profile =
       "IESNA:LM-63-2002\nTILT=NONE\n1 -1 1 3 3 1 2 0 0 0\n1 1 10\n0 40 130\n0 90 180\n900 800 7 900 400 5 900 20 0\n";
@@ -88,6 +88,11 @@ void add_lights(TestScene& test, bool many) {
       {"ies", IesLight{{0, 2, 1.5}, {0.1, -1, 0}, {1, 0, 0.2}, {1, 1, 0.9f}, 0.8, "fingerprint.ies", digest}});
   EnvironmentLight sky;
   sky.radiance = {0.2f, 0.3f, 0.4f};
+  if (sky_image) {  // test_image again
+    sky.has_image = true;
+    sky.asset = kTexture;
+    sky.rotation_degrees = 33;
+  }
   lights.push_back({"sky", sky});
   for (int i = 0; many && i < 30; ++i) {
     const double turn = 0.7 * i;
@@ -162,7 +167,7 @@ TestScene make_test_scene(FilterKind filter) {
   scene.objects.back().transform = {{{-0.25, 0, 0, 1.5}, {0, 0.2, 0.05, 1.2}, {0, 0, 0.2, -0.2}}};
   scene.materials[5].light_group = "key";
   scene.meters = {{"meter", PatchMeter{{{-1, 0.2, -1}, {0, 0, 0.7}, {0.9, 0.1, 0}}}}};
-  add_lights(test, filter != FilterKind::box);
+  add_lights(test, filter != FilterKind::box, filter == FilterKind::box);
   return test;
 }
 

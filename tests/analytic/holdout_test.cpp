@@ -65,6 +65,77 @@ TEST(Holdout, ClosedLampsShowTheirOuterSideAlone) {
   EXPECT_LT(shown, 2);
 }
 
+/// What a floor shows at (x, 0, 0) under a black lamp of this radiance on both sides, in a sky of radiance 0.1.
+Estimate floor_under_lamp(double x, const std::string& lamp, double radiance, std::uint32_t level = 9) {
+  const auto scene = TestScene::from_text(
+      document(fmt::format(R"("eye": [{}, 0.3, 0], "look_at": [{}, 0, 0])", x + 0.9, x), 0.001, 8,
+               fmt::format(R"({}, {{"name": "lamp", "diffuse": {{"reflectance": {}}}, "emission": {},
+                              "two_sided_emission": true}})",
+                           kMaterials, gray(0), gray(radiance)),
+               std::string(kFloor) + ", " + mesh("lamp", "lamp.obj"),
+               fmt::format(R"({{"environment": {{"radiance": {}}}}})", gray(0.1))),
+      {{"lamp.obj", lamp}});
+  return mean_of(scene.render({"path", 3, 0}, level), 0);
+}
+
+// The lamp hides sky alone: of E = L_sky π + L E₁ without shadows, L_sky E₁ is missing.
+double under_lamp(double unit_irradiance, double radiance) {
+  const double whole = 0.1 * M_PI + radiance * unit_irradiance;
+  return 0.1 * (1 - 0.1 * unit_irradiance / whole);
+}
+
+TEST(Holdout, PanelsOnBothSidesCountHoweverTheyAreWound) {
+  const std::string corners =
+      "v -3 1 -1\nv -1 1 -1\nv -1 1 1\nv -3 1 1\nv 1 1 -1\nv 3 1 -1\nv 3 1 1\nv 1 1 1\nf 1 2 3 4\n";
+  // Of a rectangle with a corner at height 1 (Lambert), twice of two.
+  const auto corner = [](double a, double b) {
+    const auto half = [](double s, double t) { return s / std::hypot(1, s) * std::atan(t / std::hypot(1, s)); };
+    return 0.5 * (half(a, b) + half(b, a));
+  };
+  const double exact = under_lamp(4 * (corner(3, 1) - corner(1, 1)), 1);
+  expect_answer(floor_under_lamp(0, corners + "f 5 6 7 8\n", 1), exact, 5e-3);
+  expect_answer(floor_under_lamp(0, corners + "f 8 7 6 5\n", 1), exact, 5e-3);
+}
+
+TEST(Holdout, InALampItSeesTheInnerSide) {
+  // Whichever way it is wound.
+  const std::string corners = "v -5 -4 -5\nv 5 -4 -5\nv 5 -4 5\nv -5 -4 5\nv -5 6 -5\nv 5 6 -5\nv 5 6 5\nv -5 6 5\n";
+  expect_answer(floor_under_lamp(1, corners + "f 1 2 3 4\nf 8 7 6 5\nf 1 5 6 2\nf 2 6 7 3\nf 3 7 8 4\nf 4 8 5 1\n", 1),
+                0.1 / 1.1, 5e-3);
+  expect_answer(floor_under_lamp(1, corners + "f 4 3 2 1\nf 5 6 7 8\nf 2 6 5 1\nf 3 7 6 2\nf 4 8 7 3\nf 1 5 8 4\n", 1),
+                0.1 / 1.1, 5e-3);
+}
+
+/// A ball of quadrilaterals around (0, 1, 0), without so many of its upper rings.
+std::string bulb(double radius, int without_rings) {
+  constexpr int kRings = 8, kSegments = 16;
+  std::string text;
+  for (int i = 0; i <= kRings; ++i) {
+    for (int j = 0; j < kSegments; ++j) {
+      const double theta = M_PI * i / kRings, phi = 2 * M_PI * j / kSegments;
+      text += fmt::format("v {} {} {}\n", radius * std::sin(theta) * std::cos(phi), 1 + radius * std::cos(theta),
+                          radius * std::sin(theta) * std::sin(phi));
+    }
+  }
+  for (int i = without_rings; i < kRings; ++i) {
+    for (int j = 0; j < kSegments; ++j) {
+      const int a = i * kSegments + j + 1, b = i * kSegments + (j + 1) % kSegments + 1;
+      text += fmt::format("f {} {} {} {}\n", a, b, b + kSegments, a + kSegments);
+    }
+  }
+  return text;
+}
+
+TEST(Holdout, AHoleOutOfViewChangesNothing) {
+  // As a sphere: h R²/d³. The facets' ball is smaller by some 5 %.
+  const double x = 0.4, exact = under_lamp(M_PI * 0.09 / std::pow(1 + x * x, 1.5), 5);
+  for (const int without_rings : {0, 1}) {
+    const Estimate shown = floor_under_lamp(x, bulb(0.3, without_rings), 5, 6);
+    EXPECT_NEAR(shown.value, exact, 5 * shown.standard_error + 0.1 * 5e-4) << without_rings;
+    EXPECT_LT(shown.standard_error, 2e-2 * exact);
+  }
+}
+
 TEST(Holdout, LightThatTheSceneScattersIsNoPartOfIt) {
   const auto dark = floor_at(0.5, ", " + sphere("black", "[0, 0.5, 0]", 0.5), kSky, 7);
   const auto white = floor_at(0.5, ", " + sphere("white", "[0, 0.5, 0]", 0.5), kSky, 7);

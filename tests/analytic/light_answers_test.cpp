@@ -3,6 +3,7 @@
 
 #include <cmath>
 
+#include "tests/analytic/meter_text.h"
 #include "tests/analytic/scene_text.h"
 
 namespace lightmill::test {
@@ -226,6 +227,29 @@ TEST(Units, OfSurfacesThatEmit) {
   // Two such bulbs of one material share the power.
   const std::string two = bulb + R"(, {"material": "lamp", "sphere": {"center": [5, 0, 0], "radius": 0.005}})";
   EXPECT_NEAR(lamp_seen(R"("emission_strength": {"watt": 3.36})", 0, two, {}) * M_PI, 5347.6, 0.1);
+}
+
+// A ray finds one of two lamps in one place, so the light that is drawn must be of one as well.
+TEST(EmissiveSurfaces, InOnePlaceAreOneLampWhateverTheirMaterials) {
+  const std::string sides = R"(, "two_sided_emission": true)";
+  const auto lamp = [&](const std::string& name) {
+    return fmt::format(R"({{"name": "{}", "diffuse": {{"reflectance": {}}}, "emission": {}{}}})", name, gray(0),
+                       gray(2), sides);
+  };
+  const std::string square = horizontal_square(1, 1, false), turned = horizontal_square(1, 1, true);
+  const double exact = 2 * 4 * (0.5 / std::hypot(1, 0.5)) * std::atan(0.5 / std::hypot(1, 0.5));
+  const std::string ball = R"("sphere": {"center": [0, 1, 0], "radius": 0.5})";
+  const auto read = [&](const std::string& objects) {
+    const auto scene = scene_with(fmt::format(R"("materials": [{}, {}], "objects": [{}],
+            "meters": [{{"name": "m", "irradiance": {{"point": [0, 0, 0], "normal": [0, 1, 0]}}}}])",
+                                              lamp("lamp"), lamp("other"), objects),
+                                  {{"square.obj", square}, {"turned.obj", turned}});
+    return read_meters(scene, 4)[0];
+  };
+  expect_reading(read(mesh("lamp", "square.obj") + ", " + mesh("other", "square.obj")), exact, 2e-2);
+  expect_reading(read(mesh("lamp", "square.obj") + ", " + mesh("other", "turned.obj")), exact, 2e-2);
+  expect_reading(read(fmt::format(R"({{"material": "lamp", {0}}}, {{"material": "other", {0}}})", ball)),
+                 2 * M_PI * 0.25, 2e-2);
 }
 
 TEST(CosineProfile, IlluminatesAsTheIntegralOverTheLampSays) {

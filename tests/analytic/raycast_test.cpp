@@ -108,6 +108,28 @@ TEST(AreaLight, ShinesOnTheSidesThatEmit) {
   expect_near(lit(false, R"(, "two_sided_emission": true)"), 0.25);
 }
 
+TEST(AreaLight, OnBothSidesDoesNotCareHowItIsWound) {
+  const std::string corners =
+      "v -3 1 -1\nv -1 1 -1\nv -1 1 1\nv -3 1 1\nv 1 1 -1\nv 3 1 -1\nv 3 1 1\nv 1 1 1\nf 1 2 3 4\n";
+  const auto lit = [](const std::string& obj) {
+    return floor_irradiance(0, "", also(mesh("lamp", "lamp.obj")),
+                            fmt::format(R"(, {{"name": "lamp", "diffuse": {{"reflectance": {}}}, "emission": {},
+                                            "two_sided_emission": true}})",
+                                        gray(0), gray(1)),
+                            {{"lamp.obj", obj}});
+  };
+  // Two panels of 4: A L along the normal of both.
+  expect_near(lit(corners + "f 5 6 7 8\n"), 8);
+  expect_near(lit(corners + "f 8 7 6 5\n"), 8);
+  // Four upright panels around the middle, open above and below: A = 16 on two sides, alike in all directions.
+  const std::string tube =
+      "v -1 2 -1\nv 1 2 -1\nv 1 2 1\nv -1 2 1\nv -1 4 -1\nv 1 4 -1\nv 1 4 1\nv -1 4 1\n"
+      "f 1 2 6 5\nf 2 3 7 6\nf 3 4 8 7\nf 4 1 5 8\n";
+  expect_near(lit(tube), 2 * 16.0 / 4 / 9);
+  // With two ends it shines by its outer side alone.
+  expect_near(lit(tube + "f 4 3 2 1\nf 5 6 7 8\n"), 24.0 / 4 / 9);
+}
+
 TEST(AreaLight, OfATriangleIsAtTheMiddleOfItsBox) {
   // Half of a 2 × 2 square: the middle of the box is on its longest side.
   const std::string triangle =

@@ -6,6 +6,7 @@
 #include "common/lights/photometry.h"
 #include "common/materials/texture.h"
 #include "common/scene/compiled/convert.h"
+#include "common/scene/compiled/mesh_parts.h"
 #include "common/scene/compiled/transform.h"
 #include "common/scene/image_limits.h"
 
@@ -54,11 +55,14 @@ std::vector<float> linear_rgb(const Texels& texels) {
   return out;
 }
 
-/// The same for outlines with the same corners in the same sense: beginning with the smallest. Three corners end with
-/// the first one again.
-std::array<float, 12> canonical(std::vector<Vec3> outline) {
+/// The same for outlines with the same corners in the same sense, or in either: beginning with the smallest. Three
+/// corners end with the first one again.
+std::array<float, 12> canonical(std::vector<Vec3> outline, bool either_sense) {
   const auto less = [](const Vec3& a, const Vec3& b) { return std::tie(a.x, a.y, a.z) < std::tie(b.x, b.y, b.z); };
   std::rotate(outline.begin(), std::min_element(outline.begin(), outline.end(), less), outline.end());
+  if (either_sense && less(outline.back(), outline[1])) {
+    std::reverse(outline.begin() + 1, outline.end());
+  }
   outline.resize(4, outline.front());
   std::array<float, 12> out{};
   for (std::size_t i = 0; i < 4; ++i) {
@@ -83,22 +87,34 @@ void LightBuilder::add_other() {
 
 void LightBuilder::add_sphere(std::uint32_t material, const Vec3& center, float radius, bool inward, bool sampled) {
   Geometry& geometry = geometries_.emplace_back();
-  if (!sampled) {
+  // One whose area is no number in single precision cannot be hit.
+  if (!sampled || radius * radius < std::numeric_limits<float>::min()) {
     return;
   }
-  const auto [known, added] =
-      sphere_numbers_.try_emplace({material, center.x, center.y, center.z, radius, inward}, spheres_.size());
+  const Material& m = scene_.materials[material];
+  Place& place = sphere_places_[{center.x, center.y, center.z, radius, inward && !m.two_sided_emission}];
+  const double scene_radius = radius / frame_.scale();
+  const bool added = stand_at(place, spheres_.size(), material, 4 * kPiDouble * scene_radius * scene_radius);
   geometry.sphere = true;
   geometry.repeated = !added;
-  geometry.primitives.push_back(known->second);
-  if (!added) {
-    return;
+  geometry.primitives.push_back(place.number);
+  if (added) {
+    spheres_.push_back(
+        {material, {center, radius, Vec3(0), inward, m.two_sided_emission, static_cast<float>(m.emission_exponent)}});
   }
-  const double scene_radius = radius / frame_.scale();
-  area_[material] += 4 * kPiDouble * scene_radius * scene_radius;
-  const Material& m = scene_.materials[material];
-  spheres_.push_back(
-      {material, {center, radius, Vec3(0), inward, m.two_sided_emission, static_cast<float>(m.emission_exponent)}});
+}
+
+/// Whether it is the first one there, and therefore the light of this number.
+bool LightBuilder::stand_at(Place& place, std::size_t number, std::uint32_t material, double area) {
+  const bool first = place.materials.empty();
+  if (first) {
+    place.number = static_cast<std::uint32_t>(number);
+  }
+  if (std::ranges::find(place.materials, material) == place.materials.end()) {
+    place.materials.push_back(material);
+    area_[material] += area;
+  }
+  return first;
 }
 
 void LightBuilder::add_mesh(std::uint32_t material, const std::vector<std::array<float, 3>>& positions,
@@ -109,6 +125,7 @@ void LightBuilder::add_mesh(std::uint32_t material, const std::vector<std::array
   }
   geometry.first_facet = facets_.size();
   const Material& m = scene_.materials[material];
+  const MeshParts parts = m.two_sided_emission ? find_parts(positions, triangles) : MeshParts();
   const auto corner = [&](std::uint32_t i) { return Vec3(positions[i][0], positions[i][1], positions[i][2]); };
   for (std::size_t i = 0; i < triangles.size(); ++i) {
     const auto& t = triangles[i];
@@ -119,6 +136,10 @@ void LightBuilder::add_mesh(std::uint32_t material, const std::vector<std::array
                         m.two_sided_emission,
                         false,
                         static_cast<float>(m.emission_exponent)};
+    if (m.two_sided_emission) {
+      facet.part = static_cast<std::uint32_t>(closed_parts_.size()) + parts.of_triangle[i];
+      facet.flipped = parts.flipped[i];
+    }
     std::vector<Vec3> outline{facet.corner, corner(t[1]), corner(t[2])};
     // Two triangles in a row that are the halves (0, 1, 2) and (0, 2, 3) of a parallelogram.
     if (i + 1 < triangles.size() && triangles[i + 1][0] == t[0] && triangles[i + 1][1] == t[2]) {
@@ -133,27 +154,26 @@ void LightBuilder::add_mesh(std::uint32_t material, const std::vector<std::array
     // A facet without area cannot be hit: its primitives may name the next one, or none.
     auto number = static_cast<std::uint32_t>(facets_.size());
     if (glm::length(glm::cross(facet.edge1, facet.edge2)) > 0) {
-      const auto [known, added] = facet_numbers_.try_emplace({material, canonical(outline)}, number);
-      number = known->second;
-      if (added) {
-        const double area = glm::length(glm::cross(Vec3d(facet.edge1), Vec3d(facet.edge2)));
-        area_[material] += (facet.parallelogram ? 1 : 0.5) * area / (frame_.scale() * frame_.scale());
+      const double area = (facet.parallelogram ? 1 : 0.5) *
+                          glm::length(glm::cross(Vec3d(facet.edge1), Vec3d(facet.edge2))) /
+                          (frame_.scale() * frame_.scale());
+      Place& place = facet_places_[canonical(outline, m.two_sided_emission)];
+      if (stand_at(place, facets_.size(), material, area)) {
         facets_.push_back({material, facet});
       }
+      number = place.number;
     }
     geometry.primitives.insert(geometry.primitives.end(), outline.size() - 2, number);
   }
   geometry.end_facet = facets_.size();
-  const bool closed = sums_of(geometry).closed();
-  for (std::size_t i = geometry.first_facet; i < geometry.end_facet; ++i) {
-    facets_[i].shape.closed = closed;
-  }
+  closed_parts_.insert(closed_parts_.end(), parts.closed.begin(), parts.closed.end());
 }
 
 FacetSums LightBuilder::sums_of(const Geometry& geometry) const {
   FacetSums sums;
   for (std::size_t i = geometry.first_facet; i < geometry.end_facet; ++i) {
-    sums.add(facets_[i].shape);
+    const EmissiveFacet& facet = facets_[i].shape;
+    sums.add(facet, facet.part != EmissiveFacet::kAlone && closed_parts_[facet.part]);
   }
   return sums;
 }

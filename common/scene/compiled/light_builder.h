@@ -75,8 +75,8 @@ class LightBuilder {
   std::map<Sha256, std::size_t> profiles_;
   std::map<std::uint32_t, double> area_;  ///< by material: of all that emits, in scene units
 
-  // Emissive shapes without their radiance, which may depend on the area of all. Of what is there twice, in one place
-  // and of one material, one is a light: what a ray sees there is no brighter.
+  // Emissive shapes without their radiance, which may depend on the area of all. Of what is there twice, in one place,
+  // the first one is a light: what a ray sees there is no brighter.
   struct Facet {
     std::uint32_t material;
     EmissiveFacet shape;
@@ -87,8 +87,14 @@ class LightBuilder {
   };
   std::vector<Facet> facets_;
   std::vector<Sphere> spheres_;
-  std::map<std::pair<std::uint32_t, std::array<float, 12>>, std::uint32_t> facet_numbers_;  ///< by material and corners
-  std::map<std::tuple<std::uint32_t, float, float, float, float, bool>, std::uint32_t> sphere_numbers_;
+  struct Place {
+    std::uint32_t number = 0;              ///< of the facet or sphere that is there
+    std::vector<std::uint32_t> materials;  ///< of all that are there
+  };
+  bool stand_at(Place& place, std::size_t number, std::uint32_t material, double area);
+  std::map<std::array<float, 12>, Place> facet_places_;  ///< by corners
+  std::map<std::tuple<float, float, float, float, bool>, Place> sphere_places_;
+  std::vector<bool> closed_parts_;  ///< by EmissiveFacet::part
   std::vector<Geometry> geometries_;
 };
 

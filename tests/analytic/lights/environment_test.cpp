@@ -172,5 +172,16 @@ TEST(Environment, TheImageIsWhereItIsSaidToBe) {
   }
 }
 
+TEST(Environment, ADirectionThatIsNoNumberStaysInTheImage) {
+  TestImage image(3, 2, 0.5f);
+  image.set(1, 1, Vec3(2));
+  const float nan = std::numeric_limits<float>::quiet_NaN();
+  for (const Vec3& direction : {Vec3(nan, 0, 0), Vec3(0, nan, 0), Vec3(nan, nan, nan)}) {
+    const double value = Lanes(image.light(20).radiance(broadcast(direction)).x)[3];
+    EXPECT_GE(value, 0.5);
+    EXPECT_LE(value, 2);
+  }
+}
+
 }  // namespace
 }  // namespace lightmill::test
