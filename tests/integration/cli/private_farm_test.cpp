@@ -70,6 +70,11 @@ TEST_F(CliTest, LayersComeOutAndTheHashCoversThem) {
   ASSERT_TRUE(bytes.ok());
   const Result<Image> image = decode_exr(as_byte_view(*bytes));
   ASSERT_TRUE(image.ok()) << image.status();
+  // From (278, 273, −800) along +z, so that x is to the left; (278, 273, 0) is in the middle of the picture.
+  const auto* camera = std::get_if<ImageMatrix>(&image->attributes.at("worldToCamera"));
+  ASSERT_NE(camera, nullptr);
+  EXPECT_EQ(*camera, (ImageMatrix{-1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 278, -273, 800, 1}));
+  EXPECT_TRUE(image->attributes.contains("worldToNDC"));
   EXPECT_NE(json(render)["film_hash"], done["film_hash"]);
   const Result<FilmPicture> plain = load_film_picture(file("a.exr"));
   ASSERT_TRUE(plain.ok()) << plain.status();
