@@ -1,5 +1,6 @@
 #include "common/lights/facet_light.h"
 
+#include <algorithm>
 #include <cmath>
 
 #include "common/sampling/spherical_triangle.h"
@@ -24,6 +25,43 @@ void FacetLights::add(const EmissiveFacet& facet) {
   part_.push_back(facet.part);
   flipped_.push_back(facet.flipped ? 1 : 0);
   has_triangles_ |= !facet.parallelogram;
+  if (has_textures_ || facet.texture.number != TextureSet::kNone) {
+    has_textures_ = true;
+    texture_.resize(size() - 1, TextureSet::kNone);  // of facets before the first one with a texture
+    coordinates_.resize(6 * (size() - 1));
+    texture_.push_back(facet.texture.number);
+    for (const auto& pair : {facet.texture.corner, facet.texture.edge1, facet.texture.edge2}) {
+      coordinates_.insert(coordinates_.end(), pair.begin(), pair.end());
+    }
+    if (facet.texture.number != TextureSet::kNone && !means_.contains(facet.texture.number)) {
+      means_.emplace(facet.texture.number, textures_[facet.texture.number].mean());
+    }
+  }
+}
+
+Vec3d FacetLights::mean_radiance(std::size_t i) const {
+  Vec3d radiance(emission_.radiance(i));
+  if (has_textures_ && texture_[i] != TextureSet::kNone) {
+    constexpr double kLimit = 1e36;  // as LightBuilder's for radiance
+    const Vec3d& mean = means_.at(texture_[i]);
+    for (int color = 0; color < 3; ++color) {
+      radiance[color] = std::min(kLimit, std::max(0.0, radiance[color] * mean[color]));
+    }
+  }
+  return radiance;
+}
+
+/// At a place given in edges from the corner.
+V8 FacetLights::texture_at(U8 index, M8 lanes, Pair8 place) const {
+  const U8 row = index * U8(6u);
+  const auto coordinate = [&](std::uint32_t axis) {
+    const auto part = [&](std::uint32_t which) {
+      return gather(coordinates_.data(), row + U8(2 * which + axis), lanes);
+    };
+    return part(0) + place.u * part(1) + place.v * part(2);
+  };
+  const V8 rgb = textures_.lookup(gather(texture_.data(), index, lanes), coordinate(0), coordinate(1), lanes).rgb;
+  return {max(rgb.x, F8(0.0f)), max(rgb.y, F8(0.0f)), max(rgb.z, F8(0.0f))};
 }
 
 LightBounds FacetLights::bounds(std::size_t i) const {
@@ -39,7 +77,7 @@ LightBounds FacetLights::bounds(std::size_t i) const {
   b.cos_normals = 1;
   b.cos_emission = 0;
   b.two_sided = emission_.two_sided(i);
-  b.power = emission_.exitance(i) * area * (whole ? 1 : 0.5);
+  b.power = emission_.exitance(i, mean_radiance(i)) * area * (whole ? 1 : 0.5);
   return b;
 }
 
@@ -54,7 +92,7 @@ LightSample8 FacetLights::sample(const V8& p, U8 index, M8 lanes, Pair8 u) const
   const V8 normal = area_vector * (F8(1.0f) / whole_area);
 
   const Pair8 folded = square_to_triangle(u);
-  const Pair8 b{select(whole, u.u, folded.u), select(whole, u.v, folded.v)};
+  Pair8 b{select(whole, u.u, folded.u), select(whole, u.v, folded.v)};
   V8 y = corner + edge1 * b.u + edge2 * b.v;
   Spherical near{};
   if (has_triangles_) {
@@ -64,6 +102,12 @@ LightSample8 FacetLights::sample(const V8& p, U8 index, M8 lanes, Pair8 u) const
       const V8 direction = sample_spherical_triangle(near.a, near.b, near.c, near.solid_angle, u);
       const F8 t = dot(corner - p, normal) / dot(direction, normal);
       y = select(near.lanes, p + direction * t, y);
+      if (has_textures_) {
+        const V8 from_corner = y - corner;
+        const F8 area2 = whole_area * whole_area;
+        b.u = select(near.lanes, dot(cross(from_corner, edge2), area_vector) / area2, b.u);
+        b.v = select(near.lanes, dot(cross(edge1, from_corner), area_vector) / area2, b.v);
+      }
     }
   }
 
@@ -73,11 +117,15 @@ LightSample8 FacetLights::sample(const V8& p, U8 index, M8 lanes, Pair8 u) const
   const V8 wi = to_light * (F8(1.0f) / distance);
   const F8 cos_signed = -dot(wi, normal);
   const F8 cos_light = select(two_sided, abs(cos_signed), cos_signed);
-  const M8 valid = lanes & (cos_light > F8(0.0f)) & (distance2 > F8(0.0f));
+  M8 valid = lanes & (cos_light > F8(0.0f)) & (distance2 > F8(0.0f));
 
   const F8 pdf_by_area = select(whole, F8(1.0f), F8(2.0f)) / whole_area * distance2 / cos_light;
   const F8 pdf = has_triangles_ ? select(near.lanes, F8(1.0f) / near.solid_angle, pdf_by_area) : pdf_by_area;
-  const V8 radiance = emission_.radiance(index, cos_light, lanes);
+  V8 radiance = emission_.radiance(index, cos_light, lanes);
+  if (has_textures_) {
+    radiance = radiance * texture_at(index, lanes, b);
+    valid = valid & (max_component(radiance) > F8(0.0f));
+  }
   const V8 magnitude = abs(y) + abs(to_light) + abs(edge1) + abs(edge2);
   const V8 off = normal * copysign(surface_offset(normal, magnitude), cos_signed);
   return {y + off, wi, radiance * (F8(1.0f) / pdf), pdf, valid};

@@ -1,20 +1,31 @@
 // Emissive triangles and parallelograms.
 #pragma once
 
+#include <map>
+
 #include "common/lights/surface_emission.h"
+#include "common/materials/texture.h"
 
 namespace lightmill {
+
+/// What a facet's radiance is multiplied by.
+struct FacetTexture {
+  std::uint32_t number = TextureSet::kNone;         ///< in FacetLights' textures
+  std::array<float, 2> corner{}, edge1{}, edge2{};  ///< coordinates at the corner, and how they change along the edges
+};
 
 /// A triangle, or the parallelogram that two of them form: it is sampled as one, which keeps the points of a pair
 /// stratified.
 struct EmissiveFacet {
   Vec3 corner, edge1, edge2;  ///< emits to the side of edge1 × edge2
-  Vec3 radiance;              ///< W/(m² sr) along the normal
+  Vec3 radiance;              ///< W/(m² sr) along the normal, to be multiplied by the texture
   bool two_sided = false;
   bool parallelogram = false;
   float exponent = 0;           ///< radiance falls off with this power of the cosine
   std::uint32_t part = kAlone;  ///< what it hangs together with, of one radiance; known of what emits on both sides
   bool flipped = false;         ///< its normal points to the other side of the part than that of the part's first facet
+
+  FacetTexture texture = {};
 
   static constexpr std::uint32_t kAlone = 0xffffffff;
 };
@@ -22,10 +33,15 @@ struct EmissiveFacet {
 /// Facets are sampled uniformly by area; triangles so near that this varies much, uniformly by solid angle.
 class FacetLights {
  public:
+  /// Those that facets name; before them.
+  void set_textures(const TextureSet& textures) { textures_ = textures; }
   void add(const EmissiveFacet& facet);
   std::size_t size() const { return corner_.size(); }
   LightBounds bounds(std::size_t i) const;
+  /// Without its texture.
   EmissiveFacet facet(std::size_t i) const;
+  /// Radiance along the normal, times the mean of the texture's image.
+  Vec3d mean_radiance(std::size_t i) const;
 
   LightSample8 sample(const V8& p, U8 index, M8 lanes, Pair8 u) const;
 
@@ -34,6 +50,7 @@ class FacetLights {
   F8 pdf_solid_angle(const V8& from, U8 index, F8 distance, F8 cos_light, M8 lanes) const;
 
  private:
+  V8 texture_at(U8 index, M8 lanes, Pair8 place) const;
   /// Triangles of `lanes` that are to be sampled by solid angle, with what that needs.
   struct Spherical {
     M8 lanes;
@@ -47,6 +64,13 @@ class FacetLights {
   std::vector<std::uint32_t> parallelogram_, part_;
   std::vector<std::uint8_t> flipped_;
   bool has_triangles_ = false;
+
+  // Where a facet has a texture: one row a facet.
+  bool has_textures_ = false;
+  TextureSet textures_;
+  std::map<std::uint32_t, Vec3d> means_;  ///< by texture
+  std::vector<std::uint32_t> texture_;
+  std::vector<float> coordinates_;  ///< FacetTexture's, 6 each
 };
 
 }  // namespace lightmill

@@ -1,10 +1,10 @@
 // Emissive objects as single points: what methods without random numbers are lit by. Their shadows are hard.
 //
-// The point is the centre of the object's bounding box and has its power. With Σ A n the sum of its facets' normals by
-// area, an object of area A and radiance L cosⁿθ shines as A L cosⁿ⁺¹θ about their mean: for a Lambertian emitter with
-// intensity Φ/π along the normal. This is exact from afar for what is flat. What emits on both sides does so about both
-// normals, however its parts are wound. Where the normals cancel the object shines equally in all directions, and so do
-// spheres; what is closed, by its outer side alone.
+// The point is the centre of the object's bounding box and has its power, of a texture that of the image's mean. With Σ
+// A n the sum of its facets' normals by area, an object of area A and radiance L cosⁿθ shines as A L cosⁿ⁺¹θ about
+// their mean: for a Lambertian emitter with intensity Φ/π along the normal. This is exact from afar for what is flat.
+// What emits on both sides does so about both normals, however its parts are wound. Where the normals cancel the object
+// shines equally in all directions, and so do spheres; what is closed, by its outer side alone.
 #pragma once
 
 #include <map>

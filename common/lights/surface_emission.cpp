@@ -16,8 +16,8 @@ F8 SurfaceEmission::share(U8 index, F8 cos_light, M8 lanes) const {
   return pow(cos_light, gather(exponent_.data(), index, lanes));
 }
 
-double SurfaceEmission::exitance(std::size_t i) const {
-  return luminance(Vec3d(radiance_[i])) * exitance_per_radiance(exponent_[i]) * (two_sided_[i] + 1);
+double SurfaceEmission::exitance(std::size_t i, const Vec3d& radiance) const {
+  return luminance(radiance) * exitance_per_radiance(exponent_[i]) * (two_sided_[i] + 1);
 }
 
 }  // namespace lightmill

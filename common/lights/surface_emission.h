@@ -23,7 +23,9 @@ class SurfaceEmission {
   }
 
   /// Luminance of the flux that leaves a unit of area, by both sides if they emit.
-  double exitance(std::size_t i) const;
+  double exitance(std::size_t i) const { return exitance(i, Vec3d(radiance_[i])); }
+  /// The same with this radiance along the normal.
+  double exitance(std::size_t i, const Vec3d& radiance) const;
 
  private:
   F8 share(U8 index, F8 cos_light, M8 lanes) const;

@@ -27,9 +27,11 @@ inline std::vector<MeterReading> read_meters(const TestScene& scene, std::uint32
 }
 
 /// A document without what the camera would see; `parts` are its materials, objects, lights and meters.
-inline TestScene scene_with(const std::string& parts, const std::map<std::string, std::string>& files = {}) {
+inline TestScene scene_with(const std::string& parts, const std::map<std::string, std::string>& files = {},
+                            const CompiledScene::ImageDecoder& images = nullptr) {
   return TestScene::from_text(
-      R"({"camera": {"eye": [0, 0, 50], "look_at": [0, 0, 0], "vertical_fov_degrees": 10}, )" + parts + "}", files);
+      R"({"camera": {"eye": [0, 0, 50], "look_at": [0, 0, 0], "vertical_fov_degrees": 10}, )" + parts + "}", files,
+      images);
 }
 
 /// Within its own interval widened to 4.5 standard errors (false alarm 7e-6 each), which is to be at most `precision`

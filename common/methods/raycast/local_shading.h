@@ -1,11 +1,12 @@
 // What surfaces show of all lights at once: without random numbers, with hard shadows.
 //
 // Every light is looped over: points, spots, cosine_power, ies and directional ones as they are, emissive objects as
-// points (lights/hard_lights.h), which do not shade what they light, nor light themselves. What emits by a texture, or
-// without end, is seen but lights nothing. The environment is seen where rays leave the scene; besides, it lights
-// every surface evenly and without shadows, as if its mean radiance came from everywhere: albedo · mean, which is exact
-// for an even sky over a convex diffuse shape. What is smooth, be it a mirror, metal, glass or a layer of a principled
-// material, shows nothing of all this: what it shows is the `smooth` of its BSDF (materials/bsdf.h) to tell.
+// points (lights/hard_lights.h), which do not shade what they light, nor light themselves. Planes that emit, and
+// spheres that do by a texture, are seen but light nothing. The environment is seen where rays leave the scene;
+// besides, it lights every surface evenly and without shadows, as if its mean radiance came from everywhere: albedo ·
+// mean, which is exact for an even sky over a convex diffuse shape. What is smooth, be it a mirror, metal, glass or a
+// layer of a principled material, shows nothing of all this: what it shows is the `smooth` of its BSDF
+// (materials/bsdf.h) to tell.
 #pragma once
 
 #include "common/methods/travel.h"

@@ -153,11 +153,12 @@ class SceneCompiler {
     }
   }
 
-  /// Whether next-event estimation draws points of it. What glows by a texture, or without end, is found by scattered
-  /// rays alone.
+  /// Whether next-event estimation draws points of it. What glows without end, and spheres that glow by a texture, are
+  /// found by scattered rays alone.
   bool is_sampled(const Object& object) const {
     const TexturedColor& emission = scene_.materials[object.material].emission;
-    return !is_black(emission) && emission.texture == kNoTexture && !std::holds_alternative<PlaneShape>(object.shape);
+    return !is_black(emission) && !std::holds_alternative<PlaneShape>(object.shape) &&
+           (emission.texture == kNoTexture || !std::holds_alternative<SphereShape>(object.shape));
   }
 
   void compile_sphere(const Object& object, const SphereShape& sphere, const Affine& map) {
@@ -190,7 +191,7 @@ class SceneCompiler {
     const std::vector<std::array<float, 3>> positions = frame_positions(mesh);
     out_->accel_->add_mesh(positions, mesh.triangles);
     out_->geometry_.add_mesh(object.material, out_->geometry_.add_rows(mesh, positions, !scene_.textures.empty()));
-    light_builder_.add_mesh(object.material, positions, mesh.triangles, is_sampled(object));
+    light_builder_.add_mesh(object.material, positions, mesh, is_sampled(object));
   }
 
   /// A mesh in coordinates of its own, recentred and with an extent near 1, and what it is known by.
@@ -242,7 +243,7 @@ class SceneCompiler {
   }
 
   void finish_lights() {
-    LightBuilder::Tables tables = light_builder_.finish();
+    LightBuilder::Tables tables = light_builder_.finish(out_->materials_.textures());
     out_->lights_ = std::move(tables.lights);
     out_->hard_lights_ = std::move(tables.hard_lights);
     out_->emitters_ = std::move(tables.emitters);

@@ -6,6 +6,7 @@
 #include "common/lights/photometry.h"
 #include "common/materials/texture.h"
 #include "common/scene/compiled/convert.h"
+#include "common/scene/compiled/facet_texture.h"
 #include "common/scene/compiled/mesh_parts.h"
 #include "common/scene/compiled/transform.h"
 #include "common/scene/image_limits.h"
@@ -118,14 +119,15 @@ bool LightBuilder::stand_at(Place& place, std::size_t number, std::uint32_t mate
 }
 
 void LightBuilder::add_mesh(std::uint32_t material, const std::vector<std::array<float, 3>>& positions,
-                            const std::vector<std::array<std::uint32_t, 3>>& triangles, bool sampled) {
+                            const Mesh& mesh, bool sampled) {
   Geometry& geometry = geometries_.emplace_back();
   if (!sampled) {
     return;
   }
   geometry.first_facet = facets_.size();
   const Material& m = scene_.materials[material];
-  const MeshParts parts = m.two_sided_emission ? find_parts(positions, triangles) : MeshParts();
+  const MeshParts parts = m.two_sided_emission ? find_parts(positions, mesh.triangles) : MeshParts();
+  const auto& triangles = mesh.triangles;
   const auto corner = [&](std::uint32_t i) { return Vec3(positions[i][0], positions[i][1], positions[i][2]); };
   for (std::size_t i = 0; i < triangles.size(); ++i) {
     const auto& t = triangles[i];
@@ -140,12 +142,16 @@ void LightBuilder::add_mesh(std::uint32_t material, const std::vector<std::array
       facet.part = static_cast<std::uint32_t>(closed_parts_.size()) + parts.of_triangle[i];
       facet.flipped = parts.flipped[i];
     }
+    facet.texture = facet_texture(m, mesh, t);
     std::vector<Vec3> outline{facet.corner, corner(t[1]), corner(t[2])};
     // Two triangles in a row that are the halves (0, 1, 2) and (0, 2, 3) of a parallelogram.
     if (i + 1 < triangles.size() && triangles[i + 1][0] == t[0] && triangles[i + 1][1] == t[2]) {
       const Vec3 edge3 = corner(triangles[i + 1][2]) - facet.corner;
-      if (glm::length(facet.edge2 - facet.edge1 - edge3) <= 1e-6f * glm::length(facet.edge2)) {
+      const FacetTexture whole = facet_texture(m, mesh, {t[0], t[1], triangles[i + 1][2]});
+      if (glm::length(facet.edge2 - facet.edge1 - edge3) <= 1e-6f * glm::length(facet.edge2) &&
+          fits_parallelogram(whole, mesh, t[2])) {
         facet.edge2 = edge3;
+        facet.texture = whole;
         facet.parallelogram = true;
         outline.push_back(corner(triangles[i + 1][2]));
         ++i;
@@ -172,7 +178,8 @@ void LightBuilder::add_mesh(std::uint32_t material, const std::vector<std::array
 FacetSums LightBuilder::sums_of(const Geometry& geometry) const {
   FacetSums sums;
   for (std::size_t i = geometry.first_facet; i < geometry.end_facet; ++i) {
-    const EmissiveFacet& facet = facets_[i].shape;
+    EmissiveFacet facet = facets_[i].shape;
+    facet.radiance = Vec3(lights_.facets.mean_radiance(i));
     sums.add(facet, facet.part != EmissiveFacet::kAlone && closed_parts_[facet.part]);
   }
   return sums;
@@ -349,12 +356,16 @@ HardLights LightBuilder::hard_lights() const {
   return out;
 }
 
-LightBuilder::Tables LightBuilder::finish() {
+LightBuilder::Tables LightBuilder::finish(const TextureSet& textures) {
   Tables out;
   out.radiance = radiance_of_materials();
   std::vector<std::uint32_t> group_of;  // of each material's emission
   for (const Material& material : scene_.materials) {
     group_of.push_back(number_of_group(group_names_, material.light_group));
+  }
+  const auto textured = [](const Facet& facet) { return facet.shape.texture.number != kNoTexture; };
+  if (std::ranges::any_of(facets_, textured)) {
+    lights_.facets.set_textures(textures);
   }
   for (Facet& facet : facets_) {
     facet.shape.radiance = out.radiance[facet.material];

@@ -14,6 +14,7 @@
 #include "common/scene/compiled/image_budget.h"
 #include "common/scene/compiled/world_frame.h"
 #include "common/scene/document.h"
+#include "common/scene/mesh.h"
 
 namespace lightmill {
 
@@ -28,9 +29,9 @@ class LightBuilder {
 
   // One call a geometry. What is not `sampled` is only counted: it does not emit, or rays are to find it by themselves.
   void add_sphere(std::uint32_t material, const Vec3& center, float radius, bool inward, bool sampled);
-  /// Positions are in the frame.
-  void add_mesh(std::uint32_t material, const std::vector<std::array<float, 3>>& positions,
-                const std::vector<std::array<std::uint32_t, 3>>& triangles, bool sampled);
+  /// Positions are the mesh's in the frame.
+  void add_mesh(std::uint32_t material, const std::vector<std::array<float, 3>>& positions, const Mesh& mesh,
+                bool sampled);
   void add_other();
 
   /// The scene's lights; errors name them. After the geometries: fails too where a power has no surface.
@@ -45,7 +46,8 @@ class LightBuilder {
     std::uint32_t environment_group = 0;
     std::vector<Vec3> radiance;  ///< of each material, along the normal; zero where it does not emit
   };
-  Tables finish();
+  /// `textures` are the scene's.
+  Tables finish(const TextureSet& textures);
 
  private:
   /// Of each geometry: the facet or sphere of each primitive; none where it is not sampled.

@@ -96,6 +96,7 @@ class MaterialTable {
                ? along_normal * pow(cosine, gather(emission_exponent_.data(), surface.material, lanes))
                : along_normal;
   }
+  const TextureSet& textures() const { return textures_; }
   /// 1 + the index in light_groups_of(scene); 0: none.
   U8 light_group(const Surface8& surface, M8 lanes) const {
     return gather(light_group_.data(), surface.material, lanes);

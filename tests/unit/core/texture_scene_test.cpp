@@ -8,6 +8,7 @@
 #include "common/image/exr.h"
 #include "common/image/png.h"
 #include "common/image/read/read_image.h"
+#include "tests/analytic/meter_text.h"
 #include "tests/support/render_document.h"
 
 namespace lightmill::test {
@@ -128,6 +129,78 @@ TEST(TextureScene, EmissionTakesTextures) {
                                .render({"path", 1, 0}, 1);
   expect_pixel(image, 1, 1, {3, 0, 0});
   expect_pixel(image, 6, 1, {0, 3, 0});
+}
+
+/// What a floor at p = (x, z) that faces up gets of a lamp at height 1, a square or its half next to the origin, by the
+/// midpoint rule; `radiance` is of places in [0, 1]².
+template <class Radiance>
+double irradiance_by(std::array<double, 2> p, double side, bool triangle, Radiance radiance) {
+  constexpr int kSteps = 800;
+  double sum = 0;
+  for (int i = 0; i < kSteps; ++i) {
+    for (int j = 0; j < (triangle ? kSteps - i : kSteps); ++j) {
+      const double u = (i + 0.5) / kSteps, v = (j + 0.5) / kSteps;
+      const double share = triangle && j == kSteps - i - 1 ? 0.5 : 1;  // of the cells that the diagonal cuts
+      const double x = u * side - p[0], z = v * side - p[1], d2 = 1 + x * x + z * z;
+      sum += share * radiance(u, v) / (d2 * d2);
+    }
+  }
+  return sum * side * side / (kSteps * kSteps);
+}
+
+// Without points that are drawn on the lamp these would be too noisy by far, but for those beneath large lamps.
+TEST(TexturedLamp, LightsByItsTexels) {
+  // Luminances: red and green above blue and grey.
+  const std::array<double, 4> texels{0.2126, 0.7152, 0.0722, std::pow((188 / 255.0 + 0.055) / 1.055, 2.4)};
+  const auto by_texels = [&](double u, double v) { return 3 * texels[(v > 0.5 ? 0 : 2) + (u > 0.5 ? 1 : 0)]; };
+  const auto read = [&](const std::string& shape, const std::string& obj, std::array<double, 2> p) {
+    const auto scene = scene_with(
+        fmt::format(
+            R"("textures": [{}], "materials": [{{"name": "lamp", "diffuse": {{"reflectance": {{"rgb": [0, 0, 0]}}}},
+            "emission": {{"texture": "t", "rgb": [3, 3, 3]}}, "two_sided_emission": true}}],
+            "objects": [{{"material": "lamp", {}}}],
+            "meters": [{{"name": "m", "irradiance": {{"point": [{}, 0, {}], "normal": [0, 1, 0]}}}}])",
+            kNearest, shape, p[0], p[1]),
+        {{"lamp.obj", obj}, {"small.png", small_png()}}, read_image);
+    return read_meters(scene, 4, 1, read_image)[0];
+  };
+  const std::string mesh = R"("mesh": {"file": "lamp.obj"})";
+  for (const double side : {0.1, 1.5}) {
+    for (const std::array<double, 2> p : {std::array<double, 2>{0, 0}, {1.4, 0.2}}) {
+      const std::string square = fmt::format(
+          "v 0 1 0\nv {0} 1 0\nv {0} 1 {0}\nv 0 1 {0}\nvt 0 0\nvt 1 0\nvt 1 1\nvt 0 1\nf 1/1 2/2 3/3 4/4\n", side);
+      expect_reading(read(mesh, square, p), irradiance_by(p, side, false, by_texels), 4e-2);
+      // As two triangles: the second one begins elsewhere.
+      const std::string halves = square.substr(0, square.find('f')) + "f 1/1 2/2 3/3\nf 4/4 1/1 3/3\n";
+      expect_reading(read(mesh, halves, p), irradiance_by(p, side, false, by_texels), 4e-2);
+      const std::string triangle =
+          fmt::format(R"("triangle": {{"a": [0, 1, 0], "b": [{0}, 1, 0], "c": [0, 1, {0}]}})", side);
+      expect_reading(read(triangle, "", p), irradiance_by(p, side, true, by_texels), 4e-2);
+    }
+  }
+  // Coordinates that do not fit a parallelogram: green only near the last corner.
+  const std::string bent =
+      "v 0 1 0\nv 0.1 1 0\nv 0.1 1 0.1\nv 0 1 0.1\nvt 0.1 0.9\nvt 0.2 0.9\nvt 0.1 0.8\nvt 0.9 0.9\n"
+      "f 1/1 2/2 3/3\nf 1/1 3/3 4/4\n";
+  const auto by_halves = [&](double u, double v) { return 3 * texels[v - u > 0.5 ? 1 : 0]; };
+  expect_reading(read(mesh, bent, {0, 0}), irradiance_by({0, 0}, 0.1, false, by_halves), 4e-2);
+}
+
+TEST(TexturedLamp, IsAPointOfItsMeanColourToRaycast) {
+  const std::string text = R"({"camera": {"eye": [0, 0, 0.5], "look_at": [0, 0.0001, 0], "vertical_fov_degrees": 0.01},
+      "film": {"width": 8, "height": 8, "filter": {"kind": "BOX", "radius_pixels": 0.5}},
+      "textures": [)" + kNearest +
+                           R"(], "materials": [
+          {"name": "white", "diffuse": {"reflectance": {"rgb": [1, 1, 1]}}},
+          {"name": "lamp", "diffuse": {"reflectance": {"rgb": [0, 0, 0]}}, "two_sided_emission": true,
+           "emission": {"texture": "t", "rgb": [3, 6, 3]}}],
+      "objects": [{"material": "white", "plane": {"point": [0, 0, 0], "normal": [0, 0, 1]}},
+                  {"material": "lamp", "mesh": {"file": "square.obj"}, "transform": {"translate": [0, 0, 2]}}]})";
+  const HalfImages image = TestScene::from_text(text, {{"square.obj", kSquare}, {"small.png", small_png()}}, read_image)
+                               .render({"raycast", 1, 0}, 1);
+  const double grey = std::pow((188 / 255.0 + 0.055) / 1.055, 2.4), of_power = 4.0 / 4 / M_PI * (1 + grey) / 4;
+  EXPECT_NEAR(mean_of(image, 0).value, 3 * of_power, 1e-4);
+  EXPECT_NEAR(mean_of(image, 1).value, 6 * of_power, 1e-4);
 }
 
 /// The square under a sun and an even sky.
