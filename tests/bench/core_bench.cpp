@@ -10,9 +10,9 @@
 #include <CLI/CLI.hpp>
 #include <csignal>
 #include <cstdio>
-#include <ctime>
 #include <fstream>
 
+#include "tests/bench/measure.h"
 #include "tests/support/reference_tracer.h"
 #include "tests/support/render_document.h"
 
@@ -20,12 +20,6 @@ namespace {
 
 using namespace lightmill;
 using namespace lightmill::test;
-
-double thread_cpu_seconds() {
-  timespec t;
-  clock_gettime(CLOCK_THREAD_CPUTIME_ID, &t);
-  return static_cast<double>(t.tv_sec) + 1e-9 * static_cast<double>(t.tv_nsec);
-}
 
 /// Samples the program counter every millisecond of CPU time, and counts those inside Embree's code.
 class EmbreeShare {
@@ -117,11 +111,6 @@ double rel_mse(const std::vector<double>& image, const std::vector<double>& refe
     sum += d * d / (reference[i] * reference[i] + 0.01);
   }
   return sum / static_cast<double>(image.size());
-}
-
-double median(std::vector<double> v) {
-  std::sort(v.begin(), v.end());
-  return v[v.size() / 2];
 }
 
 void print(const char* who, const Run& run, double error) {

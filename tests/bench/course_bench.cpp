@@ -8,7 +8,6 @@
 #include <CLI/CLI.hpp>
 #include <algorithm>
 #include <cstdio>
-#include <ctime>
 #include <filesystem>
 #include <numeric>
 
@@ -17,17 +16,12 @@
 #include "common/methods/method.h"
 #include "common/scene/mesh.h"
 #include "common/scene_io/load.h"
+#include "tests/bench/measure.h"
 
 namespace {
 
 using namespace lightmill;
 namespace fs = std::filesystem;
-
-double thread_cpu_seconds() {
-  timespec t;
-  clock_gettime(CLOCK_THREAD_CPUTIME_ID, &t);
-  return static_cast<double>(t.tv_sec) + 1e-9 * static_cast<double>(t.tv_nsec);
-}
 
 template <typename T>
 T value_or_exit(Result<T> result) {
@@ -131,12 +125,6 @@ Difference difference_of(const Picture& a, const Picture& b) {
     difference.pixels += error > 0.01 ? 1 : 0;
   }
   return difference;
-}
-
-double median(std::vector<double> values) {
-  std::sort(values.begin(), values.end());
-  const std::size_t n = values.size();
-  return n % 2 == 1 ? values[n / 2] : (values[n / 2 - 1] + values[n / 2]) / 2;
 }
 
 /// "1.23 (1.20–1.31)": the median and the range.

@@ -10,7 +10,6 @@
 #include <CLI/CLI.hpp>
 #include <atomic>
 #include <cstdio>
-#include <ctime>
 #include <nlohmann/json.hpp>
 
 #include "client/cli/child_process.h"
@@ -19,6 +18,7 @@
 #include "client/cli/film_fetch.h"
 #include "client/cli/submission.h"
 #include "common/base/check.h"
+#include "tests/bench/measure.h"
 #include "tests/support/farm.h"
 #include "tests/support/render_document.h"
 
@@ -36,20 +36,10 @@ struct Options {
   bool first_picture = false;
 };
 
-double seconds_of(const timespec& t) {
-  return static_cast<double>(t.tv_sec) + 1e-9 * static_cast<double>(t.tv_nsec);
-}
-
 double cpu_seconds_of(pid_t pid) {
   clockid_t clock;
-  timespec t;
-  LM_CHECK(clock_getcpuclockid(pid, &clock) == 0 && clock_gettime(clock, &t) == 0);
-  return seconds_of(t);
-}
-
-double median(std::vector<double> v) {
-  std::sort(v.begin(), v.end());
-  return v.size() % 2 == 1 ? v[v.size() / 2] : (v[v.size() / 2 - 1] + v[v.size() / 2]) / 2;
+  LM_CHECK(clock_getcpuclockid(pid, &clock) == 0);
+  return seconds_of(clock);
 }
 
 template <class T>
@@ -126,8 +116,7 @@ double bare_cpu_seconds(const Options& options, std::shared_ptr<const CompiledSc
   const auto method = value_of(make_method(scene, {"path", seed, 0}));
   const TileGrid grid({0, 0, options.size, options.size});
   std::atomic<std::uint32_t> next{0};
-  timespec start, end;
-  clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &start);
+  const double start = seconds_of(CLOCK_PROCESS_CPUTIME_ID);
   std::vector<std::jthread> threads;
   for (int i = 0; i < options.threads; ++i) {
     threads.emplace_back([&] {
@@ -138,8 +127,7 @@ double bare_cpu_seconds(const Options& options, std::shared_ptr<const CompiledSc
     });
   }
   threads.clear();
-  clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &end);
-  return seconds_of(end) - seconds_of(start);
+  return seconds_of(CLOCK_PROCESS_CPUTIME_ID) - start;
 }
 
 double children_cpu_seconds() {

@@ -8,24 +8,18 @@
 
 #include <CLI/CLI.hpp>
 #include <cstdio>
-#include <ctime>
 #include <filesystem>
 
 #include "common/base/check.h"
 #include "common/methods/primary_rays.h"
 #include "common/scene/compiled/mesh_sources.h"
+#include "tests/bench/measure.h"
 #include "tests/support/render_document.h"
 
 namespace {
 
 using namespace lightmill;
 using namespace lightmill::test;
-
-double thread_cpu_seconds() {
-  timespec t;
-  clock_gettime(CLOCK_THREAD_CPUTIME_ID, &t);
-  return static_cast<double>(t.tv_sec) + 1e-9 * static_cast<double>(t.tv_nsec);
-}
 
 struct Packet {
   M8 lanes;
@@ -188,11 +182,6 @@ double embree_rate(const BareEmbree& embree, const SampleRays& rays, int passes)
   const double seconds = thread_cpu_seconds() - start;
   LM_CHECK(hits > 0, "no ray meets anything");
   return passes * static_cast<double>(count(rays.camera) + count(rays.shadow)) / seconds;
-}
-
-double median(std::vector<double> v) {
-  std::sort(v.begin(), v.end());
-  return v[v.size() / 2];
 }
 
 void measure(const std::filesystem::path& path, const std::string& name, std::uint32_t level, int pairs) {
