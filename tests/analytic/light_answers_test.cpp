@@ -9,11 +9,6 @@
 namespace lightmill::test {
 namespace {
 
-/// One more entry of a list.
-std::string also(const std::string& entry) {
-  return fmt::format(", {}", entry);
-}
-
 /// What a white floor (y = 0) shows at (x, 0, 0) to a camera right above it; with more objects and materials.
 Estimate floor_at(double x, const std::string& lights, const std::string& more_objects = "",
                   const std::string& more_materials = "", std::uint32_t level = 6,

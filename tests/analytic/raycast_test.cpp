@@ -8,10 +8,6 @@
 namespace lightmill::test {
 namespace {
 
-std::string also(const std::string& entry) {
-  return fmt::format(", {}", entry);
-}
-
 using Files = std::map<std::string, std::string>;
 
 /// What a point of a scene shows to a camera with a tiny field of view: red, with the halves equal up to what the

@@ -28,12 +28,28 @@ inline std::string document(const std::string& view, double fov_degrees, int siz
                      view, fov_degrees, size, size, materials, objects, lights);
 }
 
+/// One more entry of a list.
+inline std::string also(const std::string& entry) {
+  return fmt::format(", {}", entry);
+}
 inline std::string gray(double value) {
   return fmt::format(R"({{"rgb": [{0}, {0}, {0}]}})", value);
 }
 inline std::string diffuse(const std::string& name, double reflectance, double emission = 0) {
   return fmt::format(R"({{"name": "{}", "diffuse": {{"reflectance": {}}}, "emission": {}}})", name, gray(reflectance),
                      gray(emission));
+}
+/// A material; `kind` is the field that says what it is.
+inline std::string named(const std::string& name, const std::string& kind, double emission = 0) {
+  return fmt::format(R"({{"name": "{}", {}, "emission": {}}})", name, kind, gray(emission));
+}
+/// An object; `kind` is the field that says what shape it is.
+inline std::string shape(const std::string& material, const std::string& kind, const std::string& transform = "") {
+  return fmt::format(R"({{"material": "{}", {}{}}})", material, kind,
+                     transform.empty() ? "" : fmt::format(R"(, "transform": {})", transform));
+}
+inline std::string plane_shape(const std::string& material, const std::string& point, const std::string& normal) {
+  return shape(material, fmt::format(R"("plane": {{"point": {}, "normal": {}}})", point, normal));
 }
 inline std::string sphere(const std::string& material, const std::string& center, double radius, bool inward = false) {
   return fmt::format(
@@ -56,6 +72,14 @@ inline std::string polygon(const std::vector<std::array<double, 3>>& corners) {
 inline std::string horizontal_rectangle(double x0, double x1, double z0, double z1, double height, bool up) {
   return up ? polygon({{x0, height, z0}, {x0, height, z1}, {x1, height, z1}, {x1, height, z0}})
             : polygon({{x0, height, z0}, {x1, height, z0}, {x1, height, z1}, {x0, height, z1}});
+}
+/// A closed box, facing outwards.
+inline std::string box(double x0, double x1, double y0, double y1, double z0, double z1) {
+  std::string text;
+  for (int i = 0; i < 8; ++i) {
+    text += fmt::format("v {:.17g} {:.17g} {:.17g}\n", i & 1 ? x1 : x0, i & 2 ? y1 : y0, i & 4 ? z1 : z0);
+  }
+  return text + "f 1 3 4 2\nf 5 6 8 7\nf 1 2 6 5\nf 3 7 8 4\nf 1 5 7 3\nf 2 4 8 6\n";
 }
 /// A square around (0, height, 0).
 inline std::string horizontal_square(double side, double height, bool up) {

@@ -10,10 +10,6 @@ namespace {
 
 using Files = std::map<std::string, std::string>;
 
-std::string also(const std::string& entry) {
-  return fmt::format(", {}", entry);
-}
-
 /// What a camera with a tiny field of view sees: red.
 double seen(const std::string& view, const std::string& materials, const std::string& objects, const Files& files = {},
             const std::string& method = "whitted", const std::string& lights = "", std::uint32_t max_bounces = 0) {
@@ -21,19 +17,6 @@ double seen(const std::string& view, const std::string& materials, const std::st
   const Estimate value = mean_of(scene.render({method, 1, max_bounces}, 1), 0);
   EXPECT_LE(value.standard_error, 1e-4 * value.value) << "not one value";
   return value.value;
-}
-
-/// A closed box as an OBJ file.
-std::string box(double x0, double x1, double y0, double y1, double z0, double z1) {
-  std::string text;
-  for (int i = 0; i < 8; ++i) {
-    text += fmt::format("v {} {} {}\n", i & 1 ? x1 : x0, i & 2 ? y1 : y0, i & 4 ? z1 : z0);
-  }
-  return text + "f 1 3 4 2\nf 5 6 8 7\nf 1 2 6 5\nf 3 7 8 4\nf 1 5 7 3\nf 2 4 8 6\n";
-}
-
-std::string plane_shape(const std::string& material, const std::string& point, const std::string& normal) {
-  return fmt::format(R"({{"material": "{}", "plane": {{"point": {}, "normal": {}}}}})", material, point, normal);
 }
 
 /// What is seen of a wall of radiance 1 by light that crosses a slab of index 1.5 and thickness 1 at this angle; or,

@@ -11,10 +11,39 @@ namespace lightmill::test {
 namespace fs = std::filesystem;
 namespace {
 
-LoadedScene load(const fs::path& path) {
-  auto loaded = load_scene(std::span(&path, 1));
+LoadedScene value_of(Result<LoadedScene> loaded) {
   LM_CHECK(loaded.ok(), "{}", message_of(loaded.status()));
   return std::move(*loaded);
+}
+
+LoadedScene load(const fs::path& path) {
+  return value_of(load_scene(std::span(&path, 1)));
+}
+
+/// Loads the text of a document and files from a folder that is gone afterwards. Errors leave its name out.
+Result<LoadedScene> read_text(const std::string& document, const std::map<std::string, std::string>& files) {
+  std::string folder = (fs::temp_directory_path() / "lightmill-test-XXXXXX").string();
+  LM_CHECK(::mkdtemp(folder.data()) != nullptr);
+  for (const auto& [name, text] : files) {
+    std::ofstream(fs::path(folder) / name) << text;
+  }
+  const fs::path path = fs::path(folder) / "scene.json";
+  std::ofstream(path) << document;
+  auto loaded = load_scene(std::span(&path, 1));
+  fs::remove_all(folder);
+  if (loaded.ok()) {
+    return loaded;
+  }
+  std::string message = message_of(loaded.status());
+  for (std::size_t at = 0; (at = message.find(folder + "/")) != std::string::npos;) {
+    message.erase(at, folder.size() + 1);
+  }
+  return invalid_argument("{}", message);
+}
+
+/// Where a loaded scene's assets are.
+CompiledScene::AssetSource source_of(const LoadedScene& loaded) {
+  return [&loaded](const Sha256& digest) -> Result<std::string> { return loaded.assets.at(digest); };
 }
 
 }  // namespace
@@ -28,16 +57,17 @@ TestScene::TestScene(LoadedScene loaded, const CompiledScene::ImageDecoder& imag
 TestScene::TestScene(const fs::path& path) : TestScene(load(path)) {}
 
 LoadedScene load_text(const std::string& document, const std::map<std::string, std::string>& files) {
-  std::string folder = (fs::temp_directory_path() / "lightmill-test-XXXXXX").string();
-  LM_CHECK(::mkdtemp(folder.data()) != nullptr);
-  for (const auto& [name, text] : files) {
-    std::ofstream(fs::path(folder) / name) << text;
+  return value_of(read_text(document, files));
+}
+
+std::string refusal(const std::string& document, const std::map<std::string, std::string>& files,
+                    const CompiledScene::ImageDecoder& images) {
+  const auto loaded = read_text(document, files);
+  if (!loaded.ok()) {
+    return message_of(loaded.status());
   }
-  const fs::path path = fs::path(folder) / "scene.json";
-  std::ofstream(path) << document;
-  LoadedScene loaded = load(path);
-  fs::remove_all(folder);
-  return loaded;
+  const auto compiled = CompiledScene::compile(loaded->scene, source_of(*loaded), images);
+  return compiled.ok() ? "" : message_of(compiled.status());
 }
 
 TestScene TestScene::from_text(const std::string& document, const std::map<std::string, std::string>& files,
@@ -46,7 +76,7 @@ TestScene TestScene::from_text(const std::string& document, const std::map<std::
 }
 
 CompiledScene::AssetSource TestScene::assets() const {
-  return [this](const Sha256& digest) -> Result<std::string> { return loaded_.assets.at(digest); };
+  return source_of(loaded_);
 }
 
 TestScene TestScene::resized(int width, int height) const {

@@ -29,6 +29,10 @@ struct Estimate {
 /// Loads the text of a document; `files` are files that it names, by name. Fails the process where that goes wrong.
 LoadedScene load_text(const std::string& document, const std::map<std::string, std::string>& files = {});
 
+/// Why a document is refused when it is read or compiled; "" if it is not.
+std::string refusal(const std::string& document, const std::map<std::string, std::string>& files = {},
+                    const CompiledScene::ImageDecoder& images = nullptr);
+
 /// A scene that was read from files and compiled; fails the process with the message where that goes wrong.
 class TestScene {
  public:

@@ -8,21 +8,11 @@
 
 #include "common/lights/light_table.h"
 #include "tests/support/chi_squared.h"
+#include "tests/support/lanes.h"
 
 namespace lightmill::test {
 
 inline constexpr int kDraws = 200'000;
-
-struct Lanes {
-  alignas(32) float v[8];
-  explicit Lanes(F8 x) { x.store(v); }
-  double operator[](int i) const { return v[i]; }
-};
-struct VectorLanes {
-  Lanes x, y, z;
-  explicit VectorLanes(const V8& a) : x(a.x), y(a.y), z(a.z) {}
-  Vec3d operator[](int i) const { return {x[i], y[i], z[i]}; }
-};
 
 /// Calls `draw(choice, u)` on independent random pairs, eight at a time.
 template <class Draw>

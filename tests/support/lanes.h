@@ -1,0 +1,14 @@
+// Lanes one by one, as tests look at them.
+#pragma once
+
+#include "common/math/simd.h"
+
+namespace lightmill::test {
+
+struct Lanes {
+  alignas(32) float v[8];
+  explicit Lanes(F8 x) { x.store(v); }
+  double operator[](int i) const { return v[i]; }
+};
+
+}  // namespace lightmill::test
