@@ -4,18 +4,18 @@
 
 #include <cmath>
 
-#include "common/materials/dielectric.h"
-#include "common/materials/diffuse.h"
 #include "common/sampling/discrete.h"
 #include "common/sampling/filter_table.h"
 #include "common/sampling/warp.h"
 #include "tests/support/chi_squared.h"
+#include "tests/support/lanes.h"
 
 namespace lightmill {
 namespace {
 
 using test::chi_squared_z;
 using test::kChiSquaredThreshold;
+using test::Lanes;
 
 constexpr int kDraws = 200'000;
 
@@ -26,12 +26,6 @@ void for_each_draw(std::uint32_t seed, Draw draw) {
     draw(hashed_pair(U8(static_cast<std::uint32_t>(i)) + U8::lane_index(), U8(mix(seed))));
   }
 }
-
-struct Lanes {
-  alignas(32) float v[8];
-  explicit Lanes(F8 x) { x.store(v); }
-  float operator[](int i) const { return v[i]; }
-};
 
 /// Histogram over (cos θ, φ) of directions on the sphere against a density per solid angle.
 template <class Density>
@@ -69,25 +63,6 @@ TEST(Samplers, TheTestItselfFindsAWrongDensity) {
 TEST(Samplers, CosineHemisphere) {
   const double z = direction_z(2, square_to_cosine_hemisphere, [](double z) { return std::max(z, 0.0) / M_PI; });
   EXPECT_LT(z, kChiSquaredThreshold);
-}
-
-TEST(Samplers, DiffuseBsdfDrawsWhatItsPdfSays) {
-  const V8 white = broadcast(Vec3(0.8f));
-  const auto density = [&](double z) {
-    return static_cast<double>(
-        Lanes(Diffuse8{white}.pdf_solid_angle({}, {F8(0), F8(0), F8(static_cast<float>(z))}))[0]);
-  };
-  EXPECT_LT(direction_z(
-                3, [&](Pair8 u) { return Diffuse8{white}.sample({}, u, F8(0.0f)).wi; }, density),
-            kChiSquaredThreshold);
-  // weight = eval / pdf
-  for_each_draw(4, [&](Pair8 u) {
-    const BsdfSample8 s = Diffuse8{white}.sample({}, u, F8(0.0f));
-    const Lanes weight(s.weight.x), pdf(s.pdf_solid_angle), eval(Diffuse8{white}.eval({}, s.wi).x);
-    for (int l = 0; l < 8; ++l) {
-      ASSERT_NEAR(weight[l] * pdf[l], eval[l], 1e-6);
-    }
-  });
 }
 
 TEST(Samplers, UniformSphere) {
@@ -172,18 +147,6 @@ TEST(Samplers, DiscreteChoiceFollowsItsWeights) {
     expected[i] = kDraws * weights[i] / 14.5;
   }
   EXPECT_LT(chi_squared_z(counts, expected), kChiSquaredThreshold);
-}
-
-TEST(Samplers, DielectricReflectsAsOftenAsFresnelSays) {
-  for (const double degrees : {0.0, 45.0, 75.0, 85.0}) {
-    const double theta = degrees * M_PI / 180;
-    const V8 wo = broadcast(Vec3(std::sin(theta), 0, std::cos(theta)));
-    double reflected = 0;
-    for_each_draw(14, [&](Pair8 u) { reflected += 8 - Dielectric8{F8(1.5f)}.sample(wo, u.u).transmitted.count(); });
-    const double f = Lanes(dielectric::fresnel(wo.z, F8(1.5f)).reflectance)[0];
-    const double z = chi_squared_z({reflected, kDraws - reflected}, {kDraws * f, kDraws * (1 - f)});
-    EXPECT_LT(z, kChiSquaredThreshold) << degrees;
-  }
 }
 
 }  // namespace

@@ -11,16 +11,11 @@
 
 #include "common/materials/bsdf.h"
 #include "tests/support/chi_squared.h"
+#include "tests/support/lanes.h"
 
 namespace lightmill::test {
 
 inline constexpr int kDraws = 100'000;
-
-struct Lanes {
-  alignas(32) float v[8];
-  explicit Lanes(F8 x) { x.store(v); }
-  double operator[](int i) const { return v[i]; }
-};
 
 inline V8 to_lanes(const Vec3d& v) {
   return broadcast(Vec3(v));

@@ -38,5 +38,22 @@ TEST(HenyeyGreenstein, DrawsWhatItsPdfSaysWithMeanCosineG) {
   }
 }
 
+TEST(HenyeyGreenstein, IsReciprocalAndKnowsTheAngleAlone) {
+  for (const double g : {0.0, 0.4, -0.7, 0.95}) {
+    const HenyeyGreenstein8 phase{F8(static_cast<float>(g))};
+    for (int i = 0; i < 200; ++i) {
+      const double cosine = 1 - 2 * (i + 0.5) / 200, sine = std::sqrt(1 - cosine * cosine), turn = 2.4 * i;
+      const Vec3d wo = glm::normalize(Vec3d(0.3, -0.5, 0.7)), s = glm::normalize(glm::cross(wo, Vec3d(0, 0, 1)));
+      const Vec3d t = glm::cross(wo, s);
+      const Vec3d wi = -wo * cosine + (s * std::cos(turn) + t * std::sin(turn)) * sine;
+      const double there = Lanes(phase.pdf_solid_angle(to_lanes(wo), to_lanes(wi)))[0];
+      const double back = Lanes(phase.pdf_solid_angle(to_lanes(wi), to_lanes(wo)))[0];
+      const double exact = (1 - g * g) / (4 * M_PI * std::pow(1 + g * g - 2 * g * cosine, 1.5));
+      EXPECT_EQ(there, back) << g << ' ' << cosine;
+      EXPECT_NEAR(there, exact, 1e-4 * exact) << g << ' ' << cosine;
+    }
+  }
+}
+
 }  // namespace
 }  // namespace lightmill::test

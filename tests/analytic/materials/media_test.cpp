@@ -21,7 +21,8 @@ struct Slab {
 };
 
 /// A lamp of radiance 1 below everything, seen straight down through slabs.
-Estimate seen_through(const std::string& materials, const std::vector<Slab>& slabs, bool from_below = false) {
+Estimate seen_through(const std::string& materials, const std::vector<Slab>& slabs, bool from_below = false,
+                      const std::string& method = "path") {
   std::string objects = mesh("lamp", "lamp.obj");
   std::map<std::string, std::string> files;
   for (const Slab& slab : slabs) {
@@ -36,7 +37,7 @@ Estimate seen_through(const std::string& materials, const std::vector<Slab>& sla
       document(fmt::format(R"("eye": [0.1, {}, 0.2], "look_at": [0.1, 0, 0.2], "up": [1, 0, 0])", sign * 8), 0.01, 8,
                diffuse("lamp", 0, 1) + "," + materials, objects),
       files);
-  return mean_of(scene.render({"path", 40, 0}, 12), 0);
+  return mean_of(scene.render({method, 40, 0}, method == "path" ? 12 : 1), 0);
 }
 
 TEST(Media, AnAbsorbingSlabTransmitsWhatItsInnerReflectionsSumTo) {
@@ -98,8 +99,13 @@ TEST(Media, AColourIsWhatAUnitPathIsToldBy) {
   for (const auto& c : cases) {
     const Estimate seen = seen_through(medium("m", 1, R"("color": )" + gray(c.color)), {{"m", 0.5, -0.5}});
     expect_answer(seen, c.exact, 1e-2);
+    const std::vector<Slab> slab{{"m", 0.5, -0.5}};
+    EXPECT_NEAR(seen_through(medium("m", 1, R"("color": )" + gray(c.color)), slab, false, "whitted").value, c.exact,
+                2e-5);
   }
-  EXPECT_EQ(seen_through(medium("m", 1, R"("color": )" + gray(0)), {{"m", 0.5, -0.5}}).value, 0);
+  for (const std::string method : {"path", "whitted"}) {
+    EXPECT_EQ(seen_through(medium("m", 1, R"("color": )" + gray(0)), {{"m", 0.5, -0.5}}, false, method).value, 0);
+  }
 }
 
 TEST(Media, TheScaleOfASceneDoesNotChangeWhatIsLeft) {

@@ -1,0 +1,62 @@
+// Reflection models as their papers give them, in double precision and from other pieces than the renderer's: BSDF
+// times the cosine of wi, for directions away from a surface whose normal is +y.
+#pragma once
+
+#include <cmath>
+#include <complex>
+
+#include "common/math/vec.h"
+
+namespace lightmill::test {
+
+inline double phong_formula(double d, double s, double exponent, const Vec3d& wo, const Vec3d& wi) {
+  const double cosine = std::max(0.0, glm::dot(Vec3d(-wo.x, wo.y, -wo.z), wi));
+  return (d / M_PI + s * (exponent + 2) / (2 * M_PI) * std::pow(cosine, exponent)) * wi.y;
+}
+inline double ggx_d(double cos_m, double alpha) {
+  const double tan2 = 1 / (cos_m * cos_m) - 1;
+  return alpha * alpha / (M_PI * std::pow(cos_m, 4) * std::pow(alpha * alpha + tan2, 2));
+}
+inline double ggx_lambda(double cosine, double alpha) {
+  return (std::sqrt(1 + alpha * alpha * (1 / (cosine * cosine) - 1)) - 1) / 2;
+}
+inline double fresnel_formula(double cosine, std::complex<double> index) {
+  const std::complex<double> ct = std::sqrt(1.0 - (1 - cosine * cosine) / (index * index));
+  return (std::norm((cosine - index * ct) / (cosine + index * ct)) +
+          std::norm((index * cosine - ct) / (index * cosine + ct))) /
+         2;
+}
+inline double conductor_formula(double n, double k, double alpha, const Vec3d& wo, const Vec3d& wi) {
+  const Vec3d m = glm::normalize(wo + wi);
+  const double g = 1 / (1 + ggx_lambda(wo.y, alpha) + ggx_lambda(wi.y, alpha));
+  return ggx_d(m.y, alpha) * g * fresnel_formula(glm::dot(wo, m), {n, k}) / (4 * wo.y);
+}
+/// Walter et al. 2007, eq. 21, of light that comes from the denser side below.
+inline double refraction_formula(double n, double alpha, const Vec3d& wo, const Vec3d& wi) {
+  Vec3d m = -glm::normalize(wo + wi * n);
+  m = m.y < 0 ? -m : m;
+  const double g = 1 / (1 + ggx_lambda(wo.y, alpha)) / (1 + ggx_lambda(wi.y, alpha));
+  const double om = glm::dot(wo, m), im = glm::dot(wi, m);
+  const double transmittance = 1 - fresnel_formula(om, n);
+  return std::abs(im * om) / wo.y * transmittance * g * ggx_d(m.y, alpha) / std::pow(om + n * im, 2);
+}
+
+/// Radiance of a floor's point below a sphere lamp of radiance 1: the formula summed over the cone of the lamp, in so
+/// many rings and sectors.
+template <class Formula>
+double lit_by_sphere(const Vec3d& center, double radius, const Vec3d& wo, Formula f, int steps = 600) {
+  const double distance = glm::length(center), sin_max = radius / distance;
+  const double one_minus_cos = 1 - std::sqrt(1 - sin_max * sin_max);
+  const Vec3d n = center / distance, s = glm::normalize(glm::cross(n, Vec3d(0.1, 0.2, 0.9))), t = glm::cross(n, s);
+  double sum = 0;
+  for (int i = 0; i < steps; ++i) {
+    for (int j = 0; j < steps; ++j) {
+      const double h = (i + 0.5) / steps * one_minus_cos, phi = 2 * M_PI * (j + 0.5) / steps;
+      const double r = std::sqrt(h * (2 - h));
+      sum += f(wo, n * (1 - h) + (s * std::cos(phi) + t * std::sin(phi)) * r);
+    }
+  }
+  return sum * 2 * M_PI * one_minus_cos / (steps * steps);
+}
+
+}  // namespace lightmill::test
