@@ -52,10 +52,18 @@ TEST(Furnace, AGlassBallInUniformLightCannotBeSeen) {
 }
 
 TEST(PointLight, AtTheCentreOfADiffuseSphereGivesRadianceOne) {
-  const auto scene = TestScene::from_text(document(
-      kInside, 60, 32, diffuse("wall", 0.5), sphere("wall", "[0, 0, 0]", 1, true),
-      R"({"name": "centre", "point": {"position": [0, 0, 0], "intensity": {"rgb": [3.14159265, 3.14159265, 3.14159265]}}})"));
-  expect_answer(mean_of(scene.render({"path", 5, 0}, 8), 0), 1, 1e-3);
+  // Of I/R² every bounce sends on ρ: L = I/(π R²) · ρ/(1 − ρ).
+  struct Case {
+    double radius, reflectance, intensity, exact;
+  };
+  for (const Case& c :
+       {Case{1, 0.5, M_PI, 1}, {1, 0.8, 2, 2 / M_PI * 4}, {2.5, 0.3, 40, 40 / (M_PI * 6.25) * 0.3 / 0.7}}) {
+    const auto scene = TestScene::from_text(
+        document(kInside, 60, 32, diffuse("wall", c.reflectance), sphere("wall", "[0, 0, 0]", c.radius, true),
+                 fmt::format(R"({{"name": "centre", "point": {{"position": [0, 0, 0], "intensity": {}}}}})",
+                             gray(c.intensity))));
+    expect_answer(mean_of(scene.render({"path", 5, 0}, 8), 0), c.exact, 1e-3);
+  }
 }
 
 TEST(SphereLight, ABlackEmitterInADiffuseSphere) {
@@ -78,23 +86,43 @@ TEST(SphereLight, ABlackEmitterInADiffuseSphere) {
 }
 
 TEST(SphereLight, IrradianceIsPiLTimesRadiusOverDistanceSquaredTimesCosine) {
-  // Seen from (1, 0, 0) the centre is at distance √5, cos θ = 2/√5; a white floor shows E/π.
-  const double distance2 = 5, cosine = 2 / std::sqrt(5.0);
-  const auto scene = TestScene::from_text(document(R"("eye": [1, 0.5, 1], "look_at": [1, 0, 0])", 0.01, 8,
-                                                   diffuse("floor", 1) + "," + diffuse("lamp", 0, 3),
-                                                   mesh("floor", "floor.obj") + "," + sphere("lamp", "[0, 2, 0]", 0.7)),
-                                          {{"floor.obj", plane(20, 0, true)}});
-  expect_answer(mean_of(scene.render({"path", 7, 1}, 12), 0), 3 * 0.49 / distance2 * cosine, 1e-3);
+  // A white floor shows E/π at (x, 0, 0).
+  struct Case {
+    double x, height, radius, radiance;
+  };
+  for (const Case& c : {Case{1, 2, 0.7, 3}, {0, 1.5, 1.2, 0.4}, {6, 3, 0.2, 20}}) {
+    const double distance2 = c.x * c.x + c.height * c.height, cosine = c.height / std::sqrt(distance2);
+    const auto scene = TestScene::from_text(
+        document(fmt::format(R"("eye": [{0}, 0.2, 1], "look_at": [{0}, 0, 0])", c.x), 0.01, 8,
+                 diffuse("floor", 1) + "," + diffuse("lamp", 0, c.radiance),
+                 mesh("floor", "floor.obj") + "," + sphere("lamp", fmt::format("[0, {}, 0]", c.height), c.radius)),
+        {{"floor.obj", plane(20, 0, true)}});
+    expect_answer(mean_of(scene.render({"path", 7, 1}, 12), 0), c.radiance * c.radius * c.radius / distance2 * cosine,
+                  1e-3);
+  }
+}
+
+/// Form factor of a square of this side at distance h seen from the point below its corner (Siegel & Howell, C-4).
+double corner_form_factor(double side, double h) {
+  const double x = side / h, s = std::sqrt(1 + x * x);
+  return x / s * std::atan(x / s) / M_PI;
 }
 
 TEST(FormFactor, AUnitSquareFromHeightOneAboveItsCentreAndItsCorner) {
-  const struct { double x, z, exact; } cases[] = {{0, 0, 0.2394565}, {0.5, 0.5, 0.1385316}};
+  EXPECT_NEAR(corner_form_factor(1, 1), 0.1385316, 5e-8);
+  EXPECT_NEAR(4 * corner_form_factor(0.5, 1), 0.2394565, 5e-8);
+  const struct {
+    double x, z, side, height, exact;
+  } cases[] = {{0, 0, 1, 1, 0.2394565},
+               {0.5, 0.5, 1, 1, 0.1385316},
+               {0, 0, 3, 2, 4 * corner_form_factor(1.5, 2)},
+               {0.4, 0.4, 0.8, 0.6, corner_form_factor(0.8, 0.6)}};
   for (const auto& c : cases) {
     const auto scene = TestScene::from_text(
         document(fmt::format(R"("eye": [{0}, 0.5, {1}], "look_at": [{0}, 0, {2}])", c.x, c.z + 1, c.z), 0.01, 8,
                  diffuse("floor", 1) + "," + diffuse("lamp", 0, 1),
                  mesh("floor", "floor.obj") + "," + mesh("lamp", "lamp.obj")),
-        {{"floor.obj", plane(20, 0, true)}, {"lamp.obj", horizontal_square(1, 1, false)}});
+        {{"floor.obj", plane(20, 0, true)}, {"lamp.obj", horizontal_square(c.side, c.height, false)}});
     expect_answer(mean_of(scene.render({"path", 8, 1}, 12), 0), c.exact, 1e-3);
   }
 }
@@ -236,22 +264,46 @@ TEST(FormFactor, PerpendicularUnitSquaresThatShareAnEdge) {
   expect_answer(mean_over_receiver(scene, image, Vec3d(0), Vec3d(0, 1, 0), 1), 0.2000438, 2e-3);
 }
 
+/// What is seen at the origin from this angle off the vertical, under a sky of radiance 1: glass and black surfaces, as
+/// large squares in y = height that face up or down.
+struct Square {
+  std::string material;
+  double height;
+  bool up;
+};
+Estimate seen_among(double degrees, double ior, const std::vector<Square>& squares, std::uint64_t seed) {
+  const double theta = degrees * M_PI / 180;
+  std::string objects = sphere("sky", "[0, 0, 0]", 20, true);
+  std::map<std::string, std::string> files;
+  for (const Square& square : squares) {
+    const std::string name = fmt::format("{}.obj", files.size());
+    objects += also(mesh(square.material, name));
+    files[name] = plane(60, square.height, square.up);
+  }
+  const auto scene = TestScene::from_text(
+      document(
+          fmt::format(R"("eye": [0, {}, {}], "look_at": [0, 0, 0], "up": [1, 0, 0])", std::cos(theta), std::sin(theta)),
+          0.01, 16,
+          diffuse("sky", 0, 1) + also(diffuse("black", 0)) +
+              also(named("glass", fmt::format(R"("dielectric": {{"ior": {}}})", ior))),
+          objects),
+      files);
+  return mean_of(scene.render({"path", seed, 0}, 10), 0);
+}
+
 TEST(Fresnel, AGlassPlaneShowsTheSkyByItsReflectance) {
   // Below the plane everything is black, so what is seen is the mirrored sky.
   const struct {
-    double degrees, exact;
-  } cases[] = {{0, 0.04}, {45, 0.0502399}, {60, 0.0891867}, {75, 0.2530606}, {85, 0.6127996}};
+    double degrees, ior, exact;
+  } cases[] = {{0, 1.5, 0.04},
+               {45, 1.5, 0.0502399},
+               {60, 1.5, 0.0891867},
+               {75, 1.5, 0.2530606},
+               {85, 1.5, 0.6127996},
+               {0, 2, 1.0 / 9},
+               {std::atan(2) * 180 / M_PI, 2, 0.5 * 9 / 25}};  // Brewster's angle: ((n² − 1)/(n² + 1))²/2
   for (const auto& c : cases) {
-    const double theta = c.degrees * M_PI / 180;
-    const auto scene = TestScene::from_text(
-        document(
-            fmt::format(R"("eye": [0, {}, {}], "look_at": [0, 0, 0], "up": [1, 0, 0])", std::cos(theta),
-                        std::sin(theta)),
-            0.01, 16,
-            diffuse("sky", 0, 1) + "," + diffuse("black", 0) + R"(, {"name": "glass", "dielectric": {"ior": 1.5}})",
-            sphere("sky", "[0, 0, 0]", 20, true) + "," + mesh("glass", "glass.obj") + "," + mesh("black", "black.obj")),
-        {{"glass.obj", plane(60, 0, true)}, {"black.obj", plane(60, -0.5, true)}});
-    expect_answer(mean_of(scene.render({"path", 12, 0}, 10), 0), c.exact, 1e-2);
+    expect_answer(seen_among(c.degrees, c.ior, {{"glass", 0, true}, {"black", -0.5, true}}, 12), c.exact, 1e-2);
   }
 }
 
@@ -268,20 +320,13 @@ TEST(Fresnel, GlassWithTheIndexOfAirIsNotThere) {
 }
 
 TEST(Fresnel, AClearSlabTransmitsWhatItsInnerReflectionsSumTo) {
-  // Above the slab all is black, below it the sky shines.
-  const struct { double degrees, exact; } cases[] = {{0, 0.9230769}, {60, 0.8362325}};
+  // Above the slab all is black, below it the sky shines: (1 − R)/(1 + R).
+  const struct {
+    double degrees, ior, exact;
+  } cases[] = {{0, 1.5, 0.9230769}, {60, 1.5, 0.8362325}, {0, 2, 0.8}, {std::atan(2) * 180 / M_PI, 2, 0.82 / 1.18}};
   for (const auto& c : cases) {
-    const double theta = c.degrees * M_PI / 180;
-    const auto scene = TestScene::from_text(
-        document(
-            fmt::format(R"("eye": [0, {}, {}], "look_at": [0, 0, 0], "up": [1, 0, 0])", std::cos(theta),
-                        std::sin(theta)),
-            0.01, 16,
-            diffuse("sky", 0, 1) + "," + diffuse("black", 0) + R"(, {"name": "glass", "dielectric": {"ior": 1.5}})",
-            sphere("sky", "[0, 0, 0]", 20, true) + "," + mesh("glass", "top.obj") + "," + mesh("glass", "bottom.obj") +
-                "," + mesh("black", "black.obj")),
-        {{"top.obj", plane(60, 0, true)}, {"bottom.obj", plane(60, -0.1, false)}, {"black.obj", plane(60, 3, false)}});
-    expect_answer(mean_of(scene.render({"path", 13, 0}, 10), 0), c.exact, 1e-3);
+    expect_answer(seen_among(c.degrees, c.ior, {{"glass", 0, true}, {"glass", -0.1, false}, {"black", 3, false}}, 13),
+                  c.exact, 1e-3);
   }
 }
 

@@ -45,6 +45,28 @@ TEST(Holdout, UnderABlackSphereInAnEvenSky) {
   }
 }
 
+TEST(AmbientOcclusion, UnderASphereIsTheShareOfTheSkyThatIsLeft) {
+  // The same by `ao`, whatever the colours.
+  struct Case {
+    double radius, height, x, exact;
+  };
+  for (const Case& c : {Case{0.5, 0.5, 0.5, 0.6464466},
+                        {0.5, 1, 0, 0.75},
+                        {2, 3, 1.5, 1 - 3 * 4 / std::pow(11.25, 1.5)},
+                        {0.3, 0.7, 0.4, 1 - 0.7 * 0.09 / std::pow(0.65, 1.5)}}) {
+    const auto scene = TestScene::from_text(
+        document(fmt::format(R"("eye": [{0}, 0.001, 0], "look_at": [{0}, 0, 0], "up": [0, 0, 1])", c.x), 0.01, 8,
+                 diffuse("white", 0.4),
+                 plane_shape("white", "[0, 0, 0]", "[0, 1, 0]") +
+                     also(sphere("white", fmt::format("[0, {}, 0]", c.height), c.radius))));
+    const auto seen = [&](const std::string& method) { return mean_of(scene.render({method, 1, 0}, 12), 0); };
+    expect_answer(seen("ao"), c.exact, 2e-3);
+    // No farther than there is anything; and so far that there is all.
+    EXPECT_EQ(seen(fmt::format("ao:distance={}", 0.9 * (std::hypot(c.x, c.height) - c.radius))).value, 1);
+    expect_answer(seen(fmt::format("ao:distance={}", std::hypot(c.x, c.height) + c.radius)), c.exact, 2e-3);
+  }
+}
+
 TEST(Holdout, ClosedLampsShowTheirOuterSideAlone) {
   // A two-sided cube lamp, alone and with the sky; its light on the floor has no shadow.
   std::string cube;

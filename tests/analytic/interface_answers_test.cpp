@@ -32,10 +32,6 @@ double diffuse_mean(const std::function<double(double)>& f) {
   return sum / kSteps;
 }
 
-std::string plane_shape(const std::string& material, const std::string& point, const std::string& normal) {
-  return fmt::format(R"({{"name": "{0}", "material": "{0}", "plane": {{"point": {1}, "normal": {2}}}}})", material,
-                     point, normal);
-}
 std::string glass(double ior) {
   return fmt::format(R"({{"name": "glass", "dielectric": {{"ior": {}}}}})", ior);
 }
@@ -80,7 +76,10 @@ TEST(Interface, ReflectsAllBeyondTheCriticalAngle) {
     // to 1e-3.
     EXPECT_NEAR(through.value, exact, 5 * through.standard_error + 3e-3 * exact) << n;
     EXPECT_LT(through.standard_error, 0.02 * exact);
-    EXPECT_EQ(seen_at_surface(critical + 0.002, n, true, "path", 6).value, 0) << n;
+    EXPECT_NEAR(seen_at_surface(below, n, true, "whitted", 1).value, exact, 3e-3 * exact) << n;
+    for (const std::string method : {"path", "whitted"}) {
+      EXPECT_EQ(seen_at_surface(critical + 0.002, n, true, method, 6).value, 0) << n << method;
+    }
   }
 }
 
@@ -206,6 +205,26 @@ TEST(SceneB, LampOverAMirrorFloorLightsAWallTwice) {
           with_mirror ? fmt::format(", {}", plane_shape("mirror", "[0, 0, 0]", "[0, 1, 0]")) : "", c.y));
       const MeterReading reading = read_meters(scene, with_mirror ? 7 : 5).front();
       expect_reading(reading, c.direct + (with_mirror ? c.mirrored : 0), 1e-2);
+    }
+  }
+}
+
+TEST(SceneB, APointLightsTheWallDirectlyToEveryMethod) {
+  // What comes by the mirror would be added to this; it has no path from the eye to a point.
+  struct Case {
+    double intensity, height, y, direct;
+  };
+  for (const Case& c : {Case{M_PI, 1, 0.25, 1.6084954},
+                        {M_PI, 1, 0.5, 2.2479407},
+                        {M_PI, 1, 1, 3.1415927},
+                        {2, 1.2, 0.6, 2 / std::pow(1.36, 1.5)}}) {
+    const auto scene = TestScene::from_text(document(
+        fmt::format(R"("eye": [0.5, {0}, 0.4], "look_at": [1, {0}, 0])", c.y), 0.001, 8,
+        diffuse("wall", 1) + R"(, {"name": "mirror", "mirror": {}})",
+        plane_shape("wall", "[1, 0, 0]", "[-1, 0, 0]") + also(plane_shape("mirror", "[0, 0, 0]", "[0, 1, 0]")),
+        fmt::format(R"({{"point": {{"position": [0, {}, 0], "intensity": {}}}}})", c.height, gray(c.intensity))));
+    for (const std::string method : {"path", "raycast", "whitted"}) {
+      EXPECT_NEAR(mean_of(scene.render({method, 1, 1}, 4), 0).value, c.direct / M_PI, 2e-5 * c.direct) << method;
     }
   }
 }

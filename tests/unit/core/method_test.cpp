@@ -163,27 +163,6 @@ TEST(Method, WhittedFollowsLightOnlySoFar) {
             "whitted follows at most 128, got 129");
 }
 
-// The share of the hemisphere, weighted by the cosine, that a sphere of radius R at distance d straight above hides is
-// (R/d)²; from a plane, tilted by θ, (R/d)² cosθ while the sphere is above the horizon.
-TEST(Method, AmbientOcclusionUnderASphereIsExact) {
-  const auto value_at = [](double x, const std::string& method) {
-    const std::string text =
-        fmt::format(R"({{"camera": {{"eye": [{0}, 0.001, 0], "look_at": [{0}, 0, 0], "up": [0, 0, 1],
-          "vertical_fov_degrees": 1}},
-        "film": {{"width": 8, "height": 8}},
-        "materials": [{{"name": "white", "diffuse": {{"reflectance": {{"rgb": [0.1, 0.5, 0.9]}}}}}}],
-        "objects": [{{"material": "white", "plane": {{"point": [0, 0, 0], "normal": [0, 1, 0]}}}},
-                    {{"material": "white", "sphere": {{"center": [0, 3, 0], "radius": 2}}}}]}})",
-                    x);
-    const auto image = test::TestScene::from_text(text).render({method, 1, 0}, 10);
-    return test::mean_of(image, 0).value;
-  };
-  EXPECT_NEAR(value_at(0, "ao"), 1 - 4.0 / 9, 2e-3);
-  const double d2 = 9 + 1.5 * 1.5;
-  EXPECT_NEAR(value_at(1.5, "ao"), 1 - 4 / d2 * 3 / std::sqrt(d2), 2e-3);
-  EXPECT_EQ(value_at(0, "ao:distance=0.5"), 1);
-}
-
 TEST(Fingerprint, IsTheSameEachTime) {
   EXPECT_EQ(fingerprint_class(), fingerprint_class());
 }
