@@ -37,6 +37,27 @@ TEST(SampleSums, ANodeHasTheBitsOfJoiningItsOneSampleNodes) {
   }
 }
 
+TEST(SampleSums, AMillionSamplesLoseNextToNothing) {
+  // Of a tree of 19 additions each half a last place off at most: 19 · 2^-24. One after the other they would lose whole
+  // per cents, and all that is added to a hundred million.
+  constexpr std::uint32_t kLevel = 20;
+  constexpr double kHalf = 0x1p19;
+  SampleSums sums;
+  sums.start({kLevel, 0}, 1);
+  for (std::uint32_t i = 0; i < 1u << kLevel; ++i) {
+    std::vector<float> planes{0.1f, i < 2 ? 1e8f : 1.0f, i % 4 < 2 ? 0.7f : 0.3f};
+    sums.add(planes);
+  }
+  const Node node = sums.finish();
+  const double exact[] = {kHalf * static_cast<double>(0.1f), 1e8 + kHalf - 1,
+                          kHalf * (static_cast<double>(0.7f) + static_cast<double>(0.3f)) / 2};
+  for (std::size_t half = 0; half < 2; ++half) {
+    for (std::size_t channel = 0; channel < 3; ++channel) {
+      EXPECT_NEAR(node.values[3 * half + channel], exact[channel], 19 * 0x1p-24 * exact[channel]) << channel;
+    }
+  }
+}
+
 TEST(SampleSums, AReusedOneStartsFromZero) {
   SampleSums sums;
   for (int repeat = 0; repeat < 2; ++repeat) {
