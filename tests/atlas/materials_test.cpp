@@ -188,6 +188,7 @@ TEST(Atlas, GlassInOnAndAcrossGlassHidesInUniformLight) {
                                                                materials, objects, sky(1)),
                                                       {{"left.obj", box(-1, reach, -0.5, 0.5, -0.5, 0.5)},
                                                        {"right.obj", box(0, 1, -0.51, 0.51, -0.51, 0.51)},
+                                                       {"wide.obj", box(0, 1, -0.8, 0.8, -0.8, 0.8)},
                                                        {"flush.obj", box(0, 1, -0.5, 0.5, -0.5, 0.5)}}),
                                  "path", 8),
                    0);
@@ -197,7 +198,7 @@ TEST(Atlas, GlassInOnAndAcrossGlassHidesInUniformLight) {
        {ball + also(sphere("b", "[0.1, 0, 0.2]", 0.5)), ball + also(sphere("b", "[0.5, 0, 0]", 0.5)),
         ball + also(sphere("b", "[1.5, 0, 0]", 0.5)), ball + also(sphere("b", "[0.8, 0.3, 0]", 0.5)),
         ball + also(sphere("a", "[0.8, 0.3, 0]", 0.5)), mesh("a", "left.obj") + also(mesh("a", "right.obj")),
-        mesh("b", "left.obj") + also(mesh("a", "right.obj"))}) {
+        mesh("b", "left.obj") + also(mesh("a", "right.obj")), mesh("a", "left.obj") + also(mesh("b", "wide.obj"))}) {
     SCOPED_TRACE(objects);
     expect_answer(seen(objects, 1e-3), 1, 2e-3);
   }

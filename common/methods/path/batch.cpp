@@ -88,32 +88,36 @@ void Batch::shade(const Path8& in, M8 lanes, std::uint32_t bounce) {
   const Ray8 rays{in.origin, in.direction, F8(std::numeric_limits<float>::infinity())};
   add_untraceable(lanes, rays, in.slot);
   Hit8 hits = scene_.accel().intersect(lanes, rays, bounce == 0);
+  Passage8 passage;
+  passage.origin = in.origin;
   if (scene_.features().media) {
     Path8 there = in;
-    const Passage8 passage = pass_media(there, lanes, hits, bounce);
+    passage = pass_media(there, lanes, hits, bounce);
     if (passage.scattered.any()) {
       shade_medium(there, passage.point, passage.scattered & goes_on(in), bounce);
     }
-    shade_hits(there, and_not(lanes, passage.scattered), hits, bounce, passage.crossing);
+    shade_hits(there, and_not(lanes, passage.scattered), hits, bounce, passage);
   } else {
-    shade_hits(in, lanes, hits, bounce, {});
+    shade_hits(in, lanes, hits, bounce, passage);
   }
 }
 
-void Batch::shade_hits(const Path8& in, M8 lanes, const Hit8& hits, std::uint32_t bounce, const Crossing8& crossing) {
+void Batch::shade_hits(const Path8& in, M8 lanes, const Hit8& hits, std::uint32_t bounce, const Passage8& passage) {
   if (scene_.features().environment) {
     add_environment(in, and_not(lanes, hits.hit), bounce);
   }
   if (hits.hit.none()) {
     return;
   }
-  const Surface8 surface = scene_.surface({in.origin, in.direction, F8(0.0f)}, hits);
+  const Surface8 surface = scene_.surface({passage.origin, in.direction, F8(0.0f)}, hits);
   if (bounce == 0 && meter_ == nullptr && channels_.shows_surfaces()) {
     store_surfaces(channels_, scene_, hits, surface, in.slot,
                    {ws_.radiance.data(), slots_, ws_.first.empty() ? nullptr : ws_.first.data(), pixels_});
   }
   if (scene_.features().emissive_surfaces) {
-    add_emission(in, hits, surface, bounce);
+    Hit8 from_start = hits;
+    from_start.distance = hits.distance + passage.before;
+    add_emission(in, from_start, surface, bounce);
   }
   if (bounce == max_bounces_) {
     return;
@@ -131,7 +135,7 @@ void Batch::shade_hits(const Path8& in, M8 lanes, const Hit8& hits, std::uint32_
                        select(surface.front, surface.geometric_normal, -surface.geometric_normal),
                        Frame8(select(surface.front, surface.shading_normal, -surface.shading_normal)),
                        bounce,
-                       crossing};
+                       passage.crossing};
   if (const auto only = scene_.materials().only_kind()) {
     shade_kind(*only, vertex, shaded);
     return;

@@ -68,17 +68,19 @@ class Batch {
   /// Paths that holdouts have ended see what they meet, and go no further.
   static M8 goes_on(const Path8& in) { return in.roulette_scale < F8(std::numeric_limits<float>::infinity()); }
   void shade(const Path8& in, M8 lanes, std::uint32_t bounce);
-  void shade_hits(const Path8& in, M8 lanes, const Hit8& hits, std::uint32_t bounce, const Crossing8& crossing);
+  /// How paths get to what they hit.
+  struct Passage8 {
+    V8 origin;           ///< of the last part of the way: hits are as seen from there
+    F8 before;           ///< length of the way up to there
+    Crossing8 crossing;  ///< of what is hit, where the scene has media
+    M8 scattered;        ///< in a medium before, at `point`
+    V8 point;
+  };
+  void shade_hits(const Path8& in, M8 lanes, const Hit8& hits, std::uint32_t bounce, const Passage8& passage);
   void shade_kind(MaterialKind kind, const Vertex8& vertex, M8 lanes);
   void shade_glossy(MaterialKind kind, const Vertex8& vertex, M8 lanes);
   void shade_holdout(const Vertex8& vertex, M8 lanes);
   F8 relative_index(const Vertex8& vertex, M8 lanes) const;
-  /// Where paths in media get to.
-  struct Passage8 {
-    Crossing8 crossing;  ///< of what is hit
-    M8 scattered;        ///< scattered before, at `point`
-    V8 point;
-  };
   Passage8 pass_media(Path8& paths, M8 lanes, Hit8& hits, std::uint32_t bounce);
   M8 travel(Path8& paths, M8 lanes, F8 length, std::uint32_t decision, F8& scattered_at);
   void shade_medium(const Path8& in, const V8& point, M8 lanes, std::uint32_t bounce);

@@ -47,13 +47,13 @@ M8 Batch::travel(Path8& paths, M8 lanes, F8 length, std::uint32_t decision, F8& 
 }
 
 /// Follows the paths through boundaries that light does not notice to the first that it does, or to another surface,
-/// takes off what is absorbed on the way and adds what those boundaries emit; `hits` is where they arrive, as seen from
-/// where they start.
+/// takes off what is absorbed on the way and adds what those boundaries emit; `hits` becomes what they arrive at.
+/// Moving off a boundary puts a path beside its line by more than what keeps it off the next surface, so surfaces are
+/// found from the last part of the way alone.
 Batch::Passage8 Batch::pass_media(Path8& paths, M8 lanes, Hit8& hits, std::uint32_t bounce) {
   const MediumTable& table = scene_.media();
   Passage8 passage;
-  V8 origin = paths.origin;
-  F8 passed_length(0.0f);
+  passage.origin = paths.origin;
   F8 skipped(0.0f);  // of the way, by moving off the surface before
   M8 active = lanes;
   for (std::uint32_t passed = 0; active.any(); ++passed) {
@@ -61,13 +61,13 @@ Batch::Passage8 Batch::pass_media(Path8& paths, M8 lanes, Hit8& hits, std::uint3
     F8 scattered_at(0.0f);
     const M8 scattered = travel(paths, active, length, medium_decision(bounce, passed), scattered_at);
     passage.scattered = passage.scattered | scattered;
-    passage.point = select(scattered, origin + paths.direction * (scattered_at - skipped), passage.point);
+    passage.point = select(scattered, passage.origin + paths.direction * (scattered_at - skipped), passage.point);
     hits.hit = and_not(hits.hit, scattered);
     active = active & hits.hit;
     if (active.none()) {
       break;
     }
-    const Surface8 surface = scene_.surface({origin, paths.direction, F8(0.0f)}, hits);
+    const Surface8 surface = scene_.surface({passage.origin, paths.direction, F8(0.0f)}, hits);
     const U8 medium = table.of_material(surface.material, active);
     const Crossing8 here = table.cross(paths.media, medium, surface.front);
     passage.crossing = {select(active, here.eta, passage.crossing.eta),
@@ -79,7 +79,7 @@ Batch::Passage8 Batch::pass_media(Path8& paths, M8 lanes, Hit8& hits, std::uint3
     if (scene_.features().emissive_surfaces) {
       Hit8 passing = hits;
       passing.hit = active;
-      passing.distance = hits.distance + passed_length;
+      passing.distance = hits.distance + passage.before;
       add_emission(paths, passing, surface, bounce);
     }
     if (passed == kMaxPassed) {
@@ -88,16 +88,15 @@ Batch::Passage8 Batch::pass_media(Path8& paths, M8 lanes, Hit8& hits, std::uint3
       break;
     }
     const V8 off = onward(surface);
-    origin = select(active, surface.point + off, origin);
+    passage.origin = select(active, surface.point + off, passage.origin);
     skipped = select(active, dot(off, paths.direction), skipped);
     paths.media = select(active, here.beyond, paths.media);
-    const Ray8 rays{origin, paths.direction, F8(std::numeric_limits<float>::infinity())};
+    const Ray8 rays{passage.origin, paths.direction, F8(std::numeric_limits<float>::infinity())};
     add_untraceable(active, rays, paths.slot);
     hits = select(active, scene_.accel().intersect(active, rays, false), hits);
     ws_.counters.closest_hit_rays += static_cast<std::uint64_t>(active.count());
-    passed_length = select(active, dot(origin - paths.origin, paths.direction), passed_length);
+    passage.before = select(active, dot(passage.origin - paths.origin, paths.direction), passage.before);
   }
-  hits.distance = hits.distance + passed_length;
   return passage;
 }
 
