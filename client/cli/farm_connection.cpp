@@ -228,10 +228,11 @@ Result<v1::Job> FarmConnection::resume_job(std::uint64_t id) {
   return job;
 }
 
-Result<v1::Job> FarmConnection::extend_job(std::uint64_t id, std::uint64_t samples) {
+Result<v1::Job> FarmConnection::extend_job(std::uint64_t id, std::uint64_t samples, double error) {
   v1::ExtendJobRequest request;
   request.set_id(id);
   request.set_samples(samples);
+  request.set_error(error);
   v1::Job job;
   LM_RETURN_IF_ERROR(call(*state_, address_, &Stub::ExtendJob, request, job));
   return job;

@@ -42,7 +42,8 @@ class FarmConnection {
   Result<v1::Job> cancel_job(std::uint64_t id);
   Result<v1::Job> pause_job(std::uint64_t id);
   Result<v1::Job> resume_job(std::uint64_t id);
-  Result<v1::Job> extend_job(std::uint64_t id, std::uint64_t samples);
+  /// 0 leaves a limit as it is.
+  Result<v1::Job> extend_job(std::uint64_t id, std::uint64_t samples, double error);
   Status delete_job(std::uint64_t id);
 
   /// One stream of a job's changes; ends OK when the job has ended. `stop` is asked once the call can be cancelled, so

@@ -64,6 +64,7 @@ Receipt receipt_of(const v1::FilmHeader& header) {
     receipt.rel_mse = job.error().rel_mse();
     receipt.rel_mse_half_width = job.error().half_width();
   }
+  receipt.ended = job.state() == v1::JOB_STATE_DONE ? job.reason() : "";
   receipt.seconds = job.active_seconds();
   receipt.worker_seconds = job.worker_seconds();
   const std::int64_t when =

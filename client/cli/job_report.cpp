@@ -30,7 +30,10 @@ ExitCode fetch_and_report(const Console& console, FarmConnection& connection, st
   }
   console.object(object);
   const std::string error = error_text(film->job);
-  console.result(fmt::format("job {} {}: {} samples per pixel{}, {} of rendering{}", id, state_name(film->job.state()),
+  const v1::Goal& goal = film->job.goal();
+  const bool tell_limit = film->job.state() == v1::JOB_STATE_DONE && (goal.seconds() > 0 || goal.error() > 0);
+  console.result(fmt::format("job {} {}: {}{} samples per pixel{}, {} of rendering{}", id,
+                             state_name(film->job.state()), tell_limit ? film->job.reason() + "; " : "",
                              range_text(film->picture.receipt.min_samples, film->picture.receipt.max_samples),
                              error.empty() ? "" : ", error " + error, human_seconds(film->job.active_seconds()),
                              outputs.empty() ? "" : fmt::format(" -> {}", fmt::join(outputs, ", "))));

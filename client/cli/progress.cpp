@@ -14,6 +14,8 @@ constexpr int kMinBar = 5;
 constexpr Duration kPlainAtLeastEvery = std::chrono::seconds(10);
 constexpr Duration kPlainAtMostEvery = std::chrono::seconds(1);
 constexpr double kPlainStep = 0.1;
+// An error goal may look reached before it is read.
+constexpr double kMostBeforeTheEnd = 0.99;
 
 std::string bar(double fraction, int columns, bool color) {
   const int filled = static_cast<int>(std::floor(fraction * columns));
@@ -26,6 +28,11 @@ struct Field {
   std::string text;
   int columns = 0;
 };
+
+/// The upper end of its interval: what must fall to the goal.
+double stated_error(const v1::Job& job) {
+  return job.error().rel_mse() + job.error().half_width();
+}
 
 std::string tail_text(const v1::Job& job) {
   switch (job.state()) {
@@ -59,6 +66,19 @@ std::string state_name(v1::JobState state) {
   }
 }
 
+std::string limit_name(v1::GoalLimit limit) {
+  switch (limit) {
+    case v1::GOAL_LIMIT_SAMPLES:
+      return "samples";
+    case v1::GOAL_LIMIT_SECONDS:
+      return "seconds";
+    case v1::GOAL_LIMIT_ERROR:
+      return "error";
+    default:
+      return "";
+  }
+}
+
 bool has_ended(v1::JobState state) {
   return state == v1::JOB_STATE_DONE || state == v1::JOB_STATE_FAILED || state == v1::JOB_STATE_CANCELLED;
 }
@@ -71,7 +91,17 @@ double fraction_done(const v1::Job& job) {
   if (job.goal().seconds() > 0) {
     fraction = std::max(fraction, job.active_seconds() / job.goal().seconds());
   }
+  if (job.goal().error() > 0 && job.has_error() && !has_ended(job.state())) {
+    // Errors fall as 1/samples.
+    fraction = std::max(fraction, std::min(job.goal().error() / stated_error(job), kMostBeforeTheEnd));
+  }
   return std::clamp(fraction, 0.0, 1.0);
+}
+
+std::string error_goal_text(const v1::Job& job) {
+  return job.goal().error() > 0 && job.has_error()
+             ? fmt::format("relMSE {:.2g}/{:g}", stated_error(job), job.goal().error())
+             : "";
 }
 
 std::string error_text(const v1::Job& job) {
@@ -96,12 +126,18 @@ std::vector<Field> fields_of(const v1::Job& job) {
   const std::string error = error_text(job);
   const bool rated = job.samples_per_second() > 0 && !has_ended(job.state());
   const std::string wanted = std::to_string(job.goal().samples());
-  return {{fmt::format("{:3.0f}%", std::floor(100 * fraction_done(job))), 4},
-          {tail_text(job), static_cast<int>(std::string_view("ETA 13 min 39 s").size())},
-          {samples_text(job), static_cast<int>(job.goal().samples() > 0 ? 2 * wanted.size() + 5 : 10)},
-          {error.empty() ? "" : "error " + error, static_cast<int>(std::string_view("error +0.12%").size())},
-          {rated ? human_rate(job.samples_per_second()) : "",
-           static_cast<int>(std::string_view("1.23 Msamples/s").size())}};
+  std::vector<Field> fields{
+      {fmt::format("{:3.0f}%", std::floor(100 * fraction_done(job))), 4},
+      {tail_text(job), static_cast<int>(std::string_view("ETA 13 min 39 s").size())},
+      {samples_text(job), static_cast<int>(job.goal().samples() > 0 ? 2 * wanted.size() + 5 : 10)},
+      {error.empty() ? "" : "error " + error, static_cast<int>(std::string_view("error +0.12%").size())},
+      {rated ? human_rate(job.samples_per_second()) : "",
+       static_cast<int>(std::string_view("1.23 Msamples/s").size())}};
+  if (job.goal().error() > 0) {
+    const int columns = static_cast<int>(fmt::format("relMSE 0.0012/{:g}", job.goal().error()).size());
+    fields.insert(fields.begin() + 2, {error_goal_text(job), columns});
+  }
+  return fields;
 }
 
 }  // namespace

@@ -11,12 +11,16 @@ namespace lightmill::cli {
 
 /// "queued", "running", …
 std::string state_name(v1::JobState state);
+/// "samples", "seconds", "error"; empty for none.
+std::string limit_name(v1::GoalLimit limit);
 /// Done, failed or cancelled.
 bool has_ended(v1::JobState state);
 /// Of its nearest limit, in [0, 1].
 double fraction_done(const v1::Job& job);
 /// "±1.2%": the frame's relative root-mean-square error, √relMSE; empty while it is not known.
 std::string error_text(const v1::Job& job);
+/// "relMSE 0.012/0.01": of a job that asks for an error, the upper end of what is known of it; empty without.
+std::string error_goal_text(const v1::Job& job);
 /// "12/64 spp", or "12 spp" without a sample goal; of the least sampled tile.
 std::string samples_text(const v1::Job& job);
 

@@ -56,7 +56,10 @@ Result<Goal> make_goal(const RenderOptions& options) {
   if (!options.seconds.empty()) {
     LM_ASSIGN_OR_RETURN(goal.seconds, parse_seconds(options.seconds));
   }
-  if (goal.samples == 0 && goal.seconds == 0) {
+  if (!options.error.empty()) {
+    LM_ASSIGN_OR_RETURN(goal.error, parse_error(options.error));
+  }
+  if (goal == Goal{}) {
     goal.samples = kDefaultSamples;
   }
   return goal;
@@ -95,10 +98,15 @@ Result<std::vector<LayerSpec>> make_layers(const RenderOptions& options) {
 void add_render_options(CLI::App& command, RenderOptions& options) {
   add_scene_options(command, options.scene);
   command
-      .add_option("--spp", options.samples, "stop at so many samples per pixel (default 64 if --seconds is not given)")
+      .add_option("--spp", options.samples, "stop at so many samples per pixel (default 64 if no other limit is given)")
       ->type_name("N")
       ->check(whole_number(1, kMaxSamples));
   command.add_option("--seconds", options.seconds, "stop after so much rendering (90, 1.5m, 2h)")->type_name("T");
+  command
+      .add_option("--error", options.error,
+                  "stop when the picture's error (relMSE) is at most E with 95 % confidence: 0.01 is a little grainy, "
+                  "0.001 smooth; with several limits the first one ends the job")
+      ->type_name("E");
   command.add_option("--size", options.size, "picture size in pixels, instead of the scene's")->type_name("WxH");
   command.add_option("--crop", options.crop, "render only this part of the picture")->type_name("X,Y,W,H");
   command.add_option("--method", options.method, std::string(method_help()))

@@ -16,7 +16,7 @@ namespace lightmill::cli {
 /// As typed; parsed by make_job.
 struct RenderOptions {
   SceneOptions scene;
-  std::string size, crop, seconds, method = "path", layers, name, owner;
+  std::string size, crop, seconds, error, method = "path", layers, name, owner;
   std::uint64_t samples = 0;  ///< 0: not given
   std::uint64_t seed = 0;
   std::uint32_t max_bounces = 0;
@@ -24,7 +24,7 @@ struct RenderOptions {
   std::int32_t priority = 0;
 };
 
-/// Used when neither --spp nor --seconds is given.
+/// Used when none of --spp, --seconds and --error is given.
 inline constexpr std::uint64_t kDefaultSamples = 64;
 
 void add_render_options(CLI::App& command, RenderOptions& options);

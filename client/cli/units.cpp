@@ -152,6 +152,14 @@ Result<double> parse_real(std::string_view text, double least, double most) {
   return *number;
 }
 
+Result<double> parse_error(std::string_view text) {
+  const auto number = parse_number<double>(text);
+  if (!number || !std::isfinite(*number) || *number <= 0) {
+    return invalid_argument("an error is a number above 0 (as in 0.01 or 1e-3), got '{}'", text);
+  }
+  return *number;
+}
+
 Result<double> parse_seconds(std::string_view text) {
   constexpr std::string_view kUnits = "smhd";
   constexpr std::array<double, 4> kSeconds{1, 60, 3600, 86400};

@@ -43,6 +43,9 @@ Result<std::uint64_t> parse_whole(std::string_view text, std::uint64_t least, st
 /// A finite number from `least` to `most`.
 Result<double> parse_real(std::string_view text, double least, double most);
 
+/// A relMSE to be reached: positive.
+Result<double> parse_error(std::string_view text);
+
 /// Seconds from "90", "90s", "1.5m", "2h" or "1d"; more than 0, at most kMaxGoalSeconds.
 Result<double> parse_seconds(std::string_view text);
 

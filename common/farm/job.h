@@ -46,8 +46,12 @@ inline constexpr double kMaxGoalSeconds = 1e9;
 struct Goal {
   std::uint64_t samples = 0;  ///< per pixel; 0: no limit
   double seconds = 0;         ///< of rendering, pauses excluded; 0: no limit
+  double error = 0;           ///< of the frame, relMSE with its confidence interval; 0: no limit
   friend bool operator==(const Goal&, const Goal&) = default;
 };
+
+/// Which of its limits ended a job.
+enum class GoalLimit { none, samples, seconds, error };
 
 enum class JobState { queued, running, paused, done, failed, cancelled };
 
@@ -75,7 +79,7 @@ struct JobCounters {
 /// The frame's error as far as it is known.
 struct ErrorEstimate {
   double rel_mse = 0;     ///< mean over pixels and channels of var/(r²+0.01)
-  double half_width = 0;  ///< 95 % confidence: rel_mse ± half_width, from the spread over tiles
+  double half_width = 0;  ///< 95 % confidence: rel_mse ± half_width; see FrameError
   bool known = false;     ///< false until every tile has both halves
 };
 
@@ -85,7 +89,8 @@ struct JobStatus {
   std::string name, owner, host, method, fingerprint_class;
   JobId parent;
   JobState state = JobState::queued;
-  std::string reason;  ///< why it failed, which limit ended it, or what it waits for
+  std::string reason;                   ///< why it failed, which limit ended it, or what it waits for
+  GoalLimit reached = GoalLimit::none;  ///< of a done job
   std::int32_t priority = 0;
   Goal goal;
   int width = 0, height = 0;

@@ -1,11 +1,13 @@
 // The error of a film, estimated from its two halves.
 //
-// With a and b the means of the halves, (a−b)²/4 estimates the variance of their mean where both have as many samples
-// (generally (a−b)²·nA·nB/(nA+nB)²). The frame's relative error is mean(var/(max(a·b, 0) + 0.01)) over pixels and
-// channels.
+// The frame's error is relMSE = mean((x − r)²/(r² + 0.01)) over pixels and channels of the picture x, r being its
+// limit. With a and b the means of the halves, (a−b)²/4 estimates (x − r)² where both have as many samples (generally
+// (a−b)²·nA·nB/(nA+nB)²). r² is estimated from the pixel and those beside it, so that neither rare bright samples nor
+// the edges of bright things deceive (see error_estimate.cpp); tests/bench/coverage_bench measures how well that holds.
 #pragma once
 
 #include <cstdint>
+#include <limits>
 #include <span>
 #include <vector>
 
@@ -13,7 +15,7 @@
 
 namespace lightmill {
 
-/// The frame's relMSE (of beauty) as estimated: rel_mse ± half_width holds the expectation with 95 % confidence.
+/// The frame's relMSE (of beauty) as estimated: rel_mse ± half_width holds the picture's own with 95 % confidence.
 struct FrameError {
   double rel_mse = 0;
   double half_width = 0;
@@ -22,7 +24,7 @@ struct FrameError {
 
 /// One tile's part of the estimate.
 struct TileError {
-  double sum = 0;  ///< of var/(max(a·b, 0) + 0.01) over pixels and channels
+  double sum = 0;  ///< of var/(r² + 0.01) over pixels and channels
   double variance =
       0;  ///< of `sum`, from the differences of neighbouring blocks of 8×8 pixels; an upper bound for one pixel
   double terms = 0;    ///< pixels × channels
@@ -39,6 +41,10 @@ class ErrorEstimator {
   /// Brings at most `max_tiles` changed tiles up to date, going round, and sums all up. Films of at most `max_tiles`
   /// tiles get their exact estimate each time; larger ones one that trails by a few calls.
   FrameError update(const Film& film, std::uint32_t max_tiles = 2048);
+  /// Brings all changed tiles up to date: the exact estimate of any film.
+  FrameError update_all(const Film& film) { return update(film, std::numeric_limits<std::uint32_t>::max()); }
+  /// Brings one tile up to date, so that a later update_all has less to do.
+  void refresh(const Film& film, TileId tile);
 
  private:
   struct Entry {

@@ -67,6 +67,9 @@ std::map<std::string, ImageAttribute> receipt_attributes(const Receipt& receipt)
   if (!receipt.capture_date.empty()) {
     out["capDate"] = receipt.capture_date;
   }
+  if (!receipt.ended.empty()) {
+    out["lightmill.ended"] = receipt.ended;
+  }
   if (receipt.rel_mse >= 0) {
     out["lightmill.relMse"] = receipt.rel_mse;
     out["lightmill.relMseHalfWidth"] = receipt.rel_mse_half_width;
@@ -94,6 +97,7 @@ Receipt read_receipt(const Image& image) {
   receipt.max_samples = parse_count(image.text("lightmill.maxSamples"));
   receipt.rel_mse = number_or(image, "lightmill.relMse", -1);
   receipt.rel_mse_half_width = number_or(image, "lightmill.relMseHalfWidth", -1);
+  receipt.ended = image.text("lightmill.ended");
   receipt.seconds = number_or(image, "lightmill.seconds", 0);
   receipt.worker_seconds = number_or(image, "lightmill.workerSeconds", 0);
   receipt.capture_date = image.text("capDate");

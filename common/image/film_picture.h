@@ -30,6 +30,7 @@ struct Receipt {
   std::string name, owner, host;
   std::uint64_t min_samples = 0, max_samples = 0;  ///< per pixel, over tiles
   double rel_mse = -1, rel_mse_half_width = -1;    ///< negative: not known
+  std::string ended;                               ///< what ended it: which limit is reached; empty before
   double seconds = 0;                              ///< during which it was being rendered
   double worker_seconds = 0;                       ///< sum of the workers' thread seconds
   std::vector<std::string> meter_hashes;           ///< of the virtual meters' tiles: see common/film/film_hash.h

@@ -47,6 +47,24 @@ Result<JobState> from_wire_state(v1::JobState state) {
   }
 }
 
+constexpr std::array<std::pair<GoalLimit, v1::GoalLimit>, 4> kGoalLimits{{{GoalLimit::none, v1::GOAL_LIMIT_UNSPECIFIED},
+                                                                          {GoalLimit::samples, v1::GOAL_LIMIT_SAMPLES},
+                                                                          {GoalLimit::seconds, v1::GOAL_LIMIT_SECONDS},
+                                                                          {GoalLimit::error, v1::GOAL_LIMIT_ERROR}}};
+
+v1::GoalLimit to_wire_limit(GoalLimit limit) {
+  const auto found = std::ranges::find(kGoalLimits, limit, [](const auto& entry) { return entry.first; });
+  return found == kGoalLimits.end() ? v1::GOAL_LIMIT_UNSPECIFIED : found->second;
+}
+
+Result<GoalLimit> from_wire_limit(v1::GoalLimit limit) {
+  const auto found = std::ranges::find(kGoalLimits, limit, [](const auto& entry) { return entry.second; });
+  if (found == kGoalLimits.end()) {
+    return invalid_argument("reached: unknown value {}", static_cast<int>(limit));
+  }
+  return found->first;
+}
+
 Status check_length(std::string_view field, std::string_view text, std::size_t limit) {
   if (text.size() > limit) {
     return invalid_argument("{}: {} bytes are more than the limit of {}", field, text.size(), limit);
@@ -182,6 +200,7 @@ Result<RenderSettings> from_wire(const v1::RenderSettings& settings) {
 void to_wire(const Goal& goal, v1::Goal* out) {
   out->set_samples(goal.samples);
   out->set_seconds(goal.seconds);
+  out->set_error(goal.error);
 }
 
 Result<Goal> from_wire(const v1::Goal& goal) {
@@ -191,7 +210,10 @@ Result<Goal> from_wire(const v1::Goal& goal) {
   if (!std::isfinite(goal.seconds()) || goal.seconds() < 0) {
     return invalid_argument("goal.seconds: must be finite and not negative, got {}", goal.seconds());
   }
-  return Goal{goal.samples(), goal.seconds()};
+  if (!std::isfinite(goal.error()) || goal.error() < 0) {
+    return invalid_argument("goal.error: must be finite and not negative, got {}", goal.error());
+  }
+  return Goal{goal.samples(), goal.seconds(), goal.error()};
 }
 
 void to_wire(const JobSpec& spec, v1::JobSpec* out) {
@@ -233,6 +255,7 @@ void to_wire(const JobStatus& status, v1::Job* out) {
   out->set_parent(status.parent.value);
   out->set_state(to_wire_state(status.state));
   out->set_reason(status.reason);
+  out->set_reached(to_wire_limit(status.reached));
   out->set_priority(status.priority);
   to_wire(status.goal, out->mutable_goal());
   out->set_width(status.width);
@@ -275,6 +298,7 @@ Result<JobStatus> from_wire(const v1::Job& job) {
   out.parent = JobId{job.parent()};
   LM_ASSIGN_OR_RETURN(out.state, from_wire_state(job.state()));
   out.reason = job.reason();
+  LM_ASSIGN_OR_RETURN(out.reached, from_wire_limit(job.reached()));
   out.priority = job.priority();
   LM_ASSIGN_OR_RETURN(out.goal, from_wire(job.goal()));
   LM_ASSIGN_OR_RETURN(out.crop, from_wire(job.crop()));

@@ -192,11 +192,11 @@ RenderServiceImpl::Unary* RenderServiceImpl::ResumeJob(Context* context, const v
 
 RenderServiceImpl::Unary* RenderServiceImpl::ExtendJob(Context* context, const v1::ExtendJobRequest* request,
                                                        v1::Job* reply) {
-  return change_job(context, reply,
-                    [id = JobId{request->id()}, samples = request->samples()](FarmLoop::Turn& turn) -> Result<JobId> {
-                      LM_RETURN_IF_ERROR(turn.farm.extend(id, samples, turn.now, turn.step));
-                      return id;
-                    });
+  const Extension extension{request->samples(), request->error()};
+  return change_job(context, reply, [id = JobId{request->id()}, extension](FarmLoop::Turn& turn) -> Result<JobId> {
+    LM_RETURN_IF_ERROR(turn.farm.extend(id, extension, turn.now, turn.step));
+    return id;
+  });
 }
 
 RenderServiceImpl::Unary* RenderServiceImpl::DeleteJob(Context* context, const v1::DeleteJobRequest* request,

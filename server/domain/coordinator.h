@@ -35,6 +35,12 @@ struct CoordinatorLimits {
   std::uint32_t max_workers = 10'000;
 };
 
+/// New limits for a job; 0: as it is.
+struct Extension {
+  std::uint64_t samples = 0;  ///< the new total, per pixel
+  double error = 0;           ///< as Goal::error
+};
+
 /// A worker as people see it.
 struct WorkerStatus {
   std::string name, host, fingerprint_class;
@@ -56,7 +62,8 @@ class Coordinator {
   Status cancel(JobId job, Time now, std::int64_t unix_ms, Step& step);
   Status pause(JobId job, Time now, Step& step);
   Status resume(JobId job, Time now, Step& step);
-  Status extend(JobId job, std::uint64_t samples, Time now, Step& step);
+  /// Limits that are not named stay, but those that the job has reached.
+  Status extend(JobId job, const Extension& to, Time now, Step& step);
   Status remove(JobId job, Time now, Step& step);
   Status drain_worker(const std::string& name, Time now, Step& step);
 

@@ -15,7 +15,7 @@
 #include <unordered_map>
 #include <vector>
 
-#include "common/film/error_estimate.h"
+#include "common/film/error_goal.h"
 #include "common/film/film.h"
 #include "server/domain/coordinator.h"
 #include "server/domain/rate_meter.h"
@@ -113,8 +113,15 @@ struct Job {
   double active_seconds(Time now) const {
     return record.active_seconds + (active_since ? to_seconds(now - *active_since) : 0);
   }
-  /// The sample count below which results are wanted.
+  /// No sample beyond this is ever wanted.
   std::uint64_t sample_limit() const { return record.spec.goal.samples > 0 ? record.spec.goal.samples : kMaxSamples; }
+  /// Up to where samples are wanted now: with a goal in error, up to the next count at which the error is read. A
+  /// function of the film (and of what is out beyond it), so that it need not be stored.
+  std::uint64_t samples_wanted_now() const;
+  /// Whether the error can be read now, and is what was asked for.
+  bool error_met() const;
+  /// Samples [0, n) of every tile are below this n, merged or out.
+  std::uint64_t samples_end() const;
   bool time_is_up(Time now) const {
     return record.spec.goal.seconds > 0 && active_seconds(now) >= record.spec.goal.seconds;
   }

@@ -19,7 +19,8 @@ struct JobRecord {
   JobSpec spec;  ///< with the current goal and priority
   JobState state = JobState::queued;
   std::string reason;
-  std::string fingerprint_class;  ///< empty until fixed
+  GoalLimit reached = GoalLimit::none;  ///< of a done job
+  std::string fingerprint_class;        ///< empty until fixed
   double active_seconds = 0;
   double worker_seconds = 0;
   JobCounters counters;

@@ -15,15 +15,9 @@ constexpr double kMostPixelSamplesPerSecond = 1e9;
 
 }  // namespace
 
-Status check_spec(const JobSpec& spec) {
-  const RenderSettings& settings = spec.settings;
-  const Goal& goal = spec.goal;
-  LM_RETURN_IF_ERROR(check_name("name", spec.name));
-  LM_RETURN_IF_ERROR(check_name("owner", spec.owner));
-  LM_RETURN_IF_ERROR(check_name("host", spec.host));
-  LM_RETURN_IF_ERROR(check_name("settings.renderer_version", settings.renderer_version));
-  if (goal.samples == 0 && goal.seconds == 0) {
-    return invalid_argument("goal: a job needs a limit, in samples or in seconds");
+Status check_goal(const Goal& goal, const PixelRect& crop) {
+  if (goal.samples == 0 && goal.seconds == 0 && goal.error == 0) {
+    return invalid_argument("goal: a job needs a limit, in samples, in seconds or in error");
   }
   if (goal.samples > kMaxSamples) {
     return invalid_argument("goal.samples: at most {}, got {}", kMaxSamples, goal.samples);
@@ -31,6 +25,22 @@ Status check_spec(const JobSpec& spec) {
   if (!(goal.seconds >= 0 && goal.seconds <= kMaxGoalSeconds)) {
     return invalid_argument("goal.seconds: must be from 0 to {}, got {}", kMaxGoalSeconds, goal.seconds);
   }
+  if (!(goal.error >= 0 && std::isfinite(goal.error))) {
+    return invalid_argument("goal.error: must be finite and not negative, got {}", goal.error);
+  }
+  if (goal.error > 0 && crop.width == 1 && crop.height == 1) {
+    return invalid_argument("goal.error: the error of a single pixel cannot be told; give samples or seconds");
+  }
+  return ok_status();
+}
+
+Status check_spec(const JobSpec& spec) {
+  const RenderSettings& settings = spec.settings;
+  LM_RETURN_IF_ERROR(check_name("name", spec.name));
+  LM_RETURN_IF_ERROR(check_name("owner", spec.owner));
+  LM_RETURN_IF_ERROR(check_name("host", spec.host));
+  LM_RETURN_IF_ERROR(check_name("settings.renderer_version", settings.renderer_version));
+  LM_RETURN_IF_ERROR(check_goal(spec.goal, settings.crop));
   if (settings.width < 1 || settings.width > kMaxFilmSide || settings.height < 1 || settings.height > kMaxFilmSide) {
     return invalid_argument("settings: a film has 1 to {} pixels on a side, got {}x{}", kMaxFilmSide, settings.width,
                             settings.height);
@@ -77,7 +87,7 @@ std::uint64_t finished_bytes(const JobSpec& spec) {
     most = std::min(most, static_cast<double>(spec.goal.samples > 0 ? spec.goal.samples : kMaxSamples));
     parts = std::bit_width(static_cast<std::uint64_t>(most) + 1) - 1;
   }
-  parts = std::max(parts, 1);
+  parts = std::max(parts, spec.goal.error > 0 ? 2 : 1);
   // The first samples lie in at most four of the parts.
   const std::uint64_t first = std::uint64_t{layout.first_mean + layout.first_nearest} * std::min(parts, 4) +
                               std::uint64_t{layout.first_samples} * kFirstSamples;
@@ -110,12 +120,72 @@ std::string describe(const Goal& goal) {
   if (goal.seconds > 0) {
     text += fmt::format("{}{} seconds", text.empty() ? "" : " or ", goal.seconds);
   }
+  if (goal.error > 0) {
+    text += fmt::format("{}error {}", text.empty() ? "" : " or ", goal.error);
+  }
   return text;
+}
+
+std::string interval_text(double value, double half_width) {
+  // As many decimals as the half width needs for its two digits, where that is a number worth writing out.
+  const int decimals = half_width > 0 ? 1 - static_cast<int>(std::floor(std::log10(half_width))) : 0;
+  return half_width > 0 && decimals > 0 && decimals <= 7
+             ? fmt::format("{:.{}f} ± {:.{}f}", value, decimals, half_width, decimals)
+             : fmt::format("{:.3g} ± {:.2g}", value, half_width);
+}
+
+Result<Goal> extended_goal(const Job& job, const Extension& to, Time now) {
+  Goal goal = job.record.spec.goal;
+  // Limits that are reached have done their work, and would end the job at once.
+  if (job.time_is_up(now)) {
+    goal.seconds = 0;
+  }
+  if (to.error != 0) {
+    if (!(to.error > 0 && (goal.error == 0 || to.error < goal.error))) {
+      return invalid_argument("error must be positive and less than before, got {}{}", to.error,
+                              goal.error > 0 ? fmt::format(" after {}", goal.error) : "");
+    }
+    goal.error = to.error;
+  } else if (job.record.reached == GoalLimit::error) {
+    goal.error = 0;
+  }
+  if (to.samples > 0 || to.error == 0) {
+    // No goal lies below what is merged beyond a gap, or out: counts would then stand for other samples than [0, n).
+    const std::uint64_t before = std::max(goal.samples, job.samples_end());
+    if (to.samples <= before || to.samples > kMaxSamples) {
+      return invalid_argument("samples must be the new total, more than {} and at most {}, got {}", before, kMaxSamples,
+                              to.samples);
+    }
+    goal.samples = to.samples;
+  } else if (job.film.min_samples() >= goal.samples) {
+    goal.samples = 0;
+  }
+  LM_RETURN_IF_ERROR(check_goal(goal, job.record.spec.settings.crop));
+  return goal;
+}
+
+double expected_seconds(const Job& job, double samples_per_second, Time now) {
+  const Goal& goal = job.record.spec.goal;
+  double seconds = std::numeric_limits<double>::infinity();
+  if (samples_per_second > 0) {
+    const auto pixels = static_cast<double>(job.film.grid().pixel_count());
+    const auto done = static_cast<double>(job.film.pixel_samples());
+    double count = goal.samples > 0 ? static_cast<double>(goal.samples) : seconds;
+    if (const FrameError error = job.error.update(job.film); goal.error > 0 && error.known) {
+      const std::uint64_t enough = expected_error_count(error, done / pixels, goal.error);
+      count = std::min(count, static_cast<double>(std::max(enough, job.plan->goal())));
+    }
+    seconds = (count * pixels - done) / samples_per_second;
+  }
+  if (goal.seconds > 0) {
+    seconds = std::min(seconds, std::max(goal.seconds - job.active_seconds(now), 0.0));
+  }
+  return seconds;
 }
 
 bool is_whole(const Job& job) {
   const Goal& goal = job.record.spec.goal;
-  if (goal.samples > 0 && job.film.min_samples() >= goal.samples) {
+  if (job.film.min_samples() >= job.sample_limit() || job.error_met()) {
     return true;
   }
   if (goal.seconds == 0) {

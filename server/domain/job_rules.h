@@ -6,22 +6,33 @@
 
 #include "common/base/status.h"
 #include "common/farm/job.h"
+#include "server/domain/coordinator.h"
 
 namespace lightmill {
 
 struct Job;
 
+/// INVALID_ARGUMENT naming the field, unless a job on `crop` can have this goal.
+Status check_goal(const Goal& goal, const PixelRect& crop);
 /// INVALID_ARGUMENT naming the field, unless the farm can render this.
 Status check_spec(const JobSpec& spec);
 
-/// Bytes of the nodes that a finished film keeps: as many for each tile as the sample goal has dyadic parts, or,
-/// with a goal in seconds, as any count may have that it can reach in that time.
+/// Bytes of the nodes that a finished film keeps: as many for each tile as the sample goal has dyadic parts (at least
+/// two with a goal in error), or, with a goal in seconds, as any count may have that it can reach in that time.
 std::uint64_t finished_bytes(const JobSpec& spec);
 std::string_view name_of(JobState state);
 std::string describe(const Goal& goal);
+/// "0.0098 ± 0.0003": a number and its half width, which has two digits.
+std::string interval_text(double value, double half_width);
 
-/// Whether a done job's film has what its end says: its sample goal, or without having reached that, every tile samples
-/// [0, n).
+/// The goal of a job that is extended; INVALID_ARGUMENT unless it asks for more than before.
+Result<Goal> extended_goal(const Job& job, const Extension& to, Time now);
+
+/// Seconds until the job will probably end, at `samples_per_second`; infinite if unknown.
+double expected_seconds(const Job& job, double samples_per_second, Time now);
+
+/// Whether a done job's film has what its end says: its sample goal, its error, or without having reached those, every
+/// tile samples [0, n).
 bool is_whole(const Job& job);
 
 }  // namespace lightmill

@@ -141,10 +141,13 @@ Lease& Coordinator::State::open_lease(Worker& worker, Job& job, LeaseId id, Unit
 
 void Coordinator::State::send_grant(Worker& worker, Job& job, const Lease& lease, Step& step) {
   // Before the job's class is known to be stored, leases wait for the commit that stores it, and so do those that
-  // follow them to the same worker, lest they overtake the description.
+  // follow them to the same worker, lest they overtake the description. Where a goal in error decides how many samples
+  // there are, leases wait for the commit of what it was read from: no crash lets samples come back that are not
+  // decided yet.
   WorkerJob& known = worker.jobs[job.id()];
+  const bool decided = job.record.spec.goal.error == 0;
   std::vector<Outgoing>& channel =
-      job.class_durable && (known.confirmed || known.leases == 1) ? step.now : step.after_commit;
+      decided && job.class_durable && (known.confirmed || known.leases == 1) ? step.now : step.after_commit;
   if (known.leases == 1 || known.describe) {
     channel.push_back({*worker.session, JobDescription{job.id(), job.digest, job.record.spec.settings}});
     known.describe = false;

@@ -23,8 +23,34 @@ Job::Job(JobRecord from, std::uint64_t budget_bytes, Time now)
     digest = render_digest(record.spec.settings, record.fingerprint_class);
   }
   if (active()) {
-    plan = std::make_unique<JobPlan>(film, sample_limit(), budget_bytes);
+    plan = std::make_unique<JobPlan>(film, samples_wanted_now(), budget_bytes);
   }
+}
+
+std::uint64_t Job::samples_end() const {
+  std::uint64_t end = plan ? plan->out_end() : 0;
+  for (std::uint32_t tile = 0; tile < film.grid().tile_count(); ++tile) {
+    const std::vector<NodePtr>& forest = film.forest(TileId{tile});
+    end = std::max(end, forest.empty() ? 0 : forest.back()->range.end());
+  }
+  return end;
+}
+
+bool Job::error_met() const {
+  const double goal = record.spec.goal.error;
+  return goal > 0 && film.min_samples() == film.max_samples() && is_error_count(film.min_samples()) &&
+         meets(error.update_all(film), goal);
+}
+
+std::uint64_t Job::samples_wanted_now() const {
+  if (record.spec.goal.error == 0) {
+    return sample_limit();
+  }
+  std::uint64_t count = next_error_count(samples_end());
+  if (film.min_samples() == count && !error_met()) {
+    count = next_error_count(count + 1);
+  }
+  return std::min(count, sample_limit());
 }
 
 Coordinator::State::State(const CoordinatorLimits& the_limits, StoredState stored, Time now)
@@ -43,12 +69,13 @@ Coordinator::State::State(const CoordinatorLimits& the_limits, StoredState store
     Job& at = *jobs.emplace(id, std::move(job)).first->second;
     if (at.record.state == JobState::done && !is_whole(at)) {
       at.record.state = JobState::running;  // a damaged node was left out by the store: it is rendered again
+      at.record.reached = GoalLimit::none;
     }
     if (at.active()) {
       if (at.class_durable) {
         at.hold_until = now + limits.restart_grace;
       }
-      at.plan = std::make_unique<JobPlan>(at.film, at.sample_limit(), limits.film_bytes_per_job);
+      at.plan = std::make_unique<JobPlan>(at.film, at.samples_wanted_now(), limits.film_bytes_per_job);
       if (at.time_is_up(now)) {
         at.plan->close();
       }
@@ -156,14 +183,25 @@ bool Coordinator::State::finish_if_complete(Job& job, Time now, Step& step) {
   if (!job.active()) {
     return true;
   }
-  const Goal& goal = job.record.spec.goal;
-  if (goal.samples > 0 && job.film.min_samples() >= goal.samples) {
-    finish_job(job, JobState::done, fmt::format("reached {} samples per pixel", goal.samples), now, step);
+  const auto done = [&](GoalLimit limit, std::string reason) {
+    job.record.reached = limit;
+    finish_job(job, JobState::done, std::move(reason), now, step);
     return true;
+  };
+  if (job.error_met()) {
+    const FrameError error = job.error.update_all(job.film);
+    return done(GoalLimit::error, fmt::format("reached error {} at {} samples per pixel",
+                                              interval_text(error.rel_mse, error.half_width), job.film.min_samples()));
+  }
+  if (job.film.min_samples() >= job.sample_limit()) {
+    return done(GoalLimit::samples, fmt::format("reached {} samples per pixel", job.sample_limit()));
   }
   if (job.plan->closed() && job.plan->nothing_out() && !job.plan->has_work()) {
-    finish_job(job, JobState::done, fmt::format("reached {} seconds", goal.seconds), now, step);
-    return true;
+    return done(GoalLimit::seconds, fmt::format("reached {} seconds", job.record.spec.goal.seconds));
+  }
+  if (!job.plan->closed() && job.film.min_samples() >= job.plan->goal()) {
+    job.plan->set_goal(job.samples_wanted_now());
+    refresh_queue(job);
   }
   return false;
 }
@@ -269,7 +307,7 @@ Status Coordinator::resume(JobId id, Time now, Step& step) {
   return ok_status();
 }
 
-Status Coordinator::extend(JobId id, std::uint64_t samples, Time now, Step& step) {
+Status Coordinator::extend(JobId id, const Extension& to, Time now, Step& step) {
   Job* const job = state_->find_job(id);
   if (job == nullptr) {
     return not_found("there is no job {}", id.value);
@@ -278,39 +316,29 @@ Status Coordinator::extend(JobId id, std::uint64_t samples, Time now, Step& step
     return failed_precondition("job {} cannot be extended: it is {}", id.value, name_of(job->record.state));
   }
   JobSpec spec = job->record.spec;
-  // No goal lies below what is merged beyond a gap, or out: counts would then stand for other samples than [0, n).
-  std::uint64_t before = std::max(spec.goal.samples, job->plan ? job->plan->out_end() : 0);
-  for (std::uint32_t tile = 0; tile < job->film.grid().tile_count(); ++tile) {
-    const std::vector<NodePtr>& forest = job->film.forest(TileId{tile});
-    before = std::max(before, forest.empty() ? 0 : forest.back()->range.end());
-  }
-  if (samples <= before || samples > kMaxSamples) {
-    return invalid_argument("samples must be the new total, more than {} and at most {}, got {}", before, kMaxSamples,
-                            samples);
-  }
-  spec.goal.samples = samples;
-  if (job->time_is_up(now)) {
-    spec.goal.seconds = 0;  // it has done its work, and would end the job at once
-  }
+  LM_ASSIGN_OR_RETURN(spec.goal, extended_goal(*job, to, now));
   LM_RETURN_IF_ERROR(state_->check_footprint(spec, job));
   job->record.spec.goal = spec.goal;
   if (spec.goal.seconds == 0) {
     state_->timed_jobs.erase(id);
   }
   if (job->active()) {
-    job->plan->set_goal(samples);
+    job->plan->set_goal(job->samples_wanted_now());
     state_->put_job(*job, step);
     state_->refresh_queue(*job);
   } else {
     job->record.state = JobState::running;
     job->record.reason.clear();
+    job->record.reached = GoalLimit::none;
     job->record.finished_unix_ms = 0;
-    job->plan = std::make_unique<JobPlan>(job->film, samples, state_->limits.film_bytes_per_job);
+    job->plan = std::make_unique<JobPlan>(job->film, job->samples_wanted_now(), state_->limits.film_bytes_per_job);
     state_->put_job(*job, step);
     state_->queue_again(*job);
   }
-  note(step, Note::Level::info, "job {} is extended to {} samples per pixel", id.value, samples);
-  state_->serve_all(now, step);
+  note(step, Note::Level::info, "job {} is extended to {}", id.value, describe(spec.goal));
+  if (!state_->finish_if_complete(*job, now, step)) {  // it may have the new error already
+    state_->serve_all(now, step);
+  }
   return ok_status();
 }
 

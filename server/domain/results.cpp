@@ -52,7 +52,7 @@ void Coordinator::State::on_result(SessionId session, WorkerResult result, Time 
   Job* const job = find_job(key.job);
   const bool wanted = job != nullptr && job->active() && !job->record.fingerprint_class.empty() &&
                       job->digest == result.render_digest && key.range.level <= kMaxRangeLevel &&
-                      key.range.end() <= job->sample_limit();
+                      key.range.end() <= job->plan->goal();
   if (!wanted) {
     // Unknown, ended, another farm's, or beyond the decided count: the worker may forget it.
     send_after_commit(step, session, ResultAck{{key}});
@@ -85,11 +85,12 @@ void Coordinator::State::on_result(SessionId session, WorkerResult result, Time 
   settle(*job, key.tile, lease_id, now, step);
   refresh_queue(*job);
   put_progress(*job, now, step);
-  const bool ended = finish_if_complete(*job, now, step);
+  const std::uint64_t wanted_before = job->plan->goal();
+  const bool others_wait = finish_if_complete(*job, now, step) || job->plan->goal() > wanted_before;
   if (Worker* const worker = worker_of(session)) {
     serve(*worker, now, step);
   }
-  if (ended) {
+  if (others_wait) {
     serve_all(now, step);
   }
 }
@@ -155,6 +156,9 @@ void Coordinator::State::merge_result(Job& job, const std::string& name, WorkerR
     return;
   }
   ++job.record.counters.results_merged;
+  if (job.record.spec.goal.error > 0 && job.film.samples(key.tile) == job.plan->goal()) {
+    job.error.refresh(job.film, key.tile);  // so that little is left to do once the last tile is there
+  }
   job.record.counters.non_finite += job.film.non_finite() - non_finite_before;
   job.rate.add(static_cast<double>(job.film.pixel_samples() - samples_before), now);
   for (const SampleRange& range : outcome.removed) {

@@ -1,5 +1,6 @@
 // Time, and what can be seen of a coordinator.
 #include "server/domain/coordinator_state.h"
+#include "server/domain/job_rules.h"
 
 namespace lightmill {
 namespace {
@@ -87,6 +88,7 @@ JobStatus Coordinator::State::describe(const Job& job, Time now) const {
   status.parent = spec.parent;
   status.state = record.state;
   status.reason = record.reason.empty() ? reason_to_wait(job) : record.reason;
+  status.reached = record.reached;
   status.priority = spec.priority;
   status.goal = spec.goal;
   status.width = spec.settings.width;
@@ -101,13 +103,7 @@ JobStatus Coordinator::State::describe(const Job& job, Time now) const {
   status.worker_seconds = record.worker_seconds;
   if (record.state == JobState::running) {
     status.samples_per_second = job.rate.per_second(now);
-    double eta = std::numeric_limits<double>::infinity();
-    if (spec.goal.samples > 0 && status.samples_per_second > 0) {
-      eta = static_cast<double>(status.samples_wanted - status.samples_done) / status.samples_per_second;
-    }
-    if (spec.goal.seconds > 0) {
-      eta = std::min(eta, std::max(spec.goal.seconds - status.active_seconds, 0.0));
-    }
+    const double eta = expected_seconds(job, status.samples_per_second, now);
     status.eta_seconds = std::isinf(eta) ? -1 : eta;
   }
   const FrameError error = job.error.update(job.film);

@@ -110,6 +110,30 @@ TEST(SameBits, AHundredSamplesExtendedToThreeHundred) {
   EXPECT_EQ(rendered_by(farm, {"w1"}).again, 0u) << "the first hundred are not rendered again";
 }
 
+/// A picture that asks for an error: its film on a farm of so many workers, and the samples that it ended with.
+std::uint64_t samples_to_an_error(int workers, int threads) {
+  Farm farm;
+  for (int i = 1; i <= workers; ++i) {
+    farm.add_worker(threads, fmt::format("w{}", i));
+  }
+  Picture picture = kPicture;
+  picture.samples = 0;
+  picture.error = 0.001;
+  const std::uint64_t job = farm.client().submit(picture).id();
+  const v1::Job ended = farm.client().wait_until_ended(job);
+  EXPECT_EQ(ended.reached(), v1::GOAL_LIMIT_ERROR) << ended.ShortDebugString();
+  EXPECT_LE(ended.error().rel_mse() + ended.error().half_width(), 0.001);
+  picture.samples = ended.min_tile_samples();
+  expect_reference_film(farm.client(), job, picture);
+  return picture.samples;
+}
+
+TEST(SameBits, AnErrorIsReachedWithTheSameSamplesOnAnyFarm) {
+  const std::uint64_t alone = samples_to_an_error(1, 1);
+  EXPECT_GT(alone, 16u) << "it takes several readings";
+  EXPECT_EQ(samples_to_an_error(3, 2), alone);
+}
+
 TEST(NothingTwice, AfterAWorkersDeathOnlyItsUnacknowledgedUnitsAreRenderedAgain) {
   Farm farm;
   farm.add_worker(2, "dies");

@@ -1,6 +1,7 @@
 // Clients, who repeat what was not answered; and what must be true in the end.
 #include <algorithm>
 
+#include "common/film/error_goal.h"
 #include "tests/simulation/farm_simulation.h"
 
 namespace lightmill::simulation {
@@ -10,6 +11,8 @@ const PixelRect kCrops[] = {{60, 60, 8, 8}, {0, 0, 3, 2}, {62, 10, 70, 1}, {0, 6
 const std::vector<std::string> kLayers[] = {
     {}, {}, {"albedo"}, {"normal", "depth", "id"}, {"direct", "light:key", "normal", "depth", "id"}};
 constexpr std::uint64_t kGoals[] = {1, 2, 3, 7, 16, 33, 64, 100};
+constexpr double kErrors[] = {4, 2, 1,
+                              0.5};  // the fake renderer's pictures have about 13 / samples, and its half width
 
 }  // namespace
 
@@ -30,6 +33,12 @@ void FarmSimulation::make_jobs() {
     if (chaos_.changes && random_.chance(0.2)) {
       job.spec.goal.seconds = random_.between(0.2, 4);
       job.goal = random_.chance(0.5) ? 0 : 200;
+    }
+    if (random_.chance(0.25)) {
+      job.goal = 0;
+      job.error = kErrors[random_.below(std::size(kErrors))];
+      job.spec.goal = {};
+      job.spec.goal.error = job.error;
     }
     job.spec.goal.samples = job.goal;
     client_jobs_.push_back(std::move(job));
@@ -102,16 +111,22 @@ void FarmSimulation::change_something() {
 }
 
 void FarmSimulation::extend(std::size_t index) {
-  const std::uint64_t goal = client_jobs_[index].goal + 1 + random_.below(80);
+  const std::uint64_t more = client_jobs_[index].goal + 1 + random_.below(80);
+  const Extension to = client_jobs_[index].error > 0 ? Extension{0, client_jobs_[index].error * random_.between(0.5, 1)}
+                                                     : Extension{more};
   request(
-      [this, index, goal](Step& step) {
-        const Status status = coordinator_->extend(*client_jobs_[index].id, goal, now_, step);
+      [this, index, to](Step& step) {
+        const Status status = coordinator_->extend(*client_jobs_[index].id, to, now_, step);
         // Refused: an earlier attempt of this request, another extension, or time has brought it so far; or it was
         // cancelled.
         return status.ok() || status.code() == StatusCode::kInvalidArgument ||
                status.code() == StatusCode::kFailedPrecondition || status.code() == StatusCode::kNotFound;
       },
-      [this, index, goal] { client_jobs_[index].goal = std::max(client_jobs_[index].goal, goal); });
+      [this, index, to] {
+        ClientJob& job = client_jobs_[index];
+        job.goal = std::max(job.goal, to.samples);
+        job.error = job.error > 0 ? std::min(job.error, to.error) : 0;
+      });
 }
 
 void FarmSimulation::pause(std::size_t index) {
@@ -226,16 +241,35 @@ void FarmSimulation::check_end() {
   }
 }
 
+std::uint64_t FarmSimulation::count_of(const ClientJob& job, const JobStatus& status) const {
+  const Film& film = *coordinator_->film(*job.id);
+  for (std::uint64_t count = next_error_count(0); count < kMaxSamples; count = next_error_count(count + 1)) {
+    Film quiet(film.grid(), film.layout());
+    for (std::uint32_t i = 0; i < film.grid().tile_count(); ++i) {
+      const auto pixels = static_cast<std::size_t>(film.grid().tile_rect(TileId{i}).pixel_count());
+      for (const NodePtr& node :
+           shared_renderer().forest(status.render_digest, TileId{i}, count, pixels, film.layout())) {
+        quiet.restore(TileId{i}, node);
+      }
+    }
+    if (meets(ErrorEstimator().update_all(quiet), job.error)) {
+      return count;
+    }
+  }
+  return kMaxSamples;
+}
+
 void FarmSimulation::check_film(const ClientJob& job, const JobStatus& status) {
   const Film& film = *coordinator_->film(*job.id);
   const bool by_time = job.spec.goal.seconds > 0;
   report_.results_duplicate += status.counters.results_duplicate;
   report_.wanted += film.pixel_samples();
+  const std::uint64_t wanted = job.error > 0 && !job.cancelled ? count_of(job, status) : job.goal;
   for (std::uint32_t i = 0; i < film.grid().tile_count(); ++i) {
     const TileId tile{i};
     const std::uint64_t samples = film.samples(tile);
-    if (!job.cancelled && !by_time && samples != job.goal) {
-      fail(fmt::format("job {}, tile {} has {} samples instead of {}", job.id->value, i, samples, job.goal));
+    if (!job.cancelled && !by_time && samples != wanted) {
+      fail(fmt::format("job {}, tile {} has {} samples instead of {}", job.id->value, i, samples, wanted));
       return;
     }
     // On disk stands what is in memory.

@@ -8,8 +8,9 @@
 //
 // Checked on the way: acknowledged nodes are durable, and stay so; no lease leaves before its job's class is durable,
 // nor names samples that are merged already; bounds hold; what is stored never overlaps. At the end: every job has
-// ended as it must, and its film, in memory and on disk, has the bytes of the fixed sums over its samples, which are
-// also those of the quiet run (QuietFarm checks it by the same comparison).
+// ended as it must (one that asks for an error, with the count that the quiet run's sums give), and its film, in memory
+// and on disk, has the bytes of the fixed sums over its samples, which are also those of the quiet run (QuietFarm
+// checks it by the same comparison).
 #pragma once
 
 #include <deque>
@@ -117,6 +118,7 @@ class FarmSimulation {
     JobSpec spec;
     std::optional<JobId> id;
     std::uint64_t goal = 0;  ///< samples that were asked for, with all extensions; 0: none
+    double error = 0;        ///< likewise
     bool cancelled = false;
     bool removed = false;
   };
@@ -173,6 +175,8 @@ class FarmSimulation {
   std::string describe_farm() const;
   void check_end();
   void check_film(const ClientJob& job, const JobStatus& status);
+  /// The samples that a job with a goal in error ends with, whatever happens to the farm.
+  std::uint64_t count_of(const ClientJob& job, const JobStatus& status) const;
 
   template <class... Args>
   void trace(fmt::format_string<Args...> format, Args&&... args) const {

@@ -77,6 +77,7 @@ JobSpec job_of(const Picture& picture, const std::string& request_id) {
   spec.name = picture.scene;
   spec.owner = "test";
   spec.goal.samples = picture.samples;
+  spec.goal.error = picture.error;
   const LoadedScene& loaded = shipped_scene(picture.scene);
   Scene scene = loaded.scene;
   scene.film.width = scene.film.height = picture.side;

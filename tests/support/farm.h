@@ -21,8 +21,9 @@ namespace lightmill::test {
 
 /// What tests render: the bench box with blocks, or another scene that comes with Lightmill, small.
 struct Picture {
-  int side = 128;  ///< pixels
-  std::uint64_t samples = 300;
+  int side = 128;               ///< pixels
+  std::uint64_t samples = 300;  ///< 0: no limit
+  double error = 0;             ///< 0: no limit
   std::uint64_t seed = 7;
   std::string method = "path";
   std::string scene = "cornell-bench-blocks";

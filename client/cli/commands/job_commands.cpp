@@ -20,6 +20,7 @@ constexpr std::size_t kDefaultJobs = 20;
 struct JobOptions {
   std::uint64_t job = 0;
   std::uint64_t samples = 0;
+  std::string error;
   std::size_t limit = kDefaultJobs;
 };
 
@@ -123,14 +124,22 @@ void add_job_commands(CLI::App& app, Context& context) {
   run_call(add_job_command(app, context, *options, "resume", "Let a paused job go on."), context, options,
            [](FarmConnection& connection, const JobOptions& given) { return connection.resume_job(given.job); });
 
-  CLI::App* extend =
-      add_job_command(app, context, *options, "extend", "Give a job more samples per pixel, also a finished one.");
-  extend->footer("It goes on where it stopped, and ends with the same bits as if all had been asked for at once.");
-  extend->add_option("--spp", options->samples, "the new total of samples per pixel")
-      ->required()
+  CLI::App* extend = add_job_command(app, context, *options, "extend", "Ask more of a job, also of a finished one.");
+  extend->footer(
+      "It goes on where it stopped, and ends with the same bits as if all had been asked for at once. Its other "
+      "limits\n"
+      "stay, but those that it has reached.");
+  CLI::Option_group* const limits = extend->add_option_group("limits");
+  limits->add_option("--spp", options->samples, "the new total of samples per pixel")
       ->check(whole_number(1, kMaxSamples));
-  run_call(extend, context, options, [](FarmConnection& connection, const JobOptions& given) {
-    return connection.extend_job(given.job, given.samples);
+  limits->add_option("--error", options->error, "a smaller error to be reached (relMSE)")->type_name("E");
+  limits->require_option(1, 2);
+  run_call(extend, context, options, [](FarmConnection& connection, const JobOptions& given) -> Result<v1::Job> {
+    double error = 0;
+    if (!given.error.empty()) {
+      LM_ASSIGN_OR_RETURN(error, parse_error(given.error));
+    }
+    return connection.extend_job(given.job, given.samples, error);
   });
 
   add_delete(app, context, options);

@@ -17,6 +17,9 @@ std::string goal_text(const v1::Goal& goal) {
   if (goal.seconds() > 0) {
     text += (text.empty() ? "" : ", or ") + human_seconds(goal.seconds()) + " of rendering";
   }
+  if (goal.error() > 0) {
+    text += (text.empty() ? "" : ", or ") + fmt::format("error (relMSE) {:g}", goal.error());
+  }
   return text;
 }
 

@@ -38,6 +38,8 @@ Status load_jobs(Database& database, StoredState& state) {
     job.counters.non_finite = rows.natural(column++);
     job.submitted_unix_ms = rows.integer(column++);
     job.finished_unix_ms = rows.integer(column++);
+    job.spec.goal.error = rows.real(column++);
+    LM_ASSIGN_OR_RETURN(job.reached, limit_named(rows.view(column++)));
     state.jobs.push_back({std::move(job), {}});
   }
   LM_ASSIGN_OR_RETURN(const std::int64_t highest,

@@ -13,6 +13,10 @@ constexpr std::array<std::pair<JobState, std::string_view>, 6> kStateNames{{{Job
                                                                             {JobState::done, "done"},
                                                                             {JobState::failed, "failed"},
                                                                             {JobState::cancelled, "cancelled"}}};
+constexpr std::array<std::pair<GoalLimit, std::string_view>, 4> kLimitNames{{{GoalLimit::none, ""},
+                                                                             {GoalLimit::samples, "samples"},
+                                                                             {GoalLimit::seconds, "seconds"},
+                                                                             {GoalLimit::error, "error"}}};
 constexpr std::array<std::pair<LayerKind, std::string_view>, 4> kLayerKinds{
     {{LayerKind::summed, "summed"},
      {LayerKind::first_mean, "first_mean"},
@@ -46,6 +50,10 @@ std::string_view name_of(JobState state) {
   return name_in(kStateNames, state);
 }
 
+std::string_view name_of(GoalLimit limit) {
+  return name_in(kLimitNames, limit);
+}
+
 std::string_view name_of(LayerKind kind) {
   return name_in(kLayerKinds, kind);
 }
@@ -55,6 +63,13 @@ Result<JobState> state_named(std::string_view name) {
     return *state;
   }
   return data_loss("unknown job state '{}' in the store", name);
+}
+
+Result<GoalLimit> limit_named(std::string_view name) {
+  if (const auto limit = value_in(kLimitNames, name)) {
+    return *limit;
+  }
+  return data_loss("unknown limit '{}' in the store", name);
 }
 
 Result<LayerKind> layer_kind_named(std::string_view name, std::uint64_t job) {

@@ -16,10 +16,13 @@ namespace lightmill::sqlite {
 static_assert(std::endian::native == std::endian::little, "sums are stored as little-endian float32");
 
 std::string_view name_of(JobState state);
+std::string_view name_of(GoalLimit limit);
 std::string_view name_of(LayerKind kind);
 
 /// DATA_LOSS if no state has this name.
 Result<JobState> state_named(std::string_view name);
+/// DATA_LOSS if no limit has this name.
+Result<GoalLimit> limit_named(std::string_view name);
 /// Of the layers of a job; DATA_LOSS if no kind has this name.
 Result<LayerKind> layer_kind_named(std::string_view name, std::uint64_t job);
 

@@ -1,4 +1,4 @@
-// The tables of the store's file, format 2.
+// The tables of the store's file, format 3.
 #pragma once
 
 namespace lightmill::sqlite {
@@ -13,7 +13,7 @@ CREATE TABLE meta (
   key TEXT PRIMARY KEY,
   value INTEGER NOT NULL
 ) WITHOUT ROWID;
-INSERT INTO meta VALUES ('format', 2), ('epoch', 0);
+INSERT INTO meta VALUES ('format', 3), ('epoch', 0);
 
 CREATE TABLE jobs (
   id INTEGER PRIMARY KEY AUTOINCREMENT,
@@ -36,7 +36,9 @@ CREATE TABLE jobs (
   copies_leased INTEGER NOT NULL,
   non_finite INTEGER NOT NULL,
   submitted_unix_ms INTEGER NOT NULL,
-  finished_unix_ms INTEGER NOT NULL
+  finished_unix_ms INTEGER NOT NULL,
+  goal_error REAL NOT NULL DEFAULT 0,
+  reached TEXT NOT NULL DEFAULT ''
 );
 
 CREATE TABLE job_settings (
@@ -99,7 +101,13 @@ CREATE TABLE results (
 /// From format 1, which knew no meters.
 inline constexpr const char* kFromFormat1 = R"sql(
 ALTER TABLE job_settings ADD COLUMN meters INTEGER NOT NULL DEFAULT 0;
-UPDATE meta SET value = 2 WHERE key = 'format';
+)sql";
+
+/// From format 2, which knew no goal in error, and told the limit that ended a job in words alone.
+inline constexpr const char* kFromFormat2 = R"sql(
+ALTER TABLE jobs ADD COLUMN goal_error REAL NOT NULL DEFAULT 0;
+ALTER TABLE jobs ADD COLUMN reached TEXT NOT NULL DEFAULT '';
+UPDATE meta SET value = 3 WHERE key = 'format';
 )sql";
 
 }  // namespace lightmill::sqlite

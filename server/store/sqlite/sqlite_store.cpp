@@ -16,11 +16,11 @@ using sqlite::Statement;
 using sqlite::view_of;
 
 constexpr std::string_view kPutJob = R"sql(
-INSERT INTO jobs VALUES (?1,?2,?3,?4,?5,?6,?7,?8,?9,?10,?11,?12,?13,?14,?15,?16,?17,?18,?19,?20,?21)
+INSERT INTO jobs VALUES (?1,?2,?3,?4,?5,?6,?7,?8,?9,?10,?11,?12,?13,?14,?15,?16,?17,?18,?19,?20,?21,?22,?23)
 ON CONFLICT (id) DO UPDATE SET request_id=?2, name=?3, owner=?4, host=?5, parent=?6, priority=?7, goal_samples=?8,
   goal_seconds=?9, state=?10, reason=?11, fingerprint_class=?12, active_seconds=?13, worker_seconds=?14,
   results_merged=?15, results_duplicate=?16, leases_lost=?17, copies_leased=?18, non_finite=?19,
-  submitted_unix_ms=?20, finished_unix_ms=?21)sql";
+  submitted_unix_ms=?20, finished_unix_ms=?21, goal_error=?22, reached=?23)sql";
 
 constexpr std::string_view kPutProgress = R"sql(
 UPDATE jobs SET active_seconds=?2, worker_seconds=?3, results_merged=?4, results_duplicate=?5, leases_lost=?6,
@@ -99,7 +99,7 @@ Status SqliteStore::apply(const PutJob& op) {
                                sqlite::name_of(job.state), job.reason, job.fingerprint_class, job.active_seconds,
                                job.worker_seconds, counters.results_merged, counters.results_duplicate,
                                counters.leases_lost, counters.copies_leased, counters.non_finite, job.submitted_unix_ms,
-                               job.finished_unix_ms);
+                               job.finished_unix_ms, job.spec.goal.error, sqlite::name_of(job.reached));
   LM_RETURN_IF_ERROR(statements_.put_job.run());
   return put_settings(job);
 }
@@ -199,12 +199,13 @@ Status prepare_file(Database& database, const std::filesystem::path& file, bool 
         "another directory with --data",
         file.string(), version, kSqliteFormatVersion);
   }
-  if (version == 1) {
-    return database.execute(fmt::format("BEGIN IMMEDIATE; {} PRAGMA user_version = {}; COMMIT;", sqlite::kFromFormat1,
-                                        kSqliteFormatVersion));
+  if (version < 1) {
+    return failed_precondition("{} has the unknown format {}", file.string(), version);
   }
   if (version < kSqliteFormatVersion) {
-    return failed_precondition("{} has the unknown format {}", file.string(), version);
+    return database.execute(fmt::format("BEGIN IMMEDIATE; {} {} PRAGMA user_version = {}; COMMIT;",
+                                        version == 1 ? sqlite::kFromFormat1 : "", sqlite::kFromFormat2,
+                                        kSqliteFormatVersion));
   }
   return ok_status();
 }

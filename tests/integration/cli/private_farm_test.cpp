@@ -254,6 +254,34 @@ TEST_F(CliTest, MetersAreReadAndAreNoPartOfThePicture) {
       << preview.err;
 }
 
+TEST_F(CliTest, TheFirstOfThreeLimitsEndsTheJobAndIsTold) {
+  const auto render = [&](std::vector<std::string> limits) {
+    std::vector<std::string> arguments{
+        "render", scene("cornell-bench-blocks.json"), "--local", "--size", "64x64", "-o", file("a.exr")};
+    arguments.insert(arguments.end(), limits.begin(), limits.end());
+    return arguments;
+  };
+  const auto ended = [&] { return load_film_picture(file("a.exr"))->receipt.ended; };
+
+  const nlohmann::json by_error = json(render({"--error", "0.05", "--spp", "1000", "--seconds", "10m"}));
+  EXPECT_EQ(by_error["reached"], "error");
+  EXPECT_EQ(by_error["goal"]["error"], 0.05);
+  EXPECT_LE(by_error["error"]["rel_mse"].get<double>() + by_error["error"]["half_width"].get<double>(), 0.05);
+  EXPECT_EQ(ended(), by_error["reason"]);
+  EXPECT_NE(ended().find("reached error 0.0"), std::string::npos) << ended();
+
+  const nlohmann::json by_samples = json(render({"--error", "1e-9", "--spp", "20", "--seconds", "10m"}));
+  EXPECT_EQ(by_samples["reached"], "samples");
+  EXPECT_EQ(by_samples["min_tile_samples"], 20);
+  EXPECT_EQ(ended(), "reached 20 samples per pixel");
+
+  const CommandResult by_seconds = lightmill(render({"--error", "1e-9", "--spp", "1000000000", "--seconds", "1"}));
+  EXPECT_EQ(by_seconds.exit_code, 0) << by_seconds.err;
+  EXPECT_NE(by_seconds.out.find("reached 1 seconds"), std::string::npos) << by_seconds.out;
+  EXPECT_NE(by_seconds.err.find("relMSE "), std::string::npos) << by_seconds.err;
+  EXPECT_EQ(ended(), "reached 1 seconds");
+}
+
 TEST_F(CliTest, LayersThatCannotBeAreRefusedAtOnce) {
   const std::string balls = scene("cornell-bench-balls.json");
   const auto error = [&](std::vector<std::string> arguments) {

@@ -82,6 +82,25 @@ TEST(Progress, NearestLimitCounts) {
   EXPECT_DOUBLE_EQ(fraction_done(job), 1.0);
 }
 
+TEST(Progress, AnErrorGoalIsReachedAsOneOverSamples) {
+  v1::Job job = running_job();
+  job.mutable_goal()->set_samples(0);
+  job.set_samples_wanted(0);
+  job.mutable_goal()->set_error(0.0002);  // 0.0004 ± 0.0001 is known
+  EXPECT_DOUBLE_EQ(fraction_done(job), 0.4);
+  const std::string text = progress_text(job, 200);
+  for (const char* part : {"40%", "16 spp", "relMSE 0.0005/0.0002", "±2%"}) {
+    EXPECT_NE(text.find(part), std::string::npos) << part << " in " << text;
+  }
+  job.mutable_error()->set_rel_mse(0.00001);
+  job.mutable_error()->set_half_width(0.00001);
+  EXPECT_LT(fraction_done(job), 1) << "it ends where the error is read, not before";
+  job.set_state(v1::JOB_STATE_DONE);
+  EXPECT_DOUBLE_EQ(fraction_done(job), 1);
+  job.clear_error();
+  EXPECT_EQ(error_goal_text(job), "");
+}
+
 TEST(Progress, UnknownErrorIsNotShown) {
   v1::Job job = running_job();
   job.clear_error();
@@ -95,11 +114,16 @@ TEST(JobJson, UnknownValuesAreNull) {
   job.set_eta_seconds(-1);
   const nlohmann::json object = to_json(job);
   EXPECT_EQ(object["id"], 3);
-  for (const char* field : {"eta_seconds", "error", "samples_wanted", "finished_unix_ms", "render_digest", "parent"}) {
+  for (const char* field :
+       {"eta_seconds", "error", "samples_wanted", "finished_unix_ms", "render_digest", "parent", "reached"}) {
     EXPECT_TRUE(object[field].is_null()) << field;
   }
   EXPECT_DOUBLE_EQ(to_json(running_job())["error"]["rel_mse"], 0.0004);
   EXPECT_EQ(to_json(running_job())["state"], "running");
+  job.mutable_goal()->set_error(0.01);
+  job.set_reached(v1::GOAL_LIMIT_ERROR);
+  EXPECT_EQ(to_json(job)["goal"]["error"], 0.01);
+  EXPECT_EQ(to_json(job)["reached"], "error");
 }
 
 }  // namespace

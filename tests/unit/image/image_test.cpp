@@ -33,6 +33,7 @@ FilmPicture example_picture() {
   picture.receipt.max_samples = 5;
   picture.receipt.rel_mse = 0.1;
   picture.receipt.rel_mse_half_width = 0.025;
+  picture.receipt.ended = "reached error 0.098 ± 0.025 at 5 samples per pixel";
   picture.receipt.seconds = 1.5;
   picture.receipt.owner = "ada";
   return picture;
@@ -207,6 +208,7 @@ TEST(FilmPicture, ComesBackFromItsFile) {
   EXPECT_EQ(back->display, picture.display);
   EXPECT_EQ(back->receipt.seed, picture.receipt.seed);
   EXPECT_EQ(back->receipt.film_hash, "00ff");
+  EXPECT_EQ(back->receipt.ended, picture.receipt.ended);
   EXPECT_EQ(back->receipt.asset_digests, picture.receipt.asset_digests);
   EXPECT_EQ(back->receipt.rel_mse, 0.1);
   EXPECT_EQ(back->receipt.owner, "ada");

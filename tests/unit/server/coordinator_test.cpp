@@ -118,10 +118,10 @@ TEST_F(CoordinatorTest, ExtendingIsBoundedAsSubmittingIs) {
   restart({});
   const JobId job = submit(spec("r1", 4));
   submit(spec("r2", 4));
-  EXPECT_EQ(coordinator->extend(job, 15, now, step).code(), StatusCode::kInvalidArgument);
-  EXPECT_EQ(coordinator->extend(job, 7, now, step).code(), StatusCode::kResourceExhausted);
+  EXPECT_EQ(coordinator->extend(job, {15}, now, step).code(), StatusCode::kInvalidArgument);
+  EXPECT_EQ(coordinator->extend(job, {7}, now, step).code(), StatusCode::kResourceExhausted);
   EXPECT_EQ(status(job).goal.samples, 4u);
-  EXPECT_TRUE(coordinator->extend(job, 6, now, step).ok());
+  EXPECT_TRUE(coordinator->extend(job, {6}, now, step).ok());
 }
 
 TEST_F(CoordinatorTest, OnlyWorkersOfTheJobsClassAndVersionRenderIt) {
@@ -203,9 +203,9 @@ TEST_F(CoordinatorTest, ADoneJobCanBeExtended) {
   const SessionId session = connect("w");
   work(session);
   ASSERT_EQ(status(job).state, JobState::done);
-  EXPECT_EQ(coordinator->extend(job, 100, now, step).code(), StatusCode::kInvalidArgument);
-  EXPECT_EQ(coordinator->extend(job, kMaxSamples + 1, now, step).code(), StatusCode::kInvalidArgument);
-  ASSERT_TRUE(coordinator->extend(job, 300, now, step).ok());
+  EXPECT_EQ(coordinator->extend(job, {100}, now, step).code(), StatusCode::kInvalidArgument);
+  EXPECT_EQ(coordinator->extend(job, {kMaxSamples + 1}, now, step).code(), StatusCode::kInvalidArgument);
+  ASSERT_TRUE(coordinator->extend(job, {300}, now, step).ok());
   flush();
   EXPECT_EQ(status(job).state, JobState::running);
   EXPECT_EQ(status(job).finished_unix_ms, 0);
@@ -214,7 +214,7 @@ TEST_F(CoordinatorTest, ADoneJobCanBeExtended) {
   EXPECT_EQ(coordinator->film(job)->min_samples(), 300u);
   EXPECT_EQ(status(job).counters.results_duplicate, 0u);
   ASSERT_TRUE(coordinator->cancel(submit(spec("r2")), now, 0, step).ok());
-  EXPECT_EQ(coordinator->extend(JobId{2}, 300, now, step).code(), StatusCode::kFailedPrecondition);
+  EXPECT_EQ(coordinator->extend(JobId{2}, {300}, now, step).code(), StatusCode::kFailedPrecondition);
 }
 
 TEST_F(CoordinatorTest, OnlyEndedJobsAreDeleted) {

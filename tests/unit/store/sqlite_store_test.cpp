@@ -95,6 +95,7 @@ TEST_F(SqliteStoreTest, ANewerFormatIsRefusedWithWhatToDo) {
 TEST_F(SqliteStoreTest, AFileOfFormat1IsBroughtUpToDate) {
   ASSERT_TRUE(open()->commit(std::vector<StoreOp>{PutJob{test::full_record(1)}}).ok());
   sql("ALTER TABLE job_settings DROP COLUMN meters");
+  sql("ALTER TABLE jobs DROP COLUMN goal_error; ALTER TABLE jobs DROP COLUMN reached");
   sql("PRAGMA user_version = 1");
   const Result<StoredState> state = open()->load();
   ASSERT_TRUE(state.ok()) << state.status();
@@ -102,6 +103,18 @@ TEST_F(SqliteStoreTest, AFileOfFormat1IsBroughtUpToDate) {
   EXPECT_EQ(state->jobs[0].record.spec.settings.scene, test::full_record(1).spec.settings.scene);
   EXPECT_TRUE(open()->commit(std::vector<StoreOp>{PutJob{test::full_record(2)}}).ok());
   EXPECT_EQ(open()->load()->jobs.at(1).record.spec.settings.meters, 5u);
+}
+
+TEST_F(SqliteStoreTest, AFileOfFormat2IsBroughtUpToDate) {
+  ASSERT_TRUE(open()->commit(std::vector<StoreOp>{PutJob{test::full_record(1)}}).ok());
+  sql("ALTER TABLE jobs DROP COLUMN goal_error; ALTER TABLE jobs DROP COLUMN reached");
+  sql("PRAGMA user_version = 2");
+  const Result<StoredState> state = open()->load();
+  ASSERT_TRUE(state.ok()) << state.status();
+  EXPECT_EQ(state->jobs.at(0).record.spec.goal, (Goal{300, 12.5, 0}));
+  EXPECT_EQ(state->jobs[0].record.reached, GoalLimit::none);
+  EXPECT_TRUE(open()->commit(std::vector<StoreOp>{PutJob{test::full_record(2)}}).ok());
+  EXPECT_EQ(open()->load()->jobs.at(1).record.spec.goal, test::full_record(2).spec.goal);
 }
 
 TEST_F(SqliteStoreTest, AFileThatIsNoStoreIsRefused) {

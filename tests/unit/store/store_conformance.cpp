@@ -29,7 +29,7 @@ JobRecord full_record(std::uint64_t id) {
   record.spec.host = "host.example";
   record.spec.parent = JobId{id + 100};
   record.spec.priority = -7;
-  record.spec.goal = {300, 12.5};
+  record.spec.goal = {300, 12.5, 0.0123};
   RenderSettings& settings = record.spec.settings;
   settings.scene = std::string("a\0scene\xff", 8);
   settings.assets = {sha256("one"), sha256("two")};
@@ -48,6 +48,7 @@ JobRecord full_record(std::uint64_t id) {
   settings.renderer_version = "core-x";
   record.state = JobState::paused;
   record.reason = "because";
+  record.reached = GoalLimit::error;
   record.fingerprint_class = "class";
   record.active_seconds = 0.1;
   record.worker_seconds = 1e9 + 0.25;
@@ -72,13 +73,14 @@ std::string describe(const StoredState& state) {
     const JobRecord& r = job.record;
     const RenderSettings& s = r.spec.settings;
     std::string text = fmt::format(
-        "{} {} {} {} {} parent {} priority {} goal {} {} state {} {} class {} seconds {} {} counters {} {} {} {} {} at "
+        "{} {} {} {} {} parent {} priority {} goal {} {} {} reached {} state {} {} class {} seconds {} {} counters {} "
+        "{} {} {} {} at "
         "{} {} ",
         r.id.value, r.spec.request_id, r.spec.name, r.spec.owner, r.spec.host, r.spec.parent.value, r.spec.priority,
-        r.spec.goal.samples, r.spec.goal.seconds, static_cast<int>(r.state), r.reason, r.fingerprint_class,
-        r.active_seconds, r.worker_seconds, r.counters.results_merged, r.counters.results_duplicate,
-        r.counters.leases_lost, r.counters.copies_leased, r.counters.non_finite, r.submitted_unix_ms,
-        r.finished_unix_ms);
+        r.spec.goal.samples, r.spec.goal.seconds, r.spec.goal.error, static_cast<int>(r.reached),
+        static_cast<int>(r.state), r.reason, r.fingerprint_class, r.active_seconds, r.worker_seconds,
+        r.counters.results_merged, r.counters.results_duplicate, r.counters.leases_lost, r.counters.copies_leased,
+        r.counters.non_finite, r.submitted_unix_ms, r.finished_unix_ms);
     text += "digest " + render_digest(s, "").hex();  // covers every setting
     std::vector<std::string> nodes;
     for (const StoredState::StoredNode& node : job.nodes) {
@@ -137,6 +139,8 @@ void expect_later_row_replaces(const StoreFactory& open) {
     loaded(*store);
     commit(*store, {PutJob{record}});
     record.spec.goal.samples = 1000;
+    record.spec.goal.error = 0.5;
+    record.reached = GoalLimit::none;
     record.spec.priority = 9;
     record.state = JobState::running;
     record.reason = "";

@@ -42,7 +42,7 @@ JobSpec example_spec() {
   spec.host = "engine";
   spec.parent = JobId{17};
   spec.priority = -3;
-  spec.goal = {300, 12.5};
+  spec.goal = {300, 12.5, 0.0123};
   spec.settings = example_settings();
   return spec;
 }
@@ -118,7 +118,8 @@ TEST(FarmMessages, AJobStatusComesBackWhole) {
   status.parent = JobId{2};
   status.reason = "samples";
   status.priority = 4;
-  status.goal = {64, 0};
+  status.goal = {64, 0, 0.5};
+  status.reached = GoalLimit::error;
   status.width = 512;
   status.height = 256;
   status.crop = {0, 0, 512, 256};
@@ -151,6 +152,8 @@ TEST(FarmMessages, AJobStatusComesBackWhole) {
     EXPECT_EQ(back->counters.non_finite, 5u);
     EXPECT_EQ(back->render_digest, status.render_digest);
     EXPECT_EQ(back->eta_seconds, -1);
+    EXPECT_EQ(back->goal, status.goal);
+    EXPECT_EQ(back->reached, GoalLimit::error);
   }
 }
 
@@ -285,6 +288,11 @@ TEST(FarmMessages, BadGoalsAreNamed) {
   goal.set_seconds(std::numeric_limits<double>::quiet_NaN());
   EXPECT_EQ(error_of(from_wire(goal)), "goal.seconds: must be finite and not negative, got nan");
   goal.set_seconds(0);
+  goal.set_error(-0.5);
+  EXPECT_EQ(error_of(from_wire(goal)), "goal.error: must be finite and not negative, got -0.5");
+  goal.set_error(std::numeric_limits<double>::infinity());
+  EXPECT_EQ(error_of(from_wire(goal)), "goal.error: must be finite and not negative, got inf");
+  goal.set_error(0);
   goal.set_samples(kMaxSamples + 1);
   EXPECT_EQ(error_of(from_wire(goal)), "goal.samples: at most 1073741824 are possible, got 1073741825");
 }

@@ -1,0 +1,265 @@
+// Jobs that ask for an error.
+#include "common/film/error_goal.h"
+#include "tests/unit/server/coordinator_fixture.h"
+
+namespace lightmill {
+namespace {
+
+/// With 16 for the first sample, relMSE is (16/n)²/4.01, and its interval 5 % of that: their sum is 0.262 at 16
+/// samples, 0.116 at 24, 0.065 at 32, 0.029 at 48, 0.0164 at 64, 0.0073 at 96 and 0.0041 at 128.
+class ErrorGoalTest : public test::CoordinatorTest {
+ protected:
+  ErrorGoalTest() { first_extra = 16; }
+
+  static JobSpec error_spec(double error, std::uint64_t samples = 0, double seconds = 0) {
+    JobSpec job = spec("r1", samples);
+    job.goal = {samples, seconds, error};
+    return job;
+  }
+  /// What a store would give back now.
+  StoredState stored_now(JobId job) const {
+    StoredState stored{2, {{{}, {}}}, 2};
+    for (const StoreOp& op : writes) {
+      if (const auto* put = std::get_if<PutJob>(&op)) {
+        stored.jobs[0].record = put->record;
+      }
+    }
+    const Film* const film = coordinator->film(job);
+    for (std::uint32_t tile = 0; tile < film->grid().tile_count(); ++tile) {
+      for (const NodePtr& node : film->forest(TileId{tile})) {
+        stored.jobs[0].nodes.push_back({TileId{tile}, node});
+      }
+    }
+    return stored;
+  }
+};
+
+TEST_F(ErrorGoalTest, EndsAtTheFirstCountThatMeetsIt) {
+  for (const auto& [error, samples] : {std::pair{0.3, 16}, {0.2, 24}, {0.08, 32}, {0.05, 48}, {0.02, 64}, {0.01, 96}}) {
+    restart({});
+    const JobId job = submit(error_spec(error));
+    const SessionId session = connect("w");
+    work(session);
+    EXPECT_EQ(status(job).state, JobState::done);
+    EXPECT_EQ(status(job).reached, GoalLimit::error);
+    EXPECT_EQ(status(job).min_tile_samples, static_cast<std::uint64_t>(samples)) << error;
+    EXPECT_EQ(status(job).max_tile_samples, static_cast<std::uint64_t>(samples)) << error;
+    EXPECT_LE(status(job).error.rel_mse + status(job).error.half_width, error);
+    EXPECT_EQ(status(job).counters.results_duplicate, 0u);
+  }
+  EXPECT_TRUE(status(JobId{1}).reason.ends_with(" at 96 samples per pixel")) << status(JobId{1}).reason;
+  EXPECT_TRUE(status(JobId{1}).reason.starts_with("reached error 0.0069")) << status(JobId{1}).reason;
+}
+
+TEST_F(ErrorGoalTest, NothingGoesOutBeyondACountThatIsStillToBeRead) {
+  const JobId job = submit(error_spec(0.02));
+  const SessionId session = connect("w", 4);
+  std::size_t done = 0;
+  while (done < got<LeaseGrant>(session).size()) {
+    const LeaseGrant grant = got<LeaseGrant>(session)[done++];
+    const std::uint64_t complete = status(job).min_tile_samples;
+    EXPECT_LE(grant.unit.range.end(), next_error_count(complete + 1)) << "while " << complete << " are complete";
+    finish(session, grant);
+  }
+  EXPECT_EQ(status(job).min_tile_samples, 64u);
+}
+
+TEST_F(ErrorGoalTest, AllWorkersAreServedOnceACountIsRead) {
+  submit(error_spec(0.02));
+  const SessionId first = connect("a"), second = connect("b");
+  std::map<SessionId, std::size_t> done;
+  // The second worker is done with the round and waits, then the first one ends it.
+  const auto work_to = [&](SessionId session, std::uint64_t end) {
+    while (done[session] < got<LeaseGrant>(session).size() &&
+           got<LeaseGrant>(session)[done[session]].unit.range.end() <= end) {
+      finish(session, got<LeaseGrant>(session)[done[session]++]);
+    }
+  };
+  work_to(second, 16);
+  EXPECT_EQ(done[second], got<LeaseGrant>(second).size());
+  work_to(first, 16);
+  work_to(second, 16);
+  EXPECT_GT(got<LeaseGrant>(first).size(), done[first]);
+  EXPECT_GT(got<LeaseGrant>(second).size(), done[second]);
+}
+
+TEST_F(ErrorGoalTest, LeasesWaitForTheCommitOfWhatTheCountWasReadFrom) {
+  submit(error_spec(0.02));
+  const SessionId session = connect("w");
+  for (std::size_t done = 0; done < got<LeaseGrant>(session).size();) {
+    const LeaseGrant grant = got<LeaseGrant>(session)[done++];
+    for (const TileId tile : grant.unit.tiles) {
+      coordinator->worker_message(session, result(grant, tile), now, unix_ms(), step);
+      EXPECT_TRUE(std::ranges::none_of(
+          step.now, [](const Outgoing& each) { return std::holds_alternative<LeaseGrant>(each.message); }));
+      flush();
+    }
+  }
+}
+
+TEST_F(ErrorGoalTest, TheFirstLimitEndsTheJob) {
+  const auto run = [&](const JobSpec& job_spec) {
+    restart({});
+    const JobId job = submit(job_spec);
+    work(connect("w"));
+    return status(job);
+  };
+  EXPECT_EQ(run(error_spec(0.02, 40)).reached, GoalLimit::samples);
+  EXPECT_EQ(status(JobId{1}).min_tile_samples, 40u);
+  EXPECT_EQ(run(error_spec(0.02, 100)).reached, GoalLimit::error);
+  EXPECT_EQ(status(JobId{1}).min_tile_samples, 64u);
+  EXPECT_EQ(run(error_spec(0.02, 64)).reached, GoalLimit::error) << "both: it has what was asked for";
+
+  restart({});
+  const JobId job = submit(error_spec(0.02, 100, 5));
+  const SessionId session = connect("w");
+  finish(session, got<LeaseGrant>(session)[got<LeaseGrant>(session).size() - 1]);
+  pass(std::chrono::seconds(6));
+  for (const LeaseGrant& grant : got<LeaseGrant>(session)) {
+    finish(session, grant);
+  }
+  EXPECT_EQ(status(job).state, JobState::done);
+  EXPECT_EQ(status(job).reached, GoalLimit::seconds);
+  EXPECT_EQ(status(job).reason, "reached 5 seconds");
+}
+
+TEST_F(ErrorGoalTest, ARestartAtAnyMomentLeadsToTheSameCountAndFilm) {
+  std::size_t results = 0;
+  for (bool done = false; !done; ++results) {
+    restart({});
+    writes.clear();
+    sent.clear();
+    const JobId job = submit(error_spec(0.02));
+    const SessionId session = connect("w");
+    // So many results, then another coordinator with what is stored, and a worker that brings nothing back.
+    std::size_t came = 0;
+    for (std::size_t i = 0; came < results && i < got<LeaseGrant>(session).size(); ++i) {
+      const LeaseGrant grant = got<LeaseGrant>(session)[i];
+      for (std::size_t t = 0; t < grant.unit.tiles.size() && came < results; ++t, ++came) {
+        say(session, result(grant, grant.unit.tiles[t]));
+      }
+    }
+    done = status(job).state == JobState::done;
+    restart(stored_now(job));
+    const SessionId again = connect("w");
+    pass(limits.restart_grace);
+    work(again);
+    ASSERT_EQ(status(job).state, JobState::done) << results;
+    EXPECT_EQ(status(job).reached, GoalLimit::error) << results;
+    EXPECT_EQ(status(job).min_tile_samples, 64u) << results;
+    EXPECT_EQ(status(job).max_tile_samples, 64u) << results;
+  }
+  EXPECT_GT(results, 10u);
+}
+
+TEST_F(ErrorGoalTest, ANodeThatTheStoreHasLostIsRenderedAgain) {
+  const JobId job = submit(error_spec(0.05));  // ends at 48: two nodes a tile
+  work(connect("w"));
+  ASSERT_EQ(status(job).min_tile_samples, 48u);
+  const StoredState whole = stored_now(job);
+  restart(stored_now(job));
+  EXPECT_EQ(status(job).state, JobState::done);
+  ASSERT_EQ(whole.jobs[0].nodes.size(), 4u);
+  for (std::size_t lost = 0; lost < 4; ++lost) {
+    StoredState stored = whole;
+    stored.jobs[0].nodes.erase(stored.jobs[0].nodes.begin() + static_cast<std::ptrdiff_t>(lost));
+    restart(std::move(stored));
+    EXPECT_EQ(status(job).state, JobState::running);
+    const SessionId session = connect("w");
+    pass(limits.restart_grace);
+    work(session);
+    EXPECT_EQ(status(job).state, JobState::done) << lost;
+    EXPECT_EQ(status(job).min_tile_samples, 48u) << lost;
+  }
+}
+
+TEST_F(ErrorGoalTest, ExtendingAsksForLessErrorOrForMoreSamples) {
+  const JobId job = submit(error_spec(0.02));
+  const SessionId session = connect("w");
+  work(session);
+  ASSERT_EQ(status(job).min_tile_samples, 64u);
+  EXPECT_EQ(coordinator->extend(job, {0, 0.02}, now, step).code(), StatusCode::kInvalidArgument);
+  EXPECT_EQ(coordinator->extend(job, {0, -1}, now, step).code(), StatusCode::kInvalidArgument);
+  EXPECT_EQ(coordinator->extend(job, {0, NAN}, now, step).code(), StatusCode::kInvalidArgument);
+  EXPECT_EQ(coordinator->extend(job, {}, now, step).code(), StatusCode::kInvalidArgument);
+  ASSERT_TRUE(coordinator->extend(job, {0, 0.01}, now, step).ok());
+  flush();
+  EXPECT_EQ(status(job).state, JobState::running);
+  EXPECT_EQ(status(job).reached, GoalLimit::none);
+  work(session);
+  EXPECT_EQ(status(job).min_tile_samples, 96u);
+  EXPECT_EQ(status(job).reached, GoalLimit::error);
+  // An error that it has already ends it at once.
+  ASSERT_TRUE(coordinator->extend(job, {0, 0.008}, now, step).ok());
+  flush();
+  EXPECT_EQ(status(job).state, JobState::done);
+  EXPECT_EQ(status(job).goal, (Goal{0, 0, 0.008}));
+  // More samples: the error is reached, and would end the job at once.
+  ASSERT_TRUE(coordinator->extend(job, {100}, now, step).ok());
+  flush();
+  EXPECT_EQ(status(job).goal, (Goal{100, 0, 0}));
+  work(session);
+  EXPECT_EQ(status(job).min_tile_samples, 100u);
+  EXPECT_EQ(status(job).reached, GoalLimit::samples);
+  // From samples to an error: the samples are reached.
+  ASSERT_TRUE(coordinator->extend(job, {0, 0.005}, now, step).ok());
+  flush();
+  EXPECT_EQ(status(job).goal, (Goal{0, 0, 0.005}));
+  work(session);
+  EXPECT_EQ(status(job).min_tile_samples, 128u);
+  EXPECT_EQ(status(job).counters.results_duplicate, 0u);
+}
+
+TEST_F(ErrorGoalTest, ARunningJobIsExtendedAboveWhatIsOut) {
+  const JobId job = submit(spec("r1", 1000));
+  const SessionId session = connect("w");
+  std::uint64_t out = 0;
+  for (std::size_t i = 0; i < 20; ++i) {
+    const LeaseGrant grant = got<LeaseGrant>(session)[i];
+    finish(session, grant);
+  }
+  for (const LeaseGrant& grant : got<LeaseGrant>(session)) {
+    out = std::max(out, grant.unit.range.end());
+  }
+  ASSERT_GT(out, 16u);
+  ASSERT_TRUE(coordinator->extend(job, {0, 0.9}, now, step).ok());
+  flush();
+  worked[session] = 20;
+  work(session);
+  EXPECT_EQ(status(job).state, JobState::done);
+  EXPECT_EQ(status(job).reached, GoalLimit::error);
+  EXPECT_EQ(status(job).min_tile_samples, status(job).max_tile_samples);
+  EXPECT_TRUE(is_error_count(status(job).min_tile_samples));
+  EXPECT_LE(status(job).min_tile_samples, next_error_count(out));
+  EXPECT_EQ(status(job).counters.results_duplicate, 0u);
+}
+
+TEST_F(ErrorGoalTest, TheEtaIsThatOfTheCountAtWhichItWillProbablyEnd) {
+  const JobId job = submit(error_spec(0.01));
+  const SessionId session = connect("w");
+  for (std::size_t i = 0; i < got<LeaseGrant>(session).size() && status(job).min_tile_samples < 16; ++i) {
+    now += std::chrono::milliseconds(20);
+    finish(session, got<LeaseGrant>(session)[i]);
+  }
+  const JobStatus seen = status(job);
+  ASSERT_EQ(seen.min_tile_samples, 16u);
+  ASSERT_EQ(seen.max_tile_samples, 16u);
+  // 0.2618 at 16 samples: as 1/samples, 0.01 at 419, so at 512.
+  EXPECT_NEAR(seen.eta_seconds * seen.samples_per_second, 128.0 * 64 * (512 - 16), 1);
+}
+
+TEST_F(ErrorGoalTest, RefusesWhatCannotBeToldAndNamesIt) {
+  const auto error_of = [&](const JobSpec& job) {
+    const Result<JobId> id = coordinator->submit(job, now, unix_ms(), step);
+    EXPECT_EQ(id.status().code(), StatusCode::kInvalidArgument);
+    return message_of(id.status());
+  };
+  EXPECT_EQ(error_of(error_spec(-0.1)), "goal.error: must be finite and not negative, got -0.1");
+  EXPECT_EQ(error_of(error_spec(NAN)), "goal.error: must be finite and not negative, got nan");
+  JobSpec pixel = spec("r1", 4, {0, 0, 1, 1});
+  pixel.goal.error = 0.1;
+  EXPECT_EQ(error_of(pixel), "goal.error: the error of a single pixel cannot be told; give samples or seconds");
+}
+
+}  // namespace
+}  // namespace lightmill
