@@ -14,6 +14,9 @@ struct PictureError {
   double max_abs = 0;          ///< largest |x−r|
 };
 
+/// INVALID_ARGUMENT unless the pictures have one size and finite values alone.
+Status check_comparable(const RgbImage& picture, const RgbImage& reference);
+
 /// Compares linear RGB pictures of one size. INVALID_ARGUMENT if the sizes differ or a value is not finite.
 Result<PictureError> compare_pictures(const RgbImage& picture, const RgbImage& reference);
 

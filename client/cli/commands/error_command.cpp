@@ -3,6 +3,7 @@
 
 #include "client/cli/context.h"
 #include "common/image/error_metrics.h"
+#include "common/image/flip.h"
 #include "common/image/picture_file.h"
 
 namespace lightmill::cli {
@@ -10,37 +11,57 @@ namespace {
 
 constexpr const char* kMore =
     "relMSE = mean((x-r)²/(r²+0.01)), also without the worst 0.1 % of the pixels; energy ratio; SMAPE, the mean of\n"
-    "|x-r|/(|x|+|r|); and the largest difference. Reads EXR and PNG; PNGs are made linear first.";
+    "|x-r|/(|x|+|r|); and the largest difference. FLIP tells how different the two look, from 0 to 1: its mean over\n"
+    "pixels as they are shown without exposure, and of the worst of several exposures (HDR). Reads EXR and PNG; PNGs "
+    "are\n"
+    "made linear first.";
 
 struct ErrorOptions {
   std::string image, reference;
 };
 
-Result<PictureError> compare_files(const ErrorOptions& options) {
+struct Comparison {
+  PictureError error;
+  double flip = 0, flip_hdr = 0;
+};
+
+Result<Comparison> compare_files(const ErrorOptions& options) {
   LM_ASSIGN_OR_RETURN(const RgbImage image, load_rgb(options.image));
   LM_ASSIGN_OR_RETURN(const RgbImage reference, load_rgb(options.reference));
-  return compare_pictures(image, reference);
+  Comparison comparison;
+  LM_ASSIGN_OR_RETURN(comparison.error, compare_pictures(image, reference));
+  LM_ASSIGN_OR_RETURN(const std::vector<float> shown, flip_map(image, reference));
+  LM_ASSIGN_OR_RETURN(const std::vector<float> exposed, hdr_flip_map(image, reference));
+  comparison.flip = mean_flip(shown);
+  comparison.flip_hdr = mean_flip(exposed);
+  return comparison;
 }
 
 ExitCode show_error(const Console& console, const ErrorOptions& options) {
-  const Result<PictureError> error = compare_files(options);
-  if (!error.ok()) {
-    return console.fail(as_input_error(error.status()));
+  const Result<Comparison> comparison = compare_files(options);
+  if (!comparison.ok()) {
+    return console.fail(as_input_error(comparison.status()));
   }
+  const PictureError* const error = &comparison->error;
   console.object(nlohmann::json{{"image", options.image},
                                 {"reference", options.reference},
                                 {"rel_mse", error->rel_mse},
                                 {"rel_mse_trimmed", error->rel_mse_trimmed},
                                 {"energy_ratio", error->energy_ratio},
                                 {"smape", error->smape},
+                                {"flip", comparison->flip},
+                                {"flip_hdr", comparison->flip_hdr},
                                 {"max_abs", error->max_abs}});
   console.result(
       fmt::format("relMSE        {:.6g}\n"
                   "  trimmed     {:.6g}  (without the worst 0.1 % of the pixels)\n"
                   "energy ratio  {:.6g}\n"
                   "SMAPE         {:.6g}\n"
+                  "FLIP          {:.6g}\n"
+                  "  HDR         {:.6g}  (the worst of several exposures)\n"
                   "largest       {:.6g}",
-                  error->rel_mse, error->rel_mse_trimmed, error->energy_ratio, error->smape, error->max_abs));
+                  error->rel_mse, error->rel_mse_trimmed, error->energy_ratio, error->smape, comparison->flip,
+                  comparison->flip_hdr, error->max_abs));
   return kDone;
 }
 
