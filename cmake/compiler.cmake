@@ -33,6 +33,10 @@ if(LIGHTMILL_CCACHE)
                                   CCACHE_SLOPPINESS=pch_defines,time_macros,include_file_mtime,include_file_ctime
                                   ${LIGHTMILL_CCACHE})
   add_compile_options(-fpch-preprocess)
+  if(NOT CMAKE_CXX_COMPILER_ID STREQUAL "GNU")
+    # ccache knows headers by their content: a header of the same content and another time fits the one it has.
+    add_compile_options("SHELL:-Xclang -fno-pch-timestamp")
+  endif()
 endif()
 
 find_program(LIGHTMILL_MOLD mold)
