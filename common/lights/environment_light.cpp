@@ -1,6 +1,7 @@
 #include "common/lights/environment_light.h"
 
 #include <algorithm>
+#include <cmath>
 #include <utility>
 
 #include "common/base/check.h"
@@ -11,6 +12,8 @@ namespace {
 
 /// Directions nearer to a pole than this (in radians) are as far from it when densities per solid angle are meant.
 constexpr float kPoleAngle = 1e-6f;
+/// Of an environment's light that is drawn by its excess over the mean: some is kept for the darkest direction.
+constexpr double kMostBrightShare = 1 - 1.0 / 64;
 
 /// Solid angles of the pixels of each row.
 std::vector<double> pixel_solid_angles(std::size_t width, std::size_t height) {
@@ -45,9 +48,12 @@ EnvironmentRadiance::EnvironmentRadiance(std::vector<float> rgb, std::size_t wid
   mean_luminance_ = flux / (4 * kPiDouble);
   // What exceeds the mean by nothing but rounding is flat.
   if (largest > mean_luminance_ * (1 + 1e-5)) {
+    double excess = 0;
     for (std::size_t i = 0; i < weights.size(); ++i) {
       weights[i] = std::max(weights[i] - mean_luminance_, 0.0) * solid_angles[i / width];
+      excess += weights[i];
     }
+    bright_share_ = static_cast<float>(std::floor(std::min(excess / flux, kMostBrightShare) * 0x1p24) * 0x1p-24);
     density_.emplace(weights, width, height);
   }
 }
@@ -171,6 +177,21 @@ LightSample8 EnvironmentRadiance::sample(const V8& p, Pair8 u) const {
   const V8 wi = direction_of(drawn.x, sin_theta, theta.cos);
   const F8 pdf = drawn.pdf / (sin_theta * F8(2 * kPi * kPi));
   return {p + wi * F8(kFarAway), wi, lookup(drawn.x, drawn.y) * (F8(1.0f) / pdf), pdf, pdf > F8(0.0f)};
+}
+
+EnvironmentRadiance::Beam8 EnvironmentRadiance::sample_all(Pair8 u) const {
+  const F8 share(bright_share_), uniform_pdf(0.25f * kInvPi);
+  const M8 bright = u.u < share;
+  const F8 rest = F8(1.0f) - share;
+  const V8 anywhere = square_to_sphere({(u.u - share) / rest, u.v});
+  if (!density_) {
+    return {anywhere, radiance(anywhere) * (F8(1.0f) / uniform_pdf)};
+  }
+  const LightSample8 drawn = sample(broadcast(Vec3(0)), {select(bright, u.u / share, F8(0.0f)), u.v});
+  const V8 wi = select(bright, drawn.wi, anywhere);
+  const F8 bright_pdf = select(bright, drawn.pdf_solid_angle, pdf_solid_angle(wi));
+  const V8 from_there = select(bright, drawn.weight * drawn.pdf_solid_angle, radiance(wi));
+  return {wi, from_there * (F8(1.0f) / (share * bright_pdf + rest * uniform_pdf))};
 }
 
 F8 EnvironmentRadiance::pdf_solid_angle(const V8& direction) const {

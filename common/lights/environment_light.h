@@ -36,6 +36,12 @@ class EnvironmentRadiance {
   /// there.
   bool samplable() const { return density_.has_value(); }
   LightSample8 sample(const V8& p, Pair8 u) const;
+  struct Beam8 {
+    V8 wi;      ///< unit, to the environment
+    V8 weight;  ///< radiance over the density per solid angle
+  };
+  /// Draws all light that comes, by how much does: what is brighter than the mean as `sample` does, the rest uniformly.
+  Beam8 sample_all(Pair8 u) const;
   /// Density per solid angle with which `sample` draws unit directions.
   F8 pdf_solid_angle(const V8& direction) const;
   /// Luminance of the flux into a scene of this radius.
@@ -65,6 +71,7 @@ class EnvironmentRadiance {
   std::size_t width_ = 0, height_ = 0;
   float cos_turn_ = 1, sin_turn_ = 0;
   double mean_luminance_ = 0;  ///< over the sphere
+  float bright_share_ = 0;     ///< of the light: of what is brighter than the mean, the excess; a multiple of 2^-24
   std::optional<PiecewiseConstant2D> density_;
 };
 

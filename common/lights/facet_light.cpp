@@ -131,6 +131,25 @@ LightSample8 FacetLights::sample(const V8& p, U8 index, M8 lanes, Pair8 u) const
   return {y + off, wi, radiance * (F8(1.0f) / pdf), pdf, valid};
 }
 
+EmissionPoint8 FacetLights::emission_point(U8 index, M8 lanes, Pair8 u) const {
+  const V8 edge1 = edge1_.at(index, lanes);
+  const V8 edge2 = edge2_.at(index, lanes);
+  const M8 whole = gather(parallelogram_.data(), index, lanes) == U8(1u);
+  const V8 area_vector = cross(edge1, edge2);
+  const F8 whole_area = sqrt(length_squared(area_vector));
+  const Pair8 folded = square_to_triangle(u);
+  const Pair8 b{select(whole, u.u, folded.u), select(whole, u.v, folded.v)};
+  EmissionPoint8 out;
+  out.point = corner_.at(index, lanes) + edge1 * b.u + edge2 * b.v;
+  out.normal = area_vector * (F8(1.0f) / whole_area);
+  out.offset = surface_offset(out.normal, abs(out.point) + abs(edge1) + abs(edge2));
+  out.area = select(whole, F8(1.0f), F8(0.5f)) * whole_area;
+  out.texture = has_textures_ ? texture_at(index, lanes, b) : broadcast(Vec3(1));
+  out.surface = lanes;
+  out.two_sided = emission_.two_sided(index, lanes);
+  return out;
+}
+
 EmissiveFacet FacetLights::facet(std::size_t i) const {
   return {corner_[i],
           edge1_[i],

@@ -3,6 +3,7 @@
 
 #include <map>
 
+#include "common/lights/emission_point.h"
 #include "common/lights/surface_emission.h"
 #include "common/materials/texture.h"
 
@@ -44,6 +45,10 @@ class FacetLights {
   Vec3d mean_radiance(std::size_t i) const;
 
   LightSample8 sample(const V8& p, U8 index, M8 lanes, Pair8 u) const;
+  /// Uniform by area.
+  EmissionPoint8 emission_point(U8 index, M8 lanes, Pair8 u) const;
+  /// Without its texture, in a direction whose angle to the normal has this cosine, which is not negative.
+  V8 radiance(U8 index, F8 cos_light, M8 lanes) const { return emission_.radiance(index, cos_light, lanes); }
 
   /// Density per solid angle at `from` of a point that `sample` draws, found by a ray of this length whose angle to the
   /// facet's normal has this positive cosine.

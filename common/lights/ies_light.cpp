@@ -88,18 +88,22 @@ F8 IesLights::candela(U8 index, F8 vertical, F8 horizontal, M8 lanes) const {
   return masked((vertical >= lowest) & (vertical <= highest), here + (there - here) * t);
 }
 
-LightSample8 IesLights::sample(const V8& p, U8 index, M8 lanes) const {
-  const PointView8 view(p, position_.at(index, lanes), lanes);
-  const V8 direction = direction_.at(index, lanes);
+F8 IesLights::candela(const V8& direction, U8 index, M8 lanes) const {
+  const V8 axis = direction_.at(index, lanes);
   const V8 reference = reference_.at(index, lanes);
-  const F8 along = -dot(view.wi, direction);
-  const F8 x = -dot(view.wi, reference);
-  const F8 y = dot(view.wi, cross(direction, reference));
+  const F8 along = dot(direction, axis);
+  const F8 x = dot(direction, reference);
+  const F8 y = -dot(direction, cross(axis, reference));
   const F8 degrees(180 * kInvPi);
   const F8 vertical = min(atan2(sqrt(x * x + y * y), along) * degrees, F8(180.0f));
   const F8 turn = atan2(y, x) * degrees;
   const F8 horizontal = turn + masked(turn < F8(0.0f), F8(360.0f));
-  const F8 value = candela(index, vertical, horizontal, view.valid);
+  return candela(index, vertical, horizontal, lanes);
+}
+
+LightSample8 IesLights::sample(const V8& p, U8 index, M8 lanes) const {
+  const PointView8 view(p, position_.at(index, lanes), lanes);
+  const F8 value = candela(view.direction(), index, view.valid);
   return view.light(per_candela_.at(index, lanes), value, value > F8(0.0f));
 }
 

@@ -29,6 +29,12 @@ class IesLights {
   LightBounds bounds(std::size_t i) const;
   LightSample8 sample(const V8& p, U8 index, M8 lanes) const;
 
+  V8 position(U8 index, M8 lanes) const { return position_.at(index, lanes); }
+  /// In unit directions, W/sr.
+  V8 intensity(const V8& direction, U8 index, M8 lanes) const {
+    return per_candela_.at(index, lanes) * candela(direction, index, lanes);
+  }
+
  private:
   /// Where the angles and values of a profile are.
   struct Profile {
@@ -36,6 +42,8 @@ class IesLights {
     double lumen;
   };
   F8 candela(U8 index, F8 vertical, F8 horizontal, M8 lanes) const;
+  /// In unit directions.
+  F8 candela(const V8& direction, U8 index, M8 lanes) const;
 
   std::vector<Profile> profiles_;
   std::vector<float> vertical_, horizontal_;       ///< degrees, of all profiles

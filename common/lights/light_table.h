@@ -23,6 +23,7 @@ namespace lightmill {
 
 /// Lights are numbered in this order of kinds, and within a kind as they were added.
 enum class LightKind { facet, sphere, point, spot, cosine_power, ies, directional, environment };
+inline constexpr int kLightKinds = 8;
 
 class LightTable {
  public:
@@ -65,7 +66,7 @@ class LightTable {
   std::uint64_t bytes() const;
 
  private:
-  static constexpr int kKinds = 8;
+  static constexpr int kKinds = kLightKinds;
   bool has(LightKind kind) const { return first_[static_cast<int>(kind)] < first_[static_cast<int>(kind) + 1]; }
   LightSample8 sample_of_kind(LightKind kind, const V8& p, U8 index, M8 lanes, Pair8 u) const;
 

@@ -22,10 +22,18 @@ struct PointView8 {
     valid = lanes & (distance2 > F8(0.0f));
     wi = to_light * (F8(1.0f) / sqrt(distance2));
   }
+  /// Unit, in which light travels from the point to p.
+  V8 direction() const { return -wi; }
   /// What arrives at p where the intensity towards it is `intensity` times `share`, in the lanes that are `lit`.
   LightSample8 light(const V8& intensity, F8 share, M8 lit) const {
     return {position, wi, intensity * (share / distance2), F8(0.0f), valid & lit};
   }
+};
+
+/// What of a light's intensity goes in one direction.
+struct IntensityShare8 {
+  F8 share;
+  M8 lit;  ///< the direction is one of those in which it shines
 };
 
 /// Of what shines from a point in all directions; `power` is the luminance of its flux.
@@ -45,6 +53,8 @@ class PointLights {
   std::size_t size() const { return position_.size(); }
   LightBounds bounds(std::size_t i) const;
   LightSample8 sample(const V8& p, U8 index, M8 lanes) const;
+  V8 position(U8 index, M8 lanes) const { return position_.at(index, lanes); }
+  V8 intensity(U8 index, M8 lanes) const { return intensity_.at(index, lanes); }
 
  private:
   VectorRows position_, intensity_;

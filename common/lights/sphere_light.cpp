@@ -22,6 +22,12 @@ struct View8 {
   }
 };
 
+/// How far off a sphere's surface a ray must keep that comes from this far or starts at y. Embree finds a sphere from
+/// afar only to some 3e-6 of the distance: well in front of that.
+F8 off_sphere(const V8& y, F8 distance) {
+  return F8(0x1p-16f) * (max_component(abs(y)) + distance);
+}
+
 F8 density(const View8& view, F8 radius, F8 distance, F8 cos_light) {
   const F8 area = distance * distance / (cos_light * F8(4 * kPi) * radius * radius);
   return select(view.outside, cone_pdf_solid_angle(view.one_minus_cos), area);
@@ -80,10 +86,23 @@ LightSample8 SphereLights::sample(const V8& p, U8 index, M8 lanes, Pair8 u) cons
 
   const F8 pdf = density(view, radius, distance, cos_light);
   const V8 radiance = emission_.radiance(index, cos_light, lanes);
-  // Embree finds a sphere from afar only to some 3e-6 of the distance: stay well in front of that.
-  const F8 magnitude = F8(8.0f) * (max_component(abs(y)) + distance);
-  const V8 off = normal * copysign(F8(0x1p-19f) * magnitude, cos_outward);
+  const V8 off = normal * copysign(off_sphere(y, distance), cos_outward);
   return {y + off, wi, radiance * (F8(1.0f) / pdf), pdf, valid};
+}
+
+EmissionPoint8 SphereLights::emission_point(U8 index, M8 lanes, Pair8 u) const {
+  const F8 radius = gather(radius_.data(), index, lanes);
+  const M8 inward = gather(inward_.data(), index, lanes) == U8(1u);
+  const V8 outward = square_to_sphere(u);
+  EmissionPoint8 out;
+  out.point = center_.at(index, lanes) + outward * radius;
+  out.normal = select(inward, -outward, outward);
+  out.offset = off_sphere(out.point, radius);
+  out.area = F8(4 * kPi) * radius * radius;
+  out.texture = broadcast(Vec3(1));
+  out.surface = lanes;
+  out.two_sided = emission_.two_sided(index, lanes);
+  return out;
 }
 
 Vec3d SphereLights::irradiance(std::size_t i, const Vec3d& p, const Vec3d& n) const {

@@ -1,6 +1,7 @@
 // Emissive spheres.
 #pragma once
 
+#include "common/lights/emission_point.h"
 #include "common/lights/surface_emission.h"
 
 namespace lightmill {
@@ -22,6 +23,10 @@ class SphereLights {
   LightBounds bounds(std::size_t i) const;
 
   LightSample8 sample(const V8& p, U8 index, M8 lanes, Pair8 u) const;
+  /// Uniform by area.
+  EmissionPoint8 emission_point(U8 index, M8 lanes, Pair8 u) const;
+  /// In a direction whose angle to the normal has this cosine, which is not negative.
+  V8 radiance(U8 index, F8 cos_light, M8 lanes) const { return emission_.radiance(index, cos_light, lanes); }
 
   /// On a surface at p with unit normal n, if nothing is in the way, also where the sphere cuts the horizon (Snyder,
   /// "Area light sources for real-time graphics", 1996). The sphere's exponent must be 0.

@@ -1,7 +1,6 @@
 #include "common/lights/spot_light.h"
 
 #include "common/lights/photometry.h"
-#include "common/lights/point_light.h"
 
 namespace lightmill {
 
@@ -15,15 +14,24 @@ LightBounds SpotLights::bounds(std::size_t i) const {
   return points_.bounds(i, std::min(1.0 - outer_[i], 0.0), spot_solid_angle(inner_[i], outer_[i]));
 }
 
-LightSample8 SpotLights::sample(const V8& p, U8 index, M8 lanes) const {
-  const PointView8 view(p, points_.position(index, lanes), lanes);
-  const F8 off_axis = length_squared(view.wi + points_.direction(index, lanes)) * F8(0.5f);  // 1 − cos
+IntensityShare8 SpotLights::share(const V8& direction, U8 index, M8 lanes) const {
+  const F8 off_axis = length_squared(points_.direction(index, lanes) - direction) * F8(0.5f);  // 1 − cos
   const F8 inner = gather(inner_.data(), index, lanes);
   const F8 outer = gather(outer_.data(), index, lanes);
   // Without a falling part t is infinite inside, or no number at the rim, which `min` and `max` make 1.
   const F8 t = max(min((outer - off_axis) / (outer - inner), F8(1.0f)), F8(0.0f));
-  const F8 share = select(off_axis <= inner, F8(1.0f), t * t * (F8(3.0f) - F8(2.0f) * t));
-  return view.light(points_.intensity(index, lanes), share, off_axis < outer);
+  return {select(off_axis <= inner, F8(1.0f), t * t * (F8(3.0f) - F8(2.0f) * t)), off_axis < outer};
+}
+
+LightSample8 SpotLights::sample(const V8& p, U8 index, M8 lanes) const {
+  const PointView8 view(p, points_.position(index, lanes), lanes);
+  const IntensityShare8 there = share(view.direction(), index, lanes);
+  return view.light(points_.intensity(index, lanes), there.share, there.lit);
+}
+
+V8 SpotLights::intensity(const V8& direction, U8 index, M8 lanes) const {
+  const IntensityShare8 there = share(direction, index, lanes);
+  return points_.intensity(index, lanes) * masked(there.lit, there.share);
 }
 
 }  // namespace lightmill

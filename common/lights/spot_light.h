@@ -2,6 +2,7 @@
 #pragma once
 
 #include "common/lights/aimed_points.h"
+#include "common/lights/point_light.h"
 
 namespace lightmill {
 
@@ -21,7 +22,15 @@ class SpotLights {
   LightBounds bounds(std::size_t i) const;
   LightSample8 sample(const V8& p, U8 index, M8 lanes) const;
 
+  V8 position(U8 index, M8 lanes) const { return points_.position(index, lanes); }
+  /// In unit directions, W/sr.
+  V8 intensity(const V8& direction, U8 index, M8 lanes) const;
+  /// Of the angle beyond which there is no light, 1 − cos.
+  double one_minus_cos_cutoff(std::size_t i) const { return outer_[i]; }
+
  private:
+  IntensityShare8 share(const V8& direction, U8 index, M8 lanes) const;
+
   AimedPoints points_;
   std::vector<float> inner_, outer_;
 };

@@ -1,0 +1,103 @@
+#include "common/lights/light_emission.h"
+
+#include "common/base/check.h"
+
+namespace lightmill {
+
+template <class Take>
+void LightEmission::for_each_kind(U8 light, M8 lanes, Take take) const {
+  for (int k = 0; k < kLightKinds && lanes.any(); ++k) {
+    const auto kind = static_cast<LightKind>(k);
+    // The environment is last, whether or not the table counts it.
+    const M8 of_kind =
+        k + 1 < kLightKinds ? lanes & signed_less(light, U8(table_->first(static_cast<LightKind>(k + 1)))) : lanes;
+    if (of_kind.any()) {
+      take(kind, light - U8(table_->first(kind)), of_kind);
+      lanes = and_not(lanes, of_kind);
+    }
+  }
+}
+
+EmissionPoint8 LightEmission::point_on(U8 light, M8 lanes, Pair8 u) const {
+  EmissionPoint8 out{};
+  for_each_kind(light, lanes, [&](LightKind kind, U8 index, M8 of_kind) {
+    EmissionPoint8 here{};
+    switch (kind) {
+      case LightKind::facet:
+        here = table_->facets.emission_point(index, of_kind, u);
+        break;
+      case LightKind::sphere:
+        here = table_->spheres.emission_point(index, of_kind, u);
+        break;
+      case LightKind::point:
+        here.point = table_->points.position(index, of_kind);
+        break;
+      case LightKind::spot:
+        here.point = table_->spots.position(index, of_kind);
+        break;
+      case LightKind::cosine_power:
+        here.point = table_->cosine_powers.position(index, of_kind);
+        break;
+      case LightKind::ies:
+        here.point = table_->ies.position(index, of_kind);
+        break;
+      case LightKind::directional:
+      case LightKind::environment:
+        LM_CHECK(false, "infinitely far");
+    }
+    out = merge(of_kind, here, out);
+  });
+  return out;
+}
+
+V8 LightEmission::intensity(U8 light, const EmissionPoint8& from, const V8& direction, M8 lanes) const {
+  const F8 cos_signed = dot(direction, from.normal);
+  const F8 cosine = max(select(from.two_sided, abs(cos_signed), cos_signed), F8(0.0f));
+  V8 out{};
+  for_each_kind(light, lanes, [&](LightKind kind, U8 index, M8 of_kind) {
+    V8 here{};
+    switch (kind) {
+      case LightKind::facet:
+        here = table_->facets.radiance(index, cosine, of_kind) * from.texture * (cosine * from.area);
+        break;
+      case LightKind::sphere:
+        here = table_->spheres.radiance(index, cosine, of_kind) * (cosine * from.area);
+        break;
+      case LightKind::point:
+        here = table_->points.intensity(index, of_kind);
+        break;
+      case LightKind::spot:
+        here = table_->spots.intensity(direction, index, of_kind);
+        break;
+      case LightKind::cosine_power:
+        here = table_->cosine_powers.intensity(direction, index, of_kind);
+        break;
+      case LightKind::ies:
+        here = table_->ies.intensity(direction, index, of_kind);
+        break;
+      case LightKind::directional:
+      case LightKind::environment:
+        LM_CHECK(false, "infinitely far");
+    }
+    out = select(of_kind, here, out);
+  });
+  return out;
+}
+
+LightEmission::Parallel8 LightEmission::parallel(U8 light, M8 lanes, Pair8 u) const {
+  Parallel8 out{};
+  for_each_kind(light, lanes, [&](LightKind kind, U8 index, M8 of_kind) {
+    Parallel8 here;
+    if (kind == LightKind::directional) {
+      const LightSample8 sun = table_->directional.sample(broadcast(Vec3(0)), index, of_kind);
+      here = {-sun.wi, sun.weight};
+    } else {
+      const EnvironmentRadiance::Beam8 beam = table_->environment.sample_all(u);
+      here = {-beam.wi, beam.weight};
+    }
+    out = {select(of_kind, here.direction, out.direction), select(of_kind, here.irradiance, out.irradiance)};
+  });
+  return out;
+}
+
+}  // namespace lightmill

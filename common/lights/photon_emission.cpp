@@ -1,0 +1,181 @@
+#include "common/lights/photon_emission.h"
+
+#include <algorithm>
+
+#include "common/lights/photon_fluxes.h"
+
+namespace lightmill {
+namespace {
+
+/// From so many lights on, targets are merged into so few.
+constexpr std::size_t kManyLights = std::size_t{1} << 17, kFewTargets = 4;
+/// What numbers of 24 bits choose among with probabilities that differ.
+constexpr std::size_t kMostEntries = std::size_t{1} << 20;
+
+// What is estimated may be much too small: no light that reaches a target has less than this share of the mean light,
+// no target less of its light.
+constexpr double kLeastLightShare = 1.0 / 64, kLeastTargetShare = 0x1p-12;
+
+/// How much farther than just beyond the scene or a plane parallel light starts, in the scene's radii.
+constexpr float kAhead = 0x1p-6f;
+/// Planes that light runs along up to rounding are not crossed.
+constexpr float kAlongPlane = 0x1p-22f;
+
+double sum_of(std::span<const double> values) {
+  double sum = 0;
+  for (const double v : values) {
+    sum += v;
+  }
+  return sum;
+}
+
+void raise_least(std::span<double> fluxes) {
+  const double least = sum_of(fluxes) / static_cast<double>(fluxes.size()) * kLeastLightShare;
+  const double resolved = sum_of(fluxes) * 0x1p-22;
+  for (double& f : fluxes) {
+    f = std::max({f, least, resolved});
+  }
+}
+
+}  // namespace
+
+PhotonEmission::PhotonEmission(const LightTable& lights, std::span<const BoundingSphere> targets,
+                               std::span<const BoundlessPlane> planes, const BoundingSphere& scene)
+    : sources_(lights),
+      planes_(planes.begin(), planes.end()),
+      scene_center_(scene.center),
+      scene_radius_(static_cast<float>(scene.radius)) {
+  if (targets.empty()) {
+    return;
+  }
+  const std::size_t most = lights.size() < kManyLights ? kMostPhotonTargets : kFewTargets;
+  const std::vector<BoundingSphere> groups = group_targets(targets, most);
+  aim_ = PhotonAim(groups, scene);
+  const PhotonFluxes fluxes = estimate_fluxes(lights, groups, aim_);
+  lights_ = fluxes.lights;
+  if (!lights_.empty()) {
+    build_choice(fluxes);
+  }
+}
+
+void PhotonEmission::build_choice(const PhotonFluxes& fluxes) {
+  const std::size_t targets = aim_.size();
+  block_ = (lights_.size() + kMostEntries - 1) / kMostEntries;
+  std::vector<double> entries;
+  for (std::size_t first = 0; first < lights_.size(); first += block_) {
+    std::vector<double> of_targets(targets, 0.0);
+    for (std::size_t i = first; i < std::min(first + block_, lights_.size()); ++i) {
+      for (std::size_t t = 0; t < targets; ++t) {
+        of_targets[t] += fluxes.luminance[i * targets + t];
+      }
+    }
+    entries.push_back(sum_of(of_targets));
+    balance(of_targets);
+    append_cumulative(of_targets, by_target_);
+  }
+  raise_least(entries);
+  by_flux_ = DiscreteDistribution(entries);
+}
+
+/// All that is around beside what is somewhere: the greater part of what goes anywhere may miss the latter by far, so
+/// it is not to have more than half.
+void PhotonEmission::balance(std::vector<double>& fluxes) const {
+  const std::size_t last = fluxes.size() - 1;
+  if (aim_.infinite(last)) {
+    const double finite = sum_of(std::span(fluxes).first(last));
+    fluxes[last] = finite > 0 ? std::min(fluxes[last], finite) : fluxes[last];
+  }
+  const double least = sum_of(fluxes) * kLeastTargetShare;
+  for (double& f : fluxes) {
+    f = f > 0 ? std::max(f, least) : 0;
+  }
+}
+
+/// Back along the direction until the scene's sphere and all planes lie ahead.
+V8 PhotonEmission::start_of(const V8& place, const V8& direction) const {
+  const F8 radius(scene_radius_);
+  F8 back = dot(place - broadcast(scene_center_), direction) + radius * F8(1 + kAhead);
+  for (const BoundlessPlane& plane : planes_) {
+    const V8 normal = broadcast(Vec3(plane.normal));
+    const F8 across = dot(direction, normal);
+    const F8 crossed = dot(place - broadcast(Vec3(plane.point)), normal) / across;
+    // What rounding may put along the normal is less than what is gone beyond the plane.
+    const F8 ahead = max(radius * F8(kAhead), (radius + crossed) * F8(0x1p-19f) / abs(across));
+    const M8 behind = (abs(across) > F8(kAlongPlane)) & (crossed + ahead > back);
+    back = select(behind, min(crossed + ahead, F8(kFarAway)), back);
+  }
+  return place - direction * back;
+}
+
+PhotonEmission::Chosen8 PhotonEmission::choose(Pair8 choice) const {
+  const DiscreteDistribution::Choice8 entry = by_flux_.sample(choice.u);
+  Chosen8 out;
+  out.pmf = entry.pmf;
+  U8 row = entry.index;
+  if (block_ > 1) {
+    const U8 first = row * U8(static_cast<std::uint32_t>(block_));
+    const U8 left = U8(static_cast<std::uint32_t>(lights_.size())) - first;
+    const U8 block(static_cast<std::uint32_t>(block_));
+    const U8 size = select(signed_less(left, block), left, block);
+    // The numbers' bits are used up: what they hash to is as good as another number.
+    const F8 more = hashed_number(float_bits(choice.u), float_bits(choice.v));
+    row = first + truncate(more * to_float(size));
+    out.pmf = out.pmf / to_float(size);
+  }
+  const M8 all(true);
+  out.light = gather(lights_.data(), row, all);
+  const auto targets = static_cast<std::uint32_t>(aim_.size());
+  const U8 first_target = entry.index * U8(targets + 1);
+  out.targets.target = U8(0u);
+  F8 below(0.0f);
+  for (std::uint32_t t = 0; t < targets; ++t) {
+    const F8 next = gather(by_target_.data(), first_target + U8(t + 1), all);
+    out.targets.pmf[t] = next - below;
+    below = next;
+    if (t + 1 < targets) {
+      out.targets.target = select(next <= choice.v, U8(t + 1), out.targets.target);
+    }
+  }
+  return out;
+}
+
+void PhotonEmission::aim_near(const Chosen8& chosen, M8 lanes, Pair8 position, Pair8 direction, Photon8& out) const {
+  const EmissionPoint8 from = sources_.point_on(chosen.light, lanes, position);
+  const PhotonAim::Direction8 aimed = aim_.direction(from, chosen.targets, direction);
+  const V8 along = sources_.intensity(chosen.light, from, aimed.direction, lanes);
+  const V8 off = from.normal * copysign(from.offset, dot(aimed.direction, from.normal));
+  out.origin = select(lanes, from.point + masked(from.surface, off), out.origin);
+  out.direction = select(lanes, aimed.direction, out.direction);
+  out.power = select(lanes, along * (F8(1.0f) / (aimed.pdf_solid_angle * chosen.pmf)), out.power);
+  const M8 lit = (aimed.pdf_solid_angle > F8(0.0f)) & (max_component(along) > F8(0.0f));
+  out.valid = out.valid | (lanes & lit);
+}
+
+void PhotonEmission::aim_distant(const Chosen8& chosen, M8 lanes, Pair8 position, Pair8 direction, Photon8& out) const {
+  const LightEmission::Parallel8 light = sources_.parallel(chosen.light, lanes, direction);
+  const PhotonAim::Place8 place = aim_.place(light.direction, chosen.targets, position);
+  out.origin = select(lanes, start_of(place.point, light.direction), out.origin);
+  out.direction = select(lanes, light.direction, out.direction);
+  out.power = select(lanes, light.irradiance * (F8(1.0f) / (place.pdf_area * chosen.pmf)), out.power);
+  out.valid = out.valid | (lanes & (max_component(light.irradiance) > F8(0.0f)));
+}
+
+PhotonEmission::Photon8 PhotonEmission::emit(Pair8 choice, Pair8 position, Pair8 direction) const {
+  if (empty()) {
+    return {};
+  }
+  const Chosen8 chosen = choose(choice);
+  const M8 near = signed_less(chosen.light, U8(sources_.first_distant()));
+  Photon8 out{};
+  out.light = chosen.light;
+  if (near.any()) {
+    aim_near(chosen, near, position, direction, out);
+  }
+  if ((~near).any()) {
+    aim_distant(chosen, ~near, position, direction, out);
+  }
+  out.power = masked(out.valid, out.power);
+  return out;
+}
+
+}  // namespace lightmill
