@@ -139,9 +139,9 @@ std::string guide(const SlopeGuide& guide, const Plot& plot, const Extents& exte
     x2 = std::min(x2, std::max(at_low, at_high));
   }
   const auto y_at = [&](double x) { return std::pow(10, mid_y + guide.slope * (x - mid_x)); };
-  const double px = plot.at_x(std::pow(10, x2)), py = plot.at_y(y_at(x2));
-  return line("guide", plot.at_x(std::pow(10, x1)), plot.at_y(y_at(x1)), px, py) +
-         text("end", px - 4, py - 6, guide.label, "class='faint'");
+  const double px = plot.at_x(std::pow(10, x1)), py = plot.at_y(y_at(x1));
+  return line("guide", px, py, plot.at_x(std::pow(10, x2)), plot.at_y(y_at(x2))) +
+         text("start", px + 10, py + (guide.slope > 0 ? -6 : 14), guide.label, "class='faint'");
 }
 
 std::string series_svg(const ChartSeries& series, std::size_t index, const Plot& plot) {

@@ -44,5 +44,6 @@ void add_show_command(CLI::App& app, Context& context);
 void add_worker_commands(CLI::App& app, Context& context);  ///< workers, workers drain
 void add_error_command(CLI::App& app, Context& context);
 void add_check_command(CLI::App& app, Context& context);
+void add_lab_command(CLI::App& app, Context& context);
 
 }  // namespace lightmill::cli

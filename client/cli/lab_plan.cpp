@@ -1,0 +1,163 @@
+#include "client/cli/lab_plan.h"
+
+#include <filesystem>
+
+#include "client/cli/console.h"
+#include "common/base/file.h"
+#include "common/methods/spec/method_spec.h"
+
+namespace lightmill::cli {
+namespace fs = std::filesystem;
+namespace {
+
+constexpr std::uint64_t kMostExperimentBytes = 16 << 20;
+/// Bumped when a result means something else than before.
+constexpr const char* kResultVersion = "lightmill-lab-1";
+
+Goal goal_of(std::uint64_t samples, double error) {
+  Goal goal;
+  goal.samples = samples;
+  goal.error = error;
+  return goal;
+}
+
+/// SHA-256 of what decides a picture and what it is compared with.
+std::string key_of(const JobSpec& spec, const std::string& reference) {
+  const RenderSettings& settings = spec.settings;
+  Sha256Hasher hasher;
+  hasher.append(fmt::format("{}\n{}\n{}\n", kResultVersion, settings.renderer_version, sha256(settings.scene).hex()));
+  for (const Sha256& asset : settings.assets) {
+    hasher.append(asset.hex() + "\n");
+  }
+  hasher.append(fmt::format("{}x{}\n{}\nseed {}\nsamples {}\nerror {}\nreference {}\n", settings.width, settings.height,
+                            settings.method, settings.seed, spec.goal.samples, spec.goal.error, reference));
+  return hasher.finish().hex();
+}
+
+Status check_method(const std::string& method, const std::string& place) {
+  const Result<MethodSpec> spec = parse_method(method);
+  return spec.ok() ? ok_status() : with_context(spec.status(), place);
+}
+
+Result<LabSceneJob> prepare(const lab::LabScene& scene, const lab::Experiment& experiment, Signals& signals) {
+  RenderOptions options;
+  options.scene.scenes = scene.files;
+  options.scene.camera = scene.camera;
+  options.method = experiment.methods.front();
+  options.samples = 1;
+  if (experiment.width > 0) {
+    options.size = fmt::format("{}x{}", experiment.width, experiment.height);
+  }
+  Result<PreparedJob> job = make_job(options, signals);
+  if (!job.ok()) {
+    return with_context(job.status(), "scene " + scene.name);
+  }
+  job->spec.settings.meters = 0;  // they would be paid for and not shown
+  return LabSceneJob{scene, std::move(*job), ""};
+}
+
+/// What the reference is called in keys: the digest of its file, or of all that decides it.
+Result<std::string> reference_key(const LabPlan& plan, const LabSceneJob& scene) {
+  if (scene.scene.reference.file.empty()) {
+    return key_of(plan.reference_spec(scene), "");
+  }
+  Result<std::string> bytes = read_file(scene.scene.reference.file);
+  if (!bytes.ok()) {
+    return as_input_error(bytes.status());
+  }
+  return sha256(*bytes).hex();
+}
+
+}  // namespace
+
+JobSpec LabPlan::spec_of(const LabRun& run, std::size_t level) const {
+  JobSpec spec = scenes[run.scene].job.spec;
+  spec.settings.method = run.method;
+  spec.settings.seed = run.seed;
+  spec.goal = experiment.samples.empty() ? goal_of(experiment.max_samples, experiment.errors[level])
+                                         : goal_of(experiment.samples[level], 0);
+  return spec;
+}
+
+JobSpec LabPlan::reference_spec(const LabSceneJob& scene) const {
+  const lab::Reference& reference = scene.scene.reference;
+  JobSpec spec = scene.job.spec;
+  spec.settings.method = reference.method;
+  spec.settings.seed = reference.seed;
+  spec.goal = goal_of(reference.samples, reference.error);
+  return spec;
+}
+
+std::pair<std::size_t, std::size_t> LabPlan::missing(const LabRun& run, const lab::ResultSet& results) const {
+  std::size_t first = run.level_keys.size();
+  for (std::size_t level = 0; level < run.level_keys.size(); ++level) {
+    const auto found = results.find(run.level_keys[level]);
+    if (found == results.end()) {
+      first = std::min(first, level);
+    } else if (experiment.max_samples > 0 && found->second.samples >= experiment.max_samples) {
+      return {std::min(first, level + 1), level + 1};  // it never got further
+    }
+  }
+  return {first, run.level_keys.size()};
+}
+
+std::vector<std::string> LabPlan::wanted(const lab::ResultSet& results) const {
+  std::vector<const LabRun*> sorted;
+  for (const LabRun& run : runs) {
+    sorted.push_back(&run);
+  }
+  const auto method_place = [&](const LabRun& run) {
+    return std::ranges::find(experiment.methods, run.method) - experiment.methods.begin();
+  };
+  // Stable: seeds keep the experiment's order.
+  std::ranges::stable_sort(sorted, {}, [&](const LabRun* run) { return std::pair(run->scene, method_place(*run)); });
+  std::vector<std::string> keys;
+  for (const LabRun* run : sorted) {
+    keys.insert(keys.end(), run->level_keys.begin(),
+                run->level_keys.begin() + static_cast<std::ptrdiff_t>(missing(*run, results).second));
+  }
+  return keys;
+}
+
+Result<LabPlan> make_lab_plan(const std::string& experiment_file, Signals& signals) {
+  const Result<std::string> text = read_file(experiment_file, kMostExperimentBytes);
+  if (!text.ok()) {
+    return as_input_error(text.status());
+  }
+  LabPlan plan;
+  Result<lab::Experiment> experiment = lab::parse_experiment(*text, fs::path(experiment_file).parent_path());
+  if (!experiment.ok()) {
+    return with_context(experiment.status(), experiment_file);
+  }
+  plan.experiment = std::move(*experiment);
+  for (std::size_t m = 0; m < plan.experiment.methods.size(); ++m) {
+    LM_RETURN_IF_ERROR(
+        with_context(check_method(plan.experiment.methods[m], fmt::format("methods[{}]", m)), experiment_file));
+  }
+  for (const lab::LabScene& scene : plan.experiment.scenes) {
+    if (scene.reference.file.empty()) {
+      LM_RETURN_IF_ERROR(with_context(check_method(scene.reference.method, "reference.method"), experiment_file));
+    }
+    Result<LabSceneJob> prepared = prepare(scene, plan.experiment, signals);
+    if (!prepared.ok()) {
+      return with_context(prepared.status(), experiment_file);
+    }
+    LM_ASSIGN_OR_RETURN(prepared->reference_key, reference_key(plan, *prepared));
+    plan.scenes.push_back(std::move(*prepared));
+  }
+  for (const std::uint64_t seed : plan.experiment.seeds) {
+    for (std::size_t scene = 0; scene < plan.scenes.size(); ++scene) {
+      for (const std::string& method : plan.experiment.methods) {
+        LabRun run{scene, method, seed, {}, ""};
+        for (std::size_t level = 0; level < plan.experiment.levels(); ++level) {
+          run.level_keys.push_back(key_of(plan.spec_of(run, level), plan.scenes[scene].reference_key));
+        }
+        run.picture = run.level_keys.back().substr(0, 16);
+        plan.runs.push_back(std::move(run));
+      }
+    }
+  }
+  return plan;
+}
+
+}  // namespace lightmill::cli

@@ -1,0 +1,132 @@
+// `lab` as its users run it: on farms, interrupted and resumed.
+#include <csignal>
+
+#include "common/base/file.h"
+#include "common/image/picture_file.h"
+#include "tests/integration/cli/cli_fixture.h"
+
+namespace lightmill::test {
+namespace {
+
+class LabTest : public FarmCliTest {
+ protected:
+  std::string experiment(const std::string& samples) const {
+    return write("experiment.json",
+                 fmt::format(R"({{"scenes": [{{"name": "box", "file": "{}"}}], "methods": ["path", "whitted"],
+                             "seeds": 2, "width": 20, "height": 16, "samples": {},
+                             "reference": {{"method": "path", "samples": 256, "seed": 77}}}})",
+                             scene("cornell-bench-balls.json"), samples));
+  }
+  std::vector<nlohmann::json> results(const std::string& folder) const {
+    std::vector<nlohmann::json> lines;
+    std::ifstream in(file(folder) + "/results.jsonl");
+    for (std::string line; std::getline(in, line);) {
+      lines.push_back(nlohmann::json::parse(line));
+      for (const char* timed : {"thread_seconds", "seconds"}) {
+        EXPECT_GT(lines.back()[timed].get<double>(), 0);
+        lines.back().erase(timed);
+      }
+    }
+    return lines;
+  }
+};
+
+TEST_F(LabTest, ComparesEveryPictureWithTheReference) {
+  start_worker("w1");
+  const nlohmann::json done = on_farm({"lab", experiment("[1, 16]"), "-o", file("out")});
+  EXPECT_EQ(done["results"], 8);
+  const std::vector<nlohmann::json> lines = results("out");
+  ASSERT_EQ(lines.size(), 8u);  // 2 methods × 2 seeds × 2 levels, in this order
+  for (std::size_t i = 0; i < lines.size(); ++i) {
+    EXPECT_EQ(lines[i]["method"], i < 4 ? "path" : "whitted");
+    EXPECT_EQ(lines[i]["seed"], 1 + (i / 2) % 2);
+    EXPECT_EQ(lines[i]["samples"], i % 2 == 0 ? 1 : 16);
+    for (const char* metric : {"rel_mse", "rel_mse_trimmed", "smape", "flip", "energy_ratio"}) {
+      EXPECT_GT(lines[i][metric].get<double>(), 0) << lines[i];
+    }
+  }
+  EXPECT_LT(lines[1]["rel_mse"], lines[0]["rel_mse"]);
+  EXPECT_LT(lines[1]["flip"], lines[0]["flip"]);
+  EXPECT_LT(lines[5]["energy_ratio"], 0.95);  // no light by way of the walls
+
+  // The same picture by `render` has the same film, and `error` measures the same.
+  const nlohmann::json picture = on_farm({"render", scene("cornell-bench-balls.json"), "--method", "path", "--size",
+                                          "20x16", "--spp", "16", "--seed", "2", "-o", file("a.exr")});
+  EXPECT_EQ(picture["film_hash"], lines[3]["film_hash"]);
+  const auto references = std::filesystem::directory_iterator(file("out") + "/references");
+  const std::string reference = begin(references)->path().string();
+  const nlohmann::json error = json({"error", file("a.exr"), reference});
+  for (const char* metric : {"rel_mse", "rel_mse_trimmed", "smape", "flip", "energy_ratio", "max_abs"}) {
+    EXPECT_EQ(error[metric], lines[3][metric]) << metric;
+  }
+
+  EXPECT_NE(read_file(done["report"].get<std::string>()).value().find("8 of 8 results"), std::string::npos);
+  const std::string csv = read_file(file("out") + "/results.csv").value();
+  EXPECT_EQ(std::count(csv.begin(), csv.end(), '\n'), 9);
+  EXPECT_EQ(nlohmann::json::parse(read_file(file("out") + "/results.json").value())["results"].size(), 8u);
+  // The farm holds no films that nobody asks for again.
+  const nlohmann::json jobs = on_farm({"jobs"})["jobs"];
+  EXPECT_EQ(jobs.size(), 1u) << jobs;
+}
+
+TEST_F(LabTest, ReportsAreWrittenAgainWithoutAFarm) {
+  start_worker("w1");
+  on_farm({"lab", experiment("[1]"), "-o", file("out")});
+  workers_.clear();
+  server_.reset();
+  std::filesystem::remove(file("out") + "/report.html");
+  EXPECT_EQ(json({"lab", file("experiment.json"), "-o", file("out"), "--server", "127.0.0.1:1"})["results"], 4);
+  EXPECT_TRUE(std::filesystem::exists(file("out") + "/report.html"));
+}
+
+TEST_F(LabTest, LevelsMayBeErrors) {
+  start_worker("w1");
+  write("experiment.json", fmt::format(R"({{"scenes": ["{}"], "methods": ["path"], "width": 20, "height": 16,
+      "errors": [0.5, 1e-9], "max_samples": 32, "reference": {{"method": "path", "samples": 64, "seed": 77}}}})",
+                                       scene("cornell-bench-blocks.json")));
+  EXPECT_EQ(on_farm({"lab", file("experiment.json"), "-o", file("out")})["results"], 2);
+  const std::vector<nlohmann::json> lines = results("out");
+  ASSERT_EQ(lines.size(), 2u);
+  EXPECT_LE(lines[0]["stated"].get<double>() + lines[0]["stated_half_width"].get<double>(), 0.5);
+  EXPECT_EQ(lines[1]["samples"], 32);
+  const nlohmann::json again = json({"lab", file("experiment.json"), "-o", file("out"), "--server", "127.0.0.1:1"});
+  EXPECT_EQ(again["results"], 2);  // an error that was not reached is not tried again
+}
+
+TEST_F(LabTest, GoesOnAfterAnInterruptionToTheSameResults) {
+  start_worker("w1");
+  on_farm({"lab", experiment("[1, 64, 4096]"), "-o", file("whole")});
+  {
+    BackgroundProcess interrupted(
+        {program("lightmill"), "lab", experiment("[1, 64, 4096]"), "-o", file("parts"), "--server", server()},
+        file("lab.log"));
+    ASSERT_TRUE(eventually([&] { return std::filesystem::exists(file("parts") + "/results.jsonl"); }));
+    interrupted.send(SIGINT);
+    EXPECT_EQ(interrupted.wait(std::chrono::seconds(20)), 130);
+  }
+  const std::size_t before = results("parts").size();
+  EXPECT_GE(before, 1u);
+  EXPECT_LT(before, 12u);
+  EXPECT_TRUE(std::filesystem::exists(file("parts") + "/report.html"));
+  EXPECT_TRUE(on_farm({"jobs"})["jobs"].empty());
+  on_farm({"lab", experiment("[1, 64, 4096]"), "-o", file("parts")});
+  EXPECT_EQ(results("parts"), results("whole"));
+}
+
+TEST_F(LabTest, MistakesAreToldBeforeAnythingIsRendered) {
+  const auto error = [&](const std::string& text) {
+    write("bad.json", text);
+    return on_farm({"lab", file("bad.json"), "-o", file("out")}, 2)["failure"]["message"].get<std::string>();
+  };
+  EXPECT_NE(error("{").find("bad.json"), std::string::npos);
+  const std::string rest = R"("samples": [1], "reference": {"method": "path", "samples": 1, "seed": 5}})";
+  EXPECT_NE(error(R"({"scenes": ["none.json"], "methods": ["path"], )" + rest).find("none.json"), std::string::npos);
+  EXPECT_NE(error(fmt::format(R"({{"scenes": ["{}"], "methods": ["path", "magic"], {})",
+                              scene("cornell-bench-blocks.json"), rest))
+                .find("methods[1]"),
+            std::string::npos);
+  EXPECT_FALSE(std::filesystem::exists(file("out") + "/results.jsonl"));
+}
+
+}  // namespace
+}  // namespace lightmill::test
