@@ -27,7 +27,7 @@ EmissionPoint8 LightEmission::point_on(U8 light, M8 lanes, Pair8 u) const {
         here = table_->facets.emission_point(index, of_kind, u);
         break;
       case LightKind::sphere:
-        here = table_->spheres.emission_point(index, of_kind, u);
+        here = table_->spheres.emission_point(index, of_kind, square_to_sphere(u));
         break;
       case LightKind::point:
         here.point = table_->points.position(index, of_kind);
@@ -48,6 +48,22 @@ EmissionPoint8 LightEmission::point_on(U8 light, M8 lanes, Pair8 u) const {
     out = merge(of_kind, here, out);
   });
   return out;
+}
+
+LightEmission::Bulbs8 LightEmission::bulbs(U8 light, M8 lanes) const {
+  const U8 first(table_->first(LightKind::sphere));
+  const M8 spheres =
+      and_not(lanes & signed_less(light, U8(table_->first(LightKind::point))), signed_less(light, first));
+  if (spheres.none()) {
+    return {};
+  }
+  const U8 index = light - first;
+  return {table_->spheres.outward_only(index, spheres), table_->spheres.center(index, spheres),
+          table_->spheres.radius(index, spheres)};
+}
+
+EmissionPoint8 LightEmission::point_on_bulb(U8 light, M8 bulbs, const V8& outward) const {
+  return table_->spheres.emission_point(light - U8(table_->first(LightKind::sphere)), bulbs, outward);
 }
 
 V8 LightEmission::intensity(U8 light, const EmissionPoint8& from, const V8& direction, M8 lanes) const {

@@ -3,6 +3,7 @@
 
 #include "common/lights/emission_point.h"
 #include "common/lights/light_table.h"
+#include "common/lights/photon_aim.h"
 
 namespace lightmill {
 
@@ -20,6 +21,11 @@ class LightEmission {
 
   /// Of a surface, uniform by area.
   EmissionPoint8 point_on(U8 light, M8 lanes, Pair8 u) const;
+  /// Which of the lanes are spheres that shine outward alone, and where they are.
+  using Bulbs8 = PhotonAim::Bulbs8;
+  Bulbs8 bulbs(U8 light, M8 lanes) const;
+  /// Of those, where their unit normal is this; what it stands for is all of their area.
+  EmissionPoint8 point_on_bulb(U8 light, M8 bulbs, const V8& outward) const;
   /// What leaves the point in unit directions, W/sr: from surfaces the radiance by the area that it stands for.
   V8 intensity(U8 light, const EmissionPoint8& from, const V8& direction, M8 lanes) const;
 

@@ -11,6 +11,8 @@ namespace {
 /// Spheres grow by this part of their radius, of their distance from the origin and of the scene, so that what rounding
 /// puts a hair outside of them is aimed at too.
 constexpr double kMargin = 0x1p-20;
+/// Normals are drawn in no smaller cap than this one's.
+constexpr float kMostCapCosine = 1 - 0x1p-12f;
 
 /// Directions by the cosine on the sides that emit.
 V8 around_surface(const EmissionPoint8& from, Pair8 u) {
@@ -67,6 +69,38 @@ F8 PhotonAim::density(const Cone8& cone, M8 inside, const EmissionPoint8& from, 
   }
   const F8 around = select(from.surface, around_surface_pdf_solid_angle(from, direction), F8(0.25f * kInvPi));
   return select(cone.all, around, within);
+}
+
+/// A target of radius r in the distance d reaches above the horizon of where the normal is at θ to it if
+/// d cosθ > R − r.
+PhotonAim::Cap8 PhotonAim::cap(const Target& target, const Bulbs8& bulbs) {
+  const V8 to_target = broadcast(target.center) - bulbs.center;
+  const F8 distance2 = length_squared(to_target);
+  const F8 inverse = F8(1.0f) / sqrt(distance2);
+  const F8 least_cos = (bulbs.radius - F8(target.radius)) * inverse;
+  // From within a target, and where nothing says in which direction it is: from everywhere.
+  const M8 cut = (least_cos > F8(-1.0f)) & M8(!target.all);
+  const V8 axis = select(distance2 > F8(0.0f), to_target * inverse, broadcast(Vec3(0, 0, 1)));
+  return {axis, F8(1.0f) - select(cut, min(least_cos, F8(kMostCapCosine)), F8(-1.0f))};
+}
+
+V8 PhotonAim::facing(const Bulbs8& bulbs, Choice8& choice, Pair8 u) const {
+  std::array<Cap8, kMostPhotonTargets> caps;
+  Cap8 chosen{};
+  for (std::uint32_t t = 0; t < size(); ++t) {
+    caps[t] = cap(targets_[t], bulbs);
+    const M8 this_one = choice.target == U8(t);
+    chosen = {select(this_one, caps[t].axis, chosen.axis),
+              select(this_one, caps[t].one_minus_cos, chosen.one_minus_cos)};
+  }
+  const V8 normal = Frame8(chosen.axis).to_world(square_to_cone(u, chosen.one_minus_cos));
+  for (std::uint32_t t = 0; t < size(); ++t) {
+    const F8 off_axis = length_squared(normal - caps[t].axis) * F8(0.5f);
+    const M8 faces = (choice.target == U8(t)) | (off_axis <= caps[t].one_minus_cos);
+    const F8 denser = masked(faces, F8(2.0f) / caps[t].one_minus_cos);
+    choice.pmf[t] = select(bulbs.lanes, choice.pmf[t] * denser, choice.pmf[t]);
+  }
+  return normal;
 }
 
 PhotonAim::Direction8 PhotonAim::direction(const EmissionPoint8& from, const Choice8& choice, Pair8 u) const {

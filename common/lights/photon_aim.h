@@ -27,6 +27,17 @@ class PhotonAim {
     std::array<F8, kMostPhotonTargets> pmf;
   };
 
+  /// Spheres that light leaves outward; in the lanes where there is one.
+  struct Bulbs8 {
+    M8 lanes;
+    V8 center;
+    F8 radius;
+  };
+  /// Unit normals of such spheres, uniform where some of the chosen target is above the horizon. Each target's
+  /// probability is multiplied by how much denser they are for it there than over the whole sphere: so
+  /// `direction` gives the density of point and direction times the sphere's area.
+  V8 facing(const Bulbs8& bulbs, Choice8& choice, Pair8 u) const;
+
   struct Direction8 {
     V8 direction;        ///< unit
     F8 pdf_solid_angle;  ///< positive, but 0 where a surface does not emit there
@@ -59,6 +70,12 @@ class PhotonAim {
     M8 all;            ///< it is all around
   };
   Cone8 cone(const Target& target, const V8& p) const;
+  /// The normals that face a target.
+  struct Cap8 {
+    V8 axis;
+    F8 one_minus_cos;
+  };
+  static Cap8 cap(const Target& target, const Bulbs8& bulbs);
   static V8 draw(const Cone8& cone, const EmissionPoint8& from, Pair8 u);
   static F8 density(const Cone8& cone, M8 inside, const EmissionPoint8& from, const V8& direction);
 

@@ -14,11 +14,12 @@ namespace lightmill {
 /// was built from and of the numbers drawn with.
 ///
 /// A light is chosen by an estimate of what it sends to the targets, and one of the targets by the same; then, of a
-/// surface, a point uniform by area, and a direction in the cone that the target fills as seen from there; of light
-/// from infinitely far, a direction, and a place on the target's shadow across it. Densities are those of the mixture
-/// over all targets, so where they overlap nothing counts twice. An infinite target is met in all directions; of light
-/// from infinitely far, in the shadow of the scene's sphere alone: what reaches the view from farther off, by way of
-/// planes without end, is not found.
+/// surface, a point uniform by area, of a sphere that shines outward only where some of the target is above the
+/// horizon, and a direction in the cone that the target fills as seen from there; of light from infinitely far, a
+/// direction, and a place on the target's shadow across it. Densities are those of the mixture over all targets, so
+/// where they overlap nothing counts twice. An infinite target is met in all directions; of light from infinitely far,
+/// in the shadow of the scene's sphere alone: what reaches the view from farther off, by way of planes without end, is
+/// not found.
 class PhotonEmission {
  public:
   /// `lights` must live as long. `scene` is a sphere around all that is bounded, and around the eye. `planes` are all

@@ -124,7 +124,9 @@ PhotonFluxes Estimate::all() {
     const LightBounds b = lights_.facets.bounds(i);
     return b.two_sided || reaches_beyond(Vec3d(lights_.facets.facet(i).corner), b.axis, target);
   });
-  near(LightKind::sphere, lights_.spheres, anywhere);
+  near(LightKind::sphere, lights_.spheres, [&](std::size_t i, const BoundingSphere& target) {
+    return lights_.spheres.can_reach(i, target.center, target.radius);
+  });
   near(LightKind::point, lights_.points, anywhere);
   near(LightKind::spot, lights_.spots, [&](std::size_t i, const BoundingSphere& target) {
     const LightBounds b = lights_.spots.bounds(i);

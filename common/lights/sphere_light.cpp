@@ -90,10 +90,9 @@ LightSample8 SphereLights::sample(const V8& p, U8 index, M8 lanes, Pair8 u) cons
   return {y + off, wi, radiance * (F8(1.0f) / pdf), pdf, valid};
 }
 
-EmissionPoint8 SphereLights::emission_point(U8 index, M8 lanes, Pair8 u) const {
+EmissionPoint8 SphereLights::emission_point(U8 index, M8 lanes, const V8& outward) const {
   const F8 radius = gather(radius_.data(), index, lanes);
   const M8 inward = gather(inward_.data(), index, lanes) == U8(1u);
-  const V8 outward = square_to_sphere(u);
   EmissionPoint8 out;
   out.point = center_.at(index, lanes) + outward * radius;
   out.normal = select(inward, -outward, outward);
@@ -103,6 +102,10 @@ EmissionPoint8 SphereLights::emission_point(U8 index, M8 lanes, Pair8 u) const {
   out.surface = lanes;
   out.two_sided = emission_.two_sided(index, lanes);
   return out;
+}
+
+bool SphereLights::can_reach(std::size_t i, const Vec3d& center, double radius) const {
+  return inward_[i] == 1 || emission_.two_sided(i) || glm::length(center - Vec3d(center_[i])) + radius > radius_[i];
 }
 
 Vec3d SphereLights::irradiance(std::size_t i, const Vec3d& p, const Vec3d& n) const {

@@ -240,6 +240,16 @@ TEST(PhotonEmission, SpheresShineOnDiscsAndOnWhatIsWithinThem) {
   // Both sides give 2π/(n + 2) of their area.
   const LightTable both = table_of([](LightTable& t) { t.spheres.add({{0, 0, 0}, 0.5f, kColor, false, true, 3}); });
   expect_flux(photon_flux(emission_of(both, {kEverything}), 66, anywhere), exactly(2 * 2 * M_PI / 5 * M_PI));
+  // Points are drawn where they are seen from a target; what several of them see counts once.
+  const std::vector<BoundingSphere> targets{{{0, 0, 2}, 1}, {{0.7, 0, 2}, 0.5}, {{0, 3, 0}, 0.1}, {{0.2, 0, 0.3}, 0.4}};
+  int lit = 0;
+  const PhotonEmission several = emission_of(outward, targets);
+  expect_flux(photon_flux(several, 69, disc), exactly(flux * (1 - 1 / std::sqrt(1.25)) / 2));
+  const PhotonEmission afar = emission_of(outward, {{{6, 0, 0}, 0.05}});
+  for_each_photon(afar, 70, [&](const PhotonRay&, const Vec3d& power, std::uint32_t) { lit += power.x > 0 ? 1 : 0; });
+  EXPECT_GT(lit, 0.98 * kDraws);
+  expect_flux(photon_flux(afar, 71, into({{6, 0, 0}, 0.045})), exactly(M_PI * 0.25 * M_PI * 0.045 * 0.045 / 36), 2e-4);
+
   const LightTable inward = table_of([](LightTable& t) { t.spheres.add({{0, 0, 3}, 4, kColor, true, false, 0}); });
   expect_as_sampled(inward, kQuad, 67);
   expect_flux(photon_flux(emission_of(inward, {{{0, 1, 3}, 1.5}}), 68, into({{0, 1, 3}, 1.2})),

@@ -225,6 +225,12 @@ TEST(PhotonEmission, IsEmptyWhereNoLightReachesATarget) {
   EXPECT_FALSE(emission_of(facet({0, 0, 0}, false), {target}).empty());
   EXPECT_FALSE(emission_of(facet({0, 0, 5.9f}, false), {target}).empty());
   EXPECT_TRUE(emission_of(facet({0, 0, 6.1f}, false), {target}).empty());
+  const auto sphere = [](float radius, bool inward) {
+    return table_of([&](LightTable& t) { t.spheres.add({{0, 0, 4.5f}, radius, kColor, inward, false, 0}); });
+  };
+  EXPECT_TRUE(emission_of(sphere(1.6f, false), {target}).empty());
+  EXPECT_FALSE(emission_of(sphere(1.4f, false), {target}).empty());
+  EXPECT_FALSE(emission_of(sphere(1.6f, true), {target}).empty());
   EXPECT_FALSE(emission_of(facet({0, 0, 6.1f}, true), {target}).empty());
   const auto spot = [](const Vec3& direction, float one_minus_cos) {
     return table_of([&](LightTable& t) {
