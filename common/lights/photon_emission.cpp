@@ -40,7 +40,7 @@ void raise_least(std::span<double> fluxes) {
 }  // namespace
 
 PhotonEmission::PhotonEmission(const LightTable& lights, std::span<const BoundingSphere> targets,
-                               std::span<const BoundlessPlane> planes, const BoundingSphere& scene)
+                               std::span<const BoundlessPlane> planes, const BoundingSphere& scene, bool unsampled)
     : sources_(lights),
       planes_(planes.begin(), planes.end()),
       scene_center_(scene.center),
@@ -51,7 +51,7 @@ PhotonEmission::PhotonEmission(const LightTable& lights, std::span<const Boundin
   const std::size_t most = lights.size() < kManyLights ? kMostPhotonTargets : kFewTargets;
   const std::vector<BoundingSphere> groups = group_targets(targets, most);
   aim_ = PhotonAim(groups, scene);
-  const PhotonFluxes fluxes = estimate_fluxes(lights, groups, aim_);
+  const PhotonFluxes fluxes = estimate_fluxes(lights, groups, aim_, unsampled);
   lights_ = fluxes.lights;
   if (!lights_.empty()) {
     build_choice(fluxes);

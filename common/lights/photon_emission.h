@@ -23,9 +23,10 @@ namespace lightmill {
 class PhotonEmission {
  public:
   /// `lights` must live as long. `scene` is a sphere around all that is bounded, and around the eye. `planes` are all
-  /// that there are: light from infinitely far starts beyond them.
+  /// that there are: light from infinitely far starts beyond them. An environment that the table does not sample emits
+  /// where `unsampled` light is wanted.
   PhotonEmission(const LightTable& lights, std::span<const BoundingSphere> targets,
-                 std::span<const BoundlessPlane> planes, const BoundingSphere& scene);
+                 std::span<const BoundlessPlane> planes, const BoundingSphere& scene, bool unsampled = true);
 
   /// Nothing to emit: there is no target, or no light that can reach one.
   bool empty() const { return lights_.empty(); }

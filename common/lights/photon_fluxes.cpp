@@ -49,7 +49,7 @@ class Estimate {
     batches_ = std::clamp<std::size_t>(kAllBatches / pairs, 1, kMostBatches);
   }
 
-  PhotonFluxes all();
+  PhotonFluxes all(bool unsampled);
 
  private:
   void add_near(const Kind& kind);
@@ -115,7 +115,7 @@ void Estimate::add_distant(std::uint32_t light, double irradiance) {
   add(light, fluxes);
 }
 
-PhotonFluxes Estimate::all() {
+PhotonFluxes Estimate::all(bool unsampled) {
   const auto near = [&](LightKind kind, const auto& lights, auto can_reach) {
     add_near({lights_.first(kind), lights.size(), [&](std::size_t i) { return lights.bounds(i).power; }, can_reach});
   };
@@ -140,7 +140,7 @@ PhotonFluxes Estimate::all() {
   for (std::size_t i = 0; i < lights_.directional.size(); ++i) {
     add_distant(emission_.first_distant() + static_cast<std::uint32_t>(i), lights_.directional.power(i, 1) / kPiDouble);
   }
-  if (lights_.environment.exists()) {
+  if (unsampled ? lights_.environment.exists() : lights_.environment.samplable()) {
     add_distant(lights_.first(LightKind::environment), lights_.environment.power(1) / kPiDouble);
   }
   return std::move(out_);
@@ -148,8 +148,9 @@ PhotonFluxes Estimate::all() {
 
 }  // namespace
 
-PhotonFluxes estimate_fluxes(const LightTable& lights, std::span<const BoundingSphere> targets, const PhotonAim& aim) {
-  return Estimate(lights, targets, aim).all();
+PhotonFluxes estimate_fluxes(const LightTable& lights, std::span<const BoundingSphere> targets, const PhotonAim& aim,
+                             bool unsampled) {
+  return Estimate(lights, targets, aim).all(unsampled);
 }
 
 }  // namespace lightmill

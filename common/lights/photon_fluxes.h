@@ -16,7 +16,9 @@ struct PhotonFluxes {
 
 /// Estimates by a few points and directions of each light, the same for all; none is less than a sixteenth of what the
 /// light's power would send there if it shone equally in all directions, save where it provably sends nothing: then it
-/// is 0. Those of lights from infinitely far are exact. `targets` are those of `aim`.
-PhotonFluxes estimate_fluxes(const LightTable& lights, std::span<const BoundingSphere> targets, const PhotonAim& aim);
+/// is 0. Those of lights from infinitely far are exact. `targets` are those of `aim`. An
+/// environment that the table does not sample counts where `unsampled` light is wanted.
+PhotonFluxes estimate_fluxes(const LightTable& lights, std::span<const BoundingSphere> targets, const PhotonAim& aim,
+                             bool unsampled);
 
 }  // namespace lightmill

@@ -65,6 +65,15 @@ TEST(PhotonEmission, AConstantEnvironmentGivesPiTimesTheSurface) {
   }
 }
 
+TEST(PhotonEmission, AnEnvironmentThatIsNotSampledMayBeLeftOut) {
+  const LightTable constant = table_of([](LightTable& t) { t.environment = EnvironmentRadiance(kColor); });
+  EXPECT_TRUE(PhotonEmission(constant, kTargets, {}, kScene, false).empty());
+  const LightTable image = table_of([](LightTable& t) {
+    t.environment = EnvironmentRadiance({1, 1, 1, 2, 2, 2}, 1, 2, kColor, 0);
+  });
+  EXPECT_FALSE(PhotonEmission(image, kTargets, {}, kScene, false).empty());
+}
+
 TEST(PhotonEmission, ImagesGiveAllOfTheirLight) {
   // Dark, dim and very bright places.
   std::vector<float> rgb;
