@@ -54,6 +54,9 @@ Receipt receipt_of(const v1::FilmHeader& header) {
   receipt.renderer_version = settings.renderer_version();
   receipt.fingerprint_class = job.fingerprint_class();
   receipt.method = settings.method();
+  const v1::MethodNotes& notes = job.method_notes();
+  receipt.method_reasons.assign(notes.reasons().begin(), notes.reasons().end());
+  receipt.notices.assign(notes.notices().begin(), notes.notices().end());
   receipt.max_bounces = settings.max_bounces();
   receipt.seed = settings.seed();
   receipt.job = job.id();

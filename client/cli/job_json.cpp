@@ -22,6 +22,10 @@ json null_unless(bool known, const T& value) {
   return known ? json(value) : json(nullptr);
 }
 
+json to_json(const google::protobuf::RepeatedPtrField<std::string>& texts) {
+  return json(std::vector<std::string>(texts.begin(), texts.end()));
+}
+
 }  // namespace
 
 json to_json(const v1::Job& job) {
@@ -36,6 +40,9 @@ json to_json(const v1::Job& job) {
       {"parent", null_unless(job.parent() != 0, job.parent())},
       {"priority", job.priority()},
       {"method", job.method()},
+      {"method_chosen", job.method_notes().chosen()},
+      {"method_reasons", to_json(job.method_notes().reasons())},
+      {"notices", to_json(job.method_notes().notices())},
       {"seed", job.seed()},
       {"width", job.width()},
       {"height", job.height()},

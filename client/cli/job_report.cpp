@@ -37,6 +37,9 @@ ExitCode fetch_and_report(const Console& console, FarmConnection& connection, st
                              range_text(film->picture.receipt.min_samples, film->picture.receipt.max_samples),
                              error.empty() ? "" : ", error " + error, human_seconds(film->job.active_seconds()),
                              outputs.empty() ? "" : fmt::format(" -> {}", fmt::join(outputs, ", "))));
+  for (const std::string& notice : film->job.method_notes().notices()) {
+    console.result("note: " + notice);
+  }
   for (const NamedReading& reading : film->meters) {
     console.result(fmt::format("meter {}: {}", reading.meter.name, reading_text(reading)));
   }

@@ -112,6 +112,21 @@ std::string error_text(const v1::Job& job) {
   return percent >= 9.95 ? fmt::format("±{:.0f}%", percent) : fmt::format("±{:.2g}%", percent);
 }
 
+std::string method_text(const v1::Job& job) {
+  return job.method() + (job.method_notes().notices().empty() ? "" : " !");
+}
+
+std::vector<std::string> method_lines(const v1::Job& job) {
+  std::vector<std::string> lines;
+  if (job.method_notes().chosen()) {
+    lines.push_back(fmt::format("method {}: {}", job.method(), fmt::join(job.method_notes().reasons(), "; ")));
+  }
+  for (const std::string& notice : job.method_notes().notices()) {
+    lines.push_back("note: " + notice);
+  }
+  return lines;
+}
+
 std::string samples_text(const v1::Job& job) {
   if (job.goal().samples() > 0) {
     return fmt::format("{}/{} spp", job.min_tile_samples(), job.goal().samples());
@@ -192,6 +207,12 @@ bool ProgressPrinter::worth_a_line(const v1::Job& job) const {
 void ProgressPrinter::show(const v1::Job& job) {
   if (console_.json()) {
     return;
+  }
+  if (!notes_shown_ && job.id() != 0) {
+    notes_shown_ = true;
+    for (const std::string& line : method_lines(job)) {
+      console_.notice(line);
+    }
   }
   if (console_.terminal()) {
     console_.redraw(progress_line(job, console_.width() - 1, console_.color()));

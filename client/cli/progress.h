@@ -22,6 +22,10 @@ std::string error_text(const v1::Job& job);
 /// "relMSE 0.012/0.01": of a job that asks for an error, the upper end of what is known of it; empty without.
 std::string error_goal_text(const v1::Job& job);
 /// "12/64 spp", or "12 spp" without a sample goal; of the least sampled tile.
+/// Of a list of jobs: with a "!" where the picture lacks some of the scene's light.
+std::string method_text(const v1::Job& job);
+/// For people who wait for the picture: how its method was chosen, and what of the light it lacks.
+std::vector<std::string> method_lines(const v1::Job& job);
 std::string samples_text(const v1::Job& job);
 
 /// "128", or "16 to 128".
@@ -43,6 +47,7 @@ class ProgressPrinter {
 
   const Console& console_;
   const Clock& clock_;
+  bool notes_shown_ = false;
   bool shown_ = false;
   Time last_time_{};
   double last_fraction_ = 0;

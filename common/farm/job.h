@@ -55,6 +55,14 @@ enum class GoalLimit { none, samples, seconds, error };
 
 enum class JobState { queued, running, paused, done, failed, cancelled };
 
+/// How a job came by its method, and what is to be known of it. No part of the render digest.
+struct MethodNotes {
+  bool chosen = false;               ///< for the client who asked for `auto`; else asked for by name
+  std::vector<std::string> reasons;  ///< of the choice
+  std::vector<std::string> notices;  ///< what of the scene's light its picture lacks
+  friend bool operator==(const MethodNotes&, const MethodNotes&) = default;
+};
+
 /// What a client submits. Immutable afterwards but for goal and priority.
 struct JobSpec {
   std::string request_id;  ///< the same id submitted twice is one job
@@ -87,6 +95,7 @@ struct ErrorEstimate {
 struct JobStatus {
   JobId id;
   std::string name, owner, host, method, fingerprint_class;
+  MethodNotes method_notes;
   JobId parent;
   JobState state = JobState::queued;
   std::string reason;                   ///< why it failed, which limit ended it, or what it waits for

@@ -92,10 +92,11 @@ Status check_layers(const std::vector<LayerSpec>& layers) {
 Status check_method_layers(std::string_view method, const std::vector<LayerSpec>& layers) {
   constexpr std::array<std::string_view, 6> kPathLayers{"direct", "indirect", "albedo", "normal", "depth", "id"};
   constexpr std::array<std::string_view, 4> kSurfaceLayers{"albedo", "normal", "depth", "id"};
-  const std::span<const std::string_view> known = method == "path" ? std::span<const std::string_view>(kPathLayers)
-                                                                   : std::span<const std::string_view>(kSurfaceLayers);
+  const bool all = method == "path" || method == "auto";
+  const std::span<const std::string_view> known =
+      all ? std::span<const std::string_view>(kPathLayers) : std::span<const std::string_view>(kSurfaceLayers);
   for (const LayerSpec& layer : layers) {
-    const bool light = method == "path" && !light_group_of(layer.name).empty();
+    const bool light = all && !light_group_of(layer.name).empty();
     if (layer.name != "beauty" && !light && std::ranges::find(known, layer.name) == known.end()) {
       return invalid_argument("method {} has no layer \"{}\"; it has {}", printable(method), layer.name,
                               fmt::join(known, ", "));
@@ -116,7 +117,7 @@ Status check_light_groups(const std::vector<LayerSpec>& layers, std::span<const 
 }
 
 bool method_reads_meters(std::string_view method) {
-  return method == "path";
+  return method == "path" || method == "auto";
 }
 
 NodeLayout::NodeLayout(const std::vector<LayerSpec>& layers) : summed(0) {

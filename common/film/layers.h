@@ -57,8 +57,8 @@ Result<std::vector<LayerSpec>> film_layers(std::span<const std::string> names);
 /// INVALID_ARGUMENT unless film_layers gives this list.
 Status check_layers(const std::vector<LayerSpec>& layers);
 
-/// INVALID_ARGUMENT if there is a layer that this method does not fill: `path` fills all, the others those that
-/// show surfaces.
+/// INVALID_ARGUMENT if there is a layer that this method does not fill: `path`, and what `auto` picks, fill all,
+/// the others those that show surfaces.
 Status check_method_layers(std::string_view method, const std::vector<LayerSpec>& layers);
 
 /// INVALID_ARGUMENT if a light group's layer names none of `groups`.

@@ -24,14 +24,17 @@ double number_or(const Image& image, const std::string& name, double otherwise) 
   return value == nullptr ? otherwise : *value;
 }
 
-std::vector<std::string> split_words(const std::string& text) {
+std::vector<std::string> split_at(char separator, const std::string& text) {
   std::vector<std::string> words;
   for (std::size_t at = 0; at < text.size();) {
-    const std::size_t end = std::min(text.find(' ', at), text.size());
+    const std::size_t end = std::min(text.find(separator, at), text.size());
     words.push_back(text.substr(at, end - at));
     at = end + 1;
   }
   return words;
+}
+std::vector<std::string> split_words(const std::string& text) {
+  return split_at(' ', text);
 }
 
 std::map<std::string, ImageAttribute> receipt_attributes(const Receipt& receipt) {
@@ -55,6 +58,12 @@ std::map<std::string, ImageAttribute> receipt_attributes(const Receipt& receipt)
       {"lightmill.workerSeconds", receipt.worker_seconds},
       {"lightmill.seconds", receipt.seconds},
   };
+  if (!receipt.method_reasons.empty()) {
+    out["lightmill.methodReasons"] = fmt::format("{}", fmt::join(receipt.method_reasons, "\n"));
+  }
+  if (!receipt.notices.empty()) {
+    out["lightmill.notices"] = fmt::format("{}", fmt::join(receipt.notices, "\n"));
+  }
   if (receipt.max_bounces > 0) {
     out["lightmill.maxBounces"] = std::to_string(receipt.max_bounces);
   }
@@ -87,6 +96,8 @@ Receipt read_receipt(const Image& image) {
   receipt.renderer_version = image.text("lightmill.rendererVersion");
   receipt.fingerprint_class = image.text("lightmill.fingerprintClass");
   receipt.method = image.text("lightmill.method");
+  receipt.method_reasons = split_at('\n', image.text("lightmill.methodReasons"));
+  receipt.notices = split_at('\n', image.text("lightmill.notices"));
   receipt.max_bounces = static_cast<std::uint32_t>(parse_count(image.text("lightmill.maxBounces")));
   receipt.seed = parse_count(image.text("lightmill.seed"));
   receipt.job = parse_count(image.text("lightmill.job"));

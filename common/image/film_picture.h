@@ -24,7 +24,8 @@ struct Receipt {
   std::string film_hash;  ///< of the stored halves and counts: see common/film/film_hash.h
   std::string renderer_version, fingerprint_class;
   std::string method;
-  std::uint32_t max_bounces = 0;  ///< 0: the method's own limit, and no attribute
+  std::vector<std::string> method_reasons, notices;  ///< why it was chosen, if it was; what of the light is missing
+  std::uint32_t max_bounces = 0;                     ///< 0: the method's own limit, and no attribute
   std::uint64_t seed = 0;
   std::uint64_t job = 0;
   std::string name, owner, host;

@@ -31,6 +31,9 @@ Result<std::unique_ptr<Method>> make_method(std::shared_ptr<const CompiledScene>
   if (spec.name == "whitted") {
     return make_whitted_method(std::move(scene), settings, spec);
   }
+  if (spec.name == kAutoMethod) {
+    return invalid_argument("auto stands for a method that is to be chosen before");
+  }
   LM_CHECK(false, "a method that is listed can be made: {}", spec.name);
 }
 

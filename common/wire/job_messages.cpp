@@ -245,12 +245,44 @@ Result<JobSpec> from_wire(const v1::JobSpec& spec) {
   return out;
 }
 
+namespace {
+
+void to_wire(const MethodNotes& notes, v1::MethodNotes* out) {
+  out->set_chosen(notes.chosen);
+  out->mutable_reasons()->Assign(notes.reasons.begin(), notes.reasons.end());
+  out->mutable_notices()->Assign(notes.notices.begin(), notes.notices.end());
+}
+
+Result<std::vector<std::string>> texts_from_wire(std::string_view field,
+                                                 const google::protobuf::RepeatedPtrField<std::string>& texts) {
+  if (static_cast<std::size_t>(texts.size()) > kMaxMethodNotes) {
+    return invalid_argument("{}: {} are more than the limit of {}", field, texts.size(), kMaxMethodNotes);
+  }
+  for (const std::string& text : texts) {
+    LM_RETURN_IF_ERROR(check_length(field, text, kMaxReasonBytes));
+  }
+  return std::vector<std::string>(texts.begin(), texts.end());
+}
+
+Result<MethodNotes> from_wire(const v1::MethodNotes& notes) {
+  MethodNotes out;
+  out.chosen = notes.chosen();
+  LM_ASSIGN_OR_RETURN(out.reasons, texts_from_wire("method_notes.reasons", notes.reasons()));
+  LM_ASSIGN_OR_RETURN(out.notices, texts_from_wire("method_notes.notices", notes.notices()));
+  return out;
+}
+
+}  // namespace
+
 void to_wire(const JobStatus& status, v1::Job* out) {
   out->set_id(status.id.value);
   out->set_name(status.name);
   out->set_owner(status.owner);
   out->set_host(status.host);
   out->set_method(status.method);
+  if (status.method_notes != MethodNotes{}) {
+    to_wire(status.method_notes, out->mutable_method_notes());
+  }
   out->set_fingerprint_class(status.fingerprint_class);
   out->set_parent(status.parent.value);
   out->set_state(to_wire_state(status.state));
@@ -294,6 +326,7 @@ Result<JobStatus> from_wire(const v1::Job& job) {
   out.owner = job.owner();
   out.host = job.host();
   out.method = job.method();
+  LM_ASSIGN_OR_RETURN(out.method_notes, from_wire(job.method_notes()));
   out.fingerprint_class = job.fingerprint_class();
   out.parent = JobId{job.parent()};
   LM_ASSIGN_OR_RETURN(out.state, from_wire_state(job.state()));

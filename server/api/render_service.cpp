@@ -5,6 +5,7 @@
 #include "common/wire/bytes.h"
 #include "common/wire/farm_messages.h"
 #include "server/api/grpc_status.h"
+#include "server/api/method_choice.h"
 
 namespace lightmill {
 namespace {
@@ -121,13 +122,14 @@ RenderServiceImpl::Unary* RenderServiceImpl::SubmitJob(Context* context, const v
       }
     }
   }
-  if (!status.ok()) {
+  Result<MethodNotes> notes = status.ok() ? settle_method(spec->settings) : status;
+  if (!notes.ok()) {
     Unary* reactor = context->DefaultReactor();
-    reactor->Finish(to_grpc(status));
+    reactor->Finish(to_grpc(notes.status()));
     return reactor;
   }
-  return change_job(context, reply, [spec = std::move(*spec)](FarmLoop::Turn& turn) {
-    return turn.farm.submit(spec, turn.now, turn.unix_ms, turn.step);
+  return change_job(context, reply, [spec = std::move(*spec), notes = std::move(*notes)](FarmLoop::Turn& turn) {
+    return turn.farm.submit(spec, turn.now, turn.unix_ms, turn.step, notes);
   });
 }
 

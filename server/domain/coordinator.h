@@ -58,7 +58,8 @@ class Coordinator {
   Coordinator& operator=(const Coordinator&) = delete;
 
   // ---- what clients ask; errors have the codes that render_service.proto states ----
-  Result<JobId> submit(const JobSpec& spec, Time now, std::int64_t unix_ms, Step& step);
+  /// The method of `spec` is fixed; `notes` say how it was found.
+  Result<JobId> submit(const JobSpec& spec, Time now, std::int64_t unix_ms, Step& step, const MethodNotes& notes = {});
   Status cancel(JobId job, Time now, std::int64_t unix_ms, Step& step);
   Status pause(JobId job, Time now, Step& step);
   Status resume(JobId job, Time now, Step& step);

@@ -17,6 +17,7 @@ namespace lightmill {
 struct JobRecord {
   JobId id;
   JobSpec spec;  ///< with the current goal and priority
+  MethodNotes method_notes;
   JobState state = JobState::queued;
   std::string reason;
   GoalLimit reached = GoalLimit::none;  ///< of a done job

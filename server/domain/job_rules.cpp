@@ -62,6 +62,10 @@ Status check_spec(const JobSpec& spec) {
   if (!method.ok()) {
     return with_context(method.status(), "settings.method");
   }
+  if (method->name == kAutoMethod) {
+    return invalid_argument("settings.method: the method is to be chosen before the job is queued, got {}",
+                            settings.method);
+  }
   if (const Status status = check_max_bounces(method->name, settings.max_bounces); !status.ok()) {
     return with_context(status, "settings.max_bounces");
   }

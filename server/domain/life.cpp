@@ -241,7 +241,8 @@ Coordinator::Coordinator(const CoordinatorLimits& limits, StoredState state, Tim
     : state_(std::make_unique<State>(limits, std::move(state), now)) {}
 Coordinator::~Coordinator() = default;
 
-Result<JobId> Coordinator::submit(const JobSpec& spec, Time now, std::int64_t unix_ms, Step& step) {
+Result<JobId> Coordinator::submit(const JobSpec& spec, Time now, std::int64_t unix_ms, Step& step,
+                                  const MethodNotes& notes) {
   state_->saw_clock(now, unix_ms);
   if (spec.request_id.empty()) {
     return invalid_argument("request_id must not be empty");
@@ -257,6 +258,7 @@ Result<JobId> Coordinator::submit(const JobSpec& spec, Time now, std::int64_t un
   JobRecord record;
   record.id = JobId{state_->next_job_id++};
   record.spec = spec;
+  record.method_notes = notes;
   record.submitted_unix_ms = unix_ms;
   const JobId id = record.id;
   auto made = std::make_unique<Job>(std::move(record), state_->limits.film_bytes_per_job, now);

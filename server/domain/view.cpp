@@ -84,6 +84,7 @@ JobStatus Coordinator::State::describe(const Job& job, Time now) const {
   status.owner = spec.owner;
   status.host = spec.host;
   status.method = spec.settings.method;
+  status.method_notes = record.method_notes;
   status.fingerprint_class = record.fingerprint_class;
   status.parent = spec.parent;
   status.state = record.state;

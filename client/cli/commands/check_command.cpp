@@ -2,6 +2,7 @@
 #include <nlohmann/json.hpp>
 
 #include "client/cli/context.h"
+#include "client/cli/plan_report.h"
 #include "client/cli/scene_options.h"
 #include "client/cli/table.h"
 #include "client/cli/units.h"
@@ -108,34 +109,36 @@ json meters_json(const std::vector<Meter>& meters) {
   return list;
 }
 
-json to_json(const LoadedScene& loaded, const Facts& facts) {
+json to_json(const LoadedScene& loaded, const Facts& facts, const SceneFacts& plan) {
   const Scene& scene = loaded.scene;
-  return {{"name", scene.name},
-          {"width", scene.film.width},
-          {"height", scene.film.height},
-          {"materials", counts_json("count", scene.materials.size(), facts.materials)},
-          {"objects", scene.objects.size()},
-          {"triangles", facts.triangles},
-          {"spheres", facts.spheres},
-          {"planes", facts.planes},
-          {"lights", counts_json("emissive_objects", facts.emissive_objects, facts.lights)},
-          {"light_groups", light_groups_of(scene)},
-          {"textures", scene.textures.size()},
-          {"meters", meters_json(scene.meters)},
-          {"assets", {{"count", loaded.assets.size()}, {"bytes", facts.asset_bytes}}},
-          {"camera",
-           {{"eye", scene.camera.eye},
-            {"look_at", scene.camera.look_at},
-            {"up", scene.camera.up},
-            {"vertical_fov_degrees", scene.camera.vertical_fov_degrees}}},
-          {"notices", loaded.notices}};
+  json out{{"name", scene.name},
+           {"width", scene.film.width},
+           {"height", scene.film.height},
+           {"materials", counts_json("count", scene.materials.size(), facts.materials)},
+           {"objects", scene.objects.size()},
+           {"triangles", facts.triangles},
+           {"spheres", facts.spheres},
+           {"planes", facts.planes},
+           {"lights", counts_json("emissive_objects", facts.emissive_objects, facts.lights)},
+           {"light_groups", light_groups_of(scene)},
+           {"textures", scene.textures.size()},
+           {"meters", meters_json(scene.meters)},
+           {"assets", {{"count", loaded.assets.size()}, {"bytes", facts.asset_bytes}}},
+           {"camera",
+            {{"eye", scene.camera.eye},
+             {"look_at", scene.camera.look_at},
+             {"up", scene.camera.up},
+             {"vertical_fov_degrees", scene.camera.vertical_fov_degrees}}},
+           {"notices", loaded.notices}};
+  out.update(plan_json(plan));
+  return out;
 }
 
 std::string point_text(const Point3d& point) {
   return fmt::format("({:g}, {:g}, {:g})", point[0], point[1], point[2]);
 }
 
-void print(const Console& console, const LoadedScene& loaded, const Facts& facts) {
+void print(const Console& console, const LoadedScene& loaded, const Facts& facts, const SceneFacts& plan) {
   const Scene& scene = loaded.scene;
   std::vector<std::vector<std::string>> rows{
       {"scene", scene.name},
@@ -159,6 +162,7 @@ void print(const Console& console, const LoadedScene& loaded, const Facts& facts
   }
   rows.push_back({"assets", fmt::format("{}, {}", loaded.assets.size(), human_bytes(facts.asset_bytes))});
   print_table(console, rows);
+  print_table(console, plan_rows(plan));
   for (const std::string& notice : loaded.notices) {
     console.result("note: " + notice);
   }
@@ -174,14 +178,16 @@ ExitCode check(const Console& console, const CheckOptions& options, Signals& sig
     return console.fail(as_input_error(facts.status()));
   }
   std::ranges::copy(picture_notices(*loaded, true), std::back_inserter(loaded->notices));
+  const SceneFacts plan = read_facts(loaded->scene);
+  std::ranges::move(plan_notices(plan), std::back_inserter(loaded->notices));
   if (!options.save_camera.empty()) {
     const std::string text = write_camera_json(loaded->scene.camera);
     if (const Status status = write_file_atomically(options.save_camera, as_byte_view(text)); !status.ok()) {
       return console.fail(status);
     }
   }
-  console.object(to_json(*loaded, *facts));
-  print(console, *loaded, *facts);
+  console.object(to_json(*loaded, *facts, plan));
+  print(console, *loaded, *facts, plan);
   return kDone;
 }
 
@@ -189,8 +195,9 @@ ExitCode check(const Console& console, const CheckOptions& options, Signals& sig
 
 void add_check_command(CLI::App& app, Context& context) {
   const auto options = std::make_shared<CheckOptions>();
-  CLI::App* command =
-      app.add_subcommand("check", "Read a scene, say what is in it or what is wrong with it. Needs no farm.");
+  CLI::App* command = app.add_subcommand("check",
+                                         "Read a scene, say what is in it or what is wrong with it, and which methods "
+                                         "find all of its light. Needs no farm.");
   add_scene_options(*command, options->scene);
   command->add_option("--save-camera", options->save_camera, "write the scene's camera to a file for --camera")
       ->type_name("FILE");

@@ -33,7 +33,7 @@ std::vector<std::string> table_row(const v1::Job& job) {
           error_text(job).empty() ? "-" : error_text(job),
           running && job.eta_seconds() >= 0 ? human_seconds(job.eta_seconds()) : "-",
           fmt::format("{}x{}", job.width(), job.height()),
-          job.method(),
+          method_text(job),
           job.owner(),
           human_date(job.submitted_unix_ms()),
           job.name()};

@@ -105,6 +105,9 @@ ExitCode submit(Context& context, const Console& console, const RenderOptions& o
   return with_farm(console, context.common.server, [&](FarmConnection& connection) -> Status {
     LM_ASSIGN_OR_RETURN(const v1::Job job, submit_job(connection, *prepared, console));
     console.object(to_json(job));
+    for (const std::string& line : method_lines(job)) {
+      console.notice(line);
+    }
     console.result(std::to_string(job.id()));
     return ok_status();
   });

@@ -45,7 +45,8 @@ std::vector<std::vector<std::string>> describe(const FetchedFilm& film) {
        fmt::format(
            "{}x{}{}", job.width(), job.height(),
            cropped ? fmt::format(", of it {}x{} at {},{}", crop.width(), crop.height(), crop.x(), crop.y()) : "")},
-      {"method", fmt::format("{}, seed {}", job.method(), job.seed())},
+      {"method",
+       fmt::format("{}{}, seed {}", job.method(), job.method_notes().chosen() ? " (chosen by auto)" : "", job.seed())},
       {"goal", goal_text(job.goal())},
       {"priority", std::to_string(job.priority())},
       {"samples", fmt::format("{} per pixel, {} in all", range_text(job.min_tile_samples(), job.max_tile_samples()),
@@ -62,6 +63,12 @@ std::vector<std::vector<std::string>> describe(const FetchedFilm& film) {
   }
   if (!film.picture.layers.empty()) {
     rows.push_back({"layers", fmt::format("{}", fmt::join(layer_names(film.picture), ", "))});
+  }
+  for (const std::string& reason : job.method_notes().reasons()) {
+    rows.push_back({"chosen", reason});
+  }
+  for (const std::string& notice : job.method_notes().notices()) {
+    rows.push_back({"missing light", notice});
   }
   for (const NamedReading& reading : film.meters) {
     rows.push_back({"meter " + reading.meter.name, reading_text(reading)});

@@ -14,6 +14,7 @@ struct Entry {
   bool bounces;                 ///< follows light from surface to surface
 };
 constexpr std::array kMethods{
+    Entry{kAutoMethod, "brute-force", "what finds all of the scene's light at the least cost", true, true},
     Entry{"path", "brute-force", "all light", true, true},
     Entry{"preview", "brute-force", "flat colours", false, false},
     Entry{"ao", "distance=D, brute-force", "how open the surroundings are", false, false},
@@ -72,14 +73,17 @@ Status set_parameter(const Entry& entry, std::string_view text, MethodSpec& spec
 
 }  // namespace
 
-std::string_view method_list() {
-  static const std::string list = [] {
-    std::string names;
-    for (const Entry& entry : kMethods) {
-      names += (names.empty() ? "" : ", ") + std::string(entry.name);
-    }
-    return names;
+const std::vector<std::string_view>& method_names() {
+  static const std::vector<std::string_view> names = [] {
+    std::vector<std::string_view> all;
+    std::ranges::transform(kMethods, std::back_inserter(all), &Entry::name);
+    return all;
   }();
+  return names;
+}
+
+std::string_view method_list() {
+  static const std::string list = fmt::format("{}", fmt::join(method_names(), ", "));
   return list;
 }
 

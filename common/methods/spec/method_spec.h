@@ -5,6 +5,7 @@
 #include <optional>
 #include <string>
 #include <string_view>
+#include <vector>
 
 #include "common/base/status.h"
 
@@ -22,7 +23,12 @@ struct MethodSpec {
   std::optional<double> glass;
 };
 
-/// The methods that there are.
+/// Stands for the method that a job's scene calls for (common/planner), which is fixed before anything is rendered.
+inline constexpr std::string_view kAutoMethod = "auto";
+
+/// The methods that there are, `auto` among them.
+const std::vector<std::string_view>& method_names();
+/// The same in words.
 std::string_view method_list();
 /// What each shows, and the parameters that it alone takes: "path: all light; …".
 std::string_view method_help();

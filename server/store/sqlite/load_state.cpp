@@ -57,6 +57,7 @@ Status load_settings(Database& database, StoredState& state) {
   for (StoredState::StoredJob& job : state.jobs) {
     const std::uint64_t id = job.record.id.value;
     RenderSettings& settings = job.record.spec.settings;
+    MethodNotes& notes = job.record.method_notes;
     settings_row.bind_all(id);
     LM_ASSIGN_OR_RETURN(const bool found, settings_row.step());
     if (!found) {
@@ -73,6 +74,9 @@ Status load_settings(Database& database, StoredState& state) {
     settings.max_bounces = static_cast<std::uint32_t>(settings_row.natural(column++));
     settings.renderer_version = settings_row.text(column++);
     settings.meters = static_cast<std::uint32_t>(settings_row.natural(column++));
+    notes.chosen = settings_row.integer(column++) != 0;
+    notes.reasons = lines_in(settings_row.view(column++));
+    notes.notices = lines_in(settings_row.view(column++));
     settings_row.reset();
 
     assets.bind_all(id);

@@ -79,6 +79,26 @@ Result<LayerKind> layer_kind_named(std::string_view name, std::uint64_t job) {
   return data_loss("job {} has a layer of unknown kind '{}' in the store", job, name);
 }
 
+std::string lines_of(std::span<const std::string> texts) {
+  std::string lines;
+  for (const std::string& text : texts) {
+    lines += text;
+    std::replace(lines.end() - static_cast<std::ptrdiff_t>(text.size()), lines.end(), '\n', ' ');
+    lines += '\n';
+  }
+  return lines;
+}
+
+std::vector<std::string> lines_in(std::string_view text) {
+  std::vector<std::string> lines;
+  for (std::size_t at = 0; at < text.size();) {
+    const std::size_t end = std::min(text.find('\n', at), text.size());
+    lines.emplace_back(text.substr(at, end - at));
+    at = end + 1;
+  }
+  return lines;
+}
+
 std::array<std::uint8_t, 16> bytes_of(const Hash128& hash) {
   std::array<std::uint8_t, 16> bytes;
   for (int i = 0; i < 8; ++i) {

@@ -4,7 +4,9 @@
 #include <array>
 #include <bit>
 #include <span>
+#include <string>
 #include <string_view>
+#include <vector>
 
 #include "common/base/digest.h"
 #include "common/base/status.h"
@@ -25,6 +27,10 @@ Result<JobState> state_named(std::string_view name);
 Result<GoalLimit> limit_named(std::string_view name);
 /// Of the layers of a job; DATA_LOSS if no kind has this name.
 Result<LayerKind> layer_kind_named(std::string_view name, std::uint64_t job);
+
+/// Texts, one a line; line feeds within them become spaces.
+std::string lines_of(std::span<const std::string> texts);
+std::vector<std::string> lines_in(std::string_view text);
 
 /// High word first, each with its highest byte first.
 std::array<std::uint8_t, 16> bytes_of(const Hash128& hash);

@@ -1,5 +1,7 @@
-// The tables of the store's file, format 3.
+// The tables of the store's file, format 4.
 #pragma once
+
+#include <array>
 
 namespace lightmill::sqlite {
 
@@ -13,7 +15,7 @@ CREATE TABLE meta (
   key TEXT PRIMARY KEY,
   value INTEGER NOT NULL
 ) WITHOUT ROWID;
-INSERT INTO meta VALUES ('format', 3), ('epoch', 0);
+INSERT INTO meta VALUES ('format', 4), ('epoch', 0);
 
 CREATE TABLE jobs (
   id INTEGER PRIMARY KEY AUTOINCREMENT,
@@ -54,7 +56,10 @@ CREATE TABLE job_settings (
   method TEXT NOT NULL,
   max_bounces INTEGER NOT NULL,
   renderer_version TEXT NOT NULL,
-  meters INTEGER NOT NULL DEFAULT 0
+  meters INTEGER NOT NULL DEFAULT 0,
+  method_chosen INTEGER NOT NULL DEFAULT 0,
+  method_reasons TEXT NOT NULL DEFAULT '',
+  method_notices TEXT NOT NULL DEFAULT ''
 );
 
 CREATE TABLE job_assets (
@@ -107,7 +112,16 @@ ALTER TABLE job_settings ADD COLUMN meters INTEGER NOT NULL DEFAULT 0;
 inline constexpr const char* kFromFormat2 = R"sql(
 ALTER TABLE jobs ADD COLUMN goal_error REAL NOT NULL DEFAULT 0;
 ALTER TABLE jobs ADD COLUMN reached TEXT NOT NULL DEFAULT '';
-UPDATE meta SET value = 3 WHERE key = 'format';
 )sql";
+
+/// From format 3, which knew nothing of how a job came by its method. Texts stand one a line.
+inline constexpr const char* kFromFormat3 = R"sql(
+ALTER TABLE job_settings ADD COLUMN method_chosen INTEGER NOT NULL DEFAULT 0;
+ALTER TABLE job_settings ADD COLUMN method_reasons TEXT NOT NULL DEFAULT '';
+ALTER TABLE job_settings ADD COLUMN method_notices TEXT NOT NULL DEFAULT '';
+)sql";
+
+/// By the format that they lead away from, less one.
+inline constexpr std::array kSteps{kFromFormat1, kFromFormat2, kFromFormat3};
 
 }  // namespace lightmill::sqlite

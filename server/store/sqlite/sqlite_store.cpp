@@ -107,10 +107,12 @@ Status SqliteStore::apply(const PutJob& op) {
 /// Settings never change, so only the first write of a job stores them.
 Status SqliteStore::put_settings(const JobRecord& record) {
   const RenderSettings& settings = record.spec.settings;
+  const MethodNotes& notes = record.method_notes;
+  const std::string reasons = sqlite::lines_of(notes.reasons), notices = sqlite::lines_of(notes.notices);
   statements_.put_settings.bind_all(record.id.value, as_byte_view(settings.scene), settings.width, settings.height,
                                     settings.crop.x, settings.crop.y, settings.crop.width, settings.crop.height,
                                     settings.seed, settings.method, settings.max_bounces, settings.renderer_version,
-                                    settings.meters);
+                                    settings.meters, int{notes.chosen}, reasons, notices);
   LM_RETURN_IF_ERROR(statements_.put_settings.run());
   if (database_.changes() == 0) {
     return ok_status();
@@ -203,12 +205,16 @@ Status prepare_file(Database& database, const std::filesystem::path& file, bool 
     return failed_precondition("{} has the unknown format {}", file.string(), version);
   }
   if (version < kSqliteFormatVersion) {
-    return database.execute(fmt::format("BEGIN IMMEDIATE; {} {} PRAGMA user_version = {}; COMMIT;",
-                                        version == 1 ? sqlite::kFromFormat1 : "", sqlite::kFromFormat2,
-                                        kSqliteFormatVersion));
+    const std::span steps = std::span(sqlite::kSteps).subspan(static_cast<std::size_t>(version) - 1);
+    return database.execute(
+        fmt::format("BEGIN IMMEDIATE; {} UPDATE meta SET value = {} WHERE key = 'format'; PRAGMA user_version = {}; "
+                    "COMMIT;",
+                    fmt::join(steps, " "), kSqliteFormatVersion, kSqliteFormatVersion));
   }
   return ok_status();
 }
+
+static_assert(sqlite::kSteps.size() + 1 == kSqliteFormatVersion);
 
 Result<Statements> prepare_statements(Database& database) {
   Statements all;
@@ -219,7 +225,8 @@ Result<Statements> prepare_statements(Database& database) {
   LM_ASSIGN_OR_RETURN(all.put_progress, database.prepare(kPutProgress));
   LM_ASSIGN_OR_RETURN(
       all.put_settings,
-      database.prepare("INSERT OR IGNORE INTO job_settings VALUES (?1,?2,?3,?4,?5,?6,?7,?8,?9,?10,?11,?12,?13)"));
+      database.prepare("INSERT OR IGNORE INTO job_settings VALUES (?1,?2,?3,?4,?5,?6,?7,?8,?9,?10,?11,?12,?13,?14,"
+                       "?15,?16)"));
   LM_ASSIGN_OR_RETURN(all.put_asset, database.prepare("INSERT INTO job_assets VALUES (?1,?2,?3)"));
   LM_ASSIGN_OR_RETURN(all.put_layer, database.prepare("INSERT INTO job_layers VALUES (?1,?2,?3,?4,?5)"));
   LM_ASSIGN_OR_RETURN(all.delete_job, database.prepare("DELETE FROM jobs WHERE id = ?1"));

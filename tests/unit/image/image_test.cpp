@@ -35,6 +35,8 @@ FilmPicture example_picture() {
   picture.receipt.rel_mse_half_width = 0.025;
   picture.receipt.ended = "reached error 0.098 ± 0.025 at 5 samples per pixel";
   picture.receipt.seconds = 1.5;
+  picture.receipt.method_reasons = {"it finds all"};
+  picture.receipt.notices = {"path: light is missing", "and more"};
   picture.receipt.owner = "ada";
   return picture;
 }
@@ -209,6 +211,8 @@ TEST(FilmPicture, ComesBackFromItsFile) {
   EXPECT_EQ(back->receipt.seed, picture.receipt.seed);
   EXPECT_EQ(back->receipt.film_hash, "00ff");
   EXPECT_EQ(back->receipt.ended, picture.receipt.ended);
+  EXPECT_EQ(back->receipt.method_reasons, picture.receipt.method_reasons);
+  EXPECT_EQ(back->receipt.notices, picture.receipt.notices);
   EXPECT_EQ(back->receipt.asset_digests, picture.receipt.asset_digests);
   EXPECT_EQ(back->receipt.rel_mse, 0.1);
   EXPECT_EQ(back->receipt.owner, "ada");

@@ -23,6 +23,18 @@ class SqliteStoreTest : public ::testing::Test {
   StoreFactory factory() {
     return [this] { return open(); };
   }
+  /// Makes the file one of an earlier format.
+  void go_back_to(int format) {
+    sql("ALTER TABLE job_settings DROP COLUMN method_chosen; ALTER TABLE job_settings DROP COLUMN method_reasons;"
+        "ALTER TABLE job_settings DROP COLUMN method_notices");
+    if (format < 3) {
+      sql("ALTER TABLE jobs DROP COLUMN goal_error; ALTER TABLE jobs DROP COLUMN reached");
+    }
+    if (format < 2) {
+      sql("ALTER TABLE job_settings DROP COLUMN meters");
+    }
+    sql(fmt::format("PRAGMA user_version = {}", format));
+  }
   void sql(const std::string& text) {
     sqlite3* handle = nullptr;
     ASSERT_EQ(sqlite3_open(file_.c_str(), &handle), SQLITE_OK);
@@ -94,9 +106,7 @@ TEST_F(SqliteStoreTest, ANewerFormatIsRefusedWithWhatToDo) {
 
 TEST_F(SqliteStoreTest, AFileOfFormat1IsBroughtUpToDate) {
   ASSERT_TRUE(open()->commit(std::vector<StoreOp>{PutJob{test::full_record(1)}}).ok());
-  sql("ALTER TABLE job_settings DROP COLUMN meters");
-  sql("ALTER TABLE jobs DROP COLUMN goal_error; ALTER TABLE jobs DROP COLUMN reached");
-  sql("PRAGMA user_version = 1");
+  go_back_to(1);
   const Result<StoredState> state = open()->load();
   ASSERT_TRUE(state.ok()) << state.status();
   EXPECT_EQ(state->jobs.at(0).record.spec.settings.meters, 0u);
@@ -107,14 +117,24 @@ TEST_F(SqliteStoreTest, AFileOfFormat1IsBroughtUpToDate) {
 
 TEST_F(SqliteStoreTest, AFileOfFormat2IsBroughtUpToDate) {
   ASSERT_TRUE(open()->commit(std::vector<StoreOp>{PutJob{test::full_record(1)}}).ok());
-  sql("ALTER TABLE jobs DROP COLUMN goal_error; ALTER TABLE jobs DROP COLUMN reached");
-  sql("PRAGMA user_version = 2");
+  go_back_to(2);
   const Result<StoredState> state = open()->load();
   ASSERT_TRUE(state.ok()) << state.status();
   EXPECT_EQ(state->jobs.at(0).record.spec.goal, (Goal{300, 12.5, 0}));
   EXPECT_EQ(state->jobs[0].record.reached, GoalLimit::none);
   EXPECT_TRUE(open()->commit(std::vector<StoreOp>{PutJob{test::full_record(2)}}).ok());
   EXPECT_EQ(open()->load()->jobs.at(1).record.spec.goal, test::full_record(2).spec.goal);
+}
+
+TEST_F(SqliteStoreTest, AFileOfFormat3IsBroughtUpToDate) {
+  ASSERT_TRUE(open()->commit(std::vector<StoreOp>{PutJob{test::full_record(1)}}).ok());
+  go_back_to(3);
+  const Result<StoredState> state = open()->load();
+  ASSERT_TRUE(state.ok()) << state.status();
+  EXPECT_EQ(state->jobs.at(0).record.method_notes, MethodNotes{});
+  EXPECT_EQ(state->jobs[0].record.spec.goal, test::full_record(1).spec.goal);
+  EXPECT_TRUE(open()->commit(std::vector<StoreOp>{PutJob{test::full_record(2)}}).ok());
+  EXPECT_EQ(open()->load()->jobs.at(1).record.method_notes, test::full_record(2).method_notes);
 }
 
 TEST_F(SqliteStoreTest, AFileThatIsNoStoreIsRefused) {

@@ -46,6 +46,7 @@ JobRecord full_record(std::uint64_t id) {
   settings.method = "preview";
   settings.max_bounces = 0xffffffffu;
   settings.renderer_version = "core-x";
+  record.method_notes = {true, {"it is the only one", "and fast"}, {"path: the lamp's caustics are missing"}};
   record.state = JobState::paused;
   record.reason = "because";
   record.reached = GoalLimit::error;
@@ -75,12 +76,13 @@ std::string describe(const StoredState& state) {
     std::string text = fmt::format(
         "{} {} {} {} {} parent {} priority {} goal {} {} {} reached {} state {} {} class {} seconds {} {} counters {} "
         "{} {} {} {} at "
-        "{} {} ",
+        "{} {} method {} {} {} ",
         r.id.value, r.spec.request_id, r.spec.name, r.spec.owner, r.spec.host, r.spec.parent.value, r.spec.priority,
         r.spec.goal.samples, r.spec.goal.seconds, r.spec.goal.error, static_cast<int>(r.reached),
         static_cast<int>(r.state), r.reason, r.fingerprint_class, r.active_seconds, r.worker_seconds,
         r.counters.results_merged, r.counters.results_duplicate, r.counters.leases_lost, r.counters.copies_leased,
-        r.counters.non_finite, r.submitted_unix_ms, r.finished_unix_ms);
+        r.counters.non_finite, r.submitted_unix_ms, r.finished_unix_ms, r.method_notes.chosen,
+        fmt::join(r.method_notes.reasons, "|"), fmt::join(r.method_notes.notices, "|"));
     text += "digest " + render_digest(s, "").hex();  // covers every setting
     std::vector<std::string> nodes;
     for (const StoredState::StoredNode& node : job.nodes) {

@@ -114,6 +114,7 @@ TEST(FarmMessages, AJobStatusComesBackWhole) {
   status.owner = "ada";
   status.host = "engine";
   status.method = "path";
+  status.method_notes = {true, {"one", "two"}, {"path: some light is missing"}};
   status.fingerprint_class = "zen";
   status.parent = JobId{2};
   status.reason = "samples";
@@ -154,6 +155,7 @@ TEST(FarmMessages, AJobStatusComesBackWhole) {
     EXPECT_EQ(back->eta_seconds, -1);
     EXPECT_EQ(back->goal, status.goal);
     EXPECT_EQ(back->reached, GoalLimit::error);
+    EXPECT_EQ(back->method_notes, status.method_notes);
   }
 }
 

@@ -1,0 +1,87 @@
+#include "client/cli/plan_report.h"
+
+#include <nlohmann/json.hpp>
+
+#include "common/methods/spec/method_spec.h"
+#include "common/planner/method_plan.h"
+
+namespace lightmill::cli {
+namespace {
+
+using nlohmann::json;
+
+json named_json(const NamedThings& things) {
+  return {{"count", things.count}, {"names", things.names}};
+}
+
+std::string_view name_of(SceneFacts::Environment environment) {
+  switch (environment) {
+    case SceneFacts::Environment::none:
+      return "none";
+    case SceneFacts::Environment::constant:
+      return "constant";
+    case SceneFacts::Environment::image:
+      return "image";
+  }
+  return "";
+}
+
+json facts_json(const SceneFacts& facts) {
+  return {{"delta_lights", named_json(facts.delta_lights)},
+          {"emissive_objects", facts.emissive_objects},
+          {"environment", name_of(facts.environment)},
+          {"casters", named_json(facts.casters)},
+          {"smooth_casters", named_json(facts.smooth_casters)},
+          {"smooth_layers", named_json(facts.smooth_layers)},
+          {"receivers", facts.receivers},
+          {"absorption", facts.absorption},
+          {"scattering", facts.scattering},
+          {"textures", facts.textures},
+          {"holdouts", facts.holdouts},
+          {"lens", facts.lens},
+          {"largest_albedo", facts.largest_albedo},
+          {"lossless", facts.lossless}};
+}
+
+}  // namespace
+
+json plan_json(const SceneFacts& facts) {
+  json methods = json::array();
+  for (const Verdict& verdict : admit_all(facts)) {
+    methods.push_back({{"name", verdict.method}, {"admitted", verdict.admitted}, {"reason", verdict.reason}});
+  }
+  const MethodPlan plan = plan_method(facts, kAutoMethod);
+  return {{"facts", facts_json(facts)},
+          {"features", features_of(facts)},
+          {"methods", methods},
+          {"auto", {{"method", plan.method}, {"reasons", plan.reasons}}}};
+}
+
+std::vector<std::vector<std::string>> plan_rows(const SceneFacts& facts) {
+  std::vector<std::vector<std::string>> rows{{"casters", facts.casters.text()},
+                                             {"albedo", fmt::format("at most {:.3g}", facts.largest_albedo)},
+                                             {"compiled in", fmt::format("{}", fmt::join(features_of(facts), ", "))}};
+  if (!facts.smooth_layers.empty()) {
+    rows.push_back({"smooth layers", facts.smooth_layers.text()});
+  }
+  for (const Verdict& verdict : admit_all(facts)) {
+    rows.push_back({"method " + verdict.method,
+                    verdict.admitted ? "finds all of the light" + (verdict.reason.empty() ? "" : "; " + verdict.reason)
+                                     : "does not find all of the light: " + verdict.reason});
+  }
+  const MethodPlan plan = plan_method(facts, kAutoMethod);
+  rows.push_back({"auto takes", fmt::format("{}: {}", plan.method, fmt::join(plan.reasons, "; "))});
+  return rows;
+}
+
+std::vector<std::string> plan_notices(const SceneFacts& facts) {
+  if (!facts.lossless) {
+    return {};
+  }
+  return {
+      "no surface takes anything of some colour: if they close a room, light in it goes on for ever, and paths end "
+      "only "
+      "at --max-bounces"};
+}
+
+}  // namespace lightmill::cli

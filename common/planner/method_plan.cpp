@@ -1,0 +1,138 @@
+#include "common/planner/method_plan.h"
+
+#include "common/base/check.h"
+#include "common/methods/spec/method_spec.h"
+
+namespace lightmill {
+namespace {
+
+bool exists(std::string_view method) {
+  return parse_method(method).ok();
+}
+
+std::string_view name_of(std::string_view method) {
+  return method.substr(0, method.find(':'));
+}
+
+/// "the point light 'bulb'", or the first of several with their number.
+std::string first_of(const NamedThings& things, std::string_view others) {
+  return things.count == 1 ? things.names.front()
+                           : fmt::format("{} (and {} more {})", things.names.front(), things.count - 1, others);
+}
+
+/// Light that only paths that start at a lamp find: lamps without extent are met by none from the camera, and surfaces
+/// of single directions let none through to where it would be sampled.
+struct UnseenCaustics {
+  bool by_casters = false;  ///< that `caustic` follows light through
+  bool by_layers = false;   ///< on surfaces that also scatter otherwise, which it takes for receivers
+  explicit UnseenCaustics(const SceneFacts& facts)
+      : by_casters(!facts.delta_lights.empty() && !facts.smooth_casters.empty() && facts.receivers),
+        by_layers(!facts.delta_lights.empty() && !facts.smooth_layers.empty() && facts.receivers) {}
+};
+
+/// The light side of `caustic` knows no scattering media.
+bool caustic_renders(const SceneFacts& facts) {
+  return exists("caustic") && !facts.scattering;
+}
+
+std::string layers_reason(const SceneFacts& facts) {
+  return fmt::format(
+      "{} shines on {}, which reflects some of it as a mirror does: where that goes, no method that there is finds it",
+      first_of(facts.delta_lights, "lights"), first_of(facts.smooth_layers, "objects"));
+}
+
+Verdict admit_path(const SceneFacts& facts) {
+  const UnseenCaustics unseen(facts);
+  if (!unseen.by_casters) {
+    return unseen.by_layers ? Verdict{"path", false, layers_reason(facts)} : Verdict{"path", true, ""};
+  }
+  return {"path", false,
+          fmt::format("{} shines on {}: what that sends on to other surfaces is missing, because paths from the camera "
+                      "never meet a light without extent; {}",
+                      first_of(facts.delta_lights, "lights"), first_of(facts.smooth_casters, "objects"),
+                      caustic_renders(facts) ? "caustic finds it" : "no method that there is finds it")};
+}
+
+Verdict admit_caustic(const SceneFacts& facts) {
+  if (facts.scattering) {
+    return {"caustic", false, "it renders no scattering media"};
+  }
+  if (UnseenCaustics(facts).by_layers) {
+    return {"caustic", false, layers_reason(facts)};
+  }
+  return {"caustic", true, facts.casters.empty() ? "nothing casts caustics: it is path with more work" : ""};
+}
+
+/// `raycast` and `whitted`, which leave light out by design.
+Verdict admit_simple(const SceneFacts& facts, std::string_view method) {
+  std::string reason = method == "raycast" ? "it shows no light that goes from surface to surface"
+                                           : "of light that goes from surface to surface it follows only what mirrors "
+                                             "and glass send to the camera";
+  if (facts.emissive_objects > 0) {
+    reason += ", and it takes lamps for points";
+  }
+  return {std::string(method), false, std::move(reason)};
+}
+
+/// Light enough for `caustic` to leave `path` for it, though neither finds all.
+bool caustic_finds_more(const SceneFacts& facts) {
+  return caustic_renders(facts) && UnseenCaustics(facts).by_casters;
+}
+
+}  // namespace
+
+Verdict admit(const SceneFacts& facts, std::string_view method) {
+  const std::string_view name = name_of(method);
+  if (name == "path") {
+    return admit_path(facts);
+  }
+  if (name == "caustic") {
+    return admit_caustic(facts);
+  }
+  if (name == "raycast" || name == "whitted") {
+    return admit_simple(facts, name);
+  }
+  return {std::string(name), false, "it shows no light"};
+}
+
+std::vector<Verdict> admit_all(const SceneFacts& facts) {
+  std::vector<Verdict> all;
+  for (const std::string_view method : method_names()) {
+    if (method != kAutoMethod) {
+      all.push_back(admit(facts, method));
+    }
+  }
+  return all;
+}
+
+MethodPlan plan_method(const SceneFacts& facts, std::string_view asked) {
+  const std::string_view name = name_of(asked);
+  if (name != kAutoMethod) {
+    return {std::string(asked), {}};
+  }
+  const std::string parameters(asked.substr(name.size()));
+  const auto only = [&](std::string_view method, std::string reason) {
+    return MethodPlan{std::string(method) + parameters, {std::move(reason)}};
+  };
+  const Verdict path = admit(facts, "path"), caustic = admit(facts, "caustic");
+  const bool has_caustic = exists("caustic");
+  if (path.admitted) {
+    return only("path", facts.casters.empty() ? "it finds all of the light, and nothing casts caustics"
+                                              : "it finds all of the light in the simplest way");
+  }
+  if (has_caustic && caustic.admitted) {
+    return only("caustic", fmt::format("path does not do: {}", path.reason));
+  }
+  return caustic_finds_more(facts) ? only("caustic", "no method finds all of the light; it finds more than path")
+                                   : only("path", "no method finds all of the light; none finds more");
+}
+
+std::vector<std::string> method_notices(const SceneFacts& facts, std::string_view method) {
+  const Verdict verdict = admit(facts, method);
+  if (verdict.admitted || !method_needs_light(name_of(method))) {
+    return {};
+  }
+  return {fmt::format("{}: {}", verdict.method, verdict.reason)};
+}
+
+}  // namespace lightmill

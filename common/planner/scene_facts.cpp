@@ -1,0 +1,228 @@
+#include "common/planner/scene_facts.h"
+
+#include <algorithm>
+#include <array>
+
+#include "common/base/overloaded.h"
+#include "common/base/text.h"
+#include "common/scene/casters.h"
+
+namespace lightmill {
+namespace {
+
+constexpr double kLosesNothing = 0.999999;
+
+bool is_black(const RgbColor& color) {
+  return color == RgbColor{};
+}
+
+/// "the glass 'ball'".
+std::string named(std::string_view what, const std::string& name) {
+  return name.empty() ? fmt::format("a {}", what) : fmt::format("the {} '{}'", what, printable(name));
+}
+
+std::string_view noun_of(const Material& material) {
+  if (is_boundary(material)) {
+    return "glass";
+  }
+  return std::visit(
+      Overloaded{[](const MirrorMaterial&) { return "mirror"; }, [](const ConductorMaterial&) { return "metal"; },
+                 [](const PrincipledMaterial& m) { return m.metallic > 0 ? "metal" : "surface"; },
+                 [](const auto&) { return "surface"; }},
+      material.kind);
+}
+
+/// What a surface scatters at most, by channel.
+std::array<double, 3> albedo_of(const Material& material) {
+  const auto of = [](const RgbColor& c) { return std::array<double, 3>{c.r, c.g, c.b}; };
+  return std::visit(
+      Overloaded{[&](const DiffuseMaterial& m) { return of(m.reflectance.rgb); },
+                 [&](const MirrorMaterial& m) { return of(m.reflectance.rgb); },
+                 [&](const DielectricMaterial&) {
+                   return std::array<double, 3>{1, 1, 1};
+                 },
+                 [&](const PhongMaterial& m) {
+                   const RgbColor &d = m.diffuse.rgb, &s = m.specular.rgb;
+                   return of({d.r + s.r, d.g + s.g, d.b + s.b});
+                 },
+                 [&](const ConductorMaterial& m) {
+                   const auto at_normal = [](double n, double k) {
+                     return ((n - 1) * (n - 1) + k * k) / ((n + 1) * (n + 1) + k * k);
+                   };
+                   return std::array<double, 3>{at_normal(m.eta.r, m.k.r), at_normal(m.eta.g, m.k.g),
+                                                at_normal(m.eta.b, m.k.b)};
+                 },
+                 [&](const PrincipledMaterial& m) {
+                   // A white coat or gloss adds to a dark base.
+                   const bool layers = m.coat > 0 || m.specular > 0;
+                   return layers ? of({std::max(m.base_color.rgb.r, 0.04f), std::max(m.base_color.rgb.g, 0.04f),
+                                       std::max(m.base_color.rgb.b, 0.04f)})
+                                 : of(m.base_color.rgb);
+                 },
+                 [](const HoldoutMaterial&) { return std::array<double, 3>{}; }},
+      material.kind);
+}
+
+bool is_textured(const Material& material) {
+  const auto has = [](const TexturedColor& color) { return color.texture != kNoTexture; };
+  const bool colors = std::visit(
+      Overloaded{[&](const DiffuseMaterial& m) { return has(m.reflectance); },
+                 [&](const MirrorMaterial& m) { return has(m.reflectance); },
+                 [&](const PhongMaterial& m) { return has(m.diffuse) || has(m.specular); },
+                 [&](const PrincipledMaterial& m) { return has(m.base_color); }, [](const auto&) { return false; }},
+      material.kind);
+  return colors || has(material.emission) || material.roughness_map.texture != kNoTexture ||
+         material.metallic_map.texture != kNoTexture;
+}
+
+double ior_of(const Material& material) {
+  return std::visit(Overloaded{[](const DielectricMaterial& m) { return m.ior; },
+                               [](const PrincipledMaterial& m) { return m.ior; }, [](const auto&) { return 1.0; }},
+                    material.kind);
+}
+
+void read_light(const Light& light, SceneFacts& facts) {
+  const auto delta = [&](std::string_view what, bool dark) {
+    if (!dark) {
+      facts.delta_lights.add(named(what, light.name));
+    }
+  };
+  std::visit(Overloaded{[&](const PointLight& l) { delta("point light", is_black(l.intensity)); },
+                        [&](const DirectionalLight& l) { delta("directional light", is_black(l.irradiance)); },
+                        [&](const SpotLight& l) { delta("spot light", is_black(l.intensity)); },
+                        [&](const CosinePowerLight& l) { delta("cosine light", is_black(l.intensity)); },
+                        [&](const IesLight& l) { delta("IES light", !(l.scale > 0)); },
+                        [&](const EnvironmentLight& l) {
+                          if (!is_black(l.radiance)) {
+                            facts.environment =
+                                l.has_image ? SceneFacts::Environment::image : SceneFacts::Environment::constant;
+                          }
+                        }},
+             light.kind);
+}
+
+/// Of the materials that objects have.
+struct Materials {
+  std::array<bool, 3> kept{true, true, true};  ///< channels of which no surface takes anything
+  bool index_changes = false;                  ///< somewhere, where light passes into a shape
+};
+
+void read_material(const Material& material, SceneFacts& facts, Materials& all) {
+  const std::array<double, 3> albedo = albedo_of(material);
+  const bool textured = is_textured(material);
+  facts.textures = facts.textures || textured;
+  facts.holdouts = facts.holdouts || std::holds_alternative<HoldoutMaterial>(material.kind);
+  const RgbColor& absorbed = material.interior.absorption;
+  for (const auto& [channel, sigma] : {std::pair{0, absorbed.r}, {1, absorbed.g}, {2, absorbed.b}}) {
+    const auto at = static_cast<std::size_t>(channel);
+    facts.largest_albedo = std::max(facts.largest_albedo, albedo[at]);
+    all.kept[at] = all.kept[at] && albedo[at] >= kLosesNothing && !textured && sigma == 0;
+  }
+  facts.absorption = facts.absorption || !is_black(absorbed);
+  facts.scattering = facts.scattering || !is_black(material.interior.scattering);
+  const bool nothing_there = is_boundary(material) && ior_of(material) == 1;
+  facts.ranked_media = facts.ranked_media || material.priority != 0 || nothing_there;
+  all.index_changes = all.index_changes || (is_boundary(material) && ior_of(material) != 1);
+}
+
+void read_object(const Object& object, const Scene& scene, bool index_changes, SceneFacts& facts) {
+  const Material& material = scene.materials[object.material];
+  if (!is_black(material.emission.rgb)) {
+    ++facts.emissive_objects;
+  }
+  facts.boundaries += is_boundary(material) ? 1 : 0;
+  const bool plain_glass = std::holds_alternative<DielectricMaterial>(material.kind);
+  if (plain_glass && ior_of(material) == 1 && !index_changes) {
+    return;  // light does not notice it
+  }
+  const std::string name = named(noun_of(material), object.name.empty() ? material.name : object.name);
+  if (is_caster(material)) {
+    facts.casters.add(name);
+  }
+  switch (delta_lobes(material)) {
+    case DeltaLobes::all:
+      facts.smooth_casters.add(name);
+      break;
+    case DeltaLobes::some:
+      facts.smooth_layers.add(name);
+      break;
+    case DeltaLobes::none:
+      break;
+  }
+  facts.receivers = facts.receivers || receives_light(material);
+}
+
+bool is_surface_meter(const Meter& meter) {
+  return !std::holds_alternative<RadianceMeter>(meter.kind);
+}
+
+}  // namespace
+
+void NamedThings::add(std::string name) {
+  ++count;
+  if (names.size() < kMostNames) {
+    names.push_back(std::move(name));
+  }
+}
+
+std::string NamedThings::text() const {
+  if (empty()) {
+    return "none";
+  }
+  const std::size_t more = count - names.size();
+  if (more > 0) {
+    return fmt::format("{} and {} more", fmt::join(names, ", "), more);
+  }
+  return count == 1 ? names.front()
+                    : fmt::format("{} and {}", fmt::join(names.begin(), names.end() - 1, ", "), names.back());
+}
+
+SceneFacts read_facts(const Scene& scene) {
+  SceneFacts facts;
+  for (const Light& light : scene.lights) {
+    read_light(light, facts);
+  }
+  Materials all;
+  std::vector<bool> seen(scene.materials.size());
+  for (const Object& object : scene.objects) {
+    if (!seen[object.material]) {
+      seen[object.material] = true;
+      read_material(scene.materials[object.material], facts, all);
+    }
+  }
+  for (const Object& object : scene.objects) {
+    read_object(object, scene, all.index_changes, facts);
+  }
+  facts.lens = scene.camera.lens_radius > 0;
+  facts.meters = scene.meters.size();
+  facts.receivers = facts.receivers || facts.scattering || std::ranges::any_of(scene.meters, is_surface_meter);
+  facts.lossless = std::ranges::any_of(all.kept, std::identity{});
+  return facts;
+}
+
+std::vector<std::string> features_of(const SceneFacts& facts) {
+  std::vector<std::string> features;
+  const auto add = [&](bool there, std::string_view feature) {
+    if (there) {
+      features.emplace_back(feature);
+    }
+  };
+  using Environment = SceneFacts::Environment;
+  add(!facts.delta_lights.empty() || facts.emissive_objects > 0 || facts.environment != Environment::none,
+      "light sampling");
+  add(facts.emissive_objects > 0, "emissive surfaces");
+  add(facts.environment == Environment::constant, "constant environment");
+  add(facts.environment == Environment::image, "environment image");
+  const bool media = facts.absorption || facts.scattering || facts.ranked_media;
+  add(media, "media");
+  add(!media && facts.boundaries > 1, "media, if glass may overlap");
+  add(facts.absorption, "absorption");
+  add(facts.scattering, "scattering");
+  add(facts.textures, "textures");
+  add(facts.holdouts, "holdouts");
+  add(facts.lens, "lens");
+  add(facts.meters > 0, "meters");
+  return features;
+}
+
+}  // namespace lightmill

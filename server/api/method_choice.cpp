@@ -1,0 +1,28 @@
+#include "server/api/method_choice.h"
+
+#include "common/methods/spec/method_spec.h"
+#include "common/planner/method_plan.h"
+#include "common/wire/scene_proto.h"
+
+namespace lightmill {
+
+Result<MethodNotes> settle_method(RenderSettings& settings) {
+  const Result<MethodSpec> asked = parse_method(settings.method);
+  MethodNotes notes;
+  if (!asked.ok()) {
+    return notes;  // the coordinator refuses it
+  }
+  notes.chosen = asked->name == kAutoMethod;
+  const Result<Scene> scene = unpack_scene(settings.scene);
+  if (!scene.ok()) {
+    return notes.chosen ? Result<MethodNotes>(with_context(scene.status(), "settings.scene")) : std::move(notes);
+  }
+  const SceneFacts facts = read_facts(*scene);
+  MethodPlan plan = plan_method(facts, settings.method);
+  settings.method = plan.method;
+  notes.reasons = std::move(plan.reasons);
+  notes.notices = method_notices(facts, settings.method);
+  return notes;
+}
+
+}  // namespace lightmill

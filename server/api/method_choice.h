@@ -1,0 +1,14 @@
+// Which method a job gets, and what is to be said of it: the planner's answer for the scene that was submitted.
+#pragma once
+
+#include "common/base/status.h"
+#include "common/farm/job.h"
+
+namespace lightmill {
+
+/// Puts the method that `auto` stands for into the settings, and says how it was found and what of the scene's light it
+/// misses. INVALID_ARGUMENT if `auto` cannot choose because the scene is damaged; methods asked for by name are left to
+/// the worker that reads it.
+Result<MethodNotes> settle_method(RenderSettings& settings);
+
+}  // namespace lightmill

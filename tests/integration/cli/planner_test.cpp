@@ -1,0 +1,118 @@
+// What the planner says, from `check` to the EXR.
+#include <csignal>
+
+#include "common/image/picture_file.h"
+#include "tests/integration/cli/cli_fixture.h"
+
+namespace lightmill::test {
+namespace {
+
+const std::string kGlassUnderABulb = scene("course-default.json");
+
+const nlohmann::json& verdict_on(const nlohmann::json& checked, const std::string& method) {
+  const nlohmann::json& all = checked["methods"];
+  const auto found = std::ranges::find_if(all, [&](const nlohmann::json& each) { return each["name"] == method; });
+  EXPECT_NE(found, all.end()) << all;
+  return *found;
+}
+
+using CheckTest = CliTest;
+
+TEST_F(CheckTest, EverySceneThatComesWithLightmillHasAMethodThatAutoTakes) {
+  int checked = 0;
+  for (const auto& entry : std::filesystem::directory_iterator(scene(""))) {
+    if (entry.path().extension() != ".json") {
+      continue;
+    }
+    SCOPED_TRACE(entry.path());
+    const CommandResult result = lightmill({"check", entry.path().string(), "--json"});
+    const nlohmann::json said = nlohmann::json::parse(result.out, nullptr, false);
+    if (result.exit_code != 0) {  // its model has to be fetched first
+      EXPECT_NE(said["failure"]["message"].get<std::string>().find("models/"), std::string::npos) << said;
+      continue;
+    }
+    ++checked;
+    EXPECT_FALSE(said["auto"]["method"].get<std::string>().empty());
+    EXPECT_FALSE(said["auto"]["reasons"].empty());
+    EXPECT_FALSE(said["features"].empty());
+    // The course's default scene alone has a lamp without extent, and glass under it.
+    const bool caustics_unseen = entry.path().filename().string().starts_with("course-default");
+    EXPECT_EQ(verdict_on(said, "path")["admitted"], !caustics_unseen);
+  }
+  EXPECT_GE(checked, 8);
+}
+
+TEST_F(CheckTest, ReasonsNameWhatIsInTheWay) {
+  const std::string text = lightmill({"check", kGlassUnderABulb}).out;
+  for (const char* part : {"method path", "the point light 'bulb'", "glass", "auto takes", "compiled in"}) {
+    EXPECT_NE(text.find(part), std::string::npos) << text;
+  }
+}
+
+TEST_F(FarmCliTest, APictureThatLacksLightSaysSoWhereverItIsShown) {
+  start_worker("w1");
+  const std::string id = submit({kGlassUnderABulb, "--size", "48x48", "--spp", "2", "--method", "path"});
+  const nlohmann::json watched = on_farm({"watch", id, "-o", file("a.exr")});
+  ASSERT_EQ(watched["notices"].size(), 1u) << watched;
+  const auto notice = watched["notices"][0].get<std::string>();
+  EXPECT_TRUE(notice.starts_with("path: the point light 'bulb'")) << notice;
+  EXPECT_EQ(on_farm({"show", id})["notices"][0], notice);
+  EXPECT_EQ(on_farm({"jobs"})["jobs"][0]["notices"][0], notice);
+  EXPECT_EQ(watched["method_chosen"], false);
+  const Result<FilmPicture> picture = load_film_picture(file("a.exr"));
+  ASSERT_TRUE(picture.ok()) << picture.status();
+  EXPECT_EQ(picture->receipt.notices, std::vector<std::string>{notice});
+
+  const auto said = [&](std::vector<std::string> command) {
+    command.insert(command.end(), {"--server", server()});
+    const CommandResult result = lightmill(command);
+    return result.out + result.err;
+  };
+  EXPECT_NE(said({"show", id}).find(notice), std::string::npos);
+  EXPECT_NE(said({"watch", id}).find(notice), std::string::npos);
+  EXPECT_NE(said({"fetch", id, "-o", file("b.png")}).find(notice), std::string::npos);
+  EXPECT_NE(said({"jobs"}).find("path !"), std::string::npos);
+  EXPECT_NE(said({"submit", kGlassUnderABulb, "--size", "8x8", "--spp", "1", "--method", "path"}).find(notice),
+            std::string::npos);
+  EXPECT_NE(said({"render", kGlassUnderABulb, "--size", "8x8", "--spp", "1", "--method", "path", "-o", file("c.png")})
+                .find(notice),
+            std::string::npos);
+}
+
+TEST_F(FarmCliTest, AutoIsAMethodThatTheJobSaysAndKeepsItsBits) {
+  start_worker("w1");
+  const auto render = [&](const std::string& method, const std::string& out) {
+    return on_farm({"render", scene("cornell-bench-blocks.json"), "--size", "48x48", "--spp", "4", "--method", method,
+                    "-o", file(out)});
+  };
+  const nlohmann::json chosen = render("auto", "auto.exr");
+  EXPECT_EQ(chosen["method"], "path");
+  EXPECT_EQ(chosen["method_chosen"], true);
+  EXPECT_EQ(chosen["method_reasons"].size(), 1u);
+  EXPECT_TRUE(chosen["notices"].empty());
+  const nlohmann::json named = render("path", "path.exr");
+  EXPECT_EQ(chosen["film_hash"], named["film_hash"]);
+  EXPECT_EQ(chosen["render_digest"], named["render_digest"]) << "what was chosen decides the samples, not who chose it";
+  const Result<FilmPicture> picture = load_film_picture(file("auto.exr"));
+  ASSERT_TRUE(picture.ok()) << picture.status();
+  EXPECT_EQ(picture->receipt.method, "path");
+  EXPECT_EQ(picture->receipt.method_reasons.size(), 1u);
+  EXPECT_TRUE(load_film_picture(file("path.exr"))->receipt.method_reasons.empty());
+}
+
+TEST_F(FarmCliTest, ChoiceAndNoticesOutliveTheCoordinator) {
+  const std::string id = submit({kGlassUnderABulb, "--size", "16x16", "--spp", "1", "--method", "auto"});
+  const nlohmann::json before = on_farm({"show", id});
+  EXPECT_EQ(before["method_chosen"], true);
+  const std::string listen = server();
+  server_->send(SIGKILL);
+  ASSERT_TRUE(server_->wait(std::chrono::seconds(10)).has_value());
+  start_server(listen);
+  const nlohmann::json after = on_farm({"show", id});
+  for (const char* field : {"method", "method_chosen", "method_reasons", "notices"}) {
+    EXPECT_EQ(after[field], before[field]) << field;
+  }
+}
+
+}  // namespace
+}  // namespace lightmill::test

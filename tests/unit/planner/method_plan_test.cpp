@@ -1,0 +1,254 @@
+#include "common/planner/method_plan.h"
+
+#include <gtest/gtest.h>
+
+#include "common/methods/spec/method_spec.h"
+#include "common/scene/casters.h"
+
+namespace lightmill {
+namespace {
+
+Material material(const std::string& name, auto kind) {
+  Material made;
+  made.name = name;
+  made.kind = kind;
+  return made;
+}
+
+/// Spheres side by side, one of each material, and these lights.
+Scene scene_of(std::vector<Material> materials, std::vector<Light> lights) {
+  Scene scene;
+  for (std::uint32_t i = 0; i < materials.size(); ++i) {
+    scene.objects.push_back({materials[i].name + " ball", i, SphereShape{{3.0 * i, 0, 0}, 1}});
+  }
+  scene.materials = std::move(materials);
+  scene.lights = std::move(lights);
+  EXPECT_TRUE(validate(scene).ok()) << validate(scene);
+  return scene;
+}
+
+const Light kBulb{"bulb", PointLight{{0, 5, 0}, {1, 1, 1}}};
+const Light kSun{"sun", DirectionalLight{{0, -1, 0}, {1, 1, 1}}};
+const Light kSky{"sky", EnvironmentLight{}};
+const Material kWhite = material("white", DiffuseMaterial{});
+const Material kBlack = material("black", DiffuseMaterial{{0, 0, 0}});
+const Material kMirror = material("mirror", MirrorMaterial{});
+const Material kGlass = material("glass", DielectricMaterial{});
+
+Material lamp() {
+  Material made = material("lamp", DiffuseMaterial{});
+  made.emission = {1, 1, 1};
+  return made;
+}
+Material rough_glass(double roughness) {
+  return material("frosted", DielectricMaterial{1.5, roughness});
+}
+Material metal(double roughness) {
+  return material("metal", ConductorMaterial{{0.2f, 0.9f, 1.1f}, {3.9f, 2.4f, 2.2f}, roughness});
+}
+Material lacquer(double roughness) {
+  PrincipledMaterial made;
+  made.roughness = roughness;
+  return material("lacquer", made);
+}
+
+bool path_finds_all(std::vector<Material> materials, std::vector<Light> lights) {
+  return admit(read_facts(scene_of(std::move(materials), std::move(lights))), "path").admitted;
+}
+
+TEST(Casters, AreMirrorsGlassAndMetalAsLongAsTheyAreNarrow) {
+  const double edge = std::sqrt(kCasterAlpha);
+  EXPECT_TRUE(is_caster(kMirror));
+  EXPECT_TRUE(is_caster(kGlass));
+  EXPECT_TRUE(is_caster(rough_glass(edge * 0.99)));
+  EXPECT_FALSE(is_caster(rough_glass(edge * 1.01)));
+  EXPECT_TRUE(is_caster(metal(0)));
+  EXPECT_TRUE(is_caster(metal(edge * 0.99)));
+  EXPECT_FALSE(is_caster(metal(edge * 1.01)));
+  EXPECT_FALSE(is_caster(kWhite));
+  EXPECT_FALSE(is_caster(material("phong", PhongMaterial{{0, 0, 0}, {1, 1, 1}, 1e6})));
+  EXPECT_FALSE(is_caster(material("holdout", HoldoutMaterial{})));
+  EXPECT_EQ(delta_lobes(material("black mirror", MirrorMaterial{{0, 0, 0}})), DeltaLobes::none);
+}
+
+TEST(Casters, APrincipledMaterialIsOneIfNothingOfItIsWide) {
+  PrincipledMaterial made;
+  made.roughness = 0.1;
+  made.metallic = 1;
+  EXPECT_TRUE(is_caster(material("m", made)));
+  made.metallic = 0.99;
+  EXPECT_FALSE(is_caster(material("m", made))) << "a diffuse part";
+  made.transmission = 1;
+  EXPECT_TRUE(is_caster(material("m", made)));
+  made.coat = 0.5;
+  EXPECT_TRUE(is_caster(material("m", made)));
+  made.coat_roughness = 0.5;
+  EXPECT_FALSE(is_caster(material("m", made))) << "a wide coat";
+  made = {};
+  made.metallic = 1;
+  made.roughness = 0.1;
+  Material mapped = material("m", made);
+  mapped.roughness_map.texture = 0;
+  EXPECT_TRUE(is_caster(mapped)) << "maps only make smoother";
+  mapped.metallic_map.texture = 0;
+  EXPECT_FALSE(is_caster(mapped)) << "not metal everywhere";
+}
+
+TEST(DeltaLobes, AreTheSmoothPartOfAMaterial) {
+  // α = roughness² is smooth below 1e-4.
+  EXPECT_EQ(delta_lobes(kMirror), DeltaLobes::all);
+  EXPECT_EQ(delta_lobes(rough_glass(0.0099)), DeltaLobes::all);
+  EXPECT_EQ(delta_lobes(rough_glass(0.0101)), DeltaLobes::none);
+  EXPECT_EQ(delta_lobes(lacquer(0.005)), DeltaLobes::some);
+  EXPECT_EQ(delta_lobes(lacquer(0.5)), DeltaLobes::none);
+  EXPECT_EQ(delta_lobes(kWhite), DeltaLobes::none);
+  EXPECT_TRUE(receives_light(kWhite));
+  EXPECT_TRUE(receives_light(rough_glass(0.3)));
+  EXPECT_FALSE(receives_light(kGlass));
+  EXPECT_FALSE(receives_light(kBlack));
+  EXPECT_FALSE(receives_light(material("holdout", HoldoutMaterial{})));
+}
+
+TEST(Admit, PathFindsAllButWhatLampsWithoutExtentSendThroughSmoothSurfaces) {
+  EXPECT_TRUE(path_finds_all({kWhite}, {kBulb}));
+  EXPECT_TRUE(path_finds_all({kWhite, kGlass, lamp()}, {}));
+  EXPECT_TRUE(path_finds_all({kWhite, kGlass, kMirror}, {kSky}));
+  for (const Light& light : {kBulb, kSun}) {
+    for (const Material& smooth : {kMirror, kGlass, metal(0), rough_glass(0.005)}) {
+      EXPECT_FALSE(path_finds_all({kWhite, smooth}, {light})) << smooth.name;
+    }
+    EXPECT_TRUE(path_finds_all({kWhite, metal(0.1)}, {light})) << "lamps are sampled from rough surfaces";
+    EXPECT_TRUE(path_finds_all({kWhite, rough_glass(0.1)}, {light}));
+  }
+}
+
+TEST(Admit, WithoutAReceiverNothingIsMissing) {
+  EXPECT_TRUE(path_finds_all({kMirror, kGlass}, {kBulb}));
+  EXPECT_TRUE(path_finds_all({kBlack, kGlass}, {kBulb}));
+  EXPECT_TRUE(path_finds_all({material("ground", HoldoutMaterial{}), kGlass}, {kBulb}))
+      << "holdouts receive no caustics";
+  EXPECT_FALSE(path_finds_all({rough_glass(0.3), kMirror}, {kBulb})) << "rough glass is lit by the mirror";
+
+  Scene metered = scene_of({kBlack, kGlass}, {kBulb});
+  metered.meters.push_back({"floor", IrradianceMeter{}});
+  EXPECT_FALSE(admit(read_facts(metered), "path").admitted);
+  metered.meters = {{"eye", RadianceMeter{}}};
+  EXPECT_TRUE(admit(read_facts(metered), "path").admitted) << "it sees what a camera sees";
+
+  Material milk = kGlass;
+  milk.interior.scattering = {1, 1, 1};
+  EXPECT_FALSE(path_finds_all({milk}, {kBulb}));
+}
+
+TEST(Admit, OnlyWhatIsThereCounts) {
+  Scene scene = scene_of({kWhite, kGlass}, {kBulb});
+  scene.objects.pop_back();
+  EXPECT_TRUE(admit(read_facts(scene), "path").admitted) << "no object is of glass";
+  EXPECT_TRUE(path_finds_all({kWhite, kGlass}, {{"off", PointLight{}}}));
+  const Material air = material("air", DielectricMaterial{1});
+  EXPECT_TRUE(path_finds_all({kWhite, air}, {kBulb})) << "light does not notice it";
+  EXPECT_FALSE(path_finds_all({kWhite, air, rough_glass(0.3)}, {kBulb})) << "it may be a bubble in glass";
+}
+
+TEST(Admit, ASmoothLayerOverADiffuseBaseHidesLightFromEveryMethod) {
+  const SceneFacts facts = read_facts(scene_of({kWhite, lacquer(0)}, {kBulb}));
+  EXPECT_TRUE(facts.casters.empty());
+  const Verdict path = admit(facts, "path");
+  EXPECT_FALSE(path.admitted);
+  EXPECT_NE(path.reason.find("'lacquer ball'"), std::string::npos) << path.reason;
+  EXPECT_FALSE(admit(facts, "caustic").admitted);
+  EXPECT_TRUE(path_finds_all({kWhite, lacquer(0)}, {kSky}));
+}
+
+TEST(Admit, ReasonsNameTheLampAndTheGlass) {
+  const std::string reason = admit(read_facts(scene_of({kWhite, kGlass, kMirror}, {kBulb, kSun})), "path").reason;
+  for (const char* part : {"the point light 'bulb'", "1 more", "the glass 'glass ball'", "never meet"}) {
+    EXPECT_NE(reason.find(part), std::string::npos) << reason;
+  }
+}
+
+TEST(Admit, EveryMethodHasAVerdict) {
+  const std::vector<Verdict> all = admit_all(read_facts(scene_of({kWhite, lamp()}, {})));
+  EXPECT_EQ(all.size(), method_names().size() - 1) << "all but auto";
+  for (const Verdict& verdict : all) {
+    EXPECT_TRUE(verdict.admitted || !verdict.reason.empty()) << verdict.method;
+    if (verdict.method == "raycast" || verdict.method == "whitted") {
+      EXPECT_NE(verdict.reason.find("lamps for points"), std::string::npos) << verdict.reason;
+    }
+  }
+}
+
+TEST(Plan, AMethodAskedForByNameStays) {
+  const SceneFacts facts = read_facts(scene_of({kWhite, kGlass}, {kBulb}));
+  for (const char* method : {"path", "whitted:flat,glass=0.1", "ao:distance=2"}) {
+    const MethodPlan plan = plan_method(facts, method);
+    EXPECT_EQ(plan.method, method);
+    EXPECT_TRUE(plan.reasons.empty());
+  }
+}
+
+TEST(Plan, AutoTakesPathWhereItFindsAllAndSaysWhy) {
+  const MethodPlan plan = plan_method(read_facts(scene_of({kWhite, lamp()}, {})), "auto");
+  EXPECT_EQ(plan.method, "path");
+  ASSERT_EQ(plan.reasons.size(), 1u);
+  EXPECT_FALSE(plan.reasons[0].empty());
+  EXPECT_EQ(plan_method(read_facts(scene_of({kWhite}, {kSky})), "auto:brute-force").method, "path:brute-force");
+}
+
+TEST(Plan, AutoPicksAMethodThatThereIsForEveryScene) {
+  for (const SceneFacts& facts :
+       {read_facts(scene_of({kWhite, kGlass}, {kBulb})), read_facts(scene_of({kWhite, lacquer(0)}, {kBulb})),
+        read_facts(scene_of({kMirror}, {kSky})), read_facts(scene_of({kBlack}, {}))}) {
+    const MethodPlan plan = plan_method(facts, "auto");
+    EXPECT_TRUE(parse_method(plan.method).ok()) << plan.method;
+    EXPECT_FALSE(plan.reasons.empty());
+    const std::vector<std::string> notices = method_notices(facts, plan.method);
+    EXPECT_EQ(admit(facts, plan.method).admitted, notices.empty());
+  }
+}
+
+TEST(Notices, AreOfMethodsThatMissLight) {
+  const SceneFacts glass = read_facts(scene_of({kWhite, kGlass}, {kBulb}));
+  ASSERT_EQ(method_notices(glass, "path:brute-force").size(), 1u);
+  EXPECT_TRUE(method_notices(glass, "path")[0].starts_with("path: "));
+  EXPECT_EQ(method_notices(glass, "whitted:flat").size(), 1u);
+  EXPECT_EQ(method_notices(glass, "raycast").size(), 1u);
+  EXPECT_TRUE(method_notices(glass, "preview").empty()) << "shows no light at all";
+  EXPECT_TRUE(method_notices(glass, "ao:distance=1").empty());
+  EXPECT_TRUE(method_notices(read_facts(scene_of({kWhite, kGlass}, {kSky})), "path").empty());
+}
+
+TEST(Facts, ManyThingsAreCountedAndSomeNamed) {
+  std::vector<Material> many;
+  for (int i = 0; i < 40; ++i) {
+    many.push_back(material(fmt::format("glass {}", i), DielectricMaterial{}));
+  }
+  const SceneFacts facts = read_facts(scene_of(many, {kSky}));
+  EXPECT_EQ(facts.casters.count, 40u);
+  EXPECT_EQ(facts.casters.names.size(), NamedThings::kMostNames);
+  EXPECT_NE(facts.casters.text().find("and 32 more"), std::string::npos) << facts.casters.text();
+}
+
+TEST(Facts, FeaturesAreThoseOfTheScene) {
+  EXPECT_EQ(features_of(read_facts(scene_of({kWhite}, {kBulb}))), std::vector<std::string>{"light sampling"});
+  Material amber = kGlass;
+  amber.interior.absorption = {0, 1, 2};
+  Scene scene = scene_of({amber, lamp()}, {kSky});
+  scene.camera.lens_radius = 1;
+  EXPECT_EQ(features_of(read_facts(scene)),
+            (std::vector<std::string>{"light sampling", "emissive surfaces", "constant environment", "media",
+                                      "absorption", "lens"}));
+}
+
+TEST(Facts, ASceneThatLosesNoLightIsFlagged) {
+  const Material snow = material("snow", DiffuseMaterial{{1, 0.9f, 0.9f}});
+  EXPECT_TRUE(read_facts(scene_of({snow, kMirror, kGlass}, {kSky})).lossless) << "red goes on for ever";
+  EXPECT_FALSE(read_facts(scene_of({snow, kWhite}, {kSky})).lossless);
+  Material amber = kGlass;
+  amber.interior.absorption = {1, 0, 0};
+  EXPECT_FALSE(read_facts(scene_of({snow, amber}, {kSky})).lossless);
+  EXPECT_EQ(read_facts(scene_of({snow, kWhite}, {kSky})).largest_albedo, 1);
+}
+
+}  // namespace
+}  // namespace lightmill
