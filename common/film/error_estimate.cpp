@@ -8,51 +8,139 @@ namespace lightmill {
 namespace {
 
 constexpr int kBlockSide = 8;  ///< Pixels; wider than what neighbouring pixels share.
-constexpr double kNormal95 = 1.959963984540054;
-/// Share of the estimate by which it may be off for want of the limit r itself: some 4 % at most on the scenes of
+/// Share of the estimate by which it may be off for want of the limit r itself: within this on the scenes of
 /// tests/bench/coverage_bench. Large frames, whose noise averages out, would else be told too narrow an interval.
-constexpr double kDoubt = 0.05;
+constexpr double kDoubt = 0.1;
+
+// What a pixel's own error is divided by needs its limit r. Its mean does not serve: a rare bright sample would be
+// compared with itself, and errors told far too small. So r is what is usual around the pixel, the lower median of its
+// neighbours' means, but between the means of its own halves, of which a bright sample raises one alone: where
+// neighbours are no guide (textures, edges) that leaves little to choose. Beside something much brighter a pixel may
+// show a part of it, which few of its samples meet: there the mean is better.
+constexpr float kEdge = 4;  ///< times as bright, in both halves
 
 struct Block {
   double sum = 0;
   double pixels = 0;
 };
 
-/// Estimates the variance of the total of all blocks, each pixel's term having a common variance within a
-/// neighbourhood: for neighbours with n₁ and n₂ pixels, E[(x₁/n₁ − x₂/n₂)²] = σ²(1/n₁ + 1/n₂).
-double variance_of_total(std::span<const Block> blocks) {
-  double variance = 0;
+/// Adds to the tile's estimate of the variance of the total of all blocks, each pixel's term having a common variance
+/// within a neighbourhood: for neighbours with n₁ and n₂ pixels, E[(x₁/n₁ − x₂/n₂)²] = σ²(1/n₁ + 1/n₂).
+void add_variance(std::span<const Block> blocks, TileError& tile) {
   for (std::size_t i = 0; i < blocks.size(); i += 2) {
     const std::size_t other = i + 1 < blocks.size() ? i + 1 : i - 1;
     const Block& x = blocks[i];
     const Block& y = blocks[other];
     const double difference = x.sum / x.pixels - y.sum / y.pixels;
     const double pixel_variance = difference * difference * x.pixels * y.pixels / (x.pixels + y.pixels);
-    variance += pixel_variance * (i + 1 < blocks.size() ? x.pixels + y.pixels : x.pixels);
+    const double part = pixel_variance * (i + 1 < blocks.size() ? x.pixels + y.pixels : x.pixels);
+    tile.variance += part;
+    tile.variance_squares += part * part;
   }
-  return variance;
 }
 
-/// The means of one channel of a tile: of each half, and of both.
-struct Means {
-  std::vector<double> a, b, both;
+/// The 97.5 % quantile of Student's t distribution, by the expansion of Cornish and Fisher: within 0.1 % from 5 degrees
+/// of freedom on, 2 % at 3.
+double student_quantile(double freedom) {
+  constexpr double z = 1.959963984540054, z3 = z * z * z, z5 = z3 * z * z, z7 = z5 * z * z;
+  return z + (z3 + z) / (4 * freedom) + (5 * z5 + 16 * z3 + 3 * z) / (96 * freedom * freedom) +
+         (3 * z7 + 19 * z5 + 17 * z3 - 15 * z) / (384 * freedom * freedom * freedom);
+}
+
+/// A plane of values with a border of one pixel around, which repeats the outermost ones.
+class BorderedPlane {
+ public:
+  BorderedPlane(int width, int height)
+      : stride_(width + 2),
+        height_(height),
+        values_(static_cast<std::size_t>(stride_) * static_cast<std::size_t>(height + 2)) {}
+
+  int stride() const { return stride_; }
+  float* row(int y) { return &values_[static_cast<std::size_t>((y + 1) * stride_ + 1)]; }
+  const float* row(int y) const { return &values_[static_cast<std::size_t>((y + 1) * stride_ + 1)]; }
+  void fill_border() {
+    for (int y = 0; y < height_; ++y) {
+      float* const values = row(y);
+      values[-1] = values[0];
+      values[stride_ - 2] = values[stride_ - 3];
+    }
+    std::copy_n(row(0) - 1, stride_, row(-1) - 1);
+    std::copy_n(row(height_ - 1) - 1, stride_, row(height_) - 1);
+  }
+
+ private:
+  int stride_, height_;
+  std::vector<float> values_;
 };
 
-/// Estimates a pixel's limit from its mean. A rare bright sample stands in one half alone: it must not make the value
-/// that its own error is divided by. So the mean counts as far as both halves of the pixel, or of one beside it, have
-/// so much: at the edge of something bright they do.
-double limit_of(const Means& means, int width, int height, int x, int y) {
-  double supported = -std::numeric_limits<double>::infinity();
-  for (int row = std::max(y - 1, 0); row <= std::min(y + 1, height - 1); ++row) {
-    for (int column = std::max(x - 1, 0); column <= std::min(x + 1, width - 1); ++column) {
-      const auto i = static_cast<std::size_t>(row) * static_cast<std::size_t>(width) + static_cast<std::size_t>(column);
-      supported = std::max(supported, std::min(means.a[i], means.b[i]));
+void order(float& low, float& high) {
+  const float least = std::min(low, high);
+  high = std::max(low, high);
+  low = least;
+}
+
+/// Of the eight values around, the fourth smallest: by Batcher's merge sort, of which the compiler keeps what counts.
+float lower_median_around(const float* p, int stride) {
+  float v[8] = {p[-stride - 1], p[-stride], p[-stride + 1], p[-1], p[1], p[stride - 1], p[stride], p[stride + 1]};
+  constexpr int kExchanges[19][2] = {{0, 1}, {2, 3}, {4, 5}, {6, 7}, {0, 2}, {1, 3}, {4, 6}, {5, 7}, {1, 2}, {5, 6},
+                                     {0, 4}, {1, 5}, {2, 6}, {3, 7}, {2, 4}, {3, 5}, {1, 2}, {3, 4}, {5, 6}};
+  for (const auto& exchange : kExchanges) {
+    order(v[exchange[0]], v[exchange[1]]);
+  }
+  return v[3];
+}
+
+float greatest_around(const float* p, int stride) {
+  const float above = std::max(std::max(p[-stride - 1], p[-stride]), p[-stride + 1]);
+  const float below = std::max(std::max(p[stride - 1], p[stride]), p[stride + 1]);
+  return std::max(std::max(above, below), std::max(p[-1], p[1]));
+}
+
+/// One channel of a tile: means of the halves, and what there is around a pixel.
+class ChannelMeans {
+ public:
+  ChannelMeans(int width, int height)
+      : width_(width), low_(width, height), high_(width, height), both_(width, height) {}
+
+  void set(const float* sums_a, const float* sums_b, int height, Film::HalfCounts counts) {
+    const double all = static_cast<double>(counts.a) + static_cast<double>(counts.b);
+    const auto scale_a = static_cast<float>(1.0 / static_cast<double>(counts.a));
+    const auto scale_b = static_cast<float>(1.0 / static_cast<double>(counts.b));
+    const auto share_a = static_cast<float>(static_cast<double>(counts.a) / all);
+    for (int y = 0; y < height; ++y, sums_a += width_, sums_b += width_) {
+      float* const low = low_.row(y);
+      float* const high = high_.row(y);
+      float* const both = both_.row(y);
+      for (int x = 0; x < width_; ++x) {
+        const float a = sums_a[x] * scale_a, b = sums_b[x] * scale_b;
+        low[x] = std::min(a, b);
+        high[x] = std::max(a, b);
+        both[x] = share_a * a + (1 - share_a) * b;
+      }
+    }
+    low_.fill_border();
+    both_.fill_border();
+  }
+
+  /// Adds (a − b)² · weight / (r² + 0.01) of a row's pixels to `terms`.
+  void add_terms(int y, double weight, double* terms) const {
+    const float* const low = low_.row(y);
+    const float* const high = high_.row(y);
+    const float* const both = both_.row(y);
+    for (int x = 0; x < width_; ++x) {
+      const float usual = lower_median_around(both + x, both_.stride());
+      const float allowed = std::max(low[x], std::min(usual, high[x]));
+      const bool edge = greatest_around(low + x, low_.stride()) > kEdge * high[x];
+      const double limit = edge ? both[x] : allowed;
+      const double difference = static_cast<double>(high[x]) - low[x];  // squares of radiances outgrow a float
+      terms[x] += difference * difference * weight / (limit * limit + 0.01);
     }
   }
-  return std::min(
-      means.both[static_cast<std::size_t>(y) * static_cast<std::size_t>(width) + static_cast<std::size_t>(x)],
-      supported);
-}
+
+ private:
+  int width_;
+  BorderedPlane low_, high_, both_;
+};
 
 }  // namespace
 
@@ -69,22 +157,12 @@ TileError estimate_tile_error(std::span<const float> sums, int width, int height
   const double nb = static_cast<double>(counts.b);
   const double weight = na * nb / ((na + nb) * (na + nb));
   std::vector<double> terms(pixels, 0.0);  // of each pixel, over its channels; squares of radiances outgrow a float
-  Means means{std::vector<double>(pixels), std::vector<double>(pixels), std::vector<double>(pixels)};
+  ChannelMeans means(width, height);
   for (std::uint32_t channel = 0; channel < channels; ++channel) {
     const float* a = sums.data() + channel * pixels;
-    const float* b = a + channels * pixels;
-    for (std::size_t i = 0; i < pixels; ++i) {
-      means.a[i] = a[i] / na;
-      means.b[i] = b[i] / nb;
-      means.both[i] = (static_cast<double>(a[i]) + b[i]) / (na + nb);
-    }
-    std::size_t i = 0;
+    means.set(a, a + channels * pixels, height, counts);
     for (int y = 0; y < height; ++y) {
-      for (int x = 0; x < width; ++x, ++i) {
-        const double difference = means.a[i] - means.b[i];
-        const double limit = limit_of(means, width, height, x, y);
-        terms[i] += difference * difference * weight / (limit * limit + 0.01);
-      }
+      means.add_terms(y, weight, &terms[static_cast<std::size_t>(y) * static_cast<std::size_t>(width)]);
     }
   }
   // Blocks are visited to and fro, so that successive ones touch. Tiles too small for two blocks compare pixels.
@@ -110,7 +188,12 @@ TileError estimate_tile_error(std::span<const float> sums, int width, int height
   }
   // A single pixel has nothing beside it. Its term's square stands for the variance: too much by the square of the
   // mean, which no frame of many pixels notices.
-  error.variance = blocks.size() > 1 ? variance_of_total(blocks) : error.sum * error.sum;
+  if (blocks.size() > 1) {
+    add_variance(blocks, error);
+  } else {
+    error.variance = error.sum * error.sum;
+    error.variance_squares = error.variance * error.variance;
+  }
   error.known = true;
   return error;
 }
@@ -151,15 +234,22 @@ FrameError ErrorEstimator::update(const Film& film, std::uint32_t max_tiles) {
   for (const Entry& entry : entries_) {
     total.sum += entry.error.sum;
     total.variance += entry.error.variance;
+    total.variance_squares += entry.error.variance_squares;
     total.terms += entry.error.terms;
     total.known = total.known && entry.error.known;
   }
   frame_ = FrameError{};
   const bool single_pixel = tile_count == 1 && film.grid().tile_rect(TileId{0}).pixel_count() == 1;
   if (total.known && !single_pixel) {
-    // The picture's own error is as far from its expectation as the estimate, and independently so: (a + b)/2 − r has
-    // the distribution of (a − b)/2. Hence twice the variance.
-    const double noise = kNormal95 * std::sqrt(2 * total.variance);
+    // The picture's own error is as far from its expectation as the estimate: (a + b)/2 − r has the fourth moment of
+    // (a − b)/2, and of normal noise the two are independent. Hence twice the variance, which is too much for noise
+    // with heavy tails: there both are large together.
+    //
+    // The variance is itself estimated, from pairs of blocks: each gives one degree of freedom, of which those where
+    // the noise is count alone (Satterthwaite 1946). E[v²] = 3σ⁴ for one degree, hence the factor.
+    const double freedom =
+        total.variance_squares > 0 ? 3 * total.variance * total.variance / total.variance_squares : 1;
+    const double noise = student_quantile(std::max(freedom, 2.0)) * std::sqrt(2 * total.variance);
     frame_ = {total.sum / total.terms, std::hypot(noise, kDoubt * total.sum) / total.terms, true};
   }
   return frame_;

@@ -25,10 +25,11 @@ struct FrameError {
 /// One tile's part of the estimate.
 struct TileError {
   double sum = 0;  ///< of var/(r² + 0.01) over pixels and channels
-  double variance =
-      0;  ///< of `sum`, from the differences of neighbouring blocks of 8×8 pixels; an upper bound for one pixel
-  double terms = 0;    ///< pixels × channels
-  bool known = false;  ///< both halves have samples
+  /// Of `sum`, from the differences of neighbouring blocks of 8×8 pixels; an upper bound for one pixel.
+  double variance = 0;
+  double variance_squares = 0;  ///< of the parts that each pair of blocks has in it
+  double terms = 0;             ///< pixels × channels
+  bool known = false;           ///< both halves have samples
 };
 
 /// `sums` laid out as Node::values for a tile of width × height pixels.

@@ -1,7 +1,8 @@
 // When a job that asks for an error is looked at, and when it has what it asks for.
 //
 // The frame's error is read only where every tile has exactly 2^k or 3·2^k samples: so which samples a finished film
-// has is a function of the scene, the settings and the goal, never of the order in which results come.
+// has is a function of the scene, the settings and the goal (of an extended job, of how far it had come as well), never
+// of the order in which results come.
 #pragma once
 
 #include <cstdint>

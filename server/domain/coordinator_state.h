@@ -120,8 +120,10 @@ struct Job {
   std::uint64_t samples_wanted_now() const;
   /// Whether the error can be read now, and is what was asked for.
   bool error_met() const;
-  /// Samples [0, n) of every tile are below this n, merged or out.
+  /// One past the highest sample that is merged or out; 0 if there is none.
   std::uint64_t samples_end() const;
+  /// Whether some tile has samples beyond ones that are missing.
+  bool has_gaps() const;
   bool time_is_up(Time now) const {
     return record.spec.goal.seconds > 0 && active_seconds(now) >= record.spec.goal.seconds;
   }

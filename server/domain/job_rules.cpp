@@ -153,7 +153,10 @@ Result<Goal> extended_goal(const Job& job, const Extension& to, Time now) {
   } else if (job.record.reached == GoalLimit::error) {
     goal.error = 0;
   }
-  if (to.samples > 0 || to.error == 0) {
+  if (to.samples == 0 && to.error == 0) {
+    return invalid_argument("more samples or a smaller error must be given");
+  }
+  if (to.samples > 0) {
     // No goal lies below what is merged beyond a gap, or out: counts would then stand for other samples than [0, n).
     const std::uint64_t before = std::max(goal.samples, job.samples_end());
     if (to.samples <= before || to.samples > kMaxSamples) {
@@ -168,14 +171,15 @@ Result<Goal> extended_goal(const Job& job, const Extension& to, Time now) {
   return goal;
 }
 
-double expected_seconds(const Job& job, double samples_per_second, Time now) {
+double expected_seconds(const Job& job, const FrameError& error, double samples_per_second, Time now) {
+  constexpr double kNever = std::numeric_limits<double>::infinity();
   const Goal& goal = job.record.spec.goal;
-  double seconds = std::numeric_limits<double>::infinity();
+  double seconds = kNever;
   if (samples_per_second > 0) {
     const auto pixels = static_cast<double>(job.film.grid().pixel_count());
     const auto done = static_cast<double>(job.film.pixel_samples());
-    double count = goal.samples > 0 ? static_cast<double>(goal.samples) : seconds;
-    if (const FrameError error = job.error.update(job.film); goal.error > 0 && error.known) {
+    double count = goal.samples > 0 ? static_cast<double>(goal.samples) : kNever;
+    if (goal.error > 0 && error.known) {
       const std::uint64_t enough = expected_error_count(error, done / pixels, goal.error);
       count = std::min(count, static_cast<double>(std::max(enough, job.plan->goal())));
     }
@@ -188,20 +192,17 @@ double expected_seconds(const Job& job, double samples_per_second, Time now) {
 }
 
 bool is_whole(const Job& job) {
-  const Goal& goal = job.record.spec.goal;
-  if (job.film.min_samples() >= job.sample_limit() || job.error_met()) {
-    return true;
+  switch (job.record.reached) {
+    case GoalLimit::error:
+      return job.error_met();
+    case GoalLimit::samples:
+      return job.film.min_samples() >= job.sample_limit();
+    case GoalLimit::seconds:
+      return !job.has_gaps();
+    case GoalLimit::none:  // from before jobs said which limit they had reached
+      break;
   }
-  if (goal.seconds == 0) {
-    return false;
-  }
-  for (std::uint32_t tile = 0; tile < job.film.grid().tile_count(); ++tile) {
-    const std::vector<NodePtr>& forest = job.film.forest(TileId{tile});
-    if (!forest.empty() && forest.back()->range.end() != job.film.samples(TileId{tile})) {
-      return false;
-    }
-  }
-  return true;
+  return job.film.min_samples() >= job.sample_limit() || (job.record.spec.goal.seconds > 0 && !job.has_gaps());
 }
 
 }  // namespace lightmill

@@ -6,6 +6,7 @@
 
 #include "common/base/status.h"
 #include "common/farm/job.h"
+#include "common/film/error_estimate.h"
 #include "server/domain/coordinator.h"
 
 namespace lightmill {
@@ -28,11 +29,11 @@ std::string interval_text(double value, double half_width);
 /// The goal of a job that is extended; INVALID_ARGUMENT unless it asks for more than before.
 Result<Goal> extended_goal(const Job& job, const Extension& to, Time now);
 
-/// Seconds until the job will probably end, at `samples_per_second`; infinite if unknown.
-double expected_seconds(const Job& job, double samples_per_second, Time now);
+/// Seconds until the job, whose film has this error, will probably end at `samples_per_second`; infinite if unknown.
+double expected_seconds(const Job& job, const FrameError& error, double samples_per_second, Time now);
 
-/// Whether a done job's film has what its end says: its sample goal, its error, or without having reached those, every
-/// tile samples [0, n).
+/// Whether a done job's film has what its end says: the samples or the error that were asked for, or where time has
+/// ended it, every tile samples [0, n).
 bool is_whole(const Job& job);
 
 }  // namespace lightmill

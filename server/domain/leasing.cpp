@@ -145,9 +145,9 @@ void Coordinator::State::send_grant(Worker& worker, Job& job, const Lease& lease
   // there are, leases wait for the commit of what it was read from: no crash lets samples come back that are not
   // decided yet.
   WorkerJob& known = worker.jobs[job.id()];
-  const bool decided = job.record.spec.goal.error == 0;
+  const bool count_is_fixed = job.record.spec.goal.error == 0;
   std::vector<Outgoing>& channel =
-      decided && job.class_durable && (known.confirmed || known.leases == 1) ? step.now : step.after_commit;
+      count_is_fixed && job.class_durable && (known.confirmed || known.leases == 1) ? step.now : step.after_commit;
   if (known.leases == 1 || known.describe) {
     channel.push_back({*worker.session, JobDescription{job.id(), job.digest, job.record.spec.settings}});
     known.describe = false;

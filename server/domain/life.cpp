@@ -36,9 +36,19 @@ std::uint64_t Job::samples_end() const {
   return end;
 }
 
+bool Job::has_gaps() const {
+  for (std::uint32_t tile = 0; tile < film.grid().tile_count(); ++tile) {
+    const std::vector<NodePtr>& forest = film.forest(TileId{tile});
+    if (!forest.empty() && forest.back()->range.end() != film.samples(TileId{tile})) {
+      return true;
+    }
+  }
+  return false;
+}
+
 bool Job::error_met() const {
   const double goal = record.spec.goal.error;
-  return goal > 0 && film.min_samples() == film.max_samples() && is_error_count(film.min_samples()) &&
+  return goal > 0 && film.min_samples() == film.max_samples() && is_error_count(film.min_samples()) && !has_gaps() &&
          meets(error.update_all(film), goal);
 }
 
@@ -68,8 +78,11 @@ Coordinator::State::State(const CoordinatorLimits& the_limits, StoredState store
     job->class_durable = !job->record.fingerprint_class.empty();
     Job& at = *jobs.emplace(id, std::move(job)).first->second;
     if (at.record.state == JobState::done && !is_whole(at)) {
-      at.record.state = JobState::running;  // a damaged node was left out by the store: it is rendered again
+      // A damaged node was left out by the store: it is rendered again.
+      at.record.state = JobState::running;
       at.record.reached = GoalLimit::none;
+      at.record.reason.clear();
+      at.record.finished_unix_ms = 0;
     }
     if (at.active()) {
       if (at.class_durable) {

@@ -102,12 +102,12 @@ JobStatus Coordinator::State::describe(const Job& job, Time now) const {
   status.max_tile_samples = job.film.max_samples();
   status.active_seconds = job.active_seconds(now);
   status.worker_seconds = record.worker_seconds;
+  const FrameError error = job.error.update(job.film);
   if (record.state == JobState::running) {
     status.samples_per_second = job.rate.per_second(now);
-    const double eta = expected_seconds(job, status.samples_per_second, now);
+    const double eta = expected_seconds(job, error, status.samples_per_second, now);
     status.eta_seconds = std::isinf(eta) ? -1 : eta;
   }
-  const FrameError error = job.error.update(job.film);
   status.error = {error.rel_mse, error.half_width, error.known};
   status.counters = record.counters;
   status.submitted_unix_ms = record.submitted_unix_ms;

@@ -35,7 +35,7 @@ void FarmSimulation::make_jobs() {
       job.goal = random_.chance(0.5) ? 0 : 200;
     }
     if (random_.chance(0.25)) {
-      job.goal = 0;
+      job.goal = random_.chance(0.3) ? kGoals[random_.below(std::size(kGoals))] : 0;
       job.error = kErrors[random_.below(std::size(kErrors))];
       job.spec.goal = {};
       job.spec.goal.error = job.error;
@@ -111,6 +111,9 @@ void FarmSimulation::change_something() {
 }
 
 void FarmSimulation::extend(std::size_t index) {
+  if (client_jobs_[index].error > 0 && client_jobs_[index].goal > 0) {
+    return;  // whether the samples are reached by then decides whether they still count
+  }
   const std::uint64_t more = client_jobs_[index].goal + 1 + random_.below(80);
   const Extension to = client_jobs_[index].error > 0 ? Extension{0, client_jobs_[index].error * random_.between(0.5, 1)}
                                                      : Extension{more};
@@ -264,7 +267,10 @@ void FarmSimulation::check_film(const ClientJob& job, const JobStatus& status) {
   const bool by_time = job.spec.goal.seconds > 0;
   report_.results_duplicate += status.counters.results_duplicate;
   report_.wanted += film.pixel_samples();
-  const std::uint64_t wanted = job.error > 0 && !job.cancelled ? count_of(job, status) : job.goal;
+  std::uint64_t wanted = job.goal;
+  if (job.error > 0 && !job.cancelled) {
+    wanted = std::min(count_of(job, status), job.goal > 0 ? job.goal : kMaxSamples);
+  }
   for (std::uint32_t i = 0; i < film.grid().tile_count(); ++i) {
     const TileId tile{i};
     const std::uint64_t samples = film.samples(tile);
