@@ -34,12 +34,51 @@ TEST(Meters, APointLightIsReadExactly) {
         point(x, y, z)));
     const MeterReading reading = read_meters(scene, 1).front();
     const double factor = cosine / (x * x + y * y + z * z);
-    // Read a hair above the point: by 2e-6 of its distance from the scene's middle.
-    EXPECT_NEAR(reading.rgb.x, 1 * factor, 1e-5 * factor);
-    EXPECT_NEAR(reading.rgb.y, 2 * factor, 2e-5 * factor);
-    EXPECT_NEAR(reading.rgb.z, 4 * factor, 4e-5 * factor);
+    // It begins in the open, where it is: single precision is all that is lost.
+    EXPECT_NEAR(reading.rgb.x, 1 * factor, 1e-6 * factor);
+    EXPECT_NEAR(reading.rgb.y, 2 * factor, 2e-6 * factor);
+    EXPECT_NEAR(reading.rgb.z, 4 * factor, 4e-6 * factor);
     expect_reading(reading, (0.2126 * 1 + 0.7152 * 2 + 0.0722 * 4) * factor, 1e-5);
   }
+}
+
+/// What a meter at the origin that faces +z reads of a point light of 4 W/sr two above it, with another object there.
+double read_under_a_light(const std::string& object, std::uint32_t level = 1) {
+  const auto scene = scene_with(fmt::format(
+      R"("materials": [{{"name": "m", "diffuse": {{"reflectance": {{"rgb": [0, 0, 0]}}}}}}],
+         "objects": [{{"material": "m", {}}}],
+         "lights": [{{"point": {{"position": [0, 0, 2], "intensity": {{"rgb": [4, 4, 4]}}}}}}],
+         "meters": [{{"name": "m", "irradiance": {{"point": [0, 0, 0], "normal": [0, 0, 1]}}}}])",
+      object));
+  return read_meters(scene, level).front().value;
+}
+
+TEST(Meters, InTheOpenFarThingsDoNotMoveThem) {
+  // E = I / d² = 1, however far below a plane, a triangle's far corner or a ball is: they are not at the meter.
+  for (const double depth : {1.0, 10.0, 1e3, 1e4, 1e6}) {
+    EXPECT_NEAR(read_under_a_light(fmt::format(R"("plane": {{"point": [0, 0, {}], "normal": [0, 0, 1]}})", -depth)), 1,
+                1e-6)
+        << depth;
+  }
+  EXPECT_NEAR(read_under_a_light(R"("plane": {"point": [0, 0, -1], "normal": [0, 0, 1]})"), 1, 1e-6);
+  // The frame's middle is 500 off, which single precision knows to 2^-16.
+  EXPECT_NEAR(read_under_a_light(R"("triangle": {"a": [0, 0, -1], "b": [1e3, 0, -1e3], "c": [0, 1e3, -1e3]})"), 1,
+              1e-4);
+  EXPECT_NEAR(read_under_a_light(R"("sphere": {"center": [0, 0, -1e4], "radius": 9e3})"), 1, 1e-6);
+}
+
+TEST(Meters, OnASurfaceTheySeeWhatTheSurfaceSees) {
+  // On a plane far from its point, on a ball's top, on a triangle, in its frame's corner: nothing of them is in the
+  // way, and the hair above them is small against the light's distance.
+  for (const char* object :
+       {R"("plane": {"point": [0, 0, 0], "normal": [0, 0, 1]})",
+        R"("plane": {"point": [300, -200, 0], "normal": [0, 0, 1]})",
+        R"("sphere": {"center": [0, 0, -1], "radius": 1})", R"("sphere": {"center": [0, 0, -300], "radius": 300})",
+        R"("triangle": {"a": [-1, -1, 0], "b": [100, 0, 0], "c": [0, 100, 0]})"}) {
+    EXPECT_NEAR(read_under_a_light(object, 4), 1, 3e-3) << object;
+  }
+  // Tilted, where the plane's point and the meter are rounded each on its own.
+  EXPECT_NEAR(read_under_a_light(R"("plane": {"point": [300, 0, -100], "normal": [1, 0, 3]})", 4), 1, 3e-3);
 }
 
 TEST(Meters, SphereLights) {

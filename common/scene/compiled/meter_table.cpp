@@ -4,6 +4,7 @@
 
 #include "common/base/overloaded.h"
 #include "common/scene/compiled/convert.h"
+#include "common/scene/compiled/meter_surfaces.h"
 
 namespace lightmill {
 namespace {
@@ -16,7 +17,7 @@ Vec3d unit(const Vec3d& v) {
 
 }  // namespace
 
-MeterTable compile_meters(const std::vector<Meter>& meters, const WorldFrame& frame) {
+MeterTable compile_meters(const std::vector<Meter>& meters, const WorldFrame& frame, const MeterSurfaces& surfaces) {
   MeterTable table;
   for (const Meter& meter : meters) {
     MeterPlace place;
@@ -39,9 +40,9 @@ MeterTable compile_meters(const std::vector<Meter>& meters, const WorldFrame& fr
     place.edge1 = Vec3(edge1);
     place.edge2 = Vec3(edge2);
     place.direction = Vec3(direction);
-    // A meter may lie on a surface of the scene, whose own position is no more exact than the scene is large.
-    place.magnitude =
-        Vec3(glm::abs(corner) + glm::abs(edge1) + glm::abs(edge2) + Vec3d(frame.extent() * frame.scale() / 16));
+    if (!place.looks) {
+      place.magnitude = Vec3(surfaces.magnitude({corner, edge1, edge2}));
+    }
     table.push_back(place);
   }
   return table;

@@ -10,13 +10,15 @@
 
 namespace lightmill {
 
+class MeterSurfaces;
+
 /// Where a meter's estimates begin.
 struct MeterPlace {
   bool looks = false;  ///< a ray into `direction`; else a surface that receives light on the side of `direction`
   Vec3 corner{0};      ///< the point, or a parallelogram's corner
   Vec3 edge1{0}, edge2{0};
   Vec3 direction{0};  ///< unit
-  Vec3 magnitude{0};  ///< sizes that entered a point's coordinates: see surface_offset
+  Vec3 magnitude{0};  ///< of a meter on a surface, the sizes that entered it: see surface_offset; zero in the open
   Media8 media = {};  ///< that it is in
 
   /// Its middle, moved as far along `direction` as its estimates begin.
@@ -28,6 +30,6 @@ struct MeterPlace {
 
 using MeterTable = std::vector<MeterPlace>;
 
-MeterTable compile_meters(const std::vector<Meter>& meters, const WorldFrame& frame);
+MeterTable compile_meters(const std::vector<Meter>& meters, const WorldFrame& frame, const MeterSurfaces& surfaces);
 
 }  // namespace lightmill

@@ -1,0 +1,50 @@
+// Which surfaces of a scene pass through a meter's place, and how exact these are.
+#pragma once
+
+#include <vector>
+
+#include "common/scene/compiled/mesh_sources.h"
+#include "common/scene/compiled/transform.h"
+#include "common/scene/compiled/world_frame.h"
+#include "common/scene/document.h"
+
+namespace lightmill {
+
+/// A meter's place in the frame: a point, or a parallelogram.
+struct MeterSpot {
+  Vec3d corner{0}, edge1{0}, edge2{0};
+
+  std::array<Vec3d, 4> corners() const { return {corner, corner + edge1, corner + edge2, corner + edge1 + edge2}; }
+  /// The point of it that is nearest to p.
+  Vec3d nearest(const Vec3d& p) const;
+  /// What its coordinates are made of.
+  Vec3d sizes() const { return glm::abs(corner) + glm::abs(edge1) + glm::abs(edge2); }
+};
+
+/// Looks through a scene's objects; refers to what it is made of.
+class MeterSurfaces {
+ public:
+  /// `maps` and `bounds` (in scene units): one an object.
+  MeterSurfaces(const Scene& scene, const ObjectMeshes& meshes, const std::vector<Affine>& maps,
+                const std::vector<Bounds>& bounds, const WorldFrame& frame)
+      : scene_(scene), meshes_(meshes), maps_(maps), bounds_(bounds), frame_(frame) {}
+
+  /// The sizes that enter the coordinates of hits near a meter that is on a surface: its own, and those of the
+  /// surfaces that pass through it as far as rounding lets one say. Zero for a meter on none: its estimates begin
+  /// where it is.
+  Vec3d magnitude(const MeterSpot& spot) const;
+
+ private:
+  Vec3d to_frame(std::size_t object, const Vec3d& p) const { return frame_.to_frame(maps_[object](p)); }
+  Vec3d on_sphere(std::size_t object, const SphereShape& sphere, const MeterSpot& spot) const;
+  Vec3d on_plane(std::size_t object, const PlaneShape& plane, const MeterSpot& spot) const;
+  Vec3d on_mesh(std::size_t object, const MeterSpot& spot) const;
+
+  const Scene& scene_;
+  const ObjectMeshes& meshes_;
+  const std::vector<Affine>& maps_;
+  const std::vector<Bounds>& bounds_;
+  const WorldFrame& frame_;
+};
+
+}  // namespace lightmill
