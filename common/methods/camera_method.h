@@ -73,7 +73,12 @@ class CameraMethod final : public Method {
         store_surfaces(channels_, *scene_, hit.arrival.hits, hit.surface, pixel_lanes,
                        {ws.radiance.data(), pixels, ws.first.empty() ? nullptr : ws.first.data(), pixels});
       }
-      store(shader_.shade(hit, ws.counters), pixel, pixels, ws.radiance);
+      V8 value = shader_.shade(hit, ws.counters);
+      if (scene_->features().media) {
+        const V8 nothing_known = broadcast(Vec3(std::numeric_limits<float>::quiet_NaN()));
+        value = select(MediumTable::overfull(hit.arrival.media), nothing_known, value);
+      }
+      store(value, pixel, pixels, ws.radiance);
     }
   }
 

@@ -15,6 +15,11 @@ Arrival8 travel(const CompiledScene& scene, M8 lanes, const Ray8& rays, const Me
   F8 skipped(0.0f);  // of the way, by moving off the surface before
   M8 active = lanes;
   for (int passed = 0; active.any(); ++passed) {
+    if (const M8 overfull = active & MediumTable::overfull(out.media); has_media && overfull.any()) [[unlikely]] {
+      const V8 nothing_known = broadcast(Vec3(std::numeric_limits<float>::quiet_NaN()));
+      out.transmittance = select(overfull, nothing_known, out.transmittance);
+      active = and_not(active, overfull);
+    }
     const Hit8 hits = scene.accel().intersect(active, out.rays, false);
     counters.closest_hit_rays += static_cast<std::uint64_t>(active.count());
     if (has_media) {

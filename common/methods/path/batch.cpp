@@ -75,12 +75,16 @@ void Batch::add_to_group(M8 lanes, U8 slot, U8 group, const V8& value) {
   add_to_planes(lanes, slot, value, [&](int lane) { return channels_.light[groups[lane]]; });
 }
 
-/// A path that arithmetic has led out of all numbers (only degenerate geometry does) makes its sample one that is not
-/// finite: it is counted, not lost in silence.
+/// Makes the samples of paths that are lost such as are not finite: they are counted, not lost in silence.
+void Batch::add_not_finite(M8 lost, U8 slot) {
+  add_to_plane(0, lost, slot, broadcast(Vec3(std::numeric_limits<float>::quiet_NaN())));
+}
+
+/// The same for those that arithmetic has led out of all numbers (only degenerate geometry does).
 void Batch::add_untraceable(M8 lanes, const Ray8& rays, U8 slot) {
   const M8 lost = and_not(lanes, Accel::traceable(rays));
   if (lost.any()) [[unlikely]] {
-    add_to_plane(0, lost, slot, broadcast(Vec3(std::numeric_limits<float>::quiet_NaN())));
+    add_not_finite(lost, slot);
   }
 }
 

@@ -61,6 +61,7 @@ class Batch {
   void add_to_plane(int channel, M8 lanes, U8 slot, const V8& value);
   void add_light(M8 lanes, U8 slot, const V8& value, bool direct);
   void add_to_group(M8 lanes, U8 slot, U8 group, const V8& value);
+  void add_not_finite(M8 lost, U8 slot);
   void add_untraceable(M8 lanes, const Ray8& rays, U8 slot);
   void add_emission(const Path8& in, const Hit8& hits, const Surface8& surface, std::uint32_t bounce);
   void add_environment(const Path8& in, M8 escaped, std::uint32_t bounce);

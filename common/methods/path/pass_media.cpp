@@ -57,6 +57,10 @@ Batch::Passage8 Batch::pass_media(Path8& paths, M8 lanes, Hit8& hits, std::uint3
   F8 skipped(0.0f);  // of the way, by moving off the surface before
   M8 active = lanes;
   for (std::uint32_t passed = 0; active.any(); ++passed) {
+    if (const M8 overfull = active & MediumTable::overfull(paths.media); overfull.any()) [[unlikely]] {
+      add_not_finite(overfull, paths.slot);
+      paths.throughput = masked(~overfull, paths.throughput);
+    }
     const F8 length = select(hits.hit, hits.distance + skipped, F8(std::numeric_limits<float>::infinity()));
     F8 scattered_at(0.0f);
     const M8 scattered = travel(paths, active, length, medium_decision(bounce, passed), scattered_at);
@@ -135,7 +139,7 @@ V8 Batch::light_through_media(const Shadow8& shadows, M8 lanes, M8 blocked) {
   V8 left = table.transmittance(table.current(media), length);
   V8 passed = broadcast(Vec3(1));
   M8 active = lanes & blocked;
-  M8 lost;
+  M8 lost, overfull = lanes & MediumTable::overfull(media);
   F8 skipped(0.0f);
   for (std::uint32_t i = 0; active.any(); ++i) {
     const F8 rest = length - dot(origin - shadows.origin, direction);
@@ -158,8 +162,10 @@ V8 Batch::light_through_media(const Shadow8& shadows, M8 lanes, M8 blocked) {
     origin = select(active, surface.point + off, origin);
     skipped = dot(off, direction);
     media = select(active, here.beyond, media);
+    overfull = overfull | (active & MediumTable::overfull(media));
   }
-  return masked(~lost, select(blocked, passed, left));
+  const V8 arriving = masked(~lost, select(blocked, passed, left));
+  return select(overfull, broadcast(Vec3(std::numeric_limits<float>::quiet_NaN())), arriving);
 }
 
 }  // namespace lightmill::path

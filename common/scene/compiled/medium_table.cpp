@@ -50,7 +50,7 @@ MediumTable::MediumTable(const Scene& scene, double length_scale)
 }
 
 U8 MediumTable::current(const Media8& media) const {
-  const Slots8 slots(media);
+  const Slots8 slots(select(overfull(media), Media8{U8(0u), U8(0u)}, media));
   const M8 all(true);
   U8 best = slots.s[0];
   U8 best_priority = gather(priority_.data(), best, all);
@@ -66,17 +66,13 @@ U8 MediumTable::current(const Media8& media) const {
 Media8 MediumTable::entered(const Media8& media, U8 medium) {
   Slots8 slots(media);
   const M8 full = ~is_none(slots.s[kMaxDepth - 1]);
-  for (int i = 0; i + 1 < kMaxDepth; ++i) {
-    slots.s[i] = select(full, slots.s[i + 1], slots.s[i]);
-  }
-  slots.s[kMaxDepth - 1] = select(full, U8(0u), slots.s[kMaxDepth - 1]);
   M8 placed;
   for (U8& slot : slots.s) {
     const M8 here = and_not(is_none(slot), placed);
     slot = select(here, medium, slot);
     placed = placed | here;
   }
-  return slots.packed();
+  return select(full, Media8{U8(0xffffffffu), U8(0xffffffffu)}, slots.packed());
 }
 
 Media8 MediumTable::left(const Media8& media, U8 medium) {

@@ -14,7 +14,8 @@
 
 namespace lightmill {
 
-/// The media that eight paths are in: up to four of 16 bits each, those entered first in the low bits; 0 is none.
+/// The media that eight paths are in: up to four of 16 bits each, those entered first in the low bits; 0 is none. All
+/// bits are set of a path that has entered more: where it is, is not known any more.
 struct Media8 {
   U8 low, high;
 };
@@ -32,7 +33,7 @@ struct Crossing8 {
 /// One medium for each material that light passes into, from 1; 0 is the empty space outside of all.
 class MediumTable {
  public:
-  static constexpr int kMaxDepth = 4;  ///< where more shapes overlap, those entered first are forgotten
+  static constexpr int kMaxDepth = 4;  ///< that are kept of a path
 
   MediumTable() = default;
   /// `length_scale`: of the frame to render in over scene units.
@@ -61,6 +62,9 @@ class MediumTable {
     return {along(extinction.x), along(extinction.y), along(extinction.z)};
   }
   V8 transmittance(U8 medium, F8 length) const { return transmittance(extinction(medium), length); }
+
+  /// Which paths are in more media than are kept. That stays so, whatever they cross; no medium is known to be there.
+  static M8 overfull(const Media8& media) { return media.high == U8(0xffffffffu); }
 
   static Media8 entered(const Media8& media, U8 medium);
   static Media8 left(const Media8& media, U8 medium);

@@ -179,6 +179,35 @@ TEST(Media, ClearGlassInGlassHidesInUniformLight) {
   }
 }
 
+/// The middle pixel of `count` clear glass balls in each other under a sky of radiance 1: its mean, and how many of its
+/// 2^6 samples are not finite.
+std::pair<double, std::uint32_t> middle_of_balls(int count, const std::string& method, double eye) {
+  std::string balls = sphere("sky", "[0, 0, 0]", 10, true);
+  for (int i = 0; i < count; ++i) {
+    balls += also(sphere("glass", "[0, 0, 0]", 1 - 0.1 * i));
+  }
+  const auto scene = TestScene::from_text(document(fmt::format(R"("eye": [0, 0, {}], "look_at": [0, 0, -9])", eye), 1,
+                                                   1, diffuse("sky", 0, 1) + also(medium("glass", 1.5, "")), balls));
+  const auto compiled = CompiledScene::compile(scene.scene(), scene.assets());
+  EXPECT_TRUE(compiled.ok()) << message_of(compiled.status());
+  const auto rendering = make_method(*compiled, {method, 1, 0});
+  const auto workspace = (*rendering)->make_workspace();
+  const Node node = (*rendering)->render({0, 0, 1, 1}, {6, 0}, *workspace);
+  return {(node.values[0] + node.values[3]) / 64, node.non_finite};
+}
+
+TEST(Media, SamplesInMoreThanFourShapesAreCountedAsNotFinite) {
+  for (const char* method : {"path", "whitted"}) {
+    const auto [four, none] = middle_of_balls(4, method, 4);
+    EXPECT_EQ(none, 0u) << method;
+    EXPECT_NEAR(four, 1, method == std::string("path") ? 0.1 : 1e-3) << method;
+    // Some of the 64 paths are reflected before they are in all five.
+    EXPECT_GE(middle_of_balls(5, method, 4).second, 48u) << method;
+    EXPECT_GE(middle_of_balls(8, method, 4).second, 48u) << method;
+    EXPECT_EQ(middle_of_balls(5, method, 0).second, 64u) << method << ", the eye in the middle of them";
+  }
+}
+
 TEST(Media, AnEyeInsideAbsorbingGlassSeesTheSkyBrighter) {
   // Along a diameter: radiance is n² denser inside, (1 − R) of it enters, and what is reflected comes back from the
   // other side.
