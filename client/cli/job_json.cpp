@@ -29,6 +29,13 @@ json to_json(const google::protobuf::RepeatedPtrField<std::string>& texts) {
 }  // namespace
 
 json to_json(const v1::Job& job) {
+  json history = json::array();
+  for (const v1::ErrorPoint& point : job.history()) {
+    history.push_back({{"samples", point.samples()},
+                       {"worker_seconds", point.worker_seconds()},
+                       {"rel_mse", point.error().rel_mse()},
+                       {"half_width", point.error().half_width()}});
+  }
   const v1::JobCounters& counters = job.counters();
   return {
       {"id", job.id()},
@@ -64,6 +71,7 @@ json to_json(const v1::Job& job) {
       {"eta_seconds", null_unless(job.eta_seconds() >= 0, job.eta_seconds())},
       {"error", job.has_error() ? json{{"rel_mse", job.error().rel_mse()}, {"half_width", job.error().half_width()}}
                                 : json(nullptr)},
+      {"history", history},
       {"counters",
        {{"results_merged", counters.results_merged()},
         {"results_duplicate", counters.results_duplicate()},

@@ -91,6 +91,14 @@ struct ErrorEstimate {
   bool known = false;     ///< false until every tile has both halves
 };
 
+/// The frame's error when a job had so many samples.
+struct ErrorPoint {
+  double samples = 0;         ///< per pixel, the mean over the frame
+  double worker_seconds = 0;  ///< as JobStatus has it
+  double rel_mse = 0, half_width = 0;
+  friend bool operator==(const ErrorPoint&, const ErrorPoint&) = default;
+};
+
 /// A job as it stands.
 struct JobStatus {
   JobId id;
@@ -113,6 +121,7 @@ struct JobStatus {
   double samples_per_second = 0;                             ///< recent rate, pixel samples
   double eta_seconds = -1;                                   ///< negative: unknown
   ErrorEstimate error;
+  std::vector<ErrorPoint> history;  ///< ascending: at about 2^k and 3·2^k samples, from 16 on, and at its end
   JobCounters counters;
   std::int64_t submitted_unix_ms = 0, finished_unix_ms = 0;  ///< 0: not yet
   Sha256 render_digest;                                      ///< zero until the class is fixed

@@ -306,6 +306,13 @@ void to_wire(const JobStatus& status, v1::Job* out) {
     out->mutable_error()->set_rel_mse(status.error.rel_mse);
     out->mutable_error()->set_half_width(status.error.half_width);
   }
+  for (const ErrorPoint& point : status.history) {
+    v1::ErrorPoint* to = out->add_history();
+    to->set_samples(point.samples);
+    to->set_worker_seconds(point.worker_seconds);
+    to->mutable_error()->set_rel_mse(point.rel_mse);
+    to->mutable_error()->set_half_width(point.half_width);
+  }
   v1::JobCounters* counters = out->mutable_counters();
   counters->set_results_merged(status.counters.results_merged);
   counters->set_results_duplicate(status.counters.results_duplicate);
@@ -349,6 +356,10 @@ Result<JobStatus> from_wire(const v1::Job& job) {
   out.eta_seconds = job.eta_seconds();
   if (job.has_error()) {
     out.error = {job.error().rel_mse(), job.error().half_width(), true};
+  }
+  for (const v1::ErrorPoint& point : job.history()) {
+    out.history.push_back(
+        {point.samples(), point.worker_seconds(), point.error().rel_mse(), point.error().half_width()});
   }
   const v1::JobCounters& counters = job.counters();
   out.counters = {counters.results_merged(), counters.results_duplicate(), counters.leases_lost(),

@@ -141,6 +141,9 @@ struct Coordinator::State {
   /// Closes the plan of a job whose seconds are over.
   void close_if_time_is_up(Job& job, Time now, Step& step);
   void put_job(Job& job, Step& step);
+  /// Adds to the job's history where its film has come to a count at which that is done, or, `at_end`, to any higher
+  /// count. Returns whether it did.
+  bool record_error(Job& job, bool at_end);
   void put_progress(Job& job, Time now, Step& step);
   void queue_again(Job& job);    ///< after it was paused, ended or new: with a fresh share
   void refresh_queue(Job& job);  ///< after anything that changes what it has to give, or its place

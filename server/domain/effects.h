@@ -25,6 +25,7 @@ struct JobRecord {
   double active_seconds = 0;
   double worker_seconds = 0;
   JobCounters counters;
+  std::vector<ErrorPoint> history;  ///< some sixty at most: see JobStatus; only ever grows
   std::int64_t submitted_unix_ms = 0, finished_unix_ms = 0;
 };
 

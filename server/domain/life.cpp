@@ -128,6 +128,22 @@ void Coordinator::State::put_job(Job& job, Step& step) {
   step.writes.push_back(PutJob{job.record});
 }
 
+bool Coordinator::State::record_error(Job& job, bool at_end) {
+  std::vector<ErrorPoint>& history = job.record.history;
+  const double samples =
+      static_cast<double>(job.film.pixel_samples()) / static_cast<double>(job.film.grid().pixel_count());
+  const double last = history.empty() ? 0 : history.back().samples;
+  const std::uint64_t next = next_error_count(static_cast<std::uint64_t>(last) + 1);
+  if (samples <= last || (!at_end && job.film.min_samples() < next)) {
+    return false;
+  }
+  const FrameError error = job.error.update(job.film);
+  if (error.known) {
+    history.push_back({samples, job.record.worker_seconds, error.rel_mse, error.half_width});
+  }
+  return error.known;
+}
+
 void Coordinator::State::put_progress(Job& job, Time now, Step& step) {
   ++job.version;
   step.writes.push_back(PutProgress{job.id(), job.active_seconds(now), job.record.worker_seconds, job.record.counters});
@@ -177,6 +193,7 @@ void Coordinator::State::finish_job(Job& job, JobState state, std::string reason
   while (!job.leases.empty()) {
     end_lease(*job.leases.begin(), true, false, now, step);
   }
+  record_error(job, true);
   job.record.state = state;
   job.record.reason = std::move(reason);
   job.record.finished_unix_ms = unix_ms(now);

@@ -84,6 +84,9 @@ void Coordinator::State::on_result(SessionId session, WorkerResult result, Time 
   send_after_commit(step, session, ResultAck{{key}});
   settle(*job, key.tile, lease_id, now, step);
   refresh_queue(*job);
+  if (record_error(*job, false)) {
+    put_job(*job, step);
+  }
   put_progress(*job, now, step);
   const std::uint64_t wanted_before = job->plan->goal();
   const bool others_wait = finish_if_complete(*job, now, step) || job->plan->goal() > wanted_before;

@@ -109,6 +109,7 @@ JobStatus Coordinator::State::describe(const Job& job, Time now) const {
     status.eta_seconds = std::isinf(eta) ? -1 : eta;
   }
   status.error = {error.rel_mse, error.half_width, error.known};
+  status.history = record.history;
   status.counters = record.counters;
   status.submitted_unix_ms = record.submitted_unix_ms;
   status.finished_unix_ms = record.finished_unix_ms;

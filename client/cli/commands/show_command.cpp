@@ -4,10 +4,12 @@
 #include "client/cli/context.h"
 #include "client/cli/farm_choice.h"
 #include "client/cli/film_fetch.h"
+#include "client/cli/job_chart.h"
 #include "client/cli/job_json.h"
 #include "client/cli/progress.h"
 #include "client/cli/table.h"
 #include "client/cli/units.h"
+#include "common/base/file.h"
 
 namespace lightmill::cli {
 namespace {
@@ -82,8 +84,20 @@ std::vector<std::vector<std::string>> describe(const FetchedFilm& film) {
   return rows;
 }
 
-Status show_job(FarmConnection& connection, const Console& console, std::uint64_t id) {
-  LM_ASSIGN_OR_RETURN(const FetchedFilm film, fetch_film(connection, id));
+struct ShowOptions {
+  std::uint64_t job = 0;
+  std::string chart;
+};
+
+Status show_job(FarmConnection& connection, const Console& console, const ShowOptions& options) {
+  LM_ASSIGN_OR_RETURN(const FetchedFilm film, fetch_film(connection, options.job));
+  if (!options.chart.empty()) {
+    LM_RETURN_IF_ERROR(
+        as_output_error(write_file_atomically(options.chart, as_byte_view(chart_file(job_chart(film.job))))));
+    if (film.job.history().empty()) {
+      console.notice("the chart has no points yet: a job's error is looked at from 16 samples per pixel on");
+    }
+  }
   nlohmann::json object = to_json(film.job);
   object["film_hash"] = film.picture.receipt.film_hash;
   object["layers"] = layer_names(film.picture);
@@ -96,14 +110,15 @@ Status show_job(FarmConnection& connection, const Console& console, std::uint64_
 }  // namespace
 
 void add_show_command(CLI::App& app, Context& context) {
-  const auto job = std::make_shared<std::uint64_t>(0);
+  const auto options = std::make_shared<ShowOptions>();
   CLI::App* command = app.add_subcommand("show", "Everything about one job, with the hash of its film.");
-  add_job_number(*command, *job);
+  add_job_number(*command, options->job);
+  command->add_option("--chart", options->chart, "also draw how its error fell, as SVG")->type_name("FILE.svg");
   add_common_options(*command, context);
-  command->callback([&context, job] {
-    context.run = [&context, job](const Console& console) {
+  command->callback([&context, options] {
+    context.run = [&context, options](const Console& console) {
       return with_farm(console, context.common.server,
-                       [&](FarmConnection& connection) { return show_job(connection, console, *job); });
+                       [&](FarmConnection& connection) { return show_job(connection, console, *options); });
     };
   });
 }

@@ -108,6 +108,23 @@ Status load_settings(Database& database, StoredState& state) {
   return ok_status();
 }
 
+Status load_histories(Database& database, StoredState& state) {
+  LM_ASSIGN_OR_RETURN(Statement rows, database.prepare("SELECT samples, worker_seconds, rel_mse, half_width FROM "
+                                                       "job_errors WHERE job = ?1 ORDER BY samples"));
+  for (StoredState::StoredJob& job : state.jobs) {
+    rows.bind_all(job.record.id.value);
+    for (;;) {
+      LM_ASSIGN_OR_RETURN(const bool more, rows.step());
+      if (!more) {
+        break;
+      }
+      job.record.history.push_back({rows.real(0), rows.real(1), rows.real(2), rows.real(3)});
+    }
+    rows.reset();
+  }
+  return ok_status();
+}
+
 Status load_nodes(Database& database, StoredState& state) {
   LM_ASSIGN_OR_RETURN(Statement rows, database.prepare("SELECT id, tile, level, range_index, non_finite, hash, samples "
                                                        "FROM nodes WHERE job = ?1 ORDER BY id"));
@@ -160,6 +177,7 @@ Result<StoredState> load_state(Database& database) {
   StoredState state;
   LM_RETURN_IF_ERROR(load_jobs(database, state));
   LM_RETURN_IF_ERROR(load_settings(database, state));
+  LM_RETURN_IF_ERROR(load_histories(database, state));
   LM_RETURN_IF_ERROR(load_nodes(database, state));
   LM_RETURN_IF_ERROR(next_epoch(database, state));
   return state;

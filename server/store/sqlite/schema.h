@@ -1,4 +1,4 @@
-// The tables of the store's file, format 4.
+// The tables of the store's file, format 5.
 #pragma once
 
 #include <array>
@@ -15,7 +15,7 @@ CREATE TABLE meta (
   key TEXT PRIMARY KEY,
   value INTEGER NOT NULL
 ) WITHOUT ROWID;
-INSERT INTO meta VALUES ('format', 4), ('epoch', 0);
+INSERT INTO meta VALUES ('format', 5), ('epoch', 0);
 
 CREATE TABLE jobs (
   id INTEGER PRIMARY KEY AUTOINCREMENT,
@@ -42,6 +42,16 @@ CREATE TABLE jobs (
   goal_error REAL NOT NULL DEFAULT 0,
   reached TEXT NOT NULL DEFAULT ''
 );
+
+-- How a job's error fell; samples are per pixel.
+CREATE TABLE job_errors (
+  job INTEGER NOT NULL REFERENCES jobs (id) ON DELETE CASCADE,
+  samples REAL NOT NULL,
+  worker_seconds REAL NOT NULL,
+  rel_mse REAL NOT NULL,
+  half_width REAL NOT NULL,
+  PRIMARY KEY (job, samples)
+) WITHOUT ROWID;
 
 CREATE TABLE job_settings (
   job INTEGER PRIMARY KEY REFERENCES jobs (id) ON DELETE CASCADE,
@@ -121,7 +131,19 @@ ALTER TABLE job_settings ADD COLUMN method_reasons TEXT NOT NULL DEFAULT '';
 ALTER TABLE job_settings ADD COLUMN method_notices TEXT NOT NULL DEFAULT '';
 )sql";
 
+/// From format 4, which knew no history of a job's error.
+inline constexpr const char* kFromFormat4 = R"sql(
+CREATE TABLE job_errors (
+  job INTEGER NOT NULL REFERENCES jobs (id) ON DELETE CASCADE,
+  samples REAL NOT NULL,
+  worker_seconds REAL NOT NULL,
+  rel_mse REAL NOT NULL,
+  half_width REAL NOT NULL,
+  PRIMARY KEY (job, samples)
+) WITHOUT ROWID;
+)sql";
+
 /// By the format that they lead away from, less one.
-inline constexpr std::array kSteps{kFromFormat1, kFromFormat2, kFromFormat3};
+inline constexpr std::array kSteps{kFromFormat1, kFromFormat2, kFromFormat3, kFromFormat4};
 
 }  // namespace lightmill::sqlite

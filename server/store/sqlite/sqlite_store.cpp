@@ -29,7 +29,8 @@ UPDATE jobs SET active_seconds=?2, worker_seconds=?3, results_merged=?4, results
 /// Every statement that a commit runs, prepared once.
 struct Statements {
   Statement begin, commit, rollback;
-  Statement put_job, put_progress, put_settings, put_asset, put_layer, delete_job, put_node, drop_node, put_result;
+  Statement put_job, put_progress, put_settings, put_asset, put_layer, put_error, delete_job, put_node, drop_node,
+      put_result;
 };
 
 class SqliteStore final : public Store {
@@ -48,6 +49,7 @@ class SqliteStore final : public Store {
   Status apply(const DropNode& op);
   Status apply(const PutResult& op);
   Status put_settings(const JobRecord& record);
+  Status put_history(const JobRecord& record);
   Status roll_back(Status cause);
 
   Database database_;
@@ -101,7 +103,18 @@ Status SqliteStore::apply(const PutJob& op) {
                                counters.leases_lost, counters.copies_leased, counters.non_finite, job.submitted_unix_ms,
                                job.finished_unix_ms, job.spec.goal.error, sqlite::name_of(job.reached));
   LM_RETURN_IF_ERROR(statements_.put_job.run());
-  return put_settings(job);
+  LM_RETURN_IF_ERROR(put_settings(job));
+  return put_history(job);
+}
+
+/// A history only grows: what is there stays.
+Status SqliteStore::put_history(const JobRecord& record) {
+  for (const ErrorPoint& point : record.history) {
+    statements_.put_error.bind_all(record.id.value, point.samples, point.worker_seconds, point.rel_mse,
+                                   point.half_width);
+    LM_RETURN_IF_ERROR(statements_.put_error.run());
+  }
+  return ok_status();
 }
 
 /// Settings never change, so only the first write of a job stores them.
@@ -229,6 +242,7 @@ Result<Statements> prepare_statements(Database& database) {
                        "?15,?16)"));
   LM_ASSIGN_OR_RETURN(all.put_asset, database.prepare("INSERT INTO job_assets VALUES (?1,?2,?3)"));
   LM_ASSIGN_OR_RETURN(all.put_layer, database.prepare("INSERT INTO job_layers VALUES (?1,?2,?3,?4,?5)"));
+  LM_ASSIGN_OR_RETURN(all.put_error, database.prepare("INSERT OR IGNORE INTO job_errors VALUES (?1,?2,?3,?4,?5)"));
   LM_ASSIGN_OR_RETURN(all.delete_job, database.prepare("DELETE FROM jobs WHERE id = ?1"));
   LM_ASSIGN_OR_RETURN(all.put_node,
                       database.prepare("INSERT OR REPLACE INTO nodes (job, tile, level, range_index, non_finite, hash, "

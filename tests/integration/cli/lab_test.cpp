@@ -4,6 +4,7 @@
 #include "common/base/file.h"
 #include "common/image/picture_file.h"
 #include "tests/integration/cli/cli_fixture.h"
+#include "tests/support/xml.h"
 
 namespace lightmill::test {
 namespace {
@@ -67,6 +68,29 @@ TEST_F(LabTest, ComparesEveryPictureWithTheReference) {
   // The farm holds no films that nobody asks for again.
   const nlohmann::json jobs = on_farm({"jobs"})["jobs"];
   EXPECT_EQ(jobs.size(), 1u) << jobs;
+}
+
+TEST_F(LabTest, AJobsOwnErrorIsDrawnAcrossARestart) {
+  start_worker("w1");
+  const std::string box = scene("cornell-bench-blocks.json");
+  const std::string id = submit({box, "--size", "70x40", "--spp", "100"});
+  on_farm({"watch", id});
+  const nlohmann::json shown = on_farm({"show", id, "--chart", file("job.svg")});
+  const nlohmann::json& history = shown["history"];
+  ASSERT_GE(history.size(), 2u) << shown;
+  EXPECT_LE(history.size(), 7u);  // 16, 24, 32, 48, 64, 96 and the end
+  EXPECT_EQ(history.back()["samples"], 100);
+  EXPECT_EQ(history.back()["rel_mse"], shown["error"]["rel_mse"]);
+  EXPECT_EQ(history.back()["worker_seconds"], shown["worker_seconds"]);
+  EXPECT_LT(history.back()["rel_mse"], history.front()["rel_mse"]);
+  const std::vector<XmlTag> tags = xml_tags(read_file(file("job.svg")).value());
+  const auto circles = std::ranges::count(tags, "circle", &XmlTag::name);
+  EXPECT_EQ(circles, history.size() + 1);  // and the legend's
+
+  const std::string address = server();
+  server_.reset();
+  start_server(address);
+  EXPECT_EQ(on_farm({"show", id})["history"], history);
 }
 
 TEST_F(LabTest, ReportsAreWrittenAgainWithoutAFarm) {

@@ -35,7 +35,8 @@ class ErrorGoalTest : public test::CoordinatorTest {
 };
 
 TEST_F(ErrorGoalTest, EndsAtTheFirstCountThatMeetsIt) {
-  for (const auto& [error, samples] : {std::pair{0.13, 16}, {0.07, 24}, {0.05, 32}, {0.03, 48}, {0.02, 64}, {0.01, 96}}) {
+  for (const auto& [error, samples] :
+       {std::pair{0.13, 16}, {0.07, 24}, {0.05, 32}, {0.03, 48}, {0.02, 64}, {0.01, 96}}) {
     restart({});
     const JobId job = submit(error_spec(error));
     const SessionId session = connect("w");
@@ -49,6 +50,37 @@ TEST_F(ErrorGoalTest, EndsAtTheFirstCountThatMeetsIt) {
   }
   EXPECT_TRUE(status(JobId{1}).reason.ends_with(" at 96 samples per pixel")) << status(JobId{1}).reason;
   EXPECT_TRUE(status(JobId{1}).reason.starts_with("reached error 0.0059")) << status(JobId{1}).reason;
+}
+
+TEST_F(ErrorGoalTest, AJobKeepsHowItsErrorFell) {
+  JobSpec plain = spec("r1", 100);
+  const JobId job = submit(plain);
+  const SessionId session = connect("w");
+  work(session);
+  ASSERT_EQ(status(job).state, JobState::done);
+  const std::vector<ErrorPoint> history = status(job).history;
+  ASSERT_GE(history.size(), 3u);
+  EXPECT_LE(history.size(), 7u);  // 16, 24, 32, 48, 64, 96 and the end
+  EXPECT_GE(history.front().samples, 16);
+  EXPECT_EQ(history.back().samples, 100);
+  EXPECT_EQ(history.back().worker_seconds, status(job).worker_seconds);
+  EXPECT_EQ(history.back().rel_mse, status(job).error.rel_mse);
+  EXPECT_NEAR(history.back().rel_mse, 0.16 * 0.16 / 4.01, 1e-3);
+  for (std::size_t i = 1; i < history.size(); ++i) {
+    EXPECT_GT(history[i].samples, history[i - 1].samples);
+    EXPECT_GT(history[i].worker_seconds, history[i - 1].worker_seconds);
+    EXPECT_LT(history[i].rel_mse, history[i - 1].rel_mse);
+  }
+
+  // It outlives the coordinator, and goes on when the job is extended.
+  restart(stored_now(job));
+  EXPECT_EQ(status(job).history, history);
+  ASSERT_TRUE(coordinator->extend(job, {200, 0}, now, step).ok());
+  flush();
+  work(connect("w2"));
+  const std::vector<ErrorPoint> longer = status(job).history;
+  EXPECT_EQ(longer.back().samples, 200);
+  EXPECT_TRUE(std::ranges::equal(std::span(longer).first(history.size()), history));
 }
 
 TEST_F(ErrorGoalTest, NothingGoesOutBeyondACountThatIsStillToBeRead) {

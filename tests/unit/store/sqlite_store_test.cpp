@@ -25,8 +25,11 @@ class SqliteStoreTest : public ::testing::Test {
   }
   /// Makes the file one of an earlier format.
   void go_back_to(int format) {
-    sql("ALTER TABLE job_settings DROP COLUMN method_chosen; ALTER TABLE job_settings DROP COLUMN method_reasons;"
-        "ALTER TABLE job_settings DROP COLUMN method_notices");
+    sql("DROP TABLE job_errors");
+    if (format < 4) {
+      sql("ALTER TABLE job_settings DROP COLUMN method_chosen; ALTER TABLE job_settings DROP COLUMN method_reasons;"
+          "ALTER TABLE job_settings DROP COLUMN method_notices");
+    }
     if (format < 3) {
       sql("ALTER TABLE jobs DROP COLUMN goal_error; ALTER TABLE jobs DROP COLUMN reached");
     }
@@ -135,6 +138,17 @@ TEST_F(SqliteStoreTest, AFileOfFormat3IsBroughtUpToDate) {
   EXPECT_EQ(state->jobs[0].record.spec.goal, test::full_record(1).spec.goal);
   EXPECT_TRUE(open()->commit(std::vector<StoreOp>{PutJob{test::full_record(2)}}).ok());
   EXPECT_EQ(open()->load()->jobs.at(1).record.method_notes, test::full_record(2).method_notes);
+}
+
+TEST_F(SqliteStoreTest, AFileOfFormat4IsBroughtUpToDate) {
+  ASSERT_TRUE(open()->commit(std::vector<StoreOp>{PutJob{test::full_record(1)}}).ok());
+  go_back_to(4);
+  const Result<StoredState> state = open()->load();
+  ASSERT_TRUE(state.ok()) << state.status();
+  EXPECT_TRUE(state->jobs.at(0).record.history.empty());
+  EXPECT_EQ(state->jobs[0].record.method_notes, test::full_record(1).method_notes);
+  EXPECT_TRUE(open()->commit(std::vector<StoreOp>{PutJob{test::full_record(2)}}).ok());
+  EXPECT_EQ(open()->load()->jobs.at(1).record.history, test::full_record(2).history);
 }
 
 TEST_F(SqliteStoreTest, AFileThatIsNoStoreIsRefused) {

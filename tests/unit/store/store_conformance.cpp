@@ -47,6 +47,7 @@ JobRecord full_record(std::uint64_t id) {
   settings.max_bounces = 0xffffffffu;
   settings.renderer_version = "core-x";
   record.method_notes = {true, {"it is the only one", "and fast"}, {"path: the lamp's caustics are missing"}};
+  record.history = {{16, 1.5, 0.5, 0.25}, {24.5, 3, 0.25, 0.125}};
   record.state = JobState::paused;
   record.reason = "because";
   record.reached = GoalLimit::error;
@@ -83,6 +84,9 @@ std::string describe(const StoredState& state) {
         r.counters.results_merged, r.counters.results_duplicate, r.counters.leases_lost, r.counters.copies_leased,
         r.counters.non_finite, r.submitted_unix_ms, r.finished_unix_ms, r.method_notes.chosen,
         fmt::join(r.method_notes.reasons, "|"), fmt::join(r.method_notes.notices, "|"));
+    for (const ErrorPoint& point : r.history) {
+      text += fmt::format("error {} {} {} {} ", point.samples, point.worker_seconds, point.rel_mse, point.half_width);
+    }
     text += "digest " + render_digest(s, "").hex();  // covers every setting
     std::vector<std::string> nodes;
     for (const StoredState::StoredNode& node : job.nodes) {
@@ -148,6 +152,7 @@ void expect_later_row_replaces(const StoreFactory& open) {
     record.reason = "";
     record.fingerprint_class = "fixed";
     record.counters.results_merged = 77;
+    record.history.push_back({32, 4, 0.125, 0.01});
     commit(*store, {PutJob{record}});
     record.active_seconds = 12.5;
     record.worker_seconds = 25;

@@ -134,6 +134,7 @@ TEST(FarmMessages, AJobStatusComesBackWhole) {
   status.samples_per_second = 1e6;
   status.eta_seconds = -1;
   status.error = {0.01, 0.001, true};
+  status.history = {{16, 1.5, 0.5, 0.25}, {24.5, 3, 0.25, 0.125}};
   status.counters = {1, 2, 3, 4, 5};
   status.submitted_unix_ms = 1'700'000'000'000;
   status.finished_unix_ms = 1'700'000'000'001;
@@ -150,6 +151,7 @@ TEST(FarmMessages, AJobStatusComesBackWhole) {
     to_wire(*back, &again);
     EXPECT_EQ(again.SerializeAsString(), wire.SerializeAsString());
     EXPECT_EQ(back->error.half_width, 0.001);
+    EXPECT_EQ(back->history, status.history);
     EXPECT_EQ(back->counters.non_finite, 5u);
     EXPECT_EQ(back->render_digest, status.render_digest);
     EXPECT_EQ(back->eta_seconds, -1);
