@@ -84,16 +84,50 @@ Result<LabReference> LabFolder::load_reference(const LabSceneJob& scene) const {
   return reference;
 }
 
-Status LabFolder::keep_picture(const LabRun& run, const RgbImage& picture, const RgbImage& reference) const {
+Status LabFolder::measure_others(const LabPlan& plan, const std::vector<LabReference>& references) {
+  for (const LabOther& other : plan.others) {
+    if (results_.contains(other.key)) {
+      continue;
+    }
+    const lab::OtherPicture& made = other.picture;
+    const RgbImage& reference = references[other.scene].picture;
+    LM_ASSIGN_OR_RETURN(const RgbImage picture, load_rgb(made.file));
+    lab::LabResult result;
+    if (const Status status = lab::compare(picture, reference, result); !status.ok()) {
+      return with_context(status, made.file);
+    }
+    result.key = other.key;
+    result.scene = made.scene;
+    result.method = made.method;
+    result.seed = made.seed;
+    result.level = other.level;
+    result.samples = made.samples;
+    result.thread_seconds = made.seconds;
+    result.seconds = made.wall;
+    if (other.shown) {
+      LM_RETURN_IF_ERROR(keep_picture(other.kept, picture, reference));
+    }
+    LM_RETURN_IF_ERROR(add(plan, std::move(result)));
+  }
+  return ok_status();
+}
+
+Status LabFolder::keep_picture(const std::string& name, const RgbImage& picture, const RgbImage& reference) const {
   LM_ASSIGN_OR_RETURN(const std::string plain, lab::picture_png(picture));
   LM_ASSIGN_OR_RETURN(const std::string difference, lab::difference_png(picture, reference));
-  LM_RETURN_IF_ERROR(write(path_ / "pictures" / (run.picture + ".png"), plain));
-  return write(path_ / "pictures" / (run.picture + "-difference.png"), difference);
+  LM_RETURN_IF_ERROR(write(path_ / "pictures" / (name + ".png"), plain));
+  return write(path_ / "pictures" / (name + "-difference.png"), difference);
 }
 
 Status LabFolder::write_report(const LabPlan& plan, const std::vector<LabReference>& references) const {
   lab::ReportInput input;
   input.experiment = plan.experiment;
+  for (const LabOther& other : plan.others) {
+    std::vector<std::string>& methods = input.experiment.methods;
+    if (std::ranges::find(methods, other.picture.method) == methods.end()) {
+      methods.push_back(other.picture.method);
+    }
+  }
   const std::vector<std::string> wanted = plan.wanted(results_);
   input.wanted = wanted.size();
   for (const std::string& key : wanted) {
@@ -101,6 +135,12 @@ Status LabFolder::write_report(const LabPlan& plan, const std::vector<LabReferen
       input.results.push_back(found->second);
     }
   }
+  const auto picture_of = [&](const lab::LabResult& result, const std::string& name) {
+    return lab::ReportPicture{
+        fmt::format("{}, {} samples, relMSE {:.3g}", result.method, result.samples, result.error.rel_mse),
+        bytes_if_there(path_ / "pictures" / (name + ".png")),
+        bytes_if_there(path_ / "pictures" / (name + "-difference.png"))};
+  };
   for (std::size_t s = 0; s < plan.scenes.size(); ++s) {
     lab::ReportScene scene{plan.scenes[s].scene.name, references[s].rel_mse, references[s].text, {}};
     if (references[s].picture.pixels() > 0) {
@@ -112,11 +152,12 @@ Status LabFolder::write_report(const LabPlan& plan, const std::vector<LabReferen
       if (run.scene != s || run.seed != plan.experiment.seeds.front() || end == 0) {
         continue;
       }
-      const lab::LabResult& last = results_.at(run.level_keys[end - 1]);
-      scene.pictures.push_back(
-          {fmt::format("{}, {} samples, relMSE {:.3g}", run.method, last.samples, last.error.rel_mse),
-           bytes_if_there(path_ / "pictures" / (run.picture + ".png")),
-           bytes_if_there(path_ / "pictures" / (run.picture + "-difference.png"))});
+      scene.pictures.push_back(picture_of(results_.at(run.level_keys[end - 1]), run.picture));
+    }
+    for (const LabOther& other : plan.others) {
+      if (const auto found = results_.find(other.key); other.scene == s && other.shown && found != results_.end()) {
+        scene.pictures.push_back(picture_of(found->second, other.kept));
+      }
     }
     input.scenes.push_back(std::move(scene));
   }

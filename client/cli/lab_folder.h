@@ -29,12 +29,14 @@ class LabFolder {
   const lab::ResultSet& results() const { return results_; }
   /// Stores one more, at once.
   Status add(const LabPlan& plan, lab::LabResult result);
+  /// Compares what was made elsewhere; the references are there.
+  Status measure_others(const LabPlan& plan, const std::vector<LabReference>& references);
   /// Where a scene's rendered reference is kept.
   std::filesystem::path reference_path(const LabSceneJob& scene) const;
   /// The reference of a scene, which is there.
   Result<LabReference> load_reference(const LabSceneJob& scene) const;
-  /// Keeps the picture of a run, and where it differs.
-  Status keep_picture(const LabRun& run, const RgbImage& picture, const RgbImage& reference) const;
+  /// Keeps a picture under a name, and where it differs.
+  Status keep_picture(const std::string& name, const RgbImage& picture, const RgbImage& reference) const;
   /// Writes report.html, results.csv and results.json of what is there. `references` by scene; the picture of one that
   /// is not there is empty.
   Status write_report(const LabPlan& plan, const std::vector<LabReference>& references) const;

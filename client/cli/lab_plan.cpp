@@ -43,7 +43,7 @@ Result<LabSceneJob> prepare(const lab::LabScene& scene, const lab::Experiment& e
   RenderOptions options;
   options.scene.scenes = scene.files;
   options.scene.camera = scene.camera;
-  options.method = experiment.methods.front();
+  options.method = experiment.methods.empty() ? "path" : experiment.methods.front();
   options.samples = 1;
   if (experiment.width > 0) {
     options.size = fmt::format("{}x{}", experiment.width, experiment.height);
@@ -54,6 +54,45 @@ Result<LabSceneJob> prepare(const lab::LabScene& scene, const lab::Experiment& e
   }
   job->spec.settings.meters = 0;  // they would be paid for and not shown
   return LabSceneJob{scene, std::move(*job), ""};
+}
+
+/// Reads what was made elsewhere, and gives each its place.
+Status add_others(LabPlan& plan) {
+  const std::string& file = plan.experiment.others;
+  const Result<std::string> text = read_file(file, kMostExperimentBytes);
+  LM_RETURN_IF_ERROR(as_input_error(text.status()));
+  Result<std::vector<lab::OtherPicture>> pictures = lab::parse_others(*text, fs::path(file).parent_path());
+  LM_RETURN_IF_ERROR(with_context(pictures.status(), file));
+  std::ranges::stable_sort(*pictures, {}, [](const lab::OtherPicture& one) {
+    return std::tuple(one.scene, one.method, one.seed, one.samples);
+  });
+  for (lab::OtherPicture& made : *pictures) {
+    const auto scene =
+        std::ranges::find(plan.scenes, made.scene, [](const LabSceneJob& job) { return job.scene.name; });
+    if (scene == plan.scenes.end()) {
+      return invalid_argument("{}: the experiment has no scene {}", file, made.scene);
+    }
+    const Result<std::string> bytes = read_file(made.file);
+    LM_RETURN_IF_ERROR(as_input_error(bytes.status()));
+    LabOther other;
+    other.scene = static_cast<std::size_t>(scene - plan.scenes.begin());
+    other.key = sha256(fmt::format("{}\nother {} {} {} {} {} {}\n{}\nreference {}\n", kResultVersion, made.scene,
+                                   made.method, made.seed, made.samples, made.seconds, made.wall, sha256(*bytes).hex(),
+                                   scene->reference_key))
+                    .hex();
+    other.kept = sha256(fmt::format("{}\n{}", made.scene, made.method)).hex().substr(0, 16);
+    other.shown = true;
+    if (!plan.others.empty() && plan.others.back().kept == other.kept) {
+      LabOther& before = plan.others.back();
+      const bool same_seed = before.picture.seed == made.seed;
+      other.level = same_seed ? before.level + 1 : 0;
+      other.shown = same_seed && before.shown;  // the last of the first seed
+      before.shown = before.shown && !same_seed;
+    }
+    other.picture = std::move(made);
+    plan.others.push_back(std::move(other));
+  }
+  return ok_status();
 }
 
 /// What the reference is called in keys: the digest of its file, or of all that decides it.
@@ -116,6 +155,9 @@ std::vector<std::string> LabPlan::wanted(const lab::ResultSet& results) const {
     keys.insert(keys.end(), run->level_keys.begin(),
                 run->level_keys.begin() + static_cast<std::ptrdiff_t>(missing(*run, results).second));
   }
+  for (const LabOther& other : others) {
+    keys.push_back(other.key);
+  }
   return keys;
 }
 
@@ -156,6 +198,9 @@ Result<LabPlan> make_lab_plan(const std::string& experiment_file, Signals& signa
         plan.runs.push_back(std::move(run));
       }
     }
+  }
+  if (!plan.experiment.others.empty()) {
+    LM_RETURN_IF_ERROR(add_others(plan));
   }
   return plan;
 }

@@ -212,15 +212,18 @@ Result<Experiment> parse_experiment(std::string_view text, const fs::path& folde
   } catch (const json::parse_error& error) {
     return invalid_argument("{}", printable(error.what()));
   }
-  LM_RETURN_IF_ERROR(check_keys(
-      document, "experiment",
-      {"title", "scenes", "methods", "seeds", "width", "height", "samples", "errors", "max_samples", "reference"}));
+  LM_RETURN_IF_ERROR(check_keys(document, "experiment",
+                                {"title", "scenes", "methods", "seeds", "width", "height", "samples", "errors",
+                                 "max_samples", "reference", "others"}));
+  Experiment experiment;
+  if (document.contains("others")) {
+    LM_ASSIGN_OR_RETURN(experiment.others, path_of(document["others"], "others", folder));
+  }
   for (const char* needed : {"scenes", "methods"}) {
-    if (!document.contains(needed)) {
+    if (!document.contains(needed) && (std::string_view(needed) == "scenes" || experiment.others.empty())) {
       return invalid_argument("experiment: \"{}\" is missing", needed);
     }
   }
-  Experiment experiment;
   if (document.contains("title")) {
     LM_ASSIGN_OR_RETURN(experiment.title, text_of(document["title"], "title"));
   }
@@ -232,7 +235,10 @@ Result<Experiment> parse_experiment(std::string_view text, const fs::path& folde
                       list_of<LabScene>(document["scenes"], "scenes", [&](const json& item, const std::string& place) {
                         return read_scene(item, place, folder, reference);
                       }));
-  LM_ASSIGN_OR_RETURN(experiment.methods, list_of<std::string>(document["methods"], "methods", text_of));
+  if (document.contains("methods")) {
+    LM_ASSIGN_OR_RETURN(experiment.methods, list_of<std::string>(document["methods"], "methods", text_of));
+    LM_RETURN_IF_ERROR(read_levels(document, experiment));
+  }
   LM_ASSIGN_OR_RETURN(experiment.seeds, read_seeds(document.value("seeds", json(std::uint64_t{1}))));
   if (document.contains("width") != document.contains("height")) {
     return invalid_argument("width and height: both are needed, or none");
@@ -243,12 +249,39 @@ Result<Experiment> parse_experiment(std::string_view text, const fs::path& folde
     experiment.width = static_cast<int>(width);
     experiment.height = static_cast<int>(height);
   }
-  LM_RETURN_IF_ERROR(read_levels(document, experiment));
   LM_RETURN_IF_ERROR(check_each_once(experiment.scenes, "scenes", [](const LabScene& scene) { return scene.name; }));
   LM_RETURN_IF_ERROR(check_each_once(experiment.methods, "methods", [](const std::string& name) { return name; }));
   LM_RETURN_IF_ERROR(check_each_once(experiment.seeds, "seeds", [](std::uint64_t seed) { return seed; }));
   LM_RETURN_IF_ERROR(check_references(experiment));
   return experiment;
+}
+
+Result<std::vector<OtherPicture>> parse_others(std::string_view text, const fs::path& folder) {
+  std::vector<OtherPicture> others;
+  for (std::size_t number = 1; !text.empty(); ++number) {
+    const std::string_view line = text.substr(0, text.find('\n'));
+    text.remove_prefix(std::min(line.size() + 1, text.size()));
+    const std::string place = fmt::format("line {}", number);
+    const json object = json::parse(line, nullptr, false);
+    LM_RETURN_IF_ERROR(check_keys(object, place, {"scene", "method", "seed", "samples", "seconds", "wall", "picture"}));
+    for (const char* needed : {"scene", "method", "seed", "samples", "seconds", "picture"}) {
+      if (!object.contains(needed)) {
+        return invalid_argument("{}: \"{}\" is missing", place, needed);
+      }
+    }
+    OtherPicture other;
+    LM_ASSIGN_OR_RETURN(other.scene, text_of(object["scene"], place + ".scene"));
+    LM_ASSIGN_OR_RETURN(other.method, text_of(object["method"], place + ".method"));
+    LM_ASSIGN_OR_RETURN(other.seed, whole(object["seed"], place + ".seed", 0, ~std::uint64_t{0}));
+    LM_ASSIGN_OR_RETURN(other.samples, whole(object["samples"], place + ".samples", 1, kMostSamples));
+    LM_ASSIGN_OR_RETURN(other.seconds, positive(object["seconds"], place + ".seconds"));
+    if (object.contains("wall")) {
+      LM_ASSIGN_OR_RETURN(other.wall, positive(object["wall"], place + ".wall"));
+    }
+    LM_ASSIGN_OR_RETURN(other.file, path_of(object["picture"], place + ".picture", folder));
+    others.push_back(std::move(other));
+  }
+  return others;
 }
 
 }  // namespace lightmill::lab

@@ -28,10 +28,22 @@ struct LabScene {
   Reference reference;
 };
 
+/// A picture that was made elsewhere, as by another program.
+struct OtherPicture {
+  std::string scene, method;  ///< the experiment's name of the scene; what its maker is called
+  std::uint64_t seed = 0;
+  std::uint64_t samples = 0;
+  double seconds = 0;  ///< what it cost, on the page's axis
+  double wall = 0;     ///< by the clock on the wall
+  std::string file;
+};
+
 struct Experiment {
   std::string title;
   std::vector<LabScene> scenes;
-  std::vector<std::string> methods;  ///< the first is what the others are compared with
+  std::vector<std::string>
+      methods;         ///< the first is what the rest is compared with; may be empty where `others` is not
+  std::string others;  ///< a file for parse_others; empty: none
   std::vector<std::uint64_t> seeds;
   int width = 0, height = 0;           ///< 0: each scene's own
   std::vector<std::uint64_t> samples;  ///< levels, ascending; empty where errors are
@@ -43,5 +55,8 @@ struct Experiment {
 
 /// Reads a JSON document (docs/lab.md); files are relative to `folder`. INVALID_ARGUMENT names the field.
 Result<Experiment> parse_experiment(std::string_view text, const std::filesystem::path& folder);
+
+/// Reads JSON lines (docs/lab.md); files are relative to `folder`. INVALID_ARGUMENT names line and field.
+Result<std::vector<OtherPicture>> parse_others(std::string_view text, const std::filesystem::path& folder);
 
 }  // namespace lightmill::lab

@@ -82,7 +82,7 @@ Chart chart_for(const ReportInput& input, const ReportScene& scene, const std::s
                 const Metric& metric, bool monte_carlo) {
   Chart chart;
   chart.title = title;
-  chart.x_label = "thread seconds";
+  chart.x_label = input.experiment.others.empty() ? "thread seconds" : "seconds (of threads, or as given)";
   chart.y_label = y_label;
   for (const std::string& method : input.experiment.methods) {
     ChartSeries series{method, {}};

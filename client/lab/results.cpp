@@ -3,6 +3,8 @@
 #include <nlohmann/json.hpp>
 #include <set>
 
+#include "common/image/flip.h"
+
 namespace lightmill::lab {
 namespace {
 
@@ -48,6 +50,13 @@ std::string quoted(const std::string& text) {
 }
 
 }  // namespace
+
+Status compare(const RgbImage& picture, const RgbImage& reference, LabResult& result) {
+  LM_ASSIGN_OR_RETURN(result.error, compare_pictures(picture, reference));
+  LM_ASSIGN_OR_RETURN(const std::vector<float> map, flip_map(picture, reference));
+  result.flip = mean_flip(map);
+  return ok_status();
+}
 
 json to_json(const LabResult& result) {
   return {{"key", result.key},

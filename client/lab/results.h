@@ -28,6 +28,9 @@ struct LabResult {
   std::string film_hash;
 };
 
+/// Fills in the errors of a result. INVALID_ARGUMENT for pictures that cannot be compared.
+Status compare(const RgbImage& picture, const RgbImage& reference, LabResult& result);
+
 nlohmann::json to_json(const LabResult& result);
 
 /// By key.

@@ -10,8 +10,6 @@
 #include "client/cli/progress.h"
 #include "client/cli/submission.h"
 #include "client/cli/units.h"
-#include "common/image/error_metrics.h"
-#include "common/image/flip.h"
 
 namespace lightmill::cli {
 namespace {
@@ -169,14 +167,12 @@ class Lab {
     result.samples = film.picture.receipt.min_samples;
     result.thread_seconds = film.job.worker_seconds();
     result.seconds = film.job.active_seconds();
-    LM_ASSIGN_OR_RETURN(result.error, compare_pictures(picture, reference));
-    LM_ASSIGN_OR_RETURN(const std::vector<float> map, flip_map(picture, reference));
-    result.flip = mean_flip(map);
+    LM_RETURN_IF_ERROR(lab::compare(picture, reference, result));
     result.stated = film.picture.receipt.rel_mse;
     result.stated_half_width = film.picture.receipt.rel_mse_half_width;
     result.film_hash = film.picture.receipt.film_hash;
     if (run.seed == plan_.experiment.seeds.front()) {
-      LM_RETURN_IF_ERROR(folder_.keep_picture(run, picture, reference));
+      LM_RETURN_IF_ERROR(folder_.keep_picture(run.picture, picture, reference));
     }
     return folder_.add(plan_, std::move(result));
   }
@@ -206,10 +202,14 @@ std::vector<LabReference> references_there(const LabPlan& plan, const LabFolder&
   return references;
 }
 
-bool complete(const LabPlan& plan, const LabFolder& folder, const std::vector<LabReference>& references) {
-  return std::ranges::all_of(plan.wanted(folder.results()),
-                             [&](const std::string& key) { return folder.results().contains(key); }) &&
-         std::ranges::all_of(references, [](const LabReference& one) { return one.picture.pixels() > 0; });
+/// Whether there is something to render.
+bool needs_farm(const LabPlan& plan, const LabFolder& folder, const std::vector<LabReference>& references) {
+  const auto pending = [&](const LabRun& run) {
+    const auto [first, end] = plan.missing(run, folder.results());
+    return first < end;
+  };
+  return std::ranges::any_of(plan.runs, pending) ||
+         std::ranges::any_of(references, [](const LabReference& one) { return one.picture.pixels() == 0; });
 }
 
 ExitCode run_lab(Context& context, const Console& console, const LabOptions& options) {
@@ -223,12 +223,15 @@ ExitCode run_lab(Context& context, const Console& console, const LabOptions& opt
   }
   std::vector<LabReference> references = references_there(*plan, *folder);
   Status status;
-  if (!complete(*plan, *folder, references)) {
+  if (needs_farm(*plan, *folder, references)) {
     Result<Farm> farm = choose_farm(context.common.server, options.local, options.threads, context.signals, console);
     if (!farm.ok()) {
       return console.fail(farm.status());
     }
     status = Lab(*plan, *folder, *farm, context.signals, console).run(references);
+  }
+  if (status.ok()) {
+    status = folder->measure_others(*plan, references);
   }
   const Status written = folder->write_report(*plan, references);
   const std::vector<std::string> wanted = plan->wanted(folder->results());

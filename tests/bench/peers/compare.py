@@ -4,7 +4,7 @@
   tests/bench/peers/compare.py SCENE.json -o FOLDER --reference REFERENCE.exr [--method M] [--samples 16,64,256] ...
 
 Renders the scene with both at several sample counts and seeds, compares all pictures with the reference
-(`lightmill error`), and writes FOLDER/results.csv and FOLDER/summary.txt. Counted is the CPU time of Cycles' render call
+(`lightmill error`), and writes FOLDER/results.csv, FOLDER/summary.txt and FOLDER/lab/report.html. Counted is the CPU time of Cycles' render call
 in a Blender that is up and has the scene; and of coordinator, worker and submitting client, from submission until the
 job is done, on a farm that is up. Seconds to an error are read off each seed's curve by straight lines between its
 points on logarithmic scales, before its first point along the slope of noise (error × time is constant); what lies
@@ -165,6 +165,21 @@ def summarise(results, args):
         yield f"energy of {renderer} over the reference's, {most} samples: {statistics.mean(energy):.4f}"
 
 
+def write_page(results, args):
+    """The curves of both, by CPU seconds, as `lightmill lab` draws them."""
+    name = args.scene.stem
+    names = {"lightmill": f"Lightmill {args.method}", "cycles": "Cycles"}
+    with open(args.folder / "pictures.jsonl", "w", encoding="utf-8") as file:
+        for run in results:
+            line = {"scene": name, "method": names[run["renderer"]], "seed": run["seed"], "samples": run["samples"],
+                    "seconds": run["cpu"], "wall": run["wall"], "picture": run["picture"]}
+            file.write(json.dumps(line) + "\n")
+    experiment = {"title": f"{name}: Lightmill and Cycles, CPU seconds", "others": "pictures.jsonl",
+                  "scenes": [{"name": name, "file": str(args.scene)}], "reference": str(args.reference.resolve())}
+    (args.folder / "experiment.json").write_text(json.dumps(experiment))
+    subprocess.run([PROGRAMS / "lightmill", "lab", args.folder / "experiment.json", "-o", args.folder / "lab"], check=True)
+
+
 def main():
     args = options()
     args.folder.mkdir(parents=True, exist_ok=True)
@@ -176,6 +191,7 @@ def main():
         table = csv.DictWriter(file, fieldnames=results[0].keys(), extrasaction="ignore")
         table.writeheader()
         table.writerows(results)
+    write_page(results, args)
     summary = "\n".join(summarise(results, args)) + "\n"
     (args.folder / "summary.txt").write_text(summary)
     print(summary, end="")

@@ -103,6 +103,32 @@ TEST_F(LabTest, ReportsAreWrittenAgainWithoutAFarm) {
   EXPECT_TRUE(std::filesystem::exists(file("out") + "/report.html"));
 }
 
+TEST_F(LabTest, PicturesFromElsewhereStandInTheSameCharts) {
+  start_worker("w1");
+  const std::string box = scene("cornell-bench-blocks.json");
+  for (const std::string samples : {"1", "16", "200"}) {
+    on_farm({"render", box, "--method", "path", "--size", "20x16", "--spp", samples, "-o", file(samples + ".exr")});
+  }
+  write("others.jsonl",
+        R"({"scene": "box", "method": "Other", "seed": 5, "samples": 16, "seconds": 2, "picture": "16.exr"}
+{"scene": "box", "method": "Other", "seed": 5, "samples": 1, "seconds": 0.25, "wall": 0.5, "picture": "1.exr"}
+)");
+  write("experiment.json", fmt::format(R"({{"scenes": [{{"name": "box", "file": "{}"}}], "width": 20, "height": 16,
+                                           "others": "others.jsonl", "reference": "200.exr"}})",
+                                       box));
+  // Nothing is rendered: no farm is asked.
+  const nlohmann::json done = json({"lab", file("experiment.json"), "-o", file("out"), "--server", "127.0.0.1:1"});
+  EXPECT_EQ(done["results"], 2);
+  const auto numbers = nlohmann::json::parse(read_file(file("out") + "/results.json").value());
+  const nlohmann::json& curve = numbers["scenes"][0]["methods"][0]["curve"];
+  ASSERT_EQ(curve.size(), 2u);
+  EXPECT_EQ(curve[0]["samples"], 1);
+  EXPECT_EQ(curve[0]["thread_seconds"], 0.25);
+  EXPECT_EQ(curve[1]["thread_seconds"], 2);
+  EXPECT_EQ(curve[1]["rel_mse"], json({"error", file("16.exr"), file("200.exr")})["rel_mse"]);
+  EXPECT_NE(read_file(done["report"].get<std::string>()).value().find("Other, 16 samples"), std::string::npos);
+}
+
 TEST_F(LabTest, LevelsMayBeErrors) {
   start_worker("w1");
   write("experiment.json", fmt::format(R"({{"scenes": ["{}"], "methods": ["path"], "width": 20, "height": 16,

@@ -37,6 +37,24 @@ TEST(Experiment, SaysWhatIsWanted) {
   EXPECT_EQ(parse_experiment(kSmall, "")->seeds, std::vector<std::uint64_t>{1});
 }
 
+TEST(Experiment, PicturesMayComeFromElsewhere) {
+  const Result<Experiment> experiment =
+      parse_experiment(R"({"scenes": ["a.json"], "others": "o.jsonl", "reference": "r.exr"})", "dir");
+  ASSERT_TRUE(experiment.ok()) << experiment.status();
+  EXPECT_EQ(experiment->others, "dir/o.jsonl");
+  EXPECT_TRUE(experiment->methods.empty());
+  const std::string line =
+      R"({"scene": "a", "method": "Other", "seed": 3, "samples": 16, "seconds": 1.5, "picture": "p.exr"})";
+  const auto others = parse_others(line + "\n" + line, "dir");
+  ASSERT_TRUE(others.ok()) << others.status();
+  ASSERT_EQ(others->size(), 2u);
+  EXPECT_EQ((*others)[1].file, "dir/p.exr");
+  EXPECT_EQ((*others)[1].seconds, 1.5);
+  EXPECT_NE(message_of(parse_others(line + "\n{\"scene\": \"a\"}\n", "").status()).find("line 2: \"method\""),
+            std::string::npos);
+  EXPECT_FALSE(parse_others("nonsense", "").ok());
+}
+
 TEST(Experiment, MistakesAreNamed) {
   const auto error = [](const std::string& from, const std::string& to) {
     std::string text = kSmall;
