@@ -84,8 +84,13 @@ class IesText {
   int place_ = 1;      ///< the line of what was taken last
 };
 
-/// Skips the label lines up to TILT=, and what it includes. Says whether the file is of 2002 or later.
-Result<bool> read_head(IesText& text) {
+struct Head {
+  bool recent = false;  ///< of 2002 or later
+  bool tilted = false;  ///< there are factors for tilted mounting
+};
+
+/// Skips the label lines up to TILT=, and what it includes.
+Result<Head> read_head(IesText& text) {
   bool recent = false;
   for (int lines = 0; !text.at_end(); ++lines) {
     std::string_view line = text.line();
@@ -106,7 +111,7 @@ Result<bool> read_head(IesText& text) {
     } else if (tilt.empty()) {
       return text.error("NONE, INCLUDE or a file name is expected after TILT=");
     }
-    return recent;
+    return Head{recent, tilt != "NONE"};
   }
   return text.error("there is no line TILT=; is this an IES file?");
 }
@@ -258,7 +263,7 @@ double IesProfile::lumen() const {
 
 Result<IesProfile> read_ies(std::string_view text, std::string_view file) {
   IesText in(text, file);
-  LM_ASSIGN_OR_RETURN(const bool recent, read_head(in));
+  LM_ASSIGN_OR_RETURN(const Head head, read_head(in));
   LM_RETURN_IF_ERROR(in.number("the number of lamps").status());
   LM_RETURN_IF_ERROR(in.number("the lumens of a lamp").status());
   LM_ASSIGN_OR_RETURN(const double multiplier, in.number("the candela multiplier", 0, 1e12));
@@ -284,12 +289,13 @@ Result<IesProfile> read_ies(std::string_view text, std::string_view file) {
         "{} vertical and {} horizontal angles, {} with their symmetry, are more than the limit of {} values", verticals,
         horizontals, rows, kMaxIesValues);
   }
-  const double factor = multiplier * ballast * (recent ? 1 : photometric_factor);
+  const double factor = multiplier * ballast * (head.recent ? 1 : photometric_factor);
   for (std::size_t i = 0; i < verticals * horizontals; ++i) {
     LM_ASSIGN_OR_RETURN(const double candela, in.number("a candela value", 0, 1e12));
     profile.candela.push_back(candela * factor);
   }
   LM_RETURN_IF_ERROR(unfold(in, profile));
+  profile.tilted = head.tilted;
   return profile;
 }
 

@@ -19,6 +19,7 @@ struct IesProfile {
   std::vector<double> vertical;    ///< degrees off the axis (nadir), ascending within [0, 180]; at least 2
   std::vector<double> horizontal;  ///< degrees about the axis, ascending from 0 to 360
   std::vector<double> candela;     ///< [horizontal][vertical]
+  bool tilted = false;             ///< the file has factors for tilted mounting, which are not applied
 
   /// Intensity at two angles in degrees: bilinear between the angles given, zero above the last vertical angle and
   /// below the first.

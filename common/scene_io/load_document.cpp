@@ -93,9 +93,14 @@ class DocumentLoader {
       const std::string field = fmt::format("lights[{}].ies.file", index);
       const fs::path path = folder_ / ies->file;
       Result<std::string> text = read_file(path, kMaxIesBytes);
-      const Status status = text.ok() ? read_ies(*text, path.string()).status() : text.status();
-      if (!status.ok()) {
-        return with_context(status, place_of(field));
+      const Result<IesProfile> profile = text.ok() ? read_ies(*text, path.string()) : text.status();
+      if (!profile.ok()) {
+        return with_context(profile.status(), place_of(field));
+      }
+      if (profile->tilted) {
+        loaded_.notices.push_back(fmt::format(
+            "{}: the factors for tilted mounting (TILT) of {} are left out: the lamp shines as it was measured",
+            place_of(field), path.string()));
       }
       ies->asset = add_bytes(*std::move(text), loaded_);
     } else if (auto* environment = std::get_if<EnvironmentLight>(&light.kind);

@@ -39,7 +39,17 @@ std::vector<fs::path> library_files(const fs::path& folder, std::string_view wri
   return out;
 }
 
-Status load_libraries(ObjWithMaterials& file) {
+bool same_definition(const MtlMaterial& a, const MtlMaterial& b) {
+  const auto definition = [](const MtlMaterial& m) {
+    return std::tie(m.ka, m.kd, m.ks, m.ke, m.tf, m.ior, m.exponent, m.opacity, m.roughness, m.metallic, m.coat,
+                    m.coat_roughness, m.illum, m.maps, m.unused);
+  };
+  return definition(a) == definition(b) &&
+         (a.maps.empty() || fs::path(a.file).parent_path() == fs::path(b.file).parent_path());
+}
+
+/// Of several materials of one name in the libraries of a file the first counts.
+Status load_libraries(ObjWithMaterials& file, std::vector<std::string>& notices) {
   for (const ObjLibrary& library : file.obj.libraries) {
     for (const fs::path& path : library_files(file.path.parent_path(), library.file)) {
       const Result<std::string> text = read_file(path, kMaxMtlBytes);
@@ -48,24 +58,20 @@ Status load_libraries(ObjWithMaterials& file) {
       }
       LM_ASSIGN_OR_RETURN(const std::vector<MtlMaterial> materials, read_mtl(*text, path.string()));
       for (const MtlMaterial& material : materials) {
-        if (!file.by_name.try_emplace(material.name, file.materials.size()).second) {
-          return invalid_argument("{}:{}: newmtl: material \"{}\" is defined twice", material.file, material.line,
-                                  material.name);
+        const auto [known, added] = file.by_name.try_emplace(material.name, file.materials.size());
+        if (!added) {
+          if (const MtlMaterial& first = file.materials[known->second]; !same_definition(first, material)) {
+            append_notices({fmt::format("left out: {}:{}: material \"{}\", which {}:{} defines otherwise",
+                                        material.file, material.line, material.name, first.file, first.line)},
+                           notices);
+          }
+          continue;
         }
         file.materials.push_back(material);
       }
     }
   }
   return ok_status();
-}
-
-bool same_definition(const MtlMaterial& a, const MtlMaterial& b) {
-  const auto definition = [](const MtlMaterial& m) {
-    return std::tie(m.ka, m.kd, m.ks, m.ke, m.tf, m.ior, m.exponent, m.opacity, m.roughness, m.metallic, m.coat,
-                    m.coat_roughness, m.illum, m.maps, m.unused);
-  };
-  return definition(a) == definition(b) &&
-         (a.maps.empty() || fs::path(a.file).parent_path() == fs::path(b.file).parent_path());
 }
 
 /// The materials of all files as one list. Equal ones are shared; different ones of one name take their file's name as
@@ -179,7 +185,7 @@ Result<LoadedScene> load_objs(std::span<const fs::path> paths, KaMeaning ka) {
   for (const fs::path& path : paths) {
     ObjWithMaterials file{path, {}, {}, {}};
     LM_ASSIGN_OR_RETURN(file.obj, read_obj_file(path));
-    LM_RETURN_IF_ERROR(load_libraries(file));
+    LM_RETURN_IF_ERROR(load_libraries(file, loaded.notices));
     append_notices(file.obj.notices, loaded.notices);
     for (const ObjPart& part : file.obj.parts) {
       LM_ASSIGN_OR_RETURN(const std::uint32_t material, part_material(file, part, materials, loaded.notices));

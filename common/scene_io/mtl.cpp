@@ -151,15 +151,11 @@ int MtlMaterial::line_of(std::string_view keyword) const {
 Result<std::vector<MtlMaterial>> read_mtl(std::string_view text, const std::string& file_name) {
   StatementReader lines(text, file_name);
   std::vector<MtlMaterial> materials;
-  std::set<std::string, std::less<>> names;
   std::set<std::string, std::less<>> said;  ///< what is unused of the last material
   while (const std::optional<Statement> statement = lines.next()) {
     if (statement->keyword == "newmtl") {
       if (statement->rest.empty()) {
         return lines.error("newmtl: the name of a material is expected");
-      }
-      if (!names.emplace(utf8_name(statement->rest)).second) {
-        return lines.error("newmtl: material \"{}\" is defined twice", statement->rest);
       }
       materials.emplace_back();
       materials.back().name = utf8_name(statement->rest);

@@ -61,7 +61,7 @@ struct MtlMaterial {
   const MtlMap* map(std::string_view keyword) const;
 };
 
-/// Reads an MTL file. Errors read "box.mtl:12: what is wrong, what is expected".
+/// Reads an MTL file; a name may be defined several times. Errors read "box.mtl:12: what is wrong, what is expected".
 Result<std::vector<MtlMaterial>> read_mtl(std::string_view text, const std::string& file_name);
 
 /// The path of a map's file: beside the MTL file that names it.

@@ -30,8 +30,12 @@ std::string_view illum_name(int illum) {
 bool ka_emits(const std::vector<MtlMaterial>& materials, KaMeaning meaning, std::vector<std::string>& notices) {
   const auto lit_ka = [](const MtlMaterial& m) { return is_lit(m.ka); };
   const auto lit_ke = [](const MtlMaterial& m) { return is_lit(m.ke); };
-  if (meaning != KaMeaning::automatic || std::none_of(materials.begin(), materials.end(), lit_ka)) {
+  if (meaning == KaMeaning::emission || std::none_of(materials.begin(), materials.end(), lit_ka)) {
     return meaning == KaMeaning::emission;
+  }
+  if (meaning == KaMeaning::ambient) {
+    notices.emplace_back("Ka was read as ambient light and left out, as was asked for");
+    return false;
   }
   if (std::any_of(materials.begin(), materials.end(), lit_ke)) {
     notices.emplace_back("Ka was read as ambient light and left out, because materials emit by Ke");

@@ -16,13 +16,14 @@ struct Statement {
   int line = 0;           ///< from 1; of the statement's first line
 };
 
-/// Cuts a text into statements. Lines end with LF or CRLF, a backslash at the end of a line continues it, and a comment
-/// goes from a # at the beginning of a word to the end of the line. The views live as long as the text and until the
-/// next call of next().
+/// Cuts a text into statements. A UTF-8 byte order mark before them is passed over. Lines end with LF or CRLF, a
+/// backslash at the end of a line continues it, and a comment goes from a # at the beginning of a word to the end of
+/// the line. The views live as long as the text and until the next call of next().
 class StatementReader {
  public:
   /// `file_name` is for messages.
-  StatementReader(std::string_view text, std::string file_name) : text_(text), file_name_(std::move(file_name)) {}
+  StatementReader(std::string_view text, std::string file_name)
+      : text_(text.substr(text.starts_with("\xef\xbb\xbf") ? 3 : 0)), file_name_(std::move(file_name)) {}
 
   /// The next statement; nothing at the end.
   std::optional<Statement> next();

@@ -5,6 +5,7 @@
 #include "common/scene_io/assets.h"
 #include "common/scene_io/gltf/gltf_lights.h"
 #include "common/scene_io/gltf/gltf_materials.h"
+#include "common/scene_io/text_lines.h"
 
 namespace lightmill {
 namespace {
@@ -14,6 +15,8 @@ constexpr std::array<std::string_view, 10> kKnownExtensions{
     "KHR_materials_ior",    "KHR_materials_specular",  "KHR_materials_transmission",
     "KHR_materials_unlit",  "KHR_materials_volume",    "KHR_texture_transform",
     "KHR_mesh_quantization"};
+
+constexpr std::size_t kMaxNamed = 100;  ///< extensions that a file uses without listing them
 
 bool is_known(std::string_view extension) {
   return std::find(kKnownExtensions.begin(), kKnownExtensions.end(), extension) != kKnownExtensions.end();
@@ -93,6 +96,14 @@ class GltfScene {
     for (std::size_t i = 0; i < used.size(); ++i) {
       if (const std::string name = used.at(i).text(); !is_known(name)) {
         notices_.left_out(fmt::format("extension {}", name));
+      }
+    }
+    // Those that stand in the file without being listed.
+    std::size_t named = 0;
+    for (const std::string& name : data_.extensions()) {
+      if (!is_known(name) && named < kMaxNamed) {
+        notices_.left_out(fmt::format("extension {}", utf8_name(name.substr(0, 80))));
+        ++named;
       }
     }
   }

@@ -1,5 +1,6 @@
 // Of GltfData: the container, its buffers and uris.
 #include <nlohmann/json.hpp>
+#include <set>
 
 #include "common/scene_io/gltf/gltf_data.h"
 #include "common/scene_io/text_lines.h"
@@ -132,6 +133,32 @@ Result<std::unique_ptr<GltfData>> GltfData::open(std::string bytes, const std::s
   data->load_buffers();
   LM_RETURN_IF_ERROR(data->status());
   return data;
+}
+
+std::vector<std::string> GltfData::extensions() const {
+  std::set<std::string> names;
+  std::vector<const nlohmann::json*> waiting{json_.get()};
+  while (!waiting.empty()) {
+    const nlohmann::json& value = *waiting.back();
+    waiting.pop_back();
+    if (value.is_array()) {
+      for (const nlohmann::json& element : value) {
+        waiting.push_back(&element);
+      }
+    } else if (value.is_object()) {
+      for (const auto& [key, member] : value.items()) {
+        if (key == "extensions" && member.is_object()) {
+          for (const auto& [name, extension] : member.items()) {
+            names.insert(name);
+          }
+        }
+        if (key != "extras" && !(key == "textures" && &value == json_.get())) {
+          waiting.push_back(&member);
+        }
+      }
+    }
+  }
+  return {names.begin(), names.end()};
 }
 
 Status GltfData::parse() {

@@ -23,6 +23,9 @@ class GltfData {
   ~GltfData();
 
   JsonNode root() const;
+  /// The names of all extensions that stand anywhere in the file, sorted. Extras are not looked into, nor textures,
+  /// whose extensions only bring other images.
+  std::vector<std::string> extensions() const;
   /// The first mistake so far, with the file's name.
   Status status() const;
   /// The element of the root's list `what` that this index names; not present if the index is missing or wrong.

@@ -90,6 +90,11 @@ TEST(IesProfile, TiltIsReadOver) {
   std::string text = file("0 90", 2, "0", 1, "8 2");
   text.replace(text.find("TILT=NONE\r\n"), 11, "TILT=INCLUDE\r\n1\r\n3\r\n0 45 90\r\n1 0.9 0.8\r\n");
   EXPECT_DOUBLE_EQ(profile_of(text).at(0, 0), 8);
+  EXPECT_TRUE(profile_of(text).tilted);
+  EXPECT_FALSE(profile_of(file("0 90", 2, "90 270", 2, "8 2 8 2")).tilted);
+  text.replace(text.find("TILT=INCLUDE\r\n1\r\n3\r\n0 45 90\r\n1 0.9 0.8"), 38, "TILT=lamp.tlt");
+  EXPECT_TRUE(profile_of(text).tilted);
+  EXPECT_DOUBLE_EQ(profile_of(text).at(0, 0), 8);
 }
 
 TEST(IesProfile, FluxIsTheIntegralOfTheIntensity) {

@@ -1,7 +1,9 @@
-// What the table of lights takes in memory.
+// What the table of lights takes in memory, and what lights do at the ends of their ranges.
 #include "common/lights/light_table.h"
 
 #include <gtest/gtest.h>
+
+#include "tests/support/lanes.h"
 
 namespace lightmill {
 namespace {
@@ -32,6 +34,15 @@ TEST(LightTable, CountsTheRowsOfAllLights) {
   });
   EXPECT_GE(profile, 4u * (2 + 3 + 6 + 1000 + 2 + 2000));
   EXPECT_LE(profile, 4u * (2 + 3 + 6 + 1000 + 2 + 2000) + 200);
+}
+
+TEST(SpotLights, OfAllDirectionsShineBackwardsToo) {
+  SpotLights spots;
+  spots.add({{0, 2, 0}, {0, 1, 0}, Vec3(4), 2, 2});
+  for (const float aside : {0.0f, 1e-6f, 1e-5f, 1e-4f, 1e-3f, 1e-2f}) {
+    const V8 direction = normalize(broadcast(Vec3(aside, -1, aside)));
+    EXPECT_EQ(test::Lanes(spots.intensity(direction, U8(0u), first_lanes(1)).x)[0], 4) << aside;
+  }
 }
 
 }  // namespace

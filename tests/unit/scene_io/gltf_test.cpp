@@ -391,6 +391,20 @@ TEST(GltfScene, WhatIsLeftOutIsSaidOnce) {
   EXPECT_EQ(loaded.scene.objects[0].name, "tri/materials[0]");
 }
 
+TEST(GltfScene, ExtensionsThatAreUsedAndNotListedAreSaidToo) {
+  const LoadedScene loaded = good(OneTriangle().text(
+      R"("extensions":{"EXT_scenery":{}},"extensionsUsed":["EXT_scenery"],"nodes":[{"mesh":0}],
+"materials":[{"extensions":{"KHR_materials_sheen":{},"KHR_materials_ior":{"ior":1.4},"KHR_materials_volume":{
+"extensions":{"EXT_inner":{}}}},"extras":{"extensions":{"EXT_nobody":{}}}}])",
+      R"(,"material":0)"));
+  EXPECT_EQ(loaded.notices,
+            (std::vector<std::string>{"left out: extension EXT_scenery", "left out: extension EXT_inner",
+                                      "left out: extension KHR_materials_sheen",
+                                      "the file has no camera: all of it is seen from the front, from above and from "
+                                      "the right",
+                                      "nothing in the file emits light: it stands in an even white sky"}));
+}
+
 TEST(GltfScene, MaterialMistakesAreNamed) {
   const auto of = [](const std::string& members) {
     return error(kOneNode + fmt::format(R"(,"materials":[{{{}}}])", members), R"(,"material":0)");

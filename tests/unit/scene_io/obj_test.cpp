@@ -327,6 +327,9 @@ TEST(Mtl, KaEmitsOnlyWhereItCanMeanNothingElse) {
 
   notices.clear();
   EXPECT_EQ(materials_of(lamp_only, KaMeaning::ambient, notices)[1].emission, RgbColor{});
+  EXPECT_EQ(notices, std::vector<std::string>{"Ka was read as ambient light and left out, as was asked for"});
+  notices.clear();
+  materials_of("newmtl white\nKd 1 1 1\nKa 0 0 0\n", KaMeaning::ambient, notices);
   EXPECT_TRUE(notices.empty());
 
   materials = materials_of(everywhere, KaMeaning::automatic, notices);
@@ -461,7 +464,6 @@ TEST(Mtl, WhatIsWrongIsPlaced) {
   const auto error = [](const std::string& text) { return message_of(read_mtl(text, "box.mtl").status()); };
   EXPECT_EQ(error("Kd 1 1 1"), "box.mtl:1: newmtl is expected before \"Kd\"");
   EXPECT_EQ(error("newmtl"), "box.mtl:1: newmtl: the name of a material is expected");
-  EXPECT_EQ(error("newmtl a\nnewmtl a"), "box.mtl:2: newmtl: material \"a\" is defined twice");
   EXPECT_EQ(error("newmtl a\nKd 1 1"), "box.mtl:2: Kd: three numbers are expected, got 2");
   EXPECT_EQ(error("newmtl a\nKd 1 1 1 1"), "box.mtl:2: Kd: three numbers are expected, got more");
   EXPECT_EQ(error("newmtl a\nKd 1 nan 1"), "box.mtl:2: Kd: a finite number is expected, got \"nan\"");
