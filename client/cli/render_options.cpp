@@ -12,6 +12,7 @@
 #include "common/base/text.h"
 #include "common/film/sample_range.h"
 #include "common/methods/spec/method_spec.h"
+#include "common/scene/scattering.h"
 #include "common/scene_io/picture_notices.h"
 #include "common/wire/scene_proto.h"
 
@@ -117,14 +118,13 @@ void add_render_options(CLI::App& command, RenderOptions& options) {
   command
       .add_option(
           "--layers", options.layers,
-          "further layers for the EXR: direct, indirect, albedo, normal, depth, id, and light:NAME for a light group; "
-          "other methods than path have albedo, normal, depth and id")
+          "further layers for the EXR: direct, indirect, caustic, albedo, normal, depth, id, and light:NAME for a "
+          "light group; path has all but caustic, other methods than these two albedo, normal, depth and id")
       ->type_name("A,B,...");
   command
-      .add_option(
-          "--max-bounces", options.max_bounces,
-          "path, whitted: longest light path (default 1000 and 128, which is whitted's most; nearly all end long "
-          "before)")
+      .add_option("--max-bounces", options.max_bounces,
+                  "path, caustic, whitted: longest light path (default 1000, 1000 and 128, which is whitted's most; "
+                  "nearly all end long before)")
       ->type_name("N")
       ->check(whole_number(1, 1'000'000));
   command.add_option("--seed", options.seed, "the same seed gives the same picture, bit for bit")
@@ -146,6 +146,10 @@ Result<PreparedJob> make_job(const RenderOptions& options, Signals& signals) {
   LM_ASSIGN_OR_RETURN(job.spec.goal, make_goal(options));
   LM_ASSIGN_OR_RETURN(job.spec.settings.layers, make_layers(options));
   LM_ASSIGN_OR_RETURN(job.scene, load_scene(options.scene, signals));
+  LM_ASSIGN_OR_RETURN(const MethodSpec spec, checked_method(options));
+  if (const Status status = check_method_media(spec.name, has_scattering_media(job.scene.scene)); !status.ok()) {
+    return with_context(status, "--method");
+  }
   if (const Status status = check_light_groups(job.spec.settings.layers, light_groups_of(job.scene.scene));
       !status.ok()) {
     return with_context(status, "--layers");
@@ -168,13 +172,12 @@ Result<PreparedJob> make_job(const RenderOptions& options, Signals& signals) {
     settings.method += options.method.find(':') == std::string::npos ? ":brute-force" : ",brute-force";
   }
   settings.max_bounces = options.max_bounces;
-  LM_ASSIGN_OR_RETURN(const MethodSpec method, checked_method(options));
-  settings.meters = method_reads_meters(method.name) ? static_cast<std::uint32_t>(job.scene.scene.meters.size()) : 0;
+  settings.meters = method_reads_meters(spec.name) ? static_cast<std::uint32_t>(job.scene.scene.meters.size()) : 0;
   if (const std::size_t meters = job.scene.scene.meters.size(); meters > settings.meters) {
     job.scene.notices.push_back(fmt::format("left out: the scene's {}, which {} does not read (path does)",
-                                            meters == 1 ? "meter" : fmt::format("{} meters", meters), method.name));
+                                            meters == 1 ? "meter" : fmt::format("{} meters", meters), spec.name));
   }
-  std::ranges::copy(picture_notices(job.scene, method_needs_light(method.name)), std::back_inserter(job.scene.notices));
+  std::ranges::copy(picture_notices(job.scene, method_needs_light(spec.name)), std::back_inserter(job.scene.notices));
   settings.renderer_version = kRendererVersion;
   job.spec.request_id = new_request_id();
   const std::string& scene_name = job.scene.scene.name;

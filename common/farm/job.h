@@ -24,7 +24,7 @@ struct RenderSettings {
   std::uint32_t meters = 0;                    ///< how many the scene has
   std::uint64_t seed = 0;
   std::string method = "path";
-  std::uint32_t max_bounces = 0;  ///< of `path` and `whitted`; 0: the method's own limit
+  std::uint32_t max_bounces = 0;  ///< of `path`, `caustic` and `whitted`; 0: the method's own limit
   std::string renderer_version;   ///< of the program that was asked to render; see kRendererVersion
 };
 

@@ -9,12 +9,17 @@ namespace lightmill {
 namespace {
 
 /// The layers with names of their own, in film order; light groups come before the first that is not summed.
-const std::array<LayerSpec, 6> kNamedLayers{{{"direct", 3, LayerKind::summed},
+const std::array<LayerSpec, 7> kNamedLayers{{{"direct", 3, LayerKind::summed},
                                              {"indirect", 3, LayerKind::summed},
+                                             {"caustic", 3, LayerKind::summed},
                                              {"albedo", 3, LayerKind::summed},
                                              {"normal", 3, LayerKind::first_mean},
                                              {"depth", 1, LayerKind::first_nearest},
                                              {"id", 1, LayerKind::first_samples}}};
+
+bool method_follows_all_light(std::string_view method) {
+  return method == "path" || method == "caustic" || method == "auto";
+}
 
 bool is_named_layer(std::string_view name) {
   return std::ranges::any_of(kNamedLayers, [&](const LayerSpec& layer) { return layer.name == name; });
@@ -23,7 +28,8 @@ bool is_named_layer(std::string_view name) {
 Status check_name_of_layer(std::string_view name, std::span<const std::string> before) {
   if (!is_named_layer(name) && name != "beauty" && name != kRestLayer && !is_light_group_name(light_group_of(name))) {
     return invalid_argument(
-        "unknown layer \"{}\"; the layers are direct, indirect, albedo, normal, depth, id, and light:NAME for a light "
+        "unknown layer \"{}\"; the layers are direct, indirect, caustic, albedo, normal, depth, id, and light:NAME for "
+        "a light "
         "group",
         printable(name));
   }
@@ -90,11 +96,9 @@ Status check_layers(const std::vector<LayerSpec>& layers) {
 }
 
 Status check_method_layers(std::string_view method, const std::vector<LayerSpec>& layers) {
-  constexpr std::array<std::string_view, 6> kPathLayers{"direct", "indirect", "albedo", "normal", "depth", "id"};
-  constexpr std::array<std::string_view, 4> kSurfaceLayers{"albedo", "normal", "depth", "id"};
-  const bool all = method == "path" || method == "auto";
-  const std::span<const std::string_view> known =
-      all ? std::span<const std::string_view>(kPathLayers) : std::span<const std::string_view>(kSurfaceLayers);
+  constexpr std::array<std::string_view, 7> kAll{"caustic", "direct", "indirect", "albedo", "normal", "depth", "id"};
+  const bool all = method_follows_all_light(method);
+  const std::span<const std::string_view> known = std::span(kAll).subspan(method == "caustic" ? 0 : all ? 1 : 3);
   for (const LayerSpec& layer : layers) {
     const bool light = all && !light_group_of(layer.name).empty();
     if (layer.name != "beauty" && !light && std::ranges::find(known, layer.name) == known.end()) {
@@ -117,7 +121,7 @@ Status check_light_groups(const std::vector<LayerSpec>& layers, std::span<const 
 }
 
 bool method_reads_meters(std::string_view method) {
-  return method == "path" || method == "auto";
+  return method_follows_all_light(method);
 }
 
 NodeLayout::NodeLayout(const std::vector<LayerSpec>& layers) : summed(0) {

@@ -49,16 +49,16 @@ std::string_view light_group_of(std::string_view layer);
 /// Letters, digits, '-' and '_'; at most kMaxLightGroupName; "rest" is taken.
 bool is_light_group_name(std::string_view name);
 
-/// The film's layers for these names, in the one order that films have: beauty, direct, indirect, albedo, light groups
-/// in the order given and the rest of the light, normal, depth, id. INVALID_ARGUMENT for a name that is unknown or
-/// comes twice, or too many groups.
+/// The film's layers for these names, in the one order that films have: beauty, direct, indirect, caustic, albedo,
+/// light groups in the order given and the rest of the light, normal, depth, id. INVALID_ARGUMENT for a name that is
+/// unknown or comes twice, or too many groups.
 Result<std::vector<LayerSpec>> film_layers(std::span<const std::string> names);
 
 /// INVALID_ARGUMENT unless film_layers gives this list.
 Status check_layers(const std::vector<LayerSpec>& layers);
 
-/// INVALID_ARGUMENT if there is a layer that this method does not fill: `path`, and what `auto` picks, fill all,
-/// the others those that show surfaces.
+/// INVALID_ARGUMENT if there is a layer that this method does not fill: `caustic` fills all, `path` and what `auto`
+/// picks all but that of the same name, the others those that show surfaces.
 Status check_method_layers(std::string_view method, const std::vector<LayerSpec>& layers);
 
 /// INVALID_ARGUMENT if a light group's layer names none of `groups`.

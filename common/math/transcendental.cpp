@@ -108,4 +108,16 @@ double exp_fixed(double x) {
   return std::ldexp(sum, static_cast<int>(k));
 }
 
+double cube_root_fixed(double x) {
+  // x = m · 8^k with m in [1, 8); Newton's method from above, where it only falls.
+  const int exponent = std::ilogb(x);
+  const int k = exponent >= 0 ? exponent / 3 : -((2 - exponent) / 3);
+  const double m = std::ldexp(x, -3 * k);
+  double root = 2;
+  for (int i = 0; i < 8; ++i) {
+    root -= (root - m / (root * root)) / 3;
+  }
+  return std::ldexp(root, k);
+}
+
 }  // namespace lightmill

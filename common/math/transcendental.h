@@ -43,5 +43,6 @@ double one_minus_cos_fixed(double x);    ///< to the last bits also where x is s
 double tan_fixed(double x);              ///< |x| < π/2
 double atan2_fixed(double y, double x);  ///< to 1e-14; 0 of two zeros
 double exp_fixed(double x);              ///< |x| <= 700
+double cube_root_fixed(double x);        ///< of positive normal numbers
 
 }  // namespace lightmill

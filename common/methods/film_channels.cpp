@@ -33,6 +33,7 @@ FilmChannels::FilmChannels(const std::vector<LayerSpec>& layers, const std::vect
     int& next = layer.kind == LayerKind::summed ? summed : first;
     for (const auto& [name, channel] : {std::pair<std::string_view, int*>{"direct", &direct},
                                         {"indirect", &indirect},
+                                        {"caustic", &caustic},
                                         {"albedo", &albedo},
                                         {"normal", &normal},
                                         {"depth", &depth},

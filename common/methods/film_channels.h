@@ -4,6 +4,8 @@
 //   direct    light that surfaces scatter at most once between its source and the camera: sources themselves, their
 //             images in mirrors, and surfaces lit by them
 //   indirect  all other light
+//   caustic   of it, what has come from its source over mirrors, glass and the like to another surface: all that the
+//             light side of the method of that name brings
 //   light:G   light of light group G; light:rest that of all lights that are in no group asked for
 //   albedo    the reflectance of the surface that the camera ray hits first, whatever its kind (1 for clear glass)
 //   normal    its shading normal on the camera's side, in the scene's frame; with `flat` the geometric one
@@ -27,7 +29,7 @@ struct FilmChannels {
   explicit FilmChannels(const std::vector<LayerSpec>& layers, const std::vector<std::string>& light_groups = {});
 
   NodeLayout layout;
-  int direct = -1, indirect = -1, albedo = -1;
+  int direct = -1, indirect = -1, caustic = -1, albedo = -1;
   int normal = -1, depth = -1, id = -1;
 
   /// By the number of a light group: the first channel of its layer, or of light:rest. Empty without such layers.

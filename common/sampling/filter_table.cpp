@@ -1,5 +1,7 @@
 #include "common/sampling/filter_table.h"
 
+#include <algorithm>
+
 #include "common/base/check.h"
 
 namespace lightmill {
@@ -28,6 +30,14 @@ FilterTable::FilterTable(double radius, const std::function<double(double)>& den
     inverse_[kCells / 2 + i] = static_cast<float>(x);
     inverse_[kCells / 2 - i] = static_cast<float>(-x);
   }
+}
+
+float FilterTable::density(float x) const {
+  const auto above = std::upper_bound(inverse_.begin(), inverse_.end(), x);
+  if (above == inverse_.begin() || above == inverse_.end()) {
+    return 0;
+  }
+  return 1 / (static_cast<float>(kCells) * (*above - *(above - 1)));
 }
 
 }  // namespace lightmill

@@ -27,6 +27,10 @@ class FilterTable {
     return a + (b - a) * (scaled - to_float(cell));
   }
 
+  float radius() const { return inverse_.back(); }
+  /// The density of `sample`, which is that of its table; 0 from the radius on.
+  float density(float x) const;
+
  private:
   std::vector<float> inverse_;  ///< kCells + 1 offsets at equal probabilities
 };

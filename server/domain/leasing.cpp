@@ -1,5 +1,6 @@
 // How leases are given, copied, settled and lost.
 #include "common/base/check.h"
+#include "common/methods/spec/method_spec.h"
 #include "server/domain/coordinator_state.h"
 
 namespace lightmill {
@@ -54,6 +55,8 @@ UnitAim Coordinator::State::aim_for(const Worker& worker, const Job& job) const 
   aim.seconds_per_pixel_sample = measured ? known->second.costly_tile.value() : job.costly_tile.value();
   aim.threads = worker.hello.threads;
   aim.farm_threads = static_cast<std::uint32_t>(std::max<std::uint64_t>(farm_threads, 1));
+  const Result<MethodSpec> method = parse_method(job.record.spec.settings.method);
+  aim.shared_samples = method.ok() ? shared_samples(*method) : 0;
   return aim;
 }
 

@@ -15,6 +15,12 @@ constexpr std::uint32_t kTilesPerThreadAtFirst = 4;
 /// store.
 constexpr double kLeastPieceSeconds = 0.03;
 
+/// The worker's share of the tiles that wait: a round is spread over the farm, and units shrink towards its end.
+double share_of(std::uint64_t tiles, const UnitAim& aim) {
+  const double threads = std::max<std::uint32_t>(aim.threads, 1);
+  return std::ceil(static_cast<double>(tiles) * threads / std::max<double>(aim.farm_threads, threads));
+}
+
 }  // namespace
 
 SampleRange choose_range(const Gap& gap, std::uint64_t tiles, std::uint64_t tile_pixels, const UnitAim& aim) {
@@ -24,9 +30,15 @@ SampleRange choose_range(const Gap& gap, std::uint64_t tiles, std::uint64_t tile
     const auto alignment = static_cast<std::uint32_t>(std::countr_zero(gap.first));
     const auto fits = static_cast<std::uint32_t>(std::bit_width(gap.end - gap.first) - 1);
     level = std::min(alignment, fits);
+    if (aim.shared_samples > 0) {
+      level = std::min(level, static_cast<std::uint32_t>(std::bit_width(aim.shared_samples) - 1));
+    }
   }
   const std::uint64_t span = std::uint64_t{1} << level;
-  const double sample_seconds = static_cast<double>(tile_pixels) * aim.seconds_per_pixel_sample;
+  double sample_seconds = static_cast<double>(tile_pixels) * aim.seconds_per_pixel_sample;
+  if (aim.shared_samples > 0) {
+    sample_seconds *= std::max(1.0, share_of(tiles, aim) / std::max<std::uint32_t>(aim.threads, 1));
+  }
   while (level > 0) {
     const double seconds = std::ldexp(sample_seconds, static_cast<int>(level));
     const std::uint64_t pieces = tiles * (span >> level);
@@ -49,10 +61,8 @@ std::uint32_t choose_tile_count(const SampleRange& range, std::uint64_t tiles, s
         static_cast<double>(tile_pixels) * static_cast<double>(range.count()) * aim.seconds_per_pixel_sample;
     wanted = std::max(std::floor(aim.unit_seconds * threads / tile_seconds), threads);
   }
-  // The worker's share of what waits: a round is spread over the farm, and units shrink towards its end.
-  const double share = std::ceil(static_cast<double>(tiles) * threads / std::max<double>(aim.farm_threads, threads));
   const double most = std::min<double>(static_cast<double>(tiles), kMaxTilesPerUnit);
-  return static_cast<std::uint32_t>(std::clamp(std::min(wanted, share), 1.0, std::max(most, 1.0)));
+  return static_cast<std::uint32_t>(std::clamp(std::min(wanted, share_of(tiles, aim)), 1.0, std::max(most, 1.0)));
 }
 
 }  // namespace lightmill

@@ -13,6 +13,9 @@ struct UnitAim {
   double seconds_per_pixel_sample = 0;  ///< of one of its threads, for this job's costlier tiles; 0: not known yet
   std::uint32_t threads = 1;            ///< of the worker
   std::uint32_t farm_threads = 1;       ///< of all workers that may render this job
+  /// Above 0: tiles have work of their samples in common, which each worker does once and holds for so many samples.
+  /// Units are to be many tiles of few samples rather than few tiles of many.
+  std::uint32_t shared_samples = 0;
 };
 
 /// Samples [first, end) of a tile that nobody has rendered or is rendering.
@@ -24,7 +27,8 @@ struct Gap {
 /// The range to be leased at the start of `gap` of `tiles` tiles of `tile_pixels` pixels each: the largest dyadic one
 /// that the gap, its alignment (hence at most as many samples as went before) and `unit_seconds` allow, but small
 /// enough that all threads of the farm find work. The first sample of a pixel comes alone, so that a picture is there
-/// at once, and so do all until the cost is known.
+/// at once, and so do all until the cost is known. Where samples are shared, all of the worker's tiles together
+/// take `unit_seconds`, and the range is no longer than what is held.
 SampleRange choose_range(const Gap& gap, std::uint64_t tiles, std::uint64_t tile_pixels, const UnitAim& aim);
 
 /// How many of `tiles` tiles that wait for `range` to put into the unit; at least 1, at most `tiles` and

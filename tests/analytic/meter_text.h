@@ -10,12 +10,14 @@
 
 namespace lightmill::test {
 
-/// Reads all meters of a document by `path` from 2^level samples of each of their tiles' pixels.
+/// Reads all meters of a document by a method from 2^level samples of each of their tiles' pixels.
 inline std::vector<MeterReading> read_meters(const TestScene& scene, std::uint32_t level, std::uint64_t seed = 1,
-                                             const CompiledScene::ImageDecoder& images = nullptr) {
+                                             const CompiledScene::ImageDecoder& images = nullptr,
+                                             const std::string& name = "path") {
   const auto compiled = CompiledScene::compile(scene.scene(), scene.assets(), images);
   EXPECT_TRUE(compiled.ok()) << message_of(compiled.status());
-  const auto method = make_method(*compiled, {"path", seed, 0});
+  const auto method = make_method(*compiled, {name, seed, 0});
+  EXPECT_TRUE(method.ok()) << message_of(method.status());
   const auto workspace = (*method)->make_workspace();
   std::vector<MeterReading> readings;
   for (std::uint32_t i = 0; i < scene.scene().meters.size(); ++i) {

@@ -68,8 +68,8 @@ struct Run {
 };
 
 Run run_core(const CompiledScene& scene, std::shared_ptr<const CompiledScene> shared, std::uint32_t level,
-             std::uint64_t seed) {
-  const auto method = std::move(*make_method(std::move(shared), {"path", seed, 0}));
+             std::uint64_t seed, const std::string& name) {
+  const auto method = std::move(*make_method(std::move(shared), {name, seed, 0}));
   const auto workspace = method->make_workspace();
   const int width = scene.film_width(), height = scene.film_height();
   Run run;
@@ -132,6 +132,7 @@ int main(int argc, char** argv) {
   CLI::App app("Times the bare core beside the scalar oracle, on one thread.");
   std::string scene_path = LIGHTMILL_SOURCE_DIR "/scenes/cornell-bench-blocks.json";
   std::string cache;
+  std::string method = "path", reference_method = "path";
   std::uint32_t level = 6, reference_level = 11;
   int size = 512, pairs = 3;
   app.add_option("scene", scene_path, "scene document")->capture_default_str();
@@ -143,6 +144,9 @@ int main(int argc, char** argv) {
   app.add_option("--pairs", pairs, "core and oracle in turn, so many times")
       ->capture_default_str()
       ->check(CLI::Range(1, 100));
+  app.add_option("--method", method, "of the core; others than path are timed beside it instead of the oracle")
+      ->capture_default_str();
+  app.add_option("--reference-method", reference_method, "that the reference is rendered by")->capture_default_str();
   app.add_option("--cache", cache, "file to keep the reference in for the next run");
   CLI11_PARSE(app, argc, argv);
 
@@ -156,7 +160,7 @@ int main(int argc, char** argv) {
   if (cache.empty() || !cached.read(reinterpret_cast<char*>(reference.data()), bytes)) {
     std::printf("rendering the reference, %u samples a pixel …\n", 1u << reference_level);
     std::fflush(stdout);
-    reference = run_core(*compiled, compiled, reference_level, 999'999).image;
+    reference = run_core(*compiled, compiled, reference_level, 999'999, reference_method).image;
     if (!cache.empty()) {
       std::ofstream(cache, std::ios::binary).write(reinterpret_cast<const char*>(reference.data()), bytes);
     }
@@ -166,12 +170,13 @@ int main(int argc, char** argv) {
   std::vector<double> ratios;
   for (int pair = 0; pair < pairs; ++pair) {
     share.start();
-    const Run core = run_core(*compiled, compiled, level, 1 + pair);
+    const Run core = run_core(*compiled, compiled, level, 1 + pair, method);
     share.stop();
-    const Run oracle = run_oracle(tracer, size, size, 1 << level, 1 + pair);
+    const Run oracle = method == "path" ? run_oracle(tracer, size, size, 1 << level, 1 + pair)
+                                        : run_core(*compiled, compiled, level, 1 + pair, "path");
     const double core_error = rel_mse(core.image, reference), oracle_error = rel_mse(oracle.image, reference);
-    print("core", core, core_error);
-    print("oracle", oracle, oracle_error);
+    print(method == "path" ? "core" : method.c_str(), core, core_error);
+    print(method == "path" ? "oracle" : "path", oracle, oracle_error);
     ratios.push_back(oracle_error * oracle.seconds / (core_error * core.seconds));
     std::printf("efficiency ratio %.2f\n", ratios.back());
   }

@@ -1,9 +1,6 @@
 #include "common/methods/path/batch.h"
 
-#include "common/materials/dielectric.h"
-#include "common/materials/diffuse.h"
-#include "common/materials/mirror.h"
-#include "common/methods/path/scattering.h"
+#include "common/methods/surface_bsdf.h"
 
 namespace lightmill::path {
 
@@ -134,73 +131,16 @@ void Batch::shade_hits(const Path8& in, M8 lanes, const Hit8& hits, std::uint32_
     }
   }
   // The frame to shade in is on the ray's side of the surface.
+  const M8 casters = light_pass_ != nullptr ? scene_.materials().casters(surface.material, shaded) : M8();
   const Vertex8 vertex{in,
                        surface,
                        select(surface.front, surface.geometric_normal, -surface.geometric_normal),
                        Frame8(select(surface.front, surface.shading_normal, -surface.shading_normal)),
                        bounce,
-                       passage.crossing};
-  if (const auto only = scene_.materials().only_kind()) {
-    shade_kind(*only, vertex, shaded);
-    return;
-  }
-  // One material kind after another, in a fixed order: lanes of a kind are shaded together.
-  for (const MaterialKind kind : scene_.materials().kinds()) {
-    const M8 of_kind = scene_.materials().is_kind(surface.material, kind, shaded);
-    if (of_kind.any()) {
-      shade_kind(kind, vertex, of_kind);
-    }
-  }
-}
-
-void Batch::shade_kind(MaterialKind kind, const Vertex8& vertex, M8 lanes) {
-  const MaterialTable& materials = scene_.materials();
-  switch (kind) {
-    case MaterialKind::diffuse: {
-      const Diffuse8 bsdf{materials.reflectance(vertex.surface, lanes)};
-      lanes = lanes & (max_component(bsdf.reflectance) > F8(0.0f));
-      if (lanes.any()) {
-        shade_scattering(vertex, bsdf, lanes);
-      }
-      return;
-    }
-    case MaterialKind::mirror: {
-      const V8 wo = vertex.frame.to_local(-vertex.in.direction);
-      const Mirror8 bsdf{materials.reflectance(vertex.surface, lanes)};
-      go_on_specular(vertex, specular_start(vertex), bsdf.sample(wo), lanes);
-      return;
-    }
-    case MaterialKind::dielectric: {
-      const V8 wo = vertex.frame.to_local(-vertex.in.direction);
-      const Dielectric8 bsdf{relative_index(vertex, lanes)};
-      const Path8 start = specular_start(vertex);
-      const F8 u = decide(start.index, start.pixel_seed, vertex.bounce, bsdf_decision(vertex.bounce)).u;
-      go_on_specular(vertex, start, bsdf.sample(wo, u), lanes);
-      return;
-    }
-    case MaterialKind::conductor: {
-      const V8 wo = vertex.frame.to_local(-vertex.in.direction);
-      const Conductor8 bsdf = materials.conductor(vertex.surface, lanes);
-      go_on_specular(vertex, specular_start(vertex), bsdf.sample(wo, {}, F8(0.0f)), lanes);
-      return;
-    }
-    case MaterialKind::phong:
-    case MaterialKind::rough_conductor:
-    case MaterialKind::rough_dielectric:
-    case MaterialKind::principled:
-    case MaterialKind::holdout:
-      shade_glossy(kind, vertex, lanes);
-      return;
-  }
-}
-
-/// The index of refraction beyond a boundary over that on the ray's side.
-F8 Batch::relative_index(const Vertex8& vertex, M8 lanes) const {
-  if (scene_.features().media) {
-    return vertex.crossing.eta;
-  }
-  const F8 ior = scene_.materials().ior(vertex.surface, lanes);
-  return select(vertex.surface.front, ior, F8(1.0f) / ior);
+                       passage.crossing,
+                       casters};
+  for_each_kind(scene_.materials(), surface, shaded,
+                [&](MaterialKind kind, M8 of_kind) { shade_kind(kind, vertex, of_kind); });
 }
 
 /// A light and a point on it, by the decisions of this vertex.
@@ -223,7 +163,10 @@ U8 Batch::shadow_slot(U8 slot, const LightSample8& light, M8 lanes) const {
 
 /// Light that the path finds by itself, weighted against next-event estimation having found it.
 void Batch::add_emission(const Path8& in, const Hit8& hits, const Surface8& surface, std::uint32_t bounce) {
-  const M8 emitting = scene_.materials().emits(surface, hits.hit);
+  M8 emitting = scene_.materials().emits(surface, hits.hit);
+  if (light_pass_ != nullptr) {
+    emitting = and_not(emitting, scene_.sampled_lights(hits, emitting) & (in.chain == U8(kOverCasters)));
+  }
   if (emitting.none()) {
     return;
   }
@@ -239,6 +182,9 @@ void Batch::add_emission(const Path8& in, const Hit8& hits, const Surface8& surf
 
 /// The same for the environment, which rays find where they hit nothing.
 void Batch::add_environment(const Path8& in, M8 escaped, std::uint32_t bounce) {
+  if (light_pass_ != nullptr && scene_.lights().environment.samplable()) {
+    escaped = and_not(escaped, in.chain == U8(kOverCasters));
+  }
   if (escaped.none()) {
     return;
   }
@@ -257,21 +203,6 @@ void Batch::add_background(const Path8& in, M8 lanes, const V8& radiance, std::u
   }
 }
 
-/// A path that starts with a delta BSDF is not split: its points are those of the sample, under scrambles of its own.
-Path8 Batch::specular_start(const Vertex8& vertex) {
-  Path8 out = vertex.in;
-  if (vertex.bounce == 0) {
-    out.pixel_seed = mix(vertex.in.pixel_seed ^ U8(kUnsplitSalt));
-  }
-  return out;
-}
-
-void Batch::go_on_specular(const Vertex8& vertex, const Path8& start, const BsdfSample8& sample, M8 lanes) {
-  Path8 out = start;
-  out.throughput = out.throughput * sample.weight;
-  leave(vertex, sample, out, lanes);
-}
-
 /// Sets the ray that `sample` asks for. Samples on whose side of the surface the two normals disagree end.
 void Batch::leave(const Vertex8& vertex, const BsdfSample8& sample, Path8& out, M8 lanes) {
   const F8 offset = vertex.surface.offset;
@@ -279,6 +210,13 @@ void Batch::leave(const Vertex8& vertex, const BsdfSample8& sample, Path8& out, 
   out.origin = vertex.surface.point + vertex.facing * select(sample.transmitted, -offset, offset);
   out.pdf_solid_angle = sample.pdf_solid_angle;
   out.roulette_scale = out.roulette_scale * (sample.eta * sample.eta);
+  if (light_pass_ != nullptr) {
+    const M8 from_eye = out.chain == U8(kFromEye);
+    const M8 delta = sample.pdf_solid_angle == F8(0.0f);
+    out.chain = select(vertex.casters, select(from_eye, U8(kFromEye), U8(kOverCasters)),
+                       select(from_eye & delta, U8(kFromEye), U8(kFromReceiver)));
+    out.way = out.way + way_to(vertex);
+  }
   if (scene_.features().media) {
     out.media = select(sample.transmitted, vertex.crossing.beyond, out.media);
   }

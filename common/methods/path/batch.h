@@ -8,6 +8,7 @@
 #include "common/methods/method.h"
 #include "common/methods/path/queues.h"
 #include "common/methods/path/sample_plan.h"
+#include "common/methods/photons/light_side.h"
 #include "common/methods/sample_sums.h"
 
 namespace lightmill::path {
@@ -23,6 +24,8 @@ class PathWorkspace final : public Workspace {
   std::array<std::vector<std::uint32_t>, 2> pixel_seeds;  ///< one array a half
   std::vector<float> radiance;  ///< of one sample of the tile: planes of one value a slot, beauty's first
   std::vector<float> first;     ///< planes of one value a pixel of layers that are made of samples 0 to 15
+  std::array<std::vector<std::uint32_t>, 8> found;  ///< deposits near each lane
+  std::vector<const photons::Splat*> splats;
 };
 
 /// Up to eight paths at the surfaces they have found, and what shading them needs.
@@ -33,25 +36,35 @@ struct Vertex8 {
   Frame8 frame;  ///< around the shading normal on the ray's side
   std::uint32_t bounce;
   Crossing8 crossing = {};  ///< of boundaries of media, where the scene has such
+  M8 casters = {};          ///< where there is a light side
 };
+
+/// Length of the ray that has found the vertex.
+inline F8 way_to(const Vertex8& vertex) {
+  return sqrt(length_squared(vertex.surface.point - vertex.in.origin));
+}
 
 /// Holds what all steps of a batch need. `shade_kind` is the one place that knows which materials there are.
 class Batch {
  public:
   Batch(const CompiledScene& scene, const FilmChannels& channels, const PixelRect& tile, const SamplePlan& plan,
-        std::uint32_t max_bounces, PathWorkspace& ws)
+        std::uint32_t max_bounces, const photons::LightPass* light_pass, PathWorkspace& ws)
       : scene_(scene),
         channels_(channels),
         tile_(tile),
         plan_(plan),
         meter_(is_meter_rect(tile) ? &scene.meters().at(meter_of(tile)) : nullptr),
         max_bounces_(max_bounces + (meter_ != nullptr && !meter_->looks ? 1 : 0)),  // a meter's own surface is none
+        light_pass_(light_pass),
         ws_(ws),
         pixels_(static_cast<std::uint32_t>(tile.pixel_count())),
         slots_(pixels_ * plan.splits) {}
 
   /// Adds the light of the tile's pixels [first, last) to the workspace's radiance.
   void run(std::size_t first_pixel, std::size_t last_pixel, const std::vector<std::uint32_t>& seeds);
+  /// Adds what the light side brings to the tile without camera paths: deposits that are seen directly, or photons that
+  /// have crossed the meter.
+  void add_light_pass();
 
  private:
   void start(std::size_t first_pixel, std::size_t last_pixel, const std::vector<std::uint32_t>& seeds);
@@ -79,9 +92,7 @@ class Batch {
   };
   void shade_hits(const Path8& in, M8 lanes, const Hit8& hits, std::uint32_t bounce, const Passage8& passage);
   void shade_kind(MaterialKind kind, const Vertex8& vertex, M8 lanes);
-  void shade_glossy(MaterialKind kind, const Vertex8& vertex, M8 lanes);
   void shade_holdout(const Vertex8& vertex, M8 lanes);
-  F8 relative_index(const Vertex8& vertex, M8 lanes) const;
   Passage8 pass_media(Path8& paths, M8 lanes, Hit8& hits, std::uint32_t bounce);
   M8 travel(Path8& paths, M8 lanes, F8 length, std::uint32_t decision, F8& scattered_at);
   void shade_medium(const Path8& in, const V8& point, M8 lanes, std::uint32_t bounce);
@@ -89,7 +100,7 @@ class Batch {
 
   /// Next-event estimation and going on, for a BSDF that has a density (common/materials/bsdf.h).
   template <class Bsdf>
-  void shade_scattering(const Vertex8& vertex, const Bsdf& bsdf, M8 lanes);
+  void shade_scattering(const Vertex8& vertex, const Bsdf& bsdf, const V8& wo, M8 lanes);
   LightSample8 draw_light(const V8& point, U8 index, U8 pixel_seed, std::uint32_t bounce) const;
   U8 shadow_slot(U8 slot, const LightSample8& light, M8 lanes) const;
   template <class Bsdf>
@@ -101,12 +112,24 @@ class Batch {
   void go_on(Path8& out, M8 lanes, std::uint32_t bounce);
   void trace_shadows(std::uint32_t bounce);
 
+  /// Light whose path starts over casters and then stays: it is the light side's, where there is one.
+  void add_caustic(M8 lanes, U8 slot, U8 group, const V8& value);
+  void add_splats();
+  void add_meter_hits();
+  /// What of the deposits near the vertices, which are first seen over casters, goes on to the eye.
+  template <class Bsdf>
+  void gather_deposits(const Vertex8& vertex, const Bsdf& bsdf, const V8& wo, M8 lanes);
+  template <class Bsdf>
+  void gather_from(const photons::DepositMap& map, F8 radius, const Vertex8& vertex, const Bsdf& bsdf, const V8& wo,
+                   M8 lanes);
+
   const CompiledScene& scene_;
   const FilmChannels& channels_;
   const PixelRect& tile_;
   const SamplePlan& plan_;
   const MeterPlace* const meter_;  ///< null for tiles of the picture
   const std::uint32_t max_bounces_;
+  const photons::LightPass* const light_pass_;  ///< null where the camera side finds all light
   PathWorkspace& ws_;
   const std::uint32_t pixels_;
   const std::uint32_t slots_;

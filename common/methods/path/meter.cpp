@@ -40,7 +40,9 @@ std::uint32_t Batch::start_meter(std::size_t first_pixel, std::size_t last_pixel
     surface.geometric_normal = surface.shading_normal = direction;
     surface.front = lanes;
     surface.offset = surface_offset(direction, broadcast(meter_->magnitude));
-    shade_scattering(Vertex8{path, surface, direction, Frame8(direction), 0}, Diffuse8{broadcast(Vec3(1))}, lanes);
+    path.chain = U8(kFromReceiver);
+    const Vertex8 vertex{path, surface, direction, Frame8(direction), 0};
+    shade_scattering(vertex, Diffuse8{broadcast(Vec3(1))}, vertex.frame.to_local(direction), lanes);
   }
   if (meter_->looks) {
     return 0;

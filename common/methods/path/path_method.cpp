@@ -11,19 +11,25 @@ using path::kBatchPixels;
 using path::PathWorkspace;
 using path::SamplePlan;
 
+std::uint32_t bounce_limit(const MethodSettings& settings) {
+  return settings.max_bounces == 0 ? kMaxBounces : settings.max_bounces;
+}
+
 class PathMethod final : public Method {
  public:
-  PathMethod(std::shared_ptr<const CompiledScene> scene, const MethodSettings& settings)
+  PathMethod(std::shared_ptr<const CompiledScene> scene, const MethodSettings& settings,
+             std::unique_ptr<const photons::LightSide> light_side)
       : scene_(std::move(scene)),
         seed_(settings.seed),
-        max_bounces_(settings.max_bounces == 0 ? kMaxBounces : settings.max_bounces),
-        channels_(settings.layers, scene_->light_groups()) {}
+        max_bounces_(bounce_limit(settings)),
+        channels_(settings.layers, scene_->light_groups()),
+        light_side_(std::move(light_side)) {}
 
   std::unique_ptr<Workspace> make_workspace() const override {
     auto ws = std::make_unique<PathWorkspace>();
     const std::size_t capacity = kBatchPixels * SamplePlan(0).splits;
-    ws->paths.reserve(capacity, scene_->features().media);
-    ws->next.reserve(capacity, scene_->features().media);
+    ws->paths.reserve(capacity, scene_->features().media, light_side_ != nullptr);
+    ws->next.reserve(capacity, scene_->features().media, light_side_ != nullptr);
     ws->shadows.reserve(capacity, scene_->features().media);
     return ws;
   }
@@ -41,9 +47,13 @@ class PathMethod final : public Method {
       const std::size_t channels = channels_.layout.summed;
       ws.radiance.assign(channels * pixels * plan.splits, 0.0f);
       ws.first.assign(sample < kFirstSamples ? channels_.layout.first_values(1) * pixels : 0, 0.0f);
-      Batch batch(*scene_, channels_, tile, plan, max_bounces_, ws);
+      const auto light_pass = light_side_ == nullptr ? nullptr : light_side_->pass(sample, range.end(), ws.counters);
+      Batch batch(*scene_, channels_, tile, plan, max_bounces_, light_pass.get(), ws);
       for (std::size_t first = 0; first < pixels; first += kBatchPixels) {
         batch.run(first, std::min(first + kBatchPixels, pixels), ws.pixel_seeds[sample & 1]);
+      }
+      if (light_pass != nullptr) {
+        batch.add_light_pass();
       }
       sum_splits(ws.radiance, channels, pixels, plan.splits);
       ws.sums.add(std::span(ws.radiance).first(channels * pixels), ws.first);
@@ -72,12 +82,24 @@ class PathMethod final : public Method {
   std::uint64_t seed_;
   std::uint32_t max_bounces_;
   FilmChannels channels_;
+  std::unique_ptr<const photons::LightSide> light_side_;  ///< null: paths find all light
 };
 
 }  // namespace
 
 std::unique_ptr<Method> make_path_method(std::shared_ptr<const CompiledScene> scene, const MethodSettings& settings) {
-  return std::make_unique<PathMethod>(std::move(scene), settings);
+  return std::make_unique<PathMethod>(std::move(scene), settings, nullptr);
+}
+
+std::unique_ptr<Method> make_caustic_method(std::shared_ptr<const CompiledScene> scene, const MethodSettings& settings,
+                                            const MethodSpec& spec) {
+  auto light_side = std::make_unique<const photons::LightSide>(
+      *scene, photons::LightSideSettings{settings.seed, bounce_limit(settings), spec.photons.value_or(0),
+                                         spec.radius.value_or(0)});
+  if (light_side->empty()) {
+    light_side = nullptr;
+  }
+  return std::make_unique<PathMethod>(std::move(scene), settings, std::move(light_side));
 }
 
 }  // namespace lightmill

@@ -10,9 +10,18 @@
 #include <memory>
 
 #include "common/methods/method.h"
+#include "common/methods/spec/method_spec.h"
 
 namespace lightmill {
 
 std::unique_ptr<Method> make_path_method(std::shared_ptr<const CompiledScene> scene, const MethodSettings& settings);
+
+/// `caustic`: the same without the paths that start at a light, meet casters (MaterialTable::casters) and then another
+/// surface, a receiver. These are the light side's to their end (common/methods/photons): photons that arrive at a
+/// receiver are splatted to the pixels that see it directly, and gathered where it is first seen over casters. Which
+/// side a path belongs to is decided by its surfaces' materials alone, so that none is counted twice or missed.
+/// The scene's media must not scatter.
+std::unique_ptr<Method> make_caustic_method(std::shared_ptr<const CompiledScene> scene, const MethodSettings& settings,
+                                            const MethodSpec& spec);
 
 }  // namespace lightmill

@@ -40,13 +40,28 @@ struct Path8 {
   U8 pixel_seed;
   U8 index;           ///< point of the path's sequences
   Media8 media = {};  ///< that the path is in; kept only where the scene has such
+  // Kept only where there is a light side.
+  U8 chain = U8(0u);  ///< kFromEye, kFromReceiver or kOverCasters
+  F8 way = F8(0.0f);  ///< length of the path up to `origin`
 };
+
+/// Over casters alone (and delta lobes of receivers) since the eye.
+inline constexpr std::uint32_t kFromEye = 0;
+/// The last surface was no caster: a receiver.
+inline constexpr std::uint32_t kFromReceiver = 1;
+/// Over casters since a receiver: the light found so is the light side's.
+inline constexpr std::uint32_t kOverCasters = 2;
 
 class PathQueue {
  public:
-  void reserve(std::size_t n, bool with_media) {
+  void reserve(std::size_t n, bool with_media, bool with_chain) {
     n += 8;  // stores are eight wide
     with_media_ = with_media;
+    with_chain_ = with_chain;
+    if (with_chain) {
+      chain_.resize(n);
+      way_.resize(n);
+    }
     if (with_media) {
       media_low_.resize(n);
       media_high_.resize(n);
@@ -72,7 +87,9 @@ class PathQueue {
             U8::load(&slot_[i]),
             U8::load(&pixel_seed_[i]),
             U8::load(&index_[i]),
-            with_media_ ? Media8{U8::load(&media_low_[i]), U8::load(&media_high_[i])} : Media8{}};
+            with_media_ ? Media8{U8::load(&media_low_[i]), U8::load(&media_high_[i])} : Media8{},
+            with_chain_ ? U8::load(&chain_[i]) : U8(0u),
+            with_chain_ ? F8::load(&way_[i]) : F8(0.0f)};
   }
   /// Appends the lanes of the mask, in order.
   void push(M8 lanes, const Path8& p) {
@@ -91,15 +108,19 @@ class PathQueue {
       lightmill::permute(p.media.low, order).store(&media_low_[i]);
       lightmill::permute(p.media.high, order).store(&media_high_[i]);
     }
+    if (with_chain_) {
+      lightmill::permute(p.chain, order).store(&chain_[i]);
+      lightmill::permute(p.way, order).store(&way_[i]);
+    }
     size_ += std::popcount(static_cast<unsigned>(bits));
   }
 
  private:
   int size_ = 0;
-  bool with_media_ = false;
+  bool with_media_ = false, with_chain_ = false;
   VectorArray origin_, direction_, throughput_;
-  std::vector<float> pdf_, roulette_scale_;
-  std::vector<std::uint32_t> slot_, pixel_seed_, index_, media_low_, media_high_;
+  std::vector<float> pdf_, roulette_scale_, way_;
+  std::vector<std::uint32_t> slot_, pixel_seed_, index_, media_low_, media_high_, chain_;
 };
 
 /// Slots are below 2^14 (four split paths of 64×64 pixels); above them there is room for the number of a light group.

@@ -2,15 +2,20 @@
 #pragma once
 
 #include "common/methods/path/batch.h"
+#include "common/methods/path/gathering.h"
 
 namespace lightmill::path {
 
 template <class Bsdf>
-void Batch::shade_scattering(const Vertex8& vertex, const Bsdf& bsdf, M8 lanes) {
+void Batch::shade_scattering(const Vertex8& vertex, const Bsdf& bsdf, const V8& wo, M8 lanes) {
   const Path8& in = vertex.in;
-  const V8 wo = vertex.frame.to_local(-in.direction);
+  M8 lit = lanes;
+  if (light_pass_ != nullptr) {
+    lit = lanes & ((in.chain == U8(kFromEye)) | ~vertex.casters);
+    gather_deposits(vertex, bsdf, wo, lanes);
+  }
   if (scene_.features().lights) {
-    sample_light(vertex, bsdf, wo, lanes);
+    sample_light(vertex, bsdf, wo, lit);
   }
   const bool split_here = vertex.bounce == 0 && plan_.splits > 1;
   const std::uint32_t splits = split_here ? plan_.splits : 1;

@@ -2,6 +2,7 @@
 
 #include <array>
 #include <charconv>
+#include <cmath>
 
 namespace lightmill {
 namespace {
@@ -16,6 +17,8 @@ struct Entry {
 constexpr std::array kMethods{
     Entry{kAutoMethod, "brute-force", "what finds all of the scene's light at the least cost", true, true},
     Entry{"path", "brute-force", "all light", true, true},
+    Entry{"caustic", "photons=N, radius=C, brute-force", "all light, with photons for what mirrors and glass cast",
+          true, true},
     Entry{"preview", "brute-force", "flat colours", false, false},
     Entry{"ao", "distance=D, brute-force", "how open the surroundings are", false, false},
     Entry{"raycast", "flat, brute-force", "what is seen first, lit with hard shadows", true, false},
@@ -65,6 +68,18 @@ Status set_parameter(const Entry& entry, std::string_view text, MethodSpec& spec
     LM_ASSIGN_OR_RETURN(spec.glass, parse_number(key, value, 0, 1));
     return ok_status();
   }
+  if (key == "photons") {
+    LM_ASSIGN_OR_RETURN(const double photons, parse_number(key, value, 1, kMostPhotons));
+    if (photons != std::floor(photons)) {
+      return invalid_argument("photons: a whole number is expected, got '{}'", value);
+    }
+    spec.photons = static_cast<std::uint32_t>(photons);
+    return ok_status();
+  }
+  if (key == "radius") {
+    LM_ASSIGN_OR_RETURN(spec.radius, parse_number(key, value, 0.01, 1000));
+    return ok_status();
+  }
   LM_ASSIGN_OR_RETURN(spec.distance, parse_number(key, value, 0, 1e12));
   return *spec.distance > 0
              ? ok_status()
@@ -97,6 +112,16 @@ bool method_bounces(std::string_view name) {
   return entry != nullptr && entry->bounces;
 }
 
+std::uint32_t shared_samples(const MethodSpec& method) {
+  // Of a photon, deposits and all that finds them: what rooms full of glass and mirrors leave.
+  constexpr std::uint64_t kBytesPerPhoton = 512, kMostSamples = 32, kDefaultPhotonsAtMost = 65536;
+  if (method.name != "caustic") {
+    return 0;
+  }
+  const std::uint64_t pass = method.photons.value_or(kDefaultPhotonsAtMost) * kBytesPerPhoton;
+  return static_cast<std::uint32_t>(std::clamp<std::uint64_t>(kHeldPassBytes / pass, 1, kMostSamples));
+}
+
 std::string_view method_help() {
   static const std::string help = [] {
     std::string text;
@@ -115,6 +140,12 @@ Status check_max_bounces(std::string_view method, std::uint32_t max_bounces) {
   return method != "whitted" || max_bounces <= kMaxWhittedBounces
              ? ok_status()
              : invalid_argument("whitted follows at most {}, got {}", kMaxWhittedBounces, max_bounces);
+}
+
+Status check_method_media(std::string_view method, bool scattering) {
+  return method != "caustic" || !scattering
+             ? ok_status()
+             : invalid_argument("caustic does not follow light through media that scatter: path finds it");
 }
 
 Result<MethodSpec> parse_method(std::string_view text) {

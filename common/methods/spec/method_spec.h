@@ -21,7 +21,12 @@ struct MethodSpec {
   bool flat = false;
   /// `glass=R`: what smooth glass reflects, instead of what Fresnel's equations say.
   std::optional<double> glass;
+  /// `photons=N`: of a pass, one a sample index; nothing: one for sixteen pixels of the film, 4096 to 65536.
+  std::optional<std::uint32_t> photons;
+  /// `radius=C`: of what is gathered in the first pass, in pixels; nothing: 1.5.
+  std::optional<double> radius;
 };
+inline constexpr std::uint32_t kMostPhotons = 1u << 22;  ///< of a pass
 
 /// Stands for the method that a job's scene calls for (common/planner), which is fixed before anything is rendered.
 inline constexpr std::string_view kAutoMethod = "auto";
@@ -38,10 +43,19 @@ bool method_needs_light(std::string_view name);
 /// Whether a method follows light from surface to surface, so that a limit of bounces means something.
 bool method_bounces(std::string_view name);
 
+/// What a worker holds of the passes of photons that a job's tiles share.
+inline constexpr std::uint64_t kHeldPassBytes = std::uint64_t{256} << 20;
+/// 0: tiles have no work in common. Else each worker does a sample's pass once for all its tiles, and holds those of so
+/// many samples: ranges are not to be longer.
+std::uint32_t shared_samples(const MethodSpec& method);
+
 /// Scatterings that `whitted` follows at most, and if it is not told.
 inline constexpr std::uint32_t kMaxWhittedBounces = 128;
 /// INVALID_ARGUMENT if the method cannot follow light so far; 0 stands for its own limit.
 Status check_max_bounces(std::string_view method, std::uint32_t max_bounces);
+
+/// INVALID_ARGUMENT if the method does not follow light through such media.
+Status check_method_media(std::string_view method, bool scattering);
 
 /// INVALID_ARGUMENT for an unknown method, a parameter that it does not take, or a value out of range: the message
 /// names it and what is expected.

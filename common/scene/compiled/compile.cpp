@@ -2,6 +2,7 @@
 
 #include "common/base/check.h"
 #include "common/math/transcendental.h"
+#include "common/scene/casters.h"
 #include "common/scene/compiled/compiled_scene.h"
 #include "common/scene/compiled/convert.h"
 #include "common/scene/compiled/eye_media.h"
@@ -89,6 +90,7 @@ class SceneCompiler {
         meter.media = find_media(*out_, meter.middle(), meter.direction);
       }
     }
+    out_->caustic_places_ = caustic_places();
     out_->filter_ = std::make_unique<FilterTable>(filter_table(scene_.film.filter));
     out_->film_width_ = scene_.film.width;
     out_->film_height_ = scene_.film.height;
@@ -117,6 +119,50 @@ class SceneCompiler {
       scene.add(bounds.high);
     }
     frame_ = WorldFrame(scene);
+  }
+
+  BoundingSphere sphere_around(const Bounds& bounds) const {
+    return {frame_.to_frame((bounds.low + bounds.high) * 0.5), glm::length(bounds.size()) * 0.5 * frame_.scale()};
+  }
+
+  CausticPlaces caustic_places() const {
+    CausticPlaces places;
+    Bounds all;
+    for (std::size_t i = 0; i < scene_.objects.size(); ++i) {
+      const Object& object = scene_.objects[i];
+      BoundingSphere around = sphere_around(bounds_[i]);
+      all.add(bounds_[i].low);
+      all.add(bounds_[i].high);
+      if (const auto* sphere = std::get_if<SphereShape>(&object.shape)) {
+        around.radius = sphere->radius * maps_[i].similarity_scale() * frame_.scale();
+      } else if (const auto* plane = std::get_if<PlaneShape>(&object.shape)) {
+        const Vec3d normal = maps_[i].normal_matrix() * near_one(to_vec(plane->normal));
+        places.planes.push_back({around.center, glm::normalize(near_one(normal))});
+        around.radius = std::numeric_limits<double>::infinity();
+      }
+      if (is_caster(scene_.materials[object.material])) {
+        places.casters.push_back(around);
+      }
+    }
+    all.add(to_vec(scene_.camera.eye));
+    for (const Meter& meter : scene_.meters) {
+      add_meter(meter, all);
+    }
+    places.scene = sphere_around(all);
+    return places;
+  }
+
+  static void add_meter(const Meter& meter, Bounds& bounds) {
+    if (const Patch* patch = patch_of(meter)) {
+      const Vec3d corner = to_vec(patch->corner), edge1 = to_vec(patch->edge1), edge2 = to_vec(patch->edge2);
+      for (const Vec3d& p : {corner, corner + edge1, corner + edge2, corner + edge1 + edge2}) {
+        bounds.add(p);
+      }
+    } else if (const auto* point = std::get_if<IrradianceMeter>(&meter.kind)) {
+      bounds.add(to_vec(point->point));
+    } else {
+      bounds.add(to_vec(std::get<RadianceMeter>(meter.kind).point));
+    }
   }
 
   /// In the mesh's own coordinates; found once.

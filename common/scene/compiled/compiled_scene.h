@@ -10,6 +10,7 @@
 #include "common/geometry/ray.h"
 #include "common/lights/hard_lights.h"
 #include "common/lights/light_table.h"
+#include "common/lights/photon_targets.h"
 #include "common/lights/unoccluded_irradiance.h"
 #include "common/math/vec.h"
 #include "common/sampling/filter_table.h"
@@ -44,6 +45,13 @@ struct SceneFeatures {
   bool environment = false;  ///< light where rays leave the scene
   bool media = false;        ///< paths must know which media they are in
   bool holdouts = false;
+};
+
+/// What light must be followed towards to find all caustics, in the frame that is rendered in.
+struct CausticPlaces {
+  std::vector<BoundingSphere> casters;  ///< around each object whose material is a caster
+  std::vector<BoundlessPlane> planes;   ///< all of the scene
+  BoundingSphere scene;                 ///< around all bounded shapes, the eye and the meters
 };
 
 class CompiledScene {
@@ -82,6 +90,7 @@ class CompiledScene {
   const Media8& eye_media() const { return eye_media_; }
   const CameraBasis& camera() const { return camera_; }
   const WorldFrame& frame() const { return frame_; }
+  const CausticPlaces& caustic_places() const { return caustic_places_; }
   const MeterTable& meters() const { return meters_; }
   /// light_groups_of the document: groups are numbered from 1 in this order, 0 is none.
   const std::vector<std::string>& light_groups() const { return light_groups_; }
@@ -97,6 +106,11 @@ class CompiledScene {
 
   /// Completes hits: unit normals, a point on the surface, the material. Ray directions are unit vectors.
   Surface8 surface(const Ray8& rays, const Hit8& hits) const { return geometry_.surface(rays, hits); }
+
+  /// Which hits of emissive surfaces next-event estimation could draw.
+  M8 sampled_lights(const Hit8& hits, M8 lanes) const {
+    return emitters_.lookup(hits.geometry, hits.primitive, lanes).sampled;
+  }
 
   /// With which density per solid angle next-event estimation from `from` would have found this hit of an emissive
   /// surface; 0 where it draws no such points.
@@ -120,6 +134,7 @@ class CompiledScene {
   UnoccludedIrradiance unoccluded_;
   CameraBasis camera_;
   WorldFrame frame_;
+  CausticPlaces caustic_places_;
   MeterTable meters_;
   std::vector<std::string> light_groups_;
   std::uint32_t environment_group_ = 0;

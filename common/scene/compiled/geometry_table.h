@@ -36,7 +36,8 @@ class GeometryTable {
   };
 
   void add_sphere(std::uint32_t material, const Vec3& center, float radius, bool normal_inward);
-  /// A texture coordinate is a distance along a tangent times `coordinate_scale`; without `textured` nobody asks for it.
+  /// A texture coordinate is a distance along a tangent times `coordinate_scale`; without `textured` nobody asks for
+  /// it.
   void add_plane(std::uint32_t material, const Vec3& point, float coordinate_scale, bool textured);
   void add_mesh(std::uint32_t material, const MeshRows& mesh);
   /// A mesh under an affine map: `linear` maps its coordinates' differences to the frame's, `normal` its normals.

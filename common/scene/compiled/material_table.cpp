@@ -3,6 +3,7 @@
 #include <set>
 
 #include "common/base/overloaded.h"
+#include "common/scene/casters.h"
 #include "common/scene/compiled/convert.h"
 
 namespace lightmill {
@@ -96,6 +97,7 @@ void MaterialTable::add(const Material& material) {
                  }},
       material.kind);
   kind_.push_back(static_cast<std::uint32_t>(kind));
+  caster_.push_back(is_caster(material) ? 1 : 0);
   emits_.push_back(is_black(material.emission) ? 0 : material.two_sided_emission ? 2 : 1);
   ior_.push_back(static_cast<float>(ior));
   reflectance_.add(reflectance);

@@ -44,6 +44,9 @@ class MaterialTable {
 
   bool uses(MaterialKind kind) const { return std::ranges::find(kinds_, kind) != kinds_.end(); }
 
+  /// Casters of caustics: see is_caster of a material.
+  M8 casters(U8 material, M8 lanes) const { return lanes & (gather(caster_.data(), material, lanes) == U8(1u)); }
+
   M8 is_kind(U8 material, MaterialKind kind, M8 lanes) const {
     return lanes & (gather(kind_.data(), material, lanes) == U8(static_cast<std::uint32_t>(kind)));
   }
@@ -143,7 +146,8 @@ class MaterialTable {
   std::optional<MaterialKind> only_kind_;
   // One entry a material.
   std::vector<std::uint32_t> kind_;
-  std::vector<std::uint32_t> emits_;  ///< 0 never, 1 on the front, 2 on both sides
+  std::vector<std::uint32_t> caster_;  ///< 0 or 1
+  std::vector<std::uint32_t> emits_;   ///< 0 never, 1 on the front, 2 on both sides
   ColorColumn reflectance_, specular_, emission_;
   MapColumn roughness_map_, metallic_map_;
   bool has_specular_ = false;

@@ -3,6 +3,7 @@
 #include <set>
 
 #include "common/scene/compiled/convert.h"
+#include "common/scene/scattering.h"
 
 namespace lightmill {
 namespace {
@@ -30,7 +31,13 @@ bool overlap(const Bounds& a, const Bounds& b) {
 }  // namespace
 
 MediumTable::MediumTable(const Scene& scene, double length_scale)
-    : priority_{0x80000000u}, ior_{1.0f}, extinction_{0, 0, 0}, scattering_{0, 0, 0}, anisotropy_{0}, plain_{0} {
+    : priority_{0x80000000u},
+      ior_{1.0f},
+      extinction_{0, 0, 0},
+      scattering_{0, 0, 0},
+      anisotropy_{0},
+      scatters_(has_scattering_media(scene)),
+      plain_{0} {
   for (const Material& material : scene.materials) {
     if (!is_boundary(material)) {
       of_material_.push_back(0);
@@ -45,7 +52,6 @@ MediumTable::MediumTable(const Scene& scene, double length_scale)
     append(extinction_, Vec3(glm::min(extinction, Vec3d(kMaxAbsorption))));
     append(scattering_, Vec3(glm::min(scattering, Vec3d(kMaxAbsorption))));
     anisotropy_.push_back(static_cast<float>(material.interior.anisotropy));
-    scatters_ = scatters_ || !is_black(material.interior.scattering);
   }
 }
 

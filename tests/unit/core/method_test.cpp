@@ -111,7 +111,9 @@ TEST_P(Methods, TheSpecSaysWhetherLightsAndBouncesMatter) {
 
 INSTANTIATE_TEST_SUITE_P(
     All, Methods,
-    ::testing::Values(MethodCase{"path", {}}, MethodCase{"preview", {}},
+    ::testing::Values(MethodCase{"path", {}}, MethodCase{"preview", {}}, MethodCase{"caustic:photons=3000", {}},
+                      MethodCase{"caustic:photons=2000,radius=3",
+                                 {"direct", "indirect", "caustic", "albedo", "normal", "depth", "id"}},
                       MethodCase{"ao:distance=100", {"albedo", "depth"}}, MethodCase{"raycast", {}},
                       MethodCase{"whitted", {}}, MethodCase{"whitted:glass=0.3", {"albedo", "normal", "depth", "id"}},
                       MethodCase{"raycast:flat", {"albedo", "normal", "depth", "id"}},
@@ -127,7 +129,8 @@ TEST(Method, AnUnknownNameIsRefusedWithTheKnownOnes) {
   auto compiled = CompiledScene::compile(scene.scene(), scene.assets());
   ASSERT_TRUE(compiled.ok());
   const auto method = make_method(*compiled, {"pathh", 0, 0});
-  EXPECT_EQ(message_of(method.status()), "unknown method 'pathh'; the methods are path, preview, ao, raycast, whitted");
+  EXPECT_EQ(message_of(method.status()),
+            "unknown method 'pathh'; the methods are auto, path, caustic, preview, ao, raycast, whitted");
 }
 
 TEST(Method, ParametersAreCheckedByName) {
@@ -149,7 +152,22 @@ TEST(Method, ParametersAreCheckedByName) {
   EXPECT_EQ(parse_method("whitted:flat,glass=0.1")->glass, 0.1);
   EXPECT_EQ(parse_method("whitted")->glass, std::nullopt);
   EXPECT_EQ(message_of(parse_method("whitted:glass=10").status()), "glass: a number from 0 to 1 is expected, got '10'");
+  EXPECT_EQ(parse_method("caustic:photons=5000,radius=0.5")->photons, 5000u);
+  EXPECT_EQ(parse_method("caustic:photons=5000,radius=0.5")->radius, 0.5);
+  EXPECT_EQ(parse_method("caustic")->photons, std::nullopt);
+  EXPECT_EQ(message_of(parse_method("caustic:photons=0").status()),
+            "photons: a number from 1 to 4194304 is expected, got '0'");
+  EXPECT_EQ(message_of(parse_method("caustic:photons=1.5").status()), "photons: a whole number is expected, got '1.5'");
+  EXPECT_EQ(message_of(parse_method("caustic:radius=0").status()),
+            "radius: a number from 0.01 to 1000 is expected, got '0'");
   EXPECT_EQ(message_of(parse_method("path:distance=1").status()), "path takes brute-force; got 'distance=1'");
+}
+
+TEST(Method, RangesOfSharedSamplesFitWhatIsHeld) {
+  EXPECT_EQ(shared_samples(*parse_method("path")), 0u);
+  EXPECT_EQ(shared_samples(*parse_method("caustic:photons=1000")), 32u);
+  EXPECT_EQ(shared_samples(*parse_method("caustic")), 8u);  // 65536 photons at most
+  EXPECT_EQ(shared_samples(*parse_method("caustic:photons=4000000")), 1u);
 }
 
 TEST(Method, WhittedFollowsLightOnlySoFar) {

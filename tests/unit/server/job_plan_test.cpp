@@ -212,6 +212,26 @@ TEST(UnitSize, AllThreadsOfTheFarmFindWork) {
   EXPECT_EQ(choose_tile_count(range, 2, 4096, aim), 1u);
 }
 
+TEST(UnitSize, WhereSamplesAreSharedAUnitIsManyTilesOfFewSamples) {
+  // 64 tiles at 4 ms a sample: the frame takes two threads 0.13 s a sample, so that 4 samples fit a unit; 8 with twice
+  // the time. Of four such workers each takes a quarter of the frame and four times the samples.
+  UnitAim aim{.unit_seconds = 1, .seconds_per_pixel_sample = 1e-6, .threads = 2, .farm_threads = 2};
+  aim.shared_samples = 32;
+  EXPECT_EQ(choose_range({1024, 4096}, 64, 4096, aim).count(), 4u);
+  EXPECT_EQ(choose_tile_count({2, 256}, 64, 4096, aim), 64u);
+  aim.unit_seconds = 2;
+  EXPECT_EQ(choose_range({1024, 4096}, 64, 4096, aim).count(), 8u);
+  aim.unit_seconds = 1;
+  aim.farm_threads = 8;
+  EXPECT_EQ(choose_range({1024, 4096}, 64, 4096, aim).count(), 16u);
+  EXPECT_EQ(choose_tile_count({4, 64}, 64, 4096, aim), 16u);
+  // However quick the tiles are, ranges are no longer than what a worker holds.
+  aim.seconds_per_pixel_sample = 1e-9;
+  EXPECT_EQ(choose_range({1024, 4096}, 64, 4096, aim).count(), 32u);
+  aim.shared_samples = 5;
+  EXPECT_EQ(choose_range({1024, 4096}, 64, 4096, aim).count(), 4u);
+}
+
 TEST(UnitSize, ARoundIsSharedByThreads) {
   const UnitAim aim{.unit_seconds = 1, .seconds_per_pixel_sample = 1e-9, .threads = 2, .farm_threads = 8};
   EXPECT_EQ(choose_tile_count({0, 0}, 64, 4096, aim), 16u);

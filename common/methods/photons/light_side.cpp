@@ -1,0 +1,139 @@
+#include "common/methods/photons/light_side.h"
+
+#include "common/math/transcendental.h"
+
+namespace lightmill::photons {
+namespace {
+
+constexpr std::uint32_t kPixelsPerPhoton = 16, kLeastPhotons = 4096, kMostPhotons = 65536;
+constexpr std::uint64_t kLookAhead = 16;  ///< passes that may be traced before they are needed
+
+/// Radii shrink with the pass p of a half: r² ∝ p^(α − 1), α = 2/3 (Knaus and Zwicker 2011, "Progressive Photon
+/// Mapping: A Probabilistic Approach", in the closed form's limit).
+double radius_factor(std::uint64_t sample) {
+  return cube_root_fixed(1 / std::sqrt(static_cast<double>((sample >> 1) + 1)));
+}
+
+}  // namespace
+
+std::uint64_t LightPass::bytes() const {
+  std::uint64_t sum =
+      sizeof(LightPass) + deposits.size() * sizeof(Deposit) + splats.bytes() + first.bytes() + later.bytes();
+  for (const auto& hits : meters) {
+    sum += hits.size() * sizeof(MeterHit);
+  }
+  return sum;
+}
+
+std::uint32_t default_photons(const CompiledScene& scene) {
+  const std::uint64_t pixels = std::uint64_t{1} * scene.film_width() * scene.film_height();
+  return static_cast<std::uint32_t>(std::clamp<std::uint64_t>(pixels / kPixelsPerPhoton, kLeastPhotons, kMostPhotons));
+}
+
+LightSide::LightSide(const CompiledScene& scene, const LightSideSettings& settings)
+    : scene_(scene), settings_(settings), source_(photon_source(scene)) {
+  if (settings_.photons == 0) {
+    settings_.photons = default_photons(scene);
+  }
+  if (settings_.radius == 0) {
+    settings_.radius = kDefaultRadius;
+  }
+  settings_.max_bounces = std::min(settings_.max_bounces, kMostScatterings);
+}
+
+std::shared_ptr<const LightPass> LightSide::trace(std::uint64_t sample, RenderCounters& counters) const {
+  const double radius = settings_.radius * radius_factor(sample);
+  const auto per_length = static_cast<float>(radius * glm::length(scene_.camera().right));
+  const std::uint32_t seed = pixel_seed(settings_.seed, static_cast<std::uint32_t>(sample >> 1), 0x70686f74u,
+                                        static_cast<std::uint32_t>(sample & 1));
+  Traced traced = trace_photons(
+      scene_, source_, {settings_.photons, seed, settings_.max_bounces, LightPass::kLater * per_length}, counters);
+  auto pass = std::make_shared<LightPass>();
+  pass->deposits = std::move(traced.deposits);
+  pass->meters = std::move(traced.meters);
+  pass->radius_per_length = per_length;
+  if (pass->deposits.empty()) {
+    return pass;
+  }
+  std::vector<std::uint32_t> first, later;
+  double distances = 0;
+  for (std::uint32_t i = 0; i < pass->deposits.size(); ++i) {
+    (pass->deposits[i].first == 1 ? first : later).push_back(i);
+    distances += glm::length(pass->deposits[i].point - scene_.camera().eye);
+  }
+  const auto typical =
+      std::max(static_cast<float>(per_length * distances / static_cast<double>(pass->deposits.size())), 0x1p-60f);
+  pass->least = typical / 4;
+  pass->most = typical * 4;
+  pass->first = DepositMap(pass->deposits, first, 2 * typical);
+  pass->later = DepositMap(pass->deposits, later, 2 * LightPass::kLater * typical);
+  pass->splats = FilmSplats(scene_, pass->deposits, seed);
+  return pass;
+}
+
+std::optional<std::uint64_t> LightSide::claim(std::uint64_t sample, std::uint64_t end) const {
+  for (std::uint64_t next = sample; next < std::min(end, sample + kLookAhead); ++next) {
+    if (held_.try_emplace(next).second) {
+      return next;
+    }
+  }
+  return std::nullopt;
+}
+
+void LightSide::finish(std::uint64_t sample, std::shared_ptr<const LightPass> pass) const {
+  const MutexLock lock(mutex_);
+  if (pass == nullptr) {
+    held_.erase(sample);
+  } else {
+    bytes_ += pass->bytes();
+    held_[sample] = {std::move(pass), calls_};
+    while (bytes_ > kHeldPassBytes) {
+      auto oldest = held_.end();
+      for (auto it = held_.begin(); it != held_.end(); ++it) {
+        if (it->second.pass != nullptr && it->first != sample &&
+            (oldest == held_.end() || it->second.used < oldest->second.used)) {
+          oldest = it;
+        }
+      }
+      if (oldest == held_.end()) {
+        break;
+      }
+      bytes_ -= oldest->second.pass->bytes();
+      held_.erase(oldest);
+    }
+  }
+  changed_.notify_all();
+}
+
+std::shared_ptr<const LightPass> LightSide::pass(std::uint64_t sample, std::uint64_t end,
+                                                 RenderCounters& counters) const {
+  for (;;) {
+    std::optional<std::uint64_t> own;
+    {
+      const MutexLock lock(mutex_);
+      ++calls_;
+      if (const auto found = held_.find(sample); found != held_.end() && found->second.pass != nullptr) {
+        found->second.used = calls_;
+        return found->second.pass;
+      }
+      own = claim(sample, end);
+      if (!own) {
+        changed_.wait(mutex_);
+        continue;
+      }
+    }
+    std::shared_ptr<const LightPass> traced;
+    try {
+      traced = trace(*own, counters);
+    } catch (...) {
+      finish(*own, nullptr);
+      throw;
+    }
+    finish(*own, traced);
+    if (*own == sample) {
+      return traced;
+    }
+  }
+}
+
+}  // namespace lightmill::photons

@@ -1,0 +1,70 @@
+// The light side of `caustic`: passes of photons, one a sample index, and the memory of those that were needed last.
+#pragma once
+
+#include <list>
+#include <map>
+#include <memory>
+
+#include "common/base/mutex.h"
+#include "common/methods/photons/deposit_map.h"
+#include "common/methods/photons/film_splats.h"
+#include "common/methods/photons/photon_tracer.h"
+#include "common/methods/spec/method_spec.h"
+
+namespace lightmill::photons {
+
+/// What one pass of photons has left; immutable.
+struct LightPass {
+  std::vector<Deposit> deposits;
+  FilmSplats splats;
+  std::vector<std::vector<MeterHit>> meters;
+  DepositMap first, later;            ///< deposits after casters alone, and the others
+  float radius_per_length = 0;        ///< of gathers among the first ones, by the length of the way from the eye
+  float least = 0, most = 0;          ///< limits of these radii
+  static constexpr float kLater = 4;  ///< radii among the others, in those among the first
+  std::uint64_t bytes() const;
+};
+
+struct LightSideSettings {
+  std::uint64_t seed = 0;
+  std::uint32_t max_bounces = 0;
+  std::uint32_t photons = 0;  ///< of a pass; 0: default_photons
+  double radius = 0;          ///< of gathers in the first pass, in pixels; 0: kDefaultRadius
+};
+inline constexpr double kDefaultRadius = 1.5;
+/// One for so many pixels of the film, within limits.
+std::uint32_t default_photons(const CompiledScene& scene);
+
+/// Passes are pure functions of the scene, the settings and the sample index; whoever needs one first traces it, the
+/// others wait or trace what they need next. kHeldPassBytes of them are held for those who come later, the last used;
+/// those in use stay whatever they are. Thread-safe.
+class LightSide {
+ public:
+  LightSide(const CompiledScene& scene, const LightSideSettings& settings);
+  /// No light reaches a caster: all light is the camera side's.
+  bool empty() const { return source_.emission.empty(); }
+  /// The pass of a sample index; others of [sample, end) may be traced rather than to wait.
+  std::shared_ptr<const LightPass> pass(std::uint64_t sample, std::uint64_t end, RenderCounters& counters) const;
+  /// Traces the pass, whether it is held or not.
+  std::shared_ptr<const LightPass> trace(std::uint64_t sample, RenderCounters& counters) const;
+
+ private:
+  struct Held {
+    std::shared_ptr<const LightPass> pass;  ///< null while somebody traces it
+    std::uint64_t used = 0;                 ///< when last, counted in calls
+  };
+  /// What the caller is to trace, if anything: `sample`, or what comes after it.
+  std::optional<std::uint64_t> claim(std::uint64_t sample, std::uint64_t end) const LM_REQUIRES(mutex_);
+  void finish(std::uint64_t sample, std::shared_ptr<const LightPass> pass) const LM_EXCLUDES(mutex_);
+
+  const CompiledScene& scene_;
+  LightSideSettings settings_;
+  PhotonSource source_;
+  mutable Mutex mutex_;
+  mutable CondVar changed_;
+  mutable std::map<std::uint64_t, Held> held_ LM_GUARDED_BY(mutex_);
+  mutable std::uint64_t bytes_ LM_GUARDED_BY(mutex_) = 0;
+  mutable std::uint64_t calls_ LM_GUARDED_BY(mutex_) = 0;
+};
+
+}  // namespace lightmill::photons

@@ -1,0 +1,45 @@
+// Follows light from its sources over casters to where it stays: the deposits of one pass.
+#pragma once
+
+#include <vector>
+
+#include "common/lights/photon_emission.h"
+#include "common/methods/method.h"
+#include "common/methods/photons/deposit.h"
+
+namespace lightmill::photons {
+
+/// A photon that has crossed a meter's place on its way.
+struct MeterHit {
+  std::uint32_t pixel = 0;  ///< of the meter's tile that it falls to
+  std::uint32_t group = 0;  ///< its light group
+  Vec3 value{0};            ///< irradiance as this one pixel estimates it
+};
+
+struct Traced {
+  std::vector<Deposit> deposits;
+  std::vector<std::vector<MeterHit>> meters;  ///< one entry a meter of the scene
+};
+
+/// What photons start from, for all passes of a scene: all that next-event estimation samples. An environment that it
+/// does not sample, and surfaces that it does not, are the camera side's.
+struct PhotonSource {
+  PhotonEmission emission;
+  std::vector<std::uint32_t> media_low, media_high;  ///< by light: the media that its light starts in; empty: none
+};
+/// Media of lights that have a place are those at its middle; of others there are none.
+PhotonSource photon_source(const CompiledScene& scene);
+
+struct PassPlan {
+  std::uint32_t photons = 0;
+  std::uint32_t seed = 0;  ///< of the pass
+  std::uint32_t max_bounces = 0;
+  float point_meter_radius_per_distance =
+      0;  ///< of the disc that a point's irradiance is measured on, by its distance from the eye
+};
+
+/// Photons are told apart by their number alone, so that the result is the same whatever goes before.
+Traced trace_photons(const CompiledScene& scene, const PhotonSource& source, const PassPlan& plan,
+                     RenderCounters& counters);
+
+}  // namespace lightmill::photons
