@@ -78,7 +78,8 @@ enum class KaMeaning { automatic, emission, ambient };
 /// these that is alike, with a notice; all others: diffuse, with a notice. Where Pr or Pm is given: principled,
 /// whatever illum says but for glass. Maps multiply their colour, which is white if absent; they become textures whose
 /// `file` is a path and whose asset is not set. Colours above 1 are cut, with a notice. What was assumed of Ka is a
-/// notice too. What is left out of several materials is one notice, with the first place and their number.
+/// notice too. What is left out of several materials is one notice, with the first place and their number. The names
+/// differ: of several materials of one name callers keep the first.
 void map_materials(const std::vector<MtlMaterial>& materials, KaMeaning ka, Scene& scene,
                    std::vector<std::string>& notices);
 

@@ -5,11 +5,13 @@
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   using namespace lightmill;
-  const Result<std::vector<MtlMaterial>> read = read_mtl(as_text(data, size), "fuzz.mtl");
+  Result<std::vector<MtlMaterial>> read = read_mtl(as_text(data, size), "fuzz.mtl");
   if (!read.ok()) {
     expect_placed(read.status(), "fuzz.mtl:");
     return 0;
   }
+  std::set<std::string> names;
+  std::erase_if(*read, [&](const MtlMaterial& material) { return !names.insert(material.name).second; });
   for (const KaMeaning ka : {KaMeaning::automatic, KaMeaning::emission, KaMeaning::ambient}) {
     std::vector<std::string> notices;
     Scene scene;
