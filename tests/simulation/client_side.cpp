@@ -14,6 +14,11 @@ constexpr std::uint64_t kGoals[] = {1, 2, 3, 7, 16, 33, 64, 100};
 constexpr double kErrors[] = {4, 2, 1,
                               0.5};  // the fake renderer's pictures have about 13 / samples, and its half width
 
+/// Done, or refused because the job has ended, is so already, or is gone: what else it may answer must not happen.
+bool is_settled(const Status& status) {
+  return status.ok() || status.code() == StatusCode::kFailedPrecondition || status.code() == StatusCode::kNotFound;
+}
+
 }  // namespace
 
 void FarmSimulation::make_jobs() {
@@ -134,16 +139,10 @@ void FarmSimulation::extend(std::size_t index) {
 
 void FarmSimulation::pause(std::size_t index) {
   const JobId id = *client_jobs_[index].id;
-  request([this, id](Step& step) { return coordinator_->pause(id, now_, step).ok() || true; },
+  request([this, id](Step& step) { return is_settled(coordinator_->pause(id, now_, step)); },
           [this, id] {
             after(random_.seconds_between(0.1, 4), [this, id] {
-              request(
-                  [this, id](Step& step) {
-                    const Status status = coordinator_->resume(id, now_, step);
-                    return status.ok() || status.code() == StatusCode::kFailedPrecondition ||
-                           status.code() == StatusCode::kNotFound;
-                  },
-                  [] {});
+              request([this, id](Step& step) { return is_settled(coordinator_->resume(id, now_, step)); }, [] {});
             });
           });
 }
@@ -151,7 +150,7 @@ void FarmSimulation::pause(std::size_t index) {
 void FarmSimulation::cancel(std::size_t index) {
   const JobId id = *client_jobs_[index].id;
   const bool remove = random_.chance(0.5);
-  request([this, id](Step& step) { return coordinator_->cancel(id, now_, unix_ms(), step).ok() || true; },
+  request([this, id](Step& step) { return is_settled(coordinator_->cancel(id, now_, unix_ms(), step)); },
           [this, index, id, remove] {
             ClientJob& job = client_jobs_[index];
             const JobRecord* const stored = disk_.job(id);

@@ -20,7 +20,7 @@ constexpr const char* kRenderMore =
     "It uses the farm given by --server or LIGHTMILL_SERVER; else one that answers at 127.0.0.1:7350; else, or with\n"
     "--local, one of its own on this machine, taken down afterwards. Without -o it writes SCENE.exr and SCENE.png into "
     "the\n"
-    "current folder. Ctrl-C cancels the job (what is rendered can still be fetched); to let a job run on by itself, "
+    "current folder. Ctrl-C cancels the job (what a farm has rendered can still be fetched); to let a job run on by itself, "
     "use\n"
     "`lightmill submit`.\n\n"
     "  lightmill render scenes/cornell-bench-blocks.json -o box.png --spp 256\n"
