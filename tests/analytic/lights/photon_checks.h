@@ -1,12 +1,25 @@
 // What tests of photons' starts share: the flux that photons bring to something, and the same by next-event estimation.
 #pragma once
 
+#include <limits>
 #include <optional>
 
 #include "common/lights/photon_emission.h"
 #include "tests/analytic/lights/light_checks.h"
 
 namespace lightmill::test {
+
+inline const Vec3 kColor{1, 2, 0.5f};
+inline constexpr double kSceneRadius = 20;
+inline const BoundingSphere kEverything{{0, 0, 0}, std::numeric_limits<double>::infinity()};
+
+template <class Add>
+LightTable table_of(Add add) {
+  LightTable table;
+  add(table);
+  table.build(kSceneRadius);
+  return table;
+}
 
 /// A ray in double precision.
 struct PhotonRay {
@@ -30,6 +43,10 @@ struct Quad {
 inline bool meets(const BoundingSphere& sphere, const PhotonRay& ray) {
   const Vec3d to_center = sphere.center - ray.origin;
   return glm::dot(to_center, ray.direction) > 0 && glm::length(glm::cross(to_center, ray.direction)) <= sphere.radius;
+}
+
+inline auto into(const BoundingSphere& sphere) {
+  return [sphere](const PhotonRay& ray) { return meets(sphere, ray); };
 }
 
 struct Mean {

@@ -7,21 +7,11 @@
 namespace lightmill::test {
 namespace {
 
-const Vec3 kColor{1, 2, 0.5f};
-const BoundingSphere kScene{{0, 0, 0}, 20};
-const BoundingSphere kEverything{{0, 0, 0}, std::numeric_limits<double>::infinity()};
+const BoundingSphere kScene{{0, 0, 0}, kSceneRadius};
 
 PhotonEmission emission_of(const LightTable& table, const std::vector<BoundingSphere>& targets,
                            const std::vector<BoundlessPlane>& planes = {}) {
   return PhotonEmission(table, targets, planes, kScene);
-}
-
-template <class Add>
-LightTable table_of(Add add) {
-  LightTable table;
-  add(table);
-  table.build(kScene.radius);
-  return table;
 }
 
 LightTable point_table(const Vec3& position = Vec3(0)) {
@@ -36,9 +26,6 @@ double cone_solid_angle(double radius, double distance) {
   return 2 * M_PI * (1 - std::sqrt(1 - radius * radius / (distance * distance)));
 }
 
-auto into(const BoundingSphere& sphere) {
-  return [sphere](const PhotonRay& ray) { return meets(sphere, ray); };
-}
 auto through(const Quad& quad) {
   return [quad](const PhotonRay& ray) { return quad.hit(ray); };
 }

@@ -7,25 +7,11 @@
 namespace lightmill::test {
 namespace {
 
-const Vec3 kColor{1, 2, 0.5f};
-const BoundingSphere kScene{{1, 2, 3}, 20};
-const BoundingSphere kEverything{{0, 0, 0}, std::numeric_limits<double>::infinity()};
+const BoundingSphere kScene{{1, 2, 3}, kSceneRadius};
 
 PhotonEmission emission_of(const LightTable& table, const std::vector<BoundingSphere>& targets,
                            const std::vector<BoundlessPlane>& planes = {}) {
   return PhotonEmission(table, targets, planes, kScene);
-}
-
-template <class Add>
-LightTable table_of(Add add) {
-  LightTable table;
-  add(table);
-  table.build(kScene.radius);
-  return table;
-}
-
-auto into(const BoundingSphere& sphere) {
-  return [sphere](const PhotonRay& ray) { return meets(sphere, ray); };
 }
 
 Mean exactly(const Vec3d& flux) {
