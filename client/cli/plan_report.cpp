@@ -54,7 +54,7 @@ json plan_json(const SceneFacts& facts) {
   return {{"facts", facts_json(facts)},
           {"features", features_of(facts)},
           {"methods", methods},
-          {"auto", {{"method", plan.method}, {"reasons", plan.reasons}}}};
+          {"auto", {{"methods", plan.candidates}, {"reasons", plan.reasons}}}};
 }
 
 std::vector<std::vector<std::string>> plan_rows(const SceneFacts& facts) {
@@ -70,7 +70,9 @@ std::vector<std::vector<std::string>> plan_rows(const SceneFacts& facts) {
                                      : "does not find all of the light: " + verdict.reason});
   }
   const MethodPlan plan = plan_method(facts, kAutoMethod);
-  rows.push_back({"auto takes", fmt::format("{}: {}", plan.method, fmt::join(plan.reasons, "; "))});
+  rows.push_back(
+      {"auto takes", fmt::format("{}: {}{}", fmt::join(plan.candidates, " or "), fmt::join(plan.reasons, "; "),
+                                 plan.candidates.size() > 1 ? "; a pilot picks one" : "")});
   return rows;
 }
 

@@ -208,7 +208,7 @@ void ProgressPrinter::show(const v1::Job& job) {
   if (console_.json()) {
     return;
   }
-  if (!notes_shown_ && job.id() != 0) {
+  if (!notes_shown_ && job.id() != 0 && job.method_notes().candidates().empty()) {
     notes_shown_ = true;
     for (const std::string& line : method_lines(job)) {
       console_.notice(line);

@@ -60,6 +60,9 @@ struct MethodNotes {
   bool chosen = false;               ///< for the client who asked for `auto`; else asked for by name
   std::vector<std::string> reasons;  ///< of the choice
   std::vector<std::string> notices;  ///< what of the scene's light its picture lacks
+  /// Methods of which a pilot is still to pick one; empty once the method is fixed. Until then the settings name
+  /// `auto`.
+  std::vector<std::string> candidates;
   friend bool operator==(const MethodNotes&, const MethodNotes&) = default;
 };
 

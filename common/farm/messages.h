@@ -80,11 +80,19 @@ struct WorkerRefusal {
   std::string reason;
 };
 
+/// What a pilot has found. Its thread seconds are part of the job's.
+struct PilotReport {
+  LeaseId lease;
+  std::uint32_t choice = 0;          ///< index in the grant's methods
+  std::vector<std::string> reasons;  ///< for people
+  double seconds = 0;
+};
+
 /// The worker takes no more leases; it leaves when its last one is done.
 struct WorkerDraining {};
 
 using WorkerMessage =
-    std::variant<WorkerHello, WorkerHeartbeat, WorkerResult, WorkerReturn, WorkerRefusal, WorkerDraining>;
+    std::variant<WorkerHello, WorkerHeartbeat, WorkerResult, WorkerReturn, WorkerRefusal, WorkerDraining, PilotReport>;
 
 // ---- coordinator → worker ----
 
@@ -106,6 +114,15 @@ struct LeaseGrant {
   Unit unit;
 };
 
+/// A unit of its own kind: find out which of these methods is the cheapest for the job. It is bound to the stream:
+/// where that breaks, the pilot is granted again, and comes to the same.
+struct PilotGrant {
+  LeaseId lease;
+  JobId job;
+  RenderSettings settings;           ///< whose method is still `auto`
+  std::vector<std::string> methods;  ///< at least two, the simplest first
+};
+
 /// These nodes are committed (or not wanted): the worker may forget them.
 struct ResultAck {
   std::vector<NodeKey> keys;
@@ -125,6 +142,6 @@ struct Dismissal {
 };
 
 using CoordinatorMessage =
-    std::variant<Welcome, JobDescription, LeaseGrant, ResultAck, LeaseCancel, DrainRequest, Dismissal>;
+    std::variant<Welcome, JobDescription, LeaseGrant, ResultAck, LeaseCancel, DrainRequest, Dismissal, PilotGrant>;
 
 }  // namespace lightmill

@@ -1,14 +1,11 @@
 #include "common/planner/method_plan.h"
 
-#include "common/base/check.h"
+#include <array>
+
 #include "common/methods/spec/method_spec.h"
 
 namespace lightmill {
 namespace {
-
-bool exists(std::string_view method) {
-  return parse_method(method).ok();
-}
 
 std::string_view name_of(std::string_view method) {
   return method.substr(0, method.find(':'));
@@ -32,7 +29,7 @@ struct UnseenCaustics {
 
 /// The light side of `caustic` knows no scattering media.
 bool caustic_renders(const SceneFacts& facts) {
-  return exists("caustic") && !facts.scattering;
+  return !facts.scattering;
 }
 
 std::string layers_reason(const SceneFacts& facts) {
@@ -74,6 +71,9 @@ Verdict admit_simple(const SceneFacts& facts, std::string_view method) {
   return {std::string(method), false, std::move(reason)};
 }
 
+/// What `auto` takes, the simplest first.
+constexpr std::array<std::string_view, 2> kCandidates{"path", "caustic"};
+
 /// Light enough for `caustic` to leave `path` for it, though neither finds all.
 bool caustic_finds_more(const SceneFacts& facts) {
   return caustic_renders(facts) && UnseenCaustics(facts).by_casters;
@@ -108,23 +108,34 @@ std::vector<Verdict> admit_all(const SceneFacts& facts) {
 MethodPlan plan_method(const SceneFacts& facts, std::string_view asked) {
   const std::string_view name = name_of(asked);
   if (name != kAutoMethod) {
-    return {std::string(asked), {}};
+    return {{std::string(asked)}, {}};
   }
   const std::string parameters(asked.substr(name.size()));
-  const auto only = [&](std::string_view method, std::string reason) {
-    return MethodPlan{std::string(method) + parameters, {std::move(reason)}};
-  };
-  const Verdict path = admit(facts, "path"), caustic = admit(facts, "caustic");
-  const bool has_caustic = exists("caustic");
-  if (path.admitted) {
-    return only("path", facts.casters.empty() ? "it finds all of the light, and nothing casts caustics"
-                                              : "it finds all of the light in the simplest way");
+  std::vector<std::string> find_all, candidates;
+  std::string passed_over;
+  for (const std::string_view method : kCandidates) {
+    const Verdict verdict = admit(facts, method);
+    if (verdict.admitted && verdict.reason.empty()) {
+      find_all.emplace_back(method);
+      candidates.push_back(find_all.back() + parameters);
+    } else if (!verdict.admitted && passed_over.empty()) {
+      passed_over = fmt::format("{} does not do: {}", method, verdict.reason);
+    }
   }
-  if (has_caustic && caustic.admitted) {
-    return only("caustic", fmt::format("path does not do: {}", path.reason));
+  if (candidates.size() > 1) {
+    return {candidates,
+            {fmt::format("{} find all of the light, some of which {} may gather in caustics",
+                         fmt::join(find_all, " and "), first_of(facts.casters, "objects"))}};
   }
-  return caustic_finds_more(facts) ? only("caustic", "no method finds all of the light; it finds more than path")
-                                   : only("path", "no method finds all of the light; none finds more");
+  if (candidates.size() == 1) {
+    const std::string reason = find_all.front() != kCandidates.front() ? passed_over
+                               : facts.casters.empty() ? "it finds all of the light, and nothing casts caustics"
+                                                       : "it finds all of the light, as no other method does";
+    return {candidates, {reason}};
+  }
+  return caustic_finds_more(facts)
+             ? MethodPlan{{"caustic" + parameters}, {"no method finds all of the light; it finds more than path"}}
+             : MethodPlan{{"path" + parameters}, {"no method finds all of the light; none finds more"}};
 }
 
 std::vector<std::string> method_notices(const SceneFacts& facts, std::string_view method) {

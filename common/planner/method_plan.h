@@ -24,8 +24,9 @@ std::vector<Verdict> admit_all(const SceneFacts& facts);
 
 /// How a job comes by its method.
 struct MethodPlan {
-  std::string method;                ///< with its parameters
-  std::vector<std::string> reasons;  ///< why that; of `auto` alone
+  /// At least one, with parameters, the simplest first; of several a pilot picks one (common/planner/pilot.h).
+  std::vector<std::string> candidates;
+  std::vector<std::string> reasons;  ///< why those; of `auto` alone
 };
 
 /// `asked` as jobs write it. Parameters of `auto` are handed on to what it picks.

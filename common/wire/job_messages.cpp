@@ -4,6 +4,7 @@
 #include "common/wire/deterministic.h"
 #include "common/wire/farm_messages.h"
 #include "common/wire/limits.h"
+#include "common/wire/texts.h"
 #include "lightmill/v1/farm.pb.h"
 #include "lightmill/v1/render_service.pb.h"
 
@@ -251,17 +252,7 @@ void to_wire(const MethodNotes& notes, v1::MethodNotes* out) {
   out->set_chosen(notes.chosen);
   out->mutable_reasons()->Assign(notes.reasons.begin(), notes.reasons.end());
   out->mutable_notices()->Assign(notes.notices.begin(), notes.notices.end());
-}
-
-Result<std::vector<std::string>> texts_from_wire(std::string_view field,
-                                                 const google::protobuf::RepeatedPtrField<std::string>& texts) {
-  if (static_cast<std::size_t>(texts.size()) > kMaxMethodNotes) {
-    return invalid_argument("{}: {} are more than the limit of {}", field, texts.size(), kMaxMethodNotes);
-  }
-  for (const std::string& text : texts) {
-    LM_RETURN_IF_ERROR(check_length(field, text, kMaxReasonBytes));
-  }
-  return std::vector<std::string>(texts.begin(), texts.end());
+  out->mutable_candidates()->Assign(notes.candidates.begin(), notes.candidates.end());
 }
 
 Result<MethodNotes> from_wire(const v1::MethodNotes& notes) {
@@ -269,6 +260,7 @@ Result<MethodNotes> from_wire(const v1::MethodNotes& notes) {
   out.chosen = notes.chosen();
   LM_ASSIGN_OR_RETURN(out.reasons, texts_from_wire("method_notes.reasons", notes.reasons()));
   LM_ASSIGN_OR_RETURN(out.notices, texts_from_wire("method_notes.notices", notes.notices()));
+  LM_ASSIGN_OR_RETURN(out.candidates, texts_from_wire("method_notes.candidates", notes.candidates()));
   return out;
 }
 

@@ -14,7 +14,7 @@ inline constexpr std::size_t kMaxUnitTiles = std::size_t{1} << 20;    ///< a fil
 inline constexpr std::size_t kMaxListedLeases = 10'000;               ///< in one hello, heartbeat or cancel
 inline constexpr std::size_t kMaxListedNodes = 100'000;               ///< in one acknowledgement
 inline constexpr std::size_t kMaxNameBytes = 1024;                    ///< of names, hosts and versions
-inline constexpr std::size_t kMaxMethodNotes = 16;                    ///< reasons or notices of one job
+inline constexpr std::size_t kMaxMethodNotes = 16;                    ///< reasons, notices or candidates of one job
 inline constexpr std::size_t kMaxReasonBytes = 64 * 1024;             ///< of error texts
 
 }  // namespace lightmill

@@ -4,6 +4,7 @@
 #include "common/wire/bytes.h"
 #include "common/wire/farm_messages.h"
 #include "common/wire/limits.h"
+#include "common/wire/texts.h"
 #include "lightmill/v1/worker_service.pb.h"
 
 namespace lightmill {
@@ -115,6 +116,13 @@ struct RequestWriter {
     out->mutable_refusal()->set_reason(refusal.reason);
   }
   void operator()(const WorkerDraining&) const { out->mutable_draining(); }
+  void operator()(const PilotReport& report) const {
+    v1::PilotReport* wire = out->mutable_pilot();
+    wire->set_lease(report.lease.value);
+    wire->set_choice(report.choice);
+    wire->mutable_reasons()->Assign(report.reasons.begin(), report.reasons.end());
+    wire->set_seconds(report.seconds);
+  }
 };
 
 Result<WorkerMessage> hello_from_wire(const v1::WorkerHello& hello) {
@@ -157,6 +165,18 @@ Result<WorkerMessage> result_from_wire(const v1::WorkerResult& result) {
   return WorkerMessage(std::move(out));
 }
 
+Result<WorkerMessage> pilot_from_wire(const v1::PilotReport& report) {
+  PilotReport out;
+  out.lease = LeaseId{report.lease()};
+  out.choice = report.choice();
+  LM_ASSIGN_OR_RETURN(out.reasons, texts_from_wire("pilot.reasons", report.reasons()));
+  if (!std::isfinite(report.seconds()) || report.seconds() < 0) {
+    return invalid_argument("pilot.seconds: must be finite and not negative, got {}", report.seconds());
+  }
+  out.seconds = report.seconds();
+  return WorkerMessage(std::move(out));
+}
+
 // ---- coordinator → worker ----
 
 struct ResponseWriter {
@@ -191,6 +211,13 @@ struct ResponseWriter {
     }
   }
   void operator()(const DrainRequest&) const { out->mutable_drain(); }
+  void operator()(const PilotGrant& grant) const {
+    v1::PilotGrant* wire = out->mutable_pilot();
+    wire->set_lease(grant.lease.value);
+    wire->set_job(grant.job.value);
+    to_wire(grant.settings, wire->mutable_settings());
+    wire->mutable_methods()->Assign(grant.methods.begin(), grant.methods.end());
+  }
   void operator()(const Dismissal& dismissal) const { out->mutable_dismissal()->set_reason(dismissal.reason); }
 };
 
@@ -208,6 +235,15 @@ Result<CoordinatorMessage> job_from_wire(const v1::JobDescription& job) {
   out.job = JobId{job.job()};
   LM_ASSIGN_OR_RETURN(out.render_digest, digest_from_bytes(job.render_digest()));
   LM_ASSIGN_OR_RETURN(out.settings, from_wire(job.settings()));
+  return CoordinatorMessage(std::move(out));
+}
+
+Result<CoordinatorMessage> pilot_from_wire(const v1::PilotGrant& grant) {
+  PilotGrant out;
+  out.lease = LeaseId{grant.lease()};
+  out.job = JobId{grant.job()};
+  LM_ASSIGN_OR_RETURN(out.settings, from_wire(grant.settings()));
+  LM_ASSIGN_OR_RETURN(out.methods, texts_from_wire("pilot.methods", grant.methods()));
   return CoordinatorMessage(std::move(out));
 }
 
@@ -294,6 +330,8 @@ Result<WorkerMessage> from_wire(const v1::WorkRequest& request) {
       return WorkerMessage(WorkerRefusal{JobId{request.refusal().job()}, request.refusal().reason()});
     case v1::WorkRequest::kDraining:
       return WorkerMessage(WorkerDraining{});
+    case v1::WorkRequest::kPilot:
+      return pilot_from_wire(request.pilot());
     case v1::WorkRequest::MESSAGE_NOT_SET:
       break;
   }
@@ -322,6 +360,8 @@ Result<CoordinatorMessage> from_wire(const v1::WorkResponse& response) {
     }
     case v1::WorkResponse::kDrain:
       return CoordinatorMessage(DrainRequest{});
+    case v1::WorkResponse::kPilot:
+      return pilot_from_wire(response.pilot());
     case v1::WorkResponse::kDismissal:
       LM_RETURN_IF_ERROR(check_length("dismissal.reason", response.dismissal().reason(), kMaxReasonBytes));
       return CoordinatorMessage(Dismissal{response.dismissal().reason()});

@@ -19,9 +19,13 @@ Result<MethodNotes> settle_method(RenderSettings& settings) {
   }
   const SceneFacts facts = read_facts(*scene);
   MethodPlan plan = plan_method(facts, settings.method);
-  settings.method = plan.method;
   notes.reasons = std::move(plan.reasons);
-  notes.notices = method_notices(facts, settings.method);
+  notes.notices = method_notices(facts, plan.candidates.front());  // several find all of the light, each of them
+  if (plan.candidates.size() == 1) {
+    settings.method = std::move(plan.candidates.front());
+  } else {
+    notes.candidates = std::move(plan.candidates);
+  }
   return notes;
 }
 

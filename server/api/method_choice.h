@@ -6,9 +6,9 @@
 
 namespace lightmill {
 
-/// Puts the method that `auto` stands for into the settings, and says how it was found and what of the scene's light it
-/// misses. INVALID_ARGUMENT if `auto` cannot choose because the scene is damaged; methods asked for by name are left to
-/// the worker that reads it.
+/// Puts the method that `auto` stands for into the settings, or names those of which a pilot is to pick it; says how it
+/// was found and what of the scene's light it misses. INVALID_ARGUMENT if `auto` cannot choose because the scene is
+/// damaged; methods asked for by name are left to the worker that reads it.
 Result<MethodNotes> settle_method(RenderSettings& settings);
 
 }  // namespace lightmill

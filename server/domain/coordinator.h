@@ -58,7 +58,7 @@ class Coordinator {
   Coordinator& operator=(const Coordinator&) = delete;
 
   // ---- what clients ask; errors have the codes that render_service.proto states ----
-  /// The method of `spec` is fixed; `notes` say how it was found.
+  /// `notes` say how the method of `spec` was found, or of which ones a pilot is to pick it.
   Result<JobId> submit(const JobSpec& spec, Time now, std::int64_t unix_ms, Step& step, const MethodNotes& notes = {});
   Status cancel(JobId job, Time now, std::int64_t unix_ms, Step& step);
   Status pause(JobId job, Time now, Step& step);

@@ -3,6 +3,7 @@
 //   life.cpp      jobs come, start, end and come back from the store
 //   leasing.cpp   leases are given, copied, settled and lost
 //   results.cpp   results are checked and merged
+//   pilots.cpp    methods are chosen
 //   workers.cpp   sessions come, speak and go
 //   view.cpp      what can be seen
 #pragma once
@@ -91,7 +92,7 @@ struct Job {
   Job(JobRecord record, std::uint64_t budget_bytes, Time now);
 
   JobRecord record;
-  Sha256 digest;  ///< zero until the class is fixed
+  Sha256 digest;  ///< zero until class and method are fixed
   Film film;
   std::unique_ptr<JobPlan> plan;  ///< while it is queued, running or paused
   std::set<LeaseId> leases;
@@ -107,6 +108,8 @@ struct Job {
   mutable ErrorEstimator error;
 
   JobId id() const { return record.id; }
+  /// Its method is still to be picked by a pilot: nothing of it can be rendered.
+  bool undecided() const { return !record.method_notes.candidates.empty(); }
   bool active() const {
     return record.state == JobState::queued || record.state == JobState::running || record.state == JobState::paused;
   }
@@ -179,6 +182,10 @@ struct Coordinator::State {
   void expire(Time now, Step& step);
   LeaseId next_lease_id() { return LeaseId{epoch << 32 | ++lease_count}; }
   Worker* find_worker(const std::string& name);
+
+  // ---- pilots.cpp ----
+  void grant_pilot(Worker& worker, Job& job, Time now, Step& step);
+  void on_pilot(Worker& worker, const PilotReport& report, Time now, Step& step);
 
   // ---- results.cpp ----
   void on_result(SessionId session, WorkerResult result, Time now, Step& step);

@@ -13,6 +13,27 @@ namespace {
 /// More than a thousand fast threads do.
 constexpr double kMostPixelSamplesPerSecond = 1e9;
 
+/// Whether the job can be rendered by this method.
+Status check_method(std::string_view text, const RenderSettings& settings) {
+  const Result<MethodSpec> method = parse_method(text);
+  if (!method.ok()) {
+    return with_context(method.status(), "settings.method");
+  }
+  if (method->name == kAutoMethod) {
+    return invalid_argument("settings.method: there is nothing to choose from for {}", text);
+  }
+  if (const Status status = check_max_bounces(method->name, settings.max_bounces); !status.ok()) {
+    return with_context(status, "settings.max_bounces");
+  }
+  if (const Status status = check_method_layers(method->name, settings.layers); !status.ok()) {
+    return with_context(status, "settings.layers");
+  }
+  if (settings.meters > 0 && !method_reads_meters(method->name)) {
+    return invalid_argument("settings.meters: method {} reads none, got {}", text, settings.meters);
+  }
+  return ok_status();
+}
+
 }  // namespace
 
 Status check_goal(const Goal& goal, const PixelRect& crop) {
@@ -34,7 +55,7 @@ Status check_goal(const Goal& goal, const PixelRect& crop) {
   return ok_status();
 }
 
-Status check_spec(const JobSpec& spec) {
+Status check_spec(const JobSpec& spec, std::span<const std::string> candidates) {
   const RenderSettings& settings = spec.settings;
   LM_RETURN_IF_ERROR(check_name("name", spec.name));
   LM_RETURN_IF_ERROR(check_name("owner", spec.owner));
@@ -58,22 +79,11 @@ Status check_spec(const JobSpec& spec) {
   if (settings.meters > kMaxMeters) {
     return invalid_argument("settings.meters: at most {}, got {}", kMaxMeters, settings.meters);
   }
-  const Result<MethodSpec> method = parse_method(settings.method);
-  if (!method.ok()) {
-    return with_context(method.status(), "settings.method");
+  for (const std::string& method : candidates) {
+    LM_RETURN_IF_ERROR(check_method(method, settings));
   }
-  if (method->name == kAutoMethod) {
-    return invalid_argument("settings.method: the method is to be chosen before the job is queued, got {}",
-                            settings.method);
-  }
-  if (const Status status = check_max_bounces(method->name, settings.max_bounces); !status.ok()) {
-    return with_context(status, "settings.max_bounces");
-  }
-  if (const Status status = check_method_layers(method->name, settings.layers); !status.ok()) {
-    return with_context(status, "settings.layers");
-  }
-  if (settings.meters > 0 && !method_reads_meters(method->name)) {
-    return invalid_argument("settings.meters: method {} reads none, got {}", settings.method, settings.meters);
+  if (candidates.empty()) {
+    LM_RETURN_IF_ERROR(check_method(settings.method, settings));
   }
   if (settings.renderer_version.empty()) {
     return invalid_argument("settings.renderer_version: must not be empty");

@@ -1,6 +1,7 @@
 // What a job may be, and small facts read off it. Private to server/domain.
 #pragma once
 
+#include <span>
 #include <string>
 #include <string_view>
 
@@ -15,8 +16,8 @@ struct Job;
 
 /// INVALID_ARGUMENT naming the field, unless a job on `crop` can have this goal.
 Status check_goal(const Goal& goal, const PixelRect& crop);
-/// INVALID_ARGUMENT naming the field, unless the farm can render this.
-Status check_spec(const JobSpec& spec);
+/// INVALID_ARGUMENT naming the field, unless the farm can render this, by each of `candidates` if there are any.
+Status check_spec(const JobSpec& spec, std::span<const std::string> candidates = {});
 
 /// Bytes of the nodes that a finished film keeps: as many for each tile as the sample goal has dyadic parts (at least
 /// two with a goal in error), or, with a goal in seconds, as any count may have that it can reach in that time.

@@ -96,6 +96,13 @@ bool Coordinator::State::grant_next(Worker& worker, Time now, Step& step) {
     if (!queue.contains(job.id()) || now < job.hold_until || !may_render(worker, job)) {
       continue;
     }
+    if (job.undecided()) {
+      if (job.leases.empty() && job.plan->has_work()) {
+        grant_pilot(worker, job, now, step);
+        return true;
+      }
+      continue;
+    }
     const LeaseId id = next_lease_id();
     std::optional<Unit> unit = job.plan->take(job.id(), id, aim_for(worker, job));
     if (!unit) {
@@ -211,8 +218,11 @@ void Coordinator::State::end_lease(LeaseId id, bool cancel, bool lost, Time now,
     ++job.record.counters.leases_lost;
     ++job.version;
     worker.unit_scale = std::max(worker.unit_scale / 2, kLeastUnitScale);
-    note(step, Note::Level::warning, "worker {} lost lease {}: job {}, samples [{}, {}) of {} tiles go out again",
-         lease.worker, id.value, job.id().value, lease.unit.range.first(), lease.unit.range.end(), lease.remaining);
+    note(step, Note::Level::warning, "worker {} lost lease {}: job {}, {} goes out again", lease.worker, id.value,
+         job.id().value,
+         lease.unit.tiles.empty() ? std::string("its pilot")
+                                  : fmt::format("samples [{}, {}) of {} tiles", lease.unit.range.first(),
+                                                lease.unit.range.end(), lease.remaining));
   }
   if (cancel && worker.session) {
     send_after_commit(step, *worker.session, LeaseCancel{{id}});
@@ -259,7 +269,7 @@ void Coordinator::State::copy_to_idle(Time now, Step& step) {
     const double age = to_seconds(now - lease.granted);
     const double patience =
         lease.abandoned ? 0 : to_seconds(limits.copy_after) + kCopyAfterExpected * lease.expected_seconds;
-    if (running && !lease.copy && age > patience) {
+    if (running && !lease.copy && !lease.unit.tiles.empty() && age > patience) {
       late.emplace_back(lease.granted, id);
     }
   }

@@ -19,7 +19,7 @@ Job::Job(JobRecord from, std::uint64_t budget_bytes, Time now)
     : record(std::move(from)),
       film(grid_of(record.spec.settings), NodeLayout(record.spec.settings.layers)),
       hold_until(now) {
-  if (!record.fingerprint_class.empty()) {
+  if (!record.fingerprint_class.empty() && !undecided()) {
     digest = render_digest(record.spec.settings, record.fingerprint_class);
   }
   if (active()) {
@@ -182,7 +182,9 @@ void Coordinator::State::refresh_queue(Job& job) {
 
 void Coordinator::State::start_job(Job& job, const Worker& worker, Step& step) {
   job.record.fingerprint_class = worker.hello.fingerprint_class;
-  job.digest = render_digest(job.record.spec.settings, job.record.fingerprint_class);
+  if (!job.undecided()) {
+    job.digest = render_digest(job.record.spec.settings, job.record.fingerprint_class);
+  }
   job.record.state = JobState::running;
   put_job(job, step);
   note(step, Note::Level::info, "job {} starts on worker {}, class {}", job.id().value, worker.hello.name,
@@ -280,7 +282,7 @@ Result<JobId> Coordinator::submit(const JobSpec& spec, Time now, std::int64_t un
   if (const auto found = state_->by_request.find(spec.request_id); found != state_->by_request.end()) {
     return found->second;
   }
-  LM_RETURN_IF_ERROR(check_spec(spec));
+  LM_RETURN_IF_ERROR(check_spec(spec, notes.candidates));
   if (state_->jobs.size() >= state_->limits.max_jobs) {
     return resource_exhausted("the farm keeps at most {} jobs: delete some that have ended", state_->limits.max_jobs);
   }

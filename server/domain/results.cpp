@@ -50,7 +50,7 @@ void Coordinator::State::on_result(SessionId session, WorkerResult result, Time 
   const NodeKey key = result.key;
   const LeaseId lease_id = result.lease;
   Job* const job = find_job(key.job);
-  const bool wanted = job != nullptr && job->active() && !job->record.fingerprint_class.empty() &&
+  const bool wanted = job != nullptr && job->active() && !job->record.fingerprint_class.empty() && !job->undecided() &&
                       job->digest == result.render_digest && key.range.level <= kMaxRangeLevel &&
                       key.range.end() <= job->plan->goal();
   if (!wanted) {

@@ -128,8 +128,8 @@ void Coordinator::State::take_back_held(Worker& worker, const WorkerHello& hello
 
 bool Coordinator::State::adopt_held(Worker& worker, const HeldLease& held, Time now, Step& step) {
   Job* const job = find_job(held.unit.job);
-  if (job == nullptr || !job->active() || job->digest != held.render_digest || held.unit.tiles.empty() ||
-      !may_render(worker, *job)) {
+  if (job == nullptr || !job->active() || job->undecided() || job->digest != held.render_digest ||
+      held.unit.tiles.empty() || !may_render(worker, *job)) {
     return false;
   }
   std::vector<TileId> tiles = held.unit.tiles;
@@ -277,6 +277,7 @@ void Coordinator::worker_message(SessionId session, WorkerMessage message, Time 
   std::visit(Overloaded{
                  [&](const WorkerHeartbeat& heartbeat) { state.on_heartbeat(*worker, heartbeat, now, step); },
                  [&](const WorkerReturn& lease) { state.on_return(*worker, lease, now, step); },
+                 [&](const PilotReport& report) { state.on_pilot(*worker, report, now, step); },
                  [&](const WorkerRefusal& refusal) { state.on_refusal(*worker, refusal, now, step); },
                  [&](const WorkerDraining&) {
                    if (!worker->draining) {

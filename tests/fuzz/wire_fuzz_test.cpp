@@ -84,7 +84,8 @@ TEST(WireFuzz, DamagedCoordinatorMessagesBecomeValuesOrErrors) {
                                                  ResultAck{{{JobId{1}, TileId{2}, {3, 4}}}},
                                                  LeaseCancel{{LeaseId{1}}},
                                                  DrainRequest{},
-                                                 Dismissal{"why"}};
+                                                 Dismissal{"why"},
+                                                 PilotGrant{LeaseId{1}, JobId{2}, {}, {"path", "whitted"}}};
   expect_survival<v1::WorkResponse>(messages, 7);
 }
 

@@ -46,6 +46,10 @@ void FarmSimulation::make_jobs() {
       job.spec.goal.error = job.error;
     }
     job.spec.goal.samples = job.goal;
+    if (random_.chance(0.3)) {
+      job.spec.settings.method = "auto";
+      job.notes.candidates = {"path", "path:brute-force"};
+    }
     client_jobs_.push_back(std::move(job));
     at(now_ + random_.seconds_between(0, i == 0 ? 1 : 5), [this, i] { submit(i); });
   }
@@ -84,7 +88,8 @@ void FarmSimulation::submit(std::size_t index) {
   auto id = std::make_shared<JobId>();
   request(
       [this, index, id](Step& step) {
-        const Result<JobId> made = coordinator_->submit(client_jobs_[index].spec, now_, unix_ms(), step);
+        const Result<JobId> made =
+            coordinator_->submit(client_jobs_[index].spec, now_, unix_ms(), step, client_jobs_[index].notes);
         if (!made.ok()) {
           fail(fmt::format("submit: {}", message_of(made.status())));
           return false;
@@ -225,6 +230,7 @@ void FarmSimulation::check_end() {
       continue;
     }
     check_film(job, *status);
+    check_method(job);
   }
   for (const SimulatedWorker& worker : workers_) {
     if (worker.alive && now_ >= worker.hung_until) {
@@ -239,6 +245,20 @@ void FarmSimulation::check_end() {
   for (const WorkerStatus& worker : coordinator_->workers(now_)) {
     if (worker.leases > 0) {
       fail(fmt::format("{} has {} leases when all is done", worker.name, worker.leases));
+    }
+  }
+}
+
+void FarmSimulation::check_method(const ClientJob& job) {
+  if (job.cancelled || job.notes.candidates.empty()) {
+    return;
+  }
+  const RenderSettings& settings = **coordinator_->settings(*job.id);
+  const std::string& expected = job.notes.candidates[pilot_choice(settings, job.notes.candidates.size())];
+  const bool never_begun = coordinator_->film(*job.id)->pixel_samples() == 0;  // its seconds were over before
+  for (const std::string& method : {settings.method, disk_.job(*job.id)->spec.settings.method}) {
+    if (method != expected && !never_begun) {
+      fail(fmt::format("job {} was rendered by {} instead of {}", job.id->value, method, expected));
     }
   }
 }

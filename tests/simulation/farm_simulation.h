@@ -6,11 +6,11 @@
 // before, during and after commits, and clients that repeat what was not answered. Chaos lasts some seconds, then the
 // farm must finish its jobs.
 //
-// Checked on the way: acknowledged nodes are durable, and stay so; no lease leaves before its job's class is durable,
-// nor names samples that are merged already; bounds hold; what is stored never overlaps. At the end: every job has
-// ended as it must (one that asks for an error, with the count that the quiet run's sums give), and its film, in memory
-// and on disk, has the bytes of the fixed sums over its samples, which are also those of the quiet run (QuietFarm
-// checks it by the same comparison).
+// Checked on the way: acknowledged nodes are durable, and stay so; no lease leaves before its job's class and
+// method are durable, nor names samples that are merged already; bounds hold; what is stored never overlaps. At the
+// end: every job has ended as it must (one that asks for an error, with the count that the quiet run's sums give), and
+// its film, in memory and on disk, has the bytes of the fixed sums over its samples, which are also those of the quiet
+// run (QuietFarm checks it by the same comparison).
 #pragma once
 
 #include <deque>
@@ -116,6 +116,7 @@ class FarmSimulation {
   };
   struct ClientJob {
     JobSpec spec;
+    MethodNotes notes;  ///< with candidates for a pilot, or without
     std::optional<JobId> id;
     std::uint64_t goal = 0;  ///< samples that were asked for, with all extensions; 0: none
     double error = 0;        ///< likewise
@@ -158,6 +159,7 @@ class FarmSimulation {
   void break_stream(const std::shared_ptr<Stream>& stream);
   void worker_sends(std::size_t index, const std::shared_ptr<const WorkerMessage>& message);
   void prepare(std::size_t index, const PrepareJob& job);
+  void run_pilot(std::size_t index, const RunPilot& pilot);
   void render(std::size_t index);
   void plan_worker_tick(std::size_t index);
 
@@ -174,6 +176,7 @@ class FarmSimulation {
   bool all_ended() const;
   std::string describe_farm() const;
   void check_end();
+  void check_method(const ClientJob& job);
   void check_film(const ClientJob& job, const JobStatus& status);
   /// The samples that a job with a goal in error ends with, whatever happens to the farm.
   std::uint64_t count_of(const ClientJob& job, const JobStatus& status) const;
@@ -217,6 +220,9 @@ class FarmSimulation {
   std::vector<ClientJob> client_jobs_;
   std::uint64_t open_requests_ = 0;
 };
+
+/// Which of its candidates a job's pilot picks, whoever runs it.
+std::size_t pilot_choice(const RenderSettings& settings, std::size_t candidates);
 
 /// The renderer that all simulations share: what it has rendered once, it knows.
 FakeRenderer& shared_renderer();

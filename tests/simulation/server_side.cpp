@@ -220,6 +220,10 @@ void FarmSimulation::check_grant(const Stream& stream, const LeaseGrant& grant) 
     fail(fmt::format("lease {} leaves before the class of job {} is stored", grant.lease.value, grant.unit.job.value));
     return;
   }
+  if (!stored->method_notes.candidates.empty()) {
+    fail(fmt::format("lease {} leaves before the method of job {} is stored", grant.lease.value, grant.unit.job.value));
+    return;
+  }
   if (stored->fingerprint_class != workers_[stream.worker].fingerprint) {
     fail(fmt::format("lease {} goes to a worker of class {}", grant.lease.value, workers_[stream.worker].fingerprint));
   }

@@ -97,6 +97,7 @@ void FarmSimulation::act(std::size_t index, const SessionActions& actions) {
                    [&](const SendMessage& send) { worker_sends(index, send.message); },
                    [&](const PrepareJob& job) { prepare(index, job); },
                    [](const ForgetJob&) {},
+                   [&](const RunPilot& pilot) { run_pilot(index, pilot); },
                    [&](const RenderTile& tile) {
                      worker.to_render.push_back(tile);
                      worker.unacknowledged[tile.key] = pixel_samples(*tile.description, tile.key);
@@ -193,6 +194,23 @@ void FarmSimulation::prepare(std::size_t index, const PrepareJob& job) {
     const bool unavailable = chaos_.breaks && random_.chance(0.1);
     on_worker(index, life, [this, id, unavailable](Session& session, SessionActions& actions) {
       unavailable ? session.job_unavailable(id, now_, actions) : session.job_ready(id, now_, actions);
+    });
+  });
+}
+
+std::size_t pilot_choice(const RenderSettings& settings, std::size_t candidates) {
+  return (settings.seed + static_cast<std::uint64_t>(settings.crop.width)) % candidates;
+}
+
+void FarmSimulation::run_pilot(std::size_t index, const RunPilot& pilot) {
+  const std::uint64_t life = workers_[index].life;
+  after(random_.seconds_between(0.01, 1), [this, index, life, grant = pilot.grant] {
+    const bool unavailable = chaos_.breaks && random_.chance(0.1);
+    on_worker(index, life, [this, grant, unavailable](Session& session, SessionActions& actions) {
+      const std::size_t choice = pilot_choice(grant->settings, grant->methods.size());
+      unavailable
+          ? session.pilot_unavailable(grant->lease, now_, actions)
+          : session.pilot_done({grant->lease, static_cast<std::uint32_t>(choice), {"as it is"}, 0.1}, now_, actions);
     });
   });
 }

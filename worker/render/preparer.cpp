@@ -3,6 +3,7 @@
 #include "common/base/log.h"
 #include "common/image/read/read_image.h"
 #include "common/methods/spec/method_spec.h"
+#include "common/planner/pilot.h"
 #include "common/wire/scene_proto.h"
 
 namespace lightmill {
@@ -18,8 +19,10 @@ Sha256 scene_key(const RenderSettings& settings, bool brute_force) {
 
 }  // namespace
 
-Preparer::Preparer(AssetCache& assets, SceneCacheLimits limits, Done done)
-    : assets_(assets), scenes_(limits), done_(std::move(done)), thread_([this] { run(); }) {}
+Preparer::Preparer(AssetCache& assets, SceneCacheLimits limits, Done done, PilotDone pilot_done)
+    : assets_(assets), scenes_(limits), done_(std::move(done)), pilot_done_(std::move(pilot_done)), thread_([this] {
+        run();
+      }) {}
 
 Preparer::~Preparer() {
   {
@@ -30,15 +33,15 @@ Preparer::~Preparer() {
   thread_.join();
 }
 
-void Preparer::add(std::shared_ptr<const JobDescription> description) {
+void Preparer::add(Task task) {
   const MutexLock lock(mutex_);
-  waiting_.push_back(std::move(description));
+  waiting_.push_back(std::move(task));
   changed_.notify_one();
 }
 
 void Preparer::run() {
   for (;;) {
-    std::shared_ptr<const JobDescription> description;
+    Task task;
     {
       const MutexLock lock(mutex_);
       while (waiting_.empty() && !stopping_) {
@@ -47,12 +50,32 @@ void Preparer::run() {
       if (stopping_) {
         return;
       }
-      description = std::move(waiting_.front());
+      task = std::move(waiting_.front());
       waiting_.pop_front();
     }
-    Result<PreparedJob> prepared = prepare(*description);
-    done_(std::move(description), std::move(prepared));
+    std::visit([this](auto& each) { take(std::move(each)); }, task);
   }
+}
+
+void Preparer::take(std::shared_ptr<const JobDescription> description) {
+  Result<PreparedJob> prepared = prepare(*description);
+  done_(std::move(description), std::move(prepared));
+}
+
+void Preparer::take(const std::shared_ptr<const PilotGrant>& pilot) {
+  pilot_done_(pilot->lease, run(*pilot));
+}
+
+Result<PilotReport> Preparer::run(const PilotGrant& pilot) {
+  const RenderSettings& settings = pilot.settings;
+  LM_ASSIGN_OR_RETURN(const std::shared_ptr<const CompiledScene> scene, compiled(settings));
+  const Time start = system_clock().now();
+  LM_ASSIGN_OR_RETURN(
+      PilotChoice choice,
+      run_pilot(scene, {pilot.methods, settings.seed, settings.max_bounces, {0, 0, settings.width, settings.height}}));
+  const double seconds = to_seconds(system_clock().now() - start);
+  spdlog::info("pilot of job {}: {} after {:.0f} ms", pilot.job.value, pilot.methods[choice.choice], 1000 * seconds);
+  return PilotReport{pilot.lease, static_cast<std::uint32_t>(choice.choice), std::move(choice.reasons), seconds};
 }
 
 Result<PreparedJob> Preparer::prepare(const JobDescription& description) {

@@ -33,6 +33,7 @@ void Session::message(const CoordinatorMessage& message, Time now, SessionAction
                  [&](const ResultAck& ack) { acknowledge(ack, now, actions); },
                  [&](const LeaseCancel& cancel) { cancel_leases(cancel, actions); },
                  [&](const DrainRequest&) { begin_drain(false, now, actions); },
+                 [&](const PilotGrant& grant) { grant_pilot(grant, actions); },
                  [&](const Dismissal& dismissal) { exit(dismissal.reason, true, actions); },
              },
              message);
@@ -107,9 +108,52 @@ void Session::acknowledge(const ResultAck& ack, Time now, SessionActions& action
 
 void Session::cancel_leases(const LeaseCancel& cancel, SessionActions& actions) {
   for (const LeaseId id : cancel.leases) {
+    pilots_.erase(id);
     if (leases_.contains(id)) {
       erase_lease(id, actions);
     }
+  }
+}
+
+// ---- pilots ----
+
+void Session::grant_pilot(const PilotGrant& grant, SessionActions& actions) {
+  if (pilots_.contains(grant.lease)) {
+    return;
+  }
+  if (draining_ || pilots_.size() >= config_.max_leases) {
+    send(WorkerReturn{grant.lease}, actions);
+    return;
+  }
+  Pilot& pilot = pilots_[grant.lease];
+  pilot.grant = std::make_shared<const PilotGrant>(grant);
+  actions.push_back(RunPilot{pilot.grant});
+}
+
+void Session::pilot_done(PilotReport report, Time now, SessionActions& actions) {
+  drain_deadline_ = now + config_.drain_limit;
+  if (exited_ || pilots_.erase(report.lease) == 0) {
+    return;  // cancelled, or its stream is broken: it is granted again
+  }
+  send(std::move(report), actions);
+  advance(actions);
+}
+
+void Session::pilot_failed(LeaseId lease, const std::string& reason, Time now, SessionActions& actions) {
+  (void)now;
+  const auto found = pilots_.find(lease);
+  if (exited_ || found == pilots_.end()) {
+    return;
+  }
+  send(WorkerRefusal{found->second.grant->job, reason}, actions);
+  pilots_.erase(found);
+  advance(actions);
+}
+
+void Session::pilot_unavailable(LeaseId lease, Time now, SessionActions& actions) {
+  (void)actions;
+  if (const auto found = pilots_.find(lease); found != pilots_.end()) {
+    found->second.retry = now + config_.prepare_retry;
   }
 }
 
@@ -224,7 +268,7 @@ void Session::advance(SessionActions& actions) {
     }
   }
   // A coordinator that is away takes nothing back; it notices that the leases' worker is gone.
-  if ((leases_.empty() || link_ != Link::up) && rendering_.empty() && results_.empty()) {
+  if ((leases_.empty() || link_ != Link::up) && pilots_.empty() && rendering_.empty() && results_.empty()) {
     exit("drained", false, actions);
   }
 }

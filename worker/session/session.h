@@ -35,7 +35,7 @@ struct SessionConfig {
   // Stated bounds.
   /// Rendering waits while unacknowledged results hold more.
   std::uint64_t unacknowledged_bytes = std::uint64_t{64} << 20;
-  std::uint32_t max_leases = 64;                             ///< more are given back
+  std::uint32_t max_leases = 64;                             ///< more are given back, pilots apart
   Duration reconnect_least = std::chrono::milliseconds(50);  ///< doubles with every failure …
   Duration reconnect_most = std::chrono::seconds(1);         ///< … up to this
   Duration prepare_retry = std::chrono::seconds(1);
@@ -69,13 +69,19 @@ struct RenderTile {
   std::shared_ptr<const JobDescription> description;
   NodeKey key;
 };
+/// Find out which of the grant's methods is the cheapest; report `pilot_done`, `pilot_failed` or `pilot_unavailable`.
+/// May be asked again for the same lease.
+struct RunPilot {
+  std::shared_ptr<const PilotGrant> grant;
+};
 /// The worker's life is over: leave the process, after what was sent has been written.
 struct Exit {
   std::string reason;
   bool failed = false;  ///< dismissed: exit with an error
 };
 
-using SessionAction = std::variant<OpenStream, CloseStream, SendMessage, PrepareJob, ForgetJob, RenderTile, Exit>;
+using SessionAction =
+    std::variant<OpenStream, CloseStream, SendMessage, PrepareJob, ForgetJob, RenderTile, RunPilot, Exit>;
 using SessionActions = std::vector<SessionAction>;
 
 /// A tile as the rendering threads give it back.
@@ -117,6 +123,12 @@ class Session {
   void job_unavailable(JobId job, Time now, SessionActions& actions);
   void tile_rendered(RenderedTile tile, Time now, SessionActions& actions);
 
+  void pilot_done(PilotReport report, Time now, SessionActions& actions);
+  /// As job_failed.
+  void pilot_failed(LeaseId lease, const std::string& reason, Time now, SessionActions& actions);
+  /// As job_unavailable.
+  void pilot_unavailable(LeaseId lease, Time now, SessionActions& actions);
+
   /// Give back what is not begun, finish what is, leave (SIGTERM).
   void drain(Time now, SessionActions& actions);
   /// Does what is due: heartbeats, reconnects, retries.
@@ -144,6 +156,11 @@ class Session {
     std::uint32_t leases = 0;
     bool had_lease = false;  ///< a job that has just been described waits for its lease
   };
+  /// Bound to the stream it came by.
+  struct Pilot {
+    std::shared_ptr<const PilotGrant> grant;
+    std::optional<Time> retry;  ///< when unavailable
+  };
   struct Rendering {
     NodeKey key;
     LeaseId lease;       ///< whose result it will be; may be gone by then
@@ -158,6 +175,7 @@ class Session {
   void send(WorkerMessage message, SessionActions& actions);
   void describe_job(const JobDescription& description, SessionActions& actions);
   void grant_lease(const LeaseGrant& grant, SessionActions& actions);
+  void grant_pilot(const PilotGrant& grant, SessionActions& actions);
   void acknowledge(const ResultAck& ack, Time now, SessionActions& actions);
   void cancel_leases(const LeaseCancel& cancel, SessionActions& actions);
   void begin_drain(bool give_back, Time now, SessionActions& actions);
@@ -185,6 +203,7 @@ class Session {
   Duration backoff_;
   Time next_open_;
   std::map<LeaseId, Lease> leases_;  ///< in the order of granting
+  std::map<LeaseId, Pilot> pilots_;
   std::map<JobId, Job> jobs_;
   std::map<std::uint64_t, Rendering> rendering_;       ///< handed to threads, by ticket
   std::map<NodeKey, std::uint64_t> rendering_ticket_;  ///< the wanted ones

@@ -56,6 +56,7 @@ void Session::disconnected(Time now, SessionActions& actions) {
   }
   welcomed_ = false;
   link_ = Link::down;
+  pilots_.clear();
   next_open_ = now + backoff_;
   backoff_ = std::min(backoff_ * 2, config_.reconnect_most);
   limit_absence(now);
@@ -86,12 +87,21 @@ void Session::tick(Time now, SessionActions& actions) {
         heartbeat.leases.push_back(id);
       }
     }
+    for (const auto& [id, pilot] : pilots_) {
+      heartbeat.leases.push_back(id);
+    }
     send(std::move(heartbeat), actions);
   }
   for (auto& [id, job] : jobs_) {
     if (job.state == Job::State::unavailable && now >= job.retry) {
       job.state = Job::State::preparing;
       actions.push_back(PrepareJob{job.description});
+    }
+  }
+  for (auto& [id, pilot] : pilots_) {
+    if (pilot.retry && now >= *pilot.retry) {
+      pilot.retry.reset();
+      actions.push_back(RunPilot{pilot.grant});
     }
   }
 }
@@ -116,6 +126,11 @@ std::optional<Time> Session::next_deadline() const {
       by(job.retry);
     }
   }
+  for (const auto& [id, pilot] : pilots_) {
+    if (pilot.retry) {
+      by(*pilot.retry);
+    }
+  }
   return next;
 }
 
@@ -138,6 +153,10 @@ void Session::begin_drain(bool give_back, Time now, SessionActions& actions) {
     limit_absence(now);
   }
   if (give_back) {
+    for (const auto& [id, pilot] : pilots_) {
+      send(WorkerReturn{id}, actions);
+    }
+    pilots_.clear();
     for (auto& [id, lease] : leases_) {
       if (!lease.queued.empty()) {
         lease.queued.clear();
@@ -166,7 +185,7 @@ SessionStatus Session::status() const {
   SessionStatus status;
   status.connected = link_ == Link::up;
   status.draining = draining_;
-  status.leases = static_cast<std::uint32_t>(leases_.size());
+  status.leases = static_cast<std::uint32_t>(leases_.size() + pilots_.size());
   for (const auto& [id, lease] : leases_) {
     status.tiles_queued += static_cast<std::uint32_t>(lease.queued.size());
   }

@@ -34,12 +34,16 @@ WorkerLoop::WorkerLoop(const WorkerOptions& options, const Clock& clock)
       random_(std::hash<std::string>{}(options.session.name) ^ options.session.pid),
       link_(options.servers, link_handlers()),
       assets_([this](const Sha256& digest) { return link_.download(digest); }, options.asset_bytes),
-      preparer_(assets_, options.scenes,
-                [this](std::shared_ptr<const JobDescription> description, Result<PreparedJob> prepared) {
-                  post([this, description = std::move(description), prepared = std::move(prepared)](Time now) {
-                    job_prepared(*description, prepared, now);
-                  });
-                }),
+      preparer_(
+          assets_, options.scenes,
+          [this](std::shared_ptr<const JobDescription> description, Result<PreparedJob> prepared) {
+            post([this, description = std::move(description), prepared = std::move(prepared)](Time now) {
+              job_prepared(*description, prepared, now);
+            });
+          },
+          [this](LeaseId lease, Result<PilotReport> report) {
+            post([this, lease, report = std::move(report)](Time now) { pilot_done(lease, report, now); });
+          }),
       pool_(options.session.threads, [this](RenderedTile tile) {
         auto shared = std::make_shared<RenderedTile>(std::move(tile));
         post([this, shared](Time now) { session_.tile_rendered(std::move(*shared), now, actions_); });
@@ -201,6 +205,18 @@ void WorkerLoop::job_prepared(const JobDescription& description, const Result<Pr
   } else {
     spdlog::error("job {} cannot be rendered: {}", job.value, message_of(prepared.status()));
     session_.job_failed(job, message_of(prepared.status()), now, actions_);
+  }
+}
+
+void WorkerLoop::pilot_done(LeaseId lease, const Result<PilotReport>& report, Time now) {
+  if (report.ok()) {
+    session_.pilot_done(*report, now, actions_);
+  } else if (is_passing(report.status())) {
+    spdlog::warn("a pilot's scene cannot be fetched now: {}", message_of(report.status()));
+    session_.pilot_unavailable(lease, now, actions_);
+  } else {
+    spdlog::error("a pilot cannot be run: {}", message_of(report.status()));
+    session_.pilot_failed(lease, message_of(report.status()), now, actions_);
   }
 }
 

@@ -42,9 +42,11 @@ class WorkerLoop {
   void perform(const PrepareJob& action);
   void perform(const ForgetJob& action) { jobs_.erase(action.job); }
   void perform(const RenderTile& action);
+  void perform(const RunPilot& action) { preparer_.add(action.grant); }
   void perform(const Exit& action);
   void open_if_due(Time now);
   void job_prepared(const JobDescription& description, const Result<PreparedJob>& prepared, Time now);
+  void pilot_done(LeaseId lease, const Result<PilotReport>& report, Time now);
   void stream_broke(const std::string& address, const Status& status, Time now);
   Duration jitter();
   LinkHandlers link_handlers();

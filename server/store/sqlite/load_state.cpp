@@ -77,6 +77,7 @@ Status load_settings(Database& database, StoredState& state) {
     notes.chosen = settings_row.integer(column++) != 0;
     notes.reasons = lines_in(settings_row.view(column++));
     notes.notices = lines_in(settings_row.view(column++));
+    notes.candidates = lines_in(settings_row.view(column++));
     settings_row.reset();
 
     assets.bind_all(id);

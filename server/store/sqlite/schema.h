@@ -1,4 +1,4 @@
-// The tables of the store's file, format 5.
+// The tables of the store's file, format 6.
 #pragma once
 
 #include <array>
@@ -8,14 +8,15 @@ namespace lightmill::sqlite {
 /// "LMIL": what PRAGMA application_id says of our files.
 inline constexpr int kApplicationId = 0x4C4D494C;
 
-// AUTOINCREMENT keeps the highest id ever used, also after deletes. Settings are written once per job; the row in
-// `jobs` changes with every commit and stays small. Numbers of 64 bits without sign are stored by their bits.
+// AUTOINCREMENT keeps the highest id ever used, also after deletes. Settings are written once per job, and again if its
+// method was still to be chosen; the row in `jobs` changes with every commit and stays small. Numbers of 64 bits
+// without sign are stored by their bits.
 inline constexpr const char* kSchema = R"sql(
 CREATE TABLE meta (
   key TEXT PRIMARY KEY,
   value INTEGER NOT NULL
 ) WITHOUT ROWID;
-INSERT INTO meta VALUES ('format', 5), ('epoch', 0);
+INSERT INTO meta VALUES ('format', 6), ('epoch', 0);
 
 CREATE TABLE jobs (
   id INTEGER PRIMARY KEY AUTOINCREMENT,
@@ -69,7 +70,8 @@ CREATE TABLE job_settings (
   meters INTEGER NOT NULL DEFAULT 0,
   method_chosen INTEGER NOT NULL DEFAULT 0,
   method_reasons TEXT NOT NULL DEFAULT '',
-  method_notices TEXT NOT NULL DEFAULT ''
+  method_notices TEXT NOT NULL DEFAULT '',
+  method_candidates TEXT NOT NULL DEFAULT ''
 );
 
 CREATE TABLE job_assets (
@@ -143,7 +145,12 @@ CREATE TABLE job_errors (
 ) WITHOUT ROWID;
 )sql";
 
+/// From format 5, which chose methods without trying them.
+inline constexpr const char* kFromFormat5 = R"sql(
+ALTER TABLE job_settings ADD COLUMN method_candidates TEXT NOT NULL DEFAULT '';
+)sql";
+
 /// By the format that they lead away from, less one.
-inline constexpr std::array kSteps{kFromFormat1, kFromFormat2, kFromFormat3, kFromFormat4};
+inline constexpr std::array kSteps{kFromFormat1, kFromFormat2, kFromFormat3, kFromFormat4, kFromFormat5};
 
 }  // namespace lightmill::sqlite

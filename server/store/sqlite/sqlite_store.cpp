@@ -29,8 +29,8 @@ UPDATE jobs SET active_seconds=?2, worker_seconds=?3, results_merged=?4, results
 /// Every statement that a commit runs, prepared once.
 struct Statements {
   Statement begin, commit, rollback;
-  Statement put_job, put_progress, put_settings, put_asset, put_layer, put_error, delete_job, put_node, drop_node,
-      put_result;
+  Statement put_job, put_progress, put_settings, put_method, put_asset, put_layer, put_error, delete_job, put_node,
+      drop_node, put_result;
 };
 
 class SqliteStore final : public Store {
@@ -117,18 +117,20 @@ Status SqliteStore::put_history(const JobRecord& record) {
   return ok_status();
 }
 
-/// Settings never change, so only the first write of a job stores them.
+/// Settings never change but for a method that is chosen, so only the first write of a job stores the others.
 Status SqliteStore::put_settings(const JobRecord& record) {
   const RenderSettings& settings = record.spec.settings;
   const MethodNotes& notes = record.method_notes;
-  const std::string reasons = sqlite::lines_of(notes.reasons), notices = sqlite::lines_of(notes.notices);
+  const std::string reasons = sqlite::lines_of(notes.reasons), notices = sqlite::lines_of(notes.notices),
+                    candidates = sqlite::lines_of(notes.candidates);
   statements_.put_settings.bind_all(record.id.value, as_byte_view(settings.scene), settings.width, settings.height,
                                     settings.crop.x, settings.crop.y, settings.crop.width, settings.crop.height,
                                     settings.seed, settings.method, settings.max_bounces, settings.renderer_version,
-                                    settings.meters, int{notes.chosen}, reasons, notices);
+                                    settings.meters, int{notes.chosen}, reasons, notices, candidates);
   LM_RETURN_IF_ERROR(statements_.put_settings.run());
   if (database_.changes() == 0) {
-    return ok_status();
+    statements_.put_method.bind_all(record.id.value, settings.method, reasons, notices, candidates);
+    return statements_.put_method.run();
   }
   for (std::size_t i = 0; i < settings.assets.size(); ++i) {
     statements_.put_asset.bind_all(record.id.value, std::uint64_t{i}, view_of(settings.assets[i].bytes));
@@ -239,7 +241,10 @@ Result<Statements> prepare_statements(Database& database) {
   LM_ASSIGN_OR_RETURN(
       all.put_settings,
       database.prepare("INSERT OR IGNORE INTO job_settings VALUES (?1,?2,?3,?4,?5,?6,?7,?8,?9,?10,?11,?12,?13,?14,"
-                       "?15,?16)"));
+                       "?15,?16,?17)"));
+  LM_ASSIGN_OR_RETURN(all.put_method,
+                      database.prepare("UPDATE job_settings SET method = ?2, method_reasons = ?3, method_notices = ?4, "
+                                       "method_candidates = ?5 WHERE job = ?1 AND method_candidates <> ?5"));
   LM_ASSIGN_OR_RETURN(all.put_asset, database.prepare("INSERT INTO job_assets VALUES (?1,?2,?3)"));
   LM_ASSIGN_OR_RETURN(all.put_layer, database.prepare("INSERT INTO job_layers VALUES (?1,?2,?3,?4,?5)"));
   LM_ASSIGN_OR_RETURN(all.put_error, database.prepare("INSERT OR IGNORE INTO job_errors VALUES (?1,?2,?3,?4,?5)"));

@@ -32,7 +32,7 @@ TEST_F(CheckTest, EverySceneThatComesWithLightmillHasAMethodThatAutoTakes) {
       continue;
     }
     ++checked;
-    EXPECT_FALSE(said["auto"]["method"].get<std::string>().empty());
+    EXPECT_FALSE(said["auto"]["methods"].empty());
     EXPECT_FALSE(said["auto"]["reasons"].empty());
     EXPECT_FALSE(said["features"].empty());
     // The course's default scene alone has a lamp without extent, and glass under it.
@@ -112,6 +112,44 @@ TEST_F(FarmCliTest, ChoiceAndNoticesOutliveTheCoordinator) {
   for (const char* field : {"method", "method_chosen", "method_reasons", "notices"}) {
     EXPECT_EQ(after[field], before[field]) << field;
   }
+}
+
+TEST_F(FarmCliTest, APilotPicksTheSameMethodWhateverIsKilledMeanwhile) {
+  const std::vector<std::string> job{
+      scene("cornell-bench-balls.json"), "--size", "96x96", "--spp", "32", "--method", "auto", "--seed", "4"};
+  const auto submit_job = [&] { return submit(job); };
+  const nlohmann::json checked = json({"check", job[0]});
+  ASSERT_EQ(checked["auto"]["methods"].size(), 2u) << "otherwise no pilot runs";
+
+  start_worker("quiet");
+  const std::string quiet_id = submit_job();
+  const nlohmann::json quiet = on_farm({"watch", quiet_id, "-o", file("quiet.exr")});
+  EXPECT_EQ(quiet["state"], "done");
+  EXPECT_NE(quiet["method"], "auto");
+  EXPECT_EQ(quiet["method_chosen"], true);
+  ASSERT_EQ(quiet["method_reasons"].size(), 2u) << quiet;
+  workers_.clear();  // it ends
+
+  const std::string id = submit_job();
+  EXPECT_EQ(on_farm({"show", id})["method"], "auto") << "nobody is there to run the pilot";
+  for (int i = 0; i < 3; ++i) {
+    const std::string name = fmt::format("short-lived-{}", i);
+    start_worker(name);
+    std::this_thread::sleep_for(std::chrono::milliseconds(60 * i));
+    workers_.back()->send(SIGKILL);
+    if (i == 1) {
+      const std::string listen = server();
+      server_->send(SIGKILL);
+      ASSERT_TRUE(server_->wait(std::chrono::seconds(10)).has_value());
+      start_server(listen);
+    }
+  }
+  start_worker("last");
+  const nlohmann::json troubled = on_farm({"watch", id, "-o", file("troubled.exr")});
+  for (const char* field : {"state", "method", "method_reasons", "render_digest", "film_hash"}) {
+    EXPECT_EQ(troubled[field], quiet[field]) << field;
+  }
+  EXPECT_EQ(load_film_picture(file("troubled.exr"))->receipt.method_reasons.size(), 2u);
 }
 
 }  // namespace

@@ -25,7 +25,10 @@ class SqliteStoreTest : public ::testing::Test {
   }
   /// Makes the file one of an earlier format.
   void go_back_to(int format) {
-    sql("DROP TABLE job_errors");
+    sql("ALTER TABLE job_settings DROP COLUMN method_candidates");
+    if (format < 5) {
+      sql("DROP TABLE job_errors");
+    }
     if (format < 4) {
       sql("ALTER TABLE job_settings DROP COLUMN method_chosen; ALTER TABLE job_settings DROP COLUMN method_reasons;"
           "ALTER TABLE job_settings DROP COLUMN method_notices");
@@ -60,6 +63,9 @@ TEST_F(SqliteStoreTest, JobRoundTrips) {
 }
 TEST_F(SqliteStoreTest, LaterRowReplaces) {
   test::expect_later_row_replaces(factory());
+}
+TEST_F(SqliteStoreTest, ChosenMethodIsKept) {
+  test::expect_chosen_method_is_kept(factory());
 }
 TEST_F(SqliteStoreTest, ForestIsKept) {
   test::expect_forest_is_kept(factory());
@@ -149,6 +155,19 @@ TEST_F(SqliteStoreTest, AFileOfFormat4IsBroughtUpToDate) {
   EXPECT_EQ(state->jobs[0].record.method_notes, test::full_record(1).method_notes);
   EXPECT_TRUE(open()->commit(std::vector<StoreOp>{PutJob{test::full_record(2)}}).ok());
   EXPECT_EQ(open()->load()->jobs.at(1).record.history, test::full_record(2).history);
+}
+
+TEST_F(SqliteStoreTest, AFileOfFormat5IsBroughtUpToDate) {
+  ASSERT_TRUE(open()->commit(std::vector<StoreOp>{PutJob{test::full_record(1)}}).ok());
+  go_back_to(5);
+  const Result<StoredState> state = open()->load();
+  ASSERT_TRUE(state.ok()) << state.status();
+  EXPECT_EQ(state->jobs.at(0).record.history, test::full_record(1).history);
+  EXPECT_EQ(state->jobs.at(0).record.method_notes, test::full_record(1).method_notes);
+  JobRecord undecided = test::full_record(2);
+  undecided.method_notes.candidates = {"path", "whitted"};
+  EXPECT_TRUE(open()->commit(std::vector<StoreOp>{PutJob{undecided}}).ok());
+  EXPECT_EQ(open()->load()->jobs.at(1).record.method_notes, undecided.method_notes);
 }
 
 TEST_F(SqliteStoreTest, AFileThatIsNoStoreIsRefused) {

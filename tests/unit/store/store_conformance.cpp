@@ -46,7 +46,7 @@ JobRecord full_record(std::uint64_t id) {
   settings.method = "preview";
   settings.max_bounces = 0xffffffffu;
   settings.renderer_version = "core-x";
-  record.method_notes = {true, {"it is the only one", "and fast"}, {"path: the lamp's caustics are missing"}};
+  record.method_notes = {true, {"it is the only one", "and fast"}, {"path: the lamp's caustics are missing"}, {}};
   record.history = {{16, 1.5, 0.5, 0.25}, {24.5, 3, 0.25, 0.125}};
   record.state = JobState::paused;
   record.reason = "because";
@@ -77,13 +77,14 @@ std::string describe(const StoredState& state) {
     std::string text = fmt::format(
         "{} {} {} {} {} parent {} priority {} goal {} {} {} reached {} state {} {} class {} seconds {} {} counters {} "
         "{} {} {} {} at "
-        "{} {} method {} {} {} ",
+        "{} {} method {} {} {} {} ",
         r.id.value, r.spec.request_id, r.spec.name, r.spec.owner, r.spec.host, r.spec.parent.value, r.spec.priority,
         r.spec.goal.samples, r.spec.goal.seconds, r.spec.goal.error, static_cast<int>(r.reached),
         static_cast<int>(r.state), r.reason, r.fingerprint_class, r.active_seconds, r.worker_seconds,
         r.counters.results_merged, r.counters.results_duplicate, r.counters.leases_lost, r.counters.copies_leased,
         r.counters.non_finite, r.submitted_unix_ms, r.finished_unix_ms, r.method_notes.chosen,
-        fmt::join(r.method_notes.reasons, "|"), fmt::join(r.method_notes.notices, "|"));
+        fmt::join(r.method_notes.reasons, "|"), fmt::join(r.method_notes.notices, "|"),
+        fmt::join(r.method_notes.candidates, "|"));
     for (const ErrorPoint& point : r.history) {
       text += fmt::format("error {} {} {} {} ", point.samples, point.worker_seconds, point.rel_mse, point.half_width);
     }
@@ -158,6 +159,27 @@ void expect_later_row_replaces(const StoreFactory& open) {
     record.worker_seconds = 25;
     record.counters = {90, 8, 7, 6, 5};
     commit(*store, {PutProgress{record.id, record.active_seconds, record.worker_seconds, record.counters}});
+  }
+  StoredState expected;
+  expected.next_job_id = 2;
+  expected.jobs.push_back({record, {}});
+  EXPECT_EQ(describe(loaded(*open())), describe(expected));
+}
+
+void expect_chosen_method_is_kept(const StoreFactory& open) {
+  JobRecord record = full_record(1);
+  record.spec.settings.method = "auto";
+  record.method_notes = {true, {"two do"}, {}, {"path", "whitted"}};
+  {
+    const auto store = open();
+    loaded(*store);
+    commit(*store, {PutJob{record}});
+    record.spec.settings.method = "whitted";
+    record.method_notes = {true, {"two do", "it is the faster"}, {}, {}};
+    commit(*store, {PutJob{record}});
+    JobRecord later = record;
+    later.spec.settings.method = "path";  // nothing chooses twice
+    commit(*store, {PutJob{later}});
   }
   StoredState expected;
   expected.next_job_id = 2;

@@ -26,6 +26,7 @@ void expect_starts_empty(const StoreFactory& open);
 void expect_epochs_grow(const StoreFactory& open);
 void expect_job_round_trips(const StoreFactory& open);
 void expect_later_row_replaces(const StoreFactory& open);
+void expect_chosen_method_is_kept(const StoreFactory& open);
 void expect_forest_is_kept(const StoreFactory& open);
 void expect_order_within_a_commit(const StoreFactory& open);
 void expect_delete_forgets_all_but_the_id(const StoreFactory& open);

@@ -114,7 +114,7 @@ TEST(FarmMessages, AJobStatusComesBackWhole) {
   status.owner = "ada";
   status.host = "engine";
   status.method = "path";
-  status.method_notes = {true, {"one", "two"}, {"path: some light is missing"}};
+  status.method_notes = {true, {"one", "two"}, {"path: some light is missing"}, {"path", "whitted"}};
   status.fingerprint_class = "zen";
   status.parent = JobId{2};
   status.reason = "samples";
@@ -209,6 +209,11 @@ TEST(FarmMessages, WorkerMessagesComeBackWhole) {
   const auto refusal = std::get<WorkerRefusal>(through_wire(WorkerMessage(WorkerRefusal{JobId{8}, "damaged"})));
   EXPECT_EQ(refusal.job, JobId{8});
   EXPECT_EQ(refusal.reason, "damaged");
+  const auto report = std::get<PilotReport>(through_wire(WorkerMessage(PilotReport{LeaseId{9}, 1, {"cheaper"}, 0.25})));
+  EXPECT_EQ(report.lease, LeaseId{9});
+  EXPECT_EQ(report.choice, 1u);
+  EXPECT_EQ(report.reasons, std::vector<std::string>{"cheaper"});
+  EXPECT_EQ(report.seconds, 0.25);
   EXPECT_TRUE(std::holds_alternative<WorkerDraining>(through_wire(WorkerMessage(WorkerDraining{}))));
 }
 
@@ -234,6 +239,12 @@ TEST(FarmMessages, CoordinatorMessagesComeBackWhole) {
   EXPECT_EQ(std::get<ResultAck>(through_wire(CoordinatorMessage(ack))).keys, ack.keys);
   const LeaseCancel cancel{{LeaseId{1}, LeaseId{2}}};
   EXPECT_EQ(std::get<LeaseCancel>(through_wire(CoordinatorMessage(cancel))).leases, cancel.leases);
+  const auto pilot = std::get<PilotGrant>(
+      through_wire(CoordinatorMessage(PilotGrant{LeaseId{7}, JobId{3}, job.settings, {"path", "whitted"}})));
+  EXPECT_EQ(pilot.lease, LeaseId{7});
+  EXPECT_EQ(pilot.job, JobId{3});
+  EXPECT_EQ(pilot.settings.scene, job.settings.scene);
+  EXPECT_EQ(pilot.methods, (std::vector<std::string>{"path", "whitted"}));
   EXPECT_TRUE(std::holds_alternative<DrainRequest>(through_wire(CoordinatorMessage(DrainRequest{}))));
   EXPECT_EQ(std::get<Dismissal>(through_wire(CoordinatorMessage(Dismissal{"twice"}))).reason, "twice");
 }

@@ -189,6 +189,67 @@ TEST_F(SessionTest, WhatIsLeasedAnewWhileItIsRenderedIsRenderedOnce) {
   EXPECT_EQ(said<WorkerResult>()[0].lease, LeaseId{2});
 }
 
+TEST_F(SessionTest, APilotIsRunReportedAndForgotten) {
+  connect();
+  say(PilotGrant{LeaseId{5}, JobId{1}, {}, {"path", "ao"}});
+  say(PilotGrant{LeaseId{5}, JobId{1}, {}, {"path", "ao"}});  // a repeated message
+  ASSERT_EQ(asked<RunPilot>().size(), 1u);
+  EXPECT_EQ(asked<RunPilot>()[0].grant->methods.size(), 2u);
+  EXPECT_EQ(session->status().leases, 1u);
+  pass(std::chrono::seconds(2));
+  EXPECT_EQ(said<WorkerHeartbeat>().back().leases, std::vector<LeaseId>{LeaseId{5}});
+  session->pilot_done({LeaseId{5}, 1, {"cheaper"}, 0.5}, now, actions);
+  session->pilot_done({LeaseId{5}, 1, {"cheaper"}, 0.5}, now, actions);
+  ASSERT_EQ(said<PilotReport>().size(), 1u);
+  EXPECT_EQ(said<PilotReport>()[0].choice, 1u);
+  EXPECT_EQ(session->status().leases, 0u);
+}
+
+TEST_F(SessionTest, APilotEndsWithItsStream) {
+  connect();
+  say(PilotGrant{LeaseId{5}, JobId{1}, {}, {"path", "ao"}});
+  session->disconnected(now, actions);
+  session->pilot_done({LeaseId{5}, 1, {}, 0}, now, actions);
+  session->connected(now, actions);
+  EXPECT_TRUE(said<WorkerHello>().back().held.empty());
+  EXPECT_TRUE(said<PilotReport>().empty());
+}
+
+TEST_F(SessionTest, APilotWhoseAssetsAreAwayIsTriedAgain) {
+  connect();
+  say(PilotGrant{LeaseId{5}, JobId{1}, {}, {"path", "ao"}});
+  session->pilot_unavailable(LeaseId{5}, now, actions);
+  EXPECT_LE(*session->next_deadline(), now + std::chrono::seconds(1));
+  pass(std::chrono::seconds(1));
+  EXPECT_EQ(asked<RunPilot>().size(), 2u);
+  session->pilot_failed(LeaseId{5}, "damaged", now, actions);
+  ASSERT_EQ(said<WorkerRefusal>().size(), 1u);
+  EXPECT_EQ(said<WorkerRefusal>()[0].job, JobId{1});
+  EXPECT_EQ(session->status().leases, 0u);
+}
+
+TEST_F(SessionTest, ACancelledPilotIsNotReported) {
+  connect();
+  say(PilotGrant{LeaseId{5}, JobId{1}, {}, {"path", "ao"}});
+  say(LeaseCancel{{LeaseId{5}}});
+  session->pilot_done({LeaseId{5}, 1, {}, 0}, now, actions);
+  EXPECT_TRUE(said<PilotReport>().empty());
+}
+
+TEST_F(SessionTest, ADrainGivesPilotsBackOrFinishesThem) {
+  connect();
+  say(PilotGrant{LeaseId{5}, JobId{1}, {}, {"path", "ao"}});
+  say(DrainRequest{});
+  EXPECT_TRUE(asked<Exit>().empty());
+  say(PilotGrant{LeaseId{6}, JobId{2}, {}, {"path", "ao"}});
+  ASSERT_EQ(said<WorkerReturn>().size(), 1u);
+  EXPECT_EQ(said<WorkerReturn>()[0].lease, LeaseId{6});
+  session->drain(now, actions);
+  ASSERT_EQ(said<WorkerReturn>().size(), 2u);
+  EXPECT_EQ(said<WorkerReturn>()[1].lease, LeaseId{5});
+  EXPECT_EQ(asked<Exit>().size(), 1u);
+}
+
 TEST_F(SessionTest, HeartbeatsListUnfinishedLeases) {
   begin(1);
   say(grant(2, 3, 1, {0, 1}));

@@ -1,0 +1,69 @@
+#include "common/planner/pilot_choice.h"
+
+#include <gtest/gtest.h>
+
+namespace lightmill {
+namespace {
+
+const std::vector<std::string> kTwo{"path", "other"};
+
+/// One method's variance and cost, the same on both batches unless said.
+PilotMeasure measure(double variance, double cost) {
+  return {{variance, variance}, {cost, cost}};
+}
+std::size_t choice(std::vector<PilotMeasure> measures) {
+  std::vector<std::string> names;
+  for (std::size_t i = 0; i < measures.size(); ++i) {
+    names.push_back(i == 0 ? "path" : fmt::format("m{}", i));
+  }
+  return choose(names, measures).choice;
+}
+
+TEST(PilotChoice, VarianceTimesCostDecides) {
+  EXPECT_EQ(choice({measure(1, 1)}), 0u);
+  EXPECT_EQ(choice({measure(1, 1), measure(0.5, 1)}), 1u);
+  EXPECT_EQ(choice({measure(1, 1), measure(0.5, 2)}), 0u);
+  EXPECT_EQ(choice({measure(1, 1), measure(1, 0.5)}), 1u);
+  EXPECT_EQ(choice({measure(1, 1), measure(0.5, 1), measure(0.4, 1)}), 2u);
+}
+
+TEST(PilotChoice, TheSimplestIsLeftOnlyForAClearGainOnBothBatches) {
+  EXPECT_EQ(choice({measure(1, 1), measure(1 / (kClearGain * 0.99), 1)}), 0u);
+  EXPECT_EQ(choice({measure(1, 1), measure(1 / (kClearGain * 1.01), 1)}), 1u);
+  EXPECT_EQ(choice({measure(1, 1), {{0.01, 0.9}, {1, 1}}}), 0u) << "one batch alone has no voice";
+}
+
+TEST(PilotChoice, WhereNothingIsNoisyTheSimplestStays) {
+  EXPECT_EQ(choice({measure(0, 1), measure(0, 0.1)}), 0u);
+  EXPECT_EQ(choice({measure(0, 1), measure(1, 0.1)}), 0u);
+  EXPECT_EQ(choice({measure(1, 1), measure(0, 1)}), 1u);
+}
+
+TEST(PilotChoice, ReasonsSayHowMuch) {
+  const PilotChoice made = choose(kTwo, std::vector<PilotMeasure>{measure(1, 1), {{0.25, 0.2}, {1, 1}}});
+  ASSERT_EQ(made.reasons.size(), 1u);
+  EXPECT_NE(made.reasons[0].find("path needs 4 or 5 times the work of other"), std::string::npos) << made.reasons[0];
+}
+
+TEST(PilotChoice, OneInAThousandIsTrimmed) {
+  std::vector<double> values(1000, 1.0);
+  values[17] = 1e9;
+  EXPECT_EQ(trimmed_mean(values), 1);
+  std::vector<double> outliers(1000, 1.0);
+  outliers[3] = 1e6 + 1;  // one of the two stays
+  outliers[4] = 1e9;
+  EXPECT_NEAR(trimmed_mean(outliers), 1 + 1e6 / 999, 1e-6);
+  std::vector<double> two{3, 5}, one{3}, none;
+  EXPECT_EQ(trimmed_mean(two), 3);
+  EXPECT_EQ(trimmed_mean(one), 3);
+  EXPECT_EQ(trimmed_mean(none), 0);
+}
+
+TEST(PilotChoice, CostIsCountedInRays) {
+  EXPECT_EQ(cost_of({100, 0}), 100);
+  EXPECT_GT(cost_of({100, 100}), 100);
+  EXPECT_LT(cost_of({100, 100}), 200) << "a shadow ray is less work";
+}
+
+}  // namespace
+}  // namespace lightmill

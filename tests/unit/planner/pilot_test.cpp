@@ -1,0 +1,81 @@
+#include "common/planner/pilot.h"
+
+#include <gtest/gtest.h>
+
+#include "tests/support/render_document.h"
+
+namespace lightmill {
+namespace {
+
+class PilotRun : public ::testing::Test {
+ protected:
+  static void SetUpTestSuite() {
+    const test::TestScene scene =
+        test::TestScene(LIGHTMILL_SOURCE_DIR "/scenes/cornell-bench-balls.json").resized(96, 80);
+    compiled_ = *CompiledScene::compile(scene.scene(), scene.assets());
+  }
+  static void TearDownTestSuite() { compiled_.reset(); }
+  static Result<PilotChoice> run(std::vector<std::string> methods, PixelRect film = {0, 0, 96, 80}) {
+    return run_pilot(compiled_, {std::move(methods), 3, 0, film});
+  }
+  static std::shared_ptr<const CompiledScene> compiled_;
+};
+std::shared_ptr<const CompiledScene> PilotRun::compiled_;
+
+TEST_F(PilotRun, TheSameMethodTwiceIsNoReasonToLeaveTheFirst) {
+  const Result<PilotChoice> made = run({"path", "path"});
+  ASSERT_TRUE(made.ok()) << made.status();
+  EXPECT_EQ(made->choice, 0u);
+  EXPECT_NE(made->reasons.at(0).find("needs 1 or 1 times"), std::string::npos) << made->reasons[0];
+}
+
+TEST_F(PilotRun, WhatHasLessNoiseAtLessWorkIsTaken) {
+  // Nothing of raycast is random but where in the pixel a ray goes.
+  EXPECT_EQ(run({"path", "raycast"})->choice, 1u);
+  EXPECT_EQ(run({"raycast", "path"})->choice, 0u);
+}
+
+TEST_F(PilotRun, IsAFunctionOfItsArguments) {
+  const Result<PilotChoice> once = run({"path", "whitted"}), again = run({"path", "whitted"});
+  ASSERT_TRUE(once.ok() && again.ok());
+  EXPECT_EQ(once->choice, again->choice);
+  EXPECT_EQ(once->reasons, again->reasons);
+  EXPECT_NE(run({"path", "whitted"}, {10, 20, 30, 9})->reasons, once->reasons) << "each film has patches of its own";
+}
+
+TEST_F(PilotRun, ErrorsNameTheMethod) {
+  const Status status = run({"path", "magic"}).status();
+  EXPECT_EQ(status.code(), StatusCode::kInvalidArgument);
+  EXPECT_NE(message_of(status).find("magic"), std::string::npos);
+  EXPECT_FALSE(run({}).ok());
+}
+
+TEST(PilotPatches, LieInTheFilmWithoutOverlap) {
+  for (const PixelRect& film : {PixelRect{0, 0, 512, 512}, PixelRect{0, 0, 1, 1}, PixelRect{7, 9, 7, 130},
+                                PixelRect{60, 60, 65, 63}, PixelRect{0, 0, 65536, 3}}) {
+    const std::vector<PixelRect> patches = pilot_patches(film);
+    ASSERT_FALSE(patches.empty());
+    EXPECT_LE(patches.size(), 64u);
+    std::set<std::pair<int, int>> pixels;
+    std::size_t count = 0;
+    for (const PixelRect& patch : patches) {
+      EXPECT_GE(patch.x, film.x);
+      EXPECT_GE(patch.y, film.y);
+      EXPECT_LE(patch.x + patch.width, film.x + film.width);
+      EXPECT_LE(patch.y + patch.height, film.y + film.height);
+      EXPECT_LE(std::max(patch.width, patch.height), 8);
+      count += static_cast<std::size_t>(patch.pixel_count());
+      for (int y = 0; y < patch.height; ++y) {
+        for (int x = 0; x < patch.width; ++x) {
+          pixels.emplace(patch.x + x, patch.y + y);
+        }
+      }
+    }
+    EXPECT_EQ(pixels.size(), count);
+    EXPECT_EQ(count, std::min<std::size_t>(64, static_cast<std::size_t>(film.width)) *
+                         std::min<std::size_t>(64, static_cast<std::size_t>(film.height)));
+  }
+}
+
+}  // namespace
+}  // namespace lightmill

@@ -1,0 +1,199 @@
+// How methods are chosen on the farm.
+#include "tests/unit/server/coordinator_fixture.h"
+
+namespace lightmill {
+namespace {
+
+class PilotTest : public test::CoordinatorTest {
+ protected:
+  JobId submit_undecided(const std::string& request_id = "r1") {
+    JobSpec job = spec(request_id);
+    job.settings.method = "auto";
+    const Result<JobId> id = coordinator->submit(job, now, unix_ms(), step, {true, {"two do"}, {}, {"path", "ao"}});
+    EXPECT_TRUE(id.ok()) << id.status();
+    flush();
+    return *id;
+  }
+  PilotGrant pilot(SessionId session) const {
+    const std::vector<PilotGrant> grants = got<PilotGrant>(session);
+    EXPECT_FALSE(grants.empty());
+    return grants.empty() ? PilotGrant{} : grants.back();
+  }
+  void report(SessionId session, std::uint32_t choice) {
+    say(session, PilotReport{pilot(session).lease, choice, {"it is cheaper"}, 0.5});
+  }
+  /// The job's last row.
+  JobRecord stored() const {
+    for (auto at = writes.rbegin(); at != writes.rend(); ++at) {
+      if (const auto* put = std::get_if<PutJob>(&*at)) {
+        return put->record;
+      }
+    }
+    return {};
+  }
+};
+
+TEST_F(PilotTest, OneWorkerRunsItAndNothingIsRenderedBefore) {
+  const SessionId a = connect("a"), b = connect("b");
+  const JobId job = submit_undecided();
+  EXPECT_EQ(got<PilotGrant>(a).size() + got<PilotGrant>(b).size(), 1u);
+  EXPECT_TRUE(got<LeaseGrant>(a).empty() && got<LeaseGrant>(b).empty());
+  EXPECT_EQ(pilot(a).methods, (std::vector<std::string>{"path", "ao"}));
+  EXPECT_EQ(pilot(a).settings.method, "auto");
+  EXPECT_EQ(status(job).method, "auto");
+  EXPECT_EQ(status(job).render_digest, Sha256{});
+  EXPECT_EQ(status(job).fingerprint_class, "class-a") << "who runs it decides whose bits the picture has";
+  pass(std::chrono::seconds(1));
+  EXPECT_EQ(got<PilotGrant>(a).size() + got<PilotGrant>(b).size(), 1u) << "no copies";
+}
+
+TEST_F(PilotTest, ItsChoiceIsStoredAndRendered) {
+  const SessionId a = connect("a");
+  const JobId job = submit_undecided();
+  report(a, 1);
+  EXPECT_EQ(status(job).method, "ao");
+  EXPECT_EQ(status(job).method_notes, (MethodNotes{true, {"two do", "it is cheaper"}, {}, {}}));
+  EXPECT_EQ(status(job).worker_seconds, 0.5);
+  const JobRecord record = stored();
+  EXPECT_EQ(record.spec.settings.method, "ao");
+  EXPECT_TRUE(record.method_notes.candidates.empty());
+  EXPECT_EQ(status(job).render_digest, render_digest(record.spec.settings, "class-a"));
+  const std::vector<JobDescription> descriptions = got<JobDescription>(a);
+  ASSERT_EQ(descriptions.size(), 1u);
+  EXPECT_EQ(descriptions[0].settings.method, "ao");
+  work(a);
+  EXPECT_EQ(status(job).state, JobState::done);
+}
+
+TEST_F(PilotTest, LeasesWaitUntilTheChoiceIsStored) {
+  const SessionId a = connect("a");
+  submit_undecided();
+  coordinator->worker_message(a, PilotReport{pilot(a).lease, 0, {}, 0}, now, unix_ms(), step);
+  const auto is_lease = [](const Outgoing& each) { return std::holds_alternative<LeaseGrant>(each.message); };
+  EXPECT_TRUE(std::ranges::none_of(step.now, is_lease));
+  EXPECT_TRUE(std::ranges::any_of(step.after_commit, is_lease));
+}
+
+TEST_F(PilotTest, ALostWorkersPilotGoesToAnother) {
+  const SessionId a = connect("a");
+  const JobId job = submit_undecided();
+  const SessionId b = connect("b");
+  const PilotGrant first = pilot(a);
+  coordinator->worker_disconnected(a, now, step);
+  flush();
+  EXPECT_TRUE(got<PilotGrant>(b).empty());
+  pass(limits.disconnect_grace + std::chrono::milliseconds(1));
+  ASSERT_EQ(got<PilotGrant>(b).size(), 1u);
+  EXPECT_NE(pilot(b).lease, first.lease);
+  EXPECT_EQ(status(job).counters.leases_lost, 1u);
+  report(b, 0);
+  EXPECT_EQ(status(job).method, "path");
+  const SessionId again = connect("a");
+  say(again, PilotReport{first.lease, 1, {}, 0});
+  EXPECT_EQ(status(job).method, "path") << "what comes late changes nothing";
+}
+
+TEST_F(PilotTest, AWorkerThatComesBackWithoutItGetsItAgain) {
+  const SessionId a = connect("a");
+  submit_undecided();
+  coordinator->worker_disconnected(a, now, step);
+  flush();
+  const SessionId again = connect("a");
+  EXPECT_EQ(got<PilotGrant>(again).size(), 1u);
+}
+
+TEST_F(PilotTest, ARestartedCoordinatorAsksAgain) {
+  const SessionId a = connect("a");
+  const JobId job = submit_undecided();
+  const PilotGrant before = pilot(a);
+  StoredState state;
+  state.epoch = 2;
+  state.next_job_id = 2;
+  state.jobs.push_back({stored(), {}});
+  restart(std::move(state));
+  EXPECT_EQ(status(job).render_digest, Sha256{});
+  const SessionId again = connect("a");
+  say(again, PilotReport{before.lease, 1, {}, 0});
+  EXPECT_EQ(status(job).method, "auto") << "nobody has asked for it";
+  pass(limits.restart_grace + std::chrono::milliseconds(1));
+  ASSERT_EQ(got<PilotGrant>(again).size(), 1u);
+  report(again, 0);
+  work(again);
+  EXPECT_EQ(status(job).state, JobState::done);
+}
+
+TEST_F(PilotTest, ADamagedReportIsNoChoice) {
+  const SessionId a = connect("a");
+  const JobId job = submit_undecided();
+  const LeaseId lease = pilot(a).lease;
+  say(a, PilotReport{lease, 2, {}, 0});
+  EXPECT_EQ(status(job).method, "auto");
+  EXPECT_EQ(got<PilotGrant>(a).size(), 2u) << "again";
+  say(a, PilotReport{pilot(a).lease, 0, {}, -1});
+  EXPECT_EQ(status(job).method, "auto");
+  say(a, PilotReport{LeaseId{12345}, 0, {}, 0});
+  const SessionId b = connect("b");
+  say(b, PilotReport{pilot(a).lease, 0, {}, 0});
+  EXPECT_EQ(status(job).method, "auto") << "another's";
+  report(a, 0);
+  EXPECT_EQ(status(job).method, "path");
+}
+
+TEST_F(PilotTest, AReportOfAUnitOfTilesIsIgnored) {
+  const SessionId a = connect("a");
+  const JobId job = submit(spec());
+  say(a, PilotReport{got<LeaseGrant>(a).at(0).lease, 0, {}, 0});
+  EXPECT_EQ(status(job).method, "path");
+  work(a);
+  EXPECT_EQ(status(job).state, JobState::done);
+}
+
+TEST_F(PilotTest, ASceneThatCannotBeRenderedFailsTheJob) {
+  const SessionId a = connect("a");
+  const JobId job = submit_undecided();
+  say(a, WorkerRefusal{job, "an asset is damaged"});
+  EXPECT_EQ(status(job).state, JobState::failed);
+}
+
+TEST_F(PilotTest, ACancelledJobTakesItsPilotBack) {
+  const SessionId a = connect("a");
+  const JobId job = submit_undecided();
+  ASSERT_TRUE(coordinator->cancel(job, now, unix_ms(), step).ok());
+  flush();
+  ASSERT_EQ(got<LeaseCancel>(a).size(), 1u);
+  EXPECT_EQ(got<LeaseCancel>(a)[0].leases, std::vector<LeaseId>{pilot(a).lease});
+  report(a, 0);
+  EXPECT_EQ(status(job).state, JobState::cancelled);
+}
+
+TEST_F(PilotTest, OtherJobsGoOnMeanwhile) {
+  const SessionId a = connect("a");
+  submit_undecided("r1");
+  const JobId other = submit(spec("r2"));
+  work(a);
+  EXPECT_EQ(status(other).state, JobState::done);
+}
+
+TEST_F(PilotTest, ResultsOfAJobWithoutAMethodAreNotWanted) {
+  const SessionId a = connect("a");
+  const JobId job = submit_undecided();
+  say(a, result(LeaseGrant{LeaseId{77}, Unit{job, {0, 0}, {TileId{0}}}}, TileId{0}));
+  EXPECT_EQ(status(job).samples_done, 0u);
+  const SessionId b = connect("b", 1, "class-a", {{LeaseId{78}, 1, Sha256{}, Unit{job, {0, 0}, {TileId{0}}}}});
+  EXPECT_EQ(got<LeaseCancel>(b).size(), 1u);
+}
+
+TEST_F(PilotTest, CandidatesMustFitTheJob) {
+  JobSpec job = spec();
+  job.settings.method = "auto";
+  EXPECT_EQ(coordinator->submit(job, now, 0, step).status().code(), StatusCode::kInvalidArgument) << "none";
+  EXPECT_EQ(coordinator->submit(job, now, 0, step, {true, {}, {}, {"path", "magic"}}).status().code(),
+            StatusCode::kInvalidArgument);
+  job.settings.meters = 1;
+  EXPECT_EQ(coordinator->submit(job, now, 0, step, {true, {}, {}, {"path", "ao"}}).status().code(),
+            StatusCode::kInvalidArgument)
+      << "ao reads no meters";
+}
+
+}  // namespace
+}  // namespace lightmill
