@@ -123,8 +123,9 @@ void add_render_options(CLI::App& command, RenderOptions& options) {
       ->type_name("A,B,...");
   command
       .add_option("--max-bounces", options.max_bounces,
-                  "path, caustic, whitted: longest light path (default 1000, 1000 and 128, which is whitted's most; "
-                  "nearly all end long before)")
+                  "path, caustic, ppm, whitted: longest light path (default 1000; of whitted 128, its most; nearly all "
+                  "end long "
+                  "before)")
       ->type_name("N")
       ->check(whole_number(1, 1'000'000));
   command.add_option("--seed", options.seed, "the same seed gives the same picture, bit for bit")

@@ -23,6 +23,10 @@ Result<std::unique_ptr<Method>> make_method(std::shared_ptr<const CompiledScene>
     LM_RETURN_IF_ERROR(check_method_media(spec.name, scene->features().media && scene->media().scatters()));
     return make_caustic_method(std::move(scene), settings, spec);
   }
+  if (spec.name == "ppm") {
+    LM_RETURN_IF_ERROR(check_method_media(spec.name, scene->features().media && scene->media().scatters()));
+    return make_ppm_method(std::move(scene), settings, spec);
+  }
   if (spec.name == "preview") {
     return make_preview_method(std::move(scene), settings);
   }

@@ -18,7 +18,7 @@ namespace lightmill {
 struct MethodSettings {
   std::string name = "path";  ///< and its parameters: see spec/method_spec.h
   std::uint64_t seed = 0;
-  std::uint32_t max_bounces = 0;  ///< `path`, `caustic`, `whitted`: scatterings at most; 0: their own limits
+  std::uint32_t max_bounces = 0;  ///< of methods that follow light: scatterings at most; 0: their own limits
   std::vector<LayerSpec> layers{LayerSpec{}};  ///< of the film, as film_layers gives them
 };
 

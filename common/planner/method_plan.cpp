@@ -32,10 +32,29 @@ bool caustic_renders(const SceneFacts& facts) {
   return !facts.scattering;
 }
 
+/// `ppm`: photons start at what next-event estimation samples, and light from infinitely far only around what is
+/// bounded.
+Verdict admit_ppm(const SceneFacts& facts) {
+  if (facts.scattering) {
+    return {"ppm", false, "it renders no scattering media"};
+  }
+  if (!facts.lamps_never_sampled.empty()) {
+    return {"ppm", false,
+            fmt::format("no photons start at {}: what it throws on other surfaces is missing",
+                        first_of(facts.lamps_never_sampled, "lamps"))};
+  }
+  if (facts.planes && (facts.suns || facts.environment != SceneFacts::Environment::none)) {
+    return {"ppm", false,
+            "a plane without end is dark where it lies far off: photons from suns and skies go only to "
+            "the surroundings of what is bounded"};
+  }
+  return {"ppm", true, "it is there to check the others: noise and blur are large"};
+}
+
 std::string layers_reason(const SceneFacts& facts) {
-  return fmt::format(
-      "{} shines on {}, which reflects some of it as a mirror does: where that goes, no method that there is finds it",
-      first_of(facts.delta_lights, "lights"), first_of(facts.smooth_layers, "objects"));
+  return fmt::format("{} shines on {}, which reflects some of it as a mirror does: where that goes, {} finds it",
+                     first_of(facts.delta_lights, "lights"), first_of(facts.smooth_layers, "objects"),
+                     admit_ppm(facts).admitted ? "ppm alone" : "no method that there is");
 }
 
 Verdict admit_path(const SceneFacts& facts) {
@@ -89,6 +108,9 @@ Verdict admit(const SceneFacts& facts, std::string_view method) {
   if (name == "caustic") {
     return admit_caustic(facts);
   }
+  if (name == "ppm") {
+    return admit_ppm(facts);
+  }
   if (name == "raycast" || name == "whitted") {
     return admit_simple(facts, name);
   }
@@ -134,8 +156,9 @@ MethodPlan plan_method(const SceneFacts& facts, std::string_view asked) {
     return {candidates, {reason}};
   }
   return caustic_finds_more(facts)
-             ? MethodPlan{{"caustic" + parameters}, {"no method finds all of the light; it finds more than path"}}
-             : MethodPlan{{"path" + parameters}, {"no method finds all of the light; none finds more"}};
+             ? MethodPlan{{"caustic" + parameters},
+                          {"no method that auto takes finds all of the light; it finds more than path"}}
+             : MethodPlan{{"path" + parameters}, {"no method that auto takes finds all of the light; none finds more"}};
 }
 
 std::vector<std::string> method_notices(const SceneFacts& facts, std::string_view method) {

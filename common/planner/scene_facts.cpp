@@ -88,7 +88,10 @@ void read_light(const Light& light, SceneFacts& facts) {
     }
   };
   std::visit(Overloaded{[&](const PointLight& l) { delta("point light", is_black(l.intensity)); },
-                        [&](const DirectionalLight& l) { delta("directional light", is_black(l.irradiance)); },
+                        [&](const DirectionalLight& l) {
+                          delta("directional light", is_black(l.irradiance));
+                          facts.suns = facts.suns || !is_black(l.irradiance);
+                        },
                         [&](const SpotLight& l) { delta("spot light", is_black(l.intensity)); },
                         [&](const CosinePowerLight& l) { delta("cosine light", is_black(l.intensity)); },
                         [&](const IesLight& l) { delta("IES light", !(l.scale > 0)); },
@@ -127,8 +130,16 @@ void read_material(const Material& material, SceneFacts& facts, Materials& all) 
 
 void read_object(const Object& object, const Scene& scene, bool index_changes, SceneFacts& facts) {
   const Material& material = scene.materials[object.material];
+  const bool plane = std::holds_alternative<PlaneShape>(object.shape);
+  facts.planes = facts.planes || plane;
   if (!is_black(material.emission.rgb)) {
     ++facts.emissive_objects;
+    const bool textured_sphere =
+        material.emission.texture != kNoTexture && std::holds_alternative<SphereShape>(object.shape);
+    if (plane || textured_sphere) {
+      facts.lamps_never_sampled.add(
+          named(plane ? "plane" : "sphere", object.name.empty() ? material.name : object.name));
+    }
   }
   facts.boundaries += is_boundary(material) ? 1 : 0;
   const bool plain_glass = std::holds_alternative<DielectricMaterial>(material.kind);

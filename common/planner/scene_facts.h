@@ -32,6 +32,11 @@ struct SceneFacts {
   NamedThings smooth_layers;   ///< do so beside other scattering, as a lacquer without roughness
   bool receivers = false;      ///< surfaces, media or meters on which caustics are seen
 
+  NamedThings lamps_never_sampled;  ///< what glows without end, and spheres that glow by a texture: light from there is
+                                    ///< found by rays that happen to meet it alone
+  bool planes = false;              ///< without end
+  bool suns = false;                ///< directional lights
+
   bool absorption = false;     ///< in what fills a shape
   bool scattering = false;     ///< likewise
   std::size_t boundaries = 0;  ///< objects that light passes into

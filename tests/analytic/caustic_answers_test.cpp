@@ -1,4 +1,5 @@
-// Light that no path from the eye can find, with exact answers: by photons, through public scene documents.
+// Light that no path from the eye can find, with exact answers: by photons, through public scene documents. `ppm` is to
+// find it too.
 #include <functional>
 
 #include "tests/analytic/meter_text.h"
@@ -35,8 +36,7 @@ double mean_over_patch(const std::function<double(double, double)>& f) {
   return sum / (kSteps * kSteps);
 }
 
-std::vector<MeterReading> read(const std::string& parts, std::uint32_t level,
-                               const std::string& method = "caustic:photons=100000") {
+std::vector<MeterReading> read(const std::string& parts, std::uint32_t level, const std::string& method) {
   return read_meters(scene_with(parts), level, 1, nullptr, method);
 }
 
@@ -44,7 +44,16 @@ std::vector<MeterReading> read(const std::string& parts, std::uint32_t level,
 // it: 4 %.
 
 // Scene B: a point light over a mirror floor, and a wall.
-TEST(CausticB, APointOverAMirrorLightsAWallTwice) {
+class CausticB : public ::testing::TestWithParam<std::string> {};
+class CausticA : public CausticB {};
+class CausticC : public CausticB {};
+const auto kMethods = ::testing::Values("caustic", "ppm");
+const auto kMethodName = [](const auto& info) { return info.param; };
+INSTANTIATE_TEST_SUITE_P(By, CausticA, kMethods, kMethodName);
+INSTANTIATE_TEST_SUITE_P(By, CausticB, kMethods, kMethodName);
+INSTANTIATE_TEST_SUITE_P(By, CausticC, kMethods, kMethodName);
+
+TEST_P(CausticB, APointOverAMirrorLightsAWallTwice) {
   struct Case {
     double intensity, height, reflectance, y, direct, mirrored;
   };
@@ -60,7 +69,7 @@ TEST(CausticB, APointOverAMirrorLightsAWallTwice) {
            "meters": [{}, {}])",
         gray(c.reflectance), plane_shape("mirror", "[0, 0, 0]", "[0, 1, 0]"), point_light(c.height, c.intensity),
         point_meter(1, c.y, "[-1, 0, 0]"), patch_meter(1, c.y - kSide / 2, -kSide / 2, "[0, 0, 0.5]", "[0, 0.5, 0]"));
-    const auto readings = read(parts, 6);
+    const auto readings = read(parts, 6, GetParam() + ":photons=100000");
     expect_reading(readings[0], c.direct + c.mirrored, 0.15);
     const double patch = mean_over_patch([&](double y, double z) {
       return exact(c.intensity, c.height, c.y + y, z) + c.reflectance * exact(c.intensity, -c.height, c.y + y, z);
@@ -72,7 +81,7 @@ TEST(CausticB, APointOverAMirrorLightsAWallTwice) {
 
 // The same wall of reflectance 1 in pictures: seen directly, where photons are splatted, and in the mirror, where they
 // are gathered. Light that has met more surfaces is cut off.
-TEST(CausticB, ThePictureShowsItDirectlyAndInTheMirror) {
+TEST_P(CausticB, ThePictureShowsItDirectlyAndInTheMirror) {
   const auto irradiance = [](double y, double z) {
     return M_PI * (std::pow(1 + (1 - y) * (1 - y) + z * z, -1.5) + std::pow(1 + (1 + y) * (1 + y) + z * z, -1.5));
   };
@@ -99,7 +108,7 @@ TEST(CausticB, ThePictureShowsItDirectlyAndInTheMirror) {
         exact += irradiance(y, z) / M_PI / (kSteps * kSteps);
       }
     }
-    const Estimate seen = mean_of(scene.render({"caustic:photons=50000", 3, c.bounces}, 5), 0);
+    const Estimate seen = mean_of(scene.render({GetParam() + ":photons=50000", 3, c.bounces}, 5), 0);
     EXPECT_LT(seen.standard_error, c.precision * exact);
     EXPECT_NEAR(seen.value, exact, 5 * seen.standard_error + 2e-3 * exact);  // what gathering blurs at most
   }
@@ -107,7 +116,7 @@ TEST(CausticB, ThePictureShowsItDirectlyAndInTheMirror) {
 
 // Scene A: the sun at normal incidence through a slab onto a diffuse floor. Photons cover a disc of the scene's sphere,
 // which the distant eye makes large; what comes from beyond it adds less than 1e-3.
-TEST(CausticA, TheSunThroughASlabOntoADiffuseFloor) {
+TEST_P(CausticA, TheSunThroughASlabOntoADiffuseFloor) {
   for (const auto& [reflectance, radiance] : {std::pair(0.2, 0.1905390), {0.5, 0.5004331}, {0.8, 0.8433346}}) {
     const auto scene = TestScene::from_text(fmt::format(
         R"({{"camera": {{"eye": [0, 0.5, 200], "look_at": [0, 0.5, 0], "vertical_fov_degrees": 10}},
@@ -116,7 +125,7 @@ TEST(CausticA, TheSunThroughASlabOntoADiffuseFloor) {
            "meters": [{{"name": "m", "patch": {{"corner": [-15, 0, -15], "edge1": [0, 0, 30], "edge2": [30, 0, 0]}}}}]}})",
         glass(1.5), diffuse("floor", reflectance), plane_shape("glass", "[0, 2, 0]", "[0, 1, 0]"),
         plane_shape("glass", "[0, 1, 0]", "[0, -1, 0]"), plane_shape("floor", "[0, 0, 0]", "[0, 1, 0]"), gray(M_PI)));
-    const auto reading = read_meters(scene, 5, 1, nullptr, "caustic:photons=50000").front();
+    const auto reading = read_meters(scene, 5, 1, nullptr, GetParam() + ":photons=50000").front();
     expect_reading(reading, M_PI / reflectance * radiance, 4e-2);
   }
 }
@@ -148,7 +157,7 @@ double point_through_surface(double x, double n, double h, double d) {
 }
 
 // Scene C: a point light over a half-space of glass with a black floor.
-TEST(CausticC, APointOverAHalfSpaceLightsItsBottom) {
+TEST_P(CausticC, APointOverAHalfSpaceLightsItsBottom) {
   struct Case {
     double n, height, depth, x, table;
   };
@@ -166,7 +175,7 @@ TEST(CausticC, APointOverAHalfSpaceLightsItsBottom) {
                     plane_shape("black", fmt::format("[0, {}, 0]", -c.depth), "[0, 1, 0]"), point_light(c.height, M_PI),
                     point_meter(c.x, -c.depth, "[0, 1, 0]"),
                     patch_meter(c.x - kSide / 2, -c.depth, -kSide / 2, "[0, 0, 0.5]", "[0.5, 0, 0]"));
-    const auto readings = read(parts, 6);
+    const auto readings = read(parts, 6, GetParam() + ":photons=100000");
     expect_reading(readings[0], exact, 0.15);
     const double patch = mean_over_patch(
         [&](double x, double z) { return point_through_surface(std::hypot(c.x + x, z), c.n, c.height, c.depth); });

@@ -6,6 +6,9 @@ namespace lightmill::path {
 
 void Batch::run(std::size_t first_pixel, std::size_t last_pixel, const std::vector<std::uint32_t>& seeds) {
   std::uint32_t bounce = 0;
+  if (photons_bring_all() && meter_ != nullptr && !meter_->looks) {
+    return;
+  }
   if (meter_ != nullptr) {
     bounce = start_meter(first_pixel, last_pixel, seeds);
   } else {
@@ -216,6 +219,9 @@ void Batch::leave(const Vertex8& vertex, const BsdfSample8& sample, Path8& out, 
     out.chain = select(vertex.casters, select(from_eye, U8(kFromEye), U8(kOverCasters)),
                        select(from_eye & delta, U8(kFromEye), U8(kFromReceiver)));
     out.way = out.way + way_to(vertex);
+  }
+  if (photons_bring_all()) {
+    lanes = lanes & ((out.chain == U8(kFromEye)) | ~goes_on(out));
   }
   if (scene_.features().media) {
     out.media = select(sample.transmitted, vertex.crossing.beyond, out.media);

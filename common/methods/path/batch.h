@@ -112,6 +112,10 @@ class Batch {
   void go_on(Path8& out, M8 lanes, std::uint32_t bounce);
   void trace_shadows(std::uint32_t bounce);
 
+  /// All that surfaces which are no casters receive is the light side's: camera paths end there.
+  bool photons_bring_all() const {
+    return light_pass_ != nullptr && light_pass_->followed == photons::Followed::all_light;
+  }
   /// Light whose path starts over casters and then stays: it is the light side's, where there is one.
   void add_caustic(M8 lanes, U8 slot, U8 group, const V8& value);
   void add_splats();

@@ -21,9 +21,9 @@ V8 sent_on(const Bsdf& bsdf, const V8& wo, const Frame8& frame, const V8& facing
 template <class Bsdf>
 void Batch::gather_deposits(const Vertex8& vertex, const Bsdf& bsdf, const V8& wo, M8 lanes) {
   if constexpr (!requires { Bsdf::kEndsPaths; }) {  // holdouts receive no caustics
-    const bool sees_directly = vertex.bounce == 0 && meter_ == nullptr;
+    const bool splatted = vertex.bounce == 0 && meter_ == nullptr && !photons_bring_all();
     lanes = and_not(lanes, vertex.casters) & (vertex.in.chain == U8(kFromEye));
-    if (sees_directly || lanes.none()) {
+    if (splatted || lanes.none()) {
       return;
     }
     const photons::LightPass& pass = *light_pass_;

@@ -85,6 +85,17 @@ class PathMethod final : public Method {
   std::unique_ptr<const photons::LightSide> light_side_;  ///< null: paths find all light
 };
 
+std::unique_ptr<Method> make_with_light_side(std::shared_ptr<const CompiledScene> scene, const MethodSettings& settings,
+                                             const MethodSpec& spec, photons::Followed followed) {
+  auto light_side = std::make_unique<const photons::LightSide>(
+      *scene, photons::LightSideSettings{settings.seed, bounce_limit(settings), spec.photons.value_or(0),
+                                         spec.radius.value_or(0), followed});
+  if (light_side->empty()) {
+    light_side = nullptr;
+  }
+  return std::make_unique<PathMethod>(std::move(scene), settings, std::move(light_side));
+}
+
 }  // namespace
 
 std::unique_ptr<Method> make_path_method(std::shared_ptr<const CompiledScene> scene, const MethodSettings& settings) {
@@ -93,13 +104,12 @@ std::unique_ptr<Method> make_path_method(std::shared_ptr<const CompiledScene> sc
 
 std::unique_ptr<Method> make_caustic_method(std::shared_ptr<const CompiledScene> scene, const MethodSettings& settings,
                                             const MethodSpec& spec) {
-  auto light_side = std::make_unique<const photons::LightSide>(
-      *scene, photons::LightSideSettings{settings.seed, bounce_limit(settings), spec.photons.value_or(0),
-                                         spec.radius.value_or(0)});
-  if (light_side->empty()) {
-    light_side = nullptr;
-  }
-  return std::make_unique<PathMethod>(std::move(scene), settings, std::move(light_side));
+  return make_with_light_side(std::move(scene), settings, spec, photons::Followed::caustics);
+}
+
+std::unique_ptr<Method> make_ppm_method(std::shared_ptr<const CompiledScene> scene, const MethodSettings& settings,
+                                        const MethodSpec& spec) {
+  return make_with_light_side(std::move(scene), settings, spec, photons::Followed::all_light);
 }
 
 }  // namespace lightmill

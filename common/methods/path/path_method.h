@@ -24,4 +24,12 @@ std::unique_ptr<Method> make_path_method(std::shared_ptr<const CompiledScene> sc
 std::unique_ptr<Method> make_caustic_method(std::shared_ptr<const CompiledScene> scene, const MethodSettings& settings,
                                             const MethodSpec& spec);
 
+/// `ppm`: progressive photon mapping (Knaus and Zwicker 2011, "Progressive Photon Mapping: A Probabilistic Approach").
+/// Photons from all lights bring all that surfaces receive which are no casters, straight from lamps as well; paths
+/// from the eye go over casters, and single directions of gloss and coats, to the first of these, and gather there
+/// within a radius that shrinks from pass to pass, one a sample. Lamps are sampled from rough casters alone: so what
+/// it shows depends on next-event estimation nowhere else. The scene's media must not scatter.
+std::unique_ptr<Method> make_ppm_method(std::shared_ptr<const CompiledScene> scene, const MethodSettings& settings,
+                                        const MethodSpec& spec);
+
 }  // namespace lightmill

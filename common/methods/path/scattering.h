@@ -6,12 +6,23 @@
 
 namespace lightmill::path {
 
+/// Where lights are sampled though photons bring all that receivers get: on casters, and where holdouts compare light.
+template <class Bsdf>
+M8 lamps_beside_photons(const Vertex8& vertex) {
+  if constexpr (requires { Bsdf::kEndsPaths; }) {
+    return M8(true);
+  } else {
+    return vertex.casters;
+  }
+}
+
 template <class Bsdf>
 void Batch::shade_scattering(const Vertex8& vertex, const Bsdf& bsdf, const V8& wo, M8 lanes) {
   const Path8& in = vertex.in;
   M8 lit = lanes;
   if (light_pass_ != nullptr) {
-    lit = lanes & ((in.chain == U8(kFromEye)) | ~vertex.casters);
+    lit = lanes &
+          (photons_bring_all() ? lamps_beside_photons<Bsdf>(vertex) : (in.chain == U8(kFromEye)) | ~vertex.casters);
     gather_deposits(vertex, bsdf, wo, lanes);
   }
   if (scene_.features().lights) {

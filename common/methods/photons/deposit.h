@@ -8,7 +8,7 @@
 
 namespace lightmill::photons {
 
-/// A photon that has met casters since it left its light, at a surface that is none: one row of sixteen words.
+/// A photon at a surface that is no caster: one row of sixteen words.
 struct Deposit {
   Vec3 point{0};
   Vec3 wi{0};      ///< unit, to where it came from
@@ -16,7 +16,7 @@ struct Deposit {
   Vec3 normal{0};  ///< geometric, as the shape is oriented
   std::uint32_t geometry = 0, primitive = 0;
   std::uint32_t tag = 0;    ///< light group from kTagGroupShift on; below, scatterings up to this one, which counts
-  std::uint32_t first = 0;  ///< 1: casters alone before; 0: it has been at such surfaces before
+  std::uint32_t first = 0;  ///< 1: casters alone before, or nothing; 0: it has been at such surfaces before
 };
 inline constexpr int kTagGroupShift = 16;
 inline constexpr std::uint32_t kMostScatterings = (1u << kTagGroupShift) - 1;  ///< of a photon

@@ -31,12 +31,12 @@ std::uint32_t default_photons(const CompiledScene& scene) {
 }
 
 LightSide::LightSide(const CompiledScene& scene, const LightSideSettings& settings)
-    : scene_(scene), settings_(settings), source_(photon_source(scene)) {
+    : scene_(scene), settings_(settings), source_(photon_source(scene, settings.followed)) {
   if (settings_.photons == 0) {
     settings_.photons = default_photons(scene);
   }
   if (settings_.radius == 0) {
-    settings_.radius = kDefaultRadius;
+    settings_.radius = default_radius(settings_.followed);
   }
   settings_.max_bounces = std::min(settings_.max_bounces, kMostScatterings);
 }
@@ -47,27 +47,34 @@ std::shared_ptr<const LightPass> LightSide::trace(std::uint64_t sample, RenderCo
   const std::uint32_t seed = pixel_seed(settings_.seed, static_cast<std::uint32_t>(sample >> 1), 0x70686f74u,
                                         static_cast<std::uint32_t>(sample & 1));
   Traced traced = trace_photons(
-      scene_, source_, {settings_.photons, seed, settings_.max_bounces, LightPass::kLater * per_length}, counters);
+      scene_, source_,
+      {settings_.photons, seed, settings_.max_bounces, settings_.followed, LightPass::kLater * per_length}, counters);
   auto pass = std::make_shared<LightPass>();
   pass->deposits = std::move(traced.deposits);
   pass->meters = std::move(traced.meters);
   pass->radius_per_length = per_length;
+  pass->followed = settings_.followed;
   if (pass->deposits.empty()) {
     return pass;
   }
   std::vector<std::uint32_t> first, later;
-  double distances = 0;
+  const bool all = settings_.followed == Followed::all_light;
+  double sum = 0;
   for (std::uint32_t i = 0; i < pass->deposits.size(); ++i) {
-    (pass->deposits[i].first == 1 ? first : later).push_back(i);
-    distances += glm::length(pass->deposits[i].point - scene_.camera().eye);
+    (all || pass->deposits[i].first == 1 ? first : later).push_back(i);
+    const double distance = glm::length(pass->deposits[i].point - scene_.camera().eye);
+    sum += all ? 1 / (distance + 1e-30) : distance;
   }
-  const auto typical =
-      std::max(static_cast<float>(per_length * distances / static_cast<double>(pass->deposits.size())), 0x1p-60f);
+  // All light goes far out over planes without end: not to make what is near coarse, its mean is the harmonic one.
+  const auto count = static_cast<double>(pass->deposits.size());
+  const auto typical = std::max(static_cast<float>(per_length * (all ? count / sum : sum / count)), 0x1p-60f);
   pass->least = typical / 4;
   pass->most = typical * 4;
   pass->first = DepositMap(pass->deposits, first, 2 * typical);
   pass->later = DepositMap(pass->deposits, later, 2 * LightPass::kLater * typical);
-  pass->splats = FilmSplats(scene_, pass->deposits, seed);
+  if (!all) {
+    pass->splats = FilmSplats(scene_, pass->deposits, seed);
+  }
   return pass;
 }
 

@@ -1,4 +1,5 @@
-// The light side of `caustic`: passes of photons, one a sample index, and the memory of those that were needed last.
+// The light side of `caustic` and `ppm`: passes of photons, one a sample index, and the memory of those that were
+// needed last.
 #pragma once
 
 #include <list>
@@ -18,7 +19,8 @@ struct LightPass {
   std::vector<Deposit> deposits;
   FilmSplats splats;
   std::vector<std::vector<MeterHit>> meters;
-  DepositMap first, later;            ///< deposits after casters alone, and the others
+  Followed followed = Followed::caustics;
+  DepositMap first, later;            ///< deposits after casters alone, and the others; of all light, all are first
   float radius_per_length = 0;        ///< of gathers among the first ones, by the length of the way from the eye
   float least = 0, most = 0;          ///< limits of these radii
   static constexpr float kLater = 4;  ///< radii among the others, in those among the first
@@ -29,9 +31,12 @@ struct LightSideSettings {
   std::uint64_t seed = 0;
   std::uint32_t max_bounces = 0;
   std::uint32_t photons = 0;  ///< of a pass; 0: default_photons
-  double radius = 0;          ///< of gathers in the first pass, in pixels; 0: kDefaultRadius
+  double radius = 0;          ///< of gathers in the first pass, in pixels; 0: default_radius
+  Followed followed = Followed::caustics;
 };
-inline constexpr double kDefaultRadius = 1.5;
+constexpr double default_radius(Followed followed) {
+  return followed == Followed::caustics ? 1.5 : 3;
+}
 /// One for so many pixels of the film, within limits.
 std::uint32_t default_photons(const CompiledScene& scene);
 

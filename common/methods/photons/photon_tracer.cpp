@@ -53,7 +53,9 @@ class Tracer {
       if (!source_.media_low.empty()) {
         media = {gather(source_.media_low.data(), p.light, lanes), gather(source_.media_high.data(), p.light, lanes)};
       }
-      const U8 tag = scene_.lights().group(p.light, lanes) << kTagGroupShift;
+      const M8 sampled = lanes & signed_less(p.light, U8(static_cast<std::uint32_t>(scene_.lights().size())));
+      const U8 group = select(sampled, scene_.lights().group(p.light, sampled), U8(scene_.environment_group()));
+      const U8 tag = group << kTagGroupShift;
       now_.push(lanes, {p.origin, p.direction, p.power * F8(1.0f / static_cast<float>(plan_.photons)),
                         F8(static_cast<float>(plan_.photons)) / largest, index, tag, U8(0u), media});
     }
@@ -65,13 +67,13 @@ class Tracer {
     const Surface8 surface = scene_.surface(arrival.rays, arrival.hits);
     if (!out_.meters.empty()) {
       const F8 way = select(arrival.hits.hit, dot(surface.point - photon.origin, photon.direction), rays.max_distance);
-      cross_meters(photon, and_not(lanes, photon.met == U8(0u)), way);
+      cross_meters(photon, and_not(lanes, others_light(photon)), way);
     }
     if (vertex > plan_.max_bounces) {
       return;
     }
     const M8 casters = scene_.materials().casters(surface.material, arrival.hits.hit);
-    const M8 stays = and_not(and_not(arrival.hits.hit, casters), photon.met == U8(0u));
+    const M8 stays = and_not(and_not(arrival.hits.hit, casters), others_light(photon));
     if ((casters | stays).none()) {
       return;
     }
@@ -92,6 +94,11 @@ class Tracer {
         }
       });
     });
+  }
+
+  /// Of caustics alone, those that have met nothing yet are what others find.
+  M8 others_light(const Photon8& photon) const {
+    return plan_.followed == Followed::caustics ? photon.met == U8(0u) : M8();
   }
 
   struct Place {
@@ -164,7 +171,7 @@ class Tracer {
     for (auto bits = static_cast<unsigned>(lanes.bits()); bits != 0; bits &= bits - 1) {
       const int i = std::countr_zero(bits);
       out_.deposits.push_back(
-          {point[i], wi[i], power[i], normal[i], geometry[i], primitive[i], tag[i], met[i] == 1 ? 1u : 0u});
+          {point[i], wi[i], power[i], normal[i], geometry[i], primitive[i], tag[i], met[i] < 2 ? 1u : 0u});
     }
   }
 
@@ -241,10 +248,16 @@ void add_media(const CompiledScene& scene, const Lights& lights, double off, Pho
 
 }  // namespace
 
-PhotonSource photon_source(const CompiledScene& scene) {
+PhotonSource photon_source(const CompiledScene& scene, Followed followed) {
   const CausticPlaces& places = scene.caustic_places();
   const LightTable& lights = scene.lights();
-  PhotonSource source{PhotonEmission(lights, places.casters, places.planes, places.scene, false), {}, {}};
+  const bool all = followed == Followed::all_light;
+  BoundingSphere everything = places.scene;
+  if (!places.planes.empty()) {
+    everything.radius = std::numeric_limits<double>::infinity();
+  }
+  const std::span<const BoundingSphere> targets = all ? std::span(&everything, 1) : std::span(places.casters);
+  PhotonSource source{PhotonEmission(lights, targets, places.planes, places.scene, all), {}, {}};
   if (scene.features().media && !source.emission.empty()) {
     constexpr double kOnSphere = 0.57736;  // the box around a sphere of radius 1 is 2·√3 long: half of that, inverted
     add_media(scene, lights.facets, 1e-5, source);
@@ -253,8 +266,8 @@ PhotonSource photon_source(const CompiledScene& scene) {
     add_media(scene, lights.spots, 0, source);
     add_media(scene, lights.cosine_powers, 0, source);
     add_media(scene, lights.ies, 0, source);
-    source.media_low.resize(lights.size(), 0);
-    source.media_high.resize(lights.size(), 0);
+    source.media_low.resize(lights.size() + 1, 0);  // an environment that is not sampled comes after the lights
+    source.media_high.resize(lights.size() + 1, 0);
   }
   return source;
 }

@@ -1,4 +1,4 @@
-// Follows light from its sources over casters to where it stays: the deposits of one pass.
+// Follows light from its sources to where it stays: the deposits of one pass.
 #pragma once
 
 #include <vector>
@@ -21,19 +21,27 @@ struct Traced {
   std::vector<std::vector<MeterHit>> meters;  ///< one entry a meter of the scene
 };
 
-/// What photons start from, for all passes of a scene: all that next-event estimation samples. An environment that it
-/// does not sample, and surfaces that it does not, are the camera side's.
+/// Which light photons are to bring.
+enum class Followed {
+  caustics,   ///< what meets casters first, and then another surface: photons are aimed at the casters
+  all_light,  ///< that surfaces receive: photons go wherever something may be
+};
+
+/// What photons start from, for all passes of a scene: all that next-event estimation samples; of all light the
+/// environment too, whether it is sampled or not. Surfaces that are not sampled send none. For caustics what is left
+/// out so is the camera side's.
 struct PhotonSource {
   PhotonEmission emission;
   std::vector<std::uint32_t> media_low, media_high;  ///< by light: the media that its light starts in; empty: none
 };
 /// Media of lights that have a place are those at its middle; of others there are none.
-PhotonSource photon_source(const CompiledScene& scene);
+PhotonSource photon_source(const CompiledScene& scene, Followed followed);
 
 struct PassPlan {
   std::uint32_t photons = 0;
   std::uint32_t seed = 0;  ///< of the pass
   std::uint32_t max_bounces = 0;
+  Followed followed = Followed::caustics;
   float point_meter_radius_per_distance =
       0;  ///< of the disc that a point's irradiance is measured on, by its distance from the eye
 };

@@ -19,11 +19,16 @@ constexpr std::array kMethods{
     Entry{"path", "brute-force", "all light", true, true},
     Entry{"caustic", "photons=N, radius=C, brute-force", "all light, with photons for what mirrors and glass cast",
           true, true},
+    Entry{"ppm", "photons=N, radius=C, brute-force", "all light by photons, to check the others", true, true},
     Entry{"preview", "brute-force", "flat colours", false, false},
     Entry{"ao", "distance=D, brute-force", "how open the surroundings are", false, false},
     Entry{"raycast", "flat, brute-force", "what is seen first, lit with hard shadows", true, false},
     Entry{"whitted", "glass=R, flat, brute-force", "the same through mirrors and glass", true, true},
 };
+
+bool follows_photons(std::string_view name) {
+  return name == "caustic" || name == "ppm";
+}
 
 const Entry* find_method(std::string_view name) {
   const auto* const entry = std::ranges::find(kMethods, name, &Entry::name);
@@ -115,7 +120,7 @@ bool method_bounces(std::string_view name) {
 std::uint32_t shared_samples(const MethodSpec& method) {
   // Of a photon, deposits and all that finds them: what rooms full of glass and mirrors leave.
   constexpr std::uint64_t kBytesPerPhoton = 512, kMostSamples = 32, kDefaultPhotonsAtMost = 65536;
-  if (method.name != "caustic") {
+  if (!follows_photons(method.name)) {
     return 0;
   }
   const std::uint64_t pass = method.photons.value_or(kDefaultPhotonsAtMost) * kBytesPerPhoton;
@@ -143,9 +148,9 @@ Status check_max_bounces(std::string_view method, std::uint32_t max_bounces) {
 }
 
 Status check_method_media(std::string_view method, bool scattering) {
-  return method != "caustic" || !scattering
+  return !follows_photons(method) || !scattering
              ? ok_status()
-             : invalid_argument("caustic does not follow light through media that scatter: path finds it");
+             : invalid_argument("{} does not follow light through media that scatter: path finds it", method);
 }
 
 Result<MethodSpec> parse_method(std::string_view text) {

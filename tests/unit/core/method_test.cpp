@@ -114,6 +114,8 @@ INSTANTIATE_TEST_SUITE_P(
     ::testing::Values(MethodCase{"path", {}}, MethodCase{"preview", {}}, MethodCase{"caustic:photons=3000", {}},
                       MethodCase{"caustic:photons=2000,radius=3",
                                  {"direct", "indirect", "caustic", "albedo", "normal", "depth", "id"}},
+                      MethodCase{"ppm:photons=3000", {}},
+                      MethodCase{"ppm:photons=1000,radius=8", {"albedo", "normal", "depth", "id"}},
                       MethodCase{"ao:distance=100", {"albedo", "depth"}}, MethodCase{"raycast", {}},
                       MethodCase{"whitted", {}}, MethodCase{"whitted:glass=0.3", {"albedo", "normal", "depth", "id"}},
                       MethodCase{"raycast:flat", {"albedo", "normal", "depth", "id"}},
@@ -130,7 +132,7 @@ TEST(Method, AnUnknownNameIsRefusedWithTheKnownOnes) {
   ASSERT_TRUE(compiled.ok());
   const auto method = make_method(*compiled, {"pathh", 0, 0});
   EXPECT_EQ(message_of(method.status()),
-            "unknown method 'pathh'; the methods are auto, path, caustic, preview, ao, raycast, whitted");
+            "unknown method 'pathh'; the methods are auto, path, caustic, ppm, preview, ao, raycast, whitted");
 }
 
 TEST(Method, ParametersAreCheckedByName) {
@@ -166,6 +168,7 @@ TEST(Method, ParametersAreCheckedByName) {
 TEST(Method, RangesOfSharedSamplesFitWhatIsHeld) {
   EXPECT_EQ(shared_samples(*parse_method("path")), 0u);
   EXPECT_EQ(shared_samples(*parse_method("caustic:photons=1000")), 32u);
+  EXPECT_EQ(shared_samples(*parse_method("ppm:photons=1000")), 32u);
   EXPECT_EQ(shared_samples(*parse_method("caustic")), 8u);  // 65536 photons at most
   EXPECT_EQ(shared_samples(*parse_method("caustic:photons=4000000")), 1u);
 }

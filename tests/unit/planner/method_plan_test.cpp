@@ -178,6 +178,26 @@ TEST(Admit, EveryMethodHasAVerdict) {
   }
 }
 
+TEST(Admit, PpmFindsAllThatPhotonsCanStartFrom) {
+  const auto admitted = [](const std::vector<Material>& materials, const std::vector<Light>& lights) {
+    return admit(read_facts(scene_of(materials, lights)), "ppm").admitted;
+  };
+  EXPECT_TRUE(admitted({kWhite, kGlass, kMirror, lamp()}, {kBulb, kSun}));
+  EXPECT_TRUE(admitted({kWhite, lacquer(0)}, {kBulb})) << "it gathers beside single directions";
+  EXPECT_NE(admit(read_facts(scene_of({kWhite, lacquer(0)}, {kBulb})), "path").reason.find("ppm"), std::string::npos);
+  Material milk = kGlass;
+  milk.interior.scattering = {1, 1, 1};
+  EXPECT_FALSE(admitted({milk}, {kBulb}));
+  Scene scene = scene_of({kWhite, lamp()}, {kBulb});
+  scene.objects[0].shape = PlaneShape{};
+  EXPECT_TRUE(admit(read_facts(scene), "ppm").admitted);
+  scene.lights.push_back(kSun);
+  EXPECT_FALSE(admit(read_facts(scene), "ppm").admitted) << "the sun shines on all of the plane";
+  scene.lights.pop_back();
+  std::swap(scene.objects[0].shape, scene.objects[1].shape);
+  EXPECT_NE(admit(read_facts(scene), "ppm").reason.find("no photons start at"), std::string::npos);
+}
+
 TEST(Plan, AMethodAskedForByNameStays) {
   const SceneFacts facts = read_facts(scene_of({kWhite, kGlass}, {kBulb}));
   for (const char* method : {"path", "whitted:flat,glass=0.1", "ao:distance=2"}) {
