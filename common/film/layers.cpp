@@ -121,7 +121,7 @@ Status check_light_groups(const std::vector<LayerSpec>& layers, std::span<const 
 }
 
 bool method_reads_meters(std::string_view method) {
-  return method_follows_all_light(method);
+  return method_follows_all_light(method) || method == "ppm";
 }
 
 NodeLayout::NodeLayout(const std::vector<LayerSpec>& layers) : summed(0) {
