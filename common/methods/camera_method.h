@@ -19,7 +19,9 @@ struct CameraHit8 {
   std::uint32_t index;  ///< point of its sequences; decisions are numbered from kFirstPathDecision
 };
 
-/// `Shader` is immutable and has `V8 shade(const CameraHit8&, RenderCounters&) const`: radiance in the lanes.
+/// `Shader` is immutable and has `V8 shade(const CameraHit8&, RenderCounters&) const`: radiance in the lanes. What else
+/// a sample of a tile shows is added by `add(const PixelRect& tile, float* planes, RenderCounters&) const`, if it has
+/// such: to three planes of one value a pixel.
 template <class Shader>
 class CameraMethod final : public Method {
  public:
@@ -43,6 +45,9 @@ class CameraMethod final : public Method {
       ws.radiance.assign(channels_.layout.summed * pixels, 0.0f);
       ws.first.assign(sample < kFirstSamples ? channels_.layout.first_values(1) * pixels : 0, 0.0f);
       render_sample(tile, static_cast<std::uint32_t>(sample >> 1), pixels, ws);
+      if constexpr (requires { shader_.add(tile, ws.radiance.data(), ws.counters); }) {
+        shader_.add(tile, ws.radiance.data(), ws.counters);
+      }
       ws.sums.add(ws.radiance, ws.first);
     }
     ws.counters.samples += pixels * range.count();

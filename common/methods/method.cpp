@@ -3,6 +3,7 @@
 #include "common/base/check.h"
 #include "common/methods/ao/ao_method.h"
 #include "common/methods/path/path_method.h"
+#include "common/methods/photons/photon_dots.h"
 #include "common/methods/preview/preview_method.h"
 #include "common/methods/raycast/raycast_method.h"
 #include "common/methods/spec/method_spec.h"
@@ -19,13 +20,15 @@ Result<std::unique_ptr<Method>> make_method(std::shared_ptr<const CompiledScene>
   if (spec.name == "path") {
     return make_path_method(std::move(scene), settings);
   }
+  LM_RETURN_IF_ERROR(check_method_media(spec.name, scene->features().media && scene->media().scatters()));
   if (spec.name == "caustic") {
-    LM_RETURN_IF_ERROR(check_method_media(spec.name, scene->features().media && scene->media().scatters()));
     return make_caustic_method(std::move(scene), settings, spec);
   }
   if (spec.name == "ppm") {
-    LM_RETURN_IF_ERROR(check_method_media(spec.name, scene->features().media && scene->media().scatters()));
     return make_ppm_method(std::move(scene), settings, spec);
+  }
+  if (spec.name == "photon-dots") {
+    return make_photon_dots_method(std::move(scene), settings, spec);
   }
   if (spec.name == "preview") {
     return make_preview_method(std::move(scene), settings);

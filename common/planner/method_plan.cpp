@@ -111,6 +111,9 @@ Verdict admit(const SceneFacts& facts, std::string_view method) {
   if (name == "ppm") {
     return admit_ppm(facts);
   }
+  if (name == "photon-dots") {
+    return {"photon-dots", false, "it shows where photons arrive, as points, and no light"};
+  }
   if (name == "raycast" || name == "whitted") {
     return admit_simple(facts, name);
   }

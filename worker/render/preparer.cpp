@@ -4,15 +4,17 @@
 #include "common/image/read/read_image.h"
 #include "common/methods/spec/method_spec.h"
 #include "common/planner/pilot.h"
+#include "common/scene/absorption.h"
 #include "common/wire/scene_proto.h"
 
 namespace lightmill {
 namespace {
 
 /// The parts of the settings that decide what is compiled.
-Sha256 scene_key(const RenderSettings& settings, bool brute_force) {
+Sha256 scene_key(const RenderSettings& settings, const MethodSpec& method) {
   Sha256Hasher hasher;
-  hasher.append(fmt::format("{}x{} {} ", settings.width, settings.height, brute_force ? "brute-force" : ""));
+  hasher.append(fmt::format("{}x{} {} {} ", settings.width, settings.height, method.brute_force ? "brute-force" : "",
+                            method.no_absorption ? "no-absorption" : ""));
   hasher.append(settings.scene);
   return hasher.finish();
 }
@@ -93,7 +95,7 @@ Result<PreparedJob> Preparer::prepare(const JobDescription& description) {
 
 Result<std::shared_ptr<const CompiledScene>> Preparer::compiled(const RenderSettings& settings) {
   LM_ASSIGN_OR_RETURN(const MethodSpec method, parse_method(settings.method));
-  const Sha256 key = scene_key(settings, method.brute_force);
+  const Sha256 key = scene_key(settings, method);
   if (std::shared_ptr<const CompiledScene> known = scenes_.find(key); known != nullptr) {
     return known;
   }
@@ -101,6 +103,9 @@ Result<std::shared_ptr<const CompiledScene>> Preparer::compiled(const RenderSett
   LM_ASSIGN_OR_RETURN(Scene document, unpack_scene(settings.scene));
   document.film.width = settings.width;
   document.film.height = settings.height;
+  if (method.no_absorption) {
+    remove_absorption(document);
+  }
   LM_ASSIGN_OR_RETURN(std::shared_ptr<const CompiledScene> scene,
                       CompiledScene::compile(document, [this](const Sha256& digest) { return assets_.get(digest); },
                                              read_image, {method.brute_force}));

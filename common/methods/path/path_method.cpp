@@ -89,7 +89,7 @@ std::unique_ptr<Method> make_with_light_side(std::shared_ptr<const CompiledScene
                                              const MethodSpec& spec, photons::Followed followed) {
   auto light_side = std::make_unique<const photons::LightSide>(
       *scene, photons::LightSideSettings{settings.seed, bounce_limit(settings), spec.photons.value_or(0),
-                                         spec.radius.value_or(0), followed});
+                                         spec.radius.value_or(0), followed, followed == photons::Followed::caustics});
   if (light_side->empty()) {
     light_side = nullptr;
   }

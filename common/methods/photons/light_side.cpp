@@ -54,6 +54,8 @@ std::shared_ptr<const LightPass> LightSide::trace(std::uint64_t sample, RenderCo
   pass->meters = std::move(traced.meters);
   pass->radius_per_length = per_length;
   pass->followed = settings_.followed;
+  const double photons = std::max<std::uint32_t>(traced.started, 1);
+  pass->photon_power = static_cast<float>((traced.power.x + traced.power.y + traced.power.z) / (3 * photons));
   if (pass->deposits.empty()) {
     return pass;
   }
@@ -72,7 +74,7 @@ std::shared_ptr<const LightPass> LightSide::trace(std::uint64_t sample, RenderCo
   pass->most = typical * 4;
   pass->first = DepositMap(pass->deposits, first, 2 * typical);
   pass->later = DepositMap(pass->deposits, later, 2 * LightPass::kLater * typical);
-  if (!all) {
+  if (settings_.splats) {
     pass->splats = FilmSplats(scene_, pass->deposits, seed);
   }
   return pass;

@@ -20,6 +20,7 @@ struct LightPass {
   FilmSplats splats;
   std::vector<std::vector<MeterHit>> meters;
   Followed followed = Followed::caustics;
+  float photon_power = 0;             ///< the mean of photons as they start, and of the channels
   DepositMap first, later;            ///< deposits after casters alone, and the others; of all light, all are first
   float radius_per_length = 0;        ///< of gathers among the first ones, by the length of the way from the eye
   float least = 0, most = 0;          ///< limits of these radii
@@ -33,6 +34,7 @@ struct LightSideSettings {
   std::uint32_t photons = 0;  ///< of a pass; 0: default_photons
   double radius = 0;          ///< of gathers in the first pass, in pixels; 0: default_radius
   Followed followed = Followed::caustics;
+  bool splats = true;  ///< are to be found
 };
 constexpr double default_radius(Followed followed) {
   return followed == Followed::caustics ? 1.5 : 3;

@@ -49,6 +49,11 @@ class Tracer {
                                 decide(index, seed, 0, bsdf_decision(0)));
       const F8 largest = max_component(p.power);
       const M8 lanes = first_lanes(static_cast<int>(last - i)) & p.valid & (largest > F8(0.0f));
+      const VectorLanes powers(p.power);
+      for (auto bits = static_cast<unsigned>(lanes.bits()); bits != 0; bits &= bits - 1) {
+        out_.power += Vec3d(powers[std::countr_zero(bits)]) * (1.0 / plan_.photons);
+        ++out_.started;
+      }
       Media8 media;
       if (!source_.media_low.empty()) {
         media = {gather(source_.media_low.data(), p.light, lanes), gather(source_.media_high.data(), p.light, lanes)};

@@ -19,6 +19,8 @@ struct MeterHit {
 struct Traced {
   std::vector<Deposit> deposits;
   std::vector<std::vector<MeterHit>> meters;  ///< one entry a meter of the scene
+  Vec3d power{0};                             ///< of all photons as they start, together
+  std::uint32_t started = 0;                  ///< those that carry any
 };
 
 /// Which light photons are to bring.

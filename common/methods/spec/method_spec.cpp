@@ -17,9 +17,12 @@ struct Entry {
 constexpr std::array kMethods{
     Entry{kAutoMethod, "brute-force", "what finds all of the scene's light at the least cost", true, true},
     Entry{"path", "brute-force", "all light", true, true},
-    Entry{"caustic", "photons=N, radius=C, brute-force", "all light, with photons for what mirrors and glass cast",
-          true, true},
-    Entry{"ppm", "photons=N, radius=C, brute-force", "all light by photons, to check the others", true, true},
+    Entry{"caustic", "photons=N, radius=C, no-absorption, brute-force",
+          "all light, with photons for what mirrors and glass cast", true, true},
+    Entry{"ppm", "photons=N, radius=C, no-absorption, brute-force", "all light by photons, to check the others", true,
+          true},
+    Entry{"photon-dots", "photons=N, caustic, no-absorption, brute-force", "where photons arrive, as points", true,
+          true},
     Entry{"preview", "brute-force", "flat colours", false, false},
     Entry{"ao", "distance=D, brute-force", "how open the surroundings are", false, false},
     Entry{"raycast", "flat, brute-force", "what is seen first, lit with hard shadows", true, false},
@@ -27,7 +30,7 @@ constexpr std::array kMethods{
 };
 
 bool follows_photons(std::string_view name) {
-  return name == "caustic" || name == "ppm";
+  return name == "caustic" || name == "ppm" || name == "photon-dots";
 }
 
 const Entry* find_method(std::string_view name) {
@@ -57,14 +60,23 @@ bool takes(const Entry& entry, std::string_view key) {
   return false;
 }
 
+/// What parameters without a value set.
+bool* word_of(std::string_view key, MethodSpec& spec) {
+  return key == "brute-force"     ? &spec.brute_force
+         : key == "flat"          ? &spec.flat
+         : key == "caustic"       ? &spec.caustic
+         : key == "no-absorption" ? &spec.no_absorption
+                                  : nullptr;
+}
+
 Status set_parameter(const Entry& entry, std::string_view text, MethodSpec& spec) {
   const std::size_t equals = text.find('=');
   const std::string_view key = text.substr(0, equals);
   if (!takes(entry, key)) {
     return invalid_argument("{} takes {}; got '{}'", entry.name, entry.parameters, text);
   }
-  if (key == "brute-force" || key == "flat") {
-    (key == "flat" ? spec.flat : spec.brute_force) = true;
+  if (bool* const word = word_of(key, spec)) {
+    *word = true;
     return equals == std::string_view::npos ? ok_status()
                                             : invalid_argument("{} is a word of its own, got '{}'", key, text);
   }

@@ -19,6 +19,10 @@ struct MethodSpec {
   std::optional<double> distance;
   /// `flat`: surfaces are shaded with their geometric normals.
   bool flat = false;
+  /// `no-absorption`: what fills shapes lets all light pass.
+  bool no_absorption = false;
+  /// `caustic`: of photons, only those that have met casters first.
+  bool caustic = false;
   /// `glass=R`: what smooth glass reflects, instead of what Fresnel's equations say.
   std::optional<double> glass;
   /// `photons=N`: of a pass, one a sample index; nothing: one for sixteen pixels of the film, 4096 to 65536.

@@ -79,7 +79,7 @@ TEST(Layers, BoundariesThatLightDoesNotNoticeAreNotShown) {
         (with_shell ? shell : "") +
         R"(], "lights": [{"point": {"position": [0, 3, 4], "intensity": {"rgb": [9, 9, 9]}}}]})");
   };
-  for (const char* method : {"path", "caustic", "ppm", "preview", "ao", "raycast", "whitted"}) {
+  for (const char* method : {"path", "caustic", "preview", "ao", "raycast", "whitted"}) {
     const Layers plain = render(scene(false), {"albedo", "normal", "depth", "id"}, {2, 0}, method);
     const Layers shelled = render(scene(true), {"albedo", "normal", "depth", "id"}, {2, 0}, method);
     ASSERT_EQ(plain.values.size(), shelled.values.size());

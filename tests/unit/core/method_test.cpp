@@ -116,6 +116,8 @@ INSTANTIATE_TEST_SUITE_P(
                                  {"direct", "indirect", "caustic", "albedo", "normal", "depth", "id"}},
                       MethodCase{"ppm:photons=3000", {}},
                       MethodCase{"ppm:photons=1000,radius=8", {"albedo", "normal", "depth", "id"}},
+                      MethodCase{"photon-dots:photons=3000", {}},
+                      MethodCase{"photon-dots:caustic,photons=3000", {"albedo", "normal", "depth", "id"}},
                       MethodCase{"ao:distance=100", {"albedo", "depth"}}, MethodCase{"raycast", {}},
                       MethodCase{"whitted", {}}, MethodCase{"whitted:glass=0.3", {"albedo", "normal", "depth", "id"}},
                       MethodCase{"raycast:flat", {"albedo", "normal", "depth", "id"}},
@@ -123,7 +125,9 @@ INSTANTIATE_TEST_SUITE_P(
                       MethodCase{"preview", {"albedo", "normal", "depth", "id"}}),
     [](const auto& info) {
       const std::string& name = info.param.name;
-      return name.substr(0, name.find(':')) + std::to_string(info.param.layers.size());
+      std::string word = name.substr(0, name.find(':'));
+      std::erase(word, '-');
+      return word + std::to_string(info.param.layers.size());
     });
 
 TEST(Method, AnUnknownNameIsRefusedWithTheKnownOnes) {
@@ -131,8 +135,9 @@ TEST(Method, AnUnknownNameIsRefusedWithTheKnownOnes) {
   auto compiled = CompiledScene::compile(scene.scene(), scene.assets());
   ASSERT_TRUE(compiled.ok());
   const auto method = make_method(*compiled, {"pathh", 0, 0});
-  EXPECT_EQ(message_of(method.status()),
-            "unknown method 'pathh'; the methods are auto, path, caustic, ppm, preview, ao, raycast, whitted");
+  EXPECT_EQ(
+      message_of(method.status()),
+      "unknown method 'pathh'; the methods are auto, path, caustic, ppm, photon-dots, preview, ao, raycast, whitted");
 }
 
 TEST(Method, ParametersAreCheckedByName) {
@@ -157,6 +162,10 @@ TEST(Method, ParametersAreCheckedByName) {
   EXPECT_EQ(parse_method("caustic:photons=5000,radius=0.5")->photons, 5000u);
   EXPECT_EQ(parse_method("caustic:photons=5000,radius=0.5")->radius, 0.5);
   EXPECT_EQ(parse_method("caustic")->photons, std::nullopt);
+  EXPECT_TRUE(parse_method("ppm:no-absorption,photons=9")->no_absorption);
+  EXPECT_TRUE(parse_method("photon-dots:caustic")->caustic);
+  EXPECT_EQ(message_of(parse_method("photon-dots:radius=1").status()),
+            "photon-dots takes photons=N, caustic, no-absorption, brute-force; got 'radius=1'");
   EXPECT_EQ(message_of(parse_method("caustic:photons=0").status()),
             "photons: a number from 1 to 4194304 is expected, got '0'");
   EXPECT_EQ(message_of(parse_method("caustic:photons=1.5").status()), "photons: a whole number is expected, got '1.5'");
