@@ -112,14 +112,21 @@ std::string error_text(const v1::Job& job) {
   return percent >= 9.95 ? fmt::format("±{:.0f}%", percent) : fmt::format("±{:.2g}%", percent);
 }
 
+std::string method_name(const v1::Job& job) {
+  const auto& candidates = job.method_notes().candidates();
+  return candidates.empty() ? job.method() : fmt::format("{}", fmt::join(candidates, " or "));
+}
+
 std::string method_text(const v1::Job& job) {
-  return job.method() + (job.method_notes().notices().empty() ? "" : " !");
+  return method_name(job) + (job.method_notes().notices().empty() ? "" : " !");
 }
 
 std::vector<std::string> method_lines(const v1::Job& job) {
   std::vector<std::string> lines;
   if (job.method_notes().chosen()) {
-    lines.push_back(fmt::format("method {}: {}", job.method(), fmt::join(job.method_notes().reasons(), "; ")));
+    const bool open = !job.method_notes().candidates().empty();
+    lines.push_back(fmt::format("method {}: {}", method_name(job), fmt::join(job.method_notes().reasons(), "; ")) +
+                    (open ? "; a pilot picks one" : ""));
   }
   for (const std::string& notice : job.method_notes().notices()) {
     lines.push_back("note: " + notice);

@@ -119,7 +119,7 @@ void add_render_options(CLI::App& command, RenderOptions& options) {
       .add_option(
           "--layers", options.layers,
           "further layers for the EXR: direct, indirect, caustic, albedo, normal, depth, id, and light:NAME for a "
-          "light group; path has all but caustic, other methods than these two albedo, normal, depth and id")
+          "light group; auto and path have all but caustic, other methods than these two albedo, normal, depth and id")
       ->type_name("A,B,...");
   command
       .add_option("--max-bounces", options.max_bounces,

@@ -16,7 +16,7 @@ namespace lightmill::cli {
 /// As typed; parsed by make_job.
 struct RenderOptions {
   SceneOptions scene;
-  std::string size, crop, seconds, error, method = "path", layers, name, owner;
+  std::string size, crop, seconds, error, method = "auto", layers, name, owner;
   std::uint64_t samples = 0;  ///< 0: not given
   std::uint64_t seed = 0;
   std::uint32_t max_bounces = 0;

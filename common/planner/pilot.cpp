@@ -1,26 +1,23 @@
 #include "common/planner/pilot.h"
 
 #include <algorithm>
+#include <bit>
+#include <cmath>
 
 #include "common/methods/method.h"
+#include "common/methods/spec/method_spec.h"
+#include "common/planner/counted_cost.h"
 
 namespace lightmill {
 namespace {
 
 constexpr int kPatchSide = 8;        ///< pixels
 constexpr int kPatchesAcross = 8;    ///< at most, either way
-constexpr std::uint32_t kLevel = 4;  ///< log2 of a batch's samples
-/// From sample 64 on methods do as in long renders (roulette, splitting); the batches are the next two ranges of 16.
-constexpr std::uint32_t kFirstBatch = 4;
+constexpr std::uint32_t kLevel = 3;  ///< log2 of a batch's samples
+/// From sample 64 on methods do as in long renders (roulette, splitting); the batches are the next two ranges of 8.
+constexpr std::uint32_t kFirstBatch = 8;
 constexpr std::uint64_t kPilotSeed = 0x9e3779b97f4a7c15u;  ///< any constant
-/// A photon's ray with what follows from it (deposits, their map and splats), in rays of camera paths; and workers do
-/// the same passes, each for its own tiles.
-constexpr double kSharedWork = 3;
-constexpr double kRelativeFloor = 0.01;  ///< as in relMSE
-
-CountedWork work_of(const RenderCounters& counters) {
-  return {counters.closest_hit_rays, counters.shadow_rays};
-}
+constexpr double kRelativeFloor = 0.01;                    ///< as in relMSE
 
 /// One method's means of both halves of both batches.
 struct Sampled {
@@ -28,31 +25,49 @@ struct Sampled {
   std::array<double, 2> cost{};
 };
 
-Sampled sample(const Method& method, std::span<const PixelRect> patches, std::int64_t frame_pixels) {
-  Sampled out;
-  for (const std::size_t batch : {0, 1}) {
-    const SampleRange range{kLevel, kFirstBatch + static_cast<std::uint32_t>(batch)};
-    const double half_count = static_cast<double>(range.count()) / 2;
-    // What a patch needs less of the second time is done once for the whole frame: photons.
-    const std::unique_ptr<Workspace> first = method.make_workspace(), again = method.make_workspace();
-    method.render(patches.front(), range, *first);
-    method.render(patches.front(), range, *again);
-    const double shared = cost_of(work_of(first->counters)) - cost_of(work_of(again->counters));
-    const std::unique_ptr<Workspace> workspace = method.make_workspace();
-    std::uint64_t pixels = 0;
-    for (const PixelRect& patch : patches) {
-      const Node node = method.render(patch, range, *workspace);
-      const std::size_t values = node.values.size() / 2;
-      for (const std::size_t half : {0, 1}) {
-        for (std::size_t i = 0; i < values; ++i) {
-          out.means[batch][half].push_back(static_cast<double>(node.values[half * values + i]) / half_count);
-        }
+/// Of samples that patches share, no more at a time than are held.
+std::uint32_t level_at_a_time(const MethodSpec& method) {
+  const std::uint32_t held = shared_samples(method);
+  return held == 0 ? kLevel : std::min(kLevel, static_cast<std::uint32_t>(std::bit_width(held) - 1));
+}
+
+/// Adds the sums of a range of all patches, patch by patch.
+void add_sums(const Method& method, std::span<const PixelRect> patches, SampleRange range, Workspace& workspace,
+              std::array<std::vector<double>, 2>& sums) {
+  std::size_t first = 0;
+  for (const PixelRect& patch : patches) {
+    const Node node = method.render(patch, range, workspace);
+    const std::size_t values = node.values.size() / 2;
+    for (const std::size_t half : {0, 1}) {
+      sums[half].resize(std::max(sums[half].size(), first + values));
+      for (std::size_t i = 0; i < values; ++i) {
+        sums[half][first + i] += static_cast<double>(node.values[half * values + i]);
       }
-      pixels += static_cast<std::uint64_t>(patch.pixel_count());
     }
-    const auto count = static_cast<double>(range.count());
-    out.cost[batch] = cost_of(work_of(workspace->counters)) / (static_cast<double>(pixels) * count) +
-                      kSharedWork * shared / (static_cast<double>(frame_pixels) * count);
+    first += values;
+  }
+}
+
+Sampled sample(const Method& method, const MethodSpec& spec, std::span<const PixelRect> patches,
+               std::int64_t film_pixels) {
+  constexpr double kCount = 1u << kLevel;
+  const std::uint32_t level = level_at_a_time(spec), pieces = 1u << (kLevel - level);
+  std::int64_t pixels = 0;
+  for (const PixelRect& patch : patches) {
+    pixels += patch.pixel_count();
+  }
+  Sampled out;
+  for (const std::uint32_t batch : {0, 1}) {
+    const std::unique_ptr<Workspace> workspace = method.make_workspace();
+    for (std::uint32_t piece = 0; piece < pieces; ++piece) {
+      add_sums(method, patches, {level, (kFirstBatch + batch) * pieces + piece}, *workspace, out.means[batch]);
+    }
+    for (std::vector<double>& half : out.means[batch]) {
+      std::ranges::for_each(half, [](double& value) { value /= kCount / 2; });
+    }
+    const CountedCost cost = cost_of(workspace->counters);
+    out.cost[batch] =
+        (cost.own / static_cast<double>(pixels) + cost.shared / static_cast<double>(film_pixels)) / kCount;
   }
   return out;
 }
@@ -77,11 +92,14 @@ PilotMeasure measure(const Sampled& sampled, std::span<const double> reference) 
   out.cost = sampled.cost;
   for (const std::size_t batch : {0, 1}) {
     const std::vector<double>&a = sampled.means[batch][0], &b = sampled.means[batch][1];
+    const auto count = static_cast<double>(a.size());
     std::vector<double> relative(a.size());
     for (std::size_t i = 0; i < a.size(); ++i) {
-      // (a − b)²/4 is the variance of the batch's mean; times its samples, that of one.
-      const double variance = (a[i] - b[i]) * (a[i] - b[i]) / 4 * static_cast<double>(std::uint64_t{1} << kLevel);
-      relative[i] = variance / (reference[i] * reference[i] + kRelativeFloor);
+      const double scale = reference[i] * reference[i] + kRelativeFloor;
+      const double variance = (a[i] - b[i]) * (a[i] - b[i]) / 4 / scale;  // of the batch's mean
+      out.light[batch] += (a[i] + b[i]) / 2 / std::sqrt(scale) / count;
+      out.light_variance[batch] += variance / (count * count);
+      relative[i] = variance * static_cast<double>(std::uint64_t{1} << kLevel);
     }
     out.variance[batch] = trimmed_mean(relative);
   }
@@ -118,9 +136,10 @@ Result<PilotChoice> run_pilot(const std::shared_ptr<const CompiledScene>& scene,
   const std::vector<PixelRect> patches = pilot_patches(settings.film);
   std::vector<Sampled> sampled;
   for (const std::string& name : settings.methods) {
+    LM_ASSIGN_OR_RETURN(const MethodSpec spec, parse_method(name));
     LM_ASSIGN_OR_RETURN(const std::unique_ptr<Method> method,
                         make_method(scene, {name, settings.seed ^ kPilotSeed, settings.max_bounces}));
-    sampled.push_back(sample(*method, patches, settings.film.pixel_count()));
+    sampled.push_back(sample(*method, spec, patches, settings.film.pixel_count()));
   }
   const std::vector<double> reference = reference_of(sampled);
   std::vector<PilotMeasure> measures;

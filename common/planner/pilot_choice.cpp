@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
 #include <numeric>
 
 #include "common/base/check.h"
@@ -10,42 +11,65 @@
 namespace lightmill {
 namespace {
 
-/// Measured for eight rays at once on two boxes: a shadow ray needs not find the nearest.
-constexpr double kShadowRayCost = 0.55;
 constexpr std::size_t kTrimmedOneIn = 1000;
 
-/// How many times less work than the first method, on the batch where that is less.
-double gain_over_first(std::span<const PilotMeasure> measures, std::size_t method) {
+/// How many times less work than the simplest, on the batch where that is less.
+double gain(const PilotMeasure& simplest, const PilotMeasure& other) {
   double least = std::numeric_limits<double>::infinity();
   for (const std::size_t batch : {0, 1}) {
-    const double own = measures[method].inefficiency(batch), first = measures[0].inefficiency(batch);
+    const double own = other.inefficiency(batch), reference = simplest.inefficiency(batch);
     // What has neither noise nor cost cannot be left, nor gained by.
-    least = std::min(least, own > 0 ? first / own : first > 0 ? least : 0);
+    least = std::min(least, own > 0 ? reference / own : reference > 0 ? least : 0);
   }
   return least;
 }
 
-}  // namespace
-
-double cost_of(const CountedWork& work) {
-  return static_cast<double>(work.closest_hit_rays) + kShadowRayCost * static_cast<double>(work.shadow_rays);
+std::string compare(const std::string& simplest, const PilotMeasure& its, const std::string& other,
+                    const PilotMeasure& others) {
+  if (others.inefficiency(0) == 0 || others.inefficiency(1) == 0) {
+    return fmt::format("two pilots of {} saw no noise", other);
+  }
+  return fmt::format("to the same error {} needs {:.2g} or {:.2g} times the work of {}, by two pilots", simplest,
+                     its.inefficiency(0) / others.inefficiency(0), its.inefficiency(1) / others.inefficiency(1), other);
 }
+
+bool misses_light(const PilotMeasure& one, const PilotMeasure& other) {
+  constexpr double kDeviations = 3;
+  return std::ranges::all_of(std::array<std::size_t, 2>{0, 1}, [&](std::size_t batch) {
+    const double less = other.light[batch] - one.light[batch];
+    const double deviation = std::sqrt(one.light_variance[batch] + other.light_variance[batch]);
+    return less > kMissedLight * other.light[batch] && less > kDeviations * deviation;
+  });
+}
+
+}  // namespace
 
 PilotChoice choose(std::span<const std::string> methods, std::span<const PilotMeasure> measures) {
   LM_CHECK(!measures.empty() && methods.size() == measures.size());
   PilotChoice result;
+  std::vector<std::size_t> complete;
+  for (std::size_t i = 0; i < measures.size(); ++i) {
+    const auto richer =
+        std::ranges::find_if(measures, [&](const PilotMeasure& m) { return misses_light(measures[i], m); });
+    if (richer == measures.end()) {
+      complete.push_back(i);
+      continue;
+    }
+    const auto percent = [&](std::size_t batch) { return 100 * (1 - measures[i].light[batch] / richer->light[batch]); };
+    result.reasons.push_back(
+        fmt::format("of the light that {} found, {} missed {:.2g} or {:.2g} %, by two pilots: it meets it too rarely",
+                    methods[static_cast<std::size_t>(richer - measures.begin())], methods[i], percent(0), percent(1)));
+  }
+  // On either batch the richest method misses nothing.
+  const std::size_t simplest = complete.front();
+  result.choice = simplest;
   double best = kClearGain;
-  for (std::size_t i = 1; i < measures.size(); ++i) {
-    if (const double gain = gain_over_first(measures, i); gain > best) {
-      best = gain;
+  for (const std::size_t i : std::span(complete).subspan(1)) {
+    if (const double by = gain(measures[simplest], measures[i]); by > best) {
+      best = by;
       result.choice = i;
     }
-  }
-  for (std::size_t i = 1; i < measures.size(); ++i) {
-    result.reasons.push_back(
-        fmt::format("to the same error {} needs {:.2g} or {:.2g} times the work of {}, by two pilots", methods[0],
-                    measures[0].inefficiency(0) / measures[i].inefficiency(0),
-                    measures[0].inefficiency(1) / measures[i].inefficiency(1), methods[i]));
+    result.reasons.push_back(compare(methods[simplest], measures[simplest], methods[i], measures[i]));
   }
   return result;
 }

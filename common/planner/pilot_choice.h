@@ -10,22 +10,20 @@
 
 namespace lightmill {
 
-/// What a batch of samples has cost, counted and not timed, so that every machine counts the same.
-struct CountedWork {
-  std::uint64_t closest_hit_rays = 0;
-  std::uint64_t shadow_rays = 0;
-};
-/// In units of one closest-hit ray.
-double cost_of(const CountedWork& work);
-
 /// Of one method, by two independent batches of equally many samples.
 struct PilotMeasure {
   std::array<double, 2> variance{};  ///< relative, of one sample: trimmed mean over pixels of var/(r² + 0.01)
-  std::array<double, 2> cost{};      ///< of one sample
+  std::array<double, 2> cost{};      ///< of one sample (counted_cost.h)
+  std::array<double, 2> light{};     ///< all that was found: mean over pixels of value/√(r² + 0.01)
+  std::array<double, 2> light_variance{};
   double inefficiency(std::size_t batch) const { return variance[batch] * cost[batch]; }
 };
 
-/// A method other than the first, which is the simplest, must need this many times less work, on both batches.
+/// On both batches a method has found less light than another one by more than this share of it, and by more than three
+/// times the standard deviation of the difference (of normal distribution, that happens by chance less than twice in a
+/// million): it takes by rare chance what the other one finds, so that the variance that it shows is none to go by.
+inline constexpr double kMissedLight = 0.01;
+/// A method other than the simplest must need this many times less work, on both batches.
 inline constexpr double kClearGain = 1.2;
 
 struct PilotChoice {
@@ -33,7 +31,8 @@ struct PilotChoice {
   std::vector<std::string> reasons;  ///< what was measured, for people
 };
 
-/// One measure a method, at least one; `methods` are their names.
+/// The simplest of the methods that have not missed light, or what is clearly cheaper. One measure a method, at least
+/// one, the simplest first; `methods` are their names.
 PilotChoice choose(std::span<const std::string> methods, std::span<const PilotMeasure> measures);
 
 /// The mean of values without the worst 0.1 % of them (at least one, of more than one); reorders them.

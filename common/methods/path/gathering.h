@@ -1,6 +1,8 @@
 // Gathering the deposits of photons at vertices of camera paths: the templates of Batch, for scattering.h.
 #pragma once
 
+#include <numeric>
+
 #include "common/methods/path/batch.h"
 
 namespace lightmill::path {
@@ -56,6 +58,8 @@ void Batch::gather_from(const photons::DepositMap& map, F8 radius, const Vertex8
       most = std::max(most, ws_.found[lane].size());
     }
   }
+  ws_.counters.gathers += static_cast<std::uint64_t>(lanes.count());
+  ws_.counters.gathered += std::accumulate(std::begin(counts), std::end(counts), std::uint64_t{0});
   const F8 per_area = F8(kInvPi) / (radius * radius);
   V8 sum;
   for (std::size_t k = 0; k < most; ++k) {

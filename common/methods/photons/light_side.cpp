@@ -46,9 +46,13 @@ std::shared_ptr<const LightPass> LightSide::trace(std::uint64_t sample, RenderCo
   const auto per_length = static_cast<float>(radius * glm::length(scene_.camera().right));
   const std::uint32_t seed = pixel_seed(settings_.seed, static_cast<std::uint32_t>(sample >> 1), 0x70686f74u,
                                         static_cast<std::uint32_t>(sample & 1));
+  RenderCounters own;
   Traced traced = trace_photons(
       scene_, source_,
-      {settings_.photons, seed, settings_.max_bounces, settings_.followed, LightPass::kLater * per_length}, counters);
+      {settings_.photons, seed, settings_.max_bounces, settings_.followed, LightPass::kLater * per_length}, own);
+  counters.photons += settings_.photons;
+  counters.photon_rays += own.closest_hit_rays;
+  counters.deposits += traced.deposits.size();
   auto pass = std::make_shared<LightPass>();
   pass->deposits = std::move(traced.deposits);
   pass->meters = std::move(traced.meters);

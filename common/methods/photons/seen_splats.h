@@ -42,6 +42,7 @@ void for_each_seen(const CompiledScene& scene, const LightPass& pass, const Pixe
                    std::vector<const Splat*>& splats, RenderCounters& counters, const Take& take) {
   splats.clear();
   pass.splats.find(tile, splats);
+  counters.gathered += splats.size();
   const CameraBasis& camera = scene.camera();
   const F8 film_distance2(1.0f / glm::dot(camera.right, camera.right));
   for (std::size_t i = 0; i < splats.size(); i += 8) {

@@ -49,7 +49,7 @@ TEST_F(FarmCliTest, TheFileStatesTheHashOfItsOwnFilm) {
   EXPECT_EQ(cli::film_hash_of(*picture).hex(), picture->receipt.film_hash);
   EXPECT_EQ(picture->receipt.render_digest, job["render_digest"].get<std::string>());
   EXPECT_EQ(picture->receipt.seed, 5u);
-  EXPECT_EQ(picture->receipt.method, "path");
+  EXPECT_EQ(picture->receipt.method, job["method"].get<std::string>());
   EXPECT_EQ(picture->receipt.asset_digests.size(), 4u);
   EXPECT_EQ(picture->display, (ImageWindow{0, 0, 96, 80}));
   for (std::size_t i = 0; i < picture->pixels(); ++i) {

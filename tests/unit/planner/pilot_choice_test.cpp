@@ -9,7 +9,13 @@ const std::vector<std::string> kTwo{"path", "other"};
 
 /// One method's variance and cost, the same on both batches unless said.
 PilotMeasure measure(double variance, double cost) {
-  return {{variance, variance}, {cost, cost}};
+  return {{variance, variance}, {cost, cost}, {1, 1}, {1e-8, 1e-8}};
+}
+/// The same with other light on the two batches, known to so many standard deviations.
+PilotMeasure with_light(PilotMeasure measure, double first, double second, double deviation = 1e-4) {
+  measure.light = {first, second};
+  measure.light_variance = {deviation * deviation, deviation * deviation};
+  return measure;
 }
 std::size_t choice(std::vector<PilotMeasure> measures) {
   std::vector<std::string> names;
@@ -30,7 +36,7 @@ TEST(PilotChoice, VarianceTimesCostDecides) {
 TEST(PilotChoice, TheSimplestIsLeftOnlyForAClearGainOnBothBatches) {
   EXPECT_EQ(choice({measure(1, 1), measure(1 / (kClearGain * 0.99), 1)}), 0u);
   EXPECT_EQ(choice({measure(1, 1), measure(1 / (kClearGain * 1.01), 1)}), 1u);
-  EXPECT_EQ(choice({measure(1, 1), {{0.01, 0.9}, {1, 1}}}), 0u) << "one batch alone has no voice";
+  EXPECT_EQ(choice({measure(1, 1), {{0.01, 0.9}, {1, 1}, {1, 1}, {}}}), 0u) << "one batch alone has no voice";
 }
 
 TEST(PilotChoice, WhereNothingIsNoisyTheSimplestStays) {
@@ -40,7 +46,7 @@ TEST(PilotChoice, WhereNothingIsNoisyTheSimplestStays) {
 }
 
 TEST(PilotChoice, ReasonsSayHowMuch) {
-  const PilotChoice made = choose(kTwo, std::vector<PilotMeasure>{measure(1, 1), {{0.25, 0.2}, {1, 1}}});
+  const PilotChoice made = choose(kTwo, std::vector<PilotMeasure>{measure(1, 1), {{0.25, 0.2}, {1, 1}, {1, 1}, {}}});
   ASSERT_EQ(made.reasons.size(), 1u);
   EXPECT_NE(made.reasons[0].find("path needs 4 or 5 times the work of other"), std::string::npos) << made.reasons[0];
 }
@@ -59,10 +65,22 @@ TEST(PilotChoice, OneInAThousandIsTrimmed) {
   EXPECT_EQ(trimmed_mean(none), 0);
 }
 
-TEST(PilotChoice, CostIsCountedInRays) {
-  EXPECT_EQ(cost_of({100, 0}), 100);
-  EXPECT_GT(cost_of({100, 100}), 100);
-  EXPECT_LT(cost_of({100, 100}), 200) << "a shadow ray is less work";
+TEST(PilotChoice, WhatMissesLightIsLeftHoweverCheapItSeems) {
+  const PilotMeasure dear = measure(100, 1);
+  EXPECT_EQ(choice({with_light(measure(1, 1), 0.9, 0.95), dear}), 1u);
+  EXPECT_EQ(choice({with_light(measure(1, 1), 0.9, 0.995), dear}), 0u) << "one batch alone has no voice";
+  EXPECT_EQ(choice({with_light(measure(1, 1), 0.995, 0.995), dear}), 0u) << "so little does not matter";
+  EXPECT_EQ(choice({with_light(measure(1, 1), 0.9, 0.95, 0.02), dear}), 0u) << "it may be chance";
+  EXPECT_EQ(choice({dear, with_light(measure(1, 1), 0.9, 0.9)}), 0u);
+  EXPECT_EQ(choice({with_light(measure(1, 1), 0.9, 0.9), dear, measure(1, 1)}), 2u) << "the others are compared";
+  EXPECT_EQ(choice({with_light(measure(1, 1), 0, 0), dear}), 1u);
+}
+
+TEST(PilotChoice, ReasonsSayHowMuchLightIsMissed) {
+  const PilotChoice made = choose(kTwo, std::vector<PilotMeasure>{with_light(measure(1, 1), 0.75, 0.5), measure(1, 1)});
+  ASSERT_EQ(made.reasons.size(), 1u);
+  EXPECT_NE(made.reasons[0].find("of the light that other found, path missed 25 or 50 %"), std::string::npos)
+      << made.reasons[0];
 }
 
 }  // namespace
