@@ -3,10 +3,12 @@
 #include <algorithm>
 #include <bit>
 #include <cmath>
+#include <optional>
 
 #include "common/methods/method.h"
 #include "common/methods/spec/method_spec.h"
 #include "common/planner/counted_cost.h"
+#include "common/planner/lamp_radiance.h"
 
 namespace lightmill {
 namespace {
@@ -19,9 +21,13 @@ constexpr std::uint32_t kFirstBatch = 8;
 constexpr std::uint64_t kPilotSeed = 0x9e3779b97f4a7c15u;  ///< any constant
 constexpr double kRelativeFloor = 0.01;                    ///< as in relMSE
 
-/// One method's means of both halves of both batches.
+/// By half, RGB planes patch by patch.
+using Halves = std::array<std::vector<double>, 2>;
+
+/// One method's means of both batches.
 struct Sampled {
-  std::array<std::array<std::vector<double>, 2>, 2> means;  ///< [batch][half][value]
+  std::array<Halves, 2> means;
+  std::array<Halves, 2> caustics;  ///< what of them photons brought; empty where none do
   std::array<double, 2> cost{};
 };
 
@@ -31,20 +37,27 @@ std::uint32_t level_at_a_time(const MethodSpec& method) {
   return held == 0 ? kLevel : std::min(kLevel, static_cast<std::uint32_t>(std::bit_width(held) - 1));
 }
 
+void add(std::span<const float> values, std::size_t first, std::vector<double>& sums) {
+  sums.resize(std::max(sums.size(), first + values.size()));
+  for (std::size_t i = 0; i < values.size(); ++i) {
+    sums[first + i] += static_cast<double>(values[i]);
+  }
+}
+
 /// Adds the sums of a range of all patches, patch by patch.
 void add_sums(const Method& method, std::span<const PixelRect> patches, SampleRange range, Workspace& workspace,
-              std::array<std::vector<double>, 2>& sums) {
+              Halves& sums, Halves& caustics) {
   std::size_t first = 0;
   for (const PixelRect& patch : patches) {
     const Node node = method.render(patch, range, workspace);
-    const std::size_t values = node.values.size() / 2;
+    const std::span<const float> values(node.values);
+    const std::size_t rgb = 3 * static_cast<std::size_t>(patch.pixel_count());
     for (const std::size_t half : {0, 1}) {
-      sums[half].resize(std::max(sums[half].size(), first + values));
-      for (std::size_t i = 0; i < values; ++i) {
-        sums[half][first + i] += static_cast<double>(node.values[half * values + i]);
-      }
+      const auto own = values.subspan(half * values.size() / 2, values.size() / 2);
+      add(own.first(rgb), first, sums[half]);
+      add(own.subspan(rgb), first, caustics[half]);
     }
-    first += values;
+    first += rgb;
   }
 }
 
@@ -60,10 +73,13 @@ Sampled sample(const Method& method, const MethodSpec& spec, std::span<const Pix
   for (const std::uint32_t batch : {0, 1}) {
     const std::unique_ptr<Workspace> workspace = method.make_workspace();
     for (std::uint32_t piece = 0; piece < pieces; ++piece) {
-      add_sums(method, patches, {level, (kFirstBatch + batch) * pieces + piece}, *workspace, out.means[batch]);
+      add_sums(method, patches, {level, (kFirstBatch + batch) * pieces + piece}, *workspace, out.means[batch],
+               out.caustics[batch]);
     }
-    for (std::vector<double>& half : out.means[batch]) {
-      std::ranges::for_each(half, [](double& value) { value /= kCount / 2; });
+    for (Halves* sums : {&out.means[batch], &out.caustics[batch]}) {
+      for (std::vector<double>& half : *sums) {
+        std::ranges::for_each(half, [](double& value) { value /= kCount / 2; });
+      }
     }
     const CountedCost cost = cost_of(workspace->counters);
     out.cost[batch] =
@@ -87,23 +103,57 @@ std::vector<double> reference_of(std::span<const Sampled> all) {
   return mean;
 }
 
+double scale_of(double reference) {
+  return reference * reference + kRelativeFloor;
+}
+
+/// The relative variance of one sample, from both halves of a batch.
+double trimmed_variance(std::span<const double> a, std::span<const double> b, std::span<const double> reference) {
+  std::vector<double> relative(a.size());
+  for (std::size_t i = 0; i < a.size(); ++i) {
+    // (a − b)²/4 is the variance of the batch's mean; times its samples, that of one.
+    relative[i] = (a[i] - b[i]) * (a[i] - b[i]) / 4 * static_cast<double>(1u << kLevel) / scale_of(reference[i]);
+  }
+  return trimmed_mean(relative);
+}
+
 PilotMeasure measure(const Sampled& sampled, std::span<const double> reference) {
   PilotMeasure out;
   out.cost = sampled.cost;
   for (const std::size_t batch : {0, 1}) {
-    const std::vector<double>&a = sampled.means[batch][0], &b = sampled.means[batch][1];
+    const auto& [a, b] = sampled.means[batch];
     const auto count = static_cast<double>(a.size());
-    std::vector<double> relative(a.size());
     for (std::size_t i = 0; i < a.size(); ++i) {
-      const double scale = reference[i] * reference[i] + kRelativeFloor;
-      const double variance = (a[i] - b[i]) * (a[i] - b[i]) / 4 / scale;  // of the batch's mean
+      const double scale = scale_of(reference[i]);
       out.light[batch] += (a[i] + b[i]) / 2 / std::sqrt(scale) / count;
-      out.light_variance[batch] += variance / (count * count);
-      relative[i] = variance * static_cast<double>(std::uint64_t{1} << kLevel);
+      out.light_variance[batch] += (a[i] - b[i]) * (a[i] - b[i]) / 4 / scale / (count * count);
     }
-    out.variance[batch] = trimmed_mean(relative);
+    out.variance[batch] = trimmed_variance(a, b, reference);
   }
   return out;
+}
+
+/// What the variance of `path` must be, known from `caustic`: that of what both find by paths from the camera, and that
+/// of the caustics, which path finds by chance, rarely and all at once. Few samples do not show it. A path that meets a
+/// lamp of radiance L brings X = ρ L, so that E[X²] = ρ L E[X], and E[X] is what the photons bring. (Over rough
+/// casters, where light sampling takes part, X is less.)
+double variance_by_chance(const Sampled& caustic, std::size_t batch, std::span<const PixelRect> patches,
+                          const Vec3& lamps, std::span<const double> reference) {
+  constexpr double kReflected = 0.5;  ///< ρ, about
+  Halves others = caustic.means[batch];
+  double by_chance = 0;
+  std::size_t i = 0;
+  for (const PixelRect& patch : patches) {
+    for (int channel = 0; channel < 3; ++channel) {
+      for (std::int64_t pixel = 0; pixel < patch.pixel_count(); ++pixel, ++i) {
+        const double a = caustic.caustics[batch][0][i], b = caustic.caustics[batch][1][i];
+        others[0][i] -= a;
+        others[1][i] -= b;
+        by_chance += (a + b) / 2 * kReflected * static_cast<double>(lamps[channel]) / scale_of(reference[i]);
+      }
+    }
+  }
+  return trimmed_variance(others[0], others[1], reference) + by_chance / static_cast<double>(i);
 }
 
 }  // namespace
@@ -135,16 +185,30 @@ Result<PilotChoice> run_pilot(const std::shared_ptr<const CompiledScene>& scene,
   }
   const std::vector<PixelRect> patches = pilot_patches(settings.film);
   std::vector<Sampled> sampled;
+  std::optional<std::size_t> path, caustic;
   for (const std::string& name : settings.methods) {
     LM_ASSIGN_OR_RETURN(const MethodSpec spec, parse_method(name));
-    LM_ASSIGN_OR_RETURN(const std::unique_ptr<Method> method,
-                        make_method(scene, {name, settings.seed ^ kPilotSeed, settings.max_bounces}));
+    MethodSettings of_method{name, settings.seed ^ kPilotSeed, settings.max_bounces};
+    if (spec.name == "path") {
+      path = sampled.size();
+    } else if (spec.name == "caustic") {
+      caustic = sampled.size();
+      LM_ASSIGN_OR_RETURN(of_method.layers, film_layers(std::array<std::string, 1>{"caustic"}));
+    }
+    LM_ASSIGN_OR_RETURN(const std::unique_ptr<Method> method, make_method(scene, of_method));
     sampled.push_back(sample(*method, spec, patches, settings.film.pixel_count()));
   }
   const std::vector<double> reference = reference_of(sampled);
   std::vector<PilotMeasure> measures;
   std::ranges::transform(sampled, std::back_inserter(measures),
                          [&](const Sampled& each) { return measure(each, reference); });
+  if (path && caustic && settings.smooth_casters) {
+    const Vec3 lamps = lamp_radiance(*scene);
+    for (const std::size_t batch : {0, 1}) {
+      double& variance = measures[*path].variance[batch];
+      variance = std::max(variance, variance_by_chance(sampled[*caustic], batch, patches, lamps, reference));
+    }
+  }
   return choose(settings.methods, measures);
 }
 

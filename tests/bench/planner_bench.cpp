@@ -4,7 +4,8 @@
 // First, of scenes × methods × photons, on one thread: CPU seconds of 32 samples a pixel against what was counted. The
 // weights of common/planner/counted_cost.cpp are those that fit best: non-negative least squares of relative errors,
 // each scene with a factor of its own for what a ray costs in it. Then, of scenes in which `auto` has a choice: relMSE
-// of a picture of many samples times its CPU time, by method, beside what the pilot says.
+// of a picture of many samples times its CPU time, by method, beside what the pilot says, and
+// what `auto` costs over the best method.
 #include <fmt/format.h>
 
 #include <CLI/CLI.hpp>
@@ -204,7 +205,12 @@ std::pair<double, double> errors_of(const Rendered& picture, double samples, std
   return {sum / static_cast<double>(truth.size()), trimmed_mean(squares)};
 }
 
+/// What a job costs over one by the best method to the same error, of which that one needs so many seconds, pilot
+/// included.
+constexpr double kJobSeconds = 60;
+
 void print_choices(const std::vector<TestedScene>& scenes, std::uint32_t level, int seeds) {
+  std::vector<double> regrets;
   for (const TestedScene& scene : scenes) {
     const MethodPlan plan = plan_method(scene.facts, kAutoMethod);
     if (plan.candidates.size() < 2) {
@@ -218,6 +224,7 @@ void print_choices(const std::vector<TestedScene>& scenes, std::uint32_t level, 
       truth[i] = (reference.sums[0][i] + reference.sums[1][i]) / static_cast<double>(longer.count());
     }
     fmt::print("\n{}\n", scene.name);
+    std::vector<double> inefficiency;
     for (const std::string& method : plan.candidates) {
       double whole = 0, trimmed = 0, seconds = 0;
       for (int seed = 1; seed <= seeds; ++seed) {
@@ -229,14 +236,29 @@ void print_choices(const std::vector<TestedScene>& scenes, std::uint32_t level, 
       }
       fmt::print("  {:10} {:8.3f} s, relMSE {:.3e}, trimmed {:.3e}; relMSE x seconds {:.3e}, trimmed {:.3e}\n", method,
                  seconds, whole, trimmed, whole * seconds, trimmed * seconds);
+      inefficiency.push_back(whole * seconds);
     }
+    const double least = std::ranges::min(inefficiency);
     for (int seed = 1; seed <= seeds; ++seed) {
       const double start = thread_cpu_seconds();
-      const PilotChoice choice = value_or_exit(
-          run_pilot(scene.compiled, {plan.candidates, static_cast<std::uint64_t>(seed), 0, film_of(*scene.compiled)}));
-      fmt::print("  pilot {}: {:.3f} s, {}: {}\n", seed, thread_cpu_seconds() - start, plan.candidates[choice.choice],
-                 fmt::join(choice.reasons, "; "));
+      const PilotChoice choice =
+          value_or_exit(run_pilot(scene.compiled, {plan.candidates, static_cast<std::uint64_t>(seed), 0,
+                                                   film_of(*scene.compiled), !scene.facts.smooth_casters.empty()}));
+      const double pilot = thread_cpu_seconds() - start;
+      const double regret = inefficiency[choice.choice] / least + pilot / kJobSeconds;
+      regrets.push_back(regret);
+      fmt::print("  pilot {}: {:.3f} s, {}: {}; regret {:.3f}\n", seed, pilot, plan.candidates[choice.choice],
+                 fmt::join(choice.reasons, "; "), regret);
+      std::fflush(stdout);
     }
+  }
+  if (!regrets.empty()) {
+    double logs = 0;
+    for (const double regret : regrets) {
+      logs += std::log(regret) / static_cast<double>(regrets.size());
+    }
+    fmt::print("\nregret of {} pilots, for jobs of {} s: geometric mean {:.3f}, worst {:.3f}\n", regrets.size(),
+               kJobSeconds, std::exp(logs), std::ranges::max(regrets));
   }
 }
 

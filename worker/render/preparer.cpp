@@ -4,6 +4,7 @@
 #include "common/image/read/read_image.h"
 #include "common/methods/spec/method_spec.h"
 #include "common/planner/pilot.h"
+#include "common/planner/scene_facts.h"
 #include "common/scene/absorption.h"
 #include "common/wire/scene_proto.h"
 
@@ -71,10 +72,14 @@ void Preparer::take(const std::shared_ptr<const PilotGrant>& pilot) {
 Result<PilotReport> Preparer::run(const PilotGrant& pilot) {
   const RenderSettings& settings = pilot.settings;
   LM_ASSIGN_OR_RETURN(const std::shared_ptr<const CompiledScene> scene, compiled(settings));
+  LM_ASSIGN_OR_RETURN(const Scene document, unpack_scene(settings.scene));
+  const bool smooth_casters = !read_facts(document).smooth_casters.empty();
   const Time start = system_clock().now();
-  LM_ASSIGN_OR_RETURN(
-      PilotChoice choice,
-      run_pilot(scene, {pilot.methods, settings.seed, settings.max_bounces, {0, 0, settings.width, settings.height}}));
+  LM_ASSIGN_OR_RETURN(PilotChoice choice, run_pilot(scene, {pilot.methods,
+                                                            settings.seed,
+                                                            settings.max_bounces,
+                                                            {0, 0, settings.width, settings.height},
+                                                            smooth_casters}));
   const double seconds = to_seconds(system_clock().now() - start);
   spdlog::info("pilot of job {}: {} after {:.0f} ms", pilot.job.value, pilot.methods[choice.choice], 1000 * seconds);
   return PilotReport{pilot.lease, static_cast<std::uint32_t>(choice.choice), std::move(choice.reasons), seconds};
