@@ -86,6 +86,8 @@ struct Worker {
   RateMeter rate;         ///< pixel samples
   std::uint64_t results = 0, leases_lost = 0;
   std::uint32_t bad_results = 0;
+  std::uint32_t pilots_lost = 0;  ///< since it last reported one
+  Time pilots_from;               ///< it gets none before that
 };
 
 struct Job {
@@ -96,9 +98,9 @@ struct Job {
   Film film;
   std::unique_ptr<JobPlan> plan;  ///< while it is queued, running or paused
   std::set<LeaseId> leases;
-  std::optional<Time> active_since;  ///< while leases are out
+  std::optional<Time> active_since;  ///< while units are out; its pilots do not count
   Time hold_until;                   ///< no leases before that: workers may come back with what they hold
-  bool class_durable = false;        ///< the row with the class is known to be stored
+  bool digest_durable = false;       ///< the row with class and method is known to be stored
   std::uint64_t version = 1;
   double given_base = 0;                ///< for fairness: what others had when it came
   double given_at_start = 0;            ///< its place in the queue when it came (again)
@@ -127,8 +129,9 @@ struct Job {
   std::uint64_t samples_end() const;
   /// Whether some tile has samples beyond ones that are missing.
   bool has_gaps() const;
+  /// Never before its method is known: its seconds are those of its picture.
   bool time_is_up(Time now) const {
-    return record.spec.goal.seconds > 0 && active_seconds(now) >= record.spec.goal.seconds;
+    return !undecided() && record.spec.goal.seconds > 0 && active_seconds(now) >= record.spec.goal.seconds;
   }
 };
 
@@ -184,13 +187,18 @@ struct Coordinator::State {
   Worker* find_worker(const std::string& name);
 
   // ---- pilots.cpp ----
+  bool may_pilot(const Worker& worker, const Job& job, Time now) const;
   void grant_pilot(Worker& worker, Job& job, Time now, Step& step);
   void on_pilot(Worker& worker, const PilotReport& report, Time now, Step& step);
+  /// After a pilot that was lost: the worker must not get it, lose it and get it again without end.
+  void hold_pilots_back(Worker& worker, Time now) const;
 
   // ---- results.cpp ----
   void on_result(SessionId session, WorkerResult result, Time now, Step& step);
   Status check_result(const Job& job, const WorkerResult& result) const;
   void reject_result(SessionId session, const WorkerResult& result, const Status& error, Time now, Step& step);
+  /// Takes back the lease of a message that cannot be true, if the session's worker has it, and counts the message.
+  void distrust(SessionId session, LeaseId lease, const Status& error, Time now, Step& step);
   void merge_result(Job& job, const std::string& worker, WorkerResult result, Time now, Step& step);
 
   // ---- workers.cpp ----

@@ -97,7 +97,7 @@ bool Coordinator::State::grant_next(Worker& worker, Time now, Step& step) {
       continue;
     }
     if (job.undecided()) {
-      if (job.leases.empty() && job.plan->has_work()) {
+      if (job.leases.empty() && job.plan->has_work() && may_pilot(worker, job, now)) {
         grant_pilot(worker, job, now, step);
         return true;
       }
@@ -139,7 +139,7 @@ Lease& Coordinator::State::open_lease(Worker& worker, Job& job, LeaseId id, Unit
       static_cast<double>(pixels * lease.unit.range.count()) * speed.value() / worker.hello.threads;
   lease.deadline = now + limits.lease_duration;
   expiry.insert({lease.deadline, id});
-  if (job.leases.empty()) {
+  if (job.leases.empty() && !job.undecided()) {
     job.active_since = now;
   }
   job.leases.insert(id);
@@ -157,7 +157,7 @@ void Coordinator::State::send_grant(Worker& worker, Job& job, const Lease& lease
   WorkerJob& known = worker.jobs[job.id()];
   const bool count_is_fixed = job.record.spec.goal.error == 0;
   std::vector<Outgoing>& channel =
-      count_is_fixed && job.class_durable && (known.confirmed || known.leases == 1) ? step.now : step.after_commit;
+      count_is_fixed && job.digest_durable && (known.confirmed || known.leases == 1) ? step.now : step.after_commit;
   if (known.leases == 1 || known.describe) {
     channel.push_back({*worker.session, JobDescription{job.id(), job.digest, job.record.spec.settings}});
     known.describe = false;
@@ -209,7 +209,7 @@ void Coordinator::State::end_lease(LeaseId id, bool cancel, bool lost, Time now,
   worker.leases.erase(id);
   --worker.jobs[job.id()].leases;
   job.leases.erase(id);
-  if (job.leases.empty()) {
+  if (job.leases.empty()) {  // all are pilots, or none
     job.record.active_seconds = job.active_seconds(now);
     job.active_since.reset();
   }
@@ -217,7 +217,11 @@ void Coordinator::State::end_lease(LeaseId id, bool cancel, bool lost, Time now,
     ++worker.leases_lost;
     ++job.record.counters.leases_lost;
     ++job.version;
-    worker.unit_scale = std::max(worker.unit_scale / 2, kLeastUnitScale);
+    if (lease.unit.tiles.empty()) {
+      hold_pilots_back(worker, now);
+    } else {
+      worker.unit_scale = std::max(worker.unit_scale / 2, kLeastUnitScale);
+    }
     note(step, Note::Level::warning, "worker {} lost lease {}: job {}, {} goes out again", lease.worker, id.value,
          job.id().value,
          lease.unit.tiles.empty() ? std::string("its pilot")

@@ -75,7 +75,7 @@ Coordinator::State::State(const CoordinatorLimits& the_limits, StoredState store
     }
     const JobId id = job->id();
     by_request[job->record.spec.request_id] = id;
-    job->class_durable = !job->record.fingerprint_class.empty();
+    job->digest_durable = !job->record.fingerprint_class.empty() && !job->undecided();
     Job& at = *jobs.emplace(id, std::move(job)).first->second;
     if (at.record.state == JobState::done && !is_whole(at)) {
       // A damaged node was left out by the store: it is rendered again.
@@ -85,7 +85,7 @@ Coordinator::State::State(const CoordinatorLimits& the_limits, StoredState store
       at.record.finished_unix_ms = 0;
     }
     if (at.active()) {
-      if (at.class_durable) {
+      if (at.digest_durable) {
         at.hold_until = now + limits.restart_grace;
       }
       at.plan = std::make_unique<JobPlan>(at.film, at.samples_wanted_now(), limits.film_bytes_per_job);

@@ -78,7 +78,7 @@ void Coordinator::State::on_result(SessionId session, WorkerResult result, Time 
       renew(leases.at(id), now);
     }
   }
-  job->class_durable = true;
+  job->digest_durable = true;
   merge_result(*job, name, std::move(result), now, step);
   // Also duplicates may stand on a node whose commit is still to come, so every acknowledgement waits.
   send_after_commit(step, session, ResultAck{{key}});
@@ -105,14 +105,19 @@ void Coordinator::State::reject_result(SessionId session, const WorkerResult& re
        result.key.job.value, result.key.tile.value, result.key.range.first(), result.key.range.end(),
        message_of(error));
   send_after_commit(step, session, ResultAck{{result.key}});
+  distrust(session, result.lease, error, now, step);
+}
+
+void Coordinator::State::distrust(SessionId session, LeaseId lease_id, const Status& error, Time now, Step& step) {
+  const std::string name = sessions.at(session).worker;
   const auto take_back = [&](LeaseId id, bool cancel) {
     Job& job = *jobs.at(leases.at(id).unit.job);
     end_lease(id, cancel, true, now, step);
     put_progress(job, now, step);
     finish_if_complete(job, now, step);
   };
-  if (const auto lease = leases.find(result.lease); lease != leases.end() && lease->second.worker == name) {
-    take_back(result.lease, true);
+  if (const auto lease = leases.find(lease_id); lease != leases.end() && lease->second.worker == name) {
+    take_back(lease_id, true);
   }
   Worker* const worker = worker_of(session);
   if (worker == nullptr) {

@@ -174,7 +174,7 @@ bool Coordinator::State::adopt_held(Worker& worker, const HeldLease& held, Time 
   WorkerJob& known = worker.jobs[job->id()];
   known.describe = false;
   known.confirmed = true;
-  job->class_durable = true;
+  job->digest_durable = true;
   return true;
 }
 

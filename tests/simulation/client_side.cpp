@@ -255,9 +255,8 @@ void FarmSimulation::check_method(const ClientJob& job) {
   }
   const RenderSettings& settings = **coordinator_->settings(*job.id);
   const std::string& expected = job.notes.candidates[pilot_choice(settings, job.notes.candidates.size())];
-  const bool never_begun = coordinator_->film(*job.id)->pixel_samples() == 0;  // its seconds were over before
   for (const std::string& method : {settings.method, disk_.job(*job.id)->spec.settings.method}) {
-    if (method != expected && !never_begun) {
+    if (method != expected) {
       fail(fmt::format("job {} was rendered by {} instead of {}", job.id->value, method, expected));
     }
   }

@@ -6,8 +6,8 @@ namespace {
 
 class PilotTest : public test::CoordinatorTest {
  protected:
-  JobId submit_undecided(const std::string& request_id = "r1") {
-    JobSpec job = spec(request_id);
+  JobId submit_undecided(const std::string& request_id = "r1") { return submit_undecided(spec(request_id)); }
+  JobId submit_undecided(JobSpec job) {
     job.settings.method = "auto";
     const Result<JobId> id = coordinator->submit(job, now, unix_ms(), step, {true, {"two do"}, {}, {"path", "ao"}});
     EXPECT_TRUE(id.ok()) << id.status();
@@ -21,6 +21,20 @@ class PilotTest : public test::CoordinatorTest {
   }
   void report(SessionId session, std::uint32_t choice) {
     say(session, PilotReport{pilot(session).lease, choice, {"it is cheaper"}, 0.5});
+  }
+  /// Time passes, and these workers are alive.
+  void live(Duration time, std::initializer_list<SessionId> sessions) {
+    constexpr Duration kStep = std::chrono::milliseconds(100);
+    for (Duration done{}; done < time; done += kStep) {
+      pass(kStep);
+      for (const SessionId session : sessions) {
+        std::vector<LeaseId> held;
+        for (const PilotGrant& grant : got<PilotGrant>(session)) {
+          held.push_back(grant.lease);
+        }
+        say(session, WorkerHeartbeat{held});
+      }
+    }
   }
   /// The job's last row.
   JobRecord stored() const {
@@ -129,14 +143,93 @@ TEST_F(PilotTest, ADamagedReportIsNoChoice) {
   say(a, PilotReport{lease, 2, {}, 0});
   EXPECT_EQ(status(job).method, "auto");
   EXPECT_EQ(got<PilotGrant>(a).size(), 2u) << "again";
-  say(a, PilotReport{pilot(a).lease, 0, {}, -1});
-  EXPECT_EQ(status(job).method, "auto");
+  EXPECT_EQ(status(job).counters.leases_lost, 1u);
   say(a, PilotReport{LeaseId{12345}, 0, {}, 0});
   const SessionId b = connect("b");
   say(b, PilotReport{pilot(a).lease, 0, {}, 0});
   EXPECT_EQ(status(job).method, "auto") << "another's";
-  report(a, 0);
+  say(a, PilotReport{pilot(a).lease, 0, {}, -1});
+  EXPECT_EQ(status(job).method, "auto");
+  ASSERT_EQ(got<PilotGrant>(b).size(), 1u) << "who was wrong twice is not asked at once";
+  report(b, 0);
   EXPECT_EQ(status(job).method, "path");
+}
+
+TEST_F(PilotTest, AWorkerWhoseReportsAreDamagedIsDismissed) {
+  const SessionId a = connect("a");
+  const JobId job = submit_undecided();
+  for (std::uint32_t i = 0; i < limits.max_bad_results; ++i) {
+    EXPECT_TRUE(got<Dismissal>(a).empty());
+    say(a, PilotReport{pilot(a).lease, 7, {}, 0});
+    live(std::chrono::seconds(3), {a});
+  }
+  ASSERT_EQ(got<Dismissal>(a).size(), 1u);
+  EXPECT_NE(got<Dismissal>(a)[0].reason.find("number 7"), std::string::npos) << got<Dismissal>(a)[0].reason;
+  EXPECT_EQ(got<PilotGrant>(a).size(), limits.max_bad_results);
+  const SessionId b = connect("b");
+  report(b, 1);
+  EXPECT_EQ(status(job).method, "ao");
+}
+
+TEST_F(PilotTest, ReasonsAreFewShortAndSafeToPrint) {
+  const SessionId a = connect("a");
+  const JobId job = submit_undecided();
+  say(a, PilotReport{pilot(a).lease, 0, {"one", "two", "three"}, 0});
+  EXPECT_EQ(status(job).method, "auto") << "more reasons than methods";
+  say(a, PilotReport{pilot(a).lease, 0, {std::string(1025, 'x')}, 0});
+  EXPECT_EQ(status(job).method, "auto");
+  const SessionId b = connect("b");
+  say(b, PilotReport{pilot(b).lease, 0, {"red\x1b[31m", std::string(1024, 'x')}, 0});
+  EXPECT_EQ(status(job).method, "path");
+  EXPECT_EQ(status(job).method_notes.reasons,
+            (std::vector<std::string>{"two do", "red\\x1b[31m", std::string(1024, 'x')}));
+}
+
+TEST_F(PilotTest, ItsTimeIsNoneOfTheJobsSeconds) {
+  const SessionId a = connect("a");
+  JobSpec job = spec("r1", 0);
+  job.goal.seconds = 0.5;
+  const JobId id = submit_undecided(job);
+  live(std::chrono::seconds(5), {a});
+  EXPECT_EQ(status(id).state, JobState::running);
+  EXPECT_EQ(status(id).active_seconds, 0);
+  report(a, 1);
+  const std::size_t first = got<LeaseGrant>(a).size();
+  ASSERT_GT(first, 0u);
+  pass(std::chrono::milliseconds(400));
+  EXPECT_NEAR(status(id).active_seconds, 0.4, 1e-9);
+  EXPECT_EQ(status(id).state, JobState::running);
+  pass(std::chrono::milliseconds(200));
+  work(a);
+  EXPECT_EQ(status(id).state, JobState::done);
+  EXPECT_EQ(status(id).method, "ao");
+  EXPECT_GE(status(id).min_tile_samples, 1u);
+}
+
+TEST_F(PilotTest, AnotherRenderersWorkerGetsNone) {
+  const SessionId older{next_session++};
+  coordinator->worker_connected(older, WorkerHello{"a", "host", 1, 1, "class-a", "lightmill-core-3", {}, false}, now,
+                                step);
+  submit_undecided();
+  EXPECT_TRUE(got<PilotGrant>(older).empty()) << "it may not even know what a pilot is";
+  EXPECT_EQ(got<PilotGrant>(connect("b")).size(), 1u);
+}
+
+TEST_F(PilotTest, WhoLosesPilotsWaitsLongerEachTime) {
+  SessionId a = connect("a");
+  const JobId job = submit_undecided();
+  for (int i = 0; i < 1000; ++i) {  // for a hundred seconds its stream breaks as soon as it has a pilot
+    if (!got<PilotGrant>(a).empty()) {
+      coordinator->worker_disconnected(a, now, step);
+      a = connect("a");
+    }
+    pass(std::chrono::milliseconds(100));
+    say(a, WorkerHeartbeat{});
+  }
+  EXPECT_GE(status(job).counters.leases_lost, 5u);
+  EXPECT_LE(status(job).counters.leases_lost, 11u);
+  const SessionId b = connect("b");
+  EXPECT_EQ(got<PilotGrant>(a).size() + got<PilotGrant>(b).size(), 1u) << "others need not wait";
 }
 
 TEST_F(PilotTest, AReportOfAUnitOfTilesIsIgnored) {
