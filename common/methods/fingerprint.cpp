@@ -3,6 +3,7 @@
 #include "common/base/check.h"
 #include "common/math/transcendental.h"
 #include "common/methods/method.h"
+#include "common/methods/spec/method_spec.h"
 
 namespace lightmill {
 namespace {
@@ -175,34 +176,47 @@ TestScene make_test_scene(FilterKind filter) {
   return test;
 }
 
+std::shared_ptr<const CompiledScene> compiled(const TestScene& test) {
+  const auto asset = [&](const Sha256& digest) -> Result<std::string> {
+    return digest == kTexture ? std::string() : test.assets.at(digest);
+  };
+  auto scene = CompiledScene::compile(test.scene, asset, test_image);
+  LM_CHECK(scene.ok(), "the built-in test scene does not compile: {}", message_of(scene.status()));
+  return *std::move(scene);
+}
+
+void append_samples(const std::shared_ptr<const CompiledScene>& scene, const std::string& name,
+                    const std::vector<std::string>& layers, SampleRange range, Xxh3Hasher& hasher) {
+  const auto method = make_method(scene, {name, 1, 0, *film_layers(layers)});
+  LM_CHECK(method.ok(), "{}", message_of(method.status()));
+  const auto workspace = (*method)->make_workspace();
+  const Node node = (*method)->render({0, 0, kSide, kSide}, range, *workspace);
+  hasher.append(std::as_bytes(std::span(node.values)));
+  if (method_reads_meters(parse_method(name)->name)) {
+    const Node meter = (*method)->render(meter_rect(0), {0, 0}, *workspace);
+    hasher.append(std::as_bytes(std::span(meter.values)));
+  }
+}
+
 }  // namespace
 
 std::string fingerprint_class() {
   Xxh3Hasher hasher;
   for (const FilterKind filter :
        {FilterKind::box, FilterKind::tent, FilterKind::gaussian, FilterKind::blackman_harris}) {
-    const TestScene test = make_test_scene(filter);
-    const auto asset = [&](const Sha256& digest) -> Result<std::string> {
-      return digest == kTexture ? std::string() : test.assets.at(digest);
-    };
-    auto compiled = CompiledScene::compile(test.scene, asset, test_image);
-    LM_CHECK(compiled.ok(), "the built-in test scene does not compile: {}", message_of(compiled.status()));
-    for (const std::string_view name : {"path", "preview", "ao:distance=1", "raycast", "whitted"}) {
-      const std::vector<std::string> layers =
-          name == "path"
-              ? std::vector<std::string>{"direct", "indirect", "albedo", "light:key", "normal", "depth", "id"}
-              : std::vector<std::string>{"albedo", "normal", "depth", "id"};
-      auto method = make_method(*compiled, {std::string(name), 1, 0, *film_layers(layers)});
-      LM_CHECK(method.ok());
-      const auto workspace = (*method)->make_workspace();
-      const SampleRange range = filter == FilterKind::box ? kRange : SampleRange{1, 0};
-      const Node node = (*method)->render({0, 0, kSide, kSide}, range, *workspace);
-      hasher.append(std::as_bytes(std::span(node.values)));
-      if (method_reads_meters(name)) {
-        const Node meter = (*method)->render(meter_rect(0), {0, 0}, *workspace);
-        hasher.append(std::as_bytes(std::span(meter.values)));
-      }
+    TestScene test = make_test_scene(filter);
+    const SampleRange range = filter == FilterKind::box ? kRange : SampleRange{1, 0};
+    const std::shared_ptr<const CompiledScene> scene = compiled(test);
+    append_samples(scene, "path", {"direct", "indirect", "albedo", "light:key", "normal", "depth", "id"}, range,
+                   hasher);
+    for (const char* const name : {"preview", "ao:distance=1", "raycast", "whitted"}) {
+      append_samples(scene, name, {"albedo", "normal", "depth", "id"}, range, hasher);
     }
+    for (Material& material : test.scene.materials) {
+      material.interior.scattering = {};  // photons do not scatter in media
+    }
+    append_samples(compiled(test), "caustic:photons=2000", {"direct", "indirect", "caustic", "light:key"}, {1, 0},
+                   hasher);
   }
   return hasher.finish().hex().substr(0, 16);
 }
