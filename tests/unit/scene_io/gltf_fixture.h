@@ -1,0 +1,87 @@
+// glTF files of one triangle, and what is read of them.
+#pragma once
+
+#include <gtest/gtest.h>
+
+#include "common/scene_io/gltf/gltf.h"
+#include "common/wire/scene_proto.h"
+#include "tests/unit/scene_io/gltf_text.h"
+
+namespace lightmill::test {
+
+inline Result<std::string> no_files(const std::string& name) {
+  return not_found("cannot open {}", name);
+}
+
+inline const std::string kPng = "\x89PNG\r\n\x1a\n";  // as much of one as the reader looks at
+
+/// A file with one triangle as meshes[0] and more members; the buffer's views and accessors go before.
+class OneTriangle {
+ public:
+  OneTriangle() {
+    buffer_.positions({0, 0, 0, 1, 0, 0, 0, 1, 0});
+    buffer_.add(packed<float>({0, 0, 1, 0, 0, 1}), "VEC2", 5126, 3);
+    buffer_.add(kPng, "SCALAR", 5121, kPng.size());
+  }
+  std::string text(const std::string& members, const std::string& primitive = "") const {
+    return gltf(fmt::format(
+        R"({},"meshes":[{{"name":"tri","primitives":[{{"attributes":{{"POSITION":0,"TEXCOORD_0":1}}{}}}]}}],{})",
+        buffer_.embedded(), primitive, members));
+  }
+
+ private:
+  GltfBuffer buffer_;
+};
+
+inline Result<LoadedScene> read(const std::string& text, bool light_the_dark = true) {
+  return read_gltf(text, "a.gltf", light_the_dark, no_files);
+}
+
+inline LoadedScene good(const std::string& text) {
+  Result<LoadedScene> loaded = read(text);
+  EXPECT_TRUE(loaded.ok()) << loaded.status();
+  if (!loaded.ok()) {
+    return {};
+  }
+  const Result<Scene> back = unpack_scene(pack_scene(loaded->scene));
+  EXPECT_TRUE(back.ok()) << back.status();
+  return *std::move(loaded);
+}
+
+inline std::string error(const std::string& members, const std::string& primitive = "") {
+  const Result<LoadedScene> loaded = read(OneTriangle().text(members, primitive));
+  return loaded.ok() ? "no error" : message_of(loaded.status());
+}
+
+inline const std::string kOneNode = R"("nodes":[{"mesh":0}])";
+
+/// A file whose only material has these members, without a sky.
+inline Material material(const std::string& members, std::vector<std::string>* notices = nullptr) {
+  const Result<LoadedScene> loaded =
+      read(OneTriangle().text(kOneNode + fmt::format(R"(,"materials":[{{{}}}])", members), R"(,"material":0)"), false);
+  EXPECT_TRUE(loaded.ok()) << loaded.status();
+  if (!loaded.ok()) {
+    return {};
+  }
+  if (notices != nullptr) {
+    *notices = loaded->notices;
+  }
+  return loaded->scene.materials.at(0);
+}
+
+inline void expect_near(const Point3d& a, const Point3d& b, double tolerance = 1e-12) {
+  for (std::size_t i = 0; i < 3; ++i) {
+    EXPECT_NEAR(a[i], b[i], tolerance);
+  }
+}
+
+inline Point3d moved(const Object& object, const Point3d& p) {
+  Point3d out;
+  for (std::size_t row = 0; row < 3; ++row) {
+    const auto& t = object.transform[row];
+    out[row] = t[0] * p[0] + t[1] * p[1] + t[2] * p[2] + t[3];
+  }
+  return out;
+}
+
+}  // namespace lightmill::test

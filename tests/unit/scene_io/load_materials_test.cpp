@@ -1,0 +1,207 @@
+// Materials of scenes that are loaded from files.
+#include <ctime>
+
+#include "common/wire/scene_proto.h"
+#include "tests/unit/scene_io/gltf_text.h"
+#include "tests/unit/scene_io/load_fixture.h"
+
+namespace lightmill {
+namespace fs = std::filesystem;
+namespace {
+
+using test::kTriangles;
+using test::Load;
+
+TEST_F(Load, ObjFilesBringTheirMaterials) {
+  write("a.mtl", "newmtl red\nKd 0.5 0 0\nnewmtl green\nKd 0 1 0\nKa 2 2 2\n");
+  write("b.mtl", "newmtl red\nKd 0.25 0 0\nnewmtl green\nKd 0 1 0\nKa 2 2 2\n");
+  const auto a = write("a.obj", "mtllib a.mtl\n" + kTriangles);
+  const auto b = write("b.obj", "mtllib b.mtl\n" + kTriangles);
+  const Result<LoadedScene> loaded = load({a, b});
+  ASSERT_TRUE(loaded.ok()) << loaded.status();
+  const Scene& scene = loaded->scene;
+  EXPECT_EQ(scene.name, "a+b");
+  ASSERT_EQ(scene.materials.size(), 3u);
+  EXPECT_EQ(scene.materials[0].name, "green");
+  EXPECT_EQ(scene.materials[0].emission, (RgbColor{2, 2, 2}));
+  EXPECT_TRUE(scene.materials[0].two_sided_emission);
+  EXPECT_EQ(scene.materials[1].name, "red");
+  EXPECT_EQ(scene.materials[2].name, "red (b.mtl)");
+  ASSERT_EQ(scene.objects.size(), 4u);
+  EXPECT_EQ(scene.objects[2].material, 0u);
+  EXPECT_EQ(scene.objects[3].material, 2u);
+  EXPECT_EQ(scene.camera.eye, (Point3d{277, 275, -570}));
+  EXPECT_DOUBLE_EQ(scene.camera.vertical_fov_degrees, 2 * std::atan(0.5) * 180 / std::numbers::pi);
+  EXPECT_EQ(loaded->notices,
+            std::vector<std::string>{"Ka was read as emission, because only some materials have it: green"});
+}
+
+TEST_F(Load, LibrariesMayBeSeveralAndHaveBlanks) {
+  write("a.mtl", "newmtl red\nKd 0.5 0 0\n");
+  write("b.mtl", "newmtl green\nKd 0 1 0\n");
+  write("both of them.mtl", "newmtl red\nKd 0.5 0 0\nnewmtl green\nKd 0 1 0\n");
+  for (const char* names : {"a.mtl b.mtl", "b.mtl\ta.mtl", "both of them.mtl"}) {
+    const Result<LoadedScene> loaded = load({write("a.obj", fmt::format("mtllib {}\n", names) + kTriangles)});
+    ASSERT_TRUE(loaded.ok()) << loaded.status();
+    EXPECT_EQ(loaded->scene.materials.size(), 2u) << names;
+  }
+}
+
+TEST_F(Load, TheUserDecidesWhatKaMeans) {
+  write("a.mtl", "newmtl red\nKd 0.5 0 0\nKa 1 1 1\nnewmtl green\nKd 0 1 0\nKa 1 1 1\n");
+  const auto path = write("a.obj", "mtllib a.mtl\n" + kTriangles);
+  LoadOptions options;
+  EXPECT_TRUE(load({path})->scene.materials[0].emission == RgbColor{});
+  options.ka = KaMeaning::emission;
+  EXPECT_TRUE((load({path}, options)->scene.materials[0].emission == RgbColor{1, 1, 1}));
+}
+
+TEST_F(Load, MapsBringTheirImages) {
+  fs::create_directories(folder_ / "more");
+  write("more/wood.png", "an image's bytes");
+  write("a.mtl", "newmtl red\nmap_Kd more\\wood.png\nnewmtl green\nmap_Kd more/wood.png\n");
+  const auto path = write("a.obj", "mtllib a.mtl\n" + kTriangles);
+  const Result<LoadedScene> loaded = load({path});
+  ASSERT_TRUE(loaded.ok()) << loaded.status();
+  ASSERT_EQ(loaded->scene.textures.size(), 2u);
+  for (const TextureImage& texture : loaded->scene.textures) {
+    EXPECT_EQ(loaded->assets.at(texture.asset), "an image's bytes");
+  }
+  EXPECT_TRUE(unpack_scene(pack_scene(loaded->scene)).ok());
+  ASSERT_EQ(loaded->images.size(), 2u);
+  for (const ImageAsset& image : loaded->images) {
+    EXPECT_EQ(image.asset, loaded->scene.textures[0].asset);
+    EXPECT_FALSE(image.environment);
+    const bool backslash = image.name.ends_with("more\\wood.png");
+    EXPECT_EQ(image.place, fmt::format("{}/a.mtl:{}: map_Kd of material \"{}\"", folder_.string(), backslash ? 2 : 4,
+                                       backslash ? "red" : "green"));
+  }
+}
+
+TEST_F(Load, MapsWithoutTheirImageAreLeftOut) {
+  write("a.mtl", "newmtl red\nKd 0.5 0.25 0\nmap_Kd more\\wood.png\nnewmtl green\nmap_Ke glow.png\n");
+  const Result<LoadedScene> loaded = load({write("a.obj", "mtllib a.mtl\n" + kTriangles)});
+  ASSERT_TRUE(loaded.ok()) << loaded.status();
+  EXPECT_TRUE(loaded->scene.textures.empty());
+  const Material& red = *std::ranges::find(loaded->scene.materials, "red", &Material::name);
+  EXPECT_EQ(std::get<DiffuseMaterial>(red.kind).reflectance.rgb, (RgbColor{0.5f, 0.25f, 0}));
+  const std::string folder = folder_.string();
+  EXPECT_EQ(
+      loaded->notices,
+      (std::vector<std::string>{
+          fmt::format("left out: {0}/a.mtl:5: map_Ke of material \"green\": there is no file {0}/glow.png", folder),
+          fmt::format("left out: {0}/a.mtl:3: map_Kd of material \"red\": there is no file {0}/more/wood.png",
+                      folder)}));
+}
+
+TEST_F(Load, AMapThatCannotBeReadIsPlaced) {
+  fs::create_directories(folder_ / "wood.png");
+  write("a.mtl", "newmtl red\nmap_Kd wood.png\nnewmtl green\n");
+  const std::string message = error({write("a.obj", "mtllib a.mtl\n" + kTriangles)});
+  EXPECT_TRUE(message.starts_with("a.mtl:2: map_Kd of material \"red\": ")) << message;
+}
+
+TEST_F(Load, NumbersOfMtlFilesThatMeanNothingAreLeftOut) {
+  write("a.mtl", "newmtl red\nillum 4\nNi 0\nmap_Kd\nnewmtl green\nKs 0.5 0.5 0.5\nNs -1\nillum 2\nd 2\nTr -1\n");
+  const Result<LoadedScene> loaded = load({write("a.obj", "mtllib a.mtl\n" + kTriangles)});
+  ASSERT_TRUE(loaded.ok()) << loaded.status();
+  EXPECT_EQ(std::get<DielectricMaterial>(loaded->scene.materials[1].kind).ior, 1.5);
+  EXPECT_EQ(std::get<PhongMaterial>(loaded->scene.materials[0].kind).exponent, PhongMaterial().exponent);
+  std::vector<std::string> notices;
+  const std::string prefix = "left out: " + folder_.string() + "/a.mtl:";
+  for (const std::string& notice : loaded->notices) {
+    ASSERT_TRUE(notice.starts_with(prefix)) << notice;
+    notices.push_back(notice.substr(prefix.size()));
+  }
+  EXPECT_EQ(notices, (std::vector<std::string>{"7: Ns -1, which is not from 0 to 1000000000, of material \"green\"",
+                                               "9: d 2, which is not from 0 to 1, of material \"green\"",
+                                               "10: Tr -1, which is not from 0 to 1, of material \"green\"",
+                                               "3: Ni 0, which is not in (0, 10], of material \"red\"",
+                                               "4: map_Kd without the name of a file of material \"red\""}));
+}
+
+/// CPU seconds of this process so far.
+double cpu_seconds() {
+  return static_cast<double>(std::clock()) / CLOCKS_PER_SEC;
+}
+
+// What is looked up by name takes the same time among many: each of these takes a second or two, and a minute where
+// lists are searched.
+constexpr int kMany = 100'000;
+constexpr double kManySeconds = 20;  // also where the code is instrumented
+
+TEST_F(Load, ManyMaterialsOfAnObjFile) {
+  write("a.png", "an image");
+  std::string mtl, obj = "mtllib a.mtl\nv 0 0 0\nv 1 0 0\nv 0 1 0\n";
+  for (int i = 0; i < kMany; ++i) {
+    mtl += fmt::format("newmtl m{}\nmap_Kd -o {} a.png\n", i, i);
+    obj += fmt::format("usemtl m{}\nf 1 2 3\n", kMany - 1 - i);
+  }
+  write("a.mtl", mtl);
+  const fs::path path = write("a.obj", obj);
+  const double start = cpu_seconds();
+  const Result<LoadedScene> loaded = load({path});
+  EXPECT_LT(cpu_seconds() - start, kManySeconds);
+  ASSERT_TRUE(loaded.ok()) << loaded.status();
+  EXPECT_EQ(loaded->scene.materials.size(), std::size_t{kMany});
+  EXPECT_EQ(loaded->scene.textures.size(), std::size_t{kMany});
+  EXPECT_EQ(loaded->scene.materials[loaded->scene.objects[0].material].name, fmt::format("m{}", kMany - 1));
+}
+
+TEST_F(Load, ManyMaterialsOfADocument) {
+  std::string materials, obj = "v 0 0 0\nv 1 0 0\nv 0 1 0\n";
+  for (int i = 0; i < kMany; ++i) {
+    materials += fmt::format(R"({}{{"name": "m{}", "mirror": {{}}}})", i == 0 ? "" : ",", i);
+    obj += fmt::format("usemtl m{}\nf 1 2 3\n", kMany - 1 - i);
+  }
+  write("a.obj", obj);
+  const fs::path path = write("a.json", fmt::format(R"({{"camera": {{"eye": [0, 0, 5], "look_at": [0, 0, 0],
+      "camera_constant": 1}}, "materials": [{}], "objects": [{{"mesh": {{"file": "a.obj"}}}}]}})",
+                                                    materials));
+  const double start = cpu_seconds();
+  const Result<LoadedScene> loaded = load({path});
+  EXPECT_LT(cpu_seconds() - start, kManySeconds);
+  ASSERT_TRUE(loaded.ok()) << loaded.status();
+  ASSERT_EQ(loaded->scene.objects.size(), std::size_t{kMany});
+  EXPECT_EQ(loaded->scene.objects[1].material, std::uint32_t{kMany - 2});
+}
+
+TEST_F(Load, ManyMaterialsOfOneNameInAGltfFile) {
+  test::GltfBuffer buffer;
+  buffer.positions({0, 0, 0, 1, 0, 0, 0, 1, 0});
+  constexpr int kMaterials = 20'000;
+  std::string materials, primitives;
+  for (int i = 0; i < kMaterials; ++i) {
+    materials += fmt::format(R"({}{{"name":"m"}})", i == 0 ? "" : ",");
+    primitives += fmt::format(R"({}{{"attributes":{{"POSITION":0}},"material":{}}})", i == 0 ? "" : ",", i);
+  }
+  const fs::path path = write(
+      "a.gltf", test::gltf(fmt::format(R"({},"nodes":[{{"mesh":0}}],"meshes":[{{"primitives":[{}]}}],"materials":[{}])",
+                                       buffer.embedded(), primitives, materials)));
+  const double start = cpu_seconds();
+  const Result<LoadedScene> loaded = load({path});
+  EXPECT_LT(cpu_seconds() - start, kManySeconds);
+  ASSERT_TRUE(loaded.ok()) << loaded.status();
+  EXPECT_EQ(loaded->scene.materials[0].name, "m");
+  EXPECT_EQ(loaded->scene.materials[kMaterials - 1].name, fmt::format("m ({})", kMaterials));
+}
+
+TEST_F(Load, OfMaterialsOfOneNameTheFirstCounts) {
+  write("a.mtl", "newmtl red\nKd 1 0 0\nnewmtl red\nKd 1 0 0\nnewmtl red\nKd 0 1 0\n");
+  write("b.mtl", "newmtl red\nKd 0 0 1\n");
+  const Result<LoadedScene> loaded =
+      load({write("a.obj", "mtllib a.mtl\nmtllib b.mtl\nmtllib a.mtl\nv 0 0 0\nusemtl red\nf 1 1 1\n")});
+  ASSERT_TRUE(loaded.ok()) << loaded.status();
+  ASSERT_EQ(loaded->scene.materials.size(), 1u);
+  EXPECT_EQ(std::get<DiffuseMaterial>(loaded->scene.materials[0].kind).reflectance.rgb, (RgbColor{1, 0, 0}));
+  std::vector<std::string> notices;
+  for (const std::string& notice : loaded->notices) {
+    notices.push_back(without_folder(notice));
+  }
+  EXPECT_EQ(notices,
+            (std::vector<std::string>{"left out: a.mtl:5: material \"red\", which a.mtl:1 defines otherwise",
+                                      "left out: b.mtl:1: material \"red\", which a.mtl:1 defines otherwise"}));
+}
+
+}  // namespace
+}  // namespace lightmill
