@@ -89,10 +89,8 @@ void Console::object(const nlohmann::json& object) const {
 }
 
 void Console::notice(std::string_view line) const {
-  if (!json_) {
-    end_redraw();
-    write_line(stderr, printable(line, true));
-  }
+  end_redraw();
+  write_line(stderr, printable(line, true));
 }
 
 ExitCode Console::fail(const Status& status) const {

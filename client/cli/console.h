@@ -1,6 +1,6 @@
 // What the client says: results on standard output, everything else (progress, notices, errors) on standard error.
 //
-// With --json standard output carries exactly one JSON object per command, and notices are left out; an error is its
+// With --json standard output carries exactly one JSON object per command; progress is left out. An error is its
 // "failure": {"message", "exit_code"}. Control characters from elsewhere are escaped on the way out.
 #pragma once
 
@@ -36,7 +36,7 @@ class Console {
 
   void result(std::string_view line) const;         ///< a line of human output; nothing with --json
   void object(const nlohmann::json& object) const;  ///< the one object of --json; nothing without
-  void notice(std::string_view line) const;         ///< a line of news; nothing with --json
+  void notice(std::string_view line) const;         ///< a line of news
   /// Reports an error (as an object too with --json) and gives the exit code that fits it.
   ExitCode fail(const Status& status) const;
   /// The same with more to say in the object: "failure" is added to it.

@@ -29,6 +29,17 @@ CLI::Validator signed_whole_number(std::int64_t least, std::int64_t most);
 /// Finite numbers.
 CLI::Validator real_number(double least, double most);
 
+/// Takes what `parse` reads without an error.
+template <class T>
+CLI::Validator readable(Result<T> (*parse)(std::string_view)) {
+  return CLI::Validator(
+      [parse](std::string& text) {
+        const Result<T> value = parse(text);
+        return value.ok() ? std::string() : message_of(value.status());
+      },
+      "");
+}
+
 /// Adds the position JOB.
 void add_job_number(CLI::App& command, std::uint64_t& job);
 /// Adds --json.

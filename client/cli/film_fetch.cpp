@@ -4,6 +4,7 @@
 
 #include <ctime>
 #include <nlohmann/json.hpp>
+#include <set>
 
 #include "client/cli/camera_matrices.h"
 #include "client/cli/console.h"
@@ -228,8 +229,12 @@ Result<FetchedFilm> fetch_film(FarmConnection& connection, std::uint64_t id) {
 }
 
 Status check_outputs(const std::vector<std::string>& paths) {
+  std::set<fs::path> given;
   for (const std::string& text : paths) {
     const fs::path path(text);
+    if (!given.insert(path.lexically_normal()).second) {
+      return invalid_argument("-o {} is given twice", text);
+    }
     LM_RETURN_IF_ERROR(picture_format(path).status());
     const fs::path folder = path.has_parent_path() ? path.parent_path() : fs::path(".");
     std::error_code error;

@@ -101,4 +101,12 @@ json to_json(const v1::Worker& worker) {
   };
 }
 
+json to_json(const v1::Job& job, const std::vector<std::string>& scene_notices) {
+  json object = to_json(job);
+  json notices = scene_notices;
+  notices.insert(notices.end(), object["notices"].begin(), object["notices"].end());
+  object["notices"] = std::move(notices);
+  return object;
+}
+
 }  // namespace lightmill::cli

@@ -2,6 +2,8 @@
 #pragma once
 
 #include <nlohmann/json_fwd.hpp>
+#include <string>
+#include <vector>
 
 #include "lightmill/v1/farm.pb.h"
 
@@ -10,5 +12,7 @@ namespace lightmill::cli {
 /// Everything that the farm says about a job; unknown values are null.
 nlohmann::json to_json(const v1::Job& job);
 nlohmann::json to_json(const v1::Worker& worker);
+/// The same of a job, whose "notices" begin with those of the scene that was sent.
+nlohmann::json to_json(const v1::Job& job, const std::vector<std::string>& scene_notices);
 
 }  // namespace lightmill::cli

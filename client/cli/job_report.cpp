@@ -10,7 +10,8 @@
 namespace lightmill::cli {
 
 ExitCode fetch_and_report(const Console& console, FarmConnection& connection, std::uint64_t id,
-                          const std::vector<std::string>& outputs, const ViewSettings& view) {
+                          const std::vector<std::string>& outputs, const ViewSettings& view,
+                          const std::vector<std::string>& scene_notices) {
   const Result<FetchedFilm> film = fetch_film(connection, id);
   if (!film.ok()) {
     return console.fail(film.status());
@@ -22,7 +23,7 @@ ExitCode fetch_and_report(const Console& console, FarmConnection& connection, st
   if (const Status status = write_outputs(film->picture, outputs, view); !status.ok()) {
     return console.fail(status);
   }
-  nlohmann::json object = to_json(film->job);
+  nlohmann::json object = to_json(film->job, scene_notices);
   object["film_hash"] = film->picture.receipt.film_hash;
   object["outputs"] = outputs;
   if (!film->meters.empty()) {
@@ -32,9 +33,9 @@ ExitCode fetch_and_report(const Console& console, FarmConnection& connection, st
   const std::string error = error_text(film->job);
   const v1::Goal& goal = film->job.goal();
   const bool tell_limit = film->job.state() == v1::JOB_STATE_DONE && (goal.seconds() > 0 || goal.error() > 0);
-  console.result(fmt::format("job {} {}: {}{} samples per pixel{}, {} of rendering{}", id,
-                             state_name(film->job.state()), tell_limit ? film->job.reason() + "; " : "",
-                             range_text(film->picture.receipt.min_samples, film->picture.receipt.max_samples),
+  console.result(fmt::format("job {} {}: {}{} per pixel{}, {} of rendering{}", id, state_name(film->job.state()),
+                             tell_limit ? film->job.reason() + "; " : "",
+                             samples_per_pixel(film->picture.receipt.min_samples, film->picture.receipt.max_samples),
                              error.empty() ? "" : ", error " + error, human_seconds(film->job.active_seconds()),
                              outputs.empty() ? "" : fmt::format(" -> {}", fmt::join(outputs, ", "))));
   for (const std::string& notice : film->job.method_notes().notices()) {
@@ -47,14 +48,17 @@ ExitCode fetch_and_report(const Console& console, FarmConnection& connection, st
 }
 
 ExitCode report_ended_job(const Console& console, FarmConnection& connection, const v1::Job& job,
-                          const std::vector<std::string>& outputs, const ViewSettings& view) {
+                          const std::vector<std::string>& outputs, const ViewSettings& view,
+                          const std::vector<std::string>& scene_notices) {
   if (job.state() == v1::JOB_STATE_DONE) {
-    return fetch_and_report(console, connection, job.id(), outputs, view);
+    return fetch_and_report(console, connection, job.id(), outputs, view, scene_notices);
   }
   if (job.state() == v1::JOB_STATE_CANCELLED) {
-    return console.fail(make_error(StatusCode::kAborted, "job {} was cancelled", job.id()), to_json(job));
+    return console.fail(make_error(StatusCode::kAborted, "job {} was cancelled", job.id()),
+                        to_json(job, scene_notices));
   }
-  return console.fail(make_error(StatusCode::kAborted, "job {} failed: {}", job.id(), job.reason()), to_json(job));
+  return console.fail(make_error(StatusCode::kAborted, "job {} failed: {}", job.id(), job.reason()),
+                      to_json(job, scene_notices));
 }
 
 }  // namespace lightmill::cli

@@ -168,6 +168,10 @@ std::string range_text(std::uint64_t least, std::uint64_t most) {
   return least == most ? std::to_string(least) : fmt::format("{} to {}", least, most);
 }
 
+std::string samples_per_pixel(std::uint64_t least, std::uint64_t most) {
+  return range_text(least, most) + (most == 1 ? " sample" : " samples");
+}
+
 std::string progress_text(const v1::Job& job, int width) {
   std::string line;
   for (const Field& field : fields_of(job)) {

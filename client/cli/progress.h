@@ -32,6 +32,8 @@ std::string samples_text(const v1::Job& job);
 
 /// "128", or "16 to 128".
 std::string range_text(std::uint64_t least, std::uint64_t most);
+/// "1 sample", "128 samples", "16 to 128 samples".
+std::string samples_per_pixel(std::uint64_t least, std::uint64_t most);
 
 /// Per cent, ETA, samples, error and rate, as many as fit into `width` columns (the first ones stay longest).
 std::string progress_text(const v1::Job& job, int width);

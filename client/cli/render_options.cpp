@@ -13,6 +13,7 @@
 #include "common/film/sample_range.h"
 #include "common/methods/spec/method_spec.h"
 #include "common/scene/scattering.h"
+#include "common/scene_io/assets.h"
 #include "common/scene_io/picture_notices.h"
 #include "common/wire/scene_proto.h"
 
@@ -102,12 +103,15 @@ void add_render_options(CLI::App& command, RenderOptions& options) {
       .add_option("--spp", options.samples, "stop at so many samples per pixel (default 64 if no other limit is given)")
       ->type_name("N")
       ->check(whole_number(1, kMaxSamples));
-  command.add_option("--seconds", options.seconds, "stop after so much rendering (90, 1.5m, 2h)")->type_name("T");
+  command.add_option("--seconds", options.seconds, "stop after so much rendering (90, 1.5m, 2h)")
+      ->type_name("T")
+      ->check(readable(parse_seconds));
   command
       .add_option("--error", options.error,
                   "stop when the picture's error (relMSE) is at most E with 95 % confidence: 0.01 is a little grainy, "
                   "0.001 smooth; with several limits the first one ends the job")
-      ->type_name("E");
+      ->type_name("E")
+      ->check(readable(parse_error));
   command.add_option("--size", options.size, "picture size in pixels, instead of the scene's")->type_name("WxH");
   command.add_option("--crop", options.crop, "render only this part of the picture")->type_name("X,Y,W,H");
   command.add_option("--method", options.method, std::string(method_help()))
@@ -120,12 +124,13 @@ void add_render_options(CLI::App& command, RenderOptions& options) {
           "--layers", options.layers,
           "further layers for the EXR: direct, indirect, caustic, albedo, normal, depth, id, and light:NAME for a "
           "light group; auto and path have all but caustic, other methods than these two albedo, normal, depth and id")
-      ->type_name("A,B,...");
+      ->type_name("A,B,...")
+      ->check([](const std::string& names) { return names.empty() ? "names of layers are expected" : ""; });
   command
-      .add_option("--max-bounces", options.max_bounces,
-                  "path, caustic, ppm, whitted: longest light path (default 1000; of whitted 128, its most; nearly all "
-                  "end long "
-                  "before)")
+      .add_option(
+          "--max-bounces", options.max_bounces,
+          "path, caustic, ppm, whitted: longest light path (default 1000; of whitted 128, its most; nearly all end long "
+          "before, but in dense white fog)")
       ->type_name("N")
       ->check(whole_number(1, 1'000'000));
   command.add_option("--seed", options.seed, "the same seed gives the same picture, bit for bit")
@@ -178,7 +183,10 @@ Result<PreparedJob> make_job(const RenderOptions& options, Signals& signals) {
     job.scene.notices.push_back(fmt::format("left out: the scene's {}, which {} does not read (path does)",
                                             meters == 1 ? "meter" : fmt::format("{} meters", meters), spec.name));
   }
-  std::ranges::copy(picture_notices(job.scene, method_needs_light(spec.name)), std::back_inserter(job.scene.notices));
+  const std::uint32_t longest_path = options.max_bounces > 0 ? options.max_bounces : kMaxBounces;
+  append_notices(
+      picture_notices(job.scene, method_needs_light(spec.name), method_bounces(spec.name) ? longest_path : 0),
+      job.scene.notices);
   settings.renderer_version = kRendererVersion;
   job.spec.request_id = new_request_id();
   const std::string& scene_name = job.scene.scene.name;

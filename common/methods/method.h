@@ -22,10 +22,6 @@ struct MethodSettings {
   std::vector<LayerSpec> layers{LayerSpec{}};  ///< of the film, as film_layers gives them
 };
 
-/// Where no limit is asked for, a path of `path` still ends after so many scatterings (a closed room of albedo 1 has no
-/// other end).
-inline constexpr std::uint32_t kMaxBounces = 1000;
-
 /// What rendering cost, for those who want to know; adds up over calls.
 struct RenderCounters {
   std::uint64_t samples = 0;

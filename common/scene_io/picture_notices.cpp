@@ -143,6 +143,90 @@ std::string view_notice(const LoadedScene& loaded) {
                      std::ceil(view.width() * scene.film.width), std::ceil(view.height() * scene.film.height), camera);
 }
 
+/// Of all shapes of a material: the most that one of them, or, where they are flat, all together measure across.
+double thickness(const LoadedScene& loaded, std::uint32_t material) {
+  double most = 0;
+  Box faces;
+  for (const Object& object : loaded.scene.objects) {
+    if (object.material != material) {
+      continue;
+    }
+    if (std::holds_alternative<PlaneShape>(object.shape)) {
+      return std::numeric_limits<double>::infinity();
+    }
+    const Box own = box_of(object, loaded);
+    const Affine map(object.transform);
+    Box box;
+    for (int i = 0; i < 8; ++i) {
+      box.add(map(own.corner(i)));
+    }
+    const Vec3d size = box.high - box.low;
+    const double across = std::min({size.x, size.y, size.z});
+    most = std::max(most, across);
+    if (across == 0) {
+      faces.add(box.low);
+      faces.add(box.high);
+    }
+  }
+  const Vec3d size = faces.high - faces.low;
+  return std::max({most, std::min({size.x, size.y, size.z}), 0.0});
+}
+
+/// Light leaves a medium of optical thickness τ after some τ² scatterings, unless it is absorbed before. That few of
+/// its paths are longer than a limit of n is what a share of 1/√n of what the medium shows says: a few per cent.
+void say_dense_media(const LoadedScene& loaded, std::uint32_t max_bounces, std::vector<std::string>& notices) {
+  constexpr double kDense = 100;      // optical thickness
+  constexpr double kMostLost = 1e-2;  // of what would be scattered on at the limit, where absorption has taken the rest
+  constexpr std::size_t kMaxNamed = 10;
+  std::size_t named = 0;
+  for (std::size_t i = 0; i < loaded.scene.materials.size() && named < kMaxNamed; ++i) {
+    const Medium& medium = loaded.scene.materials[i].interior;
+    const RgbColor &s = medium.scattering, &a = medium.absorption;
+    double densest = 0;
+    for (const auto& [scattering, absorption] : {std::pair<double, double>{s.r, a.r}, {s.g, a.g}, {s.b, a.b}}) {
+      const double albedo = scattering > 0 ? scattering / (scattering + absorption) : 0;
+      if (albedo > 0 && max_bounces * std::log(albedo) > std::log(kMostLost)) {
+        densest = std::max(densest, scattering);
+      }
+    }
+    if (densest == 0) {
+      continue;
+    }
+    const double depth = densest * thickness(loaded, static_cast<std::uint32_t>(i));
+    if (depth > kDense && depth * depth > max_bounces) {
+      ++named;
+      notices.push_back(
+          fmt::format("the medium \"{}\" scatters so densely (optical thickness {:.3g}) that some of its light, "
+                      "perhaps a few per cent, "
+                      "is lost where paths end after {} bounces; --max-bounces says where",
+                      loaded.scene.materials[i].name, depth, max_bounces));
+    }
+  }
+}
+
+/// Single precision knows where a sphere's surface is to some 2^-22 of its radius. Next to the camera that shows: gaps
+/// under what stands on it, a ragged edge, the wrong shade.
+void say_huge_spheres(const LoadedScene& loaded, std::vector<std::string>& notices) {
+  constexpr double kMost = 1e4;  // radii in distances of the eye from the surface
+  for (const Object& object : loaded.scene.objects) {
+    const auto* const sphere = std::get_if<SphereShape>(&object.shape);
+    if (sphere == nullptr) {
+      continue;
+    }
+    const Affine map(object.transform);
+    const double radius = sphere->radius * map.similarity_scale();
+    const double distance =
+        std::abs(glm::distance(map(to_vec(sphere->center)), to_vec(loaded.scene.camera.eye)) - radius);
+    if (radius > kMost * distance) {
+      notices.push_back(
+          fmt::format("the sphere \"{}\" is so large (radius {:g}) that near the camera its surface is only known to "
+                      "about {:.1g}; a plane in its place is exact",
+                      object.name, radius, std::ldexp(radius, -22)));
+      return;
+    }
+  }
+}
+
 }  // namespace
 
 bool emits_light(const Scene& scene) {
@@ -151,13 +235,17 @@ bool emits_light(const Scene& scene) {
              scene.objects, [&](const Object& object) { return !is_black(scene.materials[object.material].emission); });
 }
 
-std::vector<std::string> picture_notices(const LoadedScene& loaded, bool needs_light) {
+std::vector<std::string> picture_notices(const LoadedScene& loaded, bool needs_light, std::uint32_t max_bounces) {
   std::vector<std::string> notices;
   if (needs_light && !emits_light(loaded.scene)) {
     notices.emplace_back("nothing emits light: the picture will be black");
   }
   if (std::string notice = view_notice(loaded); !notice.empty()) {
     notices.push_back(std::move(notice));
+  }
+  say_huge_spheres(loaded, notices);
+  if (max_bounces > 0) {
+    say_dense_media(loaded, max_bounces, notices);
   }
   return notices;
 }

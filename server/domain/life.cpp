@@ -13,6 +13,11 @@ double gib(std::uint64_t bytes) {
   return static_cast<double>(bytes) / static_cast<double>(std::uint64_t{1} << 30);
 }
 
+/// "reached 1 second", "reached 20 samples per pixel".
+std::string reached(auto limit, std::string_view unit, std::string_view per = "") {
+  return fmt::format("reached {} {}{}{}", limit, unit, limit == 1 ? "" : "s", per);
+}
+
 }  // namespace
 
 Job::Job(JobRecord from, std::uint64_t budget_bytes, Time now)
@@ -222,14 +227,14 @@ bool Coordinator::State::finish_if_complete(Job& job, Time now, Step& step) {
   };
   if (job.error_met()) {
     const FrameError error = job.error.update_all(job.film);
-    return done(GoalLimit::error, fmt::format("reached error {} at {} samples per pixel",
+    return done(GoalLimit::error, fmt::format("reached relMSE {} at {} samples per pixel",
                                               interval_text(error.rel_mse, error.half_width), job.film.min_samples()));
   }
   if (job.film.min_samples() >= job.sample_limit()) {
-    return done(GoalLimit::samples, fmt::format("reached {} samples per pixel", job.sample_limit()));
+    return done(GoalLimit::samples, reached(job.sample_limit(), "sample", " per pixel"));
   }
   if (job.plan->closed() && job.plan->nothing_out() && !job.plan->has_work()) {
-    return done(GoalLimit::seconds, fmt::format("reached {} seconds", job.record.spec.goal.seconds));
+    return done(GoalLimit::seconds, reached(job.record.spec.goal.seconds, "second"));
   }
   if (!job.plan->closed() && job.film.min_samples() >= job.plan->goal()) {
     job.plan->set_goal(job.samples_wanted_now());

@@ -8,8 +8,10 @@
 #include "client/cli/units.h"
 #include "common/base/file.h"
 #include "common/base/overloaded.h"
+#include "common/methods/spec/method_spec.h"
 #include "common/scene/mesh.h"
 #include "common/scene/meter_reading.h"
+#include "common/scene_io/assets.h"
 #include "common/scene_io/load.h"
 #include "common/scene_io/picture_notices.h"
 #include "common/wire/scene_json.h"
@@ -168,6 +170,18 @@ void print(const Console& console, const LoadedScene& loaded, const Facts& facts
   }
 }
 
+/// Replaces a camera's file, but no other.
+Status save_camera(const std::string& path, const Camera& camera) {
+  std::error_code error;
+  if (std::filesystem::exists(path, error)) {
+    const Result<std::string> there = read_file(path);
+    if (!there.ok() || !read_camera_json(*there, path).ok()) {
+      return invalid_argument("--save-camera {}: there is another file, which is no camera; it is left as it is", path);
+    }
+  }
+  return write_file_atomically(path, as_byte_view(write_camera_json(camera)));
+}
+
 ExitCode check(const Console& console, const CheckOptions& options, Signals& signals) {
   Result<LoadedScene> loaded = load_scene(options.scene, signals);
   if (!loaded.ok()) {
@@ -177,12 +191,11 @@ ExitCode check(const Console& console, const CheckOptions& options, Signals& sig
   if (!facts.ok()) {
     return console.fail(as_input_error(facts.status()));
   }
-  std::ranges::copy(picture_notices(*loaded, true), std::back_inserter(loaded->notices));
+  append_notices(picture_notices(*loaded, true, kMaxBounces), loaded->notices);
   const SceneFacts plan = read_facts(loaded->scene);
-  std::ranges::move(plan_notices(plan), std::back_inserter(loaded->notices));
+  append_notices(plan_notices(plan), loaded->notices);
   if (!options.save_camera.empty()) {
-    const std::string text = write_camera_json(loaded->scene.camera);
-    if (const Status status = write_file_atomically(options.save_camera, as_byte_view(text)); !status.ok()) {
+    if (const Status status = save_camera(options.save_camera, loaded->scene.camera); !status.ok()) {
       return console.fail(status);
     }
   }

@@ -134,7 +134,9 @@ void add_job_commands(CLI::App& app, Context& context) {
   CLI::Option_group* const limits = extend->add_option_group("limits");
   limits->add_option("--spp", options->samples, "the new total of samples per pixel")
       ->check(whole_number(1, kMaxSamples));
-  limits->add_option("--error", options->error, "a smaller error to be reached (relMSE)")->type_name("E");
+  limits->add_option("--error", options->error, "a smaller error to be reached (relMSE)")
+      ->type_name("E")
+      ->check(readable(parse_error));
   limits->require_option(1, 2);
   run_call(extend, context, options, [](FarmConnection& connection, const JobOptions& given) -> Result<v1::Job> {
     double error = 0;

@@ -20,9 +20,10 @@ constexpr const char* kRenderMore =
     "It uses the farm given by --server or LIGHTMILL_SERVER; else one that answers at 127.0.0.1:7350; else, or with\n"
     "--local, one of its own on this machine, taken down afterwards. Without -o it writes SCENE.exr and SCENE.png into "
     "the\n"
-    "current folder. Ctrl-C cancels the job (what a farm has rendered can still be fetched); to let a job run on by itself, "
-    "use\n"
-    "`lightmill submit`.\n\n"
+    "current folder. Ctrl-C cancels the job: what is rendered can still be fetched, or, of a farm of its own, is "
+    "written\n"
+    "to the -o files if every part of the picture has a sample. To let a job run on by itself, use `lightmill "
+    "submit`.\n\n"
     "  lightmill render scenes/cornell-bench-blocks.json -o box.png --spp 256\n"
     "  lightmill render CornellBox.obj CornellBlocks.obj -o box.exr -o box.png --seconds 2m";
 
@@ -41,11 +42,32 @@ void say_notices(const Console& console, const PreparedJob& job) {
   }
 }
 
+/// Saves what a private farm, which is taken down, has rendered: a picture in which every tile has a sample. Says what
+/// became of it.
+std::string save_interrupted(Farm& farm, std::uint64_t id, const std::vector<std::string>& outputs,
+                             const ViewSettings& view) {
+  const Result<FetchedFilm> film = fetch_film(*farm.connection, id);
+  if (!film.ok()) {
+    return fmt::format("nothing is written: {}", message_of(film.status()));
+  }
+  const Receipt& receipt = film->picture.receipt;
+  if (receipt.min_samples == 0) {
+    return "nothing is written, as parts of the picture have no sample yet";
+  }
+  if (const Status status = write_outputs(film->picture, outputs, view); !status.ok()) {
+    return message_of(status);
+  }
+  return fmt::format("what is rendered ({} per pixel) -> {}",
+                     samples_per_pixel(receipt.min_samples, receipt.max_samples), fmt::join(outputs, ", "));
+}
+
 /// What is left when the command is interrupted. On a shared farm Ctrl-C cancels the job, its film stays; what the user
-/// has not decided (a terminal that went away, a SIGTERM) leaves it running.
-void end_interrupted(Farm& farm, std::uint64_t id, bool by_user, const Console& console) {
+/// has not decided (a terminal that went away, a SIGTERM) leaves it running. A private farm's film is saved at Ctrl-C.
+void end_interrupted(Farm& farm, std::uint64_t id, bool by_user, const std::vector<std::string>& outputs,
+                     const ViewSettings& view, const Console& console) {
   if (farm.private_farm) {
-    console.notice("interrupted; the private farm is taken down");
+    const std::string saved = by_user ? "; " + save_interrupted(farm, id, outputs, view) : "";
+    console.notice(fmt::format("interrupted{}; the private farm is taken down", saved));
     return;
   }
   if (!by_user) {
@@ -89,11 +111,11 @@ ExitCode render(Context& context, const Console& console, Options options) {
                                          [&](const v1::WatchJobResponse& response) { progress.show(response.job()); });
   if (!job.ok()) {
     if (context.signals.interrupted()) {
-      end_interrupted(*farm, submitted->id(), context.signals.interrupted_by_user(), console);
+      end_interrupted(*farm, submitted->id(), context.signals.interrupted_by_user(), outputs, *view, console);
     }
     return console.fail(job.status());
   }
-  return report_ended_job(console, *farm->connection, *job, outputs, *view);
+  return report_ended_job(console, *farm->connection, *job, outputs, *view, prepared->scene.notices);
 }
 
 ExitCode submit(Context& context, const Console& console, const RenderOptions& options) {
@@ -104,7 +126,7 @@ ExitCode submit(Context& context, const Console& console, const RenderOptions& o
   say_notices(console, *prepared);
   return with_farm(console, context.common.server, [&](FarmConnection& connection) -> Status {
     LM_ASSIGN_OR_RETURN(const v1::Job job, submit_job(connection, *prepared, console));
-    console.object(to_json(job));
+    console.object(to_json(job, prepared->scene.notices));
     for (const std::string& line : method_lines(job)) {
       console.notice(line);
     }

@@ -2,6 +2,7 @@
 
 #include "common/methods/float_environment.h"
 #include "common/methods/path/batch.h"
+#include "common/methods/spec/method_spec.h"
 
 namespace lightmill {
 namespace {

@@ -3,6 +3,7 @@
 #include <array>
 #include <charconv>
 #include <cmath>
+#include <set>
 
 namespace lightmill {
 namespace {
@@ -173,10 +174,15 @@ Result<MethodSpec> parse_method(std::string_view text) {
   if (entry == nullptr) {
     return invalid_argument("unknown method '{}'; the methods are {}", spec.name, method_list());
   }
+  std::set<std::string_view> given;
   for (std::size_t at = colon; at != std::string_view::npos && at < text.size();) {
     const std::size_t end = text.find(',', at + 1);
-    LM_RETURN_IF_ERROR(
-        set_parameter(*entry, text.substr(at + 1, end == std::string_view::npos ? end : end - at - 1), spec));
+    const std::string_view parameter = text.substr(at + 1, end == std::string_view::npos ? end : end - at - 1);
+    LM_RETURN_IF_ERROR(set_parameter(*entry, parameter, spec));
+    const std::string_view key = parameter.substr(0, parameter.find('='));
+    if (!given.insert(key).second) {
+      return invalid_argument("{} is given twice", key);
+    }
     at = end;
   }
   return spec;

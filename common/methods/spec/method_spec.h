@@ -53,6 +53,10 @@ inline constexpr std::uint64_t kHeldPassBytes = std::uint64_t{256} << 20;
 /// many samples: ranges are not to be longer.
 std::uint32_t shared_samples(const MethodSpec& method);
 
+/// Where no limit is asked for, a path of `path` still ends after so many scatterings (a closed room of albedo 1 has no
+/// other end).
+inline constexpr std::uint32_t kMaxBounces = 1000;
+
 /// Scatterings that `whitted` follows at most, and if it is not told.
 inline constexpr std::uint32_t kMaxWhittedBounces = 128;
 /// INVALID_ARGUMENT if the method cannot follow light so far; 0 stands for its own limit.

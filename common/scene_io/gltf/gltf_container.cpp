@@ -130,6 +130,9 @@ Result<std::unique_ptr<GltfData>> GltfData::open(std::string bytes, const std::s
   if (!asset.present() || !version.starts_with("2.")) {
     asset["version"].fail(fmt::format("glTF 2.0 is expected, got \"{}\"", version));
   }
+  if (const JsonNode least = asset["minVersion"]; least.present() && least.text() != "2.0") {
+    least.fail(fmt::format("what 2.0 has is read, and the file asks for \"{}\"", least.text()));
+  }
   data->load_buffers();
   LM_RETURN_IF_ERROR(data->status());
   return data;

@@ -54,6 +54,9 @@ std::optional<Light> read_light(const GltfData& data, const PlacedNode& placed, 
     const JsonNode spot = light["spot"];
     const double outer = spot["outerConeAngle"].number(std::numbers::pi / 4, 1e-6, std::numbers::pi / 2);
     const double inner = spot["innerConeAngle"].number(0, 0, std::numbers::pi / 2);
+    if (inner > outer) {
+      notices.left_out("inner cones of spot lights that are wider than the outer ones: their edges are sharp");
+    }
     SpotLight kind;
     kind.position = placed.origin();
     kind.direction = forward(placed);

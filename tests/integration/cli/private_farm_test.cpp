@@ -268,7 +268,7 @@ TEST_F(CliTest, TheFirstOfThreeLimitsEndsTheJobAndIsTold) {
   EXPECT_EQ(by_error["goal"]["error"], 0.05);
   EXPECT_LE(by_error["error"]["rel_mse"].get<double>() + by_error["error"]["half_width"].get<double>(), 0.05);
   EXPECT_EQ(ended(), by_error["reason"]);
-  EXPECT_NE(ended().find("reached error 0.0"), std::string::npos) << ended();
+  EXPECT_NE(ended().find("reached relMSE 0.0"), std::string::npos) << ended();
 
   const nlohmann::json by_samples = json(render({"--error", "1e-9", "--spp", "20", "--seconds", "10m"}));
   EXPECT_EQ(by_samples["reached"], "samples");
@@ -277,9 +277,9 @@ TEST_F(CliTest, TheFirstOfThreeLimitsEndsTheJobAndIsTold) {
 
   const CommandResult by_seconds = lightmill(render({"--error", "1e-9", "--spp", "1000000000", "--seconds", "1"}));
   EXPECT_EQ(by_seconds.exit_code, 0) << by_seconds.err;
-  EXPECT_NE(by_seconds.out.find("reached 1 seconds"), std::string::npos) << by_seconds.out;
+  EXPECT_NE(by_seconds.out.find("reached 1 second;"), std::string::npos) << by_seconds.out;
   EXPECT_NE(by_seconds.err.find("relMSE "), std::string::npos) << by_seconds.err;
-  EXPECT_EQ(ended(), "reached 1 seconds");
+  EXPECT_EQ(ended(), "reached 1 second");
 }
 
 TEST_F(CliTest, LayersThatCannotBeAreRefusedAtOnce) {
@@ -313,6 +313,34 @@ TEST_P(EndedBySignal, ThePrivateFarmGoesWithItsCommand) {
 
 INSTANTIATE_TEST_SUITE_P(Signals, EndedBySignal, ::testing::Values(SIGINT, SIGTERM, SIGKILL),
                          [](const auto& info) { return "Signal" + std::to_string(info.param); });
+
+TEST_F(CliTest, WhatIsRenderedWhenItIsInterruptedIsWritten) {
+  std::vector<std::string> render = endless(file("a.exr"));
+  render.insert(render.end(), {"--size", "48x48", "--json"});
+  BackgroundProcess client(render, file("render.log"), environment());
+  ASSERT_TRUE(eventually([&] { return left_over().size() == 3; }));
+  std::this_thread::sleep_for(std::chrono::seconds(4));  // one tile: a sample of it takes milliseconds
+  client.send(SIGINT);
+  EXPECT_EQ(client.wait(std::chrono::seconds(20)), 130);
+  const Result<std::string> log = read_file(file("render.log"), 1 << 20);
+  ASSERT_TRUE(log.ok());
+  EXPECT_NE(log->find("interrupted; what is rendered ("), std::string::npos) << *log;
+  EXPECT_TRUE(load_rgb(file("a.exr")).ok());
+}
+
+TEST_F(CliTest, NewsGoToStandardErrorAndNoticesIntoTheObject) {
+  write("dark.json", R"({"camera": {"eye": [0, 0, 5], "look_at": [0, 0, 0], "camera_constant": 1},
+"film": {"width": 8, "height": 8}, "materials": [{"name": "m", "mirror": {}}],
+"objects": [{"material": "m", "sphere": {"center": [0, 0, 0], "radius": 1}}]})");
+  const CommandResult result = lightmill(
+      {"render", file("dark.json"), "--local", "--method", "path", "--spp", "1", "-o", file("a.exr"), "--json"});
+  ASSERT_EQ(result.exit_code, 0) << result.err;
+  const std::string black = "nothing emits light: the picture will be black";
+  EXPECT_NE(result.err.find("note: " + black), std::string::npos) << result.err;
+  EXPECT_NE(result.err.find("farm: a private one"), std::string::npos) << result.err;
+  const nlohmann::json notices = nlohmann::json::parse(result.out)["notices"];
+  EXPECT_EQ(std::ranges::count(notices, black), 1) << notices;
+}
 
 TEST_F(CliTest, WhatAKilledCommandLeftIsRemovedByTheNext) {
   {

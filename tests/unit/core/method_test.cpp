@@ -154,6 +154,8 @@ TEST(Method, ParametersAreCheckedByName) {
   EXPECT_EQ(parse_method("ao")->distance, std::nullopt);
   EXPECT_EQ(message_of(parse_method("ao:depth=1").status()), "ao takes distance=D, brute-force; got 'depth=1'");
   EXPECT_TRUE(parse_method("raycast:flat")->flat);
+  EXPECT_EQ(message_of(parse_method("raycast:flat,flat").status()), "flat is given twice");
+  EXPECT_EQ(message_of(parse_method("ao:distance=1,distance=2").status()), "distance is given twice");
   EXPECT_EQ(message_of(parse_method("raycast:flat=1").status()), "flat is a word of its own, got 'flat=1'");
   EXPECT_EQ(message_of(parse_method("raycast:smooth").status()), "raycast takes flat, brute-force; got 'smooth'");
   EXPECT_EQ(parse_method("whitted:flat,glass=0.1")->glass, 0.1);

@@ -33,7 +33,7 @@ FilmPicture example_picture() {
   picture.receipt.max_samples = 5;
   picture.receipt.rel_mse = 0.1;
   picture.receipt.rel_mse_half_width = 0.025;
-  picture.receipt.ended = "reached error 0.098 ± 0.025 at 5 samples per pixel";
+  picture.receipt.ended = "reached relMSE 0.098 ± 0.025 at 5 samples per pixel";
   picture.receipt.seconds = 1.5;
   picture.receipt.method_reasons = {"it finds all"};
   picture.receipt.notices = {"path: light is missing", "and more"};

@@ -84,6 +84,8 @@ TEST(Gltf, ContainersThatAreWrongAreNamed) {
       "a.gltf: parse error at line 2, column 10: syntax error while parsing value - unexpected '}'; expected '[', "
       "'{', or a literal");
   EXPECT_EQ(open_error(R"({"asset":{"version":"1.0"}})"), "a.gltf: asset.version: glTF 2.0 is expected, got \"1.0\"");
+  EXPECT_EQ(open_error(R"({"asset":{"version":"2.1","minVersion":"2.1"}})"),
+            "a.gltf: asset.minVersion: what 2.0 has is read, and the file asks for \"2.1\"");
   EXPECT_EQ(open_error("{}"), "a.gltf: asset.version: glTF 2.0 is expected, got \"\"");
   EXPECT_EQ(open_error(gltf(R"("buffers":[{"byteLength":4}])")),
             "a.gltf: buffers[0].uri: must be given, as the file has no binary chunk for it");

@@ -1,95 +1,25 @@
 #include "common/scene_io/gltf/gltf.h"
 
-#include <gtest/gtest.h>
-
 #include <cmath>
 #include <numbers>
 
 #include "common/scene/mesh.h"
-#include "common/wire/scene_proto.h"
-#include "tests/unit/scene_io/gltf_text.h"
+#include "tests/unit/scene_io/gltf_fixture.h"
 
 namespace lightmill {
 namespace {
 
+using test::error;
+using test::expect_near;
 using test::gltf;
 using test::GltfBuffer;
+using test::good;
+using test::kOneNode;
+using test::kPng;
+using test::moved;
+using test::OneTriangle;
 using test::packed;
-
-Result<std::string> no_files(const std::string& name) {
-  return not_found("cannot open {}", name);
-}
-
-const std::string kPng = "\x89PNG\r\n\x1a\n";  // as much of one as the reader looks at
-
-/// A file with one triangle as meshes[0] and more members; the buffer's views and accessors go before.
-class OneTriangle {
- public:
-  OneTriangle() {
-    buffer_.positions({0, 0, 0, 1, 0, 0, 0, 1, 0});
-    buffer_.add(packed<float>({0, 0, 1, 0, 0, 1}), "VEC2", 5126, 3);
-    buffer_.add(kPng, "SCALAR", 5121, kPng.size());
-  }
-  std::string text(const std::string& members, const std::string& primitive = "") const {
-    return gltf(fmt::format(
-        R"({},"meshes":[{{"name":"tri","primitives":[{{"attributes":{{"POSITION":0,"TEXCOORD_0":1}}{}}}]}}],{})",
-        buffer_.embedded(), primitive, members));
-  }
-
- private:
-  GltfBuffer buffer_;
-};
-
-Result<LoadedScene> read(const std::string& text, bool light_the_dark = true) {
-  return read_gltf(text, "a.gltf", light_the_dark, no_files);
-}
-
-LoadedScene good(const std::string& text) {
-  Result<LoadedScene> loaded = read(text);
-  EXPECT_TRUE(loaded.ok()) << loaded.status();
-  if (!loaded.ok()) {
-    return {};
-  }
-  const Result<Scene> back = unpack_scene(pack_scene(loaded->scene));
-  EXPECT_TRUE(back.ok()) << back.status();
-  return *std::move(loaded);
-}
-
-std::string error(const std::string& members, const std::string& primitive = "") {
-  const Result<LoadedScene> loaded = read(OneTriangle().text(members, primitive));
-  return loaded.ok() ? "no error" : message_of(loaded.status());
-}
-
-const std::string kOneNode = R"("nodes":[{"mesh":0}])";
-
-/// A file whose only material has these members, without a sky.
-Material material(const std::string& members, std::vector<std::string>* notices = nullptr) {
-  const Result<LoadedScene> loaded =
-      read(OneTriangle().text(kOneNode + fmt::format(R"(,"materials":[{{{}}}])", members), R"(,"material":0)"), false);
-  EXPECT_TRUE(loaded.ok()) << loaded.status();
-  if (!loaded.ok()) {
-    return {};
-  }
-  if (notices != nullptr) {
-    *notices = loaded->notices;
-  }
-  return loaded->scene.materials.at(0);
-}
-
-void expect_near(const Point3d& a, const Point3d& b, double tolerance = 1e-12) {
-  for (std::size_t i = 0; i < 3; ++i) {
-    EXPECT_NEAR(a[i], b[i], tolerance);
-  }
-}
-
-Point3d moved(const Object& object, const Point3d& p) {
-  Point3d out;
-  for (std::size_t row = 0; row < 3; ++row) {
-    const auto& t = object.transform[row];
-    out[row] = t[0] * p[0] + t[1] * p[1] + t[2] * p[2] + t[3];
-  }
-  return out;
-}
+using test::read;
 
 TEST(GltfScene, NodesStandWhereTheirParentsPutThem) {
   const float s = std::sqrt(0.5f);  // half a right angle's quaternion
@@ -134,167 +64,6 @@ TEST(GltfScene, NodeMistakesAreNamed) {
             "without");
 }
 
-TEST(GltfScene, MetallicRoughnessIsPrincipled) {
-  std::vector<std::string> notices;
-  const Material gold = material(
-      R"("name":"gold","pbrMetallicRoughness":{"baseColorFactor":[1,0.75,0.25,1],"metallicFactor":0.5,
-"roughnessFactor":0.25},"emissiveFactor":[0.5,0,0],"doubleSided":true,"extensions":{
-"KHR_materials_emissive_strength":{"emissiveStrength":8},"KHR_materials_ior":{"ior":1.25},
-"KHR_materials_clearcoat":{"clearcoatFactor":0.75,"clearcoatRoughnessFactor":0.125},
-"KHR_materials_specular":{"specularFactor":0.5}})",
-      &notices);
-  EXPECT_EQ(gold.name, "gold");
-  const auto& p = std::get<PrincipledMaterial>(gold.kind);
-  EXPECT_EQ(p.base_color.rgb, (RgbColor{1, 0.75f, 0.25f}));
-  EXPECT_EQ(p.base_color.texture, kNoTexture);
-  EXPECT_EQ(p.metallic, 0.5);
-  EXPECT_EQ(p.roughness, 0.25);
-  EXPECT_EQ(p.specular, 0.25);
-  EXPECT_EQ(p.transmission, 0);
-  EXPECT_EQ(p.ior, 1.25);
-  EXPECT_EQ(p.coat, 0.75);
-  EXPECT_EQ(p.coat_roughness, 0.125);
-  EXPECT_EQ(gold.emission.rgb, (RgbColor{4, 0, 0}));
-  EXPECT_TRUE(gold.two_sided_emission);
-  EXPECT_EQ(notices, std::vector<std::string>{
-                         "the file has no camera: all of it is seen from the front, from above and from the right"});
-  const Material matt =
-      material(R"("extensions":{"KHR_materials_specular":{"specularColorFactor":[0,0,0]}})", &notices);
-  EXPECT_EQ(std::get<PrincipledMaterial>(matt.kind).specular, 0);
-  EXPECT_EQ(notices.size(), 1u);
-  const Material tinted =
-      material(R"("extensions":{"KHR_materials_specular":{"specularColorFactor":[2,1,0]}})", &notices);
-  EXPECT_EQ(std::get<PrincipledMaterial>(tinted.kind).specular, 0.5);
-  EXPECT_EQ(notices[0], "coloured highlights of plastic are rendered in white, as bright on the mean");
-  // What the format says of a material that says nothing.
-  const Material plain = material("");
-  const auto& d = std::get<PrincipledMaterial>(plain.kind);
-  EXPECT_EQ(d.base_color.rgb, (RgbColor{1, 1, 1}));
-  EXPECT_EQ(d.metallic, 1);
-  EXPECT_EQ(d.roughness, 1);
-  EXPECT_EQ(d.specular, 0.5);
-  EXPECT_EQ(d.ior, 1.5);
-  EXPECT_EQ(d.coat, 0);
-  EXPECT_EQ(plain.emission.rgb, RgbColor{});
-}
-
-// KHR_materials_ior: with 0 all light is reflected, but for what KHR_materials_specular's factors leave of it; so
-// materials of specular and glossiness are written.
-TEST(GltfScene, AnIndexOfZeroReflectsWhatTheFactorsSay) {
-  // The principled material's reflectances at normal incidence and at grazing angles.
-  const auto reflectances = [](const std::string& specular, std::vector<std::string>* notices = nullptr) {
-    const Material made = material(
-        R"("pbrMetallicRoughness":{"metallicFactor":0},"extensions":{"KHR_materials_ior":{"ior":0})" + specular + "}",
-        notices);
-    const auto& p = std::get<PrincipledMaterial>(made.kind);
-    EXPECT_LE(p.ior, kMaxIor);
-    EXPECT_LE(p.specular, 1);
-    const double f0 = std::pow((p.ior - 1) / (p.ior + 1), 2) * 2 * p.specular;
-    return std::pair(f0, std::min({2 * p.specular, 50 * f0, 1.0}));
-  };
-  const auto expect = [](std::pair<double, double> got, double f0, double f90) {
-    EXPECT_NEAR(got.first, f0, 1e-9);
-    EXPECT_NEAR(got.second, f90, 1e-9);
-  };
-  expect(reflectances(""), 1, 1);
-  expect(reflectances(R"(,"KHR_materials_specular":{"specularColorFactor":[0.25,0.25,0.25]})"), 0.25, 1);
-  expect(reflectances(R"(,"KHR_materials_specular":{"specularColorFactor":[0.9,0.9,0.9]})"), 0.9, 1);
-  expect(reflectances(R"(,"KHR_materials_specular":{"specularFactor":0.5,"specularColorFactor":[0.25,0.25,0.25]})"),
-         0.125, 0.5);
-  expect(reflectances(R"(,"KHR_materials_specular":{"specularColorFactor":[0,0,0]})"), 0, 0);
-  std::vector<std::string> notices;
-  reflectances(R"(,"KHR_materials_transmission":{"transmissionFactor":1},"KHR_materials_volume":{"thicknessFactor":1})",
-               &notices);
-  EXPECT_EQ(notices[0], "left out: an index of refraction of 0 where light is transmitted: it is 1.5");
-}
-
-TEST(GltfScene, TexturesThatAnExtensionAloneBringsAreLeftOut) {
-  const auto of = [](const std::string& texture, std::vector<std::string>& notices) {
-    const Result<LoadedScene> loaded =
-        read(OneTriangle().text(kOneNode + fmt::format(R"(,"images":[{{"bufferView":2}}],"textures":[{}],"materials":[
-{{"pbrMetallicRoughness":{{"baseColorFactor":[0.5,0.5,0.5,1],"baseColorTexture":{{"index":0}}}}}}])",
-                                                       texture),
-                                R"(,"material":0)"),
-             false);
-    EXPECT_TRUE(loaded.ok()) << loaded.status();
-    notices = loaded.ok() ? loaded->notices : std::vector<std::string>{};
-    return loaded.ok() ? std::get<PrincipledMaterial>(loaded->scene.materials.at(0).kind).base_color : TexturedColor{};
-  };
-  std::vector<std::string> notices;
-  EXPECT_EQ(of(R"({"extensions":{"EXT_texture_webp":{"source":0}}})", notices),
-            (TexturedColor{{0.5f, 0.5f, 0.5f}, kNoTexture}));
-  EXPECT_EQ(notices[0], "left out: textures whose only image is of EXT_texture_webp");
-  of(R"({"extensions":{"KHR_texture_basisu":{"source":0}}})", notices);
-  EXPECT_EQ(notices[0], "left out: textures whose only image is of KHR_texture_basisu");
-  of(R"({"extensions":{"NOBODY_texture":{}}})", notices);
-  EXPECT_EQ(notices[0], "left out: textures whose only image is of extensions that are not known");
-  // Where there is an image for those who do not know the extension, it is taken.
-  EXPECT_EQ(of(R"({"source":0,"extensions":{"EXT_texture_webp":{"source":7}}})", notices).texture, 0u);
-  EXPECT_EQ(notices.size(), 1u);  // of the camera
-}
-
-TEST(GltfScene, VolumesAbsorb) {
-  const Material amber = material(
-      R"("pbrMetallicRoughness":{"metallicFactor":0},"extensions":{"KHR_materials_transmission":{"transmissionFactor":1},
-"KHR_materials_volume":
-{"thicknessFactor":1,"attenuationDistance":2,"attenuationColor":[1,0.5,0]}})");
-  EXPECT_EQ(std::get<PrincipledMaterial>(amber.kind).transmission, 1);
-  EXPECT_EQ(amber.interior.absorption.r, 0);
-  EXPECT_NEAR(amber.interior.absorption.g, std::numbers::ln2 / 2, 1e-6);  // half of it is left after 2
-  EXPECT_GT(amber.interior.absorption.b, 1e20f);
-  std::vector<std::string> notices;
-  const std::string half = R"("extensions":{"KHR_materials_transmission":{"transmissionFactor":0.5}})";
-  material(R"("pbrMetallicRoughness":{"metallicFactor":0},)" + half, &notices);
-  EXPECT_EQ(notices[0], "materials that transmit without a volume are rendered as solid glass: light is refracted");
-  material(half, &notices);  // a metal: nothing gets in
-  EXPECT_EQ(notices.size(), 1u);
-}
-
-TEST(GltfScene, UnlitMaterialsEmit) {
-  const Material unlit =
-      material(R"("pbrMetallicRoughness":{"baseColorFactor":[0.5,1,0,1]},"extensions":{"KHR_materials_unlit":{}})");
-  EXPECT_EQ(unlit.emission.rgb, (RgbColor{0.5f, 1, 0}));
-  EXPECT_TRUE(unlit.two_sided_emission);
-  EXPECT_EQ(std::get<DiffuseMaterial>(unlit.kind).reflectance.rgb, RgbColor{});
-}
-
-TEST(GltfScene, TexturesAreKeptAsTheyAre) {
-  const LoadedScene loaded = good(OneTriangle().text(
-      kOneNode +
-          R"(,"images":[{"bufferView":2,"name":"wood"}],"samplers":[{"magFilter":9728,"wrapS":33071,"wrapT":33071}],
-"textures":[{"source":0,"sampler":0}],"materials":[{"pbrMetallicRoughness":{"baseColorTexture":{"index":0,
-"extensions":{"KHR_texture_transform":{"scale":[2,3],"offset":[0.25,0.5]}}},"metallicRoughnessTexture":{"index":0}},"emissiveFactor":[1,1,1],
-"emissiveTexture":{"index":0}}])",
-      R"(,"material":0)"));
-  ASSERT_EQ(loaded.scene.textures.size(), 3u);
-  const TextureImage& base = loaded.scene.textures[1];
-  EXPECT_EQ(base.file, "wood.png");
-  EXPECT_EQ(loaded.assets.at(base.asset), kPng);
-  ASSERT_EQ(loaded.images.size(), 1u);
-  EXPECT_EQ(loaded.images[0].asset, base.asset);
-  EXPECT_EQ(loaded.images[0].place, "a.gltf: images[0]");
-  EXPECT_EQ(base.filter, TextureImage::Filter::nearest);
-  EXPECT_EQ(base.wrap, TextureImage::Wrap::clamp);
-  EXPECT_EQ(base.color_space, TextureImage::ColorSpace::srgb);
-  // Theirs: v' = 3v + 0.5, counted downwards. Ours is 1 − v: at their v = 0.25 it is 0.75 before and −0.25 after.
-  EXPECT_EQ(base.scale, (std::array<double, 2>{2, 3}));
-  EXPECT_DOUBLE_EQ(base.scale[1] * 0.75 + base.offset[1], 1 - (3 * 0.25 + 0.5));
-  EXPECT_DOUBLE_EQ(base.offset[0], 0.25);
-  const TextureImage& emission = loaded.scene.textures[0];
-  EXPECT_EQ(emission.scale, (std::array<double, 2>{1, 1}));
-  EXPECT_EQ(emission.offset, (std::array<double, 2>{0, 0}));
-  EXPECT_NE(base.name, emission.name);
-  EXPECT_EQ(loaded.scene.materials[0].emission.texture, 0u);
-  EXPECT_EQ(std::get<PrincipledMaterial>(loaded.scene.materials[0].kind).base_color.texture, 1u);
-  EXPECT_EQ(loaded.scene.materials[0].roughness_map, (ScalarMap{2, ScalarMap::Channel::g}));
-  EXPECT_EQ(loaded.scene.materials[0].metallic_map, (ScalarMap{2, ScalarMap::Channel::b}));
-  EXPECT_EQ(loaded.scene.textures[2].color_space, TextureImage::ColorSpace::linear);
-  const auto& shape = std::get<MeshShape>(loaded.scene.objects[0].shape);
-  const Result<Mesh> mesh = decode_mesh(as_byte_view(loaded.assets.at(shape.asset)));
-  ASSERT_TRUE(mesh.ok()) << mesh.status();
-  EXPECT_EQ(mesh->texture_coordinates, (std::vector<std::array<float, 2>>{{0, 1}, {1, 1}, {0, 0}}));
-}
-
 TEST(GltfScene, LightsHaveRadiometricUnits) {
   const LoadedScene loaded = good(OneTriangle().text(
       R"("extensions":{"KHR_lights_punctual":{"lights":[{"type":"point","intensity":683,"color":[1,0.5,0]},
@@ -317,6 +86,13 @@ TEST(GltfScene, LightsHaveRadiometricUnits) {
   expect_near(spot.direction, {0, 0, -1});
   EXPECT_NEAR(spot.cutoff_degrees, 0.6 * 180 / std::numbers::pi, 1e-12);
   EXPECT_NEAR(spot.blend, 0.5, 1e-12);
+  EXPECT_TRUE(loaded.notices.empty() || loaded.notices[0].find("cones") == std::string::npos);
+  const LoadedScene wide = good(OneTriangle().text(
+      R"("extensions":{"KHR_lights_punctual":{"lights":[{"type":"spot","spot":{"innerConeAngle":0.7,"outerConeAngle":0.6}}]}},
+"nodes":[{"mesh":0},{"extensions":{"KHR_lights_punctual":{"light":0}}}])"));
+  EXPECT_EQ(wide.notices.at(0),
+            "left out: inner cones of spot lights that are wider than the outer ones: their edges are sharp");
+  EXPECT_EQ(std::get<SpotLight>(wide.scene.lights.at(0).kind).blend, 0);
   EXPECT_EQ(error(R"("extensions":{"KHR_lights_punctual":{"lights":[{"type":"laser"}]}},"nodes":[{"mesh":0,
 "extensions":{"KHR_lights_punctual":{"light":0}}}])"),
             "a.gltf: extensions.KHR_lights_punctual.lights[0].type: point, directional or spot is expected, got "
@@ -405,29 +181,6 @@ TEST(GltfScene, ExtensionsThatAreUsedAndNotListedAreSaidToo) {
                                       "nothing in the file emits light: it stands in an even white sky"}));
 }
 
-TEST(GltfScene, MaterialMistakesAreNamed) {
-  const auto of = [](const std::string& members) {
-    return error(kOneNode + fmt::format(R"(,"materials":[{{{}}}])", members), R"(,"material":0)");
-  };
-  EXPECT_EQ(of(R"("pbrMetallicRoughness":{"metallicFactor":2})"),
-            "a.gltf: materials[0].pbrMetallicRoughness.metallicFactor: a number from 0 to 1 is expected, got 2");
-  EXPECT_EQ(of(R"("emissiveFactor":[1,1])"),
-            "a.gltf: materials[0].emissiveFactor: a list of 3 is expected, got a list of 2");
-  EXPECT_EQ(
-      of(R"("pbrMetallicRoughness":{"baseColorTexture":{"index":0}})"),
-      "a.gltf: materials[0].pbrMetallicRoughness.baseColorTexture.index: an index into the 0 textures is expected, "
-      "got 0");
-  EXPECT_EQ(error(kOneNode + R"(,"images":[{"bufferView":0}],"textures":[{"source":0}],
-"materials":[{"pbrMetallicRoughness":{"baseColorTexture":{"index":0}}}])",
-                  R"(,"material":0)"),
-            "a.gltf: images[0]: PNG or JPEG is expected");
-  EXPECT_EQ(
-      error(kOneNode + R"(,"textures":[{}],"materials":[{"pbrMetallicRoughness":{"baseColorTexture":{"index":0}}}])",
-            R"(,"material":0)"),
-      "a.gltf: textures[0].source: an image is expected");
-}
-
-// A scale along one axis says nothing of the others.
 TEST(GltfScene, ObjectsMayBeThinAndLong) {
   const LoadedScene loaded =
       good(OneTriangle().text(R"("nodes":[{"mesh":0,"scale":[0.0005,0.0005,1000],"rotation":[0.6,0,0,0.8]}])"));

@@ -73,6 +73,46 @@ TEST(PictureNotices, MeshesAreWhereTheirTransformPutsThem) {
   EXPECT_EQ(view_of(loaded), "");
 }
 
+TEST(PictureNotices, FogThatIsDenserThanPathsAreLongIsSaid) {
+  const auto dense = [](double radius, const Medium& medium, std::uint32_t max_bounces) {
+    LoadedScene loaded = seen({ball({0, 0, 0}, radius, 2)});
+    loaded.scene.materials.push_back({"fog", DielectricMaterial{1}, {}});
+    loaded.scene.materials.back().interior = medium;
+    const std::vector<std::string> notices = picture_notices(loaded, false, max_bounces);
+    return notices.empty() ? "" : notices.back();
+  };
+  Medium white;
+  white.scattering = {1000, 1000, 1000};
+  EXPECT_EQ(
+      dense(1, white, 1000),
+      "the medium \"fog\" scatters so densely (optical thickness 2e+03) that some of its light, perhaps a few per "
+      "cent, is lost where paths end after 1000 bounces; --max-bounces says where");
+  EXPECT_EQ(dense(1, white, 0), "");          // of a method without paths
+  EXPECT_EQ(dense(1, white, 4'000'000), "");  // long enough: as many as the square of the thickness
+  Medium thinner;
+  thinner.scattering = {60, 60, 60};
+  EXPECT_EQ(dense(0.8, thinner, 1000), "");  // 96 across
+  EXPECT_NE(dense(1, thinner, 1000), "");    // 120
+  Medium grey = white;
+  grey.absorption = {10, 10, 10};  // of 1000 scatterings .99^1000 are left
+  EXPECT_EQ(dense(1, grey, 1000), "");
+  grey.absorption = {10, 10, 1};  // .999^1000
+  EXPECT_NE(dense(1, grey, 1000), "");
+}
+
+TEST(PictureNotices, SpheresThatAreTooLargeForWhatIsNearAreSaid) {
+  // The eye is 5 above the surface.
+  EXPECT_EQ(view_of(seen({ball({0, 0, -4e4}, 4e4)})), "");
+  const std::string said =
+      "the sphere \"ball\" is so large (radius 60000) that near the camera its surface is only known to about 0.01; a "
+      "plane in its place is exact";
+  EXPECT_EQ(view_of(seen({ball({0, 0, -6e4}, 6e4)})), said);
+  EXPECT_EQ(view_of(seen({ball({0, 0, 0}, 6e4)})), "");  // a sky around all: its surface is far
+  LoadedScene enlarged = seen({ball({0, 0, -6}, 6)});
+  enlarged.scene.objects[0].transform = {{{1e4, 0, 0, 0}, {0, 1e4, 0, 0}, {0, 0, 1e4, 0}}};
+  EXPECT_EQ(view_of(enlarged), said);
+}
+
 TEST(PictureNotices, ADotIsSaid) {
   // Ten wide at the origin's distance: a ball of radius 0.1 there, its nearest side at 4.9, takes 200 · 0.2 / 9.8.
   EXPECT_EQ(

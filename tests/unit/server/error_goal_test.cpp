@@ -49,7 +49,7 @@ TEST_F(ErrorGoalTest, EndsAtTheFirstCountThatMeetsIt) {
     EXPECT_EQ(status(job).counters.results_duplicate, 0u);
   }
   EXPECT_TRUE(status(JobId{1}).reason.ends_with(" at 96 samples per pixel")) << status(JobId{1}).reason;
-  EXPECT_TRUE(status(JobId{1}).reason.starts_with("reached error 0.0059")) << status(JobId{1}).reason;
+  EXPECT_TRUE(status(JobId{1}).reason.starts_with("reached relMSE 0.0059")) << status(JobId{1}).reason;
 }
 
 TEST_F(ErrorGoalTest, AJobKeepsHowItsErrorFell) {
