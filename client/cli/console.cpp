@@ -93,6 +93,12 @@ void Console::notice(std::string_view line) const {
   write_line(stderr, printable(line, true));
 }
 
+void Console::progress(std::string_view line) const {
+  if (!json_) {
+    notice(line);
+  }
+}
+
 ExitCode Console::fail(const Status& status) const {
   return fail(status, nlohmann::json::object());
 }

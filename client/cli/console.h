@@ -37,6 +37,7 @@ class Console {
   void result(std::string_view line) const;         ///< a line of human output; nothing with --json
   void object(const nlohmann::json& object) const;  ///< the one object of --json; nothing without
   void notice(std::string_view line) const;         ///< a line of news
+  void progress(std::string_view line) const;       ///< how far work is; nothing with --json
   /// Reports an error (as an object too with --json) and gives the exit code that fits it.
   ExitCode fail(const Status& status) const;
   /// The same with more to say in the object: "failure" is added to it.

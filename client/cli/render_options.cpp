@@ -112,8 +112,12 @@ void add_render_options(CLI::App& command, RenderOptions& options) {
                   "0.001 smooth; with several limits the first one ends the job")
       ->type_name("E")
       ->check(readable(parse_error));
-  command.add_option("--size", options.size, "picture size in pixels, instead of the scene's")->type_name("WxH");
-  command.add_option("--crop", options.crop, "render only this part of the picture")->type_name("X,Y,W,H");
+  command.add_option("--size", options.size, "picture size in pixels, instead of the scene's")
+      ->type_name("WxH")
+      ->check(readable(parse_size));
+  command.add_option("--crop", options.crop, "render only this part of the picture")
+      ->type_name("X,Y,W,H")
+      ->check(readable(parse_crop));
   command.add_option("--method", options.method, std::string(method_help()))
       ->type_name("M[:PARAMETER,...]")
       ->capture_default_str();
@@ -125,12 +129,12 @@ void add_render_options(CLI::App& command, RenderOptions& options) {
           "further layers for the EXR: direct, indirect, caustic, albedo, normal, depth, id, and light:NAME for a "
           "light group; auto and path have all but caustic, other methods than these two albedo, normal, depth and id")
       ->type_name("A,B,...")
-      ->check([](const std::string& names) { return names.empty() ? "names of layers are expected" : ""; });
+      ->check(not_empty("names of layers are"));
   command
-      .add_option(
-          "--max-bounces", options.max_bounces,
-          "path, caustic, ppm, whitted: longest light path (default 1000; of whitted 128, its most; nearly all end long "
-          "before, but in dense white fog)")
+      .add_option("--max-bounces", options.max_bounces,
+                  "path, caustic, ppm, whitted: longest light path (default 1000; of whitted 128, its most; nearly all "
+                  "end long "
+                  "before, but in dense white fog)")
       ->type_name("N")
       ->check(whole_number(1, 1'000'000));
   command.add_option("--seed", options.seed, "the same seed gives the same picture, bit for bit")
@@ -174,7 +178,7 @@ Result<PreparedJob> make_job(const RenderOptions& options, Signals& signals) {
   settings.height = film.height;
   settings.seed = options.seed;
   settings.method = options.method;
-  if (options.brute_force) {
+  if (options.brute_force && !spec.brute_force) {
     settings.method += options.method.find(':') == std::string::npos ? ":brute-force" : ",brute-force";
   }
   settings.max_bounces = options.max_bounces;
@@ -183,10 +187,10 @@ Result<PreparedJob> make_job(const RenderOptions& options, Signals& signals) {
     job.scene.notices.push_back(fmt::format("left out: the scene's {}, which {} does not read (path does)",
                                             meters == 1 ? "meter" : fmt::format("{} meters", meters), spec.name));
   }
+  const bool scatters = spec.name == "path" || spec.name == kAutoMethod;
   const std::uint32_t longest_path = options.max_bounces > 0 ? options.max_bounces : kMaxBounces;
-  append_notices(
-      picture_notices(job.scene, method_needs_light(spec.name), method_bounces(spec.name) ? longest_path : 0),
-      job.scene.notices);
+  append_notices(picture_notices(job.scene, method_needs_light(spec.name), scatters ? longest_path : 0),
+                 job.scene.notices);
   settings.renderer_version = kRendererVersion;
   job.spec.request_id = new_request_id();
   const std::string& scene_name = job.scene.scene.name;

@@ -2,6 +2,7 @@
 
 #include "client/cli/blender.h"
 #include "client/cli/console.h"
+#include "client/cli/context.h"
 #include "client/cli/image_check.h"
 
 namespace lightmill::cli {
@@ -16,7 +17,8 @@ void add_scene_options(CLI::App& command, SceneOptions& options) {
   command
       .add_option("--camera", options.camera,
                   "a JSON file with a camera, or the name of one of the scene's, instead of its first")
-      ->type_name("FILE|NAME");
+      ->type_name("FILE|NAME")
+      ->check(not_empty("a file or a name is"));
   command
       .add_option("--mtl", options.mtl,
                   "what Ka means in the MTL files of OBJ files: emission (course) or ambient light, which is left out "

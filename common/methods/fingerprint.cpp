@@ -185,14 +185,28 @@ std::shared_ptr<const CompiledScene> compiled(const TestScene& test) {
   return *std::move(scene);
 }
 
-void append_samples(const std::shared_ptr<const CompiledScene>& scene, const std::string& name,
-                    const std::vector<std::string>& layers, SampleRange range, Xxh3Hasher& hasher) {
-  const auto method = make_method(scene, {name, 1, 0, *film_layers(layers)});
+/// All layers that the method has, with the scene's light group.
+std::vector<LayerSpec> layers_of(std::string_view method) {
+  std::vector<std::string> names;
+  for (const char* const name :
+       {"direct", "indirect", "caustic", "bias", "albedo", "light:key", "normal", "depth", "id"}) {
+    const Result<std::vector<LayerSpec>> one = film_layers(std::vector<std::string>{name});
+    if (one.ok() && check_method_layers(method, *one).ok()) {
+      names.emplace_back(name);
+    }
+  }
+  return *film_layers(names);
+}
+
+void append_samples(const std::shared_ptr<const CompiledScene>& scene, const std::string& text, SampleRange range,
+                    Xxh3Hasher& hasher) {
+  const std::string name = parse_method(text)->name;
+  const auto method = make_method(scene, {text, 1, 0, layers_of(name)});
   LM_CHECK(method.ok(), "{}", message_of(method.status()));
   const auto workspace = (*method)->make_workspace();
   const Node node = (*method)->render({0, 0, kSide, kSide}, range, *workspace);
   hasher.append(std::as_bytes(std::span(node.values)));
-  if (method_reads_meters(parse_method(name)->name)) {
+  if (method_reads_meters(name)) {
     const Node meter = (*method)->render(meter_rect(0), {0, 0}, *workspace);
     hasher.append(std::as_bytes(std::span(meter.values)));
   }
@@ -205,18 +219,23 @@ std::string fingerprint_class() {
   for (const FilterKind filter :
        {FilterKind::box, FilterKind::tent, FilterKind::gaussian, FilterKind::blackman_harris}) {
     TestScene test = make_test_scene(filter);
-    const SampleRange range = filter == FilterKind::box ? kRange : SampleRange{1, 0};
+    const bool box = filter == FilterKind::box;
     const std::shared_ptr<const CompiledScene> scene = compiled(test);
-    append_samples(scene, "path", {"direct", "indirect", "albedo", "light:key", "normal", "depth", "id"}, range,
-                   hasher);
-    for (const char* const name : {"preview", "ao:distance=1", "raycast", "whitted"}) {
-      append_samples(scene, name, {"albedo", "normal", "depth", "id"}, range, hasher);
-    }
     for (Material& material : test.scene.materials) {
-      material.interior.scattering = {};  // photons do not scatter in media
+      material.interior.scattering = {};
     }
-    append_samples(compiled(test), "caustic:photons=2000", {"direct", "indirect", "caustic", "light:key"}, {1, 0},
-                   hasher);
+    const std::shared_ptr<const CompiledScene> clear = box ? compiled(test) : nullptr;  // photons scatter in no medium
+    for (const std::string_view name : method_names()) {
+      if (name == kAutoMethod) {
+        continue;
+      }
+      if (shared_samples(*parse_method(name)) == 0) {
+        append_samples(scene, name == "ao" ? "ao:distance=1" : std::string(name), box ? kRange : SampleRange{1, 0},
+                       hasher);
+      } else if (box) {
+        append_samples(clear, fmt::format("{}:photons=2000", name), {1, 0}, hasher);
+      }
+    }
   }
   return hasher.finish().hex().substr(0, 16);
 }

@@ -59,6 +59,28 @@ Box box_of(const Object& object, const LoadedScene& loaded) {
   return box;
 }
 
+/// Boxes of objects, in their own coordinates; those of meshes are found once.
+class Boxes {
+ public:
+  explicit Boxes(const LoadedScene& loaded) : loaded_(loaded) {}
+  const Box& of(const Object& object) {
+    const auto* const mesh = std::get_if<MeshShape>(&object.shape);
+    if (mesh == nullptr) {
+      return other_ = box_of(object, loaded_);
+    }
+    const auto [found, added] = meshes_.try_emplace(mesh->asset);
+    if (added) {
+      found->second = box_of(object, loaded_);
+    }
+    return found->second;
+  }
+
+ private:
+  const LoadedScene& loaded_;
+  std::map<Sha256, Box> meshes_;
+  Box other_;
+};
+
 /// What a camera sees of boxes: where on the film, whose edges are at ±1, they may be.
 class View {
  public:
@@ -113,7 +135,7 @@ class View {
 };
 
 /// Empty where there is nothing to say.
-std::string view_notice(const LoadedScene& loaded) {
+std::string view_notice(const LoadedScene& loaded, Boxes& boxes) {
   const Scene& scene = loaded.scene;
   const auto is_plane = [](const Object& object) { return std::holds_alternative<PlaneShape>(object.shape); };
   const auto is_sky = [](const Light& light) { return std::holds_alternative<EnvironmentLight>(light.kind); };
@@ -122,13 +144,8 @@ std::string view_notice(const LoadedScene& loaded) {
     return "";
   }
   View view(scene.camera, scene.film);
-  std::map<Sha256, Box> boxes;  // of meshes
   for (const Object& object : scene.objects) {
-    const auto* mesh = std::get_if<MeshShape>(&object.shape);
-    if (mesh != nullptr && !boxes.contains(mesh->asset)) {
-      boxes.emplace(mesh->asset, box_of(object, loaded));
-    }
-    view.add(mesh != nullptr ? boxes.at(mesh->asset) : box_of(object, loaded), Affine(object.transform));
+    view.add(boxes.of(object), Affine(object.transform));
     if (!view.nothing() && !view.mere_dot()) {
       return "";
     }
@@ -144,7 +161,7 @@ std::string view_notice(const LoadedScene& loaded) {
 }
 
 /// Of all shapes of a material: the most that one of them, or, where they are flat, all together measure across.
-double thickness(const LoadedScene& loaded, std::uint32_t material) {
+double thickness(const LoadedScene& loaded, std::uint32_t material, Boxes& boxes) {
   double most = 0;
   Box faces;
   for (const Object& object : loaded.scene.objects) {
@@ -154,7 +171,7 @@ double thickness(const LoadedScene& loaded, std::uint32_t material) {
     if (std::holds_alternative<PlaneShape>(object.shape)) {
       return std::numeric_limits<double>::infinity();
     }
-    const Box own = box_of(object, loaded);
+    const Box& own = boxes.of(object);
     const Affine map(object.transform);
     Box box;
     for (int i = 0; i < 8; ++i) {
@@ -174,7 +191,8 @@ double thickness(const LoadedScene& loaded, std::uint32_t material) {
 
 /// Light leaves a medium of optical thickness τ after some τ² scatterings, unless it is absorbed before. That few of
 /// its paths are longer than a limit of n is what a share of 1/√n of what the medium shows says: a few per cent.
-void say_dense_media(const LoadedScene& loaded, std::uint32_t max_bounces, std::vector<std::string>& notices) {
+void say_dense_media(const LoadedScene& loaded, std::uint32_t max_bounces, Boxes& boxes,
+                     std::vector<std::string>& notices) {
   constexpr double kDense = 100;      // optical thickness
   constexpr double kMostLost = 1e-2;  // of what would be scattered on at the limit, where absorption has taken the rest
   constexpr std::size_t kMaxNamed = 10;
@@ -192,14 +210,14 @@ void say_dense_media(const LoadedScene& loaded, std::uint32_t max_bounces, std::
     if (densest == 0) {
       continue;
     }
-    const double depth = densest * thickness(loaded, static_cast<std::uint32_t>(i));
+    const double depth = densest * thickness(loaded, static_cast<std::uint32_t>(i), boxes);
     if (depth > kDense && depth * depth > max_bounces) {
       ++named;
-      notices.push_back(
-          fmt::format("the medium \"{}\" scatters so densely (optical thickness {:.3g}) that some of its light, "
-                      "perhaps a few per cent, "
-                      "is lost where paths end after {} bounces; --max-bounces says where",
-                      loaded.scene.materials[i].name, depth, max_bounces));
+      notices.push_back(fmt::format(
+          "the medium \"{}\" scatters so densely (optical thickness {}) that some of its light, perhaps a few "
+          "per cent, is lost where paths end after {} bounces; --max-bounces says where",
+          loaded.scene.materials[i].name, std::isinf(depth) ? "without end" : fmt::format("{:.3g}", depth),
+          max_bounces));
     }
   }
 }
@@ -207,7 +225,10 @@ void say_dense_media(const LoadedScene& loaded, std::uint32_t max_bounces, std::
 /// Single precision knows where a sphere's surface is to some 2^-22 of its radius. Next to the camera that shows: gaps
 /// under what stands on it, a ragged edge, the wrong shade.
 void say_huge_spheres(const LoadedScene& loaded, std::vector<std::string>& notices) {
-  constexpr double kMost = 1e4;  // radii in distances of the eye from the surface
+  constexpr double kMost =
+      1e4;  // radii in distances: of the eye from the surface, or from where it looks if that is more
+  const Vec3d eye = to_vec(loaded.scene.camera.eye);
+  const double looks = glm::distance(eye, to_vec(loaded.scene.camera.look_at));
   for (const Object& object : loaded.scene.objects) {
     const auto* const sphere = std::get_if<SphereShape>(&object.shape);
     if (sphere == nullptr) {
@@ -215,8 +236,7 @@ void say_huge_spheres(const LoadedScene& loaded, std::vector<std::string>& notic
     }
     const Affine map(object.transform);
     const double radius = sphere->radius * map.similarity_scale();
-    const double distance =
-        std::abs(glm::distance(map(to_vec(sphere->center)), to_vec(loaded.scene.camera.eye)) - radius);
+    const double distance = std::max(looks, std::abs(glm::distance(map(to_vec(sphere->center)), eye) - radius));
     if (radius > kMost * distance) {
       notices.push_back(
           fmt::format("the sphere \"{}\" is so large (radius {:g}) that near the camera its surface is only known to "
@@ -240,12 +260,13 @@ std::vector<std::string> picture_notices(const LoadedScene& loaded, bool needs_l
   if (needs_light && !emits_light(loaded.scene)) {
     notices.emplace_back("nothing emits light: the picture will be black");
   }
-  if (std::string notice = view_notice(loaded); !notice.empty()) {
+  Boxes boxes(loaded);
+  if (std::string notice = view_notice(loaded, boxes); !notice.empty()) {
     notices.push_back(std::move(notice));
   }
   say_huge_spheres(loaded, notices);
   if (max_bounces > 0) {
-    say_dense_media(loaded, max_bounces, notices);
+    say_dense_media(loaded, max_bounces, boxes, notices);
   }
   return notices;
 }

@@ -170,12 +170,12 @@ void print(const Console& console, const LoadedScene& loaded, const Facts& facts
   }
 }
 
-/// Replaces a camera's file, but no other.
+/// Replaces a camera's file, or an empty one, but no other.
 Status save_camera(const std::string& path, const Camera& camera) {
   std::error_code error;
   if (std::filesystem::exists(path, error)) {
     const Result<std::string> there = read_file(path);
-    if (!there.ok() || !read_camera_json(*there, path).ok()) {
+    if (!there.ok() || (!there->empty() && !read_camera_json(*there, path).ok())) {
       return invalid_argument("--save-camera {}: there is another file, which is no camera; it is left as it is", path);
     }
   }

@@ -114,7 +114,7 @@ class Lab {
       forget(submitted.id(), !job.ok());
       LM_RETURN_IF_ERROR(film.status());
       LM_RETURN_IF_ERROR(write_outputs(film->picture, {folder_.reference_path(scene).string()}, ViewSettings{}));
-      console_.notice(fmt::format("{}: {} of threads", label, human_seconds(job->worker_seconds())));
+      console_.progress(fmt::format("{}: {} of threads", label, human_seconds(job->worker_seconds())));
     }
     return folder_.load_reference(scene);
   }
@@ -128,7 +128,7 @@ class Lab {
     forget(submitted.id(), !status.ok());
     if (status.ok()) {
       const std::size_t done = runs_ - runs_left_ + 1;
-      console_.notice(fmt::format("[{}/{}] {}: {}", done, runs_, label, last_text(run)));
+      console_.progress(fmt::format("[{}/{}] {}: {}", done, runs_, label, last_text(run)));
     }
     return status;
   }

@@ -107,6 +107,7 @@ TEST(PictureNotices, SpheresThatAreTooLargeForWhatIsNearAreSaid) {
       "the sphere \"ball\" is so large (radius 60000) that near the camera its surface is only known to about 0.01; a "
       "plane in its place is exact";
   EXPECT_EQ(view_of(seen({ball({0, 0, -6e4}, 6e4)})), said);
+  EXPECT_EQ(view_of(seen({ball({0, 0, 4}, 1)})), "");    // the eye is on it
   EXPECT_EQ(view_of(seen({ball({0, 0, 0}, 6e4)})), "");  // a sky around all: its surface is far
   LoadedScene enlarged = seen({ball({0, 0, -6}, 6)});
   enlarged.scene.objects[0].transform = {{{1e4, 0, 0, 0}, {0, 1e4, 0, 0}, {0, 0, 1e4, 0}}};
