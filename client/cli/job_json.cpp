@@ -48,6 +48,7 @@ json to_json(const v1::Job& job) {
       {"priority", job.priority()},
       {"method", job.method()},
       {"method_chosen", job.method_notes().chosen()},
+      {"method_candidates", to_json(job.method_notes().candidates())},
       {"method_reasons", to_json(job.method_notes().reasons())},
       {"notices", to_json(job.method_notes().notices())},
       {"seed", job.seed()},

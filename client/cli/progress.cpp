@@ -117,6 +117,13 @@ std::string method_name(const v1::Job& job) {
   return candidates.empty() ? job.method() : fmt::format("{}", fmt::join(candidates, " or "));
 }
 
+std::string how_chosen(const v1::Job& job) {
+  if (!job.method_notes().chosen()) {
+    return "";
+  }
+  return job.method_notes().candidates().empty() ? " (chosen by auto)" : " (a pilot compares them)";
+}
+
 std::string method_text(const v1::Job& job) {
   return method_name(job) + (job.method_notes().notices().empty() ? "" : " !");
 }
@@ -126,7 +133,7 @@ std::vector<std::string> method_lines(const v1::Job& job) {
   if (job.method_notes().chosen()) {
     const bool open = !job.method_notes().candidates().empty();
     lines.push_back(fmt::format("method {}: {}", method_name(job), fmt::join(job.method_notes().reasons(), "; ")) +
-                    (open ? "; a pilot picks one" : ""));
+                    (open ? "; a pilot compares them" : ""));
   }
   for (const std::string& notice : job.method_notes().notices()) {
     lines.push_back("note: " + notice);

@@ -46,9 +46,12 @@ void add(std::span<const float> values, std::size_t first, std::vector<double>& 
 
 /// Adds the sums of a range of all patches, patch by patch.
 void add_sums(const Method& method, std::span<const PixelRect> patches, SampleRange range, Workspace& workspace,
-              Halves& sums, Halves& caustics) {
+              Halves& sums, Halves& caustics, const std::stop_token& stop) {
   std::size_t first = 0;
   for (const PixelRect& patch : patches) {
+    if (stop.stop_requested()) {
+      return;
+    }
     const Node node = method.render(patch, range, workspace);
     const std::span<const float> values(node.values);
     const std::size_t rgb = 3 * static_cast<std::size_t>(patch.pixel_count());
@@ -62,7 +65,7 @@ void add_sums(const Method& method, std::span<const PixelRect> patches, SampleRa
 }
 
 Sampled sample(const Method& method, const MethodSpec& spec, std::span<const PixelRect> patches,
-               std::int64_t film_pixels) {
+               std::int64_t film_pixels, const std::stop_token& stop) {
   constexpr double kCount = 1u << kLevel;
   const std::uint32_t level = level_at_a_time(spec), pieces = 1u << (kLevel - level);
   std::int64_t pixels = 0;
@@ -74,7 +77,7 @@ Sampled sample(const Method& method, const MethodSpec& spec, std::span<const Pix
     const std::unique_ptr<Workspace> workspace = method.make_workspace();
     for (std::uint32_t piece = 0; piece < pieces; ++piece) {
       add_sums(method, patches, {level, (kFirstBatch + batch) * pieces + piece}, *workspace, out.means[batch],
-               out.caustics[batch]);
+               out.caustics[batch], stop);
     }
     for (Halves* sums : {&out.means[batch], &out.caustics[batch]}) {
       for (std::vector<double>& half : *sums) {
@@ -179,7 +182,8 @@ std::vector<PixelRect> pilot_patches(const PixelRect& film) {
   return patches;
 }
 
-Result<PilotChoice> run_pilot(const std::shared_ptr<const CompiledScene>& scene, const PilotSettings& settings) {
+Result<PilotChoice> run_pilot(const std::shared_ptr<const CompiledScene>& scene, const PilotSettings& settings,
+                              const std::stop_token& stop) {
   if (settings.methods.empty()) {
     return invalid_argument("a pilot needs a method");
   }
@@ -196,7 +200,10 @@ Result<PilotChoice> run_pilot(const std::shared_ptr<const CompiledScene>& scene,
       LM_ASSIGN_OR_RETURN(of_method.layers, film_layers(std::array<std::string, 1>{"caustic"}));
     }
     LM_ASSIGN_OR_RETURN(const std::unique_ptr<Method> method, make_method(scene, of_method));
-    sampled.push_back(sample(*method, spec, patches, settings.film.pixel_count()));
+    sampled.push_back(sample(*method, spec, patches, settings.film.pixel_count(), stop));
+    if (stop.stop_requested()) {
+      return cancelled("the pilot was stopped");
+    }
   }
   const std::vector<double> reference = reference_of(sampled);
   std::vector<PilotMeasure> measures;

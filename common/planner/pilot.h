@@ -3,6 +3,7 @@
 
 #include <memory>
 #include <span>
+#include <stop_token>
 #include <string>
 
 #include "common/base/status.h"
@@ -22,8 +23,9 @@ struct PilotSettings {
 };
 
 /// Renders small patches all over the film, in two independent batches, on the calling thread. A pure function of its
-/// arguments. INVALID_ARGUMENT if a method cannot be made.
-Result<PilotChoice> run_pilot(const std::shared_ptr<const CompiledScene>& scene, const PilotSettings& settings);
+/// arguments. INVALID_ARGUMENT if a method cannot be made; CANCELLED if it was stopped, which it does between patches.
+Result<PilotChoice> run_pilot(const std::shared_ptr<const CompiledScene>& scene, const PilotSettings& settings,
+                              const std::stop_token& stop = {});
 
 /// The patches: at most 64 of at most 8×8 pixels, spread evenly.
 std::vector<PixelRect> pilot_patches(const PixelRect& film);

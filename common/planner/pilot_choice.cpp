@@ -26,8 +26,13 @@ double gain(const PilotMeasure& simplest, const PilotMeasure& other) {
 
 std::string compare(const std::string& simplest, const PilotMeasure& its, const std::string& other,
                     const PilotMeasure& others) {
-  if (others.inefficiency(0) == 0 || others.inefficiency(1) == 0) {
-    return fmt::format("two pilots of {} saw no noise", other);
+  const auto silent = [](const PilotMeasure& of) {
+    return static_cast<int>(of.inefficiency(0) == 0) + static_cast<int>(of.inefficiency(1) == 0);
+  };
+  for (const auto& [name, batches] : {std::pair(simplest, silent(its)), std::pair(other, silent(others))}) {
+    if (batches > 0) {
+      return fmt::format("{} of {} saw no noise", batches == 2 ? "two pilots" : "one of two pilots", name);
+    }
   }
   return fmt::format("to the same error {} needs {:.2g} or {:.2g} times the work of {}, by two pilots", simplest,
                      its.inefficiency(0) / others.inefficiency(0), its.inefficiency(1) / others.inefficiency(1), other);

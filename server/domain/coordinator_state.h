@@ -175,6 +175,8 @@ struct Coordinator::State {
   void send_grant(Worker& worker, Job& job, const Lease& lease, Step& step);
   bool grant_next(Worker& worker, Time now, Step& step);
   void copy_to_idle(Time now, Step& step);
+  /// Leases to the worker, too, what is still to be done of `lease`, or the end of it. Whether there was something.
+  bool copy_lease(const Lease& lease, Worker& worker, Time now, Step& step);
   /// The tile needs nothing more of this lease.
   void tile_done(LeaseId lease, TileId tile, Time now, Step& step, bool by_its_worker);
   /// Takes what remains of a lease back. `cancel`: tells the worker; `lost`: counts it.

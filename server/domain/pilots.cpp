@@ -73,6 +73,10 @@ void Coordinator::State::on_pilot(Worker& worker, const PilotReport& report, Tim
   }
   worker.pilots_lost = 0;
   end_lease(report.lease, false, false, now, step);
+  while (!job.leases.empty()) {  // its copy, or what it was a copy of
+    const LeaseId other = *job.leases.begin();
+    end_lease(other, true, leases.at(other).abandoned, now, step);
+  }
   job.record.spec.settings.method = notes.candidates[report.choice];
   for (const std::string& reason : report.reasons) {
     notes.reasons.push_back(printable(reason));

@@ -98,6 +98,7 @@ void FarmSimulation::act(std::size_t index, const SessionActions& actions) {
                    [&](const PrepareJob& job) { prepare(index, job); },
                    [](const ForgetJob&) {},
                    [&](const RunPilot& pilot) { run_pilot(index, pilot); },
+                   [](const DropPilot&) {},  // an answer that comes nevertheless must do no harm
                    [&](const RenderTile& tile) {
                      worker.to_render.push_back(tile);
                      worker.unacknowledged[tile.key] = pixel_samples(*tile.description, tile.key);

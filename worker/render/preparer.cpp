@@ -24,29 +24,61 @@ Sha256 scene_key(const RenderSettings& settings, const MethodSpec& method) {
 
 Preparer::Preparer(AssetCache& assets, SceneCacheLimits limits, Done done, PilotDone pilot_done)
     : assets_(assets), scenes_(limits), done_(std::move(done)), pilot_done_(std::move(pilot_done)), thread_([this] {
-        run();
+        work();
       }) {}
 
 Preparer::~Preparer() {
   {
     const MutexLock lock(mutex_);
     stopping_ = true;
+    stop_pilot_.request_stop();
     changed_.notify_one();
   }
   thread_.join();
 }
 
-void Preparer::add(Task task) {
+void Preparer::add(std::shared_ptr<const JobDescription> description) {
+  drop(description->job);
+  enqueue(std::move(description));
+}
+
+void Preparer::add(std::shared_ptr<const PilotGrant> pilot) {
+  drop(pilot->lease);
+  enqueue(std::move(pilot));
+}
+
+void Preparer::enqueue(Task task) {
   const MutexLock lock(mutex_);
   waiting_.push_back(std::move(task));
   changed_.notify_one();
 }
 
-void Preparer::run() {
+void Preparer::drop(JobId job) {
+  const MutexLock lock(mutex_);
+  std::erase_if(waiting_, [job](const Task& task) {
+    const auto* description = std::get_if<std::shared_ptr<const JobDescription>>(&task);
+    return description != nullptr && (*description)->job == job;
+  });
+}
+
+void Preparer::drop(LeaseId pilot) {
+  const MutexLock lock(mutex_);
+  std::erase_if(waiting_, [pilot](const Task& task) {
+    const auto* grant = std::get_if<std::shared_ptr<const PilotGrant>>(&task);
+    return grant != nullptr && (*grant)->lease == pilot;
+  });
+  if (running_pilot_ == pilot) {
+    stop_pilot_.request_stop();
+  }
+}
+
+void Preparer::work() {
   for (;;) {
     Task task;
+    std::stop_token stop;
     {
       const MutexLock lock(mutex_);
+      running_pilot_.reset();
       while (waiting_.empty() && !stopping_) {
         changed_.wait(mutex_);
       }
@@ -55,31 +87,37 @@ void Preparer::run() {
       }
       task = std::move(waiting_.front());
       waiting_.pop_front();
+      if (const auto* pilot = std::get_if<std::shared_ptr<const PilotGrant>>(&task)) {
+        running_pilot_ = (*pilot)->lease;
+        stop_pilot_ = std::stop_source();
+        stop = stop_pilot_.get_token();
+      }
     }
-    std::visit([this](auto& each) { take(std::move(each)); }, task);
+    if (auto* description = std::get_if<std::shared_ptr<const JobDescription>>(&task)) {
+      Result<PreparedJob> prepared = prepare(**description);
+      done_(std::move(*description), std::move(prepared));
+    } else {
+      const PilotGrant& pilot = *std::get<std::shared_ptr<const PilotGrant>>(task);
+      Result<PilotReport> report = compare_methods(pilot, stop);
+      if (!stop.stop_requested()) {
+        pilot_done_(pilot.lease, std::move(report));
+      }
+    }
   }
 }
 
-void Preparer::take(std::shared_ptr<const JobDescription> description) {
-  Result<PreparedJob> prepared = prepare(*description);
-  done_(std::move(description), std::move(prepared));
-}
-
-void Preparer::take(const std::shared_ptr<const PilotGrant>& pilot) {
-  pilot_done_(pilot->lease, run(*pilot));
-}
-
-Result<PilotReport> Preparer::run(const PilotGrant& pilot) {
+Result<PilotReport> Preparer::compare_methods(const PilotGrant& pilot, const std::stop_token& stop) {
   const RenderSettings& settings = pilot.settings;
   LM_ASSIGN_OR_RETURN(const std::shared_ptr<const CompiledScene> scene, compiled(settings));
   LM_ASSIGN_OR_RETURN(const Scene document, unpack_scene(settings.scene));
   const bool smooth_casters = !read_facts(document).smooth_casters.empty();
   const Time start = system_clock().now();
-  LM_ASSIGN_OR_RETURN(PilotChoice choice, run_pilot(scene, {pilot.methods,
-                                                            settings.seed,
-                                                            settings.max_bounces,
-                                                            {0, 0, settings.width, settings.height},
-                                                            smooth_casters}));
+  LM_ASSIGN_OR_RETURN(
+      PilotChoice choice,
+      run_pilot(
+          scene,
+          {pilot.methods, settings.seed, settings.max_bounces, {0, 0, settings.width, settings.height}, smooth_casters},
+          stop));
   const double seconds = to_seconds(system_clock().now() - start);
   spdlog::info("pilot of job {}: {} after {:.0f} ms", pilot.job.value, pilot.methods[choice.choice], 1000 * seconds);
   return PilotReport{pilot.lease, static_cast<std::uint32_t>(choice.choice), std::move(choice.reasons), seconds};

@@ -5,6 +5,8 @@
 #include <deque>
 #include <functional>
 #include <memory>
+#include <optional>
+#include <stop_token>
 #include <thread>
 #include <variant>
 
@@ -23,24 +25,30 @@ struct PreparedJob {
   std::shared_ptr<const Method> method;
 };
 
-/// Jobs and pilots are taken one after the other; `done` and `pilot_done` are called from the preparer's thread.
+/// Jobs and pilots are taken one after the other; `done` and `pilot_done` are called from the preparer's thread, for
+/// each that is not dropped.
 class Preparer {
  public:
   using Done = std::function<void(std::shared_ptr<const JobDescription>, Result<PreparedJob>)>;
   using PilotDone = std::function<void(LeaseId, Result<PilotReport>)>;
   Preparer(AssetCache& assets, SceneCacheLimits limits, Done done, PilotDone pilot_done);
-  /// Ends after what is under way; what waits is dropped.
+  /// Ends after the scene, or the pilot's patch, that is under way; the rest is dropped.
   ~Preparer();
 
-  using Task = std::variant<std::shared_ptr<const JobDescription>, std::shared_ptr<const PilotGrant>>;
-  void add(Task task);
+  /// Instead of what still waits for the same job.
+  void add(std::shared_ptr<const JobDescription> description);
+  void add(std::shared_ptr<const PilotGrant> pilot);
+  /// If it still waits.
+  void drop(JobId job);
+  /// Also while it is run.
+  void drop(LeaseId pilot);
 
  private:
-  void run();
-  void take(std::shared_ptr<const JobDescription> description);
-  void take(const std::shared_ptr<const PilotGrant>& pilot);
+  using Task = std::variant<std::shared_ptr<const JobDescription>, std::shared_ptr<const PilotGrant>>;
+  void work();
+  void enqueue(Task task);
   Result<PreparedJob> prepare(const JobDescription& description);
-  Result<PilotReport> run(const PilotGrant& pilot);
+  Result<PilotReport> compare_methods(const PilotGrant& pilot, const std::stop_token& stop);
   Result<std::shared_ptr<const CompiledScene>> compiled(const RenderSettings& settings);
 
   AssetCache& assets_;
@@ -50,6 +58,8 @@ class Preparer {
   Mutex mutex_;
   CondVar changed_;
   std::deque<Task> waiting_ LM_GUARDED_BY(mutex_);
+  std::optional<LeaseId> running_pilot_ LM_GUARDED_BY(mutex_);
+  std::stop_source stop_pilot_ LM_GUARDED_BY(mutex_);  ///< of the one that is run
   bool stopping_ LM_GUARDED_BY(mutex_) = false;
   std::thread thread_;
 };

@@ -108,7 +108,9 @@ void Session::acknowledge(const ResultAck& ack, Time now, SessionActions& action
 
 void Session::cancel_leases(const LeaseCancel& cancel, SessionActions& actions) {
   for (const LeaseId id : cancel.leases) {
-    pilots_.erase(id);
+    if (pilots_.erase(id) > 0) {
+      actions.push_back(DropPilot{id});
+    }
     if (leases_.contains(id)) {
       erase_lease(id, actions);
     }
@@ -128,6 +130,13 @@ void Session::grant_pilot(const PilotGrant& grant, SessionActions& actions) {
   Pilot& pilot = pilots_[grant.lease];
   pilot.grant = std::make_shared<const PilotGrant>(grant);
   actions.push_back(RunPilot{pilot.grant});
+}
+
+void Session::drop_pilots(SessionActions& actions) {
+  for (const auto& [id, pilot] : pilots_) {
+    actions.push_back(DropPilot{id});
+  }
+  pilots_.clear();
 }
 
 void Session::pilot_done(PilotReport report, Time now, SessionActions& actions) {

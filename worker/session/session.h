@@ -74,6 +74,10 @@ struct RenderTile {
 struct RunPilot {
   std::shared_ptr<const PilotGrant> grant;
 };
+/// The pilot is not wanted any more, whether it waits or is being run: what it reports is not heard.
+struct DropPilot {
+  LeaseId lease;
+};
 /// The worker's life is over: leave the process, after what was sent has been written.
 struct Exit {
   std::string reason;
@@ -81,7 +85,7 @@ struct Exit {
 };
 
 using SessionAction =
-    std::variant<OpenStream, CloseStream, SendMessage, PrepareJob, ForgetJob, RenderTile, RunPilot, Exit>;
+    std::variant<OpenStream, CloseStream, SendMessage, PrepareJob, ForgetJob, RenderTile, RunPilot, DropPilot, Exit>;
 using SessionActions = std::vector<SessionAction>;
 
 /// A tile as the rendering threads give it back.
@@ -176,6 +180,7 @@ class Session {
   void describe_job(const JobDescription& description, SessionActions& actions);
   void grant_lease(const LeaseGrant& grant, SessionActions& actions);
   void grant_pilot(const PilotGrant& grant, SessionActions& actions);
+  void drop_pilots(SessionActions& actions);
   void acknowledge(const ResultAck& ack, Time now, SessionActions& actions);
   void cancel_leases(const LeaseCancel& cancel, SessionActions& actions);
   void begin_drain(bool give_back, Time now, SessionActions& actions);

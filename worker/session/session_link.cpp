@@ -56,7 +56,7 @@ void Session::disconnected(Time now, SessionActions& actions) {
   }
   welcomed_ = false;
   link_ = Link::down;
-  pilots_.clear();
+  drop_pilots(actions);
   next_open_ = now + backoff_;
   backoff_ = std::min(backoff_ * 2, config_.reconnect_most);
   limit_absence(now);
@@ -156,7 +156,7 @@ void Session::begin_drain(bool give_back, Time now, SessionActions& actions) {
     for (const auto& [id, pilot] : pilots_) {
       send(WorkerReturn{id}, actions);
     }
-    pilots_.clear();
+    drop_pilots(actions);
     for (auto& [id, lease] : leases_) {
       if (!lease.queued.empty()) {
         lease.queued.clear();

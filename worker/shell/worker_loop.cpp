@@ -166,6 +166,11 @@ void WorkerLoop::perform(const PrepareJob& action) {
   preparer_.add(action.description);
 }
 
+void WorkerLoop::perform(const ForgetJob& action) {
+  jobs_.erase(action.job);
+  preparer_.drop(action.job);
+}
+
 void WorkerLoop::perform(const RenderTile& action) {
   const auto at = jobs_.find(action.key.job);
   LM_CHECK(at != jobs_.end() && at->second.prepared, "job {} is not prepared", action.key.job.value);

@@ -40,9 +40,10 @@ class WorkerLoop {
   void perform(const CloseStream&) { link_.close(); }
   void perform(const SendMessage& action) { link_.send(action.message); }
   void perform(const PrepareJob& action);
-  void perform(const ForgetJob& action) { jobs_.erase(action.job); }
+  void perform(const ForgetJob& action);
   void perform(const RenderTile& action);
   void perform(const RunPilot& action) { preparer_.add(action.grant); }
+  void perform(const DropPilot& action) { preparer_.drop(action.lease); }
   void perform(const Exit& action);
   void open_if_due(Time now);
   void job_prepared(const JobDescription& description, const Result<PreparedJob>& prepared, Time now);

@@ -47,8 +47,7 @@ std::vector<std::vector<std::string>> describe(const FetchedFilm& film) {
        fmt::format(
            "{}x{}{}", job.width(), job.height(),
            cropped ? fmt::format(", of it {}x{} at {},{}", crop.width(), crop.height(), crop.x(), crop.y()) : "")},
-      {"method", fmt::format("{}{}, seed {}", method_name(job), job.method_notes().chosen() ? " (chosen by auto)" : "",
-                             job.seed())},
+      {"method", fmt::format("{}{}, seed {}", method_name(job), how_chosen(job), job.seed())},
       {"goal", goal_text(job.goal())},
       {"priority", std::to_string(job.priority())},
       {"samples", fmt::format("{} per pixel, {} in all", range_text(job.min_tile_samples(), job.max_tile_samples()),

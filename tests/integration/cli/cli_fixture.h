@@ -67,6 +67,13 @@ class FarmCliTest : public CliTest {
     return text;
   }
   std::string server() const { return "127.0.0.1:" + port(); }
+  /// Waits until the coordinator's log has this text.
+  bool server_said(const std::string& text) const {
+    return eventually([&] {
+      std::ifstream log(file("server.log"));
+      return std::string(std::istreambuf_iterator<char>(log), {}).find(text) != std::string::npos;
+    });
+  }
   void start_worker(const std::string& name) {
     workers_.push_back(std::make_unique<BackgroundProcess>(
         std::vector<std::string>{program("lightmill-worker"), "--server", server(), "--name", name, "--threads", "2"},

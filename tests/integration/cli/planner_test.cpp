@@ -135,12 +135,19 @@ TEST_F(FarmCliTest, APilotPicksTheSameMethodWhateverIsKilledMeanwhile) {
   workers_.clear();  // it ends
 
   const std::string id = submit_job();
-  EXPECT_EQ(on_farm({"show", id})["method"], "auto") << "nobody is there to run the pilot";
+  const nlohmann::json open = on_farm({"show", id});
+  EXPECT_EQ(open["method"], "auto") << "nobody is there to run the pilot";
+  EXPECT_EQ(open["method_candidates"], (std::vector<std::string>{"path", "caustic"}));
+  EXPECT_TRUE(quiet["method_candidates"].empty());
+  const std::string shown = lightmill({"show", id, "--server", server()}).out;
+  EXPECT_NE(shown.find("path or caustic (a pilot compares them)"), std::string::npos) << shown;
   for (int i = 0; i < 3; ++i) {
     const std::string name = fmt::format("short-lived-{}", i);
     start_worker(name);
-    std::this_thread::sleep_for(std::chrono::milliseconds(60 * i));
-    workers_.back()->send(SIGKILL);
+    ASSERT_TRUE(server_said(fmt::format("worker {} compares path and caustic for job {}", name, id)));
+    workers_.back()->send(SIGKILL);  // it has not even compiled the scene
+    ASSERT_TRUE(workers_.back()->wait(std::chrono::seconds(10)).has_value());
+    EXPECT_EQ(on_farm({"show", id})["method"], "auto");
     if (i == 1) {
       const std::string listen = server();
       server_->send(SIGKILL);
@@ -153,6 +160,7 @@ TEST_F(FarmCliTest, APilotPicksTheSameMethodWhateverIsKilledMeanwhile) {
   for (const char* field : {"state", "method", "method_reasons", "render_digest", "film_hash"}) {
     EXPECT_EQ(troubled[field], quiet[field]) << field;
   }
+  EXPECT_GE(troubled["counters"]["leases_lost"].get<int>(), 1) << troubled;
   EXPECT_EQ(load_film_picture(file("troubled.exr"))->receipt.method_reasons.size(), 2u);
 }
 

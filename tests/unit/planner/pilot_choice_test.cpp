@@ -51,6 +51,18 @@ TEST(PilotChoice, ReasonsSayHowMuch) {
   EXPECT_NE(made.reasons[0].find("path needs 4 or 5 times the work of other"), std::string::npos) << made.reasons[0];
 }
 
+TEST(PilotChoice, NoRatioIsSaidOfWhatHasNoNoise) {
+  const PilotMeasure half_silent{{0, 1}, {1, 1}, {1, 1}, {}};
+  const auto reason = [](const PilotMeasure& path, const PilotMeasure& other) {
+    return choose(kTwo, std::vector<PilotMeasure>{path, other}).reasons.at(0);
+  };
+  EXPECT_EQ(reason(measure(0, 1), measure(0, 1)), "two pilots of path saw no noise");
+  EXPECT_EQ(reason(measure(0, 1), measure(1, 1)), "two pilots of path saw no noise");
+  EXPECT_EQ(reason(measure(1, 1), measure(0, 1)), "two pilots of other saw no noise");
+  EXPECT_EQ(reason(half_silent, measure(1, 1)), "one of two pilots of path saw no noise");
+  EXPECT_EQ(reason(measure(1, 1), half_silent), "one of two pilots of other saw no noise");
+}
+
 TEST(PilotChoice, OneInAThousandIsTrimmed) {
   std::vector<double> values(1000, 1.0);
   values[17] = 1e9;

@@ -33,6 +33,14 @@ TEST_F(PilotRun, TheSameMethodTwiceIsNoReasonToLeaveTheFirst) {
   EXPECT_NE(made->reasons.at(0).find("needs 1 or 1 times"), std::string::npos) << made->reasons[0];
 }
 
+TEST_F(PilotRun, OneThatIsStoppedSaysSo) {
+  std::stop_source source;
+  source.request_stop();
+  // All of these would take an hour.
+  const PilotSettings settings{std::vector<std::string>(100'000, "path"), 3, 0, {0, 0, 96, 80}};
+  EXPECT_EQ(run_pilot(compiled_, settings, source.get_token()).status().code(), StatusCode::kCancelled);
+}
+
 TEST_F(PilotRun, WhatMissesLightIsLeft) {
   // Nothing of raycast is random but where in the pixel a ray goes: it would be the cheapest by far.
   EXPECT_EQ(run({"path", "raycast"})->choice, 0u);

@@ -57,8 +57,47 @@ TEST_F(PilotTest, OneWorkerRunsItAndNothingIsRenderedBefore) {
   EXPECT_EQ(status(job).method, "auto");
   EXPECT_EQ(status(job).render_digest, Sha256{});
   EXPECT_EQ(status(job).fingerprint_class, "class-a") << "who runs it decides whose bits the picture has";
-  pass(std::chrono::seconds(1));
-  EXPECT_EQ(got<PilotGrant>(a).size() + got<PilotGrant>(b).size(), 1u) << "no copies";
+  pass(limits.copy_after - std::chrono::milliseconds(1));
+  EXPECT_EQ(got<PilotGrant>(a).size() + got<PilotGrant>(b).size(), 1u) << "no copies yet";
+}
+
+TEST_F(PilotTest, ASlowPilotIsGivenToAnotherWorkerToo) {
+  const SessionId z = connect("z");
+  const JobId job = submit_undecided();
+  const LeaseId slow = pilot(z).lease;
+  const SessionId stranger = connect("a", 1, "class-b"), b = connect("b"), c = connect("c");
+  live(limits.copy_after, {z, stranger, b, c});
+  EXPECT_TRUE(got<PilotGrant>(b).empty());
+  live(std::chrono::seconds(30), {z, stranger, b, c});
+  EXPECT_EQ(got<PilotGrant>(b).size(), 1u) << "that a worker of another class comes first hides nothing";
+  EXPECT_TRUE(got<PilotGrant>(stranger).empty() && got<PilotGrant>(c).empty()) << "one copy";
+  report(b, 1);
+  EXPECT_EQ(status(job).method, "ao");
+  ASSERT_EQ(got<LeaseCancel>(z).size(), 1u);
+  EXPECT_EQ(got<LeaseCancel>(z)[0].leases, std::vector<LeaseId>{slow});
+  EXPECT_EQ(status(job).counters.leases_lost, 0u);
+  report(z, 0);
+  EXPECT_EQ(status(job).method, "ao");
+  for (int i = 0; i < 3; ++i) {
+    work(z);
+    work(b);
+    work(c);
+  }
+  EXPECT_EQ(status(job).state, JobState::done);
+}
+
+TEST_F(PilotTest, ACopyThatIsLostIsCopiedAgain) {
+  const SessionId a = connect("a");
+  const JobId job = submit_undecided();
+  const SessionId b = connect("b"), c = connect("c");
+  live(std::chrono::seconds(1), {a, b, c});
+  ASSERT_EQ(got<PilotGrant>(b).size(), 1u);
+  coordinator->worker_disconnected(b, now, step);
+  flush();
+  live(limits.disconnect_grace + std::chrono::seconds(1), {a, c});
+  ASSERT_EQ(got<PilotGrant>(c).size(), 1u);
+  report(c, 0);
+  EXPECT_EQ(status(job).method, "path");
 }
 
 TEST_F(PilotTest, ItsChoiceIsStoredAndRendered) {

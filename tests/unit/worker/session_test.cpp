@@ -209,6 +209,8 @@ TEST_F(SessionTest, APilotEndsWithItsStream) {
   connect();
   say(PilotGrant{LeaseId{5}, JobId{1}, {}, {"path", "ao"}});
   session->disconnected(now, actions);
+  ASSERT_EQ(asked<DropPilot>().size(), 1u);
+  EXPECT_EQ(asked<DropPilot>()[0].lease, LeaseId{5});
   session->pilot_done({LeaseId{5}, 1, {}, 0}, now, actions);
   session->connected(now, actions);
   EXPECT_TRUE(said<WorkerHello>().back().held.empty());
@@ -231,7 +233,9 @@ TEST_F(SessionTest, APilotWhoseAssetsAreAwayIsTriedAgain) {
 TEST_F(SessionTest, ACancelledPilotIsNotReported) {
   connect();
   say(PilotGrant{LeaseId{5}, JobId{1}, {}, {"path", "ao"}});
-  say(LeaseCancel{{LeaseId{5}}});
+  say(LeaseCancel{{LeaseId{4}, LeaseId{5}, LeaseId{5}}});
+  ASSERT_EQ(asked<DropPilot>().size(), 1u);
+  EXPECT_EQ(asked<DropPilot>()[0].lease, LeaseId{5});
   session->pilot_done({LeaseId{5}, 1, {}, 0}, now, actions);
   EXPECT_TRUE(said<PilotReport>().empty());
 }
@@ -247,6 +251,7 @@ TEST_F(SessionTest, ADrainGivesPilotsBackOrFinishesThem) {
   session->drain(now, actions);
   ASSERT_EQ(said<WorkerReturn>().size(), 2u);
   EXPECT_EQ(said<WorkerReturn>()[1].lease, LeaseId{5});
+  EXPECT_EQ(asked<DropPilot>().size(), 1u);
   EXPECT_EQ(asked<Exit>().size(), 1u);
 }
 
