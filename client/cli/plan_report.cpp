@@ -28,10 +28,13 @@ std::string_view name_of(SceneFacts::Environment environment) {
 
 json facts_json(const SceneFacts& facts) {
   return {{"delta_lights", named_json(facts.delta_lights)},
+          {"small_lamps", named_json(facts.small_lamps)},
+          {"distant_lights", named_json(facts.distant_lights)},
           {"emissive_objects", facts.emissive_objects},
           {"environment", name_of(facts.environment)},
           {"casters", named_json(facts.casters)},
           {"smooth_casters", named_json(facts.smooth_casters)},
+          {"boundless_casters", named_json(facts.boundless_casters)},
           {"smooth_layers", named_json(facts.smooth_layers)},
           {"receivers", facts.receivers},
           {"absorption", facts.absorption},

@@ -17,14 +17,16 @@ std::string first_of(const NamedThings& things, std::string_view others) {
                            : fmt::format("{} (and {} more {})", things.names.front(), things.count - 1, others);
 }
 
-/// Light that only paths that start at a lamp find: lamps without extent are met by none from the camera, and surfaces
-/// of single directions let none through to where it would be sampled.
+/// Light that only paths that start at a lamp find: lamps without extent are met by none from the camera, small ones by
+/// hardly any, and surfaces that scatter narrowly let through none of the light that is sampled.
 struct UnseenCaustics {
   bool by_casters = false;  ///< that `caustic` follows light through
-  bool by_layers = false;   ///< on surfaces that also scatter otherwise, which it takes for receivers
-  explicit UnseenCaustics(const SceneFacts& facts)
-      : by_casters(!facts.delta_lights.empty() && !facts.smooth_casters.empty() && facts.receivers),
-        by_layers(!facts.delta_lights.empty() && !facts.smooth_layers.empty() && facts.receivers) {}
+  bool by_layers = false;   ///< on surfaces that it takes for receivers
+  explicit UnseenCaustics(const SceneFacts& facts) {
+    const bool lamps = facts.receivers && !(facts.delta_lights.empty() && facts.small_lamps.empty());
+    by_casters = lamps && !facts.smooth_casters.empty();
+    by_layers = lamps && !facts.smooth_layers.empty();
+  }
 };
 
 /// The light side of `caustic` knows no scattering media.
@@ -43,7 +45,7 @@ Verdict admit_ppm(const SceneFacts& facts) {
             fmt::format("no photons start at {}: what it throws on other surfaces is missing",
                         first_of(facts.lamps_never_sampled, "lamps"))};
   }
-  if (facts.planes && (facts.suns || facts.environment != SceneFacts::Environment::none)) {
+  if (facts.planes && (!facts.distant_lights.empty() || facts.environment != SceneFacts::Environment::none)) {
     return {"ppm", false,
             "a plane without end is dark where it lies far off: photons from suns and skies go only to "
             "the surroundings of what is bounded"};
@@ -51,9 +53,14 @@ Verdict admit_ppm(const SceneFacts& facts) {
   return {"ppm", true, "it is there to check the others: noise and blur are large"};
 }
 
+/// Of the lights that paths from the camera do not meet.
+std::string unmet_light(const SceneFacts& facts) {
+  return facts.delta_lights.empty() ? first_of(facts.small_lamps, "lamps") : first_of(facts.delta_lights, "lights");
+}
+
 std::string layers_reason(const SceneFacts& facts) {
   return fmt::format("{} shines on {}, which reflects some of it as a mirror does: where that goes, {} finds it",
-                     first_of(facts.delta_lights, "lights"), first_of(facts.smooth_layers, "objects"),
+                     unmet_light(facts), first_of(facts.smooth_layers, "objects"),
                      admit_ppm(facts).admitted ? "ppm alone" : "no method that there is");
 }
 
@@ -62,11 +69,13 @@ Verdict admit_path(const SceneFacts& facts) {
   if (!unseen.by_casters) {
     return unseen.by_layers ? Verdict{"path", false, layers_reason(facts)} : Verdict{"path", true, ""};
   }
-  return {"path", false,
-          fmt::format("{} shines on {}: what that sends on to other surfaces is missing, because paths from the camera "
-                      "never meet a light without extent; {}",
-                      first_of(facts.delta_lights, "lights"), first_of(facts.smooth_casters, "objects"),
-                      caustic_renders(facts) ? "caustic finds it" : "no method that there is finds it")};
+  return {
+      "path", false,
+      fmt::format("{} shines on {}: what that sends on to other surfaces is missing, because paths from the camera "
+                  "{}; {}",
+                  unmet_light(facts), first_of(facts.smooth_casters, "objects"),
+                  facts.delta_lights.empty() ? "hardly ever meet so small a lamp" : "never meet a light without extent",
+                  caustic_renders(facts) ? "caustic finds it" : "no method that there is finds it")};
 }
 
 Verdict admit_caustic(const SceneFacts& facts) {
@@ -75,6 +84,13 @@ Verdict admit_caustic(const SceneFacts& facts) {
   }
   if (UnseenCaustics(facts).by_layers) {
     return {"caustic", false, layers_reason(facts)};
+  }
+  if (!facts.distant_lights.empty() && !facts.boundless_casters.empty() && facts.receivers) {
+    return {
+        "caustic", false,
+        fmt::format("{} shines on {}, which has no end: its photons cover what lies around the other things and the "
+                    "eye, and what comes from farther off is missing",
+                    first_of(facts.distant_lights, "lights"), first_of(facts.boundless_casters, "planes"))};
   }
   return {"caustic", true, facts.casters.empty() ? "nothing casts caustics: it is path with more work" : ""};
 }

@@ -2,10 +2,17 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
+#include <limits>
+#include <optional>
+#include <variant>
 
 #include "common/base/overloaded.h"
 #include "common/base/text.h"
+#include "common/math/transcendental.h"
+#include "common/math/vec.h"
 #include "common/scene/casters.h"
+#include "common/scene/mesh.h"
 
 namespace lightmill {
 namespace {
@@ -90,7 +97,9 @@ void read_light(const Light& light, SceneFacts& facts) {
   std::visit(Overloaded{[&](const PointLight& l) { delta("point light", is_black(l.intensity)); },
                         [&](const DirectionalLight& l) {
                           delta("directional light", is_black(l.irradiance));
-                          facts.suns = facts.suns || !is_black(l.irradiance);
+                          if (!is_black(l.irradiance)) {
+                            facts.distant_lights.add(named("directional light", light.name));
+                          }
                         },
                         [&](const SpotLight& l) { delta("spot light", is_black(l.intensity)); },
                         [&](const CosinePowerLight& l) { delta("cosine light", is_black(l.intensity)); },
@@ -99,6 +108,9 @@ void read_light(const Light& light, SceneFacts& facts) {
                           if (!is_black(l.radiance)) {
                             facts.environment =
                                 l.has_image ? SceneFacts::Environment::image : SceneFacts::Environment::constant;
+                            if (l.has_image) {
+                              facts.distant_lights.add(named("environment", light.name));
+                            }
                           }
                         }},
              light.kind);
@@ -147,20 +159,142 @@ void read_object(const Object& object, const Scene& scene, bool index_changes, S
     return;  // light does not notice it
   }
   const std::string name = named(noun_of(material), object.name.empty() ? material.name : object.name);
-  if (is_caster(material)) {
+  const bool caster = is_caster(material);
+  if (caster) {
     facts.casters.add(name);
+    if (plane) {
+      facts.boundless_casters.add(name);
+    }
   }
-  switch (delta_lobes(material)) {
-    case DeltaLobes::all:
-      facts.smooth_casters.add(name);
-      break;
-    case DeltaLobes::some:
-      facts.smooth_layers.add(name);
-      break;
-    case DeltaLobes::none:
-      break;
+  if (const NarrowLobes narrow = narrow_lobes(material); narrow != NarrowLobes::none) {
+    (caster ? facts.smooth_casters : facts.smooth_layers).add(name);
   }
   facts.receivers = facts.receivers || receives_light(material);
+}
+
+Vec3d placed(const Object& object, const Point3d& p) {
+  const Transform& t = object.transform;
+  const auto row = [&](std::size_t i) { return t[i][0] * p[0] + t[i][1] * p[1] + t[i][2] * p[2] + t[i][3]; };
+  return {row(0), row(1), row(2)};
+}
+
+/// A shape whose place is known: what it fills of the directions from afar is area / (4π d²) at most.
+struct Extent {
+  Vec3d center{0};
+  double radius = 0;  ///< of a sphere around it
+  double area = 0;    ///< across
+};
+
+Extent extent_of(const std::vector<std::array<Vec3d, 3>>& triangles) {
+  Vec3d low(std::numeric_limits<double>::infinity()), high = -low;
+  Extent extent;
+  for (const auto& t : triangles) {
+    extent.area += glm::length(glm::cross(t[1] - t[0], t[2] - t[0])) / 2;
+    for (const Vec3d& corner : t) {
+      low = glm::min(low, corner);
+      high = glm::max(high, corner);
+    }
+  }
+  extent.center = (low + high) / 2.0;
+  extent.radius = glm::length(high - low) / 2;
+  return extent;
+}
+
+std::optional<Extent> extent_of(const Object& object, const MeshShape& shape, const MeshSource& meshes) {
+  const std::optional<std::string> bytes = meshes.bytes ? meshes.bytes(shape.asset) : std::nullopt;
+  if (!bytes || bytes->size() > MeshSource::kMostBytes) {
+    return std::nullopt;
+  }
+  const Result<Mesh> mesh = decode_mesh(as_byte_view(*bytes));
+  if (!mesh.ok()) {
+    return std::nullopt;  // for whoever renders it to say
+  }
+  std::vector<std::array<Vec3d, 3>> triangles;
+  for (const auto& corners : mesh->triangles) {
+    std::array<Vec3d, 3>& triangle = triangles.emplace_back();
+    for (std::size_t i = 0; i < 3; ++i) {
+      triangle[i] = placed(object, mesh->positions[corners[i]]);
+    }
+  }
+  return extent_of(triangles);
+}
+
+std::optional<Extent> extent_of(const Object& object, const MeshSource& meshes) {
+  return std::visit(Overloaded{[&](const SphereShape& s) -> std::optional<Extent> {
+                                 const Vec3d center = placed(object, s.center);
+                                 const double radius = glm::length(
+                                     placed(object, {s.center[0] + s.radius, s.center[1], s.center[2]}) - center);
+                                 return Extent{center, radius, kPiDouble * radius * radius};
+                               },
+                               [&](const TriangleShape& t) -> std::optional<Extent> {
+                                 return extent_of({{placed(object, t.a), placed(object, t.b), placed(object, t.c)}});
+                               },
+                               [&](const MeshShape& m) { return extent_of(object, m, meshes); },
+                               [](const auto&) { return std::optional<Extent>(); }},
+                    object.shape);
+}
+
+/// Where something is that scatters narrowly.
+struct Place {
+  std::variant<Extent, PlaneShape> shape;
+  bool hollow = false;  ///< a sphere
+
+  /// No more than how far it is from a point.
+  double distance(const Vec3d& p) const {
+    if (const auto* const plane = std::get_if<PlaneShape>(&shape)) {
+      const auto vector = [](const Point3d& v) { return Vec3d(v[0], v[1], v[2]); };
+      return std::abs(glm::dot(p - vector(plane->point), glm::normalize(vector(plane->normal))));
+    }
+    const auto& extent = std::get<Extent>(shape);
+    const double from_center = glm::length(p - extent.center);
+    return hollow ? std::abs(from_center - extent.radius) : std::max(from_center - extent.radius, 0.0);
+  }
+};
+
+/// Nothing where one of them is not known.
+std::optional<std::vector<Place>> narrow_places(const Scene& scene, const MeshSource& meshes) {
+  std::vector<Place> places;
+  for (const Object& object : scene.objects) {
+    if (narrow_lobes(scene.materials[object.material]) == NarrowLobes::none) {
+      continue;
+    }
+    if (const auto* const plane = std::get_if<PlaneShape>(&object.shape)) {
+      if (object.transform != kIdentityTransform) {
+        return std::nullopt;
+      }
+      places.push_back({*plane, false});
+    } else if (const std::optional<Extent> extent = extent_of(object, meshes)) {
+      places.push_back({*extent, std::holds_alternative<SphereShape>(object.shape)});
+    } else {
+      return std::nullopt;
+    }
+  }
+  return places;
+}
+
+void read_small_lamps(const Scene& scene, const MeshSource& meshes, SceneFacts& facts) {
+  constexpr std::size_t kMostPairs = 1'000'000;  ///< of lamps and things: else it takes too long to tell
+  const std::optional<std::vector<Place>> places = narrow_places(scene, meshes);
+  if (!places || places->empty() || facts.emissive_objects > kMostPairs / places->size()) {
+    return;
+  }
+  for (const Object& lamp : scene.objects) {
+    const Material& material = scene.materials[lamp.material];
+    if (is_black(material.emission.rgb)) {
+      continue;
+    }
+    const std::optional<Extent> extent = extent_of(lamp, meshes);
+    if (!extent) {
+      continue;
+    }
+    double nearest = std::numeric_limits<double>::infinity();
+    for (const Place& place : *places) {
+      nearest = std::min(nearest, place.distance(extent->center));
+    }
+    if (extent->area < kSmallShare * 4 * kPiDouble * nearest * nearest) {
+      facts.small_lamps.add(named("lamp", lamp.name.empty() ? material.name : lamp.name));
+    }
+  }
 }
 
 bool is_surface_meter(const Meter& meter) {
@@ -188,7 +322,7 @@ std::string NamedThings::text() const {
                     : fmt::format("{} and {}", fmt::join(names.begin(), names.end() - 1, ", "), names.back());
 }
 
-SceneFacts read_facts(const Scene& scene) {
+SceneFacts read_facts(const Scene& scene, const MeshSource& meshes) {
   SceneFacts facts;
   for (const Light& light : scene.lights) {
     read_light(light, facts);
@@ -203,6 +337,9 @@ SceneFacts read_facts(const Scene& scene) {
   }
   for (const Object& object : scene.objects) {
     read_object(object, scene, all.index_changes, facts);
+  }
+  if (facts.emissive_objects > 0 && (!facts.smooth_casters.empty() || !facts.smooth_layers.empty())) {
+    read_small_lamps(scene, meshes, facts);
   }
   facts.lens = scene.camera.lens_radius > 0;
   facts.meters = scene.meters.size();

@@ -1,9 +1,12 @@
-// What a scene has of which methods differ: read off the document, without its assets.
+// What a scene has of which methods differ: read off the document, almost without its assets (the extent of small lamps
+// aside).
 //
 // Only what objects use counts. What only the assets could tell (that a texture is black, that two shapes overlap, that
 // no light reaches a mirror) is taken for what is harder to render.
 #pragma once
 
+#include <functional>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -24,18 +27,22 @@ struct NamedThings {
 
 struct SceneFacts {
   NamedThings delta_lights;  ///< points and directions: no path from the camera ever meets them
+  /// Lamps that fill less than kSmallShare of all directions as seen from every thing that scatters narrowly, as far as
+  /// is known: of a million paths through those hardly any meets one.
+  NamedThings small_lamps;
+  NamedThings distant_lights;  ///< directions, and environments of an image: what photons from there cover is bounded
   std::size_t emissive_objects = 0;
   enum class Environment { none, constant, image } environment = Environment::none;
 
-  NamedThings casters;         ///< of casters.h: all that they send on gathers in caustics
-  NamedThings smooth_casters;  ///< those of them that scatter in single directions alone
-  NamedThings smooth_layers;   ///< do so beside other scattering, as a lacquer without roughness
-  bool receivers = false;      ///< surfaces, media or meters on which caustics are seen
+  NamedThings casters;            ///< of casters.h: all that they send on gathers in caustics
+  NamedThings smooth_casters;     ///< those of them that scatter narrowly (narrow_lobes), if only in part
+  NamedThings boundless_casters;  ///< planes among them all
+  NamedThings smooth_layers;      ///< scatter narrowly, but are no casters: as a smooth lacquer over something
+  bool receivers = false;         ///< surfaces, media or meters on which caustics are seen
 
   NamedThings lamps_never_sampled;  ///< what glows without end, and spheres that glow by a texture: light from there is
                                     ///< found by rays that happen to meet it alone
   bool planes = false;              ///< without end
-  bool suns = false;                ///< directional lights
 
   bool absorption = false;     ///< in what fills a shape
   bool scattering = false;     ///< likewise
@@ -48,8 +55,16 @@ struct SceneFacts {
   bool lossless = false;
 };
 
-/// `scene` must be valid.
-SceneFacts read_facts(const Scene& scene);
+inline constexpr double kSmallShare = 1e-5;
+
+/// The bytes of a mesh's asset, where they are at hand and few (kMostBytes).
+struct MeshSource {
+  static constexpr std::uint64_t kMostBytes = 1 << 16;  ///< a lamp of so many triangles is seldom small
+  std::function<std::optional<std::string>(const Sha256&)> bytes;
+};
+
+/// `scene` must be valid. Without `meshes`, where they are and how large is not known.
+SceneFacts read_facts(const Scene& scene, const MeshSource& meshes = {});
 
 /// Parts of the renderer that this scene switches on: "light sampling", "media" …
 std::vector<std::string> features_of(const SceneFacts& facts);

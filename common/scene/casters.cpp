@@ -16,13 +16,14 @@ struct Lobes {
   bool mapped = false;  ///< by a roughness map: the first of them
 
   void add(double roughness) { alphas[static_cast<std::size_t>(count++)] = roughness * roughness; }
-  int smooth() const {
-    int smooth = 0;
+  /// How many have an α below this.
+  int below(double alpha) const {
+    int n = 0;
     for (int i = 0; i < count; ++i) {
       // As the renderer has it: in single precision, and mapped lobes have a density but where the map says otherwise.
-      smooth += static_cast<float>(alphas[static_cast<std::size_t>(i)]) < ggx::kSmoothAlpha && !(mapped && i == 0);
+      n += static_cast<float>(alphas[static_cast<std::size_t>(i)]) < static_cast<float>(alpha) && !(mapped && i == 0);
     }
-    return smooth;
+    return n;
   }
 };
 
@@ -62,7 +63,13 @@ Lobes lobes_of(const Material& material) {
                    lobes.add(m.roughness * m.roughness * std::abs(m.ior - 1) < 1e-5 ? 0 : m.roughness);
                    lobes.mapped = material.roughness_map.texture != kNoTexture && m.roughness > 0;
                  },
-                 [&](const PhongMaterial& m) { lobes.diffuse = !is_black(m.diffuse) || !is_black(m.specular); },
+                 [&](const PhongMaterial& m) {
+                   lobes.diffuse = !is_black(m.diffuse);
+                   if (!is_black(m.specular)) {
+                     // The widths of their peaks are equal; no exponent is a delta lobe.
+                     lobes.add(std::pow(2 / (m.exponent + 2), 0.25));
+                   }
+                 },
                  [&](const ConductorMaterial& m) {
                    lobes.add(m.roughness);
                    lobes.mapped = material.roughness_map.texture != kNoTexture && m.roughness > 0;
@@ -88,18 +95,22 @@ bool is_caster(const Material& material) {
                     material.kind);
 }
 
-DeltaLobes delta_lobes(const Material& material) {
-  const Lobes lobes = lobes_of(material);
-  const int smooth = lobes.smooth();
-  if (smooth == 0) {
-    return DeltaLobes::none;
+NarrowLobes narrow_lobes(const Material& material) {
+  Lobes lobes = lobes_of(material);
+  if (lobes.mapped && is_caster(material)) {
+    lobes.alphas[0] = 0;
+    lobes.mapped = false;
   }
-  return smooth == lobes.count && !lobes.diffuse ? DeltaLobes::all : DeltaLobes::some;
+  const int narrow = lobes.below(kNarrowAlpha);
+  if (narrow == 0) {
+    return NarrowLobes::none;
+  }
+  return narrow == lobes.count && !lobes.diffuse ? NarrowLobes::all : NarrowLobes::some;
 }
 
 bool receives_light(const Material& material) {
   const Lobes lobes = lobes_of(material);
-  return lobes.diffuse || lobes.smooth() < lobes.count;
+  return lobes.diffuse || lobes.below(ggx::kSmoothAlpha) < lobes.count;
 }
 
 }  // namespace lightmill

@@ -14,14 +14,19 @@ inline constexpr double kCasterAlpha = 0.1;
 /// no caster a receiver; a metallic map leaves a diffuse part.
 bool is_caster(const Material& material);
 
-/// How much of what a material scatters goes into single directions (α below ggx::kSmoothAlpha): no light sampled from
-/// such a surface is ever seen in it. A roughness map may do so in places, which is not counted.
-enum class DeltaLobes {
+/// GGX's α below which a lobe is narrow: a light without extent is met in one only by a path in 1/α² ≈ 1e5 that comes
+/// there by chance, if at all (α below ggx::kSmoothAlpha: never). Measured: at α = 1e-4 to 1e-3 a million paths miss
+/// what such a surface throws (tests/atlas).
+inline constexpr double kNarrowAlpha = 3e-3;
+
+/// How much of what a material scatters goes into narrow lobes; of Phong's gloss, α² = 2/(exponent + 2). A roughness
+/// map may make lobes narrow in places, which is taken for granted of casters and not counted of others.
+enum class NarrowLobes {
   none,
   some,  ///< beside others
   all,   ///< all that it scatters, if anything
 };
-DeltaLobes delta_lobes(const Material& material);
+NarrowLobes narrow_lobes(const Material& material);
 
 /// Whether it scatters light in directions that have a density: what a lamp sends there is seen on it.
 bool receives_light(const Material& material);

@@ -5,8 +5,23 @@
 #include "common/wire/scene_proto.h"
 
 namespace lightmill {
+namespace {
 
-Result<MethodNotes> settle_method(RenderSettings& settings) {
+MeshSource small_meshes(const AssetStore& assets) {
+  return {[&assets](const Sha256& digest) -> std::optional<std::string> {
+    const Result<std::uint64_t> size = assets.size(digest);
+    if (!size.ok() || *size > MeshSource::kMostBytes) {
+      return std::nullopt;
+    }
+    const auto reader = assets.open_asset(digest);
+    Result<std::string> bytes = reader.ok() ? (*reader)->next(MeshSource::kMostBytes) : reader.status();
+    return bytes.ok() && bytes->size() == *size ? std::optional(std::move(*bytes)) : std::nullopt;
+  }};
+}
+
+}  // namespace
+
+Result<MethodNotes> settle_method(RenderSettings& settings, const AssetStore& assets) {
   const Result<MethodSpec> asked = parse_method(settings.method);
   MethodNotes notes;
   if (!asked.ok()) {
@@ -17,7 +32,7 @@ Result<MethodNotes> settle_method(RenderSettings& settings) {
   if (!scene.ok()) {
     return notes.chosen ? Result<MethodNotes>(with_context(scene.status(), "settings.scene")) : std::move(notes);
   }
-  const SceneFacts facts = read_facts(*scene);
+  const SceneFacts facts = read_facts(*scene, small_meshes(assets));
   MethodPlan plan = plan_method(facts, settings.method);
   notes.reasons = std::move(plan.reasons);
   notes.notices = method_notices(facts, plan.candidates.front());  // several find all of the light, each of them

@@ -3,12 +3,14 @@
 
 #include "common/base/status.h"
 #include "common/farm/job.h"
+#include "server/store/asset_store.h"
 
 namespace lightmill {
 
-/// Puts the method that `auto` stands for into the settings, or names those of which a pilot is to pick it; says how it
-/// was found and what of the scene's light it misses. INVALID_ARGUMENT if `auto` cannot choose because the scene is
-/// damaged; methods asked for by name are left to the worker that reads it.
-Result<MethodNotes> settle_method(RenderSettings& settings);
+/// `assets` has those of the scene; small meshes among them are looked into. Puts the method that `auto` stands for
+/// into the settings, or names those of which a pilot is to pick it; says how it was found and what of the scene's
+/// light it misses. INVALID_ARGUMENT if `auto` cannot choose because the scene is damaged; methods asked for by name
+/// are left to the worker that reads it.
+Result<MethodNotes> settle_method(RenderSettings& settings, const AssetStore& assets);
 
 }  // namespace lightmill

@@ -192,7 +192,13 @@ ExitCode check(const Console& console, const CheckOptions& options, Signals& sig
     return console.fail(as_input_error(facts.status()));
   }
   append_notices(picture_notices(*loaded, true, kMaxBounces), loaded->notices);
-  const SceneFacts plan = read_facts(loaded->scene);
+  const MeshSource meshes{[&](const Sha256& digest) -> std::optional<std::string> {
+    const auto found = loaded->assets.find(digest);
+    return found != loaded->assets.end() && found->second.size() <= MeshSource::kMostBytes
+               ? std::optional(found->second)
+               : std::nullopt;
+  }};
+  const SceneFacts plan = read_facts(loaded->scene, meshes);
   append_notices(plan_notices(plan), loaded->notices);
   if (!options.save_camera.empty()) {
     if (const Status status = save_camera(options.save_camera, loaded->scene.camera); !status.ok()) {

@@ -4,6 +4,7 @@
 
 #include "common/methods/spec/method_spec.h"
 #include "common/scene/casters.h"
+#include "common/scene/mesh.h"
 
 namespace lightmill {
 namespace {
@@ -31,6 +32,7 @@ const Light kBulb{"bulb", PointLight{{0, 5, 0}, {1, 1, 1}}};
 const Light kSun{"sun", DirectionalLight{{0, -1, 0}, {1, 1, 1}}};
 const Light kSky{"sky", EnvironmentLight{}};
 const Material kWhite = material("white", DiffuseMaterial{});
+const Material kGray = material("gray", DiffuseMaterial{{0.5f, 0.5f, 0.5f}});
 const Material kBlack = material("black", DiffuseMaterial{{0, 0, 0}});
 const Material kMirror = material("mirror", MirrorMaterial{});
 const Material kGlass = material("glass", DielectricMaterial{});
@@ -52,6 +54,10 @@ Material lacquer(double roughness) {
   return material("lacquer", made);
 }
 
+Material phong(float diffuse, double exponent) {
+  return material("gloss", PhongMaterial{{diffuse, diffuse, diffuse}, {0.4f, 0.4f, 0.4f}, exponent});
+}
+
 bool path_finds_all(std::vector<Material> materials, std::vector<Light> lights) {
   return admit(read_facts(scene_of(std::move(materials), std::move(lights))), "path").admitted;
 }
@@ -68,7 +74,7 @@ TEST(Casters, AreMirrorsGlassAndMetalAsLongAsTheyAreNarrow) {
   EXPECT_FALSE(is_caster(kWhite));
   EXPECT_FALSE(is_caster(material("phong", PhongMaterial{{0, 0, 0}, {1, 1, 1}, 1e6})));
   EXPECT_FALSE(is_caster(material("holdout", HoldoutMaterial{})));
-  EXPECT_EQ(delta_lobes(material("black mirror", MirrorMaterial{{0, 0, 0}})), DeltaLobes::none);
+  EXPECT_EQ(narrow_lobes(material("black mirror", MirrorMaterial{{0, 0, 0}})), NarrowLobes::none);
 }
 
 TEST(Casters, APrincipledMaterialIsOneIfNothingOfItIsWide) {
@@ -94,16 +100,21 @@ TEST(Casters, APrincipledMaterialIsOneIfNothingOfItIsWide) {
   EXPECT_FALSE(is_caster(mapped)) << "not metal everywhere";
 }
 
-TEST(DeltaLobes, AreTheSmoothPartOfAMaterial) {
-  // α = roughness² is smooth below 1e-4.
-  EXPECT_EQ(delta_lobes(kMirror), DeltaLobes::all);
-  EXPECT_EQ(delta_lobes(rough_glass(0.0099)), DeltaLobes::all);
-  EXPECT_EQ(delta_lobes(rough_glass(0.0101)), DeltaLobes::none);
-  EXPECT_EQ(delta_lobes(lacquer(0.005)), DeltaLobes::some);
-  EXPECT_EQ(delta_lobes(lacquer(0.5)), DeltaLobes::none);
-  EXPECT_EQ(delta_lobes(kWhite), DeltaLobes::none);
+TEST(NarrowLobes, AreTheSharpPartOfAMaterial) {
+  const double edge = std::sqrt(kNarrowAlpha);
+  EXPECT_EQ(narrow_lobes(kMirror), NarrowLobes::all);
+  EXPECT_EQ(narrow_lobes(rough_glass(0.99 * edge)), NarrowLobes::all);
+  EXPECT_EQ(narrow_lobes(rough_glass(1.01 * edge)), NarrowLobes::none);
+  EXPECT_EQ(narrow_lobes(lacquer(0.99 * edge)), NarrowLobes::some);
+  EXPECT_EQ(narrow_lobes(lacquer(0.5)), NarrowLobes::none);
+  EXPECT_EQ(narrow_lobes(kWhite), NarrowLobes::none);
+  EXPECT_EQ(narrow_lobes(phong(0, 1e6)), NarrowLobes::all);
+  EXPECT_EQ(narrow_lobes(phong(0.5, 1e6)), NarrowLobes::some);
+  EXPECT_EQ(narrow_lobes(phong(0, 1e5)), NarrowLobes::none);
   EXPECT_TRUE(receives_light(kWhite));
   EXPECT_TRUE(receives_light(rough_glass(0.3)));
+  EXPECT_TRUE(receives_light(rough_glass(0.0101))) << "its lobes have a density";
+  EXPECT_TRUE(receives_light(phong(0, 1e6)));
   EXPECT_FALSE(receives_light(kGlass));
   EXPECT_FALSE(receives_light(kBlack));
   EXPECT_FALSE(receives_light(material("holdout", HoldoutMaterial{})));
@@ -119,6 +130,104 @@ TEST(Admit, PathFindsAllButWhatLampsWithoutExtentSendThroughSmoothSurfaces) {
     }
     EXPECT_TRUE(path_finds_all({kWhite, metal(0.1)}, {light})) << "lamps are sampled from rough surfaces";
     EXPECT_TRUE(path_finds_all({kWhite, rough_glass(0.1)}, {light}));
+  }
+}
+
+TEST(Admit, PathDoesNotFindThroughNarrowLobesWhatItFindsThroughWideOnes) {
+  // Measured in tests/atlas: light of a point over such surfaces.
+  EXPECT_FALSE(path_finds_all({kWhite, metal(0.0101)}, {kBulb}));
+  EXPECT_FALSE(path_finds_all({kWhite, metal(0.05)}, {kBulb}));
+  EXPECT_TRUE(path_finds_all({kWhite, metal(0.06)}, {kBulb}));
+  Material mapped = metal(0.3);
+  mapped.roughness_map.texture = 0;
+  Scene scene = scene_of({kWhite, metal(0.3)}, {kBulb});
+  EXPECT_TRUE(admit(read_facts(scene), "path").admitted);
+  scene.materials[1] = mapped;
+  EXPECT_FALSE(admit(read_facts(scene), "path").admitted) << "the map may make it smooth";
+  EXPECT_TRUE(admit(read_facts(scene), "caustic").admitted);
+
+  PrincipledMaterial coated;
+  coated.metallic = 1;
+  coated.roughness = 0.25;
+  coated.coat = 1;
+  coated.coat_roughness = 0;
+  const SceneFacts lacquered = read_facts(scene_of({kWhite, material("lacquered metal", coated)}, {kBulb}));
+  EXPECT_FALSE(admit(lacquered, "path").admitted);
+  EXPECT_TRUE(admit(lacquered, "caustic").admitted) << "all that a caster sends on is followed";
+
+  const SceneFacts gloss = read_facts(scene_of({kWhite, phong(0, 1e6)}, {kBulb}));
+  EXPECT_TRUE(gloss.smooth_casters.empty()) << "caustic takes it for a receiver";
+  EXPECT_FALSE(admit(gloss, "path").admitted);
+  EXPECT_FALSE(admit(gloss, "caustic").admitted);
+}
+
+TEST(Admit, PathHardlyMeetsSmallLamps) {
+  // Spheres stand 3 apart: from the mirror's surface the lamp's centre is 2 away, and fills (r/2)²/4 of all directions.
+  const double edge = 4 * std::sqrt(kSmallShare);
+  const auto lit_by = [&](double radius, const Material& other) {
+    Scene scene = scene_of({kWhite, lamp(), other}, {});
+    std::get<SphereShape>(scene.objects[1].shape).radius = radius;
+    return scene;
+  };
+  for (const Material& narrow : {kMirror, metal(0.05)}) {
+    EXPECT_TRUE(admit(read_facts(lit_by(1.01 * edge, narrow)), "path").admitted);
+    const Verdict small = admit(read_facts(lit_by(0.99 * edge, narrow)), "path");
+    EXPECT_FALSE(small.admitted);
+    EXPECT_NE(small.reason.find("the lamp 'lamp ball'"), std::string::npos) << small.reason;
+    EXPECT_NE(small.reason.find("so small a lamp"), std::string::npos) << small.reason;
+  }
+  EXPECT_TRUE(admit(read_facts(lit_by(1e-6, metal(0.1))), "path").admitted) << "it is sampled from there";
+  EXPECT_TRUE(admit(read_facts(lit_by(1e-6, kMirror)), "caustic").admitted);
+
+  // Moved, turned and enlarged it is the same lamp: what counts is where it ends up.
+  Scene moved = lit_by(0.5 * edge, kMirror);
+  moved.objects[1].transform = {{{3, 0, 0, -6}, {0, 0, -3, 0}, {0, 3, 0, 0}}};
+  EXPECT_TRUE(admit(read_facts(moved), "path").admitted);
+  moved.objects[2].transform = {{{1, 0, 0, 100}, {0, 1, 0, 0}, {0, 0, 1, 0}}};
+  EXPECT_FALSE(admit(read_facts(moved), "path").admitted);
+
+  // A plane, a triangle, and a mesh, if it is at hand.
+  Scene over_plane = lit_by(0.5 * edge, kMirror);
+  over_plane.objects[2].shape = PlaneShape{{0, -2, 0}, {0, 5, 0}};
+  EXPECT_FALSE(admit(read_facts(over_plane), "path").admitted);
+  over_plane.objects[2].shape = PlaneShape{{0, -0.5, 0}, {0, 5, 0}};
+  EXPECT_TRUE(admit(read_facts(over_plane), "path").admitted);
+  Scene triangle = lit_by(1, kMirror);
+  triangle.objects[1].shape = TriangleShape{{3, 0, 0}, {3 + edge, 0, 0}, {3, edge, 0}};
+  EXPECT_FALSE(admit(read_facts(triangle), "path").admitted);
+  Scene mesh = lit_by(1, kMirror);
+  mesh.objects[1].shape = MeshShape{"lamp.obj", sha256(as_byte_view("lamp"))};
+  const std::string bytes = encode_mesh({{{3, 0, 0}, {3 + edge, 0, 0}, {3, edge, 0}}, {}, {}, {{0, 1, 2}}});
+  const MeshSource meshes{[&](const Sha256& digest) {
+    return digest == sha256(as_byte_view("lamp")) ? std::optional(bytes) : std::nullopt;
+  }};
+  EXPECT_FALSE(admit(read_facts(mesh, meshes), "path").admitted);
+  EXPECT_TRUE(admit(read_facts(mesh), "path").admitted) << "it is not known how small it is";
+  EXPECT_TRUE(
+      admit(read_facts(mesh, {[](const Sha256&) { return std::optional<std::string>("no mesh"); }}), "path").admitted);
+  mesh.objects[1].transform = {{{4, 0, 0, -9}, {0, 4, 0, 0}, {0, 0, 4, 0}}};
+  EXPECT_TRUE(admit(read_facts(mesh, meshes), "path").admitted) << "four times as large";
+  triangle.objects[1].shape = TriangleShape{{3, 0, 0}, {3 + 4 * edge, 0, 0}, {3, 4 * edge, 0}};
+  EXPECT_TRUE(admit(read_facts(triangle), "path").admitted);
+}
+
+TEST(Admit, CausticDoesNotCoverPlanesWithoutEndFromAfar) {
+  Light window = kSky;
+  std::get<EnvironmentLight>(window.kind).has_image = true;
+  const auto over_plane = [](const Material& material, const Light& light) {
+    Scene scene = scene_of({kGray, material}, {light});
+    scene.objects[1].shape = PlaneShape{{0, -2, 0}, {0, 1, 0}};
+    return read_facts(scene);
+  };
+  for (const Light& light : {kSun, window}) {
+    const Verdict caustic = admit(over_plane(kMirror, light), "caustic");
+    EXPECT_FALSE(caustic.admitted) << light.name;
+    EXPECT_NE(caustic.reason.find("'" + light.name + "'"), std::string::npos) << caustic.reason;
+    EXPECT_TRUE(admit(over_plane(kWhite, light), "caustic").admitted) << "it casts nothing";
+    EXPECT_TRUE(admit(read_facts(scene_of({kWhite, kMirror}, {light})), "caustic").admitted) << "it has an end";
+  }
+  for (const Light& light : {kBulb, kSky}) {
+    EXPECT_TRUE(admit(over_plane(kMirror, light), "caustic").admitted) << light.name;
   }
 }
 
