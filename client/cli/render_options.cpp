@@ -126,8 +126,9 @@ void add_render_options(CLI::App& command, RenderOptions& options) {
   command
       .add_option(
           "--layers", options.layers,
-          "further layers for the EXR: direct, indirect, caustic, albedo, normal, depth, id, and light:NAME for a "
-          "light group; auto and path have all but caustic, other methods than these two albedo, normal, depth and id")
+          "further layers for the EXR: direct, indirect, caustic, bias, albedo, normal, depth, id, and light:NAME for a "
+          "light group; auto and path have all but caustic, ppm bias and those after it, other methods albedo, normal, "
+          "depth and id")
       ->type_name("A,B,...")
       ->check(not_empty("names of layers are"));
   command

@@ -1,5 +1,9 @@
 #include "common/farm/job.h"
 
+#include <algorithm>
+
+#include "common/methods/spec/method_spec.h"
+
 namespace lightmill {
 namespace {
 
@@ -52,6 +56,15 @@ Sha256 render_digest(const RenderSettings& settings, const std::string& fingerpr
     hasher.number(settings.meters);
   }
   return hasher.finish();
+}
+
+bool may_gather(const RenderSettings& settings, const MethodNotes& notes) {
+  std::vector<std::string> methods = notes.candidates;
+  methods.push_back(settings.method);
+  return std::ranges::any_of(methods, [](const std::string& text) {
+    const Result<MethodSpec> method = parse_method(text);
+    return method.ok() && method_gathers(method->name);
+  });
 }
 
 }  // namespace lightmill

@@ -66,6 +66,9 @@ struct MethodNotes {
   friend bool operator==(const MethodNotes&, const MethodNotes&) = default;
 };
 
+/// Whether the method, or one that a pilot may pick, gathers photons, which blurs (method_gathers).
+bool may_gather(const RenderSettings& settings, const MethodNotes& notes);
+
 /// What a client submits. Immutable afterwards but for goal and priority.
 struct JobSpec {
   std::string request_id;  ///< the same id submitted twice is one job

@@ -19,6 +19,12 @@ constexpr double kDoubt = 0.1;
 // show a part of it, which few of its samples meet: there the mean is better.
 constexpr float kEdge = 4;  ///< times as bright, in both halves
 
+// What gathers at half the radius differ by, squared, times this is the square of their bias. Within a smooth patch of
+// light the bias goes with r², and the factor is (4/3)². Bias stands where caustics have edges, though. Across a
+// straight one, u radii off, a disc has the bias b(u) = ±(acos u − u √(1 − u²))/π, and ∫b(u)² du is 4.33 ∫(b(u) −
+// b(2u))² du.
+constexpr double kBiasFactor = 4.33;
+
 struct Block {
   double sum = 0;
   double pixels = 0;
@@ -122,8 +128,8 @@ class ChannelMeans {
     both_.fill_border();
   }
 
-  /// Adds (a − b)² · weight / (r² + 0.01) of a row's pixels to `terms`.
-  void add_terms(int y, double weight, double* terms) const {
+  /// Adds ((a − b)² · weight + bias) / (r² + 0.01) of a row's pixels to `terms`; `bias`: its square by pixel, or null.
+  void add_terms(int y, double weight, const double* bias, double* terms) const {
     const float* const low = low_.row(y);
     const float* const high = high_.row(y);
     const float* const both = both_.row(y);
@@ -133,7 +139,7 @@ class ChannelMeans {
       const bool edge = greatest_around(low + x, low_.stride()) > kEdge * high[x];
       const double limit = edge ? both[x] : allowed;
       const double difference = static_cast<double>(high[x]) - low[x];  // squares of radiances outgrow a float
-      terms[x] += difference * difference * weight / (limit * limit + 0.01);
+      terms[x] += (difference * difference * weight + (bias == nullptr ? 0 : bias[x])) / (limit * limit + 0.01);
     }
   }
 
@@ -145,9 +151,9 @@ class ChannelMeans {
 }  // namespace
 
 TileError estimate_tile_error(std::span<const float> sums, int width, int height, std::uint32_t channels,
-                              Film::HalfCounts counts) {
+                              Film::HalfCounts counts, std::span<const float> bias) {
   const std::size_t pixels = static_cast<std::size_t>(width) * static_cast<std::size_t>(height);
-  LM_CHECK(sums.size() == 2 * channels * pixels);
+  LM_CHECK(sums.size() == 2 * channels * pixels && (bias.empty() || bias.size() == sums.size()));
   TileError error;
   error.terms = static_cast<double>(channels) * static_cast<double>(pixels);
   if (counts.a == 0 || counts.b == 0) {
@@ -158,11 +164,16 @@ TileError estimate_tile_error(std::span<const float> sums, int width, int height
   const double weight = na * nb / ((na + nb) * (na + nb));
   std::vector<double> terms(pixels, 0.0);  // of each pixel, over its channels; squares of radiances outgrow a float
   ChannelMeans means(width, height);
+  std::vector<double> bias_squares(bias.empty() ? 0 : pixels);
   for (std::uint32_t channel = 0; channel < channels; ++channel) {
-    const float* a = sums.data() + channel * pixels;
-    means.set(a, a + channels * pixels, height, counts);
+    const std::size_t first = channel * pixels, other_half = channels * pixels;
+    means.set(sums.data() + first, sums.data() + first + other_half, height, counts);
+    for (std::size_t i = 0; i < bias_squares.size(); ++i) {
+      bias_squares[i] = kBiasFactor * (bias[first + i] / na) * (bias[first + other_half + i] / nb);
+    }
     for (int y = 0; y < height; ++y) {
-      means.add_terms(y, weight, &terms[static_cast<std::size_t>(y) * static_cast<std::size_t>(width)]);
+      const std::size_t row = static_cast<std::size_t>(y) * static_cast<std::size_t>(width);
+      means.add_terms(y, weight, bias.empty() ? nullptr : &bias_squares[row], &terms[row]);
     }
   }
   // Blocks are visited to and fro, so that successive ones touch. Tiles too small for two blocks compare pixels.
@@ -204,9 +215,9 @@ void ErrorEstimator::refresh(const Film& film, TileId tile) {
   }
   entries_.resize(film.grid().picture_tiles());
   const PixelRect rect = film.grid().tile_rect(tile);
-  entries_[tile.value] = {
-      estimate_tile_error(film.beauty_sums(tile), rect.width, rect.height, kBeautyChannels, film.half_counts(tile)),
-      film.version(tile)};
+  entries_[tile.value] = {estimate_tile_error(film.beauty_sums(tile), rect.width, rect.height, kBeautyChannels,
+                                              film.half_counts(tile), film.bias_sums(tile)),
+                          film.version(tile)};
 }
 
 FrameError ErrorEstimator::update(const Film& film, std::uint32_t max_tiles) {

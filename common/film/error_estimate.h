@@ -2,8 +2,11 @@
 //
 // The frame's error is relMSE = mean((x − r)²/(r² + 0.01)) over pixels and channels of the picture x, r being its
 // limit. With a and b the means of the halves, (a−b)²/4 estimates (x − r)² where both have as many samples (generally
-// (a−b)²·nA·nB/(nA+nB)²). r² is estimated from the pixel and those beside it, so that neither rare bright samples nor
-// the edges of bright things deceive (see error_estimate.cpp); tests/bench/coverage_bench measures how well that holds.
+// (a−b)²·nA·nB/(nA+nB)²). Where the film has a layer `bias`, of gathers at one radius less those at half of it, the
+// product of its two halves estimates the square of that without bias, and so, times a factor, that of the gathers' own
+// bias, which (x − r)² has too. r² is estimated from the pixel and those beside it, so that neither rare bright samples
+// nor the edges of bright things deceive (see error_estimate.cpp); tests/bench/coverage_bench measures how well that
+// holds.
 #pragma once
 
 #include <cstdint>
@@ -32,9 +35,9 @@ struct TileError {
   bool known = false;           ///< both halves have samples
 };
 
-/// `sums` laid out as Node::values for a tile of width × height pixels.
+/// `sums`, and those of the layer `bias` or none, laid out as Node::values for a tile of width × height pixels.
 TileError estimate_tile_error(std::span<const float> sums, int width, int height, std::uint32_t channels,
-                              Film::HalfCounts counts);
+                              Film::HalfCounts counts, std::span<const float> bias = {});
 
 /// Keeps the tiles' parts and recomputes those whose tile has changed, so that asking often is cheap.
 class ErrorEstimator {

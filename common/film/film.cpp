@@ -144,6 +144,13 @@ std::vector<float> Film::beauty_sums(TileId tile) const {
                    kBeautyChannels);
 }
 
+std::vector<float> Film::bias_sums(TileId tile) const {
+  return layout_.bias < 0
+             ? std::vector<float>()
+             : sums_over(forest(tile), layout_, static_cast<std::size_t>(grid_.tile_rect(tile).pixel_count()),
+                         kBeautyChannels, static_cast<std::uint32_t>(layout_.bias));
+}
+
 Film::HalfCounts Film::half_counts(TileId tile) const {
   HalfCounts counts;
   for (const NodePtr& node : forest(tile)) {
@@ -159,15 +166,16 @@ std::uint64_t Film::version(TileId tile) const {
 }
 
 std::vector<float> sums_over(const std::vector<NodePtr>& forest, const NodeLayout& layout, std::size_t pixels,
-                             std::uint32_t channels) {
-  LM_CHECK(channels <= layout.summed);
+                             std::uint32_t channels, std::uint32_t first_channel) {
+  LM_CHECK(first_channel + channels <= layout.summed);
   const std::size_t half = channels * pixels;
   std::vector<float> sums(2 * half, 0.0f);
   for (const NodePtr& node : forest) {
     LM_CHECK(node->values.size() == layout.values(node->range) * pixels);
-    const float* const b = node->values.data() + layout.summed * pixels;
+    const float* const a = node->values.data() + first_channel * pixels;
+    const float* const b = a + layout.summed * pixels;
     for (std::size_t i = 0; i < half; ++i) {
-      sums[i] += node->values[i];
+      sums[i] += a[i];
       sums[half + i] += b[i];
     }
   }

@@ -56,6 +56,8 @@ class Film {
   std::vector<float> sums(TileId tile) const;
   /// The same of beauty alone.
   std::vector<float> beauty_sums(TileId tile) const;
+  /// The same of the layer `bias`; empty if there is none.
+  std::vector<float> bias_sums(TileId tile) const;
   /// Samples in half A and in half B.
   struct HalfCounts {
     std::uint64_t a = 0, b = 0;
@@ -88,10 +90,10 @@ class Film {
   std::uint64_t version_ = 0;
 };
 
-/// The sums over a forest in ascending index order of the first `channels` of `layout.summed` channels, laid out as in
+/// The sums over a forest in ascending index order of `channels` of `layout.summed` channels, laid out as in
 /// Node::values with so many channels; all zero while empty.
 std::vector<float> sums_over(const std::vector<NodePtr>& forest, const NodeLayout& layout, std::size_t pixels,
-                             std::uint32_t channels);
+                             std::uint32_t channels, std::uint32_t first_channel = 0);
 
 /// What a forest holds of the layers that are not summed.
 struct FirstValues {

@@ -9,9 +9,10 @@ namespace lightmill {
 namespace {
 
 /// The layers with names of their own, in film order; light groups come before the first that is not summed.
-const std::array<LayerSpec, 7> kNamedLayers{{{"direct", 3, LayerKind::summed},
+const std::array<LayerSpec, 8> kNamedLayers{{{"direct", 3, LayerKind::summed},
                                              {"indirect", 3, LayerKind::summed},
                                              {"caustic", 3, LayerKind::summed},
+                                             {std::string(kBiasLayer), 3, LayerKind::summed},
                                              {"albedo", 3, LayerKind::summed},
                                              {"normal", 3, LayerKind::first_mean},
                                              {"depth", 1, LayerKind::first_nearest},
@@ -28,9 +29,9 @@ bool is_named_layer(std::string_view name) {
 Status check_name_of_layer(std::string_view name, std::span<const std::string> before) {
   if (!is_named_layer(name) && name != "beauty" && name != kRestLayer && !is_light_group_name(light_group_of(name))) {
     return invalid_argument(
-        "unknown layer \"{}\"; the layers are direct, indirect, caustic, albedo, normal, depth, id, and light:NAME for "
-        "a light "
-        "group",
+        "unknown layer \"{}\"; the layers are direct, indirect, caustic, bias, albedo, normal, depth, id, and "
+        "light:NAME "
+        "for a light group",
         printable(name));
   }
   if (std::ranges::find(before, name) != before.end()) {
@@ -96,9 +97,13 @@ Status check_layers(const std::vector<LayerSpec>& layers) {
 }
 
 Status check_method_layers(std::string_view method, const std::vector<LayerSpec>& layers) {
-  constexpr std::array<std::string_view, 7> kAll{"caustic", "direct", "indirect", "albedo", "normal", "depth", "id"};
+  constexpr std::array<std::string_view, 8> kAll{"caustic", "direct", "indirect", kBiasLayer,
+                                                 "albedo",  "normal", "depth",    "id"};
   const bool all = method_follows_all_light(method);
-  const std::span<const std::string_view> known = std::span(kAll).subspan(method == "caustic" ? 0 : all ? 1 : 3);
+  const std::span<const std::string_view> known = std::span(kAll).subspan(method == "caustic" ? 0
+                                                                          : all               ? 1
+                                                                          : method == "ppm"   ? 3
+                                                                                              : 4);
   for (const LayerSpec& layer : layers) {
     const bool light = all && !light_group_of(layer.name).empty();
     if (layer.name != "beauty" && !light && std::ranges::find(known, layer.name) == known.end()) {
@@ -128,6 +133,9 @@ NodeLayout::NodeLayout(const std::vector<LayerSpec>& layers) : summed(0) {
   for (const LayerSpec& layer : layers) {
     switch (layer.kind) {
       case LayerKind::summed:
+        if (layer.name == kBiasLayer) {
+          bias = static_cast<int>(summed);
+        }
         summed += layer.channels;
         break;
       case LayerKind::first_mean:

@@ -43,22 +43,26 @@ struct LayerSpec {
 inline constexpr std::string_view kLightLayerPrefix = "light:";
 inline constexpr std::string_view kRestLayer = "light:rest";
 
+/// How much of what gathers of photons bring depends on their radius, of which the error's statement makes their bias.
+inline constexpr std::string_view kBiasLayer = "bias";
+
 /// The light group of a layer's name; empty for other layers.
 std::string_view light_group_of(std::string_view layer);
 
 /// Letters, digits, '-' and '_'; at most kMaxLightGroupName; "rest" is taken.
 bool is_light_group_name(std::string_view name);
 
-/// The film's layers for these names, in the one order that films have: beauty, direct, indirect, caustic, albedo,
-/// light groups in the order given and the rest of the light, normal, depth, id. INVALID_ARGUMENT for a name that is
-/// unknown or comes twice, or too many groups.
+/// The film's layers for these names, in the one order that films have: beauty, direct, indirect, caustic, bias,
+/// albedo, light groups in the order given and the rest of the light, normal, depth, id. INVALID_ARGUMENT for a name
+/// that is unknown or comes twice, or too many groups.
 Result<std::vector<LayerSpec>> film_layers(std::span<const std::string> names);
 
 /// INVALID_ARGUMENT unless film_layers gives this list.
 Status check_layers(const std::vector<LayerSpec>& layers);
 
 /// INVALID_ARGUMENT if there is a layer that this method does not fill: `caustic` fills all, `path` and what `auto`
-/// picks all but that of the same name, the others those that show surfaces.
+/// picks all but `caustic` (`bias` with zeros where the method has none), the others those that show surfaces, and
+/// `ppm` also `bias`.
 Status check_method_layers(std::string_view method, const std::vector<LayerSpec>& layers);
 
 /// INVALID_ARGUMENT if a light group's layer names none of `groups`.
@@ -75,6 +79,7 @@ struct NodeLayout {
   std::uint32_t first_mean = 0;
   std::uint32_t first_nearest = 0;
   std::uint32_t first_samples = 0;
+  int bias = -1;  ///< the first channel of the layer of that name, among the summed ones; −1 without
 
   NodeLayout(std::uint32_t summed_channels = kBeautyChannels) : summed(summed_channels) {}
   explicit NodeLayout(const std::vector<LayerSpec>& layers);

@@ -1,11 +1,11 @@
 // The layers of a film's picture besides beauty: their channels in EXR files, and how a tile's values become pixels.
 //
 //   direct, indirect, albedo  Direct.R/G/B, Indirect.R/G/B, Albedo.R/G/B: means over all samples
-//   caustic                   Caustic.R/G/B: the same
+//   caustic, bias             Caustic.R/G/B, Bias.R/G/B: the same
 //   light:NAME                Light.NAME.R/G/B: the same
-//   normal                    N.X/Y/Z: the mean over samples 0 to 15, in the scene's frame; what sees nothing counts as
-//   0 depth                     Z: the nearest of samples 0 to 15; kNoDepth where nothing is seen id CryptoObject00.R …
-//   and CryptoMaterial00.R …: Cryptomatte over samples 0 to 15
+//   normal                    N.X/Y/Z: the mean over samples 0 to 15, in the scene's frame; 0 where nothing is seen
+//   depth                     Z: the nearest of samples 0 to 15; kNoDepth where nothing is seen
+//   id                        CryptoObject00.R … and CryptoMaterial00.R …: Cryptomatte over samples 0 to 15
 #pragma once
 
 #include <array>

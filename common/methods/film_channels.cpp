@@ -34,6 +34,7 @@ FilmChannels::FilmChannels(const std::vector<LayerSpec>& layers, const std::vect
     for (const auto& [name, channel] : {std::pair<std::string_view, int*>{"direct", &direct},
                                         {"indirect", &indirect},
                                         {"caustic", &caustic},
+                                        {kBiasLayer, &bias},
                                         {"albedo", &albedo},
                                         {"normal", &normal},
                                         {"depth", &depth},

@@ -6,6 +6,7 @@
 //   indirect  all other light
 //   caustic   of it, what has come from its source over mirrors, glass and the like to another surface: all that the
 //             light side of the method of that name brings
+//   bias      what gathers of photons bring less what they would bring with half the radius, of the same photons
 //   light:G   light of light group G; light:rest that of all lights that are in no group asked for
 //   albedo    the reflectance of the surface that the camera ray hits first, whatever its kind (1 for clear glass)
 //   normal    its shading normal on the camera's side, in the scene's frame; with `flat` the geometric one
@@ -29,7 +30,7 @@ struct FilmChannels {
   explicit FilmChannels(const std::vector<LayerSpec>& layers, const std::vector<std::string>& light_groups = {});
 
   NodeLayout layout;
-  int direct = -1, indirect = -1, caustic = -1, albedo = -1;
+  int direct = -1, indirect = -1, caustic = -1, bias = -1, albedo = -1;
   int normal = -1, depth = -1, id = -1;
 
   /// By the number of a light group: the first channel of its layer, or of light:rest. Empty without such layers.

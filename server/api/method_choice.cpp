@@ -44,4 +44,19 @@ Result<MethodNotes> settle_method(RenderSettings& settings, const AssetStore& as
   return notes;
 }
 
+void want_bias_layer(JobSpec& spec, const MethodNotes& notes) {
+  RenderSettings& settings = spec.settings;
+  if (spec.goal.error == 0 || NodeLayout(settings.layers).bias >= 0 || !may_gather(settings, notes)) {
+    return;
+  }
+  std::vector<std::string> names{std::string(kBiasLayer)};
+  for (const LayerSpec& layer : settings.layers) {
+    names.push_back(layer.name);
+  }
+  // Layers that are not in order are the coordinator's to refuse.
+  if (Result<std::vector<LayerSpec>> layers = film_layers(names); layers.ok() && check_layers(settings.layers).ok()) {
+    settings.layers = *std::move(layers);
+  }
+}
+
 }  // namespace lightmill

@@ -13,4 +13,8 @@ namespace lightmill {
 /// are left to the worker that reads it.
 Result<MethodNotes> settle_method(RenderSettings& settings, const AssetStore& assets);
 
+/// Adds the layer `bias` to the film of a job that is to reach an error, if its method gathers photons or a pilot may
+/// pick one that does.
+void want_bias_layer(JobSpec& spec, const MethodNotes& notes);
+
 }  // namespace lightmill

@@ -128,6 +128,7 @@ RenderServiceImpl::Unary* RenderServiceImpl::SubmitJob(Context* context, const v
     reactor->Finish(to_grpc(notes.status()));
     return reactor;
   }
+  want_bias_layer(*spec, *notes);
   return change_job(context, reply, [spec = std::move(*spec), notes = std::move(*notes)](FarmLoop::Turn& turn) {
     return turn.farm.submit(spec, turn.now, turn.unix_ms, turn.step, notes);
   });

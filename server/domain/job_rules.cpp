@@ -159,6 +159,13 @@ Result<Goal> extended_goal(const Job& job, const Extension& to, Time now) {
       return invalid_argument("error must be positive and less than before, got {}{}", to.error,
                               goal.error > 0 ? fmt::format(" after {}", goal.error) : "");
     }
+    const RenderSettings& settings = job.record.spec.settings;
+    if (may_gather(settings, job.record.method_notes) && NodeLayout(settings.layers).bias < 0) {
+      return failed_precondition(
+          "an error cannot be its goal: the gathering of photons blurs, and the film has no layer \"bias\" that tells "
+          "by how "
+          "much; submit the job again with an error as its goal");
+    }
     goal.error = to.error;
   } else if (job.record.reached == GoalLimit::error) {
     goal.error = 0;

@@ -61,7 +61,7 @@ void Batch::gather_from(const photons::DepositMap& map, F8 radius, const Vertex8
   ws_.counters.gathers += static_cast<std::uint64_t>(lanes.count());
   ws_.counters.gathered += std::accumulate(std::begin(counts), std::end(counts), std::uint64_t{0});
   const F8 per_area = F8(kInvPi) / (radius * radius);
-  V8 sum;
+  V8 sum, beyond_half;
   for (std::size_t k = 0; k < most; ++k) {
     alignas(32) std::uint32_t numbers[8] = {};
     for (std::size_t lane = 0; lane < 8; ++lane) {
@@ -76,6 +76,12 @@ void Batch::gather_from(const photons::DepositMap& map, F8 radius, const Vertex8
     valid = valid & (dot(d.normal, normal) > F8(kLeastCosine)) & (height < radius * F8(kMostHeight)) &
             signed_less(d.scatterings, U8(max_bounces_ - vertex.bounce + 1));
     const V8 value = masked(valid, d.power * sent_on(bsdf, wo, vertex.frame, vertex.facing, d.wi) * per_area);
+    if (channels_.bias >= 0) {  // four times as dense on a disc of half the radius
+      const F8 half = radius * F8(0.5f);
+      const M8 within =
+          (length_squared(d.point - vertex.surface.point) < half * half) & (height < half * F8(kMostHeight));
+      beyond_half = beyond_half + select(within, value * F8(-3.0f), value);
+    }
     if (channels_.separates_lights()) {
       add_caustic(valid, vertex.in.slot, d.group, vertex.in.throughput * value);
     } else {
@@ -84,6 +90,9 @@ void Batch::gather_from(const photons::DepositMap& map, F8 radius, const Vertex8
   }
   if (most > 0 && !channels_.separates_lights()) {
     add_caustic(lanes, vertex.in.slot, U8(0u), vertex.in.throughput * sum);
+  }
+  if (most > 0 && channels_.bias >= 0) {
+    add_to_plane(channels_.bias, lanes, vertex.in.slot, vertex.in.throughput * beyond_half);
   }
 }
 

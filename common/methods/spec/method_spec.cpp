@@ -130,6 +130,10 @@ bool method_bounces(std::string_view name) {
   return entry != nullptr && entry->bounces;
 }
 
+bool method_gathers(std::string_view name) {
+  return name == "caustic" || name == "ppm";
+}
+
 std::uint32_t shared_samples(const MethodSpec& method) {
   // Of a photon, deposits and all that finds them: what rooms full of glass and mirrors leave.
   constexpr std::uint64_t kBytesPerPhoton = 512, kMostSamples = 32, kDefaultPhotonsAtMost = 65536;

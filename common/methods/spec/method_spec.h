@@ -47,6 +47,10 @@ bool method_needs_light(std::string_view name);
 /// Whether a method follows light from surface to surface, so that a limit of bounces means something.
 bool method_bounces(std::string_view name);
 
+/// Whether a method gathers photons within a radius, which blurs: what its error is said to be then wants the layer
+/// `bias`.
+bool method_gathers(std::string_view name);
+
 /// What a worker holds of the passes of photons that a job's tiles share.
 inline constexpr std::uint64_t kHeldPassBytes = std::uint64_t{256} << 20;
 /// 0: tiles have no work in common. Else each worker does a sample's pass once for all its tiles, and holds those of so

@@ -287,7 +287,7 @@ TEST(FilmLayers, ComeInOneOrderAndLightGroupsBringTheRest) {
 TEST(FilmLayers, AreRefusedWithTheReason) {
   const auto error = [](std::vector<std::string> names) { return message_of(film_layers(names).status()); };
   EXPECT_EQ(error({"normals"}),
-            "unknown layer \"normals\"; the layers are direct, indirect, caustic, albedo, normal, depth, id, and "
+            "unknown layer \"normals\"; the layers are direct, indirect, caustic, bias, albedo, normal, depth, id, and "
             "light:NAME for a "
             "light group");
   EXPECT_EQ(error({"depth", "id", "depth"}), "layer \"depth\" is named twice");

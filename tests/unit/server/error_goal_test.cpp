@@ -304,6 +304,19 @@ TEST_F(ErrorGoalTest, ExtendingAsksForLessErrorOrForMoreSamples) {
   EXPECT_EQ(status(job).counters.results_duplicate, 0u);
 }
 
+TEST_F(ErrorGoalTest, GathersNeedTheLayerThatTellsTheirBias) {
+  JobSpec plain = spec("r1", 16), layered = spec("r2", 16);
+  plain.settings.method = layered.settings.method = "caustic";
+  layered.settings.layers = *film_layers(std::vector<std::string>{"bias"});
+  const JobId without = submit(plain), with = submit(layered);
+  const SessionId session = connect("w");
+  work(session);
+  ASSERT_EQ(status(without).state, JobState::done);
+  EXPECT_EQ(coordinator->extend(without, {0, 0.01}, now, step).code(), StatusCode::kFailedPrecondition);
+  EXPECT_TRUE(coordinator->extend(with, {0, 0.01}, now, step).ok());
+  EXPECT_TRUE(coordinator->extend(without, {32}, now, step).ok());
+}
+
 TEST_F(ErrorGoalTest, ARunningJobIsExtendedAboveWhatIsOut) {
   const JobId job = submit(spec("r1", 1000));
   const SessionId session = connect("w");

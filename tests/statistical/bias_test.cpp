@@ -1,0 +1,95 @@
+// What is stated of the error of pictures that gathers blur, beside what it is.
+#include <gtest/gtest.h>
+
+#include "common/film/error_estimate.h"
+#include "tests/analytic/scene_text.h"
+
+namespace lightmill::test {
+namespace {
+
+constexpr int kSide = 32;
+constexpr std::uint32_t kPixels = kSide * kSide;
+
+/// Sums of beauty and bias over samples [0, 2^level), as films hold them.
+struct Sums {
+  std::vector<float> beauty, bias;
+  std::uint64_t samples = 0;
+};
+Sums sums_of(const TestScene& scene, const std::string& method_text, std::uint64_t seed, std::uint32_t level) {
+  const auto compiled = CompiledScene::compile(scene.scene(), scene.assets(), nullptr);
+  const std::vector<LayerSpec> layers = *film_layers(std::vector<std::string>{std::string(kBiasLayer)});
+  const auto method = make_method(*compiled, {method_text, seed, 0, layers});
+  EXPECT_TRUE(method.ok()) << method.status();
+  const auto workspace = (*method)->make_workspace();
+  const Node node = (*method)->render({0, 0, kSide, kSide}, {level, 0}, *workspace);
+  const NodeLayout layout(layers);
+  Sums sums{{}, {}, std::uint64_t{1} << level};
+  for (std::size_t half = 0; half < 2; ++half) {
+    const float* const planes = node.values.data() + half * layout.summed * kPixels;
+    sums.beauty.insert(sums.beauty.end(), planes, planes + 3 * kPixels);
+    sums.bias.insert(sums.bias.end(), planes + layout.bias * kPixels, planes + (layout.bias + 3) * kPixels);
+  }
+  return sums;
+}
+
+double value(const Sums& sums, std::size_t i) {
+  return (static_cast<double>(sums.beauty[i]) + sums.beauty[i + 3 * kPixels]) / static_cast<double>(sums.samples);
+}
+
+double true_error(const Sums& picture, const Sums& reference) {
+  double sum = 0;
+  for (std::size_t i = 0; i < 3 * kPixels; ++i) {
+    const double r = value(reference, i), difference = value(picture, i) - r;
+    sum += difference * difference / (r * r + 0.01);
+  }
+  return sum / (3 * kPixels);
+}
+
+double stated_error(const Sums& picture, bool with_bias) {
+  const Film::HalfCounts counts{picture.samples / 2, picture.samples / 2};
+  return estimate_tile_error(picture.beauty, kSide, kSide, 3, counts,
+                             with_bias ? std::span<const float>(picture.bias) : std::span<const float>())
+             .sum /
+         (3 * kPixels);
+}
+
+/// A floor under a glass ball and a point, seen in a mirror: all that photons bring is gathered.
+TestScene caustic_in_a_mirror() {
+  return TestScene::from_text(document(R"("eye": [0, 1.2, 0], "look_at": [0, 0.2, -2])", 50, kSide,
+                                       diffuse("floor", 0.7) + also(named("glass", R"("dielectric": {"ior": 1.5})")) +
+                                           also(named("mirror", R"("mirror": {})")),
+                                       plane_shape("floor", "[0, 0, 0]", "[0, 1, 0]") +
+                                           also(plane_shape("mirror", "[0, 0, -2]", "[0, 0, 1]")) +
+                                           also(sphere("glass", "[0, 0.7, 0.6]", 0.4)),
+                                       R"({"point": {"position": [0.5, 3, 0.9], "intensity": {"rgb": [9, 9, 9]}}})"));
+}
+
+TEST(BiasOfGathers, IsStatedWithTheError) {
+  const TestScene scene = caustic_in_a_mirror();
+  const Sums reference = sums_of(scene, "caustic:photons=20000,radius=0.4", 1, 10);
+  const double noise = stated_error(reference, true);
+  for (const double radius : {3.0, 6.0}) {
+    const Sums picture = sums_of(scene, fmt::format("caustic:photons=10000,radius={}", radius), 2, 9);
+    const double truth = true_error(picture, reference);
+    ASSERT_LT(noise, 0.25 * truth) << "the test says little";
+    EXPECT_LT(stated_error(picture, false), 0.5 * truth) << radius;
+    // Told by what edges need: within patches of light that is two and a half times too much.
+    EXPECT_GT(stated_error(picture, true), 0.75 * truth) << radius;
+    EXPECT_LT(stated_error(picture, true), 2.5 * truth) << radius;
+  }
+}
+
+TEST(BiasOfGathers, IsNoneWhereThereIsNothingToGather) {
+  const TestScene scene =
+      TestScene::from_text(document(R"("eye": [0, 1, 3], "look_at": [0, 0, 0])", 50, kSide, diffuse("floor", 0.7),
+                                    plane_shape("floor", "[0, 0, 0]", "[0, 1, 0]"),
+                                    R"({"point": {"position": [0, 2, 0], "intensity": {"rgb": [9, 9, 9]}}})"));
+  for (const std::string method : {"path", "caustic"}) {
+    const Sums picture = sums_of(scene, method, 1, 4);
+    EXPECT_GT(value(picture, kPixels / 2), 0);
+    EXPECT_EQ(picture.bias, std::vector<float>(picture.bias.size(), 0.0f));
+  }
+}
+
+}  // namespace
+}  // namespace lightmill::test
