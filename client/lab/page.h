@@ -1,4 +1,4 @@
-// The fixed parts of a report's page: its style, its script, and pictures as data URIs. Private to client/lab.
+// The fixed parts of a report's page: its style, its script, and pictures as data URIs. Other reports may use them.
 #pragma once
 
 #include <string>

@@ -1,5 +1,6 @@
 // The failure atlas for cameras: what has no view is refused, and every other camera sees what is there.
 #include "tests/atlas/atlas.h"
+#include "tests/atlas/cases/material_scenes.h"
 
 namespace lightmill::test {
 namespace {
@@ -115,13 +116,8 @@ TEST(Cameras, AtASurfaceSeeOneSideOfIt) {
 }
 
 TEST(Cameras, InsideGlassSeeTheSkyDenser) {
-  // At the middle of a ball of glass no light is reflected totally: radiance is n² of that outside.
   for (const double n : {1.5, 1.1, 2.4}) {
-    const auto scene =
-        TestScene::from_text(document(R"("eye": [0, 0, 0], "look_at": [0, 0, -1])", 90, 16,
-                                      fmt::format(R"({{"name": "glass", "dielectric": {{"ior": {}}}}})", n),
-                                      sphere("glass", "[0, 0, 0]", 1), sky(1)));
-    expect_answer(mean_of(clean_picture(scene, "path", 8), 0), n * n, 1e-2);
+    expect_answer(mean_of(clean_picture(scene_of(eye_in_glass(n)), "path", 8), 0), n * n, 1e-2);
   }
 }
 

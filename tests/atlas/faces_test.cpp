@@ -2,46 +2,19 @@
 // each with its right outcome.
 #include "tests/analytic/meter_text.h"
 #include "tests/atlas/atlas.h"
+#include "tests/atlas/cases/face_scenes.h"
 
 namespace lightmill::test {
 namespace {
 
 TEST(Faces, OfBlocksThatStandAndTouchLeakNothing) {
-  // In a closed room whose every surface sends out 1 and reflects a half, there is radiance 2 whatever stands in it;
-  // behind faces, which send out nothing backwards, there would be less. Blocks on the floor, against each other and
-  // the walls, one in others, with faces that are there twice.
-  const std::map<std::string, std::string> files{{"room.obj",
-                                                  // faces inwards
-                                                  "v -1 0 -1\nv 1 0 -1\nv 1 2 -1\nv -1 2 -1\nv -1 0 1\nv 1 0 1\n"
-                                                  "v 1 2 1\nv -1 2 1\nf 1 2 3 4\nf 8 7 6 5\nf 1 5 6 2\nf 4 3 7 8\n"
-                                                  "f 1 4 8 5\nf 2 6 7 3\n"},
-                                                 {"a.obj", box(-0.8, -0.2, 0, 1, -0.8, 0)},
-                                                 {"b.obj", box(-0.2, 0.3, 0, 1, -0.8, 0)},
-                                                 {"c.obj", box(-0.5, 0.1, 0.5, 0.9, -0.6, -0.1)},
-                                                 {"d.obj", box(0.4, 1, 0, 0.6, -1, -0.5)},
-                                                 {"e.obj", box(0.5, 0.9, 0.6, 0.9, -0.9, -0.6)},
-                                                 {"d2.obj", box(0.4, 1, 0, 0.6, -1, -0.5)},
-                                                 {"hair.obj", box(-0.3, 0.3, 1.9998, 1.9999, 0.2, 0.6)}};
-  std::string objects;
-  for (const auto& [name, text] : files) {
-    objects += (objects.empty() ? "" : ", ") + mesh("wall", name);
-  }
-  const auto scene = TestScene::from_text(
-      document(R"("eye": [0.3, 1.2, 0.9], "look_at": [-0.1, 0.5, -0.5])", 80, 32, diffuse("wall", 0.5, 1), objects),
-      files);
-  expect_answer(mean_of(clean_picture(scene, "path", 8), 0), 2, 2e-3);
+  expect_answer(mean_of(clean_picture(scene_of(blocks_in_a_furnace()), "path", 8), 0), 2, 2e-3);
 }
 
 TEST(Faces, ALampAHairBelowTheCeilingLightsTheFloorAlone) {
   for (const double gap : {1e-2, 1e-4, 1e-5}) {
     const auto seen = [&](const std::string& view) {
-      const auto scene = TestScene::from_text(
-          document(view, 0.01, 8, diffuse("wall", 1) + also(diffuse("lamp", 0, 1)),
-                   mesh("wall", "floor.obj") + also(mesh("wall", "ceiling.obj")) + also(mesh("lamp", "lamp.obj"))),
-          {{"floor.obj", plane(20, 0, true)},
-           {"ceiling.obj", plane(20, 1 + gap, false)},
-           {"lamp.obj", horizontal_square(1, 1, false)}});
-      return mean_of(clean_picture(scene, "path", 10, 1), 0);
+      return mean_of(clean_picture(scene_of(lamp_below_a_ceiling(gap, view)), "path", 10, 1), 0);
     };
     expect_answer(seen(R"("eye": [0, 0.5, 1], "look_at": [0, 0, 0])"), 0.2394565, 2e-3);
     EXPECT_EQ(seen(R"("eye": [2, 0.5, 1], "look_at": [2, 1.1, 0])").value, 0) << gap;
@@ -85,13 +58,6 @@ TEST(Walls, ThinOnesKeepAllLightOnOneSide) {
   }
 }
 
-/// Form factor of a wall a high and b to either side that stands on a floor, seen from the floor at distance c from its
-/// foot's middle (Siegel & Howell, C-5).
-double standing_form_factor(double a, double b, double c) {
-  const double d = std::sqrt(a * a + c * c);
-  return (std::atan(b / c) - c / d * std::atan(b / d)) / M_PI;
-}
-
 TEST(Walls, TheirFootIsLitAsMuchAsTheRest) {
   // Right beside a glowing wall half of all that a point sees is the wall.
   EXPECT_NEAR(standing_form_factor(1e9, 1e9, 1e-3), 0.5, 1e-9);
@@ -108,22 +74,10 @@ TEST(Walls, TheirFootIsLitAsMuchAsTheRest) {
 }
 
 TEST(Walls, ADoorAjarLetsThroughWhatIsSeenOfTheLamp) {
-  // A door's gap 1 high in a wall, all of which glows that is seen through it from a distance of 1.
   for (const double width : {0.5, 0.1, 0.01}) {
-    const auto upright = [](double x, double y0, double y1, double z0, double z1) {
-      return polygon({{x, y0, z1}, {x, y0, z0}, {x, y1, z0}, {x, y1, z1}});  // faces +x
-    };
-    const auto scene = TestScene::from_text(
-        document(R"("eye": [1, 0.5, 0.01], "look_at": [1, 0, 0])", 1e-3, 8,
-                 diffuse("floor", 1) + also(diffuse("wall", 0)) + also(diffuse("lamp", 0, 1)),
-                 plane_shape("floor", "[0, 0, 0]", "[0, 1, 0]") + also(mesh("lamp", "lamp.obj")) +
-                     also(mesh("wall", "left.obj")) + also(mesh("wall", "right.obj")) + also(mesh("wall", "top.obj"))),
-        {{"lamp.obj", upright(-1, 0, 3, -2, 2)},
-         {"left.obj", upright(0, 0, 1, -9, -width / 2)},
-         {"right.obj", upright(0, 0, 1, width / 2, 9)},
-         {"top.obj", upright(0, 1, 9, -9, 9)}});
+    const AtlasCase door = door_ajar(width);
     SCOPED_TRACE(width);
-    expect_answer(mean_of(clean_picture(scene, "path", 14, 1), 0), standing_form_factor(1, width / 2, 1), 3e-2);
+    expect_answer(mean_of(clean_picture(scene_of(door), "path", 14, 1), 0), *door.exact, 3e-2);
   }
 }
 
@@ -156,14 +110,8 @@ TEST(Faces, ADuplicatedLampIsOneLamp) {
 }
 
 TEST(Rooms, OfAlbedoOneComeToAnEnd) {
-  // What goes in never comes out: the sum over a thousand bounces is finite, and that is what is shown.
-  const auto scene = TestScene::from_text(
-      document(kInside, 60, 2, diffuse("wall", 1), sphere("wall", "[0, 0, 0]", 1, true),
-               R"({"point": {"position": [0, 0, 0], "intensity": {"rgb": [3.14159265, 3.14159265, 3.14159265]}}})"));
-  expect_answer(mean_of(clean_picture(scene, "path", 2), 0), 1000, 1e-2);
-  const auto nearly =
-      TestScene::from_text(document(kInside, 60, 4, diffuse("wall", 0.99, 1), sphere("wall", "[0, 0, 0]", 1, true)));
-  expect_answer(mean_of(clean_picture(nearly, "path", 10), 0), 100, 1e-2);
+  expect_answer(mean_of(clean_picture(scene_of(room_without_losses()), "path", 2), 0), 1000, 1e-2);
+  expect_answer(mean_of(clean_picture(scene_of(room_of_albedo(0.99)), "path", 10), 0), 100, 1e-2);
 }
 
 }  // namespace

@@ -1,6 +1,8 @@
 // The failure atlas for single shapes: degenerate, huge, tiny and far away, each with its right outcome.
 #include "tests/analytic/meter_text.h"
 #include "tests/atlas/atlas.h"
+#include "tests/atlas/cases/face_scenes.h"
+#include "tests/atlas/cases/material_scenes.h"
 
 namespace lightmill::test {
 namespace {
@@ -10,12 +12,7 @@ const char* const kPoint = R"({"point": {"position": [0, 2, 0], "intensity": {"r
 // ---- triangles ----
 
 TEST(Triangles, WithoutAreaAndDuplicatesChangeNothing) {
-  // On a white floor: the same floor again, points, lines, and needles thinner than single precision can tell.
-  const std::string floor = plane(40, 0, true);
-  const std::string worse = floor + plane(40, 0, true) +
-                            "f 1 1 1\nf 1 2 2\nf 1 2 1\nv 0 0 0\nv 0.1 0 0.1\nv 0.2 0 0.2\nf 9 10 11\n"
-                            "v -3 0 -0.01\nv 3 0 -0.01\nv 3 0 -0.010000001\nf 12 13 14\nv 3 0 -0.0100000000001\n"
-                            "f 12 13 15\n";
+  const std::string floor = plane(40, 0, true), worse = degenerate_floor(40);
   const std::string second = "v -20 0 -20\nv -20 0 20\nv 20 0 20\nf 1 2 3\nf 1 2 3\nf 3 2 1\n";
   for (const std::string method : {"path", "raycast", "whitted", "preview", "path:brute-force"}) {
     std::vector<double> seen;
@@ -215,20 +212,6 @@ TEST(Planes, TouchingAndCrossingOnesHideEachOther) {
 }
 
 // ---- normals ----
-
-/// A regular octahedron; `normal` gives the normal of a corner.
-std::string octahedron(const std::function<std::array<double, 3>(const std::array<double, 3>&)>& normal) {
-  const std::array<std::array<double, 3>, 6> corners{
-      {{1, 0, 0}, {0, 1, 0}, {0, 0, 1}, {-1, 0, 0}, {0, -1, 0}, {0, 0, -1}}};
-  std::string text;
-  for (const auto& c : corners) {
-    const auto n = normal(c);
-    text += fmt::format("v {} {} {}\nvn {} {} {}\n", c[0], c[1], c[2], n[0], n[1], n[2]);
-  }
-  return text +
-         "f 1//1 2//2 3//3\nf 2//2 4//4 3//3\nf 4//4 5//5 3//3\nf 5//5 1//1 3//3\n"
-         "f 2//2 1//1 6//6\nf 4//4 2//2 6//6\nf 5//5 4//4 6//6\nf 1//1 5//5 6//6\n";
-}
 
 TEST(Normals, ThatAreFarFromTheSurfacesOwnAddNoLight) {
   // White under a sky of radiance 1: what the two normals disagree about may be lost, and nothing is made up. Normals

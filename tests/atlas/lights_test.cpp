@@ -1,15 +1,11 @@
 // The failure atlas for lights: shrinking, many, at and in surfaces, grazing, and environments of one bright pixel.
-#include <random>
-
-#include "common/image/exr.h"
 #include "common/image/read/read_image.h"
 #include "tests/analytic/meter_text.h"
 #include "tests/atlas/atlas.h"
+#include "tests/atlas/cases/light_scenes.h"
 
 namespace lightmill::test {
 namespace {
-
-constexpr const char* kDown = R"("eye": [0, 0.5, 0.01], "look_at": [0, 0, 0])";
 
 std::string lamp_of(const std::string& emission) {
   return fmt::format(R"({{"name": "lamp", "diffuse": {{"reflectance": {}}}, {}}})", gray(0), emission);
@@ -89,22 +85,10 @@ TEST(Shrinking, PowerWithoutAreaIsRefused) {
 // ---- number ----
 
 TEST(Many, AHundredThousandPointsAddUp) {
-  std::string lights;
-  lights.reserve(12'000'000);
-  std::mt19937 random(71);  // its numbers are the standard's
-  const auto number = [&] { return static_cast<double>(random()) * 0x1p-32; };
-  double exact = 0;
-  for (int i = 0; i < 100'000; ++i) {
-    const double x = 40 * number() - 20, y = 0.5 + 4 * number(), z = 40 * number() - 20, intensity = number();
-    fmt::format_to(std::back_inserter(lights),
-                   R"({}{{"point":{{"position":[{:.9g},{:.9g},{:.9g}],"intensity":{{"rgb":[{:.9g},0,1]}}}}}})",
-                   i == 0 ? "" : ",", x, y, z, intensity);
-    exact += intensity * y / std::pow(x * x + y * y + z * z, 1.5) / M_PI;
-  }
-  const Estimate seen = floor_under("", "", lights, "path", 10);
-  expect_answer(seen, exact, 1e-2);
-  const Estimate all = floor_under("", "", lights, "raycast", 1);
-  EXPECT_NEAR(all.value, exact, 1e-3 * exact);
+  const ManyPoints points = many_points(100'000);
+  expect_answer(floor_under("", "", points.lights, "path", 10), points.radiance, 1e-2);
+  const Estimate all = floor_under("", "", points.lights, "raycast", 1);
+  EXPECT_NEAR(all.value, points.radiance, 1e-3 * points.radiance);
 }
 
 TEST(Many, AHundredThousandLampsOfTrianglesAddUp) {
@@ -131,7 +115,7 @@ TEST(Many, AHundredThousandLampsOfTrianglesAddUp) {
 TEST(Many, DimOnesBesideAGlaringOneAreNotLost) {
   // One of 100 W/sr that is hidden takes all but a hundredth of the samples: noise, but no loss.
   const std::string card = also(sphere("floor", "[0, 4, 0]", 0.5));
-  const std::string lights = point_light("[0, 4, 0]", 100) + also(point_light("[0, 1, 0]", 1));
+  const std::string lights = glaring_and_dim();
   expect_answer(floor_under(card, "", lights, "path", 13), 1 / M_PI, 3e-2);
   EXPECT_NEAR(floor_under(card, "", lights, "raycast", 1).value, 1 / M_PI, 1e-4);
 }
@@ -274,39 +258,6 @@ TEST(Strength, TooMuchForAPictureIsCountedAndLeftOut) {
 
 // ---- environments ----
 
-/// An environment of radiance 1 but for one pixel, as an EXR file.
-std::string one_pixel(int width, int height, int x, int y, float value, float other = 1) {
-  Image image;
-  image.display = image.data = {0, 0, width, height};
-  std::vector<float> values(static_cast<std::size_t>(width) * static_cast<std::size_t>(height), other);
-  values[static_cast<std::size_t>(y * width + x)] = value;
-  for (const char* const name : {"R", "G", "B"}) {
-    image.channels.push_back({name, values});
-  }
-  return *encode_exr(image);
-}
-
-/// Irradiance on a surface with this normal: 1 from everywhere, and bilinear between pixel centres (that go round, and
-/// are constant beyond the first and last row) the rest of that pixel's.
-double irradiance_of_pixel(int width, int height, int px, int py, double value, const Vec3d& n, double turn) {
-  constexpr int kSteps = 400;
-  double sum = 0;
-  for (int i = 0; i < kSteps; ++i) {
-    for (int j = 0; j < kSteps; ++j) {
-      const double x = px + 0.5 + 2 * ((i + 0.5) / kSteps) - 1, y = py + 0.5 + 2 * ((j + 0.5) / kSteps) - 1;
-      if (y < 0 || y > height) {
-        continue;
-      }
-      const double at_pole = (py == 0 && y < 0.5) || (py == height - 1 && y > height - 0.5) ? 1 : 0;
-      const double weight = (1 - std::abs(x - px - 0.5)) * (at_pole > 0 ? 1 : 1 - std::abs(y - py - 0.5));
-      const double phi = 2 * M_PI * (x / width - 0.5) - turn, theta = M_PI * y / height;
-      const Vec3d d(std::sin(theta) * std::cos(phi), std::cos(theta), std::sin(theta) * std::sin(phi));
-      sum += weight * std::max(0.0, glm::dot(d, n)) * std::sin(theta);
-    }
-  }
-  return M_PI + (value - 1) * sum * (2.0 / kSteps) * (2.0 / kSteps) * (2 * M_PI / width) * (M_PI / height);
-}
-
 TEST(EnvironmentImage, OneBrightPixelAnywhere) {
   // In the middle, at the seam on both sides, at both poles; also turned.
   struct Case {
@@ -343,11 +294,8 @@ TEST(EnvironmentImage, ItsSeamAndPolesCannotBeSeen) {
   for (const auto& [width, height] : {std::pair(1, 1), {2, 1}, {3, 5}, {7, 2}, {64, 32}}) {
     for (const std::string method : {"path", "raycast", "whitted"}) {
       for (const std::string look : {"[-1, 0, 0]", "[0.0001, 1, 0]", "[0.0001, -1, 0]", "[1, 0, 0]"}) {
-        const auto scene =
-            TestScene::from_text(document(fmt::format(R"("eye": [0, 0, 0], "look_at": {}, "up": [0, 0, 1])", look), 120,
-                                          16, R"({"name": "mirror", "mirror": {}})", sphere("mirror", "[0, 0, 2]", 1),
-                                          R"({"environment": {"file": "sky.exr", "rotation_degrees": 17}})"),
-                                 {{"sky.exr", one_pixel(width, height, 0, 0, 0.5f, 0.5f)}}, read_image);
+        const auto scene = TestScene::from_text(mirror_ball_in_a_sky(look),
+                                                {{"sky.exr", one_pixel(width, height, 0, 0, 0.5f, 0.5f)}}, read_image);
         SCOPED_TRACE(method + look);
         expect_even(clean_picture(scene, method, 2), method == "raycast" ? 0.25 : 0.5,
                     method == "raycast" ? 0.2501 : 1e-4);

@@ -1,21 +1,14 @@
 // The failure atlas for materials and media: extreme parameters and unlucky arrangements, each with its right outcome.
 #include <cmath>
 
-#include "tests/analytic/materials/published_formulas.h"
 #include "tests/atlas/atlas.h"
+#include "tests/atlas/cases/material_scenes.h"
 
 namespace lightmill::test {
 namespace {
 
-/// The mean radiance of a floor of this kind that mirrors a lamp of radiance 1, seen at 45°; the lamp fills what a
-/// sharp lobe sees and leaves the rest black.
 Estimate mirrored_lamp(const std::string& kind, std::uint64_t seed) {
-  const auto scene = TestScene::from_text(
-      document(R"("eye": [0, 1, 1], "look_at": [0, 0, 0])", 0.01, 8, diffuse("lamp", 0, 1) + "," + named("floor", kind),
-               mesh("floor", "floor.obj") + "," + mesh("lamp", "lamp.obj")),
-      {{"floor.obj", plane(20, 0, true)},
-       {"lamp.obj", polygon({{-1, 0.2, -2}, {1, 0.2, -2}, {1, 3.8, -2}, {-1, 3.8, -2}})}});
-  return mean_of(scene.render({"path", seed, 0}, 10), 0);
+  return mean_of(scene_of(lamp_in_a_floor(kind, 0)).render({"path", seed, 0}, 10), 0);
 }
 
 TEST(Atlas, RoughnessToZeroIsAMirrorAllTheWay) {
@@ -102,57 +95,29 @@ TEST(Atlas, AnIndexOfOneIsNothingHoweverRough) {
 }
 
 TEST(Atlas, ALightPipeReflectsAHundredTimes) {
-  // The eye is in a rod of glass under a uniform sky: whatever way light takes, radiance in glass is n² of that
-  // outside. Along its axis, 60° off the walls' normals, a path of length 20 meets them some 115 times.
-  const std::string rod =
-      "v -0.05 -0.05 -10\nv 0.05 -0.05 -10\nv 0.05 0.05 -10\nv -0.05 0.05 -10\n"
-      "v -0.05 -0.05 10\nv 0.05 -0.05 10\nv 0.05 0.05 10\nv -0.05 0.05 10\n"
-      "f 4 3 2 1\nf 5 6 7 8\nf 1 2 6 5\nf 3 4 8 7\nf 1 5 8 4\nf 2 3 7 6\n";
-  const auto scene =
-      TestScene::from_text(document(R"("eye": [0.011, 0.007, -9.9], "look_at": [0.011, 0.587, -8.9])", 5, 8,
-                                    diffuse("sky", 0, 1) + R"(, {"name": "glass", "dielectric": {"ior": 1.5}})",
-                                    sphere("sky", "[0, 0, 0]", 40, true) + "," + mesh("glass", "rod.obj")),
-                           {{"rod.obj", rod}});
-  const Estimate seen = mean_of(scene.render({"path", 54, 0}, 8), 0);
+  const Estimate seen = mean_of(scene_of(light_pipe()).render({"path", 54, 0}, 8), 0);
   EXPECT_NEAR(seen.value, 2.25, 5 * seen.standard_error + 0.01);
   EXPECT_LT(seen.standard_error, 0.05);
 }
 
 TEST(Atlas, AMirrorCorridorIsSeenToItsEnd) {
-  // At 45° between two mirrors: one reflection for each unit of the way to the lamp at its end.
   for (const auto& [share, reflections] : {std::pair(1.0, 120), {0.99, 100}, {0.5, 5}}) {
-    const auto scene = TestScene::from_text(document(
-        R"("eye": [0, 0.5, 0], "look_at": [1, 1.5, 0], "up": [0, 0, 1])", 1e-4, 8,
-        named("mirror", fmt::format(R"("mirror": {{"reflectance": {}}})", gray(share))) + also(diffuse("lamp", 0, 3)),
-        plane_shape("mirror", "[0, 0, 0]", "[0, 1, 0]") + also(plane_shape("mirror", "[0, 1, 0]", "[0, -1, 0]")) +
-            also(plane_shape("lamp", fmt::format("[{}, 0, 0]", reflections), "[-1, 0, 0]"))));
-    const double exact = 3 * std::pow(share, reflections);
+    const AtlasCase corridor = mirror_corridor(share, reflections);
+    const TestScene scene = scene_of(corridor);
     SCOPED_TRACE(reflections);
-    expect_answer(mean_of(clean_picture(scene, "path", 10), 0), exact, 2e-2);
-    EXPECT_NEAR(mean_of(clean_picture(scene, "whitted", 1), 0).value, exact, 5e-5 * exact);
+    expect_answer(mean_of(clean_picture(scene, "path", 10), 0), *corridor.exact, 2e-2);
+    EXPECT_NEAR(mean_of(clean_picture(scene, "whitted", 1), 0).value, *corridor.exact, 5e-5 * *corridor.exact);
   }
 }
 
 TEST(Atlas, VeachsPlatesShowLampsOfAllSizesInAllRoughnesses) {
-  // A lamp above a floor of metal, where a mirror would show its rim or something in it: the small ones are found by
-  // their light alone, the large ones in smooth plates by reflection alone.
+  // The small ones are found by their light alone, the large ones in smooth plates by reflection alone.
   for (const double roughness : {0.1, 0.25, 0.5, 0.8}) {
     for (const double radius : {0.02, 0.1, 0.4, 0.9}) {
       for (const double aside : {0.3, 1.0}) {
-        const Vec3d eye(-1, 1, 0), lamp(1 + aside * radius, 1, 0), wo = glm::normalize(eye);
-        const auto scene = TestScene::from_text(
-            document(R"("eye": [-1, 1, 0], "look_at": [0, 0, 0])", 1e-3, 8,
-                     named("plate", fmt::format(R"("conductor": {{"eta": {}, "k": {}, "roughness": {}}})", gray(0.2),
-                                                gray(3.9), roughness)) +
-                         also(diffuse("lamp", 0, 1)),
-                     mesh("plate", "floor.obj") + also(sphere("lamp", fmt::format("[{}, 1, 0]", lamp.x), radius))),
-            {{"floor.obj", plane(20, 0, true)}});
-        const double exact = lit_by_sphere(
-            lamp, radius, wo,
-            [&](const Vec3d& o, const Vec3d& i) { return conductor_formula(0.2, 3.9, roughness * roughness, o, i); },
-            1000);
-        SCOPED_TRACE(fmt::format("{} {} {}", roughness, radius, aside));
-        expect_answer(mean_of(clean_picture(scene, "path", 10, 1), 0), exact, 1e-2);
+        const AtlasCase plate = lamp_over_a_plate(roughness, radius, aside);
+        SCOPED_TRACE(plate.name);
+        expect_answer(mean_of(clean_picture(scene_of(plate), "path", 10, 1), 0), *plate.exact, 1e-2);
       }
     }
   }
@@ -179,28 +144,17 @@ TEST(Atlas, ACausticIsSeenInAMirrorAsOnItsWall) {
 }
 
 TEST(Atlas, GlassInOnAndAcrossGlassHidesInUniformLight) {
-  // Nested, touching from within and without, overlapping, and blocks that reach a hair into each other: radiance is n²
-  // denser in each, and 1 again outside.
-  const std::string materials =
-      named("a", R"("dielectric": {"ior": 1.5})") + also(named("b", R"("dielectric": {"ior": 1.3}, "priority": 1)"));
+  // Radiance is n² denser in each, and 1 again outside.
   const auto seen = [&](const std::string& objects, double reach) {
     return mean_of(clean_picture(TestScene::from_text(document(R"("eye": [0.5, 2, 4], "look_at": [0, 0, 0])", 30, 32,
-                                                               materials, objects, sky(1)),
-                                                      {{"left.obj", box(-1, reach, -0.5, 0.5, -0.5, 0.5)},
-                                                       {"right.obj", box(0, 1, -0.51, 0.51, -0.51, 0.51)},
-                                                       {"wide.obj", box(0, 1, -0.8, 0.8, -0.8, 0.8)},
-                                                       {"flush.obj", box(0, 1, -0.5, 0.5, -0.5, 0.5)}}),
+                                                               kGlassPairMaterials, objects, sky(1)),
+                                                      glass_pair_files(reach)),
                                  "path", 8),
                    0);
   };
-  const std::string ball = sphere("a", "[0, 0, 0]", 1);
-  for (const std::string& objects :
-       {ball + also(sphere("b", "[0.1, 0, 0.2]", 0.5)), ball + also(sphere("b", "[0.5, 0, 0]", 0.5)),
-        ball + also(sphere("b", "[1.5, 0, 0]", 0.5)), ball + also(sphere("b", "[0.8, 0.3, 0]", 0.5)),
-        ball + also(sphere("a", "[0.8, 0.3, 0]", 0.5)), mesh("a", "left.obj") + also(mesh("a", "right.obj")),
-        mesh("b", "left.obj") + also(mesh("a", "right.obj")), mesh("a", "left.obj") + also(mesh("b", "wide.obj"))}) {
-    SCOPED_TRACE(objects);
-    expect_answer(seen(objects, 1e-3), 1, 2e-3);
+  for (const GlassPair& pair : glass_pairs()) {
+    SCOPED_TRACE(pair.name);
+    expect_answer(seen(pair.objects, 1e-3), 1, 2e-3);
   }
   // Where two faces are one, rounding decides which is met first, and the other may be missed: no right picture is
   // promised (docs/scene-format.md), but neither can be without bounds.
@@ -214,12 +168,7 @@ TEST(Atlas, GlassInOnAndAcrossGlassHidesInUniformLight) {
 TEST(Atlas, InfiniteAbsorptionIsBlackAndNoMoreThanThat) {
   for (const std::string interior :
        {R"("color": {"rgb": [0, 0, 0]})", R"("absorption": {"rgb": [1e30, 1e30, 1e30]})"}) {
-    // A hollow shell whose outside mirrors the sky by Fresnel: at normal incidence 4 % and nothing from within.
-    const auto scene = TestScene::from_text(
-        document(R"("eye": [0, 0, 3], "look_at": [0, 0, 0])", 0.01, 8,
-                 diffuse("sky", 0, 1) + R"(, {"name": "ink", "dielectric": {}, "interior": {)" + interior + "}}",
-                 sphere("sky", "[0, 0, 0]", 20, true) + "," + sphere("ink", "[0, 0, 0]", 1)));
-    const Estimate seen = mean_of(scene.render({"path", 55, 0}, 10), 0);
+    const Estimate seen = mean_of(scene_of(ink(interior)).render({"path", 55, 0}, 10), 0);
     EXPECT_NEAR(seen.value, 0.04, 5 * seen.standard_error);
     EXPECT_LT(seen.standard_error, 2e-3);
   }

@@ -48,13 +48,14 @@ CompiledScene::AssetSource source_of(const LoadedScene& loaded) {
 
 }  // namespace
 
-TestScene::TestScene(LoadedScene loaded, const CompiledScene::ImageDecoder& images) : loaded_(std::move(loaded)) {
+TestScene::TestScene(LoadedScene loaded, const CompiledScene::ImageDecoder& images)
+    : loaded_(std::move(loaded)), images_(images) {
   auto compiled = CompiledScene::compile(loaded_.scene, assets(), images);
   LM_CHECK(compiled.ok(), "{}", message_of(compiled.status()));
   compiled_ = *compiled;
 }
 
-TestScene::TestScene(const fs::path& path) : TestScene(load(path)) {}
+TestScene::TestScene(const fs::path& path, const CompiledScene::ImageDecoder& images) : TestScene(load(path), images) {}
 
 LoadedScene load_text(const std::string& document, const std::map<std::string, std::string>& files) {
   return value_of(read_text(document, files));
@@ -83,7 +84,7 @@ TestScene TestScene::resized(int width, int height) const {
   LoadedScene loaded = loaded_;
   loaded.scene.film.width = width;
   loaded.scene.film.height = height;
-  return TestScene(std::move(loaded));
+  return TestScene(std::move(loaded), images_);
 }
 
 HalfImages TestScene::render(const MethodSettings& settings, std::uint32_t level, PixelRect rect) const {

@@ -36,7 +36,7 @@ std::string refusal(const std::string& document, const std::map<std::string, std
 /// A scene that was read from files and compiled; fails the process with the message where that goes wrong.
 class TestScene {
  public:
-  explicit TestScene(const std::filesystem::path& path);
+  explicit TestScene(const std::filesystem::path& path, const CompiledScene::ImageDecoder& images = nullptr);
   /// From the text of a document; `files` are OBJ files that it names, by name.
   /// Images among them need a decoder (common/image/read).
   static TestScene from_text(const std::string& document, const std::map<std::string, std::string>& files = {},
@@ -44,6 +44,7 @@ class TestScene {
 
   const Scene& scene() const { return loaded_.scene; }
   CompiledScene::AssetSource assets() const;
+  std::shared_ptr<const CompiledScene> compiled() const { return compiled_; }
   /// The same scene with a film of another size.
   TestScene resized(int width, int height) const;
 
@@ -53,6 +54,7 @@ class TestScene {
  private:
   explicit TestScene(LoadedScene loaded, const CompiledScene::ImageDecoder& images = nullptr);
   LoadedScene loaded_;
+  CompiledScene::ImageDecoder images_;
   std::shared_ptr<const CompiledScene> compiled_;
 };
 

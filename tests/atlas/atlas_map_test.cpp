@@ -1,0 +1,83 @@
+// The failure atlas in short: every case by every method that the planner admits, at few samples. None may be wrong.
+//
+// False alarms: see atlas_map.h; the seeds are fixed, so a run that passes stays so.
+#include <gtest/gtest.h>
+
+#include "tests/atlas/atlas.h"
+#include "tests/atlas/cases/light_over_mirror.h"
+#include "tests/atlas/map/atlas_page.h"
+
+namespace lightmill::test {
+namespace {
+
+/// log2 of the samples of each seed, less than the map's.
+constexpr int kShort = -1;
+
+class AtlasMap : public ::testing::TestWithParam<AtlasGroup> {};
+
+TEST_P(AtlasMap, NoMethodIsWrongWithoutAVeto) {
+  AtlasSettings settings;
+  settings.methods = atlas_methods();
+  std::erase_if(settings.methods, [](const std::string& method) {
+    return method == "ppm";  // its noise and blur let a short run say nothing
+  });
+  settings.more_levels = kShort;
+  for (const AtlasCase& each : GetParam().cases()) {
+    if (!each.quick) {
+      continue;
+    }
+    const AtlasRow row = measure(each, settings);
+    for (const AtlasCell& cell : row.cells) {
+      EXPECT_NE(cell.outcome, Outcome::wrong) << cell.method << ", " << each.name << ": " << cell.reason;
+      EXPECT_NE(cell.outcome, Outcome::stopped) << cell.method << ", " << each.name;
+    }
+  }
+}
+
+TEST(AtlasMapItself, TellsRightWrongSlowVetoedAndRefusedApart) {
+  AtlasCase what = LightOverMirror{.subject = "s", .name = "a \"lamp\" <over> a mirror", .radius = 0.3}.made();
+  const double exact = *what.exact;
+  const AtlasSettings settings{.methods = {"path", "whitted"}, .seeds = 8, .measure_vetoed = true};
+  const auto outcomes = [&] {
+    std::vector<Outcome> all;
+    for (const AtlasCell& cell : measure(what, settings).cells) {
+      all.push_back(cell.outcome);
+    }
+    return all;
+  };
+  EXPECT_EQ(outcomes(), (std::vector{Outcome::right, Outcome::vetoed}));
+  what.seconds_to_percent = 0;
+  EXPECT_EQ(outcomes(), (std::vector{Outcome::slow, Outcome::vetoed}));
+  what.exact = 1.03 * exact;
+  EXPECT_EQ(outcomes(), (std::vector{Outcome::wrong, Outcome::vetoed}));
+  what.tolerance = 0.05;
+  EXPECT_EQ(outcomes(), (std::vector{Outcome::slow, Outcome::vetoed}));
+  what.exact.reset();
+  EXPECT_EQ(outcomes(), (std::vector{Outcome::alone, Outcome::vetoed}));
+  what.refusal = "no such message";
+  EXPECT_EQ(outcomes(), (std::vector{Outcome::wrong, Outcome::wrong})) << "it is taken";
+  what.document = document(R"("eye": [1, 2, 3], "look_at": [1, 2, 3])", 40, 8, "", "");
+  what.refusal = "camera.look_at: must differ";
+  EXPECT_EQ(outcomes(), (std::vector{Outcome::vetoed, Outcome::vetoed}));
+}
+
+TEST(AtlasMapItself, ItsPageCountsAndQuotes) {
+  AtlasCase what = LightOverMirror{.subject = "s", .name = "a \"lamp\" <over> a mirror", .radius = 0.3}.made();
+  *what.exact *= 1.1;
+  const AtlasSettings settings{.methods = {"path"}, .seeds = 4, .measure_vetoed = true};
+  const std::vector<AtlasRow> rows{measure(what, settings)};
+  EXPECT_EQ(count_outcomes(rows, "path").wrong, 1);
+  const std::string html = atlas_html(rows, settings);
+  for (const char* const part :
+       {"Wrong without a veto: 1", "&lt;over&gt;", "data:image/png;base64,", "class='cell wrong'"}) {
+    EXPECT_NE(html.find(part), std::string::npos) << part;
+  }
+  EXPECT_NE(atlas_csv(rows).find("\"s\",\"a \"\"lamp\"\" <over> a mirror\",path,wrong,"), std::string::npos);
+  EXPECT_NE(atlas_json(rows, settings).find("\"outcome\": \"wrong\""), std::string::npos);
+}
+
+INSTANTIATE_TEST_SUITE_P(Of, AtlasMap, ::testing::ValuesIn(atlas_groups().begin(), atlas_groups().end()),
+                         [](const auto& info) { return std::string(info.param.name); });
+
+}  // namespace
+}  // namespace lightmill::test
