@@ -62,12 +62,12 @@ std::string save_interrupted(Farm& farm, std::uint64_t id, const std::vector<std
 }
 
 /// What is left when the command is interrupted. On a shared farm Ctrl-C cancels the job, its film stays; what the user
-/// has not decided (a terminal that went away, a SIGTERM) leaves it running. A private farm's film is saved at Ctrl-C.
+/// has not decided (a terminal that went away, a SIGTERM) leaves it running. A private farm's film is saved.
 void end_interrupted(Farm& farm, std::uint64_t id, bool by_user, const std::vector<std::string>& outputs,
                      const ViewSettings& view, const Console& console) {
   if (farm.private_farm) {
-    const std::string saved = by_user ? "; " + save_interrupted(farm, id, outputs, view) : "";
-    console.notice(fmt::format("interrupted{}; the private farm is taken down", saved));
+    console.notice(
+        fmt::format("interrupted; {}; the private farm is taken down", save_interrupted(farm, id, outputs, view)));
     return;
   }
   if (!by_user) {
@@ -113,7 +113,7 @@ ExitCode render(Context& context, const Console& console, Options options) {
     if (context.signals.interrupted()) {
       end_interrupted(*farm, submitted->id(), context.signals.interrupted_by_user(), outputs, *view, console);
     }
-    return console.fail(job.status());
+    return console.fail(job.status(), to_json(*submitted, prepared->scene.notices));
   }
   return report_ended_job(console, *farm->connection, *job, outputs, *view, prepared->scene.notices);
 }

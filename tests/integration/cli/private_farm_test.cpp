@@ -314,18 +314,23 @@ TEST_P(EndedBySignal, ThePrivateFarmGoesWithItsCommand) {
 INSTANTIATE_TEST_SUITE_P(Signals, EndedBySignal, ::testing::Values(SIGINT, SIGTERM, SIGKILL),
                          [](const auto& info) { return "Signal" + std::to_string(info.param); });
 
-TEST_F(CliTest, WhatIsRenderedWhenItIsInterruptedIsWritten) {
+class InterruptedRender : public CliTest, public ::testing::WithParamInterface<int> {};
+
+TEST_P(InterruptedRender, WritesWhatIsRendered) {
   std::vector<std::string> render = endless(file("a.exr"));
   render.insert(render.end(), {"--size", "48x48"});
   BackgroundProcess client(render, file("render.log"), environment());
   const auto log = [&] { return read_file(file("render.log"), 1 << 20).value_or(""); };
   // One tile: what has a rate has a sample everywhere.
   ASSERT_TRUE(eventually([&] { return log().find("samples/s") != std::string::npos; })) << log();
-  client.send(SIGINT);
+  client.send(GetParam());
   EXPECT_EQ(client.wait(std::chrono::seconds(20)), 130);
   EXPECT_NE(log().find("interrupted; what is rendered ("), std::string::npos) << log();
   EXPECT_TRUE(load_rgb(file("a.exr")).ok());
 }
+
+INSTANTIATE_TEST_SUITE_P(Signals, InterruptedRender, ::testing::Values(SIGINT, SIGTERM, SIGHUP),
+                         [](const auto& info) { return "Signal" + std::to_string(info.param); });
 
 TEST_F(CliTest, APictureWithGapsIsNotWrittenWhenItIsInterrupted) {
   BackgroundProcess client(endless(file("a.exr")), file("render.log"), environment());
