@@ -113,7 +113,7 @@ ExitCode render(Context& context, const Console& console, Options options) {
     if (context.signals.interrupted()) {
       end_interrupted(*farm, submitted->id(), context.signals.interrupted_by_user(), outputs, *view, console);
     }
-    return console.fail(job.status(), to_json(*submitted, prepared->scene.notices));
+    return console.fail(job.status(), {{"id", submitted->id()}});
   }
   return report_ended_job(console, *farm->connection, *job, outputs, *view, prepared->scene.notices);
 }

@@ -112,13 +112,8 @@ bool render(const TestScene& scene, const AtlasCase& what, const AtlasSettings& 
   return true;
 }
 
-/// Whether a method blurs what it sees through casters, by gathers within a radius.
-bool gathers(const std::string& method) {
-  return method == "caustic" || method == "ppm" || method == "vcm";
-}
-
 double tolerance_of(const AtlasCase& what, const std::string& method) {
-  return what.tolerance + (gathers(method) ? what.gathered : 0) + (method == "ppm" ? kBlur : 0);
+  return what.tolerance + (method_gathers(method) ? what.gathered : 0) + (method == "ppm" ? kBlur : 0);
 }
 
 double z_of(double difference, double error) {
@@ -277,7 +272,7 @@ const char* name_of(Outcome outcome) {
 
 std::vector<std::string> atlas_methods() {
   std::vector<std::string> methods;
-  for (const std::string_view name : {"path", "caustic", "vcm", "ppm", "whitted", "raycast"}) {
+  for (const std::string_view name : {"path", "caustic", "ppm", "whitted", "raycast"}) {
     if (parse_method(name).ok()) {
       methods.emplace_back(name);
     }
