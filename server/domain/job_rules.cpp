@@ -215,11 +215,12 @@ bool is_whole(const Job& job) {
     case GoalLimit::samples:
       return job.film.min_samples() >= job.sample_limit();
     case GoalLimit::seconds:
-      return !job.has_gaps();
+      return job.film.min_samples() > 0 && !job.has_gaps();
     case GoalLimit::none:  // from before jobs said which limit they had reached
       break;
   }
-  return job.film.min_samples() >= job.sample_limit() || (job.record.spec.goal.seconds > 0 && !job.has_gaps());
+  return job.film.min_samples() >= job.sample_limit() ||
+         (job.record.spec.goal.seconds > 0 && job.film.min_samples() > 0 && !job.has_gaps());
 }
 
 }  // namespace lightmill

@@ -34,7 +34,7 @@ Result<Goal> extended_goal(const Job& job, const Extension& to, Time now);
 double expected_seconds(const Job& job, const FrameError& error, double samples_per_second, Time now);
 
 /// Whether a done job's film has what its end says: the samples or the error that were asked for, or where time has
-/// ended it, every tile samples [0, n).
+/// ended it, every tile samples [0, n), n > 0.
 bool is_whole(const Job& job);
 
 }  // namespace lightmill

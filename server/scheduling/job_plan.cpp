@@ -76,7 +76,8 @@ std::optional<Gap> JobPlan::find_gap(TileId tile) const {
   }
   Gap gap{position, goal_};
   if (closed_) {
-    gap.end = std::max(i < forest.size() ? forest.back()->range.end() : 0, j < out.size() ? out.back().range.end() : 0);
+    gap.end = std::max<std::uint64_t>(
+        {1, i < forest.size() ? forest.back()->range.end() : 0, j < out.size() ? out.back().range.end() : 0});
   }
   if (i < forest.size()) {
     gap.end = std::min(gap.end, forest[i]->range.first());

@@ -29,7 +29,8 @@ class JobPlan {
   JobPlan(const Film& film, std::uint64_t goal, std::uint64_t budget_bytes);
 
   void set_goal(std::uint64_t goal);
-  /// From now on only fills gaps below what is out or merged, so that every tile ends as samples [0, n) for some n.
+  /// From now on only fills gaps below what is out or merged, and gives tiles that have none their first sample, so
+  /// that every tile ends as samples [0, n) for some n > 0.
   void close();
   bool closed() const { return closed_; }
   std::uint64_t goal() const { return goal_; }

@@ -296,6 +296,10 @@ void FarmSimulation::check_film(const ClientJob& job, const JobStatus& status) {
       fail(fmt::format("job {}, tile {} has {} samples instead of {}", job.id->value, i, samples, wanted));
       return;
     }
+    if (!job.cancelled && samples == 0) {
+      fail(fmt::format("job {} is done, and tile {} is empty", job.id->value, i));
+      return;
+    }
     // On disk stands what is in memory.
     const std::map<std::uint64_t, NodePtr>& stored = disk_.nodes(*job.id, tile);
     const bool equal = std::ranges::equal(film.forest(tile), stored, [](const NodePtr& node, const auto& entry) {

@@ -44,7 +44,7 @@ TEST_F(CoordinatorTest, AResultOfAnotherRangeAndDigestHoldsNothingBack) {
   EXPECT_EQ(status(job).state, JobState::done);
 }
 
-TEST_F(CoordinatorTest, ATimedJobEndsWhenItsLastResultIsDamaged) {
+TEST_F(CoordinatorTest, ATimedJobWhoseResultsAreDamagedEndsWithItsFirstSampleEverywhere) {
   JobSpec timed = spec();
   timed.goal = {};
   timed.goal.seconds = 1;
@@ -58,7 +58,12 @@ TEST_F(CoordinatorTest, ATimedJobEndsWhenItsLastResultIsDamaged) {
     damaged.node.values.front() = std::numeric_limits<float>::quiet_NaN();
     say(session, damaged);
   }
+  ASSERT_EQ(status(job).state, JobState::running) << "its picture is empty";
+  worked[session] = grants.size();
+  work(session);
   EXPECT_EQ(status(job).state, JobState::done);
+  EXPECT_EQ(coordinator->film(job)->min_samples(), 1u);
+  EXPECT_EQ(coordinator->film(job)->max_samples(), 1u) << "its time is up";
 }
 
 TEST_F(CoordinatorTest, AWorkerCannotClaimLeasesThatWereNeverGiven) {

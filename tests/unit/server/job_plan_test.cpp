@@ -161,6 +161,22 @@ TEST_F(JobPlanTest, AClosedPlanOnlyFillsGaps) {
   EXPECT_EQ(film.min_samples(), 2u);
 }
 
+TEST_F(JobPlanTest, AClosedPlanGivesEveryTileItsFirstSampleAndNoMore) {
+  JobPlan plan(film, kMaxSamples, kPlenty);
+  const Unit first = *take(plan);
+  plan.close();
+  for (const TileId tile : first.tiles) {
+    plan.release(LeaseId{1}, tile, first.range);
+  }
+  while (const std::optional<Unit> unit = take(plan)) {
+    EXPECT_EQ(unit->range, (SampleRange{0, 0}));
+    finish(plan, *unit);
+  }
+  EXPECT_TRUE(plan.nothing_out());
+  EXPECT_EQ(film.min_samples(), 1u);
+  EXPECT_EQ(film.max_samples(), 1u);
+}
+
 TEST_F(JobPlanTest, TakesBackWhatAWorkerStillHolds) {
   JobPlan plan(film, 64, kPlenty);
   EXPECT_TRUE(plan.adopt(LeaseId{7}, TileId{1}, {3, 1}));   // [8, 16)
