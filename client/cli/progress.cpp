@@ -121,7 +121,10 @@ std::string how_chosen(const v1::Job& job) {
   if (!job.method_notes().chosen()) {
     return "";
   }
-  return job.method_notes().candidates().empty() ? " (chosen by auto)" : " (a pilot compares them)";
+  const bool open = !job.method_notes().candidates().empty();
+  return !open                    ? " (chosen by auto)"
+         : has_ended(job.state()) ? " (it ended before a pilot chose)"
+                                  : " (a pilot compares them)";
 }
 
 std::string method_text(const v1::Job& job) {
@@ -133,7 +136,9 @@ std::vector<std::string> method_lines(const v1::Job& job) {
   if (job.method_notes().chosen()) {
     const bool open = !job.method_notes().candidates().empty();
     lines.push_back(fmt::format("method {}: {}", method_name(job), fmt::join(job.method_notes().reasons(), "; ")) +
-                    (open ? "; a pilot compares them" : ""));
+                    (!open                    ? ""
+                     : has_ended(job.state()) ? "; it ended before a pilot chose"
+                                              : "; a pilot compares them"));
   }
   for (const std::string& notice : job.method_notes().notices()) {
     lines.push_back("note: " + notice);

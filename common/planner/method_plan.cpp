@@ -11,8 +11,11 @@ std::string_view name_of(std::string_view method) {
   return method.substr(0, method.find(':'));
 }
 
-/// "the point light 'bulb'", or the first of several with their number.
+/// "the point light 'bulb'", or the first of several with their number; `others` is what all are called, with an s.
 std::string first_of(const NamedThings& things, std::string_view others) {
+  if (things.count == 2) {
+    return fmt::format("{} (and 1 more {})", things.names.front(), others.substr(0, others.size() - 1));
+  }
   return things.count == 1 ? things.names.front()
                            : fmt::format("{} (and {} more {})", things.names.front(), things.count - 1, others);
 }

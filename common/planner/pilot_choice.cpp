@@ -34,8 +34,14 @@ std::string compare(const std::string& simplest, const PilotMeasure& its, const 
       return fmt::format("{} of {} saw no noise", batches == 2 ? "two pilots" : "one of two pilots", name);
     }
   }
-  return fmt::format("to the same error {} needs {:.2g} or {:.2g} times the work of {}, by two pilots", simplest,
-                     its.inefficiency(0) / others.inefficiency(0), its.inefficiency(1) / others.inefficiency(1), other);
+  const std::array ratios{its.inefficiency(0) / others.inefficiency(0), its.inefficiency(1) / others.inefficiency(1)};
+  // Of a gain by one of them, or too small a one, it is said that it does not decide.
+  const bool some = std::ranges::max(ratios) > 1, clear = std::ranges::min(ratios) > kClearGain;
+  return fmt::format("to the same error {} needs {:.2g} or {:.2g} times the work of {}, by two pilots{}", simplest,
+                     ratios[0], ratios[1], other,
+                     some && !clear ? fmt::format("; a clear gain is more than {} by both, and {} is the simpler one",
+                                                  kClearGain, simplest)
+                                    : "");
 }
 
 bool misses_light(const PilotMeasure& one, const PilotMeasure& other) {

@@ -167,7 +167,7 @@ Status check_max_bounces(std::string_view method, std::uint32_t max_bounces) {
 Status check_method_media(std::string_view method, bool scattering) {
   return !follows_photons(method) || !scattering
              ? ok_status()
-             : invalid_argument("{} does not follow light through media that scatter: path finds it", method);
+             : invalid_argument("{} does not follow light through media that scatter; path does", method);
 }
 
 Result<MethodSpec> parse_method(std::string_view text) {

@@ -152,6 +152,10 @@ TEST_F(FarmCliTest, APilotPicksTheSameMethodWhateverIsKilledMeanwhile) {
   EXPECT_TRUE(quiet["method_candidates"].empty());
   const std::string shown = lightmill({"show", id, "--server", server()}).out;
   EXPECT_NE(shown.find("path or caustic (a pilot compares them)"), std::string::npos) << shown;
+  const std::string given_up = submit_job();
+  on_farm({"cancel", given_up});
+  const std::string left = lightmill({"show", given_up, "--server", server()}).out;
+  EXPECT_NE(left.find("path or caustic (it ended before a pilot chose)"), std::string::npos) << left;
   for (int i = 0; i < 3; ++i) {
     const std::string name = fmt::format("short-lived-{}", i);
     start_worker(name);

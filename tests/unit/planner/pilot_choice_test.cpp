@@ -51,6 +51,21 @@ TEST(PilotChoice, ReasonsSayHowMuch) {
   EXPECT_NE(made.reasons[0].find("path needs 4 or 5 times the work of other"), std::string::npos) << made.reasons[0];
 }
 
+TEST(PilotChoice, ReasonsSayWhatIsNoClearGain) {
+  const auto reason = [](double first, double second) {
+    const PilotMeasure other{{1 / first, 1 / second}, {1, 1}, {1, 1}, {}};
+    return choose(kTwo, std::vector<PilotMeasure>{measure(1, 1), other}).reasons.at(0);
+  };
+  for (const auto& [first, second] : {std::pair(1.19, 1.19), {5.0, 1.19}, {0.5, 3.0}}) {
+    EXPECT_NE(reason(first, second).find("a clear gain is more than 1.2 by both, and path is the simpler one"),
+              std::string::npos)
+        << reason(first, second);
+  }
+  for (const auto& [first, second] : {std::pair(1.21, 5.0), {0.5, 0.99}}) {
+    EXPECT_EQ(reason(first, second).find("gain"), std::string::npos) << reason(first, second);
+  }
+}
+
 TEST(PilotChoice, NoRatioIsSaidOfWhatHasNoNoise) {
   const PilotMeasure half_silent{{0, 1}, {1, 1}, {1, 1}, {}};
   const auto reason = [](const PilotMeasure& path, const PilotMeasure& other) {
