@@ -1,61 +1,155 @@
 #include "common/planner/lamp_radiance.h"
 
+#include <algorithm>
 #include <array>
 #include <cmath>
+#include <limits>
+#include <numeric>
+
+#include "common/materials/ggx.h"
 
 namespace lightmill {
 namespace {
 
-/// Eight points of the unit cube in four dimensions, from number `first` on: Roberts' R4 sequence, whose steps are
-/// powers of 1/φ, φ⁵ = φ + 1.
-std::array<F8, 4> numbers_from(int first) {
+constexpr int kDraws = 256;  ///< of lights, at each place
+constexpr int kPlaces = 8;   ///< casters, or places in them
+
+/// Number `index` of a sequence of points of the unit cube in four dimensions: Roberts' R4, whose steps are powers of
+/// 1/φ, φ⁵ = φ + 1.
+std::array<float, 4> numbers(int index) {
   constexpr std::array kSteps{0.8566748838545029, 0.733891856627126, 0.6287067210378087, 0.5385972572236101};
-  std::array<F8, 4> out;
+  std::array<float, 4> out;
   for (std::size_t dimension = 0; dimension < 4; ++dimension) {
-    alignas(32) float values[8];
-    for (int lane = 0; lane < 8; ++lane) {
-      const double x = (first + lane + 0.5) * kSteps[dimension];
-      values[lane] = std::min(static_cast<float>(x - std::floor(x)), 0x1.fffffep-1f);
-    }
-    out[dimension] = F8::load(values);
+    const double x = (index + 0.5) * kSteps[dimension];
+    out[dimension] = std::min(static_cast<float>(x - std::floor(x)), 0x1.fffffep-1f);
   }
   return out;
 }
 
-void add(F8 values, double& sum) {
+/// The same of eight of them.
+std::array<F8, 4> numbers_from(int first) {
+  alignas(32) float values[4][8];
+  for (int lane = 0; lane < 8; ++lane) {
+    const std::array<float, 4> of_lane = numbers(first + lane);
+    for (std::size_t dimension = 0; dimension < 4; ++dimension) {
+      values[dimension][lane] = of_lane[dimension];
+    }
+  }
+  return {F8::load(values[0]), F8::load(values[1]), F8::load(values[2]), F8::load(values[3])};
+}
+
+/// Light that arrives somewhere, drawn as next-event estimation does: in eight lanes.
+struct Arriving {
+  std::array<V8, kDraws / 8> direction, weight;  ///< weights are 0 where nothing was drawn
+  std::array<F8, kDraws / 8> pdf_solid_angle;    ///< 0 of lights without extent
+};
+
+Arriving draw(const CompiledScene& scene, const Vec3& at) {
+  Arriving out;
+  for (std::size_t i = 0; i < out.weight.size(); ++i) {
+    const auto [a, b, c, d] = numbers_from(static_cast<int>(8 * i));
+    const LightSample8 drawn = scene.lights().sample(broadcast(at), {a, b}, {c, d});
+    const F8 sum = drawn.weight.x + drawn.weight.y + drawn.weight.z;
+    const M8 there = drawn.valid & (sum < F8(std::numeric_limits<float>::infinity()));
+    out.direction[i] = drawn.wi;
+    out.weight[i] = masked(there, drawn.weight);
+    out.pdf_solid_angle[i] = drawn.pdf_solid_angle;
+  }
+  return out;
+}
+
+float sum_of(F8 values) {
   alignas(32) float lanes[8];
   values.store(lanes);
-  for (const float value : lanes) {
-    sum += std::isfinite(value) ? static_cast<double>(value) : 0;
+  return std::accumulate(lanes, lanes + 8, 0.0f);
+}
+
+/// All that arrives, blurred, as bright as it shows on the way back in this direction.
+///
+/// A lobe about the mirror direction sends on, per solid angle, K(δ) = (1 + tan²(δ/2)/α²)^−2 / (4πα²) of what comes
+/// from δ off it (GGX, small α, whose half vectors are δ/2 off the normal). Paths meet all mirror directions alike, so
+/// that their mean brightness, weighted with itself, is blurred by K twice. That is the same with √3 α: its peak is ∫
+/// K² = 1/(12πα²), and its integral 1.
+Vec3 blurred(const Arriving& light, const Vec3& direction, float alpha) {
+  const float wide2 = 3 * alpha * alpha;
+  const V8 towards = broadcast(direction);
+  V8 sum = broadcast(Vec3{0});
+  for (std::size_t i = 0; i < light.weight.size(); ++i) {
+    const F8 cosine = dot(light.direction[i], towards);
+    const F8 tan2 = max(F8(1.0f) - cosine, F8(0.0f)) / max(F8(1.0f) + cosine, F8(1e-6f));
+    const F8 falloff = F8(1.0f) + tan2 / F8(wide2);
+    sum = sum + light.weight[i] * (F8(1.0f) / (falloff * falloff));
   }
+  return Vec3{sum_of(sum.x), sum_of(sum.y), sum_of(sum.z)} / (4 * kPi * wide2 * kDraws);
+}
+
+struct Sums {
+  std::array<double, 3> arriving{}, weighted{};
+};
+
+void add(const Arriving& light, const CasterLobe& lobe, Sums& sums) {
+  const auto alpha = static_cast<float>(lobe.alpha);
+  for (std::size_t i = 0; i < light.weight.size(); ++i) {
+    const VectorLanes directions(light.direction[i]), weights(light.weight[i]);
+    alignas(32) float pdfs[8];
+    light.pdf_solid_angle[i].store(pdfs);
+    for (int lane = 0; lane < 8; ++lane) {
+      const Vec3 weight(weights[lane]);
+      const Vec3 radiance = weight * pdfs[lane];
+      // Of what it shows by its lobe alone no more than the lamp's own: a narrow lobe holds few draws, or this one
+      // alone.
+      Vec3 shown = radiance;
+      if (alpha >= ggx::kSmoothAlpha && weight != Vec3{0}) {
+        shown = blurred(light, Vec3(directions[lane]), alpha);
+        shown = pdfs[lane] > 0 ? glm::min(shown, radiance) : shown;
+      }
+      for (int channel = 0; channel < 3; ++channel) {
+        const auto at = static_cast<std::size_t>(channel);
+        sums.arriving[at] += lobe.share * static_cast<double>(weight[channel]);
+        sums.weighted[at] += lobe.share * static_cast<double>(weight[channel]) * static_cast<double>(shown[channel]);
+      }
+    }
+  }
+}
+
+/// Which casters to look at, by their size; those without end count as the scene.
+std::vector<std::size_t> chosen_casters(const CausticPlaces& places) {
+  std::vector<double> up_to;  // sums of squared radii
+  for (const BoundingSphere& caster : places.casters) {
+    const double radius = std::isfinite(caster.radius) ? caster.radius : places.scene.radius;
+    up_to.push_back((up_to.empty() ? 0 : up_to.back()) + radius * radius);
+  }
+  std::vector<std::size_t> out;
+  for (int i = 0; i < kPlaces; ++i) {
+    const auto found = std::ranges::upper_bound(up_to, up_to.back() * (i + 0.5) / kPlaces);
+    out.push_back(std::min(static_cast<std::size_t>(found - up_to.begin()), up_to.size() - 1));
+  }
+  return out;
 }
 
 }  // namespace
 
-Vec3 lamp_radiance(const CompiledScene& scene) {
-  constexpr int kPoints = 5, kDraws = 1024;
-  if (scene.lights().empty()) {
+Vec3 shown_lamp_radiance(const CompiledScene& scene) {
+  const CausticPlaces& places = scene.caustic_places();
+  if (scene.lights().empty() || places.casters.empty()) {
     return Vec3{0};
   }
-  std::array<double, 3> arriving{}, weighted{};
-  for (int point = 0; point < kPoints; ++point) {
-    const V8 p = broadcast(scene.camera().eye * (1 - static_cast<float>(point) / (kPoints - 1)));
-    for (int first = 0; first < kDraws; first += 8) {
-      const auto [a, b, c, d] = numbers_from(first);
-      const LightSample8 drawn = scene.lights().sample(p, {a, b}, {c, d});
-      const V8 weight = masked(drawn.valid, drawn.weight), radiance = weight * drawn.pdf_solid_angle;
-      add(weight.x, arriving[0]);
-      add(weight.y, arriving[1]);
-      add(weight.z, arriving[2]);
-      add(weight.x * radiance.x, weighted[0]);
-      add(weight.y * radiance.y, weighted[1]);
-      add(weight.z * radiance.z, weighted[2]);
+  Sums sums;
+  int place = 0;
+  for (const std::size_t caster : chosen_casters(places)) {
+    const BoundingSphere& around = std::isfinite(places.casters[caster].radius) ? places.casters[caster] : places.scene;
+    // Half as large, lest a lamp beside it be met.
+    const std::array<float, 4> u = numbers(place++);
+    const Vec3d offset = (Vec3d(u[0], u[1], u[2]) - 0.5) * around.radius;
+    const Arriving light = draw(scene, Vec3(around.center + offset));
+    for (const CasterLobe& lobe : places.lobes[caster]) {
+      add(light, lobe, sums);
     }
   }
   Vec3 out{0};
   for (int channel = 0; channel < 3; ++channel) {
     const auto at = static_cast<std::size_t>(channel);
-    out[channel] = arriving[at] > 0 ? static_cast<float>(weighted[at] / arriving[at]) : 0;
+    out[channel] = sums.arriving[at] > 0 ? static_cast<float>(sums.weighted[at] / sums.arriving[at]) : 0;
   }
   return out;
 }

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <bit>
 #include <cmath>
+#include <numeric>
 #include <optional>
 
 #include "common/methods/method.h"
@@ -91,14 +92,16 @@ Sampled sample(const Method& method, const MethodSpec& spec, std::span<const Pix
   return out;
 }
 
-/// What all methods together take the values to be.
-std::vector<double> reference_of(std::span<const Sampled> all) {
+/// What all methods together take the values to be. Without one batch of one method, if that is given: a bright sample
+/// must not make little of its own error.
+std::vector<double> reference_of(std::span<const Sampled> all, const Halves* without = nullptr) {
   std::vector<double> mean(all.front().means[0][0].size());
+  const std::size_t halves = 4 * all.size() - (without != nullptr ? 2 : 0);
   for (const Sampled& sampled : all) {
-    for (const auto& batch : sampled.means) {
+    for (const Halves& batch : sampled.means) {
       for (const std::vector<double>& half : batch) {
-        for (std::size_t i = 0; i < mean.size(); ++i) {
-          mean[i] += half[i] / static_cast<double>(4 * all.size());
+        for (std::size_t i = 0; i < mean.size() && &batch != without; ++i) {
+          mean[i] += half[i] / static_cast<double>(halves);
         }
       }
     }
@@ -110,17 +113,22 @@ double scale_of(double reference) {
   return reference * reference + kRelativeFloor;
 }
 
-/// The relative variance of one sample, from both halves of a batch.
-double trimmed_variance(std::span<const double> a, std::span<const double> b, std::span<const double> reference) {
+/// By pixel, the relative variance of one sample, from both halves of a batch.
+std::vector<double> variances(std::span<const double> a, std::span<const double> b, std::span<const double> reference) {
   std::vector<double> relative(a.size());
   for (std::size_t i = 0; i < a.size(); ++i) {
     // (a − b)²/4 is the variance of the batch's mean; times its samples, that of one.
     relative[i] = (a[i] - b[i]) * (a[i] - b[i]) / 4 * static_cast<double>(1u << kLevel) / scale_of(reference[i]);
   }
-  return trimmed_mean(relative);
+  return relative;
 }
 
-PilotMeasure measure(const Sampled& sampled, std::span<const double> reference) {
+double mean(std::span<const double> values) {
+  return std::accumulate(values.begin(), values.end(), 0.0) / static_cast<double>(values.size());
+}
+
+PilotMeasure measure(std::span<const Sampled> all, const Sampled& sampled) {
+  const std::vector<double> reference = reference_of(all);
   PilotMeasure out;
   out.cost = sampled.cost;
   for (const std::size_t batch : {0, 1}) {
@@ -131,18 +139,24 @@ PilotMeasure measure(const Sampled& sampled, std::span<const double> reference) 
       out.light[batch] += (a[i] + b[i]) / 2 / std::sqrt(scale) / count;
       out.light_variance[batch] += (a[i] - b[i]) * (a[i] - b[i]) / 4 / scale / (count * count);
     }
-    out.variance[batch] = trimmed_variance(a, b, reference);
+    std::vector<double> relative = variances(a, b, reference_of(all, &sampled.means[batch]));
+    out.variance[batch] = trimmed_mean(relative);
   }
   return out;
 }
 
-/// What the variance of `path` must be, known from `caustic`: that of what both find by paths from the camera, and that
-/// of the caustics, which path finds by chance, rarely and all at once. Few samples do not show it. A path that meets a
-/// lamp of radiance L brings X = ρ L, so that E[X²] = ρ L E[X], and E[X] is what the photons bring. (Over rough
-/// casters, where light sampling takes part, X is less.)
-double variance_by_chance(const Sampled& caustic, std::size_t batch, std::span<const PixelRect> patches,
-                          const Vec3& lamps, std::span<const double> reference) {
-  constexpr double kReflected = 0.5;  ///< ρ, about
+/// What the variances of `path` and `caustic` must be, known from `caustic`. Both have that of what both find by paths
+/// from the camera; path adds that of the caustics, which it finds by chance, rarely and all at once. Few samples do
+/// not show it. A path that meets a lamp of radiance L brings X = ρ L, so that E[X²] = ρ L E[X], and E[X] is what the
+/// photons bring. Rough casters show the lamp darker and larger, as wide as their lobes, since light sampling takes
+/// part: L is what they show of it. Nothing is trimmed, lest what is rare in both be left out and seem to matter
+/// little.
+struct Foreseen {
+  double path = 0, caustic = 0;
+};
+Foreseen foresee(const Sampled& caustic, std::size_t batch, std::span<const PixelRect> patches, const Vec3& lamps,
+                 std::span<const double> reference) {
+  constexpr double kReflected = 0.7;  ///< ρ of what is bright, about
   Halves others = caustic.means[batch];
   double by_chance = 0;
   std::size_t i = 0;
@@ -156,7 +170,9 @@ double variance_by_chance(const Sampled& caustic, std::size_t batch, std::span<c
       }
     }
   }
-  return trimmed_variance(others[0], others[1], reference) + by_chance / static_cast<double>(i);
+  const auto& [a, b] = caustic.means[batch];
+  return {mean(variances(others[0], others[1], reference)) + by_chance / static_cast<double>(i),
+          mean(variances(a, b, reference))};
 }
 
 }  // namespace
@@ -205,15 +221,21 @@ Result<PilotChoice> run_pilot(const std::shared_ptr<const CompiledScene>& scene,
       return cancelled("the pilot was stopped");
     }
   }
-  const std::vector<double> reference = reference_of(sampled);
   std::vector<PilotMeasure> measures;
   std::ranges::transform(sampled, std::back_inserter(measures),
-                         [&](const Sampled& each) { return measure(each, reference); });
-  if (path && caustic && settings.smooth_casters) {
-    const Vec3 lamps = lamp_radiance(*scene);
+                         [&](const Sampled& each) { return measure(sampled, each); });
+  if (path && caustic && !scene->caustic_places().casters.empty()) {
+    const Vec3 lamps = shown_lamp_radiance(*scene);
+    // What path does meet of it counts too, of both batches together: it is rare.
+    double met = 0;
+    for (const Halves& batch : sampled[*path].means) {
+      met += mean(variances(batch[0], batch[1], reference_of(sampled, &batch))) / 2;
+    }
     for (const std::size_t batch : {0, 1}) {
-      double& variance = measures[*path].variance[batch];
-      variance = std::max(variance, variance_by_chance(sampled[*caustic], batch, patches, lamps, reference));
+      const Foreseen foreseen =
+          foresee(sampled[*caustic], batch, patches, lamps, reference_of(sampled, &sampled[*caustic].means[batch]));
+      measures[*path].variance[batch] = std::max(met, foreseen.path);
+      measures[*caustic].variance[batch] = foreseen.caustic;
     }
   }
   return choose(settings.methods, measures);

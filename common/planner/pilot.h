@@ -18,8 +18,6 @@ struct PilotSettings {
   std::uint64_t seed = 0;            ///< of the job; the pilot's own numbers are others, so that it never enters a film
   std::uint32_t max_bounces = 0;
   PixelRect film;  ///< all of it, also for jobs that render a part: that has the bits that it has in the whole
-  /// Something casts caustics that no light sampling reaches (SceneFacts::smooth_casters): path finds them by chance.
-  bool smooth_casters = false;
 };
 
 /// Renders small patches all over the film, in two independent batches, on the calling thread. A pure function of its

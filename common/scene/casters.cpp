@@ -95,6 +95,32 @@ bool is_caster(const Material& material) {
                     material.kind);
 }
 
+std::vector<CasterLobe> caster_lobes(const Material& material) {
+  constexpr double kFromTheSide = 0.59;  // 1/√2.86: see the header
+  constexpr double kCoatReflects = 0.13;
+  const bool mapped = material.roughness_map.texture != kNoTexture;
+  const auto alpha = [&](double roughness) { return mapped ? 0 : roughness * roughness; };
+  const auto reflected = [&](double roughness) { return alpha(roughness) * kFromTheSide; };
+  const auto refracted = [&](double roughness, double ior) { return alpha(roughness) * std::abs(ior - 1); };
+  using Lobes = std::vector<CasterLobe>;
+  return std::visit(
+      Overloaded{[&](const DielectricMaterial& m) {
+                   return Lobes{{1, refracted(m.roughness, m.ior)}};
+                 },
+                 [&](const ConductorMaterial& m) {
+                   return Lobes{{1, reflected(m.roughness)}};
+                 },
+                 [&](const PrincipledMaterial& m) {
+                   const double base = m.metallic == 1 ? reflected(m.roughness) : refracted(m.roughness, m.ior);
+                   const double coat = kCoatReflects * m.coat;
+                   return Lobes{{1 - coat, base}, {coat, m.coat_roughness * m.coat_roughness * kFromTheSide}};
+                 },
+                 [](const auto&) {
+                   return Lobes{{1, 0}};
+                 }},
+      material.kind);
+}
+
 NarrowLobes narrow_lobes(const Material& material) {
   Lobes lobes = lobes_of(material);
   if (lobes.mapped && is_caster(material)) {

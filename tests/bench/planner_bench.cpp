@@ -216,7 +216,8 @@ void print_choices(const std::vector<TestedScene>& scenes, std::uint32_t level, 
     if (plan.candidates.size() < 2) {
       continue;
     }
-    const SampleRange range{level, 0}, longer{level + 3, 0};
+    // From sample 64 on, as most of a long job's are.
+    const SampleRange range{level, 1}, longer{level + 3, 0};
     const std::string& best = plan.candidates.back();
     const Rendered reference = render(scene, best, 1000, longer);
     std::vector<double> truth(reference.sums[0].size());
@@ -241,9 +242,8 @@ void print_choices(const std::vector<TestedScene>& scenes, std::uint32_t level, 
     const double least = std::ranges::min(inefficiency);
     for (int seed = 1; seed <= seeds; ++seed) {
       const double start = thread_cpu_seconds();
-      const PilotChoice choice =
-          value_or_exit(run_pilot(scene.compiled, {plan.candidates, static_cast<std::uint64_t>(seed), 0,
-                                                   film_of(*scene.compiled), !scene.facts.smooth_casters.empty()}));
+      const PilotChoice choice = value_or_exit(
+          run_pilot(scene.compiled, {plan.candidates, static_cast<std::uint64_t>(seed), 0, film_of(*scene.compiled)}));
       const double pilot = thread_cpu_seconds() - start;
       const double regret = inefficiency[choice.choice] / least + pilot / kJobSeconds;
       regrets.push_back(regret);
@@ -273,7 +273,9 @@ int main(int argc, char** argv) {
   app.add_option("scenes", files, "files (default: all of scenes/)");
   app.add_option("--side", side, "pixels of the longer side")->capture_default_str();
   app.add_option("--repeats", repeats, "of each measurement of work; the least counts")->capture_default_str();
-  app.add_option("--level", level, "log2 of the samples of compared pictures")->capture_default_str();
+  app.add_option("--level", level, "log2 of the samples of compared pictures")
+      ->capture_default_str()
+      ->check(CLI::Range(6u, 12u));
   app.add_option("--seeds", seeds, "of compared pictures and pilots")->capture_default_str();
   app.add_flag("--no-fit", no_fit, "only what pilots take");
   app.add_flag("--no-choices", no_choices, "only what work costs");

@@ -4,7 +4,6 @@
 #include "common/image/read/read_image.h"
 #include "common/methods/spec/method_spec.h"
 #include "common/planner/pilot.h"
-#include "common/planner/scene_facts.h"
 #include "common/scene/absorption.h"
 #include "common/wire/scene_proto.h"
 
@@ -109,15 +108,11 @@ void Preparer::work() {
 Result<PilotReport> Preparer::compare_methods(const PilotGrant& pilot, const std::stop_token& stop) {
   const RenderSettings& settings = pilot.settings;
   LM_ASSIGN_OR_RETURN(const std::shared_ptr<const CompiledScene> scene, compiled(settings));
-  LM_ASSIGN_OR_RETURN(const Scene document, unpack_scene(settings.scene));
-  const bool smooth_casters = !read_facts(document).smooth_casters.empty();
   const Time start = system_clock().now();
   LM_ASSIGN_OR_RETURN(
       PilotChoice choice,
-      run_pilot(
-          scene,
-          {pilot.methods, settings.seed, settings.max_bounces, {0, 0, settings.width, settings.height}, smooth_casters},
-          stop));
+      run_pilot(scene, {pilot.methods, settings.seed, settings.max_bounces, {0, 0, settings.width, settings.height}},
+                stop));
   const double seconds = to_seconds(system_clock().now() - start);
   spdlog::info("pilot of job {}: {} after {:.0f} ms", pilot.job.value, pilot.methods[choice.choice], 1000 * seconds);
   return PilotReport{pilot.lease, static_cast<std::uint32_t>(choice.choice), std::move(choice.reasons), seconds};

@@ -140,8 +140,9 @@ class SceneCompiler {
         places.planes.push_back({around.center, glm::normalize(near_one(normal))});
         around.radius = std::numeric_limits<double>::infinity();
       }
-      if (is_caster(scene_.materials[object.material])) {
+      if (const Material& material = scene_.materials[object.material]; is_caster(material)) {
         places.casters.push_back(around);
+        places.lobes.push_back(caster_lobes(material));
       }
     }
     all.add(to_vec(scene_.camera.eye));

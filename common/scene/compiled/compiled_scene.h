@@ -15,6 +15,7 @@
 #include "common/math/vec.h"
 #include "common/sampling/filter_table.h"
 #include "common/scene/accel/accel.h"
+#include "common/scene/casters.h"
 #include "common/scene/compiled/emitter_table.h"
 #include "common/scene/compiled/geometry_table.h"
 #include "common/scene/compiled/material_table.h"
@@ -49,9 +50,10 @@ struct SceneFeatures {
 
 /// What light must be followed towards to find all caustics, in the frame that is rendered in.
 struct CausticPlaces {
-  std::vector<BoundingSphere> casters;  ///< around each object whose material is a caster
-  std::vector<BoundlessPlane> planes;   ///< all of the scene
-  BoundingSphere scene;                 ///< around all bounded shapes, the eye and the meters
+  std::vector<BoundingSphere> casters;         ///< around each object whose material is a caster
+  std::vector<std::vector<CasterLobe>> lobes;  ///< of each of these
+  std::vector<BoundlessPlane> planes;          ///< all of the scene
+  BoundingSphere scene;                        ///< around all bounded shapes, the eye and the meters
 };
 
 class CompiledScene {

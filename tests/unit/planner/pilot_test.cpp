@@ -50,7 +50,7 @@ TEST_F(PilotRun, WhatMissesLightIsLeft) {
 // Measured over 256 samples: path has some ten times the error × seconds of caustic here.
 TEST_F(PilotRun, MirrorAndGlassUnderALampAreLeftToPhotons) {
   for (const std::uint64_t seed : {1u, 2u, 3u}) {
-    EXPECT_EQ(run_pilot(compiled_, {{"path", "caustic"}, seed, 0, {0, 0, 96, 80}, true})->choice, 1u) << seed;
+    EXPECT_EQ(run_pilot(compiled_, {{"path", "caustic"}, seed, 0, {0, 0, 96, 80}})->choice, 1u) << seed;
   }
 }
 
@@ -94,7 +94,7 @@ TEST(Pilot, WhatPathFindsByRareChanceIsForeseen) {
   const test::TestScene scene = ball_under_a_lamp(400, 0.1);
   const auto compiled = *CompiledScene::compile(scene.scene(), scene.assets());
   for (const std::uint64_t seed : {1u, 2u, 3u}) {
-    const Result<PilotChoice> made = run_pilot(compiled, {{"path", "caustic"}, seed, 0, {0, 0, 96, 72}, true});
+    const Result<PilotChoice> made = run_pilot(compiled, {{"path", "caustic"}, seed, 0, {0, 0, 96, 72}});
     ASSERT_TRUE(made.ok()) << made.status();
     EXPECT_EQ(made->choice, 1u) << made->reasons.at(0);
   }
@@ -102,12 +102,70 @@ TEST(Pilot, WhatPathFindsByRareChanceIsForeseen) {
 
 TEST(Pilot, LampsAreAsBrightAsTheyAre) {
   const test::TestScene scene = ball_under_a_lamp(40, 0.1);
-  const Vec3 radiance = lamp_radiance(**CompiledScene::compile(scene.scene(), scene.assets()));
+  const Vec3 radiance = shown_lamp_radiance(**CompiledScene::compile(scene.scene(), scene.assets()));
   EXPECT_NEAR(radiance.x, 40, 1e-3);
   EXPECT_NEAR(radiance.y, 40, 1e-3);
   EXPECT_NEAR(radiance.z, 20, 1e-3);
   const test::TestScene dark = ball_under_a_lamp(0, 0.1);
-  EXPECT_EQ(lamp_radiance(**CompiledScene::compile(dark.scene(), dark.assets())), Vec3{0});
+  EXPECT_EQ(shown_lamp_radiance(**CompiledScene::compile(dark.scene(), dark.assets())), Vec3{0});
+}
+
+/// A rough metal ball, alone under a light of the document or a lamp of radius 3 and radiance 2 above it.
+std::shared_ptr<const CompiledScene> metal_ball(double roughness, const std::string& light, double lamp_y = 1e6) {
+  const test::TestScene scene = test::TestScene::from_text(fmt::format(R"({{
+    "camera": {{"eye": [0, 1, 4], "look_at": [0, 0.5, 0], "vertical_fov_degrees": 40}},
+    "film": {{"width": 8, "height": 8}},
+    "materials": [
+      {{"name": "metal", "conductor": {{"metal": "gold", "roughness": {}}}}},
+      {{"name": "lamp", "diffuse": {{"reflectance": {{"rgb": [0, 0, 0]}}}}, "emission": {{"rgb": [2, 2, 2]}}}}],
+    "objects": [
+      {{"material": "metal", "sphere": {{"center": [0, 0.5, 0], "radius": 0.5}}}}{}],
+    "lights": [{}]}})",
+                                                                       roughness,
+                                                                       lamp_y > 1e5 ? ""
+                                                                                    : fmt::format(R"(,
+      {{"material": "lamp", "sphere": {{"center": [0, {}, 0], "radius": 3}}}})",
+                                                                                                  lamp_y),
+                                                                       light));
+  return *CompiledScene::compile(scene.scene(), scene.assets());
+}
+
+// The lobe of a ball's side, α = .59 · .3²: the mean of its density, weighted with itself, is ∫ K² = 1/(12πα²).
+TEST(Pilot, ARoughCasterShowsASunAsWideAsItsLobe) {
+  const auto sun = metal_ball(0.3, R"({"directional": {"direction": [1, -2, -1], "irradiance": {"rgb": [3, 2, 1]}}})");
+  const double alpha = 0.59 * 0.09, brightness = 1 / (12 * 3.14159265 * alpha * alpha);
+  const Vec3 shown = shown_lamp_radiance(*sun);
+  EXPECT_NEAR(shown.x, 3 * brightness, 0.01 * brightness);
+  EXPECT_NEAR(shown.y, 2 * brightness, 0.01 * brightness);
+  EXPECT_NEAR(shown.z, 1 * brightness, 0.01 * brightness);
+}
+
+// A lobe much narrower than a lamp shows it as it is, a wide one no more than it is.
+TEST(Pilot, RoughCastersShowNoMoreThanLampsHave) {
+  for (const double roughness : {0.02, 0.1, 0.2}) {
+    const float shown = shown_lamp_radiance(*metal_ball(roughness, "", 6)).x;
+    EXPECT_LE(shown, 2.0001f) << roughness;
+    EXPECT_GT(shown, 1.5f) << roughness;
+  }
+  // The lamp fills π · 3²/100² of the directions, a hundredth of what the lobe spreads over: 12πα² = .106.
+  const float far = shown_lamp_radiance(*metal_ball(0.3, "", 100)).x;
+  EXPECT_NEAR(far, 2 * 3.1416 * 9 / 10000 / 0.1063, 0.1 * far);
+}
+
+// By relMSE × seconds of 256 samples, path has 30 times the work of caustic in the first two, and half of it in the
+// last, whose lamp is as wide as the gold's lobe (tests/bench/planner_bench).
+TEST(Pilot, FirefliesOfRoughMetalsAreForeseen) {
+  for (const auto& [name, best] :
+       {std::pair("sun-on-rough-gold", 1u), {"bulb-by-coated-metal", 1u}, {"rough-gold", 0u}}) {
+    const test::TestScene scene =
+        test::TestScene(fmt::format("{}/tests/bench/choices/{}.json", LIGHTMILL_SOURCE_DIR, name)).resized(96, 72);
+    const auto compiled = *CompiledScene::compile(scene.scene(), scene.assets());
+    for (const std::uint64_t seed : {1u, 2u, 3u}) {
+      const Result<PilotChoice> made = run_pilot(compiled, {{"path", "caustic"}, seed, 0, {0, 0, 96, 72}});
+      ASSERT_TRUE(made.ok()) << made.status();
+      EXPECT_EQ(made->choice, best) << name << ": " << made->reasons.at(0);
+    }
+  }
 }
 
 TEST_F(PilotRun, IsAFunctionOfItsArguments) {
