@@ -16,6 +16,8 @@
 namespace lightmill {
 namespace {
 
+constexpr const char* kServerVariable = "LIGHTMILL_SERVER";
+
 struct Options {
   std::string server = "127.0.0.1:7350";
   std::vector<std::string> servers;  ///< parts of `server`
@@ -43,6 +45,7 @@ std::optional<int> parse(int argc, char** argv, Options& options) {
   app.set_version_flag("--version", fmt::format("lightmill-worker {} ({})", LIGHTMILL_VERSION, kRendererVersion));
   app.add_option("--server", options.server, "HOST:PORT of the coordinator; several, with commas, are tried in turn")
       ->type_name("HOST:PORT[,HOST:PORT]")
+      ->envname(kServerVariable)
       ->capture_default_str();
   add_limit(app, "--threads", options.threads, "N", {1, 4096},
             "rendering threads; by default one for each processor core")
@@ -63,7 +66,8 @@ std::optional<int> parse(int argc, char** argv, Options& options) {
   options.servers = CLI::detail::split(options.server, ',');
   for (const std::string& server : options.servers) {
     if (const Result<HostPort> address = parse_host_port(server); !address.ok() || address->port == 0) {
-      std::cerr << "--server: "
+      const char* const variable = std::getenv(kServerVariable);
+      std::cerr << (variable != nullptr && options.server == variable ? kServerVariable : "--server") << ": "
                 << (address.ok() ? fmt::format("the port of '{}' must not be 0", server) : message_of(address.status()))
                 << "\n";
       return 2;

@@ -103,7 +103,8 @@ void add_render_options(CLI::App& command, RenderOptions& options) {
       .add_option("--spp", options.samples, "stop at so many samples per pixel (default 64 if no other limit is given)")
       ->type_name("N")
       ->check(whole_number(1, kMaxSamples));
-  command.add_option("--seconds", options.seconds, "stop after so much rendering (90, 1.5m, 2h)")
+  command
+      .add_option("--seconds", options.seconds, "stop after so much rendering (90, 1.5m, 2h), with a sample everywhere")
       ->type_name("T")
       ->check(readable(parse_seconds));
   command
@@ -126,7 +127,8 @@ void add_render_options(CLI::App& command, RenderOptions& options) {
   command
       .add_option(
           "--layers", options.layers,
-          "further layers for the EXR: direct, indirect, caustic, bias, albedo, normal, depth, id, and light:NAME for a "
+          "further layers for the EXR: direct, indirect, caustic, bias, albedo, normal, depth, id, and light:NAME for "
+          "a "
           "light group; auto and path have all but caustic, ppm bias and those after it, other methods albedo, normal, "
           "depth and id")
       ->type_name("A,B,...")

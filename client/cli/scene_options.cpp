@@ -39,6 +39,10 @@ Result<LoadedScene> load_scene(const SceneOptions& options, Signals& signals) {
   }
   const std::vector<std::filesystem::path> paths(options.scenes.begin(), options.scenes.end());
   for (const std::filesystem::path& path : paths) {
+    if (lower_ending(path) == ".exr" || lower_ending(path) == ".png") {
+      return invalid_argument("{} is a picture and no scene: each picture to be written needs its own -o",
+                              path.string());
+    }
     if (!options.mtl.empty() && lower_ending(path) != ".obj") {
       return invalid_argument("--mtl is about OBJ files and their materials, and {} is none", path.string());
     }

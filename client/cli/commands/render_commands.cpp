@@ -80,6 +80,15 @@ void end_interrupted(Farm& farm, std::uint64_t id, bool by_user, const std::vect
                : fmt::format("interrupted; job {} could not be cancelled: {}", id, message_of(job.status())));
 }
 
+void say_if_nobody_renders(const Console& console, FarmConnection& connection) {
+  const Result<std::vector<v1::Worker>> workers = connection.list_workers();
+  if (workers.ok() && workers->empty()) {
+    console.notice(
+        fmt::format("no worker is connected to {}: the job waits until one comes (lightmill-worker --server {})",
+                    connection.address(), connection.address()));
+  }
+}
+
 ExitCode render(Context& context, const Console& console, Options options) {
   std::vector<std::string>& outputs = options.picture.outputs;
   if (outputs.empty()) {
@@ -98,6 +107,11 @@ ExitCode render(Context& context, const Console& console, Options options) {
     return console.fail(prepared.status());
   }
   say_notices(console, *prepared);
+  const bool exr = std::ranges::any_of(outputs, [](const std::string& path) { return lower_ending(path) == ".exr"; });
+  if (!options.render.layers.empty() && !exr) {
+    console.notice("note: --layers are written into EXR files alone, and none is: " +
+                   fmt::format("{}", fmt::join(outputs, ", ")));
+  }
   Result<Farm> farm = choose_farm(context.common.server, options.local, options.threads, context.signals, console);
   if (!farm.ok()) {
     return console.fail(farm.status());
@@ -105,6 +119,9 @@ ExitCode render(Context& context, const Console& console, Options options) {
   const Result<v1::Job> submitted = submit_job(*farm->connection, *prepared, console);
   if (!submitted.ok()) {
     return console.fail(submitted.status());
+  }
+  if (!farm->private_farm) {
+    say_if_nobody_renders(console, *farm->connection);
   }
   ProgressPrinter progress(console, system_clock());
   const Result<v1::Job> job = follow_job(*farm, submitted->id(), false, context.signals, console,

@@ -10,6 +10,7 @@
 #include "client/cli/table.h"
 #include "client/cli/units.h"
 #include "common/base/file.h"
+#include "common/scene_io/load.h"
 
 namespace lightmill::cli {
 namespace {
@@ -66,7 +67,7 @@ std::vector<std::vector<std::string>> describe(const FetchedFilm& film) {
     rows.push_back({"layers", fmt::format("{}", fmt::join(layer_names(film.picture), ", "))});
   }
   for (const std::string& reason : job.method_notes().reasons()) {
-    rows.push_back({"chosen", reason});
+    rows.push_back({job.method_notes().candidates().empty() ? "chosen" : "candidates", reason});
   }
   for (const std::string& notice : job.method_notes().notices()) {
     rows.push_back({"missing light", notice});
@@ -112,7 +113,14 @@ void add_show_command(CLI::App& app, Context& context) {
   const auto options = std::make_shared<ShowOptions>();
   CLI::App* command = app.add_subcommand("show", "Everything about one job, with the hash of its film.");
   add_job_number(*command, options->job);
-  command->add_option("--chart", options->chart, "also draw how its error fell, as SVG")->type_name("FILE.svg");
+  command->add_option("--chart", options->chart, "also draw how its error fell, as SVG")
+      ->type_name("FILE.svg")
+      ->check(CLI::Validator(
+          [](std::string& file) {
+            return lower_ending(file) == ".svg" ? std::string()
+                                                : fmt::format("a file that ends in .svg is expected, got '{}'", file);
+          },
+          ""));
   add_common_options(*command, context);
   command->callback([&context, options] {
     context.run = [&context, options](const Console& console) {

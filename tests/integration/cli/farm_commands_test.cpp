@@ -136,6 +136,23 @@ TEST_F(FarmCliTest, WatchingSurvivesARestartOfTheCoordinator) {
   EXPECT_TRUE(load_rgb(file("live.png")).ok());
 }
 
+TEST_F(FarmCliTest, RenderSaysThatNoWorkerIsThereAndWorkersFindTheFarmAsItDoes) {
+  BackgroundProcess render({program("lightmill"), "render", scene("cornell-bench-blocks.json"), "--size", "32x32",
+                            "--spp", "2", "--layers", "albedo", "-o", file("a.png"), "--server", server()},
+                           file("render.log"), environment());
+  const auto said = [&](const std::string& text) {
+    return eventually([&] {
+      std::ifstream log(file("render.log"));
+      return std::string(std::istreambuf_iterator<char>(log), {}).find(text) != std::string::npos;
+    });
+  };
+  EXPECT_TRUE(said(fmt::format("no worker is connected to {}: the job waits until one comes", server())));
+  EXPECT_TRUE(said("--layers are written into EXR files alone, and none is: " + file("a.png")));
+  BackgroundProcess worker({program("lightmill-worker"), "--threads", "1"}, file("worker.log"),
+                           {{"LIGHTMILL_SERVER", server()}});
+  EXPECT_EQ(render.wait(std::chrono::seconds(60)), 0);
+}
+
 TEST_F(FarmCliTest, InterruptingWatchLeavesTheJobAndInterruptingRenderCancelsIt) {
   const std::string box = scene("cornell-bench-blocks.json");  // no worker: the jobs wait
   const std::string id = submit({box});
