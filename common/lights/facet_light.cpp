@@ -20,6 +20,10 @@ void FacetLights::add(const EmissiveFacet& facet) {
   corner_.add(facet.corner);
   edge1_.add(facet.edge1);
   edge2_.add(facet.edge2);
+  const Vec3 area_vector = glm::cross(facet.edge1, facet.edge2);  // as long as the parallelogram's area
+  const float whole_area = std::sqrt(glm::dot(area_vector, area_vector));
+  normal_.add(area_vector * (1.0f / whole_area));
+  density_.push_back((facet.parallelogram ? 1.0f : 2.0f) / whole_area);
   emission_.add(facet.radiance, facet.exponent, facet.two_sided);
   parallelogram_.push_back(facet.parallelogram ? 1 : 0);
   part_.push_back(facet.part);
@@ -86,15 +90,17 @@ LightSample8 FacetLights::sample(const V8& p, U8 index, M8 lanes, Pair8 u) const
   const V8 edge1 = edge1_.at(index, lanes);
   const V8 edge2 = edge2_.at(index, lanes);
   const M8 two_sided = emission_.two_sided(index, lanes);
-  const M8 whole = gather(parallelogram_.data(), index, lanes) == U8(1u);
-  const V8 area_vector = cross(edge1, edge2);  // as long as the parallelogram's area
-  const F8 whole_area = sqrt(length_squared(area_vector));
-  const V8 normal = area_vector * (F8(1.0f) / whole_area);
+  const V8 normal = normal_.at(index, lanes);
 
-  const Pair8 folded = square_to_triangle(u);
-  Pair8 b{select(whole, u.u, folded.u), select(whole, u.v, folded.v)};
-  V8 y = corner + edge1 * b.u + edge2 * b.v;
+  Pair8 b = u;
   Spherical near{};
+  M8 whole = lanes;
+  if (has_triangles_) {
+    whole = is_whole(index, lanes);
+    const Pair8 folded = square_to_triangle(u);
+    b = {select(whole, u.u, folded.u), select(whole, u.v, folded.v)};
+  }
+  V8 y = corner + edge1 * b.u + edge2 * b.v;
   if (has_triangles_) {
     near = spherical(p, corner, edge1, edge2, and_not(lanes, whole));
     if (near.lanes.any()) {
@@ -104,6 +110,8 @@ LightSample8 FacetLights::sample(const V8& p, U8 index, M8 lanes, Pair8 u) const
       y = select(near.lanes, p + direction * t, y);
       if (has_textures_) {
         const V8 from_corner = y - corner;
+        const V8 area_vector = cross(edge1, edge2);
+        const F8 whole_area = sqrt(length_squared(area_vector));
         const F8 area2 = whole_area * whole_area;
         b.u = select(near.lanes, dot(cross(from_corner, edge2), area_vector) / area2, b.u);
         b.v = select(near.lanes, dot(cross(edge1, from_corner), area_vector) / area2, b.v);
@@ -119,7 +127,7 @@ LightSample8 FacetLights::sample(const V8& p, U8 index, M8 lanes, Pair8 u) const
   const F8 cos_light = select(two_sided, abs(cos_signed), cos_signed);
   M8 valid = lanes & (cos_light > F8(0.0f)) & (distance2 > F8(0.0f));
 
-  const F8 pdf_by_area = select(whole, F8(1.0f), F8(2.0f)) / whole_area * distance2 / cos_light;
+  const F8 pdf_by_area = gather_row(density_, index, lanes) * distance2 / cos_light;
   const F8 pdf = has_triangles_ ? select(near.lanes, F8(1.0f) / near.solid_angle, pdf_by_area) : pdf_by_area;
   V8 radiance = emission_.radiance(index, cos_light, lanes);
   if (has_textures_) {
@@ -134,7 +142,7 @@ LightSample8 FacetLights::sample(const V8& p, U8 index, M8 lanes, Pair8 u) const
 EmissionPoint8 FacetLights::emission_point(U8 index, M8 lanes, Pair8 u) const {
   const V8 edge1 = edge1_.at(index, lanes);
   const V8 edge2 = edge2_.at(index, lanes);
-  const M8 whole = gather(parallelogram_.data(), index, lanes) == U8(1u);
+  const M8 whole = is_whole(index, lanes);
   const V8 area_vector = cross(edge1, edge2);
   const F8 whole_area = sqrt(length_squared(area_vector));
   const Pair8 folded = square_to_triangle(u);
@@ -163,15 +171,12 @@ EmissiveFacet FacetLights::facet(std::size_t i) const {
 }
 
 F8 FacetLights::pdf_solid_angle(const V8& from, U8 index, F8 distance, F8 cos_light, M8 lanes) const {
-  const V8 edge1 = edge1_.at(index, lanes);
-  const V8 edge2 = edge2_.at(index, lanes);
-  const M8 whole = gather(parallelogram_.data(), index, lanes) == U8(1u);
-  const F8 whole_area = sqrt(length_squared(cross(edge1, edge2)));
-  const F8 pdf_by_area = select(whole, F8(1.0f), F8(2.0f)) / whole_area * (distance * distance) / cos_light;
+  const F8 pdf_by_area = gather_row(density_, index, lanes) * (distance * distance) / cos_light;
   if (!has_triangles_) {
     return pdf_by_area;
   }
-  const Spherical near = spherical(from, corner_.at(index, lanes), edge1, edge2, and_not(lanes, whole));
+  const Spherical near = spherical(from, corner_.at(index, lanes), edge1_.at(index, lanes), edge2_.at(index, lanes),
+                                   and_not(lanes, is_whole(index, lanes)));
   return select(near.lanes, F8(1.0f) / near.solid_angle, pdf_by_area);
 }
 

@@ -64,7 +64,14 @@ class FacetLights {
   };
   Spherical spherical(const V8& p, const V8& corner, const V8& edge1, const V8& edge2, M8 triangles) const;
 
+  /// Which lanes are parallelograms.
+  M8 is_whole(U8 index, M8 lanes) const {
+    return has_triangles_ ? gather(parallelogram_.data(), index, lanes) == U8(1u) : lanes;
+  }
+
   VectorRows corner_, edge1_, edge2_;
+  VectorRows normal_;           ///< unit
+  std::vector<float> density_;  ///< of a point that is uniform by area, per area
   SurfaceEmission emission_;
   std::vector<std::uint32_t> parallelogram_, part_;
   std::vector<std::uint8_t> flipped_;

@@ -61,6 +61,12 @@ struct VectorLanes {
   Vec3d operator[](int lane) const { return {x[lane], y[lane], z[lane]}; }
 };
 
+/// rows[index] in the lanes of the mask, 0 elsewhere. Where there is but one row, as of a scene's only lamp, nothing is
+/// gathered.
+inline F8 gather_row(const std::vector<float>& rows, U8 index, M8 lanes) {
+  return rows.size() == 1 ? masked(lanes, F8(rows[0])) : gather(rows.data(), index, lanes);
+}
+
 /// A growing array of vectors, gathered by row.
 class VectorRows {
  public:
@@ -70,7 +76,9 @@ class VectorRows {
     values_[3 * row + 1] = v.y;
     values_[3 * row + 2] = v.z;
   }
-  V8 at(U8 row, M8 lanes) const { return gather3(values_.data(), row, lanes); }
+  V8 at(U8 row, M8 lanes) const {
+    return size() == 1 ? masked(lanes, broadcast((*this)[0])) : gather3(values_.data(), row, lanes);
+  }
   Vec3 operator[](std::size_t row) const { return {values_[3 * row], values_[3 * row + 1], values_[3 * row + 2]}; }
   std::size_t size() const { return values_.size() / 3; }
 

@@ -23,6 +23,9 @@ void LightTable::build(double scene_radius) {
       cosine_powers.size(), ies.size(),     directional.size(), environment.samplable() ? std::size_t{1} : 0};
   for (int kind = 0; kind < kKinds; ++kind) {
     first_[kind + 1] = first_[kind] + static_cast<std::uint32_t>(counts[kind]);
+    if (counts[kind] > 0) {
+      only_kind_ = static_cast<LightKind>(kind);
+    }
   }
   std::vector<LightBounds> bounded;
   append_bounds(facets, bounded);
@@ -64,6 +67,9 @@ LightSample8 LightTable::sample_of_kind(LightKind kind, const V8& p, U8 index, M
 }
 
 LightSample8 LightTable::sample(const V8& p, Pair8 choice, Pair8 u) const {
+  if (size() == 1) {
+    return sample_of_kind(only_kind_, p, U8(0u), M8(true), u);
+  }
   const LightChoice::Choice8 chosen = choice_.sample(p, choice);
   LightSample8 result;
   M8 rest(true);
@@ -90,9 +96,10 @@ LightSample8 LightTable::sample(const V8& p, Pair8 choice, Pair8 u) const {
 }
 
 std::uint64_t LightTable::bytes() const {
-  // Rows take what the structs take that they are made of, but for flags, which are widened.
+  // Rows take what the structs take that they are made of, but for flags, which are widened; facets' normals and
+  // densities are theirs too.
   const auto rows = [](const auto& lights, std::size_t bytes) { return std::uint64_t{lights.size()} * bytes; };
-  return rows(facets, sizeof(EmissiveFacet)) + rows(spheres, sizeof(EmissiveSphere)) +
+  return rows(facets, sizeof(EmissiveFacet) + sizeof(Vec3) + sizeof(float)) + rows(spheres, sizeof(EmissiveSphere)) +
          rows(points, sizeof(PointEmitter)) + rows(spots, sizeof(SpotEmitter)) +
          rows(cosine_powers, sizeof(CosinePowerEmitter)) + rows(directional, sizeof(DirectionalEmitter)) + ies.bytes() +
          environment.bytes() + choice_.bytes() + 4 * group_.size();

@@ -72,6 +72,7 @@ class LightTable {
 
   LightChoice choice_;
   std::vector<std::uint32_t> group_;
+  LightKind only_kind_ = LightKind::facet;  ///< where there is but one light
   std::uint32_t first_[kKinds + 1] = {};
 };
 

@@ -9,6 +9,7 @@ void SurfaceEmission::add(const Vec3& radiance, float exponent, bool two_sided) 
   radiance_.add(radiance);
   exponent_.push_back(exponent);
   two_sided_.push_back(two_sided ? 1 : 0);
+  any_two_sided_ |= two_sided;
   has_exponents_ |= exponent != 0;
 }
 

@@ -11,7 +11,9 @@ class SurfaceEmission {
   void add(const Vec3& radiance, float exponent, bool two_sided);
 
   bool two_sided(std::size_t i) const { return two_sided_[i] == 1; }
-  M8 two_sided(U8 index, M8 lanes) const { return gather(two_sided_.data(), index, lanes) == U8(1u); }
+  M8 two_sided(U8 index, M8 lanes) const {
+    return any_two_sided_ ? gather(two_sided_.data(), index, lanes) == U8(1u) : M8();
+  }
 
   float exponent(std::size_t i) const { return exponent_[i]; }
   /// Along the normal.
@@ -33,6 +35,7 @@ class SurfaceEmission {
   VectorRows radiance_;
   std::vector<float> exponent_;
   std::vector<std::uint32_t> two_sided_;
+  bool any_two_sided_ = false;
   bool has_exponents_ = false;
 };
 

@@ -1,7 +1,7 @@
 // Ways through media: absorption along them, and boundaries that light does not notice.
 #include "common/materials/henyey_greenstein.h"
-#include "common/methods/path/batch.h"
 #include "common/methods/path/channel.h"
+#include "common/methods/path/scattering.h"
 
 namespace lightmill::path {
 namespace {

@@ -1,4 +1,4 @@
-// Shading with any BSDF that has a density: the templates of Batch, for the files that instantiate them.
+// Shading with any BSDF: what of Batch the files need that know BSDFs.
 #pragma once
 
 #include "common/methods/path/batch.h"
@@ -14,6 +14,48 @@ M8 lamps_beside_photons(const Vertex8& vertex) {
   } else {
     return vertex.casters;
   }
+}
+
+/// Russian roulette from the second scattering on, then the queue.
+[[gnu::always_inline]] inline void Batch::go_on(Path8& out, M8 lanes, std::uint32_t bounce) {
+  if (bounce > 0) {
+    const F8 survival = max_component(out.throughput) * out.roulette_scale * F8(plan_.roulette_boost);
+    const M8 at_risk = survival < F8(1.0f);
+    if ((lanes & at_risk).any()) {
+      const F8 u = hashed_number(out.index, decision_seed(out.pixel_seed, choice_decision(bounce)));
+      lanes = lanes & ~(at_risk & (u >= survival));
+      out.throughput = out.throughput * select(at_risk, F8(1.0f) / survival, F8(1.0f));
+    }
+  }
+  if (lanes.any()) {
+    ws_.next.push(lanes, out);
+  }
+}
+
+/// Sets the ray that `sample` asks for. Samples on whose side of the surface the two normals disagree end.
+[[gnu::always_inline]] inline void Batch::leave(const Vertex8& vertex, const BsdfSample8& sample, Path8& out,
+                                                M8 lanes) {
+  const F8 offset = vertex.surface.offset;
+  out.direction = vertex.frame.to_world(sample.wi);
+  out.origin = vertex.surface.point + vertex.facing * select(sample.transmitted, -offset, offset);
+  out.pdf_solid_angle = sample.pdf_solid_angle;
+  out.roulette_scale = out.roulette_scale * (sample.eta * sample.eta);
+  if (light_pass_ != nullptr) {
+    const M8 from_eye = out.chain == U8(kFromEye);
+    const M8 delta = sample.pdf_solid_angle == F8(0.0f);
+    out.chain = select(vertex.casters, select(from_eye, U8(kFromEye), U8(kOverCasters)),
+                       select(from_eye & delta, U8(kFromEye), U8(kFromReceiver)));
+    out.way = out.way + way_to(vertex);
+  }
+  if (photons_bring_all()) {
+    lanes = lanes & ((out.chain == U8(kFromEye)) | ~goes_on(out));
+  }
+  if (scene_.features().media) {
+    out.media = select(sample.transmitted, vertex.crossing.beyond, out.media);
+  }
+  const F8 side = dot(out.direction, vertex.facing);
+  const M8 wrong = select(sample.transmitted, side > F8(0.0f), side < F8(0.0f));  // never where `side` is no number
+  go_on(out, and_not(lanes, wrong), vertex.bounce);
 }
 
 template <class Bsdf>

@@ -14,13 +14,6 @@ void store(const V8& v, float* x, float* y, float* z) {
   v.z.store(z);
 }
 
-/// What Embree takes: finite, and so small that squares do not overflow (its FLT_LARGE). Beyond that it gives wrong
-/// answers, or aborts where it was built with assertions.
-M8 in_range(const V8& v) {
-  const F8 limit(1.844e18f);
-  return (abs(v.x) <= limit) & (abs(v.y) <= limit) & (abs(v.z) <= limit);
-}
-
 }  // namespace
 
 struct Accel::State {
@@ -206,10 +199,6 @@ Status Accel::commit() {
                : internal_error("Embree error {} while building the ray hierarchy", static_cast<int>(error));
   }
   return ok_status();
-}
-
-M8 Accel::traceable(const Ray8& rays) {
-  return in_range(rays.origin) & in_range(rays.direction) & (rays.max_distance >= F8(0.0f));
 }
 
 Hit8 Accel::intersect(M8 lanes, const Ray8& rays, bool coherent) const {

@@ -44,13 +44,22 @@ class Accel {
   Status commit();
 
   /// Which rays can be traced: those whose origin and direction are finite and below 1.8e18. The others hit nothing.
-  static M8 traceable(const Ray8& rays);
+  static M8 traceable(const Ray8& rays) {
+    return in_range(rays.origin) & in_range(rays.direction) & (rays.max_distance >= F8(0.0f));
+  }
   /// The nearest hit of each ray in `lanes`. `coherent` says that the rays are nearly parallel or share an origin.
   Hit8 intersect(M8 lanes, const Ray8& rays, bool coherent) const;
   /// Which of `lanes` hit anything.
   M8 occluded(M8 lanes, const Ray8& rays) const;
 
  private:
+  /// What Embree takes: finite, and so small that squares do not overflow (its FLT_LARGE). Beyond that it gives wrong
+  /// answers, or aborts where it was built with assertions.
+  static M8 in_range(const V8& v) {
+    const F8 limit(1.844e18f);
+    return (abs(v.x) <= limit) & (abs(v.y) <= limit) & (abs(v.z) <= limit);
+  }
+
   struct State;
   std::unique_ptr<State> state_;
 };

@@ -1,0 +1,67 @@
+// One method alone, on one thread: CPU seconds, their share inside Embree, and a digest of the film's bits.
+//
+// Two builds of it run in turn show what a change to the kernel gains, and whether it leaves the bits alone; a profiler
+// sees nothing else in it.
+#include <CLI/CLI.hpp>
+#include <cstdio>
+
+#include "common/base/digest.h"
+#include "common/image/read/read_image.h"
+#include "tests/bench/embree_share.h"
+#include "tests/bench/measure.h"
+#include "tests/support/render_document.h"
+
+namespace {
+
+using namespace lightmill;
+using namespace lightmill::test;
+
+struct Run {
+  double seconds = 0;
+  std::string bits;  ///< digest of all nodes' values
+};
+
+Run run(const TestScene& scene, const std::string& name, std::uint32_t level, std::uint64_t seed) {
+  const auto method = std::move(*make_method(scene.compiled(), {name, seed, 0}));
+  const auto workspace = method->make_workspace();
+  const TileGrid grid({0, 0, scene.compiled()->film_width(), scene.compiled()->film_height()});
+  Run result;
+  Xxh3Hasher hasher;
+  const double start = thread_cpu_seconds();
+  for (std::uint32_t i = 0; i < grid.tile_count(); ++i) {
+    const Node node = method->render(grid.tile_rect({i}), {level, 0}, *workspace);
+    hasher.append(std::as_bytes(std::span(node.values)));
+  }
+  result.seconds = thread_cpu_seconds() - start;
+  result.bits = hasher.finish().hex();
+  return result;
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  CLI::App app("Times one method alone, on one thread.");
+  std::vector<std::string> scenes{LIGHTMILL_SOURCE_DIR "/scenes/cornell-bench-blocks.json"};
+  std::string method = "path";
+  std::uint32_t level = 6;
+  int size = 512, runs = 1;
+  app.add_option("scenes", scenes, "scene documents")->capture_default_str();
+  app.add_option("--method", method, "and its parameters")->capture_default_str();
+  app.add_option("--level", level, "log2 of the samples a pixel")->capture_default_str()->check(CLI::Range(1, 16));
+  app.add_option("--size", size, "film width and height in pixels")->capture_default_str()->check(CLI::Range(8, 4096));
+  app.add_option("--runs", runs, "of each scene")->capture_default_str()->check(CLI::Range(1, 1000));
+  CLI11_PARSE(app, argc, argv);
+
+  for (const std::string& path : scenes) {
+    const TestScene scene = TestScene(path, read_image).resized(size, size);
+    for (int i = 0; i < runs; ++i) {
+      EmbreeShare share;
+      share.start();
+      const Run result = run(scene, method, level, 1);
+      share.stop();
+      std::printf("%7.3f s  %5.1f %% inside Embree  %s  %s %s\n", result.seconds, share.percent(), result.bits.c_str(),
+                  method.c_str(), path.substr(path.rfind('/') + 1).c_str());
+      std::fflush(stdout);
+    }
+  }
+}
