@@ -125,19 +125,18 @@ void add_render_options(CLI::App& command, RenderOptions& options) {
   command.add_flag("--brute-force", options.brute_force,
                    "try every triangle for every ray, to see what the hierarchy saves");
   command
-      .add_option(
-          "--layers", options.layers,
-          "further layers for the EXR: direct, indirect, caustic, bias, albedo, normal, depth, id, and light:NAME for "
-          "a "
-          "light group; auto and path have all but caustic, ppm bias and those after it, other methods albedo, normal, "
-          "depth and id")
+      .add_option("--layers", options.layers,
+                  "further layers for the EXR: direct, indirect, caustic, bias, albedo, normal, depth, id, and "
+                  "light:NAME for a light group; caustic has all, auto, path and vcm all but caustic, ppm bias and "
+                  "those after it, other methods albedo, normal, depth and id")
       ->type_name("A,B,...")
       ->check(not_empty("names of layers are"));
   command
-      .add_option("--max-bounces", options.max_bounces,
-                  "path, caustic, ppm, whitted: longest light path (default 1000; of whitted 128, its most; nearly all "
-                  "end long "
-                  "before, but in dense white fog)")
+      .add_option(
+          "--max-bounces", options.max_bounces,
+          "path, caustic, vcm, ppm, whitted: longest light path (default 1000; of whitted 128, its most; nearly all "
+          "end long "
+          "before, but in dense white fog)")
       ->type_name("N")
       ->check(whole_number(1, 1'000'000));
   command.add_option("--seed", options.seed, "the same seed gives the same picture, bit for bit")

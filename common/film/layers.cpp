@@ -19,7 +19,7 @@ const std::array<LayerSpec, 8> kNamedLayers{{{"direct", 3, LayerKind::summed},
                                              {"id", 1, LayerKind::first_samples}}};
 
 bool method_follows_all_light(std::string_view method) {
-  return method == "path" || method == "caustic" || method == "auto";
+  return method == "path" || method == "caustic" || method == "vcm" || method == "auto";
 }
 
 bool is_named_layer(std::string_view name) {

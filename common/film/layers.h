@@ -60,9 +60,9 @@ Result<std::vector<LayerSpec>> film_layers(std::span<const std::string> names);
 /// INVALID_ARGUMENT unless film_layers gives this list.
 Status check_layers(const std::vector<LayerSpec>& layers);
 
-/// INVALID_ARGUMENT if there is a layer that this method does not fill: `caustic` fills all, `path` and what `auto`
-/// picks all but `caustic` (`bias` with zeros where the method has none), the others those that show surfaces, and
-/// `ppm` also `bias`.
+/// INVALID_ARGUMENT if there is a layer that this method does not fill: `caustic` fills all, `path`, `vcm` and what
+/// `auto` picks all but `caustic` (`bias` with zeros where the method has none), the others those that show surfaces,
+/// and `ppm` also `bias`.
 Status check_method_layers(std::string_view method, const std::vector<LayerSpec>& layers);
 
 /// INVALID_ARGUMENT if a light group's layer names none of `groups`.

@@ -194,6 +194,11 @@ EnvironmentRadiance::Beam8 EnvironmentRadiance::sample_all(Pair8 u) const {
   return {wi, from_there * (F8(1.0f) / (share * bright_pdf + rest * uniform_pdf))};
 }
 
+F8 EnvironmentRadiance::all_pdf_solid_angle(const V8& direction) const {
+  const F8 share(density_ ? bright_share_ : 0.0f);
+  return share * pdf_solid_angle(direction) + (F8(1.0f) - share) * F8(0.25f * kInvPi);
+}
+
 F8 EnvironmentRadiance::pdf_solid_angle(const V8& direction) const {
   if (!density_) {
     return F8(0.0f);

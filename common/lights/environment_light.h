@@ -42,6 +42,8 @@ class EnvironmentRadiance {
   };
   /// Draws all light that comes, by how much does: what is brighter than the mean as `sample` does, the rest uniformly.
   Beam8 sample_all(Pair8 u) const;
+  /// The density per solid angle of its directions.
+  F8 all_pdf_solid_angle(const V8& direction) const;
   /// Density per solid angle with which `sample` draws unit directions.
   F8 pdf_solid_angle(const V8& direction) const;
   /// Luminance of the flux into a scene of this radius.

@@ -100,6 +100,24 @@ V8 LightEmission::intensity(U8 light, const EmissionPoint8& from, const V8& dire
   return out;
 }
 
+F8 LightEmission::cosine(U8 light, const V8& point, const V8& direction, M8 lanes) const {
+  F8 out(1.0f);
+  for_each_kind(light, lanes, [&](LightKind kind, U8 index, M8 of_kind) {
+    if (kind == LightKind::facet) {
+      out = select(of_kind, abs(dot(direction, table_->facets.emission_point(index, of_kind, {}).normal)), out);
+    } else if (kind == LightKind::sphere) {
+      const V8 outward = normalize(point - table_->spheres.center(index, of_kind));
+      out = select(of_kind, abs(dot(direction, outward)), out);
+    }
+  });
+  return out;
+}
+
+F8 LightEmission::parallel_pdf(U8 light, M8 lanes, const V8& direction) const {
+  const M8 sky = and_not(lanes, signed_less(light, U8(table_->first(LightKind::environment))));
+  return sky.any() ? select(sky, table_->environment.all_pdf_solid_angle(-direction), F8(1.0f)) : F8(1.0f);
+}
+
 LightEmission::Parallel8 LightEmission::parallel(U8 light, M8 lanes, Pair8 u) const {
   Parallel8 out{};
   for_each_kind(light, lanes, [&](LightKind kind, U8 index, M8 of_kind) {

@@ -29,6 +29,9 @@ class LightEmission {
   /// What leaves the point in unit directions, W/sr: from surfaces the radiance by the area that it stands for.
   V8 intensity(U8 light, const EmissionPoint8& from, const V8& direction, M8 lanes) const;
 
+  /// Of a unit direction to the surface at a point of it, positive; of lights without extent 1.
+  F8 cosine(U8 light, const V8& point, const V8& direction, M8 lanes) const;
+
   // ---- of lights infinitely far away ----
 
   struct Parallel8 {
@@ -36,6 +39,8 @@ class LightEmission {
     V8 irradiance;  ///< W/m² across the direction; of an environment the radiance over the direction's density
   };
   Parallel8 parallel(U8 light, M8 lanes, Pair8 u) const;
+  /// The density per solid angle of its directions; of directional lights 1.
+  F8 parallel_pdf(U8 light, M8 lanes, const V8& direction) const;
 
  private:
   /// Calls take(kind, index within the kind, lanes) for the kinds of these lights.

@@ -58,6 +58,10 @@ class LightTable {
   /// The one with this number, where it is no surface and no environment: nothing has to be drawn.
   LightSample8 sample_point(std::uint32_t light, const V8& p, M8 lanes) const;
 
+  /// The probability with which `sample` at `from` chooses a light.
+  F8 choice_pmf(const V8& from, U8 light, M8 lanes) const {
+    return needs_choice() ? choice_.pmf(from, light, lanes) : masked(lanes, F8(1.0f));
+  }
   /// Density per solid angle with which `sample` at `from` draws what a ray of this length found on an emissive facet
   /// or sphere, hit at this positive cosine to the normal.
   F8 pdf_solid_angle(const V8& from, U8 light, F8 distance, F8 cos_light, M8 lanes) const;

@@ -121,6 +121,24 @@ PhotonAim::Direction8 PhotonAim::direction(const EmissionPoint8& from, const Cho
   return {drawn, pdf};
 }
 
+F8 PhotonAim::pdf_solid_angle(const EmissionPoint8& from, const Choice8& choice, const V8& direction) const {
+  F8 pdf(0.0f);
+  for (std::uint32_t t = 0; t < size(); ++t) {
+    pdf += choice.pmf[t] * density(cone(targets_[t], from.point), M8(), from, direction);
+  }
+  return pdf;
+}
+
+F8 PhotonAim::pdf_area(const V8& point, const V8& direction, const Choice8& choice) const {
+  F8 pdf(0.0f);
+  for (std::uint32_t t = 0; t < size(); ++t) {
+    const F8 r(targets_[t].radius);
+    const F8 aside2 = length_squared(cross(point - broadcast(targets_[t].center), direction));
+    pdf += choice.pmf[t] * masked(aside2 <= r * r, F8(kInvPi) / (r * r));
+  }
+  return pdf;
+}
+
 PhotonAim::Direction8 PhotonAim::direction_to(std::size_t target, const EmissionPoint8& from, Pair8 u) const {
   const Cone8 only = cone(targets_[target], from.point);
   const V8 drawn = draw(only, from, u);

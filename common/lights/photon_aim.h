@@ -48,12 +48,17 @@ class PhotonAim {
   /// With the density for one target alone.
   Direction8 direction_to(std::size_t target, const EmissionPoint8& from, Pair8 u) const;
 
+  /// The density of `direction` drawing this one.
+  F8 pdf_solid_angle(const EmissionPoint8& from, const Choice8& choice, const V8& direction) const;
+
   struct Place8 {
     V8 point;
     F8 pdf_area;  ///< per area across the direction; positive
   };
   /// Uniform on the disc across unit directions that is the target's shadow.
   Place8 place(const V8& direction, const Choice8& choice, Pair8 u) const;
+  /// The density of `place` drawing a point with the same shadow.
+  F8 pdf_area(const V8& point, const V8& direction, const Choice8& choice) const;
   /// The area of that disc.
   double shadow(std::size_t target) const;
 

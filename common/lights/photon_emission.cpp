@@ -54,6 +54,8 @@ PhotonEmission::PhotonEmission(const LightTable& lights, std::span<const Boundin
   const PhotonFluxes fluxes = estimate_fluxes(lights, groups, aim_, unsampled);
   lights_ = fluxes.lights;
   if (!lights_.empty()) {
+    pmf_of_light_.assign(lights.size() + 1, 0.0f);
+    entry_of_light_.assign(lights.size() + 1, 0);
     build_choice(fluxes);
   }
 }
@@ -75,6 +77,11 @@ void PhotonEmission::build_choice(const PhotonFluxes& fluxes) {
   }
   raise_least(entries);
   by_flux_ = DiscreteDistribution(entries);
+  for (std::size_t i = 0; i < lights_.size(); ++i) {
+    const std::size_t entry = i / block_, sharing = std::min(block_, lights_.size() - entry * block_);
+    pmf_of_light_[lights_[i]] = by_flux_.pmf(entry) / static_cast<float>(sharing);
+    entry_of_light_[lights_[i]] = static_cast<std::uint32_t>(entry);
+  }
 }
 
 /// All that is around beside what is somewhere: the greater part of what goes anywhere may miss the latter by far, so
@@ -154,6 +161,7 @@ void PhotonEmission::aim_near(const Chosen8& chosen, M8 lanes, Pair8 position, P
   out.power = select(lanes, along * (F8(1.0f) / (aimed.pdf_solid_angle * chosen.pmf)), out.power);
   const M8 lit = (aimed.pdf_solid_angle > F8(0.0f)) & (max_component(along) > F8(0.0f));
   out.valid = out.valid | (lanes & lit);
+  out.cosine = select(lanes, select(from.surface, abs(dot(aimed.direction, from.normal)), F8(1.0f)), out.cosine);
 }
 
 void PhotonEmission::aim_distant(const Chosen8& chosen, M8 lanes, Pair8 position, Pair8 direction, Photon8& out) const {
@@ -163,6 +171,31 @@ void PhotonEmission::aim_distant(const Chosen8& chosen, M8 lanes, Pair8 position
   out.direction = select(lanes, light.direction, out.direction);
   out.power = select(lanes, light.irradiance * (F8(1.0f) / (place.pdf_area * chosen.pmf)), out.power);
   out.valid = out.valid | (lanes & (max_component(light.irradiance) > F8(0.0f)));
+  out.cosine = select(lanes, F8(1.0f), out.cosine);
+}
+
+F8 PhotonEmission::pdf(U8 light, const V8& point, const V8& direction, F8 cosine, M8 lanes) const {
+  if (empty()) {
+    return F8(0.0f);
+  }
+  PhotonAim::Choice8 targets{};
+  const U8 row = gather(entry_of_light_.data(), light, lanes) * U8(static_cast<std::uint32_t>(aim_.size() + 1));
+  for (std::uint32_t t = 0; t < aim_.size(); ++t) {
+    targets.pmf[t] = gather(by_target_.data(), row + U8(t + 1), lanes) - gather(by_target_.data(), row + U8(t), lanes);
+  }
+  const M8 near = lanes & signed_less(light, U8(sources_.first_distant()));
+  F8 density(0.0f);
+  if (near.any()) {
+    EmissionPoint8 from = sources_.point_on(light, near, {F8(0.0f), F8(0.0f)});
+    from.point = point;
+    from.normal = direction * cosine;  // all that the direction's density looks at is the cosine
+    density = aim_.pdf_solid_angle(from, targets, direction) * select(from.surface, F8(1.0f) / from.area, F8(1.0f));
+  }
+  if (const M8 distant = and_not(lanes, near); distant.any()) {
+    const F8 across = aim_.pdf_area(point, direction, targets) * sources_.parallel_pdf(light, distant, direction);
+    density = select(distant, across, density);
+  }
+  return masked(lanes, density * gather(pmf_of_light_.data(), light, lanes));
 }
 
 PhotonEmission::Photon8 PhotonEmission::emit(Pair8 choice, Pair8 position, Pair8 direction) const {

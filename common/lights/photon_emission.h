@@ -40,11 +40,22 @@ class PhotonEmission {
     /// Its number in the table; of the environment `first(LightKind::environment)`, also where the table does not
     /// sample it.
     U8 light;
-    M8 valid;  ///< else there is no light: a point's dark side, a texel that is black
+    M8 valid;   ///< else there is no light: a point's dark side, a texel that is black
+    F8 cosine;  ///< of the direction to the surface that it leaves, positive; without one 1
   };
   /// All numbers in [0, 1): which light and which target; where on the light, or across the direction; in which
   /// direction. None is valid where it is empty.
   Photon8 emit(Pair8 choice, Pair8 position, Pair8 direction) const;
+
+  /// The density with which `emit` draws that a light's ray leaves `point` (of light from infinitely far: goes through
+  /// it) in a unit direction, at this cosine to the light's surface: per area of the surface, or across light from
+  /// infinitely far; and per solid angle, but of directional lights. 0 where it draws none. The targets must hold all
+  /// surfaces that emit.
+  F8 pdf(U8 light, const V8& point, const V8& direction, F8 cosine, M8 lanes) const;
+  /// See LightEmission.
+  F8 cosine(U8 light, const V8& point, const V8& direction, M8 lanes) const {
+    return sources_.cosine(light, point, direction, lanes);
+  }
 
   std::uint64_t bytes() const { return 4 * (lights_.size() + by_target_.size()) + 8 * by_flux_.size(); }
 
@@ -72,6 +83,9 @@ class PhotonEmission {
   std::vector<std::uint32_t> lights_;
   std::size_t block_ = 1;
   DiscreteDistribution by_flux_;
+  // By the light's number, the environment's among them: its probability, and its entry.
+  std::vector<float> pmf_of_light_;
+  std::vector<std::uint32_t> entry_of_light_;
   std::vector<float> by_target_;  ///< of each entry: cumulative probabilities of the targets, one more than there are
 };
 

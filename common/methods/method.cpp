@@ -27,6 +27,9 @@ Result<std::unique_ptr<Method>> make_method(std::shared_ptr<const CompiledScene>
   if (spec.name == "ppm") {
     return make_ppm_method(std::move(scene), settings, spec);
   }
+  if (spec.name == "vcm") {
+    return make_vcm_method(std::move(scene), settings, spec);
+  }
   if (spec.name == "photon-dots") {
     return make_photon_dots_method(std::move(scene), settings, spec);
   }

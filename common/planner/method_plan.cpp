@@ -32,15 +32,15 @@ struct UnseenCaustics {
   }
 };
 
-/// The light side of `caustic` knows no scattering media.
-bool caustic_renders(const SceneFacts& facts) {
+/// Photons are not followed through media that scatter.
+bool photons_render(const SceneFacts& facts) {
   return !facts.scattering;
 }
 
 /// `ppm`: photons start at what next-event estimation samples, and light from infinitely far only around what is
 /// bounded.
 Verdict admit_ppm(const SceneFacts& facts) {
-  if (facts.scattering) {
+  if (!photons_render(facts)) {
     return {"ppm", false, "it renders no scattering media"};
   }
   if (!facts.lamps_never_sampled.empty()) {
@@ -56,6 +56,28 @@ Verdict admit_ppm(const SceneFacts& facts) {
   return {"ppm", true, "it is there to check the others: noise and blur are large"};
 }
 
+/// What photons of light from infinitely far leave out; empty where that is nothing.
+std::string boundless_reason(const SceneFacts& facts) {
+  if (facts.distant_lights.empty() || facts.boundless_casters.empty() || !facts.receivers) {
+    return "";
+  }
+  return fmt::format(
+      "{} shines on {}, which has no end: its photons cover what lies around the other things and the "
+      "eye, and what comes from farther off is missing",
+      first_of(facts.distant_lights, "lights"), first_of(facts.boundless_casters, "planes"));
+}
+
+Verdict admit_vcm(const SceneFacts& facts) {
+  if (!photons_render(facts)) {
+    return {"vcm", false, "it renders no scattering media"};
+  }
+  if (std::string reason = boundless_reason(facts); !reason.empty()) {
+    return {"vcm", false, std::move(reason)};
+  }
+  const bool caustics = !facts.casters.empty() || !facts.smooth_layers.empty();
+  return {"vcm", true, caustics ? "" : "nothing casts caustics: path finds the light with less work"};
+}
+
 /// Of the lights that paths from the camera do not meet.
 std::string unmet_light(const SceneFacts& facts) {
   return facts.delta_lights.empty() ? first_of(facts.small_lamps, "lamps") : first_of(facts.delta_lights, "lights");
@@ -64,7 +86,9 @@ std::string unmet_light(const SceneFacts& facts) {
 std::string layers_reason(const SceneFacts& facts) {
   return fmt::format("{} shines on {}, which reflects some of it as a mirror does: where that goes, {} finds it",
                      unmet_light(facts), first_of(facts.smooth_layers, "objects"),
-                     admit_ppm(facts).admitted ? "ppm alone" : "no method that there is");
+                     admit_vcm(facts).admitted   ? "vcm"
+                     : admit_ppm(facts).admitted ? "ppm alone"
+                                                 : "no method that there is");
 }
 
 Verdict admit_path(const SceneFacts& facts) {
@@ -78,22 +102,18 @@ Verdict admit_path(const SceneFacts& facts) {
                   "{}; {}",
                   unmet_light(facts), first_of(facts.smooth_casters, "objects"),
                   facts.delta_lights.empty() ? "hardly ever meet so small a lamp" : "never meet a light without extent",
-                  caustic_renders(facts) ? "caustic finds it" : "no method that there is finds it")};
+                  photons_render(facts) ? "caustic finds it" : "no method that there is finds it")};
 }
 
 Verdict admit_caustic(const SceneFacts& facts) {
-  if (facts.scattering) {
+  if (!photons_render(facts)) {
     return {"caustic", false, "it renders no scattering media"};
   }
   if (UnseenCaustics(facts).by_layers) {
     return {"caustic", false, layers_reason(facts)};
   }
-  if (!facts.distant_lights.empty() && !facts.boundless_casters.empty() && facts.receivers) {
-    return {
-        "caustic", false,
-        fmt::format("{} shines on {}, which has no end: its photons cover what lies around the other things and the "
-                    "eye, and what comes from farther off is missing",
-                    first_of(facts.distant_lights, "lights"), first_of(facts.boundless_casters, "planes"))};
+  if (std::string reason = boundless_reason(facts); !reason.empty()) {
+    return {"caustic", false, std::move(reason)};
   }
   return {"caustic", true, facts.casters.empty() ? "nothing casts caustics: it is path with more work" : ""};
 }
@@ -109,12 +129,13 @@ Verdict admit_simple(const SceneFacts& facts, std::string_view method) {
   return {std::string(method), false, std::move(reason)};
 }
 
-/// What `auto` takes, the simplest first.
+/// What `auto` takes, the simplest first; `vcm` only where these miss light, for it needs several times the work of the
+/// better one.
 constexpr std::array<std::string_view, 2> kCandidates{"path", "caustic"};
 
 /// Light enough for `caustic` to leave `path` for it, though neither finds all.
 bool caustic_finds_more(const SceneFacts& facts) {
-  return caustic_renders(facts) && UnseenCaustics(facts).by_casters;
+  return photons_render(facts) && UnseenCaustics(facts).by_casters;
 }
 
 }  // namespace
@@ -126,6 +147,9 @@ Verdict admit(const SceneFacts& facts, std::string_view method) {
   }
   if (name == "caustic") {
     return admit_caustic(facts);
+  }
+  if (name == "vcm") {
+    return admit_vcm(facts);
   }
   if (name == "ppm") {
     return admit_ppm(facts);
@@ -176,6 +200,9 @@ MethodPlan plan_method(const SceneFacts& facts, std::string_view asked) {
                                : facts.casters.empty() ? "it finds all of the light, and nothing casts caustics"
                                                        : "it finds all of the light, as no other method does";
     return {candidates, {reason}};
+  }
+  if (admit_vcm(facts).admitted) {
+    return {{"vcm" + parameters}, {passed_over}};
   }
   return caustic_finds_more(facts)
              ? MethodPlan{{"caustic" + parameters},

@@ -47,7 +47,7 @@ std::vector<MeterReading> read(const std::string& parts, std::uint32_t level, co
 class CausticB : public ::testing::TestWithParam<std::string> {};
 class CausticA : public CausticB {};
 class CausticC : public CausticB {};
-const auto kMethods = ::testing::Values("caustic", "ppm");
+const auto kMethods = ::testing::Values("caustic", "ppm", "vcm");
 const auto kMethodName = [](const auto& info) { return info.param; };
 INSTANTIATE_TEST_SUITE_P(By, CausticA, kMethods, kMethodName);
 INSTANTIATE_TEST_SUITE_P(By, CausticB, kMethods, kMethodName);

@@ -1,27 +1,12 @@
 // `ppm`, which brings all light by photons, shows what methods show that sample lamps.
 //
-// In a round room where nothing touches: gathering has no blur at the edges of surfaces there, as it has where they
-// end or meet. What is left is less than half a percent of a block's mean.
-#include "tests/statistical/same_picture.h"
+// In the round room what gathering blurs is less than half a percent of a block's mean.
+#include "tests/statistical/round_room.h"
 
 namespace lightmill::test {
 namespace {
 
-/// A ball of each material in a round room, and light.
-TestScene round_room(const std::string& lights, const std::string& more_materials = "",
-                     const std::string& more_objects = "") {
-  return TestScene::from_text(document(
-      R"("eye": [0, 0.3, 2.6], "look_at": [0, -0.1, 0])", 60, kFilm,
-      diffuse("room", 0.6) + also(named("glass", R"("dielectric": {"ior": 1.5})")) +
-          also(named("mirror", R"("mirror": {"reflectance": {"rgb": [0.9, 0.8, 0.7]}})")) +
-          also(named("matt", R"("diffuse": {"reflectance": {"rgb": [0.7, 0.3, 0.2]}})")) + more_materials,
-      sphere("room", "[0, 0, 0]", 3, true) + also(sphere("glass", "[-0.9, -0.4, 0]", 0.6)) +
-          also(sphere("mirror", "[0.9, -0.4, 0]", 0.6)) + also(sphere("matt", "[0, -1.3, 0.5]", 0.4)) + more_objects,
-      lights));
-}
-
 constexpr double kBlur = 0.005;
-const char* const kPoint = R"({"point": {"position": [0, 1.6, 0], "intensity": {"rgb": [4, 4, 4]}}})";
 
 TEST(Ppm, ShowsWhatPathShowsOfALampWithExtent) {
   expect_same(round_room("", also(diffuse("lamp", 0, 9)), also(sphere("lamp", "[0, 1.6, 0]", 0.5))),

@@ -22,6 +22,9 @@ void Batch::run(std::size_t first_pixel, std::size_t last_pixel, const std::vect
     }
     ws_.counters.closest_hit_rays += static_cast<std::uint64_t>(ws_.paths.size());
     trace_shadows(bounce);
+    if (connects()) {
+      trace_connections();
+    }
     std::swap(ws_.paths, ws_.next);
   }
 }
@@ -33,8 +36,15 @@ void Batch::start(std::size_t first_pixel, std::size_t last_pixel, const std::ve
     const U8 pixels = U8(static_cast<std::uint32_t>(pixel)) + U8::lane_index();
     const U8 seed = U8::load(&seeds[pixel]);
     const Ray8 rays = primary_rays(scene_, tile_, pixels, seed, plan_.index);
-    ws_.paths.push(lanes, {rays.origin, rays.direction, broadcast(Vec3(1)), F8(0.0f), F8(1.0f), pixels, seed,
-                           U8(plan_.index), scene_.eye_media()});
+    Path8 path{rays.origin, rays.direction, broadcast(Vec3(1)), F8(0.0f),          F8(1.0f),
+               pixels,      seed,           U8(plan_.index),    scene_.eye_media()};
+    if (connects()) {
+      const CameraBasis& camera = scene_.camera();
+      const F8 cosine = dot(rays.direction, broadcast(camera.forward));
+      const F8 pdf = F8(1.0f / glm::dot(camera.right, camera.right)) / (cosine * cosine * cosine);
+      path.partial = vcm::camera_start(pdf, static_cast<float>(light_pass_->photons));
+    }
+    ws_.paths.push(lanes, path);
   }
 }
 
@@ -135,13 +145,18 @@ void Batch::shade_hits(const Path8& in, M8 lanes, const Hit8& hits, std::uint32_
   }
   // The frame to shade in is on the ray's side of the surface.
   const M8 casters = light_pass_ != nullptr ? scene_.materials().casters(surface.material, shaded) : M8();
-  const Vertex8 vertex{in,
-                       surface,
-                       select(surface.front, surface.geometric_normal, -surface.geometric_normal),
-                       Frame8(select(surface.front, surface.shading_normal, -surface.shading_normal)),
-                       bounce,
-                       passage.crossing,
-                       casters};
+  Vertex8 vertex{in,
+                 surface,
+                 select(surface.front, surface.geometric_normal, -surface.geometric_normal),
+                 Frame8(select(surface.front, surface.shading_normal, -surface.shading_normal)),
+                 bounce,
+                 passage.crossing,
+                 casters};
+  if (connects()) {
+    const F8 cosine = max(abs(dot(in.direction, surface.geometric_normal)), F8(1e-8f));
+    vertex.partial = vcm::arrive(in.partial, length_squared(surface.point - in.origin), cosine);
+    vertex.merging = light_pass_->merging_factor(surface.point);
+  }
   for_each_kind(scene_.materials(), surface, shaded,
                 [&](MaterialKind kind, M8 of_kind) { shade_kind(kind, vertex, of_kind); });
 }
@@ -167,15 +182,22 @@ U8 Batch::shadow_slot(U8 slot, const LightSample8& light, M8 lanes) const {
 /// Light that the path finds by itself, weighted against next-event estimation having found it.
 void Batch::add_emission(const Path8& in, const Hit8& hits, const Surface8& surface, std::uint32_t bounce) {
   M8 emitting = scene_.materials().emits(surface, hits.hit);
-  if (light_pass_ != nullptr) {
+  if (light_pass_ != nullptr && !connects()) {
     emitting = and_not(emitting, scene_.sampled_lights(hits, emitting) & (in.chain == U8(kOverCasters)));
   }
   if (emitting.none()) {
     return;
   }
   const F8 cos_light = abs(dot(in.direction, surface.geometric_normal));
-  const F8 light_pdf = scene_.light_pdf_solid_angle(in.origin, hits, cos_light, emitting);
-  const F8 weight = select(in.pdf_solid_angle > F8(0.0f), mis_weight(in.pdf_solid_angle, light_pdf), F8(1.0f));
+  F8 weight;
+  if (connects()) {
+    const EmitterTable::Lights8 found = scene_.emitter(hits, emitting);
+    weight = select(found.sampled, found_light_weight(in, found.light, surface.point, cos_light, bounce, found.sampled),
+                    F8(1.0f));
+  } else {
+    const F8 light_pdf = scene_.light_pdf_solid_angle(in.origin, hits, cos_light, emitting);
+    weight = select(in.pdf_solid_angle > F8(0.0f), mis_weight(in.pdf_solid_angle, light_pdf), F8(1.0f));
+  }
   const V8 light = in.throughput * scene_.materials().emission(surface, cos_light, emitting) * weight;
   add_light(emitting, in.slot, light, bounce <= 1);
   if (channels_.separates_lights()) {
@@ -185,15 +207,20 @@ void Batch::add_emission(const Path8& in, const Hit8& hits, const Surface8& surf
 
 /// The same for the environment, which rays find where they hit nothing.
 void Batch::add_environment(const Path8& in, M8 escaped, std::uint32_t bounce) {
-  if (light_pass_ != nullptr && scene_.lights().environment.samplable()) {
+  if (light_pass_ != nullptr && !connects() && scene_.lights().environment.samplable()) {
     escaped = and_not(escaped, in.chain == U8(kOverCasters));
   }
   if (escaped.none()) {
     return;
   }
   const LightTable& lights = scene_.lights();
-  const F8 light_pdf = lights.environment_pdf_solid_angle(in.origin, in.direction, escaped);
-  const F8 weight = select(in.pdf_solid_angle > F8(0.0f), mis_weight(in.pdf_solid_angle, light_pdf), F8(1.0f));
+  F8 weight;
+  if (connects()) {
+    weight = found_light_weight(in, U8(lights.first(LightKind::environment)), in.origin, F8(1.0f), bounce, escaped);
+  } else {
+    const F8 light_pdf = lights.environment_pdf_solid_angle(in.origin, in.direction, escaped);
+    weight = select(in.pdf_solid_angle > F8(0.0f), mis_weight(in.pdf_solid_angle, light_pdf), F8(1.0f));
+  }
   add_background(in, escaped, lights.environment.radiance(in.direction) * weight, bounce);
 }
 

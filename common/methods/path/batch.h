@@ -6,6 +6,7 @@
 #include "common/materials/bsdf.h"
 #include "common/methods/film_channels.h"
 #include "common/methods/method.h"
+#include "common/methods/path/connection_queue.h"
 #include "common/methods/path/queues.h"
 #include "common/methods/path/sample_plan.h"
 #include "common/methods/photons/light_side.h"
@@ -20,6 +21,7 @@ class PathWorkspace final : public Workspace {
  public:
   PathQueue paths, next;
   ShadowQueue shadows;
+  ConnectionQueue connections;
   SampleSums sums;
   std::array<std::vector<std::uint32_t>, 2> pixel_seeds;  ///< one array a half
   std::vector<float> radiance;  ///< of one sample of the tile: planes of one value a slot, beauty's first
@@ -37,6 +39,9 @@ struct Vertex8 {
   std::uint32_t bounce;
   Crossing8 crossing = {};  ///< of boundaries of media, where the scene has such
   M8 casters = {};          ///< where there is a light side
+  // Where paths are connected: what they bring, and the merging factor there.
+  vcm::Partial8 partial{F8(0.0f), F8(0.0f)};
+  F8 merging = F8(0.0f);
 };
 
 /// Length of the ray that has found the vertex.
@@ -116,6 +121,17 @@ class Batch {
   bool photons_bring_all() const {
     return light_pass_ != nullptr && light_pass_->followed == photons::Followed::all_light;
   }
+  /// Light paths are connected and merged with those from the eye.
+  bool connects() const { return light_pass_ != nullptr && light_pass_->followed == photons::Followed::paths; }
+  F8 found_light_weight(const Path8& in, U8 light, const V8& point, F8 cosine, std::uint32_t bounce, M8 lanes) const;
+  template <class Bsdf>
+  F8 sampled_light_weight(const Vertex8& vertex, const Bsdf& bsdf, const V8& wo, const V8& wi,
+                          const LightSample8& light, M8 lanes) const;
+  template <class Bsdf>
+  void connect(const Vertex8& vertex, const Bsdf& bsdf, const V8& wo, M8 lanes);
+  void trace_connections();
+  void add_brought(M8 lanes, U8 slot, const photons::Deposit8& deposits, const V8& value, std::uint32_t bounce);
+
   /// Light whose path starts over casters and then stays: it is the light side's, where there is one.
   void add_caustic(M8 lanes, U8 slot, U8 group, const V8& value);
   void add_splats();

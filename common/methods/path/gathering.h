@@ -4,6 +4,7 @@
 #include <numeric>
 
 #include "common/methods/path/batch.h"
+#include "common/methods/vcm/pdf_back.h"
 
 namespace lightmill::path {
 
@@ -24,6 +25,14 @@ template <class Bsdf>
 void Batch::gather_deposits(const Vertex8& vertex, const Bsdf& bsdf, const V8& wo, M8 lanes) {
   if constexpr (!requires { Bsdf::kEndsPaths; }) {  // holdouts receive no caustics
     const bool splatted = vertex.bounce == 0 && meter_ == nullptr && !photons_bring_all();
+    if (connects()) {
+      // A meter that is no place of the scene has no deposits.
+      const bool nowhere = vertex.bounce == 0 && meter_ != nullptr && !meter_->looks;
+      if (!nowhere) {
+        gather_from(light_pass_->first, light_pass_->merging.at(vertex.surface.point), vertex, bsdf, wo, lanes);
+      }
+      return;
+    }
     lanes = and_not(lanes, vertex.casters) & (vertex.in.chain == U8(kFromEye));
     if (splatted || lanes.none()) {
       return;
@@ -75,12 +84,23 @@ void Batch::gather_from(const photons::DepositMap& map, F8 radius, const Vertex8
     const F8 height = abs(dot(d.point - vertex.surface.point, normal));
     valid = valid & (dot(d.normal, normal) > F8(kLeastCosine)) & (height < radius * F8(kMostHeight)) &
             signed_less(d.scatterings, U8(max_bounces_ - vertex.bounce + 1));
-    const V8 value = masked(valid, d.power * sent_on(bsdf, wo, vertex.frame, vertex.facing, d.wi) * per_area);
+    V8 value = masked(valid, d.power * sent_on(bsdf, wo, vertex.frame, vertex.facing, d.wi) * per_area);
+    if (connects()) {
+      const V8 wi = vertex.frame.to_local(d.wi);
+      const F8 back = vcm::pdf_back(scene_, vertex.surface, vertex.crossing, bsdf, wo, wi, valid);
+      value = value * vcm::merged(vertex.partial, light_pass_->partials(U8::load(numbers), valid), vertex.merging,
+                                  bsdf.pdf_solid_angle(wo, wi), back);
+    }
     if (channels_.bias >= 0) {  // four times as dense on a disc of half the radius
       const F8 half = radius * F8(0.5f);
       const M8 within =
           (length_squared(d.point - vertex.surface.point) < half * half) & (height < half * F8(kMostHeight));
-      beyond_half = beyond_half + select(within, value * F8(-3.0f), value);
+      beyond_half = beyond_half + masked(valid, select(within, value * F8(-3.0f), value));
+    }
+    if (connects()) {
+      const M8 lit = valid & (max_component(value) > F8(0.0f));
+      add_brought(lit, vertex.in.slot, d, vertex.in.throughput * value, vertex.bounce);
+      continue;
     }
     if (channels_.separates_lights()) {
       add_caustic(valid, vertex.in.slot, d.group, vertex.in.throughput * value);
@@ -88,7 +108,7 @@ void Batch::gather_from(const photons::DepositMap& map, F8 radius, const Vertex8
       sum = sum + value;
     }
   }
-  if (most > 0 && !channels_.separates_lights()) {
+  if (most > 0 && !connects() && !channels_.separates_lights()) {
     add_caustic(lanes, vertex.in.slot, U8(0u), vertex.in.throughput * sum);
   }
   if (most > 0 && channels_.bias >= 0) {

@@ -33,8 +33,17 @@ void Batch::add_splats() {
     for_each_kind(scene_.materials(), surface, splat.lanes, [&](MaterialKind kind, M8 of_kind) {
       visit_bsdf(scene_, kind, surface, splat.arrival.crossing, wo, of_kind, [&](const auto& bsdf, M8 lanes) {
         if constexpr (requires { bsdf.eval(wo, wo); }) {
-          add_caustic(lanes, splat.pixel, splat.deposit.group,
-                      power * sent_on(bsdf, wo, frame, facing, splat.deposit.wi));
+          V8 value = power * sent_on(bsdf, wo, frame, facing, splat.deposit.wi);
+          if (connects()) {
+            const F8 back = bsdf.pdf_solid_angle(wo, frame.to_local(splat.deposit.wi));
+            const F8 light = vcm::behind(light_pass_->partials(splat.number, lanes),
+                                         light_pass_->merging_factor(surface.point), back);
+            const F8 weight = vcm::splatted(light, splat.film_pdf_area, static_cast<float>(light_pass_->photons));
+            value = masked(max_component(value) > F8(0.0f), value * weight);
+            add_brought(lanes, splat.pixel, splat.deposit, value, 0);
+          } else {
+            add_caustic(lanes, splat.pixel, splat.deposit.group, value);
+          }
         }
       });
     });

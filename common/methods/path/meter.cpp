@@ -41,13 +41,20 @@ std::uint32_t Batch::start_meter(std::size_t first_pixel, std::size_t last_pixel
     surface.front = lanes;
     surface.offset = surface_offset(direction, broadcast(meter_->magnitude));
     path.chain = U8(kFromReceiver);
-    const Vertex8 vertex{path, surface, direction, Frame8(direction), 0};
+    Vertex8 vertex{path, surface, direction, Frame8(direction), 0};
+    if (connects()) {
+      vertex.merging =
+          F8(light_pass_->meter_area(*meter_) * static_cast<float>(light_pass_->photons) / (kTileSize * kTileSize));
+    }
     shade_scattering(vertex, Diffuse8{broadcast(Vec3(1))}, vertex.frame.to_local(direction), lanes);
   }
   if (meter_->looks) {
     return 0;
   }
   trace_shadows(0);
+  if (connects()) {
+    trace_connections();
+  }
   std::swap(ws_.paths, ws_.next);
   return 1;
 }

@@ -19,18 +19,21 @@ std::uint32_t bounce_limit(const MethodSettings& settings) {
 class PathMethod final : public Method {
  public:
   PathMethod(std::shared_ptr<const CompiledScene> scene, const MethodSettings& settings,
-             std::unique_ptr<const photons::LightSide> light_side)
+             std::unique_ptr<const photons::LightSide> light_side, bool connects)
       : scene_(std::move(scene)),
         seed_(settings.seed),
         max_bounces_(bounce_limit(settings)),
         channels_(settings.layers, scene_->light_groups()),
-        light_side_(std::move(light_side)) {}
+        light_side_(std::move(light_side)),
+        connects_(connects) {}
 
   std::unique_ptr<Workspace> make_workspace() const override {
     auto ws = std::make_unique<PathWorkspace>();
     const std::size_t capacity = kBatchPixels * SamplePlan(0).splits;
-    ws->paths.reserve(capacity, scene_->features().media, light_side_ != nullptr);
-    ws->next.reserve(capacity, scene_->features().media, light_side_ != nullptr);
+    for (path::PathQueue* const queue : {&ws->paths, &ws->next}) {
+      queue->reserve(capacity, scene_->features().media, light_side_ != nullptr && !connects_,
+                     light_side_ != nullptr && connects_);
+    }
     ws->shadows.reserve(capacity, scene_->features().media);
     return ws;
   }
@@ -84,28 +87,35 @@ class PathMethod final : public Method {
   std::uint32_t max_bounces_;
   FilmChannels channels_;
   std::unique_ptr<const photons::LightSide> light_side_;  ///< null: paths find all light
+  bool connects_;                                         ///< light paths with those from the eye
 };
 
 std::unique_ptr<Method> make_with_light_side(std::shared_ptr<const CompiledScene> scene, const MethodSettings& settings,
                                              const MethodSpec& spec, photons::Followed followed) {
   auto light_side = std::make_unique<const photons::LightSide>(
       *scene, photons::LightSideSettings{settings.seed, bounce_limit(settings), spec.photons.value_or(0),
-                                         spec.radius.value_or(0), followed, followed == photons::Followed::caustics});
+                                         spec.radius.value_or(0), followed, followed != photons::Followed::all_light});
   if (light_side->empty()) {
     light_side = nullptr;
   }
-  return std::make_unique<PathMethod>(std::move(scene), settings, std::move(light_side));
+  return std::make_unique<PathMethod>(std::move(scene), settings, std::move(light_side),
+                                      followed == photons::Followed::paths);
 }
 
 }  // namespace
 
 std::unique_ptr<Method> make_path_method(std::shared_ptr<const CompiledScene> scene, const MethodSettings& settings) {
-  return std::make_unique<PathMethod>(std::move(scene), settings, nullptr);
+  return std::make_unique<PathMethod>(std::move(scene), settings, nullptr, false);
 }
 
 std::unique_ptr<Method> make_caustic_method(std::shared_ptr<const CompiledScene> scene, const MethodSettings& settings,
                                             const MethodSpec& spec) {
   return make_with_light_side(std::move(scene), settings, spec, photons::Followed::caustics);
+}
+
+std::unique_ptr<Method> make_vcm_method(std::shared_ptr<const CompiledScene> scene, const MethodSettings& settings,
+                                        const MethodSpec& spec) {
+  return make_with_light_side(std::move(scene), settings, spec, photons::Followed::paths);
 }
 
 std::unique_ptr<Method> make_ppm_method(std::shared_ptr<const CompiledScene> scene, const MethodSettings& settings,

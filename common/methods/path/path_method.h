@@ -24,6 +24,13 @@ std::unique_ptr<Method> make_path_method(std::shared_ptr<const CompiledScene> sc
 std::unique_ptr<Method> make_caustic_method(std::shared_ptr<const CompiledScene> scene, const MethodSettings& settings,
                                             const MethodSpec& spec);
 
+/// `vcm`: vertex connection and merging (common/methods/vcm/weights.h). Light paths, as many as photons are asked for,
+/// are a pass that all tiles of a sample share. Each vertex of a path from the eye samples a lamp, is connected to the
+/// vertices of one light path, and merged with all that end near it; each vertex of a light path is splatted to the
+/// pixel that sees it. What scatters in single directions alone is passed. The scene's media must not scatter.
+std::unique_ptr<Method> make_vcm_method(std::shared_ptr<const CompiledScene> scene, const MethodSettings& settings,
+                                        const MethodSpec& spec);
+
 /// `ppm`: progressive photon mapping (Knaus and Zwicker 2011, "Progressive Photon Mapping: A Probabilistic Approach").
 /// Photons from all lights bring all that surfaces receive which are no casters, straight from lamps as well; paths
 /// from the eye go over casters, and single directions of gloss and coats, to the first of these, and gather there

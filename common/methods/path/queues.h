@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "common/math/vec.h"
+#include "common/methods/vcm/weights.h"
 #include "common/scene/compiled/medium_table.h"
 
 namespace lightmill::path {
@@ -41,8 +42,9 @@ struct Path8 {
   U8 index;           ///< point of the path's sequences
   Media8 media = {};  ///< that the path is in; kept only where the scene has such
   // Kept only where there is a light side.
-  U8 chain = U8(0u);  ///< kFromEye, kFromReceiver or kOverCasters
-  F8 way = F8(0.0f);  ///< length of the path up to `origin`
+  U8 chain = U8(0u);                          ///< kFromEye, kFromReceiver or kOverCasters
+  F8 way = F8(0.0f);                          ///< length of the path up to `origin`
+  vcm::Partial8 partial{F8(0.0f), F8(0.0f)};  ///< kept only where paths are connected
 };
 
 /// Over casters alone (and delta lobes of receivers) since the eye.
@@ -54,10 +56,15 @@ inline constexpr std::uint32_t kOverCasters = 2;
 
 class PathQueue {
  public:
-  void reserve(std::size_t n, bool with_media, bool with_chain) {
+  void reserve(std::size_t n, bool with_media, bool with_chain, bool with_partials) {
     n += 8;  // stores are eight wide
     with_media_ = with_media;
     with_chain_ = with_chain;
+    with_partials_ = with_partials;
+    if (with_partials) {
+      vcm_.resize(n);
+      vc_.resize(n);
+    }
     if (with_chain) {
       chain_.resize(n);
       way_.resize(n);
@@ -89,7 +96,8 @@ class PathQueue {
             U8::load(&index_[i]),
             with_media_ ? Media8{U8::load(&media_low_[i]), U8::load(&media_high_[i])} : Media8{},
             with_chain_ ? U8::load(&chain_[i]) : U8(0u),
-            with_chain_ ? F8::load(&way_[i]) : F8(0.0f)};
+            with_chain_ ? F8::load(&way_[i]) : F8(0.0f),
+            with_partials_ ? vcm::Partial8{F8::load(&vcm_[i]), F8::load(&vc_[i])} : vcm::Partial8{F8(0.0f), F8(0.0f)}};
   }
   /// Appends the lanes of the mask, in order.
   void push(M8 lanes, const Path8& p) {
@@ -112,14 +120,18 @@ class PathQueue {
       lightmill::permute(p.chain, order).store(&chain_[i]);
       lightmill::permute(p.way, order).store(&way_[i]);
     }
+    if (with_partials_) {
+      lightmill::permute(p.partial.vcm, order).store(&vcm_[i]);
+      lightmill::permute(p.partial.vc, order).store(&vc_[i]);
+    }
     size_ += std::popcount(static_cast<unsigned>(bits));
   }
 
  private:
   int size_ = 0;
-  bool with_media_ = false, with_chain_ = false;
+  bool with_media_ = false, with_chain_ = false, with_partials_ = false;
   VectorArray origin_, direction_, throughput_;
-  std::vector<float> pdf_, roulette_scale_, way_;
+  std::vector<float> pdf_, roulette_scale_, way_, vcm_, vc_;
   std::vector<std::uint32_t> slot_, pixel_seed_, index_, media_low_, media_high_, chain_;
 };
 

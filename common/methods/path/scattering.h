@@ -2,6 +2,7 @@
 #pragma once
 
 #include "common/methods/path/batch.h"
+#include "common/methods/path/connecting.h"
 #include "common/methods/path/gathering.h"
 
 namespace lightmill::path {
@@ -40,7 +41,7 @@ M8 lamps_beside_photons(const Vertex8& vertex) {
   out.origin = vertex.surface.point + vertex.facing * select(sample.transmitted, -offset, offset);
   out.pdf_solid_angle = sample.pdf_solid_angle;
   out.roulette_scale = out.roulette_scale * (sample.eta * sample.eta);
-  if (light_pass_ != nullptr) {
+  if (light_pass_ != nullptr && !connects()) {
     const M8 from_eye = out.chain == U8(kFromEye);
     const M8 delta = sample.pdf_solid_angle == F8(0.0f);
     out.chain = select(vertex.casters, select(from_eye, U8(kFromEye), U8(kOverCasters)),
@@ -62,7 +63,10 @@ template <class Bsdf>
 void Batch::shade_scattering(const Vertex8& vertex, const Bsdf& bsdf, const V8& wo, M8 lanes) {
   const Path8& in = vertex.in;
   M8 lit = lanes;
-  if (light_pass_ != nullptr) {
+  if (connects()) {
+    gather_deposits(vertex, bsdf, wo, lanes);
+    connect(vertex, bsdf, wo, lanes);
+  } else if (light_pass_ != nullptr) {
     lit = lanes &
           (photons_bring_all() ? lamps_beside_photons<Bsdf>(vertex) : (in.chain == U8(kFromEye)) | ~vertex.casters);
     gather_deposits(vertex, bsdf, wo, lanes);
@@ -88,6 +92,13 @@ void Batch::shade_scattering(const Vertex8& vertex, const Bsdf& bsdf, const V8& 
     out.roulette_scale = in.roulette_scale * F8(static_cast<float>(splits));
     if constexpr (requires { Bsdf::kEndsPaths; }) {
       out.roulette_scale = F8(std::numeric_limits<float>::infinity());  // see goes_on
+    }
+    if (connects()) {
+      const F8 cosine = abs(dot(vertex.frame.to_world(s.wi), vertex.facing));
+      const F8 back = vcm::pdf_back(scene_, vertex.surface, vertex.crossing, bsdf, wo, s.wi, lanes);
+      out.partial = vcm::select(s.pdf_solid_angle > F8(0.0f),
+                                vcm::scatter(vertex.partial, vertex.merging, cosine, s.pdf_solid_angle, back),
+                                vcm::scatter_delta(vertex.partial, cosine));
     }
     if constexpr (Bsdf::kLosesSamples) {
       leave(vertex, s, out, and_not(lanes, max_component(s.weight) <= F8(0.0f)));
@@ -116,8 +127,9 @@ void Batch::sample_light(const Vertex8& vertex, const Bsdf& bsdf, const V8& wo, 
   if (valid.none()) {
     return;
   }
-  const F8 weight = select(light.pdf_solid_angle > F8(0.0f),
-                           mis_weight(light.pdf_solid_angle, bsdf.pdf_solid_angle(wo, wi)), F8(1.0f));
+  const F8 weight = connects() ? sampled_light_weight(vertex, bsdf, wo, wi, light, valid)
+                               : select(light.pdf_solid_angle > F8(0.0f),
+                                        mis_weight(light.pdf_solid_angle, bsdf.pdf_solid_angle(wo, wi)), F8(1.0f));
   const V8 contribution = in.throughput * bsdf.eval(wo, wi) * light.weight * weight;
   if constexpr (Bsdf::kLosesSamples) {
     valid = and_not(valid, max_component(contribution) <= F8(0.0f));

@@ -51,6 +51,9 @@ Path8 Batch::specular_start(const Vertex8& vertex) {
 void Batch::go_on_specular(const Vertex8& vertex, const Path8& start, const BsdfSample8& sample, M8 lanes) {
   Path8 out = start;
   out.throughput = out.throughput * sample.weight;
+  if (connects()) {
+    out.partial = vcm::scatter_delta(vertex.partial, abs(dot(vertex.frame.to_world(sample.wi), vertex.facing)));
+  }
   leave(vertex, sample, out, lanes);
 }
 

@@ -1,5 +1,7 @@
 #include "common/methods/photons/light_side.h"
 
+#include <numeric>
+
 #include "common/math/transcendental.h"
 
 namespace lightmill::photons {
@@ -14,15 +16,43 @@ double radius_factor(std::uint64_t sample) {
   return cube_root_fixed(1 / std::sqrt(static_cast<double>((sample >> 1) + 1)));
 }
 
+/// Merging radii are those of distances from the eye within these shares of the scene's radius.
+constexpr float kLeastDistance = 1.0f / 256, kMostDistance = 8;
+
+/// A path's deposits were left in the order of its way, among those of others.
+void sort_by_path(Traced traced, LightPass& pass) {
+  pass.path_first.assign(pass.photons + 1, 0);
+  for (const std::uint32_t path : traced.path) {
+    ++pass.path_first[path + 1];
+  }
+  std::partial_sum(pass.path_first.begin(), pass.path_first.end(), pass.path_first.begin());
+  std::vector<std::uint32_t> next = pass.path_first;
+  pass.path_deposits.resize(traced.path.size());
+  for (std::uint32_t i = 0; i < traced.path.size(); ++i) {
+    pass.path_deposits[next[traced.path[i]]++] = i;
+  }
+  pass.d_vcm = std::move(traced.d_vcm);
+  pass.d_vc = std::move(traced.d_vc);
+}
+
 }  // namespace
 
 std::uint64_t LightPass::bytes() const {
   std::uint64_t sum =
       sizeof(LightPass) + deposits.size() * sizeof(Deposit) + splats.bytes() + first.bytes() + later.bytes();
+  sum += 4 * (d_vcm.size() + d_vc.size() + path_first.size() + path_deposits.size());
   for (const auto& hits : meters) {
     sum += hits.size() * sizeof(MeterHit);
   }
   return sum;
+}
+
+float LightPass::meter_area(const MeterPlace& meter) const {
+  if (meter.edge1 == Vec3(0)) {
+    const float radius = point_meter_radius_per_distance * glm::length(meter.corner - merging.eye);
+    return kPi * radius * radius;
+  }
+  return glm::length(glm::cross(meter.edge1, meter.edge2));
 }
 
 std::uint32_t default_photons(const CompiledScene& scene) {
@@ -46,10 +76,13 @@ std::shared_ptr<const LightPass> LightSide::trace(std::uint64_t sample, RenderCo
   const auto per_length = static_cast<float>(radius * glm::length(scene_.camera().right));
   const std::uint32_t seed = pixel_seed(settings_.seed, static_cast<std::uint32_t>(sample >> 1), 0x70686f74u,
                                         static_cast<std::uint32_t>(sample & 1));
+  const auto extent = static_cast<float>(scene_.caustic_places().scene.radius) * per_length;
+  const MergeRadii merging{scene_.camera().eye, per_length, kLeastDistance * extent, kMostDistance * extent};
   RenderCounters own;
   Traced traced = trace_photons(
       scene_, source_,
-      {settings_.photons, seed, settings_.max_bounces, settings_.followed, LightPass::kLater * per_length}, own);
+      {settings_.photons, seed, settings_.max_bounces, settings_.followed, LightPass::kLater * per_length, merging},
+      own);
   counters.photons += settings_.photons;
   counters.photon_rays += own.closest_hit_rays;
   counters.deposits += traced.deposits.size();
@@ -59,12 +92,19 @@ std::shared_ptr<const LightPass> LightSide::trace(std::uint64_t sample, RenderCo
   pass->radius_per_length = per_length;
   pass->followed = settings_.followed;
   const double photons = std::max<std::uint32_t>(traced.started, 1);
+  pass->photons = settings_.photons;
+  pass->merging = merging;
+  pass->point_meter_radius_per_distance = LightPass::kLater * per_length;
+  pass->emission = &source_.emission;
   pass->photon_power = static_cast<float>((traced.power.x + traced.power.y + traced.power.z) / (3 * photons));
+  if (settings_.followed == Followed::paths) {
+    sort_by_path(std::move(traced), *pass);
+  }
   if (pass->deposits.empty()) {
     return pass;
   }
   std::vector<std::uint32_t> first, later;
-  const bool all = settings_.followed == Followed::all_light;
+  const bool all = settings_.followed != Followed::caustics;
   double sum = 0;
   for (std::uint32_t i = 0; i < pass->deposits.size(); ++i) {
     (all || pass->deposits[i].first == 1 ? first : later).push_back(i);

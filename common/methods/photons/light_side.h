@@ -11,6 +11,7 @@
 #include "common/methods/photons/film_splats.h"
 #include "common/methods/photons/photon_tracer.h"
 #include "common/methods/spec/method_spec.h"
+#include "common/methods/vcm/weights.h"
 
 namespace lightmill::photons {
 
@@ -20,6 +21,20 @@ struct LightPass {
   FilmSplats splats;
   std::vector<std::vector<MeterHit>> meters;
   Followed followed = Followed::caustics;
+  // Of paths alone.
+  std::vector<float> d_vcm, d_vc;            ///< by deposit: see Partial8
+  std::vector<std::uint32_t> path_first;     ///< by path, into `path_deposits`; and the end
+  std::vector<std::uint32_t> path_deposits;  ///< path by path, in the order of the way
+  MergeRadii merging;
+  std::uint32_t photons = 0;
+  const PhotonEmission* emission = nullptr;  ///< of the light side that has traced it
+  vcm::Partial8 partials(U8 number, M8 lanes) const {
+    return {gather(d_vcm.data(), number, lanes), gather(d_vc.data(), number, lanes)};
+  }
+  float point_meter_radius_per_distance = 0;
+  float meter_area(const MeterPlace& meter) const;
+  F8 merging_factor(const V8& p) const { return merging.factor(p, photons); }
+
   float photon_power = 0;             ///< the mean of photons as they start, and of the channels
   DepositMap first, later;            ///< deposits after casters alone, and the others; of all light, all are first
   float radius_per_length = 0;        ///< of gathers among the first ones, by the length of the way from the eye
@@ -37,7 +52,7 @@ struct LightSideSettings {
   bool splats = true;  ///< are to be found
 };
 constexpr double default_radius(Followed followed) {
-  return followed == Followed::caustics ? 1.5 : 3;
+  return followed == Followed::all_light ? 3 : 1.5;
 }
 /// One for so many pixels of the film, within limits.
 std::uint32_t default_photons(const CompiledScene& scene);

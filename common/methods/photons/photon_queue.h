@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "common/math/vec.h"
+#include "common/methods/vcm/weights.h"
 #include "common/scene/compiled/medium_table.h"
 
 namespace lightmill::photons {
@@ -18,6 +19,10 @@ struct Photon8 {
   U8 tag;    ///< Deposit::tag, with the scatterings so far
   U8 met;    ///< 0 nothing yet, 1 casters alone, 2 other surfaces after them
   Media8 media;
+  // Of light paths to be connected alone.
+  vcm::Partial8 partial{F8(0.0f), F8(0.0f)};
+  U8 light{0u};     ///< that it started at
+  F8 cosine{1.0f};  ///< to that light's surface
 };
 
 class PhotonQueue {
@@ -33,7 +38,17 @@ class PhotonQueue {
   Photon8 load(int i) const {
     const auto f = [&](int column) { return F8::load(&columns_[column][i]); };
     const auto u = [&](int column) { return float_bits(f(column)); };
-    return {{f(0), f(1), f(2)}, {f(3), f(4), f(5)}, {f(6), f(7), f(8)}, f(9), u(10), u(11), u(12), {u(13), u(14)}};
+    return {{f(0), f(1), f(2)},
+            {f(3), f(4), f(5)},
+            {f(6), f(7), f(8)},
+            f(9),
+            u(10),
+            u(11),
+            u(12),
+            {u(13), u(14)},
+            {f(15), f(16)},
+            u(17),
+            f(18)};
   }
   /// Appends the lanes of the mask, in order.
   void push(M8 lanes, const Photon8& p) {
@@ -53,7 +68,11 @@ class PhotonQueue {
                                           bits_float(p.tag),
                                           bits_float(p.met),
                                           bits_float(p.media.low),
-                                          bits_float(p.media.high)};
+                                          bits_float(p.media.high),
+                                          p.partial.vcm,
+                                          p.partial.vc,
+                                          bits_float(p.light),
+                                          p.cosine};
     for (int column = 0; column < kColumns; ++column) {
       permute(values[column], order).store(&columns_[column][size_]);
     }
@@ -61,7 +80,7 @@ class PhotonQueue {
   }
 
  private:
-  static constexpr int kColumns = 15;
+  static constexpr int kColumns = 19;
   int size_ = 0;
   std::array<std::vector<float>, kColumns> columns_;
 };

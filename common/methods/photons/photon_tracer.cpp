@@ -4,6 +4,8 @@
 #include "common/methods/photons/photon_queue.h"
 #include "common/methods/surface_bsdf.h"
 #include "common/methods/travel.h"
+#include "common/methods/vcm/light_densities.h"
+#include "common/methods/vcm/pdf_back.h"
 #include "common/scene/compiled/eye_media.h"
 
 namespace lightmill::photons {
@@ -48,7 +50,7 @@ class Tracer {
           source_.emission.emit(decide(index, seed, 0, choice_decision(0)), decide(index, seed, 0, light_decision(0)),
                                 decide(index, seed, 0, bsdf_decision(0)));
       const F8 largest = max_component(p.power);
-      const M8 lanes = first_lanes(static_cast<int>(last - i)) & p.valid & (largest > F8(0.0f));
+      M8 lanes = first_lanes(static_cast<int>(last - i)) & p.valid & (largest > F8(0.0f));
       const VectorLanes powers(p.power);
       for (auto bits = static_cast<unsigned>(lanes.bits()); bits != 0; bits &= bits - 1) {
         out_.power += Vec3d(powers[std::countr_zero(bits)]) * (1.0 / plan_.photons);
@@ -61,8 +63,14 @@ class Tracer {
       const M8 sampled = lanes & signed_less(p.light, U8(static_cast<std::uint32_t>(scene_.lights().size())));
       const U8 group = select(sampled, scene_.lights().group(p.light, sampled), U8(scene_.environment_group()));
       const U8 tag = group << kTagGroupShift;
+      vcm::Partial8 partial{F8(0.0f), F8(0.0f)};
+      if (connects()) {
+        partial.vcm = source_.emission.pdf(p.light, p.origin, p.direction, p.cosine, lanes);
+        lanes = lanes & (partial.vcm > F8(0.0f));  // what rounding has put off the disc of a distant light
+      }
       now_.push(lanes, {p.origin, p.direction, p.power * F8(1.0f / static_cast<float>(plan_.photons)),
-                        F8(static_cast<float>(plan_.photons)) / largest, index, tag, U8(0u), media});
+                        F8(static_cast<float>(plan_.photons)) / largest, index, tag, U8(0u), media, partial, p.light,
+                        p.cosine});
     }
   }
 
@@ -72,7 +80,7 @@ class Tracer {
     const Surface8 surface = scene_.surface(arrival.rays, arrival.hits);
     if (!out_.meters.empty()) {
       const F8 way = select(arrival.hits.hit, dot(surface.point - photon.origin, photon.direction), rays.max_distance);
-      cross_meters(photon, and_not(lanes, others_light(photon)), way);
+      cross_meters(photon, and_not(lanes, others_light(photon)), way, vertex);
     }
     if (vertex > plan_.max_bounces) {
       return;
@@ -90,7 +98,10 @@ class Tracer {
                       surface,
                       select(surface.front, surface.geometric_normal, -surface.geometric_normal),
                       Frame8(select(surface.front, surface.shading_normal, -surface.shading_normal)),
-                      vertex};
+                      vertex,
+                      connects() ? arrived(photon, surface.point, surface.geometric_normal, arrival.hits.hit, vertex)
+                                 : photon.partial,
+                      connects() ? plan_.merging.factor(surface.point, plan_.photons) : F8(0.0f)};
     const V8 wo = place.frame.to_local(-photon.direction);
     for_each_kind(scene_.materials(), surface, casters | stays, [&](MaterialKind kind, M8 of_kind) {
       visit_bsdf(scene_, kind, surface, arrival.crossing, wo, of_kind, [&](const auto& bsdf, M8 there) {
@@ -113,7 +124,24 @@ class Tracer {
     V8 facing;     ///< the geometric normal on the ray's side
     Frame8 frame;  ///< around the shading normal on the ray's side
     std::uint32_t vertex;
+    vcm::Partial8 partial;  ///< as it arrives
+    F8 merging;
   };
+
+  bool connects() const { return plan_.followed == Followed::paths; }
+
+  /// The partial sums of photons that arrive at a point.
+  vcm::Partial8 arrived(const Photon8& photon, const V8& point, const V8& normal, M8 lanes,
+                        std::uint32_t vertex) const {
+    const F8 cosine = max(abs(dot(photon.direction, normal)), F8(1e-8f));
+    if (vertex > 1) {
+      return vcm::arrive(photon.partial, length_squared(point - photon.origin), cosine);
+    }
+    vcm::LightDensities8 light = vcm::light_densities(scene_, source_.emission, photon.light, point, photon.origin,
+                                                      photon.direction, photon.cosine, lanes);
+    light.emission = photon.partial.vcm;
+    return vcm::first_arrival(light, cosine);
+  }
 
   template <class Bsdf>
   void scatter(const Place& place, const Bsdf& bsdf, const V8& wo, M8 casters, M8 lanes) {
@@ -121,7 +149,7 @@ class Tracer {
     const Photon8& in = place.photon;
     BsdfSample8 s;
     if constexpr (requires { bsdf.eval(wo, wo); }) {
-      if (const M8 stays = and_not(lanes, casters); stays.any()) {
+      if (const M8 stays = connects() ? lanes : and_not(lanes, casters); stays.any()) {
         deposit(place, stays);
       }
       F8 choice(0.0f);
@@ -134,14 +162,26 @@ class Tracer {
     } else {
       s = bsdf.sample(wo, decide(in.index, seed, place.vertex, bsdf_decision(place.vertex)).u);
     }
-    go_on(place, s, wo, casters, lanes);
+    vcm::Partial8 partial{F8(0.0f), F8(0.0f)};
+    if (connects()) {
+      const F8 cosine = abs(dot(place.frame.to_world(s.wi), place.facing));
+      partial = vcm::scatter_delta(place.partial, cosine);
+      if constexpr (requires { bsdf.eval(wo, wo); }) {
+        const F8 back = vcm::pdf_back(scene_, place.surface, place.arrival.crossing, bsdf, wo, s.wi, lanes);
+        partial = vcm::select(s.pdf_solid_angle > F8(0.0f),
+                              vcm::scatter(place.partial, place.merging, cosine, s.pdf_solid_angle, back), partial);
+      }
+    }
+    go_on(place, s, wo, casters, partial, lanes);
   }
 
   /// Light as particles: refraction does not thin it out, as it does radiance (eta²), and shading normals count by the
   /// other direction: Veach 1997, 5.2.2 and 5.3.2.
-  void go_on(const Place& place, const BsdfSample8& s, const V8& wo, M8 casters, M8 lanes) {
+  void go_on(const Place& place, const BsdfSample8& s, const V8& wo, M8 casters, const vcm::Partial8& partial,
+             M8 lanes) {
     const F8 offset = place.surface.offset;
     Photon8 out = place.photon;
+    out.partial = partial;
     out.direction = place.frame.to_world(s.wi);
     out.origin = place.surface.point + place.facing * select(s.transmitted, -offset, offset);
     const F8 side = dot(out.direction, place.facing);
@@ -173,22 +213,33 @@ class Tracer {
     place.arrival.hits.primitive.store(primitive);
     place.photon.tag.store(tag);
     place.photon.met.store(met);
+    alignas(32) float d_vcm[8], d_vc[8];
+    alignas(32) std::uint32_t index[8];
+    place.partial.vcm.store(d_vcm);
+    place.partial.vc.store(d_vc);
+    place.photon.index.store(index);
     for (auto bits = static_cast<unsigned>(lanes.bits()); bits != 0; bits &= bits - 1) {
       const int i = std::countr_zero(bits);
       out_.deposits.push_back(
           {point[i], wi[i], power[i], normal[i], geometry[i], primitive[i], tag[i], met[i] < 2 ? 1u : 0u});
-    }
-  }
-
-  void cross_meters(const Photon8& photon, M8 lanes, F8 way) {
-    for (std::size_t m = 0; lanes.any() && m < out_.meters.size(); ++m) {
-      if (!scene_.meters()[m].looks) {
-        cross_meter(scene_.meters()[m], out_.meters[m], photon, lanes, way);
+      if (connects()) {
+        out_.d_vcm.push_back(d_vcm[i]);
+        out_.d_vc.push_back(d_vc[i]);
+        out_.path.push_back(index[i]);
       }
     }
   }
 
-  void cross_meter(const MeterPlace& meter, std::vector<MeterHit>& hits, const Photon8& photon, M8 lanes, F8 way) {
+  void cross_meters(const Photon8& photon, M8 lanes, F8 way, std::uint32_t vertex) {
+    for (std::size_t m = 0; lanes.any() && m < out_.meters.size(); ++m) {
+      if (!scene_.meters()[m].looks) {
+        cross_meter(scene_.meters()[m], out_.meters[m], photon, lanes, way, vertex);
+      }
+    }
+  }
+
+  void cross_meter(const MeterPlace& meter, std::vector<MeterHit>& hits, const Photon8& photon, M8 lanes, F8 way,
+                   std::uint32_t vertex) {
     const V8 normal = broadcast(meter.direction);
     const V8 corner = broadcast(meter.corner) + normal * surface_offset(normal, broadcast(meter.magnitude));
     const F8 cosine = -dot(photon.direction, normal);
@@ -216,6 +267,12 @@ class Tracer {
                           .transmittance;
     }
     constexpr std::uint32_t kPixels = kTileSize * kTileSize;
+    if (connects()) {
+      // The meter's own paths start there by the cosine, one a pixel; merging is what a photon does by crossing it.
+      const vcm::Partial8 light = arrived(photon, photon.origin + photon.direction * at, normal, lanes, vertex);
+      const F8 merging = area * F8(static_cast<float>(plan_.photons) / kPixels);
+      power = power * vcm::merged({F8(0.0f), F8(0.0f)}, light, merging, cosine * F8(kInvPi), F8(0.0f));
+    }
     const VectorLanes value(power * (F8(static_cast<float>(kPixels)) / area));
     alignas(32) std::uint32_t tag[8], pixel[8];
     photon.tag.store(tag);
@@ -256,7 +313,7 @@ void add_media(const CompiledScene& scene, const Lights& lights, double off, Pho
 PhotonSource photon_source(const CompiledScene& scene, Followed followed) {
   const CausticPlaces& places = scene.caustic_places();
   const LightTable& lights = scene.lights();
-  const bool all = followed == Followed::all_light;
+  const bool all = followed != Followed::caustics;
   BoundingSphere everything = places.scene;
   if (!places.planes.empty()) {
     everything.radius = std::numeric_limits<double>::infinity();

@@ -18,6 +18,9 @@ struct MeterHit {
 
 struct Traced {
   std::vector<Deposit> deposits;
+  // Of paths alone, by deposit: the partial sums of their weights, and the path's number.
+  std::vector<float> d_vcm, d_vc;
+  std::vector<std::uint32_t> path;
   std::vector<std::vector<MeterHit>> meters;  ///< one entry a meter of the scene
   Vec3d power{0};                             ///< of all photons as they start, together
   std::uint32_t started = 0;                  ///< those that carry any
@@ -27,6 +30,22 @@ struct Traced {
 enum class Followed {
   caustics,   ///< what meets casters first, and then another surface: photons are aimed at the casters
   all_light,  ///< that surfaces receive: photons go wherever something may be
+  paths,      ///< the same, to be connected and merged with paths from the eye
+};
+
+/// Where photons and paths from the eye count as in one place: within a radius that grows with the distance from the
+/// eye. All lengths are the frame's.
+struct MergeRadii {
+  Vec3 eye{0};
+  float per_length = 0, least = 0, most = 0;
+  F8 at(const V8& p) const {
+    return min(max(sqrt(length_squared(p - broadcast(eye))) * F8(per_length), F8(least)), F8(most));
+  }
+  /// The merging factor η of this many light paths.
+  F8 factor(const V8& p, std::uint32_t light_paths) const {
+    const F8 radius = at(p);
+    return radius * radius * F8(kPi * static_cast<float>(light_paths));
+  }
 };
 
 /// What photons start from, for all passes of a scene: all that next-event estimation samples; of all light the
@@ -45,7 +64,8 @@ struct PassPlan {
   std::uint32_t max_bounces = 0;
   Followed followed = Followed::caustics;
   float point_meter_radius_per_distance =
-      0;  ///< of the disc that a point's irradiance is measured on, by its distance from the eye
+      0;                    ///< of the disc that a point's irradiance is measured on, by its distance from the eye
+  MergeRadii merging = {};  ///< of paths alone
 };
 
 /// Photons are told apart by their number alone, so that the result is the same whatever goes before.

@@ -20,6 +20,7 @@ struct SeenSplat8 {
   /// Solid angle of a deposit's area over that of one pixel, times the filter's weight of this one: what its power
   /// becomes in the pixel per radiance that it sends out.
   F8 per_power;
+  F8 film_pdf_area;  ///< the same without the filter: of camera rays, one a pixel, finding the place
 };
 
 /// Whether the ray has found the deposit itself. On a sphere, which is one primitive, the two points that a ray meets
@@ -76,8 +77,9 @@ void for_each_seen(const CompiledScene& scene, const LightPass& pass, const Pixe
       continue;
     }
     const F8 cos_film = dot(seen.direction, broadcast(camera.forward));
-    seen.per_power = F8::load(weight) * seen.cosine * film_distance2 /
-                     (seen.distance * seen.distance * cos_film * cos_film * cos_film);
+    const F8 apart = seen.distance * seen.distance * cos_film * cos_film * cos_film;
+    seen.per_power = F8::load(weight) * seen.cosine * film_distance2 / apart;
+    seen.film_pdf_area = seen.cosine * film_distance2 / apart;
     take(seen);
   }
 }

@@ -20,6 +20,8 @@ constexpr std::array kMethods{
     Entry{"path", "brute-force", "all light", true, true},
     Entry{"caustic", "photons=N, radius=C, no-absorption, brute-force",
           "all light, with photons for what mirrors and glass cast", true, true},
+    Entry{"vcm", "photons=N, radius=C, no-absorption, brute-force",
+          "all light, by paths from both ends that are connected and merged", true, true},
     Entry{"ppm", "photons=N, radius=C, no-absorption, brute-force", "all light by photons, to check the others", true,
           true},
     Entry{"photon-dots", "photons=N, caustic, no-absorption, brute-force", "where photons arrive, as points", true,
@@ -31,7 +33,7 @@ constexpr std::array kMethods{
 };
 
 bool follows_photons(std::string_view name) {
-  return name == "caustic" || name == "ppm" || name == "photon-dots";
+  return name == "caustic" || name == "vcm" || name == "ppm" || name == "photon-dots";
 }
 
 const Entry* find_method(std::string_view name) {
@@ -131,7 +133,7 @@ bool method_bounces(std::string_view name) {
 }
 
 bool method_gathers(std::string_view name) {
-  return name == "caustic" || name == "ppm";
+  return name == "caustic" || name == "vcm" || name == "ppm";
 }
 
 std::uint32_t shared_samples(const MethodSpec& method) {

@@ -114,6 +114,11 @@ class CompiledScene {
     return emitters_.lookup(hits.geometry, hits.primitive, lanes).sampled;
   }
 
+  /// Which of the lights an emissive hit is.
+  EmitterTable::Lights8 emitter(const Hit8& hits, M8 lanes) const {
+    return emitters_.lookup(hits.geometry, hits.primitive, lanes);
+  }
+
   /// With which density per solid angle next-event estimation from `from` would have found this hit of an emissive
   /// surface; 0 where it draws no such points.
   F8 light_pdf_solid_angle(const V8& from, const Hit8& hits, F8 cos_light, M8 lanes) const {

@@ -290,5 +290,52 @@ TEST(PhotonTargets, GroupsHoldAllAndAreFew) {
   EXPECT_NEAR(radii, expected, 1e-15);
 }
 
+// ---- the density of what is drawn ----
+
+/// The power of every photon of kColor times its density is what leaves its light: I, L cosθ, E across suns, L of
+/// skies.
+void expect_densities(const LightTable& table, const std::vector<BoundingSphere>& targets) {
+  const PhotonEmission emission = emission_of(table, targets);
+  const U8 first_point(table.first(LightKind::point));
+  int valid = 0;
+  for (std::uint32_t i = 0; i < 20000; i += 8) {
+    const U8 index = U8(i) + U8::lane_index();
+    const PhotonEmission::Photon8 p =
+        emission.emit(hashed_pair(index, U8(1u)), hashed_pair(index, U8(2u)), hashed_pair(index, U8(3u)));
+    const F8 density = emission.pdf(p.light, p.origin, p.direction, p.cosine, p.valid);
+    const F8 expected = select(signed_less(p.light, first_point), p.cosine, F8(1.0f)) * F8(kColor.y);
+    alignas(32) float product[8], exact[8];
+    (p.power.y * density).store(product);
+    expected.store(exact);
+    for (int lane = 0; lane < 8; ++lane) {
+      if (p.valid.bits() >> lane & 1) {
+        ASSERT_NEAR(product[lane], exact[lane], 2e-3 * exact[lane])
+            << "photon " << i + static_cast<std::uint32_t>(lane);
+        ++valid;
+      }
+    }
+  }
+  EXPECT_GT(valid, 5000);
+}
+
+TEST(PhotonEmission, PowersTimesDensitiesAreWhatLeavesTheLights) {
+  const LightTable all = table_of([](LightTable& t) {
+    t.facets.add({{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, kColor, false, true, 0});
+    t.facets.add({{3, 0, 0}, {1, 0, 1}, {0, 2, 0}, kColor, true, false, 0});
+    t.points.add({{0, 3, 1}, kColor});
+    t.directional.add({glm::normalize(Vec3(1, -2, 0.5f)), kColor});
+    t.environment = EnvironmentRadiance(kColor);
+  });
+  // In the sphere of all; and of lights without surfaces also by cones and shadows that overlap.
+  expect_densities(all, {kScene});
+  expect_densities(all, {kEverything});
+  const LightTable open = table_of([](LightTable& t) {
+    t.points.add({{0, 3, 1}, kColor});
+    t.directional.add({glm::normalize(Vec3(1, -2, 0.5f)), kColor});
+    t.environment = EnvironmentRadiance(kColor);
+  });
+  expect_densities(open, {{{3, 0, 0}, 1.5}, {{2, 2, 0}, 1.2}, {{-4, 0.5, 3}, 1}});
+}
+
 }  // namespace
 }  // namespace lightmill::test

@@ -114,6 +114,9 @@ INSTANTIATE_TEST_SUITE_P(
     ::testing::Values(MethodCase{"path", {}}, MethodCase{"preview", {}}, MethodCase{"caustic:photons=3000", {}},
                       MethodCase{"caustic:photons=2000,radius=3",
                                  {"direct", "indirect", "caustic", "albedo", "normal", "depth", "id"}},
+                      MethodCase{"vcm:photons=3000", {}},
+                      MethodCase{"vcm:photons=1000,radius=4",
+                                 {"direct", "indirect", "albedo", "normal", "depth", "id"}},
                       MethodCase{"ppm:photons=3000", {}},
                       MethodCase{"ppm:photons=1000,radius=8", {"albedo", "normal", "depth", "id"}},
                       MethodCase{"photon-dots:photons=3000", {}},
@@ -135,9 +138,9 @@ TEST(Method, AnUnknownNameIsRefusedWithTheKnownOnes) {
   auto compiled = CompiledScene::compile(scene.scene(), scene.assets());
   ASSERT_TRUE(compiled.ok());
   const auto method = make_method(*compiled, {"pathh", 0, 0});
-  EXPECT_EQ(
-      message_of(method.status()),
-      "unknown method 'pathh'; the methods are auto, path, caustic, ppm, photon-dots, preview, ao, raycast, whitted");
+  EXPECT_EQ(message_of(method.status()),
+            "unknown method 'pathh'; the methods are auto, path, caustic, vcm, ppm, photon-dots, preview, ao, raycast, "
+            "whitted");
 }
 
 TEST(Method, ParametersAreCheckedByName) {

@@ -259,7 +259,7 @@ TEST(Admit, OnlyWhatIsThereCounts) {
   EXPECT_FALSE(path_finds_all({kWhite, air, rough_glass(0.3)}, {kBulb})) << "it may be a bubble in glass";
 }
 
-TEST(Admit, ASmoothLayerOverADiffuseBaseHidesLightFromEveryMethod) {
+TEST(Admit, ASmoothLayerOverADiffuseBaseHidesLightFromPathAndCaustic) {
   const SceneFacts facts = read_facts(scene_of({kWhite, lacquer(0)}, {kBulb}));
   EXPECT_TRUE(facts.casters.empty());
   const Verdict path = admit(facts, "path");
@@ -294,7 +294,8 @@ TEST(Admit, PpmFindsAllThatPhotonsCanStartFrom) {
   };
   EXPECT_TRUE(admitted({kWhite, kGlass, kMirror, lamp()}, {kBulb, kSun}));
   EXPECT_TRUE(admitted({kWhite, lacquer(0)}, {kBulb})) << "it gathers beside single directions";
-  EXPECT_NE(admit(read_facts(scene_of({kWhite, lacquer(0)}, {kBulb})), "path").reason.find("ppm"), std::string::npos);
+  EXPECT_NE(admit(read_facts(scene_of({kWhite, lacquer(0)}, {kBulb})), "path").reason.find("vcm finds it"),
+            std::string::npos);
   Material milk = kGlass;
   milk.interior.scattering = {1, 1, 1};
   EXPECT_FALSE(admitted({milk}, {kBulb}));
@@ -306,6 +307,17 @@ TEST(Admit, PpmFindsAllThatPhotonsCanStartFrom) {
   scene.lights.pop_back();
   std::swap(scene.objects[0].shape, scene.objects[1].shape);
   EXPECT_NE(admit(read_facts(scene), "ppm").reason.find("no photons start at"), std::string::npos);
+}
+
+TEST(Admit, VcmFindsAllButWhatMediaScatter) {
+  const SceneFacts coated = read_facts(scene_of({kWhite, lacquer(0)}, {kBulb}));
+  EXPECT_TRUE(admit(coated, "vcm").admitted);
+  EXPECT_EQ(plan_method(coated, "auto").candidates, std::vector<std::string>{"vcm"});
+  const SceneFacts glass = read_facts(scene_of({kWhite, kGlass}, {kBulb}));
+  EXPECT_EQ(plan_method(glass, "auto").candidates, std::vector<std::string>{"caustic"}) << "with less work";
+  Material milk = kGlass;
+  milk.interior.scattering = {1, 1, 1};
+  EXPECT_FALSE(admit(read_facts(scene_of({milk}, {kBulb})), "vcm").admitted);
 }
 
 TEST(Plan, AMethodAskedForByNameStays) {

@@ -1,4 +1,4 @@
-// Photons alone against exact answers: `ppm` samples no lamp from any of these surfaces.
+// Photons against exact answers: `ppm` samples no lamp from any of these surfaces; `vcm` does so beside all else.
 //
 // Photons are shared by a picture's pixels, so standard errors come from the spread of whole pictures over 16 seeds: a
 // |z| above 6 is a false alarm once in 40,000 (Student's distribution, 15 degrees of freedom). Each case also states
@@ -33,55 +33,60 @@ void expect_seen(const Estimate& estimate, double exact, double precision, doubl
   EXPECT_NEAR(estimate.value, exact, 6 * estimate.standard_error + (blur + kRounding) * exact);
 }
 
+class PhotonAnswers : public ::testing::TestWithParam<std::string> {};
+INSTANTIATE_TEST_SUITE_P(By, PhotonAnswers, ::testing::Values("ppm", "vcm"),
+                         [](const auto& info) { return info.param; });
+
 // Deposits on a sphere nearer than r in a straight line lie on a cap of area πr²: gathering there has no blur.
-TEST(Ppm, AFurnaceOfAlbedoAHasRadianceOneOverOneMinusA) {
-  for (const double albedo : {0.5, 0.8, 0.3}) {
+TEST_P(PhotonAnswers, AFurnaceOfAlbedoAHasRadianceOneOverOneMinusA) {
+  for (const double albedo : {0.5, 0.8}) {
     const auto scene = TestScene::from_text(
         document(kInside, 60, 16, diffuse("wall", albedo, 1), sphere("wall", "[0, 0, 0]", 1, true)));
-    expect_seen(seen_by(scene, "ppm:photons=4000", 4), 1 / (1 - albedo), 5e-3);
+    expect_seen(seen_by(scene, GetParam() + ":photons=4000", 4), 1 / (1 - albedo), 5e-3);
   }
 }
 
-TEST(Ppm, AFurnaceCutAfterSomeBouncesIsThePartialSum) {
+TEST_P(PhotonAnswers, AFurnaceCutAfterSomeBouncesIsThePartialSum) {
   for (const auto& [albedo, bounces, exact] : {std::tuple(0.8, 4u, 3.3616), {0.6, 2u, 1.96}, {0.9, 1u, 1.9}}) {
     const auto scene = TestScene::from_text(
         document(kInside, 60, 16, diffuse("wall", albedo, 1), sphere("wall", "[0, 0, 0]", 1, true)));
-    expect_seen(seen_by(scene, "ppm:photons=4000", 4, bounces), exact, 5e-3);
+    expect_seen(seen_by(scene, GetParam() + ":photons=4000", 4, bounces), exact, 5e-3);
   }
 }
 
-TEST(Ppm, APointLightAtTheCentreOfADiffuseSphereGivesRadianceOne) {
+TEST_P(PhotonAnswers, APointLightAtTheCentreOfADiffuseSphereGivesRadianceOne) {
   for (const auto& [radius, rho, intensity] : {std::tuple(1.0, 0.5, M_PI), {2.5, 0.3, 40.0}}) {
     const auto scene = TestScene::from_text(
         document(kInside, 60, 16, diffuse("wall", rho), sphere("wall", "[0, 0, 0]", radius, true),
                  fmt::format(R"({{"point": {{"position": [0, 0, 0], "intensity": {}}}}})", gray(intensity))));
-    expect_seen(seen_by(scene, "ppm:photons=4000", 4), intensity / (M_PI * radius * radius) * rho / (1 - rho), 5e-3);
+    expect_seen(seen_by(scene, GetParam() + ":photons=4000", 4), intensity / (M_PI * radius * radius) * rho / (1 - rho),
+                5e-3);
   }
 }
 
-TEST(Ppm, ABlackEmitterInADiffuseSphere) {
+TEST_P(PhotonAnswers, ABlackEmitterInADiffuseSphere) {
   for (const auto& [r, room, rho] : {std::tuple(0.25, 1.0, 0.5), {0.9, 2.0, 0.8}}) {
     const double f = r * r / (room * room);
     const auto scene =
         TestScene::from_text(document(fmt::format(R"("eye": [{}, 0, 0], "look_at": [{}, 0, 0])", 0.6 * room, room), 60,
                                       16, diffuse("wall", rho) + also(diffuse("lamp", 0, 1)),
                                       sphere("wall", "[0, 0, 0]", room, true) + also(sphere("lamp", "[0, 0, 0]", r))));
-    expect_seen(seen_by(scene, "ppm:photons=8000", 4), rho * f / (1 - rho * (1 - f)), 1e-2);
+    expect_seen(seen_by(scene, GetParam() + ":photons=8000", 4), rho * f / (1 - rho * (1 - f)), 1e-2);
   }
 }
 
 // Of one colour, which next-event estimation never samples; an image is sampled. A ball of reflectance ρ sends ρL on.
-TEST(Ppm, AWhiteBallUnderAnEvenSky) {
+TEST_P(PhotonAnswers, AWhiteBallUnderAnEvenSky) {
   for (const auto& [rho, sky] : {std::pair(1.0, 0.7), {0.4, 3.0}}) {
     const auto scene = TestScene::from_text(
         document(R"("eye": [0, 0, 4], "look_at": [0, 0, 0])", 12, 16, diffuse("ball", rho),
                  sphere("ball", "[0, 0, 0]", 1), fmt::format(R"({{"environment": {{"radiance": {}}}}})", gray(sky))));
-    expect_seen(seen_by(scene, "ppm:photons=20000", 4), rho * sky, 1e-2);
+    expect_seen(seen_by(scene, GetParam() + ":photons=20000", 4), rho * sky, 1e-2);
   }
 }
 
 // A small patch of a white floor. Over so little of it the irradiance bends by 3e-3 at most.
-TEST(Ppm, ASphereLightsAFloor) {
+TEST_P(PhotonAnswers, ASphereLightsAFloor) {
   const double x = 1, height = 2, radius = 0.7, radiance = 3;
   const double distance2 = x * x + height * height;
   const auto scene =
@@ -89,12 +94,12 @@ TEST(Ppm, ASphereLightsAFloor) {
                                     diffuse("floor", 1) + also(diffuse("lamp", 0, radiance)),
                                     mesh("floor", "floor.obj") + also(sphere("lamp", "[0, 2, 0]", radius))),
                            {{"floor.obj", plane(6, 0, true)}});
-  expect_seen(seen_by(scene, "ppm:photons=40000", 5, 1),
+  expect_seen(seen_by(scene, GetParam() + ":photons=40000", 5, 1),
               radiance * radius * radius / distance2 * height / std::sqrt(distance2), 1e-2, 4e-3);
 }
 
 // What photons cross is counted: no radius enters.
-TEST(Ppm, FormFactorsOfUnitSquares) {
+TEST_P(PhotonAnswers, FormFactorsOfUnitSquares) {
   const auto patch = [](const std::string& edge1, const std::string& edge2) {
     return fmt::format(R"("meters": [{{"name": "m", "patch": {{"corner": [0, 0, 0], "edge1": {}, "edge2": {}}}}}])",
                        edge1, edge2);
@@ -108,7 +113,7 @@ TEST(Ppm, FormFactorsOfUnitSquares) {
     const auto scene = scene_with(fmt::format(R"("materials": [{}], "objects": [{}], {})", diffuse("lamp", 0, 2),
                                               mesh("lamp", "lamp.obj"), patch("[0, 0, 1]", "[1, 0, 0]")),
                                   {{"lamp.obj", c.lamp}});
-    const auto reading = read_meters(scene, 5, 1, nullptr, "ppm:photons=20000").front();
+    const auto reading = read_meters(scene, 5, 1, nullptr, GetParam() + ":photons=20000").front();
     expect_reading(reading, 2 * M_PI * c.factor, 3e-2);
   }
 }

@@ -1,0 +1,24 @@
+// A room where methods that gather photons have hardly any blur.
+#pragma once
+
+#include "tests/statistical/same_picture.h"
+
+namespace lightmill::test {
+
+inline const char* const kPoint = R"({"point": {"position": [0, 1.6, 0], "intensity": {"rgb": [4, 4, 4]}}})";
+
+/// A ball of each material in a round room, and light. Nothing touches: there are no edges where surfaces end or meet,
+/// and gathering looks beyond them.
+inline TestScene round_room(const std::string& lights, const std::string& more_materials = "",
+                            const std::string& more_objects = "") {
+  return TestScene::from_text(document(
+      R"("eye": [0, 0.3, 2.6], "look_at": [0, -0.1, 0])", 60, kFilm,
+      diffuse("room", 0.6) + also(named("glass", R"("dielectric": {"ior": 1.5})")) +
+          also(named("mirror", R"("mirror": {"reflectance": {"rgb": [0.9, 0.8, 0.7]}})")) +
+          also(named("matt", R"("diffuse": {"reflectance": {"rgb": [0.7, 0.3, 0.2]}})")) + more_materials,
+      sphere("room", "[0, 0, 0]", 3, true) + also(sphere("glass", "[-0.9, -0.4, 0]", 0.6)) +
+          also(sphere("mirror", "[0.9, -0.4, 0]", 0.6)) + also(sphere("matt", "[0, -1.3, 0.5]", 0.4)) + more_objects,
+      lights));
+}
+
+}  // namespace lightmill::test
