@@ -19,6 +19,11 @@ double radius_factor(std::uint64_t sample) {
 /// Merging radii are those of distances from the eye within these shares of the scene's radius.
 constexpr float kLeastDistance = 1.0f / 256, kMostDistance = 8;
 
+/// Of point meters, in radii of gathers: as of those that count most in all pictures, but of merging, which is finer.
+constexpr float meter_radius(Followed followed) {
+  return LightPass::kLater * (followed == Followed::paths ? 3 : 1);
+}
+
 /// A path's deposits were left in the order of its way, among those of others.
 void sort_by_path(Traced traced, LightPass& pass) {
   pass.path_first.assign(pass.photons + 1, 0);
@@ -79,10 +84,10 @@ std::shared_ptr<const LightPass> LightSide::trace(std::uint64_t sample, RenderCo
   const auto extent = static_cast<float>(scene_.caustic_places().scene.radius) * per_length;
   const MergeRadii merging{scene_.camera().eye, per_length, kLeastDistance * extent, kMostDistance * extent};
   RenderCounters own;
-  Traced traced = trace_photons(
-      scene_, source_,
-      {settings_.photons, seed, settings_.max_bounces, settings_.followed, LightPass::kLater * per_length, merging},
-      own);
+  Traced traced = trace_photons(scene_, source_,
+                                {settings_.photons, seed, settings_.max_bounces, settings_.followed,
+                                 per_length * meter_radius(settings_.followed), merging},
+                                own);
   counters.photons += settings_.photons;
   counters.photon_rays += own.closest_hit_rays;
   counters.deposits += traced.deposits.size();
@@ -94,7 +99,7 @@ std::shared_ptr<const LightPass> LightSide::trace(std::uint64_t sample, RenderCo
   const double photons = std::max<std::uint32_t>(traced.started, 1);
   pass->photons = settings_.photons;
   pass->merging = merging;
-  pass->point_meter_radius_per_distance = LightPass::kLater * per_length;
+  pass->point_meter_radius_per_distance = per_length * meter_radius(settings_.followed);
   pass->emission = &source_.emission;
   pass->photon_power = static_cast<float>((traced.power.x + traced.power.y + traced.power.z) / (3 * photons));
   if (settings_.followed == Followed::paths) {

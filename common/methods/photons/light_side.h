@@ -51,8 +51,10 @@ struct LightSideSettings {
   Followed followed = Followed::caustics;
   bool splats = true;  ///< are to be found
 };
+/// Where paths are weighed against each other, merging matters for few of them: what a larger radius takes off the noise
+/// of these it adds as blur to all others.
 constexpr double default_radius(Followed followed) {
-  return followed == Followed::all_light ? 3 : 1.5;
+  return followed == Followed::all_light ? 3 : followed == Followed::paths ? 0.5 : 1.5;
 }
 /// One for so many pixels of the film, within limits.
 std::uint32_t default_photons(const CompiledScene& scene);

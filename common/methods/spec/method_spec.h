@@ -27,7 +27,7 @@ struct MethodSpec {
   std::optional<double> glass;
   /// `photons=N`: of a pass, one a sample index; nothing: one for sixteen pixels of the film, 4096 to 65536.
   std::optional<std::uint32_t> photons;
-  /// `radius=C`: of what is gathered in the first pass, in pixels; nothing: 1.5, of `ppm` 3.
+  /// `radius=C`: of what is gathered in the first pass, in pixels; nothing: 1.5, of `vcm` 0.5, of `ppm` 3.
   std::optional<double> radius;
 };
 inline constexpr std::uint32_t kMostPhotons = 1u << 22;  ///< of a pass

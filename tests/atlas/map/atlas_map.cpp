@@ -272,7 +272,7 @@ const char* name_of(Outcome outcome) {
 
 std::vector<std::string> atlas_methods() {
   std::vector<std::string> methods;
-  for (const std::string_view name : {"path", "caustic", "ppm", "whitted", "raycast"}) {
+  for (const std::string_view name : {"path", "caustic", "vcm", "ppm", "whitted", "raycast"}) {
     if (parse_method(name).ok()) {
       methods.emplace_back(name);
     }
