@@ -26,7 +26,9 @@ TEST_P(AtlasMap, NoMethodIsWrongWithoutAVeto) {
     if (!each.quick) {
       continue;
     }
-    const AtlasRow row = measure(each, settings);
+    AtlasSettings its = settings;
+    std::erase(its.methods, each.long_by);
+    const AtlasRow row = measure(each, its);
     for (const AtlasCell& cell : row.cells) {
       EXPECT_NE(cell.outcome, Outcome::wrong) << cell.method << ", " << each.name << ": " << cell.reason;
       EXPECT_NE(cell.outcome, Outcome::stopped) << cell.method << ", " << each.name;

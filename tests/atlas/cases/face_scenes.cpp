@@ -81,7 +81,8 @@ AtlasCase room_without_losses() {
               kInside, 60, 2, diffuse("wall", 1), sphere("wall", "[0, 0, 0]", 1, true),
               R"({"point": {"position": [0, 0, 0], "intensity": {"rgb": [3.14159265, 3.14159265, 3.14159265]}}})"),
           .exact = 1000,
-          .level = 1};
+          .level = 1,
+          .long_by = "vcm"};  // photons meet as many surfaces, and each is a vertex
 }
 
 AtlasCase room_of_albedo(double albedo) {
@@ -89,7 +90,8 @@ AtlasCase room_of_albedo(double albedo) {
           .name = fmt::format("albedo {}", albedo),
           .document = document(kInside, 60, 4, diffuse("wall", albedo, 1), sphere("wall", "[0, 0, 0]", 1, true)),
           .exact = 1 / (1 - albedo),
-          .level = 4};
+          .level = 4,
+          .long_by = "vcm"};  // likewise
 }
 
 }  // namespace lightmill::test

@@ -117,7 +117,8 @@ double tolerance_of(const AtlasCase& what, const std::string& method) {
 }
 
 double z_of(double difference, double error) {
-  return error > 0 ? difference / error : difference == 0 ? 0 : std::copysign(1e9, difference);
+  constexpr double kInfinite = std::numeric_limits<double>::infinity();
+  return error > 0 ? difference / error : difference == 0 ? 0 : std::copysign(kInfinite, difference);
 }
 
 void fill_in_time(AtlasCell& cell, double unit) {
