@@ -7,7 +7,11 @@
 namespace lightmill::photons {
 namespace {
 
-constexpr std::uint32_t kPixelsPerPhoton = 16, kLeastPhotons = 4096, kMostPhotons = 65536;
+constexpr std::uint32_t kLeastPhotons = 4096, kMostPhotons = 65536;
+/// Paths that are connected are worth more than photons that are gathered here and there.
+constexpr std::uint32_t pixels_per_photon(Followed followed) {
+  return followed == Followed::paths ? 4 : 16;
+}
 constexpr std::uint64_t kLookAhead = 16;  ///< passes that may be traced before they are needed
 
 /// Radii shrink with the pass p of a half: r² ∝ p^(α − 1), α = 2/3 (Knaus and Zwicker 2011, "Progressive Photon
@@ -60,15 +64,16 @@ float LightPass::meter_area(const MeterPlace& meter) const {
   return glm::length(glm::cross(meter.edge1, meter.edge2));
 }
 
-std::uint32_t default_photons(const CompiledScene& scene) {
+std::uint32_t default_photons(const CompiledScene& scene, Followed followed) {
   const std::uint64_t pixels = std::uint64_t{1} * scene.film_width() * scene.film_height();
-  return static_cast<std::uint32_t>(std::clamp<std::uint64_t>(pixels / kPixelsPerPhoton, kLeastPhotons, kMostPhotons));
+  return static_cast<std::uint32_t>(
+      std::clamp<std::uint64_t>(pixels / pixels_per_photon(followed), kLeastPhotons, kMostPhotons));
 }
 
 LightSide::LightSide(const CompiledScene& scene, const LightSideSettings& settings)
     : scene_(scene), settings_(settings), source_(photon_source(scene, settings.followed)) {
   if (settings_.photons == 0) {
-    settings_.photons = default_photons(scene);
+    settings_.photons = default_photons(scene, settings.followed);
   }
   if (settings_.radius == 0) {
     settings_.radius = default_radius(settings_.followed);

@@ -51,13 +51,13 @@ struct LightSideSettings {
   Followed followed = Followed::caustics;
   bool splats = true;  ///< are to be found
 };
-/// Where paths are weighed against each other, merging matters for few of them: what a larger radius takes off the noise
-/// of these it adds as blur to all others.
+/// Where paths are weighed against each other, merging matters for few of them: what a larger radius takes off the
+/// noise of these it adds as blur to all others.
 constexpr double default_radius(Followed followed) {
   return followed == Followed::all_light ? 3 : followed == Followed::paths ? 0.5 : 1.5;
 }
 /// One for so many pixels of the film, within limits.
-std::uint32_t default_photons(const CompiledScene& scene);
+std::uint32_t default_photons(const CompiledScene& scene, Followed followed);
 
 /// Passes are pure functions of the scene, the settings and the sample index; whoever needs one first traces it, the
 /// others wait or trace what they need next. kHeldPassBytes of them are held for those who come later, the last used;

@@ -25,7 +25,8 @@ struct MethodSpec {
   bool caustic = false;
   /// `glass=R`: what smooth glass reflects, instead of what Fresnel's equations say.
   std::optional<double> glass;
-  /// `photons=N`: of a pass, one a sample index; nothing: one for sixteen pixels of the film, 4096 to 65536.
+  /// `photons=N`: of a pass, one a sample index; nothing: one for sixteen pixels of the film (of `vcm` for four), 4096
+  /// to 65536.
   std::optional<std::uint32_t> photons;
   /// `radius=C`: of what is gathered in the first pass, in pixels; nothing: 1.5, of `vcm` 0.5, of `ppm` 3.
   std::optional<double> radius;
