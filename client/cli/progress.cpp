@@ -117,14 +117,19 @@ std::string method_name(const v1::Job& job) {
   return candidates.empty() ? job.method() : fmt::format("{}", fmt::join(candidates, " or "));
 }
 
-std::string how_chosen(const v1::Job& job) {
-  if (!job.method_notes().chosen()) {
-    return "";
+/// What a pilot does before the first sample, or would have.
+std::string pilots_task(const v1::Job& job) {
+  if (has_ended(job.state())) {
+    return "it ended before a pilot chose";
   }
-  const bool open = !job.method_notes().candidates().empty();
-  return !open                    ? " (chosen by auto)"
-         : has_ended(job.state()) ? " (it ended before a pilot chose)"
-                                  : " (a pilot compares them)";
+  return job.method_notes().candidates_size() > 1 ? "a pilot compares them" : "a pilot looks where its noise is";
+}
+
+std::string how_chosen(const v1::Job& job) {
+  if (!job.method_notes().candidates().empty()) {
+    return fmt::format(" ({})", pilots_task(job));
+  }
+  return job.method_notes().chosen() ? " (chosen by auto)" : "";
 }
 
 std::string method_text(const v1::Job& job) {
@@ -133,12 +138,12 @@ std::string method_text(const v1::Job& job) {
 
 std::vector<std::string> method_lines(const v1::Job& job) {
   std::vector<std::string> lines;
-  if (job.method_notes().chosen()) {
-    const bool open = !job.method_notes().candidates().empty();
-    lines.push_back(fmt::format("method {}: {}", method_name(job), fmt::join(job.method_notes().reasons(), "; ")) +
-                    (!open                    ? ""
-                     : has_ended(job.state()) ? "; it ended before a pilot chose"
-                                              : "; a pilot compares them"));
+  std::vector<std::string> reasons(job.method_notes().reasons().begin(), job.method_notes().reasons().end());
+  if (!job.method_notes().candidates().empty()) {
+    reasons.push_back(pilots_task(job));
+  }
+  if (!reasons.empty()) {
+    lines.push_back(fmt::format("method {}: {}", method_name(job), fmt::join(reasons, "; ")));
   }
   for (const std::string& notice : job.method_notes().notices()) {
     lines.push_back("note: " + notice);

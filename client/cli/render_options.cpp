@@ -10,6 +10,7 @@
 #include "client/cli/context.h"
 #include "client/cli/units.h"
 #include "common/base/text.h"
+#include "common/film/allocation.h"
 #include "common/film/sample_range.h"
 #include "common/methods/spec/method_spec.h"
 #include "common/scene/scattering.h"
@@ -64,6 +65,11 @@ Result<Goal> make_goal(const RenderOptions& options) {
   if (goal == Goal{}) {
     goal.samples = kDefaultSamples;
   }
+  goal.adaptive = options.adaptive;
+  if (goal.adaptive && goal.samples > kMaxSamples >> Allocation::kMostShift) {
+    return invalid_argument("--spp is at most {} with --adaptive, got {}", kMaxSamples >> Allocation::kMostShift,
+                            goal.samples);
+  }
   return goal;
 }
 
@@ -113,6 +119,10 @@ void add_render_options(CLI::App& command, RenderOptions& options) {
                   "0.001 smooth; with several limits the first one ends the job")
       ->type_name("E")
       ->check(readable(parse_error));
+  command.add_flag(
+      "--adaptive", options.adaptive,
+      "noisy parts of the picture get up to 4 times as many samples, quiet ones down to a quarter, as many "
+      "on average: a pilot finds out where they are needed");
   command.add_option("--size", options.size, "picture size in pixels, instead of the scene's")
       ->type_name("WxH")
       ->check(readable(parse_size));

@@ -18,6 +18,7 @@ struct RenderOptions {
   SceneOptions scene;
   std::string size, crop, seconds, error, method = "auto", layers, name, owner;
   std::uint64_t samples = 0;  ///< 0: not given
+  bool adaptive = false;
   std::uint64_t seed = 0;
   std::uint32_t max_bounces = 0;
   bool brute_force = false;

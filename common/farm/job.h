@@ -47,6 +47,7 @@ struct Goal {
   std::uint64_t samples = 0;  ///< per pixel; 0: no limit
   double seconds = 0;         ///< of rendering, pauses excluded; 0: no limit
   double error = 0;           ///< of the frame, relMSE with its confidence interval; 0: no limit
+  bool adaptive = false;  ///< samples are those of the frame on average: tiles' parts go by their noise (Allocation)
   friend bool operator==(const Goal&, const Goal&) = default;
 };
 
@@ -60,8 +61,8 @@ struct MethodNotes {
   bool chosen = false;               ///< for the client who asked for `auto`; else asked for by name
   std::vector<std::string> reasons;  ///< of the choice
   std::vector<std::string> notices;  ///< what of the scene's light its picture lacks
-  /// Methods of which a pilot is still to pick one; empty once the method is fixed. Until then the settings name
-  /// `auto`.
+  /// Methods of which a pilot is still to pick one, or the only one, if the pilot is but to say where samples go; empty
+  /// once that is known. Until then the settings name `auto`, or the only one.
   std::vector<std::string> candidates;
   friend bool operator==(const MethodNotes&, const MethodNotes&) = default;
 };

@@ -11,6 +11,7 @@
 #include "common/base/digest.h"
 #include "common/base/ids.h"
 #include "common/farm/job.h"
+#include "common/film/allocation.h"
 #include "common/film/node.h"
 #include "common/film/sample_range.h"
 
@@ -86,6 +87,7 @@ struct PilotReport {
   std::uint32_t choice = 0;          ///< index in the grant's methods
   std::vector<std::string> reasons;  ///< for people
   double seconds = 0;
+  Allocation allocation{};  ///< where it was asked for, and gains something
 };
 
 /// The worker takes no more leases; it leaves when its last one is done.
@@ -114,13 +116,14 @@ struct LeaseGrant {
   Unit unit;
 };
 
-/// A unit of its own kind: find out which of these methods is the cheapest for the job. It is bound to the stream:
-/// where that breaks, the pilot is granted again, and comes to the same.
+/// A unit of its own kind: find out which of these methods is the cheapest for the job, and where its samples go. It is
+/// bound to the stream: where that breaks, the pilot is granted again, and comes to the same.
 struct PilotGrant {
   LeaseId lease;
   JobId job;
   RenderSettings settings;           ///< whose method is still `auto`
-  std::vector<std::string> methods;  ///< at least two, the simplest first
+  std::vector<std::string> methods;  ///< the simplest first; one only if samples are to be allocated
+  bool allocate = false;             ///< samples go by noise
 };
 
 /// These nodes are committed (or not wanted): the worker may forget them.

@@ -25,9 +25,26 @@ std::uint64_t value_bytes(const Node& node) {
 
 }  // namespace
 
-Film::Film(const TileGrid& grid, const NodeLayout& layout)
-    : grid_(grid), layout_(layout), tiles_(grid.tile_count()), tiles_by_samples_{{0, grid.tile_count()}} {
+Film::Film(const TileGrid& grid, const NodeLayout& layout, Allocation allocation)
+    : grid_(grid),
+      layout_(layout),
+      allocation_(std::move(allocation)),
+      tiles_(grid.tile_count()),
+      tiles_by_samples_{{0, grid.tile_count()}},
+      tiles_by_frame_samples_{{0, grid.tile_count()}} {
   LM_CHECK(grid.tile_count() > 0 && layout.summed > 0);
+}
+
+bool Film::has_just(std::uint64_t frame_samples) const {
+  if (this->frame_samples() != frame_samples) {
+    return false;
+  }
+  for (std::uint32_t tile = 0; tile < grid_.tile_count(); ++tile) {
+    if (tiles_[tile].samples != allocation_.of_tile(TileId{tile}, frame_samples)) {
+      return false;
+    }
+  }
+  return true;
 }
 
 const Film::Tile& Film::tile_at(TileId tile) const {
@@ -106,14 +123,19 @@ void Film::restore(TileId tile, NodePtr node) {
 
 void Film::account(TileId tile, std::uint64_t samples_before) {
   const std::uint64_t samples_now = tiles_[tile.value].samples;
-  const auto before = tiles_by_samples_.find(samples_before);
-  if (--before->second == 0) {
-    tiles_by_samples_.erase(before);
-  }
-  ++tiles_by_samples_[samples_now];
+  move(tiles_by_samples_, samples_before, samples_now);
+  move(tiles_by_frame_samples_, allocation_.of_frame(tile, samples_before), allocation_.of_frame(tile, samples_now));
   pixel_samples_ += (samples_now - samples_before) * static_cast<std::uint64_t>(grid_.tile_rect(tile).pixel_count());
   ++tiles_[tile.value].version;
   ++version_;
+}
+
+void Film::move(TilesByCount& tiles, std::uint64_t from, std::uint64_t to) {
+  const auto before = tiles.find(from);
+  if (--before->second == 0) {
+    tiles.erase(before);
+  }
+  ++tiles[to];
 }
 
 std::size_t Film::expected_values(TileId tile, SampleRange range) const {

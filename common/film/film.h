@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "common/base/ids.h"
+#include "common/film/allocation.h"
 #include "common/film/node.h"
 #include "common/film/tile_grid.h"
 
@@ -35,10 +36,11 @@ struct MergeOutcome {
 /// covers what was merged, and descendants never fill a range without being joined to it.
 class Film {
  public:
-  Film(const TileGrid& grid, const NodeLayout& layout);
+  Film(const TileGrid& grid, const NodeLayout& layout, Allocation allocation = {});
 
   const TileGrid& grid() const { return grid_; }
   const NodeLayout& layout() const { return layout_; }
+  const Allocation& allocation() const { return allocation_; }
 
   /// Merges a node whose values have the right size (see expected_values).
   MergeOutcome merge(TileId tile, NodePtr node);
@@ -70,6 +72,10 @@ class Film {
   std::uint64_t min_samples() const { return tiles_by_samples_.begin()->first; }   ///< per pixel, least sampled tile
   std::uint64_t max_samples() const { return tiles_by_samples_.rbegin()->first; }  ///< per pixel, most sampled tile
   std::uint64_t pixel_samples() const { return pixel_samples_; }                   ///< sum over pixels
+  /// The most samples of the frame of which every tile has its part (Allocation); O(1).
+  std::uint64_t frame_samples() const { return tiles_by_frame_samples_.begin()->first; }
+  /// Whether every tile has just its part of so many; O(1) where they have not.
+  bool has_just(std::uint64_t frame_samples) const;
 
  private:
   struct Tile {
@@ -77,13 +83,16 @@ class Film {
     std::uint64_t samples = 0;
     std::uint64_t version = 0;
   };
+  using TilesByCount = std::map<std::uint64_t, std::uint32_t>;  ///< how many tiles have so many
   const Tile& tile_at(TileId tile) const;
   void account(TileId tile, std::uint64_t samples_before);
+  static void move(TilesByCount& tiles, std::uint64_t from, std::uint64_t to);
 
   TileGrid grid_;
   NodeLayout layout_;
+  Allocation allocation_;
   std::vector<Tile> tiles_;
-  std::map<std::uint64_t, std::uint32_t> tiles_by_samples_;  ///< how many tiles have so many samples
+  TilesByCount tiles_by_samples_, tiles_by_frame_samples_;
   std::uint64_t pixel_samples_ = 0;
   std::uint64_t non_finite_ = 0;
   std::uint64_t bytes_ = 0;

@@ -202,6 +202,7 @@ void to_wire(const Goal& goal, v1::Goal* out) {
   out->set_samples(goal.samples);
   out->set_seconds(goal.seconds);
   out->set_error(goal.error);
+  out->set_adaptive(goal.adaptive);
 }
 
 Result<Goal> from_wire(const v1::Goal& goal) {
@@ -214,7 +215,7 @@ Result<Goal> from_wire(const v1::Goal& goal) {
   if (!std::isfinite(goal.error()) || goal.error() < 0) {
     return invalid_argument("goal.error: must be finite and not negative, got {}", goal.error());
   }
-  return Goal{goal.samples(), goal.seconds(), goal.error()};
+  return Goal{goal.samples(), goal.seconds(), goal.error(), goal.adaptive()};
 }
 
 void to_wire(const JobSpec& spec, v1::JobSpec* out) {

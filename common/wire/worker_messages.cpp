@@ -122,6 +122,7 @@ struct RequestWriter {
     wire->set_choice(report.choice);
     wire->mutable_reasons()->Assign(report.reasons.begin(), report.reasons.end());
     wire->set_seconds(report.seconds);
+    wire->mutable_shifts()->Assign(report.allocation.shifts().begin(), report.allocation.shifts().end());
   }
 };
 
@@ -174,6 +175,11 @@ Result<WorkerMessage> pilot_from_wire(const v1::PilotReport& report) {
     return invalid_argument("pilot.seconds: must be finite and not negative, got {}", report.seconds());
   }
   out.seconds = report.seconds();
+  std::vector<std::int8_t> shifts;
+  for (const std::int32_t shift : report.shifts()) {
+    shifts.push_back(static_cast<std::int8_t>(std::clamp(shift, -128, 127)));
+  }
+  LM_ASSIGN_OR_RETURN(out.allocation, Allocation::of(std::move(shifts)));
   return WorkerMessage(std::move(out));
 }
 
@@ -217,6 +223,7 @@ struct ResponseWriter {
     wire->set_job(grant.job.value);
     to_wire(grant.settings, wire->mutable_settings());
     wire->mutable_methods()->Assign(grant.methods.begin(), grant.methods.end());
+    wire->set_allocate(grant.allocate);
   }
   void operator()(const Dismissal& dismissal) const { out->mutable_dismissal()->set_reason(dismissal.reason); }
 };
@@ -244,6 +251,7 @@ Result<CoordinatorMessage> pilot_from_wire(const v1::PilotGrant& grant) {
   out.job = JobId{grant.job()};
   LM_ASSIGN_OR_RETURN(out.settings, from_wire(grant.settings()));
   LM_ASSIGN_OR_RETURN(out.methods, texts_from_wire("pilot.methods", grant.methods()));
+  out.allocate = grant.allocate();
   return CoordinatorMessage(std::move(out));
 }
 

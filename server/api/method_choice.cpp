@@ -21,7 +21,8 @@ MeshSource small_meshes(const AssetStore& assets) {
 
 }  // namespace
 
-Result<MethodNotes> settle_method(RenderSettings& settings, const AssetStore& assets) {
+Result<MethodNotes> settle_method(JobSpec& spec, const AssetStore& assets) {
+  RenderSettings& settings = spec.settings;
   const Result<MethodSpec> asked = parse_method(settings.method);
   MethodNotes notes;
   if (!asked.ok()) {
@@ -30,7 +31,8 @@ Result<MethodNotes> settle_method(RenderSettings& settings, const AssetStore& as
   notes.chosen = asked->name == kAutoMethod;
   const Result<Scene> scene = unpack_scene(settings.scene);
   if (!scene.ok()) {
-    return notes.chosen ? Result<MethodNotes>(with_context(scene.status(), "settings.scene")) : std::move(notes);
+    return notes.chosen || spec.goal.adaptive ? Result<MethodNotes>(with_context(scene.status(), "settings.scene"))
+                                              : std::move(notes);
   }
   const SceneFacts facts = read_facts(*scene, small_meshes(assets));
   MethodPlan plan = plan_method(facts, settings.method);
@@ -38,6 +40,9 @@ Result<MethodNotes> settle_method(RenderSettings& settings, const AssetStore& as
   notes.notices = method_notices(facts, plan.candidates.front());  // several find all of the light, each of them
   if (plan.candidates.size() == 1) {
     settings.method = std::move(plan.candidates.front());
+    if (spec.goal.adaptive) {
+      notes.candidates = {settings.method};
+    }
   } else {
     notes.candidates = std::move(plan.candidates);
   }

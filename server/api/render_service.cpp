@@ -122,7 +122,7 @@ RenderServiceImpl::Unary* RenderServiceImpl::SubmitJob(Context* context, const v
       }
     }
   }
-  Result<MethodNotes> notes = status.ok() ? settle_method(spec->settings, assets_) : status;
+  Result<MethodNotes> notes = status.ok() ? settle_method(*spec, assets_) : status;
   if (!notes.ok()) {
     Unary* reactor = context->DefaultReactor();
     reactor->Finish(to_grpc(notes.status()));

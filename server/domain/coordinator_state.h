@@ -19,6 +19,7 @@
 #include "common/film/error_goal.h"
 #include "common/film/film.h"
 #include "server/domain/coordinator.h"
+#include "server/domain/job_rules.h"
 #include "server/domain/rate_meter.h"
 #include "server/scheduling/fair_queue.h"
 #include "server/scheduling/job_plan.h"
@@ -118,14 +119,19 @@ struct Job {
   double active_seconds(Time now) const {
     return record.active_seconds + (active_since ? to_seconds(now - *active_since) : 0);
   }
+  // Counts below are of the frame's samples; tiles have their parts of them (Film::frame_samples).
   /// No sample beyond this is ever wanted.
-  std::uint64_t sample_limit() const { return record.spec.goal.samples > 0 ? record.spec.goal.samples : kMaxSamples; }
+  std::uint64_t sample_limit() const {
+    return record.spec.goal.samples > 0 ? record.spec.goal.samples : most_samples(record.spec.goal);
+  }
+  /// Samples of all pixels where the frame has `frame`.
+  std::uint64_t pixel_samples_at(std::uint64_t frame) const;
   /// Up to where samples are wanted now: with a goal in error, up to the next count at which the error is read. A
   /// function of the film (and of what is out beyond it), so that it need not be stored.
   std::uint64_t samples_wanted_now() const;
   /// Whether the error can be read now, and is what was asked for.
   bool error_met() const;
-  /// One past the highest sample that is merged or out; 0 if there is none.
+  /// The least that has all that is merged or out; 0 if nothing is.
   std::uint64_t samples_end() const;
   /// Whether some tile has samples beyond ones that are missing.
   bool has_gaps() const;

@@ -18,6 +18,7 @@ struct JobRecord {
   JobId id;
   JobSpec spec;  ///< with the current goal and priority
   MethodNotes method_notes;
+  Allocation allocation;  ///< even but for adaptive jobs, and until their pilot
   JobState state = JobState::queued;
   std::string reason;
   GoalLimit reached = GoalLimit::none;  ///< of a done job

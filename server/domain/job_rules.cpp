@@ -36,12 +36,16 @@ Status check_method(std::string_view text, const RenderSettings& settings) {
 
 }  // namespace
 
+std::uint64_t most_samples(const Goal& goal) {
+  return kMaxSamples >> (goal.adaptive ? Allocation::kMostShift : 0);
+}
+
 Status check_goal(const Goal& goal, const PixelRect& crop) {
   if (goal.samples == 0 && goal.seconds == 0 && goal.error == 0) {
     return invalid_argument("goal: a job needs a limit, in samples, in seconds or in error");
   }
-  if (goal.samples > kMaxSamples) {
-    return invalid_argument("goal.samples: at most {}, got {}", kMaxSamples, goal.samples);
+  if (goal.samples > most_samples(goal)) {
+    return invalid_argument("goal.samples: at most {}, got {}", most_samples(goal), goal.samples);
   }
   if (!(goal.seconds >= 0 && goal.seconds <= kMaxGoalSeconds)) {
     return invalid_argument("goal.seconds: must be from 0 to {}, got {}", kMaxGoalSeconds, goal.seconds);
@@ -98,8 +102,9 @@ std::uint64_t finished_bytes(const JobSpec& spec) {
   if (spec.goal.seconds > 0) {
     // It may stop at any count up to the most it can reach; of those, one with all bits set has most parts.
     double most = std::ceil(spec.goal.seconds * kMostPixelSamplesPerSecond / static_cast<double>(pixels));
-    most = std::min(most, static_cast<double>(spec.goal.samples > 0 ? spec.goal.samples : kMaxSamples));
-    parts = std::bit_width(static_cast<std::uint64_t>(most) + 1) - 1;
+    most = std::min(most, static_cast<double>(spec.goal.samples > 0 ? spec.goal.samples : most_samples(spec.goal)));
+    parts =
+        std::bit_width(static_cast<std::uint64_t>(most) + 1) - 1 + (spec.goal.adaptive ? Allocation::kMostShift : 0);
   }
   parts = std::max(parts, spec.goal.error > 0 ? 2 : 1);
   // The first samples lie in at most four of the parts.
@@ -136,6 +141,9 @@ std::string describe(const Goal& goal) {
   }
   if (goal.error > 0) {
     text += fmt::format("{}error {}", text.empty() ? "" : " or ", goal.error);
+  }
+  if (goal.adaptive) {
+    text += ", adaptive";
   }
   return text;
 }
@@ -176,12 +184,12 @@ Result<Goal> extended_goal(const Job& job, const Extension& to, Time now) {
   if (to.samples > 0) {
     // No goal lies below what is merged beyond a gap, or out: counts would then stand for other samples than [0, n).
     const std::uint64_t before = std::max(goal.samples, job.samples_end());
-    if (to.samples <= before || to.samples > kMaxSamples) {
-      return invalid_argument("samples must be the new total, more than {} and at most {}, got {}", before, kMaxSamples,
-                              to.samples);
+    if (to.samples <= before || to.samples > most_samples(goal)) {
+      return invalid_argument("samples must be the new total, more than {} and at most {}, got {}", before,
+                              most_samples(goal), to.samples);
     }
     goal.samples = to.samples;
-  } else if (job.film.min_samples() >= goal.samples) {
+  } else if (job.film.frame_samples() >= goal.samples) {
     goal.samples = 0;
   }
   LM_RETURN_IF_ERROR(check_goal(goal, job.record.spec.settings.crop));
@@ -190,6 +198,7 @@ Result<Goal> extended_goal(const Job& job, const Extension& to, Time now) {
 
 double expected_seconds(const Job& job, const FrameError& error, double samples_per_second, Time now) {
   constexpr double kNever = std::numeric_limits<double>::infinity();
+  constexpr std::uint64_t kShareCount = std::uint64_t{1} << -Allocation::kLeastShift;  // no tile's part is rounded
   const Goal& goal = job.record.spec.goal;
   double seconds = kNever;
   if (samples_per_second > 0) {
@@ -200,7 +209,8 @@ double expected_seconds(const Job& job, const FrameError& error, double samples_
       const std::uint64_t enough = expected_error_count(error, done / pixels, goal.error);
       count = std::min(count, static_cast<double>(std::max(enough, job.plan->goal())));
     }
-    seconds = (count * pixels - done) / samples_per_second;
+    const double share = static_cast<double>(job.pixel_samples_at(kShareCount)) / (kShareCount * pixels);
+    seconds = (count * share * pixels - done) / samples_per_second;
   }
   if (goal.seconds > 0) {
     seconds = std::min(seconds, std::max(goal.seconds - job.active_seconds(now), 0.0));
@@ -213,13 +223,13 @@ bool is_whole(const Job& job) {
     case GoalLimit::error:
       return job.error_met();
     case GoalLimit::samples:
-      return job.film.min_samples() >= job.sample_limit();
+      return job.film.frame_samples() >= job.sample_limit();
     case GoalLimit::seconds:
       return job.film.min_samples() > 0 && !job.has_gaps();
     case GoalLimit::none:  // from before jobs said which limit they had reached
       break;
   }
-  return job.film.min_samples() >= job.sample_limit() ||
+  return job.film.frame_samples() >= job.sample_limit() ||
          (job.record.spec.goal.seconds > 0 && job.film.min_samples() > 0 && !job.has_gaps());
 }
 

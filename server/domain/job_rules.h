@@ -14,6 +14,8 @@ namespace lightmill {
 
 struct Job;
 
+/// What a frame may have at most, so that no tile has more than kMaxSamples.
+std::uint64_t most_samples(const Goal& goal);
 /// INVALID_ARGUMENT naming the field, unless a job on `crop` can have this goal.
 Status check_goal(const Goal& goal, const PixelRect& crop);
 /// INVALID_ARGUMENT naming the field, unless the farm can render this, by each of `candidates` if there are any.

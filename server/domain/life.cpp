@@ -22,7 +22,7 @@ std::string reached(auto limit, std::string_view unit, std::string_view per = ""
 
 Job::Job(JobRecord from, std::uint64_t budget_bytes, Time now)
     : record(std::move(from)),
-      film(grid_of(record.spec.settings), NodeLayout(record.spec.settings.layers)),
+      film(grid_of(record.spec.settings), NodeLayout(record.spec.settings.layers), record.allocation),
       hold_until(now) {
   if (!record.fingerprint_class.empty() && !undecided()) {
     digest = render_digest(record.spec.settings, record.fingerprint_class);
@@ -32,11 +32,23 @@ Job::Job(JobRecord from, std::uint64_t budget_bytes, Time now)
   }
 }
 
+std::uint64_t Job::pixel_samples_at(std::uint64_t frame) const {
+  if (film.allocation().even()) {
+    return frame * film.grid().pixel_count();
+  }
+  std::uint64_t sum = 0;
+  for (std::uint32_t tile = 0; tile < film.grid().tile_count(); ++tile) {
+    sum += film.allocation().of_tile(TileId{tile}, frame) *
+           static_cast<std::uint64_t>(film.grid().tile_rect(TileId{tile}).pixel_count());
+  }
+  return sum;
+}
+
 std::uint64_t Job::samples_end() const {
   std::uint64_t end = plan ? plan->out_end() : 0;
   for (std::uint32_t tile = 0; tile < film.grid().tile_count(); ++tile) {
     const std::vector<NodePtr>& forest = film.forest(TileId{tile});
-    end = std::max(end, forest.empty() ? 0 : forest.back()->range.end());
+    end = std::max(end, film.allocation().frame_for(TileId{tile}, forest.empty() ? 0 : forest.back()->range.end()));
   }
   return end;
 }
@@ -53,7 +65,7 @@ bool Job::has_gaps() const {
 
 bool Job::error_met() const {
   const double goal = record.spec.goal.error;
-  return goal > 0 && film.min_samples() == film.max_samples() && is_error_count(film.min_samples()) && !has_gaps() &&
+  return goal > 0 && is_error_count(film.frame_samples()) && film.has_just(film.frame_samples()) && !has_gaps() &&
          meets(error.update_all(film), goal);
 }
 
@@ -62,7 +74,7 @@ std::uint64_t Job::samples_wanted_now() const {
     return sample_limit();
   }
   std::uint64_t count = next_error_count(samples_end());
-  if (film.min_samples() == count && !error_met()) {
+  if (film.frame_samples() == count && !error_met()) {
     count = next_error_count(count + 1);
   }
   return std::min(count, sample_limit());
@@ -139,7 +151,7 @@ bool Coordinator::State::record_error(Job& job, bool at_end) {
       static_cast<double>(job.film.pixel_samples()) / static_cast<double>(job.film.grid().pixel_count());
   const double last = history.empty() ? 0 : history.back().samples;
   const std::uint64_t next = next_error_count(static_cast<std::uint64_t>(last) + 1);
-  if (samples <= last || (!at_end && job.film.min_samples() < next)) {
+  if (samples <= last || (!at_end && job.film.frame_samples() < next)) {
     return false;
   }
   const FrameError error = job.error.update(job.film);
@@ -227,16 +239,17 @@ bool Coordinator::State::finish_if_complete(Job& job, Time now, Step& step) {
   };
   if (job.error_met()) {
     const FrameError error = job.error.update_all(job.film);
-    return done(GoalLimit::error, fmt::format("reached relMSE {} at {} samples per pixel",
-                                              interval_text(error.rel_mse, error.half_width), job.film.min_samples()));
+    return done(GoalLimit::error,
+                fmt::format("reached relMSE {} at {} samples per pixel", interval_text(error.rel_mse, error.half_width),
+                            job.film.frame_samples()));
   }
-  if (job.film.min_samples() >= job.sample_limit()) {
+  if (job.film.frame_samples() >= job.sample_limit()) {
     return done(GoalLimit::samples, reached(job.sample_limit(), "sample", " per pixel"));
   }
   if (job.plan->closed() && job.plan->nothing_out() && !job.plan->has_work()) {
     return done(GoalLimit::seconds, reached(job.record.spec.goal.seconds, "second"));
   }
-  if (!job.plan->closed() && job.film.min_samples() >= job.plan->goal()) {
+  if (!job.plan->closed() && job.film.frame_samples() >= job.plan->goal()) {
     job.plan->set_goal(job.samples_wanted_now());
     refresh_queue(job);
   }

@@ -1,4 +1,5 @@
-// How the method of a job is chosen: by a pilot, which is a lease without tiles.
+// How the method of a job is chosen, and what part of its samples each tile gets: by a pilot, which is a lease without
+// tiles.
 #include "common/base/text.h"
 #include "server/domain/coordinator_state.h"
 
@@ -12,15 +13,21 @@ constexpr std::size_t kMaxPilotReasonBytes = 1024;
 constexpr Duration kLeastHold = std::chrono::milliseconds(500);
 constexpr Duration kMostHold = std::chrono::seconds(32);
 
-Status check_pilot(const std::vector<std::string>& methods, const PilotReport& report) {
+Status check_pilot(const Job& job, const PilotReport& report) {
+  const std::vector<std::string>& methods = job.record.method_notes.candidates;
   if (report.choice >= methods.size()) {
     return invalid_argument("a pilot of {} methods has chosen number {}", methods.size(), report.choice);
   }
   if (!(report.seconds >= 0 && report.seconds <= kMaxPilotSeconds)) {
     return invalid_argument("a pilot of {} seconds", report.seconds);
   }
-  if (report.reasons.size() > methods.size()) {
+  if (report.reasons.size() > methods.size() + 1) {
     return invalid_argument("a pilot of {} methods has {} reasons", methods.size(), report.reasons.size());
+  }
+  const std::size_t shifts = report.allocation.shifts().size(),
+                    tiles = job.record.spec.goal.adaptive ? job.film.grid().tile_count() : 0;
+  if (shifts != 0 && shifts != tiles) {
+    return invalid_argument("a pilot says what {} tiles get, of {}", shifts, tiles);
   }
   for (const std::string& reason : report.reasons) {
     if (reason.size() > kMaxPilotReasonBytes) {
@@ -52,9 +59,10 @@ void Coordinator::State::grant_pilot(Worker& worker, Job& job, Time now, Step& s
   const std::vector<std::string>& methods = job.record.method_notes.candidates;
   const LeaseId id = next_lease_id();
   open_lease(worker, job, id, Unit{job.id(), {}, {}}, false, now);
-  send_after_commit(step, *worker.session, PilotGrant{id, job.id(), job.record.spec.settings, methods});
-  note(step, Note::Level::info, "worker {} compares {} for job {}", worker.hello.name, fmt::join(methods, " and "),
-       job.id().value);
+  send_after_commit(step, *worker.session,
+                    PilotGrant{id, job.id(), job.record.spec.settings, methods, job.record.spec.goal.adaptive});
+  note(step, Note::Level::info, "worker {} {} {} for job {}", worker.hello.name,
+       methods.size() > 1 ? "compares" : "looks for the noise of", fmt::join(methods, " and "), job.id().value);
   refresh_queue(job);
 }
 
@@ -65,7 +73,7 @@ void Coordinator::State::on_pilot(Worker& worker, const PilotReport& report, Tim
   }
   Job& job = *jobs.at(found->second.unit.job);
   MethodNotes& notes = job.record.method_notes;
-  if (const Status status = check_pilot(notes.candidates, report); !status.ok()) {
+  if (const Status status = check_pilot(job, report); !status.ok()) {
     note(step, Note::Level::warning, "worker {}: the pilot of job {} is dropped: {}", worker.hello.name, job.id().value,
          message_of(status));
     distrust(*worker.session, report.lease, status, now, step);
@@ -82,6 +90,11 @@ void Coordinator::State::on_pilot(Worker& worker, const PilotReport& report, Tim
     notes.reasons.push_back(printable(reason));
   }
   notes.candidates.clear();
+  if (!report.allocation.even()) {
+    job.record.allocation = report.allocation;
+    job.film = Film(job.film.grid(), job.film.layout(), report.allocation);
+    job.plan->set_goal(job.samples_wanted_now());
+  }
   job.record.worker_seconds += report.seconds;
   job.digest = render_digest(job.record.spec.settings, job.record.fingerprint_class);
   job.digest_durable = false;  // leases wait until the method is stored

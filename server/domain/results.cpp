@@ -52,7 +52,7 @@ void Coordinator::State::on_result(SessionId session, WorkerResult result, Time 
   Job* const job = find_job(key.job);
   const bool wanted = job != nullptr && job->active() && !job->record.fingerprint_class.empty() && !job->undecided() &&
                       job->digest == result.render_digest && key.range.level <= kMaxRangeLevel &&
-                      key.range.end() <= job->plan->goal();
+                      key.range.end() <= job->plan->goal_of(key.tile);
   if (!wanted) {
     // Unknown, ended, another farm's, or beyond the decided count: the worker may forget it.
     send_after_commit(step, session, ResultAck{{key}});
@@ -164,7 +164,7 @@ void Coordinator::State::merge_result(Job& job, const std::string& name, WorkerR
     return;
   }
   ++job.record.counters.results_merged;
-  if (job.record.spec.goal.error > 0 && job.film.samples(key.tile) == job.plan->goal()) {
+  if (job.record.spec.goal.error > 0 && job.film.samples(key.tile) == job.plan->goal_of(key.tile)) {
     job.error.refresh(job.film, key.tile);  // so that little is left to do once the last tile is there
   }
   job.record.counters.non_finite += job.film.non_finite() - non_finite_before;

@@ -97,7 +97,7 @@ JobStatus Coordinator::State::describe(const Job& job, Time now) const {
   status.crop = spec.settings.crop;
   status.seed = spec.settings.seed;
   status.samples_done = job.film.pixel_samples();
-  status.samples_wanted = spec.goal.samples * job.film.grid().pixel_count();
+  status.samples_wanted = job.pixel_samples_at(spec.goal.samples);
   status.min_tile_samples = job.film.min_samples();
   status.max_tile_samples = job.film.max_samples();
   status.active_seconds = job.active_seconds(now);

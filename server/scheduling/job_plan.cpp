@@ -74,7 +74,7 @@ std::optional<Gap> JobPlan::find_gap(TileId tile) const {
       break;
     }
   }
-  Gap gap{position, goal_};
+  Gap gap{position, goal_of(tile)};
   if (closed_) {
     gap.end = std::max<std::uint64_t>(
         {1, i < forest.size() ? forest.back()->range.end() : 0, j < out.size() ? out.back().range.end() : 0});
@@ -103,12 +103,17 @@ std::optional<Gap> JobPlan::find_gap(TileId tile) const {
   return gap;
 }
 
+/// In quarters of a sample of the frame, so that different shares of it are told apart.
+JobPlan::Place JobPlan::place_of(TileId tile, std::uint32_t position) const {
+  return {film_.allocation().of_frame(tile, std::uint64_t{position} << Allocation::kMostShift), position};
+}
+
 void JobPlan::enqueue(TileId tile) {
   const std::optional<Gap> gap = find_gap(tile);
   std::uint32_t& at = queued_at_[tile.value];
   if (gap && (at == kNotQueued || at > gap->first)) {
     at = static_cast<std::uint32_t>(gap->first);
-    buckets_[at].push_back(tile);
+    buckets_[place_of(tile, at)].push_back(tile);
   }
 }
 
@@ -130,7 +135,7 @@ bool JobPlan::clean_front() {
     const auto bucket = buckets_.begin();
     if (bucket->second.empty()) {
       buckets_.erase(bucket);
-    } else if (!check_entry(bucket->second.front(), bucket->first)) {
+    } else if (!check_entry(bucket->second.front(), bucket->first.position)) {
       bucket->second.pop_front();
     } else {
       return true;
@@ -147,7 +152,7 @@ std::optional<Unit> JobPlan::take(JobId job, LeaseId lease, const UnitAim& aim) 
   if (!clean_front()) {
     return std::nullopt;
   }
-  const std::uint32_t position = buckets_.begin()->first;
+  const std::uint32_t position = buckets_.begin()->first.position;
   std::deque<TileId>& waiting = buckets_.begin()->second;
   const TileId lead = waiting.front();
   Unit unit{job, choose_range(*find_gap(lead), waiting.size(), pixels(lead), aim), {}};
@@ -187,7 +192,7 @@ void JobPlan::hold(LeaseId lease, TileId tile, SampleRange range) {
 }
 
 bool JobPlan::adopt(LeaseId lease, TileId tile, SampleRange range) {
-  if (tile.value >= queued_at_.size() || range.level > kMaxRangeLevel || range.end() > goal_) {
+  if (tile.value >= queued_at_.size() || range.level > kMaxRangeLevel || range.end() > goal_of(tile)) {
     return false;
   }
   const auto touches = [&](const auto& each) { return overlap(each, range); };
@@ -221,7 +226,7 @@ bool JobPlan::add_copy(LeaseId lease, TileId tile, SampleRange range) {
 std::uint64_t JobPlan::out_end() const {
   std::uint64_t end = 0;
   for (const auto& [tile, out] : out_) {
-    end = std::max(end, out.empty() ? 0 : out.back().range.end());
+    end = std::max(end, out.empty() ? 0 : film_.allocation().frame_for(tile, out.back().range.end()));
   }
   return end;
 }

@@ -24,7 +24,8 @@ namespace lightmill {
 
 class JobPlan {
  public:
-  /// `film` must outlive the plan. `goal` is in samples per pixel. Nodes that are out, or merged but beyond a tile's
+  /// `film` must outlive the plan. `goal` is in samples per pixel of the frame, of which each tile has its part
+  /// (Allocation). Nodes that are out, or merged but beyond a tile's
   /// first gap, hold at most `budget_bytes` altogether, but four per tile are always allowed.
   JobPlan(const Film& film, std::uint64_t goal, std::uint64_t budget_bytes);
 
@@ -34,11 +35,13 @@ class JobPlan {
   void close();
   bool closed() const { return closed_; }
   std::uint64_t goal() const { return goal_; }
+  /// The same of one tile.
+  std::uint64_t goal_of(TileId tile) const { return film_.allocation().of_tile(tile, goal_); }
 
   /// Whether take() would give something.
   bool has_work();
   /// Whether some tile waits for its first sample; has_work() was called since the last change.
-  bool first_round() const { return !buckets_.empty() && buckets_.begin()->first == 0; }
+  bool first_round() const { return !buckets_.empty() && buckets_.begin()->first.position == 0; }
   /// Cuts the next unit, of which `lease` now holds each tile's range.
   std::optional<Unit> take(JobId job, LeaseId lease, const UnitAim& aim);
   /// `lease` already works on this range (a worker came back with it). False if the range is not wholly free.
@@ -57,7 +60,7 @@ class JobPlan {
   /// To be called after each merge into a tile: ends and returns the holds on ranges that the film now covers.
   std::vector<Hold> settle(TileId tile);
 
-  /// One past the highest sample that is out; 0 if none is.
+  /// The samples of the frame that have all that is out; 0 if nothing is.
   std::uint64_t out_end() const;
   bool nothing_out() const { return out_.empty(); }
   std::uint64_t out_pixel_samples() const { return out_pixel_samples_; }  ///< copies counted once
@@ -69,9 +72,16 @@ class JobPlan {
     std::vector<LeaseId> holders;  ///< one or two
   };
   static constexpr std::uint32_t kNotQueued = ~std::uint32_t{0};
+  /// Where tiles wait: how far the frame is there, and their own frontier.
+  struct Place {
+    std::uint64_t frame = 0;
+    std::uint32_t position = 0;
+    friend auto operator<=>(const Place&, const Place&) = default;
+  };
 
   /// The lowest free samples of a tile, if it has any and may have more out.
   std::optional<Gap> find_gap(TileId tile) const;
+  Place place_of(TileId tile, std::uint32_t position) const;
   void enqueue(TileId tile);
   void rebuild();
   /// Pops entries from the lowest bucket until its front is right; false if there is nothing.
@@ -87,7 +97,7 @@ class JobPlan {
   std::uint64_t goal_;
   std::uint64_t waiting_limit_;  ///< nodes per tile
   bool closed_ = false;
-  std::map<std::uint32_t, std::deque<TileId>> buckets_;
+  std::map<Place, std::deque<TileId>> buckets_;
   std::vector<std::uint32_t> queued_at_;                   ///< by tile: position of its current entry, or kNotQueued
   std::unordered_map<TileId, std::vector<OutRange>> out_;  ///< ascending, disjoint
   std::uint64_t out_pixel_samples_ = 0;

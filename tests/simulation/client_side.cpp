@@ -50,6 +50,12 @@ void FarmSimulation::make_jobs() {
       job.spec.settings.method = "auto";
       job.notes.candidates = {"path", "path:brute-force"};
     }
+    if (random_.chance(0.2)) {
+      job.spec.goal.adaptive = true;
+      if (job.notes.candidates.empty()) {
+        job.notes.candidates = {job.spec.settings.method};
+      }
+    }
     client_jobs_.push_back(std::move(job));
     at(now_ + random_.seconds_between(0, i == 0 ? 1 : 5), [this, i] { submit(i); });
   }
@@ -265,11 +271,11 @@ void FarmSimulation::check_method(const ClientJob& job) {
 std::uint64_t FarmSimulation::count_of(const ClientJob& job, const JobStatus& status) const {
   const Film& film = *coordinator_->film(*job.id);
   for (std::uint64_t count = next_error_count(0); count < kMaxSamples; count = next_error_count(count + 1)) {
-    Film quiet(film.grid(), film.layout());
+    Film quiet(film.grid(), film.layout(), film.allocation());
     for (std::uint32_t i = 0; i < film.grid().tile_count(); ++i) {
       const auto pixels = static_cast<std::size_t>(film.grid().tile_rect(TileId{i}).pixel_count());
-      for (const NodePtr& node :
-           shared_renderer().forest(status.render_digest, TileId{i}, count, pixels, film.layout())) {
+      for (const NodePtr& node : shared_renderer().forest(
+               status.render_digest, TileId{i}, film.allocation().of_tile(TileId{i}, count), pixels, film.layout())) {
         quiet.restore(TileId{i}, node);
       }
     }
@@ -283,6 +289,12 @@ std::uint64_t FarmSimulation::count_of(const ClientJob& job, const JobStatus& st
 void FarmSimulation::check_film(const ClientJob& job, const JobStatus& status) {
   const Film& film = *coordinator_->film(*job.id);
   const bool by_time = job.spec.goal.seconds > 0;
+  const RenderSettings& settings = **coordinator_->settings(*job.id);
+  const Allocation expected = job.spec.goal.adaptive ? pilot_allocation(settings) : Allocation();
+  if (!job.cancelled && (film.allocation() != expected || disk_.job(*job.id)->allocation != expected)) {
+    fail(fmt::format("job {} has another allocation than its pilot found", job.id->value));
+    return;
+  }
   report_.results_duplicate += status.counters.results_duplicate;
   report_.wanted += film.pixel_samples();
   std::uint64_t wanted = job.goal;
@@ -292,8 +304,9 @@ void FarmSimulation::check_film(const ClientJob& job, const JobStatus& status) {
   for (std::uint32_t i = 0; i < film.grid().tile_count(); ++i) {
     const TileId tile{i};
     const std::uint64_t samples = film.samples(tile);
-    if (!job.cancelled && !by_time && samples != wanted) {
-      fail(fmt::format("job {}, tile {} has {} samples instead of {}", job.id->value, i, samples, wanted));
+    if (const std::uint64_t part = film.allocation().of_tile(tile, wanted);
+        !job.cancelled && !by_time && samples != part) {
+      fail(fmt::format("job {}, tile {} has {} samples instead of {}", job.id->value, i, samples, part));
       return;
     }
     if (!job.cancelled && samples == 0) {

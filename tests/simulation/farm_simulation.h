@@ -224,6 +224,9 @@ class FarmSimulation {
 /// Which of its candidates a job's pilot picks, whoever runs it.
 std::size_t pilot_choice(const RenderSettings& settings, std::size_t candidates);
 
+/// What a job's pilot gives its tiles, whoever runs it.
+Allocation pilot_allocation(const RenderSettings& settings);
+
 /// The renderer that all simulations share: what it has rendered once, it knows.
 FakeRenderer& shared_renderer();
 

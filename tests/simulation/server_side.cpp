@@ -262,7 +262,8 @@ void FarmSimulation::note_unwanted(const Step& step) {
     if (const auto* ack = std::get_if<ResultAck>(&message.message)) {
       for (const NodeKey& key : ack->keys) {
         const auto status = coordinator_->status(key.job, now_);
-        if (status.ok() && status->goal.samples > 0 && key.range.end() > status->goal.samples) {
+        if (status.ok() && status->goal.samples > 0 &&
+            key.range.end() > coordinator_->film(key.job)->allocation().of_tile(key.tile, status->goal.samples)) {
           unwanted_.insert({message.to, key});
         }
       }
@@ -279,7 +280,8 @@ void FarmSimulation::check_ack(const Stream& stream, const ResultAck& ack) {
     const JobRecord* const stored = disk_.job(key.job);
     if (stored == nullptr || stored->state == JobState::cancelled || stored->state == JobState::failed ||
         stored->fingerprint_class.empty() ||
-        (stored->spec.goal.samples > 0 && key.range.end() > stored->spec.goal.samples)) {
+        (stored->spec.goal.samples > 0 &&
+         key.range.end() > stored->allocation.of_tile(key.tile, stored->spec.goal.samples))) {
       continue;  // not wanted
     }
     const auto digest = last_result_.find({stream.session, key});

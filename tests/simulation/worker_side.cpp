@@ -203,15 +203,27 @@ std::size_t pilot_choice(const RenderSettings& settings, std::size_t candidates)
   return (settings.seed + static_cast<std::uint64_t>(settings.crop.width)) % candidates;
 }
 
+Allocation pilot_allocation(const RenderSettings& settings) {
+  std::vector<std::int8_t> shifts;
+  for (std::uint32_t tile = 0; tile < grid_of(settings).tile_count(); ++tile) {
+    shifts.push_back(static_cast<std::int8_t>((settings.seed + 3 * tile) % 5) - 2);
+  }
+  return Allocation::of(std::move(shifts)).value();
+}
+
 void FarmSimulation::run_pilot(std::size_t index, const RunPilot& pilot) {
   const std::uint64_t life = workers_[index].life;
   after(random_.seconds_between(0.01, 1), [this, index, life, grant = pilot.grant] {
     const bool unavailable = chaos_.breaks && random_.chance(0.1);
     on_worker(index, life, [this, grant, unavailable](Session& session, SessionActions& actions) {
       const std::size_t choice = pilot_choice(grant->settings, grant->methods.size());
-      unavailable
-          ? session.pilot_unavailable(grant->lease, now_, actions)
-          : session.pilot_done({grant->lease, static_cast<std::uint32_t>(choice), {"as it is"}, 0.1}, now_, actions);
+      unavailable ? session.pilot_unavailable(grant->lease, now_, actions)
+                  : session.pilot_done({grant->lease,
+                                        static_cast<std::uint32_t>(choice),
+                                        {"as it is"},
+                                        0.1,
+                                        grant->allocate ? pilot_allocation(grant->settings) : Allocation()},
+                                       now_, actions);
     });
   });
 }

@@ -4,6 +4,7 @@
 #include "common/image/read/read_image.h"
 #include "common/methods/spec/method_spec.h"
 #include "common/planner/pilot.h"
+#include "common/planner/tile_noise.h"
 #include "common/scene/absorption.h"
 #include "common/wire/scene_proto.h"
 
@@ -97,7 +98,7 @@ void Preparer::work() {
       done_(std::move(*description), std::move(prepared));
     } else {
       const PilotGrant& pilot = *std::get<std::shared_ptr<const PilotGrant>>(task);
-      Result<PilotReport> report = compare_methods(pilot, stop);
+      Result<PilotReport> report = run(pilot, stop);
       if (!stop.stop_requested()) {
         pilot_done_(pilot.lease, std::move(report));
       }
@@ -105,17 +106,28 @@ void Preparer::work() {
   }
 }
 
-Result<PilotReport> Preparer::compare_methods(const PilotGrant& pilot, const std::stop_token& stop) {
+Result<PilotReport> Preparer::run(const PilotGrant& pilot, const std::stop_token& stop) {
   const RenderSettings& settings = pilot.settings;
   LM_ASSIGN_OR_RETURN(const std::shared_ptr<const CompiledScene> scene, compiled(settings));
   const Time start = system_clock().now();
-  LM_ASSIGN_OR_RETURN(
-      PilotChoice choice,
-      run_pilot(scene, {pilot.methods, settings.seed, settings.max_bounces, {0, 0, settings.width, settings.height}},
-                stop));
-  const double seconds = to_seconds(system_clock().now() - start);
-  spdlog::info("pilot of job {}: {} after {:.0f} ms", pilot.job.value, pilot.methods[choice.choice], 1000 * seconds);
-  return PilotReport{pilot.lease, static_cast<std::uint32_t>(choice.choice), std::move(choice.reasons), seconds};
+  PilotChoice choice;
+  if (pilot.methods.size() > 1) {
+    LM_ASSIGN_OR_RETURN(
+        choice,
+        run_pilot(scene, {pilot.methods, settings.seed, settings.max_bounces, {0, 0, settings.width, settings.height}},
+                  stop));
+  }
+  const std::string& method = pilot.methods[choice.choice];
+  PilotReport report{pilot.lease, static_cast<std::uint32_t>(choice.choice), std::move(choice.reasons)};
+  if (pilot.allocate) {
+    LM_ASSIGN_OR_RETURN(Gain gain,
+                        find_allocation(scene, {method, settings.seed, settings.max_bounces, grid_of(settings)}, stop));
+    report.reasons.push_back(describe(gain));
+    report.allocation = std::move(gain.allocation);
+  }
+  report.seconds = to_seconds(system_clock().now() - start);
+  spdlog::info("pilot of job {}: {} after {:.0f} ms", pilot.job.value, method, 1000 * report.seconds);
+  return report;
 }
 
 Result<PreparedJob> Preparer::prepare(const JobDescription& description) {

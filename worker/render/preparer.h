@@ -1,5 +1,5 @@
 // Makes jobs ready to be rendered, on a thread of its own: scene document → assets → compiled scene → method; and runs
-// the pilots that choose methods.
+// the pilots that choose methods and allocate samples.
 #pragma once
 
 #include <deque>
@@ -48,7 +48,7 @@ class Preparer {
   void work();
   void enqueue(Task task);
   Result<PreparedJob> prepare(const JobDescription& description);
-  Result<PilotReport> compare_methods(const PilotGrant& pilot, const std::stop_token& stop);
+  Result<PilotReport> run(const PilotGrant& pilot, const std::stop_token& stop);
   Result<std::shared_ptr<const CompiledScene>> compiled(const RenderSettings& settings);
 
   AssetCache& assets_;

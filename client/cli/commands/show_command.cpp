@@ -23,6 +23,9 @@ std::string goal_text(const v1::Goal& goal) {
   if (goal.error() > 0) {
     text += (text.empty() ? "" : ", or ") + fmt::format("error (relMSE) {:g}", goal.error());
   }
+  if (goal.adaptive()) {
+    text += ", samples by noise";
+  }
   return text;
 }
 

@@ -40,6 +40,7 @@ Status load_jobs(Database& database, StoredState& state) {
     job.finished_unix_ms = rows.integer(column++);
     job.spec.goal.error = rows.real(column++);
     LM_ASSIGN_OR_RETURN(job.reached, limit_named(rows.view(column++)));
+    job.spec.goal.adaptive = rows.integer(column++) != 0;
     state.jobs.push_back({std::move(job), {}});
   }
   LM_ASSIGN_OR_RETURN(const std::int64_t highest,
@@ -78,6 +79,8 @@ Status load_settings(Database& database, StoredState& state) {
     notes.reasons = lines_in(settings_row.view(column++));
     notes.notices = lines_in(settings_row.view(column++));
     notes.candidates = lines_in(settings_row.view(column++));
+    const std::string_view shifts = settings_row.view(column++);
+    LM_ASSIGN_OR_RETURN(job.record.allocation, Allocation::of({shifts.begin(), shifts.end()}));
     settings_row.reset();
 
     assets.bind_all(id);

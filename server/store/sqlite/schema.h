@@ -41,7 +41,8 @@ CREATE TABLE jobs (
   submitted_unix_ms INTEGER NOT NULL,
   finished_unix_ms INTEGER NOT NULL,
   goal_error REAL NOT NULL DEFAULT 0,
-  reached TEXT NOT NULL DEFAULT ''
+  reached TEXT NOT NULL DEFAULT '',
+  goal_adaptive INTEGER NOT NULL DEFAULT 0
 );
 
 -- How a job's error fell; samples are per pixel.
@@ -71,7 +72,8 @@ CREATE TABLE job_settings (
   method_chosen INTEGER NOT NULL DEFAULT 0,
   method_reasons TEXT NOT NULL DEFAULT '',
   method_notices TEXT NOT NULL DEFAULT '',
-  method_candidates TEXT NOT NULL DEFAULT ''
+  method_candidates TEXT NOT NULL DEFAULT '',
+  allocation BLOB NOT NULL DEFAULT x'' -- a byte a tile, signed: what it gets is 2^this of the mean; empty: all the same
 );
 
 CREATE TABLE job_assets (
@@ -150,7 +152,13 @@ inline constexpr const char* kFromFormat5 = R"sql(
 ALTER TABLE job_settings ADD COLUMN method_candidates TEXT NOT NULL DEFAULT '';
 )sql";
 
+/// From format 6, which gave all tiles the same.
+inline constexpr const char* kFromFormat6 = R"sql(
+ALTER TABLE jobs ADD COLUMN goal_adaptive INTEGER NOT NULL DEFAULT 0;
+ALTER TABLE job_settings ADD COLUMN allocation BLOB NOT NULL DEFAULT x'';
+)sql";
+
 /// By the format that they lead away from, less one.
-inline constexpr std::array kSteps{kFromFormat1, kFromFormat2, kFromFormat3, kFromFormat4, kFromFormat5};
+inline constexpr std::array kSteps{kFromFormat1, kFromFormat2, kFromFormat3, kFromFormat4, kFromFormat5, kFromFormat6};
 
 }  // namespace lightmill::sqlite

@@ -16,11 +16,12 @@ using sqlite::Statement;
 using sqlite::view_of;
 
 constexpr std::string_view kPutJob = R"sql(
-INSERT INTO jobs VALUES (?1,?2,?3,?4,?5,?6,?7,?8,?9,?10,?11,?12,?13,?14,?15,?16,?17,?18,?19,?20,?21,?22,?23)
+INSERT INTO jobs VALUES (?1,?2,?3,?4,?5,?6,?7,?8,?9,?10,?11,?12,?13,?14,?15,?16,?17,?18,?19,?20,?21,?22,?23,?24)
 ON CONFLICT (id) DO UPDATE SET request_id=?2, name=?3, owner=?4, host=?5, parent=?6, priority=?7, goal_samples=?8,
   goal_seconds=?9, state=?10, reason=?11, fingerprint_class=?12, active_seconds=?13, worker_seconds=?14,
   results_merged=?15, results_duplicate=?16, leases_lost=?17, copies_leased=?18, non_finite=?19,
-  submitted_unix_ms=?20, finished_unix_ms=?21, goal_error=?22, reached=?23)sql";
+  submitted_unix_ms=?20, finished_unix_ms=?21, goal_error=?22, reached=?23,
+  goal_adaptive=?24)sql";
 
 constexpr std::string_view kPutProgress = R"sql(
 UPDATE jobs SET active_seconds=?2, worker_seconds=?3, results_merged=?4, results_duplicate=?5, leases_lost=?6,
@@ -101,7 +102,8 @@ Status SqliteStore::apply(const PutJob& op) {
                                sqlite::name_of(job.state), job.reason, job.fingerprint_class, job.active_seconds,
                                job.worker_seconds, counters.results_merged, counters.results_duplicate,
                                counters.leases_lost, counters.copies_leased, counters.non_finite, job.submitted_unix_ms,
-                               job.finished_unix_ms, job.spec.goal.error, sqlite::name_of(job.reached));
+                               job.finished_unix_ms, job.spec.goal.error, sqlite::name_of(job.reached),
+                               int{job.spec.goal.adaptive});
   LM_RETURN_IF_ERROR(statements_.put_job.run());
   LM_RETURN_IF_ERROR(put_settings(job));
   return put_history(job);
@@ -123,13 +125,14 @@ Status SqliteStore::put_settings(const JobRecord& record) {
   const MethodNotes& notes = record.method_notes;
   const std::string reasons = sqlite::lines_of(notes.reasons), notices = sqlite::lines_of(notes.notices),
                     candidates = sqlite::lines_of(notes.candidates);
+  const ByteView allocation = std::as_bytes(record.allocation.shifts());
   statements_.put_settings.bind_all(record.id.value, as_byte_view(settings.scene), settings.width, settings.height,
                                     settings.crop.x, settings.crop.y, settings.crop.width, settings.crop.height,
                                     settings.seed, settings.method, settings.max_bounces, settings.renderer_version,
-                                    settings.meters, int{notes.chosen}, reasons, notices, candidates);
+                                    settings.meters, int{notes.chosen}, reasons, notices, candidates, allocation);
   LM_RETURN_IF_ERROR(statements_.put_settings.run());
   if (database_.changes() == 0) {
-    statements_.put_method.bind_all(record.id.value, settings.method, reasons, notices, candidates);
+    statements_.put_method.bind_all(record.id.value, settings.method, reasons, notices, candidates, allocation);
     return statements_.put_method.run();
   }
   for (std::size_t i = 0; i < settings.assets.size(); ++i) {
@@ -241,10 +244,11 @@ Result<Statements> prepare_statements(Database& database) {
   LM_ASSIGN_OR_RETURN(
       all.put_settings,
       database.prepare("INSERT OR IGNORE INTO job_settings VALUES (?1,?2,?3,?4,?5,?6,?7,?8,?9,?10,?11,?12,?13,?14,"
-                       "?15,?16,?17)"));
-  LM_ASSIGN_OR_RETURN(all.put_method,
-                      database.prepare("UPDATE job_settings SET method = ?2, method_reasons = ?3, method_notices = ?4, "
-                                       "method_candidates = ?5 WHERE job = ?1 AND method_candidates <> ?5"));
+                       "?15,?16,?17,?18)"));
+  LM_ASSIGN_OR_RETURN(
+      all.put_method,
+      database.prepare("UPDATE job_settings SET method = ?2, method_reasons = ?3, method_notices = ?4, "
+                       "method_candidates = ?5, allocation = ?6 WHERE job = ?1 AND method_candidates <> ?5"));
   LM_ASSIGN_OR_RETURN(all.put_asset, database.prepare("INSERT INTO job_assets VALUES (?1,?2,?3)"));
   LM_ASSIGN_OR_RETURN(all.put_layer, database.prepare("INSERT INTO job_layers VALUES (?1,?2,?3,?4,?5)"));
   LM_ASSIGN_OR_RETURN(all.put_error, database.prepare("INSERT OR IGNORE INTO job_errors VALUES (?1,?2,?3,?4,?5)"));

@@ -129,6 +129,34 @@ TEST_F(FarmCliTest, ChoiceAndNoticesOutliveTheCoordinator) {
   }
 }
 
+TEST_F(FarmCliTest, AdaptiveJobsGiveNoiseMoreSamplesTheSameEveryTime) {
+  start_worker("w1");
+  const auto render = [&](const std::vector<std::string>& more, const char* out) {
+    std::vector<std::string> arguments{"render",   scene("cornell-bench-balls.json"),
+                                       "--size",   "256x256",
+                                       "--spp",    "16",
+                                       "--method", "path",
+                                       "--seed",   "4",
+                                       "-o",       file(out)};
+    arguments.insert(arguments.end(), more.begin(), more.end());
+    return on_farm(arguments);
+  };
+  const nlohmann::json adaptive = render({"--adaptive"}, "adaptive.exr");
+  EXPECT_EQ(adaptive["goal"]["adaptive"], true);
+  EXPECT_LT(adaptive["min_tile_samples"], 16u);
+  EXPECT_GT(adaptive["max_tile_samples"], 16u);
+  EXPECT_LE(adaptive["samples_done"], 16u * 256 * 256);
+  EXPECT_EQ(adaptive["samples_done"], adaptive["samples_wanted"]);
+  ASSERT_FALSE(adaptive["method_reasons"].empty()) << adaptive;
+  EXPECT_NE(adaptive["method_reasons"].back().get<std::string>().find("times the mean of samples"), std::string::npos);
+  start_worker("w2");
+  EXPECT_EQ(render({"--adaptive"}, "again.exr")["film_hash"], adaptive["film_hash"]);
+  const nlohmann::json even = render({}, "even.exr");
+  EXPECT_EQ(even["goal"]["adaptive"], false);
+  EXPECT_EQ(even["min_tile_samples"], even["max_tile_samples"]);
+  EXPECT_EQ(even["render_digest"], adaptive["render_digest"]) << "samples are the same, but for how many there are";
+}
+
 TEST_F(FarmCliTest, APilotPicksTheSameMethodWhateverIsKilledMeanwhile) {
   const std::vector<std::string> job{
       scene("cornell-bench-balls.json"), "--size", "96x96", "--spp", "32", "--method", "auto", "--seed", "4"};

@@ -320,5 +320,24 @@ TEST(TileGrid, TilesAreThoseOfTheFullFilm) {
   EXPECT_EQ(grid.tile_rect(TileId{3}), (PixelRect{64, 192, 6, 8}));
 }
 
+TEST(Film, TellsOfHowManyOfTheFramesSamplesAllTilesHaveTheirPart) {
+  Film film(TileGrid(kCrop), 3, Allocation::of({-1, 2}).value());
+  const TileId quiet{0}, noisy{1};
+  film.merge(quiet, make_node(film, quiet, {3, 0}));  // 8: half of 16
+  EXPECT_EQ(film.frame_samples(), 0u);
+  film.merge(noisy, make_node(film, noisy, {5, 0}));  // 32: four times 8
+  EXPECT_EQ(film.frame_samples(), 8u);
+  EXPECT_FALSE(film.has_just(8));
+  film.merge(noisy, make_node(film, noisy, {5, 1}));
+  EXPECT_EQ(film.frame_samples(), 16u);
+  EXPECT_TRUE(film.has_just(16));
+  EXPECT_FALSE(film.has_just(8));
+  film.merge(noisy, make_node(film, noisy, {0, 64}));
+  EXPECT_EQ(film.frame_samples(), 16u);
+  EXPECT_FALSE(film.has_just(16));
+  EXPECT_EQ(film.min_samples(), 8u);
+  EXPECT_EQ(film.max_samples(), 65u);
+}
+
 }  // namespace
 }  // namespace lightmill

@@ -254,5 +254,37 @@ TEST(UnitSize, ARoundIsSharedByThreads) {
   EXPECT_EQ(choose_tile_count({0, 0}, 3, 4096, aim), 1u);
 }
 
+TEST(UnevenJobPlan, TilesHaveTheirPartsAndAdvanceTogether) {
+  Film film(TileGrid({0, 0, 256, 64}), 3, Allocation::of({-2, 0, 0, 2}).value());
+  JobPlan plan(film, 64, kPlenty);
+  EXPECT_EQ(plan.goal_of(TileId{0}), 16u);
+  EXPECT_EQ(plan.goal_of(TileId{3}), 256u);
+  std::set<TileId> first;
+  for (std::uint64_t lease = 1;; ++lease) {
+    ASSERT_EQ(plan.first_round(), first.size() < 4) << "once the plan has been asked";
+    const std::optional<Unit> unit = plan.take(kJob, LeaseId{lease}, kFast);
+    if (!unit) {
+      break;
+    }
+    // What goes out stands at the start of the part of the frame that the others have.
+    const std::uint64_t frame = film.allocation().of_frame(unit->tiles[0], unit->range.first());
+    for (std::uint32_t i = 0; i < 4; ++i) {
+      EXPECT_LE(frame, film.allocation().of_frame(TileId{i}, film.samples(TileId{i})));
+    }
+    for (const TileId tile : unit->tiles) {
+      first.insert(tile);
+      film.merge(tile, make_node(film, tile, unit->range));
+      plan.settle(tile);
+    }
+    plan.has_work();
+  }
+  EXPECT_EQ(first.size(), 4u);
+  EXPECT_TRUE(film.has_just(64));
+  EXPECT_FALSE(plan.adopt(LeaseId{99}, TileId{0}, {4, 1})) << "beyond its part";
+  plan.set_goal(65);
+  EXPECT_TRUE(plan.adopt(LeaseId{99}, TileId{0}, {0, 16}));
+  EXPECT_EQ(plan.out_end(), 65u) << "of the frame";
+}
+
 }  // namespace
 }  // namespace lightmill

@@ -1,4 +1,5 @@
 // How methods are chosen on the farm.
+#include "common/film/error_goal.h"
 #include "tests/unit/server/coordinator_fixture.h"
 
 namespace lightmill {
@@ -213,7 +214,7 @@ TEST_F(PilotTest, AWorkerWhoseReportsAreDamagedIsDismissed) {
 TEST_F(PilotTest, ReasonsAreFewShortAndSafeToPrint) {
   const SessionId a = connect("a");
   const JobId job = submit_undecided();
-  say(a, PilotReport{pilot(a).lease, 0, {"one", "two", "three"}, 0});
+  say(a, PilotReport{pilot(a).lease, 0, {"one", "two", "three", "four"}, 0});
   EXPECT_EQ(status(job).method, "auto") << "more reasons than methods";
   say(a, PilotReport{pilot(a).lease, 0, {std::string(1025, 'x')}, 0});
   EXPECT_EQ(status(job).method, "auto");
@@ -325,6 +326,93 @@ TEST_F(PilotTest, CandidatesMustFitTheJob) {
   EXPECT_EQ(coordinator->submit(job, now, 0, step, {true, {}, {}, {"path", "ao"}}).status().code(),
             StatusCode::kInvalidArgument)
       << "ao reads no meters";
+}
+
+class AllocationTest : public PilotTest {
+ protected:
+  /// Two tiles.
+  JobId submit_adaptive(Goal goal) {
+    JobSpec job = spec("r1");
+    job.goal = goal;
+    job.goal.adaptive = true;
+    const Result<JobId> id = coordinator->submit(job, now, unix_ms(), step, {false, {}, {}, {"path"}});
+    EXPECT_TRUE(id.ok()) << id.status();
+    flush();
+    return *id;
+  }
+  void allocate(SessionId session, std::vector<std::int8_t> shifts) {
+    PilotReport report{pilot(session).lease, 0, {"by noise"}, 0.5};
+    report.allocation = Allocation::of(std::move(shifts)).value();
+    say(session, report);
+  }
+  std::pair<std::uint64_t, std::uint64_t> samples(JobId job) const {
+    const Film* const film = coordinator->film(job);
+    return {film->samples(TileId{0}), film->samples(TileId{1})};
+  }
+};
+
+TEST_F(AllocationTest, APilotSaysWhatEachTileGets) {
+  const SessionId a = connect("a");
+  const JobId job = submit_adaptive({.samples = 100});
+  EXPECT_TRUE(pilot(a).allocate);
+  EXPECT_EQ(pilot(a).methods, std::vector<std::string>{"path"});
+  EXPECT_EQ(status(job).samples_wanted, 100u * 128 * 64);
+  allocate(a, {-1, 2});
+  EXPECT_EQ(stored().allocation, Allocation::of({-1, 2}).value());
+  EXPECT_EQ(status(job).samples_wanted, (50u + 400) * 64 * 64);
+  work(a);
+  EXPECT_EQ(status(job).state, JobState::done);
+  EXPECT_EQ(status(job).reason, "reached 100 samples per pixel");
+  EXPECT_EQ(samples(job), (std::pair{std::uint64_t{50}, std::uint64_t{400}}));
+  // Extended, also after a restart.
+  StoredState state{2, {{stored(), {}}}, 2};
+  for (std::uint32_t tile = 0; tile < 2; ++tile) {
+    for (const NodePtr& node : coordinator->film(job)->forest(TileId{tile})) {
+      state.jobs[0].nodes.push_back({TileId{tile}, node});
+    }
+  }
+  restart(std::move(state));
+  EXPECT_EQ(status(job).state, JobState::done);
+  EXPECT_FALSE(coordinator->extend(job, {.samples = 100}, now, step).ok());
+  ASSERT_TRUE(coordinator->extend(job, {.samples = 102}, now, step).ok());
+  flush();
+  const SessionId b = connect("b");
+  pass(limits.restart_grace + std::chrono::seconds(1));
+  work(b);
+  EXPECT_EQ(status(job).state, JobState::done);
+  EXPECT_EQ(samples(job), (std::pair{std::uint64_t{51}, std::uint64_t{408}}));
+}
+
+TEST_F(AllocationTest, AnErrorIsReadWhereAllTilesHaveTheirParts) {
+  first_extra = 16;
+  const SessionId a = connect("a");
+  const JobId job = submit_adaptive({.error = 0.02});
+  allocate(a, {-2, 1});
+  work(a);
+  EXPECT_EQ(status(job).reached, GoalLimit::error);
+  const auto [quiet, noisy] = samples(job);
+  EXPECT_TRUE(is_error_count(4 * quiet)) << quiet;
+  EXPECT_EQ(noisy, 8 * quiet);
+  EXPECT_LE(status(job).error.rel_mse + status(job).error.half_width, 0.02);
+}
+
+TEST_F(AllocationTest, WhatItSaysIsChecked) {
+  const SessionId a = connect("a");
+  const JobId job = submit_adaptive({.samples = 8});
+  allocate(a, {1});
+  EXPECT_NE(stored().method_notes.candidates.size(), 0u) << "one of two tiles";
+  allocate(a, {});
+  EXPECT_TRUE(stored().allocation.even());
+  work(a);
+  EXPECT_EQ(samples(job), (std::pair{std::uint64_t{8}, std::uint64_t{8}}));
+  // Of a job that asks for none.
+  const JobId other = submit_undecided("r2");
+  allocate(a, {1, 1});
+  EXPECT_EQ(status(other).method, "auto");
+  JobSpec most = spec("r3", kMaxSamples);
+  most.goal.adaptive = true;
+  EXPECT_EQ(message_of(coordinator->submit(most, now, unix_ms(), step).status()),
+            fmt::format("goal.samples: at most {}, got {}", kMaxSamples / 4, kMaxSamples));
 }
 
 }  // namespace

@@ -25,7 +25,10 @@ class SqliteStoreTest : public ::testing::Test {
   }
   /// Makes the file one of an earlier format.
   void go_back_to(int format) {
-    sql("ALTER TABLE job_settings DROP COLUMN method_candidates");
+    sql("ALTER TABLE jobs DROP COLUMN goal_adaptive; ALTER TABLE job_settings DROP COLUMN allocation");
+    if (format < 6) {
+      sql("ALTER TABLE job_settings DROP COLUMN method_candidates");
+    }
     if (format < 5) {
       sql("DROP TABLE job_errors");
     }
@@ -141,9 +144,20 @@ TEST_F(SqliteStoreTest, AFileOfFormat3IsBroughtUpToDate) {
   const Result<StoredState> state = open()->load();
   ASSERT_TRUE(state.ok()) << state.status();
   EXPECT_EQ(state->jobs.at(0).record.method_notes, MethodNotes{});
-  EXPECT_EQ(state->jobs[0].record.spec.goal, test::full_record(1).spec.goal);
+  EXPECT_EQ(state->jobs[0].record.spec.goal, (Goal{300, 12.5, test::full_record(1).spec.goal.error}));
   EXPECT_TRUE(open()->commit(std::vector<StoreOp>{PutJob{test::full_record(2)}}).ok());
   EXPECT_EQ(open()->load()->jobs.at(1).record.method_notes, test::full_record(2).method_notes);
+}
+
+TEST_F(SqliteStoreTest, AFileOfFormat6IsBroughtUpToDate) {
+  ASSERT_TRUE(open()->commit(std::vector<StoreOp>{PutJob{test::full_record(1)}}).ok());
+  go_back_to(6);
+  const Result<StoredState> state = open()->load();
+  ASSERT_TRUE(state.ok()) << state.status();
+  EXPECT_TRUE(state->jobs.at(0).record.allocation.even());
+  EXPECT_FALSE(state->jobs[0].record.spec.goal.adaptive);
+  EXPECT_TRUE(open()->commit(std::vector<StoreOp>{PutJob{test::full_record(2)}}).ok());
+  EXPECT_EQ(open()->load()->jobs.at(1).record.allocation, test::full_record(2).allocation);
 }
 
 TEST_F(SqliteStoreTest, AFileOfFormat4IsBroughtUpToDate) {

@@ -47,6 +47,8 @@ JobRecord full_record(std::uint64_t id) {
   settings.max_bounces = 0xffffffffu;
   settings.renderer_version = "core-x";
   record.method_notes = {true, {"it is the only one", "and fast"}, {"path: the lamp's caustics are missing"}, {}};
+  record.spec.goal.adaptive = true;
+  record.allocation = Allocation::of({-2, 0, 1, 2}).value();
   record.history = {{16, 1.5, 0.5, 0.25}, {24.5, 3, 0.25, 0.125}};
   record.state = JobState::paused;
   record.reason = "because";
@@ -88,6 +90,7 @@ std::string describe(const StoredState& state) {
     for (const ErrorPoint& point : r.history) {
       text += fmt::format("error {} {} {} {} ", point.samples, point.worker_seconds, point.rel_mse, point.half_width);
     }
+    text += fmt::format("adaptive {} {} ", r.spec.goal.adaptive, fmt::join(r.allocation.shifts(), ","));
     text += "digest " + render_digest(s, "").hex();  // covers every setting
     std::vector<std::string> nodes;
     for (const StoredState::StoredNode& node : job.nodes) {

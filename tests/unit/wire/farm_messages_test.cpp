@@ -42,7 +42,7 @@ JobSpec example_spec() {
   spec.host = "engine";
   spec.parent = JobId{17};
   spec.priority = -3;
-  spec.goal = {300, 12.5, 0.0123};
+  spec.goal = {300, 12.5, 0.0123, true};
   spec.settings = example_settings();
   return spec;
 }
@@ -214,6 +214,10 @@ TEST(FarmMessages, WorkerMessagesComeBackWhole) {
   EXPECT_EQ(report.choice, 1u);
   EXPECT_EQ(report.reasons, std::vector<std::string>{"cheaper"});
   EXPECT_EQ(report.seconds, 0.25);
+  EXPECT_TRUE(report.allocation.even());
+  const Allocation uneven = Allocation::of({-2, 0, 2}).value();
+  EXPECT_EQ(std::get<PilotReport>(through_wire(WorkerMessage(PilotReport{LeaseId{9}, 0, {}, 0, uneven}))).allocation,
+            uneven);
   EXPECT_TRUE(std::holds_alternative<WorkerDraining>(through_wire(WorkerMessage(WorkerDraining{}))));
 }
 
@@ -240,7 +244,8 @@ TEST(FarmMessages, CoordinatorMessagesComeBackWhole) {
   const LeaseCancel cancel{{LeaseId{1}, LeaseId{2}}};
   EXPECT_EQ(std::get<LeaseCancel>(through_wire(CoordinatorMessage(cancel))).leases, cancel.leases);
   const auto pilot = std::get<PilotGrant>(
-      through_wire(CoordinatorMessage(PilotGrant{LeaseId{7}, JobId{3}, job.settings, {"path", "whitted"}})));
+      through_wire(CoordinatorMessage(PilotGrant{LeaseId{7}, JobId{3}, job.settings, {"path", "whitted"}, true})));
+  EXPECT_TRUE(pilot.allocate);
   EXPECT_EQ(pilot.lease, LeaseId{7});
   EXPECT_EQ(pilot.job, JobId{3});
   EXPECT_EQ(pilot.settings.scene, job.settings.scene);

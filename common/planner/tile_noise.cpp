@@ -1,0 +1,138 @@
+#include "common/planner/tile_noise.h"
+
+#include <algorithm>
+#include <bit>
+
+#include "common/methods/method.h"
+#include "common/methods/spec/method_spec.h"
+#include "common/planner/counted_cost.h"
+
+namespace lightmill {
+namespace {
+
+constexpr int kPatchSide = 8;        ///< pixels
+constexpr std::uint32_t kLevel = 4;  ///< log2 of the samples
+/// From sample 64 on methods do as in long renders (roulette, splitting).
+constexpr std::uint32_t kFirst = 64;
+constexpr std::uint64_t kNoiseSeed = 0xc2b2ae3d27d4eb4fu;  ///< any constant
+constexpr double kRelativeFloor = 0.01;                    ///< as in relMSE
+
+struct Sums {
+  std::vector<double> values;  ///< half A, then half B, each RGB planes
+  CountedCost cost;
+};
+
+/// The sums over all samples of each patch.
+Result<std::vector<Sums>> sample(const Method& method, const MethodSpec& spec, std::span<const PixelRect> patches,
+                                 const std::stop_token& stop) {
+  // Of samples that patches share, no more at a time than are held.
+  const std::uint32_t held = shared_samples(spec);
+  const std::uint32_t level =
+      held == 0 ? kLevel : std::min(kLevel, static_cast<std::uint32_t>(std::bit_width(held)) - 1);
+  std::vector<Sums> all(patches.size());
+  for (std::uint32_t piece = 0; piece < 1u << (kLevel - level); ++piece) {
+    for (std::size_t i = 0; i < patches.size(); ++i) {
+      if (stop.stop_requested()) {
+        return cancelled("the pilot was stopped");
+      }
+      const std::unique_ptr<Workspace> workspace = method.make_workspace();
+      const Node node = method.render(patches[i], {level, (kFirst >> level) + piece}, *workspace);
+      all[i].values.resize(node.values.size());
+      for (std::size_t v = 0; v < node.values.size(); ++v) {
+        all[i].values[v] += static_cast<double>(node.values[v]);
+      }
+      const CountedCost cost = cost_of(workspace->counters);
+      all[i].cost.own += cost.own;
+      all[i].cost.shared += cost.shared;
+    }
+  }
+  return all;
+}
+
+/// (A − B)²/4 is the variance of the mean of all samples; A·B, where it is positive, estimates r².
+double variance_of(const Sums& sums) {
+  constexpr double kCount = 1u << kLevel;
+  const std::size_t half = sums.values.size() / 2;
+  double sum = 0;
+  for (std::size_t i = 0; i < half; ++i) {
+    const double a = sums.values[i] / (kCount / 2), b = sums.values[half + i] / (kCount / 2);
+    sum += (a - b) * (a - b) / 4 * kCount / (std::max(a * b, 0.0) + kRelativeFloor);
+  }
+  return sum / static_cast<double>(half);
+}
+
+}  // namespace
+
+std::vector<PixelRect> noise_patches(const PixelRect& tile) {
+  const auto places = [](int from, int length) {
+    std::vector<std::pair<int, int>> out;  // where, and how long
+    const int first = length / 2;
+    for (const auto& [start, size] : {std::pair{from, first}, std::pair{from + first, length - first}}) {
+      if (const int side = std::min(size, kPatchSide); side > 0) {
+        out.emplace_back(start + (size - side) / 2, side);
+      }
+    }
+    return out;
+  };
+  std::vector<PixelRect> patches;
+  for (const auto& [y, height] : places(tile.y, tile.height)) {
+    for (const auto& [x, width] : places(tile.x, tile.width)) {
+      patches.push_back({x, y, width, height});
+    }
+  }
+  return patches;
+}
+
+Result<Gain> find_allocation(const std::shared_ptr<const CompiledScene>& scene, const TileNoiseSettings& settings,
+                             const std::stop_token& stop) {
+  LM_ASSIGN_OR_RETURN(const MethodSpec spec, parse_method(settings.method));
+  LM_ASSIGN_OR_RETURN(const std::unique_ptr<Method> method,
+                      make_method(scene, {settings.method, settings.seed ^ kNoiseSeed, settings.max_bounces}));
+  constexpr double kCount = 1u << kLevel;
+  std::vector<PixelRect> patches;
+  std::vector<std::size_t> tile_of;
+  const std::uint32_t tiles = settings.grid.picture_tiles();
+  for (std::uint32_t tile = 0; tile < tiles; ++tile) {
+    for (const PixelRect& patch : noise_patches(settings.grid.tile_rect(TileId{tile}))) {
+      patches.push_back(patch);
+      tile_of.push_back(tile);
+    }
+  }
+  LM_ASSIGN_OR_RETURN(const std::vector<Sums> sums, sample(*method, spec, patches, stop));
+  std::vector<TileNoise> noise(tiles);
+  std::vector<double> seen(tiles);
+  double shared_cost = 0;
+  for (std::size_t i = 0; i < patches.size(); ++i) {
+    const auto pixels = static_cast<double>(patches[i].pixel_count());
+    TileNoise& of = noise[tile_of[i]];
+    of.variance += pixels * variance_of(sums[i]);
+    of.cost += sums[i].cost.own / kCount;
+    seen[tile_of[i]] += pixels;
+    shared_cost += sums[i].cost.shared / kCount;
+  }
+  for (std::uint32_t tile = 0; tile < tiles; ++tile) {
+    noise[tile].pixels = static_cast<double>(settings.grid.tile_rect(TileId{tile}).pixel_count());
+    noise[tile].variance /= seen[tile];
+    noise[tile].cost /= seen[tile];
+  }
+  Gain gain = allocate(noise, shared_cost);
+  if (!gain.allocation.even()) {
+    std::vector<std::int8_t> shifts(gain.allocation.shifts().begin(), gain.allocation.shifts().end());
+    shifts.resize(settings.grid.tile_count(), 0);
+    LM_ASSIGN_OR_RETURN(gain.allocation, Allocation::of(std::move(shifts)));
+  }
+  return gain;
+}
+
+std::string describe(const Gain& gain) {
+  if (gain.allocation.even()) {
+    return "samples go out evenly: by a pilot, little would be gained by giving noisy tiles more";
+  }
+  const auto [least, most] = std::ranges::minmax(gain.allocation.shifts());
+  return fmt::format(
+      "tiles get {:g} to {:g} times the mean of samples, by their noise: by a pilot, {:.2g} times less work "
+      "to the same error",
+      std::ldexp(1.0, least), std::ldexp(1.0, most), gain.gain);
+}
+
+}  // namespace lightmill

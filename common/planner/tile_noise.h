@@ -1,0 +1,35 @@
+// Where the noise of a picture is: a few samples by one method all over it, to find out how many each tile is to get.
+#pragma once
+
+#include <memory>
+#include <stop_token>
+#include <string>
+#include <vector>
+
+#include "common/base/status.h"
+#include "common/film/allocation.h"
+#include "common/film/tile_grid.h"
+#include "common/scene/compiled/compiled_scene.h"
+
+namespace lightmill {
+
+struct TileNoiseSettings {
+  std::string method;      ///< with its parameters
+  std::uint64_t seed = 0;  ///< of the job; the samples' own numbers are others, so that they never enter a film
+  std::uint32_t max_bounces = 0;
+  TileGrid grid;
+};
+
+/// What noise_patches of every tile say, 16 samples a pixel: as much work as one sample of all of the picture. Renders
+/// on the calling thread; a pure function of its arguments. Meters' tiles have their part of all. INVALID_ARGUMENT if
+/// the method cannot be made; CANCELLED if it was stopped, which it does between patches.
+Result<Gain> find_allocation(const std::shared_ptr<const CompiledScene>& scene, const TileNoiseSettings& settings,
+                             const std::stop_token& stop = {});
+
+/// At most 8×8 pixels in the middle of each quarter of a tile: 1/16 of it.
+std::vector<PixelRect> noise_patches(const PixelRect& tile);
+
+/// In words: what was found.
+std::string describe(const Gain& gain);
+
+}  // namespace lightmill

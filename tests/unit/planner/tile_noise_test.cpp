@@ -1,0 +1,76 @@
+#include "common/planner/tile_noise.h"
+
+#include <gtest/gtest.h>
+
+#include "common/methods/method.h"
+#include "tests/analytic/scene_text.h"
+#include "tests/support/render_document.h"
+
+namespace lightmill {
+namespace {
+
+using test::also;
+using test::diffuse;
+using test::document;
+using test::mesh;
+using test::polygon;
+using test::sphere;
+
+/// 256×128 pixels, two rows of four tiles, of which the left ones see a black floor, the right ones a grey one under a
+/// large lamp.
+test::TestScene half_dark() {
+  return test::TestScene::from_text(
+             document(
+                 R"("eye": [0, 2, 4], "look_at": [0, 0, 0])", 40, 256,
+                 diffuse("black", 0) + also(diffuse("floor", 0.5)) + also(diffuse("lamp", 0, 1)),
+                 mesh("black", "left.obj") + also(mesh("floor", "right.obj")) + also(sphere("lamp", "[3, 4, -1]", 2))),
+             {{"left.obj", polygon({{-50, 0, 50}, {0, 0, 50}, {0, 0, -50}, {-50, 0, -50}})},
+              {"right.obj", polygon({{0, 0, 50}, {50, 0, 50}, {50, 0, -50}, {0, 0, -50}})}})
+      .resized(256, 128);
+}
+
+std::vector<std::int8_t> shifts_of(const Gain& gain) {
+  return {gain.allocation.shifts().begin(), gain.allocation.shifts().end()};
+}
+
+TEST(TileNoise, PatchesLieInTheQuartersOfATile) {
+  EXPECT_EQ(noise_patches({64, 128, 64, 64}),
+            (std::vector<PixelRect>{{76, 140, 8, 8}, {108, 140, 8, 8}, {76, 172, 8, 8}, {108, 172, 8, 8}}));
+  EXPECT_EQ(noise_patches({0, 0, 1, 1}), (std::vector<PixelRect>{{0, 0, 1, 1}}));
+  EXPECT_EQ(noise_patches({5, 7, 3, 1}), (std::vector<PixelRect>{{5, 7, 1, 1}, {6, 7, 2, 1}}));
+}
+
+TEST(TileNoise, BlackTilesGiveTheirSamplesToTheOthers) {
+  const auto scene = half_dark().compiled();
+  const TileGrid grid({0, 0, 256, 128}, 1);
+  const Gain path = find_allocation(scene, {"path", 3, 0, grid}).value();
+  ASSERT_EQ(shifts_of(path).size(), 9u);
+  for (const std::uint32_t row : {0u, 1u}) {
+    for (const std::uint32_t column : {0u, 3u}) {
+      const int shift = path.allocation.shift(TileId{4 * row + column});
+      EXPECT_TRUE(column == 0 ? shift < 0 : shift > 0) << row << ", " << column << ": " << shift;
+    }
+  }
+  EXPECT_EQ(path.allocation.shift(TileId{8}), 0) << "the meter's";
+  EXPECT_EQ(find_allocation(scene, {"path", 3, 0, grid})->allocation, path.allocation);
+  EXPECT_NE(describe(path).find("times the mean"), std::string::npos) << describe(path);
+}
+
+TEST(TileNoise, WhereThereIsNoneAllGetTheSame) {
+  const auto scene = half_dark().compiled();
+  const Gain gain = find_allocation(scene, {"preview", 3, 0, TileGrid({0, 0, 64, 64})}).value();
+  EXPECT_TRUE(gain.allocation.even());
+  EXPECT_EQ(gain.gain, 1);
+}
+
+TEST(TileNoise, OneThatIsStoppedSaysSo) {
+  std::stop_source source;
+  source.request_stop();
+  EXPECT_EQ(find_allocation(half_dark().compiled(), {"path", 3, 0, TileGrid({0, 0, 256, 128})}, source.get_token())
+                .status()
+                .code(),
+            StatusCode::kCancelled);
+}
+
+}  // namespace
+}  // namespace lightmill
