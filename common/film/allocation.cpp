@@ -8,20 +8,28 @@
 namespace lightmill {
 namespace {
 
-/// The power of two that is nearest to `weight`, within limits; without logarithms, whose bits differ.
-std::int8_t nearest_shift(double weight, int most) {
-  constexpr double kHalfStep = 1.4142135623730951;  // √2
-  int shift = Allocation::kLeastShift;
-  while (shift < most && weight >= std::ldexp(kHalfStep, shift)) {
-    ++shift;
-  }
-  return static_cast<std::int8_t>(shift);
+/// What a tile's error becomes by its shift. More samples bring at least what random ones would. Fewer may cost more
+/// than that: errors of points that fill space evenly fall faster than 1/n, up to n^-2 where the picture is smooth.
+double error_factor(int shift) {
+  return std::ldexp(1.0, shift >= 0 ? -shift : -2 * shift);
 }
 
-std::vector<std::int8_t> shifts_of(std::span<const double> weights, double scale, int most) {
+/// The shift of least error and cost, if cost has this weight; none, where others are no better.
+std::int8_t best_shift(const TileNoise& tile, double weight, int most) {
+  const auto price = [&](int shift) {
+    return tile.variance * error_factor(shift) + weight * std::ldexp(tile.cost, shift);
+  };
+  int best = 0;
+  for (int shift = Allocation::kLeastShift; shift <= most; ++shift) {
+    best = price(shift) < price(best) ? shift : best;
+  }
+  return static_cast<std::int8_t>(best);
+}
+
+std::vector<std::int8_t> shifts_of(std::span<const TileNoise> tiles, double weight, int most) {
   std::vector<std::int8_t> shifts;
-  for (const double weight : weights) {
-    shifts.push_back(nearest_shift(weight * scale, most));
+  for (const TileNoise& tile : tiles) {
+    shifts.push_back(best_shift(tile, weight, most));
   }
   return shifts;
 }
@@ -35,14 +43,14 @@ double mean_share(std::span<const TileNoise> tiles, std::span<const std::int8_t>
   return sum / pixels;
 }
 
-/// The largest scale, within rounding, at which tiles have no more than one sample on average.
-std::vector<std::int8_t> at_most_one(std::span<const TileNoise> tiles, std::span<const double> weights, int most) {
-  double low = 0x1p-60, high = 0x1p60;
-  for (int step = 0; step < 200; ++step) {
+/// The least weight of cost, within rounding, at which tiles have no more than one sample on average.
+std::vector<std::int8_t> at_most_one(std::span<const TileNoise> tiles, int most) {
+  double low = 0x1p-100, high = 0x1p100;
+  for (int step = 0; step < 100; ++step) {
     const double middle = std::sqrt(low * high);
-    (mean_share(tiles, shifts_of(weights, middle, most)) <= 1 ? low : high) = middle;
+    (mean_share(tiles, shifts_of(tiles, middle, most)) <= 1 ? high : low) = middle;
   }
-  return shifts_of(weights, low, most);
+  return shifts_of(tiles, high, most);
 }
 
 /// relMSE × cost; the shared cost is that of the tile that has most.
@@ -50,7 +58,7 @@ double inefficiency(std::span<const TileNoise> tiles, std::span<const std::int8_
   double error = 0, cost = 0;
   int most = Allocation::kLeastShift;
   for (std::size_t i = 0; i < tiles.size(); ++i) {
-    error += std::ldexp(tiles[i].pixels * tiles[i].variance, -shifts[i]);
+    error += tiles[i].pixels * tiles[i].variance * error_factor(shifts[i]);
     cost += std::ldexp(tiles[i].pixels * tiles[i].cost, shifts[i]);
     most = std::max(most, int{shifts[i]});
   }
@@ -73,17 +81,16 @@ Result<Allocation> Allocation::of(std::vector<std::int8_t> shifts) {
 
 Gain allocate(std::span<const TileNoise> tiles, double shared_cost) {
   constexpr double kLeastGain = 1.02;
-  std::vector<double> weights;
   for (const TileNoise& tile : tiles) {
     LM_CHECK(tile.pixels > 0 && tile.variance >= 0 && tile.cost >= 0);
-    weights.push_back(tile.cost > 0 ? std::sqrt(tile.variance / tile.cost) : 0);
   }
   Gain best;
-  const std::vector<std::int8_t> even(tiles.size(), 0);
-  const double before = inefficiency(tiles, even, shared_cost);
-  for (int most = 1; most <= Allocation::kMostShift && std::ranges::any_of(weights, [](double w) { return w > 0; });
-       ++most) {
-    std::vector<std::int8_t> shifts = at_most_one(tiles, weights, most);
+  if (std::ranges::none_of(tiles, [](const TileNoise& tile) { return tile.variance > 0; })) {
+    return best;
+  }
+  const double before = inefficiency(tiles, std::vector<std::int8_t>(tiles.size(), 0), shared_cost);
+  for (int most = 1; most <= Allocation::kMostShift; ++most) {
+    std::vector<std::int8_t> shifts = at_most_one(tiles, most);
     const double gain = before / inefficiency(tiles, shifts, shared_cost);
     if (gain >= kLeastGain && gain > best.gain) {
       best = {Allocation::of(std::move(shifts)).value(), gain};

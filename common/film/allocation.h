@@ -64,8 +64,9 @@ struct Gain {
   double gain = 1;  ///< by how much relMSE × cost is less than if all tiles had the same
 };
 
-/// The least relMSE × cost for a frame: n ∝ √(variance / cost), by powers of two, at most n on average. `shared_cost`:
-/// of what a sample costs but once, for all tiles that have it (photons). Even, where nothing is gained.
+/// The least relMSE × cost for a frame, at most n on average. `shared_cost`: of what a sample costs but once, for all
+/// tiles that have it (photons). A tile's error is taken to be half with twice the samples, and four times with half of
+/// them. Even, where nothing is gained.
 Gain allocate(std::span<const TileNoise> tiles, double shared_cost);
 
 }  // namespace lightmill

@@ -10,8 +10,8 @@
 namespace lightmill {
 namespace {
 
-constexpr int kPatchSide = 8;        ///< pixels
-constexpr std::uint32_t kLevel = 4;  ///< log2 of the samples
+constexpr int kPatchSide = 2, kCellSide = 8;  ///< pixels: of a patch, and of the square that it stands for
+constexpr std::uint32_t kLevel = 4;           ///< log2 of the samples
 /// From sample 64 on methods do as in long renders (roulette, splitting).
 constexpr std::uint32_t kFirst = 64;
 constexpr std::uint64_t kNoiseSeed = 0xc2b2ae3d27d4eb4fu;  ///< any constant
@@ -29,13 +29,14 @@ Result<std::vector<Sums>> sample(const Method& method, const MethodSpec& spec, s
   const std::uint32_t held = shared_samples(spec);
   const std::uint32_t level =
       held == 0 ? kLevel : std::min(kLevel, static_cast<std::uint32_t>(std::bit_width(held)) - 1);
+  const std::unique_ptr<Workspace> workspace = method.make_workspace();
   std::vector<Sums> all(patches.size());
   for (std::uint32_t piece = 0; piece < 1u << (kLevel - level); ++piece) {
     for (std::size_t i = 0; i < patches.size(); ++i) {
       if (stop.stop_requested()) {
         return cancelled("the pilot was stopped");
       }
-      const std::unique_ptr<Workspace> workspace = method.make_workspace();
+      workspace->counters = {};
       const Node node = method.render(patches[i], {level, (kFirst >> level) + piece}, *workspace);
       all[i].values.resize(node.values.size());
       for (std::size_t v = 0; v < node.values.size(); ++v) {
@@ -64,20 +65,12 @@ double variance_of(const Sums& sums) {
 }  // namespace
 
 std::vector<PixelRect> noise_patches(const PixelRect& tile) {
-  const auto places = [](int from, int length) {
-    std::vector<std::pair<int, int>> out;  // where, and how long
-    const int first = length / 2;
-    for (const auto& [start, size] : {std::pair{from, first}, std::pair{from + first, length - first}}) {
-      if (const int side = std::min(size, kPatchSide); side > 0) {
-        out.emplace_back(start + (size - side) / 2, side);
-      }
-    }
-    return out;
-  };
   std::vector<PixelRect> patches;
-  for (const auto& [y, height] : places(tile.y, tile.height)) {
-    for (const auto& [x, width] : places(tile.x, tile.width)) {
-      patches.push_back({x, y, width, height});
+  for (int y = 0; y < tile.height; y += kCellSide) {
+    const int height = std::min(kCellSide, tile.height - y), high = std::min(height, kPatchSide);
+    for (int x = 0; x < tile.width; x += kCellSide) {
+      const int width = std::min(kCellSide, tile.width - x), wide = std::min(width, kPatchSide);
+      patches.push_back({tile.x + x + (width - wide) / 2, tile.y + y + (height - high) / 2, wide, high});
     }
   }
   return patches;

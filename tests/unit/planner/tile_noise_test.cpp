@@ -33,11 +33,13 @@ std::vector<std::int8_t> shifts_of(const Gain& gain) {
   return {gain.allocation.shifts().begin(), gain.allocation.shifts().end()};
 }
 
-TEST(TileNoise, PatchesLieInTheQuartersOfATile) {
-  EXPECT_EQ(noise_patches({64, 128, 64, 64}),
-            (std::vector<PixelRect>{{76, 140, 8, 8}, {108, 140, 8, 8}, {76, 172, 8, 8}, {108, 172, 8, 8}}));
+TEST(TileNoise, PatchesLieInTheMiddleOfEveryEightPixels) {
+  const std::vector<PixelRect> patches = noise_patches({64, 128, 64, 64});
+  ASSERT_EQ(patches.size(), 64u);
+  EXPECT_EQ(patches[0], (PixelRect{67, 131, 2, 2}));
+  EXPECT_EQ(patches[63], (PixelRect{64 + 59, 128 + 59, 2, 2}));
   EXPECT_EQ(noise_patches({0, 0, 1, 1}), (std::vector<PixelRect>{{0, 0, 1, 1}}));
-  EXPECT_EQ(noise_patches({5, 7, 3, 1}), (std::vector<PixelRect>{{5, 7, 1, 1}, {6, 7, 2, 1}}));
+  EXPECT_EQ(noise_patches({5, 7, 11, 1}), (std::vector<PixelRect>{{8, 7, 2, 1}, {13, 7, 2, 1}}));
 }
 
 TEST(TileNoise, BlackTilesGiveTheirSamplesToTheOthers) {
