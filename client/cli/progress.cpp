@@ -120,7 +120,7 @@ std::string method_name(const v1::Job& job) {
 /// What a pilot does before the first sample, or would have.
 std::string pilots_task(const v1::Job& job) {
   if (has_ended(job.state())) {
-    return "it ended before a pilot chose";
+    return job.method_notes().candidates_size() > 1 ? "it ended before a pilot chose" : "it ended before its pilot";
   }
   return job.method_notes().candidates_size() > 1 ? "a pilot compares them" : "a pilot looks where its noise is";
 }

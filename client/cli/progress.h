@@ -26,7 +26,7 @@ std::string error_goal_text(const v1::Job& job);
 std::string method_text(const v1::Job& job);
 /// "path"; of a job whose method a pilot is still to pick, those that it picks from: "path or caustic".
 std::string method_name(const v1::Job& job);
-/// Behind that: " (chosen by auto)", " (a pilot compares them)", " (it ended before a pilot chose)", or nothing of a
+/// Behind that: " (chosen by auto)", what a pilot does before the first sample or would have done, or nothing of a
 /// method that was asked for.
 std::string how_chosen(const v1::Job& job);
 /// For people who wait for the picture: how its method was chosen, and what of the light it lacks.

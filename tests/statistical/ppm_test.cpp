@@ -33,13 +33,7 @@ TEST(Ppm, ShowsGlossRoughMetalAndCoats) {
 }
 
 TEST(Ppm, ShowsWhatAbsorbsAndSeveralKindsOfLamps) {
-  const std::string materials =
-      also(named("amber", R"("dielectric": {"ior": 1.4}, "interior": {"absorption": {"rgb": [0.2, 1, 3]}})"));
-  const std::string lights =
-      std::string(kPoint) +
-      also(R"({"spot": {"position": [1.5, 1.5, 1], "direction": [-1, -1, -1], "intensity": {"rgb": [5, 2, 2]},
-               "cutoff_degrees": 30, "blend": 0.2}})");
-  expect_same(round_room(lights, materials, also(sphere("amber", "[-0.2, 0.5, 0.3]", 0.5))),
+  expect_same(amber_under_point_and_spot(),
               {.method = "ppm:photons=6000", .reference = "caustic:photons=4000", .blur = kBlur});
 }
 

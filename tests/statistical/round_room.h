@@ -21,4 +21,15 @@ inline TestScene round_room(const std::string& lights, const std::string& more_m
       lights));
 }
 
+/// The same with a ball that absorbs, by a point and a spot.
+inline TestScene amber_under_point_and_spot() {
+  const std::string materials =
+      also(named("amber", R"("dielectric": {"ior": 1.4}, "interior": {"absorption": {"rgb": [0.2, 1, 3]}})"));
+  const std::string lights =
+      std::string(kPoint) +
+      also(R"({"spot": {"position": [1.5, 1.5, 1], "direction": [-1, -1, -1], "intensity": {"rgb": [5, 2, 2]},
+               "cutoff_degrees": 30, "blend": 0.2}})");
+  return round_room(lights, materials, also(sphere("amber", "[-0.2, 0.5, 0.3]", 0.5)));
+}
+
 }  // namespace lightmill::test
