@@ -106,6 +106,9 @@ class Batch {
   /// Next-event estimation and going on, for a BSDF that has a density (common/materials/bsdf.h).
   template <class Bsdf>
   void shade_scattering(const Vertex8& vertex, const Bsdf& bsdf, const V8& wo, M8 lanes);
+  Pair8 decide(U8 index, U8 pixel_seed, std::uint32_t vertex, std::uint32_t decision) const {
+    return path::decide(index, pixel_seed, vertex, decision, plan_.sobol_vertices);
+  }
   LightSample8 draw_light(const V8& point, U8 index, U8 pixel_seed, std::uint32_t bounce) const;
   U8 shadow_slot(U8 slot, const LightSample8& light, M8 lanes) const;
   template <class Bsdf>

@@ -19,17 +19,18 @@ std::uint32_t bounce_limit(const MethodSettings& settings) {
 class PathMethod final : public Method {
  public:
   PathMethod(std::shared_ptr<const CompiledScene> scene, const MethodSettings& settings,
-             std::unique_ptr<const photons::LightSide> light_side, bool connects)
+             std::unique_ptr<const photons::LightSide> light_side, bool connects, const path::Constants& constants = {})
       : scene_(std::move(scene)),
         seed_(settings.seed),
         max_bounces_(bounce_limit(settings)),
         channels_(settings.layers, scene_->light_groups()),
         light_side_(std::move(light_side)),
-        connects_(connects) {}
+        connects_(connects),
+        constants_(constants) {}
 
   std::unique_ptr<Workspace> make_workspace() const override {
     auto ws = std::make_unique<PathWorkspace>();
-    const std::size_t capacity = kBatchPixels * SamplePlan(0).splits;
+    const std::size_t capacity = kBatchPixels * constants_.splits;
     for (path::PathQueue* const queue : {&ws->paths, &ws->next}) {
       queue->reserve(capacity, scene_->features().media, light_side_ != nullptr && !connects_,
                      light_side_ != nullptr && connects_);
@@ -47,7 +48,7 @@ class PathMethod final : public Method {
       fill_pixel_seeds(tile, seed_, half, ws.pixel_seeds[half]);
     }
     for (std::uint64_t sample = range.first(); sample < range.end(); ++sample) {
-      const SamplePlan plan(sample);
+      const SamplePlan plan(sample, constants_);
       const std::size_t channels = channels_.layout.summed;
       ws.radiance.assign(channels * pixels * plan.splits, 0.0f);
       ws.first.assign(sample < kFirstSamples ? channels_.layout.first_values(1) * pixels : 0, 0.0f);
@@ -88,6 +89,7 @@ class PathMethod final : public Method {
   FilmChannels channels_;
   std::unique_ptr<const photons::LightSide> light_side_;  ///< null: paths find all light
   bool connects_;                                         ///< light paths with those from the eye
+  path::Constants constants_;
 };
 
 std::unique_ptr<Method> make_with_light_side(std::shared_ptr<const CompiledScene> scene, const MethodSettings& settings,
@@ -104,8 +106,9 @@ std::unique_ptr<Method> make_with_light_side(std::shared_ptr<const CompiledScene
 
 }  // namespace
 
-std::unique_ptr<Method> make_path_method(std::shared_ptr<const CompiledScene> scene, const MethodSettings& settings) {
-  return std::make_unique<PathMethod>(std::move(scene), settings, nullptr, false);
+std::unique_ptr<Method> make_path_method(std::shared_ptr<const CompiledScene> scene, const MethodSettings& settings,
+                                         const path::Constants& constants) {
+  return std::make_unique<PathMethod>(std::move(scene), settings, nullptr, false, constants);
 }
 
 std::unique_ptr<Method> make_caustic_method(std::shared_ptr<const CompiledScene> scene, const MethodSettings& settings,

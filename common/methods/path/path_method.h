@@ -10,11 +10,14 @@
 #include <memory>
 
 #include "common/methods/method.h"
+#include "common/methods/path/sample_plan.h"
 #include "common/methods/spec/method_spec.h"
 
 namespace lightmill {
 
-std::unique_ptr<Method> make_path_method(std::shared_ptr<const CompiledScene> scene, const MethodSettings& settings);
+/// Other constants are for those who measure what they are worth.
+std::unique_ptr<Method> make_path_method(std::shared_ptr<const CompiledScene> scene, const MethodSettings& settings,
+                                         const path::Constants& constants = {});
 
 /// `caustic`: the same without the paths that start at a light, meet casters (MaterialTable::casters) and then another
 /// surface, a receiver. These are the light side's to their end (common/methods/photons): photons that arrive at a

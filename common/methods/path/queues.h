@@ -135,7 +135,7 @@ class PathQueue {
   std::vector<std::uint32_t> slot_, pixel_seed_, index_, media_low_, media_high_, chain_;
 };
 
-/// Slots are below 2^14 (four split paths of 64×64 pixels); above them there is room for the number of a light group.
+/// Slots are below 2^15 (eight split paths of 64×64 pixels); above them there is room for the number of a light group.
 inline constexpr int kGroupShift = 16;
 
 /// Eight shadow rays and what they bring if nothing is in the way.

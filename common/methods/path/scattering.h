@@ -17,9 +17,9 @@ M8 lamps_beside_photons(const Vertex8& vertex) {
   }
 }
 
-/// Russian roulette from the second scattering on, then the queue.
+/// Russian roulette, then the queue.
 [[gnu::always_inline]] inline void Batch::go_on(Path8& out, M8 lanes, std::uint32_t bounce) {
-  if (bounce > 0) {
+  if (bounce >= plan_.first_roulette) {
     const F8 survival = max_component(out.throughput) * out.roulette_scale * F8(plan_.roulette_boost);
     const M8 at_risk = survival < F8(1.0f);
     if ((lanes & at_risk).any()) {

@@ -24,6 +24,22 @@ TEST(Decisions, NoTwoOfASampleHaveOneNumber) {
   EXPECT_EQ(numbers.size(), count);
 }
 
+TEST(SamplePlan, SplitPathsOfAHalfTakeThePointsOneAfterTheOther) {
+  for (const std::uint32_t splits : {1u, 2u, 4u, 8u}) {
+    for (const std::uint32_t split_below : {2u, 16u, 64u, 256u}) {
+      for (const std::uint64_t half : {0, 1}) {
+        std::uint32_t next = 0;
+        for (std::uint64_t sample = half; sample < 512; sample += 2) {
+          const SamplePlan plan(sample, {.splits = splits, .split_below = split_below});
+          EXPECT_EQ(plan.splits, sample < split_below ? splits : 1);
+          EXPECT_EQ(plan.split_index, next) << "sample " << sample << ", " << splits << " below " << split_below;
+          next += plan.splits;
+        }
+      }
+    }
+  }
+}
+
 float drawn(const Vec3& share, float u) {
   alignas(32) float out[8];
   drawn_channel(broadcast(Vec3(1, 2, 4)), broadcast(share), F8(u)).store(out);
