@@ -139,7 +139,7 @@ class ChannelMeans {
       const bool edge = greatest_around(low + x, low_.stride()) > kEdge * high[x];
       const double limit = edge ? both[x] : allowed;
       const double difference = static_cast<double>(high[x]) - low[x];  // squares of radiances outgrow a float
-      terms[x] += (difference * difference * weight + (bias == nullptr ? 0 : bias[x])) / (limit * limit + 0.01);
+      terms[x] += (difference * difference * weight + (bias == nullptr ? 0 : bias[x])) / (limit * limit + kRelMseFloor);
     }
   }
 

@@ -123,14 +123,14 @@ void Film::restore(TileId tile, NodePtr node) {
 
 void Film::account(TileId tile, std::uint64_t samples_before) {
   const std::uint64_t samples_now = tiles_[tile.value].samples;
-  move(tiles_by_samples_, samples_before, samples_now);
-  move(tiles_by_frame_samples_, allocation_.of_frame(tile, samples_before), allocation_.of_frame(tile, samples_now));
+  recount(tiles_by_samples_, samples_before, samples_now);
+  recount(tiles_by_frame_samples_, allocation_.of_frame(tile, samples_before), allocation_.of_frame(tile, samples_now));
   pixel_samples_ += (samples_now - samples_before) * static_cast<std::uint64_t>(grid_.tile_rect(tile).pixel_count());
   ++tiles_[tile.value].version;
   ++version_;
 }
 
-void Film::move(TilesByCount& tiles, std::uint64_t from, std::uint64_t to) {
+void Film::recount(TilesByCount& tiles, std::uint64_t from, std::uint64_t to) {
   const auto before = tiles.find(from);
   if (--before->second == 0) {
     tiles.erase(before);

@@ -86,7 +86,7 @@ class Film {
   using TilesByCount = std::map<std::uint64_t, std::uint32_t>;  ///< how many tiles have so many
   const Tile& tile_at(TileId tile) const;
   void account(TileId tile, std::uint64_t samples_before);
-  static void move(TilesByCount& tiles, std::uint64_t from, std::uint64_t to);
+  static void recount(TilesByCount& tiles, std::uint64_t from, std::uint64_t to);
 
   TileGrid grid_;
   NodeLayout layout_;

@@ -2,6 +2,8 @@
 
 #include <cmath>
 
+#include "common/film/error_estimate.h"
+
 namespace lightmill {
 namespace {
 
@@ -37,7 +39,7 @@ Result<PictureError> compare_pictures(const RgbImage& picture, const RgbImage& r
     const double x = picture.values[i];
     const double r = reference.values[i];
     const double distance = std::abs(x - r);
-    per_pixel[i % pixels] += distance * distance / (r * r + 0.01) / 3.0;
+    per_pixel[i % pixels] += distance * distance / (r * r + kRelMseFloor) / 3.0;
     error.smape += distance > 0 ? distance / (std::abs(x) + std::abs(r)) : 0.0;
     error.max_abs = std::max(error.max_abs, distance);
     sum_x += x;

@@ -1,11 +1,11 @@
 #include "common/planner/pilot.h"
 
 #include <algorithm>
-#include <bit>
 #include <cmath>
 #include <numeric>
 #include <optional>
 
+#include "common/film/error_estimate.h"
 #include "common/methods/method.h"
 #include "common/methods/spec/method_spec.h"
 #include "common/planner/counted_cost.h"
@@ -17,10 +17,9 @@ namespace {
 constexpr int kPatchSide = 8;        ///< pixels
 constexpr int kPatchesAcross = 8;    ///< at most, either way
 constexpr std::uint32_t kLevel = 3;  ///< log2 of a batch's samples
-/// From sample 64 on methods do as in long renders (roulette, splitting); the batches are the next two ranges of 8.
-constexpr std::uint32_t kFirstBatch = 8;
+/// From sample 256 on methods do as in long renders (roulette, splitting); the batches are the next two ranges of 8.
+constexpr std::uint32_t kFirstBatch = 32;
 constexpr std::uint64_t kPilotSeed = 0x9e3779b97f4a7c15u;  ///< any constant
-constexpr double kRelativeFloor = 0.01;                    ///< as in relMSE
 
 /// By half, RGB planes patch by patch.
 using Halves = std::array<std::vector<double>, 2>;
@@ -31,12 +30,6 @@ struct Sampled {
   std::array<Halves, 2> caustics;  ///< what of them photons brought; empty where none do
   std::array<double, 2> cost{};
 };
-
-/// Of samples that patches share, no more at a time than are held.
-std::uint32_t level_at_a_time(const MethodSpec& method) {
-  const std::uint32_t held = shared_samples(method);
-  return held == 0 ? kLevel : std::min(kLevel, static_cast<std::uint32_t>(std::bit_width(held) - 1));
-}
 
 void add(std::span<const float> values, std::size_t first, std::vector<double>& sums) {
   sums.resize(std::max(sums.size(), first + values.size()));
@@ -68,7 +61,7 @@ void add_sums(const Method& method, std::span<const PixelRect> patches, SampleRa
 Sampled sample(const Method& method, const MethodSpec& spec, std::span<const PixelRect> patches,
                std::int64_t film_pixels, const std::stop_token& stop) {
   constexpr double kCount = 1u << kLevel;
-  const std::uint32_t level = level_at_a_time(spec), pieces = 1u << (kLevel - level);
+  const std::uint32_t level = level_at_a_time(spec, kLevel), pieces = 1u << (kLevel - level);
   std::int64_t pixels = 0;
   for (const PixelRect& patch : patches) {
     pixels += patch.pixel_count();
@@ -110,7 +103,7 @@ std::vector<double> reference_of(std::span<const Sampled> all, const Halves* wit
 }
 
 double scale_of(double reference) {
-  return reference * reference + kRelativeFloor;
+  return reference * reference + kRelMseFloor;
 }
 
 /// By pixel, the relative variance of one sample, from both halves of a batch.

@@ -1,8 +1,8 @@
 #include "common/planner/tile_noise.h"
 
 #include <algorithm>
-#include <bit>
 
+#include "common/film/error_estimate.h"
 #include "common/methods/method.h"
 #include "common/methods/spec/method_spec.h"
 #include "common/planner/counted_cost.h"
@@ -12,10 +12,9 @@ namespace {
 
 constexpr int kPatchSide = 2, kCellSide = 8;  ///< pixels: of a patch, and of the square that it stands for
 constexpr std::uint32_t kLevel = 4;           ///< log2 of the samples
-/// From sample 64 on methods do as in long renders (roulette, splitting).
+/// Beyond the first points of a sequence, and where most of an adaptive job's samples are.
 constexpr std::uint32_t kFirst = 64;
 constexpr std::uint64_t kNoiseSeed = 0xc2b2ae3d27d4eb4fu;  ///< any constant
-constexpr double kRelativeFloor = 0.01;                    ///< as in relMSE
 
 struct Sums {
   std::vector<double> values;  ///< half A, then half B, each RGB planes
@@ -25,10 +24,7 @@ struct Sums {
 /// The sums over all samples of each patch.
 Result<std::vector<Sums>> sample(const Method& method, const MethodSpec& spec, std::span<const PixelRect> patches,
                                  const std::stop_token& stop) {
-  // Of samples that patches share, no more at a time than are held.
-  const std::uint32_t held = shared_samples(spec);
-  const std::uint32_t level =
-      held == 0 ? kLevel : std::min(kLevel, static_cast<std::uint32_t>(std::bit_width(held)) - 1);
+  const std::uint32_t level = level_at_a_time(spec, kLevel);
   const std::unique_ptr<Workspace> workspace = method.make_workspace();
   std::vector<Sums> all(patches.size());
   for (std::uint32_t piece = 0; piece < 1u << (kLevel - level); ++piece) {
@@ -57,7 +53,7 @@ double variance_of(const Sums& sums) {
   double sum = 0;
   for (std::size_t i = 0; i < half; ++i) {
     const double a = sums.values[i] / (kCount / 2), b = sums.values[half + i] / (kCount / 2);
-    sum += (a - b) * (a - b) / 4 * kCount / (std::max(a * b, 0.0) + kRelativeFloor);
+    sum += (a - b) * (a - b) / 4 * kCount / (std::max(a * b, 0.0) + kRelMseFloor);
   }
   return sum / static_cast<double>(half);
 }

@@ -216,8 +216,8 @@ void print_choices(const std::vector<TestedScene>& scenes, std::uint32_t level, 
     if (plan.candidates.size() < 2) {
       continue;
     }
-    // From sample 64 on, as most of a long job's are.
-    const SampleRange range{level, 1}, longer{level + 3, 0};
+    // From sample 256 on, as most of a long job's are.
+    const SampleRange range{level, std::max(256u >> level, 1u)}, longer{level + 3, 0};
     const std::string& best = plan.candidates.back();
     const Rendered reference = render(scene, best, 1000, longer);
     std::vector<double> truth(reference.sums[0].size());

@@ -11,15 +11,15 @@ inline constexpr std::uint32_t kUnsplitSalt = 0x51ed270bu;
 
 /// What was chosen by measurement (tests/bench/constants_bench measures it again). Samples' bits depend on all of it.
 struct Constants {
-  std::uint32_t splits = 4;          ///< paths that go on from the first surface that is not specular; at most 8
-  std::uint32_t split_below = 64;    ///< the sample from which on it is one; even
+  std::uint32_t splits = 2;          ///< paths that go on from the first surface that is not specular; at most 8
+  std::uint32_t split_below = 256;   ///< the sample from which on it is one; even
   float early_roulette = 2.0f;       ///< survival = min(1, this · throughput) below `split_below`
   float late_roulette = 4.0f;        ///< from there on
   std::uint32_t first_roulette = 1;  ///< bounce from which on there is roulette
   std::uint32_t sobol_vertices = 3;  ///< vertices whose decisions are Sobol' pairs; those of later ones are hashed
 };
 
-/// What depends on the sample index and nothing else: many short-lived paths at first, long ones later.
+/// What depends on the sample index and nothing else: split, shorter paths at first, longer ones later.
 struct SamplePlan {
   std::uint32_t splits;
   float roulette_boost;

@@ -1,6 +1,8 @@
 #include "common/methods/spec/method_spec.h"
 
+#include <algorithm>
 #include <array>
+#include <bit>
 #include <charconv>
 #include <cmath>
 #include <set>
@@ -144,6 +146,11 @@ std::uint32_t shared_samples(const MethodSpec& method) {
   }
   const std::uint64_t pass = method.photons.value_or(kDefaultPhotonsAtMost) * kBytesPerPhoton;
   return static_cast<std::uint32_t>(std::clamp<std::uint64_t>(kHeldPassBytes / pass, 1, kMostSamples));
+}
+
+std::uint32_t level_at_a_time(const MethodSpec& method, std::uint32_t level) {
+  const std::uint32_t held = shared_samples(method);
+  return held == 0 ? level : std::min(level, static_cast<std::uint32_t>(std::bit_width(held)) - 1);
 }
 
 std::string_view method_help() {

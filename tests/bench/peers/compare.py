@@ -7,11 +7,10 @@ Renders the scene with both at several sample counts and seeds, compares all pic
 (`lightmill error`), and writes FOLDER/results.csv, FOLDER/summary.txt and FOLDER/lab/report.html. Counted is the CPU time of Cycles' render call
 in a Blender that is up and has the scene; and of coordinator, worker and submitting client, from submission until the
 job is done, on a farm that is up. Seconds to an error are read off each seed's curve by straight lines between its
-points on logarithmic scales, before its first point along the slope of noise (error × time is constant); what lies
-beyond the last point is not guessed but named. Needs Blender.
+points on logarithmic scales, before its first point along the slope of noise (error × time is constant). A seed that
+does not get there took more than its last point: medians and ratios are then bounds, and say so. Needs Blender.
 """
 import argparse
-import contextlib
 import csv
 import json
 import math
@@ -20,11 +19,9 @@ import pathlib
 import statistics
 import subprocess
 import sys
-import time
 
-ROOT = pathlib.Path(__file__).resolve().parents[3]
-PROGRAMS = ROOT / "build/release/bin"
-TICK = os.sysconf("SC_CLK_TCK")
+sys.path.append(str(pathlib.Path(__file__).resolve().parents[1]))
+from measured_farm import farm, lightmill  # noqa: E402
 
 
 def numbers(text):
@@ -62,107 +59,67 @@ def run_cycles(args):
         sys.exit("Blender failed:\n" + "".join(log))
 
 
-def cpu_seconds(process):
-    fields = pathlib.Path(f"/proc/{process.pid}/stat").read_text().rsplit(")", 1)[1].split()
-    return (int(fields[11]) + int(fields[12])) / TICK
-
-
-@contextlib.contextmanager
-def farm(folder, threads):
-    """A coordinator and a worker; gives its address and the two processes."""
-    port_file = folder / "port"
-    port_file.unlink(missing_ok=True)
-    with open(folder / "farm.log", "w", encoding="utf-8") as log:
-        server = subprocess.Popen([PROGRAMS / "lightmill-server", "--data", folder / "data", "--listen", "127.0.0.1:0",
-                                   "--port-file", port_file], stdout=log, stderr=log)
-        worker = None
-        try:
-            while not port_file.exists():
-                if server.poll() is not None:
-                    sys.exit(f"the coordinator ended, see {folder / 'farm.log'}")
-                time.sleep(0.01)
-            address = f"127.0.0.1:{port_file.read_text().strip()}"
-            worker = subprocess.Popen([PROGRAMS / "lightmill-worker", "--server", address, "--threads", str(threads)],
-                                      stdout=log, stderr=log)
-            yield address, (server, worker)
-        finally:
-            for process in filter(None, (worker, server)):
-                process.terminate()
-                process.wait()
-
-
 def run_lightmill(args):
-    with farm(args.folder, args.threads) as (address, processes):
-        common = ["--server", address]
-
-        def render(samples, seed):
-            submitted = subprocess.run([PROGRAMS / "lightmill", "submit", args.scene, *common, "--method", args.method,
-                                        "--spp", str(samples), "--seed", str(seed), "--json"],
-                                       check=True, capture_output=True, text=True)
-            job = str(json.loads(submitted.stdout)["id"])
-            subprocess.run([PROGRAMS / "lightmill", "watch", job, *common, "--json"], check=True, capture_output=True)
-            return job
-
-        render(1, 999)  # loads the scene
+    with farm(args.folder, args.threads) as own:
+        common = ["--method", args.method]
+        own.render(args.scene, *common, "--spp", 1, "--seed", 999)  # loads the scene
         for samples in args.samples:
             for seed in args.seeds:
-                client = sum(os.times()[2:4])
-                cpu, wall = sum(map(cpu_seconds, processes)), time.monotonic()
-                job = render(samples, seed)
-                cpu, wall = sum(map(cpu_seconds, processes)) - cpu, time.monotonic() - wall
-                cpu += sum(os.times()[2:4]) - client
+                job, cpu, wall = own.render(args.scene, *common, "--spp", samples, "--seed", seed)
                 picture = args.folder / f"lightmill-{samples}-{seed}.exr"
-                subprocess.run([PROGRAMS / "lightmill", "fetch", job, *common, "-o", picture], check=True, capture_output=True)
+                own.fetch(job, picture)
                 print(f"Lightmill {samples} samples, seed {seed}: {cpu:.2f} CPU s", file=sys.stderr)
                 yield {"samples": samples, "seed": seed, "cpu": cpu, "wall": wall, "picture": str(picture)}
 
 
 def judge(run, reference):
-    compared = subprocess.run([PROGRAMS / "lightmill", "error", run["picture"], reference, "--json"],
-                              check=True, capture_output=True, text=True)
-    return run | json.loads(compared.stdout)
+    return run | json.loads(lightmill("error", run["picture"], reference, "--json"))
 
 
 def seconds_to(error, curve, column, unit):
-    """Seconds at which a seed's curve, [(seconds, error)] by samples, comes down to the error; None if it does not."""
+    """Seconds at which a seed's curve, its runs by samples, comes down to the error, and whether it does; if not, more
+    than its last point's."""
     points = [(run[unit], run[column]) for run in curve]
     if points[0][1] <= error:
-        return points[0][0] * points[0][1] / error
+        return points[0][0] * points[0][1] / error, True
     for (s0, e0), (s1, e1) in zip(points, points[1:]):
         if e1 <= error < e0:
             along = math.log(e0 / error) / math.log(e0 / e1)
-            return s0 * (s1 / s0) ** along
-    return None
+            return s0 * (s1 / s0) ** along, True
+    return points[-1][0], False
+
+
+def median_seconds(results, renderer, error, column, unit):
+    """Of all seeds, with what to say of it: the median, whether it is one or a lower bound, and the range."""
+    seeds = sorted({run["seed"] for run in results})
+    reached = [seconds_to(error, sorted((run for run in results if run["renderer"] == renderer and run["seed"] == seed),
+                                        key=lambda run: run["samples"]), column, unit) for seed in seeds]
+    times = sorted(reached)
+    short = sum(1 for _, there in reached if not there)
+    middle = statistics.median(time for time, _ in times)
+    exact = all(there for time, there in times[:len(times) // 2 + 1])
+    text = f"{unit} {'' if exact else 'over '}{middle:.3g} s ({times[0][0]:.3g} to {times[-1][0]:.3g}"
+    return middle, exact, text + (f"; {short} of {len(seeds)} seeds not there yet)" if short else ")")
 
 
 def summarise(results, args):
     columns = [key for key in ("rel_mse", "rel_mse_trimmed") if key in results[0]]
     for column in columns:
         for error in args.errors:
-            medians = {}
+            found = {(renderer, unit): median_seconds(results, renderer, error, column, unit)
+                     for renderer in ("cycles", "lightmill") for unit in ("cpu", "wall")}
             for renderer in ("cycles", "lightmill"):
-                row = []
-                for unit in ("cpu", "wall"):
-                    reached = []
-                    for seed in args.seeds:
-                        curve = sorted((run for run in results if run["renderer"] == renderer and run["seed"] == seed),
-                                       key=lambda run: run["samples"])
-                        reached.append(seconds_to(error, curve, column, unit))
-                    if None in reached:
-                        best = min(run[column] for run in results if run["renderer"] == renderer)
-                        row.append(f"{unit} not reached by {reached.count(None)} of {len(reached)} seeds (best {best:.3g})")
-                    else:
-                        medians[renderer, unit] = statistics.median(reached)
-                        row.append(f"{unit} {medians[renderer, unit]:.3g} s ({min(reached):.3g} to {max(reached):.3g})")
-                yield f"{column} {error:g}  {renderer:9}  " + ";  ".join(row)
+                yield f"{column} {error:g}  {renderer:9}  " + ";  ".join(found[renderer, unit][2] for unit in ("cpu", "wall"))
             for unit in ("cpu", "wall"):
-                if ("cycles", unit) in medians and ("lightmill", unit) in medians:
-                    ratio = medians["cycles", unit] / medians["lightmill", unit]
-                    yield f"{column} {error:g}  Cycles / Lightmill, {unit}: {ratio:.3g}"
+                theirs, ours = found["cycles", unit], found["lightmill", unit]
+                if ours[1]:
+                    bound = "" if theirs[1] else "over "
+                    yield f"{column} {error:g}  Cycles / Lightmill, {unit}: {bound}{theirs[0] / ours[0]:.3g}"
     for renderer in ("cycles", "lightmill"):
         most = max(run["samples"] for run in results if run["renderer"] == renderer)
-        energy = [run["energy_ratio"] for run in results if run["renderer"] == renderer and run["samples"] == most]
-        yield f"energy of {renderer} over the reference's, {most} samples: {statistics.mean(energy):.4f}"
+        last = [run for run in results if run["renderer"] == renderer and run["samples"] == most]
+        yield (f"{renderer}, {most} samples: energy over the reference's {statistics.mean(r['energy_ratio'] for r in last):.4f}, "
+               f"relMSE {statistics.median(r['rel_mse'] for r in last):.3g}")
 
 
 def write_page(results, args):
@@ -177,7 +134,7 @@ def write_page(results, args):
     experiment = {"title": f"{name}: Lightmill and Cycles, CPU seconds", "others": "pictures.jsonl",
                   "scenes": [{"name": name, "file": str(args.scene)}], "reference": str(args.reference.resolve())}
     (args.folder / "experiment.json").write_text(json.dumps(experiment))
-    subprocess.run([PROGRAMS / "lightmill", "lab", args.folder / "experiment.json", "-o", args.folder / "lab"], check=True)
+    lightmill("lab", args.folder / "experiment.json", "-o", args.folder / "lab")
 
 
 def main():
