@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "common/base/check.h"
+#include "common/math/rel_mse.h"
 
 namespace lightmill {
 namespace {

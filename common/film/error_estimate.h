@@ -18,9 +18,6 @@
 
 namespace lightmill {
 
-/// What is added to r²: keeps the dark from deciding.
-inline constexpr double kRelMseFloor = 0.01;
-
 /// The frame's relMSE (of beauty) as estimated: rel_mse ± half_width holds the picture's own with 95 % confidence.
 struct FrameError {
   double rel_mse = 0;

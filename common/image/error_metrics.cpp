@@ -2,7 +2,7 @@
 
 #include <cmath>
 
-#include "common/film/error_estimate.h"
+#include "common/math/rel_mse.h"
 
 namespace lightmill {
 namespace {

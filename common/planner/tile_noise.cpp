@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-#include "common/film/error_estimate.h"
+#include "common/math/rel_mse.h"
 #include "common/methods/method.h"
 #include "common/methods/spec/method_spec.h"
 #include "common/planner/counted_cost.h"

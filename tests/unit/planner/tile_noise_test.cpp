@@ -48,11 +48,10 @@ TEST(TileNoise, BlackTilesGiveTheirSamplesToTheOthers) {
   const Gain path = find_allocation(scene, {"path", 3, 0, grid}).value();
   ASSERT_EQ(shifts_of(path).size(), 9u);
   for (const std::uint32_t row : {0u, 1u}) {
-    for (const std::uint32_t column : {0u, 3u}) {
-      const int shift = path.allocation.shift(TileId{4 * row + column});
-      EXPECT_TRUE(column == 0 ? shift < 0 : shift > 0) << row << ", " << column << ": " << shift;
-    }
+    EXPECT_LT(path.allocation.shift(TileId{4 * row}), 0) << "black, row " << row;
+    EXPECT_GE(path.allocation.shift(TileId{4 * row + 3}), 0) << "lit, row " << row;
   }
+  EXPECT_GT(std::ranges::max(shifts_of(path)), 0);
   EXPECT_EQ(path.allocation.shift(TileId{8}), 0) << "the meter's";
   EXPECT_EQ(find_allocation(scene, {"path", 3, 0, grid})->allocation, path.allocation);
   EXPECT_NE(describe(path).find("times the mean"), std::string::npos) << describe(path);
