@@ -34,16 +34,16 @@ std::vector<Variant> all_variants() {
     change(variants.back().constants);
   };
   using C = path::Constants;
-  for (const std::uint32_t splits : {1, 2, 8}) {
+  for (const std::uint32_t splits : {1, 4, 8}) {
     add(fmt::format("{} split paths", splits), [&](C& c) { c.splits = splits; });
   }
-  add("2 split paths below 256", [](C& c) {
-    c.splits = 2;
-    c.split_below = 256;
-  });
-  for (const std::uint32_t below : {16, 256}) {
+  for (const std::uint32_t below : {16, 64, 1024}) {
     add(fmt::format("split below {}", below), [&](C& c) { c.split_below = below; });
   }
+  add("4 split paths below 64", [](C& c) {
+    c.splits = 4;
+    c.split_below = 64;
+  });
   for (const float boost : {1.0f, 4.0f}) {
     add(fmt::format("early roulette {}", boost), [&](C& c) { c.early_roulette = boost; });
   }

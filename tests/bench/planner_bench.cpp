@@ -209,15 +209,14 @@ std::pair<double, double> errors_of(const Rendered& picture, double samples, std
 /// included.
 constexpr double kJobSeconds = 60;
 
-void print_choices(const std::vector<TestedScene>& scenes, std::uint32_t level, int seeds) {
+void print_choices(const std::vector<TestedScene>& scenes, std::uint32_t level, std::uint32_t first, int seeds) {
   std::vector<double> regrets;
   for (const TestedScene& scene : scenes) {
     const MethodPlan plan = plan_method(scene.facts, kAutoMethod);
     if (plan.candidates.size() < 2) {
       continue;
     }
-    // From sample 256 on, as most of a long job's are.
-    const SampleRange range{level, std::max(256u >> level, 1u)}, longer{level + 3, 0};
+    const SampleRange range{level, first >> level}, longer{level + 3, 0};
     const std::string& best = plan.candidates.back();
     const Rendered reference = render(scene, best, 1000, longer);
     std::vector<double> truth(reference.sums[0].size());
@@ -268,7 +267,7 @@ int main(int argc, char** argv) {
   CLI::App app("Measures what counted work costs, and what pilots take.");
   std::vector<std::string> files;
   int side = 128, repeats = 3, seeds = 4;
-  std::uint32_t level = 7;
+  std::uint32_t level = 7, first = 256;
   bool no_fit = false, no_choices = false;
   app.add_option("scenes", files, "files (default: all of scenes/)");
   app.add_option("--side", side, "pixels of the longer side")->capture_default_str();
@@ -276,6 +275,8 @@ int main(int argc, char** argv) {
   app.add_option("--level", level, "log2 of the samples of compared pictures")
       ->capture_default_str()
       ->check(CLI::Range(6u, 12u));
+  app.add_option("--first", first, "sample of theirs, rounded down to a multiple of so many; those below 256 are split")
+      ->capture_default_str();
   app.add_option("--seeds", seeds, "of compared pictures and pilots")->capture_default_str();
   app.add_flag("--no-fit", no_fit, "only what pilots take");
   app.add_flag("--no-choices", no_choices, "only what work costs");
@@ -299,7 +300,7 @@ int main(int argc, char** argv) {
     print_fit(scenes, repeats);
   }
   if (!no_choices) {
-    print_choices(scenes, level, seeds);
+    print_choices(scenes, level, first, seeds);
   }
   return 0;
 }

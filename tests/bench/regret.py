@@ -45,9 +45,9 @@ def samples_for(own, scene, method, seconds, args):
     """A multiple of 256 that takes so many CPU seconds."""
     common = ["--method", method, "--size", args.size, "--seed", 99]
     own.render(scene, *common, "--spp", 1)
-    _, few, _ = own.render(scene, *common, "--spp", 128)
-    _, more, _ = own.render(scene, *common, "--spp", 256)
-    return 256 * math.ceil(max(1, seconds / (2 * max(more - few, 1e-3))))
+    _, few, _ = own.render(scene, *common, "--spp", 256)  # paths of the first 256 are split
+    _, more, _ = own.render(scene, *common, "--spp", 512)
+    return 256 + 256 * math.ceil(max(0, (seconds - few) / max(more - few, 1e-3)))
 
 
 def measure(own, scene, args):
