@@ -55,7 +55,8 @@ std::optional<TestedScene> load(const fs::path& path, int side) {
   film.width = std::max(1, film.width * side / longer);
   film.height = std::max(1, film.height * side / longer);
   const auto assets = [&](const Sha256& digest) -> Result<std::string> { return loaded.assets.at(digest); };
-  return TestedScene{path.stem().string(), read_facts(loaded.scene),
+  const MeshSource meshes{[&](const Sha256& digest) -> std::optional<std::string> { return loaded.assets.at(digest); }};
+  return TestedScene{path.stem().string(), read_facts(loaded.scene, meshes),
                      value_or_exit(CompiledScene::compile(loaded.scene, assets, read_image, {}))};
 }
 
