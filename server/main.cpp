@@ -11,7 +11,7 @@
 #include "common/base/signals.h"
 #include "common/farm/job.h"
 #include "server/api/api_server.h"
-#include "server/store/asset_store.h"
+#include "server/store/asset_folder.h"
 #include "server/store/data_directory.h"
 #include "server/store/sqlite/sqlite_store.h"
 
@@ -136,8 +136,8 @@ Status serve(const Options& options, StopRequest& stop) {
   LM_ASSIGN_OR_RETURN(const DataDirectory data, DataDirectory::open(options.data));
   LM_ASSIGN_OR_RETURN(std::unique_ptr<Store> store, open_sqlite_store(data.database_file()));
   LM_ASSIGN_OR_RETURN(std::unique_ptr<AssetStore> assets,
-                      AssetStore::open(data.assets_folder(),
-                                       {bytes_of_gib(options.max_asset_gib), bytes_of_gib(options.max_assets_gib)}));
+                      open_asset_folder(data.assets_folder(),
+                                        {bytes_of_gib(options.max_asset_gib), bytes_of_gib(options.max_assets_gib)}));
   ApiOptions api;
   api.listen = options.listen;
   api.limits = limits_of(options);

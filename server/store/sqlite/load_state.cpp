@@ -2,8 +2,7 @@
 
 #include <cstring>
 
-#include "common/base/log.h"
-#include "server/store/sqlite/row_values.h"
+#include "server/store/row_values.h"
 
 namespace lightmill::sqlite {
 namespace {
@@ -26,7 +25,7 @@ Status load_jobs(Database& database, StoredState& state) {
     job.spec.priority = static_cast<std::int32_t>(rows.integer(column++));
     job.spec.goal.samples = rows.natural(column++);
     job.spec.goal.seconds = rows.real(column++);
-    LM_ASSIGN_OR_RETURN(job.state, state_named(rows.view(column++)));
+    LM_ASSIGN_OR_RETURN(job.state, stored::state_named(rows.view(column++)));
     job.reason = rows.text(column++);
     job.fingerprint_class = rows.text(column++);
     job.active_seconds = rows.real(column++);
@@ -39,7 +38,7 @@ Status load_jobs(Database& database, StoredState& state) {
     job.submitted_unix_ms = rows.integer(column++);
     job.finished_unix_ms = rows.integer(column++);
     job.spec.goal.error = rows.real(column++);
-    LM_ASSIGN_OR_RETURN(job.reached, limit_named(rows.view(column++)));
+    LM_ASSIGN_OR_RETURN(job.reached, stored::limit_named(rows.view(column++)));
     job.spec.goal.adaptive = rows.integer(column++) != 0;
     state.jobs.push_back({std::move(job), {}});
   }
@@ -76,9 +75,9 @@ Status load_settings(Database& database, StoredState& state) {
     settings.renderer_version = settings_row.text(column++);
     settings.meters = static_cast<std::uint32_t>(settings_row.natural(column++));
     notes.chosen = settings_row.integer(column++) != 0;
-    notes.reasons = lines_in(settings_row.view(column++));
-    notes.notices = lines_in(settings_row.view(column++));
-    notes.candidates = lines_in(settings_row.view(column++));
+    notes.reasons = stored::lines_in(settings_row.view(column++));
+    notes.notices = stored::lines_in(settings_row.view(column++));
+    notes.candidates = stored::lines_in(settings_row.view(column++));
     const std::string_view shifts = settings_row.view(column++);
     LM_ASSIGN_OR_RETURN(job.record.allocation, Allocation::of({shifts.begin(), shifts.end()}));
     settings_row.reset();
@@ -104,7 +103,7 @@ Status load_settings(Database& database, StoredState& state) {
       if (!more) {
         break;
       }
-      LM_ASSIGN_OR_RETURN(const LayerKind kind, layer_kind_named(layers.view(2), id));
+      LM_ASSIGN_OR_RETURN(const LayerKind kind, stored::layer_kind_named(layers.view(2), id));
       settings.layers.push_back({layers.text(0), static_cast<std::uint32_t>(layers.natural(1)), kind});
     }
     layers.reset();
@@ -141,19 +140,11 @@ Status load_nodes(Database& database, StoredState& state) {
       if (!more) {
         break;
       }
-      auto node = std::make_shared<Node>();
       const TileId tile{static_cast<std::uint32_t>(rows.natural(1))};
-      node->range = {static_cast<std::uint32_t>(rows.natural(2)), static_cast<std::uint32_t>(rows.natural(3))};
-      node->non_finite = rows.natural(4);
-      const std::string_view values = rows.view(6);
-      node->values.resize(values.size() / sizeof(float));
-      if (!node->values.empty()) {  // memcpy takes no null
-        std::memcpy(node->values.data(), values.data(), node->values.size() * sizeof(float));
-      }
-      const std::array<std::uint8_t, 16> expected = bytes_of(hash_of(*node));
-      if (rows.view(5) != std::string_view(reinterpret_cast<const char*>(expected.data()), expected.size())) {
-        spdlog::error("job {}: stored samples [{}, {}) of tile {} are damaged; they will be rendered again",
-                      job.record.id.value, node->range.first(), node->range.end(), tile.value);
+      const SampleRange range{static_cast<std::uint32_t>(rows.natural(2)), static_cast<std::uint32_t>(rows.natural(3))};
+      std::shared_ptr<const Node> node = stored::node_of(range, rows.natural(4), rows.view(5), rows.view(6));
+      if (node == nullptr) {
+        stored::log_damage({job.record.id, tile, range});
         damaged.push_back(rows.natural(0));
         continue;
       }

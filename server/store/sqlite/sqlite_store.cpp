@@ -2,18 +2,18 @@
 
 #include "common/base/check.h"
 #include "common/base/log.h"
+#include "server/store/row_values.h"
 #include "server/store/sqlite/database.h"
 #include "server/store/sqlite/load_state.h"
-#include "server/store/sqlite/row_values.h"
 #include "server/store/sqlite/schema.h"
 
 namespace lightmill {
 namespace {
 
-using sqlite::bytes_of;
 using sqlite::Database;
 using sqlite::Statement;
-using sqlite::view_of;
+using stored::bytes_of;
+using stored::view_of;
 
 constexpr std::string_view kPutJob = R"sql(
 INSERT INTO jobs VALUES (?1,?2,?3,?4,?5,?6,?7,?8,?9,?10,?11,?12,?13,?14,?15,?16,?17,?18,?19,?20,?21,?22,?23,?24)
@@ -99,10 +99,10 @@ Status SqliteStore::apply(const PutJob& op) {
   const JobCounters& counters = job.counters;
   statements_.put_job.bind_all(job.id.value, job.spec.request_id, job.spec.name, job.spec.owner, job.spec.host,
                                job.spec.parent.value, job.spec.priority, job.spec.goal.samples, job.spec.goal.seconds,
-                               sqlite::name_of(job.state), job.reason, job.fingerprint_class, job.active_seconds,
+                               stored::name_of(job.state), job.reason, job.fingerprint_class, job.active_seconds,
                                job.worker_seconds, counters.results_merged, counters.results_duplicate,
                                counters.leases_lost, counters.copies_leased, counters.non_finite, job.submitted_unix_ms,
-                               job.finished_unix_ms, job.spec.goal.error, sqlite::name_of(job.reached),
+                               job.finished_unix_ms, job.spec.goal.error, stored::name_of(job.reached),
                                int{job.spec.goal.adaptive});
   LM_RETURN_IF_ERROR(statements_.put_job.run());
   LM_RETURN_IF_ERROR(put_settings(job));
@@ -123,8 +123,8 @@ Status SqliteStore::put_history(const JobRecord& record) {
 Status SqliteStore::put_settings(const JobRecord& record) {
   const RenderSettings& settings = record.spec.settings;
   const MethodNotes& notes = record.method_notes;
-  const std::string reasons = sqlite::lines_of(notes.reasons), notices = sqlite::lines_of(notes.notices),
-                    candidates = sqlite::lines_of(notes.candidates);
+  const std::string reasons = stored::lines_of(notes.reasons), notices = stored::lines_of(notes.notices),
+                    candidates = stored::lines_of(notes.candidates);
   const ByteView allocation = std::as_bytes(record.allocation.shifts());
   statements_.put_settings.bind_all(record.id.value, as_byte_view(settings.scene), settings.width, settings.height,
                                     settings.crop.x, settings.crop.y, settings.crop.width, settings.crop.height,
@@ -142,7 +142,7 @@ Status SqliteStore::put_settings(const JobRecord& record) {
   for (std::size_t i = 0; i < settings.layers.size(); ++i) {
     const LayerSpec& layer = settings.layers[i];
     statements_.put_layer.bind_all(record.id.value, std::uint64_t{i}, layer.name, layer.channels,
-                                   sqlite::name_of(layer.kind));
+                                   stored::name_of(layer.kind));
     LM_RETURN_IF_ERROR(statements_.put_layer.run());
   }
   return ok_status();

@@ -10,8 +10,35 @@
 namespace lightmill {
 namespace {
 
-using test::StoreFactory;
+using test::StoreConformance;
 using test::TemporaryFolder;
+
+void execute(const std::filesystem::path& file, const std::string& sql) {
+  sqlite3* handle = nullptr;
+  ASSERT_EQ(sqlite3_open(file.c_str(), &handle), SQLITE_OK);
+  EXPECT_EQ(sqlite3_exec(handle, sql.c_str(), nullptr, nullptr, nullptr), SQLITE_OK) << sqlite3_errmsg(handle);
+  sqlite3_close(handle);
+}
+
+class SqlitePlace final : public test::StorePlace {
+ public:
+  std::unique_ptr<Store> open() override {
+    Result<std::unique_ptr<Store>> store = open_sqlite_store(file_);
+    EXPECT_TRUE(store.ok()) << store.status();
+    return std::move(store).value();
+  }
+  void damage_tile(std::uint32_t tile) override {
+    execute(file_, fmt::format("UPDATE nodes SET samples = zeroblob(length(samples)) WHERE tile = {}", tile));
+  }
+
+ private:
+  TemporaryFolder folder_;
+  std::filesystem::path file_ = folder_.path() / "store.sqlite";
+};
+
+INSTANTIATE_TEST_SUITE_P(Sqlite, StoreConformance,
+                         ::testing::Values(test::StoreKind{"sqlite", [] { return std::make_unique<SqlitePlace>(); }}),
+                         [](const auto& info) { return info.param.name; });
 
 class SqliteStoreTest : public ::testing::Test {
  protected:
@@ -19,9 +46,6 @@ class SqliteStoreTest : public ::testing::Test {
     Result<std::unique_ptr<Store>> store = open_sqlite_store(file_);
     EXPECT_TRUE(store.ok()) << store.status();
     return std::move(store).value();
-  }
-  StoreFactory factory() {
-    return [this] { return open(); };
   }
   /// Makes the file one of an earlier format.
   void go_back_to(int format) {
@@ -44,68 +68,11 @@ class SqliteStoreTest : public ::testing::Test {
     }
     sql(fmt::format("PRAGMA user_version = {}", format));
   }
-  void sql(const std::string& text) {
-    sqlite3* handle = nullptr;
-    ASSERT_EQ(sqlite3_open(file_.c_str(), &handle), SQLITE_OK);
-    EXPECT_EQ(sqlite3_exec(handle, text.c_str(), nullptr, nullptr, nullptr), SQLITE_OK) << sqlite3_errmsg(handle);
-    sqlite3_close(handle);
-  }
+  void sql(const std::string& text) { execute(file_, text); }
 
   TemporaryFolder folder_;
   std::filesystem::path file_ = folder_.path() / "store.sqlite";
 };
-
-TEST_F(SqliteStoreTest, StartsEmpty) {
-  test::expect_starts_empty(factory());
-}
-TEST_F(SqliteStoreTest, EpochsGrow) {
-  test::expect_epochs_grow(factory());
-}
-TEST_F(SqliteStoreTest, JobRoundTrips) {
-  test::expect_job_round_trips(factory());
-}
-TEST_F(SqliteStoreTest, LaterRowReplaces) {
-  test::expect_later_row_replaces(factory());
-}
-TEST_F(SqliteStoreTest, ChosenMethodIsKept) {
-  test::expect_chosen_method_is_kept(factory());
-}
-TEST_F(SqliteStoreTest, ForestIsKept) {
-  test::expect_forest_is_kept(factory());
-}
-TEST_F(SqliteStoreTest, OrderWithinACommit) {
-  test::expect_order_within_a_commit(factory());
-}
-TEST_F(SqliteStoreTest, DeleteForgetsAllButTheId) {
-  test::expect_delete_forgets_all_but_the_id(factory());
-}
-TEST_F(SqliteStoreTest, FailedCommitLeavesNothing) {
-  test::expect_failed_commit_leaves_nothing(factory());
-}
-TEST_F(SqliteStoreTest, CoalescingChangesNothing) {
-  test::expect_coalescing_changes_nothing(
-      factory(), [this] { return open_sqlite_store(folder_.path() / "other.sqlite").value(); });
-}
-
-TEST_F(SqliteStoreTest, ADamagedNodeIsLeftOutAndTheOthersStay) {
-  {
-    const auto store = open();
-    ASSERT_TRUE(store->load().ok());
-    ASSERT_TRUE(store
-                    ->commit(std::vector<StoreOp>{PutJob{test::full_record(1)},
-                                                  PutNode{JobId{1}, TileId{0}, test::small_node(0, 0, 1)},
-                                                  PutNode{JobId{1}, TileId{1}, test::small_node(0, 0, 2)}})
-                    .ok());
-  }
-  sql("UPDATE nodes SET samples = zeroblob(length(samples)) WHERE tile = 0");
-  const Result<StoredState> state = open()->load();
-  ASSERT_TRUE(state.ok()) << state.status();
-  ASSERT_EQ(state->jobs.at(0).nodes.size(), 1u);
-  EXPECT_EQ(state->jobs[0].nodes[0].tile.value, 1u);
-  // It is gone from the file too: the same range can be stored again.
-  EXPECT_TRUE(open()->commit(std::vector<StoreOp>{PutNode{JobId{1}, TileId{0}, test::small_node(0, 0, 1)}}).ok());
-  EXPECT_EQ(open()->load()->jobs.at(0).nodes.size(), 2u);
-}
 
 TEST_F(SqliteStoreTest, ANewerFormatIsRefusedWithWhatToDo) {
   open();

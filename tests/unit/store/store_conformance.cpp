@@ -111,20 +111,20 @@ std::string describe(const StoredState& state) {
   return all;
 }
 
-void expect_starts_empty(const StoreFactory& open) {
+TEST_P(StoreConformance, StartsEmpty) {
   const StoredState state = loaded(*open());
   EXPECT_EQ(state.epoch, 1u);
   EXPECT_EQ(state.next_job_id, 1u);
   EXPECT_TRUE(state.jobs.empty());
 }
 
-void expect_epochs_grow(const StoreFactory& open) {
+TEST_P(StoreConformance, EpochsGrow) {
   for (std::uint64_t epoch = 1; epoch <= 3; ++epoch) {
     EXPECT_EQ(loaded(*open()).epoch, epoch);
   }
 }
 
-void expect_job_round_trips(const StoreFactory& open) {
+TEST_P(StoreConformance, JobRoundTrips) {
   StoredState expected;
   expected.next_job_id = 6;
   {
@@ -142,7 +142,7 @@ void expect_job_round_trips(const StoreFactory& open) {
   EXPECT_EQ(describe(loaded(*open())), describe(expected));
 }
 
-void expect_later_row_replaces(const StoreFactory& open) {
+TEST_P(StoreConformance, LaterRowReplaces) {
   JobRecord record = full_record(1);
   {
     const auto store = open();
@@ -169,7 +169,7 @@ void expect_later_row_replaces(const StoreFactory& open) {
   EXPECT_EQ(describe(loaded(*open())), describe(expected));
 }
 
-void expect_chosen_method_is_kept(const StoreFactory& open) {
+TEST_P(StoreConformance, ChosenMethodIsKept) {
   JobRecord record = full_record(1);
   record.spec.settings.method = "auto";
   record.method_notes = {true, {"two do"}, {}, {"path", "whitted"}};
@@ -190,7 +190,7 @@ void expect_chosen_method_is_kept(const StoreFactory& open) {
   EXPECT_EQ(describe(loaded(*open())), describe(expected));
 }
 
-void expect_forest_is_kept(const StoreFactory& open) {
+TEST_P(StoreConformance, ForestIsKept) {
   const JobId job{1};
   StoredState expected;
   expected.next_job_id = 2;
@@ -207,7 +207,7 @@ void expect_forest_is_kept(const StoreFactory& open) {
   EXPECT_EQ(describe(loaded(*open())), describe(expected));
 }
 
-void expect_order_within_a_commit(const StoreFactory& open) {
+TEST_P(StoreConformance, OrderWithinACommit) {
   const JobId job{1};
   {
     const auto store = open();
@@ -221,7 +221,7 @@ void expect_order_within_a_commit(const StoreFactory& open) {
   EXPECT_EQ(state.jobs[0].nodes[0].node->values[0], 2.0f);
 }
 
-void expect_delete_forgets_all_but_the_id(const StoreFactory& open) {
+TEST_P(StoreConformance, DeleteForgetsAllButTheId) {
   {
     const auto store = open();
     loaded(*store);
@@ -234,7 +234,7 @@ void expect_delete_forgets_all_but_the_id(const StoreFactory& open) {
   EXPECT_EQ(state.next_job_id, 9u) << "ids are never used again";
 }
 
-void expect_failed_commit_leaves_nothing(const StoreFactory& open) {
+TEST_P(StoreConformance, FailedCommitLeavesNothing) {
   {
     const auto store = open();
     loaded(*store);
@@ -247,7 +247,7 @@ void expect_failed_commit_leaves_nothing(const StoreFactory& open) {
   EXPECT_EQ(state.jobs[0].record.id.value, 2u);
 }
 
-void expect_coalescing_changes_nothing(const StoreFactory& open, const StoreFactory& open_other) {
+TEST_P(StoreConformance, CoalescingChangesNothing) {
   // A small random history: jobs come, change and go; nodes are put, dropped and put again.
   std::uint64_t random_state = 12345;
   const auto random = [&](std::uint64_t below) {
@@ -255,7 +255,8 @@ void expect_coalescing_changes_nothing(const StoreFactory& open, const StoreFact
     return (random_state >> 33) % below;
   };
   const auto plain = open();
-  const auto other = open_other();
+  const std::unique_ptr<StorePlace> other_place = GetParam().make();
+  const auto other = other_place->open();
   loaded(*plain);
   loaded(*other);
   std::set<std::uint64_t> jobs;
@@ -287,6 +288,48 @@ void expect_coalescing_changes_nothing(const StoreFactory& open, const StoreFact
     commit(*other, coalesce(ops));
     ASSERT_EQ(describe(loaded(*other)), describe(loaded(*plain))) << "round " << round;
   }
+}
+
+TEST_P(StoreConformance, ADamagedNodeIsLeftOutAndTheOthersStay) {
+  {
+    const auto store = open();
+    loaded(*store);
+    commit(*store, {PutJob{full_record(1)}, PutNode{JobId{1}, TileId{0}, small_node(0, 0, 1)},
+                    PutNode{JobId{1}, TileId{1}, small_node(0, 0, 2)}});
+  }
+  place_->damage_tile(0);
+  {
+    const auto store = open();
+    const StoredState state = loaded(*store);
+    ASSERT_EQ(state.jobs.at(0).nodes.size(), 1u);
+    EXPECT_EQ(state.jobs[0].nodes[0].tile.value, 1u);
+    // It is gone from the store too: the same range can be stored again.
+    commit(*store, {PutNode{JobId{1}, TileId{0}, small_node(0, 0, 1)}});
+  }
+  EXPECT_EQ(loaded(*open()).jobs.at(0).nodes.size(), 2u);
+}
+
+TEST_P(StoreConformance, ManyNodesOfSeveralJobsAreKept) {
+  // More than any store reads or writes at once.
+  StoredState expected;
+  expected.next_job_id = 4;
+  std::vector<StoreOp> ops;
+  for (std::uint64_t id = 1; id <= 3; ++id) {
+    ops.push_back(PutJob{full_record(id)});
+    StoredState::StoredJob& job = expected.jobs.emplace_back(StoredState::StoredJob{full_record(id), {}});
+    for (std::uint32_t i = 0; i < 150; ++i) {
+      const TileId tile{i / 3};
+      const auto node = small_node(i % 3, i, static_cast<float>(id));
+      ops.push_back(PutNode{JobId{id}, tile, node});
+      job.nodes.push_back({tile, node});
+    }
+  }
+  {
+    const auto store = open();
+    loaded(*store);
+    commit(*store, ops);
+  }
+  EXPECT_EQ(describe(loaded(*open())), describe(expected));
 }
 
 }  // namespace lightmill::test

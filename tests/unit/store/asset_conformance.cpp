@@ -1,34 +1,24 @@
-#include "server/store/asset_store.h"
-
-#include <gtest/gtest.h>
+#include "tests/unit/store/asset_conformance.h"
 
 #include <atomic>
-#include <fstream>
+#include <thread>
 
-#include "tests/support/temporary_folder.h"
-
-namespace lightmill {
+namespace lightmill::test {
 namespace {
 
-using test::TemporaryFolder;
-
-std::unique_ptr<AssetStore> open_store(const TemporaryFolder& folder, AssetLimits limits = {}) {
-  return AssetStore::open(folder.path() / "assets", limits).value();
-}
-
-Status put(AssetStore& store, std::string_view bytes, const Sha256& digest) {
+Status put(AssetStore& store, std::string_view bytes, const Sha256& digest, std::size_t piece_bytes = 3) {
   LM_ASSIGN_OR_RETURN(const auto upload, store.start_upload(digest));
-  for (std::size_t at = 0; at < bytes.size(); at += 3) {
-    LM_RETURN_IF_ERROR(upload->append(as_byte_view(bytes.substr(at, 3))));
+  for (std::size_t at = 0; at < bytes.size(); at += piece_bytes) {
+    LM_RETURN_IF_ERROR(upload->append(as_byte_view(bytes.substr(at, piece_bytes))));
   }
   return upload->finish();
 }
 
-Result<std::string> get(const AssetStore& store, const Sha256& digest) {
+Result<std::string> get(const AssetStore& store, const Sha256& digest, std::size_t piece_bytes = 4) {
   LM_ASSIGN_OR_RETURN(const auto reader, store.open_asset(digest));
   std::string all;
   for (;;) {
-    LM_ASSIGN_OR_RETURN(const std::string piece, reader->next(4));
+    LM_ASSIGN_OR_RETURN(const std::string piece, reader->next(piece_bytes));
     if (piece.empty()) {
       return all;
     }
@@ -36,20 +26,35 @@ Result<std::string> get(const AssetStore& store, const Sha256& digest) {
   }
 }
 
-TEST(AssetStore, GivesBackWhatWasPut) {
-  const TemporaryFolder folder;
+}  // namespace
+
+TEST_P(AssetConformance, GivesBackWhatWasPut) {
   const std::string bytes = "some bytes of a mesh";
-  const auto store = open_store(folder);
+  auto store = open();
   EXPECT_FALSE(store->has(sha256(bytes)));
   EXPECT_EQ(get(*store, sha256(bytes)).status().code(), StatusCode::kNotFound);
   ASSERT_TRUE(put(*store, bytes, sha256(bytes)).ok());
   EXPECT_EQ(get(*store, sha256(bytes)).value(), bytes);
-  EXPECT_EQ(get(*open_store(folder), sha256(bytes)).value(), bytes) << "after a restart";
+  store.reset();
+  EXPECT_EQ(get(*open(), sha256(bytes)).value(), bytes) << "after a restart";
 }
 
-TEST(AssetStore, WrongBytesLeaveNothing) {
-  const TemporaryFolder folder;
-  const auto store = open_store(folder);
+TEST_P(AssetConformance, SizesAreAnyWithinTheLimits) {
+  const auto store = open();
+  std::string bytes;
+  for (std::uint32_t i = 0; bytes.size() < 2'500'000; ++i) {
+    bytes += static_cast<char>(i * 2654435761u >> 24);
+  }
+  for (const std::size_t size : {std::size_t{0}, std::size_t{1}, std::size_t{1} << 20, bytes.size()}) {
+    const std::string asset = bytes.substr(0, size);
+    ASSERT_TRUE(put(*store, asset, sha256(asset), 77'777).ok()) << size;
+    EXPECT_EQ(store->size(sha256(asset)).value(), size);
+    EXPECT_TRUE(get(*store, sha256(asset), 99'999).value() == asset) << size;
+  }
+}
+
+TEST_P(AssetConformance, WrongBytesLeaveNothing) {
+  const auto store = open();
   const Status status = put(*store, "these", sha256("those"));
   EXPECT_EQ(status.code(), StatusCode::kInvalidArgument);
   EXPECT_FALSE(store->has(sha256("those")));
@@ -57,35 +62,33 @@ TEST(AssetStore, WrongBytesLeaveNothing) {
   EXPECT_EQ(store->total_bytes(), 0u);
 }
 
-TEST(AssetStore, AnUploadThatEndsEarlyLeavesNothing) {
-  const TemporaryFolder folder;
+TEST_P(AssetConformance, AnUploadThatEndsEarlyLeavesNothing) {
   {
-    const auto store = open_store(folder);
+    const auto store = open();
     const auto upload = store->start_upload(sha256("whole")).value();
     ASSERT_TRUE(upload->append(as_byte_view("wh")).ok());
     EXPECT_EQ(store->total_bytes(), 2u);
   }
-  // As a crash leaves it:
-  std::ofstream(folder.path() / "assets" / "incoming" / "left-over") << "rubbish";
-  const auto store = open_store(folder);
-  EXPECT_FALSE(std::filesystem::exists(folder.path() / "assets" / "incoming" / "left-over"));
+  place_->leave_half_an_upload();
+  EXPECT_TRUE(place_->has_halves());
+  const auto store = open();
+  EXPECT_FALSE(place_->has_halves());
   EXPECT_EQ(store->total_bytes(), 0u);
 }
 
-TEST(AssetStore, LimitsHold) {
-  const TemporaryFolder folder;
-  const auto store = open_store(folder, {.asset_bytes = 10, .total_bytes = 15});
+TEST_P(AssetConformance, LimitsHold) {
+  auto store = open({.asset_bytes = 10, .total_bytes = 15});
   EXPECT_EQ(put(*store, "eleven bytes", sha256("eleven bytes")).code(), StatusCode::kResourceExhausted);
   EXPECT_TRUE(put(*store, "ten bytes!", sha256("ten bytes!")).ok());
   EXPECT_EQ(put(*store, "six bi", sha256("six bi")).code(), StatusCode::kResourceExhausted);
   EXPECT_TRUE(put(*store, "five!", sha256("five!")).ok());
   EXPECT_EQ(store->total_bytes(), 15u);
-  EXPECT_EQ(open_store(folder)->total_bytes(), 15u) << "counted anew after a restart";
+  store.reset();
+  EXPECT_EQ(open()->total_bytes(), 15u) << "counted anew after a restart";
 }
 
-TEST(AssetStore, ManyCanPutTheSameAssetAtOnce) {
-  const TemporaryFolder folder;
-  const auto store = open_store(folder);
+TEST_P(AssetConformance, ManyCanPutTheSameAssetAtOnce) {
+  const auto store = open();
   const std::string bytes(10'000, 'x');
   std::atomic<int> stored = 0;
   {
@@ -98,9 +101,8 @@ TEST(AssetStore, ManyCanPutTheSameAssetAtOnce) {
   EXPECT_EQ(get(*store, sha256(bytes)).value(), bytes);
 }
 
-TEST(AssetStore, CollectForgetsWhatNobodyWants) {
-  const TemporaryFolder folder;
-  const auto store = open_store(folder);
+TEST_P(AssetConformance, CollectForgetsWhatNobodyWants) {
+  const auto store = open();
   ASSERT_TRUE(put(*store, "wanted", sha256("wanted")).ok());
   ASSERT_TRUE(put(*store, "not wanted", sha256("not wanted")).ok());
   EXPECT_EQ(store->collect({sha256("wanted")}, 3600), 0u) << "both are fresh";
@@ -110,5 +112,4 @@ TEST(AssetStore, CollectForgetsWhatNobodyWants) {
   EXPECT_EQ(store->total_bytes(), 6u);
 }
 
-}  // namespace
-}  // namespace lightmill
+}  // namespace lightmill::test

@@ -11,9 +11,11 @@
 #include "common/base/digest.h"
 #include "common/base/status.h"
 #include "common/farm/job.h"
+#include "common/farm/messages.h"
 #include "common/film/layers.h"
+#include "common/film/node.h"
 
-namespace lightmill::sqlite {
+namespace lightmill::stored {
 
 static_assert(std::endian::native == std::endian::little, "sums are stored as little-endian float32");
 
@@ -35,10 +37,16 @@ std::vector<std::string> lines_in(std::string_view text);
 /// High word first, each with its highest byte first.
 std::array<std::uint8_t, 16> bytes_of(const Hash128& hash);
 
+/// The node of a row; null if `hash`, its stored hash_of, shows that it is damaged.
+std::shared_ptr<const Node> node_of(const SampleRange& range, std::uint64_t non_finite, std::string_view hash,
+                                    std::string_view values);
+/// Says in the log what is lost.
+void log_damage(const NodeKey& key);
+
 /// The bytes of an array of numbers.
 template <class T>
 ByteView view_of(const T& container) {
   return std::as_bytes(std::span(container));
 }
 
-}  // namespace lightmill::sqlite
+}  // namespace lightmill::stored

@@ -1,10 +1,12 @@
-#include "server/store/sqlite/row_values.h"
+#include "server/store/row_values.h"
 
+#include <cstring>
 #include <optional>
 
 #include "common/base/check.h"
+#include "common/base/log.h"
 
-namespace lightmill::sqlite {
+namespace lightmill::stored {
 namespace {
 
 constexpr std::array<std::pair<JobState, std::string_view>, 6> kStateNames{{{JobState::queued, "queued"},
@@ -108,4 +110,23 @@ std::array<std::uint8_t, 16> bytes_of(const Hash128& hash) {
   return bytes;
 }
 
-}  // namespace lightmill::sqlite
+std::shared_ptr<const Node> node_of(const SampleRange& range, std::uint64_t non_finite, std::string_view hash,
+                                    std::string_view values) {
+  auto node = std::make_shared<Node>();
+  node->range = range;
+  node->non_finite = non_finite;
+  node->values.resize(values.size() / sizeof(float));
+  if (!node->values.empty()) {  // memcpy takes no null
+    std::memcpy(node->values.data(), values.data(), node->values.size() * sizeof(float));
+  }
+  const std::array<std::uint8_t, 16> expected = bytes_of(hash_of(*node));
+  const bool sound = hash == std::string_view(reinterpret_cast<const char*>(expected.data()), expected.size());
+  return sound ? node : nullptr;
+}
+
+void log_damage(const NodeKey& key) {
+  spdlog::error("job {}: stored samples [{}, {}) of tile {} are damaged; they will be rendered again", key.job.value,
+                key.range.first(), key.range.end(), key.tile.value);
+}
+
+}  // namespace lightmill::stored

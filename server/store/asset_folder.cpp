@@ -1,9 +1,10 @@
-#include "server/store/asset_store.h"
+#include "server/store/asset_folder.h"
 
 #include <fcntl.h>
 #include <sys/stat.h>
 #include <unistd.h>
 
+#include <atomic>
 #include <cerrno>
 #include <cstring>
 
@@ -27,38 +28,64 @@ void sync_folder(const fs::path& folder) {
   }
 }
 
-}  // namespace
+class AssetFolder final : public AssetStore {
+ public:
+  AssetFolder(fs::path folder, AssetLimits limits, std::uint64_t total_bytes)
+      : folder_(std::move(folder)), budget_(limits, total_bytes) {}
 
-Result<std::unique_ptr<AssetStore>> AssetStore::open(fs::path folder, AssetLimits limits) {
-  std::error_code error;
-  fs::create_directories(folder / "incoming", error);
-  if (error) {
-    return make_error(StatusCode::kPermissionDenied, "cannot create {}: {}", folder.string(), error.message());
-  }
-  std::uint64_t total_bytes = 0;
-  for (const fs::directory_entry& entry : fs::recursive_directory_iterator(folder, error)) {
-    if (!entry.is_regular_file(error)) {
-      continue;
-    }
-    if (entry.path().parent_path().filename() == "incoming") {
-      fs::remove(entry.path(), error);
-    } else {
-      total_bytes += entry.file_size(error);
-    }
-  }
-  return std::unique_ptr<AssetStore>(new AssetStore(std::move(folder), limits, total_bytes));
-}
+  Result<std::uint64_t> size(const Sha256& digest) const override;
+  Result<std::unique_ptr<Upload>> start_upload(const Sha256& digest) override;
+  Result<std::unique_ptr<Reader>> open_asset(const Sha256& digest) const override;
+  std::uint64_t collect(const std::set<Sha256>& wanted, std::int64_t spare_age_seconds) override;
+  std::uint64_t total_bytes() const override { return budget_.used_bytes(); }
 
-fs::path AssetStore::path_of(const Sha256& digest) const {
+ private:
+  friend class FileUpload;
+  fs::path path_of(const Sha256& digest) const;
+
+  const fs::path folder_;
+  AssetBudget budget_;
+  std::atomic<std::uint64_t> next_temporary_ = 0;
+};
+
+class FileUpload final : public AssetStore::Upload {
+ public:
+  FileUpload(AssetFolder& store, const Sha256& digest, fs::path temporary, int fd)
+      : store_(store), digest_(digest), temporary_(std::move(temporary)), fd_(fd) {}
+  ~FileUpload() override;
+  FileUpload(const FileUpload&) = delete;
+  FileUpload& operator=(const FileUpload&) = delete;
+  Status append(ByteView bytes) override;
+  Status finish() override;
+
+ private:
+  AssetFolder& store_;
+  const Sha256 digest_;
+  const fs::path temporary_;
+  int fd_;
+  std::uint64_t size_bytes_ = 0;
+  Sha256Hasher hasher_;
+};
+
+class FileReader final : public AssetStore::Reader {
+ public:
+  FileReader(fs::path path, int fd) : path_(std::move(path)), fd_(fd) {}
+  ~FileReader() override { ::close(fd_); }
+  FileReader(const FileReader&) = delete;
+  FileReader& operator=(const FileReader&) = delete;
+  Result<std::string> next(std::size_t limit_bytes) override;
+
+ private:
+  const fs::path path_;
+  const int fd_;
+};
+
+fs::path AssetFolder::path_of(const Sha256& digest) const {
   const std::string hex = digest.hex();
   return folder_ / hex.substr(0, 2) / hex.substr(2);
 }
 
-bool AssetStore::has(const Sha256& digest) const {
-  return size(digest).ok();
-}
-
-Result<std::uint64_t> AssetStore::size(const Sha256& digest) const {
+Result<std::uint64_t> AssetFolder::size(const Sha256& digest) const {
   struct stat info {};
   if (::stat(path_of(digest).c_str(), &info) != 0) {
     return not_found("there is no asset {}", digest.hex());
@@ -66,60 +93,27 @@ Result<std::uint64_t> AssetStore::size(const Sha256& digest) const {
   return static_cast<std::uint64_t>(info.st_size);
 }
 
-Status AssetStore::reserve(std::uint64_t bytes) {
-  const MutexLock lock(mutex_);
-  if (total_bytes_ + bytes > limits_.total_bytes) {
-    return resource_exhausted(
-        "the farm's assets would pass their limit of {} bytes; raise --max-assets-gib or delete jobs",
-        limits_.total_bytes);
-  }
-  total_bytes_ += bytes;
-  return ok_status();
-}
-
-void AssetStore::release(std::uint64_t bytes) {
-  const MutexLock lock(mutex_);
-  total_bytes_ -= bytes;
-}
-
-std::uint64_t AssetStore::total_bytes() const {
-  const MutexLock lock(mutex_);
-  return total_bytes_;
-}
-
 // ---- writing ----
 
-Result<std::unique_ptr<AssetStore::Upload>> AssetStore::start_upload(const Sha256& digest) {
-  std::uint64_t number = 0;
-  {
-    const MutexLock lock(mutex_);
-    number = next_temporary_++;
-  }
-  const fs::path temporary = folder_ / "incoming" / fmt::format("{}-{}", digest.hex(), number);
+Result<std::unique_ptr<AssetStore::Upload>> AssetFolder::start_upload(const Sha256& digest) {
+  const fs::path temporary = folder_ / "incoming" / fmt::format("{}-{}", digest.hex(), next_temporary_++);
   const int fd = ::open(temporary.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0644);
   if (fd < 0) {
     return errno_error("create", temporary);
   }
-  return std::unique_ptr<Upload>(new Upload(*this, digest, temporary, fd));
+  return std::unique_ptr<Upload>(std::make_unique<FileUpload>(*this, digest, temporary, fd));
 }
 
-AssetStore::Upload::Upload(AssetStore& store, const Sha256& digest, fs::path temporary, int fd)
-    : store_(store), digest_(digest), temporary_(std::move(temporary)), fd_(fd) {}
-
-AssetStore::Upload::~Upload() {
+FileUpload::~FileUpload() {
   if (fd_ >= 0) {
     ::close(fd_);
     ::unlink(temporary_.c_str());
-    store_.release(size_bytes_);
+    store_.budget_.release(size_bytes_);
   }
 }
 
-Status AssetStore::Upload::append(ByteView bytes) {
-  if (size_bytes_ + bytes.size() > store_.limits_.asset_bytes) {
-    return resource_exhausted("asset {} is larger than the limit of {} bytes", digest_.hex(),
-                              store_.limits_.asset_bytes);
-  }
-  LM_RETURN_IF_ERROR(store_.reserve(bytes.size()));
+Status FileUpload::append(ByteView bytes) {
+  LM_RETURN_IF_ERROR(store_.budget_.reserve(digest_, size_bytes_, bytes.size()));
   size_bytes_ += bytes.size();
   hasher_.append(bytes);
   while (!bytes.empty()) {
@@ -135,7 +129,7 @@ Status AssetStore::Upload::append(ByteView bytes) {
   return ok_status();
 }
 
-Status AssetStore::Upload::finish() {
+Status FileUpload::finish() {
   if (const Sha256 actual = hasher_.finish(); actual != digest_) {
     return invalid_argument("the {} bytes sent as asset {} have the digest {}", size_bytes_, digest_.hex(),
                             actual.hex());
@@ -155,27 +149,23 @@ Status AssetStore::Upload::finish() {
   sync_folder(store_.folder_);
   ::close(std::exchange(fd_, -1));
   if (there_already) {
-    store_.release(size_bytes_);
+    store_.budget_.release(size_bytes_);
   }
   return ok_status();
 }
 
 // ---- reading ----
 
-Result<std::unique_ptr<AssetStore::Reader>> AssetStore::open_asset(const Sha256& digest) const {
+Result<std::unique_ptr<AssetStore::Reader>> AssetFolder::open_asset(const Sha256& digest) const {
   fs::path path = path_of(digest);
   const int fd = ::open(path.c_str(), O_RDONLY | O_CLOEXEC);
   if (fd < 0) {
     return errno == ENOENT ? not_found("there is no asset {}", digest.hex()) : errno_error("open", path);
   }
-  return std::unique_ptr<Reader>(new Reader(std::move(path), fd));
+  return std::unique_ptr<Reader>(std::make_unique<FileReader>(std::move(path), fd));
 }
 
-AssetStore::Reader::~Reader() {
-  ::close(fd_);
-}
-
-Result<std::string> AssetStore::Reader::next(std::size_t limit_bytes) {
+Result<std::string> FileReader::next(std::size_t limit_bytes) {
   std::string bytes(limit_bytes, '\0');
   for (;;) {
     const ssize_t got = ::read(fd_, bytes.data(), bytes.size());
@@ -191,7 +181,7 @@ Result<std::string> AssetStore::Reader::next(std::size_t limit_bytes) {
 
 // ---- forgetting ----
 
-std::uint64_t AssetStore::collect(const std::set<Sha256>& wanted, std::int64_t spare_age_seconds) {
+std::uint64_t AssetFolder::collect(const std::set<Sha256>& wanted, std::int64_t spare_age_seconds) {
   std::uint64_t freed_bytes = 0;
   std::error_code error;
   const auto oldest = fs::file_time_type::clock::now() - std::chrono::seconds(spare_age_seconds);
@@ -212,8 +202,30 @@ std::uint64_t AssetStore::collect(const std::set<Sha256>& wanted, std::int64_t s
       freed_bytes += size_bytes;
     }
   }
-  release(freed_bytes);
+  budget_.release(freed_bytes);
   return freed_bytes;
+}
+
+}  // namespace
+
+Result<std::unique_ptr<AssetStore>> open_asset_folder(fs::path folder, AssetLimits limits) {
+  std::error_code error;
+  fs::create_directories(folder / "incoming", error);
+  if (error) {
+    return make_error(StatusCode::kPermissionDenied, "cannot create {}: {}", folder.string(), error.message());
+  }
+  std::uint64_t total_bytes = 0;
+  for (const fs::directory_entry& entry : fs::recursive_directory_iterator(folder, error)) {
+    if (!entry.is_regular_file(error)) {
+      continue;
+    }
+    if (entry.path().parent_path().filename() == "incoming") {
+      fs::remove(entry.path(), error);
+    } else {
+      total_bytes += entry.file_size(error);
+    }
+  }
+  return std::unique_ptr<AssetStore>(std::make_unique<AssetFolder>(std::move(folder), limits, total_bytes));
 }
 
 }  // namespace lightmill

@@ -1,0 +1,29 @@
+#include "server/store/asset_store.h"
+
+namespace lightmill {
+
+Status AssetBudget::reserve(const Sha256& digest, std::uint64_t had_bytes, std::uint64_t more_bytes) {
+  if (had_bytes + more_bytes > limits_.asset_bytes) {
+    return resource_exhausted("asset {} is larger than the limit of {} bytes", digest.hex(), limits_.asset_bytes);
+  }
+  const MutexLock lock(mutex_);
+  if (used_bytes_ + more_bytes > limits_.total_bytes) {
+    return resource_exhausted(
+        "the farm's assets would pass their limit of {} bytes; raise --max-assets-gib or delete jobs",
+        limits_.total_bytes);
+  }
+  used_bytes_ += more_bytes;
+  return ok_status();
+}
+
+void AssetBudget::release(std::uint64_t bytes) {
+  const MutexLock lock(mutex_);
+  used_bytes_ -= bytes;
+}
+
+std::uint64_t AssetBudget::used_bytes() const {
+  const MutexLock lock(mutex_);
+  return used_bytes_;
+}
+
+}  // namespace lightmill
