@@ -13,6 +13,7 @@
 #include "server/api/api_server.h"
 #include "server/store/asset_folder.h"
 #include "server/store/data_directory.h"
+#include "server/store/postgres/postgres_store.h"
 #include "server/store/sqlite/sqlite_store.h"
 
 namespace lightmill {
@@ -22,6 +23,7 @@ namespace fs = std::filesystem;
 
 struct Options {
   std::string data;
+  std::string store;  ///< empty: SQLite in the data directory
   std::string listen = "127.0.0.1:7350";
   std::string port_file;
   LogOptions log;
@@ -51,12 +53,19 @@ std::optional<int> parse(int argc, char** argv, Options& options) {
   CLI::App app{
       "The coordinator of a Lightmill farm: takes jobs from `lightmill`, hands them out to `lightmill-worker`s, keeps "
       "what they have rendered.\n\nStart one, then workers with --server HOST:PORT, then render with `lightmill render "
-      "SCENE`.\nStop it with Ctrl-C or SIGTERM; started again on the same directory it goes on where it was.\n",
+      "SCENE`.\nStop it with Ctrl-C or SIGTERM; started again on the same directory it goes on where it "
+      "was.\n\nSeveral "
+      "coordinators may be given one --store: one is at work, the others stand by and take over within seconds.\n",
       "lightmill-server"};
   app.set_version_flag("--version", fmt::format("lightmill-server {} ({})", LIGHTMILL_VERSION, kRendererVersion));
-  app.add_option("--data", options.data, "directory of all its state; made if need be")
-      ->type_name("DIR")
-      ->default_str(default_data_directory());
+  CLI::Option* data = app.add_option("--data", options.data, "directory of all its state; made if need be")
+                          ->type_name("DIR")
+                          ->default_str(default_data_directory());
+  app.add_option("--store", options.store,
+                 "keep all state in this PostgreSQL database instead: postgres://USER@HOST/DATABASE (a password in "
+                 "~/.pgpass)")
+      ->type_name("URL")
+      ->excludes(data);
   app.add_option("--listen", options.listen, "address and port to listen on; port 0 takes a free one")
       ->type_name("HOST:PORT")
       ->capture_default_str();
@@ -83,6 +92,15 @@ std::optional<int> parse(int argc, char** argv, Options& options) {
   }
   if (options.data.empty()) {
     options.data = default_data_directory();
+  }
+  if (!options.store.empty()) {
+    const Status url = options.store.starts_with("postgres://") || options.store.starts_with("postgresql://")
+                           ? check_postgres_url(options.store)
+                           : invalid_argument("must be postgres://USER@HOST/DATABASE");
+    if (!url.ok()) {
+      std::cerr << "--store: " << message_of(url) << "\n";
+      return 2;
+    }
   }
   if (const Result<HostPort> address = parse_host_port(options.listen); !address.ok()) {
     std::cerr << "--listen: " << message_of(address.status()) << "\n";
@@ -114,47 +132,91 @@ bool is_loopback(std::string_view listen) {
 /// Lets main wait for a signal or a failure.
 class StopRequest {
  public:
-  void ask() {
+  /// The first failure is what the program ends with.
+  void ask(const Status& why = ok_status()) {
     const MutexLock lock(mutex_);
     asked_ = true;
+    failure_.Update(why);
     changed_.notify_all();
   }
-  void wait() {
+  /// Returns the failure, if that is what stops the program.
+  Status wait() {
     const MutexLock lock(mutex_);
     while (!asked_) {
       changed_.wait(mutex_);
     }
+    return failure_;
+  }
+  /// Waits so long at most; whether nobody asked.
+  bool wait_for(std::chrono::milliseconds pause) {
+    const MutexLock lock(mutex_);
+    const auto until = std::chrono::steady_clock::now() + pause;
+    while (!asked_ && changed_.wait_until(mutex_, until) == std::cv_status::no_timeout) {
+    }
+    return !asked_;
   }
 
  private:
   Mutex mutex_;
   CondVar changed_;
   bool asked_ LM_GUARDED_BY(mutex_) = false;
+  Status failure_ LM_GUARDED_BY(mutex_);
 };
 
+/// Where all state is, and the lock on it.
+struct State {
+  std::optional<DataDirectory> data;
+  std::unique_ptr<Store> store;
+  std::unique_ptr<AssetStore> assets;
+  std::string place;
+};
+
+Result<State> open_state(const Options& options, StopRequest& stop) {
+  const AssetLimits limits{bytes_of_gib(options.max_asset_gib), bytes_of_gib(options.max_assets_gib)};
+  State state;
+  if (!options.store.empty()) {
+    PostgresOptions postgres;
+    postgres.url = options.store;
+    postgres.assets = limits;
+    postgres.wait = [&stop](std::chrono::milliseconds pause) { return stop.wait_for(pause); };
+    postgres.on_deposed = [&stop](const Status& why) { stop.ask(why); };
+    LM_ASSIGN_OR_RETURN(PostgresStores stores, open_postgres(std::move(postgres)));
+    state.store = std::move(stores.store);
+    state.assets = std::move(stores.assets);
+    state.place = std::move(stores.place);
+    return state;
+  }
+  LM_ASSIGN_OR_RETURN(DataDirectory data, DataDirectory::open(options.data));
+  LM_ASSIGN_OR_RETURN(state.store, open_sqlite_store(data.database_file()));
+  LM_ASSIGN_OR_RETURN(state.assets, open_asset_folder(data.assets_folder(), limits));
+  state.place = data.path().string();
+  state.data.emplace(std::move(data));
+  return state;
+}
+
 Status serve(const Options& options, StopRequest& stop) {
-  LM_ASSIGN_OR_RETURN(const DataDirectory data, DataDirectory::open(options.data));
-  LM_ASSIGN_OR_RETURN(std::unique_ptr<Store> store, open_sqlite_store(data.database_file()));
-  LM_ASSIGN_OR_RETURN(std::unique_ptr<AssetStore> assets,
-                      open_asset_folder(data.assets_folder(),
-                                        {bytes_of_gib(options.max_asset_gib), bytes_of_gib(options.max_assets_gib)}));
+  Result<State> state = open_state(options, stop);
+  if (!state.ok()) {
+    return state.status().code() == StatusCode::kCancelled ? ok_status() : state.status();
+  }
   ApiOptions api;
   api.listen = options.listen;
   api.limits = limits_of(options);
-  api.on_fatal = [&stop](const Status&) { stop.ask(); };
+  api.on_fatal = [&stop](const Status& why) { stop.ask(why); };
   LM_ASSIGN_OR_RETURN(const std::unique_ptr<ApiServer> server,
-                      ApiServer::start(std::move(store), std::move(assets), api));
+                      ApiServer::start(std::move(state->store), std::move(state->assets), api));
   if (!is_loopback(options.listen)) {
     spdlog::warn("there is no authentication: whoever reaches {} can use and stop jobs of this farm", options.listen);
   }
   spdlog::info("listening on {}:{}, state in {}", options.listen.substr(0, options.listen.rfind(':')), server->port(),
-               data.path().string());
+               state->place);
   if (!options.port_file.empty()) {
     LM_RETURN_IF_ERROR(write_file_atomically(options.port_file, as_byte_view(fmt::format("{}\n", server->port()))));
   }
-  stop.wait();
+  Status failure = stop.wait();
   spdlog::info("stopping");
-  return server->stop();
+  const Status stopped = server->stop();
+  return failure.ok() ? stopped : failure;
 }
 
 int run(int argc, char** argv) {

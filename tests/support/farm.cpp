@@ -264,8 +264,11 @@ Farm::Farm(std::vector<std::string> server_options) : server_options_(std::move(
 void Farm::start_server() {
   const std::filesystem::path port_file = folder_.path() / "port";
   std::filesystem::remove(port_file);
-  std::vector<std::string> arguments{
-      program("lightmill-server"), "--data", data().string(), "--listen", address(), "--port-file", port_file.string()};
+  std::vector<std::string> arguments{program("lightmill-server"), "--listen", address(), "--port-file",
+                                     port_file.string()};
+  if (std::find(server_options_.begin(), server_options_.end(), "--store") == server_options_.end()) {
+    arguments.insert(arguments.end(), {"--data", data().string()});
+  }
   arguments.insert(arguments.end(), server_options_.begin(), server_options_.end());
   server_ = std::make_unique<BackgroundProcess>(arguments, (folder_.path() / "server.log").string());
   const auto until = std::chrono::steady_clock::now() + kPatience;

@@ -63,7 +63,7 @@ void kill_at_once(BackgroundProcess& process);
 
 class Farm {
  public:
-  /// Starts the coordinator and waits until it listens.
+  /// Starts the coordinator and waits until it listens. Its state is in data() unless the options have a --store.
   explicit Farm(std::vector<std::string> server_options = {});
 
   std::string address() const { return "127.0.0.1:" + std::to_string(port_); }

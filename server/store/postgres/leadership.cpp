@@ -1,0 +1,191 @@
+#include "server/store/postgres/leadership.h"
+
+#include <unistd.h>
+
+#include <random>
+
+#include "common/base/log.h"
+#include "server/store/postgres/schema.h"
+
+namespace lightmill::postgres {
+namespace {
+
+/// Of what concerns the lease; a lease runs out meanwhile at worst.
+constexpr auto kPatience = std::chrono::milliseconds(4'000);
+/// How often one that stands by looks.
+constexpr auto kLookPause = std::chrono::milliseconds(500);
+
+std::string random_instance() {
+  std::random_device device;
+  return fmt::format("{:08x}{:08x}", device(), device());
+}
+
+/// "HOST, process N": for people.
+std::string own_name() {
+  std::array<char, 256> host{};
+  if (::gethostname(host.data(), host.size() - 1) != 0) {
+    return fmt::format("process {}", ::getpid());
+  }
+  return fmt::format("{}, process {}", host.data(), ::getpid());
+}
+
+/// Makes the tables in a database that has none; refuses those of another format.
+Status check_tables(Session& session) {
+  LM_ASSIGN_OR_RETURN(const Rows there,
+                      session.query("SELECT to_regnamespace('lightmill') IS NOT NULL, to_regclass('lightmill.meta') IS "
+                                    "NOT NULL, EXISTS (SELECT FROM pg_class WHERE relnamespace = "
+                                    "to_regnamespace('lightmill'))"));
+  const bool has_schema = there.flag(0, 0), has_meta = there.flag(0, 1), has_others = there.flag(0, 2);
+  if (!has_meta && has_others) {
+    return data_loss("{}: the schema 'lightmill' is not of a Lightmill store: choose another database with --store",
+                     session.place());
+  }
+  if (!has_schema) {
+    LM_RETURN_IF_ERROR(session.execute("CREATE SCHEMA lightmill"));
+  }
+  if (!has_meta) {
+    return session.execute(kSchema);
+  }
+  LM_ASSIGN_OR_RETURN(const Rows rows, session.query("SELECT format FROM meta"));
+  const std::int64_t format = rows.size() == 1 ? rows.integer(0, 0) : 0;
+  if (format > kFormat) {
+    return failed_precondition(
+        "{} has format {}, newer than format {} which this lightmill-server knows: use the newer lightmill-server, or "
+        "another database with --store",
+        session.place(), format, kFormat);
+  }
+  return format == kFormat ? ok_status() : failed_precondition("{} has the unknown format {}", session.place(), format);
+}
+
+/// Coordinators that start at once do this one after the other.
+Status prepare_tables(Session& session) {
+  LM_RETURN_IF_ERROR(session.execute("BEGIN; SELECT pg_advisory_xact_lock(x'4c4d494c'::int);"));
+  const Status status = check_tables(session);
+  if (!session.connected()) {
+    return status;
+  }
+  const Status ended = session.execute(status.ok() ? "COMMIT" : "ROLLBACK");
+  return status.ok() ? ended : status;
+}
+
+}  // namespace
+
+Leadership::Leadership(Options options)
+    : options_(std::move(options)), instance_(random_instance()), session_(target(), {}, kPatience) {}
+
+Target Leadership::target() const {
+  return {options_.url, "lightmill-server " + instance_};
+}
+
+Result<std::unique_ptr<Leadership>> Leadership::take(Options options) {
+  std::unique_ptr<Leadership> leadership(new Leadership(std::move(options)));
+  LM_RETURN_IF_ERROR(leadership->target().describe().status());
+  LM_RETURN_IF_ERROR(prepare_tables(leadership->session_));
+  LM_RETURN_IF_ERROR(leadership->stand_by());
+  leadership->renewing_ = std::thread([raw = leadership.get()] { raw->keep_renewing(); });
+  return leadership;
+}
+
+Leadership::~Leadership() {
+  {
+    const MutexLock lock(mutex_);
+    stopping_ = true;
+    changed_.notify_all();
+  }
+  if (renewing_.joinable()) {
+    renewing_.join();
+  }
+  if (epoch_ > 0 && session_.connected()) {
+    (void)session_.query("UPDATE lease SET expires = '-infinity' WHERE instance = $1", Parameters(instance_)).status();
+  }
+}
+
+// ---- the lease ----
+
+Result<std::string> Leadership::try_to_take(Session& session) {
+  const double seconds = std::chrono::duration<double>(options_.lease).count();
+  LM_ASSIGN_OR_RETURN(const Rows taken, session.query("SELECT new_epoch, held_by FROM take_lease($1, $2, $3)",
+                                                      Parameters(instance_, own_name(), seconds)));
+  if (taken.integer(0, 0) == 0) {
+    return taken.text(0, 1);
+  }
+  epoch_ = taken.natural(0, 0);
+  return std::string();
+}
+
+Status Leadership::stand_by() {
+  std::string told;
+  for (bool first = true;; first = false) {
+    // What kept this one from the database may have kept the one at work from renewing: it gets the time to do so.
+    if (!first && !session_.connected() && session_.connect().ok() && !options_.wait(options_.lease)) {
+      return cancelled("stopped while it stood by");
+    }
+    const Result<std::string> holder = try_to_take(session_);
+    if (holder.ok() && holder->empty()) {
+      return ok_status();
+    }
+    if (!holder.ok() && (first || holder.status().code() != StatusCode::kUnavailable)) {
+      return holder.status();
+    }
+    const std::string news =
+        holder.ok() ? fmt::format("standing by: {} is at work on {}; this one takes over when it is not heard for {} s",
+                                  *holder, session_.place(), options_.lease.count() / 1000)
+                    : fmt::format("standing by, but {}", message_of(holder.status()));
+    if (news != told) {
+      spdlog::info("{}", news);
+      told = news;
+    }
+    if (!options_.wait(kLookPause)) {
+      return cancelled("stopped while it stood by");
+    }
+  }
+}
+
+Status Leadership::take_again() {
+  Session session(target(), {}, kPatience);
+  LM_ASSIGN_OR_RETURN(const std::string holder, try_to_take(session));
+  return explain(holder.empty() ? ok_status() : failed_precondition("{} has the lease", holder));
+}
+
+void Leadership::keep_renewing() {
+  const auto pause = options_.lease / 5;
+  do {
+    const MutexLock lock(mutex_);
+    const auto until = std::chrono::steady_clock::now() + pause;
+    while (!stopping_ && changed_.wait_until(mutex_, until) == std::cv_status::no_timeout) {
+    }
+    if (stopping_) {
+      return;
+    }
+  } while (renew());
+}
+
+/// False once another coordinator has taken over. An outage is no end: the lease holds until somebody takes it.
+bool Leadership::renew() {
+  const double seconds = std::chrono::duration<double>(options_.lease).count();
+  const Result<Rows> renewed = session_.query(
+      "UPDATE lease SET expires = clock_timestamp() + make_interval(secs => $2) WHERE instance = $1 "
+      "RETURNING holder",
+      Parameters(instance_, seconds));
+  if (!renewed.ok()) {
+    spdlog::debug("cannot renew the lease: {}", message_of(renewed.status()));
+    return true;
+  }
+  if (renewed->size() > 0) {
+    return true;
+  }
+  options_.on_deposed(explain(failed_precondition("the lease is gone")));
+  return false;
+}
+
+Status Leadership::explain(Status failure) const {
+  if (failure.code() != StatusCode::kFailedPrecondition) {
+    return failure;
+  }
+  return failed_precondition(
+      "{}: another coordinator has taken over from epoch {} (this one was not heard for {} s); nothing more is stored "
+      "here, so this one ends. Started again, it stands by",
+      session_.place(), epoch(), options_.lease.count() / 1000);
+}
+
+}  // namespace lightmill::postgres

@@ -1,0 +1,65 @@
+// Who may write: one coordinator at a time, in an epoch of its own, as long as it renews its lease.
+#pragma once
+
+#include <atomic>
+#include <chrono>
+#include <functional>
+#include <memory>
+#include <string>
+#include <thread>
+
+#include "common/base/mutex.h"
+#include "common/base/status.h"
+#include "server/store/postgres/session.h"
+
+namespace lightmill::postgres {
+
+/// The lease on a database, held and renewed while this lives; given back at its end.
+///
+/// It serves only to tell that a coordinator is gone. One that is deposed (it was stopped, or cut off for longer than
+/// the lease) can do no harm because every transaction checks the epoch. Thread-safe.
+class Leadership {
+ public:
+  struct Options {
+    std::string url;
+    std::chrono::milliseconds lease = std::chrono::seconds(5);
+    /// Waits so long; false if the coordinator is to stop instead.
+    std::function<bool(std::chrono::milliseconds)> wait;
+    /// Another coordinator has taken over. Called once, from another thread.
+    std::function<void(const Status&)> on_deposed;
+  };
+
+  /// Makes the tables if there are none, and waits until no other coordinator holds the lease. FAILED_PRECONDITION if
+  /// the tables are of another format, CANCELLED if it is to stop while it waits.
+  static Result<std::unique_ptr<Leadership>> take(Options options);
+  ~Leadership();
+  Leadership(const Leadership&) = delete;
+  Leadership& operator=(const Leadership&) = delete;
+
+  std::uint64_t epoch() const { return epoch_; }
+  /// Begins the next epoch.
+  Status take_again();
+  /// For sessions of this coordinator.
+  Target target() const;
+  /// The error of a transaction; that of the fence with what it means and what to do.
+  Status explain(Status failure) const;
+
+ private:
+  explicit Leadership(Options options);
+  Status stand_by();
+  /// Takes the lease if it is free or ours: then its holder's name is empty.
+  Result<std::string> try_to_take(Session& session);
+  void keep_renewing();
+  bool renew();
+
+  const Options options_;
+  const std::string instance_;  ///< 16 random hex digits
+  std::atomic<std::uint64_t> epoch_ = 0;
+  Session session_;  ///< the renewing thread's while it runs
+  Mutex mutex_;
+  CondVar changed_;
+  bool stopping_ LM_GUARDED_BY(mutex_) = false;
+  std::thread renewing_;
+};
+
+}  // namespace lightmill::postgres

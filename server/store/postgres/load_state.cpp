@@ -1,0 +1,185 @@
+#include "server/store/postgres/load_state.h"
+
+#include <cstring>
+#include <unordered_map>
+
+#include "server/store/row_values.h"
+
+namespace lightmill::postgres {
+namespace {
+
+/// Nodes are some 100 KB, and several MB with many layers.
+constexpr std::int64_t kNodesAtOnce = 32;
+/// A packed scene has up to 16 MiB.
+constexpr std::int64_t kSettingsAtOnce = 8;
+
+using JobsById = std::unordered_map<std::uint64_t, StoredState::StoredJob*>;
+
+Status load_jobs(Session& session, StoredState& state) {
+  LM_ASSIGN_OR_RETURN(
+      const Rows rows,
+      session.query(
+          "SELECT id, request_id, name, owner, host, parent, priority, goal_samples, goal_seconds, goal_error, "
+          "goal_adaptive, state, reason, reached, fingerprint_class, active_seconds, worker_seconds, "
+          "results_merged, results_duplicate, leases_lost, copies_leased, non_finite, submitted_unix_ms, "
+          "finished_unix_ms FROM jobs ORDER BY id"));
+  for (int row = 0; row < rows.size(); ++row) {
+    JobRecord job;
+    int column = 0;
+    const auto text = [&] { return rows.text(row, column++); };
+    const auto natural = [&] { return rows.natural(row, column++); };
+    const auto integer = [&] { return rows.integer(row, column++); };
+    const auto real = [&] { return rows.real(row, column++); };
+    job.id = JobId{natural()};
+    job.spec.request_id = text();
+    job.spec.name = text();
+    job.spec.owner = text();
+    job.spec.host = text();
+    job.spec.parent = JobId{natural()};
+    job.spec.priority = static_cast<std::int32_t>(integer());
+    job.spec.goal.samples = natural();
+    job.spec.goal.seconds = real();
+    job.spec.goal.error = real();
+    job.spec.goal.adaptive = integer() != 0;
+    LM_ASSIGN_OR_RETURN(job.state, stored::state_named(text()));
+    job.reason = text();
+    LM_ASSIGN_OR_RETURN(job.reached, stored::limit_named(text()));
+    job.fingerprint_class = text();
+    job.active_seconds = real();
+    job.worker_seconds = real();
+    job.counters.results_merged = natural();
+    job.counters.results_duplicate = natural();
+    job.counters.leases_lost = natural();
+    job.counters.copies_leased = natural();
+    job.counters.non_finite = natural();
+    job.submitted_unix_ms = integer();
+    job.finished_unix_ms = integer();
+    state.jobs.push_back({std::move(job), {}});
+  }
+  LM_ASSIGN_OR_RETURN(const Rows highest, session.query("SELECT highest_job FROM turn"));
+  state.next_job_id = highest.natural(0, 0) + 1;
+  return ok_status();
+}
+
+Status read_settings(const Rows& rows, int row, JobRecord& record) {
+  RenderSettings& settings = record.spec.settings;
+  MethodNotes& notes = record.method_notes;
+  int column = 1;
+  settings.scene = rows.text(row, column++);
+  for (int* value : {&settings.width, &settings.height, &settings.crop.x, &settings.crop.y, &settings.crop.width,
+                     &settings.crop.height}) {
+    *value = static_cast<int>(rows.integer(row, column++));
+  }
+  settings.seed = rows.natural(row, column++);
+  settings.max_bounces = static_cast<std::uint32_t>(rows.natural(row, column++));
+  settings.renderer_version = rows.text(row, column++);
+  settings.meters = static_cast<std::uint32_t>(rows.natural(row, column++));
+  settings.method = rows.text(row, column++);
+  settings.layers.clear();
+  notes.chosen = rows.integer(row, column++) != 0;
+  notes.reasons = stored::lines_in(rows.view(row, column++));
+  notes.notices = stored::lines_in(rows.view(row, column++));
+  notes.candidates = stored::lines_in(rows.view(row, column++));
+  const std::string_view shifts = rows.view(row, column++);
+  LM_ASSIGN_OR_RETURN(record.allocation, Allocation::of({shifts.begin(), shifts.end()}));
+  return ok_status();
+}
+
+Status load_settings(Session& session, StoredState& state, const JobsById& jobs) {
+  std::size_t found = 0;
+  for (std::int64_t last = INT64_MIN;;) {
+    LM_ASSIGN_OR_RETURN(
+        const Rows rows,
+        session.query("SELECT job, scene, width, height, crop_x, crop_y, crop_width, crop_height, seed, max_bounces, "
+                      "renderer_version, meters, method, method_chosen, method_reasons, method_notices, "
+                      "method_candidates, allocation FROM job_settings WHERE job > $1 ORDER BY job LIMIT $2",
+                      Parameters(last, kSettingsAtOnce)));
+    for (int row = 0; row < rows.size(); ++row) {
+      last = rows.integer(row, 0);
+      LM_RETURN_IF_ERROR(read_settings(rows, row, jobs.at(rows.natural(row, 0))->record));
+      ++found;
+    }
+    if (rows.size() < kSettingsAtOnce) {
+      break;
+    }
+  }
+  return found == state.jobs.size()
+             ? ok_status()
+             : data_loss("{}: {} of {} jobs have settings", session.place(), found, state.jobs.size());
+}
+
+Status load_lists(Session& session, const JobsById& jobs) {
+  LM_ASSIGN_OR_RETURN(const Rows assets, session.query("SELECT job, digest FROM job_assets ORDER BY job, position"));
+  for (int row = 0; row < assets.size(); ++row) {
+    RenderSettings& settings = jobs.at(assets.natural(row, 0))->record.spec.settings;
+    const std::string_view digest = assets.view(row, 1);
+    if (digest.size() != settings.assets.emplace_back().bytes.size()) {
+      return data_loss("job {} names an asset by {} bytes in the store, not 32", assets.natural(row, 0), digest.size());
+    }
+    std::memcpy(settings.assets.back().bytes.data(), digest.data(), digest.size());
+  }
+  LM_ASSIGN_OR_RETURN(const Rows layers,
+                      session.query("SELECT job, name, channels, kind FROM job_layers ORDER BY job, position"));
+  for (int row = 0; row < layers.size(); ++row) {
+    const std::uint64_t job = layers.natural(row, 0);
+    LM_ASSIGN_OR_RETURN(const LayerKind kind, stored::layer_kind_named(layers.view(row, 3), job));
+    jobs.at(job)->record.spec.settings.layers.push_back(
+        {layers.text(row, 1), static_cast<std::uint32_t>(layers.natural(row, 2)), kind});
+  }
+  LM_ASSIGN_OR_RETURN(const Rows errors, session.query("SELECT job, samples, worker_seconds, rel_mse, half_width FROM "
+                                                       "job_errors ORDER BY job, samples"));
+  for (int row = 0; row < errors.size(); ++row) {
+    jobs.at(errors.natural(row, 0))
+        ->record.history.push_back(
+            {errors.real(row, 1), errors.real(row, 2), errors.real(row, 3), errors.real(row, 4)});
+  }
+  return ok_status();
+}
+
+Status load_nodes(Session& session, StoredState::StoredJob& job, std::vector<StoreOp>& damaged) {
+  NodeKey key{job.record.id, {}, {}};
+  std::int64_t tile = -1, level = -1, index = -1;
+  for (;;) {
+    LM_ASSIGN_OR_RETURN(
+        const Rows rows,
+        session.query("SELECT tile, level, range_index, non_finite, hash, samples FROM nodes WHERE job = $1 AND (tile, "
+                      "level, range_index) > ($2, $3, $4) ORDER BY tile, level, range_index LIMIT $5",
+                      Parameters(job.record.id.value, tile, level, index, kNodesAtOnce)));
+    for (int row = 0; row < rows.size(); ++row) {
+      tile = rows.integer(row, 0);
+      level = rows.integer(row, 1);
+      index = rows.integer(row, 2);
+      key.tile = TileId{static_cast<std::uint32_t>(tile)};
+      key.range = {static_cast<std::uint32_t>(level), static_cast<std::uint32_t>(index)};
+      auto node = stored::node_of(key.range, rows.natural(row, 3), rows.view(row, 4), rows.view(row, 5));
+      if (node == nullptr) {
+        stored::log_damage(key);
+        damaged.push_back(DropNode{key});
+      } else {
+        job.nodes.push_back({key.tile, std::move(node)});
+      }
+    }
+    if (rows.size() < kNodesAtOnce) {
+      return ok_status();
+    }
+  }
+}
+
+}  // namespace
+
+Result<LoadedState> load_state(Session& session) {
+  LoadedState loaded;
+  LM_RETURN_IF_ERROR(load_jobs(session, loaded.state));
+  JobsById jobs;
+  for (StoredState::StoredJob& job : loaded.state.jobs) {
+    jobs.emplace(job.record.id.value, &job);
+  }
+  LM_RETURN_IF_ERROR(load_settings(session, loaded.state, jobs));
+  LM_RETURN_IF_ERROR(load_lists(session, jobs));
+  for (StoredState::StoredJob& job : loaded.state.jobs) {
+    LM_RETURN_IF_ERROR(load_nodes(session, job, loaded.damaged));
+  }
+  return loaded;
+}
+
+}  // namespace lightmill::postgres

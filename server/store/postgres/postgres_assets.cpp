@@ -1,0 +1,353 @@
+#include "server/store/postgres/postgres_assets.h"
+
+#include <cstring>
+#include <map>
+#include <optional>
+#include <vector>
+
+#include "common/base/log.h"
+#include "server/store/row_values.h"
+
+namespace lightmill::postgres {
+namespace {
+
+constexpr std::size_t kPieceBytes = std::size_t{1} << 20;
+constexpr auto kPatience = std::chrono::seconds(30);
+/// Connections at most; more uploads and downloads share them.
+constexpr std::size_t kMostSessions = 4;
+constexpr std::string_view kUniqueViolation = "23505";
+
+/// Sessions that are lent, one user at a time. Thread-safe.
+class SessionPool {
+ public:
+  explicit SessionPool(Target target) : target_(std::move(target)) {}
+
+  std::unique_ptr<Session> borrow() {
+    const MutexLock lock(mutex_);
+    while (idle_.empty() && lent_ == kMostSessions) {
+      changed_.wait(mutex_);
+    }
+    ++lent_;
+    if (idle_.empty()) {
+      return std::make_unique<Session>(target_, std::span<const char* const>(), kPatience);
+    }
+    std::unique_ptr<Session> session = std::move(idle_.back());
+    idle_.pop_back();
+    return session;
+  }
+  void give_back(std::unique_ptr<Session> session) {
+    const MutexLock lock(mutex_);
+    --lent_;
+    idle_.push_back(std::move(session));
+    changed_.notify_one();
+  }
+
+ private:
+  const Target target_;
+  Mutex mutex_;
+  CondVar changed_;
+  std::vector<std::unique_ptr<Session>> idle_ LM_GUARDED_BY(mutex_);
+  std::size_t lent_ LM_GUARDED_BY(mutex_) = 0;
+};
+
+/// A session of the pool for a scope.
+class Borrowed {
+ public:
+  explicit Borrowed(SessionPool& pool) : pool_(pool), session_(pool.borrow()) {}
+  ~Borrowed() { pool_.give_back(std::move(session_)); }
+  Borrowed(const Borrowed&) = delete;
+  Borrowed& operator=(const Borrowed&) = delete;
+  const std::string& last_state() const { return session_->last_state(); }
+
+  /// A connection that has died since it was last used is made again.
+  Result<Rows> query(const char* sql, const Parameters& parameters) {
+    const bool was_connected = session_->connected();
+    Result<Rows> rows = session_->query(sql, parameters);
+    return !rows.ok() && was_connected && !session_->connected() ? session_->query(sql, parameters) : std::move(rows);
+  }
+
+ private:
+  SessionPool& pool_;
+  std::unique_ptr<Session> session_;
+};
+
+struct Entry {
+  std::uint64_t id = 0;
+  std::uint64_t size_bytes = 0;
+};
+
+class PostgresAssets final : public AssetStore {
+ public:
+  PostgresAssets(std::shared_ptr<Leadership> leadership, AssetLimits limits, std::map<Sha256, Entry> entries,
+                 std::uint64_t total_bytes)
+      : leadership_(std::move(leadership)),
+        pool_(leadership_->target()),
+        budget_(limits, total_bytes),
+        entries_(std::move(entries)) {}
+
+  Result<std::uint64_t> size(const Sha256& digest) const override {
+    LM_ASSIGN_OR_RETURN(const Entry entry, find(digest));
+    return entry.size_bytes;
+  }
+  Result<std::unique_ptr<Upload>> start_upload(const Sha256& digest) override;
+  Result<std::unique_ptr<Reader>> open_asset(const Sha256& digest) const override;
+  std::uint64_t collect(const std::set<Sha256>& wanted, std::int64_t spare_age_seconds) override;
+  std::uint64_t total_bytes() const override { return budget_.used_bytes(); }
+
+ private:
+  friend class PostgresUpload;
+  Result<Entry> find(const Sha256& digest) const;
+  void insert(const Sha256& digest, Entry entry) {
+    const MutexLock lock(mutex_);
+    entries_.insert_or_assign(digest, entry);
+  }
+  /// Whoever finds this coordinator deposed may find another one.
+  Status explain(const Status& status) const {
+    const Status explained = leadership_->explain(status);
+    return explained.code() == StatusCode::kFailedPrecondition ? unavailable("{}", message_of(explained)) : explained;
+  }
+
+  const std::shared_ptr<Leadership> leadership_;
+  mutable SessionPool pool_;
+  AssetBudget budget_;
+  mutable Mutex mutex_;
+  std::map<Sha256, Entry> entries_ LM_GUARDED_BY(mutex_);
+};
+
+class PostgresUpload final : public AssetStore::Upload {
+ public:
+  PostgresUpload(PostgresAssets& store, const Sha256& digest) : store_(store), digest_(digest) {}
+  ~PostgresUpload() override;
+  PostgresUpload(const PostgresUpload&) = delete;
+  PostgresUpload& operator=(const PostgresUpload&) = delete;
+  Status append(ByteView bytes) override;
+  Status finish() override;
+
+ private:
+  Status send_piece(std::string_view piece);
+  void remove();
+
+  PostgresAssets& store_;
+  const Sha256 digest_;
+  std::optional<std::uint64_t> id_;  ///< once something is in the database
+  std::string unsent_;
+  std::int64_t next_position_ = 0;
+  std::uint64_t size_bytes_ = 0;
+  Sha256Hasher hasher_;
+  bool kept_ = false;
+};
+
+class PostgresReader final : public AssetStore::Reader {
+ public:
+  PostgresReader(SessionPool& pool, const Sha256& digest, Entry entry) : pool_(pool), digest_(digest), entry_(entry) {}
+  Result<std::string> next(std::size_t limit_bytes) override;
+
+ private:
+  SessionPool& pool_;
+  const Sha256 digest_;
+  const Entry entry_;
+  std::int64_t next_position_ = 0;
+  std::uint64_t fetched_bytes_ = 0;
+  std::string piece_;
+  std::size_t given_bytes_ = 0;  ///< of piece_
+};
+
+Result<Entry> PostgresAssets::find(const Sha256& digest) const {
+  const MutexLock lock(mutex_);
+  const auto entry = entries_.find(digest);
+  if (entry == entries_.end()) {
+    return not_found("there is no asset {}", digest.hex());
+  }
+  return entry->second;
+}
+
+// ---- writing ----
+
+Result<std::unique_ptr<AssetStore::Upload>> PostgresAssets::start_upload(const Sha256& digest) {
+  return std::unique_ptr<Upload>(std::make_unique<PostgresUpload>(*this, digest));
+}
+
+PostgresUpload::~PostgresUpload() {
+  if (!kept_) {
+    remove();
+    store_.budget_.release(size_bytes_);
+  }
+}
+
+/// What cannot be removed now is when the next coordinator starts.
+void PostgresUpload::remove() {
+  if (!id_) {
+    return;
+  }
+  const Status status =
+      Borrowed(store_.pool_)
+          .query("WITH own AS MATERIALIZED (SELECT fence($1)) DELETE FROM assets USING own WHERE id = $2",
+                 Parameters(store_.leadership_->epoch(), *id_))
+          .status();
+  if (!status.ok()) {
+    spdlog::warn("half an asset stays in the database for now: {}", message_of(status));
+  }
+}
+
+Status PostgresUpload::append(ByteView bytes) {
+  LM_RETURN_IF_ERROR(store_.budget_.reserve(digest_, size_bytes_, bytes.size()));
+  size_bytes_ += bytes.size();
+  hasher_.append(bytes);
+  unsent_.append(reinterpret_cast<const char*>(bytes.data()), bytes.size());
+  while (unsent_.size() >= kPieceBytes) {
+    LM_RETURN_IF_ERROR(send_piece(std::string_view(unsent_).substr(0, kPieceBytes)));
+    unsent_.erase(0, kPieceBytes);
+  }
+  return ok_status();
+}
+
+Status PostgresUpload::send_piece(std::string_view piece) {
+  Borrowed session(store_.pool_);
+  const std::uint64_t epoch = store_.leadership_->epoch();
+  if (!id_) {
+    const Result<Rows> made = session.query(
+        "WITH own AS MATERIALIZED (SELECT fence($1)) INSERT INTO assets (size_bytes, stored) SELECT 0, "
+        "clock_timestamp() FROM own RETURNING id",
+        Parameters(epoch));
+    if (!made.ok()) {
+      return store_.explain(made.status());
+    }
+    id_ = made->natural(0, 0);
+  }
+  // One that was sent twice, because its answer was lost, is there once.
+  const Status status =
+      session
+          .query(
+              "WITH own AS MATERIALIZED (SELECT fence($1)) INSERT INTO asset_pieces (asset, position, bytes) SELECT "
+              "$2, $3, $4 FROM own ON CONFLICT DO NOTHING",
+              Parameters(epoch, *id_, next_position_, as_byte_view(piece)))
+          .status();
+  ++next_position_;
+  return store_.explain(status);
+}
+
+Status PostgresUpload::finish() {
+  if (const Sha256 actual = hasher_.finish(); actual != digest_) {
+    return invalid_argument("the {} bytes sent as asset {} have the digest {}", size_bytes_, digest_.hex(),
+                            actual.hex());
+  }
+  if (!unsent_.empty() || !id_) {
+    LM_RETURN_IF_ERROR(send_piece(unsent_));
+  }
+  Borrowed session(store_.pool_);
+  const ByteView digest = stored::view_of(digest_.bytes);
+  const Status status = session
+                            .query(
+                                "WITH own AS MATERIALIZED (SELECT fence($1)) UPDATE assets SET digest = $3, "
+                                "size_bytes = $4, stored = clock_timestamp() FROM own WHERE id = $2",
+                                Parameters(store_.leadership_->epoch(), *id_, digest, size_bytes_))
+                            .status();
+  if (status.ok()) {
+    kept_ = true;
+    store_.insert(digest_, {*id_, size_bytes_});
+    return status;
+  }
+  if (session.last_state() != kUniqueViolation) {
+    return store_.explain(status);
+  }
+  // Whoever comes second finds the same bytes in place; its own go with it.
+  LM_ASSIGN_OR_RETURN(const Rows first,
+                      session.query("SELECT id, size_bytes FROM assets WHERE digest = $1", Parameters(digest)));
+  if (first.size() == 1) {
+    store_.insert(digest_, {first.natural(0, 0), first.natural(0, 1)});
+  }
+  return ok_status();
+}
+
+// ---- reading ----
+
+Result<std::unique_ptr<AssetStore::Reader>> PostgresAssets::open_asset(const Sha256& digest) const {
+  LM_ASSIGN_OR_RETURN(const Entry entry, find(digest));
+  return std::unique_ptr<Reader>(std::make_unique<PostgresReader>(pool_, digest, entry));
+}
+
+Result<std::string> PostgresReader::next(std::size_t limit_bytes) {
+  std::string bytes;
+  while (bytes.size() < limit_bytes) {
+    if (given_bytes_ == piece_.size()) {
+      if (fetched_bytes_ == entry_.size_bytes) {
+        break;
+      }
+      LM_ASSIGN_OR_RETURN(const Rows rows,
+                          Borrowed(pool_).query("SELECT bytes FROM asset_pieces WHERE asset = $1 AND position = $2",
+                                                Parameters(entry_.id, next_position_)));
+      if (rows.size() == 0 || rows.view(0, 0).empty()) {
+        return data_loss("asset {} ends after {} of {} bytes in the database", digest_.hex(), fetched_bytes_,
+                         entry_.size_bytes);
+      }
+      piece_ = rows.text(0, 0);
+      given_bytes_ = 0;
+      fetched_bytes_ += piece_.size();
+      ++next_position_;
+    }
+    const std::string_view more = std::string_view(piece_).substr(given_bytes_, limit_bytes - bytes.size());
+    bytes += more;
+    given_bytes_ += more.size();
+  }
+  return bytes;
+}
+
+// ---- forgetting ----
+
+std::uint64_t PostgresAssets::collect(const std::set<Sha256>& wanted, std::int64_t spare_age_seconds) {
+  Borrowed session(pool_);
+  const Result<Rows> old = session.query(
+      "SELECT digest FROM assets WHERE digest IS NOT NULL AND stored <= clock_timestamp() - make_interval(secs => $1)",
+      Parameters(static_cast<double>(spare_age_seconds)));
+  std::uint64_t freed_bytes = 0;
+  for (int row = 0; old.ok() && row < old->size(); ++row) {
+    Sha256 digest;
+    const std::string_view bytes = old->view(row, 0);
+    std::memcpy(digest.bytes.data(), bytes.data(), std::min(bytes.size(), digest.bytes.size()));
+    const Result<Entry> entry = find(digest);
+    if (!entry.ok() || wanted.contains(digest)) {
+      continue;
+    }
+    const Result<Rows> deleted =
+        session.query("WITH own AS MATERIALIZED (SELECT fence($1)) DELETE FROM assets USING own WHERE id = $2",
+                      Parameters(leadership_->epoch(), entry->id));
+    if (!deleted.ok()) {
+      spdlog::warn("cannot forget assets: {}", message_of(deleted.status()));
+      break;
+    }
+    freed_bytes += entry->size_bytes;
+    const MutexLock lock(mutex_);
+    entries_.erase(digest);
+  }
+  budget_.release(freed_bytes);
+  return freed_bytes;
+}
+
+}  // namespace
+
+Result<std::unique_ptr<AssetStore>> open_postgres_assets(std::shared_ptr<Leadership> leadership, AssetLimits limits) {
+  Session session(leadership->target(), {}, kPatience);
+  LM_RETURN_IF_ERROR(
+      session
+          .query("WITH own AS MATERIALIZED (SELECT fence($1)) DELETE FROM assets USING own WHERE digest IS NULL",
+                 Parameters(leadership->epoch()))
+          .status());
+  LM_ASSIGN_OR_RETURN(const Rows rows,
+                      session.query("SELECT digest, id, size_bytes FROM assets WHERE digest IS NOT NULL"));
+  std::map<Sha256, Entry> entries;
+  std::uint64_t total_bytes = 0;
+  for (int row = 0; row < rows.size(); ++row) {
+    Sha256 digest;
+    const std::string_view bytes = rows.view(row, 0);
+    if (bytes.size() != digest.bytes.size()) {
+      return data_loss("{}: an asset is named by {} bytes, not 32", session.place(), bytes.size());
+    }
+    std::memcpy(digest.bytes.data(), bytes.data(), bytes.size());
+    entries.emplace(digest, Entry{rows.natural(row, 1), rows.natural(row, 2)});
+    total_bytes += rows.natural(row, 2);
+  }
+  return std::unique_ptr<AssetStore>(
+      std::make_unique<PostgresAssets>(std::move(leadership), limits, std::move(entries), total_bytes));
+}
+
+}  // namespace lightmill::postgres

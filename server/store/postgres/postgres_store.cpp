@@ -1,0 +1,106 @@
+#include "server/store/postgres/postgres_store.h"
+
+#include <optional>
+
+#include "common/base/check.h"
+#include "common/base/log.h"
+#include "server/store/postgres/commit_batch.h"
+#include "server/store/postgres/leadership.h"
+#include "server/store/postgres/load_state.h"
+#include "server/store/postgres/postgres_assets.h"
+
+namespace lightmill {
+namespace {
+
+using postgres::Leadership;
+using postgres::Session;
+
+/// A job of a large film is deleted in one statement, which may take a while.
+constexpr auto kPatience = std::chrono::minutes(5);
+
+class PostgresStore final : public Store {
+ public:
+  explicit PostgresStore(std::shared_ptr<Leadership> leadership)
+      : leadership_(std::move(leadership)), session_(leadership_->target(), postgres::commit_statements(), kPatience) {}
+
+  Result<StoredState> load() override;
+  Status commit(std::span<const StoreOp> ops) override;
+
+ private:
+  Status try_to_commit(std::span<const StoreOp> ops);
+
+  const std::shared_ptr<Leadership> leadership_;
+  Session session_;
+  postgres::StoredJobs jobs_;
+  bool loaded_ = false;
+  std::uint64_t commits_ = 0;             ///< stored in this epoch
+  std::optional<std::size_t> undecided_;  ///< writes of a commit that may have been stored
+};
+
+Result<StoredState> PostgresStore::load() {
+  if (std::exchange(loaded_, true)) {
+    LM_RETURN_IF_ERROR(leadership_->take_again());
+  }
+  commits_ = 0;
+  undecided_.reset();
+  Result<postgres::LoadedState> all = postgres::load_state(session_);
+  if (!all.ok() && !session_.connected()) {
+    all = postgres::load_state(session_);
+  }
+  LM_ASSIGN_OR_RETURN(postgres::LoadedState loaded, std::move(all));
+  loaded.state.epoch = leadership_->epoch();
+  for (const StoredState::StoredJob& job : loaded.state.jobs) {
+    jobs_.insert(job.record.id);
+  }
+  jobs_.keep();
+  if (!loaded.damaged.empty()) {
+    LM_RETURN_IF_ERROR(commit(loaded.damaged));
+  }
+  return std::move(loaded.state);
+}
+
+Status PostgresStore::commit(std::span<const StoreOp> ops) {
+  LM_CHECK(!undecided_ || *undecided_ == ops.size(), "only the same commit may be tried again");
+  const bool was_connected = session_.connected();
+  Status status = try_to_commit(ops);
+  if (was_connected && !session_.connected()) {
+    status = try_to_commit(ops);  // the connection may have been dead for long
+  }
+  return status;
+}
+
+Status PostgresStore::try_to_commit(std::span<const StoreOp> ops) {
+  Status status = postgres::send_commit(session_, leadership_->epoch(), commits_ + 1, ops, jobs_);
+  if (session_.connected() && session_.last_state() == postgres::kStoredAlready && !status.ok()) {
+    LM_CHECK(undecided_.has_value());
+    spdlog::info("the commit that the connection was lost in is stored");
+    status = ok_status();
+  }
+  if (status.ok()) {
+    jobs_.keep();
+    ++commits_;
+    undecided_.reset();
+    return status;
+  }
+  jobs_.forget();
+  if (!session_.connected()) {
+    undecided_ = ops.size();
+  }
+  return leadership_->explain(status);
+}
+
+}  // namespace
+
+Status check_postgres_url(const std::string& url) {
+  return postgres::Target{url, ""}.describe().status();
+}
+
+Result<PostgresStores> open_postgres(PostgresOptions options) {
+  LM_ASSIGN_OR_RETURN(std::shared_ptr<Leadership> leadership,
+                      Leadership::take({options.url, options.lease, options.wait, options.on_deposed}));
+  LM_ASSIGN_OR_RETURN(std::string place, leadership->target().describe());
+  LM_ASSIGN_OR_RETURN(std::unique_ptr<AssetStore> assets, postgres::open_postgres_assets(leadership, options.assets));
+  return PostgresStores{std::make_unique<PostgresStore>(std::move(leadership)), std::move(assets), std::move(place)};
+}
+
+}  // namespace lightmill

@@ -1,0 +1,44 @@
+// The store in a PostgreSQL database, which coordinators on several machines can share: one is at work, others stand
+// by.
+#pragma once
+
+#include <chrono>
+#include <functional>
+#include <memory>
+#include <string>
+
+#include "server/store/asset_store.h"
+#include "server/store/store.h"
+
+namespace lightmill {
+
+struct PostgresOptions {
+  std::string url;  ///< postgres://USER@HOST:PORT/DATABASE, as libpq takes it
+  AssetLimits assets;
+  /// A coordinator that is not heard for so long is replaced by one that stands by.
+  std::chrono::milliseconds lease = std::chrono::seconds(5);
+  /// Waits so long; false if the coordinator is to stop instead of standing by.
+  std::function<bool(std::chrono::milliseconds)> wait;
+  /// Another coordinator has taken over, and nothing can be stored here any more. Called once, from another thread.
+  std::function<void(const Status&)> on_deposed;
+};
+
+/// Whether `url` can be one; INVALID_ARGUMENT. Asks no server.
+Status check_postgres_url(const std::string& url);
+
+struct PostgresStores {
+  std::unique_ptr<Store> store;
+  std::unique_ptr<AssetStore> assets;  ///< in the same database
+  std::string place;                   ///< for people, without the password
+};
+
+/// Makes the tables in the schema `lightmill` if there are none, and waits until no other coordinator is at work on
+/// them. UNAVAILABLE if there is no connection, FAILED_PRECONDITION if a newer lightmill-server made the tables,
+/// DATA_LOSS if the schema is something else's, CANCELLED if options.wait ended the waiting.
+///
+/// Every transaction is checked to be of the current epoch, so that a coordinator that was deposed stores nothing.
+/// While the database is away, commits fail with UNAVAILABLE and can be repeated: what is stored already is not stored
+/// twice.
+Result<PostgresStores> open_postgres(PostgresOptions options);
+
+}  // namespace lightmill

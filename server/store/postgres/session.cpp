@@ -1,0 +1,425 @@
+#include "server/store/postgres/session.h"
+
+#include <libpq-fe.h>
+#include <poll.h>
+
+#include <algorithm>
+#include <array>
+#include <bit>
+#include <cerrno>
+#include <cstring>
+
+#include "common/base/check.h"
+#include "common/base/log.h"
+#include "common/base/text.h"
+
+namespace lightmill::postgres {
+namespace {
+
+/// A batch buffers no more than this and a statement before it is sent.
+constexpr std::size_t kMostUnsentBytes = std::size_t{1} << 20;
+
+/// Dead peers are found within seconds, and a server that takes no writes is none for us. The URL may say otherwise.
+constexpr std::array<std::pair<const char*, const char*>, 9> kDefaults{{{"connect_timeout", "5"},
+                                                                        {"keepalives", "1"},
+                                                                        {"keepalives_idle", "5"},
+                                                                        {"keepalives_interval", "2"},
+                                                                        {"keepalives_count", "3"},
+                                                                        {"tcp_user_timeout", "15000"},
+                                                                        {"target_session_attrs", "read-write"},
+                                                                        {"dbname", nullptr},
+                                                                        {"application_name", nullptr}}};
+
+/// A commit that returns must be durable, whatever the database's default; who is stopped in the middle of a
+/// transaction must not hold its locks for ever.
+constexpr const char* kSettings = R"sql(
+SET client_min_messages = warning;
+SET client_encoding = 'UTF8';
+SET search_path = lightmill;
+SET default_transaction_isolation = 'read committed';
+SET statement_timeout = 0;
+SET lock_timeout = 0;
+SET idle_in_transaction_session_timeout = '30s';
+SET bytea_output = 'hex';
+SELECT set_config('synchronous_commit', 'on', false) WHERE current_setting('synchronous_commit') = 'off';
+)sql";
+
+/// libpq's messages end in line feeds, and may have some in between.
+std::string one_line(std::string_view text) {
+  std::string line(text);
+  while (!line.empty() && (line.back() == '\n' || line.back() == ' ')) {
+    line.pop_back();
+  }
+  for (std::size_t at = line.find('\n'); at != std::string::npos; at = line.find('\n', at)) {
+    const std::size_t end = std::min(line.find_first_not_of("\n\t ", at), line.size());
+    line.replace(at, end - at, "; ");
+  }
+  return line;
+}
+
+StatusCode code_of(std::string_view state) {
+  const std::string_view family = state.substr(0, 2);
+  if (state == kDeposed) {
+    return StatusCode::kFailedPrecondition;
+  }
+  if (state == kStoredAlready) {
+    return StatusCode::kAlreadyExists;
+  }
+  if (state == "42501") {
+    return StatusCode::kPermissionDenied;
+  }
+  if (state == "23505") {
+    return StatusCode::kAlreadyExists;
+  }
+  if (state == "53300" || family == "08" || family == "57" || family == "40" || family == "58" || state == "55P03" ||
+      state == "25006" || state == "25P03") {
+    return StatusCode::kUnavailable;  // too many clients, connection, shutdown, deadlock, failing I/O, read-only
+  }
+  if (family == "53") {
+    return StatusCode::kResourceExhausted;
+  }
+  return family == "XX" && state != "XX000" ? StatusCode::kDataLoss : StatusCode::kInternal;
+}
+
+}  // namespace
+
+Result<std::string> Target::describe() const {
+  char* problem = nullptr;
+  PQconninfoOption* options = PQconninfoParse(url.c_str(), &problem);
+  if (options == nullptr) {
+    Status status = invalid_argument("no URL of a PostgreSQL database (postgres://USER@HOST/DATABASE): {}",
+                                     one_line(problem != nullptr ? problem : "out of memory"));
+    PQfreemem(problem);
+    return status;
+  }
+  std::string host = "this machine", port = "5432", database;
+  for (const PQconninfoOption* option = options; option->keyword != nullptr; ++option) {
+    if (option->val == nullptr || *option->val == '\0') {
+      continue;
+    }
+    const std::string_view keyword = option->keyword;
+    if (keyword == "host") {
+      host = option->val;
+    } else if (keyword == "port") {
+      port = option->val;
+    } else if (keyword == "dbname") {
+      database = option->val;
+    }
+  }
+  PQconninfoFree(options);
+  return fmt::format("PostgreSQL at {}:{}{}", host, port, database.empty() ? "" : ", database " + database);
+}
+
+// ---- parameters and rows ----
+
+const int* Parameters::formats() const {
+  static constexpr auto kBinary = [] {
+    std::array<int, kMost> formats{};
+    formats.fill(1);
+    return formats;
+  }();
+  return kBinary.data();
+}
+
+void Parameters::add(std::int64_t value) {
+  LM_CHECK(count_ < kMost);
+  numbers_[count_] = __builtin_bswap64(static_cast<std::uint64_t>(value));
+  add_raw(reinterpret_cast<const char*>(&numbers_[count_]), sizeof(std::uint64_t));
+}
+
+void Parameters::add(double value) {
+  add(std::bit_cast<std::int64_t>(value));
+}
+
+void Parameters::add(std::string_view text) {
+  const std::string& kept = texts_.emplace_back(printable(text, true));
+  add_raw(kept.data(), kept.size());
+}
+
+void Parameters::add(ByteView bytes) {
+  add_raw(reinterpret_cast<const char*>(bytes.data()), bytes.size());
+}
+
+void Parameters::add_raw(const char* bytes, std::size_t size) {
+  LM_CHECK(count_ < kMost && size <= INT32_MAX);
+  values_[count_] = size == 0 ? "" : bytes;  // null would be NULL
+  lengths_[count_] = static_cast<int>(size);
+  size_bytes_ += size;
+  ++count_;
+}
+
+Rows::~Rows() {
+  PQclear(result_);
+}
+
+int Rows::size() const {
+  return PQntuples(result_);
+}
+
+std::uint64_t Rows::natural(int row, int column) const {
+  LM_CHECK(PQgetlength(result_, row, column) == 8, "column {}", column);
+  std::uint64_t value = 0;
+  std::memcpy(&value, PQgetvalue(result_, row, column), sizeof(value));
+  return __builtin_bswap64(value);
+}
+
+double Rows::real(int row, int column) const {
+  return std::bit_cast<double>(natural(row, column));
+}
+
+bool Rows::flag(int row, int column) const {
+  LM_CHECK(PQgetlength(result_, row, column) == 1, "column {}", column);
+  return *PQgetvalue(result_, row, column) != 0;
+}
+
+std::string_view Rows::view(int row, int column) const {
+  return {PQgetvalue(result_, row, column), static_cast<std::size_t>(PQgetlength(result_, row, column))};
+}
+
+// ---- the connection ----
+
+Session::Session(Target target, std::span<const char* const> statements, std::chrono::milliseconds patience)
+    : target_(std::move(target)), statements_(statements), patience_(patience) {
+  const Result<std::string> place = target_.describe();
+  place_ = place.ok() ? *place : "PostgreSQL";
+}
+
+Session::~Session() {
+  close();
+}
+
+void Session::close() {
+  PQfinish(std::exchange(connection_, nullptr));
+}
+
+Status Session::connect() {
+  if (connection_ != nullptr && PQstatus(connection_) == CONNECTION_OK) {
+    return ok_status();
+  }
+  close();
+  std::vector<const char*> names, values;
+  for (const auto& [name, value] : kDefaults) {
+    names.push_back(name);
+    values.push_back(value != nullptr                     ? value
+                     : std::string_view(name) == "dbname" ? target_.url.c_str()
+                                                          : target_.application.c_str());
+  }
+  names.push_back(nullptr);
+  values.push_back(nullptr);
+  connection_ = PQconnectdbParams(names.data(), values.data(), 1);
+  if (connection_ == nullptr || PQstatus(connection_) != CONNECTION_OK) {
+    return lost("cannot connect");
+  }
+  if (PQsetnonblocking(connection_, 1) != 0) {
+    return lost("cannot connect");
+  }
+  PQsetNoticeProcessor(
+      connection_, [](void*, const char* notice) { spdlog::debug("PostgreSQL: {}", one_line(notice)); }, nullptr);
+  if (const Status status = set_up(); !status.ok()) {
+    close();
+    return status;
+  }
+  return ok_status();
+}
+
+Status Session::set_up() {
+  LM_RETURN_IF_ERROR(execute(kSettings));
+  LM_ASSIGN_OR_RETURN(const Rows rows, query("SELECT current_setting('server_encoding')"));
+  if (rows.view(0, 0) != "UTF8") {
+    return failed_precondition("{}: the database's encoding is {}; make one with ENCODING 'UTF8'", place_,
+                               rows.view(0, 0));
+  }
+  return prepare_all();
+}
+
+Status Session::prepare_all() {
+  if (statements_.empty()) {
+    return ok_status();
+  }
+  LM_RETURN_IF_ERROR(begin_batch());
+  for (std::size_t i = 0; i < statements_.size() && batch_failure_.ok(); ++i) {
+    if (PQsendPrepare(connection_, std::to_string(i).c_str(), statements_[i], 0, nullptr) == 0) {
+      batch_failure_ = lost("cannot send");
+    }
+  }
+  return finish_batch();
+}
+
+/// The connection cannot be used any more, and is closed.
+Status Session::lost(std::string_view what) {
+  std::string reason = connection_ != nullptr ? one_line(PQerrorMessage(connection_)) : "out of memory";
+  if (!reason.empty()) {
+    reason.insert(0, ": ");
+  }
+  close();
+  last_state_.clear();
+  return unavailable("{}: {}{}", place_, what, reason);
+}
+
+Status Session::failure_of(const PGresult* result) {
+  const char* state = PQresultErrorField(result, PG_DIAG_SQLSTATE);
+  last_state_ = state != nullptr ? state : "";
+  if (last_state_.empty()) {  // libpq's own: the connection broke
+    return lost("the connection is lost");
+  }
+  const char* message = PQresultErrorField(result, PG_DIAG_MESSAGE_PRIMARY);
+  const char* detail = PQresultErrorField(result, PG_DIAG_MESSAGE_DETAIL);
+  return make_error(code_of(last_state_), "{}: {}{} (SQLSTATE {})", place_, message != nullptr ? message : "failed",
+                    detail != nullptr ? fmt::format(": {}", one_line(detail)) : "", last_state_);
+}
+
+Status Session::flush() {
+  for (;;) {
+    const int left = PQflush(connection_);
+    if (left == 0) {
+      unsent_bytes_ = 0;
+      return ok_status();
+    }
+    if (left < 0) {
+      return lost("the connection is lost");
+    }
+    pollfd socket{PQsocket(connection_), POLLIN | POLLOUT, 0};
+    const int ready = ::poll(&socket, 1, static_cast<int>(patience_.count()));
+    if (ready < 0 && errno == EINTR) {
+      continue;
+    }
+    if (ready <= 0) {
+      return lost(fmt::format("takes nothing for {} s", patience_.count() / 1000));
+    }
+    if ((socket.revents & ~POLLOUT) != 0 && PQconsumeInput(connection_) == 0) {
+      return lost("the connection is lost");
+    }
+  }
+}
+
+Result<PGresult*> Session::next_result() {
+  while (PQisBusy(connection_) != 0) {
+    pollfd socket{PQsocket(connection_), POLLIN, 0};
+    const int ready = ::poll(&socket, 1, static_cast<int>(patience_.count()));
+    if (ready < 0 && errno == EINTR) {
+      continue;
+    }
+    if (ready <= 0) {
+      return lost(fmt::format("no answer for {} s", patience_.count() / 1000));
+    }
+    if (PQconsumeInput(connection_) == 0) {
+      return lost("the connection is lost");
+    }
+  }
+  return PQgetResult(connection_);
+}
+
+// ---- one at a time ----
+
+Status Session::execute(const std::string& sql) {
+  LM_RETURN_IF_ERROR(connect());
+  if (PQsendQuery(connection_, sql.c_str()) == 0) {
+    return lost("cannot send");
+  }
+  LM_RETURN_IF_ERROR(flush());
+  Status status;
+  for (;;) {
+    LM_ASSIGN_OR_RETURN(PGresult * result, next_result());
+    if (result == nullptr) {
+      return status;
+    }
+    const Rows owner(result);
+    if (PQresultStatus(result) == PGRES_FATAL_ERROR && status.ok()) {
+      status = failure_of(result);
+      if (connection_ == nullptr) {
+        return status;
+      }
+    }
+  }
+}
+
+Result<Rows> Session::query(const char* sql, const Parameters& parameters) {
+  LM_RETURN_IF_ERROR(connect());
+  if (PQsendQueryParams(connection_, sql, parameters.count(), nullptr, parameters.values(), parameters.lengths(),
+                        parameters.formats(), 1) == 0) {
+    return lost("cannot send");
+  }
+  LM_RETURN_IF_ERROR(flush());
+  Rows rows(nullptr);
+  Status status;
+  for (;;) {
+    LM_ASSIGN_OR_RETURN(PGresult * result, next_result());
+    if (result == nullptr) {
+      return status.ok() ? Result<Rows>(std::move(rows)) : status;
+    }
+    Rows owner(result);
+    if (PQresultStatus(result) == PGRES_FATAL_ERROR) {
+      status = failure_of(result);
+      if (connection_ == nullptr) {
+        return status;
+      }
+    }
+    rows = std::move(owner);
+  }
+}
+
+// ---- batches ----
+
+Status Session::begin_batch() {
+  LM_RETURN_IF_ERROR(connect());
+  batch_failure_ = ok_status();
+  if (PQenterPipelineMode(connection_) == 0) {
+    return lost("cannot start a pipeline");
+  }
+  return ok_status();
+}
+
+void Session::add(int statement, const Parameters& parameters) {
+  if (!batch_failure_.ok()) {
+    return;
+  }
+  if (PQsendQueryPrepared(connection_, std::to_string(statement).c_str(), parameters.count(), parameters.values(),
+                          parameters.lengths(), parameters.formats(), 1) == 0) {
+    batch_failure_ = lost("cannot send");
+    return;
+  }
+  unsent_bytes_ += parameters.size_bytes();
+  if (unsent_bytes_ > kMostUnsentBytes) {
+    batch_failure_ = flush();
+  }
+}
+
+Status Session::finish_batch() {
+  LM_RETURN_IF_ERROR(batch_failure_);
+  if (PQpipelineSync(connection_) == 0) {
+    return lost("cannot send");
+  }
+  LM_RETURN_IF_ERROR(flush());
+  Status failure;
+  for (bool synchronized = false; !synchronized;) {
+    LM_ASSIGN_OR_RETURN(PGresult * result, next_result());
+    if (result == nullptr) {  // between two statements
+      if (PQstatus(connection_) != CONNECTION_OK) {
+        return lost("the connection is lost");
+      }
+      continue;
+    }
+    const Rows owner(result);
+    const ExecStatusType state = PQresultStatus(result);
+    synchronized = state == PGRES_PIPELINE_SYNC;
+    if (state == PGRES_FATAL_ERROR && failure.ok()) {
+      failure = failure_of(result);
+      if (connection_ == nullptr) {
+        return failure;
+      }
+    }
+  }
+  if (PQexitPipelineMode(connection_) == 0) {
+    return lost("cannot end a pipeline");
+  }
+  if (!failure.ok() && PQtransactionStatus(connection_) != PQTRANS_IDLE) {
+    const std::string state = last_state_;
+    if (const Status status = execute("ROLLBACK"); !status.ok()) {
+      close();
+    }
+    last_state_ = state;
+  }
+  return failure;
+}
+
+}  // namespace lightmill::postgres

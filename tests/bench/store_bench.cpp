@@ -1,0 +1,86 @@
+// How fast stores take what a farm writes: commits of nodes of a 64×64 tile (96 KiB), each with its result and the
+// job's progress, and half of the nodes of the commit before dropped again, as when siblings are joined.
+//
+//   store_bench --data DIR | --store postgres://… [--nodes N] [--commits N]
+#include <CLI/CLI.hpp>
+#include <algorithm>
+#include <cstdio>
+
+#include "common/base/check.h"
+#include "server/store/postgres/postgres_store.h"
+#include "server/store/sqlite/sqlite_store.h"
+
+namespace {
+
+using namespace lightmill;
+using SteadyClock = std::chrono::steady_clock;
+
+std::shared_ptr<const Node> node_of(std::uint32_t index) {
+  auto node = std::make_shared<Node>();
+  node->range = {0, index};
+  std::uint32_t bits = index + 1;
+  for (int i = 0; i < 64 * 64 * 6; ++i) {
+    bits = bits * 1664525u + 1013904223u;
+    node->values.push_back(static_cast<float>(bits >> 8) * 0x1p-24f);
+  }
+  return node;
+}
+
+std::unique_ptr<Store> open(const std::string& data, const std::string& url) {
+  if (url.empty()) {
+    return open_sqlite_store(std::filesystem::path(data) / "bench.sqlite").value();
+  }
+  PostgresOptions options;
+  options.url = url;
+  options.wait = [](std::chrono::milliseconds) { return false; };
+  options.on_deposed = [](const Status& why) { LM_CHECK(false, "{}", message_of(why)); };
+  Result<PostgresStores> stores = open_postgres(options);
+  LM_CHECK(stores.ok(), "{}", message_of(stores.status()));
+  return std::move(stores->store);
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  CLI::App app{"How fast stores take what a farm writes."};
+  std::string data, url;
+  std::uint32_t nodes = 100, commits = 30;
+  auto* in_folder = app.add_option("--data", data, "an empty folder");
+  app.add_option("--store", url, "an empty database")->excludes(in_folder);
+  app.add_option("--nodes", nodes, "of a commit")->capture_default_str();
+  app.add_option("--commits", commits)->capture_default_str();
+  CLI11_PARSE(app, argc, argv);
+
+  const auto store = open(data, url);
+  LM_CHECK(store->load().ok());
+  JobRecord record;
+  record.id = JobId{1};
+  LM_CHECK(store->commit(std::vector<StoreOp>{PutJob{record}}).ok());
+  std::vector<double> seconds;
+  for (std::uint32_t round = 0; round < commits; ++round) {
+    std::vector<StoreOp> ops{PutProgress{record.id, 1, 1, {}}};
+    for (std::uint32_t i = 0; i < nodes; ++i) {
+      const TileId tile{i};
+      const auto node = node_of(round * nodes + i);
+      if (round > 0 && i % 2 == 0) {
+        ops.push_back(DropNode{{record.id, tile, {0, (round - 1) * nodes + i}}});
+      }
+      ops.push_back(PutNode{record.id, tile, node});
+      ops.push_back(PutResult{{record.id, tile, node->range}, {round, i}, "worker"});
+    }
+    const auto start = SteadyClock::now();
+    const Status status = store->commit(ops);
+    LM_CHECK(status.ok(), "{}", message_of(status));
+    seconds.push_back(std::chrono::duration<double>(SteadyClock::now() - start).count());
+  }
+  std::sort(seconds.begin(), seconds.end());
+  const double median = seconds[seconds.size() / 2];
+  std::printf("%u nodes a commit: median %.1f ms (%.0f nodes/s), slowest %.1f ms\n", nodes, median * 1e3,
+              nodes / median, seconds.back() * 1e3);
+  const auto start = SteadyClock::now();
+  const Result<StoredState> state = store->load();
+  LM_CHECK(state.ok());
+  std::printf("%zu nodes loaded in %.0f ms\n", state->jobs.at(0).nodes.size(),
+              std::chrono::duration<double>(SteadyClock::now() - start).count() * 1e3);
+  return 0;
+}

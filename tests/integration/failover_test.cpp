@@ -1,0 +1,133 @@
+// Coordinators that share a PostgreSQL database: one is at work, another stands by.
+#include <arpa/inet.h>
+#include <gtest/gtest.h>
+#include <netinet/in.h>
+#include <signal.h>
+#include <sys/socket.h>
+#include <unistd.h>
+
+#include "common/base/file.h"
+#include "tests/support/farm.h"
+#include "tests/support/postgres_server.h"
+
+namespace lightmill::test {
+namespace {
+
+const std::uint64_t kPixelSamples = std::uint64_t{128} * 128 * 300;
+
+PostgresServer& server() {
+  static PostgresServer one;
+  return one;
+}
+
+/// One that nobody listens on now.
+int free_port() {
+  const int socket = ::socket(AF_INET, SOCK_STREAM, 0);
+  sockaddr_in address{};
+  address.sin_family = AF_INET;
+  address.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
+  socklen_t size = sizeof(address);
+  EXPECT_EQ(::bind(socket, reinterpret_cast<sockaddr*>(&address), size), 0);
+  EXPECT_EQ(::getsockname(socket, reinterpret_cast<sockaddr*>(&address), &size), 0);
+  ::close(socket);
+  return ntohs(address.sin_port);
+}
+
+/// Two coordinators on one database, and a worker that knows both.
+class TwoCoordinators {
+ public:
+  TwoCoordinators() {
+    first = start(0);
+    EXPECT_TRUE(eventually([&] { return says(0, "listening on"); })) << log(0);
+    second = start(1);
+    EXPECT_TRUE(eventually([&] { return says(1, "standing by"); })) << log(1);
+    worker_ = std::make_unique<BackgroundProcess>(
+        std::vector<std::string>{std::string(LIGHTMILL_BINARY_DIR) + "/bin/lightmill-worker", "--server",
+                                 address(0) + "," + address(1), "--threads", "2", "--name", "w"},
+        (folder_.path() / "worker.log").string());
+  }
+
+  std::unique_ptr<BackgroundProcess> start(int index) {
+    return std::make_unique<BackgroundProcess>(
+        std::vector<std::string>{std::string(LIGHTMILL_BINARY_DIR) + "/bin/lightmill-server", "--store", url_,
+                                 "--listen", address(index)},
+        log_file(index));
+  }
+  std::string address(int index) const { return fmt::format("127.0.0.1:{}", ports_[index]); }
+  std::string log(int index) const { return read_file(log_file(index)).value(); }
+  bool says(int index, const std::string& words) const { return log(index).find(words) != std::string::npos; }
+
+  std::unique_ptr<BackgroundProcess> first, second;
+
+ private:
+  std::string log_file(int index) const { return (folder_.path() / fmt::format("server{}.log", index)).string(); }
+
+  TemporaryFolder folder_;
+  std::string url_ = server().new_database();
+  std::array<int, 2> ports_{free_port(), free_port()};
+  std::unique_ptr<BackgroundProcess> worker_;
+};
+
+TEST(SharedDatabase, TheCoordinatorKilledTwice) {
+  Farm farm({"--store", server().new_database()});
+  farm.add_worker(2, "w1");
+  FarmClient client = farm.client();
+  const std::uint64_t job = client.submit(Picture()).id();
+  for (const std::uint64_t quarter : {1, 2}) {
+    const v1::Job before = client.wait_for_samples(job, kPixelSamples * quarter / 4);
+    ASSERT_EQ(before.state(), v1::JOB_STATE_RUNNING) << "it must be killed while it works";
+    kill_at_once(farm.server());
+    farm.start_server();
+  }
+  expect_reference_film(farm.client(), job);
+}
+
+TEST(SharedDatabase, AFarmLivesThroughItsDatabasesCrash) {
+  Farm farm({"--store", server().new_database()});
+  farm.add_worker(2, "w1");
+  FarmClient client = farm.client();
+  const std::uint64_t job = client.submit(Picture()).id();
+  client.wait_for_samples(job, kPixelSamples / 4);
+  server().stop();
+  EXPECT_TRUE(eventually([&] { return farm.server_log().find("cannot store progress") != std::string::npos; }));
+  server().start();
+  expect_reference_film(farm.client(), job);
+}
+
+TEST(SharedDatabase, OneThatStandsByTakesOverFromOneThatIsKilled) {
+  TwoCoordinators both;
+  FarmClient to_first(both.address(0)), to_second(both.address(1));
+  const std::uint64_t job = to_first.submit(Picture()).id();
+  to_first.wait_for_samples(job, kPixelSamples / 4);
+  kill_at_once(*both.first);
+  const auto killed = std::chrono::steady_clock::now();
+  EXPECT_TRUE(eventually([&] { return both.says(1, "listening on"); })) << both.log(1);
+  EXPECT_LT(std::chrono::steady_clock::now() - killed, std::chrono::seconds(10));
+  expect_reference_film(FarmClient(both.address(1)), job);
+}
+
+TEST(SharedDatabase, OneThatWasStoppedIsReplacedAndDoesNoHarmWhenItGoesOn) {
+  TwoCoordinators both;
+  FarmClient to_first(both.address(0));
+  const std::uint64_t job = to_first.submit(Picture()).id();
+  to_first.wait_for_samples(job, kPixelSamples / 4);
+  both.first->send(SIGSTOP);
+  const auto stopped = std::chrono::steady_clock::now();
+  EXPECT_TRUE(eventually([&] { return both.says(1, "listening on"); })) << both.log(1);
+  EXPECT_LT(std::chrono::steady_clock::now() - stopped, std::chrono::seconds(10));
+  FarmClient to_second(both.address(1));
+  to_second.wait_for_samples(job, kPixelSamples / 2);
+  both.first->send(SIGCONT);
+  EXPECT_EQ(both.first->wait(std::chrono::seconds(20)), 1) << both.log(0);
+  EXPECT_TRUE(both.says(0, "taken over")) << both.log(0);
+  // Started again it stands by, and takes over in its turn.
+  both.first = both.start(0);
+  EXPECT_TRUE(eventually([&] { return both.says(0, "standing by"); })) << both.log(0);
+  expect_reference_film(FarmClient(both.address(1)), job);
+  both.second->send(SIGTERM);
+  EXPECT_EQ(both.second->wait(std::chrono::seconds(10)), 0) << both.log(1);
+  expect_reference_film(FarmClient(both.address(0)), job);
+}
+
+}  // namespace
+}  // namespace lightmill::test

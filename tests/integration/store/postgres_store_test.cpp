@@ -1,0 +1,296 @@
+// The store in PostgreSQL, against a real server: what every store does, and what only this one does.
+#include "server/store/postgres/postgres_store.h"
+
+#include <gtest/gtest.h>
+
+#include <atomic>
+#include <future>
+
+#include "server/store/postgres/commit_batch.h"
+#include "tests/integration/store/cut_proxy.h"
+#include "tests/support/postgres_server.h"
+#include "tests/unit/store/asset_conformance.h"
+#include "tests/unit/store/store_conformance.h"
+
+namespace lightmill::test {
+namespace {
+
+PostgresServer& server() {
+  static PostgresServer one;
+  return one;
+}
+
+PostgresOptions options_for(const std::string& url) {
+  PostgresOptions options;
+  options.url = url;
+  options.wait = [](std::chrono::milliseconds pause) {
+    std::this_thread::sleep_for(pause);
+    return true;
+  };
+  options.on_deposed = [](const Status& why) { ADD_FAILURE() << why; };
+  return options;
+}
+
+PostgresStores opened(const PostgresOptions& options) {
+  Result<PostgresStores> stores = open_postgres(options);
+  EXPECT_TRUE(stores.ok()) << stores.status();
+  return std::move(stores).value();
+}
+
+std::string damaging(std::uint32_t tile) {
+  return fmt::format(
+      "UPDATE lightmill.nodes SET samples = decode(repeat('00', length(samples)), 'hex') WHERE tile = {}", tile);
+}
+
+class PostgresPlace final : public StorePlace {
+ public:
+  std::unique_ptr<Store> open() override { return opened(options_for(url_)).store; }
+  void damage_tile(std::uint32_t tile) override { run_sql(url_, damaging(tile)); }
+
+ private:
+  std::string url_ = server().new_database();
+};
+
+class PostgresAssetPlace final : public AssetPlace {
+ public:
+  std::unique_ptr<AssetStore> open(AssetLimits limits) override {
+    PostgresOptions options = options_for(url_);
+    options.assets = limits;
+    return opened(options).assets;
+  }
+  void leave_half_an_upload() override {
+    run_sql(url_,
+            "WITH half AS (INSERT INTO lightmill.assets (size_bytes, stored) VALUES (0, now()) RETURNING id) "
+            "INSERT INTO lightmill.asset_pieces SELECT id, 0, 'rubbish' FROM half");
+  }
+  bool has_halves() override {
+    return run_sql(url_, "SELECT count(*) FROM lightmill.assets WHERE digest IS NULL") != "0";
+  }
+
+ private:
+  std::string url_ = server().new_database();
+};
+
+const auto kNamed = [](const auto& info) { return info.param.name; };
+INSTANTIATE_TEST_SUITE_P(Postgres, StoreConformance,
+                         ::testing::Values(StoreKind{"postgres", [] { return std::make_unique<PostgresPlace>(); }}),
+                         kNamed);
+INSTANTIATE_TEST_SUITE_P(Postgres, AssetConformance,
+                         ::testing::Values(AssetKind{"postgres",
+                                                     [] { return std::make_unique<PostgresAssetPlace>(); }}),
+                         kNamed);
+
+class PostgresStoreTest : public ::testing::Test {
+ protected:
+  PostgresOptions options() { return options_for(url_); }
+  std::string sql(const std::string& text) { return run_sql(url_, text); }
+  StoredState stored() { return opened(options()).store->load().value(); }
+  /// Ends all connections to the database.
+  void cut_all() {
+    sql("SELECT pg_terminate_backend(pid) FROM pg_stat_activity WHERE datname = current_database() AND pid <> "
+        "pg_backend_pid()");
+  }
+
+  std::string url_ = server().new_database();
+};
+
+TEST_F(PostgresStoreTest, ANewerFormatIsRefusedWithWhatToDo) {
+  stored();
+  sql("UPDATE lightmill.meta SET format = 99");
+  const Status status = open_postgres(options()).status();
+  EXPECT_EQ(status.code(), StatusCode::kFailedPrecondition);
+  EXPECT_NE(message_of(status).find("use the newer lightmill-server"), std::string::npos) << status;
+  EXPECT_NE(message_of(status).find("format 99"), std::string::npos) << status;
+  sql("UPDATE lightmill.meta SET format = 1");
+  EXPECT_TRUE(open_postgres(options()).ok()) << "nothing was changed";
+}
+
+TEST_F(PostgresStoreTest, ASchemaOfSomethingElseIsRefusedAndAnEmptyOneTaken) {
+  sql("CREATE SCHEMA lightmill; CREATE TABLE lightmill.other (x BIGINT)");
+  EXPECT_EQ(open_postgres(options()).status().code(), StatusCode::kDataLoss);
+  sql("DROP TABLE lightmill.other");
+  EXPECT_TRUE(open_postgres(options()).ok());
+}
+
+TEST_F(PostgresStoreTest, ADatabaseWithoutUtf8IsRefusedWithWhatToDo) {
+  url_ = server().new_database("LATIN1");
+  const Status status = open_postgres(options()).status();
+  EXPECT_EQ(status.code(), StatusCode::kFailedPrecondition);
+  EXPECT_NE(message_of(status).find("ENCODING 'UTF8'"), std::string::npos) << status;
+}
+
+TEST_F(PostgresStoreTest, NoServerIsSaidWithItsAddress) {
+  PostgresOptions nowhere = options();
+  nowhere.url = "postgres://someone:secret@127.0.0.1:1/farm";
+  const Status status = open_postgres(nowhere).status();
+  EXPECT_EQ(status.code(), StatusCode::kUnavailable);
+  EXPECT_NE(message_of(status).find("127.0.0.1:1"), std::string::npos) << status;
+  EXPECT_NE(message_of(status).find("farm"), std::string::npos) << status;
+  EXPECT_EQ(message_of(status).find("secret"), std::string::npos) << status;
+  EXPECT_FALSE(check_postgres_url("postgres://host/x?nonsense=1").ok());
+  EXPECT_TRUE(check_postgres_url(url_).ok());
+}
+
+TEST_F(PostgresStoreTest, TextsOfAnyBytesCanBeStored) {
+  JobRecord record = full_record(1);
+  record.reason = std::string("zero \0 and \xff", 12);
+  const auto store = opened(options()).store;
+  ASSERT_TRUE(store->load().ok());
+  const Status status = store->commit(std::vector<StoreOp>{PutJob{record}});
+  ASSERT_TRUE(status.ok()) << status;
+  EXPECT_EQ(store->load()->jobs.at(0).record.reason, "zero \\x00 and \\xff");
+}
+
+// ---- connections that are lost ----
+
+TEST_F(PostgresStoreTest, ALostConnectionIsMadeAgain) {
+  const PostgresStores stores = opened(options());
+  ASSERT_TRUE(stores.store->load().ok());
+  ASSERT_TRUE(stores.store->commit(std::vector<StoreOp>{PutJob{full_record(1)}}).ok());
+  const auto upload = stores.assets->start_upload(sha256("asset")).value();
+  ASSERT_TRUE(upload->append(as_byte_view("asset")).ok());
+  cut_all();
+  EXPECT_TRUE(stores.store->commit(std::vector<StoreOp>{PutJob{full_record(2)}}).ok());
+  EXPECT_TRUE(upload->finish().ok());
+  cut_all();
+  EXPECT_EQ(stores.assets->open_asset(sha256("asset")).value()->next(100).value(), "asset");
+  EXPECT_EQ(stores.store->load()->jobs.size(), 2u);
+}
+
+TEST_F(PostgresStoreTest, WhileTheServerIsAwayNothingIsLost) {
+  const auto store = opened(options()).store;
+  ASSERT_TRUE(store->load().ok());
+  const std::vector<StoreOp> first{PutJob{full_record(1)}}, second{PutJob{full_record(2)}};
+  ASSERT_TRUE(store->commit(first).ok());
+  server().stop();
+  EXPECT_EQ(store->commit(second).code(), StatusCode::kUnavailable);
+  EXPECT_EQ(store->commit(second).code(), StatusCode::kUnavailable);
+  server().start();
+  const Status status = store->commit(second);
+  EXPECT_TRUE(status.ok()) << status;
+  EXPECT_EQ(store->load()->jobs.size(), 2u);
+}
+
+TEST_F(PostgresStoreTest, ACommitWhoseAnswerIsLostIsStoredOnce) {
+  CutProxy proxy(server().socket_file());
+  const auto store = opened(options_for(PostgresServer::over_tcp(url_, proxy.port()))).store;
+  ASSERT_TRUE(store->load().ok());
+  ASSERT_TRUE(store->commit(std::vector<StoreOp>{PutJob{full_record(1)}}).ok());
+  // A second time, the node would have no job.
+  const std::vector<StoreOp> ops{PutNode{JobId{1}, TileId{0}, small_node(0, 0, 1)}, DeleteJobRows{JobId{1}},
+                                 PutJob{full_record(2)}};
+  proxy.swallow_answers(true);
+  std::future<Status> committed = std::async(std::launch::async, [&] { return store->commit(ops); });
+  EXPECT_TRUE(eventually([&] { return sql("SELECT commits FROM lightmill.turn") == "2"; }));
+  proxy.swallow_answers(false);
+  proxy.cut();
+  const Status status = committed.get();
+  EXPECT_TRUE(status.ok()) << status;
+  EXPECT_EQ(sql("SELECT commits FROM lightmill.turn"), "2");
+  const StoredState state = store->load().value();
+  ASSERT_EQ(state.jobs.size(), 1u);
+  EXPECT_EQ(state.jobs[0].record.id, JobId{2});
+}
+
+TEST_F(PostgresStoreTest, ACommitThatNeverReachedTheServerIsStored) {
+  CutProxy proxy(server().socket_file());
+  const auto store = opened(options_for(PostgresServer::over_tcp(url_, proxy.port()))).store;
+  ASSERT_TRUE(store->load().ok());
+  proxy.cut();
+  EXPECT_TRUE(store->commit(std::vector<StoreOp>{PutJob{full_record(1)}}).ok());
+  EXPECT_EQ(store->load()->jobs.size(), 1u);
+}
+
+// ---- several coordinators ----
+
+TEST_F(PostgresStoreTest, ASecondOneStandsByUntilTheFirstLeaves) {
+  std::optional<PostgresStores> first = opened(options());
+  const std::uint64_t epoch = first->store->load()->epoch;
+  std::atomic<int> looks = 0;
+  PostgresOptions waiting = options();
+  waiting.wait = [&](std::chrono::milliseconds) {
+    if (++looks == 3) {
+      first.reset();
+    }
+    return true;
+  };
+  const PostgresStores second = opened(waiting);
+  EXPECT_EQ(looks, 3);
+  EXPECT_EQ(second.store->load()->epoch, epoch + 1);
+}
+
+TEST_F(PostgresStoreTest, OneThatStandsByCanBeStopped) {
+  const PostgresStores first = opened(options());
+  PostgresOptions stopped = options();
+  stopped.wait = [](std::chrono::milliseconds) { return false; };
+  EXPECT_EQ(open_postgres(stopped).status().code(), StatusCode::kCancelled);
+}
+
+TEST_F(PostgresStoreTest, OneThatIsKilledIsReplacedWhenItsLeaseRunsOut) {
+  stored();
+  // As it leaves the lease:
+  sql("UPDATE lightmill.lease SET instance = 'killed', expires = clock_timestamp() + interval '1 second'");
+  const auto start = std::chrono::steady_clock::now();
+  EXPECT_EQ(stored().epoch, 2u);
+  EXPECT_GE(std::chrono::steady_clock::now() - start, std::chrono::milliseconds(900));
+}
+
+TEST_F(PostgresStoreTest, ADeposedOneStoresNothing) {
+  std::atomic<int> deposed = 0;
+  PostgresOptions of_first = options();
+  of_first.lease = std::chrono::seconds(1);
+  of_first.on_deposed = [&](const Status& why) {
+    EXPECT_EQ(why.code(), StatusCode::kFailedPrecondition);
+    EXPECT_NE(message_of(why).find("taken over"), std::string::npos) << why;
+    ++deposed;
+  };
+  const PostgresStores first = opened(of_first);
+  ASSERT_TRUE(first.store->load().ok());
+  ASSERT_TRUE(first.store->commit(std::vector<StoreOp>{PutJob{full_record(1)}}).ok());
+  const auto upload = first.assets->start_upload(sha256("late")).value();
+  ASSERT_TRUE(upload->append(as_byte_view("late")).ok());
+
+  // As if it were stopped for longer than its lease:
+  PostgresOptions of_second = options();
+  of_second.wait = [&](std::chrono::milliseconds) {
+    sql("UPDATE lightmill.lease SET expires = '-infinity'");
+    return true;
+  };
+  const PostgresStores second = opened(of_second);
+  EXPECT_EQ(second.store->load()->jobs.size(), 1u);
+
+  const std::vector<StoreOp> late{DeleteJobRows{JobId{1}}, PutJob{full_record(2)}};
+  EXPECT_EQ(first.store->commit(late).code(), StatusCode::kFailedPrecondition);
+  EXPECT_EQ(upload->finish().code(), StatusCode::kUnavailable);
+  EXPECT_EQ(first.assets->collect({}, -1), 0u);
+  EXPECT_TRUE(eventually([&] { return deposed == 1; }));
+  EXPECT_TRUE(second.store->commit(std::vector<StoreOp>{PutJob{full_record(3)}}).ok());
+  const StoredState state = second.store->load().value();
+  ASSERT_EQ(state.jobs.size(), 2u);
+  EXPECT_EQ(state.jobs[0].record.id, JobId{1});
+  EXPECT_EQ(state.jobs[1].record.id, JobId{3});
+  EXPECT_FALSE(second.assets->has(sha256("late")));
+}
+
+TEST_F(PostgresStoreTest, ATransactionOfADeposedOneThatIsUnderWayIsEnded) {
+  PostgresOptions of_first = options();
+  of_first.on_deposed = [](const Status&) {};
+  const PostgresStores first = opened(of_first);
+  ASSERT_TRUE(first.store->load().ok());
+  // A connection of the first that was stopped in the middle of a commit, with its locks.
+  const std::string instance = sql("SELECT instance FROM lightmill.lease");
+  postgres::Session stopped({url_, "lightmill-server " + instance}, {}, std::chrono::seconds(5));
+  ASSERT_TRUE(stopped.execute("BEGIN; SELECT take_turn(1, 1); CREATE TABLE late (x BIGINT)").ok());
+  PostgresOptions of_second = options();
+  of_second.wait = [&](std::chrono::milliseconds) {
+    sql("UPDATE lightmill.lease SET expires = '-infinity'");
+    return true;
+  };
+  const PostgresStores second = opened(of_second);
+  EXPECT_EQ(second.store->load()->epoch, 2u);
+  EXPECT_FALSE(stopped.execute("COMMIT").ok());
+  EXPECT_EQ(sql("SELECT to_regclass('lightmill.late') IS NULL"), "t");
+}
+
+}  // namespace
+}  // namespace lightmill::test
