@@ -56,23 +56,38 @@ Verdict admit_ppm(const SceneFacts& facts) {
   return {"ppm", true, "it is there to check the others: noise and blur are large"};
 }
 
-/// What photons of light from infinitely far leave out; empty where that is nothing.
-std::string boundless_reason(const SceneFacts& facts) {
-  if (facts.distant_lights.empty() || facts.boundless_casters.empty() || !facts.receivers) {
+/// Of lamps that no method samples; empty where each is met by enough paths.
+std::string hidden_reason(const SceneFacts& facts) {
+  if (facts.hidden_lamps.empty() || !facts.receivers) {
+    return "";
+  }
+  return fmt::format(
+      "no method draws points on {}, and hardly any path meets so small a lamp by chance: what it throws on "
+      "other things is missing",
+      first_of(facts.hidden_lamps, "lamps"));
+}
+
+/// What photons of light from infinitely far leave out where it goes by way of these planes; empty where that is
+/// nothing.
+std::string boundless_reason(const SceneFacts& facts, const NamedThings& planes) {
+  if (facts.distant_lights.empty() || planes.empty() || !facts.receivers) {
     return "";
   }
   return fmt::format(
       "{} shines on {}, which has no end: its photons cover what lies around the other things and the "
       "eye, and what comes from farther off is missing",
-      first_of(facts.distant_lights, "lights"), first_of(facts.boundless_casters, "planes"));
+      first_of(facts.distant_lights, "lights"), first_of(planes, "planes"));
 }
 
 Verdict admit_vcm(const SceneFacts& facts) {
   if (!photons_render(facts)) {
     return {"vcm", false, "it renders no scattering media"};
   }
-  if (std::string reason = boundless_reason(facts); !reason.empty()) {
-    return {"vcm", false, std::move(reason)};
+  for (std::string reason : {hidden_reason(facts), boundless_reason(facts, facts.boundless_casters),
+                             boundless_reason(facts, facts.boundless_layers)}) {
+    if (!reason.empty()) {
+      return {"vcm", false, std::move(reason)};
+    }
   }
   const bool caustics = !facts.casters.empty() || !facts.smooth_layers.empty();
   return {"vcm", true, caustics ? "" : "nothing casts caustics: path finds the light with less work"};
@@ -91,20 +106,6 @@ std::string layers_reason(const SceneFacts& facts) {
                                                  : "no method that there is");
 }
 
-Verdict admit_path(const SceneFacts& facts) {
-  const UnseenCaustics unseen(facts);
-  if (!unseen.by_casters) {
-    return unseen.by_layers ? Verdict{"path", false, layers_reason(facts)} : Verdict{"path", true, ""};
-  }
-  return {
-      "path", false,
-      fmt::format("{} shines on {}: what that sends on to other surfaces is missing, because paths from the camera "
-                  "{}; {}",
-                  unmet_light(facts), first_of(facts.smooth_casters, "objects"),
-                  facts.delta_lights.empty() ? "hardly ever meet so small a lamp" : "never meet a light without extent",
-                  photons_render(facts) ? "caustic finds it" : "no method that there is finds it")};
-}
-
 Verdict admit_caustic(const SceneFacts& facts) {
   if (!photons_render(facts)) {
     return {"caustic", false, "it renders no scattering media"};
@@ -112,10 +113,38 @@ Verdict admit_caustic(const SceneFacts& facts) {
   if (UnseenCaustics(facts).by_layers) {
     return {"caustic", false, layers_reason(facts)};
   }
-  if (std::string reason = boundless_reason(facts); !reason.empty()) {
+  if (std::string reason = hidden_reason(facts); !reason.empty()) {
+    return {"caustic", false, std::move(reason)};
+  }
+  if (std::string reason = boundless_reason(facts, facts.boundless_casters); !reason.empty()) {
     return {"caustic", false, std::move(reason)};
   }
   return {"caustic", true, facts.casters.empty() ? "nothing casts caustics: it is path with more work" : ""};
+}
+
+/// Who finds what paths from the camera do not.
+std::string_view finder_of_caustics(const SceneFacts& facts) {
+  return admit_caustic(facts).admitted ? "caustic"
+         : admit_vcm(facts).admitted   ? "vcm"
+         : admit_ppm(facts).admitted   ? "ppm alone"
+                                       : "no method that there is";
+}
+
+Verdict admit_path(const SceneFacts& facts) {
+  if (std::string reason = hidden_reason(facts); !reason.empty()) {
+    return {"path", false, std::move(reason)};
+  }
+  const UnseenCaustics unseen(facts);
+  if (!unseen.by_casters) {
+    return unseen.by_layers ? Verdict{"path", false, layers_reason(facts)} : Verdict{"path", true, ""};
+  }
+  return {
+      "path", false,
+      fmt::format("{} shines on {}: what that sends on to other surfaces is missing, because paths from the camera "
+                  "{}; {} finds it",
+                  unmet_light(facts), first_of(facts.smooth_casters, "objects"),
+                  facts.delta_lights.empty() ? "hardly ever meet so small a lamp" : "never meet a light without extent",
+                  finder_of_caustics(facts))};
 }
 
 /// `raycast` and `whitted`, which leave light out by design.

@@ -140,15 +140,19 @@ void read_material(const Material& material, SceneFacts& facts, Materials& all) 
   all.index_changes = all.index_changes || (is_boundary(material) && ior_of(material) != 1);
 }
 
+/// What glows, but is found by rays that happen to meet it alone.
+bool is_never_sampled(const Object& object, const Material& material) {
+  return std::holds_alternative<PlaneShape>(object.shape) ||
+         (material.emission.texture != kNoTexture && std::holds_alternative<SphereShape>(object.shape));
+}
+
 void read_object(const Object& object, const Scene& scene, bool index_changes, SceneFacts& facts) {
   const Material& material = scene.materials[object.material];
   const bool plane = std::holds_alternative<PlaneShape>(object.shape);
   facts.planes = facts.planes || plane;
   if (!is_black(material.emission.rgb)) {
     ++facts.emissive_objects;
-    const bool textured_sphere =
-        material.emission.texture != kNoTexture && std::holds_alternative<SphereShape>(object.shape);
-    if (plane || textured_sphere) {
+    if (is_never_sampled(object, material)) {
       facts.lamps_never_sampled.add(
           named(plane ? "plane" : "sphere", object.name.empty() ? material.name : object.name));
     }
@@ -168,6 +172,9 @@ void read_object(const Object& object, const Scene& scene, bool index_changes, S
   }
   if (const NarrowLobes narrow = narrow_lobes(material); narrow != NarrowLobes::none) {
     (caster ? facts.smooth_casters : facts.smooth_layers).add(name);
+    if (plane && !caster) {
+      facts.boundless_layers.add(name);
+    }
   }
   facts.receivers = facts.receivers || receives_light(material);
 }
@@ -234,10 +241,11 @@ std::optional<Extent> extent_of(const Object& object, const MeshSource& meshes) 
                     object.shape);
 }
 
-/// Where something is that scatters narrowly.
+/// Where something is that light of a lamp comes to.
 struct Place {
   std::variant<Extent, PlaneShape> shape;
-  bool hollow = false;  ///< a sphere
+  bool hollow = false;             ///< a sphere
+  const Object* object = nullptr;  ///< null: a meter
 
   /// No more than how far it is from a point.
   double distance(const Vec3d& p) const {
@@ -251,31 +259,77 @@ struct Place {
   }
 };
 
-/// Nothing where one of them is not known.
-std::optional<std::vector<Place>> narrow_places(const Scene& scene, const MeshSource& meshes) {
-  std::vector<Place> places;
+using Places = std::vector<Place>;
+
+/// Of all objects whose material counts; none where the place of one is not known.
+template <class Counts>
+Places places_of(const Scene& scene, const MeshSource& meshes, const Counts& counts) {
+  Places places;
   for (const Object& object : scene.objects) {
-    if (narrow_lobes(scene.materials[object.material]) == NarrowLobes::none) {
+    if (!counts(scene.materials[object.material])) {
       continue;
     }
     if (const auto* const plane = std::get_if<PlaneShape>(&object.shape)) {
       if (object.transform != kIdentityTransform) {
-        return std::nullopt;
+        return {};
       }
-      places.push_back({*plane, false});
+      places.push_back({*plane, false, &object});
     } else if (const std::optional<Extent> extent = extent_of(object, meshes)) {
-      places.push_back({*extent, std::holds_alternative<SphereShape>(object.shape)});
+      places.push_back({*extent, std::holds_alternative<SphereShape>(object.shape), &object});
     } else {
-      return std::nullopt;
+      return {};
     }
   }
   return places;
 }
 
+/// Nothing where radiance is measured, which is what a camera sees.
+std::optional<Extent> extent_of(const Meter& meter) {
+  const auto vector = [](const Point3d& v) { return Vec3d(v[0], v[1], v[2]); };
+  const auto across = [&](const Patch& patch) -> std::optional<Extent> {
+    const Vec3d corner = vector(patch.corner), edge1 = vector(patch.edge1), edge2 = vector(patch.edge2);
+    return extent_of(
+        {{corner, corner + edge1, corner + edge2}, {corner + edge1, corner + edge2, corner + edge1 + edge2}});
+  };
+  return std::visit(Overloaded{[&](const IrradianceMeter& m) -> std::optional<Extent> {
+                                 return Extent{vector(m.point), 0, 0};
+                               },
+                               [&](const PatchMeter& m) { return across(m.patch); },
+                               [&](const FluxMeter& m) { return across(m.patch); },
+                               [](const RadianceMeter&) { return std::optional<Extent>(); }},
+                    meter.kind);
+}
+
+Places narrow_places(const Scene& scene, const MeshSource& meshes) {
+  return places_of(scene, meshes, [](const Material& material) { return narrow_lobes(material) != NarrowLobes::none; });
+}
+
+Places receiving_places(const Scene& scene, const MeshSource& meshes) {
+  Places places = places_of(scene, meshes, receives_light);
+  for (const Meter& meter : scene.meters) {
+    if (const std::optional<Extent> extent = extent_of(meter)) {
+      places.push_back({*extent, false, nullptr});
+    }
+  }
+  return places;
+}
+
+/// Whether there are such places but for the lamp's own, and a lamp of this extent is small as seen from each.
+bool is_small_from(const Places& places, const Object& lamp, const Extent& extent) {
+  double nearest = std::numeric_limits<double>::infinity();
+  for (const Place& place : places) {
+    if (place.object != &lamp) {
+      nearest = std::min(nearest, place.distance(extent.center));
+    }
+  }
+  return std::isfinite(nearest) && extent.area < kSmallShare * 4 * kPiDouble * nearest * nearest;
+}
+
 void read_small_lamps(const Scene& scene, const MeshSource& meshes, SceneFacts& facts) {
   constexpr std::size_t kMostPairs = 1'000'000;  ///< of lamps and things: else it takes too long to tell
-  const std::optional<std::vector<Place>> places = narrow_places(scene, meshes);
-  if (!places || places->empty() || facts.emissive_objects > kMostPairs / places->size()) {
+  const Places narrow = narrow_places(scene, meshes);
+  const Places receivers = facts.lamps_never_sampled.empty() ? Places{} : receiving_places(scene, meshes);
+  if (facts.emissive_objects * (narrow.size() + receivers.size()) > kMostPairs) {
     return;
   }
   for (const Object& lamp : scene.objects) {
@@ -287,12 +341,10 @@ void read_small_lamps(const Scene& scene, const MeshSource& meshes, SceneFacts& 
     if (!extent) {
       continue;
     }
-    double nearest = std::numeric_limits<double>::infinity();
-    for (const Place& place : *places) {
-      nearest = std::min(nearest, place.distance(extent->center));
-    }
-    if (extent->area < kSmallShare * 4 * kPiDouble * nearest * nearest) {
-      facts.small_lamps.add(named("lamp", lamp.name.empty() ? material.name : lamp.name));
+    const bool sampled = !is_never_sampled(lamp, material);
+    if (is_small_from(narrow, lamp, *extent) || (!sampled && is_small_from(receivers, lamp, *extent))) {
+      (sampled ? facts.small_lamps : facts.hidden_lamps)
+          .add(named("lamp", lamp.name.empty() ? material.name : lamp.name));
     }
   }
 }
@@ -338,7 +390,8 @@ SceneFacts read_facts(const Scene& scene, const MeshSource& meshes) {
   for (const Object& object : scene.objects) {
     read_object(object, scene, all.index_changes, facts);
   }
-  if (facts.emissive_objects > 0 && (!facts.smooth_casters.empty() || !facts.smooth_layers.empty())) {
+  const bool narrow = !facts.smooth_casters.empty() || !facts.smooth_layers.empty();
+  if (facts.emissive_objects > 0 && (narrow || !facts.lamps_never_sampled.empty())) {
     read_small_lamps(scene, meshes, facts);
   }
   facts.lens = scene.camera.lens_radius > 0;

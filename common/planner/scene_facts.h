@@ -27,8 +27,8 @@ struct NamedThings {
 
 struct SceneFacts {
   NamedThings delta_lights;  ///< points and directions: no path from the camera ever meets them
-  /// Lamps that fill less than kSmallShare of all directions as seen from every thing that scatters narrowly, as far as
-  /// is known: of a million paths through those hardly any meets one.
+  /// Lamps that are sampled and fill less than kSmallShare of all directions as seen from every thing that scatters
+  /// narrowly, as far as is known: of a million paths through those hardly any meets one.
   NamedThings small_lamps;
   NamedThings distant_lights;  ///< directions, and environments of an image: what photons from there cover is bounded
   std::size_t emissive_objects = 0;
@@ -38,11 +38,15 @@ struct SceneFacts {
   NamedThings smooth_casters;     ///< those of them that scatter narrowly (narrow_lobes), if only in part
   NamedThings boundless_casters;  ///< planes among them all
   NamedThings smooth_layers;      ///< scatter narrowly, but are no casters: as a smooth lacquer over something
+  NamedThings boundless_layers;   ///< planes among those
   bool receivers = false;         ///< surfaces, media or meters on which caustics are seen
 
   NamedThings lamps_never_sampled;  ///< what glows without end, and spheres that glow by a texture: light from there is
                                     ///< found by rays that happen to meet it alone
-  bool planes = false;              ///< without end
+  /// Those of them that fill less than kSmallShare of all directions as seen from every thing that scatters narrowly,
+  /// or from every thing that receives light, as far as is known.
+  NamedThings hidden_lamps;
+  bool planes = false;  ///< without end
 
   bool absorption = false;     ///< in what fills a shape
   bool scattering = false;     ///< likewise

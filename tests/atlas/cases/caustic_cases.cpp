@@ -75,6 +75,25 @@ AtlasCase edge_of_a_caustic(bool in_a_mirror) {
   return made;
 }
 
+/// A sun of irradiance π so low over a black floor without end with a smooth clear coat, and a white wall as large as
+/// what is seen of it: what the coat throws on it comes from far off.
+AtlasCase low_sun_over_a_coat() {
+  const Vec3d travel = glm::normalize(Vec3d(1, -0.1, 0));
+  const double fresnel = 0.04 + 0.96 * std::pow(1 + travel.y, 5);  // Schlick's
+  return {
+      .subject = "light over planes without end",
+      .name = "a low sun, a smooth coat and a wall high above it",
+      .document = document(
+          R"("eye": [-1, 3, 0], "look_at": [1, 3, 0])", 10, 32,
+          diffuse("wall", 1) + also(named("floor", R"("principled": {"base_color": {"rgb": [0, 0, 0]}, "roughness": 1,
+                                                          "specular": 0, "coat": 1, "coat_roughness": 0})")),
+          mesh("wall", "wall.obj") + also(plane_shape("floor", "[0, 0, 0]", "[0, 1, 0]")),
+          fmt::format(R"({{"directional": {{"direction": [1, -0.1, 0], "irradiance": {}}}}})", gray(kPiDouble))),
+      .files = {{"wall.obj", polygon({{1, 2.7, 0.3}, {1, 3.3, 0.3}, {1, 3.3, -0.3}, {1, 2.7, -0.3}})}},
+      .exact = travel.x * (1 + fresnel),
+      .max_bounces = 2};
+}
+
 /// Of what a gather in the mirror takes for the wall near its foot, half lies below.
 AtlasCase corner() {
   AtlasCase made = LightOverMirror{.subject = "perpendicular corner (photon bias)",
@@ -116,6 +135,7 @@ std::vector<AtlasCase> caustic_cases() {
   cases.push_back(edge_of_a_caustic(false));
   cases.push_back(edge_of_a_caustic(true));
   cases.push_back(corner());
+  cases.push_back(low_sun_over_a_coat());
   return cases;
 }
 
@@ -129,6 +149,23 @@ std::vector<AtlasCase> shrinking_cases() {
             .made();
     cases.push_back(std::move(made));
   }
+  for (const double radius : {0.3, 1e-3}) {
+    cases.push_back(LightOverMirror{.subject = subject,
+                                    .name = fmt::format("a lamp of radius {} that glows by a texture", radius),
+                                    .radius = radius,
+                                    .textured = true}
+                        .made());
+  }
+  cases.push_back(LightOverMirror{
+      .subject = subject,
+      .name = "a lamp of radius 1e-3 that glows by a texture, and nothing smooth",
+      .radius = 1e-3,
+      .textured = true,
+      .bounces = 1,
+      .mirror_material = R"("diffuse": {"reflectance": {"rgb": [0, 0, 0]}})",
+      .reflectance = [](double) {
+        return 0.0;
+      }}.made());
   return cases;
 }
 

@@ -1,6 +1,7 @@
 #include "tests/atlas/cases/light_over_mirror.h"
 
 #include "tests/atlas/atlas.h"
+#include "tests/atlas/cases/light_scenes.h"
 
 namespace lightmill::test {
 
@@ -27,17 +28,27 @@ AtlasCase LightOverMirror::made() const {
                         also(mirror.empty() ? plane_shape("mirror", placed({0, 0, 0}), "[0, 1, 0]") : mirror);
   std::string lights;
   if (radius > 0) {
-    materials += also(diffuse("lamp", 0, 1 / (radius * radius)));
+    const std::string radiance = gray(1 / (radius * radius));
+    materials += also(textured ? fmt::format(R"({{"name": "lamp", "diffuse": {{"reflectance": {}}},
+                                      "emission": {{"texture": "white", {}}})",
+                                             gray(0), radiance.substr(1))
+                               : diffuse("lamp", 0, 1 / (radius * radius)));
     objects += also(sphere("lamp", placed({0, 1, 0}), radius * scale));
   } else {
     lights = fmt::format(R"({{"point": {{"position": {}, "intensity": {}}}}})", placed({0, 1, 0}),
                          gray(kPiDouble * scale * scale));
   }
   const AtlasView there{view.eye * scale + offset, view.look_at * scale + offset, view.fov_degrees, view.size};
+  std::string text = document(there.text(), view.fov_degrees, view.size, materials, objects, lights);
+  std::map<std::string, std::string> its = files;
+  if (textured) {
+    text.insert(text.find("\"materials\""), R"("textures": [{"name": "white", "file": "white.exr"}], )");
+    its["white.exr"] = one_pixel(1, 1, 0, 0, 1, 1);
+  }
   return {.subject = subject,
           .name = name,
-          .document = document(there.text(), view.fov_degrees, view.size, materials, objects, lights),
-          .files = files,
+          .document = text,
+          .files = its,
           .exact = view.mean_of(radiance, steps),
           .tolerance = 1e-3,
           .gathered = 2e-3,

@@ -9,7 +9,8 @@ namespace lightmill::test {
 
 struct LightOverMirror {
   std::string subject{}, name{};
-  double radius = 0;  ///< of the lamp; 0: a point
+  double radius = 0;      ///< of the lamp; 0: a point
+  bool textured = false;  ///< the lamp, by a white picture: then no method samples it
   /// Of the wall, or of its image in the mirror; in the scene's own units and place.
   AtlasView view{.eye = {-1, 0.5, 0}, .look_at = {1, 0.5, 0}};
   std::uint32_t bounces = 2;  ///< 2 for the wall itself, 3 for its image: then nothing comes off the wall twice

@@ -231,6 +231,59 @@ TEST(Admit, CausticDoesNotCoverPlanesWithoutEndFromAfar) {
   }
 }
 
+TEST(Admit, VcmDoesNotCoverSmoothCoatsWithoutEndFromAfar) {
+  const auto over_plane = [](const Material& material, const Light& light) {
+    Scene scene = scene_of({kGray, material}, {light});
+    scene.objects[1].shape = PlaneShape{{0, -2, 0}, {0, 1, 0}};
+    return read_facts(scene);
+  };
+  for (const Material& layer : {lacquer(0), phong(0.4f, 1e6), kMirror}) {
+    const Verdict vcm = admit(over_plane(layer, kSun), "vcm");
+    EXPECT_FALSE(vcm.admitted) << layer.name;
+    EXPECT_NE(vcm.reason.find("'sun'"), std::string::npos) << vcm.reason;
+    EXPECT_NE(vcm.reason.find("'" + layer.name + " ball'"), std::string::npos) << vcm.reason;
+    EXPECT_TRUE(admit(read_facts(scene_of({kGray, layer}, {kSun})), "vcm").admitted) << "it has an end";
+    EXPECT_TRUE(admit(over_plane(layer, kBulb), "vcm").admitted) << layer.name;
+  }
+  const std::string path = admit(over_plane(lacquer(0), kSun), "path").reason;
+  EXPECT_NE(path.find("no method that there is finds it"), std::string::npos) << path;
+  EXPECT_TRUE(admit(over_plane(kWhite, kSun), "vcm").admitted) << "it is lit by what samples the sun";
+}
+
+/// Photons never start at spheres that glow by a texture, and nothing draws points of them.
+TEST(Admit, NoMethodFindsSmallLampsThatAreNeverSampled) {
+  const double edge = 4 * std::sqrt(kSmallShare);  // 2 away from the other ball: as above
+  const auto lit_by = [&](double radius, const Material& other) {
+    Material lamp_of_texture = lamp();
+    lamp_of_texture.emission.texture = 0;
+    Scene scene = scene_of({lamp_of_texture, other}, {});
+    std::get<SphereShape>(scene.objects[0].shape).radius = radius;
+    return scene;
+  };
+  for (const Material& other : {kMirror, metal(0.05), kGray, lacquer(0)}) {
+    Scene scene = lit_by(0.99 * edge, other);
+    scene.meters.push_back({"far", IrradianceMeter{{0, 0, 100}, {0, 0, -1}}});
+    for (const char* const method : {"path", "caustic", "vcm", "ppm"}) {
+      const Verdict small = admit(read_facts(scene), method);
+      EXPECT_FALSE(small.admitted) << method << ", " << other.name;
+      EXPECT_NE(small.reason.find("'lamp ball'"), std::string::npos) << small.reason;
+    }
+    const std::vector<std::string> instead = plan_method(read_facts(scene), "auto").candidates;
+    EXPECT_EQ(instead, std::vector<std::string>{"path"}) << other.name;
+    scene.meters.clear();
+    std::get<SphereShape>(scene.objects[0].shape).radius = 1.01 * edge;
+    for (const char* const method : {"path", "caustic", "vcm"}) {
+      EXPECT_TRUE(admit(read_facts(scene), method).admitted) << method << ", " << other.name;
+    }
+  }
+  EXPECT_TRUE(admit(read_facts(lit_by(1e-6, kBlack)), "path").admitted) << "it shines on nothing";
+  Scene metered = lit_by(edge / 4, kBlack);
+  metered.meters.push_back({"at half of it", IrradianceMeter{{0, 0, 0.45}, {0, 0, -1}}});
+  EXPECT_TRUE(admit(read_facts(metered), "path").admitted) << "large as seen from there";
+  metered.meters[0].kind = FluxMeter{{{0, -1, 2}, {0, 2, 0}, {1, 0, 0}}};
+  EXPECT_FALSE(admit(read_facts(metered), "path").admitted);
+}
+
 TEST(Admit, WithoutAReceiverNothingIsMissing) {
   EXPECT_TRUE(path_finds_all({kMirror, kGlass}, {kBulb}));
   EXPECT_TRUE(path_finds_all({kBlack, kGlass}, {kBulb}));
