@@ -64,12 +64,14 @@ TestScene caustic_in_a_mirror() {
                                        R"({"point": {"position": [0.5, 3, 0.9], "intensity": {"rgb": [9, 9, 9]}}})"));
 }
 
-TEST(BiasOfGathers, IsStatedWithTheError) {
+class BiasOfGathersBy : public ::testing::TestWithParam<const char*> {};
+
+TEST_P(BiasOfGathersBy, IsStatedWithTheError) {
   const TestScene scene = caustic_in_a_mirror();
   const Sums reference = sums_of(scene, "caustic:photons=20000,radius=0.4", 1, 10);
   const double noise = stated_error(reference, true);
   for (const double radius : {3.0, 6.0}) {
-    const Sums picture = sums_of(scene, fmt::format("caustic:photons=10000,radius={}", radius), 2, 9);
+    const Sums picture = sums_of(scene, fmt::format("{}:photons=10000,radius={}", GetParam(), radius), 2, 9);
     const double truth = true_error(picture, reference);
     ASSERT_LT(noise, 0.25 * truth) << "the test says little";
     EXPECT_LT(stated_error(picture, false), 0.5 * truth) << radius;
@@ -78,6 +80,9 @@ TEST(BiasOfGathers, IsStatedWithTheError) {
     EXPECT_LT(stated_error(picture, true), 2.5 * truth) << radius;
   }
 }
+
+INSTANTIATE_TEST_SUITE_P(By, BiasOfGathersBy, ::testing::Values("caustic", "vcm"),
+                         [](const auto& info) { return std::string(info.param); });
 
 TEST(BiasOfGathers, IsNoneWhereThereIsNothingToGather) {
   const TestScene scene =

@@ -40,6 +40,20 @@ TEST(Vcm, ShowsGlossRoughMetalRoughGlassAndCoats) {
   expect_same(scene, {.method = kUnmerged});
 }
 
+/// Merging weighs what comes through with what it would be the other way round.
+TEST(Vcm, ShowsRoughGlassAndGlassyMixturesMerged) {
+  const std::string materials =
+      also(named("frosted", R"("dielectric": {"ior": 1.5, "roughness": 0.6})")) +
+      also(named("soap", R"("principled": {"base_color": {"rgb": [0.9, 0.6, 0.7]}, "roughness": 0.6,
+                           "transmission": 0.7})")) +
+      also(diffuse("lamp", 0, 9));
+  const TestScene scene =
+      round_room("", materials,
+                 also(sphere("frosted", "[-0.6, 0.7, 0]", 0.6)) + also(sphere("soap", "[0.7, 0.7, 0.2]", 0.6)) +
+                     also(sphere("lamp", "[0, 2.2, 0]", 0.4)));
+  expect_same(scene, {.method = kMethod, .blur = kBlur});
+}
+
 TEST(Vcm, ShowsWhatAbsorbsAndSeveralKindsOfLamps) {
   expect_same(amber_under_point_and_spot(), {.method = kMethod, .reference = "caustic:photons=4000", .blur = kBlur});
 }

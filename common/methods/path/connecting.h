@@ -8,11 +8,6 @@
 
 namespace lightmill::path {
 
-/// Which light path a vertex is connected to. Beyond medium_decision.
-constexpr std::uint32_t connection_decision(std::uint32_t bounce) {
-  return 0x30000000u + bounce;
-}
-
 /// Where a BSDF can scatter: both normals must agree on which side it is.
 template <class Bsdf>
 M8 scatters_to(const V8& wi, F8 side) {

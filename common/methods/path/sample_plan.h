@@ -50,6 +50,11 @@ constexpr std::uint32_t choice_decision(std::uint32_t vertex) {
   return kFirstPathDecision + 3 * vertex + 2;
 }
 
+/// Which light path a vertex is connected to. Beyond those of vertices, below kLensDecision and medium_decision.
+constexpr std::uint32_t connection_decision(std::uint32_t bounce) {
+  return 0x30000000u + bounce;
+}
+
 /// Boundaries in a row that light does not notice: more are copies without end.
 inline constexpr std::uint32_t kMaxPassed = 1000;
 /// How far light gets in a medium after so many bounces, and so many boundaries passed since.

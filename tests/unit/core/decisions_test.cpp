@@ -15,8 +15,8 @@ TEST(Decisions, NoTwoOfASampleHaveOneNumber) {
   // The largest number of bounces that the client lets through too.
   for (const std::uint32_t bounce : {0u, 1u, 2u, 3u, 999u, 1'000u, 999'999u, 1'000'000u}) {
     for (const std::uint32_t decision :
-         {light_decision(bounce), bsdf_decision(bounce), choice_decision(bounce), medium_decision(bounce, 0),
-          medium_decision(bounce, 1), medium_decision(bounce, kMaxPassed)}) {
+         {light_decision(bounce), bsdf_decision(bounce), choice_decision(bounce), connection_decision(bounce),
+          medium_decision(bounce, 0), medium_decision(bounce, 1), medium_decision(bounce, kMaxPassed)}) {
       numbers.insert(decision);
       ++count;
     }
