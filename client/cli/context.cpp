@@ -44,8 +44,10 @@ void add_json_option(CLI::App& command, Context& context) {
 
 void add_common_options(CLI::App& command, Context& context) {
   command
-      .add_option("--server", context.common.server,
-                  "the farm's address (default: $LIGHTMILL_SERVER, else 127.0.0.1:7350)")
+      .add_option(
+          "--server", context.common.server,
+          "the farm's address, or those of several coordinators of it, with commas (default: $LIGHTMILL_SERVER, "
+          "else 127.0.0.1:7350)")
       ->type_name("HOST:PORT")
       ->check(not_empty("HOST:PORT is"));
   add_json_option(command, context);

@@ -23,7 +23,7 @@ GivenAddress given_address(const std::string& server_option) {
   return {environment == nullptr ? "" : environment, "LIGHTMILL_SERVER"};
 }
 
-Status check_address(const GivenAddress& given) {
+Status check_one(const GivenAddress& given) {
   const std::size_t colon = given.address.rfind(':');
   if (colon != std::string::npos && given.address.find(':') != colon && given.address[colon - 1] != ']') {
     return invalid_argument("{}: an IPv6 address goes in brackets: write [{}]{}, not {}", given.where,
@@ -38,6 +38,15 @@ Status check_address(const GivenAddress& given) {
     }
   }
   return invalid_argument("{} must be HOST:PORT (as in farm.example:7350), got '{}'", given.where, given.address);
+}
+
+Status check_address(const GivenAddress& given) {
+  for (std::size_t at = 0; at <= given.address.size();) {
+    const std::size_t end = std::min(given.address.find(',', at), given.address.size());
+    LM_RETURN_IF_ERROR(check_one({given.address.substr(at, end - at), given.where}));
+    at = end + 1;
+  }
+  return ok_status();
 }
 
 }  // namespace

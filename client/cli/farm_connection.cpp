@@ -2,6 +2,8 @@
 
 #include <grpcpp/grpcpp.h>
 
+#include <atomic>
+
 #include "common/base/mutex.h"
 #include "common/wire/bytes.h"
 #include "lightmill/v1/render_service.grpc.pb.h"
@@ -19,14 +21,15 @@ std::chrono::system_clock::time_point deadline_after(Duration timeout) {
   return std::chrono::system_clock::now() + std::chrono::duration_cast<std::chrono::system_clock::duration>(timeout);
 }
 
-std::shared_ptr<grpc::Channel> make_channel(const std::string& address) {
+/// `quickly`: there is somebody else to ask when a coordinator falls silent.
+std::shared_ptr<grpc::Channel> make_channel(const std::string& address, bool quickly) {
   grpc::ChannelArguments arguments;
   arguments.SetMaxReceiveMessageSize(kMaxMessageBytes);
   arguments.SetInt(GRPC_ARG_INITIAL_RECONNECT_BACKOFF_MS, 100);
   arguments.SetInt(GRPC_ARG_MIN_RECONNECT_BACKOFF_MS, 3'000);  // how long a connection may take to come about
   arguments.SetInt(GRPC_ARG_MAX_RECONNECT_BACKOFF_MS, 2000);
-  arguments.SetInt(GRPC_ARG_KEEPALIVE_TIME_MS, 20'000);
-  arguments.SetInt(GRPC_ARG_KEEPALIVE_TIMEOUT_MS, 10'000);
+  arguments.SetInt(GRPC_ARG_KEEPALIVE_TIME_MS, quickly ? 3'000 : 20'000);
+  arguments.SetInt(GRPC_ARG_KEEPALIVE_TIMEOUT_MS, quickly ? 3'000 : 10'000);
   return grpc::CreateCustomChannel(address, grpc::InsecureChannelCredentials(), arguments);
 }
 
@@ -90,27 +93,67 @@ Status to_status(const grpc::Status& status, const std::string& address) {
 
 using Stub = v1::RenderService::Stub;
 
-/// One unary call of the stub with a deadline.
+/// The coordinators of the farm, of which one answers.
+class Coordinators {
+ public:
+  explicit Coordinators(const std::string& addresses) : all_(addresses) {
+    for (std::size_t at = 0; at <= addresses.size();) {
+      const std::size_t end = std::min(addresses.find(',', at), addresses.size());
+      const bool several = addresses.find(',') != std::string::npos;
+      stubs_.push_back(v1::RenderService::NewStub(make_channel(addresses.substr(at, end - at), several)));
+      at = end + 1;
+    }
+  }
+
+  /// Calls the one that answered last, and while there is no answer each of the others once. One that breaks off after
+  /// `begun` is set counts as an answer.
+  template <class Call>
+  Status ask(const Call& call, const bool& begun = kNever) {
+    Status status;
+    for (std::size_t i = 0; i < stubs_.size(); ++i) {
+      const std::size_t index = current_ % stubs_.size();
+      status = to_status(call(*stubs_[index]), all_);
+      if (status.code() != StatusCode::kUnavailable) {
+        return status;
+      }
+      std::size_t expected = index;  // another thread may have gone on already
+      current_.compare_exchange_strong(expected, (index + 1) % stubs_.size());
+      if (begun) {
+        break;
+      }
+    }
+    return status;
+  }
+
+ private:
+  static constexpr bool kNever = false;
+  const std::string all_;
+  std::vector<std::unique_ptr<Stub>> stubs_;
+  std::atomic<std::size_t> current_ = 0;
+};
+
+/// One unary call with a deadline.
 template <class State, class Request, class Response>
-Status call(State& state, const std::string& address,
-            grpc::Status (Stub::*method)(grpc::ClientContext*, const Request&, Response*), const Request& request,
-            Response& response, Duration timeout = kCallTimeout) {
-  grpc::ClientContext context;
-  context.set_deadline(deadline_after(timeout));
-  const Registration registration(state.calls, context);
-  return to_status((state.stub.get()->*method)(&context, request, &response), address);
+Status call(State& state, grpc::Status (Stub::*method)(grpc::ClientContext*, const Request&, Response*),
+            const Request& request, Response& response, Duration timeout = kCallTimeout) {
+  return state.coordinators.ask([&](Stub& stub) {
+    grpc::ClientContext context;
+    context.set_deadline(deadline_after(timeout));
+    const Registration registration(state.calls, context);
+    return (stub.*method)(&context, request, &response);
+  });
 }
 
 }  // namespace
 
 struct FarmConnection::State {
-  std::unique_ptr<Stub> stub;
+  explicit State(const std::string& addresses) : coordinators(addresses) {}
+  Coordinators coordinators;
   RunningCalls calls;
 };
 
-FarmConnection::FarmConnection(std::string address) : address_(std::move(address)), state_(std::make_unique<State>()) {
-  state_->stub = v1::RenderService::NewStub(make_channel(address_));
-}
+FarmConnection::FarmConnection(std::string address)
+    : address_(std::move(address)), state_(std::make_unique<State>(address_)) {}
 
 FarmConnection::~FarmConnection() = default;
 
@@ -122,7 +165,7 @@ Status FarmConnection::probe(Duration timeout) {
   v1::ListWorkersRequest request;
   request.set_page_size(1);
   v1::ListWorkersResponse response;
-  return call(*state_, address_, &Stub::ListWorkers, request, response, timeout);
+  return call(*state_, &Stub::ListWorkers, request, response, timeout);
 }
 
 Result<std::vector<Sha256>> FarmConnection::find_missing_assets(std::span<const Sha256> digests) {
@@ -131,7 +174,7 @@ Result<std::vector<Sha256>> FarmConnection::find_missing_assets(std::span<const 
     request.add_digests(digest_bytes(digest));
   }
   v1::FindMissingAssetsResponse response;
-  LM_RETURN_IF_ERROR(call(*state_, address_, &Stub::FindMissingAssets, request, response));
+  LM_RETURN_IF_ERROR(call(*state_, &Stub::FindMissingAssets, request, response));
   std::vector<Sha256> missing;
   for (const std::string& bytes : response.missing()) {
     LM_ASSIGN_OR_RETURN(missing.emplace_back(), digest_from_bytes(bytes));
@@ -141,32 +184,34 @@ Result<std::vector<Sha256>> FarmConnection::find_missing_assets(std::span<const 
 
 Status FarmConnection::upload_asset(const Sha256& digest, ByteView bytes,
                                     const std::function<void(std::size_t)>& sent) {
-  grpc::ClientContext context;
-  const Registration registration(state_->calls, context);
-  v1::UploadAssetResponse response;
-  const auto writer = state_->stub->UploadAsset(&context, &response);
-  v1::UploadAssetRequest request;
-  request.set_digest(digest_bytes(digest));
-  std::size_t done = 0;
-  do {
-    const ByteView chunk = bytes.subspan(done, std::min(kChunkBytes, bytes.size() - done));
-    request.set_chunk(chunk.data(), chunk.size());
-    if (!writer->Write(request)) {
-      break;  // Finish says why
-    }
-    request.clear_digest();
-    done += chunk.size();
-    sent(done);
-  } while (done < bytes.size());
-  writer->WritesDone();
-  return to_status(writer->Finish(), address_);
+  return state_->coordinators.ask([&](Stub& stub) {
+    grpc::ClientContext context;
+    const Registration registration(state_->calls, context);
+    v1::UploadAssetResponse response;
+    const auto writer = stub.UploadAsset(&context, &response);
+    v1::UploadAssetRequest request;
+    request.set_digest(digest_bytes(digest));
+    std::size_t done = 0;
+    do {
+      const ByteView chunk = bytes.subspan(done, std::min(kChunkBytes, bytes.size() - done));
+      request.set_chunk(chunk.data(), chunk.size());
+      if (!writer->Write(request)) {
+        break;  // Finish says why
+      }
+      request.clear_digest();
+      done += chunk.size();
+      sent(done);
+    } while (done < bytes.size());
+    writer->WritesDone();
+    return writer->Finish();
+  });
 }
 
 Result<v1::Job> FarmConnection::submit(const v1::SubmitJobRequest& request) {
   v1::Job job;
   Status status;
   for (int i = 0; i < kSubmitTries; ++i) {
-    status = call(*state_, address_, &Stub::SubmitJob, request, job);
+    status = call(*state_, &Stub::SubmitJob, request, job);
     if (status.code() != StatusCode::kUnavailable) {
       break;
     }
@@ -180,7 +225,7 @@ Result<v1::Job> FarmConnection::get_job(std::uint64_t id) {
   v1::GetJobRequest request;
   request.set_id(id);
   v1::Job job;
-  LM_RETURN_IF_ERROR(call(*state_, address_, &Stub::GetJob, request, job));
+  LM_RETURN_IF_ERROR(call(*state_, &Stub::GetJob, request, job));
   return job;
 }
 
@@ -190,7 +235,7 @@ Result<std::vector<v1::Job>> FarmConnection::list_jobs(std::size_t limit) {
   request.set_page_size(kPageSize);
   while (jobs.size() < limit) {
     v1::ListJobsResponse response;
-    LM_RETURN_IF_ERROR(call(*state_, address_, &Stub::ListJobs, request, response));
+    LM_RETURN_IF_ERROR(call(*state_, &Stub::ListJobs, request, response));
     for (v1::Job& job : *response.mutable_jobs()) {
       if (jobs.size() < limit) {
         jobs.push_back(std::move(job));
@@ -208,7 +253,7 @@ Result<v1::Job> FarmConnection::cancel_job(std::uint64_t id) {
   v1::CancelJobRequest request;
   request.set_id(id);
   v1::Job job;
-  LM_RETURN_IF_ERROR(call(*state_, address_, &Stub::CancelJob, request, job));
+  LM_RETURN_IF_ERROR(call(*state_, &Stub::CancelJob, request, job));
   return job;
 }
 
@@ -216,7 +261,7 @@ Result<v1::Job> FarmConnection::pause_job(std::uint64_t id) {
   v1::PauseJobRequest request;
   request.set_id(id);
   v1::Job job;
-  LM_RETURN_IF_ERROR(call(*state_, address_, &Stub::PauseJob, request, job));
+  LM_RETURN_IF_ERROR(call(*state_, &Stub::PauseJob, request, job));
   return job;
 }
 
@@ -224,7 +269,7 @@ Result<v1::Job> FarmConnection::resume_job(std::uint64_t id) {
   v1::ResumeJobRequest request;
   request.set_id(id);
   v1::Job job;
-  LM_RETURN_IF_ERROR(call(*state_, address_, &Stub::ResumeJob, request, job));
+  LM_RETURN_IF_ERROR(call(*state_, &Stub::ResumeJob, request, job));
   return job;
 }
 
@@ -234,7 +279,7 @@ Result<v1::Job> FarmConnection::extend_job(std::uint64_t id, std::uint64_t sampl
   request.set_samples(samples);
   request.set_error(error);
   v1::Job job;
-  LM_RETURN_IF_ERROR(call(*state_, address_, &Stub::ExtendJob, request, job));
+  LM_RETURN_IF_ERROR(call(*state_, &Stub::ExtendJob, request, job));
   return job;
 }
 
@@ -242,45 +287,54 @@ Status FarmConnection::delete_job(std::uint64_t id) {
   v1::DeleteJobRequest request;
   request.set_id(id);
   v1::DeleteJobResponse response;
-  return call(*state_, address_, &Stub::DeleteJob, request, response);
+  return call(*state_, &Stub::DeleteJob, request, response);
 }
 
 Status FarmConnection::watch(std::uint64_t id, bool tiles, const std::function<bool()>& stop,
                              const std::function<void(const v1::WatchJobResponse&)>& changed) {
-  grpc::ClientContext context;
-  const Registration registration(state_->calls, context);
-  if (stop()) {
-    return cancelled("interrupted");
-  }
-  v1::WatchJobRequest request;
-  request.set_id(id);
-  request.set_tiles(tiles);
-  const auto reader = state_->stub->WatchJob(&context, request);
-  v1::WatchJobResponse response;
-  while (reader->Read(&response)) {
-    changed(response);
-    response.Clear();
-  }
-  return to_status(reader->Finish(), address_);
+  bool begun = false;
+  const auto watch_one = [&](Stub& stub) {
+    grpc::ClientContext context;
+    const Registration registration(state_->calls, context);
+    if (stop()) {
+      return grpc::Status(grpc::StatusCode::CANCELLED, "interrupted");
+    }
+    v1::WatchJobRequest request;
+    request.set_id(id);
+    request.set_tiles(tiles);
+    const auto reader = stub.WatchJob(&context, request);
+    v1::WatchJobResponse response;
+    while (reader->Read(&response)) {
+      begun = true;
+      changed(response);
+      response.Clear();
+    }
+    return reader->Finish();
+  };
+  return state_->coordinators.ask(watch_one, begun);
 }
 
 Status FarmConnection::get_film(std::uint64_t id, const std::function<Status(const v1::GetFilmResponse&)>& part) {
-  grpc::ClientContext context;
-  const Registration registration(state_->calls, context);
-  v1::GetFilmRequest request;
-  request.set_id(id);
-  const auto reader = state_->stub->GetFilm(&context, request);
-  v1::GetFilmResponse response;
   Status failed = ok_status();
-  while (failed.ok() && reader->Read(&response)) {
-    failed = part(response);
-  }
-  if (!failed.ok()) {
-    context.TryCancel();
-    reader->Finish();
-    return failed;
-  }
-  return to_status(reader->Finish(), address_);
+  bool begun = false;
+  const auto get_from = [&](Stub& stub) {
+    grpc::ClientContext context;
+    const Registration registration(state_->calls, context);
+    v1::GetFilmRequest request;
+    request.set_id(id);
+    const auto reader = stub.GetFilm(&context, request);
+    v1::GetFilmResponse response;
+    while (failed.ok() && reader->Read(&response)) {
+      begun = true;
+      failed = part(response);
+    }
+    if (!failed.ok()) {
+      context.TryCancel();
+    }
+    return reader->Finish();
+  };
+  const Status status = state_->coordinators.ask(get_from, begun);
+  return failed.ok() ? status : failed;
 }
 
 Result<std::vector<v1::Worker>> FarmConnection::list_workers() {
@@ -289,7 +343,7 @@ Result<std::vector<v1::Worker>> FarmConnection::list_workers() {
   request.set_page_size(kPageSize);
   for (;;) {
     v1::ListWorkersResponse response;
-    LM_RETURN_IF_ERROR(call(*state_, address_, &Stub::ListWorkers, request, response));
+    LM_RETURN_IF_ERROR(call(*state_, &Stub::ListWorkers, request, response));
     for (v1::Worker& worker : *response.mutable_workers()) {
       workers.push_back(std::move(worker));
     }
@@ -304,7 +358,7 @@ Result<v1::Worker> FarmConnection::drain_worker(const std::string& name) {
   v1::DrainWorkerRequest request;
   request.set_name(name);
   v1::Worker worker;
-  LM_RETURN_IF_ERROR(call(*state_, address_, &Stub::DrainWorker, request, worker));
+  LM_RETURN_IF_ERROR(call(*state_, &Stub::DrainWorker, request, worker));
   return worker;
 }
 

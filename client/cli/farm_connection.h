@@ -1,4 +1,4 @@
-// The client's side of lightmill.v1.RenderService: one coordinator, plain calls, errors as values.
+// The client's side of lightmill.v1.RenderService: one farm, plain calls, errors as values.
 //
 // Calls block; cancel_calls may come from another thread. A coordinator that cannot be reached gives UNAVAILABLE with
 // its address; what the coordinator itself refuses keeps its code and message.
@@ -19,6 +19,7 @@ namespace lightmill::cli {
 
 class FarmConnection {
  public:
+  /// HOST:PORT of the coordinator, or of several, with commas, of which one is at work: calls go to the one that answers.
   /// Connects lazily: this does not fail.
   explicit FarmConnection(std::string address);
   ~FarmConnection();

@@ -129,5 +129,30 @@ TEST(SharedDatabase, OneThatWasStoppedIsReplacedAndDoesNoHarmWhenItGoesOn) {
   expect_reference_film(FarmClient(both.address(0)), job);
 }
 
+TEST(SharedDatabase, ClientsAndWorkersThatAreGivenBothGoOn) {
+  TwoCoordinators both;
+  const TemporaryFolder folder;
+  const std::string picture = (folder.path() / "picture.exr").string(), log = (folder.path() / "log").string();
+  BackgroundProcess render(
+      {std::string(LIGHTMILL_BINARY_DIR) + "/bin/lightmill", "render",
+       LIGHTMILL_SOURCE_DIR "/scenes/cornell-bench-blocks.json", "--size", "128x128", "--spp", "300", "--seed", "7",
+       "--method", "path", "--server", both.address(0) + "," + both.address(1), "-o", picture},
+      log);
+  FarmClient to_first(both.address(0));
+  const auto submitted = [&] {
+    grpc::ClientContext context;
+    v1::GetJobRequest request;
+    request.set_id(1);
+    v1::Job job;
+    return to_first.stub().GetJob(&context, request, &job).ok();
+  };
+  EXPECT_TRUE(eventually(submitted)) << read_file(log).value();
+  EXPECT_EQ(to_first.wait_for_samples(1, kPixelSamples / 4).state(), v1::JOB_STATE_RUNNING);
+  both.first->send(SIGSTOP);
+  EXPECT_EQ(render.wait(std::chrono::seconds(120)), 0) << read_file(log).value();
+  EXPECT_TRUE(std::filesystem::exists(picture));
+  expect_reference_film(FarmClient(both.address(1)), 1);
+}
+
 }  // namespace
 }  // namespace lightmill::test
