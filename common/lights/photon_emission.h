@@ -57,8 +57,6 @@ class PhotonEmission {
     return sources_.cosine(light, point, direction, lanes);
   }
 
-  std::uint64_t bytes() const { return 4 * (lights_.size() + by_target_.size()) + 8 * by_flux_.size(); }
-
  private:
   struct Chosen8 {
     U8 light;

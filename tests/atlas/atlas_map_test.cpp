@@ -78,6 +78,16 @@ TEST(AtlasMapItself, ItsPageCountsAndQuotes) {
   EXPECT_NE(atlas_json(rows, settings).find("\"outcome\": \"wrong\""), std::string::npos);
 }
 
+TEST(AtlasMapItself, WhereAllSeedsAreDarkItsNumbersAreNumbers) {
+  const AtlasCase what =
+      LightOverMirror{.subject = "s", .name = "a lamp that none meets", .radius = 1e-5, .textured = true}.made();
+  const AtlasSettings settings{.methods = {"path"}, .seeds = 4, .measure_vetoed = true};
+  const std::vector<AtlasRow> rows{measure(what, settings)};
+  EXPECT_EQ(rows[0].cells[0].mean, 0);
+  EXPECT_EQ(rows[0].cells[0].z, -kMostZ);
+  EXPECT_EQ(atlas_json(rows, settings).find("null"), std::string::npos) << atlas_json(rows, settings);
+}
+
 INSTANTIATE_TEST_SUITE_P(Of, AtlasMap, ::testing::ValuesIn(atlas_groups().begin(), atlas_groups().end()),
                          [](const auto& info) { return std::string(info.param.name); });
 

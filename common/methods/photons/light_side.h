@@ -1,5 +1,5 @@
-// The light side of `caustic` and `ppm`: passes of photons, one a sample index, and the memory of those that were
-// needed last.
+// The light side of `caustic`, `vcm`, `ppm` and `photon-dots`: passes of photons (of `vcm` light paths), one a sample
+// index, and the memory of those that were needed last.
 #pragma once
 
 #include <list>
@@ -21,20 +21,21 @@ struct LightPass {
   FilmSplats splats;
   std::vector<std::vector<MeterHit>> meters;
   Followed followed = Followed::caustics;
+  MergeRadii merging;                        ///< of paths; of all others its eye alone counts
+  std::uint32_t photons = 0;                 ///< that were to start
+  const PhotonEmission* emission = nullptr;  ///< of the light side that has traced it
+
   // Of paths alone.
   std::vector<float> d_vcm, d_vc;            ///< by deposit: see Partial8
   std::vector<std::uint32_t> path_first;     ///< by path, into `path_deposits`; and the end
   std::vector<std::uint32_t> path_deposits;  ///< path by path, in the order of the way
-  MergeRadii merging;
-  std::uint32_t photons = 0;
-  const PhotonEmission* emission = nullptr;  ///< of the light side that has traced it
   vcm::Partial8 partials(U8 number, M8 lanes) const {
     return {gather(d_vcm.data(), number, lanes), gather(d_vc.data(), number, lanes)};
   }
-  float point_meter_radius_per_distance = 0;
-  float meter_area(const MeterPlace& meter) const;
   F8 merging_factor(const V8& p) const { return merging.factor(p, photons); }
 
+  float point_meter_radius_per_distance = 0;
+  float meter_area(const MeterPlace& meter) const;
   float photon_power = 0;             ///< the mean of photons as they start, and of the channels
   DepositMap first, later;            ///< deposits after casters alone, and the others; of all light, all are first
   float radius_per_length = 0;        ///< of gathers among the first ones, by the length of the way from the eye

@@ -29,7 +29,8 @@ struct AtlasCell {
   std::string reason;  ///< of a veto; what is wrong
   bool measured = false;
   double mean = 0, standard_error = 0;  ///< of all seeds, over what the case measures
-  double z = 0;                         ///< of the mean; where methods are compared, the largest of any block
+  double z = 0;                         ///< of the mean; where methods are compared, the largest of any block; ±kMostZ
+                                        ///< at most
   double energy = 1;                    ///< the mean over what it should be
   double cpu_seconds = 0;               ///< of all seeds
   double seconds_to_percent = 0;        ///< of CPU time, extrapolated by 1/N
@@ -68,5 +69,6 @@ AtlasRow measure(const AtlasCase& what, const AtlasSettings& settings);
 // means (some 62 degrees of freedom): |z| > 6 comes once in 50,000 comparisons.
 inline constexpr double kWrongZ = 5;
 inline constexpr double kWrongBlockZ = 6;
+inline constexpr double kMostZ = 1e6;
 
 }  // namespace lightmill::test
