@@ -66,6 +66,7 @@ json to_json(const v1::Job& job) {
       {"samples_wanted", null_unless(job.samples_wanted() > 0, job.samples_wanted())},
       {"min_tile_samples", job.min_tile_samples()},
       {"max_tile_samples", job.max_tile_samples()},
+      {"frame_samples", job.frame_samples()},
       {"fraction_done", fraction_done(job)},
       {"seconds", job.active_seconds()},
       {"worker_seconds", job.worker_seconds()},

@@ -153,9 +153,9 @@ std::vector<std::string> method_lines(const v1::Job& job) {
 
 std::string samples_text(const v1::Job& job) {
   if (job.goal().samples() > 0) {
-    return fmt::format("{}/{} spp", job.min_tile_samples(), job.goal().samples());
+    return fmt::format("{}/{} spp", job.frame_samples(), job.goal().samples());
   }
-  return fmt::format("{} spp", job.min_tile_samples());
+  return fmt::format("{} spp", job.frame_samples());
 }
 
 namespace {

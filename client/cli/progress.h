@@ -21,7 +21,6 @@ double fraction_done(const v1::Job& job);
 std::string error_text(const v1::Job& job);
 /// "relMSE 0.012/0.01": of a job that asks for an error, the upper end of what is known of it; empty without.
 std::string error_goal_text(const v1::Job& job);
-/// "12/64 spp", or "12 spp" without a sample goal; of the least sampled tile.
 /// Of a list of jobs: with a "!" where the picture lacks some of the scene's light.
 std::string method_text(const v1::Job& job);
 /// "path"; of a job whose method a pilot is still to pick, those that it picks from: "path or caustic".
@@ -31,6 +30,7 @@ std::string method_name(const v1::Job& job);
 std::string how_chosen(const v1::Job& job);
 /// For people who wait for the picture: how its method was chosen, and what of the light it lacks.
 std::vector<std::string> method_lines(const v1::Job& job);
+/// "12/64 spp", or "12 spp" without a sample goal: what all of the frame has.
 std::string samples_text(const v1::Job& job);
 
 /// "128", or "16 to 128".

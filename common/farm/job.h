@@ -123,12 +123,14 @@ struct JobStatus {
   std::uint64_t samples_done = 0;                            ///< pixel samples merged
   std::uint64_t samples_wanted = 0;                          ///< pixel samples at the sample goal; 0 without one
   std::uint64_t min_tile_samples = 0, max_tile_samples = 0;  ///< per pixel
+  std::uint64_t frame_samples = 0;                           ///< per pixel: the most of which every tile has its part
   double active_seconds = 0;                                 ///< time during which it was being rendered
   double worker_seconds = 0;                                 ///< sum over results of the workers' own thread seconds
   double samples_per_second = 0;                             ///< recent rate, pixel samples
   double eta_seconds = -1;                                   ///< negative: unknown
   ErrorEstimate error;
-  std::vector<ErrorPoint> history;  ///< ascending: at about 2^k and 3·2^k samples, from 16 on, and at its end
+  /// Ascending: where the frame had about 2^k and 3·2^k samples, from where every tile has 16 on, and at its end.
+  std::vector<ErrorPoint> history;
   JobCounters counters;
   std::int64_t submitted_unix_ms = 0, finished_unix_ms = 0;  ///< 0: not yet
   Sha256 render_digest;                                      ///< zero until the class is fixed

@@ -291,6 +291,7 @@ void to_wire(const JobStatus& status, v1::Job* out) {
   out->set_samples_wanted(status.samples_wanted);
   out->set_min_tile_samples(status.min_tile_samples);
   out->set_max_tile_samples(status.max_tile_samples);
+  out->set_frame_samples(status.frame_samples);
   out->set_active_seconds(status.active_seconds);
   out->set_worker_seconds(status.worker_seconds);
   out->set_samples_per_second(status.samples_per_second);
@@ -343,6 +344,7 @@ Result<JobStatus> from_wire(const v1::Job& job) {
   out.samples_wanted = job.samples_wanted();
   out.min_tile_samples = job.min_tile_samples();
   out.max_tile_samples = job.max_tile_samples();
+  out.frame_samples = job.frame_samples();
   out.active_seconds = job.active_seconds();
   out.worker_seconds = job.worker_seconds();
   out.samples_per_second = job.samples_per_second();

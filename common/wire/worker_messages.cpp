@@ -251,6 +251,9 @@ Result<CoordinatorMessage> pilot_from_wire(const v1::PilotGrant& grant) {
   out.job = JobId{grant.job()};
   LM_ASSIGN_OR_RETURN(out.settings, from_wire(grant.settings()));
   LM_ASSIGN_OR_RETURN(out.methods, texts_from_wire("pilot.methods", grant.methods()));
+  if (out.methods.empty()) {
+    return invalid_argument("pilot.methods: at least one is expected");
+  }
   out.allocate = grant.allocate();
   return CoordinatorMessage(std::move(out));
 }

@@ -100,6 +100,7 @@ JobStatus Coordinator::State::describe(const Job& job, Time now) const {
   status.samples_wanted = job.pixel_samples_at(spec.goal.samples);
   status.min_tile_samples = job.film.min_samples();
   status.max_tile_samples = job.film.max_samples();
+  status.frame_samples = job.film.frame_samples();
   status.active_seconds = job.active_seconds(now);
   status.worker_seconds = record.worker_seconds;
   const FrameError error = job.error.update(job.film);

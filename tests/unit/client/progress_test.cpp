@@ -18,7 +18,7 @@ v1::Job running_job() {
   job.mutable_goal()->set_samples(64);
   job.set_samples_done(250);
   job.set_samples_wanted(1000);
-  job.set_min_tile_samples(16);
+  job.set_frame_samples(16);
   job.set_samples_per_second(3'200'000);
   job.set_eta_seconds(83);
   job.mutable_error()->set_rel_mse(0.0004);
@@ -31,6 +31,20 @@ TEST(Progress, SaysHowFarHowGoodHowFastAndHowLong) {
   for (const char* part : {"25%", "16/64 spp", "±2%", "3.20 Msamples/s", "ETA 1 min 23 s"}) {
     EXPECT_NE(text.find(part), std::string::npos) << part << " in " << text;
   }
+}
+
+TEST(Progress, SamplesAreThoseOfTheFrame) {
+  v1::Job adaptive = running_job();
+  adaptive.mutable_goal()->set_adaptive(true);
+  adaptive.mutable_goal()->set_samples(128);
+  adaptive.set_state(v1::JOB_STATE_DONE);
+  adaptive.set_frame_samples(128);
+  adaptive.set_min_tile_samples(32);
+  adaptive.set_max_tile_samples(512);
+  EXPECT_EQ(samples_text(adaptive), "128/128 spp");
+  adaptive.mutable_goal()->set_samples(0);
+  EXPECT_EQ(samples_text(adaptive), "128 spp");
+  EXPECT_EQ(to_json(adaptive)["frame_samples"], 128);
 }
 
 TEST(Progress, FitsEveryWidthAndKeepsThePerCentLongest) {
@@ -55,10 +69,10 @@ TEST(Progress, TheBarKeepsItsWidthWhileNumbersComeAndGrow) {
   early.clear_error();
   early.set_samples_per_second(0);
   early.set_eta_seconds(-1);
-  early.set_min_tile_samples(0);
+  early.set_frame_samples(0);
   v1::Job late = running_job();
   late.set_eta_seconds(3 * 86400);
-  late.set_min_tile_samples(64);
+  late.set_frame_samples(64);
   late.set_samples_per_second(950);
   for (int width = 20; width < 140; ++width) {
     const std::size_t end = progress_line(running_job(), width, false).find(']');

@@ -129,6 +129,7 @@ TEST(FarmMessages, AJobStatusComesBackWhole) {
   status.samples_wanted = 20;
   status.min_tile_samples = 1;
   status.max_tile_samples = 3;
+  status.frame_samples = 2;
   status.active_seconds = 1.5;
   status.worker_seconds = 2.5;
   status.samples_per_second = 1e6;
@@ -156,6 +157,7 @@ TEST(FarmMessages, AJobStatusComesBackWhole) {
     EXPECT_EQ(back->render_digest, status.render_digest);
     EXPECT_EQ(back->eta_seconds, -1);
     EXPECT_EQ(back->goal, status.goal);
+    EXPECT_EQ(back->frame_samples, 2u);
     EXPECT_EQ(back->reached, GoalLimit::error);
     EXPECT_EQ(back->method_notes, status.method_notes);
   }
@@ -315,6 +317,12 @@ TEST(FarmMessages, BadGoalsAreNamed) {
   goal.set_error(0);
   goal.set_samples(kMaxSamples + 1);
   EXPECT_EQ(error_of(from_wire(goal)), "goal.samples: at most 1073741824 are possible, got 1073741825");
+}
+
+TEST(FarmMessages, APilotOfNoMethodsIsRefused) {
+  v1::WorkResponse wire;
+  to_wire(CoordinatorMessage(PilotGrant{LeaseId{7}, JobId{3}, example_settings(), {}, true}), &wire);
+  EXPECT_EQ(error_of(from_wire(wire)), "pilot.methods: at least one is expected");
 }
 
 TEST(FarmMessages, BadResultsAreNamed) {
