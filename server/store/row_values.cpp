@@ -81,6 +81,18 @@ Result<LayerKind> layer_kind_named(std::string_view name, std::uint64_t job) {
   return data_loss("job {} has a layer of unknown kind '{}' in the store", job, name);
 }
 
+Result<Allocation> allocation_in(std::string_view bytes, const JobRecord& job) {
+  const std::uint64_t tiles = grid_of(job.spec.settings).tile_count();
+  if (!bytes.empty() && bytes.size() != tiles) {
+    return data_loss("job {}: allocation: {} tiles in the store, not {}", job.id.value, bytes.size(), tiles);
+  }
+  Result<Allocation> allocation = Allocation::of({bytes.begin(), bytes.end()});
+  if (!allocation.ok()) {
+    return data_loss("job {}: {}", job.id.value, message_of(allocation.status()));
+  }
+  return allocation;
+}
+
 std::string lines_of(std::span<const std::string> texts) {
   std::string lines;
   for (const std::string& text : texts) {

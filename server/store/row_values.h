@@ -14,6 +14,7 @@
 #include "common/farm/messages.h"
 #include "common/film/layers.h"
 #include "common/film/node.h"
+#include "server/domain/effects.h"
 
 namespace lightmill::stored {
 
@@ -29,6 +30,9 @@ Result<JobState> state_named(std::string_view name);
 Result<GoalLimit> limit_named(std::string_view name);
 /// Of the layers of a job; DATA_LOSS if no kind has this name.
 Result<LayerKind> layer_kind_named(std::string_view name, std::uint64_t job);
+
+/// Of a job with settings, a byte a tile; DATA_LOSS if it has another number of tiles, or one no such share.
+Result<Allocation> allocation_in(std::string_view bytes, const JobRecord& job);
 
 /// Texts, one a line; line feeds within them become spaces.
 std::string lines_of(std::span<const std::string> texts);

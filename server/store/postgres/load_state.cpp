@@ -80,8 +80,7 @@ Status read_settings(const Rows& rows, int row, JobRecord& record) {
   notes.reasons = stored::lines_in(rows.view(row, column++));
   notes.notices = stored::lines_in(rows.view(row, column++));
   notes.candidates = stored::lines_in(rows.view(row, column++));
-  const std::string_view shifts = rows.view(row, column++);
-  LM_ASSIGN_OR_RETURN(record.allocation, Allocation::of({shifts.begin(), shifts.end()}));
+  LM_ASSIGN_OR_RETURN(record.allocation, stored::allocation_in(rows.view(row, column++), record));
   return ok_status();
 }
 

@@ -78,8 +78,7 @@ Status load_settings(Database& database, StoredState& state) {
     notes.reasons = stored::lines_in(settings_row.view(column++));
     notes.notices = stored::lines_in(settings_row.view(column++));
     notes.candidates = stored::lines_in(settings_row.view(column++));
-    const std::string_view shifts = settings_row.view(column++);
-    LM_ASSIGN_OR_RETURN(job.record.allocation, Allocation::of({shifts.begin(), shifts.end()}));
+    LM_ASSIGN_OR_RETURN(job.record.allocation, stored::allocation_in(settings_row.view(column++), job.record));
     settings_row.reset();
 
     assets.bind_all(id);

@@ -127,6 +127,16 @@ TEST_F(SqliteStoreTest, AFileOfFormat6IsBroughtUpToDate) {
   EXPECT_EQ(open()->load()->jobs.at(1).record.allocation, test::full_record(2).allocation);
 }
 
+TEST_F(SqliteStoreTest, AnAllocationOfOtherTilesIsNotLoaded) {
+  ASSERT_TRUE(open()->commit(std::vector<StoreOp>{PutJob{test::full_record(7)}}).ok());
+  sql("UPDATE job_settings SET allocation = x'0001'");
+  EXPECT_EQ(message_of(open()->load().status()), "job 7: allocation: 2 tiles in the store, not 6");
+  EXPECT_EQ(open()->load().status().code(), StatusCode::kDataLoss);
+  sql("UPDATE job_settings SET allocation = x'000001000003'");
+  EXPECT_EQ(message_of(open()->load().status()), "job 7: allocation: tile 5 has shift 3, which must be from -2 to 2");
+  EXPECT_EQ(open()->load().status().code(), StatusCode::kDataLoss);
+}
+
 TEST_F(SqliteStoreTest, AFileOfFormat4IsBroughtUpToDate) {
   ASSERT_TRUE(open()->commit(std::vector<StoreOp>{PutJob{test::full_record(1)}}).ok());
   go_back_to(4);

@@ -48,7 +48,7 @@ JobRecord full_record(std::uint64_t id) {
   settings.renderer_version = "core-x";
   record.method_notes = {true, {"it is the only one", "and fast"}, {"path: the lamp's caustics are missing"}, {}};
   record.spec.goal.adaptive = true;
-  record.allocation = Allocation::of({-2, 0, 1, 2}).value();
+  record.allocation = Allocation::of({-2, 0, 1, 2, 0, 0}).value();  // of one tile and five meters
   record.history = {{16, 1.5, 0.5, 0.25}, {24.5, 3, 0.25, 0.125}};
   record.state = JobState::paused;
   record.reason = "because";
