@@ -10,8 +10,9 @@
 namespace lightmill {
 namespace {
 
-constexpr int kPatchSide = 2, kCellSide = 8;  ///< pixels: of a patch, and of the square that it stands for
-constexpr std::uint32_t kLevel = 4;           ///< log2 of the samples
+constexpr int kPatchSide = 2;        ///< pixels
+constexpr int kLeastCellSide = 8;    ///< pixels: so close that no edge runs between patches
+constexpr std::uint32_t kLevel = 4;  ///< log2 of the samples
 /// Beyond the first points of a sequence, and where most of an adaptive job's samples are.
 constexpr std::uint32_t kFirst = 64;
 constexpr std::uint64_t kNoiseSeed = 0xc2b2ae3d27d4eb4fu;  ///< any constant
@@ -60,12 +61,20 @@ double variance_of(const Sums& sums) {
 
 }  // namespace
 
-std::vector<PixelRect> noise_patches(const PixelRect& tile) {
+int noise_cell_side(const PixelRect& film, std::int64_t most_pixels) {
+  int side = kLeastCellSide;
+  while (film.pixel_count() * kPatchSide * kPatchSide > most_pixels * side * side) {
+    side *= 2;
+  }
+  return side;
+}
+
+std::vector<PixelRect> noise_patches(const PixelRect& tile, int cell_side) {
   std::vector<PixelRect> patches;
-  for (int y = 0; y < tile.height; y += kCellSide) {
-    const int height = std::min(kCellSide, tile.height - y), high = std::min(height, kPatchSide);
-    for (int x = 0; x < tile.width; x += kCellSide) {
-      const int width = std::min(kCellSide, tile.width - x), wide = std::min(width, kPatchSide);
+  for (int y = 0; y < tile.height; y += cell_side) {
+    const int height = std::min(cell_side, tile.height - y), high = std::min(height, kPatchSide);
+    for (int x = 0; x < tile.width; x += cell_side) {
+      const int width = std::min(cell_side, tile.width - x), wide = std::min(width, kPatchSide);
       patches.push_back({tile.x + x + (width - wide) / 2, tile.y + y + (height - high) / 2, wide, high});
     }
   }
@@ -78,31 +87,37 @@ Result<Gain> find_allocation(const std::shared_ptr<const CompiledScene>& scene, 
   LM_ASSIGN_OR_RETURN(const std::unique_ptr<Method> method,
                       make_method(scene, {settings.method, settings.seed ^ kNoiseSeed, settings.max_bounces}));
   constexpr double kCount = 1u << kLevel;
+  const TileGrid& grid = settings.grid;
+  const int cell_side = noise_cell_side(grid.crop(), settings.most_pixels);
+  const auto region_of = [&, across = cell_side / kLeastCellSide](std::uint32_t tile) {
+    const auto columns = static_cast<std::uint32_t>(grid.columns()), side = static_cast<std::uint32_t>(across);
+    return std::size_t{tile / columns / side} * columns + tile % columns / side;
+  };
   std::vector<PixelRect> patches;
-  std::vector<std::size_t> tile_of;
-  const std::uint32_t tiles = settings.grid.picture_tiles();
+  std::vector<std::size_t> regions;  // of the patches
+  const std::uint32_t tiles = grid.picture_tiles();
   for (std::uint32_t tile = 0; tile < tiles; ++tile) {
-    for (const PixelRect& patch : noise_patches(settings.grid.tile_rect(TileId{tile}))) {
+    for (const PixelRect& patch : noise_patches(grid.tile_rect(TileId{tile}), cell_side)) {
       patches.push_back(patch);
-      tile_of.push_back(tile);
+      regions.push_back(region_of(tile));
     }
   }
   LM_ASSIGN_OR_RETURN(const std::vector<Sums> sums, sample(*method, spec, patches, stop));
-  std::vector<TileNoise> noise(tiles);
-  std::vector<double> seen(tiles);
+  std::vector<TileNoise> seen(tiles);  // by region, sums over pixels
   double shared_cost = 0;
   for (std::size_t i = 0; i < patches.size(); ++i) {
     const auto pixels = static_cast<double>(patches[i].pixel_count());
-    TileNoise& of = noise[tile_of[i]];
+    TileNoise& of = seen[regions[i]];
+    of.pixels += pixels;
     of.variance += pixels * variance_of(sums[i]);
     of.cost += sums[i].cost.own / kCount;
-    seen[tile_of[i]] += pixels;
     shared_cost += sums[i].cost.shared / kCount;
   }
+  std::vector<TileNoise> noise;
   for (std::uint32_t tile = 0; tile < tiles; ++tile) {
-    noise[tile].pixels = static_cast<double>(settings.grid.tile_rect(TileId{tile}).pixel_count());
-    noise[tile].variance /= seen[tile];
-    noise[tile].cost /= seen[tile];
+    const TileNoise& region = seen[region_of(tile)];
+    noise.push_back({static_cast<double>(grid.tile_rect(TileId{tile}).pixel_count()), region.variance / region.pixels,
+                     region.cost / region.pixels});
   }
   Gain gain = allocate(noise, shared_cost);
   if (!gain.allocation.even()) {

@@ -33,13 +33,51 @@ std::vector<std::int8_t> shifts_of(const Gain& gain) {
   return {gain.allocation.shifts().begin(), gain.allocation.shifts().end()};
 }
 
-TEST(TileNoise, PatchesLieInTheMiddleOfEveryEightPixels) {
-  const std::vector<PixelRect> patches = noise_patches({64, 128, 64, 64});
+TEST(TileNoise, PatchesLieInTheMiddleOfCells) {
+  const std::vector<PixelRect> patches = noise_patches({64, 128, 64, 64}, 8);
   ASSERT_EQ(patches.size(), 64u);
   EXPECT_EQ(patches[0], (PixelRect{67, 131, 2, 2}));
   EXPECT_EQ(patches[63], (PixelRect{64 + 59, 128 + 59, 2, 2}));
-  EXPECT_EQ(noise_patches({0, 0, 1, 1}), (std::vector<PixelRect>{{0, 0, 1, 1}}));
-  EXPECT_EQ(noise_patches({5, 7, 11, 1}), (std::vector<PixelRect>{{8, 7, 2, 1}, {13, 7, 2, 1}}));
+  EXPECT_EQ(noise_patches({0, 0, 1, 1}, 8), (std::vector<PixelRect>{{0, 0, 1, 1}}));
+  EXPECT_EQ(noise_patches({5, 7, 11, 1}, 8), (std::vector<PixelRect>{{8, 7, 2, 1}, {13, 7, 2, 1}}));
+  EXPECT_EQ(noise_patches({64, 0, 64, 64}, 64), (std::vector<PixelRect>{{64 + 31, 31, 2, 2}}));
+}
+
+TEST(TileNoise, LargePicturesAreLookedAtInNoMorePixels) {
+  const std::int64_t most = TileNoiseSettings{}.most_pixels;
+  for (const auto& [width, height] : {std::pair{1, 1},
+                                      {640, 480},
+                                      {1024, 1024},
+                                      {1920, 1080},
+                                      {3840, 2160},
+                                      {4001, 2999},
+                                      {8192, 8192},
+                                      {kMaxFilmSide, 1},
+                                      {16384, 16384}}) {
+    const TileGrid grid({0, 0, width, height}, 3);
+    std::int64_t pixels = 0;
+    for (std::uint32_t tile = 0; tile < grid.picture_tiles(); ++tile) {
+      const auto patches = noise_patches(grid.tile_rect(TileId{tile}), noise_cell_side(grid.crop(), most));
+      EXPECT_FALSE(patches.empty());
+      for (const PixelRect& patch : patches) {
+        pixels += patch.pixel_count();
+      }
+    }
+    const std::int64_t edges = (width + height) / 8 * 4 + 8;  // cells that are cut off there have a patch all the same
+    EXPECT_LE(pixels, std::max(most, std::int64_t{4} * grid.picture_tiles()) + edges) << width;
+    EXPECT_GE(4 * pixels, std::min(most, std::int64_t{width} * height / 16)) << width << ": nor much fewer";
+  }
+}
+
+TEST(TileNoise, TilesOfARegionAreTakenToBeAlike) {
+  // So few pixels that each half of the picture, 2×2 tiles, is one region.
+  const Gain gain =
+      find_allocation(half_dark().compiled(), {"path", 3, 0, TileGrid({0, 0, 256, 128}, 1), 1 << 10}).value();
+  ASSERT_EQ(shifts_of(gain).size(), 9u);
+  for (const std::uint32_t tile : {0u, 1u, 4u, 5u}) {
+    EXPECT_LT(gain.allocation.shift(TileId{tile}), 0) << "black, " << tile;
+    EXPECT_GE(gain.allocation.shift(TileId{tile + 2}), 0) << "lit, " << tile;
+  }
 }
 
 TEST(TileNoise, BlackTilesGiveTheirSamplesToTheOthers) {
