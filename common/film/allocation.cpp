@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <tuple>
 
 #include "common/base/check.h"
 
@@ -14,43 +15,44 @@ double error_factor(int shift) {
   return std::ldexp(1.0, shift >= 0 ? -shift : -2 * shift);
 }
 
-/// The shift of least error and cost, if cost has this weight; none, where others are no better.
-std::int8_t best_shift(const TileNoise& tile, double weight, int most) {
-  const auto price = [&](int shift) {
-    return tile.variance * error_factor(shift) + weight * std::ldexp(tile.cost, shift);
-  };
-  int best = 0;
-  for (int shift = Allocation::kLeastShift; shift <= most; ++shift) {
-    best = price(shift) < price(best) ? shift : best;
+/// Twice the samples for a tile: what that takes off the frame's error for what it costs.
+struct Step {
+  std::size_t tile;
+  int from;  ///< shift
+  double worth;
+};
+
+/// Of all tiles, from the least shift up to `most`, the best first. Each step of a tile is worth less than the one
+/// before it; where nothing is worth anything, or all the same, those with least come first.
+std::vector<Step> steps_of(std::span<const TileNoise> tiles, int most) {
+  constexpr double kLeastCost = 1e-300;  // a tile may cost nothing
+  std::vector<Step> steps;
+  for (std::size_t i = 0; i < tiles.size(); ++i) {
+    for (int shift = Allocation::kLeastShift; shift < most; ++shift) {
+      const double gained = tiles[i].variance * (error_factor(shift) - error_factor(shift + 1));
+      steps.push_back({i, shift, gained / std::max(std::ldexp(tiles[i].cost, shift), kLeastCost)});
+    }
   }
-  return static_cast<std::int8_t>(best);
+  std::ranges::sort(steps, {}, [](const Step& step) { return std::tuple(-step.worth, step.from, step.tile); });
+  return steps;
 }
 
-std::vector<std::int8_t> shifts_of(std::span<const TileNoise> tiles, double weight, int most) {
-  std::vector<std::int8_t> shifts;
+/// All tiles start with the least, and the steps that are worth most are taken, as long as there are samples left: at
+/// most one on average, and less only where no further step fits.
+std::vector<std::int8_t> one_on_average(std::span<const TileNoise> tiles, int most) {
+  std::vector<std::int8_t> shifts(tiles.size(), Allocation::kLeastShift);
+  double left = 0;  // of pixel samples, exact: whole multiples of 2^kLeastShift
   for (const TileNoise& tile : tiles) {
-    shifts.push_back(best_shift(tile, weight, most));
+    left += tile.pixels - std::ldexp(tile.pixels, Allocation::kLeastShift);
+  }
+  for (const Step& step : steps_of(tiles, most)) {
+    const double more = std::ldexp(tiles[step.tile].pixels, step.from);
+    if (shifts[step.tile] == step.from && more <= left) {
+      left -= more;
+      ++shifts[step.tile];
+    }
   }
   return shifts;
-}
-
-double mean_share(std::span<const TileNoise> tiles, std::span<const std::int8_t> shifts) {
-  double sum = 0, pixels = 0;
-  for (std::size_t i = 0; i < tiles.size(); ++i) {
-    sum += std::ldexp(tiles[i].pixels, shifts[i]);
-    pixels += tiles[i].pixels;
-  }
-  return sum / pixels;
-}
-
-/// The least weight of cost, within rounding, at which tiles have no more than one sample on average.
-std::vector<std::int8_t> at_most_one(std::span<const TileNoise> tiles, int most) {
-  double low = 0x1p-100, high = 0x1p100;
-  for (int step = 0; step < 100; ++step) {
-    const double middle = std::sqrt(low * high);
-    (mean_share(tiles, shifts_of(tiles, middle, most)) <= 1 ? high : low) = middle;
-  }
-  return shifts_of(tiles, high, most);
 }
 
 /// relMSE × cost; the shared cost is that of the tile that has most.
@@ -76,6 +78,9 @@ Result<Allocation> Allocation::of(std::vector<std::int8_t> shifts) {
   }
   Allocation out;
   out.shifts_ = std::move(shifts);
+  for (const std::int8_t shift : out.shifts_) {
+    out.least_shift_ = std::min(out.least_shift_, int{shift});
+  }
   return out;
 }
 
@@ -90,7 +95,7 @@ Gain allocate(std::span<const TileNoise> tiles, double shared_cost) {
   }
   const double before = inefficiency(tiles, std::vector<std::int8_t>(tiles.size(), 0), shared_cost);
   for (int most = 1; most <= Allocation::kMostShift; ++most) {
-    std::vector<std::int8_t> shifts = at_most_one(tiles, most);
+    std::vector<std::int8_t> shifts = one_on_average(tiles, most);
     const double gain = before / inefficiency(tiles, shifts, shared_cost);
     if (gain >= kLeastGain && gain > best.gain) {
       best = {Allocation::of(std::move(shifts)).value(), gain};

@@ -26,6 +26,7 @@ class Allocation {
   bool even() const { return shifts_.empty(); }
   std::span<const std::int8_t> shifts() const { return shifts_; }
   int shift(TileId tile) const { return tile.value < shifts_.size() ? shifts_[tile.value] : 0; }
+  int least_shift() const { return least_shift_; }  ///< of all tiles, and at most 0
 
   /// Samples per pixel that a tile has where the frame has `frame`: rounded up.
   std::uint64_t of_tile(TileId tile, std::uint64_t frame) const {
@@ -48,6 +49,7 @@ class Allocation {
 
  private:
   std::vector<std::int8_t> shifts_;
+  int least_shift_ = 0;
 };
 
 /// What is known of a tile beforehand.
@@ -63,9 +65,10 @@ struct Gain {
   double gain = 1;  ///< by how much relMSE × cost is less than if all tiles had the same
 };
 
-/// The least relMSE × cost for a frame, at most n on average. `shared_cost`: of what a sample costs but once, for all
-/// tiles that have it (photons). A tile's error is taken to be half with twice the samples, and four times with half of
-/// them. Even, where nothing is gained.
+/// About the least relMSE × cost for a frame of n samples on average: never more, and less only where what is left is
+/// too little for any tile's next step. `shared_cost`: of what a sample costs but once, for all tiles that have it
+/// (photons). A tile's error is taken to be half with twice the samples, and four times with half of them. Even, where
+/// nothing is gained.
 Gain allocate(std::span<const TileNoise> tiles, double shared_cost);
 
 }  // namespace lightmill

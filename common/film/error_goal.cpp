@@ -7,17 +7,17 @@
 
 namespace lightmill {
 
-std::uint64_t next_error_count(std::uint64_t samples) {
-  samples = std::clamp(samples, kFirstErrorCount, 2 * kMaxSamples);
+std::uint64_t next_error_count(std::uint64_t samples, std::uint64_t first) {
+  samples = std::clamp(samples, first, 2 * kMaxSamples);
   const std::uint64_t power = std::bit_ceil(samples);
   const std::uint64_t between = power / 4 * 3;
   return samples <= between ? between : power;
 }
 
-std::uint64_t expected_error_count(const FrameError& error, double samples, double goal) {
+std::uint64_t expected_error_count(const FrameError& error, double samples, double goal, std::uint64_t first) {
   const double most = 2 * static_cast<double>(kMaxSamples);
   const double wanted = std::min(samples * (error.rel_mse + error.half_width) / goal, most);
-  return next_error_count(static_cast<std::uint64_t>(std::ceil(wanted)));
+  return next_error_count(static_cast<std::uint64_t>(std::ceil(wanted)), first);
 }
 
 }  // namespace lightmill

@@ -1,6 +1,7 @@
 #include "common/film/film.h"
 
 #include <algorithm>
+#include <cmath>
 
 #include "common/base/check.h"
 
@@ -33,6 +34,14 @@ Film::Film(const TileGrid& grid, const NodeLayout& layout, Allocation allocation
       tiles_by_samples_{{0, grid.tile_count()}},
       tiles_by_frame_samples_{{0, grid.tile_count()}} {
   LM_CHECK(grid.tile_count() > 0 && layout.summed > 0);
+  if (!allocation_.even()) {
+    double sum = 0;
+    for (std::uint32_t tile = 0; tile < grid.tile_count(); ++tile) {
+      sum +=
+          std::ldexp(static_cast<double>(grid.tile_rect(TileId{tile}).pixel_count()), allocation_.shift(TileId{tile}));
+    }
+    mean_share_ = sum / static_cast<double>(grid.pixel_count());
+  }
 }
 
 bool Film::has_just(std::uint64_t frame_samples) const {

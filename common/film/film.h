@@ -74,7 +74,9 @@ class Film {
   std::uint64_t pixel_samples() const { return pixel_samples_; }                   ///< sum over pixels
   /// The most samples of the frame of which every tile has its part (Allocation); O(1).
   std::uint64_t frame_samples() const { return tiles_by_frame_samples_.begin()->first; }
-  /// Whether every tile has just its part of so many; O(1) where they have not.
+  /// Pixel samples, as a mean over pixels, that one of the frame's stands for where no tile's part is rounded.
+  double mean_share() const { return mean_share_; }
+  /// Whether every tile has just its part of so many; O(1) where the frame has another count.
   bool has_just(std::uint64_t frame_samples) const;
 
  private:
@@ -91,6 +93,7 @@ class Film {
   TileGrid grid_;
   NodeLayout layout_;
   Allocation allocation_;
+  double mean_share_ = 1;
   std::vector<Tile> tiles_;
   TilesByCount tiles_by_samples_, tiles_by_frame_samples_;
   std::uint64_t pixel_samples_ = 0;

@@ -134,7 +134,7 @@ std::string describe(const Gain& gain) {
   }
   const auto [least, most] = std::ranges::minmax(gain.allocation.shifts());
   return fmt::format(
-      "tiles get {:g} to {:g} times the mean of samples, by their noise: by a pilot, {:.2g} times less work "
+      "tiles get {:g} to {:g} times the mean of samples, by their noise: by a pilot, {:.3g} times less work "
       "to the same error",
       std::ldexp(1.0, least), std::ldexp(1.0, most), gain.gain);
 }

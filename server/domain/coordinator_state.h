@@ -129,6 +129,11 @@ struct Job {
   /// Up to where samples are wanted now: with a goal in error, up to the next count at which the error is read. A
   /// function of the film (and of what is out beyond it), so that it need not be stored.
   std::uint64_t samples_wanted_now() const;
+  /// Counts at which the error is read.
+  std::uint64_t first_error_count() const { return lightmill::first_error_count(film.allocation()); }
+  std::uint64_t next_error_count(std::uint64_t frame) const {
+    return lightmill::next_error_count(frame, first_error_count());
+  }
   /// Whether the error can be read now, and is what was asked for.
   bool error_met() const;
   /// The least that has all that is merged or out; 0 if nothing is.

@@ -198,19 +198,17 @@ Result<Goal> extended_goal(const Job& job, const Extension& to, Time now) {
 
 double expected_seconds(const Job& job, const FrameError& error, double samples_per_second, Time now) {
   constexpr double kNever = std::numeric_limits<double>::infinity();
-  constexpr std::uint64_t kShareCount = std::uint64_t{1} << -Allocation::kLeastShift;  // no tile's part is rounded
   const Goal& goal = job.record.spec.goal;
   double seconds = kNever;
   if (samples_per_second > 0) {
-    const auto pixels = static_cast<double>(job.film.grid().pixel_count());
+    const double each = static_cast<double>(job.film.grid().pixel_count()) * job.film.mean_share();
     const auto done = static_cast<double>(job.film.pixel_samples());
     double count = goal.samples > 0 ? static_cast<double>(goal.samples) : kNever;
     if (goal.error > 0 && error.known) {
-      const std::uint64_t enough = expected_error_count(error, done / pixels, goal.error);
+      const std::uint64_t enough = expected_error_count(error, done / each, goal.error, job.first_error_count());
       count = std::min(count, static_cast<double>(std::max(enough, job.plan->goal())));
     }
-    const double share = static_cast<double>(job.pixel_samples_at(kShareCount)) / (kShareCount * pixels);
-    seconds = (count * share * pixels - done) / samples_per_second;
+    seconds = (count * each - done) / samples_per_second;
   }
   if (goal.seconds > 0) {
     seconds = std::min(seconds, std::max(goal.seconds - job.active_seconds(now), 0.0));

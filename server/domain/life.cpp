@@ -65,8 +65,8 @@ bool Job::has_gaps() const {
 
 bool Job::error_met() const {
   const double goal = record.spec.goal.error;
-  return goal > 0 && is_error_count(film.frame_samples()) && film.has_just(film.frame_samples()) && !has_gaps() &&
-         meets(error.update_all(film), goal);
+  return goal > 0 && next_error_count(film.frame_samples()) == film.frame_samples() &&
+         film.has_just(film.frame_samples()) && !has_gaps() && meets(error.update_all(film), goal);
 }
 
 std::uint64_t Job::samples_wanted_now() const {
@@ -150,7 +150,9 @@ bool Coordinator::State::record_error(Job& job, bool at_end) {
   const double samples =
       static_cast<double>(job.film.pixel_samples()) / static_cast<double>(job.film.grid().pixel_count());
   const double last = history.empty() ? 0 : history.back().samples;
-  const std::uint64_t next = next_error_count(static_cast<std::uint64_t>(last) + 1);
+  constexpr double kRounding = 1e-6;  // the frame's counts are whole
+  const std::uint64_t next =
+      job.next_error_count(static_cast<std::uint64_t>(last / job.film.mean_share() + kRounding) + 1);
   if (samples <= last || (!at_end && job.film.frame_samples() < next)) {
     return false;
   }

@@ -270,7 +270,8 @@ void FarmSimulation::check_method(const ClientJob& job) {
 
 std::uint64_t FarmSimulation::count_of(const ClientJob& job, const JobStatus& status) const {
   const Film& film = *coordinator_->film(*job.id);
-  for (std::uint64_t count = next_error_count(0); count < kMaxSamples; count = next_error_count(count + 1)) {
+  const std::uint64_t first = first_error_count(film.allocation());
+  for (std::uint64_t count = first; count < kMaxSamples; count = next_error_count(count + 1)) {
     Film quiet(film.grid(), film.layout(), film.allocation());
     for (std::uint32_t i = 0; i < film.grid().tile_count(); ++i) {
       const auto pixels = static_cast<std::size_t>(film.grid().tile_rect(TileId{i}).pixel_count());

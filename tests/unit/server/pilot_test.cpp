@@ -330,9 +330,9 @@ TEST_F(PilotTest, CandidatesMustFitTheJob) {
 
 class AllocationTest : public PilotTest {
  protected:
-  /// Two tiles.
-  JobId submit_adaptive(Goal goal) {
-    JobSpec job = spec("r1");
+  /// Two tiles, unless the film is another.
+  JobId submit_adaptive(Goal goal, PixelRect crop = {0, 0, 128, 64}) {
+    JobSpec job = spec("r1", 0, crop);
     job.goal = goal;
     job.goal.adaptive = true;
     const Result<JobId> id = coordinator->submit(job, now, unix_ms(), step, {false, {}, {}, {"path"}});
@@ -394,6 +394,76 @@ TEST_F(AllocationTest, AnErrorIsReadWhereAllTilesHaveTheirParts) {
   EXPECT_TRUE(is_error_count(4 * quiet)) << quiet;
   EXPECT_EQ(noisy, 8 * quiet);
   EXPECT_LE(status(job).error.rel_mse + status(job).error.half_width, 0.02);
+}
+
+TEST_F(AllocationTest, NoErrorIsReadBeforeTheQuietestTileHasWhatAnEvenFramesHave) {
+  for (const auto& [shifts, first] : std::initializer_list<std::pair<std::vector<std::int8_t>, std::uint64_t>>{
+           {{-2, 1}, 64}, {{1, -1}, 32}, {{0, 2}, 16}, {{}, 16}}) {
+    restart({});
+    const SessionId a = connect("a");
+    const JobId job = submit_adaptive({.error = 1000});
+    allocate(a, shifts);
+    work(a);
+    EXPECT_EQ(status(job).reached, GoalLimit::error);
+    EXPECT_EQ(coordinator->film(job)->frame_samples(), first);
+    EXPECT_EQ(coordinator->film(job)->min_samples(), 16u);
+    // Nor is any kept.
+    ASSERT_EQ(status(job).history.size(), 1u);
+    EXPECT_EQ(status(job).history[0].samples,
+              static_cast<double>(status(job).samples_done) / coordinator->film(job)->grid().pixel_count());
+  }
+}
+
+TEST_F(AllocationTest, HowItsErrorFellIsKeptAtFewCounts) {
+  constexpr int kTiles = 16;
+  std::vector<std::int8_t> shifts(kTiles, -2);
+  shifts[3] = 2;
+  const JobId job = submit_adaptive({.samples = 1000}, {0, 0, 64 * kTiles, 64});
+  const SessionId a = connect("a");
+  allocate(a, shifts);
+  work(a);
+  ASSERT_EQ(status(job).state, JobState::done);
+  const std::vector<ErrorPoint> history = status(job).history;
+  EXPECT_GE(history.size(), 3u);
+  EXPECT_LE(history.size(), 9u);  // 64, 96, 128, 192, 256, 384, 512, 768 and the end
+  EXPECT_EQ(history.back().samples, (15 * 250 + 4000) / 16.0);
+  // Each is a row of the store's with all of the job in it.
+  const auto rows = std::ranges::count_if(writes, [](const StoreOp& op) { return std::holds_alternative<PutJob>(op); });
+  EXPECT_LE(static_cast<std::size_t>(rows), history.size() + 4) << "submitted, started, chosen, done";
+  // A coordinator that is started again goes on where it was.
+  StoredState state{2, {{stored(), {}}}, 2};
+  for (std::uint32_t tile = 0; tile < kTiles; ++tile) {
+    for (const NodePtr& node : coordinator->film(job)->forest(TileId{tile})) {
+      state.jobs[0].nodes.push_back({TileId{tile}, node});
+    }
+  }
+  restart(std::move(state));
+  ASSERT_TRUE(coordinator->extend(job, {.samples = 2000}, now, step).ok());
+  flush();
+  const SessionId b = connect("b");
+  pass(limits.restart_grace + std::chrono::seconds(1));
+  work(b);
+  EXPECT_EQ(status(job).state, JobState::done);
+  EXPECT_LE(status(job).history.size(), history.size() + 3);  // 1024, 1536 and the end
+}
+
+TEST_F(AllocationTest, TheEtaOfAnErrorGoesByTheFramesCount) {
+  first_extra = 16;
+  const JobId job = submit_adaptive({.error = 0.0065});
+  const SessionId a = connect("a");
+  allocate(a, {-2, 0});
+  const Film* const film = coordinator->film(job);
+  for (std::size_t i = 0; i < got<LeaseGrant>(a).size() && film->frame_samples() < 64; ++i) {
+    now += std::chrono::milliseconds(20);
+    finish(a, got<LeaseGrant>(a)[i]);
+  }
+  const JobStatus seen = status(job);
+  ASSERT_EQ(seen.samples_done, (16u + 64) * 64 * 64);
+  // Errors fall as 1/samples: from what 64 of the frame have to what is asked for, with 5/8 a pixel.
+  const double wanted = 64 * (seen.error.rel_mse + seen.error.half_width) / 0.0065;
+  ASSERT_GT(wanted, 512);
+  ASSERT_LT(wanted, 768);
+  EXPECT_NEAR(seen.eta_seconds * seen.samples_per_second, (768 - 64) * 5.0 / 8 * 128 * 64, 1);
 }
 
 TEST_F(AllocationTest, WhatItSaysIsChecked) {
