@@ -1,6 +1,6 @@
 // Does a job that asks for an error have it? Renders five scenes again and again with other seeds, each to a stated
 // error by the rule of common/film/error_goal.h, and compares what is then stated with the picture's distance from a
-// reference.
+// reference. With --adaptive each run has its own pilot, which says what each tile gets.
 //
 // The true error is mean((x − r)² / (r² + 0.01)) of the picture x, less what the noise of the reference r adds to it by
 // itself, as r's own halves estimate it. The stated interval is the estimate ± its half width. Asked for are at least
@@ -12,6 +12,7 @@
 #include <thread>
 
 #include "common/film/error_goal.h"
+#include "common/planner/tile_noise.h"
 #include "tests/support/render_document.h"
 
 namespace {
@@ -19,14 +20,15 @@ namespace {
 using namespace lightmill;
 using namespace lightmill::test;
 
-constexpr int kSide = 96;
 constexpr double kBright = 20;  ///< noise of normal distribution comes there once in 100,000 values
 constexpr double kPooledCoverage = 0.93, kLeastCoverage = 0.9;
 
 struct Case {
   const char* name;
   TestScene scene;
-  double goal;  ///< the error that is asked for
+  double goal;   ///< the error that is asked for
+  int side = 0;  ///< pixels
+  bool adaptive = false;
 };
 
 /// Metal and coated balls under a sky and a small lamp.
@@ -62,16 +64,19 @@ constexpr const char* kRare = R"({
     {"material": "glass", "sphere": {"center": [1.1, 0.3, 2.4], "radius": 0.25}},
     {"material": "lamp", "sphere": {"center": [0.3, 2.2, 2], "radius": 0.1}}]})";
 
-Film empty_film() {
-  return Film(TileGrid({0, 0, kSide, kSide}), kBeautyChannels);
+Film empty_film(int side, Allocation allocation = {}) {
+  return Film(TileGrid({0, 0, side, side}), kBeautyChannels, std::move(allocation));
 }
 
-/// Renders samples [from, to) of every tile; `from` is 0 or to − from divides it.
+/// Renders of every tile its part of the frame's samples [from, to), of which `from` is 0 or to − from divides it, and
+/// no part is rounded.
 void render(const Method& method, Workspace& workspace, Film& film, std::uint64_t from, std::uint64_t to) {
-  const auto level = static_cast<std::uint32_t>(std::countr_zero(to - from));
-  const SampleRange range{level, static_cast<std::uint32_t>(from >> level)};
   for (std::uint32_t i = 0; i < film.grid().tile_count(); ++i) {
+    const std::uint64_t first = film.allocation().of_tile(TileId{i}, from),
+                        end = film.allocation().of_tile(TileId{i}, to);
+    const auto level = static_cast<std::uint32_t>(std::countr_zero(end - first));
     const PixelRect rect = film.grid().tile_rect(TileId{i});
+    const SampleRange range{level, static_cast<std::uint32_t>(first >> level)};
     film.merge(TileId{i}, std::make_shared<const Node>(method.render(rect, range, workspace)));
   }
 }
@@ -105,11 +110,14 @@ Run run(const Case& each, const std::shared_ptr<const CompiledScene>& compiled, 
         std::uint64_t seed) {
   const auto method = make_method(compiled, {"path", seed, 0}).value();
   const auto workspace = method->make_workspace();
-  Film film = empty_film();
+  Film film = empty_film(each.side);
+  if (each.adaptive) {
+    film = empty_film(each.side, find_allocation(compiled, {"path", seed, 0, film.grid()}).value().allocation);
+  }
   ErrorEstimator estimator;
   Run run;
   do {
-    const std::uint64_t next = next_error_count(run.samples + 1);
+    const std::uint64_t next = next_error_count(run.samples + 1, first_error_count(film.allocation()));
     render(*method, *workspace, film, run.samples, next);
     run.samples = next;
     run.stated = estimator.update_all(film);
@@ -152,14 +160,15 @@ void in_parallel(int threads, int count, const std::function<void(int)>& work) {
   }
 }
 
-Picture render_reference(const std::shared_ptr<const CompiledScene>& compiled, std::uint64_t samples, int threads) {
+Picture render_reference(const Case& each, const std::shared_ptr<const CompiledScene>& compiled, std::uint64_t samples,
+                         int threads) {
   constexpr std::uint64_t kPart = 256;
-  Film film = empty_film();
+  Film film = empty_film(each.side);
   std::mutex mutex;
   in_parallel(threads, static_cast<int>(samples / kPart), [&](int part) {
     const auto method = make_method(compiled, {"path", 1'000'003, 0}).value();
     const auto workspace = method->make_workspace();
-    Film own = empty_film();
+    Film own = empty_film(each.side);
     const std::uint64_t first = kPart * static_cast<std::uint64_t>(part);
     render(*method, *workspace, own, first, first + kPart);
     const std::lock_guard lock(mutex);
@@ -207,7 +216,8 @@ Tally report(const Case& each, const std::vector<Run>& runs, double reference_er
 
 int main(int argc, char** argv) {
   CLI::App app("Runs jobs to a stated error and counts how often the true error is what was stated.");
-  int seeds = 200, threads = 2;
+  int seeds = 200, threads = 2, side = 96;
+  bool adaptive = false;
   std::uint64_t reference_samples = 1024;
   double scale = 1;
   std::vector<std::string> only;
@@ -218,6 +228,8 @@ int main(int argc, char** argv) {
       ->check(CLI::Range(512, 1 << 24));
   app.add_option("--scale", scale, "times the errors that are asked for")->capture_default_str();
   app.add_option("--only", only, "scenes by name");
+  app.add_option("--side", side, "of the pictures, pixels")->capture_default_str()->check(CLI::Range(2, 4096));
+  app.add_flag("--adaptive", adaptive, "with a pilot: some tiles get more samples than others");
   CLI11_PARSE(app, argc, argv);
 
   const std::filesystem::path folder = LIGHTMILL_SOURCE_DIR "/scenes";
@@ -237,9 +249,9 @@ int main(int argc, char** argv) {
     if (!only.empty() && std::ranges::find(only, each.name) == only.end()) {
       continue;
     }
-    Case scaled{each.name, each.scene.resized(kSide, kSide), each.goal * scale};
+    Case scaled{each.name, each.scene.resized(side, side), each.goal * scale, side, adaptive};
     const auto compiled = CompiledScene::compile(scaled.scene.scene(), scaled.scene.assets()).value();
-    const Picture reference = render_reference(compiled, std::bit_floor(reference_samples), threads);
+    const Picture reference = render_reference(scaled, compiled, std::bit_floor(reference_samples), threads);
     double reference_error = 0;
     for (std::size_t k = 0; k < reference.mean.size(); ++k) {
       reference_error += reference.variance[k] / (reference.mean[k] * reference.mean[k] + 0.01);
