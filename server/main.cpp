@@ -53,9 +53,9 @@ std::optional<int> parse(int argc, char** argv, Options& options) {
   CLI::App app{
       "The coordinator of a Lightmill farm: takes jobs from `lightmill`, hands them out to `lightmill-worker`s, keeps "
       "what they have rendered.\n\nStart one, then workers with --server HOST:PORT, then render with `lightmill render "
-      "SCENE`.\nStop it with Ctrl-C or SIGTERM; started again on the same directory it goes on where it "
-      "was.\n\nSeveral "
-      "coordinators may be given one --store: one is at work, the others stand by and take over within seconds.\n",
+      "SCENE`.\nStop it with Ctrl-C or SIGTERM; started again on the same directory it goes on where it was.\n\n"
+      "Several coordinators may be given one --store: one is at work, the others stand by and take over within "
+      "seconds.\n",
       "lightmill-server"};
   app.set_version_flag("--version", fmt::format("lightmill-server {} ({})", LIGHTMILL_VERSION, kRendererVersion));
   CLI::Option* data = app.add_option("--data", options.data, "directory of all its state; made if need be")

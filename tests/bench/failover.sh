@@ -5,31 +5,45 @@
 set -eu
 cd "$(dirname "$0")/../.."
 server=build/release/bin/lightmill-server
+[ $# -eq 1 ] || { echo "usage: $0 postgres://USER@HOST/DATABASE" >&2; exit 2; }
+url=$1
 folder=$(mktemp -d)
-trap 'rm -rf "$folder"' EXIT
+first=
+second=
+clean_up() {
+  for process in $first $second; do
+    kill -CONT "$process" 2>/dev/null || true
+    kill -KILL "$process" 2>/dev/null || true # most often it has ended
+  done
+  rm -rf "$folder"
+}
+trap clean_up EXIT
+trap 'exit 130' INT TERM
 
 start() { # NAME
   $server --store "$url" --listen 127.0.0.1:0 >"$folder/$1" 2>&1 &
 }
-until_says() { # NAME WORDS
-  until grep -q "$2" "$folder/$1"; do sleep 0.02; done
+until_says() { # NAME PROCESS WORDS
+  until grep -q "$3" "$folder/$1"; do
+    kill -0 "$2" 2>/dev/null || { echo "$0: the $1 coordinator ended:" >&2; cat "$folder/$1" >&2; exit 1; }
+    sleep 0.02
+  done
 }
 
-url=$1
 for signal in KILL STOP TERM; do
   start first
   first=$!
-  until_says first 'listening on'
+  until_says first "$first" 'listening on'
   start second
   second=$!
-  until_says second 'standing by'
+  until_says second "$second" 'standing by'
   sleep 2
   before=$(date +%s%N)
   kill -"$signal" "$first"
-  until_says second 'listening on'
+  until_says second "$second" 'listening on'
   echo "SIG$signal: $((($(date +%s%N) - before) / 1000000)) ms"
-  kill -CONT "$first" 2>/dev/null || true
-  wait "$first" || true
+  kill -CONT "$first" 2>/dev/null || true # one that was killed is gone
+  wait "$first" || true # it was killed, or ends deposed: with an error
   kill -TERM "$second"
   wait "$second"
 done

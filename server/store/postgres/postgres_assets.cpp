@@ -185,7 +185,8 @@ void PostgresUpload::remove() {
                  Parameters(store_.leadership_->epoch(), *id_))
           .status();
   if (!status.ok()) {
-    spdlog::warn("half an asset stays in the database for now: {}", message_of(status));
+    spdlog::warn("what was sent of asset {} stays in the database until a coordinator starts: {}", digest_.hex(),
+                 message_of(status));
   }
 }
 
@@ -253,9 +254,10 @@ Status PostgresUpload::finish() {
   // Whoever comes second finds the same bytes in place; its own go with it.
   LM_ASSIGN_OR_RETURN(const Rows first,
                       session.query("SELECT id, size_bytes FROM assets WHERE digest = $1", Parameters(digest)));
-  if (first.size() == 1) {
-    store_.insert(digest_, {first.natural(0, 0), first.natural(0, 1)});
+  if (first.size() != 1) {
+    return unavailable("asset {} was forgotten while it was sent again: send it once more", digest_.hex());
   }
+  store_.insert(digest_, {first.natural(0, 0), first.natural(0, 1)});
   return ok_status();
 }
 
