@@ -4,6 +4,7 @@
 
 #include "common/base/check.h"
 #include "common/math/rel_mse.h"
+#include "common/math/simd.h"
 
 namespace lightmill {
 namespace {
@@ -54,13 +55,14 @@ double student_quantile(double freedom) {
          (3 * z7 + 19 * z5 + 17 * z3 - 15 * z) / (384 * freedom * freedom * freedom);
 }
 
-/// A plane of values with a border of one pixel around, which repeats the outermost ones.
+/// A plane of values with a border of one pixel around, which repeats the outermost ones. Eight values can be read from
+/// any of them on.
 class BorderedPlane {
  public:
   BorderedPlane(int width, int height)
       : stride_(width + 2),
         height_(height),
-        values_(static_cast<std::size_t>(stride_) * static_cast<std::size_t>(height + 2)) {}
+        values_(static_cast<std::size_t>(stride_) * static_cast<std::size_t>(height + 2) + 8) {}
 
   int stride() const { return stride_; }
   float* row(int y) { return &values_[static_cast<std::size_t>((y + 1) * stride_ + 1)]; }
@@ -80,15 +82,17 @@ class BorderedPlane {
   std::vector<float> values_;
 };
 
-void order(float& low, float& high) {
-  const float least = std::min(low, high);
-  high = std::max(low, high);
+void order(F8& low, F8& high) {
+  const F8 least = min(low, high);
+  high = max(low, high);
   low = least;
 }
 
-/// Of the eight values around, the fourth smallest: by Batcher's merge sort, of which the compiler keeps what counts.
-float lower_median_around(const float* p, int stride) {
-  float v[8] = {p[-stride - 1], p[-stride], p[-stride + 1], p[-1], p[1], p[stride - 1], p[stride], p[stride + 1]};
+/// Of the eight values around each of eight pixels, the fourth smallest: by Batcher's merge sort, of which the compiler
+/// keeps what counts.
+F8 lower_median_around(const float* p, int stride) {
+  F8 v[8] = {F8::load(p - stride - 1), F8::load(p - stride),     F8::load(p - stride + 1), F8::load(p - 1),
+             F8::load(p + 1),          F8::load(p + stride - 1), F8::load(p + stride),     F8::load(p + stride + 1)};
   constexpr int kExchanges[19][2] = {{0, 1}, {2, 3}, {4, 5}, {6, 7}, {0, 2}, {1, 3}, {4, 6}, {5, 7}, {1, 2}, {5, 6},
                                      {0, 4}, {1, 5}, {2, 6}, {3, 7}, {2, 4}, {3, 5}, {1, 2}, {3, 4}, {5, 6}};
   for (const auto& exchange : kExchanges) {
@@ -97,17 +101,20 @@ float lower_median_around(const float* p, int stride) {
   return v[3];
 }
 
-float greatest_around(const float* p, int stride) {
-  const float above = std::max(std::max(p[-stride - 1], p[-stride]), p[-stride + 1]);
-  const float below = std::max(std::max(p[stride - 1], p[stride]), p[stride + 1]);
-  return std::max(std::max(above, below), std::max(p[-1], p[1]));
+F8 greatest_around(const float* p, int stride) {
+  const auto of_three = [](const float* q) { return max(max(F8::load(q - 1), F8::load(q)), F8::load(q + 1)); };
+  return max(max(of_three(p - stride), of_three(p + stride)), max(F8::load(p - 1), F8::load(p + 1)));
 }
 
 /// One channel of a tile: means of the halves, and what there is around a pixel.
 class ChannelMeans {
  public:
   ChannelMeans(int width, int height)
-      : width_(width), low_(width, height), high_(width, height), both_(width, height) {}
+      : width_(width),
+        low_(width, height),
+        high_(width, height),
+        both_(width, height),
+        limits_(static_cast<std::size_t>(width + 8)) {}
 
   void set(const float* sums_a, const float* sums_b, int height, Film::HalfCounts counts) {
     const double all = static_cast<double>(counts.a) + static_cast<double>(counts.b);
@@ -130,23 +137,32 @@ class ChannelMeans {
   }
 
   /// Adds ((a − b)² · weight + bias) / (r² + 0.01) of a row's pixels to `terms`; `bias`: its square by pixel, or null.
-  void add_terms(int y, double weight, const double* bias, double* terms) const {
+  void add_terms(int y, double weight, const double* bias, double* terms) {
     const float* const low = low_.row(y);
     const float* const high = high_.row(y);
-    const float* const both = both_.row(y);
+    find_limits(low, high, both_.row(y));
     for (int x = 0; x < width_; ++x) {
-      const float usual = lower_median_around(both + x, both_.stride());
-      const float allowed = std::max(low[x], std::min(usual, high[x]));
-      const bool edge = greatest_around(low + x, low_.stride()) > kEdge * high[x];
-      const double limit = edge ? both[x] : allowed;
+      const double limit = limits_[static_cast<std::size_t>(x)];
       const double difference = static_cast<double>(high[x]) - low[x];  // squares of radiances outgrow a float
       terms[x] += (difference * difference * weight + (bias == nullptr ? 0 : bias[x])) / (limit * limit + kRelMseFloor);
     }
   }
 
  private:
+  /// r of a row's pixels, eight at a time.
+  void find_limits(const float* low, const float* high, const float* both) {
+    for (int x = 0; x < width_; x += 8) {
+      const F8 least = F8::load(low + x), greatest = F8::load(high + x);
+      const F8 usual = lower_median_around(both + x, both_.stride());
+      const F8 allowed = max(least, min(usual, greatest));
+      const M8 edge = greatest_around(low + x, low_.stride()) > F8(kEdge) * greatest;
+      select(edge, F8::load(both + x), allowed).store(&limits_[static_cast<std::size_t>(x)]);
+    }
+  }
+
   int width_;
   BorderedPlane low_, high_, both_;
+  std::vector<float> limits_;  ///< of one row
 };
 
 }  // namespace
@@ -224,6 +240,9 @@ void ErrorEstimator::refresh(const Film& film, TileId tile) {
 FrameError ErrorEstimator::update(const Film& film, std::uint32_t max_tiles) {
   if (current_ && film_version_ == film.version()) {
     return frame_;
+  }
+  if (film.min_samples() < 2) {  // a tile has nothing in one of its halves
+    return FrameError{};
   }
   const std::uint32_t tile_count = film.grid().picture_tiles();
   entries_.resize(tile_count);

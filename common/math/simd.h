@@ -157,6 +157,10 @@ inline F8 masked(M8 mask, F8 a) {
   return F8(_mm256_and_ps(mask.v, a.v));
 }
 
+inline U8 masked(M8 mask, U8 a) {
+  return U8(_mm256_and_si256(mask.i(), a.v));
+}
+
 inline U8 float_bits(F8 a) {
   return U8(_mm256_castps_si256(a.v));
 }

@@ -63,6 +63,21 @@ inline V8 gather3(const float* base, U8 index, M8 mask) {
   return {gather(base, first, mask), gather(base + 1, first, mask), gather(base + 2, first, mask)};
 }
 
+/// Rows of four floats, of which the first three are wanted: the same as gather3, several times as fast.
+inline V8 gather_rows_of_four(const float* base, U8 row, M8 mask) {
+  alignas(32) std::uint32_t rows[8];
+  masked(mask, row).store(rows);
+  const auto rows_of = [&](int low, int high) {
+    return _mm256_insertf128_ps(_mm256_castps128_ps256(_mm_loadu_ps(base + 4 * std::size_t{rows[low]})),
+                                _mm_loadu_ps(base + 4 * std::size_t{rows[high]}), 1);
+  };
+  const __m256 a = rows_of(0, 4), b = rows_of(1, 5), c = rows_of(2, 6), d = rows_of(3, 7);
+  const __m256 xy_ab = _mm256_unpacklo_ps(a, b), z_ab = _mm256_unpackhi_ps(a, b);
+  const __m256 xy_cd = _mm256_unpacklo_ps(c, d), z_cd = _mm256_unpackhi_ps(c, d);
+  return masked(mask, V8{F8(_mm256_shuffle_ps(xy_ab, xy_cd, 0x44)), F8(_mm256_shuffle_ps(xy_ab, xy_cd, 0xee)),
+                         F8(_mm256_shuffle_ps(z_ab, z_cd, 0x44))});
+}
+
 /// An orthonormal frame around each unit normal: Duff et al. 2017, "Building an Orthonormal Basis, Revisited".
 struct Frame8 {
   V8 s, t, n;

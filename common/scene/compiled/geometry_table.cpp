@@ -31,28 +31,32 @@ void GeometryTable::push(Shape shape, std::uint32_t material, const MeshRows& me
   first_corner_.push_back(mesh.corners);
   first_normal_.push_back(mesh.normals);
   first_coordinate_.push_back(mesh.coordinates);
-  lightmill::append(center_, Vec3(0));
+  center_.push_back(Vec3(0));
   radius_.push_back(0);
   append(linear_, glm::mat3(1));
   append(normal_matrix_, glm::mat3(1));
 }
 
+void GeometryTable::add_extent(const Vec3& extent) {
+  triangle_extent_.insert(triangle_extent_.end(), {extent.x, extent.y, extent.z, 0});
+}
+
 void GeometryTable::add_sphere(std::uint32_t material, const Vec3& center, float radius, bool normal_inward) {
-  push(kSphere, material, {static_cast<std::uint32_t>(triangle_extent_.size() / 3), 0, kNone, kNone});
+  push(kSphere, material, {static_cast<std::uint32_t>(triangle_extent_.size() / 4), 0, kNone, kNone});
   has_spheres_ = true;
   inward_.back() = normal_inward ? 1 : 0;
-  std::copy_n(&center.x, 3, center_.end() - 3);
+  center_.set_back(center);
   radius_.back() = radius;
-  lightmill::append(triangle_extent_, Vec3(0));  // a sphere's only primitive
+  add_extent(Vec3(0));  // a sphere's only primitive
 }
 
 void GeometryTable::add_plane(std::uint32_t material, const Vec3& point, float coordinate_scale, bool textured) {
-  push(kPlane, material, {static_cast<std::uint32_t>(triangle_extent_.size() / 3), 0, kNone, kNone});
+  push(kPlane, material, {static_cast<std::uint32_t>(triangle_extent_.size() / 4), 0, kNone, kNone});
   has_planes_ = true;
   has_coordinates_ |= textured;
-  std::copy_n(&point.x, 3, center_.end() - 3);
+  center_.set_back(point);
   radius_.back() = coordinate_scale;
-  lightmill::append(triangle_extent_, Vec3(0));
+  add_extent(Vec3(0));
 }
 
 void GeometryTable::add_mesh(std::uint32_t material, const MeshRows& mesh) {
@@ -71,12 +75,12 @@ void GeometryTable::add_instance(std::uint32_t material, const MeshRows& mesh, c
 
 GeometryTable::MeshRows GeometryTable::add_rows(const Mesh& mesh, const std::vector<std::array<float, 3>>& positions,
                                                 bool textured) {
-  MeshRows rows{static_cast<std::uint32_t>(triangle_extent_.size() / 3),
+  MeshRows rows{static_cast<std::uint32_t>(triangle_extent_.size() / 4),
                 static_cast<std::uint32_t>(corners_.size() / 3), kNone, kNone};
   for (const auto& t : mesh.triangles) {
     const auto corner = [&](int i) { return Vec3(positions[t[i]][0], positions[t[i]][1], positions[t[i]][2]); };
-    lightmill::append(triangle_extent_, glm::max(glm::max(corner(0), corner(1)), corner(2)) -
-                                            glm::min(glm::min(corner(0), corner(1)), corner(2)));
+    add_extent(glm::max(glm::max(corner(0), corner(1)), corner(2)) -
+               glm::min(glm::min(corner(0), corner(1)), corner(2)));
   }
   const bool coordinates = textured && !mesh.texture_coordinates.empty();
   if (mesh.normals.empty() && !coordinates) {
@@ -112,10 +116,10 @@ std::uint64_t GeometryTable::bytes() const {
 Surface8 GeometryTable::surface(const Ray8& rays, const Hit8& hits) const {
   const M8 lanes = hits.hit;
   Surface8 s;
-  s.material = gather(material_.data(), hits.geometry, lanes);
+  s.material = material_.at(hits.geometry, lanes);
   s.point = rays.origin + rays.direction * hits.distance;
-  const U8 triangle = gather(extents_.data(), hits.geometry, lanes) + hits.primitive;
-  V8 extent = gather3(triangle_extent_.data(), triangle, lanes);
+  const U8 triangle = extents_.at(hits.geometry, lanes) + hits.primitive;
+  V8 extent = gather_rows_of_four(triangle_extent_.data(), triangle, lanes);
   V8 normal = hits.normal;
   M8 instances;
   if (has_instances_) {
@@ -158,25 +162,25 @@ void GeometryTable::put_back_onto_spheres(const Hit8& hits, M8 lanes, Surface8& 
   const V8 outward = normalize(s.point - center);
   s.point = select(lanes, center + outward * radius, s.point);
   magnitude = select(lanes, abs(s.point) + V8{radius, radius, radius}, magnitude);
-  const M8 inward = gather(inward_.data(), hits.geometry, lanes) == U8(1u);
+  const M8 inward = inward_.at(hits.geometry, lanes) == U8(1u);
   s.geometric_normal = select(lanes, select(inward, -outward, outward), s.geometric_normal);
 }
 
 void GeometryTable::put_back_onto_planes(const Hit8& hits, M8 lanes, Surface8& s) const {
-  const V8 point = gather3(center_.data(), hits.geometry, lanes);
+  const V8 point = center_.at(hits.geometry, lanes);
   const F8 height = dot(s.geometric_normal, s.point - point);
   s.point = select(lanes, s.point - s.geometric_normal * height, s.point);
 }
 
 std::array<U8, 3> GeometryTable::corners(const Hit8& hits, U8 first, M8 lanes) const {
-  const U8 triangle = gather(first_corner_.data(), hits.geometry, lanes) + hits.primitive;
+  const U8 triangle = first_corner_.at(hits.geometry, lanes) + hits.primitive;
   const U8 corner = triangle + triangle + triangle;
   return {first + gather(corners_.data(), corner, lanes), first + gather(corners_.data(), corner + U8(1u), lanes),
           first + gather(corners_.data(), corner + U8(2u), lanes)};
 }
 
 void GeometryTable::interpolate_normals(const Ray8& rays, const Hit8& hits, M8 instances, Surface8& s) const {
-  const U8 first = gather(first_normal_.data(), hits.geometry, hits.hit);
+  const U8 first = first_normal_.at(hits.geometry, hits.hit);
   const M8 smooth = and_not(hits.hit, first == U8(kNone));
   if (smooth.none()) {
     return;
@@ -199,7 +203,7 @@ void GeometryTable::interpolate_normals(const Ray8& rays, const Hit8& hits, M8 i
 }
 
 void GeometryTable::find_texture_coordinates(const Hit8& hits, Surface8& s) const {
-  const U8 first = gather(first_coordinate_.data(), hits.geometry, hits.hit);
+  const U8 first = first_coordinate_.at(hits.geometry, hits.hit);
   if (const M8 mapped = and_not(hits.hit, first == U8(kNone)); mapped.any()) {
     const std::array<U8, 3> c = corners(hits, first, mapped);
     const F8 w = F8(1.0f) - hits.u - hits.v;
@@ -213,8 +217,8 @@ void GeometryTable::find_texture_coordinates(const Hit8& hits, Surface8& s) cons
   if (has_planes_) {
     if (const M8 planes = is_shape(kPlane, hits.geometry, hits.hit); planes.any()) {
       const Frame8 frame(s.geometric_normal);
-      const V8 local = frame.to_local(s.point - gather3(center_.data(), hits.geometry, planes));
-      const F8 scale = gather(radius_.data(), hits.geometry, planes);
+      const V8 local = frame.to_local(s.point - center_.at(hits.geometry, planes));
+      const F8 scale = radius_.at(hits.geometry, planes);
       s.u = select(planes, local.x * scale, s.u);
       s.v = select(planes, local.y * scale, s.v);
     }

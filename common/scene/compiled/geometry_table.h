@@ -8,7 +8,7 @@
 #include <glm/mat3x3.hpp>
 
 #include "common/geometry/ray.h"
-#include "common/math/vec.h"
+#include "common/math/column.h"
 #include "common/scene/mesh.h"
 
 namespace lightmill {
@@ -51,17 +51,16 @@ class GeometryTable {
   Surface8 surface(const Ray8& rays, const Hit8& hits) const;
 
   M8 is_sphere(U8 geometry, M8 lanes) const { return has_spheres_ ? is_shape(kSphere, geometry, lanes) : M8(); }
-  V8 sphere_center(U8 geometry, M8 lanes) const { return gather3(center_.data(), geometry, lanes); }
-  F8 sphere_radius(U8 geometry, M8 lanes) const { return gather(radius_.data(), geometry, lanes); }
+  V8 sphere_center(U8 geometry, M8 lanes) const { return center_.at(geometry, lanes); }
+  F8 sphere_radius(U8 geometry, M8 lanes) const { return radius_.at(geometry, lanes); }
   std::uint64_t bytes() const;
 
  private:
   static constexpr std::uint32_t kNone = 0xffffffff;
   enum Shape : std::uint32_t { kMesh, kSphere, kPlane, kInstance };
 
-  M8 is_shape(Shape shape, U8 geometry, M8 lanes) const {
-    return lanes & (gather(shape_.data(), geometry, lanes) == U8(shape));
-  }
+  M8 is_shape(Shape shape, U8 geometry, M8 lanes) const { return lanes & (shape_.at(geometry, lanes) == U8(shape)); }
+  void add_extent(const Vec3& extent);
   void push(Shape shape, std::uint32_t material, const MeshRows& mesh);
   void put_back_onto_spheres(const Hit8& hits, M8 lanes, Surface8& s, V8& magnitude) const;
   void put_back_onto_planes(const Hit8& hits, M8 lanes, Surface8& s) const;
@@ -77,15 +76,15 @@ class GeometryTable {
   bool has_coordinates_ = false;
 
   // One entry a geometry.
-  std::vector<std::uint32_t> shape_;
-  std::vector<std::uint32_t> material_;
-  std::vector<std::uint32_t> inward_;  ///< spheres whose normal points to the centre
-  std::vector<std::uint32_t> extents_, first_corner_, first_normal_, first_coordinate_;  ///< MeshRows
-  std::vector<float> center_;                  ///< of a sphere, or a plane's point; 3 each
-  std::vector<float> radius_;                  ///< of a sphere, or a plane's coordinate scale
+  Column<std::uint32_t> shape_;
+  Column<std::uint32_t> material_;
+  Column<std::uint32_t> inward_;  ///< spheres whose normal points to the centre
+  Column<std::uint32_t> extents_, first_corner_, first_normal_, first_coordinate_;  ///< MeshRows
+  VectorColumn center_;                                                             ///< of a sphere, or a plane's point
+  Column<float> radius_;                       ///< of a sphere, or a plane's coordinate scale
   std::vector<float> linear_, normal_matrix_;  ///< of instances, 9 each, by columns
 
-  std::vector<float> triangle_extent_;      ///< sizes along x, y and z, 3 a triangle
+  std::vector<float> triangle_extent_;      ///< sizes along x, y and z and a 0, 4 a triangle
   std::vector<std::uint32_t> corners_;      ///< 3 vertices a triangle, of meshes with normals or coordinates
   std::vector<float> vertex_normals_;       ///< 3 each
   std::vector<float> texture_coordinates_;  ///< 2 each

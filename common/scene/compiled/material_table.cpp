@@ -43,7 +43,7 @@ MaterialTable::MaterialTable(const Scene& scene, TextureSet textures) : textures
 }
 
 void MaterialTable::ColorColumn::add(const TexturedColor& color) {
-  append(rgb, to_vec(color.rgb));
+  rgb.push_back(to_vec(color.rgb));
   texture.push_back(color.texture);
   textured = textured || color.texture != kNoTexture;
 }
@@ -105,7 +105,9 @@ void MaterialTable::add(const Material& material) {
   has_specular_ = has_specular_ || !is_black(specular);
   roughness_map_.add(material.roughness_map);
   metallic_map_.add(material.metallic_map);
-  parameters_.insert(parameters_.end(), parameters.begin(), parameters.end());
+  for (std::size_t i = 0; i < kParameters; ++i) {
+    parameters_[i].push_back(parameters[i]);
+  }
   // The radiance comes later (set_radiance).
   emission_.add({{0, 0, 0}, material.emission.texture});
   emission_exponent_.push_back(static_cast<float>(material.emission_exponent));
@@ -115,13 +117,12 @@ void MaterialTable::add(const Material& material) {
 void MaterialTable::set_radiance(const std::vector<Vec3>& radiance) {
   emission_.rgb.clear();
   for (const Vec3& value : radiance) {
-    append(emission_.rgb, value);
+    emission_.rgb.push_back(value);
   }
 }
 
 V8 MaterialTable::texture_at(const ColorColumn& column, const Surface8& surface, M8 lanes, float most) const {
-  const V8 rgb =
-      textures_.lookup(gather(column.texture.data(), surface.material, lanes), surface.u, surface.v, lanes).rgb;
+  const V8 rgb = textures_.lookup(column.texture.at(surface.material, lanes), surface.u, surface.v, lanes).rgb;
   const auto clamped = [&](F8 value) { return min(max(value, F8(0.0f)), F8(most)); };
   return {clamped(rgb.x), clamped(rgb.y), clamped(rgb.z)};
 }
@@ -129,8 +130,8 @@ V8 MaterialTable::texture_at(const ColorColumn& column, const Surface8& surface,
 F8 MaterialTable::map_at(const MapColumn& column, const Surface8& surface, M8 lanes) const {
   using Channel = ScalarMap::Channel;
   const Texture::Rgba8 texel =
-      textures_.lookup(gather(column.texture.data(), surface.material, lanes), surface.u, surface.v, lanes);
-  const U8 channel = gather(column.channel.data(), surface.material, lanes);
+      textures_.lookup(column.texture.at(surface.material, lanes), surface.u, surface.v, lanes);
+  const U8 channel = column.channel.at(surface.material, lanes);
   const auto is = [&](Channel c) { return channel == U8(static_cast<std::uint32_t>(c)); };
   // Rec. 709
   F8 value = F8(0.2126f) * texel.rgb.x + F8(0.7152f) * texel.rgb.y + F8(0.0722f) * texel.rgb.z;

@@ -11,6 +11,7 @@
 #include "common/materials/phong.h"
 #include "common/materials/principled.h"
 #include "common/materials/texture.h"
+#include "common/math/column.h"
 #include "common/math/exp_log.h"
 #include "common/math/vec.h"
 #include "common/scene/compiled/geometry_table.h"
@@ -45,10 +46,10 @@ class MaterialTable {
   bool uses(MaterialKind kind) const { return std::ranges::find(kinds_, kind) != kinds_.end(); }
 
   /// Casters of caustics: see is_caster of a material.
-  M8 casters(U8 material, M8 lanes) const { return lanes & (gather(caster_.data(), material, lanes) == U8(1u)); }
+  M8 casters(U8 material, M8 lanes) const { return lanes & (caster_.at(material, lanes) == U8(1u)); }
 
   M8 is_kind(U8 material, MaterialKind kind, M8 lanes) const {
-    return lanes & (gather(kind_.data(), material, lanes) == U8(static_cast<std::uint32_t>(kind)));
+    return lanes & (kind_.at(material, lanes) == U8(static_cast<std::uint32_t>(kind)));
   }
   /// The whole of what a diffuse surface or a mirror reflects; of others the colour that they are known by.
   V8 reflectance(const Surface8& surface, M8 lanes) const { return at(reflectance_, surface, lanes); }
@@ -57,7 +58,7 @@ class MaterialTable {
     const V8 color = reflectance(surface, lanes);
     return has_specular_ ? color + at(specular_, surface, lanes) : color;
   }
-  F8 ior(const Surface8& surface, M8 lanes) const { return gather(ior_.data(), surface.material, lanes); }
+  F8 ior(const Surface8& surface, M8 lanes) const { return ior_.at(surface.material, lanes); }
   Phong8 phong(const Surface8& surface, M8 lanes) const {
     return {at(reflectance_, surface, lanes), at(specular_, surface, lanes), parameter(0, surface, lanes)};
   }
@@ -95,40 +96,37 @@ class MaterialTable {
   /// Emitted radiance at this positive cosine to the normal.
   V8 emission(const Surface8& surface, F8 cosine, M8 lanes) const {
     const V8 along_normal = at(emission_, surface, lanes, std::numeric_limits<float>::max());
-    return has_emission_profiles_
-               ? along_normal * pow(cosine, gather(emission_exponent_.data(), surface.material, lanes))
-               : along_normal;
+    return has_emission_profiles_ ? along_normal * pow(cosine, emission_exponent_.at(surface.material, lanes))
+                                  : along_normal;
   }
   const TextureSet& textures() const { return textures_; }
   /// 1 + the index in light_groups_of(scene); 0: none.
-  U8 light_group(const Surface8& surface, M8 lanes) const {
-    return gather(light_group_.data(), surface.material, lanes);
-  }
+  U8 light_group(const Surface8& surface, M8 lanes) const { return light_group_.at(surface.material, lanes); }
   /// Which hits see emitted light, given the side that was hit.
   M8 emits(const Surface8& surface, M8 lanes) const {
-    const U8 sides = gather(emits_.data(), surface.material, lanes);
+    const U8 sides = emits_.at(surface.material, lanes);
     return lanes & (((sides == U8(1u)) & surface.front) | (sides == U8(2u)));
   }
 
  private:
   /// One colour slot of all materials.
   struct ColorColumn {
-    std::vector<float> rgb;              ///< 3 each
-    std::vector<std::uint32_t> texture;  ///< or TextureSet::kNone
+    VectorColumn rgb;
+    Column<std::uint32_t> texture;  ///< or TextureSet::kNone
     bool textured = false;
     void add(const TexturedColor& color);
   };
   /// Texels below 0 or above `most` count as these.
   V8 at(const ColorColumn& column, const Surface8& surface, M8 lanes, float most = 1) const {
-    const V8 rgb = gather3(column.rgb.data(), surface.material, lanes);
+    const V8 rgb = column.rgb.at(surface.material, lanes);
     return column.textured ? rgb * texture_at(column, surface, lanes, most) : rgb;
   }
   V8 texture_at(const ColorColumn& column, const Surface8& surface, M8 lanes, float most) const;
 
   /// One mapped number of all materials.
   struct MapColumn {
-    std::vector<std::uint32_t> texture;  ///< or TextureSet::kNone
-    std::vector<std::uint32_t> channel;
+    Column<std::uint32_t> texture;  ///< or TextureSet::kNone
+    Column<std::uint32_t> channel;
     bool mapped = false;
     void add(const ScalarMap& map);
   };
@@ -137,7 +135,7 @@ class MaterialTable {
   static constexpr std::uint32_t kParameters = 7;  ///< a material; what they are depends on its kind
   using Parameters = std::array<float, kParameters>;
   F8 parameter(std::uint32_t which, const Surface8& surface, M8 lanes) const {
-    return gather(parameters_.data() + which, surface.material * U8(kParameters), lanes);
+    return parameters_[which].at(surface.material, lanes);
   }
   void add(const Material& material);
 
@@ -145,16 +143,16 @@ class MaterialTable {
   std::vector<MaterialKind> kinds_;
   std::optional<MaterialKind> only_kind_;
   // One entry a material.
-  std::vector<std::uint32_t> kind_;
-  std::vector<std::uint32_t> caster_;  ///< 0 or 1
-  std::vector<std::uint32_t> emits_;   ///< 0 never, 1 on the front, 2 on both sides
+  Column<std::uint32_t> kind_;
+  Column<std::uint32_t> caster_;  ///< 0 or 1
+  Column<std::uint32_t> emits_;   ///< 0 never, 1 on the front, 2 on both sides
   ColorColumn reflectance_, specular_, emission_;
   MapColumn roughness_map_, metallic_map_;
   bool has_specular_ = false;
-  std::vector<float> ior_, emission_exponent_;
-  std::vector<std::uint32_t> light_group_;
-  bool has_emission_profiles_ = false;  ///< an exponent that is not 0
-  std::vector<float> parameters_;       ///< numbers of the kinds that have more than colours and an index
+  Column<float> ior_, emission_exponent_;
+  Column<std::uint32_t> light_group_;
+  bool has_emission_profiles_ = false;                 ///< an exponent that is not 0
+  std::array<Column<float>, kParameters> parameters_;  ///< of the kinds that have more than colours and an index
 };
 
 }  // namespace lightmill

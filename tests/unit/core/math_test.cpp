@@ -2,6 +2,7 @@
 
 #include <cmath>
 
+#include "common/math/column.h"
 #include "common/math/transcendental.h"
 #include "common/math/vec.h"
 
@@ -28,6 +29,47 @@ TEST(Simd, CompressKeepsSetLanesInOrder) {
     for (std::uint32_t lane = 0; lane < 8; ++lane) {
       if (mask >> lane & 1) {
         EXPECT_EQ(out[n++], lane);
+      }
+    }
+  }
+}
+
+TEST(Column, LanesGetTheirRowsHoweverManyThereAre) {
+  for (std::uint32_t rows : {1u, 7u, 8u, 9u, 40u}) {
+    Column<std::uint32_t> column;
+    VectorColumn vectors;
+    std::vector<float> rows_of_four;
+    for (std::uint32_t row = 0; row < rows; ++row) {
+      column.push_back(100 + row);
+      const auto x = static_cast<float>(row);
+      vectors.push_back({x, x + 0.25f, x + 0.5f});
+      rows_of_four.insert(rows_of_four.end(), {x, x + 0.25f, x + 0.5f, -1});
+    }
+    for (int mask = 0; mask < 256; ++mask) {
+      alignas(32) std::uint32_t wanted[8], on[8], found[8];
+      for (std::uint32_t lane = 0; lane < 8; ++lane) {
+        on[lane] = mask >> lane & 1 ? 0xffffffff : 0;
+        wanted[lane] = on[lane] != 0 ? lane * 5 % rows : 0xfffffff0;  // masked lanes may hold anything
+      }
+      const U8 row = U8::load(wanted);
+      const M8 lanes(U8::load(on).v);
+      column.at(row, lanes).store(found);
+      const V8 by_column = vectors.at(row, lanes), by_row = gather_rows_of_four(rows_of_four.data(), row, lanes);
+      alignas(32) float values[2][3][8];
+      int which = 0;
+      for (const V8& v : {by_column, by_row}) {
+        v.x.store(values[which][0]);
+        v.y.store(values[which][1]);
+        v.z.store(values[which++][2]);
+      }
+      for (std::uint32_t lane = 0; lane < 8; ++lane) {
+        const bool set = on[lane] != 0;
+        ASSERT_EQ(found[lane], set ? 100 + wanted[lane] : 0) << rows << " rows, mask " << mask;
+        for (int axis = 0; axis < 3; ++axis) {
+          const float expected = set ? static_cast<float>(wanted[lane]) + 0.25f * static_cast<float>(axis) : 0;
+          ASSERT_EQ(values[0][axis][lane], expected);
+          ASSERT_EQ(values[1][axis][lane], expected);
+        }
       }
     }
   }
