@@ -33,7 +33,7 @@ std::string reference_text(const lab::Reference& reference) {
 Result<LabFolder> LabFolder::open(const fs::path& path) {
   LabFolder folder;
   folder.path_ = path;
-  for (const char* name : {"", "references", "pictures"}) {
+  for (const char* name : {"", "references", "pictures", "charts"}) {
     std::error_code error;
     fs::create_directories(path / name, error);
     if (error) {
@@ -163,6 +163,9 @@ Status LabFolder::write_report(const LabPlan& plan, const std::vector<LabReferen
   }
   LM_RETURN_IF_ERROR(write(path_ / "results.csv", lab::to_csv(input.results)));
   LM_RETURN_IF_ERROR(write(path_ / "results.json", lab::report_json(input)));
+  for (const lab::ReportChart& chart : lab::report_charts(input)) {
+    LM_RETURN_IF_ERROR(write(path_ / "charts" / chart.name, chart.svg));
+  }
   return write(report_path(), lab::report_html(input));
 }
 

@@ -3,6 +3,7 @@
 //   results.jsonl    what was measured, a JSON object a line: what a later run goes on from
 //   references/      KEY.exr, rendered references
 //   pictures/        of the first seed
+//   charts/          the report's, as files of their own
 //   report.html, results.csv, results.json
 #pragma once
 
@@ -37,8 +38,8 @@ class LabFolder {
   Result<LabReference> load_reference(const LabSceneJob& scene) const;
   /// Keeps a picture under a name, and where it differs.
   Status keep_picture(const std::string& name, const RgbImage& picture, const RgbImage& reference) const;
-  /// Writes report.html, results.csv and results.json of what is there. `references` by scene; the picture of one that
-  /// is not there is empty.
+  /// Writes report.html, its charts, results.csv and results.json of what is there. `references` by scene; the picture
+  /// of one that is not there is empty.
   Status write_report(const LabPlan& plan, const std::vector<LabReference>& references) const;
   std::filesystem::path report_path() const { return path_ / "report.html"; }
 

@@ -106,11 +106,22 @@ Chart chart_for(const ReportInput& input, const ReportScene& scene, const std::s
   return chart;
 }
 
+struct NamedChart {
+  const char* name;
+  Chart chart;
+};
+
+std::vector<NamedChart> charts_of(const ReportInput& input, const ReportScene& scene) {
+  return {{"relmse", chart_for(input, scene, "relMSE", "relMSE", rel_mse, true)},
+          {"trimmed", chart_for(input, scene, "relMSE without the worst 0.1 %", "trimmed relMSE", trimmed, true)},
+          {"flip", chart_for(input, scene, "FLIP", "mean FLIP", flip, false)}};
+}
+
 std::string charts(const ReportInput& input, const ReportScene& scene) {
   std::string html = "<div class='charts'>\n";
-  html += chart_svg(chart_for(input, scene, "relMSE", "relMSE", rel_mse, true)) + "\n";
-  html += chart_svg(chart_for(input, scene, "relMSE without the worst 0.1 %", "trimmed relMSE", trimmed, true)) + "\n";
-  html += chart_svg(chart_for(input, scene, "FLIP", "mean FLIP", flip, false)) + "\n";
+  for (const NamedChart& each : charts_of(input, scene)) {
+    html += chart_svg(each.chart) + "\n";
+  }
   return html + "</div>\n";
 }
 
@@ -259,6 +270,17 @@ std::string report_html(const ReportInput& input) {
             pictures(scene) + "</section>\n";
   }
   return html + "<script>" + page_script() + "</script>\n</body></html>\n";
+}
+
+std::vector<ReportChart> report_charts(const ReportInput& input) {
+  std::vector<ReportChart> files;
+  for (std::size_t i = 0; i < input.scenes.size(); ++i) {
+    for (NamedChart& each : charts_of(input, input.scenes[i])) {
+      each.chart.title = input.scenes[i].name + ": " + each.chart.title;
+      files.push_back({fmt::format("{}-{}.svg", i + 1, each.name), chart_file(each.chart)});
+    }
+  }
+  return files;
 }
 
 std::string report_json(const ReportInput& input) {

@@ -32,6 +32,13 @@ struct ReportInput {
 
 std::string report_html(const ReportInput& input);
 
+/// A chart of the page as an SVG file of its own.
+struct ReportChart {
+  std::string name;  ///< of the file: the scene's number, counted from 1, and what is drawn
+  std::string svg;
+};
+std::vector<ReportChart> report_charts(const ReportInput& input);
+
 /// The numbers that the page states, and all results.
 std::string report_json(const ReportInput& input);
 

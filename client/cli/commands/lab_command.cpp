@@ -17,9 +17,8 @@ namespace {
 constexpr const char* kMore =
     "EXPERIMENT is a JSON document that names scenes, methods, seeds, the numbers of samples (or the errors) at which\n"
     "pictures are compared, and a reference: docs/lab.md describes it. The farm is chosen as for `render`. DIR gets\n"
-    "report.html (charts of error against time, speed-ups, pictures), results.csv and results.json. Ctrl-C keeps what "
-    "is\n"
-    "done; the same command again goes on from there.";
+    "report.html (charts of error against time, speed-ups, pictures), the charts as files, results.csv and\n"
+    "results.json. Ctrl-C keeps what is done; the same command again goes on from there.";
 
 struct LabOptions {
   std::string experiment, folder;

@@ -218,6 +218,11 @@ TEST(Report, StandsAloneAndSaysTheNumbers) {
     ++charts;
   }
   EXPECT_EQ(charts, 3u);
+  const std::vector<ReportChart> files = report_charts(input);
+  ASSERT_EQ(files.size(), 3u);
+  EXPECT_EQ(files[1].name, "1-trimmed.svg");
+  EXPECT_FALSE(test::xml_tags(files[1].svg).empty());
+  EXPECT_NE(files[1].svg.find(input.scenes[0].name + ": relMSE without"), std::string::npos);
   const auto numbers = nlohmann::json::parse(report_json(input));
   EXPECT_EQ(numbers["results"].size(), 24u);
   EXPECT_NEAR(numbers["scenes"][0]["regret"]["factor"].get<double>(), 1.1, 1e-9);
