@@ -30,7 +30,10 @@ struct CoordinatorLimits {
   /// Of nodes that are out or wait to be joined; never below four nodes a tile.
   std::uint64_t film_bytes_per_job = std::uint64_t{1} << 30;
   std::uint64_t film_bytes = std::uint64_t{8} << 30;  ///< of all films together when they are done; more is refused
-  std::uint32_t max_bad_results = 3;                  ///< a worker that sends so many damaged results is dismissed
+  /// A tile (or pilot) with which so many workers were lost in a row, nothing of it having come, goes to workers that
+  /// have nothing else; once it has lost so many of those its job fails.
+  std::uint32_t losses_before_alone = 2, losses_alone = 3;
+  std::uint32_t max_bad_results = 3;  ///< a worker that sends so many damaged results is dismissed
   std::uint32_t max_jobs = 10'000;
   std::uint32_t max_workers = 10'000;
 };

@@ -54,6 +54,7 @@ class RecentPeak {
 struct Lease {
   LeaseId id;
   std::string worker;
+  Time worker_since;       ///< when its worker had connected
   Unit unit;               ///< tiles ascending
   std::vector<bool> done;  ///< by tile of the unit: covered by the film, or not wanted from this lease any more
   std::uint32_t remaining = 0;
@@ -62,6 +63,14 @@ struct Lease {
   double expected_seconds = 0;
   bool copy = false;
   bool abandoned = false;  ///< its worker's stream is broken
+  bool alone = false;      ///< suspected: its worker has nothing else
+};
+
+/// Workers that were lost with a tile, or with a job's pilot, since something of it came last.
+struct Suspicion {
+  std::uint32_t lost = 0;
+  std::pair<std::string, Time> last;  ///< the last one, and since when it was connected: it may lose several leases
+  std::vector<std::string> alone;     ///< those that had nothing else
 };
 
 /// A job as one worker sees it.
@@ -102,6 +111,8 @@ struct Job {
   std::optional<Time> active_since;  ///< while units are out; its pilots do not count
   Time hold_until;                   ///< no leases before that: workers may come back with what they hold
   bool digest_durable = false;       ///< the row with class and method is known to be stored
+  std::map<TileId, Suspicion> suspicions;
+  Suspicion suspicion_of_pilot;
   std::uint64_t version = 1;
   double given_base = 0;                ///< for fairness: what others had when it came
   double given_at_start = 0;            ///< its place in the queue when it came (again)
@@ -192,6 +203,11 @@ struct Coordinator::State {
   void tile_done(LeaseId lease, TileId tile, Time now, Step& step, bool by_its_worker);
   /// Takes what remains of a lease back. `cancel`: tells the worker; `lost`: counts it.
   void end_lease(LeaseId lease, bool cancel, bool lost, Time now, Step& step);
+  /// The same of one that is lost because its worker is not heard of any more: what it was to render may be why.
+  void end_lease_of_lost(LeaseId lease, bool cancel, Time now, Step& step);
+  /// Empty, or why a job is to fail whose tile or pilot workers were lost with again and again.
+  std::string suspect(Job& job, const Lease& lost) const;
+  bool is_suspect(const Suspicion& suspicion) const { return suspicion.lost >= limits.losses_before_alone; }
   void settle(Job& job, TileId tile, std::optional<LeaseId> from, Time now, Step& step);
   void renew(Lease& lease, Time now);
   void set_deadline(Lease& lease, Time deadline);
@@ -216,7 +232,7 @@ struct Coordinator::State {
 
   // ---- workers.cpp ----
   void connect(SessionId session, const WorkerHello& hello, Time now, Step& step);
-  void take_back_held(Worker& worker, const WorkerHello& hello, Time now, Step& step);
+  void take_back_held(Worker& worker, const WorkerHello& hello, bool other_process, Time now, Step& step);
   bool adopt_held(Worker& worker, const HeldLease& held, Time now, Step& step);
   void on_heartbeat(Worker& worker, const WorkerHeartbeat& heartbeat, Time now, Step& step);
   void on_return(Worker& worker, const WorkerReturn& message, Time now, Step& step);

@@ -37,6 +37,9 @@ bool Coordinator::State::wants_more(const Worker& worker) const {
     return false;
   }
   const std::size_t held = worker.leases.size();
+  if (held == 1 && leases.at(*worker.leases.begin()).alone) {
+    return false;
+  }
   return held < limits.leases_per_worker || (worker.tiles_out < worker.hello.threads * limits.leases_per_worker &&
                                              held < std::size_t{limits.leases_per_worker} * kSmallUnitsFactor);
 }
@@ -98,10 +101,17 @@ bool Coordinator::State::grant_next(Worker& worker, Time now, Step& step) {
     }
     if (job.undecided()) {
       if (job.leases.empty() && job.plan->has_work() && may_pilot(worker, job, now)) {
+        if (is_suspect(job.suspicion_of_pilot) && !worker.leases.empty()) {
+          return false;  // as below
+        }
         grant_pilot(worker, job, now, step);
         return true;
       }
       continue;
+    }
+    const bool alone = job.plan->next_is_alone();
+    if (alone && !worker.leases.empty()) {
+      return false;  // when it has nothing else, which others must not fill up
     }
     const LeaseId id = next_lease_id();
     std::optional<Unit> unit = job.plan->take(job.id(), id, aim_for(worker, job));
@@ -112,7 +122,8 @@ bool Coordinator::State::grant_next(Worker& worker, Time now, Step& step) {
     if (job.record.fingerprint_class.empty()) {
       start_job(job, worker, step);
     }
-    const Lease& lease = open_lease(worker, job, id, *std::move(unit), false, now);
+    Lease& lease = open_lease(worker, job, id, *std::move(unit), false, now);
+    lease.alone = alone;
     send_grant(worker, job, lease, step);
     refresh_queue(job);
     return true;
@@ -124,6 +135,7 @@ Lease& Coordinator::State::open_lease(Worker& worker, Job& job, LeaseId id, Unit
   Lease& lease = leases[id];
   lease.id = id;
   lease.worker = worker.hello.name;
+  lease.worker_since = worker.connected_at;
   lease.unit = std::move(unit);
   lease.done.assign(lease.unit.tiles.size(), false);
   lease.remaining = static_cast<std::uint32_t>(lease.unit.tiles.size());
@@ -237,6 +249,54 @@ void Coordinator::State::end_lease(LeaseId id, bool cancel, bool lost, Time now,
   refresh_queue(job);
 }
 
+void Coordinator::State::end_lease_of_lost(LeaseId id, bool cancel, Time now, Step& step) {
+  const Lease lease = leases.at(id);
+  Job& job = *jobs.at(lease.unit.job);
+  end_lease(id, cancel, true, now, step);
+  put_progress(job, now, step);
+  if (std::string reason = suspect(job, lease); !reason.empty()) {
+    finish_job(job, JobState::failed, std::move(reason), now, step);
+  }
+  finish_if_complete(job, now, step);
+}
+
+std::string Coordinator::State::suspect(Job& job, const Lease& lost) const {
+  std::string reason;
+  const auto count = [&](Suspicion& suspicion, const auto& describe) {
+    const std::pair worker(lost.worker, lost.worker_since);
+    if (std::exchange(suspicion.last, worker) == worker) {
+      return;
+    }
+    ++suspicion.lost;
+    if (lost.alone) {
+      suspicion.alone.push_back(lost.worker);
+    }
+    if (suspicion.alone.size() >= limits.losses_alone) {
+      reason = fmt::format("{} workers were lost in a row, the last ones ({}) while they had nothing to do but {}",
+                           suspicion.lost, fmt::join(suspicion.alone, ", "), describe());
+    }
+  };
+  if (lost.unit.tiles.empty()) {
+    count(job.suspicion_of_pilot, [] { return std::string("to try the job's methods"); });
+  }
+  for (std::size_t i = 0; i < lost.unit.tiles.size(); ++i) {
+    if (lost.done[i]) {
+      continue;
+    }
+    const TileId tile = lost.unit.tiles[i];
+    Suspicion& suspicion = job.suspicions[tile];
+    count(suspicion, [&] {
+      const PixelRect rect = job.film.grid().tile_rect(tile);
+      return fmt::format("to render samples [{}, {}) of the {}x{} pixels at {}, {}", lost.unit.range.first(),
+                         lost.unit.range.end(), rect.width, rect.height, rect.x, rect.y);
+    });
+    if (is_suspect(suspicion)) {
+      job.plan->set_alone(tile, true);
+    }
+  }
+  return reason;
+}
+
 void Coordinator::State::set_deadline(Lease& lease, Time deadline) {
   expiry.erase({lease.deadline, lease.id});
   lease.deadline = deadline;
@@ -252,10 +312,7 @@ void Coordinator::State::expire(Time now, Step& step) {
     const LeaseId id = expiry.begin()->second;
     const Lease& lease = leases.at(id);
     const std::string name = lease.worker;
-    Job& job = *jobs.at(lease.unit.job);
-    end_lease(id, true, true, now, step);
-    put_progress(job, now, step);
-    finish_if_complete(job, now, step);
+    end_lease_of_lost(id, true, now, step);
     if (Worker* worker = find_worker(name)) {
       worker->silent = true;
       idle.erase(name);
@@ -274,7 +331,7 @@ void Coordinator::State::copy_to_idle(Time now, Step& step) {
     const double patience =
         lease.abandoned ? 0 : to_seconds(limits.copy_after) + kCopyAfterExpected * lease.expected_seconds;
     const bool copied = lease.unit.tiles.empty() ? job.leases.size() > 1 : lease.copy;
-    if (job.record.state == JobState::running && !copied && age > patience) {
+    if (job.record.state == JobState::running && !copied && !lease.alone && age > patience) {
       late.emplace_back(lease.granted, id);
     }
   }

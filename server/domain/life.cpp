@@ -219,6 +219,8 @@ void Coordinator::State::finish_job(Job& job, JobState state, std::string reason
   job.record.reason = std::move(reason);
   job.record.finished_unix_ms = unix_ms(now);
   job.plan.reset();
+  job.suspicions.clear();
+  job.suspicion_of_pilot = {};
   queue.remove(job.id());
   timed_jobs.erase(job.id());
   restored_jobs.erase(job.id());

@@ -58,7 +58,7 @@ void Coordinator::State::grant_pilot(Worker& worker, Job& job, Time now, Step& s
   }
   const std::vector<std::string>& methods = job.record.method_notes.candidates;
   const LeaseId id = next_lease_id();
-  open_lease(worker, job, id, Unit{job.id(), {}, {}}, false, now);
+  open_lease(worker, job, id, Unit{job.id(), {}, {}}, false, now).alone = is_suspect(job.suspicion_of_pilot);
   send_after_commit(step, *worker.session,
                     PilotGrant{id, job.id(), job.record.spec.settings, methods, job.record.spec.goal.adaptive});
   note(step, Note::Level::info, "worker {} {} {} for job {}", worker.hello.name,
@@ -80,6 +80,7 @@ void Coordinator::State::on_pilot(Worker& worker, const PilotReport& report, Tim
     return;
   }
   worker.pilots_lost = 0;
+  job.suspicion_of_pilot = {};
   end_lease(report.lease, false, false, now, step);
   while (!job.leases.empty()) {  // its copy, or what it was a copy of
     const LeaseId other = *job.leases.begin();

@@ -164,6 +164,9 @@ void Coordinator::State::merge_result(Job& job, const std::string& name, WorkerR
     return;
   }
   ++job.record.counters.results_merged;
+  if (job.suspicions.erase(key.tile) > 0) {
+    job.plan->set_alone(key.tile, false);
+  }
   if (job.record.spec.goal.error > 0 && job.film.samples(key.tile) == job.plan->goal_of(key.tile)) {
     job.error.refresh(job.film, key.tile);  // so that little is left to do once the last tile is there
   }

@@ -77,7 +77,8 @@ void Coordinator::State::connect(SessionId session, const WorkerHello& hello, Ti
   }
   worker.heard_at = now;
   sessions[session].current = true;
-  if (!same_process(worker.hello, hello)) {
+  const bool other_process = !same_process(worker.hello, hello);
+  if (other_process) {
     worker.bad_results = 0;
   }
   worker.hello = hello;
@@ -96,12 +97,13 @@ void Coordinator::State::connect(SessionId session, const WorkerHello& hello, Ti
   note(step, Note::Level::info, "worker {} is here: {} threads on {}, class {}", hello.name, hello.threads, hello.host,
        hello.fingerprint_class);
   send(step, session, Welcome{epoch, limits.heartbeat_interval, limits.lease_duration});
-  take_back_held(worker, hello, now, step);
+  take_back_held(worker, hello, other_process, now, step);
   serve(worker, now, step);
   serve_all(now, step);
 }
 
-void Coordinator::State::take_back_held(Worker& worker, const WorkerHello& hello, Time now, Step& step) {
+void Coordinator::State::take_back_held(Worker& worker, const WorkerHello& hello, bool other_process, Time now,
+                                        Step& step) {
   LeaseCancel unwanted;
   std::set<LeaseId> kept;
   for (const HeldLease& held : hello.held) {
@@ -114,12 +116,17 @@ void Coordinator::State::take_back_held(Worker& worker, const WorkerHello& hello
   // What was given under this name and is not held any more is not being worked on.
   const std::set<LeaseId> before = worker.leases;
   for (const LeaseId id : before) {
-    if (worker.leases.contains(id) && !kept.contains(id)) {
-      Job& job = *jobs.at(leases.at(id).unit.job);
-      end_lease(id, false, true, now, step);
-      put_progress(job, now, step);
-      finish_if_complete(job, now, step);
+    if (!worker.leases.contains(id) || kept.contains(id)) {
+      continue;
     }
+    if (other_process) {
+      end_lease_of_lost(id, false, now, step);
+      continue;
+    }
+    Job& job = *jobs.at(leases.at(id).unit.job);
+    end_lease(id, false, true, now, step);
+    put_progress(job, now, step);
+    finish_if_complete(job, now, step);
   }
   if (!unwanted.leases.empty()) {
     send_after_commit(step, *worker.session, std::move(unwanted));

@@ -144,6 +144,14 @@ bool JobPlan::clean_front() {
   return false;
 }
 
+void JobPlan::set_alone(TileId tile, bool alone) {
+  if (alone) {
+    alone_.insert(tile);
+  } else {
+    alone_.erase(tile);
+  }
+}
+
 bool JobPlan::has_work() {
   return clean_front();
 }
@@ -156,7 +164,8 @@ std::optional<Unit> JobPlan::take(JobId job, LeaseId lease, const UnitAim& aim) 
   std::deque<TileId>& waiting = buckets_.begin()->second;
   const TileId lead = waiting.front();
   Unit unit{job, choose_range(*find_gap(lead), waiting.size(), pixels(lead), aim), {}};
-  const std::uint32_t wanted = choose_tile_count(unit.range, waiting.size(), pixels(lead), aim);
+  const bool alone = alone_.contains(lead);
+  const std::uint32_t wanted = alone ? 1 : choose_tile_count(unit.range, waiting.size(), pixels(lead), aim);
 
   // Tiles whose gap is too short for the range stay for another unit; not many are looked at for that.
   std::vector<TileId> set_aside;
@@ -168,7 +177,7 @@ std::optional<Unit> JobPlan::take(JobId job, LeaseId lease, const UnitAim& aim) 
     if (!gap) {
       continue;
     }
-    if (gap->end < unit.range.end()) {
+    if (gap->end < unit.range.end() || alone != alone_.contains(tile)) {
       set_aside.push_back(tile);
       continue;
     }

@@ -13,6 +13,7 @@
 #include <deque>
 #include <map>
 #include <optional>
+#include <set>
 #include <unordered_map>
 #include <vector>
 
@@ -37,6 +38,11 @@ class JobPlan {
   std::uint64_t goal() const { return goal_; }
   /// The same of one tile.
   std::uint64_t goal_of(TileId tile) const { return film_.allocation().of_tile(tile, goal_); }
+
+  /// Whether a unit of this tile is to hold no other one.
+  void set_alone(TileId tile, bool alone);
+  /// Whether take() would give a unit of such a tile.
+  bool next_is_alone() { return clean_front() && alone_.contains(buckets_.begin()->second.front()); }
 
   /// Whether take() would give something.
   bool has_work();
@@ -100,6 +106,7 @@ class JobPlan {
   std::map<Place, std::deque<TileId>> buckets_;
   std::vector<std::uint32_t> queued_at_;                   ///< by tile: position of its current entry, or kNotQueued
   std::unordered_map<TileId, std::vector<OutRange>> out_;  ///< ascending, disjoint
+  std::set<TileId> alone_;
   std::uint64_t out_pixel_samples_ = 0;
 };
 

@@ -27,7 +27,7 @@ void FarmSimulation::make_jobs() {
     ClientJob job;
     job.spec.request_id = fmt::format("request-{}", i);
     job.spec.priority = static_cast<std::int32_t>(random_.below(2));
-    job.spec.settings.scene = "scene";
+    job.spec.settings.scene = fmt::format("scene {}", i);
     job.spec.settings.width = 200;
     job.spec.settings.height = 200;
     job.spec.settings.crop = kCrops[random_.below(std::size(kCrops))];
@@ -54,6 +54,13 @@ void FarmSimulation::make_jobs() {
       job.spec.goal.adaptive = true;
       if (job.notes.candidates.empty()) {
         job.notes.candidates = {job.spec.settings.method};
+      }
+    }
+    if (chaos_.poison && random_.chance(0.1)) {
+      if (!job.notes.candidates.empty() && random_.chance(0.3)) {
+        job.poisoned_pilot = true;
+      } else {
+        job.poison = random_.below(20);
       }
     }
     client_jobs_.push_back(std::move(job));
@@ -227,6 +234,11 @@ void FarmSimulation::check_end() {
     }
     if (!status.ok()) {
       fail(fmt::format("job {} was submitted and is not there", job.id->value));
+      continue;
+    }
+    const bool may_fail = job.poisoned_pilot || job.poison != kNoPoison;
+    if (may_fail && status->state == JobState::failed && status->reason.find("lost in a row") != std::string::npos) {
+      ++report_.poisoned;
       continue;
     }
     const JobState expected = job.cancelled ? JobState::cancelled : JobState::done;

@@ -39,7 +39,8 @@ struct Chaos {
   bool restarts = true;  ///< the coordinator is killed and started again
   bool changes = true;   ///< clients extend, pause, resume, cancel, delete; drain workers
   bool copies = true;    ///< idle workers get copies
-  static Chaos none() { return {false, false, false, false, false, false, false}; }
+  bool poison = true;    ///< some jobs have a sample, or a pilot, that kills whoever renders it
+  static Chaos none() { return {false, false, false, false, false, false, false, false}; }
 };
 
 /// Bugs planted around the parts that are tested: each must be found.
@@ -66,6 +67,7 @@ struct Report {
   std::uint64_t events = 0;
   std::uint64_t restarts = 0;
   std::uint64_t deaths = 0;
+  std::uint64_t poisoned = 0;  ///< jobs that failed because of it
 };
 
 class FarmSimulation {
@@ -118,11 +120,14 @@ class FarmSimulation {
     JobSpec spec;
     MethodNotes notes;  ///< with candidates for a pilot, or without
     std::optional<JobId> id;
-    std::uint64_t goal = 0;  ///< samples that were asked for, with all extensions; 0: none
-    double error = 0;        ///< likewise
+    std::uint64_t goal = 0;            ///< samples that were asked for, with all extensions; 0: none
+    double error = 0;                  ///< likewise
+    std::uint64_t poison = kNoPoison;  ///< from this sample on tile 0 kills its worker
+    bool poisoned_pilot = false;
     bool cancelled = false;
     bool removed = false;
   };
+  static constexpr std::uint64_t kNoPoison = ~std::uint64_t{0};
 
   // ---- world ----
   void at(Time time, Action action);
@@ -161,6 +166,9 @@ class FarmSimulation {
   void prepare(std::size_t index, const PrepareJob& job);
   void run_pilot(std::size_t index, const RunPilot& pilot);
   void render(std::size_t index);
+  /// The job that a client has submitted with these settings' seed and scene name.
+  const ClientJob& job_of(const RenderSettings& settings) const;
+  void die_of_poison(std::size_t index);
   void plan_worker_tick(std::size_t index);
 
   // ---- client_side.cpp ----

@@ -33,16 +33,19 @@ TEST_P(Simulation, FilmsAreThoseOfTheQuietRunWhateverHappens) {
   const std::uint64_t seeds = number_from_environment("LIGHTMILL_SIMULATION_SEEDS", kSeedsPerBatch);
   std::uint64_t restarts = 0;
   std::uint64_t deaths = 0;
+  std::uint64_t poisoned = 0;
   for (std::uint64_t i = 0; i < seeds; ++i) {
     const std::uint64_t seed = 1 + GetParam() * seeds + i;
     const Report report = FarmSimulation(seed, Chaos{}, PlantedBugs{}).run();
     ASSERT_EQ(report.failure, "") << "seed " << seed << ": replay it with LIGHTMILL_SIMULATION_SEED=" << seed;
     restarts += report.restarts;
     deaths += report.deaths;
+    poisoned += report.poisoned;
   }
   // The schedules do what they are for.
   EXPECT_GT(restarts, seeds / 2);
   EXPECT_GT(deaths, seeds / 2);
+  EXPECT_GT(poisoned, seeds / 20);
 }
 INSTANTIATE_TEST_SUITE_P(Batch, Simulation, testing::Range<std::uint64_t>(0, kBatches));
 

@@ -211,9 +211,27 @@ Allocation pilot_allocation(const RenderSettings& settings) {
   return Allocation::of(std::move(shifts)).value();
 }
 
+const FarmSimulation::ClientJob& FarmSimulation::job_of(const RenderSettings& settings) const {
+  return *std::ranges::find_if(client_jobs_,
+                               [&](const ClientJob& job) { return job.spec.settings.scene == settings.scene; });
+}
+
+void FarmSimulation::die_of_poison(std::size_t index) {
+  trace("{} is poisoned", workers_[index].name);
+  kill_worker(index);
+  if (random_.chance(0.3)) {
+    workers_[index].name += "'";
+  }
+  after(random_.seconds_between(0.05, 3), [this, index] { start_worker(index); });
+}
+
 void FarmSimulation::run_pilot(std::size_t index, const RunPilot& pilot) {
   const std::uint64_t life = workers_[index].life;
   after(random_.seconds_between(0.01, 1), [this, index, life, grant = pilot.grant] {
+    if (workers_[index].alive && workers_[index].life == life && job_of(grant->settings).poisoned_pilot) {
+      die_of_poison(index);
+      return;
+    }
     const bool unavailable = chaos_.breaks && random_.chance(0.1);
     on_worker(index, life, [this, grant, unavailable](Session& session, SessionActions& actions) {
       const std::size_t choice = pilot_choice(grant->settings, grant->methods.size());
@@ -241,6 +259,10 @@ void FarmSimulation::render(std::size_t index) {
     after(from_seconds(seconds), [this, index, life, tile, seconds, samples] {
       SimulatedWorker& again = workers_[index];
       if (!again.alive || again.life != life) {
+        return;
+      }
+      if (tile.key.tile == TileId{0} && tile.key.range.end() > job_of(tile.description->settings).poison) {
+        die_of_poison(index);
         return;
       }
       --again.busy;

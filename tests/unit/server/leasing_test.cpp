@@ -225,6 +225,8 @@ TEST_F(LeasingTest, HeldLeasesOfAnEarlierCoordinatorAreTakenUp) {
 }
 
 TEST_F(LeasingTest, DamagedResultsAreDroppedAndRenderedAgain) {
+  limits.losses_alone = 100;  // it is not why these workers are lost
+  restart({});
   const JobId job = submit(spec("r1", 64));
   SessionId session;
   const auto damage = std::vector<std::function<void(WorkerResult&)>>{

@@ -1,0 +1,99 @@
+// What a coordinator makes of workers that are lost again and again with the same work.
+#include "tests/unit/server/coordinator_fixture.h"
+
+namespace lightmill {
+namespace {
+
+class LostWorkersTest : public test::CoordinatorTest {
+ protected:
+  /// A worker that comes, gets what there is, and is never heard of again.
+  std::vector<LeaseGrant> lose_a_worker() {
+    const SessionId session = connect(fmt::format("worker-{}", ++lost_));
+    const std::vector<LeaseGrant> grants = got<LeaseGrant>(session);
+    coordinator->worker_disconnected(session, now, step);
+    flush();
+    pass(limits.disconnect_grace + std::chrono::milliseconds(1));
+    return grants;
+  }
+
+ private:
+  int lost_ = 0;
+};
+
+TEST_F(LostWorkersTest, ATileThatKillsAllItsWorkersFailsItsJobByName) {
+  const JobId job = submit(spec("r1", 4, {0, 0, 64, 64}));
+  for (std::uint32_t i = 0; i < limits.losses_before_alone + limits.losses_alone; ++i) {
+    ASSERT_EQ(status(job).state, i == 0 ? JobState::queued : JobState::running);
+    ASSERT_FALSE(lose_a_worker().empty()) << i;
+  }
+  EXPECT_EQ(status(job).state, JobState::failed);
+  EXPECT_EQ(status(job).reason,
+            "5 workers were lost in a row, the last ones (worker-3, worker-4, worker-5) while they had nothing to do "
+            "but to render samples [0, 1) of the 64x64 pixels at 0, 0");
+}
+
+TEST_F(LostWorkersTest, ASuspectedTileIsRenderedWithNothingElseBesideIt) {
+  const JobId job = submit(spec("r1", 64, {0, 0, 256, 64}));
+  submit(spec("r2", 64, {0, 0, 256, 64}));
+  for (std::uint32_t i = 0; i < limits.losses_before_alone; ++i) {
+    lose_a_worker();
+  }
+  const SessionId session = connect("survivor", 4);
+  ASSERT_EQ(got<LeaseGrant>(session).size(), 1u);
+  const LeaseGrant alone = got<LeaseGrant>(session)[0];
+  EXPECT_EQ(alone.unit.tiles.size(), 1u);
+  work(session);  // it was not the tile's fault: all goes on as ever
+  EXPECT_EQ(status(job).state, JobState::done);
+  std::size_t most_tiles = 0;
+  for (const LeaseGrant& grant : got<LeaseGrant>(session)) {
+    most_tiles = std::max(most_tiles, grant.unit.tiles.size());
+  }
+  EXPECT_GT(most_tiles, 1u);
+}
+
+TEST_F(LostWorkersTest, WhatComesOfATileClearsIt) {
+  const JobId job = submit(spec("r1", 64, {0, 0, 64, 64}));
+  for (int round = 0; round < 4; ++round) {
+    for (std::uint32_t i = 0; i < limits.losses_before_alone + limits.losses_alone - 1; ++i) {
+      lose_a_worker();
+    }
+    const SessionId session = connect(fmt::format("survivor-{}", round));
+    const std::vector<LeaseGrant> grants = got<LeaseGrant>(session);
+    ASSERT_EQ(grants.size(), 1u) << status(job).reason;
+    finish(session, grants[0]);
+    say(session, WorkerDraining{});
+    for (const LeaseGrant& grant : got<LeaseGrant>(session)) {
+      say(session, WorkerReturn{grant.lease});
+    }
+    coordinator->worker_disconnected(session, now, step);
+    flush();
+  }
+  EXPECT_NE(status(job).state, JobState::failed);
+}
+
+TEST_F(LostWorkersTest, AWorkerThatOnlyLostItsLineAccusesNobody) {
+  const JobId job = submit(spec("r1", 4, {0, 0, 64, 64}));
+  for (int i = 0; i < 20; ++i) {  // the same process, which never got its leases
+    connect("w");
+  }
+  EXPECT_EQ(status(job).state, JobState::running);
+}
+
+TEST_F(LostWorkersTest, APilotThatKillsAllItsWorkersFailsItsJob) {
+  JobSpec piloted = spec("r1", 4);
+  piloted.settings.method = "auto";
+  MethodNotes notes;
+  notes.candidates = {"path", "caustic"};
+  const Result<JobId> job = coordinator->submit(piloted, now, unix_ms(), step, notes);
+  ASSERT_TRUE(job.ok());
+  flush();
+  for (int i = 0; i < 5; ++i) {
+    ASSERT_NE(status(*job).state, JobState::failed);
+    lose_a_worker();
+  }
+  EXPECT_EQ(status(*job).state, JobState::failed);
+  EXPECT_NE(status(*job).reason.find("to try the job's methods"), std::string::npos);
+}
+
+}  // namespace
+}  // namespace lightmill
