@@ -21,10 +21,10 @@ void Batch::run(std::size_t first_pixel, std::size_t last_pixel, const std::vect
       shade(ws_.paths.load(i), first_lanes(ws_.paths.size() - i), bounce);
     }
     ws_.counters.closest_hit_rays += static_cast<std::uint64_t>(ws_.paths.size());
-    trace_shadows(bounce);
     if (connects()) {
       trace_connections();
     }
+    trace_shadows(bounce);
     std::swap(ws_.paths, ws_.next);
   }
 }

@@ -65,6 +65,9 @@ void Batch::connect(const Vertex8& vertex, const Bsdf& bsdf, const V8& wo, M8 la
       const Media8 media = select(side < F8(0.0f), vertex.crossing.beyond, in.media);
       ws_.connections.push(valid, {origin, value, in.slot, number, bsdf.pdf_solid_angle(wo, wi),
                                    vcm::behind(vertex.partial, vertex.merging, back), abs(side), media});
+      if (ws_.connections.full()) {
+        trace_connections();
+      }
     }
   }
 }

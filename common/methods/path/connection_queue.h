@@ -21,9 +21,20 @@ struct Connection8 {
   Media8 media;  ///< at the origin
 };
 
-/// Filled in order; grows as needed.
+/// So many are traced at once: a piece of some 3 MiB, in which hardly a lane is idle.
+inline constexpr std::uint32_t kConnectionsAtOnce = 65536;
+
+/// Filled in order, up to its capacity: whoever pushes looks whether it is full first.
 class ConnectionQueue {
  public:
+  /// `capacity`: at least 1.
+  void reserve(std::uint32_t capacity) {
+    capacity_ = static_cast<int>(capacity);
+    for (auto& column : columns_) {
+      column.resize(std::size_t{capacity} + 8);  // stores are eight wide
+    }
+  }
+  bool full() const { return size_ >= capacity_; }
   int size() const { return size_; }
   void clear() { size_ = 0; }
 
@@ -32,13 +43,8 @@ class ConnectionQueue {
     const auto u = [&](int column) { return float_bits(f(column)); };
     return {{f(0), f(1), f(2)}, {f(3), f(4), f(5)}, u(6), u(7), f(8), f(9), f(10), {u(11), u(12)}};
   }
-  /// Appends the lanes of the mask, in order.
+  /// Appends the lanes of the mask, in order. Not to one that is full.
   void push(M8 lanes, const Connection8& c) {
-    if (columns_[0].size() < static_cast<std::size_t>(size_) + 8) {  // stores are eight wide
-      for (auto& column : columns_) {
-        column.resize(2 * static_cast<std::size_t>(size_) + 1024);
-      }
-    }
     const int bits = lanes.bits();
     const U8 order = compress_order(bits);
     const std::array<F8, kColumns> values{c.origin.x,
@@ -62,7 +68,7 @@ class ConnectionQueue {
 
  private:
   static constexpr int kColumns = 13;
-  int size_ = 0;
+  int size_ = 0, capacity_ = 0;
   std::array<std::vector<float>, kColumns> columns_;
 };
 

@@ -51,10 +51,10 @@ std::uint32_t Batch::start_meter(std::size_t first_pixel, std::size_t last_pixel
   if (meter_->looks) {
     return 0;
   }
-  trace_shadows(0);
   if (connects()) {
     trace_connections();
   }
+  trace_shadows(0);
   std::swap(ws_.paths, ws_.next);
   return 1;
 }

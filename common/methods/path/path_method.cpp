@@ -19,23 +19,26 @@ std::uint32_t bounce_limit(const MethodSettings& settings) {
 class PathMethod final : public Method {
  public:
   PathMethod(std::shared_ptr<const CompiledScene> scene, const MethodSettings& settings,
-             std::unique_ptr<const photons::LightSide> light_side, bool connects, const path::Constants& constants = {})
+             std::unique_ptr<const photons::LightSide> light_side, std::uint32_t connections_at_once,
+             const path::Constants& constants = {})
       : scene_(std::move(scene)),
         seed_(settings.seed),
         max_bounces_(bounce_limit(settings)),
         channels_(settings.layers, scene_->light_groups()),
         light_side_(std::move(light_side)),
-        connects_(connects),
+        connections_at_once_(light_side_ == nullptr ? 0 : connections_at_once),
         constants_(constants) {}
 
   std::unique_ptr<Workspace> make_workspace() const override {
     auto ws = std::make_unique<PathWorkspace>();
     const std::size_t capacity = kBatchPixels * constants_.splits;
     for (path::PathQueue* const queue : {&ws->paths, &ws->next}) {
-      queue->reserve(capacity, scene_->features().media, light_side_ != nullptr && !connects_,
-                     light_side_ != nullptr && connects_);
+      queue->reserve(capacity, scene_->features().media, light_side_ != nullptr && !connects(), connects());
     }
     ws->shadows.reserve(capacity, scene_->features().media);
+    if (connects()) {
+      ws->connections.reserve(connections_at_once_);
+    }
     return ws;
   }
 
@@ -83,32 +86,34 @@ class PathMethod final : public Method {
     }
   }
 
+  bool connects() const { return connections_at_once_ > 0; }
+
   std::shared_ptr<const CompiledScene> scene_;
   std::uint64_t seed_;
   std::uint32_t max_bounces_;
   FilmChannels channels_;
   std::unique_ptr<const photons::LightSide> light_side_;  ///< null: paths find all light
-  bool connects_;                                         ///< light paths with those from the eye
+  std::uint32_t connections_at_once_;                     ///< of light paths with those from the eye; 0: none
   path::Constants constants_;
 };
 
 std::unique_ptr<Method> make_with_light_side(std::shared_ptr<const CompiledScene> scene, const MethodSettings& settings,
-                                             const MethodSpec& spec, photons::Followed followed) {
+                                             const MethodSpec& spec, photons::Followed followed,
+                                             std::uint32_t connections_at_once = 0) {
   auto light_side = std::make_unique<const photons::LightSide>(
       *scene, photons::LightSideSettings{settings.seed, bounce_limit(settings), spec.photons.value_or(0),
                                          spec.radius.value_or(0), followed, followed != photons::Followed::all_light});
   if (light_side->empty()) {
     light_side = nullptr;
   }
-  return std::make_unique<PathMethod>(std::move(scene), settings, std::move(light_side),
-                                      followed == photons::Followed::paths);
+  return std::make_unique<PathMethod>(std::move(scene), settings, std::move(light_side), connections_at_once);
 }
 
 }  // namespace
 
 std::unique_ptr<Method> make_path_method(std::shared_ptr<const CompiledScene> scene, const MethodSettings& settings,
                                          const path::Constants& constants) {
-  return std::make_unique<PathMethod>(std::move(scene), settings, nullptr, false, constants);
+  return std::make_unique<PathMethod>(std::move(scene), settings, nullptr, 0, constants);
 }
 
 std::unique_ptr<Method> make_caustic_method(std::shared_ptr<const CompiledScene> scene, const MethodSettings& settings,
@@ -117,8 +122,8 @@ std::unique_ptr<Method> make_caustic_method(std::shared_ptr<const CompiledScene>
 }
 
 std::unique_ptr<Method> make_vcm_method(std::shared_ptr<const CompiledScene> scene, const MethodSettings& settings,
-                                        const MethodSpec& spec) {
-  return make_with_light_side(std::move(scene), settings, spec, photons::Followed::paths);
+                                        const MethodSpec& spec, std::uint32_t connections_at_once) {
+  return make_with_light_side(std::move(scene), settings, spec, photons::Followed::paths, connections_at_once);
 }
 
 std::unique_ptr<Method> make_ppm_method(std::shared_ptr<const CompiledScene> scene, const MethodSettings& settings,

@@ -10,6 +10,7 @@
 #include <memory>
 
 #include "common/methods/method.h"
+#include "common/methods/path/connection_queue.h"
 #include "common/methods/path/sample_plan.h"
 #include "common/methods/spec/method_spec.h"
 
@@ -31,8 +32,10 @@ std::unique_ptr<Method> make_caustic_method(std::shared_ptr<const CompiledScene>
 /// are a pass that all tiles of a sample share. Each vertex of a path from the eye samples a lamp, is connected to the
 /// vertices of one light path, and merged with all that end near it; each vertex of a light path is splatted to the
 /// pixel that sees it. What scatters in single directions alone is passed. The scene's media must not scatter.
+/// `connections_at_once`: that a thread traces together, which no bit depends on; at least 1.
 std::unique_ptr<Method> make_vcm_method(std::shared_ptr<const CompiledScene> scene, const MethodSettings& settings,
-                                        const MethodSpec& spec);
+                                        const MethodSpec& spec,
+                                        std::uint32_t connections_at_once = path::kConnectionsAtOnce);
 
 /// `ppm`: progressive photon mapping (Knaus and Zwicker 2011, "Progressive Photon Mapping: A Probabilistic Approach").
 /// Photons from all lights bring all that surfaces receive which are no casters, straight from lamps as well; paths
