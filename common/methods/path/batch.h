@@ -142,9 +142,12 @@ class Batch {
   /// What of the deposits near the vertices, which are first seen over casters, goes on to the eye.
   template <class Bsdf>
   void gather_deposits(const Vertex8& vertex, const Bsdf& bsdf, const V8& wo, M8 lanes);
+  template <class Map, class Bsdf>
+  void gather_from(const Map& map, F8 radius, const Vertex8& vertex, const Bsdf& bsdf, const V8& wo, M8 lanes);
+  template <class Map>
+  void find_near(const Map& map, const V8& point, F8 radius, M8 lanes);
   template <class Bsdf>
-  void gather_from(const photons::DepositMap& map, F8 radius, const Vertex8& vertex, const Bsdf& bsdf, const V8& wo,
-                   M8 lanes);
+  void add_found(F8 radius, const Vertex8& vertex, const Bsdf& bsdf, const V8& wo, M8 lanes);
 
   const CompiledScene& scene_;
   const FilmChannels& channels_;

@@ -1,6 +1,7 @@
 // Gathering the deposits of photons at vertices of camera paths: the templates of Batch, for scattering.h.
 #pragma once
 
+#include <algorithm>
 #include <numeric>
 
 #include "common/methods/path/batch.h"
@@ -29,7 +30,7 @@ void Batch::gather_deposits(const Vertex8& vertex, const Bsdf& bsdf, const V8& w
       // A meter that is no place of the scene has no deposits.
       const bool nowhere = vertex.bounce == 0 && meter_ != nullptr && !meter_->looks;
       if (!nowhere) {
-        gather_from(light_pass_->first, light_pass_->merging.at(vertex.surface.point), vertex, bsdf, wo, lanes);
+        gather_from(light_pass_->merge_map, light_pass_->merging.at(vertex.surface.point), vertex, bsdf, wo, lanes);
       }
       return;
     }
@@ -45,40 +46,50 @@ void Batch::gather_deposits(const Vertex8& vertex, const Bsdf& bsdf, const V8& w
   }
 }
 
-/// The density of deposits on the disc of this radius: Jensen 1996, "Global Illumination using Photon Maps", eq. 3.
-/// Those of other surfaces that are near by are told by their normals and by how far they lie off the disc.
-template <class Bsdf>
-void Batch::gather_from(const photons::DepositMap& map, F8 radius, const Vertex8& vertex, const Bsdf& bsdf,
-                        const V8& wo, M8 lanes) {
-  if (map.empty()) {
-    return;
+template <class Map, class Bsdf>
+void Batch::gather_from(const Map& map, F8 radius, const Vertex8& vertex, const Bsdf& bsdf, const V8& wo, M8 lanes) {
+  if (!map.empty()) {
+    find_near(map, vertex.surface.point, radius, lanes);
+    add_found(radius, vertex, bsdf, wo, lanes);
   }
-  constexpr float kLeastCosine = 0.8f, kMostHeight = 0.25f;  ///< of normals; in radii
-  const VectorLanes points(vertex.surface.point);
+}
+
+/// Fills `found` by lane.
+template <class Map>
+void Batch::find_near(const Map& map, const V8& point, F8 radius, M8 lanes) {
+  const VectorLanes points(point);
   alignas(32) float radii[8];
   radius.store(radii);
-  alignas(32) std::uint32_t counts[8] = {};
-  std::size_t most = 0;
   for (std::size_t lane = 0; lane < 8; ++lane) {
     ws_.found[lane].clear();
     if (lanes.bits() >> lane & 1) {
       map.find(points[static_cast<int>(lane)], radii[lane], ws_.found[lane]);
-      counts[lane] = static_cast<std::uint32_t>(ws_.found[lane].size());
-      most = std::max(most, ws_.found[lane].size());
     }
   }
   ws_.counters.gathers += static_cast<std::uint64_t>(lanes.count());
+}
+
+/// The density of deposits on the disc of this radius: Jensen 1996, "Global Illumination using Photon Maps", eq. 3.
+/// Those of other surfaces that are near by are told by their normals and by how far they lie off the disc.
+template <class Bsdf>
+void Batch::add_found(F8 radius, const Vertex8& vertex, const Bsdf& bsdf, const V8& wo, M8 lanes) {
+  constexpr float kLeastCosine = 0.8f, kMostHeight = 0.25f;  ///< of normals; in radii
+  alignas(32) std::uint32_t counts[8];
+  for (std::size_t lane = 0; lane < 8; ++lane) {
+    counts[lane] = static_cast<std::uint32_t>(ws_.found[lane].size());
+  }
+  const std::uint32_t most = *std::ranges::max_element(counts);
   ws_.counters.gathered += std::accumulate(std::begin(counts), std::end(counts), std::uint64_t{0});
   const F8 per_area = F8(kInvPi) / (radius * radius);
   V8 sum, beyond_half;
-  for (std::size_t k = 0; k < most; ++k) {
+  for (std::uint32_t k = 0; k < most; ++k) {
     alignas(32) std::uint32_t numbers[8] = {};
     for (std::size_t lane = 0; lane < 8; ++lane) {
       if (k < counts[lane]) {
         numbers[lane] = ws_.found[lane][k];
       }
     }
-    M8 valid = signed_less(U8(static_cast<std::uint32_t>(k)), U8::load(counts));
+    M8 valid = signed_less(U8(k), U8::load(counts));
     const photons::Deposit8 d = photons::load_deposits(light_pass_->deposits, U8::load(numbers), valid);
     const V8& normal = vertex.surface.geometric_normal;
     const F8 height = abs(dot(d.point - vertex.surface.point, normal));

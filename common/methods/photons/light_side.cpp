@@ -28,6 +28,26 @@ constexpr float meter_radius(Followed followed) {
   return LightPass::kLater * (followed == Followed::paths ? 3 : 1);
 }
 
+/// Sets the limits of the radii that photons are gathered within, and the maps.
+void map_to_gather(const Vec3& eye, LightPass& pass) {
+  std::vector<std::uint32_t> first, later;
+  const bool all = pass.followed == Followed::all_light;
+  double sum = 0;
+  for (std::uint32_t i = 0; i < pass.deposits.size(); ++i) {
+    (all || pass.deposits[i].first == 1 ? first : later).push_back(i);
+    const double distance = glm::length(pass.deposits[i].point - eye);
+    sum += all ? 1 / (distance + 1e-30) : distance;
+  }
+  // All light goes far out over planes without end: not to make what is near coarse, its mean is the harmonic one.
+  const auto count = static_cast<double>(pass.deposits.size());
+  const double mean = all ? count / sum : sum / count;
+  const auto typical = std::max(static_cast<float>(pass.radius_per_length * mean), 0x1p-60f);
+  pass.least = typical / 4;
+  pass.most = typical * 4;
+  pass.first = DepositMap(pass.deposits, first, 2 * typical);
+  pass.later = DepositMap(pass.deposits, later, 2 * LightPass::kLater * typical);
+}
+
 /// A path's deposits were left in the order of its way, among those of others.
 void sort_by_path(Traced traced, LightPass& pass) {
   pass.path_first.assign(pass.photons + 1, 0);
@@ -47,8 +67,8 @@ void sort_by_path(Traced traced, LightPass& pass) {
 }  // namespace
 
 std::uint64_t LightPass::bytes() const {
-  std::uint64_t sum =
-      sizeof(LightPass) + deposits.size() * sizeof(Deposit) + splats.bytes() + first.bytes() + later.bytes();
+  std::uint64_t sum = sizeof(LightPass) + deposits.size() * sizeof(Deposit) + splats.bytes() + first.bytes() +
+                      later.bytes() + merge_map.bytes();
   sum += 4 * (d_vcm.size() + d_vc.size() + path_first.size() + path_deposits.size());
   for (const auto& hits : meters) {
     sum += hits.size() * sizeof(MeterHit);
@@ -113,21 +133,11 @@ std::shared_ptr<const LightPass> LightSide::trace(std::uint64_t sample, RenderCo
   if (pass->deposits.empty()) {
     return pass;
   }
-  std::vector<std::uint32_t> first, later;
-  const bool all = settings_.followed != Followed::caustics;
-  double sum = 0;
-  for (std::uint32_t i = 0; i < pass->deposits.size(); ++i) {
-    (all || pass->deposits[i].first == 1 ? first : later).push_back(i);
-    const double distance = glm::length(pass->deposits[i].point - scene_.camera().eye);
-    sum += all ? 1 / (distance + 1e-30) : distance;
+  if (settings_.followed == Followed::paths) {
+    pass->merge_map = MergeMap(pass->deposits, merging);
+  } else {
+    map_to_gather(scene_.camera().eye, *pass);
   }
-  // All light goes far out over planes without end: not to make what is near coarse, its mean is the harmonic one.
-  const auto count = static_cast<double>(pass->deposits.size());
-  const auto typical = std::max(static_cast<float>(per_length * (all ? count / sum : sum / count)), 0x1p-60f);
-  pass->least = typical / 4;
-  pass->most = typical * 4;
-  pass->first = DepositMap(pass->deposits, first, 2 * typical);
-  pass->later = DepositMap(pass->deposits, later, 2 * LightPass::kLater * typical);
   if (settings_.splats) {
     pass->splats = FilmSplats(scene_, pass->deposits, seed);
   }

@@ -9,6 +9,7 @@
 #include "common/base/mutex.h"
 #include "common/methods/photons/deposit_map.h"
 #include "common/methods/photons/film_splats.h"
+#include "common/methods/photons/merge_map.h"
 #include "common/methods/photons/photon_tracer.h"
 #include "common/methods/spec/method_spec.h"
 #include "common/methods/vcm/weights.h"
@@ -29,6 +30,7 @@ struct LightPass {
   std::vector<float> d_vcm, d_vc;            ///< by deposit: see Partial8
   std::vector<std::uint32_t> path_first;     ///< by path, into `path_deposits`; and the end
   std::vector<std::uint32_t> path_deposits;  ///< path by path, in the order of the way
+  MergeMap merge_map;                        ///< of all deposits
   vcm::Partial8 partials(U8 number, M8 lanes) const {
     return {gather(d_vcm.data(), number, lanes), gather(d_vc.data(), number, lanes)};
   }
@@ -36,7 +38,8 @@ struct LightPass {
 
   float point_meter_radius_per_distance = 0;
   float meter_area(const MeterPlace& meter) const;
-  float photon_power = 0;             ///< the mean of photons as they start, and of the channels
+  float photon_power = 0;  ///< the mean of photons as they start, and of the channels
+  // Of photons that are gathered.
   DepositMap first, later;            ///< deposits after casters alone, and the others; of all light, all are first
   float radius_per_length = 0;        ///< of gathers among the first ones, by the length of the way from the eye
   float least = 0, most = 0;          ///< limits of these radii

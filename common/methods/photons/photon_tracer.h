@@ -6,6 +6,7 @@
 #include "common/lights/photon_emission.h"
 #include "common/methods/method.h"
 #include "common/methods/photons/deposit.h"
+#include "common/methods/photons/merge_radii.h"
 
 namespace lightmill::photons {
 
@@ -31,21 +32,6 @@ enum class Followed {
   caustics,   ///< what meets casters first, and then another surface: photons are aimed at the casters
   all_light,  ///< that surfaces receive: photons go wherever something may be
   paths,      ///< the same, to be connected and merged with paths from the eye
-};
-
-/// Where photons and paths from the eye count as in one place: within a radius that grows with the distance from the
-/// eye. All lengths are the frame's.
-struct MergeRadii {
-  Vec3 eye{0};
-  float per_length = 0, least = 0, most = 0;
-  F8 at(const V8& p) const {
-    return min(max(sqrt(length_squared(p - broadcast(eye))) * F8(per_length), F8(least)), F8(most));
-  }
-  /// The merging factor η of this many light paths.
-  F8 factor(const V8& p, std::uint32_t light_paths) const {
-    const F8 radius = at(p);
-    return radius * radius * F8(kPi * static_cast<float>(light_paths));
-  }
 };
 
 /// What photons start from, for all passes of a scene: all that next-event estimation samples; of all light the
