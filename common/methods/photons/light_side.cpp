@@ -3,6 +3,7 @@
 #include <numeric>
 
 #include "common/math/transcendental.h"
+#include "common/methods/float_environment.h"
 
 namespace lightmill::photons {
 namespace {
@@ -90,6 +91,32 @@ std::uint32_t default_photons(const CompiledScene& scene, Followed followed) {
       std::clamp<std::uint64_t>(pixels / pixels_per_photon(followed), kLeastPhotons, kMostPhotons));
 }
 
+/// So many light paths, or as many as have kMostVertices vertices by those of some paths that no pass knows, and three
+/// standard errors more: a function of the scene and the settings, but for the job's seed.
+std::uint32_t LightSide::light_paths(std::uint32_t wanted) const {
+  constexpr std::uint32_t kTried = 1024, kTriedSeed = 0x74726965u;
+  if (source_.emission.empty() || std::uint64_t{wanted} * settings_.max_bounces <= kMostVertices) {
+    return wanted;
+  }
+  const FixedFloatEnvironment float_environment;
+  RenderCounters counters;
+  const MergeRadii merging{scene_.camera().eye, 1, 1, 1};
+  const Traced tried = trace_photons(
+      scene_, source_, {kTried, kTriedSeed, settings_.max_bounces, Followed::paths, 1, merging}, counters);
+  std::vector<std::uint32_t> vertices(kTried);
+  for (const std::uint32_t path : tried.path) {
+    ++vertices[path];
+  }
+  double sum = 0, squares = 0;
+  for (const double count : vertices) {
+    sum += count;
+    squares += count * count;
+  }
+  const double mean = sum / kTried, variance = squares / kTried - mean * mean;
+  const double most = mean + 3 * std::sqrt(std::max(variance, 0.0) / kTried);
+  return most * wanted <= kMostVertices ? wanted : static_cast<std::uint32_t>(kMostVertices / most);
+}
+
 LightSide::LightSide(const CompiledScene& scene, const LightSideSettings& settings)
     : scene_(scene), settings_(settings), source_(photon_source(scene, settings.followed)) {
   if (settings_.photons == 0) {
@@ -99,6 +126,9 @@ LightSide::LightSide(const CompiledScene& scene, const LightSideSettings& settin
     settings_.radius = default_radius(settings_.followed);
   }
   settings_.max_bounces = std::min(settings_.max_bounces, kMostScatterings);
+  if (settings_.followed == Followed::paths) {
+    settings_.photons = light_paths(settings_.photons);
+  }
 }
 
 std::shared_ptr<const LightPass> LightSide::trace(std::uint64_t sample, RenderCounters& counters) const {

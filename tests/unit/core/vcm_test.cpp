@@ -1,14 +1,30 @@
-// What `vcm` holds of a pass and of a batch, and how it finds it.
+// What `vcm` holds of a pass and of a batch.
 #include <gtest/gtest.h>
 
 #include "common/methods/path/path_method.h"
-#include "tests/support/render_document.h"
+#include "common/methods/photons/light_side.h"
+#include "tests/analytic/scene_text.h"
 
-namespace lightmill {
+namespace lightmill::test {
 namespace {
 
-TEST(Vcm, ConnectionsTracedInPiecesAreTheSameBits) {
-  const auto scene = test::TestScene(LIGHTMILL_SOURCE_DIR "/scenes/cornell-bench-balls.json").resized(64, 64);
+constexpr double kPower = 4 * M_PI * M_PI;  ///< of the room's lamp
+
+/// A point of intensity π in the middle of a diffuse sphere; all of its light meets surfaces for ever.
+TestScene closed_room(double albedo, int film_side) {
+  return TestScene::from_text(
+      document(kInside, 60, film_side, diffuse("wall", albedo), sphere("wall", "[0, 0, 0]", 1, true),
+               R"({"point": {"position": [0, 0, 0], "intensity": {"rgb": [3.14159265, 3.14159265, 3.14159265]}}})"));
+}
+
+photons::LightSide light_side(const TestScene& scene, std::uint64_t seed, std::uint32_t light_paths = 0) {
+  return photons::LightSide(
+      *scene.compiled(),
+      {.seed = seed, .max_bounces = kMaxBounces, .photons = light_paths, .followed = photons::Followed::paths});
+}
+
+TEST(VcmMemory, ConnectionsTracedInPiecesAreTheSameBits) {
+  const auto scene = TestScene(LIGHTMILL_SOURCE_DIR "/scenes/cornell-bench-balls.json").resized(64, 64);
   const MethodSettings settings{"vcm:photons=1000", 42, 0,
                                 *film_layers(std::vector<std::string>{"direct", "indirect"})};
   const auto values = [&](std::uint32_t connections_at_once) {
@@ -21,5 +37,64 @@ TEST(Vcm, ConnectionsTracedInPiecesAreTheSameBits) {
   }
 }
 
+/// Of light paths that go on with the albedo's probability, up to the limit of 1000 vertices: geometric.
+struct Vertices {
+  double mean, variance;  ///< of a path; the variance is that without the limit, which is more
+};
+Vertices vertices_of(double albedo) {
+  if (albedo == 1) {
+    return {kMaxBounces, 0};
+  }
+  return {(1 - std::pow(albedo, kMaxBounces)) / (1 - albedo), albedo / ((1 - albedo) * (1 - albedo))};
+}
+
+// 2^16 paths of 512×512 pixels would have 6.5 and 65 million. The paths tried take three of their standard errors off,
+// which may be three more or less: a pass of fewer than 0.75 of what is allowed, or more, comes once in 100,000.
+TEST(VcmMemory, APassHasSoManyVerticesInAClosedRoomAsIsStatedAndNoFewerThanItMay) {
+  for (const double albedo : {0.99, 1.0}) {
+    const TestScene scene = closed_room(albedo, 512);
+    RenderCounters counters;
+    const auto pass = light_side(scene, 7).trace(0, counters);
+    const Vertices of_path = vertices_of(albedo);
+    EXPECT_LE(pass->photons * of_path.mean, photons::kMostVertices) << albedo;
+    EXPECT_GE(pass->photons * of_path.mean, 0.75 * photons::kMostVertices) << albedo;
+    EXPECT_NEAR(static_cast<double>(pass->deposits.size()), pass->photons * of_path.mean,
+                5 * std::sqrt(of_path.variance * pass->photons) + 1)
+        << albedo;
+    EXPECT_LT(pass->bytes(), 160u << 20) << albedo;
+    EXPECT_EQ(pass->path_first.size(), pass->photons + 1u) << "as many as are drawn from";
+  }
+}
+
+TEST(VcmMemory, LightPathsAreAsManyAsAreAskedForWhereTheyHaveFewVertices) {
+  EXPECT_EQ(light_side(closed_room(0.5, 512), 7).photons(), 1u << 16) << "of 512×512 pixels";
+  const TestScene five_each = closed_room(0.8, 16);
+  EXPECT_EQ(light_side(five_each, 7, 150'000).photons(), 150'000u);
+  EXPECT_LT(light_side(five_each, 7, 300'000).photons() * 5, photons::kMostVertices);
+}
+
+TEST(VcmMemory, TheNumberOfLightPathsIsTheScenesNotTheSeeds) {
+  const TestScene scene = closed_room(0.99, 512);
+  EXPECT_EQ(light_side(scene, 1).photons(), light_side(scene, 2).photons());
+}
+
+// What arrives after k − 1 scatterings is the lamp's power times the albedo to that power, however few paths bring it.
+TEST(VcmMemory, FewerPathsBringAllLight) {
+  constexpr double kAlbedo = 0.97;
+  const TestScene scene = closed_room(kAlbedo, 512);
+  RenderCounters counters;
+  const auto pass = light_side(scene, 7).trace(0, counters);
+  ASSERT_LT(pass->photons, 1u << 16) << "else they are not fewer";
+  std::map<std::uint32_t, double> power;  // by scatterings
+  for (const photons::Deposit& deposit : pass->deposits) {
+    power[deposit.tag & photons::kMostScatterings] += deposit.power.x;
+  }
+  for (const std::uint32_t k : {1u, 2u, 5u, 20u, 50u}) {
+    const double left = std::pow(kAlbedo, k - 1);  // roulette keeps a path so often, and its power
+    const double relative_error = std::sqrt((1 - left) / (left * pass->photons));
+    EXPECT_NEAR(power[k], kPower * left, (5 * relative_error + 1e-4) * kPower * left) << k;
+  }
+}
+
 }  // namespace
-}  // namespace lightmill
+}  // namespace lightmill::test
