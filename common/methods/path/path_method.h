@@ -29,9 +29,10 @@ std::unique_ptr<Method> make_caustic_method(std::shared_ptr<const CompiledScene>
                                             const MethodSpec& spec);
 
 /// `vcm`: vertex connection and merging (common/methods/vcm/weights.h). Light paths, as many as photons are asked for or
-/// as have photons::kMostVertices vertices, are a pass that all tiles of a sample share. Each vertex of a path from the eye samples a lamp, is connected to the
-/// vertices of one light path, and merged with all that end near it; each vertex of a light path is splatted to the
-/// pixel that sees it. What scatters in single directions alone is passed. The scene's media must not scatter.
+/// as have photons::kMostDeposits vertices, are a pass that all tiles of a sample share. Each vertex of a path from the
+/// eye samples a lamp, is connected to the vertices of one light path, and merged with all that end near it; each vertex
+/// of a light path is splatted to the pixel that sees it. What scatters in single directions alone is passed. The
+/// scene's media must not scatter.
 /// `connections_at_once`: that a thread traces together, which no bit depends on; at least 1.
 std::unique_ptr<Method> make_vcm_method(std::shared_ptr<const CompiledScene> scene, const MethodSettings& settings,
                                         const MethodSpec& spec,

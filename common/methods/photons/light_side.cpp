@@ -91,30 +91,27 @@ std::uint32_t default_photons(const CompiledScene& scene, Followed followed) {
       std::clamp<std::uint64_t>(pixels / pixels_per_photon(followed), kLeastPhotons, kMostPhotons));
 }
 
-/// So many light paths, or as many as have kMostVertices vertices by those of some paths that no pass knows, and three
-/// standard errors more: a function of the scene and the settings, but for the job's seed.
-std::uint32_t LightSide::light_paths(std::uint32_t wanted) const {
-  constexpr std::uint32_t kTried = 1024, kTriedSeed = 0x74726965u;
-  if (source_.emission.empty() || std::uint64_t{wanted} * settings_.max_bounces <= kMostVertices) {
+/// So many photons, or as many as leave kMostDeposits by those of some that no pass knows, and three standard errors
+/// more: a function of the scene and the settings, but for the job's seed.
+std::uint32_t LightSide::photons_of_pass(std::uint32_t wanted) const {
+  constexpr std::uint32_t kTrials = 16, kTried = 64, kTriedSeed = 0x74726965u;
+  if (source_.emission.empty() || std::uint64_t{wanted} * settings_.max_bounces <= kMostDeposits) {
     return wanted;
   }
   const FixedFloatEnvironment float_environment;
   RenderCounters counters;
   const MergeRadii merging{scene_.camera().eye, 1, 1, 1};
-  const Traced tried = trace_photons(
-      scene_, source_, {kTried, kTriedSeed, settings_.max_bounces, Followed::paths, 1, merging}, counters);
-  std::vector<std::uint32_t> vertices(kTried);
-  for (const std::uint32_t path : tried.path) {
-    ++vertices[path];
-  }
   double sum = 0, squares = 0;
-  for (const double count : vertices) {
-    sum += count;
-    squares += count * count;
+  for (std::uint32_t trial = 0; trial < kTrials; ++trial) {
+    const Traced tried = trace_photons(
+        scene_, source_, {kTried, kTriedSeed + trial, settings_.max_bounces, settings_.followed, 1, merging}, counters);
+    const double deposits = static_cast<double>(tried.deposits.size()) / kTried;
+    sum += deposits;
+    squares += deposits * deposits;
   }
-  const double mean = sum / kTried, variance = squares / kTried - mean * mean;
-  const double most = mean + 3 * std::sqrt(std::max(variance, 0.0) / kTried);
-  return most * wanted <= kMostVertices ? wanted : static_cast<std::uint32_t>(kMostVertices / most);
+  const double mean = sum / kTrials, variance = squares / kTrials - mean * mean;
+  const double most = mean + 3 * std::sqrt(std::max(variance, 0.0) / (kTrials - 1));
+  return most * wanted <= kMostDeposits ? wanted : static_cast<std::uint32_t>(kMostDeposits / most);
 }
 
 LightSide::LightSide(const CompiledScene& scene, const LightSideSettings& settings)
@@ -126,9 +123,7 @@ LightSide::LightSide(const CompiledScene& scene, const LightSideSettings& settin
     settings_.radius = default_radius(settings_.followed);
   }
   settings_.max_bounces = std::min(settings_.max_bounces, kMostScatterings);
-  if (settings_.followed == Followed::paths) {
-    settings_.photons = light_paths(settings_.photons);
-  }
+  settings_.photons = photons_of_pass(settings_.photons);
 }
 
 std::shared_ptr<const LightPass> LightSide::trace(std::uint64_t sample, RenderCounters& counters) const {

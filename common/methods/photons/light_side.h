@@ -50,7 +50,7 @@ struct LightPass {
 struct LightSideSettings {
   std::uint64_t seed = 0;
   std::uint32_t max_bounces = 0;
-  std::uint32_t photons = 0;  ///< of a pass; 0: default_photons. Of paths at most, see kMostVertices
+  std::uint32_t photons = 0;  ///< of a pass at most, see kMostDeposits; 0: default_photons
   double radius = 0;          ///< of gathers in the first pass, in pixels; 0: default_radius
   Followed followed = Followed::caustics;
   bool splats = true;  ///< are to be found
@@ -62,9 +62,9 @@ constexpr double default_radius(Followed followed) {
 }
 /// One for so many pixels of the film, within limits.
 std::uint32_t default_photons(const CompiledScene& scene, Followed followed);
-/// Vertices of a pass's light paths, on average at most: where they would have more (in closed rooms that take hardly
-/// any light away), there are fewer paths. Each has all of its vertices, so nothing is lost.
-inline constexpr std::uint32_t kMostVertices = 1u << 20;
+/// Deposits of a pass (of light paths their vertices), on average at most: where photons would leave more (in closed
+/// rooms that take hardly any light away), there are fewer photons. Each leaves all of its own, so nothing is lost.
+inline constexpr std::uint32_t kMostDeposits = 1u << 20;
 
 /// Passes are pure functions of the scene, the settings and the sample index; whoever needs one first traces it, the
 /// others wait or trace what they need next. kHeldPassBytes of them are held for those who come later, the last used;
@@ -82,7 +82,7 @@ class LightSide {
   std::shared_ptr<const LightPass> trace(std::uint64_t sample, RenderCounters& counters) const;
 
  private:
-  std::uint32_t light_paths(std::uint32_t wanted) const;
+  std::uint32_t photons_of_pass(std::uint32_t wanted) const;
 
   struct Held {
     std::shared_ptr<const LightPass> pass;  ///< null while somebody traces it

@@ -1,4 +1,4 @@
-// What `vcm` holds of a pass and of a batch.
+// What light sides hold of a pass, and `vcm` of a batch.
 #include <gtest/gtest.h>
 
 #include "common/methods/path/path_method.h"
@@ -56,8 +56,8 @@ TEST(VcmMemory, APassHasSoManyVerticesInAClosedRoomAsIsStatedAndNoFewerThanItMay
     RenderCounters counters;
     const auto pass = light_side(scene, 7).trace(0, counters);
     const Vertices of_path = vertices_of(albedo);
-    EXPECT_LE(pass->photons * of_path.mean, photons::kMostVertices) << albedo;
-    EXPECT_GE(pass->photons * of_path.mean, 0.75 * photons::kMostVertices) << albedo;
+    EXPECT_LE(pass->photons * of_path.mean, photons::kMostDeposits) << albedo;
+    EXPECT_GE(pass->photons * of_path.mean, 0.75 * photons::kMostDeposits) << albedo;
     EXPECT_NEAR(static_cast<double>(pass->deposits.size()), pass->photons * of_path.mean,
                 5 * std::sqrt(of_path.variance * pass->photons) + 1)
         << albedo;
@@ -66,11 +66,29 @@ TEST(VcmMemory, APassHasSoManyVerticesInAClosedRoomAsIsStatedAndNoFewerThanItMay
   }
 }
 
+// The same of photons that are gathered, each of which stays wherever it meets a wall.
+TEST(PhotonMemory, APassLeavesNoMoreInAClosedRoomThanIsStated) {
+  for (const double albedo : {0.99, 1.0}) {
+    const TestScene scene = closed_room(albedo, 512);
+    RenderCounters counters;
+    const photons::LightSide side(*scene.compiled(),
+                                  {.seed = 7, .max_bounces = kMaxBounces, .followed = photons::Followed::all_light});
+    EXPECT_LT(side.photons(), photons::default_photons(*scene.compiled(), photons::Followed::all_light));
+    const auto pass = side.trace(0, counters);
+    const Vertices of_path = vertices_of(albedo);
+    EXPECT_LE(side.photons() * of_path.mean, photons::kMostDeposits) << albedo;
+    EXPECT_NEAR(static_cast<double>(pass->deposits.size()), side.photons() * of_path.mean,
+                5 * std::sqrt(of_path.variance * side.photons()) + 1)
+        << albedo;
+    EXPECT_LT(pass->bytes(), 110u << 20) << albedo;
+  }
+}
+
 TEST(VcmMemory, LightPathsAreAsManyAsAreAskedForWhereTheyHaveFewVertices) {
   EXPECT_EQ(light_side(closed_room(0.5, 512), 7).photons(), 1u << 16) << "of 512×512 pixels";
   const TestScene five_each = closed_room(0.8, 16);
   EXPECT_EQ(light_side(five_each, 7, 150'000).photons(), 150'000u);
-  EXPECT_LT(light_side(five_each, 7, 300'000).photons() * 5, photons::kMostVertices);
+  EXPECT_LT(light_side(five_each, 7, 300'000).photons() * 5, photons::kMostDeposits);
 }
 
 TEST(VcmMemory, TheNumberOfLightPathsIsTheScenesNotTheSeeds) {
