@@ -92,6 +92,18 @@ start_farm() {
   fi
 }
 
+# wait_for_worker: until the farm has one, or it has ended.
+wait_for_worker() {
+  until "$bin/lightmill" workers --server "$farm" --json | grep -q '"name"'; do
+    if ! alive worker; then
+      echo "the worker did not start; its log, $run/worker.log, ends with:" >&2
+      tail -n 5 "$run/worker.log" >&2
+      exit 1
+    fi
+    sleep 0.2
+  done
+}
+
 # stop_started: stops what this run has started, and only that.
 stop_started() {
   [ "$started_worker" = no ] || stop worker
@@ -132,6 +144,7 @@ if [ "$once" = yes ]; then
 fi
 start_farm
 farm=127.0.0.1:$(cat "$run/port")
+wait_for_worker
 
 "$bin/lightmill" render scenes/cornell-bench-blocks.json --server "$farm" --spp 128 -o cornell-box.exr -o cornell-box.png
 echo

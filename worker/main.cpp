@@ -132,6 +132,7 @@ int run(int argc, char** argv) {
     std::cerr << "lightmill-worker: " << message_of(status) << "\n";
     return 2;
   }
+  spdlog::info("worker {} starts: it renders a test picture, whose bits tell its fingerprint class", options.name);
   const WorkerOptions worker = worker_options(options);
   spdlog::info("worker {}: {} threads, fingerprint class {}", options.name, options.threads,
                worker.session.fingerprint_class);

@@ -41,6 +41,7 @@ Sha256 render_digest(const RenderSettings& settings, const std::string& fingerpr
 
 /// Some thirty years: far below what the clock's 64 bits of nanoseconds hold.
 inline constexpr double kMaxGoalSeconds = 1e9;
+inline constexpr double kLeastGoalError = 1e-12;  ///< relMSE that single precision can tell from none
 
 /// A job ends at the first limit that is set; at least one is.
 struct Goal {

@@ -241,10 +241,19 @@ MethodPlan plan_method(const SceneFacts& facts, std::string_view asked) {
 
 std::vector<std::string> method_notices(const SceneFacts& facts, std::string_view method) {
   const Verdict verdict = admit(facts, method);
-  if (verdict.admitted || !method_needs_light(name_of(method))) {
-    return {};
+  std::vector<std::string> notices;
+  if (!verdict.admitted && method_needs_light(name_of(method))) {
+    notices.push_back(fmt::format("{}: {}", verdict.method, verdict.reason));
   }
-  return {fmt::format("{}: {}", verdict.method, verdict.reason)};
+  const bool counts_photons =
+      verdict.method == "ppm" || (verdict.method == "caustic" && !facts.casters.empty()) || verdict.method == "vcm";
+  if (counts_photons && !facts.point_meters.empty()) {
+    notices.push_back(fmt::format(
+        "{}: photons that come to {} are counted on a disc around it, which shrinks with the samples: where light "
+        "changes within it the reading is blurred, which its interval does not tell; a small patch has no such error",
+        verdict.method, facts.point_meters.text()));
+  }
+  return notices;
 }
 
 }  // namespace lightmill

@@ -32,8 +32,8 @@ struct MethodPlan {
 /// `asked` as jobs write it. Parameters of `auto` are handed on to what it picks.
 MethodPlan plan_method(const SceneFacts& facts, std::string_view asked);
 
-/// What of the scene's light a picture by this method lacks, for whoever sees it; empty where that is nothing, and of
-/// methods that show no light.
+/// What of the scene's light a picture by this method lacks (methods that show no light lack nothing), and what its
+/// meters do not tell, for whoever sees it.
 std::vector<std::string> method_notices(const SceneFacts& facts, std::string_view method);
 
 }  // namespace lightmill

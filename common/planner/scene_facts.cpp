@@ -11,6 +11,7 @@
 #include "common/base/text.h"
 #include "common/math/transcendental.h"
 #include "common/math/vec.h"
+#include "common/planner/places.h"
 #include "common/scene/casters.h"
 #include "common/scene/mesh.h"
 
@@ -88,34 +89,6 @@ double ior_of(const Material& material) {
                     material.kind);
 }
 
-void read_light(const Light& light, SceneFacts& facts) {
-  const auto delta = [&](std::string_view what, bool dark) {
-    if (!dark) {
-      facts.delta_lights.add(named(what, light.name));
-    }
-  };
-  std::visit(Overloaded{[&](const PointLight& l) { delta("point light", is_black(l.intensity)); },
-                        [&](const DirectionalLight& l) {
-                          delta("directional light", is_black(l.irradiance));
-                          if (!is_black(l.irradiance)) {
-                            facts.distant_lights.add(named("directional light", light.name));
-                          }
-                        },
-                        [&](const SpotLight& l) { delta("spot light", is_black(l.intensity)); },
-                        [&](const CosinePowerLight& l) { delta("cosine light", is_black(l.intensity)); },
-                        [&](const IesLight& l) { delta("IES light", !(l.scale > 0)); },
-                        [&](const EnvironmentLight& l) {
-                          if (!is_black(l.radiance)) {
-                            facts.environment =
-                                l.has_image ? SceneFacts::Environment::image : SceneFacts::Environment::constant;
-                            if (l.has_image) {
-                              facts.distant_lights.add(named("environment", light.name));
-                            }
-                          }
-                        }},
-             light.kind);
-}
-
 /// Of the materials that objects have.
 struct Materials {
   std::array<bool, 3> kept{true, true, true};  ///< channels of which no surface takes anything
@@ -179,152 +152,6 @@ void read_object(const Object& object, const Scene& scene, bool index_changes, S
   facts.receivers = facts.receivers || receives_light(material);
 }
 
-Vec3d placed(const Object& object, const Point3d& p) {
-  const Transform& t = object.transform;
-  const auto row = [&](std::size_t i) { return t[i][0] * p[0] + t[i][1] * p[1] + t[i][2] * p[2] + t[i][3]; };
-  return {row(0), row(1), row(2)};
-}
-
-/// A shape whose place is known: what it fills of the directions from afar is area / (4π d²) at most.
-struct Extent {
-  Vec3d center{0};
-  double radius = 0;  ///< of a sphere around it
-  double area = 0;    ///< across
-};
-
-Extent extent_of(const std::vector<std::array<Vec3d, 3>>& triangles) {
-  Vec3d low(std::numeric_limits<double>::infinity()), high = -low;
-  Extent extent;
-  for (const auto& t : triangles) {
-    extent.area += glm::length(glm::cross(t[1] - t[0], t[2] - t[0])) / 2;
-    for (const Vec3d& corner : t) {
-      low = glm::min(low, corner);
-      high = glm::max(high, corner);
-    }
-  }
-  extent.center = (low + high) / 2.0;
-  extent.radius = glm::length(high - low) / 2;
-  return extent;
-}
-
-std::optional<Extent> extent_of(const Object& object, const MeshShape& shape, const MeshSource& meshes) {
-  const std::optional<std::string> bytes = meshes.bytes ? meshes.bytes(shape.asset) : std::nullopt;
-  if (!bytes || bytes->size() > MeshSource::kMostBytes) {
-    return std::nullopt;
-  }
-  const Result<Mesh> mesh = decode_mesh(as_byte_view(*bytes));
-  if (!mesh.ok()) {
-    return std::nullopt;  // for whoever renders it to say
-  }
-  std::vector<std::array<Vec3d, 3>> triangles;
-  for (const auto& corners : mesh->triangles) {
-    std::array<Vec3d, 3>& triangle = triangles.emplace_back();
-    for (std::size_t i = 0; i < 3; ++i) {
-      triangle[i] = placed(object, mesh->positions[corners[i]]);
-    }
-  }
-  return extent_of(triangles);
-}
-
-std::optional<Extent> extent_of(const Object& object, const MeshSource& meshes) {
-  return std::visit(Overloaded{[&](const SphereShape& s) -> std::optional<Extent> {
-                                 const Vec3d center = placed(object, s.center);
-                                 const double radius = glm::length(
-                                     placed(object, {s.center[0] + s.radius, s.center[1], s.center[2]}) - center);
-                                 return Extent{center, radius, kPiDouble * radius * radius};
-                               },
-                               [&](const TriangleShape& t) -> std::optional<Extent> {
-                                 return extent_of({{placed(object, t.a), placed(object, t.b), placed(object, t.c)}});
-                               },
-                               [&](const MeshShape& m) { return extent_of(object, m, meshes); },
-                               [](const auto&) { return std::optional<Extent>(); }},
-                    object.shape);
-}
-
-/// Where something is that light of a lamp comes to.
-struct Place {
-  std::variant<Extent, PlaneShape> shape;
-  bool hollow = false;             ///< a sphere
-  const Object* object = nullptr;  ///< null: a meter
-
-  /// No more than how far it is from a point.
-  double distance(const Vec3d& p) const {
-    if (const auto* const plane = std::get_if<PlaneShape>(&shape)) {
-      const auto vector = [](const Point3d& v) { return Vec3d(v[0], v[1], v[2]); };
-      return std::abs(glm::dot(p - vector(plane->point), glm::normalize(vector(plane->normal))));
-    }
-    const auto& extent = std::get<Extent>(shape);
-    const double from_center = glm::length(p - extent.center);
-    return hollow ? std::abs(from_center - extent.radius) : std::max(from_center - extent.radius, 0.0);
-  }
-};
-
-using Places = std::vector<Place>;
-
-/// Of all objects whose material counts; none where the place of one is not known.
-template <class Counts>
-Places places_of(const Scene& scene, const MeshSource& meshes, const Counts& counts) {
-  Places places;
-  for (const Object& object : scene.objects) {
-    if (!counts(scene.materials[object.material])) {
-      continue;
-    }
-    if (const auto* const plane = std::get_if<PlaneShape>(&object.shape)) {
-      if (object.transform != kIdentityTransform) {
-        return {};
-      }
-      places.push_back({*plane, false, &object});
-    } else if (const std::optional<Extent> extent = extent_of(object, meshes)) {
-      places.push_back({*extent, std::holds_alternative<SphereShape>(object.shape), &object});
-    } else {
-      return {};
-    }
-  }
-  return places;
-}
-
-/// Nothing where radiance is measured, which is what a camera sees.
-std::optional<Extent> extent_of(const Meter& meter) {
-  const auto vector = [](const Point3d& v) { return Vec3d(v[0], v[1], v[2]); };
-  const auto across = [&](const Patch& patch) -> std::optional<Extent> {
-    const Vec3d corner = vector(patch.corner), edge1 = vector(patch.edge1), edge2 = vector(patch.edge2);
-    return extent_of(
-        {{corner, corner + edge1, corner + edge2}, {corner + edge1, corner + edge2, corner + edge1 + edge2}});
-  };
-  return std::visit(Overloaded{[&](const IrradianceMeter& m) -> std::optional<Extent> {
-                                 return Extent{vector(m.point), 0, 0};
-                               },
-                               [&](const PatchMeter& m) { return across(m.patch); },
-                               [&](const FluxMeter& m) { return across(m.patch); },
-                               [](const RadianceMeter&) { return std::optional<Extent>(); }},
-                    meter.kind);
-}
-
-Places narrow_places(const Scene& scene, const MeshSource& meshes) {
-  return places_of(scene, meshes, [](const Material& material) { return narrow_lobes(material) != NarrowLobes::none; });
-}
-
-Places receiving_places(const Scene& scene, const MeshSource& meshes) {
-  Places places = places_of(scene, meshes, receives_light);
-  for (const Meter& meter : scene.meters) {
-    if (const std::optional<Extent> extent = extent_of(meter)) {
-      places.push_back({*extent, false, nullptr});
-    }
-  }
-  return places;
-}
-
-/// Whether there are such places but for the lamp's own, and a lamp of this extent is small as seen from each.
-bool is_small_from(const Places& places, const Object& lamp, const Extent& extent) {
-  double nearest = std::numeric_limits<double>::infinity();
-  for (const Place& place : places) {
-    if (place.object != &lamp) {
-      nearest = std::min(nearest, place.distance(extent.center));
-    }
-  }
-  return std::isfinite(nearest) && extent.area < kSmallShare * 4 * kPiDouble * nearest * nearest;
-}
-
 void read_small_lamps(const Scene& scene, const MeshSource& meshes, SceneFacts& facts) {
   constexpr std::size_t kMostPairs = 1'000'000;  ///< of lamps and things: else it takes too long to tell
   const Places narrow = narrow_places(scene, meshes);
@@ -347,6 +174,35 @@ void read_small_lamps(const Scene& scene, const MeshSource& meshes, SceneFacts& 
           .add(named("lamp", lamp.name.empty() ? material.name : lamp.name));
     }
   }
+}
+
+/// `narrow`: all that scatters narrowly, if it is known where that is.
+void read_light(const Light& light, const Places& narrow, SceneFacts& facts) {
+  const auto delta = [&](std::string_view what, bool dark) {
+    if (!dark) {
+      facts.delta_lights.add(named(what, light.name));
+    }
+  };
+  std::visit(Overloaded{[&](const PointLight& l) { delta("point light", is_black(l.intensity)); },
+                        [&](const DirectionalLight& l) {
+                          delta("directional light", is_black(l.irradiance));
+                          if (!is_black(l.irradiance)) {
+                            facts.distant_lights.add(named("directional light", light.name));
+                          }
+                        },
+                        [&](const SpotLight& l) { delta("spot light", is_black(l.intensity) || !reaches(l, narrow)); },
+                        [&](const CosinePowerLight& l) { delta("cosine light", is_black(l.intensity)); },
+                        [&](const IesLight& l) { delta("IES light", !(l.scale > 0)); },
+                        [&](const EnvironmentLight& l) {
+                          if (!is_black(l.radiance)) {
+                            facts.environment =
+                                l.has_image ? SceneFacts::Environment::image : SceneFacts::Environment::constant;
+                            if (l.has_image) {
+                              facts.distant_lights.add(named("environment", light.name));
+                            }
+                          }
+                        }},
+             light.kind);
 }
 
 bool is_surface_meter(const Meter& meter) {
@@ -376,8 +232,11 @@ std::string NamedThings::text() const {
 
 SceneFacts read_facts(const Scene& scene, const MeshSource& meshes) {
   SceneFacts facts;
+  const bool spots = std::ranges::any_of(
+      scene.lights, [](const Light& light) { return std::holds_alternative<SpotLight>(light.kind); });
+  const Places narrow_places_for_spots = spots ? narrow_places(scene, meshes) : Places{};
   for (const Light& light : scene.lights) {
-    read_light(light, facts);
+    read_light(light, narrow_places_for_spots, facts);
   }
   Materials all;
   std::vector<bool> seen(scene.materials.size());
@@ -396,6 +255,11 @@ SceneFacts read_facts(const Scene& scene, const MeshSource& meshes) {
   }
   facts.lens = scene.camera.lens_radius > 0;
   facts.meters = scene.meters.size();
+  for (const Meter& meter : scene.meters) {
+    if (std::holds_alternative<IrradianceMeter>(meter.kind)) {
+      facts.point_meters.add(named("point meter", meter.name));
+    }
+  }
   facts.receivers = facts.receivers || facts.scattering || std::ranges::any_of(scene.meters, is_surface_meter);
   facts.lossless = std::ranges::any_of(all.kept, std::identity{});
   return facts;

@@ -26,7 +26,9 @@ struct NamedThings {
 };
 
 struct SceneFacts {
-  NamedThings delta_lights;  ///< points and directions: no path from the camera ever meets them
+  /// Points and directions: no path from the camera ever meets them. Spots only if they may shine on what scatters
+  /// narrowly.
+  NamedThings delta_lights;
   /// Lamps that are sampled and fill less than kSmallShare of all directions as seen from every thing that scatters
   /// narrowly, as far as is known: of a million paths through those hardly any meets one.
   NamedThings small_lamps;
@@ -54,6 +56,7 @@ struct SceneFacts {
   bool ranked_media = false;   ///< a priority, or an index of 1: which medium is where must be known
   bool textures = false, holdouts = false, lens = false;
   std::size_t meters = 0;
+  NamedThings point_meters;   ///< of irradiance
   double largest_albedo = 0;  ///< of any channel of any surface; a bound where there are textures
   /// Some channel of light is nowhere lost but out of the scene: in a closed room it goes on for ever.
   bool lossless = false;

@@ -50,8 +50,8 @@ Status check_goal(const Goal& goal, const PixelRect& crop) {
   if (!(goal.seconds >= 0 && goal.seconds <= kMaxGoalSeconds)) {
     return invalid_argument("goal.seconds: must be from 0 to {}, got {}", kMaxGoalSeconds, goal.seconds);
   }
-  if (!(goal.error >= 0 && std::isfinite(goal.error))) {
-    return invalid_argument("goal.error: must be finite and not negative, got {}", goal.error);
+  if (goal.error != 0 && !(goal.error >= kLeastGoalError && std::isfinite(goal.error))) {
+    return invalid_argument("goal.error: must be finite and at least {:g}, got {}", kLeastGoalError, goal.error);
   }
   if (goal.error > 0 && crop.width == 1 && crop.height == 1) {
     return invalid_argument("goal.error: the error of a single pixel cannot be told; give samples or seconds");
@@ -163,8 +163,8 @@ Result<Goal> extended_goal(const Job& job, const Extension& to, Time now) {
     goal.seconds = 0;
   }
   if (to.error != 0) {
-    if (!(to.error > 0 && (goal.error == 0 || to.error < goal.error))) {
-      return invalid_argument("error must be positive and less than before, got {}{}", to.error,
+    if (!(to.error >= kLeastGoalError && (goal.error == 0 || to.error < goal.error))) {
+      return invalid_argument("error must be at least {:g} and less than before, got {}{}", kLeastGoalError, to.error,
                               goal.error > 0 ? fmt::format(" after {}", goal.error) : "");
     }
     const RenderSettings& settings = job.record.spec.settings;

@@ -211,6 +211,19 @@ TEST(Admit, PathHardlyMeetsSmallLamps) {
   EXPECT_TRUE(admit(read_facts(triangle), "path").admitted);
 }
 
+TEST(Admit, ASpotHidesOnlyWhatItMayShineOn) {
+  // The ball lies 3 off the spot's foot, 5 below it, with a radius of 1: from 20.9° to 41° off the straight way down.
+  const auto path_finds_all = [](const Point3d& direction, double cutoff_degrees) {
+    const Light spot{"spot", SpotLight{{0, 5, 0}, direction, {1, 1, 1}, cutoff_degrees}};
+    return admit(read_facts(scene_of({kWhite, kGlass}, {spot})), "path").admitted;
+  };
+  EXPECT_TRUE(path_finds_all({0, 1, 0}, 20));
+  EXPECT_TRUE(path_finds_all({0, -1, 0}, 20.5));
+  EXPECT_FALSE(path_finds_all({0, -1, 0}, 21.5));
+  EXPECT_FALSE(path_finds_all({0, 1, 0}, 180));
+  EXPECT_FALSE(path_finds_all({3, -5, 0}, 1));
+}
+
 TEST(Admit, CausticDoesNotCoverPlanesWithoutEndFromAfar) {
   Light window = kSky;
   std::get<EnvironmentLight>(window.kind).has_image = true;
@@ -415,6 +428,19 @@ TEST(Notices, AreOfMethodsThatMissLight) {
   EXPECT_TRUE(method_notices(glass, "preview").empty()) << "shows no light at all";
   EXPECT_TRUE(method_notices(glass, "ao:distance=1").empty());
   EXPECT_TRUE(method_notices(read_facts(scene_of({kWhite, kGlass}, {kSky})), "path").empty());
+}
+
+TEST(Notices, TellWhereReadingsAreBlurred) {
+  Scene scene = scene_of({kWhite, kGlass}, {kBulb});
+  scene.meters.push_back({"patch", PatchMeter{}});
+  EXPECT_TRUE(method_notices(read_facts(scene), "ppm").empty());
+  scene.meters.push_back({"desk", IrradianceMeter{}});
+  const SceneFacts facts = read_facts(scene);
+  for (const char* const method : {"ppm:radius=1", "caustic", "vcm"}) {
+    ASSERT_EQ(method_notices(facts, method).size(), 1u) << method;
+    EXPECT_NE(method_notices(facts, method)[0].find("the point meter 'desk'"), std::string::npos);
+  }
+  EXPECT_EQ(method_notices(facts, "path").size(), 1u) << "of the light alone that it misses";
 }
 
 TEST(Facts, ManyThingsAreCountedAndSomeNamed) {

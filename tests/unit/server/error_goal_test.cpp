@@ -361,8 +361,8 @@ TEST_F(ErrorGoalTest, RefusesWhatCannotBeToldAndNamesIt) {
     EXPECT_EQ(id.status().code(), StatusCode::kInvalidArgument);
     return message_of(id.status());
   };
-  EXPECT_EQ(error_of(error_spec(-0.1)), "goal.error: must be finite and not negative, got -0.1");
-  EXPECT_EQ(error_of(error_spec(NAN)), "goal.error: must be finite and not negative, got nan");
+  EXPECT_EQ(error_of(error_spec(-0.1)), "goal.error: must be finite and at least 1e-12, got -0.1");
+  EXPECT_EQ(error_of(error_spec(NAN)), "goal.error: must be finite and at least 1e-12, got nan");
   JobSpec pixel = spec("r1", 4, {0, 0, 1, 1});
   pixel.goal.error = 0.1;
   EXPECT_EQ(error_of(pixel), "goal.error: the error of a single pixel cannot be told; give samples or seconds");
