@@ -10,6 +10,7 @@
 #include "common/base/mutex.h"
 #include "common/base/signals.h"
 #include "common/farm/job.h"
+#include "common/security/tls_files.h"
 #include "server/api/api_server.h"
 #include "server/store/asset_folder.h"
 #include "server/store/data_directory.h"
@@ -26,6 +27,8 @@ struct Options {
   std::string store;  ///< empty: SQLite in the data directory
   std::string listen = "127.0.0.1:7350";
   std::string port_file;
+  TlsFiles tls;
+  bool insecure = false;
   LogOptions log;
   double lease_seconds = 10;
   double heartbeat_seconds = 2;
@@ -46,6 +49,48 @@ std::string default_data_directory() {
     return (fs::path(home) / ".local" / "share" / "lightmill").string();
   }
   return "lightmill-data";
+}
+
+void add_access_options(CLI::App& app, Options& options) {
+  const char* const group = "Access";
+  app.add_option(kCertificateOption, options.tls.certificate,
+                 "the coordinator's certificate: connections are encrypted, and callers have to show who they are")
+      ->type_name("FILE")
+      ->group(group);
+  app.add_option(kKeyOption, options.tls.key, "its private key (default: in the certificate's file)")
+      ->type_name("FILE")
+      ->group(group);
+  app.add_option(kAuthorityOption, options.tls.authority, "the authority that signs workers' and people's certificates")
+      ->type_name("FILE")
+      ->group(group);
+  app.add_flag(
+         "--insecure", options.insecure,
+         "let everybody who reaches it do everything, also from other machines; without it, that takes certificates")
+      ->group(group);
+}
+
+/// Whether nobody can reach it who should not, or it is wanted so; FAILED_PRECONDITION says what to do.
+Status check_access(const Options& options, const HostPort& listen) {
+  if (options.tls.certificate.empty() && options.tls.given()) {
+    return invalid_argument("{} is given without {}, the coordinator's own certificate", kAuthorityOption,
+                            kCertificateOption);
+  }
+  if (options.tls.given()) {
+    if (options.insecure) {
+      return invalid_argument("--insecure and {} do not go together", kCertificateOption);
+    }
+    LM_ASSIGN_OR_RETURN(const TlsTexts texts, read_tls_files(options.tls, system_clock().unix_milliseconds() / 1000));
+    return with_context(check_names_hosts(texts), fmt::format("{} {}", kCertificateOption, options.tls.certificate));
+  }
+  if (!is_loopback(listen.host) && !options.insecure) {
+    return failed_precondition(
+        "--listen {}: others could use and stop this farm, and read what goes over the wire. Give it certificates ({} "
+        "and {}; `lightmill certs` makes them, docs/security.md says how), or --insecure if the network keeps "
+        "strangers "
+        "out",
+        options.listen, kCertificateOption, kAuthorityOption);
+  }
+  return ok_status();
 }
 
 /// What parse() answers: an exit code, or nothing when the server should run.
@@ -70,6 +115,7 @@ std::optional<int> parse(int argc, char** argv, Options& options) {
       ->type_name("HOST:PORT")
       ->capture_default_str();
   app.add_option("--port-file", options.port_file, "write the port here once clients can connect")->type_name("FILE");
+  add_access_options(app, options);
   add_log_options(app, options.log);
   add_limit(app, "--lease-seconds", options.lease_seconds, "SECONDS", {0.5, 3600.0},
             "a worker that is silent for so long loses its work");
@@ -102,8 +148,13 @@ std::optional<int> parse(int argc, char** argv, Options& options) {
       return 2;
     }
   }
-  if (const Result<HostPort> address = parse_host_port(options.listen); !address.ok()) {
+  const Result<HostPort> address = parse_host_port(options.listen);
+  if (!address.ok()) {
     std::cerr << "--listen: " << message_of(address.status()) << "\n";
+    return 2;
+  }
+  if (const Status status = check_access(options, *address); !status.ok()) {
+    std::cerr << message_of(status) << "\n";
     return 2;
   }
   if (options.heartbeat_seconds * 2 > options.lease_seconds) {
@@ -123,10 +174,6 @@ CoordinatorLimits limits_of(const Options& options) {
   limits.max_jobs = options.max_jobs;
   limits.max_workers = options.max_workers;
   return limits;
-}
-
-bool is_loopback(std::string_view listen) {
-  return listen.starts_with("127.") || listen.starts_with("localhost:") || listen.starts_with("[::1]:");
 }
 
 /// Lets main wait for a signal or a failure.
@@ -201,12 +248,16 @@ Status serve(const Options& options, StopRequest& stop) {
   }
   ApiOptions api;
   api.listen = options.listen;
+  api.tls = options.tls;
+  if (options.insecure) {
+    api.notices.push_back("this farm runs with --insecure: whoever reaches it can use and stop its jobs");
+  }
   api.limits = limits_of(options);
   api.on_fatal = [&stop](const Status& why) { stop.ask(why); };
   LM_ASSIGN_OR_RETURN(const std::unique_ptr<ApiServer> server,
                       ApiServer::start(std::move(state->store), std::move(state->assets), api));
-  if (!is_loopback(options.listen)) {
-    spdlog::warn("there is no authentication: whoever reaches {} can use and stop jobs of this farm", options.listen);
+  for (const std::string& notice : api.notices) {
+    spdlog::warn("{}", notice);
   }
   spdlog::info("listening on {}:{}, state in {}", options.listen.substr(0, options.listen.rfind(':')), server->port(),
                state->place);

@@ -46,6 +46,7 @@ ExitCode exit_code_of(const Status& status) {
     case StatusCode::kFailedPrecondition:
     case StatusCode::kOutOfRange:
     case StatusCode::kPermissionDenied:
+    case StatusCode::kUnauthenticated:
       return kBadInput;
     default:
       return kJobFailed;
@@ -91,6 +92,12 @@ void Console::object(const nlohmann::json& object) const {
 void Console::notice(std::string_view line) const {
   end_redraw();
   write_line(stderr, printable(line, true));
+}
+
+void Console::notices(std::span<const std::string> lines) const {
+  for (const std::string& line : lines) {
+    notice(line);
+  }
 }
 
 void Console::progress(std::string_view line) const {

@@ -5,6 +5,7 @@
 #pragma once
 
 #include <nlohmann/json_fwd.hpp>
+#include <span>
 #include <string>
 #include <string_view>
 
@@ -34,10 +35,11 @@ class Console {
   bool color() const { return color_; }        ///< a terminal, and NO_COLOR is not set
   int width() const;                           ///< columns now
 
-  void result(std::string_view line) const;         ///< a line of human output; nothing with --json
-  void object(const nlohmann::json& object) const;  ///< the one object of --json; nothing without
-  void notice(std::string_view line) const;         ///< a line of news
-  void progress(std::string_view line) const;       ///< how far work is; nothing with --json
+  void result(std::string_view line) const;                ///< a line of human output; nothing with --json
+  void object(const nlohmann::json& object) const;         ///< the one object of --json; nothing without
+  void notice(std::string_view line) const;                ///< a line of news
+  void notices(std::span<const std::string> lines) const;  ///< one each
+  void progress(std::string_view line) const;              ///< how far work is; nothing with --json
   /// Reports an error (as an object too with --json) and gives the exit code that fits it.
   ExitCode fail(const Status& status) const;
   /// The same with more to say in the object: "failure" is added to it.

@@ -7,11 +7,13 @@
 
 #include "client/cli/console.h"
 #include "client/cli/signals.h"
+#include "common/security/tls_files.h"
 
 namespace lightmill::cli {
 
 struct CommonOptions {
   std::string server;  ///< --server; empty: LIGHTMILL_SERVER, else the default
+  TlsFiles tls;        ///< by which the farm is known, and knows who asks
   bool json = false;
 };
 
@@ -49,7 +51,7 @@ CLI::Validator readable(Result<T> (*parse)(std::string_view)) {
 void add_job_number(CLI::App& command, std::uint64_t& job);
 /// Adds --json.
 void add_json_option(CLI::App& command, Context& context);
-/// Adds --json and --server.
+/// Adds --json, --server, and how the farm is to know who asks.
 void add_common_options(CLI::App& command, Context& context);
 
 // One function per group of commands, each in its own file under commands/.
@@ -61,5 +63,6 @@ void add_worker_commands(CLI::App& app, Context& context);  ///< workers, worker
 void add_error_command(CLI::App& app, Context& context);
 void add_check_command(CLI::App& app, Context& context);
 void add_lab_command(CLI::App& app, Context& context);
+void add_certs_command(CLI::App& app, Context& context);  ///< certs init, server, worker, person, show
 
 }  // namespace lightmill::cli

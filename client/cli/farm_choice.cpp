@@ -49,43 +49,53 @@ Status check_address(const GivenAddress& given) {
   return ok_status();
 }
 
+/// How this caller shows who it is.
+Result<FarmAccess> read_access(const CommonOptions& options) {
+  FarmAccess access;
+  LM_ASSIGN_OR_RETURN(access.tls, read_caller_tls_files(options.tls, system_clock().unix_milliseconds() / 1000));
+  return access;
+}
+
 }  // namespace
 
-Result<std::unique_ptr<FarmConnection>> connect(const std::string& server_option) {
-  GivenAddress given = given_address(server_option);
+Result<std::unique_ptr<FarmConnection>> connect(const CommonOptions& options) {
+  GivenAddress given = given_address(options.server);
   if (given.address.empty()) {
     given.address = kDefaultServer;
   }
   LM_RETURN_IF_ERROR(check_address(given));
-  return std::make_unique<FarmConnection>(given.address);
+  LM_ASSIGN_OR_RETURN(FarmAccess access, read_access(options));
+  return std::make_unique<FarmConnection>(given.address, std::move(access));
 }
 
-ExitCode with_farm(const Console& console, const std::string& server_option,
+ExitCode with_farm(const Console& console, const CommonOptions& options,
                    const std::function<Status(FarmConnection&)>& action) {
-  const Result<std::unique_ptr<FarmConnection>> connection = connect(server_option);
+  const Result<std::unique_ptr<FarmConnection>> connection = connect(options);
   const Status status = connection.ok() ? action(**connection) : connection.status();
   return status.ok() ? kDone : console.fail(status);
 }
 
-Result<Farm> choose_farm(const std::string& server_option, bool local, unsigned threads, Signals& signals,
+Result<Farm> choose_farm(const CommonOptions& options, bool local, unsigned threads, Signals& signals,
                          const Console& console) {
   Farm farm;
-  if (local && !server_option.empty()) {
+  if (local && !options.server.empty()) {
     return invalid_argument("--local and --server name two farms, one is expected");
   }
-  const GivenAddress given = local ? GivenAddress{} : given_address(server_option);
+  const GivenAddress given = local ? GivenAddress{} : given_address(options.server);
   if (!given.address.empty()) {
     LM_RETURN_IF_ERROR(check_address(given));
     if (threads > 0) {
       return invalid_argument("--threads is about a farm of its own (--local), and {} names another", given.where);
     }
-    farm.connection = std::make_unique<FarmConnection>(given.address);
+    LM_ASSIGN_OR_RETURN(FarmAccess access, read_access(options));
+    farm.connection = std::make_unique<FarmConnection>(given.address, std::move(access));
     LM_RETURN_IF_ERROR(farm.connection->probe(kGivenTimeout));
     console.notice(fmt::format("farm: {} (given by {})", given.address, given.where));
     return farm;
   }
   if (!local) {
-    farm.connection = std::make_unique<FarmConnection>(kDefaultServer);
+    LM_ASSIGN_OR_RETURN(FarmAccess access, read_access(options));
+    farm.connection = std::make_unique<FarmConnection>(kDefaultServer, std::move(access));
     if (farm.connection->probe(kDefaultTimeout).ok()) {
       console.notice(fmt::format("farm: {} (it answers on the default port{})", kDefaultServer,
                                  threads > 0 ? "; --threads, which is about a farm of its own, has no effect" : ""));

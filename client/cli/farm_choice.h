@@ -6,6 +6,7 @@
 #include <string>
 
 #include "client/cli/console.h"
+#include "client/cli/context.h"
 #include "client/cli/farm_connection.h"
 #include "client/cli/private_farm.h"
 #include "client/cli/signals.h"
@@ -21,17 +22,17 @@ struct Farm {
 };
 
 /// The farm given by --server, else by LIGHTMILL_SERVER, else the default. Not contacted yet. Errors name a malformed
-/// address.
-Result<std::unique_ptr<FarmConnection>> connect(const std::string& server_option);
+/// address, or what is wrong with a file of --tls-….
+Result<std::unique_ptr<FarmConnection>> connect(const CommonOptions& options);
 
 /// Connects as above and runs `action`; reports its error.
-ExitCode with_farm(const Console& console, const std::string& server_option,
+ExitCode with_farm(const Console& console, const CommonOptions& options,
                    const std::function<Status(FarmConnection&)>& action);
 
 /// For `render`: the given farm; else one that answers on the default port, unless `local`; else a private one with
 /// `threads` (0: not given, one per core). Says which on the console. INVALID_ARGUMENT where the farm that is named
 /// cannot be `local` or have such threads.
-Result<Farm> choose_farm(const std::string& server_option, bool local, unsigned threads, Signals& signals,
+Result<Farm> choose_farm(const CommonOptions& options, bool local, unsigned threads, Signals& signals,
                          const Console& console);
 
 }  // namespace lightmill::cli

@@ -1,10 +1,12 @@
 #include "client/cli/farm_connection.h"
 
+#include <grpc/support/log.h>
 #include <grpcpp/grpcpp.h>
 
 #include <atomic>
 
 #include "common/base/mutex.h"
+#include "common/security/connection_problem.h"
 #include "common/wire/bytes.h"
 #include "lightmill/v1/render_service.grpc.pb.h"
 
@@ -21,8 +23,13 @@ std::chrono::system_clock::time_point deadline_after(Duration timeout) {
   return std::chrono::system_clock::now() + std::chrono::duration_cast<std::chrono::system_clock::duration>(timeout);
 }
 
+std::shared_ptr<grpc::ChannelCredentials> credentials_of(const TlsTexts& tls) {
+  return tls.given() ? grpc::SslCredentials({tls.authority, tls.key, tls.certificate})
+                     : grpc::InsecureChannelCredentials();
+}
+
 /// `quickly`: there is somebody else to ask when a coordinator falls silent.
-std::shared_ptr<grpc::Channel> make_channel(const std::string& address, bool quickly) {
+std::shared_ptr<grpc::Channel> make_channel(const std::string& address, const TlsTexts& tls, bool quickly) {
   grpc::ChannelArguments arguments;
   arguments.SetMaxReceiveMessageSize(kMaxMessageBytes);
   arguments.SetInt(GRPC_ARG_INITIAL_RECONNECT_BACKOFF_MS, 100);
@@ -30,7 +37,7 @@ std::shared_ptr<grpc::Channel> make_channel(const std::string& address, bool qui
   arguments.SetInt(GRPC_ARG_MAX_RECONNECT_BACKOFF_MS, 2000);
   arguments.SetInt(GRPC_ARG_KEEPALIVE_TIME_MS, quickly ? 3'000 : 20'000);
   arguments.SetInt(GRPC_ARG_KEEPALIVE_TIMEOUT_MS, quickly ? 3'000 : 10'000);
-  return grpc::CreateCustomChannel(address, grpc::InsecureChannelCredentials(), arguments);
+  return grpc::CreateCustomChannel(address, credentials_of(tls), arguments);
 }
 
 /// The calls that can be cancelled now. Thread-safe.
@@ -71,18 +78,17 @@ class Registration {
   grpc::ClientContext& context_;
 };
 
+/// Whether that is no coordinator's answer: their own words begin so; others are gRPC's about its insides.
+bool is_silence(const grpc::Status& status) {
+  return (status.error_code() == grpc::StatusCode::UNAVAILABLE ||
+          status.error_code() == grpc::StatusCode::DEADLINE_EXCEEDED) &&
+         !status.error_message().starts_with("the coordinator ") && !status.error_message().starts_with("the farm ");
+}
+
+/// Of an answer of the coordinator at `address`.
 Status to_status(const grpc::Status& status, const std::string& address) {
   if (status.ok()) {
     return ok_status();
-  }
-  if (status.error_code() == grpc::StatusCode::UNAVAILABLE ||
-      status.error_code() == grpc::StatusCode::DEADLINE_EXCEEDED) {
-    const std::string& message = status.error_message();
-    // The coordinator's own words begin so; others are gRPC's about its insides.
-    if (message.starts_with("the coordinator ") || message.starts_with("the farm ")) {
-      return unavailable("{}", message);
-    }
-    return unavailable("cannot reach the farm at {}", address);
   }
   if (status.error_code() == grpc::StatusCode::UNIMPLEMENTED) {
     return unavailable("what answers at {} is not a Lightmill coordinator of this version: {}", address,
@@ -96,11 +102,12 @@ using Stub = v1::RenderService::Stub;
 /// The coordinators of the farm, of which one answers.
 class Coordinators {
  public:
-  explicit Coordinators(const std::string& addresses) : all_(addresses) {
+  Coordinators(const std::string& addresses, FarmAccess access) : all_(addresses), access_(std::move(access)) {
+    const bool several = addresses.find(',') != std::string::npos;
     for (std::size_t at = 0; at <= addresses.size();) {
       const std::size_t end = std::min(addresses.find(',', at), addresses.size());
-      const bool several = addresses.find(',') != std::string::npos;
-      stubs_.push_back(v1::RenderService::NewStub(make_channel(addresses.substr(at, end - at), several)));
+      addresses_.push_back(addresses.substr(at, end - at));
+      stubs_.push_back(v1::RenderService::NewStub(make_channel(addresses_.back(), access_.tls, several)));
       at = end + 1;
     }
   }
@@ -112,7 +119,8 @@ class Coordinators {
     Status status;
     for (std::size_t i = 0; i < stubs_.size(); ++i) {
       const std::size_t index = current_ % stubs_.size();
-      status = to_status(call(*stubs_[index]), all_);
+      const grpc::Status answer = call(*stubs_[index]);
+      status = is_silence(answer) ? silence_of(index) : to_status(answer, all_);
       if (status.code() != StatusCode::kUnavailable) {
         return status;
       }
@@ -126,8 +134,17 @@ class Coordinators {
   }
 
  private:
+  /// Why a coordinator does not answer.
+  Status silence_of(std::size_t index) const {
+    const std::optional<std::string> problem = connection_problem(addresses_[index], access_.tls);
+    return problem ? failed_precondition("cannot reach the farm at {}: {}", addresses_[index], *problem)
+                   : unavailable("cannot reach the farm at {}", all_);
+  }
+
   static constexpr bool kNever = false;
   const std::string all_;
+  const FarmAccess access_;
+  std::vector<std::string> addresses_;
   std::vector<std::unique_ptr<Stub>> stubs_;
   std::atomic<std::size_t> current_ = 0;
 };
@@ -147,13 +164,15 @@ Status call(State& state, grpc::Status (Stub::*method)(grpc::ClientContext*, con
 }  // namespace
 
 struct FarmConnection::State {
-  explicit State(const std::string& addresses) : coordinators(addresses) {}
+  State(const std::string& addresses, FarmAccess access) : coordinators(addresses, std::move(access)) {}
   Coordinators coordinators;
   RunningCalls calls;
 };
 
-FarmConnection::FarmConnection(std::string address)
-    : address_(std::move(address)), state_(std::make_unique<State>(address_)) {}
+FarmConnection::FarmConnection(std::string address, FarmAccess access)
+    : address_(std::move(address)), state_(std::make_unique<State>(address_, std::move(access))) {
+  gpr_set_log_function([](gpr_log_func_args*) {});  // what matters of it is told by errors
+}
 
 FarmConnection::~FarmConnection() = default;
 
@@ -229,24 +248,25 @@ Result<v1::Job> FarmConnection::get_job(std::uint64_t id) {
   return job;
 }
 
-Result<std::vector<v1::Job>> FarmConnection::list_jobs(std::size_t limit) {
-  std::vector<v1::Job> jobs;
+Result<Listed<v1::Job>> FarmConnection::list_jobs(std::size_t limit) {
+  Listed<v1::Job> all;
   v1::ListJobsRequest request;
   request.set_page_size(kPageSize);
-  while (jobs.size() < limit) {
+  while (all.items.size() < limit) {
     v1::ListJobsResponse response;
     LM_RETURN_IF_ERROR(call(*state_, &Stub::ListJobs, request, response));
     for (v1::Job& job : *response.mutable_jobs()) {
-      if (jobs.size() < limit) {
-        jobs.push_back(std::move(job));
+      if (all.items.size() < limit) {
+        all.items.push_back(std::move(job));
       }
     }
+    all.notices.assign(response.notices().begin(), response.notices().end());
     if (response.next_page_token().empty()) {
       break;
     }
     request.set_page_token(response.next_page_token());
   }
-  return jobs;
+  return all;
 }
 
 Result<v1::Job> FarmConnection::cancel_job(std::uint64_t id) {
@@ -337,18 +357,19 @@ Status FarmConnection::get_film(std::uint64_t id, const std::function<Status(con
   return failed.ok() ? status : failed;
 }
 
-Result<std::vector<v1::Worker>> FarmConnection::list_workers() {
-  std::vector<v1::Worker> workers;
+Result<Listed<v1::Worker>> FarmConnection::list_workers() {
+  Listed<v1::Worker> all;
   v1::ListWorkersRequest request;
   request.set_page_size(kPageSize);
   for (;;) {
     v1::ListWorkersResponse response;
     LM_RETURN_IF_ERROR(call(*state_, &Stub::ListWorkers, request, response));
     for (v1::Worker& worker : *response.mutable_workers()) {
-      workers.push_back(std::move(worker));
+      all.items.push_back(std::move(worker));
     }
+    all.notices.assign(response.notices().begin(), response.notices().end());
     if (response.next_page_token().empty()) {
-      return workers;
+      return all;
     }
     request.set_page_token(response.next_page_token());
   }

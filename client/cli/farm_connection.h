@@ -1,7 +1,8 @@
 // The client's side of lightmill.v1.RenderService: one farm, plain calls, errors as values.
 //
 // Calls block; cancel_calls may come from another thread. A coordinator that cannot be reached gives UNAVAILABLE with
-// its address; what the coordinator itself refuses keeps its code and message.
+// its address, or FAILED_PRECONDITION where it is known why and waiting does not help (certificates); what the
+// coordinator itself refuses keeps its code and message.
 #pragma once
 
 #include <functional>
@@ -13,15 +14,27 @@
 #include "common/base/clock.h"
 #include "common/base/digest.h"
 #include "common/base/status.h"
+#include "common/security/tls_files.h"
 #include "lightmill/v1/render_service.pb.h"
 
 namespace lightmill::cli {
 
+/// How a caller shows who it is.
+struct FarmAccess {
+  TlsTexts tls;  ///< not given: the connection is not encrypted
+};
+
+template <class T>
+struct Listed {
+  std::vector<T> items;
+  std::vector<std::string> notices;  ///< what everybody should know of the farm
+};
+
 class FarmConnection {
  public:
-  /// HOST:PORT of the coordinator, or of several, with commas, of which one is at work: calls go to the one that answers.
-  /// Connects lazily: this does not fail.
-  explicit FarmConnection(std::string address);
+  /// HOST:PORT of the coordinator, or of several, with commas, of which one is at work: calls go to the one that
+  /// answers. Connects lazily: this does not fail.
+  explicit FarmConnection(std::string address, FarmAccess access = {});
   ~FarmConnection();
   FarmConnection(const FarmConnection&) = delete;
   FarmConnection& operator=(const FarmConnection&) = delete;
@@ -39,7 +52,7 @@ class FarmConnection {
   Result<v1::Job> submit(const v1::SubmitJobRequest& request);
   Result<v1::Job> get_job(std::uint64_t id);
   /// Newest first, at most `limit`.
-  Result<std::vector<v1::Job>> list_jobs(std::size_t limit);
+  Result<Listed<v1::Job>> list_jobs(std::size_t limit);
   Result<v1::Job> cancel_job(std::uint64_t id);
   Result<v1::Job> pause_job(std::uint64_t id);
   Result<v1::Job> resume_job(std::uint64_t id);
@@ -55,7 +68,7 @@ class FarmConnection {
   /// The header first, then every tile; an error of `part` ends the call and is returned.
   Status get_film(std::uint64_t id, const std::function<Status(const v1::GetFilmResponse&)>& part);
 
-  Result<std::vector<v1::Worker>> list_workers();
+  Result<Listed<v1::Worker>> list_workers();
   Result<v1::Worker> drain_worker(const std::string& name);
 
   /// Cancels the calls that are running now.

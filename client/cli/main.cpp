@@ -70,6 +70,7 @@ int run(int argc, char** argv) {
   add_error_command(app, context);
   add_check_command(app, context);
   add_lab_command(app, context);
+  add_certs_command(app, context);
   if (const std::string unknown = unknown_command(app, argc, argv); !unknown.empty()) {
     return usage_error(unknown, wants_json(argc, argv));
   }

@@ -1,6 +1,9 @@
 #include "common/base/address.h"
 
+#include <arpa/inet.h>
+
 #include <algorithm>
+#include <array>
 #include <charconv>
 
 namespace lightmill {
@@ -12,6 +15,15 @@ bool is_host(std::string_view host) {
 }
 
 }  // namespace
+
+bool is_loopback(const std::string& host) {
+  std::array<unsigned char, 4> v4{};
+  if (::inet_pton(AF_INET, host.c_str(), v4.data()) == 1) {
+    return v4[0] == 127;
+  }
+  in6_addr v6{};
+  return host == "localhost" || (::inet_pton(AF_INET6, host.c_str(), &v6) == 1 && IN6_IS_ADDR_LOOPBACK(&v6));
+}
 
 Result<HostPort> parse_host_port(std::string_view text) {
   const std::size_t colon = text.rfind(':');

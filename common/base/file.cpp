@@ -55,6 +55,48 @@ Status write_all(int fd, ByteView bytes, const fs::path& path) {
   return ok_status();
 }
 
+enum class Existing { replaced, kept };
+
+/// Puts the file of a temporary name in place.
+Status give_name(const fs::path& temporary, const fs::path& path, Existing existing) {
+  if (existing == Existing::replaced) {
+    return ::rename(temporary.c_str(), path.c_str()) == 0 ? ok_status() : errno_error("cannot write", path);
+  }
+  if (::link(temporary.c_str(), path.c_str()) != 0) {
+    return errno == EEXIST ? already_exists("{} exists already", path.string()) : errno_error("cannot write", path);
+  }
+  ::unlink(temporary.c_str());
+  return ok_status();
+}
+
+Status write_temporary(const fs::path& temporary, const fs::path& path, ByteView bytes, mode_t mode) {
+  ::unlink(temporary.c_str());  // of a process of the same number, long ago
+  const Descriptor fd(::open(temporary.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, mode));
+  if (fd.get() < 0) {
+    return errno_error("cannot write", path);
+  }
+  LM_RETURN_IF_ERROR(write_all(fd.get(), bytes, path));
+  return ::fsync(fd.get()) == 0 ? ok_status() : errno_error("cannot write", path);
+}
+
+Status write_and_name(const fs::path& path, ByteView bytes, mode_t mode, Existing existing) {
+  const fs::path temporary = temporary_beside(path);
+  Status status = write_temporary(temporary, path, bytes, mode);
+  if (status.ok()) {
+    status = give_name(temporary, path, existing);
+  }
+  if (!status.ok()) {
+    ::unlink(temporary.c_str());
+    return status;
+  }
+  const fs::path folder = path.has_parent_path() ? path.parent_path() : fs::path(".");
+  const Descriptor directory(::open(folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC));
+  if (directory.get() >= 0) {
+    ::fsync(directory.get());
+  }
+  return ok_status();
+}
+
 }  // namespace
 
 Result<std::string> read_file(const fs::path& path, std::uint64_t limit_bytes) {
@@ -100,32 +142,11 @@ Status check_can_write(const fs::path& path) {
 }
 
 Status write_file_atomically(const fs::path& path, ByteView bytes) {
-  const fs::path temporary = temporary_beside(path);
-  {
-    const Descriptor fd(::open(temporary.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0644));
-    if (fd.get() < 0) {
-      return errno_error("cannot write", path);
-    }
-    Status written = write_all(fd.get(), bytes, path);
-    if (written.ok() && ::fsync(fd.get()) != 0) {
-      written = errno_error("cannot write", path);
-    }
-    if (!written.ok()) {
-      ::unlink(temporary.c_str());
-      return written;
-    }
-  }
-  if (::rename(temporary.c_str(), path.c_str()) != 0) {
-    Status failed = errno_error("cannot write", path);
-    ::unlink(temporary.c_str());
-    return failed;
-  }
-  const fs::path folder = path.has_parent_path() ? path.parent_path() : fs::path(".");
-  const Descriptor directory(::open(folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC));
-  if (directory.get() >= 0) {
-    ::fsync(directory.get());
-  }
-  return ok_status();
+  return write_and_name(path, bytes, 0644, Existing::replaced);
+}
+
+Status write_secret_file(const fs::path& path, ByteView bytes, bool replace) {
+  return write_and_name(path, bytes, 0600, replace ? Existing::replaced : Existing::kept);
 }
 
 }  // namespace lightmill

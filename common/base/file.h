@@ -16,6 +16,10 @@ Result<std::string> read_file(const std::filesystem::path& path, std::uint64_t l
 /// Errors of both name `path`.
 Status check_can_write(const std::filesystem::path& path);
 
+/// As write_file_atomically, for what nobody else may read (mode 0600). ALREADY_EXISTS, and nothing is touched, if
+/// there is such a file already, unless `replace`.
+Status write_secret_file(const std::filesystem::path& path, ByteView bytes, bool replace);
+
 /// Writes to a temporary name beside `path`, flushes to disk and renames: readers see the old file or the new one.
 Status write_file_atomically(const std::filesystem::path& path, ByteView bytes);
 

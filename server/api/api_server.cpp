@@ -1,13 +1,17 @@
 #include "server/api/api_server.h"
 
+#include <google/protobuf/descriptor.h>
 #include <grpc/support/log.h>
 #include <grpcpp/ext/proto_server_reflection_plugin.h>
 #include <grpcpp/grpcpp.h>
 #include <grpcpp/health_check_service_interface.h>
+#include <grpcpp/impl/server_builder_option.h>
+#include <grpcpp/impl/server_builder_plugin.h>
 
 #include <set>
 
 #include "common/base/log.h"
+#include "server/api/gate.h"
 #include "server/api/listen_problem.h"
 #include "server/api/render_service.h"
 #include "server/api/worker_streams.h"
@@ -33,6 +37,30 @@ void set_keepalive(grpc::ServerBuilder& builder) {
   builder.AddChannelArgument(GRPC_ARG_HTTP2_MAX_PINGS_WITHOUT_DATA, 0);
 }
 
+/// Leaves out gRPC's service that describes the others, which serves everybody: linking it has put it in.
+class NoReflection final : public grpc::ServerBuilderOption {
+ public:
+  void UpdateArguments(grpc::ChannelArguments*) override {}
+  void UpdatePlugins(std::vector<std::unique_ptr<grpc::ServerBuilderPlugin>>* plugins) override {
+    std::erase_if(*plugins, [](const auto& plugin) {
+      return dynamic_cast<grpc::reflection::ProtoServerReflectionPlugin*>(plugin.get()) != nullptr;
+    });
+  }
+};
+
+/// "SERVICE/METHOD" of all that is registered below, health and reflection apart.
+std::vector<std::string> served_methods() {
+  std::vector<std::string> methods;
+  for (const google::protobuf::ServiceDescriptor* service :
+       {v1::SubmitJobRequest::descriptor()->file()->FindServiceByName("RenderService"),
+        v1::WorkRequest::descriptor()->file()->FindServiceByName("WorkerService")}) {
+    for (int i = 0; i < service->method_count(); ++i) {
+      methods.push_back(fmt::format("{}/{}", service->full_name(), service->method(i)->name()));
+    }
+  }
+  return methods;
+}
+
 void forget_unused_assets(AssetStore& assets, const StoredState& state) {
   std::set<Sha256> wanted;
   for (const StoredState::StoredJob& job : state.jobs) {
@@ -48,6 +76,8 @@ void forget_unused_assets(AssetStore& assets, const StoredState& state) {
 
 /// In the order of their making; each uses only those above it, and gRPC's threads stop first.
 struct ApiServer::Parts {
+  explicit Parts(bool asks) : gate(asks, system_clock()), workers(gate) {}
+  Gate gate;
   std::unique_ptr<Store> store;
   std::unique_ptr<AssetStore> assets;
   std::unique_ptr<Coordinator> farm;
@@ -60,7 +90,8 @@ struct ApiServer::Parts {
 
 Result<std::unique_ptr<ApiServer>> ApiServer::start(std::unique_ptr<Store> store, std::unique_ptr<AssetStore> assets,
                                                     const ApiOptions& options) {
-  auto parts = std::make_unique<Parts>();
+  LM_RETURN_IF_ERROR(check_rules(served_methods()));
+  auto parts = std::make_unique<Parts>(options.tls.given());
   LM_ASSIGN_OR_RETURN(StoredState state, store->load());
   forget_unused_assets(*assets, state);
   spdlog::info("epoch {}, {} jobs in the store", state.epoch, state.jobs.size());
@@ -68,7 +99,7 @@ Result<std::unique_ptr<ApiServer>> ApiServer::start(std::unique_ptr<Store> store
   parts->assets = std::move(assets);
   const Clock& clock = system_clock();
   parts->farm = std::make_unique<Coordinator>(options.limits, std::move(state), clock.now());
-  parts->renders = std::make_unique<RenderServiceImpl>(*parts->assets);
+  parts->renders = std::make_unique<RenderServiceImpl>(*parts->assets, parts->gate, options.notices);
   WorkerStreams& workers = parts->workers;
   parts->loop = std::make_unique<FarmLoop>(
       *parts->farm, *parts->store, clock,
@@ -81,7 +112,10 @@ Result<std::unique_ptr<ApiServer>> ApiServer::start(std::unique_ptr<Store> store
   static std::once_flag reflection_once;
   std::call_once(reflection_once, [] { grpc::reflection::InitProtoReflectionServerBuilderPlugin(); });
   grpc::ServerBuilder builder;
-  builder.AddListeningPort(options.listen, grpc::InsecureServerCredentials(), &parts->port);
+  if (parts->gate.asks()) {
+    builder.SetOption(std::make_unique<NoReflection>());
+  }
+  builder.AddListeningPort(options.listen, server_credentials(options.tls), &parts->port);
   builder.RegisterService(&parts->workers);
   builder.RegisterService(parts->renders.get());
   builder.SetMaxReceiveMessageSize(kMaxMessageBytes);

@@ -1,6 +1,7 @@
 // Assets in and out, in chunks.
 #include "common/wire/bytes.h"
 #include "server/api/grpc_status.h"
+#include "server/api/refused.h"
 #include "server/api/render_service.h"
 
 namespace lightmill {
@@ -91,12 +92,19 @@ class DownloadStream final : public grpc::ServerWriteReactor<v1::DownloadAssetRe
 
 }  // namespace
 
-grpc::ServerReadReactor<v1::UploadAssetRequest>* RenderServiceImpl::UploadAsset(Context*, v1::UploadAssetResponse*) {
+grpc::ServerReadReactor<v1::UploadAssetRequest>* RenderServiceImpl::UploadAsset(Context* context,
+                                                                                v1::UploadAssetResponse*) {
+  if (const Result<Identity> caller = gate_.admit(*context, Rpc::upload_asset); !caller.ok()) {
+    return new Refused<grpc::ServerReadReactor<v1::UploadAssetRequest>>(caller.status());
+  }
   return new UploadStream(assets_);
 }
 
 grpc::ServerWriteReactor<v1::DownloadAssetResponse>* RenderServiceImpl::DownloadAsset(
-    Context*, const v1::DownloadAssetRequest* request) {
+    Context* context, const v1::DownloadAssetRequest* request) {
+  if (const Result<Identity> caller = gate_.admit(*context, Rpc::download_asset); !caller.ok()) {
+    return new Refused<grpc::ServerWriteReactor<v1::DownloadAssetResponse>>(caller.status());
+  }
   return new DownloadStream(assets_, request->digest());
 }
 

@@ -4,6 +4,7 @@
 #include "common/wire/bytes.h"
 #include "common/wire/farm_messages.h"
 #include "server/api/grpc_status.h"
+#include "server/api/refused.h"
 #include "server/api/render_service.h"
 #include "server/api/watch_registry.h"
 
@@ -22,7 +23,8 @@ class WatchStream final : public grpc::ServerWriteReactor<v1::WatchJobResponse>,
                           public ClosableWatch,
                           public std::enable_shared_from_this<WatchStream> {
  public:
-  WatchStream(FarmLoop& loop, std::shared_ptr<WatchRegistry> registry) : loop_(loop), registry_(std::move(registry)) {}
+  WatchStream(FarmLoop& loop, const Gate& gate, Identity caller, std::shared_ptr<WatchRegistry> registry)
+      : loop_(loop), gate_(gate), caller_(std::move(caller)), registry_(std::move(registry)) {}
 
   bool closed() const override {
     const MutexLock lock(mutex_);
@@ -33,6 +35,10 @@ class WatchStream final : public grpc::ServerWriteReactor<v1::WatchJobResponse>,
     return !writing_ && !ending_;
   }
   void offer(const WatchUpdate& update) override {
+    if (const Status holds = gate_.check_still_holds(caller_); !holds.ok()) {
+      fail(holds);
+      return;
+    }
     v1::WatchJobResponse response;
     to_wire(update.job, response.mutable_job());
     for (const TileSnapshot& tile : update.tiles) {
@@ -91,6 +97,8 @@ class WatchStream final : public grpc::ServerWriteReactor<v1::WatchJobResponse>,
   }
 
   FarmLoop& loop_;
+  const Gate& gate_;
+  const Identity caller_;
   const std::shared_ptr<WatchRegistry> registry_;
   mutable Mutex mutex_;
   v1::WatchJobResponse response_ LM_GUARDED_BY(mutex_);  // unchanged while writing_
@@ -169,29 +177,52 @@ void RenderServiceImpl::stop() {
   watches_->stop();
 }
 
-grpc::ServerWriteReactor<v1::WatchJobResponse>* RenderServiceImpl::WatchJob(Context*,
+grpc::ServerWriteReactor<v1::WatchJobResponse>* RenderServiceImpl::WatchJob(Context* context,
                                                                             const v1::WatchJobRequest* request) {
-  auto stream = std::make_shared<WatchStream>(*loop_, watches_);
+  const Result<Identity> caller = gate_.admit(*context, Rpc::watch_job);
+  if (!caller.ok()) {
+    return new Refused<grpc::ServerWriteReactor<v1::WatchJobResponse>>(caller.status());
+  }
+  auto stream = std::make_shared<WatchStream>(*loop_, gate_, *caller, watches_);
   WatchStream* reactor = stream.get();
   if (const Status status = watches_->add(reactor, stream); !status.ok()) {
     // The registry has taken it all the same: it owns every stream until OnDone.
     stream->fail(status);
     return reactor;
   }
-  const bool posted = loop_->post([job = JobId{request->id()}, tiles = request->tiles(), stream](FarmLoop::Turn& turn) {
-    turn.watchers.add(job, tiles, stream);
-  });
+  const bool posted = loop_->post(
+      [job = JobId{request->id()}, tiles = request->tiles(), caller = *caller, stream](FarmLoop::Turn& turn) {
+        const Result<std::string> owner = turn.farm.owner(job);
+        const Status status = owner.ok() ? check_job(caller, Rpc::watch_job, *owner) : owner.status();
+        if (status.ok()) {
+          turn.watchers.add(job, tiles, stream);
+        } else {
+          stream->fail(status);
+        }
+      });
   if (!posted) {
     stream->fail(resource_exhausted("{}", kTooMany));
   }
   return reactor;
 }
 
-grpc::ServerWriteReactor<v1::GetFilmResponse>* RenderServiceImpl::GetFilm(Context*, const v1::GetFilmRequest* request) {
+grpc::ServerWriteReactor<v1::GetFilmResponse>* RenderServiceImpl::GetFilm(Context* context,
+                                                                          const v1::GetFilmRequest* request) {
+  const Result<Identity> caller = gate_.admit(*context, Rpc::get_film);
+  if (!caller.ok()) {
+    return new Refused<grpc::ServerWriteReactor<v1::GetFilmResponse>>(caller.status());
+  }
   auto* stream = new FilmStream;
-  const bool posted =
-      FilmStream::count() <= kMaxFilmStreams &&
-      loop_->post([stream, job = JobId{request->id()}](FarmLoop::Turn& turn) { stream->take(job, turn); });
+  const bool posted = FilmStream::count() <= kMaxFilmStreams &&
+                      loop_->post([stream, caller = *caller, job = JobId{request->id()}](FarmLoop::Turn& turn) {
+                        const Result<std::string> owner = turn.farm.owner(job);
+                        const Status status = owner.ok() ? check_job(caller, Rpc::get_film, *owner) : owner.status();
+                        if (status.ok()) {
+                          stream->take(job, turn);
+                        } else {
+                          stream->refuse(to_grpc(status));
+                        }
+                      });
   if (!posted) {
     stream->refuse(to_grpc(resource_exhausted("{}", kTooMany)));
   }

@@ -52,7 +52,24 @@ void to_wire(const WorkerStatus& worker, v1::Worker* out) {
   out->set_leases_lost(worker.leases_lost);
 }
 
+/// Finishes a call that changed the job, with its state then, once that is durable.
+void reply_with_job(FarmLoop::Turn& turn, JobId job, v1::Job* reply, grpc::ServerUnaryReactor* reactor) {
+  const Result<JobStatus> status = turn.farm.status(job, turn.now);
+  if (!status.ok()) {
+    reactor->Finish(to_grpc(status.status()));
+    return;
+  }
+  to_wire(*status, reply);
+  turn.replies.push_back([reactor](const Status& stored) { reactor->Finish(to_grpc(stored)); });
+}
+
 }  // namespace
+
+RenderServiceImpl::Unary* RenderServiceImpl::refuse(Context* context, const Status& status) {
+  Unary* reactor = context->DefaultReactor();
+  reactor->Finish(to_grpc(status));
+  return reactor;
+}
 
 /// Runs `task` on the farm thread; the task finishes the call, now or after the commit.
 RenderServiceImpl::Unary* RenderServiceImpl::on_farm(Context* context,
@@ -64,22 +81,34 @@ RenderServiceImpl::Unary* RenderServiceImpl::on_farm(Context* context,
   return reactor;
 }
 
+/// The same for a call that names a job, if the caller may do so.
+RenderServiceImpl::Unary* RenderServiceImpl::on_job(Context* context, Rpc rpc, JobId job,
+                                                    std::function<void(FarmLoop::Turn&, Unary*)> task) {
+  Result<Identity> caller = gate_.admit(*context, rpc);
+  if (!caller.ok()) {
+    return refuse(context, caller.status());
+  }
+  return on_farm(context,
+                 [rpc, job, caller = std::move(*caller), task = std::move(task)](FarmLoop::Turn& turn, Unary* reactor) {
+                   const Result<std::string> owner = turn.farm.owner(job);
+                   const Status status = owner.ok() ? check_job(caller, rpc, *owner) : owner.status();
+                   if (status.ok()) {
+                     task(turn, reactor);
+                   } else {
+                     reactor->Finish(to_grpc(status));
+                   }
+                 });
+}
+
 /// Changes a job and answers with its state once the change is durable.
-RenderServiceImpl::Unary* RenderServiceImpl::change_job(Context* context, v1::Job* reply,
-                                                        std::function<Result<JobId>(FarmLoop::Turn&)> change) {
-  return on_farm(context, [reply, change = std::move(change)](FarmLoop::Turn& turn, Unary* reactor) {
-    const Result<JobId> job = change(turn);
-    if (!job.ok()) {
-      reactor->Finish(to_grpc(job.status()));
+RenderServiceImpl::Unary* RenderServiceImpl::change_job(Context* context, Rpc rpc, JobId job, v1::Job* reply,
+                                                        std::function<Status(FarmLoop::Turn&)> change) {
+  return on_job(context, rpc, job, [job, reply, change = std::move(change)](FarmLoop::Turn& turn, Unary* reactor) {
+    if (const Status changed = change(turn); !changed.ok()) {
+      reactor->Finish(to_grpc(changed));
       return;
     }
-    const Result<JobStatus> status = turn.farm.status(*job, turn.now);
-    if (!status.ok()) {
-      reactor->Finish(to_grpc(status.status()));
-      return;
-    }
-    to_wire(*status, reply);
-    turn.replies.push_back([reactor](const Status& stored) { reactor->Finish(to_grpc(stored)); });
+    reply_with_job(turn, job, reply, reactor);
   });
 }
 
@@ -88,6 +117,9 @@ RenderServiceImpl::Unary* RenderServiceImpl::change_job(Context* context, v1::Jo
 RenderServiceImpl::Unary* RenderServiceImpl::FindMissingAssets(Context* context,
                                                                const v1::FindMissingAssetsRequest* request,
                                                                v1::FindMissingAssetsResponse* reply) {
+  if (const Result<Identity> caller = gate_.admit(*context, Rpc::find_missing_assets); !caller.ok()) {
+    return refuse(context, caller.status());
+  }
   Unary* reactor = context->DefaultReactor();
   if (static_cast<std::size_t>(request->digests_size()) > kMaxDigests) {
     reactor->Finish(
@@ -112,9 +144,13 @@ RenderServiceImpl::Unary* RenderServiceImpl::FindMissingAssets(Context* context,
 
 RenderServiceImpl::Unary* RenderServiceImpl::SubmitJob(Context* context, const v1::SubmitJobRequest* request,
                                                        v1::Job* reply) {
-  Result<JobSpec> spec = from_wire(*request);
+  const Result<Identity> caller = gate_.admit(*context, Rpc::submit_job);
+  Result<JobSpec> spec = caller.ok() ? from_wire(*request) : caller.status();
   Status status = spec.status();
   if (status.ok()) {
+    if (caller->is_known()) {
+      spec->owner = caller->name;
+    }
     for (const Sha256& asset : spec->settings.assets) {
       if (!assets_.has(asset)) {
         status = failed_precondition("asset {} is missing: upload it first", asset.hex());
@@ -124,19 +160,27 @@ RenderServiceImpl::Unary* RenderServiceImpl::SubmitJob(Context* context, const v
   }
   Result<MethodNotes> notes = status.ok() ? settle_method(*spec, assets_) : status;
   if (!notes.ok()) {
-    Unary* reactor = context->DefaultReactor();
-    reactor->Finish(to_grpc(notes.status()));
-    return reactor;
+    return refuse(context, notes.status());
   }
   want_bias_layer(*spec, *notes);
-  return change_job(context, reply, [spec = std::move(*spec), notes = std::move(*notes)](FarmLoop::Turn& turn) {
-    return turn.farm.submit(spec, turn.now, turn.unix_ms, turn.step, notes);
+  return on_farm(context, [caller = *caller, spec = std::move(*spec), notes = std::move(*notes), reply](
+                              FarmLoop::Turn& turn, Unary* reactor) {
+    Result<JobId> job = turn.farm.submit(spec, turn.now, turn.unix_ms, turn.step, notes);
+    if (job.ok() && caller.is_known() && turn.farm.owner(*job).value_or("") != caller.name) {
+      job = already_exists("request_id '{}' is that of somebody else's job: choose another", spec.request_id);
+    }
+    if (job.ok()) {
+      reply_with_job(turn, *job, reply, reactor);
+    } else {
+      reactor->Finish(to_grpc(job.status()));
+    }
   });
 }
 
 RenderServiceImpl::Unary* RenderServiceImpl::GetJob(Context* context, const v1::GetJobRequest* request,
                                                     v1::Job* reply) {
-  return on_farm(context, [id = JobId{request->id()}, reply](FarmLoop::Turn& turn, Unary* reactor) {
+  const JobId id{request->id()};
+  return on_job(context, Rpc::get_job, id, [id, reply](FarmLoop::Turn& turn, Unary* reactor) {
     const Result<JobStatus> status = turn.farm.status(id, turn.now);
     if (status.ok()) {
       to_wire(*status, reply);
@@ -147,64 +191,63 @@ RenderServiceImpl::Unary* RenderServiceImpl::GetJob(Context* context, const v1::
 
 RenderServiceImpl::Unary* RenderServiceImpl::ListJobs(Context* context, const v1::ListJobsRequest* request,
                                                       v1::ListJobsResponse* reply) {
-  const Result<int> size = page_size_of(request->page_size());
+  const Result<Identity> caller = gate_.admit(*context, Rpc::list_jobs);
+  const Result<int> size = caller.ok() ? page_size_of(request->page_size()) : caller.status();
   const Result<std::uint64_t> before = last_listed(request->page_token());
   if (!size.ok() || !before.ok()) {
-    Unary* reactor = context->DefaultReactor();
-    reactor->Finish(to_grpc(size.ok() ? before.status() : size.status()));
-    return reactor;
+    return refuse(context, size.ok() ? before.status() : size.status());
   }
-  return on_farm(context, [size = *size, before = *before, reply](FarmLoop::Turn& turn, Unary* reactor) {
-    for (const JobStatus& job : turn.farm.jobs(turn.now)) {
-      if (job.id.value >= before) {
-        continue;
-      }
-      if (reply->jobs_size() == size) {
-        reply->set_next_page_token(std::to_string(reply->jobs(size - 1).id()));
-        break;
-      }
-      lightmill::to_wire(job, reply->add_jobs());
-    }
-    reactor->Finish(grpc::Status::OK);
-  });
+  reply->mutable_notices()->Add(notices_.begin(), notices_.end());
+  return on_farm(context,
+                 [caller = *caller, size = *size, before = *before, reply](FarmLoop::Turn& turn, Unary* reactor) {
+                   for (const JobStatus& job : turn.farm.jobs(turn.now)) {
+                     if (job.id.value >= before || !may_see_job(caller, job.owner)) {
+                       continue;
+                     }
+                     if (reply->jobs_size() == size) {
+                       reply->set_next_page_token(std::to_string(reply->jobs(size - 1).id()));
+                       break;
+                     }
+                     lightmill::to_wire(job, reply->add_jobs());
+                   }
+                   reactor->Finish(grpc::Status::OK);
+                 });
 }
 
 RenderServiceImpl::Unary* RenderServiceImpl::CancelJob(Context* context, const v1::CancelJobRequest* request,
                                                        v1::Job* reply) {
-  return change_job(context, reply, [id = JobId{request->id()}](FarmLoop::Turn& turn) -> Result<JobId> {
-    LM_RETURN_IF_ERROR(turn.farm.cancel(id, turn.now, turn.unix_ms, turn.step));
-    return id;
-  });
+  const JobId id{request->id()};
+  return change_job(context, Rpc::cancel_job, id, reply,
+                    [id](FarmLoop::Turn& turn) { return turn.farm.cancel(id, turn.now, turn.unix_ms, turn.step); });
 }
 
 RenderServiceImpl::Unary* RenderServiceImpl::PauseJob(Context* context, const v1::PauseJobRequest* request,
                                                       v1::Job* reply) {
-  return change_job(context, reply, [id = JobId{request->id()}](FarmLoop::Turn& turn) -> Result<JobId> {
-    LM_RETURN_IF_ERROR(turn.farm.pause(id, turn.now, turn.step));
-    return id;
-  });
+  const JobId id{request->id()};
+  return change_job(context, Rpc::pause_job, id, reply,
+                    [id](FarmLoop::Turn& turn) { return turn.farm.pause(id, turn.now, turn.step); });
 }
 
 RenderServiceImpl::Unary* RenderServiceImpl::ResumeJob(Context* context, const v1::ResumeJobRequest* request,
                                                        v1::Job* reply) {
-  return change_job(context, reply, [id = JobId{request->id()}](FarmLoop::Turn& turn) -> Result<JobId> {
-    LM_RETURN_IF_ERROR(turn.farm.resume(id, turn.now, turn.step));
-    return id;
-  });
+  const JobId id{request->id()};
+  return change_job(context, Rpc::resume_job, id, reply,
+                    [id](FarmLoop::Turn& turn) { return turn.farm.resume(id, turn.now, turn.step); });
 }
 
 RenderServiceImpl::Unary* RenderServiceImpl::ExtendJob(Context* context, const v1::ExtendJobRequest* request,
                                                        v1::Job* reply) {
+  const JobId id{request->id()};
   const Extension extension{request->samples(), request->error()};
-  return change_job(context, reply, [id = JobId{request->id()}, extension](FarmLoop::Turn& turn) -> Result<JobId> {
-    LM_RETURN_IF_ERROR(turn.farm.extend(id, extension, turn.now, turn.step));
-    return id;
+  return change_job(context, Rpc::extend_job, id, reply, [id, extension](FarmLoop::Turn& turn) {
+    return turn.farm.extend(id, extension, turn.now, turn.step);
   });
 }
 
 RenderServiceImpl::Unary* RenderServiceImpl::DeleteJob(Context* context, const v1::DeleteJobRequest* request,
                                                        v1::DeleteJobResponse*) {
-  return on_farm(context, [id = JobId{request->id()}](FarmLoop::Turn& turn, Unary* reactor) {
+  const JobId id{request->id()};
+  return on_job(context, Rpc::delete_job, id, [id](FarmLoop::Turn& turn, Unary* reactor) {
     const Status status = turn.farm.remove(id, turn.now, turn.step);
     if (!status.ok()) {
       reactor->Finish(to_grpc(status));
@@ -218,12 +261,12 @@ RenderServiceImpl::Unary* RenderServiceImpl::DeleteJob(Context* context, const v
 
 RenderServiceImpl::Unary* RenderServiceImpl::ListWorkers(Context* context, const v1::ListWorkersRequest* request,
                                                          v1::ListWorkersResponse* reply) {
-  const Result<int> size = page_size_of(request->page_size());
+  const Result<Identity> caller = gate_.admit(*context, Rpc::list_workers);
+  const Result<int> size = caller.ok() ? page_size_of(request->page_size()) : caller.status();
   if (!size.ok()) {
-    Unary* reactor = context->DefaultReactor();
-    reactor->Finish(to_grpc(size.status()));
-    return reactor;
+    return refuse(context, size.status());
   }
+  reply->mutable_notices()->Add(notices_.begin(), notices_.end());
   return on_farm(context, [size = *size, after = request->page_token(), reply](FarmLoop::Turn& turn, Unary* reactor) {
     for (const WorkerStatus& worker : turn.farm.workers(turn.now)) {
       if (!after.empty() && worker.name <= after) {
@@ -241,6 +284,9 @@ RenderServiceImpl::Unary* RenderServiceImpl::ListWorkers(Context* context, const
 
 RenderServiceImpl::Unary* RenderServiceImpl::DrainWorker(Context* context, const v1::DrainWorkerRequest* request,
                                                          v1::Worker* reply) {
+  if (const Result<Identity> caller = gate_.admit(*context, Rpc::drain_worker); !caller.ok()) {
+    return refuse(context, caller.status());
+  }
   return on_farm(context, [name = request->name(), reply](FarmLoop::Turn& turn, Unary* reactor) {
     const Status status = turn.farm.drain_worker(name, turn.now, turn.step);
     if (status.ok()) {

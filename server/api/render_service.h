@@ -5,6 +5,7 @@
 
 #include "lightmill/v1/render_service.grpc.pb.h"
 #include "server/api/farm_loop.h"
+#include "server/api/gate.h"
 #include "server/store/asset_store.h"
 
 namespace lightmill {
@@ -12,7 +13,9 @@ namespace lightmill {
 /// Thread-safe.
 class RenderServiceImpl final : public v1::RenderService::CallbackService {
  public:
-  explicit RenderServiceImpl(AssetStore& assets) : assets_(assets) {}
+  /// `notices` are told in lists.
+  RenderServiceImpl(AssetStore& assets, const Gate& gate, std::vector<std::string> notices)
+      : assets_(assets), gate_(gate), notices_(std::move(notices)) {}
   /// Where requests go; before the server starts.
   void set_loop(FarmLoop& loop) { loop_ = &loop; }
   /// Watchers are told UNAVAILABLE from now on.
@@ -42,10 +45,15 @@ class RenderServiceImpl final : public v1::RenderService::CallbackService {
   Unary* DrainWorker(Context*, const v1::DrainWorkerRequest*, v1::Worker*) override;
 
  private:
+  static Unary* refuse(Context* context, const Status& status);
   Unary* on_farm(Context* context, std::function<void(FarmLoop::Turn&, Unary*)> task);
-  Unary* change_job(Context* context, v1::Job* reply, std::function<Result<JobId>(FarmLoop::Turn&)> change);
+  Unary* on_job(Context* context, Rpc rpc, JobId job, std::function<void(FarmLoop::Turn&, Unary*)> task);
+  Unary* change_job(Context* context, Rpc rpc, JobId job, v1::Job* reply,
+                    std::function<Status(FarmLoop::Turn&)> change);
 
   AssetStore& assets_;
+  const Gate& gate_;
+  const std::vector<std::string> notices_;
   FarmLoop* loop_ = nullptr;
   std::shared_ptr<class WatchRegistry> watches_ = make_watch_registry();
   static std::shared_ptr<class WatchRegistry> make_watch_registry();

@@ -3,6 +3,7 @@
 #include "common/base/log.h"
 #include "common/wire/farm_messages.h"
 #include "server/api/grpc_status.h"
+#include "server/api/refused.h"
 
 namespace lightmill {
 namespace {
@@ -44,8 +45,8 @@ Status check_hash(const WorkerMessage& message) {
 class WorkStream final : public grpc::ServerBidiReactor<v1::WorkRequest, v1::WorkResponse>,
                          public std::enable_shared_from_this<WorkStream> {
  public:
-  WorkStream(WorkerStreams& owner, SessionId session, grpc::CallbackServerContext* context)
-      : owner_(owner), session_(session), context_(context) {}
+  WorkStream(WorkerStreams& owner, SessionId session, Identity caller, grpc::CallbackServerContext* context)
+      : owner_(owner), session_(session), caller_(std::move(caller)), context_(context) {}
 
   /// Answers the call, so that the worker knows that it is connected, and reads.
   void start() {
@@ -95,6 +96,10 @@ class WorkStream final : public grpc::ServerBidiReactor<v1::WorkRequest, v1::Wor
   void OnReadDone(bool ok) override {
     if (!ok) {
       finish(grpc::Status::OK);
+      return;
+    }
+    if (const Status holds = owner_.gate_.check_still_holds(caller_); !holds.ok()) {
+      finish(to_grpc(holds));
       return;
     }
     Result<WorkerMessage> message = from_wire(request_);
@@ -182,6 +187,7 @@ class WorkStream final : public grpc::ServerBidiReactor<v1::WorkRequest, v1::Wor
 
   WorkerStreams& owner_;
   const SessionId session_;
+  const Identity caller_;
   grpc::CallbackServerContext* const context_;
   const std::string peer_ = context_->peer();
   v1::WorkRequest request_;  // belongs to the read under way
@@ -197,17 +203,21 @@ class WorkStream final : public grpc::ServerBidiReactor<v1::WorkRequest, v1::Wor
   grpc::Status final_status_ LM_GUARDED_BY(mutex_);
 };
 
-WorkerStreams::WorkerStreams() = default;
+WorkerStreams::WorkerStreams(const Gate& gate) : gate_(gate) {}
 WorkerStreams::~WorkerStreams() = default;
 
 grpc::ServerBidiReactor<v1::WorkRequest, v1::WorkResponse>* WorkerStreams::Work(grpc::CallbackServerContext* context) {
+  Result<Identity> caller = gate_.admit(*context, Rpc::work);
+  if (!caller.ok()) {
+    return new Refused<grpc::ServerBidiReactor<v1::WorkRequest, v1::WorkResponse>>(caller.status());
+  }
   std::shared_ptr<WorkStream> stream;
   bool stopped = false;
   bool too_many = false;
   {
     const MutexLock lock(mutex_);
     const SessionId session{next_session_++};
-    stream = std::make_shared<WorkStream>(*this, session, context);
+    stream = std::make_shared<WorkStream>(*this, session, std::move(*caller), context);
     streams_.emplace(session, stream);
     stopped = stopped_;
     too_many = streams_.size() > max_streams_;

@@ -8,6 +8,7 @@
 #include "common/base/mutex.h"
 #include "lightmill/v1/worker_service.grpc.pb.h"
 #include "server/api/farm_loop.h"
+#include "server/api/gate.h"
 
 namespace lightmill {
 
@@ -16,7 +17,7 @@ class WorkStream;
 /// Thread-safe. Each stream is one session; session ids count up from 1.
 class WorkerStreams final : public v1::WorkerService::CallbackService {
  public:
-  WorkerStreams();
+  explicit WorkerStreams(const Gate& gate);
   ~WorkerStreams() override;
   /// Where events go; before the server starts. Streams beyond `max_streams` are refused with RESOURCE_EXHAUSTED.
   void set_loop(FarmLoop& loop, std::size_t max_streams) {
@@ -35,6 +36,7 @@ class WorkerStreams final : public v1::WorkerService::CallbackService {
   friend class WorkStream;
   void forget(SessionId session);
 
+  const Gate& gate_;
   FarmLoop* loop_ = nullptr;
   std::size_t max_streams_ = 0;
   Mutex mutex_;

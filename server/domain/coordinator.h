@@ -90,6 +90,7 @@ class Coordinator {
   std::vector<JobStatus> jobs(Time now) const;        ///< newest first
   std::vector<WorkerStatus> workers(Time now) const;  ///< by name
   Result<const RenderSettings*> settings(JobId job) const;
+  Result<std::string> owner(JobId job) const;
   /// The film of a job; null if there is no such job. Valid until the next event.
   const Film* film(JobId job) const;
   /// Grows with every change of the job's state or film; 0 if there is no such job.

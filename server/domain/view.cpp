@@ -166,6 +166,14 @@ Result<const RenderSettings*> Coordinator::settings(JobId id) const {
   return &job->record.spec.settings;
 }
 
+Result<std::string> Coordinator::owner(JobId id) const {
+  const Job* const job = state_->find_job(id);
+  if (job == nullptr) {
+    return not_found("there is no job {}", id.value);
+  }
+  return job->record.spec.owner;
+}
+
 const Film* Coordinator::film(JobId id) const {
   const Job* const job = state_->find_job(id);
   return job == nullptr ? nullptr : &job->film;

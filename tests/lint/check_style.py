@@ -11,7 +11,7 @@ import re
 import subprocess
 import sys
 
-COMMON_ORDER = ["base", "math", "geometry", "sampling", "image", "materials", "film", "lights", "scene", "photons",
+COMMON_ORDER = ["base", "security", "math", "geometry", "sampling", "image", "materials", "film", "lights", "scene", "photons",
                 "methods", "planner", "farm", "wire", "scene_io"]
 PROGRAMS = ["server", "worker", "client"]
 SOURCE_SUFFIXES = {".h", ".cpp"}
@@ -20,13 +20,14 @@ SOURCE_SUFFIXES = {".h", ".cpp"}
 DOORS = [
     ("gRPC", r"(grpc|grpcpp|grpc\+\+)/|\.grpc\.pb\.h$", ["server/api", "worker/rpc", "client/cli"]),
     ("protobuf", r"^google/protobuf/|(?<!grpc)\.pb\.h$", ["common/wire", "server/api", "worker/rpc", "client/cli"]),
+    ("OpenSSL", r"^openssl/", ["common/base", "common/security"]),
     ("SQL", r"^(sqlite3\.h|libpq-fe\.h|pqxx/)", ["server/store"]),
     ("Embree", r"^embree", ["common/scene/accel"]),
     ("an image library", r"^(Imf|OpenEXR/|Iex|Imath|OpenImageIO/|spng\.h|png\.h)", ["common/image"]),
 ]
 
 # What must run without a thread, a socket, a disk or a real clock.
-PURE = ["server/domain", "server/scheduling", "server/assembly", "worker/session"]
+PURE = ["server/access", "server/domain", "server/scheduling", "server/assembly", "worker/session"]
 PURE_INCLUDES = (r"^(thread|mutex|shared_mutex|condition_variable|future|fstream|filesystem|iostream|csignal|unistd\.h|fcntl\.h"
                  r"|sys/.*|pthread\.h|random)$|^common/base/(file|mutex|log|signals)\.h$")
 PURE_WORDS = (r"std::(jthread|thread|mutex|condition_variable|async|ifstream|ofstream|random_device)\b"

@@ -6,7 +6,9 @@
 #include <set>
 
 #include "common/base/check.h"
+#include "common/base/clock.h"
 #include "common/base/log.h"
+#include "common/security/connection_problem.h"
 #include "common/wire/bytes.h"
 #include "lightmill/v1/render_service.grpc.pb.h"
 #include "worker/rpc/link_stream.h"
@@ -18,7 +20,7 @@ namespace {
 constexpr int kMaxMessageBytes = 20 << 20;
 constexpr auto kDownloadLimit = std::chrono::minutes(10);
 
-std::shared_ptr<grpc::Channel> make_channel(const std::string& address) {
+std::shared_ptr<grpc::Channel> make_channel(const std::string& address, const TlsTexts& tls) {
   grpc::ChannelArguments arguments;
   // A dead link is found within some four seconds.
   arguments.SetInt(GRPC_ARG_KEEPALIVE_TIME_MS, 2'000);
@@ -29,14 +31,17 @@ std::shared_ptr<grpc::Channel> make_channel(const std::string& address) {
   arguments.SetInt(GRPC_ARG_USE_LOCAL_SUBCHANNEL_POOL, 1);
   arguments.SetInt(GRPC_ARG_MIN_RECONNECT_BACKOFF_MS, 3'000);
   arguments.SetMaxReceiveMessageSize(kMaxMessageBytes);
-  return grpc::CreateCustomChannel(address, grpc::InsecureChannelCredentials(), arguments);
+  return grpc::CreateCustomChannel(address,
+                                   tls.given() ? grpc::SslCredentials({tls.authority, tls.key, tls.certificate})
+                                               : grpc::InsecureChannelCredentials(),
+                                   arguments);
 }
 
 }  // namespace
 
 struct FarmLink::Connection {
-  explicit Connection(const std::string& address)
-      : channel(make_channel(address)),
+  Connection(const std::string& address, const TlsTexts& tls)
+      : channel(make_channel(address, tls)),
         work(v1::WorkerService::NewStub(channel)),
         render(v1::RenderService::NewStub(channel)) {}
   std::shared_ptr<grpc::Channel> channel;
@@ -45,9 +50,8 @@ struct FarmLink::Connection {
   std::set<grpc::ClientContext*> downloads;  ///< under way; guarded by the link's mutex
 };
 
-FarmLink::FarmLink(std::vector<std::string> servers, LinkHandlers handlers)
-    : servers_(std::move(servers)), handlers_(std::move(handlers)) {
-  LM_CHECK(!servers_.empty());
+FarmLink::FarmLink(FarmAddress farm, LinkHandlers handlers) : farm_(std::move(farm)), handlers_(std::move(handlers)) {
+  LM_CHECK(!farm_.servers.empty());
   gpr_set_log_function([](gpr_log_func_args* line) { spdlog::debug("grpc: {}", line->message); });
 }
 
@@ -64,19 +68,40 @@ FarmLink::~FarmLink() {
 }
 
 std::uint64_t FarmLink::open() {
-  std::shared_ptr<Connection> connection;
-  std::shared_ptr<LinkStream> stream;
   std::uint64_t number = 0;
+  std::string server;
   {
     const MutexLock lock(mutex_);
-    const std::string& address = servers_[streams_ % servers_.size()];
+    server = farm_.servers[streams_ % farm_.servers.size()];
     number = ++streams_;
     closed_ = false;
-    connection = connection_ = std::make_shared<Connection>(address);
-    stream = stream_ = std::make_shared<LinkStream>(number, address, handlers_);
+    connection_.reset();
+    stream_.reset();
+  }
+  const Result<TlsTexts> tls = read_caller_tls_files(farm_.tls, system_clock().unix_milliseconds() / 1000);
+  if (!tls.ok()) {
+    handlers_.disconnected(number, server, tls.status());
+    return number;
+  }
+  const auto connection = std::make_shared<Connection>(server, *tls);
+  const auto stream = std::make_shared<LinkStream>(number, server, handlers_);
+  {
+    const MutexLock lock(mutex_);
+    connection_ = connection;
+    stream_ = stream;
   }
   stream->start(*connection->work);
   return number;
+}
+
+std::string FarmLink::explain(const std::string& server, const Status& failure) const {
+  const Result<TlsTexts> tls = read_caller_tls_files(farm_.tls, system_clock().unix_milliseconds() / 1000);
+  if (failure.code() == StatusCode::kUnavailable && tls.ok()) {
+    if (std::optional<std::string> problem = connection_problem(server, *tls)) {
+      return *std::move(problem);
+    }
+  }
+  return failure.message().empty() ? "it closed the stream" : message_of(failure);
 }
 
 void FarmLink::send(std::shared_ptr<const WorkerMessage> message) {

@@ -11,6 +11,7 @@
 #include "common/base/mutex.h"
 #include "common/base/status.h"
 #include "common/farm/messages.h"
+#include "common/security/tls_files.h"
 
 namespace lightmill {
 
@@ -24,11 +25,16 @@ struct LinkHandlers {
   std::function<void(std::uint64_t stream, const std::string& address, const Status& status)> disconnected;
 };
 
+/// Where the farm is, and how it knows the worker.
+struct FarmAddress {
+  std::vector<std::string> servers;  ///< HOST:PORT; each attempt takes the next one
+  TlsFiles tls;                      ///< read for each attempt, so that renewed ones come into use
+};
+
 /// Thread-safe. At most one stream at a time.
 class FarmLink {
  public:
-  /// `servers` are HOST:PORT; each attempt takes the next one.
-  FarmLink(std::vector<std::string> servers, LinkHandlers handlers);
+  FarmLink(FarmAddress farm, LinkHandlers handlers);
   /// Ends the stream; no handler is called afterwards.
   ~FarmLink();
 
@@ -39,12 +45,16 @@ class FarmLink {
   /// Says that nothing more comes, once everything queued has been written. Downloads under way are given up.
   void close();
 
+  /// Why a stream to `server` broke, in words: looks into it if the failure says only that there was no connection,
+  /// which may take some seconds.
+  std::string explain(const std::string& server, const Status& failure) const;
+
   /// Downloads an asset from the coordinator of the last stream; blocks. NOT_FOUND, UNAVAILABLE.
   Result<std::string> download(const Sha256& digest);
 
  private:
   struct Connection;
-  const std::vector<std::string> servers_;
+  const FarmAddress farm_;
   const LinkHandlers handlers_;
   Mutex mutex_;
   std::shared_ptr<Connection> connection_ LM_GUARDED_BY(mutex_);

@@ -32,7 +32,7 @@ WorkerLoop::WorkerLoop(const WorkerOptions& options, const Clock& clock)
     : clock_(clock),
       session_(options.session),
       random_(std::hash<std::string>{}(options.session.name) ^ options.session.pid),
-      link_(options.servers, link_handlers()),
+      link_(options.farm, link_handlers()),
       assets_([this](const Sha256& digest) { return link_.download(digest); }, options.asset_bytes),
       preparer_(
           assets_, options.scenes,
@@ -228,8 +228,7 @@ void WorkerLoop::pilot_done(LeaseId lease, const Result<PilotReport>& report, Ti
 void WorkerLoop::stream_broke(const std::string& address, const Status& status, Time now) {
   stream_open_ = false;
   if (failures_++ == 0 && !exit_) {
-    spdlog::warn("no connection to {}: {}; trying again", address,
-                 status.message().empty() ? "it closed the stream" : message_of(status));
+    spdlog::warn("no connection to {}: {}; trying again", address, link_.explain(address, status));
   }
   failures_ = std::min(failures_, 1'000);
   session_.disconnected(now, actions_);

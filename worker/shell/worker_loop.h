@@ -17,7 +17,7 @@
 namespace lightmill {
 
 struct WorkerOptions {
-  std::vector<std::string> servers;  ///< HOST:PORT, tried in turn
+  FarmAddress farm;
   SessionConfig session;
   SceneCacheLimits scenes;
   std::uint64_t asset_bytes = std::uint64_t{1} << 30;  ///< of assets kept in memory

@@ -40,7 +40,8 @@ std::vector<std::string> table_row(const v1::Job& job) {
 }
 
 Status list_jobs(FarmConnection& connection, const Console& console, std::size_t limit) {
-  LM_ASSIGN_OR_RETURN(const std::vector<v1::Job> jobs, connection.list_jobs(limit));
+  LM_ASSIGN_OR_RETURN(const Listed<v1::Job> listed, connection.list_jobs(limit));
+  const std::vector<v1::Job>& jobs = listed.items;
   json objects = json::array();
   std::vector<std::vector<std::string>> rows{
       {"JOB", "STATE", "DONE", "SAMPLES", "ERROR", "ETA", "SIZE", "METHOD", "OWNER", "SUBMITTED", "NAME"}};
@@ -48,7 +49,8 @@ Status list_jobs(FarmConnection& connection, const Console& console, std::size_t
     objects.push_back(to_json(job));
     rows.push_back(table_row(job));
   }
-  console.object(json{{"jobs", objects}});
+  console.notices(listed.notices);
+  console.object(json{{"jobs", objects}, {"notices", listed.notices}});
   if (jobs.empty()) {
     console.result("no jobs yet: `lightmill submit SCENE` queues one");
   } else {
@@ -75,7 +77,7 @@ using JobCall = std::function<Result<v1::Job>(FarmConnection&, const JobOptions&
 void run_call(CLI::App* command, Context& context, const std::shared_ptr<JobOptions>& options, const JobCall& call) {
   command->callback([&context, options, call] {
     context.run = [&context, options, call](const Console& console) {
-      return with_farm(console, context.common.server, [&](FarmConnection& connection) -> Status {
+      return with_farm(console, context.common, [&](FarmConnection& connection) -> Status {
         LM_ASSIGN_OR_RETURN(const v1::Job job, call(connection, *options));
         say_job(console, job);
         return ok_status();
@@ -88,7 +90,7 @@ void add_delete(CLI::App& app, Context& context, const std::shared_ptr<JobOption
   CLI::App* command = add_job_command(app, context, *options, "delete", "Forget an ended job and its film.");
   command->callback([&context, options] {
     context.run = [&context, options](const Console& console) {
-      return with_farm(console, context.common.server, [&](FarmConnection& connection) -> Status {
+      return with_farm(console, context.common, [&](FarmConnection& connection) -> Status {
         LM_RETURN_IF_ERROR(connection.delete_job(options->job));
         console.object(json{{"id", options->job}, {"deleted", true}});
         console.result(fmt::format("job {} and its film are deleted", options->job));
@@ -111,7 +113,7 @@ void add_job_commands(CLI::App& app, Context& context) {
   add_common_options(*jobs, context);
   jobs->callback([&context, options] {
     context.run = [&context, options](const Console& console) {
-      return with_farm(console, context.common.server,
+      return with_farm(console, context.common,
                        [&](FarmConnection& connection) { return list_jobs(connection, console, options->limit); });
     };
   });

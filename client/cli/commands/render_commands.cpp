@@ -81,8 +81,8 @@ void end_interrupted(Farm& farm, std::uint64_t id, bool by_user, const std::vect
 }
 
 void say_if_nobody_renders(const Console& console, FarmConnection& connection) {
-  const Result<std::vector<v1::Worker>> workers = connection.list_workers();
-  if (workers.ok() && workers->empty()) {
+  const Result<Listed<v1::Worker>> workers = connection.list_workers();
+  if (workers.ok() && workers->items.empty()) {
     console.notice(
         fmt::format("no worker is connected to {}: the job waits until one comes (lightmill-worker --server {})",
                     connection.address(), connection.address()));
@@ -112,7 +112,7 @@ ExitCode render(Context& context, const Console& console, Options options) {
     console.notice("note: --layers are written into EXR files alone, and none is: " +
                    fmt::format("{}", fmt::join(outputs, ", ")));
   }
-  Result<Farm> farm = choose_farm(context.common.server, options.local, options.threads, context.signals, console);
+  Result<Farm> farm = choose_farm(context.common, options.local, options.threads, context.signals, console);
   if (!farm.ok()) {
     return console.fail(farm.status());
   }
@@ -141,7 +141,7 @@ ExitCode submit(Context& context, const Console& console, const RenderOptions& o
     return console.fail(prepared.status());
   }
   say_notices(console, *prepared);
-  return with_farm(console, context.common.server, [&](FarmConnection& connection) -> Status {
+  return with_farm(console, context.common, [&](FarmConnection& connection) -> Status {
     LM_ASSIGN_OR_RETURN(const v1::Job job, submit_job(connection, *prepared, console));
     console.object(to_json(job, prepared->scene.notices));
     for (const std::string& line : method_lines(job)) {

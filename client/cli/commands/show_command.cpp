@@ -127,7 +127,7 @@ void add_show_command(CLI::App& app, Context& context) {
   add_common_options(*command, context);
   command->callback([&context, options] {
     context.run = [&context, options](const Console& console) {
-      return with_farm(console, context.common.server,
+      return with_farm(console, context.common,
                        [&](FarmConnection& connection) { return show_job(connection, console, *options); });
     };
   });

@@ -33,7 +33,7 @@ ExitCode watch(Context& context, const Console& console, const Options& options)
   if (const Status status = check_outputs(options.picture.outputs); !status.ok()) {
     return console.fail(status);
   }
-  Result<std::unique_ptr<FarmConnection>> connection = connect(context.common.server);
+  Result<std::unique_ptr<FarmConnection>> connection = connect(context.common);
   if (!connection.ok()) {
     return console.fail(connection.status());
   }
@@ -71,7 +71,7 @@ ExitCode fetch(Context& context, const Console& console, const Options& options)
   if (const Status status = check_outputs(options.picture.outputs); !status.ok()) {
     return console.fail(status);
   }
-  const Result<std::unique_ptr<FarmConnection>> connection = connect(context.common.server);
+  const Result<std::unique_ptr<FarmConnection>> connection = connect(context.common);
   if (!connection.ok()) {
     return console.fail(connection.status());
   }

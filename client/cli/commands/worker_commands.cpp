@@ -20,7 +20,8 @@ std::string activity(const v1::Worker& worker) {
 }
 
 Status list_workers(FarmConnection& connection, const Console& console) {
-  LM_ASSIGN_OR_RETURN(const std::vector<v1::Worker> workers, connection.list_workers());
+  LM_ASSIGN_OR_RETURN(const Listed<v1::Worker> listed, connection.list_workers());
+  const std::vector<v1::Worker>& workers = listed.items;
   json objects = json::array();
   std::vector<std::vector<std::string>> rows{
       {"NAME", "HOST", "THREADS", "STATE", "RATE", "RESULTS", "LOST", "UP", "CLASS"}};
@@ -31,7 +32,8 @@ Status list_workers(FarmConnection& connection, const Console& console) {
                     std::to_string(worker.leases_lost()), human_seconds(worker.connected_seconds()),
                     worker.fingerprint_class()});
   }
-  console.object(json{{"workers", objects}});
+  console.notices(listed.notices);
+  console.object(json{{"workers", objects}, {"notices", listed.notices}});
   if (workers.empty()) {
     console.result(fmt::format("no workers: start one with `lightmill-worker --server {}`", connection.address()));
   } else {
@@ -58,7 +60,7 @@ void add_worker_commands(CLI::App& app, Context& context) {
       return;  // its own callback has run
     }
     context.run = [&context](const Console& console) {
-      return with_farm(console, context.common.server,
+      return with_farm(console, context.common,
                        [&](FarmConnection& connection) { return list_workers(connection, console); });
     };
   });
@@ -69,7 +71,7 @@ void add_worker_commands(CLI::App& app, Context& context) {
   add_common_options(*drain, context);
   drain->callback([&context, name] {
     context.run = [&context, name](const Console& console) {
-      return with_farm(console, context.common.server,
+      return with_farm(console, context.common,
                        [&](FarmConnection& connection) { return drain_worker(connection, console, *name); });
     };
   });

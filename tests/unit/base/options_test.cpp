@@ -25,6 +25,16 @@ TEST(HostPort, RefusesAllElse) {
   EXPECT_NE(message_of(parse_host_port("::1:7350").status()).find("[::1]:7350"), std::string::npos);
 }
 
+TEST(HostPort, LoopbackIsToldFromNamesThatLookLikeIt) {
+  for (const char* host : {"127.0.0.1", "127.1.2.3", "::1", "localhost"}) {
+    EXPECT_TRUE(is_loopback(host)) << host;
+  }
+  for (const char* host :
+       {"0.0.0.0", "::", "10.0.0.1", "127.evil.example", "localhost.evil.example", "128.0.0.1", "::2"}) {
+    EXPECT_FALSE(is_loopback(host)) << host;
+  }
+}
+
 TEST(Limits, TakeOnlyNumbersInTheirRange) {
   const auto takes = [](const std::string& given) {
     CLI::App app;

@@ -1,0 +1,231 @@
+// lightmill certs init | server | worker | person | show
+#include <nlohmann/json.hpp>
+
+#include "client/cli/context.h"
+#include "client/cli/table.h"
+#include "common/base/file.h"
+#include "common/security/authority.h"
+#include "common/security/certificate.h"
+
+namespace lightmill::cli {
+namespace {
+
+namespace fs = std::filesystem;
+using nlohmann::json;
+
+constexpr std::int64_t kDaySeconds = 24 * 60 * 60;
+/// A certificate holds from a little earlier on, for machines whose clocks go slow.
+constexpr std::int64_t kClockSlackSeconds = 5 * 60;
+constexpr std::uint64_t kMaxDays = 36'500;
+constexpr const char* kAuthorityCertificate = "ca.pem";
+constexpr const char* kAuthorityKey = "ca.key";
+
+struct CertsOptions {
+  std::string folder, file, out, roles = "view,submit";
+  std::string name = "Lightmill farm";
+  std::vector<std::string> hosts;
+  std::uint64_t days = 365, authority_days = 3'650;
+  bool replace = false;
+};
+
+std::int64_t now_unix_s() {
+  return system_clock().unix_milliseconds() / 1000;
+}
+
+Validity days_from_now(std::uint64_t days) {
+  const std::int64_t now = now_unix_s();
+  return {now - kClockSlackSeconds, now + static_cast<std::int64_t>(days) * kDaySeconds};
+}
+
+Status write(const fs::path& path, const std::string& text, bool replace) {
+  const Status status = write_secret_file(path, as_byte_view(text), replace);
+  return status.code() == StatusCode::kAlreadyExists
+             ? already_exists("{}, and nothing is changed: --replace puts a new one in its place", message_of(status))
+             : status;
+}
+
+json to_json(const CertificateFacts& facts) {
+  json roles = json::array();
+  for (const Role role : kRoles) {
+    if (facts.roles.has(role)) {
+      roles.push_back(name_of(role));
+    }
+  }
+  return {{"name", facts.name},
+          {"issuer", facts.issuer},
+          {"authority", facts.authority},
+          {"hosts", facts.hosts},
+          {"roles", roles},
+          {"from", date_text(facts.from_unix_s)},
+          {"until", date_text(facts.until_unix_s)},
+          {"sha256", facts.fingerprint.hex()}};
+}
+
+std::string what_for(const CertificateFacts& facts) {
+  return facts.authority       ? "authority"
+         : facts.hosts.empty() ? fmt::format("roles {}", names_of(facts.roles))
+                               : fmt::format("coordinator at {}", fmt::join(facts.hosts, ", "));
+}
+
+// ---- making ----
+
+Status make_authority_in(const CertsOptions& options, const Console& console) {
+  const fs::path folder = options.folder;
+  std::error_code error;
+  if (fs::create_directories(folder, error)) {
+    fs::permissions(folder, fs::perms::owner_all, error);
+  }
+  const fs::path certificate = folder / kAuthorityCertificate;
+  if (!options.replace && fs::exists(certificate, error)) {  // its key may be kept elsewhere
+    return write(certificate, "", false);
+  }
+  LM_ASSIGN_OR_RETURN(const KeyAndCertificate made,
+                      make_authority(options.name, days_from_now(options.authority_days)));
+  LM_RETURN_IF_ERROR(write(folder / kAuthorityKey, made.key, options.replace));
+  LM_RETURN_IF_ERROR(write(certificate, made.certificate, options.replace));
+  LM_ASSIGN_OR_RETURN(const std::vector<CertificateFacts> facts, read_certificates(made.certificate));
+  json object = to_json(facts.front());
+  object["file"] = certificate.string();
+  object["key_file"] = (folder / kAuthorityKey).string();
+  console.object(object);
+  console.result(fmt::format("{}: '{}', an authority until {}", certificate.string(), facts.front().name,
+                             date_text(facts.front().until_unix_s)));
+  console.result(
+      fmt::format("{}: its key. Whoever has it can make themselves admin: keep it to yourself, best off line",
+                  (folder / kAuthorityKey).string()));
+  return ok_status();
+}
+
+Result<KeyAndCertificate> read_authority(const fs::path& folder) {
+  KeyAndCertificate authority;
+  const Result<std::string> key = read_file(folder / kAuthorityKey),
+                            certificate = read_file(folder / kAuthorityCertificate);
+  if (!key.ok() || !certificate.ok()) {
+    return with_context(
+        key.ok() ? certificate.status() : key.status(),
+        fmt::format("no authority in {} (`lightmill certs init {}` makes one)", folder.string(), folder.string()));
+  }
+  return KeyAndCertificate{*key, *certificate};
+}
+
+/// NAME.pem, if that is a plain name of a file.
+Result<fs::path> own_file(const CertsOptions& options, const std::string& name) {
+  if (!options.out.empty()) {
+    return fs::path(options.out);
+  }
+  const bool plain = !name.empty() && name.front() != '.' && name.find('/') == std::string::npos &&
+                     name + ".pem" != kAuthorityCertificate;
+  return plain ? Result<fs::path>(fs::path(options.folder) / (name + ".pem"))
+               : invalid_argument("'{}' makes no name of a file: give one with --out", name);
+}
+
+Status issue(const CertsOptions& options, const CertificateSubject& subject, const std::string& file_name,
+             const Console& console) {
+  LM_ASSIGN_OR_RETURN(const KeyAndCertificate authority, read_authority(options.folder));
+  LM_ASSIGN_OR_RETURN(const fs::path file, own_file(options, file_name));
+  LM_ASSIGN_OR_RETURN(const KeyAndCertificate made, issue_certificate(authority, subject, days_from_now(options.days)));
+  LM_RETURN_IF_ERROR(write(file, made.certificate + made.key, options.replace));
+  LM_ASSIGN_OR_RETURN(const std::vector<CertificateFacts> facts, read_certificates(made.certificate));
+  json object = to_json(facts.front());
+  object["file"] = file.string();
+  console.object(object);
+  console.result(fmt::format("{}: '{}', {}, until {}; with its private key", file.string(), facts.front().name,
+                             what_for(facts.front()), date_text(facts.front().until_unix_s)));
+  return ok_status();
+}
+
+Status show(const std::string& file, const Console& console) {
+  LM_ASSIGN_OR_RETURN(const std::string pem, read_file(file));
+  const Result<std::vector<CertificateFacts>> all = read_certificates(pem);
+  if (!all.ok()) {
+    return with_context(all.status(), file);
+  }
+  json objects = json::array();
+  std::vector<std::vector<std::string>> rows{{"NAME", "FOR", "FROM", "UNTIL", "SIGNED BY", "SHA-256"}};
+  for (const CertificateFacts& facts : *all) {
+    objects.push_back(to_json(facts));
+    rows.push_back({facts.name, what_for(facts), date_text(facts.from_unix_s), date_text(facts.until_unix_s),
+                    facts.issuer, facts.fingerprint.hex()});
+    if (facts.until_unix_s <= now_unix_s()) {
+      console.notice(fmt::format("the certificate of '{}' has ended", facts.name));
+    }
+  }
+  console.object(json{{"certificates", objects}});
+  print_table(console, rows);
+  return ok_status();
+}
+
+// ---- the command line ----
+
+using Action = std::function<Status(const CertsOptions&, const Console&)>;
+
+void run_it(CLI::App* command, Context& context, const std::shared_ptr<CertsOptions>& options, const Action& action) {
+  add_json_option(*command, context);
+  command->callback([&context, options, action] {
+    context.run = [options, action](const Console& console) {
+      const Status status = action(*options, console);
+      return status.ok() ? kDone : console.fail(status);
+    };
+  });
+}
+
+CLI::App* add_issuing(CLI::App& certs, CertsOptions& options, const char* name, const char* about) {
+  CLI::App* command = certs.add_subcommand(name, about);
+  command->add_option("DIR", options.folder, "where `certs init` has made the authority")->required();
+  command->add_option("--days", options.days, "how long it holds")
+      ->check(whole_number(1, kMaxDays))
+      ->capture_default_str();
+  command->add_option("--out", options.out, "the file (default: in DIR, by its name)")->type_name("FILE.pem");
+  command->add_flag("--replace", options.replace, "put it in the place of a file of that name, as when it is renewed");
+  return command;
+}
+
+}  // namespace
+
+void add_certs_command(CLI::App& app, Context& context) {
+  const auto options = std::make_shared<CertsOptions>();
+  CLI::App* certs =
+      app.add_subcommand("certs", "Make the certificates by which a farm's machines and people know each other.");
+  certs->require_subcommand(1);
+  certs->footer("docs/security.md says how a farm is set up with them.");
+
+  CLI::App* init = certs->add_subcommand("init", "Make an authority: what it signs, its farm believes.");
+  init->add_option("DIR", options->folder, "a directory for it; made if need be")->required();
+  init->add_option("--name", options->name, "what it is called")->capture_default_str();
+  init->add_option("--days", options->authority_days, "how long it holds")
+      ->check(whole_number(1, kMaxDays))
+      ->capture_default_str();
+  init->add_flag("--replace", options->replace,
+                 "put it in the place of another, whose certificates then are worth nothing");
+  run_it(init, context, options, make_authority_in);
+
+  CLI::App* server = add_issuing(*certs, *options, "server", "Make a coordinator's certificate: DIR/server.pem.");
+  server->add_option("HOST", options->hosts, "names and IP addresses by which it is reached, all of them")->required();
+  run_it(server, context, options, [](const CertsOptions& given, const Console& console) {
+    return issue(given, {given.hosts.front(), given.hosts, {}}, "server", console);
+  });
+
+  CLI::App* worker = add_issuing(*certs, *options, "worker", "Make a certificate of workers: DIR/NAME.pem.");
+  worker->add_option("NAME", options->name, "the machine, or the group of machines, that is to have it")->required();
+  run_it(worker, context, options, [](const CertsOptions& given, const Console& console) {
+    return issue(given, {given.name, {}, {Role::worker}}, given.name, console);
+  });
+
+  CLI::App* person = add_issuing(*certs, *options, "person", "Make a person's certificate: DIR/NAME.pem.");
+  person->add_option("NAME", options->name, "who it is; the owner of the jobs that are submitted with it")->required();
+  person->add_option("--roles", options->roles, "what they may do: view, submit, operate, worker, admin; with commas")
+      ->type_name("ROLE[,ROLE]")
+      ->check(readable(parse_roles))
+      ->capture_default_str();
+  run_it(person, context, options, [](const CertsOptions& given, const Console& console) -> Status {
+    LM_ASSIGN_OR_RETURN(const Roles roles, parse_roles(given.roles));
+    return issue(given, {given.name, {}, roles}, given.name, console);
+  });
+
+  CLI::App* shown = certs->add_subcommand("show", "Say what a certificate says.");
+  shown->add_option("FILE", options->file, "PEM")->required();
+  run_it(shown, context, options,
+         [](const CertsOptions& given, const Console& console) { return show(given.file, console); });
+}
+
+}  // namespace lightmill::cli

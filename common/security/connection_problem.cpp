@@ -1,0 +1,199 @@
+#include "common/security/connection_problem.h"
+
+#include <arpa/inet.h>
+#include <fcntl.h>
+#include <netdb.h>
+#include <openssl/err.h>
+#include <openssl/pem.h>
+#include <poll.h>
+#include <sys/socket.h>
+#include <unistd.h>
+
+#include <array>
+#include <cerrno>
+
+#include "common/base/address.h"
+#include "common/security/openssl_handles.h"
+
+namespace lightmill {
+namespace {
+
+constexpr int kConnectPatienceMs = 2'000;
+constexpr timeval kPatience{2, 0};
+
+/// A connected socket; -1 if nothing listens.
+class Socket {
+ public:
+  explicit Socket(const HostPort& to) {
+    addrinfo hints{};
+    hints.ai_socktype = SOCK_STREAM;
+    addrinfo* found = nullptr;
+    if (::getaddrinfo(to.host.c_str(), std::to_string(to.port).c_str(), &hints, &found) != 0) {
+      return;
+    }
+    const std::unique_ptr<addrinfo, decltype(&::freeaddrinfo)> owner(found, &::freeaddrinfo);
+    for (const addrinfo* each = found; each != nullptr && fd_ < 0; each = each->ai_next) {
+      connect(*each);
+    }
+  }
+  ~Socket() { close(); }
+  Socket(const Socket&) = delete;
+  Socket& operator=(const Socket&) = delete;
+  int fd() const { return fd_; }
+
+ private:
+  void connect(const addrinfo& address) {
+    fd_ = ::socket(address.ai_family, SOCK_STREAM | SOCK_CLOEXEC | SOCK_NONBLOCK, 0);
+    if (fd_ < 0) {
+      return;
+    }
+    int error = ::connect(fd_, address.ai_addr, address.ai_addrlen) == 0 ? 0 : errno;
+    if (error == EINPROGRESS) {
+      pollfd ready{fd_, POLLOUT, 0};
+      socklen_t size = sizeof error;
+      if (::poll(&ready, 1, kConnectPatienceMs) != 1 || ::getsockopt(fd_, SOL_SOCKET, SO_ERROR, &error, &size) != 0) {
+        error = ETIMEDOUT;
+      }
+    }
+    if (error != 0) {
+      close();
+      return;
+    }
+    (void)::fcntl(fd_, F_SETFL, ::fcntl(fd_, F_GETFL) & ~O_NONBLOCK);
+    (void)::setsockopt(fd_, SOL_SOCKET, SO_RCVTIMEO, &kPatience, sizeof kPatience);
+    (void)::setsockopt(fd_, SOL_SOCKET, SO_SNDTIMEO, &kPatience, sizeof kPatience);
+  }
+  void close() {
+    if (fd_ >= 0) {
+      ::close(fd_);
+    }
+    fd_ = -1;
+  }
+  int fd_ = -1;
+};
+
+/// A context that believes and shows what `texts` say, as far as they can be read.
+openssl::Context context_of(const TlsTexts& texts) {
+  openssl::Context context(SSL_CTX_new(TLS_client_method()));
+  if (const auto authorities = openssl::certificates_in(texts.authority); authorities.ok()) {
+    for (const openssl::Certificate& each : *authorities) {
+      X509_STORE_add_cert(SSL_CTX_get_cert_store(context.get()), each.get());
+    }
+  }
+  const auto own = openssl::certificates_in(texts.certificate);
+  const auto key = openssl::key_in(texts.key);
+  if (own.ok() && key.ok()) {
+    SSL_CTX_use_certificate(context.get(), own->front().get());
+    SSL_CTX_use_PrivateKey(context.get(), key->get());
+  }
+  constexpr std::array<unsigned char, 3> kHttp2{2, 'h', '2'};
+  SSL_CTX_set_alpn_protos(context.get(), kHttp2.data(), kHttp2.size());
+  return context;
+}
+
+/// Whom the certificate that was shown belongs to, and its facts.
+std::optional<CertificateFacts> shown_by(SSL* connection) {
+  const openssl::Certificate certificate(SSL_get1_peer_certificate(connection));
+  if (certificate == nullptr) {
+    return std::nullopt;
+  }
+  const openssl::Bio text(BIO_new(BIO_s_mem()));
+  if (PEM_write_bio_X509(text.get(), certificate.get()) != 1) {
+    return std::nullopt;
+  }
+  char* bytes = nullptr;
+  const long size = BIO_get_mem_data(text.get(), &bytes);
+  auto all = read_certificates(std::string_view(bytes, static_cast<std::size_t>(size)));
+  return all.ok() ? std::optional(std::move(all->front())) : std::nullopt;
+}
+
+std::string verdict(long code, const HostPort& to, const CertificateFacts& facts) {
+  switch (code) {
+    case X509_V_ERR_HOSTNAME_MISMATCH:
+    case X509_V_ERR_IP_ADDRESS_MISMATCH:
+      return fmt::format(
+          "its certificate is for {}, not for {}: use one of those names, or make a certificate that names this one",
+          fmt::join(facts.hosts, ", "), to.host);
+    case X509_V_ERR_CERT_HAS_EXPIRED:
+      return fmt::format("its certificate ended {}: renew it there", date_text(facts.until_unix_s));
+    case X509_V_ERR_CERT_NOT_YET_VALID:
+      return fmt::format("its certificate holds from {} on: is this machine's clock right?",
+                         date_text(facts.from_unix_s));
+    case X509_V_ERR_DEPTH_ZERO_SELF_SIGNED_CERT:
+    case X509_V_ERR_SELF_SIGNED_CERT_IN_CHAIN:
+    case X509_V_ERR_UNABLE_TO_GET_ISSUER_CERT:
+    case X509_V_ERR_UNABLE_TO_GET_ISSUER_CERT_LOCALLY:
+    case X509_V_ERR_UNABLE_TO_VERIFY_LEAF_SIGNATURE:
+    case X509_V_ERR_CERT_SIGNATURE_FAILURE:
+      return fmt::format("its certificate is signed by '{}', which is not the authority of {}: give that farm's",
+                         facts.issuer, kAuthorityOption);
+    default:
+      return fmt::format("its certificate is not accepted: {}", X509_verify_cert_error_string(code));
+  }
+}
+
+/// Of a coordinator that hangs up once it has seen our certificate: it does not say why.
+std::optional<std::string> refusal(const TlsTexts& texts) {
+  const auto facts = read_certificates(texts.certificate);
+  if (!facts.ok()) {
+    return std::nullopt;
+  }
+  return fmt::format(
+      "it hangs up on the certificate of {}, which '{}' has signed: is that the farm's authority, and is the "
+      "certificate "
+      "for callers?",
+      kCertificateOption, facts->front().issuer);
+}
+
+void expect_host(SSL* connection, const std::string& host) {
+  std::array<unsigned char, 16> address{};
+  if (::inet_pton(AF_INET, host.c_str(), address.data()) == 1 ||
+      ::inet_pton(AF_INET6, host.c_str(), address.data()) == 1) {
+    X509_VERIFY_PARAM_set1_ip_asc(SSL_get0_param(connection), host.c_str());
+  } else {
+    SSL_set_tlsext_host_name(connection, host.c_str());
+    SSL_set1_host(connection, host.c_str());
+  }
+}
+
+}  // namespace
+
+std::optional<std::string> connection_problem(const std::string& address, const TlsTexts& texts) {
+  const Result<HostPort> to = parse_host_port(address);
+  const openssl::Context context = context_of(texts);
+  if (!to.ok() || context == nullptr) {
+    return std::nullopt;
+  }
+  const Socket socket(*to);
+  if (socket.fd() < 0) {
+    return std::nullopt;
+  }
+  const openssl::Connection connection(SSL_new(context.get()));
+  if (connection == nullptr || SSL_set_fd(connection.get(), socket.fd()) != 1) {
+    return std::nullopt;
+  }
+  expect_host(connection.get(), to->host);
+  ERR_clear_error();
+  const bool speaks_tls = SSL_connect(connection.get()) == 1;
+  if (!texts.given()) {
+    return speaks_tls ? std::optional(fmt::format("it takes encrypted connections alone: give {} (and {}, or a token)",
+                                                  kAuthorityOption, kCertificateOption))
+                      : std::nullopt;
+  }
+  if (!speaks_tls) {
+    if (ERR_GET_REASON(ERR_peek_last_error()) == SSL_R_WRONG_VERSION_NUMBER) {
+      return fmt::format("it does not take encrypted connections: leave out {}, or give the coordinator {}",
+                         kAuthorityOption, kCertificateOption);
+    }
+    return refusal(texts);
+  }
+  const std::optional<CertificateFacts> facts = shown_by(connection.get());
+  if (const long code = SSL_get_verify_result(connection.get()); code != X509_V_OK && facts) {
+    return verdict(code, *to, *facts);
+  }
+  // With TLS 1.3 the other side looks at our certificate later; if it likes it, HTTP/2 says something first.
+  char first = 0;
+  return SSL_read(connection.get(), &first, 1) > 0 ? std::nullopt : refusal(texts);
+}
+
+}  // namespace lightmill

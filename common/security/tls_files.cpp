@@ -1,0 +1,108 @@
+#include "common/security/tls_files.h"
+
+#include <sys/stat.h>
+
+#include "common/base/file.h"
+#include "common/security/openssl_handles.h"
+
+namespace lightmill {
+namespace {
+
+constexpr std::uint64_t kMaxFileBytes = 1 << 20;
+
+std::string place(const char* option, const std::string& file) {
+  return fmt::format("{} {}", option, file);
+}
+
+Status check_secrecy(const std::string& file) {
+  struct stat info {};
+  if (::stat(file.c_str(), &info) == 0 && (info.st_mode & S_IROTH) != 0) {
+    return failed_precondition("everybody on this machine can read the private key in it: `chmod 600 {}`", file);
+  }
+  return ok_status();
+}
+
+Status check_time(const CertificateFacts& facts, std::int64_t now_unix_s) {
+  if (now_unix_s >= facts.until_unix_s) {
+    return failed_precondition("the certificate of '{}' ended {}: renew it", facts.name, date_text(facts.until_unix_s));
+  }
+  if (now_unix_s < facts.from_unix_s) {
+    return failed_precondition("the certificate of '{}' holds from {} on: is this machine's clock right?", facts.name,
+                               date_text(facts.from_unix_s));
+  }
+  return ok_status();
+}
+
+Result<std::string> read_authority(const std::string& file, std::int64_t now_unix_s) {
+  LM_ASSIGN_OR_RETURN(std::string pem, read_file(file, kMaxFileBytes));
+  LM_ASSIGN_OR_RETURN(const std::vector<CertificateFacts> all, read_certificates(pem));
+  if (!all.front().authority) {
+    return failed_precondition("the certificate of '{}' is no authority's", all.front().name);
+  }
+  if (all.size() == 1) {  // of many, some may have ended
+    LM_RETURN_IF_ERROR(check_time(all.front(), now_unix_s));
+  }
+  return pem;
+}
+
+Result<std::string> read_certificate(const std::string& file, std::int64_t now_unix_s) {
+  LM_ASSIGN_OR_RETURN(std::string pem, read_file(file, kMaxFileBytes));
+  LM_ASSIGN_OR_RETURN(const std::vector<CertificateFacts> all, read_certificates(pem));
+  LM_RETURN_IF_ERROR(check_time(all.front(), now_unix_s));
+  return pem;
+}
+
+Result<std::string> read_key(const std::string& file, const std::string& certificate_pem) {
+  LM_RETURN_IF_ERROR(check_secrecy(file));
+  LM_ASSIGN_OR_RETURN(std::string pem, read_file(file, kMaxFileBytes));
+  LM_ASSIGN_OR_RETURN(const openssl::Key key, openssl::key_in(pem));
+  LM_ASSIGN_OR_RETURN(const std::vector<openssl::Certificate> all, openssl::certificates_in(certificate_pem));
+  if (X509_check_private_key(all.front().get(), key.get()) != 1) {
+    return failed_precondition("the private key in it is not that of the certificate");
+  }
+  return pem;
+}
+
+Result<std::string> with_place(Result<std::string> text, const char* option, const std::string& file) {
+  return text.ok() ? std::move(text) : with_context(text.status(), place(option, file));
+}
+
+}  // namespace
+
+Result<TlsTexts> read_tls_files(const TlsFiles& files, std::int64_t now_unix_s) {
+  TlsTexts texts;
+  if (files.certificate.empty() && !files.key.empty()) {
+    return invalid_argument("{} is given without its certificate ({})", kKeyOption, kCertificateOption);
+  }
+  if (!files.authority.empty()) {
+    LM_ASSIGN_OR_RETURN(texts.authority,
+                        with_place(read_authority(files.authority, now_unix_s), kAuthorityOption, files.authority));
+  }
+  if (!files.certificate.empty()) {
+    LM_ASSIGN_OR_RETURN(texts.certificate, with_place(read_certificate(files.certificate, now_unix_s),
+                                                      kCertificateOption, files.certificate));
+    const char* const option = files.key.empty() ? kCertificateOption : kKeyOption;
+    LM_ASSIGN_OR_RETURN(texts.key, with_place(read_key(files.key_file(), texts.certificate), option, files.key_file()));
+  }
+  return texts;
+}
+
+Result<TlsTexts> read_caller_tls_files(const TlsFiles& files, std::int64_t now_unix_s) {
+  if (!files.certificate.empty() && files.authority.empty()) {
+    return invalid_argument("{} is given without {}, the authority of the farm that it is for", kCertificateOption,
+                            kAuthorityOption);
+  }
+  return read_tls_files(files, now_unix_s);
+}
+
+Status check_names_hosts(const TlsTexts& texts) {
+  LM_ASSIGN_OR_RETURN(const std::vector<CertificateFacts> all, read_certificates(texts.certificate));
+  return all.front().hosts.empty()
+             ? invalid_argument(
+                   "the certificate of '{}' names no host, so nobody can tell that it is this one's: `lightmill certs "
+                   "server` makes one that does",
+                   all.front().name)
+             : ok_status();
+}
+
+}  // namespace lightmill

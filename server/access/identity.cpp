@@ -1,0 +1,39 @@
+#include "server/access/identity.h"
+
+#include "common/base/text.h"
+
+namespace lightmill {
+
+Identity anybody() {
+  return {"", Roles::all(), Proof::none, 0};
+}
+
+Result<Identity> identity_of(const CertificateFacts& certificate, std::int64_t now_unix_s) {
+  Identity identity{certificate.name, certificate.roles, Proof::certificate, certificate.until_unix_s};
+  if (const Status status = check_name("the certificate's name", identity.name);
+      !status.ok() || identity.name.empty()) {
+    return make_error(StatusCode::kUnauthenticated, "the certificate names nobody: its common name is {}",
+                      status.ok() ? "empty" : message_of(status));
+  }
+  if (identity.roles.empty()) {
+    return make_error(StatusCode::kUnauthenticated,
+                      "the certificate of '{}' gives no role ({}…, as `lightmill certs person` puts there)",
+                      identity.name, role_uri(Role::view));
+  }
+  LM_RETURN_IF_ERROR(check_still_holds(identity, now_unix_s));
+  return identity;
+}
+
+std::string describe(const Identity& identity) {
+  return identity.is_known() ? fmt::format("'{}' (roles: {}; by certificate)", identity.name, names_of(identity.roles))
+                             : "somebody unknown";
+}
+
+Status check_still_holds(const Identity& identity, std::int64_t now_unix_s) {
+  return identity.until_unix_s == 0 || now_unix_s < identity.until_unix_s
+             ? ok_status()
+             : make_error(StatusCode::kUnauthenticated, "what '{}' has shown ended {}: renew it", identity.name,
+                          date_text(identity.until_unix_s));
+}
+
+}  // namespace lightmill

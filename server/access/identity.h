@@ -1,0 +1,40 @@
+// Who calls, as far as they have shown it.
+#pragma once
+
+#include <cstdint>
+#include <string>
+
+#include "common/base/status.h"
+#include "common/security/certificate.h"
+#include "common/security/roles.h"
+
+namespace lightmill {
+
+/// What somebody is known by.
+enum class Proof {
+  none,         ///< nothing is asked for: whoever reaches the coordinator may do everything
+  certificate,  ///< one that an authority of the farm has signed
+};
+
+struct Identity {
+  std::string name;  ///< also the owner of what is submitted; empty without proof
+  Roles roles;
+  Proof proof = Proof::none;
+  std::int64_t until_unix_s = 0;  ///< what was shown holds so long; 0: without end
+
+  bool is_known() const { return proof != Proof::none; }
+};
+
+/// Of callers where nothing is asked for.
+Identity anybody();
+
+/// UNAUTHENTICATED if the certificate has ended, names nobody or gives no role.
+Result<Identity> identity_of(const CertificateFacts& certificate, std::int64_t now_unix_s);
+
+/// "ada (view, submit; by certificate)".
+std::string describe(const Identity& identity);
+
+/// UNAUTHENTICATED once what was shown has ended.
+Status check_still_holds(const Identity& identity, std::int64_t now_unix_s);
+
+}  // namespace lightmill

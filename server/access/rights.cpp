@@ -1,0 +1,124 @@
+#include "server/access/rights.h"
+
+#include <algorithm>
+#include <vector>
+
+namespace lightmill {
+namespace {
+
+constexpr std::string_view kRender = "lightmill.v1.RenderService";
+constexpr std::string_view kWork = "lightmill.v1.WorkerService";
+
+constexpr std::array<RpcRule, static_cast<std::size_t>(Rpc::count)> kRules{{
+    {Rpc::find_missing_assets, kRender, "FindMissingAssets", Right::submit},
+    {Rpc::upload_asset, kRender, "UploadAsset", Right::submit},
+    {Rpc::download_asset, kRender, "DownloadAsset", Right::fetch_assets},
+    {Rpc::submit_job, kRender, "SubmitJob", Right::submit},
+    {Rpc::get_job, kRender, "GetJob", Right::see_job},
+    {Rpc::list_jobs, kRender, "ListJobs", Right::see_farm},
+    {Rpc::cancel_job, kRender, "CancelJob", Right::steer_job},
+    {Rpc::pause_job, kRender, "PauseJob", Right::steer_job},
+    {Rpc::resume_job, kRender, "ResumeJob", Right::steer_job},
+    {Rpc::extend_job, kRender, "ExtendJob", Right::steer_job},
+    {Rpc::delete_job, kRender, "DeleteJob", Right::steer_job},
+    {Rpc::watch_job, kRender, "WatchJob", Right::see_job},
+    {Rpc::get_film, kRender, "GetFilm", Right::see_job},
+    {Rpc::list_workers, kRender, "ListWorkers", Right::see_farm},
+    {Rpc::drain_worker, kRender, "DrainWorker", Right::steer_farm},
+    {Rpc::work, kWork, "Work", Right::work},
+}};
+
+consteval bool in_order() {
+  for (std::size_t i = 0; i < kRules.size(); ++i) {
+    if (static_cast<std::size_t>(kRules[i].rpc) != i || kRules[i].method.empty()) {
+      return false;
+    }
+  }
+  return true;
+}
+static_assert(in_order(), "every Rpc has its line, in the order of the enumeration");
+
+/// Who may do so with any job.
+constexpr Roles roles_for(Right right) {
+  switch (right) {
+    case Right::submit:
+      return {Role::submit, Role::operate, Role::admin};
+    case Right::see_job:
+      return {Role::view, Role::operate, Role::admin};
+    case Right::steer_job:
+    case Right::steer_farm:
+      return {Role::operate, Role::admin};
+    case Right::see_farm:
+      return {Role::view, Role::submit, Role::operate, Role::admin};
+    case Right::fetch_assets:
+      return {Role::worker, Role::operate, Role::admin};
+    case Right::work:
+      return {Role::worker};
+  }
+  return {};
+}
+
+/// Who may do so with jobs of their own.
+constexpr Roles roles_for_own(Right right) {
+  Roles roles = roles_for(right);
+  if (right == Right::see_job || right == Right::steer_job) {
+    roles.add(Role::submit);
+  }
+  return roles;
+}
+
+bool may(const Identity& caller, Right right, std::string_view owner) {
+  const bool own = !caller.name.empty() && caller.name == owner;
+  return caller.roles.has_any(own ? roles_for_own(right) : roles_for(right));
+}
+
+}  // namespace
+
+std::span<const RpcRule> rpc_rules() {
+  return kRules;
+}
+
+const RpcRule& rule_of(Rpc rpc) {
+  return kRules.at(static_cast<std::size_t>(rpc));
+}
+
+Status check_call(const Identity& caller, Rpc rpc) {
+  const RpcRule& rule = rule_of(rpc);
+  return caller.roles.has_any(roles_for_own(rule.right))
+             ? ok_status()
+             : make_error(StatusCode::kPermissionDenied, "{} is for the roles {}, which {} has not", rule.method,
+                          names_of(roles_for_own(rule.right)), describe(caller));
+}
+
+Status check_job(const Identity& caller, Rpc rpc, std::string_view owner) {
+  const RpcRule& rule = rule_of(rpc);
+  return may(caller, rule.right, owner)
+             ? ok_status()
+             : make_error(StatusCode::kPermissionDenied,
+                          "the job is somebody else's, whose {} is for the roles {}, which {} has not", rule.method,
+                          names_of(roles_for(rule.right)), describe(caller));
+}
+
+bool may_see_job(const Identity& caller, std::string_view owner) {
+  return may(caller, Right::see_job, owner);
+}
+
+Status check_rules(std::span<const std::string> methods) {
+  std::vector<std::string> named;
+  for (const RpcRule& rule : kRules) {
+    named.push_back(fmt::format("{}/{}", rule.service, rule.method));
+  }
+  for (const std::string& method : methods) {
+    if (std::ranges::find(named, method) == named.end()) {
+      return internal_error("{} is not served: server/access/rights.cpp does not say who may call it", method);
+    }
+  }
+  for (const std::string& name : named) {
+    if (std::ranges::find(methods, name) == methods.end()) {
+      return internal_error("server/access/rights.cpp speaks of {}, which there is not", name);
+    }
+  }
+  return ok_status();
+}
+
+}  // namespace lightmill

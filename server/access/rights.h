@@ -1,0 +1,69 @@
+// Which roles may call which RPC, on whose jobs: one table, without a line in which an RPC is not served.
+#pragma once
+
+#include <array>
+#include <span>
+#include <string>
+#include <string_view>
+
+#include "common/base/status.h"
+#include "server/access/identity.h"
+
+namespace lightmill {
+
+enum class Rpc {
+  find_missing_assets,
+  upload_asset,
+  download_asset,
+  submit_job,
+  get_job,
+  list_jobs,
+  cancel_job,
+  pause_job,
+  resume_job,
+  extend_job,
+  delete_job,
+  watch_job,
+  get_film,
+  list_workers,
+  drain_worker,
+  work,
+  count
+};
+
+/// What a call is about.
+enum class Right {
+  submit,        ///< bring assets and jobs
+  see_job,       ///< look at a job and its film
+  steer_job,     ///< change what becomes of a job
+  see_farm,      ///< know what the farm is doing
+  steer_farm,    ///< change what workers do
+  fetch_assets,  ///< read the assets of jobs
+  work           ///< render
+};
+
+struct RpcRule {
+  Rpc rpc;
+  std::string_view service, method;
+  Right right;
+};
+
+/// In the order of Rpc.
+std::span<const RpcRule> rpc_rules();
+const RpcRule& rule_of(Rpc rpc);
+
+/// Whether the caller may make such a call at all; which jobs it may name is asked below. PERMISSION_DENIED says which
+/// roles would do.
+Status check_call(const Identity& caller, Rpc rpc);
+
+/// Whether the caller may do so with a job of `owner`. PERMISSION_DENIED.
+Status check_job(const Identity& caller, Rpc rpc, std::string_view owner);
+
+/// The same as a word.
+bool may_see_job(const Identity& caller, std::string_view owner);
+
+/// `methods` are all that are to be served, "SERVICE/METHOD": INTERNAL unless each has its line, and each line its
+/// method.
+Status check_rules(std::span<const std::string> methods);
+
+}  // namespace lightmill

@@ -1,0 +1,18 @@
+// A stream that ends at once.
+#pragma once
+
+#include <grpcpp/support/server_callback.h>
+
+#include "server/api/grpc_status.h"
+
+namespace lightmill {
+
+/// `Reactor` is one of gRPC's for streams. Deletes itself.
+template <class Reactor>
+class Refused final : public Reactor {
+ public:
+  explicit Refused(const Status& why) { this->Finish(to_grpc(why)); }
+  void OnDone() override { delete this; }
+};
+
+}  // namespace lightmill

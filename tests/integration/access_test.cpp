@@ -1,0 +1,369 @@
+// Who gets in, over real connections with real certificates: all RPCs × all roles × own and others' jobs.
+#include <google/protobuf/descriptor.h>
+#include <google/protobuf/dynamic_message.h>
+#include <grpc/support/log.h>
+#include <grpcpp/generic/generic_stub.h>
+#include <gtest/gtest.h>
+
+#include <fstream>
+
+#include "common/base/file.h"
+#include "common/security/authority.h"
+#include "common/wire/farm_messages.h"
+#include "lightmill/v1/worker_service.grpc.pb.h"
+#include "tests/support/farm.h"
+
+namespace lightmill::test {
+namespace {
+
+using grpc::StatusCode;
+constexpr std::int64_t kDay = 86'400;
+
+std::int64_t now_unix_s() {
+  return system_clock().unix_milliseconds() / 1000;
+}
+
+Validity today() {
+  return {now_unix_s() - 300, now_unix_s() + kDay};
+}
+
+/// An authority, and a coordinator with its certificate.
+class SecureFarm {
+ public:
+  SecureFarm() {
+    gpr_set_log_function([](gpr_log_func_args*) {});  // of each handshake that fails
+    renew_server(today());
+    write("ca.pem", authority_.certificate);
+    farm_ =
+        std::make_unique<Farm>(std::vector<std::string>{"--tls-cert", path("server.pem"), "--tls-ca", path("ca.pem")});
+  }
+  Farm& farm() { return *farm_; }
+  const KeyAndCertificate& authority() const { return authority_; }
+  std::string path(const std::string& name) const { return (folder_.path() / name).string(); }
+  std::string write(const std::string& name, const std::string& text) const {
+    EXPECT_TRUE(write_secret_file(path(name), as_byte_view(text), true).ok());
+    return path(name);
+  }
+  KeyAndCertificate person(const std::string& name, Roles roles) const {
+    return issue_certificate(authority_, {name, {}, roles}, today()).value();
+  }
+  void renew_server(const Validity& validity) const {
+    const KeyAndCertificate made = issue_certificate(authority_, {"farm", {"127.0.0.1"}, {}}, validity).value();
+    write("server.pem", made.certificate + made.key);
+  }
+  /// Nobody, if there is no certificate.
+  std::shared_ptr<grpc::Channel> channel(const std::optional<KeyAndCertificate>& who) const {
+    grpc::SslCredentialsOptions options;
+    options.pem_root_certs = authority_.certificate;
+    if (who) {
+      options.pem_private_key = who->key;
+      options.pem_cert_chain = who->certificate;
+    }
+    grpc::ChannelArguments arguments;
+    arguments.SetInt(GRPC_ARG_USE_LOCAL_SUBCHANNEL_POOL, 1);
+    return grpc::CreateCustomChannel(farm_->address(), grpc::SslCredentials(options), arguments);
+  }
+
+ private:
+  TemporaryFolder folder_;
+  KeyAndCertificate authority_ = make_authority("Test farm", {now_unix_s() - 300, now_unix_s() + 10 * kDay}).value();
+  std::unique_ptr<Farm> farm_;
+};
+
+/// Calls a method of any kind with one message, and reads to the end.
+grpc::Status call(const std::shared_ptr<grpc::Channel>& channel, const std::string& method, const std::string& bytes,
+                  std::vector<std::string>* replies = nullptr) {
+  grpc::GenericStub stub(channel);
+  grpc::ClientContext context;
+  context.set_deadline(std::chrono::system_clock::now() + std::chrono::seconds(20));
+  grpc::CompletionQueue queue;
+  const auto stream = stub.PrepareCall(&context, method, &queue);
+  const auto done = [&] {
+    void* tag = nullptr;
+    bool ok = false;
+    queue.Next(&tag, &ok);
+    return ok;
+  };
+  const grpc::Slice slice(bytes);
+  stream->StartCall(nullptr);
+  done();
+  stream->Write(grpc::ByteBuffer(&slice, 1), nullptr);
+  done();
+  stream->WritesDone(nullptr);
+  done();
+  for (;;) {
+    grpc::ByteBuffer reply;
+    stream->Read(&reply, nullptr);
+    if (!done()) {
+      break;
+    }
+    grpc::Slice whole;
+    if (replies != nullptr && reply.DumpToSingleSlice(&whole).ok()) {
+      replies->emplace_back(reinterpret_cast<const char*>(whole.begin()), whole.size());
+    }
+  }
+  grpc::Status status;
+  stream->Finish(&status, nullptr);
+  done();
+  return status;
+}
+
+/// A job that has ended.
+std::uint64_t ended_job(const std::shared_ptr<grpc::Channel>& owner) {
+  static int number = 0;
+  const auto stub = v1::RenderService::NewStub(owner);
+  Picture picture;
+  picture.side = 64;
+  v1::SubmitJobRequest request;
+  to_wire(job_of(picture, fmt::format("job {}", ++number)), &request);
+  v1::Job job;
+  grpc::ClientContext submit, cancel;
+  const grpc::Status submitted = stub->SubmitJob(&submit, request, &job);
+  EXPECT_TRUE(submitted.ok()) << submitted.error_message();
+  v1::CancelJobRequest which;
+  which.set_id(job.id());
+  EXPECT_TRUE(stub->CancelJob(&cancel, which, &job).ok());
+  return job.id();
+}
+
+void upload_assets(const std::shared_ptr<grpc::Channel>& channel) {
+  const auto stub = v1::RenderService::NewStub(channel);
+  for (const auto& [digest, bytes] : bench_box().assets) {
+    grpc::ClientContext context;
+    v1::UploadAssetResponse response;
+    const auto writer = stub->UploadAsset(&context, &response);
+    v1::UploadAssetRequest request;
+    request.set_digest(std::string(digest.bytes.begin(), digest.bytes.end()));
+    request.set_chunk(bytes);
+    writer->Write(request);
+    writer->WritesDone();
+    ASSERT_TRUE(writer->Finish().ok());
+  }
+}
+
+/// What each RPC is for, as docs/security.md has it; written down here once more, by hand.
+struct Expectation {
+  std::string roles;      ///< that may call it, for anybody's job
+  std::string own_roles;  ///< that may call it for their own job
+  StatusCode answer;      ///< of a call that is let in, about a job that was cancelled or with an empty request
+};
+
+const std::map<std::string, Expectation>& expectations() {
+  static const std::map<std::string, Expectation> all{
+      {"RenderService/FindMissingAssets", {"submit operate admin", "", StatusCode::OK}},
+      {"RenderService/UploadAsset", {"submit operate admin", "", StatusCode::INVALID_ARGUMENT}},
+      {"RenderService/DownloadAsset", {"worker operate admin", "", StatusCode::INVALID_ARGUMENT}},
+      {"RenderService/SubmitJob", {"submit operate admin", "", StatusCode::INVALID_ARGUMENT}},
+      {"RenderService/GetJob", {"view operate admin", "submit view operate admin", StatusCode::OK}},
+      {"RenderService/ListJobs", {"view submit operate admin", "", StatusCode::OK}},
+      {"RenderService/CancelJob", {"operate admin", "submit operate admin", StatusCode::FAILED_PRECONDITION}},
+      {"RenderService/PauseJob", {"operate admin", "submit operate admin", StatusCode::FAILED_PRECONDITION}},
+      {"RenderService/ResumeJob", {"operate admin", "submit operate admin", StatusCode::FAILED_PRECONDITION}},
+      {"RenderService/ExtendJob", {"operate admin", "submit operate admin", StatusCode::FAILED_PRECONDITION}},
+      {"RenderService/DeleteJob", {"operate admin", "submit operate admin", StatusCode::OK}},
+      {"RenderService/WatchJob", {"view operate admin", "submit view operate admin", StatusCode::OK}},
+      {"RenderService/GetFilm", {"view operate admin", "submit view operate admin", StatusCode::OK}},
+      {"RenderService/ListWorkers", {"view submit operate admin", "", StatusCode::OK}},
+      {"RenderService/DrainWorker", {"operate admin", "", StatusCode::NOT_FOUND}},
+      {"WorkerService/Work", {"worker", "", StatusCode::INVALID_ARGUMENT}},
+  };
+  return all;
+}
+
+bool has_word(const std::string& words, const std::string& word) {
+  return (" " + words + " ").find(" " + word + " ") != std::string::npos;
+}
+
+/// "RenderService/GetJob" …, of all services that there are.
+std::vector<const google::protobuf::MethodDescriptor*> all_methods() {
+  std::vector<const google::protobuf::MethodDescriptor*> methods;
+  for (const google::protobuf::FileDescriptor* file :
+       {v1::SubmitJobRequest::descriptor()->file(), v1::WorkRequest::descriptor()->file()}) {
+    for (int s = 0; s < file->service_count(); ++s) {
+      for (int m = 0; m < file->service(s)->method_count(); ++m) {
+        methods.push_back(file->service(s)->method(m));
+      }
+    }
+  }
+  return methods;
+}
+
+/// An empty request, but for the job that it names.
+std::string request_for(const google::protobuf::MethodDescriptor& method, std::uint64_t job) {
+  google::protobuf::DynamicMessageFactory factory;
+  const std::unique_ptr<google::protobuf::Message> message(factory.GetPrototype(method.input_type())->New());
+  if (const auto* id = method.input_type()->FindFieldByName("id"); id != nullptr) {
+    message->GetReflection()->SetUInt64(message.get(), id, job);
+  }
+  return message->SerializeAsString();
+}
+
+TEST(Access, EveryRpcForEveryRoleWithOwnAndOthersJobs) {
+  SecureFarm secure;
+  const auto ada = secure.channel(secure.person("ada", {Role::submit}));
+  const auto bob = secure.channel(secure.person("bob", {Role::submit}));
+  upload_assets(ada);
+  std::map<std::string, std::shared_ptr<grpc::Channel>> callers{{"nobody", secure.channel(std::nullopt)}};
+  for (const Role role : kRoles) {
+    callers[std::string(name_of(role))] = secure.channel(secure.person("ada", {role}));
+  }
+  for (const google::protobuf::MethodDescriptor* method : all_methods()) {
+    const std::string name = method->service()->name() + "/" + method->name();
+    ASSERT_TRUE(expectations().contains(name)) << "who may call " << name << "?";
+    const Expectation& expected = expectations().at(name);
+    const bool names_a_job = method->input_type()->FindFieldByName("id") != nullptr;
+    for (const auto& [role, channel] : callers) {
+      for (const bool own : {false, true}) {
+        const std::uint64_t job = names_a_job ? ended_job(own ? ada : bob) : 0;
+        const bool let_in = has_word(own && names_a_job ? expected.own_roles : expected.roles, role);
+        const grpc::Status status =
+            call(channel, "/" + method->service()->full_name() + "/" + method->name(), request_for(*method, job));
+        EXPECT_EQ(status.error_code(), let_in             ? expected.answer
+                                       : role == "nobody" ? StatusCode::UNAUTHENTICATED
+                                                          : StatusCode::PERMISSION_DENIED)
+            << name << " as " << role << (own ? ", own job: " : ", another's job: ") << status.error_message();
+      }
+    }
+  }
+}
+
+TEST(Access, SubmittersAreListedTheirOwnJobsAndAreTheirOwners) {
+  SecureFarm secure;
+  const auto ada = secure.channel(secure.person("ada", {Role::submit}));
+  const auto bob = secure.channel(secure.person("bob", {Role::submit}));
+  upload_assets(ada);
+  const std::uint64_t adas = ended_job(ada), bobs = ended_job(bob);
+  const auto listed = [&](const std::shared_ptr<grpc::Channel>& channel) {
+    grpc::ClientContext context;
+    v1::ListJobsResponse response;
+    EXPECT_TRUE(v1::RenderService::NewStub(channel)->ListJobs(&context, {}, &response).ok());
+    std::map<std::uint64_t, std::string> owners;
+    for (const v1::Job& job : response.jobs()) {
+      owners[job.id()] = job.owner();
+    }
+    return owners;
+  };
+  using Owners = std::map<std::uint64_t, std::string>;
+  EXPECT_EQ(listed(ada), (Owners{{adas, "ada"}}));
+  EXPECT_EQ(listed(bob), (Owners{{bobs, "bob"}}));
+  EXPECT_EQ(listed(secure.channel(secure.person("eve", {Role::submit}))), Owners{});
+  EXPECT_EQ(listed(secure.channel(secure.person("eve", {Role::view}))), (Owners{{adas, "ada"}, {bobs, "bob"}}));
+}
+
+TEST(Access, ARequestIdOfAnotherGivesNothingAway) {
+  SecureFarm secure;
+  const auto ada = secure.channel(secure.person("ada", {Role::submit}));
+  const auto eve = secure.channel(secure.person("eve", {Role::submit}));
+  upload_assets(ada);
+  v1::SubmitJobRequest request;
+  to_wire(job_of(Picture(), "the same"), &request);
+  const auto submit = [&](const std::shared_ptr<grpc::Channel>& channel) {
+    grpc::ClientContext context;
+    v1::Job job;
+    const StatusCode code = v1::RenderService::NewStub(channel)->SubmitJob(&context, request, &job).error_code();
+    return std::pair(code, job.id());
+  };
+  EXPECT_EQ(submit(ada), std::pair(StatusCode::OK, std::uint64_t{1}));
+  EXPECT_EQ(submit(ada), std::pair(StatusCode::OK, std::uint64_t{1}));
+  EXPECT_EQ(submit(eve), std::pair(StatusCode::ALREADY_EXISTS, std::uint64_t{0}));
+}
+
+TEST(Access, StrangersDoNotGetAsFarAsACall) {
+  SecureFarm secure;
+  const KeyAndCertificate other = make_authority("Test farm", today()).value();
+  const auto code = [&](const std::shared_ptr<grpc::Channel>& channel) {
+    return call(channel, "/lightmill.v1.RenderService/ListJobs", "").error_code();
+  };
+  EXPECT_EQ(code(secure.channel(secure.person("ada", {Role::view}))), StatusCode::OK);
+  EXPECT_EQ(code(secure.channel(issue_certificate(other, {"ada", {}, {Role::admin}}, today()).value())),
+            StatusCode::UNAVAILABLE)
+      << "signed by another authority of the same name";
+  const Validity past{now_unix_s() - 2 * kDay, now_unix_s() - kDay};
+  EXPECT_EQ(code(secure.channel(issue_certificate(secure.authority(), {"ada", {}, {Role::admin}}, past).value())),
+            StatusCode::UNAVAILABLE)
+      << "expired";
+  EXPECT_EQ(code(secure.channel(issue_certificate(secure.authority(), {"x", {"127.0.0.1"}, {}}, today()).value())),
+            StatusCode::UNAVAILABLE)
+      << "a coordinator's certificate is none of a caller's";
+  EXPECT_EQ(code(grpc::CreateChannel(secure.farm().address(), grpc::InsecureChannelCredentials())),
+            StatusCode::UNAVAILABLE)
+      << "without TLS";
+}
+
+TEST(Access, HealthIsForEverybodyAndReflectionForNobody) {
+  SecureFarm secure;
+  const auto nobody = secure.channel(std::nullopt);
+  std::vector<std::string> replies;
+  EXPECT_TRUE(call(nobody, "/grpc.health.v1.Health/Check", "", &replies).ok());
+  EXPECT_EQ(replies, std::vector{std::string("\x08\x01", 2)}) << "status: SERVING";
+  EXPECT_EQ(call(nobody, "/grpc.reflection.v1alpha.ServerReflection/ServerReflectionInfo", std::string("\x3a\x00", 2))
+                .error_code(),
+            StatusCode::UNIMPLEMENTED);
+}
+
+TEST(Access, RenewedCertificatesComeIntoUseWithoutARestart) {
+  SecureFarm secure;
+  const auto listed = [&] {
+    return call(secure.channel(secure.person("ada", {Role::view})), "/lightmill.v1.RenderService/ListJobs", "").ok();
+  };
+  EXPECT_TRUE(listed());
+  secure.renew_server({now_unix_s() - 2 * kDay, now_unix_s() - kDay});  // easily told from the one before
+  EXPECT_TRUE(eventually([&] { return !listed(); })) << "the certificate that has ended is shown";
+  secure.renew_server(today());
+  EXPECT_TRUE(eventually(listed));
+}
+
+TEST(Access, AWorkerWithACertificateRendersAndOneWithoutIsToldWhy) {
+  SecureFarm secure;
+  Farm& farm = secure.farm();
+  const auto worker = [&](const std::string& name, std::vector<std::string> options) {
+    options.insert(options.begin(), {std::string(LIGHTMILL_BINARY_DIR) + "/bin/lightmill-worker", "--server",
+                                     farm.address(), "--threads", "1", "--name", name});
+    return std::make_unique<BackgroundProcess>(options, (farm.folder() / (name + ".log")).string());
+  };
+  const auto says = [&](const std::string& name, const std::string& text) {
+    return eventually([&] { return farm.log(name).find(text) != std::string::npos; });
+  };
+  const auto file = [&](const std::string& name, const KeyAndCertificate& made) {
+    return secure.write(name, made.certificate + made.key);
+  };
+  const std::string ca = secure.path("ca.pem");
+  const auto plain = worker("plain", {});
+  EXPECT_TRUE(says("plain", "it takes encrypted connections alone: give --tls-ca")) << farm.log("plain");
+  const auto nameless = worker("nameless", {"--tls-ca", ca});
+  EXPECT_TRUE(says("nameless", "this farm asks who calls")) << farm.log("nameless");
+  const auto viewer = worker("viewer", {"--tls-ca", ca, "--tls-cert", file("v.pem", secure.person("v", {Role::view}))});
+  EXPECT_TRUE(says("viewer", "Work is for the roles worker")) << farm.log("viewer");
+  const KeyAndCertificate other = make_authority("Other farm", today()).value();
+  const auto lost = worker("lost", {"--tls-ca", secure.write("other.pem", other.certificate)});
+  EXPECT_TRUE(says("lost", "its certificate is signed by 'Test farm', which is not the authority of --tls-ca"))
+      << farm.log("lost");
+  const auto stranger =
+      worker("stranger", {"--tls-ca", ca, "--tls-cert",
+                          file("s.pem", issue_certificate(other, {"s", {}, {Role::worker}}, today()).value())});
+  EXPECT_TRUE(says("stranger", "it hangs up on the certificate of --tls-cert, which 'Other farm' has signed"))
+      << farm.log("stranger");
+
+  const auto good = worker("good", {"--tls-ca", ca, "--tls-cert", file("w.pem", secure.person("w", {Role::worker}))});
+  const auto ada = secure.channel(secure.person("ada", {Role::submit}));
+  upload_assets(ada);
+  const auto stub = v1::RenderService::NewStub(ada);
+  Picture picture;
+  picture.side = 64;
+  picture.samples = 4;
+  v1::SubmitJobRequest request;
+  to_wire(job_of(picture, "one"), &request);
+  v1::Job job;
+  grpc::ClientContext submit;
+  ASSERT_TRUE(stub->SubmitJob(&submit, request, &job).ok());
+  EXPECT_TRUE(eventually([&] {
+    grpc::ClientContext context;
+    v1::GetJobRequest which;
+    which.set_id(job.id());
+    return stub->GetJob(&context, which, &job).ok() && job.state() == v1::JOB_STATE_DONE;
+  })) << job.ShortDebugString()
+      << farm.log("good");
+}
+
+}  // namespace
+}  // namespace lightmill::test

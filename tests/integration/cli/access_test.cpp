@@ -1,0 +1,129 @@
+// Certificates from the command line: made, shown, used, and what is said when they do not fit.
+#include <sys/stat.h>
+
+#include "tests/integration/cli/cli_fixture.h"
+
+namespace lightmill::test {
+namespace {
+
+bool says(const std::string& text, const std::string& part) {
+  return text.find(part) != std::string::npos;
+}
+
+class SecureCliTest : public CliTest {
+ protected:
+  void SetUp() override {
+    json({"certs", "init", certs()});
+    json({"certs", "server", certs(), "127.0.0.1"});
+    json({"certs", "worker", certs(), "render-1"});
+    json({"certs", "person", certs(), "ada"});
+    json({"certs", "person", certs(), "bob", "--roles", "submit"});
+  }
+  std::string certs() const { return file("certs"); }
+  std::string pem(const std::string& name) const { return certs() + "/" + name + ".pem"; }
+  void start_server(const std::string& listen, const std::vector<std::string>& more) {
+    std::vector<std::string> arguments{
+        program("lightmill-server"), "--data", file("data"), "--listen", listen, "--port-file", file("port")};
+    arguments.insert(arguments.end(), more.begin(), more.end());
+    server_ = std::make_unique<BackgroundProcess>(arguments, file("server.log"));
+    ASSERT_TRUE(eventually([&] { return std::filesystem::exists(file("port")) && !port().empty(); }));
+  }
+  std::string port() const {
+    std::string text;
+    std::ifstream(file("port")) >> text;
+    return text;
+  }
+  std::vector<std::string> as(const std::string& name, std::vector<std::string> arguments) const {
+    arguments.insert(arguments.end(), {"--server", "127.0.0.1:" + port(), "--tls-ca", pem("ca")});
+    if (!name.empty()) {
+      arguments.insert(arguments.end(), {"--tls-cert", pem(name)});
+    }
+    return arguments;
+  }
+  std::string failure(const std::vector<std::string>& arguments, int exit_code = 2) const {
+    return json(arguments, exit_code)["failure"].value("message", "");
+  }
+
+  std::unique_ptr<BackgroundProcess> server_;
+};
+
+TEST_F(SecureCliTest, CertificatesAreSecretAndNotOverwritten) {
+  for (const char* name : {"/ca.key", "/server.pem", "/render-1.pem", "/ada.pem"}) {
+    struct stat info {};
+    ASSERT_EQ(::stat((certs() + name).c_str(), &info), 0) << name;
+    EXPECT_EQ(info.st_mode & 0777, 0600u) << name;
+  }
+  const nlohmann::json before = json({"certs", "show", pem("ada")})["certificates"][0];
+  EXPECT_EQ(before["name"], "ada");
+  EXPECT_EQ(before["roles"], (nlohmann::json{"view", "submit"}));
+  EXPECT_EQ(before["issuer"], "Lightmill farm");
+  EXPECT_TRUE(says(failure({"certs", "person", certs(), "ada"}), "--replace"));
+  EXPECT_TRUE(says(failure({"certs", "init", certs()}), "--replace"));
+  EXPECT_EQ(json({"certs", "show", pem("ada")})["certificates"][0], before);
+  json({"certs", "person", certs(), "ada", "--replace", "--roles", "admin", "--days", "7"});
+  const nlohmann::json after = json({"certs", "show", pem("ada")})["certificates"][0];
+  EXPECT_EQ(after["roles"], nlohmann::json{"admin"});
+  EXPECT_NE(after["sha256"], before["sha256"]);
+  EXPECT_TRUE(
+      says(failure({"certs", "person", certs(), "eve", "--roles", "root"}), "view, submit, operate, worker, admin"));
+  EXPECT_TRUE(says(failure({"certs", "person", certs(), "../eve"}), "--out"));
+  EXPECT_TRUE(says(failure({"certs", "person", certs(), "ca"}), "--out")) << "that would be the authority's";
+  EXPECT_TRUE(says(failure({"certs", "person", file("none"), "eve"}), "lightmill certs init"));
+}
+
+TEST_F(SecureCliTest, PeopleUseTheFarmByTheirRoles) {
+  start_server("0.0.0.0:0", {"--tls-cert", pem("server"), "--tls-ca", pem("ca")});
+  const nlohmann::json job =
+      json(as("ada", {"submit", scene("cornell-bench-blocks.json"), "--owner", "bob", "--spp", "1"}));
+  EXPECT_EQ(job["owner"], "ada") << "whoever she says she is";
+  EXPECT_EQ(json(as("ada", {"jobs"}))["jobs"].size(), 1u);
+  EXPECT_EQ(json(as("bob", {"jobs"}))["jobs"].size(), 0u);
+  EXPECT_TRUE(says(failure(as("bob", {"cancel", "1"})), "the job is somebody else's"));
+  EXPECT_TRUE(says(failure(as("", {"jobs"})), "give a certificate (--tls-cert)"));
+  EXPECT_TRUE(says(failure(as("render-1", {"jobs"})), "'render-1' (roles: worker; by certificate) has not"));
+  EXPECT_EQ(json(as("ada", {"cancel", "1"}))["state"], "cancelled");
+}
+
+TEST_F(SecureCliTest, WhatDoesNotFitIsSaid) {
+  start_server("127.0.0.1:0", {"--tls-cert", pem("server"), "--tls-ca", pem("ca")});
+  const std::string here = "127.0.0.1:" + port();
+  EXPECT_TRUE(says(failure({"jobs", "--server", here}), "it takes encrypted connections alone"));
+  json({"certs", "init", file("other"), "--name", "Other farm"});
+  EXPECT_TRUE(says(failure({"jobs", "--server", here, "--tls-ca", file("other/ca.pem")}),
+                   "signed by 'Lightmill farm', which is not the authority of --tls-ca"));
+  EXPECT_TRUE(says(failure({"jobs", "--server", "localhost:" + port(), "--tls-ca", pem("ca")}),
+                   "its certificate is for 127.0.0.1, not for localhost"));
+  json({"certs", "person", file("other"), "ada"});
+  EXPECT_TRUE(says(failure({"jobs", "--server", here, "--tls-ca", pem("ca"), "--tls-cert", file("other/ada.pem")}),
+                   "it hangs up on the certificate of --tls-cert, which 'Other farm' has signed"));
+  EXPECT_TRUE(says(failure({"jobs", "--server", here, "--tls-cert", pem("ada")}), "without --tls-ca"));
+  EXPECT_TRUE(says(failure({"jobs", "--server", here, "--tls-ca", file("none.pem")}), "--tls-ca " + file("none.pem")));
+}
+
+TEST_F(SecureCliTest, AnOpenFarmIsMadeOnlyWhenAskedForAndSaysSo) {
+  const auto start = [&](const std::vector<std::string>& more) {
+    std::vector<std::string> arguments{program("lightmill-server"), "--data", file("data"), "--port-file",
+                                       file("port")};
+    arguments.insert(arguments.end(), more.begin(), more.end());
+    return run_command(arguments, {}, std::chrono::seconds(20));
+  };
+  for (const char* listen : {"0.0.0.0:0", "[::]:0", "127.evil.example:0"}) {
+    const CommandResult refused = start({"--listen", listen});
+    EXPECT_EQ(refused.exit_code, 2) << listen;
+    EXPECT_TRUE(says(refused.err, "--insecure") && says(refused.err, "--tls-cert")) << refused.err;
+  }
+  EXPECT_TRUE(says(start({"--tls-cert", pem("ada")}).err, "names no host"));
+  EXPECT_TRUE(says(start({"--tls-ca", pem("ca")}).err, "without --tls-cert"));
+  start_server("0.0.0.0:0", {"--insecure"});
+  const nlohmann::json listed = json({"jobs", "--server", "127.0.0.1:" + port()});
+  ASSERT_EQ(listed["notices"].size(), 1u);
+  EXPECT_TRUE(says(listed["notices"][0], "--insecure"));
+  EXPECT_TRUE(says(lightmill({"workers", "--server", "127.0.0.1:" + port()}).err, "--insecure"));
+  std::ifstream log(file("server.log"));
+  EXPECT_TRUE(says(std::string(std::istreambuf_iterator<char>(log), {}), "this farm runs with --insecure"));
+  EXPECT_TRUE(says(failure({"jobs", "--server", "127.0.0.1:" + port(), "--tls-ca", pem("ca")}),
+                   "it does not take encrypted connections"));
+}
+
+}  // namespace
+}  // namespace lightmill::test

@@ -1,0 +1,86 @@
+// Who may do what, decided without a network. tests/integration/access_test.cpp walks all RPCs over one.
+#include "server/access/rights.h"
+
+#include <gtest/gtest.h>
+
+namespace lightmill {
+namespace {
+
+Identity ada(Roles roles) {
+  return {"ada", roles, Proof::certificate, 0};
+}
+
+TEST(Rights, SubmittersHaveTheirOwnJobsAlone) {
+  const Identity caller = ada({Role::submit});
+  EXPECT_TRUE(check_job(caller, Rpc::cancel_job, "ada").ok());
+  EXPECT_TRUE(may_see_job(caller, "ada"));
+  EXPECT_EQ(check_job(caller, Rpc::cancel_job, "bob").code(), StatusCode::kPermissionDenied);
+  EXPECT_EQ(check_job(caller, Rpc::get_film, "bob").code(), StatusCode::kPermissionDenied);
+  EXPECT_FALSE(may_see_job(caller, "bob"));
+  EXPECT_FALSE(may_see_job(caller, ""));
+}
+
+TEST(Rights, ViewersSeeEverythingAndChangeNothing) {
+  const Identity caller = ada({Role::view});
+  EXPECT_TRUE(may_see_job(caller, "bob"));
+  EXPECT_EQ(check_call(caller, Rpc::cancel_job).code(), StatusCode::kPermissionDenied);
+  EXPECT_EQ(check_call(caller, Rpc::submit_job).code(), StatusCode::kPermissionDenied);
+  EXPECT_EQ(check_job(caller, Rpc::cancel_job, "ada").code(), StatusCode::kPermissionDenied) << "not even of her name";
+}
+
+TEST(Rights, RolesAddUp) {
+  const Identity caller = ada({Role::view, Role::submit});
+  EXPECT_TRUE(may_see_job(caller, "bob"));
+  EXPECT_TRUE(check_job(caller, Rpc::delete_job, "ada").ok());
+  EXPECT_FALSE(check_job(caller, Rpc::delete_job, "bob").ok());
+}
+
+TEST(Rights, WorkingIsForWorkersAndTheyDoNothingElse) {
+  for (const RpcRule& rule : rpc_rules()) {
+    EXPECT_EQ(check_call(ada({Role::worker}), rule.rpc).ok(), rule.rpc == Rpc::work || rule.rpc == Rpc::download_asset)
+        << rule.method;
+    EXPECT_EQ(check_call(ada({Role::admin}), rule.rpc).ok(), rule.rpc != Rpc::work) << rule.method;
+    EXPECT_FALSE(check_call(ada({}), rule.rpc).ok()) << rule.method;
+    EXPECT_TRUE(check_call(anybody(), rule.rpc).ok()) << rule.method;
+  }
+}
+
+TEST(Rights, RefusalsSayWhatWouldDo) {
+  EXPECT_EQ(message_of(check_call(ada({Role::view}), Rpc::drain_worker)),
+            "DrainWorker is for the roles operate, admin, which 'ada' (roles: view; by certificate) has not");
+}
+
+TEST(Rights, AnRpcWithoutALineIsNotServed) {
+  std::vector<std::string> methods;
+  for (const RpcRule& rule : rpc_rules()) {
+    methods.push_back(fmt::format("{}/{}", rule.service, rule.method));
+  }
+  EXPECT_TRUE(check_rules(methods).ok());
+  methods.push_back("lightmill.v1.RenderService/Shutdown");
+  EXPECT_NE(message_of(check_rules(methods)).find("RenderService/Shutdown is not served"), std::string::npos);
+  methods.resize(methods.size() - 2);
+  EXPECT_NE(message_of(check_rules(methods)).find("Work, which there is not"), std::string::npos);
+}
+
+TEST(Identities, ComeFromCertificates) {
+  CertificateFacts facts;
+  facts.name = "ada";
+  facts.roles = {Role::submit};
+  facts.until_unix_s = 1000;
+  const auto identity = identity_of(facts, 999);
+  ASSERT_TRUE(identity.ok()) << identity.status();
+  EXPECT_EQ(identity->name, "ada");
+  EXPECT_TRUE(check_still_holds(*identity, 999).ok());
+  EXPECT_EQ(check_still_holds(*identity, 1000).code(), StatusCode::kUnauthenticated);
+  EXPECT_EQ(identity_of(facts, 1000).status().code(), StatusCode::kUnauthenticated);
+  facts.roles = {};
+  EXPECT_EQ(identity_of(facts, 999).status().code(), StatusCode::kUnauthenticated);
+  facts.roles = {Role::admin};
+  for (const std::string& name : {std::string(), std::string("a\nb"), std::string("a\0b", 3), std::string("\xff")}) {
+    facts.name = name;
+    EXPECT_EQ(identity_of(facts, 999).status().code(), StatusCode::kUnauthenticated);
+  }
+}
+
+}  // namespace
+}  // namespace lightmill
