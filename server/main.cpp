@@ -13,6 +13,7 @@
 #include "common/security/tls_files.h"
 #include "server/api/api_server.h"
 #include "server/store/asset_folder.h"
+#include "server/store/check_state.h"
 #include "server/store/data_directory.h"
 #include "server/store/postgres/postgres_store.h"
 #include "server/store/sqlite/sqlite_store.h"
@@ -39,6 +40,7 @@ struct Options {
   double max_asset_gib = 2;
   std::uint32_t max_jobs = 10'000;
   std::uint32_t max_workers = 10'000;
+  bool check = false;  ///< what is stored, instead of serving it
 };
 
 std::string default_data_directory() {
@@ -131,11 +133,18 @@ std::optional<int> parse(int argc, char** argv, Options& options) {
   add_limit(app, "--max-assets-gib", options.max_assets_gib, "GIB", {0.001, 1e6}, "disk for all assets together");
   add_limit(app, "--max-jobs", options.max_jobs, "N", {1, 1'000'000}, "jobs that are kept");
   add_limit(app, "--max-workers", options.max_workers, "N", {1, 1'000'000}, "workers that may connect");
+  const CLI::App* const check =
+      app.add_subcommand("check",
+                         "instead of serving: read all that is stored, compare it with its checksums, and take out "
+                         "what is damaged; what can be rendered again is, by the next coordinator. Ends with 1 if "
+                         "more is lost than that. No coordinator may be at work on it")
+          ->fallthrough();
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& error) {
     return app.exit(error) == 0 ? 0 : 2;
   }
+  options.check = check->parsed();
   if (options.data.empty()) {
     options.data = default_data_directory();
   }
@@ -225,7 +234,7 @@ Result<State> open_state(const Options& options, StopRequest& stop) {
     PostgresOptions postgres;
     postgres.url = options.store;
     postgres.assets = limits;
-    postgres.wait = [&stop](std::chrono::milliseconds pause) { return stop.wait_for(pause); };
+    postgres.wait = [&](std::chrono::milliseconds pause) { return !options.check && stop.wait_for(pause); };
     postgres.on_deposed = [&stop](const Status& why) { stop.ask(why); };
     LM_ASSIGN_OR_RETURN(PostgresStores stores, open_postgres(std::move(postgres)));
     state.store = std::move(stores.store);
@@ -239,6 +248,24 @@ Result<State> open_state(const Options& options, StopRequest& stop) {
   state.place = data.path().string();
   state.data.emplace(std::move(data));
   return state;
+}
+
+/// `lightmill-server check`; DATA_LOSS if something is lost for good.
+Status check_stored(const Options& options, StopRequest& stop) {
+  if (options.store.empty() && !fs::exists(options.data)) {
+    return not_found("there is no directory {}", options.data);
+  }
+  Result<State> state = open_state(options, stop);
+  if (state.status().code() == StatusCode::kCancelled) {
+    return failed_precondition("a coordinator is at work on {}: stop it first", options.store);
+  }
+  LM_RETURN_IF_ERROR(state.status());
+  LM_ASSIGN_OR_RETURN(const StateCheck check, check_state(*state->store, *state->assets));
+  for (const std::string& line : check.report) {
+    std::cout << line << "\n";
+  }
+  std::cout << (!check.whole ? "" : check.sound ? "all is sound\n" : "what was damaged is rendered or sent again\n");
+  return check.whole ? ok_status() : data_loss("{}: some assets are lost", state->place);
 }
 
 Status serve(const Options& options, StopRequest& stop) {
@@ -286,12 +313,14 @@ int run(int argc, char** argv) {
     std::cerr << "lightmill-server: " << message_of(status) << "\n";
     return 2;
   }
-  const Status status = serve(options, stop);
+  const Status status = options.check ? check_stored(options, stop) : serve(options, stop);
   if (!status.ok()) {
     spdlog::error("{}", message_of(status));
     return 1;
   }
-  spdlog::info("stopped");
+  if (!options.check) {
+    spdlog::info("stopped");
+  }
   return 0;
 }
 

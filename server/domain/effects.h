@@ -102,7 +102,8 @@ struct StoredState {
   };
   std::uint64_t epoch = 1;  ///< of the coordinator that starts now: one more than the last
   std::vector<StoredJob> jobs;
-  std::uint64_t next_job_id = 1;  ///< never reused, even after deletes
+  std::uint64_t next_job_id = 1;      ///< never reused, even after deletes
+  std::vector<NodeKey> damaged = {};  ///< nodes that were stored, and are left out because they are damaged
 };
 
 }  // namespace lightmill

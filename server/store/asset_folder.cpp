@@ -33,6 +33,7 @@ class AssetFolder final : public AssetStore {
   AssetFolder(fs::path folder, AssetLimits limits, std::uint64_t total_bytes)
       : folder_(std::move(folder)), budget_(limits, total_bytes) {}
 
+  std::vector<Sha256> digests() const override;
   Result<std::uint64_t> size(const Sha256& digest) const override;
   Result<std::unique_ptr<Upload>> start_upload(const Sha256& digest) override;
   Result<std::unique_ptr<Reader>> open_asset(const Sha256& digest) const override;
@@ -181,22 +182,29 @@ Result<std::string> FileReader::next(std::size_t limit_bytes) {
 
 // ---- forgetting ----
 
+std::vector<Sha256> AssetFolder::digests() const {
+  std::vector<Sha256> all;
+  std::error_code error;
+  for (const fs::directory_entry& entry : fs::recursive_directory_iterator(folder_, error)) {
+    const fs::path& path = entry.path();
+    const Result<Sha256> digest = Sha256::from_hex(path.parent_path().filename().string() + path.filename().string());
+    if (digest.ok() && entry.is_regular_file(error)) {
+      all.push_back(*digest);
+    }
+  }
+  std::ranges::sort(all);
+  return all;
+}
+
 std::uint64_t AssetFolder::collect(const std::set<Sha256>& wanted, std::int64_t spare_age_seconds) {
   std::uint64_t freed_bytes = 0;
   std::error_code error;
   const auto oldest = fs::file_time_type::clock::now() - std::chrono::seconds(spare_age_seconds);
-  std::vector<fs::path> unwanted;
-  for (const fs::directory_entry& entry : fs::recursive_directory_iterator(folder_, error)) {
-    const fs::path& path = entry.path();
-    if (!entry.is_regular_file(error) || entry.last_write_time(error) > oldest) {
+  for (const Sha256& digest : digests()) {
+    const fs::path path = path_of(digest);
+    if (wanted.contains(digest) || fs::last_write_time(path, error) > oldest) {
       continue;
     }
-    const Result<Sha256> digest = Sha256::from_hex(path.parent_path().filename().string() + path.filename().string());
-    if (digest.ok() && !wanted.contains(*digest)) {
-      unwanted.push_back(path);
-    }
-  }
-  for (const fs::path& path : unwanted) {
     const std::uintmax_t size_bytes = fs::file_size(path, error);
     if (!error && fs::remove(path, error)) {
       freed_bytes += size_bytes;

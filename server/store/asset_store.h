@@ -5,6 +5,7 @@
 #include <memory>
 #include <set>
 #include <string>
+#include <vector>
 
 #include "common/base/digest.h"
 #include "common/base/mutex.h"
@@ -23,6 +24,8 @@ class AssetStore {
   virtual ~AssetStore() = default;
 
   bool has(const Sha256& digest) const { return size(digest).ok(); }
+  /// Of all assets in place.
+  virtual std::vector<Sha256> digests() const = 0;
   /// Size in bytes; NOT_FOUND.
   virtual Result<std::uint64_t> size(const Sha256& digest) const = 0;
 

@@ -13,8 +13,11 @@ namespace lightmill {
 class Store {
  public:
   virtual ~Store() = default;
-  /// Reads everything and takes the next epoch. Call once, first.
+  /// Reads everything and takes the next epoch. Call once, first. Damaged nodes are not stored any more then.
   virtual Result<StoredState> load() = 0;
+  /// DATA_LOSS, saying what is wrong, if the database is damaged as such, whatever its rows hold. Takes as long as
+  /// reading it all.
+  virtual Status check_structure() = 0;
   /// Applies `ops` in order in one transaction; durable when it returns. On an error nothing of it is stored.
   virtual Status commit(std::span<const StoreOp> ops) = 0;
 };

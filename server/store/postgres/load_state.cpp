@@ -135,7 +135,7 @@ Status load_lists(Session& session, const JobsById& jobs) {
   return ok_status();
 }
 
-Status load_nodes(Session& session, StoredState::StoredJob& job, std::vector<StoreOp>& damaged) {
+Status load_nodes(Session& session, StoredState::StoredJob& job, std::vector<NodeKey>& damaged) {
   NodeKey key{job.record.id, {}, {}};
   std::int64_t tile = -1, level = -1, index = -1;
   for (;;) {
@@ -153,7 +153,7 @@ Status load_nodes(Session& session, StoredState::StoredJob& job, std::vector<Sto
       auto node = stored::node_of(key.range, rows.natural(row, 3), rows.view(row, 4), rows.view(row, 5));
       if (node == nullptr) {
         stored::log_damage(key);
-        damaged.push_back(DropNode{key});
+        damaged.push_back(key);
       } else {
         job.nodes.push_back({key.tile, std::move(node)});
       }
@@ -166,19 +166,19 @@ Status load_nodes(Session& session, StoredState::StoredJob& job, std::vector<Sto
 
 }  // namespace
 
-Result<LoadedState> load_state(Session& session) {
-  LoadedState loaded;
-  LM_RETURN_IF_ERROR(load_jobs(session, loaded.state));
+Result<StoredState> load_state(Session& session) {
+  StoredState state;
+  LM_RETURN_IF_ERROR(load_jobs(session, state));
   JobsById jobs;
-  for (StoredState::StoredJob& job : loaded.state.jobs) {
+  for (StoredState::StoredJob& job : state.jobs) {
     jobs.emplace(job.record.id.value, &job);
   }
-  LM_RETURN_IF_ERROR(load_settings(session, loaded.state, jobs));
+  LM_RETURN_IF_ERROR(load_settings(session, state, jobs));
   LM_RETURN_IF_ERROR(load_lists(session, jobs));
-  for (StoredState::StoredJob& job : loaded.state.jobs) {
-    LM_RETURN_IF_ERROR(load_nodes(session, job, loaded.damaged));
+  for (StoredState::StoredJob& job : state.jobs) {
+    LM_RETURN_IF_ERROR(load_nodes(session, job, state.damaged));
   }
-  return loaded;
+  return state;
 }
 
 }  // namespace lightmill::postgres

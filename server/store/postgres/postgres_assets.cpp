@@ -89,6 +89,14 @@ class PostgresAssets final : public AssetStore {
     LM_ASSIGN_OR_RETURN(const Entry entry, find(digest));
     return entry.size_bytes;
   }
+  std::vector<Sha256> digests() const override {
+    const MutexLock lock(mutex_);
+    std::vector<Sha256> all;
+    for (const auto& [digest, entry] : entries_) {
+      all.push_back(digest);
+    }
+    return all;
+  }
   Result<std::unique_ptr<Upload>> start_upload(const Sha256& digest) override;
   Result<std::unique_ptr<Reader>> open_asset(const Sha256& digest) const override;
   std::uint64_t collect(const std::set<Sha256>& wanted, std::int64_t spare_age_seconds) override;

@@ -143,7 +143,8 @@ Status load_nodes(Database& database, StoredState& state) {
       const SampleRange range{static_cast<std::uint32_t>(rows.natural(2)), static_cast<std::uint32_t>(rows.natural(3))};
       std::shared_ptr<const Node> node = stored::node_of(range, rows.natural(4), rows.view(5), rows.view(6));
       if (node == nullptr) {
-        stored::log_damage({job.record.id, tile, range});
+        state.damaged.push_back({job.record.id, tile, range});
+        stored::log_damage(state.damaged.back());
         damaged.push_back(rows.natural(0));
         continue;
       }

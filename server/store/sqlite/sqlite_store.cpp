@@ -41,6 +41,7 @@ class SqliteStore final : public Store {
 
   Result<StoredState> load() override;
   Status commit(std::span<const StoreOp> ops) override;
+  Status check_structure() override;
 
  private:
   Status apply(const PutJob& op);
@@ -67,6 +68,21 @@ Result<StoredState> SqliteStore::load() {
     return roll_back(std::move(status));
   }
   return state;
+}
+
+Status SqliteStore::check_structure() {
+  LM_ASSIGN_OR_RETURN(Statement rows, database_.prepare("PRAGMA integrity_check(10)"));
+  std::vector<std::string> wrong;
+  for (;;) {
+    LM_ASSIGN_OR_RETURN(const bool more, rows.step());
+    if (!more) {
+      break;
+    }
+    if (rows.view(0) != "ok") {
+      wrong.push_back(rows.text(0));
+    }
+  }
+  return wrong.empty() ? ok_status() : data_loss("the database file is damaged: {}", fmt::join(wrong, "; "));
 }
 
 // ---- commits ----

@@ -11,6 +11,7 @@ namespace {
 class RecordingStore final : public Store {
  public:
   Result<StoredState> load() override { return StoredState{}; }
+  Status check_structure() override { return ok_status(); }
   Status commit(std::span<const StoreOp> ops) override {
     const MutexLock lock(mutex_);
     if (!failures_.empty()) {

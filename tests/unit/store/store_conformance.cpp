@@ -303,10 +303,14 @@ TEST_P(StoreConformance, ADamagedNodeIsLeftOutAndTheOthersStay) {
     const StoredState state = loaded(*store);
     ASSERT_EQ(state.jobs.at(0).nodes.size(), 1u);
     EXPECT_EQ(state.jobs[0].nodes[0].tile.value, 1u);
+    EXPECT_EQ(state.damaged, (std::vector<NodeKey>{{JobId{1}, TileId{0}, {0, 0}}}));
+    EXPECT_TRUE(store->check_structure().ok());
     // It is gone from the store too: the same range can be stored again.
     commit(*store, {PutNode{JobId{1}, TileId{0}, small_node(0, 0, 1)}});
   }
-  EXPECT_EQ(loaded(*open()).jobs.at(0).nodes.size(), 2u);
+  const StoredState again = loaded(*open());
+  EXPECT_EQ(again.jobs.at(0).nodes.size(), 2u);
+  EXPECT_TRUE(again.damaged.empty());
 }
 
 TEST_P(StoreConformance, ManyNodesOfSeveralJobsAreKept) {

@@ -1,0 +1,119 @@
+#include "server/store/check_state.h"
+
+#include <map>
+#include <set>
+
+#include "common/base/log.h"
+
+namespace lightmill {
+namespace {
+
+constexpr std::size_t kPieceBytes = std::size_t{1} << 20;
+
+/// How many bytes the asset has; DATA_LOSS if they are others than its digest says.
+Result<std::uint64_t> check_asset(const AssetStore& store, const Sha256& digest) {
+  LM_ASSIGN_OR_RETURN(const std::unique_ptr<AssetStore::Reader> reader, store.open_asset(digest));
+  Sha256Hasher hasher;
+  std::uint64_t size_bytes = 0;
+  for (;;) {
+    LM_ASSIGN_OR_RETURN(const std::string piece, reader->next(kPieceBytes));
+    if (piece.empty()) {
+      break;
+    }
+    hasher.append(as_byte_view(piece));
+    size_bytes += piece.size();
+  }
+  if (const Sha256 actual = hasher.finish(); actual != digest) {
+    return data_loss("its {} bytes have the digest {}", size_bytes, actual.hex());
+  }
+  return size_bytes;
+}
+
+double mib(std::uint64_t bytes) {
+  return static_cast<double>(bytes) / (1 << 20);
+}
+
+/// What becomes of a job that has lost nodes.
+std::string_view consequence(JobState state) {
+  return state == JobState::failed || state == JobState::cancelled
+             ? "its picture lacks them"
+             : "their samples are rendered again when a coordinator starts";
+}
+
+void report_nodes(const StoredState& state, StateCheck& check) {
+  std::map<JobId, std::uint64_t> damaged;
+  for (const NodeKey& key : state.damaged) {
+    ++damaged[key.job];
+  }
+  for (const StoredState::StoredJob& job : state.jobs) {
+    if (const auto found = damaged.find(job.record.id); found != damaged.end()) {
+      check.report.push_back(fmt::format("job {}: {} of its nodes {} damaged and taken out: {}", job.record.id.value,
+                                         found->second, found->second == 1 ? "was" : "were",
+                                         consequence(job.record.state)));
+    }
+  }
+  check.sound = state.damaged.empty();
+}
+
+void report_assets(const StoredState& state, const AssetStore& assets, const AssetCheck& found, StateCheck& check) {
+  const std::set<Sha256> damaged(found.damaged.begin(), found.damaged.end());
+  check.sound = check.sound && damaged.empty();
+  for (const Sha256& digest : damaged) {
+    check.report.push_back(fmt::format("asset {}: damaged and forgotten", digest.hex()));
+  }
+  for (const StoredState::StoredJob& job : state.jobs) {
+    for (const Sha256& digest : job.record.spec.settings.assets) {
+      if (!assets.has(digest)) {
+        check.report.push_back(fmt::format(
+            "job {}: its asset {} is not there: what it still has to render waits until a job with the same file is "
+            "submitted",
+            job.record.id.value, digest.hex()));
+        check.whole = false;
+      }
+    }
+  }
+}
+
+}  // namespace
+
+AssetCheck check_assets(AssetStore& store) {
+  AssetCheck check;
+  std::set<Sha256> sound;
+  for (const Sha256& digest : store.digests()) {
+    if (const Result<std::uint64_t> size_bytes = check_asset(store, digest); size_bytes.ok()) {
+      ++check.assets;
+      check.bytes += *size_bytes;
+      sound.insert(digest);
+    } else {
+      spdlog::warn("asset {} is damaged and forgotten: {}", digest.hex(), message_of(size_bytes.status()));
+      check.damaged.push_back(digest);
+    }
+  }
+  if (!check.damaged.empty()) {
+    store.collect(sound, -1);  // however fresh
+  }
+  return check;
+}
+
+Result<StateCheck> check_state(Store& store, AssetStore& assets) {
+  LM_RETURN_IF_ERROR(store.check_structure());
+  LM_ASSIGN_OR_RETURN(const StoredState state, store.load());
+  const AssetCheck found = check_assets(assets);
+  std::uint64_t nodes = 0, bytes = 0;
+  for (const StoredState::StoredJob& job : state.jobs) {
+    nodes += job.nodes.size();
+    for (const StoredState::StoredNode& stored : job.nodes) {
+      bytes += stored.node->values.size() * sizeof(float);
+    }
+  }
+  StateCheck check;
+  check.report.push_back(
+      fmt::format("{} jobs with {} nodes of {:.1f} MiB and {} assets of {:.1f} MiB have the checksums "
+                  "that they should have",
+                  state.jobs.size(), nodes, mib(bytes), found.assets, mib(found.bytes)));
+  report_nodes(state, check);
+  report_assets(state, assets, found, check);
+  return check;
+}
+
+}  // namespace lightmill

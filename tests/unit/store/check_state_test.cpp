@@ -1,0 +1,97 @@
+#include "server/store/check_state.h"
+
+#include <gtest/gtest.h>
+#include <sqlite3.h>
+
+#include <fstream>
+
+#include "server/store/asset_folder.h"
+#include "server/store/sqlite/sqlite_store.h"
+#include "tests/support/temporary_folder.h"
+#include "tests/unit/store/store_conformance.h"
+
+namespace lightmill::test {
+namespace {
+
+/// Two jobs, each of two nodes; the assets "one" and "two" belong to both.
+class CheckStateTest : public ::testing::Test {
+ protected:
+  void SetUp() override {
+    const auto store = open_store();
+    ASSERT_TRUE(store->load().ok());
+    std::vector<StoreOp> ops;
+    for (std::uint64_t id = 1; id <= 2; ++id) {
+      ops.push_back(PutJob{full_record(id)});
+      ops.push_back(PutNode{JobId{id}, TileId{0}, small_node(0, 0, 1)});
+      ops.push_back(PutNode{JobId{id}, TileId{1}, small_node(0, 0, 2)});
+    }
+    ASSERT_TRUE(store->commit(ops).ok());
+    const auto assets = open_assets();
+    for (const char* const bytes : {"one", "two", "three"}) {
+      auto upload = assets->start_upload(sha256(bytes)).value();
+      ASSERT_TRUE(upload->append(as_byte_view(bytes)).ok());
+      ASSERT_TRUE(upload->finish().ok());
+    }
+  }
+  std::unique_ptr<Store> open_store() const { return open_sqlite_store(file_).value(); }
+  std::unique_ptr<AssetStore> open_assets() const { return open_asset_folder(folder_.path() / "assets", {}).value(); }
+  Result<StateCheck> check() const { return check_state(*open_store(), *open_assets()); }
+  std::filesystem::path asset_file(std::string_view bytes) const {
+    const std::string hex = sha256(bytes).hex();
+    return folder_.path() / "assets" / hex.substr(0, 2) / hex.substr(2);
+  }
+
+  TemporaryFolder folder_;
+  std::filesystem::path file_ = folder_.path() / "store.sqlite";
+};
+
+TEST_F(CheckStateTest, WhatIsSoundIsSaidToBe) {
+  const StateCheck found = check().value();
+  EXPECT_TRUE(found.sound && found.whole);
+  ASSERT_EQ(found.report.size(), 1u);
+  EXPECT_TRUE(found.report[0].starts_with("2 jobs with 4 nodes")) << found.report[0];
+}
+
+TEST_F(CheckStateTest, DamagedNodesAreTakenOutAndNamed) {
+  sqlite3* handle = nullptr;
+  ASSERT_EQ(sqlite3_open(file_.c_str(), &handle), SQLITE_OK);
+  EXPECT_EQ(sqlite3_exec(handle, "UPDATE nodes SET samples = zeroblob(length(samples)) WHERE job = 2 AND tile = 1",
+                         nullptr, nullptr, nullptr),
+            SQLITE_OK);
+  sqlite3_close(handle);
+  const StateCheck found = check().value();
+  EXPECT_FALSE(found.sound);
+  EXPECT_TRUE(found.whole) << "it is rendered again";
+  ASSERT_EQ(found.report.size(), 2u);
+  EXPECT_EQ(found.report[1],
+            "job 2: 1 of its nodes was damaged and taken out: their samples are rendered again when a coordinator "
+            "starts");
+  EXPECT_TRUE(check()->sound) << "once repaired";
+}
+
+TEST_F(CheckStateTest, DamagedAndMissingAssetsAreFoundAndForgotten) {
+  std::ofstream(asset_file("two")) << "tWo";
+  std::ofstream(asset_file("three"), std::ios::app) << "!";
+  const StateCheck found = check().value();
+  EXPECT_FALSE(found.sound || found.whole);
+  EXPECT_EQ(found.report.size(), 1u + 2 + 2) << "two assets, and two jobs that need one of them";
+  EXPECT_TRUE(open_assets()->has(sha256("one")));
+  EXPECT_FALSE(open_assets()->has(sha256("two")) || open_assets()->has(sha256("three")));
+  const StateCheck again = check().value();
+  EXPECT_TRUE(again.sound) << "nothing is damaged any more";
+  EXPECT_FALSE(again.whole) << "and still an asset is missing";
+}
+
+TEST_F(CheckStateTest, ADamagedDatabaseIsFound) {
+  std::fstream file(file_, std::ios::in | std::ios::out | std::ios::binary);
+  file.seekp(16384 + 100);  // the second page: the first of a table
+  file << std::string(4000, '\x5a');
+  file.close();
+  const Result<std::unique_ptr<Store>> store = open_sqlite_store(file_);
+  const auto assets = open_assets();
+  const Status status = store.ok() ? check_state(**store, *assets).status() : store.status();
+  EXPECT_EQ(status.code(), StatusCode::kDataLoss) << status;
+}
+
+}  // namespace
+}  // namespace lightmill::test
