@@ -133,12 +133,10 @@ std::optional<int> parse(int argc, char** argv, Options& options) {
   add_limit(app, "--max-assets-gib", options.max_assets_gib, "GIB", {0.001, 1e6}, "disk for all assets together");
   add_limit(app, "--max-jobs", options.max_jobs, "N", {1, 1'000'000}, "jobs that are kept");
   add_limit(app, "--max-workers", options.max_workers, "N", {1, 1'000'000}, "workers that may connect");
-  const CLI::App* const check =
-      app.add_subcommand("check",
-                         "instead of serving: read all that is stored, compare it with its checksums, and take out "
-                         "what is damaged; what can be rendered again is, by the next coordinator. Ends with 1 if "
-                         "more is lost than that. No coordinator may be at work on it")
-          ->fallthrough();
+  CLI::App* const check = app.add_subcommand("check", "compare all that is stored with its checksums, and stop");
+  check->fallthrough()->footer(
+      "Takes --data or --store. What is damaged is taken out; what can be rendered again is, by the next coordinator.\n"
+      "Ends with 1 if more is lost than that. No coordinator may be at work.");
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& error) {
