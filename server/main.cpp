@@ -73,6 +73,10 @@ void add_access_options(CLI::App& app, Options& options) {
 
 /// Whether nobody can reach it who should not, or it is wanted so; FAILED_PRECONDITION says what to do.
 Status check_access(const Options& options, const HostPort& listen) {
+  if (options.tls.certificate.empty() && !options.tls.key.empty()) {
+    return invalid_argument("{} is given without {}, the coordinator's own certificate", kKeyOption,
+                            kCertificateOption);
+  }
   if (options.tls.certificate.empty() && options.tls.given()) {
     return invalid_argument("{} is given without {}, the coordinator's own certificate", kAuthorityOption,
                             kCertificateOption);
@@ -82,7 +86,14 @@ Status check_access(const Options& options, const HostPort& listen) {
       return invalid_argument("--insecure and {} do not go together", kCertificateOption);
     }
     LM_ASSIGN_OR_RETURN(const TlsTexts texts, read_tls_files(options.tls, system_clock().unix_milliseconds() / 1000));
-    return with_context(check_names_hosts(texts), fmt::format("{} {}", kCertificateOption, options.tls.certificate));
+    LM_RETURN_IF_ERROR(
+        with_context(check_names_hosts(texts), fmt::format("{} {}", kCertificateOption, options.tls.certificate)));
+    return !options.tls.authority.empty()
+               ? ok_status()
+               : invalid_argument(
+                     "{} is given without {}, the authority that signs callers' certificates: nobody "
+                     "could call",
+                     kCertificateOption, kAuthorityOption);
   }
   if (!is_loopback(listen.host) && !options.insecure) {
     return failed_precondition(
@@ -263,7 +274,7 @@ Status check_stored(const Options& options, StopRequest& stop) {
     std::cout << line << "\n";
   }
   std::cout << (!check.whole ? "" : check.sound ? "all is sound\n" : "what was damaged is rendered or sent again\n");
-  return check.whole ? ok_status() : data_loss("{}: some assets are lost", state->place);
+  return check.whole ? ok_status() : data_loss("{}: something is lost", state->place);
 }
 
 Status serve(const Options& options, StopRequest& stop) {

@@ -117,20 +117,24 @@ class Coordinators {
   template <class Call>
   Status ask(const Call& call, const bool& begun = kNever) {
     Status status;
+    bool some_may_come = false;
     for (std::size_t i = 0; i < stubs_.size(); ++i) {
       const std::size_t index = current_ % stubs_.size();
       const grpc::Status answer = call(*stubs_[index]);
-      status = is_silence(answer) ? silence_of(index) : to_status(answer, all_);
-      if (status.code() != StatusCode::kUnavailable) {
+      const bool silent = is_silence(answer);
+      status = silent ? silence_of(index) : to_status(answer, all_);
+      if (!silent && status.code() != StatusCode::kUnavailable) {
         return status;
       }
+      some_may_come = some_may_come || status.code() == StatusCode::kUnavailable;
       std::size_t expected = index;  // another thread may have gone on already
       current_.compare_exchange_strong(expected, (index + 1) % stubs_.size());
       if (begun) {
         break;
       }
     }
-    return status;
+    // What is wrong with one of them is the last word only if all are so: the others may still come to work.
+    return some_may_come && status.code() != StatusCode::kUnavailable ? unavailable("{}", message_of(status)) : status;
   }
 
  private:

@@ -80,10 +80,14 @@ openssl::Context context_of(const TlsTexts& texts) {
       X509_STORE_add_cert(SSL_CTX_get_cert_store(context.get()), each.get());
     }
   }
+  X509_STORE_set_flags(SSL_CTX_get_cert_store(context.get()), X509_V_FLAG_PARTIAL_CHAIN);  // as gRPC does
   const auto own = openssl::certificates_in(texts.certificate);
   const auto key = openssl::key_in(texts.key);
   if (own.ok() && key.ok()) {
     SSL_CTX_use_certificate(context.get(), own->front().get());
+    for (std::size_t i = 1; i < own->size(); ++i) {
+      SSL_CTX_add1_chain_cert(context.get(), (*own)[i].get());
+    }
     SSL_CTX_use_PrivateKey(context.get(), key->get());
   }
   constexpr std::array<unsigned char, 3> kHttp2{2, 'h', '2'};
@@ -176,7 +180,7 @@ std::optional<std::string> connection_problem(const std::string& address, const 
   ERR_clear_error();
   const bool speaks_tls = SSL_connect(connection.get()) == 1;
   if (!texts.given()) {
-    return speaks_tls ? std::optional(fmt::format("it takes encrypted connections alone: give {} (and {}, or a token)",
+    return speaks_tls ? std::optional(fmt::format("it takes encrypted connections alone: give {} (and {})",
                                                   kAuthorityOption, kCertificateOption))
                       : std::nullopt;
   }
@@ -185,7 +189,8 @@ std::optional<std::string> connection_problem(const std::string& address, const 
       return fmt::format("it does not take encrypted connections: leave out {}, or give the coordinator {}",
                          kAuthorityOption, kCertificateOption);
     }
-    return refusal(texts);
+    // Without an alert it may be slow, overloaded, or just going away.
+    return ERR_GET_REASON(ERR_peek_last_error()) > SSL_AD_REASON_OFFSET ? refusal(texts) : std::nullopt;
   }
   const std::optional<CertificateFacts> facts = shown_by(connection.get());
   if (const long code = SSL_get_verify_result(connection.get()); code != X509_V_OK && facts) {
@@ -193,7 +198,9 @@ std::optional<std::string> connection_problem(const std::string& address, const 
   }
   // With TLS 1.3 the other side looks at our certificate later; if it likes it, HTTP/2 says something first.
   char first = 0;
-  return SSL_read(connection.get(), &first, 1) > 0 ? std::nullopt : refusal(texts);
+  const int got = SSL_read(connection.get(), &first, 1);
+  const bool silent = got <= 0 && SSL_get_error(connection.get(), got) == SSL_ERROR_WANT_READ;  // for our patience
+  return got > 0 || silent ? std::nullopt : refusal(texts);
 }
 
 }  // namespace lightmill

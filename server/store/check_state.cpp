@@ -33,11 +33,9 @@ double mib(std::uint64_t bytes) {
   return static_cast<double>(bytes) / (1 << 20);
 }
 
-/// What becomes of a job that has lost nodes.
-std::string_view consequence(JobState state) {
-  return state == JobState::failed || state == JobState::cancelled
-             ? "its picture lacks them"
-             : "their samples are rendered again when a coordinator starts";
+/// Whether nodes that such a job has lost are rendered again.
+bool goes_on(JobState state) {
+  return state != JobState::failed && state != JobState::cancelled;
 }
 
 void report_nodes(const StoredState& state, StateCheck& check) {
@@ -49,7 +47,10 @@ void report_nodes(const StoredState& state, StateCheck& check) {
     if (const auto found = damaged.find(job.record.id); found != damaged.end()) {
       check.report.push_back(fmt::format("job {}: {} of its nodes {} damaged and taken out: {}", job.record.id.value,
                                          found->second, found->second == 1 ? "was" : "were",
-                                         consequence(job.record.state)));
+                                         goes_on(job.record.state)
+                                             ? "their samples are rendered again when a coordinator starts"
+                                             : "its picture lacks them"));
+      check.whole = check.whole && goes_on(job.record.state);
     }
   }
   check.sound = state.damaged.empty();
@@ -76,7 +77,7 @@ void report_assets(const StoredState& state, const AssetStore& assets, const Ass
 
 }  // namespace
 
-AssetCheck check_assets(AssetStore& store) {
+Result<AssetCheck> check_assets(AssetStore& store) {
   AssetCheck check;
   std::set<Sha256> sound;
   for (const Sha256& digest : store.digests()) {
@@ -84,6 +85,8 @@ AssetCheck check_assets(AssetStore& store) {
       ++check.assets;
       check.bytes += *size_bytes;
       sound.insert(digest);
+    } else if (size_bytes.status().code() != StatusCode::kDataLoss) {
+      return with_context(size_bytes.status(), fmt::format("asset {}", digest.hex()));
     } else {
       spdlog::warn("asset {} is damaged and forgotten: {}", digest.hex(), message_of(size_bytes.status()));
       check.damaged.push_back(digest);
@@ -98,7 +101,7 @@ AssetCheck check_assets(AssetStore& store) {
 Result<StateCheck> check_state(Store& store, AssetStore& assets) {
   LM_RETURN_IF_ERROR(store.check_structure());
   LM_ASSIGN_OR_RETURN(const StoredState state, store.load());
-  const AssetCheck found = check_assets(assets);
+  LM_ASSIGN_OR_RETURN(const AssetCheck found, check_assets(assets));
   std::uint64_t nodes = 0, bytes = 0;
   for (const StoredState::StoredJob& job : state.jobs) {
     nodes += job.nodes.size();

@@ -11,10 +11,11 @@ namespace lightmill {
 
 struct AssetCheck {
   std::uint64_t assets = 0, bytes = 0;  ///< that are as they should be
-  std::vector<Sha256> damaged;  ///< whose bytes had another digest, or could not be read: they are forgotten now
+  std::vector<Sha256> damaged;  ///< whose bytes had another digest, or were not all there: they are forgotten now
 };
-/// Reads all assets. Nobody else may use the store meanwhile.
-AssetCheck check_assets(AssetStore& store);
+/// Reads all assets. Nobody else may use the store meanwhile. The error of one that cannot be read now: none is
+/// forgotten then.
+Result<AssetCheck> check_assets(AssetStore& store);
 
 struct StateCheck {
   std::vector<std::string> report;  ///< lines for people

@@ -228,7 +228,10 @@ void WorkerLoop::pilot_done(LeaseId lease, const Result<PilotReport>& report, Ti
 void WorkerLoop::stream_broke(const std::string& address, const Status& status, Time now) {
   stream_open_ = false;
   if (failures_++ == 0 && !exit_) {
-    spdlog::warn("no connection to {}: {}; trying again", address, link_.explain(address, status));
+    // It may take seconds, in which the session has to find another coordinator.
+    explaining_ = std::jthread([this, address, status] {
+      spdlog::warn("no connection to {}: {}; trying again", address, link_.explain(address, status));
+    });
   }
   failures_ = std::min(failures_, 1'000);
   session_.disconnected(now, actions_);

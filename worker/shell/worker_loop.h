@@ -74,6 +74,7 @@ class WorkerLoop {
 
   // Their threads post events, so they end first.
   FarmLink link_;
+  std::jthread explaining_;  ///< says why there is no connection; uses link_
   AssetCache assets_;
   Preparer preparer_;
   RenderPool pool_;

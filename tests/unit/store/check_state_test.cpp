@@ -36,6 +36,13 @@ class CheckStateTest : public ::testing::Test {
   std::unique_ptr<Store> open_store() const { return open_sqlite_store(file_).value(); }
   std::unique_ptr<AssetStore> open_assets() const { return open_asset_folder(folder_.path() / "assets", {}).value(); }
   Result<StateCheck> check() const { return check_state(*open_store(), *open_assets()); }
+  void damage(const std::string& which) const {
+    sqlite3* handle = nullptr;
+    ASSERT_EQ(sqlite3_open(file_.c_str(), &handle), SQLITE_OK);
+    const std::string sql = "UPDATE nodes SET samples = zeroblob(length(samples)) WHERE " + which;
+    EXPECT_EQ(sqlite3_exec(handle, sql.c_str(), nullptr, nullptr, nullptr), SQLITE_OK);
+    sqlite3_close(handle);
+  }
   std::filesystem::path asset_file(std::string_view bytes) const {
     const std::string hex = sha256(bytes).hex();
     return folder_.path() / "assets" / hex.substr(0, 2) / hex.substr(2);
@@ -53,12 +60,7 @@ TEST_F(CheckStateTest, WhatIsSoundIsSaidToBe) {
 }
 
 TEST_F(CheckStateTest, DamagedNodesAreTakenOutAndNamed) {
-  sqlite3* handle = nullptr;
-  ASSERT_EQ(sqlite3_open(file_.c_str(), &handle), SQLITE_OK);
-  EXPECT_EQ(sqlite3_exec(handle, "UPDATE nodes SET samples = zeroblob(length(samples)) WHERE job = 2 AND tile = 1",
-                         nullptr, nullptr, nullptr),
-            SQLITE_OK);
-  sqlite3_close(handle);
+  damage("job = 2 AND tile = 1");
   const StateCheck found = check().value();
   EXPECT_FALSE(found.sound);
   EXPECT_TRUE(found.whole) << "it is rendered again";
@@ -67,6 +69,39 @@ TEST_F(CheckStateTest, DamagedNodesAreTakenOutAndNamed) {
             "job 2: 1 of its nodes was damaged and taken out: their samples are rendered again when a coordinator "
             "starts");
   EXPECT_TRUE(check()->sound) << "once repaired";
+}
+
+TEST_F(CheckStateTest, WhatACancelledJobLosesIsLost) {
+  {
+    const auto store = open_store();
+    ASSERT_TRUE(store->load().ok());
+    JobRecord cancelled = full_record(3);
+    cancelled.state = JobState::cancelled;
+    const std::vector<StoreOp> ops{PutJob{cancelled}, PutNode{JobId{3}, TileId{0}, small_node(0, 0, 1)}};
+    ASSERT_TRUE(store->commit(ops).ok());
+  }
+  damage("job = 3");
+  const StateCheck found = check().value();
+  EXPECT_FALSE(found.sound || found.whole);
+  EXPECT_TRUE(found.report.back().ends_with("its picture lacks them")) << found.report.back();
+}
+
+/// Assets that cannot be read now.
+class AwayAssets final : public AssetStore {
+ public:
+  std::vector<Sha256> digests() const override { return {sha256("one")}; }
+  Result<std::uint64_t> size(const Sha256&) const override { return std::uint64_t{3}; }
+  Result<std::unique_ptr<Upload>> start_upload(const Sha256&) override { return unavailable("away"); }
+  Result<std::unique_ptr<Reader>> open_asset(const Sha256&) const override { return unavailable("away"); }
+  std::uint64_t collect(const std::set<Sha256>&, std::int64_t) override { return collected = 1; }
+  std::uint64_t total_bytes() const override { return 3; }
+  std::uint64_t collected = 0;
+};
+
+TEST_F(CheckStateTest, WhatCannotBeReadNowIsNotDamaged) {
+  AwayAssets away;
+  EXPECT_EQ(check_assets(away).status().code(), StatusCode::kUnavailable);
+  EXPECT_EQ(away.collected, 0u);
 }
 
 TEST_F(CheckStateTest, DamagedAndMissingAssetsAreFoundAndForgotten) {
