@@ -7,6 +7,7 @@
 
 #include <cerrno>
 #include <csignal>
+#include <string_view>
 
 namespace lightmill::cli {
 namespace fs = std::filesystem;
@@ -15,7 +16,7 @@ namespace {
 constexpr int kExecFailed = 127;
 
 /// What the child does between fork and exec: only calls that are safe there.
-[[noreturn]] void become(char* const* arguments, int output, pid_t parent) {
+[[noreturn]] void become(char* const* arguments, char* const* environment, int output, pid_t parent) {
   ::setpgid(0, 0);
   ::prctl(PR_SET_PDEATHSIG, SIGKILL);
   if (::getppid() != parent) {
@@ -29,8 +30,20 @@ constexpr int kExecFailed = 127;
   ::dup2(null, STDIN_FILENO);
   ::dup2(output, STDOUT_FILENO);
   ::dup2(output, STDERR_FILENO);
-  ::execv(arguments[0], arguments);
+  ::execve(arguments[0], arguments, environment);
   ::_exit(kExecFailed);
+}
+
+/// Our own variables but for those about a farm, which is not the child's.
+std::vector<char*> environment_for_child() {
+  std::vector<char*> variables;
+  for (char** variable = environ; *variable != nullptr; ++variable) {
+    if (!std::string_view(*variable).starts_with("LIGHTMILL_")) {
+      variables.push_back(*variable);
+    }
+  }
+  variables.push_back(nullptr);
+  return variables;
 }
 
 std::string describe(int status) {
@@ -55,10 +68,11 @@ Result<ChildProcess> ChildProcess::start(const std::vector<std::string>& argumen
     pointers.push_back(const_cast<char*>(argument.c_str()));  // execv does not write to it
   }
   pointers.push_back(nullptr);
+  const std::vector<char*> environment = environment_for_child();
   const pid_t parent = ::getpid();
   const pid_t pid = ::fork();
   if (pid == 0) {
-    become(pointers.data(), log, parent);
+    become(pointers.data(), environment.data(), log, parent);
   }
   const int error = errno;
   ::close(log);

@@ -16,7 +16,8 @@ namespace lightmill::cli {
 /// SIGKILL when the thread that started it dies. Its output goes to a file. Not thread-safe.
 class ChildProcess {
  public:
-  /// `arguments[0]` is the program's path.
+  /// `arguments[0]` is the program's path. It does not see our variables LIGHTMILL_*: the farm that they name, and what
+  /// they show to it, are not its own.
   static Result<ChildProcess> start(const std::vector<std::string>& arguments, const std::filesystem::path& output);
   ChildProcess(ChildProcess&& other) noexcept;
   ChildProcess& operator=(ChildProcess&&) = delete;

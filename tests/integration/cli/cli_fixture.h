@@ -33,7 +33,13 @@ class CliTest : public ::testing::Test {
     EXPECT_EQ(std::count(result.out.begin(), result.out.end(), '\n'), 1) << result.out;
     return nlohmann::json::parse(result.out, nullptr, false);
   }
-  Environment environment() const { return {{"LIGHTMILL_SERVER", ""}, {"TMPDIR", temporary()}}; }
+  Environment environment() const {
+    Environment variables{{"TMPDIR", temporary()}};
+    for (const char* name : {"LIGHTMILL_SERVER", "LIGHTMILL_TLS_CA", "LIGHTMILL_TLS_CERT", "LIGHTMILL_TLS_KEY"}) {
+      variables[name] = "";
+    }
+    return variables;
+  }
   std::string temporary() const { return folder_.path().string(); }
   std::string file(const std::string& name) const { return (files_.path() / name).string(); }
   std::string write(const std::string& name, const std::string& text) const {

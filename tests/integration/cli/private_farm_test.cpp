@@ -40,6 +40,17 @@ TEST_F(CliTest, RendersAndLeavesNothingButThePictures) {
   EXPECT_TRUE(temporary_is_empty());
 }
 
+TEST_F(CliTest, APrivateFarmKnowsNothingOfHowAnotherIsReached) {
+  Environment of_another = environment();
+  for (const char* name : {"LIGHTMILL_TLS_CA", "LIGHTMILL_TLS_CERT"}) {
+    of_another[name] = file("none");
+  }
+  const CommandResult result = run_command({program("lightmill"), "render", scene("cornell-bench-balls.json"),
+                                            "--local", "--size", "16x16", "--spp", "1", "-o", file("a.png")},
+                                           of_another);
+  EXPECT_EQ(result.exit_code, 0) << result.err;
+}
+
 TEST_F(CliTest, TheSameSeedGivesTheSameFilmOnAnotherFarm) {
   const std::vector<std::string> render{
       "render",     scene("cornell-bench-balls.json"), "--local", "--size", "70x70", "--spp", "5", "--seed", "11", "-o",
