@@ -31,7 +31,7 @@ class ConnectionQueue {
   void reserve(std::uint32_t capacity) {
     capacity_ = static_cast<int>(capacity);
     for (auto& column : columns_) {
-      column.resize(std::size_t{capacity} + 8);  // stores are eight wide
+      column.resize(std::size_t{capacity} + 16);  // the last push may go seven beyond; stores and loads are eight wide
     }
   }
   bool full() const { return size_ >= capacity_; }
