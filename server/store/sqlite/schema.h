@@ -1,4 +1,4 @@
-// The tables of the store's file, format 6.
+// The tables of the store's file, format 7.
 #pragma once
 
 #include <array>
@@ -16,7 +16,7 @@ CREATE TABLE meta (
   key TEXT PRIMARY KEY,
   value INTEGER NOT NULL
 ) WITHOUT ROWID;
-INSERT INTO meta VALUES ('format', 6), ('epoch', 0);
+INSERT INTO meta VALUES ('format', 7), ('epoch', 0);
 
 CREATE TABLE jobs (
   id INTEGER PRIMARY KEY AUTOINCREMENT,
