@@ -29,7 +29,7 @@ struct Options {
   std::string listen = "127.0.0.1:7350";
   std::string port_file;
   TlsFiles tls;
-  bool insecure = false;
+  bool insecure = false, authenticate = false;
   LogOptions log;
   double lease_seconds = 10;
   double heartbeat_seconds = 2;
@@ -62,8 +62,12 @@ void add_access_options(CLI::App& app, Options& options) {
   app.add_option(kKeyOption, options.tls.key, "its private key (default: in the certificate's file)")
       ->type_name("FILE")
       ->group(group);
-  app.add_option(kAuthorityOption, options.tls.authority, "the authority that signs workers' and people's certificates")
+  app.add_option(kAuthorityOption, options.tls.authority,
+                 "the authority that signs workers' and people's certificates; without it, callers show tokens")
       ->type_name("FILE")
+      ->group(group);
+  app.add_flag("--authenticate", options.authenticate,
+               "ask for tokens also without a certificate, where only programs of this machine can call")
       ->group(group);
   app.add_flag(
          "--insecure", options.insecure,
@@ -86,14 +90,10 @@ Status check_access(const Options& options, const HostPort& listen) {
       return invalid_argument("--insecure and {} do not go together", kCertificateOption);
     }
     LM_ASSIGN_OR_RETURN(const TlsTexts texts, read_tls_files(options.tls, system_clock().unix_milliseconds() / 1000));
-    LM_RETURN_IF_ERROR(
-        with_context(check_names_hosts(texts), fmt::format("{} {}", kCertificateOption, options.tls.certificate)));
-    return !options.tls.authority.empty()
-               ? ok_status()
-               : invalid_argument(
-                     "{} is given without {}, the authority that signs callers' certificates: nobody "
-                     "could call",
-                     kCertificateOption, kAuthorityOption);
+    return with_context(check_names_hosts(texts), fmt::format("{} {}", kCertificateOption, options.tls.certificate));
+  }
+  if (options.insecure && options.authenticate) {
+    return invalid_argument("--insecure and --authenticate do not go together: others could read the tokens");
   }
   if (!is_loopback(listen.host) && !options.insecure) {
     return failed_precondition(
@@ -285,6 +285,9 @@ Status serve(const Options& options, StopRequest& stop) {
   ApiOptions api;
   api.listen = options.listen;
   api.tls = options.tls;
+  api.gate.asks = options.tls.given() || options.authenticate;
+  api.gate.takes_certificates = !options.tls.authority.empty();
+  api.gate.takes_tokens = !options.insecure;
   if (options.insecure) {
     api.notices.push_back("this farm runs with --insecure: whoever reaches it can use and stop its jobs");
   }

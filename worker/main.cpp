@@ -11,7 +11,7 @@
 #include "common/base/signals.h"
 #include "common/farm/job.h"
 #include "common/methods/fingerprint.h"
-#include "common/security/tls_options.h"
+#include "common/security/caller_options.h"
 #include "worker/shell/worker_loop.h"
 
 namespace lightmill {
@@ -22,7 +22,7 @@ constexpr const char* kServerVariable = "LIGHTMILL_SERVER";
 struct Options {
   std::string server = "127.0.0.1:7350";
   std::vector<std::string> servers;  ///< parts of `server`
-  TlsFiles tls;
+  CallerFiles caller;
   std::uint32_t threads = std::max(1u, std::thread::hardware_concurrency());
   std::string name;
   LogOptions log;
@@ -54,7 +54,7 @@ std::optional<int> parse(int argc, char** argv, Options& options) {
       ->group("Options");
   app.add_option("--name", options.name, "its name, of which only one worker can be connected; by default HOST-PID")
       ->type_name("NAME");
-  add_caller_tls_options(app, options.tls);
+  add_caller_options(app, options.caller);
   add_log_options(app, options.log);
   add_limit(app, "--scenes", options.scenes, "N", {1, 10'000}, "compiled scenes that are kept");
   add_limit(app, "--scenes-gib", options.scenes_gib, "GIB", {0.001, 65536.0}, "memory for compiled scenes");
@@ -76,8 +76,9 @@ std::optional<int> parse(int argc, char** argv, Options& options) {
       return 2;
     }
   }
-  if (const auto tls = read_caller_tls_files(options.tls, system_clock().unix_milliseconds() / 1000); !tls.ok()) {
-    std::cerr << message_of(tls.status()) << "\n";
+  const auto caller = read_caller(options.caller, options.servers, system_clock().unix_milliseconds() / 1000);
+  if (!caller.ok()) {
+    std::cerr << message_of(caller.status()) << "\n";
     return 2;
   }
   if (options.name.empty()) {
@@ -88,7 +89,7 @@ std::optional<int> parse(int argc, char** argv, Options& options) {
 
 WorkerOptions worker_options(const Options& options) {
   WorkerOptions worker;
-  worker.farm = {options.servers, options.tls};
+  worker.farm = {options.servers, options.caller};
   worker.scenes = {options.scenes, bytes_of_gib(options.scenes_gib)};
   worker.asset_bytes = bytes_of_gib(options.assets_gib);
   worker.session.name = options.name;

@@ -3,7 +3,7 @@
 #include <limits>
 
 #include "client/cli/units.h"
-#include "common/security/tls_options.h"
+#include "common/security/caller_options.h"
 
 namespace lightmill::cli {
 namespace {
@@ -52,7 +52,7 @@ void add_common_options(CLI::App& command, Context& context) {
       ->type_name("HOST:PORT")
       ->check(not_empty("HOST:PORT is"));
   add_json_option(command, context);
-  add_caller_tls_options(command, context.common.tls);
+  add_caller_options(command, context.common.caller);
 }
 
 }  // namespace lightmill::cli

@@ -7,13 +7,13 @@
 
 #include "client/cli/console.h"
 #include "client/cli/signals.h"
-#include "common/security/tls_files.h"
+#include "common/security/caller.h"
 
 namespace lightmill::cli {
 
 struct CommonOptions {
   std::string server;  ///< --server; empty: LIGHTMILL_SERVER, else the default
-  TlsFiles tls;        ///< by which the farm is known, and knows who asks
+  CallerFiles caller;  ///< by which the farm is known, and knows who asks
   bool json = false;
 };
 
@@ -59,6 +59,7 @@ void add_render_commands(CLI::App& app, Context& context);  ///< render, submit
 void add_watch_commands(CLI::App& app, Context& context);   ///< watch, fetch
 void add_job_commands(CLI::App& app, Context& context);     ///< jobs, cancel, pause, resume, extend, delete
 void add_show_command(CLI::App& app, Context& context);
+void add_token_commands(CLI::App& app, Context& context);   ///< tokens, tokens create, revoke
 void add_worker_commands(CLI::App& app, Context& context);  ///< workers, workers drain
 void add_error_command(CLI::App& app, Context& context);
 void add_check_command(CLI::App& app, Context& context);

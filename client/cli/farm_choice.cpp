@@ -49,11 +49,10 @@ Status check_address(const GivenAddress& given) {
   return ok_status();
 }
 
-/// How this caller shows who it is.
-Result<FarmAccess> read_access(const CommonOptions& options) {
-  FarmAccess access;
-  LM_ASSIGN_OR_RETURN(access.tls, read_caller_tls_files(options.tls, system_clock().unix_milliseconds() / 1000));
-  return access;
+/// How this caller shows the farm at `addresses` who it is.
+Result<CallerTexts> read_caller(const CommonOptions& options, const std::string& addresses) {
+  return lightmill::read_caller(options.caller, CLI::detail::split(addresses, ','),
+                                system_clock().unix_milliseconds() / 1000);
 }
 
 }  // namespace
@@ -64,8 +63,8 @@ Result<std::unique_ptr<FarmConnection>> connect(const CommonOptions& options) {
     given.address = kDefaultServer;
   }
   LM_RETURN_IF_ERROR(check_address(given));
-  LM_ASSIGN_OR_RETURN(FarmAccess access, read_access(options));
-  return std::make_unique<FarmConnection>(given.address, std::move(access));
+  LM_ASSIGN_OR_RETURN(CallerTexts caller, read_caller(options, given.address));
+  return std::make_unique<FarmConnection>(given.address, std::move(caller));
 }
 
 ExitCode with_farm(const Console& console, const CommonOptions& options,
@@ -87,15 +86,15 @@ Result<Farm> choose_farm(const CommonOptions& options, bool local, unsigned thre
     if (threads > 0) {
       return invalid_argument("--threads is about a farm of its own (--local), and {} names another", given.where);
     }
-    LM_ASSIGN_OR_RETURN(FarmAccess access, read_access(options));
-    farm.connection = std::make_unique<FarmConnection>(given.address, std::move(access));
+    LM_ASSIGN_OR_RETURN(CallerTexts caller, read_caller(options, given.address));
+    farm.connection = std::make_unique<FarmConnection>(given.address, std::move(caller));
     LM_RETURN_IF_ERROR(farm.connection->probe(kGivenTimeout));
     console.notice(fmt::format("farm: {} (given by {})", given.address, given.where));
     return farm;
   }
   if (!local) {
-    LM_ASSIGN_OR_RETURN(FarmAccess access, read_access(options));
-    farm.connection = std::make_unique<FarmConnection>(kDefaultServer, std::move(access));
+    LM_ASSIGN_OR_RETURN(CallerTexts caller, read_caller(options, kDefaultServer));
+    farm.connection = std::make_unique<FarmConnection>(kDefaultServer, std::move(caller));
     if (farm.connection->probe(kDefaultTimeout).ok()) {
       console.notice(fmt::format("farm: {} (it answers on the default port{})", kDefaultServer,
                                  threads > 0 ? "; --threads, which is about a farm of its own, has no effect" : ""));

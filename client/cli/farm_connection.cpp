@@ -1,43 +1,21 @@
 #include "client/cli/farm_connection.h"
 
 #include <grpc/support/log.h>
-#include <grpcpp/grpcpp.h>
 
-#include <atomic>
-
+#include "client/cli/coordinators.h"
 #include "common/base/mutex.h"
-#include "common/security/connection_problem.h"
 #include "common/wire/bytes.h"
-#include "lightmill/v1/render_service.grpc.pb.h"
 
 namespace lightmill::cli {
 namespace {
 
 constexpr Duration kCallTimeout = std::chrono::seconds(30);
 constexpr std::size_t kChunkBytes = std::size_t{1} << 20;
-constexpr int kMaxMessageBytes = 64 << 20;  // a watcher may get many tiles at once
 constexpr int kPageSize = 200;
 constexpr int kSubmitTries = 4;
 
 std::chrono::system_clock::time_point deadline_after(Duration timeout) {
   return std::chrono::system_clock::now() + std::chrono::duration_cast<std::chrono::system_clock::duration>(timeout);
-}
-
-std::shared_ptr<grpc::ChannelCredentials> credentials_of(const TlsTexts& tls) {
-  return tls.given() ? grpc::SslCredentials({tls.authority, tls.key, tls.certificate})
-                     : grpc::InsecureChannelCredentials();
-}
-
-/// `quickly`: there is somebody else to ask when a coordinator falls silent.
-std::shared_ptr<grpc::Channel> make_channel(const std::string& address, const TlsTexts& tls, bool quickly) {
-  grpc::ChannelArguments arguments;
-  arguments.SetMaxReceiveMessageSize(kMaxMessageBytes);
-  arguments.SetInt(GRPC_ARG_INITIAL_RECONNECT_BACKOFF_MS, 100);
-  arguments.SetInt(GRPC_ARG_MIN_RECONNECT_BACKOFF_MS, 3'000);  // how long a connection may take to come about
-  arguments.SetInt(GRPC_ARG_MAX_RECONNECT_BACKOFF_MS, 2000);
-  arguments.SetInt(GRPC_ARG_KEEPALIVE_TIME_MS, quickly ? 3'000 : 20'000);
-  arguments.SetInt(GRPC_ARG_KEEPALIVE_TIMEOUT_MS, quickly ? 3'000 : 10'000);
-  return grpc::CreateCustomChannel(address, credentials_of(tls), arguments);
 }
 
 /// The calls that can be cancelled now. Thread-safe.
@@ -78,103 +56,31 @@ class Registration {
   grpc::ClientContext& context_;
 };
 
-/// Whether that is no coordinator's answer: their own words begin so; others are gRPC's about its insides.
-bool is_silence(const grpc::Status& status) {
-  return (status.error_code() == grpc::StatusCode::UNAVAILABLE ||
-          status.error_code() == grpc::StatusCode::DEADLINE_EXCEEDED) &&
-         !status.error_message().starts_with("the coordinator ") && !status.error_message().starts_with("the farm ");
-}
-
-/// Of an answer of the coordinator at `address`.
-Status to_status(const grpc::Status& status, const std::string& address) {
-  if (status.ok()) {
-    return ok_status();
-  }
-  if (status.error_code() == grpc::StatusCode::UNIMPLEMENTED) {
-    return unavailable("what answers at {} is not a Lightmill coordinator of this version: {}", address,
-                       status.error_message());
-  }
-  return make_error(static_cast<StatusCode>(status.error_code()), "{}", status.error_message());
-}
-
 using Stub = v1::RenderService::Stub;
 
-/// The coordinators of the farm, of which one answers.
-class Coordinators {
- public:
-  Coordinators(const std::string& addresses, FarmAccess access) : all_(addresses), access_(std::move(access)) {
-    const bool several = addresses.find(',') != std::string::npos;
-    for (std::size_t at = 0; at <= addresses.size();) {
-      const std::size_t end = std::min(addresses.find(',', at), addresses.size());
-      addresses_.push_back(addresses.substr(at, end - at));
-      stubs_.push_back(v1::RenderService::NewStub(make_channel(addresses_.back(), access_.tls, several)));
-      at = end + 1;
-    }
-  }
-
-  /// Calls the one that answered last, and while there is no answer each of the others once. One that breaks off after
-  /// `begun` is set counts as an answer.
-  template <class Call>
-  Status ask(const Call& call, const bool& begun = kNever) {
-    Status status;
-    bool some_may_come = false;
-    for (std::size_t i = 0; i < stubs_.size(); ++i) {
-      const std::size_t index = current_ % stubs_.size();
-      const grpc::Status answer = call(*stubs_[index]);
-      const bool silent = is_silence(answer);
-      status = silent ? silence_of(index) : to_status(answer, all_);
-      if (!silent && status.code() != StatusCode::kUnavailable) {
-        return status;
-      }
-      some_may_come = some_may_come || status.code() == StatusCode::kUnavailable;
-      std::size_t expected = index;  // another thread may have gone on already
-      current_.compare_exchange_strong(expected, (index + 1) % stubs_.size());
-      if (begun) {
-        break;
-      }
-    }
-    // What is wrong with one of them is the last word only if all are so: the others may still come to work.
-    return some_may_come && status.code() != StatusCode::kUnavailable ? unavailable("{}", message_of(status)) : status;
-  }
-
- private:
-  /// Why a coordinator does not answer.
-  Status silence_of(std::size_t index) const {
-    const std::optional<std::string> problem = connection_problem(addresses_[index], access_.tls);
-    return problem ? failed_precondition("cannot reach the farm at {}: {}", addresses_[index], *problem)
-                   : unavailable("cannot reach the farm at {}", all_);
-  }
-
-  static constexpr bool kNever = false;
-  const std::string all_;
-  const FarmAccess access_;
-  std::vector<std::string> addresses_;
-  std::vector<std::unique_ptr<Stub>> stubs_;
-  std::atomic<std::size_t> current_ = 0;
-};
-
 /// One unary call with a deadline.
-template <class State, class Request, class Response>
-Status call(State& state, grpc::Status (Stub::*method)(grpc::ClientContext*, const Request&, Response*),
+template <class State, class Service, class Request, class Response>
+Status call(State& state, grpc::Status (Service::*method)(grpc::ClientContext*, const Request&, Response*),
             const Request& request, Response& response, Duration timeout = kCallTimeout) {
-  return state.coordinators.ask([&](Stub& stub) {
+  return state.coordinators.ask([&](const Stubs& stubs) {
     grpc::ClientContext context;
+    state.coordinators.show_token(context);
     context.set_deadline(deadline_after(timeout));
     const Registration registration(state.calls, context);
-    return (stub.*method)(&context, request, &response);
+    return (stubs.of<Service>().*method)(&context, request, &response);
   });
 }
 
 }  // namespace
 
 struct FarmConnection::State {
-  State(const std::string& addresses, FarmAccess access) : coordinators(addresses, std::move(access)) {}
+  State(const std::string& addresses, CallerTexts caller) : coordinators(addresses, std::move(caller)) {}
   Coordinators coordinators;
   RunningCalls calls;
 };
 
-FarmConnection::FarmConnection(std::string address, FarmAccess access)
-    : address_(std::move(address)), state_(std::make_unique<State>(address_, std::move(access))) {
+FarmConnection::FarmConnection(std::string address, CallerTexts caller)
+    : address_(std::move(address)), state_(std::make_unique<State>(address_, std::move(caller))) {
   gpr_set_log_function([](gpr_log_func_args*) {});  // what matters of it is told by errors
 }
 
@@ -207,11 +113,12 @@ Result<std::vector<Sha256>> FarmConnection::find_missing_assets(std::span<const 
 
 Status FarmConnection::upload_asset(const Sha256& digest, ByteView bytes,
                                     const std::function<void(std::size_t)>& sent) {
-  return state_->coordinators.ask([&](Stub& stub) {
+  return state_->coordinators.ask([&](const Stubs& stubs) {
     grpc::ClientContext context;
+    state_->coordinators.show_token(context);
     const Registration registration(state_->calls, context);
     v1::UploadAssetResponse response;
-    const auto writer = stub.UploadAsset(&context, &response);
+    const auto writer = stubs.render->UploadAsset(&context, &response);
     v1::UploadAssetRequest request;
     request.set_digest(digest_bytes(digest));
     std::size_t done = 0;
@@ -317,8 +224,9 @@ Status FarmConnection::delete_job(std::uint64_t id) {
 Status FarmConnection::watch(std::uint64_t id, bool tiles, const std::function<bool()>& stop,
                              const std::function<void(const v1::WatchJobResponse&)>& changed) {
   bool begun = false;
-  const auto watch_one = [&](Stub& stub) {
+  const auto watch_one = [&](const Stubs& stubs) {
     grpc::ClientContext context;
+    state_->coordinators.show_token(context);
     const Registration registration(state_->calls, context);
     if (stop()) {
       return grpc::Status(grpc::StatusCode::CANCELLED, "interrupted");
@@ -326,7 +234,7 @@ Status FarmConnection::watch(std::uint64_t id, bool tiles, const std::function<b
     v1::WatchJobRequest request;
     request.set_id(id);
     request.set_tiles(tiles);
-    const auto reader = stub.WatchJob(&context, request);
+    const auto reader = stubs.render->WatchJob(&context, request);
     v1::WatchJobResponse response;
     while (reader->Read(&response)) {
       begun = true;
@@ -341,12 +249,13 @@ Status FarmConnection::watch(std::uint64_t id, bool tiles, const std::function<b
 Status FarmConnection::get_film(std::uint64_t id, const std::function<Status(const v1::GetFilmResponse&)>& part) {
   Status failed = ok_status();
   bool begun = false;
-  const auto get_from = [&](Stub& stub) {
+  const auto get_from = [&](const Stubs& stubs) {
     grpc::ClientContext context;
+    state_->coordinators.show_token(context);
     const Registration registration(state_->calls, context);
     v1::GetFilmRequest request;
     request.set_id(id);
-    const auto reader = stub.GetFilm(&context, request);
+    const auto reader = stubs.render->GetFilm(&context, request);
     v1::GetFilmResponse response;
     while (failed.ok() && reader->Read(&response)) {
       begun = true;
@@ -385,6 +294,42 @@ Result<v1::Worker> FarmConnection::drain_worker(const std::string& name) {
   v1::Worker worker;
   LM_RETURN_IF_ERROR(call(*state_, &Stub::DrainWorker, request, worker));
   return worker;
+}
+
+Result<v1::Token> FarmConnection::create_token(const v1::CreateTokenRequest& request) {
+  v1::Token token;
+  Status status;
+  for (int i = 0; i < kSubmitTries; ++i) {
+    status = call(*state_, &v1::AccessService::Stub::CreateToken, request, token);
+    if (status.code() != StatusCode::kUnavailable) {
+      break;
+    }
+    std::this_thread::sleep_for(std::chrono::milliseconds(200) * (1 << i));
+  }
+  LM_RETURN_IF_ERROR(status);
+  return token;
+}
+
+Result<std::vector<v1::Token>> FarmConnection::list_tokens() {
+  std::vector<v1::Token> tokens;
+  v1::ListTokensRequest request;
+  request.set_page_size(kPageSize);
+  for (;;) {
+    v1::ListTokensResponse response;
+    LM_RETURN_IF_ERROR(call(*state_, &v1::AccessService::Stub::ListTokens, request, response));
+    tokens.insert(tokens.end(), response.tokens().begin(), response.tokens().end());
+    if (response.next_page_token().empty()) {
+      return tokens;
+    }
+    request.set_page_token(response.next_page_token());
+  }
+}
+
+Status FarmConnection::revoke_token(const std::string& id) {
+  v1::RevokeTokenRequest request;
+  request.set_id(id);
+  v1::RevokeTokenResponse response;
+  return call(*state_, &v1::AccessService::Stub::RevokeToken, request, response);
 }
 
 }  // namespace lightmill::cli

@@ -14,15 +14,11 @@
 #include "common/base/clock.h"
 #include "common/base/digest.h"
 #include "common/base/status.h"
-#include "common/security/tls_files.h"
+#include "common/security/caller.h"
+#include "lightmill/v1/access_service.pb.h"
 #include "lightmill/v1/render_service.pb.h"
 
 namespace lightmill::cli {
-
-/// How a caller shows who it is.
-struct FarmAccess {
-  TlsTexts tls;  ///< not given: the connection is not encrypted
-};
 
 template <class T>
 struct Listed {
@@ -34,7 +30,7 @@ class FarmConnection {
  public:
   /// HOST:PORT of the coordinator, or of several, with commas, of which one is at work: calls go to the one that
   /// answers. Connects lazily: this does not fail.
-  explicit FarmConnection(std::string address, FarmAccess access = {});
+  explicit FarmConnection(std::string address, CallerTexts caller = {});
   ~FarmConnection();
   FarmConnection(const FarmConnection&) = delete;
   FarmConnection& operator=(const FarmConnection&) = delete;
@@ -70,6 +66,11 @@ class FarmConnection {
 
   Result<Listed<v1::Worker>> list_workers();
   Result<v1::Worker> drain_worker(const std::string& name);
+
+  /// Sent again if the connection breaks: the same token twice is one.
+  Result<v1::Token> create_token(const v1::CreateTokenRequest& request);
+  Result<std::vector<v1::Token>> list_tokens();
+  Status revoke_token(const std::string& id);
 
   /// Cancels the calls that are running now.
   void cancel_calls();

@@ -14,14 +14,6 @@ std::string place(const char* option, const std::string& file) {
   return fmt::format("{} {}", option, file);
 }
 
-Status check_secrecy(const std::string& file) {
-  struct stat info {};
-  if (::stat(file.c_str(), &info) == 0 && (info.st_mode & S_IROTH) != 0) {
-    return failed_precondition("everybody on this machine can read the private key in it: `chmod 600 {}`", file);
-  }
-  return ok_status();
-}
-
 Status check_time(const CertificateFacts& facts, std::int64_t now_unix_s) {
   if (now_unix_s >= facts.until_unix_s) {
     return failed_precondition("the certificate of '{}' ended {}: renew it", facts.name, date_text(facts.until_unix_s));
@@ -53,7 +45,7 @@ Result<std::string> read_certificate(const std::string& file, std::int64_t now_u
 }
 
 Result<std::string> read_key(const std::string& file, const std::string& certificate_pem) {
-  LM_RETURN_IF_ERROR(check_secrecy(file));
+  LM_RETURN_IF_ERROR(check_secrecy(file, "the private key"));
   LM_ASSIGN_OR_RETURN(std::string pem, read_file(file, kMaxFileBytes));
   LM_ASSIGN_OR_RETURN(const openssl::Key key, openssl::key_in(pem));
   LM_ASSIGN_OR_RETURN(const std::vector<openssl::Certificate> all, openssl::certificates_in(certificate_pem));
@@ -87,12 +79,12 @@ Result<TlsTexts> read_tls_files(const TlsFiles& files, std::int64_t now_unix_s) 
   return texts;
 }
 
-Result<TlsTexts> read_caller_tls_files(const TlsFiles& files, std::int64_t now_unix_s) {
-  if (!files.certificate.empty() && files.authority.empty()) {
-    return invalid_argument("{} is given without {}, the authority of the farm that it is for", kCertificateOption,
-                            kAuthorityOption);
+Status check_secrecy(const std::string& file, std::string_view what) {
+  struct stat info {};
+  if (::stat(file.c_str(), &info) == 0 && (info.st_mode & S_IROTH) != 0) {
+    return failed_precondition("everybody on this machine can read {} in it: `chmod 600 {}`", what, file);
   }
-  return read_tls_files(files, now_unix_s);
+  return ok_status();
 }
 
 Status check_names_hosts(const TlsTexts& texts) {

@@ -35,9 +35,8 @@ inline constexpr const char* kKeyOption = "--tls-key";
 /// yet, an authority that is none.
 Result<TlsTexts> read_tls_files(const TlsFiles& files, std::int64_t now_unix_s);
 
-/// As read_tls_files for one that calls: a certificate alone does not say whom it is shown to, so the authority must be
-/// given with it.
-Result<TlsTexts> read_caller_tls_files(const TlsFiles& files, std::int64_t now_unix_s);
+/// FAILED_PRECONDITION if everybody on this machine can read the file that holds `what`.
+Status check_secrecy(const std::string& file, std::string_view what);
 
 /// One more check for a program that listens: INVALID_ARGUMENT unless the certificate names hosts.
 Status check_names_hosts(const TlsTexts& texts);

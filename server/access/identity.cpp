@@ -5,11 +5,11 @@
 namespace lightmill {
 
 Identity anybody() {
-  return {"", Roles::all(), Proof::none, 0};
+  return {"", Roles::all(), Proof::none, 0, ""};
 }
 
 Result<Identity> identity_of(const CertificateFacts& certificate, std::int64_t now_unix_s) {
-  Identity identity{certificate.name, certificate.roles, Proof::certificate, certificate.until_unix_s};
+  Identity identity{certificate.name, certificate.roles, Proof::certificate, certificate.until_unix_s, ""};
   if (const Status status = check_name("the certificate's name", identity.name);
       !status.ok() || identity.name.empty()) {
     return make_error(StatusCode::kUnauthenticated, "the certificate names nobody: its common name is {}",
@@ -25,8 +25,11 @@ Result<Identity> identity_of(const CertificateFacts& certificate, std::int64_t n
 }
 
 std::string describe(const Identity& identity) {
-  return identity.is_known() ? fmt::format("'{}' (roles: {}; by certificate)", identity.name, names_of(identity.roles))
-                             : "somebody unknown";
+  if (!identity.is_known()) {
+    return "somebody unknown";
+  }
+  return fmt::format("'{}' (roles: {}; by {})", identity.name, names_of(identity.roles),
+                     identity.proof == Proof::token ? "token " + identity.token : "certificate");
 }
 
 Status check_still_holds(const Identity& identity, std::int64_t now_unix_s) {

@@ -14,6 +14,7 @@ namespace lightmill {
 enum class Proof {
   none,         ///< nothing is asked for: whoever reaches the coordinator may do everything
   certificate,  ///< one that an authority of the farm has signed
+  token,        ///< one that the farm knows
 };
 
 struct Identity {
@@ -21,6 +22,7 @@ struct Identity {
   Roles roles;
   Proof proof = Proof::none;
   std::int64_t until_unix_s = 0;  ///< what was shown holds so long; 0: without end
+  std::string token;              ///< its id, if that was shown
 
   bool is_known() const { return proof != Proof::none; }
 };
@@ -31,7 +33,7 @@ Identity anybody();
 /// UNAUTHENTICATED if the certificate has ended, names nobody or gives no role.
 Result<Identity> identity_of(const CertificateFacts& certificate, std::int64_t now_unix_s);
 
-/// "ada (view, submit; by certificate)".
+/// "'ada' (roles: view, submit; by certificate)".
 std::string describe(const Identity& identity);
 
 /// UNAUTHENTICATED once what was shown has ended.

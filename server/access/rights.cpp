@@ -8,6 +8,7 @@ namespace {
 
 constexpr std::string_view kRender = "lightmill.v1.RenderService";
 constexpr std::string_view kWork = "lightmill.v1.WorkerService";
+constexpr std::string_view kAccess = "lightmill.v1.AccessService";
 
 constexpr std::array<RpcRule, static_cast<std::size_t>(Rpc::count)> kRules{{
     {Rpc::find_missing_assets, kRender, "FindMissingAssets", Right::submit},
@@ -26,6 +27,9 @@ constexpr std::array<RpcRule, static_cast<std::size_t>(Rpc::count)> kRules{{
     {Rpc::list_workers, kRender, "ListWorkers", Right::see_farm},
     {Rpc::drain_worker, kRender, "DrainWorker", Right::steer_farm},
     {Rpc::work, kWork, "Work", Right::work},
+    {Rpc::create_token, kAccess, "CreateToken", Right::administer},
+    {Rpc::list_tokens, kAccess, "ListTokens", Right::administer},
+    {Rpc::revoke_token, kAccess, "RevokeToken", Right::administer},
 }};
 
 consteval bool in_order() {
@@ -54,6 +58,8 @@ constexpr Roles roles_for(Right right) {
       return {Role::worker, Role::operate, Role::admin};
     case Right::work:
       return {Role::worker};
+    case Right::administer:
+      return {Role::admin};
   }
   return {};
 }

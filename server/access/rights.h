@@ -28,6 +28,9 @@ enum class Rpc {
   list_workers,
   drain_worker,
   work,
+  create_token,
+  list_tokens,
+  revoke_token,
   count
 };
 
@@ -39,7 +42,8 @@ enum class Right {
   see_farm,      ///< know what the farm is doing
   steer_farm,    ///< change what workers do
   fetch_assets,  ///< read the assets of jobs
-  work           ///< render
+  work,          ///< render
+  administer     ///< say who gets in
 };
 
 struct RpcRule {

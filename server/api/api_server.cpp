@@ -11,6 +11,7 @@
 #include <set>
 
 #include "common/base/log.h"
+#include "server/api/access_service.h"
 #include "server/api/gate.h"
 #include "server/api/listen_problem.h"
 #include "server/api/render_service.h"
@@ -53,7 +54,8 @@ std::vector<std::string> served_methods() {
   std::vector<std::string> methods;
   for (const google::protobuf::ServiceDescriptor* service :
        {v1::SubmitJobRequest::descriptor()->file()->FindServiceByName("RenderService"),
-        v1::WorkRequest::descriptor()->file()->FindServiceByName("WorkerService")}) {
+        v1::WorkRequest::descriptor()->file()->FindServiceByName("WorkerService"),
+        v1::CreateTokenRequest::descriptor()->file()->FindServiceByName("AccessService")}) {
     for (int i = 0; i < service->method_count(); ++i) {
       methods.push_back(fmt::format("{}/{}", service->full_name(), service->method(i)->name()));
     }
@@ -76,12 +78,14 @@ void forget_unused_assets(AssetStore& assets, const StoredState& state) {
 
 /// In the order of their making; each uses only those above it, and gRPC's threads stop first.
 struct ApiServer::Parts {
-  explicit Parts(bool asks) : gate(asks, system_clock()), workers(gate) {}
+  Parts(const GateOptions& options, std::vector<TokenRecord> tokens)
+      : gate(options, std::move(tokens), system_clock()), workers(gate), access(gate) {}
   Gate gate;
   std::unique_ptr<Store> store;
   std::unique_ptr<AssetStore> assets;
   std::unique_ptr<Coordinator> farm;
   WorkerStreams workers;
+  AccessServiceImpl access;
   std::unique_ptr<RenderServiceImpl> renders;
   std::unique_ptr<FarmLoop> loop;
   std::unique_ptr<grpc::Server> server;
@@ -91,8 +95,8 @@ struct ApiServer::Parts {
 Result<std::unique_ptr<ApiServer>> ApiServer::start(std::unique_ptr<Store> store, std::unique_ptr<AssetStore> assets,
                                                     const ApiOptions& options) {
   LM_RETURN_IF_ERROR(check_rules(served_methods()));
-  auto parts = std::make_unique<Parts>(options.tls.given());
   LM_ASSIGN_OR_RETURN(StoredState state, store->load());
+  auto parts = std::make_unique<Parts>(options.gate, std::move(state.tokens));
   forget_unused_assets(*assets, state);
   spdlog::info("epoch {}, {} jobs in the store", state.epoch, state.jobs.size());
   parts->store = std::move(store);
@@ -106,6 +110,7 @@ Result<std::unique_ptr<ApiServer>> ApiServer::start(std::unique_ptr<Store> store
       FarmLoop::Handlers{[&workers](Outgoing message) { workers.send(std::move(message)); }, options.on_fatal});
   workers.set_loop(*parts->loop, std::size_t{2} * options.limits.max_workers + kSpareStreams);
   parts->renders->set_loop(*parts->loop);
+  parts->access.set_loop(*parts->loop);
 
   gpr_set_log_function([](gpr_log_func_args* line) { spdlog::debug("grpc: {}", line->message); });
   grpc::EnableDefaultHealthCheckService(true);
@@ -118,6 +123,7 @@ Result<std::unique_ptr<ApiServer>> ApiServer::start(std::unique_ptr<Store> store
   builder.AddListeningPort(options.listen, server_credentials(options.tls), &parts->port);
   builder.RegisterService(&parts->workers);
   builder.RegisterService(parts->renders.get());
+  builder.RegisterService(&parts->access);
   builder.SetMaxReceiveMessageSize(kMaxMessageBytes);
   // Reflection alone is served by gRPC's own threads.
   builder.SetSyncServerOption(grpc::ServerBuilder::NUM_CQS, 1);

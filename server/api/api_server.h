@@ -7,6 +7,7 @@
 
 #include "common/base/status.h"
 #include "common/security/tls_files.h"
+#include "server/access/gate_options.h"
 #include "server/domain/coordinator.h"
 #include "server/store/asset_store.h"
 #include "server/store/store.h"
@@ -16,8 +17,9 @@ namespace lightmill {
 struct ApiOptions {
   std::string listen = "127.0.0.1:7350";  ///< host:port; port 0 takes a free one
   /// With a certificate, connections are encrypted, and callers have to show who they are: by certificates of
-  /// `authority`.
+  /// `authority`, if that is given, or by tokens.
   TlsFiles tls;
+  GateOptions gate;
   std::vector<std::string> notices;  ///< told to who lists jobs or workers
   CoordinatorLimits limits;
   /// The store cannot be used any more. From another thread; the server should be stopped.

@@ -5,16 +5,22 @@
 #include <grpcpp/security/tls_credentials_options.h>
 
 #include "common/base/log.h"
+#include "common/security/caller.h"
 
 namespace lightmill {
 namespace {
 
 constexpr unsigned kReloadSeconds = 2;
+constexpr const char* kHeader = "authorization";
+constexpr std::string_view kBearer = "Bearer ";
 
 }  // namespace
 
 Result<Identity> Gate::identify(const grpc::ServerContextBase& context) const {
-  if (!asks_) {
+  if (const auto header = context.client_metadata().find(kHeader); header != context.client_metadata().end()) {
+    return identify_bearer(std::string_view(header->second.data(), header->second.size()));
+  }
+  if (!options_.asks) {
     return anybody();
   }
   const auto shown = context.auth_context();
@@ -26,8 +32,24 @@ Result<Identity> Gate::identify(const grpc::ServerContextBase& context) const {
       return identity_of(facts.front(), now_unix_s());
     }
   }
-  return make_error(StatusCode::kUnauthenticated, "this farm asks who calls: give a certificate ({})",
-                    kCertificateOption);
+  const std::string certificate = fmt::format("a certificate ({}) or ", kCertificateOption);
+  return make_error(StatusCode::kUnauthenticated, "this farm asks who calls: give {}a token ({})",
+                    options_.takes_certificates ? certificate : "", kTokenFileOption);
+}
+
+/// Of the header that shows a token. It counts more than a certificate, which machines may have for all of their users.
+Result<Identity> Gate::identify_bearer(std::string_view header) const {
+  if (!options_.takes_tokens) {
+    return make_error(
+        StatusCode::kUnauthenticated,
+        "this farm's connections are not encrypted: it takes no tokens, and the one that came can have been "
+        "read by others, so revoke it");
+  }
+  if (!header.starts_with(kBearer)) {
+    return make_error(StatusCode::kUnauthenticated, "the header {} is not '{}TOKEN'", kHeader, kBearer);
+  }
+  const MutexLock lock(mutex_);
+  return book_.identify(header.substr(kBearer.size()), now_unix_s());
 }
 
 Result<Identity> Gate::admit(const grpc::ServerContextBase& context, Rpc rpc) const {
@@ -41,7 +63,32 @@ Result<Identity> Gate::admit(const grpc::ServerContextBase& context, Rpc rpc) co
 }
 
 Status Gate::check_still_holds(const Identity& identity) const {
+  if (identity.proof == Proof::token) {
+    const MutexLock lock(mutex_);
+    return book_.check_still_holds(identity, now_unix_s());
+  }
   return lightmill::check_still_holds(identity, now_unix_s());
+}
+
+Status Gate::add_token(const TokenRecord& token) {
+  const MutexLock lock(mutex_);
+  return book_.add(token, now_unix_s());
+}
+
+Status Gate::remove_token(std::string_view id) {
+  const MutexLock lock(mutex_);
+  return book_.remove(id);
+}
+
+std::optional<TokenRecord> Gate::find_token(std::string_view id) const {
+  const MutexLock lock(mutex_);
+  const TokenRecord* const token = book_.find(id);
+  return token == nullptr ? std::nullopt : std::optional(*token);
+}
+
+std::vector<TokenRecord> Gate::tokens() const {
+  const MutexLock lock(mutex_);
+  return book_.all();
 }
 
 std::shared_ptr<grpc::ServerCredentials> server_credentials(const TlsFiles& files) {

@@ -7,29 +7,41 @@
 #include <memory>
 
 #include "common/base/clock.h"
+#include "common/base/mutex.h"
 #include "common/security/tls_files.h"
+#include "server/access/gate_options.h"
 #include "server/access/rights.h"
+#include "server/access/token_book.h"
 
 namespace lightmill {
 
 /// Thread-safe.
 class Gate {
  public:
-  /// `asks`: callers have to show who they are; else everybody may do everything.
-  Gate(bool asks, const Clock& clock) : asks_(asks), clock_(clock) {}
+  Gate(const GateOptions& options, std::vector<TokenRecord> tokens, const Clock& clock)
+      : options_(options), clock_(clock), book_(std::move(tokens)) {}
 
   /// Every handler's first step. UNAUTHENTICATED, PERMISSION_DENIED.
   Result<Identity> admit(const grpc::ServerContextBase& context, Rpc rpc) const;
   /// Of one that was admitted, while its stream lasts.
   Status check_still_holds(const Identity& identity) const;
-  bool asks() const { return asks_; }
+  bool asks() const { return options_.asks; }
+
+  // The tokens that are known from now on; storing them is the caller's. Errors as TokenBook has them.
+  Status add_token(const TokenRecord& token);
+  Status remove_token(std::string_view id);
+  std::optional<TokenRecord> find_token(std::string_view id) const;
+  std::vector<TokenRecord> tokens() const;
 
  private:
   Result<Identity> identify(const grpc::ServerContextBase& context) const;
+  Result<Identity> identify_bearer(std::string_view header) const;
   std::int64_t now_unix_s() const { return clock_.unix_milliseconds() / 1000; }
 
-  const bool asks_;
+  const GateOptions options_;
   const Clock& clock_;
+  mutable Mutex mutex_;
+  TokenBook book_ LM_GUARDED_BY(mutex_);
 };
 
 /// Encrypted if a certificate is given. Then its files are looked at every few seconds: renewed ones serve the

@@ -6,24 +6,12 @@
 #include "common/wire/farm_messages.h"
 #include "server/api/grpc_status.h"
 #include "server/api/method_choice.h"
+#include "server/api/pages.h"
 
 namespace lightmill {
 namespace {
 
 constexpr std::size_t kMaxDigests = 10'000;
-constexpr int kMaxPage = 1'000;
-constexpr int kDefaultPage = 100;
-
-grpc::Status busy() {
-  return grpc::Status(grpc::StatusCode::RESOURCE_EXHAUSTED, "the farm has too much to do at once: try again");
-}
-
-Result<int> page_size_of(int asked) {
-  if (asked < 0) {
-    return invalid_argument("page_size must not be negative, got {}", asked);
-  }
-  return asked == 0 ? kDefaultPage : std::min(asked, kMaxPage);
-}
 
 /// A page token of jobs is the id of the last one that was listed; empty for the first page.
 Result<std::uint64_t> last_listed(const std::string& token) {

@@ -10,6 +10,7 @@
 #include "common/farm/job.h"
 #include "common/farm/messages.h"
 #include "common/film/node.h"
+#include "server/access/token_book.h"
 
 namespace lightmill {
 
@@ -62,7 +63,15 @@ struct PutResult {
   std::string worker;
 };
 
-using StoreOp = std::variant<PutJob, PutProgress, DeleteJobRows, PutNode, DropNode, PutResult>;
+/// Inserts a token, or replaces the one of its id.
+struct PutToken {
+  TokenRecord token;
+};
+struct DropToken {
+  std::string id;
+};
+
+using StoreOp = std::variant<PutJob, PutProgress, DeleteJobRows, PutNode, DropNode, PutResult, PutToken, DropToken>;
 
 /// A message for the worker of one session.
 struct Outgoing {
@@ -104,6 +113,7 @@ struct StoredState {
   std::vector<StoredJob> jobs;
   std::uint64_t next_job_id = 1;      ///< never reused, even after deletes
   std::vector<NodeKey> damaged = {};  ///< nodes that were stored, and are left out because they are damaged
+  std::vector<TokenRecord> tokens = {};
 };
 
 }  // namespace lightmill

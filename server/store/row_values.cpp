@@ -113,6 +113,20 @@ std::vector<std::string> lines_in(std::string_view text) {
   return lines;
 }
 
+Result<Roles> roles_in(std::string_view text, std::string_view token) {
+  const Result<Roles> roles = parse_roles(text);
+  return roles.ok() ? roles : data_loss("token {}: in the store, {}", token, message_of(roles.status()));
+}
+
+Result<Sha256> digest_in(std::string_view bytes, std::string_view what) {
+  Sha256 digest;
+  if (bytes.size() != digest.bytes.size()) {
+    return data_loss("{} has {} bytes in the store, not 32", what, bytes.size());
+  }
+  std::memcpy(digest.bytes.data(), bytes.data(), bytes.size());
+  return digest;
+}
+
 std::array<std::uint8_t, 16> bytes_of(const Hash128& hash) {
   std::array<std::uint8_t, 16> bytes;
   for (int i = 0; i < 8; ++i) {

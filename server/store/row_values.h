@@ -38,6 +38,11 @@ Result<Allocation> allocation_in(std::string_view bytes, const JobRecord& job);
 std::string lines_of(std::span<const std::string> texts);
 std::vector<std::string> lines_in(std::string_view text);
 
+/// As names with commas; DATA_LOSS if one of the token's in the store is none.
+Result<Roles> roles_in(std::string_view text, std::string_view token);
+/// The bytes of a digest; DATA_LOSS unless there are 32.
+Result<Sha256> digest_in(std::string_view bytes, std::string_view what);
+
 /// High word first, each with its highest byte first.
 std::array<std::uint8_t, 16> bytes_of(const Hash128& hash);
 

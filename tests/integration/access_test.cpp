@@ -1,112 +1,17 @@
 // Who gets in, over real connections with real certificates: all RPCs × all roles × own and others' jobs.
 #include <google/protobuf/descriptor.h>
 #include <google/protobuf/dynamic_message.h>
-#include <grpc/support/log.h>
-#include <grpcpp/generic/generic_stub.h>
-#include <gtest/gtest.h>
 
 #include <fstream>
 
-#include "common/base/file.h"
-#include "common/security/authority.h"
 #include "common/wire/farm_messages.h"
 #include "lightmill/v1/worker_service.grpc.pb.h"
-#include "tests/support/farm.h"
+#include "tests/integration/secure_farm.h"
 
 namespace lightmill::test {
 namespace {
 
 using grpc::StatusCode;
-constexpr std::int64_t kDay = 86'400;
-
-std::int64_t now_unix_s() {
-  return system_clock().unix_milliseconds() / 1000;
-}
-
-Validity today() {
-  return {now_unix_s() - 300, now_unix_s() + kDay};
-}
-
-/// An authority, and a coordinator with its certificate.
-class SecureFarm {
- public:
-  SecureFarm() {
-    gpr_set_log_function([](gpr_log_func_args*) {});  // of each handshake that fails
-    renew_server(today());
-    write("ca.pem", authority_.certificate);
-    farm_ =
-        std::make_unique<Farm>(std::vector<std::string>{"--tls-cert", path("server.pem"), "--tls-ca", path("ca.pem")});
-  }
-  Farm& farm() { return *farm_; }
-  const KeyAndCertificate& authority() const { return authority_; }
-  std::string path(const std::string& name) const { return (folder_.path() / name).string(); }
-  std::string write(const std::string& name, const std::string& text) const {
-    EXPECT_TRUE(write_secret_file(path(name), as_byte_view(text), true).ok());
-    return path(name);
-  }
-  KeyAndCertificate person(const std::string& name, Roles roles) const {
-    return issue_certificate(authority_, {name, {}, roles}, today()).value();
-  }
-  void renew_server(const Validity& validity) const {
-    const KeyAndCertificate made = issue_certificate(authority_, {"farm", {"127.0.0.1"}, {}}, validity).value();
-    write("server.pem", made.certificate + made.key);
-  }
-  /// Nobody, if there is no certificate.
-  std::shared_ptr<grpc::Channel> channel(const std::optional<KeyAndCertificate>& who) const {
-    grpc::SslCredentialsOptions options;
-    options.pem_root_certs = authority_.certificate;
-    if (who) {
-      options.pem_private_key = who->key;
-      options.pem_cert_chain = who->certificate;
-    }
-    grpc::ChannelArguments arguments;
-    arguments.SetInt(GRPC_ARG_USE_LOCAL_SUBCHANNEL_POOL, 1);
-    return grpc::CreateCustomChannel(farm_->address(), grpc::SslCredentials(options), arguments);
-  }
-
- private:
-  TemporaryFolder folder_;
-  KeyAndCertificate authority_ = make_authority("Test farm", {now_unix_s() - 300, now_unix_s() + 10 * kDay}).value();
-  std::unique_ptr<Farm> farm_;
-};
-
-/// Calls a method of any kind with one message, and reads to the end.
-grpc::Status call(const std::shared_ptr<grpc::Channel>& channel, const std::string& method, const std::string& bytes,
-                  std::vector<std::string>* replies = nullptr) {
-  grpc::GenericStub stub(channel);
-  grpc::ClientContext context;
-  context.set_deadline(std::chrono::system_clock::now() + std::chrono::seconds(20));
-  grpc::CompletionQueue queue;
-  const auto stream = stub.PrepareCall(&context, method, &queue);
-  const auto done = [&] {
-    void* tag = nullptr;
-    bool ok = false;
-    queue.Next(&tag, &ok);
-    return ok;
-  };
-  const grpc::Slice slice(bytes);
-  stream->StartCall(nullptr);
-  done();
-  stream->Write(grpc::ByteBuffer(&slice, 1), nullptr);
-  done();
-  stream->WritesDone(nullptr);
-  done();
-  for (;;) {
-    grpc::ByteBuffer reply;
-    stream->Read(&reply, nullptr);
-    if (!done()) {
-      break;
-    }
-    grpc::Slice whole;
-    if (replies != nullptr && reply.DumpToSingleSlice(&whole).ok()) {
-      replies->emplace_back(reinterpret_cast<const char*>(whole.begin()), whole.size());
-    }
-  }
-  grpc::Status status;
-  stream->Finish(&status, nullptr);
-  done();
-  return status;
-}
 
 /// A job that has ended.
 std::uint64_t ended_job(const std::shared_ptr<grpc::Channel>& owner) {
@@ -166,6 +71,9 @@ const std::map<std::string, Expectation>& expectations() {
       {"RenderService/ListWorkers", {"view submit operate admin", "", StatusCode::OK}},
       {"RenderService/DrainWorker", {"operate admin", "", StatusCode::NOT_FOUND}},
       {"WorkerService/Work", {"worker", "", StatusCode::INVALID_ARGUMENT}},
+      {"AccessService/CreateToken", {"admin", "", StatusCode::INVALID_ARGUMENT}},
+      {"AccessService/ListTokens", {"admin", "", StatusCode::OK}},
+      {"AccessService/RevokeToken", {"admin", "", StatusCode::NOT_FOUND}},
   };
   return all;
 }
@@ -178,7 +86,8 @@ bool has_word(const std::string& words, const std::string& word) {
 std::vector<const google::protobuf::MethodDescriptor*> all_methods() {
   std::vector<const google::protobuf::MethodDescriptor*> methods;
   for (const google::protobuf::FileDescriptor* file :
-       {v1::SubmitJobRequest::descriptor()->file(), v1::WorkRequest::descriptor()->file()}) {
+       {v1::SubmitJobRequest::descriptor()->file(), v1::WorkRequest::descriptor()->file(),
+        v1::CreateTokenRequest::descriptor()->file()}) {
     for (int s = 0; s < file->service_count(); ++s) {
       for (int m = 0; m < file->service(s)->method_count(); ++m) {
         methods.push_back(file->service(s)->method(m));
@@ -188,11 +97,17 @@ std::vector<const google::protobuf::MethodDescriptor*> all_methods() {
   return methods;
 }
 
+/// The field that names a job; null if there is none.
+const google::protobuf::FieldDescriptor* job_field(const google::protobuf::MethodDescriptor& method) {
+  const google::protobuf::FieldDescriptor* const id = method.input_type()->FindFieldByName("id");
+  return id != nullptr && id->cpp_type() == google::protobuf::FieldDescriptor::CPPTYPE_UINT64 ? id : nullptr;
+}
+
 /// An empty request, but for the job that it names.
 std::string request_for(const google::protobuf::MethodDescriptor& method, std::uint64_t job) {
   google::protobuf::DynamicMessageFactory factory;
   const std::unique_ptr<google::protobuf::Message> message(factory.GetPrototype(method.input_type())->New());
-  if (const auto* id = method.input_type()->FindFieldByName("id"); id != nullptr) {
+  if (const auto* id = job_field(method); id != nullptr) {
     message->GetReflection()->SetUInt64(message.get(), id, job);
   }
   return message->SerializeAsString();
@@ -203,25 +118,37 @@ TEST(Access, EveryRpcForEveryRoleWithOwnAndOthersJobs) {
   const auto ada = secure.channel(secure.person("ada", {Role::submit}));
   const auto bob = secure.channel(secure.person("bob", {Role::submit}));
   upload_assets(ada);
-  std::map<std::string, std::shared_ptr<grpc::Channel>> callers{{"nobody", secure.channel(std::nullopt)}};
+  struct Caller {
+    std::string role;
+    std::shared_ptr<grpc::Channel> channel;
+    std::string token;
+  };
+  const auto root = secure.channel(secure.person("root", {Role::admin})), nobody = secure.channel(std::nullopt);
+  std::vector<Caller> callers{
+      {"nobody", nobody, ""}, {"nobody", root, make_token()->text}, {"nobody", root, "rubbish"}};
   for (const Role role : kRoles) {
-    callers[std::string(name_of(role))] = secure.channel(secure.person("ada", {role}));
+    const std::string name(name_of(role));
+    callers.push_back({name, secure.channel(secure.person("ada", {role})), ""});
+    callers.push_back({name, nobody, token_for(root, "ada", {role})});
+    // What a token says counts, whatever the certificate.
+    callers.push_back({name, root, token_for(root, "ada", {role})});
   }
   for (const google::protobuf::MethodDescriptor* method : all_methods()) {
     const std::string name = method->service()->name() + "/" + method->name();
     ASSERT_TRUE(expectations().contains(name)) << "who may call " << name << "?";
     const Expectation& expected = expectations().at(name);
-    const bool names_a_job = method->input_type()->FindFieldByName("id") != nullptr;
-    for (const auto& [role, channel] : callers) {
+    const bool names_a_job = job_field(*method) != nullptr;
+    for (const auto& [role, channel, token] : callers) {
       for (const bool own : {false, true}) {
         const std::uint64_t job = names_a_job ? ended_job(own ? ada : bob) : 0;
         const bool let_in = has_word(own && names_a_job ? expected.own_roles : expected.roles, role);
-        const grpc::Status status =
-            call(channel, "/" + method->service()->full_name() + "/" + method->name(), request_for(*method, job));
+        const grpc::Status status = call(channel, "/" + method->service()->full_name() + "/" + method->name(),
+                                         request_for(*method, job), nullptr, token);
         EXPECT_EQ(status.error_code(), let_in             ? expected.answer
                                        : role == "nobody" ? StatusCode::UNAUTHENTICATED
                                                           : StatusCode::PERMISSION_DENIED)
-            << name << " as " << role << (own ? ", own job: " : ", another's job: ") << status.error_message();
+            << name << " as " << role << (token.empty() ? " by certificate" : " by token")
+            << (own ? ", own job: " : ", another's job: ") << status.error_message();
       }
     }
   }

@@ -40,10 +40,17 @@ std::shared_ptr<grpc::Channel> make_channel(const std::string& address, const Tl
 }  // namespace
 
 struct FarmLink::Connection {
-  Connection(const std::string& address, const TlsTexts& tls)
-      : channel(make_channel(address, tls)),
+  Connection(const std::string& address, CallerTexts texts)
+      : caller(std::move(texts)),
+        channel(make_channel(address, caller.tls)),
         work(v1::WorkerService::NewStub(channel)),
         render(v1::RenderService::NewStub(channel)) {}
+  void show_token(grpc::ClientContext& context) const {
+    if (!caller.token.empty()) {
+      context.AddMetadata("authorization", caller.authorization());
+    }
+  }
+  const CallerTexts caller;
   std::shared_ptr<grpc::Channel> channel;
   std::unique_ptr<v1::WorkerService::Stub> work;
   std::unique_ptr<v1::RenderService::Stub> render;
@@ -67,6 +74,10 @@ FarmLink::~FarmLink() {
   }
 }
 
+Result<CallerTexts> FarmLink::read_caller() const {
+  return lightmill::read_caller(farm_.caller, farm_.servers, system_clock().unix_milliseconds() / 1000);
+}
+
 std::uint64_t FarmLink::open() {
   std::uint64_t number = 0;
   std::string server;
@@ -78,13 +89,14 @@ std::uint64_t FarmLink::open() {
     connection_.reset();
     stream_.reset();
   }
-  const Result<TlsTexts> tls = read_caller_tls_files(farm_.tls, system_clock().unix_milliseconds() / 1000);
-  if (!tls.ok()) {
-    handlers_.disconnected(number, server, tls.status());
+  Result<CallerTexts> caller = read_caller();
+  if (!caller.ok()) {
+    handlers_.disconnected(number, server, caller.status());
     return number;
   }
-  const auto connection = std::make_shared<Connection>(server, *tls);
   const auto stream = std::make_shared<LinkStream>(number, server, handlers_);
+  const auto connection = std::make_shared<Connection>(server, *std::move(caller));
+  connection->show_token(stream->context());
   {
     const MutexLock lock(mutex_);
     connection_ = connection;
@@ -95,9 +107,9 @@ std::uint64_t FarmLink::open() {
 }
 
 std::string FarmLink::explain(const std::string& server, const Status& failure) const {
-  const Result<TlsTexts> tls = read_caller_tls_files(farm_.tls, system_clock().unix_milliseconds() / 1000);
-  if (failure.code() == StatusCode::kUnavailable && tls.ok()) {
-    if (std::optional<std::string> problem = connection_problem(server, *tls)) {
+  const Result<CallerTexts> caller = read_caller();
+  if (failure.code() == StatusCode::kUnavailable && caller.ok()) {
+    if (std::optional<std::string> problem = connection_problem(server, caller->tls)) {
       return *std::move(problem);
     }
   }
@@ -144,6 +156,7 @@ Result<std::string> FarmLink::download(const Sha256& digest) {
     connection = connection_;
     connection->downloads.insert(&context);
   }
+  connection->show_token(context);
   v1::DownloadAssetRequest request;
   request.set_digest(digest_bytes(digest));
   const auto reader = connection->render->DownloadAsset(&context, request);

@@ -11,7 +11,7 @@
 #include "common/base/mutex.h"
 #include "common/base/status.h"
 #include "common/farm/messages.h"
-#include "common/security/tls_files.h"
+#include "common/security/caller.h"
 
 namespace lightmill {
 
@@ -28,7 +28,7 @@ struct LinkHandlers {
 /// Where the farm is, and how it knows the worker.
 struct FarmAddress {
   std::vector<std::string> servers;  ///< HOST:PORT; each attempt takes the next one
-  TlsFiles tls;                      ///< read for each attempt, so that renewed ones come into use
+  CallerFiles caller;                ///< read for each attempt, so that renewed ones come into use
 };
 
 /// Thread-safe. At most one stream at a time.
@@ -54,6 +54,8 @@ class FarmLink {
 
  private:
   struct Connection;
+  Result<CallerTexts> read_caller() const;
+
   const FarmAddress farm_;
   const LinkHandlers handlers_;
   Mutex mutex_;

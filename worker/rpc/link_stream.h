@@ -16,6 +16,8 @@ class LinkStream final : public grpc::ClientBidiReactor<v1::WorkRequest, v1::Wor
   LinkStream(std::uint64_t number, std::string address, const LinkHandlers& handlers)
       : number_(number), address_(std::move(address)), handlers_(handlers) {}
 
+  /// To be changed before start().
+  grpc::ClientContext& context() { return context_; }
   void start(v1::WorkerService::Stub& stub);
   void send(std::shared_ptr<const WorkerMessage> message);
   void close();

@@ -29,6 +29,8 @@ enum Sql : int {
   kPutNode,
   kDropNode,
   kPutResult,
+  kPutToken,
+  kDropToken,
   kSqlCount
 };
 
@@ -64,6 +66,9 @@ constexpr std::array<const char*, kSqlCount> kStatements{
     "DELETE FROM nodes WHERE job = $1 AND tile = $2 AND level = $3 AND range_index = $4",
     "INSERT INTO results VALUES ($1, $2, $3, $4, $5, $6) "
     "ON CONFLICT (job, tile, level, range_index) DO UPDATE SET hash = $5, worker = $6",
+    "INSERT INTO tokens VALUES ($1, $2, $3, $4, $5, $6, $7) ON CONFLICT (id) DO UPDATE SET name = $2, roles = $3, "
+    "hash = $4, made_by = $5, made_unix_s = $6, until_unix_s = $7",
+    "DELETE FROM tokens WHERE id = $1",
 };
 
 class Sender {
@@ -110,6 +115,12 @@ class Sender {
     session_.add(kPutResult, Parameters(op.key.job.value, op.key.tile.value, op.key.range.level, op.key.range.index,
                                         view_of(hash), op.worker));
   }
+  void operator()(const PutToken& op) {
+    const TokenRecord& token = op.token;
+    session_.add(kPutToken, Parameters(token.id, token.name, names_of(token.roles), view_of(token.hash.bytes),
+                                       token.made_by, token.made_unix_s, token.until_unix_s));
+  }
+  void operator()(const DropToken& op) { session_.add(kDropToken, Parameters(op.id)); }
 
  private:
   /// Settings never change but for a method that is chosen.

@@ -135,6 +135,23 @@ Status load_lists(Session& session, const JobsById& jobs) {
   return ok_status();
 }
 
+Status load_tokens(Session& session, StoredState& state) {
+  LM_ASSIGN_OR_RETURN(const Rows rows, session.query("SELECT id, name, roles, hash, made_by, made_unix_s, until_unix_s "
+                                                     "FROM tokens ORDER BY id"));
+  for (int row = 0; row < rows.size(); ++row) {
+    TokenRecord token;
+    token.id = rows.text(row, 0);
+    token.name = rows.text(row, 1);
+    LM_ASSIGN_OR_RETURN(token.roles, stored::roles_in(rows.view(row, 2), token.id));
+    LM_ASSIGN_OR_RETURN(token.hash, stored::digest_in(rows.view(row, 3), "the hash of token " + token.id));
+    token.made_by = rows.text(row, 4);
+    token.made_unix_s = rows.integer(row, 5);
+    token.until_unix_s = rows.integer(row, 6);
+    state.tokens.push_back(std::move(token));
+  }
+  return ok_status();
+}
+
 Status load_nodes(Session& session, StoredState::StoredJob& job, std::vector<NodeKey>& damaged) {
   NodeKey key{job.record.id, {}, {}};
   std::int64_t tile = -1, level = -1, index = -1;
@@ -178,6 +195,7 @@ Result<StoredState> load_state(Session& session) {
   for (StoredState::StoredJob& job : state.jobs) {
     LM_RETURN_IF_ERROR(load_nodes(session, job, state.damaged));
   }
+  LM_RETURN_IF_ERROR(load_tokens(session, state));
   return state;
 }
 

@@ -1,10 +1,12 @@
-// The tables and functions in the schema `lightmill` of the database, format 1.
+// The tables and functions in the schema `lightmill` of the database, format 2.
 #pragma once
+
+#include <array>
 
 namespace lightmill::postgres {
 
 /// Kept in the table `meta`.
-inline constexpr int kFormat = 1;
+inline constexpr int kFormat = 2;
 
 // `turn` has one row. A commit counts itself there, which locks the row (not its key) until the commit's end: so
 // commits of one epoch follow each other, one that comes twice is noticed, and a new epoch, which changes the key,
@@ -16,7 +18,7 @@ inline constexpr int kFormat = 1;
 // compress, so they are stored as they are.
 inline constexpr const char* kSchema = R"sql(
 CREATE TABLE meta (format BIGINT NOT NULL);
-INSERT INTO meta VALUES (1);
+INSERT INTO meta VALUES (2);
 
 CREATE TABLE turn (
   epoch BIGINT PRIMARY KEY,
@@ -194,6 +196,35 @@ CREATE TABLE asset_pieces (
   PRIMARY KEY (asset, position)
 );
 ALTER TABLE asset_pieces ALTER COLUMN bytes SET STORAGE EXTERNAL;
+
+-- Who gets in by a token; hash is the SHA-256 of its text.
+CREATE TABLE tokens (
+  id TEXT PRIMARY KEY,
+  name TEXT NOT NULL,
+  roles TEXT NOT NULL,
+  hash BYTEA NOT NULL,
+  made_by TEXT NOT NULL,
+  made_unix_s BIGINT NOT NULL,
+  until_unix_s BIGINT NOT NULL
+);
 )sql";
+
+/// From format 1, which knew no tokens.
+inline constexpr const char* kFromFormat1 = R"sql(
+CREATE TABLE tokens (
+  id TEXT PRIMARY KEY,
+  name TEXT NOT NULL,
+  roles TEXT NOT NULL,
+  hash BYTEA NOT NULL,
+  made_by TEXT NOT NULL,
+  made_unix_s BIGINT NOT NULL,
+  until_unix_s BIGINT NOT NULL
+);
+UPDATE meta SET format = 2;
+)sql";
+
+/// By the format that they lead away from, less one.
+inline constexpr std::array kSteps{kFromFormat1};
+static_assert(kSteps.size() + 1 == kFormat);
 
 }  // namespace lightmill::postgres

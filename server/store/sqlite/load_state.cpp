@@ -159,6 +159,26 @@ Status load_nodes(Database& database, StoredState& state) {
   return ok_status();
 }
 
+Status load_tokens(Database& database, StoredState& state) {
+  LM_ASSIGN_OR_RETURN(Statement rows, database.prepare("SELECT id, name, roles, hash, made_by, made_unix_s, "
+                                                       "until_unix_s FROM tokens ORDER BY id"));
+  for (;;) {
+    LM_ASSIGN_OR_RETURN(const bool more, rows.step());
+    if (!more) {
+      return ok_status();
+    }
+    TokenRecord token;
+    token.id = rows.text(0);
+    token.name = rows.text(1);
+    LM_ASSIGN_OR_RETURN(token.roles, stored::roles_in(rows.view(2), token.id));
+    LM_ASSIGN_OR_RETURN(token.hash, stored::digest_in(rows.view(3), "the hash of token " + token.id));
+    token.made_by = rows.text(4);
+    token.made_unix_s = rows.integer(5);
+    token.until_unix_s = rows.integer(6);
+    state.tokens.push_back(std::move(token));
+  }
+}
+
 Status next_epoch(Database& database, StoredState& state) {
   LM_RETURN_IF_ERROR(database.execute("UPDATE meta SET value = value + 1 WHERE key = 'epoch'"));
   LM_ASSIGN_OR_RETURN(const std::int64_t epoch, database.number("SELECT value FROM meta WHERE key = 'epoch'"));
@@ -174,6 +194,7 @@ Result<StoredState> load_state(Database& database) {
   LM_RETURN_IF_ERROR(load_settings(database, state));
   LM_RETURN_IF_ERROR(load_histories(database, state));
   LM_RETURN_IF_ERROR(load_nodes(database, state));
+  LM_RETURN_IF_ERROR(load_tokens(database, state));
   LM_RETURN_IF_ERROR(next_epoch(database, state));
   return state;
 }

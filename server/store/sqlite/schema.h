@@ -1,4 +1,4 @@
-// The tables of the store's file, format 7.
+// The tables of the store's file, format 8.
 #pragma once
 
 #include <array>
@@ -16,7 +16,7 @@ CREATE TABLE meta (
   key TEXT PRIMARY KEY,
   value INTEGER NOT NULL
 ) WITHOUT ROWID;
-INSERT INTO meta VALUES ('format', 7), ('epoch', 0);
+INSERT INTO meta VALUES ('format', 8), ('epoch', 0);
 
 CREATE TABLE jobs (
   id INTEGER PRIMARY KEY AUTOINCREMENT,
@@ -115,6 +115,17 @@ CREATE TABLE results (
   worker TEXT NOT NULL,
   PRIMARY KEY (job, tile, level, range_index)
 ) WITHOUT ROWID;
+
+-- Who gets in by a token; hash is the SHA-256 of its text.
+CREATE TABLE tokens (
+  id TEXT PRIMARY KEY,
+  name TEXT NOT NULL,
+  roles TEXT NOT NULL,
+  hash BLOB NOT NULL,
+  made_by TEXT NOT NULL,
+  made_unix_s INTEGER NOT NULL,
+  until_unix_s INTEGER NOT NULL
+) WITHOUT ROWID;
 )sql";
 
 /// From format 1, which knew no meters.
@@ -158,7 +169,21 @@ ALTER TABLE jobs ADD COLUMN goal_adaptive INTEGER NOT NULL DEFAULT 0;
 ALTER TABLE job_settings ADD COLUMN allocation BLOB NOT NULL DEFAULT x'';
 )sql";
 
+/// From format 7, which knew no tokens.
+inline constexpr const char* kFromFormat7 = R"sql(
+CREATE TABLE tokens (
+  id TEXT PRIMARY KEY,
+  name TEXT NOT NULL,
+  roles TEXT NOT NULL,
+  hash BLOB NOT NULL,
+  made_by TEXT NOT NULL,
+  made_unix_s INTEGER NOT NULL,
+  until_unix_s INTEGER NOT NULL
+) WITHOUT ROWID;
+)sql";
+
 /// By the format that they lead away from, less one.
-inline constexpr std::array kSteps{kFromFormat1, kFromFormat2, kFromFormat3, kFromFormat4, kFromFormat5, kFromFormat6};
+inline constexpr std::array kSteps{kFromFormat1, kFromFormat2, kFromFormat3, kFromFormat4,
+                                   kFromFormat5, kFromFormat6, kFromFormat7};
 
 }  // namespace lightmill::sqlite

@@ -31,7 +31,7 @@ UPDATE jobs SET active_seconds=?2, worker_seconds=?3, results_merged=?4, results
 struct Statements {
   Statement begin, commit, rollback;
   Statement put_job, put_progress, put_settings, put_method, put_asset, put_layer, put_error, delete_job, put_node,
-      drop_node, put_result;
+      drop_node, put_result, put_token, drop_token;
 };
 
 class SqliteStore final : public Store {
@@ -50,6 +50,8 @@ class SqliteStore final : public Store {
   Status apply(const PutNode& op);
   Status apply(const DropNode& op);
   Status apply(const PutResult& op);
+  Status apply(const PutToken& op);
+  Status apply(const DropToken& op);
   Status put_settings(const JobRecord& record);
   Status put_history(const JobRecord& record);
   Status roll_back(Status cause);
@@ -196,6 +198,19 @@ Status SqliteStore::apply(const PutResult& op) {
   return statements_.put_result.run();
 }
 
+Status SqliteStore::apply(const PutToken& op) {
+  const TokenRecord& token = op.token;
+  const std::string roles = names_of(token.roles);
+  statements_.put_token.bind_all(token.id, token.name, roles, view_of(token.hash.bytes), token.made_by,
+                                 token.made_unix_s, token.until_unix_s);
+  return statements_.put_token.run();
+}
+
+Status SqliteStore::apply(const DropToken& op) {
+  statements_.drop_token.bind_all(op.id);
+  return statements_.drop_token.run();
+}
+
 // ---- opening ----
 
 /// An exclusive lock on the file spares shared memory; secure_delete (on in Debian) would write every dropped node
@@ -276,6 +291,8 @@ Result<Statements> prepare_statements(Database& database) {
       all.drop_node,
       database.prepare("DELETE FROM nodes WHERE job = ?1 AND tile = ?2 AND level = ?3 AND range_index = ?4"));
   LM_ASSIGN_OR_RETURN(all.put_result, database.prepare("INSERT OR REPLACE INTO results VALUES (?1,?2,?3,?4,?5,?6)"));
+  LM_ASSIGN_OR_RETURN(all.put_token, database.prepare("INSERT OR REPLACE INTO tokens VALUES (?1,?2,?3,?4,?5,?6,?7)"));
+  LM_ASSIGN_OR_RETURN(all.drop_token, database.prepare("DELETE FROM tokens WHERE id = ?1"));
   return all;
 }
 

@@ -125,5 +125,64 @@ TEST_F(SecureCliTest, AnOpenFarmIsMadeOnlyWhenAskedForAndSaysSo) {
                    "it does not take encrypted connections"));
 }
 
+TEST_F(SecureCliTest, TokensComeAndGo) {
+  json({"certs", "person", certs(), "root", "--roles", "admin"});
+  start_server("127.0.0.1:0", {"--tls-cert", pem("server"), "--tls-ca", pem("ca")});
+  EXPECT_TRUE(json(as("root", {"tokens"}))["tokens"].empty());
+  const nlohmann::json made = json(as("root", {"tokens", "create", "carl", "--roles", "submit", "--days", "2"}));
+  EXPECT_EQ(made["roles"], nlohmann::json{"submit"});
+  const CommandResult shown = lightmill(as("root", {"tokens", "create", "dora", "--out", file("dora")}));
+  EXPECT_EQ(shown.exit_code, 0) << shown.err;
+  EXPECT_FALSE(says(shown.out + shown.err, "lightmill_")) << "it is in the file alone";
+  const nlohmann::json listed = json(as("root", {"tokens"}))["tokens"];
+  ASSERT_EQ(listed.size(), 2u);
+  EXPECT_EQ(listed[0]["id"], made["id"]);
+  EXPECT_EQ(listed[0]["name"], "carl");
+  EXPECT_EQ(listed[0]["made_by"], "root");
+  EXPECT_FALSE(listed[0].contains("token"));
+  EXPECT_TRUE(says(failure(as("ada", {"tokens"})), "ListTokens is for the roles admin"));
+
+  const auto by_token = [&](std::vector<std::string> arguments) {
+    return as("", [&] {
+      arguments.insert(arguments.end(), {"--token-file", file("carl")});
+      return arguments;
+    }());
+  };
+  write("carl", made.value("token", ""));
+  EXPECT_TRUE(says(failure(by_token({"jobs"})), "chmod 600"));
+  ::chmod(file("carl").c_str(), 0600);
+  EXPECT_EQ(json(by_token({"submit", scene("cornell-bench-blocks.json"), "--spp", "1"}))["owner"], "carl");
+  EXPECT_EQ(json(as("", {"jobs", "--token-file", file("dora")}))["jobs"].size(), 1u);
+  EXPECT_TRUE(says(failure({"jobs", "--server", "farm.invalid:7350", "--token-file", file("carl")}),
+                   "for everybody on the way to read"));
+  json(as("root", {"tokens", "revoke", made.value("id", "")}));
+  EXPECT_TRUE(says(failure(by_token({"jobs"})), "is unknown here: it was revoked"));
+  EXPECT_TRUE(says(failure(as("root", {"tokens", "revoke", made.value("id", "")})), "there is no token"));
+}
+
+TEST_F(SecureCliTest, OnOneMachineTokensWorkWithoutCertificates) {
+  start_server("127.0.0.1:0", {});
+  const std::string here = "127.0.0.1:" + port();
+  json({"tokens", "create", "carl", "--roles", "submit", "--server", here, "--out", file("carl")});
+  EXPECT_TRUE(says(failure({"tokens", "--server", here, "--token-file", file("carl")}), "for the roles admin"));
+  EXPECT_EQ(json({"tokens", "--server", here})["tokens"].size(), 1u) << "who shows nothing may do everything";
+  server_.reset();
+  std::filesystem::remove(file("port"));
+  start_server("127.0.0.1:0", {"--authenticate"});
+  const std::string there = "127.0.0.1:" + port();
+  EXPECT_TRUE(says(failure({"jobs", "--server", there}), "a token (--token-file)"));
+  EXPECT_EQ(json({"jobs", "--server", there, "--token-file", file("carl")})["jobs"].size(), 0u);
+  server_.reset();
+  std::filesystem::remove(file("port"));
+  start_server("127.0.0.1:0", {"--tls-cert", pem("server")});
+  EXPECT_EQ(json(as("", {"jobs", "--token-file", file("carl")}))["jobs"].size(), 0u);
+  EXPECT_TRUE(says(failure(as("ada", {"jobs"})), "give a token (--token-file)")) << "no authority was named";
+  server_.reset();
+  std::filesystem::remove(file("port"));
+  start_server("0.0.0.0:0", {"--insecure"});
+  EXPECT_TRUE(
+      says(failure({"jobs", "--server", "127.0.0.1:" + port(), "--token-file", file("carl")}), "it takes no tokens"));
+}
+
 }  // namespace
 }  // namespace lightmill::test

@@ -101,8 +101,28 @@ TEST_F(PostgresStoreTest, ANewerFormatIsRefusedWithWhatToDo) {
   EXPECT_EQ(status.code(), StatusCode::kFailedPrecondition);
   EXPECT_NE(message_of(status).find("use the newer lightmill-server"), std::string::npos) << status;
   EXPECT_NE(message_of(status).find("format 99"), std::string::npos) << status;
-  sql("UPDATE lightmill.meta SET format = 1");
+  sql("UPDATE lightmill.meta SET format = 2");
   EXPECT_TRUE(open_postgres(options()).ok()) << "nothing was changed";
+}
+
+TEST_F(PostgresStoreTest, TablesOfFormat1AreBroughtUpToDate) {
+  {
+    const auto store = opened(options()).store;
+    ASSERT_TRUE(store->load().ok());
+    ASSERT_TRUE(store->commit(std::vector<StoreOp>{PutJob{full_record(1)}}).ok());
+  }
+  sql("DROP TABLE lightmill.tokens; UPDATE lightmill.meta SET format = 1");
+  const TokenRecord token{"00112233aabb", "ada", {Role::submit}, sha256("one"), "root", 1, 2};
+  {
+    const auto store = opened(options()).store;
+    const Result<StoredState> state = store->load();
+    ASSERT_TRUE(state.ok()) << state.status();
+    EXPECT_TRUE(state->tokens.empty());
+    EXPECT_EQ(state->jobs.size(), 1u);
+    ASSERT_TRUE(store->commit(std::vector<StoreOp>{PutToken{token}}).ok());
+  }
+  EXPECT_EQ(stored().tokens, std::vector{token});
+  EXPECT_EQ(sql("SELECT format FROM lightmill.meta"), "2");
 }
 
 TEST_F(PostgresStoreTest, ASchemaOfSomethingElseIsRefusedAndAnEmptyOneTaken) {

@@ -11,7 +11,7 @@
 
 #include "common/base/file.h"
 #include "common/security/authority.h"
-#include "common/security/tls_files.h"
+#include "common/security/caller.h"
 #include "tests/support/temporary_folder.h"
 
 namespace lightmill {
@@ -170,7 +170,7 @@ TEST_F(TlsFilesTest, MistakesAreNamed) {
             std::string::npos);
   EXPECT_NE(problem({(folder_.path() / "none").string(), "", ""}).find("--tls-ca"), std::string::npos);
   EXPECT_NE(problem({file("text.pem", "no PEM"), "", ""}).find("no certificate in it"), std::string::npos);
-  EXPECT_NE(message_of(read_caller_tls_files({"", good, ""}, kNow).status()).find("without --tls-ca"),
+  EXPECT_NE(message_of(read_caller({{"", good, ""}, ""}, {}, kNow).status()).find("without --tls-ca"),
             std::string::npos);
 }
 

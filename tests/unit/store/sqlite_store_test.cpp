@@ -49,7 +49,10 @@ class SqliteStoreTest : public ::testing::Test {
   }
   /// Makes the file one of an earlier format.
   void go_back_to(int format) {
-    sql("ALTER TABLE jobs DROP COLUMN goal_adaptive; ALTER TABLE job_settings DROP COLUMN allocation");
+    sql("DROP TABLE tokens");
+    if (format < 7) {
+      sql("ALTER TABLE jobs DROP COLUMN goal_adaptive; ALTER TABLE job_settings DROP COLUMN allocation");
+    }
     if (format < 6) {
       sql("ALTER TABLE job_settings DROP COLUMN method_candidates");
     }
@@ -125,6 +128,29 @@ TEST_F(SqliteStoreTest, AFileOfFormat6IsBroughtUpToDate) {
   EXPECT_FALSE(state->jobs[0].record.spec.goal.adaptive);
   EXPECT_TRUE(open()->commit(std::vector<StoreOp>{PutJob{test::full_record(2)}}).ok());
   EXPECT_EQ(open()->load()->jobs.at(1).record.allocation, test::full_record(2).allocation);
+}
+
+TEST_F(SqliteStoreTest, AFileOfFormat7IsBroughtUpToDate) {
+  ASSERT_TRUE(open()->commit(std::vector<StoreOp>{PutJob{test::full_record(1)}}).ok());
+  go_back_to(7);
+  const Result<StoredState> state = open()->load();
+  ASSERT_TRUE(state.ok()) << state.status();
+  EXPECT_TRUE(state->tokens.empty());
+  EXPECT_EQ(state->jobs.at(0).record.allocation, test::full_record(1).allocation);
+  const TokenRecord token{"00112233aabb", "ada", {Role::submit}, sha256("one"), "root", 1, 2};
+  EXPECT_TRUE(open()->commit(std::vector<StoreOp>{PutToken{token}}).ok());
+  EXPECT_EQ(open()->load()->tokens, std::vector{token});
+}
+
+TEST_F(SqliteStoreTest, ATokenThatIsDamagedIsNotLoaded) {
+  ASSERT_TRUE(
+      open()
+          ->commit(std::vector<StoreOp>{PutToken{{"00112233aabb", "ada", {Role::submit}, sha256("one"), "root", 1, 2}}})
+          .ok());
+  sql("UPDATE tokens SET roles = 'root'");
+  EXPECT_EQ(open()->load().status().code(), StatusCode::kDataLoss);
+  sql("UPDATE tokens SET roles = 'view', hash = x'00'");
+  EXPECT_EQ(message_of(open()->load().status()), "the hash of token 00112233aabb has 1 bytes in the store, not 32");
 }
 
 TEST_F(SqliteStoreTest, AnAllocationOfOtherTilesIsNotLoaded) {

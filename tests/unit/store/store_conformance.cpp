@@ -105,6 +105,14 @@ std::string describe(const StoredState& state) {
   }
   std::sort(jobs.begin(), jobs.end());
   std::string all = fmt::format("next {}\n", state.next_job_id);
+  std::map<std::string, std::string> tokens;
+  for (const TokenRecord& token : state.tokens) {
+    tokens[token.id] = fmt::format("token {} {} {} {} {} {} {}\n", token.id, token.name, names_of(token.roles),
+                                   token.hash.hex(), token.made_by, token.made_unix_s, token.until_unix_s);
+  }
+  for (const auto& [id, text] : tokens) {
+    all += text;
+  }
   for (const std::string& job : jobs) {
     all += job + "\n";
   }
@@ -232,6 +240,27 @@ TEST_P(StoreConformance, DeleteForgetsAllButTheId) {
   const StoredState state = loaded(*open());
   EXPECT_TRUE(state.jobs.empty());
   EXPECT_EQ(state.next_job_id, 9u) << "ids are never used again";
+}
+
+TEST_P(StoreConformance, TokensAreKeptUntilTheyAreDropped) {
+  const TokenRecord one{"00112233aabb", "ada 'x' näme", {Role::view, Role::submit}, sha256("one"), "root", 1,
+                        1'900'000'000};
+  const TokenRecord two{"ffeeddccbbaa", "w", Roles::all(), sha256("two"), "", 3, 5'000'000'000};
+  StoredState expected;
+  {
+    const auto store = open();
+    loaded(*store);
+    TokenRecord before = one;
+    before.name = "another";
+    before.hash = sha256("another");
+    commit(*store, {PutToken{before}, PutToken{two}});
+    commit(*store, {PutToken{one}});
+    expected.tokens = {one, two};
+    EXPECT_EQ(describe(loaded(*store)), describe(expected));
+    commit(*store, {DropToken{two.id}, DropToken{"000000000000"}});
+  }
+  expected.tokens = {one};
+  EXPECT_EQ(describe(loaded(*open())), describe(expected));
 }
 
 TEST_P(StoreConformance, FailedCommitLeavesNothing) {

@@ -1,0 +1,77 @@
+#include "client/cli/coordinators.h"
+
+#include <algorithm>
+#include <optional>
+
+#include "common/security/connection_problem.h"
+
+namespace lightmill::cli {
+namespace {
+
+constexpr int kMaxMessageBytes = 64 << 20;  // a watcher may get many tiles at once
+
+std::shared_ptr<grpc::ChannelCredentials> credentials_of(const TlsTexts& tls) {
+  return tls.given() ? grpc::SslCredentials({tls.authority, tls.key, tls.certificate})
+                     : grpc::InsecureChannelCredentials();
+}
+
+/// `quickly`: there is somebody else to ask when a coordinator falls silent.
+std::shared_ptr<grpc::Channel> make_channel(const std::string& address, const TlsTexts& tls, bool quickly) {
+  grpc::ChannelArguments arguments;
+  arguments.SetMaxReceiveMessageSize(kMaxMessageBytes);
+  arguments.SetInt(GRPC_ARG_INITIAL_RECONNECT_BACKOFF_MS, 100);
+  arguments.SetInt(GRPC_ARG_MIN_RECONNECT_BACKOFF_MS, 3'000);  // how long a connection may take to come about
+  arguments.SetInt(GRPC_ARG_MAX_RECONNECT_BACKOFF_MS, 2000);
+  arguments.SetInt(GRPC_ARG_KEEPALIVE_TIME_MS, quickly ? 3'000 : 20'000);
+  arguments.SetInt(GRPC_ARG_KEEPALIVE_TIMEOUT_MS, quickly ? 3'000 : 10'000);
+  return grpc::CreateCustomChannel(address, credentials_of(tls), arguments);
+}
+
+/// Whether that is no coordinator's answer: their own words begin so; others are gRPC's about its insides.
+bool is_silence(const grpc::Status& status) {
+  return (status.error_code() == grpc::StatusCode::UNAVAILABLE ||
+          status.error_code() == grpc::StatusCode::DEADLINE_EXCEEDED) &&
+         !status.error_message().starts_with("the coordinator ") && !status.error_message().starts_with("the farm ");
+}
+
+/// Of an answer of the coordinator at `address`.
+Status to_status(const grpc::Status& status, const std::string& address) {
+  if (status.ok()) {
+    return ok_status();
+  }
+  if (status.error_code() == grpc::StatusCode::UNIMPLEMENTED) {
+    return unavailable("what answers at {} is not a Lightmill coordinator of this version: {}", address,
+                       status.error_message());
+  }
+  return make_error(static_cast<StatusCode>(status.error_code()), "{}", status.error_message());
+}
+
+}  // namespace
+
+Coordinators::Coordinators(const std::string& addresses, CallerTexts caller)
+    : all_(addresses), caller_(std::move(caller)) {
+  const bool several = addresses.find(',') != std::string::npos;
+  for (std::size_t at = 0; at <= addresses.size();) {
+    const std::size_t end = std::min(addresses.find(',', at), addresses.size());
+    addresses_.push_back(addresses.substr(at, end - at));
+    stubs_.emplace_back(make_channel(addresses_.back(), caller_.tls, several));
+    at = end + 1;
+  }
+}
+
+void Coordinators::show_token(grpc::ClientContext& context) const {
+  if (!caller_.token.empty()) {
+    context.AddMetadata("authorization", caller_.authorization());
+  }
+}
+
+Status Coordinators::status_of(const grpc::Status& answer, std::size_t index) const {
+  if (!is_silence(answer)) {
+    return to_status(answer, all_);
+  }
+  const std::optional<std::string> problem = connection_problem(addresses_[index], caller_.tls);
+  return problem ? failed_precondition("cannot reach the farm at {}: {}", addresses_[index], *problem)
+                 : unavailable("cannot reach the farm at {}", all_);
+}
+
+}  // namespace lightmill::cli

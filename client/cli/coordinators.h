@@ -1,0 +1,76 @@
+// The connections to the coordinators of a farm, of which one is at work.
+#pragma once
+
+#include <grpcpp/grpcpp.h>
+
+#include <atomic>
+#include <memory>
+#include <string>
+#include <type_traits>
+#include <vector>
+
+#include "common/base/status.h"
+#include "common/security/caller.h"
+#include "lightmill/v1/access_service.grpc.pb.h"
+#include "lightmill/v1/render_service.grpc.pb.h"
+
+namespace lightmill::cli {
+
+/// The services of one coordinator.
+struct Stubs {
+  explicit Stubs(const std::shared_ptr<grpc::Channel>& channel)
+      : render(v1::RenderService::NewStub(channel)), access(v1::AccessService::NewStub(channel)) {}
+  template <class Service>
+  Service& of() const {
+    if constexpr (std::is_same_v<Service, v1::AccessService::Stub>) {
+      return *access;
+    } else {
+      return *render;
+    }
+  }
+  std::unique_ptr<v1::RenderService::Stub> render;
+  std::unique_ptr<v1::AccessService::Stub> access;
+};
+
+/// Thread-safe.
+class Coordinators {
+ public:
+  /// HOST:PORT of each, with commas. Connects lazily.
+  Coordinators(const std::string& addresses, CallerTexts caller);
+
+  /// Adds the caller's token, if there is one, to what a call sends.
+  void show_token(grpc::ClientContext& context) const;
+
+  /// Calls the one that answered last, and while there is no answer each of the others once. One that breaks off after
+  /// `begun` is set counts as an answer.
+  template <class Call>
+  Status ask(const Call& call, const bool& begun = kNever) {
+    Status status;
+    for (std::size_t i = 0; i < stubs_.size(); ++i) {
+      const std::size_t index = current_ % stubs_.size();
+      status = status_of(call(stubs_[index]), index);
+      if (status.code() != StatusCode::kUnavailable) {
+        return status;
+      }
+      std::size_t expected = index;  // another thread may have gone on already
+      current_.compare_exchange_strong(expected, (index + 1) % stubs_.size());
+      if (begun) {
+        break;
+      }
+    }
+    return status;
+  }
+
+ private:
+  /// Of an answer of the coordinator `index`, or of its silence.
+  Status status_of(const grpc::Status& answer, std::size_t index) const;
+
+  static constexpr bool kNever = false;
+  const std::string all_;
+  const CallerTexts caller_;
+  std::vector<std::string> addresses_;
+  std::vector<Stubs> stubs_;
+  std::atomic<std::size_t> current_ = 0;
+};
+
+}  // namespace lightmill::cli

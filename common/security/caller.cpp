@@ -1,0 +1,57 @@
+#include "common/security/caller.h"
+
+#include <cstdlib>
+
+#include "common/base/address.h"
+#include "common/base/file.h"
+#include "common/security/token.h"
+
+namespace lightmill {
+namespace {
+
+constexpr std::uint64_t kMaxTokenFileBytes = 4'096;
+
+Result<std::string> read_token(const std::string& file) {
+  std::string where = kTokenVariable, text;
+  if (!file.empty()) {
+    where = fmt::format("{} {}", kTokenFileOption, file);
+    const Status secret = check_secrecy(file, "the token");
+    const Result<std::string> read = secret.ok() ? read_file(file, kMaxTokenFileBytes) : secret;
+    if (!read.ok()) {
+      return with_context(read.status(), where);
+    }
+    text = *read;
+  } else if (const char* const variable = std::getenv(kTokenVariable); variable != nullptr) {
+    text = variable;
+  }
+  text.erase(text.find_last_not_of(" \t\r\n") + 1);
+  if (text.empty() && file.empty()) {
+    return text;
+  }
+  const Result<std::string> id = token_id(text);
+  return id.ok() ? Result<std::string>(std::move(text)) : with_context(id.status(), where);
+}
+
+}  // namespace
+
+Result<CallerTexts> read_caller(const CallerFiles& files, std::span<const std::string> servers,
+                                std::int64_t now_unix_s) {
+  if (!files.tls.certificate.empty() && files.tls.authority.empty()) {
+    return invalid_argument("{} is given without {}, the authority of the farm that it is for", kCertificateOption,
+                            kAuthorityOption);
+  }
+  CallerTexts caller;
+  LM_ASSIGN_OR_RETURN(caller.tls, read_tls_files(files.tls, now_unix_s));
+  LM_ASSIGN_OR_RETURN(caller.token, read_token(files.token_file));
+  for (const std::string& server : servers) {
+    const Result<HostPort> address = parse_host_port(server);
+    if (!caller.token.empty() && !caller.tls.given() && address.ok() && !is_loopback(address->host)) {
+      return failed_precondition(
+          "the token would go to {} for everybody on the way to read: give {}, so that the connection is encrypted",
+          server, kAuthorityOption);
+    }
+  }
+  return caller;
+}
+
+}  // namespace lightmill

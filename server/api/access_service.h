@@ -1,0 +1,29 @@
+// AccessService: tokens are made known, listed and revoked.
+#pragma once
+
+#include "lightmill/v1/access_service.grpc.pb.h"
+#include "server/api/farm_loop.h"
+#include "server/api/gate.h"
+
+namespace lightmill {
+
+/// Thread-safe.
+class AccessServiceImpl final : public v1::AccessService::CallbackService {
+ public:
+  explicit AccessServiceImpl(Gate& gate) : gate_(gate) {}
+  /// Where requests go; before the server starts.
+  void set_loop(FarmLoop& loop) { loop_ = &loop; }
+
+  using Context = grpc::CallbackServerContext;
+  using Unary = grpc::ServerUnaryReactor;
+
+  Unary* CreateToken(Context*, const v1::CreateTokenRequest*, v1::Token*) override;
+  Unary* ListTokens(Context*, const v1::ListTokensRequest*, v1::ListTokensResponse*) override;
+  Unary* RevokeToken(Context*, const v1::RevokeTokenRequest*, v1::RevokeTokenResponse*) override;
+
+ private:
+  Gate& gate_;
+  FarmLoop* loop_ = nullptr;
+};
+
+}  // namespace lightmill

@@ -1,0 +1,99 @@
+// Tokens, over real connections: kept, listed, revoked.
+#include <set>
+
+#include "tests/integration/secure_farm.h"
+
+namespace lightmill::test {
+namespace {
+
+using grpc::StatusCode;
+
+TEST(TokenAccess, TokensOutliveTheCoordinatorAsHashesAlone) {
+  SecureFarm secure;
+  const auto root = [&] { return secure.channel(secure.person("root", {Role::admin})); };
+  const auto listed = [&](const std::string& token) {
+    return call(secure.channel(std::nullopt), "/lightmill.v1.RenderService/ListJobs", "", nullptr, token).error_code();
+  };
+  const std::string token = token_for(root(), "ada", {Role::submit});
+  EXPECT_EQ(listed(token), StatusCode::OK);
+  kill_at_once(secure.farm().server());
+  secure.farm().start_server();
+  EXPECT_EQ(listed(token), StatusCode::OK) << "one that was answered is stored";
+  int files = 0;
+  for (const auto& entry : std::filesystem::recursive_directory_iterator(secure.farm().folder())) {
+    if (entry.is_regular_file()) {
+      ++files;
+      EXPECT_EQ(read_file(entry.path())->find(token.substr(token.rfind('_') + 1)), std::string::npos) << entry.path();
+    }
+  }
+  EXPECT_GE(files, 2) << "the store and the log";
+
+  v1::RevokeTokenRequest revoke;
+  revoke.set_id(token_id(token).value());
+  v1::RevokeTokenResponse response;
+  grpc::ClientContext context;
+  EXPECT_TRUE(v1::AccessService::NewStub(root())->RevokeToken(&context, revoke, &response).ok());
+  EXPECT_EQ(listed(token), StatusCode::UNAUTHENTICATED);
+  kill_at_once(secure.farm().server());
+  secure.farm().start_server();
+  EXPECT_EQ(listed(token), StatusCode::UNAUTHENTICATED);
+}
+
+TEST(TokenAccess, TokensAreListedInPagesThatRevokingDoesNotDisturb) {
+  SecureFarm secure;
+  const auto root = secure.channel(secure.person("root", {Role::admin}));
+  const auto stub = v1::AccessService::NewStub(root);
+  std::set<std::string> ids;
+  for (int i = 0; i < 5; ++i) {
+    ids.insert(token_id(token_for(root, "ada", {Role::view})).value());
+  }
+  const std::vector<std::string> sorted(ids.begin(), ids.end());
+  std::vector<std::string> listed;
+  v1::ListTokensRequest request;
+  request.set_page_size(2);
+  v1::ListTokensResponse page;
+  do {
+    grpc::ClientContext list;
+    ASSERT_TRUE(stub->ListTokens(&list, request, &page).ok());
+    for (const v1::Token& token : page.tokens()) {
+      listed.push_back(token.id());
+    }
+    request.set_page_token(page.next_page_token());
+    if (listed.size() == 2) {
+      v1::RevokeTokenRequest revoke;
+      revoke.set_id(listed.back());
+      v1::RevokeTokenResponse revoked;
+      grpc::ClientContext context;
+      ASSERT_TRUE(stub->RevokeToken(&context, revoke, &revoked).ok());
+    }
+  } while (!page.next_page_token().empty() && listed.size() < 10);
+  EXPECT_EQ(listed, sorted);
+}
+
+TEST(TokenAccess, AWorkerWhoseTokenIsRevokedIsSentAway) {
+  SecureFarm secure;
+  const auto root = secure.channel(secure.person("root", {Role::admin}));
+  const std::string token = token_for(root, "render-1", {Role::worker});
+  const BackgroundProcess worker(
+      {std::string(LIGHTMILL_BINARY_DIR) + "/bin/lightmill-worker", "--server", secure.farm().address(), "--threads",
+       "1", "--tls-ca", secure.path("ca.pem"), "--token-file", secure.write("token", token)},
+      (secure.farm().folder() / "worker.log").string());
+  const auto workers = [&] {
+    grpc::ClientContext context;
+    v1::ListWorkersResponse response;
+    EXPECT_TRUE(v1::RenderService::NewStub(root)->ListWorkers(&context, {}, &response).ok());
+    return response.workers_size();
+  };
+  EXPECT_TRUE(eventually([&] { return workers() == 1; })) << secure.farm().log("worker");
+  v1::RevokeTokenRequest revoke;
+  revoke.set_id(token_id(token).value());
+  v1::RevokeTokenResponse response;
+  grpc::ClientContext context;
+  ASSERT_TRUE(v1::AccessService::NewStub(root)->RevokeToken(&context, revoke, &response).ok());
+  EXPECT_TRUE(eventually([&] { return secure.farm().log("worker").find("was revoked") != std::string::npos; }))
+      << secure.farm().log("worker");
+  EXPECT_TRUE(eventually([&] { return workers() == 0; }));
+}
+
+}  // namespace
+}  // namespace lightmill::test

@@ -1,0 +1,129 @@
+// A farm that asks who calls, with an authority of its own, and calls of every kind to it.
+#pragma once
+
+#include <grpc/support/log.h>
+#include <grpcpp/generic/generic_stub.h>
+#include <gtest/gtest.h>
+
+#include "common/base/file.h"
+#include "common/security/authority.h"
+#include "common/security/token.h"
+#include "common/wire/role_proto.h"
+#include "lightmill/v1/access_service.grpc.pb.h"
+#include "tests/support/farm.h"
+
+namespace lightmill::test {
+
+inline constexpr std::int64_t kDay = 86'400;
+
+inline std::int64_t now_unix_s() {
+  return system_clock().unix_milliseconds() / 1000;
+}
+
+inline Validity today() {
+  return {now_unix_s() - 300, now_unix_s() + kDay};
+}
+
+/// An authority, and a coordinator with its certificate.
+class SecureFarm {
+ public:
+  SecureFarm() {
+    gpr_set_log_function([](gpr_log_func_args*) {});  // of each handshake that fails
+    renew_server(today());
+    write("ca.pem", authority_.certificate);
+    farm_ =
+        std::make_unique<Farm>(std::vector<std::string>{"--tls-cert", path("server.pem"), "--tls-ca", path("ca.pem")});
+  }
+  Farm& farm() { return *farm_; }
+  const KeyAndCertificate& authority() const { return authority_; }
+  std::string path(const std::string& name) const { return (folder_.path() / name).string(); }
+  std::string write(const std::string& name, const std::string& text) const {
+    EXPECT_TRUE(write_secret_file(path(name), as_byte_view(text), true).ok());
+    return path(name);
+  }
+  KeyAndCertificate person(const std::string& name, Roles roles) const {
+    return issue_certificate(authority_, {name, {}, roles}, today()).value();
+  }
+  void renew_server(const Validity& validity) const {
+    const KeyAndCertificate made = issue_certificate(authority_, {"farm", {"127.0.0.1"}, {}}, validity).value();
+    write("server.pem", made.certificate + made.key);
+  }
+  /// Nobody, if there is no certificate.
+  std::shared_ptr<grpc::Channel> channel(const std::optional<KeyAndCertificate>& who) const {
+    grpc::SslCredentialsOptions options;
+    options.pem_root_certs = authority_.certificate;
+    if (who) {
+      options.pem_private_key = who->key;
+      options.pem_cert_chain = who->certificate;
+    }
+    grpc::ChannelArguments arguments;
+    arguments.SetInt(GRPC_ARG_USE_LOCAL_SUBCHANNEL_POOL, 1);
+    return grpc::CreateCustomChannel(farm_->address(), grpc::SslCredentials(options), arguments);
+  }
+
+ private:
+  TemporaryFolder folder_;
+  KeyAndCertificate authority_ = make_authority("Test farm", {now_unix_s() - 300, now_unix_s() + 10 * kDay}).value();
+  std::unique_ptr<Farm> farm_;
+};
+
+/// Calls a method of any kind with one message, and reads to the end.
+inline grpc::Status call(const std::shared_ptr<grpc::Channel>& channel, const std::string& method,
+                         const std::string& bytes, std::vector<std::string>* replies = nullptr,
+                         const std::string& token = "") {
+  grpc::GenericStub stub(channel);
+  grpc::ClientContext context;
+  if (!token.empty()) {
+    context.AddMetadata("authorization", "Bearer " + token);
+  }
+  context.set_deadline(std::chrono::system_clock::now() + std::chrono::seconds(20));
+  grpc::CompletionQueue queue;
+  const auto stream = stub.PrepareCall(&context, method, &queue);
+  const auto done = [&] {
+    void* tag = nullptr;
+    bool ok = false;
+    queue.Next(&tag, &ok);
+    return ok;
+  };
+  const grpc::Slice slice(bytes);
+  stream->StartCall(nullptr);
+  done();
+  stream->Write(grpc::ByteBuffer(&slice, 1), nullptr);
+  done();
+  stream->WritesDone(nullptr);
+  done();
+  for (;;) {
+    grpc::ByteBuffer reply;
+    stream->Read(&reply, nullptr);
+    if (!done()) {
+      break;
+    }
+    grpc::Slice whole;
+    if (replies != nullptr && reply.DumpToSingleSlice(&whole).ok()) {
+      replies->emplace_back(reinterpret_cast<const char*>(whole.begin()), whole.size());
+    }
+  }
+  grpc::Status status;
+  stream->Finish(&status, nullptr);
+  done();
+  return status;
+}
+
+/// Makes a token known, as an admin; its text.
+inline std::string token_for(const std::shared_ptr<grpc::Channel>& admin, const std::string& name, Roles roles) {
+  const NewToken token = make_token().value();
+  v1::CreateTokenRequest request;
+  request.set_id(token.id);
+  request.set_sha256(std::string(token.hash.bytes.begin(), token.hash.bytes.end()));
+  request.set_name(name);
+  to_wire(roles, request.mutable_roles());
+  request.set_until_unix_s(now_unix_s() + kDay);
+  grpc::ClientContext context;
+  v1::Token made;
+  const grpc::Status status = v1::AccessService::NewStub(admin)->CreateToken(&context, request, &made);
+  EXPECT_TRUE(status.ok()) << status.error_message();
+  EXPECT_EQ(made.made_by(), "root");
+  return token.text;
+}
+
+}  // namespace lightmill::test

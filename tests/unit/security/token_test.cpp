@@ -1,0 +1,140 @@
+// Tokens: made, found again, and let in as long as they hold.
+#include "common/security/token.h"
+
+#include <gtest/gtest.h>
+#include <sys/stat.h>
+
+#include <set>
+
+#include "common/base/file.h"
+#include "common/security/caller.h"
+#include "server/access/token_book.h"
+#include "tests/support/temporary_folder.h"
+
+namespace lightmill {
+namespace {
+
+constexpr std::int64_t kNow = 1'800'000'000, kDay = 86'400;
+
+TokenRecord record_of(const NewToken& token, const std::string& name = "ada", Roles roles = {Role::submit}) {
+  return {token.id, name, roles, token.hash, "root", kNow, kNow + kDay};
+}
+
+TEST(Tokens, HaveAnIdAndTwoHundredFiftySixRandomBits) {
+  std::set<std::string> ids, secrets;
+  for (int i = 0; i < 100; ++i) {
+    const NewToken token = make_token().value();
+    EXPECT_EQ(token_id(token.text).value(), token.id);
+    EXPECT_EQ(token.hash, sha256(token.text));
+    EXPECT_EQ(token.text.size(), std::string("lightmill_").size() + 12 + 1 + 64);
+    ids.insert(token.id);
+    secrets.insert(token.text.substr(token.text.rfind('_')));
+  }
+  EXPECT_EQ(ids.size(), 100u);
+  EXPECT_EQ(secrets.size(), 100u);
+}
+
+TEST(Tokens, AllElseIsNone) {
+  const std::string good = make_token()->text;
+  for (const std::string& bad :
+       {std::string(), std::string("lightmill_"), good + "0", good.substr(1), std::string(good).replace(10, 1, "G"),
+        std::string(good).replace(22, 1, "-"), std::string(good).replace(80, 1, "\n")}) {
+    EXPECT_EQ(token_id(bad).status().code(), StatusCode::kInvalidArgument) << bad;
+    if (bad.size() > 20) {
+      EXPECT_EQ(message_of(token_id(bad).status()).find(bad), std::string::npos) << "a secret is not repeated";
+    }
+  }
+}
+
+TEST(TokenBook, LetsInWhomATokenStandsForUntilItsEnd) {
+  TokenBook book;
+  const NewToken token = make_token().value();
+  ASSERT_TRUE(book.add(record_of(token), kNow).ok());
+  const auto identity = book.identify(token.text, kNow);
+  ASSERT_TRUE(identity.ok()) << identity.status();
+  EXPECT_EQ(identity->name, "ada");
+  EXPECT_EQ(identity->roles, Roles{Role::submit});
+  EXPECT_EQ(identity->proof, Proof::token);
+  EXPECT_EQ(describe(*identity), "'ada' (roles: submit; by token " + token.id + ")");
+  EXPECT_TRUE(book.check_still_holds(*identity, kNow + kDay - 1).ok());
+  EXPECT_EQ(book.check_still_holds(*identity, kNow + kDay).code(), StatusCode::kUnauthenticated);
+  EXPECT_EQ(book.identify(token.text, kNow + kDay).status().code(), StatusCode::kUnauthenticated);
+  ASSERT_TRUE(book.remove(token.id).ok());
+  EXPECT_EQ(book.check_still_holds(*identity, kNow).code(), StatusCode::kUnauthenticated);
+  EXPECT_EQ(book.identify(token.text, kNow).status().code(), StatusCode::kUnauthenticated);
+  EXPECT_EQ(book.remove(token.id).code(), StatusCode::kNotFound);
+}
+
+TEST(TokenBook, AWrongSecretIsAsUnknownAsAWrongId) {
+  TokenBook book;
+  const NewToken token = make_token().value(), other = make_token().value();
+  ASSERT_TRUE(book.add(record_of(token), kNow).ok());
+  const std::string forged = token.text.substr(0, token.text.rfind('_')) + other.text.substr(other.text.rfind('_'));
+  const Status wrong_secret = book.identify(forged, kNow).status(), wrong_id = book.identify(other.text, kNow).status();
+  EXPECT_EQ(wrong_secret.code(), StatusCode::kUnauthenticated);
+  std::string expected = message_of(wrong_id);
+  expected.replace(expected.find(other.id), other.id.size(), token.id);
+  EXPECT_EQ(message_of(wrong_secret), expected);
+  // All zeros are the hash of nothing that is known, and let nobody in.
+  EXPECT_FALSE(book.identify("lightmill_000000000000_" + std::string(64, '0'), kNow).ok());
+}
+
+TEST(TokenBook, TakesOnlyWhatMakesSense) {
+  TokenBook book;
+  const NewToken token = make_token().value();
+  const auto code = [&](auto change) {
+    TokenRecord record = record_of(token);
+    change(record);
+    return book.add(record, kNow).code();
+  };
+  using enum StatusCode;
+  EXPECT_EQ(code([](TokenRecord& r) { r.id = "short"; }), kInvalidArgument);
+  EXPECT_EQ(code([](TokenRecord& r) { r.name.clear(); }), kInvalidArgument);
+  EXPECT_EQ(code([](TokenRecord& r) { r.name = "a\nb"; }), kInvalidArgument);
+  EXPECT_EQ(code([](TokenRecord& r) { r.roles = {}; }), kInvalidArgument);
+  EXPECT_EQ(code([](TokenRecord& r) { r.until_unix_s = kNow; }), kInvalidArgument);
+  EXPECT_EQ(code([](TokenRecord& r) { r.until_unix_s = kNow + kMaxTokenSeconds + 1; }), kInvalidArgument);
+  EXPECT_EQ(code([](TokenRecord&) {}), kOk);
+  EXPECT_EQ(code([](TokenRecord&) {}), kOk) << "the same again is one token";
+  EXPECT_EQ(code([](TokenRecord& r) { r.hash = sha256("other"); }), kAlreadyExists);
+  EXPECT_EQ(code([](TokenRecord& r) { r.roles = Roles::all(); }), kAlreadyExists);
+  EXPECT_EQ(book.all(), std::vector{record_of(token)});
+}
+
+class CallerTest : public ::testing::Test {
+ protected:
+  void SetUp() override { ::unsetenv(kTokenVariable); }
+  void TearDown() override { ::unsetenv(kTokenVariable); }
+  Result<CallerTexts> read(const std::string& file, const std::string& server) const {
+    return read_caller({{}, file}, std::vector{server}, kNow);
+  }
+  test::TemporaryFolder folder_;
+  const std::string file_ = (folder_.path() / "token").string();
+  const std::string text_ = make_token()->text;
+};
+
+TEST_F(CallerTest, TokensComeFromAFileOrTheEnvironment) {
+  EXPECT_EQ(read("", "127.0.0.1:7350")->token, "");
+  ::setenv(kTokenVariable, text_.c_str(), 1);
+  EXPECT_EQ(read("", "127.0.0.1:7350")->token, text_);
+  const std::string other = make_token()->text;
+  ASSERT_TRUE(write_secret_file(file_, as_byte_view(other + "\n"), false).ok());
+  EXPECT_EQ(read(file_, "127.0.0.1:7350")->token, other);
+  ASSERT_EQ(::chmod(file_.c_str(), 0644), 0);
+  EXPECT_NE(message_of(read(file_, "127.0.0.1:7350").status()).find("chmod 600"), std::string::npos);
+  ASSERT_TRUE(write_secret_file(file_, as_byte_view(std::string("rubbish")), true).ok());
+  EXPECT_NE(message_of(read(file_, "127.0.0.1:7350").status()).find("--token-file " + file_), std::string::npos);
+}
+
+TEST_F(CallerTest, TokensDoNotGoOverTheNetworkInTheOpen) {
+  ::setenv(kTokenVariable, text_.c_str(), 1);
+  for (const char* near : {"127.0.0.1:7350", "[::1]:7350", "localhost:7350"}) {
+    EXPECT_TRUE(read("", near).ok()) << near;
+  }
+  for (const char* far : {"farm.example:7350", "10.0.0.1:7350", "127.evil.example:7350"}) {
+    EXPECT_NE(message_of(read("", far).status()).find("--tls-ca"), std::string::npos) << far;
+  }
+}
+
+}  // namespace
+}  // namespace lightmill
