@@ -11,6 +11,7 @@
 
 #include "client/cli/lab_plan.h"
 #include "client/lab/report.h"
+#include "common/base/file_lock.h"
 #include "common/image/image.h"
 
 namespace lightmill::cli {
@@ -24,7 +25,7 @@ struct LabReference {
 
 class LabFolder {
  public:
-  /// Makes the folder if need be and reads the results in it.
+  /// Makes the folder if need be and reads the results in it. FAILED_PRECONDITION while another lab works there.
   static Result<LabFolder> open(const std::filesystem::path& path);
 
   const lab::ResultSet& results() const { return results_; }
@@ -45,6 +46,7 @@ class LabFolder {
 
  private:
   std::filesystem::path path_;
+  FileLock lock_;
   lab::ResultSet results_;
 };
 

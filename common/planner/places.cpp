@@ -56,9 +56,9 @@ std::optional<Extent> extent_of(const Object& object, const MeshShape& shape, co
   return extent_of(triangles);
 }
 
-/// Of all objects whose material counts; none where the place of one is not known.
+/// Of all objects whose material counts; nothing if the place of one is not known.
 template <class Counts>
-Places places_of(const Scene& scene, const MeshSource& meshes, const Counts& counts) {
+std::optional<Places> places_of(const Scene& scene, const MeshSource& meshes, const Counts& counts) {
   Places places;
   for (const Object& object : scene.objects) {
     if (!counts(scene.materials[object.material])) {
@@ -66,13 +66,13 @@ Places places_of(const Scene& scene, const MeshSource& meshes, const Counts& cou
     }
     if (const auto* const plane = std::get_if<PlaneShape>(&object.shape)) {
       if (object.transform != kIdentityTransform) {
-        return {};
+        return std::nullopt;
       }
       places.push_back({*plane, false, &object});
     } else if (const std::optional<Extent> extent = extent_of(object, meshes)) {
       places.push_back({*extent, std::holds_alternative<SphereShape>(object.shape), &object});
     } else {
-      return {};
+      return std::nullopt;
     }
   }
   return places;
@@ -123,17 +123,21 @@ double Place::distance(const Vec3d& p) const {
 }
 
 Places narrow_places(const Scene& scene, const MeshSource& meshes) {
-  return places_of(scene, meshes, [](const Material& material) { return narrow_lobes(material) != NarrowLobes::none; });
+  const auto counts = [](const Material& material) { return narrow_lobes(material) != NarrowLobes::none; };
+  return places_of(scene, meshes, counts).value_or(Places{});
 }
 
 Places receiving_places(const Scene& scene, const MeshSource& meshes) {
-  Places places = places_of(scene, meshes, receives_light);
+  std::optional<Places> places = places_of(scene, meshes, receives_light);
+  if (!places) {
+    return {};
+  }
   for (const Meter& meter : scene.meters) {
     if (const std::optional<Extent> extent = extent_of(meter)) {
-      places.push_back({*extent, false, nullptr});
+      places->push_back({*extent, false, nullptr});
     }
   }
-  return places;
+  return *std::move(places);
 }
 
 bool is_small_from(const Places& places, const Object& lamp, const Extent& extent) {

@@ -3,6 +3,7 @@
 
 #include <filesystem>
 
+#include "common/base/file_lock.h"
 #include "common/base/status.h"
 
 namespace lightmill {
@@ -13,18 +14,15 @@ class DataDirectory {
   /// Creates the directory if need be and locks it. FAILED_PRECONDITION, naming the directory and the other process, if
   /// another coordinator uses it.
   static Result<DataDirectory> open(const std::filesystem::path& path);
-  ~DataDirectory();
-  DataDirectory(DataDirectory&& other) noexcept;
-  DataDirectory& operator=(DataDirectory&&) = delete;
 
   const std::filesystem::path& path() const { return path_; }
   std::filesystem::path database_file() const { return path_ / "lightmill.sqlite"; }
   std::filesystem::path assets_folder() const { return path_ / "assets"; }
 
  private:
-  DataDirectory(std::filesystem::path path, int lock_fd) : path_(std::move(path)), lock_fd_(lock_fd) {}
+  DataDirectory(std::filesystem::path path, FileLock lock) : path_(std::move(path)), lock_(std::move(lock)) {}
   std::filesystem::path path_;
-  int lock_fd_ = -1;
+  FileLock lock_;
 };
 
 }  // namespace lightmill

@@ -12,9 +12,8 @@ namespace {
 constexpr const char* kMore =
     "relMSE = mean((x-r)²/(r²+0.01)), also without the worst 0.1 % of the pixels; energy ratio; SMAPE, the mean of\n"
     "|x-r|/(|x|+|r|); and the largest difference. FLIP tells how different the two look, from 0 to 1: its mean over\n"
-    "pixels as they are shown without exposure, and of the worst of several exposures (HDR). Reads EXR and PNG; PNGs "
-    "are\n"
-    "made linear first.";
+    "pixels as they are shown without exposure, and of the worst of several exposures (HDR). Reads EXR and PNG; PNGs\n"
+    "are made linear first: what was brighter than white, or finer than 1/255, they don't have.";
 
 struct ErrorOptions {
   std::string image, reference;

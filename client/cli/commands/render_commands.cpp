@@ -43,9 +43,9 @@ void say_notices(const Console& console, const PreparedJob& job) {
 }
 
 /// Saves what a private farm, which is taken down, has rendered: a picture in which every tile has a sample. Says what
-/// became of it.
+/// became of it, and names what it wrote in `object`.
 std::string save_interrupted(Farm& farm, std::uint64_t id, const std::vector<std::string>& outputs,
-                             const ViewSettings& view) {
+                             const ViewSettings& view, nlohmann::json& object) {
   const Result<FetchedFilm> film = fetch_film(*farm.connection, id);
   if (!film.ok()) {
     return fmt::format("nothing is written: {}", message_of(film.status()));
@@ -57,17 +57,19 @@ std::string save_interrupted(Farm& farm, std::uint64_t id, const std::vector<std
   if (const Status status = write_outputs(film->picture, outputs, view); !status.ok()) {
     return message_of(status);
   }
+  object["outputs"] = outputs;
   return fmt::format("what is rendered ({} per pixel) -> {}",
                      samples_per_pixel(receipt.min_samples, receipt.max_samples), fmt::join(outputs, ", "));
 }
 
 /// What is left when the command is interrupted. On a shared farm Ctrl-C cancels the job, its film stays; what the user
-/// has not decided (a terminal that went away, a SIGTERM) leaves it running. A private farm's film is saved.
+/// has not decided (a terminal that went away, a SIGTERM) leaves it running. A private farm's film is saved; `object`
+/// gets the names of its files.
 void end_interrupted(Farm& farm, std::uint64_t id, bool by_user, const std::vector<std::string>& outputs,
-                     const ViewSettings& view, const Console& console) {
+                     const ViewSettings& view, const Console& console, nlohmann::json& object) {
   if (farm.private_farm) {
-    console.notice(
-        fmt::format("interrupted; {}; the private farm is taken down", save_interrupted(farm, id, outputs, view)));
+    console.notice(fmt::format("interrupted; {}; the private farm is taken down",
+                               save_interrupted(farm, id, outputs, view, object)));
     return;
   }
   if (!by_user) {
@@ -127,10 +129,11 @@ ExitCode render(Context& context, const Console& console, Options options) {
   const Result<v1::Job> job = follow_job(*farm, submitted->id(), false, context.signals, console,
                                          [&](const v1::WatchJobResponse& response) { progress.show(response.job()); });
   if (!job.ok()) {
+    nlohmann::json object{{"id", submitted->id()}};
     if (context.signals.interrupted()) {
-      end_interrupted(*farm, submitted->id(), context.signals.interrupted_by_user(), outputs, *view, console);
+      end_interrupted(*farm, submitted->id(), context.signals.interrupted_by_user(), outputs, *view, console, object);
     }
-    return console.fail(job.status(), {{"id", submitted->id()}});
+    return console.fail(job.status(), std::move(object));
   }
   return report_ended_job(console, *farm->connection, *job, outputs, *view, prepared->scene.notices);
 }

@@ -151,6 +151,8 @@ TEST_F(LabTest, GoesOnAfterAnInterruptionToTheSameResults) {
         {program("lightmill"), "lab", experiment("[1, 64, 4096]"), "-o", file("parts"), "--server", server()},
         file("lab.log"));
     ASSERT_TRUE(eventually([&] { return std::filesystem::exists(file("parts") + "/results.jsonl"); }));
+    const nlohmann::json second = on_farm({"lab", experiment("[1, 64, 4096]"), "-o", file("parts")}, 2);
+    EXPECT_NE(second["failure"]["message"].get<std::string>().find("another lab works in"), std::string::npos);
     interrupted.send(SIGINT);
     EXPECT_EQ(interrupted.wait(std::chrono::seconds(20)), 130);
   }
