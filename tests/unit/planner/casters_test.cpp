@@ -1,0 +1,69 @@
+#include "common/scene/casters.h"
+
+#include <gtest/gtest.h>
+
+#include "tests/unit/planner/planner_scenes.h"
+
+namespace lightmill {
+namespace {
+
+TEST(Casters, AreMirrorsGlassAndMetalAsLongAsTheyAreNarrow) {
+  const double edge = std::sqrt(kCasterAlpha);
+  EXPECT_TRUE(is_caster(kMirror));
+  EXPECT_TRUE(is_caster(kGlass));
+  EXPECT_TRUE(is_caster(rough_glass(edge * 0.99)));
+  EXPECT_FALSE(is_caster(rough_glass(edge * 1.01)));
+  EXPECT_TRUE(is_caster(metal(0)));
+  EXPECT_TRUE(is_caster(metal(edge * 0.99)));
+  EXPECT_FALSE(is_caster(metal(edge * 1.01)));
+  EXPECT_FALSE(is_caster(kWhite));
+  EXPECT_FALSE(is_caster(material("phong", PhongMaterial{{0, 0, 0}, {1, 1, 1}, 1e6})));
+  EXPECT_FALSE(is_caster(material("holdout", HoldoutMaterial{})));
+  EXPECT_EQ(narrow_lobes(material("black mirror", MirrorMaterial{{0, 0, 0}})), NarrowLobes::none);
+}
+
+TEST(Casters, APrincipledMaterialIsOneIfNothingOfItIsWide) {
+  PrincipledMaterial made;
+  made.roughness = 0.1;
+  made.metallic = 1;
+  EXPECT_TRUE(is_caster(material("m", made)));
+  made.metallic = 0.99;
+  EXPECT_FALSE(is_caster(material("m", made))) << "a diffuse part";
+  made.transmission = 1;
+  EXPECT_TRUE(is_caster(material("m", made)));
+  made.coat = 0.5;
+  EXPECT_TRUE(is_caster(material("m", made)));
+  made.coat_roughness = 0.5;
+  EXPECT_FALSE(is_caster(material("m", made))) << "a wide coat";
+  made = {};
+  made.metallic = 1;
+  made.roughness = 0.1;
+  Material mapped = material("m", made);
+  mapped.roughness_map.texture = 0;
+  EXPECT_TRUE(is_caster(mapped)) << "maps only make smoother";
+  mapped.metallic_map.texture = 0;
+  EXPECT_FALSE(is_caster(mapped)) << "not metal everywhere";
+}
+
+TEST(NarrowLobes, AreTheSharpPartOfAMaterial) {
+  const double edge = std::sqrt(kNarrowAlpha);
+  EXPECT_EQ(narrow_lobes(kMirror), NarrowLobes::all);
+  EXPECT_EQ(narrow_lobes(rough_glass(0.99 * edge)), NarrowLobes::all);
+  EXPECT_EQ(narrow_lobes(rough_glass(1.01 * edge)), NarrowLobes::none);
+  EXPECT_EQ(narrow_lobes(lacquer(0.99 * edge)), NarrowLobes::some);
+  EXPECT_EQ(narrow_lobes(lacquer(0.5)), NarrowLobes::none);
+  EXPECT_EQ(narrow_lobes(kWhite), NarrowLobes::none);
+  EXPECT_EQ(narrow_lobes(phong(0, 1e6)), NarrowLobes::all);
+  EXPECT_EQ(narrow_lobes(phong(0.5, 1e6)), NarrowLobes::some);
+  EXPECT_EQ(narrow_lobes(phong(0, 1e5)), NarrowLobes::none);
+  EXPECT_TRUE(receives_light(kWhite));
+  EXPECT_TRUE(receives_light(rough_glass(0.3)));
+  EXPECT_TRUE(receives_light(rough_glass(0.0101))) << "its lobes have a density";
+  EXPECT_TRUE(receives_light(phong(0, 1e6)));
+  EXPECT_FALSE(receives_light(kGlass));
+  EXPECT_FALSE(receives_light(kBlack));
+  EXPECT_FALSE(receives_light(material("holdout", HoldoutMaterial{})));
+}
+
+}  // namespace
+}  // namespace lightmill

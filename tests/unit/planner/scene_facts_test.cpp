@@ -1,0 +1,43 @@
+#include "common/planner/scene_facts.h"
+
+#include <gtest/gtest.h>
+
+#include "tests/unit/planner/planner_scenes.h"
+
+namespace lightmill {
+namespace {
+
+TEST(Facts, ManyThingsAreCountedAndSomeNamed) {
+  std::vector<Material> many;
+  for (int i = 0; i < 40; ++i) {
+    many.push_back(material(fmt::format("glass {}", i), DielectricMaterial{}));
+  }
+  const SceneFacts facts = read_facts(scene_of(many, {kSky}));
+  EXPECT_EQ(facts.casters.count, 40u);
+  EXPECT_EQ(facts.casters.names.size(), NamedThings::kMostNames);
+  EXPECT_NE(facts.casters.text().find("and 32 more"), std::string::npos) << facts.casters.text();
+}
+
+TEST(Facts, FeaturesAreThoseOfTheScene) {
+  EXPECT_EQ(features_of(read_facts(scene_of({kWhite}, {kBulb}))), std::vector<std::string>{"light sampling"});
+  Material amber = kGlass;
+  amber.interior.absorption = {0, 1, 2};
+  Scene scene = scene_of({amber, lamp()}, {kSky});
+  scene.camera.lens_radius = 1;
+  EXPECT_EQ(features_of(read_facts(scene)),
+            (std::vector<std::string>{"light sampling", "emissive surfaces", "constant environment", "media",
+                                      "absorption", "lens"}));
+}
+
+TEST(Facts, ASceneThatLosesNoLightIsFlagged) {
+  const Material snow = material("snow", DiffuseMaterial{{1, 0.9f, 0.9f}});
+  EXPECT_TRUE(read_facts(scene_of({snow, kMirror, kGlass}, {kSky})).lossless) << "red goes on for ever";
+  EXPECT_FALSE(read_facts(scene_of({snow, kWhite}, {kSky})).lossless);
+  Material amber = kGlass;
+  amber.interior.absorption = {1, 0, 0};
+  EXPECT_FALSE(read_facts(scene_of({snow, amber}, {kSky})).lossless);
+  EXPECT_EQ(read_facts(scene_of({snow, kWhite}, {kSky})).largest_albedo, 1);
+}
+
+}  // namespace
+}  // namespace lightmill
