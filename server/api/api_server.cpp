@@ -107,7 +107,8 @@ Result<std::unique_ptr<ApiServer>> ApiServer::start(std::unique_ptr<Store> store
   WorkerStreams& workers = parts->workers;
   parts->loop = std::make_unique<FarmLoop>(
       *parts->farm, *parts->store, clock,
-      FarmLoop::Handlers{[&workers](Outgoing message) { workers.send(std::move(message)); }, options.on_fatal});
+      FarmLoop::Handlers{[&workers](Outgoing message) { workers.send(std::move(message)); },
+                         [&workers](SessionId session) { workers.hang_up(session); }, options.on_fatal});
   workers.set_loop(*parts->loop, std::size_t{2} * options.limits.max_workers + kSpareStreams);
   parts->renders->set_loop(*parts->loop);
   parts->access.set_loop(*parts->loop);

@@ -94,6 +94,9 @@ void FarmLoop::run() {
     for (Outgoing& message : turn.step.now) {
       handlers_.send(std::move(message));
     }
+    for (const SessionId session : turn.step.hang_ups) {
+      handlers_.hang_up(session);
+    }
     for (const Note& note : turn.step.notes) {
       spdlog::log(note.level == Note::Level::warning ? spdlog::level::warn : spdlog::level::info, "{}", note.text);
     }

@@ -30,6 +30,7 @@ class FarmLoop {
 
   struct Handlers {
     std::function<void(Outgoing)> send;  ///< from the farm thread and the writer thread
+    std::function<void(SessionId)> hang_up;
     std::function<void(const Status&)> on_fatal;
   };
   FarmLoop(Coordinator& farm, Store& store, const Clock& clock, Handlers handlers);

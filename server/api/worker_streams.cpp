@@ -84,7 +84,12 @@ class WorkStream final : public grpc::ServerBidiReactor<v1::WorkRequest, v1::Wor
       }
     }
     spdlog::warn("session {}: the worker does not read its messages; its stream is ended", session_.value);
-    finish(grpc::Status(grpc::StatusCode::ABORTED, "the worker does not read its messages"));
+    hang_up(grpc::Status(grpc::StatusCode::ABORTED, "the worker does not read its messages"));
+  }
+
+  /// Also where nobody listens any more.
+  void hang_up(const grpc::Status& status) {
+    finish(status);
     context_->TryCancel();
   }
 
@@ -233,17 +238,22 @@ grpc::ServerBidiReactor<v1::WorkRequest, v1::WorkResponse>* WorkerStreams::Work(
   return stream.get();
 }
 
+std::shared_ptr<WorkStream> WorkerStreams::find(SessionId session) {
+  const MutexLock lock(mutex_);
+  const auto at = streams_.find(session);
+  return at == streams_.end() ? nullptr : at->second;
+}
+
 void WorkerStreams::send(Outgoing message) {
-  std::shared_ptr<WorkStream> stream;
-  {
-    const MutexLock lock(mutex_);
-    const auto at = streams_.find(message.to);
-    if (at == streams_.end()) {
-      return;
-    }
-    stream = at->second;
+  if (const std::shared_ptr<WorkStream> stream = find(message.to)) {
+    stream->send(std::move(message.message));
   }
-  stream->send(std::move(message.message));
+}
+
+void WorkerStreams::hang_up(SessionId session) {
+  if (const std::shared_ptr<WorkStream> stream = find(session)) {
+    stream->hang_up(grpc::Status(grpc::StatusCode::ABORTED, "nothing was heard of the worker for too long"));
+  }
 }
 
 void WorkerStreams::stop() {

@@ -29,11 +29,14 @@ class WorkerStreams final : public v1::WorkerService::CallbackService {
 
   /// Queues a message for a session's worker; nothing happens if the session is over.
   void send(Outgoing message);
+  /// Ends a session's stream, if it is not over; the worker may come again.
+  void hang_up(SessionId session);
   /// Ends all streams, and new ones at once, with UNAVAILABLE.
   void stop();
 
  private:
   friend class WorkStream;
+  std::shared_ptr<WorkStream> find(SessionId session);
   void forget(SessionId session);
 
   const Gate& gate_;

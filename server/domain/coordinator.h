@@ -21,7 +21,9 @@ class Film;  // common/film/film.h
 /// Stated bounds; every queue has one.
 struct CoordinatorLimits {
   Duration heartbeat_interval = std::chrono::seconds(2);
-  Duration lease_duration = std::chrono::seconds(10);    ///< without renewal a lease is lost
+  Duration lease_duration = std::chrono::seconds(10);  ///< without renewal a lease is lost
+  /// A worker that says nothing for so long is hung up on: dead links are not always found by the connection.
+  Duration silence = std::chrono::seconds(20);
   double unit_seconds = 1.0;                             ///< aim of a unit, of its worker's measured speed
   std::uint32_t leases_per_worker = 2;                   ///< one to work on, one ahead
   Duration disconnect_grace = std::chrono::seconds(3);   ///< leases of a broken stream are lost after so long

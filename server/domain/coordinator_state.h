@@ -179,7 +179,10 @@ struct Coordinator::State {
   /// may; `instead_of`, if any, is the job whose spec it replaces.
   Status check_footprint(const JobSpec& spec, const Job* instead_of) const;
   std::int64_t unix_ms(Time now) const;
-  void saw_clock(Time now, std::int64_t unix_milliseconds);
+  void saw_clock(Time now, std::int64_t unix_milliseconds, Step& step);
+  /// After standing still (stopped, suspended, out of memory): what workers have said meanwhile has yet to be read.
+  void awake(Duration late, Time now, Step& step);
+  std::optional<Time> next_deadline() const;
   double given_seconds(const Job& job) const;
   /// Whether its first picture is still to come, and may go before other jobs' next ones.
   bool fresh(const Job& job) const;
@@ -239,6 +242,8 @@ struct Coordinator::State {
   void on_refusal(Worker& worker, const WorkerRefusal& refusal, Time now, Step& step);
   void dismiss(SessionId session, std::string reason, Step& step);
   void disconnect(SessionId session, Time now);
+  /// Ends the sessions of workers that have been silent for too long.
+  void hang_up_on_silent(Time now, Step& step);
   void forget_if_gone(const std::string& name);
   Worker* worker_of(SessionId session);  ///< null unless the session is the worker's current one
 
@@ -268,7 +273,7 @@ struct Coordinator::State {
 
   std::unordered_map<LeaseId, Lease> leases;
   std::set<std::pair<Time, LeaseId>> expiry;
-  Time next_copy_look;
+  Time next_copy_look, next_silence_look;
 
   Time clock_time;
   std::int64_t clock_unix_ms = 0;

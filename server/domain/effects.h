@@ -96,6 +96,7 @@ struct Step {
   std::vector<StoreOp> writes;
   std::vector<Outgoing> now;
   std::vector<Outgoing> after_commit;
+  std::vector<SessionId> hang_ups;  ///< streams to end, at once; the coordinator has done with them
   std::vector<Note> notes;
 };
 

@@ -131,9 +131,26 @@ Result<Job*> Coordinator::State::ended_or_not(JobId id, bool want_ended, const c
   return job;
 }
 
-void Coordinator::State::saw_clock(Time now, std::int64_t unix_milliseconds) {
+void Coordinator::State::saw_clock(Time now, std::int64_t unix_milliseconds, Step& step) {
+  if (const std::optional<Time> due = next_deadline();
+      due && now - std::max(*due, clock_time) > limits.lease_duration / 2) {
+    awake(now - std::max(*due, clock_time), now, step);
+  }
   clock_time = now;
   clock_unix_ms = unix_milliseconds;
+}
+
+void Coordinator::State::awake(Duration late, Time now, Step& step) {
+  note(step, Note::Level::warning, "the coordinator has stood still for {:.0f} s: workers get as long again",
+       to_seconds(late));
+  for (auto& [id, lease] : leases) {
+    set_deadline(lease,
+                 std::max(lease.deadline, now + (lease.abandoned ? limits.disconnect_grace : limits.lease_duration)));
+  }
+  for (auto& [name, worker] : workers) {
+    worker.heard_at = now;
+  }
+  next_silence_look = now + limits.silence;
 }
 
 std::int64_t Coordinator::State::unix_ms(Time now) const {
@@ -297,7 +314,7 @@ Coordinator::~Coordinator() = default;
 
 Result<JobId> Coordinator::submit(const JobSpec& spec, Time now, std::int64_t unix_ms, Step& step,
                                   const MethodNotes& notes) {
-  state_->saw_clock(now, unix_ms);
+  state_->saw_clock(now, unix_ms, step);
   if (spec.request_id.empty()) {
     return invalid_argument("request_id must not be empty");
   }
@@ -327,7 +344,7 @@ Result<JobId> Coordinator::submit(const JobSpec& spec, Time now, std::int64_t un
 }
 
 Status Coordinator::cancel(JobId id, Time now, std::int64_t unix_ms, Step& step) {
-  state_->saw_clock(now, unix_ms);
+  state_->saw_clock(now, unix_ms, step);
   LM_ASSIGN_OR_RETURN(Job* const job, state_->ended_or_not(id, false, "cancelled"));
   state_->finish_job(*job, JobState::cancelled, "cancelled", now, step);
   state_->serve_all(now, step);

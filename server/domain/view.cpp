@@ -13,7 +13,7 @@ bool record_is_waiting(JobState state) {
 
 void Coordinator::tick(Time now, std::int64_t unix_ms, Step& step) {
   State& state = *state_;
-  state.saw_clock(now, unix_ms);
+  state.saw_clock(now, unix_ms, step);
   state.expire(now, step);
   const std::vector<JobId> timed(state.timed_jobs.begin(), state.timed_jobs.end());
   for (const JobId id : timed) {
@@ -36,27 +36,37 @@ void Coordinator::tick(Time now, std::int64_t unix_ms, Step& step) {
   if (!state.idle.empty() && !state.leases.empty() && now >= state.next_copy_look) {
     state.copy_to_idle(now, step);
   }
+  if (!state.sessions.empty() && now >= state.next_silence_look) {
+    state.hang_up_on_silent(now, step);
+  }
 }
 
 std::optional<Time> Coordinator::next_deadline() const {
+  return state_->next_deadline();
+}
+
+std::optional<Time> Coordinator::State::next_deadline() const {
   std::optional<Time> next;
   const auto by = [&](Time time) { next = next ? std::min(*next, time) : time; };
-  if (!state_->expiry.empty()) {
-    by(state_->expiry.begin()->first);
+  if (!expiry.empty()) {
+    by(expiry.begin()->first);
   }
-  for (const JobId id : state_->timed_jobs) {
-    const Job& job = *state_->jobs.at(id);
+  for (const JobId id : timed_jobs) {
+    const Job& job = *jobs.at(id);
     if (job.active_since && !job.plan->closed()) {
       // Rounded up: a tick must not come a nanosecond early.
       by(*job.active_since + from_seconds(std::max(job.record.spec.goal.seconds - job.record.active_seconds, 0.0)) +
          std::chrono::microseconds(1));
     }
   }
-  for (const JobId id : state_->restored_jobs) {
-    by(state_->jobs.at(id)->hold_until);
+  for (const JobId id : restored_jobs) {
+    by(jobs.at(id)->hold_until);
   }
-  if (!state_->idle.empty() && !state_->leases.empty()) {
-    by(state_->next_copy_look);
+  if (!idle.empty() && !leases.empty()) {
+    by(next_copy_look);
+  }
+  if (!sessions.empty()) {
+    by(next_silence_look);
   }
   return next;
 }

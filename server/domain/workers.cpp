@@ -53,6 +53,9 @@ void Coordinator::State::dismiss(SessionId session, std::string reason, Step& st
 
 void Coordinator::State::connect(SessionId session, const WorkerHello& hello, Time now, Step& step) {
   LM_CHECK(!sessions.contains(session), "session {} said hello twice", session.value);
+  if (sessions.empty()) {
+    next_silence_look = now + limits.silence;
+  }
   sessions[session] = {as_name(hello.name), false};
   if (const Status status = check_hello(hello); !status.ok()) {
     dismiss(session, message_of(status), step);
@@ -246,6 +249,24 @@ void Coordinator::State::disconnect(SessionId session, Time now) {
   forget_if_gone(name);
 }
 
+void Coordinator::State::hang_up_on_silent(Time now, Step& step) {
+  next_silence_look = now + limits.silence;
+  std::vector<SessionId> silent;
+  for (const auto& [name, worker] : workers) {
+    if (worker.session && worker.heard_at + limits.silence > now) {
+      next_silence_look = std::min(next_silence_look, worker.heard_at + limits.silence);
+    } else if (worker.session) {
+      note(step, Note::Level::warning, "worker {} is gone with {} leases: it has said nothing for {:.0f} s", name,
+           worker.leases.size(), to_seconds(now - worker.heard_at));
+      silent.push_back(*worker.session);
+    }
+  }
+  for (const SessionId session : silent) {
+    disconnect(session, now);
+    step.hang_ups.push_back(session);
+  }
+}
+
 void Coordinator::State::forget_if_gone(const std::string& name) {
   const auto found = workers.find(name);
   if (found != workers.end() && !found->second.session && found->second.leases.empty()) {
@@ -262,7 +283,7 @@ void Coordinator::worker_connected(SessionId session, const WorkerHello& hello, 
 
 void Coordinator::worker_message(SessionId session, WorkerMessage message, Time now, std::int64_t unix_ms, Step& step) {
   State& state = *state_;
-  state.saw_clock(now, unix_ms);
+  state.saw_clock(now, unix_ms, step);
   if (!state.sessions.contains(session)) {
     return;
   }

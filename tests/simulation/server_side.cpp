@@ -72,6 +72,11 @@ void FarmSimulation::execute(Step step, std::vector<Action> replies) {
   for (Outgoing& message : step.now) {
     server_sends(std::move(message));
   }
+  for (const SessionId session : step.hang_ups) {
+    if (const auto found = streams_.find(session); found != streams_.end()) {
+      break_stream(found->second);
+    }
+  }
   if (bugs_.acknowledge_before_commit || bugs_.lease_before_commit) {
     std::vector<Outgoing> rest;
     for (Outgoing& message : step.after_commit) {

@@ -45,7 +45,16 @@ class CoordinatorTest : public ::testing::Test {
     coordinator->worker_message(session, std::move(message), now, unix_ms(), step);
     flush();
   }
+  /// Time passes, and the coordinator is asked when it wants to be.
   void pass(Duration time) {
+    const Time until = now + time;
+    for (auto due = coordinator->next_deadline(); due && *due<until&& * due> now; due = coordinator->next_deadline()) {
+      stand_still(*due - now);
+    }
+    stand_still(until - now);
+  }
+  /// Time passes while nobody asks it.
+  void stand_still(Duration time) {
     now += time;
     coordinator->tick(now, unix_ms(), step);
     flush();
@@ -107,6 +116,7 @@ class CoordinatorTest : public ::testing::Test {
       sent.insert(sent.end(), channel->begin(), channel->end());
     }
     writes.insert(writes.end(), step.writes.begin(), step.writes.end());
+    hang_ups.insert(hang_ups.end(), step.hang_ups.begin(), step.hang_ups.end());
     step = {};
   }
 
@@ -120,6 +130,7 @@ class CoordinatorTest : public ::testing::Test {
   Step step;
   std::vector<Outgoing> sent;
   std::vector<StoreOp> writes;
+  std::vector<SessionId> hang_ups;
   std::uint64_t next_session = 1;
   std::map<SessionId, std::size_t> worked;  ///< grants that work() has done
 };

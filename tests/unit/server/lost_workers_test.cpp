@@ -95,5 +95,43 @@ TEST_F(LostWorkersTest, APilotThatKillsAllItsWorkersFailsItsJob) {
   EXPECT_NE(status(*job).reason.find("to try the job's methods"), std::string::npos);
 }
 
+TEST_F(LostWorkersTest, OneThatSaysNothingIsHungUpOn) {
+  const SessionId silent = connect("silent"), other = connect("other");
+  for (Duration at{}; at < limits.silence + limits.silence / 2; at += limits.heartbeat_interval) {
+    EXPECT_TRUE(hang_ups.empty() || at >= limits.silence);
+    pass(limits.heartbeat_interval);
+    say(other, WorkerHeartbeat{});
+  }
+  EXPECT_EQ(hang_ups, std::vector<SessionId>{silent});
+  ASSERT_EQ(coordinator->workers(now).size(), 1u);
+  EXPECT_EQ(coordinator->workers(now)[0].name, "other");
+  coordinator->worker_disconnected(silent, now, step);  // its stream ends at last
+  say(silent, WorkerHeartbeat{});
+  EXPECT_EQ(coordinator->workers(now).size(), 1u);
+  connect("silent");
+  EXPECT_EQ(coordinator->workers(now).size(), 2u);
+}
+
+TEST_F(LostWorkersTest, ACoordinatorThatStoodStillLosesNobody) {
+  const JobId job = submit(spec("r1", 64, {0, 0, 256, 64}));
+  const SessionId session = connect("a");
+  const std::vector<LeaseGrant> before = got<LeaseGrant>(session);
+  ASSERT_FALSE(before.empty());
+  stand_still(std::chrono::minutes(10));
+  EXPECT_TRUE(hang_ups.empty());
+  EXPECT_EQ(status(job).counters.leases_lost, 0u);
+  work(session);
+  EXPECT_EQ(status(job).state, JobState::done);
+  EXPECT_EQ(status(job).counters.leases_lost, 0u);
+}
+
+TEST_F(LostWorkersTest, AfterItStoodStillWhoSaysNothingIsLostAllTheSame) {
+  const JobId job = submit(spec("r1", 64, {0, 0, 256, 64}));
+  connect("a");
+  stand_still(std::chrono::minutes(10));
+  pass(limits.lease_duration + std::chrono::seconds(1));
+  EXPECT_GT(status(job).counters.leases_lost, 0u);
+}
+
 }  // namespace
 }  // namespace lightmill
