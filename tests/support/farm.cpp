@@ -257,20 +257,23 @@ void kill_at_once(BackgroundProcess& process) {
   EXPECT_TRUE(process.wait(kPatience));
 }
 
-Farm::Farm(std::vector<std::string> server_options) : server_options_(std::move(server_options)) {
+Farm::Farm(std::vector<std::string> server_options, Launch launch)
+    : server_options_(std::move(server_options)), launch_(std::move(launch)) {
   start_server();
 }
 
 void Farm::start_server() {
   const std::filesystem::path port_file = folder_.path() / "port";
   std::filesystem::remove(port_file);
-  std::vector<std::string> arguments{program("lightmill-server"), "--listen", address(), "--port-file",
-                                     port_file.string()};
+  std::vector<std::string> arguments = launch_.before;
+  arguments.insert(arguments.end(),
+                   {program("lightmill-server"), "--listen", address(), "--port-file", port_file.string()});
   if (std::find(server_options_.begin(), server_options_.end(), "--store") == server_options_.end()) {
     arguments.insert(arguments.end(), {"--data", data().string()});
   }
   arguments.insert(arguments.end(), server_options_.begin(), server_options_.end());
-  server_ = std::make_unique<BackgroundProcess>(arguments, (folder_.path() / "server.log").string());
+  server_ =
+      std::make_unique<BackgroundProcess>(arguments, (folder_.path() / "server.log").string(), launch_.environment);
   const auto until = std::chrono::steady_clock::now() + kPatience;
   while (!std::filesystem::exists(port_file)) {
     if (server_->wait(std::chrono::milliseconds(0)) || std::chrono::steady_clock::now() > until) {
@@ -282,15 +285,18 @@ void Farm::start_server() {
   port_ = std::stoi(read_file(port_file).value());
 }
 
-std::unique_ptr<BackgroundProcess> Farm::start_worker(int threads, const std::string& name) {
-  return std::make_unique<BackgroundProcess>(
-      std::vector<std::string>{program("lightmill-worker"), "--server", address(), "--threads", std::to_string(threads),
-                               "--name", name, "--log-level", "debug"},
-      (folder_.path() / (name + ".log")).string());
+std::unique_ptr<BackgroundProcess> Farm::start_worker(int threads, const std::string& name, const Launch& launch) {
+  std::vector<std::string> arguments = launch.before;
+  arguments.insert(arguments.end(),
+                   {program("lightmill-worker"), "--server", launch.address.empty() ? address() : launch.address,
+                    "--threads", std::to_string(threads), "--name", name, "--log-level", "debug"});
+  return std::make_unique<BackgroundProcess>(arguments, (folder_.path() / (name + ".log")).string(),
+                                             launch.environment);
 }
 
-BackgroundProcess& Farm::add_worker(int threads, const std::string& name) {
-  workers_.push_back({name, threads, start_worker(threads, name)});
+BackgroundProcess& Farm::add_worker(int threads, const std::string& name, Launch launch) {
+  std::unique_ptr<BackgroundProcess> process = start_worker(threads, name, launch);
+  workers_.push_back({name, threads, std::move(launch), std::move(process)});
   return *workers_.back().process;
 }
 
@@ -307,7 +313,7 @@ void Farm::replace_worker(const std::string& name) {
   for (Worker& worker : workers_) {
     if (worker.name == name) {
       kill_at_once(*worker.process);
-      worker.process = start_worker(worker.threads, name);
+      worker.process = start_worker(worker.threads, name, worker.launch);
     }
   }
 }

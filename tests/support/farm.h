@@ -61,12 +61,19 @@ class FarmClient {
 /// SIGKILL, waited for.
 void kill_at_once(BackgroundProcess& process);
 
+/// How a program of a farm is started, where that matters.
+struct Launch {
+  std::string address;              ///< of a coordinator: the host it listens at; of a worker: its --server
+  std::vector<std::string> before;  ///< the program that starts it in its surroundings, with its arguments
+  Environment environment;
+};
+
 class Farm {
  public:
   /// Starts the coordinator and waits until it listens. Its state is in data() unless the options have a --store.
-  explicit Farm(std::vector<std::string> server_options = {});
+  explicit Farm(std::vector<std::string> server_options = {}, Launch launch = {"127.0.0.1", {}, {}});
 
-  std::string address() const { return "127.0.0.1:" + std::to_string(port_); }
+  std::string address() const { return launch_.address + ":" + std::to_string(port_); }
   BackgroundProcess& server() { return *server_; }
   /// A new coordinator on the same port and data; the one before has ended.
   void start_server();
@@ -74,12 +81,16 @@ class Farm {
   std::filesystem::path data() const { return folder_.path() / "data"; }
   std::filesystem::path folder() const { return folder_.path(); }
 
-  BackgroundProcess& add_worker(int threads, const std::string& name);
+  /// By default one that goes straight to the coordinator.
+  BackgroundProcess& add_worker(int threads, const std::string& name, Launch launch = {});
   BackgroundProcess& worker(const std::string& name);
   /// SIGKILL, and another one of the same name in its place.
   void replace_worker(const std::string& name);
   std::string worker_log(const std::string& name) const { return log(name); }
   std::string server_log() const { return log("server"); }
+  /// Whether the coordinator has said that a worker came, or that its connection ended.
+  bool met(const std::string& worker) const { return server_log().find(worker + " is here") != std::string::npos; }
+  bool missed(const std::string& worker) const { return server_log().find(worker + " is gone") != std::string::npos; }
   /// What a process whose output goes to NAME.log in folder() has said.
   std::string log(const std::string& name) const;
 
@@ -87,12 +98,14 @@ class Farm {
   struct Worker {
     std::string name;
     int threads;
+    Launch launch;
     std::unique_ptr<BackgroundProcess> process;
   };
-  std::unique_ptr<BackgroundProcess> start_worker(int threads, const std::string& name);
+  std::unique_ptr<BackgroundProcess> start_worker(int threads, const std::string& name, const Launch& launch);
 
   TemporaryFolder folder_;
   std::vector<std::string> server_options_;
+  Launch launch_;
   int port_ = 0;
   std::unique_ptr<BackgroundProcess> server_;
   std::vector<Worker> workers_;

@@ -7,7 +7,7 @@
 #include <future>
 
 #include "server/store/postgres/commit_batch.h"
-#include "tests/integration/store/cut_proxy.h"
+#include "tests/support/fault_proxy.h"
 #include "tests/support/postgres_server.h"
 #include "tests/unit/store/asset_conformance.h"
 #include "tests/unit/store/store_conformance.h"
@@ -192,17 +192,17 @@ TEST_F(PostgresStoreTest, WhileTheServerIsAwayNothingIsLost) {
 }
 
 TEST_F(PostgresStoreTest, ACommitWhoseAnswerIsLostIsStoredOnce) {
-  CutProxy proxy(server().socket_file());
+  FaultProxy proxy(server().socket_file());
   const auto store = opened(options_for(PostgresServer::over_tcp(url_, proxy.port()))).store;
   ASSERT_TRUE(store->load().ok());
   ASSERT_TRUE(store->commit(std::vector<StoreOp>{PutJob{full_record(1)}}).ok());
   // A second time, the node would have no job.
   const std::vector<StoreOp> ops{PutNode{JobId{1}, TileId{0}, small_node(0, 0, 1)}, DeleteJobRows{JobId{1}},
                                  PutJob{full_record(2)}};
-  proxy.swallow_answers(true);
+  proxy.swallow(Way::back, true);
   std::future<Status> committed = std::async(std::launch::async, [&] { return store->commit(ops); });
   EXPECT_TRUE(eventually([&] { return sql("SELECT commits FROM lightmill.turn") == "2"; }));
-  proxy.swallow_answers(false);
+  proxy.swallow(Way::back, false);
   proxy.cut();
   const Status status = committed.get();
   EXPECT_TRUE(status.ok()) << status;
@@ -213,7 +213,7 @@ TEST_F(PostgresStoreTest, ACommitWhoseAnswerIsLostIsStoredOnce) {
 }
 
 TEST_F(PostgresStoreTest, ACommitThatNeverReachedTheServerIsStored) {
-  CutProxy proxy(server().socket_file());
+  FaultProxy proxy(server().socket_file());
   const auto store = opened(options_for(PostgresServer::over_tcp(url_, proxy.port()))).store;
   ASSERT_TRUE(store->load().ok());
   proxy.cut();

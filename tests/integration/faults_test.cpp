@@ -1,0 +1,180 @@
+// Real processes over lines that are slow, stall and break, that stop for a while, and whose clocks jump.
+#include <gtest/gtest.h>
+
+#include <signal.h>
+
+#include <fstream>
+#include <random>
+
+#include "tests/support/farm.h"
+#include "tests/support/fault_proxy.h"
+
+namespace lightmill::test {
+namespace {
+
+using std::chrono::milliseconds;
+using std::chrono::seconds;
+
+constexpr int kSide = 96;
+constexpr std::uint64_t kPixels = kSide * kSide;
+
+Picture picture_of(std::uint64_t samples) {
+  Picture picture;
+  picture.side = kSide;
+  picture.samples = samples;
+  return picture;
+}
+
+/// Two workers with a proxy each before the coordinator, and a job.
+class FaultyLines : public ::testing::Test {
+ protected:
+  FaultyLines() : lines_{std::make_unique<FaultProxy>(farm_.address()), std::make_unique<FaultProxy>(farm_.address())} {
+    for (std::size_t i = 0; i < lines_.size(); ++i) {
+      farm_.add_worker(1, fmt::format("w{}", i + 1), {lines_[i]->address(), {}, {}});
+    }
+    job_ = farm_.client().submit(picture_).id();
+    farm_.client().wait_for_samples(job_, kPixels);
+    EXPECT_TRUE(eventually([&] { return farm_.met("w1") && farm_.met("w2"); }));
+  }
+  ~FaultyLines() override { expect_reference_film(farm_.client(), job_, picture_); }
+
+  /// A job that is done before the faults are gets more to do.
+  void keep_busy() {
+    FarmClient client = farm_.client();
+    if (const v1::Job job = client.job(job_); job.samples_done() + kPixels * 150 > kPixels * picture_.samples) {
+      picture_.samples += 250;
+      client.extend(job_, picture_.samples);
+    }
+  }
+
+  Farm farm_;
+  std::array<std::unique_ptr<FaultProxy>, 2> lines_;
+  Picture picture_ = picture_of(500);
+  std::uint64_t job_ = 0;
+};
+
+TEST_F(FaultyLines, ThatDelayAndOvertake) {
+  for (const auto& line : lines_) {
+    line->delay(Way::there, milliseconds(0), milliseconds(120));
+    line->delay(Way::back, milliseconds(0), milliseconds(120));
+  }
+}
+
+TEST_F(FaultyLines, ThatAreCutAgainAndAgain) {
+  std::mt19937 random(20261122);
+  for (int i = 0; i < 12; ++i) {
+    keep_busy();
+    std::this_thread::sleep_for(milliseconds(random() % 400));
+    lines_[random() % 2]->cut();
+  }
+  EXPECT_TRUE(eventually([&] { return farm_.missed("w1") && farm_.missed("w2"); }));
+}
+
+TEST_F(FaultyLines, ThatAreCutForAWhile) {
+  for (const auto& line : lines_) {
+    keep_busy();
+    line->refuse(true);
+    line->cut();
+    std::this_thread::sleep_for(seconds(3));
+    line->refuse(false);
+  }
+  EXPECT_TRUE(farm_.missed("w1") && farm_.missed("w2"));
+}
+
+TEST_F(FaultyLines, ThatStallInOneDirectionOrBoth) {
+  const auto stall_for = [&](std::initializer_list<Way> ways, milliseconds time) {
+    keep_busy();
+    for (const Way way : ways) {
+      lines_[0]->stall(way, true);
+    }
+    std::this_thread::sleep_for(time);
+    for (const Way way : ways) {
+      lines_[0]->stall(way, false);
+    }
+  };
+  // Shorter than what is taken for dead, and longer.
+  for (const milliseconds time : {milliseconds(1'000), milliseconds(9'000)}) {
+    stall_for({Way::there}, time);
+    stall_for({Way::back}, time);
+    stall_for({Way::there, Way::back}, time);
+    EXPECT_EQ(farm_.missed("w1"), time > seconds(5));
+  }
+  EXPECT_FALSE(farm_.missed("w2"));
+}
+
+TEST(StoppedProcesses, AWorkerThatStandsStillIsReplacedAndComesBack) {
+  Farm farm;
+  Picture picture = picture_of(600);
+  farm.add_worker(1, "w1");
+  farm.add_worker(1, "w2");
+  const std::uint64_t job = farm.client().submit(picture).id();
+  farm.client().wait_for_samples(job, kPixels);
+  farm.worker("w1").send(SIGSTOP);
+  const v1::Job done = farm.client().wait_until_ended(job);
+  EXPECT_EQ(done.state(), v1::JOB_STATE_DONE) << "the other one does what it held";
+  picture.samples = 900;
+  farm.client().extend(job, picture.samples);
+  farm.worker("w1").send(SIGCONT);
+  expect_reference_film(farm.client(), job, picture);
+  EXPECT_FALSE(farm.worker("w1").wait(milliseconds(0)));
+  EXPECT_TRUE(farm.missed("w1"));
+}
+
+TEST(StoppedProcesses, ACoordinatorThatStandsStillGoesOn) {
+  Farm farm;
+  Picture picture = picture_of(600);
+  farm.add_worker(1, "w1");
+  farm.add_worker(1, "w2");
+  const std::uint64_t job = farm.client().submit(picture).id();
+  farm.client().wait_for_samples(job, kPixels);
+  farm.server().send(SIGSTOP);
+  std::this_thread::sleep_for(seconds(12));  // longer than workers keep a silent one
+  farm.server().send(SIGCONT);
+  expect_reference_film(farm.client(), job, picture);
+}
+
+/// The clock of a program's own: what it says can be moved while it runs.
+class MovableClock {
+ public:
+  explicit MovableClock(const std::filesystem::path& file) : file_(file) { move("+0"); }
+  static bool is_there() { return std::filesystem::exists(kLibrary); }
+  Environment environment() const {
+    return {{"LD_PRELOAD", kLibrary},
+            {"FAKETIME_TIMESTAMP_FILE", file_.string()},
+            {"FAKETIME_NO_CACHE", "1"},
+            {"FAKETIME_DONT_FAKE_MONOTONIC", "1"}};
+  }
+  void move(const std::string& offset) const {
+    const std::filesystem::path next = file_.string() + ".next";
+    std::ofstream(next) << offset << "\n";
+    std::filesystem::rename(next, file_);
+  }
+
+ private:
+  static constexpr const char* kLibrary = "/usr/lib/x86_64-linux-gnu/faketime/libfaketimeMT.so.1";
+  const std::filesystem::path file_;
+};
+
+TEST(JumpingClocks, AreNotWhatAFarmGoesBy) {
+  ASSERT_TRUE(MovableClock::is_there()) << "install libfaketime (deploy/setup --tests does)";
+  const TemporaryFolder folder;
+  const MovableClock coordinators(folder.path() / "coordinator"), workers(folder.path() / "worker");
+  Farm farm({}, {"127.0.0.1", {}, coordinators.environment()});
+  Picture picture = picture_of(500);
+  farm.add_worker(1, "w1", {"", {}, workers.environment()});
+  farm.add_worker(1, "w2");
+  const std::uint64_t job = farm.client().submit(picture).id();
+  for (const char* const offset : {"+400d", "-400d", "+0"}) {
+    const std::uint64_t before = farm.client().job(job).samples_done();
+    coordinators.move(offset);
+    workers.move(offset[0] == '+' ? "-3h" : "+3h");
+    farm.client().wait_for_samples(job, std::min(before + 80 * kPixels, picture.samples * kPixels));
+  }
+  expect_reference_film(farm.client(), job, picture);
+  const v1::Job done = farm.client().job(job);
+  EXPECT_GT(done.worker_seconds(), 0);
+  EXPECT_LT(done.worker_seconds(), 600);
+}
+
+}  // namespace
+}  // namespace lightmill::test
