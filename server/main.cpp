@@ -40,6 +40,8 @@ struct Options {
   double max_asset_gib = 2;
   std::uint32_t max_jobs = 10'000;
   std::uint32_t max_workers = 10'000;
+  std::uint32_t log_entries = 50'000;
+  std::uint32_t log_days = 400;
   bool check = false;  ///< what is stored, instead of serving it
 };
 
@@ -144,6 +146,9 @@ std::optional<int> parse(int argc, char** argv, Options& options) {
   add_limit(app, "--max-assets-gib", options.max_assets_gib, "GIB", {0.001, 1e6}, "disk for all assets together");
   add_limit(app, "--max-jobs", options.max_jobs, "N", {1, 1'000'000}, "jobs that are kept");
   add_limit(app, "--max-workers", options.max_workers, "N", {1, 1'000'000}, "workers that may connect");
+  add_limit(app, "--log-entries", options.log_entries, "N", {100, 1'000'000},
+            "actions that the farm's log keeps (`lightmill log`); of refusals and workers that came, a quarter each");
+  add_limit(app, "--log-days", options.log_days, "DAYS", {1, 36'500}, "how long it keeps them at most");
   CLI::App* const check = app.add_subcommand("check", "compare all that is stored with its checksums, and stop");
   check->fallthrough()->footer(
       "Takes --data or --store. What is damaged is taken out; what can be rendered again is, by the next coordinator.\n"
@@ -292,6 +297,7 @@ Status serve(const Options& options, StopRequest& stop) {
     api.notices.push_back("this farm runs with --insecure: whoever reaches it can use and stop its jobs");
   }
   api.limits = limits_of(options);
+  api.log = {options.log_entries, options.log_days};
   api.on_fatal = [&stop](const Status& why) { stop.ask(why); };
   LM_ASSIGN_OR_RETURN(const std::unique_ptr<ApiServer> server,
                       ApiServer::start(std::move(state->store), std::move(state->assets), api));

@@ -60,6 +60,7 @@ void add_watch_commands(CLI::App& app, Context& context);   ///< watch, fetch
 void add_job_commands(CLI::App& app, Context& context);     ///< jobs, cancel, pause, resume, extend, delete
 void add_show_command(CLI::App& app, Context& context);
 void add_token_commands(CLI::App& app, Context& context);   ///< tokens, tokens create, revoke
+void add_log_command(CLI::App& app, Context& context);      ///< log
 void add_worker_commands(CLI::App& app, Context& context);  ///< workers, workers drain
 void add_error_command(CLI::App& app, Context& context);
 void add_check_command(CLI::App& app, Context& context);

@@ -332,4 +332,19 @@ Status FarmConnection::revoke_token(const std::string& id) {
   return call(*state_, &v1::AccessService::Stub::RevokeToken, request, response);
 }
 
+Result<std::vector<v1::Action>> FarmConnection::list_actions(v1::ListActionsRequest request, std::size_t limit) {
+  std::vector<v1::Action> actions;
+  while (actions.size() < limit) {
+    request.set_page_size(static_cast<int>(std::min<std::size_t>(limit - actions.size(), kPageSize)));
+    v1::ListActionsResponse response;
+    LM_RETURN_IF_ERROR(call(*state_, &v1::AccessService::Stub::ListActions, request, response));
+    actions.insert(actions.end(), response.actions().begin(), response.actions().end());
+    if (response.next_page_token().empty()) {
+      break;
+    }
+    request.set_page_token(response.next_page_token());
+  }
+  return actions;
+}
+
 }  // namespace lightmill::cli

@@ -72,6 +72,9 @@ class FarmConnection {
   Result<std::vector<v1::Token>> list_tokens();
   Status revoke_token(const std::string& id);
 
+  /// Who did what, newest first, at most `limit`; of all pages that `request` asks for.
+  Result<std::vector<v1::Action>> list_actions(v1::ListActionsRequest request, std::size_t limit);
+
   /// Cancels the calls that are running now.
   void cancel_calls();
 

@@ -68,6 +68,7 @@ int run(int argc, char** argv) {
   add_show_command(app, context);
   add_worker_commands(app, context);
   add_token_commands(app, context);
+  add_log_command(app, context);
   add_error_command(app, context);
   add_check_command(app, context);
   add_lab_command(app, context);

@@ -31,6 +31,7 @@ enum class Rpc {
   create_token,
   list_tokens,
   revoke_token,
+  list_actions,
   count
 };
 
@@ -50,6 +51,14 @@ struct RpcRule {
   Rpc rpc;
   std::string_view service, method;
   Right right;
+  bool recorded;  ///< it changes something: the farm's log says who did so (server/api/recorded_calls.h)
+};
+
+/// A call that was let in, or is to be.
+struct Call {
+  Identity caller;
+  Rpc rpc = Rpc::count;
+  std::string peer;  ///< ADDRESS:PORT
 };
 
 /// In the order of Rpc.

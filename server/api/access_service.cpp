@@ -4,6 +4,7 @@
 #include "common/wire/role_proto.h"
 #include "server/api/grpc_status.h"
 #include "server/api/pages.h"
+#include "server/api/recorded_calls.h"
 
 namespace lightmill {
 namespace {
@@ -31,6 +32,32 @@ Result<TokenRecord> from_wire(const v1::CreateTokenRequest& request) {
   return token;
 }
 
+v1::Proof to_wire(Proof proof) {
+  switch (proof) {
+    case Proof::none:
+      return v1::PROOF_NONE;
+    case Proof::certificate:
+      return v1::PROOF_CERTIFICATE;
+    case Proof::token:
+      return v1::PROOF_TOKEN;
+  }
+  return v1::PROOF_UNSPECIFIED;
+}
+
+void to_wire(const Action& action, v1::Action* out) {
+  out->set_number(action.number);
+  out->set_unix_ms(action.unix_ms);
+  out->set_who(action.who);
+  out->set_proof(to_wire(action.proof));
+  out->set_token(action.token);
+  out->set_peer(action.peer);
+  out->set_what(action.what);
+  out->set_job(action.job);
+  out->set_about(action.about);
+  out->set_code(static_cast<std::int32_t>(action.outcome));
+  out->set_message(action.message);
+}
+
 grpc::ServerUnaryReactor* finished(grpc::CallbackServerContext* context, const Status& status) {
   grpc::ServerUnaryReactor* reactor = context->DefaultReactor();
   reactor->Finish(to_grpc(status));
@@ -41,41 +68,31 @@ grpc::ServerUnaryReactor* finished(grpc::CallbackServerContext* context, const S
 
 AccessServiceImpl::Unary* AccessServiceImpl::CreateToken(Context* context, const v1::CreateTokenRequest* request,
                                                          v1::Token* reply) {
-  const Result<Identity> caller = gate_.admit(*context, Rpc::create_token);
-  Result<TokenRecord> token = caller.ok() ? from_wire(*request) : caller.status();
-  if (!token.ok()) {
-    return finished(context, token.status());
-  }
-  token->made_by = caller->name;
-  Unary* reactor = context->DefaultReactor();
-  const bool posted = loop_->post([this, token = std::move(*token), reply, reactor](FarmLoop::Turn& turn) mutable {
-    token.made_unix_s = turn.unix_ms / 1000;
-    const bool is_new = !gate_.find_token(token.id);
-    if (const Status added = gate_.add_token(token); !added.ok()) {
-      reactor->Finish(to_grpc(added));
-      return;
-    }
-    to_wire(*gate_.find_token(token.id), reply);
-    if (is_new) {
-      turn.step.writes.push_back(PutToken{token});
-    }
-    turn.replies.push_back([this, id = token.id, is_new, reactor](const Status& stored) {
-      if (!stored.ok() && is_new) {
-        (void)gate_.remove_token(id);
-      }
-      reactor->Finish(to_grpc(stored));
-    });
-  });
-  if (!posted) {
-    reactor->Finish(busy());
-  }
-  return reactor;
+  return run_change(*loop_, gate_, context, gate_.admit(*context, Rpc::create_token),
+                    [this, request, reply](FarmLoop::Turn& turn, const Call& call, About& about) {
+                      about.text = request->id() + " for " + request->name();
+                      LM_ASSIGN_OR_RETURN(TokenRecord token, from_wire(*request));
+                      token.made_by = call.caller.name;
+                      token.made_unix_s = turn.unix_ms / 1000;
+                      const bool is_new = !gate_.find_token(token.id);
+                      LM_RETURN_IF_ERROR(gate_.add_token(token));
+                      to_wire(*gate_.find_token(token.id), reply);
+                      if (is_new) {
+                        turn.step.writes.push_back(PutToken{token});
+                        turn.replies.push_back([this, id = token.id](const Status& stored) {
+                          if (!stored.ok()) {
+                            (void)gate_.remove_token(id);
+                          }
+                        });
+                      }
+                      return ok_status();
+                    });
 }
 
 AccessServiceImpl::Unary* AccessServiceImpl::ListTokens(Context* context, const v1::ListTokensRequest* request,
                                                         v1::ListTokensResponse* reply) {
-  const Result<Identity> caller = gate_.admit(*context, Rpc::list_tokens);
-  const Result<int> size = caller.ok() ? page_size_of(request->page_size()) : caller.status();
+  const Result<Call> call = gate_.admit(*context, Rpc::list_tokens);
+  const Result<int> size = call.ok() ? page_size_of(request->page_size()) : call.status();
   if (!size.ok()) {
     return finished(context, size.status());
   }
@@ -94,17 +111,37 @@ AccessServiceImpl::Unary* AccessServiceImpl::ListTokens(Context* context, const 
 
 AccessServiceImpl::Unary* AccessServiceImpl::RevokeToken(Context* context, const v1::RevokeTokenRequest* request,
                                                          v1::RevokeTokenResponse*) {
-  if (const Result<Identity> caller = gate_.admit(*context, Rpc::revoke_token); !caller.ok()) {
-    return finished(context, caller.status());
+  return run_change(*loop_, gate_, context, gate_.admit(*context, Rpc::revoke_token),
+                    [this, id = request->id()](FarmLoop::Turn& turn, const Call&, About& about) {
+                      about.text = id;
+                      if (const std::optional<TokenRecord> token = gate_.find_token(id)) {
+                        about.text += " of " + token->name;
+                      }
+                      LM_RETURN_IF_ERROR(gate_.remove_token(id));
+                      turn.step.writes.push_back(DropToken{id});
+                      return ok_status();
+                    });
+}
+
+AccessServiceImpl::Unary* AccessServiceImpl::ListActions(Context* context, const v1::ListActionsRequest* request,
+                                                         v1::ListActionsResponse* reply) {
+  const Result<Call> call = gate_.admit(*context, Rpc::list_actions);
+  const Result<int> size = call.ok() ? page_size_of(request->page_size()) : call.status();
+  const Result<std::uint64_t> before = size.ok() ? id_in(request->page_token()) : size.status();
+  if (!before.ok()) {
+    return finished(context, before.status());
   }
   Unary* reactor = context->DefaultReactor();
-  const bool posted = loop_->post([this, id = request->id(), reactor](FarmLoop::Turn& turn) {
-    if (const Status removed = gate_.remove_token(id); !removed.ok()) {
-      reactor->Finish(to_grpc(removed));
-      return;
+  const ActionFilter filter{request->job(), request->who(), request->since_unix_ms(), *before};
+  const bool posted = loop_->post([filter, most = *size, reply, reactor](FarmLoop::Turn& turn) {
+    const std::vector<Action> found = turn.actions.find(filter, static_cast<std::size_t>(most));
+    for (const Action& action : found) {
+      to_wire(action, reply->add_actions());
     }
-    turn.step.writes.push_back(DropToken{id});
-    turn.replies.push_back([reactor](const Status& stored) { reactor->Finish(to_grpc(stored)); });
+    if (found.size() == static_cast<std::size_t>(most)) {
+      reply->set_next_page_token(std::to_string(found.back().number));
+    }
+    reactor->Finish(grpc::Status::OK);
   });
   if (!posted) {
     reactor->Finish(busy());

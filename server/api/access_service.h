@@ -1,4 +1,4 @@
-// AccessService: tokens are made known, listed and revoked.
+// AccessService: tokens are made known, listed and revoked, and who did what is told.
 #pragma once
 
 #include "lightmill/v1/access_service.grpc.pb.h"
@@ -20,6 +20,7 @@ class AccessServiceImpl final : public v1::AccessService::CallbackService {
   Unary* CreateToken(Context*, const v1::CreateTokenRequest*, v1::Token*) override;
   Unary* ListTokens(Context*, const v1::ListTokensRequest*, v1::ListTokensResponse*) override;
   Unary* RevokeToken(Context*, const v1::RevokeTokenRequest*, v1::RevokeTokenResponse*) override;
+  Unary* ListActions(Context*, const v1::ListActionsRequest*, v1::ListActionsResponse*) override;
 
  private:
   Gate& gate_;

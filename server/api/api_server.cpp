@@ -8,12 +8,15 @@
 #include <grpcpp/impl/server_builder_option.h>
 #include <grpcpp/impl/server_builder_plugin.h>
 
+#include <unistd.h>
+
 #include <set>
 
 #include "common/base/log.h"
 #include "server/api/access_service.h"
 #include "server/api/gate.h"
 #include "server/api/listen_problem.h"
+#include "server/api/recorded_calls.h"
 #include "server/api/render_service.h"
 #include "server/api/worker_streams.h"
 
@@ -74,13 +77,28 @@ void forget_unused_assets(AssetStore& assets, const StoredState& state) {
   }
 }
 
+/// What the gate refuses goes into the log.
+void record_refusals(Gate& gate, FarmLoop& loop) {
+  gate.set_on_refused([&gate, &loop](const Call& call, const Status& status) {
+    if (const std::optional<std::uint64_t> left_out = gate.may_record_refusal(call.caller)) {
+      (void)loop.post([call, status, left_out = *left_out](FarmLoop::Turn& turn) {
+        record_refusal(turn, call, {}, status, left_out);
+      });
+    }
+  });
+}
+
 }  // namespace
 
 /// In the order of their making; each uses only those above it, and gRPC's threads stop first.
 struct ApiServer::Parts {
-  Parts(const GateOptions& options, std::vector<TokenRecord> tokens)
-      : gate(options, std::move(tokens), system_clock()), workers(gate), access(gate) {}
+  Parts(const ApiOptions& options, StoredState& state)
+      : gate(options.gate, std::move(state.tokens), system_clock()),
+        actions(options.log, std::move(state.actions)),
+        workers(gate),
+        access(gate) {}
   Gate gate;
+  ActionLog actions;
   std::unique_ptr<Store> store;
   std::unique_ptr<AssetStore> assets;
   std::unique_ptr<Coordinator> farm;
@@ -96,22 +114,24 @@ Result<std::unique_ptr<ApiServer>> ApiServer::start(std::unique_ptr<Store> store
                                                     const ApiOptions& options) {
   LM_RETURN_IF_ERROR(check_rules(served_methods()));
   LM_ASSIGN_OR_RETURN(StoredState state, store->load());
-  auto parts = std::make_unique<Parts>(options.gate, std::move(state.tokens));
+  auto parts = std::make_unique<Parts>(options, state);
   forget_unused_assets(*assets, state);
   spdlog::info("epoch {}, {} jobs in the store", state.epoch, state.jobs.size());
   parts->store = std::move(store);
   parts->assets = std::move(assets);
   const Clock& clock = system_clock();
+  const std::string start = fmt::format("epoch {}, process {}", state.epoch, ::getpid());
   parts->farm = std::make_unique<Coordinator>(options.limits, std::move(state), clock.now());
   parts->renders = std::make_unique<RenderServiceImpl>(*parts->assets, parts->gate, options.notices);
   WorkerStreams& workers = parts->workers;
   parts->loop = std::make_unique<FarmLoop>(
-      *parts->farm, *parts->store, clock,
+      *parts->farm, parts->actions, *parts->store, clock,
       FarmLoop::Handlers{[&workers](Outgoing message) { workers.send(std::move(message)); },
                          [&workers](SessionId session) { workers.hang_up(session); }, options.on_fatal});
   workers.set_loop(*parts->loop, std::size_t{2} * options.limits.max_workers + kSpareStreams);
   parts->renders->set_loop(*parts->loop);
   parts->access.set_loop(*parts->loop);
+  record_refusals(parts->gate, *parts->loop);
 
   gpr_set_log_function([](gpr_log_func_args* line) { spdlog::debug("grpc: {}", line->message); });
   grpc::EnableDefaultHealthCheckService(true);
@@ -137,6 +157,9 @@ Result<std::unique_ptr<ApiServer>> ApiServer::start(std::unique_ptr<Store> store
     (void)parts->loop->stop();
     return unavailable("cannot listen on {}: {}", options.listen, listen_problem(options.listen));
   }
+  parts->loop->post_always([start](FarmLoop::Turn& turn) {
+    record_own(turn, turn.actions.somebody_is_at_work() ? kTakeOver : kStart, start);
+  });
   return std::unique_ptr<ApiServer>(new ApiServer(std::move(parts)));
 }
 
@@ -161,6 +184,8 @@ Status ApiServer::stop() {
   parts_->workers.stop();
   parts_->server->Shutdown(std::chrono::system_clock::now() + kStopPatience);
   parts_->server.reset();
+  parts_->loop->post_always(
+      [](FarmLoop::Turn& turn) { record_own(turn, kStop, fmt::format("process {}", ::getpid())); });
   return parts_->loop->stop();
 }
 

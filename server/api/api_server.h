@@ -7,6 +7,7 @@
 
 #include "common/base/status.h"
 #include "common/security/tls_files.h"
+#include "server/access/action_log.h"
 #include "server/access/gate_options.h"
 #include "server/domain/coordinator.h"
 #include "server/store/asset_store.h"
@@ -22,6 +23,7 @@ struct ApiOptions {
   GateOptions gate;
   std::vector<std::string> notices;  ///< told to who lists jobs or workers
   CoordinatorLimits limits;
+  ActionLogLimits log;
   /// The store cannot be used any more. From another thread; the server should be stopped.
   std::function<void(const Status&)> on_fatal = [](const Status&) {};
 };

@@ -94,16 +94,16 @@ class DownloadStream final : public grpc::ServerWriteReactor<v1::DownloadAssetRe
 
 grpc::ServerReadReactor<v1::UploadAssetRequest>* RenderServiceImpl::UploadAsset(Context* context,
                                                                                 v1::UploadAssetResponse*) {
-  if (const Result<Identity> caller = gate_.admit(*context, Rpc::upload_asset); !caller.ok()) {
-    return new Refused<grpc::ServerReadReactor<v1::UploadAssetRequest>>(caller.status());
+  if (const Result<Call> call = gate_.admit(*context, Rpc::upload_asset); !call.ok()) {
+    return new Refused<grpc::ServerReadReactor<v1::UploadAssetRequest>>(call.status());
   }
   return new UploadStream(assets_);
 }
 
 grpc::ServerWriteReactor<v1::DownloadAssetResponse>* RenderServiceImpl::DownloadAsset(
     Context* context, const v1::DownloadAssetRequest* request) {
-  if (const Result<Identity> caller = gate_.admit(*context, Rpc::download_asset); !caller.ok()) {
-    return new Refused<grpc::ServerWriteReactor<v1::DownloadAssetResponse>>(caller.status());
+  if (const Result<Call> call = gate_.admit(*context, Rpc::download_asset); !call.ok()) {
+    return new Refused<grpc::ServerWriteReactor<v1::DownloadAssetResponse>>(call.status());
   }
   return new DownloadStream(assets_, request->digest());
 }

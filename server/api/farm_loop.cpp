@@ -13,8 +13,9 @@ bool has_ended(JobState state) {
 
 }  // namespace
 
-FarmLoop::FarmLoop(Coordinator& farm, Store& store, const Clock& clock, Handlers handlers)
+FarmLoop::FarmLoop(Coordinator& farm, ActionLog& actions, Store& store, const Clock& clock, Handlers handlers)
     : farm_(farm),
+      actions_(actions),
       clock_(clock),
       handlers_(handlers),
       commits_(store, {handlers.send, handlers.on_fatal}),
@@ -84,7 +85,7 @@ void FarmLoop::run() {
       poked_ = false;
       stopping = stopping_;
     }
-    Turn turn{farm_, watchers_, clock_.now(), clock_.unix_milliseconds(), {}, {}};
+    Turn turn{farm_, watchers_, actions_, clock_.now(), clock_.unix_milliseconds(), {}, {}};
     for (const Task& task : tasks) {
       task(turn);
     }

@@ -9,6 +9,7 @@
 
 #include "common/base/clock.h"
 #include "common/base/mutex.h"
+#include "server/access/action_log.h"
 #include "server/api/commit_queue.h"
 #include "server/api/watch_hub.h"
 #include "server/domain/coordinator.h"
@@ -21,6 +22,7 @@ class FarmLoop {
   struct Turn {
     Coordinator& farm;
     WatchHub& watchers;
+    ActionLog& actions;
     Time now;
     std::int64_t unix_ms;
     Step step;                         ///< filled by the coordinator
@@ -33,7 +35,7 @@ class FarmLoop {
     std::function<void(SessionId)> hang_up;
     std::function<void(const Status&)> on_fatal;
   };
-  FarmLoop(Coordinator& farm, Store& store, const Clock& clock, Handlers handlers);
+  FarmLoop(Coordinator& farm, ActionLog& actions, Store& store, const Clock& clock, Handlers handlers);
   ~FarmLoop();
 
   /// Queues a task. False, and it will not run, when kMaxTasks wait or the loop has stopped. Thread-safe.
@@ -53,6 +55,7 @@ class FarmLoop {
   void note_ends(Turn& turn);
 
   Coordinator& farm_;
+  ActionLog& actions_;
   const Clock& clock_;
   const Handlers handlers_;
   CommitQueue commits_;

@@ -4,6 +4,7 @@
 #include "common/wire/bytes.h"
 #include "common/wire/farm_messages.h"
 #include "server/api/grpc_status.h"
+#include "server/api/recorded_calls.h"
 #include "server/api/refused.h"
 #include "server/api/render_service.h"
 #include "server/api/watch_registry.h"
@@ -179,11 +180,11 @@ void RenderServiceImpl::stop() {
 
 grpc::ServerWriteReactor<v1::WatchJobResponse>* RenderServiceImpl::WatchJob(Context* context,
                                                                             const v1::WatchJobRequest* request) {
-  const Result<Identity> caller = gate_.admit(*context, Rpc::watch_job);
-  if (!caller.ok()) {
-    return new Refused<grpc::ServerWriteReactor<v1::WatchJobResponse>>(caller.status());
+  const Result<Call> call = gate_.admit(*context, Rpc::watch_job);
+  if (!call.ok()) {
+    return new Refused<grpc::ServerWriteReactor<v1::WatchJobResponse>>(call.status());
   }
-  auto stream = std::make_shared<WatchStream>(*loop_, gate_, *caller, watches_);
+  auto stream = std::make_shared<WatchStream>(*loop_, gate_, call->caller, watches_);
   WatchStream* reactor = stream.get();
   if (const Status status = watches_->add(reactor, stream); !status.ok()) {
     // The registry has taken it all the same: it owns every stream until OnDone.
@@ -191,10 +192,8 @@ grpc::ServerWriteReactor<v1::WatchJobResponse>* RenderServiceImpl::WatchJob(Cont
     return reactor;
   }
   const bool posted = loop_->post(
-      [job = JobId{request->id()}, tiles = request->tiles(), caller = *caller, stream](FarmLoop::Turn& turn) {
-        const Result<std::string> owner = turn.farm.owner(job);
-        const Status status = owner.ok() ? check_job(caller, Rpc::watch_job, *owner) : owner.status();
-        if (status.ok()) {
+      [this, job = JobId{request->id()}, tiles = request->tiles(), call = *call, stream](FarmLoop::Turn& turn) {
+        if (const Status status = check_job_call(turn, gate_, call, job); status.ok()) {
           turn.watchers.add(job, tiles, stream);
         } else {
           stream->fail(status);
@@ -208,16 +207,14 @@ grpc::ServerWriteReactor<v1::WatchJobResponse>* RenderServiceImpl::WatchJob(Cont
 
 grpc::ServerWriteReactor<v1::GetFilmResponse>* RenderServiceImpl::GetFilm(Context* context,
                                                                           const v1::GetFilmRequest* request) {
-  const Result<Identity> caller = gate_.admit(*context, Rpc::get_film);
-  if (!caller.ok()) {
-    return new Refused<grpc::ServerWriteReactor<v1::GetFilmResponse>>(caller.status());
+  const Result<Call> call = gate_.admit(*context, Rpc::get_film);
+  if (!call.ok()) {
+    return new Refused<grpc::ServerWriteReactor<v1::GetFilmResponse>>(call.status());
   }
   auto* stream = new FilmStream;
   const bool posted = FilmStream::count() <= kMaxFilmStreams &&
-                      loop_->post([stream, caller = *caller, job = JobId{request->id()}](FarmLoop::Turn& turn) {
-                        const Result<std::string> owner = turn.farm.owner(job);
-                        const Status status = owner.ok() ? check_job(caller, Rpc::get_film, *owner) : owner.status();
-                        if (status.ok()) {
+                      loop_->post([this, stream, call = *call, job = JobId{request->id()}](FarmLoop::Turn& turn) {
+                        if (const Status status = check_job_call(turn, gate_, call, job); status.ok()) {
                           stream->take(job, turn);
                         } else {
                           stream->refuse(to_grpc(status));

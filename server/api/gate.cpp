@@ -6,6 +6,7 @@
 
 #include "common/base/log.h"
 #include "common/security/caller.h"
+#include "server/access/action_log.h"
 
 namespace lightmill {
 namespace {
@@ -52,14 +53,25 @@ Result<Identity> Gate::identify_bearer(std::string_view header) const {
   return book_.identify(header.substr(kBearer.size()), now_unix_s());
 }
 
-Result<Identity> Gate::admit(const grpc::ServerContextBase& context, Rpc rpc) const {
-  Result<Identity> caller = identify(context);
+Result<Call> Gate::admit(const grpc::ServerContextBase& context, Rpc rpc) const {
+  const Result<Identity> caller = identify(context);
+  Call call{caller.ok() ? *caller : Identity{}, rpc, peer_text(context.peer())};
   const Status status = caller.ok() ? check_call(*caller, rpc) : caller.status();
   if (!status.ok()) {
-    spdlog::info("{} from {} is refused: {}", rule_of(rpc).method, context.peer(), message_of(status));
+    on_refused_(call, status);
     return status;
   }
-  return caller;
+  return call;
+}
+
+std::optional<std::uint64_t> Gate::may_record_refusal(const Identity& caller) const {
+  const MutexLock lock(mutex_);
+  Refusals& refusals = caller.is_known() ? of_known_ : of_unknown_;
+  if (!refusals.allowance.take(clock_.now())) {
+    ++refusals.left_out;
+    return std::nullopt;
+  }
+  return std::exchange(refusals.left_out, 0);
 }
 
 Status Gate::check_still_holds(const Identity& identity) const {

@@ -4,11 +4,13 @@
 #include <grpcpp/security/server_credentials.h>
 #include <grpcpp/server_context.h>
 
+#include <functional>
 #include <memory>
 
 #include "common/base/clock.h"
 #include "common/base/mutex.h"
 #include "common/security/tls_files.h"
+#include "server/access/allowance.h"
 #include "server/access/gate_options.h"
 #include "server/access/rights.h"
 #include "server/access/token_book.h"
@@ -21,11 +23,20 @@ class Gate {
   Gate(const GateOptions& options, std::vector<TokenRecord> tokens, const Clock& clock)
       : options_(options), clock_(clock), book_(std::move(tokens)) {}
 
+  /// Is told what admit refuses; before the server starts.
+  void set_on_refused(std::function<void(const Call&, const Status&)> on_refused) {
+    on_refused_ = std::move(on_refused);
+  }
+
   /// Every handler's first step. UNAUTHENTICATED, PERMISSION_DENIED.
-  Result<Identity> admit(const grpc::ServerContextBase& context, Rpc rpc) const;
+  Result<Call> admit(const grpc::ServerContextBase& context, Rpc rpc) const;
   /// Of one that was admitted, while its stream lasts.
   Status check_still_holds(const Identity& identity) const;
   bool asks() const { return options_.asks; }
+
+  /// Whether a refusal may be written down now: not more than ten a minute once a hundred were, of those who are known
+  /// and those who are not. Then how many were not since the last.
+  std::optional<std::uint64_t> may_record_refusal(const Identity& caller) const;
 
   // The tokens that are known from now on; storing them is the caller's. Errors as TokenBook has them.
   Status add_token(const TokenRecord& token);
@@ -34,6 +45,10 @@ class Gate {
   std::vector<TokenRecord> tokens() const;
 
  private:
+  struct Refusals {
+    Allowance allowance{10.0 / 60, 100};
+    std::uint64_t left_out = 0;
+  };
   Result<Identity> identify(const grpc::ServerContextBase& context) const;
   Result<Identity> identify_bearer(std::string_view header) const;
   std::int64_t now_unix_s() const { return clock_.unix_milliseconds() / 1000; }
@@ -42,6 +57,8 @@ class Gate {
   const Clock& clock_;
   mutable Mutex mutex_;
   TokenBook book_ LM_GUARDED_BY(mutex_);
+  mutable Refusals of_known_ LM_GUARDED_BY(mutex_), of_unknown_ LM_GUARDED_BY(mutex_);
+  std::function<void(const Call&, const Status&)> on_refused_ = [](const Call&, const Status&) {};
 };
 
 /// Encrypted if a certificate is given. Then its files are looked at every few seconds: renewed ones serve the

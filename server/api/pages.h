@@ -4,6 +4,8 @@
 #include <grpcpp/support/status.h>
 
 #include <algorithm>
+#include <charconv>
+#include <string>
 
 #include "common/base/status.h"
 
@@ -18,6 +20,17 @@ inline Result<int> page_size_of(int asked) {
     return invalid_argument("page_size must not be negative, got {}", asked);
   }
   return asked == 0 ? kDefaultPage : std::min(asked, kMaxPage);
+}
+
+/// What a page token holds where lists go by numbers, newest first: that of the last one listed. 0 for the first page;
+/// INVALID_ARGUMENT.
+inline Result<std::uint64_t> id_in(const std::string& token) {
+  std::uint64_t id = 0;
+  const auto [end, error] = std::from_chars(token.data(), token.data() + token.size(), id);
+  if (!token.empty() && (error != std::errc() || end != token.data() + token.size() || id == 0)) {
+    return invalid_argument("page_token '{}' is not one that this farm gave", token);
+  }
+  return id;
 }
 
 inline grpc::Status busy() {

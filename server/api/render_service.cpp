@@ -1,30 +1,16 @@
 #include "server/api/render_service.h"
 
-#include <charconv>
-
 #include "common/wire/bytes.h"
 #include "common/wire/farm_messages.h"
 #include "server/api/grpc_status.h"
 #include "server/api/method_choice.h"
 #include "server/api/pages.h"
+#include "server/api/recorded_calls.h"
 
 namespace lightmill {
 namespace {
 
 constexpr std::size_t kMaxDigests = 10'000;
-
-/// A page token of jobs is the id of the last one that was listed; empty for the first page.
-Result<std::uint64_t> last_listed(const std::string& token) {
-  if (token.empty()) {
-    return std::numeric_limits<std::uint64_t>::max();
-  }
-  std::uint64_t id = 0;
-  const auto [end, error] = std::from_chars(token.data(), token.data() + token.size(), id);
-  if (error != std::errc() || end != token.data() + token.size()) {
-    return invalid_argument("page_token '{}' is not one that this farm gave", token);
-  }
-  return id;
-}
 
 void to_wire(const WorkerStatus& worker, v1::Worker* out) {
   out->set_name(worker.name);
@@ -40,15 +26,10 @@ void to_wire(const WorkerStatus& worker, v1::Worker* out) {
   out->set_leases_lost(worker.leases_lost);
 }
 
-/// Finishes a call that changed the job, with its state then, once that is durable.
-void reply_with_job(FarmLoop::Turn& turn, JobId job, v1::Job* reply, grpc::ServerUnaryReactor* reactor) {
-  const Result<JobStatus> status = turn.farm.status(job, turn.now);
-  if (!status.ok()) {
-    reactor->Finish(to_grpc(status.status()));
-    return;
-  }
-  to_wire(*status, reply);
-  turn.replies.push_back([reactor](const Status& stored) { reactor->Finish(to_grpc(stored)); });
+Status show_job(const FarmLoop::Turn& turn, JobId job, v1::Job* reply) {
+  LM_ASSIGN_OR_RETURN(const JobStatus status, turn.farm.status(job, turn.now));
+  to_wire(status, reply);
+  return ok_status();
 }
 
 }  // namespace
@@ -69,18 +50,16 @@ RenderServiceImpl::Unary* RenderServiceImpl::on_farm(Context* context,
   return reactor;
 }
 
-/// The same for a call that names a job, if the caller may do so.
+/// The same for a call that looks at a job, if the caller may.
 RenderServiceImpl::Unary* RenderServiceImpl::on_job(Context* context, Rpc rpc, JobId job,
                                                     std::function<void(FarmLoop::Turn&, Unary*)> task) {
-  Result<Identity> caller = gate_.admit(*context, rpc);
-  if (!caller.ok()) {
-    return refuse(context, caller.status());
+  Result<Call> call = gate_.admit(*context, rpc);
+  if (!call.ok()) {
+    return refuse(context, call.status());
   }
   return on_farm(context,
-                 [rpc, job, caller = std::move(*caller), task = std::move(task)](FarmLoop::Turn& turn, Unary* reactor) {
-                   const Result<std::string> owner = turn.farm.owner(job);
-                   const Status status = owner.ok() ? check_job(caller, rpc, *owner) : owner.status();
-                   if (status.ok()) {
+                 [this, job, call = std::move(*call), task = std::move(task)](FarmLoop::Turn& turn, Unary* reactor) {
+                   if (const Status status = check_job_call(turn, gate_, call, job); status.ok()) {
                      task(turn, reactor);
                    } else {
                      reactor->Finish(to_grpc(status));
@@ -88,16 +67,17 @@ RenderServiceImpl::Unary* RenderServiceImpl::on_job(Context* context, Rpc rpc, J
                  });
 }
 
-/// Changes a job and answers with its state once the change is durable.
+/// Changes a job, if the caller may, and answers once the change is durable; with the job's state, if `reply` is given.
 RenderServiceImpl::Unary* RenderServiceImpl::change_job(Context* context, Rpc rpc, JobId job, v1::Job* reply,
                                                         std::function<Status(FarmLoop::Turn&)> change) {
-  return on_job(context, rpc, job, [job, reply, change = std::move(change)](FarmLoop::Turn& turn, Unary* reactor) {
-    if (const Status changed = change(turn); !changed.ok()) {
-      reactor->Finish(to_grpc(changed));
-      return;
-    }
-    reply_with_job(turn, job, reply, reactor);
-  });
+  return run_change(
+      *loop_, gate_, context, gate_.admit(*context, rpc),
+      [this, job, reply, change = std::move(change)](FarmLoop::Turn& turn, const Call& call, About& about) {
+        about.job = job.value;
+        LM_RETURN_IF_ERROR(check_job_call(turn, gate_, call, job));
+        LM_RETURN_IF_ERROR(change(turn));
+        return reply == nullptr ? ok_status() : show_job(turn, job, reply);
+      });
 }
 
 // ---- assets ----
@@ -105,8 +85,8 @@ RenderServiceImpl::Unary* RenderServiceImpl::change_job(Context* context, Rpc rp
 RenderServiceImpl::Unary* RenderServiceImpl::FindMissingAssets(Context* context,
                                                                const v1::FindMissingAssetsRequest* request,
                                                                v1::FindMissingAssetsResponse* reply) {
-  if (const Result<Identity> caller = gate_.admit(*context, Rpc::find_missing_assets); !caller.ok()) {
-    return refuse(context, caller.status());
+  if (const Result<Call> call = gate_.admit(*context, Rpc::find_missing_assets); !call.ok()) {
+    return refuse(context, call.status());
   }
   Unary* reactor = context->DefaultReactor();
   if (static_cast<std::size_t>(request->digests_size()) > kMaxDigests) {
@@ -132,13 +112,13 @@ RenderServiceImpl::Unary* RenderServiceImpl::FindMissingAssets(Context* context,
 
 RenderServiceImpl::Unary* RenderServiceImpl::SubmitJob(Context* context, const v1::SubmitJobRequest* request,
                                                        v1::Job* reply) {
-  const Result<Identity> caller = gate_.admit(*context, Rpc::submit_job);
-  Result<JobSpec> spec = caller.ok() ? from_wire(*request) : caller.status();
+  const Result<Call> call = gate_.admit(*context, Rpc::submit_job);
+  if (!call.ok()) {
+    return refuse(context, call.status());
+  }
+  Result<JobSpec> spec = from_wire(*request);
   Status status = spec.status();
   if (status.ok()) {
-    if (caller->is_known()) {
-      spec->owner = caller->name;
-    }
     for (const Sha256& asset : spec->settings.assets) {
       if (!assets_.has(asset)) {
         status = failed_precondition("asset {} is missing: upload it first", asset.hex());
@@ -151,18 +131,20 @@ RenderServiceImpl::Unary* RenderServiceImpl::SubmitJob(Context* context, const v
     return refuse(context, notes.status());
   }
   want_bias_layer(*spec, *notes);
-  return on_farm(context, [caller = *caller, spec = std::move(*spec), notes = std::move(*notes), reply](
-                              FarmLoop::Turn& turn, Unary* reactor) {
-    Result<JobId> job = turn.farm.submit(spec, turn.now, turn.unix_ms, turn.step, notes);
-    if (job.ok() && caller.is_known() && turn.farm.owner(*job).value_or("") != caller.name) {
-      job = already_exists("request_id '{}' is that of somebody else's job: choose another", spec.request_id);
-    }
-    if (job.ok()) {
-      reply_with_job(turn, *job, reply, reactor);
-    } else {
-      reactor->Finish(to_grpc(job.status()));
-    }
-  });
+  return run_change(
+      *loop_, gate_, context, call,
+      [spec = std::move(*spec), notes = std::move(*notes), reply](FarmLoop::Turn& turn, const Call& call,
+                                                                  About& about) mutable {
+        if (call.caller.is_known()) {
+          spec.owner = call.caller.name;
+        }
+        LM_ASSIGN_OR_RETURN(const JobId job, turn.farm.submit(spec, turn.now, turn.unix_ms, turn.step, notes));
+        if (call.caller.is_known() && turn.farm.owner(job).value_or("") != call.caller.name) {
+          return already_exists("request_id '{}' is that of somebody else's job: choose another", spec.request_id);
+        }
+        about.job = job.value;
+        return show_job(turn, job, reply);
+      });
 }
 
 RenderServiceImpl::Unary* RenderServiceImpl::GetJob(Context* context, const v1::GetJobRequest* request,
@@ -179,17 +161,17 @@ RenderServiceImpl::Unary* RenderServiceImpl::GetJob(Context* context, const v1::
 
 RenderServiceImpl::Unary* RenderServiceImpl::ListJobs(Context* context, const v1::ListJobsRequest* request,
                                                       v1::ListJobsResponse* reply) {
-  const Result<Identity> caller = gate_.admit(*context, Rpc::list_jobs);
-  const Result<int> size = caller.ok() ? page_size_of(request->page_size()) : caller.status();
-  const Result<std::uint64_t> before = last_listed(request->page_token());
+  const Result<Call> call = gate_.admit(*context, Rpc::list_jobs);
+  const Result<int> size = call.ok() ? page_size_of(request->page_size()) : call.status();
+  const Result<std::uint64_t> before = id_in(request->page_token());
   if (!size.ok() || !before.ok()) {
     return refuse(context, size.ok() ? before.status() : size.status());
   }
   reply->mutable_notices()->Add(notices_.begin(), notices_.end());
   return on_farm(context,
-                 [caller = *caller, size = *size, before = *before, reply](FarmLoop::Turn& turn, Unary* reactor) {
+                 [caller = call->caller, size = *size, before = *before, reply](FarmLoop::Turn& turn, Unary* reactor) {
                    for (const JobStatus& job : turn.farm.jobs(turn.now)) {
-                     if (job.id.value >= before || !may_see_job(caller, job.owner)) {
+                     if ((before > 0 && job.id.value >= before) || !may_see_job(caller, job.owner)) {
                        continue;
                      }
                      if (reply->jobs_size() == size) {
@@ -235,22 +217,16 @@ RenderServiceImpl::Unary* RenderServiceImpl::ExtendJob(Context* context, const v
 RenderServiceImpl::Unary* RenderServiceImpl::DeleteJob(Context* context, const v1::DeleteJobRequest* request,
                                                        v1::DeleteJobResponse*) {
   const JobId id{request->id()};
-  return on_job(context, Rpc::delete_job, id, [id](FarmLoop::Turn& turn, Unary* reactor) {
-    const Status status = turn.farm.remove(id, turn.now, turn.step);
-    if (!status.ok()) {
-      reactor->Finish(to_grpc(status));
-      return;
-    }
-    turn.replies.push_back([reactor](const Status& stored) { reactor->Finish(to_grpc(stored)); });
-  });
+  return change_job(context, Rpc::delete_job, id, nullptr,
+                    [id](FarmLoop::Turn& turn) { return turn.farm.remove(id, turn.now, turn.step); });
 }
 
 // ---- workers ----
 
 RenderServiceImpl::Unary* RenderServiceImpl::ListWorkers(Context* context, const v1::ListWorkersRequest* request,
                                                          v1::ListWorkersResponse* reply) {
-  const Result<Identity> caller = gate_.admit(*context, Rpc::list_workers);
-  const Result<int> size = caller.ok() ? page_size_of(request->page_size()) : caller.status();
+  const Result<Call> call = gate_.admit(*context, Rpc::list_workers);
+  const Result<int> size = call.ok() ? page_size_of(request->page_size()) : call.status();
   if (!size.ok()) {
     return refuse(context, size.status());
   }
@@ -272,20 +248,17 @@ RenderServiceImpl::Unary* RenderServiceImpl::ListWorkers(Context* context, const
 
 RenderServiceImpl::Unary* RenderServiceImpl::DrainWorker(Context* context, const v1::DrainWorkerRequest* request,
                                                          v1::Worker* reply) {
-  if (const Result<Identity> caller = gate_.admit(*context, Rpc::drain_worker); !caller.ok()) {
-    return refuse(context, caller.status());
-  }
-  return on_farm(context, [name = request->name(), reply](FarmLoop::Turn& turn, Unary* reactor) {
-    const Status status = turn.farm.drain_worker(name, turn.now, turn.step);
-    if (status.ok()) {
-      for (const WorkerStatus& worker : turn.farm.workers(turn.now)) {
-        if (worker.name == name) {
-          to_wire(worker, reply);
-        }
-      }
-    }
-    reactor->Finish(to_grpc(status));
-  });
+  return run_change(*loop_, gate_, context, gate_.admit(*context, Rpc::drain_worker),
+                    [name = request->name(), reply](FarmLoop::Turn& turn, const Call&, About& about) {
+                      about.text = name;
+                      LM_RETURN_IF_ERROR(turn.farm.drain_worker(name, turn.now, turn.step));
+                      for (const WorkerStatus& worker : turn.farm.workers(turn.now)) {
+                        if (worker.name == name) {
+                          to_wire(worker, reply);
+                        }
+                      }
+                      return ok_status();
+                    });
 }
 
 }  // namespace lightmill

@@ -3,6 +3,7 @@
 #include "common/base/log.h"
 #include "common/wire/farm_messages.h"
 #include "server/api/grpc_status.h"
+#include "server/api/recorded_calls.h"
 #include "server/api/refused.h"
 
 namespace lightmill {
@@ -45,8 +46,8 @@ Status check_hash(const WorkerMessage& message) {
 class WorkStream final : public grpc::ServerBidiReactor<v1::WorkRequest, v1::WorkResponse>,
                          public std::enable_shared_from_this<WorkStream> {
  public:
-  WorkStream(WorkerStreams& owner, SessionId session, Identity caller, grpc::CallbackServerContext* context)
-      : owner_(owner), session_(session), caller_(std::move(caller)), context_(context) {}
+  WorkStream(WorkerStreams& owner, SessionId session, Call call, grpc::CallbackServerContext* context)
+      : owner_(owner), session_(session), call_(std::move(call)), context_(context) {}
 
   /// Answers the call, so that the worker knows that it is connected, and reads.
   void start() {
@@ -103,7 +104,7 @@ class WorkStream final : public grpc::ServerBidiReactor<v1::WorkRequest, v1::Wor
       finish(grpc::Status::OK);
       return;
     }
-    if (const Status holds = owner_.gate_.check_still_holds(caller_); !holds.ok()) {
+    if (const Status holds = owner_.gate_.check_still_holds(call_.caller); !holds.ok()) {
       finish(to_grpc(holds));
       return;
     }
@@ -117,7 +118,7 @@ class WorkStream final : public grpc::ServerBidiReactor<v1::WorkRequest, v1::Wor
                         : invalid_argument("the first message must be a hello");
     }
     if (!status.ok()) {
-      spdlog::warn("session {} ({}): {}", session_.value, peer_, message_of(status));
+      spdlog::warn("session {} ({}): {}", session_.value, call_.peer, message_of(status));
       finish(to_grpc(status));
       return;
     }
@@ -180,7 +181,8 @@ class WorkStream final : public grpc::ServerBidiReactor<v1::WorkRequest, v1::Wor
   /// On the farm thread.
   void deliver(WorkerMessage message, FarmLoop::Turn& turn) {
     if (const auto* hello = std::get_if<WorkerHello>(&message)) {
-      spdlog::debug("session {}: worker {} from {}", session_.value, hello->name, peer_);
+      spdlog::debug("session {}: worker {} from {}", session_.value, hello->name, call_.peer);
+      record(turn, owner_.gate_, call_, {0, hello->name}, ok_status());
       turn.farm.worker_connected(session_, *hello, turn.now, turn.step);
     } else {
       turn.farm.worker_message(session_, std::move(message), turn.now, turn.unix_ms, turn.step);
@@ -192,9 +194,8 @@ class WorkStream final : public grpc::ServerBidiReactor<v1::WorkRequest, v1::Wor
 
   WorkerStreams& owner_;
   const SessionId session_;
-  const Identity caller_;
+  const Call call_;
   grpc::CallbackServerContext* const context_;
-  const std::string peer_ = context_->peer();
   v1::WorkRequest request_;  // belongs to the read under way
   bool greeted_ = false;     // touched by reads, and by OnDone after them
   std::atomic<int> in_flight_ = 0;
@@ -212,9 +213,9 @@ WorkerStreams::WorkerStreams(const Gate& gate) : gate_(gate) {}
 WorkerStreams::~WorkerStreams() = default;
 
 grpc::ServerBidiReactor<v1::WorkRequest, v1::WorkResponse>* WorkerStreams::Work(grpc::CallbackServerContext* context) {
-  Result<Identity> caller = gate_.admit(*context, Rpc::work);
-  if (!caller.ok()) {
-    return new Refused<grpc::ServerBidiReactor<v1::WorkRequest, v1::WorkResponse>>(caller.status());
+  Result<Call> call = gate_.admit(*context, Rpc::work);
+  if (!call.ok()) {
+    return new Refused<grpc::ServerBidiReactor<v1::WorkRequest, v1::WorkResponse>>(call.status());
   }
   std::shared_ptr<WorkStream> stream;
   bool stopped = false;
@@ -222,7 +223,7 @@ grpc::ServerBidiReactor<v1::WorkRequest, v1::WorkResponse>* WorkerStreams::Work(
   {
     const MutexLock lock(mutex_);
     const SessionId session{next_session_++};
-    stream = std::make_shared<WorkStream>(*this, session, std::move(*caller), context);
+    stream = std::make_shared<WorkStream>(*this, session, std::move(*call), context);
     streams_.emplace(session, stream);
     stopped = stopped_;
     too_many = streams_.size() > max_streams_;

@@ -10,6 +10,7 @@
 #include "common/farm/job.h"
 #include "common/farm/messages.h"
 #include "common/film/node.h"
+#include "server/access/action_log.h"
 #include "server/access/token_book.h"
 
 namespace lightmill {
@@ -71,7 +72,16 @@ struct DropToken {
   std::string id;
 };
 
-using StoreOp = std::variant<PutJob, PutProgress, DeleteJobRows, PutNode, DropNode, PutResult, PutToken, DropToken>;
+/// Inserts an entry of the farm's log; one of this number that is there stays.
+struct PutAction {
+  Action action;
+};
+struct DropAction {
+  std::uint64_t number = 0;
+};
+
+using StoreOp = std::variant<PutJob, PutProgress, DeleteJobRows, PutNode, DropNode, PutResult, PutToken, DropToken,
+                             PutAction, DropAction>;
 
 /// A message for the worker of one session.
 struct Outgoing {
@@ -115,6 +125,7 @@ struct StoredState {
   std::uint64_t next_job_id = 1;      ///< never reused, even after deletes
   std::vector<NodeKey> damaged = {};  ///< nodes that were stored, and are left out because they are damaged
   std::vector<TokenRecord> tokens = {};
+  std::vector<Action> actions = {};  ///< any order
 };
 
 }  // namespace lightmill

@@ -25,6 +25,9 @@ constexpr std::array<std::pair<LayerKind, std::string_view>, 4> kLayerKinds{
      {LayerKind::first_nearest, "first_nearest"},
      {LayerKind::first_samples, "first_samples"}}};
 
+constexpr std::array<std::pair<Proof, std::string_view>, 3> kProofNames{
+    {{Proof::none, ""}, {Proof::certificate, "certificate"}, {Proof::token, "token"}}};
+
 template <class Names, class Value>
 std::string_view name_in(const Names& names, Value value) {
   for (const auto& [each, name] : names) {
@@ -60,6 +63,10 @@ std::string_view name_of(LayerKind kind) {
   return name_in(kLayerKinds, kind);
 }
 
+std::string_view name_of(Proof proof) {
+  return name_in(kProofNames, proof);
+}
+
 Result<JobState> state_named(std::string_view name) {
   if (const auto state = value_in(kStateNames, name)) {
     return *state;
@@ -72,6 +79,13 @@ Result<GoalLimit> limit_named(std::string_view name) {
     return *limit;
   }
   return data_loss("unknown limit '{}' in the store", name);
+}
+
+Result<Proof> proof_named(std::string_view name) {
+  if (const auto proof = value_in(kProofNames, name)) {
+    return *proof;
+  }
+  return data_loss("unknown proof '{}' in the store", name);
 }
 
 Result<LayerKind> layer_kind_named(std::string_view name, std::uint64_t job) {

@@ -23,11 +23,14 @@ static_assert(std::endian::native == std::endian::little, "sums are stored as li
 std::string_view name_of(JobState state);
 std::string_view name_of(GoalLimit limit);
 std::string_view name_of(LayerKind kind);
+std::string_view name_of(Proof proof);
 
 /// DATA_LOSS if no state has this name.
 Result<JobState> state_named(std::string_view name);
 /// DATA_LOSS if no limit has this name.
 Result<GoalLimit> limit_named(std::string_view name);
+/// DATA_LOSS if nothing that is shown has this name.
+Result<Proof> proof_named(std::string_view name);
 /// Of the layers of a job; DATA_LOSS if no kind has this name.
 Result<LayerKind> layer_kind_named(std::string_view name, std::uint64_t job);
 

@@ -5,7 +5,6 @@
 #include <fstream>
 
 #include "common/wire/farm_messages.h"
-#include "lightmill/v1/worker_service.grpc.pb.h"
 #include "tests/integration/secure_farm.h"
 
 namespace lightmill::test {
@@ -29,21 +28,6 @@ std::uint64_t ended_job(const std::shared_ptr<grpc::Channel>& owner) {
   which.set_id(job.id());
   EXPECT_TRUE(stub->CancelJob(&cancel, which, &job).ok());
   return job.id();
-}
-
-void upload_assets(const std::shared_ptr<grpc::Channel>& channel) {
-  const auto stub = v1::RenderService::NewStub(channel);
-  for (const auto& [digest, bytes] : bench_box().assets) {
-    grpc::ClientContext context;
-    v1::UploadAssetResponse response;
-    const auto writer = stub->UploadAsset(&context, &response);
-    v1::UploadAssetRequest request;
-    request.set_digest(std::string(digest.bytes.begin(), digest.bytes.end()));
-    request.set_chunk(bytes);
-    writer->Write(request);
-    writer->WritesDone();
-    ASSERT_TRUE(writer->Finish().ok());
-  }
 }
 
 /// What each RPC is for, as docs/security.md has it; written down here once more, by hand.
@@ -74,27 +58,13 @@ const std::map<std::string, Expectation>& expectations() {
       {"AccessService/CreateToken", {"admin", "", StatusCode::INVALID_ARGUMENT}},
       {"AccessService/ListTokens", {"admin", "", StatusCode::OK}},
       {"AccessService/RevokeToken", {"admin", "", StatusCode::NOT_FOUND}},
+      {"AccessService/ListActions", {"admin", "", StatusCode::OK}},
   };
   return all;
 }
 
 bool has_word(const std::string& words, const std::string& word) {
   return (" " + words + " ").find(" " + word + " ") != std::string::npos;
-}
-
-/// "RenderService/GetJob" …, of all services that there are.
-std::vector<const google::protobuf::MethodDescriptor*> all_methods() {
-  std::vector<const google::protobuf::MethodDescriptor*> methods;
-  for (const google::protobuf::FileDescriptor* file :
-       {v1::SubmitJobRequest::descriptor()->file(), v1::WorkRequest::descriptor()->file(),
-        v1::CreateTokenRequest::descriptor()->file()}) {
-    for (int s = 0; s < file->service_count(); ++s) {
-      for (int m = 0; m < file->service(s)->method_count(); ++m) {
-        methods.push_back(file->service(s)->method(m));
-      }
-    }
-  }
-  return methods;
 }
 
 /// The field that names a job; null if there is none.

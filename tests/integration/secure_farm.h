@@ -1,6 +1,7 @@
 // A farm that asks who calls, with an authority of its own, and calls of every kind to it.
 #pragma once
 
+#include <google/protobuf/descriptor.h>
 #include <grpc/support/log.h>
 #include <grpcpp/generic/generic_stub.h>
 #include <gtest/gtest.h>
@@ -10,6 +11,7 @@
 #include "common/security/token.h"
 #include "common/wire/role_proto.h"
 #include "lightmill/v1/access_service.grpc.pb.h"
+#include "lightmill/v1/worker_service.grpc.pb.h"
 #include "tests/support/farm.h"
 
 namespace lightmill::test {
@@ -124,6 +126,37 @@ inline std::string token_for(const std::shared_ptr<grpc::Channel>& admin, const 
   EXPECT_TRUE(status.ok()) << status.error_message();
   EXPECT_EQ(made.made_by(), "root");
   return token.text;
+}
+
+/// The assets of bench_box().
+inline void upload_assets(const std::shared_ptr<grpc::Channel>& channel) {
+  const auto stub = v1::RenderService::NewStub(channel);
+  for (const auto& [digest, bytes] : bench_box().assets) {
+    grpc::ClientContext context;
+    v1::UploadAssetResponse response;
+    const auto writer = stub->UploadAsset(&context, &response);
+    v1::UploadAssetRequest request;
+    request.set_digest(std::string(digest.bytes.begin(), digest.bytes.end()));
+    request.set_chunk(bytes);
+    writer->Write(request);
+    writer->WritesDone();
+    ASSERT_TRUE(writer->Finish().ok());
+  }
+}
+
+/// "RenderService/GetJob" …, of all services that there are.
+inline std::vector<const google::protobuf::MethodDescriptor*> all_methods() {
+  std::vector<const google::protobuf::MethodDescriptor*> methods;
+  for (const google::protobuf::FileDescriptor* file :
+       {v1::SubmitJobRequest::descriptor()->file(), v1::WorkRequest::descriptor()->file(),
+        v1::CreateTokenRequest::descriptor()->file()}) {
+    for (int s = 0; s < file->service_count(); ++s) {
+      for (int m = 0; m < file->service(s)->method_count(); ++m) {
+        methods.push_back(file->service(s)->method(m));
+      }
+    }
+  }
+  return methods;
 }
 
 }  // namespace lightmill::test

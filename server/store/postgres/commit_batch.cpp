@@ -31,6 +31,8 @@ enum Sql : int {
   kPutResult,
   kPutToken,
   kDropToken,
+  kPutAction,
+  kDropAction,
   kSqlCount
 };
 
@@ -69,6 +71,8 @@ constexpr std::array<const char*, kSqlCount> kStatements{
     "INSERT INTO tokens VALUES ($1, $2, $3, $4, $5, $6, $7) ON CONFLICT (id) DO UPDATE SET name = $2, roles = $3, "
     "hash = $4, made_by = $5, made_unix_s = $6, until_unix_s = $7",
     "DELETE FROM tokens WHERE id = $1",
+    "INSERT INTO actions VALUES ($1, $2, $3, $4, $5, $6, $7, $8, $9, $10, $11) ON CONFLICT (number) DO NOTHING",
+    "DELETE FROM actions WHERE number = $1",
 };
 
 class Sender {
@@ -121,6 +125,13 @@ class Sender {
                                        token.made_by, token.made_unix_s, token.until_unix_s));
   }
   void operator()(const DropToken& op) { session_.add(kDropToken, Parameters(op.id)); }
+  void operator()(const PutAction& op) {
+    const Action& action = op.action;
+    session_.add(kPutAction, Parameters(action.number, action.unix_ms, action.who, stored::name_of(action.proof),
+                                        action.token, action.peer, action.what, action.job, action.about,
+                                        static_cast<int>(action.outcome), action.message));
+  }
+  void operator()(const DropAction& op) { session_.add(kDropAction, Parameters(op.number)); }
 
  private:
   /// Settings never change but for a method that is chosen.

@@ -152,6 +152,29 @@ Status load_tokens(Session& session, StoredState& state) {
   return ok_status();
 }
 
+Status load_actions(Session& session, StoredState& state) {
+  LM_ASSIGN_OR_RETURN(const Rows rows,
+                      session.query("SELECT number, unix_ms, who, proof, token, peer, what, job, about, "
+                                    "outcome, message FROM actions ORDER BY number"));
+  for (int row = 0; row < rows.size(); ++row) {
+    Action action;
+    int column = 0;
+    action.number = rows.natural(row, column++);
+    action.unix_ms = rows.integer(row, column++);
+    action.who = rows.text(row, column++);
+    LM_ASSIGN_OR_RETURN(action.proof, stored::proof_named(rows.view(row, column++)));
+    action.token = rows.text(row, column++);
+    action.peer = rows.text(row, column++);
+    action.what = rows.text(row, column++);
+    action.job = rows.natural(row, column++);
+    action.about = rows.text(row, column++);
+    action.outcome = static_cast<StatusCode>(rows.integer(row, column++));
+    action.message = rows.text(row, column++);
+    state.actions.push_back(std::move(action));
+  }
+  return ok_status();
+}
+
 Status load_nodes(Session& session, StoredState::StoredJob& job, std::vector<NodeKey>& damaged) {
   NodeKey key{job.record.id, {}, {}};
   std::int64_t tile = -1, level = -1, index = -1;
@@ -196,6 +219,7 @@ Result<StoredState> load_state(Session& session) {
     LM_RETURN_IF_ERROR(load_nodes(session, job, state.damaged));
   }
   LM_RETURN_IF_ERROR(load_tokens(session, state));
+  LM_RETURN_IF_ERROR(load_actions(session, state));
   return state;
 }
 

@@ -1,4 +1,4 @@
-// The tables and functions in the schema `lightmill` of the database, format 2.
+// The tables and functions in the schema `lightmill` of the database, format 3.
 #pragma once
 
 #include <array>
@@ -6,7 +6,7 @@
 namespace lightmill::postgres {
 
 /// Kept in the table `meta`.
-inline constexpr int kFormat = 2;
+inline constexpr int kFormat = 3;
 
 // `turn` has one row. A commit counts itself there, which locks the row (not its key) until the commit's end: so
 // commits of one epoch follow each other, one that comes twice is noticed, and a new epoch, which changes the key,
@@ -18,7 +18,7 @@ inline constexpr int kFormat = 2;
 // compress, so they are stored as they are.
 inline constexpr const char* kSchema = R"sql(
 CREATE TABLE meta (format BIGINT NOT NULL);
-INSERT INTO meta VALUES (2);
+INSERT INTO meta VALUES (3);
 
 CREATE TABLE turn (
   epoch BIGINT PRIMARY KEY,
@@ -207,6 +207,21 @@ CREATE TABLE tokens (
   made_unix_s BIGINT NOT NULL,
   until_unix_s BIGINT NOT NULL
 );
+
+-- Who did what, and what was refused: an outcome is a gRPC status code.
+CREATE TABLE actions (
+  number BIGINT PRIMARY KEY,
+  unix_ms BIGINT NOT NULL,
+  who TEXT NOT NULL,
+  proof TEXT NOT NULL,
+  token TEXT NOT NULL,
+  peer TEXT NOT NULL,
+  what TEXT NOT NULL,
+  job BIGINT NOT NULL,
+  about TEXT NOT NULL,
+  outcome BIGINT NOT NULL,
+  message TEXT NOT NULL
+);
 )sql";
 
 /// From format 1, which knew no tokens.
@@ -223,8 +238,26 @@ CREATE TABLE tokens (
 UPDATE meta SET format = 2;
 )sql";
 
+/// From format 2, which recorded nothing.
+inline constexpr const char* kFromFormat2 = R"sql(
+CREATE TABLE actions (
+  number BIGINT PRIMARY KEY,
+  unix_ms BIGINT NOT NULL,
+  who TEXT NOT NULL,
+  proof TEXT NOT NULL,
+  token TEXT NOT NULL,
+  peer TEXT NOT NULL,
+  what TEXT NOT NULL,
+  job BIGINT NOT NULL,
+  about TEXT NOT NULL,
+  outcome BIGINT NOT NULL,
+  message TEXT NOT NULL
+);
+UPDATE meta SET format = 3;
+)sql";
+
 /// By the format that they lead away from, less one.
-inline constexpr std::array kSteps{kFromFormat1};
+inline constexpr std::array kSteps{kFromFormat1, kFromFormat2};
 static_assert(kSteps.size() + 1 == kFormat);
 
 }  // namespace lightmill::postgres

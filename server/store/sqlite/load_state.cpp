@@ -179,6 +179,31 @@ Status load_tokens(Database& database, StoredState& state) {
   }
 }
 
+Status load_actions(Database& database, StoredState& state) {
+  LM_ASSIGN_OR_RETURN(Statement rows, database.prepare("SELECT number, unix_ms, who, proof, token, peer, what, job, "
+                                                       "about, outcome, message FROM actions ORDER BY number"));
+  for (;;) {
+    LM_ASSIGN_OR_RETURN(const bool more, rows.step());
+    if (!more) {
+      return ok_status();
+    }
+    Action action;
+    int column = 0;
+    action.number = rows.natural(column++);
+    action.unix_ms = rows.integer(column++);
+    action.who = rows.text(column++);
+    LM_ASSIGN_OR_RETURN(action.proof, stored::proof_named(rows.view(column++)));
+    action.token = rows.text(column++);
+    action.peer = rows.text(column++);
+    action.what = rows.text(column++);
+    action.job = rows.natural(column++);
+    action.about = rows.text(column++);
+    action.outcome = static_cast<StatusCode>(rows.integer(column++));
+    action.message = rows.text(column++);
+    state.actions.push_back(std::move(action));
+  }
+}
+
 Status next_epoch(Database& database, StoredState& state) {
   LM_RETURN_IF_ERROR(database.execute("UPDATE meta SET value = value + 1 WHERE key = 'epoch'"));
   LM_ASSIGN_OR_RETURN(const std::int64_t epoch, database.number("SELECT value FROM meta WHERE key = 'epoch'"));
@@ -195,6 +220,7 @@ Result<StoredState> load_state(Database& database) {
   LM_RETURN_IF_ERROR(load_histories(database, state));
   LM_RETURN_IF_ERROR(load_nodes(database, state));
   LM_RETURN_IF_ERROR(load_tokens(database, state));
+  LM_RETURN_IF_ERROR(load_actions(database, state));
   LM_RETURN_IF_ERROR(next_epoch(database, state));
   return state;
 }

@@ -1,4 +1,4 @@
-// The tables of the store's file, format 8.
+// The tables of the store's file, format 9.
 #pragma once
 
 #include <array>
@@ -16,7 +16,7 @@ CREATE TABLE meta (
   key TEXT PRIMARY KEY,
   value INTEGER NOT NULL
 ) WITHOUT ROWID;
-INSERT INTO meta VALUES ('format', 8), ('epoch', 0);
+INSERT INTO meta VALUES ('format', 9), ('epoch', 0);
 
 CREATE TABLE jobs (
   id INTEGER PRIMARY KEY AUTOINCREMENT,
@@ -126,6 +126,21 @@ CREATE TABLE tokens (
   made_unix_s INTEGER NOT NULL,
   until_unix_s INTEGER NOT NULL
 ) WITHOUT ROWID;
+
+-- Who did what, and what was refused: an outcome is a gRPC status code.
+CREATE TABLE actions (
+  number INTEGER PRIMARY KEY,
+  unix_ms INTEGER NOT NULL,
+  who TEXT NOT NULL,
+  proof TEXT NOT NULL,
+  token TEXT NOT NULL,
+  peer TEXT NOT NULL,
+  what TEXT NOT NULL,
+  job INTEGER NOT NULL,
+  about TEXT NOT NULL,
+  outcome INTEGER NOT NULL,
+  message TEXT NOT NULL
+);
 )sql";
 
 /// From format 1, which knew no meters.
@@ -182,8 +197,25 @@ CREATE TABLE tokens (
 ) WITHOUT ROWID;
 )sql";
 
+/// From format 8, which recorded nothing.
+inline constexpr const char* kFromFormat8 = R"sql(
+CREATE TABLE actions (
+  number INTEGER PRIMARY KEY,
+  unix_ms INTEGER NOT NULL,
+  who TEXT NOT NULL,
+  proof TEXT NOT NULL,
+  token TEXT NOT NULL,
+  peer TEXT NOT NULL,
+  what TEXT NOT NULL,
+  job INTEGER NOT NULL,
+  about TEXT NOT NULL,
+  outcome INTEGER NOT NULL,
+  message TEXT NOT NULL
+);
+)sql";
+
 /// By the format that they lead away from, less one.
 inline constexpr std::array kSteps{kFromFormat1, kFromFormat2, kFromFormat3, kFromFormat4,
-                                   kFromFormat5, kFromFormat6, kFromFormat7};
+                                   kFromFormat5, kFromFormat6, kFromFormat7, kFromFormat8};
 
 }  // namespace lightmill::sqlite

@@ -31,7 +31,7 @@ UPDATE jobs SET active_seconds=?2, worker_seconds=?3, results_merged=?4, results
 struct Statements {
   Statement begin, commit, rollback;
   Statement put_job, put_progress, put_settings, put_method, put_asset, put_layer, put_error, delete_job, put_node,
-      drop_node, put_result, put_token, drop_token;
+      drop_node, put_result, put_token, drop_token, put_action, drop_action;
 };
 
 class SqliteStore final : public Store {
@@ -52,6 +52,8 @@ class SqliteStore final : public Store {
   Status apply(const PutResult& op);
   Status apply(const PutToken& op);
   Status apply(const DropToken& op);
+  Status apply(const PutAction& op);
+  Status apply(const DropAction& op);
   Status put_settings(const JobRecord& record);
   Status put_history(const JobRecord& record);
   Status roll_back(Status cause);
@@ -211,6 +213,19 @@ Status SqliteStore::apply(const DropToken& op) {
   return statements_.drop_token.run();
 }
 
+Status SqliteStore::apply(const PutAction& op) {
+  const Action& action = op.action;
+  statements_.put_action.bind_all(action.number, action.unix_ms, action.who, stored::name_of(action.proof),
+                                  action.token, action.peer, action.what, action.job, action.about,
+                                  static_cast<int>(action.outcome), action.message);
+  return statements_.put_action.run();
+}
+
+Status SqliteStore::apply(const DropAction& op) {
+  statements_.drop_action.bind_all(op.number);
+  return statements_.drop_action.run();
+}
+
 // ---- opening ----
 
 /// An exclusive lock on the file spares shared memory; secure_delete (on in Debian) would write every dropped node
@@ -293,6 +308,9 @@ Result<Statements> prepare_statements(Database& database) {
   LM_ASSIGN_OR_RETURN(all.put_result, database.prepare("INSERT OR REPLACE INTO results VALUES (?1,?2,?3,?4,?5,?6)"));
   LM_ASSIGN_OR_RETURN(all.put_token, database.prepare("INSERT OR REPLACE INTO tokens VALUES (?1,?2,?3,?4,?5,?6,?7)"));
   LM_ASSIGN_OR_RETURN(all.drop_token, database.prepare("DELETE FROM tokens WHERE id = ?1"));
+  LM_ASSIGN_OR_RETURN(all.put_action,
+                      database.prepare("INSERT OR IGNORE INTO actions VALUES (?1,?2,?3,?4,?5,?6,?7,?8,?9,?10,?11)"));
+  LM_ASSIGN_OR_RETURN(all.drop_action, database.prepare("DELETE FROM actions WHERE number = ?1"));
   return all;
 }
 

@@ -7,6 +7,7 @@
 #include <future>
 
 #include "server/store/postgres/commit_batch.h"
+#include "server/store/postgres/schema.h"
 #include "tests/support/fault_proxy.h"
 #include "tests/support/postgres_server.h"
 #include "tests/unit/store/asset_conformance.h"
@@ -101,7 +102,7 @@ TEST_F(PostgresStoreTest, ANewerFormatIsRefusedWithWhatToDo) {
   EXPECT_EQ(status.code(), StatusCode::kFailedPrecondition);
   EXPECT_NE(message_of(status).find("use the newer lightmill-server"), std::string::npos) << status;
   EXPECT_NE(message_of(status).find("format 99"), std::string::npos) << status;
-  sql("UPDATE lightmill.meta SET format = 2");
+  sql(fmt::format("UPDATE lightmill.meta SET format = {}", postgres::kFormat));
   EXPECT_TRUE(open_postgres(options()).ok()) << "nothing was changed";
 }
 
@@ -111,7 +112,7 @@ TEST_F(PostgresStoreTest, TablesOfFormat1AreBroughtUpToDate) {
     ASSERT_TRUE(store->load().ok());
     ASSERT_TRUE(store->commit(std::vector<StoreOp>{PutJob{full_record(1)}}).ok());
   }
-  sql("DROP TABLE lightmill.tokens; UPDATE lightmill.meta SET format = 1");
+  sql("DROP TABLE lightmill.tokens; DROP TABLE lightmill.actions; UPDATE lightmill.meta SET format = 1");
   const TokenRecord token{"00112233aabb", "ada", {Role::submit}, sha256("one"), "root", 1, 2};
   {
     const auto store = opened(options()).store;
@@ -122,7 +123,19 @@ TEST_F(PostgresStoreTest, TablesOfFormat1AreBroughtUpToDate) {
     ASSERT_TRUE(store->commit(std::vector<StoreOp>{PutToken{token}}).ok());
   }
   EXPECT_EQ(stored().tokens, std::vector{token});
-  EXPECT_EQ(sql("SELECT format FROM lightmill.meta"), "2");
+  EXPECT_EQ(sql("SELECT format FROM lightmill.meta"), std::to_string(postgres::kFormat));
+}
+
+TEST_F(PostgresStoreTest, TablesOfFormat2AreBroughtUpToDate) {
+  stored();
+  sql("DROP TABLE lightmill.actions; UPDATE lightmill.meta SET format = 2");
+  const Action action{1, 2, "ada", Proof::none, "", "", "CancelJob", 3, "", StatusCode::kOk, ""};
+  {
+    const auto store = opened(options()).store;
+    ASSERT_TRUE(store->load().ok());
+    ASSERT_TRUE(store->commit(std::vector<StoreOp>{PutAction{action}}).ok());
+  }
+  EXPECT_EQ(stored().actions, std::vector{action});
 }
 
 TEST_F(PostgresStoreTest, ASchemaOfSomethingElseIsRefusedAndAnEmptyOneTaken) {

@@ -49,7 +49,10 @@ class SqliteStoreTest : public ::testing::Test {
   }
   /// Makes the file one of an earlier format.
   void go_back_to(int format) {
-    sql("DROP TABLE tokens");
+    sql("DROP TABLE actions");
+    if (format < 8) {
+      sql("DROP TABLE tokens");
+    }
     if (format < 7) {
       sql("ALTER TABLE jobs DROP COLUMN goal_adaptive; ALTER TABLE job_settings DROP COLUMN allocation");
     }
@@ -140,6 +143,19 @@ TEST_F(SqliteStoreTest, AFileOfFormat7IsBroughtUpToDate) {
   const TokenRecord token{"00112233aabb", "ada", {Role::submit}, sha256("one"), "root", 1, 2};
   EXPECT_TRUE(open()->commit(std::vector<StoreOp>{PutToken{token}}).ok());
   EXPECT_EQ(open()->load()->tokens, std::vector{token});
+}
+
+TEST_F(SqliteStoreTest, AFileOfFormat8IsBroughtUpToDate) {
+  const TokenRecord token{"00112233aabb", "ada", {Role::submit}, sha256("one"), "root", 1, 2};
+  ASSERT_TRUE(open()->commit(std::vector<StoreOp>{PutToken{token}}).ok());
+  go_back_to(8);
+  const Result<StoredState> state = open()->load();
+  ASSERT_TRUE(state.ok()) << state.status();
+  EXPECT_TRUE(state->actions.empty());
+  EXPECT_EQ(state->tokens, std::vector{token});
+  const Action action{1, 2, "ada", Proof::none, "", "", "CancelJob", 3, "", StatusCode::kOk, ""};
+  EXPECT_TRUE(open()->commit(std::vector<StoreOp>{PutAction{action}}).ok());
+  EXPECT_EQ(open()->load()->actions, std::vector{action});
 }
 
 TEST_F(SqliteStoreTest, ATokenThatIsDamagedIsNotLoaded) {

@@ -113,6 +113,16 @@ std::string describe(const StoredState& state) {
   for (const auto& [id, text] : tokens) {
     all += text;
   }
+  std::map<std::uint64_t, std::string> actions;
+  for (const Action& action : state.actions) {
+    actions[action.number] =
+        fmt::format("action {} {} {} {} {} {} {} {} {} {} {}\n", action.number, action.unix_ms, action.who,
+                    static_cast<int>(action.proof), action.token, action.peer, action.what, action.job, action.about,
+                    static_cast<int>(action.outcome), action.message);
+  }
+  for (const auto& [number, text] : actions) {
+    all += text;
+  }
   for (const std::string& job : jobs) {
     all += job + "\n";
   }
@@ -260,6 +270,36 @@ TEST_P(StoreConformance, TokensAreKeptUntilTheyAreDropped) {
     commit(*store, {DropToken{two.id}, DropToken{"000000000000"}});
   }
   expected.tokens = {one};
+  EXPECT_EQ(describe(loaded(*open())), describe(expected));
+}
+
+TEST_P(StoreConformance, ActionsAreKeptUntilTheyAreDroppedAndNeverChange) {
+  const Action one{7,
+                   1'700'000'000'123,
+                   "ada 'x' näme",
+                   Proof::certificate,
+                   "",
+                   "[::1]:4711",
+                   "CancelJob",
+                   0xfedcba9876543210u,
+                   "",
+                   StatusCode::kOk,
+                   ""};
+  const Action two{8, -5, "", Proof::none, "", "", "Work", 0, "w1", StatusCode::kPermissionDenied, "not\nyou"};
+  const Action three{9, 1, "ci", Proof::token, "00112233aabb", "h", "Start", 0, "", StatusCode::kOk, ""};
+  StoredState expected;
+  {
+    const auto store = open();
+    loaded(*store);
+    commit(*store, {PutAction{one}, PutAction{two}});
+    Action again = one;
+    again.who = "eve";
+    commit(*store, {PutAction{again}, PutAction{three}});
+    expected.actions = {one, two, three};
+    EXPECT_EQ(describe(loaded(*store)), describe(expected));
+    commit(*store, {DropAction{8}, DropAction{1}});
+  }
+  expected.actions = {one, three};
   EXPECT_EQ(describe(loaded(*open())), describe(expected));
 }
 

@@ -1,0 +1,115 @@
+// lightmill log
+#include <algorithm>
+#include <nlohmann/json.hpp>
+
+#include "client/cli/context.h"
+#include "client/cli/farm_choice.h"
+#include "client/cli/table.h"
+#include "client/cli/units.h"
+
+namespace lightmill::cli {
+namespace {
+
+using nlohmann::json;
+
+constexpr std::uint64_t kMostLast = 1'000'000;
+
+struct LogOptions {
+  std::uint64_t job = 0, last = 50;
+  std::string who, since;
+};
+
+std::string proof_of(const v1::Action& action) {
+  switch (action.proof()) {
+    case v1::PROOF_CERTIFICATE:
+      return "certificate";
+    case v1::PROOF_TOKEN:
+      return "token " + action.token();
+    default:
+      return "-";
+  }
+}
+
+std::string outcome_of(const v1::Action& action) {
+  return action.code() == 0 ? "done" : "refused: " + action.message();
+}
+
+json to_json(const v1::Action& action) {
+  json object{{"number", action.number()},
+              {"unix_ms", action.unix_ms()},
+              {"what", action.what()},
+              {"peer", action.peer()},
+              {"done", action.code() == 0}};
+  const auto add = [&](const char* name, const std::string& text) {
+    if (!text.empty()) {
+      object[name] = text;
+    }
+  };
+  add("who", action.who());
+  if (action.proof() != v1::PROOF_NONE) {
+    object["proof"] = action.proof() == v1::PROOF_TOKEN ? "token" : "certificate";
+  }
+  add("token", action.token());
+  add("about", action.about());
+  add("message", action.message());
+  if (action.job() != 0) {
+    object["job"] = action.job();
+  }
+  if (action.code() != 0) {
+    object["code"] = action.code();
+  }
+  return object;
+}
+
+Status show_log(FarmConnection& connection, const Console& console, const LogOptions& options) {
+  v1::ListActionsRequest request;
+  request.set_job(options.job);
+  request.set_who(options.who);
+  if (!options.since.empty()) {
+    LM_ASSIGN_OR_RETURN(const double seconds, parse_seconds(options.since));
+    request.set_since_unix_ms(system_clock().unix_milliseconds() - static_cast<std::int64_t>(seconds * 1000));
+  }
+  LM_ASSIGN_OR_RETURN(std::vector<v1::Action> actions, connection.list_actions(request, options.last));
+  std::ranges::reverse(actions);  // as logs are read
+  json objects = json::array();
+  std::vector<std::vector<std::string>> rows{{"WHEN", "WHO", "BY", "FROM", "WHAT", "JOB", "ABOUT", "OUTCOME"}};
+  for (const v1::Action& action : actions) {
+    objects.push_back(to_json(action));
+    rows.push_back({human_date(action.unix_ms()), action.who().empty() ? "-" : action.who(), proof_of(action),
+                    action.peer(), action.what(), action.job() == 0 ? "-" : std::to_string(action.job()),
+                    action.about().empty() ? "-" : action.about(), outcome_of(action)});
+  }
+  console.object(json{{"actions", objects}});
+  if (actions.empty()) {
+    console.result("nothing is recorded that fits");
+  } else {
+    print_table(console, rows);
+  }
+  return ok_status();
+}
+
+}  // namespace
+
+void add_log_command(CLI::App& app, Context& context) {
+  const auto options = std::make_shared<LogOptions>();
+  CLI::App* command = app.add_subcommand("log", "Show who did what with the farm, and what was refused.");
+  command->footer("For the role admin. docs/security.md says what is recorded, and how long it is kept.");
+  add_common_options(*command, context);
+  command->add_option("--job", options->job, "what was done with this job alone")->type_name("N");
+  command->add_option("--who", options->who, "what somebody of this name did alone")->type_name("NAME");
+  command->add_option("--since", options->since, "not what is longer ago: 90m, 2h, 7d")
+      ->type_name("TIME")
+      ->check(readable(parse_seconds));
+  command->add_option("--last", options->last, "so many at most, the newest")
+      ->type_name("N")
+      ->check(whole_number(1, kMostLast))
+      ->capture_default_str();
+  command->callback([&context, options] {
+    context.run = [&context, options](const Console& console) {
+      return with_farm(console, context.common,
+                       [&](FarmConnection& connection) { return show_log(connection, console, *options); });
+    };
+  });
+}
+
+}  // namespace lightmill::cli
