@@ -17,11 +17,14 @@
 #include "server/store/data_directory.h"
 #include "server/store/postgres/postgres_store.h"
 #include "server/store/sqlite/sqlite_store.h"
+#include "server/upkeep.h"
 
 namespace lightmill {
 namespace {
 
 namespace fs = std::filesystem;
+
+constexpr auto kUpkeepPause = std::chrono::seconds(2);
 
 struct Options {
   std::string data;
@@ -38,8 +41,11 @@ struct Options {
   double films_gib = 16;
   double max_assets_gib = 64;
   double max_asset_gib = 2;
-  std::uint32_t max_jobs = 10'000;
+  std::uint32_t max_jobs = 10'000, user_jobs = 2'000;
+  CallLimitOptions calls;
+  double wire_gib = 4;
   std::uint32_t max_workers = 10'000;
+  double keep_days = 90, reserve_gib = 0.25;
   std::uint32_t log_entries = 50'000;
   std::uint32_t log_days = 400;
   bool check = false;  ///< what is stored, instead of serving it
@@ -145,7 +151,18 @@ std::optional<int> parse(int argc, char** argv, Options& options) {
   add_limit(app, "--max-asset-gib", options.max_asset_gib, "GIB", {0.001, 1024.0}, "size of one asset");
   add_limit(app, "--max-assets-gib", options.max_assets_gib, "GIB", {0.001, 1e6}, "disk for all assets together");
   add_limit(app, "--max-jobs", options.max_jobs, "N", {1, 1'000'000}, "jobs that are kept");
+  add_limit(app, "--user-jobs", options.user_jobs, "N", {1, 1'000'000}, "those of one user");
+  add_limit(app, "--caller-requests", options.calls.requests_per_second, "N", {1.0, 1e6},
+            "requests a second of one caller, ten times as many at once");
+  add_limit(app, "--caller-streams", options.calls.streams_per_caller, "N", {1, 1'000'000},
+            "assets and films under way, and jobs that are watched, of one caller");
+  add_limit(app, "--streams", options.calls.streams, "N", {1, 1'000'000}, "the same of all callers");
+  add_limit(app, "--wire-gib", options.wire_gib, "GIB", {0.0625, 65536.0}, "memory for what is on its way");
   add_limit(app, "--max-workers", options.max_workers, "N", {1, 1'000'000}, "workers that may connect");
+  add_limit(app, "--keep-days", options.keep_days, "DAYS", {0.0, 36'500.0},
+            "jobs that ended so long ago are deleted; 0: never");
+  add_limit(app, "--reserve-gib", options.reserve_gib, "GIB", {0.0, 65536.0},
+            "with less space on the disk of --data no work is handed out; jobs say so, and go on by themselves");
   add_limit(app, "--log-entries", options.log_entries, "N", {100, 1'000'000},
             "actions that the farm's log keeps (`lightmill log`); of refusals and workers that came, a quarter each");
   add_limit(app, "--log-days", options.log_days, "DAYS", {1, 36'500}, "how long it keeps them at most");
@@ -195,7 +212,9 @@ CoordinatorLimits limits_of(const Options& options) {
   limits.film_bytes_per_job = bytes_of_gib(options.film_gib);
   limits.film_bytes = bytes_of_gib(options.films_gib);
   limits.max_jobs = options.max_jobs;
+  limits.max_jobs_per_owner = options.user_jobs;
   limits.max_workers = options.max_workers;
+  limits.keep_ended = from_seconds(options.keep_days * 24 * 60 * 60);
   return limits;
 }
 
@@ -293,6 +312,8 @@ Status serve(const Options& options, StopRequest& stop) {
   api.gate.asks = options.tls.given() || options.authenticate;
   api.gate.takes_certificates = !options.tls.authority.empty();
   api.gate.takes_tokens = !options.insecure;
+  api.gate.calls = options.calls;
+  api.wire_bytes = bytes_of_gib(options.wire_gib);
   if (options.insecure) {
     api.notices.push_back("this farm runs with --insecure: whoever reaches it can use and stop its jobs");
   }
@@ -309,6 +330,11 @@ Status serve(const Options& options, StopRequest& stop) {
   if (!options.port_file.empty()) {
     LM_RETURN_IF_ERROR(write_file_atomically(options.port_file, as_byte_view(fmt::format("{}\n", server->port()))));
   }
+  Upkeep upkeep(options.tls, state->data ? state->data->path() : fs::path(), bytes_of_gib(options.reserve_gib),
+                [&server](const std::string& why) { server->set_space(why); });
+  do {
+    upkeep.look(system_clock().unix_milliseconds() / 1000);
+  } while (stop.wait_for(kUpkeepPause));
   Status failure = stop.wait();
   spdlog::info("stopping");
   const Status stopped = server->stop();

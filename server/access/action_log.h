@@ -19,6 +19,8 @@ inline constexpr std::string_view kStart = "Start";
 /// As kStart, where the coordinator before has not said that it stops: it was killed, or lost its lease.
 inline constexpr std::string_view kTakeOver = "TakeOver";
 inline constexpr std::string_view kStop = "Stop";
+/// A job that ended long ago is deleted.
+inline constexpr std::string_view kExpire = "ExpireJob";
 /// A worker comes.
 inline constexpr std::string_view kWorkAction = "Work";
 

@@ -15,7 +15,10 @@ class Allowance {
 
   /// Whether it may happen now; then that is one time less.
   bool take(Time now) {
-    fill(now);
+    left_ = left(now);
+    if (now > filled_at_) {  // times may come a little out of order: those of several threads
+      filled_at_ = now;
+    }
     if (left_ < 1) {
       return false;
     }
@@ -23,31 +26,20 @@ class Allowance {
     return true;
   }
   /// How long it is until it may happen, nothing being taken until then.
-  Duration wait(Time now) {
-    fill(now);
-    return left_ >= 1 ? Duration::zero() : from_seconds((1 - left_) / per_second_);
+  Duration wait(Time now) const {
+    const double there = left(now);
+    return there >= 1 ? Duration::zero() : from_seconds((1 - there) / per_second_);
   }
   /// Nothing was taken for so long that it is as at first.
-  bool is_full(Time now) {
-    fill(now);
-    return left_ >= at_once_;
-  }
+  bool is_full(Time now) const { return left(now) >= at_once_; }
 
  private:
-  /// Times may come a little out of order: those of several threads.
-  void fill(Time now) {
-    if (now > filled_at_) {
-      if (filled_) {
-        left_ = std::min(at_once_, left_ + per_second_ * to_seconds(now - filled_at_));
-      }
-      filled_at_ = now;
-    }
-    filled_ = true;
+  double left(Time now) const {
+    return now <= filled_at_ ? left_ : std::min(at_once_, left_ + per_second_ * to_seconds(now - filled_at_));
   }
 
   double per_second_, at_once_, left_;
   Time filled_at_{};
-  bool filled_ = false;
 };
 
 }  // namespace lightmill

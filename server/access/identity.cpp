@@ -24,6 +24,13 @@ Result<Identity> identity_of(const CertificateFacts& certificate, std::int64_t n
   return identity;
 }
 
+Result<std::string> worker_name(const Identity& identity, std::string_view said) {
+  std::string name =
+      identity.is_known() && said != identity.name ? fmt::format("{}/{}", identity.name, said) : std::string(said);
+  LM_RETURN_IF_ERROR(check_name("a worker's name", name));
+  return name;
+}
+
 std::string describe(const Identity& identity) {
   if (!identity.is_known()) {
     return "somebody unknown";

@@ -33,6 +33,11 @@ Identity anybody();
 /// UNAUTHENTICATED if the certificate has ended, names nobody or gives no role.
 Result<Identity> identity_of(const CertificateFacts& certificate, std::int64_t now_unix_s);
 
+/// The name under which a farm knows a worker that says it is `said`: "NAME/said", NAME being that of its certificate
+/// or token, so that nobody can pose as another's; just `said` where that is NAME, or nobody is known. INVALID_ARGUMENT
+/// for what check_name refuses.
+Result<std::string> worker_name(const Identity& identity, std::string_view said);
+
 /// "'ada' (roles: view, submit; by certificate)".
 std::string describe(const Identity& identity);
 

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <array>
+#include <memory>
 #include <span>
 #include <string>
 #include <string_view>
@@ -59,6 +60,8 @@ struct Call {
   Identity caller;
   Rpc rpc = Rpc::count;
   std::string peer;  ///< ADDRESS:PORT
+  /// Of a stream: its place among those that may be open, as long as a copy of this lives.
+  std::shared_ptr<const void> place = nullptr;
 };
 
 /// In the order of Rpc.

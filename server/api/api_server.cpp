@@ -7,6 +7,7 @@
 #include <grpcpp/health_check_service_interface.h>
 #include <grpcpp/impl/server_builder_option.h>
 #include <grpcpp/impl/server_builder_plugin.h>
+#include <grpcpp/resource_quota.h>
 
 #include <unistd.h>
 
@@ -25,6 +26,8 @@ namespace {
 
 /// A packed scene may have 16 MiB; everything else is small.
 constexpr int kMaxMessageBytes = 20 << 20;
+/// Of one connection; more wait.
+constexpr int kMaxConnectionStreams = 1'000;
 /// Calls that are under way when the server stops have so long.
 constexpr auto kStopPatience = std::chrono::seconds(2);
 /// All workers may come back before their broken streams are found dead, and some that are refused say hello first.
@@ -146,6 +149,8 @@ Result<std::unique_ptr<ApiServer>> ApiServer::start(std::unique_ptr<Store> store
   builder.RegisterService(parts->renders.get());
   builder.RegisterService(&parts->access);
   builder.SetMaxReceiveMessageSize(kMaxMessageBytes);
+  builder.SetResourceQuota(grpc::ResourceQuota("lightmill").Resize(options.wire_bytes));
+  builder.AddChannelArgument(GRPC_ARG_MAX_CONCURRENT_STREAMS, kMaxConnectionStreams);
   // Reflection alone is served by gRPC's own threads.
   builder.SetSyncServerOption(grpc::ServerBuilder::NUM_CQS, 1);
   builder.SetSyncServerOption(grpc::ServerBuilder::MIN_POLLERS, 1);
@@ -173,6 +178,10 @@ ApiServer::~ApiServer() {
 
 int ApiServer::port() const {
   return parts_->port;
+}
+
+void ApiServer::set_space(const std::string& why) {
+  parts_->loop->set_space(why);
 }
 
 Status ApiServer::stop() {

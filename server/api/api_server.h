@@ -24,6 +24,7 @@ struct ApiOptions {
   std::vector<std::string> notices;  ///< told to who lists jobs or workers
   CoordinatorLimits limits;
   ActionLogLimits log;
+  std::uint64_t wire_bytes = std::uint64_t{4} << 30;  ///< of what is on its way, of all connections
   /// The store cannot be used any more. From another thread; the server should be stopped.
   std::function<void(const Status&)> on_fatal = [](const Status&) {};
 };
@@ -39,6 +40,8 @@ class ApiServer {
   ApiServer& operator=(const ApiServer&) = delete;
 
   int port() const;
+  /// No work is handed out, and jobs say why; empty: it is.
+  void set_space(const std::string& why);
   /// Ends streams with UNAVAILABLE, answers what is under way, commits, and ends all threads. An error if something
   /// could not be stored.
   Status stop();

@@ -13,7 +13,7 @@ constexpr std::size_t kSentChunkBytes = std::size_t{256} << 10;
 /// Receives one asset. gRPC calls it one event at a time; deletes itself.
 class UploadStream final : public grpc::ServerReadReactor<v1::UploadAssetRequest> {
  public:
-  explicit UploadStream(AssetStore& assets) : assets_(assets) { StartRead(&request_); }
+  UploadStream(AssetStore& assets, Call call) : assets_(assets), call_(std::move(call)) { StartRead(&request_); }
 
   void OnReadDone(bool ok) override {
     const Status status = ok ? take() : complete();
@@ -44,6 +44,7 @@ class UploadStream final : public grpc::ServerReadReactor<v1::UploadAssetRequest
   }
 
   AssetStore& assets_;
+  const Call call_;
   v1::UploadAssetRequest request_;
   std::unique_ptr<AssetStore::Upload> upload_;
 };
@@ -51,7 +52,7 @@ class UploadStream final : public grpc::ServerReadReactor<v1::UploadAssetRequest
 /// Sends one asset. gRPC calls it one event at a time; deletes itself.
 class DownloadStream final : public grpc::ServerWriteReactor<v1::DownloadAssetResponse> {
  public:
-  DownloadStream(AssetStore& assets, const std::string& digest_bytes) {
+  DownloadStream(AssetStore& assets, Call call, const std::string& digest_bytes) : call_(std::move(call)) {
     const Result<Sha256> digest = digest_from_bytes(digest_bytes);
     if (!digest.ok()) {
       Finish(to_grpc(with_context(digest.status(), "digest")));
@@ -86,6 +87,7 @@ class DownloadStream final : public grpc::ServerWriteReactor<v1::DownloadAssetRe
     StartWrite(&response_);
   }
 
+  const Call call_;
   std::unique_ptr<AssetStore::Reader> reader_;
   v1::DownloadAssetResponse response_;
 };
@@ -94,18 +96,20 @@ class DownloadStream final : public grpc::ServerWriteReactor<v1::DownloadAssetRe
 
 grpc::ServerReadReactor<v1::UploadAssetRequest>* RenderServiceImpl::UploadAsset(Context* context,
                                                                                 v1::UploadAssetResponse*) {
-  if (const Result<Call> call = gate_.admit(*context, Rpc::upload_asset); !call.ok()) {
+  const Result<Call> call = gate_.admit(*context, Rpc::upload_asset);
+  if (!call.ok()) {
     return new Refused<grpc::ServerReadReactor<v1::UploadAssetRequest>>(call.status());
   }
-  return new UploadStream(assets_);
+  return new UploadStream(assets_, *call);
 }
 
 grpc::ServerWriteReactor<v1::DownloadAssetResponse>* RenderServiceImpl::DownloadAsset(
     Context* context, const v1::DownloadAssetRequest* request) {
-  if (const Result<Call> call = gate_.admit(*context, Rpc::download_asset); !call.ok()) {
+  const Result<Call> call = gate_.admit(*context, Rpc::download_asset);
+  if (!call.ok()) {
     return new Refused<grpc::ServerWriteReactor<v1::DownloadAssetResponse>>(call.status());
   }
-  return new DownloadStream(assets_, request->digest());
+  return new DownloadStream(assets_, *call, request->digest());
 }
 
 }  // namespace lightmill

@@ -121,12 +121,16 @@ Status CommitQueue::commit_with_retries(const std::vector<StoreOp>& writes) {
     if (status.ok()) {
       if (told) {
         spdlog::info("the store can be written again");
+        handlers_.on_stall(ok_status());
       }
       return status;
     }
     if (!told) {
       spdlog::error("cannot store progress, nothing is acknowledged until it can: {}", message_of(status));
       told = true;
+      if (worth_retrying(status)) {
+        handlers_.on_stall(status);
+      }
     }
     bool fatal = false;
     {

@@ -26,6 +26,8 @@ class CommitQueue {
   struct Handlers {
     std::function<void(Outgoing)> send;           ///< an after_commit message
     std::function<void(const Status&)> on_fatal;  ///< the store cannot be used any more; called once
+    /// Nothing can be stored now, and why; OK once it can again. From the writer thread.
+    std::function<void(const Status&)> on_stall = [](const Status&) {};
   };
   CommitQueue(Store& store, Handlers handlers);
   ~CommitQueue();

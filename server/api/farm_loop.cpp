@@ -18,7 +18,7 @@ FarmLoop::FarmLoop(Coordinator& farm, ActionLog& actions, Store& store, const Cl
       actions_(actions),
       clock_(clock),
       handlers_(handlers),
-      commits_(store, {handlers.send, handlers.on_fatal}),
+      commits_(store, {handlers.send, handlers.on_fatal, [this](const Status& status) { set_stall(status); }}),
       thread_([this] { run(); }) {}
 
 FarmLoop::~FarmLoop() {
@@ -89,9 +89,7 @@ void FarmLoop::run() {
     for (const Task& task : tasks) {
       task(turn);
     }
-    if (const std::optional<Time> due = farm_.next_deadline(); due && *due <= turn.now) {
-      farm_.tick(turn.now, turn.unix_ms, turn.step);
-    }
+    tick(turn);
     for (Outgoing& message : turn.step.now) {
       handlers_.send(std::move(message));
     }
@@ -108,6 +106,56 @@ void FarmLoop::run() {
       return;
     }
   }
+}
+
+void FarmLoop::tick(Turn& turn) {
+  const std::optional<Time> due = farm_.next_deadline();
+  if (!due || *due > turn.now) {
+    return;
+  }
+  const std::size_t before = turn.step.writes.size();
+  farm_.tick(turn.now, turn.unix_ms, turn.step);
+  std::vector<JobId> deleted;
+  for (std::size_t i = before; i < turn.step.writes.size(); ++i) {
+    if (const auto* job = std::get_if<DeleteJobRows>(&turn.step.writes[i])) {
+      deleted.push_back(job->job);
+    }
+  }
+  for (const JobId job : deleted) {
+    Action action;
+    action.what = kExpire;
+    action.job = job.value;
+    turn.keep(std::move(action));
+  }
+}
+
+void FarmLoop::Turn::keep(Action action) {
+  action.unix_ms = unix_ms;
+  ActionLog::Change change = actions.add(std::move(action));
+  if (change.added) {
+    step.writes.push_back(PutAction{std::move(*change.added)});
+  }
+  for (const std::uint64_t number : change.dropped) {
+    step.writes.push_back(DropAction{number});
+  }
+}
+
+void FarmLoop::set_space(const std::string& why) {
+  post_always([this, why](Turn& turn) {
+    no_space_ = why;
+    hold(turn);
+  });
+}
+
+void FarmLoop::set_stall(const Status& status) {
+  post_always([this, status](Turn& turn) {
+    no_store_ = status.ok() ? "" : "waits until its state can be stored again: " + message_of(status);
+    hold(turn);
+  });
+}
+
+void FarmLoop::hold(Turn& turn) {
+  farm_.hold(no_store_.empty() ? no_space_ : no_store_, turn.now, turn.step);
 }
 
 /// The end of a job is shown once it is durable.

@@ -27,6 +27,9 @@ class FarmLoop {
     std::int64_t unix_ms;
     Step step;                         ///< filled by the coordinator
     std::vector<CommitReply> replies;  ///< called once the step is durable
+
+    /// Writes an action into the farm's log, at this moment.
+    void keep(Action action);
   };
   using Task = std::function<void(Turn&)>;
 
@@ -43,6 +46,8 @@ class FarmLoop {
   /// As post, for what must not get lost: messages of workers, the ends of their streams, and what commits report.
   /// Their senders bound them: at most so many worker streams (--max-workers decides), each with a window of messages.
   void post_always(Task task);
+  /// No work is handed out while `why` is not empty: there is no space for what it gives. Thread-safe.
+  void set_space(const std::string& why);
   /// Lets the watchers be looked at again. Thread-safe.
   void poke();
 
@@ -53,6 +58,9 @@ class FarmLoop {
  private:
   void run();
   void note_ends(Turn& turn);
+  void tick(Turn& turn);
+  void set_stall(const Status& status);
+  void hold(Turn& turn);
 
   Coordinator& farm_;
   ActionLog& actions_;
@@ -65,6 +73,7 @@ class FarmLoop {
   std::vector<Task> tasks_ LM_GUARDED_BY(mutex_);
   bool poked_ LM_GUARDED_BY(mutex_) = false;
   bool stopping_ LM_GUARDED_BY(mutex_) = false;
+  std::string no_store_, no_space_;  ///< why no work is handed out; the farm thread's own
   std::thread thread_;
 };
 

@@ -24,8 +24,8 @@ class WatchStream final : public grpc::ServerWriteReactor<v1::WatchJobResponse>,
                           public ClosableWatch,
                           public std::enable_shared_from_this<WatchStream> {
  public:
-  WatchStream(FarmLoop& loop, const Gate& gate, Identity caller, std::shared_ptr<WatchRegistry> registry)
-      : loop_(loop), gate_(gate), caller_(std::move(caller)), registry_(std::move(registry)) {}
+  WatchStream(FarmLoop& loop, const Gate& gate, Call call, std::shared_ptr<WatchRegistry> registry)
+      : loop_(loop), gate_(gate), call_(std::move(call)), registry_(std::move(registry)) {}
 
   bool closed() const override {
     const MutexLock lock(mutex_);
@@ -36,7 +36,7 @@ class WatchStream final : public grpc::ServerWriteReactor<v1::WatchJobResponse>,
     return !writing_ && !ending_;
   }
   void offer(const WatchUpdate& update) override {
-    if (const Status holds = gate_.check_still_holds(caller_); !holds.ok()) {
+    if (const Status holds = gate_.check_still_holds(call_.caller); !holds.ok()) {
       fail(holds);
       return;
     }
@@ -99,7 +99,7 @@ class WatchStream final : public grpc::ServerWriteReactor<v1::WatchJobResponse>,
 
   FarmLoop& loop_;
   const Gate& gate_;
-  const Identity caller_;
+  const Call call_;
   const std::shared_ptr<WatchRegistry> registry_;
   mutable Mutex mutex_;
   v1::WatchJobResponse response_ LM_GUARDED_BY(mutex_);  // unchanged while writing_
@@ -114,7 +114,7 @@ class WatchStream final : public grpc::ServerWriteReactor<v1::WatchJobResponse>,
 /// Sends one film as it was at one moment. Deletes itself.
 class FilmStream final : public grpc::ServerWriteReactor<v1::GetFilmResponse> {
  public:
-  FilmStream() { ++count_; }
+  explicit FilmStream(Call call) : call_(std::move(call)) { ++count_; }
   ~FilmStream() override { --count_; }
   static int count() { return count_; }
 
@@ -162,6 +162,7 @@ class FilmStream final : public grpc::ServerWriteReactor<v1::GetFilmResponse> {
 
  private:
   static std::atomic<int> count_;
+  const Call call_;
   std::vector<TileSnapshot> tiles_;
   std::size_t next_ = 0;
   v1::GetFilmResponse response_;
@@ -184,7 +185,7 @@ grpc::ServerWriteReactor<v1::WatchJobResponse>* RenderServiceImpl::WatchJob(Cont
   if (!call.ok()) {
     return new Refused<grpc::ServerWriteReactor<v1::WatchJobResponse>>(call.status());
   }
-  auto stream = std::make_shared<WatchStream>(*loop_, gate_, call->caller, watches_);
+  auto stream = std::make_shared<WatchStream>(*loop_, gate_, *call, watches_);
   WatchStream* reactor = stream.get();
   if (const Status status = watches_->add(reactor, stream); !status.ok()) {
     // The registry has taken it all the same: it owns every stream until OnDone.
@@ -211,7 +212,7 @@ grpc::ServerWriteReactor<v1::GetFilmResponse>* RenderServiceImpl::GetFilm(Contex
   if (!call.ok()) {
     return new Refused<grpc::ServerWriteReactor<v1::GetFilmResponse>>(call.status());
   }
-  auto* stream = new FilmStream;
+  auto* stream = new FilmStream(*call);
   const bool posted = FilmStream::count() <= kMaxFilmStreams &&
                       loop_->post([this, stream, call = *call, job = JobId{request->id()}](FarmLoop::Turn& turn) {
                         if (const Status status = check_job_call(turn, gate_, call, job); status.ok()) {

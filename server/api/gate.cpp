@@ -56,12 +56,32 @@ Result<Identity> Gate::identify_bearer(std::string_view header) const {
 Result<Call> Gate::admit(const grpc::ServerContextBase& context, Rpc rpc) const {
   const Result<Identity> caller = identify(context);
   Call call{caller.ok() ? *caller : Identity{}, rpc, peer_text(context.peer())};
-  const Status status = caller.ok() ? check_call(*caller, rpc) : caller.status();
+  Status status = check_limits(call);
+  if (status.ok()) {
+    status = caller.ok() ? check_call(*caller, rpc) : caller.status();
+  }
   if (!status.ok()) {
     on_refused_(call, status);
     return status;
   }
   return call;
+}
+
+Status Gate::check_limits(Call& call) const {
+  const std::string caller = caller_key(call.caller, call.peer);
+  const Time now = clock_.now();
+  const MutexLock lock(mutex_);
+  if (counts_as_request(call.rpc)) {
+    LM_RETURN_IF_ERROR(limits_.take_request(caller, now));
+  }
+  if (counts_as_stream(call.rpc)) {
+    LM_ASSIGN_OR_RETURN(std::string place, limits_.open_stream(caller, now));
+    call.place = std::shared_ptr<const void>(this, [this, place = std::move(place)](const void*) {
+      const MutexLock closing(mutex_);
+      limits_.close_stream(place);
+    });
+  }
+  return ok_status();
 }
 
 std::optional<std::uint64_t> Gate::may_record_refusal(const Identity& caller) const {

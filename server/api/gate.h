@@ -21,14 +21,14 @@ namespace lightmill {
 class Gate {
  public:
   Gate(const GateOptions& options, std::vector<TokenRecord> tokens, const Clock& clock)
-      : options_(options), clock_(clock), book_(std::move(tokens)) {}
+      : options_(options), clock_(clock), book_(std::move(tokens)), limits_(options.calls) {}
 
   /// Is told what admit refuses; before the server starts.
   void set_on_refused(std::function<void(const Call&, const Status&)> on_refused) {
     on_refused_ = std::move(on_refused);
   }
 
-  /// Every handler's first step. UNAUTHENTICATED, PERMISSION_DENIED.
+  /// Every handler's first step. UNAUTHENTICATED, PERMISSION_DENIED, RESOURCE_EXHAUSTED.
   Result<Call> admit(const grpc::ServerContextBase& context, Rpc rpc) const;
   /// Of one that was admitted, while its stream lasts.
   Status check_still_holds(const Identity& identity) const;
@@ -49,6 +49,7 @@ class Gate {
     Allowance allowance{10.0 / 60, 100};
     std::uint64_t left_out = 0;
   };
+  Status check_limits(Call& call) const;
   Result<Identity> identify(const grpc::ServerContextBase& context) const;
   Result<Identity> identify_bearer(std::string_view header) const;
   std::int64_t now_unix_s() const { return clock_.unix_milliseconds() / 1000; }
@@ -57,6 +58,7 @@ class Gate {
   const Clock& clock_;
   mutable Mutex mutex_;
   TokenBook book_ LM_GUARDED_BY(mutex_);
+  mutable CallLimits limits_ LM_GUARDED_BY(mutex_);
   mutable Refusals of_known_ LM_GUARDED_BY(mutex_), of_unknown_ LM_GUARDED_BY(mutex_);
   std::function<void(const Call&, const Status&)> on_refused_ = [](const Call&, const Status&) {};
 };

@@ -17,20 +17,9 @@ bool is_refusal(const Status& status) {
          status.code() == StatusCode::kResourceExhausted;
 }
 
-void keep(FarmLoop::Turn& turn, Action action) {
-  action.unix_ms = turn.unix_ms;
-  ActionLog::Change change = turn.actions.add(std::move(action));
-  if (change.added) {
-    turn.step.writes.push_back(PutAction{std::move(*change.added)});
-  }
-  for (const std::uint64_t number : change.dropped) {
-    turn.step.writes.push_back(DropAction{number});
-  }
-}
-
 void keep(FarmLoop::Turn& turn, const Call& call, const About& about, StatusCode outcome, std::string message) {
-  keep(turn, {0, 0, call.caller.name, call.caller.proof, call.caller.token, call.peer,
-              std::string(rule_of(call.rpc).method), about.job, about.text, outcome, std::move(message)});
+  turn.keep({0, 0, call.caller.name, call.caller.proof, call.caller.token, call.peer,
+             std::string(rule_of(call.rpc).method), about.job, about.text, outcome, std::move(message)});
 }
 
 std::string host_name() {
@@ -59,7 +48,7 @@ void record(FarmLoop::Turn& turn, const Gate& gate, const Call& call, const Abou
 }
 
 void record_own(FarmLoop::Turn& turn, std::string_view what, std::string about) {
-  keep(turn, {0, 0, "", Proof::none, "", host_name(), std::string(what), 0, std::move(about), StatusCode::kOk, ""});
+  turn.keep({0, 0, "", Proof::none, "", host_name(), std::string(what), 0, std::move(about), StatusCode::kOk, ""});
 }
 
 Status check_job_call(FarmLoop::Turn& turn, const Gate& gate, const Call& call, JobId job) {

@@ -117,6 +117,11 @@ class WorkStream final : public grpc::ServerBidiReactor<v1::WorkRequest, v1::Wor
       status = greeted_ ? invalid_argument("a second hello on one stream")
                         : invalid_argument("the first message must be a hello");
     }
+    if (auto* const hello = status.ok() ? std::get_if<WorkerHello>(&*message) : nullptr) {
+      const Result<std::string> name = worker_name(call_.caller, hello->name);
+      status = name.status();
+      hello->name = name.value_or("");
+    }
     if (!status.ok()) {
       spdlog::warn("session {} ({}): {}", session_.value, call_.peer, message_of(status));
       finish(to_grpc(status));

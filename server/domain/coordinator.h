@@ -37,7 +37,9 @@ struct CoordinatorLimits {
   std::uint32_t losses_before_alone = 2, losses_alone = 3;
   std::uint32_t max_bad_results = 3;  ///< a worker that sends so many damaged results is dismissed
   std::uint32_t max_jobs = 10'000;
+  std::uint32_t max_jobs_per_owner = 2'000;
   std::uint32_t max_workers = 10'000;
+  Duration keep_ended{};  ///< jobs that have ended are deleted after so long; 0: never
 };
 
 /// New limits for a job; 0: as it is.
@@ -82,8 +84,11 @@ class Coordinator {
   void worker_disconnected(SessionId session, Time now, Step& step);
 
   // ---- time ----
-  /// Expires leases, ends jobs whose seconds are over, hands out what became free.
+  /// Expires leases, ends jobs whose seconds are over, deletes those that ended long ago, hands out what became free.
   void tick(Time now, std::int64_t unix_ms, Step& step);
+  /// Nothing is leased from now on, and jobs that would go on say `why`; what is out is taken when it comes. Empty: it
+  /// goes on.
+  void hold(const std::string& why, Time now, Step& step);
   /// When tick has something to do next, if nothing else happens.
   std::optional<Time> next_deadline() const;
 

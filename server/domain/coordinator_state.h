@@ -169,6 +169,8 @@ struct Coordinator::State {
   /// Closes the plan of a job whose seconds are over.
   void close_if_time_is_up(Job& job, Time now, Step& step);
   void put_job(Job& job, Step& step);
+  void forget_job(const Job& job, Step& step);
+  void delete_old_jobs(Time now, Step& step);
   /// Adds to the job's history where its film has come to a count at which that is done, or, `at_end`, to any higher
   /// count. Returns whether it did.
   bool record_error(Job& job, bool at_end);
@@ -199,6 +201,7 @@ struct Coordinator::State {
   Lease& open_lease(Worker& worker, Job& job, LeaseId id, Unit unit, bool copy, Time now);
   void send_grant(Worker& worker, Job& job, const Lease& lease, Step& step);
   bool grant_next(Worker& worker, Time now, Step& step);
+  bool may_copy() const { return held.empty() && !idle.empty() && !leases.empty(); }
   void copy_to_idle(Time now, Step& step);
   /// Leases to the worker, too, what is still to be done of `lease`, or the end of it. Whether there was something.
   bool copy_lease(const Lease& lease, Worker& worker, Time now, Step& step);
@@ -255,6 +258,8 @@ struct Coordinator::State {
   std::uint64_t epoch;
   std::uint64_t next_job_id;
   std::uint64_t lease_count = 0;
+  std::string held;    ///< why nothing is leased; empty: it is
+  Time next_old_look;  ///< for jobs that ended long ago
 
   std::map<JobId, std::unique_ptr<Job>> jobs;
   std::unordered_map<std::string, JobId> by_request;

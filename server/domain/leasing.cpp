@@ -68,7 +68,7 @@ bool Coordinator::State::serve_once(Worker& worker, Time now, Step& step) {
     idle.erase(worker.hello.name);
     return false;
   }
-  const bool granted = grant_next(worker, now, step);
+  const bool granted = held.empty() && grant_next(worker, now, step);
   if (!granted) {
     idle.insert(worker.hello.name);
   }

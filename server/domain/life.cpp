@@ -8,6 +8,7 @@ namespace {
 
 /// How much of the whole farm's time, in units, a job's first picture may have before others get their share.
 constexpr double kFreshUnits = 2;
+constexpr Duration kOldLookPause = std::chrono::minutes(1);
 
 double gib(std::uint64_t bytes) {
   return static_cast<double>(bytes) / static_cast<double>(std::uint64_t{1} << 30);
@@ -185,6 +186,30 @@ void Coordinator::State::put_progress(Job& job, Time now, Step& step) {
   step.writes.push_back(PutProgress{job.id(), job.active_seconds(now), job.record.worker_seconds, job.record.counters});
 }
 
+void Coordinator::State::forget_job(const Job& job, Step& step) {
+  const JobId id = job.id();
+  by_request.erase(job.record.spec.request_id);
+  jobs.erase(id);
+  step.writes.push_back(DeleteJobRows{id});
+}
+
+void Coordinator::State::delete_old_jobs(Time now, Step& step) {
+  if (limits.keep_ended == Duration::zero() || now < next_old_look) {
+    return;
+  }
+  next_old_look = now + kOldLookPause;
+  const std::int64_t ended_before =
+      unix_ms(now) - std::chrono::duration_cast<std::chrono::milliseconds>(limits.keep_ended).count();
+  for (auto at = jobs.begin(); at != jobs.end();) {
+    const Job& job = *(at++)->second;
+    if (!job.active() && job.record.finished_unix_ms <= ended_before) {
+      note(step, Note::Level::info, "job {} is deleted: it ended {:.3g} days ago (--keep-days)", job.id().value,
+           static_cast<double>(unix_ms(now) - job.record.finished_unix_ms) / (24.0 * 60 * 60 * 1000));
+      forget_job(job, step);
+    }
+  }
+}
+
 double Coordinator::State::given_seconds(const Job& job) const {
   const double out = job.plan ? static_cast<double>(job.plan->out_pixel_samples()) : 0;
   return job.record.worker_seconds + out * job.seconds_per_pixel_sample.value() - job.given_base;
@@ -325,6 +350,12 @@ Result<JobId> Coordinator::submit(const JobSpec& spec, Time now, std::int64_t un
   if (state_->jobs.size() >= state_->limits.max_jobs) {
     return resource_exhausted("the farm keeps at most {} jobs: delete some that have ended", state_->limits.max_jobs);
   }
+  const auto own = std::ranges::count_if(
+      state_->jobs, [&](const auto& entry) { return entry.second->record.spec.owner == spec.owner; });
+  if (own >= std::int64_t{state_->limits.max_jobs_per_owner}) {
+    return resource_exhausted("the farm keeps at most {} jobs of one user, '{}': delete some that have ended",
+                              state_->limits.max_jobs_per_owner, spec.owner);
+  }
   LM_RETURN_IF_ERROR(state_->check_footprint(spec, nullptr));
   JobRecord record;
   record.id = JobId{state_->next_job_id++};
@@ -415,12 +446,25 @@ Status Coordinator::extend(JobId id, const Extension& to, Time now, Step& step) 
   return ok_status();
 }
 
+void Coordinator::hold(const std::string& why, Time now, Step& step) {
+  if (state_->held == why) {
+    return;
+  }
+  if (state_->held.empty() != why.empty()) {
+    note(step, why.empty() ? Note::Level::info : Note::Level::warning, "{}",
+         why.empty() ? std::string("work is handed out again") : "no work is handed out: " + why);
+  }
+  state_->held = why;
+  for (const auto& [id, job] : state_->jobs) {
+    job->version += job->active() ? 1 : 0;
+  }
+  state_->serve_all(now, step);
+}
+
 Status Coordinator::remove(JobId id, Time now, Step& step) {
   LM_ASSIGN_OR_RETURN(Job* const job, state_->ended_or_not(id, true, "deleted"));
   (void)now;
-  state_->by_request.erase(job->record.spec.request_id);
-  state_->jobs.erase(id);
-  step.writes.push_back(DeleteJobRows{id});
+  state_->forget_job(*job, step);
   note(step, Note::Level::info, "job {} is deleted", id.value);
   return ok_status();
 }

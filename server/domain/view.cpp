@@ -32,8 +32,9 @@ void Coordinator::tick(Time now, std::int64_t unix_ms, Step& step) {
       }
     }
   }
+  state.delete_old_jobs(now, step);
   state.serve_all(now, step);
-  if (!state.idle.empty() && !state.leases.empty() && now >= state.next_copy_look) {
+  if (state.may_copy() && now >= state.next_copy_look) {
     state.copy_to_idle(now, step);
   }
   if (!state.sessions.empty() && now >= state.next_silence_look) {
@@ -62,16 +63,22 @@ std::optional<Time> Coordinator::State::next_deadline() const {
   for (const JobId id : restored_jobs) {
     by(jobs.at(id)->hold_until);
   }
-  if (!idle.empty() && !leases.empty()) {
+  if (may_copy()) {
     by(next_copy_look);
   }
   if (!sessions.empty()) {
     by(next_silence_look);
   }
+  if (limits.keep_ended > Duration::zero() && !jobs.empty()) {
+    by(next_old_look);
+  }
   return next;
 }
 
 std::string Coordinator::State::reason_to_wait(const Job& job) const {
+  if (record_is_waiting(job.record.state) && !held.empty()) {
+    return held;
+  }
   if (record_is_waiting(job.record.state) && job.leases.empty()) {
     const bool somebody = std::ranges::any_of(workers, [&](const auto& entry) {
       return entry.second.session && !entry.second.draining && may_render(entry.second, job);

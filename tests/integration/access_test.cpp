@@ -206,8 +206,13 @@ TEST(Access, RenewedCertificatesComeIntoUseWithoutARestart) {
   EXPECT_TRUE(listed());
   secure.renew_server({now_unix_s() - 2 * kDay, now_unix_s() - kDay});  // easily told from the one before
   EXPECT_TRUE(eventually([&] { return !listed(); })) << "the certificate that has ended is shown";
+  const auto says = [&](const std::string& text) {
+    return eventually([&] { return secure.farm().server_log().find(text) != std::string::npos; });
+  };
+  EXPECT_TRUE(says("new connections may fail, or are shown what was read before: --tls-cert"));
   secure.renew_server(today());
   EXPECT_TRUE(eventually(listed));
+  EXPECT_TRUE(says("the files of the certificate are in order again"));
 }
 
 TEST(Access, AWorkerWithACertificateRendersAndOneWithoutIsToldWhy) {
@@ -260,6 +265,11 @@ TEST(Access, AWorkerWithACertificateRendersAndOneWithoutIsToldWhy) {
     return stub->GetJob(&context, which, &job).ok() && job.state() == v1::JOB_STATE_DONE;
   })) << job.ShortDebugString()
       << farm.log("good");
+  grpc::ClientContext list;
+  v1::ListWorkersResponse workers;
+  ASSERT_TRUE(stub->ListWorkers(&list, {}, &workers).ok());
+  ASSERT_EQ(workers.workers_size(), 1);
+  EXPECT_EQ(workers.workers(0).name(), "w/good") << "nobody goes by a name that is another's";
 }
 
 }  // namespace

@@ -1,6 +1,8 @@
 // Tokens, over real connections: kept, listed, revoked.
 #include <set>
+#include <thread>
 
+#include "common/wire/farm_messages.h"
 #include "tests/integration/secure_farm.h"
 
 namespace lightmill::test {
@@ -93,6 +95,55 @@ TEST(TokenAccess, AWorkerWhoseTokenIsRevokedIsSentAway) {
   EXPECT_TRUE(eventually([&] { return secure.farm().log("worker").find("was revoked") != std::string::npos; }))
       << secure.farm().log("worker");
   EXPECT_TRUE(eventually([&] { return workers() == 0; }));
+}
+
+/// Says hello, and then that it lives, until it is sent away; with which words.
+grpc::Status work_until_sent_away(const std::shared_ptr<grpc::Channel>& channel, const std::string& name,
+                                  const std::string& token) {
+  grpc::ClientContext context;
+  context.set_deadline(std::chrono::system_clock::now() + std::chrono::seconds(60));
+  if (!token.empty()) {
+    context.AddMetadata("authorization", "Bearer " + token);
+  }
+  const auto stub = v1::WorkerService::NewStub(channel);
+  const auto stream = stub->Work(&context);
+  WorkerHello hello;
+  hello.name = name;
+  hello.host = "h";
+  hello.fingerprint_class = "class";
+  hello.renderer_version = std::string(kRendererVersion);
+  v1::WorkRequest request;
+  to_wire(WorkerMessage(hello), &request);
+  while (stream->Write(request)) {
+    std::this_thread::sleep_for(std::chrono::milliseconds(50));
+    request.Clear();
+    to_wire(WorkerMessage(WorkerHeartbeat{}), &request);
+  }
+  v1::WorkResponse ignored;
+  while (stream->Read(&ignored)) {
+  }
+  return stream->Finish();
+}
+
+TEST(TokenAccess, StreamsEndWithTheCertificateOrTokenThatTheyCameBy) {
+  SecureFarm secure;
+  const auto root = secure.channel(secure.person("root", {Role::admin}));
+  const std::int64_t soon = now_unix_s() + 4;
+  const std::string token = token_for(root, "render-1", {Role::worker}, soon);
+  const grpc::Status by_token = work_until_sent_away(secure.channel(std::nullopt), "a", token);
+  EXPECT_EQ(by_token.error_code(), StatusCode::UNAUTHENTICATED);
+  EXPECT_NE(by_token.error_message().find("what 'render-1' has shown ended"), std::string::npos)
+      << by_token.error_message();
+  EXPECT_GE(now_unix_s(), soon) << "not before";
+  const std::int64_t later = now_unix_s() + 4;
+  const grpc::Status by_certificate = work_until_sent_away(
+      secure.channel(
+          issue_certificate(secure.authority(), {"render-2", {}, {Role::worker}}, {now_unix_s() - 300, later}).value()),
+      "b", "");
+  EXPECT_EQ(by_certificate.error_code(), StatusCode::UNAUTHENTICATED);
+  EXPECT_NE(by_certificate.error_message().find("what 'render-2' has shown ended"), std::string::npos)
+      << by_certificate.error_message();
+  EXPECT_GE(now_unix_s(), later);
 }
 
 }  // namespace

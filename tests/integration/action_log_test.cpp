@@ -117,7 +117,7 @@ void change_everything(const std::shared_ptr<grpc::Channel>& root, const std::sh
     to_wire(WorkerMessage(hello), &request);
     EXPECT_TRUE(stream->Write(request));
     v1::DrainWorkerRequest drain;
-    drain.set_name("w1");
+    drain.set_name("render-1/w1");
     v1::Worker worker;
     EXPECT_TRUE(eventually([&] {
       grpc::ClientContext try_it;
@@ -150,8 +150,8 @@ TEST(ActionLog, EveryChangeIsRecordedWithWhoAndWhat) {
     EXPECT_NEAR(static_cast<double>(action.unix_ms()), static_cast<double>(now), 60'000);
     EXPECT_EQ(action.peer().starts_with("127.0.0.1:"), action.what() != "Start") << action.peer();
   }
-  EXPECT_EQ(all[8].about(), "w1");
-  EXPECT_EQ(all[9].about(), "w1");
+  EXPECT_EQ(all[8].about(), "render-1/w1");
+  EXPECT_EQ(all[9].about(), "render-1/w1");
   EXPECT_EQ(all[10].about(), all[1].about().substr(0, 12) + " of carl");
 
   // Whoever adds an RPC says here whether it changes something; and the others leave no trace.

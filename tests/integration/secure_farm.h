@@ -112,14 +112,15 @@ inline grpc::Status call(const std::shared_ptr<grpc::Channel>& channel, const st
 }
 
 /// Makes a token known, as an admin; its text.
-inline std::string token_for(const std::shared_ptr<grpc::Channel>& admin, const std::string& name, Roles roles) {
+inline std::string token_for(const std::shared_ptr<grpc::Channel>& admin, const std::string& name, Roles roles,
+                             std::int64_t until_unix_s = now_unix_s() + kDay) {
   const NewToken token = make_token().value();
   v1::CreateTokenRequest request;
   request.set_id(token.id);
   request.set_sha256(std::string(token.hash.bytes.begin(), token.hash.bytes.end()));
   request.set_name(name);
   to_wire(roles, request.mutable_roles());
-  request.set_until_unix_s(now_unix_s() + kDay);
+  request.set_until_unix_s(until_unix_s);
   grpc::ClientContext context;
   v1::Token made;
   const grpc::Status status = v1::AccessService::NewStub(admin)->CreateToken(&context, request, &made);

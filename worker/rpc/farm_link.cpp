@@ -170,6 +170,9 @@ Result<std::string> FarmLink::download(const Sha256& digest) {
     const MutexLock lock(mutex_);
     connection->downloads.erase(&context);
   }
+  if (status.error_code() == grpc::StatusCode::RESOURCE_EXHAUSTED) {  // it is busy: nothing is wrong with the job
+    return unavailable("asset {}: {}", digest.hex(), status.error_message());
+  }
   if (!status.ok()) {
     return make_error(static_cast<StatusCode>(status.error_code()), "asset {}: {}", digest.hex(),
                       status.error_message());

@@ -62,6 +62,15 @@ TEST(Rights, AnRpcWithoutALineIsNotServed) {
   EXPECT_NE(message_of(check_rules(methods)).find("ListActions, which there is not"), std::string::npos);
 }
 
+TEST(Identities, AWorkersNameIsItsOwnersFirst) {
+  const Identity render1{"render-1", {Role::worker}, Proof::certificate, 0, ""};
+  EXPECT_EQ(worker_name(render1, "render-1").value(), "render-1");
+  EXPECT_EQ(worker_name(render1, "render-10").value(), "render-1/render-10");
+  EXPECT_EQ(worker_name(render1, "node7-4711").value(), "render-1/node7-4711");
+  EXPECT_EQ(worker_name(anybody(), "node7-4711").value(), "node7-4711");
+  EXPECT_EQ(worker_name(render1, std::string(200, 'x')).status().code(), StatusCode::kInvalidArgument);
+}
+
 TEST(Identities, ComeFromCertificates) {
   CertificateFacts facts;
   facts.name = "ada";

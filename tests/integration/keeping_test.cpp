@@ -1,0 +1,149 @@
+// What keeps a farm going for years: a disk that is full, jobs that expire, and a state that is put back from a backup.
+#include <gtest/gtest.h>
+#include <sched.h>
+#include <sys/mount.h>
+#include <unistd.h>
+
+#include <cstdlib>
+#include <fstream>
+#include <thread>
+
+#include "tests/support/farm.h"
+
+namespace lightmill::test {
+namespace {
+
+namespace fs = std::filesystem;
+
+/// A disk of a test's own, in memory, where temporary folders lie while it is there; nobody else sees it. Takes root.
+class SmallDisk {
+ public:
+  explicit SmallDisk(int mib) {
+    if (::unshare(CLONE_NEWNS) != 0 || ::mount(nullptr, "/", nullptr, MS_REC | MS_PRIVATE, nullptr) != 0 ||
+        ::mount("tmpfs", folder_.path().c_str(), "tmpfs", 0, fmt::format("size={}m", mib).c_str()) != 0) {
+      return;
+    }
+    mounted_ = true;
+    ::setenv("TMPDIR", folder_.path().c_str(), 1);
+  }
+  ~SmallDisk() {
+    ::unsetenv("TMPDIR");
+    if (mounted_) {
+      ::umount2(folder_.path().c_str(), MNT_DETACH);
+    }
+  }
+  SmallDisk(const SmallDisk&) = delete;
+  SmallDisk& operator=(const SmallDisk&) = delete;
+
+  bool mounted() const { return mounted_; }
+  /// Takes so much of it, or all that is left.
+  void fill(int mib) const {
+    std::ofstream file(ballast(), std::ios::binary | std::ios::app);
+    const std::string piece(1 << 16, 'x');
+    for (int i = 0; i < 16 * mib && file.write(piece.data(), static_cast<std::streamsize>(piece.size())).flush(); ++i) {
+    }
+  }
+  void make_room() const { fs::remove(ballast()); }
+
+ private:
+  fs::path ballast() const { return folder_.path() / "ballast"; }
+  TemporaryFolder folder_;
+  bool mounted_ = false;
+};
+
+bool says(const std::string& text, const std::string& part) {
+  return text.find(part) != std::string::npos;
+}
+
+TEST(Keeping, WithLittleSpaceJobsWaitAndGoOnByThemselves) {
+  const SmallDisk disk(160);
+  if (!disk.mounted()) {
+    GTEST_SKIP() << "no disk can be mounted here";
+  }
+  disk.fill(130);
+  Farm farm({"--reserve-gib", "0.0625"});
+  FarmClient client = farm.client();
+  farm.add_worker(1, "w1");
+  Picture picture;
+  picture.side = 64;
+  picture.samples = 16;
+  const std::uint64_t job = client.submit(picture).id();
+  EXPECT_TRUE(eventually([&] { return says(client.job(job).reason(), "waits for space: the disk of "); }))
+      << client.job(job).ShortDebugString();
+  EXPECT_TRUE(says(client.job(job).reason(), "less than --reserve-gib 0.0625")) << client.job(job).reason();
+  disk.make_room();
+  expect_reference_film(farm.client(), job, picture);
+}
+
+TEST(Keeping, AFullDiskLosesNothing) {
+  const SmallDisk disk(64);
+  if (!disk.mounted()) {
+    GTEST_SKIP() << "no disk can be mounted here";
+  }
+  Farm farm({"--reserve-gib", "0"});
+  FarmClient client = farm.client();
+  farm.add_worker(1, "w1");
+  Picture picture;
+  picture.samples = 500;
+  const std::uint64_t job = client.submit(picture).id();
+  client.wait_for_samples(job, 1);
+  disk.fill(64);
+  EXPECT_TRUE(eventually([&] {
+    const v1::Job now = client.job(job);
+    EXPECT_NE(now.state(), v1::JOB_STATE_DONE);
+    return now.state() == v1::JOB_STATE_DONE || says(now.reason(), "waits until its state can be stored again");
+  })) << client.job(job).ShortDebugString();
+  disk.make_room();
+  expect_reference_film(farm.client(), job, picture);
+}
+
+TEST(Keeping, JobsThatEndedLongAgoAreDeletedAndOthersStay) {
+  // Less than a second.
+  Farm farm({"--keep-days", "0.00001"});
+  FarmClient client = farm.client();
+  const std::uint64_t ended = client.submit({}, "ended").id(), waiting = client.submit({}, "waiting").id();
+  v1::CancelJobRequest cancel;
+  cancel.set_id(ended);
+  v1::Job job;
+  grpc::ClientContext context;
+  ASSERT_TRUE(client.stub().CancelJob(&context, cancel, &job).ok());
+  std::this_thread::sleep_for(std::chrono::seconds(2));
+  farm.server().send(SIGTERM);  // it looks once a minute, and when it starts
+  EXPECT_EQ(farm.server().wait(std::chrono::seconds(20)), 0);
+  farm.start_server();
+  EXPECT_TRUE(eventually([&] {
+    grpc::ClientContext list;
+    v1::ListJobsResponse jobs;
+    EXPECT_TRUE(client.stub().ListJobs(&list, {}, &jobs).ok());
+    return jobs.jobs_size() == 1 && jobs.jobs(0).id() == waiting;
+  }));
+}
+
+TEST(Keeping, ACopyOfTheDirectoryIsABackup) {
+  Picture picture;
+  const TemporaryFolder backup;
+  std::uint64_t job = 0;
+  {
+    Farm farm;
+    farm.add_worker(1, "w1");
+    job = farm.client().submit(picture).id();
+    farm.client().wait_for_samples(job, std::uint64_t{128} * 128 * 32);
+    kill_at_once(farm.server());  // as a snapshot of its disk would have it
+    fs::copy(farm.data(), backup.path() / "data", fs::copy_options::recursive);
+  }
+  const CommandResult check = run_command({std::string(LIGHTMILL_BINARY_DIR) + "/bin/lightmill-server", "check",
+                                           "--data", (backup.path() / "data").string()});
+  EXPECT_EQ(check.exit_code, 0) << check.out << check.err;
+  EXPECT_TRUE(says(check.out, "all is sound")) << check.out;
+  Farm restored;
+  kill_at_once(restored.server());
+  fs::remove_all(restored.data());
+  fs::copy(backup.path() / "data", restored.data(), fs::copy_options::recursive);
+  restored.start_server();
+  EXPECT_GE(restored.client().job(job).samples_done(), std::uint64_t{128} * 128 * 32);
+  restored.add_worker(1, "w2");
+  expect_reference_film(restored.client(), job, picture);
+}
+
+}  // namespace
+}  // namespace lightmill::test

@@ -1,0 +1,104 @@
+// What a farm takes of one caller, over real connections: beyond it is refused by the limit's name, and others are not
+// disturbed.
+#include <gtest/gtest.h>
+
+#include <thread>
+
+#include "common/wire/farm_messages.h"
+#include "tests/support/farm.h"
+
+namespace lightmill::test {
+namespace {
+
+using grpc::StatusCode;
+
+grpc::Status list(v1::RenderService::Stub& stub) {
+  grpc::ClientContext context;
+  v1::ListJobsResponse response;
+  return stub.ListJobs(&context, {}, &response);
+}
+
+bool says(const grpc::Status& status, const std::string& part) {
+  return status.error_message().find(part) != std::string::npos;
+}
+
+TEST(Limits, RequestsASecond) {
+  Farm farm({"--caller-requests", "2"});
+  FarmClient client = farm.client();
+  int taken = 0;
+  grpc::Status refused;
+  const auto start = std::chrono::steady_clock::now();
+  for (int i = 0; i < 100; ++i) {
+    const grpc::Status status = list(client.stub());
+    taken += status.ok() ? 1 : 0;
+    refused = status.ok() ? refused : status;
+  }
+  const double seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+  EXPECT_GE(taken, 15);
+  EXPECT_LE(taken, 21 + 2 * seconds);
+  EXPECT_EQ(refused.error_code(), StatusCode::RESOURCE_EXHAUSTED);
+  EXPECT_TRUE(says(refused, "2 requests a second of one caller (--caller-requests): try again in "))
+      << refused.error_message();
+  std::this_thread::sleep_for(std::chrono::milliseconds(600));
+  EXPECT_TRUE(list(client.stub()).ok()) << "after what it has said";
+}
+
+TEST(Limits, StreamsOfOneCaller) {
+  Farm farm({"--caller-streams", "2"});
+  FarmClient client = farm.client();
+  client.upload_assets();
+  v1::WatchJobRequest request;
+  request.set_id(client.submit({}).id());
+  struct Watch {
+    grpc::ClientContext context;
+    std::unique_ptr<grpc::ClientReader<v1::WatchJobResponse>> reader;
+    v1::WatchJobResponse update;
+  };
+  const auto watch = [&](Watch& each) {
+    each.reader = client.stub().WatchJob(&each.context, request);
+    return each.reader->Read(&each.update);
+  };
+  Watch first, second, third, fourth;
+  EXPECT_TRUE(watch(first));
+  EXPECT_TRUE(watch(second));
+  EXPECT_FALSE(watch(third));
+  const grpc::Status refused = third.reader->Finish();
+  EXPECT_EQ(refused.error_code(), StatusCode::RESOURCE_EXHAUSTED);
+  EXPECT_TRUE(says(refused, "2 streams at once of one caller (--caller-streams)")) << refused.error_message();
+  first.context.TryCancel();
+  (void)first.reader->Finish();
+  EXPECT_TRUE(eventually([&] {
+    Watch again;
+    const bool taken = watch(again);
+    again.context.TryCancel();
+    (void)again.reader->Finish();
+    return taken;
+  })) << "its place is free once it has gone";
+  second.context.TryCancel();
+  (void)second.reader->Finish();
+}
+
+TEST(Limits, JobsOfOneUser) {
+  Farm farm({"--user-jobs", "2"});
+  FarmClient client = farm.client();
+  client.upload_assets();
+  const auto submit = [&](const std::string& request_id, const std::string& owner) {
+    JobSpec spec = job_of({}, request_id);
+    spec.owner = owner;
+    v1::SubmitJobRequest request;
+    to_wire(spec, &request);
+    grpc::ClientContext context;
+    v1::Job job;
+    return client.stub().SubmitJob(&context, request, &job);
+  };
+  EXPECT_TRUE(submit("1", "ada").ok());
+  EXPECT_TRUE(submit("2", "ada").ok());
+  const grpc::Status refused = submit("3", "ada");
+  EXPECT_EQ(refused.error_code(), StatusCode::RESOURCE_EXHAUSTED);
+  EXPECT_TRUE(says(refused, "at most 2 jobs of one user, 'ada'")) << refused.error_message();
+  EXPECT_TRUE(submit("2", "ada").ok()) << "the same again is no other job";
+  EXPECT_TRUE(submit("4", "bob").ok());
+}
+
+}  // namespace
+}  // namespace lightmill::test

@@ -1,0 +1,84 @@
+// No work is handed out for a while, and jobs that ended long ago go.
+#include <gtest/gtest.h>
+
+#include "tests/unit/server/coordinator_fixture.h"
+
+namespace lightmill::test {
+namespace {
+
+class HoldTest : public CoordinatorTest {
+ protected:
+  void hold(const std::string& why) {
+    coordinator->hold(why, now, step);
+    flush();
+  }
+};
+
+TEST_F(HoldTest, NothingIsLeasedAndJobsSayWhyUntilItGoesOn) {
+  hold("waits for space");
+  const JobId job = submit(spec());
+  const SessionId worker = connect("w");
+  EXPECT_EQ(status(job).reason, "waits for space");
+  ASSERT_TRUE(coordinator->pause(job, now, step).ok());
+  EXPECT_EQ(status(job).reason, "") << "somebody wants it so";
+  ASSERT_TRUE(coordinator->resume(job, now, step).ok());
+  pass(std::chrono::seconds(30));
+  EXPECT_TRUE(got<LeaseGrant>(worker).empty());
+  hold("");
+  EXPECT_EQ(status(job).reason, "");
+  work(worker);
+  EXPECT_EQ(status(job).state, JobState::done);
+}
+
+TEST_F(HoldTest, WhatIsOutIsTaken) {
+  const JobId job = submit(spec("r1", 1));
+  const SessionId worker = connect("w");
+  ASSERT_FALSE(got<LeaseGrant>(worker).empty());
+  hold("waits for space");
+  EXPECT_EQ(status(job).reason, "waits for space");
+  work(worker);
+  EXPECT_EQ(status(job).state, JobState::done);
+}
+
+TEST_F(HoldTest, JobsThatEndedLongAgoAreDeletedAndOthersStay) {
+  limits.keep_ended = std::chrono::hours(10);
+  restart({});
+  const JobId ended = submit(spec("a")), waiting = submit(spec("b"));
+  ASSERT_TRUE(coordinator->cancel(ended, now, unix_ms(), step).ok());
+  flush();
+  writes.clear();
+  pass(std::chrono::hours(10) - std::chrono::seconds(1));
+  EXPECT_TRUE(coordinator->status(ended, now).ok());
+  ASSERT_TRUE(coordinator->next_deadline().has_value());
+  pass(*coordinator->next_deadline() - now);
+  EXPECT_FALSE(coordinator->status(ended, now).ok());
+  EXPECT_TRUE(coordinator->status(waiting, now).ok());
+  ASSERT_EQ(writes.size(), 1u);
+  EXPECT_EQ(std::get<DeleteJobRows>(writes[0]).job, ended);
+  EXPECT_EQ(submit(spec("a")).value, waiting.value + 1) << "its request is forgotten too";
+}
+
+TEST_F(HoldTest, WithoutALimitJobsStay) {
+  const JobId ended = submit(spec());
+  ASSERT_TRUE(coordinator->cancel(ended, now, unix_ms(), step).ok());
+  flush();
+  pass(std::chrono::hours(100'000));
+  EXPECT_TRUE(coordinator->status(ended, now).ok());
+}
+
+TEST_F(HoldTest, JobsOfOneUserAreCounted) {
+  limits.max_jobs_per_owner = 1;
+  restart({});
+  JobSpec first = spec("a"), second = spec("b"), other = spec("c");
+  first.owner = second.owner = "ada";
+  other.owner = "bob";
+  submit(first);
+  submit(other);
+  const Result<JobId> refused = coordinator->submit(second, now, unix_ms(), step);
+  EXPECT_EQ(refused.status().code(), StatusCode::kResourceExhausted);
+  EXPECT_EQ(message_of(refused.status()),
+            "the farm keeps at most 1 jobs of one user, 'ada': delete some that have ended");
+}
+
+}  // namespace
+}  // namespace lightmill::test
