@@ -16,6 +16,7 @@ using nlohmann::json;
 constexpr std::int64_t kDaySeconds = 24 * 60 * 60;
 /// A certificate holds from a little earlier on, for machines whose clocks go slow.
 constexpr std::int64_t kClockSlackSeconds = 5 * 60;
+constexpr std::uint64_t kMaxFileBytes = 1 << 20;
 constexpr std::uint64_t kMaxDays = 36'500;
 constexpr const char* kAuthorityCertificate = "ca.pem";
 constexpr const char* kAuthorityKey = "ca.key";
@@ -37,11 +38,47 @@ Validity days_from_now(std::uint64_t days) {
   return {now - kClockSlackSeconds, now + static_cast<std::int64_t>(days) * kDaySeconds};
 }
 
-Status write(const fs::path& path, const std::string& text, bool replace) {
-  const Status status = write_secret_file(path, as_byte_view(text), replace);
+enum class Reader { owner, everybody };
+
+/// Whether the file is not there, or is what --replace means: `is_former` of what it holds.
+Status check_replaceable(const fs::path& path, const std::function<bool(const std::string&)>& is_former) {
+  if (std::error_code error; !fs::exists(path, error)) {
+    return ok_status();
+  }
+  LM_ASSIGN_OR_RETURN(const std::string there, read_file(path, kMaxFileBytes));
+  return is_former(there) ? ok_status()
+                          : failed_precondition(
+                                "{} holds something else than what is to be put in its place, and nothing is changed: "
+                                "move it away first",
+                                path.string());
+}
+
+Status write(const fs::path& path, const std::string& text, bool replace, Reader reader = Reader::owner) {
+  const Status status = reader == Reader::everybody && (replace || !fs::exists(path))
+                            ? write_file_atomically(path, as_byte_view(text))
+                            : write_secret_file(path, as_byte_view(text), replace);
   return status.code() == StatusCode::kAlreadyExists
              ? already_exists("{}, and nothing is changed: --replace puts a new one in its place", message_of(status))
              : status;
+}
+
+bool holds_key(const std::string& pem) {
+  return pem.find("PRIVATE KEY-----") != std::string::npos;
+}
+
+/// A certificate for the same, with its key.
+bool is_former_of(const CertificateSubject& subject, const std::string& pem) {
+  const Result<std::vector<CertificateFacts>> all = read_certificates(pem);
+  if (!all.ok() || all->front().authority || !holds_key(pem)) {
+    return false;
+  }
+  return subject.hosts.empty() ? all->front().name == subject.name && all->front().hosts.empty()
+                               : !all->front().hosts.empty();
+}
+
+bool is_authority(const std::string& pem) {
+  const Result<std::vector<CertificateFacts>> all = read_certificates(pem);
+  return all.ok() && all->front().authority;
 }
 
 json to_json(const CertificateFacts& facts) {
@@ -79,10 +116,14 @@ Status make_authority_in(const CertsOptions& options, const Console& console) {
   if (!options.replace && fs::exists(certificate, error)) {  // its key may be kept elsewhere
     return write(certificate, "", false);
   }
+  if (options.replace) {
+    LM_RETURN_IF_ERROR(check_replaceable(certificate, is_authority));
+    LM_RETURN_IF_ERROR(check_replaceable(folder / kAuthorityKey, holds_key));
+  }
   LM_ASSIGN_OR_RETURN(const KeyAndCertificate made,
                       make_authority(options.name, days_from_now(options.authority_days)));
   LM_RETURN_IF_ERROR(write(folder / kAuthorityKey, made.key, options.replace));
-  LM_RETURN_IF_ERROR(write(certificate, made.certificate, options.replace));
+  LM_RETURN_IF_ERROR(write(certificate, made.certificate, options.replace, Reader::everybody));
   LM_ASSIGN_OR_RETURN(const std::vector<CertificateFacts> facts, read_certificates(made.certificate));
   json object = to_json(facts.front());
   object["file"] = certificate.string();
@@ -123,6 +164,9 @@ Status issue(const CertsOptions& options, const CertificateSubject& subject, con
              const Console& console) {
   LM_ASSIGN_OR_RETURN(const KeyAndCertificate authority, read_authority(options.folder));
   LM_ASSIGN_OR_RETURN(const fs::path file, own_file(options, file_name));
+  if (options.replace) {
+    LM_RETURN_IF_ERROR(check_replaceable(file, [&](const std::string& pem) { return is_former_of(subject, pem); }));
+  }
   LM_ASSIGN_OR_RETURN(const KeyAndCertificate made, issue_certificate(authority, subject, days_from_now(options.days)));
   LM_RETURN_IF_ERROR(write(file, made.certificate + made.key, options.replace));
   LM_ASSIGN_OR_RETURN(const std::vector<CertificateFacts> facts, read_certificates(made.certificate));

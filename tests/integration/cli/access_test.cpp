@@ -71,6 +71,29 @@ TEST_F(SecureCliTest, CertificatesAreSecretAndNotOverwritten) {
   EXPECT_TRUE(says(failure({"certs", "person", file("none"), "eve"}), "lightmill certs init"));
 }
 
+TEST_F(SecureCliTest, ReplacingTouchesNothingElse) {
+  struct stat info {};
+  ASSERT_EQ(::stat(pem("ca").c_str(), &info), 0);
+  EXPECT_EQ(info.st_mode & 0777, 0644u) << "everybody is to have it";
+  const auto contents = [](const std::string& path) {
+    std::ifstream stream(path);
+    return std::string(std::istreambuf_iterator<char>(stream), {});
+  };
+  const auto kept = [&](const std::vector<std::string>& arguments, const std::string& path) {
+    const std::string before = contents(path);
+    EXPECT_TRUE(says(failure(arguments), "nothing is changed")) << path;
+    EXPECT_EQ(contents(path), before) << path;
+  };
+  write("letter", "dear ada");
+  kept({"certs", "person", certs(), "ada", "--out", file("letter"), "--replace"}, file("letter"));
+  kept({"certs", "person", certs(), "ada", "--out", pem("bob"), "--replace"}, pem("bob"));
+  kept({"certs", "person", certs(), "ada", "--out", pem("server"), "--replace"}, pem("server"));
+  kept({"certs", "server", certs(), "127.0.0.1", "--out", pem("ada"), "--replace"}, pem("ada"));
+  kept({"certs", "person", certs(), "ada", "--out", pem("ca"), "--replace"}, pem("ca"));
+  json({"certs", "server", certs(), "farm.example", "--replace"});
+  json({"certs", "init", certs(), "--replace"});
+}
+
 TEST_F(SecureCliTest, PeopleUseTheFarmByTheirRoles) {
   start_server("0.0.0.0:0", {"--tls-cert", pem("server"), "--tls-ca", pem("ca")});
   const nlohmann::json job =
@@ -158,6 +181,29 @@ TEST_F(SecureCliTest, TokensComeAndGo) {
   json(as("root", {"tokens", "revoke", made.value("id", "")}));
   EXPECT_TRUE(says(failure(by_token({"jobs"})), "is unknown here: it was revoked"));
   EXPECT_TRUE(says(failure(as("root", {"tokens", "revoke", made.value("id", "")})), "there is no token"));
+}
+
+TEST_F(SecureCliTest, TheLogSaysWhoDidWhat) {
+  json({"certs", "person", certs(), "root", "--roles", "admin"});
+  start_server("127.0.0.1:0", {"--tls-cert", pem("server"), "--tls-ca", pem("ca")});
+  json(as("ada", {"submit", scene("cornell-bench-blocks.json"), "--spp", "1"}));
+  json(as("ada", {"cancel", "1"}));
+  EXPECT_TRUE(says(failure(as("ada", {"log"})), "ListActions is for the roles admin"));
+  const nlohmann::json log = json(as("root", {"log"}))["actions"];
+  ASSERT_EQ(log.size(), 4u) << log;
+  EXPECT_EQ(log[0]["what"], "Start");
+  EXPECT_EQ(log[2]["what"], "CancelJob");
+  EXPECT_EQ(log[2]["who"], "ada");
+  EXPECT_EQ(log[2]["proof"], "certificate");
+  EXPECT_EQ(log[2]["job"], 1);
+  EXPECT_EQ(log[2]["done"], true);
+  EXPECT_EQ(log[3]["done"], false);
+  EXPECT_TRUE(says(log[3]["message"], "for the roles admin"));
+  EXPECT_EQ(json(as("root", {"log", "--last", "1"}))["actions"], nlohmann::json::array({log[3]}));
+  EXPECT_EQ(json(as("root", {"log", "--job", "1"}))["actions"].size(), 2u);
+  EXPECT_EQ(json(as("root", {"log", "--who", "ada", "--since", "2h"}))["actions"].size(), 3u);
+  const CommandResult shown = lightmill(as("root", {"log"}));
+  EXPECT_TRUE(says(shown.out, "CancelJob") && says(shown.out, "refused: ListActions is for")) << shown.out;
 }
 
 TEST_F(SecureCliTest, OnOneMachineTokensWorkWithoutCertificates) {
