@@ -22,7 +22,7 @@ TEST_F(HoldTest, NothingIsLeasedAndJobsSayWhyUntilItGoesOn) {
   ASSERT_TRUE(coordinator->pause(job, now, step).ok());
   EXPECT_EQ(status(job).reason, "") << "somebody wants it so";
   ASSERT_TRUE(coordinator->resume(job, now, step).ok());
-  pass(std::chrono::seconds(30));
+  pass(std::chrono::seconds(10));
   EXPECT_TRUE(got<LeaseGrant>(worker).empty());
   hold("");
   EXPECT_EQ(status(job).reason, "");
