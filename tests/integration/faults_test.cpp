@@ -112,12 +112,12 @@ TEST(StoppedProcesses, AWorkerThatStandsStillIsReplacedAndComesBack) {
   farm.worker("w1").send(SIGSTOP);
   const v1::Job done = farm.client().wait_until_ended(job);
   EXPECT_EQ(done.state(), v1::JOB_STATE_DONE) << "the other one does what it held";
+  EXPECT_TRUE(eventually([&] { return farm.missed("w1"); }));
   picture.samples = 900;
   farm.client().extend(job, picture.samples);
   farm.worker("w1").send(SIGCONT);
   expect_reference_film(farm.client(), job, picture);
   EXPECT_FALSE(farm.worker("w1").wait(milliseconds(0)));
-  EXPECT_TRUE(farm.missed("w1"));
 }
 
 TEST(StoppedProcesses, ACoordinatorThatStandsStillGoesOn) {
