@@ -8,6 +8,7 @@ if(TARGET re2::re2)
   set_target_properties(re2::re2 PROPERTIES INTERFACE_COMPILE_OPTIONS "")
 endif()
 find_package(absl CONFIG REQUIRED)
+find_package(Boost 1.74 REQUIRED)  # Beast and Asio: headers alone
 find_package(embree 3.13 CONFIG REQUIRED)
 find_package(glm CONFIG REQUIRED)
 find_package(spdlog CONFIG REQUIRED)

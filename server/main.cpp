@@ -31,6 +31,8 @@ struct Options {
   std::string store;  ///< empty: SQLite in the data directory
   std::string listen = "127.0.0.1:7350";
   std::string port_file;
+  std::string http, http_port_file;  ///< empty: no page
+  std::string pages;
   TlsFiles tls;
   bool insecure = false, authenticate = false;
   LogOptions log;
@@ -81,6 +83,43 @@ void add_access_options(CLI::App& app, Options& options) {
          "--insecure", options.insecure,
          "let everybody who reaches it do everything, also from other machines; without it, that takes certificates")
       ->group(group);
+}
+
+void add_page_options(CLI::App& app, Options& options) {
+  const char* const group = "Page";
+  app.add_option("--http", options.http,
+                 "also serve a web page to watch and steer renders, and a JSON API, on this address of this machine, "
+                 "such as 127.0.0.1:7380")
+      ->type_name("HOST:PORT")
+      ->group(group);
+  app.add_option("--http-port-file", options.http_port_file, "write the page's port here once it is served")
+      ->type_name("FILE")
+      ->group(group);
+  app.add_option("--pages", options.pages, "the folder of the page's files")
+      ->type_name("DIR")
+      ->default_str("lightmill-web beside this program")
+      ->group(group);
+}
+
+/// The page is for programs of this machine, which nobody asks who they are.
+Status check_page(const Options& options) {
+  if (options.http.empty()) {
+    return options.http_port_file.empty() ? ok_status() : invalid_argument("--http-port-file is given without --http");
+  }
+  Result<HostPort> address = parse_host_port(options.http);
+  LM_RETURN_IF_ERROR(with_context(address.status(), "--http"));
+  if (!is_loopback(address->host)) {
+    return failed_precondition(
+        "--http {}: the page is served to this machine alone (127.0.0.1), since it cannot ask yet who calls. From "
+        "elsewhere, `ssh -L 7380:127.0.0.1:7380 THIS-MACHINE` brings it to your browser",
+        options.http);
+  }
+  return options.tls.given() || options.authenticate
+             ? failed_precondition(
+                   "--http goes neither with {} nor with --authenticate: the page cannot ask yet who calls, and "
+                   "everybody on this machine could do everything",
+                   kCertificateOption)
+             : ok_status();
 }
 
 /// Whether nobody can reach it who should not, or it is wanted so; FAILED_PRECONDITION says what to do.
@@ -136,6 +175,7 @@ std::optional<int> parse(int argc, char** argv, Options& options) {
       ->type_name("HOST:PORT")
       ->capture_default_str();
   app.add_option("--port-file", options.port_file, "write the port here once clients can connect")->type_name("FILE");
+  add_page_options(app, options);
   add_access_options(app, options);
   add_log_options(app, options.log);
   add_limit(app, "--lease-seconds", options.lease_seconds, "SECONDS", {0.5, 3600.0},
@@ -193,8 +233,10 @@ std::optional<int> parse(int argc, char** argv, Options& options) {
     std::cerr << "--listen: " << message_of(address.status()) << "\n";
     return 2;
   }
-  if (const Status status = check_access(options, *address); !status.ok()) {
-    std::cerr << message_of(status) << "\n";
+  Status access = check_access(options, *address);
+  access.Update(check_page(options));
+  if (!access.ok()) {
+    std::cerr << message_of(access) << "\n";
     return 2;
   }
   if (options.heartbeat_seconds * 2 > options.lease_seconds) {
@@ -301,6 +343,12 @@ Status check_stored(const Options& options, StopRequest& stop) {
   return check.whole ? ok_status() : data_loss("{}: something is lost", state->place);
 }
 
+/// Where this program lies.
+fs::path program_folder() {
+  std::error_code error;
+  return fs::read_symlink("/proc/self/exe", error).parent_path();
+}
+
 Status serve(const Options& options, StopRequest& stop) {
   Result<State> state = open_state(options, stop);
   if (!state.ok()) {
@@ -319,6 +367,10 @@ Status serve(const Options& options, StopRequest& stop) {
   }
   api.limits = limits_of(options);
   api.log = {options.log_entries, options.log_days};
+  if (!options.http.empty()) {
+    const fs::path pages = options.pages.empty() ? program_folder() / "lightmill-web" : fs::path(options.pages);
+    api.web = WebOptions{options.http, pages, LIGHTMILL_VERSION, api.notices, {}};
+  }
   api.on_fatal = [&stop](const Status& why) { stop.ask(why); };
   LM_ASSIGN_OR_RETURN(const std::unique_ptr<ApiServer> server,
                       ApiServer::start(std::move(state->store), std::move(state->assets), api));
@@ -329,6 +381,13 @@ Status serve(const Options& options, StopRequest& stop) {
                state->place);
   if (!options.port_file.empty()) {
     LM_RETURN_IF_ERROR(write_file_atomically(options.port_file, as_byte_view(fmt::format("{}\n", server->port()))));
+  }
+  if (server->web_port() != 0) {
+    spdlog::info("the page is at http://{}:{}/", options.http.substr(0, options.http.rfind(':')), server->web_port());
+  }
+  if (!options.http_port_file.empty()) {
+    LM_RETURN_IF_ERROR(
+        write_file_atomically(options.http_port_file, as_byte_view(fmt::format("{}\n", server->web_port()))));
   }
   Upkeep upkeep(options.tls, state->data ? state->data->path() : fs::path(), bytes_of_gib(options.reserve_gib),
                 [&server](const std::string& why) { server->set_space(why); });

@@ -110,6 +110,7 @@ struct ApiServer::Parts {
   std::unique_ptr<RenderServiceImpl> renders;
   std::unique_ptr<FarmLoop> loop;
   std::unique_ptr<grpc::Server> server;
+  std::unique_ptr<WebServer> web;
   int port = 0;
 };
 
@@ -165,7 +166,23 @@ Result<std::unique_ptr<ApiServer>> ApiServer::start(std::unique_ptr<Store> store
   parts->loop->post_always([start](FarmLoop::Turn& turn) {
     record_own(turn, turn.actions.somebody_is_at_work() ? kTakeOver : kStart, start);
   });
-  return std::unique_ptr<ApiServer>(new ApiServer(std::move(parts)));
+  auto running = std::unique_ptr<ApiServer>(new ApiServer(std::move(parts)));
+  if (options.web) {
+    LM_RETURN_IF_ERROR(running->serve_web(*options.web));
+  }
+  return running;
+}
+
+/// Where callers are asked who they are, the page cannot be served yet: it has no way to ask.
+Status ApiServer::serve_web(WebOptions web) {
+  if (parts_->gate.asks()) {
+    return failed_precondition("the page cannot ask yet who calls, as this farm does");
+  }
+  web.identify = [](std::string_view) { return anybody(); };
+  Result<std::unique_ptr<WebServer>> started = WebServer::start(*parts_->loop, web);
+  LM_RETURN_IF_ERROR(started.status());
+  parts_->web = *std::move(started);
+  return ok_status();
 }
 
 ApiServer::ApiServer(std::unique_ptr<Parts> parts) : parts_(std::move(parts)) {}
@@ -184,7 +201,12 @@ void ApiServer::set_space(const std::string& why) {
   parts_->loop->set_space(why);
 }
 
+int ApiServer::web_port() const {
+  return parts_->web == nullptr ? 0 : parts_->web->port();
+}
+
 Status ApiServer::stop() {
+  parts_->web.reset();
   if (auto* health = parts_->server->GetHealthCheckService(); health != nullptr) {
     health->SetServingStatus(false);
   }

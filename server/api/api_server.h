@@ -3,6 +3,7 @@
 
 #include <functional>
 #include <memory>
+#include <optional>
 #include <string>
 
 #include "common/base/status.h"
@@ -12,6 +13,7 @@
 #include "server/domain/coordinator.h"
 #include "server/store/asset_store.h"
 #include "server/store/store.h"
+#include "server/web/web_server.h"
 
 namespace lightmill {
 
@@ -25,6 +27,7 @@ struct ApiOptions {
   CoordinatorLimits limits;
   ActionLogLimits log;
   std::uint64_t wire_bytes = std::uint64_t{4} << 30;  ///< of what is on its way, of all connections
+  std::optional<WebOptions> web;  ///< also over HTTP; ApiServer says who calls
   /// The store cannot be used any more. From another thread; the server should be stopped.
   std::function<void(const Status&)> on_fatal = [](const Status&) {};
 };
@@ -42,6 +45,7 @@ class ApiServer {
   int port() const;
   /// No work is handed out, and jobs say why; empty: it is.
   void set_space(const std::string& why);
+  int web_port() const;  ///< 0 without `web`
   /// Ends streams with UNAVAILABLE, answers what is under way, commits, and ends all threads. An error if something
   /// could not be stored.
   Status stop();
@@ -49,6 +53,7 @@ class ApiServer {
  private:
   struct Parts;
   explicit ApiServer(std::unique_ptr<Parts> parts);
+  Status serve_web(WebOptions web);
   std::unique_ptr<Parts> parts_;
 };
 

@@ -6,25 +6,12 @@
 #include "server/api/method_choice.h"
 #include "server/api/pages.h"
 #include "server/api/recorded_calls.h"
+#include "server/api/worker_message.h"
 
 namespace lightmill {
 namespace {
 
 constexpr std::size_t kMaxDigests = 10'000;
-
-void to_wire(const WorkerStatus& worker, v1::Worker* out) {
-  out->set_name(worker.name);
-  out->set_host(worker.host);
-  out->set_pid(worker.pid);
-  out->set_threads(worker.threads);
-  out->set_fingerprint_class(worker.fingerprint_class);
-  out->set_draining(worker.draining);
-  out->set_samples_per_second(worker.samples_per_second);
-  out->set_leases(worker.leases);
-  out->set_connected_seconds(worker.connected_seconds);
-  out->set_results(worker.results);
-  out->set_leases_lost(worker.leases_lost);
-}
 
 Status show_job(const FarmLoop::Turn& turn, JobId job, v1::Job* reply) {
   LM_ASSIGN_OR_RETURN(const JobStatus status, turn.farm.status(job, turn.now));
@@ -178,7 +165,7 @@ RenderServiceImpl::Unary* RenderServiceImpl::ListJobs(Context* context, const v1
                        reply->set_next_page_token(std::to_string(reply->jobs(size - 1).id()));
                        break;
                      }
-                     lightmill::to_wire(job, reply->add_jobs());
+                     to_wire(job, reply->add_jobs());
                    }
                    reactor->Finish(grpc::Status::OK);
                  });

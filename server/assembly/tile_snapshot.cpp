@@ -1,6 +1,28 @@
 #include "server/assembly/tile_snapshot.h"
 
+#include <immintrin.h>
+
+#include <array>
+#include <cmath>
+
 namespace lightmill {
+namespace {
+
+constexpr float kMostHalf = 65504;
+/// Rec. 709, as sRGB has it.
+constexpr std::array<float, kBeautyChannels> kLuminance{0.2126f, 0.7152f, 0.0722f};
+
+std::string half_bytes(const std::vector<float>& values) {
+  std::string bytes(values.size() * 2, '\0');
+  const __m128 most = _mm_set1_ps(kMostHalf);
+  for (std::size_t i = 0; i < values.size(); i += 4) {
+    const __m128 clamped = _mm_max_ps(_mm_min_ps(_mm_loadu_ps(&values[i]), most), _mm_sub_ps(_mm_setzero_ps(), most));
+    _mm_storel_epi64(reinterpret_cast<__m128i*>(&bytes[2 * i]), _mm_cvtps_ph(clamped, _MM_FROUND_TO_NEAREST_INT));
+  }
+  return bytes;
+}
+
+}  // namespace
 
 TileSnapshot snapshot(const Film& film, TileId tile) {
   return {film.grid().tile_rect(tile), film.layout(), film.samples(tile), film.half_counts(tile).a, film.forest(tile)};
@@ -24,6 +46,29 @@ std::vector<float> mean_rgb(const TileSnapshot& tile) {
   }
   sums.resize(half);
   return sums;
+}
+
+std::string view_pixels(const TileSnapshot& tile) {
+  const auto pixels = static_cast<std::size_t>(tile.rect.pixel_count());
+  const std::vector<float> sums = sums_over(tile.forest, tile.layout, pixels, kBeautyChannels);
+  const auto all = static_cast<float>(tile.samples);
+  const auto in_a = static_cast<float>(tile.samples_a);
+  const float in_b = all - in_a;
+  const bool both = in_a > 0 && in_b > 0;
+  const float error_scale = both ? std::sqrt(in_a * in_b) / all : 0;
+  const float scale = all > 0 ? 1 / all : 0;
+  std::vector<float> rgbe(4 * pixels);
+  for (std::size_t i = 0; i < pixels; ++i) {
+    float difference = 0;
+    for (std::size_t channel = 0; channel < kBeautyChannels; ++channel) {
+      const float a = sums[channel * pixels + i];
+      const float b = sums[(kBeautyChannels + channel) * pixels + i];
+      rgbe[4 * i + channel] = (a + b) * scale;
+      difference += both ? kLuminance[channel] * (a / in_a - b / in_b) : 0;
+    }
+    rgbe[4 * i + 3] = both ? std::abs(difference) * error_scale : -1;
+  }
+  return half_bytes(rgbe);
 }
 
 }  // namespace lightmill

@@ -3,6 +3,7 @@
 
 #include <cstdint>
 #include <memory>
+#include <string>
 #include <vector>
 
 #include "common/film/film.h"
@@ -29,5 +30,11 @@ FirstValues first_of(const TileSnapshot& tile);
 /// The mean of all samples of both halves, planar R, G, B (the first three channels), rows from the top; zero while
 /// there are none.
 std::vector<float> mean_rgb(const TileSnapshot& tile);
+
+/// What a page draws of a tile: half floats, little-endian, interleaved R, G, B, E, rows from the top. R, G and B are
+/// as mean_rgb has them; E is the standard error of the luminance that this pixel's two halves alone tell, |a − b|
+/// √(n_a n_b) / (n_a + n_b) of their means a and b (its square has one degree of freedom: average it over a
+/// neighbourhood), and −1 while a half is empty. Values beyond ±65504 are that.
+std::string view_pixels(const TileSnapshot& tile);
 
 }  // namespace lightmill

@@ -8,6 +8,7 @@
 #include <optional>
 #include <span>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "common/base/clock.h"
@@ -102,6 +103,8 @@ class Coordinator {
   const Film* film(JobId job) const;
   /// Grows with every change of the job's state or film; 0 if there is no such job.
   std::uint64_t version(JobId job) const;
+  /// The same of so many jobs at most, newest first.
+  std::vector<std::pair<JobId, std::uint64_t>> versions(std::size_t most) const;
 
  private:
   struct State;

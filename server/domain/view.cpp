@@ -201,4 +201,12 @@ std::uint64_t Coordinator::version(JobId id) const {
   return job == nullptr ? 0 : job->version;
 }
 
+std::vector<std::pair<JobId, std::uint64_t>> Coordinator::versions(std::size_t most) const {
+  std::vector<std::pair<JobId, std::uint64_t>> found;
+  for (auto at = state_->jobs.rbegin(); at != state_->jobs.rend() && found.size() < most; ++at) {
+    found.emplace_back(at->first, at->second->version);
+  }
+  return found;
+}
+
 }  // namespace lightmill

@@ -3,7 +3,9 @@
 #include <gtest/gtest.h>
 
 #include "common/wire/farm_messages.h"
+#include "lightmill/v1/web.pb.h"
 #include "lightmill/v1/worker_service.pb.h"
+#include "server/web/live_messages.h"
 #include "tests/fuzz/mutate.h"
 
 namespace lightmill {
@@ -109,6 +111,24 @@ TEST(WireFuzz, DamagedJobSpecificationsBecomeValuesOrErrors) {
     } else {
       ++refused;
     }
+  }
+  EXPECT_GT(accepted, kRounds / 100);
+  EXPECT_GT(refused, kRounds / 100);
+}
+
+TEST(WireFuzz, WhatPagesSayBecomesARequestOrAnError) {
+  v1::ViewRequest request;
+  request.set_jobs(true);
+  request.set_job(7);
+  request.set_seen(1'000'000);
+  const std::string original = request.SerializeAsString();
+  const google::protobuf::LogSilencer quiet;
+  FuzzRandom random(9);
+  int accepted = 0, refused = 0;
+  for (int round = 0; round < kRounds; ++round) {
+    const Result<ViewRequest> read = parse_view_request(mutate(original, kWords, random));
+    read.ok() ? ++accepted : ++refused;
+    EXPECT_TRUE(read.ok() || !message_of(read.status()).empty()) << round;
   }
   EXPECT_GT(accepted, kRounds / 100);
   EXPECT_GT(refused, kRounds / 100);

@@ -19,7 +19,8 @@ SOURCE_SUFFIXES = {".h", ".cpp"}
 # One door per library: (what, pattern of the include, folders that may).
 DOORS = [
     ("gRPC", r"(grpc|grpcpp|grpc\+\+)/|\.grpc\.pb\.h$", ["server/api", "worker/rpc", "client/cli"]),
-    ("protobuf", r"^google/protobuf/|(?<!grpc)\.pb\.h$", ["common/wire", "server/api", "worker/rpc", "client/cli"]),
+    ("protobuf", r"^google/protobuf/|(?<!grpc)\.pb\.h$", ["common/wire", "server/api", "server/web", "worker/rpc", "client/cli"]),
+    ("Boost", r"^boost/", ["server/web"]),
     ("OpenSSL", r"^openssl/", ["common/base", "common/security"]),
     ("SQL", r"^(sqlite3\.h|libpq-fe\.h|pqxx/)", ["server/store"]),
     ("Embree", r"^embree", ["common/scene/accel"]),
@@ -40,7 +41,8 @@ STANDARD_DISTRIBUTIONS = r"std::\w+_distribution\b"
 MACHINE_WORDS = ["/home" + "/", "/ro" + "ot/", "/wo" + "rk/", "registry.npm" + "js", "py" + "pi.org", "files.python" + "hosted",
                  "deb.deb" + "ian.org", "crates" + ".io", "proxy.gol" + "ang"]
 UNFINISHED = ["TO" + "DO", "FIX" + "ME", "X" + "XX:"]
-TEXT_SUFFIXES = SOURCE_SUFFIXES | {".txt", ".cmake", ".md", ".json", ".proto", ".py", ".sh", ".yml", ".yaml", ".ts", ".service", ""}
+TEXT_SUFFIXES = SOURCE_SUFFIXES | {".txt", ".cmake", ".md", ".json", ".proto", ".py", ".sh", ".yml", ".yaml", ".ts", ".tsx", ".mjs", ".css",
+                                   ".html", ".service", ""}
 
 # Libraries that a program must not link, directly or not; and those that it must not link itself (OpenImageIO brings
 # databases that its own formats read).

@@ -1,0 +1,41 @@
+#include "server/web/farm_look.h"
+
+namespace lightmill {
+namespace {
+
+/// Rates, times and what a job waits for change without an event of the job's.
+constexpr Duration kReviewInterval = std::chrono::seconds(2);
+
+}  // namespace
+
+FarmNews FarmLook::look(const Coordinator& farm, Time now, std::span<const JobId> ended) {
+  FarmNews news;
+  const bool review = now >= next_review_;
+  next_review_ = review ? now + kReviewInterval : next_review_;
+  std::map<JobId, Known> listed;
+  for (const auto& [job, version] : farm.versions(kMostJobs)) {
+    const auto before = known_.find(job);
+    Known known = before == known_.end() ? Known{} : before->second;
+    if (known.version != version || (known.active && review)) {
+      JobStatus status = farm.status(job, now).value();
+      known = {version, !has_ended(status.state)};
+      news.jobs.push_back(std::move(status));
+    }
+    listed.emplace(job, known);
+  }
+  for (const auto& [job, known] : known_) {
+    if (!listed.contains(job)) {
+      news.removed.push_back(job);
+    }
+  }
+  known_ = std::move(listed);
+  news.workers = farm.workers(now);
+  for (const JobId job : ended) {
+    if (const Result<JobStatus> status = farm.status(job, now); status.ok() && !has_ended(status->state)) {
+      news.revived.push_back(job);
+    }
+  }
+  return news;
+}
+
+}  // namespace lightmill

@@ -1,0 +1,64 @@
+// One watched job as all its viewers share it: its state and its tiles, each encoded once.
+#pragma once
+
+#include <atomic>
+#include <functional>
+#include <memory>
+#include <string>
+#include <utility>
+
+#include "server/api/farm_loop.h"
+#include "server/web/change_log.h"
+#include "server/web/live_messages.h"
+
+namespace lightmill {
+
+/// Runs something on the web's thread. Thread-safe.
+using OnWebThread = std::function<void(std::function<void()>)>;
+
+/// Belongs to the web's thread; shared, since what the farm thread has under way for it may come late.
+class JobFeed : public std::enable_shared_from_this<JobFeed> {
+ public:
+  /// `tiles_held` counts those of all feeds; `on_news` runs after every change.
+  JobFeed(JobId job, FarmLoop& loop, OnWebThread on_web_thread, std::shared_ptr<std::size_t> tiles_held,
+          std::function<void()> on_news);
+  ~JobFeed();
+
+  /// Begins to watch, or begins again. What failed stays said until something comes.
+  void watch();
+  /// Whether it failed, and may do better.
+  bool may_retry() const { return !failure_.ok() && !given_up_; }
+
+  JobId id() const { return job_; }
+  const std::string& owner() const { return owner_; }
+  const Status& failure() const { return failure_; }  ///< why it is not watched
+  bool known() const { return !state_.empty(); }
+  bool ended() const { return ended_; }
+  const std::string& state() const { return state_; }  ///< a lightmill.v1.Job
+  std::uint64_t state_version() const { return state_version_; }
+  const ChangeLog<std::pair<int, int>>& tiles() const { return tiles_; }  ///< by row and column of the upper left pixel
+  bool every_tile_has_samples() const { return every_tile_has_samples_; }
+
+  /// Of all feeds together, 32 KiB each; a picture that would need more is not shown.
+  static constexpr std::size_t kMostTiles = 32'768;
+
+ private:
+  class Sink;
+  void take(const WatchUpdate& update);
+  void fail(const Status& why);
+  void forget_tiles();
+
+  const JobId job_;
+  FarmLoop& loop_;
+  const OnWebThread on_web_thread_;
+  const std::shared_ptr<std::size_t> tiles_held_;
+  const std::function<void()> on_news_;
+  std::shared_ptr<Sink> sink_;
+  std::string owner_, state_;
+  Status failure_;
+  std::uint64_t state_version_ = 0;
+  bool ended_ = false, every_tile_has_samples_ = false, given_up_ = false;
+  ChangeLog<std::pair<int, int>> tiles_;
+};
+
+}  // namespace lightmill

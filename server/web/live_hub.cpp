@@ -1,0 +1,257 @@
+#include "server/web/live_hub.h"
+
+#include <set>
+
+namespace lightmill {
+namespace {
+
+constexpr Duration kLookInterval = std::chrono::milliseconds(500);
+constexpr Duration kRetryInterval = std::chrono::seconds(2);
+/// So often a page hears that the connection stands, if it hears nothing else.
+constexpr Duration kHeartbeat = std::chrono::seconds(5);
+constexpr Duration kPictureInterval = std::chrono::milliseconds(200);
+constexpr Duration kFirstRoundInterval = std::chrono::milliseconds(40);
+/// Messages that the page has not taken in yet.
+constexpr std::uint64_t kWindow = 2;
+/// 32 KiB each.
+constexpr std::size_t kTilesPerMessage = 96;
+constexpr std::size_t kEntriesPerMessage = 500;
+
+}  // namespace
+
+LiveHub::LiveHub(FarmLoop& loop, FarmGreeting greeting, OnWebThread on_web_thread, const Clock& clock)
+    : loop_(loop), greeting_(std::move(greeting)), on_web_thread_(std::move(on_web_thread)), clock_(clock) {}
+
+void LiveHub::add(LiveLink& link, Identity caller) {
+  viewers_[&link].caller = std::move(caller);
+}
+
+void LiveHub::remove(LiveLink& link) {
+  viewers_.erase(&link);
+  drop_unwatched_feeds();
+}
+
+Status LiveHub::ask(LiveLink& link, std::string_view message) {
+  LM_ASSIGN_OR_RETURN(const ViewRequest request, parse_view_request(message));
+  Viewer& viewer = viewers_.at(&link);
+  if (request.seen > viewer.sent) {
+    return invalid_argument("seen: {} messages, of {} that were sent", request.seen, viewer.sent);
+  }
+  if (request.job != viewer.request.job) {
+    viewer.tiles = {};
+    viewer.job_version = 0;
+    viewer.failure_sent.clear();
+    viewer.next_picture = Time{};
+    viewer.feed = request.job.value == 0 ? nullptr : feed_of(request.job);
+    drop_unwatched_feeds();
+  }
+  viewer.request = request;
+  viewer.asked = true;
+  look();
+  serve(link, viewer);
+  return ok_status();
+}
+
+void LiveHub::written(LiveLink& link) {
+  serve(link, viewers_.at(&link));
+}
+
+void LiveHub::tick() {
+  look();
+  retry_failed_feeds();
+  serve_all();
+}
+
+/// Asks the farm thread what is new, if somebody wants to know and the last answer is old enough.
+void LiveHub::look() {
+  const Time now = clock_.now();
+  const bool wanted =
+      std::ranges::any_of(viewers_, [](const auto& each) { return each.second.asked && !each.second.request.hidden; });
+  if (looking_ || !wanted || now < next_look_) {
+    return;
+  }
+  std::vector<JobId> ended;
+  for (const auto& [job, feed] : feeds_) {
+    if (feed->ended()) {
+      ended.push_back(job);
+    }
+  }
+  looking_ = loop_.post([look = farm_look_, ended = std::move(ended), hub = std::weak_ptr<LiveHub*>(self_),
+                         on_web_thread = on_web_thread_](FarmLoop::Turn& turn) {
+    auto news = std::make_shared<const FarmNews>(look->look(turn.farm, turn.now, ended));
+    on_web_thread([news, hub] {
+      if (const auto here = hub.lock(); here != nullptr) {
+        (*here)->take(*news);
+      }
+    });
+  });
+  next_look_ = now + kLookInterval;
+}
+
+void LiveHub::take(const FarmNews& news) {
+  looking_ = false;
+  looked_ = true;
+  for (auto job = news.jobs.rbegin(); job != news.jobs.rend(); ++job) {
+    jobs_.put(job->id, job_bytes(*job, false), job->owner);
+  }
+  for (const JobId job : news.removed) {
+    jobs_.remove(job);
+  }
+  std::set<std::string> names;
+  for (const WorkerStatus& worker : news.workers) {
+    workers_.put(worker.name, worker_bytes(worker));
+    names.insert(worker.name);
+  }
+  for (const std::string& name : workers_.keys()) {
+    if (!names.contains(name)) {
+      workers_.remove(name);
+    }
+  }
+  for (const JobId job : news.revived) {
+    if (const auto feed = feeds_.find(job); feed != feeds_.end() && feed->second->ended()) {
+      feed->second->watch();
+    }
+  }
+  serve_all();
+}
+
+std::shared_ptr<JobFeed> LiveHub::feed_of(JobId job) {
+  std::shared_ptr<JobFeed>& feed = feeds_[job];
+  if (feed == nullptr) {
+    feed = std::make_shared<JobFeed>(job, loop_, on_web_thread_, tiles_held_, [this, job] {
+      for (auto& [link, viewer] : viewers_) {
+        if (viewer.request.job == job) {
+          serve(*link, viewer);
+        }
+      }
+    });
+    feed->watch();
+  }
+  return feed;
+}
+
+void LiveHub::drop_unwatched_feeds() {
+  std::erase_if(feeds_, [](const auto& each) { return each.second.use_count() == 1; });
+}
+
+/// Also a job that is not there may come.
+void LiveHub::retry_failed_feeds() {
+  if (clock_.now() < next_retry_) {
+    return;
+  }
+  next_retry_ = clock_.now() + kRetryInterval;
+  for (const auto& [job, feed] : feeds_) {
+    if (feed->may_retry()) {
+      feed->watch();
+    }
+  }
+}
+
+void LiveHub::serve_all() {
+  for (auto& [link, viewer] : viewers_) {
+    serve(*link, viewer);
+  }
+}
+
+void LiveHub::serve(LiveLink& link, Viewer& viewer) {
+  if (!viewer.asked || viewer.request.hidden || link.busy() || viewer.sent - viewer.request.seen >= kWindow) {
+    return;
+  }
+  const Time now = clock_.now();
+  Message message;
+  if (!viewer.greeted) {
+    FarmGreeting greeting = greeting_;
+    greeting.caller = viewer.caller.name;
+    message.head.greet(greeting);
+    message.any = viewer.greeted = true;
+  }
+  add_jobs(viewer, message);
+  add_workers(viewer, message);
+  if (viewer.feed != nullptr) {
+    add_job(viewer, message);
+    add_tiles(viewer, now, message);
+  }
+  if (!message.any && now - viewer.last_sent < kHeartbeat) {
+    return;
+  }
+  MessageParts parts{std::make_shared<const std::string>(message.head.take())};
+  parts.insert(parts.end(), message.tiles.begin(), message.tiles.end());
+  ++viewer.sent;
+  viewer.last_sent = now;
+  link.send(std::move(parts));
+}
+
+void LiveHub::add_jobs(Viewer& viewer, Message& message) const {
+  if (!looked_ || !viewer.request.jobs || !jobs_.news_for(viewer.jobs) ||
+      !check_call(viewer.caller, Rpc::list_jobs).ok()) {
+    return;
+  }
+  const auto changes = jobs_.since(viewer.jobs, kEntriesPerMessage);
+  std::vector<SharedBytes> jobs;
+  std::vector<JobId> removed;
+  for (const auto& [job, entry] : changes.entries) {
+    if (entry->bytes == nullptr) {
+      removed.push_back(job);
+    } else if (may_see_job(viewer.caller, entry->owner)) {
+      jobs.push_back(entry->bytes);
+    }
+  }
+  message.head.jobs(jobs, removed, changes.whole);
+  message.any = true;
+}
+
+void LiveHub::add_workers(Viewer& viewer, Message& message) const {
+  if (!looked_ || !viewer.request.workers || !workers_.news_for(viewer.workers) ||
+      !check_call(viewer.caller, Rpc::list_workers).ok()) {
+    return;
+  }
+  const auto changes = workers_.since(viewer.workers, kEntriesPerMessage);
+  std::vector<SharedBytes> workers;
+  std::vector<std::string> removed;
+  for (const auto& [name, entry] : changes.entries) {
+    if (entry->bytes == nullptr) {
+      removed.push_back(name);
+    } else {
+      workers.push_back(entry->bytes);
+    }
+  }
+  message.head.workers(workers, removed, changes.whole);
+  message.any = true;
+}
+
+void LiveHub::add_job(Viewer& viewer, Message& message) const {
+  const JobFeed& feed = *viewer.feed;
+  Status failure = feed.failure();
+  if (failure.ok() && feed.known()) {
+    failure = check_job(viewer.caller, Rpc::watch_job, feed.owner());
+  }
+  if (const std::string text = message_of(failure); text != viewer.failure_sent) {
+    viewer.failure_sent = text;
+    if (!failure.ok()) {
+      message.head.job_failure(failure);
+      message.any = true;
+    }
+  }
+  if (failure.ok() && feed.known() && viewer.job_version != feed.state_version()) {
+    viewer.job_version = feed.state_version();
+    message.head.job(feed.state());
+    message.any = true;
+  }
+}
+
+void LiveHub::add_tiles(Viewer& viewer, Time now, Message& message) const {
+  const JobFeed& feed = *viewer.feed;
+  if (!viewer.failure_sent.empty() || now < viewer.next_picture || feed.tiles().size() == 0 ||
+      !feed.tiles().news_for(viewer.tiles)) {
+    return;
+  }
+  const auto changes = feed.tiles().since(viewer.tiles, kTilesPerMessage);
+  for (const auto& [corner, entry] : changes.entries) {
+    message.tiles.push_back(entry->bytes);
+  }
+  message.any = true;
+  viewer.next_picture =
+      changes.more ? now : now + (feed.every_tile_has_samples() ? kPictureInterval : kFirstRoundInterval);
+}
+
+}  // namespace lightmill

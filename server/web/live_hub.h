@@ -1,0 +1,91 @@
+// Who looks at the page: tells each viewer what changed since its last message, as fast as it reads.
+#pragma once
+
+#include <map>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "server/access/rights.h"
+#include "server/web/farm_look.h"
+#include "server/web/job_feed.h"
+
+namespace lightmill {
+
+/// One WebSocket message: these bytes one after the other.
+using MessageParts = std::vector<SharedBytes>;
+
+/// The socket of one viewer.
+class LiveLink {
+ public:
+  virtual ~LiveLink() = default;
+  /// Whether the last message is still being written.
+  virtual bool busy() const = 0;
+  virtual void send(MessageParts parts) = 0;
+};
+
+/// Belongs to the web's thread. Nothing is queued: what a viewer has missed is found in the change logs when it can
+/// take something again. Hidden pages get nothing.
+class LiveHub {
+ public:
+  LiveHub(FarmLoop& loop, FarmGreeting greeting, OnWebThread on_web_thread, const Clock& clock);
+
+  static constexpr std::size_t kMostViewers = 256;
+  bool full() const { return viewers_.size() >= kMostViewers; }
+  /// `link` is the viewer's until remove.
+  void add(LiveLink& link, Identity caller);
+  void remove(LiveLink& link);
+  /// What the viewer wants from now on. INVALID_ARGUMENT.
+  Status ask(LiveLink& link, std::string_view message);
+  /// The link is free again.
+  void written(LiveLink& link);
+  /// Whenever kTick is over.
+  void tick();
+  static constexpr Duration kTick = std::chrono::milliseconds(50);
+
+ private:
+  struct Viewer {
+    Identity caller;
+    ViewRequest request;
+    bool asked = false, greeted = false;
+    std::uint64_t sent = 0;  ///< messages
+    ChangeCursor jobs, workers, tiles;
+    std::uint64_t job_version = 0;
+    std::string failure_sent;
+    Time next_picture{}, last_sent{};
+    std::shared_ptr<JobFeed> feed;
+  };
+  struct Message {
+    ViewUpdateWriter head;
+    MessageParts tiles;
+    bool any = false;
+  };
+  void look();
+  void take(const FarmNews& news);
+  std::shared_ptr<JobFeed> feed_of(JobId job);
+  void drop_unwatched_feeds();
+  void retry_failed_feeds();
+  void serve_all();
+  void serve(LiveLink& link, Viewer& viewer);
+  void add_jobs(Viewer& viewer, Message& message) const;
+  void add_workers(Viewer& viewer, Message& message) const;
+  void add_job(Viewer& viewer, Message& message) const;
+  void add_tiles(Viewer& viewer, Time now, Message& message) const;
+
+  FarmLoop& loop_;
+  const FarmGreeting greeting_;
+  const OnWebThread on_web_thread_;
+  const Clock& clock_;
+  /// What is under way elsewhere finds out by this that the hub is gone.
+  const std::shared_ptr<LiveHub*> self_ = std::make_shared<LiveHub*>(this);
+  std::map<LiveLink*, Viewer> viewers_;
+  std::map<JobId, std::shared_ptr<JobFeed>> feeds_;
+  const std::shared_ptr<std::size_t> tiles_held_ = std::make_shared<std::size_t>(0);  ///< of all feeds
+  ChangeLog<JobId> jobs_;
+  ChangeLog<std::string> workers_;
+  const std::shared_ptr<FarmLook> farm_look_ = std::make_shared<FarmLook>();
+  bool looking_ = false, looked_ = false;
+  Time next_look_{}, next_retry_{};
+};
+
+}  // namespace lightmill

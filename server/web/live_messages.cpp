@@ -1,0 +1,105 @@
+#include "server/web/live_messages.h"
+
+#include "common/wire/farm_messages.h"
+#include "lightmill/v1/web.pb.h"
+#include "server/api/worker_message.h"
+
+namespace lightmill {
+namespace {
+
+void append_varint(std::string& out, std::uint64_t value) {
+  for (; value >= 0x80; value >>= 7) {
+    out.push_back(static_cast<char>(value | 0x80));
+  }
+  out.push_back(static_cast<char>(value));
+}
+
+/// A length-delimited field, as protobuf's encoding has it.
+void append_field(std::string& out, int field, std::string_view bytes) {
+  append_varint(out, static_cast<std::uint64_t>(field) << 3 | 2);
+  append_varint(out, bytes.size());
+  out.append(bytes);
+}
+
+/// JobChanges and WorkerChanges: what remains of `changes`, which holds the small fields, are the entries.
+template <class Changes>
+std::string with_entries(const Changes& changes, int field, const std::vector<SharedBytes>& entries) {
+  std::string bytes = changes.SerializeAsString();
+  for (const SharedBytes& entry : entries) {
+    append_field(bytes, field, *entry);
+  }
+  return bytes;
+}
+
+}  // namespace
+
+Result<ViewRequest> parse_view_request(std::string_view bytes) {
+  v1::ViewRequest wire;
+  if (!wire.ParseFromArray(bytes.data(), static_cast<int>(bytes.size()))) {
+    return invalid_argument("{} bytes came that are no ViewRequest", bytes.size());
+  }
+  return ViewRequest{wire.hidden(), wire.jobs(), wire.workers(), JobId{wire.job()}, wire.seen()};
+}
+
+std::string job_bytes(const JobStatus& job, bool whole) {
+  v1::Job wire;
+  to_wire(job, &wire);
+  if (!whole) {
+    wire.clear_history();
+  }
+  return wire.SerializeAsString();
+}
+
+std::string worker_bytes(const WorkerStatus& worker) {
+  v1::Worker wire;
+  to_wire(worker, &wire);
+  return wire.SerializeAsString();
+}
+
+std::string tile_field(JobId job, const TileSnapshot& tile) {
+  v1::ViewTile wire;
+  wire.set_job(job.value);
+  to_wire(tile.rect, wire.mutable_rect());
+  wire.set_samples(tile.samples);
+  wire.set_rgbe(view_pixels(tile));
+  std::string bytes;
+  append_field(bytes, v1::ViewUpdate::kTilesFieldNumber, wire.SerializeAsString());
+  return bytes;
+}
+
+void ViewUpdateWriter::greet(const FarmGreeting& greeting) {
+  v1::FarmGreeting wire;
+  wire.set_version(greeting.version);
+  wire.set_renderer_version(kRendererVersion);
+  wire.mutable_notices()->Add(greeting.notices.begin(), greeting.notices.end());
+  wire.set_caller(greeting.caller);
+  append_field(bytes_, v1::ViewUpdate::kGreetingFieldNumber, wire.SerializeAsString());
+}
+
+void ViewUpdateWriter::jobs(const std::vector<SharedBytes>& jobs, const std::vector<JobId>& removed, bool whole) {
+  v1::JobChanges changes;
+  changes.set_whole(whole);
+  for (const JobId job : removed) {
+    changes.add_removed(job.value);
+  }
+  append_field(bytes_, v1::ViewUpdate::kJobsFieldNumber, with_entries(changes, v1::JobChanges::kJobsFieldNumber, jobs));
+}
+
+void ViewUpdateWriter::workers(const std::vector<SharedBytes>& workers, const std::vector<std::string>& removed,
+                               bool whole) {
+  v1::WorkerChanges changes;
+  changes.set_whole(whole);
+  changes.mutable_removed()->Add(removed.begin(), removed.end());
+  append_field(bytes_, v1::ViewUpdate::kWorkersFieldNumber,
+               with_entries(changes, v1::WorkerChanges::kWorkersFieldNumber, workers));
+}
+
+void ViewUpdateWriter::job(const std::string& bytes) {
+  append_field(bytes_, v1::ViewUpdate::kJobFieldNumber, bytes);
+}
+
+void ViewUpdateWriter::job_failure(const Status& why) {
+  append_field(bytes_, v1::ViewUpdate::kJobFailureFieldNumber, message_of(why));
+}
+
+}  // namespace lightmill

@@ -1,0 +1,54 @@
+// The messages of the page's WebSocket (lightmill/v1/web.proto) as bytes: what many viewers get is encoded once.
+#pragma once
+
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "common/base/ids.h"
+#include "common/base/status.h"
+#include "common/farm/job.h"
+#include "server/assembly/tile_snapshot.h"
+#include "server/domain/coordinator.h"
+#include "server/web/change_log.h"
+
+namespace lightmill {
+
+/// What a viewer wants to know: lightmill.v1.ViewRequest.
+struct ViewRequest {
+  bool hidden = false, jobs = false, workers = false;
+  JobId job;  ///< 0: none
+  std::uint64_t seen = 0;
+};
+
+/// Any bytes; INVALID_ARGUMENT if they are no ViewRequest.
+Result<ViewRequest> parse_view_request(std::string_view bytes);
+
+/// What a page is told first: lightmill.v1.FarmGreeting.
+struct FarmGreeting {
+  std::string version;
+  std::vector<std::string> notices;
+  std::string caller;
+};
+
+/// A lightmill.v1.Job; with its history if `whole`.
+std::string job_bytes(const JobStatus& job, bool whole);
+std::string worker_bytes(const WorkerStatus& worker);
+/// A tile as it stands in a ViewUpdate, tag and length included: such bytes may follow any ViewUpdate's.
+std::string tile_field(JobId job, const TileSnapshot& tile);
+
+/// Builds the ViewUpdate of one viewer, but for its tiles.
+class ViewUpdateWriter {
+ public:
+  void greet(const FarmGreeting& greeting);
+  void jobs(const std::vector<SharedBytes>& jobs, const std::vector<JobId>& removed, bool whole);
+  void workers(const std::vector<SharedBytes>& workers, const std::vector<std::string>& removed, bool whole);
+  void job(const std::string& bytes);
+  void job_failure(const Status& why);
+  std::string take() { return std::move(bytes_); }
+
+ private:
+  std::string bytes_;
+};
+
+}  // namespace lightmill

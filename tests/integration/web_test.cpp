@@ -1,0 +1,376 @@
+// The coordinator's page and JSON API over real sockets: what is served, what is refused, and what its bounds are.
+#include <gtest/gtest.h>
+#include <boost/asio/ip/tcp.hpp>
+#include <boost/beast/core.hpp>
+#include <boost/beast/http.hpp>
+#include <boost/beast/websocket.hpp>
+
+#include <fstream>
+#include <nlohmann/json.hpp>
+#include <random>
+
+#include "common/base/file.h"
+#include "lightmill/v1/web.pb.h"
+#include "tests/support/farm.h"
+
+namespace lightmill::test {
+namespace {
+
+namespace asio = boost::asio;
+namespace beast = boost::beast;
+namespace http = beast::http;
+namespace websocket = beast::websocket;
+using asio::ip::tcp;
+using nlohmann::json;
+using Response = http::response<http::string_body>;
+using Headers = std::map<std::string, std::string>;
+
+/// A farm with a page of one file.
+class WebFarm {
+ public:
+  WebFarm() {
+    std::filesystem::create_directories(pages_.path() / "assets");
+    std::ofstream(pages_.path() / "index.html") << "<p>the page</p>";
+    std::ofstream(pages_.path() / "assets" / "a.js") << "let a;";
+    std::ofstream(pages_.path() / "assets" / "a.js.gz") << "packed";
+    const std::string port_file = (pages_.path() / "port").string();
+    farm_ = std::make_unique<Farm>(std::vector<std::string>{"--http", "127.0.0.1:0", "--http-port-file", port_file,
+                                                            "--pages", pages_.path().string()});
+    EXPECT_TRUE(eventually([&] { return std::filesystem::exists(port_file); }));
+    port_ = static_cast<std::uint16_t>(std::stoi(read_file(port_file).value()));
+  }
+  Farm& farm() { return *farm_; }
+  std::string host() const { return "127.0.0.1:" + std::to_string(port_); }
+
+  tcp::socket connect() {
+    tcp::socket socket(io_);
+    socket.connect({asio::ip::make_address("127.0.0.1"), port_});
+    return socket;
+  }
+  Response send(http::verb verb, const std::string& target, const std::string& body = "", const Headers& headers = {}) {
+    http::request<http::string_body> request(verb, target, 11);
+    request.set(http::field::host, host());
+    for (const auto& [name, value] : headers) {
+      request.set(name, value);
+    }
+    request.body() = body;
+    request.prepare_payload();
+    tcp::socket socket = connect();
+    beast::error_code ignored;  // who is refused may find the connection closed while still sending
+    http::write(socket, request, ignored);
+    beast::flat_buffer buffer;
+    http::response_parser<http::string_body> parser;
+    parser.skip(verb == http::verb::head);
+    beast::error_code error;
+    http::read(socket, buffer, parser, error);
+    EXPECT_FALSE(error) << target << ": " << error.message();
+    return parser.release();
+  }
+  Response get(const std::string& target, const Headers& headers = {}) {
+    return send(http::verb::get, target, "", headers);
+  }
+  Response post(const std::string& target, const std::string& body = "{}", Headers headers = {}) {
+    headers.try_emplace("Content-Type", "application/json");
+    return send(http::verb::post, target, body, headers);
+  }
+  asio::io_context& io() { return io_; }
+
+ private:
+  TemporaryFolder pages_;
+  std::unique_ptr<Farm> farm_;
+  std::uint16_t port_ = 0;
+  asio::io_context io_;
+};
+
+/// A viewer that reads when it is told to.
+class Page {
+ public:
+  explicit Page(WebFarm& farm, const Headers& headers = {}) : socket_(farm.connect()) {
+    socket_.set_option(websocket::stream_base::decorator([headers](websocket::request_type& request) {
+      for (const auto& [name, value] : headers) {
+        request.set(name, value);
+      }
+    }));
+    socket_.handshake(farm.host(), "/api/v1/live", error);
+    socket_.binary(true);
+  }
+  void ask(std::uint64_t job, std::optional<std::uint64_t> seen = std::nullopt) {
+    v1::ViewRequest request;
+    request.set_jobs(true);
+    request.set_workers(true);
+    request.set_job(job);
+    request.set_seen(seen.value_or(received));
+    send(request.SerializeAsString());
+  }
+  void send(const std::string& bytes) { socket_.write(asio::buffer(bytes), error); }
+  /// The next message; the connection's end is an empty one with `error`.
+  v1::ViewUpdate read() {
+    beast::flat_buffer buffer;
+    v1::ViewUpdate update;
+    socket_.read(buffer, error);
+    if (!error) {
+      ++received;
+      EXPECT_TRUE(update.ParseFromArray(buffer.data().data(), static_cast<int>(buffer.size())));
+    }
+    return update;
+  }
+  /// Reads and acknowledges until `enough` says so of an update.
+  template <class Enough>
+  void follow(std::uint64_t job, const Enough& enough) {
+    for (int i = 0; i < 1000 && !error; ++i) {
+      const v1::ViewUpdate update = read();
+      ask(job);
+      if (enough(update)) {
+        return;
+      }
+    }
+    ADD_FAILURE() << "what is waited for does not come: " << error.message();
+  }
+  websocket::close_code close_code() const { return static_cast<websocket::close_code>(socket_.reason().code); }
+
+  beast::error_code error;
+  std::uint64_t received = 0;
+
+ private:
+  websocket::stream<tcp::socket> socket_;
+};
+
+Picture small_picture(std::uint64_t samples = 8) {
+  Picture picture;
+  picture.side = 96;
+  picture.samples = samples;
+  return picture;
+}
+
+TEST(Web, ThePageComesWithItsRulesAndNothingElseOfTheDisk) {
+  WebFarm web;
+  const Response page = web.get("/");
+  EXPECT_EQ(page.result_int(), 200u);
+  EXPECT_EQ(page.body(), "<p>the page</p>");
+  EXPECT_NE(page["Content-Security-Policy"].find("default-src 'none'"), beast::string_view::npos);
+  EXPECT_EQ(page["X-Content-Type-Options"], "nosniff");
+  EXPECT_EQ(web.get("/", {{"If-None-Match", std::string(page[http::field::etag])}}).result_int(), 304u);
+  EXPECT_EQ(web.get("/assets/a.js").body(), "let a;");
+  const Response packed = web.get("/assets/a.js", {{"Accept-Encoding", "gzip, br"}});
+  EXPECT_EQ(packed.body(), "packed");
+  EXPECT_EQ(packed[http::field::content_encoding], "gzip");
+  EXPECT_NE(packed[http::field::cache_control].find("immutable"), beast::string_view::npos);
+  for (const char* target : {"/port", "/../port", "/assets/../../etc/passwd", "/%2e%2e/etc/passwd", "/etc/passwd"}) {
+    EXPECT_EQ(web.get(target).result_int(), 404u) << target;
+  }
+  EXPECT_EQ(web.send(http::verb::head, "/").result_int(), 200u);
+  EXPECT_EQ(web.send(http::verb::delete_, "/").result_int(), 405u);
+}
+
+TEST(Web, JobsAndWorkersAreListedAndSteered) {
+  WebFarm web;
+  FarmClient client = web.farm().client();
+  client.upload_assets();
+  const std::string job = std::to_string(client.submit(small_picture()).id());
+  EXPECT_EQ(json::parse(web.get("/api/v1/farm").body())["renderer_version"], kRendererVersion);
+  const json list = json::parse(web.get("/api/v1/jobs").body());
+  ASSERT_EQ(list["jobs"].size(), 1u);
+  EXPECT_EQ(list["jobs"][0]["id"], job);
+  EXPECT_EQ(json::parse(web.get("/api/v1/jobs/" + job).body())["state"], "JOB_STATE_QUEUED");
+  EXPECT_EQ(web.get("/api/v1/jobs/" + job + "/thumbnail.png").result_int(), 404u) << "no samples yet";
+
+  const std::string path = "/api/v1/jobs/" + job;
+  EXPECT_EQ(json::parse(web.post(path + "/pause").body())["state"], "JOB_STATE_PAUSED");
+  EXPECT_EQ(json::parse(web.post(path + "/resume").body())["state"], "JOB_STATE_QUEUED");
+  EXPECT_EQ(json::parse(web.post(path + "/extend", R"({"samples": "16"})").body())["goal"]["samples"], "16");
+  EXPECT_EQ(web.post(path + "/extend", R"({"samples": "2"})").result_int(), 400u);
+  EXPECT_EQ(web.post(path + "/resume").result_int(), 409u);
+
+  web.farm().add_worker(1, "w 1");
+  client.wait_until_ended(std::stoull(job));
+  const Response thumbnail = web.get(path + "/thumbnail.png");
+  EXPECT_EQ(thumbnail[http::field::content_type], "image/png");
+  EXPECT_EQ(thumbnail.body().substr(1, 3), "PNG");
+  EXPECT_EQ(web.get(path + "/thumbnail.png").body(), thumbnail.body());
+  EXPECT_EQ(json::parse(web.get("/api/v1/workers").body())["workers"][0]["name"], "w 1");
+  EXPECT_EQ(json::parse(web.post("/api/v1/workers/w%201/drain").body())["draining"], true);
+  EXPECT_EQ(web.farm().worker("w 1").wait(std::chrono::seconds(20)), 0);
+
+  EXPECT_EQ(json::parse(web.post("/api/v1/jobs/42/cancel").body())["error"]["code"], "NOT_FOUND");
+  EXPECT_EQ(web.post(path + "/explode").result_int(), 404u);
+  EXPECT_EQ(web.get(path + "/cancel").result_int(), 405u);
+  EXPECT_EQ(web.post("/api/v1/jobs").result_int(), 405u);
+  EXPECT_EQ(web.get("/api/v1/nothing").result_int(), 404u);
+  EXPECT_EQ(web.get("/api/v1/live").result_int(), 400u) << "it is a WebSocket";
+  EXPECT_EQ(web.post(path + "/extend", "{\"samples\": ").result_int(), 400u);
+  EXPECT_EQ(web.post("/api/v1/workers/%zz/drain").result_int(), 400u);
+}
+
+TEST(Web, WhateverIsDescribedIsServed) {
+  WebFarm web;
+  FarmClient client = web.farm().client();
+  client.upload_assets();
+  const std::string job = std::to_string(client.submit(small_picture(1)).id());
+  web.farm().add_worker(1, "w");
+  client.wait_until_ended(std::stoull(job));
+  const std::string source = std::string(LIGHTMILL_SOURCE_DIR) + "/client/web/public/openapi.json";
+  const json description = json::parse(read_file(source).value());
+  int calls = 0;
+  for (const auto& [path, methods] : description["paths"].items()) {
+    std::string target = "/api/v1" + path;
+    for (const auto& [name, value] : {std::pair{"{id}", job}, std::pair{"{name}", std::string("w")}}) {
+      if (const std::size_t at = target.find(name); at != std::string::npos) {
+        target.replace(at, std::string(name).size(), value);
+      }
+    }
+    for (const char* method : {"get", "post"}) {
+      const unsigned status =
+          std::string(method) == "get" ? web.get(target).result_int() : web.post(target).result_int();
+      if (!methods.contains(method)) {
+        EXPECT_EQ(status, 405u) << method << " " << target;
+        continue;
+      }
+      EXPECT_TRUE(methods[method]["responses"].contains(std::to_string(status))) << target << ": " << status;
+      ++calls;
+    }
+  }
+  EXPECT_EQ(calls, 10);
+}
+
+TEST(Web, ListsComeInPages) {
+  WebFarm web;
+  FarmClient client = web.farm().client();
+  client.upload_assets();
+  for (int i = 0; i < 3; ++i) {
+    client.submit(small_picture(), fmt::format("request {}", i));
+  }
+  const json first = json::parse(web.get("/api/v1/jobs?page_size=2").body());
+  EXPECT_EQ(first["jobs"].size(), 2u);
+  const std::string token = first["next_page_token"];
+  const json second = json::parse(web.get("/api/v1/jobs?page_size=2&page_token=" + token).body());
+  ASSERT_EQ(second["jobs"].size(), 1u);
+  EXPECT_EQ(second["next_page_token"], "");
+  for (const char* query : {"page_size=0", "page_size=x", "page_size=1001", "page_token=x"}) {
+    EXPECT_EQ(web.get(std::string("/api/v1/jobs?") + query).result_int(), 400u) << query;
+  }
+}
+
+TEST(Web, OtherPagesAndOtherNamesAreTurnedAway) {
+  WebFarm web;
+  EXPECT_EQ(web.get("/", {{"Host", "evil.example"}}).result_int(), 403u);
+  EXPECT_EQ(web.get("/api/v1/jobs", {{"Host", "evil.example"}}).result_int(), 403u);
+  EXPECT_EQ(web.post("/api/v1/jobs/1/cancel", "{}", {{"Origin", "http://evil.example"}}).result_int(), 403u);
+  EXPECT_EQ(web.post("/api/v1/jobs/1/cancel", "{}", {{"Sec-Fetch-Site", "cross-site"}}).result_int(), 403u);
+  EXPECT_EQ(web.post("/api/v1/jobs/1/cancel", "", {{"Content-Type", "text/plain"}}).result_int(), 400u);
+  EXPECT_EQ(web.post("/api/v1/jobs/1/cancel", "{}", {{"Origin", "http://" + web.host()}}).result_int(), 404u)
+      << "the page's own may; there is no such job";
+  EXPECT_EQ(Page(web, {{"Origin", "http://evil.example"}}).error, websocket::error::upgrade_declined);
+  EXPECT_FALSE(Page(web, {{"Origin", "http://" + web.host()}}).error);
+}
+
+TEST(Web, RequestsAreBounded) {
+  WebFarm web;
+  EXPECT_EQ(web.get("/", {{"X-Long", std::string(20'000, 'x')}}).result_int(), 431u);
+  EXPECT_EQ(web.post("/api/v1/jobs/1/extend", std::string(20'000, ' ')).result_int(), 413u);
+  Page page(web);
+  page.send(std::string(5'000, 'x'));
+  page.read();
+  EXPECT_TRUE(page.error) << "it is hung up on";
+  Page babbler(web);
+  babbler.send("\xff\xff\xff");
+  babbler.read();
+  EXPECT_EQ(babbler.close_code(), websocket::close_code::policy_error);
+  EXPECT_EQ(web.get("/").result_int(), 200u);
+}
+
+TEST(Web, GarbageDoesNoHarm) {
+  WebFarm web;
+  std::mt19937 random(11);
+  const std::string request =
+      "POST /api/v1/jobs/1/extend HTTP/1.1\r\nHost: 127.0.0.1\r\nContent-Type: "
+      "application/json\r\nContent-Length: 15\r\nUpgrade: websocket\r\n\r\n{\"samples\": \"2\"}";
+  for (int round = 0; round < 300; ++round) {
+    std::string bytes = request;
+    for (int i = 0; i < 1 + round % 7; ++i) {
+      bytes[random() % bytes.size()] = static_cast<char>(random());
+    }
+    tcp::socket socket = web.connect();
+    beast::error_code ignored;
+    asio::write(socket, asio::buffer(bytes), ignored);
+    socket.close(ignored);
+  }
+  EXPECT_EQ(web.get("/").result_int(), 200u);
+}
+
+TEST(Web, APageSeesThePictureComeAndCatchesUpAfterABreak) {
+  WebFarm web;
+  FarmClient client = web.farm().client();
+  client.upload_assets();
+  const std::uint64_t job = client.submit(small_picture()).id();
+  web.farm().add_worker(1, "w");
+  std::map<std::pair<int, int>, v1::ViewTile> tiles;
+  const auto watch = [&](Page& page) {
+    page.ask(job);
+    page.follow(job, [&](const v1::ViewUpdate& update) {
+      for (const v1::ViewTile& tile : update.tiles()) {
+        tiles[{tile.rect().x(), tile.rect().y()}] = tile;
+      }
+      return update.job().state() == v1::JOB_STATE_DONE || tiles.size() == 4;
+    });
+  };
+  Page page(web);
+  watch(page);
+  client.wait_until_ended(job);
+  tiles.clear();
+  Page again(web);
+  watch(again);
+  ASSERT_EQ(tiles.size(), 4u);
+  const FilmPlanes film = client.film(job);
+  for (const auto& [corner, tile] : tiles) {
+    EXPECT_EQ(tile.samples(), 8u);
+    EXPECT_EQ(tile.rgbe().size(), 8u * static_cast<std::size_t>(tile.rect().width() * tile.rect().height()));
+  }
+  EXPECT_EQ(tiles.at({64, 64}).rect().width(), 32);
+}
+
+TEST(Web, WhoDoesNotSayWhatItSawIsSentTwoMessages) {
+  WebFarm web;
+  FarmClient client = web.farm().client();
+  client.upload_assets();
+  const std::uint64_t job = client.submit(small_picture(100'000)).id();
+  web.farm().add_worker(1, "w");
+  client.wait_for_samples(job, 96 * 96);
+  Page slow(web);
+  slow.ask(job, 0);
+  slow.read();
+  slow.read();
+  Page quick(web);
+  quick.ask(job);
+  quick.follow(job, [&](const v1::ViewUpdate&) { return quick.received == 10; });
+  const std::uint64_t merged = client.job(job).samples_done();
+  slow.ask(job);
+  v1::ViewUpdate newest = slow.read();
+  while (!newest.has_job()) {
+    slow.ask(job);
+    newest = slow.read();
+  }
+  EXPECT_EQ(slow.received, 3u) << "nothing was queued";
+  EXPECT_GE(newest.job().samples_done(), merged);
+}
+
+TEST(Web, OnlyThisMachineIsServed) {
+  const auto start = [](std::vector<std::string> options) {
+    const TemporaryFolder folder;
+    options.insert(options.begin(), std::string(LIGHTMILL_BINARY_DIR) + "/bin/lightmill-server");
+    options.insert(options.end(), {"--data", (folder.path() / "data").string(), "--listen", "127.0.0.1:0"});
+    return run_command(options, {}, std::chrono::seconds(20));
+  };
+  const CommandResult outside = start({"--http", "0.0.0.0:0"});
+  EXPECT_EQ(outside.exit_code, 2);
+  EXPECT_NE(outside.err.find("ssh -L"), std::string::npos) << outside.err;
+  EXPECT_EQ(start({"--http", "127.0.0.1:0", "--authenticate"}).exit_code, 2) << "the page cannot ask who calls";
+  EXPECT_EQ(start({"--http", "nonsense"}).exit_code, 2);
+  EXPECT_EQ(start({"--http-port-file", "x"}).exit_code, 2);
+  WebFarm web;
+  const CommandResult taken = start({"--http", web.host()});
+  EXPECT_EQ(taken.exit_code, 1);
+  EXPECT_NE(taken.err.find("cannot listen on " + web.host()), std::string::npos) << taken.err;
+}
+
+}  // namespace
+}  // namespace lightmill::test

@@ -1,0 +1,310 @@
+#include "server/web/live_hub.h"
+
+#include <gtest/gtest.h>
+
+#include <deque>
+
+#include "lightmill/v1/web.pb.h"
+
+namespace lightmill::test {
+namespace {
+
+class NullStore final : public Store {
+ public:
+  Result<StoredState> load() override { return StoredState{}; }
+  Status check_structure() override { return ok_status(); }
+  Status commit(std::span<const StoreOp>) override { return ok_status(); }
+};
+
+/// Time stands still but for what the test lets pass.
+class StepClock final : public Clock {
+ public:
+  Time now() const override { return now_; }
+  std::int64_t unix_milliseconds() const override { return 0; }
+  void pass(Duration time) { now_ += time; }
+
+ private:
+  Time now_{std::chrono::seconds(1000)};
+};
+
+/// A page that keeps what it is sent.
+class Page final : public LiveLink {
+ public:
+  bool busy() const override { return writing; }
+  void send(MessageParts parts) override {
+    std::string bytes;
+    for (const SharedBytes& part : parts) {
+      bytes += *part;
+    }
+    EXPECT_TRUE(messages.emplace_back().ParseFromString(bytes));
+    writing = reads_slowly;
+  }
+  std::vector<v1::ViewUpdate> messages;
+  bool reads_slowly = false, writing = false;
+};
+
+class LiveHubTest : public ::testing::Test {
+ protected:
+  ~LiveHubTest() override {
+    hub.reset();
+    EXPECT_TRUE(loop.stop().ok());
+  }
+
+  /// Runs `task` on the farm thread, and waits for it.
+  void on_farm(const FarmLoop::Task& task) {
+    std::atomic<bool> done = false;
+    ASSERT_TRUE(loop.post([&](FarmLoop::Turn& turn) {
+      task(turn);
+      done = true;
+    }));
+    while (!done) {
+      std::this_thread::sleep_for(std::chrono::milliseconds(1));
+    }
+  }
+  JobId submit(const std::string& owner, const std::string& request_id) {
+    JobSpec spec;
+    spec.request_id = request_id;
+    spec.name = request_id;
+    spec.owner = owner;
+    spec.goal.samples = 4;
+    spec.settings.scene = "scene";
+    spec.settings.width = spec.settings.height = 64;
+    spec.settings.crop = {0, 0, 64, 64};
+    spec.settings.renderer_version = kRendererVersion;
+    JobId job;
+    on_farm([&](FarmLoop::Turn& turn) { job = turn.farm.submit(spec, turn.now, turn.unix_ms, turn.step).value(); });
+    return job;
+  }
+  /// Lets half a second and more pass, with all that happens in it.
+  void settle() {
+    for (int i = 0; i < 4; ++i) {
+      clock.pass(std::chrono::milliseconds(300));
+      hub->tick();
+      on_farm([](FarmLoop::Turn&) {});
+      // A task's step goes out after it: the next one finds it done.
+      on_farm([](FarmLoop::Turn&) {});
+      run_posted();
+    }
+  }
+  void run_posted() {
+    for (;;) {
+      std::function<void()> task;
+      {
+        const MutexLock lock(mutex);
+        if (posted.empty()) {
+          return;
+        }
+        task = std::move(posted.front());
+        posted.pop_front();
+      }
+      task();
+    }
+  }
+  Status ask(Page& page, bool hidden = false, JobId job = {}) {
+    v1::ViewRequest request;
+    request.set_hidden(hidden);
+    request.set_jobs(true);
+    request.set_workers(true);
+    request.set_job(job.value);
+    request.set_seen(page.messages.size());
+    return hub->ask(page, request.SerializeAsString());
+  }
+
+  Mutex mutex;
+  std::deque<std::function<void()>> posted LM_GUARDED_BY(mutex);
+  StepClock clock;
+  NullStore store;
+  Coordinator farm{CoordinatorLimits{}, StoredState{}, system_clock().now()};
+  ActionLog actions{ActionLogLimits{}, {}};
+  FarmLoop loop{farm, actions, store, system_clock(),
+                FarmLoop::Handlers{[](Outgoing) {}, [](SessionId) {}, [](const Status&) {}}};
+  std::optional<LiveHub> hub{std::in_place, loop, FarmGreeting{"1.0", {"be kind"}, ""},
+                             OnWebThread([this](std::function<void()> task) {
+                               const MutexLock lock(mutex);
+                               posted.push_back(std::move(task));
+                             }),
+                             clock};
+};
+
+TEST_F(LiveHubTest, APageHearsNothingUntilItAsksAndThenTheGreetingFirst) {
+  Page page;
+  hub->add(page, anybody());
+  submit("ada", "one");
+  settle();
+  EXPECT_TRUE(page.messages.empty());
+  ASSERT_TRUE(ask(page).ok());
+  ASSERT_EQ(page.messages.size(), 1u);
+  EXPECT_EQ(page.messages[0].greeting().version(), "1.0");
+  EXPECT_EQ(page.messages[0].greeting().notices(0), "be kind");
+  settle();
+  ASSERT_EQ(page.messages.size(), 2u);
+  EXPECT_TRUE(page.messages[1].jobs().whole());
+  ASSERT_EQ(page.messages[1].jobs().jobs_size(), 1);
+  EXPECT_EQ(page.messages[1].jobs().jobs(0).name(), "one");
+  hub->remove(page);
+}
+
+TEST_F(LiveHubTest, OnlyWhatChangedComes) {
+  Page page;
+  hub->add(page, anybody());
+  const JobId first = submit("ada", "one");
+  ASSERT_TRUE(ask(page).ok());
+  settle();
+  submit("ada", "two");
+  ASSERT_TRUE(ask(page).ok());
+  settle();
+  ASSERT_FALSE(page.messages.empty());
+  const v1::JobChanges& added = page.messages.back().jobs();
+  EXPECT_FALSE(added.whole());
+  ASSERT_EQ(added.jobs_size(), 1);
+  EXPECT_EQ(added.jobs(0).name(), "two");
+  on_farm([&](FarmLoop::Turn& turn) {
+    EXPECT_TRUE(turn.farm.cancel(first, turn.now, turn.unix_ms, turn.step).ok());
+    EXPECT_TRUE(turn.farm.remove(first, turn.now, turn.step).ok());
+  });
+  ASSERT_TRUE(ask(page).ok());
+  settle();
+  ASSERT_EQ(page.messages.back().jobs().removed_size(), 1);
+  EXPECT_EQ(page.messages.back().jobs().removed(0), first.value);
+  hub->remove(page);
+}
+
+TEST_F(LiveHubTest, HiddenPagesGetNothingAndCatchUp) {
+  Page page;
+  hub->add(page, anybody());
+  ASSERT_TRUE(ask(page).ok());
+  settle();
+  ASSERT_TRUE(ask(page, true).ok());
+  const std::size_t before = page.messages.size();
+  submit("ada", "one");
+  submit("ada", "two");
+  clock.pass(std::chrono::seconds(60));
+  settle();
+  EXPECT_EQ(page.messages.size(), before) << "not even that the connection stands";
+  ASSERT_TRUE(ask(page).ok());
+  settle();
+  std::set<std::string> names;
+  for (std::size_t i = before; i < page.messages.size(); ++i) {
+    for (const v1::Job& job : page.messages[i].jobs().jobs()) {
+      names.insert(job.name());
+    }
+  }
+  EXPECT_EQ(names, (std::set<std::string>{"one", "two"}));
+  hub->remove(page);
+}
+
+TEST_F(LiveHubTest, WhoTakesNothingInGetsTwoMessagesAndThenTheNewestAlone) {
+  Page page;
+  hub->add(page, anybody());
+  ASSERT_TRUE(ask(page).ok());
+  const JobId job = submit("ada", "one");
+  settle();
+  ASSERT_EQ(page.messages.size(), 2u);
+  const auto set_paused = [&](bool paused) {
+    on_farm([&](FarmLoop::Turn& turn) {
+      const Status status =
+          paused ? turn.farm.pause(job, turn.now, turn.step) : turn.farm.resume(job, turn.now, turn.step);
+      EXPECT_TRUE(status.ok()) << status;
+    });
+    settle();
+  };
+  set_paused(true);
+  set_paused(false);
+  set_paused(true);
+  EXPECT_EQ(page.messages.size(), 2u);
+  ASSERT_TRUE(ask(page).ok());
+  ASSERT_EQ(page.messages.size(), 3u);
+  ASSERT_EQ(page.messages[2].jobs().jobs_size(), 1);
+  EXPECT_EQ(page.messages[2].jobs().jobs(0).state(), v1::JOB_STATE_PAUSED);
+  hub->remove(page);
+}
+
+TEST_F(LiveHubTest, ASocketThatIsStillWritingIsLeftAlone) {
+  Page page;
+  page.reads_slowly = true;
+  hub->add(page, anybody());
+  ASSERT_TRUE(ask(page).ok());
+  submit("ada", "one");
+  settle();
+  EXPECT_EQ(page.messages.size(), 1u);
+  page.writing = false;
+  hub->written(page);
+  EXPECT_EQ(page.messages.size(), 2u);
+  hub->remove(page);
+}
+
+TEST_F(LiveHubTest, ASilentFarmIsHeardEveryFiveSeconds) {
+  Page page;
+  hub->add(page, anybody());
+  ASSERT_TRUE(ask(page).ok());
+  settle();
+  ASSERT_TRUE(ask(page).ok());
+  const std::size_t before = page.messages.size();
+  clock.pass(std::chrono::seconds(5));
+  hub->tick();
+  ASSERT_EQ(page.messages.size(), before + 1);
+  EXPECT_EQ(page.messages.back().ByteSizeLong(), 0u);
+  hub->remove(page);
+}
+
+TEST_F(LiveHubTest, OthersJobsAreNeitherListedNorShown) {
+  const JobId others = submit("bob", "his");
+  submit("ada", "hers");
+  Page page;
+  hub->add(page, Identity{"ada", {Role::submit}, Proof::certificate, 0, ""});
+  ASSERT_TRUE(ask(page, false, others).ok());
+  std::set<std::string> names;
+  std::string failure;
+  for (int i = 0; i < 3; ++i) {
+    settle();
+    ASSERT_TRUE(ask(page, false, others).ok());
+  }
+  for (const v1::ViewUpdate& message : page.messages) {
+    EXPECT_FALSE(message.has_job());
+    failure += message.job_failure();
+    for (const v1::Job& job : message.jobs().jobs()) {
+      names.insert(job.name());
+    }
+  }
+  EXPECT_EQ(names, std::set<std::string>{"hers"});
+  EXPECT_NE(failure.find("somebody else's"), std::string::npos) << failure;
+  hub->remove(page);
+}
+
+TEST_F(LiveHubTest, TheJobThatIsLookedAtIsFollowedAndOneThatIsNotThereIsSaidToBe) {
+  const JobId job = submit("ada", "one");
+  Page page;
+  hub->add(page, anybody());
+  ASSERT_TRUE(ask(page, false, JobId{42}).ok());
+  settle();
+  ASSERT_TRUE(ask(page, false, JobId{42}).ok());
+  settle();
+  std::string failure;
+  for (const v1::ViewUpdate& message : page.messages) {
+    failure += message.job_failure();
+  }
+  EXPECT_EQ(failure, "there is no job 42");
+  ASSERT_TRUE(ask(page, false, job).ok());
+  settle();
+  ASSERT_TRUE(ask(page, false, job).ok());
+  bool shown = false;
+  for (const v1::ViewUpdate& message : page.messages) {
+    shown = shown || (message.has_job() && message.job().id() == job.value);
+  }
+  EXPECT_TRUE(shown);
+  hub->remove(page);
+}
+
+TEST_F(LiveHubTest, WhatIsNoRequestIsRefused) {
+  Page page;
+  hub->add(page, anybody());
+  EXPECT_EQ(hub->ask(page, "\xff\xff\xff").code(), StatusCode::kInvalidArgument);
+  v1::ViewRequest request;
+  request.set_seen(1);
+  EXPECT_EQ(hub->ask(page, request.SerializeAsString()).code(), StatusCode::kInvalidArgument) << "more than were sent";
+  EXPECT_TRUE(page.messages.empty());
+  hub->remove(page);
+}
+
+}  // namespace
+}  // namespace lightmill::test
