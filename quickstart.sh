@@ -52,7 +52,7 @@ start() {
 # wait_for_server: until it has written its port, or has ended.
 wait_for_server() {
   tries=0
-  while [ ! -s "$run/port" ]; do
+  while [ ! -s "$run/port" ] || [ ! -s "$run/http" ]; do
     tries=$((tries + 1))
     if [ "$tries" -gt 200 ] || ! kill -0 "$(cat "$run/server.pid")" 2>/dev/null; then
       return 1
@@ -63,13 +63,15 @@ wait_for_server() {
 
 # start_server: on the usual port, or on a free one where that is taken.
 start_server() {
-  rm -f "$run/port"
-  start server --data "$data" --listen 127.0.0.1:7350 --port-file "$run/port"
+  rm -f "$run/port" "$run/http"
+  start server --data "$data" --listen 127.0.0.1:7350 --port-file "$run/port" \
+    --http 127.0.0.1:7380 --http-port-file "$run/http"
   started_server=yes
   if ! wait_for_server; then
-    echo 'the farm cannot have port 7350; it takes a free one'
+    echo 'the farm cannot have ports 7350 and 7380; it takes free ones'
     stop server
-    start server --data "$data" --listen 127.0.0.1:0 --port-file "$run/port"
+    start server --data "$data" --listen 127.0.0.1:0 --port-file "$run/port" \
+      --http 127.0.0.1:0 --http-port-file "$run/http"
     if ! wait_for_server; then
       echo "the coordinator did not start; its log, $run/server.log, ends with:" >&2
       tail -n 5 "$run/server.log" >&2
@@ -80,7 +82,7 @@ start_server() {
 
 # start_farm: starts what is not up; what is up stays as it is.
 start_farm() {
-  if alive server && [ -s "$run/port" ]; then
+  if alive server && [ -s "$run/port" ] && [ -s "$run/http" ]; then
     echo "the farm of this clone is up, on port $(cat "$run/port"): it is used and stays up"
   else
     stop server
@@ -136,6 +138,7 @@ if [ ! -e build/release/build.ninja ]; then
 fi
 echo 'building (the first time takes some minutes)'
 cmake --build build/release --target lightmill lightmill-server lightmill-worker
+cmake --build build/release --target lightmill-web || echo 'the web page could not be built: the farm does without'
 
 mkdir -p "$run"
 if [ "$once" = yes ]; then
@@ -162,7 +165,11 @@ client="$bin/lightmill"
 [ "$farm" = 127.0.0.1:7350 ] || client="LIGHTMILL_SERVER=$farm $client"
 cat <<END
 
-The farm is up (data in $data, logs in $run). Try:
+The farm is up (data in $data, logs in $run). Watch it in a browser at
+
+  http://127.0.0.1:$(cat "$run/http")/
+
+or try:
 
   $client render \\
     scenes/cornell-bench-balls.json -o balls.png

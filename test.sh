@@ -1,5 +1,5 @@
 #!/bin/sh
-# Builds everything and runs the tests: all of them in release, the fast ones again under the address and undefined-behaviour
+# Builds everything and runs the tests: all of them in release (the web page's in a browser too), the fast ones again under the address and undefined-behaviour
 # sanitizers, and the fuzzers for seconds. --all adds the long runs.
 #
 #   ./test.sh [--all]

@@ -1,0 +1,111 @@
+/** The WebSocket to the coordinator: says what the page wants to know, hands on what comes, and connects again when it breaks. */
+import {create, fromBinary, toBinary} from '@bufbuild/protobuf';
+import {isSilent, retryDelayMs, type Link} from '../model/connection';
+import {ViewRequestSchema, ViewUpdateSchema, type ViewUpdate} from '../wire/lightmill/v1/web_pb';
+
+export interface Wants {
+  jobs: boolean;
+  workers: boolean;
+  /** The job that is looked at; 0n: none. */
+  job: bigint;
+}
+
+export interface LiveListener {
+  onLink(link: Link): void;
+  /** In the order in which they were sent. After a break everything wanted comes again. */
+  onUpdate(update: ViewUpdate): void;
+}
+
+const kLookMs = 1_000;
+
+export class Live {
+  private wants: Wants = {jobs: false, workers: false, job: 0n};
+  private socket: WebSocket | undefined;
+  private seen = 0n;
+  private failures = 0;
+  private lastHeardMs = 0;
+  private retry: ReturnType<typeof setTimeout> | undefined;
+
+  constructor(private readonly listener: LiveListener) {
+    document.addEventListener('visibilitychange', () => this.onVisibility());
+    window.addEventListener('online', () => this.connectNow());
+    setInterval(() => this.lookForSilence(), kLookMs);
+    this.connect();
+  }
+
+  want(wants: Wants): void {
+    this.wants = wants;
+    this.say();
+  }
+
+  connectNow(): void {
+    if (this.retry !== undefined) {
+      this.connect();
+    }
+  }
+
+  private connect(): void {
+    clearTimeout(this.retry);
+    this.retry = undefined;
+    const address = new URL('api/v1/live', window.location.href);
+    address.protocol = address.protocol === 'https:' ? 'wss:' : 'ws:';
+    address.hash = '';
+    const socket = new WebSocket(address);
+    socket.binaryType = 'arraybuffer';
+    this.socket = socket;
+    this.seen = 0n;
+    this.lastHeardMs = Date.now();
+    if (this.failures === 0) {
+      this.listener.onLink('connecting');
+    }
+    socket.onopen = () => this.say();
+    socket.onmessage = (event: MessageEvent<ArrayBuffer>) => this.take(socket, event.data);
+    socket.onclose = () => this.onBreak(socket);
+  }
+
+  private take(socket: WebSocket, bytes: ArrayBuffer): void {
+    if (socket !== this.socket) {
+      return;
+    }
+    this.lastHeardMs = Date.now();
+    this.failures = 0;
+    this.seen += 1n;
+    this.listener.onLink('connected');
+    this.listener.onUpdate(fromBinary(ViewUpdateSchema, new Uint8Array(bytes)));
+    // Told once what came is drawn: a page that draws slowly is sent less.
+    requestAnimationFrame(() => this.say());
+  }
+
+  private onBreak(socket: WebSocket): void {
+    if (socket !== this.socket) {
+      return;
+    }
+    this.socket = undefined;
+    this.failures += 1;
+    this.listener.onLink('lost');
+    this.retry = setTimeout(() => this.connect(), retryDelayMs(this.failures, Math.random()));
+  }
+
+  private onVisibility(): void {
+    this.lastHeardMs = Date.now();
+    this.say();
+    if (!document.hidden) {
+      this.connectNow();
+    }
+  }
+
+  private lookForSilence(): void {
+    const socket = this.socket;
+    if (socket && isSilent(this.lastHeardMs, Date.now(), document.hidden)) {
+      socket.close();
+      this.onBreak(socket);
+    }
+  }
+
+  private say(): void {
+    if (this.socket?.readyState === WebSocket.OPEN) {
+      const request = create(ViewRequestSchema, {...this.wants, hidden: document.hidden, seen: this.seen});
+      this.socket.send(toBinary(ViewRequestSchema, request));
+    }
+  }
+}

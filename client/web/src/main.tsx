@@ -1,0 +1,6 @@
+/** Where the page begins. */
+import {render} from 'preact';
+import {App} from './view/app';
+import './view/style.css';
+
+render(<App />, document.getElementById('app')!);

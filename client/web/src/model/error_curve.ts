@@ -1,0 +1,53 @@
+/** A job's error against the work spent on it, and where it leads. */
+import type {Job} from '../wire/lightmill/v1/farm_pb';
+
+export interface CurvePoint {
+  /** Seconds of the workers' threads. */
+  seconds: number;
+  /** relMSE, and the ends of its 95 % confidence interval. */
+  error: number;
+  low: number;
+  high: number;
+}
+
+export interface ErrorCurve {
+  points: CurvePoint[];
+  /** The relMSE asked for; undefined without an error goal. */
+  target: number | undefined;
+  /** Where the upper end meets the target if the error goes on falling as 1/seconds. */
+  finish: {seconds: number; error: number} | undefined;
+  /** Lines of slope −1 and −2 through the first point: errors of independent samples fall as the first. */
+  guides: {slope: number; from: {seconds: number; error: number}; to: {seconds: number; error: number}}[];
+}
+
+function point(seconds: number, relMse: number, halfWidth: number): CurvePoint {
+  // A lower end of 0 or less has no place on a logarithmic axis.
+  return {seconds, error: relMse, low: Math.max(relMse - halfWidth, relMse / 10), high: relMse + halfWidth};
+}
+
+/** What the job's history and its state say; empty before anything is known. */
+export function errorCurve(job: Job): ErrorCurve {
+  const points = job.history
+    .filter((each) => each.workerSeconds > 0 && (each.error?.relMse ?? 0) > 0)
+    .map((each) => point(each.workerSeconds, each.error!.relMse, each.error!.halfWidth));
+  const last = points.at(-1);
+  if (job.error && job.error.relMse > 0 && job.workerSeconds > (last?.seconds ?? 0)) {
+    points.push(point(job.workerSeconds, job.error.relMse, job.error.halfWidth));
+  }
+  const target = job.goal && job.goal.error > 0 ? job.goal.error : undefined;
+  const now = points.at(-1);
+  const finish =
+    target !== undefined && now !== undefined && now.high > target
+      ? {seconds: (now.seconds * now.high) / target, error: target}
+      : undefined;
+  return {points, target, finish, guides: points.length > 0 ? guidesFrom(points[0]!, finish?.seconds ?? now!.seconds) : []};
+}
+
+function guidesFrom(first: CurvePoint, lastSeconds: number): ErrorCurve['guides'] {
+  const seconds = Math.max(lastSeconds, first.seconds * 10);
+  return [-1, -2].map((slope) => ({
+    slope,
+    from: {seconds: first.seconds, error: first.error},
+    to: {seconds, error: first.error * (seconds / first.seconds) ** slope},
+  }));
+}

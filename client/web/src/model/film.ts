@@ -1,0 +1,156 @@
+/** The pixels of the job that is looked at, as they come in: linear RGB, standard error, and counts by tile. */
+import type {Job, PixelRect} from '../wire/lightmill/v1/farm_pb';
+import type {ViewTile} from '../wire/lightmill/v1/web_pb';
+import {kHalfValues} from './half';
+import {luminance, type Rgb} from './tone';
+
+export const kTileSide = 64;
+/** Radius of the window over which squared standard errors are averaged, pixels: as in the EXR's StdErr channels. */
+export const kSmoothing = 4;
+
+/** A rectangle of pixels of the film's crop, (0,0) its upper left. */
+export interface Rect {
+  x: number;
+  y: number;
+  width: number;
+  height: number;
+}
+
+export interface Pixel {
+  rgb: Rgb;
+  luminance: number;
+  /** Standard error of the luminance, averaged over its neighbourhood; undefined while halves are missing. */
+  standardError: number | undefined;
+  samples: number;
+}
+
+export class Film {
+  /** R, G, B, E of each pixel as half floats, rows from the top; E is −1 where it is not known. */
+  readonly rgbe: Uint16Array;
+  /** Samples per pixel, by tile. */
+  readonly counts: Float32Array;
+  readonly columns: number;
+  readonly rows: number;
+  private readonly firstColumn: number;
+  private readonly firstRow: number;
+
+  constructor(
+    readonly job: bigint,
+    readonly crop: Rect,
+  ) {
+    this.rgbe = new Uint16Array(4 * crop.width * crop.height);
+    this.firstColumn = Math.floor(crop.x / kTileSide);
+    this.firstRow = Math.floor(crop.y / kTileSide);
+    this.columns = Math.ceil((crop.x + crop.width) / kTileSide) - this.firstColumn;
+    this.rows = Math.ceil((crop.y + crop.height) / kTileSide) - this.firstRow;
+    this.counts = new Float32Array(this.columns * this.rows);
+  }
+
+  static of(job: Job): Film {
+    const crop = job.crop ?? {x: 0, y: 0, width: job.width, height: job.height};
+    return new Film(job.id, {x: crop.x, y: crop.y, width: crop.width, height: crop.height});
+  }
+
+  /** Takes in a tile; where it lies within the crop, or undefined if it is none of this film's. */
+  put(tile: ViewTile): {rect: Rect; pixels: Uint16Array} | undefined {
+    const rect = tile.rect && this.within(tile.rect);
+    if (tile.job !== this.job || !rect || tile.rgbe.byteLength !== 8 * rect.width * rect.height) {
+      return undefined;
+    }
+    // A copy: the message's bytes need not be aligned.
+    const pixels = new Uint16Array(tile.rgbe.slice().buffer);
+    for (let row = 0; row < rect.height; ++row) {
+      const from = 4 * row * rect.width;
+      this.rgbe.set(pixels.subarray(from, from + 4 * rect.width), 4 * ((rect.y + row) * this.crop.width + rect.x));
+    }
+    this.counts[this.tileAt(rect.x, rect.y)] = Number(tile.samples);
+    return {rect, pixels};
+  }
+
+  pixel(x: number, y: number): Pixel | undefined {
+    if (x < 0 || y < 0 || x >= this.crop.width || y >= this.crop.height) {
+      return undefined;
+    }
+    const rgb: Rgb = [this.value(x, y, 0), this.value(x, y, 1), this.value(x, y, 2)];
+    return {
+      rgb,
+      luminance: luminance(rgb),
+      standardError: this.standardError(x, y),
+      samples: this.counts[this.tileAt(x, y)] ?? 0,
+    };
+  }
+
+  /** Of the most sampled tile. */
+  mostSamples(): number {
+    return this.counts.reduce((most, count) => Math.max(most, count), 0);
+  }
+
+  private within(rect: PixelRect): Rect | undefined {
+    const inside = {x: rect.x - this.crop.x, y: rect.y - this.crop.y, width: rect.width, height: rect.height};
+    const fits =
+      inside.x >= 0 &&
+      inside.y >= 0 &&
+      inside.x + inside.width <= this.crop.width &&
+      inside.y + inside.height <= this.crop.height;
+    return fits ? inside : undefined;
+  }
+
+  private tileAt(x: number, y: number): number {
+    const column = Math.floor((this.crop.x + x) / kTileSide) - this.firstColumn;
+    const row = Math.floor((this.crop.y + y) / kTileSide) - this.firstRow;
+    return row * this.columns + column;
+  }
+
+  private value(x: number, y: number, channel: number): number {
+    return kHalfValues[this.rgbe[4 * (y * this.crop.width + x) + channel]!]!;
+  }
+
+  private standardError(x: number, y: number): number | undefined {
+    let sum = 0;
+    let known = 0;
+    for (let v = Math.max(0, y - kSmoothing); v <= Math.min(this.crop.height - 1, y + kSmoothing); ++v) {
+      for (let u = Math.max(0, x - kSmoothing); u <= Math.min(this.crop.width - 1, x + kSmoothing); ++u) {
+        const error = this.value(u, v, 3);
+        if (error >= 0 && this.counts[this.tileAt(u, v)]! > 0) {
+          sum += error * error;
+          ++known;
+        }
+      }
+    }
+    return known > 0 ? Math.sqrt(sum / known) : undefined;
+  }
+}
+
+export interface Histogram {
+  /** Of red, green and blue; the share of the pixels that were counted in each bin. */
+  bins: [Float32Array, Float32Array, Float32Array];
+  /** log2 of the values at the outer edges of the first and the last bin; what lies beyond is in those. */
+  least: number;
+  most: number;
+}
+
+/** Over at most some `samples` pixels that have samples, evenly spaced. */
+export function histogramOf(film: Film, bins = 128, samples = 100_000): Histogram {
+  const [least, most] = [-12, 8];
+  const result: Histogram = {
+    bins: [new Float32Array(bins), new Float32Array(bins), new Float32Array(bins)],
+    least,
+    most,
+  };
+  const pixels = film.crop.width * film.crop.height;
+  // Odd steps do not fall on the same columns of pictures whose width is a power of two.
+  const step = Math.max(1, Math.floor(pixels / samples) | 1);
+  let counted = 0;
+  for (let i = 0; i < pixels; i += step) {
+    ++counted;
+    for (const channel of [0, 1, 2] as const) {
+      const value = kHalfValues[film.rgbe[4 * i + channel]!]!;
+      const at = ((Math.log2(Math.max(value, 2 ** least)) - least) / (most - least)) * bins;
+      result.bins[channel][Math.min(bins - 1, Math.max(0, Math.floor(at)))]! += 1;
+    }
+  }
+  for (const channel of result.bins) {
+    channel.forEach((count, i) => (channel[i] = count / Math.max(counted, 1)));
+  }
+  return result;
+}

@@ -1,0 +1,138 @@
+/** Numbers and words for people, as the command line writes them. */
+import {GoalLimit, JobState, type Job} from '../wire/lightmill/v1/farm_pb';
+
+/** The two largest units: "0.4 s", "3 min 05 s", "2 h 03 min"; "?" for negative (unknown) times. */
+export function humanSeconds(seconds: number): string {
+  if (!(seconds >= 0) || seconds > 1e15) {
+    return '?';
+  }
+  if (seconds < 9.95) {
+    return `${seconds.toFixed(1)} s`;
+  }
+  const whole = Math.round(seconds);
+  const pad = (n: number) => String(n).padStart(2, '0');
+  const days = Math.floor(whole / 86400);
+  const hours = Math.floor(whole / 3600) % 24;
+  const minutes = Math.floor(whole / 60) % 60;
+  if (whole < 60) {
+    return `${whole} s`;
+  }
+  if (days > 0) {
+    return `${days} d ${pad(hours)} h`;
+  }
+  return hours > 0 ? `${hours} h ${pad(minutes)} min` : `${minutes} min ${pad(whole % 60)} s`;
+}
+
+/** Three significant digits and a metric prefix: "950", "1.23 k", "45.6 M". */
+export function humanCount(count: number): string {
+  if (!Number.isFinite(count) || count < 0) {
+    return '?';
+  }
+  if (count < 999.5) {
+    return Number.isInteger(count) ? String(count) : threeDigits(count);
+  }
+  const prefixes = ['k', 'M', 'G', 'T', 'P', 'E'];
+  let prefix = 0;
+  for (count /= 1000; count >= 999.5 && prefix + 1 < prefixes.length; count /= 1000) {
+    ++prefix;
+  }
+  return `${threeDigits(count)} ${prefixes[prefix]}`;
+}
+
+function threeDigits(value: number): string {
+  return value.toFixed(value < 9.995 ? 2 : value < 99.95 ? 1 : 0);
+}
+
+export function humanRate(samplesPerSecond: number): string {
+  const text = humanCount(samplesPerSecond);
+  return /[kMGTPE]$/.test(text) ? `${text}samples/s` : `${text} samples/s`;
+}
+
+/** "±1.2%": √relMSE; empty while it is not known. */
+export function errorText(relMse: number | undefined): string {
+  if (relMse === undefined) {
+    return '';
+  }
+  const percent = 100 * Math.sqrt(Math.max(relMse, 0));
+  return percent >= 9.95 ? `±${percent.toFixed(0)}%` : `±${Number(percent.toPrecision(2))}%`;
+}
+
+/** A value of a pixel in five significant digits. */
+export function valueText(value: number): string {
+  if (!Number.isFinite(value)) {
+    return String(value);
+  }
+  const size = Math.abs(value);
+  return size !== 0 && (size < 1e-3 || size >= 1e5) ? value.toExponential(3) : value.toPrecision(4);
+}
+
+/** A tick of a logarithmic axis: whole powers of ten; others (and null, where there is no room) have no label. */
+export function powerOfTen(value: number | null): string {
+  const exponent = value === null ? NaN : Math.log10(value);
+  const whole = Math.round(exponent);
+  if (value === null || !(Math.abs(exponent - whole) < 1e-6)) {
+    return '';
+  }
+  return whole < -3 || whole > 5 ? `1e${whole}` : String(Number(value.toPrecision(1)));
+}
+
+const kStates: Record<JobState, string> = {
+  [JobState.UNSPECIFIED]: 'unknown',
+  [JobState.QUEUED]: 'queued',
+  [JobState.RUNNING]: 'running',
+  [JobState.PAUSED]: 'paused',
+  [JobState.DONE]: 'done',
+  [JobState.FAILED]: 'failed',
+  [JobState.CANCELLED]: 'cancelled',
+};
+
+export function stateName(state: JobState): string {
+  return kStates[state] ?? 'unknown';
+}
+
+/** Which of its limits ended a job. */
+export function reachedName(limit: GoalLimit): string {
+  return {[GoalLimit.SAMPLES]: 'samples', [GoalLimit.SECONDS]: 'time', [GoalLimit.ERROR]: 'error'}[limit as number] ?? '';
+}
+
+/** "path"; of a job whose method a pilot is still to pick, those it picks from. */
+export function methodName(job: Job): string {
+  const candidates = job.methodNotes?.candidates ?? [];
+  return candidates.length > 0 ? candidates.join(' or ') : job.method;
+}
+
+/** "64 samples, ±1% or 2 min 00 s". */
+export function goalText(job: Job): string {
+  const parts: string[] = [];
+  if (job.goal?.samples) {
+    parts.push(`${job.goal.samples} samples`);
+  }
+  if (job.goal?.error) {
+    parts.push(errorText(job.goal.error));
+  }
+  if (job.goal?.seconds) {
+    parts.push(humanSeconds(job.goal.seconds));
+  }
+  return parts.join(' or ');
+}
+
+/** "12/64", or "12" without a goal in samples. */
+export function samplesText(job: Job): string {
+  const wanted = job.goal?.samples ?? 0n;
+  return wanted > 0n ? `${job.frameSamples}/${wanted}` : String(job.frameSamples);
+}
+
+/** "just now", "5 min ago"; of a Unix time in milliseconds. */
+export function ageText(unixMs: number, nowMs: number): string {
+  const seconds = (nowMs - unixMs) / 1000;
+  if (unixMs === 0) {
+    return '';
+  }
+  if (seconds < 60) {
+    return 'just now';
+  }
+  if (seconds < 3600) {
+    return `${Math.floor(seconds / 60)} min ago`;
+  }
+  return seconds < 86400 ? `${Math.floor(seconds / 3600)} h ago` : `${Math.floor(seconds / 86400)} d ago`;
+}

@@ -1,0 +1,43 @@
+/** How linear radiance becomes a displayed value: the same formulas as the command line's PNG files and as the viewer's shader. */
+
+export type Rgb = [number, number, number];
+export type View = 'plain' | 'filmic';
+
+export interface Tone {
+  /** Values are multiplied by 2^exposure first. */
+  exposure: number;
+  view: View;
+  /** What is shown is raised to 1/gamma before the sRGB curve. */
+  gamma: number;
+}
+
+/** Rec. 709. */
+export function luminance(rgb: Rgb): number {
+  return 0.2126 * rgb[0] + 0.7152 * rgb[1] + 0.0722 * rgb[2];
+}
+
+/** The sRGB transfer function (IEC 61966-2-1); clamps to [0, 1]. */
+export function srgbEncode(linear: number): number {
+  const value = Math.min(Math.max(linear, 0), 1);
+  return value <= 0.0031308 ? 12.92 * value : 1.055 * value ** (1 / 2.4) - 0.055;
+}
+
+/** K. Narkowicz's fit of the ACES reference tone curve (2015), clamped to [0, 1]. */
+export function filmicCurve(linear: number): number {
+  const x = Math.max(linear, 0);
+  return Math.min((x * (2.51 * x + 0.03)) / (x * (2.43 * x + 0.59) + 0.14), 1);
+}
+
+/** One channel, to [0, 255]. */
+export function displayed(linear: number, tone: Tone): number {
+  const exposed = linear * 2 ** tone.exposure;
+  const shown = tone.view === 'filmic' ? filmicCurve(exposed) : Math.min(Math.max(exposed, 0), 1);
+  return Math.round(255 * srgbEncode(shown ** (1 / tone.gamma)));
+}
+
+/** Stops that bring the value that 99 % of `values` stay below to 1; 0 where nothing is lit. */
+export function exposureFor(values: Float32Array): number {
+  const sorted = values.filter((value) => value > 0).sort();
+  const high = sorted[Math.floor(sorted.length * 0.99)];
+  return high === undefined ? 0 : Math.round(-Math.log2(high) * 4) / 4;
+}

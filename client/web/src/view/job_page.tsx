@@ -1,0 +1,274 @@
+/** One job: its picture, how its error falls, what it is, and what can be done with it. */
+import {useEffect, useRef, useState} from 'preact/hooks';
+import {actOnJob, extendJob} from '../api/actions';
+import type {Camera, Point} from '../model/camera';
+import type {Film} from '../model/film';
+import {ageText, errorText, goalText, humanRate, humanSeconds, methodName, reachedName, samplesText} from '../model/format';
+import {hasEnded} from '../model/jobs';
+import {kHalfValues} from '../model/half';
+import {kMostStops, routeHash, type Look, type Show} from '../model/route';
+import {exposureFor, luminance} from '../model/tone';
+import {JobState, type Job} from '../wire/lightmill/v1/farm_pb';
+import {ActionButton, etaText, Progress, StateBadge} from './bits';
+import {downloadPng} from './download';
+import {ErrorChart} from './error_chart';
+import {legendOf} from './gl_picture';
+import {HistogramView, PixelInspector, useFilmVersion} from './inspector';
+import {farm, useFarm} from './store';
+import {Viewer} from './viewer';
+
+const kShowLabels: [Show, string][] = [
+  ['color', 'Colour'],
+  ['red', 'Red'],
+  ['green', 'Green'],
+  ['blue', 'Blue'],
+  ['luminance', 'Luminance'],
+  ['false-color', 'False colour'],
+  ['error', 'Standard error'],
+  ['relative-error', 'Relative error'],
+  ['samples', 'Sample count'],
+];
+
+/** Of every so-manieth pixel. */
+function someLuminances(film: Film): Float32Array {
+  const step = 4 * Math.max(1, Math.floor(film.rgbe.length / 4 / 50_000));
+  const values: number[] = [];
+  for (let i = 0; i < film.rgbe.length; i += step) {
+    values.push(luminance([kHalfValues[film.rgbe[i]!]!, kHalfValues[film.rgbe[i + 1]!]!, kHalfValues[film.rgbe[i + 2]!]!]));
+  }
+  return Float32Array.from(values);
+}
+
+function Controls({film, look, onLook, onNormalize}: {film: Film | undefined; look: Look; onLook: (look: Look) => void; onNormalize: () => void}) {
+  useFilmVersion(film, 500);
+  const legend = legendOf(look.show, look, film?.mostSamples() ?? 0);
+  return (
+    <div class="controls" role="group" aria-label="How the picture is shown">
+      <label>
+        Show
+        <select value={look.show} onChange={(event) => onLook({...look, show: event.currentTarget.value as Show})}>
+          {kShowLabels.map(([show, label]) => (
+            <option key={show} value={show}>
+              {label}
+            </option>
+          ))}
+        </select>
+      </label>
+      <label>
+        Exposure
+        <input type="range" min={-10} max={10} step={0.25} value={look.exposure} aria-valuetext={`${look.exposure} stops`} onInput={(event) => onLook({...look, exposure: Number(event.currentTarget.value)})} />
+        <input
+          type="number"
+          class="short"
+          aria-label="Exposure in stops"
+          min={-kMostStops}
+          max={kMostStops}
+          step={0.25}
+          value={look.exposure}
+          onChange={(event) => onLook({...look, exposure: Math.min(Math.max(Number(event.currentTarget.value) || 0, -kMostStops), kMostStops)})}
+        />
+      </label>
+      <button type="button" title="Find the exposure that fits (N)" onClick={onNormalize}>
+        Auto
+      </button>
+      <label>
+        Gamma
+        <input type="number" class="short" min={0.1} max={10} step={0.1} value={look.gamma} onChange={(event) => onLook({...look, gamma: Math.min(Math.max(Number(event.currentTarget.value) || 1, 0.1), 10)})} />
+      </label>
+      <label>
+        View
+        <select value={look.view} onChange={(event) => onLook({...look, view: event.currentTarget.value === 'filmic' ? 'filmic' : 'plain'})}>
+          <option value="plain">Plain</option>
+          <option value="filmic">Filmic</option>
+        </select>
+      </label>
+      {legend && (
+        <div class="legend" role="img" aria-label={`Colours from ${legend.join(' to ')}`}>
+          <span class="ramp" />
+          {legend.map((text, i) => (
+            <span key={i}>{text}</span>
+          ))}
+        </div>
+      )}
+    </div>
+  );
+}
+
+/** What a job is extended in: its error if it has such a goal, else its samples; and what is offered. */
+function offeredGoal(job: Job): {label: string; offer: number; goal: (value: number) => {samples?: number; error?: number}} {
+  const error = job.goal?.error ?? 0;
+  if (error > 0) {
+    const percent = Number((50 * Math.sqrt(error)).toPrecision(2));
+    return {label: 'New error, ±%', offer: percent, goal: (value) => ({error: (value / 100) ** 2})};
+  }
+  const samples = Number(job.goal?.samples ?? 0n) || Math.max(Number(job.frameSamples), 1);
+  return {label: 'New total of samples', offer: 2 * samples, goal: (value) => ({samples: Math.round(value)})};
+}
+
+function Extend({job, onFailure}: {job: Job; onFailure: (message: string) => void}) {
+  const [text, setText] = useState('');
+  const {label, offer, goal} = offeredGoal(job);
+  return (
+    <form class="extend" onSubmit={(event) => event.preventDefault()}>
+      <label>
+        {label}
+        <input type="number" min={0} step="any" inputMode="decimal" placeholder={String(offer)} value={text} onInput={(event) => setText(event.currentTarget.value)} />
+      </label>
+      <ActionButton label="Extend" title="Give the job this goal; a finished one goes on" act={() => extendJob(job.id, goal(Number(text) || offer))} onFailure={onFailure} />
+    </form>
+  );
+}
+
+function Actions({job}: {job: Job}) {
+  const [failure, setFailure] = useState('');
+  const act = (action: 'pause' | 'resume' | 'cancel') => () => actOnJob(job.id, action);
+  const ended = hasEnded(job.state);
+  const extendable = job.state !== JobState.FAILED && job.state !== JobState.CANCELLED;
+  return (
+    <div class="actions">
+      {job.state === JobState.PAUSED ? (
+        <ActionButton label="Resume" act={act('resume')} onFailure={setFailure} />
+      ) : (
+        !ended && <ActionButton label="Pause" act={act('pause')} onFailure={setFailure} />
+      )}
+      {!ended && (
+        <ActionButton label="Cancel" danger question={`Cancel job ${job.id}? What is rendered stays.`} act={act('cancel')} onFailure={setFailure} />
+      )}
+      {extendable && <Extend job={job} onFailure={setFailure} />}
+      {failure && (
+        <p class="notice failure" role="alert">
+          {failure}
+        </p>
+      )}
+    </div>
+  );
+}
+
+function Facts({job}: {job: Job}) {
+  const rows: [string, string][] = [
+    ['Goal', goalText(job)],
+    ['Samples', samplesText(job)],
+    ['Error', errorText(job.error?.relMse) || '–'],
+    ['Speed', job.state === JobState.RUNNING ? humanRate(job.samplesPerSecond) : '–'],
+    ['ETA', etaText(job) || '–'],
+    ['Rendered for', `${humanSeconds(job.activeSeconds)} (${humanSeconds(job.workerSeconds)} of threads)`],
+    ['Method', methodName(job)],
+    ['Size', `${job.width}×${job.height}`],
+    ['Owner', job.owner ? `${job.owner}${job.host ? ` on ${job.host}` : ''}` : '–'],
+    ['Priority', String(job.priority)],
+    ['Submitted', ageText(Number(job.submittedUnixMs), Date.now())],
+    ['Class', job.fingerprintClass.slice(0, 16) || '–'],
+  ];
+  return (
+    <dl class="facts">
+      {rows.map(([name, value]) => (
+        <div key={name}>
+          <dt>{name}</dt>
+          <dd>{value}</dd>
+        </div>
+      ))}
+    </dl>
+  );
+}
+
+function endText(job: Job): string {
+  const reached = reachedName(job.reached);
+  return job.reason || (reached && `reached its goal in ${reached}`);
+}
+
+export interface JobPageProps {
+  id: bigint;
+  look: Look;
+  camera: Camera | undefined;
+  theme: string;
+}
+
+export function JobPage({id, look: firstLook, camera: firstCamera, theme}: JobPageProps) {
+  const {job, film, jobFailure} = useFarm();
+  const [look, setLook] = useState(firstLook);
+  const [camera, setCamera] = useState(firstCamera);
+  const [point, setPoint] = useState<Point>();
+  const [copied, setCopied] = useState(false);
+  useEffect(() => {
+    // The address follows the view, a moment later: browsers allow only so many changes.
+    const timer = setTimeout(() => history.replaceState(null, '', routeHash({page: 'job', job: id, look, camera})), 250);
+    return () => clearTimeout(timer);
+  }, [id, look, camera]);
+  const normalize = () => film && setLook({...look, exposure: exposureFor(someLuminances(film))});
+  const copyLink = async () => {
+    const address = new URL(routeHash({page: 'job', job: id, look, camera}), window.location.href);
+    await navigator.clipboard.writeText(address.href);
+    setCopied(true);
+    setTimeout(() => setCopied(false), 2_000);
+  };
+  const title = useRef<HTMLHeadingElement>(null);
+  if (jobFailure) {
+    return (
+      <section class="page">
+        <h1>Job {String(id)}</h1>
+        <p class="notice failure" role="alert">
+          {jobFailure}
+        </p>
+        <p>
+          <a href="#/jobs">All jobs</a>
+        </p>
+      </section>
+    );
+  }
+  return (
+    <section class="job-page" aria-labelledby="job-title">
+      <header class="job-head">
+        <a href="#/jobs" class="back" aria-label="All jobs">
+          ‹ Jobs
+        </a>
+        <h1 id="job-title" ref={title}>
+          {job ? job.name || `job ${job.id}` : `Job ${id}`} <span class="muted">#{String(id)}</span>
+        </h1>
+        {job && <StateBadge state={job.state} />}
+        {job && <Progress job={job} />}
+        {job && endText(job) && <span class="muted">{endText(job)}</span>}
+        <span class="spacer" />
+        <button type="button" disabled={!film} onClick={() => film && void downloadPng(film, look, `job-${id}`)}>
+          PNG
+        </button>
+        <button type="button" onClick={() => void copyLink()}>
+          {copied ? 'Copied' : 'Copy link'}
+        </button>
+      </header>
+      <div class="stage">
+        <Controls film={film} look={look} onLook={setLook} onNormalize={normalize} />
+        <Viewer film={film} look={look} camera={camera} theme={theme} onLook={setLook} onCamera={setCamera} onPoint={setPoint} onNormalize={normalize} />
+        <p id="viewer-keys" class="keys-line">
+          <kbd>+</kbd> <kbd>−</kbd> zoom · <kbd>F</kbd> fit · <kbd>1</kbd> 1:1 · <kbd>E</kbd> <kbd>⇧E</kbd> exposure · <kbd>N</kbd> auto · <kbd>V</kbd> view · <kbd>R</kbd> reset
+        </p>
+      </div>
+      <aside class="side" aria-label="About this job">
+        {job?.methodNotes?.notices.map((notice) => (
+          <p class="notice" key={notice}>
+            {notice}
+          </p>
+        ))}
+        {job && (
+          <section class="panel" aria-labelledby="error-title">
+            <h2 id="error-title">Error against time</h2>
+            <ErrorChart job={job} theme={theme} />
+          </section>
+        )}
+        <PixelInspector film={film} at={point} />
+        <HistogramView film={film} exposure={look.exposure} />
+        {job && (
+          <section class="panel" aria-labelledby="facts-title">
+            <h2 id="facts-title">Job</h2>
+            <Facts job={job} />
+            <Actions job={job} />
+          </section>
+        )}
+      </aside>
+    </section>
+  );
+}
+
+/** Tells the coordinator which job is looked at. */
+export function useWatch(job: bigint): void {
+  useEffect(() => farm.watch(job), [job]);
+}

@@ -1,0 +1,194 @@
+/** The list of jobs: found, filtered, sorted, and opened by mouse, finger or keys. */
+import {useEffect, useMemo, useRef, useState} from 'preact/hooks';
+import {thumbnailAddress} from '../api/actions';
+import {ageText, goalText, methodName, samplesText} from '../model/format';
+import {filterCounts, hasEnded, kNewestFirst, listedJobs, type JobFilter, type JobOrder, type JobQuery} from '../model/jobs';
+import type {Job} from '../wire/lightmill/v1/farm_pb';
+import {ErrorValue, etaText, Progress, StateBadge} from './bits';
+import {useFarm} from './store';
+
+const kColumns: {order: JobOrder; label: string; class?: string}[] = [
+  {order: 'name', label: 'Job'},
+  {order: 'state', label: 'State'},
+  {order: 'progress', label: 'Progress'},
+  {order: 'error', label: 'Error', class: 'right'},
+  {order: 'eta', label: 'ETA', class: 'right'},
+  {order: 'method', label: 'Method', class: 'wide'},
+  {order: 'owner', label: 'Owner', class: 'wide'},
+  {order: 'priority', label: 'Priority', class: 'wide right'},
+  {order: 'id', label: 'Submitted', class: 'wide right'},
+];
+
+const kFilters: {filter: JobFilter; label: string}[] = [
+  {filter: 'all', label: 'All'},
+  {filter: 'active', label: 'Active'},
+  {filter: 'done', label: 'Done'},
+  {filter: 'failed', label: 'Failed'},
+];
+
+const kThumbnailMs = 4_000;
+
+/** A version that changes with a job's pixels, but every few seconds at most. */
+function useThumbnailVersion(job: Job): string {
+  const [shown, setShown] = useState({version: String(job.samplesDone), at: 0});
+  useEffect(() => {
+    const version = String(job.samplesDone);
+    if (version === shown.version) {
+      return;
+    }
+    const wait = hasEnded(job.state) ? 0 : Math.max(0, shown.at + kThumbnailMs - Date.now());
+    const timer = setTimeout(() => setShown({version, at: Date.now()}), wait);
+    return () => clearTimeout(timer);
+  }, [job.samplesDone, job.state, shown]);
+  return shown.version;
+}
+
+function Thumbnail({job}: {job: Job}) {
+  const version = useThumbnailVersion(job);
+  const some = job.samplesDone > 0n;
+  return <span class="thumbnail">{some && <img src={thumbnailAddress(job.id, version)} alt="" loading="lazy" />}</span>;
+}
+
+function Row({job, now}: {job: Job; now: number}) {
+  return (
+    <tr>
+      <td class="name">
+        <a href={`#/jobs/${job.id}`} class="row-link">
+          <Thumbnail job={job} />
+          <span class="two-lines">
+            <strong>{job.name || `job ${job.id}`}</strong>
+            <small>
+              #{String(job.id)} · {job.width}×{job.height} · {goalText(job)}
+            </small>
+          </span>
+        </a>
+      </td>
+      <td>
+        <StateBadge state={job.state} />
+        {job.reason && !hasEnded(job.state) && <small class="reason">{job.reason}</small>}
+      </td>
+      <td>
+        <Progress job={job} />
+        <small>{samplesText(job)} samples</small>
+      </td>
+      <td class="right">
+        <ErrorValue job={job} />
+      </td>
+      <td class="right" data-label="ETA">
+        {etaText(job)}
+      </td>
+      <td class="wide">{methodName(job)}</td>
+      <td class="wide">{job.owner}</td>
+      <td class="wide right">{job.priority}</td>
+      <td class="wide right">{ageText(Number(job.submittedUnixMs), now)}</td>
+    </tr>
+  );
+}
+
+function useNow(everyMs: number): number {
+  const [now, setNow] = useState(Date.now());
+  useEffect(() => {
+    const timer = setInterval(() => setNow(Date.now()), everyMs);
+    return () => clearInterval(timer);
+  }, [everyMs]);
+  return now;
+}
+
+/** '/' goes to the search, arrows (or j and k) from row to row; Enter opens, as on any link. */
+function useListKeys(search: {current: HTMLInputElement | null}, table: {current: HTMLElement | null}) {
+  useEffect(() => {
+    const onKey = (event: KeyboardEvent) => {
+      const typing = event.target instanceof HTMLInputElement || event.target instanceof HTMLSelectElement;
+      if (event.ctrlKey || event.metaKey || event.altKey) {
+        return;
+      }
+      if (event.key === '/' && !typing) {
+        event.preventDefault();
+        search.current?.focus();
+        return;
+      }
+      const step = {ArrowDown: 1, ArrowUp: -1, j: 1, k: -1}[event.key];
+      if (step === undefined || (typing && event.key !== 'ArrowDown')) {
+        return;
+      }
+      const links = [...(table.current?.querySelectorAll<HTMLElement>('.row-link') ?? [])];
+      const at = links.indexOf(document.activeElement as HTMLElement);
+      const next = links[Math.min(Math.max(at + step, 0), links.length - 1)];
+      if (next) {
+        event.preventDefault();
+        next.focus();
+      }
+    };
+    window.addEventListener('keydown', onKey);
+    return () => window.removeEventListener('keydown', onKey);
+  }, []);
+}
+
+export function JobsPage() {
+  const {jobs, listed} = useFarm();
+  const [query, setQuery] = useState<JobQuery>(kNewestFirst);
+  const search = useRef<HTMLInputElement>(null);
+  const table = useRef<HTMLTableElement>(null);
+  const now = useNow(10_000);
+  const shown = useMemo(() => listedJobs(jobs, query), [jobs, query]);
+  const counts = useMemo(() => filterCounts(jobs), [jobs]);
+  useListKeys(search, table);
+  const sortBy = (order: JobOrder) =>
+    setQuery({...query, order, descending: query.order === order ? !query.descending : order === 'id' || order === 'progress'});
+  const sortState = (order: JobOrder) => (query.order !== order ? 'none' : query.descending ? 'descending' : 'ascending');
+  return (
+    <section class="page" aria-labelledby="jobs-title">
+      <div class="toolbar">
+        <h1 id="jobs-title">Jobs</h1>
+        <div class="chips" role="group" aria-label="Which jobs are listed">
+          {kFilters.map(({filter, label}) => (
+            <button type="button" key={filter} aria-pressed={query.filter === filter} onClick={() => setQuery({...query, filter})}>
+              {label} <span class="count">{counts[filter]}</span>
+            </button>
+          ))}
+        </div>
+        <input
+          ref={search}
+          type="search"
+          placeholder="Search  ( / )"
+          aria-label="Search jobs by name, owner, method, state or number"
+          value={query.search}
+          onInput={(event) => setQuery({...query, search: event.currentTarget.value})}
+        />
+      </div>
+      <table class="list jobs" ref={table}>
+        <caption class="sr-only">Jobs of this farm</caption>
+        <thead>
+          <tr>
+            {kColumns.map(({order, label, class: kind}) => (
+              <th key={order} scope="col" class={kind} aria-sort={sortState(order)}>
+                <button type="button" class="sort" onClick={() => sortBy(order)}>
+                  {label}
+                </button>
+              </th>
+            ))}
+          </tr>
+        </thead>
+        <tbody>
+          {shown.map((job) => (
+            <Row key={String(job.id)} job={job} now={now} />
+          ))}
+        </tbody>
+      </table>
+      {shown.length === 0 && <Empty listed={listed} any={jobs.size > 0} />}
+    </section>
+  );
+}
+
+function Empty({listed, any}: {listed: boolean; any: boolean}) {
+  if (!listed) {
+    return <p class="empty">Asking the coordinator…</p>;
+  }
+  return any ? (
+    <p class="empty">No job is like that.</p>
+  ) : (
+    <p class="empty">
+      No jobs yet. Submit one: <code>lightmill submit scenes/cornell-bench-balls.json --spp 256</code>
+    </p>
+  );
+}

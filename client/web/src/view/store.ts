@@ -1,0 +1,126 @@
+/** What the page knows of the farm, as components see it: a small store with one source, the live connection. */
+import {useEffect, useState} from 'preact/hooks';
+import {Live} from '../api/live';
+import type {Link} from '../model/connection';
+import {Film, type Rect} from '../model/film';
+import {withJobs, withWorkers, type JobList, type WorkerList} from '../model/jobs';
+import type {Job} from '../wire/lightmill/v1/farm_pb';
+import type {FarmGreeting, ViewUpdate} from '../wire/lightmill/v1/web_pb';
+
+export interface FarmState {
+  link: Link;
+  greeting: FarmGreeting | undefined;
+  jobs: JobList;
+  workers: WorkerList;
+  /** Whether the lists have come. */
+  listed: boolean;
+  /** The job that is looked at, with its history. */
+  job: Job | undefined;
+  jobFailure: string;
+  film: Film | undefined;
+}
+
+/** Tiles that came, for whoever draws the film. */
+export type TileListener = (film: Film, tiles: {rect: Rect; pixels: Uint16Array}[]) => void;
+
+type Listener = () => void;
+
+class FarmStore {
+  state: FarmState = {
+    link: 'connecting',
+    greeting: undefined,
+    jobs: new Map(),
+    workers: new Map(),
+    listed: false,
+    job: undefined,
+    jobFailure: '',
+    film: undefined,
+  };
+  private readonly listeners = new Set<Listener>();
+  private readonly tileListeners = new Set<TileListener>();
+  private watched = 0n;
+  private readonly live = new Live({
+    onLink: (link) => {
+      if (link !== this.state.link) {
+        this.set({link});
+      }
+    },
+    onUpdate: (update) => this.take(update),
+  });
+
+  /** Which job is looked at from now on; 0n: none. */
+  watch(job: bigint): void {
+    if (job !== this.watched) {
+      this.watched = job;
+      this.set({job: undefined, film: undefined, jobFailure: ''});
+    }
+    this.live.want({jobs: true, workers: true, job});
+  }
+
+  connectNow(): void {
+    this.live.connectNow();
+  }
+
+  subscribe(listener: Listener): () => void {
+    this.listeners.add(listener);
+    return () => this.listeners.delete(listener);
+  }
+
+  onTiles(listener: TileListener): () => void {
+    this.tileListeners.add(listener);
+    return () => this.tileListeners.delete(listener);
+  }
+
+  private take(update: ViewUpdate): void {
+    const next: Partial<FarmState> = {};
+    if (update.greeting) {
+      next.greeting = update.greeting;
+    }
+    if (update.jobs) {
+      next.jobs = withJobs(this.state.jobs, update.jobs);
+      next.listed = true;
+    }
+    if (update.workers) {
+      next.workers = withWorkers(this.state.workers, update.workers);
+    }
+    if (update.jobFailure) {
+      next.jobFailure = update.jobFailure;
+    }
+    if (update.job && update.job.id === this.watched) {
+      next.job = update.job;
+      next.jobFailure = '';
+      if (this.state.film?.job !== update.job.id) {
+        next.film = Film.of(update.job);
+      }
+    }
+    this.set(next);
+    this.takeTiles(update);
+  }
+
+  private takeTiles(update: ViewUpdate): void {
+    const film = this.state.film;
+    if (!film || update.tiles.length === 0) {
+      return;
+    }
+    const placed = update.tiles.map((tile) => film.put(tile)).filter((tile) => tile !== undefined);
+    this.tileListeners.forEach((listener) => listener(film, placed));
+  }
+
+  private set(next: Partial<FarmState>): void {
+    if (Object.keys(next).length > 0) {
+      this.state = {...this.state, ...next};
+      this.listeners.forEach((listener) => listener());
+    }
+  }
+}
+
+export const farm = new FarmStore();
+
+export function useFarm(): FarmState {
+  const [state, setState] = useState(farm.state);
+  useEffect(() => {
+    setState(farm.state);
+    return farm.subscribe(() => setState(farm.state));
+  }, []);
+  return state;
+}

@@ -1,0 +1,123 @@
+/** The machines that render. */
+import {useState} from 'preact/hooks';
+import {drainWorker} from '../api/actions';
+import {humanCount, humanRate, humanSeconds} from '../model/format';
+import type {Worker} from '../wire/lightmill/v1/farm_pb';
+import {ActionButton} from './bits';
+import {useFarm} from './store';
+
+function healthOf(worker: Worker): {name: string; kind: string} {
+  if (worker.draining) {
+    return {name: 'draining', kind: 'paused'};
+  }
+  return worker.leases > 0 ? {name: 'rendering', kind: 'running'} : {name: 'idle', kind: 'queued'};
+}
+
+function Row({worker, onFailure}: {worker: Worker; onFailure: (message: string) => void}) {
+  const health = healthOf(worker);
+  return (
+    <tr>
+      <td class="name">
+        <span class="two-lines">
+          <strong>{worker.name}</strong>
+          <small>
+            {worker.host} · process {worker.pid}
+          </small>
+        </span>
+      </td>
+      <td>
+        <span class={`badge state-${health.kind}`}>{health.name}</span>
+      </td>
+      <td class="right">{humanRate(worker.samplesPerSecond)}</td>
+      <td class="right" data-label="threads">
+        {worker.threads}
+      </td>
+      <td class="right" data-label="units">
+        {worker.leases}
+      </td>
+      <td class="right wide">{humanCount(Number(worker.results))}</td>
+      <td class={`right wide ${worker.leasesLost > 0n ? 'warn' : ''}`}>{String(worker.leasesLost)}</td>
+      <td class="wide">
+        <code title={worker.fingerprintClass}>{worker.fingerprintClass.slice(0, 12)}</code>
+      </td>
+      <td class="right wide">{humanSeconds(worker.connectedSeconds)}</td>
+      <td class="right">
+        {!worker.draining && (
+          <ActionButton
+            label="Drain"
+            title="Let it finish what it has, and leave"
+            question={`Shall ${worker.name} finish what it has, and leave the farm?`}
+            act={() => drainWorker(worker.name)}
+            onFailure={onFailure}
+          />
+        )}
+      </td>
+    </tr>
+  );
+}
+
+const kHeads: [string, string][] = [
+  ['Worker', ''],
+  ['Health', ''],
+  ['Speed', 'right'],
+  ['Threads', 'right'],
+  ['Units', 'right'],
+  ['Results', 'right wide'],
+  ['Lost units', 'right wide'],
+  ['Class', 'wide'],
+  ['Connected', 'right wide'],
+];
+
+export function WorkersPage() {
+  const {workers, listed} = useFarm();
+  const [failure, setFailure] = useState('');
+  const all = [...workers.values()].sort((a, b) => (a.name < b.name ? -1 : 1));
+  const speed = all.reduce((sum, worker) => sum + worker.samplesPerSecond, 0);
+  const threads = all.reduce((sum, worker) => sum + worker.threads, 0);
+  return (
+    <section class="page" aria-labelledby="workers-title">
+      <div class="toolbar">
+        <h1 id="workers-title">Workers</h1>
+        <p class="summary">
+          {all.length} connected · {threads} threads · {humanRate(speed)}
+        </p>
+      </div>
+      {failure && (
+        <p class="notice failure" role="alert">
+          {failure}
+        </p>
+      )}
+      <table class="list workers">
+        <caption class="sr-only">Workers of this farm</caption>
+        <thead>
+          <tr>
+            {kHeads.map(([label, kind]) => (
+              <th key={label} scope="col" class={kind}>
+                {label}
+              </th>
+            ))}
+            <th scope="col" class="right">
+              <span class="sr-only">Actions</span>
+            </th>
+          </tr>
+        </thead>
+        <tbody>
+          {all.map((worker) => (
+            <Row key={worker.name} worker={worker} onFailure={setFailure} />
+          ))}
+        </tbody>
+      </table>
+      {all.length === 0 && (
+        <p class="empty">
+          {listed ? (
+            <>
+              No workers. Start one: <code>lightmill-worker --server HOST:7350</code>
+            </>
+          ) : (
+            'Asking the coordinator…'
+          )}
+        </p>
+      )}
+    </section>
+  );
+}

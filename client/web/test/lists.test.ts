@@ -1,0 +1,62 @@
+import {create} from '@bufbuild/protobuf';
+import {expect, test} from 'vitest';
+import {filterCounts, fractionDone, kNewestFirst, listedJobs, withJobs, withWorkers, type JobList} from '../src/model/jobs';
+import {JobSchema, JobState, WorkerSchema, type Job} from '../src/wire/lightmill/v1/farm_pb';
+import {JobChangesSchema, WorkerChangesSchema} from '../src/wire/lightmill/v1/web_pb';
+
+function job(id: number, more: Partial<Omit<Job, '$typeName' | '$unknown'>> = {}): Job {
+  return create(JobSchema, {id: BigInt(id), name: `scene ${id}`, state: JobState.RUNNING, etaSeconds: -1, ...more} as object);
+}
+const list = (...jobs: Job[]): JobList => new Map(jobs.map((each) => [each.id, each]));
+const ids = (jobs: Job[]) => jobs.map((each) => Number(each.id));
+
+test('changes add, replace and remove, and leave the list before as it was', () => {
+  const before = list(job(1), job(2));
+  const after = withJobs(before, create(JobChangesSchema, {jobs: [job(2, {name: 'other'}), job(3)], removed: [1n]}));
+  expect([...after.keys()]).toEqual([2n, 3n]);
+  expect(after.get(2n)?.name).toBe('other');
+  expect([...before.keys()]).toEqual([1n, 2n]);
+});
+
+test('a whole list takes the place of the one before', () => {
+  const after = withJobs(list(job(1)), create(JobChangesSchema, {whole: true, jobs: [job(5)]}));
+  expect([...after.keys()]).toEqual([5n]);
+  const worker = create(WorkerSchema, {name: 'w'});
+  expect([...withWorkers(new Map([['old', worker]]), create(WorkerChangesSchema, {whole: true, workers: [worker]})).keys()]).toEqual(['w']);
+});
+
+test('jobs are found by every word, in any of their texts', () => {
+  const jobs = list(job(1, {owner: 'Ada', method: 'path'}), job(2, {owner: 'bob', method: 'caustic', state: JobState.DONE}));
+  const search = (text: string) => ids(listedJobs(jobs, {...kNewestFirst, search: text}));
+  expect(search('ada')).toEqual([1]);
+  expect(search('bob caustic done')).toEqual([2]);
+  expect(search('bob path')).toEqual([]);
+  expect(search('#2')).toEqual([2]);
+  expect(search('')).toEqual([2, 1]);
+});
+
+test('filters let through what they count', () => {
+  const jobs = list(job(1), job(2, {state: JobState.DONE}), job(3, {state: JobState.CANCELLED}), job(4, {state: JobState.PAUSED}));
+  expect(filterCounts(jobs)).toEqual({all: 4, active: 2, done: 1, failed: 1});
+  expect(ids(listedJobs(jobs, {...kNewestFirst, filter: 'active'}))).toEqual([4, 1]);
+});
+
+test('unknown errors and times come last in ascending order, newer jobs first among equals', () => {
+  const jobs = list(
+    job(1, {etaSeconds: 50}),
+    job(2),
+    job(3, {etaSeconds: 10}),
+    job(4),
+  );
+  expect(ids(listedJobs(jobs, {...kNewestFirst, order: 'eta', descending: false}))).toEqual([3, 1, 4, 2]);
+});
+
+test('progress is that of the nearest limit, and an error short of its goal is not the end', () => {
+  const goal = (samples: bigint, seconds: number, error: number) => ({$typeName: 'lightmill.v1.Goal' as const, samples, seconds, error, adaptive: false});
+  expect(fractionDone(job(1, {goal: goal(8n, 0, 0), samplesDone: 25n, samplesWanted: 100n}))).toBe(0.25);
+  expect(fractionDone(job(1, {goal: goal(8n, 10, 0), samplesDone: 25n, samplesWanted: 100n, activeSeconds: 5}))).toBe(0.5);
+  const error = {$typeName: 'lightmill.v1.ErrorEstimate' as const, relMse: 0.03, halfWidth: 0.01};
+  expect(fractionDone(job(1, {goal: goal(0n, 0, 0.01), error}))).toBe(0.25);
+  expect(fractionDone(job(1, {goal: goal(0n, 0, 1), error}))).toBe(0.99);
+  expect(fractionDone(job(1, {state: JobState.DONE}))).toBe(1);
+});

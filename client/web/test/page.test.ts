@@ -1,0 +1,89 @@
+import {create} from '@bufbuild/protobuf';
+import {expect, test} from 'vitest';
+import {isSilent, kSilenceMs, retryDelayMs} from '../src/model/connection';
+import {errorCurve} from '../src/model/error_curve';
+import {ageText, errorText, goalText, humanCount, humanRate, humanSeconds, powerOfTen, samplesText, valueText} from '../src/model/format';
+import {kPlainLook, parseRoute, routeHash, type Route} from '../src/model/route';
+import {JobSchema} from '../src/wire/lightmill/v1/farm_pb';
+
+test('times and numbers are written as the command line writes them', () => {
+  expect([0.42, 12.3, 185, 7380, 4 * 86400 + 3 * 3600, -1].map(humanSeconds)).toEqual(['0.4 s', '12 s', '3 min 05 s', '2 h 03 min', '4 d 03 h', '?']);
+  expect([950, 1234, 45.6e6, 12.34].map(humanCount)).toEqual(['950', '1.23 k', '45.6 M', '12.3']);
+  expect([950, 45.6e6].map(humanRate)).toEqual(['950 samples/s', '45.6 Msamples/s']);
+  expect([0.01, 0.0001, undefined, 4].map(errorText)).toEqual(['±10%', '±1%', '', '±200%']);
+  expect([0, 0.5, 1e-5, 123456].map(valueText)).toEqual(['0.000', '0.5000', '1.000e-5', '1.235e+5']);
+  expect([1, 0.1, 1e-3, 1e-4, 1e5, 1e6, 2, 0, null].map(powerOfTen)).toEqual(['1', '0.1', '0.001', '1e-4', '100000', '1e6', '', '', '']);
+  expect(ageText(0, 1000)).toBe('');
+  expect(ageText(1000, 1000 + 125_000)).toBe('2 min ago');
+});
+
+test('a goal names its limits', () => {
+  const job = create(JobSchema, {goal: {samples: 64n, seconds: 90, error: 0.01}, frameSamples: 12n});
+  expect(goalText(job)).toBe('64 samples or ±10% or 1 min 30 s');
+  expect(samplesText(job)).toBe('12/64');
+  expect(samplesText(create(JobSchema, {frameSamples: 12n}))).toBe('12');
+});
+
+test('a link brings the view back', () => {
+  const route: Route = {
+    page: 'job',
+    job: 12n,
+    look: {exposure: -1.5, gamma: 2.2, view: 'filmic', show: 'error'},
+    camera: {zoom: 2.5, center: {x: 100.25, y: 40}},
+  };
+  expect(parseRoute(routeHash(route))).toEqual(route);
+  const plain: Route = {page: 'job', job: 3n, look: kPlainLook, camera: undefined};
+  expect(routeHash(plain)).toBe('#/jobs/3');
+  expect(parseRoute('#/jobs/3')).toEqual(plain);
+  expect(parseRoute('#/workers')).toEqual({page: 'workers'});
+});
+
+test('whatever stands in the address, there is a page', () => {
+  for (const hash of ['', '#', '#/', '#/jobs/x', '#/jobs/99999999999999999999', '#/jobs/-1', '#%']) {
+    expect(parseRoute(hash)).toEqual({page: 'jobs'});
+  }
+  expect(parseRoute('#/jobs/1?exposure=x&gamma=-4&view=odd&show=odd&zoom=1')).toEqual({
+    page: 'job',
+    job: 1n,
+    look: {...kPlainLook, gamma: 0.1},
+    camera: undefined,
+  });
+  expect(parseRoute('#/jobs/1?exposure=1e999')).toMatchObject({look: {exposure: 0}});
+});
+
+test('connections are tried again, later each time, within bounds', () => {
+  expect(retryDelayMs(1, 0.5)).toBe(500);
+  expect(retryDelayMs(2, 0.5)).toBe(1000);
+  expect(retryDelayMs(1000, 0.99)).toBeLessThan(12_500);
+  expect(retryDelayMs(1, 0)).toBeGreaterThan(300);
+});
+
+test('silence means a lost connection, but not to a hidden page', () => {
+  expect(isSilent(0, kSilenceMs, false)).toBe(false);
+  expect(isSilent(0, kSilenceMs + 1, false)).toBe(true);
+  expect(isSilent(0, 10 * kSilenceMs, true)).toBe(false);
+});
+
+test('the curve leads to its target as 1/seconds', () => {
+  const job = create(JobSchema, {
+    goal: {error: 0.01},
+    workerSeconds: 40,
+    error: {relMse: 0.02, halfWidth: 0.02},
+    history: [
+      {workerSeconds: 10, error: {relMse: 0.08, halfWidth: 0.01}},
+      {workerSeconds: 20, error: {relMse: 0.04, halfWidth: 0.01}},
+    ],
+  });
+  const curve = errorCurve(job);
+  expect(curve.points.map((point) => point.seconds)).toEqual([10, 20, 40]);
+  expect(curve.points[1]).toEqual({seconds: 20, error: 0.04, low: 0.03, high: 0.05});
+  expect(curve.points[2]!.low).toBeGreaterThan(0);
+  expect(curve.finish!.seconds).toBeCloseTo(160, 9);
+  expect(curve.guides[0]!.to.error).toBeCloseTo((0.08 * 10) / 160, 9);
+});
+
+test('a curve that is not known, or is at its end, leads nowhere', () => {
+  expect(errorCurve(create(JobSchema, {})).points).toEqual([]);
+  const done = create(JobSchema, {goal: {error: 0.1}, workerSeconds: 5, error: {relMse: 0.05, halfWidth: 0.01}});
+  expect(errorCurve(done).finish).toBeUndefined();
+});

@@ -1,0 +1,88 @@
+// A farm of real processes for tests in a browser: a coordinator with its page, a worker, and the command line.
+import {execFileSync, spawn} from 'node:child_process';
+import {existsSync, mkdtempSync, openSync, readFileSync, rmSync} from 'node:fs';
+import {tmpdir} from 'node:os';
+import {join} from 'node:path';
+import {fileURLToPath} from 'node:url';
+
+export const kSource = fileURLToPath(new URL('../..', import.meta.url));
+
+/** Asks `condition` until it holds; throws `what` after `limitMs`. */
+export async function eventually(what, condition, limitMs = 30_000) {
+  const until = Date.now() + limitMs;
+  for (;;) {
+    const value = await condition();
+    if (value) {
+      return value;
+    }
+    if (Date.now() > until) {
+      throw new Error(`does not happen: ${what}`);
+    }
+    await new Promise((resolve) => setTimeout(resolve, 25));
+  }
+}
+
+export class Farm {
+  constructor(programs) {
+    this.programs = programs;
+    this.folder = mkdtempSync(join(tmpdir(), 'lightmill-page-'));
+    this.running = new Map();
+    this.port = 0;
+    this.httpPort = 0;
+  }
+
+  async startServer() {
+    const [portFile, httpFile] = [join(this.folder, 'port'), join(this.folder, 'http')];
+    rmSync(portFile, {force: true});
+    rmSync(httpFile, {force: true});
+    this.start('server', [
+      ...['--data', join(this.folder, 'data'), '--listen', `127.0.0.1:${this.port}`, '--port-file', portFile],
+      ...['--http', `127.0.0.1:${this.httpPort}`, '--http-port-file', httpFile],
+    ]);
+    await eventually('the coordinator starts', () => existsSync(httpFile) && existsSync(portFile));
+    this.port = Number(readFileSync(portFile, 'utf8'));
+    this.httpPort = Number(readFileSync(httpFile, 'utf8'));
+  }
+
+  startWorker(name) {
+    this.start('worker', ['--server', this.address, '--threads', '1', '--name', name], name);
+  }
+
+  start(program, options, name = program) {
+    const log = openSync(join(this.folder, `${name}.log`), 'a');
+    const child = spawn(join(this.programs, `lightmill-${program}`), options, {stdio: ['ignore', log, log]});
+    this.running.set(name, {child, ended: new Promise((resolve) => child.on('exit', resolve))});
+  }
+
+  async stop(name, signal = 'SIGTERM') {
+    const {child, ended} = this.running.get(name);
+    child.kill(signal);
+    await ended;
+    this.running.delete(name);
+  }
+
+  get address() {
+    return `127.0.0.1:${this.port}`;
+  }
+  get page() {
+    return `http://127.0.0.1:${this.httpPort}/`;
+  }
+
+  /** Runs the command line to its end; what it printed. */
+  lightmill(...options) {
+    const environment = {...process.env, LIGHTMILL_SERVER: this.address};
+    return execFileSync(join(this.programs, 'lightmill'), options, {encoding: 'utf8', env: environment, stdio: ['ignore', 'pipe', 'ignore']});
+  }
+
+  /** A shipped scene as a job; its number. */
+  submit(scene, ...options) {
+    return this.lightmill('submit', join(kSource, 'scenes', `${scene}.json`), ...options).trim();
+  }
+
+  async close() {
+    for (const name of [...this.running.keys()].reverse()) {
+      await this.stop(name, 'SIGKILL');
+    }
+    rmSync(this.folder, {recursive: true, force: true});
+  }
+}
