@@ -310,7 +310,8 @@ TEST(Web, APageSeesThePictureComeAndCatchesUpAfterABreak) {
       for (const v1::ViewTile& tile : update.tiles()) {
         tiles[{tile.rect().x(), tile.rect().y()}] = tile;
       }
-      return update.job().state() == v1::JOB_STATE_DONE || tiles.size() == 4;
+      return tiles.size() == 4 &&
+             std::ranges::all_of(tiles, [](const auto& entry) { return entry.second.samples() == 8; });
     });
   };
   Page page(web);
