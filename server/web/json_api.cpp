@@ -268,7 +268,7 @@ void JsonApi::handle_jobs(const ApiRequest& request, Reply reply) {
 }
 
 void JsonApi::handle_job(const ApiRequest& request, JobId job, std::string_view what, Reply reply) {
-  const auto action = std::ranges::find(kActions, what, &Action::path);
+  const auto action = std::ranges::find(kActions, what, &JobChange::path);
   if (action == kActions.end() || !request.post) {
     const bool picture = what == "/thumbnail.png";
     if (request.post || (!what.empty() && !picture)) {
