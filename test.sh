@@ -1,6 +1,6 @@
 #!/bin/sh
-# Builds everything and runs the tests: all of them in release (the web page's in a browser too), the fast ones again under the address and undefined-behaviour
-# sanitizers, and the fuzzers for seconds. --all adds the long runs.
+# Builds everything and runs the tests: all of them in release (the web page in a browser too), the fast ones again under
+# the address and undefined-behaviour sanitizers, and the fuzzers for seconds. --all adds the long runs.
 #
 #   ./test.sh [--all]
 set -eu
