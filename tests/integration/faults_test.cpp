@@ -109,6 +109,7 @@ TEST(StoppedProcesses, AWorkerThatStandsStillIsReplacedAndComesBack) {
   farm.add_worker(1, "w2");
   const std::uint64_t job = farm.client().submit(picture).id();
   farm.client().wait_for_samples(job, kPixels);
+  ASSERT_TRUE(eventually([&] { return farm.met("w1"); }));
   farm.worker("w1").send(SIGSTOP);
   const v1::Job done = farm.client().wait_until_ended(job);
   EXPECT_EQ(done.state(), v1::JOB_STATE_DONE) << "the other one does what it held";
