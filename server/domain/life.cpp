@@ -334,7 +334,9 @@ Status Coordinator::State::check_footprint(const JobSpec& spec, const Job* inste
 // ---- what clients ask ----
 
 Coordinator::Coordinator(const CoordinatorLimits& limits, StoredState state, Time now)
-    : state_(std::make_unique<State>(limits, std::move(state), now)) {}
+    : state_(std::make_unique<State>(limits, std::move(state), now)) {
+  state_->clock_time = now;
+}
 Coordinator::~Coordinator() = default;
 
 Result<JobId> Coordinator::submit(const JobSpec& spec, Time now, std::int64_t unix_ms, Step& step,

@@ -348,7 +348,11 @@ void JsonApi::handle_workers(const ApiRequest& request, std::string_view rest, R
         to_wire(worker, list.add_workers());
       }
     }
-    back(drain && list.workers_size() == 1 ? json_reply(list.workers(0)) : json_reply(list));
+    if (!drain) {
+      return back(json_reply(list));
+    }
+    turn.replies.push_back([back, answer = list.workers_size() == 1 ? json_reply(list.workers(0)) : json_reply(list)](
+                               const Status& stored) { back(stored.ok() ? answer : error_reply(stored)); });
   });
 }
 
@@ -381,7 +385,7 @@ void JsonApi::send_thumbnail(const ApiRequest& request, JobId job, Reply reply) 
         if (!png.ok()) {
           return error_reply(png.status());
         }
-        if (thumbnails->size() >= kMostThumbnails) {
+        if (thumbnails->size() >= kMostThumbnails && !thumbnails->contains(job)) {
           thumbnails->erase(thumbnails->begin());
         }
         (*thumbnails)[job] = {version, std::move(*png)};

@@ -133,5 +133,19 @@ TEST_F(LostWorkersTest, AfterItStoodStillWhoSaysNothingIsLostAllTheSame) {
   EXPECT_GT(status(job).counters.leases_lost, 0u);
 }
 
+TEST_F(LostWorkersTest, OneThatStartsWithOldJobsHasNotStoodStill) {
+  limits.keep_ended = std::chrono::hours(1);
+  restart({});
+  StoredState stored;
+  stored.jobs.resize(1);
+  stored.jobs[0].record.id = JobId{1};
+  stored.jobs[0].record.spec = spec();
+  restart(std::move(stored));
+  coordinator->tick(now, unix_ms(), step);
+  for (const Note& note : step.notes) {
+    EXPECT_EQ(note.text.find("stood still"), std::string::npos) << note.text;
+  }
+}
+
 }  // namespace
 }  // namespace lightmill
