@@ -35,7 +35,17 @@ run_tests() {
     failed=1
   fi
   summaries="$summaries
-$preset ($*): $(grep -E '^[0-9]+% tests passed' "$log" || echo 'no summary')"
+$preset ($*): $(grep -E '^[0-9]+% tests passed' "$log" || echo 'no summary')$(failures_of "$log")"
+}
+
+# failures_of LOG: each test that failed, and the end of what it said.
+failures_of() {
+  awk '
+    function told() { for (i = said > 40 ? said - 40 : 0; i < said; ++i) print "    " lines[i]; said = 0 }
+    /^ *Start +[0-9]+:|^[0-9]+% tests passed/ { if (inside) told(); inside = 0 }
+    inside { lines[said++] = substr($0, 1, 300) }
+    /Test +#[0-9]+:.*\*\*\*/ { printf "\n  %s\n", $0; inside = 1 }
+  ' "$1"
 }
 
 # configure PRESET: quietly, unless it fails.
