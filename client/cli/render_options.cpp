@@ -144,9 +144,8 @@ void add_render_options(CLI::App& command, RenderOptions& options) {
   command
       .add_option(
           "--max-bounces", options.max_bounces,
-          "path, caustic, vcm, ppm, whitted: longest light path (default 1000; of whitted 128, its most; nearly all "
-          "end long "
-          "before, but in dense white fog)")
+          "path, caustic, vcm, ppm, photon-dots, whitted: longest light path (default 1000; of whitted 128, its most; "
+          "nearly all end long before, but in dense white fog)")
       ->type_name("N")
       ->check(whole_number(1, 1'000'000));
   command.add_option("--seed", options.seed, "the same seed gives the same picture, bit for bit")

@@ -190,14 +190,15 @@ Status check_each_once(const std::vector<T>& items, const char* what, const Of& 
   return ok_status();
 }
 
-/// A reference that shares its samples with what it judges would hide their error.
+/// A reference that shares its samples with what it judges would hide their error. Of one seed, other methods share
+/// those of the camera.
 Status check_references(const Experiment& experiment) {
   for (const LabScene& scene : experiment.scenes) {
     const Reference& reference = scene.reference;
-    if (reference.file.empty() && std::ranges::find(experiment.methods, reference.method) != experiment.methods.end() &&
+    if (reference.file.empty() && !experiment.methods.empty() &&
         std::ranges::find(experiment.seeds, reference.seed) != experiment.seeds.end()) {
-      return invalid_argument("reference: seed {} of {} is one of those that are to be judged; give it another",
-                              reference.seed, reference.method);
+      return invalid_argument("reference: seed {} is one of those that are to be judged; give it another",
+                              reference.seed);
     }
   }
   return ok_status();
@@ -280,6 +281,9 @@ Result<std::vector<OtherPicture>> parse_others(std::string_view text, const fs::
     }
     LM_ASSIGN_OR_RETURN(other.file, path_of(object["picture"], place + ".picture", folder));
     others.push_back(std::move(other));
+  }
+  if (others.empty()) {
+    return invalid_argument("there is no picture in it");
   }
   return others;
 }

@@ -21,7 +21,8 @@ struct PilotMeasure {
 
 /// On both batches a method has found less light than another one by more than this share of it, and by more than three
 /// times the standard deviation of the difference (of normal distribution, that happens by chance less than twice in a
-/// million): it takes by rare chance what the other one finds, so that the variance that it shows is none to go by.
+/// million, if pixels share nothing; those of photon methods share passes): it takes by rare chance what the other one
+/// finds, so that the variance that it shows is none to go by.
 inline constexpr double kMissedLight = 0.01;
 /// A method other than the simplest must need this many times less work, on both batches.
 inline constexpr double kClearGain = 1.2;

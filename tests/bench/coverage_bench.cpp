@@ -12,6 +12,7 @@
 #include <thread>
 
 #include "common/film/error_goal.h"
+#include "common/methods/spec/method_spec.h"
 #include "common/planner/tile_noise.h"
 #include "tests/support/render_document.h"
 
@@ -29,6 +30,20 @@ struct Case {
   double goal;   ///< the error that is asked for
   int side = 0;  ///< pixels
   bool adaptive = false;
+  std::string method = "path";
+
+  /// As jobs have them: what gathers is rendered with what its blur is told by.
+  std::vector<LayerSpec> layers() const {
+    std::vector<std::string> names;
+    if (method_gathers(parse_method(method).value().name)) {
+      names.emplace_back(kBiasLayer);
+    }
+    return film_layers(names).value();
+  }
+  MethodSettings settings(std::uint64_t seed) const { return {method, seed, 0, layers()}; }
+  Film empty_film(Allocation allocation = {}) const {
+    return Film(TileGrid({0, 0, side, side}), NodeLayout(layers()), std::move(allocation));
+  }
 };
 
 /// Metal and coated balls under a sky and a small lamp.
@@ -63,10 +78,6 @@ constexpr const char* kRare = R"({
     {"material": "wall", "plane": {"point": [0, 0, 3], "normal": [0, 0, -1]}},
     {"material": "glass", "sphere": {"center": [1.1, 0.3, 2.4], "radius": 0.25}},
     {"material": "lamp", "sphere": {"center": [0.3, 2.2, 2], "radius": 0.1}}]})";
-
-Film empty_film(int side, Allocation allocation = {}) {
-  return Film(TileGrid({0, 0, side, side}), kBeautyChannels, std::move(allocation));
-}
 
 /// Renders of every tile its part of the frame's samples [from, to), of which `from` is 0 or to − from divides it, and
 /// no part is rounded.
@@ -108,11 +119,11 @@ struct Run {
 
 Run run(const Case& each, const std::shared_ptr<const CompiledScene>& compiled, const Picture& reference,
         std::uint64_t seed) {
-  const auto method = make_method(compiled, {"path", seed, 0}).value();
+  const auto method = make_method(compiled, each.settings(seed)).value();
   const auto workspace = method->make_workspace();
-  Film film = empty_film(each.side);
+  Film film = each.empty_film();
   if (each.adaptive) {
-    film = empty_film(each.side, find_allocation(compiled, {"path", seed, 0, film.grid()}).value().allocation);
+    film = each.empty_film(find_allocation(compiled, {each.method, seed, 0, film.grid()}).value().allocation);
   }
   ErrorEstimator estimator;
   Run run;
@@ -163,12 +174,12 @@ void in_parallel(int threads, int count, const std::function<void(int)>& work) {
 Picture render_reference(const Case& each, const std::shared_ptr<const CompiledScene>& compiled, std::uint64_t samples,
                          int threads) {
   constexpr std::uint64_t kPart = 256;
-  Film film = empty_film(each.side);
+  Film film = each.empty_film();
   std::mutex mutex;
   in_parallel(threads, static_cast<int>(samples / kPart), [&](int part) {
-    const auto method = make_method(compiled, {"path", 1'000'003, 0}).value();
+    const auto method = make_method(compiled, each.settings(1'000'003)).value();
     const auto workspace = method->make_workspace();
-    Film own = empty_film(each.side);
+    Film own = each.empty_film();
     const std::uint64_t first = kPart * static_cast<std::uint64_t>(part);
     render(*method, *workspace, own, first, first + kPart);
     const std::lock_guard lock(mutex);
@@ -218,6 +229,7 @@ int main(int argc, char** argv) {
   CLI::App app("Runs jobs to a stated error and counts how often the true error is what was stated.");
   int seeds = 200, threads = 2, side = 96;
   bool adaptive = false;
+  std::string method = "path";
   std::uint64_t reference_samples = 1024;
   double scale = 1;
   std::vector<std::string> only;
@@ -228,6 +240,9 @@ int main(int argc, char** argv) {
       ->check(CLI::Range(512, 1 << 24));
   app.add_option("--scale", scale, "times the errors that are asked for")->capture_default_str();
   app.add_option("--only", only, "scenes by name");
+  app.add_option("--method", method,
+                 "of the runs and of the reference; photons blur that less, the more samples it has")
+      ->capture_default_str();
   app.add_option("--side", side, "of the pictures, pixels")->capture_default_str()->check(CLI::Range(2, 4096));
   app.add_flag("--adaptive", adaptive, "with a pilot: some tiles get more samples than others");
   CLI11_PARSE(app, argc, argv);
@@ -249,7 +264,7 @@ int main(int argc, char** argv) {
     if (!only.empty() && std::ranges::find(only, each.name) == only.end()) {
       continue;
     }
-    Case scaled{each.name, each.scene.resized(side, side), each.goal * scale, side, adaptive};
+    Case scaled{each.name, each.scene.resized(side, side), each.goal * scale, side, adaptive, method};
     const auto compiled = CompiledScene::compile(scaled.scene.scene(), scaled.scene.assets()).value();
     const Picture reference = render_reference(scaled, compiled, std::bit_floor(reference_samples), threads);
     double reference_error = 0;

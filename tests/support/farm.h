@@ -88,9 +88,11 @@ class Farm {
   void replace_worker(const std::string& name);
   std::string worker_log(const std::string& name) const { return log(name); }
   std::string server_log() const { return log("server"); }
-  /// Whether the coordinator has said that a worker came, or that its connection ended.
-  bool met(const std::string& worker) const { return server_log().find(worker + " is here") != std::string::npos; }
-  bool missed(const std::string& worker) const { return server_log().find(worker + " is gone") != std::string::npos; }
+  /// How often the coordinator has said that a worker came, or that its connection ended.
+  int times_met(const std::string& worker) const { return times_said(worker + " is here"); }
+  int times_missed(const std::string& worker) const { return times_said(worker + " is gone"); }
+  bool met(const std::string& worker) const { return times_met(worker) > 0; }
+  bool missed(const std::string& worker) const { return times_missed(worker) > 0; }
   /// What a process whose output goes to NAME.log in folder() has said.
   std::string log(const std::string& name) const;
 
@@ -102,6 +104,7 @@ class Farm {
     std::unique_ptr<BackgroundProcess> process;
   };
   std::unique_ptr<BackgroundProcess> start_worker(int threads, const std::string& name, const Launch& launch);
+  int times_said(const std::string& words) const;
 
   TemporaryFolder folder_;
   std::vector<std::string> server_options_;

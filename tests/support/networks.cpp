@@ -24,6 +24,20 @@ void expect_ip(const std::string& words) {
   EXPECT_EQ(result.exit_code, 0) << "ip " << words << ": " << result.err;
 }
 
+/// For nft: so many of the packets of a direction (input, output) are dropped, instead of those that were.
+std::string loss_rules(const std::string& direction, int percent) {
+  std::string rules = fmt::format(
+      "add table inet lightmill\n"
+      "add chain inet lightmill {0} {{ type filter hook {0} priority 0; }}\n"
+      "flush chain inet lightmill {0}\n",
+      direction);
+  if (percent > 0) {
+    const std::string some = percent < 100 ? fmt::format("numgen random mod 100 < {} ", percent) : "";
+    rules += fmt::format("add rule inet lightmill {} {}drop\n", direction, some);
+  }
+  return rules;
+}
+
 }  // namespace
 
 std::optional<std::string> Networks::missing() {
@@ -39,9 +53,17 @@ std::optional<std::string> Networks::missing() {
   if (const CommandResult made = ip("netns add " + name); made.exit_code != 0) {
     return "this kernel or container makes no network namespaces: " + made.err;
   }
-  const CommandResult filter = run_command({kIp, "netns", "exec", name, kNft, "add", "table", "inet", "lightmill"});
+  const CommandResult filter =
+      run_command({kIp, "netns", "exec", name, kNft, loss_rules("input", 10) + loss_rules("output", 100)});
+  const CommandResult bridge = ip(fmt::format("-n {0} link add {0} type bridge", name));
+  const CommandResult pair = ip(fmt::format("-n {0} link add {0}v type veth peer name eth0", name));
   ip("netns del " + name);
-  return filter.exit_code == 0 ? std::nullopt : std::optional("packets cannot be filtered here: " + filter.err);
+  for (const CommandResult& each : {filter, bridge, pair}) {
+    if (each.exit_code != 0) {
+      return "this kernel has not what a network of hosts takes: " + each.err;
+    }
+  }
+  return std::nullopt;
 }
 
 Networks::Networks(int hosts)
@@ -91,17 +113,8 @@ void Networks::mend(int host) {
 }
 
 void Networks::lose(int host, const std::string& direction, int percent) {
-  std::string rules = fmt::format(
-      "add table inet lightmill\n"
-      "add chain inet lightmill {0} {{ type filter hook {0} priority 0; }}\n"
-      "flush chain inet lightmill {0}\n",
-      direction);
-  if (percent > 0) {
-    const std::string some = percent < 100 ? fmt::format("numgen random mod 100 < {} ", percent) : "";
-    rules += fmt::format("add rule inet lightmill {} {}drop\n", direction, some);
-  }
   std::vector<std::string> command = on_host(host);
-  command.insert(command.end(), {kNft, rules});
+  command.insert(command.end(), {kNft, loss_rules(direction, percent)});
   const CommandResult result = run_command(command);
   EXPECT_EQ(result.exit_code, 0) << result.err;
 }

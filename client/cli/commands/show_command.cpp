@@ -73,7 +73,7 @@ std::vector<std::vector<std::string>> describe(const FetchedFilm& film) {
     rows.push_back({job.method_notes().candidates().empty() ? "chosen" : "candidates", reason});
   }
   for (const std::string& notice : job.method_notes().notices()) {
-    rows.push_back({"missing light", notice});
+    rows.push_back({"note", notice});
   }
   for (const NamedReading& reading : film.meters) {
     rows.push_back({"meter " + reading.meter.name, reading_text(reading)});

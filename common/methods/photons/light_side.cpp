@@ -170,7 +170,9 @@ std::shared_ptr<const LightPass> LightSide::trace(std::uint64_t sample, RenderCo
 }
 
 std::optional<std::uint64_t> LightSide::claim(std::uint64_t sample, std::uint64_t end) const {
-  for (std::uint64_t next = sample; next < std::min(end, sample + kLookAhead); ++next) {
+  const std::uint64_t ahead =
+      heaviest_ == 0 ? kLookAhead : std::clamp<std::uint64_t>(kHeldPassBytes / heaviest_, 1, kLookAhead);
+  for (std::uint64_t next = sample; next < std::min(end, sample + ahead); ++next) {
     if (held_.try_emplace(next).second) {
       return next;
     }
@@ -184,6 +186,7 @@ void LightSide::finish(std::uint64_t sample, std::shared_ptr<const LightPass> pa
     held_.erase(sample);
   } else {
     bytes_ += pass->bytes();
+    heaviest_ = std::max<std::uint64_t>(heaviest_, pass->bytes());
     held_[sample] = {std::move(pass), calls_};
     while (bytes_ > kHeldPassBytes) {
       auto oldest = held_.end();

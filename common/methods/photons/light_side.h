@@ -99,6 +99,8 @@ class LightSide {
   mutable CondVar changed_;
   mutable std::map<std::uint64_t, Held> held_ LM_GUARDED_BY(mutex_);
   mutable std::uint64_t bytes_ LM_GUARDED_BY(mutex_) = 0;
+  mutable std::uint64_t heaviest_ LM_GUARDED_BY(mutex_) =
+      0;  ///< bytes of a pass; no more are traced ahead than are held
   mutable std::uint64_t calls_ LM_GUARDED_BY(mutex_) = 0;
 };
 

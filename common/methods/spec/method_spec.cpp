@@ -149,8 +149,7 @@ std::uint32_t shared_samples(const MethodSpec& method) {
 }
 
 std::uint32_t level_at_a_time(const MethodSpec& method, std::uint32_t level) {
-  const std::uint32_t held = shared_samples(method);
-  return held == 0 ? level : std::min(level, static_cast<std::uint32_t>(std::bit_width(held)) - 1);
+  return shared_samples(method) == 0 ? level : 0;
 }
 
 std::string_view method_help() {

@@ -57,7 +57,8 @@ inline constexpr std::uint64_t kHeldPassBytes = std::uint64_t{256} << 20;
 /// 0: tiles have no work in common. Else each worker does a sample's pass once for all its tiles, and holds those of so
 /// many samples: ranges are not to be longer.
 std::uint32_t shared_samples(const MethodSpec& method);
-/// Into ranges of which level to cut one of `level` that many tiles render: no longer than what is held.
+/// Into ranges of which level to cut one of `level` that is rendered tile after tile: where tiles have work in common,
+/// into single samples. A pass of a closed bright room may be so heavy that two are not held.
 std::uint32_t level_at_a_time(const MethodSpec& method, std::uint32_t level);
 
 /// Where no limit is asked for, a path of `path` still ends after so many scatterings (a closed room of albedo 1 has no

@@ -53,6 +53,7 @@ TEST(Experiment, PicturesMayComeFromElsewhere) {
   EXPECT_NE(message_of(parse_others(line + "\n{\"scene\": \"a\"}\n", "").status()).find("line 2: \"method\""),
             std::string::npos);
   EXPECT_FALSE(parse_others("nonsense", "").ok());
+  EXPECT_NE(message_of(parse_others("", "").status()).find("no picture"), std::string::npos);
 }
 
 TEST(Experiment, MistakesAreNamed) {
@@ -67,7 +68,14 @@ TEST(Experiment, MistakesAreNamed) {
   EXPECT_NE(error("[1, 4]", "[1, -4]").find("samples[1]"), std::string::npos);
   EXPECT_NE(error("\"methods\"", "\"method\"").find("unknown field \"method\""), std::string::npos);
   EXPECT_NE(error("[\"path\"]", "[\"path\", \"path\"]").find("path is there twice"), std::string::npos);
-  EXPECT_NE(error("\"seed\": 9", "\"seed\": 1").find("seed 1 of path"), std::string::npos);
+  EXPECT_NE(error("\"seed\": 9", "\"seed\": 1").find("seed 1 is one of those"), std::string::npos);
+  for (const char* other : {"[\"auto\"]", "[\"caustic:photons=100\"]", "[\"path:brute-force\"]"}) {
+    std::string text = kSmall;
+    text.replace(text.find("[\"path\"]"), 8, other);
+    EXPECT_TRUE(parse_experiment(text, "").ok()) << other;
+    text.replace(text.find("\"seed\": 9"), 9, "\"seed\": 1");
+    EXPECT_FALSE(parse_experiment(text, "").ok()) << other << " shares the camera's samples";
+  }
   EXPECT_NE(error("\"samples\": [1, 4],", "").find("\"samples\" or \"errors\""), std::string::npos);
   EXPECT_NE(error("\"a.json\"", "{\"name\": \"a\"}").find("scenes[0]"), std::string::npos);
   EXPECT_NE(error("\"samples\": [1, 4]", "\"errors\": [0.1, 0.2]").find("errors: each must be less"),

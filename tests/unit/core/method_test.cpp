@@ -185,6 +185,8 @@ TEST(Method, RangesOfSharedSamplesFitWhatIsHeld) {
   EXPECT_EQ(shared_samples(*parse_method("ppm:photons=1000")), 32u);
   EXPECT_EQ(shared_samples(*parse_method("caustic")), 8u);  // 65536 photons at most
   EXPECT_EQ(shared_samples(*parse_method("caustic:photons=4000000")), 1u);
+  EXPECT_EQ(level_at_a_time(*parse_method("path"), 4), 4u);
+  EXPECT_EQ(level_at_a_time(*parse_method("vcm"), 4), 0u) << "the next tile finds the pass, however heavy";
 }
 
 TEST(Method, WhittedFollowsLightOnlySoFar) {

@@ -1,6 +1,9 @@
 // The photon map as points.
 #include <gtest/gtest.h>
 
+#include <cmath>
+#include <numbers>
+
 #include "common/methods/spec/method_spec.h"
 #include "common/scene/absorption.h"
 #include "tests/analytic/scene_text.h"
@@ -29,20 +32,20 @@ double sum_of(const HalfImages& image, int channel = 0) {
   return sum;
 }
 
-// All photons of the lamp that fall on the floor are seen: the sum of the dots is their number. Light from 15 degrees
-// about the axis falls within 0.81 of the middle; the target that it is aimed at holds all of that.
+// All photons that the lamp gives power fall on the floor and are seen: the sum of the dots is their number. Light from
+// 15 degrees about the axis falls within 0.81 of the middle. The lamp is within the sphere around the scene, so photons
+// start in all directions alike, and the share that is in the lamp's cone is (1 − cos 15°)/2.
 TEST(PhotonDots, OneForEachPhotonOnAFloor) {
   const TestScene scene = floor_under_lamp();
-  const HalfImages image = scene.render({"photon-dots:photons=5000", 1, 1}, 1);
-  EXPECT_GT(sum_of(image), 0);
+  const HalfImages image = scene.render({"photon-dots:photons=100000", 1, 1}, 1);
   double largest = 0;
   for (std::size_t i = 0; i < image.a.size(); ++i) {
     EXPECT_NEAR(image.mean(i), std::round(image.mean(i)), 1e-3) << "each dot is 1";
     largest = std::max(largest, image.mean(i));
   }
-  EXPECT_LT(largest, 100);
-  // Nine of ten photons at least that are started with power arrive; those that carry none are no dots.
-  EXPECT_LE(sum_of(image), 5000);
+  EXPECT_LT(largest, 200);
+  const double expected = 100000 * (1 - std::cos(15 * std::numbers::pi / 180)) / 2;
+  EXPECT_NEAR(sum_of(image), expected, 5 * std::sqrt(expected));
 }
 
 TEST(PhotonDots, TheSameHoweverManySamples) {
