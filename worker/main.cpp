@@ -3,10 +3,12 @@
 
 #include <CLI/CLI.hpp>
 #include <cstdlib>
+#include <fstream>
 #include <iostream>
 
 #include "common/base/address.h"
 #include "common/base/daemon_options.h"
+#include "common/base/digest.h"
 #include "common/base/log.h"
 #include "common/base/signals.h"
 #include "common/farm/job.h"
@@ -35,6 +37,14 @@ struct Options {
 std::string host_name() {
   std::array<char, 256> name{};
   return ::gethostname(name.data(), name.size() - 1) == 0 ? name.data() : "unknown";
+}
+
+/// What tells this machine from others until it boots again, and is the same in all containers on it; its host's name
+/// where the kernel does not say.
+std::string machine_name() {
+  std::ifstream file("/proc/sys/kernel/random/boot_id");
+  std::string id;
+  return std::getline(file, id) && !id.empty() ? sha256("lightmill machine " + id).hex().substr(0, 12) : host_name();
 }
 
 /// An exit code, or nothing when the worker should run.
@@ -94,6 +104,7 @@ WorkerOptions worker_options(const Options& options) {
   worker.asset_bytes = bytes_of_gib(options.assets_gib);
   worker.session.name = options.name;
   worker.session.host = host_name();
+  worker.session.machine = machine_name();
   worker.session.pid = static_cast<std::uint32_t>(::getpid());
   worker.session.threads = options.threads;
   worker.session.fingerprint_class = fingerprint_class();

@@ -71,14 +71,18 @@ struct MethodNotes {
 /// Whether the method, or one that a pilot may pick, gathers photons, which blurs (method_gathers).
 bool may_gather(const RenderSettings& settings, const MethodNotes& notes);
 
+/// Of the results, which are rendered again on another machine unless a job says otherwise.
+inline constexpr double kVerifyShare = 0.01;
+
 /// What a client submits. Immutable afterwards but for goal and priority.
 struct JobSpec {
   std::string request_id;  ///< the same id submitted twice is one job
   std::string name;
-  std::string owner;          ///< who asked (a user name as the client gives it)
-  std::string host;           ///< where it was asked
-  JobId parent;               ///< 0: none
-  std::int32_t priority = 0;  ///< higher goes first
+  std::string owner;                   ///< who asked (a user name as the client gives it)
+  std::string host;                    ///< where it was asked
+  JobId parent;                        ///< 0: none
+  std::int32_t priority = 0;           ///< higher goes first
+  double verify_share = kVerifyShare;  ///< of the results that are rendered again on another machine, 0 to 1
   Goal goal;
   RenderSettings settings;
 };
@@ -90,6 +94,8 @@ struct JobCounters {
   std::uint64_t leases_lost = 0;        ///< leases that expired or whose worker left
   std::uint64_t copies_leased = 0;      ///< tiles leased a second time near the end
   std::uint64_t non_finite = 0;         ///< samples that counted as zero
+  std::uint64_t results_verified = 0;   ///< rendered again on another machine, with the same bits
+  std::uint64_t nodes_dropped = 0;      ///< of the film, because a worker with a part in them was found to be wrong
 };
 
 /// The frame's error as far as it is known.
@@ -133,6 +139,8 @@ struct JobStatus {
   /// Ascending: where the frame had about 2^k and 3·2^k samples, from where every tile has 16 on, and at its end.
   std::vector<ErrorPoint> history;
   JobCounters counters;
+  double verify_share = 0;
+  std::uint64_t results_unverified = 0;  ///< that are still to be verified, or, at the end, could not be
   std::int64_t submitted_unix_ms = 0, finished_unix_ms = 0;  ///< 0: not yet
   Sha256 render_digest;                                      ///< zero until the class is fixed
 };

@@ -52,6 +52,7 @@ struct WorkerHello {
   std::string renderer_version;
   std::vector<HeldLease> held;  ///< leases of an earlier session, of any epoch, that are still being worked on
   bool draining = false;
+  std::string machine = {};  ///< the same for all processes on one machine, whatever containers they are in
 };
 
 /// Sent every heartbeat interval: it renews all the worker's leases that it lists. Those that the coordinator does not
@@ -144,7 +145,12 @@ struct Dismissal {
   std::string reason;
 };
 
-using CoordinatorMessage =
-    std::variant<Welcome, JobDescription, LeaseGrant, ResultAck, LeaseCancel, DrainRequest, Dismissal, PilotGrant>;
+/// Something that the worker's people are to know: a line for its log.
+struct Notice {
+  std::string text;
+};
+
+using CoordinatorMessage = std::variant<Welcome, JobDescription, LeaseGrant, ResultAck, LeaseCancel, DrainRequest,
+                                        Dismissal, PilotGrant, Notice>;
 
 }  // namespace lightmill

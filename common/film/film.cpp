@@ -114,6 +114,20 @@ MergeOutcome Film::merge(TileId tile, NodePtr node) {
   return outcome;
 }
 
+void Film::drop(TileId tile, SampleRange range) {
+  tile_at(tile);
+  std::vector<NodePtr>& forest = tiles_[tile.value].forest;
+  const std::size_t at = first_ending_after(forest, range.first());
+  LM_CHECK(at < forest.size() && forest[at]->range == range, "tile {} has no node [{}, {})", tile.value, range.first(),
+           range.end());
+  const std::uint64_t samples_before = tiles_[tile.value].samples;
+  tiles_[tile.value].samples -= range.count();
+  non_finite_ -= forest[at]->non_finite;
+  bytes_ -= value_bytes(*forest[at]);
+  forest.erase(forest.begin() + static_cast<std::ptrdiff_t>(at));
+  account(tile, samples_before);
+}
+
 void Film::restore(TileId tile, NodePtr node) {
   tile_at(tile);
   LM_CHECK(node->values.size() == expected_values(tile, node->range), "a stored node of tile {} has {} values",

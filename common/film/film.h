@@ -44,6 +44,8 @@ class Film {
 
   /// Merges a node whose values have the right size (see expected_values).
   MergeOutcome merge(TileId tile, NodePtr node);
+  /// Takes out the node of exactly this range, which is in the forest (checked).
+  void drop(TileId tile, SampleRange range);
   /// Puts back a stored node; the stored forest has no two that overlap.
   void restore(TileId tile, NodePtr node);
 

@@ -226,6 +226,7 @@ void to_wire(const JobSpec& spec, v1::JobSpec* out) {
   out->set_priority(spec.priority);
   to_wire(spec.goal, out->mutable_goal());
   to_wire(spec.settings, out->mutable_settings());
+  out->set_verify_share(spec.verify_share);
 }
 
 Result<JobSpec> from_wire(const v1::JobSpec& spec) {
@@ -238,6 +239,12 @@ Result<JobSpec> from_wire(const v1::JobSpec& spec) {
   out.host = spec.host();
   out.parent = JobId{spec.parent()};
   out.priority = spec.priority();
+  if (spec.has_verify_share()) {
+    if (!(spec.verify_share() >= 0 && spec.verify_share() <= 1)) {
+      return invalid_argument("verify_share: must be from 0 to 1, got {}", spec.verify_share());
+    }
+    out.verify_share = spec.verify_share();
+  }
   LM_ASSIGN_OR_RETURN(out.goal, from_wire(spec.goal()));
   Result<RenderSettings> settings = from_wire(spec.settings());
   if (!settings.ok()) {
@@ -313,6 +320,10 @@ void to_wire(const JobStatus& status, v1::Job* out) {
   counters->set_leases_lost(status.counters.leases_lost);
   counters->set_copies_leased(status.counters.copies_leased);
   counters->set_non_finite(status.counters.non_finite);
+  counters->set_results_verified(status.counters.results_verified);
+  counters->set_nodes_dropped(status.counters.nodes_dropped);
+  out->set_verify_share(status.verify_share);
+  out->set_results_unverified(status.results_unverified);
   out->set_submitted_unix_ms(status.submitted_unix_ms);
   out->set_finished_unix_ms(status.finished_unix_ms);
   if (status.render_digest != Sha256{}) {
@@ -358,7 +369,10 @@ Result<JobStatus> from_wire(const v1::Job& job) {
   }
   const v1::JobCounters& counters = job.counters();
   out.counters = {counters.results_merged(), counters.results_duplicate(), counters.leases_lost(),
-                  counters.copies_leased(), counters.non_finite()};
+                  counters.copies_leased(),  counters.non_finite(),        counters.results_verified(),
+                  counters.nodes_dropped()};
+  out.verify_share = job.verify_share();
+  out.results_unverified = job.results_unverified();
   out.submitted_unix_ms = job.submitted_unix_ms();
   out.finished_unix_ms = job.finished_unix_ms();
   if (!job.render_digest().empty()) {

@@ -93,6 +93,7 @@ struct RequestWriter {
       to_wire(held.unit, lease->mutable_unit());
     }
     wire->set_draining(hello.draining);
+    wire->set_machine(hello.machine);
   }
   void operator()(const WorkerHeartbeat& heartbeat) const {
     v1::WorkerHeartbeat* wire = out->mutable_heartbeat();
@@ -129,6 +130,7 @@ struct RequestWriter {
 Result<WorkerMessage> hello_from_wire(const v1::WorkerHello& hello) {
   LM_RETURN_IF_ERROR(check_length("hello.name", hello.name(), kMaxNameBytes));
   LM_RETURN_IF_ERROR(check_length("hello.host", hello.host(), kMaxNameBytes));
+  LM_RETURN_IF_ERROR(check_length("hello.machine", hello.machine(), kMaxNameBytes));
   LM_RETURN_IF_ERROR(check_length("hello.fingerprint_class", hello.fingerprint_class(), kMaxNameBytes));
   LM_RETURN_IF_ERROR(check_length("hello.renderer_version", hello.renderer_version(), kMaxNameBytes));
   LM_RETURN_IF_ERROR(check_count("hello.held", hello.held_size(), kMaxListedLeases));
@@ -138,9 +140,15 @@ Result<WorkerMessage> hello_from_wire(const v1::WorkerHello& hello) {
   if (hello.threads() < 1) {
     return invalid_argument("hello.threads: must be at least 1, got {}", hello.threads());
   }
-  WorkerHello out{
-      hello.name(), hello.host(),    hello.pid(), hello.threads(), hello.fingerprint_class(), hello.renderer_version(),
-      {},           hello.draining()};
+  WorkerHello out{hello.name(),
+                  hello.host(),
+                  hello.pid(),
+                  hello.threads(),
+                  hello.fingerprint_class(),
+                  hello.renderer_version(),
+                  {},
+                  hello.draining(),
+                  hello.machine()};
   out.held.reserve(hello.held_size());
   for (const v1::HeldLease& held : hello.held()) {
     LM_ASSIGN_OR_RETURN(Unit unit, from_wire(held.unit()));
@@ -225,6 +233,7 @@ struct ResponseWriter {
     wire->mutable_methods()->Assign(grant.methods.begin(), grant.methods.end());
     wire->set_allocate(grant.allocate);
   }
+  void operator()(const Notice& notice) const { out->mutable_notice()->set_text(notice.text); }
   void operator()(const Dismissal& dismissal) const { out->mutable_dismissal()->set_reason(dismissal.reason); }
 };
 
@@ -373,6 +382,9 @@ Result<CoordinatorMessage> from_wire(const v1::WorkResponse& response) {
       return CoordinatorMessage(DrainRequest{});
     case v1::WorkResponse::kPilot:
       return pilot_from_wire(response.pilot());
+    case v1::WorkResponse::kNotice:
+      LM_RETURN_IF_ERROR(check_length("notice.text", response.notice().text(), kMaxReasonBytes));
+      return CoordinatorMessage(Notice{response.notice().text()});
     case v1::WorkResponse::kDismissal:
       LM_RETURN_IF_ERROR(check_length("dismissal.reason", response.dismissal().reason(), kMaxReasonBytes));
       return CoordinatorMessage(Dismissal{response.dismissal().reason()});

@@ -28,6 +28,7 @@ enum class Rpc {
   get_film,
   list_workers,
   drain_worker,
+  release_worker,
   work,
   create_token,
   list_tokens,

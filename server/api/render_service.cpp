@@ -248,4 +248,13 @@ RenderServiceImpl::Unary* RenderServiceImpl::DrainWorker(Context* context, const
                     });
 }
 
+RenderServiceImpl::Unary* RenderServiceImpl::ReleaseWorker(Context* context, const v1::ReleaseWorkerRequest* request,
+                                                           v1::ReleaseWorkerResponse*) {
+  return run_change(*loop_, gate_, context, gate_.admit(*context, Rpc::release_worker),
+                    [name = request->name()](FarmLoop::Turn& turn, const Call&, About& about) {
+                      about.text = name;
+                      return turn.farm.release_worker(name, turn.now, turn.step);
+                    });
+}
+
 }  // namespace lightmill

@@ -43,6 +43,7 @@ class RenderServiceImpl final : public v1::RenderService::CallbackService {
 
   Unary* ListWorkers(Context*, const v1::ListWorkersRequest*, v1::ListWorkersResponse*) override;
   Unary* DrainWorker(Context*, const v1::DrainWorkerRequest*, v1::Worker*) override;
+  Unary* ReleaseWorker(Context*, const v1::ReleaseWorkerRequest*, v1::ReleaseWorkerResponse*) override;
 
  private:
   static Unary* refuse(Context* context, const Status& status);

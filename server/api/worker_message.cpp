@@ -14,6 +14,8 @@ void to_wire(const WorkerStatus& worker, v1::Worker* out) {
   out->set_connected_seconds(worker.connected_seconds);
   out->set_results(worker.results);
   out->set_leases_lost(worker.leases_lost);
+  out->set_quarantine(worker.quarantine);
+  out->set_away(!worker.connected);
 }
 
 }  // namespace lightmill

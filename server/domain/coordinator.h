@@ -37,6 +37,8 @@ struct CoordinatorLimits {
   /// have nothing else; once it has lost so many of those its job fails.
   std::uint32_t losses_before_alone = 2, losses_alone = 3;
   std::uint32_t max_bad_results = 3;  ///< a worker that sends so many damaged results is dismissed
+  /// A job whose film is complete waits for a machine that could verify some of it and was here so lately.
+  Duration verifier_patience = std::chrono::seconds(30);
   std::uint32_t max_jobs = 10'000;
   std::uint32_t max_jobs_per_owner = 2'000;
   std::uint32_t max_workers = 10'000;
@@ -56,6 +58,8 @@ struct WorkerStatus {
   bool draining = false;
   double samples_per_second = 0, connected_seconds = 0;
   std::uint64_t results = 0, leases_lost = 0;
+  bool connected = true;   ///< false only of those in quarantine
+  std::string quarantine;  ///< why it gets nothing to render; empty if it does
 };
 
 class Coordinator {
@@ -75,6 +79,8 @@ class Coordinator {
   Status extend(JobId job, const Extension& to, Time now, Step& step);
   Status remove(JobId job, Time now, Step& step);
   Status drain_worker(const std::string& name, Time now, Step& step);
+  /// Ends the quarantine of this worker, and of those on its machine.
+  Status release_worker(const std::string& name, Time now, Step& step);
 
   // ---- what workers do ----
   /// A stream opened and said hello. Session ids are chosen by the caller and never reused.

@@ -4,6 +4,7 @@
 //   leasing.cpp   leases are given, copied, settled and lost
 //   results.cpp   results are checked and merged
 //   pilots.cpp    methods are chosen
+//   verifying.cpp results are rendered again elsewhere, and who was wrong has its work undone
 //   workers.cpp   sessions come, speak and go
 //   view.cpp      what can be seen
 #pragma once
@@ -21,6 +22,7 @@
 #include "server/domain/coordinator.h"
 #include "server/domain/job_rules.h"
 #include "server/domain/rate_meter.h"
+#include "server/domain/verification.h"
 #include "server/scheduling/fair_queue.h"
 #include "server/scheduling/job_plan.h"
 
@@ -64,6 +66,7 @@ struct Lease {
   bool copy = false;
   bool abandoned = false;  ///< its worker's stream is broken
   bool alone = false;      ///< suspected: its worker has nothing else
+  bool verifies = false;   ///< what it renders is in the film already
 };
 
 /// Workers that were lost with a tile, or with a job's pilot, since something of it came last.
@@ -89,6 +92,7 @@ struct Worker {
   Time heard_at;  ///< when a message of this session came last
   bool draining = false;
   bool silent = false;  ///< has let a lease expire and said nothing since: gets no more
+  bool quarantined = false;
   std::set<LeaseId> leases;
   std::uint32_t tiles_out = 0;
   std::map<JobId, WorkerJob> jobs;
@@ -99,6 +103,14 @@ struct Worker {
   std::uint32_t pilots_lost = 0;  ///< since it last reported one
   Time pilots_from;               ///< it gets none before that
 };
+
+/// What a worker that does not name its machine is told apart by is its host.
+inline const std::string& machine_of(const WorkerHello& hello) {
+  return hello.machine.empty() ? hello.host : hello.machine;
+}
+inline Renderer renderer_of(const WorkerHello& hello) {
+  return {hello.name, machine_of(hello)};
+}
 
 struct Job {
   Job(JobRecord record, std::uint64_t budget_bytes, Time now);
@@ -113,6 +125,9 @@ struct Job {
   bool digest_durable = false;       ///< the row with class and method is known to be stored
   std::map<TileId, Suspicion> suspicions;
   Suspicion suspicion_of_pilot;
+  /// Who had a part in each node of the film: indices in Coordinator::State::renderers, ascending.
+  std::map<std::pair<TileId, SampleRange>, std::vector<std::uint32_t>> parts;
+  Verifications verifications;
   std::uint64_t version = 1;
   double given_base = 0;                ///< for fairness: what others had when it came
   double given_at_start = 0;            ///< its place in the queue when it came (again)
@@ -175,6 +190,8 @@ struct Coordinator::State {
   /// count. Returns whether it did.
   bool record_error(Job& job, bool at_end);
   void put_progress(Job& job, Time now, Step& step);
+  /// A job that was done goes on, because its film has lost something.
+  void reopen_done(Job& job, Time now);
   void queue_again(Job& job);    ///< after it was paused, ended or new: with a fresh share
   void refresh_queue(Job& job);  ///< after anything that changes what it has to give, or its place
   /// INVALID_ARGUMENT if the film of `spec` alone may outgrow the farm's limit, RESOURCE_EXHAUSTED if all films with it
@@ -193,6 +210,8 @@ struct Coordinator::State {
   // ---- leasing.cpp ----
   void serve(Worker& worker, Time now, Step& step);
   void serve_all(Time now, Step& step);
+  /// Whether its threads are the farm's.
+  static bool counts(const Worker& worker) { return worker.session && !worker.draining && !worker.quarantined; }
   bool wants_more(const Worker& worker) const;
   bool may_render(const Worker& worker, const Job& job) const;
   /// Gives one more lease if the worker wants one and there is something for it; keeps `idle` up to date.
@@ -234,7 +253,36 @@ struct Coordinator::State {
   void reject_result(SessionId session, const WorkerResult& result, const Status& error, Time now, Step& step);
   /// Takes back the lease of a message that cannot be true, if the session's worker has it, and counts the message.
   void distrust(SessionId session, LeaseId lease, const Status& error, Time now, Step& step);
-  void merge_result(Job& job, const std::string& worker, WorkerResult result, Time now, Step& step);
+  void merge_result(Job& job, const Renderer& by, WorkerResult result, Time now, Step& step);
+
+  // ---- verifying.cpp ----
+  void restore_results(Job& job, const StoredState& stored, const std::vector<StoredState::StoredResult>& results);
+  std::uint32_t renderer_index(const Renderer& renderer);
+  bool grant_verification(Worker& worker, Job& job, Time now, Step& step);
+  /// What `outcome` of merging this result means for who had a part in which node.
+  void note_parts(Job& job, const NodeKey& key, const Renderer& by, const MergeOutcome& outcome);
+  /// A result of samples that the film has: it may be what a verification waits for.
+  void compare_result(Job& job, const NodeKey& key, const Hash128& hash, const Renderer& by, bool differs, Time now,
+                      Step& step);
+  /// The lease is done with this tile, which it had to verify.
+  void end_verification_of(LeaseId lease, TileId tile, Time now, Step& step);
+  /// Two machines have said `hash` of these samples.
+  void settle_verification(Job& job, const NodeKey& key, const Hash128& hash, Time now, Step& step);
+  void accuse_program(Job& job, const NodeKey& key, Time now, Step& step);
+  void convict(const Renderer& guilty, const Job& job, const NodeKey& key, std::span<const Claim> agreed, Time now,
+               Step& step);
+  void undo_work_of(const Renderer& guilty, Time now, Step& step);
+  /// Takes out the film's node that contains these samples, and all that is known of it.
+  void drop_node_with(Job& job, TileId tile, SampleRange range, Time now, Step& step);
+  bool in_quarantine(const Renderer& renderer) const;
+  std::string reason_for_quarantine(const Renderer& renderer) const;
+  void hold_in_quarantine(Worker& worker, const std::string& reason, Time now, Step& step);
+  /// Machines on which somebody is, or was lately, who may render the job.
+  std::vector<std::string> machines_for(const Job& job, Time now) const;
+  /// Whether nothing of the job is left to be verified by anybody who is there or was lately.
+  bool verified_as_far_as_possible(const Job& job, Time now) const;
+  /// Empty, or which samples two machines differ about while no third one is there.
+  std::string reason_for_dispute(const Job& job) const;
 
   // ---- workers.cpp ----
   void connect(SessionId session, const WorkerHello& hello, Time now, Step& step);
@@ -270,11 +318,26 @@ struct Coordinator::State {
   std::map<std::string, Worker> workers;  ///< by name; also gone ones while leases are in their name
   struct Session {
     std::string worker;
+    std::string machine;
     bool current = true;  ///< false once replaced or dismissed: only results count
   };
   std::unordered_map<SessionId, Session> sessions;
   std::set<std::string> idle;  ///< workers that wanted more than there was
   std::uint64_t farm_threads = 0;
+  std::map<std::string, QuarantineRecord> quarantine;  ///< by worker
+  std::vector<Renderer> renderers;                     ///< all that had a part in some film
+  std::map<Renderer, std::uint32_t> renderer_indices;
+  Sha256 secret;
+  /// Machines whose workers' streams broke lately: they may come back.
+  struct Absent {
+    Time since;
+    std::string fingerprint_class, renderer_version;
+  };
+  std::map<std::string, Absent> absent;
+  Time started;
+  std::set<std::string> machines_before;  ///< those that an earlier coordinator had results of
+  std::set<JobId> ending;                 ///< jobs with a complete film of which something is still to be verified
+  Time next_ending_look;
 
   std::unordered_map<LeaseId, Lease> leases;
   std::set<std::pair<Time, LeaseId>> expiry;

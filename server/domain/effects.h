@@ -57,10 +57,39 @@ struct PutNode {
 struct DropNode {
   NodeKey key;
 };
+/// Who rendered something. Machines are told apart by their name; empty: not known.
+struct Renderer {
+  std::string worker, machine;
+  friend auto operator<=>(const Renderer&, const Renderer&) = default;
+};
 /// Records who computed a merged result and its hash.
 struct PutResult {
   NodeKey key;
   Hash128 hash;
+  Renderer by;
+  bool to_verify = false;  ///< it is still to be rendered again on another machine
+};
+/// A recorded result has been rendered again, with the same bits.
+struct PutVerified {
+  NodeKey key;
+};
+/// Forgets the recorded results of the key's tile whose samples lie within the key's.
+struct DropResults {
+  NodeKey key;
+};
+
+/// A worker that gets nothing to render, nor does any other one on its machine: it was found to have sent wrong bits.
+struct QuarantineRecord {
+  Renderer of;
+  std::string reason;
+  std::int64_t since_unix_ms = 0;
+  friend bool operator==(const QuarantineRecord&, const QuarantineRecord&) = default;
+};
+/// Inserts it, or replaces that of the same worker.
+struct PutQuarantine {
+  QuarantineRecord record;
+};
+struct DropQuarantine {
   std::string worker;
 };
 
@@ -80,8 +109,8 @@ struct DropAction {
   std::uint64_t number = 0;
 };
 
-using StoreOp = std::variant<PutJob, PutProgress, DeleteJobRows, PutNode, DropNode, PutResult, PutToken, DropToken,
-                             PutAction, DropAction>;
+using StoreOp = std::variant<PutJob, PutProgress, DeleteJobRows, PutNode, DropNode, PutResult, PutVerified, DropResults,
+                             PutQuarantine, DropQuarantine, PutToken, DropToken, PutAction, DropAction>;
 
 /// A message for the worker of one session.
 struct Outgoing {
@@ -116,9 +145,17 @@ struct StoredState {
     TileId tile;
     std::shared_ptr<const Node> node;
   };
+  struct StoredResult {
+    TileId tile;
+    SampleRange range;
+    Hash128 hash;
+    std::uint32_t by = 0;  ///< index in `renderers`
+    bool to_verify = false;
+  };
   struct StoredJob {
     JobRecord record;
-    std::vector<StoredNode> nodes;  ///< the forest, any order
+    std::vector<StoredNode> nodes;           ///< the forest, any order
+    std::vector<StoredResult> results = {};  ///< those that it was merged from, any order
   };
   std::uint64_t epoch = 1;  ///< of the coordinator that starts now: one more than the last
   std::vector<StoredJob> jobs;
@@ -126,6 +163,9 @@ struct StoredState {
   std::vector<NodeKey> damaged = {};  ///< nodes that were stored, and are left out because they are damaged
   std::vector<TokenRecord> tokens = {};
   std::vector<Action> actions = {};  ///< any order
+  std::vector<Renderer> renderers = {};
+  std::vector<QuarantineRecord> quarantine = {};
+  Sha256 secret = {};  ///< of this store, drawn when it was made: decides which results are verified
 };
 
 }  // namespace lightmill

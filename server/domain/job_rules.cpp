@@ -66,6 +66,9 @@ Status check_spec(const JobSpec& spec, std::span<const std::string> candidates) 
   LM_RETURN_IF_ERROR(check_name("host", spec.host));
   LM_RETURN_IF_ERROR(check_name("settings.renderer_version", settings.renderer_version));
   LM_RETURN_IF_ERROR(check_goal(spec.goal, settings.crop));
+  if (!(spec.verify_share >= 0 && spec.verify_share <= 1)) {
+    return invalid_argument("verify_share: must be from 0 to 1, got {}", spec.verify_share);
+  }
   if (settings.width < 1 || settings.width > kMaxFilmSide || settings.height < 1 || settings.height > kMaxFilmSide) {
     return invalid_argument("settings: a film has 1 to {} pixels on a side, got {}x{}", kMaxFilmSide, settings.width,
                             settings.height);

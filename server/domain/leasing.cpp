@@ -33,7 +33,7 @@ Worker* Coordinator::State::find_worker(const std::string& name) {
 }
 
 bool Coordinator::State::wants_more(const Worker& worker) const {
-  if (!worker.session || worker.draining || worker.silent) {
+  if (!counts(worker) || worker.silent) {
     return false;
   }
   const std::size_t held = worker.leases.size();
@@ -47,7 +47,8 @@ bool Coordinator::State::wants_more(const Worker& worker) const {
 bool Coordinator::State::may_render(const Worker& worker, const Job& job) const {
   const bool same_class =
       job.record.fingerprint_class.empty() || job.record.fingerprint_class == worker.hello.fingerprint_class;
-  return same_class && job.record.spec.settings.renderer_version == worker.hello.renderer_version;
+  return !worker.quarantined && same_class &&
+         job.record.spec.settings.renderer_version == worker.hello.renderer_version;
 }
 
 UnitAim Coordinator::State::aim_for(const Worker& worker, const Job& job) const {
@@ -107,6 +108,14 @@ bool Coordinator::State::grant_next(Worker& worker, Time now, Step& step) {
         grant_pilot(worker, job, now, step);
         return true;
       }
+      continue;
+    }
+    const bool has_work = job.plan->has_work();
+    // The first picture comes first; after it, the sooner a liar is found, the less has to be rendered again.
+    if (!(has_work && job.plan->first_round()) && grant_verification(worker, job, now, step)) {
+      return true;
+    }
+    if (!has_work) {
       continue;
     }
     const bool alone = job.plan->next_is_alone();
@@ -213,7 +222,9 @@ void Coordinator::State::end_lease(LeaseId id, bool cancel, bool lost, Time now,
   Worker& worker = workers.at(lease.worker);
 
   for (std::size_t i = 0; i < lease.unit.tiles.size(); ++i) {
-    if (!lease.done[i]) {
+    if (!lease.done[i] && lease.verifies) {
+      job.verifications.release({lease.unit.range, lease.unit.tiles[i]}, id, lost);
+    } else if (!lease.done[i]) {
       job.plan->release(id, lease.unit.tiles[i], lease.unit.range);
     }
   }
@@ -261,6 +272,9 @@ void Coordinator::State::end_lease_of_lost(LeaseId id, bool cancel, Time now, St
 }
 
 std::string Coordinator::State::suspect(Job& job, const Lease& lost) const {
+  if (lost.verifies) {
+    return "";  // somebody has rendered it before
+  }
   std::string reason;
   const auto count = [&](Suspicion& suspicion, const auto& describe) {
     const std::pair worker(lost.worker, lost.worker_since);
@@ -331,7 +345,7 @@ void Coordinator::State::copy_to_idle(Time now, Step& step) {
     const double patience =
         lease.abandoned ? 0 : to_seconds(limits.copy_after) + kCopyAfterExpected * lease.expected_seconds;
     const bool copied = lease.unit.tiles.empty() ? job.leases.size() > 1 : lease.copy;
-    if (job.record.state == JobState::running && !copied && !lease.alone && age > patience) {
+    if (job.record.state == JobState::running && !copied && !lease.alone && !lease.verifies && age > patience) {
       late.emplace_back(lease.granted, id);
     }
   }

@@ -82,8 +82,11 @@ std::uint64_t Job::samples_wanted_now() const {
 }
 
 Coordinator::State::State(const CoordinatorLimits& the_limits, StoredState stored, Time now)
-    : limits(the_limits), epoch(stored.epoch), next_job_id(stored.next_job_id) {
+    : limits(the_limits), epoch(stored.epoch), next_job_id(stored.next_job_id), secret(stored.secret), started(now) {
   LM_CHECK(epoch > 0 && epoch < std::uint64_t{1} << 32);
+  for (QuarantineRecord& record : stored.quarantine) {
+    quarantine[record.of.worker] = std::move(record);
+  }
   for (StoredState::StoredJob& stored_job : stored.jobs) {
     auto job = std::make_unique<Job>(std::move(stored_job.record), limits.film_bytes_per_job, now);
     for (StoredState::StoredNode& stored_node : stored_job.nodes) {
@@ -92,17 +95,16 @@ Coordinator::State::State(const CoordinatorLimits& the_limits, StoredState store
       job->film.restore(stored_node.tile, std::move(stored_node.node));
     }
     const JobId id = job->id();
+    restore_results(*job, stored, stored_job.results);
     by_request[job->record.spec.request_id] = id;
     job->digest_durable = !job->record.fingerprint_class.empty() && !job->undecided();
     Job& at = *jobs.emplace(id, std::move(job)).first->second;
     if (at.record.state == JobState::done && !is_whole(at)) {
       // A damaged node was left out by the store: it is rendered again.
-      at.record.state = JobState::running;
-      at.record.reached = GoalLimit::none;
-      at.record.reason.clear();
-      at.record.finished_unix_ms = 0;
-    }
-    if (at.active()) {
+      restored_jobs.insert(id);
+      reopen_done(at, now);
+      at.hold_until = now + limits.restart_grace;
+    } else if (at.active()) {
       if (at.digest_durable) {
         at.hold_until = now + limits.restart_grace;
       }
@@ -189,6 +191,7 @@ void Coordinator::State::put_progress(Job& job, Time now, Step& step) {
 void Coordinator::State::forget_job(const Job& job, Step& step) {
   const JobId id = job.id();
   by_request.erase(job.record.spec.request_id);
+  ending.erase(id);
   jobs.erase(id);
   step.writes.push_back(DeleteJobRows{id});
 }
@@ -232,9 +235,21 @@ void Coordinator::State::queue_again(Job& job) {
   refresh_queue(job);
 }
 
+void Coordinator::State::reopen_done(Job& job, Time now) {
+  job.record.state = JobState::running;
+  job.record.reason.clear();
+  job.record.reached = GoalLimit::none;
+  job.record.finished_unix_ms = 0;
+  job.plan = std::make_unique<JobPlan>(job.film, job.samples_wanted_now(), limits.film_bytes_per_job);
+  if (job.time_is_up(now)) {
+    job.plan->close();
+  }
+  queue_again(job);
+}
+
 void Coordinator::State::refresh_queue(Job& job) {
   const bool leasable = job.record.state == JobState::queued || job.record.state == JobState::running;
-  if (leasable && job.plan->has_work()) {
+  if (leasable && (job.plan->has_work() || job.verifications.waiting())) {
     queue.put(job.id(), {job.record.spec.priority, fresh(job), given_seconds(job)});
   } else {
     queue.remove(job.id());
@@ -263,6 +278,10 @@ void Coordinator::State::finish_job(Job& job, JobState state, std::string reason
   job.plan.reset();
   job.suspicions.clear();
   job.suspicion_of_pilot = {};
+  if (state != JobState::done) {
+    job.verifications = {};  // what a done job lacks it may still get, when it is extended
+  }
+  ending.erase(job.id());
   queue.remove(job.id());
   timed_jobs.erase(job.id());
   restored_jobs.erase(job.id());
@@ -279,6 +298,11 @@ bool Coordinator::State::finish_if_complete(Job& job, Time now, Step& step) {
     return true;
   }
   const auto done = [&](GoalLimit limit, std::string reason) {
+    if (!verified_as_far_as_possible(job, now)) {
+      ending.insert(job.id());
+      refresh_queue(job);
+      return false;
+    }
     job.record.reached = limit;
     finish_job(job, JobState::done, std::move(reason), now, step);
     return true;
@@ -404,6 +428,7 @@ Status Coordinator::resume(JobId id, Time now, Step& step) {
     return failed_precondition("job {} cannot be resumed: it is {}", id.value, name_of(job->record.state));
   }
   job->record.state = job->record.fingerprint_class.empty() ? JobState::queued : JobState::running;
+  job->record.reason.clear();
   state_->put_job(*job, step);
   state_->queue_again(*job);
   note(step, Note::Level::info, "job {} goes on", id.value);
@@ -433,13 +458,8 @@ Status Coordinator::extend(JobId id, const Extension& to, Time now, Step& step) 
     state_->put_job(*job, step);
     state_->refresh_queue(*job);
   } else {
-    job->record.state = JobState::running;
-    job->record.reason.clear();
-    job->record.reached = GoalLimit::none;
-    job->record.finished_unix_ms = 0;
-    job->plan = std::make_unique<JobPlan>(job->film, job->samples_wanted_now(), state_->limits.film_bytes_per_job);
+    state_->reopen_done(*job, now);
     state_->put_job(*job, step);
-    state_->queue_again(*job);
   }
   note(step, Note::Level::info, "job {} is extended to {}", id.value, describe(spec.goal));
   if (!state_->finish_if_complete(*job, now, step)) {  // it may have the new error already

@@ -46,18 +46,20 @@ Status Coordinator::State::check_result(const Job& job, const WorkerResult& resu
 }
 
 void Coordinator::State::on_result(SessionId session, WorkerResult result, Time now, Step& step) {
-  const std::string name = sessions.at(session).worker;
+  const Renderer by{sessions.at(session).worker, sessions.at(session).machine};
+  const std::string& name = by.worker;
   const NodeKey key = result.key;
   const LeaseId lease_id = result.lease;
   Job* const job = find_job(key.job);
   const bool wanted = job != nullptr && job->active() && !job->record.fingerprint_class.empty() && !job->undecided() &&
-                      job->digest == result.render_digest && key.range.level <= kMaxRangeLevel &&
+                      job->digest == result.render_digest && !in_quarantine(by) && key.range.level <= kMaxRangeLevel &&
                       key.range.end() <= job->plan->goal_of(key.tile);
   if (!wanted) {
-    // Unknown, ended, another farm's, or beyond the decided count: the worker may forget it.
+    // Unknown, ended, another farm's, beyond the decided count, or not to be believed: the worker may forget it.
     send_after_commit(step, session, ResultAck{{key}});
     if (const auto lease = leases.find(lease_id);
         lease != leases.end() && lease->second.worker == name && lease->second.unit.job == key.job) {
+      end_verification_of(lease_id, key.tile, now, step);
       job->plan->release(lease_id, key.tile, lease->second.unit.range);
       tile_done(lease_id, key.tile, now, step, true);
       refresh_queue(*job);
@@ -79,17 +81,19 @@ void Coordinator::State::on_result(SessionId session, WorkerResult result, Time 
     }
   }
   job->digest_durable = true;
-  merge_result(*job, name, std::move(result), now, step);
+  merge_result(*job, by, std::move(result), now, step);
   // Also duplicates may stand on a node whose commit is still to come, so every acknowledgement waits.
   send_after_commit(step, session, ResultAck{{key}});
   settle(*job, key.tile, lease_id, now, step);
+  end_verification_of(lease_id, key.tile, now, step);
   refresh_queue(*job);
   if (record_error(*job, false)) {
     put_job(*job, step);
   }
   put_progress(*job, now, step);
   const std::uint64_t wanted_before = job->plan->goal();
-  const bool others_wait = finish_if_complete(*job, now, step) || job->plan->goal() > wanted_before;
+  const bool others_wait =
+      finish_if_complete(*job, now, step) || job->plan->goal() > wanted_before || job->verifications.waiting();
   if (Worker* const worker = worker_of(session)) {
     serve(*worker, now, step);
   }
@@ -135,7 +139,8 @@ void Coordinator::State::distrust(SessionId session, LeaseId lease_id, const Sta
   serve_all(now, step);
 }
 
-void Coordinator::State::merge_result(Job& job, const std::string& name, WorkerResult result, Time now, Step& step) {
+void Coordinator::State::merge_result(Job& job, const Renderer& by, WorkerResult result, Time now, Step& step) {
+  const std::string& name = by.worker;
   const NodeKey key = result.key;
   const auto pixel_samples =
       static_cast<double>(key.range.count()) * static_cast<double>(job.film.grid().tile_rect(key.tile).pixel_count());
@@ -161,6 +166,7 @@ void Coordinator::State::merge_result(Job& job, const std::string& name, WorkerR
            "dropped",
            job.id().value, key.tile.value, key.range.first(), key.range.end(), name);
     }
+    compare_result(job, key, result.hash, by, outcome.kind == MergeOutcome::Kind::mismatch, now, step);
     return;
   }
   ++job.record.counters.results_merged;
@@ -172,13 +178,32 @@ void Coordinator::State::merge_result(Job& job, const std::string& name, WorkerR
   }
   job.record.counters.non_finite += job.film.non_finite() - non_finite_before;
   job.rate.add(static_cast<double>(job.film.pixel_samples() - samples_before), now);
+  note_parts(job, key, by, outcome);
   for (const SampleRange& range : outcome.removed) {
     step.writes.push_back(DropNode{{key.job, key.tile, range}});
   }
   for (NodePtr& node : outcome.added) {
     step.writes.push_back(PutNode{key.job, key.tile, std::move(node)});
   }
-  step.writes.push_back(PutResult{key, result.hash, name});
+  bool replaced = false;
+  for (const SampleRange& range : outcome.removed) {
+    replaced = replaced || key.range.contains(range);
+  }
+  if (replaced) {
+    step.writes.push_back(DropResults{key});
+    for (const auto& [place, lease] : job.verifications.close_within(key.tile, key.range)) {
+      if (lease) {
+        tile_done(*lease, key.tile, now, step, false);
+      }
+    }
+  }
+  // Whoever sends more than was asked for has it looked at.
+  const double share = job.record.spec.verify_share;
+  const bool to_verify = share > 0 && !by.machine.empty() && (replaced || is_chosen(secret, key, share));
+  step.writes.push_back(PutResult{key, result.hash, by, to_verify});
+  if (to_verify) {
+    job.verifications.open({key.range, key.tile}, {by, result.hash});
+  }
 }
 
 }  // namespace lightmill

@@ -5,6 +5,8 @@
 namespace lightmill {
 namespace {
 
+constexpr Duration kEndingLookInterval = std::chrono::milliseconds(500);
+
 bool record_is_waiting(JobState state) {
   return state == JobState::queued || state == JobState::running;
 }
@@ -33,6 +35,14 @@ void Coordinator::tick(Time now, std::int64_t unix_ms, Step& step) {
     }
   }
   state.delete_old_jobs(now, step);
+  std::erase_if(state.absent,
+                [&](const auto& entry) { return now >= entry.second.since + state.limits.verifier_patience; });
+  for (const JobId id : std::exchange(state.ending, {})) {
+    if (Job* const job = state.find_job(id)) {
+      state.finish_if_complete(*job, now, step);
+    }
+  }
+  state.next_ending_look = now + kEndingLookInterval;
   state.serve_all(now, step);
   if (state.may_copy() && now >= state.next_copy_look) {
     state.copy_to_idle(now, step);
@@ -63,6 +73,9 @@ std::optional<Time> Coordinator::State::next_deadline() const {
   for (const JobId id : restored_jobs) {
     by(jobs.at(id)->hold_until);
   }
+  if (!ending.empty()) {
+    by(next_ending_look);
+  }
   if (may_copy()) {
     by(next_copy_look);
   }
@@ -78,6 +91,11 @@ std::optional<Time> Coordinator::State::next_deadline() const {
 std::string Coordinator::State::reason_to_wait(const Job& job) const {
   if (record_is_waiting(job.record.state) && !held.empty()) {
     return held;
+  }
+  if (record_is_waiting(job.record.state) && !job.verifications.disputed().empty()) {
+    if (std::string reason = reason_for_dispute(job); !reason.empty()) {
+      return reason;
+    }
   }
   if (record_is_waiting(job.record.state) && job.leases.empty()) {
     const bool somebody = std::ranges::any_of(workers, [&](const auto& entry) {
@@ -129,6 +147,8 @@ JobStatus Coordinator::State::describe(const Job& job, Time now) const {
   status.error = {error.rel_mse, error.half_width, error.known};
   status.history = record.history;
   status.counters = record.counters;
+  status.verify_share = spec.verify_share;
+  status.results_unverified = job.verifications.size();
   status.submitted_unix_ms = record.submitted_unix_ms;
   status.finished_unix_ms = record.finished_unix_ms;
   status.render_digest = job.digest;
@@ -170,8 +190,24 @@ std::vector<WorkerStatus> Coordinator::workers(Time now) const {
     status.connected_seconds = to_seconds(now - worker.connected_at);
     status.results = worker.results;
     status.leases_lost = worker.leases_lost;
+    if (worker.quarantined) {
+      status.quarantine = state_->reason_for_quarantine(renderer_of(worker.hello));
+    }
     all.push_back(std::move(status));
   }
+  for (const auto& [name, record] : state_->quarantine) {
+    const Worker* const worker = state_->find_worker(name);
+    if (worker == nullptr || !worker->session) {
+      WorkerStatus status;
+      status.name = name;
+      status.host = record.of.machine;
+      status.threads = 0;
+      status.connected = false;
+      status.quarantine = record.reason;
+      all.push_back(std::move(status));
+    }
+  }
+  std::ranges::sort(all, {}, &WorkerStatus::name);
   return all;
 }
 

@@ -17,6 +17,7 @@ Status check_hello(const WorkerHello& hello) {
   }
   LM_RETURN_IF_ERROR(check_name("the worker's name", hello.name));
   LM_RETURN_IF_ERROR(check_name("the worker's host", hello.host));
+  LM_RETURN_IF_ERROR(check_name("the worker's machine", hello.machine));
   LM_RETURN_IF_ERROR(check_name("the worker's fingerprint class", hello.fingerprint_class));
   return check_name("the worker's renderer version", hello.renderer_version);
 }
@@ -42,7 +43,7 @@ void Coordinator::State::dismiss(SessionId session, std::string reason, Step& st
   note(step, Note::Level::warning, "worker {} is dismissed: {}", entry.worker, reason);
   send_after_commit(step, session, Dismissal{std::move(reason)});
   if (Worker* const worker = worker_of(session)) {
-    if (!worker->draining) {
+    if (counts(*worker)) {
       farm_threads -= worker->hello.threads;
     }
     worker->session.reset();
@@ -56,7 +57,7 @@ void Coordinator::State::connect(SessionId session, const WorkerHello& hello, Ti
   if (sessions.empty()) {
     next_silence_look = now + limits.silence;
   }
-  sessions[session] = {as_name(hello.name), false};
+  sessions[session] = {as_name(hello.name), as_name(machine_of(hello)), false};
   if (const Status status = check_hello(hello); !status.ok()) {
     dismiss(session, message_of(status), step);
     return;
@@ -90,16 +91,21 @@ void Coordinator::State::connect(SessionId session, const WorkerHello& hello, Ti
   worker.connected_at = now;
   worker.draining = hello.draining;
   worker.silent = false;
+  worker.quarantined = in_quarantine(renderer_of(hello));
+  absent.erase(machine_of(hello));
   worker.jobs.clear();
   for (const LeaseId id : worker.leases) {
     ++worker.jobs[leases.at(id).unit.job].leases;
   }
-  if (!worker.draining) {
+  if (counts(worker)) {
     farm_threads += hello.threads;
   }
   note(step, Note::Level::info, "worker {} is here: {} threads on {}, class {}", hello.name, hello.threads, hello.host,
        hello.fingerprint_class);
   send(step, session, Welcome{epoch, limits.heartbeat_interval, limits.lease_duration});
+  if (worker.quarantined) {
+    send(step, session, Notice{"in quarantine, this worker gets nothing to render until it is released"});
+  }
   take_back_held(worker, hello, other_process, now, step);
   serve(worker, now, step);
   serve_all(now, step);
@@ -157,6 +163,7 @@ bool Coordinator::State::adopt_held(Worker& worker, const HeldLease& held, Time 
     for (const TileId tile : leased) {
       // The worker has seen this tile acknowledged or never got it; if it is not covered, somebody must render it.
       if (!std::binary_search(tiles.begin(), tiles.end(), tile)) {
+        end_verification_of(held.lease, tile, now, step);
         job->plan->release(held.lease, tile, range);
         tile_done(held.lease, tile, now, step, true);
       }
@@ -234,8 +241,11 @@ void Coordinator::State::disconnect(SessionId session, Time now) {
   }
   const std::string name = found->second.worker;
   if (Worker* const worker = worker_of(session)) {
-    if (!worker->draining) {
+    if (counts(*worker)) {
       farm_threads -= worker->hello.threads;
+    }
+    if (!worker->draining) {
+      absent[machine_of(worker->hello)] = {now, worker->hello.fingerprint_class, worker->hello.renderer_version};
     }
     worker->session.reset();
     idle.erase(name);
@@ -311,8 +321,8 @@ void Coordinator::worker_message(SessionId session, WorkerMessage message, Time 
                  [&](const WorkerRefusal& refusal) { state.on_refusal(*worker, refusal, now, step); },
                  [&](const WorkerDraining&) {
                    if (!worker->draining) {
+                     state.farm_threads -= State::counts(*worker) ? worker->hello.threads : 0;
                      worker->draining = true;
-                     state.farm_threads -= worker->hello.threads;
                      state.idle.erase(worker->hello.name);
                      note(step, Note::Level::info, "worker {} is leaving", worker->hello.name);
                    }
@@ -336,8 +346,8 @@ Status Coordinator::drain_worker(const std::string& name, Time now, Step& step) 
     return not_found("there is no worker '{}'", name);
   }
   if (!worker->draining) {
+    state_->farm_threads -= State::counts(*worker) ? worker->hello.threads : 0;
     worker->draining = true;
-    state_->farm_threads -= worker->hello.threads;
     state_->idle.erase(name);
     note(step, Note::Level::info, "worker {} is asked to leave", name);
   }

@@ -57,6 +57,9 @@ class JobPlan {
   /// `lease` does not work on this range any more. Nothing happens if it did not.
   void release(LeaseId lease, TileId tile, SampleRange range);
 
+  /// To be called after something of a tile was taken out of the film: it is free again.
+  void reopen(TileId tile) { enqueue(tile); }
+
   /// A lease's hold on one range.
   struct Hold {
     LeaseId lease;

@@ -150,6 +150,27 @@ std::array<std::uint8_t, 16> bytes_of(const Hash128& hash) {
   return bytes;
 }
 
+Result<Hash128> hash_in(std::string_view bytes) {
+  if (bytes.size() != 16) {
+    return data_loss("a result's hash has {} bytes in the store, not 16", bytes.size());
+  }
+  Hash128 hash;
+  for (int i = 0; i < 8; ++i) {
+    hash.high = hash.high << 8 | static_cast<std::uint8_t>(bytes[i]);
+    hash.low = hash.low << 8 | static_cast<std::uint8_t>(bytes[8 + i]);
+  }
+  return hash;
+}
+
+std::uint32_t RendererTable::index_of(std::string_view worker, std::string_view machine) {
+  Renderer renderer{std::string(worker), std::string(machine)};
+  const auto [at, fresh] = indices_.try_emplace(renderer, static_cast<std::uint32_t>(renderers_.size()));
+  if (fresh) {
+    renderers_.push_back(std::move(renderer));
+  }
+  return at->second;
+}
+
 std::shared_ptr<const Node> node_of(const SampleRange& range, std::uint64_t non_finite, std::string_view hash,
                                     std::string_view values) {
   auto node = std::make_shared<Node>();

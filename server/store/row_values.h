@@ -3,6 +3,7 @@
 
 #include <array>
 #include <bit>
+#include <map>
 #include <span>
 #include <string>
 #include <string_view>
@@ -45,6 +46,20 @@ std::vector<std::string> lines_in(std::string_view text);
 Result<Roles> roles_in(std::string_view text, std::string_view token);
 /// The bytes of a digest; DATA_LOSS unless there are 32.
 Result<Sha256> digest_in(std::string_view bytes, std::string_view what);
+
+/// Of stored bytes_of; DATA_LOSS unless there are 16.
+Result<Hash128> hash_in(std::string_view bytes);
+
+/// Gives everybody who rendered something a number, from 0 on.
+class RendererTable {
+ public:
+  std::uint32_t index_of(std::string_view worker, std::string_view machine);
+  std::vector<Renderer> take() { return std::move(renderers_); }
+
+ private:
+  std::vector<Renderer> renderers_;
+  std::map<Renderer, std::uint32_t> indices_;
+};
 
 /// High word first, each with its highest byte first.
 std::array<std::uint8_t, 16> bytes_of(const Hash128& hash);

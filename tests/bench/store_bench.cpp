@@ -66,7 +66,7 @@ int main(int argc, char** argv) {
         ops.push_back(DropNode{{record.id, tile, {0, (round - 1) * nodes + i}}});
       }
       ops.push_back(PutNode{record.id, tile, node});
-      ops.push_back(PutResult{{record.id, tile, node->range}, {round, i}, "worker"});
+      ops.push_back(PutResult{{record.id, tile, node->range}, {round, i}, {"worker", "machine"}});
     }
     const auto start = SteadyClock::now();
     const Status status = store->commit(ops);

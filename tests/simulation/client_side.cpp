@@ -56,6 +56,8 @@ void FarmSimulation::make_jobs() {
         job.notes.candidates = {job.spec.settings.method};
       }
     }
+    constexpr double kShares[] = {0, 0.3, 1};
+    job.spec.verify_share = has_liars_ ? 1 : chaos_.verifies ? kShares[random_.below(std::size(kShares))] : 0;
     if (chaos_.poison && random_.chance(0.1)) {
       if (!job.notes.candidates.empty() && random_.chance(0.3)) {
         job.poisoned_pilot = true;
@@ -64,7 +66,9 @@ void FarmSimulation::make_jobs() {
       }
     }
     client_jobs_.push_back(std::move(job));
-    at(now_ + random_.seconds_between(0, i == 0 ? 1 : 5), [this, i] { submit(i); });
+    // A liar that is alone cannot be found: where there is one, jobs come once all workers are there.
+    const Duration first = has_liars_ ? Duration(std::chrono::milliseconds(1500)) : Duration{0};
+    at(now_ + first + random_.seconds_between(0, i == 0 ? 1 : 5), [this, i] { submit(i); });
   }
 }
 
@@ -120,7 +124,13 @@ void FarmSimulation::change_something() {
     return;
   }
   const double kind = random_.uniform();
-  if (kind < 0.4) {
+  if (kind < 0.1 && has_liars_) {
+    if (coordinator_) {
+      on_server([&](Step& step) {
+        (void)coordinator_->release_worker(workers_[random_.below(workers_.size())].name, now_, step);
+      });
+    }
+  } else if (kind < 0.4) {
     extend(index);
   } else if (kind < 0.7) {
     pause(index);
@@ -299,6 +309,33 @@ std::uint64_t FarmSimulation::count_of(const ClientJob& job, const JobStatus& st
   return kMaxSamples;
 }
 
+/// Each node has been merged from results that are stored, each sample from one of them.
+std::uint64_t FarmSimulation::check_results(JobId job, TileId tile) {
+  std::vector<std::pair<std::uint64_t, std::uint64_t>> nodes, results;
+  const auto append = [](auto& spans, const SampleRange& range) {
+    if (spans.empty() || spans.back().second != range.first()) {
+      spans.emplace_back(range.first(), range.end());
+    }
+    spans.back().second = range.end();
+  };
+  std::uint64_t end = 0, unverified = 0;
+  for (const auto& [first, node] : disk_.nodes(job, tile)) {
+    append(nodes, node->range);
+  }
+  for (const auto& [range, by, verified] : disk_.results(job, tile)) {
+    unverified += verified ? 0 : 1;
+    if (range.first() < end) {
+      fail(fmt::format("job {}, tile {}: two stored results have sample {}", job.value, tile.value, range.first()));
+    }
+    end = range.end();
+    append(results, range);
+  }
+  if (nodes != results) {
+    fail(fmt::format("job {}, tile {}: the stored results are not those of the film", job.value, tile.value));
+  }
+  return unverified;
+}
+
 void FarmSimulation::check_film(const ClientJob& job, const JobStatus& status) {
   const Film& film = *coordinator_->film(*job.id);
   const bool by_time = job.spec.goal.seconds > 0;
@@ -309,11 +346,15 @@ void FarmSimulation::check_film(const ClientJob& job, const JobStatus& status) {
     return;
   }
   report_.results_duplicate += status.counters.results_duplicate;
+  report_.unverified += job.cancelled ? 0 : status.results_unverified;
   report_.wanted += film.pixel_samples();
   std::uint64_t wanted = job.goal;
-  if (job.error > 0 && !job.cancelled) {
+  if (job.error > 0 && has_liars_) {
+    wanted = film.frame_samples();  // what lies made it look like decides, too
+  } else if (job.error > 0 && !job.cancelled) {
     wanted = std::min(count_of(job, status), job.goal > 0 ? job.goal : kMaxSamples);
   }
+  std::uint64_t unverified = 0;
   for (std::uint32_t i = 0; i < film.grid().tile_count(); ++i) {
     const TileId tile{i};
     const std::uint64_t samples = film.samples(tile);
@@ -335,8 +376,9 @@ void FarmSimulation::check_film(const ClientJob& job, const JobStatus& status) {
       fail(fmt::format("job {}, tile {}: the disk does not hold the film", job.id->value, i));
       return;
     }
-    if (job.cancelled) {
-      continue;
+    unverified += check_results(*job.id, tile);
+    if (job.cancelled || (has_liars_ && status.results_unverified > 0)) {
+      continue;  // a liar was alone for too long: the job says that nobody has verified it
     }
     const NodeLayout& layout = film.layout();
     const auto pixels = static_cast<std::size_t>(film.grid().tile_rect(tile).pixel_count());
@@ -348,6 +390,10 @@ void FarmSimulation::check_film(const ClientJob& job, const JobStatus& status) {
       fail(fmt::format("job {}, tile {}: other bytes than the quiet run's with {} samples", job.id->value, i, samples));
       return;
     }
+  }
+  if (!job.cancelled && job.spec.verify_share == 1 && unverified != status.results_unverified) {
+    fail(fmt::format("job {}: {} stored results are not verified, and it speaks of {}", job.id->value, unverified,
+                     status.results_unverified));
   }
 }
 

@@ -1,5 +1,7 @@
 #include "tests/simulation/disk.h"
 
+#include <algorithm>
+
 namespace lightmill::simulation {
 
 std::optional<std::string> Disk::apply(std::span<const StoreOp> ops) {
@@ -21,6 +23,27 @@ std::optional<std::string> Disk::apply(std::span<const StoreOp> ops) {
     } else if (const auto* removed = std::get_if<DeleteJobRows>(&op)) {
       jobs_.erase(removed->job);
       std::erase_if(nodes_, [&](const auto& entry) { return entry.first.first == removed->job; });
+      std::erase_if(results_, [&](const auto& entry) { return entry.first.job == removed->job; });
+    } else if (const auto* result = std::get_if<PutResult>(&op)) {
+      results_[result->key] = *result;
+      verified_.erase(result->key);
+    } else if (const auto* verified = std::get_if<PutVerified>(&op)) {
+      const auto at = results_.find(verified->key);
+      if (at == results_.end()) {
+        wrong = fmt::format("a result of tile {} is verified that is not stored", verified->key.tile.value);
+      } else {
+        at->second.to_verify = false;
+        verified_.insert(verified->key);
+      }
+    } else if (const auto* dropped = std::get_if<DropResults>(&op)) {
+      std::erase_if(results_, [&](const auto& entry) {
+        return entry.first.job == dropped->key.job && entry.first.tile == dropped->key.tile &&
+               dropped->key.range.contains(entry.first.range);
+      });
+    } else if (const auto* held = std::get_if<PutQuarantine>(&op)) {
+      quarantine_[held->record.of.worker] = held->record;
+    } else if (const auto* released = std::get_if<DropQuarantine>(&op)) {
+      quarantine_.erase(released->worker);
     } else if (const auto* node = std::get_if<PutNode>(&op)) {
       std::map<std::uint64_t, NodePtr>& tile = nodes_[{node->job, node->tile}];
       if (const auto at = tile.find(node->node->range.first()); at != tile.end()) {
@@ -55,6 +78,10 @@ StoredState Disk::load() {
   StoredState state;
   state.epoch = ++epoch_;
   state.next_job_id = next_job_id_;
+  state.secret = sha256("simulation");
+  for (const auto& [worker, record] : quarantine_) {
+    state.quarantine.push_back(record);
+  }
   for (const auto& [id, record] : jobs_) {
     state.jobs.push_back({record, {}});
     for (const auto& [key, nodes] : nodes_) {
@@ -62,6 +89,13 @@ StoredState Disk::load() {
         for (const auto& [first, node] : nodes) {
           state.jobs.back().nodes.push_back({key.second, node});
         }
+      }
+    }
+    for (const auto& [key, result] : results_) {
+      if (key.job == id) {
+        state.jobs.back().results.push_back(
+            {key.tile, key.range, result.hash, static_cast<std::uint32_t>(state.renderers.size()), result.to_verify});
+        state.renderers.push_back(result.by);
       }
     }
   }
@@ -77,6 +111,16 @@ const std::map<std::uint64_t, NodePtr>& Disk::nodes(JobId job, TileId tile) cons
   static const std::map<std::uint64_t, NodePtr> kNone;
   const auto found = nodes_.find({job, tile});
   return found == nodes_.end() ? kNone : found->second;
+}
+
+std::vector<Disk::Result> Disk::results(JobId job, TileId tile) const {
+  std::vector<Result> found;
+  for (auto at = results_.lower_bound({job, tile, {}});
+       at != results_.end() && at->first.job == job && at->first.tile == tile; ++at) {
+    found.push_back({at->first.range, at->second.by, verified_.contains(at->first)});
+  }
+  std::ranges::sort(found, {}, [](const Result& result) { return result.range.first(); });
+  return found;
 }
 
 bool Disk::covers(const NodeKey& key) const {

@@ -3,6 +3,7 @@
 
 #include <map>
 #include <optional>
+#include <set>
 #include <span>
 #include <string>
 
@@ -14,19 +15,30 @@ namespace lightmill::simulation {
 class Disk {
  public:
   /// Applies a transaction. Returns what is wrong with what is stored now, if anything: nodes of a tile that overlap, a
-  /// node that is dropped without being there.
+  /// node that is dropped, or a result that is verified, without being there.
   std::optional<std::string> apply(std::span<const StoreOp> ops);
   /// What a coordinator that starts now gets; takes the next epoch.
   StoredState load();
 
   const JobRecord* job(JobId id) const;
   bool covers(const NodeKey& key) const;
+  /// Who rendered what of the tile, ascending by first sample.
+  struct Result {
+    SampleRange range;
+    Renderer by;
+    bool verified = false;
+  };
+  std::vector<Result> results(JobId job, TileId tile) const;
+  const std::map<std::string, QuarantineRecord>& quarantine() const { return quarantine_; }
   /// Ascending by first sample.
   const std::map<std::uint64_t, NodePtr>& nodes(JobId job, TileId tile) const;
 
  private:
   std::map<JobId, JobRecord> jobs_;
   std::map<std::pair<JobId, TileId>, std::map<std::uint64_t, NodePtr>> nodes_;
+  std::map<NodeKey, PutResult> results_;
+  std::set<NodeKey> verified_;
+  std::map<std::string, QuarantineRecord> quarantine_;
   std::uint64_t epoch_ = 0;
   std::uint64_t next_job_id_ = 1;
 };

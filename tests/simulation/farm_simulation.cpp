@@ -23,6 +23,7 @@ FarmSimulation::FarmSimulation(std::uint64_t seed, const Chaos& chaos, const Pla
   limits_.disconnect_grace = std::chrono::milliseconds(1500);
   limits_.restart_grace = std::chrono::milliseconds(2500);
   limits_.unit_seconds = 0.3;
+  limits_.verifier_patience = std::chrono::seconds(20);
   limits_.copy_after = chaos.copies ? Duration(std::chrono::milliseconds(300)) : Duration(std::chrono::hours(1));
   limits_.film_bytes_per_job = random_.chance(0.3) ? 1 : 1 << 20;  // the least, or plenty
   make_schedule();
@@ -42,20 +43,38 @@ void FarmSimulation::fail(std::string what) {
   }
 }
 
-void FarmSimulation::make_schedule() {
-  chaos_end_ = now_ + random_.seconds_between(3, 12);
-  const auto some_time = [&] { return now_ + from_seconds(random_.uniform() * to_seconds(chaos_end_ - now_)); };
-
-  const std::size_t worker_count = 1 + random_.below(4);
-  for (std::size_t i = 0; i < worker_count; ++i) {
+void FarmSimulation::make_workers() {
+  std::size_t count = 1 + random_.below(4);
+  const double kind = chaos_.liars ? random_.uniform() : 1;
+  has_liars_ = kind < 0.3;
+  const bool garbage = !has_liars_ && kind < 0.4;
+  const std::size_t liars = has_liars_ ? 1 + random_.below(2) : garbage ? 1 : 0;
+  if (has_liars_) {
+    count = liars + 2 + random_.below(2);
+  } else if (garbage) {
+    count = std::max<std::size_t>(count, 2);
+  }
+  for (std::size_t i = 0; i < count; ++i) {
     SimulatedWorker worker;
     worker.name = fmt::format("worker-{}", i);
-    worker.fingerprint = random_.chance(0.15) ? "class-b" : "class-a";
+    worker.machine = i < liars ? "machine-of-lies" : fmt::format("machine-{}", i);
+    worker.lies = i >= liars            ? Lies::never
+                  : garbage             ? Lies::garbage
+                  : random_.chance(0.5) ? Lies::always
+                                        : Lies::sometimes;
+    worker.fingerprint = liars == 0 && random_.chance(0.15) ? "class-b" : "class-a";
     worker.threads = 1 + static_cast<std::uint32_t>(random_.below(3));
     worker.slowness = random_.chance(0.2) ? random_.between(2, 6) : random_.between(0.7, 1.5);
     workers_.push_back(std::move(worker));
     at(now_ + random_.seconds_between(0, 1), [this, i] { start_worker(i); });
   }
+}
+
+void FarmSimulation::make_schedule() {
+  chaos_end_ = now_ + random_.seconds_between(3, 12);
+  const auto some_time = [&] { return now_ + from_seconds(random_.uniform() * to_seconds(chaos_end_ - now_)); };
+
+  make_workers();
   make_jobs();
   at(now_, [this] { start_server(); });
 

@@ -3,14 +3,16 @@
 // The coordinator and the workers' sessions are the real ones. Around them: streams that delay, repeat and lose
 // messages (order within a stream is kept, as gRPC keeps it; across streams and the disk anything may overtake), a disk
 // whose commits take time and are all or nothing, workers that die, hang and come back, a coordinator that is killed
-// before, during and after commits, and clients that repeat what was not answered. Chaos lasts some seconds, then the
-// farm must finish its jobs.
+// before, during and after commits, and clients that repeat what was not answered. Some farms have a machine that lies:
+// its workers send wrong sums, always or now and then, or garbage. Chaos lasts some seconds, then the farm must finish
+// its jobs.
 //
 // Checked on the way: acknowledged nodes are durable, and stay so; no lease leaves before its job's class and
-// method are durable, nor names samples that are merged already; bounds hold; what is stored never overlaps. At the
-// end: every job has ended as it must (one that asks for an error, with the count that the quiet run's sums give), and
-// its film, in memory and on disk, has the bytes of the fixed sums over its samples, which are also those of the quiet
-// run (QuietFarm checks it by the same comparison).
+// method are durable, nor names samples that are merged already, unless a machine verifies what another one rendered;
+// nobody in quarantine gets a lease; bounds hold; what is stored never overlaps, and who rendered it is stored with it.
+// At the end: every job has ended as it must (one that asks for an error, with the count that the quiet run's sums
+// give), and its film, in memory and on disk, has the bytes of the fixed sums over its samples, which are also those of
+// the quiet run (QuietFarm checks it by the same comparison).
 #pragma once
 
 #include <deque>
@@ -40,7 +42,9 @@ struct Chaos {
   bool changes = true;   ///< clients extend, pause, resume, cancel, delete; drain workers
   bool copies = true;    ///< idle workers get copies
   bool poison = true;    ///< some jobs have a sample, or a pilot, that kills whoever renders it
-  static Chaos none() { return {false, false, false, false, false, false, false, false}; }
+  bool verifies = true;  ///< some jobs have results verified, some or all
+  bool liars = true;     ///< some farms have a machine that lies
+  static Chaos none() { return {false, false, false, false, false, false, false, false, false, false}; }
 };
 
 /// Bugs planted around the parts that are tested: each must be found.
@@ -55,6 +59,11 @@ struct PlantedBugs {
   bool wrong_bits = false;                 ///< one worker's sums differ in the last bit
   bool lose_acknowledgements = false;      ///< acknowledgements do not leave
   bool forget_jobs = false;                ///< a restarted coordinator does not know the newest job
+  bool repeat_results = false;             ///< who verifies sends what came first, not what it has rendered
+  bool forget_quarantine = false;          ///< a restarted coordinator knows of no quarantine
+  bool keep_dropped_results = false;       ///< who rendered what was dropped stays on disk
+  bool lose_verifications = false;         ///< what is to be verified does not reach the disk
+  bool ignore_machines = false;            ///< each worker counts as a machine of its own
 };
 
 struct Report {
@@ -67,7 +76,11 @@ struct Report {
   std::uint64_t events = 0;
   std::uint64_t restarts = 0;
   std::uint64_t deaths = 0;
-  std::uint64_t poisoned = 0;  ///< jobs that failed because of it
+  std::uint64_t poisoned = 0;    ///< jobs that failed because of it
+  std::uint64_t verified = 0;    ///< pixel samples that were rendered again with the same bits
+  std::uint64_t unverified = 0;  ///< results of done jobs that could not be verified
+  std::uint64_t convicted = 0;   ///< times that somebody was put into quarantine
+  bool lied = false;             ///< a worker has sent wrong sums
 };
 
 class FarmSimulation {
@@ -96,8 +109,11 @@ class FarmSimulation {
     bool said_hello = false;
     Time last_up, last_down;  ///< when the last message arrives: order within a direction is kept
   };
+  enum class Lies { never, always, sometimes, garbage };
   struct SimulatedWorker {
     std::string name;
+    std::string machine;
+    Lies lies = Lies::never;
     std::string fingerprint;
     std::uint32_t threads = 1;
     double slowness = 1;
@@ -136,6 +152,7 @@ class FarmSimulation {
   bool chaos_now() const { return now_ < chaos_end_; }
   std::int64_t unix_ms() const;
   void make_schedule();
+  void make_workers();
 
   // ---- server_side.cpp ----
   void start_server();
@@ -147,6 +164,10 @@ class FarmSimulation {
   void plan_server_tick();
   void server_sends(Outgoing message);
   void check_decisions(const Step& step);
+  /// Whether the worker of the session may be leased what is merged: it was somebody else's on another machine.
+  bool may_verify(SessionId session, const NodeKey& key) const;
+  void note_writes(const Step& step);
+  void note_stored(std::span<const StoreOp> ops);
   void check_grant(const Stream& stream, const LeaseGrant& grant);
   void note_unwanted(const Step& step);
   void check_ack(const Stream& stream, const ResultAck& ack);
@@ -166,6 +187,7 @@ class FarmSimulation {
   void prepare(std::size_t index, const PrepareJob& job);
   void run_pilot(std::size_t index, const RunPilot& pilot);
   void render(std::size_t index);
+  void lie(std::size_t index, const NodeKey& key, RenderedTile& rendered);
   /// The job that a client has submitted with these settings' seed and scene name.
   const ClientJob& job_of(const RenderSettings& settings) const;
   void die_of_poison(std::size_t index);
@@ -186,6 +208,8 @@ class FarmSimulation {
   void check_end();
   void check_method(const ClientJob& job);
   void check_film(const ClientJob& job, const JobStatus& status);
+  /// Returns how many results are stored that have not been verified.
+  std::uint64_t check_results(JobId job, TileId tile);
   /// The samples that a job with a goal in error ends with, whatever happens to the farm.
   std::uint64_t count_of(const ClientJob& job, const JobStatus& status) const;
 
@@ -222,6 +246,10 @@ class FarmSimulation {
   std::set<NodeKey> acknowledged_;                               ///< with the right digest
   /// Results whose acknowledgement says that they lay beyond the decided count when they came.
   std::multiset<std::pair<SessionId, NodeKey>> unwanted_;
+  std::map<NodeKey, Renderer> merged_by_;       ///< as the coordinator wants it stored
+  std::map<NodeKey, Node> first_results_;       ///< only with repeat_results
+  std::vector<NodeKey> dropped_;                ///< what it took out of films
+  bool has_liars_ = false;                      ///< who send sums that look right
   std::map<std::string, std::size_t> brought_;  ///< leases that a worker's last hello came with
 
   std::vector<SimulatedWorker> workers_;

@@ -11,6 +11,9 @@ StoredState FarmSimulation::load_checked() {
   if (bugs_.forget_jobs && state.jobs.size() > 1 && chaos_now()) {
     state.jobs.pop_back();
   }
+  if (bugs_.forget_quarantine) {
+    state.quarantine.clear();
+  }
   return state;
 }
 
@@ -20,6 +23,13 @@ void FarmSimulation::start_server() {
   coordinator_ = std::make_unique<Coordinator>(limits_, load_checked(), now_);
   next_server_tick_ = Time::max();
   plan_server_tick();
+  const std::vector<WorkerStatus> known = coordinator_->workers(now_);
+  for (const auto& [worker, record] : disk_.quarantine()) {
+    if (std::ranges::none_of(
+            known, [&](const WorkerStatus& each) { return each.name == worker && each.quarantine == record.reason; })) {
+      fail(fmt::format("a coordinator starts and does not know of {}'s quarantine", worker));
+    }
+  }
 }
 
 void FarmSimulation::crash_server(bool commit_lands) {
@@ -46,6 +56,7 @@ void FarmSimulation::crash_server(bool commit_lands) {
       fail(*wrong);
       return;
     }
+    note_stored(ops);
   }
   for (const auto& [session, stream] : streams_) {
     break_stream(stream);
@@ -64,6 +75,7 @@ void FarmSimulation::on_server(const std::function<void(Step&)>& call) {
 }
 
 void FarmSimulation::execute(Step step, std::vector<Action> replies) {
+  note_writes(step);
   check_decisions(step);
   note_unwanted(step);
   for (const Note& note : step.notes) {
@@ -130,7 +142,11 @@ void FarmSimulation::finish_commit() {
   for (Pending& each : done) {
     for (StoreOp& op : each.writes) {
       const bool lost = (bugs_.lose_a_write && std::holds_alternative<PutNode>(op) && random_.chance(0.05)) ||
-                        (bugs_.keep_joined_nodes && std::holds_alternative<DropNode>(op));
+                        (bugs_.keep_joined_nodes && std::holds_alternative<DropNode>(op)) ||
+                        (bugs_.keep_dropped_results && std::holds_alternative<DropResults>(op));
+      if (auto* result = std::get_if<PutResult>(&op); result != nullptr && bugs_.lose_verifications) {
+        result->to_verify = false;
+      }
       if (!lost) {
         ops.push_back(std::move(op));
       }
@@ -140,6 +156,7 @@ void FarmSimulation::finish_commit() {
     fail(*wrong);
     return;
   }
+  note_stored(ops);
   if (chaos_.restarts && chaos_now() && random_.chance(0.002)) {
     crash_server(false);  // between the commit and what depends on it
     return;
@@ -229,8 +246,48 @@ void FarmSimulation::check_grant(const Stream& stream, const LeaseGrant& grant) 
     fail(fmt::format("lease {} leaves before the method of job {} is stored", grant.lease.value, grant.unit.job.value));
     return;
   }
-  if (stored->fingerprint_class != workers_[stream.worker].fingerprint) {
+  const SimulatedWorker& to = workers_[stream.worker];
+  if (stored->fingerprint_class != to.fingerprint) {
     fail(fmt::format("lease {} goes to a worker of class {}", grant.lease.value, workers_[stream.worker].fingerprint));
+  }
+}
+
+bool FarmSimulation::may_verify(SessionId session, const NodeKey& key) const {
+  const auto stream = streams_.find(session);
+  const auto by = merged_by_.find(key);
+  if (by == merged_by_.end()) {
+    return has_liars_;  // a copy differs from what was joined there
+  }
+  return stream != streams_.end() && workers_[stream->second->worker].machine != by->second.machine;
+}
+
+void FarmSimulation::note_writes(const Step& step) {
+  for (const StoreOp& op : step.writes) {
+    if (const auto* result = std::get_if<PutResult>(&op)) {
+      merged_by_[result->key] = result->by;
+    } else if (const auto* drop = std::get_if<DropResults>(&op)) {
+      dropped_.push_back(drop->key);
+    } else if (const auto* held = std::get_if<PutQuarantine>(&op)) {
+      ++report_.convicted;
+      if (held->record.of.machine != "machine-of-lies" && !bugs_.wrong_bits) {
+        fail(fmt::format("{} is convicted, which has not lied: {}", held->record.of.worker, held->record.reason));
+      }
+    }
+  }
+}
+
+void FarmSimulation::note_stored(std::span<const StoreOp> ops) {
+  for (const StoreOp& op : ops) {
+    if (const auto* drop = std::get_if<DropResults>(&op)) {
+      std::erase_if(acknowledged_, [&](const NodeKey& key) {
+        return key.job == drop->key.job && key.tile == drop->key.tile && drop->key.range.contains(key.range);
+      });
+    } else if (const auto* verified = std::get_if<PutVerified>(&op)) {
+      if (const Film* film = coordinator_ ? coordinator_->film(verified->key.job) : nullptr) {
+        report_.verified += verified->key.range.count() *
+                            static_cast<std::uint64_t>(film->grid().tile_rect(verified->key.tile).pixel_count());
+      }
+    }
   }
 }
 
@@ -245,7 +302,8 @@ void FarmSimulation::check_decisions(const Step& step) {
       }
       granted = true;
       for (const TileId tile : grant->unit.tiles) {
-        if (film->covered(tile, grant->unit.range)) {
+        if (film->covered(tile, grant->unit.range) &&
+            !may_verify(message.to, {grant->unit.job, tile, grant->unit.range})) {
           fail(fmt::format("lease {} names samples [{}, {}) of tile {}, which are merged", grant->lease.value,
                            grant->unit.range.first(), grant->unit.range.end(), tile.value));
         }
@@ -254,6 +312,9 @@ void FarmSimulation::check_decisions(const Step& step) {
   }
   if (granted) {
     for (const WorkerStatus& worker : coordinator_->workers(now_)) {
+      if (!worker.quarantine.empty() && worker.leases > 0) {
+        fail(fmt::format("{} is in quarantine with {} leases", worker.name, worker.leases));
+      }
       if (worker.leases > 8 * limits_.leases_per_worker + brought_[worker.name]) {
         fail(fmt::format("{} has {} leases", worker.name, worker.leases));
       }
@@ -265,7 +326,17 @@ void FarmSimulation::check_decisions(const Step& step) {
 void FarmSimulation::note_unwanted(const Step& step) {
   for (const Outgoing& message : step.after_commit) {
     if (const auto* ack = std::get_if<ResultAck>(&message.message)) {
+      const auto stream = streams_.find(message.to);
+      const auto all = coordinator_->workers(now_);
+      const bool disbelieved =
+          stream != streams_.end() && std::ranges::any_of(all, [&](const WorkerStatus& worker) {
+            return worker.name == workers_[stream->second->worker].name && !worker.quarantine.empty();
+          });
       for (const NodeKey& key : ack->keys) {
+        if (disbelieved || (stream != streams_.end() && workers_[stream->second->worker].lies == Lies::garbage)) {
+          unwanted_.insert({message.to, key});
+          continue;
+        }
         const auto status = coordinator_->status(key.job, now_);
         if (status.ok() && status->goal.samples > 0 &&
             key.range.end() > coordinator_->film(key.job)->allocation().of_tile(key.tile, status->goal.samples)) {
@@ -299,7 +370,10 @@ void FarmSimulation::check_ack(const Stream& stream, const ResultAck& ack) {
     if (of_this_job && !ended_by_time && disk_.covers(key)) {
       acknowledged_.insert(key);
     }
-    if (of_this_job && !ended_by_time && !disk_.covers(key)) {
+    const bool dropped = std::ranges::any_of(dropped_, [&](const NodeKey& each) {
+      return each.job == key.job && each.tile == key.tile && each.range.contains(key.range);
+    });
+    if (of_this_job && !ended_by_time && !dropped && !disk_.covers(key)) {
       fail(fmt::format("job {}, tile {}, samples [{}, {}) are acknowledged but not durable", key.job.value,
                        key.tile.value, key.range.first(), key.range.end()));
     }
@@ -323,6 +397,10 @@ void FarmSimulation::server_receives(const std::shared_ptr<Stream>& stream, Work
   if (auto* result = std::get_if<WorkerResult>(&message)) {
     last_result_[{stream->session, result->key}] = result->render_digest;
     const Film* const film = coordinator_->film(result->key.job);
+    if (bugs_.repeat_results) {
+      result->node = first_results_.try_emplace(result->key, result->node).first->second;
+      result->hash = hash_of(result->node);
+    }
     if (bugs_.merge_twice && film != nullptr && result->key.range.end() < 8 &&
         film->covered(result->key.tile, result->key.range)) {
       // The same samples under the number of others: a film that adds whatever comes.
@@ -336,6 +414,9 @@ void FarmSimulation::server_receives(const std::shared_ptr<Stream>& stream, Work
     if (auto* hello = std::get_if<WorkerHello>(&message)) {
       stream->said_hello = true;
       brought_[hello->name] = hello->held.size();
+      if (bugs_.ignore_machines) {
+        hello->machine = hello->name;
+      }
       on_server([&](Step& step) { coordinator_->worker_connected(stream->session, *hello, now_, step); });
     } else {
       fail("a stream does not begin with a hello");

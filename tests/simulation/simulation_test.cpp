@@ -34,6 +34,7 @@ TEST_P(Simulation, FilmsAreThoseOfTheQuietRunWhateverHappens) {
   std::uint64_t restarts = 0;
   std::uint64_t deaths = 0;
   std::uint64_t poisoned = 0;
+  std::uint64_t convicted = 0;
   for (std::uint64_t i = 0; i < seeds; ++i) {
     const std::uint64_t seed = 1 + GetParam() * seeds + i;
     const Report report = FarmSimulation(seed, Chaos{}, PlantedBugs{}).run();
@@ -41,11 +42,13 @@ TEST_P(Simulation, FilmsAreThoseOfTheQuietRunWhateverHappens) {
     restarts += report.restarts;
     deaths += report.deaths;
     poisoned += report.poisoned;
+    convicted += report.convicted;
   }
   // The schedules do what they are for.
   EXPECT_GT(restarts, seeds / 2);
   EXPECT_GT(deaths, seeds / 2);
   EXPECT_GT(poisoned, seeds / 20);
+  EXPECT_GT(convicted, seeds / 20);
 }
 INSTANTIATE_TEST_SUITE_P(Batch, Simulation, testing::Range<std::uint64_t>(0, kBatches));
 
@@ -56,6 +59,43 @@ TEST(QuietFarm, RendersEachSampleOnce) {
     EXPECT_EQ(report.rendered, report.wanted) << "seed " << seed;
     EXPECT_EQ(report.results_duplicate, 0u) << "seed " << seed;
   }
+}
+
+TEST(QuietFarm, RendersEachSampleTwiceWhereAllIsVerified) {
+  Chaos chaos = Chaos::none();
+  chaos.verifies = true;
+  std::uint64_t verified = 0;
+  for (std::uint64_t seed = 1; seed <= 200; ++seed) {
+    const Report report = FarmSimulation(seed, chaos, PlantedBugs{}).run();
+    ASSERT_EQ(report.failure, "") << "seed " << seed;
+    EXPECT_EQ(report.rendered, report.wanted + report.verified) << "seed " << seed;
+    verified += report.verified;
+  }
+  EXPECT_GT(verified, 0u);
+}
+
+TEST(LyingMachine, ChangesNothingWhereTwoOthersVerifyAll) {
+  Chaos chaos = Chaos::none();
+  chaos.liars = chaos.restarts = chaos.breaks = chaos.deaths = true;
+  std::uint64_t lied = 0, convicted = 0, unverified = 0;
+  const std::uint64_t only = number_from_environment("LIGHTMILL_SIMULATION_SEED", 0);
+  for (std::uint64_t seed = std::max<std::uint64_t>(only, 1); seed <= (only > 0 ? only : 300); ++seed) {
+    FarmSimulation simulation(seed, chaos, PlantedBugs{});
+    if (only > 0) {
+      simulation.trace();
+    }
+    const Report report = simulation.run();
+    ASSERT_EQ(report.failure, "") << "seed " << seed;
+    lied += report.lied ? 1 : 0;
+    convicted += report.convicted > 0 ? 1 : 0;
+    unverified += report.lied && report.unverified > 0 ? 1 : 0;
+  }
+  if (only > 0) {
+    return;
+  }
+  EXPECT_GT(lied, 50u);
+  EXPECT_LT(unverified, lied / 20);     // a coordinator that has just started knows of nobody who might come
+  EXPECT_GT(convicted, lied * 9 / 10);  // a lie that was lost on its way harms nobody
 }
 
 TEST(RestartedCoordinator, RendersNothingAgain) {
@@ -111,7 +151,12 @@ INSTANTIATE_TEST_SUITE_P(All, PlantedBug,
                                          Planted{"LeaseBeforeCommit", &PlantedBugs::lease_before_commit},
                                          Planted{"WrongBits", &PlantedBugs::wrong_bits},
                                          Planted{"LoseAcknowledgements", &PlantedBugs::lose_acknowledgements},
-                                         Planted{"ForgetJobs", &PlantedBugs::forget_jobs}),
+                                         Planted{"ForgetJobs", &PlantedBugs::forget_jobs},
+                                         Planted{"RepeatResults", &PlantedBugs::repeat_results},
+                                         Planted{"ForgetQuarantine", &PlantedBugs::forget_quarantine},
+                                         Planted{"KeepDroppedResults", &PlantedBugs::keep_dropped_results},
+                                         Planted{"LoseVerifications", &PlantedBugs::lose_verifications},
+                                         Planted{"IgnoreMachines", &PlantedBugs::ignore_machines}),
                          [](const auto& info) { return std::string(info.param.name); });
 
 }  // namespace

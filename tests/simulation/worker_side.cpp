@@ -31,6 +31,7 @@ void FarmSimulation::start_worker(std::size_t index) {
   SessionConfig config;
   config.name = worker.name;
   config.host = "host";
+  config.machine = worker.machine;
   config.pid = static_cast<std::uint32_t>(worker.life);
   config.threads = worker.threads;
   config.fingerprint_class = worker.fingerprint;
@@ -98,6 +99,7 @@ void FarmSimulation::act(std::size_t index, const SessionActions& actions) {
                    [&](const PrepareJob& job) { prepare(index, job); },
                    [](const ForgetJob&) {},
                    [&](const RunPilot& pilot) { run_pilot(index, pilot); },
+                   [](const Say&) {},
                    [](const DropPilot&) {},  // an answer that comes nevertheless must do no harm
                    [&](const RenderTile& tile) {
                      worker.to_render.push_back(tile);
@@ -246,6 +248,30 @@ void FarmSimulation::run_pilot(std::size_t index, const RunPilot& pilot) {
   });
 }
 
+void FarmSimulation::lie(std::size_t index, const NodeKey& key, RenderedTile& rendered) {
+  const Lies lies = workers_[index].lies;
+  if (lies == Lies::always || (lies == Lies::sometimes && random_.chance(0.3))) {
+    // All liars of a machine lie alike.
+    report_.lied = true;
+    float& value = rendered.node.values[key.range.index % rendered.node.values.size()];
+    value = std::nextafter(value, 1e30f);
+    rendered.hash = hash_of(rendered.node);
+  } else if (lies == Lies::garbage && random_.chance(0.7)) {
+    switch (random_.below(3)) {
+      case 0:
+        rendered.hash.low ^= 1;
+        break;
+      case 1:
+        rendered.node.values.back() = std::numeric_limits<float>::quiet_NaN();
+        rendered.hash = hash_of(rendered.node);
+        break;
+      default:
+        rendered.node.values.pop_back();
+        rendered.hash = hash_of(rendered.node);
+    }
+  }
+}
+
 void FarmSimulation::render(std::size_t index) {
   SimulatedWorker& worker = workers_[index];
   while (worker.busy < worker.threads && !worker.to_render.empty()) {
@@ -277,6 +303,7 @@ void FarmSimulation::render(std::size_t index) {
         rendered.node.values[0] = std::nextafter(rendered.node.values[0], 1e30f);
       }
       rendered.hash = hash_of(rendered.node);
+      lie(index, tile.key, rendered);
       rendered.seconds = seconds;
       render(index);
       on_worker(index, life, [this, rendered](Session& session, SessionActions& actions) {

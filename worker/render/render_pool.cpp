@@ -30,7 +30,8 @@ class Workspaces {
 
 }  // namespace
 
-RenderPool::RenderPool(std::uint32_t threads, Done done) : done_(std::move(done)) {
+RenderPool::RenderPool(std::uint32_t threads, Done done, Tamper tamper)
+    : done_(std::move(done)), tamper_(std::move(tamper)) {
   for (std::uint32_t i = 0; i < threads; ++i) {
     threads_.emplace_back([this] { run(); });
   }
@@ -72,6 +73,9 @@ void RenderPool::run() {
     RenderedTile tile;
     tile.ticket = task.ticket;
     tile.node = task.method->render(task.rect, task.range, workspaces.of(task.method));
+    if (tamper_) {
+      tamper_(tile.node);
+    }
     tile.hash = hash_of(tile.node);
     tile.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
     done_(std::move(tile));

@@ -24,7 +24,9 @@ struct RenderTask {
 class RenderPool {
  public:
   using Done = std::function<void(RenderedTile)>;
-  RenderPool(std::uint32_t threads, Done done);
+  /// Changes a node before it is hashed.
+  using Tamper = std::function<void(Node&)>;
+  RenderPool(std::uint32_t threads, Done done, Tamper tamper = {});
   /// Ends after the tiles under way; what waits is dropped.
   ~RenderPool();
 
@@ -34,6 +36,7 @@ class RenderPool {
   void run();
 
   const Done done_;
+  const Tamper tamper_;
   Mutex mutex_;
   CondVar changed_;
   std::deque<RenderTask> tasks_ LM_GUARDED_BY(mutex_);

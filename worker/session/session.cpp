@@ -34,6 +34,7 @@ void Session::message(const CoordinatorMessage& message, Time now, SessionAction
                  [&](const LeaseCancel& cancel) { cancel_leases(cancel, actions); },
                  [&](const DrainRequest&) { begin_drain(false, now, actions); },
                  [&](const PilotGrant& grant) { grant_pilot(grant, actions); },
+                 [&](const Notice& notice) { actions.push_back(Say{notice.text}); },
                  [&](const Dismissal& dismissal) { exit(dismissal.reason, true, actions); },
              },
              message);

@@ -27,6 +27,7 @@ namespace lightmill {
 struct SessionConfig {
   std::string name;  ///< unique on the farm: of two processes with one name, the second is dismissed
   std::string host;
+  std::string machine;  ///< as WorkerHello::machine
   std::uint32_t pid = 0;
   std::uint32_t threads = 1;
   std::string fingerprint_class;
@@ -84,8 +85,13 @@ struct Exit {
   bool failed = false;  ///< dismissed: exit with an error
 };
 
-using SessionAction =
-    std::variant<OpenStream, CloseStream, SendMessage, PrepareJob, ForgetJob, RenderTile, RunPilot, DropPilot, Exit>;
+/// Something for the log that the coordinator says.
+struct Say {
+  std::string text;
+};
+
+using SessionAction = std::variant<OpenStream, CloseStream, SendMessage, PrepareJob, ForgetJob, RenderTile, RunPilot,
+                                   DropPilot, Say, Exit>;
 using SessionActions = std::vector<SessionAction>;
 
 /// A tile as the rendering threads give it back.

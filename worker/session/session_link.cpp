@@ -22,8 +22,8 @@ void Session::connected(Time now, SessionActions& actions) {
   away_deadline_.reset();
   next_heartbeat_ = now + heartbeat_interval_;
   WorkerHello hello{
-      config_.name, config_.host, config_.pid, config_.threads, config_.fingerprint_class, config_.renderer_version,
-      {},           draining_};
+      config_.name, config_.host, config_.pid,    config_.threads, config_.fingerprint_class, config_.renderer_version,
+      {},           draining_,    config_.machine};
   for (const auto& [id, lease] : leases_) {
     // What is neither queued, with the threads nor waiting for its acknowledgement is done with.
     HeldLease held{id, lease.epoch, lease.description->render_digest, {lease.unit.job, lease.unit.range, {}}};

@@ -2,6 +2,7 @@
 
 #include "common/base/check.h"
 #include "common/base/log.h"
+#include "common/base/text.h"
 
 namespace lightmill {
 namespace {
@@ -44,10 +45,13 @@ WorkerLoop::WorkerLoop(const WorkerOptions& options, const Clock& clock)
           [this](LeaseId lease, Result<PilotReport> report) {
             post([this, lease, report = std::move(report)](Time now) { pilot_done(lease, report, now); });
           }),
-      pool_(options.session.threads, [this](RenderedTile tile) {
-        auto shared = std::make_shared<RenderedTile>(std::move(tile));
-        post([this, shared](Time now) { session_.tile_rendered(std::move(*shared), now, actions_); });
-      }) {}
+      pool_(
+          options.session.threads,
+          [this](RenderedTile tile) {
+            auto shared = std::make_shared<RenderedTile>(std::move(tile));
+            post([this, shared](Time now) { session_.tile_rendered(std::move(*shared), now, actions_); });
+          },
+          options.tamper) {}
 
 LinkHandlers WorkerLoop::link_handlers() {
   LinkHandlers handlers;
@@ -184,6 +188,10 @@ void WorkerLoop::perform(const RenderTile& action) {
   spdlog::debug("rendering job {} tile {} samples [{}, {})", action.key.job.value, action.key.tile.value,
                 action.key.range.first(), action.key.range.end());
   pool_.add({action.ticket, action.key.range, job.grid.tile_rect(action.key.tile), job.method});
+}
+
+void WorkerLoop::perform(const Say& action) {
+  spdlog::warn("the coordinator says: {}", printable(action.text));
 }
 
 void WorkerLoop::perform(const Exit& action) {

@@ -21,6 +21,7 @@ struct WorkerOptions {
   SessionConfig session;
   SceneCacheLimits scenes;
   std::uint64_t asset_bytes = std::uint64_t{1} << 30;  ///< of assets kept in memory
+  RenderPool::Tamper tamper = {};                      ///< none, but in tests of what a farm does about liars
 };
 
 class WorkerLoop {
@@ -44,6 +45,7 @@ class WorkerLoop {
   void perform(const RenderTile& action);
   void perform(const RunPilot& action) { preparer_.add(action.grant); }
   void perform(const DropPilot& action) { preparer_.drop(action.lease); }
+  void perform(const Say& action);
   void perform(const Exit& action);
   void open_if_due(Time now);
   void job_prepared(const JobDescription& description, const Result<PreparedJob>& prepared, Time now);

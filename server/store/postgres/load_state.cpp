@@ -12,6 +12,7 @@ namespace {
 constexpr std::int64_t kNodesAtOnce = 32;
 /// A packed scene has up to 16 MiB.
 constexpr std::int64_t kSettingsAtOnce = 8;
+constexpr std::int64_t kResultsAtOnce = 10'000;
 
 using JobsById = std::unordered_map<std::uint64_t, StoredState::StoredJob*>;
 
@@ -22,7 +23,7 @@ Status load_jobs(Session& session, StoredState& state) {
           "SELECT id, request_id, name, owner, host, parent, priority, goal_samples, goal_seconds, goal_error, "
           "goal_adaptive, state, reason, reached, fingerprint_class, active_seconds, worker_seconds, "
           "results_merged, results_duplicate, leases_lost, copies_leased, non_finite, submitted_unix_ms, "
-          "finished_unix_ms FROM jobs ORDER BY id"));
+          "finished_unix_ms, verify_share, results_verified, nodes_dropped FROM jobs ORDER BY id"));
   for (int row = 0; row < rows.size(); ++row) {
     JobRecord job;
     int column = 0;
@@ -54,6 +55,9 @@ Status load_jobs(Session& session, StoredState& state) {
     job.counters.non_finite = natural();
     job.submitted_unix_ms = integer();
     job.finished_unix_ms = integer();
+    job.spec.verify_share = real();
+    job.counters.results_verified = natural();
+    job.counters.nodes_dropped = natural();
     state.jobs.push_back({std::move(job), {}});
   }
   LM_ASSIGN_OR_RETURN(const Rows highest, session.query("SELECT highest_job FROM turn"));
@@ -132,6 +136,44 @@ Status load_lists(Session& session, const JobsById& jobs) {
         ->record.history.push_back(
             {errors.real(row, 1), errors.real(row, 2), errors.real(row, 3), errors.real(row, 4)});
   }
+  return ok_status();
+}
+
+Status load_results(Session& session, StoredState::StoredJob& job, stored::RendererTable& renderers) {
+  std::int64_t tile = -1, level = -1, index = -1;
+  for (;;) {
+    LM_ASSIGN_OR_RETURN(
+        const Rows rows,
+        session.query(
+            "SELECT tile, level, range_index, hash, worker, machine, verification FROM results WHERE job = $1 "
+            "AND (tile, level, range_index) > ($2, $3, $4) ORDER BY tile, level, range_index LIMIT $5",
+            Parameters(job.record.id.value, tile, level, index, kResultsAtOnce)));
+    for (int row = 0; row < rows.size(); ++row) {
+      tile = rows.integer(row, 0);
+      level = rows.integer(row, 1);
+      index = rows.integer(row, 2);
+      StoredState::StoredResult& result = job.results.emplace_back();
+      result.tile = TileId{static_cast<std::uint32_t>(tile)};
+      result.range = {static_cast<std::uint32_t>(level), static_cast<std::uint32_t>(index)};
+      LM_ASSIGN_OR_RETURN(result.hash, stored::hash_in(rows.view(row, 3)));
+      result.by = renderers.index_of(rows.view(row, 4), rows.view(row, 5));
+      result.to_verify = rows.integer(row, 6) == 1;
+    }
+    if (rows.size() < kResultsAtOnce) {
+      return ok_status();
+    }
+  }
+}
+
+Status load_quarantine(Session& session, StoredState& state) {
+  LM_ASSIGN_OR_RETURN(const Rows rows,
+                      session.query("SELECT worker, machine, reason, since_unix_ms FROM quarantine ORDER BY worker"));
+  for (int row = 0; row < rows.size(); ++row) {
+    state.quarantine.push_back({{rows.text(row, 0), rows.text(row, 1)}, rows.text(row, 2), rows.integer(row, 3)});
+  }
+  LM_ASSIGN_OR_RETURN(const Rows secret, session.query("SELECT secret FROM verification_secret"));
+  LM_ASSIGN_OR_RETURN(state.secret,
+                      stored::digest_in(secret.size() == 1 ? secret.view(0, 0) : "", "the secret of verification"));
   return ok_status();
 }
 
@@ -215,9 +257,13 @@ Result<StoredState> load_state(Session& session) {
   }
   LM_RETURN_IF_ERROR(load_settings(session, state, jobs));
   LM_RETURN_IF_ERROR(load_lists(session, jobs));
+  stored::RendererTable renderers;
   for (StoredState::StoredJob& job : state.jobs) {
     LM_RETURN_IF_ERROR(load_nodes(session, job, state.damaged));
+    LM_RETURN_IF_ERROR(load_results(session, job, renderers));
   }
+  state.renderers = renderers.take();
+  LM_RETURN_IF_ERROR(load_quarantine(session, state));
   LM_RETURN_IF_ERROR(load_tokens(session, state));
   LM_RETURN_IF_ERROR(load_actions(session, state));
   return state;

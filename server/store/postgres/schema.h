@@ -1,4 +1,4 @@
-// The tables and functions in the schema `lightmill` of the database, format 3.
+// The tables and functions in the schema `lightmill` of the database, format 4.
 #pragma once
 
 #include <array>
@@ -6,7 +6,7 @@
 namespace lightmill::postgres {
 
 /// Kept in the table `meta`.
-inline constexpr int kFormat = 3;
+inline constexpr int kFormat = 4;
 
 // `turn` has one row. A commit counts itself there, which locks the row (not its key) until the commit's end: so
 // commits of one epoch follow each other, one that comes twice is noticed, and a new epoch, which changes the key,
@@ -18,7 +18,7 @@ inline constexpr int kFormat = 3;
 // compress, so they are stored as they are.
 inline constexpr const char* kSchema = R"sql(
 CREATE TABLE meta (format BIGINT NOT NULL);
-INSERT INTO meta VALUES (3);
+INSERT INTO meta VALUES (4);
 
 CREATE TABLE turn (
   epoch BIGINT PRIMARY KEY,
@@ -108,7 +108,10 @@ CREATE TABLE jobs (
   copies_leased BIGINT NOT NULL,
   non_finite BIGINT NOT NULL,
   submitted_unix_ms BIGINT NOT NULL,
-  finished_unix_ms BIGINT NOT NULL
+  finished_unix_ms BIGINT NOT NULL,
+  verify_share DOUBLE PRECISION NOT NULL DEFAULT 0.01,
+  results_verified BIGINT NOT NULL DEFAULT 0,
+  nodes_dropped BIGINT NOT NULL DEFAULT 0
 ) WITH (fillfactor = 50);
 
 -- How a job's error fell; samples are per pixel.
@@ -179,6 +182,8 @@ CREATE TABLE results (
   range_index BIGINT NOT NULL,
   hash BYTEA NOT NULL,
   worker TEXT NOT NULL,
+  machine TEXT NOT NULL DEFAULT '',
+  verification BIGINT NOT NULL DEFAULT 0, -- 1: to be rendered again on another machine; 2: was, with the same bits
   PRIMARY KEY (job, tile, level, range_index)
 );
 
@@ -222,6 +227,18 @@ CREATE TABLE actions (
   outcome BIGINT NOT NULL,
   message TEXT NOT NULL
 );
+-- Who gets nothing to render.
+CREATE TABLE quarantine (
+  worker TEXT PRIMARY KEY,
+  machine TEXT NOT NULL,
+  reason TEXT NOT NULL,
+  since_unix_ms BIGINT NOT NULL
+);
+
+-- One row: what decides which results are verified. Random UUIDs are drawn as keys are; each has 122 random bits.
+CREATE TABLE verification_secret (secret BYTEA NOT NULL);
+INSERT INTO verification_secret
+  SELECT sha256(convert_to(gen_random_uuid()::text || gen_random_uuid()::text || gen_random_uuid()::text, 'UTF8'));
 )sql";
 
 /// From format 1, which knew no tokens.
@@ -256,8 +273,25 @@ CREATE TABLE actions (
 UPDATE meta SET format = 3;
 )sql";
 
+/// From format 3, which verified nothing.
+inline constexpr const char* kFromFormat3 = R"sql(
+ALTER TABLE jobs ADD COLUMN verify_share DOUBLE PRECISION NOT NULL DEFAULT 0.01,
+  ADD COLUMN results_verified BIGINT NOT NULL DEFAULT 0, ADD COLUMN nodes_dropped BIGINT NOT NULL DEFAULT 0;
+ALTER TABLE results ADD COLUMN machine TEXT NOT NULL DEFAULT '', ADD COLUMN verification BIGINT NOT NULL DEFAULT 0;
+CREATE TABLE quarantine (
+  worker TEXT PRIMARY KEY,
+  machine TEXT NOT NULL,
+  reason TEXT NOT NULL,
+  since_unix_ms BIGINT NOT NULL
+);
+CREATE TABLE verification_secret (secret BYTEA NOT NULL);
+INSERT INTO verification_secret
+  SELECT sha256(convert_to(gen_random_uuid()::text || gen_random_uuid()::text || gen_random_uuid()::text, 'UTF8'));
+UPDATE meta SET format = 4;
+)sql";
+
 /// By the format that they lead away from, less one.
-inline constexpr std::array kSteps{kFromFormat1, kFromFormat2};
+inline constexpr std::array kSteps{kFromFormat1, kFromFormat2, kFromFormat3};
 static_assert(kSteps.size() + 1 == kFormat);
 
 }  // namespace lightmill::postgres

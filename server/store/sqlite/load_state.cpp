@@ -40,6 +40,9 @@ Status load_jobs(Database& database, StoredState& state) {
     job.spec.goal.error = rows.real(column++);
     LM_ASSIGN_OR_RETURN(job.reached, stored::limit_named(rows.view(column++)));
     job.spec.goal.adaptive = rows.integer(column++) != 0;
+    job.spec.verify_share = rows.real(column++);
+    job.counters.results_verified = rows.natural(column++);
+    job.counters.nodes_dropped = rows.natural(column++);
     state.jobs.push_back({std::move(job), {}});
   }
   LM_ASSIGN_OR_RETURN(const std::int64_t highest,
@@ -159,6 +162,47 @@ Status load_nodes(Database& database, StoredState& state) {
   return ok_status();
 }
 
+Status load_results(Database& database, StoredState& state) {
+  LM_ASSIGN_OR_RETURN(Statement rows, database.prepare("SELECT tile, level, range_index, hash, worker, machine, "
+                                                       "verification FROM results WHERE job = ?1"));
+  stored::RendererTable renderers;
+  for (StoredState::StoredJob& job : state.jobs) {
+    rows.bind_all(job.record.id.value);
+    for (;;) {
+      LM_ASSIGN_OR_RETURN(const bool more, rows.step());
+      if (!more) {
+        break;
+      }
+      StoredState::StoredResult& result = job.results.emplace_back();
+      result.tile = TileId{static_cast<std::uint32_t>(rows.natural(0))};
+      result.range = {static_cast<std::uint32_t>(rows.natural(1)), static_cast<std::uint32_t>(rows.natural(2))};
+      LM_ASSIGN_OR_RETURN(result.hash, stored::hash_in(rows.view(3)));
+      result.by = renderers.index_of(rows.view(4), rows.view(5));
+      result.to_verify = rows.integer(6) == 1;
+    }
+    rows.reset();
+  }
+  state.renderers = renderers.take();
+  return ok_status();
+}
+
+Status load_quarantine(Database& database, StoredState& state) {
+  LM_ASSIGN_OR_RETURN(
+      Statement rows,
+      database.prepare("SELECT worker, machine, reason, since_unix_ms FROM quarantine ORDER BY worker"));
+  for (;;) {
+    LM_ASSIGN_OR_RETURN(const bool more, rows.step());
+    if (!more) {
+      break;
+    }
+    state.quarantine.push_back({{rows.text(0), rows.text(1)}, rows.text(2), rows.integer(3)});
+  }
+  LM_ASSIGN_OR_RETURN(Statement secret, database.prepare("SELECT secret FROM verification_secret"));
+  LM_ASSIGN_OR_RETURN(const bool found, secret.step());
+  LM_ASSIGN_OR_RETURN(state.secret, stored::digest_in(found ? secret.view(0) : "", "the secret of verification"));
+  return ok_status();
+}
+
 Status load_tokens(Database& database, StoredState& state) {
   LM_ASSIGN_OR_RETURN(Statement rows, database.prepare("SELECT id, name, roles, hash, made_by, made_unix_s, "
                                                        "until_unix_s FROM tokens ORDER BY id"));
@@ -219,6 +263,8 @@ Result<StoredState> load_state(Database& database) {
   LM_RETURN_IF_ERROR(load_settings(database, state));
   LM_RETURN_IF_ERROR(load_histories(database, state));
   LM_RETURN_IF_ERROR(load_nodes(database, state));
+  LM_RETURN_IF_ERROR(load_results(database, state));
+  LM_RETURN_IF_ERROR(load_quarantine(database, state));
   LM_RETURN_IF_ERROR(load_tokens(database, state));
   LM_RETURN_IF_ERROR(load_actions(database, state));
   LM_RETURN_IF_ERROR(next_epoch(database, state));

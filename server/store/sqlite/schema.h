@@ -1,4 +1,4 @@
-// The tables of the store's file, format 9.
+// The tables of the store's file, format 10.
 #pragma once
 
 #include <array>
@@ -16,7 +16,7 @@ CREATE TABLE meta (
   key TEXT PRIMARY KEY,
   value INTEGER NOT NULL
 ) WITHOUT ROWID;
-INSERT INTO meta VALUES ('format', 9), ('epoch', 0);
+INSERT INTO meta VALUES ('format', 10), ('epoch', 0);
 
 CREATE TABLE jobs (
   id INTEGER PRIMARY KEY AUTOINCREMENT,
@@ -42,7 +42,10 @@ CREATE TABLE jobs (
   finished_unix_ms INTEGER NOT NULL,
   goal_error REAL NOT NULL DEFAULT 0,
   reached TEXT NOT NULL DEFAULT '',
-  goal_adaptive INTEGER NOT NULL DEFAULT 0
+  goal_adaptive INTEGER NOT NULL DEFAULT 0,
+  verify_share REAL NOT NULL DEFAULT 0.01,
+  results_verified INTEGER NOT NULL DEFAULT 0,
+  nodes_dropped INTEGER NOT NULL DEFAULT 0
 );
 
 -- How a job's error fell; samples are per pixel.
@@ -113,6 +116,8 @@ CREATE TABLE results (
   range_index INTEGER NOT NULL,
   hash BLOB NOT NULL,
   worker TEXT NOT NULL,
+  machine TEXT NOT NULL DEFAULT '',
+  verification INTEGER NOT NULL DEFAULT 0, -- 1: to be rendered again on another machine; 2: was, with the same bits
   PRIMARY KEY (job, tile, level, range_index)
 ) WITHOUT ROWID;
 
@@ -141,6 +146,17 @@ CREATE TABLE actions (
   outcome INTEGER NOT NULL,
   message TEXT NOT NULL
 );
+-- Who gets nothing to render.
+CREATE TABLE quarantine (
+  worker TEXT PRIMARY KEY,
+  machine TEXT NOT NULL,
+  reason TEXT NOT NULL,
+  since_unix_ms INTEGER NOT NULL
+) WITHOUT ROWID;
+
+-- One row: what decides which results are verified.
+CREATE TABLE verification_secret (secret BLOB NOT NULL);
+INSERT INTO verification_secret VALUES (randomblob(32));
 )sql";
 
 /// From format 1, which knew no meters.
@@ -214,8 +230,25 @@ CREATE TABLE actions (
 );
 )sql";
 
+/// From format 9, which verified nothing.
+inline constexpr const char* kFromFormat9 = R"sql(
+ALTER TABLE jobs ADD COLUMN verify_share REAL NOT NULL DEFAULT 0.01;
+ALTER TABLE jobs ADD COLUMN results_verified INTEGER NOT NULL DEFAULT 0;
+ALTER TABLE jobs ADD COLUMN nodes_dropped INTEGER NOT NULL DEFAULT 0;
+ALTER TABLE results ADD COLUMN machine TEXT NOT NULL DEFAULT '';
+ALTER TABLE results ADD COLUMN verification INTEGER NOT NULL DEFAULT 0;
+CREATE TABLE quarantine (
+  worker TEXT PRIMARY KEY,
+  machine TEXT NOT NULL,
+  reason TEXT NOT NULL,
+  since_unix_ms INTEGER NOT NULL
+) WITHOUT ROWID;
+CREATE TABLE verification_secret (secret BLOB NOT NULL);
+INSERT INTO verification_secret VALUES (randomblob(32));
+)sql";
+
 /// By the format that they lead away from, less one.
-inline constexpr std::array kSteps{kFromFormat1, kFromFormat2, kFromFormat3, kFromFormat4,
-                                   kFromFormat5, kFromFormat6, kFromFormat7, kFromFormat8};
+inline constexpr std::array kSteps{kFromFormat1, kFromFormat2, kFromFormat3, kFromFormat4, kFromFormat5,
+                                   kFromFormat6, kFromFormat7, kFromFormat8, kFromFormat9};
 
 }  // namespace lightmill::sqlite

@@ -16,22 +16,24 @@ using stored::bytes_of;
 using stored::view_of;
 
 constexpr std::string_view kPutJob = R"sql(
-INSERT INTO jobs VALUES (?1,?2,?3,?4,?5,?6,?7,?8,?9,?10,?11,?12,?13,?14,?15,?16,?17,?18,?19,?20,?21,?22,?23,?24)
+INSERT INTO jobs VALUES (?1,?2,?3,?4,?5,?6,?7,?8,?9,?10,?11,?12,?13,?14,?15,?16,?17,?18,?19,?20,?21,?22,?23,?24,?25,?26,
+  ?27)
 ON CONFLICT (id) DO UPDATE SET request_id=?2, name=?3, owner=?4, host=?5, parent=?6, priority=?7, goal_samples=?8,
   goal_seconds=?9, state=?10, reason=?11, fingerprint_class=?12, active_seconds=?13, worker_seconds=?14,
   results_merged=?15, results_duplicate=?16, leases_lost=?17, copies_leased=?18, non_finite=?19,
   submitted_unix_ms=?20, finished_unix_ms=?21, goal_error=?22, reached=?23,
-  goal_adaptive=?24)sql";
+  goal_adaptive=?24, verify_share=?25, results_verified=?26, nodes_dropped=?27)sql";
 
 constexpr std::string_view kPutProgress = R"sql(
 UPDATE jobs SET active_seconds=?2, worker_seconds=?3, results_merged=?4, results_duplicate=?5, leases_lost=?6,
-  copies_leased=?7, non_finite=?8 WHERE id = ?1)sql";
+  copies_leased=?7, non_finite=?8, results_verified=?9, nodes_dropped=?10 WHERE id = ?1)sql";
 
 /// Every statement that a commit runs, prepared once.
 struct Statements {
   Statement begin, commit, rollback;
   Statement put_job, put_progress, put_settings, put_method, put_asset, put_layer, put_error, delete_job, put_node,
-      drop_node, put_result, put_token, drop_token, put_action, drop_action;
+      drop_node, put_result, put_verified, drop_results, put_quarantine, drop_quarantine, put_token, drop_token,
+      put_action, drop_action;
 };
 
 class SqliteStore final : public Store {
@@ -50,6 +52,10 @@ class SqliteStore final : public Store {
   Status apply(const PutNode& op);
   Status apply(const DropNode& op);
   Status apply(const PutResult& op);
+  Status apply(const PutVerified& op);
+  Status apply(const DropResults& op);
+  Status apply(const PutQuarantine& op);
+  Status apply(const DropQuarantine& op);
   Status apply(const PutToken& op);
   Status apply(const DropToken& op);
   Status apply(const PutAction& op);
@@ -117,13 +123,13 @@ Status SqliteStore::roll_back(Status cause) {
 Status SqliteStore::apply(const PutJob& op) {
   const JobRecord& job = op.record;
   const JobCounters& counters = job.counters;
-  statements_.put_job.bind_all(job.id.value, job.spec.request_id, job.spec.name, job.spec.owner, job.spec.host,
-                               job.spec.parent.value, job.spec.priority, job.spec.goal.samples, job.spec.goal.seconds,
-                               stored::name_of(job.state), job.reason, job.fingerprint_class, job.active_seconds,
-                               job.worker_seconds, counters.results_merged, counters.results_duplicate,
-                               counters.leases_lost, counters.copies_leased, counters.non_finite, job.submitted_unix_ms,
-                               job.finished_unix_ms, job.spec.goal.error, stored::name_of(job.reached),
-                               int{job.spec.goal.adaptive});
+  statements_.put_job.bind_all(
+      job.id.value, job.spec.request_id, job.spec.name, job.spec.owner, job.spec.host, job.spec.parent.value,
+      job.spec.priority, job.spec.goal.samples, job.spec.goal.seconds, stored::name_of(job.state), job.reason,
+      job.fingerprint_class, job.active_seconds, job.worker_seconds, counters.results_merged,
+      counters.results_duplicate, counters.leases_lost, counters.copies_leased, counters.non_finite,
+      job.submitted_unix_ms, job.finished_unix_ms, job.spec.goal.error, stored::name_of(job.reached),
+      int{job.spec.goal.adaptive}, job.spec.verify_share, counters.results_verified, counters.nodes_dropped);
   LM_RETURN_IF_ERROR(statements_.put_job.run());
   LM_RETURN_IF_ERROR(put_settings(job));
   return put_history(job);
@@ -172,7 +178,7 @@ Status SqliteStore::apply(const PutProgress& op) {
   const JobCounters& counters = op.counters;
   statements_.put_progress.bind_all(op.job.value, op.active_seconds, op.worker_seconds, counters.results_merged,
                                     counters.results_duplicate, counters.leases_lost, counters.copies_leased,
-                                    counters.non_finite);
+                                    counters.non_finite, counters.results_verified, counters.nodes_dropped);
   return statements_.put_progress.run();
 }
 
@@ -196,8 +202,29 @@ Status SqliteStore::apply(const DropNode& op) {
 Status SqliteStore::apply(const PutResult& op) {
   const std::array<std::uint8_t, 16> hash = bytes_of(op.hash);
   statements_.put_result.bind_all(op.key.job.value, op.key.tile.value, op.key.range.level, op.key.range.index,
-                                  view_of(hash), op.worker);
+                                  view_of(hash), op.by.worker, op.by.machine, int{op.to_verify});
   return statements_.put_result.run();
+}
+
+Status SqliteStore::apply(const PutVerified& op) {
+  statements_.put_verified.bind_all(op.key.job.value, op.key.tile.value, op.key.range.level, op.key.range.index);
+  return statements_.put_verified.run();
+}
+
+Status SqliteStore::apply(const DropResults& op) {
+  statements_.drop_results.bind_all(op.key.job.value, op.key.tile.value, op.key.range.level, op.key.range.index);
+  return statements_.drop_results.run();
+}
+
+Status SqliteStore::apply(const PutQuarantine& op) {
+  statements_.put_quarantine.bind_all(op.record.of.worker, op.record.of.machine, op.record.reason,
+                                      op.record.since_unix_ms);
+  return statements_.put_quarantine.run();
+}
+
+Status SqliteStore::apply(const DropQuarantine& op) {
+  statements_.drop_quarantine.bind_all(op.worker);
+  return statements_.drop_quarantine.run();
 }
 
 Status SqliteStore::apply(const PutToken& op) {
@@ -305,7 +332,16 @@ Result<Statements> prepare_statements(Database& database) {
   LM_ASSIGN_OR_RETURN(
       all.drop_node,
       database.prepare("DELETE FROM nodes WHERE job = ?1 AND tile = ?2 AND level = ?3 AND range_index = ?4"));
-  LM_ASSIGN_OR_RETURN(all.put_result, database.prepare("INSERT OR REPLACE INTO results VALUES (?1,?2,?3,?4,?5,?6)"));
+  LM_ASSIGN_OR_RETURN(all.put_result,
+                      database.prepare("INSERT OR REPLACE INTO results VALUES (?1,?2,?3,?4,?5,?6,?7,?8)"));
+  LM_ASSIGN_OR_RETURN(all.put_verified,
+                      database.prepare("UPDATE results SET verification = 2 WHERE job = ?1 AND tile = ?2 AND level = "
+                                       "?3 AND range_index = ?4"));
+  LM_ASSIGN_OR_RETURN(all.drop_results,
+                      database.prepare("DELETE FROM results WHERE job = ?1 AND tile = ?2 AND level <= ?3 AND "
+                                       "range_index >> (?3 - level) = ?4"));
+  LM_ASSIGN_OR_RETURN(all.put_quarantine, database.prepare("INSERT OR REPLACE INTO quarantine VALUES (?1,?2,?3,?4)"));
+  LM_ASSIGN_OR_RETURN(all.drop_quarantine, database.prepare("DELETE FROM quarantine WHERE worker = ?1"));
   LM_ASSIGN_OR_RETURN(all.put_token, database.prepare("INSERT OR REPLACE INTO tokens VALUES (?1,?2,?3,?4,?5,?6,?7)"));
   LM_ASSIGN_OR_RETURN(all.drop_token, database.prepare("DELETE FROM tokens WHERE id = ?1"));
   LM_ASSIGN_OR_RETURN(all.put_action,

@@ -81,6 +81,12 @@ INSTANTIATE_TEST_SUITE_P(Postgres, AssetConformance,
                                                      [] { return std::make_unique<PostgresAssetPlace>(); }}),
                          kNamed);
 
+/// Takes what format 4 has brought out of the tables.
+constexpr const char* kBackToFormat3 =
+    "ALTER TABLE lightmill.jobs DROP COLUMN verify_share, DROP COLUMN results_verified, DROP COLUMN nodes_dropped;"
+    "ALTER TABLE lightmill.results DROP COLUMN machine, DROP COLUMN verification;"
+    "DROP TABLE lightmill.quarantine, lightmill.verification_secret;";
+
 class PostgresStoreTest : public ::testing::Test {
  protected:
   PostgresOptions options() { return options_for(url_); }
@@ -112,14 +118,19 @@ TEST_F(PostgresStoreTest, TablesOfFormat1AreBroughtUpToDate) {
     ASSERT_TRUE(store->load().ok());
     ASSERT_TRUE(store->commit(std::vector<StoreOp>{PutJob{full_record(1)}}).ok());
   }
-  sql("DROP TABLE lightmill.tokens; DROP TABLE lightmill.actions; UPDATE lightmill.meta SET format = 1");
+  const Sha256 secret = stored().secret;
+  sql(std::string(kBackToFormat3) +
+      "DROP TABLE lightmill.tokens, lightmill.actions; UPDATE lightmill.meta SET format = 1");
   const TokenRecord token{"00112233aabb", "ada", {Role::submit}, sha256("one"), "root", 1, 2};
   {
     const auto store = opened(options()).store;
     const Result<StoredState> state = store->load();
     ASSERT_TRUE(state.ok()) << state.status();
     EXPECT_TRUE(state->tokens.empty());
-    EXPECT_EQ(state->jobs.size(), 1u);
+    ASSERT_EQ(state->jobs.size(), 1u);
+    EXPECT_EQ(state->jobs[0].record.spec.verify_share, kVerifyShare);
+    EXPECT_NE(state->secret, secret);
+    EXPECT_NE(state->secret, Sha256{});
     ASSERT_TRUE(store->commit(std::vector<StoreOp>{PutToken{token}}).ok());
   }
   EXPECT_EQ(stored().tokens, std::vector{token});
@@ -128,7 +139,7 @@ TEST_F(PostgresStoreTest, TablesOfFormat1AreBroughtUpToDate) {
 
 TEST_F(PostgresStoreTest, TablesOfFormat2AreBroughtUpToDate) {
   stored();
-  sql("DROP TABLE lightmill.actions; UPDATE lightmill.meta SET format = 2");
+  sql(std::string(kBackToFormat3) + "DROP TABLE lightmill.actions; UPDATE lightmill.meta SET format = 2");
   const Action action{1, 2, "ada", Proof::none, "", "", "CancelJob", 3, "", StatusCode::kOk, ""};
   {
     const auto store = opened(options()).store;

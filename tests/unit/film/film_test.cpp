@@ -339,5 +339,32 @@ TEST(Film, TellsOfHowManyOfTheFramesSamplesAllTilesHaveTheirPart) {
   EXPECT_EQ(film.max_samples(), 65u);
 }
 
+TEST(Film, WhatIsDroppedIsFreeAgainAndComesBackWithTheSameBits) {
+  Film film(TileGrid(kCrop), NodeLayout());
+  const TileId tile{1};
+  for (const SampleRange range : {SampleRange{2, 0}, SampleRange{0, 4}, SampleRange{1, 3}}) {
+    film.merge(tile, make_node(film, tile, range));
+  }
+  Film whole = film;
+  const std::uint64_t version = film.version(tile), bytes = film.bytes(), non_finite = film.non_finite();
+  film.drop(tile, {2, 0});
+  EXPECT_EQ(ranges_of(film, tile), (std::vector<SampleRange>{{0, 4}, {1, 3}}));
+  EXPECT_EQ(film.samples(tile), 3u);
+  EXPECT_FALSE(film.covered(tile, {0, 0}));
+  EXPECT_GT(film.version(tile), version);
+  EXPECT_LT(film.bytes(), bytes);
+  EXPECT_LT(film.non_finite(), non_finite);
+  EXPECT_EQ(film.pixel_samples(), 3u * static_cast<std::uint64_t>(film.grid().tile_rect(tile).pixel_count()));
+  film.drop(tile, {0, 4});
+  film.drop(tile, {1, 3});
+  EXPECT_EQ(film.max_samples(), 0u);
+  EXPECT_EQ(film.bytes(), 0u);
+  for (const SampleRange range : {SampleRange{0, 4}, SampleRange{1, 3}, SampleRange{1, 1}, SampleRange{1, 0}}) {
+    film.merge(tile, make_node(film, tile, range));
+  }
+  EXPECT_EQ(film.sums(tile), whole.sums(tile));
+  EXPECT_EQ(film.non_finite(), whole.non_finite());
+}
+
 }  // namespace
 }  // namespace lightmill

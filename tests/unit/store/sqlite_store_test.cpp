@@ -49,7 +49,12 @@ class SqliteStoreTest : public ::testing::Test {
   }
   /// Makes the file one of an earlier format.
   void go_back_to(int format) {
-    sql("DROP TABLE actions");
+    sql("ALTER TABLE jobs DROP COLUMN verify_share; ALTER TABLE jobs DROP COLUMN results_verified;"
+        "ALTER TABLE jobs DROP COLUMN nodes_dropped; ALTER TABLE results DROP COLUMN machine;"
+        "ALTER TABLE results DROP COLUMN verification; DROP TABLE quarantine; DROP TABLE verification_secret");
+    if (format < 9) {
+      sql("DROP TABLE actions");
+    }
     if (format < 8) {
       sql("DROP TABLE tokens");
     }
@@ -156,6 +161,29 @@ TEST_F(SqliteStoreTest, AFileOfFormat8IsBroughtUpToDate) {
   const Action action{1, 2, "ada", Proof::none, "", "", "CancelJob", 3, "", StatusCode::kOk, ""};
   EXPECT_TRUE(open()->commit(std::vector<StoreOp>{PutAction{action}}).ok());
   EXPECT_EQ(open()->load()->actions, std::vector{action});
+}
+
+TEST_F(SqliteStoreTest, AFileOfFormat9IsBroughtUpToDate) {
+  const NodeKey key{JobId{1}, TileId{0}, {0, 0}};
+  const PutResult result{key, Hash128{1, 2}, {"worker", "machine"}, true};
+  ASSERT_TRUE(open()->commit(std::vector<StoreOp>{PutJob{test::full_record(1)}, result}).ok());
+  go_back_to(9);
+  const Result<StoredState> state = open()->load();
+  ASSERT_TRUE(state.ok()) << state.status();
+  const StoredState::StoredJob& job = state->jobs.at(0);
+  EXPECT_EQ(job.record.spec.verify_share, kVerifyShare);
+  EXPECT_EQ(job.record.counters.results_verified, 0u);
+  ASSERT_EQ(job.results.size(), 1u);
+  EXPECT_EQ(state->renderers.at(job.results[0].by), (Renderer{"worker", ""}));
+  EXPECT_FALSE(job.results[0].to_verify);
+  EXPECT_NE(state->secret, Sha256{});
+}
+
+TEST_F(SqliteStoreTest, EachHasItsSecretAndKeepsIt) {
+  const Sha256 secret = open()->load()->secret;
+  EXPECT_EQ(open()->load()->secret, secret);
+  std::filesystem::remove(file_);
+  EXPECT_NE(open()->load()->secret, secret);
 }
 
 TEST_F(SqliteStoreTest, ATokenThatIsDamagedIsNotLoaded) {

@@ -56,7 +56,8 @@ JobRecord full_record(std::uint64_t id) {
   record.fingerprint_class = "class";
   record.active_seconds = 0.1;
   record.worker_seconds = 1e9 + 0.25;
-  record.counters = {1, 2, 3, 4, 5};
+  record.counters = {1, 2, 3, 4, 5, 6, 7};
+  record.spec.verify_share = 0.125;
   record.submitted_unix_ms = 1'700'000'000'123;
   record.finished_unix_ms = 1'700'000'000'456;
   return record;
@@ -78,24 +79,30 @@ std::string describe(const StoredState& state) {
     const RenderSettings& s = r.spec.settings;
     std::string text = fmt::format(
         "{} {} {} {} {} parent {} priority {} goal {} {} {} reached {} state {} {} class {} seconds {} {} counters {} "
-        "{} {} {} {} at "
+        "{} {} {} {} {} {} at "
         "{} {} method {} {} {} {} ",
         r.id.value, r.spec.request_id, r.spec.name, r.spec.owner, r.spec.host, r.spec.parent.value, r.spec.priority,
         r.spec.goal.samples, r.spec.goal.seconds, r.spec.goal.error, static_cast<int>(r.reached),
         static_cast<int>(r.state), r.reason, r.fingerprint_class, r.active_seconds, r.worker_seconds,
         r.counters.results_merged, r.counters.results_duplicate, r.counters.leases_lost, r.counters.copies_leased,
-        r.counters.non_finite, r.submitted_unix_ms, r.finished_unix_ms, r.method_notes.chosen,
-        fmt::join(r.method_notes.reasons, "|"), fmt::join(r.method_notes.notices, "|"),
-        fmt::join(r.method_notes.candidates, "|"));
+        r.counters.non_finite, r.counters.results_verified, r.counters.nodes_dropped, r.submitted_unix_ms,
+        r.finished_unix_ms, r.method_notes.chosen, fmt::join(r.method_notes.reasons, "|"),
+        fmt::join(r.method_notes.notices, "|"), fmt::join(r.method_notes.candidates, "|"));
     for (const ErrorPoint& point : r.history) {
       text += fmt::format("error {} {} {} {} ", point.samples, point.worker_seconds, point.rel_mse, point.half_width);
     }
     text += fmt::format("adaptive {} {} ", r.spec.goal.adaptive, fmt::join(r.allocation.shifts(), ","));
+    text += fmt::format("verify {} ", r.spec.verify_share);
     text += "digest " + render_digest(s, "").hex();  // covers every setting
     std::vector<std::string> nodes;
     for (const StoredState::StoredNode& node : job.nodes) {
       nodes.push_back(fmt::format(" tile {} {}/{} {}", node.tile.value, node.node->range.level, node.node->range.index,
                                   hash_of(*node.node).hex()));
+    }
+    for (const StoredState::StoredResult& result : job.results) {
+      const Renderer& by = state.renderers.at(result.by);
+      nodes.push_back(fmt::format(" result {} {}/{} {} {} on {} {}", result.tile.value, result.range.level,
+                                  result.range.index, result.hash.hex(), by.worker, by.machine, result.to_verify));
     }
     std::sort(nodes.begin(), nodes.end());
     for (const std::string& node : nodes) {
@@ -122,6 +129,10 @@ std::string describe(const StoredState& state) {
   }
   for (const auto& [number, text] : actions) {
     all += text;
+  }
+  for (const QuarantineRecord& record : state.quarantine) {
+    all += fmt::format("quarantine {} {} {} {}\n", record.of.worker, record.of.machine, record.reason,
+                       record.since_unix_ms);
   }
   for (const std::string& job : jobs) {
     all += job + "\n";
@@ -220,8 +231,10 @@ TEST_P(StoreConformance, ForestIsKept) {
     commit(*store, {PutJob{full_record(1)}, PutNode{job, TileId{0}, small_node(0, 0, 1)}});
     commit(*store, {PutNode{job, TileId{3}, small_node(0, 4, -1e-30f)}, DropNode{{job, TileId{0}, {0, 0}}},
                     PutNode{job, TileId{0}, small_node(1, 0, 2.5f)},
-                    PutResult{{job, TileId{0}, {0, 1}}, Hash128{1, 2}, "worker"}});
+                    PutResult{{job, TileId{0}, {0, 1}}, Hash128{1, 2}, {"worker", "machine"}, true}});
   }
+  expected.renderers = {{"worker", "machine"}};
+  expected.jobs[0].results = {{TileId{0}, {0, 1}, Hash128{1, 2}, 0, true}};
   EXPECT_EQ(describe(loaded(*open())), describe(expected));
 }
 
@@ -244,7 +257,7 @@ TEST_P(StoreConformance, DeleteForgetsAllButTheId) {
     const auto store = open();
     loaded(*store);
     commit(*store, {PutJob{full_record(8)}, PutNode{JobId{8}, TileId{0}, small_node(0, 0, 1)},
-                    PutResult{{JobId{8}, TileId{0}, {0, 0}}, Hash128{1, 2}, "worker"}});
+                    PutResult{{JobId{8}, TileId{0}, {0, 0}}, Hash128{1, 2}, {"worker", ""}}});
     commit(*store, {DeleteJobRows{JobId{8}}});
   }
   const StoredState state = loaded(*open());
@@ -303,6 +316,48 @@ TEST_P(StoreConformance, ActionsAreKeptUntilTheyAreDroppedAndNeverChange) {
   EXPECT_EQ(describe(loaded(*open())), describe(expected));
 }
 
+TEST_P(StoreConformance, ResultsAreKeptUntilTheyAreDropped) {
+  const JobId one{1}, two{2};
+  const auto result = [](JobId job, std::uint32_t tile, SampleRange range, const char* worker, bool to_verify) {
+    return PutResult{{job, TileId{tile}, range}, Hash128{range.level, range.index}, {worker, "m'1"}, to_verify};
+  };
+  StoredState expected;
+  expected.next_job_id = 3;
+  expected.renderers = {{"a", "m'1"}, {"b", "m'1"}};
+  expected.jobs = {{full_record(1), {}}, {full_record(2), {}}};
+  {
+    const auto store = open();
+    loaded(*store);
+    commit(*store,
+           {PutJob{full_record(1)}, PutJob{full_record(2)}, result(one, 0, {2, 0}, "a", true),
+            result(one, 0, {0, 4}, "b", true), result(one, 0, {1, 3}, "b", false), result(one, 0, {3, 1}, "a", true),
+            result(one, 5, {0, 4}, "a", false), result(two, 0, {0, 4}, "b", true)});
+    // Within [4, 8) of the tile lie [4, 5) and [6, 8), and neither [0, 4) nor [8, 16).
+    commit(*store, {PutVerified{{one, TileId{0}, {3, 1}}}, DropResults{{one, TileId{0}, {2, 1}}}});
+  }
+  expected.jobs[0].results = {{TileId{0}, {2, 0}, Hash128{2, 0}, 0, true},
+                              {TileId{0}, {3, 1}, Hash128{3, 1}, 0, false},
+                              {TileId{5}, {0, 4}, Hash128{0, 4}, 0, false}};
+  expected.jobs[1].results = {{TileId{0}, {0, 4}, Hash128{0, 4}, 1, true}};
+  EXPECT_EQ(describe(loaded(*open())), describe(expected));
+}
+
+TEST_P(StoreConformance, QuarantineIsKeptUntilItEnds) {
+  const QuarantineRecord one{{"a 'x'", "machine"}, "wrong", 1'700'000'000'123}, two{{"b", ""}, "as wrong", 2};
+  StoredState expected;
+  {
+    const auto store = open();
+    EXPECT_NE(loaded(*store).secret, Sha256{});
+    commit(*store, {PutQuarantine{{{"a 'x'", "another"}, "before", 1}}, PutQuarantine{two}});
+    commit(*store, {PutQuarantine{one}});
+    expected.quarantine = {one, two};
+    EXPECT_EQ(describe(loaded(*store)), describe(expected));
+    commit(*store, {DropQuarantine{"b"}, DropQuarantine{"nobody"}});
+  }
+  expected.quarantine = {one};
+  EXPECT_EQ(describe(loaded(*open())), describe(expected));
+}
+
 TEST_P(StoreConformance, FailedCommitLeavesNothing) {
   {
     const auto store = open();
@@ -341,7 +396,8 @@ TEST_P(StoreConformance, CoalescingChangesNothing) {
         ops.push_back(PutJob{record});
         jobs.insert(job);
       } else if (random(4) == 0) {
-        ops.push_back(PutProgress{JobId{job}, 1.0, static_cast<double>(random(100)), {random(1000), 0, 0, 0, 0}});
+        ops.push_back(
+            PutProgress{JobId{job}, 1.0, static_cast<double>(random(100)), {random(1000), 0, 0, 0, 0, random(9), 0}});
       } else if (random(10) == 0) {
         ops.push_back(DeleteJobRows{JobId{job}});
         jobs.erase(job);

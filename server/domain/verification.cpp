@@ -1,0 +1,162 @@
+#include "server/domain/verification.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+#include "common/base/check.h"
+
+namespace lightmill {
+
+bool is_chosen(const Sha256& secret, const NodeKey& key, double share) {
+  if (!(share > 0)) {
+    return false;
+  }
+  const std::array<std::uint64_t, 4> words{key.job.value, key.tile.value, key.range.level, key.range.index};
+  Sha256Hasher hasher;
+  hasher.append(std::as_bytes(std::span(secret.bytes)));
+  hasher.append(std::as_bytes(std::span(words)));
+  const Sha256 digest = hasher.finish();
+  std::uint64_t draw = 0;
+  for (int i = 0; i < 8; ++i) {
+    draw = draw << 8 | digest.bytes[i];
+  }
+  return std::ldexp(static_cast<double>(draw >> 11), -53) < share;  // 53 bits: exact, and always below 1
+}
+
+Verdict judge(std::span<const Claim> claims) {
+  std::set<Hash128> different;
+  for (const Claim& one : claims) {
+    different.insert(one.hash);
+    const bool seconded = std::ranges::any_of(
+        claims, [&](const Claim& other) { return other.hash == one.hash && other.by.machine != one.by.machine; });
+    if (seconded) {
+      return {Verdict::Kind::agreed, one.hash};
+    }
+  }
+  return {different.size() >= 3 ? Verdict::Kind::program : Verdict::Kind::open, {}};
+}
+
+void Verifications::list(const Place& place, const Entry& entry) {
+  if (entry.lease) {
+    ++out_;
+  } else if (entry.claims.size() > 1) {
+    disputed_.insert(place);
+  } else if (entry.lost < kMostLost) {
+    waiting_[entry.claims.front().by.machine].insert(place);
+  }
+}
+
+void Verifications::unlist(const Place& place, const Entry& entry) {
+  if (entry.lease) {
+    --out_;
+    return;
+  }
+  disputed_.erase(place);
+  if (const auto found = waiting_.find(entry.claims.front().by.machine); found != waiting_.end()) {
+    found->second.erase(place);
+    if (found->second.empty()) {
+      waiting_.erase(found);
+    }
+  }
+}
+
+void Verifications::open(const Place& place, Claim first) {
+  const auto [at, fresh] = entries_.try_emplace(place);
+  if (!fresh) {
+    unlist(place, at->second);
+  }
+  at->second = Entry{{std::move(first)}, {}, 0};
+  list(place, at->second);
+}
+
+const Verifications::Entry* Verifications::find(const Place& place) const {
+  const auto found = entries_.find(place);
+  return found == entries_.end() ? nullptr : &found->second;
+}
+
+Verdict Verifications::claim(const Place& place, Claim claim) {
+  Entry& entry = entries_.at(place);
+  unlist(place, entry);
+  entry.claims.push_back(std::move(claim));
+  list(place, entry);
+  return judge(entry.claims);
+}
+
+std::optional<LeaseId> Verifications::close(const Place& place) {
+  const auto found = entries_.find(place);
+  if (found == entries_.end()) {
+    return std::nullopt;
+  }
+  unlist(place, found->second);
+  const std::optional<LeaseId> lease = found->second.lease;
+  entries_.erase(found);
+  return lease;
+}
+
+std::vector<std::pair<Verifications::Place, std::optional<LeaseId>>> Verifications::close_within(TileId tile,
+                                                                                                 SampleRange range) {
+  std::vector<Place> within;
+  for (const auto& [place, entry] : entries_) {
+    if (place.tile == tile && range.contains(place.range)) {
+      within.push_back(place);
+    }
+  }
+  std::vector<std::pair<Place, std::optional<LeaseId>>> closed;
+  for (const Place& place : within) {
+    closed.emplace_back(place, close(place));
+  }
+  return closed;
+}
+
+bool Verifications::may_claim(const Entry& entry, const std::string& machine) {
+  return std::ranges::none_of(entry.claims, [&](const Claim& claim) { return claim.by.machine == machine; });
+}
+
+std::vector<Verifications::Place> Verifications::next_for(const std::string& machine, std::size_t most) const {
+  for (const Place& place : disputed_) {
+    if (may_claim(entries_.at(place), machine)) {
+      return {place};
+    }
+  }
+  for (const auto& [of, places] : waiting_) {
+    if (of == machine) {
+      continue;
+    }
+    std::vector<Place> next;
+    for (auto at = places.begin(); at != places.end() && next.size() < most && at->range == places.begin()->range;
+         ++at) {
+      next.push_back(*at);
+    }
+    return next;
+  }
+  return {};
+}
+
+void Verifications::lease(const Place& place, LeaseId lease) {
+  Entry& entry = entries_.at(place);
+  LM_CHECK(!entry.lease);
+  unlist(place, entry);
+  entry.lease = lease;
+  list(place, entry);
+}
+
+void Verifications::release(const Place& place, LeaseId lease, bool lost) {
+  const auto found = entries_.find(place);
+  if (found == entries_.end() || found->second.lease != lease) {
+    return;
+  }
+  unlist(place, found->second);
+  found->second.lease.reset();
+  found->second.lost += lost ? 1 : 0;
+  list(place, found->second);
+}
+
+bool Verifications::possible_on(std::span<const std::string> machines) const {
+  return std::ranges::any_of(machines, [&](const std::string& machine) {
+    return std::ranges::any_of(waiting_, [&](const auto& entry) { return entry.first != machine; }) ||
+           std::ranges::any_of(disputed_, [&](const Place& place) { return may_claim(entries_.at(place), machine); });
+  });
+}
+
+}  // namespace lightmill

@@ -1,0 +1,109 @@
+// Which results are rendered again on another machine, what was claimed of each, and what follows from that.
+//
+// Pure and not thread-safe. Knows nothing of workers' sessions or of the film: a claim is who says which bits a tile's
+// samples have, and machines decide, not workers, since what computes wrongly is a machine.
+#pragma once
+
+#include <map>
+#include <optional>
+#include <set>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "common/base/digest.h"
+#include "common/base/ids.h"
+#include "common/farm/messages.h"
+#include "server/domain/effects.h"
+
+namespace lightmill {
+
+/// Whether a result is to be rendered again: so is `share` of them, told apart by SHA-256 over a secret of the farm, so
+/// that nobody who renders can foresee it, and every coordinator of the farm says the same. `share` is from 0 to 1.
+bool is_chosen(const Sha256& secret, const NodeKey& key, double share);
+
+/// Who says that some samples have these bits. Several workers' joined node has no worker and no machine.
+struct Claim {
+  Renderer by;
+  Hash128 hash;
+  friend bool operator==(const Claim&, const Claim&) = default;
+};
+
+/// What follows from claims about the same samples.
+struct Verdict {
+  enum class Kind {
+    open,     ///< another machine has to say
+    agreed,   ///< two machines say `hash`; claims of other bits are wrong
+    program,  ///< three machines say three different things, which no machine can be blamed for
+  };
+  Kind kind = Kind::open;
+  Hash128 hash;
+};
+Verdict judge(std::span<const Claim> claims);
+
+/// What of one job is still to be verified.
+class Verifications {
+ public:
+  struct Place {
+    SampleRange range;  ///< first, so that those which make a unit stand together
+    TileId tile;
+    friend auto operator<=>(const Place&, const Place&) = default;
+  };
+  struct Entry {
+    std::vector<Claim> claims;     ///< the first is what the film holds; others differ from it
+    std::optional<LeaseId> lease;  ///< of who renders it again
+    std::uint32_t lost = 0;        ///< leases of it
+  };
+  /// A place with which so many leases were lost is not leased again: it may be why.
+  static constexpr std::uint32_t kMostLost = 5;
+
+  /// A result of which `first` is claimed is to be rendered again. Replaces what was known of the place.
+  void open(const Place& place, Claim first);
+  /// Null if nothing is to be verified there.
+  const Entry* find(const Place& place) const;
+  /// Adds a claim to an open place. Returns what follows; unless that is `open`, the caller closes the place.
+  Verdict claim(const Place& place, Claim claim);
+  /// The place needs nothing more. Returns its lease, if it had one.
+  std::optional<LeaseId> close(const Place& place);
+  /// Closes all places of the tile whose samples lie in `range`. Returns them with what their leases were.
+  std::vector<std::pair<Place, std::optional<LeaseId>>> close_within(TileId tile, SampleRange range);
+  /// Takes back claims by these, other than those of the film.
+  template <class Predicate>
+  void retract(const Predicate& by) {
+    for (auto& [place, entry] : entries_) {
+      if (entry.claims.size() > 1) {
+        unlist(place, entry);
+        entry.claims.erase(std::remove_if(entry.claims.begin() + 1, entry.claims.end(),
+                                          [&](const Claim& each) { return by(each.by); }),
+                           entry.claims.end());
+        list(place, entry);
+      }
+    }
+  }
+
+  /// Places that a worker on this machine may be leased now, at most `most`, all with the range of the first.
+  std::vector<Place> next_for(const std::string& machine, std::size_t most) const;
+  void lease(const Place& place, LeaseId lease);
+  /// The lease does not work on the place any more. Nothing happens if it did not.
+  void release(const Place& place, LeaseId lease, bool lost);
+
+  std::size_t size() const { return entries_.size(); }
+  std::size_t out() const { return out_; }
+  bool waiting() const { return !waiting_.empty() || !disputed_.empty(); }  ///< some place could be leased
+  /// Places where two claims differ, and that are not leased.
+  const std::set<Place>& disputed() const { return disputed_; }
+  /// Whether a place waits that a worker on one of these machines could verify.
+  bool possible_on(std::span<const std::string> machines) const;
+
+ private:
+  static bool may_claim(const Entry& entry, const std::string& machine);
+  void list(const Place& place, const Entry& entry);
+  void unlist(const Place& place, const Entry& entry);
+
+  std::map<Place, Entry> entries_;
+  std::map<std::string, std::set<Place>> waiting_;  ///< with one claim, by the machine it is from; not leased
+  std::set<Place> disputed_;
+  std::size_t out_ = 0;
+};
+
+}  // namespace lightmill

@@ -1,0 +1,381 @@
+// How results are verified: rendered again on another machine; and what follows where two machines differ.
+#include "common/base/check.h"
+#include "server/domain/coordinator_state.h"
+
+namespace lightmill {
+namespace {
+
+/// "samples [0, 64) of the 64x64 pixels at 128, 0 of job 3".
+std::string describe_place(const Job& job, TileId tile, const SampleRange& range) {
+  const PixelRect rect = job.film.grid().tile_rect(tile);
+  return fmt::format("samples [{}, {}) of the {}x{} pixels at {}, {} of job {}", range.first(), range.end(), rect.width,
+                     rect.height, rect.x, rect.y, job.id().value);
+}
+
+/// "worker-1 on a" for people; several workers' joined node has neither.
+std::string describe_renderer(const Renderer& by) {
+  return by.worker.empty() ? std::string("several workers together") : fmt::format("{} on {}", by.worker, by.machine);
+}
+
+std::string describe_renderers(std::span<const Claim> claims) {
+  std::vector<std::string> names;
+  for (const Claim& claim : claims) {
+    names.push_back(describe_renderer(claim.by));
+  }
+  return fmt::format("{}", fmt::join(names, " and "));
+}
+
+bool shares_guilt(const Renderer& guilty, const Renderer& other) {
+  return other.worker == guilty.worker || (!guilty.machine.empty() && other.machine == guilty.machine);
+}
+
+}  // namespace
+
+// ---- who had a part in what ----
+
+std::uint32_t Coordinator::State::renderer_index(const Renderer& renderer) {
+  const auto [at, fresh] = renderer_indices.try_emplace(renderer, static_cast<std::uint32_t>(renderers.size()));
+  if (fresh) {
+    renderers.push_back(renderer);
+  }
+  return at->second;
+}
+
+void Coordinator::State::restore_results(Job& job, const StoredState& stored,
+                                         const std::vector<StoredState::StoredResult>& results) {
+  for (const StoredState::StoredResult& result : results) {
+    const std::vector<NodePtr>& forest = job.film.forest(result.tile);
+    const auto node =
+        std::ranges::find_if(forest, [&](const NodePtr& each) { return each->range.contains(result.range); });
+    if (node == forest.end()) {
+      continue;  // its node was damaged, and is rendered again
+    }
+    const Renderer& by = stored.renderers.at(result.by);
+    machines_before.insert(by.machine);
+    std::vector<std::uint32_t>& parts = job.parts[{result.tile, (*node)->range}];
+    const std::uint32_t index = renderer_index(by);
+    if (const auto at = std::ranges::lower_bound(parts, index); at == parts.end() || *at != index) {
+      parts.insert(at, index);
+    }
+    if (result.to_verify) {
+      job.verifications.open({result.range, result.tile}, {by, result.hash});
+    }
+  }
+}
+
+void Coordinator::State::note_parts(Job& job, const NodeKey& key, const Renderer& by, const MergeOutcome& outcome) {
+  std::vector<std::uint32_t> parts{renderer_index(by)};
+  for (const SampleRange& range : outcome.removed) {
+    const auto found = job.parts.find({key.tile, range});
+    if (found == job.parts.end()) {
+      continue;
+    }
+    if (!key.range.contains(range)) {  // joined, not replaced
+      parts.insert(parts.end(), found->second.begin(), found->second.end());
+    }
+    job.parts.erase(found);
+  }
+  std::ranges::sort(parts);
+  parts.erase(std::ranges::unique(parts).begin(), parts.end());
+  for (const NodePtr& node : outcome.added) {
+    job.parts[{key.tile, node->range}] = parts;
+  }
+}
+
+// ---- leases ----
+
+bool Coordinator::State::grant_verification(Worker& worker, Job& job, Time now, Step& step) {
+  const std::string& machine = machine_of(worker.hello);
+  std::vector<Verifications::Place> places = job.verifications.next_for(machine, 1);
+  if (places.empty()) {
+    return false;
+  }
+  const SampleRange range = places.front().range;
+  const auto pixels = static_cast<std::uint64_t>(job.film.grid().tile_rect(places.front().tile).pixel_count());
+  const std::uint32_t tiles =
+      choose_tile_count(range, job.verifications.size() - job.verifications.out(), pixels, aim_for(worker, job));
+  if (tiles > 1) {
+    places = job.verifications.next_for(machine, tiles);
+  }
+  const LeaseId id = next_lease_id();
+  Unit unit{job.id(), range, {}};
+  for (const Verifications::Place& place : places) {
+    unit.tiles.push_back(place.tile);
+    job.verifications.lease(place, id);
+  }
+  Lease& lease = open_lease(worker, job, id, std::move(unit), false, now);
+  lease.verifies = true;
+  send_grant(worker, job, lease, step);
+  refresh_queue(job);
+  return true;
+}
+
+void Coordinator::State::end_verification_of(LeaseId id, TileId tile, Time now, Step& step) {
+  const auto found = leases.find(id);
+  if (found == leases.end() || !found->second.verifies) {
+    return;
+  }
+  Job& job = *jobs.at(found->second.unit.job);
+  job.verifications.release({found->second.unit.range, tile}, id, false);
+  tile_done(id, tile, now, step, true);
+}
+
+std::vector<std::string> Coordinator::State::machines_for(const Job& job, Time now) const {
+  std::set<std::string> machines;
+  for (const auto& [name, worker] : workers) {
+    if (worker.session && !worker.draining && may_render(worker, job) &&
+        now < worker.heard_at + limits.verifier_patience) {
+      machines.insert(machine_of(worker.hello));
+    }
+  }
+  for (const auto& [machine, was] : absent) {
+    if (now < was.since + limits.verifier_patience && was.fingerprint_class == job.record.fingerprint_class &&
+        was.renderer_version == job.record.spec.settings.renderer_version && !in_quarantine({"", machine})) {
+      machines.insert(machine);
+    }
+  }
+  return {machines.begin(), machines.end()};
+}
+
+bool Coordinator::State::verified_as_far_as_possible(const Job& job, Time now) const {
+  if (job.verifications.out() > 0 || !job.verifications.disputed().empty()) {
+    return false;
+  }
+  if (!job.verifications.waiting()) {
+    return true;
+  }
+  const bool others_may_come_back = machines_before.size() > 1 && now < started + limits.verifier_patience;
+  return !others_may_come_back && !job.verifications.possible_on(machines_for(job, now));
+}
+
+std::string Coordinator::State::reason_for_dispute(const Job& job) const {
+  if (job.verifications.disputed().empty()) {
+    return "";
+  }
+  const Verifications::Place& place = *job.verifications.disputed().begin();
+  const std::vector<Claim>& claims = job.verifications.find(place)->claims;
+  const bool third = std::ranges::any_of(workers, [&](const auto& entry) {
+    const Worker& worker = entry.second;
+    return worker.session && !worker.draining && may_render(worker, job) &&
+           std::ranges::none_of(claims, [&](const Claim& each) { return each.by.machine == machine_of(worker.hello); });
+  });
+  return third
+             ? ""
+             : fmt::format("waits for a worker on another machine: {} differ between {}, so that one of them is wrong",
+                           describe_place(job, place.tile, place.range), describe_renderers(claims));
+}
+
+// ---- claims ----
+
+void Coordinator::State::compare_result(Job& job, const NodeKey& key, const Hash128& hash, const Renderer& by,
+                                        bool differs, Time now, Step& step) {
+  const Verifications::Place place{key.range, key.tile};
+  const Verifications::Entry* entry = job.verifications.find(place);
+  if (entry == nullptr) {
+    if (!differs || job.record.spec.verify_share <= 0) {
+      return;
+    }
+    // Nobody was to verify these samples, but a copy has: what the film holds is the first claim.
+    const auto parts = job.parts.find({key.tile, key.range});
+    const bool one = parts != job.parts.end() && parts->second.size() == 1;
+    const std::vector<NodePtr>& forest = job.film.forest(key.tile);
+    const auto node = std::ranges::find_if(forest, [&](const NodePtr& each) { return each->range == key.range; });
+    job.verifications.open(place, {one ? renderers.at(parts->second.front()) : Renderer{}, hash_of(**node)});
+  } else if (std::ranges::any_of(entry->claims, [&](const Claim& each) { return each.by.machine == by.machine; })) {
+    return;  // a machine is heard once
+  }
+  const Verdict verdict = job.verifications.claim(place, {by, hash});
+  if (verdict.kind == Verdict::Kind::agreed) {
+    settle_verification(job, key, verdict.hash, now, step);
+  } else if (verdict.kind == Verdict::Kind::program) {
+    accuse_program(job, key, now, step);
+  } else {
+    note(step, Note::Level::warning, "{} differ between {}: another machine is to decide",
+         describe_place(job, key.tile, key.range), describe_renderers(job.verifications.find(place)->claims));
+  }
+}
+
+void Coordinator::State::settle_verification(Job& job, const NodeKey& key, const Hash128& hash, Time now, Step& step) {
+  const Verifications::Place place{key.range, key.tile};
+  const std::vector<Claim> claims = job.verifications.find(place)->claims;
+  if (const std::optional<LeaseId> lease = job.verifications.close(place)) {
+    tile_done(*lease, key.tile, now, step, false);
+  }
+  std::vector<Claim> agreed, wrong;
+  for (const Claim& claim : claims) {
+    (claim.hash == hash ? agreed : wrong).push_back(claim);
+  }
+  if (claims.front().hash == hash) {
+    ++job.record.counters.results_verified;
+    step.writes.push_back(PutVerified{key});
+  }
+  for (const Claim& claim : wrong) {
+    if (claim.by == Renderer{}) {
+      note(step, Note::Level::warning,
+           "{}: what several workers' results were joined to is wrong; it is rendered again",
+           describe_place(job, key.tile, key.range));
+      drop_node_with(job, key.tile, key.range, now, step);
+    } else {
+      convict(claim.by, job, key, agreed, now, step);
+    }
+  }
+}
+
+void Coordinator::State::accuse_program(Job& job, const NodeKey& key, Time now, Step& step) {
+  const std::vector<Claim> claims = job.verifications.find({key.range, key.tile})->claims;
+  job.record.reason = fmt::format(
+      "{} came out in {} ways, on {}: that is the program's fault, not a worker's; please report it. Resumed, the job "
+      "renders them again",
+      describe_place(job, key.tile, key.range), claims.size(), describe_renderers(claims));
+  drop_node_with(job, key.tile, key.range, now, step);
+  job.record.state = JobState::paused;
+  put_job(job, step);
+  refresh_queue(job);
+  note(step, Note::Level::warning, "job {} is paused: {}", job.id().value, job.record.reason);
+}
+
+// ---- guilt ----
+
+bool Coordinator::State::in_quarantine(const Renderer& renderer) const {
+  return std::ranges::any_of(quarantine, [&](const auto& entry) { return shares_guilt(entry.second.of, renderer); });
+}
+
+std::string Coordinator::State::reason_for_quarantine(const Renderer& renderer) const {
+  for (const auto& [worker, record] : quarantine) {
+    if (shares_guilt(record.of, renderer)) {
+      return record.of.worker == renderer.worker
+                 ? record.reason
+                 : fmt::format("it is on the machine of {}, of which {}", record.of.worker, record.reason);
+    }
+  }
+  return "";
+}
+
+void Coordinator::State::convict(const Renderer& guilty, const Job& job, const NodeKey& key,
+                                 std::span<const Claim> agreed, Time now, Step& step) {
+  const std::string reason = fmt::format("its {} differ from what {} have rendered alike",
+                                         describe_place(job, key.tile, key.range), describe_renderers(agreed));
+  if (!in_quarantine(guilty)) {
+    const QuarantineRecord record{guilty, reason, unix_ms(now)};
+    quarantine[guilty.worker] = record;
+    step.writes.push_back(PutQuarantine{record});
+    note(step, Note::Level::warning, "worker {} is in quarantine: {}", describe_renderer(guilty), reason);
+  }
+  for (auto& [name, worker] : workers) {
+    if (shares_guilt(guilty, renderer_of(worker.hello))) {
+      hold_in_quarantine(worker, reason, now, step);
+    }
+  }
+  undo_work_of(guilty, now, step);
+}
+
+void Coordinator::State::hold_in_quarantine(Worker& worker, const std::string& reason, Time now, Step& step) {
+  if (worker.quarantined) {
+    return;
+  }
+  if (counts(worker)) {
+    farm_threads -= worker.hello.threads;
+  }
+  worker.quarantined = true;
+  idle.erase(worker.hello.name);
+  while (!worker.leases.empty()) {
+    const LeaseId id = *worker.leases.begin();
+    Job& job = *jobs.at(leases.at(id).unit.job);
+    end_lease(id, true, false, now, step);
+    put_progress(job, now, step);
+  }
+  if (worker.session) {
+    send_after_commit(step, *worker.session,
+                      Notice{fmt::format("in quarantine, this worker gets nothing to render: {}", reason)});
+  }
+}
+
+void Coordinator::State::undo_work_of(const Renderer& guilty, Time now, Step& step) {
+  for (auto& [id, job] : jobs) {
+    const JobState state = job->record.state;
+    if (state == JobState::failed || state == JobState::cancelled) {
+      continue;  // nobody renders it again
+    }
+    job->verifications.retract([&](const Renderer& by) { return shares_guilt(guilty, by); });
+    std::vector<std::pair<TileId, SampleRange>> tainted;
+    for (const auto& [place, parts] : job->parts) {
+      if (std::ranges::any_of(parts, [&](std::uint32_t part) { return shares_guilt(guilty, renderers[part]); })) {
+        tainted.push_back(place);
+      }
+    }
+    if (tainted.empty()) {
+      continue;
+    }
+    for (const auto& [tile, range] : tainted) {
+      drop_node_with(*job, tile, range, now, step);
+    }
+    note(step, Note::Level::warning, "job {}: {} nodes of its film, with results of {}, are rendered again", id.value,
+         tainted.size(), describe_renderer(guilty));
+    if (state == JobState::done) {
+      reopen_done(*job, now);
+    }
+    put_job(*job, step);
+    refresh_queue(*job);
+  }
+}
+
+void Coordinator::State::drop_node_with(Job& job, TileId tile, SampleRange within, Time now, Step& step) {
+  const std::vector<NodePtr>& forest = job.film.forest(tile);
+  const auto node = std::ranges::find_if(forest, [&](const NodePtr& each) { return each->range.contains(within); });
+  if (node == forest.end()) {
+    return;
+  }
+  const SampleRange range = (*node)->range;
+  job.record.counters.non_finite -= (*node)->non_finite;
+  ++job.record.counters.nodes_dropped;
+  job.film.drop(tile, range);
+  job.parts.erase({tile, range});
+  step.writes.push_back(DropNode{{job.id(), tile, range}});
+  step.writes.push_back(DropResults{{job.id(), tile, range}});
+  for (const auto& [place, lease] : job.verifications.close_within(tile, range)) {
+    if (lease) {
+      tile_done(*lease, tile, now, step, false);
+    }
+  }
+  if (job.plan) {
+    job.plan->reopen(tile);
+  }
+  ++job.version;
+}
+
+Status Coordinator::release_worker(const std::string& name, Time now, Step& step) {
+  State& state = *state_;
+  Renderer of{name, ""};
+  if (const Worker* const worker = state.find_worker(name)) {
+    of.machine = machine_of(worker->hello);
+  }
+  std::vector<std::string> ended;
+  for (const auto& [worker, record] : state.quarantine) {
+    if (shares_guilt(record.of, of)) {
+      ended.push_back(worker);
+    }
+  }
+  if (ended.empty()) {
+    return not_found("there is no worker '{}' in quarantine", name);
+  }
+  for (const std::string& worker : ended) {
+    state.quarantine.erase(worker);
+    step.writes.push_back(DropQuarantine{worker});
+    note(step, Note::Level::info, "worker {} is released from quarantine", worker);
+  }
+  for (auto& [each, worker] : state.workers) {
+    if (worker.quarantined && !state.in_quarantine(renderer_of(worker.hello))) {
+      worker.quarantined = false;
+      if (state.counts(worker)) {
+        state.farm_threads += worker.hello.threads;
+      }
+      if (worker.session) {
+        send_after_commit(step, *worker.session, Notice{"released from quarantine"});
+      }
+      state.serve(worker, now, step);
+    }
+  }
+  return ok_status();
+}
+
+}  // namespace lightmill

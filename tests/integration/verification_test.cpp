@@ -1,0 +1,110 @@
+// Liars and bad machines, with real processes: what they sent is found, thrown away and rendered again.
+#include <gtest/gtest.h>
+
+#include "common/wire/farm_messages.h"
+#include "tests/support/farm.h"
+
+namespace lightmill::test {
+namespace {
+
+using std::chrono::seconds;
+
+std::unique_ptr<BackgroundProcess> start_liar(const Farm& farm, const std::string& name, const std::string& machine,
+                                              const std::string& share) {
+  return std::make_unique<BackgroundProcess>(
+      std::vector<std::string>{LIGHTMILL_LYING_WORKER, farm.address(), name, machine, share},
+      (farm.folder() / (name + ".log")).string());
+}
+
+std::vector<v1::Worker> workers_of(Farm& farm) {
+  FarmClient client = farm.client();
+  v1::ListWorkersResponse response;
+  grpc::ClientContext context;
+  const grpc::Status status = client.stub().ListWorkers(&context, {}, &response);
+  EXPECT_TRUE(status.ok()) << status.error_message();
+  return {response.workers().begin(), response.workers().end()};
+}
+
+const v1::Worker* named(const std::vector<v1::Worker>& workers, const std::string& name) {
+  const auto found = std::ranges::find_if(workers, [&](const v1::Worker& each) { return each.name() == name; });
+  return found == workers.end() ? nullptr : &*found;
+}
+
+void wait_for_workers(Farm& farm, std::size_t count) {
+  const auto until = std::chrono::steady_clock::now() + seconds(60);
+  while (workers_of(farm).size() < count) {
+    ASSERT_LT(std::chrono::steady_clock::now(), until) << farm.server_log();
+    std::this_thread::sleep_for(std::chrono::milliseconds(50));
+  }
+}
+
+v1::Job submit_verified(Farm& farm, const Picture& picture, double share) {
+  FarmClient client = farm.client();
+  client.upload_assets(shipped_scene(picture.scene));
+  JobSpec spec = job_of(picture, "verified");
+  spec.verify_share = share;
+  v1::SubmitJobRequest request;
+  to_wire(spec, &request);
+  v1::Job job;
+  grpc::ClientContext context;
+  const grpc::Status status = client.stub().SubmitJob(&context, request, &job);
+  EXPECT_TRUE(status.ok()) << status.error_message();
+  return job;
+}
+
+class Verification : public testing::TestWithParam<const char*> {};
+
+TEST_P(Verification, ALiarAmongThreeMachinesChangesNothing) {
+  Farm farm;
+  const auto liar = start_liar(farm, "liar", "machine-1", GetParam());
+  const auto honest = start_liar(farm, "honest", "machine-2", "0");
+  farm.add_worker(1, "w3");
+  wait_for_workers(farm, 3);
+  Picture picture;
+  picture.samples = 24;
+  const v1::Job job = submit_verified(farm, picture, 1);
+  expect_reference_film(farm.client(), job.id(), picture);
+  const v1::Job ended = farm.client().job(job.id());
+  EXPECT_EQ(ended.results_unverified(), 0u) << ended.ShortDebugString();
+  EXPECT_GT(ended.counters().results_verified(), 0u);
+  const std::vector<v1::Worker> workers = workers_of(farm);
+  ASSERT_NE(named(workers, "liar"), nullptr);
+  EXPECT_NE(named(workers, "liar")->quarantine(), "") << farm.server_log();
+  for (const char* name : {"honest", "w3"}) {
+    ASSERT_NE(named(workers, name), nullptr);
+    EXPECT_EQ(named(workers, name)->quarantine(), "");
+  }
+  EXPECT_NE(farm.log("liar").find("in quarantine"), std::string::npos);
+
+  // A coordinator that starts again knows of it.
+  kill_at_once(farm.server());
+  farm.start_server();
+  wait_for_workers(farm, 3);
+  EXPECT_NE(named(workers_of(farm), "liar")->quarantine(), "");
+  v1::ReleaseWorkerRequest request;
+  request.set_name("liar");
+  v1::ReleaseWorkerResponse response;
+  grpc::ClientContext context;
+  FarmClient client = farm.client();
+  EXPECT_TRUE(client.stub().ReleaseWorker(&context, request, &response).ok());
+  EXPECT_EQ(named(workers_of(farm), "liar")->quarantine(), "");
+}
+INSTANTIATE_TEST_SUITE_P(Lies, Verification, testing::Values("1", "0.2"),
+                         [](const auto& info) { return info.index == 0 ? "Always" : "InOneOfFive"; });
+
+TEST(UnverifiedFarm, SaysSo) {
+  Farm farm;
+  farm.add_worker(1, "w1");
+  farm.add_worker(1, "w2");  // on the same machine
+  wait_for_workers(farm, 2);
+  Picture picture;
+  picture.samples = 4;
+  const v1::Job job = submit_verified(farm, picture, 1);
+  const v1::Job ended = farm.client().wait_until_ended(job.id());
+  EXPECT_EQ(ended.state(), v1::JOB_STATE_DONE);
+  EXPECT_EQ(ended.counters().results_verified(), 0u);
+  EXPECT_EQ(ended.results_unverified(), ended.counters().results_merged());
+}
+
+}  // namespace
+}  // namespace lightmill::test
