@@ -296,6 +296,13 @@ Result<v1::Worker> FarmConnection::drain_worker(const std::string& name) {
   return worker;
 }
 
+Status FarmConnection::release_worker(const std::string& name) {
+  v1::ReleaseWorkerRequest request;
+  request.set_name(name);
+  v1::ReleaseWorkerResponse response;
+  return call(*state_, &Stub::ReleaseWorker, request, response);
+}
+
 Result<v1::Token> FarmConnection::create_token(const v1::CreateTokenRequest& request) {
   v1::Token token;
   Status status;

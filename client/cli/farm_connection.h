@@ -66,6 +66,7 @@ class FarmConnection {
 
   Result<Listed<v1::Worker>> list_workers();
   Result<v1::Worker> drain_worker(const std::string& name);
+  Status release_worker(const std::string& name);
 
   /// Sent again if the connection breaks: the same token twice is one.
   Result<v1::Token> create_token(const v1::CreateTokenRequest& request);

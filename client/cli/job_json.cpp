@@ -81,6 +81,11 @@ json to_json(const v1::Job& job) {
         {"leases_lost", counters.leases_lost()},
         {"copies_leased", counters.copies_leased()},
         {"non_finite", counters.non_finite()}}},
+      {"verification",
+       {{"share", job.verify_share()},
+        {"verified", counters.results_verified()},
+        {"unverified", job.results_unverified()},
+        {"nodes_dropped", counters.nodes_dropped()}}},
       {"submitted_unix_ms", job.submitted_unix_ms()},
       {"finished_unix_ms", null_unless(job.finished_unix_ms() != 0, job.finished_unix_ms())},
       {"fingerprint_class", null_unless(!job.fingerprint_class().empty(), job.fingerprint_class())},
@@ -101,6 +106,8 @@ json to_json(const v1::Worker& worker) {
       {"connected_seconds", worker.connected_seconds()},
       {"results", worker.results()},
       {"leases_lost", worker.leases_lost()},
+      {"quarantine", null_unless(!worker.quarantine().empty(), worker.quarantine())},
+      {"connected", !worker.away()},
   };
 }
 

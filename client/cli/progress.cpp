@@ -112,6 +112,32 @@ std::string error_text(const v1::Job& job) {
   return percent >= 9.95 ? fmt::format("±{:.0f}%", percent) : fmt::format("±{:.2g}%", percent);
 }
 
+std::string verification_text(const v1::Job& job) {
+  const std::uint64_t verified = job.counters().results_verified(), unverified = job.results_unverified(),
+                      merged = job.counters().results_merged();
+  std::string text;
+  if (verified > 0) {
+    text = fmt::format("{} of {} results were rendered again on another machine, alike", verified, merged);
+  } else if (job.verify_share() <= 0) {
+    text = "unaudited: not asked for";
+  } else if (unverified == 0) {
+    text = fmt::format("unaudited: none of {} results has been drawn, of which {:.3g} % are", merged,
+                       100 * job.verify_share());
+  } else if (job.state() == v1::JOB_STATE_DONE) {
+    text = "unaudited: no other machine was there";
+  } else {
+    text = "nothing yet";
+  }
+  if (unverified > 0) {
+    text += fmt::format("; {} {}", unverified, job.state() == v1::JOB_STATE_DONE ? "could not be" : "wait for it");
+  }
+  if (job.counters().nodes_dropped() > 0) {
+    text += fmt::format("; {} nodes with results of workers that were wrong have been rendered again",
+                        job.counters().nodes_dropped());
+  }
+  return text;
+}
+
 std::string method_name(const v1::Job& job) {
   const auto& candidates = job.method_notes().candidates();
   return candidates.empty() ? job.method() : fmt::format("{}", fmt::join(candidates, " or "));

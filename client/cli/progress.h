@@ -33,6 +33,9 @@ std::vector<std::string> method_lines(const v1::Job& job);
 /// "12/64 spp", or "12 spp" without a sample goal: what all of the frame has.
 std::string samples_text(const v1::Job& job);
 
+/// "3 of 412 results were rendered again on another machine, alike", or why nothing was: "unaudited: ...".
+std::string verification_text(const v1::Job& job);
+
 /// "128", or "16 to 128".
 std::string range_text(std::uint64_t least, std::uint64_t most);
 /// "1 sample", "128 samples", "16 to 128 samples".

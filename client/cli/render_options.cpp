@@ -156,6 +156,13 @@ void add_render_options(CLI::App& command, RenderOptions& options) {
       ->type_name("P")
       ->check(signed_whole_number(std::numeric_limits<std::int32_t>::min(), std::numeric_limits<std::int32_t>::max()))
       ->capture_default_str();
+  command
+      .add_option("--verify", options.verify,
+                  "render this share of the results again on another machine, to find those that compute wrongly: 1%, "
+                  "0.1%, all, none")
+      ->type_name("SHARE")
+      ->check(readable(parse_share))
+      ->capture_default_str();
   command.add_option("--name", options.name, "what to call the job (default: the scene's name)")->type_name("NAME");
   command.add_option("--owner", options.owner, "who asks (default: you)")->type_name("NAME");
 }
@@ -212,6 +219,7 @@ Result<PreparedJob> make_job(const RenderOptions& options, Signals& signals) {
   job.spec.owner = options.owner.empty() ? as_name(user_name()) : options.owner;
   job.spec.host = as_name(host_name());
   job.spec.priority = options.priority;
+  LM_ASSIGN_OR_RETURN(job.spec.verify_share, parse_share(options.verify));
   return job;
 }
 

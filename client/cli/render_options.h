@@ -23,6 +23,7 @@ struct RenderOptions {
   std::uint32_t max_bounces = 0;
   bool brute_force = false;
   std::int32_t priority = 0;
+  std::string verify = "1%";
 };
 
 /// Used when none of --spp, --seconds and --error is given.

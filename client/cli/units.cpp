@@ -160,6 +160,18 @@ Result<double> parse_error(std::string_view text) {
   return *number;
 }
 
+Result<double> parse_share(std::string_view text) {
+  if (text == "all" || text == "none") {
+    return text == "all" ? 1.0 : 0.0;
+  }
+  const bool in_percent = text.ends_with('%');
+  const auto number = parse_number<double>(text.substr(0, text.size() - (in_percent ? 1 : 0)));
+  if (!in_percent || !number || !(*number >= 0 && *number <= 100)) {
+    return invalid_argument("a share is from 0% to 100%, all or none, got '{}'", text);
+  }
+  return *number / 100;
+}
+
 Result<double> parse_seconds(std::string_view text) {
   constexpr std::string_view kUnits = "smhd";
   constexpr std::array<double, 4> kSeconds{1, 60, 3600, 86400};

@@ -46,6 +46,9 @@ Result<double> parse_real(std::string_view text, double least, double most);
 /// A relMSE to be reached: positive.
 Result<double> parse_error(std::string_view text);
 
+/// A share: "1%", "0.5%", "all" (1), "none" (0).
+Result<double> parse_share(std::string_view text);
+
 /// Seconds from "90", "90s", "1.5m", "2h" or "1d"; more than 0, at most kMaxGoalSeconds.
 Result<double> parse_seconds(std::string_view text);
 

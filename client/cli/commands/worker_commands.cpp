@@ -1,4 +1,4 @@
-// lightmill workers [drain NAME]
+// lightmill workers [drain NAME | release NAME]
 #include <nlohmann/json.hpp>
 
 #include "client/cli/context.h"
@@ -13,6 +13,9 @@ namespace {
 using nlohmann::json;
 
 std::string activity(const v1::Worker& worker) {
+  if (!worker.quarantine().empty()) {
+    return worker.away() ? "quarantine, away" : "quarantine";
+  }
   if (worker.draining()) {
     return "draining";
   }
@@ -34,6 +37,12 @@ Status list_workers(FarmConnection& connection, const Console& console) {
   }
   console.notices(listed.notices);
   console.object(json{{"workers", objects}, {"notices", listed.notices}});
+  for (const v1::Worker& worker : workers) {
+    if (!worker.quarantine().empty()) {
+      console.notice(fmt::format("{} is in quarantine: {}; `lightmill workers release {}` lets it render again",
+                                 worker.name(), worker.quarantine(), worker.name()));
+    }
+  }
   if (workers.empty()) {
     console.result(fmt::format("no workers: start one with `lightmill-worker --server {}`", connection.address()));
   } else {
@@ -49,10 +58,18 @@ Status drain_worker(FarmConnection& connection, const Console& console, const st
   return ok_status();
 }
 
+Status release_worker(FarmConnection& connection, const Console& console, const std::string& name) {
+  LM_RETURN_IF_ERROR(connection.release_worker(name));
+  console.object(json{{"released", name}});
+  console.result(fmt::format("worker {} is released from quarantine", name));
+  return ok_status();
+}
+
 }  // namespace
 
 void add_worker_commands(CLI::App& app, Context& context) {
-  CLI::App* workers = app.add_subcommand("workers", "List the farm's workers, or drain one.");
+  CLI::App* workers =
+      app.add_subcommand("workers", "List the farm's workers, drain one, or release one from quarantine.");
   workers->require_subcommand(0, 1);
   add_common_options(*workers, context);
   workers->callback([&context, workers] {
@@ -73,6 +90,18 @@ void add_worker_commands(CLI::App& app, Context& context) {
     context.run = [&context, name](const Console& console) {
       return with_farm(console, context.common,
                        [&](FarmConnection& connection) { return drain_worker(connection, console, *name); });
+    };
+  });
+
+  CLI::App* release = workers->add_subcommand(
+      "release",
+      "Let a worker render again that sent wrong bits and is in quarantine for it, and all others on its machine.");
+  release->add_option("NAME", *name, "the worker's name, as `workers` prints it")->required();
+  add_common_options(*release, context);
+  release->callback([&context, name] {
+    context.run = [&context, name](const Console& console) {
+      return with_farm(console, context.common,
+                       [&](FarmConnection& connection) { return release_worker(connection, console, *name); });
     };
   });
 }

@@ -52,6 +52,17 @@ TEST(Units, CropsAreFourNumbers) {
   }
 }
 
+TEST(Units, SharesArePercentOrWords) {
+  EXPECT_EQ(*parse_share("1%"), 0.01);
+  EXPECT_EQ(*parse_share("0.5%"), 0.005);
+  EXPECT_EQ(*parse_share("100%"), 1);
+  EXPECT_EQ(*parse_share("all"), 1);
+  EXPECT_EQ(*parse_share("none"), 0);
+  for (const char* bad : {"", "%", "1", "0.01", "-1%", "101%", "nan%", "1 %", "ALL"}) {
+    EXPECT_EQ(parse_share(bad).status().code(), StatusCode::kInvalidArgument) << bad;
+  }
+}
+
 TEST(Units, TimesMayHaveAUnit) {
   EXPECT_EQ(*parse_seconds("90"), 90);
   EXPECT_EQ(*parse_seconds("1.5m"), 90);
