@@ -336,7 +336,7 @@ struct Coordinator::State {
   std::map<std::string, Absent> absent;
   Time started;
   std::set<std::string> machines_before;  ///< those that an earlier coordinator had results of
-  std::set<JobId> ending;                 ///< jobs with a complete film of which something is still to be verified
+  std::set<JobId> ending;                 ///< jobs of which each tick asks whether they are complete
   Time next_ending_look;
 
   std::unordered_map<LeaseId, Lease> leases;

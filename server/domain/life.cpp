@@ -153,6 +153,10 @@ void Coordinator::State::awake(Duration late, Time now, Step& step) {
   for (auto& [name, worker] : workers) {
     worker.heard_at = now;
   }
+  for (auto& [machine, was] : absent) {
+    was.since += late;
+  }
+  started += late;
   next_silence_look = now + limits.silence;
 }
 

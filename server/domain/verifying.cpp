@@ -57,7 +57,7 @@ void Coordinator::State::restore_results(Job& job, const StoredState& stored,
     if (const auto at = std::ranges::lower_bound(parts, index); at == parts.end() || *at != index) {
       parts.insert(at, index);
     }
-    if (result.to_verify) {
+    if (result.to_verify && (job.active() || job.record.state == JobState::done)) {
       job.verifications.open({result.range, result.tile}, {by, result.hash});
     }
   }
@@ -261,10 +261,15 @@ void Coordinator::State::convict(const Renderer& guilty, const Job& job, const N
     step.writes.push_back(PutQuarantine{record});
     note(step, Note::Level::warning, "worker {} is in quarantine: {}", describe_renderer(guilty), reason);
   }
+  std::vector<std::string> held_back;
   for (auto& [name, worker] : workers) {
     if (shares_guilt(guilty, renderer_of(worker.hello))) {
       hold_in_quarantine(worker, reason, now, step);
+      held_back.push_back(name);
     }
+  }
+  for (const std::string& name : held_back) {
+    forget_if_gone(name);  // it was known for its leases alone
   }
   undo_work_of(guilty, now, step);
 }
@@ -316,6 +321,7 @@ void Coordinator::State::undo_work_of(const Renderer& guilty, Time now, Step& st
     }
     put_job(*job, step);
     refresh_queue(*job);
+    ending.insert(id);  // what was left may be all that will be: its seconds may be over
   }
 }
 

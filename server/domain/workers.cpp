@@ -245,7 +245,8 @@ void Coordinator::State::disconnect(SessionId session, Time now) {
       farm_threads -= worker->hello.threads;
     }
     if (!worker->draining) {
-      absent[machine_of(worker->hello)] = {now, worker->hello.fingerprint_class, worker->hello.renderer_version};
+      absent[machine_of(worker->hello)] = {worker->heard_at, worker->hello.fingerprint_class,
+                                           worker->hello.renderer_version};
     }
     worker->session.reset();
     idle.erase(name);

@@ -246,7 +246,7 @@ class FarmSimulation {
   std::set<NodeKey> acknowledged_;                               ///< with the right digest
   /// Results whose acknowledgement says that they lay beyond the decided count when they came.
   std::multiset<std::pair<SessionId, NodeKey>> unwanted_;
-  std::map<NodeKey, Renderer> merged_by_;       ///< as the coordinator wants it stored
+  std::map<NodeKey, Renderer> merged_by_;       ///< as the coordinator has it
   std::map<NodeKey, Node> first_results_;       ///< only with repeat_results
   std::vector<NodeKey> dropped_;                ///< what it took out of films
   bool has_liars_ = false;                      ///< who send sums that look right

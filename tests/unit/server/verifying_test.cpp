@@ -36,6 +36,29 @@ class VerifyingTest : public test::CoordinatorTest {
     const auto done = worked.find(session);
     return got<LeaseGrant>(session).size() - (done == worked.end() ? 0 : done->second);
   }
+  /// Time passes while these say that they are there.
+  void pass_with(const std::vector<SessionId>& sessions, Duration time) {
+    for (const Time until = now + time; now < until;) {
+      pass(std::min<Duration>(limits.heartbeat_interval, until - now));
+      for (const SessionId session : sessions) {
+        say(session, WorkerHeartbeat{});
+      }
+    }
+  }
+  /// What a store gives back of this job, one of whose results is stored and still to be verified.
+  StoredState stored_with(JobId job, const WorkerResult& merged, const Renderer& by) const {
+    StoredState stored{2, {}, job.value + 1};
+    JobRecord record;
+    for (const StoreOp& op : writes) {
+      if (const auto* put = std::get_if<PutJob>(&op)) {
+        record = put->record;
+      }
+    }
+    stored.jobs.push_back({record, {{merged.key.tile, std::make_shared<const Node>(merged.node)}}});
+    stored.jobs[0].results = {{merged.key.tile, merged.key.range, merged.hash, 0, true}};
+    stored.renderers = {by};
+    return stored;
+  }
   template <class T>
   std::size_t written() const {
     return static_cast<std::size_t>(
@@ -93,6 +116,68 @@ TEST_F(VerifyingTest, AMachineThatWasHereLatelyIsWaitedFor) {
   EXPECT_EQ(status(job).state, JobState::done);
 }
 
+TEST_F(VerifyingTest, AMachineIsNotGivenUpBecauseTheCoordinatorStoodStill) {
+  const JobId job = submit_verified();
+  const SessionId a = connect_on("m1", "a"), b = connect_on("m2", "b");
+  answer(a);
+  coordinator->worker_disconnected(b, now, step);
+  pass_with({a}, std::chrono::seconds(5));
+  stand_still(limits.verifier_patience * 2);
+  EXPECT_EQ(status(job).state, JobState::running);
+  const SessionId again = connect_on("m2", "b");
+  answer(again);
+  EXPECT_EQ(status(job).counters.results_verified, 1u);
+}
+
+TEST_F(VerifyingTest, OneOfWhichNothingIsHeardIsWaitedForNoLonger) {
+  const JobId job = submit_verified();
+  const SessionId b = connect_on("m2", "b"), a = connect_on("m1", "a");
+  answer(b);
+  ASSERT_EQ(waiting(a), 1u);
+  pass_with({b}, limits.silence + std::chrono::seconds(1));
+  EXPECT_EQ(hang_ups, std::vector{a});
+  EXPECT_EQ(status(job).state, JobState::running) << "it may come back";
+  pass_with({b}, limits.verifier_patience - limits.silence);
+  EXPECT_EQ(status(job).state, JobState::done);
+  EXPECT_EQ(status(job).results_unverified, 1u);
+}
+
+TEST_F(VerifyingTest, WhileNothingIsHandedOutWhatIsToBeVerifiedIsKept) {
+  const JobId job = submit_verified();
+  const SessionId a = connect_on("m1", "a"), b = connect_on("m2", "b");
+  coordinator->hold("waits for space", now, step);
+  flush();
+  answer(a);
+  pass_with({a, b}, limits.verifier_patience * 2);
+  EXPECT_EQ(waiting(b), 0u);
+  EXPECT_EQ(status(job).state, JobState::running);
+  EXPECT_EQ(status(job).reason, "waits for space");
+  coordinator->hold("", now, step);
+  flush();
+  answer(b);
+  EXPECT_EQ(status(job).state, JobState::done);
+  EXPECT_EQ(status(job).counters.results_verified, 1u);
+}
+
+TEST_F(VerifyingTest, AJobThatIsDeletedTakesWhatIsToBeVerifiedWithIt) {
+  limits.keep_ended = std::chrono::hours(10);
+  restart({});
+  const JobId job = submit_verified();
+  const SessionId a = connect_on("m1", "a");
+  answer(a);
+  ASSERT_EQ(status(job).state, JobState::done);
+  ASSERT_EQ(status(job).results_unverified, 1u);
+  coordinator->worker_disconnected(a, now, step);
+  pass(limits.keep_ended + std::chrono::minutes(2));
+  EXPECT_FALSE(coordinator->status(job, now).ok());
+  EXPECT_EQ(written<DeleteJobRows>(), 1u);
+  const SessionId b = connect_on("m2", "b");
+  const JobId next = submit_verified(0, "next");
+  EXPECT_EQ(waiting(b), 1u);
+  answer(b);
+  EXPECT_EQ(status(next).state, JobState::done);
+}
+
 TEST_F(VerifyingTest, NothingIsVerifiedWhereNobodyAsksForIt) {
   const JobId job = submit_verified(0);
   const SessionId a = connect_on("m1", "a"), b = connect_on("m2", "b");
@@ -108,9 +193,8 @@ TEST_F(VerifyingTest, AThirdMachineDecidesAndTheLiarsWorkIsUndone) {
   answer(b);
   EXPECT_EQ(status(job).state, JobState::running);
   EXPECT_NE(status(job).reason.find("differ between liar on m1 and b on m2"), std::string::npos) << status(job).reason;
-  pass(limits.verifier_patience * 2);
+  pass_with({liar, b}, limits.verifier_patience * 2);
   EXPECT_EQ(status(job).state, JobState::running) << "it waits for one who decides";
-  say(b, WorkerHeartbeat{});
   const SessionId c = connect_on("m3", "c");
   EXPECT_EQ(status(job).reason, "");
   ASSERT_EQ(waiting(c), 1u);
@@ -187,6 +271,32 @@ TEST_F(VerifyingTest, ADoneJobWithResultsOfALiarGoesOn) {
   EXPECT_EQ(coordinator->film(first)->sums(TileId{0})[0], 1.0f);
 }
 
+TEST_F(VerifyingTest, ADoneJobWhoseSecondsAreOverIsDoneAgainWithWhatIsLeft) {
+  JobSpec timed = spec("first", 0, {0, 0, 64, 64});
+  timed.goal.seconds = 5;
+  timed.verify_share = 0;
+  const JobId first = submit(timed);
+  const SessionId b = connect_on("m2", "b");
+  const LeaseGrant honest = got<LeaseGrant>(b).at(0);
+  say(b, result(honest, TileId{0}));
+  coordinator->worker_disconnected(b, now, step);
+  const SessionId liar = connect_on("m1", "liar");
+  pass_with({liar}, std::chrono::seconds(6));  // its seconds are over, and what b held is the liar's
+  answer(liar, 1);
+  ASSERT_EQ(status(first).state, JobState::done);
+  const std::uint64_t before = status(first).frame_samples;
+  submit_verified(1, "second");
+  const SessionId c = connect_on("m3", "c"), d = connect_on("m4", "d");
+  for (const SessionId session : {liar, c, d}) {
+    answer(session, session == liar ? 1 : 0);
+  }
+  ASSERT_NE(worker("liar").quarantine, "");
+  pass_with({c, d}, std::chrono::seconds(1));
+  EXPECT_EQ(status(first).state, JobState::done);
+  EXPECT_LT(status(first).frame_samples, before);
+  EXPECT_EQ(status(first).frame_samples, honest.unit.range.end());
+}
+
 TEST_F(VerifyingTest, QuarantineHoldsForTheMachineAndUntilReleased) {
   const JobId job = submit_verified();
   const SessionId liar = connect_on("m1", "liar"), b = connect_on("m2", "b"), c = connect_on("m3", "c");
@@ -222,22 +332,12 @@ TEST_F(VerifyingTest, ARestartForgetsNeitherQuarantineNorWhatIsToBeVerified) {
   const JobId job = submit_verified();
   const SessionId a = connect_on("m1", "a");
   (void)a;
-  const LeaseGrant grant = got<LeaseGrant>(a)[0];
-  WorkerResult first = result(grant, TileId{0});
+  const WorkerResult first = result(got<LeaseGrant>(a)[0], TileId{0});
   const SessionId busy = connect_on("m2", "busy");
   (void)busy;
   say(a, first);
   ASSERT_EQ(status(job).state, JobState::running);
-  StoredState stored{2, {}, 2};
-  JobRecord record;
-  for (const StoreOp& op : writes) {
-    if (const auto* put = std::get_if<PutJob>(&op)) {
-      record = put->record;
-    }
-  }
-  stored.jobs.push_back({record, {{TileId{0}, coordinator->film(job)->forest(TileId{0})[0]}}});
-  stored.jobs[0].results = {{TileId{0}, grant.unit.range, first.hash, 0, true}};
-  stored.renderers = {{"a", "m1"}};
+  StoredState stored = stored_with(job, first, {"a", "m1"});
   stored.quarantine = {{{"liar", "m9"}, "it lied", 1}};
   restart(std::move(stored));
   EXPECT_EQ(worker("liar").quarantine, "it lied");
@@ -250,6 +350,46 @@ TEST_F(VerifyingTest, ARestartForgetsNeitherQuarantineNorWhatIsToBeVerified) {
   answer(b);
   EXPECT_EQ(status(job).state, JobState::done);
   EXPECT_EQ(status(job).counters.results_verified, 1u);
+}
+
+TEST_F(VerifyingTest, NothingOfACancelledJobIsToBeVerifiedAfterARestartEither) {
+  const JobId job = submit_verified();
+  const SessionId a = connect_on("m1", "a"), b = connect_on("m2", "b");
+  const WorkerResult first = result(got<LeaseGrant>(a)[0], TileId{0});
+  say(a, first);
+  ASSERT_EQ(status(job).results_unverified, 1u);
+  ASSERT_TRUE(coordinator->cancel(job, now, unix_ms(), step).ok());
+  flush();
+  EXPECT_EQ(got<LeaseCancel>(b).size(), 1u);
+  EXPECT_EQ(status(job).results_unverified, 0u);
+  restart(stored_with(job, first, {"a", "m1"}));
+  EXPECT_EQ(status(job).state, JobState::cancelled);
+  EXPECT_EQ(status(job).results_unverified, 0u);
+}
+
+TEST_F(VerifyingTest, AWorkerThatIsGoneAndFoundToBeWrongIsForgottenWithItsLeases) {
+  limits.max_workers = 3;
+  limits.disconnect_grace = std::chrono::hours(1);
+  limits.lease_duration = std::chrono::hours(1);
+  restart({});
+  submit_verified(1, "r1", {0, 0, 256, 64});
+  const SessionId liar = connect_on("m1", "liar"), b = connect_on("m2", "b");
+  const LeaseGrant lied = got<LeaseGrant>(liar).at(0);
+  ASSERT_GE(lied.unit.tiles.size(), 2u) << "it still holds the lease when it goes";
+  WorkerResult wrong = result(lied, lied.unit.tiles[0]);
+  wrong.node.values[0] += 1;
+  wrong.hash = hash_of(wrong.node);
+  say(liar, wrong);
+  coordinator->worker_disconnected(liar, now, step);
+  flush();
+  const SessionId c = connect_on("m3", "c");
+  for (int i = 0; i < 6; ++i) {
+    answer(b);
+    answer(c);
+  }
+  ASSERT_NE(worker("liar").quarantine, "");
+  connect_on("m4", "d");
+  EXPECT_TRUE(worker("d").connected && worker("d").host == "host") << "there is room for three";
 }
 
 TEST_F(VerifyingTest, ResultsOfOneInQuarantineCountForNothing) {
