@@ -154,6 +154,17 @@ constexpr std::array<JobChange, 4> kActions{{
      [](Turn& turn, JobId job, const Extension& to) { return turn.farm.extend(job, to, turn.now, turn.step); }},
 }};
 
+/// What can be done to a worker by POST.
+struct WorkerChange {
+  std::string_view path;
+  Rpc rpc;
+  Status (Coordinator::*change)(const std::string&, Time, Step&);
+};
+constexpr std::array<WorkerChange, 2> kWorkerActions{{
+    {"/drain", Rpc::drain_worker, &Coordinator::drain_worker},
+    {"/release", Rpc::release_worker, &Coordinator::release_worker},
+}};
+
 struct Page {
   int size = kListed;
   std::uint64_t before = 0;
@@ -322,37 +333,49 @@ void JsonApi::change_job(const ApiRequest& request, JobId job, Rpc rpc, std::fun
 }
 
 void JsonApi::handle_workers(const ApiRequest& request, std::string_view rest, Reply reply) {
-  constexpr std::string_view kDrain = "/drain";
-  const bool drain = rest.ends_with(kDrain);
-  if ((!rest.empty() && !drain) || drain != request.post) {
-    return reply(error_reply(drain          ? other_method(request, "POST")
-                             : rest.empty() ? other_method(request, "GET")
-                                            : unknown_path(request)));
+  const auto action =
+      std::ranges::find_if(kWorkerActions, [rest](const WorkerChange& each) { return rest.ends_with(each.path); });
+  const bool known = rest.empty() || action != kWorkerActions.end();
+  if (!known || request.post != !rest.empty()) {
+    return reply(error_reply(known ? other_method(request, rest.empty() ? "GET" : "POST") : unknown_path(request)));
   }
-  const Result<std::string> name = percent_decoded(drain ? rest.substr(0, rest.size() - kDrain.size()) : "");
-  const Status status =
-      name.ok() ? check_call(request.caller, drain ? Rpc::drain_worker : Rpc::list_workers) : name.status();
-  if (!status.ok()) {
+  if (!rest.empty()) {
+    const Result<std::string> name = percent_decoded(rest.substr(0, rest.size() - action->path.size()));
+    return name.ok() ? change_worker(request, *name, action->rpc, action->change, std::move(reply))
+                     : reply(error_reply(name.status()));
+  }
+  if (const Status status = check_call(request.caller, Rpc::list_workers); !status.ok()) {
     return reply(error_reply(status));
   }
-  on_farm(std::move(reply), [drain, name = *name, request](Turn& turn, const FarmReply& back) {
-    if (drain) {
-      if (const Status drained = turn.farm.drain_worker(name, turn.now, turn.step); !drained.ok()) {
-        return back(error_reply(drained));
-      }
-      record(turn, request, Rpc::drain_worker, 0, name);
-    }
+  on_farm(std::move(reply), [](Turn& turn, const FarmReply& back) {
     v1::ListWorkersResponse list;
     for (const WorkerStatus& worker : turn.farm.workers(turn.now)) {
-      if (!drain || worker.name == name) {
-        to_wire(worker, list.add_workers());
+      to_wire(worker, list.add_workers());
+    }
+    back(json_reply(list));
+  });
+}
+
+/// Answers with the worker once the change is durable; with nothing but its name if it is not there.
+void JsonApi::change_worker(const ApiRequest& request, const std::string& name, Rpc rpc,
+                            Status (Coordinator::*change)(const std::string&, Time, Step&), Reply reply) {
+  if (const Status status = check_call(request.caller, rpc); !status.ok()) {
+    return reply(error_reply(status));
+  }
+  on_farm(std::move(reply), [name, rpc, change, request](Turn& turn, const FarmReply& back) {
+    if (const Status status = (turn.farm.*change)(name, turn.now, turn.step); !status.ok()) {
+      return back(error_reply(status));
+    }
+    record(turn, request, rpc, 0, name);
+    v1::Worker wire;
+    wire.set_name(name);
+    for (const WorkerStatus& worker : turn.farm.workers(turn.now)) {
+      if (worker.name == name) {
+        to_wire(worker, &wire);
       }
     }
-    if (!drain) {
-      return back(json_reply(list));
-    }
-    turn.replies.push_back([back, answer = list.workers_size() == 1 ? json_reply(list.workers(0)) : json_reply(list)](
-                               const Status& stored) { back(stored.ok() ? answer : error_reply(stored)); });
+    turn.replies.push_back(
+        [back, answer = json_reply(wire)](const Status& stored) { back(stored.ok() ? answer : error_reply(stored)); });
   });
 }
 

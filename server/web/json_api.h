@@ -67,6 +67,8 @@ class JsonApi {
   void handle_jobs(const ApiRequest& request, Reply reply);
   void handle_job(const ApiRequest& request, JobId job, std::string_view what, Reply reply);
   void handle_workers(const ApiRequest& request, std::string_view rest, Reply reply);
+  void change_worker(const ApiRequest& request, const std::string& name, Rpc rpc,
+                     Status (Coordinator::*change)(const std::string&, Time, Step&), Reply reply);
   void change_job(const ApiRequest& request, JobId job, Rpc rpc, std::function<Status(FarmLoop::Turn&)> change,
                   Reply reply);
   void send_thumbnail(const ApiRequest& request, JobId job, Reply reply);

@@ -199,6 +199,9 @@ TEST(Web, JobsAndWorkersAreListedAndSteered) {
   EXPECT_EQ(web.get("/api/v1/live").result_int(), 400u) << "it is a WebSocket";
   EXPECT_EQ(web.post(path + "/extend", "{\"samples\": ").result_int(), 400u);
   EXPECT_EQ(web.post("/api/v1/workers/%zz/drain").result_int(), 400u);
+  EXPECT_EQ(json::parse(web.post("/api/v1/workers/nobody/release").body())["error"]["code"], "NOT_FOUND");
+  EXPECT_EQ(web.get("/api/v1/workers/nobody/release").result_int(), 405u);
+  EXPECT_EQ(web.post("/api/v1/workers/nobody").result_int(), 404u);
 }
 
 TEST(Web, WhateverIsDescribedIsServed) {
@@ -229,7 +232,7 @@ TEST(Web, WhateverIsDescribedIsServed) {
       ++calls;
     }
   }
-  EXPECT_EQ(calls, 10);
+  EXPECT_EQ(calls, 11);
 }
 
 TEST(Web, ListsComeInPages) {

@@ -1,6 +1,7 @@
 import {create} from '@bufbuild/protobuf';
 import {expect, test} from 'vitest';
 import {filterCounts, fractionDone, kNewestFirst, listedJobs, withJobs, withWorkers, type JobList} from '../src/model/jobs';
+import {healthOf} from '../src/model/workers';
 import {JobSchema, JobState, WorkerSchema, type Job} from '../src/wire/lightmill/v1/farm_pb';
 import {JobChangesSchema, WorkerChangesSchema} from '../src/wire/lightmill/v1/web_pb';
 
@@ -59,4 +60,13 @@ test('progress is that of the nearest limit, and an error short of its goal is n
   expect(fractionDone(job(1, {goal: goal(0n, 0, 0.01), error}))).toBe(0.25);
   expect(fractionDone(job(1, {goal: goal(0n, 0, 1), error}))).toBe(0.99);
   expect(fractionDone(job(1, {state: JobState.DONE}))).toBe(1);
+});
+
+test('who is in quarantine does not pass for idle', () => {
+  const health = (more: object) => healthOf(create(WorkerSchema, {name: 'w', ...more})).name;
+  expect(health({})).toBe('idle');
+  expect(health({leases: 1})).toBe('rendering');
+  expect(health({draining: true, leases: 1})).toBe('draining');
+  expect(health({quarantine: 'wrong', draining: true})).toBe('quarantine');
+  expect(health({quarantine: 'wrong', away: true})).toBe('quarantine, away');
 });

@@ -34,6 +34,11 @@ export function drainWorker(name: string): Promise<void> {
   return post(`workers/${encodeURIComponent(name)}/drain`);
 }
 
+/** Lets a worker in quarantine, and those on its machine, render again. */
+export function releaseWorker(name: string): Promise<void> {
+  return post(`workers/${encodeURIComponent(name)}/release`);
+}
+
 /** The address of a job's thumbnail; another one once it has other pixels. */
 export function thumbnailAddress(job: bigint, version: string): string {
   return `api/v1/jobs/${job}/thumbnail.png?v=${version}`;

@@ -1,17 +1,11 @@
 /** The machines that render. */
 import {useState} from 'preact/hooks';
-import {drainWorker} from '../api/actions';
+import {drainWorker, releaseWorker} from '../api/actions';
 import {humanCount, humanRate, humanSeconds} from '../model/format';
+import {healthOf} from '../model/workers';
 import type {Worker} from '../wire/lightmill/v1/farm_pb';
 import {ActionButton} from './bits';
 import {useFarm} from './store';
-
-function healthOf(worker: Worker): {name: string; kind: string} {
-  if (worker.draining) {
-    return {name: 'draining', kind: 'paused'};
-  }
-  return worker.leases > 0 ? {name: 'rendering', kind: 'running'} : {name: 'idle', kind: 'queued'};
-}
 
 function Row({worker, onFailure}: {worker: Worker; onFailure: (message: string) => void}) {
   const health = healthOf(worker);
@@ -21,8 +15,9 @@ function Row({worker, onFailure}: {worker: Worker; onFailure: (message: string) 
         <span class="two-lines">
           <strong>{worker.name}</strong>
           <small>
-            {worker.host} · process {worker.pid}
+            {worker.away ? worker.host : `${worker.host} · process ${worker.pid}`}
           </small>
+          {worker.quarantine && <small>{worker.quarantine}</small>}
         </span>
       </td>
       <td>
@@ -30,7 +25,7 @@ function Row({worker, onFailure}: {worker: Worker; onFailure: (message: string) 
       </td>
       <td class="right">{humanRate(worker.samplesPerSecond)}</td>
       <td class="right" data-label="threads">
-        {worker.threads}
+        {worker.away ? '–' : worker.threads}
       </td>
       <td class="right" data-label="units">
         {worker.leases}
@@ -42,7 +37,16 @@ function Row({worker, onFailure}: {worker: Worker; onFailure: (message: string) 
       </td>
       <td class="right wide">{humanSeconds(worker.connectedSeconds)}</td>
       <td class="right">
-        {!worker.draining && (
+        {worker.quarantine && (
+          <ActionButton
+            label="Release"
+            title="Let it and all others on its machine render again"
+            question={`Shall ${worker.name}, which was found to be wrong, and all others on its machine render again?`}
+            act={() => releaseWorker(worker.name)}
+            onFailure={onFailure}
+          />
+        )}
+        {!worker.draining && !worker.away && (
           <ActionButton
             label="Drain"
             title="Let it finish what it has, and leave"
@@ -74,12 +78,13 @@ export function WorkersPage() {
   const all = [...workers.values()].sort((a, b) => (a.name < b.name ? -1 : 1));
   const speed = all.reduce((sum, worker) => sum + worker.samplesPerSecond, 0);
   const threads = all.reduce((sum, worker) => sum + worker.threads, 0);
+  const away = all.filter((worker) => worker.away).length;
   return (
     <section class="page" aria-labelledby="workers-title">
       <div class="toolbar">
         <h1 id="workers-title">Workers</h1>
         <p class="summary">
-          {all.length} connected · {threads} threads · {humanRate(speed)}
+          {all.length - away} connected · {threads} threads · {humanRate(speed)}
         </p>
       </div>
       {failure && (
