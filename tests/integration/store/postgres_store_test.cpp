@@ -137,6 +137,32 @@ TEST_F(PostgresStoreTest, TablesOfFormat1AreBroughtUpToDate) {
   EXPECT_EQ(sql("SELECT format FROM lightmill.meta"), std::to_string(postgres::kFormat));
 }
 
+TEST_F(PostgresStoreTest, TablesOfFormat3AreBroughtUpToDate) {
+  const NodeKey key{JobId{1}, TileId{0}, {0, 0}};
+  {
+    const auto store = opened(options()).store;
+    ASSERT_TRUE(store->load().ok());
+    const PutResult result{key, Hash128{1, 2}, {"worker", "machine"}, true};
+    ASSERT_TRUE(store->commit(std::vector<StoreOp>{PutJob{full_record(1)}, result}).ok());
+  }
+  sql(std::string(kBackToFormat3) + "UPDATE lightmill.meta SET format = 3");
+  const QuarantineRecord quarantine{{"liar", "m"}, "wrong", 3};
+  {
+    const auto store = opened(options()).store;
+    const Result<StoredState> state = store->load();
+    ASSERT_TRUE(state.ok()) << state.status();
+    ASSERT_EQ(state->jobs.size(), 1u);
+    EXPECT_EQ(state->jobs[0].record.spec.verify_share, kVerifyShare);
+    EXPECT_EQ(state->jobs[0].record.counters.results_verified, 0u);
+    ASSERT_EQ(state->jobs[0].results.size(), 1u);
+    EXPECT_EQ(state->renderers.at(state->jobs[0].results[0].by), (Renderer{"worker", ""}));
+    EXPECT_FALSE(state->jobs[0].results[0].to_verify);
+    EXPECT_NE(state->secret, Sha256{});
+    ASSERT_TRUE(store->commit(std::vector<StoreOp>{PutQuarantine{quarantine}}).ok());
+  }
+  EXPECT_EQ(stored().quarantine, std::vector{quarantine});
+}
+
 TEST_F(PostgresStoreTest, TablesOfFormat2AreBroughtUpToDate) {
   stored();
   sql(std::string(kBackToFormat3) + "DROP TABLE lightmill.actions; UPDATE lightmill.meta SET format = 2");
