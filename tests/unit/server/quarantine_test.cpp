@@ -1,0 +1,198 @@
+// Liars and bad machines: what a coordinator does about results that differ.
+#include "tests/unit/server/verifying_fixture.h"
+
+namespace lightmill::test {
+namespace {
+
+using QuarantineTest = VerifyingTest;
+
+TEST_F(QuarantineTest, AThirdMachineDecidesAndTheLiarsWorkIsUndone) {
+  const JobId job = submit_verified();
+  const SessionId liar = connect_on("m1", "liar"), b = connect_on("m2", "b");
+  answer(liar, 1);
+  answer(b);
+  EXPECT_EQ(status(job).state, JobState::running);
+  EXPECT_NE(status(job).reason.find("differ between liar on m1 and b on m2"), std::string::npos) << status(job).reason;
+  pass_with({liar, b}, limits.verifier_patience * 2);
+  EXPECT_EQ(status(job).state, JobState::running) << "it waits for one who decides";
+  const SessionId c = connect_on("m3", "c");
+  EXPECT_EQ(status(job).reason, "");
+  ASSERT_EQ(waiting(c), 1u);
+  answer(c);
+  EXPECT_EQ(worker("liar").quarantine,
+            "its samples [0, 1) of the 64x64 pixels at 0, 0 of job 1 differ from what b on m2 and c on m3 have "
+            "rendered alike");
+  EXPECT_EQ(worker("b").quarantine, "");
+  EXPECT_EQ(got<Notice>(liar).size(), 1u);
+  EXPECT_EQ(written<PutQuarantine>(), 1u);
+  EXPECT_EQ(written<DropResults>(), 1u);
+  EXPECT_EQ(status(job).counters.nodes_dropped, 1u);
+  EXPECT_EQ(waiting(liar), 0u);
+  for (int i = 0; i < 3; ++i) {
+    answer(b);
+    answer(c);
+  }
+  EXPECT_EQ(status(job).state, JobState::done);
+  EXPECT_EQ(status(job).results_unverified, 0u);
+  EXPECT_EQ(coordinator->film(job)->sums(TileId{0})[0], 1.0f) << "the honest ones'";
+}
+
+TEST_F(QuarantineTest, WhoWronglyContradictsIsTheLiar) {
+  const JobId job = submit_verified();
+  const SessionId a = connect_on("m1", "a"), liar = connect_on("m2", "liar");
+  answer(a);
+  answer(liar, 1);
+  const SessionId c = connect_on("m3", "c");
+  answer(c);
+  EXPECT_NE(worker("liar").quarantine, "");
+  EXPECT_EQ(worker("a").quarantine, "");
+  EXPECT_EQ(status(job).state, JobState::done);
+  EXPECT_EQ(status(job).counters.nodes_dropped, 0u);
+}
+
+TEST_F(QuarantineTest, ThreeThatDifferAccuseTheProgramAndNobodyElse) {
+  const JobId job = submit_verified();
+  const SessionId a = connect_on("m1", "a"), b = connect_on("m2", "b"), c = connect_on("m3", "c");
+  answer(a, 1);
+  answer(b, 2);
+  answer(c, 3);
+  EXPECT_EQ(status(job).state, JobState::paused);
+  EXPECT_NE(status(job).reason.find("came out in 3 ways, on a on m1 and b on m2 and c on m3"), std::string::npos)
+      << status(job).reason;
+  EXPECT_EQ(written<PutQuarantine>(), 0u);
+  ASSERT_TRUE(coordinator->resume(job, now, step).ok());
+  flush();
+  EXPECT_EQ(status(job).reason, "");
+  for (int i = 0; i < 2; ++i) {
+    answer(a);
+    answer(b);
+    answer(c);
+  }
+  EXPECT_EQ(status(job).state, JobState::done);
+}
+
+TEST_F(QuarantineTest, ADoneJobWithResultsOfALiarGoesOn) {
+  const JobId first = submit_verified(0, "first");
+  const SessionId liar = connect_on("m1", "liar");
+  answer(liar, 1);
+  ASSERT_EQ(status(first).state, JobState::done);
+  const JobId second = submit_verified(1, "second");
+  const SessionId b = connect_on("m2", "b"), c = connect_on("m3", "c");
+  answer(liar, 1);
+  answer(b);
+  answer(c);
+  EXPECT_EQ(status(first).counters.nodes_dropped, 1u);
+  for (int i = 0; i < 3; ++i) {
+    answer(b);
+    answer(c);
+  }
+  EXPECT_EQ(status(first).state, JobState::done);
+  EXPECT_EQ(status(second).state, JobState::done);
+  EXPECT_EQ(coordinator->film(first)->sums(TileId{0})[0], 1.0f);
+}
+
+TEST_F(QuarantineTest, ADoneJobWhoseSecondsAreOverIsDoneAgainWithWhatIsLeft) {
+  JobSpec timed = spec("first", 0, {0, 0, 64, 64});
+  timed.goal.seconds = 5;
+  timed.verify_share = 0;
+  const JobId first = submit(timed);
+  const SessionId b = connect_on("m2", "b");
+  const LeaseGrant honest = got<LeaseGrant>(b).at(0);
+  say(b, result(honest, TileId{0}));
+  coordinator->worker_disconnected(b, now, step);
+  const SessionId liar = connect_on("m1", "liar");
+  pass_with({liar}, std::chrono::seconds(6));  // its seconds are over, and what b held is the liar's
+  answer(liar, 1);
+  ASSERT_EQ(status(first).state, JobState::done);
+  const std::uint64_t before = status(first).frame_samples;
+  submit_verified(1, "second");
+  const SessionId c = connect_on("m3", "c"), d = connect_on("m4", "d");
+  for (const SessionId session : {liar, c, d}) {
+    answer(session, session == liar ? 1 : 0);
+  }
+  ASSERT_NE(worker("liar").quarantine, "");
+  pass_with({c, d}, std::chrono::seconds(1));
+  EXPECT_EQ(status(first).state, JobState::done);
+  EXPECT_LT(status(first).frame_samples, before);
+  EXPECT_EQ(status(first).frame_samples, honest.unit.range.end());
+}
+
+TEST_F(QuarantineTest, QuarantineHoldsForTheMachineAndUntilReleased) {
+  const JobId job = submit_verified();
+  const SessionId liar = connect_on("m1", "liar"), b = connect_on("m2", "b"), c = connect_on("m3", "c");
+  answer(liar, 1);
+  answer(b);
+  answer(c);
+  ASSERT_NE(worker("liar").quarantine, "");
+  const SessionId other_name = connect_on("m1", "liar2");
+  EXPECT_NE(worker("liar2").quarantine.find("it is on the machine of liar"), std::string::npos);
+  for (int i = 0; i < 3; ++i) {
+    answer(b);
+    answer(c);
+  }
+  ASSERT_EQ(status(job).state, JobState::done);
+  coordinator->worker_disconnected(liar, now, step);
+  flush();
+  EXPECT_FALSE(worker("liar").connected) << "still listed";
+  const JobId next = submit_verified(0, "next");
+  EXPECT_EQ(waiting(other_name), 0u);
+  EXPECT_EQ(coordinator->release_worker("b", now, step).code(), StatusCode::kNotFound);
+  ASSERT_TRUE(coordinator->release_worker("liar", now, step).ok());
+  flush();
+  EXPECT_EQ(written<DropQuarantine>(), 1u);
+  EXPECT_EQ(worker("liar2").quarantine, "");
+  answer(b);
+  answer(c);
+  EXPECT_EQ(status(next).state, JobState::done);
+  submit_verified(0, "last", {0, 0, 256, 64});
+  EXPECT_EQ(waiting(other_name), 1u);
+}
+
+TEST_F(QuarantineTest, AWorkerThatIsGoneAndFoundToBeWrongIsForgottenWithItsLeases) {
+  limits.max_workers = 3;
+  limits.disconnect_grace = std::chrono::hours(1);
+  limits.lease_duration = std::chrono::hours(1);
+  restart({});
+  submit_verified(1, "r1", {0, 0, 256, 64});
+  const SessionId liar = connect_on("m1", "liar"), b = connect_on("m2", "b");
+  const LeaseGrant lied = got<LeaseGrant>(liar).at(0);
+  ASSERT_GE(lied.unit.tiles.size(), 2u) << "it still holds the lease when it goes";
+  WorkerResult wrong = result(lied, lied.unit.tiles[0]);
+  wrong.node.values[0] += 1;
+  wrong.hash = hash_of(wrong.node);
+  say(liar, wrong);
+  coordinator->worker_disconnected(liar, now, step);
+  flush();
+  const SessionId c = connect_on("m3", "c");
+  for (int i = 0; i < 6; ++i) {
+    answer(b);
+    answer(c);
+  }
+  ASSERT_NE(worker("liar").quarantine, "");
+  connect_on("m4", "d");
+  EXPECT_TRUE(worker("d").connected && worker("d").host == "host") << "there is room for three";
+}
+
+TEST_F(QuarantineTest, ResultsOfOneInQuarantineCountForNothing) {
+  const JobId job = submit_verified(1, "r1", {0, 0, 128, 64});
+  const SessionId liar = connect_on("m1", "liar"), b = connect_on("m2", "b"), c = connect_on("m3", "c");
+  ASSERT_GE(waiting(liar), 1u);
+  const LeaseGrant grant = got<LeaseGrant>(liar)[0];
+  WorkerResult wrong = result(grant, grant.unit.tiles[0]);
+  wrong.node.values[0] += 1;
+  wrong.hash = hash_of(wrong.node);
+  say(liar, wrong);
+  for (int i = 0; i < 4; ++i) {
+    answer(b);
+    answer(c);
+  }
+  ASSERT_NE(worker("liar").quarantine, "");
+  const std::uint64_t merged = status(job).counters.results_merged;
+  const std::size_t acknowledged = got<ResultAck>(liar).size();
+  say(liar, wrong);
+  EXPECT_EQ(status(job).counters.results_merged, merged);
+  EXPECT_EQ(got<ResultAck>(liar).size(), acknowledged + 1) << "it may forget them";
+}
+
+}  // namespace
+}  // namespace lightmill::test

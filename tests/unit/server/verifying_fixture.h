@@ -1,0 +1,78 @@
+// A coordinator driven by hand, with workers on machines of their own, some of which lie.
+#pragma once
+
+#include "tests/unit/server/coordinator_fixture.h"
+
+namespace lightmill::test {
+
+class VerifyingTest : public CoordinatorTest {
+ protected:
+  /// A worker on a machine of its own.
+  SessionId connect_on(const std::string& machine, const std::string& name, std::uint32_t pid = 1) {
+    const SessionId session{next_session++};
+    WorkerHello hello{name, "host", pid, 1, "class-a", kRendererVersion, {}, false, machine};
+    coordinator->worker_connected(session, hello, now, step);
+    flush();
+    return session;
+  }
+  JobId submit_verified(double share = 1, const std::string& request = "r1", PixelRect crop = {0, 0, 64, 64}) {
+    JobSpec job = spec(request, 1, crop);
+    job.verify_share = share;
+    return submit(job);
+  }
+  /// Answers every lease that the session has not answered, with bits that differ by `lie`.
+  void answer(SessionId session, float lie = 0) {
+    std::size_t& done = worked[session];
+    while (done < got<LeaseGrant>(session).size()) {
+      const LeaseGrant grant = got<LeaseGrant>(session)[done++];
+      for (const TileId tile : grant.unit.tiles) {
+        WorkerResult sent_result = result(grant, tile);
+        sent_result.node.values[0] += lie;
+        sent_result.hash = hash_of(sent_result.node);
+        say(session, sent_result);
+      }
+    }
+  }
+  std::size_t waiting(SessionId session) const {
+    const auto done = worked.find(session);
+    return got<LeaseGrant>(session).size() - (done == worked.end() ? 0 : done->second);
+  }
+  /// Time passes while these say that they are there.
+  void pass_with(const std::vector<SessionId>& sessions, Duration time) {
+    for (const Time until = now + time; now < until;) {
+      pass(std::min<Duration>(limits.heartbeat_interval, until - now));
+      for (const SessionId session : sessions) {
+        say(session, WorkerHeartbeat{});
+      }
+    }
+  }
+  /// What a store gives back of this job, one of whose results is stored and still to be verified.
+  StoredState stored_with(JobId job, const WorkerResult& merged, const Renderer& by) const {
+    StoredState stored{2, {}, job.value + 1};
+    JobRecord record;
+    for (const StoreOp& op : writes) {
+      if (const auto* put = std::get_if<PutJob>(&op)) {
+        record = put->record;
+      }
+    }
+    stored.jobs.push_back({record, {{merged.key.tile, std::make_shared<const Node>(merged.node)}}});
+    stored.jobs[0].results = {{merged.key.tile, merged.key.range, merged.hash, 0, true}};
+    stored.renderers = {by};
+    return stored;
+  }
+  template <class T>
+  std::size_t written() const {
+    return static_cast<std::size_t>(
+        std::ranges::count_if(writes, [](const StoreOp& op) { return std::holds_alternative<T>(op); }));
+  }
+  WorkerStatus worker(const std::string& name) const {
+    for (const WorkerStatus& each : coordinator->workers(now)) {
+      if (each.name == name) {
+        return each;
+      }
+    }
+    return {};
+  }
+};
+
+}  // namespace lightmill::test
