@@ -1,6 +1,7 @@
 // What the coordinator holds: jobs, workers, leases, and the steps in which they change. Private to server/domain.
 //
-//   life.cpp      jobs come, start, end and come back from the store
+//   requests.cpp  what clients ask
+//   life.cpp      jobs start, end and come back from the store
 //   leasing.cpp   leases are given, copied, settled and lost
 //   results.cpp   results are checked and merged
 //   pilots.cpp    methods are chosen
