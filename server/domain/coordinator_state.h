@@ -2,7 +2,8 @@
 //
 //   requests.cpp  what clients ask
 //   life.cpp      jobs start, end and come back from the store
-//   leasing.cpp   leases are given, copied, settled and lost
+//   leasing.cpp   leases are given, settled and lost
+//   copies.cpp    late ones are given to idle workers too
 //   results.cpp   results are checked and merged
 //   pilots.cpp    methods are chosen
 //   verifying.cpp results are rendered again elsewhere, and who was wrong has its work undone
@@ -151,6 +152,9 @@ struct Job {
   std::uint64_t sample_limit() const {
     return record.spec.goal.samples > 0 ? record.spec.goal.samples : most_samples(record.spec.goal);
   }
+  std::uint64_t pixels_of(TileId tile) const {
+    return static_cast<std::uint64_t>(film.grid().tile_rect(tile).pixel_count());
+  }
   /// Samples of all pixels where the frame has `frame`.
   std::uint64_t pixel_samples_at(std::uint64_t frame) const;
   /// Up to where samples are wanted now: with a goal in error, up to the next count at which the error is read. A
@@ -221,10 +225,6 @@ struct Coordinator::State {
   Lease& open_lease(Worker& worker, Job& job, LeaseId id, Unit unit, bool copy, Time now);
   void send_grant(Worker& worker, Job& job, const Lease& lease, Step& step);
   bool grant_next(Worker& worker, Time now, Step& step);
-  bool may_copy() const { return held.empty() && !idle.empty() && !leases.empty(); }
-  void copy_to_idle(Time now, Step& step);
-  /// Leases to the worker, too, what is still to be done of `lease`, or the end of it. Whether there was something.
-  bool copy_lease(const Lease& lease, Worker& worker, Time now, Step& step);
   /// The tile needs nothing more of this lease.
   void tile_done(LeaseId lease, TileId tile, Time now, Step& step, bool by_its_worker);
   /// Takes what remains of a lease back. `cancel`: tells the worker; `lost`: counts it.
@@ -240,6 +240,12 @@ struct Coordinator::State {
   void expire(Time now, Step& step);
   LeaseId next_lease_id() { return LeaseId{epoch << 32 | ++lease_count}; }
   Worker* find_worker(const std::string& name);
+
+  // ---- copies.cpp ----
+  bool may_copy() const { return held.empty() && !idle.empty() && !leases.empty(); }
+  void copy_to_idle(Time now, Step& step);
+  /// Leases to the worker, too, what is still to be done of `lease`, or the end of it. Whether there was something.
+  bool copy_lease(const Lease& lease, Worker& worker, Time now, Step& step);
 
   // ---- pilots.cpp ----
   bool may_pilot(const Worker& worker, const Job& job, Time now) const;

@@ -39,8 +39,7 @@ std::uint64_t Job::pixel_samples_at(std::uint64_t frame) const {
   }
   std::uint64_t sum = 0;
   for (std::uint32_t tile = 0; tile < film.grid().tile_count(); ++tile) {
-    sum += film.allocation().of_tile(TileId{tile}, frame) *
-           static_cast<std::uint64_t>(film.grid().tile_rect(TileId{tile}).pixel_count());
+    sum += film.allocation().of_tile(TileId{tile}, frame) * pixels_of(TileId{tile});
   }
   return sum;
 }

@@ -142,8 +142,7 @@ void Coordinator::State::distrust(SessionId session, LeaseId lease_id, const Sta
 void Coordinator::State::merge_result(Job& job, const Renderer& by, WorkerResult result, Time now, Step& step) {
   const std::string& name = by.worker;
   const NodeKey key = result.key;
-  const auto pixel_samples =
-      static_cast<double>(key.range.count()) * static_cast<double>(job.film.grid().tile_rect(key.tile).pixel_count());
+  const auto pixel_samples = static_cast<double>(key.range.count()) * static_cast<double>(job.pixels_of(key.tile));
   job.record.worker_seconds += result.seconds;
   if (result.seconds > 0) {
     job.seconds_per_pixel_sample.add(result.seconds / pixel_samples);

@@ -91,9 +91,8 @@ bool Coordinator::State::grant_verification(Worker& worker, Job& job, Time now, 
     return false;
   }
   const SampleRange range = places.front().range;
-  const auto pixels = static_cast<std::uint64_t>(job.film.grid().tile_rect(places.front().tile).pixel_count());
-  const std::uint32_t tiles =
-      choose_tile_count(range, job.verifications.size() - job.verifications.out(), pixels, aim_for(worker, job));
+  const std::uint32_t tiles = choose_tile_count(range, job.verifications.size() - job.verifications.out(),
+                                                job.pixels_of(places.front().tile), aim_for(worker, job));
   if (tiles > 1) {
     places = job.verifications.next_for(machine, tiles);
   }
