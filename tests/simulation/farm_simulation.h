@@ -163,6 +163,10 @@ class FarmSimulation {
   void finish_commit();
   void plan_server_tick();
   void server_sends(Outgoing message);
+  void server_receives(const std::shared_ptr<Stream>& stream, WorkerMessage message);
+  StoredState load_checked();
+
+  // ---- server_checks.cpp ----
   void check_decisions(const Step& step);
   /// Whether the worker of the session may be leased what is merged: it was somebody else's on another machine.
   bool may_verify(SessionId session, const NodeKey& key) const;
@@ -172,8 +176,6 @@ class FarmSimulation {
   void note_unwanted(const Step& step);
   void check_ack(const Stream& stream, const ResultAck& ack);
   void check_acknowledged_is_durable();
-  void server_receives(const std::shared_ptr<Stream>& stream, WorkerMessage message);
-  StoredState load_checked();
 
   // ---- worker_side.cpp ----
   void start_worker(std::size_t index);

@@ -1,0 +1,164 @@
+// What must hold of what the coordinator decides, stores and sends.
+#include <algorithm>
+
+#include "tests/simulation/farm_simulation.h"
+
+namespace lightmill::simulation {
+
+void FarmSimulation::check_grant(const Stream& stream, const LeaseGrant& grant) {
+  const JobRecord* const stored = disk_.job(grant.unit.job);
+  if (stored == nullptr || stored->fingerprint_class.empty()) {
+    fail(fmt::format("lease {} leaves before the class of job {} is stored", grant.lease.value, grant.unit.job.value));
+    return;
+  }
+  if (!stored->method_notes.candidates.empty()) {
+    fail(fmt::format("lease {} leaves before the method of job {} is stored", grant.lease.value, grant.unit.job.value));
+    return;
+  }
+  const SimulatedWorker& to = workers_[stream.worker];
+  if (stored->fingerprint_class != to.fingerprint) {
+    fail(fmt::format("lease {} goes to a worker of class {}", grant.lease.value, workers_[stream.worker].fingerprint));
+  }
+}
+
+bool FarmSimulation::may_verify(SessionId session, const NodeKey& key) const {
+  const auto stream = streams_.find(session);
+  const auto by = merged_by_.find(key);
+  if (by == merged_by_.end()) {
+    return has_liars_;  // a copy differs from what was joined there
+  }
+  return stream != streams_.end() && workers_[stream->second->worker].machine != by->second.machine;
+}
+
+void FarmSimulation::note_writes(const Step& step) {
+  for (const StoreOp& op : step.writes) {
+    if (const auto* result = std::get_if<PutResult>(&op)) {
+      merged_by_[result->key] = result->by;
+    } else if (const auto* drop = std::get_if<DropResults>(&op)) {
+      dropped_.push_back(drop->key);
+    } else if (const auto* held = std::get_if<PutQuarantine>(&op)) {
+      ++report_.convicted;
+      if (held->record.of.machine != "machine-of-lies" && !bugs_.wrong_bits) {
+        fail(fmt::format("{} is convicted, which has not lied: {}", held->record.of.worker, held->record.reason));
+      }
+    }
+  }
+}
+
+void FarmSimulation::note_stored(std::span<const StoreOp> ops) {
+  for (const StoreOp& op : ops) {
+    if (const auto* drop = std::get_if<DropResults>(&op)) {
+      std::erase_if(acknowledged_, [&](const NodeKey& key) {
+        return key.job == drop->key.job && key.tile == drop->key.tile && drop->key.range.contains(key.range);
+      });
+    } else if (const auto* verified = std::get_if<PutVerified>(&op)) {
+      if (const Film* film = coordinator_ ? coordinator_->film(verified->key.job) : nullptr) {
+        report_.verified += verified->key.range.count() *
+                            static_cast<std::uint64_t>(film->grid().tile_rect(verified->key.tile).pixel_count());
+      }
+    }
+  }
+}
+
+void FarmSimulation::check_decisions(const Step& step) {
+  bool granted = false;
+  for (const std::vector<Outgoing>* channel : {&step.now, &step.after_commit}) {
+    for (const Outgoing& message : *channel) {
+      const auto* grant = std::get_if<LeaseGrant>(&message.message);
+      const Film* film = grant != nullptr ? coordinator_->film(grant->unit.job) : nullptr;
+      if (film == nullptr) {
+        continue;
+      }
+      granted = true;
+      for (const TileId tile : grant->unit.tiles) {
+        if (film->covered(tile, grant->unit.range) &&
+            !may_verify(message.to, {grant->unit.job, tile, grant->unit.range})) {
+          fail(fmt::format("lease {} names samples [{}, {}) of tile {}, which are merged", grant->lease.value,
+                           grant->unit.range.first(), grant->unit.range.end(), tile.value));
+        }
+      }
+    }
+  }
+  if (granted) {
+    for (const WorkerStatus& worker : coordinator_->workers(now_)) {
+      if (!worker.quarantine.empty() && worker.leases > 0) {
+        fail(fmt::format("{} is in quarantine with {} leases", worker.name, worker.leases));
+      }
+      if (worker.leases > 8 * limits_.leases_per_worker + brought_[worker.name]) {
+        fail(fmt::format("{} has {} leases", worker.name, worker.leases));
+      }
+    }
+  }
+}
+
+/// A count may be raised, durably, between the decision that a result lies beyond it and the acknowledgement.
+void FarmSimulation::note_unwanted(const Step& step) {
+  for (const Outgoing& message : step.after_commit) {
+    if (const auto* ack = std::get_if<ResultAck>(&message.message)) {
+      const auto stream = streams_.find(message.to);
+      const auto all = coordinator_->workers(now_);
+      const bool disbelieved =
+          stream != streams_.end() && std::ranges::any_of(all, [&](const WorkerStatus& worker) {
+            return worker.name == workers_[stream->second->worker].name && !worker.quarantine.empty();
+          });
+      for (const NodeKey& key : ack->keys) {
+        if (disbelieved || (stream != streams_.end() && workers_[stream->second->worker].lies == Lies::garbage)) {
+          unwanted_.insert({message.to, key});
+          continue;
+        }
+        const auto status = coordinator_->status(key.job, now_);
+        if (status.ok() && status->goal.samples > 0 &&
+            key.range.end() > coordinator_->film(key.job)->allocation().of_tile(key.tile, status->goal.samples)) {
+          unwanted_.insert({message.to, key});
+        }
+      }
+    }
+  }
+}
+
+void FarmSimulation::check_ack(const Stream& stream, const ResultAck& ack) {
+  for (const NodeKey& key : ack.keys) {
+    if (const auto unwanted = unwanted_.find({stream.session, key}); unwanted != unwanted_.end()) {
+      unwanted_.erase(unwanted);
+      continue;
+    }
+    const JobRecord* const stored = disk_.job(key.job);
+    if (stored == nullptr || stored->state == JobState::cancelled || stored->state == JobState::failed ||
+        stored->fingerprint_class.empty() ||
+        (stored->spec.goal.samples > 0 &&
+         key.range.end() > stored->allocation.of_tile(key.tile, stored->spec.goal.samples))) {
+      continue;  // not wanted
+    }
+    const auto digest = last_result_.find({stream.session, key});
+    if (digest == last_result_.end()) {
+      fail("an acknowledgement of what was never sent");
+      return;
+    }
+    const bool of_this_job = digest->second == render_digest(stored->spec.settings, stored->fingerprint_class);
+    const bool ended_by_time = stored->state == JobState::done && stored->spec.goal.seconds > 0;
+    if (of_this_job && !ended_by_time && disk_.covers(key)) {
+      acknowledged_.insert(key);
+    }
+    // Where a goal in error decides how many samples are wanted, they are fewer again once some are taken out.
+    const bool dropped = std::ranges::any_of(dropped_, [&](const NodeKey& each) {
+      return each.job == key.job &&
+             (stored->spec.goal.error > 0 || (each.tile == key.tile && each.range.contains(key.range)));
+    });
+    if (of_this_job && !ended_by_time && !dropped && !disk_.covers(key)) {
+      fail(fmt::format("job {}, tile {}, samples [{}, {}) are acknowledged but not durable", key.job.value,
+                       key.tile.value, key.range.first(), key.range.end()));
+    }
+  }
+}
+
+void FarmSimulation::check_acknowledged_is_durable() {
+  for (const NodeKey& key : acknowledged_) {
+    if (disk_.job(key.job) != nullptr && !disk_.covers(key)) {
+      fail(fmt::format("job {}, tile {}, samples [{}, {}) were acknowledged and are not on disk any more",
+                       key.job.value, key.tile.value, key.range.first(), key.range.end()));
+      return;
+    }
+  }
+}
+
+}  // namespace lightmill::simulation
