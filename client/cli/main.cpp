@@ -70,6 +70,7 @@ int run(int argc, char** argv) {
   add_token_commands(app, context);
   add_log_command(app, context);
   add_error_command(app, context);
+  add_verify_command(app, context);
   add_check_command(app, context);
   add_lab_command(app, context);
   add_certs_command(app, context);

@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "common/base/check.h"
+#include "common/base/digest.h"
 #include "common/base/text.h"
 
 namespace lightmill {
@@ -184,6 +185,46 @@ void box_sum_2d(std::vector<double>& grid, const ImageWindow& window) {
 
 }  // namespace
 
+std::string file_checksum(const Image& image) {
+  Sha256Hasher hasher;
+  const auto append = [&](ByteView bytes) {
+    const std::array size{std::uint64_t{bytes.size()}};
+    hasher.append(std::as_bytes(std::span(size)));
+    hasher.append(bytes);
+  };
+  for (const ImageWindow& window : {image.display, image.data}) {
+    const std::array sides{window.x, window.y, window.width, window.height};
+    append(std::as_bytes(std::span(sides)));
+  }
+  std::map<std::string, const ImageChannel*> channels;
+  for (const ImageChannel& channel : image.channels) {
+    channels[channel.name] = &channel;
+  }
+  for (const auto& [name, channel] : channels) {
+    append(as_byte_view(name));
+    std::visit([&](const auto& values) { append(std::as_bytes(std::span(values))); }, channel->values);
+  }
+  for (const auto& [name, attribute] : image.attributes) {
+    if (name == kFileChecksum || name == "pixelAspectRatio" || name == "screenWindowWidth") {
+      continue;
+    }
+    append(as_byte_view(name));
+    const std::array kind{std::uint64_t{attribute.index()}};
+    append(std::as_bytes(std::span(kind)));
+    std::visit(
+        [&](const auto& value) {
+          using Value = std::decay_t<decltype(value)>;
+          if constexpr (std::is_arithmetic_v<Value>) {
+            append(std::as_bytes(std::span(&value, 1)));
+          } else {
+            append(std::as_bytes(std::span(value)));
+          }
+        },
+        attribute);
+  }
+  return hasher.finish().hex();
+}
+
 FilmPicture::FilmPicture(ImageWindow display, ImageWindow data)
     : display(display),
       data(data),
@@ -298,6 +339,7 @@ Image to_image(const FilmPicture& picture) {
   if (!names.empty()) {
     image.attributes[kLayersAttribute] = fmt::format("{}", fmt::join(names, " "));
   }
+  image.attributes[kFileChecksum] = file_checksum(image);
   return image;
 }
 

@@ -70,6 +70,14 @@ inline constexpr int kErrorSmoothingRadius = 4;
 /// Zero where none has.
 std::vector<float> smoothed_standard_error(const FilmPicture& picture);
 
+/// The attribute of an EXR that holds its file_checksum.
+inline constexpr const char* kFileChecksum = "lightmill.fileChecksum";
+
+/// SHA-256, as hex, over the windows, the channels by name and the attributes by name, but for the checksum itself and
+/// what OpenEXR adds: it shows whether a file still holds what was written. Whoever changes a file can also change
+/// this; against them, parts of the picture are rendered again.
+std::string file_checksum(const Image& image);
+
 /// The picture's EXR form, and back (what is not there stays empty or zero). from_image fails if a channel of the film
 /// is missing.
 Image to_image(const FilmPicture& picture);

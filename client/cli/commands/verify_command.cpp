@@ -1,0 +1,204 @@
+// lightmill verify IMAGE SCENE
+#include <nlohmann/json.hpp>
+#include <random>
+
+#include "client/cli/context.h"
+#include "client/cli/farm_choice.h"
+#include "client/cli/film_fetch.h"
+#include "client/cli/follow.h"
+#include "client/cli/picture_check.h"
+#include "client/cli/progress.h"
+#include "client/cli/scene_options.h"
+#include "client/cli/submission.h"
+#include "client/cli/units.h"
+#include "common/base/text.h"
+#include "common/wire/scene_proto.h"
+
+namespace lightmill::cli {
+namespace {
+
+constexpr const char* kMore =
+    "The picture is an EXR that Lightmill wrote; the scene is what it was rendered from, with the same --camera and "
+    "--mtl.\n"
+    "First the file alone: that it is whole, that no pixel and no attribute has been changed, that its receipt "
+    "(scene,\n"
+    "assets, method, seed, layers, class) has the render digest that it states. Then random tiles are rendered again "
+    "and\n"
+    "compared bit for bit, on the farm that `render` would use; its workers must have the picture's renderer and\n"
+    "fingerprint class. A picture of which a share w is wrong, in whole tiles, passes n tiles with probability (1 - "
+    "w)^n.\n"
+    "Methods with photons or light paths trace all of them for each tile.\n\n"
+    "  lightmill verify picture.exr scenes/cornell-bench-blocks.json --share 5%";
+
+struct Options {
+  std::string image;
+  SceneOptions scene;
+  std::string share = "1%";
+  std::optional<std::uint64_t> seed;
+  bool local = false;
+  unsigned threads = 0;
+};
+
+/// A tile that is rendered again.
+struct Again {
+  PixelRect rect;
+  std::uint64_t job = 0;
+};
+
+std::string new_request_id(std::uint64_t seed, const PixelRect& rect, std::uint64_t nonce) {
+  return sha256(fmt::format("verify {} {} {} {}", seed, rect.x, rect.y, nonce)).hex();
+}
+
+/// What is to be rendered again.
+struct Task {
+  FilmPicture picture;
+  PreparedJob job;  ///< of the whole picture
+  std::vector<PixelRect> tiles;
+};
+
+Result<Task> prepare(const Options& options, std::uint64_t seed, Signals& signals) {
+  LM_ASSIGN_OR_RETURN(const double share, parse_share(options.share));
+  LM_ASSIGN_OR_RETURN(FilmPicture picture, load_sound_picture(options.image));
+  Task task{std::move(picture), {}, {}};
+  LM_ASSIGN_OR_RETURN(task.job.scene, load_scene(options.scene, signals));
+  FilmSettings& film = task.job.scene.scene.film;
+  film.width = task.picture.display.width;
+  film.height = task.picture.display.height;
+  std::vector<Sha256> assets;
+  for (const auto& [digest, bytes] : task.job.scene.assets) {
+    assets.push_back(digest);
+  }
+  LM_ASSIGN_OR_RETURN(task.job.spec.settings, settings_of(task.picture, pack_scene(task.job.scene.scene), assets));
+  const TileGrid grid(task.job.spec.settings.crop);
+  for (const TileId tile : draw_tiles(task.picture, share, seed)) {
+    task.tiles.push_back(grid.tile_rect(tile));
+    LM_RETURN_IF_ERROR(samples_of(task.picture, task.tiles.back()).status());
+  }
+  return task;
+}
+
+Result<Again> submit_tile(Farm& farm, const Task& task, const PixelRect& rect, std::uint64_t seed, std::uint64_t nonce,
+                          const Console& console) {
+  PreparedJob job{task.job.spec, {}};
+  job.scene.assets = task.job.scene.assets;
+  job.spec.settings.crop = rect;
+  job.spec.settings.meters = 0;
+  LM_ASSIGN_OR_RETURN(job.spec.goal.samples, samples_of(task.picture, rect));
+  job.spec.verify_share = 0;
+  job.spec.request_id = new_request_id(seed, rect, nonce);
+  job.spec.name = as_name(fmt::format("verify {}", task.picture.receipt.name));
+  job.spec.owner = "verify";
+  LM_ASSIGN_OR_RETURN(const v1::Job submitted, submit_job(*farm.connection, job, console));
+  return Again{rect, submitted.id()};
+}
+
+/// Empty, or what differs. Errors are such that nothing can be said.
+Result<std::string> compare(Farm& farm, const Task& task, const Again& again, Signals& signals,
+                            const Console& console) {
+  std::string waits_for;
+  LM_ASSIGN_OR_RETURN(const v1::Job job,
+                      follow_job(farm, again.job, false, signals, console, [&](const v1::WatchJobResponse& response) {
+                        const std::string& reason = response.job().reason();
+                        if (!has_ended(response.job().state()) && !reason.empty() && reason != waits_for) {
+                          console.notice(fmt::format("job {} {}", again.job, reason));
+                          waits_for = reason;
+                        }
+                      }));
+  if (job.state() != v1::JOB_STATE_DONE) {
+    return make_error(StatusCode::kAborted, "job {} {}: {}", again.job, state_name(job.state()), job.reason());
+  }
+  if (job.fingerprint_class() != task.picture.receipt.fingerprint_class) {
+    return failed_precondition(
+        "the farm's workers are of fingerprint class {}, and the picture is of {}: their bits differ where nobody is "
+        "wrong",
+        job.fingerprint_class(), task.picture.receipt.fingerprint_class);
+  }
+  LM_ASSIGN_OR_RETURN(const FetchedFilm film, fetch_film(*farm.connection, again.job));
+  return compare_tile(task.picture, film.picture, again.rect);
+}
+
+ExitCode verify(Context& context, const Console& console, const Options& options) {
+  const std::uint64_t nonce = std::uint64_t{std::random_device{}()} << 32 | std::random_device{}();
+  const std::uint64_t seed = options.seed.value_or(nonce);
+  const Result<Task> task = prepare(options, seed, context.signals);
+  if (!task.ok()) {
+    return console.fail(task.status());
+  }
+  Result<Farm> farm = choose_farm(context.common, options.local, options.threads, context.signals, console);
+  if (!farm.ok()) {
+    return console.fail(farm.status());
+  }
+  std::vector<Again> tiles;
+  Status status;
+  nlohmann::json wrong = nlohmann::json::array();
+  std::vector<std::string> lines;
+  for (std::size_t i = 0; i < task->tiles.size() && status.ok(); ++i) {
+    const Result<Again> again = submit_tile(*farm, *task, task->tiles[i], seed, nonce, console);
+    status = again.status();
+    if (again.ok()) {
+      tiles.push_back(*again);
+    }
+  }
+  for (std::size_t i = 0; i < tiles.size() && status.ok(); ++i) {
+    const PixelRect& rect = tiles[i].rect;
+    const Result<std::string> differs = compare(*farm, *task, tiles[i], context.signals, console);
+    status = differs.status();
+    if (differs.ok() && !differs->empty()) {
+      wrong.push_back({{"x", rect.x}, {"y", rect.y}, {"differs", *differs}});
+      lines.push_back(fmt::format("the {}x{} pixels at {}, {}: {}", rect.width, rect.height, rect.x, rect.y, *differs));
+    }
+  }
+  for (const Again& again : tiles) {  // of a private farm they end with it
+    if (!farm->private_farm) {
+      (void)farm->connection->cancel_job(again.job);
+      (void)farm->connection->delete_job(again.job);
+    }
+  }
+  if (!status.ok()) {
+    return console.fail(status);
+  }
+  const std::uint32_t all = TileGrid(task->job.spec.settings.crop).picture_tiles();
+  nlohmann::json object{{"image", options.image}, {"film_hash", task->picture.receipt.film_hash},
+                        {"tiles", all},           {"verified", tiles.size()},
+                        {"wrong", wrong},         {"seed", seed}};
+  if (!lines.empty()) {
+    return console.fail(data_loss("{}: {} of {} tiles that were rendered again are not what the picture has: {}",
+                                  options.image, lines.size(), tiles.size(), fmt::join(lines, "; ")),
+                        object);
+  }
+  console.object(object);
+  console.result(
+      fmt::format("{}: the file is as it was written, and {} of its {} tiles, rendered again, have the same "
+                  "bits (--seed {})",
+                  options.image, tiles.size(), all, seed));
+  return kDone;
+}
+
+}  // namespace
+
+void add_verify_command(CLI::App& app, Context& context) {
+  const auto options = std::make_shared<Options>();
+  CLI::App* command =
+      app.add_subcommand("verify", "Check that a picture is what its receipt says, by rendering parts of it again.");
+  command->footer(kMore);
+  command->add_option("IMAGE", options->image, "an EXR that Lightmill wrote")->required();
+  add_scene_options(*command, options->scene);
+  command
+      ->add_option("--share", options->share, "of the picture's tiles (64x64 pixels) that are rendered again: 1%, all")
+      ->type_name("SHARE")
+      ->check(readable(parse_share))
+      ->capture_default_str();
+  command->add_option("--seed", options->seed, "draws the tiles (default: others each time)")
+      ->type_name("S")
+      ->check(whole_number(0, std::numeric_limits<std::uint64_t>::max()));
+  command->add_flag("--local", options->local, "use a farm of its own, whatever else there is");
+  command->add_option("--threads", options->threads, "threads of such a farm (default: one per core)")
+      ->type_name("N")
+      ->check(whole_number(1, 4096));
+  add_common_options(*command, context);
+  command->callback([&context, options] {
+    context.run = [&context, options](const Console& console) { return verify(context, console, *options); };
+  });
+}
+
+}  // namespace lightmill::cli

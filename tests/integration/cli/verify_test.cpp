@@ -1,0 +1,62 @@
+// `verify`: whoever has a picture and its scene can check it.
+#include "client/cli/film_fetch.h"
+#include "common/base/file.h"
+#include "common/image/exr.h"
+#include "common/image/picture_file.h"
+#include "tests/integration/cli/cli_fixture.h"
+
+namespace lightmill::test {
+namespace {
+
+class VerifyTest : public CliTest {
+ protected:
+  void SetUp() override {
+    const CommandResult result = lightmill({"render", scene_, "--local", "--size", "150x100", "--spp", "5", "--layers",
+                                            "albedo,depth", "--method", "path", "-o", path_});
+    ASSERT_EQ(result.exit_code, 0) << result.err;
+  }
+  nlohmann::json verify(int exit_code, const std::string& scene, const std::string& share = "all") const {
+    return json({"verify", path_, scene, "--local", "--share", share}, exit_code);
+  }
+
+  const std::string scene_ = scene("cornell-bench-blocks.json");
+  const std::string path_ = file("picture.exr");
+};
+
+TEST_F(VerifyTest, APictureIsWhatItsReceiptSays) {
+  const nlohmann::json all = verify(0, scene_);
+  EXPECT_EQ(all["tiles"], 6);
+  EXPECT_EQ(all["verified"], 6);
+  EXPECT_EQ(verify(0, scene_, "1%")["verified"], 1);
+}
+
+TEST_F(VerifyTest, WrongPixelsUnderAConsistentReceiptAreFound) {
+  // A forger who writes the file anew can make everything fit but the pixels themselves.
+  FilmPicture picture = load_film_picture(path_).value();
+  picture.half_a[40 * 150 + 70] += 0.25f;
+  picture.receipt.film_hash = cli::film_hash_of(picture).hex();
+  ASSERT_TRUE(cli::write_outputs(picture, {path_}, {}).ok());
+  const nlohmann::json result = verify(1, scene_);
+  ASSERT_EQ(result["wrong"].size(), 1u) << result.dump();
+  EXPECT_EQ(result["wrong"][0]["x"], 64);
+  EXPECT_EQ(result["wrong"][0]["y"], 0);
+  EXPECT_NE(result["wrong"][0]["differs"].get<std::string>().find("A.R (1 values)"), std::string::npos);
+}
+
+TEST_F(VerifyTest, DamageAndOtherScenesAreFoundBeforeAnythingIsRendered) {
+  const std::string whole = read_file(path_).value();
+  ASSERT_TRUE(write_file_atomically(path_, as_byte_view(whole.substr(0, whole.size() / 2))).ok());
+  verify(1, scene_);
+  std::string changed = whole;
+  const std::size_t seed = changed.find("lightmill.method");
+  ASSERT_NE(seed, std::string::npos);
+  const std::size_t value = changed.find("path", seed);
+  changed.replace(value, 4, "pAth");
+  ASSERT_TRUE(write_file_atomically(path_, as_byte_view(changed)).ok());
+  verify(1, scene_);
+  ASSERT_TRUE(write_file_atomically(path_, as_byte_view(whole)).ok());
+  verify(2, scene("cornell-bench-balls.json"));
+}
+
+}  // namespace
+}  // namespace lightmill::test
