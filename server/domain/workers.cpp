@@ -289,8 +289,7 @@ void Coordinator::State::forget_if_gone(const std::string& name) {
 // ---- the class ----
 
 void Coordinator::worker_connected(SessionId session, const WorkerHello& hello, Time now, Step& step) {
-  state_->clock_unix_ms = state_->unix_ms(now);
-  state_->clock_time = now;
+  state_->saw_clock(now, state_->unix_ms(now), step);
   state_->connect(session, hello, now, step);
 }
 

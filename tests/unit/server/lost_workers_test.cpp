@@ -125,6 +125,18 @@ TEST_F(LostWorkersTest, ACoordinatorThatStoodStillLosesNobody) {
   EXPECT_EQ(status(job).counters.leases_lost, 0u);
 }
 
+TEST_F(LostWorkersTest, ThatItStoodStillIsSeenAlsoWhenAWorkerComesFirst) {
+  const JobId job = submit(spec("r1", 64, {0, 0, 256, 64}));
+  const SessionId session = connect("a");
+  now += std::chrono::minutes(10);
+  connect("b");
+  stand_still({});
+  EXPECT_TRUE(hang_ups.empty());
+  EXPECT_EQ(status(job).counters.leases_lost, 0u);
+  work(session);
+  EXPECT_EQ(status(job).counters.leases_lost, 0u);
+}
+
 TEST_F(LostWorkersTest, AfterItStoodStillWhoSaysNothingIsLostAllTheSame) {
   const JobId job = submit(spec("r1", 64, {0, 0, 256, 64}));
   connect("a");
