@@ -37,6 +37,9 @@ bool photons_render(const SceneFacts& facts) {
   return !facts.scattering;
 }
 
+/// Of so small a share of all photons, passes without number bring none.
+constexpr double kFewPhotons = 1e-8;
+
 /// `ppm`: photons start at what next-event estimation samples, and light from infinitely far only around what is
 /// bounded.
 Verdict admit_ppm(const SceneFacts& facts) {
@@ -52,6 +55,12 @@ Verdict admit_ppm(const SceneFacts& facts) {
     return {"ppm", false,
             "a plane without end is dark where it lies far off: photons from suns and skies go only to "
             "the surroundings of what is bounded"};
+  }
+  constexpr double kGatherArea = 3 * 3;  // by default, in pixels
+  if (facts.pixel_share < kFewPhotons / kGatherArea) {
+    return {"ppm", false,
+            fmt::format("so little of the scene is in the picture that a pixel gathers one photon of {:.0e}",
+                        1 / (kGatherArea * facts.pixel_share))};
   }
   return {"ppm", true, "it is there to check the others: noise and blur are large"};
 }

@@ -176,6 +176,28 @@ void read_small_lamps(const Scene& scene, const MeshSource& meshes, SceneFacts& 
   }
 }
 
+double pixel_share_of(const Scene& scene, const MeshSource& meshes) {
+  const double angle = 2 * std::tan(scene.camera.vertical_fov_degrees * kPiDouble / 360) / scene.film.height;
+  const double inside = angle * angle / 4;
+  if (inside > kSmallShare) {
+    return inside;  // meshes need not be read: no more is asked for than whether it is small
+  }
+  Vec3d low(std::numeric_limits<double>::max()), high = -low;
+  for (const Object& object : scene.objects) {
+    if (const std::optional<Extent> extent = extent_of(object, meshes)) {
+      low = glm::min(low, extent->center - extent->radius);
+      high = glm::max(high, extent->center + extent->radius);
+    }
+  }
+  if (low.x > high.x) {
+    return inside;
+  }
+  const Point3d& eye = scene.camera.eye;
+  const double radius = glm::length(high - low) / 2;
+  const double distance = glm::length(Vec3d(eye[0], eye[1], eye[2]) - (low + high) / 2.0);
+  return inside * std::max(distance * distance / (radius * radius), 1.0);
+}
+
 /// `narrow`: all that scatters narrowly, if it is known where that is.
 void read_light(const Light& light, const Places& narrow, SceneFacts& facts) {
   const auto delta = [&](std::string_view what, bool dark) {
@@ -253,6 +275,7 @@ SceneFacts read_facts(const Scene& scene, const MeshSource& meshes) {
   if (facts.emissive_objects > 0 && (narrow || !facts.lamps_never_sampled.empty())) {
     read_small_lamps(scene, meshes, facts);
   }
+  facts.pixel_share = pixel_share_of(scene, meshes);
   facts.lens = scene.camera.lens_radius > 0;
   facts.meters = scene.meters.size();
   for (const Meter& meter : scene.meters) {

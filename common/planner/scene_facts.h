@@ -49,6 +49,9 @@ struct SceneFacts {
   /// or from every thing that receives light, as far as is known.
   NamedThings hidden_lamps;
   bool planes = false;  ///< without end
+  /// About how much of what is spread over the scene lands on what one pixel sees: (its angle · distance)² / (2 ·
+  /// radius)², of the sphere around all of which it is known where it is, from the middle of the scene at least.
+  double pixel_share = 1;
 
   bool absorption = false;     ///< in what fills a shape
   bool scattering = false;     ///< likewise

@@ -340,7 +340,7 @@ TEST(Film, TellsOfHowManyOfTheFramesSamplesAllTilesHaveTheirPart) {
 }
 
 TEST(Film, WhatIsDroppedIsFreeAgainAndComesBackWithTheSameBits) {
-  Film film(TileGrid(kCrop), NodeLayout());
+  Film film{TileGrid(kCrop), NodeLayout()};
   const TileId tile{1};
   for (const SampleRange range : {SampleRange{2, 0}, SampleRange{0, 4}, SampleRange{1, 3}}) {
     film.merge(tile, make_node(film, tile, range));

@@ -269,6 +269,20 @@ TEST(Admit, PpmFindsAllThatPhotonsCanStartFrom) {
   EXPECT_NE(admit(read_facts(scene), "ppm").reason.find("no photons start at"), std::string::npos);
 }
 
+TEST(Admit, PpmNeedsASceneThatFillsMuchOfThePicture) {
+  Scene scene = scene_of({kWhite}, {kBulb});  // a ball of radius 1 at the origin
+  const auto verdict = [&](double distance, double degrees) {
+    scene.camera.eye = {0, 0, distance};
+    scene.camera.vertical_fov_degrees = degrees;
+    return admit(read_facts(scene), "ppm");
+  };
+  EXPECT_TRUE(verdict(4, 40).admitted);
+  EXPECT_TRUE(verdict(4'000, 0.04).admitted) << "the same picture, from afar";
+  EXPECT_FALSE(verdict(4, 0.04).admitted) << "a thousandth of it";
+  // 512 pixels: (tan(0.02°)/256 · 4/√3)² / 4 · 9, by the ball's box, of 1e-8 that there must be.
+  EXPECT_NE(verdict(4, 0.04).reason.find("one photon of 4e+10"), std::string::npos) << verdict(4, 0.04).reason;
+}
+
 TEST(Admit, VcmFindsAllButWhatMediaScatter) {
   const SceneFacts coated = read_facts(scene_of({kWhite, lacquer(0)}, {kBulb}));
   EXPECT_TRUE(admit(coated, "vcm").admitted);
