@@ -93,7 +93,8 @@ TEST_F(PictureFile, OneChangedBitOfAnyChannelIsFound) {
 
 TEST_F(PictureFile, AChangedAttributeIsFound) {
   const std::string whole = bytes();
-  for (const auto& [name, value] : decode_exr(as_byte_view(whole)).value().attributes) {
+  const Image image = decode_exr(as_byte_view(whole)).value();
+  for (const auto& [name, value] : image.attributes) {
     if (name == "pixelAspectRatio" || name == "screenWindowWidth") {
       continue;  // OpenEXR's own
     }
