@@ -94,7 +94,7 @@ TEST_P(PhotonAnswers, ASphereLightsAFloor) {
                                     diffuse("floor", 1) + also(diffuse("lamp", 0, radiance)),
                                     mesh("floor", "floor.obj") + also(sphere("lamp", "[0, 2, 0]", radius))),
                            {{"floor.obj", plane(6, 0, true)}});
-  expect_seen(seen_by(scene, GetParam() + ":photons=40000", 5, 1),
+  expect_seen(seen_by(scene, GetParam() + ":photons=60000", 5, 1),
               radiance * radius * radius / distance2 * height / std::sqrt(distance2), 1e-2, 4e-3);
 }
 
