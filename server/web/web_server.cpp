@@ -37,6 +37,7 @@ constexpr std::size_t kMostViewRequestBytes = 4 << 10;
 constexpr std::size_t kWriteBufferBytes = 64 << 10;
 constexpr auto kRequestPatience = std::chrono::seconds(30);
 constexpr auto kLivePatience = std::chrono::seconds(30);
+constexpr auto kAcceptPause = std::chrono::milliseconds(100);
 constexpr std::string_view kApi = "/api/v1/";
 constexpr std::string_view kLive = "/api/v1/live";
 /// Nothing from elsewhere, nothing inline, in nobody's frame.
@@ -89,7 +90,7 @@ struct WebParts {
   LiveHub hub;
   std::optional<asio::io_context> io{1};
   std::optional<tcp::acceptor> acceptor;
-  std::optional<asio::steady_timer> ticker;
+  std::optional<asio::steady_timer> ticker, pause;
   std::optional<JsonApi> api;
   std::thread thread;
 };
@@ -353,7 +354,16 @@ void accept_next(WebParts& parts) {
     if (error == asio::error::operation_aborted) {
       return;
     }
-    if (!error && parts.connections < kMostConnections) {
+    if (error) {  // as when there are too many open files: at once it would be the same again
+      parts.pause->expires_after(kAcceptPause);
+      parts.pause->async_wait([&parts](error_code ended) {
+        if (!ended) {
+          accept_next(parts);
+        }
+      });
+      return;
+    }
+    if (parts.connections < kMostConnections) {
       socket.set_option(tcp::no_delay(true), error);
       std::make_shared<HttpSession>(parts, std::move(socket))->start();
     }
@@ -413,6 +423,7 @@ WebParts::WebParts(FarmLoop& loop, const WebOptions& web, PageFiles files)
       hub(loop, greeting_of(options), posting_to(mailbox), system_clock()),
       acceptor(*io),
       ticker(*io),
+      pause(*io),
       api(std::in_place, loop, greeting_of(options), posting_to(mailbox)) {
   mailbox->set(&*io);
 }
@@ -426,6 +437,7 @@ WebParts::~WebParts() {
   }
   api.reset();
   ticker.reset();
+  pause.reset();
   acceptor.reset();
   io.reset();
 }

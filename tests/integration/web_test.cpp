@@ -5,9 +5,15 @@
 #include <boost/beast/http.hpp>
 #include <boost/beast/websocket.hpp>
 
+#include <sys/resource.h>
+#include <unistd.h>
+
+#include <atomic>
 #include <fstream>
 #include <nlohmann/json.hpp>
 #include <random>
+#include <sstream>
+#include <thread>
 
 #include "common/base/file.h"
 #include "lightmill/v1/web.pb.h"
@@ -353,8 +359,49 @@ TEST(Web, WhoDoesNotSayWhatItSawIsSentTwoMessages) {
     slow.ask(job);
     newest = slow.read();
   }
-  EXPECT_LT(slow.received, 6u) << "nothing was queued";
+  EXPECT_LT(slow.received, 10u) << "nothing was queued";
   EXPECT_GE(newest.job().samples_done(), merged);
+}
+
+/// So many seconds of processor time a process has had.
+double cpu_seconds(pid_t pid) {
+  std::istringstream stat(read_file(fmt::format("/proc/{}/stat", pid)).value());
+  std::string word;
+  for (int i = 1; i < 14; ++i) {
+    stat >> word;  // of its name, which has no space, up to the ticks in user mode
+  }
+  double user = 0, system = 0;
+  stat >> user >> system;
+  return (user + system) / static_cast<double>(::sysconf(_SC_CLK_TCK));
+}
+
+TEST(Web, WithoutFilesToOpenConnectionsWaitAndCostNothing) {
+  WebFarm web;
+  const pid_t server = web.farm().server().pid();
+  rlim_t next = 0;  // the first number that no file has
+  while (std::filesystem::exists(std::filesystem::symlink_status(fmt::format("/proc/{}/fd/{}", server, next)))) {
+    ++next;
+  }
+  rlimit before{};
+  ASSERT_EQ(::prlimit(server, RLIMIT_NOFILE, nullptr, &before), 0);
+  const rlimit none{next, before.rlim_max};
+  ASSERT_EQ(::prlimit(server, RLIMIT_NOFILE, &none, nullptr), 0);
+  std::vector<tcp::socket> silent;  // they take what numbers there are below
+  for (int i = 0; i < 20; ++i) {
+    silent.push_back(web.connect());
+  }
+  std::this_thread::sleep_for(std::chrono::milliseconds(500));
+  const double used = cpu_seconds(server);
+  std::atomic<bool> answered = false;
+  std::jthread caller([&] {
+    EXPECT_EQ(web.get("/").result_int(), 200u);
+    answered = true;
+  });
+  std::this_thread::sleep_for(std::chrono::seconds(2));
+  EXPECT_FALSE(answered);
+  EXPECT_LT(cpu_seconds(server) - used, 0.3);
+  ASSERT_EQ(::prlimit(server, RLIMIT_NOFILE, &before, nullptr), 0);
+  caller.join();
 }
 
 TEST(Web, OnlyThisMachineIsServed) {
