@@ -18,16 +18,13 @@ namespace lightmill::cli {
 namespace {
 
 constexpr const char* kMore =
-    "The picture is an EXR that Lightmill wrote; the scene is what it was rendered from, with the same --camera and "
-    "--mtl.\n"
-    "First the file alone: that it is whole, that no pixel and no attribute has been changed, that its receipt "
-    "(scene,\n"
-    "assets, method, seed, layers, class) has the render digest that it states. Then random tiles are rendered again "
-    "and\n"
-    "compared bit for bit, on the farm that `render` would use; its workers must have the picture's renderer and\n"
-    "fingerprint class. A picture of which a share w is wrong, in whole tiles, passes n tiles with probability (1 - "
-    "w)^n.\n"
-    "Methods with photons or light paths trace all of them for each tile.\n\n"
+    "The picture is an EXR that Lightmill wrote; the scene is what it was rendered from, with the same --camera and\n"
+    "--mtl. First the file alone: that it is whole, that no pixel and no attribute of Lightmill's has been changed, "
+    "that\n"
+    "its receipt (scene, assets, method, seed, layers, class) has the render digest that it states. Then random tiles\n"
+    "are rendered again and compared bit for bit, on the farm that `render` would use; its workers must have the\n"
+    "picture's renderer and fingerprint class. A picture of which a share w is wrong, in whole tiles, passes n tiles\n"
+    "with probability (1 - w)^n. Methods with photons or light paths trace all of them for each tile.\n\n"
     "  lightmill verify picture.exr scenes/cornell-bench-blocks.json --share 5%";
 
 struct Options {
