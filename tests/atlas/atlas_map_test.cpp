@@ -6,6 +6,8 @@
 #include "tests/atlas/atlas.h"
 #include "tests/atlas/cases/light_over_mirror.h"
 #include "tests/atlas/map/atlas_page.h"
+#include "tests/atlas/map/measured_rows.h"
+#include "tests/support/temporary_folder.h"
 
 namespace lightmill::test {
 namespace {
@@ -76,6 +78,26 @@ TEST(AtlasMapItself, ItsPageCountsAndQuotes) {
   }
   EXPECT_NE(atlas_csv(rows).find("\"s\",\"a \"\"lamp\"\" <over> a mirror\",path,wrong,"), std::string::npos);
   EXPECT_NE(atlas_json(rows, settings).find("\"outcome\": \"wrong\""), std::string::npos);
+}
+
+TEST(AtlasMapItself, GoesOnWithWhatIsMeasured) {
+  const TemporaryFolder folder;
+  const MeasuredRows measured(folder.path());
+  AtlasCase what = LightOverMirror{.subject = "s", .name = "a lamp over a mirror", .radius = 0.3}.made();
+  AtlasSettings settings{.methods = {"path", "whitted"}, .seeds = 4, .measure_vetoed = true};
+  EXPECT_FALSE(measured.find(what, settings));
+  const std::vector<AtlasRow> rows{measure(what, settings)};
+  ASSERT_TRUE(measured.keep(rows[0], settings).ok());
+  const auto found = measured.find(what, settings);
+  ASSERT_TRUE(found);
+  const std::vector<AtlasRow> again{*found};
+  EXPECT_EQ(atlas_json(again, settings), atlas_json(rows, settings));
+  EXPECT_EQ(atlas_html(again, settings), atlas_html(rows, settings)) << "with the pictures";
+  settings.seeds = 5;
+  EXPECT_FALSE(measured.find(what, settings));
+  settings.seeds = 4;
+  *what.exact *= 2;
+  EXPECT_FALSE(measured.find(what, settings));
 }
 
 TEST(AtlasMapItself, WhereAllSeedsAreDarkItsNumbersAreNumbers) {

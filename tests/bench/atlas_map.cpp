@@ -9,6 +9,7 @@
 #include <thread>
 
 #include "tests/atlas/map/atlas_page.h"
+#include "tests/atlas/map/measured_rows.h"
 
 namespace {
 
@@ -32,8 +33,9 @@ std::vector<AtlasCase> cases_with(const std::string& text) {
   return chosen;
 }
 
-void print(const AtlasRow& row, std::size_t done, std::size_t all) {
-  std::printf("%zu/%zu %s: %s\n", done, all, row.what.subject.c_str(), row.what.name.c_str());
+void print(const AtlasRow& row, std::size_t done, std::size_t all, bool kept) {
+  std::printf("%zu/%zu %s: %s%s\n", done, all, row.what.subject.c_str(), row.what.name.c_str(),
+              kept ? " (measured before)" : "");
   for (const AtlasCell& cell : row.cells) {
     std::printf("  %-8s %-7s", cell.method.c_str(), name_of(cell.outcome));
     if (cell.measured) {
@@ -45,20 +47,26 @@ void print(const AtlasRow& row, std::size_t done, std::size_t all) {
 }
 
 /// Cases go to threads one by one; rows come back in the cases' order. What was interrupted is left out.
-std::vector<AtlasRow> measure_all(const std::vector<AtlasCase>& cases, const AtlasSettings& settings, int threads) {
+std::vector<AtlasRow> measure_all(const std::vector<AtlasCase>& cases, const AtlasSettings& settings,
+                                  const MeasuredRows& measured, int threads) {
   std::vector<AtlasRow> rows(cases.size());
   std::vector<char> complete(cases.size(), 0);
   std::atomic<std::size_t> next = 0, done = 0;
   std::mutex printing;
   const auto work = [&] {
     for (std::size_t i = next++; i < cases.size() && !interrupted; i = next++) {
-      AtlasRow row = measure(cases[i], settings);
-      if (!interrupted) {
-        const std::lock_guard lock(printing);
-        print(row, ++done, cases.size());
-        rows[i] = std::move(row);
-        complete[i] = 1;
+      std::optional<AtlasRow> kept = measured.find(cases[i], settings);
+      AtlasRow row = kept ? *kept : measure(cases[i], settings);
+      if (!kept && interrupted) {
+        return;
       }
+      const std::lock_guard lock(printing);
+      if (const auto status = kept ? lightmill::Status() : measured.keep(row, settings); !status.ok()) {
+        std::fprintf(stderr, "atlas_map: %s\n", lightmill::message_of(status).c_str());
+      }
+      print(row, ++done, cases.size(), kept.has_value());
+      rows[i] = std::move(row);
+      complete[i] = 1;
     }
   };
   {
@@ -91,9 +99,10 @@ bool write(const std::filesystem::path& path, const std::string& text) {
 
 int main(int argc, char** argv) {
   CLI::App app(
-      "Measures and judges every case of the failure atlas by every method. Writes index.html, atlas.csv and "
-      "atlas.json. "
-      "Ends with 1 if a method is wrong without a veto.");
+      "Measures and judges every case of the failure atlas by every method: hours of CPU time. Writes index.html, "
+      "atlas.csv and atlas.json, and a file in DIR/rows for each case: interrupted, the same command goes on. Ends "
+      "with "
+      "1 if a method is wrong without a veto.");
   AtlasSettings settings;
   settings.methods = atlas_methods();
   settings.retries = 2;
@@ -102,7 +111,7 @@ int main(int argc, char** argv) {
   std::filesystem::path folder;
   int threads = 2;
   bool vetoed_too = true;
-  app.add_option("-o,--out", folder, "folder for the page and the numbers; it is made")->required();
+  app.add_option("-o,--out", folder, "DIR, a folder for the page and the numbers; it is made")->required();
   app.add_option("--methods", settings.methods, "to measure")->capture_default_str()->delimiter(',');
   app.add_option("--levels", settings.more_levels, "log2 of how many times the samples")
       ->capture_default_str()
@@ -117,7 +126,7 @@ int main(int argc, char** argv) {
   settings.measure_vetoed = vetoed_too;
 
   std::error_code error;
-  std::filesystem::create_directories(folder, error);
+  std::filesystem::create_directories(folder / "rows", error);
   if (error) {
     std::fprintf(stderr, "atlas_map: cannot make %s: %s\n", folder.c_str(), error.message().c_str());
     return 2;
@@ -125,9 +134,9 @@ int main(int argc, char** argv) {
   std::signal(SIGINT, interrupt);
   std::signal(SIGTERM, interrupt);
   const std::vector<AtlasCase> cases = cases_with(only);
-  const std::vector<AtlasRow> rows = measure_all(cases, settings, threads);
+  const std::vector<AtlasRow> rows = measure_all(cases, settings, MeasuredRows(folder / "rows"), threads);
   if (interrupted) {
-    std::fprintf(stderr, "atlas_map: interrupted after %zu of %zu cases; nothing is written\n", rows.size(),
+    std::fprintf(stderr, "atlas_map: interrupted after %zu of %zu cases; the same command goes on there\n", rows.size(),
                  cases.size());
     return 130;
   }
