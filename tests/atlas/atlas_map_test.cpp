@@ -84,6 +84,7 @@ TEST(AtlasMapItself, GoesOnWithWhatIsMeasured) {
   const TemporaryFolder folder;
   const MeasuredRows measured(folder.path());
   AtlasCase what = LightOverMirror{.subject = "s", .name = "a lamp over a mirror", .radius = 0.3}.made();
+  what.files["picture.png"] = "\x89PNG";
   AtlasSettings settings{.methods = {"path", "whitted"}, .seeds = 4, .measure_vetoed = true};
   EXPECT_FALSE(measured.find(what, settings));
   const std::vector<AtlasRow> rows{measure(what, settings)};

@@ -33,12 +33,20 @@ std::string text_of(const AtlasCase& what) {
              : what.document;
 }
 
+std::map<std::string, std::string> digests_of(const std::map<std::string, std::string>& files) {
+  std::map<std::string, std::string> digests;
+  for (const auto& [name, bytes] : files) {
+    digests[name] = sha256(bytes).hex();
+  }
+  return digests;
+}
+
 /// All that a row follows from, but the files that documents in the folder scenes name.
 std::string file_name(const AtlasCase& what, const AtlasSettings& settings) {
   const json from{what.subject,
                   what.name,
                   text_of(what),
-                  what.files,
+                  digests_of(what.files),
                   what.exact.value_or(-1),
                   what.tolerance,
                   what.gathered,
