@@ -281,6 +281,8 @@ struct Coordinator::State {
   void undo_work_of(const Renderer& guilty, Time now, Step& step);
   /// Takes out the film's node that contains these samples, and all that is known of it.
   void drop_node_with(Job& job, TileId tile, SampleRange range, Time now, Step& step);
+  /// Of a job with a goal in seconds, when only a share of its samples is kept: what the others took counts no more.
+  void give_back_seconds(Job& job, double kept, Time now);
   bool in_quarantine(const Renderer& renderer) const;
   std::string reason_for_quarantine(const Renderer& renderer) const;
   void hold_in_quarantine(Worker& worker, const std::string& reason, Time now, Step& step);

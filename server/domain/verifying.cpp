@@ -320,7 +320,7 @@ void Coordinator::State::undo_work_of(const Renderer& guilty, Time now, Step& st
     }
     put_job(*job, step);
     refresh_queue(*job);
-    ending.insert(id);  // what was left may be all that will be: its seconds may be over
+    ending.insert(id);  // what is left may be all that is wanted
   }
 }
 
@@ -333,7 +333,9 @@ void Coordinator::State::drop_node_with(Job& job, TileId tile, SampleRange withi
   const SampleRange range = (*node)->range;
   job.record.counters.non_finite -= (*node)->non_finite;
   ++job.record.counters.nodes_dropped;
+  const auto before = static_cast<double>(job.film.pixel_samples());
   job.film.drop(tile, range);
+  give_back_seconds(job, static_cast<double>(job.film.pixel_samples()) / before, now);
   job.parts.erase({tile, range});
   step.writes.push_back(DropNode{{job.id(), tile, range}});
   step.writes.push_back(DropResults{{job.id(), tile, range}});
@@ -346,6 +348,19 @@ void Coordinator::State::drop_node_with(Job& job, TileId tile, SampleRange withi
     job.plan->reopen(tile);
   }
   ++job.version;
+}
+
+void Coordinator::State::give_back_seconds(Job& job, double kept, Time now) {
+  if (job.record.spec.goal.seconds == 0) {
+    return;
+  }
+  job.record.active_seconds = kept * job.active_seconds(now);
+  if (job.active_since) {
+    job.active_since = now;
+  }
+  if (job.plan && job.plan->closed() && !job.time_is_up(now)) {
+    job.plan->set_goal(job.samples_wanted_now());
+  }
 }
 
 Status Coordinator::release_worker(const std::string& name, Time now, Step& step) {

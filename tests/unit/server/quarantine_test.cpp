@@ -91,7 +91,7 @@ TEST_F(QuarantineTest, ADoneJobWithResultsOfALiarGoesOn) {
   EXPECT_EQ(coordinator->film(first)->sums(TileId{0})[0], 1.0f);
 }
 
-TEST_F(QuarantineTest, ADoneJobWhoseSecondsAreOverIsDoneAgainWithWhatIsLeft) {
+TEST_F(QuarantineTest, SecondsOfWhatIsThrownAwayAreUsedAgain) {
   JobSpec timed = spec("first", 0, {0, 0, 64, 64});
   timed.goal.seconds = 5;
   timed.verify_share = 0;
@@ -104,17 +104,53 @@ TEST_F(QuarantineTest, ADoneJobWhoseSecondsAreOverIsDoneAgainWithWhatIsLeft) {
   pass_with({liar}, std::chrono::seconds(6));  // its seconds are over, and what b held is the liar's
   answer(liar, 1);
   ASSERT_EQ(status(first).state, JobState::done);
-  const std::uint64_t before = status(first).frame_samples;
+  ASSERT_GE(status(first).active_seconds, 5);
   submit_verified(1, "second");
   const SessionId c = connect_on("m3", "c"), d = connect_on("m4", "d");
-  for (const SessionId session : {liar, c, d}) {
-    answer(session, session == liar ? 1 : 0);
+  answer(liar, 1);
+  while (worker("liar").quarantine.empty()) {
+    answer_one(c);
+    answer_one(d);
   }
-  ASSERT_NE(worker("liar").quarantine, "");
-  pass_with({c, d}, std::chrono::seconds(1));
+  EXPECT_EQ(status(first).state, JobState::running);
+  EXPECT_EQ(status(first).active_seconds, 0) << "all was joined";
+  for (int second = 0; second < 6; ++second) {
+    pass_with({c, d}, std::chrono::seconds(1));
+    answer_one(c);
+    answer_one(d);
+  }
+  answer(c);
+  answer(d);
   EXPECT_EQ(status(first).state, JobState::done);
-  EXPECT_LT(status(first).frame_samples, before);
-  EXPECT_EQ(status(first).frame_samples, honest.unit.range.end());
+  EXPECT_GE(status(first).active_seconds, 5);
+  EXPECT_GT(status(first).frame_samples, honest.unit.range.end());
+}
+
+TEST_F(QuarantineTest, AJobWhoseSecondsAreOverButThatIsStillVerifiedGoesOnWhenSamplesAreThrownAway) {
+  JobSpec timed = spec("timed", 0, {0, 0, 64, 64});
+  timed.goal.seconds = 5;
+  timed.verify_share = 1;
+  const JobId id = submit(timed);
+  const SessionId liar = connect_on("m1", "liar"), c = connect_on("m2", "c"), d = connect_on("m3", "d");
+  pass_with({liar, c, d}, std::chrono::seconds(6));
+  answer_one(liar, 1);
+  ASSERT_EQ(status(id).state, JobState::running) << "what the liar rendered is to be verified yet";
+  while (worker("liar").quarantine.empty()) {
+    ASSERT_GT(waiting(c) + waiting(d), 0u);
+    answer_one(c);
+    answer_one(d);
+  }
+  EXPECT_EQ(status(id).state, JobState::running);
+  EXPECT_LT(status(id).active_seconds, 5);
+  for (int second = 0; second < 7; ++second) {
+    pass_with({c, d}, std::chrono::seconds(1));
+    answer_one(c);
+    answer_one(d);
+  }
+  answer(c);
+  answer(d);
+  EXPECT_EQ(status(id).state, JobState::done);
+  EXPECT_GE(status(id).active_seconds, 5);
 }
 
 TEST_F(QuarantineTest, QuarantineHoldsForTheMachineAndUntilReleased) {

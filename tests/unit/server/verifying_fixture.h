@@ -22,15 +22,21 @@ class VerifyingTest : public CoordinatorTest {
   }
   /// Answers every lease that the session has not answered, with bits that differ by `lie`.
   void answer(SessionId session, float lie = 0) {
-    std::size_t& done = worked[session];
-    while (done < got<LeaseGrant>(session).size()) {
-      const LeaseGrant grant = got<LeaseGrant>(session)[done++];
-      for (const TileId tile : grant.unit.tiles) {
-        WorkerResult sent_result = result(grant, tile);
-        sent_result.node.values[0] += lie;
-        sent_result.hash = hash_of(sent_result.node);
-        say(session, sent_result);
-      }
+    while (waiting(session) > 0) {
+      answer_one(session, lie);
+    }
+  }
+  /// The first of them alone, if there is one.
+  void answer_one(SessionId session, float lie = 0) {
+    if (waiting(session) == 0) {
+      return;
+    }
+    const LeaseGrant grant = got<LeaseGrant>(session)[worked[session]++];
+    for (const TileId tile : grant.unit.tiles) {
+      WorkerResult sent_result = result(grant, tile);
+      sent_result.node.values[0] += lie;
+      sent_result.hash = hash_of(sent_result.node);
+      say(session, sent_result);
     }
   }
   std::size_t waiting(SessionId session) const {
