@@ -2,6 +2,7 @@
 
 #include <bit>
 #include <cmath>
+#include <cstring>
 
 #include "client/cli/film_fetch.h"
 #include "common/base/file.h"
@@ -38,16 +39,28 @@ Status check_counts(const FilmPicture& picture) {
 }
 
 Result<FilmPicture> sound_picture(ByteView bytes) {
-  LM_ASSIGN_OR_RETURN(const Image image, decode_exr(bytes));
+  constexpr std::string_view kMagic = "\x76\x2f\x31\x01";
+  const std::size_t begins = std::min(bytes.size(), kMagic.size());
+  if (std::memcmp(bytes.data(), kMagic.data(), begins) != 0) {
+    return invalid_argument("this is no EXR file: give one that `lightmill render -o` or `fetch -o` wrote");
+  }
+  const Result<Image> decoded = decode_exr(bytes);
+  if (!decoded.ok()) {
+    return data_loss("{}", message_of(decoded.status()));
+  }
+  const Image& image = *decoded;
   const std::string stated = image.text(kFileChecksum);
   if (stated.empty()) {
-    return invalid_argument("it has no {}: no Lightmill wrote it, or one before pictures could be verified",
-                            kFileChecksum);
+    constexpr const char* kWhy = "it has no {}: no Lightmill wrote it, or one before pictures could be verified{}";
+    return image.text("lightmill.renderDigest").empty()
+               ? invalid_argument(kWhy, kFileChecksum, "")
+               : data_loss(kWhy, kFileChecksum, ", or somebody has taken it away");
   }
   if (stated != file_checksum(image)) {
     return data_loss("a pixel or an attribute has been changed since the file was written: its checksum is {}, not {}",
                      file_checksum(image), stated);
   }
+  LM_RETURN_IF_ERROR(check_exr_form(bytes, image));
   LM_ASSIGN_OR_RETURN(FilmPicture picture, from_image(image));
   if (const std::string hash = film_hash_of(picture).hex(); hash != picture.receipt.film_hash) {
     return data_loss("a pixel has been changed: its film hash is {}, and its receipt says {}", hash,
@@ -81,7 +94,7 @@ Result<FilmPicture> load_sound_picture(const std::string& path) {
   LM_ASSIGN_OR_RETURN(const std::string bytes, read_file(path));
   Result<FilmPicture> picture = sound_picture(as_byte_view(bytes));
   if (!picture.ok()) {
-    return data_loss("{}: {}", path, message_of(picture.status()));
+    return make_error(picture.status().code(), "{}: {}", path, message_of(picture.status()));
   }
   return picture;
 }

@@ -11,9 +11,9 @@
 
 namespace lightmill::cli {
 
-/// A picture read from an EXR of Lightmill's. DATA_LOSS, saying what differs, if the file is truncated or damaged, or
-/// if a pixel or an attribute is not what it was when the file was written: the file's checksum (file_checksum), the
-/// film hash and the counts are compared.
+/// A picture read from an EXR of Lightmill's. INVALID_ARGUMENT if it is none; DATA_LOSS, saying what differs, if the
+/// file is truncated or damaged, or if a pixel or an attribute is not what it was when the file was written: the file's
+/// form (check_exr_form), its checksum (file_checksum), the film hash and the counts are compared.
 Result<FilmPicture> load_sound_picture(const std::string& path);
 
 /// The settings that the picture was rendered with, as far as it is made of `scene` (packed by pack_scene) and these

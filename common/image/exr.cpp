@@ -14,7 +14,10 @@
 #include <ImfStandardAttributes.h>
 #include <ImfStringAttribute.h>
 
+#include <array>
+#include <cstring>
 #include <exception>
+#include <optional>
 
 #include "common/base/check.h"
 
@@ -22,6 +25,9 @@ namespace lightmill {
 namespace {
 
 constexpr int kMaxSide = 65536;  // pixels
+constexpr int kChunkLines = 16;  // of ZIP compression
+/// Attributes that OpenEXR itself writes, with values that a picture cannot have otherwise.
+constexpr std::array kOwnAttributes{"pixelAspectRatio", "screenWindowWidth"};
 constexpr std::uint64_t kPlausibleValues = std::uint64_t{1}
                                            << 22;  // decoded without asking whether the file can hold them
 constexpr std::uint64_t kMaxCompression = 16384;   // deflate's limit is 1032; wavelets of a black frame reach more
@@ -163,6 +169,28 @@ Result<Image> read_image(ByteView bytes) {
   return image;
 }
 
+/// A little-endian number at `at`; nothing where the bytes end before.
+template <class Number>
+std::optional<Number> number_at(ByteView bytes, std::size_t at) {
+  Number number{};
+  if (at > bytes.size() || bytes.size() - at < sizeof(number)) {
+    return std::nullopt;
+  }
+  std::memcpy(&number, bytes.data() + at, sizeof(number));
+  return number;
+}
+
+/// Where the header of a file that encode_exr wrote ends: after magic number and version come attributes (name, type,
+/// both ending with a zero, size, value), and a zero.
+std::size_t header_end(std::string_view file) {
+  std::size_t at = 8;
+  while (file[at] != 0) {
+    const std::size_t size = file.find('\0', file.find('\0', at) + 1) + 1;
+    at = size + 4 + number_at<std::uint32_t>(as_byte_view(file), size).value();
+  }
+  return at + 1;
+}
+
 }  // namespace
 
 Result<std::string> encode_exr(const Image& image) {
@@ -206,6 +234,29 @@ Result<Image> decode_exr(ByteView bytes) {
   } catch (const std::exception& error) {
     return invalid_argument("not a readable EXR file: {}", error.what());
   }
+}
+
+Status check_exr_form(ByteView bytes, Image image) {
+  for (const char* const name : kOwnAttributes) {
+    image.attributes.erase(name);
+  }
+  LM_ASSIGN_OR_RETURN(const std::string expected, encode_exr(image));
+  const std::size_t table = header_end(expected);
+  if (bytes.size() < table || std::memcmp(bytes.data(), expected.data(), table) != 0) {
+    return data_loss("its header is not as Lightmill writes it: chromaticities, pixel aspect or others are changed");
+  }
+  const auto chunks = static_cast<std::size_t>((image.data.height + kChunkLines - 1) / kChunkLines);
+  std::uint64_t at = table + sizeof(std::uint64_t) * chunks;
+  for (std::size_t i = 0; i < chunks; ++i) {
+    const auto offset = number_at<std::uint64_t>(bytes, table + sizeof(std::uint64_t) * i);
+    const auto line = number_at<std::int32_t>(bytes, at);
+    const auto size = number_at<std::int32_t>(bytes, at + sizeof(std::int32_t));
+    if (offset != at || line != image.data.y + kChunkLines * static_cast<int>(i) || !size || *size < 0) {
+      return data_loss("its lines do not follow each other as Lightmill writes them");
+    }
+    at += 2 * sizeof(std::int32_t) + static_cast<std::uint64_t>(*size);
+  }
+  return at == bytes.size() ? ok_status() : data_loss("it has {} bytes after its last line", bytes.size() - at);
 }
 
 }  // namespace lightmill

@@ -17,4 +17,9 @@ Result<std::string> encode_exr(const Image& image);
 /// INVALID_ARGUMENT, never a crash.
 Result<Image> decode_exr(ByteView bytes);
 
+/// DATA_LOSS unless `bytes`, which were decoded to `image`, have the form that encode_exr gives it: the same header,
+/// byte for byte, then the lines' chunks in order, and nothing between or after them. What is compressed is not looked
+/// at.
+Status check_exr_form(ByteView bytes, Image image);
+
 }  // namespace lightmill

@@ -200,8 +200,13 @@ std::string file_checksum(const Image& image) {
   for (const ImageChannel& channel : image.channels) {
     channels[channel.name] = &channel;
   }
+  const auto append_kind = [&](std::size_t index) {
+    const std::array kind{std::uint64_t{index}};
+    append(std::as_bytes(std::span(kind)));
+  };
   for (const auto& [name, channel] : channels) {
     append(as_byte_view(name));
+    append_kind(channel->values.index());
     std::visit([&](const auto& values) { append(std::as_bytes(std::span(values))); }, channel->values);
   }
   for (const auto& [name, attribute] : image.attributes) {
@@ -209,8 +214,7 @@ std::string file_checksum(const Image& image) {
       continue;
     }
     append(as_byte_view(name));
-    const std::array kind{std::uint64_t{attribute.index()}};
-    append(std::as_bytes(std::span(kind)));
+    append_kind(attribute.index());
     std::visit(
         [&](const auto& value) {
           using Value = std::decay_t<decltype(value)>;

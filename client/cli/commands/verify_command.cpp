@@ -19,13 +19,14 @@ namespace {
 
 constexpr const char* kMore =
     "The picture is an EXR that Lightmill wrote; the scene is what it was rendered from, with the same --camera and\n"
-    "--mtl. First the file alone: that it is whole, that no pixel and no attribute of Lightmill's has been changed, "
-    "that\n"
+    "--mtl. First the file alone: that it is whole, that no pixel and no attribute has been changed, that\n"
     "its receipt (scene, assets, method, seed, layers, class) has the render digest that it states. Then random tiles\n"
     "are rendered again and compared bit for bit, on the farm that `render` would use; its workers must have the\n"
     "picture's renderer and fingerprint class. A picture of which a share w is wrong, in whole tiles, passes n tiles\n"
     "with probability (1 - w)^n. Methods with photons or light paths trace all of them for each tile.\n\n"
     "  lightmill verify picture.exr scenes/cornell-bench-blocks.json --share 5%";
+
+constexpr std::uint64_t kMostSeed = (std::uint64_t{1} << 53) - 1;  ///< every reader of JSON has such numbers exactly
 
 struct Options {
   std::string image;
@@ -116,7 +117,7 @@ Result<std::string> compare(Farm& farm, const Task& task, const Again& again, Si
 
 ExitCode verify(Context& context, const Console& console, const Options& options) {
   const std::uint64_t nonce = std::uint64_t{std::random_device{}()} << 32 | std::random_device{}();
-  const std::uint64_t seed = options.seed.value_or(nonce);
+  const std::uint64_t seed = options.seed.value_or(nonce & kMostSeed);
   const Result<Task> task = prepare(options, seed, context.signals);
   if (!task.ok()) {
     return console.fail(task.status());
@@ -187,7 +188,7 @@ void add_verify_command(CLI::App& app, Context& context) {
       ->capture_default_str();
   command->add_option("--seed", options->seed, "draws the tiles (default: others each time)")
       ->type_name("S")
-      ->check(whole_number(0, std::numeric_limits<std::uint64_t>::max()));
+      ->check(whole_number(0, kMostSeed));
   command->add_flag("--local", options->local, "use a farm of its own, whatever else there is");
   command->add_option("--threads", options->threads, "threads of such a farm (default: one per core)")
       ->type_name("N")

@@ -46,8 +46,11 @@ FilmPicture example() {
 
 class PictureFile : public testing::Test {
  protected:
-  PictureFile() { EXPECT_TRUE(write_outputs(example(), {path_}, {}).ok()); }
-  std::string bytes() const { return read_file(path_).value(); }
+  PictureFile() {
+    EXPECT_TRUE(write_outputs(example(), {path_}, {}).ok());
+    bytes_ = read_file(path_).value();
+  }
+  const std::string& bytes() const { return bytes_; }
   Status loaded(const std::string& changed) const {
     EXPECT_TRUE(write_file_atomically(path_, as_byte_view(changed)).ok());
     return load_sound_picture(path_).status();
@@ -55,8 +58,7 @@ class PictureFile : public testing::Test {
   /// The file with something of it changed, otherwise as good as it was.
   template <class Change>
   std::string with(const Change& change) const {
-    const std::string whole = bytes();
-    Image image = decode_exr(as_byte_view(whole)).value();
+    Image image = decode_exr(as_byte_view(bytes_)).value();
     for (const char* name : {"pixelAspectRatio", "screenWindowWidth"}) {
       image.attributes.erase(name);
     }
@@ -66,6 +68,7 @@ class PictureFile : public testing::Test {
 
   test::TemporaryFolder folder_;
   std::string path_ = (folder_.path() / "picture.exr").string();
+  std::string bytes_;  ///< as written
 };
 
 TEST_F(PictureFile, IsSoundAsWritten) {
@@ -76,7 +79,7 @@ TEST_F(PictureFile, IsSoundAsWritten) {
 }
 
 TEST_F(PictureFile, OneChangedBitOfAnyChannelIsFound) {
-  const std::string whole = bytes();
+  const std::string& whole = bytes();
   const Image image = decode_exr(as_byte_view(whole)).value();
   for (std::size_t i = 0; i < image.channels.size(); ++i) {
     const Status status = loaded(with([&](Image& changed) {
@@ -92,7 +95,7 @@ TEST_F(PictureFile, OneChangedBitOfAnyChannelIsFound) {
 }
 
 TEST_F(PictureFile, AChangedAttributeIsFound) {
-  const std::string whole = bytes();
+  const std::string& whole = bytes();
   const Image image = decode_exr(as_byte_view(whole)).value();
   for (const auto& [name, value] : image.attributes) {
     if (name == "pixelAspectRatio" || name == "screenWindowWidth") {
@@ -112,14 +115,35 @@ TEST_F(PictureFile, AChangedAttributeIsFound) {
           },
           changed.attributes[name]);
     }));
-    EXPECT_EQ(status.code(), StatusCode::kDataLoss) << name;
+    EXPECT_EQ(status.code(), StatusCode::kDataLoss) << name << ": " << status;
     EXPECT_NE(loaded(with([name = name](Image& changed) { changed.attributes.erase(name); })).code(), StatusCode::kOk)
         << name;
   }
 }
 
+TEST_F(PictureFile, AChangedBitOfTheHeaderOrOfTheLinesPlacesIsFound) {
+  const std::string& whole = bytes();
+  const std::size_t end = whole.find("screenWindowWidth") + 40;  // its header, and a part of the table of lines
+  ASSERT_LT(end, whole.size());
+  for (std::size_t byte = 4; byte < end; ++byte) {  // the first four say that it is an EXR
+    std::string changed = whole;
+    changed[byte] = static_cast<char>(changed[byte] ^ 1 << byte % 8);
+    const Status status = loaded(changed);
+    ASSERT_EQ(status.code(), StatusCode::kDataLoss) << "bit " << byte % 8 << " of byte " << byte << ": " << status;
+  }
+}
+
+TEST_F(PictureFile, BytesAfterItAreFound) {
+  EXPECT_EQ(loaded(bytes() + "x").code(), StatusCode::kDataLoss);
+}
+
+TEST_F(PictureFile, AnotherKindOfFileIsNotADamagedPicture) {
+  EXPECT_EQ(loaded("\x89PNG\r\n\x1a\n and more").code(), StatusCode::kInvalidArgument);
+  EXPECT_EQ(loaded(with([](Image& changed) { changed.attributes.clear(); })).code(), StatusCode::kInvalidArgument);
+}
+
 TEST_F(PictureFile, ATruncatedFileIsFound) {
-  const std::string whole = bytes();
+  const std::string& whole = bytes();
   for (const std::size_t size :
        {std::size_t{0}, std::size_t{5}, whole.size() / 3, whole.size() / 2, whole.size() - 1}) {
     EXPECT_EQ(loaded(whole.substr(0, size)).code(), StatusCode::kDataLoss) << size;
