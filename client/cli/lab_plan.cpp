@@ -4,6 +4,7 @@
 
 #include "client/cli/console.h"
 #include "common/base/file.h"
+#include "common/image/picture_file.h"
 #include "common/methods/spec/method_spec.h"
 
 namespace lightmill::cli {
@@ -107,6 +108,27 @@ Result<std::string> reference_key(const LabPlan& plan, const LabSceneJob& scene)
   return sha256(*bytes).hex();
 }
 
+/// As lab::Experiment's own check, of a file whose receipt says which samples it holds. One that is of another scene
+/// may be meant so: that is told.
+Status check_reference_file(const LabSceneJob& scene, LabPlan& plan) {
+  const std::string& file = scene.scene.reference.file;
+  const Result<FilmPicture> film = load_film_picture(file);
+  if (!film.ok() || film->receipt.scene_digest.empty()) {
+    return ok_status();  // of another program
+  }
+  if (!plan.experiment.methods.empty() &&
+      std::ranges::find(plan.experiment.seeds, film->receipt.seed) != plan.experiment.seeds.end()) {
+    return invalid_argument(
+        "scene {}: the reference {} has seed {}, one of those that are to be judged: render it with another",
+        scene.scene.name, file, film->receipt.seed);
+  }
+  if (film->receipt.scene_digest != sha256(scene.job.spec.settings.scene).hex()) {
+    plan.notices.push_back(fmt::format("scene {}: the reference {} is of another scene document, or of another size",
+                                       scene.scene.name, file));
+  }
+  return ok_status();
+}
+
 }  // namespace
 
 JobSpec LabPlan::spec_of(const LabRun& run, std::size_t level) const {
@@ -185,6 +207,9 @@ Result<LabPlan> make_lab_plan(const std::string& experiment_file, Signals& signa
       return with_context(prepared.status(), experiment_file);
     }
     LM_ASSIGN_OR_RETURN(prepared->reference_key, reference_key(plan, *prepared));
+    if (!scene.reference.file.empty()) {
+      LM_RETURN_IF_ERROR(with_context(check_reference_file(*prepared, plan), experiment_file));
+    }
     plan.scenes.push_back(std::move(*prepared));
   }
   for (const std::uint64_t seed : plan.experiment.seeds) {

@@ -38,6 +38,7 @@ struct LabOther {
 
 struct LabPlan {
   lab::Experiment experiment;
+  std::vector<std::string> notices;  ///< what may be a mistake
   std::vector<LabSceneJob> scenes;
   std::vector<LabRun> runs;  ///< in the order in which they are rendered: by seed first, so that early reports have all
 

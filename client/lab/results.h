@@ -36,7 +36,7 @@ nlohmann::json to_json(const LabResult& result);
 /// By key.
 using ResultSet = std::map<std::string, LabResult>;
 
-/// Reads what write_lines wrote; DATA_LOSS names the line.
+/// Reads what write_lines wrote; DATA_LOSS names the line. A last one that was cut off counts as not there.
 Result<ResultSet> read_lines(std::string_view text);
 
 /// One object a line: those of `order` first, in its order, then the others by key.

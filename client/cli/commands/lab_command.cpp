@@ -216,6 +216,9 @@ ExitCode run_lab(Context& context, const Console& console, const LabOptions& opt
   if (!plan.ok()) {
     return console.fail(plan.status());
   }
+  for (const std::string& notice : plan->notices) {
+    console.notice(notice);
+  }
   Result<LabFolder> folder = LabFolder::open(options.folder);
   if (!folder.ok()) {
     return console.fail(folder.status());

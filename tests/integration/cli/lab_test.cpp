@@ -180,5 +180,34 @@ TEST_F(LabTest, MistakesAreToldBeforeAnythingIsRendered) {
   EXPECT_FALSE(std::filesystem::exists(file("out") + "/results.jsonl"));
 }
 
+TEST_F(LabTest, AReferenceFileSaysWhoseSamplesItHolds) {
+  start_worker("w1");
+  const std::string box = scene("cornell-bench-blocks.json");
+  for (const std::string seed : {"3", "7"}) {
+    on_farm({"render", box, "--method", "path", "--size", "20x16", "--spp", "64", "--seed", seed, "-o",
+             file(seed + ".exr")});
+  }
+  const auto experiment = [&](const std::string& scene, const std::string& reference) {
+    write("experiment.json",
+          fmt::format(R"({{"scenes": ["{}"], "methods": ["path"], "width": 20, "height": 16, "seeds": [1, 3],
+                           "samples": [1], "reference": "{}"}})",
+                      scene, reference));
+  };
+  experiment(box, "3.exr");
+  EXPECT_NE(
+      on_farm({"lab", file("experiment.json"), "-o", file("out")}, 2)["failure"]["message"].get<std::string>().find(
+          "has seed 3"),
+      std::string::npos);
+  const auto notices = [&](const std::string& out) {
+    const CommandResult done = lightmill({"lab", file("experiment.json"), "-o", file(out), "--server", server()});
+    EXPECT_EQ(done.exit_code, 0) << done.err;
+    return done.err;
+  };
+  experiment(box, "7.exr");
+  EXPECT_EQ(notices("out").find("another scene"), std::string::npos);
+  experiment(scene("cornell-bench-balls.json"), "7.exr");
+  EXPECT_NE(notices("others").find("another scene"), std::string::npos);
+}
+
 }  // namespace
 }  // namespace lightmill::test

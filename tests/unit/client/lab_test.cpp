@@ -194,6 +194,9 @@ TEST(LabResults, ComeBackFromTheirLinesInTheOrderAskedFor) {
   EXPECT_EQ(nlohmann::json::parse(text.substr(0, text.find('\n')))["key"], order[0]);
   EXPECT_EQ(std::count(text.begin(), text.end(), '\n'), 6);
   EXPECT_NE(message_of(read_lines(text + "{\n").status()).find("line 7"), std::string::npos);
+  const Result<ResultSet> torn = read_lines(std::string_view(text).substr(0, text.size() - 20));
+  ASSERT_TRUE(torn.ok()) << torn.status();
+  EXPECT_EQ(torn->size(), 5u) << "the last line was cut off";
   const std::string csv = to_csv({results.begin()->second});
   EXPECT_NE(csv.find("\n\"a \"\"b\"\", c\",m,"), std::string::npos) << csv;
 }
