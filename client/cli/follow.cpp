@@ -35,6 +35,7 @@ Result<v1::Job> follow_job(Farm& farm, std::uint64_t id, bool tiles, Signals& si
                            const std::function<void(const v1::WatchJobResponse&)>& changed) {
   const CancelOnEvent cancel(signals, *farm.connection);
   v1::Job job;
+  std::string waits_for;
   std::optional<std::chrono::steady_clock::time_point> lost_since;
   Duration pause = kFirstPause;
   const auto stop = [&] { return signals.interrupted() || (farm.private_farm && !farm.private_farm->health().ok()); };
@@ -47,6 +48,12 @@ Result<v1::Job> follow_job(Farm& farm, std::uint64_t id, bool tiles, Signals& si
       }
       if (response.has_job()) {
         job = response.job();
+        if (const std::string reason = has_ended(job.state()) ? "" : job.reason(); reason != waits_for) {
+          waits_for = reason;
+          if (!reason.empty() && !farm.private_farm) {  // its own one's workers are on their way
+            console.notice(fmt::format("job {}: {}", id, reason));
+          }
+        }
       }
       changed(response);
     });

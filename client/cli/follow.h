@@ -9,8 +9,8 @@
 namespace lightmill::cli {
 
 /// Calls `changed` with every message about the job (pixels too with `tiles`) and returns the job once it has ended. A
-/// lost connection is tried again with growing pauses for ten minutes, which the console is told. CANCELLED if the user
-/// interrupts; a private farm whose process ends is an error.
+/// lost connection is tried again with growing pauses for ten minutes; the console is told, and what the job waits for.
+/// CANCELLED if the user interrupts; a private farm whose process ends is an error.
 Result<v1::Job> follow_job(Farm& farm, std::uint64_t id, bool tiles, Signals& signals, const Console& console,
                            const std::function<void(const v1::WatchJobResponse&)>& changed);
 

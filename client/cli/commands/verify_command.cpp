@@ -93,15 +93,8 @@ Result<Again> submit_tile(Farm& farm, const Task& task, const PixelRect& rect, s
 /// Empty, or what differs. Errors are such that nothing can be said.
 Result<std::string> compare(Farm& farm, const Task& task, const Again& again, Signals& signals,
                             const Console& console) {
-  std::string waits_for;
   LM_ASSIGN_OR_RETURN(const v1::Job job,
-                      follow_job(farm, again.job, false, signals, console, [&](const v1::WatchJobResponse& response) {
-                        const std::string& reason = response.job().reason();
-                        if (!has_ended(response.job().state()) && !reason.empty() && reason != waits_for) {
-                          console.notice(fmt::format("job {} {}", again.job, reason));
-                          waits_for = reason;
-                        }
-                      }));
+                      follow_job(farm, again.job, false, signals, console, [](const v1::WatchJobResponse&) {}));
   if (job.state() != v1::JOB_STATE_DONE) {
     return make_error(StatusCode::kAborted, "job {} {}: {}", again.job, state_name(job.state()), job.reason());
   }
