@@ -34,7 +34,7 @@ inline TileGrid grid_of(const RenderSettings& settings) {
 }
 
 /// Bumped whenever any sample's bits change.
-inline constexpr const char* kRendererVersion = "lightmill-core-9";
+inline constexpr const char* kRendererVersion = "lightmill-core-10";
 
 /// The render digest: SHA-256 of `settings` and the class. Everything that decides a sample is in it.
 Sha256 render_digest(const RenderSettings& settings, const std::string& fingerprint_class);

@@ -21,8 +21,8 @@ double radius_factor(std::uint64_t sample) {
   return cube_root_fixed(1 / std::sqrt(static_cast<double>((sample >> 1) + 1)));
 }
 
-/// Of what a small picture shows, a few pixels may be as wide as a room: by default all light is gathered within this
-/// share of the distance from the eye at most.
+/// Of what a small picture shows, a few pixels may be as wide as a room: by default light is gathered and merged within
+/// this share of the distance from the eye at most.
 constexpr double kMostOfDistance = 0.05;
 
 /// Merging radii are those of distances from the eye within these shares of the scene's radius.
@@ -124,10 +124,8 @@ LightSide::LightSide(const CompiledScene& scene, const LightSideSettings& settin
     settings_.photons = default_photons(scene, settings.followed);
   }
   if (settings_.radius == 0) {
-    settings_.radius = default_radius(settings_.followed);
-    if (settings_.followed == Followed::all_light) {
-      settings_.radius = std::min(settings_.radius, kMostOfDistance / glm::length(scene.camera().right));
-    }
+    settings_.radius =
+        std::min(default_radius(settings_.followed), kMostOfDistance / glm::length(scene.camera().right));
   }
   settings_.max_bounces = std::min(settings_.max_bounces, kMostScatterings);
   settings_.photons = photons_of_pass(settings_.photons);

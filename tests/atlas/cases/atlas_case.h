@@ -30,7 +30,7 @@ struct AtlasCase {
   std::uint32_t max_bounces = 0;   ///< as methods have it
   std::uint32_t level = 4;         ///< log2 of the samples a pixel and seed
   bool quick = true;               ///< else too long for a test
-  std::string long_by{};           ///< a method by which it is, all the same; it gets fewer seeds
+  std::string long_by{};           ///< a method by which it is, all the same
   double seconds_to_percent = 10;  ///< a right method that needs more CPU time for an error of 1 % is slow
 
   /// Not empty: a part of the message with which the scene is refused.

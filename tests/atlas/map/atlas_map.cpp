@@ -18,7 +18,6 @@ constexpr std::uint64_t kSeed = 9000;
 constexpr double kOnePercent = 0.01;
 constexpr double kBlur = 0.03;   ///< bias of `ppm`, which sees all light within radii, as a share of a mean
 constexpr int kRetryLevels = 4;  ///< log2 of how many times the samples
-constexpr int kLongSeeds = 8;    ///< of a method by which a case is long
 
 /// What the seeds of one method gave.
 struct Samples {
@@ -298,10 +297,8 @@ AtlasRow measure(const AtlasCase& what, const AtlasSettings& settings) {
         continue;
       }
     }
-    AtlasSettings its = settings;
-    its.seeds = cell.method == what.long_by ? std::min(its.seeds, kLongSeeds) : its.seeds;
-    const bool done =
-        what.exact ? measure_by_formula(scene, what, its, cell) : render(scene, what, its, 0, cell, samples[i]);
+    const bool done = what.exact ? measure_by_formula(scene, what, settings, cell)
+                                 : render(scene, what, settings, 0, cell, samples[i]);
     if (!done) {
       return row;
     }
