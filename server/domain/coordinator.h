@@ -29,7 +29,8 @@ struct CoordinatorLimits {
   std::uint32_t leases_per_worker = 2;                   ///< one to work on, one ahead
   Duration disconnect_grace = std::chrono::seconds(3);   ///< leases of a broken stream are lost after so long
   Duration restart_grace = std::chrono::seconds(2);      ///< after a start, workers may come back with what they hold
-  Duration copy_after = std::chrono::milliseconds(500);  ///< no lease is copied to an idle worker before it is so old
+  Duration copy_after = std::chrono::milliseconds(100);  ///< no lease is copied to an idle worker before it is so old
+  Duration copy_pilot_after = std::chrono::milliseconds(500);  ///< likewise of pilots, whose time is not foreseen
   /// Of nodes that are out or wait to be joined; never below four nodes a tile.
   std::uint64_t film_bytes_per_job = std::uint64_t{1} << 30;
   std::uint64_t film_bytes = std::uint64_t{8} << 30;  ///< of all films together when they are done; more is refused

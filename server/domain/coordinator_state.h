@@ -3,7 +3,7 @@
 //   requests.cpp  what clients ask
 //   life.cpp      jobs start, end and come back from the store
 //   leasing.cpp   leases are given, settled and lost
-//   copies.cpp    late ones are given to idle workers too
+//   copies.cpp    those that take long are given to idle workers too
 //   results.cpp   results are checked and merged
 //   pilots.cpp    methods are chosen
 //   verifying.cpp results are rendered again elsewhere, and who was wrong has its work undone
@@ -63,9 +63,8 @@ struct Lease {
   std::vector<bool> done;  ///< by tile of the unit: covered by the film, or not wanted from this lease any more
   std::uint32_t remaining = 0;
   Time granted;
-  Time deadline;  ///< lost if not renewed until then
-  double expected_seconds = 0;
-  bool copy = false;
+  Time deadline;           ///< lost if not renewed until then
+  bool copy = false;       ///< of another one that was late; is not copied again
   bool abandoned = false;  ///< its worker's stream is broken
   bool alone = false;      ///< suspected: its worker has nothing else
   bool verifies = false;   ///< what it renders is in the film already
@@ -91,7 +90,8 @@ struct Worker {
   WorkerHello hello;  ///< without held leases
   std::optional<SessionId> session;
   Time connected_at;
-  Time heard_at;  ///< when a message of this session came last
+  Time heard_at;   ///< when a message of this session came last
+  Time result_at;  ///< when a result came last
   bool draining = false;
   bool silent = false;  ///< has let a lease expire and said nothing since: gets no more
   bool quarantined = false;
@@ -244,8 +244,14 @@ struct Coordinator::State {
   // ---- copies.cpp ----
   bool may_copy() const { return held.empty() && !idle.empty() && !leases.empty(); }
   void copy_to_idle(Time now, Step& step);
+  /// Of one thread of the worker, for one tile of the lease: as measured, or as it is for others.
+  double tile_seconds(const Worker& worker, const Lease& lease) const;
+  /// Until the lease's own worker will have done it, all that it has before that included.
+  double seconds_left(const Lease& lease, Time now) const;
   /// Leases to the worker, too, what is still to be done of `lease`, or the end of it. Whether there was something.
   bool copy_lease(const Lease& lease, Worker& worker, Time now, Step& step);
+  /// The worker, and no longer the lease's own, verifies some of it. Whether there was something that it may.
+  bool take_over_verification(const Lease& lease, Worker& worker, Time now, Step& step);
 
   // ---- pilots.cpp ----
   bool may_pilot(const Worker& worker, const Job& job, Time now) const;

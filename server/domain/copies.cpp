@@ -1,28 +1,64 @@
 // How what is late near the end of a job is leased to idle workers too.
+#include <limits>
+
 #include "server/domain/coordinator_state.h"
 
 namespace lightmill {
 namespace {
 
-/// A lease is copied when it is out for longer than this many times what was expected (its worker may have had one
-/// before it).
-constexpr double kCopyAfterExpected = 2;
 constexpr Duration kCopyLookInterval = std::chrono::milliseconds(100);
+/// Who renders something too must need this many times less, and what it takes until its first results are there.
+constexpr double kCopyGain = 1.2, kCopySeconds = 0.1;
+constexpr double kLeastTileSeconds = 1e-6;  ///< also of what nobody has rendered yet
 
 }  // namespace
 
+double Coordinator::State::tile_seconds(const Worker& worker, const Lease& lease) const {
+  const Job& job = *jobs.at(lease.unit.job);
+  const auto known = worker.jobs.find(job.id());
+  const bool measured = known != worker.jobs.end() && known->second.seconds_per_pixel_sample.known();
+  const double speed = measured ? known->second.seconds_per_pixel_sample.value() : job.seconds_per_pixel_sample.value();
+  return speed * static_cast<double>(lease.unit.range.count() * job.pixels_of(lease.unit.tiles.front()));
+}
+
+double Coordinator::State::seconds_left(const Lease& lease, Time now) const {
+  const Worker& worker = workers.at(lease.worker);
+  if (lease.abandoned || lease.unit.tiles.empty()) {
+    return std::numeric_limits<double>::infinity();
+  }
+  double seconds = 0, slowdown = 0;
+  for (const LeaseId id : worker.leases) {
+    const Lease& each = leases.at(id);
+    if (each.unit.tiles.empty()) {
+      continue;
+    }
+    const double expected = std::max(tile_seconds(worker, each), kLeastTileSeconds);
+    if (slowdown == 0) {
+      // It works on its oldest lease: what has not come yet takes at least so long.
+      const double silent = to_seconds(now - std::max(worker.result_at, each.granted));
+      slowdown = std::max(1.0, silent / expected);
+    }
+    seconds += each.remaining * expected * slowdown / worker.hello.threads;
+    if (id == lease.id) {
+      break;
+    }
+  }
+  return seconds;
+}
+
 void Coordinator::State::copy_to_idle(Time now, Step& step) {
   next_copy_look = now + kCopyLookInterval;
-  // Leases that are late, the oldest first. Each tile gets one copy at most, and so does a pilot.
-  std::vector<std::pair<Time, LeaseId>> late;
+  // All leases that may be copied, those that take longest first, as in Zaharia et al., Improving MapReduce Performance
+  // in Heterogeneous Environments (2008). Each tile gets one copy at most, and so does a pilot; what
+  // is verified is taken over, once.
+  std::vector<std::pair<double, LeaseId>> late;
   for (const auto& [id, lease] : leases) {
     const Job& job = *jobs.at(lease.unit.job);
-    const double age = to_seconds(now - lease.granted);
-    const double patience =
-        lease.abandoned ? 0 : to_seconds(limits.copy_after) + kCopyAfterExpected * lease.expected_seconds;
     const bool copied = lease.unit.tiles.empty() ? job.leases.size() > 1 : lease.copy;
-    if (job.record.state == JobState::running && !copied && !lease.alone && !lease.verifies && age > patience) {
-      late.emplace_back(lease.granted, id);
+    const bool old = lease.abandoned ||
+                     now > lease.granted + (lease.unit.tiles.empty() ? limits.copy_pilot_after : limits.copy_after);
+    if (job.record.state == JobState::running && !copied && !lease.alone && old) {
+      late.emplace_back(-seconds_left(lease, now), id);
     }
   }
   std::sort(late.begin(), late.end());
@@ -35,15 +71,21 @@ void Coordinator::State::copy_to_idle(Time now, Step& step) {
     for (auto at = late.begin(); at != late.end();) {
       const Lease& lease = leases.at(at->second);
       const Job& job = *jobs.at(lease.unit.job);
-      if (lease.worker == name || now < job.hold_until ||
+      const bool sooner = lease.unit.tiles.empty() ||
+                          seconds_left(lease, now) > kCopyGain * tile_seconds(*worker, lease) + kCopySeconds;
+      if (lease.worker == name || now < job.hold_until || !sooner ||
           !(job.undecided() ? may_pilot(*worker, job, now) : may_render(*worker, job))) {
         ++at;  // the next worker may
         continue;
       }
-      if (copy_lease(lease, *worker, now, step)) {
+      const bool verifies = lease.verifies;
+      if (verifies ? take_over_verification(lease, *worker, now, step) : copy_lease(lease, *worker, now, step)) {
+        if (!leases.contains(at->second)) {
+          late.erase(at);
+        }
         break;  // the next worker may copy the rest of this lease
       }
-      at = late.erase(at);
+      at = verifies ? at + 1 : late.erase(at);  // the next worker may verify what this one has rendered itself
     }
   }
 }
@@ -74,6 +116,30 @@ bool Coordinator::State::copy_lease(const Lease& lease, Worker& worker, Time now
   std::sort(unit.tiles.begin(), unit.tiles.end());
   job.record.counters.copies_leased += unit.tiles.size();
   const Lease& copy = open_lease(worker, job, copy_id, std::move(unit), true, now);
+  send_grant(worker, job, copy, step);
+  put_progress(job, now, step);
+  return true;
+}
+
+bool Coordinator::State::take_over_verification(const Lease& lease, Worker& worker, Time now, Step& step) {
+  Job& job = *jobs.at(lease.unit.job);
+  const LeaseId from = lease.id, id = next_lease_id();
+  Unit unit{job.id(), lease.unit.range, {}};
+  for (std::size_t i = 0; i < lease.unit.tiles.size() && unit.tiles.size() < worker.hello.threads; ++i) {
+    const TileId tile = lease.unit.tiles[i];
+    if (!lease.done[i] && job.verifications.take_over({unit.range, tile}, from, id, machine_of(worker.hello))) {
+      unit.tiles.push_back(tile);
+    }
+  }
+  if (unit.tiles.empty()) {
+    return false;
+  }
+  for (const TileId tile : unit.tiles) {
+    tile_done(from, tile, now, step, false);  // ends the lease with its last tile
+  }
+  job.record.counters.copies_leased += unit.tiles.size();
+  Lease& copy = open_lease(worker, job, id, std::move(unit), true, now);
+  copy.verifies = true;
   send_grant(worker, job, copy, step);
   put_progress(job, now, step);
   return true;

@@ -142,14 +142,6 @@ Lease& Coordinator::State::open_lease(Worker& worker, Job& job, LeaseId id, Unit
   lease.remaining = static_cast<std::uint32_t>(lease.unit.tiles.size());
   lease.granted = now;
   lease.copy = copy;
-  const RecentMean& own_speed = worker.jobs[job.id()].seconds_per_pixel_sample;
-  const RecentMean& speed = own_speed.known() ? own_speed : job.seconds_per_pixel_sample;
-  std::uint64_t pixels = 0;
-  for (const TileId tile : lease.unit.tiles) {
-    pixels += job.pixels_of(tile);
-  }
-  lease.expected_seconds =
-      static_cast<double>(pixels * lease.unit.range.count()) * speed.value() / worker.hello.threads;
   lease.deadline = now + limits.lease_duration;
   expiry.insert({lease.deadline, id});
   if (job.leases.empty() && !job.undecided()) {

@@ -141,6 +141,15 @@ void Verifications::lease(const Place& place, LeaseId lease) {
   list(place, entry);
 }
 
+bool Verifications::take_over(const Place& place, LeaseId from, LeaseId to, const std::string& machine) {
+  const auto found = entries_.find(place);
+  if (found == entries_.end() || found->second.lease != from || !may_claim(found->second, machine)) {
+    return false;
+  }
+  found->second.lease = to;
+  return true;
+}
+
 void Verifications::release(const Place& place, LeaseId lease, bool lost) {
   const auto found = entries_.find(place);
   if (found == entries_.end() || found->second.lease != lease) {

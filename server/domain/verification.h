@@ -84,6 +84,9 @@ class Verifications {
   /// Places that a worker on this machine may be leased now, at most `most`, all with the range of the first.
   std::vector<Place> next_for(const std::string& machine, std::size_t most) const;
   void lease(const Place& place, LeaseId lease);
+  /// `to`, of a worker on this machine, works on the place instead of `from`. False, and as before, if `from` does not
+  /// work on it or the machine has made a claim.
+  bool take_over(const Place& place, LeaseId from, LeaseId to, const std::string& machine);
   /// The lease does not work on the place any more. Nothing happens if it did not.
   void release(const Place& place, LeaseId lease, bool lost);
 

@@ -301,6 +301,9 @@ void Coordinator::worker_message(SessionId session, WorkerMessage message, Time 
   }
   if (Worker* const worker = state.worker_of(session)) {
     worker->heard_at = now;
+    if (std::holds_alternative<WorkerResult>(message)) {
+      worker->result_at = now;
+    }
     if (worker->silent) {
       worker->silent = false;
       state.idle.insert(worker->hello.name);

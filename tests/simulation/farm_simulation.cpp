@@ -24,7 +24,8 @@ FarmSimulation::FarmSimulation(std::uint64_t seed, const Chaos& chaos, const Pla
   limits_.restart_grace = std::chrono::milliseconds(2500);
   limits_.unit_seconds = 0.3;
   limits_.verifier_patience = std::chrono::seconds(20);
-  limits_.copy_after = chaos.copies ? Duration(std::chrono::milliseconds(300)) : Duration(std::chrono::hours(1));
+  limits_.copy_after = limits_.copy_pilot_after =
+      chaos.copies ? Duration(std::chrono::milliseconds(300)) : Duration(std::chrono::hours(1));
   limits_.film_bytes_per_job = random_.chance(0.3) ? 1 : 1 << 20;  // the least, or plenty
   make_schedule();
 }
@@ -129,6 +130,7 @@ Report FarmSimulation::run() {
     events_.pop();
     now_ = event.time;
     event.action();
+    note_race();
     if (now_ > chaos_end_ + kPatience) {
       fail(fmt::format("jobs are not done long after the last disturbance:{}", describe_farm()));
     }

@@ -25,6 +25,7 @@
 
 #include "common/film/film.h"
 #include "server/domain/coordinator.h"
+#include "tests/simulation/chaos.h"
 #include "tests/simulation/disk.h"
 #include "tests/simulation/fake_renderer.h"
 #include "tests/simulation/random.h"
@@ -32,60 +33,10 @@
 
 namespace lightmill::simulation {
 
-/// What happens to the farm while chaos lasts.
-struct Chaos {
-  bool deaths = true;    ///< workers are killed, and come back under the same or another name
-  bool hangs = true;     ///< workers stop for a while
-  bool breaks = true;    ///< streams break; either end may notice late
-  bool repeats = true;   ///< messages come twice
-  bool restarts = true;  ///< the coordinator is killed and started again
-  bool changes = true;   ///< clients extend, pause, resume, cancel, delete; drain workers
-  bool copies = true;    ///< idle workers get copies
-  bool poison = true;    ///< some jobs have a sample, or a pilot, that kills whoever renders it
-  bool verifies = true;  ///< some jobs have results verified, some or all
-  bool liars = true;     ///< some farms have a machine that lies
-  static Chaos none() { return {false, false, false, false, false, false, false, false, false, false}; }
-};
-
-/// Bugs planted around the parts that are tested: each must be found.
-struct PlantedBugs {
-  bool acknowledge_before_commit = false;  ///< missed flush
-  bool never_requeue = false;              ///< lost requeue: no lease ever expires
-  bool merge_twice = false;                ///< a repeated result enters the film as other samples
-  bool keep_joined_nodes = false;          ///< nodes that were joined stay on disk
-  bool lose_a_write = false;               ///< now and then a node does not reach the disk
-  bool torn_commits = false;               ///< a crash leaves half a transaction
-  bool lease_before_commit = false;        ///< leases leave before the job's class is stored
-  bool wrong_bits = false;                 ///< one worker's sums differ in the last bit
-  bool lose_acknowledgements = false;      ///< acknowledgements do not leave
-  bool forget_jobs = false;                ///< a restarted coordinator does not know the newest job
-  bool repeat_results = false;             ///< who verifies sends what came first, not what it has rendered
-  bool forget_quarantine = false;          ///< a restarted coordinator knows of no quarantine
-  bool keep_dropped_results = false;       ///< who rendered what was dropped stays on disk
-  bool lose_verifications = false;         ///< what is to be verified does not reach the disk
-  bool ignore_machines = false;            ///< each worker counts as a machine of its own
-};
-
-struct Report {
-  std::string failure;         ///< empty: all is well
-  std::uint64_t wanted = 0;    ///< pixel samples of all jobs that are done
-  std::uint64_t rendered = 0;  ///< pixel samples that workers rendered
-  std::uint64_t lost_with_workers =
-      0;  ///< pixel samples that dead workers had rendered or were rendering, unacknowledged
-  std::uint64_t results_duplicate = 0;
-  std::uint64_t events = 0;
-  std::uint64_t restarts = 0;
-  std::uint64_t deaths = 0;
-  std::uint64_t poisoned = 0;    ///< jobs that failed because of it
-  std::uint64_t verified = 0;    ///< pixel samples that were rendered again with the same bits
-  std::uint64_t unverified = 0;  ///< results of done jobs that could not be verified
-  std::uint64_t convicted = 0;   ///< times that somebody was put into quarantine
-  bool lied = false;             ///< a worker has sent wrong sums
-};
-
 class FarmSimulation {
  public:
   FarmSimulation(std::uint64_t seed, const Chaos& chaos, const PlantedBugs& bugs);
+  FarmSimulation(std::uint64_t seed, const Race& race);
   Report run();
   /// Prints what the coordinator notes and what happens to processes.
   void trace() { traced_ = true; }
@@ -153,6 +104,10 @@ class FarmSimulation {
   std::int64_t unix_ms() const;
   void make_schedule();
   void make_workers();
+
+  // ---- race.cpp ----
+  void make_race();
+  void note_race();
 
   // ---- server_side.cpp ----
   void start_server();
@@ -227,6 +182,8 @@ class FarmSimulation {
   Random random_;
   Chaos chaos_;
   PlantedBugs bugs_;
+  std::optional<Race> race_;
+  std::optional<Time> race_started_, race_nearly_done_;
   Report report_;
   Time now_{std::chrono::seconds(100)};
   Time chaos_end_;
@@ -234,6 +191,7 @@ class FarmSimulation {
   std::priority_queue<Event, std::vector<Event>, std::greater<>> events_;
 
   CoordinatorLimits limits_;
+  double seconds_per_pixel_sample_ = 2e-3;  ///< of one thread of a worker of slowness 1
   Disk disk_;
   std::unique_ptr<Coordinator> coordinator_;
   std::uint64_t server_life_ = 0;

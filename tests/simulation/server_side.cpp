@@ -133,9 +133,9 @@ void FarmSimulation::start_commit() {
     crash_server(random_.chance(0.5));
     return;
   }
-  const Duration latency = !writes                ? Duration{0}
-                           : random_.chance(0.05) ? random_.seconds_between(0.1, 0.5)
-                                                  : random_.seconds_between(0.002, 0.02);
+  const Duration latency = !writes                          ? Duration{0}
+                           : !race_ && random_.chance(0.05) ? random_.seconds_between(0.1, 0.5)
+                                                            : random_.seconds_between(0.002, 0.02);
   after(latency, [this, life] {
     if (life == server_life_) {
       finish_commit();
@@ -221,7 +221,7 @@ void FarmSimulation::server_sends(Outgoing message) {
   const int times = chaos_.repeats && random_.chance(0.05) ? 2 : 1;
   for (int i = 0; i < times; ++i) {
     const Duration delay =
-        random_.chance(0.02) ? random_.seconds_between(0.1, 1) : random_.seconds_between(0.0002, 0.005);
+        !race_ && random_.chance(0.02) ? random_.seconds_between(0.1, 1) : random_.seconds_between(0.0002, 0.005);
     stream->last_down = std::max(stream->last_down, now_ + delay);
     at(stream->last_down, [this, stream, content = message.message] {
       if (stream->broken) {
@@ -249,6 +249,8 @@ void FarmSimulation::server_receives(const std::shared_ptr<Stream>& stream, Work
   }
   if (auto* result = std::get_if<WorkerResult>(&message)) {
     last_result_[{stream->session, result->key}] = result->render_digest;
+    trace("{} sends job {}, tile {}, samples [{}, {})", workers_[stream->worker].name, result->key.job.value,
+          result->key.tile.value, result->key.range.first(), result->key.range.end());
     const Film* const film = coordinator_->film(result->key.job);
     if (bugs_.repeat_results) {
       result->node = first_results_.try_emplace(result->key, result->node).first->second;

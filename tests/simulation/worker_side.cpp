@@ -7,9 +7,6 @@
 namespace lightmill::simulation {
 namespace {
 
-/// Of one thread of a worker of slowness 1.
-constexpr double kSecondsPerPixelSample = 2e-3;
-
 std::uint64_t pixel_samples(const JobDescription& job, const NodeKey& key) {
   return static_cast<std::uint64_t>(grid_of(job.settings).tile_rect(key.tile).pixel_count()) * key.range.count();
 }
@@ -36,7 +33,7 @@ void FarmSimulation::start_worker(std::size_t index) {
   config.threads = worker.threads;
   config.fingerprint_class = worker.fingerprint;
   config.renderer_version = kRendererVersion;
-  config.unacknowledged_bytes = 20'000;
+  config.unacknowledged_bytes = race_ ? 1 << 20 : 20'000;
   worker.session = std::make_unique<Session>(config);
   on_worker(index, worker.life, [this](Session& session, SessionActions& actions) { session.start(now_, actions); });
 }
@@ -184,7 +181,7 @@ void FarmSimulation::worker_sends(std::size_t index, const std::shared_ptr<const
   const int times = chaos_.repeats && random_.chance(0.05) ? 2 : 1;
   for (int i = 0; i < times; ++i) {
     const Duration delay =
-        random_.chance(0.02) ? random_.seconds_between(0.1, 1) : random_.seconds_between(0.0002, 0.005);
+        !race_ && random_.chance(0.02) ? random_.seconds_between(0.1, 1) : random_.seconds_between(0.0002, 0.005);
     stream->last_up = std::max(stream->last_up, now_ + delay);
     at(stream->last_up, [this, stream, message] { server_receives(stream, *message); });
   }
@@ -280,7 +277,7 @@ void FarmSimulation::render(std::size_t index) {
     ++worker.busy;
     const std::uint64_t samples = pixel_samples(*tile.description, tile.key);
     const double seconds =
-        static_cast<double>(samples) * kSecondsPerPixelSample * worker.slowness * random_.between(0.7, 1.3);
+        static_cast<double>(samples) * seconds_per_pixel_sample_ * worker.slowness * random_.between(0.7, 1.3);
     const std::uint64_t life = worker.life;
     after(from_seconds(seconds), [this, index, life, tile, seconds, samples] {
       SimulatedWorker& again = workers_[index];

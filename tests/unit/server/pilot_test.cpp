@@ -14,7 +14,7 @@ TEST_F(PilotTest, OneWorkerRunsItAndNothingIsRenderedBefore) {
   EXPECT_EQ(status(job).method, "auto");
   EXPECT_EQ(status(job).render_digest, Sha256{});
   EXPECT_EQ(status(job).fingerprint_class, "class-a") << "who runs it decides whose bits the picture has";
-  pass(limits.copy_after - std::chrono::milliseconds(1));
+  pass(limits.copy_pilot_after - std::chrono::milliseconds(1));
   EXPECT_EQ(got<PilotGrant>(a).size() + got<PilotGrant>(b).size(), 1u) << "no copies yet";
 }
 
@@ -23,7 +23,7 @@ TEST_F(PilotTest, ASlowPilotIsGivenToAnotherWorkerToo) {
   const JobId job = submit_undecided();
   const LeaseId slow = pilot(z).lease;
   const SessionId stranger = connect("a", 1, "class-b"), b = connect("b"), c = connect("c");
-  live(limits.copy_after, {z, stranger, b, c});
+  live(limits.copy_pilot_after, {z, stranger, b, c});
   EXPECT_TRUE(got<PilotGrant>(b).empty());
   live(std::chrono::seconds(30), {z, stranger, b, c});
   EXPECT_EQ(got<PilotGrant>(b).size(), 1u) << "that a worker of another class comes first hides nothing";

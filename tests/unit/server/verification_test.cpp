@@ -98,6 +98,20 @@ TEST(Verifications, GoToOtherMachinesInUnitsOfOneRange) {
   EXPECT_EQ(all.next_for("c", 8), (std::vector<Verifications::Place>{next[0]}));
 }
 
+TEST(Verifications, AreTakenOverByMachinesThatHaveMadeNoClaim) {
+  Verifications all;
+  const Verifications::Place place{{0, 0}, TileId{0}};
+  all.open(place, claim("a", 1));
+  all.lease(place, LeaseId{7});
+  EXPECT_FALSE(all.take_over(place, LeaseId{7}, LeaseId{9}, "a"));
+  EXPECT_FALSE(all.take_over(place, LeaseId{8}, LeaseId{9}, "c")) << "another lease";
+  EXPECT_EQ(all.find(place)->lease, LeaseId{7});
+  EXPECT_TRUE(all.take_over(place, LeaseId{7}, LeaseId{9}, "c"));
+  EXPECT_EQ(all.out(), 1u);
+  all.release(place, LeaseId{7}, true);
+  EXPECT_EQ(all.find(place)->lease, LeaseId{9}) << "it does not work on it any more";
+}
+
 TEST(Verifications, ADisputeGoesToAThirdMachine) {
   Verifications all;
   const Verifications::Place place{{0, 0}, TileId{0}};

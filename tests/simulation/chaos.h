@@ -1,0 +1,74 @@
+// What can happen to a simulated farm, which bugs can be planted into it, and what it reports.
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+namespace lightmill::simulation {
+
+/// What happens to the farm while chaos lasts.
+struct Chaos {
+  bool deaths = true;    ///< workers are killed, and come back under the same or another name
+  bool hangs = true;     ///< workers stop for a while
+  bool breaks = true;    ///< streams break; either end may notice late
+  bool repeats = true;   ///< messages come twice
+  bool restarts = true;  ///< the coordinator is killed and started again
+  bool changes = true;   ///< clients extend, pause, resume, cancel, delete; drain workers
+  bool copies = true;    ///< idle workers get copies
+  bool poison = true;    ///< some jobs have a sample, or a pilot, that kills whoever renders it
+  bool verifies = true;  ///< some jobs have results verified, some or all
+  bool liars = true;     ///< some farms have a machine that lies
+  static Chaos none() { return {false, false, false, false, false, false, false, false, false, false}; }
+};
+
+/// Bugs planted around the parts that are tested: each must be found.
+struct PlantedBugs {
+  bool acknowledge_before_commit = false;  ///< missed flush
+  bool never_requeue = false;              ///< lost requeue: no lease ever expires
+  bool merge_twice = false;                ///< a repeated result enters the film as other samples
+  bool keep_joined_nodes = false;          ///< nodes that were joined stay on disk
+  bool lose_a_write = false;               ///< now and then a node does not reach the disk
+  bool torn_commits = false;               ///< a crash leaves half a transaction
+  bool lease_before_commit = false;        ///< leases leave before the job's class is stored
+  bool wrong_bits = false;                 ///< one worker's sums differ in the last bit
+  bool lose_acknowledgements = false;      ///< acknowledgements do not leave
+  bool forget_jobs = false;                ///< a restarted coordinator does not know the newest job
+  bool repeat_results = false;             ///< who verifies sends what came first, not what it has rendered
+  bool forget_quarantine = false;          ///< a restarted coordinator knows of no quarantine
+  bool keep_dropped_results = false;       ///< who rendered what was dropped stays on disk
+  bool lose_verifications = false;         ///< what is to be verified does not reach the disk
+  bool ignore_machines = false;            ///< each worker counts as a machine of its own
+};
+
+struct Report {
+  std::string failure;         ///< empty: all is well
+  std::uint64_t wanted = 0;    ///< pixel samples of all jobs that are done
+  std::uint64_t rendered = 0;  ///< pixel samples that workers rendered
+  std::uint64_t lost_with_workers =
+      0;  ///< pixel samples that dead workers had rendered or were rendering, unacknowledged
+  std::uint64_t results_duplicate = 0;
+  std::uint64_t events = 0;
+  std::uint64_t restarts = 0;
+  std::uint64_t deaths = 0;
+  std::uint64_t poisoned = 0;    ///< jobs that failed because of it
+  std::uint64_t verified = 0;    ///< pixel samples that were rendered again with the same bits
+  std::uint64_t unverified = 0;  ///< results of done jobs that could not be verified
+  std::uint64_t convicted = 0;   ///< times that somebody was put into quarantine
+  bool lied = false;             ///< a worker has sent wrong sums
+  double job_seconds = 0;        ///< of a race: from its job's submission until it is done
+  double last_part_seconds = 0;  ///< of a race: from 95 % of the job's pixel samples until it is done
+};
+
+/// Instead of chaos: one job on workers that are not equally fast, whose end is timed.
+struct Race {
+  std::vector<double> slowness = {1, 1, 1, 1};  ///< a worker each
+  std::uint32_t threads = 2;                    ///< of each worker
+  std::uint64_t samples = 64;                   ///< a pixel, of 128 tiles
+  double tile_seconds = 0.03;                   ///< of one sample of a tile, on one thread of a worker of slowness 1
+  double change_after = 0;                      ///< seconds from the submission until something befalls the last worker
+  double slowness_then = 0;                     ///< from then on it is so slow; 0: as before
+  bool hangs_then = false;                      ///< from then on it does nothing any more
+};
+
+}  // namespace lightmill::simulation

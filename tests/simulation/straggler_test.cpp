@@ -1,0 +1,92 @@
+// How long a job's last part takes when one of its workers is much slower than the others, in simulated time.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+
+#include "tests/simulation/farm_simulation.h"
+
+namespace lightmill::simulation {
+namespace {
+
+constexpr std::uint64_t kSeeds = 20;
+constexpr double kSlow = 20;
+
+struct LastPart {
+  double median_seconds = 0, most_seconds = 0;
+  double job_seconds = 0;  ///< the mean of whole jobs
+};
+
+LastPart last_part(const Race& race) {
+  std::vector<double> seconds;
+  LastPart last;
+  for (std::uint64_t seed = 1; seed <= kSeeds; ++seed) {
+    const Report report = FarmSimulation(seed, race).run();
+    EXPECT_EQ(report.failure, "") << "seed " << seed;
+    seconds.push_back(report.last_part_seconds);
+    last.job_seconds += report.job_seconds / kSeeds;
+  }
+  std::ranges::sort(seconds);
+  last.median_seconds = seconds[seconds.size() / 2];
+  last.most_seconds = seconds.back();
+  return last;
+}
+
+enum class Straggler { slow, slow_from_the_middle_on, slow_near_the_end, hung_in_the_middle, hung_near_the_end };
+
+/// One of the race's four workers is, or becomes, a straggler; `quiet` is how the race goes without.
+Race with(Straggler straggler, Race race, const LastPart& quiet) {
+  const bool late = straggler == Straggler::slow_near_the_end || straggler == Straggler::hung_near_the_end;
+  race.change_after = (late ? 0.94 : 0.5) * quiet.job_seconds;
+  switch (straggler) {
+    case Straggler::slow:
+      race.slowness.back() = kSlow;
+      break;
+    case Straggler::slow_from_the_middle_on:
+    case Straggler::slow_near_the_end:
+      race.slowness_then = kSlow;
+      break;
+    case Straggler::hung_in_the_middle:
+    case Straggler::hung_near_the_end:
+      race.hangs_then = true;
+      break;
+  }
+  return race;
+}
+
+class Stragglers : public testing::TestWithParam<Straggler> {};
+
+// Three workers have to do the work of four, which alone takes 4/3 of the time.
+TEST_P(Stragglers, MakeTheLastPartOfAJobOfMinutesAtMostHalfAsLongAgain) {
+  const Race race{.samples = 256};
+  static const LastPart quiet = last_part(race);
+  const LastPart last = last_part(with(GetParam(), race, quiet));
+  fmt::print("a job of {:.0f} s: from 95 % to done {:.2f} s ({:.2f} at most) instead of {:.2f} s\n", quiet.job_seconds,
+             last.median_seconds, last.most_seconds, quiet.median_seconds);
+  EXPECT_LE(last.median_seconds, 1.5 * quiet.median_seconds);
+  EXPECT_LE(last.most_seconds, 1.7 * quiet.median_seconds);
+}
+
+// A straggler holds up to two seconds of work, by what was known of it.
+TEST_P(Stragglers, CostAShortJobHardlyMoreThanAUnit) {
+  const Race race{.tile_seconds = 0.005};
+  static const LastPart quiet = last_part(race);
+  const LastPart last = last_part(with(GetParam(), race, quiet));
+  fmt::print("a job of {:.1f} s: from 95 % to done {:.2f} s ({:.2f} at most) instead of {:.2f} s\n", quiet.job_seconds,
+             last.median_seconds, last.most_seconds, quiet.median_seconds);
+  EXPECT_LE(last.median_seconds, 1.5 * quiet.median_seconds + 0.5);
+  EXPECT_LE(last.most_seconds, 1.5 * quiet.median_seconds + 1);
+}
+
+std::string name_of(const testing::TestParamInfo<Straggler>& info) {
+  constexpr const char* kNames[] = {"Slow", "SlowFromTheMiddleOn", "SlowNearTheEnd", "HungInTheMiddle",
+                                    "HungNearTheEnd"};
+  return kNames[static_cast<std::size_t>(info.param)];
+}
+INSTANTIATE_TEST_SUITE_P(All, Stragglers,
+                         testing::Values(Straggler::slow, Straggler::slow_from_the_middle_on,
+                                         Straggler::slow_near_the_end, Straggler::hung_in_the_middle,
+                                         Straggler::hung_near_the_end),
+                         name_of);
+
+}  // namespace
+}  // namespace lightmill::simulation
