@@ -7,6 +7,8 @@ namespace lightmill {
 namespace {
 
 constexpr Duration kCopyLookInterval = std::chrono::milliseconds(100);
+/// On large farms only those leases that take longest are looked at, and less often the more workers are idle.
+constexpr std::size_t kMostLate = 64, kPairsALook = 20000;
 /// Who renders something too must need this many times less, and what it takes until its first results are there.
 constexpr double kCopyGain = 1.2, kCopySeconds = 0.1;
 constexpr double kLeastTileSeconds = 1e-6;  ///< also of what nobody has rendered yet
@@ -47,7 +49,6 @@ double Coordinator::State::seconds_left(const Lease& lease, Time now) const {
 }
 
 void Coordinator::State::copy_to_idle(Time now, Step& step) {
-  next_copy_look = now + kCopyLookInterval;
   // All leases that may be copied, those that take longest first, as in Zaharia et al., Improving MapReduce Performance
   // in Heterogeneous Environments (2008). Each tile gets one copy at most, and so does a pilot; what
   // is verified is taken over, once.
@@ -62,6 +63,8 @@ void Coordinator::State::copy_to_idle(Time now, Step& step) {
     }
   }
   std::sort(late.begin(), late.end());
+  late.resize(std::min(late.size(), kMostLate));
+  next_copy_look = now + kCopyLookInterval * static_cast<int>(1 + late.size() * idle.size() / kPairsALook);
   const std::vector<std::string> waiting(idle.begin(), idle.end());
   for (const std::string& name : waiting) {
     Worker* const worker = find_worker(name);
