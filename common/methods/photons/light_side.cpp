@@ -21,10 +21,6 @@ double radius_factor(std::uint64_t sample) {
   return cube_root_fixed(1 / std::sqrt(static_cast<double>((sample >> 1) + 1)));
 }
 
-/// Of what a small picture shows, a few pixels may be as wide as a room: by default light is gathered and merged within
-/// this share of the distance from the eye at most.
-constexpr double kMostOfDistance = 0.05;
-
 /// Merging radii are those of distances from the eye within these shares of the scene's radius.
 constexpr float kLeastDistance = 1.0f / 256, kMostDistance = 8;
 
@@ -89,6 +85,12 @@ float LightPass::meter_area(const MeterPlace& meter) const {
   return glm::length(glm::cross(meter.edge1, meter.edge2));
 }
 
+double default_radius(const CompiledScene& scene, Followed followed) {
+  constexpr double kMostOfDistance = 0.05;
+  const double radius = followed == Followed::all_light ? 3 : followed == Followed::paths ? 0.5 : 1.5;
+  return std::min(radius, kMostOfDistance / glm::length(scene.camera().right));
+}
+
 std::uint32_t default_photons(const CompiledScene& scene, Followed followed) {
   const std::uint64_t pixels = std::uint64_t{1} * scene.film_width() * scene.film_height();
   return static_cast<std::uint32_t>(
@@ -124,8 +126,7 @@ LightSide::LightSide(const CompiledScene& scene, const LightSideSettings& settin
     settings_.photons = default_photons(scene, settings.followed);
   }
   if (settings_.radius == 0) {
-    settings_.radius =
-        std::min(default_radius(settings_.followed), kMostOfDistance / glm::length(scene.camera().right));
+    settings_.radius = default_radius(scene, settings_.followed);
   }
   settings_.max_bounces = std::min(settings_.max_bounces, kMostScatterings);
   settings_.photons = photons_of_pass(settings_.photons);

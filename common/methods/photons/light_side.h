@@ -55,11 +55,10 @@ struct LightSideSettings {
   Followed followed = Followed::caustics;
   bool splats = true;  ///< are to be found
 };
-/// Where paths are weighed against each other, merging matters for few of them: what a larger radius takes off the
-/// noise of these it adds as blur to all others.
-constexpr double default_radius(Followed followed) {
-  return followed == Followed::all_light ? 3 : followed == Followed::paths ? 0.5 : 1.5;
-}
+/// Pixels. Where paths are weighed against each other, merging matters for few of them: what a larger radius takes off
+/// the noise of these it adds as blur to all others. Of what a small picture shows, a few pixels may be as wide as a
+/// room: it is a twentieth of the distance from the eye at most.
+double default_radius(const CompiledScene& scene, Followed followed);
 /// One for so many pixels of the film, within limits.
 std::uint32_t default_photons(const CompiledScene& scene, Followed followed);
 /// Deposits of a pass (of light paths their vertices), on average at most: where photons would leave more (in closed

@@ -5,6 +5,7 @@
 
 #include "common/base/check.h"
 #include "common/image/read/read_image.h"
+#include "common/methods/photons/light_side.h"
 #include "common/methods/spec/method_spec.h"
 #include "common/planner/method_plan.h"
 #include "tests/bench/measure.h"
@@ -18,6 +19,9 @@ constexpr std::uint64_t kSeed = 9000;
 constexpr double kOnePercent = 0.01;
 constexpr double kBlur = 0.03;   ///< bias of `ppm`, which sees all light within radii, as a share of a mean
 constexpr int kRetryLevels = 4;  ///< log2 of how many times the samples
+/// Where blocks are compared, `ppm` gathers within this share of a block's side: within its own radius it blurs each
+/// edge over most of a block, and says so.
+constexpr double kOfBlock = 0.2;
 
 /// What the seeds of one method gave.
 struct Samples {
@@ -83,11 +87,23 @@ bool stopped(const AtlasSettings& settings) {
   return settings.stop != nullptr && *settings.stop;
 }
 
+/// As it is rendered.
+std::string spec_of(const std::string& method, const TestScene& scene, const AtlasCase& what) {
+  if (method != "ppm" || what.exact) {
+    return method;
+  }
+  const CompiledScene& compiled = *scene.compiled();
+  const double resolved = kOfBlock * std::min(compiled.film_width(), compiled.film_height()) / kBlocks;
+  return fmt::format("ppm:radius={:.3g}",
+                     std::min(resolved, photons::default_radius(compiled, photons::Followed::all_light)));
+}
+
 /// False where it was stopped.
 bool render(const TestScene& scene, const AtlasCase& what, const AtlasSettings& settings, int more_levels,
             AtlasCell& cell, Samples& samples) {
   const double begin = thread_cpu_seconds();
   const int level = std::max(static_cast<int>(what.level) + settings.more_levels + more_levels, 1);
+  const std::string spec = spec_of(cell.method, scene, what);
   samples = {};
   cell.picture = {};
   cell.non_finite = 0;
@@ -95,7 +111,7 @@ bool render(const TestScene& scene, const AtlasCase& what, const AtlasSettings& 
     if (stopped(settings)) {
       return false;
     }
-    const HalfImages image = scene.render({cell.method, kSeed + static_cast<std::uint64_t>(seed), what.max_bounces},
+    const HalfImages image = scene.render({spec, kSeed + static_cast<std::uint64_t>(seed), what.max_bounces},
                                           static_cast<std::uint32_t>(level));
     cell.non_finite += image.non_finite;
     samples.means.push_back(mean_over(image, what.rect));

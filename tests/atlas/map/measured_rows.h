@@ -1,4 +1,5 @@
-// Rows of the map that are measured already, in files: a long map goes on where it was interrupted.
+// Rows of the map that are measured already, in files: a long map goes on where it was interrupted. They know the
+// version of the renderer, not that of the atlas: who changes how cases are judged empties the folder.
 #pragma once
 
 #include <filesystem>
