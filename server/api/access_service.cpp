@@ -68,7 +68,7 @@ grpc::ServerUnaryReactor* finished(grpc::CallbackServerContext* context, const S
 
 AccessServiceImpl::Unary* AccessServiceImpl::CreateToken(Context* context, const v1::CreateTokenRequest* request,
                                                          v1::Token* reply) {
-  return run_change(*loop_, gate_, context, gate_.admit(*context, Rpc::create_token),
+  return run_change(*loop_, gate_, context, admit(gate_, *context, Rpc::create_token),
                     [this, request, reply](FarmLoop::Turn& turn, const Call& call, About& about) {
                       about.text = request->id() + " for " + request->name();
                       LM_ASSIGN_OR_RETURN(TokenRecord token, from_wire(*request));
@@ -91,7 +91,7 @@ AccessServiceImpl::Unary* AccessServiceImpl::CreateToken(Context* context, const
 
 AccessServiceImpl::Unary* AccessServiceImpl::ListTokens(Context* context, const v1::ListTokensRequest* request,
                                                         v1::ListTokensResponse* reply) {
-  const Result<Call> call = gate_.admit(*context, Rpc::list_tokens);
+  const Result<Call> call = admit(gate_, *context, Rpc::list_tokens);
   const Result<int> size = call.ok() ? page_size_of(request->page_size()) : call.status();
   if (!size.ok()) {
     return finished(context, size.status());
@@ -111,7 +111,7 @@ AccessServiceImpl::Unary* AccessServiceImpl::ListTokens(Context* context, const 
 
 AccessServiceImpl::Unary* AccessServiceImpl::RevokeToken(Context* context, const v1::RevokeTokenRequest* request,
                                                          v1::RevokeTokenResponse*) {
-  return run_change(*loop_, gate_, context, gate_.admit(*context, Rpc::revoke_token),
+  return run_change(*loop_, gate_, context, admit(gate_, *context, Rpc::revoke_token),
                     [this, id = request->id()](FarmLoop::Turn& turn, const Call&, About& about) {
                       about.text = id;
                       if (const std::optional<TokenRecord> token = gate_.find_token(id)) {
@@ -125,7 +125,7 @@ AccessServiceImpl::Unary* AccessServiceImpl::RevokeToken(Context* context, const
 
 AccessServiceImpl::Unary* AccessServiceImpl::ListActions(Context* context, const v1::ListActionsRequest* request,
                                                          v1::ListActionsResponse* reply) {
-  const Result<Call> call = gate_.admit(*context, Rpc::list_actions);
+  const Result<Call> call = admit(gate_, *context, Rpc::list_actions);
   const Result<int> size = call.ok() ? page_size_of(request->page_size()) : call.status();
   const Result<std::uint64_t> before = size.ok() ? id_in(request->page_token()) : size.status();
   if (!before.ok()) {

@@ -15,9 +15,9 @@
 
 #include "common/base/log.h"
 #include "server/api/access_service.h"
-#include "server/api/gate.h"
+#include "server/api/grpc_gate.h"
 #include "server/api/listen_problem.h"
-#include "server/api/recorded_calls.h"
+#include "server/api/records.h"
 #include "server/api/render_service.h"
 #include "server/api/worker_streams.h"
 

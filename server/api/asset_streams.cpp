@@ -1,5 +1,6 @@
 // Assets in and out, in chunks.
 #include "common/wire/bytes.h"
+#include "server/api/grpc_gate.h"
 #include "server/api/grpc_status.h"
 #include "server/api/refused.h"
 #include "server/api/render_service.h"
@@ -96,7 +97,7 @@ class DownloadStream final : public grpc::ServerWriteReactor<v1::DownloadAssetRe
 
 grpc::ServerReadReactor<v1::UploadAssetRequest>* RenderServiceImpl::UploadAsset(Context* context,
                                                                                 v1::UploadAssetResponse*) {
-  const Result<Call> call = gate_.admit(*context, Rpc::upload_asset);
+  const Result<Call> call = admit(gate_, *context, Rpc::upload_asset);
   if (!call.ok()) {
     return new Refused<grpc::ServerReadReactor<v1::UploadAssetRequest>>(call.status());
   }
@@ -105,7 +106,7 @@ grpc::ServerReadReactor<v1::UploadAssetRequest>* RenderServiceImpl::UploadAsset(
 
 grpc::ServerWriteReactor<v1::DownloadAssetResponse>* RenderServiceImpl::DownloadAsset(
     Context* context, const v1::DownloadAssetRequest* request) {
-  const Result<Call> call = gate_.admit(*context, Rpc::download_asset);
+  const Result<Call> call = admit(gate_, *context, Rpc::download_asset);
   if (!call.ok()) {
     return new Refused<grpc::ServerWriteReactor<v1::DownloadAssetResponse>>(call.status());
   }

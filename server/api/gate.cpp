@@ -1,37 +1,28 @@
 #include "server/api/gate.h"
 
-#include <grpc/grpc_security_constants.h>
-#include <grpcpp/security/tls_certificate_provider.h>
-#include <grpcpp/security/tls_credentials_options.h>
-
 #include "common/base/log.h"
 #include "common/security/caller.h"
-#include "server/access/action_log.h"
+#include "common/security/certificate.h"
+#include "common/security/tls_files.h"
 
 namespace lightmill {
 namespace {
 
-constexpr unsigned kReloadSeconds = 2;
-constexpr const char* kHeader = "authorization";
+constexpr std::string_view kHeader = "authorization";
 constexpr std::string_view kBearer = "Bearer ";
 
 }  // namespace
 
-Result<Identity> Gate::identify(const grpc::ServerContextBase& context) const {
-  if (const auto header = context.client_metadata().find(kHeader); header != context.client_metadata().end()) {
-    return identify_bearer(std::string_view(header->second.data(), header->second.size()));
+Result<Identity> Gate::identify(const Shown& shown) const {
+  if (shown.authorization) {
+    return identify_bearer(*shown.authorization);
   }
   if (!options_.asks) {
     return anybody();
   }
-  const auto shown = context.auth_context();
-  if (shown != nullptr && shown->IsPeerAuthenticated()) {
-    const std::vector<grpc::string_ref> pem = shown->FindPropertyValues(GRPC_X509_PEM_CERT_PROPERTY_NAME);
-    if (!pem.empty()) {
-      LM_ASSIGN_OR_RETURN(const std::vector<CertificateFacts> facts,
-                          read_certificates(std::string_view(pem.front().data(), pem.front().size())));
-      return identity_of(facts.front(), now_unix_s());
-    }
+  if (!shown.certificate.empty()) {
+    LM_ASSIGN_OR_RETURN(const std::vector<CertificateFacts> facts, read_certificates(shown.certificate));
+    return identity_of(facts.front(), now_unix_s());
   }
   const std::string certificate = fmt::format("a certificate ({}) or ", kCertificateOption);
   return make_error(StatusCode::kUnauthenticated, "this farm asks who calls: give {}a token ({})",
@@ -53,9 +44,8 @@ Result<Identity> Gate::identify_bearer(std::string_view header) const {
   return book_.identify(header.substr(kBearer.size()), now_unix_s());
 }
 
-Result<Call> Gate::admit(const grpc::ServerContextBase& context, Rpc rpc) const {
-  const Result<Identity> caller = identify(context);
-  Call call{caller.ok() ? *caller : Identity{}, rpc, peer_text(context.peer())};
+Result<Call> Gate::admit(const Result<Identity>& caller, const std::string& peer, Rpc rpc) const {
+  Call call{caller.ok() ? *caller : Identity{}, rpc, peer};
   Status status = check_limits(call);
   if (status.ok()) {
     status = caller.ok() ? check_call(*caller, rpc) : caller.status();
@@ -121,24 +111,6 @@ std::optional<TokenRecord> Gate::find_token(std::string_view id) const {
 std::vector<TokenRecord> Gate::tokens() const {
   const MutexLock lock(mutex_);
   return book_.all();
-}
-
-std::shared_ptr<grpc::ServerCredentials> server_credentials(const TlsFiles& files) {
-  if (!files.given()) {
-    return grpc::InsecureServerCredentials();
-  }
-  using grpc::experimental::FileWatcherCertificateProvider;
-  grpc::experimental::TlsServerCredentialsOptions options(
-      files.authority.empty()
-          ? std::make_shared<FileWatcherCertificateProvider>(files.key_file(), files.certificate, kReloadSeconds)
-          : std::make_shared<FileWatcherCertificateProvider>(files.key_file(), files.certificate, files.authority,
-                                                             kReloadSeconds));
-  options.watch_identity_key_cert_pairs();
-  if (!files.authority.empty()) {
-    options.watch_root_certs();
-    options.set_cert_request_type(GRPC_SSL_REQUEST_CLIENT_CERTIFICATE_AND_VERIFY);
-  }
-  return grpc::experimental::TlsServerCredentials(options);
 }
 
 }  // namespace lightmill

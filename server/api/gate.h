@@ -1,21 +1,26 @@
 // Who calls: what a call has shown, as an identity, and whether its roles allow it.
 #pragma once
 
-#include <grpcpp/security/server_credentials.h>
-#include <grpcpp/server_context.h>
-
 #include <functional>
-#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
 
 #include "common/base/clock.h"
 #include "common/base/mutex.h"
-#include "common/security/tls_files.h"
 #include "server/access/allowance.h"
 #include "server/access/gate_options.h"
 #include "server/access/rights.h"
 #include "server/access/token_book.h"
 
 namespace lightmill {
+
+/// What a call shows of who makes it.
+struct Shown {
+  std::optional<std::string> authorization;  ///< the header of that name, with a token
+  std::string certificate;                   ///< PEM, of one that an authority of the farm has signed; empty: none
+  std::string peer;                          ///< ADDRESS:PORT
+};
 
 /// Thread-safe.
 class Gate {
@@ -28,11 +33,14 @@ class Gate {
     on_refused_ = std::move(on_refused);
   }
 
-  /// Every handler's first step. UNAUTHENTICATED, PERMISSION_DENIED, RESOURCE_EXHAUSTED.
-  Result<Call> admit(const grpc::ServerContextBase& context, Rpc rpc) const;
+  /// UNAUTHENTICATED.
+  Result<Identity> identify(const Shown& shown) const;
+  /// Every handler's first step, with what identify has said. UNAUTHENTICATED, PERMISSION_DENIED, RESOURCE_EXHAUSTED.
+  Result<Call> admit(const Result<Identity>& caller, const std::string& peer, Rpc rpc) const;
   /// Of one that was admitted, while its stream lasts.
   Status check_still_holds(const Identity& identity) const;
   bool asks() const { return options_.asks; }
+  bool takes_tokens() const { return options_.takes_tokens; }
 
   /// Whether a refusal may be written down now: not more than ten a minute once a hundred were, of those who are known
   /// and those who are not. Then how many were not since the last.
@@ -50,7 +58,6 @@ class Gate {
     std::uint64_t left_out = 0;
   };
   Status check_limits(Call& call) const;
-  Result<Identity> identify(const grpc::ServerContextBase& context) const;
   Result<Identity> identify_bearer(std::string_view header) const;
   std::int64_t now_unix_s() const { return clock_.unix_milliseconds() / 1000; }
 
@@ -62,9 +69,5 @@ class Gate {
   mutable Refusals of_known_ LM_GUARDED_BY(mutex_), of_unknown_ LM_GUARDED_BY(mutex_);
   std::function<void(const Call&, const Status&)> on_refused_ = [](const Call&, const Status&) {};
 };
-
-/// Encrypted if a certificate is given. Then its files are looked at every few seconds: renewed ones serve the
-/// connections that come after.
-std::shared_ptr<grpc::ServerCredentials> server_credentials(const TlsFiles& files);
 
 }  // namespace lightmill

@@ -40,7 +40,7 @@ RenderServiceImpl::Unary* RenderServiceImpl::on_farm(Context* context,
 /// The same for a call that looks at a job, if the caller may.
 RenderServiceImpl::Unary* RenderServiceImpl::on_job(Context* context, Rpc rpc, JobId job,
                                                     std::function<void(FarmLoop::Turn&, Unary*)> task) {
-  Result<Call> call = gate_.admit(*context, rpc);
+  Result<Call> call = admit(gate_, *context, rpc);
   if (!call.ok()) {
     return refuse(context, call.status());
   }
@@ -58,7 +58,7 @@ RenderServiceImpl::Unary* RenderServiceImpl::on_job(Context* context, Rpc rpc, J
 RenderServiceImpl::Unary* RenderServiceImpl::change_job(Context* context, Rpc rpc, JobId job, v1::Job* reply,
                                                         std::function<Status(FarmLoop::Turn&)> change) {
   return run_change(
-      *loop_, gate_, context, gate_.admit(*context, rpc),
+      *loop_, gate_, context, admit(gate_, *context, rpc),
       [this, job, reply, change = std::move(change)](FarmLoop::Turn& turn, const Call& call, About& about) {
         about.job = job.value;
         LM_RETURN_IF_ERROR(check_job_call(turn, gate_, call, job));
@@ -72,7 +72,7 @@ RenderServiceImpl::Unary* RenderServiceImpl::change_job(Context* context, Rpc rp
 RenderServiceImpl::Unary* RenderServiceImpl::FindMissingAssets(Context* context,
                                                                const v1::FindMissingAssetsRequest* request,
                                                                v1::FindMissingAssetsResponse* reply) {
-  if (const Result<Call> call = gate_.admit(*context, Rpc::find_missing_assets); !call.ok()) {
+  if (const Result<Call> call = admit(gate_, *context, Rpc::find_missing_assets); !call.ok()) {
     return refuse(context, call.status());
   }
   Unary* reactor = context->DefaultReactor();
@@ -99,7 +99,7 @@ RenderServiceImpl::Unary* RenderServiceImpl::FindMissingAssets(Context* context,
 
 RenderServiceImpl::Unary* RenderServiceImpl::SubmitJob(Context* context, const v1::SubmitJobRequest* request,
                                                        v1::Job* reply) {
-  const Result<Call> call = gate_.admit(*context, Rpc::submit_job);
+  const Result<Call> call = admit(gate_, *context, Rpc::submit_job);
   if (!call.ok()) {
     return refuse(context, call.status());
   }
@@ -148,7 +148,7 @@ RenderServiceImpl::Unary* RenderServiceImpl::GetJob(Context* context, const v1::
 
 RenderServiceImpl::Unary* RenderServiceImpl::ListJobs(Context* context, const v1::ListJobsRequest* request,
                                                       v1::ListJobsResponse* reply) {
-  const Result<Call> call = gate_.admit(*context, Rpc::list_jobs);
+  const Result<Call> call = admit(gate_, *context, Rpc::list_jobs);
   const Result<int> size = call.ok() ? page_size_of(request->page_size()) : call.status();
   const Result<std::uint64_t> before = id_in(request->page_token());
   if (!size.ok() || !before.ok()) {
@@ -212,7 +212,7 @@ RenderServiceImpl::Unary* RenderServiceImpl::DeleteJob(Context* context, const v
 
 RenderServiceImpl::Unary* RenderServiceImpl::ListWorkers(Context* context, const v1::ListWorkersRequest* request,
                                                          v1::ListWorkersResponse* reply) {
-  const Result<Call> call = gate_.admit(*context, Rpc::list_workers);
+  const Result<Call> call = admit(gate_, *context, Rpc::list_workers);
   const Result<int> size = call.ok() ? page_size_of(request->page_size()) : call.status();
   if (!size.ok()) {
     return refuse(context, size.status());
@@ -235,7 +235,7 @@ RenderServiceImpl::Unary* RenderServiceImpl::ListWorkers(Context* context, const
 
 RenderServiceImpl::Unary* RenderServiceImpl::DrainWorker(Context* context, const v1::DrainWorkerRequest* request,
                                                          v1::Worker* reply) {
-  return run_change(*loop_, gate_, context, gate_.admit(*context, Rpc::drain_worker),
+  return run_change(*loop_, gate_, context, admit(gate_, *context, Rpc::drain_worker),
                     [name = request->name(), reply](FarmLoop::Turn& turn, const Call&, About& about) {
                       about.text = name;
                       LM_RETURN_IF_ERROR(turn.farm.drain_worker(name, turn.now, turn.step));
@@ -250,7 +250,7 @@ RenderServiceImpl::Unary* RenderServiceImpl::DrainWorker(Context* context, const
 
 RenderServiceImpl::Unary* RenderServiceImpl::ReleaseWorker(Context* context, const v1::ReleaseWorkerRequest* request,
                                                            v1::ReleaseWorkerResponse*) {
-  return run_change(*loop_, gate_, context, gate_.admit(*context, Rpc::release_worker),
+  return run_change(*loop_, gate_, context, admit(gate_, *context, Rpc::release_worker),
                     [name = request->name()](FarmLoop::Turn& turn, const Call&, About& about) {
                       about.text = name;
                       return turn.farm.release_worker(name, turn.now, turn.step);

@@ -218,7 +218,7 @@ WorkerStreams::WorkerStreams(const Gate& gate) : gate_(gate) {}
 WorkerStreams::~WorkerStreams() = default;
 
 grpc::ServerBidiReactor<v1::WorkRequest, v1::WorkResponse>* WorkerStreams::Work(grpc::CallbackServerContext* context) {
-  Result<Call> call = gate_.admit(*context, Rpc::work);
+  Result<Call> call = admit(gate_, *context, Rpc::work);
   if (!call.ok()) {
     return new Refused<grpc::ServerBidiReactor<v1::WorkRequest, v1::WorkResponse>>(call.status());
   }

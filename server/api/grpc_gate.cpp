@@ -1,0 +1,56 @@
+#include "server/api/grpc_gate.h"
+
+#include <grpc/grpc_security_constants.h>
+#include <grpcpp/security/tls_certificate_provider.h>
+#include <grpcpp/security/tls_credentials_options.h>
+
+#include "server/access/action_log.h"
+
+namespace lightmill {
+namespace {
+
+constexpr unsigned kReloadSeconds = 2;
+constexpr const char* kHeader = "authorization";
+
+Shown shown_by(const grpc::ServerContextBase& context) {
+  Shown shown;
+  shown.peer = peer_text(context.peer());
+  if (const auto header = context.client_metadata().find(kHeader); header != context.client_metadata().end()) {
+    shown.authorization.emplace(header->second.data(), header->second.size());
+  }
+  const auto proven = context.auth_context();
+  if (proven != nullptr && proven->IsPeerAuthenticated()) {
+    const std::vector<grpc::string_ref> pem = proven->FindPropertyValues(GRPC_X509_PEM_CERT_PROPERTY_NAME);
+    if (!pem.empty()) {
+      shown.certificate.assign(pem.front().data(), pem.front().size());
+    }
+  }
+  return shown;
+}
+
+}  // namespace
+
+Result<Call> admit(const Gate& gate, const grpc::ServerContextBase& context, Rpc rpc) {
+  const Shown shown = shown_by(context);
+  return gate.admit(gate.identify(shown), shown.peer, rpc);
+}
+
+std::shared_ptr<grpc::ServerCredentials> server_credentials(const TlsFiles& files) {
+  if (!files.given()) {
+    return grpc::InsecureServerCredentials();
+  }
+  using grpc::experimental::FileWatcherCertificateProvider;
+  grpc::experimental::TlsServerCredentialsOptions options(
+      files.authority.empty()
+          ? std::make_shared<FileWatcherCertificateProvider>(files.key_file(), files.certificate, kReloadSeconds)
+          : std::make_shared<FileWatcherCertificateProvider>(files.key_file(), files.certificate, files.authority,
+                                                             kReloadSeconds));
+  options.watch_identity_key_cert_pairs();
+  if (!files.authority.empty()) {
+    options.watch_root_certs();
+    options.set_cert_request_type(GRPC_SSL_REQUEST_CLIENT_CERTIFICATE_AND_VERIFY);
+  }
+  return grpc::experimental::TlsServerCredentials(options);
+}
+
+}  // namespace lightmill

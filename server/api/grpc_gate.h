@@ -1,0 +1,21 @@
+// The gate as gRPC's calls come to it, and the encryption of its connections.
+#pragma once
+
+#include <grpcpp/security/server_credentials.h>
+#include <grpcpp/server_context.h>
+
+#include <memory>
+
+#include "common/security/tls_files.h"
+#include "server/api/gate.h"
+
+namespace lightmill {
+
+/// Of every RPC, first. UNAUTHENTICATED, PERMISSION_DENIED, RESOURCE_EXHAUSTED.
+Result<Call> admit(const Gate& gate, const grpc::ServerContextBase& context, Rpc rpc);
+
+/// Encrypted if a certificate is given. Then its files are looked at every few seconds: renewed ones serve the
+/// connections that come after.
+std::shared_ptr<grpc::ServerCredentials> server_credentials(const TlsFiles& files);
+
+}  // namespace lightmill

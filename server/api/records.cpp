@@ -1,0 +1,60 @@
+#include "server/api/records.h"
+
+#include <unistd.h>
+
+#include <array>
+
+#include "common/base/log.h"
+
+namespace lightmill {
+namespace {
+
+bool is_refusal(const Status& status) {
+  return status.code() == StatusCode::kUnauthenticated || status.code() == StatusCode::kPermissionDenied ||
+         status.code() == StatusCode::kResourceExhausted;
+}
+
+void keep(FarmLoop::Turn& turn, const Call& call, const About& about, StatusCode outcome, std::string message) {
+  turn.keep({0, 0, call.caller.name, call.caller.proof, call.caller.token, call.peer,
+             std::string(rule_of(call.rpc).method), about.job, about.text, outcome, std::move(message)});
+}
+
+std::string host_name() {
+  std::array<char, 256> name{};
+  return ::gethostname(name.data(), name.size() - 1) == 0 ? name.data() : "?";
+}
+
+}  // namespace
+
+void record_refusal(FarmLoop::Turn& turn, const Call& call, const About& about, const Status& status,
+                    std::uint64_t left_out) {
+  spdlog::info("{} from {} is refused: {}", rule_of(call.rpc).method, call.peer, message_of(status));
+  keep(turn, call, about, status.code(),
+       left_out == 0 ? message_of(status)
+                     : fmt::format("({} refusals before it are not recorded) {}", left_out, message_of(status)));
+}
+
+void record(FarmLoop::Turn& turn, const Gate& gate, const Call& call, const About& about, const Status& status) {
+  if (status.ok()) {
+    keep(turn, call, about, StatusCode::kOk, "");
+  } else if (is_refusal(status)) {
+    if (const std::optional<std::uint64_t> left_out = gate.may_record_refusal(call.caller)) {
+      record_refusal(turn, call, about, status, *left_out);
+    }
+  }
+}
+
+void record_own(FarmLoop::Turn& turn, std::string_view what, std::string about) {
+  turn.keep({0, 0, "", Proof::none, "", host_name(), std::string(what), 0, std::move(about), StatusCode::kOk, ""});
+}
+
+Status check_job_call(FarmLoop::Turn& turn, const Gate& gate, const Call& call, JobId job) {
+  LM_ASSIGN_OR_RETURN(const std::string owner, turn.farm.owner(job));
+  const Status status = check_job(call.caller, call.rpc, owner);
+  if (!status.ok() && !rule_of(call.rpc).recorded) {
+    record(turn, gate, call, {job.value, ""}, status);
+  }
+  return status;
+}
+
+}  // namespace lightmill

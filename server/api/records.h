@@ -1,0 +1,31 @@
+// The farm's log of what was done and refused, as those who answer calls write it.
+#pragma once
+
+#include <string>
+
+#include "server/api/farm_loop.h"
+#include "server/api/gate.h"
+
+namespace lightmill {
+
+/// What a call was about.
+struct About {
+  std::uint64_t job = 0;  ///< 0: none
+  std::string text;       ///< a worker, or a token
+};
+
+/// Writes into the log that this was done or, as often as the gate lets it, that it was refused. Other errors are the
+/// caller's mistakes, and leave no trace.
+void record(FarmLoop::Turn& turn, const Gate& gate, const Call& call, const About& about, const Status& status);
+
+/// The same of what was refused, once the gate has let it; `left_out` as it has said.
+void record_refusal(FarmLoop::Turn& turn, const Call& call, const About& about, const Status& status,
+                    std::uint64_t left_out);
+
+/// Writes down what the coordinator itself does.
+void record_own(FarmLoop::Turn& turn, std::string_view what, std::string about);
+
+/// Whether the caller may do so with this job; a refusal is recorded. NOT_FOUND, PERMISSION_DENIED.
+Status check_job_call(FarmLoop::Turn& turn, const Gate& gate, const Call& call, JobId job);
+
+}  // namespace lightmill
