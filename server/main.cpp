@@ -32,6 +32,7 @@ struct Options {
   std::string listen = "127.0.0.1:7350";
   std::string port_file;
   std::string http, http_port_file;  ///< empty: no page
+  std::vector<std::string> http_names;
   std::string pages;
   TlsFiles tls;
   bool insecure = false, authenticate = false;
@@ -88,9 +89,13 @@ void add_access_options(CLI::App& app, Options& options) {
 void add_page_options(CLI::App& app, Options& options) {
   const char* const group = "Page";
   app.add_option("--http", options.http,
-                 "also serve a web page to watch and steer renders, and a JSON API, on this address of this machine, "
-                 "such as 127.0.0.1:7380")
+                 "also serve a web page to watch and steer renders, and a JSON API, on this address, such as "
+                 "127.0.0.1:7380; encrypted with --tls-cert, and then with a login")
       ->type_name("HOST:PORT")
+      ->group(group);
+  app.add_option("--http-name", options.http_names,
+                 "a name by which the page is called, besides localhost, addresses and those in the certificate")
+      ->type_name("HOST")
       ->group(group);
   app.add_option("--http-port-file", options.http_port_file, "write the page's port here once it is served")
       ->type_name("FILE")
@@ -101,25 +106,24 @@ void add_page_options(CLI::App& app, Options& options) {
       ->group(group);
 }
 
-/// The page is for programs of this machine, which nobody asks who they are.
+/// The page is served where gRPC would be.
 Status check_page(const Options& options) {
   if (options.http.empty()) {
-    return options.http_port_file.empty() ? ok_status() : invalid_argument("--http-port-file is given without --http");
+    const char* const alone = !options.http_port_file.empty() ? "--http-port-file"
+                              : !options.http_names.empty()   ? "--http-name"
+                                                              : nullptr;
+    return alone == nullptr ? ok_status() : invalid_argument("{} is given without --http", alone);
   }
   Result<HostPort> address = parse_host_port(options.http);
   LM_RETURN_IF_ERROR(with_context(address.status(), "--http"));
-  if (!is_loopback(address->host)) {
+  if (!is_loopback(address->host) && !options.tls.given() && !options.insecure) {
     return failed_precondition(
-        "--http {}: the page is served to this machine alone (127.0.0.1), since it cannot ask yet who calls. From "
-        "elsewhere, `ssh -L 7380:127.0.0.1:7380 THIS-MACHINE` brings it to your browser",
-        options.http);
+        "--http {}: others could use and stop this farm, and read what goes over the wire. Give it a certificate ({}; "
+        "`lightmill certs` makes one, docs/security.md says how), or leave the page to this machine (127.0.0.1): `ssh "
+        "-L 7380:127.0.0.1:7380 THIS-MACHINE` brings it to your browser",
+        options.http, kCertificateOption);
   }
-  return options.tls.given() || options.authenticate
-             ? failed_precondition(
-                   "--http goes neither with {} nor with --authenticate: the page cannot ask yet who calls, and "
-                   "everybody on this machine could do everything",
-                   kCertificateOption)
-             : ok_status();
+  return ok_status();
 }
 
 /// Whether nobody can reach it who should not, or it is wanted so; FAILED_PRECONDITION says what to do.
@@ -369,7 +373,8 @@ Status serve(const Options& options, StopRequest& stop) {
   api.log = {options.log_entries, options.log_days};
   if (!options.http.empty()) {
     const fs::path pages = options.pages.empty() ? program_folder() / "lightmill-web" : fs::path(options.pages);
-    api.web = WebOptions{options.http, pages, LIGHTMILL_VERSION, api.notices, {}};
+    api.web = WebOptions{options.http,       pages,           LIGHTMILL_VERSION, api.notices, options.tls,
+                         options.http_names, options.insecure};
   }
   api.on_fatal = [&stop](const Status& why) { stop.ask(why); };
   LM_ASSIGN_OR_RETURN(const std::unique_ptr<ApiServer> server,
@@ -383,7 +388,8 @@ Status serve(const Options& options, StopRequest& stop) {
     LM_RETURN_IF_ERROR(write_file_atomically(options.port_file, as_byte_view(fmt::format("{}\n", server->port()))));
   }
   if (server->web_port() != 0) {
-    spdlog::info("the page is at http://{}:{}/", options.http.substr(0, options.http.rfind(':')), server->web_port());
+    spdlog::info("the page is at {}://{}:{}/", options.tls.given() ? "https" : "http",
+                 options.http.substr(0, options.http.rfind(':')), server->web_port());
   }
   if (!options.http_port_file.empty()) {
     LM_RETURN_IF_ERROR(

@@ -21,6 +21,8 @@ inline constexpr std::string_view kTakeOver = "TakeOver";
 inline constexpr std::string_view kStop = "Stop";
 /// A job that ended long ago is deleted.
 inline constexpr std::string_view kExpire = "ExpireJob";
+/// Somebody logs in on the page.
+inline constexpr std::string_view kLogin = "Login";
 /// A worker comes.
 inline constexpr std::string_view kWorkAction = "Work";
 

@@ -1,7 +1,6 @@
 #include "server/access/rights.h"
 
 #include <algorithm>
-#include <vector>
 
 namespace lightmill {
 namespace {
@@ -109,6 +108,16 @@ Status check_job(const Identity& caller, Rpc rpc, std::string_view owner) {
 
 bool may_see_job(const Identity& caller, std::string_view owner) {
   return may(caller, Right::see_job, owner);
+}
+
+std::vector<std::string_view> allowed_methods(const Identity& caller, bool own) {
+  std::vector<std::string_view> methods;
+  for (const RpcRule& rule : kRules) {
+    if (caller.roles.has_any(own ? roles_for_own(rule.right) : roles_for(rule.right))) {
+      methods.push_back(rule.method);
+    }
+  }
+  return methods;
 }
 
 Status check_rules(std::span<const std::string> methods) {

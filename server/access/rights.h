@@ -6,6 +6,7 @@
 #include <span>
 #include <string>
 #include <string_view>
+#include <vector>
 
 #include "common/base/status.h"
 #include "server/access/identity.h"
@@ -78,6 +79,9 @@ Status check_job(const Identity& caller, Rpc rpc, std::string_view owner);
 
 /// The same as a word.
 bool may_see_job(const Identity& caller, std::string_view owner);
+
+/// The methods of all RPCs that the caller may call: with jobs of their own, or with anybody's.
+std::vector<std::string_view> allowed_methods(const Identity& caller, bool own);
 
 /// `methods` are all that are to be served, "SERVICE/METHOD": INTERNAL unless each has its line, and each line its
 /// method.

@@ -173,13 +173,8 @@ Result<std::unique_ptr<ApiServer>> ApiServer::start(std::unique_ptr<Store> store
   return running;
 }
 
-/// Where callers are asked who they are, the page cannot be served yet: it has no way to ask.
-Status ApiServer::serve_web(WebOptions web) {
-  if (parts_->gate.asks()) {
-    return failed_precondition("the page cannot ask yet who calls, as this farm does");
-  }
-  web.identify = [](std::string_view) { return anybody(); };
-  Result<std::unique_ptr<WebServer>> started = WebServer::start(*parts_->loop, web);
+Status ApiServer::serve_web(const WebOptions& web) {
+  Result<std::unique_ptr<WebServer>> started = WebServer::start(*parts_->loop, parts_->gate, web);
   LM_RETURN_IF_ERROR(started.status());
   parts_->web = *std::move(started);
   return ok_status();

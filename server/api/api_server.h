@@ -27,7 +27,7 @@ struct ApiOptions {
   CoordinatorLimits limits;
   ActionLogLimits log;
   std::uint64_t wire_bytes = std::uint64_t{4} << 30;  ///< of what is on its way, of all connections
-  std::optional<WebOptions> web;  ///< also over HTTP; ApiServer says who calls
+  std::optional<WebOptions> web;                      ///< also over HTTP
   /// The store cannot be used any more. From another thread; the server should be stopped.
   std::function<void(const Status&)> on_fatal = [](const Status&) {};
 };
@@ -53,7 +53,7 @@ class ApiServer {
  private:
   struct Parts;
   explicit ApiServer(std::unique_ptr<Parts> parts);
-  Status serve_web(WebOptions web);
+  Status serve_web(const WebOptions& web);
   std::unique_ptr<Parts> parts_;
 };
 

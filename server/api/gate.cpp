@@ -57,13 +57,18 @@ Result<Call> Gate::admit(const Result<Identity>& caller, const std::string& peer
   return call;
 }
 
+Status Gate::take_request(const Identity& caller, const std::string& peer) const {
+  const MutexLock lock(mutex_);
+  return limits_.take_request(caller_key(caller, peer), clock_.now());
+}
+
 Status Gate::check_limits(Call& call) const {
+  if (counts_as_request(call.rpc)) {
+    LM_RETURN_IF_ERROR(take_request(call.caller, call.peer));
+  }
   const std::string caller = caller_key(call.caller, call.peer);
   const Time now = clock_.now();
   const MutexLock lock(mutex_);
-  if (counts_as_request(call.rpc)) {
-    LM_RETURN_IF_ERROR(limits_.take_request(caller, now));
-  }
   if (counts_as_stream(call.rpc)) {
     LM_ASSIGN_OR_RETURN(std::string place, limits_.open_stream(caller, now));
     call.place = std::shared_ptr<const void>(this, [this, place = std::move(place)](const void*) {

@@ -37,10 +37,11 @@ class Gate {
   Result<Identity> identify(const Shown& shown) const;
   /// Every handler's first step, with what identify has said. UNAUTHENTICATED, PERMISSION_DENIED, RESOURCE_EXHAUSTED.
   Result<Call> admit(const Result<Identity>& caller, const std::string& peer, Rpc rpc) const;
+  /// Counts one request of the caller. RESOURCE_EXHAUSTED.
+  Status take_request(const Identity& caller, const std::string& peer) const;
   /// Of one that was admitted, while its stream lasts.
   Status check_still_holds(const Identity& identity) const;
   bool asks() const { return options_.asks; }
-  bool takes_tokens() const { return options_.takes_tokens; }
 
   /// Whether a refusal may be written down now: not more than ten a minute once a hundred were, of those who are known
   /// and those who are not. Then how many were not since the last.

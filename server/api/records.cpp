@@ -19,6 +19,11 @@ void keep(FarmLoop::Turn& turn, const Call& call, const About& about, StatusCode
              std::string(rule_of(call.rpc).method), about.job, about.text, outcome, std::move(message)});
 }
 
+std::string refusal_text(const Status& status, std::uint64_t left_out) {
+  return left_out == 0 ? message_of(status)
+                       : fmt::format("({} refusals before it are not recorded) {}", left_out, message_of(status));
+}
+
 std::string host_name() {
   std::array<char, 256> name{};
   return ::gethostname(name.data(), name.size() - 1) == 0 ? name.data() : "?";
@@ -29,9 +34,7 @@ std::string host_name() {
 void record_refusal(FarmLoop::Turn& turn, const Call& call, const About& about, const Status& status,
                     std::uint64_t left_out) {
   spdlog::info("{} from {} is refused: {}", rule_of(call.rpc).method, call.peer, message_of(status));
-  keep(turn, call, about, status.code(),
-       left_out == 0 ? message_of(status)
-                     : fmt::format("({} refusals before it are not recorded) {}", left_out, message_of(status)));
+  keep(turn, call, about, status.code(), refusal_text(status, left_out));
 }
 
 void record(FarmLoop::Turn& turn, const Gate& gate, const Call& call, const About& about, const Status& status) {
@@ -41,6 +44,15 @@ void record(FarmLoop::Turn& turn, const Gate& gate, const Call& call, const Abou
     if (const std::optional<std::uint64_t> left_out = gate.may_record_refusal(call.caller)) {
       record_refusal(turn, call, about, status, *left_out);
     }
+  }
+}
+
+void record_login(FarmLoop::Turn& turn, const Gate& gate, const Identity& caller, const std::string& peer,
+                  const Status& status) {
+  const std::optional<std::uint64_t> left_out = status.ok() ? 0 : gate.may_record_refusal(caller);
+  if (left_out) {
+    turn.keep({0, 0, caller.name, caller.proof, caller.token, peer, std::string(kLogin), 0, "", status.code(),
+               status.ok() ? "" : refusal_text(status, *left_out)});
   }
 }
 

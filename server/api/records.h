@@ -22,6 +22,10 @@ void record(FarmLoop::Turn& turn, const Gate& gate, const Call& call, const Abou
 void record_refusal(FarmLoop::Turn& turn, const Call& call, const About& about, const Status& status,
                     std::uint64_t left_out);
 
+/// The same of who logs in on the page, or tries to.
+void record_login(FarmLoop::Turn& turn, const Gate& gate, const Identity& caller, const std::string& peer,
+                  const Status& status);
+
 /// Writes down what the coordinator itself does.
 void record_own(FarmLoop::Turn& turn, std::string_view what, std::string about);
 

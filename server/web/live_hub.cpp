@@ -7,6 +7,7 @@ namespace {
 
 constexpr Duration kLookInterval = std::chrono::milliseconds(500);
 constexpr Duration kRetryInterval = std::chrono::seconds(2);
+constexpr Duration kCheckInterval = std::chrono::seconds(1);
 /// So often a page hears that the connection stands, if it hears nothing else.
 constexpr Duration kHeartbeat = std::chrono::seconds(5);
 constexpr Duration kPictureInterval = std::chrono::milliseconds(200);
@@ -19,11 +20,18 @@ constexpr std::size_t kEntriesPerMessage = 500;
 
 }  // namespace
 
-LiveHub::LiveHub(FarmLoop& loop, FarmGreeting greeting, OnWebThread on_web_thread, const Clock& clock)
-    : loop_(loop), greeting_(std::move(greeting)), on_web_thread_(std::move(on_web_thread)), clock_(clock) {}
+LiveHub::LiveHub(FarmLoop& loop, FarmGreeting greeting, OnWebThread on_web_thread, const Clock& clock,
+                 OnRefused on_refused)
+    : loop_(loop),
+      greeting_(std::move(greeting)),
+      on_web_thread_(std::move(on_web_thread)),
+      clock_(clock),
+      on_refused_(std::move(on_refused)) {}
 
-void LiveHub::add(LiveLink& link, Identity caller) {
-  viewers_[&link].caller = std::move(caller);
+void LiveHub::add(LiveLink& link, Call call, Holds holds) {
+  Viewer& viewer = viewers_[&link];
+  viewer.call = std::move(call);
+  viewer.holds = std::move(holds);
 }
 
 void LiveHub::remove(LiveLink& link) {
@@ -59,7 +67,29 @@ void LiveHub::written(LiveLink& link) {
 void LiveHub::tick() {
   look();
   retry_failed_feeds();
+  check_viewers();
   serve_all();
+}
+
+/// Who is not served, as hidden pages are not, is looked at now and then.
+void LiveHub::check_viewers() {
+  if (clock_.now() < next_check_) {
+    return;
+  }
+  next_check_ = clock_.now() + kCheckInterval;
+  for (auto& [link, viewer] : viewers_) {
+    (void)holds(*link, viewer);
+  }
+}
+
+/// Sends the viewer away if what was shown does not hold any more.
+bool LiveHub::holds(LiveLink& link, Viewer& viewer) {
+  const Status status = viewer.holds();
+  if (!status.ok() && !viewer.sent_away) {
+    viewer.sent_away = true;
+    link.send_away(status);
+  }
+  return status.ok();
 }
 
 /// Asks the farm thread what is new, if somebody wants to know and the last answer is old enough.
@@ -161,7 +191,7 @@ void LiveHub::serve(LiveLink& link, Viewer& viewer) {
   Message message;
   if (!viewer.greeted) {
     FarmGreeting greeting = greeting_;
-    greeting.caller = viewer.caller.name;
+    greeting.caller = viewer.call.caller;
     message.head.greet(greeting);
     message.any = viewer.greeted = true;
   }
@@ -171,7 +201,7 @@ void LiveHub::serve(LiveLink& link, Viewer& viewer) {
     add_job(viewer, message);
     add_tiles(viewer, now, message);
   }
-  if (!message.any && now - viewer.last_sent < kHeartbeat) {
+  if ((!message.any && now - viewer.last_sent < kHeartbeat) || !holds(link, viewer)) {
     return;
   }
   MessageParts parts{std::make_shared<const std::string>(message.head.take())};
@@ -183,7 +213,7 @@ void LiveHub::serve(LiveLink& link, Viewer& viewer) {
 
 void LiveHub::add_jobs(Viewer& viewer, Message& message) const {
   if (!looked_ || !viewer.request.jobs || !jobs_.news_for(viewer.jobs) ||
-      !check_call(viewer.caller, Rpc::list_jobs).ok()) {
+      !check_call(viewer.call.caller, Rpc::list_jobs).ok()) {
     return;
   }
   const auto changes = jobs_.since(viewer.jobs, kEntriesPerMessage);
@@ -192,7 +222,7 @@ void LiveHub::add_jobs(Viewer& viewer, Message& message) const {
   for (const auto& [job, entry] : changes.entries) {
     if (entry->bytes == nullptr) {
       removed.push_back(job);
-    } else if (may_see_job(viewer.caller, entry->owner)) {
+    } else if (may_see_job(viewer.call.caller, entry->owner)) {
       jobs.push_back(entry->bytes);
     }
   }
@@ -202,7 +232,7 @@ void LiveHub::add_jobs(Viewer& viewer, Message& message) const {
 
 void LiveHub::add_workers(Viewer& viewer, Message& message) const {
   if (!looked_ || !viewer.request.workers || !workers_.news_for(viewer.workers) ||
-      !check_call(viewer.caller, Rpc::list_workers).ok()) {
+      !check_call(viewer.call.caller, Rpc::list_workers).ok()) {
     return;
   }
   const auto changes = workers_.since(viewer.workers, kEntriesPerMessage);
@@ -223,13 +253,16 @@ void LiveHub::add_job(Viewer& viewer, Message& message) const {
   const JobFeed& feed = *viewer.feed;
   Status failure = feed.failure();
   if (failure.ok() && feed.known()) {
-    failure = check_job(viewer.caller, Rpc::watch_job, feed.owner());
+    failure = check_job(viewer.call.caller, Rpc::watch_job, feed.owner());
   }
   if (const std::string text = message_of(failure); text != viewer.failure_sent) {
     viewer.failure_sent = text;
     if (!failure.ok()) {
       message.head.job_failure(failure);
       message.any = true;
+    }
+    if (failure.code() == StatusCode::kPermissionDenied) {
+      on_refused_(viewer.call, viewer.request.job, failure);
     }
   }
   if (failure.ok() && feed.known() && viewer.job_version != feed.state_version()) {

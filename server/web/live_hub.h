@@ -1,6 +1,7 @@
 // Who looks at the page: tells each viewer what changed since its last message, as fast as it reads.
 #pragma once
 
+#include <functional>
 #include <map>
 #include <memory>
 #include <string>
@@ -22,18 +23,27 @@ class LiveLink {
   /// Whether the last message is still being written.
   virtual bool busy() const = 0;
   virtual void send(MessageParts parts) = 0;
+  /// Ends it: what let the viewer in holds no longer.
+  virtual void send_away(const Status& why) = 0;
 };
 
 /// Belongs to the web's thread. Nothing is queued: what a viewer has missed is found in the change logs when it can
 /// take something again. Hidden pages get nothing.
 class LiveHub {
  public:
-  LiveHub(FarmLoop& loop, FarmGreeting greeting, OnWebThread on_web_thread, const Clock& clock);
+  /// Whether what let a viewer in holds still.
+  using Holds = std::function<Status()>;
+  /// Is told of jobs that a viewer may not see.
+  using OnRefused = std::function<void(const Call&, JobId, const Status&)>;
+  LiveHub(
+      FarmLoop& loop, FarmGreeting greeting, OnWebThread on_web_thread, const Clock& clock,
+      OnRefused on_refused = [](const Call&, JobId, const Status&) {});
 
   static constexpr std::size_t kMostViewers = 256;
   bool full() const { return viewers_.size() >= kMostViewers; }
   /// `link` is the viewer's until remove.
-  void add(LiveLink& link, Identity caller);
+  void add(
+      LiveLink& link, Call call, Holds holds = [] { return ok_status(); });
   void remove(LiveLink& link);
   /// What the viewer wants from now on. INVALID_ARGUMENT.
   Status ask(LiveLink& link, std::string_view message);
@@ -45,7 +55,9 @@ class LiveHub {
 
  private:
   struct Viewer {
-    Identity caller;
+    Call call;
+    Holds holds;
+    bool sent_away = false;
     ViewRequest request;
     bool asked = false, greeted = false;
     std::uint64_t sent = 0;  ///< messages
@@ -66,6 +78,8 @@ class LiveHub {
   void drop_unwatched_feeds();
   void retry_failed_feeds();
   void serve_all();
+  bool holds(LiveLink& link, Viewer& viewer);
+  void check_viewers();
   void serve(LiveLink& link, Viewer& viewer);
   void add_jobs(Viewer& viewer, Message& message) const;
   void add_workers(Viewer& viewer, Message& message) const;
@@ -76,6 +90,7 @@ class LiveHub {
   const FarmGreeting greeting_;
   const OnWebThread on_web_thread_;
   const Clock& clock_;
+  const OnRefused on_refused_;
   /// What is under way elsewhere finds out by this that the hub is gone.
   const std::shared_ptr<LiveHub*> self_ = std::make_shared<LiveHub*>(this);
   std::map<LiveLink*, Viewer> viewers_;
@@ -85,7 +100,7 @@ class LiveHub {
   ChangeLog<std::string> workers_;
   const std::shared_ptr<FarmLook> farm_look_ = std::make_shared<FarmLook>();
   bool looking_ = false, looked_ = false;
-  Time next_look_{}, next_retry_{};
+  Time next_look_{}, next_retry_{}, next_check_{};
 };
 
 }  // namespace lightmill

@@ -2,6 +2,7 @@
 
 #include "common/wire/farm_messages.h"
 #include "lightmill/v1/web.pb.h"
+#include "server/access/rights.h"
 #include "server/api/worker_message.h"
 
 namespace lightmill {
@@ -67,12 +68,28 @@ std::string tile_field(JobId job, const TileSnapshot& tile) {
   return bytes;
 }
 
+void to_wire(const FarmGreeting& greeting, v1::FarmGreeting* out) {
+  out->set_version(greeting.version);
+  out->set_renderer_version(kRendererVersion);
+  out->mutable_notices()->Add(greeting.notices.begin(), greeting.notices.end());
+  out->set_caller(greeting.caller.name);
+  out->set_asks(greeting.asks);
+  for (const Role role : kRoles) {
+    if (greeting.caller.roles.has(role)) {
+      out->add_roles(std::string(name_of(role)));
+    }
+  }
+  for (const std::string_view method : allowed_methods(greeting.caller, false)) {
+    out->add_may(std::string(method));
+  }
+  for (const std::string_view method : allowed_methods(greeting.caller, true)) {
+    out->add_may_with_own(std::string(method));
+  }
+}
+
 void ViewUpdateWriter::greet(const FarmGreeting& greeting) {
   v1::FarmGreeting wire;
-  wire.set_version(greeting.version);
-  wire.set_renderer_version(kRendererVersion);
-  wire.mutable_notices()->Add(greeting.notices.begin(), greeting.notices.end());
-  wire.set_caller(greeting.caller);
+  to_wire(greeting, &wire);
   append_field(bytes_, v1::ViewUpdate::kGreetingFieldNumber, wire.SerializeAsString());
 }
 

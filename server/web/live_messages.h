@@ -8,11 +8,16 @@
 #include "common/base/ids.h"
 #include "common/base/status.h"
 #include "common/farm/job.h"
+#include "server/access/identity.h"
 #include "server/assembly/tile_snapshot.h"
 #include "server/domain/coordinator.h"
 #include "server/web/change_log.h"
 
 namespace lightmill {
+
+namespace v1 {
+class FarmGreeting;
+}
 
 /// What a viewer wants to know: lightmill.v1.ViewRequest.
 struct ViewRequest {
@@ -24,12 +29,17 @@ struct ViewRequest {
 /// Any bytes; INVALID_ARGUMENT if they are no ViewRequest.
 Result<ViewRequest> parse_view_request(std::string_view bytes);
 
-/// What a page is told first: lightmill.v1.FarmGreeting.
+/// What a page is told first.
 struct FarmGreeting {
   std::string version;
   std::vector<std::string> notices;
-  std::string caller;
+  Identity caller;
+  bool asks = false;  ///< callers have to show who they are
 };
+void to_wire(const FarmGreeting& greeting, v1::FarmGreeting* out);
+
+/// With this a WebSocket is closed whose caller has shown what holds no longer.
+inline constexpr std::uint16_t kNoLongerAllowed = 4401;
 
 /// A lightmill.v1.Job; with its history if `whole`.
 std::string job_bytes(const JobStatus& job, bool whole);

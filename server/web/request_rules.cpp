@@ -1,32 +1,59 @@
 #include "server/web/request_rules.h"
 
-#include "common/base/address.h"
+#include <arpa/inet.h>
+
+#include <algorithm>
+#include <array>
+
 #include "common/base/text.h"
 
 namespace lightmill {
 namespace {
 
-/// Without port and brackets.
+/// Without port and brackets, in small letters.
 std::string host_name(std::string_view host) {
-  if (host.starts_with('[')) {
-    return std::string(host.substr(1, host.find(']') - 1));
-  }
-  return std::string(host.substr(0, host.find(':')));
+  const bool bracket = host.starts_with('[') && host.find(']') != std::string_view::npos;
+  std::string name(bracket ? host.substr(1, host.find(']') - 1) : host.substr(0, host.find(':')));
+  std::ranges::transform(name, name.begin(),
+                         [](char c) { return c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c; });
+  return name;
+}
+
+bool is_address(const std::string& name) {
+  std::array<unsigned char, 16> bytes{};
+  return ::inet_pton(AF_INET, name.c_str(), bytes.data()) == 1 ||
+         ::inet_pton(AF_INET6, name.c_str(), bytes.data()) == 1;
+}
+
+/// Whether it is one of `names`, of which "*.example" stands for every name with one more part.
+bool is_among(const std::string& name, std::span<const std::string> names) {
+  return std::ranges::any_of(names, [&](const std::string& each) {
+    const std::string known = host_name(each);
+    const std::size_t dot = name.find('.');
+    return name == known ||
+           (known.starts_with("*.") && dot != std::string::npos && name.substr(dot) == known.substr(1));
+  });
 }
 
 }  // namespace
 
-Status check_host(const RequestOrigin& request) {
-  if (is_loopback(host_name(request.host))) {
+Status check_host(const RequestOrigin& request, const HostRules& rules) {
+  const std::string name = host_name(request.host);
+  if (name == "localhost" || is_address(name) || is_among(name, rules.certified) || is_among(name, rules.named)) {
     return ok_status();
   }
   return make_error(StatusCode::kPermissionDenied,
-                    "this page is served to its own machine alone: call it localhost or 127.0.0.1, not '{}'",
+                    "'{}' is no name of this page: call it by its address, localhost or a name in the coordinator's "
+                    "certificate; others are given with --http-name",
                     printable(request.host));
 }
 
-Status check_origin(const RequestOrigin& request) {
-  const bool same_origin = request.origin.empty() || request.origin == "http://" + std::string(request.host);
+Status check_origin(const RequestOrigin& request, const HostRules& rules) {
+  const std::string host(request.host);
+  const bool proxied = !rules.encrypted && is_among(host_name(host), rules.named);
+  const bool same_origin = request.origin.empty() ||
+                           request.origin == (rules.encrypted ? "https://" : "http://") + host ||
+                           (proxied && request.origin == "https://" + host);
   const bool same_site =
       request.fetch_site.empty() || request.fetch_site == "same-origin" || request.fetch_site == "none";
   return same_origin && same_site

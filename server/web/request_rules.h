@@ -1,6 +1,7 @@
 // Which requests a browser may have been talked into by another page: they are refused before anything is looked at.
 #pragma once
 
+#include <span>
 #include <string>
 #include <string_view>
 
@@ -15,13 +16,22 @@ struct RequestOrigin {
   std::string_view fetch_site;  ///< Sec-Fetch-Site
 };
 
-/// PERMISSION_DENIED unless the request calls this machine by a name that only it has: a page of elsewhere whose name
-/// is made to resolve to 127.0.0.1 calls it by that name. Any port will do, since tunnels have theirs.
-Status check_host(const RequestOrigin& request);
+/// By which names the page may be called.
+struct HostRules {
+  std::span<const std::string> certified;  ///< those in the coordinator's certificate
+  std::span<const std::string> named;      ///< by --http-name
+  bool encrypted = false;                  ///< connections are
+};
+
+/// PERMISSION_DENIED unless the request calls the coordinator by one of those names, by localhost or by an address: a
+/// page of elsewhere whose name is made to resolve to this machine calls it by that name. Any port will do, since
+/// tunnels have theirs.
+Status check_host(const RequestOrigin& request, const HostRules& rules);
 
 /// Of requests that change something, and of WebSockets. PERMISSION_DENIED if a page of another origin sent it;
-/// programs that are no browsers say nothing of that, and may.
-Status check_origin(const RequestOrigin& request);
+/// programs that are no browsers say nothing of that, and may. By a name of --http-name, what is not encrypted here may
+/// be so between the browser and a proxy.
+Status check_origin(const RequestOrigin& request, const HostRules& rules);
 
 /// Of a request with a body: INVALID_ARGUMENT unless it says application/json, which pages of elsewhere cannot say
 /// without asking first.

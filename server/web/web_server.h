@@ -2,25 +2,25 @@
 #pragma once
 
 #include <filesystem>
-#include <functional>
 #include <memory>
 #include <string>
-#include <string_view>
 #include <vector>
 
 #include "common/base/status.h"
-#include "server/access/identity.h"
+#include "common/security/tls_files.h"
 #include "server/api/farm_loop.h"
+#include "server/api/gate.h"
 
 namespace lightmill {
 
 struct WebOptions {
-  std::string listen;           ///< HOST:PORT of the loopback; port 0 takes a free one
+  std::string listen;           ///< HOST:PORT; port 0 takes a free one
   std::filesystem::path pages;  ///< the folder of the built page; where there is none the API is served all the same
   std::string version;
   std::vector<std::string> notices;  ///< told to who lists jobs or workers
-  /// Who sends a request, by its header Authorization (empty without one). UNAUTHENTICATED.
-  std::function<Result<Identity>(std::string_view authorization)> identify;
+  TlsFiles tls;                      ///< with a certificate, connections are encrypted
+  std::vector<std::string> names;    ///< by which it is called, besides those of the certificate
+  bool open_to_all = false;          ///< others may reach it without encryption, too
 };
 
 struct WebParts;
@@ -28,8 +28,9 @@ struct WebParts;
 /// One thread for all connections; everything is bounded: their number, what each may send, and how long it may take.
 class WebServer {
  public:
-  /// INVALID_ARGUMENT for an address that others can reach, UNAVAILABLE if it cannot be bound.
-  static Result<std::unique_ptr<WebServer>> start(FarmLoop& loop, const WebOptions& options);
+  /// INVALID_ARGUMENT for an address that others can reach where nothing is encrypted, UNAVAILABLE if it cannot be
+  /// bound; what is wrong with the certificate. `gate` says who may do what.
+  static Result<std::unique_ptr<WebServer>> start(FarmLoop& loop, const Gate& gate, const WebOptions& options);
   /// Hangs up on everybody. The loop must still run.
   ~WebServer();
   WebServer(const WebServer&) = delete;

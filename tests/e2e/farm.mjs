@@ -25,6 +25,10 @@ export async function eventually(what, condition, limitMs = 30_000) {
 export class Farm {
   constructor(programs) {
     this.programs = programs;
+    /** More options of the coordinator, from its next start on. */
+    this.serverOptions = [];
+    /** By which the command line is known; empty: by nothing. */
+    this.token = '';
     this.folder = mkdtempSync(join(tmpdir(), 'lightmill-page-'));
     this.running = new Map();
     this.port = 0;
@@ -38,6 +42,7 @@ export class Farm {
     this.start('server', [
       ...['--data', join(this.folder, 'data'), '--listen', `127.0.0.1:${this.port}`, '--port-file', portFile],
       ...['--http', `127.0.0.1:${this.httpPort}`, '--http-port-file', httpFile],
+      ...this.serverOptions,
     ]);
     await eventually('the coordinator starts', () => existsSync(httpFile) && existsSync(portFile));
     this.port = Number(readFileSync(portFile, 'utf8'));
@@ -70,7 +75,7 @@ export class Farm {
 
   /** Runs the command line to its end; what it printed. */
   lightmill(...options) {
-    const environment = {...process.env, LIGHTMILL_SERVER: this.address};
+    const environment = {...process.env, LIGHTMILL_SERVER: this.address, LIGHTMILL_TOKEN: this.token};
     return execFileSync(join(this.programs, 'lightmill'), options, {encoding: 'utf8', env: environment, stdio: ['ignore', 'pipe', 'ignore']});
   }
 

@@ -4,31 +4,12 @@
 
 #include <fstream>
 
-#include "common/wire/farm_messages.h"
 #include "tests/integration/secure_farm.h"
 
 namespace lightmill::test {
 namespace {
 
 using grpc::StatusCode;
-
-/// A job that has ended.
-std::uint64_t ended_job(const std::shared_ptr<grpc::Channel>& owner) {
-  static int number = 0;
-  const auto stub = v1::RenderService::NewStub(owner);
-  Picture picture;
-  picture.side = 64;
-  v1::SubmitJobRequest request;
-  to_wire(job_of(picture, fmt::format("job {}", ++number)), &request);
-  v1::Job job;
-  grpc::ClientContext submit, cancel;
-  const grpc::Status submitted = stub->SubmitJob(&submit, request, &job);
-  EXPECT_TRUE(submitted.ok()) << submitted.error_message();
-  v1::CancelJobRequest which;
-  which.set_id(job.id());
-  EXPECT_TRUE(stub->CancelJob(&cancel, which, &job).ok());
-  return job.id();
-}
 
 /// What each RPC is for, as docs/security.md has it; written down here once more, by hand.
 struct Expectation {
@@ -62,10 +43,6 @@ const std::map<std::string, Expectation>& expectations() {
       {"AccessService/ListActions", {"admin", "", StatusCode::OK}},
   };
   return all;
-}
-
-bool has_word(const std::string& words, const std::string& word) {
-  return (" " + words + " ").find(" " + word + " ") != std::string::npos;
 }
 
 /// The field that names a job; null if there is none.

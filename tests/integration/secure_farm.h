@@ -9,6 +9,7 @@
 #include "common/base/file.h"
 #include "common/security/authority.h"
 #include "common/security/token.h"
+#include "common/wire/farm_messages.h"
 #include "common/wire/role_proto.h"
 #include "lightmill/v1/access_service.grpc.pb.h"
 #include "lightmill/v1/worker_service.grpc.pb.h"
@@ -29,12 +30,13 @@ inline Validity today() {
 /// An authority, and a coordinator with its certificate.
 class SecureFarm {
  public:
-  SecureFarm() {
+  explicit SecureFarm(const std::vector<std::string>& more_options = {}) {
     gpr_set_log_function([](gpr_log_func_args*) {});  // of each handshake that fails
     renew_server(today());
     write("ca.pem", authority_.certificate);
-    farm_ =
-        std::make_unique<Farm>(std::vector<std::string>{"--tls-cert", path("server.pem"), "--tls-ca", path("ca.pem")});
+    std::vector<std::string> options{"--tls-cert", path("server.pem"), "--tls-ca", path("ca.pem")};
+    options.insert(options.end(), more_options.begin(), more_options.end());
+    farm_ = std::make_unique<Farm>(options);
   }
   Farm& farm() { return *farm_; }
   const KeyAndCertificate& authority() const { return authority_; }
@@ -143,6 +145,29 @@ inline void upload_assets(const std::shared_ptr<grpc::Channel>& channel) {
     writer->WritesDone();
     ASSERT_TRUE(writer->Finish().ok());
   }
+}
+
+/// A job that has ended.
+inline std::uint64_t ended_job(const std::shared_ptr<grpc::Channel>& owner) {
+  static int number = 0;
+  const auto stub = v1::RenderService::NewStub(owner);
+  Picture picture;
+  picture.side = 64;
+  v1::SubmitJobRequest request;
+  to_wire(job_of(picture, fmt::format("job {}", ++number)), &request);
+  v1::Job job;
+  grpc::ClientContext submit, cancel;
+  const grpc::Status submitted = stub->SubmitJob(&submit, request, &job);
+  EXPECT_TRUE(submitted.ok()) << submitted.error_message();
+  v1::CancelJobRequest which;
+  which.set_id(job.id());
+  EXPECT_TRUE(stub->CancelJob(&cancel, which, &job).ok());
+  return job.id();
+}
+
+/// Whether `word` is one of `words`, which have spaces between them.
+inline bool has_word(const std::string& words, const std::string& word) {
+  return (" " + words + " ").find(" " + word + " ") != std::string::npos;
 }
 
 /// "RenderService/GetJob" …, of all services that there are.

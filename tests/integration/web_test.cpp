@@ -238,7 +238,7 @@ TEST(Web, WhateverIsDescribedIsServed) {
       ++calls;
     }
   }
-  EXPECT_EQ(calls, 11);
+  EXPECT_EQ(calls, 13);
 }
 
 TEST(Web, ListsComeInPages) {
@@ -404,7 +404,7 @@ TEST(Web, WithoutFilesToOpenConnectionsWaitAndCostNothing) {
   caller.join();
 }
 
-TEST(Web, OnlyThisMachineIsServed) {
+TEST(Web, WithoutACertificateOnlyThisMachineIsServed) {
   const auto start = [](std::vector<std::string> options) {
     const TemporaryFolder folder;
     options.insert(options.begin(), std::string(LIGHTMILL_BINARY_DIR) + "/bin/lightmill-server");
@@ -413,10 +413,12 @@ TEST(Web, OnlyThisMachineIsServed) {
   };
   const CommandResult outside = start({"--http", "0.0.0.0:0"});
   EXPECT_EQ(outside.exit_code, 2);
+  EXPECT_NE(outside.err.find("--tls-cert"), std::string::npos) << outside.err;
   EXPECT_NE(outside.err.find("ssh -L"), std::string::npos) << outside.err;
-  EXPECT_EQ(start({"--http", "127.0.0.1:0", "--authenticate"}).exit_code, 2) << "the page cannot ask who calls";
+  EXPECT_EQ(start({"--http", "0.0.0.0:0", "--authenticate"}).exit_code, 2) << "others could read the tokens";
   EXPECT_EQ(start({"--http", "nonsense"}).exit_code, 2);
   EXPECT_EQ(start({"--http-port-file", "x"}).exit_code, 2);
+  EXPECT_EQ(start({"--http-name", "x"}).exit_code, 2);
   WebFarm web;
   const CommandResult taken = start({"--http", web.host()});
   EXPECT_EQ(taken.exit_code, 1);

@@ -3,6 +3,8 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
+
 namespace lightmill {
 namespace {
 
@@ -48,6 +50,17 @@ TEST(Rights, WorkingIsForWorkersAndTheyDoNothingElse) {
 TEST(Rights, RefusalsSayWhatWouldDo) {
   EXPECT_EQ(message_of(check_call(ada({Role::view}), Rpc::drain_worker)),
             "DrainWorker is for the roles operate, admin, which 'ada' (roles: view; by certificate) has not");
+}
+
+TEST(Rights, WhatIsAllowedIsWhatIsLetThrough) {
+  for (const Role role : kRoles) {
+    const Identity caller = ada({role});
+    const auto any = allowed_methods(caller, false), own = allowed_methods(caller, true);
+    for (const RpcRule& rule : rpc_rules()) {
+      EXPECT_EQ(std::ranges::count(any, rule.method) == 1, check_job(caller, rule.rpc, "bob").ok()) << rule.method;
+      EXPECT_EQ(std::ranges::count(own, rule.method) == 1, check_job(caller, rule.rpc, "ada").ok()) << rule.method;
+    }
+  }
 }
 
 TEST(Rights, AnRpcWithoutALineIsNotServed) {

@@ -2,7 +2,8 @@
 
 export class ActionError extends Error {}
 
-async function post(path: string, body: Record<string, unknown> = {}): Promise<void> {
+/** `path` begins behind api/v1/. */
+export async function post(path: string, body: Record<string, unknown> = {}): Promise<void> {
   let response: Response;
   try {
     response = await fetch(`api/v1/${path}`, {

@@ -1,7 +1,8 @@
 /** The WebSocket to the coordinator: says what the page wants to know, hands on what comes, and connects again when it breaks. */
 import {create, fromBinary, toBinary} from '@bufbuild/protobuf';
-import {isSilent, retryDelayMs, type Link} from '../model/connection';
+import {isSilent, kNoLongerAllowed, retryDelayMs, type Link} from '../model/connection';
 import {ViewRequestSchema, ViewUpdateSchema, type ViewUpdate} from '../wire/lightmill/v1/web_pb';
+import {needsLogin} from './session';
 
 export interface Wants {
   jobs: boolean;
@@ -38,6 +39,15 @@ export class Live {
     this.say();
   }
 
+  /** Connects as somebody else: who has just logged in or out. */
+  begin(): void {
+    const before = this.socket;
+    this.socket = undefined;
+    before?.close();
+    this.failures = 0;
+    this.connect();
+  }
+
   connectNow(): void {
     if (this.retry !== undefined) {
       this.connect();
@@ -60,7 +70,7 @@ export class Live {
     }
     socket.onopen = () => this.say();
     socket.onmessage = (event: MessageEvent<ArrayBuffer>) => this.take(socket, event.data);
-    socket.onclose = () => this.onBreak(socket);
+    socket.onclose = (event) => void this.onClose(socket, event.code);
   }
 
   private take(socket: WebSocket, bytes: ArrayBuffer): void {
@@ -74,6 +84,19 @@ export class Live {
     this.listener.onUpdate(fromBinary(ViewUpdateSchema, new Uint8Array(bytes)));
     // Told once what came is drawn: a page that draws slowly is sent less.
     requestAnimationFrame(() => this.say());
+  }
+
+  /** A refused connection looks like a lost one: whether it was refused is asked. */
+  private async onClose(socket: WebSocket, code: number): Promise<void> {
+    const heard = this.seen > 0n;
+    if (code === kNoLongerAllowed || (!heard && (await needsLogin()))) {
+      if (socket === this.socket) {
+        this.socket = undefined;
+        this.listener.onLink('closed');
+      }
+      return;
+    }
+    this.onBreak(socket);
   }
 
   private onBreak(socket: WebSocket): void {

@@ -1,6 +1,10 @@
 /** When to connect again, and when a silent connection counts as lost. Pure: the time is an argument, in milliseconds. */
 
-export type Link = 'connecting' | 'connected' | 'lost';
+/** 'closed': the coordinator asks who calls, and what it was shown does not hold. */
+export type Link = 'connecting' | 'connected' | 'lost' | 'closed';
+
+/** With this code the coordinator closes a WebSocket whose caller has shown what holds no longer. */
+export const kNoLongerAllowed = 4401;
 
 /** The coordinator says something every five seconds at least. */
 export const kSilenceMs = 12_000;

@@ -3,6 +3,7 @@ import {useEffect, useState} from 'preact/hooks';
 import {parseRoute, type Route} from '../model/route';
 import {JobPage, useWatch} from './job_page';
 import {JobsPage} from './jobs_page';
+import {LoginPage, LogOut} from './login';
 import {farm, useFarm} from './store';
 import {WorkersPage} from './workers_page';
 
@@ -38,7 +39,7 @@ function useTheme(): [Theme, string, () => void] {
   return [theme, resolved, next];
 }
 
-const kLinkTexts = {connecting: 'connecting…', connected: 'live', lost: 'connection lost'};
+const kLinkTexts = {connecting: 'connecting…', connected: 'live', lost: 'connection lost', closed: 'not logged in'};
 
 function Header({route, theme, onTheme}: {route: Route; theme: Theme; onTheme: () => void}) {
   const {link, jobs, workers} = useFarm();
@@ -66,6 +67,7 @@ function Header({route, theme, onTheme}: {route: Route; theme: Theme; onTheme: (
         <span class="dot" aria-hidden="true" />
         {kLinkTexts[link]}
       </span>
+      <LogOut />
       <button type="button" class="quiet" aria-label={`Colours: ${theme}. Press for the next.`} title={`Colours: ${theme}`} onClick={onTheme}>
         {{auto: '◐', light: '☀', dark: '☾'}[theme]}
       </button>
@@ -101,9 +103,10 @@ export function App() {
         </p>
       ))}
       <main id="main" tabIndex={-1}>
-        {route.page === 'jobs' && <JobsPage />}
-        {route.page === 'workers' && <WorkersPage />}
-        {route.page === 'job' && <JobPage key={String(route.job)} id={route.job} look={route.look} camera={route.camera} theme={resolved} />}
+        {link === 'closed' && <LoginPage />}
+        {link !== 'closed' && route.page === 'jobs' && <JobsPage />}
+        {link !== 'closed' && route.page === 'workers' && <WorkersPage />}
+        {link !== 'closed' && route.page === 'job' && <JobPage key={String(route.job)} id={route.job} look={route.look} camera={route.camera} theme={resolved} />}
       </main>
     </>
   );

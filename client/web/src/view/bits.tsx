@@ -43,12 +43,14 @@ interface ActionButtonProps {
   question?: string;
   danger?: boolean;
   title?: string;
+  /** Why it cannot be done; it is shown, but cannot be pressed. */
+  refused?: string;
   act: () => Promise<void>;
   onFailure: (message: string) => void;
 }
 
 /** Does something at the coordinator; says what went wrong. */
-export function ActionButton({label, question, danger, title, act, onFailure}: ActionButtonProps) {
+export function ActionButton({label, question, danger, title, refused, act, onFailure}: ActionButtonProps) {
   const [busy, setBusy] = useState(false);
   const press = async () => {
     if (question && !window.confirm(question)) {
@@ -65,7 +67,7 @@ export function ActionButton({label, question, danger, title, act, onFailure}: A
     }
   };
   return (
-    <button type="button" class={danger ? 'danger' : ''} disabled={busy} title={title} onClick={() => void press()}>
+    <button type="button" class={danger ? 'danger' : ''} disabled={busy || refused !== undefined} title={refused ?? title} onClick={() => void press()}>
       {label}
     </button>
   );

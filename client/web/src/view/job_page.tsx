@@ -7,6 +7,7 @@ import {ageText, errorText, goalText, humanRate, humanSeconds, methodName, reach
 import {hasEnded} from '../model/jobs';
 import {kHalfValues} from '../model/half';
 import {kMostStops, routeHash, type Look, type Show} from '../model/route';
+import {refusalOf} from '../model/rights';
 import {exposureFor, luminance} from '../model/tone';
 import {JobState, type Job} from '../wire/lightmill/v1/farm_pb';
 import {ActionButton, etaText, Progress, StateBadge} from './bits';
@@ -107,6 +108,7 @@ function offeredGoal(job: Job): {label: string; offer: number; goal: (value: num
 
 function Extend({job, onFailure}: {job: Job; onFailure: (message: string) => void}) {
   const [text, setText] = useState('');
+  const {greeting} = useFarm();
   const {label, offer, goal} = offeredGoal(job);
   return (
     <form class="extend" onSubmit={(event) => event.preventDefault()}>
@@ -114,25 +116,27 @@ function Extend({job, onFailure}: {job: Job; onFailure: (message: string) => voi
         {label}
         <input type="number" min={0} step="any" inputMode="decimal" placeholder={String(offer)} value={text} onInput={(event) => setText(event.currentTarget.value)} />
       </label>
-      <ActionButton label="Extend" title="Give the job this goal; a finished one goes on" act={() => extendJob(job.id, goal(Number(text) || offer))} onFailure={onFailure} />
+      <ActionButton label="Extend" title="Give the job this goal; a finished one goes on" refused={refusalOf(greeting, 'ExtendJob', job.owner)} act={() => extendJob(job.id, goal(Number(text) || offer))} onFailure={onFailure} />
     </form>
   );
 }
 
 function Actions({job}: {job: Job}) {
   const [failure, setFailure] = useState('');
+  const {greeting} = useFarm();
+  const refused = (method: string) => refusalOf(greeting, method, job.owner);
   const act = (action: 'pause' | 'resume' | 'cancel') => () => actOnJob(job.id, action);
   const ended = hasEnded(job.state);
   const extendable = job.state !== JobState.FAILED && job.state !== JobState.CANCELLED;
   return (
     <div class="actions">
       {job.state === JobState.PAUSED ? (
-        <ActionButton label="Resume" act={act('resume')} onFailure={setFailure} />
+        <ActionButton label="Resume" refused={refused('ResumeJob')} act={act('resume')} onFailure={setFailure} />
       ) : (
-        !ended && <ActionButton label="Pause" act={act('pause')} onFailure={setFailure} />
+        !ended && <ActionButton label="Pause" refused={refused('PauseJob')} act={act('pause')} onFailure={setFailure} />
       )}
       {!ended && (
-        <ActionButton label="Cancel" danger question={`Cancel job ${job.id}? What is rendered stays.`} act={act('cancel')} onFailure={setFailure} />
+        <ActionButton label="Cancel" danger question={`Cancel job ${job.id}? What is rendered stays.`} refused={refused('CancelJob')} act={act('cancel')} onFailure={setFailure} />
       )}
       {extendable && <Extend job={job} onFailure={setFailure} />}
       {failure && (

@@ -61,6 +61,12 @@ class FarmStore {
     this.live.connectNow();
   }
 
+  /** Somebody else looks from now on: what was known is forgotten. */
+  begin(): void {
+    this.set({greeting: undefined, jobs: new Map(), workers: new Map(), listed: false, job: undefined, jobFailure: '', film: undefined});
+    this.live.begin();
+  }
+
   subscribe(listener: Listener): () => void {
     this.listeners.add(listener);
     return () => this.listeners.delete(listener);

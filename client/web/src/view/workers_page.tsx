@@ -2,6 +2,7 @@
 import {useState} from 'preact/hooks';
 import {drainWorker, releaseWorker} from '../api/actions';
 import {humanCount, humanRate, humanSeconds} from '../model/format';
+import {refusalOf} from '../model/rights';
 import {healthOf} from '../model/workers';
 import type {Worker} from '../wire/lightmill/v1/farm_pb';
 import {ActionButton} from './bits';
@@ -9,6 +10,7 @@ import {useFarm} from './store';
 
 function Row({worker, onFailure}: {worker: Worker; onFailure: (message: string) => void}) {
   const health = healthOf(worker);
+  const {greeting} = useFarm();
   return (
     <tr>
       <td class="name">
@@ -42,6 +44,7 @@ function Row({worker, onFailure}: {worker: Worker; onFailure: (message: string) 
             label="Release"
             title="Let it and all others on its machine render again"
             question={`Shall ${worker.name}, which was found to be wrong, and all others on its machine render again?`}
+            refused={refusalOf(greeting, 'ReleaseWorker')}
             act={() => releaseWorker(worker.name)}
             onFailure={onFailure}
           />
@@ -51,6 +54,7 @@ function Row({worker, onFailure}: {worker: Worker; onFailure: (message: string) 
             label="Drain"
             title="Let it finish what it has, and leave"
             question={`Shall ${worker.name} finish what it has, and leave the farm?`}
+            refused={refusalOf(greeting, 'DrainWorker')}
             act={() => drainWorker(worker.name)}
             onFailure={onFailure}
           />

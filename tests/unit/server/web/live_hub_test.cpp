@@ -27,6 +27,10 @@ class StepClock final : public Clock {
   Time now_{std::chrono::seconds(1000)};
 };
 
+Call call_of(Identity caller) {
+  return {std::move(caller), Rpc::watch_job, "10.0.0.7:4711"};
+}
+
 /// A page that keeps what it is sent.
 class Page final : public LiveLink {
  public:
@@ -39,7 +43,9 @@ class Page final : public LiveLink {
     EXPECT_TRUE(messages.emplace_back().ParseFromString(bytes));
     writing = reads_slowly;
   }
+  void send_away(const Status& why) override { sent_away.push_back(why); }
   std::vector<v1::ViewUpdate> messages;
+  std::vector<Status> sent_away;
   bool reads_slowly = false, writing = false;
 };
 
@@ -118,7 +124,7 @@ class LiveHubTest : public ::testing::Test {
   ActionLog actions{ActionLogLimits{}, {}};
   FarmLoop loop{farm, actions, store, system_clock(),
                 FarmLoop::Handlers{[](Outgoing) {}, [](SessionId) {}, [](const Status&) {}}};
-  std::optional<LiveHub> hub{std::in_place, loop, FarmGreeting{"1.0", {"be kind"}, ""},
+  std::optional<LiveHub> hub{std::in_place, loop, FarmGreeting{"1.0", {"be kind"}, {}, false},
                              OnWebThread([this](std::function<void()> task) {
                                const MutexLock lock(mutex);
                                posted.push_back(std::move(task));
@@ -128,7 +134,7 @@ class LiveHubTest : public ::testing::Test {
 
 TEST_F(LiveHubTest, APageHearsNothingUntilItAsksAndThenTheGreetingFirst) {
   Page page;
-  hub->add(page, anybody());
+  hub->add(page, call_of(anybody()));
   submit("ada", "one");
   settle();
   EXPECT_TRUE(page.messages.empty());
@@ -146,7 +152,7 @@ TEST_F(LiveHubTest, APageHearsNothingUntilItAsksAndThenTheGreetingFirst) {
 
 TEST_F(LiveHubTest, OnlyWhatChangedComes) {
   Page page;
-  hub->add(page, anybody());
+  hub->add(page, call_of(anybody()));
   const JobId first = submit("ada", "one");
   ASSERT_TRUE(ask(page).ok());
   settle();
@@ -171,7 +177,7 @@ TEST_F(LiveHubTest, OnlyWhatChangedComes) {
 
 TEST_F(LiveHubTest, HiddenPagesGetNothingAndCatchUp) {
   Page page;
-  hub->add(page, anybody());
+  hub->add(page, call_of(anybody()));
   ASSERT_TRUE(ask(page).ok());
   settle();
   ASSERT_TRUE(ask(page, true).ok());
@@ -195,7 +201,7 @@ TEST_F(LiveHubTest, HiddenPagesGetNothingAndCatchUp) {
 
 TEST_F(LiveHubTest, WhoTakesNothingInGetsTwoMessagesAndThenTheNewestAlone) {
   Page page;
-  hub->add(page, anybody());
+  hub->add(page, call_of(anybody()));
   ASSERT_TRUE(ask(page).ok());
   const JobId job = submit("ada", "one");
   settle();
@@ -222,7 +228,7 @@ TEST_F(LiveHubTest, WhoTakesNothingInGetsTwoMessagesAndThenTheNewestAlone) {
 TEST_F(LiveHubTest, ASocketThatIsStillWritingIsLeftAlone) {
   Page page;
   page.reads_slowly = true;
-  hub->add(page, anybody());
+  hub->add(page, call_of(anybody()));
   ASSERT_TRUE(ask(page).ok());
   submit("ada", "one");
   settle();
@@ -235,7 +241,7 @@ TEST_F(LiveHubTest, ASocketThatIsStillWritingIsLeftAlone) {
 
 TEST_F(LiveHubTest, ASilentFarmIsHeardEveryFiveSeconds) {
   Page page;
-  hub->add(page, anybody());
+  hub->add(page, call_of(anybody()));
   ASSERT_TRUE(ask(page).ok());
   settle();
   ASSERT_TRUE(ask(page).ok());
@@ -251,7 +257,7 @@ TEST_F(LiveHubTest, OthersJobsAreNeitherListedNorShown) {
   const JobId others = submit("bob", "his");
   submit("ada", "hers");
   Page page;
-  hub->add(page, Identity{"ada", {Role::submit}, Proof::certificate, 0, ""});
+  hub->add(page, call_of({"ada", {Role::submit}, Proof::certificate, 0, ""}));
   ASSERT_TRUE(ask(page, false, others).ok());
   std::set<std::string> names;
   std::string failure;
@@ -271,10 +277,31 @@ TEST_F(LiveHubTest, OthersJobsAreNeitherListedNorShown) {
   hub->remove(page);
 }
 
+TEST_F(LiveHubTest, WhoIsNotKnownAnyMoreIsSentAwayOnceAndToldNothingMore) {
+  for (const bool hidden : {false, true}) {
+    Page page;
+    bool known = true;
+    hub->add(page, call_of(anybody()),
+             [&] { return known ? ok_status() : make_error(StatusCode::kUnauthenticated, "the token was revoked"); });
+    ASSERT_TRUE(ask(page, hidden).ok());
+    settle();
+    EXPECT_TRUE(page.sent_away.empty());
+    const std::size_t told = page.messages.size();
+    known = false;
+    submit("ada", hidden ? "two" : "one");
+    settle();
+    settle();
+    ASSERT_EQ(page.sent_away.size(), 1u);
+    EXPECT_EQ(message_of(page.sent_away[0]), "the token was revoked");
+    EXPECT_EQ(page.messages.size(), told);
+    hub->remove(page);
+  }
+}
+
 TEST_F(LiveHubTest, TheJobThatIsLookedAtIsFollowedAndOneThatIsNotThereIsSaidToBe) {
   const JobId job = submit("ada", "one");
   Page page;
-  hub->add(page, anybody());
+  hub->add(page, call_of(anybody()));
   ASSERT_TRUE(ask(page, false, JobId{42}).ok());
   settle();
   ASSERT_TRUE(ask(page, false, JobId{42}).ok());
@@ -297,7 +324,7 @@ TEST_F(LiveHubTest, TheJobThatIsLookedAtIsFollowedAndOneThatIsNotThereIsSaidToBe
 
 TEST_F(LiveHubTest, WhatIsNoRequestIsRefused) {
   Page page;
-  hub->add(page, anybody());
+  hub->add(page, call_of(anybody()));
   EXPECT_EQ(hub->ask(page, "\xff\xff\xff").code(), StatusCode::kInvalidArgument);
   v1::ViewRequest request;
   request.set_seen(1);

@@ -1,0 +1,51 @@
+// The way from a request to the farm thread and back: what answers the JSON API goes it.
+#pragma once
+
+#include <functional>
+#include <map>
+#include <memory>
+
+#include "server/api/farm_loop.h"
+#include "server/web/http_text.h"
+#include "server/web/job_feed.h"
+
+namespace lightmill {
+
+/// Called once, on the web's thread.
+using Reply = std::function<void(ApiReply)>;
+
+/// Takes an answer from any thread to the reply that waits for it, if that still does.
+class FarmReply {
+ public:
+  using Waiting = std::map<std::uint64_t, Reply>;
+  FarmReply(OnWebThread on_web_thread, const std::shared_ptr<Waiting>& waiting, std::uint64_t id)
+      : on_web_thread_(std::move(on_web_thread)), waiting_(waiting), id_(id) {}
+  void operator()(ApiReply answer) const {
+    compute([answer = std::move(answer)] { return answer; });
+  }
+  /// The answer is worked out on the web's thread.
+  void compute(std::function<ApiReply()> answer) const;
+
+ private:
+  OnWebThread on_web_thread_;
+  std::weak_ptr<Waiting> waiting_;  ///< belongs to the web's thread
+  std::uint64_t id_;
+};
+
+/// Belongs to the web's thread.
+class FarmDesk {
+ public:
+  FarmDesk(FarmLoop& loop, OnWebThread on_web_thread) : loop_(loop), on_web_thread_(std::move(on_web_thread)) {}
+
+  /// Runs `task` on the farm thread, which calls the reply, at once or after the commit.
+  using FarmTask = std::function<void(FarmLoop::Turn&, const FarmReply&)>;
+  void ask(Reply reply, FarmTask task);
+
+ private:
+  FarmLoop& loop_;
+  const OnWebThread on_web_thread_;
+  const std::shared_ptr<FarmReply::Waiting> waiting_ = std::make_shared<FarmReply::Waiting>();
+  std::uint64_t next_id_ = 1;
+};
+
+}  // namespace lightmill

@@ -1,0 +1,11 @@
+// One connection's requests: the page's files, the API, and the way to the WebSocket.
+#pragma once
+
+#include "server/web/web_parts.h"
+
+namespace lightmill {
+
+/// Serves the connection until it ends; encrypted, if `parts` has a certificate.
+void start_http_session(WebParts& parts, boost::asio::ip::tcp::socket&& socket);
+
+}  // namespace lightmill

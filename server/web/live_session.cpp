@@ -1,0 +1,119 @@
+#include "server/web/live_session.h"
+
+#include <boost/beast/core/flat_static_buffer.hpp>
+
+#include "common/base/log.h"
+#include "common/base/text.h"
+
+namespace lightmill {
+namespace {
+
+namespace asio = boost::asio;
+namespace beast = boost::beast;
+namespace websocket = beast::websocket;
+using boost::system::error_code;
+
+constexpr std::size_t kMostViewRequestBytes = 4 << 10;
+constexpr std::size_t kWriteBufferBytes = 64 << 10;
+constexpr auto kHandshakePatience = std::chrono::seconds(30);
+constexpr auto kLivePatience = std::chrono::seconds(30);
+constexpr std::size_t kMostReasonBytes = 100;
+
+/// As much of it as a closing frame takes, in whole characters.
+std::string reason_text(const Status& why) {
+  std::string text = as_name(message_of(why));
+  std::size_t end = std::min(text.size(), kMostReasonBytes);
+  while (end > 0 && end < text.size() && (static_cast<unsigned char>(text[end]) & 0xC0) == 0x80) {
+    --end;
+  }
+  return text.substr(0, end);
+}
+
+class LiveSession final : public LiveLink, public std::enable_shared_from_this<LiveSession> {
+ public:
+  LiveSession(WebParts& parts, WebStream&& stream, Call call, LiveHub::Holds holds)
+      : parts_(parts), stream_(std::move(stream)), call_(std::move(call)), holds_(std::move(holds)) {}
+  ~LiveSession() override {
+    if (joined_) {
+      parts_.hub.remove(*this);
+    }
+    --parts_.connections;
+  }
+
+  void start(const beast::http::request<beast::http::string_body>& request) {
+    stream_.set_option(websocket::stream_base::timeout{kHandshakePatience, kLivePatience, true});
+    stream_.auto_fragment(false);
+    stream_.write_buffer_bytes(kWriteBufferBytes);
+    stream_.read_message_max(kMostViewRequestBytes);
+    stream_.binary(true);
+    stream_.async_accept(request, [self = shared_from_this()](error_code error) {
+      if (!error) {
+        self->parts_.hub.add(*self, self->call_, self->holds_);
+        self->joined_ = true;
+        self->read();
+      }
+    });
+  }
+
+  bool busy() const override { return !writing_.empty() || closing_; }
+  void send(MessageParts parts) override {
+    writing_ = std::move(parts);
+    std::vector<asio::const_buffer> buffers;
+    for (const SharedBytes& part : writing_) {
+      buffers.emplace_back(part->data(), part->size());
+    }
+    stream_.async_write(buffers, [self = shared_from_this()](error_code error, std::size_t) {
+      self->writing_.clear();
+      if (!error) {
+        self->parts_.hub.written(*self);
+      }
+    });
+  }
+  void send_away(const Status& why) override {
+    if (!closing_) {
+      close(why, static_cast<websocket::close_code>(kNoLongerAllowed));
+    }
+  }
+
+ private:
+  void read() {
+    stream_.async_read(buffer_, [self = shared_from_this()](error_code error, std::size_t) {
+      if (error) {
+        self->closing_ = true;
+        return;
+      }
+      const auto bytes = self->buffer_.cdata();
+      const Status status =
+          self->parts_.hub.ask(*self, std::string_view(static_cast<const char*>(bytes.data()), bytes.size()));
+      self->buffer_.clear();
+      if (status.ok()) {
+        self->read();
+      } else {
+        self->close(status, websocket::close_code::policy_error);
+      }
+    });
+  }
+  void close(const Status& why, websocket::close_code code) {
+    spdlog::info("a viewer is sent away: {}", message_of(why));
+    closing_ = true;
+    stream_.async_close(websocket::close_reason(code, reason_text(why)), [self = shared_from_this()](error_code) {});
+  }
+
+  WebParts& parts_;
+  websocket::stream<WebStream> stream_;
+  const Call call_;
+  const LiveHub::Holds holds_;
+  beast::flat_static_buffer<kMostViewRequestBytes> buffer_;
+  MessageParts writing_;
+  bool joined_ = false, closing_ = false;
+};
+
+}  // namespace
+
+void start_live_session(WebParts& parts, WebStream&& stream,
+                        const beast::http::request<beast::http::string_body>& request, Call call,
+                        LiveHub::Holds holds) {
+  std::make_shared<LiveSession>(parts, std::move(stream), std::move(call), std::move(holds))->start(request);
+}
+
+}  // namespace lightmill

@@ -1,0 +1,85 @@
+#include "server/web/logins.h"
+
+#include "common/security/token.h"
+#include "server/api/records.h"
+
+namespace lightmill {
+namespace {
+
+/// Browsers let no unencrypted page set, or change, a cookie with this in front of its name.
+constexpr std::string_view kSecurePrefix = "__Host-";
+
+std::string cookie_name(std::string_view host) {
+  const std::size_t colon = host.rfind(':');
+  const bool port = colon != std::string_view::npos && host.find(']', colon) == std::string_view::npos;
+  return port ? fmt::format("lightmill-{}", host.substr(colon + 1)) : "lightmill";
+}
+
+std::string_view cookie_value(std::string_view header, std::string_view name) {
+  while (!header.empty()) {
+    std::string_view pair = header.substr(0, header.find(';'));
+    header.remove_prefix(std::min(header.size(), pair.size() + 1));
+    pair.remove_prefix(std::min(pair.size(), pair.find_first_not_of(' ')));
+    if (pair.size() > name.size() && pair.starts_with(name) && pair[name.size()] == '=') {
+      return pair.substr(name.size() + 1);
+    }
+  }
+  return {};
+}
+
+}  // namespace
+
+std::string login_cookie(std::string_view cookie_header, std::string_view host) {
+  const std::string name = cookie_name(host);
+  const std::string_view secure = cookie_value(cookie_header, std::string(kSecurePrefix) + name);
+  return std::string(secure.empty() ? cookie_value(cookie_header, name) : secure);
+}
+
+std::string set_cookie_header(const CookiePlace& place, std::string_view secret, std::int64_t seconds) {
+  return fmt::format("{}{}={}; Path=/; Max-Age={}; HttpOnly; SameSite=Strict{}", place.secure ? kSecurePrefix : "",
+                     cookie_name(place.host), secret, secret.empty() ? 0 : seconds, place.secure ? "; Secure" : "");
+}
+
+Result<Identity> Logins::identify(const ShownLogin& shown) const {
+  if (shown.authorization) {
+    return gate_.identify({shown.authorization, "", ""});
+  }
+  if (!shown.cookie.empty()) {
+    Result<Identity> caller = book_.identify(shown.cookie, now_unix_s());
+    if (caller.ok()) {
+      LM_RETURN_IF_ERROR(gate_.check_still_holds(*caller));
+    }
+    if (caller.ok() || gate_.asks()) {
+      return caller;
+    }
+  }
+  return gate_.asks() ? make_error(StatusCode::kUnauthenticated,
+                                   "this farm asks who calls: log in with a token, or send it in the header "
+                                   "'Authorization: Bearer TOKEN'")
+                      : Result<Identity>(anybody());
+}
+
+Status Logins::check_still_holds(const ShownLogin& shown, const Identity& caller) const {
+  if (!shown.authorization && caller.is_known()) {
+    LM_RETURN_IF_ERROR(book_.identify(shown.cookie, now_unix_s()).status());
+  }
+  return gate_.check_still_holds(caller);
+}
+
+Result<Logins::LoggedIn> Logins::try_log_in(std::string_view token, const std::string& peer) {
+  LM_RETURN_IF_ERROR(gate_.take_request({}, peer));
+  LM_ASSIGN_OR_RETURN(Identity caller, gate_.identify({fmt::format("Bearer {}", token), "", peer}));
+  LM_ASSIGN_OR_RETURN(const NewToken secret, make_token());
+  LM_ASSIGN_OR_RETURN(const std::int64_t until, book_.add(secret.text, caller, now_unix_s()));
+  return LoggedIn{std::move(caller), secret.text, until - now_unix_s()};
+}
+
+Result<Logins::LoggedIn> Logins::log_in(std::string_view token, const std::string& peer) {
+  Result<LoggedIn> logged_in = try_log_in(token, peer);
+  (void)loop_.post(
+      [&gate = gate_, peer, caller = logged_in.ok() ? logged_in->caller : Identity{},
+       status = logged_in.status()](FarmLoop::Turn& turn) { record_login(turn, gate, caller, peer, status); });
+  return logged_in;
+}
+
+}  // namespace lightmill

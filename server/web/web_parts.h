@@ -1,0 +1,62 @@
+// What the web's thread works with: for the files that serve connections, alone.
+#pragma once
+
+#include <boost/asio/io_context.hpp>
+#include <boost/asio/ip/tcp.hpp>
+#include <boost/asio/post.hpp>
+#include <boost/asio/steady_timer.hpp>
+
+#include <optional>
+#include <thread>
+
+#include "common/base/mutex.h"
+#include "server/web/json_api.h"
+#include "server/web/live_hub.h"
+#include "server/web/logins.h"
+#include "server/web/page_files.h"
+#include "server/web/request_rules.h"
+#include "server/web/served_certificate.h"
+#include "server/web/web_server.h"
+
+namespace lightmill {
+
+/// Where others leave tasks for the web's thread, also when it is gone.
+struct Mailbox {
+  Mutex mutex;
+  boost::asio::io_context* io LM_GUARDED_BY(mutex) = nullptr;
+
+  void post(std::function<void()> task) {
+    const MutexLock lock(mutex);
+    if (io != nullptr) {
+      boost::asio::post(*io, std::move(task));
+    }
+  }
+  void set(boost::asio::io_context* to) {
+    const MutexLock lock(mutex);
+    io = to;
+  }
+};
+
+/// All of it belongs to the thread that runs `io`, but for the mailbox.
+struct WebParts {
+  WebParts(FarmLoop& loop, const Gate& gate, const WebOptions& web, ServedCertificate served, PageFiles files);
+  ~WebParts();
+
+  HostRules host_rules() const { return {certificate.hosts(), options.names, certificate.context() != nullptr}; }
+
+  const Gate& gate;
+  const WebOptions options;
+  const PageFiles pages;
+  ServedCertificate certificate;
+  const std::shared_ptr<Mailbox> mailbox = std::make_shared<Mailbox>();
+  std::size_t connections = 0;
+  Logins logins;
+  LiveHub hub;
+  std::optional<boost::asio::io_context> io{1};
+  std::optional<boost::asio::ip::tcp::acceptor> acceptor;
+  std::optional<boost::asio::steady_timer> ticker, pause, renewal;
+  std::optional<JsonApi> api;
+  std::thread thread;
+};
+
+}  // namespace lightmill

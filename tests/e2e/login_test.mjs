@@ -1,0 +1,147 @@
+// The page of a farm that asks who calls, in a real browser: node login_test.mjs FOLDER-OF-PROGRAMS
+import assert from 'node:assert/strict';
+import {readFileSync} from 'node:fs';
+import {createRequire} from 'node:module';
+import {join} from 'node:path';
+import {after, before, test} from 'node:test';
+import {eventually, Farm, kSource} from './farm.mjs';
+
+const require = createRequire(join(kSource, 'client/web/package.json'));
+const {chromium} = require('playwright-core');
+const axe = readFileSync(require.resolve('axe-core/axe.min.js'), 'utf8');
+
+const [programs] = process.argv.slice(2);
+/** @type {Farm} */ let farm;
+let browser;
+let page;
+const tokens = {};
+const faults = [];
+
+async function open(path, options = {}) {
+  const context = await browser.newContext({viewport: {width: 1280, height: 860}, ...options});
+  const opened = await context.newPage();
+  opened.setDefaultTimeout(20_000);
+  opened.on('pageerror', (error) => faults.push(error.message));
+  opened.on('console', (message) => {
+    if (message.type() === 'error' && !/WebSocket connection|Failed to load resource/.test(message.text())) {
+      faults.push(message.text());
+    }
+  });
+  await opened.goto(farm.page + path);
+  return opened;
+}
+
+async function logIn(token) {
+  await page.getByLabel('Token').fill(token);
+  await page.getByRole('button', {name: 'Log in'}).click();
+}
+
+const createToken = (name, roles) => farm.lightmill('tokens', 'create', name, '--roles', roles).trim();
+
+before(async () => {
+  farm = new Farm(programs);
+  await farm.startServer();
+  // The first token is made before the coordinator asks for one.
+  farm.token = createToken('root', 'admin');
+  await farm.stop('server');
+  farm.serverOptions = ['--authenticate'];
+  await farm.startServer();
+  tokens.ada = createToken('ada', 'submit');
+  tokens.bob = createToken('bob', 'view,submit');
+  tokens.root = farm.token;
+  for (const name of ['ada', 'bob']) {
+    farm.token = tokens[name];
+    farm.submit('cornell-bench-blocks', '--spp', '4', '--size', '64x64', '--name', `of ${name}`);
+  }
+  browser = await chromium.launch({executablePath: '/usr/bin/chromium', args: ['--no-sandbox']});
+});
+
+after(async () => {
+  await browser?.close();
+  await farm?.close();
+});
+
+test('who is not known is asked for a token, and shown nothing', async () => {
+  page = await open('#/jobs');
+  await page.getByRole('heading', {name: 'Log in'}).waitFor();
+  assert.equal(await page.getByText('of ada').count(), 0);
+  await page.getByRole('status').getByText('not logged in').waitFor();
+});
+
+test('a token that the farm does not know is refused, and so is none', async () => {
+  await logIn(tokens.ada.replace(/.$/, (last) => (last === '0' ? '1' : '0')));
+  await page.getByRole('alert').getByText('is unknown here').waitFor();
+  await logIn('');
+  await page.getByRole('alert').getByText('A token is needed').waitFor();
+});
+
+test('the form has nothing serious for axe', async () => {
+  const opened = await open('#/jobs', {bypassCSP: true});
+  await opened.getByRole('heading', {name: 'Log in'}).waitFor();
+  await opened.evaluate(axe);
+  const {violations} = await opened.evaluate(() => window.axe.run());
+  assert.deepEqual(violations.filter((each) => ['serious', 'critical'].includes(each.impact)).map((each) => each.id), []);
+  await opened.context().close();
+});
+
+test('a submitter sees and steers her own job alone', async () => {
+  await logIn(tokens.ada);
+  await page.getByRole('link', {name: 'of ada'}).click();
+  await page.locator('.caller').getByText('ada', {exact: true}).waitFor();
+  await page.getByRole('button', {name: 'Pause'}).click();
+  await page.locator('.job-head .badge', {hasText: 'paused'}).waitFor();
+  await page.goto(`${farm.page}#/jobs`);
+  await page.getByRole('link', {name: 'of ada'}).waitFor();
+  assert.equal(await page.getByRole('link', {name: 'of bob'}).count(), 0);
+  await page.goto(`${farm.page}#/jobs/2`);
+  await page.getByRole('alert').getByText("somebody else's").waitFor();
+});
+
+test('no script can read the login, and a reload keeps it', async () => {
+  assert.equal(await page.evaluate(() => document.cookie + JSON.stringify(localStorage) + JSON.stringify(sessionStorage)), '{}{}');
+  await page.goto(`${farm.page}#/jobs`);
+  await page.reload();
+  await page.getByRole('link', {name: 'of ada'}).waitFor();
+});
+
+test('who logs out is asked again', async () => {
+  const [cookie] = await page.context().cookies();
+  await page.getByRole('button', {name: 'Log out'}).click();
+  await page.getByRole('heading', {name: 'Log in'}).waitFor();
+  assert.equal(await page.getByText('of ada').count(), 0);
+  assert.deepEqual(await page.context().cookies(), []);
+  const again = await fetch(`${farm.page}api/v1/jobs`, {headers: {Cookie: `${cookie.name}=${cookie.value}`}});
+  assert.equal(again.status, 401);
+});
+
+test('buttons that the roles do not allow say so', async () => {
+  await logIn(tokens.bob);
+  await page.getByRole('link', {name: 'of ada'}).click();
+  const pause = page.getByRole('button', {name: 'Resume'});
+  await pause.waitFor();
+  assert.ok(await pause.isDisabled());
+  assert.match(await pause.getAttribute('title'), /somebody else's.*view, submit/);
+  await page.goto(`${farm.page}#/jobs/2`);
+  assert.ok(await page.getByRole('button', {name: 'Pause'}).isEnabled());
+});
+
+test('who is sent away is told at once, and a token that holds lets in again', async () => {
+  farm.token = tokens.root;
+  farm.lightmill('tokens', 'revoke', /^lightmill_([0-9a-f]{12})_/.exec(tokens.bob)[1]);
+  await page.getByRole('heading', {name: 'Log in'}).waitFor();
+  assert.equal(await page.locator('canvas').count(), 0);
+  await logIn(tokens.ada);
+  await page.goto(`${farm.page}#/jobs`);
+  await page.getByRole('link', {name: 'of ada'}).waitFor();
+});
+
+test('a coordinator that is started anew asks again', async () => {
+  await farm.stop('server');
+  await page.getByRole('alert').getByText('is lost').waitFor();
+  await farm.startServer();
+  await eventually('the form comes', () => page.getByRole('heading', {name: 'Log in'}).isVisible());
+});
+
+test('the page complained of nothing', () => {
+  assert.deepEqual(faults, []);
+});

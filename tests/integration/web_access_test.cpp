@@ -1,0 +1,408 @@
+// Who gets in over HTTP, on real encrypted connections: all paths × all roles × own and others' jobs, and logins.
+#include <boost/asio/ip/tcp.hpp>
+#include <boost/asio/read.hpp>
+#include <boost/asio/ssl.hpp>
+#include <boost/asio/write.hpp>
+#include <boost/beast/core.hpp>
+#include <boost/beast/http.hpp>
+#include <boost/beast/ssl.hpp>
+#include <boost/beast/websocket.hpp>
+#include <boost/beast/websocket/ssl.hpp>
+
+#include <nlohmann/json.hpp>
+
+#include "lightmill/v1/web.pb.h"
+#include "tests/integration/secure_farm.h"
+
+namespace lightmill::test {
+namespace {
+
+namespace asio = boost::asio;
+namespace beast = boost::beast;
+namespace http = beast::http;
+namespace websocket = beast::websocket;
+using asio::ip::tcp;
+using nlohmann::json;
+using Response = http::response<http::string_body>;
+using Headers = std::map<std::string, std::string>;
+using TlsStream = beast::ssl_stream<beast::tcp_stream>;
+
+constexpr auto kPatience = std::chrono::seconds(20);
+
+/// A farm that asks who calls, with its page.
+class SecureWeb {
+ public:
+  SecureWeb() { trusted_.add_certificate_authority(asio::buffer(secure_.authority().certificate)); }
+
+  SecureFarm& secure() { return secure_; }
+  std::shared_ptr<grpc::Channel> channel(const std::string& name, Roles roles) {
+    return secure_.channel(secure_.person(name, roles));
+  }
+  std::string token(const std::string& name, Roles roles, std::int64_t until_unix_s = now_unix_s() + kDay) {
+    return token_for(channel("root", {Role::admin}), name, roles, until_unix_s);
+  }
+  void revoke(const std::string& token) {
+    v1::RevokeTokenRequest revoke;
+    revoke.set_id(token_id(token).value());
+    v1::RevokeTokenResponse response;
+    grpc::ClientContext context;
+    const auto stub = v1::AccessService::NewStub(channel("root", {Role::admin}));
+    EXPECT_TRUE(stub->RevokeToken(&context, revoke, &response).ok());
+  }
+
+  int port() const {
+    const std::string file = (folder_.path() / "port").string();
+    EXPECT_TRUE(eventually([&] { return std::filesystem::exists(file); }));
+    return std::stoi(read_file(file).value());
+  }
+  std::string host() const { return fmt::format("127.0.0.1:{}", port()); }
+  tcp::socket socket() {
+    tcp::socket made(io_);
+    made.connect({asio::ip::make_address("127.0.0.1"), static_cast<std::uint16_t>(port())});
+    return made;
+  }
+  /// Only if the coordinator's certificate is what it should be.
+  TlsStream connect(beast::error_code& error) {
+    TlsStream stream(socket(), trusted_);
+    stream.set_verify_mode(asio::ssl::verify_peer);
+    stream.set_verify_callback(asio::ssl::host_name_verification("127.0.0.1"));
+    stream.handshake(asio::ssl::stream_base::client, error);
+    return stream;
+  }
+  Response send(http::verb verb, const std::string& target, const Headers& headers = {},
+                const std::string& body = "{}") {
+    http::request<http::string_body> request(verb, target, 11);
+    request.set(http::field::host, host());
+    for (const auto& [name, value] : headers) {
+      request.set(name, value);
+    }
+    if (verb == http::verb::post) {
+      request.set(http::field::content_type, "application/json");
+      request.body() = body;
+    }
+    request.prepare_payload();
+    beast::error_code error;
+    TlsStream stream = connect(error);
+    EXPECT_FALSE(error) << error.message();
+    http::write(stream, request, error);
+    beast::flat_buffer buffer;
+    Response response;
+    http::read(stream, buffer, response, error);
+    EXPECT_FALSE(error) << target << ": " << error.message();
+    return response;
+  }
+  Response get(const std::string& target, const Headers& headers = {}) {
+    return send(http::verb::get, target, headers);
+  }
+  Response log_in(const std::string& token) {
+    return send(http::verb::post, "/api/v1/login", {}, json{{"token", token}}.dump());
+  }
+  /// The header of a browser that has logged in.
+  Headers cookie_of(const std::string& token) {
+    const std::string cookie(log_in(token)[http::field::set_cookie]);
+    return {{"Cookie", cookie.substr(0, cookie.find(';'))}};
+  }
+
+ private:
+  TemporaryFolder folder_;
+  SecureFarm secure_{{"--http", "127.0.0.1:0", "--http-port-file", (folder_.path() / "port").string()}};
+  asio::io_context io_;
+  asio::ssl::context trusted_{asio::ssl::context::tls_client};
+};
+
+Headers bearer(const std::string& token) {
+  return {{"Authorization", "Bearer " + token}};
+}
+
+/// A page that listens.
+class SecurePage {
+ public:
+  SecurePage(SecureWeb& web, const Headers& headers) : socket_(web.connect(error)) {
+    socket_.set_option(websocket::stream_base::decorator([headers](websocket::request_type& request) {
+      for (const auto& [name, value] : headers) {
+        request.set(name, value);
+      }
+    }));
+    socket_.handshake(web.host(), "/api/v1/live", error);
+    socket_.binary(true);
+  }
+  void ask(std::uint64_t job = 0) {
+    v1::ViewRequest request;
+    request.set_jobs(true);
+    request.set_job(job);
+    request.set_seen(seen_);
+    socket_.write(asio::buffer(request.SerializeAsString()), error);
+  }
+  v1::ViewUpdate read() {
+    beast::get_lowest_layer(socket_).expires_after(kPatience);
+    beast::flat_buffer buffer;
+    socket_.read(buffer, error);
+    v1::ViewUpdate update;
+    if (!error) {
+      ++seen_;
+      EXPECT_TRUE(update.ParseFromArray(buffer.data().data(), static_cast<int>(buffer.size())));
+    }
+    return update;
+  }
+  /// With which code it is closed, reading until then.
+  int closed_with() {
+    while (!error) {
+      read();
+      if (!error) {
+        ask();
+      }
+    }
+    return socket_.reason().code;
+  }
+
+  beast::error_code error;
+
+ private:
+  websocket::stream<TlsStream> socket_;
+  std::uint64_t seen_ = 0;
+};
+
+/// Who may ask for what, as docs/security.md has it; written down here once more, by hand.
+struct Expectation {
+  std::string roles;      ///< that may, for anybody's job
+  std::string own_roles;  ///< that may for their own job; empty: as for anybody's
+  unsigned answer;        ///< to who is let in, of a job that was cancelled without samples
+};
+
+const std::map<std::string, Expectation>& expectations() {
+  const std::string all = "view submit operate worker admin", everybody = "nobody " + all;
+  static const std::map<std::string, Expectation> paths{
+      {"get /farm", {all, "", 200}},
+      {"post /login", {everybody, "", 401}},  // without a token in the body
+      {"post /logout", {everybody, "", 200}},
+      {"get /jobs", {"view submit operate admin", "", 200}},
+      {"get /jobs/{id}", {"view operate admin", "view submit operate admin", 200}},
+      {"get /jobs/{id}/thumbnail.png", {"view operate admin", "view submit operate admin", 404}},
+      {"post /jobs/{id}/pause", {"operate admin", "submit operate admin", 409}},
+      {"post /jobs/{id}/resume", {"operate admin", "submit operate admin", 409}},
+      {"post /jobs/{id}/cancel", {"operate admin", "submit operate admin", 409}},
+      {"post /jobs/{id}/extend", {"operate admin", "submit operate admin", 409}},
+      {"get /workers", {"view submit operate admin", "", 200}},
+      {"post /workers/{name}/drain", {"operate admin", "", 404}},
+      {"post /workers/{name}/release", {"operate admin", "", 404}},
+  };
+  return paths;
+}
+
+std::string filled_in(std::string path, const std::string& name, const std::string& value) {
+  const std::size_t at = path.find(name);
+  return at == std::string::npos ? path : path.replace(at, name.size(), value);
+}
+
+TEST(WebAccess, EveryPathForEveryRoleWithOwnAndOthersJobs) {
+  SecureWeb web;
+  const auto ada = web.channel("ada", {Role::submit}), bob = web.channel("bob", {Role::submit});
+  upload_assets(ada);
+  const std::string adas = std::to_string(ended_job(ada)), bobs = std::to_string(ended_job(bob));
+  std::vector<std::pair<std::string, Headers>> callers{{"nobody", {}},
+                                                       {"nobody", bearer(make_token()->text)},
+                                                       {"nobody", {{"Authorization", "rubbish"}}},
+                                                       {"nobody", {{"Cookie", "lightmill=rubbish"}}}};
+  for (const Role role : kRoles) {
+    const std::string token = web.token("ada", {role});
+    callers.emplace_back(name_of(role), bearer(token));
+    callers.emplace_back(name_of(role), web.cookie_of(token));
+  }
+  const std::string source = std::string(LIGHTMILL_SOURCE_DIR) + "/client/web/public/openapi.json";
+  const json described = json::parse(read_file(source).value());
+  std::size_t walked = 0;
+  for (const auto& [path, methods] : described["paths"].items()) {
+    for (const std::string& method : {std::string("get"), std::string("post")}) {
+      if (!methods.contains(method)) {
+        continue;
+      }
+      const std::string name = method + " " + path;
+      ASSERT_TRUE(expectations().contains(name)) << "who may " << name << "?";
+      const auto& [roles, own_roles, answer] = expectations().at(name);
+      ++walked;
+      for (const auto& [role, shown] : callers) {
+        const Headers headers = path == "/logout" ? Headers{} : shown;  // they are to stay logged in
+        for (const bool own : {false, true}) {
+          const std::string target =
+              "/api/v1" + filled_in(filled_in(path, "{id}", own ? adas : bobs), "{name}", "nobody");
+          const bool let_in = has_word(own && !own_roles.empty() ? own_roles : roles, role);
+          const Response response = web.send(method == "get" ? http::verb::get : http::verb::post, target, headers);
+          EXPECT_EQ(response.result_int(), let_in             ? answer
+                                           : role == "nobody" ? 401
+                                                              : 403)
+              << name << " as " << role << (own ? ", own job: " : ", another's job: ") << response.body();
+          EXPECT_EQ(response.count(http::field::www_authenticate), response.result_int() == 401 ? 1u : 0u);
+          if (!let_in) {
+            EXPECT_FALSE(json::parse(response.body())["error"]["message"].get<std::string>().empty());
+          }
+        }
+      }
+    }
+  }
+  EXPECT_EQ(walked, expectations().size());
+}
+
+TEST(WebAccess, ALoginIsACookieThatEndsWhenSomebodyLogsOut) {
+  SecureWeb web;
+  const std::string token = web.token("ada", {Role::view, Role::submit});
+  const Response login = web.log_in(token);
+  EXPECT_EQ(login.result_int(), 200u) << login.body();
+  const std::string cookie(login[http::field::set_cookie]);
+  EXPECT_TRUE(cookie.starts_with(fmt::format("__Host-lightmill-{}=", web.port()))) << cookie;
+  for (const char* flag : {"; HttpOnly", "; Secure", "; SameSite=Strict", "; Path=/"}) {
+    EXPECT_NE(cookie.find(flag), std::string::npos) << cookie;
+  }
+  EXPECT_EQ(cookie.find(token), std::string::npos);
+  const Headers shown{{"Cookie", cookie.substr(0, cookie.find(';'))}};
+  const json farm = json::parse(web.get("/api/v1/farm", shown).body());
+  EXPECT_EQ(farm["caller"], "ada");
+  EXPECT_EQ(farm["roles"], (json{"view", "submit"}));
+  EXPECT_EQ(farm["asks"], true);
+  const auto names = [](const json& list, const char* method) { return std::ranges::count(list, method) == 1; };
+  EXPECT_TRUE(names(farm["may"], "GetJob"));
+  EXPECT_FALSE(names(farm["may"], "PauseJob"));
+  EXPECT_TRUE(names(farm["may_with_own"], "PauseJob"));
+  EXPECT_NE(std::string(web.log_in(token)[http::field::set_cookie]), cookie) << "each browser has a secret of its own";
+
+  EXPECT_EQ(web.get("/nothing").result_int(), 404u) << "the page comes to everybody";
+  const Response logout = web.send(http::verb::post, "/api/v1/logout", shown);
+  EXPECT_NE(std::string(logout[http::field::set_cookie]).find("Max-Age=0"), std::string::npos);
+  EXPECT_EQ(web.get("/api/v1/jobs", shown).result_int(), 401u);
+  EXPECT_EQ(web.get("/api/v1/jobs", bearer(token)).result_int(), 200u);
+  EXPECT_EQ(web.log_in(make_token()->text).result_int(), 401u);
+  EXPECT_EQ(web.log_in("rubbish").result_int(), 401u);
+}
+
+TEST(WebAccess, OtherPagesCannotUseALogin) {
+  SecureWeb web;
+  Headers shown = web.cookie_of(web.token("ada", {Role::operate}));
+  const auto drain = [&] { return web.send(http::verb::post, "/api/v1/workers/w/drain", shown).result_int(); };
+  EXPECT_EQ(drain(), 404u);
+  shown["Origin"] = "https://" + web.host();
+  EXPECT_EQ(drain(), 404u) << "the page's own may; there is no such worker";
+  for (const std::string& origin : {"http://" + web.host(), std::string("https://evil.example"), std::string("null")}) {
+    shown["Origin"] = origin;
+    EXPECT_EQ(drain(), 403u) << origin;
+    EXPECT_EQ(SecurePage(web, shown).error, websocket::error::upgrade_declined) << origin;
+  }
+  shown.erase("Origin");
+  shown["Host"] = "evil.example";
+  EXPECT_EQ(web.get("/api/v1/jobs", shown).result_int(), 403u);
+}
+
+TEST(WebAccess, ARevokedTokenEndsItsLoginsAndPagesAtOnce) {
+  SecureWeb web;
+  const std::string token = web.token("ada", {Role::view}), other = web.token("ada", {Role::view});
+  const Headers shown = web.cookie_of(token);
+  SecurePage by_cookie(web, shown), by_token(web, bearer(token)), stays(web, web.cookie_of(other));
+  for (SecurePage* page : {&by_cookie, &by_token, &stays}) {
+    ASSERT_FALSE(page->error) << page->error.message();
+    page->ask();
+    EXPECT_EQ(page->read().greeting().caller(), "ada");
+  }
+  web.revoke(token);
+  EXPECT_EQ(web.get("/api/v1/jobs", shown).result_int(), 401u);
+  EXPECT_EQ(SecurePage(web, shown).error, websocket::error::upgrade_declined);
+  EXPECT_EQ(by_cookie.closed_with(), 4401);
+  EXPECT_EQ(by_token.closed_with(), 4401);
+  stays.ask();
+  stays.read();
+  EXPECT_FALSE(stays.error) << stays.error.message();
+}
+
+TEST(WebAccess, PagesEndWithTheirLoginAndLoginsWithTheirToken) {
+  SecureWeb web;
+  const Headers shown = web.cookie_of(web.token("ada", {Role::view}));
+  SecurePage page(web, shown);
+  page.ask();
+  web.send(http::verb::post, "/api/v1/logout", shown);
+  EXPECT_EQ(page.closed_with(), 4401);
+
+  const std::int64_t soon = now_unix_s() + 4;
+  const Headers short_lived = web.cookie_of(web.token("ada", {Role::view}, soon));
+  SecurePage ending(web, short_lived);
+  ending.ask();
+  EXPECT_EQ(ending.closed_with(), 4401);
+  EXPECT_GE(now_unix_s(), soon) << "not before";
+  EXPECT_EQ(web.get("/api/v1/jobs", short_lived).result_int(), 401u);
+}
+
+TEST(WebAccess, OthersJobsAreNeitherListedNorShownAndLooksAreWrittenDown) {
+  SecureWeb web;
+  const auto ada = web.channel("ada", {Role::submit}), bob = web.channel("bob", {Role::submit});
+  upload_assets(ada);
+  const std::uint64_t adas = ended_job(ada), bobs = ended_job(bob);
+  const std::string token = web.token("ada", {Role::submit});
+  const Headers shown = web.cookie_of(token);
+  const json list = json::parse(web.get("/api/v1/jobs", shown).body());
+  ASSERT_EQ(list["jobs"].size(), 1u);
+  EXPECT_EQ(list["jobs"][0]["id"], std::to_string(adas));
+  SecurePage page(web, shown);
+  page.ask(bobs);
+  std::string failure;
+  while (failure.empty() && !page.error) {
+    const v1::ViewUpdate update = page.read();
+    EXPECT_FALSE(update.has_job());
+    failure = update.job_failure();
+    page.ask(bobs);
+  }
+  EXPECT_NE(failure.find("somebody else's"), std::string::npos) << failure;
+  web.send(http::verb::post, fmt::format("/api/v1/jobs/{}/cancel", bobs), shown);
+  web.log_in("rubbish");
+
+  v1::ListActionsResponse actions;
+  const auto stub = v1::AccessService::NewStub(web.channel("root", {Role::admin}));
+  const auto written = [&](const std::string& what, const std::string& who, std::uint64_t job, int outcome) {
+    return std::ranges::any_of(actions.actions(), [&](const v1::Action& action) {
+      return action.what() == what && action.who() == who && action.job() == job && action.code() == outcome &&
+             action.peer().starts_with("127.0.0.1:");
+    });
+  };
+  EXPECT_TRUE(eventually([&] {
+    grpc::ClientContext context;
+    EXPECT_TRUE(stub->ListActions(&context, {}, &actions).ok());
+    return written("Login", "ada", 0, grpc::StatusCode::OK) &&
+           written("Login", "", 0, grpc::StatusCode::UNAUTHENTICATED) &&
+           written("WatchJob", "ada", bobs, grpc::StatusCode::PERMISSION_DENIED) &&
+           written("CancelJob", "ada", bobs, grpc::StatusCode::PERMISSION_DENIED);
+  })) << actions.DebugString();
+}
+
+TEST(WebAccess, ARenewedCertificateComesIntoUseWithoutARestart) {
+  SecureWeb web;
+  const auto serial = [&]() -> std::string {
+    beast::error_code error;
+    TlsStream stream = web.connect(error);
+    X509* const shown = error ? nullptr : ::SSL_get_peer_certificate(stream.native_handle());
+    if (shown == nullptr) {
+      return "";
+    }
+    std::array<unsigned char, EVP_MAX_MD_SIZE> digest{};
+    unsigned size = 0;
+    ::X509_digest(shown, ::EVP_sha256(), digest.data(), &size);
+    ::X509_free(shown);
+    return {reinterpret_cast<const char*>(digest.data()), size};
+  };
+  const std::string before = serial();
+  EXPECT_FALSE(before.empty());
+  web.secure().renew_server(today());
+  EXPECT_TRUE(eventually([&] { return !serial().empty() && serial() != before; }));
+  web.secure().write("server.pem", "no certificate");
+  EXPECT_TRUE(eventually(
+      [&] { return web.secure().farm().server_log().find("new connections may fail") != std::string::npos; }));
+  EXPECT_FALSE(serial().empty()) << "what was read before stays";
+}
+
+TEST(WebAccess, WhoDoesNotEncryptIsNotAnswered) {
+  SecureWeb web;
+  tcp::socket plain = web.socket();
+  beast::error_code error;
+  asio::write(plain, asio::buffer("GET /api/v1/farm HTTP/1.1\r\nHost: 127.0.0.1\r\n\r\n", 49), error);
+  std::string answer;
+  asio::read(plain, asio::dynamic_buffer(answer), error);
+  EXPECT_EQ(answer.find("HTTP/1.1 200"), std::string::npos) << answer;
+  EXPECT_EQ(web.get("/api/v1/farm").result_int(), 401u) << "it still serves others";
+}
+
+}  // namespace
+}  // namespace lightmill::test

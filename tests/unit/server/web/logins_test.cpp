@@ -1,0 +1,28 @@
+// The cookie of the page. What lets whom in is walked over a network by tests/integration/web_access_test.cpp.
+#include "server/web/logins.h"
+
+#include <gtest/gtest.h>
+
+namespace lightmill {
+namespace {
+
+TEST(LoginCookie, IsReadByNoScriptAndGoesToThePageAlone) {
+  EXPECT_EQ(set_cookie_header({"localhost:7380", false}, "secret", 60),
+            "lightmill-7380=secret; Path=/; Max-Age=60; HttpOnly; SameSite=Strict");
+  EXPECT_EQ(set_cookie_header({"farm.example:443", true}, "secret", 60),
+            "__Host-lightmill-443=secret; Path=/; Max-Age=60; HttpOnly; SameSite=Strict; Secure");
+  EXPECT_EQ(set_cookie_header({"farm.example", true}, "", 60),
+            "__Host-lightmill=; Path=/; Max-Age=0; HttpOnly; SameSite=Strict; Secure");
+}
+
+TEST(LoginCookie, IsFoundAmongThoseOfOtherPagesOfTheHost) {
+  EXPECT_EQ(login_cookie("lightmill-7380=one; lightmill-7381=two", "localhost:7381"), "two");
+  EXPECT_EQ(login_cookie("a=b;  lightmill=one", "[::1]"), "one");
+  EXPECT_EQ(login_cookie("lightmill-80=one; __Host-lightmill-80=two", "h:80"), "two") << "which no other page can set";
+  for (const char* header : {"", "lightmill-7380", "xlightmill-7380=one", "lightmill-73801=one", ";;;", "=one"}) {
+    EXPECT_EQ(login_cookie(header, "localhost:7380"), "") << header;
+  }
+}
+
+}  // namespace
+}  // namespace lightmill
