@@ -23,6 +23,9 @@ constexpr int kRetryLevels = 4;  ///< log2 of how many times the samples
 /// edge over most of a block, and says so.
 constexpr double kOfBlock = 0.2;
 
+/// log2 of a seed's samples by methods with photons at most, but for retries: each is a pass of thousands of them.
+constexpr int kMostPassLevel = 8;
+
 /// What the seeds of one method gave.
 struct Samples {
   std::vector<double> means;                ///< by seed: of the red channel over the case's rectangle
@@ -102,7 +105,8 @@ std::string spec_of(const std::string& method, const TestScene& scene, const Atl
 bool render(const TestScene& scene, const AtlasCase& what, const AtlasSettings& settings, int more_levels,
             AtlasCell& cell, Samples& samples) {
   const double begin = thread_cpu_seconds();
-  const int level = std::max(static_cast<int>(what.level) + settings.more_levels + more_levels, 1);
+  const int most = method_gathers(cell.method) ? kMostPassLevel : 64;
+  const int level = std::max(std::min(static_cast<int>(what.level), most) + settings.more_levels + more_levels, 1);
   const std::string spec = spec_of(cell.method, scene, what);
   samples = {};
   cell.picture = {};
