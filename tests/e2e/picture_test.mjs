@@ -1,0 +1,95 @@
+// One job's picture in a real browser against a real farm: node picture_test.mjs FOLDER-OF-PROGRAMS
+import assert from 'node:assert/strict';
+import {readFileSync} from 'node:fs';
+import {join} from 'node:path';
+import {after, before, test} from 'node:test';
+import {eventually} from './farm.mjs';
+import {differingShare, pixelsOf, worstDifference} from './pixels.mjs';
+import {Session} from './session.mjs';
+
+const session = new Session(process.argv[2]);
+let page;
+let job;
+
+before(() => session.start());
+after(() => session.close());
+
+test('the picture of a job that is submitted sharpens to the pixels of the PNG', async () => {
+  page = await session.open('#/jobs');
+  job = session.farm.submit('cornell-bench-blocks', '--spp', '32', '--size', '192x160', '--name', 'blocks in a box');
+  await page.getByRole('link', {name: 'blocks in a box'}).click();
+  await page.waitForSelector('canvas[data-drawn]');
+  await page.getByText(/^±\S+% after/).waitFor();
+  await session.waitForState(job, 'DONE');
+  await page.locator('.job-head .badge', {hasText: 'done'}).waitFor();
+  const file = join(session.farm.folder, 'box.png');
+  session.farm.lightmill('fetch', job, '-o', file);
+  const expected = await page.evaluate(pixelsOf, readFileSync(file).toString('base64'));
+  await page.locator('canvas').first().focus();
+  await page.keyboard.press('1');
+  await eventually('the canvas shows the pixels of the PNG', async () => {
+    const worst = await page.evaluate(worstDifference, {expected, width: 192, height: 160});
+    // A half has 11 bits, and the two round in different places.
+    return worst <= 1;
+  }, 10_000);
+});
+
+test('the pixel that is pointed at is told', async () => {
+  const box = await page.locator('.viewer canvas').boundingBox();
+  await page.mouse.move(box.x + box.width / 2, box.y + box.height / 2);
+  await page.getByText('96, 80').waitFor();
+  const values = await page.locator('.pixel dd').allTextContents();
+  assert.equal(values[5], '32');
+  values.slice(0, 5).forEach((value) => assert.match(value, /^\d\.\d+/));
+});
+
+test('keys and controls change how it is shown, and the link brings that back', async () => {
+  const canvas = page.locator('.viewer canvas');
+  const before = await canvas.screenshot();
+  await canvas.focus();
+  for (const key of ['e', 'e', 'Shift+E', 'v', '+', 'ArrowLeft']) {
+    await page.keyboard.press(key);
+  }
+  await page.getByRole('combobox', {name: 'Show'}).selectOption('relative-error');
+  // No ring around the picture.
+  await page.evaluate(() => document.activeElement.blur());
+  await eventually('the address follows', () => /exposure=0\.5.*view=filmic.*show=relative-error.*zoom=/.test(page.url()));
+  await eventually('the picture changes', async () => !(await canvas.screenshot()).equals(before));
+  const again = await session.open(new URL(page.url()).hash);
+  await again.waitForSelector('canvas[data-drawn]');
+  assert.equal(await again.getByRole('combobox', {name: 'Show'}).inputValue(), 'relative-error');
+  assert.equal(await again.getByLabel('Exposure in stops').inputValue(), '0.5');
+  await eventually('the same picture', async () => {
+    const pictures = [await canvas.screenshot(), await again.locator('.viewer canvas').screenshot()];
+    const share = await page.evaluate(differingShare, pictures.map((each) => each.toString('base64')));
+    // Where a pixel of the screen lies on the edge of two of the picture, rounding may choose the other.
+    return share < 1 / 200;
+  });
+  await again.context().close();
+});
+
+test('every map draws without a fault', async () => {
+  const seen = new Set();
+  for (const show of await page.getByRole('combobox', {name: 'Show'}).locator('option').evaluateAll((all) => all.map((each) => each.value))) {
+    await page.getByRole('combobox', {name: 'Show'}).selectOption(show);
+    await page.evaluate(() => new Promise((resolve) => requestAnimationFrame(() => requestAnimationFrame(resolve))));
+    const error = await page.evaluate(() => document.querySelector('.viewer canvas').getContext('webgl2').getError());
+    assert.equal(error, 0, show);
+    seen.add((await page.locator('.viewer canvas').screenshot()).toString('base64'));
+  }
+  assert.equal(seen.size, 9);
+  await page.locator('.viewer canvas').focus();
+  await page.keyboard.press('r');
+  await page.keyboard.press('f');
+});
+
+test('the PNG that the page makes has the pixels of the command line', async () => {
+  const [download] = await Promise.all([page.waitForEvent('download'), page.getByRole('button', {name: 'PNG'}).click()]);
+  assert.equal(download.suggestedFilename(), `job-${job}.png`);
+  const made = await page.evaluate(pixelsOf, readFileSync(await download.path()).toString('base64'));
+  const expected = await page.evaluate(pixelsOf, readFileSync(join(session.farm.folder, 'box.png')).toString('base64'));
+  assert.equal(made.length, expected.length);
+  assert.ok(made.every((value, i) => Math.abs(value - expected[i]) <= 1));
+});
+
+test('the page asked nobody but the coordinator, and complained of nothing', () => session.assertQuiet());

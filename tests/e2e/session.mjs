@@ -1,0 +1,65 @@
+// A browser that looks at a farm's page, and what it asked for and complained of.
+import assert from 'node:assert/strict';
+import {createRequire} from 'node:module';
+import {join} from 'node:path';
+import {eventually, Farm, kSource} from './farm.mjs';
+
+const require = createRequire(join(kSource, 'client/web/package.json'));
+const {chromium} = require('playwright-core');
+
+export const kAxeFile = require.resolve('axe-core/axe.min.js');
+export const kDesktop = {width: 1280, height: 860};
+export const kPhone = {width: 390, height: 844};
+
+export class Session {
+  requests = [];
+  faults = [];
+
+  constructor(programs) {
+    this.farm = new Farm(programs);
+  }
+
+  /** With one worker, box-1. */
+  async start() {
+    await this.farm.startServer();
+    this.farm.startWorker('box-1');
+    this.browser = await chromium.launch({executablePath: '/usr/bin/chromium', args: ['--no-sandbox', '--enable-unsafe-swiftshader']});
+  }
+
+  async close() {
+    await this.browser?.close();
+    await this.farm.close();
+  }
+
+  /** A page of its own at `path`, as "#/jobs". */
+  async open(path, {viewport = kDesktop, colorScheme = 'dark', ...more} = {}) {
+    const context = await this.browser.newContext({viewport, colorScheme, acceptDownloads: true, ...more});
+    const opened = await context.newPage();
+    opened.setDefaultTimeout(20_000);
+    opened.on('request', (request) => this.requests.push(request.url()));
+    opened.on('pageerror', (error) => this.faults.push(error.message));
+    opened.on('console', (message) => {
+      if (message.type() === 'error' && !/WebSocket connection|Failed to load resource|ERR_CONNECTION/.test(message.text())) {
+        this.faults.push(message.text());
+      }
+    });
+    await opened.goto(this.farm.page + path);
+    return opened;
+  }
+
+  /** The state of a job, as the page's own API has it. */
+  async stateOf(id) {
+    return (await (await fetch(`${this.farm.page}api/v1/jobs/${id}`)).json()).state;
+  }
+
+  waitForState(id, state) {
+    return eventually(`job ${id} is ${state}`, async () => (await this.stateOf(id)) === `JOB_STATE_${state}`);
+  }
+
+  /** Nobody but the coordinator was asked, and nothing was complained of. */
+  assertQuiet() {
+    const others = this.requests.filter((url) => !url.startsWith(this.farm.page) && !url.startsWith('blob:'));
+    assert.deepEqual(others, []);
+    assert.deepEqual(this.faults, []);
+  }
+}
