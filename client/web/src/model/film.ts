@@ -1,12 +1,15 @@
 /** The pixels of the job that is looked at, as they come in: linear RGB, standard error, and counts by tile. */
 import type {Job, PixelRect} from '../wire/lightmill/v1/farm_pb';
 import type {ViewTile} from '../wire/lightmill/v1/web_pb';
-import {kHalfValues} from './half';
+import {kHalfValues, toHalf} from './half';
 import {luminance, type Rgb} from './tone';
 
 export const kTileSide = 64;
 /** Radius of the window over which squared standard errors are averaged, pixels: as in the EXR's StdErr channels. */
 export const kSmoothing = 4;
+
+/** −1, as a half. */
+const kUnknown = 0xbc00;
 
 /** A rectangle of pixels of the film's crop, (0,0) its upper left. */
 export interface Rect {
@@ -51,6 +54,17 @@ export class Film {
     return new Film(job.id, {x: crop.x, y: crop.y, width: crop.width, height: crop.height});
   }
 
+  /** A picture that stands still: each of its pixels counts as one sample, and its errors are not known. `rgb` as an ExrPicture's. */
+  static still(crop: Rect, rgb: Float32Array): Film {
+    const film = new Film(0n, crop);
+    const pixels = crop.width * crop.height;
+    for (let i = 0; i < pixels; ++i) {
+      film.rgbe.set([toHalf(rgb[i]!), toHalf(rgb[pixels + i]!), toHalf(rgb[2 * pixels + i]!), kUnknown], 4 * i);
+    }
+    film.counts.fill(1);
+    return film;
+  }
+
   /** Takes in a tile; where it lies within the crop, or undefined if it is none of this film's. */
   put(tile: ViewTile): {rect: Rect; pixels: Uint16Array} | undefined {
     const rect = tile.rect && this.within(tile.rect);
@@ -78,6 +92,22 @@ export class Film {
       standardError: this.standardError(x, y),
       samples: this.counts[this.tileAt(x, y)] ?? 0,
     };
+  }
+
+  /** Linear R, G and B, one after the other, and which pixels have samples. */
+  planes(): {rgb: Float32Array; known: Uint8Array} {
+    const pixels = this.crop.width * this.crop.height;
+    const rgb = new Float32Array(3 * pixels);
+    const known = new Uint8Array(pixels);
+    for (let y = 0, i = 0; y < this.crop.height; ++y) {
+      for (let x = 0; x < this.crop.width; ++x, ++i) {
+        known[i] = this.counts[this.tileAt(x, y)]! > 0 ? 1 : 0;
+        rgb[i] = kHalfValues[this.rgbe[4 * i]!]!;
+        rgb[pixels + i] = kHalfValues[this.rgbe[4 * i + 1]!]!;
+        rgb[2 * pixels + i] = kHalfValues[this.rgbe[4 * i + 2]!]!;
+      }
+    }
+    return {rgb, known};
   }
 
   /** Of the most sampled tile. */
