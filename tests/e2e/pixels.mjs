@@ -40,3 +40,13 @@ export function worstDifference({expected, width, height}) {
   }
   return worst;
 }
+
+/** In the browser: the RGBA bytes in the middle of the viewer, rows from the top, once what is to be drawn is drawn. */
+export async function canvasPixels({width, height}) {
+  await new Promise((resolve) => requestAnimationFrame(() => requestAnimationFrame(() => requestAnimationFrame(resolve))));
+  const canvas = document.querySelector('.viewer canvas');
+  const gl = canvas.getContext('webgl2');
+  const shown = new Uint8Array(4 * width * height);
+  gl.readPixels(Math.round((canvas.width - width) / 2), Math.round((canvas.height - height) / 2), width, height, gl.RGBA, gl.UNSIGNED_BYTE, shown);
+  return Array.from({length: height}, (_, row) => [...shown.subarray(4 * width * (height - 1 - row), 4 * width * (height - row))]).flat();
+}

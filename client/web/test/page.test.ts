@@ -3,7 +3,7 @@ import {expect, test} from 'vitest';
 import {isSilent, kSilenceMs, retryDelayMs} from '../src/model/connection';
 import {errorCurve} from '../src/model/error_curve';
 import {ageText, errorText, goalText, humanCount, humanRate, humanSeconds, powerOfTen, samplesText, valueText} from '../src/model/format';
-import {kPlainLook, parseRoute, routeHash, type Route} from '../src/model/route';
+import {kMostCharted, kPlainLook, kPlainView, parseRoute, routeHash, type Route} from '../src/model/route';
 import {JobSchema} from '../src/wire/lightmill/v1/farm_pb';
 
 test('times and numbers are written as the command line writes them', () => {
@@ -30,9 +30,12 @@ test('a link brings the view back', () => {
     job: 12n,
     look: {exposure: -1.5, gamma: 2.2, view: 'filmic', show: 'error'},
     camera: {zoom: 2.5, center: {x: 100.25, y: 40}},
+    against: {other: 9n, how: 'difference', split: 0.25},
+    region: {x: 3, y: 0, width: 20, height: 1},
+    charted: [4n, 18446744073709551n],
   };
   expect(parseRoute(routeHash(route))).toEqual(route);
-  const plain: Route = {page: 'job', job: 3n, look: kPlainLook, camera: undefined};
+  const plain: Route = {page: 'job', job: 3n, ...kPlainView};
   expect(routeHash(plain)).toBe('#/jobs/3');
   expect(parseRoute('#/jobs/3')).toEqual(plain);
   expect(parseRoute('#/workers')).toEqual({page: 'workers'});
@@ -45,9 +48,13 @@ test('whatever stands in the address, there is a page', () => {
   expect(parseRoute('#/jobs/1?exposure=x&gamma=-4&view=odd&show=odd&zoom=1')).toEqual({
     page: 'job',
     job: 1n,
+    ...kPlainView,
     look: {...kPlainLook, gamma: 0.1},
-    camera: undefined,
   });
+  const odd = parseRoute('#/jobs/1?with=file&how=odd&split=7&region=1,2,0,4&chart=3,x,3,-4,' + '5,6,7,8,9,10,11');
+  expect(odd).toMatchObject({against: {other: 'file', how: 'split', split: 1}, region: undefined, charted: [3n, 5n, 6n, 7n, 8n, 9n, 10n]});
+  expect(kMostCharted).toBe(7);
+  expect(parseRoute('#/jobs/1?with=x&region=1,2,3')).toMatchObject({against: undefined, region: undefined});
   expect(parseRoute('#/jobs/1?exposure=1e999')).toMatchObject({look: {exposure: 0}});
 });
 

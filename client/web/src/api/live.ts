@@ -26,12 +26,25 @@ export class Live {
   private failures = 0;
   private lastHeardMs = 0;
   private retry: ReturnType<typeof setTimeout> | undefined;
+  private readonly closing = new AbortController();
+  private readonly look = setInterval(() => this.lookForSilence(), kLookMs);
 
   constructor(private readonly listener: LiveListener) {
-    document.addEventListener('visibilitychange', () => this.onVisibility());
-    window.addEventListener('online', () => this.connectNow());
-    setInterval(() => this.lookForSilence(), kLookMs);
+    const {signal} = this.closing;
+    document.addEventListener('visibilitychange', () => this.onVisibility(), {signal});
+    window.addEventListener('online', () => this.connectNow(), {signal});
     this.connect();
+  }
+
+  /** Ends the connection for good. */
+  close(): void {
+    this.closing.abort();
+    clearInterval(this.look);
+    clearTimeout(this.retry);
+    this.retry = undefined;
+    const socket = this.socket;
+    this.socket = undefined;
+    socket?.close();
   }
 
   want(wants: Wants): void {

@@ -90,7 +90,7 @@ export class Film {
       rgb,
       luminance: luminance(rgb),
       standardError: this.standardError(x, y),
-      samples: this.counts[this.tileAt(x, y)] ?? 0,
+      samples: this.samplesAt(x, y),
     };
   }
 
@@ -101,13 +101,18 @@ export class Film {
     const known = new Uint8Array(pixels);
     for (let y = 0, i = 0; y < this.crop.height; ++y) {
       for (let x = 0; x < this.crop.width; ++x, ++i) {
-        known[i] = this.counts[this.tileAt(x, y)]! > 0 ? 1 : 0;
+        known[i] = this.samplesAt(x, y) > 0 ? 1 : 0;
         rgb[i] = kHalfValues[this.rgbe[4 * i]!]!;
         rgb[pixels + i] = kHalfValues[this.rgbe[4 * i + 1]!]!;
         rgb[2 * pixels + i] = kHalfValues[this.rgbe[4 * i + 2]!]!;
       }
     }
     return {rgb, known};
+  }
+
+  /** Of a pixel of the crop. */
+  samplesAt(x: number, y: number): number {
+    return this.counts[this.tileAt(x, y)] ?? 0;
   }
 
   /** Of the most sampled tile. */
@@ -141,7 +146,7 @@ export class Film {
     for (let v = Math.max(0, y - kSmoothing); v <= Math.min(this.crop.height - 1, y + kSmoothing); ++v) {
       for (let u = Math.max(0, x - kSmoothing); u <= Math.min(this.crop.width - 1, x + kSmoothing); ++u) {
         const error = this.value(u, v, 3);
-        if (error >= 0 && this.counts[this.tileAt(u, v)]! > 0) {
+        if (error >= 0 && this.samplesAt(u, v) > 0) {
           sum += error * error;
           ++known;
         }

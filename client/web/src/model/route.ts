@@ -1,5 +1,7 @@
 /** Where the page is, as the part of its address behind '#': every view has a link that brings it back. */
 import type {Camera} from './camera';
+import {kComparisons, type Against} from './comparison';
+import type {Rect} from './film';
 import type {Tone} from './tone';
 
 export const kShows = ['color', 'red', 'green', 'blue', 'luminance', 'false-color', 'error', 'relative-error', 'samples'] as const;
@@ -13,10 +15,23 @@ export const kPlainLook: Look = {exposure: 0, gamma: 1, view: 'plain', show: 'co
 export const kMostStops = 20;
 export const kMostGamma = 10;
 
-export type Route =
-  | {page: 'jobs'}
-  | {page: 'workers'}
-  | {page: 'job'; job: bigint; look: Look; camera: Camera | undefined};
+/** What one job's page shows. */
+export interface JobView {
+  look: Look;
+  /** Undefined: all of the picture. */
+  camera: Camera | undefined;
+  against: Against | undefined;
+  /** Pixels that are measured together, of the crop. */
+  region: Rect | undefined;
+  /** Other jobs in the chart. */
+  charted: readonly bigint[];
+}
+
+export type Route = {page: 'jobs'} | {page: 'workers'} | ({page: 'job'; job: bigint} & JobView);
+
+export const kPlainView: JobView = {look: kPlainLook, camera: undefined, against: undefined, region: undefined, charted: []};
+/** How many other jobs one chart holds. */
+export const kMostCharted = 7;
 
 function number(text: string | null, least: number, most: number, otherwise: number): number {
   const value = text === null || text === '' ? NaN : Number(text);
@@ -32,6 +47,26 @@ function cameraOf(parameters: URLSearchParams): Camera | undefined {
   return Number.isNaN(zoom + center.x + center.y) ? undefined : {zoom, center};
 }
 
+function jobNumber(text: string | null): bigint | undefined {
+  return text !== null && /^\d{1,19}$/.test(text) ? BigInt(text) : undefined;
+}
+
+function againstOf(parameters: URLSearchParams): Against | undefined {
+  const other = parameters.get('with') === 'file' ? 'file' : jobNumber(parameters.get('with'));
+  const how = kComparisons.find((each) => each === parameters.get('how')) ?? 'split';
+  return other === undefined ? undefined : {other, how, split: number(parameters.get('split'), 0, 1, 0.5)};
+}
+
+function regionOf(parameters: URLSearchParams): Rect | undefined {
+  const [x, y, width, height] = (parameters.get('region') ?? '').split(',').map((text) => (/^\d{1,5}$/.test(text) ? Number(text) : 0));
+  return width && height ? {x: x!, y: y!, width, height} : undefined;
+}
+
+function chartedOf(parameters: URLSearchParams): bigint[] {
+  const jobs = (parameters.get('chart') ?? '').split(',').map(jobNumber);
+  return [...new Set(jobs)].filter((job) => job !== undefined).slice(0, kMostCharted);
+}
+
 /** Whatever the address says; what it says wrongly is as if it said nothing. */
 export function parseRoute(hash: string): Route {
   const [path = '', query = ''] = hash.replace(/^#/, '').split('?', 2);
@@ -45,7 +80,15 @@ export function parseRoute(hash: string): Route {
       view: parameters.get('view') === 'filmic' ? 'filmic' : 'plain',
       show,
     };
-    return {page: 'job', job: BigInt(job[1]!), look, camera: cameraOf(parameters)};
+    return {
+      page: 'job',
+      job: BigInt(job[1]!),
+      look,
+      camera: cameraOf(parameters),
+      against: againstOf(parameters),
+      region: regionOf(parameters),
+      charted: chartedOf(parameters),
+    };
   }
   return {page: path === '/workers' ? 'workers' : 'jobs'};
 }
@@ -56,7 +99,7 @@ export function routeHash(route: Route): string {
     return route.page === 'workers' ? '#/workers' : '#/jobs';
   }
   const parameters = new URLSearchParams();
-  const {look, camera} = route;
+  const {look, camera, against, region, charted} = route;
   if (look.exposure !== 0) {
     parameters.set('exposure', String(look.exposure));
   }
@@ -74,6 +117,19 @@ export function routeHash(route: Route): string {
     parameters.set('x', String(Number(camera.center.x.toFixed(6))));
     parameters.set('y', String(Number(camera.center.y.toFixed(6))));
   }
-  const query = parameters.toString();
+  if (against) {
+    parameters.set('with', String(against.other));
+    parameters.set('how', against.how);
+    if (against.split !== 0.5) {
+      parameters.set('split', String(Number(against.split.toFixed(4))));
+    }
+  }
+  if (region) {
+    parameters.set('region', [region.x, region.y, region.width, region.height].join(','));
+  }
+  if (charted.length > 0) {
+    parameters.set('chart', charted.join(','));
+  }
+  const query = parameters.toString().replaceAll('%2C', ',');
   return `#/jobs/${route.job}${query ? `?${query}` : ''}`;
 }

@@ -106,7 +106,7 @@ export function App() {
         {link === 'closed' && <LoginPage />}
         {link !== 'closed' && route.page === 'jobs' && <JobsPage />}
         {link !== 'closed' && route.page === 'workers' && <WorkersPage />}
-        {link !== 'closed' && route.page === 'job' && <JobPage key={String(route.job)} id={route.job} look={route.look} camera={route.camera} theme={resolved} />}
+        {link !== 'closed' && route.page === 'job' && <JobPage key={String(route.job)} id={route.job} view={route} theme={resolved} />}
       </main>
     </>
   );

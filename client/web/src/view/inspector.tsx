@@ -1,7 +1,7 @@
 /** What is known of the pixel that is pointed at, and how bright all pixels are. */
 import {useEffect, useRef, useState} from 'preact/hooks';
 import type {Point} from '../model/camera';
-import {histogramOf, type Film} from '../model/film';
+import {histogramOf, type Film, type Pixel} from '../model/film';
 import {valueText} from '../model/format';
 import {farm} from './store';
 
@@ -26,12 +26,9 @@ export function useFilmVersion(film: Film | undefined, everyMs: number): number 
   return version;
 }
 
-export function PixelInspector({film, at}: {film: Film | undefined; at: Point | undefined}) {
-  useFilmVersion(film, 300);
-  const [x, y] = [Math.floor(at?.x ?? -1), Math.floor(at?.y ?? -1)];
-  const pixel = film?.pixel(x, y);
+function rowsOf(pixel: Pixel | undefined): [string, string][] {
   const value = (of: number | undefined) => (of === undefined || !pixel?.samples ? '–' : valueText(of));
-  const rows: [string, string][] = [
+  return [
     ['R', value(pixel?.rgb[0])],
     ['G', value(pixel?.rgb[1])],
     ['B', value(pixel?.rgb[2])],
@@ -39,6 +36,15 @@ export function PixelInspector({film, at}: {film: Film | undefined; at: Point | 
     ['± error', value(pixel?.standardError)],
     ['Samples', pixel ? String(pixel.samples) : '–'],
   ];
+}
+
+/** Of both pictures, where there is another. */
+export function PixelInspector({film, other, at}: {film: Film | undefined; other: Film | undefined; at: Point | undefined}) {
+  useFilmVersion(film, 300);
+  const [x, y] = [Math.floor(at?.x ?? -1), Math.floor(at?.y ?? -1)];
+  const pixel = film?.pixel(x, y);
+  const rows = rowsOf(pixel);
+  const otherRows = other && rowsOf(other.pixel(x, y));
   return (
     <section class="panel" aria-labelledby="pixel-title">
       <h2 id="pixel-title">
@@ -46,10 +52,11 @@ export function PixelInspector({film, at}: {film: Film | undefined; at: Point | 
         <span class="muted">{pixel && film ? `${film.crop.x + x}, ${film.crop.y + y}` : 'point at the picture'}</span>
       </h2>
       <dl class="pixel">
-        {rows.map(([name, value]) => (
+        {rows.map(([name, value], i) => (
           <div key={name}>
             <dt>{name}</dt>
             <dd>{value}</dd>
+            {otherRows && <dd class="muted">{otherRows[i]![1]}</dd>}
           </div>
         ))}
       </dl>

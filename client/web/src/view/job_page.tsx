@@ -1,34 +1,26 @@
 /** One job: its picture, how its error falls, what it is, and what can be done with it. */
 import {useEffect, useRef, useState} from 'preact/hooks';
 import {actOnJob, extendJob} from '../api/actions';
-import type {Camera, Point} from '../model/camera';
+import type {Point} from '../model/camera';
 import type {Film} from '../model/film';
 import {ageText, errorText, goalText, humanRate, humanSeconds, methodName, reachedName, samplesText} from '../model/format';
 import {hasEnded} from '../model/jobs';
 import {kHalfValues} from '../model/half';
-import {kMostStops, routeHash, type Look, type Show} from '../model/route';
+import {routeHash, type JobView} from '../model/route';
 import {refusalOf} from '../model/rights';
 import {exposureFor, luminance} from '../model/tone';
 import {JobState, type Job} from '../wire/lightmill/v1/farm_pb';
 import {ActionButton, etaText, Progress, StateBadge} from './bits';
+import {ComparePanel} from './compare_panel';
+import {useMeasurement} from './comparison';
+import {Controls} from './controls';
 import {downloadPng} from './download';
 import {ErrorChart} from './error_chart';
-import {legendOf} from './gl_picture';
-import {HistogramView, PixelInspector, useFilmVersion} from './inspector';
+import {HistogramView, PixelInspector} from './inspector';
+import {useReference, useReferenceFile} from './reference';
+import {RegionPanel} from './region_panel';
 import {farm, useFarm} from './store';
 import {Viewer} from './viewer';
-
-const kShowLabels: [Show, string][] = [
-  ['color', 'Colour'],
-  ['red', 'Red'],
-  ['green', 'Green'],
-  ['blue', 'Blue'],
-  ['luminance', 'Luminance'],
-  ['false-color', 'False colour'],
-  ['error', 'Standard error'],
-  ['relative-error', 'Relative error'],
-  ['samples', 'Sample count'],
-];
 
 /** Of every so-manieth pixel. */
 function someLuminances(film: Film): Float32Array {
@@ -38,61 +30,6 @@ function someLuminances(film: Film): Float32Array {
     values.push(luminance([kHalfValues[film.rgbe[i]!]!, kHalfValues[film.rgbe[i + 1]!]!, kHalfValues[film.rgbe[i + 2]!]!]));
   }
   return Float32Array.from(values);
-}
-
-function Controls({film, look, onLook, onNormalize}: {film: Film | undefined; look: Look; onLook: (look: Look) => void; onNormalize: () => void}) {
-  useFilmVersion(film, 500);
-  const legend = legendOf(look.show, look, film?.mostSamples() ?? 0);
-  return (
-    <div class="controls" role="group" aria-label="How the picture is shown">
-      <label>
-        Show
-        <select value={look.show} onChange={(event) => onLook({...look, show: event.currentTarget.value as Show})}>
-          {kShowLabels.map(([show, label]) => (
-            <option key={show} value={show}>
-              {label}
-            </option>
-          ))}
-        </select>
-      </label>
-      <label>
-        Exposure
-        <input type="range" min={-10} max={10} step={0.25} value={look.exposure} aria-valuetext={`${look.exposure} stops`} onInput={(event) => onLook({...look, exposure: Number(event.currentTarget.value)})} />
-        <input
-          type="number"
-          class="short"
-          aria-label="Exposure in stops"
-          min={-kMostStops}
-          max={kMostStops}
-          step={0.25}
-          value={look.exposure}
-          onChange={(event) => onLook({...look, exposure: Math.min(Math.max(Number(event.currentTarget.value) || 0, -kMostStops), kMostStops)})}
-        />
-      </label>
-      <button type="button" title="Find the exposure that fits (N)" onClick={onNormalize}>
-        Auto
-      </button>
-      <label>
-        Gamma
-        <input type="number" class="short" min={0.1} max={10} step={0.1} value={look.gamma} onChange={(event) => onLook({...look, gamma: Math.min(Math.max(Number(event.currentTarget.value) || 1, 0.1), 10)})} />
-      </label>
-      <label>
-        View
-        <select value={look.view} onChange={(event) => onLook({...look, view: event.currentTarget.value === 'filmic' ? 'filmic' : 'plain'})}>
-          <option value="plain">Plain</option>
-          <option value="filmic">Filmic</option>
-        </select>
-      </label>
-      {legend && (
-        <div class="legend" role="img" aria-label={`Colours from ${legend.join(' to ')}`}>
-          <span class="ramp" />
-          {legend.map((text, i) => (
-            <span key={i}>{text}</span>
-          ))}
-        </div>
-      )}
-    </div>
-  );
 }
 
 /** What a job is extended in: its error if it has such a goal, else its samples; and what is offered. */
@@ -182,25 +119,36 @@ function endText(job: Job): string {
 
 export interface JobPageProps {
   id: bigint;
-  look: Look;
-  camera: Camera | undefined;
+  /** At first. */
+  view: JobView;
   theme: string;
 }
 
-export function JobPage({id, look: firstLook, camera: firstCamera, theme}: JobPageProps) {
+export function JobPage({id, view: firstView, theme}: JobPageProps) {
   const {job, film, jobFailure} = useFarm();
-  const [look, setLook] = useState(firstLook);
-  const [camera, setCamera] = useState(firstCamera);
+  const [view, setView] = useState(firstView);
   const [point, setPoint] = useState<Point>();
+  const [drawing, setDrawing] = useState(false);
   const [copied, setCopied] = useState(false);
+  const {look, camera, against, region} = view;
+  const change = (by: Partial<JobView>) => setView((before) => ({...before, ...by}));
+  const [file, chooseFile, fileFailure] = useReferenceFile();
+  const reference = useReference(film, against, file);
+  const measurement = useMeasurement(film, reference?.film, against?.how === 'hdr-flip', look.exposure);
   useEffect(() => {
     // The address follows the view, a moment later: browsers allow only so many changes.
-    const timer = setTimeout(() => history.replaceState(null, '', routeHash({page: 'job', job: id, look, camera})), 250);
+    const timer = setTimeout(() => history.replaceState(null, '', routeHash({page: 'job', job: id, ...view})), 250);
     return () => clearTimeout(timer);
-  }, [id, look, camera]);
-  const normalize = () => film && setLook({...look, exposure: exposureFor(someLuminances(film))});
+  }, [id, view]);
+  const onFile = async (chosen: File) => {
+    if (await chooseFile(chosen)) {
+      change({against: {how: 'split', split: 0.5, ...against, other: 'file'}});
+    }
+  };
+  const onLook = (next: JobView['look']) => change({look: next});
+  const normalize = () => film && onLook({...look, exposure: exposureFor(someLuminances(film))});
   const copyLink = async () => {
-    const address = new URL(routeHash({page: 'job', job: id, look, camera}), window.location.href);
+    const address = new URL(routeHash({page: 'job', job: id, ...view}), window.location.href);
     await navigator.clipboard.writeText(address.href);
     setCopied(true);
     setTimeout(() => setCopied(false), 2_000);
@@ -240,10 +188,50 @@ export function JobPage({id, look: firstLook, camera: firstCamera, theme}: JobPa
         </button>
       </header>
       <div class="stage">
-        <Controls film={film} look={look} onLook={setLook} onNormalize={normalize} />
-        <Viewer film={film} look={look} camera={camera} theme={theme} onLook={setLook} onCamera={setCamera} onPoint={setPoint} onNormalize={normalize} />
+        <Controls
+          film={film}
+          job={job}
+          look={look}
+          against={against}
+          drawing={drawing}
+          onLook={onLook}
+          onNormalize={normalize}
+          onAgainst={(next) => change({against: next})}
+          onFile={(chosen) => void onFile(chosen)}
+          onDrawing={setDrawing}
+        />
+        {fileFailure && (
+          <p class="notice failure" role="alert">
+            {fileFailure}
+          </p>
+        )}
+        <Viewer
+          film={film}
+          look={look}
+          camera={camera}
+          theme={theme}
+          other={reference?.film}
+          against={against}
+          errorMap={measurement?.map}
+          region={region}
+          drawing={drawing}
+          onLook={onLook}
+          onCamera={(next) => change({camera: next})}
+          onAgainst={(next) => change({against: next})}
+          onRegion={(next) => change({region: next})}
+          onDrawing={setDrawing}
+          onFile={(chosen) => void onFile(chosen)}
+          onPoint={setPoint}
+          onNormalize={normalize}
+        />
         <p id="viewer-keys" class="keys-line">
-          <kbd>+</kbd> <kbd>−</kbd> zoom · <kbd>F</kbd> fit · <kbd>1</kbd> 1:1 · <kbd>E</kbd> <kbd>⇧E</kbd> exposure · <kbd>N</kbd> auto · <kbd>V</kbd> view · <kbd>R</kbd> reset
+          <kbd>+</kbd> <kbd>−</kbd> zoom · <kbd>F</kbd> fit · <kbd>1</kbd> 1:1 · <kbd>E</kbd> <kbd>⇧E</kbd> exposure · <kbd>N</kbd> auto · <kbd>V</kbd> view · <kbd>R</kbd> reset · <kbd>M</kbd> region
+          {against && (
+            <>
+              {' '}
+              · <kbd>B</kbd> this or the other · <kbd>S</kbd> split <kbd>[</kbd> <kbd>]</kbd> · <kbd>D</kbd> difference · <kbd>Q</kbd> squared error · <kbd>P</kbd> FLIP
+            </>
+          )}
         </p>
       </div>
       <aside class="side" aria-label="About this job">
@@ -258,7 +246,9 @@ export function JobPage({id, look: firstLook, camera: firstCamera, theme}: JobPa
             <ErrorChart job={job} theme={theme} />
           </section>
         )}
-        <PixelInspector film={film} at={point} />
+        {film && reference && <ComparePanel reference={reference} measurement={measurement} pixels={film.crop.width * film.crop.height} />}
+        {region && <RegionPanel film={film} region={region} onRegion={(next) => change({region: next})} />}
+        <PixelInspector film={film} other={reference?.film} at={point} />
         <HistogramView film={film} exposure={look.exposure} />
         {job && (
           <section class="panel" aria-labelledby="facts-title">

@@ -5,7 +5,7 @@ import type {Link} from '../model/connection';
 import {Film, type Rect} from '../model/film';
 import {withJobs, withWorkers, type JobList, type WorkerList} from '../model/jobs';
 import type {Job} from '../wire/lightmill/v1/farm_pb';
-import type {FarmGreeting, ViewUpdate} from '../wire/lightmill/v1/web_pb';
+import type {FarmGreeting, ViewTile, ViewUpdate} from '../wire/lightmill/v1/web_pb';
 
 export interface FarmState {
   link: Link;
@@ -100,16 +100,15 @@ class FarmStore {
       }
     }
     this.set(next);
-    this.takeTiles(update);
+    this.putTiles(this.state.film, update.tiles);
   }
 
-  private takeTiles(update: ViewUpdate): void {
-    const film = this.state.film;
-    if (!film || update.tiles.length === 0) {
-      return;
+  /** Puts tiles into a film, this store's or another, and tells whoever draws it. */
+  putTiles(film: Film | undefined, tiles: readonly ViewTile[]): void {
+    if (film && tiles.length > 0) {
+      const placed = tiles.map((tile) => film.put(tile)).filter((tile) => tile !== undefined);
+      this.tileListeners.forEach((listener) => listener(film, placed));
     }
-    const placed = update.tiles.map((tile) => film.put(tile)).filter((tile) => tile !== undefined);
-    this.tileListeners.forEach((listener) => listener(film, placed));
   }
 
   private set(next: Partial<FarmState>): void {

@@ -1,10 +1,15 @@
 /** The picture: drawn as it comes, moved by wheel, fingers and keys, and read pixel by pixel. */
 import {useEffect, useLayoutEffect, useRef, useState} from 'preact/hooks';
 import {fit, pan, toPicture, zoomAt, type Camera, type Point, type Size} from '../model/camera';
-import type {Film} from '../model/film';
-import {kMostStops, kPlainLook, type Look} from '../model/route';
+import type {Against} from '../model/comparison';
+import type {Film, Rect} from '../model/film';
+import {movedRegion, regionBetween, within} from '../model/region';
+import type {Look} from '../model/route';
 import {GlPicture} from './gl_picture';
+import {Divider, RegionFrame} from './overlays';
+import {usePointers} from './pointers';
 import {farm} from './store';
+import {viewerKeys} from './viewer_keys';
 
 export interface ViewerProps {
   film: Film | undefined;
@@ -12,90 +17,34 @@ export interface ViewerProps {
   /** Undefined: all of the picture. */
   camera: Camera | undefined;
   theme: string;
+  /** What it is compared with, of the same size; undefined until that is there. */
+  other: Film | undefined;
+  against: Against | undefined;
+  /** How far the two are apart at each pixel. */
+  errorMap: Float32Array | undefined;
+  region: Rect | undefined;
+  /** Whether dragging draws a region rather than moves the picture. */
+  drawing: boolean;
   onLook: (look: Look) => void;
   onCamera: (camera: Camera | undefined) => void;
+  onAgainst: (against: Against) => void;
+  onRegion: (region: Rect | undefined) => void;
+  onDrawing: (drawing: boolean) => void;
+  /** A file was dropped on the picture. */
+  onFile: (file: File) => void;
   /** The pixel that is pointed at, of the crop; undefined where there is none. */
   onPoint: (at: Point | undefined) => void;
   /** The exposure that fits the picture. */
   onNormalize: () => void;
 }
 
-const kPanPixels = 40;
-const kKeyZoom = 1.25;
-
 function backgroundOf(element: HTMLElement): [number, number, number] {
   const parts = getComputedStyle(element).backgroundColor.match(/[\d.]+/g)?.map(Number) ?? [];
   return [(parts[0] ?? 0) / 255, (parts[1] ?? 0) / 255, (parts[2] ?? 0) / 255];
 }
 
-/** Mouse, pen and fingers: one drags, two also zoom. */
-function usePointers(
-  canvas: {current: HTMLCanvasElement | null},
-  move: (by: Point) => void,
-  zoom: (at: Point, factor: number) => void,
-  point: (at: Point | undefined) => void,
-) {
-  const latest = useRef({move, zoom, point});
-  latest.current = {move, zoom, point};
-  useEffect(() => {
-    const element = canvas.current!;
-    const down = new Map<number, Point>();
-    const place = (event: MouseEvent): Point => {
-      const box = element.getBoundingClientRect();
-      return {x: event.clientX - box.left, y: event.clientY - box.top};
-    };
-    const spread = () => {
-      const [a, b] = [...down.values()];
-      return a && b ? {middle: {x: (a.x + b.x) / 2, y: (a.y + b.y) / 2}, distance: Math.hypot(a.x - b.x, a.y - b.y)} : undefined;
-    };
-    const onDown = (event: PointerEvent) => {
-      element.setPointerCapture(event.pointerId);
-      down.set(event.pointerId, place(event));
-      latest.current.point(place(event));
-    };
-    const onMove = (event: PointerEvent) => {
-      const at = place(event);
-      latest.current.point(at);
-      const before = down.get(event.pointerId);
-      if (!before) {
-        return;
-      }
-      const spreadBefore = spread();
-      down.set(event.pointerId, at);
-      const spreadNow = spread();
-      if (spreadBefore && spreadNow) {
-        const {middle} = spreadNow;
-        latest.current.move({x: middle.x - spreadBefore.middle.x, y: middle.y - spreadBefore.middle.y});
-        latest.current.zoom(middle, spreadNow.distance / Math.max(spreadBefore.distance, 1));
-      } else {
-        latest.current.move({x: at.x - before.x, y: at.y - before.y});
-      }
-    };
-    const onUp = (event: PointerEvent) => down.delete(event.pointerId);
-    const onLeave = () => latest.current.point(undefined);
-    const onWheel = (event: WheelEvent) => {
-      event.preventDefault();
-      const lines = event.deltaMode === WheelEvent.DOM_DELTA_LINE ? 16 : 1;
-      latest.current.zoom(place(event), Math.exp((-event.deltaY * lines) / 400));
-    };
-    element.addEventListener('pointerdown', onDown);
-    element.addEventListener('pointermove', onMove);
-    element.addEventListener('pointerup', onUp);
-    element.addEventListener('pointercancel', onUp);
-    element.addEventListener('pointerleave', onLeave);
-    element.addEventListener('wheel', onWheel, {passive: false});
-    return () => {
-      element.removeEventListener('pointerdown', onDown);
-      element.removeEventListener('pointermove', onMove);
-      element.removeEventListener('pointerup', onUp);
-      element.removeEventListener('pointercancel', onUp);
-      element.removeEventListener('pointerleave', onLeave);
-      element.removeEventListener('wheel', onWheel);
-    };
-  }, []);
-}
-
-export function Viewer({film, look, camera, theme, onLook, onCamera, onPoint, onNormalize}: ViewerProps) {
+export function Viewer(props: ViewerProps) {
+  const {film, look, camera, theme, other, against, errorMap, region, drawing, onCamera, onPoint} = props;
   const canvas = useRef<HTMLCanvasElement>(null);
   const picture = useRef<GlPicture>();
   const redraw = useRef(() => {});
@@ -123,7 +72,10 @@ export function Viewer({film, look, camera, theme, onLook, onCamera, onPoint, on
       frame.current = 0;
       const element = canvas.current;
       if (picture.current && element && film) {
-        picture.current.draw({camera: shown, look, screen, scale: window.devicePixelRatio, background: backgroundOf(element)});
+        const measured = against?.how === 'flip' || against?.how === 'hdr-flip';
+        const how = !against || (measured && !errorMap) ? 'picture' : against.how;
+        const split = against?.split ?? 1;
+        picture.current.draw({camera: shown, look, how, split, screen, scale: window.devicePixelRatio, background: backgroundOf(element)});
         element.dataset.drawn = 'yes';
       }
     });
@@ -132,69 +84,77 @@ export function Viewer({film, look, camera, theme, onLook, onCamera, onPoint, on
     if (film && picture.current) {
       try {
         picture.current.setFilm(film);
+        picture.current.setOther(other);
         setFailure('');
       } catch (error) {
         setFailure(String(error instanceof Error ? error.message : error));
       }
     }
-  }, [film]);
+  }, [film, other]);
+  useEffect(() => {
+    if (errorMap) {
+      picture.current?.setErrorMap(errorMap);
+    }
+  }, [errorMap]);
   useEffect(
     () =>
       farm.onTiles((changed, tiles) => {
-        if (changed === film) {
+        if (changed === film || changed === other) {
           picture.current?.putTiles(changed, tiles);
           redraw.current();
         }
       }),
-    [film],
+    [film, other],
   );
   useEffect(() => {
     // What waits was asked for with what was before.
     cancelAnimationFrame(frame.current);
     frame.current = 0;
     redraw.current();
-  }, [film, look, camera, screen, theme]);
+  }, [film, look, camera, screen, theme, other, against, errorMap]);
 
   const move = (by: Point) => onCamera(pan(shown, size, by));
   const zoom = (at: Point, factor: number) => onCamera(zoomAt(shown, screen, at, factor));
-  usePointers(canvas, move, zoom, (at) => onPoint(at && toPicture(shown, screen, at)));
+  usePointers(canvas, {
+    move,
+    zoom,
+    point: (at) => onPoint(at && toPicture(shown, screen, at)),
+    draw: (from, to) => film && props.onRegion(regionBetween(toPicture(shown, screen, from), toPicture(shown, screen, to), size)),
+    drawing,
+  });
 
-  const middle = {x: screen.width / 2, y: screen.height / 2};
+  const changeRegion = (by: Partial<Rect>) => {
+    // The first one is a quarter of what is seen, in the middle.
+    const [width, height] = [Math.ceil(screen.width / shown.zoom / 4), Math.ceil(screen.height / shown.zoom / 4)];
+    const first = {x: Math.floor(shown.center.x - width / 2), y: Math.floor(shown.center.y - height / 2), width, height};
+    props.onRegion(movedRegion(region ?? first, by, size));
+  };
   const onKey = (event: KeyboardEvent) => {
     if (event.ctrlKey || event.metaKey || event.altKey) {
       return;
     }
-    const step = event.shiftKey ? -1 : 1;
-    const brighter = (stops: number) =>
-      onLook({...look, exposure: Math.min(Math.max(look.exposure + stops, -kMostStops), kMostStops)});
     const moved = (by: Point) => {
       move(by);
       onPoint(shown.center);
     };
-    const keys: Record<string, () => void> = {
-      arrowleft: () => moved({x: kPanPixels, y: 0}),
-      arrowright: () => moved({x: -kPanPixels, y: 0}),
-      arrowup: () => moved({x: 0, y: kPanPixels}),
-      arrowdown: () => moved({x: 0, y: -kPanPixels}),
-      '+': () => zoom(middle, kKeyZoom),
-      '=': () => zoom(middle, kKeyZoom),
-      '-': () => zoom(middle, 1 / kKeyZoom),
-      f: () => onCamera(undefined),
-      '1': () => onCamera({zoom: 1, center: shown.center}),
-      e: () => brighter(0.5 * step),
-      n: onNormalize,
-      v: () => onLook({...look, view: look.view === 'plain' ? 'filmic' : 'plain'}),
-      r: () => onLook(kPlainLook),
-    };
-    const key = keys[event.key.toLowerCase()];
+    const around = (factor: number) => zoom({x: screen.width / 2, y: screen.height / 2}, factor);
+    const key = viewerKeys({...props, camera: shown, move: moved, zoom: around, changeRegion}, event.shiftKey)[event.key.toLowerCase()];
     if (key) {
       event.preventDefault();
       key();
     }
   };
+  const onDrop = (event: DragEvent) => {
+    event.preventDefault();
+    const file = event.dataTransfer?.files[0];
+    if (file) {
+      props.onFile(file);
+    }
+  };
+  const framed = region && film && within(region, size);
 
   return (
-    <div class="viewer">
+    <div class="viewer" onDragOver={(event) => event.preventDefault()} onDrop={onDrop}>
       <canvas
         ref={canvas}
         tabIndex={0}
@@ -204,6 +164,8 @@ export function Viewer({film, look, camera, theme, onLook, onCamera, onPoint, on
         onKeyDown={onKey}
         onDblClick={() => onCamera(undefined)}
       />
+      {framed && <RegionFrame region={framed} camera={shown} screen={screen} />}
+      {against?.how === 'split' && other && <Divider split={against.split} onSplit={(split) => props.onAgainst({...against, split})} />}
       {failure && (
         <p class="notice failure over" role="alert">
           {failure}

@@ -1,0 +1,79 @@
+/** How the picture is shown: exposure, maps and comparisons. */
+import type {Film} from '../model/film';
+import {kMostGamma, kMostStops, type Look, type Show} from '../model/route';
+import {CompareControls, type CompareControlsProps} from './compare_panel';
+import {legendOf} from './gl_picture';
+import {useFilmVersion} from './inspector';
+import {NumberField} from './number_field';
+
+const kShowLabels: [Show, string][] = [
+  ['color', 'Colour'],
+  ['red', 'Red'],
+  ['green', 'Green'],
+  ['blue', 'Blue'],
+  ['luminance', 'Luminance'],
+  ['false-color', 'False colour'],
+  ['error', 'Standard error'],
+  ['relative-error', 'Relative error'],
+  ['samples', 'Sample count'],
+];
+
+export interface ControlsProps extends CompareControlsProps {
+  film: Film | undefined;
+  look: Look;
+  drawing: boolean;
+  onLook: (look: Look) => void;
+  onNormalize: () => void;
+  onDrawing: (drawing: boolean) => void;
+}
+
+export function Controls(props: ControlsProps) {
+  const {film, look, against, drawing, onLook, onNormalize, onDrawing} = props;
+  useFilmVersion(film, 500);
+  const legend = legendOf(against?.how ?? 'picture', look, film?.mostSamples() ?? 0);
+  return (
+    <div class="controls" role="group" aria-label="How the picture is shown">
+      <label>
+        Show
+        <select value={look.show} onChange={(event) => onLook({...look, show: event.currentTarget.value as Show})}>
+          {kShowLabels.map(([show, label]) => (
+            <option key={show} value={show}>
+              {label}
+            </option>
+          ))}
+        </select>
+      </label>
+      <label>
+        Exposure
+        <input type="range" min={-10} max={10} step={0.25} value={look.exposure} aria-valuetext={`${look.exposure} stops`} onInput={(event) => onLook({...look, exposure: Number(event.currentTarget.value)})} />
+        <NumberField class="short" label="Exposure in stops" least={-kMostStops} most={kMostStops} step={0.25} value={look.exposure} onValue={(exposure) => onLook({...look, exposure})} />
+      </label>
+      <button type="button" title="Find the exposure that fits (N)" onClick={onNormalize}>
+        Auto
+      </button>
+      <label>
+        Gamma
+        <NumberField class="short" least={0.1} most={kMostGamma} step={0.1} value={look.gamma} onValue={(gamma) => onLook({...look, gamma})} />
+      </label>
+      <label>
+        View
+        <select value={look.view} onChange={(event) => onLook({...look, view: event.currentTarget.value === 'filmic' ? 'filmic' : 'plain'})}>
+          <option value="plain">Plain</option>
+          <option value="filmic">Filmic</option>
+        </select>
+      </label>
+      <CompareControls {...props} />
+      <button type="button" aria-pressed={drawing} title="Drag a rectangle to measure it (M, or with Shift)" onClick={() => onDrawing(!drawing)}>
+        Region
+      </button>
+      {legend && (
+        <div class="legend" role="img" aria-label={`Colours from ${legend.join(' to ')}`}>
+          <span class="ramp" />
+          {legend.map((text, i) => (
+            <span key={i}>{text}</span>
+          ))}
+        </div>
+      )}
+    </div>
+  );
+}

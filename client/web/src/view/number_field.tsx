@@ -1,0 +1,38 @@
+/** A number that is typed: what was typed stays until it is done, whatever else changes meanwhile. */
+import {useState} from 'preact/hooks';
+
+export interface NumberFieldProps {
+  value: number | undefined;
+  /** Once the reader is done; not of what is no number. */
+  onValue: (value: number) => void;
+  label?: string;
+  class?: string;
+  least?: number;
+  most?: number;
+  step: number;
+}
+
+export function NumberField({value, onValue, label, least, most, step, class: name}: NumberFieldProps) {
+  const [draft, setDraft] = useState<string>();
+  const done = (text: string) => {
+    setDraft(undefined);
+    const typed = Number(text);
+    if (text.trim() !== '' && Number.isFinite(typed)) {
+      onValue(Math.min(Math.max(typed, least ?? -Infinity), most ?? Infinity));
+    }
+  };
+  return (
+    <input
+      type="number"
+      class={name}
+      aria-label={label}
+      min={least}
+      max={most}
+      step={step}
+      value={draft ?? value ?? ''}
+      onInput={(event) => setDraft(event.currentTarget.value)}
+      onBlur={() => setDraft(undefined)}
+      onChange={(event) => done(event.currentTarget.value)}
+    />
+  );
+}

@@ -1,0 +1,80 @@
+/** What fingers, pen and mouse do to the picture. */
+import {useEffect, useRef} from 'preact/hooks';
+import type {Point} from '../model/camera';
+
+export interface PointerActions {
+  /** The picture is dragged by so much. */
+  move: (by: Point) => void;
+  zoom: (at: Point, factor: number) => void;
+  point: (at: Point | undefined) => void;
+  /** A region is drawn from one point to another: with Shift, or where `drawing` says so. */
+  draw: (from: Point, to: Point) => void;
+  drawing: boolean;
+}
+
+/** Mouse, pen and fingers: one drags or draws, two also zoom. Points are of the canvas, in CSS pixels. */
+export function usePointers(canvas: {current: HTMLCanvasElement | null}, actions: PointerActions) {
+  const latest = useRef(actions);
+  latest.current = actions;
+  useEffect(() => {
+    const element = canvas.current!;
+    const down = new Map<number, Point>();
+    /** Where the region that is drawn begins. */
+    let corner: Point | undefined;
+    const place = (event: MouseEvent): Point => {
+      const box = element.getBoundingClientRect();
+      return {x: event.clientX - box.left, y: event.clientY - box.top};
+    };
+    const spread = () => {
+      const [a, b] = [...down.values()];
+      return a && b ? {middle: {x: (a.x + b.x) / 2, y: (a.y + b.y) / 2}, distance: Math.hypot(a.x - b.x, a.y - b.y)} : undefined;
+    };
+    const onDown = (event: PointerEvent) => {
+      element.setPointerCapture(event.pointerId);
+      down.set(event.pointerId, place(event));
+      corner = down.size === 1 && (latest.current.drawing || event.shiftKey) ? place(event) : undefined;
+      latest.current.point(place(event));
+    };
+    const onMove = (event: PointerEvent) => {
+      const at = place(event);
+      latest.current.point(at);
+      const before = down.get(event.pointerId);
+      if (!before) {
+        return;
+      }
+      const spreadBefore = spread();
+      down.set(event.pointerId, at);
+      const spreadNow = spread();
+      if (spreadBefore && spreadNow) {
+        const {middle} = spreadNow;
+        latest.current.move({x: middle.x - spreadBefore.middle.x, y: middle.y - spreadBefore.middle.y});
+        latest.current.zoom(middle, spreadNow.distance / Math.max(spreadBefore.distance, 1));
+      } else if (corner) {
+        latest.current.draw(corner, at);
+      } else {
+        latest.current.move({x: at.x - before.x, y: at.y - before.y});
+      }
+    };
+    const onUp = (event: PointerEvent) => down.delete(event.pointerId);
+    const onLeave = () => latest.current.point(undefined);
+    const onWheel = (event: WheelEvent) => {
+      event.preventDefault();
+      const lines = event.deltaMode === WheelEvent.DOM_DELTA_LINE ? 16 : 1;
+      latest.current.zoom(place(event), Math.exp((-event.deltaY * lines) / 400));
+    };
+    element.addEventListener('pointerdown', onDown);
+    element.addEventListener('pointermove', onMove);
+    element.addEventListener('pointerup', onUp);
+    element.addEventListener('pointercancel', onUp);
+    element.addEventListener('pointerleave', onLeave);
+    element.addEventListener('wheel', onWheel, {passive: false});
+    return () => {
+      element.removeEventListener('pointerdown', onDown);
+      element.removeEventListener('pointermove', onMove);
+      element.removeEventListener('pointerup', onUp);
+      element.removeEventListener('pointercancel', onUp);
+      element.removeEventListener('pointerleave', onLeave);
+      element.removeEventListener('wheel', onWheel);
+    };
+  }, []);
+}

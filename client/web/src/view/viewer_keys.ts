@@ -1,0 +1,92 @@
+/** What keys do to the picture. */
+import type {Camera, Point} from '../model/camera';
+import type {Against, Comparison} from '../model/comparison';
+import type {Rect} from '../model/film';
+import {kMostStops, kPlainLook, type Look} from '../model/route';
+
+export interface KeyTargets {
+  look: Look;
+  camera: Camera;
+  against: Against | undefined;
+  drawing: boolean;
+  onLook: (look: Look) => void;
+  onCamera: (camera: Camera | undefined) => void;
+  onAgainst: (against: Against) => void;
+  onDrawing: (drawing: boolean) => void;
+  onRegion: (region: Rect | undefined) => void;
+  onNormalize: () => void;
+  /** Moves the picture by so many CSS pixels. */
+  move: (by: Point) => void;
+  /** Around the middle. */
+  zoom: (factor: number) => void;
+  /** Moves the region, or makes it larger, by so many of its pixels; makes one where there is none. */
+  changeRegion: (by: Partial<Rect>) => void;
+}
+
+const kPanPixels = 40;
+const kKeyZoom = 1.25;
+const kSplitStep = 0.05;
+/** Pixels of the screen that a key moves a region by; at least one of the picture. */
+const kRegionPixels = 8;
+
+function comparisonKeys({against, onAgainst}: KeyTargets): Record<string, () => void> {
+  if (!against) {
+    return {};
+  }
+  const show = (how: Comparison) => () => onAgainst({...against, how});
+  const slide = (by: number) => () => onAgainst({...against, how: 'split', split: Math.min(Math.max(against.split + by, 0), 1)});
+  return {
+    b: show(against.how === 'other' ? 'picture' : 'other'),
+    s: show('split'),
+    d: show('difference'),
+    q: show('squared-error'),
+    p: show('flip'),
+    '[': slide(-kSplitStep),
+    ']': slide(kSplitStep),
+  };
+}
+
+function arrowKeys(targets: KeyTargets, shift: boolean): Record<string, () => void> {
+  const {drawing, camera} = targets;
+  const step = Math.max(1, Math.round(kRegionPixels / camera.zoom));
+  const go = (x: number, y: number) => () => {
+    if (!drawing) {
+      targets.move({x: -x * kPanPixels, y: -y * kPanPixels});
+    } else {
+      targets.changeRegion(shift ? {width: x * step, height: y * step} : {x: x * step, y: y * step});
+    }
+  };
+  return {arrowleft: go(-1, 0), arrowright: go(1, 0), arrowup: go(0, -1), arrowdown: go(0, 1)};
+}
+
+/** By the key's name in small letters. */
+export function viewerKeys(targets: KeyTargets, shift: boolean): Record<string, () => void> {
+  const {look, camera, onLook, onCamera, drawing} = targets;
+  const brighter = (stops: number) => onLook({...look, exposure: Math.min(Math.max(look.exposure + stops, -kMostStops), kMostStops)});
+  const remove = () => {
+    targets.onRegion(undefined);
+    targets.onDrawing(false);
+  };
+  const measure = () => {
+    targets.onDrawing(!drawing);
+    if (!drawing) {
+      targets.changeRegion({});
+    }
+  };
+  return {
+    ...arrowKeys(targets, shift),
+    ...comparisonKeys(targets),
+    '+': () => targets.zoom(kKeyZoom),
+    '=': () => targets.zoom(kKeyZoom),
+    '-': () => targets.zoom(1 / kKeyZoom),
+    f: () => onCamera(undefined),
+    '1': () => onCamera({zoom: 1, center: camera.center}),
+    e: () => brighter(shift ? -0.5 : 0.5),
+    n: targets.onNormalize,
+    v: () => onLook({...look, view: look.view === 'plain' ? 'filmic' : 'plain'}),
+    r: () => onLook(kPlainLook),
+    m: measure,
+    escape: remove,
+    delete: remove,
+  };
+}
