@@ -14,8 +14,11 @@ export interface ErrorCurve {
   points: CurvePoint[];
   /** The relMSE asked for; undefined without an error goal. */
   target: number | undefined;
-  /** Where the upper end meets the target if the error goes on falling as 1/seconds. */
-  finish: {seconds: number; error: number} | undefined;
+  /**
+   * Where the upper end meets the target if the error goes on falling as 1/seconds; and the earliest and the latest, if the true error
+   * lies anywhere in its interval and what is stated then is that, with as wide an interval for its size as now.
+   */
+  finish: {seconds: number; error: number; earliest: number; latest: number} | undefined;
   /** Lines of slope −1 and −2 through the first point: errors of independent samples fall as the first. */
   guides: {slope: number; from: {seconds: number; error: number}; to: {seconds: number; error: number}}[];
 }
@@ -38,9 +41,14 @@ export function errorCurve(job: Job): ErrorCurve {
   const now = points.at(-1);
   const finish =
     target !== undefined && now !== undefined && now.high > target
-      ? {seconds: (now.seconds * now.high) / target, error: target}
+      ? finishOf(now, target)
       : undefined;
-  return {points, target, finish, guides: points.length > 0 ? guidesFrom(points[0]!, finish?.seconds ?? now!.seconds) : []};
+  return {points, target, finish, guides: points.length > 0 ? guidesFrom(points[0]!, finish?.latest ?? now!.seconds) : []};
+}
+
+function finishOf(now: CurvePoint, target: number): ErrorCurve['finish'] {
+  const at = (upperEnd: number) => Math.max(now.seconds, (now.seconds * upperEnd) / target);
+  return {seconds: at(now.high), error: target, earliest: at(now.error), latest: at(2 * now.high - now.error)};
 }
 
 function guidesFrom(first: CurvePoint, lastSeconds: number): ErrorCurve['guides'] {

@@ -1,8 +1,9 @@
-/** The picture as an 8-bit PNG, as it is shown but for maps and zoom. */
+/** What the reader keeps as files. */
 import type {Film} from '../model/film';
 import {kHalfValues} from '../model/half';
 import {displayed, type Tone} from '../model/tone';
 
+/** The picture as an 8-bit PNG, as it is shown but for maps and zoom. */
 export async function downloadPng(film: Film, tone: Tone, name: string): Promise<void> {
   const {width, height} = film.crop;
   const canvas = document.createElement('canvas');
@@ -19,9 +20,14 @@ export async function downloadPng(film: Film, tone: Tone, name: string): Promise
   }
   canvas.getContext('2d')!.putImageData(image, 0, 0);
   const blob = await new Promise<Blob | null>((resolve) => canvas.toBlob(resolve, 'image/png'));
+  save(blob!, `${name}.png`);
+}
+
+/** Has the browser keep `content` as a file. */
+export function save(content: Blob, name: string): void {
   const link = document.createElement('a');
-  link.href = URL.createObjectURL(blob!);
-  link.download = `${name}.png`;
+  link.href = URL.createObjectURL(content);
+  link.download = name;
   link.click();
   setTimeout(() => URL.revokeObjectURL(link.href), 10_000);
 }

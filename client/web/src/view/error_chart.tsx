@@ -1,16 +1,29 @@
-/** The job's error against the work spent on it, on log-log axes. */
-import {useEffect, useRef} from 'preact/hooks';
+/** The job's error against the work spent on it, beside that of others, on log-log axes. */
+import {useEffect, useRef, useState} from 'preact/hooks';
 import uPlot from 'uplot';
 import 'uplot/dist/uPlot.min.css';
+import {csvOf, kLineColors, nearestPoint, svgOf, type ChartLine} from '../model/chart';
 import {errorCurve, type ErrorCurve} from '../model/error_curve';
-import {errorText, humanSeconds, powerOfTen} from '../model/format';
+import {errorText, humanSeconds, methodName, powerOfTen, valueText} from '../model/format';
+import {hasEnded} from '../model/jobs';
+import {kMostCharted} from '../model/route';
 import type {Job} from '../wire/lightmill/v1/farm_pb';
+import {useChartedJobs} from './charted_jobs';
+import {save} from './download';
+import {useFarm} from './store';
 
-/** Columns: seconds, error, low, high, target, the way to the finish, and the guides of slope −1 and −2. */
-function columnsOf(curve: ErrorCurve): uPlot.AlignedData {
+/** How many columns there are before those of other jobs. */
+const kOwnColumns = 9;
+
+/**
+ * Columns: seconds; error, low, high, target, the way to the finish, its earliest and latest, and the guides of slope −1 and −2; then
+ * the errors of other jobs.
+ */
+function columnsOf(curve: ErrorCurve, others: readonly ChartLine[]): uPlot.AlignedData {
   const rows = new Map<number, (number | null)[]>();
+  const width = kOwnColumns + others.length;
   const put = (seconds: number, column: number, value: number) => {
-    const row = rows.get(seconds) ?? Array<number | null>(7).fill(null);
+    const row = rows.get(seconds) ?? Array<number | null>(width).fill(null);
     row[column] = value;
     rows.set(seconds, row);
   };
@@ -27,24 +40,31 @@ function columnsOf(curve: ErrorCurve): uPlot.AlignedData {
       put(end, 3, curve.target);
     }
     if (curve.finish) {
+      const {seconds, latest, error} = curve.finish;
       put(last.seconds, 4, last.high);
-      put(curve.finish.seconds, 4, curve.finish.error);
+      put(seconds, 4, error);
+      // Two lines of slope −1 that end together, for what lies between them is filled.
+      put(last.seconds, 5, last.error);
+      put(latest, 5, (last.error * last.seconds) / latest);
+      put(last.seconds, 6, 2 * last.high - last.error);
+      put(latest, 6, error);
     }
     curve.guides.forEach((guide, i) => {
-      put(guide.from.seconds, 5 + i, guide.from.error);
-      put(guide.to.seconds, 5 + i, guide.to.error);
+      put(guide.from.seconds, 7 + i, guide.from.error);
+      put(guide.to.seconds, 7 + i, guide.to.error);
     });
   }
+  others.forEach((line, i) => line.points.forEach((point) => put(point.seconds, kOwnColumns + i, point.error)));
   const seconds = [...rows.keys()].sort((a, b) => a - b);
   const column = (i: number) => seconds.map((at) => rows.get(at)![i]!);
-  return [seconds, ...[0, 1, 2, 3, 4, 5, 6].map(column)] as uPlot.AlignedData;
+  return [seconds, ...Array.from({length: width}, (_, i) => column(i))] as uPlot.AlignedData;
 }
 
 function css(name: string): string {
   return getComputedStyle(document.documentElement).getPropertyValue(name).trim();
 }
 
-function optionsFor(width: number): uPlot.Options {
+function optionsFor(width: number, others: readonly ChartLine[], onHover: (seconds: number | undefined) => void): uPlot.Options {
   const line = css('--line');
   const ink = css('--ink-2');
   const axis = {stroke: ink, grid: {stroke: line, width: 1}, ticks: {stroke: line, width: 1}, font: '11px system-ui', values: (_: uPlot, at: (number | null)[]) => at.map(powerOfTen)};
@@ -61,7 +81,13 @@ function optionsFor(width: number): uPlot.Options {
       {...axis, label: 'thread seconds', labelSize: 18, labelFont: '11px system-ui', size: 30},
       {...axis, label: 'relMSE', labelSize: 18, labelFont: '11px system-ui', size: 56},
     ],
-    bands: [{series: [3, 2], fill: `${accent}26`}],
+    bands: [
+      {series: [3, 2], fill: `${accent}26`},
+      {series: [7, 6], fill: `${accent}18`},
+    ],
+    hooks: {
+      setCursor: [(chart) => onHover((chart.cursor.left ?? -1) < 0 ? undefined : chart.posToVal(chart.cursor.left!, 'x'))],
+    },
     series: [
       {},
       {label: 'error', stroke: accent, width: 2, spanGaps: true, points: {show: true, size: 5}},
@@ -69,8 +95,11 @@ function optionsFor(width: number): uPlot.Options {
       {label: 'high', ...dashed, width: 0},
       {label: 'target', stroke: css('--good'), ...dashed, width: 1.5},
       {label: 'finish', stroke: accent, dash: [5, 4], ...dashed, width: 1.5},
+      {label: 'earliest', ...dashed, width: 0},
+      {label: 'latest', ...dashed, width: 0},
       {label: 'slope −1', stroke: ink, dash: [2, 4], ...dashed},
       {label: 'slope −2', stroke: ink, dash: [1, 5], ...dashed},
+      ...others.map(({name, color}) => ({label: name, stroke: color, width: 2, spanGaps: true, points: {show: true, size: 5}})),
     ],
   };
 }
@@ -81,19 +110,37 @@ function describe(curve: ErrorCurve, job: Job): string {
     return 'The error is known once every tile has samples in both halves.';
   }
   const target = curve.target === undefined ? '' : `, target ${errorText(curve.target)}`;
-  const eta = job.etaSeconds >= 0 ? `, expected in ${humanSeconds(job.etaSeconds)}` : '';
-  return `${errorText(now.error)} after ${humanSeconds(now.seconds)} of threads${target}${eta}`;
+  const eta = job.etaSeconds >= 0 && !hasEnded(job.state) ? `, expected in ${humanSeconds(job.etaSeconds)}` : '';
+  const finish = curve.finish && !hasEnded(job.state) ? `, after ${humanSeconds(curve.finish.earliest)} to ${humanSeconds(curve.finish.latest)} of threads` : '';
+  return `${errorText(now.error)} after ${humanSeconds(now.seconds)} of threads${target}${eta}${finish}`;
 }
 
-export function ErrorChart({job, theme}: {job: Job; theme: string}) {
+function lineOf(job: Job, color: string): ChartLine {
+  return {name: job.name ? `${job.name} #${job.id}` : `#${job.id}`, method: methodName(job), color, points: errorCurve(job).points};
+}
+
+export interface ErrorChartProps {
+  job: Job;
+  theme: string;
+  /** Other jobs in the same chart. */
+  charted: readonly bigint[];
+  onCharted: (jobs: bigint[]) => void;
+}
+
+export function ErrorChart({job, theme, charted, onCharted}: ErrorChartProps) {
   const curve = errorCurve(job);
   const text = describe(curve, job);
-  if (curve.points.length === 0) {
+  const [others, failure] = useChartedJobs(charted);
+  const lines = [lineOf(job, css('--accent')), ...others.map((other, i) => lineOf(other, kLineColors[i]!))];
+  const [hover, setHover] = useState<number>();
+  const keep = (content: string, type: string, ending: string) => save(new Blob([content], {type}), `job-${job.id}-error.${ending}`);
+  if (lines.every((line) => line.points.length === 0)) {
     return <p class="muted">{text}</p>;
   }
+  const chart = {lines, target: curve.target};
   return (
     <figure class="chart">
-      <Plot curve={curve} text={text} theme={theme} />
+      <Plot curve={curve} others={lines.slice(1)} text={text} theme={theme} onHover={setHover} />
       <figcaption>
         {text}
         <span class="keys">
@@ -102,18 +149,92 @@ export function ErrorChart({job, theme}: {job: Job; theme: string}) {
           {curve.finish && <span class="key finish">to the target</span>}
           <span class="key guide">slopes −1, −2</span>
         </span>
+        <ul class="chart-lines" aria-label="Jobs in the chart">
+          {lines.map((line, i) => (
+            <li key={line.name} style={{borderColor: line.color}}>
+              <span class="chart-name">
+                {line.name} <span class="muted">{line.method}</span>
+              </span>
+              <span class="chart-value">{hover === undefined ? '' : hoverText(line, hover)}</span>
+              {i > 0 && (
+                <button type="button" class="quiet" aria-label={`Remove ${line.name} from the chart`} onClick={() => onCharted(charted.filter((id) => id !== others[i - 1]!.id))}>
+                  ✕
+                </button>
+              )}
+            </li>
+          ))}
+        </ul>
+        {failure && (
+          <p class="notice failure" role="alert">
+            {failure}
+          </p>
+        )}
+        <div class="chart-actions">
+          <AddJob job={job} charted={charted} onCharted={onCharted} />
+          <button type="button" onClick={() => keep(csvOf(chart), 'text/csv', 'csv')}>
+            CSV
+          </button>
+          <button type="button" onClick={() => keep(svgOf(chart), 'image/svg+xml', 'svg')}>
+            SVG
+          </button>
+        </div>
       </figcaption>
     </figure>
   );
 }
 
-function Plot({curve, text, theme}: {curve: ErrorCurve; text: string; theme: string}) {
+/** What a line has nearest to so many seconds. */
+function hoverText({points}: ChartLine, seconds: number): string {
+  const point = nearestPoint(points, seconds);
+  return point ? `${valueText(point.error)} at ${humanSeconds(point.seconds)}` : '–';
+}
+
+function AddJob({job, charted, onCharted}: {job: Job; charted: readonly bigint[]; onCharted: (jobs: bigint[]) => void}) {
+  const {jobs} = useFarm();
+  const offered = [...jobs.values()].filter((each) => each.id !== job.id && !charted.includes(each.id)).sort((a, b) => Number(b.id - a.id));
+  return (
+    <select
+      aria-label="Add a job to the chart"
+      value=""
+      disabled={offered.length === 0 || charted.length >= kMostCharted}
+      onChange={(event) => {
+        const chosen = event.currentTarget.value;
+        event.currentTarget.value = '';
+        if (chosen) {
+          onCharted([...charted, BigInt(chosen)]);
+        }
+      }}
+    >
+      <option value="">Add a job…</option>
+      {offered.map((each) => (
+        <option key={String(each.id)} value={String(each.id)}>
+          {`#${each.id} ${each.name} (${methodName(each)})`}
+        </option>
+      ))}
+    </select>
+  );
+}
+
+interface PlotProps {
+  curve: ErrorCurve;
+  others: readonly ChartLine[];
+  text: string;
+  theme: string;
+  /** Seconds that are pointed at. */
+  onHover: (seconds: number | undefined) => void;
+}
+
+function Plot({curve, others, text, theme, onHover}: PlotProps) {
   const place = useRef<HTMLDivElement>(null);
   const chart = useRef<uPlot>();
-  const data = columnsOf(curve);
+  const data = columnsOf(curve, others);
+  const hover = useRef(onHover);
+  hover.current = onHover;
+  const step = useRef<number>();
+  const lines = others.map(({name}) => name).join('\n');
   useEffect(() => {
     const element = place.current!;
-    const made = new uPlot(optionsFor(element.clientWidth), data, element);
+    const made = new uPlot(optionsFor(element.clientWidth, others, (seconds) => hover.current(seconds)), data, element);
     chart.current = made;
     const observer = new ResizeObserver(() => made.setSize({width: element.clientWidth, height: 220}));
     observer.observe(element);
@@ -121,7 +242,16 @@ function Plot({curve, text, theme}: {curve: ErrorCurve; text: string; theme: str
       observer.disconnect();
       made.destroy();
     };
-  }, [theme]);
+  }, [theme, lines]);
   useEffect(() => chart.current?.setData(data));
-  return <div ref={place} role="img" aria-label={`Error against time: ${text}`} />;
+  const onKey = (event: KeyboardEvent) => {
+    const by = {ArrowLeft: -1, ArrowRight: 1}[event.key];
+    const known = [curve, ...others].flatMap(({points}) => points.map((point) => point.seconds)).sort((a, b) => a - b);
+    if (by !== undefined && known.length > 0) {
+      event.preventDefault();
+      step.current = Math.min(Math.max((step.current ?? (by > 0 ? -1 : known.length)) + by, 0), known.length - 1);
+      chart.current!.setCursor({left: chart.current!.valToPos(known[step.current]!, 'x'), top: 10});
+    }
+  };
+  return <div ref={place} role="img" tabIndex={0} aria-label={`Error against time: ${text}. The arrows go through its points.`} onKeyDown={onKey} />;
 }

@@ -243,7 +243,7 @@ export function JobPage({id, view: firstView, theme}: JobPageProps) {
         {job && (
           <section class="panel" aria-labelledby="error-title">
             <h2 id="error-title">Error against time</h2>
-            <ErrorChart job={job} theme={theme} />
+            <ErrorChart job={job} theme={theme} charted={view.charted} onCharted={(charted) => change({charted})} />
           </section>
         )}
         {film && reference && <ComparePanel reference={reference} measurement={measurement} pixels={film.crop.width * film.crop.height} />}

@@ -1,0 +1,146 @@
+// Charts of several jobs in a real browser against a real farm: node chart_test.mjs FOLDER-OF-PROGRAMS [--pictures FOLDER]
+import assert from 'node:assert/strict';
+import {readFileSync} from 'node:fs';
+import {join} from 'node:path';
+import {after, before, test} from 'node:test';
+import {eventually} from './farm.mjs';
+import {kAxeFile, kPhone, Session} from './session.mjs';
+
+const [programs, ...options] = process.argv.slice(2);
+const pictures = options[0] === '--pictures' ? options[1] : undefined;
+const session = new Session(programs);
+const kLongName = 'a name without an end '.repeat(9).trim().replaceAll(' ', '_');
+let page;
+let first;
+let second;
+
+before(async () => {
+  await session.start();
+  const size = ['--spp', '128', '--size', '96x80'];
+  first = session.farm.submit('cornell-bench-blocks', ...size, '--method', 'path', '--name', 'by path');
+  second = session.farm.submit('cornell-bench-blocks', ...size, '--method', 'vcm', '--name', kLongName);
+  await session.waitForState(first, 'DONE');
+  await session.waitForState(second, 'DONE');
+});
+after(() => session.close());
+
+const historyOf = async (id) => (await (await fetch(`${session.farm.page}api/v1/jobs/${id}`)).json()).history;
+
+async function kept(name) {
+  const [download] = await Promise.all([page.waitForEvent('download'), page.getByRole('button', {name, exact: true}).click()]);
+  return [download.suggestedFilename(), readFileSync(await download.path(), 'utf8')];
+}
+
+test('another job stands in the same chart, and in the link', async () => {
+  page = await session.open(`#/jobs/${first}`);
+  const lines = page.getByRole('list', {name: 'Jobs in the chart'}).getByRole('listitem');
+  await eventually('the job is in its chart', async () => (await lines.count()) === 1);
+  await page.getByRole('combobox', {name: 'Add a job to the chart'}).selectOption(second);
+  await eventually('both are there', async () => (await lines.count()) === 2);
+  await eventually('the link has it', () => page.url().includes(`chart=${second}`));
+  await lines.nth(1).getByText('vcm').waitFor();
+});
+
+test('what is pointed at is told, by the mouse and by keys', async () => {
+  const plot = page.getByRole('img', {name: /^Error against time/});
+  await plot.focus();
+  await page.keyboard.press('ArrowRight');
+  const values = () => page.locator('.chart-value').allTextContents();
+  await eventually('both jobs have values', async () => (await values()).every((each) => / at /.test(each)));
+  const [before] = await values();
+  for (let i = 0; i < 30; ++i) {
+    await page.keyboard.press('ArrowRight');
+  }
+  await eventually('the last point is another', async () => (await values())[0] !== before);
+  const last = (await historyOf(first)).at(-1).error.rel_mse;
+  const [told] = await values();
+  assert.ok(Math.abs(Number.parseFloat(told) / last - 1) < 1e-3, `${told} for ${last}`);
+  const box = await plot.boundingBox();
+  await page.mouse.move(box.x + 80, box.y + 60);
+  await eventually('the mouse has its own', async () => (await values())[0] === before);
+});
+
+test('CSV and SVG hold what the farm says', async () => {
+  const [name, csv] = await kept('CSV');
+  assert.equal(name, `job-${first}-error.csv`);
+  const rows = csv.trim().split('\n').slice(1).map((row) => row.split(','));
+  for (const [id, method] of [[first, 'path'], [second, 'vcm']]) {
+    const expected = (await historyOf(id)).filter((each) => each.error?.rel_mse > 0).map((each) => [each.worker_seconds, each.error.rel_mse]);
+    const found = rows.filter((row) => row[1] === method).map((row) => [Number(row[2]), Number(row[3])]);
+    assert.ok(expected.length > 2);
+    assert.deepEqual(found.slice(0, expected.length), expected);
+  }
+  const [, svg] = await kept('SVG');
+  const drawn = await page.evaluate((text) => {
+    const document = new DOMParser().parseFromString(text, 'image/svg+xml');
+    return [document.querySelectorAll('parsererror').length, document.querySelectorAll('circle').length];
+  }, svg);
+  assert.deepEqual(drawn, [0, rows.length]);
+});
+
+test('a job that is not there is told, and the rest goes on', async () => {
+  const other = await session.open(`#/jobs/${first}?chart=777,${second}`);
+  await other.getByRole('alert').getByText('Job 777 is not in the chart: there is no job 777').waitFor();
+  await eventually('the others are there', async () => (await other.locator('.chart-lines li').count()) === 2);
+  await other.context().close();
+});
+
+test('long names, comparisons, regions and charts fit a phone and please axe', async () => {
+  const axe = readFileSync(kAxeFile, 'utf8');
+  for (const colorScheme of ['light', 'dark']) {
+    const phone = await session.open(`#/jobs/${second}?with=${first}&how=split&region=10,10,20,20&chart=${first}`, {viewport: kPhone, colorScheme, bypassCSP: true});
+    await phone.locator('.measured dd').first().waitFor();
+    await phone.locator('.region-table').waitFor();
+    await eventually('the chart is there', async () => (await phone.locator('.chart-lines li').count()) === 2);
+    if (pictures) {
+      await phone.screenshot({path: join(pictures, `phone-${colorScheme}.png`), fullPage: true});
+    }
+    await phone.evaluate(axe);
+    const {violations} = await phone.evaluate(() => window.axe.run());
+    const serious = violations.filter((each) => ['serious', 'critical'].includes(each.impact));
+    assert.deepEqual(serious.map((each) => `${each.id}: ${each.nodes.map((node) => node.html).join(' | ')}`), []);
+    const wider = await phone.evaluate(() => document.documentElement.scrollWidth - window.innerWidth);
+    assert.ok(wider <= 0, `${wider} pixels wider than the screen`);
+    await phone.context().close();
+  }
+  if (pictures) {
+    await page.screenshot({path: join(pictures, 'chart.png')});
+  }
+});
+
+test('a hidden page is sent nothing, and catches up once it is seen', async () => {
+  const hidden = await session.browser.newContext();
+  const opened = await hidden.newPage();
+  let frames = 0;
+  opened.on('websocket', (socket) => socket.on('framereceived', () => ++frames));
+  await opened.addInitScript(() => {
+    window.isHidden = false;
+    Object.defineProperty(Document.prototype, 'hidden', {get: () => window.isHidden});
+    window.setHidden = (now) => {
+      window.isHidden = now;
+      document.dispatchEvent(new Event('visibilitychange'));
+    };
+  });
+  await opened.goto(`${session.farm.page}#/jobs`);
+  await opened.getByRole('link', {name: 'by path'}).waitFor();
+  const running = session.farm.submit('cornell-bench-blocks', '--spp', '100000', '--size', '96x80', '--method', 'path', '--name', 'goes on');
+  await opened.goto(`${session.farm.page}#/jobs/${running}`);
+  await opened.waitForSelector('canvas[data-drawn]');
+  const before = frames;
+  await eventually('a running job sends', () => frames > before + 2);
+  await opened.evaluate(() => window.setHidden(true));
+  // What was on its way when it was said.
+  await opened.waitForTimeout(1_000);
+  const since = frames;
+  const fourth = session.farm.submit('cornell-bench-blocks', '--spp', '1', '--size', '64x64', '--name', 'meanwhile');
+  await opened.waitForTimeout(7_000);
+  assert.equal(frames, since);
+  await opened.evaluate(() => window.setHidden(false));
+  await eventually('it is sent what it missed', () => frames > since);
+  await opened.goto(`${session.farm.page}#/jobs/${fourth}`);
+  await opened.getByRole('heading', {name: 'meanwhile'}).waitFor();
+  session.farm.lightmill('cancel', running);
+  await hidden.close();
+});
+
+test('the page asked nobody but the coordinator, and complained of nothing', () => session.assertQuiet());
