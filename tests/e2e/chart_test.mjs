@@ -1,9 +1,9 @@
 // Charts of several jobs in a real browser against a real farm: node chart_test.mjs FOLDER-OF-PROGRAMS [--pictures FOLDER]
 import assert from 'node:assert/strict';
-import {readFileSync} from 'node:fs';
+import {readFileSync, writeFileSync} from 'node:fs';
 import {join} from 'node:path';
 import {after, before, test} from 'node:test';
-import {eventually} from './farm.mjs';
+import {eventually, kSource} from './farm.mjs';
 import {kAxeFile, kPhone, Session} from './session.mjs';
 
 const [programs, ...options] = process.argv.slice(2);
@@ -141,6 +141,38 @@ test('a hidden page is sent nothing, and catches up once it is seen', async () =
   await opened.getByRole('heading', {name: 'meanwhile'}).waitFor();
   session.farm.lightmill('cancel', running);
   await hidden.close();
+});
+
+test('the results of a lab are dropped on the page, and its methods stand in one chart', async () => {
+  const folder = join(session.farm.folder, 'lab');
+  const experiment = join(session.farm.folder, 'experiment.json');
+  const scene = join(kSource, 'scenes/cornell-bench-blocks.json');
+  const plan = {scenes: [scene], methods: ['path', 'vcm'], seeds: 1, width: 32, height: 32, samples: [4, 16], reference: {method: 'path', samples: 64, seed: 9}};
+  writeFileSync(experiment, JSON.stringify(plan));
+  session.farm.lightmill('lab', experiment, '-o', folder);
+  const results = JSON.parse(readFileSync(join(folder, 'results.json'), 'utf8'));
+  await page.goto(`${session.farm.page}#/lab`);
+  await page.getByText('lightmill lab EXPERIMENT').waitFor();
+  await page.getByLabel('The results.json of a lab').setInputFiles(experiment);
+  await page.getByRole('alert').getByText('experiment.json: a scene is no object').waitFor();
+  const dropped = await page.evaluateHandle((text) => {
+    const transfer = new DataTransfer();
+    transfer.items.add(new File([text], 'results.json'));
+    return transfer;
+  }, JSON.stringify(results));
+  await page.locator('.lab').dispatchEvent('drop', {dataTransfer: dropped});
+  const lines = page.locator('.chart-lines li');
+  await eventually('both methods are there', async () => (await lines.count()) === 2);
+  assert.equal(await page.getByRole('alert').count(), 0);
+  await page.getByRole('img', {name: /^Error against time/}).focus();
+  await page.keyboard.press('ArrowRight');
+  const [curve] = results.scenes[0].methods.map((each) => each.curve);
+  await eventually('values are told', async () => (await lines.first().locator('.chart-value').textContent()) !== '');
+  const told = Number.parseFloat(await lines.first().locator('.chart-value').textContent());
+  assert.ok(curve.some((point) => Math.abs(told / point.rel_mse - 1) < 1e-3), `${told}`);
+  if (pictures) {
+    await page.screenshot({path: join(pictures, 'lab.png')});
+  }
 });
 
 test('the page asked nobody but the coordinator, and complained of nothing', () => session.assertQuiet());

@@ -96,7 +96,7 @@ test('a lost connection shows, comes back by itself and catches up', async () =>
 test('nothing serious for axe, in light and dark, on a desktop and a phone', async () => {
   for (const [viewport, colorScheme] of [[kDesktop, 'light'], [kDesktop, 'dark'], [kPhone, 'light'], [kPhone, 'dark']]) {
     const opened = await session.open('#/jobs', {viewport, colorScheme, bypassCSP: true});
-    for (const [hash, ready] of [['#/jobs', '.row-link'], [`#/jobs/${job}`, 'canvas[data-drawn]'], ['#/workers', 'tbody tr']]) {
+    for (const [hash, ready] of [['#/jobs', '.row-link'], [`#/jobs/${job}`, 'canvas[data-drawn]'], ['#/workers', 'tbody tr'], ['#/lab', '.empty']]) {
       await opened.goto(session.farm.page + hash);
       await opened.waitForSelector(ready);
       await opened.evaluate(axe);

@@ -38,7 +38,9 @@ test('a link brings the view back', () => {
   const plain: Route = {page: 'job', job: 3n, ...kPlainView};
   expect(routeHash(plain)).toBe('#/jobs/3');
   expect(parseRoute('#/jobs/3')).toEqual(plain);
-  expect(parseRoute('#/workers')).toEqual({page: 'workers'});
+  for (const page of ['jobs', 'workers', 'lab'] as const) {
+    expect(parseRoute(routeHash({page}))).toEqual({page});
+  }
 });
 
 test('whatever stands in the address, there is a page', () => {

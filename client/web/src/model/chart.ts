@@ -2,6 +2,7 @@
 import type {CurvePoint} from './error_curve';
 
 export interface ChartLine {
+  /** Of a job, or of a lab's scene. */
   name: string;
   method: string;
   /** A colour as CSS has it. */
@@ -35,7 +36,7 @@ export function csvOf({lines}: Chart): string {
   const rows = lines.flatMap(({name, method, points}) =>
     points.map((point) => [field(name), field(method), point.seconds, point.error, point.low, point.high].join(',')),
   );
-  return ['job,method,thread_seconds,rel_mse,low,high', ...rows].join('\n') + '\n';
+  return ['name,method,thread_seconds,rel_mse,low,high', ...rows].join('\n') + '\n';
 }
 
 const kWidth = 640;

@@ -27,7 +27,7 @@ export interface JobView {
   charted: readonly bigint[];
 }
 
-export type Route = {page: 'jobs'} | {page: 'workers'} | ({page: 'job'; job: bigint} & JobView);
+export type Route = {page: 'jobs'} | {page: 'workers'} | {page: 'lab'} | ({page: 'job'; job: bigint} & JobView);
 
 export const kPlainView: JobView = {look: kPlainLook, camera: undefined, against: undefined, region: undefined, charted: []};
 /** How many other jobs one chart holds. */
@@ -90,13 +90,13 @@ export function parseRoute(hash: string): Route {
       charted: chartedOf(parameters),
     };
   }
-  return {page: path === '/workers' ? 'workers' : 'jobs'};
+  return {page: path === '/workers' ? 'workers' : path === '/lab' ? 'lab' : 'jobs'};
 }
 
 /** The inverse; what is as usual is left out. */
 export function routeHash(route: Route): string {
   if (route.page !== 'job') {
-    return route.page === 'workers' ? '#/workers' : '#/jobs';
+    return `#/${route.page}`;
   }
   const parameters = new URLSearchParams();
   const {look, camera, against, region, charted} = route;

@@ -3,6 +3,7 @@ import {useEffect, useState} from 'preact/hooks';
 import {parseRoute, type Route} from '../model/route';
 import {JobPage, useWatch} from './job_page';
 import {JobsPage} from './jobs_page';
+import {LabPage} from './lab_page';
 import {LoginPage, LogOut} from './login';
 import {farm, useFarm} from './store';
 import {WorkersPage} from './workers_page';
@@ -61,6 +62,9 @@ function Header({route, theme, onTheme}: {route: Route; theme: Theme; onTheme: (
         <a href="#/workers" aria-current={here('workers')}>
           Workers <span class="count">{workers.size}</span>
         </a>
+        <a href="#/lab" aria-current={here('lab')}>
+          Lab
+        </a>
       </nav>
       <span class="spacer" />
       <span class={`link link-${link}`} role="status">
@@ -81,7 +85,7 @@ export function App() {
   const {link, greeting} = useFarm();
   useWatch(route.page === 'job' ? route.job : 0n);
   useEffect(() => {
-    document.title = route.page === 'job' ? `Job ${route.job} · Lightmill` : route.page === 'workers' ? 'Workers · Lightmill' : 'Lightmill';
+    document.title = route.page === 'job' ? `Job ${route.job} · Lightmill` : {workers: 'Workers · Lightmill', lab: 'Lab · Lightmill', jobs: 'Lightmill'}[route.page];
   }, [route]);
   return (
     <>
@@ -106,6 +110,7 @@ export function App() {
         {link === 'closed' && <LoginPage />}
         {link !== 'closed' && route.page === 'jobs' && <JobsPage />}
         {link !== 'closed' && route.page === 'workers' && <WorkersPage />}
+        {link !== 'closed' && route.page === 'lab' && <LabPage theme={resolved} />}
         {link !== 'closed' && route.page === 'job' && <JobPage key={String(route.job)} id={route.job} view={route} theme={resolved} />}
       </main>
     </>

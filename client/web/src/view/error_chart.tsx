@@ -2,7 +2,7 @@
 import {useEffect, useRef, useState} from 'preact/hooks';
 import uPlot from 'uplot';
 import 'uplot/dist/uPlot.min.css';
-import {csvOf, kLineColors, nearestPoint, svgOf, type ChartLine} from '../model/chart';
+import {csvOf, kLineColors, nearestPoint, svgOf, type Chart, type ChartLine} from '../model/chart';
 import {errorCurve, type ErrorCurve} from '../model/error_curve';
 import {errorText, humanSeconds, methodName, powerOfTen, valueText} from '../model/format';
 import {hasEnded} from '../model/jobs';
@@ -133,11 +133,9 @@ export function ErrorChart({job, theme, charted, onCharted}: ErrorChartProps) {
   const [others, failure] = useChartedJobs(charted);
   const lines = [lineOf(job, css('--accent')), ...others.map((other, i) => lineOf(other, kLineColors[i]!))];
   const [hover, setHover] = useState<number>();
-  const keep = (content: string, type: string, ending: string) => save(new Blob([content], {type}), `job-${job.id}-error.${ending}`);
   if (lines.every((line) => line.points.length === 0)) {
     return <p class="muted">{text}</p>;
   }
-  const chart = {lines, target: curve.target};
   return (
     <figure class="chart">
       <Plot curve={curve} others={lines.slice(1)} text={text} theme={theme} onHover={setHover} />
@@ -149,21 +147,7 @@ export function ErrorChart({job, theme, charted, onCharted}: ErrorChartProps) {
           {curve.finish && <span class="key finish">to the target</span>}
           <span class="key guide">slopes −1, −2</span>
         </span>
-        <ul class="chart-lines" aria-label="Jobs in the chart">
-          {lines.map((line, i) => (
-            <li key={line.name} style={{borderColor: line.color}}>
-              <span class="chart-name">
-                {line.name} <span class="muted">{line.method}</span>
-              </span>
-              <span class="chart-value">{hover === undefined ? '' : hoverText(line, hover)}</span>
-              {i > 0 && (
-                <button type="button" class="quiet" aria-label={`Remove ${line.name} from the chart`} onClick={() => onCharted(charted.filter((id) => id !== others[i - 1]!.id))}>
-                  ✕
-                </button>
-              )}
-            </li>
-          ))}
-        </ul>
+        <LineList lines={lines} hover={hover} label="Jobs in the chart" onRemove={(i) => onCharted(charted.filter((id) => id !== others[i - 1]!.id))} />
         {failure && (
           <p class="notice failure" role="alert">
             {failure}
@@ -171,22 +155,60 @@ export function ErrorChart({job, theme, charted, onCharted}: ErrorChartProps) {
         )}
         <div class="chart-actions">
           <AddJob job={job} charted={charted} onCharted={onCharted} />
-          <button type="button" onClick={() => keep(csvOf(chart), 'text/csv', 'csv')}>
-            CSV
-          </button>
-          <button type="button" onClick={() => keep(svgOf(chart), 'image/svg+xml', 'svg')}>
-            SVG
-          </button>
+          <KeepButtons chart={{lines, target: curve.target}} name={`job-${job.id}-error`} />
         </div>
       </figcaption>
     </figure>
   );
 }
 
+export interface LineListProps {
+  lines: readonly ChartLine[];
+  /** Seconds that are pointed at. */
+  hover: number | undefined;
+  label: string;
+  /** Of jobs but the first; left out where the lines are a lab's methods. */
+  onRemove?: (line: number) => void;
+}
+
+export function LineList({lines, hover, label, onRemove}: LineListProps) {
+  return (
+    <ul class="chart-lines" aria-label={label}>
+      {lines.map((line, i) => (
+        <li key={`${line.name} ${line.method}`} style={{borderColor: line.color}}>
+          <span class="chart-name">
+            {onRemove ? line.name : line.method} <span class="muted">{onRemove && line.method}</span>
+          </span>
+          <span class="chart-value">{hover === undefined ? '' : hoverText(line, hover)}</span>
+          {onRemove && i > 0 && (
+            <button type="button" class="quiet" aria-label={`Remove ${line.name} from the chart`} onClick={() => onRemove(i)}>
+              ✕
+            </button>
+          )}
+        </li>
+      ))}
+    </ul>
+  );
+}
+
+export function KeepButtons({chart, name}: {chart: Chart; name: string}) {
+  return (
+    <>
+      <button type="button" onClick={() => save(new Blob([csvOf(chart)], {type: 'text/csv'}), `${name}.csv`)}>
+        CSV
+      </button>
+      <button type="button" onClick={() => save(new Blob([svgOf(chart)], {type: 'image/svg+xml'}), `${name}.svg`)}>
+        SVG
+      </button>
+    </>
+  );
+}
+
 /** What a line has nearest to so many seconds. */
 function hoverText({points}: ChartLine, seconds: number): string {
   const point = nearestPoint(points, seconds);
-  return point ? `${valueText(point.error)} at ${humanSeconds(point.seconds)}` : '–';
+  const time = (at: number) => (at < 1 ? `${at.toPrecision(2)} s` : humanSeconds(at));
+  return point ? `${valueText(point.error)} at ${time(point.seconds)}` : '–';
 }
 
 function AddJob({job, charted, onCharted}: {job: Job; charted: readonly bigint[]; onCharted: (jobs: bigint[]) => void}) {
@@ -215,7 +237,7 @@ function AddJob({job, charted, onCharted}: {job: Job; charted: readonly bigint[]
   );
 }
 
-interface PlotProps {
+export interface PlotProps {
   curve: ErrorCurve;
   others: readonly ChartLine[];
   text: string;
@@ -224,14 +246,14 @@ interface PlotProps {
   onHover: (seconds: number | undefined) => void;
 }
 
-function Plot({curve, others, text, theme, onHover}: PlotProps) {
+export function Plot({curve, others, text, theme, onHover}: PlotProps) {
   const place = useRef<HTMLDivElement>(null);
   const chart = useRef<uPlot>();
   const data = columnsOf(curve, others);
   const hover = useRef(onHover);
   hover.current = onHover;
   const step = useRef<number>();
-  const lines = others.map(({name}) => name).join('\n');
+  const lines = others.map(({name, method}) => `${name} ${method}`).join('\n');
   useEffect(() => {
     const element = place.current!;
     const made = new uPlot(optionsFor(element.clientWidth, others, (seconds) => hover.current(seconds)), data, element);
