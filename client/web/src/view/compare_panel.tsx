@@ -88,7 +88,7 @@ export function CompareControls({job, against, onAgainst, onFile}: CompareContro
   );
 }
 
-function flipName({hdr, exposure}: Measurement): string {
+function flipName({hdr, exposure}: NonNullable<Measurement['flip']>): string {
   return hdr ? 'FLIP, worst of all exposures' : `FLIP${exposure === 0 ? '' : ` at ${exposure > 0 ? '+' : ''}${exposure} stops`}`;
 }
 
@@ -102,7 +102,7 @@ export function ComparePanel({reference, measurement, pixels}: {reference: Refer
           ['without the worst 0.1 %', valueText(errors.relMseTrimmed)],
           ['Energy ratio', valueText(errors.energyRatio)],
           ['SMAPE', valueText(errors.smape)],
-          [flipName(measurement), valueText(measurement.flip)],
+          measurement.flip ? [flipName(measurement.flip), valueText(measurement.flip.mean)] : ['FLIP', '…'],
         ]
       : [];
   const waiting = measurement ? 'Nowhere have both of them samples.' : 'Being measured…';

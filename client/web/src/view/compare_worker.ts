@@ -12,18 +12,28 @@ export interface Question {
   exposure: number;
 }
 
+/** Of FLIP at each pixel, and its mean. */
+export interface FlipAnswer {
+  map: Float32Array<ArrayBuffer>;
+  mean: number;
+}
+
+/** Two of them: the errors at once, then, later, the same with FLIP. */
 export interface Answer {
   /** Undefined where no pixel counts. */
   errors: PictureErrors | undefined;
-  map: Float32Array<ArrayBuffer>;
-  flip: number;
+  flip: FlipAnswer | undefined;
 }
 
 self.onmessage = ({data}: MessageEvent<Question>) => {
   const {width, height, picture, reference, hdr, exposure} = data;
   const common = commonPixels(picture, reference);
+  const errors = errorsBetween(picture, reference, common);
+  const first: Answer = {errors, flip: undefined};
+  self.postMessage(first);
   const shown = [picture, reference].map((each) => ({width, height, rgb: onlyCommon(each, common)}));
   const map = hdr ? hdrFlipMap(shown[0]!, shown[1]!) : flipMap(shown[0]!, shown[1]!, exposure);
-  const answer: Answer = {errors: errorsBetween(picture, reference, common), map: map as Float32Array<ArrayBuffer>, flip: meanOver(map, common)};
-  self.postMessage(answer, {transfer: [answer.map.buffer]});
+  const flip: FlipAnswer = {map: map as Float32Array<ArrayBuffer>, mean: meanOver(map, common)};
+  const second: Answer = {errors, flip};
+  self.postMessage(second, {transfer: [flip.map.buffer]});
 };

@@ -1,15 +1,18 @@
 /** How far two films are apart, worked out again as they change. */
 import {useEffect, useRef, useState} from 'preact/hooks';
+import type {PictureErrors} from '../model/comparison';
 import type {Film} from '../model/film';
-import type {Answer, Question} from './compare_worker';
+import type {Answer, FlipAnswer, Question} from './compare_worker';
 import {useFilmVersion} from './inspector';
 
 /** Larger pictures are compared by eye alone. */
 export const kMostMeasuredPixels = 16_777_216;
 
-export interface Measurement extends Answer {
-  hdr: boolean;
-  exposure: number;
+export interface Measurement {
+  /** Undefined where no pixel counts. */
+  errors: PictureErrors | undefined;
+  /** Undefined until it is there; then of an exposure, or of all. */
+  flip: (FlipAnswer & {hdr: boolean; exposure: number}) | undefined;
 }
 
 function canMeasure(film: Film, other: Film): boolean {
@@ -27,11 +30,13 @@ class Measurer {
   constructor(onAnswer: (measurement: Measurement) => void) {
     this.worker.onmessage = ({data}: MessageEvent<Answer>) => {
       const {at, hdr, exposure} = this.asked!;
-      onAnswer({...data, hdr, exposure});
-      this.rest = setTimeout(() => {
-        this.asked = undefined;
-        this.next();
-      }, performance.now() - at);
+      onAnswer({...data, flip: data.flip && {...data.flip, hdr, exposure}});
+      if (data.flip) {
+        this.rest = setTimeout(() => {
+          this.asked = undefined;
+          this.next();
+        }, performance.now() - at);
+      }
     };
   }
 
@@ -66,7 +71,8 @@ export function useMeasurement(film: Film | undefined, other: Film | undefined, 
     if (!comparing) {
       return;
     }
-    measurer.current = new Measurer(setMeasurement);
+    // FLIP takes longest: the one of before stays until it is there.
+    measurer.current = new Measurer((next) => setMeasurement((before) => ({errors: next.errors, flip: next.flip ?? before?.flip})));
     return () => {
       measurer.current!.close();
       setMeasurement(undefined);

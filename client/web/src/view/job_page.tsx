@@ -212,7 +212,7 @@ export function JobPage({id, view: firstView, theme}: JobPageProps) {
           theme={theme}
           other={reference?.film}
           against={against}
-          errorMap={measurement?.map}
+          errorMap={measurement?.flip?.map}
           region={region}
           drawing={drawing}
           onLook={onLook}
