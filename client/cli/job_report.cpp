@@ -12,7 +12,7 @@ namespace lightmill::cli {
 ExitCode fetch_and_report(const Console& console, FarmConnection& connection, std::uint64_t id,
                           const std::vector<std::string>& outputs, const ViewSettings& view,
                           const std::vector<std::string>& scene_notices) {
-  const Result<FetchedFilm> film = fetch_film(connection, id);
+  const Result<AssembledFilm> film = fetch_film(connection, id);
   if (!film.ok()) {
     return console.fail(film.status());
   }

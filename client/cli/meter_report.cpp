@@ -1,7 +1,6 @@
 #include "client/cli/meter_report.h"
 
 #include <cmath>
-#include <nlohmann/json.hpp>
 
 namespace lightmill::cli {
 namespace {
@@ -23,26 +22,6 @@ std::string with_error(double value, double half_width) {
 }
 
 }  // namespace
-
-nlohmann::json to_json(const std::vector<NamedReading>& readings) {
-  nlohmann::json list = nlohmann::json::array();
-  for (const auto& [meter, reading] : readings) {
-    const auto number = [known = reading.samples > 0](double value) {
-      return known ? nlohmann::json(value) : nlohmann::json(nullptr);
-    };
-    list.push_back({{"name", meter.name},
-                    {"quantity", quantity_of(meter)},
-                    {"value", number(reading.value)},
-                    {"half_width", number(reading.half_width)},
-                    {"unit", radiometric_unit(meter)},
-                    {"photometric", number(reading.photometric)},
-                    {"photometric_half_width", number(reading.photometric_width)},
-                    {"photometric_unit", photometric_unit(meter)},
-                    {"rgb", {number(reading.rgb.x), number(reading.rgb.y), number(reading.rgb.z)}},
-                    {"samples", reading.samples}});
-  }
-  return list;
-}
 
 std::string reading_text(const NamedReading& reading) {
   const MeterReading& r = reading.reading;

@@ -3,6 +3,7 @@
 #include "common/film/film.h"
 #include "common/wire/bytes.h"
 #include "common/wire/farm_messages.h"
+#include "server/api/film_messages.h"
 #include "server/api/grpc_status.h"
 #include "server/api/recorded_calls.h"
 #include "server/api/refused.h"
@@ -120,22 +121,13 @@ class FilmStream final : public grpc::ServerWriteReactor<v1::GetFilmResponse> {
 
   /// On the farm thread.
   void take(JobId job, const FarmLoop::Turn& turn) {
-    const Result<JobStatus> status = turn.farm.status(job, turn.now);
-    const Result<const RenderSettings*> settings = turn.farm.settings(job);
-    const Film* film = turn.farm.film(job);
-    if (!status.ok() || !settings.ok() || film == nullptr) {
-      Finish(to_grpc(status.ok() ? not_found("there is no job {}", job.value) : status.status()));
+    Result<FilmSnapshot> film = snapshot(turn.farm, job, turn.now);
+    if (!film.ok()) {
+      Finish(to_grpc(film.status()));
       return;
     }
-    const std::uint32_t tile_count = film->grid().tile_count();
-    tiles_.reserve(tile_count);
-    for (std::uint32_t i = 0; i < tile_count; ++i) {
-      tiles_.push_back(snapshot(*film, TileId{i}));
-    }
-    v1::FilmHeader* header = response_.mutable_header();
-    to_wire(*status, header->mutable_job());
-    to_wire(**settings, header->mutable_settings());
-    header->set_tile_count(tile_count);
+    tiles_ = std::move(film->tiles);
+    response_.mutable_header()->Swap(&film->header);
     StartWrite(&response_);
   }
   void refuse(const grpc::Status& status) { Finish(status); }
@@ -147,14 +139,7 @@ class FilmStream final : public grpc::ServerWriteReactor<v1::GetFilmResponse> {
     }
     TileSnapshot& tile = tiles_[next_++];
     response_.Clear();
-    v1::FilmTile* out = response_.mutable_tile();
-    to_wire(tile.rect, out->mutable_rect());
-    out->set_samples(tile.samples);
-    out->set_samples_a(tile.samples_a);
-    out->set_sums(float_bytes(sums_of(tile)));
-    const FirstValues first = first_of(tile);
-    out->set_first_samples(first.samples);
-    out->set_first(float_bytes(first.values));
+    *response_.mutable_tile() = film_tile(tile);
     tile.forest.clear();
     StartWrite(&response_);
   }

@@ -2,6 +2,7 @@
 
 #include <boost/beast/core/flat_buffer.hpp>
 #include <boost/beast/http.hpp>
+#include <boost/beast/http/span_body.hpp>
 
 #include "common/base/text.h"
 #include "server/web/live_session.h"
@@ -19,6 +20,8 @@ using boost::system::error_code;
 constexpr std::uint32_t kMostHeaderBytes = 8 << 10;
 constexpr std::uint64_t kMostBodyBytes = 16 << 10;
 constexpr auto kRequestPatience = std::chrono::seconds(30);
+/// Who reads a large file more slowly is hung up on.
+constexpr std::size_t kLeastBytesPerSecond = 1 << 20;
 constexpr std::string_view kApi = "/api/v1/";
 constexpr std::string_view kLive = "/api/v1/live";
 /// Nothing from elsewhere, nothing inline, in nobody's frame.
@@ -34,7 +37,8 @@ beast::string_view as_beast(std::string_view text) {
 }
 
 using Request = http::request<http::string_body>;
-using Response = http::response<http::string_body>;
+/// Its body is somebody else's: files are not copied.
+using Response = http::response<http::span_body<const char>>;
 
 RequestOrigin origin_of(const Request& request) {
   return {as_std(request[http::field::host]), as_std(request[http::field::origin]), as_std(request["Sec-Fetch-Site"])};
@@ -85,8 +89,8 @@ class HttpSession final : public std::enable_shared_from_this<HttpSession> {
         response_of(body ? http::status::payload_too_large : http::status::request_header_fields_too_large);
     response.keep_alive(false);
     set_body(response, "text/plain; charset=utf-8",
-             fmt::format("the {} has more than {} bytes\n", body ? "body" : "header",
-                         body ? kMostBodyBytes : kMostHeaderBytes));
+             shared(fmt::format("the {} has more than {} bytes\n", body ? "body" : "header",
+                                body ? kMostBodyBytes : kMostHeaderBytes)));
     write(std::move(response));
   }
 
@@ -175,7 +179,7 @@ class HttpSession final : public std::enable_shared_from_this<HttpSession> {
     }
     if (file == nullptr) {
       Response response = response_of(http::status::not_found);
-      set_body(response, "text/plain; charset=utf-8", fmt::format("there is no {}\n", printable(path)));
+      set_body(response, "text/plain; charset=utf-8", shared(fmt::format("there is no {}\n", printable(path))));
       return write(std::move(response));
     }
     const bool same = as_std(request[http::field::if_none_match]) == file->etag;
@@ -188,7 +192,7 @@ class HttpSession final : public std::enable_shared_from_this<HttpSession> {
     if (packed) {
       response.set(http::field::content_encoding, "gzip");
     }
-    set_body(response, file->content_type, same ? std::string() : packed ? *file->gzip : *file->bytes);
+    set_body(response, file->content_type, same ? shared("") : packed ? file->gzip : file->bytes);
     write(std::move(response));
   }
 
@@ -204,7 +208,7 @@ class HttpSession final : public std::enable_shared_from_this<HttpSession> {
     if (!reply.file_name.empty()) {
       response.set(http::field::content_disposition, fmt::format("attachment; filename=\"{}\"", reply.file_name));
     }
-    set_body(response, reply.content_type, reply.body);
+    set_body(response, reply.content_type, reply.file == nullptr ? shared(reply.body) : reply.file);
     write(std::move(response));
   }
 
@@ -219,9 +223,11 @@ class HttpSession final : public std::enable_shared_from_this<HttpSession> {
     response.set("Cross-Origin-Resource-Policy", "same-origin");
     return response;
   }
-  static void set_body(Response& response, std::string_view type, std::string body) {
+  static SharedBytes shared(std::string text) { return std::make_shared<const std::string>(std::move(text)); }
+  void set_body(Response& response, std::string_view type, SharedBytes body) {
+    body_ = std::move(body);
     response.set(http::field::content_type, as_beast(type));
-    response.body() = std::move(body);
+    response.body() = {body_->data(), body_->size()};
     response.prepare_payload();
   }
   void write(Response response) {
@@ -229,10 +235,12 @@ class HttpSession final : public std::enable_shared_from_this<HttpSession> {
     const bool head = parser_->get().method() == http::verb::head;
     response_ = std::move(response);
     if (head) {
-      response_.body().clear();
+      response_.body() = {};
     }
-    stream_.tcp().expires_after(kRequestPatience);
+    stream_.tcp().expires_after(kRequestPatience +
+                                std::chrono::seconds(response_.body().size() / kLeastBytesPerSecond));
     http::async_write(stream_, response_, [self = shared_from_this()](error_code error, std::size_t) {
+      self->body_ = nullptr;
       if (!error && self->response_.keep_alive()) {
         self->read();
       } else if (!error) {
@@ -245,6 +253,7 @@ class HttpSession final : public std::enable_shared_from_this<HttpSession> {
   WebStream stream_;
   beast::flat_buffer buffer_{kMostHeaderBytes + kMostBodyBytes};
   std::optional<http::request_parser<http::string_body>> parser_;
+  SharedBytes body_;  ///< of the response
   Response response_;
   bool handed_on_ = false;
 };

@@ -7,6 +7,7 @@
 #include <string_view>
 
 #include "common/base/status.h"
+#include "server/web/change_log.h"
 
 namespace google::protobuf {
 class Message;
@@ -18,6 +19,7 @@ struct ApiReply {
   unsigned status = 200;
   std::string content_type;
   std::string body;
+  SharedBytes file = nullptr;   ///< in place of the body, if given
   std::string set_cookie = {};  ///< the header of that name; empty: none
   std::string file_name = {};   ///< under which browsers keep the body; empty: they show it
 };

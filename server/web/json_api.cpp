@@ -16,7 +16,7 @@ namespace {
 constexpr std::string_view kPrefix = "/api/v1/";
 constexpr int kMostListed = 1'000;
 constexpr int kListed = 100;
-constexpr std::string_view kThumbnail = "/thumbnail.png";
+constexpr std::string_view kThumbnail = "/thumbnail.png", kExr = "/picture.exr", kPng = "/picture.png";
 
 Status unknown_path(const ApiRequest& request) {
   return not_found("there is no {}: /openapi.json says what there is", printable(request.path));
@@ -102,7 +102,8 @@ JsonApi::JsonApi(FarmLoop& loop, const Gate& gate, Logins& logins, FarmGreeting 
       logins_(logins),
       greeting_(std::move(greeting)),
       desk_(loop, std::move(on_web_thread)),
-      thumbnails_(desk_, gate) {}
+      thumbnails_(desk_, gate),
+      pictures_(desk_, gate) {}
 
 void JsonApi::handle(const ApiRequest& request, Reply reply) {
   std::string_view path = request.path;
@@ -162,7 +163,9 @@ ApiReply JsonApi::log_in(const ApiRequest& request) {
 /// Also of who is not logged in: afterwards nobody is.
 ApiReply JsonApi::log_out(const ApiRequest& request) {
   logins_.log_out(request.login);
-  return {200, "application/json", "{}\n", set_cookie_header(request.cookie, "", 0), ""};
+  ApiReply reply{200, "application/json", "{}\n"};
+  reply.set_cookie = set_cookie_header(request.cookie, "", 0);
+  return reply;
 }
 
 // ---- jobs ----
@@ -195,7 +198,7 @@ void JsonApi::handle_jobs(const ApiRequest& request, Reply reply) {
 }
 
 void JsonApi::handle_job(const ApiRequest& request, JobId job, std::string_view what, Reply reply) {
-  const bool looks = what.empty() || what == kThumbnail;
+  const bool looks = what.empty() || what == kThumbnail || what == kExr || what == kPng;
   const auto action = std::ranges::find(kActions, what, &JobChange::path);
   if (!looks && action == kActions.end()) {
     return reply(error_reply(unknown_path(request)));
@@ -210,7 +213,7 @@ void JsonApi::handle_job(const ApiRequest& request, JobId job, std::string_view 
     return reply(error_reply(status));
   }
   if (looks) {
-    return what.empty() ? show_job(*call, job, std::move(reply)) : thumbnails_.send(*call, job, std::move(reply));
+    return show(*call, job, what, std::move(reply));
   }
   change_job(
       *call, job,
@@ -220,7 +223,13 @@ void JsonApi::handle_job(const ApiRequest& request, JobId job, std::string_view 
       std::move(reply));
 }
 
-void JsonApi::show_job(const Call& call, JobId job, Reply reply) {
+void JsonApi::show(const Call& call, JobId job, std::string_view what, Reply reply) {
+  if (what == kThumbnail) {
+    return thumbnails_.send(call, job, std::move(reply));
+  }
+  if (!what.empty()) {
+    return pictures_.send(call, job, what == kExr ? PictureFormat::exr : PictureFormat::png, std::move(reply));
+  }
   desk_.ask(std::move(reply), [&gate = gate_, call, job](Turn& turn, const FarmReply& back) {
     const Status status = check_job_call(turn, gate, call, job);
     back(status.ok() ? job_reply(turn, job) : error_reply(status));

@@ -6,6 +6,7 @@
 #include <string>
 
 #include "server/web/farm_reply.h"
+#include "server/web/job_pictures.h"
 #include "server/web/live_messages.h"
 #include "server/web/logins.h"
 #include "server/web/thumbnails.h"
@@ -38,7 +39,7 @@ class JsonApi {
   void handle_jobs(const ApiRequest& request, Reply reply);
   void handle_job(const ApiRequest& request, JobId job, std::string_view what, Reply reply);
   void handle_workers(const ApiRequest& request, std::string_view rest, Reply reply);
-  void show_job(const Call& call, JobId job, Reply reply);
+  void show(const Call& call, JobId job, std::string_view what, Reply reply);
   using JobTask = std::function<Status(FarmLoop::Turn&)>;
   void change_job(const Call& call, JobId job, JobTask change, Reply reply);
   void change_worker(const Call& call, const std::string& name,
@@ -49,6 +50,7 @@ class JsonApi {
   const FarmGreeting greeting_;
   FarmDesk desk_;
   Thumbnails thumbnails_;
+  JobPictures pictures_;
 };
 
 }  // namespace lightmill

@@ -46,8 +46,8 @@ Result<Identity> Logins::identify(const ShownLogin& shown) const {
   }
   if (!shown.cookie.empty()) {
     Result<Identity> caller = book_.identify(shown.cookie, now_unix_s());
-    if (caller.ok()) {
-      LM_RETURN_IF_ERROR(gate_.check_still_holds(*caller));
+    if (const Status holds = caller.ok() ? gate_.check_still_holds(*caller) : caller.status(); !holds.ok()) {
+      caller = holds;
     }
     if (caller.ok() || gate_.asks()) {
       return caller;

@@ -56,7 +56,7 @@ ApiReply Thumbnails::answer(Made& made, JobId job, const PixelRect& crop, const 
     made[job] = {version, std::move(*png)};
   }
   const auto at = made.find(job);
-  return at != made.end() ? ApiReply{200, "image/png", at->second.png, "", ""}
+  return at != made.end() ? ApiReply{200, "image/png", at->second.png}
                           : error_reply(unavailable("the thumbnail is gone: try again"));
 }
 

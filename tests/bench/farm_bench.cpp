@@ -88,7 +88,7 @@ int run_client(const Options& options) {
       job.id(), false, [] { return false; },
       [&](const v1::WatchJobResponse& update) { done = update.job().state() == v1::JOB_STATE_DONE; });
   LM_CHECK(watched.ok() && done, "the job did not end well");
-  const cli::FetchedFilm film = value_of(cli::fetch_film(farm, job.id()));
+  const AssembledFilm film = value_of(cli::fetch_film(farm, job.id()));
   return film.picture.pixels() == static_cast<std::size_t>(options.size) * options.size ? 0 : 1;
 }
 

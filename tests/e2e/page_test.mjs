@@ -39,6 +39,14 @@ test('a job that is submitted appears and opens', async () => {
   await page.locator('.job-head .badge', {hasText: 'done'}).waitFor();
 });
 
+test('the EXR that is fetched from the page is the file of the command line', async () => {
+  const [download] = await Promise.all([page.waitForEvent('download'), page.getByRole('link', {name: 'EXR'}).click()]);
+  assert.equal(download.suggestedFilename(), `job-${job}.exr`);
+  const file = join(farm.folder, 'box.exr');
+  farm.lightmill('fetch', job, '-o', file);
+  assert.ok(readFileSync(await download.path()).equals(readFileSync(file)));
+});
+
 test('a job is paused, resumed, extended and cancelled from the page', async () => {
   const other = session.farm.submit('cornell-bench-balls', '--spp', '100000', '--size', '256x256', '--method', 'path', '--name', 'balls');
   await page.goto(`${session.farm.page}#/jobs/${other}`);

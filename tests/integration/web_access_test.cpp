@@ -178,6 +178,8 @@ const std::map<std::string, Expectation>& expectations() {
       {"get /jobs", {"view submit operate admin", "", 200}},
       {"get /jobs/{id}", {"view operate admin", "view submit operate admin", 200}},
       {"get /jobs/{id}/thumbnail.png", {"view operate admin", "view submit operate admin", 404}},
+      {"get /jobs/{id}/picture.exr", {"view operate admin", "view submit operate admin", 200}},
+      {"get /jobs/{id}/picture.png", {"view operate admin", "view submit operate admin", 200}},
       {"post /jobs/{id}/pause", {"operate admin", "submit operate admin", 409}},
       {"post /jobs/{id}/resume", {"operate admin", "submit operate admin", 409}},
       {"post /jobs/{id}/cancel", {"operate admin", "submit operate admin", 409}},

@@ -66,6 +66,7 @@ class WebFarm {
     http::write(socket, request, ignored);
     beast::flat_buffer buffer;
     http::response_parser<http::string_body> parser;
+    parser.body_limit(64 << 20);
     parser.skip(verb == http::verb::head);
     beast::error_code error;
     http::read(socket, buffer, parser, error);
@@ -238,7 +239,42 @@ TEST(Web, WhateverIsDescribedIsServed) {
       ++calls;
     }
   }
-  EXPECT_EQ(calls, 13);
+  EXPECT_EQ(calls, 15);
+}
+
+TEST(Web, PicturesAreTheFilesThatTheCommandLineWrites) {
+  WebFarm web;
+  FarmClient client = web.farm().client();
+  client.upload_assets();
+  const std::uint64_t job = client.submit(small_picture()).id();
+  web.farm().add_worker(1, "w");
+  client.wait_until_ended(job);
+  for (const std::string& kind : {std::string("exr"), std::string("png")}) {
+    const std::string file = (web.farm().folder() / ("fetched." + kind)).string();
+    const CommandResult fetched = run_command({std::string(LIGHTMILL_BINARY_DIR) + "/bin/lightmill", "fetch",
+                                               std::to_string(job), "-o", file, "--server", web.farm().address()});
+    ASSERT_EQ(fetched.exit_code, 0) << fetched.err;
+    const Response picture = web.get(fmt::format("/api/v1/jobs/{}/picture.{}", job, kind));
+    EXPECT_EQ(picture[http::field::content_type], kind == "exr" ? "image/x-exr" : "image/png");
+    EXPECT_NE(picture[http::field::content_disposition].find(fmt::format("job-{}.{}", job, kind)),
+              beast::string_view::npos);
+    EXPECT_TRUE(picture.body() == read_file(file).value()) << kind;
+  }
+  EXPECT_EQ(web.get("/api/v1/jobs/42/picture.exr").result_int(), 404u);
+  EXPECT_EQ(web.get(fmt::format("/api/v1/jobs/{}/picture.gif", job)).result_int(), 404u);
+  EXPECT_EQ(web.post(fmt::format("/api/v1/jobs/{}/picture.exr", job)).result_int(), 405u);
+}
+
+TEST(Web, APictureThatIsTooLargeIsLeftToTheCommandLine) {
+  WebFarm web;
+  FarmClient client = web.farm().client();
+  client.upload_assets();
+  Picture large = small_picture();
+  large.side = 4'200;  // of 64 bytes a pixel, more than 1 GiB
+  const std::uint64_t job = client.submit(large).id();
+  const Response answer = web.get(fmt::format("/api/v1/jobs/{}/picture.exr", job));
+  EXPECT_EQ(answer.result_int(), 503u);
+  EXPECT_NE(answer.body().find(fmt::format("lightmill fetch {}", job)), std::string::npos) << answer.body();
 }
 
 TEST(Web, ListsComeInPages) {

@@ -109,7 +109,7 @@ class Lab {
       const std::string label = fmt::format("{}, reference by {}", scene.scene.name, reference.method);
       LM_ASSIGN_OR_RETURN(const v1::Job submitted, submit(scene, plan_.reference_spec(scene), label));
       const Result<v1::Job> job = follow(submitted.id(), label);
-      Result<FetchedFilm> film = job.ok() ? fetch_film(*farm_.connection, submitted.id()) : job.status();
+      Result<AssembledFilm> film = job.ok() ? fetch_film(*farm_.connection, submitted.id()) : job.status();
       forget(submitted.id(), !job.ok());
       LM_RETURN_IF_ERROR(film.status());
       LM_RETURN_IF_ERROR(write_outputs(film->picture, {folder_.reference_path(scene).string()}, ViewSettings{}));
@@ -150,12 +150,12 @@ class Lab {
         LM_RETURN_IF_ERROR(farm_.connection->extend_job(id, goal.error > 0 ? 0 : goal.samples, goal.error).status());
       }
       LM_RETURN_IF_ERROR(follow(id, label).status());
-      LM_ASSIGN_OR_RETURN(const FetchedFilm film, fetch_film(*farm_.connection, id));
+      LM_ASSIGN_OR_RETURN(const AssembledFilm film, fetch_film(*farm_.connection, id));
       LM_RETURN_IF_ERROR(measure(run, level, film, reference));
     }
   }
 
-  Status measure(const LabRun& run, std::size_t level, const FetchedFilm& film, const RgbImage& reference) {
+  Status measure(const LabRun& run, std::size_t level, const AssembledFilm& film, const RgbImage& reference) {
     const RgbImage picture = cropped_frame(film.picture);
     lab::LabResult result;
     result.key = run.level_keys[level];

@@ -46,7 +46,7 @@ void say_notices(const Console& console, const PreparedJob& job) {
 /// became of it, and names what it wrote in `object`.
 std::string save_interrupted(Farm& farm, std::uint64_t id, const std::vector<std::string>& outputs,
                              const ViewSettings& view, nlohmann::json& object) {
-  const Result<FetchedFilm> film = fetch_film(*farm.connection, id);
+  const Result<AssembledFilm> film = fetch_film(*farm.connection, id);
   if (!film.ok()) {
     return fmt::format("nothing is written: {}", message_of(film.status()));
   }

@@ -37,7 +37,7 @@ std::vector<std::string> layer_names(const FilmPicture& picture) {
   return names;
 }
 
-std::vector<std::vector<std::string>> describe(const FetchedFilm& film) {
+std::vector<std::vector<std::string>> describe(const AssembledFilm& film) {
   const v1::Job& job = film.job;
   const v1::JobCounters& counters = job.counters();
   const v1::PixelRect& crop = job.crop();
@@ -94,7 +94,7 @@ struct ShowOptions {
 };
 
 Status show_job(FarmConnection& connection, const Console& console, const ShowOptions& options) {
-  LM_ASSIGN_OR_RETURN(const FetchedFilm film, fetch_film(connection, options.job));
+  LM_ASSIGN_OR_RETURN(const AssembledFilm film, fetch_film(connection, options.job));
   if (!options.chart.empty()) {
     LM_RETURN_IF_ERROR(
         as_output_error(write_file_atomically(options.chart, as_byte_view(chart_file(job_chart(film.job))))));

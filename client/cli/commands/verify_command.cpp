@@ -104,7 +104,7 @@ Result<std::string> compare(Farm& farm, const Task& task, const Again& again, Si
         "wrong",
         job.fingerprint_class(), task.picture.receipt.fingerprint_class);
   }
-  LM_ASSIGN_OR_RETURN(const FetchedFilm film, fetch_film(*farm.connection, again.job));
+  LM_ASSIGN_OR_RETURN(const AssembledFilm film, fetch_film(*farm.connection, again.job));
   return compare_tile(task.picture, film.picture, again.rect);
 }
 

@@ -46,7 +46,7 @@ TEST_F(FarmCliTest, TheFileStatesTheHashOfItsOwnFilm) {
   const Result<FilmPicture> picture = load_film_picture(file("a.exr"));
   ASSERT_TRUE(picture.ok()) << picture.status();
   EXPECT_EQ(picture->receipt.film_hash, job["film_hash"].get<std::string>());
-  EXPECT_EQ(cli::film_hash_of(*picture).hex(), picture->receipt.film_hash);
+  EXPECT_EQ(film_hash_of(*picture).hex(), picture->receipt.film_hash);
   EXPECT_EQ(picture->receipt.render_digest, job["render_digest"].get<std::string>());
   EXPECT_EQ(picture->receipt.seed, 5u);
   EXPECT_EQ(picture->receipt.method, job["method"].get<std::string>());

@@ -77,7 +77,7 @@ TEST_F(CliTest, LayersComeOutAndTheHashCoversThem) {
   EXPECT_EQ(again["rel_mse"], 0);
   const Result<FilmPicture> picture = load_film_picture(file("a.exr"));
   ASSERT_TRUE(picture.ok()) << picture.status();
-  EXPECT_EQ(cli::film_hash_of(*picture).hex(), done["film_hash"]);
+  EXPECT_EQ(film_hash_of(*picture).hex(), done["film_hash"]);
   const auto bytes = read_file(file("a.exr"));
   ASSERT_TRUE(bytes.ok());
   const Result<Image> image = decode_exr(as_byte_view(*bytes));
@@ -239,7 +239,7 @@ TEST_F(CliTest, MetersAreReadAndAreNoPartOfThePicture) {
   EXPECT_EQ(picture->beauty, plain_picture->beauty);
   EXPECT_EQ(metered["error"], plain["error"]);
   EXPECT_NE(metered["film_hash"], plain["film_hash"]);
-  EXPECT_EQ(cli::film_hash_of(*picture).hex(), metered["film_hash"]);
+  EXPECT_EQ(film_hash_of(*picture).hex(), metered["film_hash"]);
   EXPECT_EQ(metered["samples_done"], (70 * 66 + 2 * 4096) * 20);
 
   // E = πL (R/d)²; L.

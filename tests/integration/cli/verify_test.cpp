@@ -34,7 +34,7 @@ TEST_F(VerifyTest, WrongPixelsUnderAConsistentReceiptAreFound) {
   // A forger who writes the file anew can make everything fit but the pixels themselves.
   FilmPicture picture = load_film_picture(path_).value();
   picture.half_a[40 * 150 + 70] += 0.25f;
-  picture.receipt.film_hash = cli::film_hash_of(picture).hex();
+  picture.receipt.film_hash = film_hash_of(picture).hex();
   ASSERT_TRUE(cli::write_outputs(picture, {path_}, {}).ok());
   const nlohmann::json result = verify(1, scene_);
   ASSERT_EQ(result["wrong"].size(), 1u) << result.dump();

@@ -180,6 +180,9 @@ export function JobPage({id, view: firstView, theme}: JobPageProps) {
         {job && <Progress job={job} />}
         {job && endText(job) && <span class="muted">{endText(job)}</span>}
         <span class="spacer" />
+        <a class="button" href={`api/v1/jobs/${id}/picture.exr`} download={`job-${id}.exr`} title="All that the film holds: layers, halves, counts, receipt">
+          EXR
+        </a>
         <button type="button" disabled={!film} onClick={() => film && void downloadPng(film, look, `job-${id}`)}>
           PNG
         </button>

@@ -4,7 +4,7 @@
 #include "common/image/image.h"
 #include "common/scene/document.h"
 
-namespace lightmill::cli {
+namespace lightmill {
 
 /// For points as rows, (x, y, z, 1) · M, of the scene's frame.
 struct CameraMatrices {
@@ -18,4 +18,4 @@ struct CameraMatrices {
 /// The camera must be valid, for a picture of `width` to `height`.
 CameraMatrices camera_matrices(const Camera& camera, double width, double height);
 
-}  // namespace lightmill::cli
+}  // namespace lightmill

@@ -1,9 +1,9 @@
-#include "client/cli/camera_matrices.h"
+#include "common/scene/camera_matrices.h"
 
 #include <cmath>
 #include <numbers>
 
-namespace lightmill::cli {
+namespace lightmill {
 namespace {
 
 double dot(const Point3d& a, const Point3d& b) {
@@ -50,4 +50,4 @@ CameraMatrices camera_matrices(const Camera& camera, double width, double height
           matrix_of({across, down, ahead, ahead}, {0, 0, -1, 0}, eye)};
 }
 
-}  // namespace lightmill::cli
+}  // namespace lightmill

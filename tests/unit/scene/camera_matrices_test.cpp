@@ -1,10 +1,10 @@
-#include "client/cli/camera_matrices.h"
+#include "common/scene/camera_matrices.h"
 
 #include <gtest/gtest.h>
 
 #include <cmath>
 
-namespace lightmill::cli {
+namespace lightmill {
 namespace {
 
 std::array<double, 4> times(const Point3d& p, const ImageMatrix& m) {
@@ -50,4 +50,4 @@ TEST(CameraMatrices, OfACameraThatLooksDownAlongAnAxisOfItsOwn) {
 }
 
 }  // namespace
-}  // namespace lightmill::cli
+}  // namespace lightmill

@@ -1,0 +1,44 @@
+// A film's messages, as GetFilm sends them, put together to the picture with its receipt.
+#pragma once
+
+#include <vector>
+
+#include "common/film/layers.h"
+#include "common/film/tile_grid.h"
+#include "common/image/film_picture.h"
+#include "common/wire/meter_json.h"
+#include "lightmill/v1/farm.pb.h"
+#include "lightmill/v1/render_service.pb.h"
+
+namespace lightmill {
+
+/// A film and the job that it belongs to.
+struct AssembledFilm {
+  v1::Job job;
+  FilmPicture picture;
+  std::vector<NamedReading> meters;
+};
+
+/// The film hash (common/film/film_hash.h) of a picture's halves and counts, as assembled or as read from its file.
+Hash128 film_hash_of(const FilmPicture& picture);
+
+/// Takes the header, then every tile, then gives the film. Not thread-safe. What cannot be a film is DATA_LOSS.
+class FilmAssembly {
+ public:
+  /// `now_unix_ms` dates the picture of a job that has not ended.
+  static Result<FilmAssembly> begin(const v1::FilmHeader& header, std::int64_t now_unix_ms);
+  Status add(const v1::FilmTile& tile);
+  /// Once; an error if no tile came.
+  Result<AssembledFilm> finish();
+
+ private:
+  FilmAssembly(AssembledFilm film, NodeLayout layout) : film_(std::move(film)), layout_(layout) {}
+  Status add_meter(std::uint32_t meter, const v1::FilmTile& tile, std::span<const float> sums);
+
+  AssembledFilm film_;
+  NodeLayout layout_;
+  PictureIds ids_;
+  std::uint64_t least_ = std::numeric_limits<std::uint64_t>::max(), most_ = 0;
+};
+
+}  // namespace lightmill

@@ -1,0 +1,21 @@
+// A film of one moment as the messages of GetFilm.
+#pragma once
+
+#include "lightmill/v1/render_service.pb.h"
+#include "server/assembly/tile_snapshot.h"
+#include "server/domain/coordinator.h"
+
+namespace lightmill {
+
+/// Taken on the farm thread; sent, or put together, elsewhere.
+struct FilmSnapshot {
+  v1::FilmHeader header;
+  std::vector<TileSnapshot> tiles;  ///< with those of meters
+};
+
+/// NOT_FOUND if there is no such job.
+Result<FilmSnapshot> snapshot(const Coordinator& farm, JobId job, Time now);
+
+v1::FilmTile film_tile(const TileSnapshot& tile);
+
+}  // namespace lightmill
