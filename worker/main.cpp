@@ -10,6 +10,7 @@
 #include "common/base/daemon_options.h"
 #include "common/base/digest.h"
 #include "common/base/log.h"
+#include "common/base/machine_memory.h"
 #include "common/base/signals.h"
 #include "common/farm/job.h"
 #include "common/methods/fingerprint.h"
@@ -21,6 +22,12 @@ namespace {
 
 constexpr const char* kServerVariable = "LIGHTMILL_SERVER";
 
+/// Three quarters of what this machine, or this process' control group, has.
+double default_scene_gib() {
+  const std::uint64_t bytes = usable_memory();
+  return bytes == 0 ? 16 : std::max(0.75 * static_cast<double>(bytes) / (1 << 30), 0.001);
+}
+
 struct Options {
   std::string server = "127.0.0.1:7350";
   std::vector<std::string> servers;  ///< parts of `server`
@@ -30,6 +37,10 @@ struct Options {
   LogOptions log;
   std::size_t scenes = 8;
   double scenes_gib = 4;
+  double scene_gib = default_scene_gib();
+  std::uint64_t scene_triangles = SceneLimits().triangles;
+  double image_megapixels = static_cast<double>(SceneLimits().image_pixels) / (1 << 20);
+  double images_gib = static_cast<double>(SceneLimits().images_bytes) / (1 << 30);
   double assets_gib = 1;
   double results_mib = 256;
 };
@@ -68,6 +79,15 @@ std::optional<int> parse(int argc, char** argv, Options& options) {
   add_log_options(app, options.log);
   add_limit(app, "--scenes", options.scenes, "N", {1, 10'000}, "compiled scenes that are kept");
   add_limit(app, "--scenes-gib", options.scenes_gib, "GIB", {0.001, 65536.0}, "memory for compiled scenes");
+  add_limit(app, "--scene-gib", options.scene_gib, "GIB", {0.001, 65536.0},
+            "memory of one scene while it is compiled, estimated before; larger ones are left to other workers, as "
+            "are those beyond the next three; by default three quarters of the memory that the worker may use")
+      ->default_str("");
+  add_limit(app, "--scene-triangles", options.scene_triangles, "N", {1, kMaxSceneTriangles},
+            "triangles of one scene; instances of a mesh count once");
+  add_limit(app, "--image-megapixels", options.image_megapixels, "N", {0.001, 256.0},
+            "pixels of one decoded image, in units of 1,048,576");
+  add_limit(app, "--images-gib", options.images_gib, "GIB", {0.001, 65536.0}, "all decoded images of one scene");
   add_limit(app, "--assets-gib", options.assets_gib, "GIB", {0.0, 65536.0}, "memory for downloaded assets");
   add_limit(app, "--results-mib", options.results_mib, "MIB", {1.0, 1e6},
             "memory for results not acknowledged yet; beyond, it waits");
@@ -101,6 +121,8 @@ WorkerOptions worker_options(const Options& options) {
   WorkerOptions worker;
   worker.farm = {options.servers, options.caller};
   worker.scenes = {options.scenes, bytes_of_gib(options.scenes_gib)};
+  worker.scene = {bytes_of_gib(options.scene_gib), options.scene_triangles,
+                  static_cast<std::int64_t>(options.image_megapixels * (1 << 20)), bytes_of_gib(options.images_gib)};
   worker.asset_bytes = bytes_of_gib(options.assets_gib);
   worker.session.name = options.name;
   worker.session.host = host_name();

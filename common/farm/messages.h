@@ -76,10 +76,12 @@ struct WorkerReturn {
   LeaseId lease;
 };
 
-/// The worker cannot render this job at all (the scene does not compile, an asset is damaged).
+/// The worker cannot render this job: nobody can (the scene does not compile, an asset is damaged), or it alone cannot,
+/// by limits of its own.
 struct WorkerRefusal {
   JobId job;
   std::string reason;
+  bool own_limits = false;  ///< others may render it
 };
 
 /// What a pilot has found. Its thread seconds are part of the job's.

@@ -16,6 +16,9 @@ struct Texels {
   bool encoded = false;              ///< the file's values are sRGB-encoded unless the scene says otherwise
 };
 
+/// That an image may have unless a caller says less.
+inline constexpr std::int64_t kMaxTexturePixels = std::int64_t{1} << 28;
+
 /// Memory of the pixels.
 inline std::uint64_t size_bytes(const Texels& texels) {
   return std::uint64_t{texels.bytes.size()} * 4 + std::uint64_t{texels.floats.size()} * 4;

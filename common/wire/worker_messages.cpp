@@ -115,6 +115,7 @@ struct RequestWriter {
   void operator()(const WorkerRefusal& refusal) const {
     out->mutable_refusal()->set_job(refusal.job.value);
     out->mutable_refusal()->set_reason(refusal.reason);
+    out->mutable_refusal()->set_own_limits(refusal.own_limits);
   }
   void operator()(const WorkerDraining&) const { out->mutable_draining(); }
   void operator()(const PilotReport& report) const {
@@ -347,7 +348,8 @@ Result<WorkerMessage> from_wire(const v1::WorkRequest& request) {
       return WorkerMessage(WorkerReturn{LeaseId{request.lease_return().lease()}});
     case v1::WorkRequest::kRefusal:
       LM_RETURN_IF_ERROR(check_length("refusal.reason", request.refusal().reason(), kMaxReasonBytes));
-      return WorkerMessage(WorkerRefusal{JobId{request.refusal().job()}, request.refusal().reason()});
+      return WorkerMessage(
+          WorkerRefusal{JobId{request.refusal().job()}, request.refusal().reason(), request.refusal().own_limits()});
     case v1::WorkRequest::kDraining:
       return WorkerMessage(WorkerDraining{});
     case v1::WorkRequest::kPilot:

@@ -98,8 +98,9 @@ struct Worker {
   std::set<LeaseId> leases;
   std::uint32_t tiles_out = 0;
   std::map<JobId, WorkerJob> jobs;
-  double unit_scale = 1;  ///< a lost lease halves it, each finished one doubles it up to 1
-  RateMeter rate;         ///< pixel samples
+  std::map<JobId, std::string> too_large;  ///< jobs that its own limits exclude, and why
+  double unit_scale = 1;                   ///< a lost lease halves it, each finished one doubles it up to 1
+  RateMeter rate;                          ///< pixel samples
   std::uint64_t results = 0, leases_lost = 0;
   std::uint32_t bad_results = 0;
   std::uint32_t pilots_lost = 0;  ///< since it last reported one
@@ -183,6 +184,8 @@ struct Coordinator::State {
   // ---- life.cpp ----
   Job* find_job(JobId id);
   void start_job(Job& job, const Worker& worker, Step& step);
+  /// Takes the class back of a job of which nothing is there and nothing is out: any worker may start it again.
+  void unbind(Job& job, Step& step);
   void finish_job(Job& job, JobState state, std::string reason, Time now, Step& step);
   /// Ends the job if it has reached a limit. Returns whether it ended.
   bool finish_if_complete(Job& job, Time now, Step& step);
@@ -219,6 +222,8 @@ struct Coordinator::State {
   static bool counts(const Worker& worker) { return worker.session && !worker.draining && !worker.quarantined; }
   bool wants_more(const Worker& worker) const;
   bool may_render(const Worker& worker, const Job& job) const;
+  /// Whether its results would be the job's, be the job too large for it or not.
+  static bool suits(const Worker& worker, const Job& job);
   /// Gives one more lease if the worker wants one and there is something for it; keeps `idle` up to date.
   bool serve_once(Worker& worker, Time now, Step& step);
   UnitAim aim_for(const Worker& worker, const Job& job) const;
@@ -306,6 +311,8 @@ struct Coordinator::State {
   void on_heartbeat(Worker& worker, const WorkerHeartbeat& heartbeat, Time now, Step& step);
   void on_return(Worker& worker, const WorkerReturn& message, Time now, Step& step);
   void on_refusal(Worker& worker, const WorkerRefusal& refusal, Time now, Step& step);
+  /// It renders nothing of the job any more; others may.
+  void exclude(Worker& worker, Job& job, const std::string& reason, Time now, Step& step);
   void dismiss(SessionId session, std::string reason, Step& step);
   void disconnect(SessionId session, Time now);
   /// Ends the sessions of workers that have been silent for too long.

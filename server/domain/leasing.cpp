@@ -36,11 +36,15 @@ bool Coordinator::State::wants_more(const Worker& worker) const {
                                              held < std::size_t{limits.leases_per_worker} * kSmallUnitsFactor);
 }
 
-bool Coordinator::State::may_render(const Worker& worker, const Job& job) const {
+bool Coordinator::State::suits(const Worker& worker, const Job& job) {
   const bool same_class =
       job.record.fingerprint_class.empty() || job.record.fingerprint_class == worker.hello.fingerprint_class;
   return !worker.quarantined && same_class &&
          job.record.spec.settings.renderer_version == worker.hello.renderer_version;
+}
+
+bool Coordinator::State::may_render(const Worker& worker, const Job& job) const {
+  return suits(worker, job) && !worker.too_large.contains(job.id());
 }
 
 UnitAim Coordinator::State::aim_for(const Worker& worker, const Job& job) const {

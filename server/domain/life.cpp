@@ -270,6 +270,14 @@ void Coordinator::State::start_job(Job& job, const Worker& worker, Step& step) {
        job.record.fingerprint_class);
 }
 
+void Coordinator::State::unbind(Job& job, Step& step) {
+  job.record.fingerprint_class.clear();
+  job.record.state = JobState::queued;
+  job.digest = {};
+  job.digest_durable = false;
+  put_job(job, step);
+}
+
 void Coordinator::State::finish_job(Job& job, JobState state, std::string reason, Time now, Step& step) {
   while (!job.leases.empty()) {
     end_lease(*job.leases.begin(), true, false, now, step);
@@ -290,6 +298,7 @@ void Coordinator::State::finish_job(Job& job, JobState state, std::string reason
   restored_jobs.erase(job.id());
   for (auto& [name, worker] : workers) {
     worker.jobs.erase(job.id());
+    worker.too_large.erase(job.id());
   }
   put_job(job, step);
   note(step, state == JobState::failed ? Note::Level::warning : Note::Level::info, "job {} is {}: {}", job.id().value,

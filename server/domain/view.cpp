@@ -102,6 +102,12 @@ std::string Coordinator::State::reason_to_wait(const Job& job) const {
       return entry.second.session && !entry.second.draining && may_render(entry.second, job);
     });
     if (!somebody) {
+      for (const auto& [name, worker] : workers) {
+        const auto too_large = worker.too_large.find(job.id());
+        if (worker.session && suits(worker, job) && too_large != worker.too_large.end()) {
+          return fmt::format("waits for a larger worker; for {} {}", name, too_large->second);
+        }
+      }
       const std::string& fixed = job.record.fingerprint_class;
       return fmt::format("waits for a worker with renderer {}{}{}", job.record.spec.settings.renderer_version,
                          fixed.empty() ? "" : " and fingerprint class ", fixed);

@@ -84,6 +84,7 @@ void Coordinator::State::connect(SessionId session, const WorkerHello& hello, Ti
   const bool other_process = !same_process(worker.hello, hello);
   if (other_process) {
     worker.bad_results = 0;
+    worker.too_large.clear();
   }
   worker.hello = hello;
   worker.hello.held.clear();
@@ -229,9 +230,32 @@ void Coordinator::State::on_refusal(Worker& worker, const WorkerRefusal& refusal
   if (job == nullptr || !job->active() || !may_render(worker, *job) || !worker.jobs.contains(refusal.job)) {
     return;
   }
-  finish_job(*job, JobState::failed, fmt::format("worker {}: {}", worker.hello.name, refusal.reason), now, step);
+  if (refusal.own_limits) {
+    exclude(worker, *job, refusal.reason, now, step);
+  } else {
+    finish_job(*job, JobState::failed, fmt::format("worker {}: {}", worker.hello.name, refusal.reason), now, step);
+  }
   serve_all(now, step);
   serve(worker, now, step);
+}
+
+void Coordinator::State::exclude(Worker& worker, Job& job, const std::string& reason, Time now, Step& step) {
+  worker.too_large[job.id()] = printable(reason);
+  note(step, Note::Level::warning, "worker {} leaves job {} to others: {}", worker.hello.name, job.id().value,
+       worker.too_large.at(job.id()));
+  const std::set<LeaseId> held = worker.leases;
+  for (const LeaseId id : held) {
+    if (leases.at(id).unit.job == job.id()) {
+      end_lease(id, false, false, now, step);
+    }
+  }
+  ++job.version;
+  const bool wanted = std::ranges::any_of(
+      workers, [&](const auto& entry) { return entry.second.session && may_render(entry.second, job); });
+  if (!wanted && job.leases.empty() && job.film.pixel_samples() == 0 && job.record.state == JobState::running) {
+    unbind(job, step);  // its class was that of workers for which it is too large
+  }
+  finish_if_complete(job, now, step);
 }
 
 void Coordinator::State::disconnect(SessionId session, Time now) {

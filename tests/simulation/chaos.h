@@ -19,7 +19,8 @@ struct Chaos {
   bool poison = true;    ///< some jobs have a sample, or a pilot, that kills whoever renders it
   bool verifies = true;  ///< some jobs have results verified, some or all
   bool liars = true;     ///< some farms have a machine that lies
-  static Chaos none() { return {false, false, false, false, false, false, false, false, false, false}; }
+  bool small = true;     ///< some workers find some jobs too large for them
+  static Chaos none() { return {false, false, false, false, false, false, false, false, false, false, false}; }
 };
 
 /// Bugs planted around the parts that are tested: each must be found.
@@ -54,6 +55,7 @@ struct Report {
   std::uint64_t poisoned = 0;    ///< jobs that failed because of it
   std::uint64_t verified = 0;    ///< pixel samples that were rendered again with the same bits
   std::uint64_t unverified = 0;  ///< results of done jobs that could not be verified
+  std::uint64_t too_large = 0;   ///< times that a worker left a job to others
   std::uint64_t convicted = 0;   ///< times that somebody was put into quarantine
   bool lied = false;             ///< a worker has sent wrong sums
   double job_seconds = 0;        ///< of a race: from its job's submission until it is done

@@ -147,6 +147,8 @@ class FarmSimulation {
   void lie(std::size_t index, const NodeKey& key, RenderedTile& rendered);
   /// The job that a client has submitted with these settings' seed and scene name.
   const ClientJob& job_of(const RenderSettings& settings) const;
+  /// Whether the job is too large for the worker. For one of each class nothing is.
+  bool is_too_large(std::size_t index, const RenderSettings& settings) const;
   void die_of_poison(std::size_t index);
   void plan_worker_tick(std::size_t index);
 

@@ -35,6 +35,7 @@ TEST_P(Simulation, FilmsAreThoseOfTheQuietRunWhateverHappens) {
   std::uint64_t deaths = 0;
   std::uint64_t poisoned = 0;
   std::uint64_t convicted = 0;
+  std::uint64_t too_large = 0;
   for (std::uint64_t i = 0; i < seeds; ++i) {
     const std::uint64_t seed = 1 + GetParam() * seeds + i;
     const Report report = FarmSimulation(seed, Chaos{}, PlantedBugs{}).run();
@@ -43,12 +44,14 @@ TEST_P(Simulation, FilmsAreThoseOfTheQuietRunWhateverHappens) {
     deaths += report.deaths;
     poisoned += report.poisoned;
     convicted += report.convicted;
+    too_large += report.too_large;
   }
   // The schedules do what they are for.
   EXPECT_GT(restarts, seeds / 2);
   EXPECT_GT(deaths, seeds / 2);
   EXPECT_GT(poisoned, seeds / 20);
   EXPECT_GT(convicted, seeds / 20);
+  EXPECT_GT(too_large, seeds / 10);
 }
 INSTANTIATE_TEST_SUITE_P(Batch, Simulation, testing::Range<std::uint64_t>(0, kBatches));
 

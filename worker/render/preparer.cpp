@@ -2,10 +2,12 @@
 
 #include "common/base/log.h"
 #include "common/image/read/read_image.h"
+#include "common/image/read/read_size.h"
 #include "common/methods/spec/method_spec.h"
 #include "common/planner/pilot.h"
 #include "common/planner/tile_noise.h"
 #include "common/scene/absorption.h"
+#include "common/scene/compiled/scene_memory.h"
 #include "common/wire/scene_proto.h"
 
 namespace lightmill {
@@ -20,12 +22,31 @@ Sha256 scene_key(const RenderSettings& settings, const MethodSpec& method) {
   return hasher.finish();
 }
 
+double gib(std::uint64_t bytes) {
+  return static_cast<double>(bytes) / (1 << 30);
+}
+
+/// Before anything is decoded: a worker whose memory ends is killed, and takes with it what others had it render.
+Status check_memory(const Scene& scene, const CompiledScene::AssetSource& assets, std::uint64_t max_bytes) {
+  LM_ASSIGN_OR_RETURN(const SceneMemory memory, estimate_memory(scene, assets, read_size));
+  return memory.bytes <= max_bytes
+             ? ok_status()
+             : resource_exhausted(
+                   "the scene takes some {:.3g} GiB of memory, more than --scene-gib {:.3g} of this worker allows; {} "
+                   "takes {:.3g} of them",
+                   gib(memory.bytes), gib(max_bytes), memory.largest, gib(memory.largest_bytes));
+}
+
 }  // namespace
 
-Preparer::Preparer(AssetCache& assets, SceneCacheLimits limits, Done done, PilotDone pilot_done)
-    : assets_(assets), scenes_(limits), done_(std::move(done)), pilot_done_(std::move(pilot_done)), thread_([this] {
-        work();
-      }) {}
+Preparer::Preparer(AssetCache& assets, SceneCacheLimits kept, const SceneLimits& limits, Done done,
+                   PilotDone pilot_done)
+    : assets_(assets),
+      limits_(limits),
+      scenes_(kept),
+      done_(std::move(done)),
+      pilot_done_(std::move(pilot_done)),
+      thread_([this] { work(); }) {}
 
 Preparer::~Preparer() {
   {
@@ -156,9 +177,16 @@ Result<std::shared_ptr<const CompiledScene>> Preparer::compiled(const RenderSett
   if (method.no_absorption) {
     remove_absorption(document);
   }
+  const auto assets = [this](const Sha256& digest) { return assets_.get(digest); };
+  const auto images = [this](ByteView bytes, const std::string& name) {
+    return read_image_within(bytes, name, limits_.image_pixels);
+  };
+  LM_RETURN_IF_ERROR(check_memory(document, assets, limits_.bytes));
   LM_ASSIGN_OR_RETURN(std::shared_ptr<const CompiledScene> scene,
-                      CompiledScene::compile(document, [this](const Sha256& digest) { return assets_.get(digest); },
-                                             read_image, {method.brute_force}));
+                      CompiledScene::compile(document, assets, images,
+                                             {.brute_force = method.brute_force,
+                                              .max_triangles = limits_.triangles,
+                                              .max_texture_bytes = limits_.images_bytes}));
   spdlog::info("scene '{}' is ready after {:.0f} ms, {} KiB", document.name,
                1000 * to_seconds(system_clock().now() - start), scene->bytes() >> 10);
   scenes_.insert(key, scene);

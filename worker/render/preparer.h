@@ -13,7 +13,9 @@
 #include "common/base/mutex.h"
 #include "common/base/status.h"
 #include "common/farm/messages.h"
+#include "common/image/texels.h"
 #include "common/methods/method.h"
+#include "common/scene/compiled/compiled_scene.h"
 #include "worker/assets/asset_cache.h"
 #include "worker/render/scene_cache.h"
 
@@ -25,13 +27,21 @@ struct PreparedJob {
   std::shared_ptr<const Method> method;
 };
 
+/// What one scene may take here. One that is beyond is refused with RESOURCE_EXHAUSTED and the setting's name.
+struct SceneLimits {
+  std::uint64_t bytes = std::uint64_t{16} << 30;        ///< while it is compiled, as estimated before
+  std::uint64_t triangles = kMaxSceneTriangles;         ///< instances of a mesh count once
+  std::int64_t image_pixels = kMaxTexturePixels;        ///< of one image, decoded
+  std::uint64_t images_bytes = std::uint64_t{8} << 30;  ///< of all, decoded
+};
+
 /// Jobs and pilots are taken one after the other; `done` and `pilot_done` are called from the preparer's thread, for
 /// each that is not dropped.
 class Preparer {
  public:
   using Done = std::function<void(std::shared_ptr<const JobDescription>, Result<PreparedJob>)>;
   using PilotDone = std::function<void(LeaseId, Result<PilotReport>)>;
-  Preparer(AssetCache& assets, SceneCacheLimits limits, Done done, PilotDone pilot_done);
+  Preparer(AssetCache& assets, SceneCacheLimits kept, const SceneLimits& limits, Done done, PilotDone pilot_done);
   /// Ends after the scene, or the pilot's patch, that is under way; the rest is dropped.
   ~Preparer();
 
@@ -52,6 +62,7 @@ class Preparer {
   Result<std::shared_ptr<const CompiledScene>> compiled(const RenderSettings& settings);
 
   AssetCache& assets_;
+  const SceneLimits limits_;
   SceneCache scenes_;  // the thread's own
   const Done done_;
   const PilotDone pilot_done_;

@@ -149,13 +149,13 @@ void Session::pilot_done(PilotReport report, Time now, SessionActions& actions) 
   advance(actions);
 }
 
-void Session::pilot_failed(LeaseId lease, const std::string& reason, Time now, SessionActions& actions) {
+void Session::pilot_failed(LeaseId lease, const Refused& refused, Time now, SessionActions& actions) {
   (void)now;
   const auto found = pilots_.find(lease);
   if (exited_ || found == pilots_.end()) {
     return;
   }
-  send(WorkerRefusal{found->second.grant->job, reason}, actions);
+  send(WorkerRefusal{found->second.grant->job, refused.reason, refused.own_limits}, actions);
   pilots_.erase(found);
   advance(actions);
 }
@@ -191,14 +191,14 @@ void Session::job_unavailable(JobId id, Time now, SessionActions& actions) {
   advance(actions);
 }
 
-void Session::job_failed(JobId id, const std::string& reason, Time now, SessionActions& actions) {
+void Session::job_failed(JobId id, const Refused& refused, Time now, SessionActions& actions) {
   (void)now;
   const auto found = jobs_.find(id);
   if (exited_ || found == jobs_.end() || found->second.state != Job::State::preparing) {
     return;
   }
   if (link_ == Link::up) {
-    send(WorkerRefusal{id, reason}, actions);
+    send(WorkerRefusal{id, refused.reason, refused.own_limits}, actions);
   }
   // Its leases are not held any more: a coordinator that did not hear the refusal gives them again, and hears it then.
   erase_leases_of(id, actions);

@@ -102,6 +102,12 @@ struct RenderedTile {
   double seconds = 0;  ///< thread time
 };
 
+/// Why a job or a pilot cannot be rendered.
+struct Refused {
+  std::string reason;
+  bool own_limits = false;  ///< of this worker: others may render it
+};
+
 /// What people may see of a session.
 struct SessionStatus {
   bool connected = false;
@@ -127,15 +133,15 @@ class Session {
   void message(const CoordinatorMessage& message, Time now, SessionActions& actions);
 
   void job_ready(JobId job, Time now, SessionActions& actions);
-  /// The job cannot be rendered by anybody: its scene does not compile, an asset is damaged.
-  void job_failed(JobId job, const std::string& reason, Time now, SessionActions& actions);
+  /// The job cannot be rendered, by anybody (its scene does not compile, an asset is damaged) or here.
+  void job_failed(JobId job, const Refused& refused, Time now, SessionActions& actions);
   /// Assets could not be fetched now: asked again after `prepare_retry`.
   void job_unavailable(JobId job, Time now, SessionActions& actions);
   void tile_rendered(RenderedTile tile, Time now, SessionActions& actions);
 
   void pilot_done(PilotReport report, Time now, SessionActions& actions);
   /// As job_failed.
-  void pilot_failed(LeaseId lease, const std::string& reason, Time now, SessionActions& actions);
+  void pilot_failed(LeaseId lease, const Refused& refused, Time now, SessionActions& actions);
   /// As job_unavailable.
   void pilot_unavailable(LeaseId lease, Time now, SessionActions& actions);
 

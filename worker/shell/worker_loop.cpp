@@ -27,6 +27,11 @@ bool is_passing(const Status& status) {
   }
 }
 
+/// What is too large for this worker (Preparer) may suit another.
+Refused refused(const Status& status) {
+  return {message_of(status), status.code() == StatusCode::kResourceExhausted};
+}
+
 }  // namespace
 
 WorkerLoop::WorkerLoop(const WorkerOptions& options, const Clock& clock)
@@ -36,7 +41,7 @@ WorkerLoop::WorkerLoop(const WorkerOptions& options, const Clock& clock)
       link_(options.farm, link_handlers()),
       assets_([this](const Sha256& digest) { return link_.download(digest); }, options.asset_bytes),
       preparer_(
-          assets_, options.scenes,
+          assets_, options.scenes, options.scene,
           [this](std::shared_ptr<const JobDescription> description, Result<PreparedJob> prepared) {
             post([this, description = std::move(description), prepared = std::move(prepared)](Time now) {
               job_prepared(*description, prepared, now);
@@ -217,7 +222,7 @@ void WorkerLoop::job_prepared(const JobDescription& description, const Result<Pr
     session_.job_unavailable(job, now, actions_);
   } else {
     spdlog::error("job {} cannot be rendered: {}", job.value, message_of(prepared.status()));
-    session_.job_failed(job, message_of(prepared.status()), now, actions_);
+    session_.job_failed(job, refused(prepared.status()), now, actions_);
   }
 }
 
@@ -229,7 +234,7 @@ void WorkerLoop::pilot_done(LeaseId lease, const Result<PilotReport>& report, Ti
     session_.pilot_unavailable(lease, now, actions_);
   } else {
     spdlog::error("a pilot cannot be run: {}", message_of(report.status()));
-    session_.pilot_failed(lease, message_of(report.status()), now, actions_);
+    session_.pilot_failed(lease, refused(report.status()), now, actions_);
   }
 }
 

@@ -58,7 +58,7 @@ Status fill_floats(OIIO::ImageInput& input, int channels, const std::string& nam
 
 }  // namespace
 
-Result<Texels> read_image(ByteView bytes, const std::string& name) {
+Result<Texels> read_image_within(ByteView bytes, const std::string& name, std::int64_t max_pixels) {
   OIIO::Filesystem::IOMemReader reader(const_cast<std::byte*>(bytes.data()), bytes.size());
   OIIO::ImageSpec config;
   config.attribute("oiio:UnassociatedAlpha", 1);  // else colours come multiplied by alpha
@@ -72,9 +72,9 @@ Result<Texels> read_image(ByteView bytes, const std::string& name) {
   if (spec.width < 1 || spec.height < 1 || spec.depth > 1 || spec.nchannels < 1 || spec.deep) {
     return invalid_argument("{}: a flat image of at least one pixel and channel is expected", name);
   }
-  if (std::int64_t{spec.width} * spec.height > kMaxTexturePixels) {
-    return resource_exhausted("{}: {}x{} pixels are more than the limit of {}", name, spec.width, spec.height,
-                              kMaxTexturePixels);
+  if (std::int64_t{spec.width} * spec.height > max_pixels) {
+    return resource_exhausted("{}: {}x{} pixels are more than --image-megapixels {:.4g} of the worker allows", name,
+                              spec.width, spec.height, static_cast<double>(max_pixels) / (1 << 20));
   }
   Texels out;
   out.width = spec.width;

@@ -63,7 +63,7 @@ class SceneCompiler {
                                                    const CompiledScene::ImageDecoder& images,
                                                    const CompiledScene::Options& options) {
     LM_RETURN_IF_ERROR(validate(scene_));
-    LM_ASSIGN_OR_RETURN(meshes_, load_meshes(scene_, assets));
+    LM_ASSIGN_OR_RETURN(meshes_, load_meshes(scene_, assets, options.max_triangles));
     find_bounds();
     ImageBudget budget(options.max_texture_bytes);
     LM_ASSIGN_OR_RETURN(TextureSet textures, load_textures(scene_, assets, images, budget));

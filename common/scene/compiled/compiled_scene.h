@@ -56,6 +56,9 @@ struct CausticPlaces {
   BoundingSphere scene;                        ///< around all bounded shapes, the eye and the meters
 };
 
+/// Indices of the nine floats of a triangle stay below 2^31, as eight-lane gathers need.
+inline constexpr std::uint64_t kMaxSceneTriangles = 200'000'000;
+
 class CompiledScene {
  public:
   /// Gives the encoded bytes of an asset.
@@ -65,7 +68,8 @@ class CompiledScene {
   using ImageDecoder = std::function<Result<Texels>(ByteView bytes, const std::string& name)>;
 
   struct Options {
-    bool brute_force = false;  ///< trace rays without a hierarchy
+    bool brute_force = false;                          ///< trace rays without a hierarchy
+    std::uint64_t max_triangles = kMaxSceneTriangles;  ///< that are held, at most this; instances of a mesh count once
     /// Of decoded images that textures and the environment name, all together; of the latter the most that is held
     /// while it is prepared.
     std::uint64_t max_texture_bytes = std::uint64_t{8} << 30;

@@ -15,9 +15,10 @@ class ImageBudget {
   /// Counts an image; fails where all together exceed the limit, and names `where`.
   Status take(std::uint64_t bytes, const std::string& where) {
     bytes_ += bytes;
-    return bytes_ <= max_bytes_ ? ok_status()
-                                : resource_exhausted("{}: the scene's images need more than the limit of {} MiB", where,
-                                                     max_bytes_ >> 20);
+    return bytes_ <= max_bytes_
+               ? ok_status()
+               : resource_exhausted("{}: the scene's images need more than --images-gib {:.4g} of the worker allows",
+                                    where, static_cast<double>(max_bytes_) / (1 << 30));
   }
 
  private:

@@ -303,8 +303,7 @@ Status LightBuilder::add_ies(const IesLight& light, const std::string& group, co
       return with_context(profile.status(), where);
     }
     if (profile->candela.size() > max_values - lights_.ies.values()) {
-      return resource_exhausted("{}: the scene's IES profiles have more than the limit of {} values", where,
-                                max_values);
+      return invalid_argument("{}: the scene's IES profiles have more than the limit of {} values", where, max_values);
     }
     found = profiles_.emplace(light.asset, lights_.ies.add_profile(*profile)).first;
   }

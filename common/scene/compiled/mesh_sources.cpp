@@ -5,8 +5,6 @@
 namespace lightmill {
 namespace {
 
-/// Indices of the nine floats of a triangle stay below 2^31, as eight-lane gathers need.
-constexpr std::uint64_t kMaxTriangles = 200'000'000;
 /// Meshes with fewer triangles are copied for each object rather than instanced.
 constexpr std::size_t kInstancedTriangles = 64;
 
@@ -19,7 +17,7 @@ std::shared_ptr<const Mesh> one_triangle(const TriangleShape& triangle) {
 }
 
 /// Decides which objects are instances, and counts triangles.
-Status share_meshes(const Scene& scene, ObjectMeshes& meshes) {
+Status share_meshes(const Scene& scene, std::uint64_t max_triangles, ObjectMeshes& meshes) {
   std::map<const Mesh*, int> users, instances;
   for (const auto& mesh : meshes.of_object) {
     ++users[mesh.get()];
@@ -36,10 +34,12 @@ Status share_meshes(const Scene& scene, ObjectMeshes& meshes) {
     meshes.instanced.push_back(instanced);
     meshes.triangles_seen += triangles;
     meshes.triangles_held += instanced && ++instances[mesh] > 1 ? 0 : triangles;
-    if (meshes.triangles_held > kMaxTriangles) {
+    if (meshes.triangles_held > max_triangles) {
       return resource_exhausted(
-          "objects[{}] \"{}\": the scene has more than the limit of {} triangles (instances of a mesh count once)", i,
-          scene.objects[i].name, kMaxTriangles);
+          "objects[{}] \"{}\": the scene has more triangles than --scene-triangles {} of the worker allows (instances "
+          "of "
+          "a mesh count once)",
+          i, scene.objects[i].name, max_triangles);
     }
   }
   return ok_status();
@@ -47,7 +47,8 @@ Status share_meshes(const Scene& scene, ObjectMeshes& meshes) {
 
 }  // namespace
 
-Result<ObjectMeshes> load_meshes(const Scene& scene, const CompiledScene::AssetSource& assets) {
+Result<ObjectMeshes> load_meshes(const Scene& scene, const CompiledScene::AssetSource& assets,
+                                 std::uint64_t max_triangles) {
   ObjectMeshes meshes;
   std::map<Sha256, std::shared_ptr<const Mesh>> loaded;
   for (std::size_t i = 0; i < scene.objects.size(); ++i) {
@@ -74,7 +75,7 @@ Result<ObjectMeshes> load_meshes(const Scene& scene, const CompiledScene::AssetS
     }
     mesh = known;
   }
-  LM_RETURN_IF_ERROR(share_meshes(scene, meshes));
+  LM_RETURN_IF_ERROR(share_meshes(scene, max_triangles, meshes));
   return meshes;
 }
 

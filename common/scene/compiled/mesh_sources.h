@@ -20,9 +20,9 @@ struct ObjectMeshes {
   std::uint64_t triangles_seen = 0;  ///< a mesh counts once for each object
 };
 
-/// Fails where an asset is missing or damaged, or more than 200 million triangles are to be held; errors name the
-/// object.
-Result<ObjectMeshes> load_meshes(const Scene& scene, const CompiledScene::AssetSource& assets);
+/// Fails where an asset is missing or damaged, or more than `max_triangles` are to be held; errors name the object.
+Result<ObjectMeshes> load_meshes(const Scene& scene, const CompiledScene::AssetSource& assets,
+                                 std::uint64_t max_triangles = kMaxSceneTriangles);
 
 /// The mesh under a map: normals stay unit vectors, and the outer side of a mirrored mesh its outer side.
 Mesh transformed(const Mesh& mesh, const Affine& map);

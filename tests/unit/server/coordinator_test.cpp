@@ -239,6 +239,62 @@ TEST_F(CoordinatorTest, ARefusalFailsTheJobWithItsReason) {
   EXPECT_EQ(status(job).reason, "worker w: mesh 'floor' is empty");
 }
 
+TEST_F(CoordinatorTest, AJobThatIsTooLargeForAWorkerGoesToOthers) {
+  const JobId job = submit(spec("r1", 64));
+  const SessionId small = connect("small");
+  const SessionId large = connect("large");
+  say(small, WorkerRefusal{job, "the scene takes 9 GiB", true});
+  EXPECT_EQ(status(job).state, JobState::running);
+  const std::size_t grants = got<LeaseGrant>(small).size();
+  work(large);
+  EXPECT_EQ(status(job).state, JobState::done) << status(job).reason;
+  EXPECT_EQ(got<LeaseGrant>(small).size(), grants) << "not even copies";
+  EXPECT_EQ(status(job).counters.leases_lost, 0u);
+  // It gets others, also in another life of the first one.
+  submit(spec("r2", 64));
+  EXPECT_GT(got<LeaseGrant>(small).size(), grants);
+}
+
+TEST_F(CoordinatorTest, AJobThatIsTooLargeForAllWaitsAndSaysWhy) {
+  const JobId job = submit(spec());
+  const SessionId small = connect("small");
+  say(small, WorkerRefusal{job, "the scene takes 9 GiB\nand more", true});
+  EXPECT_EQ(status(job).state, JobState::queued);
+  EXPECT_TRUE(status(job).reason.starts_with("waits for a larger worker; for small the scene takes 9 GiB"))
+      << status(job).reason;
+  EXPECT_EQ(status(job).reason.find('\n'), std::string::npos);
+  // A new process may have larger limits.
+  coordinator->worker_disconnected(small, now, step);
+  const SessionId again = connect("small", 1, "class-a", {}, 2);
+  work(again);
+  EXPECT_EQ(status(job).state, JobState::done);
+}
+
+TEST_F(CoordinatorTest, AClassWhoseWorkersAreTooSmallIsGivenUpBeforeTheFirstSample) {
+  const JobId job = submit(spec());
+  const SessionId small = connect("small");
+  const SessionId other = connect("other", 1, "class-b");
+  EXPECT_TRUE(got<LeaseGrant>(other).empty());
+  say(small, WorkerRefusal{job, "too large", true});
+  EXPECT_EQ(status(job).fingerprint_class, "class-b");
+  work(other);
+  EXPECT_EQ(status(job).state, JobState::done);
+}
+
+TEST_F(CoordinatorTest, AClassIsKeptOnceThereAreSamples) {
+  const JobId job = submit(spec("r1", 64));
+  const SessionId large = connect("large");
+  const LeaseGrant first = got<LeaseGrant>(large).at(0);
+  say(large, result(first, first.unit.tiles[0]));
+  const SessionId small = connect("small");
+  const SessionId other = connect("other", 1, "class-b");
+  say(small, WorkerRefusal{job, "too large", true});
+  say(large, WorkerRefusal{job, "too large now", true});
+  EXPECT_EQ(status(job).fingerprint_class, "class-a");
+  EXPECT_TRUE(got<LeaseGrant>(other).empty());
+  EXPECT_NE(status(job).reason.find("waits for a larger worker"), std::string::npos) << status(job).reason;
+}
+
 TEST_F(CoordinatorTest, GoesOnFromTheStoredState) {
   const JobId job = submit(spec("r1", 4));
   const SessionId session = connect("w");

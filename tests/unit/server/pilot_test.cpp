@@ -244,6 +244,16 @@ TEST_F(PilotTest, ASceneThatCannotBeRenderedFailsTheJob) {
   EXPECT_EQ(status(job).state, JobState::failed);
 }
 
+TEST_F(PilotTest, WhoseSceneIsTooLargeForAWorkerGoesToAnother) {
+  const SessionId a = connect("a");
+  const JobId job = submit_undecided();
+  const SessionId b = connect("b", 1, "class-b");
+  say(a, WorkerRefusal{job, "too large", true});
+  EXPECT_EQ(got<PilotGrant>(b).size(), 1u);
+  EXPECT_EQ(status(job).fingerprint_class, "class-b");
+  EXPECT_EQ(status(job).counters.leases_lost, 0u);
+}
+
 TEST_F(PilotTest, ACancelledJobTakesItsPilotBack) {
   const SessionId a = connect("a");
   const JobId job = submit_undecided();

@@ -211,6 +211,9 @@ TEST(FarmMessages, WorkerMessagesComeBackWhole) {
   const auto refusal = std::get<WorkerRefusal>(through_wire(WorkerMessage(WorkerRefusal{JobId{8}, "damaged"})));
   EXPECT_EQ(refusal.job, JobId{8});
   EXPECT_EQ(refusal.reason, "damaged");
+  EXPECT_FALSE(refusal.own_limits);
+  EXPECT_TRUE(
+      std::get<WorkerRefusal>(through_wire(WorkerMessage(WorkerRefusal{JobId{8}, "too large", true}))).own_limits);
   const auto report = std::get<PilotReport>(through_wire(WorkerMessage(PilotReport{LeaseId{9}, 1, {"cheaper"}, 0.25})));
   EXPECT_EQ(report.lease, LeaseId{9});
   EXPECT_EQ(report.choice, 1u);

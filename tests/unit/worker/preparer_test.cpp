@@ -6,6 +6,9 @@
 #include <chrono>
 #include <thread>
 
+#include "common/image/read/read_size.h"
+#include "common/scene/compiled/scene_memory.h"
+#include "common/scene/mesh.h"
 #include "common/wire/scene_proto.h"
 #include "tests/support/render_document.h"
 
@@ -32,7 +35,7 @@ class PreparerTest : public ::testing::Test {
   }
   std::unique_ptr<Preparer> make() {
     return std::make_unique<Preparer>(
-        assets_, SceneCacheLimits{},
+        assets_, SceneCacheLimits{}, SceneLimits{},
         [this](std::shared_ptr<const JobDescription> description, Result<PreparedJob> prepared) {
           const MutexLock lock(mutex_);
           EXPECT_TRUE(prepared.ok()) << prepared.status();
@@ -97,6 +100,70 @@ TEST_F(PreparerTest, ItsEndWaitsForNoPilot) {
   std::this_thread::sleep_for(std::chrono::milliseconds(50));
   preparer.reset();
   EXPECT_TRUE(reported_.empty());
+}
+
+// What the finished scene holds is known to the byte; while it is compiled it takes more, but not a multiple.
+TEST(SceneMemory, IsToldBeforeWithinAFactorAndNamesWhatIsLargest) {
+  constexpr std::uint32_t kSide = 300;
+  Mesh mesh;
+  for (std::uint32_t i = 0; i <= kSide; ++i) {
+    for (std::uint32_t j = 0; j <= kSide; ++j) {
+      mesh.positions.push_back({i * 1.0, j * 1.0, (i * j) % 7 * 0.1});
+    }
+  }
+  for (std::uint32_t i = 0; i < kSide; ++i) {
+    for (std::uint32_t j = 0; j < kSide; ++j) {
+      const std::uint32_t at = i * (kSide + 1) + j;
+      mesh.triangles.push_back({at, at + 1, at + kSide + 2});
+      mesh.triangles.push_back({at, at + kSide + 2, at + kSide + 1});
+    }
+  }
+  const std::string bytes = encode_mesh(mesh);
+  Scene scene;
+  scene.materials.emplace_back().name = "grey";
+  scene.objects.push_back({"ball", 0, SphereShape{}});
+  scene.objects.push_back({"hills", 0, MeshShape{"hills.obj", sha256(bytes)}});
+  const auto assets = [&](const Sha256&) -> Result<std::string> { return bytes; };
+  const Result<SceneMemory> told = estimate_memory(scene, assets, read_size);
+  ASSERT_TRUE(told.ok()) << told.status();
+  EXPECT_EQ(told->triangles, 2u * kSide * kSide);
+  EXPECT_EQ(told->largest, "objects[1] \"hills\"");
+  const auto compiled = CompiledScene::compile(scene, assets);
+  ASSERT_TRUE(compiled.ok()) << compiled.status();
+  const auto held = static_cast<double>((*compiled)->bytes());
+  EXPECT_GT(static_cast<double>(told->bytes), held);
+  EXPECT_LT(static_cast<double>(told->bytes), 3 * held);
+  // A header that promises more than the file has is not believed.
+  const std::string lie = bytes.substr(0, 4) + std::string(4, '\0') + std::string(8, '\xff') + "short";
+  const auto liar = [&](const Sha256&) -> Result<std::string> { return lie; };
+  EXPECT_LT(estimate_memory(scene, liar, read_size)->bytes, std::uint64_t{32} << 20);
+}
+
+TEST_F(PreparerTest, ASceneThatIsTooLargeIsRefusedByNameAndTheNextIsPrepared) {
+  const auto prepared_with = [&](const SceneLimits& limits) {
+    Status status;
+    bool done = false;
+    Preparer preparer(
+        assets_, SceneCacheLimits{}, limits,
+        [&](const std::shared_ptr<const JobDescription>&, const Result<PreparedJob>& prepared) {
+          const MutexLock lock(mutex_);
+          status = prepared.status();
+          done = true;
+          changed_.notify_one();
+        },
+        [](LeaseId, const Result<PilotReport>&) {});
+    preparer.add(job(1));
+    const MutexLock lock(mutex_);
+    while (!done) {
+      changed_.wait(mutex_);
+    }
+    return status;
+  };
+  const Status refused = prepared_with({.bytes = 1000});
+  EXPECT_EQ(refused.code(), StatusCode::kResourceExhausted);
+  EXPECT_TRUE(message_of(refused).starts_with("the scene takes some ")) << refused;
+  EXPECT_NE(message_of(refused).find("more than --scene-gib"), std::string::npos) << refused;
+  EXPECT_TRUE(prepared_with({.bytes = std::uint64_t{1} << 30}).ok());
 }
 
 }  // namespace

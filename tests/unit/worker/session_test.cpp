@@ -224,7 +224,7 @@ TEST_F(SessionTest, APilotWhoseAssetsAreAwayIsTriedAgain) {
   EXPECT_LE(*session->next_deadline(), now + std::chrono::seconds(1));
   pass(std::chrono::seconds(1));
   EXPECT_EQ(asked<RunPilot>().size(), 2u);
-  session->pilot_failed(LeaseId{5}, "damaged", now, actions);
+  session->pilot_failed(LeaseId{5}, {"damaged"}, now, actions);
   ASSERT_EQ(said<WorkerRefusal>().size(), 1u);
   EXPECT_EQ(said<WorkerRefusal>()[0].job, JobId{1});
   EXPECT_EQ(session->status().leases, 0u);
@@ -399,7 +399,7 @@ TEST_F(SessionTest, ASceneThatDoesNotCompileIsRefused) {
   connect();
   say(description());
   say(grant(1, 3));
-  session->job_failed(JobId{1}, "mesh 'floor' is empty", now, actions);
+  session->job_failed(JobId{1}, {"mesh 'floor' is empty"}, now, actions);
   ASSERT_EQ(said<WorkerRefusal>().size(), 1u);
   EXPECT_EQ(said<WorkerRefusal>()[0].reason, "mesh 'floor' is empty");
   EXPECT_EQ(session->status().leases, 0u);

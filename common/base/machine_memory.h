@@ -1,0 +1,13 @@
+// How much memory this process may come to use.
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+
+namespace lightmill {
+
+/// Bytes of the machine, or what the control groups that this process is in allow, where that is less. `root` is where
+/// /proc and /sys lie. What cannot be read limits nothing; 0 if nothing can.
+std::uint64_t usable_memory(const std::filesystem::path& root = "/");
+
+}  // namespace lightmill

@@ -1,0 +1,154 @@
+#include "common/scene/compiled/scene_memory.h"
+
+#include <algorithm>
+#include <cstring>
+#include <map>
+#include <set>
+
+namespace lightmill {
+namespace {
+
+// Bytes at the highest point of compiling, by what there is of it; measured by scene_memory_bench.
+constexpr std::uint64_t kOfTriangle = 200;         ///< Embree's hierarchy as it is built, and tables
+constexpr std::uint64_t kOfPosition = 28;          ///< as single-precision numbers, twice
+constexpr std::uint64_t kOfNormal = 24;            ///< as tables grow
+constexpr std::uint64_t kOfCoordinate = 16;        ///< the same
+constexpr std::uint64_t kOfGlowingTriangle = 650;  ///< of the lights' table
+constexpr std::uint64_t kOfObject = 1100;
+constexpr std::uint64_t kOfSkyPixel = 28;     ///< light_builder.cpp, which holds the most
+constexpr std::uint64_t kOfScene = 16 << 20;  ///< what programs load with their first scene
+/// Meshes with fewer triangles are copied for each object (mesh_sources.cpp).
+constexpr std::uint32_t kInstancedTriangles = 64;
+
+/// What the first bytes of a mesh's asset say (mesh.h).
+struct MeshHeader {
+  std::uint64_t file_bytes = 0, positions = 0, triangles = 0;
+  bool normals = false, coordinates = false;
+};
+
+MeshHeader header_of(ByteView bytes) {
+  MeshHeader header;
+  std::array<std::uint32_t, 3> numbers{};
+  if (bytes.size() >= 16 && std::memcmp(bytes.data(), "LMM1", 4) == 0) {
+    std::memcpy(numbers.data(), bytes.data() + 4, sizeof(numbers));
+    header.file_bytes = bytes.size();
+    header.normals = (numbers[0] & 1) != 0;
+    header.coordinates = (numbers[0] & 2) != 0;
+    // A header that speaks of more than there is describes nothing that can be decoded.
+    header.positions = std::min<std::uint64_t>(numbers[1], bytes.size() / 24);
+    header.triangles = std::min<std::uint64_t>(numbers[2], bytes.size() / 12);
+  }
+  return header;
+}
+
+/// What an object takes that holds such a mesh, the decoded mesh apart.
+std::uint64_t bytes_of(const MeshHeader& mesh, bool moved, bool glows) {
+  std::uint64_t bytes = mesh.triangles * kOfTriangle + mesh.positions * kOfPosition;
+  bytes += mesh.normals ? mesh.positions * kOfNormal : 0;
+  bytes += mesh.coordinates ? mesh.positions * kOfCoordinate : 0;
+  bytes += glows ? mesh.triangles * kOfGlowingTriangle : 0;
+  bytes += moved ? mesh.file_bytes : 0;  // a copy in the scene's coordinates
+  return bytes;
+}
+
+/// Sums up, and remembers what takes the most.
+class Sum {
+ public:
+  void add(std::uint64_t bytes, const std::string& name) {
+    memory_.bytes += bytes;
+    if (bytes > memory_.largest_bytes) {
+      memory_.largest_bytes = bytes;
+      memory_.largest = name;
+    }
+  }
+  void add_triangles(std::uint64_t triangles) { memory_.triangles += triangles; }
+  const SceneMemory& memory() const { return memory_; }
+
+ private:
+  SceneMemory memory_;
+};
+
+class Estimator {
+ public:
+  Estimator(const Scene& scene, const CompiledScene::AssetSource& assets, const ImageSizer& sizes)
+      : scene_(scene), assets_(assets), sizes_(sizes) {}
+
+  Result<SceneMemory> run() {
+    sum_.add(kOfScene, "what every scene takes");
+    sum_.add(scene_.objects.size() * kOfObject, fmt::format("its {} objects", scene_.objects.size()));
+    LM_RETURN_IF_ERROR(add_meshes());
+    for (const TextureImage& image : scene_.textures) {
+      LM_RETURN_IF_ERROR(add_image(image.asset, image.file, "texture", 0));
+    }
+    for (const Light& light : scene_.lights) {
+      if (const auto* environment = std::get_if<EnvironmentLight>(&light.kind); environment && environment->has_image) {
+        LM_RETURN_IF_ERROR(add_image(environment->asset, environment->file, "environment", kOfSkyPixel));
+      }
+    }
+    return sum_.memory();
+  }
+
+ private:
+  Status add_meshes() {
+    std::map<Sha256, std::uint32_t> users;
+    for (const Object& object : scene_.objects) {
+      if (const auto* mesh = std::get_if<MeshShape>(&object.shape)) {
+        ++users[mesh->asset];
+      }
+    }
+    std::map<Sha256, MeshHeader> headers;
+    std::set<Sha256> held;
+    for (std::size_t i = 0; i < scene_.objects.size(); ++i) {
+      const Object& object = scene_.objects[i];
+      const auto* mesh = std::get_if<MeshShape>(&object.shape);
+      if (mesh == nullptr) {
+        continue;
+      }
+      const std::string name = fmt::format("objects[{}] \"{}\"", i, object.name);
+      const auto [found, is_new] = headers.try_emplace(mesh->asset);
+      if (is_new) {
+        LM_ASSIGN_OR_RETURN(const std::string bytes, assets_(mesh->asset));
+        found->second = header_of(as_byte_view(bytes));
+        sum_.add(found->second.file_bytes, name);
+      }
+      const MeshHeader& header = found->second;
+      const RgbColor& emission = scene_.materials[object.material].emission.rgb;
+      const bool glows = emission.r > 0 || emission.g > 0 || emission.b > 0;
+      const bool instanced = users.at(mesh->asset) > 1 && header.triangles >= kInstancedTriangles && !glows;
+      if (!instanced || held.insert(mesh->asset).second) {
+        sum_.add(bytes_of(header, !instanced && object.transform != kIdentityTransform, glows), name);
+        sum_.add_triangles(header.triangles);
+      }
+    }
+    return ok_status();
+  }
+
+  /// `later`: bytes that each pixel takes once it is decoded, if that is more than decoding takes.
+  Status add_image(const Sha256& asset, const std::string& file, const char* what, std::uint64_t later) {
+    if (!images_.insert(asset).second) {
+      return ok_status();
+    }
+    LM_ASSIGN_OR_RETURN(const std::string bytes, assets_(asset));
+    if (const Result<ImageSize> size = sizes_(as_byte_view(bytes), file); size.ok()) {
+      // The decoder's values beside the pixels, or beside encoded ones their linear form.
+      sum_.add(size->pixels * std::max<std::uint64_t>(2 * size->bytes_per_pixel, later),
+               fmt::format("the {} \"{}\"", what, file));
+    }
+    return ok_status();
+  }
+
+  const Scene& scene_;
+  const CompiledScene::AssetSource& assets_;
+  const ImageSizer& sizes_;
+  std::set<Sha256> images_;
+  Sum sum_;
+};
+
+}  // namespace
+
+Result<SceneMemory> estimate_memory(const Scene& scene, const CompiledScene::AssetSource& assets,
+                                    const ImageSizer& sizes) {
+  return Estimator(scene, assets, sizes).run();
+}
+
+}  // namespace lightmill

@@ -1,0 +1,69 @@
+#include "common/base/machine_memory.h"
+
+#include <gtest/gtest.h>
+#include <unistd.h>
+
+#include <fstream>
+
+#include "tests/support/temporary_folder.h"
+
+namespace lightmill {
+namespace {
+
+class MachineMemory : public ::testing::Test {
+ protected:
+  void put(const std::string& path, const std::string& text) const {
+    const std::filesystem::path file = folder_.path() / path;
+    std::filesystem::create_directories(file.parent_path());
+    std::ofstream(file) << text;
+  }
+  std::uint64_t usable() const { return usable_memory(folder_.path()); }
+
+ private:
+  test::TemporaryFolder folder_;
+};
+
+TEST_F(MachineMemory, IsThatOfTheMachineWhereNoGroupLimitsIt) {
+  put("proc/meminfo", "MemTotal:       16384 kB\nMemFree:        1 kB\n");
+  EXPECT_EQ(usable(), 16384u << 10);
+  put("proc/self/cgroup", "0::/user.slice\n");
+  put("sys/fs/cgroup/user.slice/memory.max", "max\n");
+  EXPECT_EQ(usable(), 16384u << 10);
+}
+
+TEST_F(MachineMemory, IsTheLeastLimitOfTheGroupsThatLieInEachOther) {
+  put("proc/meminfo", "MemTotal:       16384 kB\n");
+  put("proc/self/cgroup", "0::/a/b\n");
+  put("sys/fs/cgroup/a/memory.max", "5000000\n");
+  put("sys/fs/cgroup/a/b/memory.max", "6000000\n");
+  EXPECT_EQ(usable(), 5'000'000u);
+}
+
+TEST_F(MachineMemory, OfAContainerStandsAtTheTop) {
+  put("proc/meminfo", "MemTotal:       16384 kB\n");
+  put("proc/self/cgroup", "0::/somewhere/else\n");
+  put("sys/fs/cgroup/memory.max", "4000000\n");
+  EXPECT_EQ(usable(), 4'000'000u);
+}
+
+TEST_F(MachineMemory, AnOlderKindOfGroupIsReadToo) {
+  put("proc/meminfo", "MemTotal:       16384 kB\n");
+  put("proc/self/cgroup", "12:cpu,cpuacct:/x\n4:memory:/job\nnonsense\n");
+  put("sys/fs/cgroup/memory/memory.limit_in_bytes", "9223372036854771712\n");
+  put("sys/fs/cgroup/memory/job/memory.limit_in_bytes", "3000000\n");
+  EXPECT_EQ(usable(), 3'000'000u);
+}
+
+TEST_F(MachineMemory, NothingReadableIsNothingKnown) {
+  EXPECT_EQ(usable(), 0u);
+}
+
+TEST(UsableMemory, IsNoMoreThanThisMachineHas) {
+  const auto physical =
+      static_cast<std::uint64_t>(::sysconf(_SC_PHYS_PAGES)) * static_cast<std::uint64_t>(::sysconf(_SC_PAGESIZE));
+  EXPECT_GT(usable_memory(), std::uint64_t{1} << 20);
+  EXPECT_LE(usable_memory(), physical);
+}
+
+}  // namespace
+}  // namespace lightmill
