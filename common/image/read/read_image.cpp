@@ -5,6 +5,8 @@
 
 #include <cmath>
 
+#include "common/image/exr.h"
+
 namespace lightmill {
 namespace {
 
@@ -59,6 +61,9 @@ Status fill_floats(OIIO::ImageInput& input, int channels, const std::string& nam
 }  // namespace
 
 Result<Texels> read_image_within(ByteView bytes, const std::string& name, std::int64_t max_pixels) {
+  if (is_exr(bytes)) {  // whatever its name is
+    LM_RETURN_IF_ERROR(with_context(check_exr_header(bytes), name));
+  }
   OIIO::Filesystem::IOMemReader reader(const_cast<std::byte*>(bytes.data()), bytes.size());
   OIIO::ImageSpec config;
   config.attribute("oiio:UnassociatedAlpha", 1);  // else colours come multiplied by alpha

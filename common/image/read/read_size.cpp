@@ -3,9 +3,14 @@
 #include <OpenImageIO/filesystem.h>
 #include <OpenImageIO/imageio.h>
 
+#include "common/image/exr.h"
+
 namespace lightmill {
 
 Result<ImageSize> read_size(ByteView bytes, const std::string& name) {
+  if (is_exr(bytes)) {  // whatever its name is
+    LM_RETURN_IF_ERROR(with_context(check_exr_header(bytes), name));
+  }
   OIIO::Filesystem::IOMemReader reader(const_cast<std::byte*>(bytes.data()), bytes.size());
   OIIO::ImageSpec config;
   OIIO::Filesystem::IOProxy* proxy = &reader;

@@ -137,6 +137,23 @@ TEST(Exr, HostileBytesAreRefused) {
   }
 }
 
+// OpenEXR would make room for the 2 GiB that this file says a text has.
+TEST(Exr, AnAttributeThatIsLargerThanTheFileIsRefusedBeforeRoomIsMade) {
+  Image image = to_image(example_picture());
+  image.attributes["comment"] = std::string("0123456789");
+  std::string bytes = *encode_exr(image);
+  EXPECT_TRUE(check_exr_header(as_byte_view(bytes)).ok());
+  const std::string type("comment\0string\0", 15);
+  const std::size_t size_at = bytes.find(type) + type.size();
+  bytes.replace(size_at, 4, std::string("\xff\xff\xff\x7f", 4));
+  const Result<Image> refused = decode_exr(as_byte_view(bytes));
+  EXPECT_EQ(refused.status().code(), StatusCode::kInvalidArgument);
+  EXPECT_NE(message_of(refused.status()).find("the attribute at byte"), std::string::npos) << refused.status();
+  bytes.replace(size_at, 4, std::string("\xff\xff\xff\xff", 4));
+  EXPECT_FALSE(check_exr_header(as_byte_view(bytes)).ok());
+  EXPECT_FALSE(check_exr_header(as_byte_view(bytes).first(size_at + 2)).ok());
+}
+
 TEST(Png, BytesComeBackAsLinearValues) {
   const std::vector<std::uint8_t> rgb{0, 128, 255, 1, 2, 3};
   const Result<std::string> bytes = encode_png(2, 1, rgb);
