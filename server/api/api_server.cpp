@@ -20,6 +20,7 @@
 #include "server/api/records.h"
 #include "server/api/render_service.h"
 #include "server/api/worker_streams.h"
+#include "server/store/check_rows.h"
 
 namespace lightmill {
 namespace {
@@ -118,6 +119,7 @@ Result<std::unique_ptr<ApiServer>> ApiServer::start(std::unique_ptr<Store> store
                                                     const ApiOptions& options) {
   LM_RETURN_IF_ERROR(check_rules(served_methods()));
   LM_ASSIGN_OR_RETURN(StoredState state, store->load());
+  LM_RETURN_IF_ERROR(check_stored(state));
   auto parts = std::make_unique<Parts>(options, state);
   forget_unused_assets(*assets, state);
   spdlog::info("epoch {}, {} jobs in the store", state.epoch, state.jobs.size());

@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "common/base/text.h"
+#include "common/farm/film_rules.h"
 #include "common/methods/spec/method_spec.h"
 #include "server/domain/coordinator_state.h"
 
@@ -69,23 +70,7 @@ Status check_spec(const JobSpec& spec, std::span<const std::string> candidates) 
   if (!(spec.verify_share >= 0 && spec.verify_share <= 1)) {
     return invalid_argument("verify_share: must be from 0 to 1, got {}", spec.verify_share);
   }
-  if (settings.width < 1 || settings.width > kMaxFilmSide || settings.height < 1 || settings.height > kMaxFilmSide) {
-    return invalid_argument("settings: a film has 1 to {} pixels on a side, got {}x{}", kMaxFilmSide, settings.width,
-                            settings.height);
-  }
-  const PixelRect& crop = settings.crop;
-  const bool crop_fits = crop.x >= 0 && crop.y >= 0 && crop.width > 0 && crop.height > 0 &&
-                         crop.width <= settings.width - crop.x && crop.height <= settings.height - crop.y;
-  if (!crop_fits) {
-    return invalid_argument("settings.crop: {},{} {}x{} does not lie within {}x{} pixels", crop.x, crop.y, crop.width,
-                            crop.height, settings.width, settings.height);
-  }
-  if (const Status status = check_layers(settings.layers); !status.ok()) {
-    return with_context(status, "settings.layers");
-  }
-  if (settings.meters > kMaxMeters) {
-    return invalid_argument("settings.meters: at most {}, got {}", kMaxMeters, settings.meters);
-  }
+  LM_RETURN_IF_ERROR(check_film(settings));
   for (const std::string& method : candidates) {
     LM_RETURN_IF_ERROR(check_method(method, settings));
   }

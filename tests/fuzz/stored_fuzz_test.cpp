@@ -1,0 +1,205 @@
+// Whatever stands in the rows of a store, a coordinator that starts on it goes on or says what is damaged.
+#include <gtest/gtest.h>
+#include <spdlog/spdlog.h>
+#include <sqlite3.h>
+
+#include "server/store/check_rows.h"
+#include "server/store/sqlite/sqlite_store.h"
+#include "tests/fuzz/mutate.h"
+#include "tests/support/temporary_folder.h"
+#include "tests/unit/server/coordinator_fixture.h"
+
+namespace lightmill {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr int kRounds = 500;
+
+/// An SQLite file, as somebody with a hand in it sees it.
+class File {
+ public:
+  explicit File(const fs::path& path) {
+    EXPECT_EQ(sqlite3_open(path.c_str(), &handle_), SQLITE_OK);
+    rows("PRAGMA foreign_keys = OFF");
+    rows("PRAGMA ignore_check_constraints = ON");
+    rows("PRAGMA synchronous = OFF");
+  }
+  ~File() { sqlite3_close(handle_); }
+  File(const File&) = delete;
+  File& operator=(const File&) = delete;
+
+  /// The first column of what a statement gives, as bytes. Empty where it fails.
+  std::vector<std::string> rows(const std::string& sql, std::string_view blob = {}) {
+    std::vector<std::string> found;
+    sqlite3_stmt* statement = nullptr;
+    if (sqlite3_prepare_v2(handle_, sql.c_str(), -1, &statement, nullptr) != SQLITE_OK) {
+      return found;
+    }
+    sqlite3_bind_blob(statement, 1, blob.data(), static_cast<int>(blob.size()), SQLITE_STATIC);
+    while (sqlite3_step(statement) == SQLITE_ROW) {
+      const auto* bytes = static_cast<const char*>(sqlite3_column_blob(statement, 0));
+      found.emplace_back(bytes == nullptr ? "" : bytes, static_cast<std::size_t>(sqlite3_column_bytes(statement, 0)));
+    }
+    sqlite3_finalize(statement);
+    return found;
+  }
+
+ private:
+  sqlite3* handle_ = nullptr;
+};
+
+template <class T>
+const T& one_of(const std::vector<T>& values, FuzzRandom& random) {
+  return values[random.below(values.size())];
+}
+
+/// Changes one column of one table, in all of its rows or in one.
+std::string damage(File& file, FuzzRandom& random) {
+  static const std::vector<std::string> kValues{"0",
+                                                "1",
+                                                "-1",
+                                                "2147483647",
+                                                "2147483648",
+                                                "4294967295",
+                                                "9223372036854775807",
+                                                "-9223372036854775808",
+                                                "1e308",
+                                                "-1e308",
+                                                "''",
+                                                "'x'",
+                                                "x''",
+                                                "zeroblob(100)"};
+  const std::string table = one_of(file.rows("SELECT name FROM sqlite_master WHERE type = 'table'"), random);
+  const std::string column = one_of(file.rows(fmt::format("SELECT name FROM pragma_table_info('{}')", table)), random);
+  const std::vector<std::string> values = file.rows(fmt::format("SELECT {} FROM {}", column, table));
+  if (values.empty()) {
+    return table + " is empty";
+  }
+  const std::string& old = one_of(values, random);
+  const std::string where = random.below(2) == 0 ? "" : fmt::format(" WHERE CAST({} AS BLOB) = ?1", column);
+  switch (random.below(4)) {
+    case 0: {
+      constexpr std::array<std::string_view, 3> kWords{"\xff\xff\xff\xff", "\n", std::string_view("\0", 1)};
+      const std::string bytes = mutate(old, kWords, random);
+      file.rows(fmt::format("UPDATE {} SET {} = CAST(?1 AS {})", table, column, random.below(2) == 0 ? "TEXT" : "BLOB"),
+                bytes);
+      return fmt::format("{}.{} has other bytes", table, column);
+    }
+    case 1:
+      file.rows(fmt::format("DELETE FROM {}{}", table, where), old);
+      return fmt::format("rows of {} are gone", table);
+    case 2: {
+      const std::string change = fmt::format("{} + {}", column, random.below(2) == 0 ? "1" : "-1");
+      file.rows(fmt::format("UPDATE OR IGNORE {} SET {} = {}{}", table, column, change, where), old);
+      return fmt::format("{}.{} = {}", table, column, change);
+    }
+    default: {
+      const std::string& value = one_of(kValues, random);
+      file.rows(fmt::format("UPDATE OR IGNORE {} SET {} = {}{}", table, column, value, where), old);
+      return fmt::format("{}.{} = {}{}", table, column, value, where);
+    }
+  }
+}
+
+class StoredFuzz : public test::CoordinatorTest {
+ protected:
+  StoredFuzz() { limits.film_bytes = std::uint64_t{1} << 30; }
+
+  /// Jobs of all kinds: one that is done, one extended, one half rendered, one adaptive, one whose method is open, one
+  /// cancelled.
+  void make_jobs() {
+    const SessionId worker = connect("w", 2);
+    JobSpec verified = spec("done", 4);
+    verified.verify_share = 1;
+    submit(verified);
+    JobSpec layered = spec("layers", 4, {0, 0, 70, 64});
+    layered.settings.layers = film_layers(std::vector<std::string>{"normal"}).value();
+    submit(layered);
+    JobSpec by_error = spec("error", 64, {0, 0, 64, 64});
+    by_error.goal.error = 0.5;
+    submit(by_error);
+    JobSpec adaptive = spec("adaptive", 64);
+    adaptive.goal.adaptive = true;
+    submit(adaptive);
+    ASSERT_TRUE(coordinator->submit(spec("open", 16), now, unix_ms(), step, {true, {}, {}, {"path", "ao"}}).ok());
+    flush();
+    work(worker);
+    const JobId half = submit(spec("half", 1024));
+    const LeaseGrant grant = got<LeaseGrant>(worker).back();
+    say(worker, result(grant, grant.unit.tiles[0]));
+    const JobId stopped = submit(spec("stopped", 16));
+    EXPECT_TRUE(coordinator->cancel(stopped, now, unix_ms(), step).ok());
+    EXPECT_TRUE(coordinator->pause(half, now, step).ok());
+    flush();
+    writes.push_back(PutQuarantine{{{"liar", "machine"}, "it lied", 5}});
+    TokenRecord token;
+    token.id = "0123456789ab";
+    token.name = "somebody";
+    token.roles.add(Role::view);
+    writes.push_back(PutToken{token});
+    Action action;
+    action.number = 1;
+    writes.push_back(PutAction{action});
+  }
+
+  /// What a coordinator does on its first day.
+  void start(StoredState state) {
+    sent.clear();
+    worked.clear();
+    restart(std::move(state));
+    stand_still(std::chrono::seconds(60));
+    const SessionId worker = connect("again", 2);
+    for (const JobStatus& job : coordinator->jobs(now)) {
+      EXPECT_NE(coordinator->film(job.id), nullptr);
+      (void)coordinator->resume(job.id, now, step);
+      flush();
+    }
+    for (std::size_t i = 0; i < 20 && i < got<LeaseGrant>(worker).size(); ++i) {
+      const LeaseGrant grant = got<LeaseGrant>(worker)[i];
+      if (grant.unit.tiles.size() < 100) {
+        finish(worker, grant);
+      }
+    }
+    stand_still(std::chrono::seconds(60));
+  }
+};
+
+TEST_F(StoredFuzz, DamagedRowsAreRefusedOrGoneOnFrom) {
+  const test::TemporaryFolder folder;
+  const fs::path sound = folder.path() / "sound.sqlite", damaged = folder.path() / "damaged.sqlite";
+  make_jobs();
+  {
+    const auto store = open_sqlite_store(sound);
+    ASSERT_TRUE(store.ok()) << store.status();
+    ASSERT_TRUE((*store)->load().ok());
+    ASSERT_TRUE((*store)->commit(writes).ok());
+  }
+  spdlog::set_level(spdlog::level::off);
+  FuzzRandom random(20);
+  int accepted = 0, refused = 0;
+  for (int round = 0; round < kRounds; ++round) {
+    fs::copy_file(sound, damaged, fs::copy_options::overwrite_existing);
+    std::string what;
+    {
+      File file(damaged);
+      what = damage(file, random);
+    }
+    SCOPED_TRACE(fmt::format("round {}: {}", round, what));
+    auto store = open_sqlite_store(damaged);
+    Result<StoredState> state = store.ok() ? (*store)->load() : Result<StoredState>(store.status());
+    if (const Status status = state.ok() ? check_stored(*state) : state.status(); !status.ok()) {
+      ++refused;
+      EXPECT_FALSE(message_of(status).empty());
+      continue;
+    }
+    ++accepted;
+    start(*std::move(state));
+  }
+  spdlog::set_level(spdlog::level::info);
+  EXPECT_GT(accepted, kRounds / 10);
+  EXPECT_GT(refused, kRounds / 10);
+}
+
+}  // namespace
+}  // namespace lightmill
