@@ -20,8 +20,9 @@ constexpr double kOnePercent = 0.01;
 constexpr double kBlur = 0.03;   ///< bias of `ppm`, which sees all light within radii, as a share of a mean
 constexpr int kRetryLevels = 4;  ///< log2 of how many times the samples
 /// Where blocks are compared, `ppm` gathers within this share of a block's side: within its own radius it blurs each
-/// edge over most of a block, and says so.
-constexpr double kOfBlock = 0.2;
+/// edge over most of a block, and says so. What blur is left is told by half the radius, as jobs tell it: at edges it
+/// grows with the radius, so the difference is half of it.
+constexpr double kOfBlock = 0.2, kBlurOfDifference = 2;
 
 /// log2 of a seed's samples by methods with photons at most, but for retries: each is a pass of thousands of them.
 constexpr int kMostPassLevel = 8;
@@ -30,6 +31,8 @@ constexpr int kMostPassLevel = 8;
 struct Samples {
   std::vector<double> means;                ///< by seed: of the red channel over the case's rectangle
   std::vector<std::vector<double>> blocks;  ///< by seed: channels innermost
+  double mean_blur = 0;
+  std::vector<double> block_blur;  ///< empty: none
 };
 
 Estimate estimate(const std::vector<double>& values) {
@@ -90,24 +93,24 @@ bool stopped(const AtlasSettings& settings) {
   return settings.stop != nullptr && *settings.stop;
 }
 
-/// As it is rendered.
-std::string spec_of(const std::string& method, const TestScene& scene, const AtlasCase& what) {
+/// As it is rendered; with `share` of the radius.
+std::string spec_of(const std::string& method, const TestScene& scene, const AtlasCase& what, double share) {
   if (method != "ppm" || what.exact) {
     return method;
   }
   const CompiledScene& compiled = *scene.compiled();
   const double resolved = kOfBlock * std::min(compiled.film_width(), compiled.film_height()) / kBlocks;
   return fmt::format("ppm:radius={:.3g}",
-                     std::min(resolved, photons::default_radius(compiled, photons::Followed::all_light)));
+                     share * std::min(resolved, photons::default_radius(compiled, photons::Followed::all_light)));
 }
 
 /// False where it was stopped.
 bool render(const TestScene& scene, const AtlasCase& what, const AtlasSettings& settings, int more_levels,
-            AtlasCell& cell, Samples& samples) {
+            AtlasCell& cell, Samples& samples, double share_of_radius = 1) {
   const double begin = thread_cpu_seconds();
   const int most = method_gathers(cell.method) ? kMostPassLevel : 64;
   const int level = std::max(std::min(static_cast<int>(what.level), most) + settings.more_levels + more_levels, 1);
-  const std::string spec = spec_of(cell.method, scene, what);
+  const std::string spec = spec_of(cell.method, scene, what, share_of_radius);
   samples = {};
   cell.picture = {};
   cell.non_finite = 0;
@@ -132,8 +135,32 @@ bool render(const TestScene& scene, const AtlasCase& what, const AtlasSettings& 
   return true;
 }
 
+Estimate block_of(const Samples& samples, std::size_t i) {
+  std::vector<double> values;
+  for (const auto& blocks : samples.blocks) {
+    values.push_back(blocks[i]);
+  }
+  return estimate(values);
+}
+
+/// False where it was stopped.
+bool measure_blur(const TestScene& scene, const AtlasCase& what, const AtlasSettings& settings, const AtlasCell& cell,
+                  Samples& samples) {
+  AtlasCell finer;
+  finer.method = cell.method;
+  Samples fine;
+  if (!render(scene, what, settings, 0, finer, fine, 0.5)) {
+    return false;
+  }
+  samples.mean_blur = kBlurOfDifference * std::abs(cell.mean - finer.mean);
+  for (std::size_t i = 0; i < samples.blocks.front().size(); ++i) {
+    samples.block_blur.push_back(kBlurOfDifference * std::abs(block_of(samples, i).value - block_of(fine, i).value));
+  }
+  return true;
+}
+
 double tolerance_of(const AtlasCase& what, const std::string& method) {
-  return what.tolerance + (method_gathers(method) ? what.gathered : 0) + (method == "ppm" ? kBlur : 0);
+  return what.tolerance + (method_gathers(method) ? what.gathered : 0) + (method == "ppm" && what.exact ? kBlur : 0);
 }
 
 /// Also where all seeds gave the same: no more than kMostZ either way, for JSON knows no infinite numbers.
@@ -179,26 +206,23 @@ void compare(const AtlasCase& what, const AtlasCell& other, const Samples& their
              AtlasCell& cell) {
   const double tolerance = std::max(tolerance_of(what, cell.method), tolerance_of(what, other.method));
   // What lies beyond the stated bias, in standard errors.
-  const auto beyond = [&](const Estimate& a, const Estimate& b) {
+  const auto beyond = [&](const Estimate& a, const Estimate& b, double blur) {
     const double difference = a.value - b.value;
-    const double bias = tolerance * std::max(std::abs(a.value), std::abs(b.value));
+    const double bias = tolerance * std::max(std::abs(a.value), std::abs(b.value)) + blur;
     return z_of(std::copysign(std::max(std::abs(difference) - bias, 0.0), difference),
                 std::hypot(a.standard_error, b.standard_error));
   };
-  const auto column = [](const Samples& samples, std::size_t i) {
-    std::vector<double> values;
-    for (const auto& blocks : samples.blocks) {
-      values.push_back(blocks[i]);
-    }
-    return estimate(values);
+  const auto blur = [](const Samples& samples, std::size_t i) {
+    return samples.block_blur.empty() ? 0 : samples.block_blur[i];
   };
   for (std::size_t i = 0; i < ours.blocks.front().size(); ++i) {
-    const double z = beyond(column(ours, i), column(theirs, i));
+    const double z = beyond(block_of(ours, i), block_of(theirs, i), blur(ours, i) + blur(theirs, i));
     cell.z = std::abs(z) > std::abs(cell.z) ? z : cell.z;
   }
   cell.energy = cell.mean / other.mean;
   fill_in_time(cell, cell.mean);
-  const double whole = beyond({cell.mean, cell.standard_error}, {other.mean, other.standard_error});
+  const double whole =
+      beyond({cell.mean, cell.standard_error}, {other.mean, other.standard_error}, ours.mean_blur + theirs.mean_blur);
   std::string wrong;
   if (std::abs(cell.z) > kWrongBlockZ || std::abs(whole) > kWrongZ) {
     wrong = fmt::format("{} and {} disagree: the means by {:+.3g} %, z {:.1f}; a block by z {:.1f}", cell.method,
@@ -318,7 +342,8 @@ AtlasRow measure(const AtlasCase& what, const AtlasSettings& settings) {
       }
     }
     const bool done = what.exact ? measure_by_formula(scene, what, settings, cell)
-                                 : render(scene, what, settings, 0, cell, samples[i]);
+                                 : render(scene, what, settings, 0, cell, samples[i]) &&
+                                       (cell.method != "ppm" || measure_blur(scene, what, settings, cell, samples[i]));
     if (!done) {
       return row;
     }
