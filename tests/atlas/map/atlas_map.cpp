@@ -143,13 +143,19 @@ Estimate block_of(const Samples& samples, std::size_t i) {
   return estimate(values);
 }
 
-/// False where it was stopped.
-bool measure_blur(const TestScene& scene, const AtlasCase& what, const AtlasSettings& settings, const AtlasCell& cell,
-                  Samples& samples) {
+/// For a comparison with other methods. False where it was stopped.
+bool render_blocks(const TestScene& scene, const AtlasCase& what, const AtlasSettings& settings, int more_levels,
+                   AtlasCell& cell, Samples& samples) {
   AtlasCell finer;
   finer.method = cell.method;
   Samples fine;
-  if (!render(scene, what, settings, 0, finer, fine, 0.5)) {
+  if (!render(scene, what, settings, more_levels, cell, samples)) {
+    return false;
+  }
+  if (cell.method != "ppm") {
+    return true;
+  }
+  if (!render(scene, what, settings, more_levels, finer, fine, 0.5)) {
     return false;
   }
   samples.mean_blur = kBlurOfDifference * std::abs(cell.mean - finer.mean);
@@ -242,6 +248,14 @@ std::string veto(const TestScene& scene, const AtlasCase& what, const std::strin
   return verdict.admitted ? "" : verdict.reason;
 }
 
+/// What is right with so many more samples alone.
+void call_slow(int more_levels, AtlasCell& cell) {
+  if (cell.outcome != Outcome::wrong && more_levels > 0) {
+    cell.outcome = Outcome::slow;
+    cell.reason = fmt::format("looks wrong with {} times fewer samples", 1 << more_levels);
+  }
+}
+
 /// False where it was stopped.
 bool measure_by_formula(const TestScene& scene, const AtlasCase& what, const AtlasSettings& settings, AtlasCell& cell) {
   const bool vetoed = cell.outcome == Outcome::vetoed;
@@ -252,18 +266,16 @@ bool measure_by_formula(const TestScene& scene, const AtlasCase& what, const Atl
       return false;
     }
     compare_with_formula(what, cell);
-    if (cell.outcome != Outcome::wrong && more_levels > 0) {
-      cell.outcome = Outcome::slow;
-      cell.reason = fmt::format("looks wrong with {} times fewer samples", 1 << more_levels);
-    }
+    call_slow(more_levels, cell);
     if (cell.outcome != Outcome::wrong || cell.non_finite > 0 || more_levels >= kRetryLevels * settings.retries) {
       return true;
     }
   }
 }
 
-/// Each with the first other that is admitted.
-void compare_all(const AtlasCase& what, const std::vector<Samples>& samples, AtlasRow& row) {
+/// Each with the first other that is admitted. What looks wrong is rendered again with more samples.
+void compare_all(const TestScene& scene, const AtlasCase& what, const AtlasSettings& settings,
+                 std::vector<Samples>& samples, AtlasRow& row) {
   std::vector<std::size_t> admitted;
   for (std::size_t i = 0; i < row.cells.size(); ++i) {
     if (row.cells[i].measured && row.cells[i].outcome != Outcome::vetoed) {
@@ -277,11 +289,22 @@ void compare_all(const AtlasCase& what, const std::vector<Samples>& samples, Atl
     if (!cell.measured) {
       continue;
     }
-    if (other != admitted.end()) {
-      compare(what, row.cells[*other], samples[*other], samples[i], cell);
-    } else {
+    if (other == admitted.end()) {
       fill_in_time(cell, cell.mean);
       cell.outcome = cell.outcome == Outcome::vetoed ? Outcome::vetoed : Outcome::alone;
+      continue;
+    }
+    compare(what, row.cells[*other], samples[*other], samples[i], cell);
+    for (int retry = 1; retry <= settings.retries && cell.outcome == Outcome::wrong && cell.non_finite == 0; ++retry) {
+      AtlasCell again;
+      again.method = cell.method;
+      Samples more;
+      if (!render_blocks(scene, what, settings, retry * kRetryLevels, again, more)) {
+        return;
+      }
+      compare(what, row.cells[*other], samples[*other], more, again);
+      call_slow(retry * kRetryLevels, again);
+      cell = std::move(again);
     }
   }
 }
@@ -342,14 +365,13 @@ AtlasRow measure(const AtlasCase& what, const AtlasSettings& settings) {
       }
     }
     const bool done = what.exact ? measure_by_formula(scene, what, settings, cell)
-                                 : render(scene, what, settings, 0, cell, samples[i]) &&
-                                       (cell.method != "ppm" || measure_blur(scene, what, settings, cell, samples[i]));
+                                 : render_blocks(scene, what, settings, 0, cell, samples[i]);
     if (!done) {
       return row;
     }
   }
   if (!what.exact) {
-    compare_all(what, samples, row);
+    compare_all(scene, what, settings, samples, row);
   }
   return row;
 }
