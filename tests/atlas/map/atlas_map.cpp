@@ -17,7 +17,7 @@ namespace {
 constexpr int kBlocks = 8;  ///< of a picture, along a side, where methods are compared
 constexpr std::uint64_t kSeed = 9000;
 constexpr double kOnePercent = 0.01;
-constexpr double kBlur = 0.03;   ///< bias of `ppm`, which sees all light within radii, as a share of a mean
+constexpr double kBlur = 0.03;   ///< bias of `ppm`, which sees all light within radii, as a share of what is around
 constexpr int kRetryLevels = 4;  ///< log2 of how many times the samples
 /// Where blocks are compared, `ppm` gathers within this share of a block's side: within its own radius it blurs each
 /// edge over most of a block, and says so. What blur is left is told by half the radius, as jobs tell it: at edges it
@@ -143,6 +143,18 @@ Estimate block_of(const Samples& samples, std::size_t i) {
   return estimate(values);
 }
 
+/// Of a block and those beside it, in the value's channel: what blur may bring from there.
+double brightest_around(const std::vector<double>& means, std::size_t value) {
+  const int block = static_cast<int>(value / 3), channel = static_cast<int>(value % 3);
+  double most = 0;
+  for (int y = std::max(block / kBlocks - 1, 0); y <= std::min(block / kBlocks + 1, kBlocks - 1); ++y) {
+    for (int x = std::max(block % kBlocks - 1, 0); x <= std::min(block % kBlocks + 1, kBlocks - 1); ++x) {
+      most = std::max(most, std::abs(means[static_cast<std::size_t>(3 * (y * kBlocks + x) + channel)]));
+    }
+  }
+  return most;
+}
+
 /// For a comparison with other methods. False where it was stopped.
 bool render_blocks(const TestScene& scene, const AtlasCase& what, const AtlasSettings& settings, int more_levels,
                    AtlasCell& cell, Samples& samples) {
@@ -159,8 +171,13 @@ bool render_blocks(const TestScene& scene, const AtlasCase& what, const AtlasSet
     return false;
   }
   samples.mean_blur = kBlurOfDifference * std::abs(cell.mean - finer.mean);
+  std::vector<double> means;
   for (std::size_t i = 0; i < samples.blocks.front().size(); ++i) {
-    samples.block_blur.push_back(kBlurOfDifference * std::abs(block_of(samples, i).value - block_of(fine, i).value));
+    means.push_back(block_of(samples, i).value);
+  }
+  for (std::size_t i = 0; i < means.size(); ++i) {
+    samples.block_blur.push_back(kBlurOfDifference * std::abs(means[i] - block_of(fine, i).value) +
+                                 kBlur * brightest_around(means, i));
   }
   return true;
 }
