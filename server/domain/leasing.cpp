@@ -263,6 +263,9 @@ std::string Coordinator::State::suspect(Job& job, const Lease& lost) const {
   if (lost.verifies) {
     return "";  // somebody has rendered it before
   }
+  if (const auto worker = workers.find(lost.worker); worker != workers.end() && worker->second.bad_results > 0) {
+    return "";  // it sends damaged results: what it loses says nothing about the tile
+  }
   std::string reason;
   const auto count = [&](Suspicion& suspicion, const auto& describe) {
     const std::pair worker(lost.worker, lost.worker_since);
