@@ -79,6 +79,22 @@ TEST_F(LostWorkersTest, AWorkerThatOnlyLostItsLineAccusesNobody) {
   EXPECT_EQ(status(job).state, JobState::running);
 }
 
+TEST_F(LostWorkersTest, AWorkerThatSendsDamagedResultsMakesNoTileSuspect) {
+  const JobId job = submit(spec("r1", 4, {0, 0, 64, 64}));
+  for (std::uint32_t i = 0; i < 2 * (limits.losses_before_alone + limits.losses_alone); ++i) {
+    const SessionId session = connect(fmt::format("garbage-{}", i));
+    const std::vector<LeaseGrant> grants = got<LeaseGrant>(session);
+    ASSERT_FALSE(grants.empty()) << status(job).reason;
+    WorkerResult damaged = result(grants[0], grants[0].unit.tiles.front());
+    damaged.node.values.front() = std::numeric_limits<float>::quiet_NaN();
+    say(session, damaged);
+    coordinator->worker_disconnected(session, now, step);
+    flush();
+    pass(limits.disconnect_grace + std::chrono::milliseconds(1));
+  }
+  EXPECT_EQ(status(job).state, JobState::running);
+}
+
 TEST_F(LostWorkersTest, APilotThatKillsAllItsWorkersFailsItsJob) {
   JobSpec piloted = spec("r1", 4);
   piloted.settings.method = "auto";
