@@ -182,18 +182,46 @@ std::optional<Number> number_at(ByteView bytes, std::size_t at) {
   return number;
 }
 
-/// Where the header of a file that encode_exr wrote ends: after magic number and version come attributes (name, type,
-/// both ending with a zero, size, value), and a zero.
-std::size_t header_end(std::string_view file) {
-  std::size_t at = 8;
-  while (file[at] != 0) {
-    const std::size_t size = file.find('\0', file.find('\0', at) + 1) + 1;
-    at = size + 4 + number_at<std::uint32_t>(as_byte_view(file), size).value();
+/// Where the headers end: after magic number and version come attributes (name, type, both ending with a zero, size,
+/// value), and a zero. Each lies within the bytes.
+Result<std::size_t> header_end(ByteView bytes) {
+  const std::string_view text(reinterpret_cast<const char*>(bytes.data()), bytes.size());
+  if (text.size() < kFirstAttribute || !is_exr(bytes)) {
+    return invalid_argument("not a readable EXR file: it does not begin like one");
   }
-  return at + 1;
+  const bool several_parts = (static_cast<unsigned char>(text[5]) & 0x10) != 0;
+  std::size_t at = kFirstAttribute;
+  for (bool first_of_part = true; at < text.size();) {
+    if (text[at] == '\0') {  // the end of a part's header; an empty one ends the list of parts
+      if (!several_parts || first_of_part) {
+        return at + 1;
+      }
+      ++at;
+      first_of_part = true;
+      continue;
+    }
+    first_of_part = false;
+    const std::size_t name_end = text.find('\0', at);
+    const std::size_t type_end = name_end == text.npos ? text.npos : text.find('\0', name_end + 1);
+    std::int32_t size = -1;
+    if (type_end != text.npos && text.size() - type_end > sizeof(size)) {
+      std::memcpy(&size, text.data() + type_end + 1, sizeof(size));
+    }
+    if (size < 0 || static_cast<std::size_t>(size) > text.size() - type_end - 1 - sizeof(size)) {
+      return invalid_argument("not a readable EXR file: the attribute at byte {} does not lie within its {} bytes", at,
+                              text.size());
+    }
+    at = type_end + 1 + sizeof(size) + static_cast<std::size_t>(size);
+  }
+  return invalid_argument("not a readable EXR file: its header has no end");
 }
 
 }  // namespace
+
+bool is_exr(ByteView bytes) {
+  constexpr std::array<unsigned char, 4> kMagic{0x76, 0x2f, 0x31, 0x01};
+  return bytes.size() >= kMagic.size() && std::memcmp(bytes.data(), kMagic.data(), kMagic.size()) == 0;
+}
 
 Result<std::string> encode_exr(const Image& image) {
   const auto pixels = static_cast<std::size_t>(image.data.pixel_count());
@@ -230,41 +258,8 @@ Result<std::string> encode_exr(const Image& image) {
   }
 }
 
-bool is_exr(ByteView bytes) {
-  constexpr std::array<unsigned char, 4> kMagic{0x76, 0x2f, 0x31, 0x01};
-  return bytes.size() >= kMagic.size() && std::memcmp(bytes.data(), kMagic.data(), kMagic.size()) == 0;
-}
-
 Status check_exr_header(ByteView bytes) {
-  const std::string_view text(reinterpret_cast<const char*>(bytes.data()), bytes.size());
-  if (text.size() < kFirstAttribute || !is_exr(bytes)) {
-    return invalid_argument("not a readable EXR file: it does not begin like one");
-  }
-  const bool several_parts = (static_cast<unsigned char>(text[5]) & 0x10) != 0;
-  std::size_t at = kFirstAttribute;
-  for (bool first_of_part = true; at < text.size();) {
-    if (text[at] == '\0') {  // the end of a part's header; an empty one ends the list of parts
-      if (!several_parts || first_of_part) {
-        return ok_status();
-      }
-      ++at;
-      first_of_part = true;
-      continue;
-    }
-    first_of_part = false;
-    const std::size_t name_end = text.find('\0', at);
-    const std::size_t type_end = name_end == text.npos ? text.npos : text.find('\0', name_end + 1);
-    std::int32_t size = -1;
-    if (type_end != text.npos && text.size() - type_end > sizeof(size)) {
-      std::memcpy(&size, text.data() + type_end + 1, sizeof(size));
-    }
-    if (size < 0 || static_cast<std::size_t>(size) > text.size() - type_end - 1 - sizeof(size)) {
-      return invalid_argument("not a readable EXR file: the attribute at byte {} does not lie within its {} bytes", at,
-                              text.size());
-    }
-    at = type_end + 1 + sizeof(size) + static_cast<std::size_t>(size);
-  }
-  return invalid_argument("not a readable EXR file: its header has no end");
+  return header_end(bytes).status();
 }
 
 Result<Image> decode_exr(ByteView bytes) {
@@ -281,7 +276,7 @@ Status check_exr_form(ByteView bytes, Image image) {
     image.attributes.erase(name);
   }
   LM_ASSIGN_OR_RETURN(const std::string expected, encode_exr(image));
-  const std::size_t table = header_end(expected);
+  LM_ASSIGN_OR_RETURN(const std::size_t table, header_end(as_byte_view(expected)));
   if (bytes.size() < table || std::memcmp(bytes.data(), expected.data(), table) != 0) {
     return data_loss("its header is not as Lightmill writes it: chromaticities, pixel aspect or others are changed");
   }
