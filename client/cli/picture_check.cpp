@@ -2,11 +2,11 @@
 
 #include <bit>
 #include <cmath>
-#include <cstring>
 
 #include "client/cli/film_fetch.h"
 #include "common/base/file.h"
 #include "common/image/exr.h"
+#include "common/image/exr_header.h"
 
 namespace lightmill::cli {
 namespace {
@@ -39,9 +39,7 @@ Status check_counts(const FilmPicture& picture) {
 }
 
 Result<FilmPicture> sound_picture(ByteView bytes) {
-  constexpr std::string_view kMagic = "\x76\x2f\x31\x01";
-  const std::size_t begins = std::min(bytes.size(), kMagic.size());
-  if (std::memcmp(bytes.data(), kMagic.data(), begins) != 0) {
+  if (bytes.size() >= 4 && !is_exr(bytes)) {
     return invalid_argument("this is no EXR file: give one that `lightmill render -o` or `fetch -o` wrote");
   }
   const Result<Image> decoded = decode_exr(bytes);

@@ -20,6 +20,7 @@
 #include <optional>
 
 #include "common/base/check.h"
+#include "common/image/exr_header.h"
 
 namespace lightmill {
 namespace {
@@ -31,8 +32,6 @@ constexpr std::array kOwnAttributes{"pixelAspectRatio", "screenWindowWidth"};
 constexpr std::uint64_t kPlausibleValues = std::uint64_t{1}
                                            << 22;  // decoded without asking whether the file can hold them
 constexpr std::uint64_t kMaxCompression = 16384;   // deflate's limit is 1032; wavelets of a black frame reach more
-
-constexpr std::size_t kFirstAttribute = 8;  // after the magic number and the version
 
 class MemoryOutput final : public Imf::OStream {
  public:
@@ -182,46 +181,7 @@ std::optional<Number> number_at(ByteView bytes, std::size_t at) {
   return number;
 }
 
-/// Where the headers end: after magic number and version come attributes (name, type, both ending with a zero, size,
-/// value), and a zero. Each lies within the bytes.
-Result<std::size_t> header_end(ByteView bytes) {
-  const std::string_view text(reinterpret_cast<const char*>(bytes.data()), bytes.size());
-  if (text.size() < kFirstAttribute || !is_exr(bytes)) {
-    return invalid_argument("not a readable EXR file: it does not begin like one");
-  }
-  const bool several_parts = (static_cast<unsigned char>(text[5]) & 0x10) != 0;
-  std::size_t at = kFirstAttribute;
-  for (bool first_of_part = true; at < text.size();) {
-    if (text[at] == '\0') {  // the end of a part's header; an empty one ends the list of parts
-      if (!several_parts || first_of_part) {
-        return at + 1;
-      }
-      ++at;
-      first_of_part = true;
-      continue;
-    }
-    first_of_part = false;
-    const std::size_t name_end = text.find('\0', at);
-    const std::size_t type_end = name_end == text.npos ? text.npos : text.find('\0', name_end + 1);
-    std::int32_t size = -1;
-    if (type_end != text.npos && text.size() - type_end > sizeof(size)) {
-      std::memcpy(&size, text.data() + type_end + 1, sizeof(size));
-    }
-    if (size < 0 || static_cast<std::size_t>(size) > text.size() - type_end - 1 - sizeof(size)) {
-      return invalid_argument("not a readable EXR file: the attribute at byte {} does not lie within its {} bytes", at,
-                              text.size());
-    }
-    at = type_end + 1 + sizeof(size) + static_cast<std::size_t>(size);
-  }
-  return invalid_argument("not a readable EXR file: its header has no end");
-}
-
 }  // namespace
-
-bool is_exr(ByteView bytes) {
-  constexpr std::array<unsigned char, 4> kMagic{0x76, 0x2f, 0x31, 0x01};
-  return bytes.size() >= kMagic.size() && std::memcmp(bytes.data(), kMagic.data(), kMagic.size()) == 0;
-}
 
 Result<std::string> encode_exr(const Image& image) {
   const auto pixels = static_cast<std::size_t>(image.data.pixel_count());
@@ -258,12 +218,8 @@ Result<std::string> encode_exr(const Image& image) {
   }
 }
 
-Status check_exr_header(ByteView bytes) {
-  return header_end(bytes).status();
-}
-
 Result<Image> decode_exr(ByteView bytes) {
-  LM_RETURN_IF_ERROR(check_exr_header(bytes));
+  LM_RETURN_IF_ERROR(exr_header_end(bytes).status());
   try {
     return read_image(bytes);
   } catch (const std::exception& error) {
@@ -276,7 +232,7 @@ Status check_exr_form(ByteView bytes, Image image) {
     image.attributes.erase(name);
   }
   LM_ASSIGN_OR_RETURN(const std::string expected, encode_exr(image));
-  LM_ASSIGN_OR_RETURN(const std::size_t table, header_end(as_byte_view(expected)));
+  LM_ASSIGN_OR_RETURN(const std::size_t table, exr_header_end(as_byte_view(expected)));
   if (bytes.size() < table || std::memcmp(bytes.data(), expected.data(), table) != 0) {
     return data_loss("its header is not as Lightmill writes it: chromaticities, pixel aspect or others are changed");
   }

@@ -13,13 +13,6 @@ namespace lightmill {
 /// pixels. The same image gives the same bytes.
 Result<std::string> encode_exr(const Image& image);
 
-/// By its first bytes.
-bool is_exr(ByteView bytes);
-
-/// INVALID_ARGUMENT unless each attribute of the header lies within the file, and for what is no EXR file. OpenEXR
-/// makes room for what an attribute says its size is, up to 2 GiB, before it looks for the bytes.
-Status check_exr_header(ByteView bytes);
-
 /// The inverse: all channels (half floats are widened) and the text and number attributes. Hostile bytes give
 /// INVALID_ARGUMENT, never a crash.
 Result<Image> decode_exr(ByteView bytes);

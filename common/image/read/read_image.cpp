@@ -5,7 +5,7 @@
 
 #include <cmath>
 
-#include "common/image/exr.h"
+#include "common/image/exr_header.h"
 
 namespace lightmill {
 namespace {
@@ -62,7 +62,7 @@ Status fill_floats(OIIO::ImageInput& input, int channels, const std::string& nam
 
 Result<Texels> read_image_within(ByteView bytes, const std::string& name, std::int64_t max_pixels) {
   if (is_exr(bytes)) {  // whatever its name is
-    LM_RETURN_IF_ERROR(with_context(check_exr_header(bytes), name));
+    LM_RETURN_IF_ERROR(with_context(exr_header_end(bytes).status(), name));
   }
   OIIO::Filesystem::IOMemReader reader(const_cast<std::byte*>(bytes.data()), bytes.size());
   OIIO::ImageSpec config;

@@ -3,13 +3,13 @@
 #include <OpenImageIO/filesystem.h>
 #include <OpenImageIO/imageio.h>
 
-#include "common/image/exr.h"
+#include "common/image/exr_header.h"
 
 namespace lightmill {
 
 Result<ImageSize> read_size(ByteView bytes, const std::string& name) {
   if (is_exr(bytes)) {  // whatever its name is
-    LM_RETURN_IF_ERROR(with_context(check_exr_header(bytes), name));
+    LM_RETURN_IF_ERROR(with_context(exr_header_end(bytes).status(), name));
   }
   OIIO::Filesystem::IOMemReader reader(const_cast<std::byte*>(bytes.data()), bytes.size());
   OIIO::ImageSpec config;

@@ -10,6 +10,7 @@
 #include "common/image/color.h"
 #include "common/image/error_metrics.h"
 #include "common/image/exr.h"
+#include "common/image/exr_header.h"
 #include "common/image/film_picture.h"
 #include "common/image/picture_file.h"
 #include "common/image/png.h"
@@ -142,7 +143,7 @@ TEST(Exr, AnAttributeThatIsLargerThanTheFileIsRefusedBeforeRoomIsMade) {
   Image image = to_image(example_picture());
   image.attributes["comment"] = std::string("0123456789");
   std::string bytes = *encode_exr(image);
-  EXPECT_TRUE(check_exr_header(as_byte_view(bytes)).ok());
+  EXPECT_TRUE(exr_header_end(as_byte_view(bytes)).ok());
   const std::string type("comment\0string\0", 15);
   const std::size_t size_at = bytes.find(type) + type.size();
   bytes.replace(size_at, 4, std::string("\xff\xff\xff\x7f", 4));
@@ -150,8 +151,8 @@ TEST(Exr, AnAttributeThatIsLargerThanTheFileIsRefusedBeforeRoomIsMade) {
   EXPECT_EQ(refused.status().code(), StatusCode::kInvalidArgument);
   EXPECT_NE(message_of(refused.status()).find("the attribute at byte"), std::string::npos) << refused.status();
   bytes.replace(size_at, 4, std::string("\xff\xff\xff\xff", 4));
-  EXPECT_FALSE(check_exr_header(as_byte_view(bytes)).ok());
-  EXPECT_FALSE(check_exr_header(as_byte_view(bytes).first(size_at + 2)).ok());
+  EXPECT_FALSE(exr_header_end(as_byte_view(bytes)).ok());
+  EXPECT_FALSE(exr_header_end(as_byte_view(bytes).first(size_at + 2)).ok());
 }
 
 TEST(Png, BytesComeBackAsLinearValues) {
