@@ -247,7 +247,7 @@ std::string pack_scene(const Scene& scene) {
 
 Result<Scene> unpack_scene(std::string_view bytes) {
   if (bytes.size() > kMaxSceneBytes) {
-    return resource_exhausted("a packed scene of {} bytes is more than the limit of {}", bytes.size(), kMaxSceneBytes);
+    return invalid_argument("a packed scene of {} bytes is more than the limit of {}", bytes.size(), kMaxSceneBytes);
   }
   v1::Scene message;
   if (!parse_bytes(bytes, &message)) {

@@ -64,7 +64,7 @@ struct Lease {
   std::uint32_t remaining = 0;
   Time granted;
   Time deadline;           ///< lost if not renewed until then
-  bool copy = false;       ///< of another one that was late; is not copied again
+  bool copy = false;       ///< of what another one would have had later; is not copied again
   bool abandoned = false;  ///< its worker's stream is broken
   bool alone = false;      ///< suspected: its worker has nothing else
   bool verifies = false;   ///< what it renders is in the film already
@@ -364,6 +364,7 @@ struct Coordinator::State {
   std::unordered_map<LeaseId, Lease> leases;
   std::set<std::pair<Time, LeaseId>> expiry;
   Time next_copy_look, next_silence_look;
+  std::string last_copied_to;  ///< or the last worker for which there was nothing: the next look begins behind it
 
   Time clock_time;
   std::int64_t clock_unix_ms = 0;

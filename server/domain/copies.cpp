@@ -7,8 +7,9 @@ namespace lightmill {
 namespace {
 
 constexpr Duration kCopyLookInterval = std::chrono::milliseconds(100);
-/// On large farms only those leases that take longest are looked at, and less often the more workers are idle.
-constexpr std::size_t kMostLate = 64, kPairsALook = 20000;
+/// On large farms only those leases that take longest are looked at, for so many workers at a time, and less often:
+/// once more every kCopyLookInterval for so many leases.
+constexpr std::size_t kMostLate = 64, kPairsALook = 20000, kLeasesALook = 2000;
 /// Who renders something too must need this many times less, and what it takes until its first results are there.
 constexpr double kCopyGain = 1.2, kCopySeconds = 0.1;
 constexpr double kLeastTileSeconds = 1e-6;  ///< also of what nobody has rendered yet
@@ -64,9 +65,12 @@ void Coordinator::State::copy_to_idle(Time now, Step& step) {
   }
   std::sort(late.begin(), late.end());
   late.resize(std::min(late.size(), kMostLate));
-  next_copy_look = now + kCopyLookInterval * static_cast<int>(1 + late.size() * idle.size() / kPairsALook);
-  const std::vector<std::string> waiting(idle.begin(), idle.end());
+  next_copy_look = now + kCopyLookInterval * static_cast<int>(1 + leases.size() / kLeasesALook);
+  std::vector<std::string> waiting(idle.begin(), idle.end());
+  std::ranges::rotate(waiting, std::ranges::upper_bound(waiting, last_copied_to));
+  waiting.resize(std::min(waiting.size(), kPairsALook / std::max<std::size_t>(late.size(), 1)));
   for (const std::string& name : waiting) {
+    last_copied_to = name;
     Worker* const worker = find_worker(name);
     if (worker == nullptr || !wants_more(*worker) || !worker->leases.empty()) {
       continue;
@@ -74,8 +78,8 @@ void Coordinator::State::copy_to_idle(Time now, Step& step) {
     for (auto at = late.begin(); at != late.end();) {
       const Lease& lease = leases.at(at->second);
       const Job& job = *jobs.at(lease.unit.job);
-      const bool sooner = lease.unit.tiles.empty() ||
-                          seconds_left(lease, now) > kCopyGain * tile_seconds(*worker, lease) + kCopySeconds;
+      const bool sooner =
+          lease.unit.tiles.empty() || -at->first > kCopyGain * tile_seconds(*worker, lease) + kCopySeconds;
       if (lease.worker == name || now < job.hold_until || !sooner ||
           !(job.undecided() ? may_pilot(*worker, job, now) : may_render(*worker, job))) {
         ++at;  // the next worker may

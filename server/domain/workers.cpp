@@ -249,9 +249,12 @@ void Coordinator::State::exclude(Worker& worker, Job& job, const std::string& re
       end_lease(id, false, false, now, step);
     }
   }
-  ++job.version;
+  if (job.leases.empty() && job.film.pixel_samples() == 0) {
+    give_back_seconds(job, 0, now);  // nothing has been rendered in them
+  }
+  put_progress(job, now, step);
   const bool wanted = std::ranges::any_of(
-      workers, [&](const auto& entry) { return entry.second.session && may_render(entry.second, job); });
+      workers, [&](const auto& entry) { return counts(entry.second) && may_render(entry.second, job); });
   if (!wanted && job.leases.empty() && job.film.pixel_samples() == 0 && job.record.state == JobState::running) {
     unbind(job, step);  // its class was that of workers for which it is too large
   }

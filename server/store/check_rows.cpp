@@ -26,7 +26,8 @@ Status check_record(const JobRecord& record) {
     return invalid_argument("its goal is {} samples, {} seconds, error {}, of which {} are verified", spec.goal.samples,
                             spec.goal.seconds, spec.goal.error, spec.verify_share);
   }
-  if (!is_time(record.active_seconds) || !is_time(record.worker_seconds)) {
+  // What threads took is the sum of what workers say.
+  if (!is_time(record.active_seconds) || !(record.worker_seconds >= 0 && std::isfinite(record.worker_seconds))) {
     return invalid_argument("it was rendered for {} s, by threads that took {} s", record.active_seconds,
                             record.worker_seconds);
   }

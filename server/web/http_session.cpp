@@ -137,7 +137,8 @@ class HttpSession final : public std::enable_shared_from_this<HttpSession> {
     if (const auto header = request.find(http::field::authorization); header != request.end()) {
       shown.authorization = std::string(as_std(header->value()));
     }
-    shown.cookie = login_cookie(as_std(request[http::field::cookie]), as_std(request[http::field::host]));
+    shown.cookie = login_cookie(as_std(request[http::field::cookie]),
+                                {std::string(as_std(request[http::field::host])), stream_.encrypted()});
     return shown;
   }
   CookiePlace cookie_place() const {

@@ -15,7 +15,7 @@ std::uint64_t bytes_of(const v1::FilmHeader& header) {
   const v1::PixelRect& crop = header.settings().crop();
   const std::uint64_t pixels = static_cast<std::uint64_t>(crop.width()) * static_cast<std::uint64_t>(crop.height());
   const auto layers = static_cast<std::uint64_t>(header.settings().layers_size());
-  return pixels * (kValuesPerPixel + kValuesPerLayer * layers) * sizeof(float);
+  return pixels * (kValuesPerPixel + kValuesPerLayer * layers) * sizeof(float) + header.ByteSizeLong();
 }
 
 Result<std::string> encoded(const FilmSnapshot& film, PictureFormat format, std::int64_t now_unix_ms) {
@@ -62,6 +62,9 @@ struct JobPictures::Queue {
   }
   void push(Order order) {
     const MutexLock lock(mutex);
+    if (stopping) {
+      return;
+    }
     orders.push_back(std::move(order));
     changed.notify_all();
   }

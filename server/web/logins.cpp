@@ -29,10 +29,10 @@ std::string_view cookie_value(std::string_view header, std::string_view name) {
 
 }  // namespace
 
-std::string login_cookie(std::string_view cookie_header, std::string_view host) {
-  const std::string name = cookie_name(host);
+std::string login_cookie(std::string_view cookie_header, const CookiePlace& place) {
+  const std::string name = cookie_name(place.host);
   const std::string_view secure = cookie_value(cookie_header, std::string(kSecurePrefix) + name);
-  return std::string(secure.empty() ? cookie_value(cookie_header, name) : secure);
+  return std::string(secure.empty() && !place.secure ? cookie_value(cookie_header, name) : secure);
 }
 
 std::string set_cookie_header(const CookiePlace& place, std::string_view secret, std::int64_t seconds) {

@@ -24,8 +24,8 @@ struct CookiePlace {
 };
 
 /// The secret in the header Cookie, of the page at `host`: browsers send cookies to all ports of a host, so the port is
-/// part of the name. Empty if there is none.
-std::string login_cookie(std::string_view cookie_header, std::string_view host);
+/// part of the name. Over an encrypted connection only what no unencrypted page can set. Empty if there is none.
+std::string login_cookie(std::string_view cookie_header, const CookiePlace& place);
 /// The header Set-Cookie that leaves the secret with the browser for so long; an empty one takes it away.
 std::string set_cookie_header(const CookiePlace& place, std::string_view secret, std::int64_t seconds);
 

@@ -201,10 +201,11 @@ TEST(WebAccess, EveryPathForEveryRoleWithOwnAndOthersJobs) {
   const auto ada = web.channel("ada", {Role::submit}), bob = web.channel("bob", {Role::submit});
   upload_assets(ada);
   const std::string adas = std::to_string(ended_job(ada)), bobs = std::to_string(ended_job(bob));
-  std::vector<std::pair<std::string, Headers>> callers{{"nobody", {}},
-                                                       {"nobody", bearer(make_token()->text)},
-                                                       {"nobody", {{"Authorization", "rubbish"}}},
-                                                       {"nobody", {{"Cookie", "lightmill=rubbish"}}}};
+  std::vector<std::pair<std::string, Headers>> callers{
+      {"nobody", {}},
+      {"nobody", bearer(make_token()->text)},
+      {"nobody", {{"Authorization", "rubbish"}}},
+      {"nobody", {{"Cookie", fmt::format("__Host-lightmill-{}=rubbish", web.port())}}}};
   for (const Role role : kRoles) {
     const std::string token = web.token("ada", {role});
     callers.emplace_back(name_of(role), bearer(token));

@@ -16,11 +16,15 @@ TEST(LoginCookie, IsReadByNoScriptAndGoesToThePageAlone) {
 }
 
 TEST(LoginCookie, IsFoundAmongThoseOfOtherPagesOfTheHost) {
-  EXPECT_EQ(login_cookie("lightmill-7380=one; lightmill-7381=two", "localhost:7381"), "two");
-  EXPECT_EQ(login_cookie("a=b;  lightmill=one", "[::1]"), "one");
-  EXPECT_EQ(login_cookie("lightmill-80=one; __Host-lightmill-80=two", "h:80"), "two") << "which no other page can set";
+  EXPECT_EQ(login_cookie("lightmill-7380=one; lightmill-7381=two", {"localhost:7381", false}), "two");
+  EXPECT_EQ(login_cookie("a=b;  lightmill=one", {"[::1]", false}), "one");
+  EXPECT_EQ(login_cookie("lightmill-80=one; __Host-lightmill-80=two", {"h:80", false}), "two")
+      << "which no other page can set";
+  EXPECT_EQ(login_cookie("lightmill-443=x", {"h:443", true}), "")
+      << "any unencrypted page of the host could have set it";
+  EXPECT_EQ(login_cookie("lightmill-443=x; __Host-lightmill-443=y", {"h:443", true}), "y");
   for (const char* header : {"", "lightmill-7380", "xlightmill-7380=one", "lightmill-73801=one", ";;;", "=one"}) {
-    EXPECT_EQ(login_cookie(header, "localhost:7380"), "") << header;
+    EXPECT_EQ(login_cookie(header, {"localhost:7380", false}), "") << header;
   }
 }
 
