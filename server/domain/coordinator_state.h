@@ -126,6 +126,8 @@ struct Job {
   std::optional<Time> active_since;  ///< while units are out; its pilots do not count
   Time hold_until;                   ///< no leases before that: workers may come back with what they hold
   bool digest_durable = false;       ///< the row with class and method is known to be stored
+  /// Its class was taken back: what comes of leases from before does not say that the same class is stored anew.
+  bool was_unbound = false;
   std::map<TileId, Suspicion> suspicions;
   Suspicion suspicion_of_pilot;
   /// Who had a part in each node of the film: indices in Coordinator::State::renderers, ascending.

@@ -275,6 +275,7 @@ void Coordinator::State::unbind(Job& job, Step& step) {
   job.record.state = JobState::queued;
   job.digest = {};
   job.digest_durable = false;
+  job.was_unbound = true;
   put_job(job, step);
 }
 

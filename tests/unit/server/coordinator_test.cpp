@@ -281,6 +281,18 @@ TEST_F(CoordinatorTest, AClassWhoseWorkersAreTooSmallIsGivenUpBeforeTheFirstSamp
   EXPECT_EQ(status(job).state, JobState::done);
 }
 
+TEST_F(CoordinatorTest, SecondsUntilAllHaveRefusedAreNotThoseOfThePicture) {
+  JobSpec timed = spec();
+  timed.goal = {};
+  timed.goal.seconds = 60;
+  const JobId job = submit(timed);
+  const SessionId small = connect("small");
+  pass(limits.lease_duration / 2);
+  ASSERT_GT(status(job).active_seconds, 0);
+  say(small, WorkerRefusal{job, "too large", true});
+  EXPECT_EQ(status(job).active_seconds, 0);
+}
+
 TEST_F(CoordinatorTest, AClassIsKeptOnceThereAreSamples) {
   const JobId job = submit(spec("r1", 64));
   const SessionId large = connect("large");
