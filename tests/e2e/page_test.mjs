@@ -42,8 +42,8 @@ test('a job that is submitted appears and opens', async () => {
 test('the EXR that is fetched from the page is the file of the command line', async () => {
   const [download] = await Promise.all([page.waitForEvent('download'), page.getByRole('link', {name: 'EXR'}).click()]);
   assert.equal(download.suggestedFilename(), `job-${job}.exr`);
-  const file = join(farm.folder, 'box.exr');
-  farm.lightmill('fetch', job, '-o', file);
+  const file = join(session.farm.folder, 'box.exr');
+  session.farm.lightmill('fetch', job, '-o', file);
   assert.ok(readFileSync(await download.path()).equals(readFileSync(file)));
 });
 
