@@ -83,6 +83,7 @@ test('jobs are found, filtered and opened by keys alone', async () => {
   await page.keyboard.press('ArrowDown');
   await page.keyboard.press('Enter');
   await eventually('the job opens', () => page.url().endsWith(`#/jobs/${job}`));
+  await page.locator('.job-head').waitFor();  // or the list, with what was typed, was never left
   await page.goBack();
   await page.getByRole('button', {name: /^Failed/}).click();
   await page.getByRole('link', {name: 'balls'}).waitFor();
