@@ -126,8 +126,7 @@ struct Job {
   std::optional<Time> active_since;  ///< while units are out; its pilots do not count
   Time hold_until;                   ///< no leases before that: workers may come back with what they hold
   bool digest_durable = false;       ///< the row with class and method is known to be stored
-  /// Its class was taken back: what comes of leases from before does not say that the same class is stored anew.
-  bool was_unbound = false;
+  LeaseId bound_at{0};               ///< the last lease when its class was fixed: its first one
   std::map<TileId, Suspicion> suspicions;
   Suspicion suspicion_of_pilot;
   /// Who had a part in each node of the film: indices in Coordinator::State::renderers, ascending.
@@ -150,6 +149,9 @@ struct Job {
   double active_seconds(Time now) const {
     return record.active_seconds + (active_since ? to_seconds(now - *active_since) : 0);
   }
+  /// Leases of a class wait until it is stored, so what comes of one shows that it is; but one from before may be of
+  /// the same class, which was taken back and fixed anew.
+  bool bound_before(LeaseId lease) const { return lease.value >= bound_at.value; }
   // Counts below are of the frame's samples; tiles have their parts of them (Film::frame_samples).
   /// No sample beyond this is ever wanted.
   std::uint64_t sample_limit() const {

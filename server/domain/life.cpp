@@ -261,6 +261,7 @@ void Coordinator::State::refresh_queue(Job& job) {
 
 void Coordinator::State::start_job(Job& job, const Worker& worker, Step& step) {
   job.record.fingerprint_class = worker.hello.fingerprint_class;
+  job.bound_at = LeaseId{epoch << 32 | lease_count};
   if (!job.undecided()) {
     job.digest = render_digest(job.record.spec.settings, job.record.fingerprint_class);
   }
@@ -275,7 +276,6 @@ void Coordinator::State::unbind(Job& job, Step& step) {
   job.record.state = JobState::queued;
   job.digest = {};
   job.digest_durable = false;
-  job.was_unbound = true;
   put_job(job, step);
 }
 

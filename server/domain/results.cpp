@@ -80,7 +80,7 @@ void Coordinator::State::on_result(SessionId session, WorkerResult result, Time 
       renew(leases.at(id), now);
     }
   }
-  job->digest_durable = job->digest_durable || !job->was_unbound;
+  job->digest_durable = job->digest_durable || job->bound_before(lease_id);
   merge_result(*job, by, std::move(result), now, step);
   // Also duplicates may stand on a node whose commit is still to come, so every acknowledgement waits.
   send_after_commit(step, session, ResultAck{{key}});

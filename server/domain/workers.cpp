@@ -192,7 +192,7 @@ bool Coordinator::State::adopt_held(Worker& worker, const HeldLease& held, Time 
   WorkerJob& known = worker.jobs[job->id()];
   known.describe = false;
   known.confirmed = true;
-  job->digest_durable = job->digest_durable || !job->was_unbound;
+  job->digest_durable = job->digest_durable || job->bound_before(held.lease);
   return true;
 }
 
