@@ -190,8 +190,12 @@ std::shared_ptr<const Node> node_of(const SampleRange& range, std::uint64_t non_
 }
 
 void log_damage(const NodeKey& key) {
-  spdlog::error("job {}: stored samples [{}, {}) of tile {} are damaged; they will be rendered again", key.job.value,
-                key.range.first(), key.range.end(), key.tile.value);
+  const SampleRange& range = key.range;
+  const bool sound = range.level <= kMaxRangeLevel;  // else it has no samples that could be named
+  spdlog::error("job {}: stored samples {} of tile {} are damaged; they will be rendered again", key.job.value,
+                sound ? fmt::format("[{}, {})", range.first(), range.end())
+                      : fmt::format("number {} of level {}", range.index, range.level),
+                key.tile.value);
 }
 
 }  // namespace lightmill::stored
