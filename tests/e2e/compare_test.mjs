@@ -133,9 +133,9 @@ test('an EXR file of the farm is the picture itself, and one of another size is 
   await measuredAs('the numbers are those of the command line', (each) => Math.abs(each.relMSE / expected.rel_mse - 1) < 2e-3);
   await page.getByLabel('An EXR file to compare with').setInputFiles({name: 'notes.exr', mimeType: 'image/x-exr', buffer: Buffer.from('no picture')});
   await page.getByRole('alert').getByText('notes.exr: this is no EXR file').waitFor();
-  await page.goto(`${session.farm.page}#/jobs/${job}?with=3`);
-  await page.reload();
-  await page.getByRole('alert').getByText('another size #3 has 64×64 pixels, this picture 96×80').waitFor();
+  const other = await session.open(`#/jobs/${job}?with=3`);
+  await other.getByRole('alert').getByText('another size #3 has 64×64 pixels, this picture 96×80').waitFor();
+  await other.context().close();
 });
 
 test('a region is measured by mouse, by keys and by numbers', async () => {
