@@ -164,6 +164,7 @@ test('the results of a lab are dropped on the page, and its methods stand in one
   const lines = page.locator('.chart-lines li');
   await eventually('both methods are there', async () => (await lines.count()) === 2);
   assert.equal(await page.getByRole('alert').count(), 0);
+  await page.locator('.uplot').first().waitFor();
   await page.getByRole('img', {name: /^Error against time/}).focus();
   await page.keyboard.press('ArrowRight');
   const [curve] = results.scenes[0].methods.map((each) => each.curve);

@@ -269,10 +269,11 @@ export function Plot({curve, others, text, theme, onHover}: PlotProps) {
   const onKey = (event: KeyboardEvent) => {
     const by = {ArrowLeft: -1, ArrowRight: 1}[event.key];
     const known = [curve, ...others].flatMap(({points}) => points.map((point) => point.seconds)).sort((a, b) => a - b);
-    if (by !== undefined && known.length > 0) {
+    const shown = chart.current;
+    if (shown && by !== undefined && known.length > 0) {
       event.preventDefault();
       step.current = Math.min(Math.max((step.current ?? (by > 0 ? -1 : known.length)) + by, 0), known.length - 1);
-      chart.current!.setCursor({left: chart.current!.valToPos(known[step.current]!, 'x'), top: 10});
+      shown.setCursor({left: shown.valToPos(known[step.current]!, 'x'), top: 10});
     }
   };
   return <div ref={place} role="img" tabIndex={0} aria-label={`Error against time: ${text}. The arrows go through its points.`} onKeyDown={onKey} />;
