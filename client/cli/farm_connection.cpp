@@ -214,6 +214,15 @@ Result<v1::Job> FarmConnection::extend_job(std::uint64_t id, std::uint64_t sampl
   return job;
 }
 
+Result<v1::Job> FarmConnection::set_priority(std::uint64_t id, std::int32_t priority) {
+  v1::SetPriorityRequest request;
+  request.set_id(id);
+  request.set_priority(priority);
+  v1::Job job;
+  LM_RETURN_IF_ERROR(call(*state_, &Stub::SetPriority, request, job));
+  return job;
+}
+
 Status FarmConnection::delete_job(std::uint64_t id) {
   v1::DeleteJobRequest request;
   request.set_id(id);

@@ -54,6 +54,7 @@ class FarmConnection {
   Result<v1::Job> resume_job(std::uint64_t id);
   /// 0 leaves a limit as it is.
   Result<v1::Job> extend_job(std::uint64_t id, std::uint64_t samples, double error);
+  Result<v1::Job> set_priority(std::uint64_t id, std::int32_t priority);
   Status delete_job(std::uint64_t id);
 
   /// One stream of a job's changes; ends OK when the job has ended. `stop` is asked once the call can be cancelled, so

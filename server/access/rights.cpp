@@ -20,6 +20,7 @@ constexpr std::array<RpcRule, static_cast<std::size_t>(Rpc::count)> kRules{{
     {Rpc::pause_job, kRender, "PauseJob", Right::steer_job, true},
     {Rpc::resume_job, kRender, "ResumeJob", Right::steer_job, true},
     {Rpc::extend_job, kRender, "ExtendJob", Right::steer_job, true},
+    {Rpc::set_priority, kRender, "SetPriority", Right::steer_job, true},
     {Rpc::delete_job, kRender, "DeleteJob", Right::steer_job, true},
     {Rpc::watch_job, kRender, "WatchJob", Right::see_job, false},
     {Rpc::get_film, kRender, "GetFilm", Right::see_job, false},

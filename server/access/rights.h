@@ -24,6 +24,7 @@ enum class Rpc {
   pause_job,
   resume_job,
   extend_job,
+  set_priority,
   delete_job,
   watch_job,
   get_film,

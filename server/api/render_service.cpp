@@ -201,6 +201,14 @@ RenderServiceImpl::Unary* RenderServiceImpl::ExtendJob(Context* context, const v
   });
 }
 
+RenderServiceImpl::Unary* RenderServiceImpl::SetPriority(Context* context, const v1::SetPriorityRequest* request,
+                                                         v1::Job* reply) {
+  const JobId id{request->id()};
+  return change_job(context, Rpc::set_priority, id, reply, [id, priority = request->priority()](FarmLoop::Turn& turn) {
+    return turn.farm.set_priority(id, priority, turn.now, turn.step);
+  });
+}
+
 RenderServiceImpl::Unary* RenderServiceImpl::DeleteJob(Context* context, const v1::DeleteJobRequest* request,
                                                        v1::DeleteJobResponse*) {
   const JobId id{request->id()};

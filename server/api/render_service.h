@@ -36,6 +36,7 @@ class RenderServiceImpl final : public v1::RenderService::CallbackService {
   Unary* PauseJob(Context*, const v1::PauseJobRequest*, v1::Job*) override;
   Unary* ResumeJob(Context*, const v1::ResumeJobRequest*, v1::Job*) override;
   Unary* ExtendJob(Context*, const v1::ExtendJobRequest*, v1::Job*) override;
+  Unary* SetPriority(Context*, const v1::SetPriorityRequest*, v1::Job*) override;
   Unary* DeleteJob(Context*, const v1::DeleteJobRequest*, v1::DeleteJobResponse*) override;
 
   grpc::ServerWriteReactor<v1::WatchJobResponse>* WatchJob(Context*, const v1::WatchJobRequest*) override;

@@ -78,6 +78,7 @@ class Coordinator {
   Status resume(JobId job, Time now, Step& step);
   /// Limits that are not named stay, but those that the job has reached.
   Status extend(JobId job, const Extension& to, Time now, Step& step);
+  Status set_priority(JobId job, std::int32_t priority, Time now, Step& step);
   Status remove(JobId job, Time now, Step& step);
   Status drain_worker(const std::string& name, Time now, Step& step);
   /// Ends the quarantine of this worker, and of those on its machine.

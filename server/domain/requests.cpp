@@ -109,6 +109,18 @@ Status Coordinator::extend(JobId id, const Extension& to, Time now, Step& step) 
   return ok_status();
 }
 
+Status Coordinator::set_priority(JobId id, std::int32_t priority, Time now, Step& step) {
+  LM_ASSIGN_OR_RETURN(Job* const job, state_->ended_or_not(id, false, "given another priority"));
+  if (job->record.spec.priority != priority) {
+    job->record.spec.priority = priority;
+    state_->put_job(*job, step);
+    state_->queue_again(*job);
+    note(step, Note::Level::info, "job {} has priority {} now", id.value, priority);
+    state_->serve_all(now, step);
+  }
+  return ok_status();
+}
+
 void Coordinator::hold(const std::string& why, Time now, Step& step) {
   if (state_->held == why) {
     return;

@@ -30,6 +30,7 @@ const std::map<std::string, Expectation>& expectations() {
       {"RenderService/PauseJob", {"operate admin", "submit operate admin", StatusCode::FAILED_PRECONDITION}},
       {"RenderService/ResumeJob", {"operate admin", "submit operate admin", StatusCode::FAILED_PRECONDITION}},
       {"RenderService/ExtendJob", {"operate admin", "submit operate admin", StatusCode::FAILED_PRECONDITION}},
+      {"RenderService/SetPriority", {"operate admin", "submit operate admin", StatusCode::FAILED_PRECONDITION}},
       {"RenderService/DeleteJob", {"operate admin", "submit operate admin", StatusCode::OK}},
       {"RenderService/WatchJob", {"view operate admin", "submit view operate admin", StatusCode::OK}},
       {"RenderService/GetFilm", {"view operate admin", "submit view operate admin", StatusCode::OK}},

@@ -13,13 +13,14 @@ using grpc::StatusCode;
 /// RPCs that change something, as docs/security.md has it; the others leave no trace. Written down once more, by hand.
 const std::map<std::string, bool>& recorded() {
   static const std::map<std::string, bool> all{
-      {"FindMissingAssets", false}, {"UploadAsset", false}, {"DownloadAsset", false},
-      {"SubmitJob", true},          {"GetJob", false},      {"ListJobs", false},
-      {"CancelJob", true},          {"PauseJob", true},     {"ResumeJob", true},
-      {"ExtendJob", true},          {"DeleteJob", true},    {"WatchJob", false},
-      {"GetFilm", false},           {"ListWorkers", false}, {"DrainWorker", true},
-      {"ReleaseWorker", true},      {"Work", true},         {"CreateToken", true},
-      {"ListTokens", false},        {"RevokeToken", true},  {"ListActions", false},
+      {"FindMissingAssets", false}, {"UploadAsset", false},  {"DownloadAsset", false},
+      {"SubmitJob", true},          {"GetJob", false},       {"ListJobs", false},
+      {"CancelJob", true},          {"PauseJob", true},      {"ResumeJob", true},
+      {"ExtendJob", true},          {"SetPriority", true},   {"DeleteJob", true},
+      {"WatchJob", false},          {"GetFilm", false},      {"ListWorkers", false},
+      {"DrainWorker", true},        {"ReleaseWorker", true}, {"Work", true},
+      {"CreateToken", true},        {"ListTokens", false},   {"RevokeToken", true},
+      {"ListActions", false},
   };
   return all;
 }
@@ -89,6 +90,9 @@ void change_everything(const std::shared_ptr<grpc::Channel>& root, const std::sh
   auto extend = of_job<v1::ExtendJobRequest>(job);
   extend.set_samples(1'000);
   done(*render, &Render::ExtendJob, extend);
+  auto priority = of_job<v1::SetPriorityRequest>(job);
+  priority.set_priority(3);
+  done(*render, &Render::SetPriority, priority);
   done(*render, &Render::CancelJob, of_job<v1::CancelJobRequest>(job));
   done(*render, &Render::DeleteJob, of_job<v1::DeleteJobRequest>(job));
   {
@@ -123,13 +127,14 @@ TEST(ActionLog, EveryChangeIsRecordedWithWhoAndWhat) {
   const auto root = secure.channel(secure.person("root", {Role::admin}));
   change_everything(root, secure.channel(secure.person("render-1", {Role::worker})));
   const std::vector<v1::Action> all = actions(root);
-  EXPECT_EQ(lines(all), (std::vector<std::string>{
-                            "- job 0 Start done", "root by certificate job 0 CreateToken done",
-                            "root by certificate job 1 SubmitJob done", "root by certificate job 1 PauseJob done",
-                            "root by certificate job 1 ResumeJob done", "root by certificate job 1 ExtendJob done",
-                            "root by certificate job 1 CancelJob done", "root by certificate job 1 DeleteJob done",
-                            "render-1 by certificate job 0 Work done", "root by certificate job 0 DrainWorker done",
-                            "root by certificate job 0 RevokeToken done"}));
+  EXPECT_EQ(lines(all),
+            (std::vector<std::string>{
+                "- job 0 Start done", "root by certificate job 0 CreateToken done",
+                "root by certificate job 1 SubmitJob done", "root by certificate job 1 PauseJob done",
+                "root by certificate job 1 ResumeJob done", "root by certificate job 1 ExtendJob done",
+                "root by certificate job 1 SetPriority done", "root by certificate job 1 CancelJob done",
+                "root by certificate job 1 DeleteJob done", "render-1 by certificate job 0 Work done",
+                "root by certificate job 0 DrainWorker done", "root by certificate job 0 RevokeToken done"}));
   const std::int64_t now = system_clock().unix_milliseconds();
   std::set<std::string> seen;
   for (const v1::Action& action : all) {
@@ -137,9 +142,9 @@ TEST(ActionLog, EveryChangeIsRecordedWithWhoAndWhat) {
     EXPECT_NEAR(static_cast<double>(action.unix_ms()), static_cast<double>(now), 60'000);
     EXPECT_EQ(action.peer().starts_with("127.0.0.1:"), action.what() != "Start") << action.peer();
   }
-  EXPECT_EQ(all[8].about(), "render-1/w1");
   EXPECT_EQ(all[9].about(), "render-1/w1");
-  EXPECT_EQ(all[10].about(), all[1].about().substr(0, 12) + " of carl");
+  EXPECT_EQ(all[10].about(), "render-1/w1");
+  EXPECT_EQ(all[11].about(), all[1].about().substr(0, 12) + " of carl");
 
   // Whoever adds an RPC says here whether it changes something; and the others leave no trace.
   for (const google::protobuf::MethodDescriptor* method : all_methods()) {
@@ -156,7 +161,7 @@ TEST(ActionLog, EveryChangeIsRecordedWithWhoAndWhat) {
 
   v1::ListActionsRequest filter;
   filter.set_job(1);
-  EXPECT_EQ(actions(root, filter).size(), 6u);
+  EXPECT_EQ(actions(root, filter).size(), 7u);
   filter.set_who("render-1");
   EXPECT_EQ(actions(root, filter).size(), 0u);
   filter.clear_job();

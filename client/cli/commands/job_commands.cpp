@@ -1,4 +1,4 @@
-// lightmill jobs | cancel | pause | resume | extend | delete
+// lightmill jobs | cancel | pause | resume | priority | extend | delete
 #include <cmath>
 #include <nlohmann/json.hpp>
 
@@ -21,6 +21,7 @@ struct JobOptions {
   std::uint64_t job = 0;
   std::uint64_t samples = 0;
   std::string error;
+  std::int32_t priority = 0;
   std::size_t limit = kDefaultJobs;
 };
 
@@ -126,6 +127,15 @@ void add_job_commands(CLI::App& app, Context& context) {
            [](FarmConnection& connection, const JobOptions& given) { return connection.pause_job(given.job); });
   run_call(add_job_command(app, context, *options, "resume", "Let a paused job go on."), context, options,
            [](FarmConnection& connection, const JobOptions& given) { return connection.resume_job(given.job); });
+
+  CLI::App* priority =
+      add_job_command(app, context, *options, "priority", "Let a job go before others, or after them.");
+  priority
+      ->add_option("PRIORITY", options->priority, "jobs with a higher one go first; 0 is what jobs have by themselves")
+      ->required();
+  run_call(priority, context, options, [](FarmConnection& connection, const JobOptions& given) {
+    return connection.set_priority(given.job, given.priority);
+  });
 
   CLI::App* extend = add_job_command(app, context, *options, "extend", "Ask more of a job, also of a finished one.");
   extend->footer(

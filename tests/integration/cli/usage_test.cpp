@@ -75,6 +75,9 @@ TEST_F(CliTest, BadUsageIsExitCode2WithAReason) {
       {"watch", "seven"},
       {"fetch", "1"},
       {"extend", "1"},
+      {"priority", "1"},
+      {"priority", "1", "high"},
+      {"priority", "1", "2147483648"},
       {"jobs", "--server", "host:99999"},
       {"error", file("a.png")},
       {"error", file("a.png"), file("b.png")},
@@ -237,6 +240,7 @@ TEST_F(FarmCliTest, UnknownJobsAndWorkersAreExitCode2) {
     EXPECT_NE(answer["failure"]["message"].get<std::string>().find("77"), std::string::npos) << command;
   }
   on_farm({"extend", "77", "--spp", "4"}, 2);
+  on_farm({"priority", "77", "-4"}, 2);
   on_farm({"fetch", "77", "-o", file("a.png")}, 2);
   on_farm({"workers", "drain", "nobody"}, 2);
 }
@@ -294,7 +298,7 @@ TEST_F(CliTest, HelpIsThereForEveryCommand) {
   const CommandResult all = lightmill({"--help"});
   EXPECT_EQ(all.exit_code, 0);
   for (const char* command : {"render", "submit", "watch", "fetch", "jobs", "show", "cancel", "pause", "resume",
-                              "extend", "delete", "workers", "error", "check"}) {
+                              "priority", "extend", "delete", "workers", "error", "check"}) {
     EXPECT_NE(all.out.find(command), std::string::npos) << command;
     const CommandResult help = lightmill({command, "--help"});
     EXPECT_EQ(help.exit_code, 0) << command;

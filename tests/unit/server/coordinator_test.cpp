@@ -220,6 +220,20 @@ TEST_F(CoordinatorTest, ADoneJobCanBeExtended) {
   EXPECT_EQ(coordinator->extend(JobId{2}, {300}, now, step).code(), StatusCode::kFailedPrecondition);
 }
 
+TEST_F(CoordinatorTest, APriorityIsStoredUntilTheJobHasEnded) {
+  const JobId job = submit(spec("r1", 100));
+  flush();
+  ASSERT_TRUE(coordinator->set_priority(job, -7, now, step).ok());
+  EXPECT_EQ(std::get<PutJob>(step.writes.back()).record.spec.priority, -7);
+  EXPECT_EQ(status(job).priority, -7);
+  flush();
+  ASSERT_TRUE(coordinator->set_priority(job, -7, now, step).ok());
+  EXPECT_TRUE(step.writes.empty());  // as it was
+  ASSERT_TRUE(coordinator->cancel(job, now, 0, step).ok());
+  EXPECT_EQ(coordinator->set_priority(job, 1, now, step).code(), StatusCode::kFailedPrecondition);
+  EXPECT_EQ(coordinator->set_priority(JobId{99}, 1, now, step).code(), StatusCode::kNotFound);
+}
+
 TEST_F(CoordinatorTest, OnlyEndedJobsAreDeleted) {
   const JobId job = submit(spec());
   EXPECT_EQ(coordinator->remove(job, now, step).code(), StatusCode::kFailedPrecondition);

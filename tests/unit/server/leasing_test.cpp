@@ -331,6 +331,19 @@ TEST_F(LeasingTest, EqualJobsShareTheWorkerAndPriorityGoesFirst) {
   share = work_some(20);
   EXPECT_EQ(share.size(), 1u);
   EXPECT_TRUE(share.contains(third));
+
+  ASSERT_TRUE(coordinator->set_priority(second, 2, now, step).ok());
+  work_some(2);
+  share = work_some(20);
+  EXPECT_EQ(share.size(), 1u);
+  EXPECT_TRUE(share.contains(second));
+  ASSERT_TRUE(coordinator->set_priority(second, 0, now, step).ok());
+  ASSERT_TRUE(coordinator->set_priority(third, 0, now, step).ok());
+  work_some(20);  // one that comes to others starts from the least of them: nobody has to wait for what it missed
+  share = work_some(90);
+  for (const JobId job : {first, second, third}) {
+    EXPECT_NEAR(share[job] / (share[first] + share[second] + share[third]), 1. / 3, 0.1) << job.value;
+  }
 }
 
 TEST_F(LeasingTest, ANewJobsFirstPictureComesNext) {
