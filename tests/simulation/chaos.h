@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <map>
 #include <string>
 #include <vector>
 
@@ -18,9 +19,17 @@ struct Chaos {
   bool copies = true;    ///< idle workers get copies
   bool poison = true;    ///< some jobs have a sample, or a pilot, that kills whoever renders it
   bool verifies = true;  ///< some jobs have results verified, some or all
-  bool liars = true;     ///< some farms have a machine that lies
+  bool liars = true;     ///< some farms have a machine that lies, or sends garbage
   bool small = true;     ///< some workers find some jobs too large for them
-  static Chaos none() { return {false, false, false, false, false, false, false, false, false, false, false}; }
+  bool cuts = true;      ///< links carry nothing in one direction for a while
+  bool slow = true;      ///< workers are a hundred times slower for a while
+  bool disks = true;     ///< the disk is full or slow for a while
+  bool damage = true;    ///< a crash damages a node that was stored
+  bool deposes = true;   ///< the coordinator stands still, another takes over, and the first goes on
+  static Chaos none() {
+    return {false, false, false, false, false, false, false, false,
+            false, false, false, false, false, false, false, false};
+  }
 };
 
 /// Bugs planted around the parts that are tested: each must be found.
@@ -40,12 +49,19 @@ struct PlantedBugs {
   bool keep_dropped_results = false;       ///< who rendered what was dropped stays on disk
   bool lose_verifications = false;         ///< what is to be verified does not reach the disk
   bool ignore_machines = false;            ///< each worker counts as a machine of its own
+  bool lose_what_is_cut = false;           ///< what is sent while a link is cut is lost, and the stream goes on
+  bool disconnect_newcomers = false;       ///< that a stream has broken is taken to mean its worker's newest one
+  bool trust_hashes = false;               ///< what came damaged is taken for whole
+  bool drop_when_full = false;             ///< what a full disk refuses counts as stored
+  bool hide_damage = false;                ///< damaged nodes are loaded as if they were whole
+  bool no_epochs = false;                  ///< a deposed coordinator may write
 };
 
 struct Report {
-  std::string failure;         ///< empty: all is well
-  std::uint64_t wanted = 0;    ///< pixel samples of all jobs that are done
-  std::uint64_t rendered = 0;  ///< pixel samples that workers rendered
+  std::string failure;                          ///< empty: all is well
+  std::map<std::string, std::uint64_t> faults;  ///< what has befallen the farm, and how often
+  std::uint64_t wanted = 0;                     ///< pixel samples of all jobs that are done
+  std::uint64_t rendered = 0;                   ///< pixel samples that workers rendered
   std::uint64_t lost_with_workers =
       0;  ///< pixel samples that dead workers had rendered or were rendering, unacknowledged
   std::uint64_t results_duplicate = 0;

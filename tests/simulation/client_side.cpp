@@ -181,8 +181,8 @@ void FarmSimulation::cancel(std::size_t index) {
   request([this, id](Step& step) { return is_settled(coordinator_->cancel(id, now_, unix_ms(), step)); },
           [this, index, id, remove] {
             ClientJob& job = client_jobs_[index];
-            const JobRecord* const stored = disk_.job(id);
-            job.cancelled = stored == nullptr || stored->state == JobState::cancelled;
+            job.cancel_asked = true;
+            job.cancelled = is_cancelled_on_disk(id);
             if (job.cancelled && remove) {
               request(
                   [this, id](Step& step) {
@@ -192,6 +192,11 @@ void FarmSimulation::cancel(std::size_t index) {
                   [this, index] { client_jobs_[index].removed = true; });
             }
           });
+}
+
+bool FarmSimulation::is_cancelled_on_disk(JobId id) const {
+  const JobRecord* const stored = disk_.job(id);
+  return stored == nullptr || stored->state == JobState::cancelled;
 }
 
 bool FarmSimulation::all_ended() const {
@@ -234,7 +239,7 @@ std::string FarmSimulation::describe_farm() const {
 
 void FarmSimulation::check_end() {
   check_acknowledged_is_durable();
-  for (const ClientJob& job : client_jobs_) {
+  for (ClientJob& job : client_jobs_) {
     const Result<JobStatus> status = coordinator_->status(*job.id, now_);
     if (job.removed) {
       if (status.ok() || disk_.job(*job.id) != nullptr) {
@@ -250,6 +255,11 @@ void FarmSimulation::check_end() {
     if (may_fail && status->state == JobState::failed && status->reason.find("lost in a row") != std::string::npos) {
       ++report_.poisoned;
       continue;
+    }
+    if (job.cancel_asked) {
+      // The answer may have been that of a first attempt, when the job was done: extended since, it was ended by the
+      // second.
+      job.cancelled = is_cancelled_on_disk(*job.id);
     }
     const JobState expected = job.cancelled ? JobState::cancelled : JobState::done;
     if (status->state != expected) {
@@ -376,7 +386,9 @@ void FarmSimulation::check_film(const ClientJob& job, const JobStatus& status) {
       fail(fmt::format("job {}, tile {}: the disk does not hold the film", job.id->value, i));
       return;
     }
-    unverified += check_results(*job.id, tile);
+    if (!damaged_.contains({*job.id, tile})) {  // results of what was damaged stay stored
+      unverified += check_results(*job.id, tile);
+    }
     if (job.cancelled || (has_liars_ && status.results_unverified > 0)) {
       continue;  // a liar was alone for too long: the job says that nobody has verified it
     }
@@ -391,7 +403,7 @@ void FarmSimulation::check_film(const ClientJob& job, const JobStatus& status) {
       return;
     }
   }
-  if (!job.cancelled && job.spec.verify_share == 1 && unverified != status.results_unverified) {
+  if (!job.cancelled && job.spec.verify_share == 1 && damaged_.empty() && unverified != status.results_unverified) {
     fail(fmt::format("job {}: {} stored results are not verified, and it speaks of {}", job.id->value, unverified,
                      status.results_unverified));
   }

@@ -1,10 +1,14 @@
 #include "tests/simulation/disk.h"
 
 #include <algorithm>
+#include <cmath>
 
 namespace lightmill::simulation {
 
-std::optional<std::string> Disk::apply(std::span<const StoreOp> ops) {
+std::optional<std::string> Disk::apply(std::uint64_t epoch, std::span<const StoreOp> ops) {
+  if (epoch != epoch_) {
+    return std::nullopt;
+  }
   std::optional<std::string> wrong;
   std::set<std::pair<JobId, TileId>> touched;
   for (const StoreOp& op : ops) {
@@ -74,8 +78,23 @@ std::optional<std::string> Disk::apply(std::span<const StoreOp> ops) {
   return wrong;
 }
 
-StoredState Disk::load() {
+StoredState Disk::load(bool hide_damage) {
   StoredState state;
+  for (const NodeKey& key : std::exchange(damaged_, {})) {
+    std::map<std::uint64_t, NodePtr>& tile = nodes_[{key.job, key.tile}];
+    const auto at = tile.find(key.range.first());
+    if (at == tile.end() || at->second->range != key.range) {
+      continue;
+    }
+    if (hide_damage) {
+      Node node = *at->second;
+      node.values[0] = std::nextafter(node.values[0], 1e30f);
+      at->second = std::make_shared<const Node>(std::move(node));
+    } else {
+      state.damaged.push_back(key);
+      tile.erase(at);
+    }
+  }
   state.epoch = ++epoch_;
   state.next_job_id = next_job_id_;
   state.secret = sha256("simulation");
@@ -100,6 +119,20 @@ StoredState Disk::load() {
     }
   }
   return state;
+}
+
+std::vector<NodeKey> Disk::nodes_in_use() const {
+  std::vector<NodeKey> keys;
+  for (const auto& [place, tile] : nodes_) {
+    const JobRecord* const record = job(place.first);
+    if (record == nullptr || record->state == JobState::cancelled || record->state == JobState::failed) {
+      continue;
+    }
+    for (const auto& [first, node] : tile) {
+      keys.push_back({place.first, place.second, node->range});
+    }
+  }
+  return keys;
 }
 
 const JobRecord* Disk::job(JobId id) const {

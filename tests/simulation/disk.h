@@ -14,11 +14,17 @@ namespace lightmill::simulation {
 
 class Disk {
  public:
-  /// Applies a transaction. Returns what is wrong with what is stored now, if anything: nodes of a tile that overlap, a
-  /// node that is dropped, or a result that is verified, without being there.
-  std::optional<std::string> apply(std::span<const StoreOp> ops);
+  /// Applies a transaction of the coordinator of this epoch; one that is not the last's is refused: nothing happens.
+  /// Returns what is wrong with what is stored now, if anything: nodes of a tile that overlap, a node that is dropped,
+  /// or a result that is verified, without being there.
+  std::optional<std::string> apply(std::uint64_t epoch, std::span<const StoreOp> ops);
+  std::uint64_t epoch() const { return epoch_; }
   /// What a coordinator that starts now gets; takes the next epoch.
-  StoredState load();
+  StoredState load(bool hide_damage = false);
+  /// Some bits of the node of this key have changed: it is left out by whoever loads next.
+  void damage(const NodeKey& key) { damaged_.insert(key); }
+  /// All nodes of jobs that may go on.
+  std::vector<NodeKey> nodes_in_use() const;
 
   const JobRecord* job(JobId id) const;
   bool covers(const NodeKey& key) const;
@@ -38,6 +44,7 @@ class Disk {
   std::map<std::pair<JobId, TileId>, std::map<std::uint64_t, NodePtr>> nodes_;
   std::map<NodeKey, PutResult> results_;
   std::set<NodeKey> verified_;
+  std::set<NodeKey> damaged_;
   std::map<std::string, QuarantineRecord> quarantine_;
   std::uint64_t epoch_ = 0;
   std::uint64_t next_job_id_ = 1;

@@ -12,7 +12,7 @@ constexpr Duration kSettling = std::chrono::seconds(15);
 }  // namespace
 
 FakeRenderer& shared_renderer() {
-  static FakeRenderer renderer;
+  static thread_local FakeRenderer renderer;
   return renderer;
 }
 
@@ -93,8 +93,10 @@ void FarmSimulation::make_schedule() {
     });
   }
   for (std::uint64_t n = random_.below(4); chaos_.hangs && n > 0; --n) {
-    at(some_time(),
-       [this] { workers_[random_.below(workers_.size())].hung_until = now_ + random_.seconds_between(0.1, 8); });
+    at(some_time(), [this] {
+      inject("workers that hang");
+      workers_[random_.below(workers_.size())].hung_until = now_ + random_.seconds_between(0.1, 8);
+    });
   }
   for (std::uint64_t n = random_.below(8); chaos_.breaks && n > 0; --n) {
     at(some_time(), [this] {
@@ -113,6 +115,7 @@ void FarmSimulation::make_schedule() {
   for (std::uint64_t n = random_.below(6); chaos_.changes && n > 0; --n) {
     at(some_time(), [this] { change_something(); });
   }
+  make_faults();
 }
 
 Report FarmSimulation::run() {

@@ -4,8 +4,9 @@
 // messages (order within a stream is kept, as gRPC keeps it; across streams and the disk anything may overtake), a disk
 // whose commits take time and are all or nothing, workers that die, hang and come back, a coordinator that is killed
 // before, during and after commits, and clients that repeat what was not answered. Some farms have a machine that lies:
-// its workers send wrong sums, always or now and then, or garbage. Chaos lasts some seconds, then the farm must finish
-// its jobs.
+// its workers send wrong sums, always or now and then, or garbage. Links are cut in one direction, workers become a
+// hundred times slower, the disk is full or slow or has damaged what it held, and a coordinator that stood still goes
+// on after another one has taken over. Chaos lasts some seconds, then the farm must finish its jobs.
 //
 // Checked on the way: acknowledged nodes are durable, and stay so; no lease leaves before its job's class and
 // method are durable, nor names samples that are merged already, unless a machine verifies what another one rendered;
@@ -57,7 +58,9 @@ class FarmSimulation {
     std::uint64_t server_life = 0;
     SessionId session;
     bool broken = false;
+    bool lingers = false;  ///< broken for the worker; what it had sent still comes
     bool said_hello = false;
+    Time cut_up, cut_down;    ///< until when nothing comes through
     Time last_up, last_down;  ///< when the last message arrives: order within a direction is kept
   };
   enum class Lies { never, always, sometimes, garbage };
@@ -68,6 +71,7 @@ class FarmSimulation {
     std::string fingerprint;
     std::uint32_t threads = 1;
     double slowness = 1;
+    Time slow_until;  ///< a hundred times slower until then
     std::unique_ptr<Session> session;
     std::uint64_t life = 0;  ///< counts up with every start and death
     bool alive = false;
@@ -91,6 +95,7 @@ class FarmSimulation {
     double error = 0;                  ///< likewise
     std::uint64_t poison = kNoPoison;  ///< from this sample on tile 0 kills its worker
     bool poisoned_pilot = false;
+    bool cancel_asked = false;
     bool cancelled = false;
     bool removed = false;
   };
@@ -105,6 +110,19 @@ class FarmSimulation {
   void make_schedule();
   void make_workers();
 
+  // ---- faults.cpp ----
+  void make_faults();
+  void inject(const std::string& kind);
+  void cut_link();
+  void slow_down();
+  void babble(std::size_t index);
+  void fill_disk();
+  void damage_disk();
+  /// It stands still, and another one starts.
+  void depose_server();
+  /// One that was deposed goes on: takes what came meanwhile, and tries to store what follows.
+  void resume_deposed();
+
   // ---- race.cpp ----
   void make_race();
   void note_race();
@@ -114,10 +132,13 @@ class FarmSimulation {
   void crash_server(bool commit_lands);
   void on_server(const std::function<void(Step&)>& call);
   void execute(Step step, std::vector<Action> replies);
+  /// What was being written lands as a whole or not at all; nobody hears of it.
+  void abandon_commits(bool commit_lands);
   void start_commit();
   void finish_commit();
   void plan_server_tick();
   void server_sends(Outgoing message);
+  void deliver(const std::shared_ptr<Stream>& stream, const CoordinatorMessage& message);
   void server_receives(const std::shared_ptr<Stream>& stream, WorkerMessage message);
   StoredState load_checked();
 
@@ -126,7 +147,9 @@ class FarmSimulation {
   /// Whether the worker of the session may be leased what is merged: it was somebody else's on another machine.
   bool may_verify(SessionId session, const NodeKey& key) const;
   void note_writes(const Step& step);
+  void note_grants(const Step& step);
   void note_stored(std::span<const StoreOp> ops);
+  /// Of a lease that leaves now, unless its job has lost its class since it was granted: nothing comes of that one.
   void check_grant(const Stream& stream, const LeaseGrant& grant);
   void note_unwanted(const Step& step);
   void check_ack(const Stream& stream, const ResultAck& ack);
@@ -162,6 +185,7 @@ class FarmSimulation {
   void extend(std::size_t index);
   void pause(std::size_t index);
   void cancel(std::size_t index);
+  bool is_cancelled_on_disk(JobId id) const;
   bool all_ended() const;
   std::string describe_farm() const;
   void check_end();
@@ -197,6 +221,17 @@ class FarmSimulation {
   Disk disk_;
   std::unique_ptr<Coordinator> coordinator_;
   std::uint64_t server_life_ = 0;
+  std::uint64_t epoch_ = 0;  ///< of the coordinator at work
+  struct Deposed {
+    std::unique_ptr<Coordinator> coordinator;
+    std::uint64_t life = 0, epoch = 0;
+    std::map<SessionId, std::shared_ptr<Stream>> streams;
+    std::vector<StoreOp> unwritten;
+    std::vector<std::pair<std::shared_ptr<Stream>, WorkerMessage>> inbox;  ///< what came while it stood still
+  };
+  std::optional<Deposed> deposed_;
+  Time disk_full_until_, disk_slow_until_;
+  std::set<std::pair<JobId, TileId>> damaged_;  ///< tiles of which something was damaged
   Time next_server_tick_ = Time::max();
   std::deque<Pending> pending_;
   std::vector<Pending> committing_;
@@ -208,11 +243,13 @@ class FarmSimulation {
   std::set<NodeKey> acknowledged_;                               ///< with the right digest
   /// Results whose acknowledgement says that they lay beyond the decided count when they came.
   std::multiset<std::pair<SessionId, NodeKey>> unwanted_;
-  std::map<NodeKey, Renderer> merged_by_;       ///< as the coordinator has it
-  std::map<NodeKey, Node> first_results_;       ///< only with repeat_results
-  std::vector<NodeKey> dropped_;                ///< what it took out of films
-  bool has_liars_ = false;                      ///< who send sums that look right
-  std::map<std::string, std::size_t> brought_;  ///< leases that a worker's last hello came with
+  std::map<JobId, std::uint64_t> unbound_;         ///< how often each lost its class again
+  std::map<LeaseId, std::uint64_t> unbound_then_;  ///< the same of a lease's job when it was granted
+  std::map<NodeKey, Renderer> merged_by_;          ///< as the coordinator has it
+  std::map<NodeKey, Node> first_results_;          ///< only with repeat_results
+  std::vector<NodeKey> dropped_;                   ///< what it took out of films
+  bool has_liars_ = false;                         ///< who send sums that look right
+  std::map<std::string, std::size_t> brought_;     ///< leases that a worker's last hello came with
 
   std::vector<SimulatedWorker> workers_;
   std::vector<ClientJob> client_jobs_;

@@ -6,6 +6,10 @@
 namespace lightmill::simulation {
 
 void FarmSimulation::check_grant(const Stream& stream, const LeaseGrant& grant) {
+  if (const auto then = unbound_then_.find(grant.lease);
+      then != unbound_then_.end() && then->second != unbound_[grant.unit.job]) {
+    return;
+  }
   const JobRecord* const stored = disk_.job(grant.unit.job);
   if (stored == nullptr || stored->fingerprint_class.empty()) {
     fail(fmt::format("lease {} leaves before the class of job {} is stored", grant.lease.value, grant.unit.job.value));
@@ -32,7 +36,9 @@ bool FarmSimulation::may_verify(SessionId session, const NodeKey& key) const {
 
 void FarmSimulation::note_writes(const Step& step) {
   for (const StoreOp& op : step.writes) {
-    if (const auto* result = std::get_if<PutResult>(&op)) {
+    if (const auto* job = std::get_if<PutJob>(&op)) {
+      unbound_[job->record.id] += job->record.fingerprint_class.empty() ? 1 : 0;
+    } else if (const auto* result = std::get_if<PutResult>(&op)) {
       merged_by_[result->key] = result->by;
     } else if (const auto* drop = std::get_if<DropResults>(&op)) {
       dropped_.push_back(drop->key);
@@ -41,6 +47,14 @@ void FarmSimulation::note_writes(const Step& step) {
       if (held->record.of.machine != "machine-of-lies" && !bugs_.wrong_bits) {
         fail(fmt::format("{} is convicted, which has not lied: {}", held->record.of.worker, held->record.reason));
       }
+    }
+  }
+}
+
+void FarmSimulation::note_grants(const Step& step) {
+  for (const Outgoing& message : step.after_commit) {
+    if (const auto* grant = std::get_if<LeaseGrant>(&message.message)) {
+      unbound_then_[grant->lease] = unbound_[grant->unit.job];
     }
   }
 }
@@ -140,10 +154,14 @@ void FarmSimulation::check_ack(const Stream& stream, const ResultAck& ack) {
       acknowledged_.insert(key);
     }
     // Where a goal in error decides how many samples are wanted, they are fewer again once some are taken out.
-    const bool dropped = std::ranges::any_of(dropped_, [&](const NodeKey& each) {
-      return each.job == key.job &&
-             (stored->spec.goal.error > 0 || (each.tile == key.tile && each.range.contains(key.range)));
-    });
+    const bool dropped =
+        std::ranges::any_of(dropped_,
+                            [&](const NodeKey& each) {
+                              return each.job == key.job && (stored->spec.goal.error > 0 ||
+                                                             (each.tile == key.tile && each.range.contains(key.range)));
+                            }) ||
+        (stored->spec.goal.error > 0 &&
+         std::ranges::any_of(damaged_, [&](const auto& each) { return each.first == key.job; }));
     if (of_this_job && !ended_by_time && !dropped && !disk_.covers(key)) {
       fail(fmt::format("job {}, tile {}, samples [{}, {}) are acknowledged but not durable", key.job.value,
                        key.tile.value, key.range.first(), key.range.end()));

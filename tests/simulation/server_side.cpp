@@ -7,7 +7,8 @@ namespace lightmill::simulation {
 
 StoredState FarmSimulation::load_checked() {
   check_acknowledged_is_durable();
-  StoredState state = disk_.load();
+  StoredState state = disk_.load(bugs_.hide_damage);
+  epoch_ = state.epoch;
   if (bugs_.forget_jobs && state.jobs.size() > 1 && chaos_now()) {
     state.jobs.pop_back();
   }
@@ -27,6 +28,12 @@ void FarmSimulation::start_server() {
       merged_by_[{job.record.id, result.tile, result.range}] = stored.renderers.at(result.by);
     }
   }
+  for (const NodeKey& key : stored.damaged) {
+    damaged_.insert({key.job, key.tile});
+    std::erase_if(acknowledged_, [&](const NodeKey& each) {
+      return each.job == key.job && each.tile == key.tile && key.range.contains(each.range);
+    });
+  }
   coordinator_ = std::make_unique<Coordinator>(limits_, std::move(stored), now_);
   next_server_tick_ = Time::max();
   plan_server_tick();
@@ -36,6 +43,9 @@ void FarmSimulation::start_server() {
             known, [&](const WorkerStatus& each) { return each.name == worker && each.quarantine == record.reason; })) {
       fail(fmt::format("a coordinator starts and does not know of {}'s quarantine", worker));
     }
+  }
+  if (now_ < disk_full_until_) {
+    on_server([&](Step& step) { coordinator_->hold("the disk is full", now_, step); });
   }
 }
 
@@ -47,29 +57,34 @@ void FarmSimulation::crash_server(bool commit_lands) {
   trace("the coordinator is killed");
   ++server_life_;
   coordinator_.reset();
-  // What was being written lands as a whole or not at all; nobody hears of it.
+  abandon_commits(commit_lands);
+  damage_disk();
+  for (const auto& [session, stream] : streams_) {
+    break_stream(stream);
+  }
+  streams_.clear();
+  pending_.clear();
+  after(random_.seconds_between(0.05, 3), [this] { start_server(); });
+}
+
+void FarmSimulation::abandon_commits(bool commit_lands) {
+  commit_lands = commit_lands && now_ >= disk_full_until_;
   std::vector<StoreOp> ops;
   for (Pending& each : committing_) {
     ops.insert(ops.end(), each.writes.begin(), each.writes.end());
   }
   committing_.clear();
-  pending_.clear();
   if (bugs_.torn_commits) {
     ops.resize(ops.size() / 2);
     commit_lands = true;
   }
   if (commit_lands) {
-    if (const auto wrong = disk_.apply(ops)) {
+    if (const auto wrong = disk_.apply(epoch_, ops)) {
       fail(*wrong);
       return;
     }
     note_stored(ops);
   }
-  for (const auto& [session, stream] : streams_) {
-    break_stream(stream);
-  }
-  streams_.clear();
-  after(random_.seconds_between(0.05, 3), [this] { start_server(); });
 }
 
 void FarmSimulation::on_server(const std::function<void(Step&)>& call) {
@@ -83,6 +98,7 @@ void FarmSimulation::on_server(const std::function<void(Step&)>& call) {
 
 void FarmSimulation::execute(Step step, std::vector<Action> replies) {
   note_writes(step);
+  note_grants(step);
   check_decisions(step);
   note_unwanted(step);
   for (const Note& note : step.notes) {
@@ -133,10 +149,13 @@ void FarmSimulation::start_commit() {
     crash_server(random_.chance(0.5));
     return;
   }
+  const Duration full =
+      writes && !bugs_.drop_when_full ? std::max(Duration{0}, Duration(disk_full_until_ - now_)) : Duration{0};
   const Duration latency = !writes                          ? Duration{0}
+                           : now_ < disk_slow_until_        ? random_.seconds_between(0.5, 3)
                            : !race_ && random_.chance(0.05) ? random_.seconds_between(0.1, 0.5)
                                                             : random_.seconds_between(0.002, 0.02);
-  after(latency, [this, life] {
+  after(full + latency, [this, life] {
     if (life == server_life_) {
       finish_commit();
     }
@@ -159,7 +178,10 @@ void FarmSimulation::finish_commit() {
       }
     }
   }
-  if (const auto wrong = disk_.apply(ops)) {
+  if (bugs_.drop_when_full && now_ < disk_full_until_) {
+    ops.clear();
+  }
+  if (const auto wrong = disk_.apply(epoch_, ops)) {
     fail(*wrong);
     return;
   }
@@ -215,15 +237,19 @@ void FarmSimulation::server_sends(Outgoing message) {
       return;
     }
   }
-  if (stream->broken) {
+  deliver(stream, message.message);
+}
+
+void FarmSimulation::deliver(const std::shared_ptr<Stream>& stream, const CoordinatorMessage& message) {
+  if (stream->broken || (bugs_.lose_what_is_cut && now_ < stream->cut_down)) {
     return;
   }
   const int times = chaos_.repeats && random_.chance(0.05) ? 2 : 1;
   for (int i = 0; i < times; ++i) {
     const Duration delay =
         !race_ && random_.chance(0.02) ? random_.seconds_between(0.1, 1) : random_.seconds_between(0.0002, 0.005);
-    stream->last_down = std::max(stream->last_down, now_ + delay);
-    at(stream->last_down, [this, stream, content = message.message] {
+    stream->last_down = std::max({stream->last_down, now_ + delay, stream->cut_down});
+    at(stream->last_down, [this, stream, content = message] {
       if (stream->broken) {
         return;
       }
@@ -244,7 +270,11 @@ void FarmSimulation::server_sends(Outgoing message) {
 }
 
 void FarmSimulation::server_receives(const std::shared_ptr<Stream>& stream, WorkerMessage message) {
-  if (stream->broken || stream->server_life != server_life_ || !coordinator_) {
+  if (deposed_ && stream->server_life == deposed_->life && !stream->broken) {
+    deposed_->inbox.emplace_back(stream, std::move(message));
+    return;
+  }
+  if ((stream->broken && !stream->lingers) || stream->server_life != server_life_ || !coordinator_) {
     return;
   }
   if (auto* result = std::get_if<WorkerResult>(&message)) {
@@ -254,6 +284,9 @@ void FarmSimulation::server_receives(const std::shared_ptr<Stream>& stream, Work
     const Film* const film = coordinator_->film(result->key.job);
     if (bugs_.repeat_results) {
       result->node = first_results_.try_emplace(result->key, result->node).first->second;
+      result->hash = hash_of(result->node);
+    }
+    if (bugs_.trust_hashes) {
       result->hash = hash_of(result->node);
     }
     if (bugs_.merge_twice && film != nullptr && result->key.range.end() < 8 &&

@@ -144,23 +144,25 @@ TEST_P(PlantedBug, IsFound) {
   }
   FAIL() << GetParam().name << " went unnoticed in 200 schedules";
 }
-INSTANTIATE_TEST_SUITE_P(All, PlantedBug,
-                         testing::Values(Planted{"AcknowledgeBeforeCommit", &PlantedBugs::acknowledge_before_commit},
-                                         Planted{"NeverRequeue", &PlantedBugs::never_requeue},
-                                         Planted{"MergeTwice", &PlantedBugs::merge_twice},
-                                         Planted{"KeepJoinedNodes", &PlantedBugs::keep_joined_nodes},
-                                         Planted{"LoseAWrite", &PlantedBugs::lose_a_write},
-                                         Planted{"TornCommits", &PlantedBugs::torn_commits},
-                                         Planted{"LeaseBeforeCommit", &PlantedBugs::lease_before_commit},
-                                         Planted{"WrongBits", &PlantedBugs::wrong_bits},
-                                         Planted{"LoseAcknowledgements", &PlantedBugs::lose_acknowledgements},
-                                         Planted{"ForgetJobs", &PlantedBugs::forget_jobs},
-                                         Planted{"RepeatResults", &PlantedBugs::repeat_results},
-                                         Planted{"ForgetQuarantine", &PlantedBugs::forget_quarantine},
-                                         Planted{"KeepDroppedResults", &PlantedBugs::keep_dropped_results},
-                                         Planted{"LoseVerifications", &PlantedBugs::lose_verifications},
-                                         Planted{"IgnoreMachines", &PlantedBugs::ignore_machines}),
-                         [](const auto& info) { return std::string(info.param.name); });
+INSTANTIATE_TEST_SUITE_P(
+    All, PlantedBug,
+    testing::Values(
+        Planted{"AcknowledgeBeforeCommit", &PlantedBugs::acknowledge_before_commit},
+        Planted{"NeverRequeue", &PlantedBugs::never_requeue}, Planted{"MergeTwice", &PlantedBugs::merge_twice},
+        Planted{"KeepJoinedNodes", &PlantedBugs::keep_joined_nodes}, Planted{"LoseAWrite", &PlantedBugs::lose_a_write},
+        Planted{"TornCommits", &PlantedBugs::torn_commits},
+        Planted{"LeaseBeforeCommit", &PlantedBugs::lease_before_commit}, Planted{"WrongBits", &PlantedBugs::wrong_bits},
+        Planted{"LoseAcknowledgements", &PlantedBugs::lose_acknowledgements},
+        Planted{"ForgetJobs", &PlantedBugs::forget_jobs}, Planted{"RepeatResults", &PlantedBugs::repeat_results},
+        Planted{"ForgetQuarantine", &PlantedBugs::forget_quarantine},
+        Planted{"KeepDroppedResults", &PlantedBugs::keep_dropped_results},
+        Planted{"LoseVerifications", &PlantedBugs::lose_verifications},
+        Planted{"IgnoreMachines", &PlantedBugs::ignore_machines},
+        Planted{"LoseWhatIsCut", &PlantedBugs::lose_what_is_cut},
+        Planted{"DisconnectNewcomers", &PlantedBugs::disconnect_newcomers},
+        Planted{"TrustHashes", &PlantedBugs::trust_hashes}, Planted{"DropWhenFull", &PlantedBugs::drop_when_full},
+        Planted{"HideDamage", &PlantedBugs::hide_damage}, Planted{"NoEpochs", &PlantedBugs::no_epochs}),
+    [](const auto& info) { return std::string(info.param.name); });
 
 }  // namespace
 }  // namespace lightmill::simulation

@@ -148,6 +148,7 @@ void FarmSimulation::break_stream(const std::shared_ptr<Stream>& stream) {
     return;
   }
   stream->broken = true;
+  stream->lingers = chaos_.breaks && random_.chance(0.3);
   trace("stream {} of {} breaks", stream->session.value, workers_[stream->worker].name);
   // Each end notices on its own, sometimes only when a keepalive is missed.
   const auto delay = [&] {
@@ -166,8 +167,11 @@ void FarmSimulation::break_stream(const std::shared_ptr<Stream>& stream) {
     });
   });
   after(delay(), [this, stream] {
+    stream->lingers = false;
     if (stream->server_life == server_life_ && coordinator_) {
-      on_server([&](Step& step) { coordinator_->worker_disconnected(stream->session, now_, step); });
+      const std::shared_ptr<Stream> newest = workers_[stream->worker].stream;
+      const SessionId session = bugs_.disconnect_newcomers && newest ? newest->session : stream->session;
+      on_server([&](Step& step) { coordinator_->worker_disconnected(session, now_, step); });
       streams_.erase(stream->session);
     }
   });
@@ -175,14 +179,14 @@ void FarmSimulation::break_stream(const std::shared_ptr<Stream>& stream) {
 
 void FarmSimulation::worker_sends(std::size_t index, const std::shared_ptr<const WorkerMessage>& message) {
   const std::shared_ptr<Stream> stream = workers_[index].stream;
-  if (!stream || stream->broken) {
+  if (!stream || stream->broken || (bugs_.lose_what_is_cut && now_ < stream->cut_up)) {
     return;
   }
   const int times = chaos_.repeats && random_.chance(0.05) ? 2 : 1;
   for (int i = 0; i < times; ++i) {
     const Duration delay =
         !race_ && random_.chance(0.02) ? random_.seconds_between(0.1, 1) : random_.seconds_between(0.0002, 0.005);
-    stream->last_up = std::max(stream->last_up, now_ + delay);
+    stream->last_up = std::max({stream->last_up, now_ + delay, stream->cut_up});
     at(stream->last_up, [this, stream, message] { server_receives(stream, *message); });
   }
 }
@@ -273,11 +277,14 @@ void FarmSimulation::lie(std::size_t index, const NodeKey& key, RenderedTile& re
     value = std::nextafter(value, 1e30f);
     rendered.hash = hash_of(rendered.node);
   } else if (lies == Lies::garbage && random_.chance(0.7)) {
-    switch (random_.below(3)) {
+    switch (random_.below(4)) {
       case 0:
         rendered.hash.low ^= 1;
         break;
       case 1:
+        rendered.node.values.front() += 1;
+        break;
+      case 2:
         rendered.node.values.back() = std::numeric_limits<float>::quiet_NaN();
         rendered.hash = hash_of(rendered.node);
         break;
@@ -295,8 +302,11 @@ void FarmSimulation::render(std::size_t index) {
     worker.to_render.pop_front();
     ++worker.busy;
     const std::uint64_t samples = pixel_samples(*tile.description, tile.key);
-    const double seconds =
+    double seconds =
         static_cast<double>(samples) * seconds_per_pixel_sample_ * worker.slowness * random_.between(0.7, 1.3);
+    if (now_ < worker.slow_until) {
+      seconds = std::min(100 * seconds, seconds + to_seconds(worker.slow_until - now_));
+    }
     const std::uint64_t life = worker.life;
     after(from_seconds(seconds), [this, index, life, tile, seconds, samples] {
       SimulatedWorker& again = workers_[index];

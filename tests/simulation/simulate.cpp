@@ -1,0 +1,121 @@
+// Any number of the simulation's schedules, on as many threads as wanted, and how often which fault befell a farm.
+#include <CLI/CLI.hpp>
+#include <atomic>
+#include <chrono>
+#include <csignal>
+#include <cstdio>
+#include <mutex>
+#include <thread>
+
+#include "tests/simulation/farm_simulation.h"
+
+namespace {
+
+using namespace lightmill::simulation;
+using Clock = std::chrono::steady_clock;
+
+volatile std::sig_atomic_t interrupted = 0;
+
+struct Options {
+  std::uint64_t seeds = 1'000'000, first = 1, seed = 0;
+  unsigned threads = std::max(1u, std::thread::hardware_concurrency());
+};
+
+/// What all schedules together came to.
+struct Sum {
+  std::mutex mutex;
+  std::uint64_t done = 0, restarts = 0, deaths = 0, convicted = 0;
+  std::map<std::string, std::uint64_t> faults;
+  std::map<std::uint64_t, std::string> failures;  ///< by seed
+
+  void add(std::uint64_t seed, const Report& report) {
+    const std::lock_guard lock(mutex);
+    ++done;
+    restarts += report.restarts;
+    deaths += report.deaths;
+    convicted += report.convicted;
+    for (const auto& [kind, count] : report.faults) {
+      faults[kind] += count;
+    }
+    if (!report.failure.empty()) {
+      failures.emplace(seed, report.failure);
+      fmt::print("\nseed {} fails {}\n  again, told step by step: simulate --seed {}\n", seed, report.failure, seed);
+    }
+  }
+};
+
+std::string as_duration(double seconds) {
+  const auto whole = static_cast<std::uint64_t>(seconds);
+  return fmt::format("{}:{:02}:{:02}", whole / 3600, whole / 60 % 60, whole % 60);
+}
+
+int replay(std::uint64_t seed) {
+  FarmSimulation simulation(seed, Chaos{}, PlantedBugs{});
+  simulation.trace();
+  const Report report = simulation.run();
+  fmt::print("seed {}: {}\n", seed, report.failure.empty() ? "all is well" : "fails " + report.failure);
+  return report.failure.empty() ? 0 : 1;
+}
+
+int run_all(const Options& options) {
+  std::signal(SIGINT, [](int) { interrupted = 1; });
+  std::signal(SIGTERM, [](int) { interrupted = 1; });
+  Sum sum;
+  std::atomic<std::uint64_t> next{0};
+  const auto start = Clock::now();
+  const auto elapsed = [&] { return std::chrono::duration<double>(Clock::now() - start).count(); };
+  std::vector<std::jthread> threads;
+  for (unsigned i = 0; i < options.threads; ++i) {
+    threads.emplace_back([&] {
+      for (std::uint64_t at = next++; at < options.seeds && interrupted == 0; at = next++) {
+        const std::uint64_t seed = options.first + at;
+        sum.add(seed, FarmSimulation(seed, Chaos{}, PlantedBugs{}).run());
+      }
+    });
+  }
+  for (std::uint64_t done = 0; done < options.seeds && interrupted == 0;) {
+    std::this_thread::sleep_for(std::chrono::milliseconds(500));
+    const std::lock_guard lock(sum.mutex);
+    done = sum.done;
+    const double left =
+        elapsed() / static_cast<double>(std::max<std::uint64_t>(done, 1)) * static_cast<double>(options.seeds - done);
+    fmt::print(stderr, "\r{} of {} schedules, {} failed, {} to go   ", done, options.seeds, sum.failures.size(),
+               as_duration(left));
+    std::fflush(stderr);
+  }
+  threads.clear();
+  const double seconds = elapsed();
+  fmt::print(stderr, "\n");
+  fmt::print("{}{} schedules from seed {} on: {} failed; {:.0f} s, {:.2f} s a thousand on {} threads\n",
+             interrupted != 0 ? "interrupted: " : "", sum.done, options.first, sum.failures.size(), seconds,
+             1000 * seconds / static_cast<double>(std::max<std::uint64_t>(sum.done, 1)), options.threads);
+  if (interrupted != 0) {
+    fmt::print("  to go on: simulate --first {} --seeds {}\n", options.first + sum.done, options.seeds - sum.done);
+  }
+  sum.faults.insert(
+      {{"workers killed", sum.deaths}, {"coordinators killed", sum.restarts}, {"convictions", sum.convicted}});
+  for (const auto& [kind, count] : sum.faults) {
+    fmt::print("{:12} {}\n", count, kind);
+  }
+  for (const auto& [seed, failure] : sum.failures) {
+    fmt::print("seed {} fails {}\n", seed, failure);
+  }
+  return !sum.failures.empty() ? 1 : interrupted != 0 ? 130 : 0;
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  CLI::App app("Runs schedules of the simulated farm: each is drawn from its seed, and the same every time.");
+  Options options;
+  app.add_option("--seeds", options.seeds, "how many schedules")
+      ->capture_default_str()
+      ->check(CLI::Range(std::uint64_t{1}, std::uint64_t{1} << 40));
+  app.add_option("--first", options.first, "seed of the first one; the others follow it")->capture_default_str();
+  app.add_option("--threads", options.threads, "how many at a time")
+      ->capture_default_str()
+      ->check(CLI::Range(1u, 1024u));
+  app.add_option("--seed", options.seed, "run this one alone, and tell what happens in it");
+  CLI11_PARSE(app, argc, argv);
+  return options.seed != 0 ? replay(options.seed) : run_all(options);
+}
