@@ -37,6 +37,8 @@ class RecentMean {
     ++count_;
     value_ += (value - value_) * std::max(1.0 / static_cast<double>(count_), 0.1);
   }
+  /// The next value, which is not there yet, will be at least this.
+  void expect(double value) { value_ = std::max(value_, value); }
   bool known() const { return count_ > 0; }
   double value() const { return value_; }  ///< 0 until known
 
@@ -257,6 +259,8 @@ struct Coordinator::State {
   double tile_seconds(const Worker& worker, const Lease& lease) const;
   /// Until the lease's own worker will have done it, all that it has before that included.
   double seconds_left(const Lease& lease, Time now) const;
+  /// Somebody else had a tile of this lease sooner: its worker is at least as slow as it has been silent.
+  void note_silence(Worker& worker, const Lease& lease, Time now) const;
   /// Leases to the worker, too, what is still to be done of `lease`, or the end of it. Whether there was something.
   bool copy_lease(const Lease& lease, Worker& worker, Time now, Step& step);
   /// The worker, and no longer the lease's own, verifies some of it. Whether there was something that it may.

@@ -49,14 +49,24 @@ double Coordinator::State::seconds_left(const Lease& lease, Time now) const {
   return seconds;
 }
 
+void Coordinator::State::note_silence(Worker& worker, const Lease& lease, Time now) const {
+  if (lease.id != *worker.leases.begin() || lease.abandoned) {
+    return;  // it works on its oldest lease
+  }
+  const double silent = to_seconds(now - std::max(worker.result_at, lease.granted));
+  const double pixel_samples =
+      static_cast<double>(lease.unit.range.count() * jobs.at(lease.unit.job)->pixels_of(lease.unit.tiles.front()));
+  worker.jobs[lease.unit.job].seconds_per_pixel_sample.expect(silent / pixel_samples);
+}
+
 void Coordinator::State::copy_to_idle(Time now, Step& step) {
   // All leases that may be copied, those that take longest first, as in Zaharia et al., Improving MapReduce Performance
   // in Heterogeneous Environments (2008). Each tile gets one copy at most, and so does a pilot; what
-  // is verified is taken over, once.
+  // is verified is taken over, perhaps again: whoever has it is the only one.
   std::vector<std::pair<double, LeaseId>> late;
   for (const auto& [id, lease] : leases) {
     const Job& job = *jobs.at(lease.unit.job);
-    const bool copied = lease.unit.tiles.empty() ? job.leases.size() > 1 : lease.copy;
+    const bool copied = lease.unit.tiles.empty() ? job.leases.size() > 1 : lease.copy && !lease.verifies;
     const bool old = lease.abandoned ||
                      now > lease.granted + (lease.unit.tiles.empty() ? limits.copy_pilot_after : limits.copy_after);
     if (job.record.state == JobState::running && !copied && !lease.alone && old) {

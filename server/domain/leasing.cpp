@@ -187,6 +187,9 @@ void Coordinator::State::tile_done(LeaseId id, TileId tile, Time now, Step& step
   lease.done[index] = true;
   --lease.remaining;
   Worker& worker = workers.at(lease.worker);
+  if (!by_its_worker) {
+    note_silence(worker, lease, now);
+  }
   --worker.tiles_out;
   if (lease.remaining == 0) {
     worker.unit_scale = std::min(worker.unit_scale * 2, 1.0);

@@ -84,6 +84,7 @@ struct Race {
   std::uint32_t threads = 2;                    ///< of each worker
   std::uint64_t samples = 64;                   ///< a pixel, of 128 tiles
   double tile_seconds = 0.03;                   ///< of one sample of a tile, on one thread of a worker of slowness 1
+  double verify_share = kVerifyShare;           ///< of the results
   double change_after = 0;                      ///< seconds from the submission until something befalls the last worker
   double slowness_then = 0;                     ///< from then on it is so slow; 0: as before
   bool hangs_then = false;                      ///< from then on it does nothing any more

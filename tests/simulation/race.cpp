@@ -20,6 +20,7 @@ void FarmSimulation::make_race() {
   job.spec.settings.crop = crop;
   job.spec.settings.renderer_version = kRendererVersion;
   job.goal = job.spec.goal.samples = race_->samples;
+  job.spec.verify_share = race_->verify_share;
   client_jobs_.push_back(std::move(job));
   at(now_, [this] { start_server(); });
   for (std::size_t i = 0; i < race_->slowness.size(); ++i) {
