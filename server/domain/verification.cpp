@@ -61,12 +61,12 @@ void Verifications::unlist(const Place& place, const Entry& entry) {
   }
 }
 
-void Verifications::open(const Place& place, Claim first) {
+void Verifications::open(const Place& place, Claim first, bool chosen) {
   const auto [at, fresh] = entries_.try_emplace(place);
   if (!fresh) {
     unlist(place, at->second);
   }
-  at->second = Entry{{std::move(first)}, {}, 0};
+  at->second = Entry{{std::move(first)}, {}, 0, chosen};
   list(place, at->second);
 }
 
@@ -159,6 +159,9 @@ void Verifications::release(const Place& place, LeaseId lease, bool lost) {
   found->second.lease.reset();
   found->second.lost += lost ? 1 : 0;
   list(place, found->second);
+  if (is_settled(found->second)) {
+    close(place);
+  }
 }
 
 bool Verifications::possible_on(std::span<const std::string> machines) const {

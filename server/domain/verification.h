@@ -53,12 +53,14 @@ class Verifications {
     std::vector<Claim> claims;     ///< the first is what the film holds; others differ from it
     std::optional<LeaseId> lease;  ///< of who renders it again
     std::uint32_t lost = 0;        ///< leases of it
+    bool chosen = true;            ///< to be rendered again; else it is here only while claims differ
   };
   /// A place with which so many leases were lost is not leased again: it may be why.
   static constexpr std::uint32_t kMostLost = 5;
 
-  /// A result of which `first` is claimed is to be rendered again. Replaces what was known of the place.
-  void open(const Place& place, Claim first);
+  /// A result of which `first` is claimed is to be rendered again, or, not `chosen`, is about to be disputed. Replaces
+  /// what was known of the place.
+  void open(const Place& place, Claim first, bool chosen = true);
   /// Null if nothing is to be verified there.
   const Entry* find(const Place& place) const;
   /// Adds a claim to an open place. Returns what follows; unless that is `open`, the caller closes the place.
@@ -70,6 +72,7 @@ class Verifications {
   /// Takes back claims by these, other than those of the film.
   template <class Predicate>
   void retract(const Predicate& by) {
+    std::vector<Place> settled;
     for (auto& [place, entry] : entries_) {
       if (entry.claims.size() > 1) {
         unlist(place, entry);
@@ -77,7 +80,13 @@ class Verifications {
                                           [&](const Claim& each) { return by(each.by); }),
                            entry.claims.end());
         list(place, entry);
+        if (is_settled(entry)) {
+          settled.push_back(place);
+        }
       }
+    }
+    for (const Place& place : settled) {
+      close(place);
     }
   }
 
@@ -99,6 +108,8 @@ class Verifications {
   bool possible_on(std::span<const std::string> machines) const;
 
  private:
+  /// Nothing differs any more, and nobody has chosen it.
+  static bool is_settled(const Entry& entry) { return !entry.chosen && entry.claims.size() == 1 && !entry.lease; }
   static bool may_claim(const Entry& entry, const std::string& machine);
   void list(const Place& place, const Entry& entry);
   void unlist(const Place& place, const Entry& entry);

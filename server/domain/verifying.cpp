@@ -179,7 +179,7 @@ void Coordinator::State::compare_result(Job& job, const NodeKey& key, const Hash
     const bool one = parts != job.parts.end() && parts->second.size() == 1;
     const std::vector<NodePtr>& forest = job.film.forest(key.tile);
     const auto node = std::ranges::find_if(forest, [&](const NodePtr& each) { return each->range == key.range; });
-    job.verifications.open(place, {one ? renderers.at(parts->second.front()) : Renderer{}, hash_of(**node)});
+    job.verifications.open(place, {one ? renderers.at(parts->second.front()) : Renderer{}, hash_of(**node)}, false);
   } else if (std::ranges::any_of(entry->claims, [&](const Claim& each) { return each.by.machine == by.machine; })) {
     return;  // a machine is heard once
   }
@@ -301,6 +301,7 @@ void Coordinator::State::undo_work_of(const Renderer& guilty, Time now, Step& st
       continue;  // nobody renders it again
     }
     job->verifications.retract([&](const Renderer& by) { return shares_guilt(guilty, by); });
+    refresh_queue(*job);
     std::vector<std::pair<TileId, SampleRange>> tainted;
     for (const auto& [place, parts] : job->parts) {
       if (std::ranges::any_of(parts, [&](std::uint32_t part) { return shares_guilt(guilty, renderers[part]); })) {

@@ -134,8 +134,13 @@ void FarmSimulation::change_something() {
     extend(index);
   } else if (kind < 0.7) {
     pause(index);
-  } else if (kind < 0.85) {
+  } else if (kind < 0.8) {
     cancel(index);
+  } else if (kind < 0.9) {
+    const auto priority = static_cast<std::int32_t>(random_.below(4));
+    request([this, id = *job.id,
+             priority](Step& step) { return is_settled(coordinator_->set_priority(id, priority, now_, step)); },
+            [] {});
   } else if (coordinator_) {
     on_server([&](Step& step) {
       (void)coordinator_->drain_worker(workers_[random_.below(workers_.size())].name, now_, step);

@@ -105,7 +105,8 @@ void FarmSimulation::check_decisions(const Step& step) {
   }
 }
 
-/// A count may be raised, durably, between the decision that a result lies beyond it and the acknowledgement.
+/// A count may be raised, or a job that has ended by time extended, durably, between the decision that a result is not
+/// wanted and the acknowledgement.
 void FarmSimulation::note_unwanted(const Step& step) {
   for (const Outgoing& message : step.after_commit) {
     if (const auto* ack = std::get_if<ResultAck>(&message.message)) {
@@ -121,8 +122,15 @@ void FarmSimulation::note_unwanted(const Step& step) {
           continue;
         }
         const auto status = coordinator_->status(key.job, now_);
-        if (status.ok() && status->goal.samples > 0 &&
-            key.range.end() > coordinator_->film(key.job)->allocation().of_tile(key.tile, status->goal.samples)) {
+        if (!status.ok()) {
+          continue;
+        }
+        const Film& film = *coordinator_->film(key.job);
+        const bool beyond = status->goal.samples > 0 &&
+                            key.range.end() > film.allocation().of_tile(key.tile, status->goal.samples),
+                   too_late = status->state == JobState::done && status->goal.seconds > 0 &&
+                              !film.covered(key.tile, key.range);
+        if (beyond || too_late) {
           unwanted_.insert({message.to, key});
         }
       }

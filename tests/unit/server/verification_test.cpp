@@ -128,6 +128,22 @@ TEST(Verifications, ADisputeGoesToAThirdMachine) {
   EXPECT_EQ(all.claim(place, claim("c", 1)).kind, Verdict::Kind::agreed);
 }
 
+TEST(Verifications, ADisputeAboutWhatNobodyChoseEndsWithIt) {
+  Verifications all;
+  const Verifications::Place place{{0, 0}, TileId{0}}, leased{{0, 0}, TileId{1}};
+  for (const Verifications::Place& each : {place, leased}) {
+    all.open(each, claim("a", 1), false);
+    EXPECT_EQ(all.claim(each, claim("b", 2)).kind, Verdict::Kind::open);
+  }
+  all.lease(leased, LeaseId{3});
+  all.retract([](const Renderer& by) { return by.machine == "b"; });
+  EXPECT_EQ(all.find(place), nullptr);
+  EXPECT_NE(all.find(leased), nullptr) << "somebody works on it";
+  all.release(leased, LeaseId{3}, false);
+  EXPECT_EQ(all.size(), 0u);
+  EXPECT_FALSE(all.waiting());
+}
+
 TEST(Verifications, APlaceThatLosesWorkerAfterWorkerIsLeft) {
   Verifications all;
   const Verifications::Place place{{0, 0}, TileId{0}};
