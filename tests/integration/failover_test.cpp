@@ -154,5 +154,30 @@ TEST(SharedDatabase, ClientsAndWorkersThatAreGivenBothGoOn) {
   expect_reference_film(FarmClient(both.address(1)), 1);
 }
 
+TEST(Backup, ADumpOfTheDatabaseIsPutBackAndFinishesWithTheSameBits) {
+  Picture picture;
+  const std::string url = server().new_database();
+  std::string restored_url;
+  std::uint64_t job = 0;
+  {
+    Farm farm({"--store", url});
+    farm.add_worker(1, "w1");
+    job = farm.client().submit(picture).id();
+    farm.client().wait_for_samples(job, kPixelSamples / 10);
+    restored_url = server().dumped_and_restored(url);  // while it is at work
+  }
+  CommandResult check;
+  EXPECT_TRUE(eventually([&] {  // once the lease in it has run out
+    check =
+        run_command({std::string(LIGHTMILL_BINARY_DIR) + "/bin/lightmill-server", "check", "--store", restored_url});
+    return check.exit_code == 0;
+  })) << check.out
+      << check.err;
+  Farm restored({"--store", restored_url});
+  EXPECT_GE(restored.client().job(job).samples_done(), kPixelSamples / 10);
+  restored.add_worker(1, "w2");
+  expect_reference_film(restored.client(), job, picture);
+}
+
 }  // namespace
 }  // namespace lightmill::test

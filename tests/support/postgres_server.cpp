@@ -83,6 +83,18 @@ std::string PostgresServer::over_tcp(const std::string& url, int port) {
                      url.substr(url.find("@") + 1, url.find('?') - url.find('@') - 1));
 }
 
+std::string PostgresServer::dumped_and_restored(const std::string& url) {
+  const std::string dump = (folder_.path() / fmt::format("dump{}", databases_)).string();
+  const CommandResult dumped =
+      run_command({(programs() / "pg_dump").string(), "--format=custom", "--file=" + dump, url});
+  EXPECT_EQ(dumped.exit_code, 0) << dumped.err;
+  const std::string restored = new_database();
+  const CommandResult put_back =
+      run_command({(programs() / "pg_restore").string(), "--exit-on-error", "--dbname=" + restored, dump});
+  EXPECT_EQ(put_back.exit_code, 0) << put_back.err;
+  return restored;
+}
+
 std::string PostgresServer::socket_file() const {
   return (folder_.path() / ".s.PGSQL.5432").string();
 }

@@ -27,6 +27,8 @@ class PostgresServer {
   /// The URL of the same database over TCP at 127.0.0.1.
   static std::string over_tcp(const std::string& url, int port);
   std::string socket_file() const;
+  /// A new database with all that the one of the URL holds at this moment, by pg_dump and pg_restore; its URL.
+  std::string dumped_and_restored(const std::string& url);
 
  private:
   std::string url(const std::string& user, const std::string& database) const;
