@@ -40,6 +40,10 @@ Result<Identity> LoginBook::identify(std::string_view secret, std::int64_t now_u
   return at->second.caller;
 }
 
+void LoginBook::keep(const std::function<bool(const Identity&)>& holds) {
+  std::erase_if(logins_, [&holds](const auto& each) { return !holds(each.second.caller); });
+}
+
 void LoginBook::remove(std::string_view secret) {
   logins_.erase(sha256(secret));
 }

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <functional>
 #include <map>
 #include <string_view>
 
@@ -24,6 +25,8 @@ class LoginBook {
   Result<std::int64_t> add(std::string_view secret, const Identity& caller, std::int64_t now_unix_s);
   /// UNAUTHENTICATED of one that is unknown or has ended. Whether the token holds still is asked elsewhere.
   Result<Identity> identify(std::string_view secret, std::int64_t now_unix_s) const;
+  /// Forgets those of callers of whom `holds` says no more.
+  void keep(const std::function<bool(const Identity&)>& holds);
   /// The secret stands for nobody any more.
   void remove(std::string_view secret);
   std::size_t size() const { return logins_.size(); }

@@ -70,6 +70,7 @@ Result<Logins::LoggedIn> Logins::try_log_in(std::string_view token, const std::s
   LM_RETURN_IF_ERROR(gate_.take_request({}, peer));
   LM_ASSIGN_OR_RETURN(Identity caller, gate_.identify({fmt::format("Bearer {}", token), "", peer}));
   LM_ASSIGN_OR_RETURN(const NewToken secret, make_token());
+  book_.keep([this](const Identity& known) { return gate_.check_still_holds(known).ok(); });
   LM_ASSIGN_OR_RETURN(const std::int64_t until, book_.add(secret.text, caller, now_unix_s()));
   return LoggedIn{std::move(caller), secret.text, until - now_unix_s()};
 }

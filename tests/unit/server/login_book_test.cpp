@@ -51,5 +51,17 @@ TEST(LoginBook, ThereIsALimitUntilSomeHaveEnded) {
   EXPECT_EQ(book.size(), 1u);
 }
 
+TEST(LoginBook, ThoseOfTokensThatHoldNoLongerTakeNobodysPlace) {
+  LoginBook book;
+  for (std::size_t i = 0; i < LoginBook::kMostLogins; ++i) {
+    ASSERT_TRUE(book.add(std::to_string(i), ada(fmt::format("{:012x}", i / LoginBook::kMostOfOne)), kNow).ok());
+  }
+  book.keep([](const Identity& caller) { return caller.token != "000000000003"; });
+  EXPECT_EQ(book.size(), LoginBook::kMostLogins - LoginBook::kMostOfOne);
+  EXPECT_FALSE(book.identify("300", kNow).ok());
+  EXPECT_TRUE(book.identify("299", kNow).ok());
+  EXPECT_TRUE(book.add("more", ada("ffffffffffff"), kNow).ok());
+}
+
 }  // namespace
 }  // namespace lightmill
