@@ -7,7 +7,7 @@ namespace lightmill {
 
 Result<FilmSnapshot> snapshot(const Coordinator& farm, JobId job, Time now) {
   LM_ASSIGN_OR_RETURN(const JobStatus status, farm.status(job, now));
-  LM_ASSIGN_OR_RETURN(const RenderSettings* const settings, farm.settings(job));
+  LM_ASSIGN_OR_RETURN(const JobSpec* const spec, farm.spec(job));
   const Film* const film = farm.film(job);
   if (film == nullptr) {
     return not_found("there is no job {}", job.value);
@@ -19,7 +19,7 @@ Result<FilmSnapshot> snapshot(const Coordinator& farm, JobId job, Time now) {
     taken.tiles.push_back(snapshot(*film, TileId{i}));
   }
   to_wire(status, taken.header.mutable_job());
-  to_wire(*settings, taken.header.mutable_settings());
+  to_wire(spec->settings, taken.header.mutable_settings());
   taken.header.set_tile_count(count);
   return taken;
 }

@@ -1,17 +1,14 @@
 #include "server/api/render_service.h"
 
-#include "common/wire/bytes.h"
 #include "common/wire/farm_messages.h"
 #include "server/api/grpc_status.h"
-#include "server/api/method_choice.h"
 #include "server/api/pages.h"
 #include "server/api/recorded_calls.h"
+#include "server/api/submission.h"
 #include "server/api/worker_message.h"
 
 namespace lightmill {
 namespace {
-
-constexpr std::size_t kMaxDigests = 10'000;
 
 Status show_job(const FarmLoop::Turn& turn, JobId job, v1::Job* reply) {
   LM_ASSIGN_OR_RETURN(const JobStatus status, turn.farm.status(job, turn.now));
@@ -76,22 +73,7 @@ RenderServiceImpl::Unary* RenderServiceImpl::FindMissingAssets(Context* context,
     return refuse(context, call.status());
   }
   Unary* reactor = context->DefaultReactor();
-  if (static_cast<std::size_t>(request->digests_size()) > kMaxDigests) {
-    reactor->Finish(
-        to_grpc(invalid_argument("digests: {} are more than the limit of {}", request->digests_size(), kMaxDigests)));
-    return reactor;
-  }
-  for (const std::string& bytes : request->digests()) {
-    const Result<Sha256> digest = digest_from_bytes(bytes);
-    if (!digest.ok()) {
-      reactor->Finish(to_grpc(with_context(digest.status(), "digests")));
-      return reactor;
-    }
-    if (!assets_.has(*digest)) {
-      reply->add_missing(bytes);
-    }
-  }
-  reactor->Finish(grpc::Status::OK);
+  reactor->Finish(to_grpc(find_missing(assets_, *request, reply)));
   return reactor;
 }
 
@@ -103,34 +85,15 @@ RenderServiceImpl::Unary* RenderServiceImpl::SubmitJob(Context* context, const v
   if (!call.ok()) {
     return refuse(context, call.status());
   }
-  Result<JobSpec> spec = from_wire(*request);
-  Status status = spec.status();
-  if (status.ok()) {
-    for (const Sha256& asset : spec->settings.assets) {
-      if (!assets_.has(asset)) {
-        status = failed_precondition("asset {} is missing: upload it first", asset.hex());
-        break;
-      }
-    }
+  Result<Submission> submission = read_submission(*request, assets_);
+  if (!submission.ok()) {
+    return refuse(context, submission.status());
   }
-  Result<MethodNotes> notes = status.ok() ? settle_method(*spec, assets_) : status;
-  if (!notes.ok()) {
-    return refuse(context, notes.status());
-  }
-  want_bias_layer(*spec, *notes);
   return run_change(
       *loop_, gate_, context, call,
-      [spec = std::move(*spec), notes = std::move(*notes), reply](FarmLoop::Turn& turn, const Call& call,
-                                                                  About& about) mutable {
-        if (call.caller.is_known()) {
-          spec.owner = call.caller.name;
-        }
-        LM_ASSIGN_OR_RETURN(const JobId job, turn.farm.submit(spec, turn.now, turn.unix_ms, turn.step, notes));
-        if (call.caller.is_known() && turn.farm.owner(job).value_or("") != call.caller.name) {
-          return already_exists("request_id '{}' is that of somebody else's job: choose another", spec.request_id);
-        }
-        about.job = job.value;
-        return show_job(turn, job, reply);
+      [submission = *std::move(submission), reply](FarmLoop::Turn& turn, const Call& call, About& about) mutable {
+        LM_RETURN_IF_ERROR(submit(turn, call, submission, about));
+        return show_job(turn, JobId{about.job}, reply);
       });
 }
 

@@ -105,7 +105,8 @@ class Coordinator {
   Result<JobStatus> status(JobId job, Time now) const;
   std::vector<JobStatus> jobs(Time now) const;        ///< newest first
   std::vector<WorkerStatus> workers(Time now) const;  ///< by name
-  Result<const RenderSettings*> settings(JobId job) const;
+  /// Valid until the next event.
+  Result<const JobSpec*> spec(JobId job) const;
   Result<std::string> owner(JobId job) const;
   /// The film of a job; null if there is no such job. Valid until the next event.
   const Film* film(JobId job) const;

@@ -217,12 +217,12 @@ std::vector<WorkerStatus> Coordinator::workers(Time now) const {
   return all;
 }
 
-Result<const RenderSettings*> Coordinator::settings(JobId id) const {
+Result<const JobSpec*> Coordinator::spec(JobId id) const {
   const Job* const job = state_->find_job(id);
   if (job == nullptr) {
     return not_found("there is no job {}", id.value);
   }
-  return &job->record.spec.settings;
+  return &job->record.spec;
 }
 
 Result<std::string> Coordinator::owner(JobId id) const {

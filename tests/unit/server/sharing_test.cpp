@@ -35,7 +35,7 @@ class SharingTest : public CoordinatorTest {
       const LeaseGrant grant = waiting.front();
       waiting.pop_front();
       const Time start = now;
-      const RenderSettings& job = **coordinator->settings(grant.unit.job);
+      const RenderSettings& job = (*coordinator->spec(grant.unit.job))->settings;
       for (const TileId tile : grant.unit.tiles) {
         WorkerResult done = result(grant, tile);
         const double samples = static_cast<double>(done.node.values.size()) / 6 * grant.unit.range.count();
