@@ -176,7 +176,7 @@ Result<std::unique_ptr<ApiServer>> ApiServer::start(std::unique_ptr<Store> store
 }
 
 Status ApiServer::serve_web(const WebOptions& web) {
-  Result<std::unique_ptr<WebServer>> started = WebServer::start(*parts_->loop, parts_->gate, web);
+  Result<std::unique_ptr<WebServer>> started = WebServer::start(*parts_->loop, parts_->gate, *parts_->assets, web);
   LM_RETURN_IF_ERROR(started.status());
   parts_->web = *std::move(started);
   return ok_status();

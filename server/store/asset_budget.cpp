@@ -2,16 +2,26 @@
 
 namespace lightmill {
 
-Status AssetBudget::reserve(const Sha256& digest, std::uint64_t had_bytes, std::uint64_t more_bytes) {
+Status AssetBudget::check(const Sha256& digest, std::uint64_t had_bytes, std::uint64_t more_bytes) const {
   if (had_bytes + more_bytes > limits_.asset_bytes) {
     return resource_exhausted("asset {} is larger than the limit of {} bytes", digest.hex(), limits_.asset_bytes);
   }
-  const MutexLock lock(mutex_);
   if (used_bytes_ + more_bytes > limits_.total_bytes) {
     return resource_exhausted(
         "the farm's assets would pass their limit of {} bytes; raise --max-assets-gib or delete jobs",
         limits_.total_bytes);
   }
+  return ok_status();
+}
+
+Status AssetBudget::check(const Sha256& digest, std::uint64_t bytes) const {
+  const MutexLock lock(mutex_);
+  return check(digest, 0, bytes);
+}
+
+Status AssetBudget::reserve(const Sha256& digest, std::uint64_t had_bytes, std::uint64_t more_bytes) {
+  const MutexLock lock(mutex_);
+  LM_RETURN_IF_ERROR(check(digest, had_bytes, more_bytes));
   used_bytes_ += more_bytes;
   return ok_status();
 }

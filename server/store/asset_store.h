@@ -29,6 +29,8 @@ class AssetStore {
   /// Size in bytes; NOT_FOUND.
   virtual Result<std::uint64_t> size(const Sha256& digest) const = 0;
 
+  /// Whether an asset of so many bytes can be uploaded now. RESOURCE_EXHAUSTED names the limit.
+  virtual Status check_room(const Sha256& digest, std::uint64_t bytes) const = 0;
   /// An upload under way. Not thread-safe; one that is not finished leaves nothing.
   class Upload {
    public:
@@ -62,10 +64,14 @@ class AssetBudget {
 
   /// Takes `more_bytes` for an asset that has `had_bytes`. RESOURCE_EXHAUSTED, and nothing taken, over a limit.
   Status reserve(const Sha256& digest, std::uint64_t had_bytes, std::uint64_t more_bytes);
+  /// The same without taking them.
+  Status check(const Sha256& digest, std::uint64_t bytes) const;
   void release(std::uint64_t bytes);
   std::uint64_t used_bytes() const;
 
  private:
+  Status check(const Sha256& digest, std::uint64_t had_bytes, std::uint64_t more_bytes) const LM_REQUIRES(mutex_);
+
   const AssetLimits limits_;
   mutable Mutex mutex_;
   std::uint64_t used_bytes_ LM_GUARDED_BY(mutex_);

@@ -14,9 +14,12 @@ void FarmReply::compute(std::function<ApiReply()> answer) const {
   });
 }
 
-void FarmDesk::ask(Reply reply, FarmTask task) {
-  const FarmReply back(on_web_thread_, waiting_, next_id_);
-  waiting_->emplace(next_id_++, std::move(reply));
+FarmReply FarmDesk::expect(Reply reply) {
+  waiting_->emplace(next_id_, std::move(reply));
+  return {on_web_thread_, waiting_, next_id_++};
+}
+
+void FarmDesk::run(const FarmReply& back, FarmTask task) const {
   if (!loop_.post([task = std::move(task), back](FarmLoop::Turn& turn) { task(turn, back); })) {
     back(error_reply(resource_exhausted("the farm has too much to do at once: try again")));
   }

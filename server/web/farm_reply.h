@@ -37,9 +37,14 @@ class FarmDesk {
  public:
   FarmDesk(FarmLoop& loop, OnWebThread on_web_thread) : loop_(loop), on_web_thread_(std::move(on_web_thread)) {}
 
+  /// What is to be called in place of the reply.
+  FarmReply expect(Reply reply);
+
   /// Runs `task` on the farm thread, which calls the reply, at once or after the commit.
   using FarmTask = std::function<void(FarmLoop::Turn&, const FarmReply&)>;
-  void ask(Reply reply, FarmTask task);
+  void ask(Reply reply, FarmTask task) { run(expect(std::move(reply)), std::move(task)); }
+  /// The same with a reply that is expected already. Thread-safe.
+  void run(const FarmReply& back, FarmTask task) const;
 
  private:
   FarmLoop& loop_;

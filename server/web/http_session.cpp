@@ -4,9 +4,11 @@
 #include <boost/beast/http.hpp>
 #include <boost/beast/http/span_body.hpp>
 
+#include <limits>
+
 #include "common/base/text.h"
+#include "server/web/asset_upload.h"
 #include "server/web/live_session.h"
-#include "server/web/web_stream.h"
 
 namespace lightmill {
 namespace {
@@ -19,10 +21,14 @@ using boost::system::error_code;
 
 constexpr std::uint32_t kMostHeaderBytes = 8 << 10;
 constexpr std::uint64_t kMostBodyBytes = 16 << 10;
-constexpr auto kRequestPatience = std::chrono::seconds(30);
 /// Who reads a large file more slowly is hung up on.
 constexpr std::size_t kLeastBytesPerSecond = 1 << 20;
+/// Of a body that is refused so much is read, for so long.
+constexpr std::size_t kMostThrownAway = std::size_t{64} << 20;
+constexpr auto kThrowAwayPatience = std::chrono::seconds(10);
 constexpr std::string_view kApi = "/api/v1/";
+constexpr std::string_view kAssets = "/api/v1/assets/";
+constexpr std::string_view kJson = "application/json", kBytes = "application/octet-stream";
 constexpr std::string_view kLive = "/api/v1/live";
 /// Nothing from elsewhere, nothing inline, in nobody's frame.
 constexpr std::string_view kContentPolicy =
@@ -36,11 +42,10 @@ beast::string_view as_beast(std::string_view text) {
   return {text.data(), text.size()};
 }
 
-using Request = http::request<http::string_body>;
 /// Its body is somebody else's: files are not copied.
 using Response = http::response<http::span_body<const char>>;
 
-RequestOrigin origin_of(const Request& request) {
+RequestOrigin origin_of(const RequestHead& request) {
   return {as_std(request[http::field::host]), as_std(request[http::field::origin]), as_std(request["Sec-Fetch-Site"])};
 }
 
@@ -69,82 +74,158 @@ class HttpSession final : public std::enable_shared_from_this<HttpSession> {
 
  private:
   void read() {
-    parser_.emplace();
-    parser_->header_limit(kMostHeaderBytes);
-    parser_->body_limit(kMostBodyBytes);
+    head_.emplace();
+    head_->header_limit(kMostHeaderBytes);
+    head_->body_limit(std::numeric_limits<std::uint64_t>::max());  // what a body may have is asked below
+    body_parser_.reset();
+    body_read_ = false;
+    place_ = nullptr;
+    call_.reset();
     stream_.tcp().expires_after(kRequestPatience);
-    http::async_read(stream_, buffer_, *parser_, [self = shared_from_this()](error_code error, std::size_t) {
-      if (error == http::error::body_limit || error == http::error::header_limit) {
-        self->refuse_rest(error);
+    http::async_read_header(stream_, buffer_, *head_, [self = shared_from_this()](error_code error, std::size_t) {
+      self->request_ = self->head_->get();
+      if (error == http::error::header_limit) {
+        self->refuse_rest(too_long(http::status::request_header_fields_too_large, "header", kMostHeaderBytes));
       } else if (!error) {
-        self->handle();
+        self->take_head();
       }
     });
   }
+
+  void take_head() {
+    const bool post = request_.method() == http::verb::post;
+    const LargeCall* const large = post ? find_large_call(path()) : nullptr;
+    if (large != nullptr) {
+      return take_large(*large);
+    }
+    if (post && path().starts_with(kAssets)) {
+      return take_asset();
+    }
+    read_body(kMostBodyBytes);
+  }
+  /// Nothing large is taken from those who may not send it, nor more at once than there is room for.
+  void take_large(const LargeCall& large) {
+    Result<Call> call = admit_now(large.rpc, kJson);
+    if (!call.ok()) {
+      return refuse_rest(error_reply(call.status()));
+    }
+    call_ = *std::move(call);
+    const std::uint64_t length = head_->content_length().value_or(large.most_bytes);
+    if (length > kMostBodyBytes && length <= large.most_bytes) {
+      place_ = parts_.large_bodies.take(length);
+      if (place_ == nullptr) {
+        return refuse_rest(error_reply(resource_exhausted("too much is sent to the farm at once: try again")));
+      }
+    }
+    read_body(large.most_bytes);
+  }
+  void take_asset() {
+    Result<Call> call = admit_now(Rpc::upload_asset, kBytes);
+    const Result<Sha256> digest =
+        call.ok() ? Sha256::from_hex(path().substr(kAssets.size())) : Result<Sha256>(call.status());
+    if (!digest.ok()) {
+      return refuse_rest(error_reply(digest.status()));
+    }
+    receive_asset(
+        {stream_, buffer_, parts_.assets, *parts_.disk}, std::move(*head_), *digest, *std::move(call),
+        [self = shared_from_this()](const Status& status, bool whole) {
+          const ApiReply reply = status.ok() ? ApiReply{200, "application/json", "{}\n"} : error_reply(status);
+          self->body_read_ = whole;
+          return whole ? self->answer(reply) : self->refuse_rest(reply);
+        });
+  }
+  Result<Call> admit_now(Rpc rpc, std::string_view content_type) const {
+    LM_RETURN_IF_ERROR(check_rules(true, content_type));
+    return parts_.gate.admit(parts_.logins.identify(shown_login()), peer(), rpc);
+  }
+  void read_body(std::uint64_t most_bytes) {
+    const auto too_long_body = [most_bytes] { return too_long(http::status::payload_too_large, "body", most_bytes); };
+    const std::uint64_t length = head_->content_length().value_or(most_bytes);
+    if (length > most_bytes) {
+      return refuse_rest(too_long_body());
+    }
+    body_parser_.emplace(std::move(*head_)).body_limit(most_bytes);
+    stream_.tcp().expires_after(time_to_send(length));
+    invite_body(stream_, request_, [self = shared_from_this(), too_long_body] {
+      http::async_read(self->stream_, self->buffer_, *self->body_parser_,
+                       [self, too_long_body](error_code error, std::size_t) {
+                         if (error == http::error::body_limit) {
+                           self->refuse_rest(too_long_body());
+                         } else if (!error) {
+                           self->handle();
+                         }
+                       });
+    });
+  }
+  static ApiReply too_long(http::status status, std::string_view what, std::uint64_t most_bytes) {
+    return {static_cast<unsigned>(status), "text/plain; charset=utf-8",
+            fmt::format("the {} has more than {} bytes\n", what, most_bytes)};
+  }
   /// What follows on the connection is not understood any more.
-  void refuse_rest(error_code error) {
-    parser_->get().keep_alive(false);
-    const bool body = error == http::error::body_limit;
-    Response response =
-        response_of(body ? http::status::payload_too_large : http::status::request_header_fields_too_large);
-    response.keep_alive(false);
-    set_body(response, "text/plain; charset=utf-8",
-             shared(fmt::format("the {} has more than {} bytes\n", body ? "body" : "header",
-                                body ? kMostBodyBytes : kMostHeaderBytes)));
-    write(std::move(response));
+  void refuse_rest(const ApiReply& reply) {
+    request_.keep_alive(false);
+    answer(reply);
   }
 
+  std::string_view path() const {
+    const std::string_view target = as_std(request_.target());
+    return target.substr(0, target.find('?'));
+  }
   void handle() {
-    const Request& request = parser_->get();
-    const std::string_view target = as_std(request.target());
-    const std::string_view path = target.substr(0, target.find('?'));
-    const bool live = path == kLive;
-    const bool changes = request.method() == http::verb::post;
-    const Status status = check_rules(live, changes);
+    body_read_ = true;
+    const bool live = path() == kLive;
+    const bool changes = request_.method() == http::verb::post;
+    const Status status = check_rules(live || changes, changes ? kJson : "");
     if (!status.ok()) {
       return answer(error_reply(status));
     }
-    if (!path.starts_with(kApi)) {
-      return send_page(path);
+    if (!path().starts_with(kApi)) {
+      return send_page(path());
     }
     const ShownLogin shown = shown_login();
     if (live) {
       return go_live(shown);
     }
-    if (!changes && request.method() != http::verb::get && request.method() != http::verb::head) {
+    if (!changes && request_.method() != http::verb::get && request_.method() != http::verb::head) {
       return answer(error_reply(make_error(StatusCode::kUnimplemented, "the API takes GET and POST")));
     }
-    const std::string_view query = path.size() < target.size() ? target.substr(path.size() + 1) : "";
-    parts_.api->handle({changes, std::string(path), std::string(query), request.body(), parts_.logins.identify(shown),
-                        shown.cookie, peer(), cookie_place()},
+    const std::string_view target = as_std(request_.target());
+    const std::string_view query = path().size() < target.size() ? target.substr(path().size() + 1) : "";
+    parts_.api->handle({changes,
+                        std::string(path()),
+                        std::string(query),
+                        {std::move(body_parser_->get().body()), std::move(place_)},
+                        std::move(call_),
+                        parts_.logins.identify(shown),
+                        shown.cookie,
+                        peer(),
+                        cookie_place()},
                        [self = shared_from_this()](const ApiReply& reply) { self->answer(reply); });
   }
 
-  /// What is asked of every request before anything else is looked at.
-  Status check_rules(bool live, bool changes) const {
-    const Request& request = parser_->get();
-    const RequestOrigin origin = origin_of(request);
+  /// What is asked of every request before anything else is looked at; `content_type`: that its body must have.
+  Status check_rules(bool from_here, std::string_view content_type) const {
+    const RequestOrigin origin = origin_of(request_);
     const HostRules rules = parts_.host_rules();
     LM_RETURN_IF_ERROR(check_host(origin, rules));
-    if (live || changes) {
+    if (from_here) {
       LM_RETURN_IF_ERROR(check_origin(origin, rules));
     }
-    return changes ? check_json(as_std(request[http::field::content_type])) : ok_status();
+    return content_type.empty() ? ok_status()
+                                : check_content_type(as_std(request_[http::field::content_type]), content_type);
   }
   ShownLogin shown_login() const {
-    const Request& request = parser_->get();
     ShownLogin shown;
-    if (const auto header = request.find(http::field::authorization); header != request.end()) {
+    if (const auto header = request_.find(http::field::authorization); header != request_.end()) {
       shown.authorization = std::string(as_std(header->value()));
     }
-    shown.cookie = login_cookie(as_std(request[http::field::cookie]),
-                                {std::string(as_std(request[http::field::host])), stream_.encrypted()});
+    shown.cookie = login_cookie(as_std(request_[http::field::cookie]),
+                                {std::string(as_std(request_[http::field::host])), stream_.encrypted()});
     return shown;
   }
   CookiePlace cookie_place() const {
-    const Request& request = parser_->get();
-    return {std::string(as_std(request[http::field::host])),
-            stream_.encrypted() || as_std(request[http::field::origin]).starts_with("https://")};
+    return {std::string(as_std(request_[http::field::host])),
+            stream_.encrypted() || as_std(request_[http::field::origin]).starts_with("https://")};
   }
 
   std::string peer() const {
@@ -154,7 +235,7 @@ class HttpSession final : public std::enable_shared_from_this<HttpSession> {
   }
 
   void go_live(const ShownLogin& shown) {
-    if (!websocket::is_upgrade(parser_->get())) {
+    if (!websocket::is_upgrade(request_)) {
       return answer(error_reply(invalid_argument("{} is a WebSocket", kLive)));
     }
     if (parts_.hub.full()) {
@@ -169,13 +250,12 @@ class HttpSession final : public std::enable_shared_from_this<HttpSession> {
     LiveHub::Holds holds = [&logins = parts_.logins, shown, caller = call->caller] {
       return logins.check_still_holds(shown, caller);
     };
-    start_live_session(parts_, std::move(stream_), parser_->get(), *std::move(call), std::move(holds));
+    start_live_session(parts_, std::move(stream_), request_, *std::move(call), std::move(holds));
   }
 
   void send_page(std::string_view path) {
-    const Request& request = parser_->get();
     const PageFile* const file = parts_.pages.find(path);
-    if (request.method() != http::verb::get && request.method() != http::verb::head) {
+    if (request_.method() != http::verb::get && request_.method() != http::verb::head) {
       return answer(error_reply(make_error(StatusCode::kUnimplemented, "pages are asked for by GET")));
     }
     if (file == nullptr) {
@@ -183,13 +263,13 @@ class HttpSession final : public std::enable_shared_from_this<HttpSession> {
       set_body(response, "text/plain; charset=utf-8", shared(fmt::format("there is no {}\n", printable(path))));
       return write(std::move(response));
     }
-    const bool same = as_std(request[http::field::if_none_match]) == file->etag;
+    const bool same = as_std(request_[http::field::if_none_match]) == file->etag;
     Response response = response_of(same ? http::status::not_modified : http::status::ok);
     response.set(http::field::etag, as_beast(file->etag));
     response.set(http::field::vary, "Accept-Encoding");
     response.set(http::field::cache_control, file->immutable ? "public, max-age=31536000, immutable" : "no-cache");
     const bool packed =
-        file->gzip != nullptr && as_std(request[http::field::accept_encoding]).find("gzip") != std::string_view::npos;
+        file->gzip != nullptr && as_std(request_[http::field::accept_encoding]).find("gzip") != std::string_view::npos;
     if (packed) {
       response.set(http::field::content_encoding, "gzip");
     }
@@ -214,8 +294,8 @@ class HttpSession final : public std::enable_shared_from_this<HttpSession> {
   }
 
   Response response_of(http::status status) const {
-    Response response(status, parser_->get().version());
-    response.keep_alive(parser_->get().keep_alive());
+    Response response(status, request_.version());
+    response.keep_alive(request_.keep_alive());
     response.set("Content-Security-Policy", as_beast(kContentPolicy));
     response.set("X-Content-Type-Options", "nosniff");
     response.set("X-Frame-Options", "DENY");
@@ -233,7 +313,7 @@ class HttpSession final : public std::enable_shared_from_this<HttpSession> {
   }
   void write(Response response) {
     // The answer to HEAD says how long a body would be, and has none.
-    const bool head = parser_->get().method() == http::verb::head;
+    const bool head = request_.method() == http::verb::head;
     response_ = std::move(response);
     if (head) {
       response_.body() = {};
@@ -242,19 +322,38 @@ class HttpSession final : public std::enable_shared_from_this<HttpSession> {
                                 std::chrono::seconds(response_.body().size() / kLeastBytesPerSecond));
     http::async_write(stream_, response_, [self = shared_from_this()](error_code error, std::size_t) {
       self->body_ = nullptr;
-      if (!error && self->response_.keep_alive()) {
-        self->read();
-      } else if (!error) {
-        self->stream_.async_end([self](error_code) {});
+      if (error) {
+        return;
       }
+      if (self->response_.keep_alive()) {
+        return self->read();
+      }
+      self->stream_.tcp().expires_after(kThrowAwayPatience);
+      self->throw_away(kMostThrownAway);
     });
+  }
+  /// Who is hung up on while sending may never see the answer: what still comes is read, for a while.
+  void throw_away(std::size_t most_bytes) {
+    if (most_bytes == 0 || body_read_) {
+      return stream_.async_end([self = shared_from_this()](error_code) {});
+    }
+    buffer_.clear();
+    stream_.async_read_some(buffer_.prepare(std::min(buffer_.max_size(), most_bytes)),
+                            [self = shared_from_this(), most_bytes](error_code error, std::size_t got) {
+                              self->throw_away(error ? 0 : most_bytes - got);
+                            });
   }
 
   WebParts& parts_;
   WebStream stream_;
   beast::flat_buffer buffer_{kMostHeaderBytes + kMostBodyBytes};
-  std::optional<http::request_parser<http::string_body>> parser_;
-  SharedBytes body_;  ///< of the response
+  std::optional<HeadParser> head_;
+  RequestHead request_;
+  std::optional<http::request_parser<http::string_body>> body_parser_;
+  bool body_read_ = false;
+  ByteBudget::Place place_;   ///< of its body, if that is large
+  std::optional<Call> call_;  ///< if it was admitted before its body came
+  SharedBytes body_;          ///< of the response
   Response response_;
   bool handed_on_ = false;
 };

@@ -1,9 +1,8 @@
 #include "server/web/job_pictures.h"
 
-#include <atomic>
-
 #include "common/wire/film_assembly.h"
 #include "server/api/records.h"
+#include "server/web/byte_budget.h"
 
 namespace lightmill {
 namespace {
@@ -34,7 +33,7 @@ struct JobPictures::Order {
   FilmSnapshot film;
   PictureFormat format = PictureFormat::exr;
   std::int64_t unix_ms = 0;
-  std::shared_ptr<const void> place;  ///< its share of kMostBytes, until nobody holds the file any more
+  ByteBudget::Place place;  ///< until nobody holds the file any more
   std::optional<FarmReply> back;
 };
 
@@ -44,21 +43,18 @@ struct JobPictures::Queue {
   CondVar changed;
   std::deque<Order> orders LM_GUARDED_BY(mutex);
   bool stopping LM_GUARDED_BY(mutex) = false;
-  std::atomic<std::uint64_t> bytes = 0;
+  const ByteBudget budget{kMostBytes};
 
   /// RESOURCE_EXHAUSTED says what to do.
-  static Status take_place(const std::shared_ptr<Queue>& queue, Order& order) {
+  Status take_place(Order& order) const {
     const std::uint64_t wanted = bytes_of(order.film.header);
     if (wanted > kMostBytesOfOne) {
       return resource_exhausted("the picture's film has more than {} MiB: `lightmill fetch {} -o FILE` gets it",
                                 kMostBytesOfOne >> 20, order.film.header.job().id());
     }
-    if (queue->bytes.fetch_add(wanted) + wanted > kMostBytes) {
-      queue->bytes -= wanted;
-      return resource_exhausted("too many pictures are fetched at once: try again");
-    }
-    order.place = std::shared_ptr<const void>(queue.get(), [queue, wanted](const void*) { queue->bytes -= wanted; });
-    return ok_status();
+    order.place = budget.take(wanted);
+    return order.place == nullptr ? resource_exhausted("too many pictures are fetched at once: try again")
+                                  : ok_status();
   }
   void push(Order order) {
     const MutexLock lock(mutex);
@@ -106,7 +102,7 @@ void JobPictures::send(const Call& call, JobId job, PictureFormat format, Reply 
                 return back(error_reply(film.status()));
               }
               Order order{*std::move(film), format, turn.unix_ms, nullptr, back};
-              if (const Status place = Queue::take_place(queue, order); !place.ok()) {
+              if (const Status place = queue->take_place(order); !place.ok()) {
                 return back(error_reply(place));
               }
               queue->push(std::move(order));
@@ -123,12 +119,7 @@ void JobPictures::run() {
     const bool exr = order->format == PictureFormat::exr;
     ApiReply reply{200, exr ? "image/x-exr" : "image/png", ""};
     reply.file_name = fmt::format("job-{}.{}", order->film.header.job().id(), exr ? "exr" : "png");
-    struct Placed {
-      std::string bytes;
-      std::shared_ptr<const void> place;
-    };
-    const auto placed = std::make_shared<const Placed>(Placed{*std::move(file), std::move(order->place)});
-    reply.file = SharedBytes(placed, &placed->bytes);
+    reply.file = placed_bytes(*std::move(file), std::move(order->place));
     (*order->back)(std::move(reply));
   }
 }

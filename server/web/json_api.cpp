@@ -16,7 +16,7 @@ namespace {
 constexpr std::string_view kPrefix = "/api/v1/";
 constexpr int kMostListed = 1'000;
 constexpr int kListed = 100;
-constexpr std::string_view kThumbnail = "/thumbnail.png", kExr = "/picture.exr", kPng = "/picture.png";
+constexpr std::string_view kThumbnail = "/thumbnail.png", kExr = "/picture.exr", kPng = "/picture.png", kSpec = "/spec";
 
 Status unknown_path(const ApiRequest& request) {
   return not_found("there is no {}: /openapi.json says what there is", printable(request.path));
@@ -28,21 +28,40 @@ Status other_method(const ApiRequest& request, std::string_view method) {
 
 using Turn = FarmLoop::Turn;
 
+using JobTask = std::function<Status(Turn&)>;
+
+Result<JobTask> read_extension(JobId job, const std::string& body) {
+  v1::ExtendJobRequest request;
+  LM_RETURN_IF_ERROR(read_json(body, request));
+  return [job, to = Extension{request.samples(), request.error()}](Turn& turn) {
+    return turn.farm.extend(job, to, turn.now, turn.step);
+  };
+}
+
 /// What can be done to a job by POST.
 struct JobChange {
   std::string_view path;
   Rpc rpc;
-  Status (*change)(Turn&, JobId, const Extension&);
+  Result<JobTask> (*read)(JobId, const std::string& body);
 };
-constexpr std::array<JobChange, 4> kActions{{
+constexpr std::array<JobChange, 5> kActions{{
     {"/pause", Rpc::pause_job,
-     [](Turn& turn, JobId job, const Extension&) { return turn.farm.pause(job, turn.now, turn.step); }},
+     [](JobId job, const std::string&) -> Result<JobTask> {
+       return [job](Turn& turn) { return turn.farm.pause(job, turn.now, turn.step); };
+     }},
     {"/resume", Rpc::resume_job,
-     [](Turn& turn, JobId job, const Extension&) { return turn.farm.resume(job, turn.now, turn.step); }},
+     [](JobId job, const std::string&) -> Result<JobTask> {
+       return [job](Turn& turn) { return turn.farm.resume(job, turn.now, turn.step); };
+     }},
     {"/cancel", Rpc::cancel_job,
-     [](Turn& turn, JobId job, const Extension&) { return turn.farm.cancel(job, turn.now, turn.unix_ms, turn.step); }},
-    {"/extend", Rpc::extend_job,
-     [](Turn& turn, JobId job, const Extension& to) { return turn.farm.extend(job, to, turn.now, turn.step); }},
+     [](JobId job, const std::string&) -> Result<JobTask> {
+       return [job](Turn& turn) { return turn.farm.cancel(job, turn.now, turn.unix_ms, turn.step); };
+     }},
+    {"/extend", Rpc::extend_job, read_extension},
+    {"/delete", Rpc::delete_job,
+     [](JobId job, const std::string&) -> Result<JobTask> {
+       return [job](Turn& turn) { return turn.farm.remove(job, turn.now, turn.step); };
+     }},
 }};
 
 /// What can be done to a worker by POST.
@@ -80,46 +99,48 @@ Result<Page> page_of(std::string_view query) {
   return page;
 }
 
-ApiReply job_reply(Turn& turn, JobId job) {
-  const Result<JobStatus> status = turn.farm.status(job, turn.now);
-  if (!status.ok()) {
-    return error_reply(status.status());
-  }
-  v1::Job wire;
-  to_wire(*status, &wire);
-  return json_reply(wire);
+/// Answers with the worker; with nothing but its name if it is not there.
+WebChange changed_worker(const std::string& name, Status (Coordinator::*change)(const std::string&, Time, Step&)) {
+  return [name, change](Turn& turn, About& about) -> Result<ApiReply> {
+    about.text = name;
+    LM_RETURN_IF_ERROR((turn.farm.*change)(name, turn.now, turn.step));
+    v1::Worker wire;
+    wire.set_name(name);
+    for (const WorkerStatus& worker : turn.farm.workers(turn.now)) {
+      if (worker.name == name) {
+        to_wire(worker, &wire);
+      }
+    }
+    return json_reply(wire);
+  };
 }
 
-void answer_once_stored(Turn& turn, const FarmReply& back, ApiReply answer) {
-  turn.replies.push_back(
-      [back, answer = std::move(answer)](const Status& stored) { back(stored.ok() ? answer : error_reply(stored)); });
+ApiReply empty_reply() {
+  return {200, "application/json", "{}\n"};
 }
 
 }  // namespace
 
-JsonApi::JsonApi(FarmLoop& loop, const Gate& gate, Logins& logins, FarmGreeting greeting, OnWebThread on_web_thread)
-    : gate_(gate),
-      logins_(logins),
-      greeting_(std::move(greeting)),
-      desk_(loop, std::move(on_web_thread)),
-      thumbnails_(desk_, gate),
-      pictures_(desk_, gate) {}
+JsonApi::JsonApi(ApiParts parts)
+    : gate_(parts.gate),
+      logins_(parts.logins),
+      greeting_(std::move(parts.greeting)),
+      desk_(parts.loop, std::move(parts.on_web_thread)),
+      thumbnails_(desk_, gate_),
+      pictures_(desk_, gate_),
+      intake_(desk_, gate_, parts.assets, std::move(parts.budget), std::move(parts.on_side_thread)) {}
 
-void JsonApi::handle(const ApiRequest& request, Reply reply) {
+void JsonApi::handle(ApiRequest request, Reply reply) {
   std::string_view path = request.path;
   path.remove_prefix(std::min(path.size(), kPrefix.size()));
   const std::string_view collection = path.substr(0, path.find('/'));
   const std::string_view rest = collection.size() < path.size() ? path.substr(collection.size() + 1) : "";
-  if (path == "farm") {
-    return reply(request.post ? error_reply(other_method(request, "GET")) : greet(request.caller));
-  }
-  if (path == "login" || path == "logout") {
-    return reply(!request.post     ? error_reply(other_method(request, "POST"))
-                 : path == "login" ? log_in(request)
-                                   : log_out(request));
+  if (path == "farm" || path == "login" || path == "logout") {
+    return reply(handle_caller(request, path));
   }
   if (path == "jobs") {
-    return handle_jobs(request, std::move(reply));
+    return request.post ? intake_.submit(*request.call, std::move(request.body), std::move(reply))
+                        : list_jobs(request, std::move(reply));
   }
   if (collection == "jobs") {
     const std::string_view number = rest.substr(0, rest.find('/'));
@@ -130,10 +151,30 @@ void JsonApi::handle(const ApiRequest& request, Reply reply) {
   if (collection == "workers") {
     return handle_workers(request, rest, std::move(reply));
   }
+  if (path == "assets/missing" && request.post) {
+    return intake_.find_missing(std::move(request.body), std::move(reply));
+  }
+  if (collection == "assets" && !rest.empty() && !request.post) {
+    return reply(error_reply(other_method(request, "POST")));
+  }
   reply(error_reply(unknown_path(request)));
 }
 
 // ---- who asks ----
+
+ApiReply JsonApi::handle_caller(const ApiRequest& request, std::string_view what) {
+  if (request.post != (what != "farm")) {
+    return error_reply(other_method(request, what == "farm" ? "GET" : "POST"));
+  }
+  if (what == "login") {
+    return log_in(request);
+  }
+  const Identity caller = request.caller.ok() ? *request.caller : Identity{};
+  if (const Status taken = gate_.take_request(caller, request.peer); !taken.ok()) {
+    return error_reply(taken);
+  }
+  return what == "farm" ? greet(request.caller) : log_out(request);
+}
 
 ApiReply JsonApi::greet(const Result<Identity>& caller) const {
   if (!caller.ok()) {
@@ -148,7 +189,7 @@ ApiReply JsonApi::greet(const Result<Identity>& caller) const {
 
 ApiReply JsonApi::log_in(const ApiRequest& request) {
   v1::LoginRequest body;
-  if (const Status status = read_json(request.body, body); !status.ok()) {
+  if (const Status status = read_json(request.body.text, body); !status.ok()) {
     return error_reply(status);
   }
   const Result<Logins::LoggedIn> logged_in = logins_.log_in(body.token(), request.peer);
@@ -163,17 +204,14 @@ ApiReply JsonApi::log_in(const ApiRequest& request) {
 /// Also of who is not logged in: afterwards nobody is.
 ApiReply JsonApi::log_out(const ApiRequest& request) {
   logins_.log_out(request.login);
-  ApiReply reply{200, "application/json", "{}\n"};
+  ApiReply reply = empty_reply();
   reply.set_cookie = set_cookie_header(request.cookie, "", 0);
   return reply;
 }
 
 // ---- jobs ----
 
-void JsonApi::handle_jobs(const ApiRequest& request, Reply reply) {
-  if (request.post) {
-    return reply(error_reply(other_method(request, "GET")));
-  }
+void JsonApi::list_jobs(const ApiRequest& request, Reply reply) {
   const Result<Call> call = gate_.admit(request.caller, request.peer, Rpc::list_jobs);
   const Result<Page> page = call.ok() ? page_of(request.query) : call.status();
   if (!page.ok()) {
@@ -198,7 +236,8 @@ void JsonApi::handle_jobs(const ApiRequest& request, Reply reply) {
 }
 
 void JsonApi::handle_job(const ApiRequest& request, JobId job, std::string_view what, Reply reply) {
-  const bool looks = what.empty() || what == kThumbnail || what == kExr || what == kPng;
+  const bool state = what.empty() || what == kSpec;
+  const bool looks = state || what == kThumbnail || what == kExr || what == kPng;
   const auto action = std::ranges::find(kActions, what, &JobChange::path);
   if (!looks && action == kActions.end()) {
     return reply(error_reply(unknown_path(request)));
@@ -206,24 +245,30 @@ void JsonApi::handle_job(const ApiRequest& request, JobId job, std::string_view 
   if (request.post == looks) {
     return reply(error_reply(other_method(request, looks ? "GET" : "POST")));
   }
-  const Rpc rpc = what.empty() ? Rpc::get_job : looks ? Rpc::get_film : action->rpc;
+  const Rpc rpc = state ? Rpc::get_job : looks ? Rpc::get_film : action->rpc;
   const Result<Call> call = gate_.admit(request.caller, request.peer, rpc);
-  v1::ExtendJobRequest body;
-  if (const Status status = call.ok() ? read_json(request.body, body) : call.status(); !status.ok()) {
-    return reply(error_reply(status));
-  }
-  if (looks) {
+  if (call.ok() && looks) {
     return show(*call, job, what, std::move(reply));
   }
-  change_job(
-      *call, job,
-      [change = action->change, job, to = Extension{body.samples(), body.error()}](Turn& turn) {
-        return change(turn, job, to);
+  const Result<JobTask> task = call.ok() ? action->read(job, request.body.text) : call.status();
+  if (!task.ok()) {
+    return reply(error_reply(task.status()));
+  }
+  change(
+      *call,
+      [&gate = gate_, call = *call, job, task = *task](Turn& turn, About& about) -> Result<ApiReply> {
+        about.job = job.value;
+        LM_RETURN_IF_ERROR(check_job_call(turn, gate, call, job));
+        LM_RETURN_IF_ERROR(task(turn));
+        return call.rpc == Rpc::delete_job ? empty_reply() : job_reply(turn, job);
       },
       std::move(reply));
 }
 
 void JsonApi::show(const Call& call, JobId job, std::string_view what, Reply reply) {
+  if (what == kSpec) {
+    return intake_.send_spec(call, job, std::move(reply));
+  }
   if (what == kThumbnail) {
     return thumbnails_.send(call, job, std::move(reply));
   }
@@ -232,24 +277,15 @@ void JsonApi::show(const Call& call, JobId job, std::string_view what, Reply rep
   }
   desk_.ask(std::move(reply), [&gate = gate_, call, job](Turn& turn, const FarmReply& back) {
     const Status status = check_job_call(turn, gate, call, job);
-    back(status.ok() ? job_reply(turn, job) : error_reply(status));
+    const Result<ApiReply> answer = status.ok() ? job_reply(turn, job) : status;
+    back(answer.ok() ? *answer : error_reply(answer.status()));
   });
 }
 
-/// Answers with the job once the change is durable; what was done, or refused, is written down.
-void JsonApi::change_job(const Call& call, JobId job, JobTask change, Reply reply) {
-  desk_.ask(std::move(reply),
-            [&gate = gate_, call, job, change = std::move(change)](Turn& turn, const FarmReply& back) {
-              Status status = check_job_call(turn, gate, call, job);
-              if (status.ok()) {
-                status = change(turn);
-              }
-              record(turn, gate, call, {job.value, ""}, status);
-              if (!status.ok()) {
-                return back(error_reply(status));
-              }
-              answer_once_stored(turn, back, job_reply(turn, job));
-            });
+void JsonApi::change(const Call& call, WebChange change, Reply reply) {
+  desk_.ask(std::move(reply), [&gate = gate_, call, change = std::move(change)](Turn& turn, const FarmReply& back) {
+    make_change(turn, gate, call, back, change);
+  });
 }
 
 // ---- workers ----
@@ -267,7 +303,7 @@ void JsonApi::handle_workers(const ApiRequest& request, std::string_view rest, R
   }
   if (!rest.empty()) {
     const Result<std::string> name = percent_decoded(rest.substr(0, rest.size() - action->path.size()));
-    return name.ok() ? change_worker(*call, *name, action->change, std::move(reply))
+    return name.ok() ? change(*call, changed_worker(*name, action->change), std::move(reply))
                      : reply(error_reply(name.status()));
   }
   desk_.ask(std::move(reply), [](Turn& turn, const FarmReply& back) {
@@ -276,26 +312,6 @@ void JsonApi::handle_workers(const ApiRequest& request, std::string_view rest, R
       to_wire(worker, list.add_workers());
     }
     back(json_reply(list));
-  });
-}
-
-/// Answers with the worker once the change is durable; with nothing but its name if it is not there.
-void JsonApi::change_worker(const Call& call, const std::string& name,
-                            Status (Coordinator::*change)(const std::string&, Time, Step&), Reply reply) {
-  desk_.ask(std::move(reply), [&gate = gate_, call, name, change](Turn& turn, const FarmReply& back) {
-    const Status status = (turn.farm.*change)(name, turn.now, turn.step);
-    record(turn, gate, call, {0, name}, status);
-    if (!status.ok()) {
-      return back(error_reply(status));
-    }
-    v1::Worker wire;
-    wire.set_name(name);
-    for (const WorkerStatus& worker : turn.farm.workers(turn.now)) {
-      if (worker.name == name) {
-        to_wire(worker, &wire);
-      }
-    }
-    answer_once_stored(turn, back, json_reply(wire));
   });
 }
 

@@ -3,13 +3,16 @@
 #pragma once
 
 #include <functional>
+#include <optional>
 #include <string>
 
 #include "server/web/farm_reply.h"
+#include "server/web/job_intake.h"
 #include "server/web/job_pictures.h"
 #include "server/web/live_messages.h"
 #include "server/web/logins.h"
 #include "server/web/thumbnails.h"
+#include "server/web/web_change.h"
 
 namespace lightmill {
 
@@ -17,33 +20,44 @@ struct ApiRequest {
   bool post = false;  ///< else GET
   std::string path;   ///< without the query: /api/v1/…
   std::string query;  ///< without '?'
-  std::string body;
+  LargeBody body;
+  std::optional<Call> call;  ///< if it was admitted before its body was taken in
   Result<Identity> caller;
   std::string login;  ///< the secret in the cookie; empty: none
   std::string peer;   ///< ADDRESS:PORT
   CookiePlace cookie;
 };
 
+/// What the API works with.
+struct ApiParts {
+  FarmLoop& loop;
+  const Gate& gate;
+  const AssetStore& assets;
+  Logins& logins;
+  FarmGreeting greeting;
+  ByteBudget budget;  ///< of large bodies and answers
+  OnWebThread on_web_thread;
+  OnSideThread on_side_thread;
+};
+
 /// Belongs to the web's thread.
 class JsonApi {
  public:
-  JsonApi(FarmLoop& loop, const Gate& gate, Logins& logins, FarmGreeting greeting, OnWebThread on_web_thread);
+  explicit JsonApi(ApiParts parts);
 
-  /// Asks the gate, then the farm.
-  void handle(const ApiRequest& request, Reply reply);
+  /// Asks the gate, then the farm. A large call (find_large_call) has been admitted.
+  void handle(ApiRequest request, Reply reply);
 
  private:
+  ApiReply handle_caller(const ApiRequest& request, std::string_view what);
   ApiReply greet(const Result<Identity>& caller) const;
   ApiReply log_in(const ApiRequest& request);
   ApiReply log_out(const ApiRequest& request);
-  void handle_jobs(const ApiRequest& request, Reply reply);
+  void list_jobs(const ApiRequest& request, Reply reply);
   void handle_job(const ApiRequest& request, JobId job, std::string_view what, Reply reply);
   void handle_workers(const ApiRequest& request, std::string_view rest, Reply reply);
   void show(const Call& call, JobId job, std::string_view what, Reply reply);
-  using JobTask = std::function<Status(FarmLoop::Turn&)>;
-  void change_job(const Call& call, JobId job, JobTask change, Reply reply);
-  void change_worker(const Call& call, const std::string& name,
-                     Status (Coordinator::*change)(const std::string&, Time, Step&), Reply reply);
+  void change(const Call& call, WebChange change, Reply reply);
 
   const Gate& gate_;
   Logins& logins_;
@@ -51,6 +65,7 @@ class JsonApi {
   FarmDesk desk_;
   Thumbnails thumbnails_;
   JobPictures pictures_;
+  JobIntake intake_;
 };
 
 }  // namespace lightmill

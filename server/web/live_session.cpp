@@ -40,7 +40,7 @@ class LiveSession final : public LiveLink, public std::enable_shared_from_this<L
     --parts_.connections;
   }
 
-  void start(const beast::http::request<beast::http::string_body>& request) {
+  void start(const RequestHead& request) {
     stream_.set_option(websocket::stream_base::timeout{kHandshakePatience, kLivePatience, true});
     stream_.auto_fragment(false);
     stream_.write_buffer_bytes(kWriteBufferBytes);
@@ -110,8 +110,7 @@ class LiveSession final : public LiveLink, public std::enable_shared_from_this<L
 
 }  // namespace
 
-void start_live_session(WebParts& parts, WebStream&& stream,
-                        const beast::http::request<beast::http::string_body>& request, Call call,
+void start_live_session(WebParts& parts, WebStream&& stream, const RequestHead& request, Call call,
                         LiveHub::Holds holds) {
   std::make_shared<LiveSession>(parts, std::move(stream), std::move(call), std::move(holds))->start(request);
 }

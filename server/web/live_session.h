@@ -1,18 +1,14 @@
 // The WebSocket of one viewer.
 #pragma once
 
-#include <boost/beast/http/message.hpp>
-#include <boost/beast/http/string_body.hpp>
-
+#include "server/web/http_body.h"
 #include "server/web/web_parts.h"
-#include "server/web/web_stream.h"
 
 namespace lightmill {
 
 /// Answers a request that asks for a WebSocket, and serves it as long as it lasts: as long as `holds` says so of what
 /// the caller has shown. It counts among the connections of `parts` already.
-void start_live_session(WebParts& parts, WebStream&& stream,
-                        const boost::beast::http::request<boost::beast::http::string_body>& request, Call call,
+void start_live_session(WebParts& parts, WebStream&& stream, const RequestHead& request, Call call,
                         LiveHub::Holds holds);
 
 }  // namespace lightmill

@@ -62,11 +62,10 @@ Status check_origin(const RequestOrigin& request, const HostRules& rules) {
                           printable(request.origin));
 }
 
-Status check_json(std::string_view content_type) {
-  const std::string_view type = content_type.substr(0, content_type.find(';'));
-  return type == "application/json"
+Status check_content_type(std::string_view content_type, std::string_view wanted) {
+  return content_type.substr(0, content_type.find(';')) == wanted
              ? ok_status()
-             : invalid_argument("the Content-Type must be application/json, got '{}'", printable(content_type));
+             : invalid_argument("the Content-Type must be {}, got '{}'", wanted, printable(content_type));
 }
 
 }  // namespace lightmill

@@ -33,8 +33,8 @@ Status check_host(const RequestOrigin& request, const HostRules& rules);
 /// be so between the browser and a proxy.
 Status check_origin(const RequestOrigin& request, const HostRules& rules);
 
-/// Of a request with a body: INVALID_ARGUMENT unless it says application/json, which pages of elsewhere cannot say
-/// without asking first.
-Status check_json(std::string_view content_type);
+/// Of a request with a body: INVALID_ARGUMENT unless it says that it is of this type, which is to be one that pages of
+/// elsewhere cannot say without asking first, as application/json.
+Status check_content_type(std::string_view content_type, std::string_view wanted);
 
 }  // namespace lightmill

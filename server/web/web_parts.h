@@ -5,6 +5,7 @@
 #include <boost/asio/ip/tcp.hpp>
 #include <boost/asio/post.hpp>
 #include <boost/asio/steady_timer.hpp>
+#include <boost/asio/thread_pool.hpp>
 
 #include <optional>
 #include <thread>
@@ -39,17 +40,26 @@ struct Mailbox {
 
 /// All of it belongs to the thread that runs `io`, but for the mailbox.
 struct WebParts {
-  WebParts(FarmLoop& loop, const Gate& gate, const WebOptions& web, ServedCertificate served, PageFiles files);
+  WebParts(FarmLoop& loop, const Gate& gate, AssetStore& assets, const WebOptions& web, ServedCertificate served,
+           PageFiles files);
   ~WebParts();
 
   HostRules host_rules() const { return {certificate.hosts(), options.names, certificate.context() != nullptr}; }
 
+  /// What large bodies, and answers with scenes, may have together.
+  static constexpr std::uint64_t kMostLargeBytes = std::uint64_t{256} << 20;
+
   const Gate& gate;
+  AssetStore& assets;
   const WebOptions options;
   const PageFiles pages;
   ServedCertificate certificate;
   const std::shared_ptr<Mailbox> mailbox = std::make_shared<Mailbox>();
   std::size_t connections = 0;
+  const ByteBudget large_bodies{kMostLargeBytes};
+  /// For what takes its time, and for what waits for the disk: a slow one keeps nobody else waiting.
+  std::shared_ptr<boost::asio::thread_pool> side = std::make_shared<boost::asio::thread_pool>(2),
+                                            disk = std::make_shared<boost::asio::thread_pool>(2);
   Logins logins;
   LiveHub hub;
   std::optional<boost::asio::io_context> io{1};

@@ -20,6 +20,14 @@ OnWebThread posting_to(const std::shared_ptr<Mailbox>& mailbox) {
   return [mailbox](std::function<void()> task) { mailbox->post(std::move(task)); };
 }
 
+OnSideThread running_on(const std::shared_ptr<asio::thread_pool>& threads) {
+  return [weak = std::weak_ptr(threads)](std::function<void()> task) {
+    if (const auto there = weak.lock()) {
+      asio::post(*there, std::move(task));
+    }
+  };
+}
+
 FarmGreeting greeting_of(const WebOptions& options, const Gate& gate) {
   return {options.version, options.notices, {}, gate.asks()};
 }
@@ -92,7 +100,8 @@ Status listen_on(asio::io_context& io, tcp::acceptor& acceptor, const HostPort& 
 
 }  // namespace
 
-Result<std::unique_ptr<WebServer>> WebServer::start(FarmLoop& loop, const Gate& gate, const WebOptions& options) {
+Result<std::unique_ptr<WebServer>> WebServer::start(FarmLoop& loop, const Gate& gate, AssetStore& assets,
+                                                    const WebOptions& options) {
   LM_ASSIGN_OR_RETURN(const HostPort listen, parse_host_port(options.listen));
   ServedCertificate certificate(options.tls);
   LM_RETURN_IF_ERROR(certificate.look(system_clock().unix_milliseconds() / 1000));
@@ -104,7 +113,7 @@ Result<std::unique_ptr<WebServer>> WebServer::start(FarmLoop& loop, const Gate& 
     spdlog::warn("the API is served without the page: {}", message_of(pages.status()));
     pages = PageFiles();
   }
-  auto parts = std::make_unique<WebParts>(loop, gate, options, std::move(certificate), *std::move(pages));
+  auto parts = std::make_unique<WebParts>(loop, gate, assets, options, std::move(certificate), *std::move(pages));
   LM_RETURN_IF_ERROR(with_context(listen_on(*parts->io, *parts->acceptor, listen),
                                   fmt::format("cannot listen on {}", options.listen)));
   accept_next(*parts);
@@ -116,9 +125,10 @@ Result<std::unique_ptr<WebServer>> WebServer::start(FarmLoop& loop, const Gate& 
   return std::unique_ptr<WebServer>(new WebServer(std::move(parts)));
 }
 
-WebParts::WebParts(FarmLoop& loop, const Gate& gate_of_all, const WebOptions& web, ServedCertificate served,
-                   PageFiles files)
+WebParts::WebParts(FarmLoop& loop, const Gate& gate_of_all, AssetStore& all_assets, const WebOptions& web,
+                   ServedCertificate served, PageFiles files)
     : gate(gate_of_all),
+      assets(all_assets),
       options(web),
       pages(std::move(files)),
       certificate(std::move(served)),
@@ -128,16 +138,22 @@ WebParts::WebParts(FarmLoop& loop, const Gate& gate_of_all, const WebOptions& we
       ticker(*io),
       pause(*io),
       renewal(*io),
-      api(std::in_place, loop, gate, logins, greeting_of(options, gate), posting_to(mailbox)) {
+      api(std::in_place, ApiParts{loop, gate, assets, logins, greeting_of(options, gate), large_bodies,
+                                  posting_to(mailbox), running_on(side)}) {
   mailbox->set(&*io);
 }
 
-/// Connections die with what waits for them: replies of the API, or `io`.
+/// Connections die with what waits for them: the side threads' tasks, replies of the API, or `io`.
 WebParts::~WebParts() {
   mailbox->set(nullptr);
   io->stop();
   if (thread.joinable()) {
     thread.join();
+  }
+  for (std::shared_ptr<asio::thread_pool>* const threads : {&side, &disk}) {
+    (*threads)->stop();
+    (*threads)->join();
+    threads->reset();
   }
   api.reset();
   ticker.reset();

@@ -10,6 +10,7 @@
 #include "common/security/tls_files.h"
 #include "server/api/farm_loop.h"
 #include "server/api/gate.h"
+#include "server/store/asset_store.h"
 
 namespace lightmill {
 
@@ -25,12 +26,14 @@ struct WebOptions {
 
 struct WebParts;
 
-/// One thread for all connections; everything is bounded: their number, what each may send, and how long it may take.
+/// One thread for all connections, and a few for what takes its time; everything is bounded: their number, what each
+/// may send, and how long it may take.
 class WebServer {
  public:
   /// INVALID_ARGUMENT for an address that others can reach where nothing is encrypted, UNAVAILABLE if it cannot be
   /// bound; what is wrong with the certificate. `gate` says who may do what.
-  static Result<std::unique_ptr<WebServer>> start(FarmLoop& loop, const Gate& gate, const WebOptions& options);
+  static Result<std::unique_ptr<WebServer>> start(FarmLoop& loop, const Gate& gate, AssetStore& assets,
+                                                  const WebOptions& options);
   /// Hangs up on everybody. The loop must still run.
   ~WebServer();
   WebServer(const WebServer&) = delete;

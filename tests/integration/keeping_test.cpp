@@ -1,55 +1,15 @@
 // What keeps a farm going for years: a disk that is full, jobs that expire, and a state that is put back from a backup.
 #include <gtest/gtest.h>
-#include <sched.h>
-#include <sys/mount.h>
-#include <unistd.h>
 
-#include <cstdlib>
-#include <fstream>
 #include <thread>
 
 #include "tests/support/farm.h"
+#include "tests/support/small_disk.h"
 
 namespace lightmill::test {
 namespace {
 
 namespace fs = std::filesystem;
-
-/// A disk of a test's own, in memory, where temporary folders lie while it is there; nobody else sees it. Takes root.
-class SmallDisk {
- public:
-  explicit SmallDisk(int mib) {
-    if (::unshare(CLONE_NEWNS) != 0 || ::mount(nullptr, "/", nullptr, MS_REC | MS_PRIVATE, nullptr) != 0 ||
-        ::mount("tmpfs", folder_.path().c_str(), "tmpfs", 0, fmt::format("size={}m", mib).c_str()) != 0) {
-      return;
-    }
-    mounted_ = true;
-    ::setenv("TMPDIR", folder_.path().c_str(), 1);
-  }
-  ~SmallDisk() {
-    ::unsetenv("TMPDIR");
-    if (mounted_) {
-      ::umount2(folder_.path().c_str(), MNT_DETACH);
-    }
-  }
-  SmallDisk(const SmallDisk&) = delete;
-  SmallDisk& operator=(const SmallDisk&) = delete;
-
-  bool mounted() const { return mounted_; }
-  /// Takes so much of it, or all that is left.
-  void fill(int mib) const {
-    std::ofstream file(ballast(), std::ios::binary | std::ios::app);
-    const std::string piece(1 << 16, 'x');
-    for (int i = 0; i < 16 * mib && file.write(piece.data(), static_cast<std::streamsize>(piece.size())).flush(); ++i) {
-    }
-  }
-  void make_room() const { fs::remove(ballast()); }
-
- private:
-  fs::path ballast() const { return folder_.path() / "ballast"; }
-  TemporaryFolder folder_;
-  bool mounted_ = false;
-};
 
 bool says(const std::string& text, const std::string& part) {
   return text.find(part) != std::string::npos;

@@ -13,6 +13,7 @@
 
 #include "lightmill/v1/web.pb.h"
 #include "tests/integration/secure_farm.h"
+#include "tests/integration/web_farm.h"
 
 namespace lightmill::test {
 namespace {
@@ -23,8 +24,6 @@ namespace http = beast::http;
 namespace websocket = beast::websocket;
 using asio::ip::tcp;
 using nlohmann::json;
-using Response = http::response<http::string_body>;
-using Headers = std::map<std::string, std::string>;
 using TlsStream = beast::ssl_stream<beast::tcp_stream>;
 
 constexpr auto kPatience = std::chrono::seconds(20);
@@ -73,12 +72,12 @@ class SecureWeb {
                 const std::string& body = "{}") {
     http::request<http::string_body> request(verb, target, 11);
     request.set(http::field::host, host());
-    for (const auto& [name, value] : headers) {
-      request.set(name, value);
-    }
     if (verb == http::verb::post) {
       request.set(http::field::content_type, "application/json");
       request.body() = body;
+    }
+    for (const auto& [name, value] : headers) {
+      request.set(name, value);
     }
     request.prepare_payload();
     beast::error_code error;
@@ -176,6 +175,11 @@ const std::map<std::string, Expectation>& expectations() {
       {"post /login", {everybody, "", 401}},  // without a token in the body
       {"post /logout", {everybody, "", 200}},
       {"get /jobs", {"view submit operate admin", "", 200}},
+      {"post /jobs", {"submit operate admin", "", 400}},  // of what is no job
+      {"post /assets/missing", {"submit operate admin", "", 200}},
+      {"post /assets/{digest}", {"submit operate admin", "", 200}},
+      {"get /jobs/{id}/spec", {"view operate admin", "view submit operate admin", 200}},
+      {"post /jobs/{id}/delete", {"operate admin", "submit operate admin", 200}},
       {"get /jobs/{id}", {"view operate admin", "view submit operate admin", 200}},
       {"get /jobs/{id}/thumbnail.png", {"view operate admin", "view submit operate admin", 404}},
       {"get /jobs/{id}/picture.exr", {"view operate admin", "view submit operate admin", 200}},
@@ -224,10 +228,15 @@ TEST(WebAccess, EveryPathForEveryRoleWithOwnAndOthersJobs) {
       const auto& [roles, own_roles, answer] = expectations().at(name);
       ++walked;
       for (const auto& [role, shown] : callers) {
-        const Headers headers = path == "/logout" ? Headers{} : shown;  // they are to stay logged in
+        Headers headers = path == "/logout" ? Headers{} : shown;  // they are to stay logged in
+        if (path == "/assets/{digest}") {
+          headers["Content-Type"] = "application/octet-stream";
+        }
         for (const bool own : {false, true}) {
-          const std::string target =
-              "/api/v1" + filled_in(filled_in(path, "{id}", own ? adas : bobs), "{name}", "nobody");
+          const bool deletes = path == "/jobs/{id}/delete";
+          const std::string job = deletes ? std::to_string(ended_job(own ? ada : bob)) : own ? adas : bobs;
+          const std::string target = "/api/v1" + filled_in(filled_in(filled_in(path, "{id}", job), "{name}", "nobody"),
+                                                           "{digest}", sha256("{}").hex());
           const bool let_in = has_word(own && !own_roles.empty() ? own_roles : roles, role);
           const Response response = web.send(method == "get" ? http::verb::get : http::verb::post, target, headers);
           EXPECT_EQ(response.result_int(), let_in             ? answer
@@ -369,6 +378,43 @@ TEST(WebAccess, OthersJobsAreNeitherListedNorShownAndLooksAreWrittenDown) {
            written("WatchJob", "ada", bobs, grpc::StatusCode::PERMISSION_DENIED) &&
            written("CancelJob", "ada", bobs, grpc::StatusCode::PERMISSION_DENIED);
   })) << actions.DebugString();
+}
+
+TEST(WebAccess, AJobIsItsCallersWhateverItSaysAndIsWrittenDown) {
+  SecureWeb web;
+  upload_assets(web.channel("ada", {Role::submit}));
+  const Headers ada = web.cookie_of(web.token("ada", {Role::submit}));
+  Picture picture;
+  picture.side = 64;
+  JobSpec spec = job_of(picture, "mine");
+  spec.owner = "bob";
+  const Response submitted = web.send(http::verb::post, "/api/v1/jobs", ada, submit_body(spec));
+  ASSERT_EQ(submitted.result_int(), 200u) << submitted.body();
+  const json job = json::parse(submitted.body());
+  EXPECT_EQ(job["owner"], "ada");
+  const std::string path = "/api/v1/jobs/" + job["id"].get<std::string>();
+  const Headers eve = bearer(web.token("eve", {Role::submit}));
+  EXPECT_EQ(web.send(http::verb::post, "/api/v1/jobs", eve, submit_body(spec)).result_int(), 409u)
+      << "the id of her request is that of somebody else's job";
+  EXPECT_EQ(web.get(path + "/spec", eve).result_int(), 403u);
+  EXPECT_EQ(web.send(http::verb::post, path + "/cancel", ada).result_int(), 200u);
+  EXPECT_EQ(web.send(http::verb::post, path + "/delete", eve).result_int(), 403u);
+  EXPECT_EQ(web.send(http::verb::post, path + "/delete", ada).result_int(), 200u);
+
+  v1::ListActionsResponse actions;
+  grpc::ClientContext context;
+  const auto stub = v1::AccessService::NewStub(web.channel("root", {Role::admin}));
+  ASSERT_TRUE(stub->ListActions(&context, {}, &actions).ok());
+  const auto times = [&](const std::string& what, const std::string& who, int outcome) {
+    return std::ranges::count_if(actions.actions(), [&](const v1::Action& action) {
+      return action.what() == what && action.who() == who && std::to_string(action.job()) == job["id"] &&
+             action.code() == outcome;
+    });
+  };
+  EXPECT_EQ(times("SubmitJob", "ada", grpc::StatusCode::OK), 1);
+  EXPECT_EQ(times("DeleteJob", "ada", grpc::StatusCode::OK), 1);
+  EXPECT_EQ(times("DeleteJob", "eve", grpc::StatusCode::PERMISSION_DENIED), 1);
+  EXPECT_EQ(times("GetJob", "eve", grpc::StatusCode::PERMISSION_DENIED), 1);
 }
 
 TEST(WebAccess, ARenewedCertificateComesIntoUseWithoutARestart) {

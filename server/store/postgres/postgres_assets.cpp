@@ -97,6 +97,7 @@ class PostgresAssets final : public AssetStore {
     }
     return all;
   }
+  Status check_room(const Sha256& digest, std::uint64_t bytes) const override { return budget_.check(digest, bytes); }
   Result<std::unique_ptr<Upload>> start_upload(const Sha256& digest) override;
   Result<std::unique_ptr<Reader>> open_asset(const Sha256& digest) const override;
   std::uint64_t collect(const std::set<Sha256>& wanted, std::int64_t spare_age_seconds) override;

@@ -1,0 +1,118 @@
+#include "server/web/asset_upload.h"
+
+#include <boost/asio/post.hpp>
+#include <boost/beast/http/buffer_body.hpp>
+#include <boost/beast/http/read.hpp>
+
+#include <algorithm>
+#include <limits>
+#include <memory>
+#include <vector>
+
+namespace lightmill {
+namespace {
+
+namespace asio = boost::asio;
+namespace http = boost::beast::http;
+using boost::system::error_code;
+using SteadyClock = std::chrono::steady_clock;
+
+/// What one connection holds of its asset.
+constexpr std::size_t kPieceBytes = std::size_t{128} << 10;
+
+/// Reads a piece, writes it, reads the next: nothing is read ahead, so who sends waits for the disk. All of it belongs
+/// to the web's thread, but for what `on_disk` runs meanwhile.
+class AssetUpload final : public std::enable_shared_from_this<AssetUpload> {
+ public:
+  AssetUpload(const UploadWay& way, HeadParser&& head, const Sha256& digest, Call call, UploadDone done)
+      : way_(way),
+        digest_(digest),
+        call_(std::move(call)),
+        done_(std::move(done)),
+        head_(head.get()),
+        length_(head.content_length().value_or(0)),
+        parser_(std::move(head)) {
+    parser_.body_limit(std::numeric_limits<std::uint64_t>::max());  // the store has limits of its own
+  }
+
+  void start() {
+    on_disk(&AssetUpload::open, [](AssetUpload& self) {
+      self.began_ = SteadyClock::now();
+      invite_body(self.way_.stream, self.head_, [upload = self.shared_from_this()] { upload->read_piece(); });
+    });
+  }
+
+ private:
+  Status open() {
+    LM_RETURN_IF_ERROR(way_.assets.check_room(digest_, length_));
+    LM_ASSIGN_OR_RETURN(upload_, way_.assets.start_upload(digest_));
+    return ok_status();
+  }
+
+  void read_piece() {
+    piece_.resize(kPieceBytes);
+    parser_.get().body() = {piece_.data(), piece_.size(), true};
+    // The disk's time is not the sender's, and what came fast before lets nobody be silent for longer.
+    way_.stream.tcp().expires_at(
+        std::min(began_ + time_to_send(received_bytes_), SteadyClock::now() + time_to_send(kPieceBytes)));
+    http::async_read(way_.stream, way_.buffer, parser_, [self = shared_from_this()](error_code error, std::size_t) {
+      self->take_piece(error == http::error::need_buffer ? error_code() : error);
+    });
+  }
+  void take_piece(error_code error) {
+    if (error) {
+      asio::post(way_.disk, [upload = std::move(upload_)] {});  // what was written goes from the disk
+      return;
+    }
+    piece_.resize(kPieceBytes - parser_.get().body().size);
+    received_bytes_ += piece_.size();
+    asked_disk_ = SteadyClock::now();
+    on_disk(&AssetUpload::write_piece, [](AssetUpload& self) {
+      self.began_ += SteadyClock::now() - self.asked_disk_;
+      return self.parser_.is_done() ? self.done_(ok_status(), true) : self.read_piece();
+    });
+  }
+  Status write_piece() {
+    LM_RETURN_IF_ERROR(upload_->append(as_byte_view({piece_.data(), piece_.size()})));
+    if (!parser_.is_done()) {
+      return ok_status();
+    }
+    const Status status = upload_->finish();
+    upload_.reset();
+    return status;
+  }
+
+  /// Runs `work` where it may wait for the disk, then `next` on the web's thread, if that went well.
+  void on_disk(Status (AssetUpload::*work)(), void (*next)(AssetUpload&)) {
+    asio::post(way_.disk, [self = shared_from_this(), work, next]() mutable {
+      const Status status = ((*self).*work)();
+      if (!status.ok()) {
+        self->upload_.reset();
+      }
+      const WebStream::executor_type web = self->way_.stream.get_executor();
+      asio::post(web, [self = std::move(self), status, next] {
+        return status.ok() ? next(*self) : self->done_(status, self->parser_.is_done());
+      });
+    });
+  }
+
+  const UploadWay way_;
+  const Sha256 digest_;
+  const Call call_;  ///< its place among the streams
+  const UploadDone done_;
+  const RequestHead head_;
+  const std::uint64_t length_;  ///< as the sender says; 0: unknown
+  http::request_parser<http::buffer_body> parser_;
+  std::unique_ptr<AssetStore::Upload> upload_;
+  std::vector<char> piece_;
+  std::uint64_t received_bytes_ = 0;
+  SteadyClock::time_point began_, asked_disk_;
+};
+
+}  // namespace
+
+void receive_asset(const UploadWay& way, HeadParser&& head, const Sha256& digest, Call call, UploadDone done) {
+  std::make_shared<AssetUpload>(way, std::move(head), digest, std::move(call), std::move(done))->start();
+}
+
+}  // namespace lightmill

@@ -1,0 +1,82 @@
+#include "server/web/job_intake.h"
+
+#include <algorithm>
+#include <array>
+
+#include "common/wire/farm_messages.h"
+#include "lightmill/v1/render_service.pb.h"
+#include "server/api/submission.h"
+#include "server/web/web_change.h"
+
+namespace lightmill {
+namespace {
+
+/// A packed scene of 16 MiB and 10,000 assets in base64; so many digests.
+constexpr std::array<LargeCall, 2> kLargeCalls{{
+    {"/api/v1/jobs", Rpc::submit_job, std::uint64_t{24} << 20},
+    {"/api/v1/assets/missing", Rpc::find_missing_assets, std::uint64_t{1} << 20},
+}};
+
+}  // namespace
+
+const LargeCall* find_large_call(std::string_view path) {
+  const auto found = std::ranges::find(kLargeCalls, path, &LargeCall::path);
+  return found == kLargeCalls.end() ? nullptr : &*found;
+}
+
+void JobIntake::submit(const Call& call, LargeBody body, Reply reply) {
+  on_side_thread_([&desk = desk_, &gate = gate_, &assets = assets_, call, body = std::move(body),
+                   back = desk_.expect(std::move(reply))]() mutable {
+    v1::SubmitJobRequest request;
+    const Status read = read_json(body.text, request);
+    body.text = {};
+    Result<Submission> submission = read.ok() ? read_submission(request, assets) : read;
+    if (!submission.ok()) {
+      return back(error_reply(submission.status()));
+    }
+    desk.run(back, [&gate, call, submission = *std::move(submission), place = std::move(body.place)](
+                       FarmLoop::Turn& turn, const FarmReply& back) mutable {
+      make_change(turn, gate, call, back, [&](FarmLoop::Turn&, About& about) -> Result<ApiReply> {
+        LM_RETURN_IF_ERROR(lightmill::submit(turn, call, submission, about));
+        return job_reply(turn, JobId{about.job});
+      });
+    });
+  });
+}
+
+void JobIntake::find_missing(LargeBody body, Reply reply) {
+  on_side_thread_([&assets = assets_, body = std::move(body), back = desk_.expect(std::move(reply))] {
+    v1::FindMissingAssetsRequest request;
+    v1::FindMissingAssetsResponse response;
+    Status status = read_json(body.text, request);
+    if (status.ok()) {
+      status = lightmill::find_missing(assets, request, &response);
+    }
+    back(status.ok() ? json_reply(response) : error_reply(status));
+  });
+}
+
+void JobIntake::send_spec(const Call& call, JobId job, Reply reply) {
+  desk_.ask(std::move(reply), [call, job, &gate = gate_, budget = budget_, on_side_thread = on_side_thread_](
+                                  FarmLoop::Turn& turn, const FarmReply& back) {
+    const Status status = check_job_call(turn, gate, call, job);
+    const Result<const JobSpec*> spec = status.ok() ? turn.farm.spec(job) : status;
+    if (!spec.ok()) {
+      return back(error_reply(spec.status()));
+    }
+    // In base64, of which more than one copy is made on the way.
+    ByteBudget::Place place = budget.take(2 * (*spec)->settings.scene.size());
+    if (place == nullptr) {
+      return back(error_reply(resource_exhausted("too many scenes are fetched at once: try again")));
+    }
+    const auto wire = std::make_shared<v1::JobSpec>();
+    to_wire(**spec, wire.get());
+    on_side_thread([wire, place, back] {
+      ApiReply answer = json_reply(*wire);
+      answer.file = placed_bytes(std::move(answer.body), place);
+      back(std::move(answer));
+    });
+  });
+}
+
+}  // namespace lightmill

@@ -1,0 +1,57 @@
+// Jobs and what they are made of, in and out over HTTP: requests and answers that may be large, and take their time.
+#pragma once
+
+#include <functional>
+#include <string>
+#include <string_view>
+
+#include "server/api/gate.h"
+#include "server/store/asset_store.h"
+#include "server/web/byte_budget.h"
+#include "server/web/farm_reply.h"
+
+namespace lightmill {
+
+/// Calls whose bodies may be large: whether one may be made is asked before its body is taken in.
+struct LargeCall {
+  std::string_view path;
+  Rpc rpc;
+  std::uint64_t most_bytes;  ///< of the body
+};
+/// Null if bodies of this path are small.
+const LargeCall* find_large_call(std::string_view path);
+
+struct LargeBody {
+  std::string text;
+  ByteBudget::Place place;  ///< null: it is small
+};
+
+/// Runs something on a thread for what takes its time; drops it when the web ends. Thread-safe.
+using OnSideThread = std::function<void(std::function<void()>)>;
+
+/// Belongs to the web's thread. Calls were admitted.
+class JobIntake {
+ public:
+  JobIntake(FarmDesk& desk, const Gate& gate, const AssetStore& assets, ByteBudget budget, OnSideThread on_side_thread)
+      : desk_(desk),
+        gate_(gate),
+        assets_(assets),
+        budget_(std::move(budget)),
+        on_side_thread_(std::move(on_side_thread)) {}
+
+  /// Of a SubmitJobRequest: the job, once it is stored.
+  void submit(const Call& call, LargeBody body, Reply reply);
+  /// Of a FindMissingAssetsRequest.
+  void find_missing(LargeBody body, Reply reply);
+  /// What was submitted. Whether the caller may see this job is asked here.
+  void send_spec(const Call& call, JobId job, Reply reply);
+
+ private:
+  FarmDesk& desk_;
+  const Gate& gate_;
+  const AssetStore& assets_;
+  const ByteBudget budget_;
+  const OnSideThread on_side_thread_;
+};
+
+}  // namespace lightmill

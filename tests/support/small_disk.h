@@ -1,0 +1,53 @@
+// A disk that is soon full.
+#pragma once
+
+#include <fmt/format.h>
+#include <sched.h>
+#include <sys/mount.h>
+
+#include <cstdlib>
+#include <filesystem>
+#include <fstream>
+#include <string>
+
+#include "tests/support/temporary_folder.h"
+
+namespace lightmill::test {
+
+/// A disk of a test's own, in memory, where temporary folders lie while it is there; nobody else sees it. Takes root.
+class SmallDisk {
+ public:
+  explicit SmallDisk(int mib) {
+    if (::unshare(CLONE_NEWNS) != 0 || ::mount(nullptr, "/", nullptr, MS_REC | MS_PRIVATE, nullptr) != 0 ||
+        ::mount("tmpfs", folder_.path().c_str(), "tmpfs", 0, fmt::format("size={}m", mib).c_str()) != 0) {
+      return;
+    }
+    mounted_ = true;
+    ::setenv("TMPDIR", folder_.path().c_str(), 1);
+  }
+  ~SmallDisk() {
+    ::unsetenv("TMPDIR");
+    if (mounted_) {
+      ::umount2(folder_.path().c_str(), MNT_DETACH);
+    }
+  }
+  SmallDisk(const SmallDisk&) = delete;
+  SmallDisk& operator=(const SmallDisk&) = delete;
+
+  bool mounted() const { return mounted_; }
+  /// Takes so much of it, or all that is left.
+  void fill(int mib) const {
+    std::ofstream file(ballast(), std::ios::binary | std::ios::app);
+    const std::string piece(1 << 16, 'x');
+    for (int i = 0; i < 16 * mib && file.write(piece.data(), static_cast<std::streamsize>(piece.size())).flush(); ++i) {
+    }
+  }
+  void make_room() const { std::filesystem::remove(ballast()); }
+
+ private:
+  std::filesystem::path ballast() const { return folder_.path() / "ballast"; }
+  TemporaryFolder folder_;
+  bool mounted_ = false;
+};
+
+}  // namespace lightmill::test
