@@ -154,8 +154,9 @@ Result<double> parse_real(std::string_view text, double least, double most) {
 
 Result<double> parse_error(std::string_view text) {
   const auto number = parse_number<double>(text);
-  if (!number || !std::isfinite(*number) || *number <= 0) {
-    return invalid_argument("an error is a number above 0 (as in 0.01 or 1e-3), got '{}'", text);
+  if (!number || !std::isfinite(*number) || *number < kLeastGoalError) {
+    return invalid_argument("an error is a number of at least {:g} (as in 0.01 or 1e-3), got '{}'", kLeastGoalError,
+                            text);
   }
   return *number;
 }

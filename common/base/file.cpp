@@ -30,8 +30,9 @@ class Descriptor {
 
 Status errno_error(std::string_view what, const fs::path& path) {
   const int code = errno;
-  const StatusCode status = code == ENOENT                    ? StatusCode::kNotFound
-                            : code == ENOSPC                  ? StatusCode::kResourceExhausted
+  const StatusCode status = code == ENOENT ? StatusCode::kNotFound
+                            : code == ENOSPC || code == EDQUOT
+                                ? StatusCode::kAborted  // a farm's limits are something else
                             : code == EACCES || code == EPERM ? StatusCode::kPermissionDenied
                                                               : StatusCode::kFailedPrecondition;
   return make_error(status, "{} {}: {}", what, path.string(), std::strerror(code));

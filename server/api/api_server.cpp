@@ -163,7 +163,7 @@ Result<std::unique_ptr<ApiServer>> ApiServer::start(std::unique_ptr<Store> store
   parts->server = builder.BuildAndStart();
   if (parts->server == nullptr || parts->port == 0) {
     (void)parts->loop->stop();
-    return unavailable("cannot listen on {}: {}", options.listen, listen_problem(options.listen));
+    return unavailable("cannot listen on {}: {}", options.listen, listen_problem(options.listen, "--listen"));
   }
   parts->loop->post_always([start](FarmLoop::Turn& turn) {
     record_own(turn, turn.actions.somebody_is_at_work() ? kTakeOver : kStart, start);

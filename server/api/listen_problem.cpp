@@ -30,7 +30,7 @@ int bind_error(const addrinfo& address) {
 
 }  // namespace
 
-std::string listen_problem(const std::string& listen) {
+std::string listen_problem(const std::string& listen, std::string_view option) {
   const Result<HostPort> parsed = parse_host_port(listen);
   if (!parsed.ok()) {
     return message_of(parsed.status());
@@ -53,7 +53,8 @@ std::string listen_problem(const std::string& listen) {
     case 0:
       return "the port was taken a moment ago; try again";
     case EADDRINUSE:
-      return "another program (another lightmill-server?) is using the port; choose another with --listen";
+      return fmt::format("another program (another lightmill-server?) is using the port; choose another with {}",
+                         option);
     case EADDRNOTAVAIL:
       return "this machine has no such address; 0.0.0.0 stands for all it has";
     default:

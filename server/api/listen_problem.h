@@ -2,10 +2,12 @@
 #pragma once
 
 #include <string>
+#include <string_view>
 
 namespace lightmill {
 
-/// For an address HOST:PORT on which gRPC could not listen: tries to bind it, and says what the system says.
-std::string listen_problem(const std::string& listen);
+/// For an address HOST:PORT that could not be listened on: tries to bind it, and says what the system says. `option` is
+/// what it was given by, as "--listen".
+std::string listen_problem(const std::string& listen, std::string_view option);
 
 }  // namespace lightmill

@@ -38,13 +38,21 @@ Result<JobTask> read_extension(JobId job, const std::string& body) {
   };
 }
 
+Result<JobTask> read_priority(JobId job, const std::string& body) {
+  v1::SetPriorityRequest request;
+  LM_RETURN_IF_ERROR(read_json(body, request));
+  return [job, priority = request.priority()](Turn& turn) {
+    return turn.farm.set_priority(job, priority, turn.now, turn.step);
+  };
+}
+
 /// What can be done to a job by POST.
 struct JobChange {
   std::string_view path;
   Rpc rpc;
   Result<JobTask> (*read)(JobId, const std::string& body);
 };
-constexpr std::array<JobChange, 5> kActions{{
+constexpr std::array<JobChange, 6> kActions{{
     {"/pause", Rpc::pause_job,
      [](JobId job, const std::string&) -> Result<JobTask> {
        return [job](Turn& turn) { return turn.farm.pause(job, turn.now, turn.step); };
@@ -58,6 +66,7 @@ constexpr std::array<JobChange, 5> kActions{{
        return [job](Turn& turn) { return turn.farm.cancel(job, turn.now, turn.unix_ms, turn.step); };
      }},
     {"/extend", Rpc::extend_job, read_extension},
+    {"/priority", Rpc::set_priority, read_priority},
     {"/delete", Rpc::delete_job,
      [](JobId job, const std::string&) -> Result<JobTask> {
        return [job](Turn& turn) { return turn.farm.remove(job, turn.now, turn.step); };

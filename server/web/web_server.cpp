@@ -2,6 +2,7 @@
 
 #include "common/base/address.h"
 #include "common/base/log.h"
+#include "server/api/listen_problem.h"
 #include "server/api/records.h"
 #include "server/web/http_session.h"
 
@@ -114,8 +115,9 @@ Result<std::unique_ptr<WebServer>> WebServer::start(FarmLoop& loop, const Gate& 
     pages = PageFiles();
   }
   auto parts = std::make_unique<WebParts>(loop, gate, assets, options, std::move(certificate), *std::move(pages));
-  LM_RETURN_IF_ERROR(with_context(listen_on(*parts->io, *parts->acceptor, listen),
-                                  fmt::format("cannot listen on {}", options.listen)));
+  if (!listen_on(*parts->io, *parts->acceptor, listen).ok()) {
+    return unavailable("cannot listen on {}: {}", options.listen, listen_problem(options.listen, "--http"));
+  }
   accept_next(*parts);
   tick_on(*parts);
   if (parts->certificate.context() != nullptr) {

@@ -123,6 +123,8 @@ TEST(Web, JobsAndWorkersAreListedAndSteered) {
   EXPECT_EQ(json::parse(web.post(path + "/resume").body())["state"], "JOB_STATE_QUEUED");
   EXPECT_EQ(json::parse(web.post(path + "/extend", R"({"samples": "16"})").body())["goal"]["samples"], "16");
   EXPECT_EQ(web.post(path + "/extend", R"({"samples": "2"})").result_int(), 400u);
+  EXPECT_EQ(json::parse(web.post(path + "/priority", R"({"priority": -3})").body())["priority"], -3);
+  EXPECT_EQ(web.post(path + "/priority", R"({"priority": 3000000000})").result_int(), 400u);
   EXPECT_EQ(web.post(path + "/resume").result_int(), 409u);
 
   web.farm().add_worker(1, "w 1");
@@ -180,7 +182,7 @@ TEST(Web, WhateverIsDescribedIsServed) {
       ++calls;
     }
   }
-  EXPECT_EQ(calls, 20);
+  EXPECT_EQ(calls, 21);
 }
 
 TEST(Web, PicturesAreTheFilesThatTheCommandLineWrites) {

@@ -296,7 +296,7 @@ void FarmSimulation::check_method(const ClientJob& job) {
   if (job.cancelled || job.notes.candidates.empty()) {
     return;
   }
-  const RenderSettings& settings = **coordinator_->settings(*job.id);
+  const RenderSettings& settings = (*coordinator_->spec(*job.id))->settings;
   const std::string& expected = job.notes.candidates[pilot_choice(settings, job.notes.candidates.size())];
   for (const std::string& method : {settings.method, disk_.job(*job.id)->spec.settings.method}) {
     if (method != expected) {
@@ -354,7 +354,7 @@ std::uint64_t FarmSimulation::check_results(JobId job, TileId tile) {
 void FarmSimulation::check_film(const ClientJob& job, const JobStatus& status) {
   const Film& film = *coordinator_->film(*job.id);
   const bool by_time = job.spec.goal.seconds > 0;
-  const RenderSettings& settings = **coordinator_->settings(*job.id);
+  const RenderSettings& settings = (*coordinator_->spec(*job.id))->settings;
   const Allocation expected = job.spec.goal.adaptive ? pilot_allocation(settings) : Allocation();
   if (!job.cancelled && (film.allocation() != expected || disk_.job(*job.id)->allocation != expected)) {
     fail(fmt::format("job {} has another allocation than its pilot found", job.id->value));
