@@ -255,6 +255,25 @@ TEST(WebSubmit, AnUploadThatIsCutLeavesNothing) {
   EXPECT_EQ(web.send(http::verb::post, asset_path(bytes), bytes, kBytes).result_int(), 200u);
 }
 
+TEST(WebSubmit, ACoordinatorThatStopsMeanwhileLeavesNothing) {
+  WebFarm web;
+  const std::string bytes(std::size_t{64} << 20, 'x');
+  RawRequest waits(web, asset_path("waits"), 5),
+      job(web, "/api/v1/jobs", "application/json", "Content-Length: 99999\r\n");
+  std::vector<std::jthread> senders;
+  for (char name = 'a'; name < 'e'; ++name) {  // more than there are threads for the disk
+    senders.emplace_back([&web, &bytes, name] {
+      RawRequest sends(web, asset_path(std::string(1, name)), bytes.size() + 1);
+      sends.send(bytes);
+      sends.read();
+    });
+  }
+  EXPECT_TRUE(eventually([&] { return incoming(web) == 5; }));
+  web.farm().server().send(SIGTERM);
+  EXPECT_EQ(web.farm().server().wait(std::chrono::seconds(20)), 0);
+  EXPECT_EQ(incoming(web), 0);
+}
+
 TEST(WebSubmit, TheSameAssetTwiceAtOnceIsThereOnce) {
   WebFarm web;
   const std::string bytes(std::size_t{1} << 20, 'y');

@@ -1,6 +1,7 @@
 #include "tests/unit/store/asset_conformance.h"
 
 #include <atomic>
+#include <limits>
 #include <thread>
 
 namespace lightmill::test {
@@ -81,6 +82,10 @@ TEST_P(AssetConformance, LimitsHold) {
   EXPECT_EQ(put(*store, "eleven bytes", sha256("eleven bytes")).code(), StatusCode::kResourceExhausted);
   EXPECT_TRUE(put(*store, "ten bytes!", sha256("ten bytes!")).ok());
   EXPECT_EQ(put(*store, "six bi", sha256("six bi")).code(), StatusCode::kResourceExhausted);
+  const auto room = [&store](std::uint64_t bytes) { return store->check_room(sha256("next"), bytes).code(); };
+  EXPECT_EQ(room(5), StatusCode::kOk);
+  EXPECT_EQ(room(6), StatusCode::kResourceExhausted) << "with those that are there";
+  EXPECT_EQ(room(std::numeric_limits<std::uint64_t>::max()), StatusCode::kResourceExhausted);
   EXPECT_TRUE(put(*store, "five!", sha256("five!")).ok());
   EXPECT_EQ(store->total_bytes(), 15u);
   store.reset();
