@@ -1,0 +1,178 @@
+/** What a job is asked for, as a form has it, and the job that comes of it: a changed one, the same again, or a quick look. Pure. */
+import {create, fromBinary, toBinary} from '@bufbuild/protobuf';
+import {
+  GoalSchema,
+  JobSpecSchema,
+  LayerSpec_Kind,
+  LayerSpecSchema,
+  PixelRectSchema,
+  RenderSettingsSchema,
+  type JobSpec,
+  type LayerSpec,
+  type RenderSettings,
+} from '../wire/lightmill/v1/farm_pb';
+import {SceneSchema, type Scene} from '../wire/lightmill/v1/scene_pb';
+
+export const kMethods = ['auto', 'path', 'caustic', 'vcm', 'ppm', 'photon-dots', 'whitted', 'raycast', 'ao', 'preview'] as const;
+export const kMostSide = 65_536;
+export const kMostSamples = 2 ** 31;
+
+export interface JobForm {
+  name: string;
+  width: number;
+  height: number;
+  /** With its parameters, as "caustic:photons=20000". */
+  method: string;
+  seed: bigint;
+  /** 0: no limit, as of the next two. */
+  samples: number;
+  seconds: number;
+  /** The error as people see it: ±1 % is the relMSE 0.0001. */
+  percent: number;
+  adaptive: boolean;
+  priority: number;
+}
+
+export function formOf(spec: JobSpec): JobForm {
+  const {settings, goal} = spec;
+  return {
+    name: spec.name,
+    width: settings?.width ?? 512,
+    height: settings?.height ?? 512,
+    method: settings?.method ?? 'auto',
+    seed: settings?.seed ?? 0n,
+    samples: Number(goal?.samples ?? 0n),
+    seconds: goal?.seconds ?? 0,
+    percent: Number((100 * Math.sqrt(goal?.error ?? 0)).toPrecision(9)),
+    adaptive: goal?.adaptive ?? false,
+    priority: spec.priority,
+  };
+}
+
+/** What is wrong with it, and what to do; undefined if nothing is. The coordinator checks more. */
+export function faultOf(form: JobForm): string | undefined {
+  if (!(form.samples > 0) && !(form.seconds > 0) && !(form.percent > 0)) {
+    return 'A job needs a goal: give samples, an error or a time.';
+  }
+  const sides = [form.width, form.height];
+  if (sides.some((side) => !Number.isInteger(side) || side < 1 || side > kMostSide)) {
+    return `The size is ${form.width}×${form.height}: each side must be a whole number from 1 to ${kMostSide}.`;
+  }
+  return form.method.trim() === '' ? 'A method must be given; "auto" chooses one.' : undefined;
+}
+
+export function sceneOf(spec: JobSpec): Scene {
+  return fromBinary(SceneSchema, spec.settings?.scene ?? new Uint8Array());
+}
+
+const nameOfMethod = (method: string): string => method.split(':')[0]!;
+const followsAllLight = (method: string): boolean => ['path', 'caustic', 'vcm', 'auto'].includes(method);
+
+const kBeauty: LayerSpec = create(LayerSpecSchema, {name: 'beauty', channels: 3, kind: LayerSpec_Kind.SUMMED});
+
+/** Those that the method has, of those that were asked for. */
+function layersFor(method: string, layers: readonly LayerSpec[]): LayerSpec[] {
+  const all = followsAllLight(method);
+  const has = (name: string) =>
+    name === 'beauty' ||
+    ['albedo', 'normal', 'depth', 'id'].includes(name) ||
+    (name === 'bias' && (all || method === 'ppm')) ||
+    (all && (name === 'direct' || name === 'indirect' || name.startsWith('light:'))) ||
+    (name === 'caustic' && method === 'caustic');
+  const kept = layers.filter(({name}) => has(name));
+  return kept.length > 0 ? kept : [kBeauty];
+}
+
+/** Assets that a packed scene names, sorted, each once. */
+export function assetsOf(scene: Scene): Uint8Array[] {
+  const named = new Set<string>();
+  scene.textures.forEach(({asset}) => named.add(asset));
+  scene.objects.forEach(({shape}) => shape.case === 'mesh' && named.add(shape.value.asset));
+  scene.lights.forEach(({kind}) => (kind.case === 'ies' || kind.case === 'environment') && named.add(kind.value.asset));
+  named.delete('');
+  return [...named].sort().map(bytesOfHex);
+}
+
+export function bytesOfHex(hex: string): Uint8Array {
+  return Uint8Array.from({length: hex.length / 2}, (_, i) => Number.parseInt(hex.slice(2 * i, 2 * i + 2), 16));
+}
+
+export function hexOf(bytes: Uint8Array): string {
+  return Array.from(bytes, (byte) => byte.toString(16).padStart(2, '0')).join('');
+}
+
+/** The crop goes with a picture of another size where that size is a multiple or a part of the old one; else it is all of the film. */
+function cropFor({crop, width, height}: RenderSettings, to: {width: number; height: number}) {
+  if (crop && width === to.width && height === to.height) {
+    return crop;
+  }
+  if (!crop || (crop.width === width && crop.height === height) || Math.abs(to.width / width - to.height / height) * Math.max(width, height) > 1) {
+    return create(PixelRectSchema, {x: 0, y: 0, width: to.width, height: to.height});
+  }
+  const scale = to.width / width;
+  const [x, y] = [Math.floor(crop.x * scale), Math.floor(crop.y * scale)];
+  const right = Math.min(Math.ceil((crop.x + crop.width) * scale), to.width);
+  const bottom = Math.min(Math.ceil((crop.y + crop.height) * scale), to.height);
+  return create(PixelRectSchema, {x, y, width: Math.max(right - x, 1), height: Math.max(bottom - y, 1)});
+}
+
+function settingsFor(before: RenderSettings, scene: Scene, form: Pick<JobForm, 'width' | 'height' | 'method' | 'seed'>, rendererVersion: string): RenderSettings {
+  const method = form.method.trim();
+  const name = nameOfMethod(method);
+  const film = scene.film && {...scene.film, width: form.width, height: form.height};
+  return {
+    ...before,
+    scene: toBinary(SceneSchema, film ? {...scene, film} : scene),
+    assets: assetsOf(scene),
+    width: form.width,
+    height: form.height,
+    crop: cropFor(before, form),
+    layers: layersFor(name, before.layers),
+    seed: form.seed,
+    method,
+    maxBounces: name === nameOfMethod(before.method) || followsAllLight(name) === followsAllLight(nameOfMethod(before.method)) ? before.maxBounces : 0,
+    meters: followsAllLight(name) || name === 'ppm' ? scene.meters.length : 0,
+    rendererVersion,
+  };
+}
+
+/** The job that the form asks for, of `scene`; what it does not say stays as `spec` has it. `parent`: 0n is none. */
+export function filledSpec(spec: JobSpec, scene: Scene, form: JobForm, rendererVersion: string, parent: bigint): JobSpec {
+  return {
+    ...spec,
+    name: form.name,
+    parent,
+    priority: form.priority,
+    goal: {...(spec.goal ?? create(GoalSchema)), samples: BigInt(form.samples), seconds: form.seconds, error: Number(((form.percent / 100) ** 2).toPrecision(12)), adaptive: form.adaptive},
+    settings: settingsFor(spec.settings ?? create(RenderSettingsSchema), scene, form, rendererVersion),
+  };
+}
+
+/** A job's first spec, of a scene that was read from files. */
+export function newSpec(scene: Scene, name: string): JobSpec {
+  const [width, height] = [scene.film?.width ?? 512, scene.film?.height ?? 512];
+  const settings = create(RenderSettingsSchema, {width, height, method: 'auto', layers: [kBeauty]});
+  return create(JobSpecSchema, {name, goal: {samples: 64n}, settings});
+}
+
+export type QuickMethod = 'preview' | 'raycast' | 'path';
+/** Samples of a quick look: enough for smooth edges, or to see what the light does. */
+const kQuickSamples: Record<QuickMethod, bigint> = {preview: 16n, raycast: 16n, path: 64n};
+export const kMostQuickSide = 480;
+
+/** A quick look at a scene that is being edited: small, before other jobs, never verified, of all that the job shows. */
+export function quickSpec(spec: JobSpec, scene: Scene, form: JobForm, rendererVersion: string, parent: bigint, method: QuickMethod): JobSpec {
+  const scale = Math.min(1, kMostQuickSide / Math.max(form.width, form.height));
+  const side = (length: number) => Math.max(1, Math.round(length * scale));
+  const small = {...form, width: side(form.width), height: side(form.height), method};
+  const whole = settingsFor(spec.settings ?? create(RenderSettingsSchema), scene, form, rendererVersion);
+  return {
+    ...spec,
+    name: `${form.name || 'scene'}: being edited`,
+    parent,
+    priority: Math.min(form.priority + 1, 2 ** 31 - 1),
+    verifyShare: 0,
+    goal: create(GoalSchema, {samples: kQuickSamples[method]}),
+    settings: {...settingsFor(whole, scene, small, rendererVersion), layers: [kBeauty], maxBounces: 0, meters: 0},
+  };
+}

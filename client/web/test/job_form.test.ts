@@ -1,0 +1,92 @@
+import {create, fromBinary, toBinary} from '@bufbuild/protobuf';
+import {expect, test} from 'vitest';
+import {assetsOf, faultOf, filledSpec, formOf, hexOf, kMostQuickSide, newSpec, quickSpec, sceneOf} from '../src/model/job_form';
+import {JobSpecSchema, LayerSpec_Kind, type JobSpec} from '../src/wire/lightmill/v1/farm_pb';
+import {SceneSchema} from '../src/wire/lightmill/v1/scene_pb';
+
+const kMesh = '0f'.repeat(32);
+const kImage = 'a0'.repeat(32);
+const scene = create(SceneSchema, {
+  name: 'room',
+  camera: {eye: {z: 5}, lookAt: {}},
+  film: {width: 1920, height: 1080},
+  textures: [{name: 't', asset: kImage}],
+  objects: [{material: 'm', shape: {case: 'mesh', value: {asset: kMesh}}}, {material: 'm', shape: {case: 'mesh', value: {asset: kMesh}}}],
+  meters: [{name: 'x'}],
+});
+const layer = (name: string, kind = LayerSpec_Kind.SUMMED) => ({name, channels: 3, kind});
+const spec: JobSpec = create(JobSpecSchema, {
+  name: 'room',
+  owner: 'ada',
+  priority: 3,
+  verifyShare: 0.5,
+  goal: {samples: 64n, error: 0.01},
+  settings: {
+    scene: toBinary(SceneSchema, scene),
+    width: 1920,
+    height: 1080,
+    crop: {x: 480, y: 270, width: 960, height: 540},
+    layers: [layer('beauty'), layer('caustic'), layer('direct'), layer('light:key'), layer('normal', LayerSpec_Kind.FIRST_MEAN)],
+    seed: 18446744073709551615n,
+    method: 'caustic:photons=20000',
+    maxBounces: 9,
+    meters: 1,
+    rendererVersion: 'old',
+  },
+});
+const names = (of: JobSpec) => of.settings!.layers.map(({name}) => name);
+
+test('a form says what the job was asked for, and makes the same job again', () => {
+  const form = formOf(spec);
+  expect(form).toEqual({name: 'room', width: 1920, height: 1080, method: 'caustic:photons=20000', seed: 18446744073709551615n, samples: 64, seconds: 0, percent: 10, adaptive: false, priority: 3});
+  const again = filledSpec(spec, sceneOf(spec), form, 'new', 0n);
+  const {assets, rendererVersion, ...rest} = again.settings!;
+  expect(rest).toEqual({...spec.settings, assets: undefined, rendererVersion: undefined, ...rest});
+  expect(toBinary(JobSpecSchema, {...again, settings: {...again.settings!, assets: [], rendererVersion: 'old'}})).toEqual(toBinary(JobSpecSchema, spec));
+  expect(assets.map(hexOf)).toEqual([kMesh, kImage]);
+  expect(rendererVersion).toBe('new');
+});
+
+test('another method has the layers and meters that it has', () => {
+  const by = (method: string) => filledSpec(spec, scene, {...formOf(spec), method}, 'v', 7n);
+  expect(names(by('path'))).toEqual(['beauty', 'direct', 'light:key', 'normal']);
+  expect(names(by('ao:distance=0.5'))).toEqual(['beauty', 'normal']);
+  expect(by('path').settings!.meters).toBe(1);
+  expect(by('ao').settings!.meters).toBe(0);
+  expect(by('vcm').settings!.maxBounces).toBe(9);
+  expect(by('whitted').settings!.maxBounces).toBe(0);
+  expect(by('vcm').parent).toBe(7n);
+});
+
+test('a crop goes with the picture, and a picture of another shape is whole', () => {
+  const sized = (width: number, height: number) => {
+    const {crop, scene: bytes} = filledSpec(spec, scene, {...formOf(spec), width, height}, 'v', 0n).settings!;
+    expect(fromBinary(SceneSchema, bytes).film).toMatchObject({width, height});
+    return [crop!.x, crop!.y, crop!.width, crop!.height];
+  };
+  expect(sized(1920, 1080)).toEqual([480, 270, 960, 540]);
+  expect(sized(960, 540)).toEqual([240, 135, 480, 270]);
+  expect(sized(500, 500)).toEqual([0, 0, 500, 500]);
+});
+
+test('a quick look is small, goes first, and shows what the job shows', () => {
+  const quick = quickSpec(spec, scene, formOf(spec), 'v', 12n, 'preview');
+  const {settings} = quick;
+  expect(Math.max(settings!.width, settings!.height)).toBe(kMostQuickSide);
+  expect(settings).toMatchObject({width: 480, height: 270, method: 'preview', meters: 0, maxBounces: 0, crop: {x: 120, y: 67, width: 240, height: 136}});
+  expect(names(quick)).toEqual(['beauty']);
+  expect(quick).toMatchObject({parent: 12n, priority: 4, verifyShare: 0, goal: {samples: 16n, seconds: 0, error: 0}});
+  expect(assetsOf(fromBinary(SceneSchema, settings!.scene)).map(hexOf)).toEqual([kMesh, kImage]);
+  const least = quickSpec(spec, scene, {...formOf(spec), width: 65536, height: 1, priority: 2 ** 31 - 1}, 'v', 12n, 'path');
+  expect([least.settings!.width, least.settings!.height, least.priority]).toEqual([480, 1, 2 ** 31 - 1]);
+});
+
+test('a form without a goal, with half a pixel or without a method says what to do', () => {
+  const form = formOf(newSpec(scene, 'n'));
+  expect(faultOf(form)).toBeUndefined();
+  expect(form).toMatchObject({width: 1920, height: 1080, samples: 64, method: 'auto'});
+  expect(faultOf({...form, samples: 0})).toMatch(/goal/);
+  expect(faultOf({...form, samples: 0, percent: 1})).toBeUndefined();
+  expect(faultOf({...form, width: 0.5})).toMatch(/whole number from 1 to 65536/);
+  expect(faultOf({...form, method: ' '})).toMatch(/auto/);
+});

@@ -1,0 +1,91 @@
+import {expect, test} from 'vitest';
+import {QuickLook} from '../src/model/quick_look';
+
+/** A farm that answers when it is told to, and knows how many jobs it ever had at once. */
+class Jobs {
+  next = 1n;
+  readonly there = new Map<bigint, string>();
+  most = 0;
+  readonly asked: string[] = [];
+  private readonly waiting: (() => void)[] = [];
+
+  private answer(): Promise<void> {
+    return new Promise((resolve) => this.waiting.push(resolve));
+  }
+  async submit(wish: string): Promise<bigint> {
+    this.asked.push(wish);
+    await this.answer();
+    if (wish.startsWith('bad')) {
+      throw new Error(`${wish} is refused`);
+    }
+    const job = this.next++;
+    this.there.set(job, wish);
+    this.most = Math.max(this.most, this.there.size);
+    return job;
+  }
+  async discard(job: bigint): Promise<void> {
+    await this.answer();
+    this.there.delete(job);
+  }
+  /** Answers whatever is asked, until nothing is any more. */
+  async settle(): Promise<void> {
+    for (let quiet = 0; quiet < 20; ++quiet) {
+      await Promise.resolve();
+      const answer = this.waiting.shift();
+      if (answer) {
+        answer();
+        quiet = 0;
+      }
+    }
+  }
+}
+
+function looking() {
+  const jobs = new Jobs();
+  const shown: (bigint | undefined)[] = [];
+  const failures: string[] = [];
+  const look = new QuickLook<string>(jobs, {onJob: (job) => shown.push(job), onFailure: (message) => failures.push(message)});
+  return {jobs, shown, failures, look};
+}
+
+test('the newest wish is there, and never two', async () => {
+  const {jobs, shown, look} = looking();
+  for (const wish of ['a', 'b', 'c']) {
+    look.want(wish);
+  }
+  await jobs.settle();
+  expect(jobs.asked).toEqual(['c']);
+  look.want('d');
+  await Promise.resolve();
+  look.want('e');
+  look.want('f');
+  await jobs.settle();
+  expect([...jobs.there.values()]).toEqual(['f']);
+  expect(jobs.most).toBe(1);
+  expect(jobs.asked.length).toBeLessThanOrEqual(3);
+  expect(shown.at(-1)).toBe(look.current);
+});
+
+test('none is left once it is closed, not even one that is on its way', async () => {
+  const {jobs, look} = looking();
+  look.want('a');
+  await jobs.settle();
+  look.want('b');
+  const closed = look.close();
+  look.want('too late');
+  await jobs.settle();
+  await closed;
+  expect(jobs.there.size).toBe(0);
+  expect(jobs.asked).not.toContain('too late');
+});
+
+test('a wish that is refused is told, and the next one goes on', async () => {
+  const {jobs, failures, look} = looking();
+  look.want('bad');
+  await jobs.settle();
+  expect(failures).toEqual(['bad is refused']);
+  look.want('good');
+  await jobs.settle();
+  expect(failures.at(-1)).toBe('');
+  expect([...jobs.there.values()]).toEqual(['good']);
+});

@@ -1,0 +1,29 @@
+import {expect, test} from 'vitest';
+import {begun, edited, kMostEdits, redone, settled, undone} from '../src/model/undo';
+
+test('edits are taken back and made again, in their order', () => {
+  let edits = edited(edited(begun(1), 2, ''), 3, '');
+  edits = undone(edits);
+  expect(edits.now).toBe(2);
+  expect(redone(edits).now).toBe(3);
+  edits = undone(undone(edits));
+  expect(edits.now).toBe(1);
+  expect(redone(redone(redone(edits))).now).toBe(3);
+});
+
+test('what goes on as one edit is taken back at once', () => {
+  let edits = edited(edited(edited(begun(1), 2, 'camera'), 3, 'camera'), 4, 'lamp');
+  expect(undone(edits).now).toBe(3);
+  expect(undone(undone(edits)).now).toBe(1);
+  edits = edited(settled(edits), 5, 'lamp');
+  expect(undone(edits).now).toBe(4);
+});
+
+test('a new edit forgets what was taken back, and old ones are forgotten', () => {
+  expect(redone(edited(undone(edited(begun(1), 2, '')), 9, '')).now).toBe(9);
+  let edits = begun(0);
+  for (let i = 1; i <= 2 * kMostEdits; ++i) {
+    edits = edited(edits, i, '');
+  }
+  expect(edits.past.length).toBe(kMostEdits);
+});
