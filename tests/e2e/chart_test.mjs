@@ -4,7 +4,7 @@ import {readFileSync, writeFileSync} from 'node:fs';
 import {join} from 'node:path';
 import {after, before, test} from 'node:test';
 import {eventually, kSource} from './farm.mjs';
-import {kAxeFile, kPhone, Session} from './session.mjs';
+import {assertFits, kPhone, Session} from './session.mjs';
 
 const [programs, ...options] = process.argv.slice(2);
 const pictures = options[0] === '--pictures' ? options[1] : undefined;
@@ -86,7 +86,6 @@ test('a job that is not there is told, and the rest goes on', async () => {
 });
 
 test('long names, comparisons, regions and charts fit a phone and please axe', async () => {
-  const axe = readFileSync(kAxeFile, 'utf8');
   for (const colorScheme of ['light', 'dark']) {
     const phone = await session.open(`#/jobs/${second}?with=${first}&how=split&region=10,10,20,20&chart=${first}`, {viewport: kPhone, colorScheme, bypassCSP: true});
     await phone.locator('.measured dd').first().waitFor();
@@ -95,12 +94,7 @@ test('long names, comparisons, regions and charts fit a phone and please axe', a
     if (pictures) {
       await phone.screenshot({path: join(pictures, `phone-${colorScheme}.png`), fullPage: true});
     }
-    await phone.evaluate(axe);
-    const {violations} = await phone.evaluate(() => window.axe.run());
-    const serious = violations.filter((each) => ['serious', 'critical'].includes(each.impact));
-    assert.deepEqual(serious.map((each) => `${each.id}: ${each.nodes.map((node) => node.html).join(' | ')}`), []);
-    const wider = await phone.evaluate(() => document.documentElement.scrollWidth - window.innerWidth);
-    assert.ok(wider <= 0, `${wider} pixels wider than the screen`);
+    await assertFits(phone);
     await phone.context().close();
   }
   if (pictures) {

@@ -48,6 +48,7 @@ before(async () => {
   await farm.startServer();
   tokens.ada = createToken('ada', 'submit');
   tokens.bob = createToken('bob', 'view,submit');
+  tokens.eve = createToken('eve', 'view');
   tokens.root = farm.token;
   for (const name of ['ada', 'bob']) {
     farm.token = tokens[name];
@@ -121,8 +122,25 @@ test('buttons that the roles do not allow say so', async () => {
   await pause.waitFor();
   assert.ok(await pause.isDisabled());
   assert.match(await pause.getAttribute('title'), /somebody else's.*view, submit/);
+  // Who may see it may have the same of her own.
+  assert.ok(await page.getByRole('button', {name: 'Clone'}).isEnabled());
   await page.goto(`${farm.page}#/jobs/2`);
   assert.ok(await page.getByRole('button', {name: 'Pause'}).isEnabled());
+});
+
+test('who may only look cannot press what submits', async () => {
+  const before = page;
+  page = await open('#/jobs/1');
+  await logIn(tokens.eve);
+  await page.locator('.caller').getByText('eve', {exact: true}).waitFor();
+  for (const name of ['Edit & render again', 'Clone']) {
+    const button = page.getByRole('button', {name});
+    await button.waitFor();
+    assert.ok(await button.isDisabled());
+    assert.match(await button.getAttribute('title'), /Your roles \(view\) do not allow this/);
+  }
+  await page.context().close();
+  page = before;
 });
 
 test('who is sent away is told at once, and a token that holds lets in again', async () => {

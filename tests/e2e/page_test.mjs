@@ -5,9 +5,8 @@ import {readdirSync, readFileSync, statSync} from 'node:fs';
 import {join} from 'node:path';
 import {after, before, test} from 'node:test';
 import {eventually} from './farm.mjs';
-import {kAxeFile, kDesktop, kPhone, Session} from './session.mjs';
+import {assertFits, kDesktop, kPhone, Session} from './session.mjs';
 
-const axe = readFileSync(kAxeFile, 'utf8');
 const [programs, ...options] = process.argv.slice(2);
 const picture = options[0] === '--picture' ? options[1] : undefined;
 const session = new Session(programs);
@@ -108,13 +107,7 @@ test('nothing serious for axe, in light and dark, on a desktop and a phone', asy
     for (const [hash, ready] of [['#/jobs', '.row-link'], [`#/jobs/${job}`, 'canvas[data-drawn]'], ['#/workers', 'tbody tr'], ['#/lab', '.empty']]) {
       await opened.goto(session.farm.page + hash);
       await opened.waitForSelector(ready);
-      await opened.evaluate(axe);
-      const {violations} = await opened.evaluate(() => window.axe.run());
-      const serious = violations.filter((each) => ['serious', 'critical'].includes(each.impact));
-      const told = serious.map((each) => `${hash} ${colorScheme}: ${each.id}: ${each.nodes.map((node) => node.html).join(' | ')}`);
-      assert.deepEqual(told, []);
-      const wider = await opened.evaluate(() => document.documentElement.scrollWidth - window.innerWidth);
-      assert.ok(wider <= 0, `${hash} is ${wider} pixels wider than the screen of ${viewport.width}`);
+      await assertFits(opened, `${hash} ${colorScheme}`);
     }
     await opened.context().close();
   }

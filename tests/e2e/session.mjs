@@ -1,5 +1,6 @@
 // A browser that looks at a farm's page, and what it asked for and complained of.
 import assert from 'node:assert/strict';
+import {readFileSync} from 'node:fs';
 import {createRequire} from 'node:module';
 import {join} from 'node:path';
 import {eventually, Farm, kSource} from './farm.mjs';
@@ -10,6 +11,18 @@ const {chromium} = require('playwright-core');
 export const kAxeFile = require.resolve('axe-core/axe.min.js');
 export const kDesktop = {width: 1280, height: 860};
 export const kPhone = {width: 390, height: 844};
+
+const axe = readFileSync(kAxeFile, 'utf8');
+
+/** Nothing serious for axe, and nothing beyond the screen's right edge. */
+export async function assertFits(page, what = page.url()) {
+  await page.evaluate(axe);
+  const {violations} = await page.evaluate(() => window.axe.run());
+  const serious = violations.filter((each) => ['serious', 'critical'].includes(each.impact));
+  assert.deepEqual(serious.map((each) => `${what}: ${each.id}: ${each.nodes.map((node) => node.html).join(' | ')}`), []);
+  const wider = await page.evaluate(() => document.documentElement.scrollWidth - window.innerWidth);
+  assert.ok(wider <= 0, `${what} is ${wider} pixels wider than the screen`);
+}
 
 export class Session {
   requests = [];

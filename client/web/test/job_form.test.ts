@@ -1,6 +1,7 @@
 import {create, fromBinary, toBinary} from '@bufbuild/protobuf';
 import {expect, test} from 'vitest';
-import {assetsOf, faultOf, filledSpec, formOf, hexOf, kMostQuickSide, newSpec, quickSpec, sceneOf} from '../src/model/job_form';
+import {hexOf} from '../src/model/bytes';
+import {assetsOf, faultOf, filledSpec, formOf, kMostQuickSide, newSpec, quickSpec, sceneOf} from '../src/model/job_form';
 import {JobSpecSchema, LayerSpec_Kind, type JobSpec} from '../src/wire/lightmill/v1/farm_pb';
 import {SceneSchema} from '../src/wire/lightmill/v1/scene_pb';
 

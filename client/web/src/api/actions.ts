@@ -2,42 +2,48 @@
 
 export class ActionError extends Error {}
 
-/** `path` begins behind api/v1/. */
-export async function post(path: string, body: Record<string, unknown> = {}): Promise<void> {
+/** What the coordinator answers; `path` begins behind api/v1/. */
+export async function ask(path: string, init?: RequestInit): Promise<unknown> {
   let response: Response;
   try {
-    response = await fetch(`api/v1/${path}`, {
-      method: 'POST',
-      headers: {'Content-Type': 'application/json'},
-      body: JSON.stringify(body),
-    });
-  } catch {
-    throw new ActionError('the coordinator cannot be reached');
+    response = await fetch(`api/v1/${path}`, init);
+  } catch (error) {
+    throw error instanceof DOMException && error.name === 'AbortError' ? error : new ActionError('the coordinator cannot be reached');
   }
+  const answer = (await response.json().catch(() => undefined)) as {error?: {message?: string}} | undefined;
   if (!response.ok) {
-    const answer = (await response.json().catch(() => undefined)) as {error?: {message?: string}} | undefined;
     throw new ActionError(answer?.error?.message ?? `the coordinator answered ${response.status}`);
   }
+  return answer;
+}
+
+export function post(path: string, body: unknown = {}, more: Pick<RequestInit, 'signal' | 'keepalive'> = {}): Promise<unknown> {
+  return ask(path, {method: 'POST', headers: {'Content-Type': 'application/json'}, body: JSON.stringify(body), ...more});
 }
 
 export type JobAction = 'pause' | 'resume' | 'cancel';
 
-export function actOnJob(job: bigint, action: JobAction): Promise<void> {
-  return post(`jobs/${job}/${action}`);
+export async function actOnJob(job: bigint, action: JobAction): Promise<void> {
+  await post(`jobs/${job}/${action}`);
+}
+
+/** Forgets an ended job and its picture. */
+export async function deleteJob(job: bigint): Promise<void> {
+  await post(`jobs/${job}/delete`);
 }
 
 /** Gives a job another goal: a new total of samples per pixel, or a relMSE; what is left out stays. */
-export function extendJob(job: bigint, to: {samples?: number; error?: number}): Promise<void> {
-  return post(`jobs/${job}/extend`, to);
+export async function extendJob(job: bigint, to: {samples?: number; error?: number}): Promise<void> {
+  await post(`jobs/${job}/extend`, to);
 }
 
-export function drainWorker(name: string): Promise<void> {
-  return post(`workers/${encodeURIComponent(name)}/drain`);
+export async function drainWorker(name: string): Promise<void> {
+  await post(`workers/${encodeURIComponent(name)}/drain`);
 }
 
 /** Lets a worker in quarantine, and those on its machine, render again. */
-export function releaseWorker(name: string): Promise<void> {
-  return post(`workers/${encodeURIComponent(name)}/release`);
+export async function releaseWorker(name: string): Promise<void> {
+  await post(`workers/${encodeURIComponent(name)}/release`);
 }
 
 /** The address of a job's thumbnail; another one once it has other pixels. */

@@ -14,6 +14,6 @@ export async function logIn(token: string): Promise<void> {
   await post('login', {token: token.trim()});
 }
 
-export function logOut(): Promise<void> {
-  return post('logout');
+export async function logOut(): Promise<void> {
+  await post('logout');
 }

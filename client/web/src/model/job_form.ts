@@ -12,10 +12,12 @@ import {
   type RenderSettings,
 } from '../wire/lightmill/v1/farm_pb';
 import {SceneSchema, type Scene} from '../wire/lightmill/v1/scene_pb';
+import {bytesOfHex} from './bytes';
 
 export const kMethods = ['auto', 'path', 'caustic', 'vcm', 'ppm', 'photon-dots', 'whitted', 'raycast', 'ao', 'preview'] as const;
 export const kMostSide = 65_536;
-export const kMostSamples = 2 ** 31;
+export const kLeastPriority = -(2 ** 31);
+export const kMostPriority = 2 ** 31 - 1;
 
 export interface JobForm {
   name: string;
@@ -93,14 +95,6 @@ export function assetsOf(scene: Scene): Uint8Array[] {
   return [...named].sort().map(bytesOfHex);
 }
 
-export function bytesOfHex(hex: string): Uint8Array {
-  return Uint8Array.from({length: hex.length / 2}, (_, i) => Number.parseInt(hex.slice(2 * i, 2 * i + 2), 16));
-}
-
-export function hexOf(bytes: Uint8Array): string {
-  return Array.from(bytes, (byte) => byte.toString(16).padStart(2, '0')).join('');
-}
-
 /** The crop goes with a picture of another size where that size is a multiple or a part of the old one; else it is all of the film. */
 function cropFor({crop, width, height}: RenderSettings, to: {width: number; height: number}) {
   if (crop && width === to.width && height === to.height) {
@@ -155,6 +149,9 @@ export function newSpec(scene: Scene, name: string): JobSpec {
   return create(JobSpecSchema, {name, goal: {samples: 64n}, settings});
 }
 
+/** How the names of quick looks end. */
+export const kQuickEnding = ' (being edited)';
+
 export type QuickMethod = 'preview' | 'raycast' | 'path';
 /** Samples of a quick look: enough for smooth edges, or to see what the light does. */
 const kQuickSamples: Record<QuickMethod, bigint> = {preview: 16n, raycast: 16n, path: 64n};
@@ -168,9 +165,9 @@ export function quickSpec(spec: JobSpec, scene: Scene, form: JobForm, rendererVe
   const whole = settingsFor(spec.settings ?? create(RenderSettingsSchema), scene, form, rendererVersion);
   return {
     ...spec,
-    name: `${form.name || 'scene'}: being edited`,
+    name: `${form.name.slice(0, 200) || 'scene'}${kQuickEnding}`,
     parent,
-    priority: Math.min(form.priority + 1, 2 ** 31 - 1),
+    priority: Math.min(form.priority + 1, kMostPriority),
     verifyShare: 0,
     goal: create(GoalSchema, {samples: kQuickSamples[method]}),
     settings: {...settingsFor(whole, scene, small, rendererVersion), layers: [kBeauty], maxBounces: 0, meters: 0},

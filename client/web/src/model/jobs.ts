@@ -2,6 +2,7 @@
 import {JobState, type Job, type Worker} from '../wire/lightmill/v1/farm_pb';
 import type {JobChanges, WorkerChanges} from '../wire/lightmill/v1/web_pb';
 import {methodName, stateName} from './format';
+import {kQuickEnding} from './job_form';
 
 export type JobList = ReadonlyMap<bigint, Job>;
 export type WorkerList = ReadonlyMap<string, Worker>;
@@ -48,6 +49,12 @@ export function fractionDone(job: Job): number {
     fraction = Math.max(fraction, Math.min(job.goal.error / upper, 0.99));
   }
   return Math.min(fraction, 1);
+}
+
+/** Jobs that were made from `parent`, the oldest first, but for looks at what is being edited. */
+export function childrenOf(list: JobList, parent: bigint): bigint[] {
+  const children = [...list.values()].filter((job) => job.parent === parent && !job.name.endsWith(kQuickEnding));
+  return children.map((job) => job.id).sort((a, b) => Number(a - b));
 }
 
 export type JobFilter = 'all' | 'active' | 'done' | 'failed';

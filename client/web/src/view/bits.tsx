@@ -1,9 +1,19 @@
 /** Small pieces that several pages show. */
-import {useState} from 'preact/hooks';
+import {useEffect, useRef, useState} from 'preact/hooks';
 import {ActionError} from '../api/actions';
 import {errorText, humanSeconds, stateName} from '../model/format';
 import {fractionDone} from '../model/jobs';
 import {JobState, type Job} from '../wire/lightmill/v1/farm_pb';
+
+/** For what has just been opened: it is brought into sight, and keys go on there. */
+export function useOpened<Element extends HTMLElement>(): {current: Element | null} {
+  const opened = useRef<Element>(null);
+  useEffect(() => {
+    opened.current?.focus({preventScroll: true});
+    opened.current?.scrollIntoView({block: 'nearest'});
+  }, []);
+  return opened;
+}
 
 export function StateBadge({state}: {state: JobState}) {
   const name = stateName(state);
@@ -42,6 +52,8 @@ interface ActionButtonProps {
   /** Asked before it is done. */
   question?: string;
   danger?: boolean;
+  /** What the form around it is for. */
+  primary?: boolean;
   title?: string;
   /** Why it cannot be done; it is shown, but cannot be pressed. */
   refused?: string;
@@ -50,7 +62,7 @@ interface ActionButtonProps {
 }
 
 /** Does something at the coordinator; says what went wrong. */
-export function ActionButton({label, question, danger, title, refused, act, onFailure}: ActionButtonProps) {
+export function ActionButton({label, question, danger, primary, title, refused, act, onFailure}: ActionButtonProps) {
   const [busy, setBusy] = useState(false);
   const press = async () => {
     if (question && !window.confirm(question)) {
@@ -67,7 +79,7 @@ export function ActionButton({label, question, danger, title, refused, act, onFa
     }
   };
   return (
-    <button type="button" class={danger ? 'danger' : ''} disabled={busy || refused !== undefined} title={refused ?? title} onClick={() => void press()}>
+    <button type="button" class={danger ? 'danger' : primary ? 'primary' : ''} disabled={busy || refused !== undefined} title={refused ?? title} onClick={() => void press()}>
       {label}
     </button>
   );

@@ -1,22 +1,23 @@
 /** One job: its picture, how its error falls, what it is, and what can be done with it. */
 import {useEffect, useRef, useState} from 'preact/hooks';
-import {actOnJob, extendJob} from '../api/actions';
 import type {Point} from '../model/camera';
 import type {Film} from '../model/film';
-import {ageText, errorText, goalText, humanRate, humanSeconds, methodName, reachedName, samplesText} from '../model/format';
-import {hasEnded} from '../model/jobs';
+import {reachedName} from '../model/format';
 import {kHalfValues} from '../model/half';
 import {routeHash, type JobView} from '../model/route';
-import {refusalOf} from '../model/rights';
 import {exposureFor, luminance} from '../model/tone';
-import {JobState, type Job} from '../wire/lightmill/v1/farm_pb';
-import {ActionButton, etaText, Progress, StateBadge} from './bits';
+import type {Job} from '../wire/lightmill/v1/farm_pb';
+import {Progress, StateBadge} from './bits';
+import {ClonePanel} from './clone_panel';
 import {ComparePanel} from './compare_panel';
 import {useMeasurement} from './comparison';
 import {Controls} from './controls';
 import {downloadPng} from './download';
+import {EditPanel} from './edit_panel';
+import {useEditor} from './editor';
 import {ErrorChart} from './error_chart';
 import {HistogramView, PixelInspector} from './inspector';
+import {JobPanel, type JobTask} from './job_panel';
 import {useReference, useReferenceFile} from './reference';
 import {RegionPanel} from './region_panel';
 import {farm, useFarm} from './store';
@@ -32,89 +33,31 @@ function someLuminances(film: Film): Float32Array {
   return Float32Array.from(values);
 }
 
-/** What a job is extended in: its error if it has such a goal, else its samples; and what is offered. */
-function offeredGoal(job: Job): {label: string; offer: number; goal: (value: number) => {samples?: number; error?: number}} {
-  const error = job.goal?.error ?? 0;
-  if (error > 0) {
-    const percent = Number((50 * Math.sqrt(error)).toPrecision(2));
-    return {label: 'New error, ±%', offer: percent, goal: (value) => ({error: (value / 100) ** 2})};
-  }
-  const samples = Number(job.goal?.samples ?? 0n) || Math.max(Number(job.frameSamples), 1);
-  return {label: 'New total of samples', offer: 2 * samples, goal: (value) => ({samples: Math.round(value)})};
-}
-
-function Extend({job, onFailure}: {job: Job; onFailure: (message: string) => void}) {
-  const [text, setText] = useState('');
-  const {greeting} = useFarm();
-  const {label, offer, goal} = offeredGoal(job);
-  return (
-    <form class="extend" onSubmit={(event) => event.preventDefault()}>
-      <label>
-        {label}
-        <input type="number" min={0} step="any" inputMode="decimal" placeholder={String(offer)} value={text} onInput={(event) => setText(event.currentTarget.value)} />
-      </label>
-      <ActionButton label="Extend" title="Give the job this goal; a finished one goes on" refused={refusalOf(greeting, 'ExtendJob', job.owner)} act={() => extendJob(job.id, goal(Number(text) || offer))} onFailure={onFailure} />
-    </form>
-  );
-}
-
-function Actions({job}: {job: Job}) {
-  const [failure, setFailure] = useState('');
-  const {greeting} = useFarm();
-  const refused = (method: string) => refusalOf(greeting, method, job.owner);
-  const act = (action: 'pause' | 'resume' | 'cancel') => () => actOnJob(job.id, action);
-  const ended = hasEnded(job.state);
-  const extendable = job.state !== JobState.FAILED && job.state !== JobState.CANCELLED;
-  return (
-    <div class="actions">
-      {job.state === JobState.PAUSED ? (
-        <ActionButton label="Resume" refused={refused('ResumeJob')} act={act('resume')} onFailure={setFailure} />
-      ) : (
-        !ended && <ActionButton label="Pause" refused={refused('PauseJob')} act={act('pause')} onFailure={setFailure} />
-      )}
-      {!ended && (
-        <ActionButton label="Cancel" danger question={`Cancel job ${job.id}? What is rendered stays.`} refused={refused('CancelJob')} act={act('cancel')} onFailure={setFailure} />
-      )}
-      {extendable && <Extend job={job} onFailure={setFailure} />}
-      {failure && (
-        <p class="notice failure" role="alert">
-          {failure}
-        </p>
-      )}
-    </div>
-  );
-}
-
-function Facts({job}: {job: Job}) {
-  const rows: [string, string][] = [
-    ['Goal', goalText(job)],
-    ['Samples', samplesText(job)],
-    ['Error', errorText(job.error?.relMse) || '–'],
-    ['Speed', job.state === JobState.RUNNING ? humanRate(job.samplesPerSecond) : '–'],
-    ['ETA', etaText(job) || '–'],
-    ['Rendered for', `${humanSeconds(job.activeSeconds)} (${humanSeconds(job.workerSeconds)} of threads)`],
-    ['Method', methodName(job)],
-    ['Size', `${job.width}×${job.height}`],
-    ['Owner', job.owner ? `${job.owner}${job.host ? ` on ${job.host}` : ''}` : '–'],
-    ['Priority', String(job.priority)],
-    ['Submitted', ageText(Number(job.submittedUnixMs), Date.now())],
-    ['Class', job.fingerprintClass.slice(0, 16) || '–'],
-  ];
-  return (
-    <dl class="facts">
-      {rows.map(([name, value]) => (
-        <div key={name}>
-          <dt>{name}</dt>
-          <dd>{value}</dd>
-        </div>
-      ))}
-    </dl>
-  );
-}
-
 function endText(job: Job): string {
   const reached = reachedName(job.reached);
   return job.reason || (reached && `reached its goal in ${reached}`);
+}
+
+function ViewerKeys({comparing}: {comparing: boolean}) {
+  return (
+    <p id="viewer-keys" class="keys-line">
+      <kbd>+</kbd> <kbd>−</kbd> zoom · <kbd>F</kbd> fit · <kbd>1</kbd> 1:1 · <kbd>E</kbd> <kbd>⇧E</kbd> exposure · <kbd>N</kbd> auto · <kbd>V</kbd> view · <kbd>R</kbd> reset · <kbd>M</kbd> region
+      {comparing && (
+        <>
+          {' '}
+          · <kbd>B</kbd> this or the other · <kbd>S</kbd> split <kbd>[</kbd> <kbd>]</kbd> · <kbd>D</kbd> difference · <kbd>Q</kbd> squared error · <kbd>P</kbd> FLIP
+        </>
+      )}
+    </p>
+  );
+}
+
+function EditKeys() {
+  return (
+    <p id="viewer-keys" class="keys-line">
+      The camera: drag or <kbd>←</kbd> <kbd>→</kbd> <kbd>↑</kbd> <kbd>↓</kbd> to turn it · with Shift, the second button or two fingers to move it · wheel or <kbd>+</kbd> <kbd>−</kbd> nearer and farther
+    </p>
+  );
 }
 
 export interface JobPageProps {
@@ -130,6 +73,10 @@ export function JobPage({id, view: firstView, theme}: JobPageProps) {
   const [point, setPoint] = useState<Point>();
   const [drawing, setDrawing] = useState(false);
   const [copied, setCopied] = useState(false);
+  const [task, setTask] = useState<JobTask>();
+  const editing = task === 'edit';
+  const {editor, failure: notEdited} = useEditor(id, editing);
+  const seen = editor?.film ?? film;
   const {look, camera, against, region} = view;
   const change = (by: Partial<JobView>) => setView((before) => ({...before, ...by}));
   const [file, chooseFile, fileFailure] = useReferenceFile();
@@ -209,15 +156,16 @@ export function JobPage({id, view: firstView, theme}: JobPageProps) {
           </p>
         )}
         <Viewer
-          film={film}
+          film={seen}
           look={look}
-          camera={camera}
+          camera={editing ? undefined : camera}
           theme={theme}
-          other={reference?.film}
-          against={against}
-          errorMap={measurement?.flip?.map}
-          region={region}
+          other={editing ? undefined : reference?.film}
+          against={editing ? undefined : against}
+          errorMap={editing ? undefined : measurement?.flip?.map}
+          region={editing ? undefined : region}
           drawing={drawing}
+          steering={editor?.steering}
           onLook={onLook}
           onCamera={(next) => change({camera: next})}
           onAgainst={(next) => change({against: next})}
@@ -227,17 +175,15 @@ export function JobPage({id, view: firstView, theme}: JobPageProps) {
           onPoint={setPoint}
           onNormalize={normalize}
         />
-        <p id="viewer-keys" class="keys-line">
-          <kbd>+</kbd> <kbd>−</kbd> zoom · <kbd>F</kbd> fit · <kbd>1</kbd> 1:1 · <kbd>E</kbd> <kbd>⇧E</kbd> exposure · <kbd>N</kbd> auto · <kbd>V</kbd> view · <kbd>R</kbd> reset · <kbd>M</kbd> region
-          {against && (
-            <>
-              {' '}
-              · <kbd>B</kbd> this or the other · <kbd>S</kbd> split <kbd>[</kbd> <kbd>]</kbd> · <kbd>D</kbd> difference · <kbd>Q</kbd> squared error · <kbd>P</kbd> FLIP
-            </>
-          )}
-        </p>
+        {editing ? <EditKeys /> : <ViewerKeys comparing={against !== undefined} />}
       </div>
       <aside class="side" aria-label="About this job">
+        {editor && <EditPanel id={id} editor={editor} onClose={() => setTask(undefined)} />}
+        {notEdited && (
+          <p class="notice failure" role="alert">
+            It cannot be edited: {notEdited}
+          </p>
+        )}
         {job?.methodNotes?.notices.map((notice) => (
           <p class="notice" key={notice}>
             {notice}
@@ -251,14 +197,12 @@ export function JobPage({id, view: firstView, theme}: JobPageProps) {
         )}
         {film && reference && <ComparePanel reference={reference} measurement={measurement} pixels={film.crop.width * film.crop.height} />}
         {region && <RegionPanel film={film} region={region} onRegion={(next) => change({region: next})} />}
-        <PixelInspector film={film} other={reference?.film} at={point} />
-        <HistogramView film={film} exposure={look.exposure} />
+        <PixelInspector film={seen} other={editing ? undefined : reference?.film} at={point} />
+        <HistogramView film={seen} exposure={look.exposure} />
         {job && (
-          <section class="panel" aria-labelledby="facts-title">
-            <h2 id="facts-title">Job</h2>
-            <Facts job={job} />
-            <Actions job={job} />
-          </section>
+          <JobPanel job={job} open={task} onOpen={setTask}>
+            {task === 'clone' && <ClonePanel id={id} onClose={() => setTask(undefined)} />}
+          </JobPanel>
         )}
       </aside>
     </section>

@@ -3,13 +3,17 @@ import {useEffect, useRef} from 'preact/hooks';
 import type {Point} from '../model/camera';
 
 export interface PointerActions {
-  /** The picture is dragged by so much. */
-  move: (by: Point) => void;
+  /** The picture is dragged by so much; `second`: by two fingers, another button than the first, or with Shift. */
+  move: (by: Point, second: boolean) => void;
+  /** What was dragged is let go. */
+  release: () => void;
   zoom: (at: Point, factor: number) => void;
   point: (at: Point | undefined) => void;
   /** A region is drawn from one point to another: with Shift, or where `drawing` says so. */
   draw: (from: Point, to: Point) => void;
   drawing: boolean;
+  /** Nothing is drawn, whatever Shift and `drawing` say: all that is dragged moves. */
+  steering: boolean;
 }
 
 /** Mouse, pen and fingers: one drags or draws, two also zoom. Points are of the canvas, in CSS pixels. */
@@ -21,6 +25,7 @@ export function usePointers(canvas: {current: HTMLCanvasElement | null}, actions
     const down = new Map<number, Point>();
     /** Where the region that is drawn begins. */
     let corner: Point | undefined;
+    let second = false;
     const place = (event: MouseEvent): Point => {
       const box = element.getBoundingClientRect();
       return {x: event.clientX - box.left, y: event.clientY - box.top};
@@ -32,7 +37,9 @@ export function usePointers(canvas: {current: HTMLCanvasElement | null}, actions
     const onDown = (event: PointerEvent) => {
       element.setPointerCapture(event.pointerId);
       down.set(event.pointerId, place(event));
-      corner = down.size === 1 && (latest.current.drawing || event.shiftKey) ? place(event) : undefined;
+      const {drawing, steering} = latest.current;
+      second = event.shiftKey || event.button !== 0;
+      corner = down.size === 1 && !steering && (drawing || event.shiftKey) ? place(event) : undefined;
       latest.current.point(place(event));
     };
     const onMove = (event: PointerEvent) => {
@@ -47,15 +54,25 @@ export function usePointers(canvas: {current: HTMLCanvasElement | null}, actions
       const spreadNow = spread();
       if (spreadBefore && spreadNow) {
         const {middle} = spreadNow;
-        latest.current.move({x: middle.x - spreadBefore.middle.x, y: middle.y - spreadBefore.middle.y});
+        latest.current.move({x: middle.x - spreadBefore.middle.x, y: middle.y - spreadBefore.middle.y}, true);
         latest.current.zoom(middle, spreadNow.distance / Math.max(spreadBefore.distance, 1));
       } else if (corner) {
         latest.current.draw(corner, at);
       } else {
-        latest.current.move({x: at.x - before.x, y: at.y - before.y});
+        latest.current.move({x: at.x - before.x, y: at.y - before.y}, second);
       }
     };
-    const onUp = (event: PointerEvent) => down.delete(event.pointerId);
+    const onUp = (event: PointerEvent) => {
+      if (down.delete(event.pointerId) && down.size === 0) {
+        latest.current.release();
+      }
+    };
+    const onMenu = (event: MouseEvent) => {
+      // The second button moves the camera.
+      if (latest.current.steering) {
+        event.preventDefault();
+      }
+    };
     const onLeave = () => latest.current.point(undefined);
     const onWheel = (event: WheelEvent) => {
       event.preventDefault();
@@ -67,6 +84,7 @@ export function usePointers(canvas: {current: HTMLCanvasElement | null}, actions
     element.addEventListener('pointerup', onUp);
     element.addEventListener('pointercancel', onUp);
     element.addEventListener('pointerleave', onLeave);
+    element.addEventListener('contextmenu', onMenu);
     element.addEventListener('wheel', onWheel, {passive: false});
     return () => {
       element.removeEventListener('pointerdown', onDown);
@@ -74,6 +92,7 @@ export function usePointers(canvas: {current: HTMLCanvasElement | null}, actions
       element.removeEventListener('pointerup', onUp);
       element.removeEventListener('pointercancel', onUp);
       element.removeEventListener('pointerleave', onLeave);
+      element.removeEventListener('contextmenu', onMenu);
       element.removeEventListener('wheel', onWheel);
     };
   }, []);

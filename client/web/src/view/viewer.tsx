@@ -9,7 +9,7 @@ import {GlPicture} from './gl_picture';
 import {Divider, RegionFrame} from './overlays';
 import {usePointers} from './pointers';
 import {farm} from './store';
-import {viewerKeys} from './viewer_keys';
+import {steeringKeys, viewerKeys} from './viewer_keys';
 
 export interface ViewerProps {
   film: Film | undefined;
@@ -36,6 +36,18 @@ export interface ViewerProps {
   onPoint: (at: Point | undefined) => void;
   /** The exposure that fits the picture. */
   onNormalize: () => void;
+  /** Moves the scene's camera: what is dragged, turned and pressed then goes there, and not to the picture. */
+  steering?: Steering;
+}
+
+/** Parts are of the picture's height. */
+export interface Steering {
+  orbit: (x: number, y: number) => void;
+  pan: (x: number, y: number) => void;
+  /** Multiplies the distance. */
+  dolly: (factor: number) => void;
+  /** What was moved is let go. */
+  release: () => void;
 }
 
 function backgroundOf(element: HTMLElement): [number, number, number] {
@@ -44,7 +56,7 @@ function backgroundOf(element: HTMLElement): [number, number, number] {
 }
 
 export function Viewer(props: ViewerProps) {
-  const {film, look, camera, theme, other, against, errorMap, region, drawing, onCamera, onPoint} = props;
+  const {film, look, camera, theme, other, against, errorMap, region, drawing, steering, onCamera, onPoint} = props;
   const canvas = useRef<HTMLCanvasElement>(null);
   const picture = useRef<GlPicture>();
   const redraw = useRef(() => {});
@@ -115,9 +127,15 @@ export function Viewer(props: ViewerProps) {
 
   const move = (by: Point) => onCamera(pan(shown, size, by));
   const zoom = (at: Point, factor: number) => onCamera(zoomAt(shown, screen, at, factor));
+  const steer = (by: Point, second: boolean) => {
+    const height = shown.zoom * size.height;
+    (second ? steering!.pan : steering!.orbit)(by.x / height, by.y / height);
+  };
   usePointers(canvas, {
-    move,
-    zoom,
+    move: steering ? steer : move,
+    zoom: steering ? (_at, factor) => steering.dolly(1 / factor) : zoom,
+    release: () => steering?.release(),
+    steering: steering !== undefined,
     point: (at) => onPoint(at && toPicture(shown, screen, at)),
     draw: (from, to) => film && props.onRegion(regionBetween(toPicture(shown, screen, from), toPicture(shown, screen, to), size)),
     drawing,
@@ -138,7 +156,8 @@ export function Viewer(props: ViewerProps) {
       onPoint(shown.center);
     };
     const around = (factor: number) => zoom({x: screen.width / 2, y: screen.height / 2}, factor);
-    const key = viewerKeys({...props, camera: shown, move: moved, zoom: around, changeRegion}, event.shiftKey)[event.key.toLowerCase()];
+    const keys = viewerKeys({...props, camera: shown, move: moved, zoom: around, changeRegion}, event.shiftKey);
+    const key = (steering ? {...keys, ...steeringKeys(steering, event.shiftKey)} : keys)[event.key.toLowerCase()];
     if (key) {
       event.preventDefault();
       key();
@@ -159,7 +178,7 @@ export function Viewer(props: ViewerProps) {
         ref={canvas}
         tabIndex={0}
         role="img"
-        aria-label="The picture. Arrows move it, plus and minus zoom, F fits it, E and Shift+E change the exposure."
+        aria-label={steering ? 'The picture. Arrows turn the camera, with Shift they move it, plus and minus go nearer and farther.' : 'The picture. Arrows move it, plus and minus zoom, F fits it, E and Shift+E change the exposure.'}
         aria-describedby="viewer-keys"
         onKeyDown={onKey}
         onDblClick={() => onCamera(undefined)}

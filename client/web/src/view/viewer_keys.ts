@@ -3,6 +3,7 @@ import type {Camera, Point} from '../model/camera';
 import type {Against, Comparison} from '../model/comparison';
 import type {Rect} from '../model/film';
 import {kMostStops, kPlainLook, type Look} from '../model/route';
+import type {Steering} from './viewer';
 
 export interface KeyTargets {
   look: Look;
@@ -57,6 +58,28 @@ function arrowKeys(targets: KeyTargets, shift: boolean): Record<string, () => vo
     }
   };
   return {arrowleft: go(-1, 0), arrowright: go(1, 0), arrowup: go(0, -1), arrowdown: go(0, 1)};
+}
+
+/** Of a picture's height. */
+const kSteerStep = 0.03;
+const kDollyStep = 1.1;
+
+/** What keys do while the scene's camera is moved. Arrows move the camera, not what it sees. */
+export function steeringKeys(steering: Steering, shift: boolean): Record<string, () => void> {
+  const go = (x: number, y: number) => () => (shift ? steering.pan : steering.orbit)(-x * kSteerStep, -y * kSteerStep);
+  const dolly = (factor: number) => () => steering.dolly(factor);
+  const nothing = () => undefined;
+  return {
+    arrowleft: go(-1, 0),
+    arrowright: go(1, 0),
+    arrowup: go(0, -1),
+    arrowdown: go(0, 1),
+    '+': dolly(1 / kDollyStep),
+    '=': dolly(1 / kDollyStep),
+    '-': dolly(kDollyStep),
+    m: nothing,
+    '1': nothing,
+  };
 }
 
 /** By the key's name in small letters. */

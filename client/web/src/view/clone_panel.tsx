@@ -1,0 +1,52 @@
+/** A job once more: the same scene and settings, with another goal or name where one is given. */
+import {useEffect, useState} from 'preact/hooks';
+import {fetchSpec, submitJob} from '../api/submit';
+import {faultOf, filledSpec, formOf, sceneOf, type JobForm} from '../model/job_form';
+import type {JobSpec} from '../wire/lightmill/v1/farm_pb';
+import {ActionButton, useOpened} from './bits';
+import {JobFields} from './job_fields';
+import {useFarm} from './store';
+
+export function ClonePanel({id, onClose}: {id: bigint; onClose: () => void}) {
+  const {greeting} = useFarm();
+  const [spec, setSpec] = useState<JobSpec>();
+  const [form, setForm] = useState<JobForm>();
+  const [failure, setFailure] = useState('');
+  const opened = useOpened<HTMLElement>();
+  useEffect(() => {
+    let left = false;
+    fetchSpec(id)
+      .then((found) => {
+        if (!left) {
+          setSpec(found);
+          setForm(formOf(found));
+        }
+      })
+      .catch((error: unknown) => !left && setFailure(error instanceof Error ? error.message : String(error)));
+    return () => {
+      left = true;
+    };
+  }, [id]);
+  useEffect(() => opened.current?.scrollIntoView({block: 'nearest'}), [form === undefined]);
+  const submit = async () => {
+    const job = await submitJob(filledSpec(spec!, sceneOf(spec!), form!, greeting!.rendererVersion, spec!.parent));
+    window.location.hash = `#/jobs/${job}`;
+  };
+  return (
+    <section ref={opened} class="inset" aria-label="Clone" tabIndex={-1}>
+      {form && <JobFields form={form} onForm={setForm} />}
+      {!form && !failure && <p class="muted">Asking what it was…</p>}
+      <div class="actions">
+        <ActionButton label="Submit the clone" refused={form ? faultOf(form) : 'It is not there yet'} act={submit} onFailure={setFailure} primary />
+        <button type="button" onClick={onClose}>
+          Close
+        </button>
+      </div>
+      {failure && (
+        <p class="notice failure" role="alert">
+          {failure}
+        </p>
+      )}
+    </section>
+  );
+}

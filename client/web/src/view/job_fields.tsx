@@ -1,0 +1,61 @@
+/** What a job is asked for, as fields: its name, size, method, seed, goal and priority. */
+import {useId} from 'preact/hooks';
+import {kLeastPriority, kMethods, kMostPriority, kMostSide, type JobForm} from '../model/job_form';
+import {NumberField} from './number_field';
+
+export interface JobFieldsProps {
+  form: JobForm;
+  /** `of`: which field. */
+  onForm: (form: JobForm, of: string) => void;
+}
+
+const isSeed = (text: string): boolean => /^\d{1,20}$/.test(text) && BigInt(text) < 2n ** 64n;
+
+type NumberKey = {[Key in keyof JobForm]: JobForm[Key] extends number ? Key : never}[keyof JobForm];
+
+export function JobFields({form, onForm}: JobFieldsProps) {
+  const methods = useId();
+  const set = (change: Partial<JobForm>) => onForm({...form, ...change}, Object.keys(change).join());
+  const number = (key: NumberKey, label: string, more: {least?: number; most?: number; step?: number; whole?: boolean; title?: string} = {}) => (
+    <label title={more.title}>
+      {label}
+      <NumberField step={more.step ?? 1} least={more.least} most={more.most} value={form[key]} onValue={(value) => set({[key]: more.whole === false ? value : Math.round(value)})} />
+    </label>
+  );
+  return (
+    <div class="job-fields">
+      <label class="whole">
+        Name
+        <input type="text" maxLength={250} value={form.name} onInput={(event) => set({name: event.currentTarget.value})} />
+      </label>
+      {number('width', 'Width', {least: 1, most: kMostSide})}
+      {number('height', 'Height', {least: 1, most: kMostSide})}
+      <label>
+        Method
+        <input type="text" list={methods} value={form.method} onInput={(event) => set({method: event.currentTarget.value})} />
+        <datalist id={methods}>
+          {kMethods.map((method) => (
+            <option key={method} value={method} />
+          ))}
+        </datalist>
+      </label>
+      <label title="The same seed gives the same picture, bit for bit">
+        Seed
+        <input type="text" inputMode="numeric" pattern="\d*" value={String(form.seed)} onChange={(event) => isSeed(event.currentTarget.value) && set({seed: BigInt(event.currentTarget.value)})} />
+      </label>
+      <fieldset class="whole">
+        <legend>
+          Goal <span class="muted">the first that is reached ends it; 0: no such limit</span>
+        </legend>
+        {number('samples', 'Samples', {least: 0, title: 'Per pixel'})}
+        {number('percent', 'Error, ±%', {least: 0, step: 0.1, whole: false, title: 'With 95 % confidence: 10 is a little grainy, 3 smooth'})}
+        {number('seconds', 'Seconds', {least: 0, whole: false, title: 'Of rendering'})}
+        <label class="check" title="Noisy parts get up to 4 times as many samples, quiet ones down to a quarter">
+          <input type="checkbox" checked={form.adaptive} onChange={(event) => set({adaptive: event.currentTarget.checked})} />
+          Adaptive
+        </label>
+      </fieldset>
+      {number('priority', 'Priority', {least: kLeastPriority, most: kMostPriority, title: 'Jobs with a higher one go first'})}
+    </div>
+  );
+}

@@ -1,0 +1,103 @@
+/** The small job that shows what is being edited, and its picture: over a connection of its own. */
+import {useEffect, useRef, useState} from 'preact/hooks';
+import {Live} from '../api/live';
+import {discardAtOnce, discardJob, submitJob} from '../api/submit';
+import {Film} from '../model/film';
+import {QuickLook} from '../model/quick_look';
+import {JobState, type JobSpec} from '../wire/lightmill/v1/farm_pb';
+import {farm} from './store';
+
+/** A look is not replaced before its picture is there, or so long has gone by. */
+const kPictureMs = 1_500;
+
+class LiveLook {
+  private film: Film | undefined;
+  private job = 0n;
+  private onPicture = () => {};
+  /** Why the job failed. */
+  private fault = '';
+  private readonly live = new Live({
+    onLink: () => undefined,
+    onUpdate: ({job, tiles}) => {
+      if (job && job.id === this.job) {
+        this.film ??= Film.of(job);
+        if (job.state === JobState.FAILED) {
+          this.fault = job.reason;
+          this.onFailure(job.reason);
+          this.onPicture();
+        }
+      }
+      farm.putTiles(this.film, tiles);
+      if (this.film?.counts.every((count) => count > 0)) {
+        this.onFilm(this.film);
+        this.onPicture();
+      }
+    },
+  });
+  readonly look: QuickLook<JobSpec>;
+
+  constructor(
+    private readonly onFilm: (film: Film) => void,
+    private readonly onFailure: (message: string) => void,
+  ) {
+    this.look = new QuickLook<JobSpec>({submit: (spec) => this.submit(spec), discard: discardJob}, {onJob: () => undefined, onFailure});
+    addEventListener('pagehide', this.leave);
+  }
+
+  close(): void {
+    removeEventListener('pagehide', this.leave);
+    this.live.close();
+    this.onPicture();
+    // What is left of it is in the list of jobs, where it can be deleted.
+    void this.look.close().catch(() => undefined);
+  }
+
+  private async submit(spec: JobSpec): Promise<bigint> {
+    const job = await submitJob(spec);
+    this.job = job;
+    this.film = undefined;
+    this.fault = '';
+    this.live.want({jobs: false, workers: false, job});
+    await new Promise<void>((resolve) => {
+      this.onPicture = resolve;
+      setTimeout(resolve, kPictureMs);
+    });
+    if (this.fault) {
+      await discardJob(job);
+      throw new Error(this.fault);
+    }
+    return job;
+  }
+
+  private readonly leave = () => {
+    if (this.job !== 0n) {
+      discardAtOnce(this.job);
+    }
+  };
+}
+
+/** The picture of the newest wish that has one, and why there is none of a newer one. None while `wish` is undefined. */
+export function useQuickLook(wish: JobSpec | undefined): {film: Film | undefined; failure: string} {
+  const [film, setFilm] = useState<Film>();
+  const [failure, setFailure] = useState('');
+  const look = useRef<LiveLook>();
+  const wanted = wish !== undefined;
+  useEffect(() => {
+    if (!wanted) {
+      return;
+    }
+    const now = new LiveLook(setFilm, setFailure);
+    look.current = now;
+    return () => {
+      now.close();
+      setFilm(undefined);
+      setFailure('');
+    };
+  }, [wanted]);
+  useEffect(() => {
+    if (wish) {
+      look.current?.look.want(wish);
+    }
+  }, [wish]);
+  return {film, failure};
+}
