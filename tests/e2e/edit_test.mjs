@@ -1,4 +1,4 @@
-// Jobs that are edited, cloned and deleted in a real browser against a real farm: node edit_test.mjs FOLDER-OF-PROGRAMS
+// Jobs that are edited, cloned, moved up and deleted in a real browser against a real farm: node edit_test.mjs FOLDER-OF-PROGRAMS
 // [--pictures FOLDER]
 import assert from 'node:assert/strict';
 import {readFileSync, writeFileSync} from 'node:fs';
@@ -200,10 +200,12 @@ test('no look outlives the panel, or the page', async () => {
   await eventually('it is gone with the page', async () => (await looks()).length === 0);
 });
 
-test('ended jobs are deleted, once that is confirmed', async () => {
+test('priorities are set, and ended jobs deleted, once that is confirmed', async () => {
   const long = session.farm.submit('cornell-bench-balls', '--spp', '100000', '--size', '128x128', '--method', 'path', '--name', 'balls');
   page = await session.open(`#/jobs/${long}`);
-  await page.getByRole('button', {name: 'Pause'}).waitFor();
+  await page.getByLabel('Priority', {exact: true}).fill('7');
+  await page.getByLabel('Priority', {exact: true}).press('Tab');
+  await eventually('the farm has it', async () => (await api(`jobs/${long}`)).priority === 7);
   assert.equal(await page.getByRole('button', {name: 'Delete'}).count(), 0);
   page.once('dialog', (dialog) => dialog.accept());
   await page.getByRole('button', {name: 'Cancel'}).click();

@@ -32,6 +32,10 @@ export async function deleteJob(job: bigint): Promise<void> {
   await post(`jobs/${job}/delete`);
 }
 
+export async function setPriority(job: bigint, priority: number): Promise<void> {
+  await post(`jobs/${job}/priority`, {priority});
+}
+
 /** Gives a job another goal: a new total of samples per pixel, or a relMSE; what is left out stays. */
 export async function extendJob(job: bigint, to: {samples?: number; error?: number}): Promise<void> {
   await post(`jobs/${job}/extend`, to);

@@ -1,12 +1,14 @@
 /** What a job is, whom it comes from, and what can be done with it. */
 import type {ComponentChildren} from 'preact';
 import {useState} from 'preact/hooks';
-import {actOnJob, deleteJob, extendJob} from '../api/actions';
+import {actOnJob, deleteJob, extendJob, setPriority} from '../api/actions';
 import {ageText, errorText, goalText, humanRate, humanSeconds, methodName, samplesText} from '../model/format';
 import {childrenOf, hasEnded} from '../model/jobs';
+import {kLeastPriority, kMostPriority} from '../model/job_form';
 import {refusalOf} from '../model/rights';
 import {JobState, type Job} from '../wire/lightmill/v1/farm_pb';
 import {ActionButton, etaText} from './bits';
+import {NumberField} from './number_field';
 import {useFarm} from './store';
 
 /** What a job is extended in: its error if it has such a goal, else its samples; and what is offered. */
@@ -37,6 +39,21 @@ function Extend({job, onFailure}: {job: Job; onFailure: (message: string) => voi
       </label>
       <ActionButton label="Extend" title="Give the job this goal; a finished one goes on" refused={refusalOf(greeting, 'ExtendJob', job.owner)} act={() => extendJob(job.id, goal(Number(text) || offer))} onFailure={onFailure} />
     </form>
+  );
+}
+
+function Priority({job, onFailure}: {job: Job; onFailure: (message: string) => void}) {
+  const {greeting} = useFarm();
+  const refused = refusalOf(greeting, 'SetPriority', job.owner);
+  const set = (priority: number) => {
+    onFailure('');
+    setPriority(job.id, Math.round(priority)).catch((error: unknown) => onFailure(error instanceof Error ? error.message : String(error)));
+  };
+  return (
+    <label class="stacked" title={refused ?? 'Jobs with a higher one go first'}>
+      Priority
+      <NumberField class="short" step={1} least={kLeastPriority} most={kMostPriority} value={job.priority} disabled={refused !== undefined} onValue={set} />
+    </label>
   );
 }
 
@@ -79,6 +96,7 @@ function Actions({job, open, onOpen}: JobActionsProps) {
         <ActionButton label="Delete" danger question={`Delete job ${job.id} and its picture? Nothing brings them back.`} refused={refused('DeleteJob')} act={() => deleteAndLeave(job)} onFailure={setFailure} />
       )}
       {extendable && <Extend job={job} onFailure={setFailure} />}
+      {!ended && <Priority job={job} onFailure={setFailure} />}
       {failure && (
         <p class="notice failure" role="alert">
           {failure}

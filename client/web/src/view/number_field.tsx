@@ -10,9 +10,10 @@ export interface NumberFieldProps {
   least?: number;
   most?: number;
   step: number;
+  disabled?: boolean;
 }
 
-export function NumberField({value, onValue, label, least, most, step, class: name}: NumberFieldProps) {
+export function NumberField({value, onValue, label, least, most, step, disabled, class: name}: NumberFieldProps) {
   const [draft, setDraft] = useState<string>();
   const done = (text: string) => {
     setDraft(undefined);
@@ -29,6 +30,7 @@ export function NumberField({value, onValue, label, least, most, step, class: na
       min={least}
       max={most}
       step={step}
+      disabled={disabled}
       value={draft ?? value ?? ''}
       onInput={(event) => setDraft(event.currentTarget.value)}
       onBlur={() => setDraft(undefined)}
