@@ -20,6 +20,7 @@ test('times and numbers are written as the command line writes them', () => {
 test('a goal names its limits', () => {
   const job = create(JobSchema, {goal: {samples: 64n, seconds: 90, error: 0.01}, frameSamples: 12n});
   expect(goalText(job)).toBe('64 samples or ±10% or 1 min 30 s');
+  expect(goalText(create(JobSchema, {goal: {samples: 1n}}))).toBe('1 sample');
   expect(samplesText(job)).toBe('12/64');
   expect(samplesText(create(JobSchema, {frameSamples: 12n}))).toBe('12');
 });

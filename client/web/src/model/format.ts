@@ -105,7 +105,7 @@ export function methodName(job: Job): string {
 export function goalText(job: Job): string {
   const parts: string[] = [];
   if (job.goal?.samples) {
-    parts.push(`${job.goal.samples} samples`);
+    parts.push(`${job.goal.samples} ${job.goal.samples === 1n ? 'sample' : 'samples'}`);
   }
   if (job.goal?.error) {
     parts.push(errorText(job.goal.error));

@@ -23,7 +23,7 @@ const kFilters: {filter: JobFilter; label: string}[] = [
   {filter: 'all', label: 'All'},
   {filter: 'active', label: 'Active'},
   {filter: 'done', label: 'Done'},
-  {filter: 'failed', label: 'Failed'},
+  {filter: 'failed', label: 'Failed or cancelled'},
 ];
 
 const kThumbnailMs = 4_000;
@@ -77,7 +77,9 @@ function Row({job, now}: {job: Job; now: number}) {
       <td class="right" data-label="ETA">
         {etaText(job)}
       </td>
-      <td class="wide">{methodName(job)}</td>
+      <td class="wide">
+        {methodName(job)} {job.methodNotes?.notices.length ? <abbr title={job.methodNotes.notices.join(' ')}>!</abbr> : null}
+      </td>
       <td class="wide">{job.owner}</td>
       <td class="wide right">{job.priority}</td>
       <td class="wide right">{ageText(Number(job.submittedUnixMs), now)}</td>
