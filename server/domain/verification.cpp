@@ -27,7 +27,9 @@ bool is_chosen(const Sha256& secret, const NodeKey& key, double share) {
 Verdict judge(std::span<const Claim> claims) {
   std::set<Hash128> different;
   for (const Claim& one : claims) {
-    different.insert(one.hash);
+    if (one.by != Renderer{}) {  // what was joined may have a part of a machine that has a claim of its own
+      different.insert(one.hash);
+    }
     const bool seconded = std::ranges::any_of(
         claims, [&](const Claim& other) { return other.hash == one.hash && other.by.machine != one.by.machine; });
     if (seconded) {

@@ -196,15 +196,15 @@ void Coordinator::State::compare_result(Job& job, const NodeKey& key, const Hash
 
 void Coordinator::State::settle_verification(Job& job, const NodeKey& key, const Hash128& hash, Time now, Step& step) {
   const Verifications::Place place{key.range, key.tile};
-  const std::vector<Claim> claims = job.verifications.find(place)->claims;
+  const Verifications::Entry entry = *job.verifications.find(place);
   if (const std::optional<LeaseId> lease = job.verifications.close(place)) {
     tile_done(*lease, key.tile, now, step, false);
   }
   std::vector<Claim> agreed, wrong;
-  for (const Claim& claim : claims) {
+  for (const Claim& claim : entry.claims) {
     (claim.hash == hash ? agreed : wrong).push_back(claim);
   }
-  if (claims.front().hash == hash) {
+  if (entry.chosen && entry.claims.front().hash == hash) {  // else it may be no single result
     ++job.record.counters.results_verified;
     step.writes.push_back(PutVerified{key});
   }

@@ -105,8 +105,8 @@ void FarmSimulation::check_decisions(const Step& step) {
   }
 }
 
-/// A count may be raised, or a job that has ended by time extended, durably, between the decision that a result is not
-/// wanted and the acknowledgement.
+/// A count may be raised, a job that has ended by time extended or one without a class get one, durably, between the
+/// decision that a result is not wanted and the acknowledgement.
 void FarmSimulation::note_unwanted(const Step& step) {
   for (const Outgoing& message : step.after_commit) {
     if (const auto* ack = std::get_if<ResultAck>(&message.message)) {
@@ -130,7 +130,8 @@ void FarmSimulation::note_unwanted(const Step& step) {
                             key.range.end() > film.allocation().of_tile(key.tile, status->goal.samples),
                    too_late = status->state == JobState::done && status->goal.seconds > 0 &&
                               !film.covered(key.tile, key.range);
-        if (beyond || too_late) {
+        const bool of_former_class = status->fingerprint_class.empty();  // perhaps the next one, too
+        if (beyond || too_late || of_former_class) {
           unwanted_.insert({message.to, key});
         }
       }
