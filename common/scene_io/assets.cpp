@@ -1,7 +1,5 @@
 #include "common/scene_io/assets.h"
 
-#include "common/base/file.h"
-
 namespace lightmill {
 namespace {
 
@@ -26,16 +24,17 @@ Sha256 add_image(std::string bytes, ImageAsset image, LoadedScene& loaded) {
   return loaded.images.emplace_back(std::move(image)).asset;
 }
 
-Result<Sha256> add_image_file(const std::filesystem::path& path, ImageAsset image, LoadedScene& loaded) {
-  Result<std::string> bytes = read_file(path, kMaxImageBytes);
+Result<Sha256> add_image_file(const SceneFiles& files, const std::filesystem::path& path, ImageAsset image,
+                              LoadedScene& loaded) {
+  Result<std::string> bytes = files.read(path, kMaxImageBytes);
   if (!bytes.ok()) {
     return with_context(bytes.status(), image.place);
   }
   return add_image(*std::move(bytes), std::move(image), loaded);
 }
 
-Result<ObjFile> read_obj_file(const std::filesystem::path& path) {
-  LM_ASSIGN_OR_RETURN(const std::string text, read_file(path, kMaxObjBytes));
+Result<ObjFile> read_obj_file(const SceneFiles& files, const std::filesystem::path& path) {
+  LM_ASSIGN_OR_RETURN(const std::string text, files.read(path, kMaxObjBytes));
   return read_obj(text, path.string());
 }
 

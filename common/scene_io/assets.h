@@ -19,10 +19,11 @@ Sha256 add_bytes(std::string bytes, LoadedScene& loaded);
 Sha256 add_image(std::string bytes, ImageAsset image, LoadedScene& loaded);
 
 /// Reads an image file of at most 1 GiB and keeps it so. An error names the place and the file.
-Result<Sha256> add_image_file(const std::filesystem::path& path, ImageAsset image, LoadedScene& loaded);
+Result<Sha256> add_image_file(const SceneFiles& files, const std::filesystem::path& path, ImageAsset image,
+                              LoadedScene& loaded);
 
 /// Reads an OBJ file of at most 4 GiB.
-Result<ObjFile> read_obj_file(const std::filesystem::path& path);
+Result<ObjFile> read_obj_file(const SceneFiles& files, const std::filesystem::path& path);
 
 /// Adds those notices that are not there yet.
 void append_notices(const std::vector<std::string>& from, std::vector<std::string>& to);

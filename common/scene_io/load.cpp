@@ -2,7 +2,6 @@
 
 #include <cctype>
 
-#include "common/base/file.h"
 #include "common/film/tile_grid.h"
 #include "common/scene_io/loaders.h"
 #include "common/wire/scene_json.h"
@@ -18,13 +17,12 @@ bool is_gltf(const fs::path& path) {
   return lower_ending(path) == ".gltf" || lower_ending(path) == ".glb";
 }
 
-Result<fs::path> resolve(const fs::path& path) {
-  std::error_code error;
+Result<fs::path> resolve(const fs::path& path, const SceneFiles& files) {
   const fs::path with_ending = path.string() + ".json";
-  if (lower_ending(path) != ".json" && !fs::is_regular_file(path, error) && fs::is_regular_file(with_ending, error)) {
+  if (lower_ending(path) != ".json" && !files.is_file(path) && files.is_file(with_ending)) {
     return with_ending;
   }
-  if (!fs::exists(path, error)) {
+  if (!files.exists(path)) {
     return not_found("{}: no such file", path.string());
   }
   if (lower_ending(path) != ".json" && lower_ending(path) != ".obj" && !is_gltf(path)) {
@@ -35,9 +33,10 @@ Result<fs::path> resolve(const fs::path& path) {
 
 Result<LoadedScene> load_files(const std::vector<fs::path>& files, const LoadOptions& options) {
   if (lower_ending(files[0]) == ".json") {
-    return load_document(files[0]);
+    return load_document(files[0], *options.files);
   }
-  return is_gltf(files[0]) ? load_gltf(files[0], options.light_the_dark) : load_objs(files, options.ka);
+  return is_gltf(files[0]) ? load_gltf(files[0], options.light_the_dark, *options.files)
+                           : load_objs(files, options.ka, *options.files);
 }
 
 std::string names_of(const std::vector<NamedCamera>& cameras) {
@@ -48,14 +47,14 @@ std::string names_of(const std::vector<NamedCamera>& cameras) {
   return text;
 }
 
-Status choose_camera(const std::string& wanted, LoadedScene& loaded) {
+Status choose_camera(const std::string& wanted, const SceneFiles& files, LoadedScene& loaded) {
   for (const NamedCamera& camera : loaded.cameras) {
     if (camera.name == wanted) {
       use_camera(camera, loaded.scene);
       return ok_status();
     }
   }
-  const Result<std::string> text = read_file(wanted, kMaxDocumentBytes);
+  const Result<std::string> text = files.read(wanted, kMaxDocumentBytes);
   if (!text.ok()) {
     return make_error(text.status().code(), "{}, and {}", message_of(text.status()),
                       loaded.cameras.empty()
@@ -90,7 +89,7 @@ Result<LoadedScene> load_scene(std::span<const fs::path> paths, const LoadOption
   }
   std::vector<fs::path> files;
   for (const fs::path& path : paths) {
-    LM_ASSIGN_OR_RETURN(fs::path file, resolve(path));
+    LM_ASSIGN_OR_RETURN(fs::path file, resolve(path, *options.files));
     files.push_back(std::move(file));
   }
   const bool all_objs =
@@ -103,7 +102,7 @@ Result<LoadedScene> load_scene(std::span<const fs::path> paths, const LoadOption
   }
   LM_ASSIGN_OR_RETURN(LoadedScene loaded, load_files(files, options));
   if (!options.camera.empty()) {
-    LM_RETURN_IF_ERROR(choose_camera(options.camera, loaded));
+    LM_RETURN_IF_ERROR(choose_camera(options.camera, *options.files, loaded));
   }
   LM_RETURN_IF_ERROR(validate(loaded.scene));
   return loaded;

@@ -11,6 +11,7 @@
 #include "common/base/status.h"
 #include "common/scene/document.h"
 #include "common/scene_io/mtl.h"
+#include "common/scene_io/scene_files.h"
 
 namespace lightmill {
 
@@ -48,14 +49,15 @@ struct LoadOptions {
   /// Replaces the scene's camera: the name of one of the file's cameras, else a JSON file that holds one.
   std::string camera;
   KaMeaning ka = KaMeaning::automatic;
-  bool light_the_dark = true;  ///< a glTF file in which nothing emits light gets an even white sky
+  bool light_the_dark = true;                  ///< a glTF file in which nothing emits light gets an even white sky
+  const SceneFiles* files = &files_on_disk();  ///< all that can be read; outlives the call
 };
 
 /// Loads one scene document (.json, or its name without that ending), whose meshes are OBJ files relative to it; or one
 /// or several OBJ files with their MTL files, seen by the course's Cornell camera: eye (277, 275, −570), to (277, 275,
 /// 0), camera constant 1, 512×512; or one glTF file (.gltf, .glb; gltf/gltf.h). Errors name file and line or field;
-/// nothing is returned unless all is well. Files may name others anywhere: they are read with the user's own rights,
-/// and sizes are bounded.
+/// nothing is returned unless all is well. Files may name others anywhere: they are read from `files` (on disk: with
+/// the user's own rights), and sizes are bounded.
 Result<LoadedScene> load_scene(std::span<const std::filesystem::path> paths, const LoadOptions& options = {});
 
 }  // namespace lightmill

@@ -1,4 +1,3 @@
-#include "common/base/file.h"
 #include "common/lights/ies_profile.h"
 #include "common/scene_io/assets.h"
 #include "common/scene_io/loaders.h"
@@ -15,7 +14,8 @@ namespace {
 /// material of its file.
 class DocumentLoader {
  public:
-  DocumentLoader(const fs::path& path, SceneFile file) : folder_(path.parent_path()), file_(std::move(file)) {}
+  DocumentLoader(const fs::path& path, SceneFile file, const SceneFiles& files)
+      : folder_(path.parent_path()), file_(std::move(file)), sources_(files) {}
 
   Result<LoadedScene> load() {
     const std::vector<Object> objects = std::move(file_.draft.scene.objects);
@@ -45,7 +45,7 @@ class DocumentLoader {
 
   Status add_texture(std::size_t index, TextureImage& texture) {
     const std::string field = fmt::format("textures[{}].file", index);
-    LM_ASSIGN_OR_RETURN(texture.asset, add_image_file(folder_ / texture.file,
+    LM_ASSIGN_OR_RETURN(texture.asset, add_image_file(sources_, folder_ / texture.file,
                                                       {.name = texture.file, .place = place_of(field)}, loaded_));
     return ok_status();
   }
@@ -60,7 +60,7 @@ class DocumentLoader {
     const fs::path path = folder_ / shape->file;
     const auto [found, added] = files_.try_emplace(path.string());
     if (added) {
-      Result<ObjFile> file = read_obj_file(path);
+      Result<ObjFile> file = read_obj_file(sources_, path);
       if (!file.ok()) {
         return with_context(file.status(), place_of(field));
       }
@@ -92,7 +92,7 @@ class DocumentLoader {
     if (auto* ies = std::get_if<IesLight>(&light.kind)) {
       const std::string field = fmt::format("lights[{}].ies.file", index);
       const fs::path path = folder_ / ies->file;
-      Result<std::string> text = read_file(path, kMaxIesBytes);
+      Result<std::string> text = sources_.read(path, kMaxIesBytes);
       const Result<IesProfile> profile = text.ok() ? read_ies(*text, path.string()) : text.status();
       if (!profile.ok()) {
         return with_context(profile.status(), place_of(field));
@@ -108,7 +108,7 @@ class DocumentLoader {
       const std::string field = fmt::format("lights[{}].environment.file", index);
       LM_ASSIGN_OR_RETURN(
           environment->asset,
-          add_image_file(folder_ / environment->file,
+          add_image_file(sources_, folder_ / environment->file,
                          {.name = environment->file, .place = place_of(field), .environment = true}, loaded_));
     }
     return ok_status();
@@ -141,6 +141,7 @@ class DocumentLoader {
 
   fs::path folder_;
   SceneFile file_;
+  const SceneFiles& sources_;
   LoadedScene loaded_;
   std::map<std::string, std::uint32_t> materials_;  ///< by name
   std::map<std::string, ObjFile> files_;
@@ -148,10 +149,9 @@ class DocumentLoader {
 };
 
 /// A missing file of a folder with a script that fetches what is not kept there, as `scenes` has one: names the script.
-Status name_fetcher(const Status& status, const fs::path& folder) {
+Status name_fetcher(const Status& status, const fs::path& folder, const SceneFiles& files) {
   const fs::path script = folder / "get-models";
-  std::error_code error;
-  if (status.code() != StatusCode::kNotFound || !fs::is_regular_file(script, error)) {
+  if (status.code() != StatusCode::kNotFound || !files.is_file(script)) {
     return status;
   }
   return not_found("{}; {} fetches the models that are not kept there", message_of(status), script.string());
@@ -159,12 +159,12 @@ Status name_fetcher(const Status& status, const fs::path& folder) {
 
 }  // namespace
 
-Result<LoadedScene> load_document(const fs::path& path) {
-  LM_ASSIGN_OR_RETURN(const std::string text, read_file(path, kMaxDocumentBytes));
+Result<LoadedScene> load_document(const fs::path& path, const SceneFiles& files) {
+  LM_ASSIGN_OR_RETURN(const std::string text, files.read(path, kMaxDocumentBytes));
   LM_ASSIGN_OR_RETURN(SceneFile file, read_scene_json(text, path.string()));
-  Result<LoadedScene> loaded = DocumentLoader(path, std::move(file)).load();
+  Result<LoadedScene> loaded = DocumentLoader(path, std::move(file), files).load();
   if (!loaded.ok()) {
-    return name_fetcher(loaded.status(), path.parent_path());
+    return name_fetcher(loaded.status(), path.parent_path(), files);
   }
   if (loaded->scene.name.empty()) {
     loaded->scene.name = utf8_name(path.stem().string());

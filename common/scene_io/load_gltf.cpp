@@ -1,17 +1,16 @@
-#include "common/base/file.h"
 #include "common/scene_io/gltf/gltf.h"
 #include "common/scene_io/loaders.h"
 #include "common/scene_io/text_lines.h"
 
 namespace lightmill {
 
-Result<LoadedScene> load_gltf(const std::filesystem::path& path, bool light_the_dark) {
+Result<LoadedScene> load_gltf(const std::filesystem::path& path, bool light_the_dark, const SceneFiles& files) {
   constexpr std::uint64_t kMaxBytes = std::uint64_t{4} << 30;
-  LM_ASSIGN_OR_RETURN(std::string bytes, read_file(path, kMaxBytes));
+  LM_ASSIGN_OR_RETURN(std::string bytes, files.read(path, kMaxBytes));
   const std::filesystem::path folder = path.parent_path();
   LM_ASSIGN_OR_RETURN(LoadedScene loaded,
                       read_gltf(std::move(bytes), path.string(), light_the_dark,
-                                [&](const std::string& name) { return read_file(folder / name, kMaxBytes); }));
+                                [&](const std::string& name) { return files.read(folder / name, kMaxBytes); }));
   loaded.scene.name = utf8_name(path.stem().string());
   return loaded;
 }

@@ -2,7 +2,6 @@
 #include <map>
 #include <numbers>
 
-#include "common/base/file.h"
 #include "common/scene_io/assets.h"
 #include "common/scene_io/loaders.h"
 #include "common/scene_io/obj.h"
@@ -27,9 +26,8 @@ struct ObjWithMaterials {
 };
 
 /// The files that a mtllib names: one, or, if there is none of that name, several with blanks between them.
-std::vector<fs::path> library_files(const fs::path& folder, std::string_view written) {
-  std::error_code error;
-  if (fs::exists(folder / written, error)) {
+std::vector<fs::path> library_files(const fs::path& folder, std::string_view written, const SceneFiles& files) {
+  if (files.exists(folder / written)) {
     return {folder / written};
   }
   std::vector<fs::path> out;
@@ -49,10 +47,10 @@ bool same_definition(const MtlMaterial& a, const MtlMaterial& b) {
 }
 
 /// Of several materials of one name in the libraries of a file the first counts.
-Status load_libraries(ObjWithMaterials& file, std::vector<std::string>& notices) {
+Status load_libraries(ObjWithMaterials& file, const SceneFiles& files, std::vector<std::string>& notices) {
   for (const ObjLibrary& library : file.obj.libraries) {
-    for (const fs::path& path : library_files(file.path.parent_path(), library.file)) {
-      const Result<std::string> text = read_file(path, kMaxMtlBytes);
+    for (const fs::path& path : library_files(file.path.parent_path(), library.file, files)) {
+      const Result<std::string> text = files.read(path, kMaxMtlBytes);
       if (!text.ok()) {
         return with_context(text.status(), fmt::format("{}:{}: mtllib", file.path.string(), library.line));
       }
@@ -121,9 +119,8 @@ Result<std::uint32_t> part_material(const ObjWithMaterials& file, const ObjPart&
 }
 
 /// Files from elsewhere may have their folders divided by backslashes.
-std::string existing_path(std::string path) {
-  std::error_code error;
-  if (!fs::exists(path, error)) {
+std::string existing_path(std::string path, const SceneFiles& files) {
+  if (!files.exists(path)) {
     std::replace(path.begin(), path.end(), '\\', '/');
   }
   return path;
@@ -134,12 +131,12 @@ std::string place_of(const MtlMaterial& material, const MtlMap& map) {
 }
 
 /// Leaves out maps whose file is not there, with a notice: downloaded models often come without their images.
-void leave_out_missing_maps(std::vector<MtlMaterial>& materials, std::vector<std::string>& notices) {
+void leave_out_missing_maps(std::vector<MtlMaterial>& materials, const SceneFiles& files,
+                            std::vector<std::string>& notices) {
   for (MtlMaterial& material : materials) {
     std::erase_if(material.maps, [&](const MtlMap& map) {
-      const std::string path = existing_path(map_path(material, map));
-      std::error_code error;
-      const bool missing = !fs::exists(path, error);
+      const std::string path = existing_path(map_path(material, map), files);
+      const bool missing = !files.exists(path);
       if (missing) {
         notices.push_back(fmt::format("left out: {}: there is no file {}", place_of(material, map), path));
       }
@@ -161,14 +158,14 @@ std::string place_of(const TextureImage& texture, const std::vector<MtlMaterial>
 }
 
 /// Reads the images that maps name.
-Status load_textures(const std::vector<MtlMaterial>& materials, LoadedScene& loaded) {
+Status load_textures(const std::vector<MtlMaterial>& materials, const SceneFiles& files, LoadedScene& loaded) {
   std::map<std::string, Sha256> read;
   for (TextureImage& texture : loaded.scene.textures) {
     const auto [known, added] = read.try_emplace(texture.file);
     if (added) {
       LM_ASSIGN_OR_RETURN(
           known->second,
-          add_image_file(existing_path(texture.file),
+          add_image_file(files, existing_path(texture.file, files),
                          {.name = utf8_name(texture.file), .place = place_of(texture, materials)}, loaded));
     }
     texture.asset = known->second;
@@ -179,13 +176,13 @@ Status load_textures(const std::vector<MtlMaterial>& materials, LoadedScene& loa
 
 }  // namespace
 
-Result<LoadedScene> load_objs(std::span<const fs::path> paths, KaMeaning ka) {
+Result<LoadedScene> load_objs(std::span<const fs::path> paths, KaMeaning ka, const SceneFiles& files) {
   LoadedScene loaded;
   MaterialList materials;
   for (const fs::path& path : paths) {
     ObjWithMaterials file{path, {}, {}, {}};
-    LM_ASSIGN_OR_RETURN(file.obj, read_obj_file(path));
-    LM_RETURN_IF_ERROR(load_libraries(file, loaded.notices));
+    LM_ASSIGN_OR_RETURN(file.obj, read_obj_file(files, path));
+    LM_RETURN_IF_ERROR(load_libraries(file, files, loaded.notices));
     append_notices(file.obj.notices, loaded.notices);
     for (const ObjPart& part : file.obj.parts) {
       LM_ASSIGN_OR_RETURN(const std::uint32_t material, part_material(file, part, materials, loaded.notices));
@@ -198,9 +195,9 @@ Result<LoadedScene> load_objs(std::span<const fs::path> paths, KaMeaning ka) {
     loaded.scene.name += (loaded.scene.name.empty() ? "" : "+") + utf8_name(path.stem().string());
   }
   std::vector<MtlMaterial> all = materials.take();
-  leave_out_missing_maps(all, loaded.notices);
+  leave_out_missing_maps(all, files, loaded.notices);
   map_materials(all, ka, loaded.scene, loaded.notices);
-  LM_RETURN_IF_ERROR(load_textures(all, loaded));
+  LM_RETURN_IF_ERROR(load_textures(all, files, loaded));
   loaded.scene.camera = course_cornell_camera();
   return loaded;
 }

@@ -1,0 +1,73 @@
+#include "common/scene_io/scene_files.h"
+
+#include "common/base/file.h"
+#include "common/base/text.h"
+
+namespace lightmill {
+namespace fs = std::filesystem;
+namespace {
+
+class FilesOnDisk final : public SceneFiles {
+ public:
+  Result<std::string> read(const fs::path& path, std::uint64_t limit_bytes) const override {
+    return read_file(path, limit_bytes);
+  }
+  bool exists(const fs::path& path) const override {
+    std::error_code error;
+    return fs::exists(path, error);
+  }
+  bool is_file(const fs::path& path) const override {
+    std::error_code error;
+    return fs::is_regular_file(path, error);
+  }
+};
+
+/// "a/../b//c" and "b/c" are one name. Nothing on the disk is looked at.
+std::string normal_form(const fs::path& path) {
+  return path.lexically_normal().generic_string();
+}
+
+}  // namespace
+
+const SceneFiles& files_on_disk() {
+  static const FilesOnDisk files;
+  return files;
+}
+
+Status HandedFiles::add(const std::string& path, const Sha256& digest) {
+  const std::string name = normal_form(path);
+  if (path.empty() || path.size() > kMostPathBytes || path.find('\0') != std::string::npos ||
+      fs::path(path).is_absolute() || name == "." || name.ends_with('/') || name == ".." || name.starts_with("../")) {
+    return invalid_argument(
+        "the path '{}' of a file must be relative, of 1 to {} bytes, and lead to no folder above its own",
+        printable(path.substr(0, 200)), kMostPathBytes);
+  }
+  if (!files_.try_emplace(name, digest).second) {
+    return invalid_argument("two files have the path '{}'", printable(name));
+  }
+  return ok_status();
+}
+
+bool HandedFiles::is_file(const fs::path& path) const {
+  return files_.contains(normal_form(path));
+}
+
+Result<std::string> HandedFiles::read(const fs::path& path, std::uint64_t limit_bytes) const {
+  const auto found = files_.find(normal_form(path));
+  if (found == files_.end()) {
+    return not_found(
+        "{}: is not among the files that were handed over; add it, by the path that the scene names it by, seen from "
+        "where the others lie",
+        path.string());
+  }
+  Result<std::string> bytes = fetch_(found->second);
+  if (!bytes.ok()) {
+    return with_context(bytes.status(), path.string());
+  }
+  if (bytes->size() > limit_bytes) {
+    return invalid_argument("{}: has {} bytes, more than {}", path.string(), bytes->size(), limit_bytes);
+  }
+  return bytes;
+}
+
+}  // namespace lightmill
