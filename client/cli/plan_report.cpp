@@ -63,13 +63,8 @@ json plan_json(const SceneFacts& facts) {
           {"auto", {{"methods", plan.candidates}, {"reasons", plan.reasons}}}};
 }
 
-std::vector<std::vector<std::string>> plan_rows(const SceneFacts& facts) {
-  std::vector<std::vector<std::string>> rows{{"casters", facts.casters.text()},
-                                             {"albedo", fmt::format("at most {:.3g}", facts.largest_albedo)},
-                                             {"compiled in", fmt::format("{}", fmt::join(features_of(facts), ", "))}};
-  if (!facts.smooth_layers.empty()) {
-    rows.push_back({"smooth layers", facts.smooth_layers.text()});
-  }
+ReportRows plan_rows(const SceneFacts& facts) {
+  ReportRows rows = fact_rows(facts);
   for (const Verdict& verdict : admit_all(facts)) {
     rows.push_back({"method " + verdict.method,
                     verdict.admitted ? "finds all of the light" + (verdict.reason.empty() ? "" : "; " + verdict.reason)
@@ -80,16 +75,6 @@ std::vector<std::vector<std::string>> plan_rows(const SceneFacts& facts) {
       {"auto takes", fmt::format("{}: {}{}", fmt::join(plan.candidates, " or "), fmt::join(plan.reasons, "; "),
                                  plan.candidates.size() > 1 ? "; a pilot picks one" : "")});
   return rows;
-}
-
-std::vector<std::string> plan_notices(const SceneFacts& facts) {
-  if (!facts.lossless) {
-    return {};
-  }
-  return {
-      "no surface takes anything of some colour: if they close a room, light in it goes on for ever, and paths end "
-      "only "
-      "at --max-bounces"};
 }
 
 }  // namespace lightmill::cli

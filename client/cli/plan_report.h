@@ -2,17 +2,13 @@
 #pragma once
 
 #include <nlohmann/json_fwd.hpp>
-#include <string>
-#include <vector>
 
-#include "common/planner/scene_facts.h"
+#include "common/scene_io/scene_report.h"
 
 namespace lightmill::cli {
 
 nlohmann::json plan_json(const SceneFacts& facts);
 /// Rows of a table: what, and what of it.
-std::vector<std::vector<std::string>> plan_rows(const SceneFacts& facts);
-/// What else a user should know before rendering.
-std::vector<std::string> plan_notices(const SceneFacts& facts);
+ReportRows plan_rows(const SceneFacts& facts);
 
 }  // namespace lightmill::cli

@@ -6,6 +6,7 @@
 #include <string_view>
 #include <utility>
 
+#include "common/base/quantities.h"
 #include "common/base/status.h"
 #include "common/film/tile_grid.h"
 
@@ -19,12 +20,6 @@ std::string human_count(double count);
 
 /// "950 samples/s", "45.6 Msamples/s".
 std::string human_rate(double samples_per_second);
-
-/// "1 plane", "2 planes".
-std::string counted(std::size_t number, std::string_view noun);
-
-/// "1.5 MiB".
-std::string human_bytes(std::uint64_t bytes);
 
 /// "2026-11-21 08:15" in local time; "-" for 0.
 std::string human_date(std::int64_t unix_ms);

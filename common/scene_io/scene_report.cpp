@@ -1,0 +1,139 @@
+#include "common/scene_io/scene_report.h"
+
+#include "common/base/overloaded.h"
+#include "common/base/quantities.h"
+#include "common/methods/spec/method_spec.h"
+#include "common/planner/method_plan.h"
+#include "common/scene/mesh.h"
+#include "common/scene/meter_reading.h"
+#include "common/scene_io/assets.h"
+#include "common/scene_io/picture_notices.h"
+
+namespace lightmill {
+namespace {
+
+std::string kind_of(const Light& light) {
+  return std::visit(
+      Overloaded{[](const PointLight&) { return "point"; }, [](const DirectionalLight&) { return "directional"; },
+                 [](const SpotLight&) { return "spot"; }, [](const CosinePowerLight&) { return "cosine_power"; },
+                 [](const IesLight&) { return "ies"; }, [](const EnvironmentLight&) { return "environment"; }},
+      light.kind);
+}
+
+std::string kind_of(const Material& material) {
+  return std::visit(
+      Overloaded{[](const DiffuseMaterial&) { return "diffuse"; }, [](const MirrorMaterial&) { return "mirror"; },
+                 [](const DielectricMaterial&) { return "dielectric"; }, [](const PhongMaterial&) { return "phong"; },
+                 [](const ConductorMaterial&) { return "conductor"; },
+                 [](const PrincipledMaterial&) { return "principled"; },
+                 [](const HoldoutMaterial&) { return "holdout"; }},
+      material.kind);
+}
+
+bool emits(const Material& material) {
+  return material.emission != RgbColor{};
+}
+
+Status count(const LoadedScene& loaded, SceneReport& report) {
+  std::map<Sha256, std::size_t> triangles;
+  for (const auto& [digest, bytes] : loaded.assets) {
+    report.asset_bytes += bytes.size();
+  }
+  for (const Object& object : loaded.scene.objects) {
+    if (const auto* mesh = std::get_if<MeshShape>(&object.shape)) {
+      const auto [found, added] = triangles.try_emplace(mesh->asset);
+      if (added) {
+        LM_ASSIGN_OR_RETURN(const Mesh decoded, decode_mesh(as_byte_view(loaded.assets.at(mesh->asset))));
+        found->second = decoded.triangles.size();
+      }
+      report.triangles += found->second;
+    } else {
+      report.spheres += std::holds_alternative<SphereShape>(object.shape) ? 1 : 0;
+      report.planes += std::holds_alternative<PlaneShape>(object.shape) ? 1 : 0;
+      report.triangles += std::holds_alternative<TriangleShape>(object.shape) ? 1 : 0;
+    }
+    report.emissive_objects += emits(loaded.scene.materials[object.material]) ? 1 : 0;
+  }
+  for (const Light& light : loaded.scene.lights) {
+    ++report.lights[kind_of(light)];
+  }
+  for (const Material& material : loaded.scene.materials) {
+    ++report.materials[kind_of(material)];
+  }
+  return ok_status();
+}
+
+std::string counts_text(std::string text, const SceneReport::Counts& counts) {
+  for (const auto& [kind, number] : counts) {
+    text += fmt::format("{}{} {}", text.ends_with(": ") ? "" : ", ", number, kind);
+  }
+  return text;
+}
+
+std::string point_text(const Point3d& point) {
+  return fmt::format("({:g}, {:g}, {:g})", point[0], point[1], point[2]);
+}
+
+std::vector<std::string> plan_notices(const SceneFacts& facts) {
+  if (!facts.lossless) {
+    return {};
+  }
+  return {
+      "no surface takes anything of some colour: if they close a room, light in it goes on for ever, and paths end "
+      "only "
+      "at --max-bounces"};
+}
+
+}  // namespace
+
+Result<SceneReport> report_on(LoadedScene& loaded) {
+  SceneReport report;
+  LM_RETURN_IF_ERROR(count(loaded, report));
+  append_notices(picture_notices(loaded, true, kMaxBounces), loaded.notices);
+  const MeshSource meshes{[&](const Sha256& digest) -> std::optional<std::string> {
+    const auto found = loaded.assets.find(digest);
+    return found != loaded.assets.end() && found->second.size() <= MeshSource::kMostBytes ? std::optional(found->second)
+                                                                                          : std::nullopt;
+  }};
+  report.facts = read_facts(loaded.scene, meshes);
+  append_notices(plan_notices(report.facts), loaded.notices);
+  return report;
+}
+
+ReportRows scene_rows(const LoadedScene& loaded, const SceneReport& report) {
+  const Scene& scene = loaded.scene;
+  ReportRows rows{{"scene", scene.name},
+                  {"film", fmt::format("{}x{} pixels", scene.film.width, scene.film.height)},
+                  {"camera", fmt::format("at {}, looking at {}, {:.4g}° high", point_text(scene.camera.eye),
+                                         point_text(scene.camera.look_at), scene.camera.vertical_fov_degrees)},
+                  {"materials", counts_text(fmt::format("{}: ", scene.materials.size()), report.materials)},
+                  {"objects", fmt::format("{}: {}, {}, {}", scene.objects.size(), counted(report.triangles, "triangle"),
+                                          counted(report.spheres, "sphere"), counted(report.planes, "plane"))},
+                  {"lights", counts_text(report.emissive_objects == 1
+                                             ? "1 object that emits"
+                                             : fmt::format("{} objects that emit", report.emissive_objects),
+                                         report.lights)}};
+  if (const std::vector<std::string> groups = light_groups_of(scene); !groups.empty()) {
+    rows.push_back({"light groups", fmt::format("{}", fmt::join(groups, ", "))});
+  }
+  if (!scene.textures.empty()) {
+    rows.push_back({"textures", std::to_string(scene.textures.size())});
+  }
+  for (const Meter& meter : scene.meters) {
+    rows.push_back({"meter " + meter.name, std::string(quantity_of(meter))});
+  }
+  rows.push_back({"assets", fmt::format("{}, {}", loaded.assets.size(), human_bytes(report.asset_bytes))});
+  return rows;
+}
+
+ReportRows fact_rows(const SceneFacts& facts) {
+  ReportRows rows{{"casters", facts.casters.text()},
+                  {"albedo", fmt::format("at most {:.3g}", facts.largest_albedo)},
+                  {"compiled in", fmt::format("{}", fmt::join(features_of(facts), ", "))}};
+  if (!facts.smooth_layers.empty()) {
+    rows.push_back({"smooth layers", facts.smooth_layers.text()});
+  }
+  return rows;
+}
+
+}  // namespace lightmill
