@@ -4,12 +4,15 @@
 #pragma once
 
 #include <cstdint>
+#include <memory>
 #include <string>
 #include <variant>
 #include <vector>
 
 #include "common/base/digest.h"
 #include "common/base/ids.h"
+#include "common/base/status.h"
+#include "common/farm/inspection.h"
 #include "common/farm/job.h"
 #include "common/film/allocation.h"
 #include "common/film/node.h"
@@ -53,6 +56,7 @@ struct WorkerHello {
   std::vector<HeldLease> held;  ///< leases of an earlier session, of any epoch, that are still being worked on
   bool draining = false;
   std::string machine = {};  ///< the same for all processes on one machine, whatever containers they are in
+  bool inspects = false;     ///< it knows what an InspectGrant is
 };
 
 /// Sent every heartbeat interval: it renews all the worker's leases that it lists. Those that the coordinator does not
@@ -93,11 +97,17 @@ struct PilotReport {
   Allocation allocation{};  ///< where it was asked for, and gains something
 };
 
+/// What an inspection has found; an error says what is wrong with the files, or why they could not be read.
+struct InspectReport {
+  InspectionId inspection;
+  Result<std::shared_ptr<const Inspection>> found;
+};
+
 /// The worker takes no more leases; it leaves when its last one is done.
 struct WorkerDraining {};
 
-using WorkerMessage =
-    std::variant<WorkerHello, WorkerHeartbeat, WorkerResult, WorkerReturn, WorkerRefusal, WorkerDraining, PilotReport>;
+using WorkerMessage = std::variant<WorkerHello, WorkerHeartbeat, WorkerResult, WorkerReturn, WorkerRefusal,
+                                   WorkerDraining, PilotReport, InspectReport>;
 
 // ---- coordinator → worker ----
 
@@ -129,6 +139,13 @@ struct PilotGrant {
   bool allocate = false;             ///< samples go by noise
 };
 
+/// Read these scene files and say what they hold. One at a time; bound to the stream, as a pilot is, and dropped by a
+/// worker that leaves: another one gets it.
+struct InspectGrant {
+  InspectionId inspection;
+  std::shared_ptr<const InspectionRequest> request;
+};
+
 /// These nodes are committed (or not wanted): the worker may forget them.
 struct ResultAck {
   std::vector<NodeKey> keys;
@@ -153,6 +170,6 @@ struct Notice {
 };
 
 using CoordinatorMessage = std::variant<Welcome, JobDescription, LeaseGrant, ResultAck, LeaseCancel, DrainRequest,
-                                        Dismissal, PilotGrant, Notice>;
+                                        Dismissal, PilotGrant, Notice, InspectGrant>;
 
 }  // namespace lightmill

@@ -15,6 +15,8 @@ namespace lightmill::v1 {
 class ErrorEstimate;
 class Goal;
 class Job;
+class InspectSceneRequest;
+class InspectSceneResponse;
 class JobSpec;
 class NodeKey;
 class PixelRect;
@@ -53,6 +55,14 @@ Result<Unit> from_wire(const v1::Unit& unit);
 void to_wire(const JobSpec& spec, v1::SubmitJobRequest* out);
 /// Fails without a request id.
 Result<JobSpec> from_wire(const v1::SubmitJobRequest& request);
+
+/// Without the document that people read: fill_scene.
+void to_wire(const Inspection& inspection, v1::InspectSceneResponse* out);
+/// Parses the packed scene beside it.
+Status fill_scene(v1::InspectSceneResponse* out);
+Result<Inspection> from_wire(const v1::InspectSceneResponse& response);
+void to_wire(const InspectionRequest& request, v1::InspectSceneRequest* out);
+Result<InspectionRequest> from_wire(const v1::InspectSceneRequest& request);
 
 // ---- worker_service.proto ----
 

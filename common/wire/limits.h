@@ -15,6 +15,10 @@ inline constexpr std::size_t kMaxListedLeases = 10'000;               ///< in on
 inline constexpr std::size_t kMaxListedNodes = 100'000;               ///< in one acknowledgement
 inline constexpr std::size_t kMaxNameBytes = 1024;                    ///< of names, hosts and versions
 inline constexpr std::size_t kMaxMethodNotes = 16;                    ///< reasons, notices or candidates of one job
+inline constexpr std::size_t kMaxSceneFiles = 10'000;                 ///< of one inspection
+inline constexpr std::size_t kMaxPathBytes = 4096;                    ///< of one of them
+inline constexpr std::size_t kMaxPathsBytes = std::size_t{2} << 20;   ///< of all of them
+inline constexpr std::size_t kMaxInspectionRows = 2'000;              ///< notices, facts, methods or cameras of one
 inline constexpr std::size_t kMaxReasonBytes = 64 * 1024;             ///< of error texts
 
 }  // namespace lightmill

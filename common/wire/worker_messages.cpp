@@ -94,6 +94,7 @@ struct RequestWriter {
     }
     wire->set_draining(hello.draining);
     wire->set_machine(hello.machine);
+    wire->set_inspects(hello.inspects);
   }
   void operator()(const WorkerHeartbeat& heartbeat) const {
     v1::WorkerHeartbeat* wire = out->mutable_heartbeat();
@@ -126,6 +127,16 @@ struct RequestWriter {
     wire->set_seconds(report.seconds);
     wire->mutable_shifts()->Assign(report.allocation.shifts().begin(), report.allocation.shifts().end());
   }
+  void operator()(const InspectReport& report) const {
+    v1::InspectReport* wire = out->mutable_inspection();
+    wire->set_inspection(report.inspection.value);
+    if (report.found.ok()) {
+      to_wire(**report.found, wire->mutable_found());
+    } else {
+      wire->set_code(static_cast<int>(report.found.status().code()));
+      wire->set_problem(message_of(report.found.status()));
+    }
+  }
 };
 
 Result<WorkerMessage> hello_from_wire(const v1::WorkerHello& hello) {
@@ -149,7 +160,8 @@ Result<WorkerMessage> hello_from_wire(const v1::WorkerHello& hello) {
                   hello.renderer_version(),
                   {},
                   hello.draining(),
-                  hello.machine()};
+                  hello.machine(),
+                  hello.inspects()};
   out.held.reserve(hello.held_size());
   for (const v1::HeldLease& held : hello.held()) {
     LM_ASSIGN_OR_RETURN(Unit unit, from_wire(held.unit()));
@@ -190,6 +202,19 @@ Result<WorkerMessage> pilot_from_wire(const v1::PilotReport& report) {
   }
   LM_ASSIGN_OR_RETURN(out.allocation, Allocation::of(std::move(shifts)));
   return WorkerMessage(std::move(out));
+}
+
+Result<WorkerMessage> inspection_from_wire(const v1::InspectReport& report) {
+  const InspectionId id{report.inspection()};
+  if (report.code() != 0) {
+    LM_RETURN_IF_ERROR(check_length("inspection.problem", report.problem(), kMaxReasonBytes));
+    constexpr int kLast = static_cast<int>(StatusCode::kUnauthenticated);
+    const int code =
+        report.code() < 0 || report.code() > kLast ? static_cast<int>(StatusCode::kUnknown) : report.code();
+    return WorkerMessage(InspectReport{id, make_error(static_cast<StatusCode>(code), "{}", report.problem())});
+  }
+  LM_ASSIGN_OR_RETURN(Inspection found, from_wire(report.found()));
+  return WorkerMessage(InspectReport{id, std::make_shared<const Inspection>(std::move(found))});
 }
 
 // ---- coordinator → worker ----
@@ -235,6 +260,10 @@ struct ResponseWriter {
     wire->set_allocate(grant.allocate);
   }
   void operator()(const Notice& notice) const { out->mutable_notice()->set_text(notice.text); }
+  void operator()(const InspectGrant& grant) const {
+    out->mutable_inspection()->set_inspection(grant.inspection.value);
+    to_wire(*grant.request, out->mutable_inspection()->mutable_request());
+  }
   void operator()(const Dismissal& dismissal) const { out->mutable_dismissal()->set_reason(dismissal.reason); }
 };
 
@@ -354,6 +383,8 @@ Result<WorkerMessage> from_wire(const v1::WorkRequest& request) {
       return WorkerMessage(WorkerDraining{});
     case v1::WorkRequest::kPilot:
       return pilot_from_wire(request.pilot());
+    case v1::WorkRequest::kInspection:
+      return inspection_from_wire(request.inspection());
     case v1::WorkRequest::MESSAGE_NOT_SET:
       break;
   }
@@ -390,6 +421,11 @@ Result<CoordinatorMessage> from_wire(const v1::WorkResponse& response) {
     case v1::WorkResponse::kDismissal:
       LM_RETURN_IF_ERROR(check_length("dismissal.reason", response.dismissal().reason(), kMaxReasonBytes));
       return CoordinatorMessage(Dismissal{response.dismissal().reason()});
+    case v1::WorkResponse::kInspection: {
+      LM_ASSIGN_OR_RETURN(InspectionRequest files, from_wire(response.inspection().request()));
+      return CoordinatorMessage(InspectGrant{InspectionId{response.inspection().inspection()},
+                                             std::make_shared<const InspectionRequest>(std::move(files))});
+    }
     case v1::WorkResponse::MESSAGE_NOT_SET:
       break;
   }

@@ -10,10 +10,11 @@ constexpr std::string_view kWork = "lightmill.v1.WorkerService";
 constexpr std::string_view kAccess = "lightmill.v1.AccessService";
 
 constexpr std::array<RpcRule, static_cast<std::size_t>(Rpc::count)> kRules{{
-    {Rpc::find_missing_assets, kRender, "FindMissingAssets", Right::submit, false},
-    {Rpc::upload_asset, kRender, "UploadAsset", Right::submit, false},
+    {Rpc::find_missing_assets, kRender, "FindMissingAssets", Right::bring_assets, false},
+    {Rpc::upload_asset, kRender, "UploadAsset", Right::bring_assets, false},
     {Rpc::download_asset, kRender, "DownloadAsset", Right::fetch_assets, false},
     {Rpc::submit_job, kRender, "SubmitJob", Right::submit, true},
+    {Rpc::inspect_scene, kRender, "InspectScene", Right::submit, false},
     {Rpc::get_job, kRender, "GetJob", Right::see_job, false},
     {Rpc::list_jobs, kRender, "ListJobs", Right::see_farm, false},
     {Rpc::cancel_job, kRender, "CancelJob", Right::steer_job, true},
@@ -49,6 +50,8 @@ constexpr Roles roles_for(Right right) {
   switch (right) {
     case Right::submit:
       return {Role::submit, Role::operate, Role::admin};
+    case Right::bring_assets:
+      return {Role::worker, Role::submit, Role::operate, Role::admin};
     case Right::see_job:
       return {Role::view, Role::operate, Role::admin};
     case Right::steer_job:
@@ -81,6 +84,10 @@ bool may(const Identity& caller, Right right, std::string_view owner) {
 }
 
 }  // namespace
+
+std::string caller_key(const Call& call) {
+  return call.caller.name.empty() ? call.peer.substr(0, call.peer.rfind(':')) : call.caller.name;
+}
 
 std::span<const RpcRule> rpc_rules() {
   return kRules;

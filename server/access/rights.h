@@ -18,6 +18,7 @@ enum class Rpc {
   upload_asset,
   download_asset,
   submit_job,
+  inspect_scene,
   get_job,
   list_jobs,
   cancel_job,
@@ -41,7 +42,8 @@ enum class Rpc {
 
 /// What a call is about.
 enum class Right {
-  submit,        ///< bring assets and jobs
+  submit,        ///< bring jobs
+  bring_assets,  ///< with jobs, or as what workers find in scene files
   see_job,       ///< look at a job and its film
   steer_job,     ///< change what becomes of a job
   see_farm,      ///< know what the farm is doing
@@ -66,6 +68,9 @@ struct Call {
   /// Of a stream: its place among those that may be open, as long as a copy of this lives.
   std::shared_ptr<const void> place = nullptr;
 };
+
+/// Whose share of what is limited a call takes: the caller's name, or where nobody has one, the address.
+std::string caller_key(const Call& call);
 
 /// In the order of Rpc.
 std::span<const RpcRule> rpc_rules();

@@ -85,7 +85,7 @@ void FarmLoop::run() {
       poked_ = false;
       stopping = stopping_;
     }
-    Turn turn{farm_, watchers_, actions_, clock_.now(), clock_.unix_milliseconds(), {}, {}};
+    Turn turn{farm_, watchers_, actions_, inspections_, clock_.now(), clock_.unix_milliseconds(), {}, {}};
     for (const Task& task : tasks) {
       task(turn);
     }
@@ -99,10 +99,15 @@ void FarmLoop::run() {
     for (const Note& note : turn.step.notes) {
       spdlog::log(note.level == Note::Level::warning ? spdlog::level::warn : spdlog::level::info, "{}", note.text);
     }
+    tell_inspected(turn);
     note_ends(turn);
     watchers_due = watchers_.publish(farm_, turn.now);
     commits_.push(std::move(turn.step.writes), std::move(turn.step.after_commit), std::move(turn.replies));
     if (stopping && tasks.empty()) {
+      for (const auto& [id, reply] : inspections_) {
+        reply(unavailable("the coordinator stops"));
+      }
+      inspections_.clear();
       return;
     }
   }
@@ -137,6 +142,26 @@ void FarmLoop::Turn::keep(Action action) {
   }
   for (const std::uint64_t number : change.dropped) {
     step.writes.push_back(DropAction{number});
+  }
+}
+
+Result<InspectionId> FarmLoop::Turn::inspect(const std::string& caller, const InspectionRequest& request,
+                                             InspectionReply reply) {
+  LM_ASSIGN_OR_RETURN(const InspectionId id, farm.inspect(caller, request, now, step));
+  inspections.emplace(id, std::move(reply));
+  return id;
+}
+
+void FarmLoop::Turn::forget_inspection(InspectionId id) {
+  farm.forget_inspection(id);
+  inspections.erase(id);
+}
+
+void FarmLoop::tell_inspected(Turn& turn) {
+  for (const InspectionOutcome& outcome : turn.step.inspected) {
+    if (const auto reply = inspections_.extract(outcome.id); !reply.empty()) {
+      reply.mapped()(outcome.found);
+    }
   }
 }
 

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <functional>
+#include <map>
 #include <set>
 #include <thread>
 #include <vector>
@@ -18,11 +19,15 @@ namespace lightmill {
 
 class FarmLoop {
  public:
+  /// Called on the farm thread.
+  using InspectionReply = std::function<void(const Result<std::shared_ptr<const Inspection>>&)>;
+
   /// What a task works with; valid during the task.
   struct Turn {
     Coordinator& farm;
     WatchHub& watchers;
     ActionLog& actions;
+    std::map<InspectionId, InspectionReply>& inspections;
     Time now;
     std::int64_t unix_ms;
     Step step;                         ///< filled by the coordinator
@@ -30,6 +35,9 @@ class FarmLoop {
 
     /// Writes an action into the farm's log, at this moment.
     void keep(Action action);
+    /// As Coordinator::inspect; `reply` is called once, unless the inspection is forgotten.
+    Result<InspectionId> inspect(const std::string& caller, const InspectionRequest& request, InspectionReply reply);
+    void forget_inspection(InspectionId id);
   };
   using Task = std::function<void(Turn&)>;
 
@@ -57,6 +65,7 @@ class FarmLoop {
 
  private:
   void run();
+  void tell_inspected(Turn& turn);
   void note_ends(Turn& turn);
   void tick(Turn& turn);
   void set_stall(const Status& status);
@@ -73,7 +82,8 @@ class FarmLoop {
   std::vector<Task> tasks_ LM_GUARDED_BY(mutex_);
   bool poked_ LM_GUARDED_BY(mutex_) = false;
   bool stopping_ LM_GUARDED_BY(mutex_) = false;
-  std::string no_store_, no_space_;  ///< why no work is handed out; the farm thread's own
+  std::map<InspectionId, InspectionReply> inspections_;  ///< the farm thread's own
+  std::string no_store_, no_space_;                      ///< why no work is handed out; the farm thread's own
   std::thread thread_;
 };
 

@@ -30,6 +30,7 @@ class RenderServiceImpl final : public v1::RenderService::CallbackService {
                                                                      const v1::DownloadAssetRequest*) override;
 
   Unary* SubmitJob(Context*, const v1::SubmitJobRequest*, v1::Job*) override;
+  Unary* InspectScene(Context*, const v1::InspectSceneRequest*, v1::InspectSceneResponse*) override;
   Unary* GetJob(Context*, const v1::GetJobRequest*, v1::Job*) override;
   Unary* ListJobs(Context*, const v1::ListJobsRequest*, v1::ListJobsResponse*) override;
   Unary* CancelJob(Context*, const v1::CancelJobRequest*, v1::Job*) override;

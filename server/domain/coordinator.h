@@ -83,6 +83,10 @@ class Coordinator {
   Status drain_worker(const std::string& name, Time now, Step& step);
   /// Ends the quarantine of this worker, and of those on its machine.
   Status release_worker(const std::string& name, Time now, Step& step);
+  /// Has a worker read scene files; the answer comes in a step's `inspected`, unless it is forgotten. UNAVAILABLE,
+  /// RESOURCE_EXHAUSTED.
+  Result<InspectionId> inspect(const std::string& caller, InspectionRequest request, Time now, Step& step);
+  void forget_inspection(InspectionId id);
 
   // ---- what workers do ----
   /// A stream opened and said hello. Session ids are chosen by the caller and never reused.

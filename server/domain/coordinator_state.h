@@ -3,6 +3,7 @@
 //   requests.cpp  what clients ask
 //   life.cpp      jobs start, end and come back from the store
 //   leasing.cpp   leases are given, settled and lost
+//   inspecting.cpp workers read scene files
 //   copies.cpp    those that take long are given to idle workers too
 //   results.cpp   results are checked and merged
 //   pilots.cpp    methods are chosen
@@ -22,6 +23,7 @@
 #include "common/film/error_goal.h"
 #include "common/film/film.h"
 #include "server/domain/coordinator.h"
+#include "server/domain/inspections.h"
 #include "server/domain/job_rules.h"
 #include "server/domain/rate_meter.h"
 #include "server/domain/verification.h"
@@ -273,6 +275,10 @@ struct Coordinator::State {
   /// After a pilot that was lost: the worker must not get it, lose it and get it again without end.
   void hold_pilots_back(Worker& worker, Time now) const;
 
+  // ---- inspecting.cpp ----
+  static bool may_inspect(const Worker& worker) { return counts(worker) && worker.hello.inspects; }
+  void serve_inspections(Time now, Step& step);
+
   // ---- results.cpp ----
   void on_result(SessionId session, WorkerResult result, Time now, Step& step);
   Status check_result(const Job& job, const WorkerResult& result) const;
@@ -321,8 +327,8 @@ struct Coordinator::State {
   void on_refusal(Worker& worker, const WorkerRefusal& refusal, Time now, Step& step);
   /// It renders nothing of the job any more; others may.
   void exclude(Worker& worker, Job& job, const std::string& reason, Time now, Step& step);
-  void dismiss(SessionId session, std::string reason, Step& step);
-  void disconnect(SessionId session, Time now);
+  void dismiss(SessionId session, std::string reason, Time now, Step& step);
+  void disconnect(SessionId session, Time now, Step& step);
   /// Ends the sessions of workers that have been silent for too long.
   void hang_up_on_silent(Time now, Step& step);
   void forget_if_gone(const std::string& name);
@@ -373,6 +379,8 @@ struct Coordinator::State {
   std::set<std::pair<Time, LeaseId>> expiry;
   Time next_copy_look, next_silence_look;
   std::string last_copied_to;  ///< or the last worker for which there was nothing: the next look begins behind it
+
+  Inspections inspections;
 
   Time clock_time;
   std::int64_t clock_unix_ms = 0;

@@ -125,6 +125,12 @@ struct Note {
   std::string text;
 };
 
+/// The answer to whoever asked for an inspection.
+struct InspectionOutcome {
+  InspectionId id;
+  Result<std::shared_ptr<const Inspection>> found;
+};
+
 /// What one or several events led to. `writes` are applied in order, in one transaction; only when they are durable may
 /// `after_commit` be sent and a client be answered. `now` may be sent at once, before or after.
 ///
@@ -135,7 +141,8 @@ struct Step {
   std::vector<StoreOp> writes;
   std::vector<Outgoing> now;
   std::vector<Outgoing> after_commit;
-  std::vector<SessionId> hang_ups;  ///< streams to end, at once; the coordinator has done with them
+  std::vector<SessionId> hang_ups;           ///< streams to end, at once; the coordinator has done with them
+  std::vector<InspectionOutcome> inspected;  ///< to be told at once: nothing of it is stored
   std::vector<Note> notes;
 };
 

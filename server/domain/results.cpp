@@ -128,7 +128,8 @@ void Coordinator::State::distrust(SessionId session, LeaseId lease_id, const Sta
     return;
   }
   if (++worker->bad_results >= limits.max_bad_results) {
-    dismiss(session, fmt::format("{} damaged results, the last: {}", worker->bad_results, message_of(error)), step);
+    dismiss(session, fmt::format("{} damaged results, the last: {}", worker->bad_results, message_of(error)), now,
+            step);
     while (!worker->leases.empty()) {
       take_back(*worker->leases.begin(), false);
     }

@@ -50,6 +50,8 @@ void Coordinator::tick(Time now, std::int64_t unix_ms, Step& step) {
   if (!state.sessions.empty() && now >= state.next_silence_look) {
     state.hang_up_on_silent(now, step);
   }
+  state.inspections.tick(now, step);
+  state.serve_inspections(now, step);
 }
 
 std::optional<Time> Coordinator::next_deadline() const {
@@ -81,6 +83,9 @@ std::optional<Time> Coordinator::State::next_deadline() const {
   }
   if (!sessions.empty()) {
     by(next_silence_look);
+  }
+  if (const std::optional<Time> inspection = inspections.next_deadline()) {
+    by(*inspection);
   }
   if (limits.keep_ended > Duration::zero() && !jobs.empty()) {
     by(next_old_look);

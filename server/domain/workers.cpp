@@ -38,7 +38,7 @@ Worker* Coordinator::State::worker_of(SessionId session) {
   return find_worker(found->second.worker);
 }
 
-void Coordinator::State::dismiss(SessionId session, std::string reason, Step& step) {
+void Coordinator::State::dismiss(SessionId session, std::string reason, Time now, Step& step) {
   Session& entry = sessions.at(session);
   note(step, Note::Level::warning, "worker {} is dismissed: {}", entry.worker, reason);
   send_after_commit(step, session, Dismissal{std::move(reason)});
@@ -50,6 +50,7 @@ void Coordinator::State::dismiss(SessionId session, std::string reason, Step& st
     idle.erase(entry.worker);
   }
   entry.current = false;
+  inspections.left(session, false, now, step);
 }
 
 void Coordinator::State::connect(SessionId session, const WorkerHello& hello, Time now, Step& step) {
@@ -59,11 +60,11 @@ void Coordinator::State::connect(SessionId session, const WorkerHello& hello, Ti
   }
   sessions[session] = {as_name(hello.name), as_name(machine_of(hello)), false};
   if (const Status status = check_hello(hello); !status.ok()) {
-    dismiss(session, message_of(status), step);
+    dismiss(session, message_of(status), now, step);
     return;
   }
   if (!workers.contains(hello.name) && workers.size() >= limits.max_workers) {
-    dismiss(session, fmt::format("the farm has at most {} workers", limits.max_workers), step);
+    dismiss(session, fmt::format("the farm has at most {} workers", limits.max_workers), now, step);
     return;
   }
   Worker& worker = workers[hello.name];
@@ -74,10 +75,10 @@ void Coordinator::State::connect(SessionId session, const WorkerHello& hello, Ti
               fmt::format("another worker named {} is connected (process {} on {}); choose another --name, or leave it "
                           "out for one that is unique",
                           hello.name, worker.hello.pid, worker.hello.host),
-              step);
+              now, step);
       return;
     }
-    dismiss(*worker.session, fmt::format("another worker came with the name {}", hello.name), step);
+    dismiss(*worker.session, fmt::format("another worker came with the name {}", hello.name), now, step);
   }
   worker.heard_at = now;
   sessions[session].current = true;
@@ -110,6 +111,7 @@ void Coordinator::State::connect(SessionId session, const WorkerHello& hello, Ti
   take_back_held(worker, hello, other_process, now, step);
   serve(worker, now, step);
   serve_all(now, step);
+  serve_inspections(now, step);
 }
 
 void Coordinator::State::take_back_held(Worker& worker, const WorkerHello& hello, bool other_process, Time now,
@@ -261,7 +263,8 @@ void Coordinator::State::exclude(Worker& worker, Job& job, const std::string& re
   finish_if_complete(job, now, step);
 }
 
-void Coordinator::State::disconnect(SessionId session, Time now) {
+void Coordinator::State::disconnect(SessionId session, Time now, Step& step) {
+  inspections.left(session, true, now, step);
   const auto found = sessions.find(session);
   if (found == sessions.end()) {
     return;
@@ -285,6 +288,7 @@ void Coordinator::State::disconnect(SessionId session, Time now) {
   }
   sessions.erase(found);
   forget_if_gone(name);
+  serve_inspections(now, step);
 }
 
 void Coordinator::State::hang_up_on_silent(Time now, Step& step) {
@@ -300,7 +304,7 @@ void Coordinator::State::hang_up_on_silent(Time now, Step& step) {
     }
   }
   for (const SessionId session : silent) {
-    disconnect(session, now);
+    disconnect(session, now, step);
     step.hang_ups.push_back(session);
   }
 }
@@ -349,6 +353,7 @@ void Coordinator::worker_message(SessionId session, WorkerMessage message, Time 
                  [&](const WorkerReturn& lease) { state.on_return(*worker, lease, now, step); },
                  [&](const PilotReport& report) { state.on_pilot(*worker, report, now, step); },
                  [&](const WorkerRefusal& refusal) { state.on_refusal(*worker, refusal, now, step); },
+                 [&](const InspectReport& report) { state.inspections.report(session, report, step); },
                  [&](const WorkerDraining&) {
                    if (!worker->draining) {
                      state.farm_threads -= State::counts(*worker) ? worker->hello.threads : 0;
@@ -356,17 +361,19 @@ void Coordinator::worker_message(SessionId session, WorkerMessage message, Time 
                      state.idle.erase(worker->hello.name);
                      note(step, Note::Level::info, "worker {} is leaving", worker->hello.name);
                    }
+                   state.inspections.left(session, false, now, step);
                  },
                  [](const auto&) {},  // a second hello says nothing new; results are handled above
              },
              message);
+  state.serve_inspections(now, step);
 }
 
 void Coordinator::worker_disconnected(SessionId session, Time now, Step& step) {
   if (const Worker* const worker = state_->worker_of(session)) {
     note(step, Note::Level::info, "worker {} is gone with {} leases", worker->hello.name, worker->leases.size());
   }
-  state_->disconnect(session, now);
+  state_->disconnect(session, now, step);
 }
 
 Status Coordinator::drain_worker(const std::string& name, Time now, Step& step) {

@@ -27,6 +27,7 @@ unsigned http_status(StatusCode code) {
       return 409;
     case StatusCode::kResourceExhausted:
     case StatusCode::kUnavailable:
+    case StatusCode::kDeadlineExceeded:
       return 503;
     default:
       return 500;

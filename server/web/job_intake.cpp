@@ -11,10 +11,11 @@
 namespace lightmill {
 namespace {
 
-/// A packed scene of 16 MiB and 10,000 assets in base64; so many digests.
-constexpr std::array<LargeCall, 2> kLargeCalls{{
+/// A packed scene of 16 MiB and 10,000 assets in base64; so many digests; so many files.
+constexpr std::array<LargeCall, 3> kLargeCalls{{
     {"/api/v1/jobs", Rpc::submit_job, std::uint64_t{24} << 20},
     {"/api/v1/assets/missing", Rpc::find_missing_assets, std::uint64_t{1} << 20},
+    {"/api/v1/inspect", Rpc::inspect_scene, std::uint64_t{4} << 20},
 }};
 
 }  // namespace

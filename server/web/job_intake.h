@@ -43,6 +43,8 @@ class JobIntake {
   void submit(const Call& call, LargeBody body, Reply reply);
   /// Of a FindMissingAssetsRequest.
   void find_missing(LargeBody body, Reply reply);
+  /// Of an InspectSceneRequest: what a worker has found (inspections.cpp).
+  void inspect(const Call& call, LargeBody body, Reply reply);
   /// What was submitted. Whether the caller may see this job is asked here.
   void send_spec(const Call& call, JobId job, Reply reply);
 

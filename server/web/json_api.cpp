@@ -163,6 +163,10 @@ void JsonApi::handle(ApiRequest request, Reply reply) {
   if (path == "assets/missing" && request.post) {
     return intake_.find_missing(std::move(request.body), std::move(reply));
   }
+  if (path == "inspect") {
+    return request.post ? intake_.inspect(*request.call, std::move(request.body), std::move(reply))
+                        : reply(error_reply(other_method(request, "POST")));
+  }
   if (collection == "assets" && !rest.empty() && !request.post) {
     return reply(error_reply(other_method(request, "POST")));
   }

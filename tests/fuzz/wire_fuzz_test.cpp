@@ -80,14 +80,17 @@ TEST(WireFuzz, DamagedWorkerMessagesBecomeValuesOrErrors) {
 }
 
 TEST(WireFuzz, DamagedCoordinatorMessagesBecomeValuesOrErrors) {
-  const std::vector<CoordinatorMessage> messages{Welcome{1, std::chrono::seconds(2), std::chrono::seconds(10)},
-                                                 JobDescription{JobId{1}, Sha256{}, example_settings()},
-                                                 LeaseGrant{LeaseId{1}, kUnit},
-                                                 ResultAck{{{JobId{1}, TileId{2}, {3, 4}}}},
-                                                 LeaseCancel{{LeaseId{1}}},
-                                                 DrainRequest{},
-                                                 Dismissal{"why"},
-                                                 PilotGrant{LeaseId{1}, JobId{2}, {}, {"path", "whitted"}}};
+  const std::vector<CoordinatorMessage> messages{
+      Welcome{1, std::chrono::seconds(2), std::chrono::seconds(10)},
+      JobDescription{JobId{1}, Sha256{}, example_settings()},
+      LeaseGrant{LeaseId{1}, kUnit},
+      ResultAck{{{JobId{1}, TileId{2}, {3, 4}}}},
+      LeaseCancel{{LeaseId{1}}},
+      DrainRequest{},
+      Dismissal{"why"},
+      PilotGrant{LeaseId{1}, JobId{2}, {}, {"path", "whitted"}},
+      InspectGrant{InspectionId{3}, std::make_shared<const InspectionRequest>(
+                                        InspectionRequest{{{"a/b.obj", Sha256{}}}, {"a/b.obj"}, "camera"})}};
   expect_survival<v1::WorkResponse>(messages, 7);
 }
 

@@ -20,10 +20,11 @@ struct Expectation {
 
 const std::map<std::string, Expectation>& expectations() {
   static const std::map<std::string, Expectation> all{
-      {"RenderService/FindMissingAssets", {"submit operate admin", "", StatusCode::OK}},
-      {"RenderService/UploadAsset", {"submit operate admin", "", StatusCode::INVALID_ARGUMENT}},
+      {"RenderService/FindMissingAssets", {"worker submit operate admin", "", StatusCode::OK}},
+      {"RenderService/UploadAsset", {"worker submit operate admin", "", StatusCode::INVALID_ARGUMENT}},
       {"RenderService/DownloadAsset", {"worker operate admin", "", StatusCode::INVALID_ARGUMENT}},
       {"RenderService/SubmitJob", {"submit operate admin", "", StatusCode::INVALID_ARGUMENT}},
+      {"RenderService/InspectScene", {"submit operate admin", "", StatusCode::INVALID_ARGUMENT}},
       {"RenderService/GetJob", {"view operate admin", "submit view operate admin", StatusCode::OK}},
       {"RenderService/ListJobs", {"view submit operate admin", "", StatusCode::OK}},
       {"RenderService/CancelJob", {"operate admin", "submit operate admin", StatusCode::FAILED_PRECONDITION}},

@@ -13,14 +13,12 @@ using grpc::StatusCode;
 /// RPCs that change something, as docs/security.md has it; the others leave no trace. Written down once more, by hand.
 const std::map<std::string, bool>& recorded() {
   static const std::map<std::string, bool> all{
-      {"FindMissingAssets", false}, {"UploadAsset", false},  {"DownloadAsset", false},
-      {"SubmitJob", true},          {"GetJob", false},       {"ListJobs", false},
-      {"CancelJob", true},          {"PauseJob", true},      {"ResumeJob", true},
-      {"ExtendJob", true},          {"SetPriority", true},   {"DeleteJob", true},
-      {"WatchJob", false},          {"GetFilm", false},      {"ListWorkers", false},
-      {"DrainWorker", true},        {"ReleaseWorker", true}, {"Work", true},
-      {"CreateToken", true},        {"ListTokens", false},   {"RevokeToken", true},
-      {"ListActions", false},
+      {"FindMissingAssets", false}, {"UploadAsset", false},  {"DownloadAsset", false}, {"SubmitJob", true},
+      {"InspectScene", false},      {"GetJob", false},       {"ListJobs", false},      {"CancelJob", true},
+      {"PauseJob", true},           {"ResumeJob", true},     {"ExtendJob", true},      {"SetPriority", true},
+      {"DeleteJob", true},          {"WatchJob", false},     {"GetFilm", false},       {"ListWorkers", false},
+      {"DrainWorker", true},        {"ReleaseWorker", true}, {"Work", true},           {"CreateToken", true},
+      {"ListTokens", false},        {"RevokeToken", true},   {"ListActions", false},
   };
   return all;
 }

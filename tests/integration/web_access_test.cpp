@@ -176,8 +176,9 @@ const std::map<std::string, Expectation>& expectations() {
       {"post /logout", {everybody, "", 200}},
       {"get /jobs", {"view submit operate admin", "", 200}},
       {"post /jobs", {"submit operate admin", "", 400}},  // of what is no job
-      {"post /assets/missing", {"submit operate admin", "", 200}},
-      {"post /assets/{digest}", {"submit operate admin", "", 200}},
+      {"post /assets/missing", {"worker submit operate admin", "", 200}},
+      {"post /assets/{digest}", {"worker submit operate admin", "", 200}},
+      {"post /inspect", {"submit operate admin", "", 400}},  // of no files
       {"get /jobs/{id}/spec", {"view operate admin", "view submit operate admin", 200}},
       {"post /jobs/{id}/delete", {"operate admin", "submit operate admin", 200}},
       {"get /jobs/{id}", {"view operate admin", "view submit operate admin", 200}},

@@ -14,6 +14,7 @@
 #include <sstream>
 #include <thread>
 
+#include "common/wire/bytes.h"
 #include "lightmill/v1/web.pb.h"
 #include "tests/integration/web_farm.h"
 
@@ -182,7 +183,7 @@ TEST(Web, WhateverIsDescribedIsServed) {
       ++calls;
     }
   }
-  EXPECT_EQ(calls, 21);
+  EXPECT_EQ(calls, 22);
 }
 
 TEST(Web, PicturesAreTheFilesThatTheCommandLineWrites) {
@@ -402,6 +403,39 @@ TEST(Web, WithoutACertificateOnlyThisMachineIsServed) {
   const CommandResult taken = start({"--http", web.host()});
   EXPECT_EQ(taken.exit_code, 1);
   EXPECT_NE(taken.err.find("cannot listen on " + web.host()), std::string::npos) << taken.err;
+}
+
+TEST(Web, SceneFilesAreReadByAWorker) {
+  WebFarm farm;
+  const std::string path = "/api/v1/inspect";
+  EXPECT_EQ(farm.get(path).result_int(), 405u);
+  EXPECT_EQ(farm.post(path, R"({"scene": []})").result_int(), 400u);
+  EXPECT_EQ(farm.post(path, R"({"scene": ["a.obj"]})").result_int(), 503u) << "there is no worker";
+  EXPECT_EQ(farm.post(path, "{}", {{"Origin", "http://elsewhere.example"}}).result_int(), 403u);
+  farm.farm().add_worker(1, "w1");
+  ASSERT_TRUE(eventually([&] { return farm.farm().met("w1"); }));
+  LoadedScene files;
+  v1::InspectSceneRequest request;
+  request.add_scene("cornell-bench-blocks.json");
+  for (const std::string& name :
+       std::vector<std::string>{"cornell-bench-blocks.json", "assets/CornellBox.obj", "assets/CornellBlocks.obj"}) {
+    const std::string bytes = read_file(std::filesystem::path(LIGHTMILL_SOURCE_DIR) / "scenes" / name).value();
+    const Sha256 digest = sha256(bytes);
+    files.assets[digest] = bytes;
+    request.add_files()->set_path(name);
+    request.mutable_files()->rbegin()->set_digest(digest_bytes(digest));
+  }
+  farm.farm().client().upload_assets(files);
+  const Response response = farm.post(path, json_of(request));
+  ASSERT_EQ(response.result_int(), 200u) << response.body();
+  const json found = json::parse(response.body());
+  EXPECT_EQ(found.at("scene").at("name"), "cornell-bench-blocks");
+  EXPECT_EQ(found.at("assets").size(), bench_box().assets.size());
+  EXPECT_FALSE(found.at("packed").get<std::string>().empty());
+  request.set_camera("nobody's");
+  const Response refused = farm.post(path, json_of(request));
+  EXPECT_EQ(refused.result_int(), 400u);
+  EXPECT_NE(refused.body().find("nobody's: is not among the files"), std::string::npos) << refused.body();
 }
 
 }  // namespace

@@ -2,12 +2,10 @@
 
 #include "common/base/log.h"
 #include "common/image/read/read_image.h"
-#include "common/image/read/read_size.h"
 #include "common/methods/spec/method_spec.h"
 #include "common/planner/pilot.h"
 #include "common/planner/tile_noise.h"
 #include "common/scene/absorption.h"
-#include "common/scene/compiled/scene_memory.h"
 #include "common/wire/scene_proto.h"
 
 namespace lightmill {
@@ -20,21 +18,6 @@ Sha256 scene_key(const RenderSettings& settings, const MethodSpec& method) {
                             method.no_absorption ? "no-absorption" : ""));
   hasher.append(settings.scene);
   return hasher.finish();
-}
-
-double gib(std::uint64_t bytes) {
-  return static_cast<double>(bytes) / (1 << 30);
-}
-
-/// Before anything is decoded: a worker whose memory ends is killed, and takes with it what others had it render.
-Status check_memory(const Scene& scene, const CompiledScene::AssetSource& assets, std::uint64_t max_bytes) {
-  LM_ASSIGN_OR_RETURN(const SceneMemory memory, estimate_memory(scene, assets, read_size));
-  return memory.bytes <= max_bytes
-             ? ok_status()
-             : resource_exhausted(
-                   "the scene takes some {:.3g} GiB of memory, more than --scene-gib {:.3g} of this worker allows; {} "
-                   "takes {:.3g} of them",
-                   gib(memory.bytes), gib(max_bytes), memory.largest, gib(memory.largest_bytes));
 }
 
 }  // namespace

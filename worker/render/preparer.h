@@ -13,11 +13,11 @@
 #include "common/base/mutex.h"
 #include "common/base/status.h"
 #include "common/farm/messages.h"
-#include "common/image/texels.h"
 #include "common/methods/method.h"
 #include "common/scene/compiled/compiled_scene.h"
 #include "worker/assets/asset_cache.h"
 #include "worker/render/scene_cache.h"
+#include "worker/render/scene_limits.h"
 
 namespace lightmill {
 
@@ -25,14 +25,6 @@ namespace lightmill {
 struct PreparedJob {
   TileGrid grid;
   std::shared_ptr<const Method> method;
-};
-
-/// What one scene may take here. One that is beyond is refused with RESOURCE_EXHAUSTED and the setting's name.
-struct SceneLimits {
-  std::uint64_t bytes = std::uint64_t{16} << 30;        ///< while it is compiled, as estimated before
-  std::uint64_t triangles = kMaxSceneTriangles;         ///< instances of a mesh count once
-  std::int64_t image_pixels = kMaxTexturePixels;        ///< of one image, decoded
-  std::uint64_t images_bytes = std::uint64_t{8} << 30;  ///< of all, decoded
 };
 
 /// Jobs and pilots are taken one after the other; `done` and `pilot_done` are called from the preparer's thread, for

@@ -18,7 +18,8 @@ namespace {
 
 /// A packed scene may have 16 MiB.
 constexpr int kMaxMessageBytes = 20 << 20;
-constexpr auto kDownloadLimit = std::chrono::minutes(10);
+constexpr auto kTransferLimit = std::chrono::minutes(10);
+constexpr std::size_t kChunkBytes = std::size_t{256} << 10;
 
 std::shared_ptr<grpc::Channel> make_channel(const std::string& address, const TlsTexts& tls) {
   grpc::ChannelArguments arguments;
@@ -54,7 +55,7 @@ struct FarmLink::Connection {
   std::shared_ptr<grpc::Channel> channel;
   std::unique_ptr<v1::WorkerService::Stub> work;
   std::unique_ptr<v1::RenderService::Stub> render;
-  std::set<grpc::ClientContext*> downloads;  ///< under way; guarded by the link's mutex
+  std::set<grpc::ClientContext*> calls;  ///< under way; guarded by the link's mutex
 };
 
 FarmLink::FarmLink(FarmAddress farm, LinkHandlers handlers) : farm_(std::move(farm)), handlers_(std::move(handlers)) {
@@ -134,8 +135,8 @@ void FarmLink::close() {
     closed_ = true;
     stream = stream_;
     if (connection_ != nullptr) {
-      for (grpc::ClientContext* download : connection_->downloads) {
-        download->TryCancel();
+      for (grpc::ClientContext* call : connection_->calls) {
+        call->TryCancel();
       }
     }
   }
@@ -144,9 +145,10 @@ void FarmLink::close() {
   }
 }
 
-Result<std::string> FarmLink::download(const Sha256& digest) {
+template <class Run>
+Status FarmLink::call(const Run& run) {
   grpc::ClientContext context;
-  context.set_deadline(std::chrono::system_clock::now() + kDownloadLimit);
+  context.set_deadline(std::chrono::system_clock::now() + kTransferLimit);
   std::shared_ptr<Connection> connection;
   {
     const MutexLock lock(mutex_);
@@ -154,30 +156,75 @@ Result<std::string> FarmLink::download(const Sha256& digest) {
       return unavailable("no coordinator is connected");
     }
     connection = connection_;
-    connection->downloads.insert(&context);
+    connection->calls.insert(&context);
   }
   connection->show_token(context);
-  v1::DownloadAssetRequest request;
-  request.set_digest(digest_bytes(digest));
-  const auto reader = connection->render->DownloadAsset(&context, request);
-  std::string bytes;
-  v1::DownloadAssetResponse response;
-  while (reader->Read(&response)) {
-    bytes += response.chunk();
-  }
-  const grpc::Status status = reader->Finish();
+  const grpc::Status status = run(*connection->render, context);
   {
     const MutexLock lock(mutex_);
-    connection->downloads.erase(&context);
+    connection->calls.erase(&context);
   }
   if (status.error_code() == grpc::StatusCode::RESOURCE_EXHAUSTED) {  // it is busy: nothing is wrong with the job
-    return unavailable("asset {}: {}", digest.hex(), status.error_message());
+    return unavailable("{}", status.error_message());
   }
-  if (!status.ok()) {
-    return make_error(static_cast<StatusCode>(status.error_code()), "asset {}: {}", digest.hex(),
-                      status.error_message());
+  return status.ok() ? ok_status()
+                     : make_error(static_cast<StatusCode>(status.error_code()), "{}", status.error_message());
+}
+
+Result<std::string> FarmLink::download(const Sha256& digest) {
+  std::string bytes;
+  const Status status = call([&](v1::RenderService::Stub& stub, grpc::ClientContext& context) {
+    v1::DownloadAssetRequest request;
+    request.set_digest(digest_bytes(digest));
+    const auto reader = stub.DownloadAsset(&context, request);
+    v1::DownloadAssetResponse response;
+    while (reader->Read(&response)) {
+      bytes += response.chunk();
+    }
+    return reader->Finish();
+  });
+  return status.ok() ? Result<std::string>(std::move(bytes)) : with_context(status, "asset " + digest.hex());
+}
+
+Status FarmLink::upload_missing(const std::map<Sha256, std::string>& assets) {
+  v1::FindMissingAssetsRequest request;
+  for (const auto& [digest, bytes] : assets) {
+    request.add_digests(digest_bytes(digest));
   }
-  return bytes;
+  v1::FindMissingAssetsResponse response;
+  LM_RETURN_IF_ERROR(call([&](v1::RenderService::Stub& stub, grpc::ClientContext& context) {
+    return stub.FindMissingAssets(&context, request, &response);
+  }));
+  for (const std::string& missing : response.missing()) {
+    LM_ASSIGN_OR_RETURN(const Sha256 digest, digest_from_bytes(missing));
+    const auto found = assets.find(digest);
+    if (found == assets.end()) {
+      return internal_error("the coordinator asks for asset {}, which it was not asked about", digest.hex());
+    }
+    LM_RETURN_IF_ERROR(with_context(upload(digest, as_byte_view(found->second)), "asset " + digest.hex()));
+  }
+  return ok_status();
+}
+
+Status FarmLink::upload(const Sha256& digest, ByteView bytes) {
+  return call([&](v1::RenderService::Stub& stub, grpc::ClientContext& context) {
+    v1::UploadAssetResponse response;
+    const auto writer = stub.UploadAsset(&context, &response);
+    v1::UploadAssetRequest request;
+    request.set_digest(digest_bytes(digest));
+    std::size_t sent = 0;
+    do {
+      const ByteView chunk = bytes.subspan(sent, std::min(kChunkBytes, bytes.size() - sent));
+      request.set_chunk(chunk.data(), chunk.size());
+      if (!writer->Write(request)) {
+        break;  // Finish says why
+      }
+      request.clear_digest();
+      sent += chunk.size();
+    } while (sent < bytes.size());
+    writer->WritesDone();
+    return writer->Finish();
+  });
 }
 
 }  // namespace lightmill

@@ -3,6 +3,7 @@
 
 #include <cstdint>
 #include <functional>
+#include <map>
 #include <memory>
 #include <string>
 #include <vector>
@@ -42,7 +43,7 @@ class FarmLink {
   std::uint64_t open();
   /// Queues a message; it is dropped if the stream is down (the session sends it again on the next).
   void send(std::shared_ptr<const WorkerMessage> message);
-  /// Says that nothing more comes, once everything queued has been written. Downloads under way are given up.
+  /// Says that nothing more comes, once everything queued has been written. Transfers under way are given up.
   void close();
 
   /// Why a stream to `server` broke, in words: looks into it if the failure says only that there was no connection,
@@ -51,10 +52,16 @@ class FarmLink {
 
   /// Downloads an asset from the coordinator of the last stream; blocks. NOT_FOUND, UNAVAILABLE.
   Result<std::string> download(const Sha256& digest);
+  /// Uploads those of the assets that the coordinator lacks; blocks. As download, and what uploads are refused with.
+  Status upload_missing(const std::map<Sha256, std::string>& assets);
 
  private:
   struct Connection;
   Result<CallerTexts> read_caller() const;
+  /// The connection, of which this is a call until the end of `run`: close() gives it up. UNAVAILABLE.
+  template <class Run>
+  Status call(const Run& run);
+  Status upload(const Sha256& digest, ByteView bytes);
 
   const FarmAddress farm_;
   const LinkHandlers handlers_;

@@ -34,6 +34,7 @@ void Session::message(const CoordinatorMessage& message, Time now, SessionAction
                  [&](const LeaseCancel& cancel) { cancel_leases(cancel, actions); },
                  [&](const DrainRequest&) { begin_drain(false, now, actions); },
                  [&](const PilotGrant& grant) { grant_pilot(grant, actions); },
+                 [&](const InspectGrant& grant) { grant_inspection(grant, actions); },
                  [&](const Notice& notice) { actions.push_back(Say{notice.text}); },
                  [&](const Dismissal& dismissal) { exit(dismissal.reason, true, actions); },
              },
@@ -164,6 +165,30 @@ void Session::pilot_unavailable(LeaseId lease, Time now, SessionActions& actions
   (void)actions;
   if (const auto found = pilots_.find(lease); found != pilots_.end()) {
     found->second.retry = now + config_.prepare_retry;
+  }
+}
+
+// ---- inspections ----
+
+void Session::grant_inspection(const InspectGrant& grant, SessionActions& actions) {
+  if (draining_ || inspection_ == grant.inspection) {
+    return;  // a coordinator that hears of the drain gives it to another worker
+  }
+  inspection_ = grant.inspection;
+  actions.push_back(RunInspection{std::make_shared<const InspectGrant>(grant)});
+}
+
+void Session::drop_inspection(SessionActions& actions) {
+  if (inspection_) {
+    inspection_.reset();
+    actions.push_back(DropInspection{});
+  }
+}
+
+void Session::inspection_done(InspectReport report, SessionActions& actions) {
+  if (!exited_ && inspection_ == report.inspection) {
+    inspection_.reset();
+    send(std::move(report), actions);
   }
 }
 

@@ -79,6 +79,12 @@ struct RunPilot {
 struct DropPilot {
   LeaseId lease;
 };
+/// Read scene files, instead of any read before; report `inspection_done`.
+struct RunInspection {
+  std::shared_ptr<const InspectGrant> grant;
+};
+/// It is not wanted any more: what it reports is not heard.
+struct DropInspection {};
 /// The worker's life is over: leave the process, after what was sent has been written.
 struct Exit {
   std::string reason;
@@ -91,7 +97,7 @@ struct Say {
 };
 
 using SessionAction = std::variant<OpenStream, CloseStream, SendMessage, PrepareJob, ForgetJob, RenderTile, RunPilot,
-                                   DropPilot, Say, Exit>;
+                                   DropPilot, RunInspection, DropInspection, Say, Exit>;
 using SessionActions = std::vector<SessionAction>;
 
 /// A tile as the rendering threads give it back.
@@ -145,6 +151,8 @@ class Session {
   /// As job_unavailable.
   void pilot_unavailable(LeaseId lease, Time now, SessionActions& actions);
 
+  void inspection_done(InspectReport report, SessionActions& actions);
+
   /// Give back what is not begun, finish what is, leave (SIGTERM).
   void drain(Time now, SessionActions& actions);
   /// Does what is due: heartbeats, reconnects, retries.
@@ -193,6 +201,8 @@ class Session {
   void grant_lease(const LeaseGrant& grant, SessionActions& actions);
   void grant_pilot(const PilotGrant& grant, SessionActions& actions);
   void drop_pilots(SessionActions& actions);
+  void grant_inspection(const InspectGrant& grant, SessionActions& actions);
+  void drop_inspection(SessionActions& actions);
   void acknowledge(const ResultAck& ack, Time now, SessionActions& actions);
   void cancel_leases(const LeaseCancel& cancel, SessionActions& actions);
   void begin_drain(bool give_back, Time now, SessionActions& actions);
@@ -221,6 +231,7 @@ class Session {
   Time next_open_;
   std::map<LeaseId, Lease> leases_;  ///< in the order of granting
   std::map<LeaseId, Pilot> pilots_;
+  std::optional<InspectionId> inspection_;  ///< being read; bound to the stream it came by
   std::map<JobId, Job> jobs_;
   std::map<std::uint64_t, Rendering> rendering_;       ///< handed to threads, by ticket
   std::map<NodeKey, std::uint64_t> rendering_ticket_;  ///< the wanted ones

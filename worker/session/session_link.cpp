@@ -21,9 +21,16 @@ void Session::connected(Time now, SessionActions& actions) {
   link_ = Link::up;
   away_deadline_.reset();
   next_heartbeat_ = now + heartbeat_interval_;
-  WorkerHello hello{
-      config_.name, config_.host, config_.pid,    config_.threads, config_.fingerprint_class, config_.renderer_version,
-      {},           draining_,    config_.machine};
+  WorkerHello hello{config_.name,
+                    config_.host,
+                    config_.pid,
+                    config_.threads,
+                    config_.fingerprint_class,
+                    config_.renderer_version,
+                    {},
+                    draining_,
+                    config_.machine,
+                    true};
   for (const auto& [id, lease] : leases_) {
     // What is neither queued, with the threads nor waiting for its acknowledgement is done with.
     HeldLease held{id, lease.epoch, lease.description->render_digest, {lease.unit.job, lease.unit.range, {}}};
@@ -57,6 +64,7 @@ void Session::disconnected(Time now, SessionActions& actions) {
   welcomed_ = false;
   link_ = Link::down;
   drop_pilots(actions);
+  drop_inspection(actions);
   next_open_ = now + backoff_;
   backoff_ = std::min(backoff_ * 2, config_.reconnect_most);
   limit_absence(now);
@@ -146,6 +154,7 @@ void Session::drain(Time now, SessionActions& actions) {
 void Session::begin_drain(bool give_back, Time now, SessionActions& actions) {
   if (!draining_) {
     draining_ = true;
+    drop_inspection(actions);
     drain_deadline_ = now + config_.drain_limit;
     if (link_ == Link::up) {
       send(WorkerDraining{}, actions);

@@ -50,6 +50,12 @@ WorkerLoop::WorkerLoop(const WorkerOptions& options, const Clock& clock)
           [this](LeaseId lease, Result<PilotReport> report) {
             post([this, lease, report = std::move(report)](Time now) { pilot_done(lease, report, now); });
           }),
+      inspector_(
+          assets_, options.scene,
+          [this](const std::map<Sha256, std::string>& assets) { return link_.upload_missing(assets); },
+          [this](InspectReport report) {
+            post([this, report = std::move(report)](Time) { session_.inspection_done(report, actions_); });
+          }),
       pool_(
           options.session.threads,
           [this](RenderedTile tile) {

@@ -9,6 +9,7 @@
 
 #include "common/base/clock.h"
 #include "common/base/mutex.h"
+#include "worker/inspect/inspector.h"
 #include "worker/render/preparer.h"
 #include "worker/render/render_pool.h"
 #include "worker/rpc/farm_link.h"
@@ -46,6 +47,8 @@ class WorkerLoop {
   void perform(const RenderTile& action);
   void perform(const RunPilot& action) { preparer_.add(action.grant); }
   void perform(const DropPilot& action) { preparer_.drop(action.lease); }
+  void perform(const RunInspection& action) { inspector_.add(action.grant); }
+  void perform(const DropInspection&) { inspector_.drop(); }
   void perform(const Say& action);
   void perform(const Exit& action);
   void open_if_due(Time now);
@@ -80,6 +83,7 @@ class WorkerLoop {
   std::jthread explaining_;  ///< says why there is no connection; uses link_
   AssetCache assets_;
   Preparer preparer_;
+  Inspector inspector_;
   RenderPool pool_;
 };
 

@@ -214,6 +214,21 @@ TEST(FarmMessages, WorkerMessagesComeBackWhole) {
   EXPECT_FALSE(refusal.own_limits);
   EXPECT_TRUE(
       std::get<WorkerRefusal>(through_wire(WorkerMessage(WorkerRefusal{JobId{8}, "too large", true}))).own_limits);
+  const Inspection found{"scene",  {sha256("a")}, {"note"}, {{"what", "it is"}}, {{"path", true, "why"}},
+                         {"path"}, {"c"}};
+  const auto inspected = std::get<InspectReport>(
+      through_wire(WorkerMessage(InspectReport{InspectionId{4}, std::make_shared<const Inspection>(found)})));
+  ASSERT_TRUE(inspected.found.ok());
+  const Inspection& read = **inspected.found;
+  EXPECT_EQ(std::tie(read.scene, read.assets, read.notices, read.chosen, read.cameras),
+            std::tie(found.scene, found.assets, found.notices, found.chosen, found.cameras));
+  EXPECT_EQ(read.facts.at(0).value, "it is");
+  EXPECT_TRUE(read.methods.at(0).admitted);
+  EXPECT_EQ(read.methods.at(0).reason, "why");
+  const auto refused = std::get<InspectReport>(
+      through_wire(WorkerMessage(InspectReport{InspectionId{4}, invalid_argument("a.obj:2: no")})));
+  EXPECT_EQ(refused.found.status().code(), StatusCode::kInvalidArgument);
+  EXPECT_EQ(message_of(refused.found.status()), "a.obj:2: no");
   const auto report = std::get<PilotReport>(through_wire(WorkerMessage(PilotReport{LeaseId{9}, 1, {"cheaper"}, 0.25})));
   EXPECT_EQ(report.lease, LeaseId{9});
   EXPECT_EQ(report.choice, 1u);
@@ -248,6 +263,15 @@ TEST(FarmMessages, CoordinatorMessagesComeBackWhole) {
   EXPECT_EQ(std::get<ResultAck>(through_wire(CoordinatorMessage(ack))).keys, ack.keys);
   const LeaseCancel cancel{{LeaseId{1}, LeaseId{2}}};
   EXPECT_EQ(std::get<LeaseCancel>(through_wire(CoordinatorMessage(cancel))).leases, cancel.leases);
+  const InspectionRequest files{{{"a/b.obj", sha256("b")}}, {"a/b.obj"}, "front"};
+  const auto inspect = std::get<InspectGrant>(through_wire(
+      CoordinatorMessage(InspectGrant{InspectionId{4}, std::make_shared<const InspectionRequest>(files)})));
+  EXPECT_EQ(inspect.inspection, InspectionId{4});
+  ASSERT_EQ(inspect.request->files.size(), 1u);
+  EXPECT_EQ(inspect.request->files[0].path, "a/b.obj");
+  EXPECT_EQ(inspect.request->files[0].digest, sha256("b"));
+  EXPECT_EQ(inspect.request->scene, files.scene);
+  EXPECT_EQ(inspect.request->camera, "front");
   const auto pilot = std::get<PilotGrant>(
       through_wire(CoordinatorMessage(PilotGrant{LeaseId{7}, JobId{3}, job.settings, {"path", "whitted"}, true})));
   EXPECT_TRUE(pilot.allocate);

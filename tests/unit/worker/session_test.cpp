@@ -189,6 +189,38 @@ TEST_F(SessionTest, WhatIsLeasedAnewWhileItIsRenderedIsRenderedOnce) {
   EXPECT_EQ(said<WorkerResult>()[0].lease, LeaseId{2});
 }
 
+TEST_F(SessionTest, AnInspectionIsReadAndReportedOnce) {
+  connect();
+  EXPECT_TRUE(said<WorkerHello>().at(0).inspects);
+  const InspectGrant grant{InspectionId{3}, std::make_shared<const InspectionRequest>()};
+  say(grant);
+  say(grant);  // a repeated message
+  ASSERT_EQ(asked<RunInspection>().size(), 1u);
+  session->inspection_done({InspectionId{2}, std::make_shared<const Inspection>()}, actions);
+  EXPECT_TRUE(said<InspectReport>().empty()) << "not what was asked for";
+  session->inspection_done({InspectionId{3}, std::make_shared<const Inspection>()}, actions);
+  session->inspection_done({InspectionId{3}, std::make_shared<const Inspection>()}, actions);
+  ASSERT_EQ(said<InspectReport>().size(), 1u);
+  EXPECT_EQ(said<InspectReport>()[0].inspection, InspectionId{3});
+}
+
+TEST_F(SessionTest, AnInspectionIsDroppedWithItsStreamAndByADrain) {
+  connect();
+  say(InspectGrant{InspectionId{3}, std::make_shared<const InspectionRequest>()});
+  session->disconnected(now, actions);
+  EXPECT_EQ(asked<DropInspection>().size(), 1u);
+  session->inspection_done({InspectionId{3}, std::make_shared<const Inspection>()}, actions);
+  EXPECT_TRUE(said<InspectReport>().empty());
+  pass(std::chrono::seconds(1));
+  session->connected(now, actions);
+  say(Welcome{1, std::chrono::seconds(2), std::chrono::seconds(10)});
+  say(InspectGrant{InspectionId{4}, std::make_shared<const InspectionRequest>()});
+  EXPECT_EQ(asked<RunInspection>().size(), 2u);
+  say(DrainRequest{});
+  EXPECT_EQ(asked<DropInspection>().size(), 2u);
+  EXPECT_EQ(asked<Exit>().size(), 1u) << "it does not wait for what another worker will read";
+}
+
 TEST_F(SessionTest, APilotIsRunReportedAndForgotten) {
   connect();
   say(PilotGrant{LeaseId{5}, JobId{1}, {}, {"path", "ao"}});

@@ -1,0 +1,170 @@
+// Scene files that go to a farm as they are: a worker reads them, and what it makes of them renders as the command
+// line's job would.
+#include <gtest/gtest.h>
+
+#include <signal.h>
+
+#include "common/base/file.h"
+#include "common/wire/bytes.h"
+#include "common/wire/farm_messages.h"
+#include "common/wire/scene_proto.h"
+#include "tests/support/farm.h"
+
+namespace lightmill::test {
+namespace {
+
+/// Files to be dropped onto a farm.
+class Dropped {
+ public:
+  explicit Dropped(FarmClient client) : client_(std::move(client)) {}
+
+  void add(const std::string& path, const std::string& bytes) {
+    LoadedScene scene;
+    scene.assets[sha256(bytes)] = bytes;
+    client_.upload_assets(scene);
+    v1::InspectSceneRequest::File* file = request.add_files();
+    file->set_path(path);
+    file->set_digest(digest_bytes(sha256(bytes)));
+  }
+  void add_shipped(const std::string& path) {
+    add(path, read_file(std::filesystem::path(LIGHTMILL_SOURCE_DIR) / "scenes" / path).value());
+  }
+  grpc::Status inspect() {
+    grpc::ClientContext context;
+    context.set_deadline(std::chrono::system_clock::now() + std::chrono::seconds(60));
+    found.Clear();
+    return client_.stub().InspectScene(&context, request, &found);
+  }
+
+  v1::InspectSceneRequest request;
+  v1::InspectSceneResponse found;
+
+ private:
+  FarmClient client_;
+};
+
+/// The bench box's files as its folder has them.
+void drop_box(Dropped& dropped) {
+  dropped.add_shipped("cornell-bench-blocks.json");
+  dropped.add_shipped("assets/CornellBox.obj");
+  dropped.add_shipped("assets/CornellBlocks.obj");
+  dropped.request.add_scene("cornell-bench-blocks.json");
+}
+
+bool knows(FarmClient& client, const std::string& digest) {
+  grpc::ClientContext context;
+  v1::FindMissingAssetsRequest request;
+  request.add_digests(digest);
+  v1::FindMissingAssetsResponse response;
+  EXPECT_TRUE(client.stub().FindMissingAssets(&context, request, &response).ok());
+  return response.missing().empty();
+}
+
+TEST(Inspect, GivesTheJobThatTheCommandLineWouldSubmit) {
+  Farm farm;
+  farm.add_worker(1, "w1");
+  ASSERT_TRUE(eventually([&] { return farm.met("w1"); }));
+  FarmClient client = farm.client();
+  Dropped dropped(farm.client());
+  drop_box(dropped);
+  const grpc::Status status = dropped.inspect();
+  ASSERT_TRUE(status.ok()) << status.error_message();
+  const v1::InspectSceneResponse& found = dropped.found;
+  EXPECT_EQ(found.packed(), pack_scene(bench_box().scene)) << "byte for byte as read from the folder";
+  EXPECT_EQ(found.scene().objects_size(), static_cast<int>(bench_box().scene.objects.size()));
+  ASSERT_EQ(found.assets_size(), static_cast<int>(bench_box().assets.size()));
+  for (const std::string& digest : found.assets()) {
+    EXPECT_TRUE(bench_box().assets.contains(digest_from_bytes(digest).value()));
+    EXPECT_TRUE(knows(client, digest)) << "the worker has brought it";
+  }
+  EXPECT_GT(found.facts_size(), 5);
+  EXPECT_GT(found.chosen_size(), 0);
+  bool path = false;
+  for (const auto& verdict : found.methods()) {
+    path = path || (verdict.method() == "path" && verdict.admitted());
+  }
+  EXPECT_TRUE(path);
+
+  // Submitted with what was found, and nothing that this process has read.
+  const Picture picture{.side = 64, .samples = 8};
+  v1::SubmitJobRequest submit;
+  to_wire(job_of(picture, "inspected"), &submit);
+  Scene scene = unpack_scene(found.packed()).value();
+  scene.film.width = scene.film.height = picture.side;
+  submit.mutable_job()->mutable_settings()->set_scene(pack_scene(scene));
+  *submit.mutable_job()->mutable_settings()->mutable_assets() = found.assets();
+  grpc::ClientContext context;
+  v1::Job job;
+  const grpc::Status submitted = client.stub().SubmitJob(&context, submit, &job);
+  ASSERT_TRUE(submitted.ok()) << submitted.error_message();
+  expect_reference_film(farm.client(), job.id(), picture);
+}
+
+TEST(Inspect, NamesWhatIsWrongAsItWasNamed) {
+  Farm farm;
+  farm.add_worker(1, "w1");
+  ASSERT_TRUE(eventually([&] { return farm.met("w1"); }));
+  Dropped dropped(farm.client());
+  dropped.add("ünïcode dir/box.json", R"({"camera": {"eye": [0, 0, 5], "look_at": [0, 0, 0], "camera_constant": 1},
+"materials": [{"name": "red", "mirror": {}}],
+"objects": [{"material": "red", "mesh": {"file": "/etc/hostname"}}]})");
+  dropped.request.add_scene("ünïcode dir/box.json");
+  grpc::Status status = dropped.inspect();
+  EXPECT_EQ(status.error_code(), grpc::StatusCode::INVALID_ARGUMENT);
+  EXPECT_NE(status.error_message().find("ünïcode dir/box.json:3"), std::string::npos) << status.error_message();
+  EXPECT_NE(status.error_message().find("/etc/hostname: is not among the files that were handed over"),
+            std::string::npos)
+      << status.error_message();
+
+  Dropped broken(farm.client());
+  broken.add("a.obj", "v 0 0 0\nv 1 0\n");
+  broken.request.add_scene("a.obj");
+  status = broken.inspect();
+  EXPECT_EQ(status.error_code(), grpc::StatusCode::INVALID_ARGUMENT);
+  EXPECT_EQ(status.error_message().find("a.obj:2:"), 0u) << status.error_message();
+
+  Dropped outside(farm.client());
+  outside.add("../a.obj", "v 0 0 0\n");
+  outside.request.add_scene("../a.obj");
+  EXPECT_EQ(outside.inspect().error_code(), grpc::StatusCode::INVALID_ARGUMENT);
+
+  Dropped nothing(farm.client());
+  EXPECT_EQ(nothing.inspect().error_code(), grpc::StatusCode::INVALID_ARGUMENT);
+}
+
+TEST(Inspect, SaysThatThereIsNoWorkerAndGoesOnWithoutOneThatIsLost) {
+  Farm farm;
+  Dropped dropped(farm.client());
+  drop_box(dropped);
+  EXPECT_EQ(dropped.inspect().error_code(), grpc::StatusCode::UNAVAILABLE);
+  BackgroundProcess& first = farm.add_worker(1, "w1");
+  ASSERT_TRUE(eventually([&] { return farm.met("w1"); }));
+  ASSERT_EQ(::kill(first.pid(), SIGSTOP), 0);
+  grpc::Status status;
+  std::thread caller([&] { status = dropped.inspect(); });
+  ASSERT_TRUE(
+      eventually([&] { return farm.server_log().find("worker w1 reads the scene files") != std::string::npos; }));
+  kill_at_once(first);
+  farm.add_worker(1, "w2");
+  caller.join();
+  EXPECT_TRUE(status.ok()) << status.error_message();
+  EXPECT_EQ(dropped.found.packed(), pack_scene(bench_box().scene));
+}
+
+TEST(Inspect, GoesOnWhileTheWorkerRenders) {
+  Farm farm;
+  farm.add_worker(1, "w1");
+  ASSERT_TRUE(eventually([&] { return farm.met("w1"); }));
+  FarmClient client = farm.client();
+  const std::uint64_t job = client.submit(Picture{.samples = 1 << 20}, "long").id();
+  client.wait_for_samples(job, 128 * 128);
+  Dropped dropped(farm.client());
+  drop_box(dropped);
+  const grpc::Status status = dropped.inspect();
+  EXPECT_TRUE(status.ok()) << status.error_message();
+  const std::uint64_t before = client.job(job).samples_done();
+  EXPECT_TRUE(eventually([&] { return client.job(job).samples_done() > before; }));
+}
+
+}  // namespace
+}  // namespace lightmill::test

@@ -1,0 +1,139 @@
+#include "worker/inspect/inspect_scene.h"
+
+#include <algorithm>
+
+#include "common/base/quantities.h"
+#include "common/image/read/read_size.h"
+#include "common/methods/spec/method_spec.h"
+#include "common/planner/method_plan.h"
+#include "common/scene_io/load.h"
+#include "common/scene_io/scene_report.h"
+#include "common/wire/limits.h"
+#include "common/wire/scene_proto.h"
+
+namespace lightmill {
+namespace {
+
+/// What a report may hold of each kind, and of each text; a scene can be made to give more.
+constexpr std::size_t kMostRows = 500;
+constexpr std::size_t kMostTextBytes = 1000;
+
+/// The scene's mistakes are its sender's, be a file damaged or missing.
+Status as_senders(const Status& status) {
+  return status.code() == StatusCode::kNotFound || status.code() == StatusCode::kFailedPrecondition ||
+                 status.code() == StatusCode::kOutOfRange
+             ? invalid_argument("{}", message_of(status))
+             : status;
+}
+
+std::string cut(std::string text) {
+  if (text.size() > kMostTextBytes) {
+    std::size_t end = kMostTextBytes;
+    while (end > 0 && (static_cast<unsigned char>(text[end]) & 0xc0) == 0x80) {
+      --end;  // within a character
+    }
+    text.resize(end);
+    text += "…";
+  }
+  return text;
+}
+
+std::vector<std::string> cut(std::vector<std::string> texts) {
+  const std::size_t all = texts.size();
+  texts.resize(std::min(all, kMostRows));
+  std::ranges::transform(texts, texts.begin(), [](std::string& text) { return cut(std::move(text)); });
+  if (all > kMostRows) {
+    texts.push_back(fmt::format("… and {} more", all - kMostRows));
+  }
+  return texts;
+}
+
+/// Looks into the headers of images: decoding is for those who render.
+Status check_images(const LoadedScene& loaded, const SceneLimits& limits, const InspectionHands& hands) {
+  for (const ImageAsset& image : loaded.images) {
+    LM_RETURN_IF_ERROR(hands.go_on());
+    const Result<ImageSize> size = read_size(as_byte_view(loaded.assets.at(image.asset)), image.name);
+    if (!size.ok()) {
+      return invalid_argument("{}: {}", image.place, message_of(size.status()));
+    }
+    if (size->pixels > static_cast<std::uint64_t>(limits.image_pixels)) {
+      return resource_exhausted("{}: {}: {} pixels are more than the {} that --image-megapixels of its worker allows",
+                                image.place, image.name, size->pixels, limits.image_pixels);
+    }
+  }
+  return ok_status();
+}
+
+void add_facts(const ReportRows& rows, Inspection& out) {
+  for (const std::vector<std::string>& row : rows) {
+    if (out.facts.size() < kMostRows) {
+      out.facts.push_back({cut(row.at(0)), cut(row.at(1))});
+    }
+  }
+}
+
+Result<LoadedScene> load(const InspectionRequest& request, const SceneLimits& limits, const InspectionHands& hands) {
+  std::uint64_t bytes = 0;
+  HandedFiles files([&](const Sha256& digest) -> Result<std::string> {
+    LM_RETURN_IF_ERROR(hands.go_on());
+    LM_ASSIGN_OR_RETURN(std::string file, hands.fetch(digest));
+    bytes += file.size();
+    if (bytes > limits.bytes) {
+      return resource_exhausted("the scene's files have more than {}, which --scene-gib of its worker allows",
+                                human_bytes(limits.bytes));
+    }
+    return file;
+  });
+  for (const InspectionRequest::File& file : request.files) {
+    LM_RETURN_IF_ERROR(files.add(file.path, file.digest));
+  }
+  LoadOptions options;
+  options.camera = request.camera;
+  options.files = &files;
+  const std::vector<std::filesystem::path> paths(request.scene.begin(), request.scene.end());
+  return load_scene(paths, options);
+}
+
+}  // namespace
+
+Result<Inspection> inspect_scene(const InspectionRequest& request, const SceneLimits& limits,
+                                 const InspectionHands& hands) {
+  Result<LoadedScene> loaded = load(request, limits, hands);
+  if (!loaded.ok()) {
+    return as_senders(loaded.status());
+  }
+  LM_RETURN_IF_ERROR(check_images(*loaded, limits, hands));
+  const Result<SceneReport> report = report_on(*loaded);
+  if (!report.ok()) {
+    return as_senders(report.status());
+  }
+  LM_RETURN_IF_ERROR(hands.go_on());
+  const auto assets = [&](const Sha256& digest) -> Result<std::string> { return loaded->assets.at(digest); };
+  LM_RETURN_IF_ERROR(check_memory(loaded->scene, assets, limits.bytes));
+  Inspection out;
+  out.scene = pack_scene(loaded->scene);
+  if (out.scene.size() > kMaxSceneBytes || loaded->assets.size() > kMaxAssets) {
+    return resource_exhausted("the scene's document has {} and {} assets, more than the {} and {} that a job may have",
+                              human_bytes(out.scene.size()), loaded->assets.size(), human_bytes(kMaxSceneBytes),
+                              kMaxAssets);
+  }
+  for (const auto& [digest, bytes] : loaded->assets) {
+    out.assets.push_back(digest);  // a map: sorted, each once
+  }
+  LM_RETURN_IF_ERROR(hands.upload(loaded->assets));
+  out.notices = cut(loaded->notices);
+  add_facts(scene_rows(*loaded, *report), out);
+  add_facts(fact_rows(report->facts), out);
+  for (const Verdict& verdict : admit_all(report->facts)) {
+    out.methods.push_back({verdict.method, verdict.admitted, cut(verdict.reason)});
+  }
+  const MethodPlan plan = plan_method(report->facts, kAutoMethod);
+  out.chosen = plan.candidates;
+  for (const NamedCamera& camera : loaded->cameras) {
+    out.cameras.push_back(camera.name);
+  }
+  out.cameras = cut(std::move(out.cameras));
+  return out;
+}
+
+}  // namespace lightmill

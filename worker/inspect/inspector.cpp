@@ -1,0 +1,93 @@
+#include "worker/inspect/inspector.h"
+
+#include <exception>
+#include <new>
+
+#include "common/base/clock.h"
+#include "common/base/log.h"
+
+namespace lightmill {
+namespace {
+
+constexpr Duration kMostTime = std::chrono::seconds(60);
+
+}  // namespace
+
+Inspector::Inspector(AssetCache& assets, const SceneLimits& limits, Upload upload, Done done)
+    : assets_(assets), limits_(limits), upload_(std::move(upload)), done_(std::move(done)), thread_([this] {
+        work();
+      }) {}
+
+Inspector::~Inspector() {
+  {
+    const MutexLock lock(mutex_);
+    stopping_ = true;
+    stop_.request_stop();
+    changed_.notify_one();
+  }
+  thread_.join();
+}
+
+void Inspector::add(std::shared_ptr<const InspectGrant> grant) {
+  const MutexLock lock(mutex_);
+  stop_.request_stop();
+  stop_ = std::stop_source();
+  waiting_ = std::move(grant);
+  changed_.notify_one();
+}
+
+void Inspector::drop() {
+  const MutexLock lock(mutex_);
+  stop_.request_stop();
+  waiting_ = nullptr;
+}
+
+void Inspector::work() {
+  for (;;) {
+    std::shared_ptr<const InspectGrant> grant;
+    std::stop_token stop;
+    {
+      const MutexLock lock(mutex_);
+      while (waiting_ == nullptr && !stopping_) {
+        changed_.wait(mutex_);
+      }
+      if (stopping_) {
+        return;
+      }
+      grant = std::exchange(waiting_, nullptr);
+      stop = stop_.get_token();
+    }
+    InspectReport report{grant->inspection, internal_error("not read")};
+    try {
+      Result<Inspection> found = inspect(*grant, stop);
+      report.found =
+          found.ok() ? Result<std::shared_ptr<const Inspection>>(std::make_shared<const Inspection>(*std::move(found)))
+                     : found.status();
+    } catch (const std::bad_alloc&) {
+      report.found = resource_exhausted("the scene takes more memory than its worker has");
+    }
+    if (!stop.stop_requested()) {
+      done_(std::move(report));
+    }
+  }
+}
+
+Result<Inspection> Inspector::inspect(const InspectGrant& grant, const std::stop_token& stop) {
+  const Time start = system_clock().now();
+  const auto go_on = [&]() -> Status {
+    if (stop.stop_requested()) {
+      return cancelled("the worker leaves");
+    }
+    return system_clock().now() < start + kMostTime
+               ? ok_status()
+               : make_error(StatusCode::kDeadlineExceeded, "reading the scene takes more than {:.0f} s",
+                            to_seconds(kMostTime));
+  };
+  Result<Inspection> found = inspect_scene(
+      *grant.request, limits_, {[this](const Sha256& digest) { return assets_.get(digest); }, upload_, go_on});
+  spdlog::info("inspection {} of {} files: {} after {:.0f} ms", grant.inspection.value, grant.request->files.size(),
+               found.ok() ? "done" : "failed", 1000 * to_seconds(system_clock().now() - start));
+  return found;
+}
+
+}  // namespace lightmill

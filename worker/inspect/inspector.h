@@ -1,0 +1,45 @@
+// Reads strangers' scene files on a thread of its own, so that rendering and heartbeats go on.
+#pragma once
+
+#include <functional>
+#include <memory>
+#include <stop_token>
+#include <thread>
+
+#include "common/base/mutex.h"
+#include "common/farm/messages.h"
+#include "worker/inspect/inspect_scene.h"
+
+namespace lightmill {
+
+/// One inspection after the other; `done` is called from its thread, for each that is not dropped. What goes on for
+/// more than a minute ends with DEADLINE_EXCEEDED at its next file or step.
+class Inspector {
+ public:
+  using Upload = std::function<Status(const std::map<Sha256, std::string>& assets)>;
+  using Done = std::function<void(InspectReport)>;
+  Inspector(AssetCache& assets, const SceneLimits& limits, Upload upload, Done done);
+  /// Ends after the step that is under way.
+  ~Inspector();
+
+  /// Instead of one that still waits, or is being read.
+  void add(std::shared_ptr<const InspectGrant> grant);
+  void drop();
+
+ private:
+  void work();
+  Result<Inspection> inspect(const InspectGrant& grant, const std::stop_token& stop);
+
+  AssetCache& assets_;
+  const SceneLimits limits_;
+  const Upload upload_;
+  const Done done_;
+  Mutex mutex_;
+  CondVar changed_;
+  std::shared_ptr<const InspectGrant> waiting_ LM_GUARDED_BY(mutex_);
+  std::stop_source stop_ LM_GUARDED_BY(mutex_);  ///< of the one that waits or is being read
+  bool stopping_ LM_GUARDED_BY(mutex_) = false;
+  std::thread thread_;
+};
+
+}  // namespace lightmill

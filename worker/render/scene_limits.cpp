@@ -1,0 +1,25 @@
+#include "worker/render/scene_limits.h"
+
+#include "common/image/read/read_size.h"
+#include "common/scene/compiled/scene_memory.h"
+
+namespace lightmill {
+namespace {
+
+double gib(std::uint64_t bytes) {
+  return static_cast<double>(bytes) / (1 << 30);
+}
+
+}  // namespace
+
+Status check_memory(const Scene& scene, const CompiledScene::AssetSource& assets, std::uint64_t max_bytes) {
+  LM_ASSIGN_OR_RETURN(const SceneMemory memory, estimate_memory(scene, assets, read_size));
+  return memory.bytes <= max_bytes
+             ? ok_status()
+             : resource_exhausted(
+                   "the scene takes some {:.3g} GiB of memory, more than --scene-gib {:.3g} of this worker allows; {} "
+                   "takes {:.3g} of them",
+                   gib(memory.bytes), gib(max_bytes), memory.largest, gib(memory.largest_bytes));
+}
+
+}  // namespace lightmill
