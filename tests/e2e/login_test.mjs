@@ -122,13 +122,14 @@ test('buttons that the roles do not allow say so', async () => {
   await pause.waitFor();
   assert.ok(await pause.isDisabled());
   assert.match(await pause.getAttribute('title'), /somebody else's.*view, submit/);
+  assert.ok(await page.getByLabel('Priority', {exact: true}).isDisabled());
   // Who may see it may have the same of her own.
   assert.ok(await page.getByRole('button', {name: 'Clone'}).isEnabled());
   await page.goto(`${farm.page}#/jobs/2`);
   assert.ok(await page.getByRole('button', {name: 'Pause'}).isEnabled());
 });
 
-test('who may only look cannot press what submits', async () => {
+test('who may only look is offered nothing to submit', async () => {
   const before = page;
   page = await open('#/jobs/1');
   await logIn(tokens.eve);
@@ -139,6 +140,15 @@ test('who may only look cannot press what submits', async () => {
     assert.ok(await button.isDisabled());
     assert.match(await button.getAttribute('title'), /Your roles \(view\) do not allow this/);
   }
+  await page.goto(`${farm.page}#/jobs`);
+  assert.ok(await page.getByRole('button', {name: 'Submit a scene'}).isDisabled());
+  const dropped = await page.evaluateHandle(() => {
+    const transfer = new DataTransfer();
+    transfer.items.add(new File(['{}'], 'scene.json'));
+    return transfer;
+  });
+  await page.locator('.drop-zone').dispatchEvent('drop', {dataTransfer: dropped});
+  await page.getByRole('alert').getByText('Your roles (view)').waitFor();
   await page.context().close();
   page = before;
 });

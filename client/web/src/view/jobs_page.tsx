@@ -5,7 +5,10 @@ import {ageText, goalText, methodName, samplesText} from '../model/format';
 import {filterCounts, hasEnded, kNewestFirst, listedJobs, type JobFilter, type JobOrder, type JobQuery} from '../model/jobs';
 import type {Job} from '../wire/lightmill/v1/farm_pb';
 import {ErrorValue, etaText, Progress, StateBadge} from './bits';
+import {ChooseFiles, DropZone} from './drop_zone';
+import type {SceneFile} from './dropped';
 import {useFarm} from './store';
+import {SubmitPanel} from './submit_panel';
 
 const kColumns: {order: JobOrder; label: string; class?: string}[] = [
   {order: 'name', label: 'Job'},
@@ -129,6 +132,8 @@ function useListKeys(search: {current: HTMLInputElement | null}, table: {current
 export function JobsPage() {
   const {jobs, listed} = useFarm();
   const [query, setQuery] = useState<JobQuery>(kNewestFirst);
+  const [files, setFiles] = useState<SceneFile[]>();
+  const [failure, setFailure] = useState('');
   const search = useRef<HTMLInputElement>(null);
   const table = useRef<HTMLTableElement>(null);
   const now = useNow(10_000);
@@ -138,47 +143,60 @@ export function JobsPage() {
   const sortBy = (order: JobOrder) =>
     setQuery({...query, order, descending: query.order === order ? !query.descending : order === 'id' || order === 'progress'});
   const sortState = (order: JobOrder) => (query.order !== order ? 'none' : query.descending ? 'descending' : 'ascending');
+  const take = (dropped: SceneFile[]) => {
+    setFailure('');
+    setFiles(dropped);
+  };
   return (
-    <section class="page" aria-labelledby="jobs-title">
-      <div class="toolbar">
-        <h1 id="jobs-title">Jobs</h1>
-        <div class="chips" role="group" aria-label="Which jobs are listed">
-          {kFilters.map(({filter, label}) => (
-            <button type="button" key={filter} aria-pressed={query.filter === filter} onClick={() => setQuery({...query, filter})}>
-              {label} <span class="count">{counts[filter]}</span>
-            </button>
-          ))}
-        </div>
-        <input
-          ref={search}
-          type="search"
-          placeholder="Search  ( / )"
-          aria-label="Search jobs by name, owner, method, state or number"
-          value={query.search}
-          onInput={(event) => setQuery({...query, search: event.currentTarget.value})}
-        />
-      </div>
-      <table class="list jobs" ref={table}>
-        <caption class="sr-only">Jobs of this farm</caption>
-        <thead>
-          <tr>
-            {kColumns.map(({order, label, class: kind}) => (
-              <th key={order} scope="col" class={kind} aria-sort={sortState(order)}>
-                <button type="button" class="sort" onClick={() => sortBy(order)}>
-                  {label}
-                </button>
-              </th>
+    <DropZone onFiles={take} onFailure={setFailure}>
+      <section class="page" aria-labelledby="jobs-title">
+        <div class="toolbar">
+          <h1 id="jobs-title">Jobs</h1>
+          <ChooseFiles onFiles={take} />
+          <div class="chips" role="group" aria-label="Which jobs are listed">
+            {kFilters.map(({filter, label}) => (
+              <button type="button" key={filter} aria-pressed={query.filter === filter} onClick={() => setQuery({...query, filter})}>
+                {label} <span class="count">{counts[filter]}</span>
+              </button>
             ))}
-          </tr>
-        </thead>
-        <tbody>
-          {shown.map((job) => (
-            <Row key={String(job.id)} job={job} now={now} />
-          ))}
-        </tbody>
-      </table>
-      {shown.length === 0 && <Empty listed={listed} any={jobs.size > 0} />}
-    </section>
+          </div>
+          <input
+            ref={search}
+            type="search"
+            placeholder="Search  ( / )"
+            aria-label="Search jobs by name, owner, method, state or number"
+            value={query.search}
+            onInput={(event) => setQuery({...query, search: event.currentTarget.value})}
+          />
+        </div>
+        {failure && (
+          <p class="notice failure" role="alert">
+            {failure}
+          </p>
+        )}
+        {files && <SubmitPanel key={files[0]!.path + files.length} files={files} onClose={() => setFiles(undefined)} />}
+        <table class="list jobs" ref={table}>
+          <caption class="sr-only">Jobs of this farm</caption>
+          <thead>
+            <tr>
+              {kColumns.map(({order, label, class: kind}) => (
+                <th key={order} scope="col" class={kind} aria-sort={sortState(order)}>
+                  <button type="button" class="sort" onClick={() => sortBy(order)}>
+                    {label}
+                  </button>
+                </th>
+              ))}
+            </tr>
+          </thead>
+          <tbody>
+            {shown.map((job) => (
+              <Row key={String(job.id)} job={job} now={now} />
+            ))}
+          </tbody>
+        </table>
+        {shown.length === 0 && <Empty listed={listed} any={jobs.size > 0} />}
+      </section>
+    </DropZone>
   );
 }
 
@@ -190,7 +208,7 @@ function Empty({listed, any}: {listed: boolean; any: boolean}) {
     <p class="empty">No job is like that.</p>
   ) : (
     <p class="empty">
-      No jobs yet. Submit one: <code>lightmill submit scenes/cornell-bench-balls.json --spp 256</code>
+      No jobs yet. Drop a scene here with its files, or submit one: <code>lightmill submit scenes/cornell-bench-balls.json --spp 256</code>
     </p>
   );
 }

@@ -1,0 +1,52 @@
+/** Files that go to the farm by their content: which of them it lacks, and those themselves. */
+import {base64Of, bytesOfBase64, hexOf} from '../model/bytes';
+import {ActionError, post} from './actions';
+
+/** How many one request may name. */
+const kMostAsked = 10_000;
+
+/** SHA-256 in hex, of those that the farm does not have. */
+export async function findMissing(digests: readonly Uint8Array[], signal: AbortSignal): Promise<Set<string>> {
+  const missing = new Set<string>();
+  for (let at = 0; at < digests.length; at += kMostAsked) {
+    const answer = (await post('assets/missing', {digests: digests.slice(at, at + kMostAsked).map(base64Of)}, {signal})) as {missing?: string[]};
+    answer.missing?.forEach((each) => missing.add(hexOf(bytesOfBase64(each))));
+  }
+  return missing;
+}
+
+/** `onSent` is told how many bytes of it have gone so far. */
+export function uploadAsset(digest: string, file: Blob, onSent: (bytes: number) => void, signal: AbortSignal): Promise<void> {
+  return new Promise((resolve, reject) => {
+    // fetch tells nothing of what is sent.
+    const request = new XMLHttpRequest();
+    const stop = () => request.abort();
+    const end = (error?: Error) => {
+      signal.removeEventListener('abort', stop);
+      error ? reject(error) : resolve();
+    };
+    request.open('POST', `api/v1/assets/${digest}`);
+    request.setRequestHeader('Content-Type', 'application/octet-stream');
+    request.upload.onprogress = (event) => onSent(event.loaded);
+    request.onload = () => {
+      if (request.status >= 200 && request.status < 300) {
+        onSent(file.size);
+        return end();
+      }
+      end(new ActionError(messageOf(request)));
+    };
+    request.onerror = () => end(new ActionError('the connection to the coordinator broke while a file was sent: try again, what it has is not sent twice'));
+    request.onabort = () => end(new DOMException('stopped', 'AbortError'));
+    signal.addEventListener('abort', stop);
+    request.send(file);
+  });
+}
+
+function messageOf(request: XMLHttpRequest): string {
+  try {
+    const answer = JSON.parse(request.responseText) as {error?: {message?: string}};
+    return answer.error?.message ?? `the coordinator answered ${request.status}`;
+  } catch {
+    return `the coordinator answered ${request.status}`;
+  }
+}
