@@ -14,7 +14,10 @@ const kScene = join(kSource, 'scenes/cornell-bench-blocks.json');
 const kAssets = ['CornellBox.obj', 'CornellBlocks.obj'].map((name) => join(kSource, 'scenes/assets', name));
 let page;
 
-before(() => session.start());
+before(async () => {
+  await session.start();
+  await eventually('the worker is there', async () => (await api('workers')).workers?.length === 1);
+});
 after(() => session.close());
 
 const api = async (path) => (await fetch(`${session.farm.page}api/v1/${path}`)).json();
