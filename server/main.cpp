@@ -157,7 +157,28 @@ Status check_access(const Options& options, const HostPort& listen) {
   return ok_status();
 }
 
-/// What parse() answers: an exit code, or nothing when the server should run.
+Status of_option(const char* option, const Status& status) {
+  return status.ok() ? status : make_error(status.code(), "{}: {}", option, message_of(status));
+}
+
+/// What no option's own check can tell.
+Status check_options(const Options& options) {
+  if (!options.store.empty()) {
+    LM_RETURN_IF_ERROR(
+        of_option("--store", options.store.starts_with("postgres://") || options.store.starts_with("postgresql://")
+                                 ? check_postgres_url(options.store)
+                                 : invalid_argument("must be postgres://USER@HOST/DATABASE")));
+  }
+  const Result<HostPort> address = parse_host_port(options.listen);
+  LM_RETURN_IF_ERROR(of_option("--listen", address.status()));
+  LM_RETURN_IF_ERROR(check_access(options, *address));
+  LM_RETURN_IF_ERROR(check_page(options));
+  return options.heartbeat_seconds * 2 > options.lease_seconds
+             ? invalid_argument("--lease-seconds must be at least twice --heartbeat-seconds")
+             : ok_status();
+}
+
+/// An exit code, or nothing when the server should run.
 std::optional<int> parse(int argc, char** argv, Options& options) {
   CLI::App app{
       "The coordinator of a Lightmill farm: takes jobs from `lightmill`, hands them out to `lightmill-worker`s, keeps "
@@ -214,40 +235,13 @@ std::optional<int> parse(int argc, char** argv, Options& options) {
   check->fallthrough()->footer(
       "Takes --data or --store. What is damaged is taken out; what can be rendered again is, by the next coordinator.\n"
       "Ends with 1 if more is lost than that. No coordinator may be at work.");
-  try {
-    app.parse(argc, argv);
-  } catch (const CLI::ParseError& error) {
-    return app.exit(error) == 0 ? 0 : 2;
-  }
-  options.check = check->parsed();
-  if (options.data.empty()) {
-    options.data = default_data_directory();
-  }
-  if (!options.store.empty()) {
-    const Status url = options.store.starts_with("postgres://") || options.store.starts_with("postgresql://")
-                           ? check_postgres_url(options.store)
-                           : invalid_argument("must be postgres://USER@HOST/DATABASE");
-    if (!url.ok()) {
-      std::cerr << "--store: " << message_of(url) << "\n";
-      return 2;
+  return parse_options(app, argc, argv, [&] {
+    options.check = check->parsed();
+    if (options.data.empty()) {
+      options.data = default_data_directory();
     }
-  }
-  const Result<HostPort> address = parse_host_port(options.listen);
-  if (!address.ok()) {
-    std::cerr << "--listen: " << message_of(address.status()) << "\n";
-    return 2;
-  }
-  Status access = check_access(options, *address);
-  access.Update(check_page(options));
-  if (!access.ok()) {
-    std::cerr << message_of(access) << "\n";
-    return 2;
-  }
-  if (options.heartbeat_seconds * 2 > options.lease_seconds) {
-    std::cerr << "--lease-seconds must be at least twice --heartbeat-seconds\n";
-    return 2;
-  }
-  return std::nullopt;
+    return check_options(options);
+  });
 }
 
 CoordinatorLimits limits_of(const Options& options) {

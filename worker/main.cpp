@@ -58,6 +58,24 @@ std::string machine_name() {
   return std::getline(file, id) && !id.empty() ? sha256("lightmill machine " + id).hex().substr(0, 12) : host_name();
 }
 
+/// What no option's own check can tell; fills in what was not given.
+Status check_options(Options& options) {
+  options.servers = CLI::detail::split(options.server, ',');
+  for (const std::string& server : options.servers) {
+    if (const Result<HostPort> address = parse_host_port(server); !address.ok() || address->port == 0) {
+      const char* const variable = std::getenv(kServerVariable);
+      return invalid_argument(
+          "{}: {}", variable != nullptr && options.server == variable ? kServerVariable : "--server",
+          address.ok() ? fmt::format("the port of '{}' must not be 0", server) : message_of(address.status()));
+    }
+  }
+  LM_RETURN_IF_ERROR(read_caller(options.caller, options.servers, system_clock().unix_milliseconds() / 1000).status());
+  if (options.name.empty()) {
+    options.name = fmt::format("{}-{}", host_name(), ::getpid());
+  }
+  return ok_status();
+}
+
 /// An exit code, or nothing when the worker should run.
 std::optional<int> parse(int argc, char** argv, Options& options) {
   CLI::App app{
@@ -91,30 +109,7 @@ std::optional<int> parse(int argc, char** argv, Options& options) {
   add_limit(app, "--assets-gib", options.assets_gib, "GIB", {0.0, 65536.0}, "memory for downloaded assets");
   add_limit(app, "--results-mib", options.results_mib, "MIB", {1.0, 1e6},
             "memory for results not acknowledged yet; beyond, it waits");
-  try {
-    app.parse(argc, argv);
-  } catch (const CLI::ParseError& error) {
-    return app.exit(error) == 0 ? 0 : 2;
-  }
-  options.servers = CLI::detail::split(options.server, ',');
-  for (const std::string& server : options.servers) {
-    if (const Result<HostPort> address = parse_host_port(server); !address.ok() || address->port == 0) {
-      const char* const variable = std::getenv(kServerVariable);
-      std::cerr << (variable != nullptr && options.server == variable ? kServerVariable : "--server") << ": "
-                << (address.ok() ? fmt::format("the port of '{}' must not be 0", server) : message_of(address.status()))
-                << "\n";
-      return 2;
-    }
-  }
-  const auto caller = read_caller(options.caller, options.servers, system_clock().unix_milliseconds() / 1000);
-  if (!caller.ok()) {
-    std::cerr << message_of(caller.status()) << "\n";
-    return 2;
-  }
-  if (options.name.empty()) {
-    options.name = fmt::format("{}-{}", host_name(), ::getpid());
-  }
-  return std::nullopt;
+  return parse_options(app, argc, argv, [&] { return check_options(options); });
 }
 
 WorkerOptions worker_options(const Options& options) {

@@ -70,8 +70,12 @@ Status Coordinators::status_of(const grpc::Status& answer, std::size_t index) co
     return to_status(answer, all_);
   }
   const std::optional<std::string> problem = connection_problem(addresses_[index], caller_.tls);
-  return problem ? failed_precondition("cannot reach the farm at {}: {}", addresses_[index], *problem)
-                 : unavailable("cannot reach the farm at {}", all_);
+  if (problem) {
+    return failed_precondition("cannot reach the farm at {}: {}", addresses_[index], *problem);
+  }
+  return answer.error_code() == grpc::StatusCode::DEADLINE_EXCEEDED
+             ? unavailable("the farm at {} has not answered in time: whether it did what was asked is not known", all_)
+             : unavailable("cannot reach the farm at {}", all_);
 }
 
 }  // namespace lightmill::cli

@@ -3,8 +3,13 @@
 
 #include <CLI/CLI.hpp>
 #include <cstdint>
+#include <functional>
+#include <iostream>
+#include <optional>
 #include <string>
 #include <utility>
+
+#include "common/base/status.h"
 
 namespace lightmill {
 
@@ -35,6 +40,24 @@ CLI::Option* add_limit(CLI::App& app, const std::string& name, T& value, const c
                ? ""
                : fmt::format("Value {} not in range [{} - {}]", given, range.first, range.second);
   });
+}
+
+/// Reads the command line, then asks `check` what else is wrong with it. An exit code, or nothing when the program
+/// should run; errors have its name.
+inline std::optional<int> parse_options(CLI::App& app, int argc, char** argv, const std::function<Status()>& check) {
+  app.failure_message([](const CLI::App* of, const CLI::Error& error) {
+    return fmt::format("{}: {}\nTry `{} --help`.\n", of->get_name(), error.what(), of->get_name());
+  });
+  try {
+    app.parse(argc, argv);
+  } catch (const CLI::ParseError& error) {
+    return app.exit(error) == 0 ? 0 : 2;
+  }
+  if (const Status status = check(); !status.ok()) {
+    std::cerr << app.get_name() << ": " << message_of(status) << "\n";
+    return 2;
+  }
+  return std::nullopt;
 }
 
 inline std::uint64_t bytes_of_gib(double gib) {

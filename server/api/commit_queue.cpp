@@ -1,5 +1,7 @@
 #include "server/api/commit_queue.h"
 
+#include <algorithm>
+
 #include "common/base/log.h"
 #include "server/store/coalesce.h"
 
@@ -18,13 +20,15 @@ bool worth_retrying(const Status& status) {
 }
 
 /// Whether somebody waits for the step: a client, or a worker for something else than an acknowledgement.
-bool is_urgent(const std::vector<StoreOp>& writes, const std::vector<Outgoing>& after_commit,
-               const std::vector<CommitReply>& replies) {
-  return !replies.empty() || std::any_of(writes.begin(), writes.end(), [](const StoreOp& op) {
-    return std::holds_alternative<PutJob>(op);
-  }) || std::any_of(after_commit.begin(), after_commit.end(), [](const Outgoing& each) {
-    return !std::holds_alternative<ResultAck>(each.message);
-  });
+bool is_urgent(const CommitQueue::Batch& batch) {
+  return !batch.replies.empty() || !batch.callers.empty() ||
+         std::ranges::any_of(batch.writes, [](const StoreOp& op) { return std::holds_alternative<PutJob>(op); }) ||
+         std::ranges::any_of(batch.after_commit,
+                             [](const Outgoing& each) { return !std::holds_alternative<ResultAck>(each.message); });
+}
+
+bool is_empty(const CommitQueue::Batch& batch) {
+  return batch.writes.empty() && batch.after_commit.empty() && batch.replies.empty() && batch.callers.empty();
 }
 
 template <class T>
@@ -47,20 +51,20 @@ CommitQueue::~CommitQueue() {
   }
 }
 
-void CommitQueue::push(std::vector<StoreOp> writes, std::vector<Outgoing> after_commit,
-                       std::vector<CommitReply> replies) {
-  if (writes.empty() && after_commit.empty() && replies.empty()) {
+void CommitQueue::push(Batch batch) {
+  if (is_empty(batch)) {
     return;
   }
   const MutexLock lock(mutex_);
   while (queued_.writes.size() >= kMaxQueuedWrites) {
     changed_.wait(mutex_);
   }
-  const bool was_empty = queued_.writes.empty() && queued_.after_commit.empty() && queued_.replies.empty();
-  urgent_ = urgent_ || is_urgent(writes, after_commit, replies);
-  append(queued_.writes, std::move(writes));
-  append(queued_.after_commit, std::move(after_commit));
-  append(queued_.replies, std::move(replies));
+  const bool was_empty = is_empty(queued_);
+  urgent_ = urgent_ || is_urgent(batch);
+  append(queued_.writes, std::move(batch.writes));
+  append(queued_.after_commit, std::move(batch.after_commit));
+  append(queued_.replies, std::move(batch.replies));
+  append(queued_.callers, std::move(batch.callers));
   // The writer wakes for the first step, and then only for what need not gather any longer.
   if (was_empty || urgent_ || queued_.writes.size() >= kGatherWrites) {
     changed_.notify_all();
@@ -91,7 +95,7 @@ void CommitQueue::run() {
     Status failure;
     {
       const MutexLock lock(mutex_);
-      while (queued_.writes.empty() && queued_.after_commit.empty() && queued_.replies.empty()) {
+      while (is_empty(queued_)) {
         if (stopping_) {
           return;
         }
@@ -108,13 +112,27 @@ void CommitQueue::run() {
     }
     // After a failure nothing more is written: later steps build on the lost one.
     if (failure.ok() && !batch.writes.empty()) {
-      failure = commit_with_retries(coalesce(std::move(batch.writes)));
+      failure = commit_with_retries(coalesce(std::move(batch.writes)), batch.callers);
     }
     finish(batch, failure);
   }
 }
 
-Status CommitQueue::commit_with_retries(const std::vector<StoreOp>& writes) {
+/// Also those of steps that wait behind.
+void CommitQueue::tell_callers(std::vector<CommitReply>& callers, const Status& stall) {
+  {
+    const MutexLock lock(mutex_);
+    append(callers, std::exchange(queued_.callers, {}));
+  }
+  for (const CommitReply& caller : std::exchange(callers, {})) {
+    caller(
+        resource_exhausted("the farm has taken this in, but cannot store it yet: {}. It is done as soon as it can be "
+                           "stored: there is no need to ask again",
+                           message_of(stall)));
+  }
+}
+
+Status CommitQueue::commit_with_retries(const std::vector<StoreOp>& writes, std::vector<CommitReply>& callers) {
   bool told = false;
   for (;;) {
     const Status status = store_.commit(writes);
@@ -131,6 +149,9 @@ Status CommitQueue::commit_with_retries(const std::vector<StoreOp>& writes) {
       if (worth_retrying(status)) {
         handlers_.on_stall(status);
       }
+    }
+    if (worth_retrying(status)) {
+      tell_callers(callers, status);
     }
     bool fatal = false;
     {
@@ -157,8 +178,11 @@ void CommitQueue::finish(Batch& batch, const Status& status) {
       handlers_.send(std::move(message));
     }
   }
-  for (const CommitReply& reply : batch.replies) {
-    reply(status.ok() ? status : unavailable("the farm cannot store this now: {}", message_of(status)));
+  const Status told = status.ok() ? status : unavailable("the farm cannot store this now: {}", message_of(status));
+  for (const auto& told_ones : {&batch.replies, &batch.callers}) {
+    for (const CommitReply& reply : *told_ones) {
+      reply(told);
+    }
   }
 }
 

@@ -13,14 +13,14 @@
 
 namespace lightmill {
 
-/// Answers a client once what it asked for is durable, or tells it why that failed. Called from the writer thread.
+/// Told once a step is durable, or why that failed. Called from the writer thread.
 using CommitReply = std::function<void(const Status&)>;
 
 /// Steps are committed, sent and answered in the order in which they were pushed; those that nobody waits for gather
 /// for a tenth of a second. push() from one thread.
 ///
 /// While the disk is full or failing, commits are tried again and nothing is acknowledged: the farm waits and loses
-/// nothing. Any other error of the store means damage or a bug, and on_fatal is called.
+/// nothing, and callers are told so. Any other error of the store means damage or a bug, and on_fatal is called.
 class CommitQueue {
  public:
   struct Handlers {
@@ -29,11 +29,19 @@ class CommitQueue {
     /// Nothing can be stored now, and why; OK once it can again. From the writer thread.
     std::function<void(const Status&)> on_stall = [](const Status&) {};
   };
+  struct Batch {
+    std::vector<StoreOp> writes;
+    std::vector<Outgoing> after_commit;
+    std::vector<CommitReply> replies;
+    /// As `replies`, of those who do not wait for ever: RESOURCE_EXHAUSTED tells them that storing it takes longer. It
+    /// is stored later all the same.
+    std::vector<CommitReply> callers;
+  };
   CommitQueue(Store& store, Handlers handlers);
   ~CommitQueue();
 
   /// Waits while kMaxQueuedWrites are queued.
-  void push(std::vector<StoreOp> writes, std::vector<Outgoing> after_commit, std::vector<CommitReply> replies);
+  void push(Batch batch);
 
   /// From now on a failing commit is given up instead of tried again; later ones fail too.
   void stop_retrying();
@@ -41,13 +49,9 @@ class CommitQueue {
   Status stop();
 
  private:
-  struct Batch {
-    std::vector<StoreOp> writes;
-    std::vector<Outgoing> after_commit;
-    std::vector<CommitReply> replies;
-  };
   void run();
-  Status commit_with_retries(const std::vector<StoreOp>& writes);
+  Status commit_with_retries(const std::vector<StoreOp>& writes, std::vector<CommitReply>& callers);
+  void tell_callers(std::vector<CommitReply>& callers, const Status& stall);
   void finish(Batch& batch, const Status& status);
 
   Store& store_;

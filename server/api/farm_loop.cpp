@@ -85,7 +85,8 @@ void FarmLoop::run() {
       poked_ = false;
       stopping = stopping_;
     }
-    Turn turn{farm_, watchers_, actions_, inspections_, clock_.now(), clock_.unix_milliseconds(), {}, {}};
+    Turn turn{farm_, watchers_, actions_, inspections_, clock_.now(), clock_.unix_milliseconds(),
+              {},    {},        {},       no_store_};
     for (const Task& task : tasks) {
       task(turn);
     }
@@ -102,7 +103,8 @@ void FarmLoop::run() {
     tell_inspected(turn);
     note_ends(turn);
     watchers_due = watchers_.publish(farm_, turn.now);
-    commits_.push(std::move(turn.step.writes), std::move(turn.step.after_commit), std::move(turn.replies));
+    commits_.push({std::move(turn.step.writes), std::move(turn.step.after_commit), std::move(turn.replies),
+                   std::move(turn.callers)});
     if (stopping && tasks.empty()) {
       for (const auto& [id, reply] : inspections_) {
         reply(unavailable("the coordinator stops"));
@@ -174,13 +176,14 @@ void FarmLoop::set_space(const std::string& why) {
 
 void FarmLoop::set_stall(const Status& status) {
   post_always([this, status](Turn& turn) {
-    no_store_ = status.ok() ? "" : "waits until its state can be stored again: " + message_of(status);
+    no_store_ = message_of(status);
     hold(turn);
   });
 }
 
 void FarmLoop::hold(Turn& turn) {
-  farm_.hold(no_store_.empty() ? no_space_ : no_store_, turn.now, turn.step);
+  farm_.hold(no_store_.empty() ? no_space_ : "waits until its state can be stored again: " + no_store_, turn.now,
+             turn.step);
 }
 
 /// The end of a job is shown once it is durable.

@@ -32,6 +32,9 @@ class FarmLoop {
     std::int64_t unix_ms;
     Step step;                         ///< filled by the coordinator
     std::vector<CommitReply> replies;  ///< called once the step is durable
+    std::vector<CommitReply> callers;  ///< so, too, unless that takes long (CommitQueue::Batch)
+    /// Why nothing can be stored now; empty while it can.
+    const std::string& no_store;
 
     /// Writes an action into the farm's log, at this moment.
     void keep(Action action);
@@ -83,7 +86,8 @@ class FarmLoop {
   bool poked_ LM_GUARDED_BY(mutex_) = false;
   bool stopping_ LM_GUARDED_BY(mutex_) = false;
   std::map<InspectionId, InspectionReply> inspections_;  ///< the farm thread's own
-  std::string no_store_, no_space_;                      ///< why no work is handed out; the farm thread's own
+  std::string no_store_;                                 ///< why nothing can be stored; the farm thread's own
+  std::string no_space_;                                 ///< why no work is handed out; the farm thread's own
   std::thread thread_;
 };
 

@@ -16,6 +16,9 @@ grpc::ServerUnaryReactor* run_change(FarmLoop& loop, const Gate& gate, grpc::Cal
   LM_CHECK(rule_of(admitted->rpc).recorded, "{} changes something, so it is to be recorded",
            rule_of(admitted->rpc).method);
   const bool posted = loop.post([&gate, reactor, call = *admitted, change = std::move(change)](FarmLoop::Turn& turn) {
+    if (const Status storing = check_store(turn); !storing.ok()) {
+      return reactor->Finish(to_grpc(storing));
+    }
     About about;
     const Status status = change(turn, call, about);
     record(turn, gate, call, about, status);
@@ -23,7 +26,7 @@ grpc::ServerUnaryReactor* run_change(FarmLoop& loop, const Gate& gate, grpc::Cal
       reactor->Finish(to_grpc(status));
       return;
     }
-    turn.replies.push_back([reactor](const Status& stored) { reactor->Finish(to_grpc(stored)); });
+    turn.callers.push_back([reactor](const Status& stored) { reactor->Finish(to_grpc(stored)); });
   });
   if (!posted) {
     reactor->Finish(busy());

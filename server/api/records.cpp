@@ -60,6 +60,13 @@ void record_own(FarmLoop::Turn& turn, std::string_view what, std::string about) 
   turn.keep({0, 0, "", Proof::none, "", host_name(), std::string(what), 0, std::move(about), StatusCode::kOk, ""});
 }
 
+Status check_store(const FarmLoop::Turn& turn) {
+  return turn.no_store.empty()
+             ? ok_status()
+             : resource_exhausted("the farm can store nothing now, so nothing is changed: {}; try again when it can",
+                                  turn.no_store);
+}
+
 Status check_job_call(FarmLoop::Turn& turn, const Gate& gate, const Call& call, JobId job) {
   LM_ASSIGN_OR_RETURN(const std::string owner, turn.farm.owner(job));
   const Status status = check_job(call.caller, call.rpc, owner);

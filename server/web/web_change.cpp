@@ -9,13 +9,16 @@ namespace lightmill {
 void make_change(FarmLoop::Turn& turn, const Gate& gate, const Call& call, const FarmReply& back,
                  const WebChange& change) {
   LM_CHECK(rule_of(call.rpc).recorded, "{} changes something, so it is to be recorded", rule_of(call.rpc).method);
+  if (const Status storing = check_store(turn); !storing.ok()) {
+    return back(error_reply(storing));
+  }
   About about;
   Result<ApiReply> answer = change(turn, about);
   record(turn, gate, call, about, answer.status());
   if (!answer.ok()) {
     return back(error_reply(answer.status()));
   }
-  turn.replies.push_back(
+  turn.callers.push_back(
       [back, answer = *std::move(answer)](const Status& stored) { back(stored.ok() ? answer : error_reply(stored)); });
 }
 

@@ -69,7 +69,7 @@ test('a live picture is there while a job is edited: one at a time, of the newes
   assert.ok(near(await point('Eye'), kEye));
   const [first] = await eventually('a small job of it', async () => (await looks()).length === 1 && looks());
   assert.equal(first.parent, job);
-  assert.equal(first.method, 'preview');
+  assert.equal(first.method, 'raycast');
   await eventually('its picture is shown', async () => (await looks())[0]?.state === 'JOB_STATE_DONE');
   const seen = await page.evaluate(canvasPixels, {width: 96, height: 80});
   let most = 0;

@@ -65,6 +65,12 @@ test('keys and controls change how it is shown, and the link brings that back', 
     // Where a pixel of the screen lies on the edge of two of the picture, rounding may choose the other.
     return share < 1 / 200;
   });
+  // In the same tab, too, and back.
+  await again.evaluate(() => (location.hash = location.hash.replace('exposure=0.5', 'exposure=-2')));
+  const shown = (exposure) => eventually(`exposure ${exposure}`, async () => (await again.getByLabel('Exposure in stops').inputValue()) === exposure);
+  await shown('-2');
+  await again.goBack();
+  await shown('0.5');
   await again.context().close();
 });
 

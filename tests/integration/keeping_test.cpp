@@ -1,8 +1,10 @@
 // What keeps a farm going for years: a disk that is full, jobs that expire, and a state that is put back from a backup.
 #include <gtest/gtest.h>
 
+#include <set>
 #include <thread>
 
+#include "common/wire/farm_messages.h"
 #include "tests/support/farm.h"
 #include "tests/support/small_disk.h"
 
@@ -55,6 +57,44 @@ TEST(Keeping, AFullDiskLosesNothing) {
   })) << client.job(job).ShortDebugString();
   disk.make_room();
   expect_reference_film(farm.client(), job, picture);
+}
+
+TEST(Keeping, WhoSubmitsToAFullDiskHearsItAtOnceAndNothingThatWasTakenInIsLost) {
+  const SmallDisk disk(64);
+  if (!disk.mounted()) {
+    GTEST_SKIP() << "no disk can be mounted here";
+  }
+  Farm farm({"--reserve-gib", "0"});
+  FarmClient client = farm.client();
+  std::set<std::uint64_t> jobs{client.submit({}, "first").id()};
+  disk.fill(64);
+  const auto submit = [&](const std::string& request_id) {
+    v1::SubmitJobRequest request;
+    to_wire(job_of({}, request_id), &request);
+    v1::Job job;
+    grpc::ClientContext context;
+    context.set_deadline(std::chrono::system_clock::now() + std::chrono::seconds(20));
+    const grpc::Status status = client.stub().SubmitJob(&context, request, &job);
+    if (status.ok()) {
+      jobs.insert(job.id());  // the store's file had room yet
+    }
+    return status;
+  };
+  grpc::Status status;
+  std::string taken;
+  for (int i = 0; i < 200 && status.ok(); ++i) {
+    taken = fmt::format("taken {}", i);
+    status = submit(taken);
+  }
+  EXPECT_EQ(status.error_code(), grpc::StatusCode::RESOURCE_EXHAUSTED) << status.error_message();
+  EXPECT_TRUE(says(status.error_message(), "has taken this in, but cannot store it yet: ")) << status.error_message();
+  EXPECT_TRUE(eventually([&] { return says(submit("refused").error_message(), "so nothing is changed: "); }));
+  disk.make_room();
+  EXPECT_TRUE(eventually([&] { return submit(taken).ok(); }));
+  grpc::ClientContext list;
+  v1::ListJobsResponse all;
+  ASSERT_TRUE(client.stub().ListJobs(&list, {}, &all).ok());
+  EXPECT_EQ(static_cast<std::size_t>(all.jobs_size()), jobs.size());
 }
 
 TEST(Keeping, JobsThatEndedLongAgoAreDeletedAndOthersStay) {

@@ -112,6 +112,9 @@ Status make_authority_in(const CertsOptions& options, const Console& console) {
   if (fs::create_directories(folder, error)) {
     fs::permissions(folder, fs::perms::owner_all, error);
   }
+  if (error) {
+    return as_output_error(unavailable("cannot make the folder {}: {}", folder.string(), error.message()));
+  }
   const fs::path certificate = folder / kAuthorityCertificate;
   if (!options.replace && fs::exists(certificate, error)) {  // its key may be kept elsewhere
     return write(certificate, "", false);

@@ -45,8 +45,12 @@ test('a link brings the view back', () => {
 });
 
 test('whatever stands in the address, there is a page', () => {
-  for (const hash of ['', '#', '#/', '#/jobs/x', '#/jobs/99999999999999999999', '#/jobs/-1', '#%']) {
+  for (const hash of ['', '#', '#/', '#/jobs']) {
     expect(parseRoute(hash)).toEqual({page: 'jobs'});
+  }
+  for (const hash of ['#/jobs/x', '#/jobs/99999999999999999999', '#/jobs/-1', '#%', '#/nope']) {
+    expect(parseRoute(hash)).toEqual({page: 'nowhere', path: hash.slice(1)});
+    expect(routeHash(parseRoute(hash))).toBe(hash);
   }
   expect(parseRoute('#/jobs/1?exposure=x&gamma=-4&view=odd&show=odd&zoom=1')).toEqual({
     page: 'job',

@@ -48,8 +48,9 @@ class RecordingStore final : public Store {
 class CommitQueueTest : public ::testing::Test {
  protected:
   /// A step that can be told from others by its number.
-  void push(std::uint64_t number, std::vector<CommitReply> replies = {}) {
-    queue_->push({DeleteJobRows{JobId{number}}}, {{SessionId{number}, ResultAck{}}}, std::move(replies));
+  void push(std::uint64_t number, std::vector<CommitReply> replies = {}, std::vector<CommitReply> callers = {}) {
+    queue_->push(
+        {{DeleteJobRows{JobId{number}}}, {{SessionId{number}, ResultAck{}}}, std::move(replies), std::move(callers)});
   }
 
   RecordingStore store_;
@@ -102,6 +103,34 @@ TEST_F(CommitQueueTest, AFullDiskIsWaitedForAndNothingIsLost) {
   EXPECT_TRUE(queue_->stop().ok());
   EXPECT_EQ(store_.deleted(), std::vector<std::uint64_t>{1});
   EXPECT_EQ(fatal_, 0);
+}
+
+TEST_F(CommitQueueTest, CallersHearThatStoringTakesLongerAndItIsStoredAllTheSame) {
+  for (int i = 0; i < 3; ++i) {
+    store_.fail_next(resource_exhausted("the disk is full"));
+  }
+  Mutex mutex;
+  std::vector<std::string> heard;
+  const auto caller = [&](std::string name) {
+    return [&, name](const Status& status) {
+      const MutexLock lock(mutex);
+      heard.push_back(name + ": " + (status.ok() ? "stored" : message_of(status)));
+    };
+  };
+  push(1, {caller("reply")}, {caller("caller")});
+  push(2, {}, {caller("behind")});
+  EXPECT_EQ(store_.commits(), 0);
+  for (std::size_t count = 0; count < 3;) {
+    std::this_thread::sleep_for(std::chrono::milliseconds(10));
+    const MutexLock lock(mutex);
+    count = heard.size();
+  }
+  EXPECT_TRUE(queue_->stop().ok());
+  EXPECT_EQ(store_.deleted(), (std::vector<std::uint64_t>{1, 2}));
+  const std::string told =
+      "the farm has taken this in, but cannot store it yet: the disk is full. It is done as soon as "
+      "it can be stored: there is no need to ask again";
+  EXPECT_EQ(heard, (std::vector<std::string>{"caller: " + told, "behind: " + told, "reply: stored"}));
 }
 
 TEST_F(CommitQueueTest, AfterDamageNothingIsStoredSentOrConfirmed) {

@@ -27,7 +27,7 @@ export interface JobView {
   charted: readonly bigint[];
 }
 
-export type Route = {page: 'jobs'} | {page: 'workers'} | {page: 'lab'} | ({page: 'job'; job: bigint} & JobView);
+export type Route = {page: 'jobs'} | {page: 'workers'} | {page: 'lab'} | {page: 'nowhere'; path: string} | ({page: 'job'; job: bigint} & JobView);
 
 export const kPlainView: JobView = {look: kPlainLook, camera: undefined, against: undefined, region: undefined, charted: []};
 /** How many other jobs one chart holds. */
@@ -90,11 +90,25 @@ export function parseRoute(hash: string): Route {
       charted: chartedOf(parameters),
     };
   }
-  return {page: path === '/workers' ? 'workers' : path === '/lab' ? 'lab' : 'jobs'};
+  switch (path) {
+    case '':
+    case '/':
+    case '/jobs':
+      return {page: 'jobs'};
+    case '/workers':
+      return {page: 'workers'};
+    case '/lab':
+      return {page: 'lab'};
+    default:
+      return {page: 'nowhere', path};
+  }
 }
 
 /** The inverse; what is as usual is left out. */
 export function routeHash(route: Route): string {
+  if (route.page === 'nowhere') {
+    return `#${route.path}`;
+  }
   if (route.page !== 'job') {
     return `#/${route.page}`;
   }

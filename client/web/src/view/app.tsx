@@ -79,13 +79,24 @@ function Header({route, theme, onTheme}: {route: Route; theme: Theme; onTheme: (
   );
 }
 
+function NowherePage({path}: {path: string}) {
+  return (
+    <section class="page">
+      <h1>There is no such page</h1>
+      <p class="notice">
+        Nothing is at “{path}” here. There are <a href="#/jobs">all jobs</a>, each at #/jobs/ and its number, the <a href="#/workers">workers</a> and the <a href="#/lab">lab</a>.
+      </p>
+    </section>
+  );
+}
+
 export function App() {
   const route = useRoute();
   const [theme, resolved, nextTheme] = useTheme();
   const {link, greeting} = useFarm();
   useWatch(route.page === 'job' ? route.job : 0n);
   useEffect(() => {
-    document.title = route.page === 'job' ? `Job ${route.job} · Lightmill` : {workers: 'Workers · Lightmill', lab: 'Lab · Lightmill', jobs: 'Lightmill'}[route.page];
+    document.title = route.page === 'job' ? `Job ${route.job} · Lightmill` : {workers: 'Workers · Lightmill', lab: 'Lab · Lightmill', jobs: 'Lightmill', nowhere: 'Lightmill'}[route.page];
   }, [route]);
   return (
     <>
@@ -109,9 +120,10 @@ export function App() {
       <main id="main" tabIndex={-1}>
         {link === 'closed' && <LoginPage />}
         {link !== 'closed' && route.page === 'jobs' && <JobsPage />}
+        {link !== 'closed' && route.page === 'nowhere' && <NowherePage path={route.path} />}
         {link !== 'closed' && route.page === 'workers' && <WorkersPage />}
         {link !== 'closed' && route.page === 'lab' && <LabPage theme={resolved} />}
-        {link !== 'closed' && route.page === 'job' && <JobPage key={String(route.job)} id={route.job} view={route} theme={resolved} />}
+        {link !== 'closed' && route.page === 'job' && <JobPage key={String(route.job)} id={route.job} linked={route} theme={resolved} />}
       </main>
     </>
   );

@@ -52,7 +52,7 @@ export function useEditor(id: bigint, editing: boolean): {editor: Editor | undef
   const {greeting} = useFarm();
   const [spec, setSpec] = useState<JobSpec>();
   const [edits, setEdits] = useState<Edits<Draft>>();
-  const [quick, setQuick] = useState<QuickMethod>('preview');
+  const [quick, setQuick] = useState<QuickMethod>('raycast');
   const [failure, setFailure] = useState('');
   useEffect(() => {
     if (!editing) {

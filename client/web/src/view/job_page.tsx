@@ -62,14 +62,15 @@ function EditKeys() {
 
 export interface JobPageProps {
   id: bigint;
-  /** At first. */
-  view: JobView;
+  /** As the address has it: another object whenever somebody goes to another one. */
+  linked: JobView;
   theme: string;
 }
 
-export function JobPage({id, view: firstView, theme}: JobPageProps) {
+export function JobPage({id, linked, theme}: JobPageProps) {
   const {job, film, jobFailure} = useFarm();
-  const [view, setView] = useState(firstView);
+  const [view, setView] = useState(linked);
+  useEffect(() => setView(linked), [linked]);
   const [point, setPoint] = useState<Point>();
   const [drawing, setDrawing] = useState(false);
   const [copied, setCopied] = useState(false);
