@@ -25,6 +25,7 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr auto kUpkeepPause = std::chrono::seconds(2);
+constexpr auto kCollectionPause = std::chrono::hours(1);
 
 struct Options {
   std::string data;
@@ -391,8 +392,13 @@ Status serve(const Options& options, StopRequest& stop) {
   }
   Upkeep upkeep(options.tls, state->data ? state->data->path() : fs::path(), bytes_of_gib(options.reserve_gib),
                 [&server](const std::string& why) { server->set_space(why); });
+  auto next_collection = std::chrono::steady_clock::now() + kCollectionPause;
   do {
     upkeep.look(system_clock().unix_milliseconds() / 1000);
+    if (std::chrono::steady_clock::now() >= next_collection) {
+      server->forget_unused_assets();
+      next_collection = std::chrono::steady_clock::now() + kCollectionPause;
+    }
   } while (stop.wait_for(kUpkeepPause));
   Status failure = stop.wait();
   spdlog::info("stopping");

@@ -223,9 +223,10 @@ Result<v1::Job> FarmConnection::set_priority(std::uint64_t id, std::int32_t prio
   return job;
 }
 
-Status FarmConnection::delete_job(std::uint64_t id) {
+Status FarmConnection::delete_job(std::uint64_t id, bool cancel) {
   v1::DeleteJobRequest request;
   request.set_id(id);
+  request.set_cancel(cancel);
   v1::DeleteJobResponse response;
   return call(*state_, &Stub::DeleteJob, request, response);
 }

@@ -55,7 +55,8 @@ class FarmConnection {
   /// 0 leaves a limit as it is.
   Result<v1::Job> extend_job(std::uint64_t id, std::uint64_t samples, double error);
   Result<v1::Job> set_priority(std::uint64_t id, std::int32_t priority);
-  Status delete_job(std::uint64_t id);
+  /// `cancel`: first, if it has not ended.
+  Status delete_job(std::uint64_t id, bool cancel = false);
 
   /// One stream of a job's changes; ends OK when the job has ended. `stop` is asked once the call can be cancelled, so
   /// that a cancel_calls before it is not lost.

@@ -126,6 +126,7 @@ struct JobStatus {
   Goal goal;
   int width = 0, height = 0;
   PixelRect crop;
+  std::vector<std::string> layers;  ///< besides beauty, in film order
   std::uint64_t seed = 0;
   std::uint64_t samples_done = 0;                            ///< pixel samples merged
   std::uint64_t samples_wanted = 0;                          ///< pixel samples at the sample goal; 0 without one

@@ -129,6 +129,18 @@ bool method_reads_meters(std::string_view method) {
   return method_follows_all_light(method) || method == "ppm";
 }
 
+std::optional<LayerPlace> place_of(std::string_view layer, const std::vector<LayerSpec>& layers) {
+  const auto found = std::ranges::find(layers, layer, &LayerSpec::name);
+  if (found == layers.end()) {
+    return std::nullopt;
+  }
+  LayerPlace place{found->kind, 0, found->channels};
+  for (auto before = layers.begin(); before != found; ++before) {
+    place.first += before->kind == found->kind ? before->channels : 0;
+  }
+  return place;
+}
+
 NodeLayout::NodeLayout(const std::vector<LayerSpec>& layers) : summed(0) {
   for (const LayerSpec& layer : layers) {
     switch (layer.kind) {

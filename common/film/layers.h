@@ -8,6 +8,7 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
 #include <span>
 #include <string>
 #include <string_view>
@@ -38,6 +39,8 @@ struct LayerSpec {
   LayerKind kind = LayerKind::summed;
   friend bool operator==(const LayerSpec&, const LayerSpec&) = default;
 };
+
+inline constexpr std::string_view kBeautyLayer = "beauty";
 
 /// The prefix of light groups' layers, and the layer of all light that is in none of the groups asked for.
 inline constexpr std::string_view kLightLayerPrefix = "light:";
@@ -70,6 +73,17 @@ Status check_light_groups(const std::vector<LayerSpec>& layers, std::span<const 
 
 /// Whether this method reads the scene's virtual meters; the films of others have no tiles for them.
 bool method_reads_meters(std::string_view method);
+
+/// Where one layer lies among those of its kind.
+struct LayerPlace {
+  LayerKind kind = LayerKind::summed;
+  std::uint32_t first = 0;  ///< channel
+  std::uint32_t channels = kBeautyChannels;
+  friend bool operator==(const LayerPlace&, const LayerPlace&) = default;
+};
+
+/// Of a layer of a film with these layers, in film order; none if there is no such layer.
+std::optional<LayerPlace> place_of(std::string_view layer, const std::vector<LayerSpec>& layers);
 
 /// How a node's values lie: first the summed channels of both halves, `[half][channel][pixel]`; then, in nodes that
 /// begin before sample 16, the other layers over those of its samples: `[first_mean channel][pixel]`,

@@ -293,6 +293,7 @@ void to_wire(const JobStatus& status, v1::Job* out) {
   out->set_width(status.width);
   out->set_height(status.height);
   to_wire(status.crop, out->mutable_crop());
+  out->mutable_layers()->Add(status.layers.begin(), status.layers.end());
   out->set_seed(status.seed);
   out->set_samples_done(status.samples_done);
   out->set_samples_wanted(status.samples_wanted);
@@ -348,6 +349,8 @@ Result<JobStatus> from_wire(const v1::Job& job) {
   LM_ASSIGN_OR_RETURN(out.goal, from_wire(job.goal()));
   LM_ASSIGN_OR_RETURN(out.crop, from_wire(job.crop()));
   LM_RETURN_IF_ERROR(check_film_size(job.width(), job.height(), out.crop));
+  out.layers.assign(job.layers().begin(), job.layers().end());
+  LM_RETURN_IF_ERROR(film_layers(out.layers).status());
   out.width = job.width();
   out.height = job.height();
   out.seed = job.seed();

@@ -11,6 +11,7 @@
 
 #include <unistd.h>
 
+#include <future>
 #include <set>
 
 #include "common/base/log.h"
@@ -70,12 +71,16 @@ std::vector<std::string> served_methods() {
   return methods;
 }
 
-void forget_unused_assets(AssetStore& assets, const StoredState& state) {
+std::set<Sha256> assets_of(const StoredState& state) {
   std::set<Sha256> wanted;
   for (const StoredState::StoredJob& job : state.jobs) {
     const std::vector<Sha256>& named = job.record.spec.settings.assets;
     wanted.insert(named.begin(), named.end());
   }
+  return wanted;
+}
+
+void forget_others(AssetStore& assets, const std::set<Sha256>& wanted) {
   if (const std::uint64_t freed_bytes = assets.collect(wanted, kSpareAssetAgeSeconds); freed_bytes > 0) {
     spdlog::info("{} MiB of assets that no job needs are forgotten", freed_bytes >> 20);
   }
@@ -121,7 +126,7 @@ Result<std::unique_ptr<ApiServer>> ApiServer::start(std::unique_ptr<Store> store
   LM_ASSIGN_OR_RETURN(StoredState state, store->load());
   LM_RETURN_IF_ERROR(check_stored(state));
   auto parts = std::make_unique<Parts>(options, state);
-  forget_unused_assets(*assets, state);
+  forget_others(*assets, assets_of(state));
   spdlog::info("epoch {}, {} jobs in the store", state.epoch, state.jobs.size());
   parts->store = std::move(store);
   parts->assets = std::move(assets);
@@ -192,6 +197,13 @@ ApiServer::~ApiServer() {
 
 int ApiServer::port() const {
   return parts_->port;
+}
+
+void ApiServer::forget_unused_assets() {
+  std::promise<std::set<Sha256>> wanted;
+  if (parts_->loop->post([&wanted](FarmLoop::Turn& turn) { wanted.set_value(turn.farm.assets()); })) {
+    forget_others(*parts_->assets, wanted.get_future().get());
+  }
 }
 
 void ApiServer::set_space(const std::string& why) {

@@ -175,8 +175,10 @@ RenderServiceImpl::Unary* RenderServiceImpl::SetPriority(Context* context, const
 RenderServiceImpl::Unary* RenderServiceImpl::DeleteJob(Context* context, const v1::DeleteJobRequest* request,
                                                        v1::DeleteJobResponse*) {
   const JobId id{request->id()};
-  return change_job(context, Rpc::delete_job, id, nullptr,
-                    [id](FarmLoop::Turn& turn) { return turn.farm.remove(id, turn.now, turn.step); });
+  return change_job(context, Rpc::delete_job, id, nullptr, [id, cancel = request->cancel()](FarmLoop::Turn& turn) {
+    return cancel ? turn.farm.discard(id, turn.now, turn.unix_ms, turn.step)
+                  : turn.farm.remove(id, turn.now, turn.step);
+  });
 }
 
 // ---- workers ----

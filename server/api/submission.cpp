@@ -12,7 +12,7 @@ constexpr int kMostDigests = 10'000;
 
 Status check_assets(const JobSpec& spec, const AssetStore& assets) {
   for (const Sha256& asset : spec.settings.assets) {
-    if (!assets.has(asset)) {
+    if (!assets.keep(asset)) {
       return failed_precondition("asset {} is missing: upload it first", asset.hex());
     }
   }
@@ -31,7 +31,7 @@ Status find_missing(const AssetStore& assets, const v1::FindMissingAssetsRequest
     if (!digest.ok()) {
       return with_context(digest.status(), "digests");
     }
-    if (!assets.has(*digest)) {
+    if (!assets.keep(*digest)) {
       reply->add_missing(bytes);
     }
   }

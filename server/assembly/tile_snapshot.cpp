@@ -2,6 +2,7 @@
 
 #include <immintrin.h>
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 
@@ -20,6 +21,52 @@ std::string half_bytes(const std::vector<float>& values) {
     _mm_storel_epi64(reinterpret_cast<__m128i*>(&bytes[2 * i]), _mm_cvtps_ph(clamped, _MM_FROUND_TO_NEAREST_INT));
   }
   return bytes;
+}
+
+/// The channel of a layer that R, G or B shows.
+std::size_t channel_of(const LayerPlace& layer, std::size_t color) {
+  return std::min<std::size_t>(color, layer.channels - 1);
+}
+
+std::string summed_pixels(const TileSnapshot& tile, const LayerPlace& layer) {
+  const auto pixels = static_cast<std::size_t>(tile.rect.pixel_count());
+  const std::vector<float> sums = sums_over(tile.forest, tile.layout, pixels, layer.channels, layer.first);
+  const auto all = static_cast<float>(tile.samples);
+  const auto in_a = static_cast<float>(tile.samples_a);
+  const float in_b = all - in_a;
+  const bool both = in_a > 0 && in_b > 0;
+  const float error_scale = both ? std::sqrt(in_a * in_b) / all : 0;
+  const float scale = all > 0 ? 1 / all : 0;
+  std::vector<float> rgbe(4 * pixels);
+  for (std::size_t i = 0; i < pixels; ++i) {
+    float difference = 0;
+    for (std::size_t color = 0; color < kBeautyChannels; ++color) {
+      const std::size_t channel = channel_of(layer, color);
+      const float a = sums[channel * pixels + i];
+      const float b = sums[(layer.channels + channel) * pixels + i];
+      rgbe[4 * i + color] = (a + b) * scale;
+      difference += both ? kLuminance[color] * (a / in_a - b / in_b) : 0;
+    }
+    rgbe[4 * i + 3] = both ? std::abs(difference) * error_scale : -1;
+  }
+  return half_bytes(rgbe);
+}
+
+/// Of layers that come from the first samples alone.
+std::string first_pixels(const TileSnapshot& tile, const LayerPlace& layer) {
+  const auto pixels = static_cast<std::size_t>(tile.rect.pixel_count());
+  const FirstValues first = first_of(tile);
+  const bool nearest = layer.kind == LayerKind::first_nearest;
+  const float scale = nearest || first.samples == 0 ? 1 : 1 / static_cast<float>(first.samples);
+  const std::size_t begin = (nearest ? tile.layout.first_mean : 0) + layer.first;
+  std::vector<float> rgbe(4 * pixels, -1.0f);
+  for (std::size_t i = 0; i < pixels; ++i) {
+    for (std::size_t color = 0; color < kBeautyChannels; ++color) {
+      const std::size_t channel = begin + channel_of(layer, color);
+      rgbe[4 * i + color] = first.samples == 0 ? 0 : first.values[channel * pixels + i] * scale;
+    }
+  }
+  return half_bytes(rgbe);
 }
 
 }  // namespace
@@ -48,27 +95,17 @@ std::vector<float> mean_rgb(const TileSnapshot& tile) {
   return sums;
 }
 
-std::string view_pixels(const TileSnapshot& tile) {
-  const auto pixels = static_cast<std::size_t>(tile.rect.pixel_count());
-  const std::vector<float> sums = sums_over(tile.forest, tile.layout, pixels, kBeautyChannels);
-  const auto all = static_cast<float>(tile.samples);
-  const auto in_a = static_cast<float>(tile.samples_a);
-  const float in_b = all - in_a;
-  const bool both = in_a > 0 && in_b > 0;
-  const float error_scale = both ? std::sqrt(in_a * in_b) / all : 0;
-  const float scale = all > 0 ? 1 / all : 0;
-  std::vector<float> rgbe(4 * pixels);
-  for (std::size_t i = 0; i < pixels; ++i) {
-    float difference = 0;
-    for (std::size_t channel = 0; channel < kBeautyChannels; ++channel) {
-      const float a = sums[channel * pixels + i];
-      const float b = sums[(kBeautyChannels + channel) * pixels + i];
-      rgbe[4 * i + channel] = (a + b) * scale;
-      difference += both ? kLuminance[channel] * (a / in_a - b / in_b) : 0;
-    }
-    rgbe[4 * i + 3] = both ? std::abs(difference) * error_scale : -1;
+std::string view_pixels(const TileSnapshot& tile, const LayerPlace& layer) {
+  switch (layer.kind) {
+    case LayerKind::summed:
+      return summed_pixels(tile, layer);
+    case LayerKind::first_mean:
+    case LayerKind::first_nearest:
+      return first_pixels(tile, layer);
+    case LayerKind::first_samples:
+      break;
   }
-  return half_bytes(rgbe);
+  return "";
 }
 
 }  // namespace lightmill

@@ -31,10 +31,12 @@ FirstValues first_of(const TileSnapshot& tile);
 /// there are none.
 std::vector<float> mean_rgb(const TileSnapshot& tile);
 
-/// What a page draws of a tile: half floats, little-endian, interleaved R, G, B, E, rows from the top. R, G and B are
-/// as mean_rgb has them; E is the standard error of the luminance that this pixel's two halves alone tell, |a − b|
-/// √(n_a n_b) / (n_a + n_b) of their means a and b (its square has one degree of freedom: average it over a
-/// neighbourhood), and −1 while a half is empty. Values beyond ±65504 are that.
-std::string view_pixels(const TileSnapshot& tile);
+/// What a page draws of one layer of a tile, beauty or another that the film has: half floats, little-endian,
+/// interleaved R, G, B, E, rows from the top. R, G and B are the means of all samples (of the first 16, and the nearest
+/// of these, of layers that are not summed), one channel thrice where the layer has but one; E is the standard error of
+/// the luminance that this pixel's two halves alone tell, |a − b| √(n_a n_b) / (n_a + n_b) of their means a and b (its
+/// square has one degree of freedom: average it over a neighbourhood), and −1 while a half is empty and for layers that
+/// are not summed. Values beyond ±65504 are that. Empty for layers of single samples, which are no colours.
+std::string view_pixels(const TileSnapshot& tile, const LayerPlace& layer = {});
 
 }  // namespace lightmill

@@ -6,6 +6,7 @@
 
 #include <memory>
 #include <optional>
+#include <set>
 #include <span>
 #include <string>
 #include <utility>
@@ -80,6 +81,8 @@ class Coordinator {
   Status extend(JobId job, const Extension& to, Time now, Step& step);
   Status set_priority(JobId job, std::int32_t priority, Time now, Step& step);
   Status remove(JobId job, Time now, Step& step);
+  /// As remove, and cancels the job first if it has not ended.
+  Status discard(JobId job, Time now, std::int64_t unix_ms, Step& step);
   Status drain_worker(const std::string& name, Time now, Step& step);
   /// Ends the quarantine of this worker, and of those on its machine.
   Status release_worker(const std::string& name, Time now, Step& step);
@@ -111,6 +114,8 @@ class Coordinator {
   std::vector<WorkerStatus> workers(Time now) const;  ///< by name
   /// Valid until the next event.
   Result<const JobSpec*> spec(JobId job) const;
+  /// Of all jobs.
+  std::set<Sha256> assets() const;
   Result<std::string> owner(JobId job) const;
   /// The film of a job; null if there is no such job. Valid until the next event.
   const Film* film(JobId job) const;

@@ -41,7 +41,7 @@ class RecentMean {
   }
   /// The next value, which is not there yet, will be at least this.
   void expect(double value) { value_ = std::max(value_, value); }
-  bool known() const { return count_ > 0; }
+  bool known() const { return count_ > 0 || value_ > 0; }
   double value() const { return value_; }  ///< 0 until known
 
  private:

@@ -54,8 +54,9 @@ void Coordinator::State::note_silence(Worker& worker, const Lease& lease, Time n
     return;  // it works on its oldest lease
   }
   const double silent = to_seconds(now - std::max(worker.result_at, lease.granted));
-  const double pixel_samples =
-      static_cast<double>(lease.unit.range.count() * jobs.at(lease.unit.job)->pixels_of(lease.unit.tiles.front()));
+  const auto waited_for = std::ranges::find(lease.done, false) - lease.done.begin();
+  const TileId tile = lease.unit.tiles[static_cast<std::size_t>(waited_for) % lease.unit.tiles.size()];
+  const double pixel_samples = static_cast<double>(lease.unit.range.count() * jobs.at(lease.unit.job)->pixels_of(tile));
   worker.jobs[lease.unit.job].seconds_per_pixel_sample.expect(silent / pixel_samples);
 }
 

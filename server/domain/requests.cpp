@@ -144,4 +144,11 @@ Status Coordinator::remove(JobId id, Time now, Step& step) {
   return ok_status();
 }
 
+Status Coordinator::discard(JobId id, Time now, std::int64_t unix_ms, Step& step) {
+  if (const Job* const job = state_->find_job(id); job != nullptr && job->active()) {
+    LM_RETURN_IF_ERROR(cancel(id, now, unix_ms, step));
+  }
+  return remove(id, now, step);
+}
+
 }  // namespace lightmill

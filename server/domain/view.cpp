@@ -141,6 +141,11 @@ JobStatus Coordinator::State::describe(const Job& job, Time now) const {
   status.width = spec.settings.width;
   status.height = spec.settings.height;
   status.crop = spec.settings.crop;
+  for (const LayerSpec& layer : spec.settings.layers) {
+    if (layer.name != kBeautyLayer) {
+      status.layers.push_back(layer.name);
+    }
+  }
   status.seed = spec.settings.seed;
   status.samples_done = job.film.pixel_samples();
   status.samples_wanted = job.pixel_samples_at(spec.goal.samples);
@@ -172,6 +177,15 @@ Result<JobStatus> Coordinator::status(JobId id, Time now) const {
     return not_found("there is no job {}", id.value);
   }
   return state_->describe(*job, now);
+}
+
+std::set<Sha256> Coordinator::assets() const {
+  std::set<Sha256> assets;
+  for (const auto& [id, job] : state_->jobs) {
+    const std::vector<Sha256>& named = job->record.spec.settings.assets;
+    assets.insert(named.begin(), named.end());
+  }
+  return assets;
 }
 
 std::vector<JobStatus> Coordinator::jobs(Time now) const {

@@ -48,6 +48,7 @@ class AssetFolder final : public AssetStore {
   const fs::path folder_;
   AssetBudget budget_;
   std::atomic<std::uint64_t> next_temporary_ = 0;
+  Mutex placing_;  ///< one upload at a time is put in place, and counted
 };
 
 class FileUpload final : public AssetStore::Upload {
@@ -142,10 +143,14 @@ Status FileUpload::finish() {
   const fs::path path = store_.path_of(digest_);
   std::error_code error;
   fs::create_directories(path.parent_path(), error);
-  // Whoever comes second finds the same bytes in place.
-  const bool there_already = store_.has(digest_);
-  if (::rename(temporary_.c_str(), path.c_str()) != 0) {
-    return errno_error("rename to", path);
+  bool there_already = false;
+  {
+    // Whoever comes second finds the same bytes in place.
+    const MutexLock lock(store_.placing_);
+    there_already = store_.has(digest_);
+    if (::rename(temporary_.c_str(), path.c_str()) != 0) {
+      return errno_error("rename to", path);
+    }
   }
   sync_folder(path.parent_path());
   sync_folder(store_.folder_);
@@ -207,7 +212,7 @@ std::uint64_t AssetFolder::collect(const std::set<Sha256>& wanted, std::int64_t 
       continue;
     }
     const std::uintmax_t size_bytes = fs::file_size(path, error);
-    if (!error && fs::remove(path, error)) {
+    if (!error && remove_unless_kept(digest, spare_age_seconds, [&] { return fs::remove(path, error); })) {
       freed_bytes += size_bytes;
     }
   }

@@ -1,7 +1,10 @@
 // Where assets lie: immutable blobs, named by their content.
 #pragma once
 
+#include <chrono>
 #include <cstdint>
+#include <functional>
+#include <map>
 #include <memory>
 #include <set>
 #include <string>
@@ -24,6 +27,8 @@ class AssetStore {
   virtual ~AssetStore() = default;
 
   bool has(const Sha256& digest) const { return size(digest).ok(); }
+  /// As has; whoever asks is about to name it, so collect spares it as if it had just come.
+  bool keep(const Sha256& digest) const;
   /// Of all assets in place.
   virtual std::vector<Sha256> digests() const = 0;
   /// Size in bytes; NOT_FOUND.
@@ -51,10 +56,20 @@ class AssetStore {
   };
   virtual Result<std::unique_ptr<Reader>> open_asset(const Sha256& digest) const = 0;
 
-  /// Forgets assets that are not in `wanted` and were not touched for `spare_age_seconds`. Returns the bytes freed.
+  /// Forgets assets that are not in `wanted`, and that came and were kept more than `spare_age_seconds` ago. Returns
+  /// the bytes freed.
   virtual std::uint64_t collect(const std::set<Sha256>& wanted, std::int64_t spare_age_seconds) = 0;
   /// Of assets in place and of uploads under way.
   virtual std::uint64_t total_bytes() const = 0;
+
+ protected:
+  /// Removes an asset unless it was kept less than so many seconds ago. Nobody is told that it is there meanwhile.
+  bool remove_unless_kept(const Sha256& digest, std::int64_t spare_age_seconds, const std::function<bool()>& remove);
+
+ private:
+  using Moment = std::chrono::steady_clock::time_point;
+  mutable Mutex keeping_;
+  mutable std::map<Sha256, Moment> kept_ LM_GUARDED_BY(keeping_);
 };
 
 /// Keeps count of the bytes of all assets, and within the limits. Thread-safe.

@@ -15,7 +15,6 @@ namespace {
 namespace asio = boost::asio;
 namespace http = boost::beast::http;
 using boost::system::error_code;
-using SteadyClock = std::chrono::steady_clock;
 
 /// What one connection holds of its asset.
 constexpr std::size_t kPieceBytes = std::size_t{128} << 10;

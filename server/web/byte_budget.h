@@ -27,6 +27,11 @@ class ByteBudget {
     }
     return {taken_.get(), [taken = taken_, bytes](const void*) { *taken -= bytes; }};
   }
+  /// So many bytes more than `before`; null, and `before` is kept, if they are not left.
+  Place take_more(const Place& before, std::uint64_t bytes) const {
+    const Place more = take(bytes);
+    return more == nullptr ? nullptr : std::make_shared<const std::pair<Place, Place>>(before, more);
+  }
 
  private:
   std::uint64_t most_bytes_;

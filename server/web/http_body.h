@@ -16,6 +16,8 @@
 
 namespace lightmill {
 
+using SteadyClock = std::chrono::steady_clock;
+
 /// A request whose body is still on its way.
 using RequestHead = boost::beast::http::request<boost::beast::http::empty_body>;
 using HeadParser = boost::beast::http::request_parser<boost::beast::http::empty_body>;

@@ -21,6 +21,8 @@ using boost::system::error_code;
 
 constexpr std::uint32_t kMostHeaderBytes = 8 << 10;
 constexpr std::uint64_t kMostBodyBytes = 16 << 10;
+/// Of the room for large bodies so much is taken at a time.
+constexpr std::uint64_t kHeldAtOnce = 1 << 20;
 /// Who reads a large file more slowly is hung up on.
 constexpr std::size_t kLeastBytesPerSecond = 1 << 20;
 /// Of a body that is refused so much is read, for so long.
@@ -103,20 +105,13 @@ class HttpSession final : public std::enable_shared_from_this<HttpSession> {
     }
     read_body(kMostBodyBytes);
   }
-  /// Nothing large is taken from those who may not send it, nor more at once than there is room for.
+  /// Nothing large is taken from those who may not send it.
   void take_large(const LargeCall& large) {
     Result<Call> call = admit_now(large.rpc, kJson);
     if (!call.ok()) {
       return refuse_rest(error_reply(call.status()));
     }
     call_ = *std::move(call);
-    const std::uint64_t length = head_->content_length().value_or(large.most_bytes);
-    if (length > kMostBodyBytes && length <= large.most_bytes) {
-      place_ = parts_.large_bodies.take(length);
-      if (place_ == nullptr) {
-        return refuse_rest(error_reply(resource_exhausted("too much is sent to the farm at once: try again")));
-      }
-    }
     read_body(large.most_bytes);
   }
   void take_asset() {
@@ -139,23 +134,36 @@ class HttpSession final : public std::enable_shared_from_this<HttpSession> {
     return parts_.gate.admit(parts_.logins.identify(shown_login()), peer(), rpc);
   }
   void read_body(std::uint64_t most_bytes) {
-    const auto too_long_body = [most_bytes] { return too_long(http::status::payload_too_large, "body", most_bytes); };
-    const std::uint64_t length = head_->content_length().value_or(most_bytes);
-    if (length > most_bytes) {
-      return refuse_rest(too_long_body());
+    if (head_->content_length().value_or(0) > most_bytes) {
+      return refuse_rest(too_long(http::status::payload_too_large, "body", most_bytes));
     }
     body_parser_.emplace(std::move(*head_)).body_limit(most_bytes);
-    stream_.tcp().expires_after(time_to_send(length));
-    invite_body(stream_, request_, [self = shared_from_this(), too_long_body] {
-      http::async_read(self->stream_, self->buffer_, *self->body_parser_,
-                       [self, too_long_body](error_code error, std::size_t) {
-                         if (error == http::error::body_limit) {
-                           self->refuse_rest(too_long_body());
-                         } else if (!error) {
-                           self->handle();
-                         }
-                       });
-    });
+    body_began_ = SteadyClock::now();
+    held_bytes_ = kMostBodyBytes;
+    invite_body(stream_, request_, [self = shared_from_this(), most_bytes] { self->read_more(most_bytes); });
+  }
+  /// Piece by piece: who sends nothing holds neither room nor a connection for long.
+  void read_more(std::uint64_t most_bytes) {
+    if (body_parser_->is_done()) {
+      return handle();
+    }
+    const std::uint64_t there = body_parser_->get().body().size();
+    if (there + kMostBodyBytes > held_bytes_) {
+      place_ = parts_.large_bodies.take_more(place_, kHeldAtOnce);
+      held_bytes_ += kHeldAtOnce;
+      if (place_ == nullptr) {
+        return refuse_rest(error_reply(resource_exhausted("too much is sent to the farm at once: try again")));
+      }
+    }
+    stream_.tcp().expires_at(std::min(body_began_ + time_to_send(there), SteadyClock::now() + kRequestPatience));
+    http::async_read_some(stream_, buffer_, *body_parser_,
+                          [self = shared_from_this(), most_bytes](error_code error, std::size_t) {
+                            if (error == http::error::body_limit) {
+                              self->refuse_rest(too_long(http::status::payload_too_large, "body", most_bytes));
+                            } else if (!error) {
+                              self->read_more(most_bytes);
+                            }
+                          });
   }
   static ApiReply too_long(http::status status, std::string_view what, std::uint64_t most_bytes) {
     return {static_cast<unsigned>(status), "text/plain; charset=utf-8",
@@ -351,9 +359,11 @@ class HttpSession final : public std::enable_shared_from_this<HttpSession> {
   RequestHead request_;
   std::optional<http::request_parser<http::string_body>> body_parser_;
   bool body_read_ = false;
-  ByteBudget::Place place_;   ///< of its body, if that is large
-  std::optional<Call> call_;  ///< if it was admitted before its body came
-  SharedBytes body_;          ///< of the response
+  SteadyClock::time_point body_began_;
+  std::uint64_t held_bytes_ = 0;  ///< of its body: so much may come before more room is asked for
+  ByteBudget::Place place_;       ///< of its body, if that is large
+  std::optional<Call> call_;      ///< if it was admitted before its body came
+  SharedBytes body_;              ///< of the response
   Response response_;
   bool handed_on_ = false;
 };

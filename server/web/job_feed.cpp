@@ -45,9 +45,10 @@ class JobFeed::Sink final : public WatchSink, public std::enable_shared_from_thi
   std::atomic<bool> busy_ = false, closed_ = false;
 };
 
-JobFeed::JobFeed(JobId job, FarmLoop& loop, OnWebThread on_web_thread, std::shared_ptr<std::size_t> tiles_held,
-                 std::function<void()> on_news)
+JobFeed::JobFeed(JobId job, std::string layer, FarmLoop& loop, OnWebThread on_web_thread,
+                 std::shared_ptr<std::size_t> tiles_held, std::function<void()> on_news)
     : job_(job),
+      layer_(std::move(layer)),
       loop_(loop),
       on_web_thread_(std::move(on_web_thread)),
       tiles_held_(std::move(tiles_held)),
@@ -81,8 +82,10 @@ void JobFeed::take(const WatchUpdate& update) {
     ++state_version_;
   }
   const std::size_t before = tiles_.size();
-  for (const TileSnapshot& tile : update.tiles) {
-    tiles_.put({tile.rect.y, tile.rect.x}, tile_field(job_, tile));
+  if (const std::optional<LayerPlace> place = layer_place(update.job)) {
+    for (const TileSnapshot& tile : update.tiles) {
+      tiles_.put({tile.rect.y, tile.rect.x}, tile_field(job_, layer_, *place, tile));
+    }
   }
   *tiles_held_ += tiles_.size() - before;
   if (*tiles_held_ > kMostTiles) {
@@ -94,6 +97,16 @@ void JobFeed::take(const WatchUpdate& update) {
     return;
   }
   on_news_();
+}
+
+/// Where the layer lies in the film; none if it is not there, or holds no colours.
+std::optional<LayerPlace> JobFeed::layer_place(const JobStatus& job) const {
+  if (layer_.empty()) {
+    return LayerPlace{};
+  }
+  const Result<std::vector<LayerSpec>> layers = film_layers(job.layers);
+  const std::optional<LayerPlace> place = layers.ok() ? place_of(layer_, *layers) : std::nullopt;
+  return place && place->kind != LayerKind::first_samples ? place : std::nullopt;
 }
 
 void JobFeed::forget_tiles() {

@@ -1,9 +1,10 @@
-// One watched job as all its viewers share it: its state and its tiles, each encoded once.
+// One layer of a watched job as all its viewers share it: the job's state, and the tiles, each encoded once.
 #pragma once
 
 #include <atomic>
 #include <functional>
 #include <memory>
+#include <optional>
 #include <string>
 #include <utility>
 
@@ -19,9 +20,10 @@ using OnWebThread = std::function<void(std::function<void()>)>;
 /// Belongs to the web's thread; shared, since what the farm thread has under way for it may come late.
 class JobFeed : public std::enable_shared_from_this<JobFeed> {
  public:
-  /// `tiles_held` counts those of all feeds; `on_news` runs after every change.
-  JobFeed(JobId job, FarmLoop& loop, OnWebThread on_web_thread, std::shared_ptr<std::size_t> tiles_held,
-          std::function<void()> on_news);
+  /// `layer`: empty for beauty; one that the film does not have gives no tiles. `tiles_held` counts those of all feeds;
+  /// `on_news` runs after every change.
+  JobFeed(JobId job, std::string layer, FarmLoop& loop, OnWebThread on_web_thread,
+          std::shared_ptr<std::size_t> tiles_held, std::function<void()> on_news);
   ~JobFeed();
 
   /// Begins to watch, or begins again. What failed stays said until something comes.
@@ -29,7 +31,6 @@ class JobFeed : public std::enable_shared_from_this<JobFeed> {
   /// Whether it failed, and may do better.
   bool may_retry() const { return !failure_.ok() && !given_up_; }
 
-  JobId id() const { return job_; }
   const std::string& owner() const { return owner_; }
   const Status& failure() const { return failure_; }  ///< why it is not watched
   bool known() const { return !state_.empty(); }
@@ -47,8 +48,10 @@ class JobFeed : public std::enable_shared_from_this<JobFeed> {
   void take(const WatchUpdate& update);
   void fail(const Status& why);
   void forget_tiles();
+  std::optional<LayerPlace> layer_place(const JobStatus& job) const;
 
   const JobId job_;
+  const std::string layer_;
   FarmLoop& loop_;
   const OnWebThread on_web_thread_;
   const std::shared_ptr<std::size_t> tiles_held_;

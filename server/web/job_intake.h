@@ -32,12 +32,10 @@ using OnSideThread = std::function<void(std::function<void()>)>;
 /// Belongs to the web's thread. Calls were admitted.
 class JobIntake {
  public:
-  JobIntake(FarmDesk& desk, const Gate& gate, const AssetStore& assets, ByteBudget budget, OnSideThread on_side_thread)
-      : desk_(desk),
-        gate_(gate),
-        assets_(assets),
-        budget_(std::move(budget)),
-        on_side_thread_(std::move(on_side_thread)) {}
+  /// What large answers may hold together until they are read.
+  static constexpr std::uint64_t kMostAnswerBytes = std::uint64_t{256} << 20;
+  JobIntake(FarmDesk& desk, const Gate& gate, const AssetStore& assets, OnSideThread on_side_thread)
+      : desk_(desk), gate_(gate), assets_(assets), on_side_thread_(std::move(on_side_thread)) {}
 
   /// Of a SubmitJobRequest: the job, once it is stored.
   void submit(const Call& call, LargeBody body, Reply reply);
@@ -52,7 +50,8 @@ class JobIntake {
   FarmDesk& desk_;
   const Gate& gate_;
   const AssetStore& assets_;
-  const ByteBudget budget_;
+  /// Of answers; bodies have one of their own, so that who reads slowly holds up nobody who sends.
+  const ByteBudget budget_{kMostAnswerBytes};
   const OnSideThread on_side_thread_;
 };
 

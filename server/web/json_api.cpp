@@ -46,6 +46,15 @@ Result<JobTask> read_priority(JobId job, const std::string& body) {
   };
 }
 
+Result<JobTask> read_deletion(JobId job, const std::string& body) {
+  v1::DeleteJobRequest request;
+  LM_RETURN_IF_ERROR(read_json(body, request));
+  return [job, cancel = request.cancel()](Turn& turn) {
+    return cancel ? turn.farm.discard(job, turn.now, turn.unix_ms, turn.step)
+                  : turn.farm.remove(job, turn.now, turn.step);
+  };
+}
+
 /// What can be done to a job by POST.
 struct JobChange {
   std::string_view path;
@@ -67,10 +76,7 @@ constexpr std::array<JobChange, 6> kActions{{
      }},
     {"/extend", Rpc::extend_job, read_extension},
     {"/priority", Rpc::set_priority, read_priority},
-    {"/delete", Rpc::delete_job,
-     [](JobId job, const std::string&) -> Result<JobTask> {
-       return [job](Turn& turn) { return turn.farm.remove(job, turn.now, turn.step); };
-     }},
+    {"/delete", Rpc::delete_job, read_deletion},
 }};
 
 /// What can be done to a worker by POST.
@@ -137,7 +143,7 @@ JsonApi::JsonApi(ApiParts parts)
       desk_(parts.loop, std::move(parts.on_web_thread)),
       thumbnails_(desk_, gate_),
       pictures_(desk_, gate_),
-      intake_(desk_, gate_, parts.assets, std::move(parts.budget), std::move(parts.on_side_thread)) {}
+      intake_(desk_, gate_, parts.assets, std::move(parts.on_side_thread)) {}
 
 void JsonApi::handle(ApiRequest request, Reply reply) {
   std::string_view path = request.path;

@@ -35,7 +35,6 @@ struct ApiParts {
   const AssetStore& assets;
   Logins& logins;
   FarmGreeting greeting;
-  ByteBudget budget;  ///< of large bodies and answers
   OnWebThread on_web_thread;
   OnSideThread on_side_thread;
 };

@@ -1,6 +1,8 @@
 #include "server/web/live_hub.h"
 
+#include <algorithm>
 #include <set>
+#include <utility>
 
 namespace lightmill {
 namespace {
@@ -46,18 +48,35 @@ Status LiveHub::ask(LiveLink& link, std::string_view message) {
     return invalid_argument("seen: {} messages, of {} that were sent", request.seen, viewer.sent);
   }
   if (request.job != viewer.request.job) {
-    viewer.tiles = {};
     viewer.job_version = 0;
     viewer.failure_sent.clear();
-    viewer.next_picture = Time{};
-    viewer.feed = request.job.value == 0 ? nullptr : feed_of(request.job);
-    drop_unwatched_feeds();
+    viewer.layers.clear();
+  }
+  if (request.job != viewer.request.job || request.layers != viewer.request.layers) {
+    watch(viewer, request);
   }
   viewer.request = request;
   viewer.asked = true;
   look();
   serve(link, viewer);
   return ok_status();
+}
+
+/// What is watched already goes on where it is.
+void LiveHub::watch(Viewer& viewer, const ViewRequest& request) {
+  std::vector<Watched> before = std::exchange(viewer.layers, {});
+  const auto add = [&](const std::string& layer) {
+    const auto known = std::ranges::find(before, layer, &Watched::layer);
+    viewer.layers.push_back(known != before.end() ? std::move(*known)
+                                                  : Watched{layer, feed_of(request.job, layer), {}});
+  };
+  if (request.job.value != 0) {
+    add("");
+    std::ranges::for_each(request.layers, add);
+  }
+  viewer.next_picture = Time{};
+  before.clear();
+  drop_unwatched_feeds();
 }
 
 void LiveHub::written(LiveLink& link) {
@@ -101,9 +120,9 @@ void LiveHub::look() {
     return;
   }
   std::vector<JobId> ended;
-  for (const auto& [job, feed] : feeds_) {
-    if (feed->ended()) {
-      ended.push_back(job);
+  for (const auto& [key, feed] : feeds_) {
+    if (feed->ended() && (ended.empty() || ended.back() != key.first)) {
+      ended.push_back(key.first);
     }
   }
   looking_ = loop_.post([look = farm_look_, ended = std::move(ended), hub = std::weak_ptr<LiveHub*>(self_),
@@ -137,18 +156,18 @@ void LiveHub::take(const FarmNews& news) {
       workers_.remove(name);
     }
   }
-  for (const JobId job : news.revived) {
-    if (const auto feed = feeds_.find(job); feed != feeds_.end() && feed->second->ended()) {
-      feed->second->watch();
+  for (const auto& [key, feed] : feeds_) {
+    if (feed->ended() && std::ranges::count(news.revived, key.first) > 0) {
+      feed->watch();
     }
   }
   serve_all();
 }
 
-std::shared_ptr<JobFeed> LiveHub::feed_of(JobId job) {
-  std::shared_ptr<JobFeed>& feed = feeds_[job];
+std::shared_ptr<JobFeed> LiveHub::feed_of(JobId job, const std::string& layer) {
+  std::shared_ptr<JobFeed>& feed = feeds_[{job, layer}];
   if (feed == nullptr) {
-    feed = std::make_shared<JobFeed>(job, loop_, on_web_thread_, tiles_held_, [this, job] {
+    feed = std::make_shared<JobFeed>(job, layer, loop_, on_web_thread_, tiles_held_, [this, job] {
       for (auto& [link, viewer] : viewers_) {
         if (viewer.request.job == job) {
           serve(*link, viewer);
@@ -170,7 +189,7 @@ void LiveHub::retry_failed_feeds() {
     return;
   }
   next_retry_ = clock_.now() + kRetryInterval;
-  for (const auto& [job, feed] : feeds_) {
+  for (const auto& [key, feed] : feeds_) {
     if (feed->may_retry()) {
       feed->watch();
     }
@@ -197,7 +216,7 @@ void LiveHub::serve(LiveLink& link, Viewer& viewer) {
   }
   add_jobs(viewer, message);
   add_workers(viewer, message);
-  if (viewer.feed != nullptr) {
+  if (!viewer.layers.empty()) {
     add_job(viewer, message);
     add_tiles(viewer, now, message);
   }
@@ -250,8 +269,11 @@ void LiveHub::add_workers(Viewer& viewer, Message& message) const {
 }
 
 void LiveHub::add_job(Viewer& viewer, Message& message) const {
-  const JobFeed& feed = *viewer.feed;
+  const JobFeed& feed = *viewer.layers.front().feed;
   Status failure = feed.failure();
+  for (const Watched& layer : viewer.layers) {
+    failure.Update(layer.feed->failure());
+  }
   if (failure.ok() && feed.known()) {
     failure = check_job(viewer.call.caller, Rpc::watch_job, feed.owner());
   }
@@ -273,18 +295,31 @@ void LiveHub::add_job(Viewer& viewer, Message& message) const {
 }
 
 void LiveHub::add_tiles(Viewer& viewer, Time now, Message& message) const {
-  const JobFeed& feed = *viewer.feed;
-  if (!viewer.failure_sent.empty() || now < viewer.next_picture || feed.tiles().size() == 0 ||
-      !feed.tiles().news_for(viewer.tiles)) {
+  if (!viewer.failure_sent.empty() || now < viewer.next_picture) {
     return;
   }
-  const auto changes = feed.tiles().since(viewer.tiles, kTilesPerMessage);
-  for (const auto& [corner, entry] : changes.entries) {
-    message.tiles.push_back(entry->bytes);
+  bool more = false;
+  for (Watched& watched : viewer.layers) {
+    const auto& tiles = watched.feed->tiles();
+    if (tiles.size() == 0 || !tiles.news_for(watched.tiles)) {
+      continue;
+    }
+    if (message.tiles.size() >= kTilesPerMessage) {
+      more = true;
+      break;
+    }
+    const auto changes = tiles.since(watched.tiles, kTilesPerMessage - message.tiles.size());
+    for (const auto& [corner, entry] : changes.entries) {
+      message.tiles.push_back(entry->bytes);
+    }
+    more = more || changes.more;
+  }
+  if (message.tiles.empty()) {
+    return;
   }
   message.any = true;
-  viewer.next_picture =
-      changes.more ? now : now + (feed.every_tile_has_samples() ? kPictureInterval : kFirstRoundInterval);
+  const bool whole = viewer.layers.front().feed->every_tile_has_samples();
+  viewer.next_picture = more ? now : now + (whole ? kPictureInterval : kFirstRoundInterval);
 }
 
 }  // namespace lightmill

@@ -54,6 +54,12 @@ class LiveHub {
   static constexpr Duration kTick = std::chrono::milliseconds(50);
 
  private:
+  /// One layer of the job that is looked at.
+  struct Watched {
+    std::string layer;
+    std::shared_ptr<JobFeed> feed;
+    ChangeCursor tiles;
+  };
   struct Viewer {
     Call call;
     Holds holds;
@@ -61,11 +67,11 @@ class LiveHub {
     ViewRequest request;
     bool asked = false, greeted = false;
     std::uint64_t sent = 0;  ///< messages
-    ChangeCursor jobs, workers, tiles;
+    ChangeCursor jobs, workers;
     std::uint64_t job_version = 0;
     std::string failure_sent;
     Time next_picture{}, last_sent{};
-    std::shared_ptr<JobFeed> feed;
+    std::vector<Watched> layers;  ///< beauty first; empty while no job is looked at
   };
   struct Message {
     ViewUpdateWriter head;
@@ -74,7 +80,8 @@ class LiveHub {
   };
   void look();
   void take(const FarmNews& news);
-  std::shared_ptr<JobFeed> feed_of(JobId job);
+  std::shared_ptr<JobFeed> feed_of(JobId job, const std::string& layer);
+  void watch(Viewer& viewer, const ViewRequest& request);
   void drop_unwatched_feeds();
   void retry_failed_feeds();
   void serve_all();
@@ -94,7 +101,7 @@ class LiveHub {
   /// What is under way elsewhere finds out by this that the hub is gone.
   const std::shared_ptr<LiveHub*> self_ = std::make_shared<LiveHub*>(this);
   std::map<LiveLink*, Viewer> viewers_;
-  std::map<JobId, std::shared_ptr<JobFeed>> feeds_;
+  std::map<std::pair<JobId, std::string>, std::shared_ptr<JobFeed>> feeds_;           ///< by job and layer
   const std::shared_ptr<std::size_t> tiles_held_ = std::make_shared<std::size_t>(0);  ///< of all feeds
   ChangeLog<JobId> jobs_;
   ChangeLog<std::string> workers_;

@@ -1,5 +1,7 @@
 #include "server/web/live_messages.h"
 
+#include <algorithm>
+
 #include "common/wire/farm_messages.h"
 #include "lightmill/v1/web.pb.h"
 #include "server/access/rights.h"
@@ -39,7 +41,16 @@ Result<ViewRequest> parse_view_request(std::string_view bytes) {
   if (!wire.ParseFromArray(bytes.data(), static_cast<int>(bytes.size()))) {
     return invalid_argument("{} bytes came that are no ViewRequest", bytes.size());
   }
-  return ViewRequest{wire.hidden(), wire.jobs(), wire.workers(), JobId{wire.job()}, wire.seen()};
+  if (wire.layers_size() > kMostViewLayers) {
+    return invalid_argument("layers: {} are asked for, at most {} are sent", wire.layers_size(), kMostViewLayers);
+  }
+  ViewRequest request{wire.hidden(), wire.jobs(), wire.workers(), JobId{wire.job()}, wire.seen(), {}};
+  for (const std::string& layer : wire.layers()) {
+    if (!layer.empty() && layer != kBeautyLayer && std::ranges::find(request.layers, layer) == request.layers.end()) {
+      request.layers.push_back(layer);
+    }
+  }
+  return request;
 }
 
 std::string job_bytes(const JobStatus& job, bool whole) {
@@ -57,12 +68,13 @@ std::string worker_bytes(const WorkerStatus& worker) {
   return wire.SerializeAsString();
 }
 
-std::string tile_field(JobId job, const TileSnapshot& tile) {
+std::string tile_field(JobId job, const std::string& layer, const LayerPlace& place, const TileSnapshot& tile) {
   v1::ViewTile wire;
   wire.set_job(job.value);
   to_wire(tile.rect, wire.mutable_rect());
   wire.set_samples(tile.samples);
-  wire.set_rgbe(view_pixels(tile));
+  wire.set_rgbe(view_pixels(tile, place));
+  wire.set_layer(layer);
   std::string bytes;
   append_field(bytes, v1::ViewUpdate::kTilesFieldNumber, wire.SerializeAsString());
   return bytes;

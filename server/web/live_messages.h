@@ -24,9 +24,12 @@ struct ViewRequest {
   bool hidden = false, jobs = false, workers = false;
   JobId job;  ///< 0: none
   std::uint64_t seen = 0;
+  std::vector<std::string> layers;  ///< besides beauty, each once
 };
 
-/// Any bytes; INVALID_ARGUMENT if they are no ViewRequest.
+inline constexpr int kMostViewLayers = 16;
+
+/// Any bytes; INVALID_ARGUMENT if they are no ViewRequest, or ask for too many layers.
 Result<ViewRequest> parse_view_request(std::string_view bytes);
 
 /// What a page is told first.
@@ -44,8 +47,9 @@ inline constexpr std::uint16_t kNoLongerAllowed = 4401;
 /// A lightmill.v1.Job; with its history if `whole`.
 std::string job_bytes(const JobStatus& job, bool whole);
 std::string worker_bytes(const WorkerStatus& worker);
-/// A tile as it stands in a ViewUpdate, tag and length included: such bytes may follow any ViewUpdate's.
-std::string tile_field(JobId job, const TileSnapshot& tile);
+/// A tile of one layer (empty: beauty) as it stands in a ViewUpdate, tag and length included: such bytes may follow any
+/// ViewUpdate's. `place`: where the layer lies.
+std::string tile_field(JobId job, const std::string& layer, const LayerPlace& place, const TileSnapshot& tile);
 
 /// Builds the ViewUpdate of one viewer, but for its tiles.
 class ViewUpdateWriter {

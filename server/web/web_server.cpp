@@ -140,8 +140,8 @@ WebParts::WebParts(FarmLoop& loop, const Gate& gate_of_all, AssetStore& all_asse
       ticker(*io),
       pause(*io),
       renewal(*io),
-      api(std::in_place, ApiParts{loop, gate, assets, logins, greeting_of(options, gate), large_bodies,
-                                  posting_to(mailbox), running_on(side)}) {
+      api(std::in_place,
+          ApiParts{loop, gate, assets, logins, greeting_of(options, gate), posting_to(mailbox), running_on(side)}) {
   mailbox->set(&*io);
 }
 

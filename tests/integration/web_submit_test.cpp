@@ -123,6 +123,11 @@ TEST(WebSubmit, AJobComesWithItsAssetsAndGivesTheSameBits) {
   EXPECT_EQ(kept.SerializeAsString(), sent.SerializeAsString());
 
   EXPECT_EQ(web.post("/api/v1/jobs/" + id + "/delete").result_int(), 409u) << "it has not ended";
+  JobSpec again = spec;
+  again.request_id += " again";
+  const std::string other = json::parse(web.post("/api/v1/jobs", submit_body(again)).body())["id"];
+  EXPECT_EQ(web.post("/api/v1/jobs/" + other + "/delete", R"({"cancel": true})").body(), "{}\n");
+  EXPECT_EQ(web.get("/api/v1/jobs/" + other).result_int(), 404u);
   web.farm().add_worker(1, "w");
   expect_reference_film(web.farm().client(), std::stoull(id), small_picture());
   EXPECT_EQ(web.post("/api/v1/jobs/" + id + "/delete").body(), "{}\n");
@@ -336,6 +341,20 @@ TEST(WebSubmit, WhoSendsTooSlowlyIsHungUpOn) {
   EXPECT_GT(seconds(), 25);
   EXPECT_LT(seconds(), 40);
   EXPECT_TRUE(eventually([&] { return silent.hung_up_on() && job.hung_up_on() && incoming(web) == 0; }));
+}
+
+TEST(WebSubmit, WhoAnnouncesMuchAndSendsNothingHoldsUpNobody) {
+  WebFarm web;
+  std::vector<std::unique_ptr<RawRequest>> idle;
+  for (int i = 0; i < 20; ++i) {
+    idle.push_back(
+        std::make_unique<RawRequest>(web, "/api/v1/jobs", "application/json", "Content-Length: 25000000\r\n"));
+    idle.back()->send("{");
+  }
+  // Far more than is small, and no job.
+  const Response answer = web.post("/api/v1/jobs", "{" + std::string(8'000'000, ' ') + "}");
+  EXPECT_EQ(answer.result_int(), 400u) << answer.body();
+  EXPECT_TRUE(says(answer, "request_id")) << answer.body();
 }
 
 TEST(WebSubmit, AFullDiskIsNamedAndLeavesNothing) {

@@ -23,6 +23,7 @@ struct JobOptions {
   std::string error;
   std::int32_t priority = 0;
   std::size_t limit = kDefaultJobs;
+  bool cancel = false;
 };
 
 std::vector<std::string> table_row(const v1::Job& job) {
@@ -89,10 +90,11 @@ void run_call(CLI::App* command, Context& context, const std::shared_ptr<JobOpti
 
 void add_delete(CLI::App& app, Context& context, const std::shared_ptr<JobOptions>& options) {
   CLI::App* command = add_job_command(app, context, *options, "delete", "Forget an ended job and its film.");
+  command->add_flag("--cancel", options->cancel, "cancel it first, if it has not ended");
   command->callback([&context, options] {
     context.run = [&context, options](const Console& console) {
       return with_farm(console, context.common, [&](FarmConnection& connection) -> Status {
-        LM_RETURN_IF_ERROR(connection.delete_job(options->job));
+        LM_RETURN_IF_ERROR(connection.delete_job(options->job, options->cancel));
         console.object(json{{"id", options->job}, {"deleted", true}});
         console.result(fmt::format("job {} and its film are deleted", options->job));
         return ok_status();

@@ -84,12 +84,7 @@ class Lab {
   }
 
   /// The farm should not fill up with films that nobody asks for again.
-  void forget(std::uint64_t id, bool running) {
-    if (running) {
-      (void)farm_.connection->cancel_job(id);
-    }
-    (void)farm_.connection->delete_job(id);
-  }
+  void forget(std::uint64_t id, bool running) { (void)farm_.connection->delete_job(id, running); }
 
   Result<v1::Job> submit(const LabSceneJob& scene, JobSpec spec, const std::string& label) {
     PreparedJob job{std::move(spec), {}};

@@ -141,8 +141,7 @@ ExitCode verify(Context& context, const Console& console, const Options& options
   }
   for (const Again& again : tiles) {  // of a private farm they end with it
     if (!farm->private_farm) {
-      (void)farm->connection->cancel_job(again.job);
-      (void)farm->connection->delete_job(again.job);
+      (void)farm->connection->delete_job(again.job, true);
     }
   }
   if (!status.ok()) {

@@ -34,6 +34,8 @@ test('a link brings the view back', () => {
     against: {other: 9n, how: 'difference', split: 0.25},
     region: {x: 3, y: 0, width: 20, height: 1},
     charted: [4n, 18446744073709551n],
+    layer: 'light:key',
+    relight: new Map([['light:key', {stops: -1.25, tint: [1, 1, 1]}]]),
   };
   expect(parseRoute(routeHash(route))).toEqual(route);
   const plain: Route = {page: 'job', job: 3n, ...kPlainView};

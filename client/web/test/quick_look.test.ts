@@ -7,6 +7,8 @@ class Jobs {
   readonly there = new Map<bigint, string>();
   most = 0;
   readonly asked: string[] = [];
+  /** Discards that fail. */
+  broken = 0;
   private readonly waiting: (() => void)[] = [];
 
   private answer(): Promise<void> {
@@ -25,6 +27,10 @@ class Jobs {
   }
   async discard(job: bigint): Promise<void> {
     await this.answer();
+    if (this.broken > 0) {
+      --this.broken;
+      throw new Error('too much to do');
+    }
     this.there.delete(job);
   }
   /** Answers whatever is asked, until nothing is any more. */
@@ -88,4 +94,18 @@ test('a wish that is refused is told, and the next one goes on', async () => {
   await jobs.settle();
   expect(failures.at(-1)).toBe('');
   expect([...jobs.there.values()]).toEqual(['good']);
+});
+
+test('a job that cannot be discarded at once holds nothing up, and goes the next time', async () => {
+  const {jobs, look, failures} = looking();
+  look.want('a');
+  await jobs.settle();
+  jobs.broken = 1;
+  look.want('b');
+  await jobs.settle();
+  expect([...jobs.there.values()]).toEqual(['a', 'b']);
+  expect(failures.at(-1)).toBe('');
+  look.want('c');
+  await jobs.settle();
+  expect([...jobs.there.values()]).toEqual(['c']);
 });

@@ -26,4 +26,5 @@ test('a new edit forgets what was taken back, and old ones are forgotten', () =>
     edits = edited(edits, i, '');
   }
   expect(edits.past.length).toBe(kMostEdits);
+  expect([edits, undone(edits), redone(undone(edits))].map(({first}) => first)).toEqual([0, 0, 0]);
 });

@@ -319,16 +319,20 @@ std::uint64_t PostgresAssets::collect(const std::set<Sha256>& wanted, std::int64
     if (!entry.ok() || wanted.contains(digest)) {
       continue;
     }
-    const Result<Rows> deleted =
-        session.query("WITH own AS MATERIALIZED (SELECT fence($1)) DELETE FROM assets USING own WHERE id = $2",
-                      Parameters(leadership_->epoch(), entry->id));
-    if (!deleted.ok()) {
-      spdlog::warn("cannot forget assets: {}", message_of(deleted.status()));
+    Status failure;
+    const bool removed = remove_unless_kept(digest, spare_age_seconds, [&] {
+      failure = session
+                    .query("WITH own AS MATERIALIZED (SELECT fence($1)) DELETE FROM assets USING own WHERE id = $2",
+                           Parameters(leadership_->epoch(), entry->id))
+                    .status();
+      const MutexLock lock(mutex_);
+      return failure.ok() && entries_.erase(digest) > 0;
+    });
+    if (!failure.ok()) {
+      spdlog::warn("cannot forget assets: {}", message_of(failure));
       break;
     }
-    freed_bytes += entry->size_bytes;
-    const MutexLock lock(mutex_);
-    entries_.erase(digest);
+    freed_bytes += removed ? entry->size_bytes : 0;
   }
   budget_.release(freed_bytes);
   return freed_bytes;

@@ -117,4 +117,16 @@ TEST_P(AssetConformance, CollectForgetsWhatNobodyWants) {
   EXPECT_EQ(store->total_bytes(), 6u);
 }
 
+TEST_P(AssetConformance, CollectSparesWhatSomebodyHasAskedFor) {
+  const auto store = open();
+  ASSERT_TRUE(put(*store, "asked for", sha256("asked for")).ok());
+  ASSERT_TRUE(put(*store, "not", sha256("not")).ok());
+  std::this_thread::sleep_for(std::chrono::milliseconds(2'100));
+  EXPECT_TRUE(store->keep(sha256("asked for")));
+  EXPECT_FALSE(store->keep(sha256("never there")));
+  EXPECT_EQ(store->collect({}, 1), 3u);
+  EXPECT_TRUE(store->has(sha256("asked for")));
+  EXPECT_EQ(store->collect({}, -1), 9u) << "however fresh";
+}
+
 }  // namespace lightmill::test

@@ -124,6 +124,7 @@ TEST(FarmMessages, AJobStatusComesBackWhole) {
   status.width = 512;
   status.height = 256;
   status.crop = {0, 0, 512, 256};
+  status.layers = {"direct", "light:key", "light:rest", "depth"};
   status.seed = 99;
   status.samples_done = 10;
   status.samples_wanted = 20;

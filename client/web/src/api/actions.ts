@@ -1,6 +1,14 @@
 /** What the page asks the coordinator to do: the JSON API. Each call ends once the change is stored. */
 
-export class ActionError extends Error {}
+export class ActionError extends Error {
+  constructor(
+    message: string,
+    /** HTTP's; 0 where nobody answered. */
+    readonly status = 0,
+  ) {
+    super(message);
+  }
+}
 
 /** What the coordinator answers; `path` begins behind api/v1/. */
 export async function ask(path: string, init?: RequestInit): Promise<unknown> {
@@ -12,7 +20,7 @@ export async function ask(path: string, init?: RequestInit): Promise<unknown> {
   }
   const answer = (await response.json().catch(() => undefined)) as {error?: {message?: string}} | undefined;
   if (!response.ok) {
-    throw new ActionError(answer?.error?.message ?? `the coordinator answered ${response.status}`);
+    throw new ActionError(answer?.error?.message ?? `the coordinator answered ${response.status}`, response.status);
   }
   return answer;
 }

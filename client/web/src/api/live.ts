@@ -9,6 +9,8 @@ export interface Wants {
   workers: boolean;
   /** The job that is looked at; 0n: none. */
   job: bigint;
+  /** Whose pixels come beside those of beauty. */
+  layers?: readonly string[];
 }
 
 export interface LiveListener {
@@ -140,7 +142,7 @@ export class Live {
 
   private say(): void {
     if (this.socket?.readyState === WebSocket.OPEN) {
-      const request = create(ViewRequestSchema, {...this.wants, hidden: document.hidden, seen: this.seen});
+      const request = create(ViewRequestSchema, {...this.wants, layers: [...(this.wants.layers ?? [])], hidden: document.hidden, seen: this.seen});
       this.socket.send(toBinary(ViewRequestSchema, request));
     }
   }

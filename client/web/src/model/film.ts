@@ -40,6 +40,8 @@ export class Film {
   constructor(
     readonly job: bigint,
     readonly crop: Rect,
+    /** Empty: beauty. */
+    readonly layer = '',
   ) {
     this.rgbe = new Uint16Array(4 * crop.width * crop.height);
     this.firstColumn = Math.floor(crop.x / kTileSide);
@@ -49,9 +51,9 @@ export class Film {
     this.counts = new Float32Array(this.columns * this.rows);
   }
 
-  static of(job: Job): Film {
+  static of(job: Job, layer = ''): Film {
     const crop = job.crop ?? {x: 0, y: 0, width: job.width, height: job.height};
-    return new Film(job.id, {x: crop.x, y: crop.y, width: crop.width, height: crop.height});
+    return new Film(job.id, {x: crop.x, y: crop.y, width: crop.width, height: crop.height}, layer);
   }
 
   /** A picture that stands still: each of its pixels counts as one sample, and its errors are not known. `rgb` as an ExrPicture's. */
@@ -68,7 +70,7 @@ export class Film {
   /** Takes in a tile; where it lies within the crop, or undefined if it is none of this film's. */
   put(tile: ViewTile): {rect: Rect; pixels: Uint16Array} | undefined {
     const rect = tile.rect && this.within(tile.rect);
-    if (tile.job !== this.job || !rect || tile.rgbe.byteLength !== 8 * rect.width * rect.height) {
+    if (tile.job !== this.job || tile.layer !== this.layer || !rect || tile.rgbe.byteLength !== 8 * rect.width * rect.height) {
       return undefined;
     }
     // A copy: the message's bytes need not be aligned.
@@ -113,6 +115,11 @@ export class Film {
   /** Of a pixel of the crop. */
   samplesAt(x: number, y: number): number {
     return this.counts[this.tileAt(x, y)] ?? 0;
+  }
+
+  /** Of the whole tile. */
+  setSamplesAt(x: number, y: number, samples: number): void {
+    this.counts[this.tileAt(x, y)] = samples;
   }
 
   /** Of the most sampled tile. */

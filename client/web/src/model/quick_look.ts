@@ -15,6 +15,8 @@ export interface QuickListener {
 export class QuickLook<Wish> {
   private waiting: Wish | undefined;
   private job: bigint | undefined;
+  /** Those that could not be discarded yet. */
+  private readonly left = new Set<bigint>();
   private busy: Promise<void> | undefined;
   private closed = false;
 
@@ -51,7 +53,7 @@ export class QuickLook<Wish> {
       const wish = this.waiting;
       this.waiting = undefined;
       try {
-        await this.discard();
+        await this.discard().catch(() => undefined);
         this.job = await this.jobs.submit(wish);
         this.listener.onFailure('');
         this.listener.onJob(this.job);
@@ -62,11 +64,15 @@ export class QuickLook<Wish> {
     this.busy = undefined;
   }
 
+  /** Throws if one could not be; it is tried again the next time. */
   private async discard(): Promise<void> {
-    const job = this.job;
-    this.job = undefined;
-    if (job !== undefined) {
+    if (this.job !== undefined) {
+      this.left.add(this.job);
+      this.job = undefined;
+    }
+    for (const job of [...this.left]) {
       await this.jobs.discard(job);
+      this.left.delete(job);
     }
   }
 }

@@ -2,6 +2,7 @@
 import type {Camera} from './camera';
 import {kComparisons, type Against} from './comparison';
 import type {Rect} from './film';
+import {parseRelight, relightText, type Relight} from './layers';
 import type {Tone} from './tone';
 
 export const kShows = ['color', 'red', 'green', 'blue', 'luminance', 'false-color', 'error', 'relative-error', 'samples'] as const;
@@ -25,11 +26,15 @@ export interface JobView {
   region: Rect | undefined;
   /** Other jobs in the chart. */
   charted: readonly bigint[];
+  /** Empty: beauty. */
+  layer: string;
+  /** How its light groups are mixed. */
+  relight: Relight;
 }
 
 export type Route = {page: 'jobs'} | {page: 'workers'} | {page: 'lab'} | {page: 'nowhere'; path: string} | ({page: 'job'; job: bigint} & JobView);
 
-export const kPlainView: JobView = {look: kPlainLook, camera: undefined, against: undefined, region: undefined, charted: []};
+export const kPlainView: JobView = {look: kPlainLook, camera: undefined, against: undefined, region: undefined, charted: [], layer: '', relight: new Map()};
 /** How many other jobs one chart holds. */
 export const kMostCharted = 7;
 
@@ -88,6 +93,8 @@ export function parseRoute(hash: string): Route {
       against: againstOf(parameters),
       region: regionOf(parameters),
       charted: chartedOf(parameters),
+      layer: /^[\w:-]{1,80}$/.exec(parameters.get('layer') ?? '')?.[0] ?? '',
+      relight: parseRelight(parameters.get('relight') ?? ''),
     };
   }
   switch (path) {
@@ -113,7 +120,7 @@ export function routeHash(route: Route): string {
     return `#/${route.page}`;
   }
   const parameters = new URLSearchParams();
-  const {look, camera, against, region, charted} = route;
+  const {look, camera, against, region, charted, layer, relight} = route;
   if (look.exposure !== 0) {
     parameters.set('exposure', String(look.exposure));
   }
@@ -144,6 +151,12 @@ export function routeHash(route: Route): string {
   if (charted.length > 0) {
     parameters.set('chart', charted.join(','));
   }
-  const query = parameters.toString().replaceAll('%2C', ',');
+  if (layer) {
+    parameters.set('layer', layer);
+  }
+  if (relight.size > 0) {
+    parameters.set('relight', relightText(relight));
+  }
+  const query = parameters.toString().replaceAll('%2C', ',').replaceAll('%3A', ':').replaceAll('%7E', '~');
   return `#/jobs/${route.job}${query ? `?${query}` : ''}`;
 }

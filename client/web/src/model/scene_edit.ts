@@ -46,8 +46,12 @@ const kBlack: Rgb = [0, 0, 0];
 const kAxes = ['x', 'y', 'z'] as const;
 const kChannels = ['R', 'G', 'B'] as const;
 
-/** Numbers that are stored as 32-bit floats, in the digits that those have. */
-const shown = (value: number): number => Number(Math.fround(value).toPrecision(7));
+/** Numbers that are stored as 32-bit floats, in the fewest digits that are still the same float. */
+function shown(value: number): number {
+  const stored = Math.fround(value);
+  const short = [6, 7, 8].map((digits) => Number(stored.toPrecision(digits)));
+  return short.find((each) => Math.fround(each) === stored) ?? Number(stored.toPrecision(9));
+}
 
 function rgbOf(color: Color | undefined, otherwise: Rgb): Rgb {
   const kind = color?.kind;

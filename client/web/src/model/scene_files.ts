@@ -10,6 +10,11 @@ const kTexts = /\.(json|gltf|obj|mtl)$/i;
 export const kMostSearchedBytes = 64 * 1024 * 1024;
 export const kMostFiles = 10_000;
 
+/** How much of a file is searched: what an OBJ file names stands before its vertices. */
+export function searchedBytes(path: string): number {
+  return kMeshes.test(path) ? 1024 * 1024 : kMostSearchedBytes;
+}
+
 export interface DroppedFile {
   /** As the folder that was dropped has it, with '/'. */
   path: string;

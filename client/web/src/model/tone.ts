@@ -9,6 +9,8 @@ export interface Tone {
   view: View;
   /** What is shown is raised to 1/gamma before the sRGB curve. */
   gamma: number;
+  /** Values from -1 to 1 are shown from black to white, and nothing else is done to them: directions. */
+  signed?: boolean;
 }
 
 /** Rec. 709. */
@@ -30,6 +32,9 @@ export function filmicCurve(linear: number): number {
 
 /** One channel, to [0, 255]. */
 export function displayed(linear: number, tone: Tone): number {
+  if (tone.signed) {
+    return Math.round(255 * Math.min(Math.max(0.5 * linear + 0.5, 0), 1));
+  }
   const exposed = linear * 2 ** tone.exposure;
   const shown = tone.view === 'filmic' ? filmicCurve(exposed) : Math.min(Math.max(exposed, 0), 1);
   return Math.round(255 * srgbEncode(shown ** (1 / tone.gamma)));

@@ -1,6 +1,8 @@
 /** What was edited, so that it can be taken back: a value, those before it, and those that were taken back. Pure. */
 
 export interface Edits<Value> {
+  /** Before all edits. */
+  first: Value;
   past: readonly Value[];
   now: Value;
   future: readonly Value[];
@@ -11,14 +13,14 @@ export interface Edits<Value> {
 export const kMostEdits = 200;
 
 export function begun<Value>(value: Value): Edits<Value> {
-  return {past: [], now: value, future: [], of: ''};
+  return {first: value, past: [], now: value, future: [], of: ''};
 }
 
 /** An empty `of` is an edit of its own. */
 export function edited<Value>(edits: Edits<Value>, value: Value, of: string): Edits<Value> {
   const goesOn = of !== '' && of === edits.of && edits.past.length > 0;
   const past = goesOn ? edits.past : [...edits.past, edits.now].slice(-kMostEdits);
-  return {past, now: value, future: [], of};
+  return {first: edits.first, past, now: value, future: [], of};
 }
 
 /** The next edit is one of its own, whatever it is of. */
@@ -28,10 +30,10 @@ export function settled<Value>(edits: Edits<Value>): Edits<Value> {
 
 export function undone<Value>(edits: Edits<Value>): Edits<Value> {
   const now = edits.past.at(-1);
-  return now === undefined ? edits : {past: edits.past.slice(0, -1), now, future: [edits.now, ...edits.future], of: ''};
+  return now === undefined ? edits : {...edits, past: edits.past.slice(0, -1), now, future: [edits.now, ...edits.future], of: ''};
 }
 
 export function redone<Value>(edits: Edits<Value>): Edits<Value> {
   const [now, ...future] = edits.future;
-  return now === undefined ? edits : {past: [...edits.past, edits.now], now, future, of: ''};
+  return now === undefined ? edits : {...edits, past: [...edits.past, edits.now], now, future, of: ''};
 }

@@ -1,6 +1,6 @@
 /** A job once more: the same scene and settings, with another goal or name where one is given. */
-import {useEffect, useState} from 'preact/hooks';
-import {fetchSpec, submitJob} from '../api/submit';
+import {useEffect, useMemo, useState} from 'preact/hooks';
+import {fetchSpec, Submitter} from '../api/submit';
 import {faultOf, filledSpec, formOf, sceneOf, type JobForm} from '../model/job_form';
 import type {JobSpec} from '../wire/lightmill/v1/farm_pb';
 import {ActionButton, useOpened} from './bits';
@@ -13,6 +13,7 @@ export function ClonePanel({id, onClose}: {id: bigint; onClose: () => void}) {
   const [form, setForm] = useState<JobForm>();
   const [failure, setFailure] = useState('');
   const opened = useOpened<HTMLElement>();
+  const submitter = useMemo(() => new Submitter(), []);
   useEffect(() => {
     let left = false;
     fetchSpec(id)
@@ -29,7 +30,7 @@ export function ClonePanel({id, onClose}: {id: bigint; onClose: () => void}) {
   }, [id]);
   useEffect(() => opened.current?.scrollIntoView({block: 'nearest'}), [form === undefined]);
   const submit = async () => {
-    const job = await submitJob(filledSpec(spec!, sceneOf(spec!), form!, greeting!.rendererVersion, spec!.parent));
+    const job = await submitter.submit(filledSpec(spec!, sceneOf(spec!), form!, greeting!.rendererVersion, spec!.parent));
     window.location.hash = `#/jobs/${job}`;
   };
   return (

@@ -1,5 +1,6 @@
 /** How the picture is shown: exposure, maps and comparisons. */
 import type {Film} from '../model/film';
+import {layerLabel, shownLayers} from '../model/layers';
 import {kMostGamma, kMostStops, type Look, type Show} from '../model/route';
 import {CompareControls, type CompareControlsProps} from './compare_panel';
 import {legendOf} from './gl_picture';
@@ -21,18 +22,34 @@ const kShowLabels: [Show, string][] = [
 export interface ControlsProps extends CompareControlsProps {
   film: Film | undefined;
   look: Look;
+  /** Empty: beauty. */
+  layer: string;
   drawing: boolean;
   onLook: (look: Look) => void;
+  onLayer: (layer: string) => void;
   onNormalize: () => void;
   onDrawing: (drawing: boolean) => void;
 }
 
 export function Controls(props: ControlsProps) {
-  const {film, look, against, drawing, onLook, onNormalize, onDrawing} = props;
+  const {film, job, look, layer, against, drawing, onLook, onLayer, onNormalize, onDrawing} = props;
+  const layers = shownLayers(job?.layers ?? []);
   useFilmVersion(film, 500);
   const legend = legendOf(against?.how ?? 'picture', look, film?.mostSamples() ?? 0);
   return (
     <div class="controls" role="group" aria-label="How the picture is shown">
+      {layers.length > 0 && (
+        <label>
+          Layer
+          <select value={layer} onChange={(event) => onLayer(event.currentTarget.value)}>
+            {['', ...layers].map((each) => (
+              <option key={each} value={each}>
+                {layerLabel(each)}
+              </option>
+            ))}
+          </select>
+        </label>
+      )}
       <label>
         Show
         <select value={look.show} onChange={(event) => onLook({...look, show: event.currentTarget.value as Show})}>

@@ -1,6 +1,6 @@
 /** Change and look again: a job's camera, materials, lights and settings, and the job that comes of them. */
 import {useEffect, useMemo, useState} from 'preact/hooks';
-import {submitJob} from '../api/submit';
+import {Submitter} from '../api/submit';
 import {faultOf, filledSpec, type QuickMethod} from '../model/job_form';
 import type {Vector} from '../model/orbit';
 import {fovOf, lightGroups, materialGroups, poseOf, withCamera, withPose} from '../model/scene_edit';
@@ -21,11 +21,13 @@ const kAxes = ['x', 'y', 'z'] as const;
 
 function CameraFields({scene, onScene}: {scene: Scene; onScene: (scene: Scene, of: string) => void}) {
   const pose = poseOf(scene.camera);
-  const round = ([x, y, z]: Vector): Vector => [x, y, z].map((value) => Number(value.toPrecision(7))) as unknown as Vector;
+  const round = (value: number) => Number(value.toPrecision(7));
+  // What was not edited keeps all of its digits.
+  const changed = (before: Vector, after: Vector) => before.map((value, i) => (after[i] === round(value) ? value : after[i])) as unknown as Vector;
   const point = (key: keyof typeof pose, label: string) => (
     <div class="slot" role="group" aria-label={label}>
       <span class="slot-name">{label}</span>
-      <TripleField label={label} names={kAxes} value={round(pose[key])} onValue={(value) => onScene(withPose(scene, {...pose, [key]: value}), `camera/${key}`)} />
+      <TripleField label={label} names={kAxes} value={pose[key].map(round) as unknown as Vector} onValue={(value) => onScene(withPose(scene, {...pose, [key]: changed(pose[key], value)}), `camera/${key}`)} />
     </div>
   );
   const number = (label: string, value: number, most: number, put: (value: number) => Scene, least = 0) => (
@@ -73,6 +75,7 @@ export function EditPanel({id, editor, onClose}: EditPanelProps) {
   const {greeting} = useFarm();
   const [failure, setFailure] = useState('');
   const opened = useOpened<HTMLElement>();
+  const submitter = useMemo(() => new Submitter(), []);
   const {edits, spec} = editor;
   const {scene, form} = edits.now;
   const materials = useMemo(() => materialGroups(scene), [scene]);
@@ -80,7 +83,7 @@ export function EditPanel({id, editor, onClose}: EditPanelProps) {
   useUndoKeys(editor);
   const onScene = (next: Scene, of: string) => editor.set({scene: next}, of);
   const render = async () => {
-    const job = await submitJob(filledSpec(spec, scene, form, greeting!.rendererVersion, id));
+    const job = await submitter.submit(filledSpec(spec, scene, form, greeting!.rendererVersion, id));
     window.location.hash = `#/jobs/${job}`;
   };
   return (

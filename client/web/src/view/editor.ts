@@ -94,7 +94,7 @@ export function useEditor(id: bigint, editing: boolean): {editor: Editor | undef
     set: (next, of) => change((before) => edited(before, {...before.now, ...next}, of)),
     undo: () => change(undone),
     redo: () => change(redone),
-    reset: () => change((before) => edited(before, before.past[0] ?? before.now, '')),
+    reset: () => change((before) => edited(before, before.first, '')),
     quick,
     setQuick,
     film,

@@ -142,6 +142,7 @@ export class GlPicture {
     gl.uniform1f(this.place('exposure'), look.exposure);
     gl.uniform1f(this.place('gamma'), look.gamma);
     gl.uniform1i(this.place('view'), look.view === 'filmic' ? 1 : 0);
+    gl.uniform1i(this.place('directions'), look.signed ? 1 : 0);
     gl.uniform1i(this.place('show'), kShows.indexOf(look.show));
     gl.uniform1i(this.place('how'), this.other ? kComparisons.indexOf(how) : 0);
     gl.uniform1f(this.place('splitAt'), split * width);

@@ -25,6 +25,7 @@ uniform vec2 center;         // the film's point in the middle
 uniform float zoom;          // device pixels per pixel of the film
 uniform float exposure, gamma;
 uniform int view, show, how;
+uniform bool directions;     // values from -1 to 1
 uniform float splitAt;       // device pixels from the left
 uniform float mostSamples;
 uniform vec3 background;
@@ -98,6 +99,9 @@ float encoded(float linear) {
 }
 
 vec3 displayed(vec3 linear) {
+  if (directions) {
+    return clamp(0.5 * linear + 0.5, 0.0, 1.0);
+  }
   vec3 x = max(linear * exp2(exposure), 0.0);
   vec3 toned = view == 1 ? min(x * (2.51 * x + 0.03) / (x * (2.43 * x + 0.59) + 0.14), 1.0) : min(x, 1.0);
   toned = pow(toned, vec3(1.0 / gamma));

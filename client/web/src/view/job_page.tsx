@@ -1,9 +1,10 @@
 /** One job: its picture, how its error falls, what it is, and what can be done with it. */
-import {useEffect, useRef, useState} from 'preact/hooks';
+import {useEffect, useMemo, useRef, useState} from 'preact/hooks';
 import type {Point} from '../model/camera';
 import type {Film} from '../model/film';
 import {reachedName} from '../model/format';
 import {kHalfValues} from '../model/half';
+import {lightLayers} from '../model/layers';
 import {routeHash, type JobView} from '../model/route';
 import {exposureFor, luminance} from '../model/tone';
 import type {Job} from '../wire/lightmill/v1/farm_pb';
@@ -16,10 +17,12 @@ import {downloadPng} from './download';
 import {EditPanel} from './edit_panel';
 import {useEditor} from './editor';
 import {ErrorChart} from './error_chart';
-import {HistogramView, PixelInspector} from './inspector';
+import {HistogramView, PixelInspector, useFilmVersion} from './inspector';
 import {JobPanel, type JobTask} from './job_panel';
 import {useReference, useReferenceFile} from './reference';
 import {RegionPanel} from './region_panel';
+import {useRelit} from './relight';
+import {RelightPanel} from './relight_panel';
 import {farm, useFarm} from './store';
 import {Viewer} from './viewer';
 
@@ -60,6 +63,22 @@ function EditKeys() {
   );
 }
 
+const kNone: readonly string[] = [];
+const kDirections = 'normal';
+const kDepth = 'depth';
+
+/** Lengths have any scale: the exposure that fits them is found once they are there. */
+function useFirstExposure(film: Film | undefined, normalize: () => void): void {
+  const done = useRef<Film>();
+  useFilmVersion(film, 100);
+  useEffect(() => {
+    if (film && film !== done.current && film.mostSamples() > 0) {
+      done.current = film;
+      normalize();
+    }
+  });
+}
+
 export interface JobPageProps {
   id: bigint;
   /** As the address has it: another object whenever somebody goes to another one. */
@@ -68,7 +87,7 @@ export interface JobPageProps {
 }
 
 export function JobPage({id, linked, theme}: JobPageProps) {
-  const {job, film, jobFailure} = useFarm();
+  const {job, film: beauty, layers, jobFailure} = useFarm();
   const [view, setView] = useState(linked);
   useEffect(() => setView(linked), [linked]);
   const [point, setPoint] = useState<Point>();
@@ -77,8 +96,15 @@ export function JobPage({id, linked, theme}: JobPageProps) {
   const [task, setTask] = useState<JobTask>();
   const editing = task === 'edit';
   const {editor, failure: notEdited} = useEditor(id, editing);
+  const {camera, against, region} = view;
+  const layer = job?.layers.includes(view.layer) ? view.layer : '';
+  const lights = useMemo(() => lightLayers(job?.layers ?? []), [job?.layers.join()]);
+  const mixing = view.relight.size > 0 && layer === '' && !editing;
+  const relit = useRelit(job, mixing ? lights : kNone, view.relight, layers);
+  useEffect(() => farm.watchLayers(layer ? [layer] : mixing ? lights : kNone), [id, layer, mixing, lights]);
+  const film = layer ? layers.get(layer) : (relit ?? beauty);
+  const look = useMemo(() => (layer === kDirections ? {...view.look, signed: true} : view.look), [layer, view.look]);
   const seen = editor?.film ?? film;
-  const {look, camera, against, region} = view;
   const change = (by: Partial<JobView>) => setView((before) => ({...before, ...by}));
   const [file, chooseFile, fileFailure] = useReferenceFile();
   const reference = useReference(film, against, file);
@@ -93,7 +119,15 @@ export function JobPage({id, linked, theme}: JobPageProps) {
       change({against: {how: 'split', split: 0.5, ...against, other: 'file'}});
     }
   };
-  const onLook = (next: JobView['look']) => change({look: next});
+  const onLook = ({signed, ...next}: JobView['look']) => change({look: next});
+  const exposureBefore = useRef(view.look.exposure);
+  const onLayer = (next: string) => {
+    // A depth's exposure is for nothing else.
+    const exposure = layer === kDepth ? exposureBefore.current : view.look.exposure;
+    exposureBefore.current = exposure;
+    change({layer: next, look: {...view.look, exposure}});
+  };
+  useFirstExposure(layer === kDepth ? film : undefined, () => normalize());
   const normalize = () => film && onLook({...look, exposure: exposureFor(someLuminances(film))});
   const copyLink = async () => {
     const address = new URL(routeHash({page: 'job', job: id, ...view}), window.location.href);
@@ -131,7 +165,7 @@ export function JobPage({id, linked, theme}: JobPageProps) {
         <a class="button" href={`api/v1/jobs/${id}/picture.exr`} download={`job-${id}.exr`} title="All that the film holds: layers, halves, counts, receipt">
           EXR
         </a>
-        <button type="button" disabled={!film} onClick={() => film && void downloadPng(film, look, `job-${id}`)}>
+        <button type="button" disabled={!film} onClick={() => film && void downloadPng(film, look, `job-${id}${layer ? `-${layer.replace(':', '-')}` : ''}`)}>
           PNG
         </button>
         <button type="button" onClick={() => void copyLink()}>
@@ -143,9 +177,11 @@ export function JobPage({id, linked, theme}: JobPageProps) {
           film={film}
           job={job}
           look={look}
+          layer={layer}
           against={against}
           drawing={drawing}
           onLook={onLook}
+          onLayer={onLayer}
           onNormalize={normalize}
           onAgainst={(next) => change({against: next})}
           onFile={(chosen) => void onFile(chosen)}
@@ -196,6 +232,7 @@ export function JobPage({id, linked, theme}: JobPageProps) {
             <ErrorChart job={job} theme={theme} charted={view.charted} onCharted={(charted) => change({charted})} />
           </section>
         )}
+        {lights.length > 0 && !editing && <RelightPanel lights={lights} relight={view.relight} onRelight={(relight) => change({relight, layer: ''})} />}
         {film && reference && <ComparePanel reference={reference} measurement={measurement} pixels={film.crop.width * film.crop.height} />}
         {region && <RegionPanel film={film} region={region} onRegion={(next) => change({region: next})} />}
         <PixelInspector film={seen} other={editing ? undefined : reference?.film} at={point} />

@@ -113,7 +113,8 @@ function useListKeys(search: {current: HTMLInputElement | null}, table: {current
         return;
       }
       const step = {ArrowDown: 1, ArrowUp: -1, j: 1, k: -1}[event.key];
-      if (step === undefined || (typing && event.key !== 'ArrowDown')) {
+      // From the search on to what it found; other fields have arrows of their own.
+      if (step === undefined || (typing && !(event.key === 'ArrowDown' && event.target === search.current))) {
         return;
       }
       const links = [...(table.current?.querySelectorAll<HTMLElement>('.row-link') ?? [])];
@@ -132,7 +133,7 @@ function useListKeys(search: {current: HTMLInputElement | null}, table: {current
 export function JobsPage() {
   const {jobs, listed} = useFarm();
   const [query, setQuery] = useState<JobQuery>(kNewestFirst);
-  const [files, setFiles] = useState<SceneFile[]>();
+  const [dropped, setDropped] = useState<{files: SceneFile[]; nth: number}>();
   const [failure, setFailure] = useState('');
   const search = useRef<HTMLInputElement>(null);
   const table = useRef<HTMLTableElement>(null);
@@ -143,9 +144,10 @@ export function JobsPage() {
   const sortBy = (order: JobOrder) =>
     setQuery({...query, order, descending: query.order === order ? !query.descending : order === 'id' || order === 'progress'});
   const sortState = (order: JobOrder) => (query.order !== order ? 'none' : query.descending ? 'descending' : 'ascending');
-  const take = (dropped: SceneFile[]) => {
+  const take = (files: SceneFile[]) => {
     setFailure('');
-    setFiles(dropped);
+    // The same names may be other files.
+    setDropped((before) => ({files, nth: (before?.nth ?? 0) + 1}));
   };
   return (
     <DropZone onFiles={take} onFailure={setFailure}>
@@ -174,7 +176,7 @@ export function JobsPage() {
             {failure}
           </p>
         )}
-        {files && <SubmitPanel key={files[0]!.path + files.length} files={files} onClose={() => setFiles(undefined)} />}
+        {dropped && <SubmitPanel key={dropped.nth} files={dropped.files} onClose={() => setDropped(undefined)} />}
         <table class="list jobs" ref={table}>
           <caption class="sr-only">Jobs of this farm</caption>
           <thead>

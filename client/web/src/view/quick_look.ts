@@ -1,7 +1,7 @@
 /** The small job that shows what is being edited, and its picture: over a connection of its own. */
 import {useEffect, useRef, useState} from 'preact/hooks';
 import {Live} from '../api/live';
-import {discardAtOnce, discardJob, submitJob} from '../api/submit';
+import {discardJob, Submitter} from '../api/submit';
 import {Film} from '../model/film';
 import {QuickLook} from '../model/quick_look';
 import {JobState, type JobSpec} from '../wire/lightmill/v1/farm_pb';
@@ -16,6 +16,9 @@ class LiveLook {
   private onPicture = () => {};
   /** Why the job failed. */
   private fault = '';
+  /** The page is being closed. */
+  private left = false;
+  private readonly submitter = new Submitter();
   private readonly live = new Live({
     onLink: () => undefined,
     onUpdate: ({job, tiles}) => {
@@ -40,7 +43,7 @@ class LiveLook {
     private readonly onFilm: (film: Film) => void,
     private readonly onFailure: (message: string) => void,
   ) {
-    this.look = new QuickLook<JobSpec>({submit: (spec) => this.submit(spec), discard: discardJob}, {onJob: () => undefined, onFailure});
+    this.look = new QuickLook<JobSpec>({submit: (spec) => this.submit(spec), discard: (job) => discardJob(job)}, {onJob: () => undefined, onFailure});
     addEventListener('pagehide', this.leave);
   }
 
@@ -53,7 +56,10 @@ class LiveLook {
   }
 
   private async submit(spec: JobSpec): Promise<bigint> {
-    const job = await submitJob(spec);
+    const job = await this.submitter.submit(spec);
+    if (this.left) {
+      void discardJob(job, true).catch(() => undefined);
+    }
     this.job = job;
     this.film = undefined;
     this.fault = '';
@@ -70,8 +76,9 @@ class LiveLook {
   }
 
   private readonly leave = () => {
+    this.left = true;
     if (this.job !== 0n) {
-      discardAtOnce(this.job);
+      void discardJob(this.job, true).catch(() => undefined);
     }
   };
 }

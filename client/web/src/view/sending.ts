@@ -2,7 +2,7 @@
 import {findMissing, uploadAsset} from '../api/assets';
 import {inspectScene, type Inspection, type NamedDigest} from '../api/inspect';
 import {hexOf} from '../model/bytes';
-import {isPart, isSearched, kMostFiles, misplaced, namesIn, sceneChoices} from '../model/scene_files';
+import {isPart, isSearched, kMostFiles, misplaced, namesIn, sceneChoices, searchedBytes} from '../model/scene_files';
 import type {SceneFile} from './dropped';
 import {Hasher, hashingRefused} from './hashing';
 
@@ -71,7 +71,11 @@ export async function sendFiles(dropped: readonly SceneFile[], onProgress: (prog
   const digests = await hashAll(files, onProgress, signal);
   await uploadMissing(files, digests, onProgress, signal);
   onProgress({what: 'Looking for what the scene names'});
-  const named = await Promise.all(files.filter(isSearched).map(async ({path, file}) => ({path, names: namesIn(path, await file.text())})));
+  const named: {path: string; names: string[]}[] = [];
+  for (const {path, file} of files.filter(isSearched)) {
+    signal.throwIfAborted();
+    named.push({path, names: namesIn(path, await file.slice(0, searchedBytes(path)).text())});
+  }
   const byPath = new Map(files.map(({path}, i) => [path, digests[i]!]));
   for (const [path, from] of misplaced([...byPath.keys()], named)) {
     byPath.set(path, byPath.get(from)!);

@@ -18,7 +18,11 @@ export interface FarmState {
   job: Job | undefined;
   jobFailure: string;
   film: Film | undefined;
+  /** Those of the job's layers that are wanted, as they come. */
+  layers: ReadonlyMap<string, Film>;
 }
+
+const kNoLayers: ReadonlyMap<string, Film> = new Map();
 
 /** Tiles that came, for whoever draws the film. */
 export type TileListener = (film: Film, tiles: {rect: Rect; pixels: Uint16Array}[]) => void;
@@ -35,10 +39,12 @@ class FarmStore {
     job: undefined,
     jobFailure: '',
     film: undefined,
+    layers: kNoLayers,
   };
   private readonly listeners = new Set<Listener>();
   private readonly tileListeners = new Set<TileListener>();
   private watched = 0n;
+  private wantedLayers: readonly string[] = [];
   private readonly live = new Live({
     onLink: (link) => {
       if (link !== this.state.link) {
@@ -52,9 +58,22 @@ class FarmStore {
   watch(job: bigint): void {
     if (job !== this.watched) {
       this.watched = job;
-      this.set({job: undefined, film: undefined, jobFailure: ''});
+      this.wantedLayers = [];
+      this.set({job: undefined, film: undefined, layers: kNoLayers, jobFailure: ''});
     }
-    this.live.want({jobs: true, workers: true, job});
+    this.want();
+  }
+
+  /** Which of that job's layers are looked at beside beauty; their pixels so far are kept. */
+  watchLayers(layers: readonly string[]): void {
+    if (layers.join() !== this.wantedLayers.join()) {
+      this.wantedLayers = layers;
+      this.want();
+    }
+  }
+
+  private want(): void {
+    this.live.want({jobs: true, workers: true, job: this.watched, layers: this.wantedLayers});
   }
 
   connectNow(): void {
@@ -63,7 +82,7 @@ class FarmStore {
 
   /** Somebody else looks from now on: what was known is forgotten. */
   begin(): void {
-    this.set({greeting: undefined, jobs: new Map(), workers: new Map(), listed: false, job: undefined, jobFailure: '', film: undefined});
+    this.set({greeting: undefined, jobs: new Map(), workers: new Map(), listed: false, job: undefined, jobFailure: '', film: undefined, layers: kNoLayers});
     this.live.begin();
   }
 
@@ -97,18 +116,36 @@ class FarmStore {
       next.jobFailure = '';
       if (this.state.film?.job !== update.job.id) {
         next.film = Film.of(update.job);
+        next.layers = kNoLayers;
       }
     }
     this.set(next);
-    this.putTiles(this.state.film, update.tiles);
+    this.putLayers(update.tiles);
+  }
+
+  private putLayers(tiles: readonly ViewTile[]): void {
+    this.putTiles(this.state.film, tiles.filter(({layer}) => layer === ''));
+    const {job} = this.state;
+    for (const layer of new Set(tiles.map((tile) => tile.layer))) {
+      if (layer !== '' && job) {
+        if (!this.state.layers.has(layer)) {
+          this.set({layers: new Map(this.state.layers).set(layer, Film.of(job, layer))});
+        }
+        this.putTiles(this.state.layers.get(layer), tiles.filter((tile) => tile.layer === layer));
+      }
+    }
   }
 
   /** Puts tiles into a film, this store's or another, and tells whoever draws it. */
   putTiles(film: Film | undefined, tiles: readonly ViewTile[]): void {
     if (film && tiles.length > 0) {
-      const placed = tiles.map((tile) => film.put(tile)).filter((tile) => tile !== undefined);
-      this.tileListeners.forEach((listener) => listener(film, placed));
+      this.tell(film, tiles.map((tile) => film.put(tile)).filter((tile) => tile !== undefined));
     }
+  }
+
+  /** Tells whoever draws the film what has changed in it. */
+  tell(film: Film, tiles: {rect: Rect; pixels: Uint16Array}[]): void {
+    this.tileListeners.forEach((listener) => listener(film, tiles));
   }
 
   private set(next: Partial<FarmState>): void {

@@ -1,7 +1,7 @@
 /** A scene that was dropped becomes a job: its files are sent, a worker looks into it, and what is wanted of it is chosen. */
-import {useEffect, useRef, useState} from 'preact/hooks';
+import {useEffect, useMemo, useRef, useState} from 'preact/hooks';
 import type {Inspection} from '../api/inspect';
-import {submitJob} from '../api/submit';
+import {Submitter} from '../api/submit';
 import {faultOf, filledSpec, formOf, newSpec, type JobForm} from '../model/job_form';
 import {humanBytes} from '../model/scene_files';
 import {ActionButton} from './bits';
@@ -121,11 +121,19 @@ export function SubmitPanel({files, onClose}: {files: readonly SceneFile[]; onCl
   const [camera, setCamera] = useState('');
   const [form, setForm] = useState<JobForm>();
   const [refusal, setRefusal] = useState('');
+  const sized = useRef<{width: number; height: number}>();
+  const submitter = useMemo(() => new Submitter(), []);
   const scene = sent?.choices[chosen];
   useEffect(() => {
     if (inspection && scene) {
-      // What was already chosen stays when another camera is.
-      setForm((before) => before ?? formOf(newSpec(inspection.scene, nameOf(scene, inspection))));
+      // What was already chosen stays when another camera is, and the size if it is not the last camera's.
+      const fresh = formOf(newSpec(inspection.scene, nameOf(scene, inspection)));
+      const {width, height} = fresh;
+      setForm((before) => {
+        const untouched = before && sized.current && before.width === sized.current.width && before.height === sized.current.height;
+        sized.current = {width, height};
+        return before === undefined ? fresh : untouched ? {...before, width, height} : before;
+      });
     }
   }, [inspection]);
   const choose = (next: number) => {
@@ -136,7 +144,7 @@ export function SubmitPanel({files, onClose}: {files: readonly SceneFile[]; onCl
   };
   const submit = async () => {
     const spec = newSpec(inspection!.scene, form!.name);
-    const job = await submitJob(filledSpec(spec, inspection!.scene, form!, greeting!.rendererVersion, 0n));
+    const job = await submitter.submit(filledSpec(spec, inspection!.scene, form!, greeting!.rendererVersion, 0n));
     window.location.hash = `#/jobs/${job}`;
   };
   return (

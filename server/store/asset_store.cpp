@@ -2,6 +2,27 @@
 
 namespace lightmill {
 
+bool AssetStore::keep(const Sha256& digest) const {
+  const MutexLock lock(keeping_);
+  if (!has(digest)) {
+    return false;
+  }
+  kept_[digest] = std::chrono::steady_clock::now();
+  return true;
+}
+
+bool AssetStore::remove_unless_kept(const Sha256& digest, std::int64_t spare_age_seconds,
+                                    const std::function<bool()>& remove) {
+  const MutexLock lock(keeping_);
+  if (const auto kept = kept_.find(digest); kept != kept_.end()) {
+    if (std::chrono::steady_clock::now() - kept->second < std::chrono::seconds(spare_age_seconds)) {
+      return false;
+    }
+    kept_.erase(kept);
+  }
+  return remove();
+}
+
 Status AssetBudget::check(const Sha256& digest, std::uint64_t had_bytes, std::uint64_t more_bytes) const {
   if (had_bytes + more_bytes > limits_.asset_bytes) {
     return resource_exhausted("asset {} is larger than the limit of {} bytes", digest.hex(), limits_.asset_bytes);

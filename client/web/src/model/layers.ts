@@ -1,0 +1,127 @@
+/** A film's layers as the page shows them, and light groups that are mixed anew. Pure. */
+import {ofSwatch, swatchOf} from './color';
+import {kTileSide, type Film, type Rect} from './film';
+import {kHalfValues, toHalf} from './half';
+import type {Rgb} from './tone';
+
+const kLabels = new Map([
+  ['direct', 'Direct light'],
+  ['indirect', 'Indirect light'],
+  ['caustic', 'Caustics'],
+  ['bias', 'Bias of photons'],
+  ['albedo', 'Albedo'],
+  ['normal', 'Normals'],
+  ['depth', 'Depth'],
+]);
+const kLight = 'light:';
+export const kRest = 'light:rest';
+
+/** Those that are pictures: ids are not. */
+export function shownLayers(layers: readonly string[]): string[] {
+  return layers.filter((layer) => layer !== 'id');
+}
+
+/** Together they are all of the light; none where the job has no light groups. */
+export function lightLayers(layers: readonly string[]): string[] {
+  return layers.filter((layer) => layer.startsWith(kLight));
+}
+
+export function layerLabel(layer: string): string {
+  return layer === '' ? 'Beauty' : layer === kRest ? 'All other light' : layer.startsWith(kLight) ? `Light: ${layer.slice(kLight.length)}` : (kLabels.get(layer) ?? layer);
+}
+
+/** Of a light's layer. */
+export function groupName(layer: string): string {
+  return layer === kRest ? 'all other light' : layer.slice(kLight.length);
+}
+
+/** How one light group shines: its light times 2^stops, in a colour of its own; undefined stops: switched off. */
+export interface Gain {
+  stops: number | undefined;
+  /** Each from 0 to 1. */
+  tint: Rgb;
+}
+export const kMostGainStops = 8;
+export const kAsRendered: Gain = {stops: 0, tint: [1, 1, 1]};
+
+/** By layer; what is not in it is as it was rendered. */
+export type Relight = ReadonlyMap<string, Gain>;
+
+export function isAsRendered({stops, tint}: Gain): boolean {
+  return stops === 0 && tint.every((value) => value === 1);
+}
+
+export function withGain(relight: Relight, layer: string, gain: Gain): Relight {
+  const next = new Map(relight);
+  if (isAsRendered(gain)) {
+    next.delete(layer);
+  } else {
+    next.set(layer, gain);
+  }
+  return next;
+}
+
+/** What the layer's values are multiplied by. */
+export function factorOf(gain: Gain | undefined): Rgb {
+  const {stops, tint} = gain ?? kAsRendered;
+  return stops === undefined ? [0, 0, 0] : (tint.map((value) => value * 2 ** stops) as Rgb);
+}
+
+// ---- in links: "key:1.5~ff8000,fill:off" ----
+
+export function relightText(relight: Relight): string {
+  const parts = [...relight].map(([layer, {stops, tint}]) => `${layer.slice(kLight.length)}:${stops === undefined ? 'off' : stops}${tint.every((value) => value === 1) ? '' : `~${swatchOf(tint).slice(1)}`}`);
+  return parts.join(',');
+}
+
+/** What is not understood is left out. */
+export function parseRelight(text: string): Relight {
+  const relight = new Map<string, Gain>();
+  for (const part of text.split(',')) {
+    const match = /^([\w-]{1,64}):(off|-?\d+(?:\.\d+)?)(?:~([0-9a-f]{6}))?$/.exec(part);
+    if (match) {
+      const [, name, stops, tint] = match;
+      const number = Math.min(Math.max(Number(stops), -kMostGainStops), kMostGainStops);
+      relight.set(kLight + name!, {stops: stops === 'off' ? undefined : number, tint: tint ? ofSwatch(`#${tint}`) : kAsRendered.tint});
+    }
+  }
+  return new Map([...relight].filter(([, gain]) => !isAsRendered(gain)));
+}
+
+// ---- pixels ----
+
+const kUnknown = 0xbc00;
+
+/**
+ * Fills a rectangle of `target`, pixels of its crop, with the sum of the layers, each times its factors. The errors of the sum are not
+ * known: those of layers depend on each other.
+ */
+export function mix(target: Film, layers: readonly {film: Film; factor: Rgb}[], rect: Rect): void {
+  const {width} = target.crop;
+  const lit = layers.filter(({factor}) => factor.some((value) => value !== 0));
+  for (let y = rect.y; y < rect.y + rect.height; ++y) {
+    for (let at = 4 * (y * width + rect.x), end = at + 4 * rect.width; at < end; at += 4) {
+      let [r, g, b] = [0, 0, 0];
+      for (const {film, factor} of lit) {
+        r += kHalfValues[film.rgbe[at]!]! * factor[0];
+        g += kHalfValues[film.rgbe[at + 1]!]! * factor[1];
+        b += kHalfValues[film.rgbe[at + 2]!]! * factor[2];
+      }
+      target.rgbe[at] = toHalf(r);
+      target.rgbe[at + 1] = toHalf(g);
+      target.rgbe[at + 2] = toHalf(b);
+      target.rgbe[at + 3] = kUnknown;
+    }
+  }
+  const tile = (x: number, y: number) => Math.min(...layers.map(({film}) => film.samplesAt(x, y)));
+  for (let y = rect.y; y < rect.y + rect.height; y = nextTile(target.crop.y, y)) {
+    for (let x = rect.x; x < rect.x + rect.width; x = nextTile(target.crop.x, x)) {
+      target.setSamplesAt(x, y, layers.length > 0 ? tile(x, y) : 0);
+    }
+  }
+}
+
+/** The first pixel behind the tile of pixel `at`; both of the crop, which begins at `origin`. */
+function nextTile(origin: number, at: number): number {
+  return (Math.floor((origin + at) / kTileSide) + 1) * kTileSide - origin;
+}

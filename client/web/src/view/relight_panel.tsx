@@ -1,0 +1,55 @@
+/** Light groups as switches, strengths and colours: the picture follows at once, and nothing is rendered. */
+import {ofSwatch, swatchOf} from '../model/color';
+import {groupName, isAsRendered, kAsRendered, kMostGainStops, layerLabel, withGain, type Gain, type Relight} from '../model/layers';
+
+function Row({layer, gain, onGain}: {layer: string; gain: Gain; onGain: (gain: Gain) => void}) {
+  const label = layerLabel(layer);
+  const {stops, tint} = gain;
+  const off = stops === undefined;
+  return (
+    <div class="relight-row" role="group" aria-label={label}>
+      <label class="relight-name">
+        <input type="checkbox" aria-label={label} checked={!off} onChange={(event) => onGain({...gain, stops: event.currentTarget.checked ? 0 : undefined})} /> {groupName(layer)}
+      </label>
+      <input type="color" aria-label={`${label}: colour`} value={swatchOf(tint)} disabled={off} onInput={(event) => onGain({...gain, tint: ofSwatch(event.currentTarget.value)})} />
+      <input
+        type="range"
+        aria-label={`${label}: stops`}
+        aria-valuetext={off ? 'off' : `${stops} stops`}
+        min={-kMostGainStops}
+        max={kMostGainStops}
+        step={0.25}
+        value={stops ?? 0}
+        disabled={off}
+        onInput={(event) => onGain({...gain, stops: Number(event.currentTarget.value)})}
+      />
+      <output>{off ? 'off' : `${stops > 0 ? '+' : ''}${stops}`}</output>
+    </div>
+  );
+}
+
+export interface RelightPanelProps {
+  /** Light layers. */
+  lights: readonly string[];
+  relight: Relight;
+  onRelight: (relight: Relight) => void;
+}
+
+export function RelightPanel({lights, relight, onRelight}: RelightPanelProps) {
+  return (
+    <section class="panel relight" aria-labelledby="relight-title">
+      <h2 id="relight-title">
+        Light groups <span class="muted">stops</span>
+      </h2>
+      {lights.map((layer) => (
+        <Row key={layer} layer={layer} gain={relight.get(layer) ?? kAsRendered} onGain={(gain) => onRelight(withGain(relight, layer, gain))} />
+      ))}
+      <div class="actions">
+        <button type="button" disabled={[...relight.values()].every(isAsRendered)} onClick={() => onRelight(new Map())}>
+          As rendered
+        </button>
+      </div>
+      {relight.size > 0 && <p class="muted">Mixed from what was rendered; its error is not known. The EXR has the groups as they are.</p>}
+    </section>
+  );
+}
