@@ -40,8 +40,11 @@ Result<ObjFile> read_obj_file(const SceneFiles& files, const std::filesystem::pa
 
 void append_notices(const std::vector<std::string>& from, std::vector<std::string>& to) {
   for (const std::string& notice : from) {
+    if (to.size() > kMostNotices) {
+      return;
+    }
     if (std::find(to.begin(), to.end(), notice) == to.end()) {
-      to.push_back(notice);
+      to.push_back(to.size() < kMostNotices ? notice : "there is more to say of these files, which is left out");
     }
   }
 }

@@ -25,7 +25,8 @@ Result<Sha256> add_image_file(const SceneFiles& files, const std::filesystem::pa
 /// Reads an OBJ file of at most 4 GiB.
 Result<ObjFile> read_obj_file(const SceneFiles& files, const std::filesystem::path& path);
 
-/// Adds those notices that are not there yet.
+inline constexpr std::size_t kMostNotices = 1000;
+/// Adds those notices that are not there yet; beyond kMostNotices one says that there are more.
 void append_notices(const std::vector<std::string>& from, std::vector<std::string>& to);
 
 }  // namespace lightmill

@@ -98,7 +98,7 @@ Result<std::vector<LayerSpec>> layers_from_wire(const v1::RenderSettings& settin
   std::vector<LayerSpec> layers;
   std::uint64_t channels = 0;
   for (const v1::LayerSpec& layer : settings.layers()) {
-    LM_RETURN_IF_ERROR(check_length("layers.name", layer.name(), kMaxNameBytes));
+    LM_RETURN_IF_ERROR(check_length("layers.name", layer.name(), kMaxWireNameBytes));
     if (layer.name().empty() || layer.channels() < 1) {
       return invalid_argument("layers: a layer needs a name and at least one channel, got '{}' with {}", layer.name(),
                               layer.channels());
@@ -177,8 +177,8 @@ void to_wire(const RenderSettings& settings, v1::RenderSettings* out) {
 
 Result<RenderSettings> from_wire(const v1::RenderSettings& settings) {
   LM_RETURN_IF_ERROR(check_length("scene", settings.scene(), kMaxSceneBytes));
-  LM_RETURN_IF_ERROR(check_length("method", settings.method(), kMaxNameBytes));
-  LM_RETURN_IF_ERROR(check_length("renderer_version", settings.renderer_version(), kMaxNameBytes));
+  LM_RETURN_IF_ERROR(check_length("method", settings.method(), kMaxWireNameBytes));
+  LM_RETURN_IF_ERROR(check_length("renderer_version", settings.renderer_version(), kMaxWireNameBytes));
   RenderSettings out;
   LM_ASSIGN_OR_RETURN(out.crop, from_wire(settings.crop()));
   LM_RETURN_IF_ERROR(check_film_size(settings.width(), settings.height(), out.crop));
@@ -230,9 +230,9 @@ void to_wire(const JobSpec& spec, v1::JobSpec* out) {
 }
 
 Result<JobSpec> from_wire(const v1::JobSpec& spec) {
-  LM_RETURN_IF_ERROR(check_length("name", spec.name(), kMaxNameBytes));
-  LM_RETURN_IF_ERROR(check_length("owner", spec.owner(), kMaxNameBytes));
-  LM_RETURN_IF_ERROR(check_length("host", spec.host(), kMaxNameBytes));
+  LM_RETURN_IF_ERROR(check_length("name", spec.name(), kMaxWireNameBytes));
+  LM_RETURN_IF_ERROR(check_length("owner", spec.owner(), kMaxWireNameBytes));
+  LM_RETURN_IF_ERROR(check_length("host", spec.host(), kMaxWireNameBytes));
   JobSpec out;
   out.name = spec.name();
   out.owner = spec.owner();
@@ -394,7 +394,7 @@ void to_wire(const JobSpec& spec, v1::SubmitJobRequest* out) {
 }
 
 Result<JobSpec> from_wire(const v1::SubmitJobRequest& request) {
-  LM_RETURN_IF_ERROR(check_length("request_id", request.request_id(), kMaxNameBytes));
+  LM_RETURN_IF_ERROR(check_length("request_id", request.request_id(), kMaxWireNameBytes));
   if (request.request_id().empty()) {
     return invalid_argument("request_id: must not be empty");
   }

@@ -140,11 +140,11 @@ struct RequestWriter {
 };
 
 Result<WorkerMessage> hello_from_wire(const v1::WorkerHello& hello) {
-  LM_RETURN_IF_ERROR(check_length("hello.name", hello.name(), kMaxNameBytes));
-  LM_RETURN_IF_ERROR(check_length("hello.host", hello.host(), kMaxNameBytes));
-  LM_RETURN_IF_ERROR(check_length("hello.machine", hello.machine(), kMaxNameBytes));
-  LM_RETURN_IF_ERROR(check_length("hello.fingerprint_class", hello.fingerprint_class(), kMaxNameBytes));
-  LM_RETURN_IF_ERROR(check_length("hello.renderer_version", hello.renderer_version(), kMaxNameBytes));
+  LM_RETURN_IF_ERROR(check_length("hello.name", hello.name(), kMaxWireNameBytes));
+  LM_RETURN_IF_ERROR(check_length("hello.host", hello.host(), kMaxWireNameBytes));
+  LM_RETURN_IF_ERROR(check_length("hello.machine", hello.machine(), kMaxWireNameBytes));
+  LM_RETURN_IF_ERROR(check_length("hello.fingerprint_class", hello.fingerprint_class(), kMaxWireNameBytes));
+  LM_RETURN_IF_ERROR(check_length("hello.renderer_version", hello.renderer_version(), kMaxWireNameBytes));
   LM_RETURN_IF_ERROR(check_count("hello.held", hello.held_size(), kMaxListedLeases));
   if (hello.name().empty()) {
     return invalid_argument("hello.name: must not be empty");

@@ -328,7 +328,8 @@ struct Coordinator::State {
   /// It renders nothing of the job any more; others may.
   void exclude(Worker& worker, Job& job, const std::string& reason, Time now, Step& step);
   void dismiss(SessionId session, std::string reason, Time now, Step& step);
-  void disconnect(SessionId session, Time now, Step& step);
+  /// What the worker was reading waits for another one: serve_inspections.
+  void end_session(SessionId session, Time now, Step& step);
   /// Ends the sessions of workers that have been silent for too long.
   void hang_up_on_silent(Time now, Step& step);
   void forget_if_gone(const std::string& name);

@@ -287,6 +287,7 @@ void Coordinator::State::hold_in_quarantine(Worker& worker, const std::string& r
     Job& job = *jobs.at(leases.at(id).unit.job);
     end_lease(id, true, false, now, step);
     put_progress(job, now, step);
+    ending.insert(job.id());  // of one whose time is up it may have been the last
   }
   if (worker.session) {
     send_after_commit(step, *worker.session,

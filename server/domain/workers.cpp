@@ -263,7 +263,7 @@ void Coordinator::State::exclude(Worker& worker, Job& job, const std::string& re
   finish_if_complete(job, now, step);
 }
 
-void Coordinator::State::disconnect(SessionId session, Time now, Step& step) {
+void Coordinator::State::end_session(SessionId session, Time now, Step& step) {
   inspections.left(session, true, now, step);
   const auto found = sessions.find(session);
   if (found == sessions.end()) {
@@ -288,7 +288,6 @@ void Coordinator::State::disconnect(SessionId session, Time now, Step& step) {
   }
   sessions.erase(found);
   forget_if_gone(name);
-  serve_inspections(now, step);
 }
 
 void Coordinator::State::hang_up_on_silent(Time now, Step& step) {
@@ -304,9 +303,10 @@ void Coordinator::State::hang_up_on_silent(Time now, Step& step) {
     }
   }
   for (const SessionId session : silent) {
-    disconnect(session, now, step);
+    end_session(session, now, step);
     step.hang_ups.push_back(session);
   }
+  serve_inspections(now, step);  // by none of those that are silent, too
 }
 
 void Coordinator::State::forget_if_gone(const std::string& name) {
@@ -373,7 +373,8 @@ void Coordinator::worker_disconnected(SessionId session, Time now, Step& step) {
   if (const Worker* const worker = state_->worker_of(session)) {
     note(step, Note::Level::info, "worker {} is gone with {} leases", worker->hello.name, worker->leases.size());
   }
-  state_->disconnect(session, now, step);
+  state_->end_session(session, now, step);
+  state_->serve_inspections(now, step);
 }
 
 Status Coordinator::drain_worker(const std::string& name, Time now, Step& step) {

@@ -132,6 +132,31 @@ TEST(Inspect, NamesWhatIsWrongAsItWasNamed) {
   EXPECT_EQ(nothing.inspect().error_code(), grpc::StatusCode::INVALID_ARGUMENT);
 }
 
+TEST(Inspect, TellsOfFilesThatAreNoTextWithoutLosingItsWorker) {
+  Farm farm;
+  farm.add_worker(1, "w1");
+  ASSERT_TRUE(eventually([&] { return farm.met("w1"); }));
+  const auto answer = [&](const std::string& name, const std::string& bytes) {
+    Dropped dropped(farm.client());
+    dropped.add(name, bytes);
+    dropped.request.add_scene(name);
+    return dropped.inspect();
+  };
+  // A byte that is no UTF-8, one word of 100 kB, a file of nothing but noise, and a name in Latin-1.
+  std::string noise;
+  for (int i = 0; i < 4096; ++i) {
+    noise.push_back(static_cast<char>(i * 37 % 251 + (i % 7 == 0 ? 10 : 0)));
+  }
+  for (const std::string& bytes : {std::string("v 0 0 0\nf 1 2 \xe9\n"), "v " + std::string(100'000, 'x') + "\n", noise,
+                                   std::string("mtllib K\xf6rper.mtl\nv 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n")}) {
+    const grpc::Status status = answer("odd.obj", bytes);
+    EXPECT_TRUE(status.ok() || status.error_code() == grpc::StatusCode::INVALID_ARGUMENT)
+        << status.error_code() << ": " << status.error_message();
+    EXPECT_LT(status.error_message().size(), 2'000u);
+  }
+  EXPECT_EQ(farm.server_log().find("is gone"), std::string::npos) << farm.server_log();
+}
+
 TEST(Inspect, SaysThatThereIsNoWorkerAndGoesOnWithoutOneThatIsLost) {
   Farm farm;
   Dropped dropped(farm.client());

@@ -54,6 +54,7 @@ class FarmSimulation {
   /// One stream of one worker's life with one coordinator's life.
   struct Stream {
     std::size_t worker = 0;
+    std::string name;  ///< by which the worker had come
     std::uint64_t worker_life = 0;
     std::uint64_t server_life = 0;
     SessionId session;
@@ -187,6 +188,7 @@ class FarmSimulation {
   void cancel(std::size_t index);
   bool is_cancelled_on_disk(JobId id) const;
   bool all_ended() const;
+  std::uint64_t workers_lost() const;
   std::string describe_farm() const;
   void check_end();
   void check_method(const ClientJob& job);

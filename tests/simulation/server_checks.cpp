@@ -112,10 +112,9 @@ void FarmSimulation::note_unwanted(const Step& step) {
     if (const auto* ack = std::get_if<ResultAck>(&message.message)) {
       const auto stream = streams_.find(message.to);
       const auto all = coordinator_->workers(now_);
-      const bool disbelieved =
-          stream != streams_.end() && std::ranges::any_of(all, [&](const WorkerStatus& worker) {
-            return worker.name == workers_[stream->second->worker].name && !worker.quarantine.empty();
-          });
+      const bool disbelieved = stream != streams_.end() && std::ranges::any_of(all, [&](const WorkerStatus& worker) {
+                                 return worker.name == stream->second->name && !worker.quarantine.empty();
+                               });
       for (const NodeKey& key : ack->keys) {
         if (disbelieved || (stream != streams_.end() && workers_[stream->second->worker].lies == Lies::garbage)) {
           unwanted_.insert({message.to, key});

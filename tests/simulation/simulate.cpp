@@ -1,4 +1,6 @@
 // Any number of the simulation's schedules, on as many threads as wanted, and how often which fault befell a farm.
+#include <unistd.h>
+
 #include <CLI/CLI.hpp>
 #include <atomic>
 #include <chrono>
@@ -40,6 +42,7 @@ struct Sum {
     if (!report.failure.empty()) {
       failures.emplace(seed, report.failure);
       fmt::print("\nseed {} fails {}\n  again, told step by step: simulate --seed {}\n", seed, report.failure, seed);
+      std::fflush(stdout);
     }
   }
 };
@@ -73,19 +76,27 @@ int run_all(const Options& options) {
       }
     });
   }
+  const bool terminal = ::isatty(STDERR_FILENO) == 1;
+  double told = 0;
   for (std::uint64_t done = 0; done < options.seeds && interrupted == 0;) {
     std::this_thread::sleep_for(std::chrono::milliseconds(500));
     const std::lock_guard lock(sum.mutex);
     done = sum.done;
+    if (!terminal && elapsed() - told < 60) {
+      continue;
+    }
+    told = elapsed();
     const double left =
         elapsed() / static_cast<double>(std::max<std::uint64_t>(done, 1)) * static_cast<double>(options.seeds - done);
-    fmt::print(stderr, "\r{} of {} schedules, {} failed, {} to go   ", done, options.seeds, sum.failures.size(),
-               as_duration(left));
+    fmt::print(stderr, "{}{} of {} schedules, {} failed, {} to go{}", terminal ? "\r" : "", done, options.seeds,
+               sum.failures.size(), as_duration(left), terminal ? "   " : "\n");
     std::fflush(stderr);
   }
   threads.clear();
   const double seconds = elapsed();
-  fmt::print(stderr, "\n");
+  if (terminal) {
+    fmt::print(stderr, "\n");
+  }
   fmt::print("{}{} schedules from seed {} on: {} failed; {:.0f} s, {:.2f} s a thousand on {} threads\n",
              interrupted != 0 ? "interrupted: " : "", sum.done, options.first, sum.failures.size(), seconds,
              1000 * seconds / static_cast<double>(std::max<std::uint64_t>(sum.done, 1)), options.threads);

@@ -132,6 +132,7 @@ void FarmSimulation::open_stream(std::size_t index) {
     }
     auto stream = std::make_shared<Stream>();
     stream->worker = index;
+    stream->name = worker.name;
     stream->worker_life = life;
     stream->server_life = server_life_;
     stream->session = SessionId{next_session_++};

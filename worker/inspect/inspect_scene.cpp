@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "common/base/quantities.h"
+#include "common/base/text.h"
 #include "common/image/read/read_size.h"
 #include "common/methods/spec/method_spec.h"
 #include "common/planner/method_plan.h"
@@ -17,6 +18,7 @@ namespace {
 /// What a report may hold of each kind, and of each text; a scene can be made to give more.
 constexpr std::size_t kMostRows = 500;
 constexpr std::size_t kMostTextBytes = 1000;
+constexpr std::uint64_t kFilesShare = 8;
 
 /// The scene's mistakes are its sender's, be a file damaged or missing.
 Status as_senders(const Status& status) {
@@ -26,7 +28,9 @@ Status as_senders(const Status& status) {
              : status;
 }
 
-std::string cut(std::string text) {
+/// Names and lines of the files may have any bytes, of which no message is made.
+std::string cut(std::string_view raw) {
+  std::string text = printable(raw, true);
   if (text.size() > kMostTextBytes) {
     std::size_t end = kMostTextBytes;
     while (end > 0 && (static_cast<unsigned char>(text[end]) & 0xc0) == 0x80) {
@@ -38,10 +42,10 @@ std::string cut(std::string text) {
   return text;
 }
 
-std::vector<std::string> cut(std::vector<std::string> texts) {
+std::vector<std::string> cut_all(std::vector<std::string> texts) {
   const std::size_t all = texts.size();
   texts.resize(std::min(all, kMostRows));
-  std::ranges::transform(texts, texts.begin(), [](std::string& text) { return cut(std::move(text)); });
+  std::ranges::transform(texts, texts.begin(), [](const std::string& text) { return cut(text); });
   if (all > kMostRows) {
     texts.push_back(fmt::format("… and {} more", all - kMostRows));
   }
@@ -78,9 +82,13 @@ Result<LoadedScene> load(const InspectionRequest& request, const SceneLimits& li
     LM_RETURN_IF_ERROR(hands.go_on());
     LM_ASSIGN_OR_RETURN(std::string file, hands.fetch(digest));
     bytes += file.size();
-    if (bytes > limits.bytes) {
-      return resource_exhausted("the scene's files have more than {}, which --scene-gib of its worker allows",
-                                human_bytes(limits.bytes));
+    // Text takes several times its bytes while it is read, beside the scenes that are rendered.
+    if (bytes > limits.bytes / kFilesShare) {
+      return resource_exhausted(
+          "the scene's files have more than {}, a {}th of what --scene-gib of its worker allows: `lightmill submit` "
+          "reads them "
+          "where they are",
+          human_bytes(limits.bytes / kFilesShare), kFilesShare);
     }
     return file;
   });
@@ -94,10 +102,7 @@ Result<LoadedScene> load(const InspectionRequest& request, const SceneLimits& li
   return load_scene(paths, options);
 }
 
-}  // namespace
-
-Result<Inspection> inspect_scene(const InspectionRequest& request, const SceneLimits& limits,
-                                 const InspectionHands& hands) {
+Result<Inspection> inspect(const InspectionRequest& request, const SceneLimits& limits, const InspectionHands& hands) {
   Result<LoadedScene> loaded = load(request, limits, hands);
   if (!loaded.ok()) {
     return as_senders(loaded.status());
@@ -121,7 +126,7 @@ Result<Inspection> inspect_scene(const InspectionRequest& request, const SceneLi
     out.assets.push_back(digest);  // a map: sorted, each once
   }
   LM_RETURN_IF_ERROR(hands.upload(loaded->assets));
-  out.notices = cut(loaded->notices);
+  out.notices = cut_all(loaded->notices);
   add_facts(scene_rows(*loaded, *report), out);
   add_facts(fact_rows(report->facts), out);
   for (const Verdict& verdict : admit_all(report->facts)) {
@@ -132,8 +137,17 @@ Result<Inspection> inspect_scene(const InspectionRequest& request, const SceneLi
   for (const NamedCamera& camera : loaded->cameras) {
     out.cameras.push_back(camera.name);
   }
-  out.cameras = cut(std::move(out.cameras));
+  out.cameras = cut_all(std::move(out.cameras));
   return out;
+}
+
+}  // namespace
+
+Result<Inspection> inspect_scene(const InspectionRequest& request, const SceneLimits& limits,
+                                 const InspectionHands& hands) {
+  Result<Inspection> found = inspect(request, limits, hands);
+  return found.ok() ? std::move(found)
+                    : Result<Inspection>(make_error(found.status().code(), "{}", cut(message_of(found.status()))));
 }
 
 }  // namespace lightmill

@@ -37,6 +37,29 @@ TEST_F(QuarantineTest, AThirdMachineDecidesAndTheLiarsWorkIsUndone) {
   EXPECT_EQ(coordinator->film(job)->sums(TileId{0})[0], 1.0f) << "the honest ones'";
 }
 
+TEST_F(QuarantineTest, AJobWhoseTimeIsUpEndsWithTheLiarsLastLease) {
+  const JobId disputed = submit_verified();
+  const SessionId liar = connect_on("m1", "liar"), b = connect_on("m2", "b");
+  answer(liar, 1);
+  answer(b);
+  coordinator->worker_disconnected(b, now, step);
+  JobSpec job = spec("timed", 0, {0, 0, 64, 64});
+  job.goal.seconds = 3;
+  job.verify_share = 0;
+  const JobId timed = submit(job);
+  answer_one(liar);
+  ASSERT_GT(waiting(liar), 0u);
+  pass_with({liar}, std::chrono::seconds(5));
+  EXPECT_EQ(status(timed).state, JobState::running) << "its last samples are still to come";
+  const SessionId c = connect_on("m3", "c");
+  answer(c);
+  ASSERT_NE(worker("liar").quarantine, "");
+  EXPECT_EQ(waiting(c), 0u);
+  pass_with({c}, std::chrono::seconds(1));
+  EXPECT_EQ(status(timed).state, JobState::done) << status(timed).reason;
+  (void)disputed;
+}
+
 TEST_F(QuarantineTest, WhoWronglyContradictsIsTheLiar) {
   const JobId job = submit_verified();
   const SessionId a = connect_on("m1", "a"), liar = connect_on("m2", "liar");
