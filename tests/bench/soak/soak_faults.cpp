@@ -1,0 +1,148 @@
+#include "tests/bench/soak/soak_faults.h"
+
+#include <signal.h>
+
+namespace lightmill::soak {
+namespace {
+
+using std::chrono::milliseconds;
+using test::Way;
+
+constexpr auto kToFinish = std::chrono::seconds(60);  // for a worker what it has begun
+
+void nothing_to_undo() {}
+
+}  // namespace
+
+// Silent workers lose their work after 4 s, so that faults of 1 to 8 s do both: pass, and cost leases.
+TroubledFarm::TroubledFarm(const test::SmallDisk* disk, std::uint64_t seed)
+    : disk_(disk),
+      random_(seed),
+      farm_({"--lease-seconds", "4", "--heartbeat-seconds", "1", "--reserve-gib", "0.0625"}) {
+  for (int i = 0; i < kWorkers; ++i) {
+    lines_.push_back(std::make_unique<test::FaultProxy>(farm_.address()));
+    farm_.add_worker(1, worker_name(i), {lines_.back()->address(), {}, {}});
+  }
+  lines_.push_back(std::make_unique<test::FaultProxy>(farm_.address()));
+}
+
+std::string TroubledFarm::begin_fault(bool may_kill_coordinator) {
+  static const std::vector<Fault> all{{"worker killed (SIGKILL)", &TroubledFarm::kill_worker},
+                                      {"worker ended (SIGTERM)", &TroubledFarm::end_worker},
+                                      {"worker stopped for a while (SIGSTOP)", &TroubledFarm::stop_worker},
+                                      {"coordinator stopped for a while (SIGSTOP)", &TroubledFarm::stop_coordinator},
+                                      {"connections cut", &TroubledFarm::cut_line},
+                                      {"connections cut and refused for a while", &TroubledFarm::break_line},
+                                      {"connections stalled, one way or both", &TroubledFarm::stall_line},
+                                      {"connections slowed by up to 0.5 s", &TroubledFarm::slow_line},
+                                      {"disk nearly full for a while", &TroubledFarm::fill_disk_nearly},
+                                      {"disk full for a while", &TroubledFarm::fill_disk},
+                                      {"coordinator killed (SIGKILL)", &TroubledFarm::kill_coordinator}};
+  const std::size_t kill_coordinator = all.size() - 1, disk_full = all.size() - 2, disk_nearly_full = all.size() - 3;
+  for (;;) {
+    const std::size_t i = random_() % all.size();
+    if ((i == kill_coordinator && !may_kill_coordinator) ||
+        ((i == disk_full || i == disk_nearly_full) && disk_ == nullptr)) {
+      continue;
+    }
+    end_ = (this->*all[i].begin)();
+    return all[i].name;
+  }
+}
+
+void TroubledFarm::end_fault() {
+  if (end_) {
+    end_();
+    end_ = nullptr;
+  }
+}
+
+std::vector<std::string> TroubledFarm::ended_by_themselves() {
+  std::vector<std::string> ended;
+  if (const std::optional<int> code = farm_.server().wait(milliseconds(0))) {
+    ended.push_back(fmt::format("the coordinator has ended with code {}:\n{}", *code, farm_.server_log()));
+  }
+  for (int i = 0; i < kWorkers; ++i) {
+    if (const std::optional<int> code = farm_.worker(worker_name(i)).wait(milliseconds(0))) {
+      ended.push_back(fmt::format("worker {} has ended with code {}", worker_name(i), *code));
+    }
+  }
+  return ended;
+}
+
+std::function<void()> TroubledFarm::kill_worker() {
+  farm_.replace_worker(worker_name(static_cast<int>(random_() % 2)));
+  return nothing_to_undo;
+}
+
+std::function<void()> TroubledFarm::end_worker() {
+  const std::string name = worker_name(static_cast<int>(random_() % 2));
+  farm_.worker(name).send(SIGTERM);
+  return [this, name] {
+    (void)farm_.worker(name).wait(kToFinish);
+    farm_.replace_worker(name);
+  };
+}
+
+std::function<void()> TroubledFarm::stop_worker() {
+  const std::string name = worker_name(static_cast<int>(random_() % kWorkers));
+  farm_.worker(name).send(SIGSTOP);
+  return [this, name] { farm_.worker(name).send(SIGCONT); };
+}
+
+std::function<void()> TroubledFarm::kill_coordinator() {
+  test::kill_at_once(farm_.server());
+  return [this] { farm_.start_server(); };
+}
+
+std::function<void()> TroubledFarm::stop_coordinator() {
+  farm_.server().send(SIGSTOP);
+  return [this] { farm_.server().send(SIGCONT); };
+}
+
+std::function<void()> TroubledFarm::cut_line() {
+  any_line().cut();
+  return nothing_to_undo;
+}
+
+std::function<void()> TroubledFarm::break_line() {
+  test::FaultProxy& line = any_line();
+  line.refuse(true);
+  line.cut();
+  return [&line] { line.refuse(false); };
+}
+
+std::function<void()> TroubledFarm::stall_line() {
+  test::FaultProxy& line = any_line();
+  const std::uint64_t ways = 1 + random_() % 3;
+  const auto stall = [&line, ways](bool on) {
+    line.stall(Way::there, on && (ways & 1) != 0);
+    line.stall(Way::back, on && (ways & 2) != 0);
+  };
+  stall(true);
+  return [stall] { stall(false); };
+}
+
+std::function<void()> TroubledFarm::slow_line() {
+  test::FaultProxy& line = any_line();
+  const auto slow = [&line](milliseconds most) {
+    line.delay(Way::there, milliseconds(0), most);
+    line.delay(Way::back, milliseconds(0), most);
+  };
+  slow(milliseconds(500));
+  return [slow] { slow(milliseconds(0)); };
+}
+
+std::function<void()> TroubledFarm::fill_disk() {
+  disk_->fill(kDiskMib);
+  return [this] { disk_->make_room(); };
+}
+
+/// Less is left than --reserve-gib wants.
+std::function<void()> TroubledFarm::fill_disk_nearly() {
+  const std::uint64_t left = std::filesystem::space(farm_.folder()).available >> 20;
+  disk_->fill(left > 32 ? static_cast<int>(left - 32) : 0);
+  return [this] { disk_->make_room(); };
+}
+
+}  // namespace lightmill::soak

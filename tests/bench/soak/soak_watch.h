@@ -1,0 +1,42 @@
+// What the processes of a soak take, over time, and whether that grows.
+#pragma once
+
+#include <sys/types.h>
+
+#include <map>
+#include <string>
+#include <vector>
+
+namespace lightmill::soak {
+
+/// The longest life of a process, and what it took in the middle third of it and in the last.
+struct Trend {
+  double seconds = 0;
+  double memory_mib[2] = {0, 0};   ///< resident: medians
+  double descriptors[2] = {0, 0};  ///< open files and sockets: medians
+  /// Lives of less than kLeastSeconds say nothing of growth.
+  bool judged() const { return seconds >= kLeastSeconds; }
+  /// At most a tenth and 16 MiB more memory in the last third than in the middle one, and four descriptors.
+  bool flat() const { return memory_mib[1] <= 1.1 * memory_mib[0] + 16 && descriptors[1] <= descriptors[0] + 4; }
+  static constexpr double kLeastSeconds = 240;
+};
+
+class ProcessWatch {
+ public:
+  /// What the process of this name takes now. Another pid than before is another life.
+  void sample(const std::string& name, pid_t pid, double now_seconds);
+  std::map<std::string, Trend> trends() const;
+
+ private:
+  struct Sample {
+    double seconds, memory_mib, descriptors;
+  };
+  struct Life {
+    pid_t pid = 0;
+    std::vector<Sample> samples;
+    double seconds() const { return samples.empty() ? 0 : samples.back().seconds - samples.front().seconds; }
+  };
+  std::map<std::string, std::vector<Life>> lives_;
+};
+
+}  // namespace lightmill::soak
