@@ -8,6 +8,17 @@ set -eu
 cd "$(dirname "$0")/../.."
 . deploy/environment.sh
 
+case "${1:-}" in
+  -h | --help)
+    echo "usage: tests/bench/course_tables.sh [OPTION ...]
+
+Prints the tables of docs/measurements.md that the course asks for, after it has fetched the models. Options go to course_bench:
+"
+    [ ! -x build/release/bench/course_bench ] || build/release/bench/course_bench --help
+    exit
+    ;;
+esac
+
 [ -x build/release/bench/course_bench ] || { echo "$0: build it first: ninja -C build/release course_bench" >&2; exit 2; }
 scenes/get-models >&2
 echo "$(sed -n 's/^model name[^:]*: //p' /proc/cpuinfo | head -n 1), $(nproc) cores, one of them used; load $(cut -d ' ' -f 1 /proc/loadavg)."

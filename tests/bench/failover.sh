@@ -5,7 +5,12 @@
 set -eu
 cd "$(dirname "$0")/../.."
 server=build/release/bin/lightmill-server
-[ $# -eq 1 ] || { echo "usage: $0 postgres://USER@HOST/DATABASE" >&2; exit 2; }
+usage='usage: tests/bench/failover.sh postgres://USER@HOST/DATABASE
+
+Prints how long a farm is without a coordinator when the one at work is killed, stopped, or ends, and another stands by. The
+database may be written to; build/release/bin/lightmill-server is measured.'
+case "${1:-}" in -h | --help) echo "$usage"; exit ;; esac
+[ $# -eq 1 ] || { echo "$usage" >&2; exit 2; }
 url=$1
 folder=$(mktemp -d)
 first=

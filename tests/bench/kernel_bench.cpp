@@ -21,8 +21,8 @@ struct Run {
   std::string bits;  ///< digest of all nodes' values
 };
 
-Run run(const TestScene& scene, const std::string& name, std::uint32_t level, std::uint64_t seed) {
-  const auto method = std::move(*make_method(scene.compiled(), {name, seed, 0}));
+Result<Run> run(const TestScene& scene, const std::string& name, std::uint32_t level, std::uint64_t seed) {
+  LM_ASSIGN_OR_RETURN(const auto method, make_method(scene.compiled(), {name, seed, 0}));
   const auto workspace = method->make_workspace();
   const TileGrid grid({0, 0, scene.compiled()->film_width(), scene.compiled()->film_height()});
   Run result;
@@ -35,6 +35,11 @@ Run run(const TestScene& scene, const std::string& name, std::uint32_t level, st
   result.seconds = thread_cpu_seconds() - start;
   result.bits = hasher.finish().hex();
   return result;
+}
+
+int fail(const Status& status) {
+  fmt::print(stderr, "kernel_bench: {}\n", message_of(status));
+  return 2;
 }
 
 }  // namespace
@@ -53,14 +58,20 @@ int main(int argc, char** argv) {
   CLI11_PARSE(app, argc, argv);
 
   for (const std::string& path : scenes) {
+    if (const auto loaded = load_scene(std::vector{std::filesystem::path(path)}); !loaded.ok()) {
+      return fail(loaded.status());
+    }
     const TestScene scene = TestScene(path, read_image).resized(size, size);
     for (int i = 0; i < runs; ++i) {
       EmbreeShare share;
       share.start();
-      const Run result = run(scene, method, level, 1);
+      const Result<Run> result = run(scene, method, level, 1);
       share.stop();
-      std::printf("%7.3f s  %5.1f %% inside Embree  %s  %s %s\n", result.seconds, share.percent(), result.bits.c_str(),
-                  method.c_str(), path.substr(path.rfind('/') + 1).c_str());
+      if (!result.ok()) {
+        return fail(result.status());
+      }
+      std::printf("%7.3f s  %5.1f %% inside Embree  %s  %s %s\n", result->seconds, share.percent(),
+                  result->bits.c_str(), method.c_str(), path.substr(path.rfind('/') + 1).c_str());
       std::fflush(stdout);
     }
   }

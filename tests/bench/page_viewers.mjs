@@ -3,6 +3,12 @@
 import {readFileSync} from 'node:fs';
 import {connect} from 'node:net';
 import {eventually, Farm} from '../e2e/farm.mjs';
+import {helpOf} from './usage.mjs';
+
+helpOf(`usage: node tests/bench/page_viewers.mjs FOLDER-OF-PROGRAMS [VIEWERS [SECONDS]]
+
+Prints what share of a core the coordinator takes without and with VIEWERS (100) of one job, each over SECONDS (20).
+FOLDER-OF-PROGRAMS: build/release/bin.`);
 
 const [programs, viewerCount = '100', seconds = '20'] = process.argv.slice(2);
 

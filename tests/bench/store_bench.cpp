@@ -26,17 +26,16 @@ std::shared_ptr<const Node> node_of(std::uint32_t index) {
   return node;
 }
 
-std::unique_ptr<Store> open(const std::string& data, const std::string& url) {
+Result<std::unique_ptr<Store>> open(const std::string& data, const std::string& url) {
   if (url.empty()) {
-    return open_sqlite_store(std::filesystem::path(data) / "bench.sqlite").value();
+    return open_sqlite_store(std::filesystem::path(data) / "bench.sqlite");
   }
   PostgresOptions options;
   options.url = url;
   options.wait = [](std::chrono::milliseconds) { return false; };
   options.on_deposed = [](const Status& why) { LM_CHECK(false, "{}", message_of(why)); };
-  Result<PostgresStores> stores = open_postgres(options);
-  LM_CHECK(stores.ok(), "{}", message_of(stores.status()));
-  return std::move(stores->store);
+  LM_ASSIGN_OR_RETURN(PostgresStores stores, open_postgres(options));
+  return std::move(stores.store);
 }
 
 }  // namespace
@@ -45,16 +44,26 @@ int main(int argc, char** argv) {
   CLI::App app{"How fast stores take what a farm writes."};
   std::string data, url;
   std::uint32_t nodes = 100, commits = 30;
-  auto* in_folder = app.add_option("--data", data, "an empty folder");
-  app.add_option("--store", url, "an empty database")->excludes(in_folder);
-  app.add_option("--nodes", nodes, "of a commit")->capture_default_str();
-  app.add_option("--commits", commits)->capture_default_str();
+  auto* where = app.add_option_group("where")->require_option(1);
+  where->add_option("--data", data, "an empty folder")->check(CLI::ExistingDirectory);
+  where->add_option("--store", url, "an empty database: postgres://USER@HOST/DATABASE");
+  app.add_option("--nodes", nodes, "of a commit")->capture_default_str()->check(CLI::Range(1, 1024));
+  app.add_option("--commits", commits)->capture_default_str()->check(CLI::Range(1, 100'000));
   CLI11_PARSE(app, argc, argv);
 
-  const auto store = open(data, url);
+  const auto opened = open(data, url);
+  if (!opened.ok()) {
+    fmt::print(stderr, "store_bench: {}\n", message_of(opened.status()));
+    return 2;
+  }
+  const std::unique_ptr<Store>& store = *opened;
   LM_CHECK(store->load().ok());
   JobRecord record;
   record.id = JobId{1};
+  RenderSettings& settings = record.spec.settings;  // a film of a tile a node
+  settings.width = static_cast<int>(64 * nodes);
+  settings.height = 64;
+  settings.crop = {0, 0, settings.width, settings.height};
   LM_CHECK(store->commit(std::vector<StoreOp>{PutJob{record}}).ok());
   std::vector<double> seconds;
   for (std::uint32_t round = 0; round < commits; ++round) {
@@ -79,7 +88,7 @@ int main(int argc, char** argv) {
               nodes / median, seconds.back() * 1e3);
   const auto start = SteadyClock::now();
   const Result<StoredState> state = store->load();
-  LM_CHECK(state.ok());
+  LM_CHECK(state.ok(), "{}", message_of(state.status()));
   std::printf("%zu nodes loaded in %.0f ms\n", state->jobs.at(0).nodes.size(),
               std::chrono::duration<double>(SteadyClock::now() - start).count() * 1e3);
   return 0;

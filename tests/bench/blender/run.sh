@@ -7,6 +7,12 @@ set -eu
 cd "$(dirname "$0")/../../.."
 . deploy/environment.sh
 
+usage='usage: tests/bench/blender/run.sh [FOLDER [SAMPLES]]
+
+Renders one scene by Cycles and by Lightmill, with SAMPLES (512) a pixel, and prints how far the pictures, which stay in FOLDER
+(build/bench/blender), are from each other. Needs Blender: the one that LIGHTMILL_BLENDER names, or blender.'
+case "${1:-}" in -h | --help) echo "$usage"; exit ;; -*) echo "$usage" >&2; exit 2 ;; esac
+
 folder=${1:-build/bench/blender}
 samples=${2:-512}
 mkdir -p "$folder"
