@@ -1,6 +1,7 @@
 #include "tests/fuzz/mutate.h"
 
 #include <algorithm>
+#include <cstdlib>
 
 namespace lightmill {
 namespace {
@@ -60,6 +61,11 @@ std::uint64_t FuzzRandom::next() {
   z = (z ^ (z >> 30)) * 0xbf58476d1ce4e5b9u;
   z = (z ^ (z >> 27)) * 0x94d049bb133111ebu;
   return z ^ (z >> 31);
+}
+
+int fuzz_cases(int usual) {
+  const char* const asked = std::getenv("LIGHTMILL_FUZZ_CASES");
+  return asked == nullptr ? usual : std::max(usual, std::atoi(asked));
 }
 
 std::string mutate(std::string_view original, std::span<const std::string_view> words, FuzzRandom& random) {

@@ -20,6 +20,9 @@ class FuzzRandom {
   std::uint64_t state_;
 };
 
+/// How many damaged inputs a test tries: `usual`, or what LIGHTMILL_FUZZ_CASES says if that is more.
+int fuzz_cases(int usual);
+
 /// A copy of `original` after one to eight random edits: bytes changed, removed, repeated, moved, cut off, or words put
 /// in.
 std::string mutate(std::string_view original, std::span<const std::string_view> words, FuzzRandom& random);

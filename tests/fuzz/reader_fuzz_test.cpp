@@ -30,7 +30,8 @@ std::string choose(char reader, std::string_view bytes) {
 
 /// `original` must be taken; of the damaged ones some are, and some are not.
 void expect_survival(const std::vector<std::string>& originals, const std::function<bool(std::string_view)>& reader,
-                     std::uint64_t seed, int rounds) {
+                     std::uint64_t seed, int usual_rounds) {
+  const int rounds = fuzz_cases(usual_rounds);
   for (std::size_t i = 0; i < originals.size(); ++i) {
     EXPECT_TRUE(reader(originals[i])) << "original " << i;
   }

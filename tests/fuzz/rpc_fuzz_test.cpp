@@ -1,13 +1,16 @@
 // Whatever is sent to a coordinator as a request, it answers, says what is wrong with it, and lives on.
 #include <gtest/gtest.h>
 
+#include <thread>
+
 #include "tests/fuzz/mutate.h"
 #include "tests/fuzz/rpc_target.h"
 
 namespace lightmill {
 namespace {
 
-constexpr int kRoundsOfMethod = 600;
+constexpr int kUsualRequests = 150;  // of a method
+constexpr int kThreads = 16;         // where more are asked for: most of the time is spent waiting for streams
 constexpr std::array<std::string_view, 8> kWords{"\xff\xff\xff\xff\x0f",
                                                  "\xff\xff\xff\xff\xff\xff\xff\xff\xff\x01",
                                                  "\x08\x01",
@@ -17,42 +20,68 @@ constexpr std::array<std::string_view, 8> kWords{"\xff\xff\xff\xff\x0f",
                                                  "../../etc/passwd",
                                                  std::string_view("\0\0\xc0\x7f", 4)};
 
-TEST(RpcFuzz, DamagedRequestsOfAllMethodsAreAnswered) {
-  fuzz::RpcTarget farm;
-  ASSERT_GE(farm.methods().size(), 20u);
-  FuzzRandom random(30);
-  int sent = 0;
-  std::map<std::string, int> answered;
+using Answers = std::map<std::string, int>;
+
+/// Damages the example of a method until it is still a message, or several.
+std::vector<std::string> damaged_requests(const fuzz::RpcTarget::Method& method, const std::string& original,
+                                          FuzzRandom& random) {
+  std::vector<std::string> requests;
+  while (requests.empty()) {
+    for (std::size_t i = 0; i <= random.below(3); ++i) {
+      const std::string request = mutate(original, kWords, random);
+      if (fuzz::RpcTarget::is_message(method.request, request)) {
+        requests.push_back(request);
+      }
+    }
+  }
+  if (!method.path.ends_with("/Work") && !method.path.ends_with("/UploadAsset")) {
+    requests.resize(1);
+  } else if (random.below(2) == 0) {
+    requests.insert(requests.begin(), original);
+  }
+  return requests;
+}
+
+/// Sends so many damaged requests of each method; how often each was answered.
+Answers send_damaged(fuzz::RpcTarget& farm, int of_each, std::uint64_t seed) {
+  FuzzRandom random(seed);
+  Answers answered;
   std::vector<fuzz::RpcTarget::Method> methods = farm.methods();
   std::ranges::stable_partition(methods, [](const fuzz::RpcTarget::Method& method) {  // jobs end last
     return !method.path.ends_with("/CancelJob") && !method.path.ends_with("/DeleteJob");
   });
   for (const fuzz::RpcTarget::Method& method : methods) {
     const std::string original = farm.example(method);
-    ASSERT_TRUE(fuzz::RpcTarget::is_message(method.request, original)) << method.path;
-    for (int round = 0; round < kRoundsOfMethod; ++round) {
-      std::vector<std::string> requests;
-      for (std::size_t i = 0; i <= random.below(3); ++i) {
-        const std::string request = mutate(original, kWords, random);
-        if (fuzz::RpcTarget::is_message(method.request, request)) {
-          requests.push_back(request);
-        }
-      }
-      if (requests.empty()) {
-        continue;
-      }
-      if (!method.path.ends_with("/Work") && !method.path.ends_with("/UploadAsset")) {
-        requests.resize(1);
-      } else if (random.below(2) == 0) {
-        requests.insert(requests.begin(), original);
-      }
-      ++sent;
-      const grpc::StatusCode code = farm.call(method, requests);
+    EXPECT_TRUE(fuzz::RpcTarget::is_message(method.request, original)) << method.path;
+    for (int i = 0; i < of_each; ++i) {
+      const grpc::StatusCode code = farm.call(method, damaged_requests(method, original, random));
       const bool more_to_say = code == grpc::StatusCode::CANCELLED;
       answered[method.path] += code == grpc::StatusCode::OK || more_to_say ? 1 : 0;
     }
   }
-  EXPECT_GT(sent, kRoundsOfMethod * static_cast<int>(farm.methods().size()) / 4);
+  return answered;
+}
+
+TEST(RpcFuzz, DamagedRequestsOfAllMethodsAreAnswered) {
+  fuzz::RpcTarget farm;
+  const int methods = static_cast<int>(farm.methods().size());
+  ASSERT_GE(methods, 20);
+  const int usual = kUsualRequests * methods, cases = fuzz_cases(usual), threads = cases > usual ? kThreads : 1;
+  const int of_each = (cases + methods * threads - 1) / (methods * threads);
+  std::vector<Answers> answers(static_cast<std::size_t>(threads));
+  {
+    std::vector<std::jthread> senders;
+    for (std::size_t i = 0; i < answers.size(); ++i) {
+      senders.emplace_back([&, i] { answers[i] = send_damaged(farm, of_each, 30 + i); });
+    }
+  }
+  Answers answered;
+  for (const Answers& some : answers) {
+    for (const auto& [method, times] : some) {
+      answered[method] += times;
+    }
+  }
+  fmt::print("{} damaged requests sent\n", of_each * methods * threads);
   EXPECT_GT(answered["/lightmill.v1.RenderService/ListJobs"], 0);
   EXPECT_GT(answered["/lightmill.v1.RenderService/SubmitJob"], 0);
   EXPECT_GT(answered["/lightmill.v1.RenderService/GetFilm"], 0);

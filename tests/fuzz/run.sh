@@ -1,45 +1,100 @@
 #!/bin/sh
-# Fuzzes the readers of files and bytes: builds the libFuzzer programs and runs each for SECONDS (600 if not given), as many
+# Fuzzes the readers of files and bytes: builds the libFuzzer programs and runs each for a time, or so many inputs, as many
 # at once as there are cores. What they find lies in build/fuzz/findings; interesting inputs are kept in build/fuzz/inputs
-# and gone on from the next time.
+# and gone on from the next time. With --runs the seeded fuzz tests (messages, requests, pictures, rows of a store) run too.
 #
-#   tests/fuzz/run.sh [SECONDS [NAME...]]
+#   tests/fuzz/run.sh [SECONDS | --runs N] [NAME...]
 set -eu
 cd "$(dirname "$0")/../.."
 . deploy/environment.sh
 
 findings=build/fuzz/findings
+seeded='parser reader rpc stored'
 
-# fuzz SECONDS NAME: one of them.
+# is_seeded NAME
+is_seeded() {
+  case " $seeded " in *" $1 "*) ;; *) return 1 ;; esac
+}
+
+usage() {
+  echo "usage: tests/fuzz/run.sh [SECONDS | --runs N] [NAME...]
+
+Builds the fuzzers of readers and runs each for SECONDS (600 if nothing is given), or for N inputs; with --runs also the
+seeded fuzz tests of the release build, N cases in each of their loops.
+NAME: some of $(ls tests/fuzz/libfuzzer | sed -n 's/_fuzzer\.cpp$//p' | tr '\n' ' ')(all if none is given) and, with --runs, of $seeded
+Findings go to $findings. Exit codes: 0 no finding, 1 a finding or no build, 2 bad usage."
+}
+
+# is_count WORD
+is_count() {
+  case "$1" in '' | *[!0-9]*) return 1 ;; esac
+}
+
+# test_seeded LIMIT NAME: the GoogleTest program of that name.
+test_seeded() {
+  log=$findings/$2.log
+  LIGHTMILL_FUZZ_CASES=${1#-runs=} "build/release/tests/$2_fuzz_tests" >"$log" 2>&1 || echo "$2: failed, see $log" | tee -a "$findings/failed"
+  sed -n "s/^\[  PASSED  \]/$2: passed, of ${1#-runs=} cases a loop,/p" "$log"
+}
+
+# fuzz LIMIT NAME: one of them; LIMIT is an option of libFuzzer.
 fuzz() {
+  if is_seeded "$2"; then
+    test_seeded "$1" "$2"
+    return
+  fi
   mkdir -p "build/fuzz/inputs/$2"
   log=$findings/$2.log
-  "build/fuzz/bin/$2_fuzzer" -max_total_time="$1" -timeout=20 -max_len=8192 -print_final_stats=1 \
+  "build/fuzz/bin/$2_fuzzer" "$1" -timeout=20 -max_len=8192 -print_final_stats=1 \
     -artifact_prefix="$findings/$2-" -dict="tests/fuzz/libfuzzer/$2.dict" \
     "build/fuzz/inputs/$2" "tests/fuzz/seeds/$2" >"$log" 2>&1 || echo "$2: failed, see $log" | tee -a "$findings/failed"
   sed -n "s/^stat::number_of_executed_units: */$2: executed inputs: /p; s/^SUMMARY:/$2:/p" "$log"
 }
 
-if [ "${1:-}" = --one ]; then
-  fuzz "$2" "$3"
-  exit
-fi
+limit=-max_total_time=600
+case "${1:-}" in
+  --one)
+    fuzz "$2" "$3"
+    exit
+    ;;
+  -h | --help)
+    usage
+    exit
+    ;;
+  --runs)
+    is_count "${2:-}" || { usage >&2; exit 2; }
+    limit=-runs=$2
+    shift 2
+    ;;
+  *)
+    if is_count "${1:-}"; then
+      limit=-max_total_time=$1
+      shift
+    fi
+    ;;
+esac
+for name in "$@"; do
+  [ -e "tests/fuzz/libfuzzer/${name}_fuzzer.cpp" ] || { is_seeded "$name" && [ "${limit#-runs}" != "$limit" ]; } || { echo "$0: there is no fuzzer '$name'" >&2; usage >&2; exit 2; }
+done
 
-seconds=${1:-600}
-[ $# -eq 0 ] || shift
 deploy/setup --tests
 cmake --preset fuzz >/dev/null
 cmake --build --preset fuzz
+if [ "${limit#-runs}" != "$limit" ]; then
+  cmake --preset release -DLIGHTMILL_TESTS=ON >/dev/null
+  cmake --build build/release --target parser_fuzz_tests reader_fuzz_tests rpc_fuzz_tests stored_fuzz_tests
+fi
 if [ $# -eq 0 ]; then
   for program in build/fuzz/bin/*_fuzzer; do
     name=${program##*/}
     set -- "$@" "${name%_fuzzer}"
   done
+  [ "${limit#-runs}" = "$limit" ] || set -- "$@" $seeded
 fi
 
 rm -rf "$findings"
 mkdir -p "$findings"
-printf '%s\n' "$@" | xargs -n 1 -P "$(nproc)" tests/fuzz/run.sh --one "$seconds"
+printf '%s\n' "$@" | xargs -n 1 -P "$(nproc)" tests/fuzz/run.sh --one "$limit"
 if [ -e "$findings/failed" ]; then
   exit 1
 fi

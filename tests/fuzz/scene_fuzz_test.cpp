@@ -12,7 +12,7 @@
 namespace lightmill {
 namespace {
 
-constexpr int kRounds = 5000;
+const int kRounds = fuzz_cases(5000);
 
 const std::filesystem::path kScenes = std::filesystem::path(LIGHTMILL_SOURCE_DIR) / "scenes";
 

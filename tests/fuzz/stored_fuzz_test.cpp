@@ -14,7 +14,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr int kRounds = 500;
+const int kRounds = fuzz_cases(500);
 
 /// An SQLite file, as somebody with a hand in it sees it.
 class File {

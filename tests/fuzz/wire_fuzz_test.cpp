@@ -11,7 +11,7 @@
 namespace lightmill {
 namespace {
 
-constexpr int kRounds = 10'000;
+const int kRounds = fuzz_cases(10'000);
 constexpr std::array<std::string_view, 6> kWords{"\xff\xff\xff\xff\x0f",
                                                  "\xff\xff\xff\xff\xff\xff\xff\xff\xff\x01",
                                                  "\x0a\x05",
