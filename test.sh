@@ -1,6 +1,7 @@
 #!/bin/sh
 # Builds everything and runs the tests: all of them in release (the web page in a browser too), the fast ones again under
-# the address and undefined-behaviour sanitizers, and the fuzzers for seconds. --all adds the long runs.
+# the address and undefined-behaviour sanitizers, those with several threads under ThreadSanitizer, and the fuzzers for
+# seconds. --all adds the long runs, and runs all unit, simulation and statistical tests under ThreadSanitizer.
 #
 #   ./test.sh [--all]
 set -eu
@@ -8,9 +9,13 @@ cd "$(dirname "$0")"
 . deploy/environment.sh
 
 skip='long|bench'
+threaded='threads'
 case "${1:-}" in
   '') ;;
-  --all) skip='bench' ;;
+  --all)
+    skip='bench'
+    threaded='threads|unit|simulation|statistical'
+    ;;
   *)
     echo "usage: ./test.sh [--all]" >&2
     exit 2
@@ -67,6 +72,17 @@ echo '== address and undefined-behaviour sanitizers'
 configure asan
 cmake --build build/asan --target sanitized_tests
 run_tests asan -L "$sanitized" -LE "$skip|$alone" -j "$cores"
+
+# A race that shows one time in two is one, so nothing is tried again.
+echo '== thread sanitizer'
+configure tsan
+if [ "$threaded" = threads ]; then
+  cmake --build build/tsan --target thread_tests
+else
+  cmake --build build/tsan --target all_thread_tests
+fi
+run_tests tsan -L "$threaded" -LE "$skip|$alone" -j "$cores"
+run_tests tsan -L "$threaded" -L "$alone" -LE "$skip"
 
 echo '== fuzzers'
 configure fuzz

@@ -262,6 +262,19 @@ Farm::Farm(std::vector<std::string> server_options, Launch launch)
   start_server();
 }
 
+Farm::~Farm() {
+  for (const auto& entry : std::filesystem::directory_iterator(folder_.path())) {
+    if (entry.path().extension() != ".log") {
+      continue;
+    }
+    const std::string said = read_file(entry.path()).value();
+    if (const std::size_t at = std::min(said.find("WARNING: ThreadSanitizer"), said.find("ERROR: AddressSanitizer"));
+        at != std::string::npos) {
+      ADD_FAILURE() << entry.path().filename() << ": " << said.substr(at, 4000);
+    }
+  }
+}
+
 void Farm::start_server() {
   const std::filesystem::path port_file = folder_.path() / "port";
   std::filesystem::remove(port_file);

@@ -72,6 +72,10 @@ class Farm {
  public:
   /// Starts the coordinator and waits until it listens. Its state is in data() unless the options have a --store.
   explicit Farm(std::vector<std::string> server_options = {}, Launch launch = {"127.0.0.1", {}, {}});
+  /// Fails the test if a sanitizer has said something in one of its processes.
+  ~Farm();
+  Farm(const Farm&) = delete;
+  Farm& operator=(const Farm&) = delete;
 
   std::string address() const { return launch_.address + ":" + std::to_string(port_); }
   BackgroundProcess& server() { return *server_; }

@@ -1,0 +1,93 @@
+// The threads that render tiles: what they share must not change a bit.
+#include "worker/render/render_pool.h"
+
+#include <gtest/gtest.h>
+
+#include "tests/support/render_document.h"
+
+namespace lightmill {
+namespace {
+
+constexpr std::uint32_t kThreads = 4;
+constexpr int kSide = 96;  ///< pixels: four tiles, of which three are narrower
+
+/// Nodes by ticket, as they come.
+class Collected {
+ public:
+  void add(RenderedTile tile) {
+    const MutexLock lock(mutex_);
+    nodes_.insert_or_assign(tile.ticket, std::move(tile.node));
+    changed_.notify_one();
+  }
+  std::map<std::uint64_t, Node> wait_for(std::size_t count) {
+    const MutexLock lock(mutex_);
+    while (nodes_.size() < count) {
+      changed_.wait(mutex_);
+    }
+    return nodes_;
+  }
+
+ private:
+  Mutex mutex_;
+  CondVar changed_;
+  std::map<std::uint64_t, Node> nodes_ LM_GUARDED_BY(mutex_);
+};
+
+std::vector<RenderTask> tasks_of(const std::shared_ptr<const Method>& method) {
+  std::vector<RenderTask> tasks;
+  for (std::uint32_t index = 0; index < 3; ++index) {  // 2 samples each: passes that several tiles need
+    for (const PixelRect& rect :
+         {PixelRect{0, 0, 64, 64}, PixelRect{64, 0, 32, 64}, PixelRect{0, 64, 64, 32}, PixelRect{64, 64, 32, 32}}) {
+      tasks.push_back({tasks.size(), {1, index}, rect, method});
+    }
+  }
+  return tasks;
+}
+
+class RenderPoolTest : public testing::TestWithParam<const char*> {};
+
+TEST_P(RenderPoolTest, ThreadsThatShareAMethodRenderWhatOneAloneDoes) {
+  const test::TestScene scene =
+      test::TestScene(LIGHTMILL_SOURCE_DIR "/scenes/cornell-bench-balls.json").resized(kSide, kSide);
+  const MethodSettings settings{.name = GetParam(), .seed = 5};
+  const auto make = [&] {
+    Result<std::unique_ptr<Method>> method = make_method(scene.compiled(), settings);
+    EXPECT_TRUE(method.ok()) << method.status();
+    return std::shared_ptr<const Method>(std::move(method).value());
+  };
+  const std::vector<RenderTask> tasks = tasks_of(make());
+  Collected collected;
+  RenderPool pool(kThreads, [&](RenderedTile tile) { collected.add(std::move(tile)); });
+  for (const RenderTask& task : tasks) {
+    pool.add(task);
+  }
+  const std::map<std::uint64_t, Node> nodes = collected.wait_for(tasks.size());
+  const std::shared_ptr<const Method> alone = make();
+  const std::unique_ptr<Workspace> workspace = alone->make_workspace();
+  for (const RenderTask& task : tasks) {
+    EXPECT_EQ(hash_of(nodes.at(task.ticket)), hash_of(alone->render(task.rect, task.range, *workspace)))
+        << "tile at " << task.rect.x << ", " << task.rect.y << ", from sample " << task.range.first();
+  }
+}
+INSTANTIATE_TEST_SUITE_P(Methods, RenderPoolTest,
+                         testing::Values("path", "caustic", "vcm", "ppm", "whitted", "preview"),
+                         [](const auto& info) { return std::string(info.param); });
+
+TEST(RenderPool, ItsEndDropsWhatWaits) {
+  const test::TestScene scene =
+      test::TestScene(LIGHTMILL_SOURCE_DIR "/scenes/cornell-bench-balls.json").resized(kSide, kSide);
+  Result<std::unique_ptr<Method>> made = make_method(scene.compiled(), {.name = "path"});
+  ASSERT_TRUE(made.ok()) << made.status();
+  const std::shared_ptr<const Method> method = std::move(made).value();
+  std::atomic<int> done = 0;
+  {
+    RenderPool pool(2, [&](const RenderedTile&) { ++done; });
+    for (std::uint64_t ticket = 0; ticket < 100; ++ticket) {
+      pool.add({ticket, {5, 0}, {0, 0, 64, 64}, method});
+    }
+  }
+  EXPECT_LT(done, 100);
+}
+
+}  // namespace
+}  // namespace lightmill
