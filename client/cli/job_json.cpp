@@ -89,6 +89,7 @@ json to_json(const v1::Job& job) {
       {"submitted_unix_ms", job.submitted_unix_ms()},
       {"finished_unix_ms", null_unless(job.finished_unix_ms() != 0, job.finished_unix_ms())},
       {"fingerprint_class", null_unless(!job.fingerprint_class().empty(), job.fingerprint_class())},
+      {"allow_mixed", job.allow_mixed()},
       {"render_digest", null_unless(!job.render_digest().empty(), hex_of(job.render_digest()))},
   };
 }

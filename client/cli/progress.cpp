@@ -138,6 +138,15 @@ std::string verification_text(const v1::Job& job) {
   return text;
 }
 
+std::string mixed_text(const v1::Job& job) {
+  if (!job.allow_mixed()) {
+    return "";
+  }
+  return "mixed: workers of every fingerprint class may render it; where they round differently, nobody gets the same "
+         "bits again. Results are verified only between machines of one class, and `lightmill verify` can tell of the "
+         "picture no more than that its file is unchanged";
+}
+
 std::string method_name(const v1::Job& job) {
   const auto& candidates = job.method_notes().candidates();
   return candidates.empty() ? job.method() : fmt::format("{}", fmt::join(candidates, " or "));
@@ -159,7 +168,7 @@ std::string how_chosen(const v1::Job& job) {
 }
 
 std::string method_text(const v1::Job& job) {
-  return method_name(job) + (job.method_notes().notices().empty() ? "" : " !");
+  return method_name(job) + (job.allow_mixed() ? ", mixed" : "") + (job.method_notes().notices().empty() ? "" : " !");
 }
 
 std::vector<std::string> method_lines(const v1::Job& job) {
@@ -173,6 +182,9 @@ std::vector<std::string> method_lines(const v1::Job& job) {
   }
   for (const std::string& notice : job.method_notes().notices()) {
     lines.push_back("note: " + notice);
+  }
+  if (job.allow_mixed()) {
+    lines.push_back(fmt::format("note: {}", mixed_text(job)));
   }
   return lines;
 }

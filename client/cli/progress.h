@@ -21,20 +21,24 @@ double fraction_done(const v1::Job& job);
 std::string error_text(const v1::Job& job);
 /// "relMSE 0.012/0.01": of a job that asks for an error, the upper end of what is known of it; empty without.
 std::string error_goal_text(const v1::Job& job);
-/// Of a list of jobs: with a "!" where the picture lacks some of the scene's light.
+/// Of a list of jobs: with "mixed" where the job allows mixed fingerprint classes, and with a "!" where the picture
+/// lacks some of the scene's light.
 std::string method_text(const v1::Job& job);
 /// "path"; of a job whose method a pilot is still to pick, those that it picks from: "path or caustic".
 std::string method_name(const v1::Job& job);
 /// Behind that: " (chosen by auto)", what a pilot does before the first sample or would have done, or nothing of a
 /// method that was asked for.
 std::string how_chosen(const v1::Job& job);
-/// For people who wait for the picture: how its method was chosen, and what of the light it lacks.
+/// For people who wait for the picture: how its method was chosen, what of the light it lacks, and mixed_text.
 std::vector<std::string> method_lines(const v1::Job& job);
 /// "12/64 spp", or "12 spp" without a sample goal: what all of the frame has.
 std::string samples_text(const v1::Job& job);
 
 /// "3 of 412 results were rendered again on another machine, alike", or why nothing was: "unaudited: ...".
 std::string verification_text(const v1::Job& job);
+
+/// What a job costs that allows mixed fingerprint classes; empty of all others.
+std::string mixed_text(const v1::Job& job);
 
 /// "128", or "16 to 128".
 std::string range_text(std::uint64_t least, std::uint64_t most);

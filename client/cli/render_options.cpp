@@ -163,6 +163,10 @@ void add_render_options(CLI::App& command, RenderOptions& options) {
       ->type_name("SHARE")
       ->check(readable(parse_share))
       ->capture_default_str();
+  command.add_flag(
+      "--allow-mixed", options.allow_mixed,
+      "let workers of every fingerprint class render it together, not of one alone: where they round differently, "
+      "nobody gets the same bits again, so the picture cannot be verified, and results only within a class");
   command.add_option("--name", options.name, "what to call the job (default: the scene's name)")->type_name("NAME");
   command.add_option("--owner", options.owner, "who asks (default: you)")->type_name("NAME");
 }
@@ -220,6 +224,7 @@ Result<PreparedJob> make_job(const RenderOptions& options, Signals& signals) {
   job.spec.host = as_name(host_name());
   job.spec.priority = options.priority;
   LM_ASSIGN_OR_RETURN(job.spec.verify_share, parse_share(options.verify));
+  job.spec.allow_mixed = options.allow_mixed;
   return job;
 }
 

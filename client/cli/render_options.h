@@ -24,6 +24,7 @@ struct RenderOptions {
   bool brute_force = false;
   std::int32_t priority = 0;
   std::string verify = "1%";
+  bool allow_mixed = false;
 };
 
 /// Used when none of --spp, --seconds and --error is given.

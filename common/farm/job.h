@@ -36,7 +36,11 @@ inline TileGrid grid_of(const RenderSettings& settings) {
 /// Bumped whenever any sample's bits change.
 inline constexpr const char* kRendererVersion = "lightmill-core-10";
 
-/// The render digest: SHA-256 of `settings` and the class. Everything that decides a sample is in it.
+/// Stands for the class of a job whose samples workers of any class may render; no worker's own.
+inline constexpr const char* kMixedClass = "mixed";
+
+/// The render digest: SHA-256 of `settings` and the class. Everything that decides a sample is in it, but for how
+/// workers round where the class is kMixedClass.
 Sha256 render_digest(const RenderSettings& settings, const std::string& fingerprint_class);
 
 /// Some thirty years: far below what the clock's 64 bits of nanoseconds hold.
@@ -83,6 +87,8 @@ struct JobSpec {
   JobId parent;                        ///< 0: none
   std::int32_t priority = 0;           ///< higher goes first
   double verify_share = kVerifyShare;  ///< of the results that are rendered again on another machine, 0 to 1
+  /// Workers of any class may render it: where their rounding differs, nobody gets the same bits again.
+  bool allow_mixed = false;
   Goal goal;
   RenderSettings settings;
 };
@@ -116,7 +122,8 @@ struct ErrorPoint {
 /// A job as it stands.
 struct JobStatus {
   JobId id;
-  std::string name, owner, host, method, fingerprint_class;
+  std::string name, owner, host, method;
+  std::string fingerprint_class;  ///< empty until fixed; kMixedClass of one that allows all
   MethodNotes method_notes;
   JobId parent;
   JobState state = JobState::queued;
@@ -141,6 +148,7 @@ struct JobStatus {
   std::vector<ErrorPoint> history;
   JobCounters counters;
   double verify_share = 0;
+  bool allow_mixed = false;
   std::uint64_t results_unverified = 0;  ///< that are still to be verified, or, at the end, could not be
   std::int64_t submitted_unix_ms = 0, finished_unix_ms = 0;  ///< 0: not yet
   Sha256 render_digest;                                      ///< zero until the class is fixed

@@ -227,6 +227,7 @@ void to_wire(const JobSpec& spec, v1::JobSpec* out) {
   to_wire(spec.goal, out->mutable_goal());
   to_wire(spec.settings, out->mutable_settings());
   out->set_verify_share(spec.verify_share);
+  out->set_allow_mixed(spec.allow_mixed);
 }
 
 Result<JobSpec> from_wire(const v1::JobSpec& spec) {
@@ -245,6 +246,7 @@ Result<JobSpec> from_wire(const v1::JobSpec& spec) {
     }
     out.verify_share = spec.verify_share();
   }
+  out.allow_mixed = spec.allow_mixed();
   LM_ASSIGN_OR_RETURN(out.goal, from_wire(spec.goal()));
   Result<RenderSettings> settings = from_wire(spec.settings());
   if (!settings.ok()) {
@@ -324,6 +326,7 @@ void to_wire(const JobStatus& status, v1::Job* out) {
   counters->set_results_verified(status.counters.results_verified);
   counters->set_nodes_dropped(status.counters.nodes_dropped);
   out->set_verify_share(status.verify_share);
+  out->set_allow_mixed(status.allow_mixed);
   out->set_results_unverified(status.results_unverified);
   out->set_submitted_unix_ms(status.submitted_unix_ms);
   out->set_finished_unix_ms(status.finished_unix_ms);
@@ -375,6 +378,7 @@ Result<JobStatus> from_wire(const v1::Job& job) {
                   counters.copies_leased(),  counters.non_finite(),        counters.results_verified(),
                   counters.nodes_dropped()};
   out.verify_share = job.verify_share();
+  out.allow_mixed = job.allow_mixed();
   out.results_unverified = job.results_unverified();
   out.submitted_unix_ms = job.submitted_unix_ms();
   out.finished_unix_ms = job.finished_unix_ms();

@@ -115,6 +115,7 @@ struct Worker {
 inline const std::string& machine_of(const WorkerHello& hello) {
   return hello.machine.empty() ? hello.host : hello.machine;
 }
+/// Of what it did for whichever job.
 inline Renderer renderer_of(const WorkerHello& hello) {
   return {hello.name, machine_of(hello)};
 }
@@ -149,6 +150,10 @@ struct Job {
   bool undecided() const { return !record.method_notes.candidates.empty(); }
   bool active() const {
     return record.state == JobState::queued || record.state == JobState::running || record.state == JobState::paused;
+  }
+  /// The class of what a worker of this class renders of it, where it may be one of several (see Renderer).
+  std::string class_of_result(const std::string& of_worker) const {
+    return record.spec.allow_mixed ? of_worker : std::string();
   }
   double active_seconds(Time now) const {
     return record.active_seconds + (active_since ? to_seconds(now - *active_since) : 0);
@@ -185,6 +190,10 @@ struct Job {
     return !undecided() && record.spec.goal.seconds > 0 && active_seconds(now) >= record.spec.goal.seconds;
   }
 };
+
+inline Renderer renderer_of(const WorkerHello& hello, const Job& job) {
+  return {hello.name, machine_of(hello), job.class_of_result(hello.fingerprint_class)};
+}
 
 struct Coordinator::State {
   State(const CoordinatorLimits& limits, StoredState stored, Time now);
@@ -230,7 +239,9 @@ struct Coordinator::State {
   static bool counts(const Worker& worker) { return worker.session && !worker.draining && !worker.quarantined; }
   bool wants_more(const Worker& worker) const;
   bool may_render(const Worker& worker, const Job& job) const;
-  /// Whether its results would be the job's, be the job too large for it or not.
+  /// Whether results of such workers would be the job's.
+  static bool suits(const std::string& fingerprint_class, const std::string& renderer_version, const Job& job);
+  /// The same of this one, be the job too large for it or not.
   static bool suits(const Worker& worker, const Job& job);
   /// Gives one more lease if the worker wants one and there is something for it; keeps `idle` up to date.
   bool serve_once(Worker& worker, Time now, Step& step);
@@ -311,8 +322,11 @@ struct Coordinator::State {
   bool in_quarantine(const Renderer& renderer) const;
   std::string reason_for_quarantine(const Renderer& renderer) const;
   void hold_in_quarantine(Worker& worker, const std::string& reason, Time now, Step& step);
-  /// Machines on which somebody is, or was lately, who may render the job.
-  std::vector<std::string> machines_for(const Job& job, Time now) const;
+  /// Who is here, or was lately, and may render the job: machines and classes, without names.
+  std::vector<Renderer> renderers_for(const Job& job, Time now) const;
+  /// What the film holds there, as a claim; nothing if the job is mixed and no worker of `by`'s class alone rendered
+  /// it.
+  std::optional<Claim> claim_of_film(const Job& job, const NodeKey& key, const Renderer& by) const;
   /// Whether nothing of the job is left to be verified by anybody who is there or was lately.
   bool verified_as_far_as_possible(const Job& job, Time now) const;
   /// Empty, or which samples two machines differ about while no third one is there.
@@ -356,6 +370,7 @@ struct Coordinator::State {
   struct Session {
     std::string worker;
     std::string machine;
+    std::string fingerprint_class;
     bool current = true;  ///< false once replaced or dismissed: only results count
   };
   std::unordered_map<SessionId, Session> sessions;

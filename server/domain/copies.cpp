@@ -142,10 +142,11 @@ bool Coordinator::State::copy_lease(const Lease& lease, Worker& worker, Time now
 bool Coordinator::State::take_over_verification(const Lease& lease, Worker& worker, Time now, Step& step) {
   Job& job = *jobs.at(lease.unit.job);
   const LeaseId from = lease.id, id = next_lease_id();
+  const Renderer by = renderer_of(worker.hello, job);
   Unit unit{job.id(), lease.unit.range, {}};
   for (std::size_t i = 0; i < lease.unit.tiles.size() && unit.tiles.size() < worker.hello.threads; ++i) {
     const TileId tile = lease.unit.tiles[i];
-    if (!lease.done[i] && job.verifications.take_over({unit.range, tile}, from, id, machine_of(worker.hello))) {
+    if (!lease.done[i] && job.verifications.take_over({unit.range, tile}, from, id, by)) {
       unit.tiles.push_back(tile);
     }
   }

@@ -24,7 +24,7 @@ struct JobRecord {
   JobState state = JobState::queued;
   std::string reason;
   GoalLimit reached = GoalLimit::none;  ///< of a done job
-  std::string fingerprint_class;        ///< empty until fixed
+  std::string fingerprint_class;        ///< empty until fixed; kMixedClass if it allows all
   double active_seconds = 0;
   double worker_seconds = 0;
   JobCounters counters;
@@ -57,9 +57,10 @@ struct PutNode {
 struct DropNode {
   NodeKey key;
 };
-/// Who rendered something. Machines are told apart by their name; empty: not known.
+/// Who rendered something. Machines are told apart by their name; empty: not known. The class is there for jobs that
+/// allow mixed ones alone, where only workers of one class can be compared.
 struct Renderer {
-  std::string worker, machine;
+  std::string worker, machine, fingerprint_class = {};
   friend auto operator<=>(const Renderer&, const Renderer&) = default;
 };
 /// Records who computed a merged result and its hash.

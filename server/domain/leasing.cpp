@@ -36,11 +36,15 @@ bool Coordinator::State::wants_more(const Worker& worker) const {
                                              held < std::size_t{limits.leases_per_worker} * kSmallUnitsFactor);
 }
 
+bool Coordinator::State::suits(const std::string& fingerprint_class, const std::string& renderer_version,
+                               const Job& job) {
+  const std::string& fixed = job.record.fingerprint_class;
+  return (job.record.spec.allow_mixed || fixed.empty() || fixed == fingerprint_class) &&
+         job.record.spec.settings.renderer_version == renderer_version;
+}
+
 bool Coordinator::State::suits(const Worker& worker, const Job& job) {
-  const bool same_class =
-      job.record.fingerprint_class.empty() || job.record.fingerprint_class == worker.hello.fingerprint_class;
-  return !worker.quarantined && same_class &&
-         job.record.spec.settings.renderer_version == worker.hello.renderer_version;
+  return !worker.quarantined && suits(worker.hello.fingerprint_class, worker.hello.renderer_version, job);
 }
 
 bool Coordinator::State::may_render(const Worker& worker, const Job& job) const {

@@ -260,7 +260,7 @@ void Coordinator::State::refresh_queue(Job& job) {
 }
 
 void Coordinator::State::start_job(Job& job, const Worker& worker, Step& step) {
-  job.record.fingerprint_class = worker.hello.fingerprint_class;
+  job.record.fingerprint_class = job.record.spec.allow_mixed ? kMixedClass : worker.hello.fingerprint_class;
   job.bound_at = LeaseId{epoch << 32 | lease_count};
   if (!job.undecided()) {
     job.digest = render_digest(job.record.spec.settings, job.record.fingerprint_class);

@@ -46,11 +46,12 @@ Status Coordinator::State::check_result(const Job& job, const WorkerResult& resu
 }
 
 void Coordinator::State::on_result(SessionId session, WorkerResult result, Time now, Step& step) {
-  const Renderer by{sessions.at(session).worker, sessions.at(session).machine};
-  const std::string& name = by.worker;
   const NodeKey key = result.key;
   const LeaseId lease_id = result.lease;
   Job* const job = find_job(key.job);
+  const Session& from = sessions.at(session);
+  const Renderer by{from.worker, from.machine, job == nullptr ? "" : job->class_of_result(from.fingerprint_class)};
+  const std::string& name = by.worker;
   const bool wanted = job != nullptr && job->active() && !job->record.fingerprint_class.empty() && !job->undecided() &&
                       job->digest == result.render_digest && !in_quarantine(by) && key.range.level <= kMaxRangeLevel &&
                       key.range.end() <= job->plan->goal_of(key.tile);
@@ -160,7 +161,7 @@ void Coordinator::State::merge_result(Job& job, const Renderer& by, WorkerResult
   MergeOutcome outcome = job.film.merge(key.tile, std::make_shared<const Node>(std::move(result.node)));
   if (outcome.kind != MergeOutcome::Kind::merged) {
     ++job.record.counters.results_duplicate;
-    if (outcome.kind == MergeOutcome::Kind::mismatch) {
+    if (outcome.kind == MergeOutcome::Kind::mismatch && !job.record.spec.allow_mixed) {
       note(step, Note::Level::warning,
            "job {}, tile {}, samples [{}, {}): worker {} has other bits than what was merged before; its result is "
            "dropped",

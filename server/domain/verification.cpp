@@ -27,7 +27,7 @@ bool is_chosen(const Sha256& secret, const NodeKey& key, double share) {
 Verdict judge(std::span<const Claim> claims) {
   std::set<Hash128> different;
   for (const Claim& one : claims) {
-    if (one.by != Renderer{}) {  // what was joined may have a part of a machine that has a claim of its own
+    if (!one.by.worker.empty()) {  // what was joined may have a part of a machine that has a claim of its own
       different.insert(one.hash);
     }
     const bool seconded = std::ranges::any_of(
@@ -39,13 +39,17 @@ Verdict judge(std::span<const Claim> claims) {
   return {different.size() >= 3 ? Verdict::Kind::program : Verdict::Kind::open, {}};
 }
 
+Verifications::Source Verifications::source_of(const Entry& entry) {
+  return {entry.claims.front().by.fingerprint_class, entry.claims.front().by.machine};
+}
+
 void Verifications::list(const Place& place, const Entry& entry) {
   if (entry.lease) {
     ++out_;
   } else if (entry.claims.size() > 1) {
     disputed_.insert(place);
   } else if (entry.lost < kMostLost) {
-    waiting_[entry.claims.front().by.machine].insert(place);
+    waiting_[source_of(entry)].insert(place);
   }
 }
 
@@ -55,7 +59,7 @@ void Verifications::unlist(const Place& place, const Entry& entry) {
     return;
   }
   disputed_.erase(place);
-  if (const auto found = waiting_.find(entry.claims.front().by.machine); found != waiting_.end()) {
+  if (const auto found = waiting_.find(source_of(entry)); found != waiting_.end()) {
     found->second.erase(place);
     if (found->second.empty()) {
       waiting_.erase(found);
@@ -111,18 +115,19 @@ std::vector<std::pair<Verifications::Place, std::optional<LeaseId>>> Verificatio
   return closed;
 }
 
-bool Verifications::may_claim(const Entry& entry, const std::string& machine) {
-  return std::ranges::none_of(entry.claims, [&](const Claim& claim) { return claim.by.machine == machine; });
+bool Verifications::may_claim(const Entry& entry, const Renderer& by) {
+  return entry.claims.front().by.fingerprint_class == by.fingerprint_class &&
+         std::ranges::none_of(entry.claims, [&](const Claim& claim) { return claim.by.machine == by.machine; });
 }
 
-std::vector<Verifications::Place> Verifications::next_for(const std::string& machine, std::size_t most) const {
+std::vector<Verifications::Place> Verifications::next_for(const Renderer& by, std::size_t most) const {
   for (const Place& place : disputed_) {
-    if (may_claim(entries_.at(place), machine)) {
+    if (may_claim(entries_.at(place), by)) {
       return {place};
     }
   }
-  for (const auto& [of, places] : waiting_) {
-    if (of == machine) {
+  for (const auto& [source, places] : waiting_) {
+    if (source.first != by.fingerprint_class || source.second == by.machine) {
       continue;
     }
     std::vector<Place> next;
@@ -143,9 +148,9 @@ void Verifications::lease(const Place& place, LeaseId lease) {
   list(place, entry);
 }
 
-bool Verifications::take_over(const Place& place, LeaseId from, LeaseId to, const std::string& machine) {
+bool Verifications::take_over(const Place& place, LeaseId from, LeaseId to, const Renderer& by) {
   const auto found = entries_.find(place);
-  if (found == entries_.end() || found->second.lease != from || !may_claim(found->second, machine)) {
+  if (found == entries_.end() || found->second.lease != from || !may_claim(found->second, by)) {
     return false;
   }
   found->second.lease = to;
@@ -166,10 +171,14 @@ void Verifications::release(const Place& place, LeaseId lease, bool lost) {
   }
 }
 
-bool Verifications::possible_on(std::span<const std::string> machines) const {
-  return std::ranges::any_of(machines, [&](const std::string& machine) {
-    return std::ranges::any_of(waiting_, [&](const auto& entry) { return entry.first != machine; }) ||
-           std::ranges::any_of(disputed_, [&](const Place& place) { return may_claim(entries_.at(place), machine); });
+bool Verifications::possible_for(std::span<const Renderer> all) const {
+  return std::ranges::any_of(all, [&](const Renderer& by) {
+    return std::ranges::any_of(waiting_,
+                               [&](const auto& entry) {
+                                 const auto& [of_class, machine] = entry.first;
+                                 return of_class == by.fingerprint_class && machine != by.machine;
+                               }) ||
+           std::ranges::any_of(disputed_, [&](const Place& place) { return may_claim(entries_.at(place), by); });
   });
 }
 

@@ -22,7 +22,8 @@ namespace lightmill {
 /// that nobody who renders can foresee it, and every coordinator of the farm says the same. `share` is from 0 to 1.
 bool is_chosen(const Sha256& secret, const NodeKey& key, double share);
 
-/// Who says that some samples have these bits. Several workers' joined node has no worker and no machine.
+/// Who says that some samples have these bits. Several workers' joined node has no worker and no machine. All claims of
+/// one place are by workers of one class.
 struct Claim {
   Renderer by;
   Hash128 hash;
@@ -90,12 +91,14 @@ class Verifications {
     }
   }
 
-  /// Places that a worker on this machine may be leased now, at most `most`, all with the range of the first.
-  std::vector<Place> next_for(const std::string& machine, std::size_t most) const;
+  /// Whether what it says of the place can be compared, and its machine has not said anything yet.
+  static bool may_claim(const Entry& entry, const Renderer& by);
+  /// Places that this worker may be leased now, at most `most`, all with the range of the first.
+  std::vector<Place> next_for(const Renderer& by, std::size_t most) const;
   void lease(const Place& place, LeaseId lease);
-  /// `to`, of a worker on this machine, works on the place instead of `from`. False, and as before, if `from` does not
-  /// work on it or the machine has made a claim.
-  bool take_over(const Place& place, LeaseId from, LeaseId to, const std::string& machine);
+  /// `to`, of this worker, works on the place instead of `from`. False, and as before, if `from` does not work on it or
+  /// the worker may not claim it.
+  bool take_over(const Place& place, LeaseId from, LeaseId to, const Renderer& by);
   /// The lease does not work on the place any more. Nothing happens if it did not.
   void release(const Place& place, LeaseId lease, bool lost);
 
@@ -104,18 +107,19 @@ class Verifications {
   bool waiting() const { return !waiting_.empty() || !disputed_.empty(); }  ///< some place could be leased
   /// Places where two claims differ, and that are not leased.
   const std::set<Place>& disputed() const { return disputed_; }
-  /// Whether a place waits that a worker on one of these machines could verify.
-  bool possible_on(std::span<const std::string> machines) const;
+  /// Whether a place waits that one of these could verify.
+  bool possible_for(std::span<const Renderer> all) const;
 
  private:
   /// Nothing differs any more, and nobody has chosen it.
   static bool is_settled(const Entry& entry) { return !entry.chosen && entry.claims.size() == 1 && !entry.lease; }
-  static bool may_claim(const Entry& entry, const std::string& machine);
   void list(const Place& place, const Entry& entry);
   void unlist(const Place& place, const Entry& entry);
 
   std::map<Place, Entry> entries_;
-  std::map<std::string, std::set<Place>> waiting_;  ///< with one claim, by the machine it is from; not leased
+  using Source = std::pair<std::string, std::string>;  ///< class and machine
+  static Source source_of(const Entry& entry);
+  std::map<Source, std::set<Place>> waiting_;  ///< with one claim, by where it is from; not leased
   std::set<Place> disputed_;
   std::size_t out_ = 0;
 };

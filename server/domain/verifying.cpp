@@ -85,8 +85,8 @@ void Coordinator::State::note_parts(Job& job, const NodeKey& key, const Renderer
 // ---- leases ----
 
 bool Coordinator::State::grant_verification(Worker& worker, Job& job, Time now, Step& step) {
-  const std::string& machine = machine_of(worker.hello);
-  std::vector<Verifications::Place> places = job.verifications.next_for(machine, 1);
+  const Renderer by = renderer_of(worker.hello, job);
+  std::vector<Verifications::Place> places = job.verifications.next_for(by, 1);
   if (places.empty()) {
     return false;
   }
@@ -94,7 +94,7 @@ bool Coordinator::State::grant_verification(Worker& worker, Job& job, Time now, 
   const std::uint32_t tiles = choose_tile_count(range, job.verifications.size() - job.verifications.out(),
                                                 job.pixels_of(places.front().tile), aim_for(worker, job));
   if (tiles > 1) {
-    places = job.verifications.next_for(machine, tiles);
+    places = job.verifications.next_for(by, tiles);
   }
   const LeaseId id = next_lease_id();
   Unit unit{job.id(), range, {}};
@@ -119,21 +119,21 @@ void Coordinator::State::end_verification_of(LeaseId id, TileId tile, Time now, 
   tile_done(id, tile, now, step, true);
 }
 
-std::vector<std::string> Coordinator::State::machines_for(const Job& job, Time now) const {
-  std::set<std::string> machines;
+std::vector<Renderer> Coordinator::State::renderers_for(const Job& job, Time now) const {
+  std::set<Renderer> all;
   for (const auto& [name, worker] : workers) {
     if (worker.session && !worker.draining && may_render(worker, job) &&
         now < worker.heard_at + limits.verifier_patience) {
-      machines.insert(machine_of(worker.hello));
+      all.insert({"", machine_of(worker.hello), job.class_of_result(worker.hello.fingerprint_class)});
     }
   }
   for (const auto& [machine, was] : absent) {
-    if (now < was.since + limits.verifier_patience && was.fingerprint_class == job.record.fingerprint_class &&
-        was.renderer_version == job.record.spec.settings.renderer_version && !in_quarantine({"", machine})) {
-      machines.insert(machine);
+    if (now < was.since + limits.verifier_patience && suits(was.fingerprint_class, was.renderer_version, job) &&
+        !in_quarantine({"", machine})) {
+      all.insert({"", machine, job.class_of_result(was.fingerprint_class)});
     }
   }
-  return {machines.begin(), machines.end()};
+  return {all.begin(), all.end()};
 }
 
 bool Coordinator::State::verified_as_far_as_possible(const Job& job, Time now) const {
@@ -144,7 +144,7 @@ bool Coordinator::State::verified_as_far_as_possible(const Job& job, Time now) c
     return true;
   }
   const bool others_may_come_back = machines_before.size() > 1 && now < started + limits.verifier_patience;
-  return !others_may_come_back && !job.verifications.possible_on(machines_for(job, now));
+  return !others_may_come_back && !job.verifications.possible_for(renderers_for(job, now));
 }
 
 std::string Coordinator::State::reason_for_dispute(const Job& job) const {
@@ -152,19 +152,35 @@ std::string Coordinator::State::reason_for_dispute(const Job& job) const {
     return "";
   }
   const Verifications::Place& place = *job.verifications.disputed().begin();
-  const std::vector<Claim>& claims = job.verifications.find(place)->claims;
-  const bool third = std::ranges::any_of(workers, [&](const auto& entry) {
-    const Worker& worker = entry.second;
+  const Verifications::Entry& entry = *job.verifications.find(place);
+  const bool third = std::ranges::any_of(workers, [&](const auto& each) {
+    const Worker& worker = each.second;
     return worker.session && !worker.draining && may_render(worker, job) &&
-           std::ranges::none_of(claims, [&](const Claim& each) { return each.by.machine == machine_of(worker.hello); });
+           Verifications::may_claim(entry, renderer_of(worker.hello, job));
   });
-  return third
-             ? ""
-             : fmt::format("waits for a worker on another machine: {} differ between {}, so that one of them is wrong",
-                           describe_place(job, place.tile, place.range), describe_renderers(claims));
+  const std::string& of_class = entry.claims.front().by.fingerprint_class;
+  return third ? ""
+               : fmt::format(
+                     "waits for a worker on another machine{}: {} differ between {}, so that one of them is wrong",
+                     of_class.empty() ? "" : " of class " + of_class, describe_place(job, place.tile, place.range),
+                     describe_renderers(entry.claims));
 }
 
 // ---- claims ----
+
+std::optional<Claim> Coordinator::State::claim_of_film(const Job& job, const NodeKey& key, const Renderer& by) const {
+  const auto found = job.parts.find({key.tile, key.range});
+  const std::span<const std::uint32_t> parts =
+      found == job.parts.end() ? std::span<const std::uint32_t>() : std::span(found->second);
+  if (std::ranges::any_of(
+          parts, [&](std::uint32_t part) { return renderers[part].fingerprint_class != by.fingerprint_class; })) {
+    return std::nullopt;
+  }
+  const std::vector<NodePtr>& forest = job.film.forest(key.tile);
+  const auto node = std::ranges::find_if(forest, [&](const NodePtr& each) { return each->range == key.range; });
+  return Claim{parts.size() == 1 ? renderers.at(parts.front()) : Renderer{"", "", by.fingerprint_class},
+               hash_of(**node)};
+}
 
 void Coordinator::State::compare_result(Job& job, const NodeKey& key, const Hash128& hash, const Renderer& by,
                                         bool differs, Time now, Step& step) {
@@ -175,13 +191,13 @@ void Coordinator::State::compare_result(Job& job, const NodeKey& key, const Hash
       return;
     }
     // Nobody was to verify these samples, but a copy has: what the film holds is the first claim.
-    const auto parts = job.parts.find({key.tile, key.range});
-    const bool one = parts != job.parts.end() && parts->second.size() == 1;
-    const std::vector<NodePtr>& forest = job.film.forest(key.tile);
-    const auto node = std::ranges::find_if(forest, [&](const NodePtr& each) { return each->range == key.range; });
-    job.verifications.open(place, {one ? renderers.at(parts->second.front()) : Renderer{}, hash_of(**node)}, false);
-  } else if (std::ranges::any_of(entry->claims, [&](const Claim& each) { return each.by.machine == by.machine; })) {
-    return;  // a machine is heard once
+    std::optional<Claim> first = claim_of_film(job, key, by);
+    if (!first) {
+      return;
+    }
+    job.verifications.open(place, *std::move(first), false);
+  } else if (!Verifications::may_claim(*entry, by)) {
+    return;  // a machine is heard once, and one of another class not at all
   }
   const Verdict verdict = job.verifications.claim(place, {by, hash});
   if (verdict.kind == Verdict::Kind::agreed) {
@@ -209,7 +225,7 @@ void Coordinator::State::settle_verification(Job& job, const NodeKey& key, const
     step.writes.push_back(PutVerified{key});
   }
   for (const Claim& claim : wrong) {
-    if (claim.by == Renderer{}) {
+    if (claim.by.worker.empty()) {
       note(step, Note::Level::warning,
            "{}: what several workers' results were joined to is wrong; it is rendered again",
            describe_place(job, key.tile, key.range));
@@ -255,7 +271,7 @@ void Coordinator::State::convict(const Renderer& guilty, const Job& job, const N
   const std::string reason = fmt::format("its {} differ from what {} have rendered alike",
                                          describe_place(job, key.tile, key.range), describe_renderers(agreed));
   if (!in_quarantine(guilty)) {
-    const QuarantineRecord record{guilty, reason, unix_ms(now)};
+    const QuarantineRecord record{{guilty.worker, guilty.machine}, reason, unix_ms(now)};
     quarantine[guilty.worker] = record;
     step.writes.push_back(PutQuarantine{record});
     note(step, Note::Level::warning, "worker {} is in quarantine: {}", describe_renderer(guilty), reason);

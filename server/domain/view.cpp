@@ -113,7 +113,7 @@ std::string Coordinator::State::reason_to_wait(const Job& job) const {
           return fmt::format("waits for a larger worker; for {} {}", name, too_large->second);
         }
       }
-      const std::string& fixed = job.record.fingerprint_class;
+      const std::string fixed = job.record.spec.allow_mixed ? "" : job.record.fingerprint_class;
       return fmt::format("waits for a worker with renderer {}{}{}", job.record.spec.settings.renderer_version,
                          fixed.empty() ? "" : " and fingerprint class ", fixed);
     }
@@ -164,6 +164,7 @@ JobStatus Coordinator::State::describe(const Job& job, Time now) const {
   status.history = record.history;
   status.counters = record.counters;
   status.verify_share = spec.verify_share;
+  status.allow_mixed = spec.allow_mixed;
   status.results_unverified = job.verifications.size();
   status.submitted_unix_ms = record.submitted_unix_ms;
   status.finished_unix_ms = record.finished_unix_ms;

@@ -19,6 +19,9 @@ Status check_hello(const WorkerHello& hello) {
   LM_RETURN_IF_ERROR(check_name("the worker's host", hello.host));
   LM_RETURN_IF_ERROR(check_name("the worker's machine", hello.machine));
   LM_RETURN_IF_ERROR(check_name("the worker's fingerprint class", hello.fingerprint_class));
+  if (hello.fingerprint_class == kMixedClass) {
+    return invalid_argument("the worker's fingerprint class: '{}' stands for many", kMixedClass);
+  }
   return check_name("the worker's renderer version", hello.renderer_version);
 }
 
@@ -58,7 +61,7 @@ void Coordinator::State::connect(SessionId session, const WorkerHello& hello, Ti
   if (sessions.empty()) {
     next_silence_look = now + limits.silence;
   }
-  sessions[session] = {as_name(hello.name), as_name(machine_of(hello)), false};
+  sessions[session] = {as_name(hello.name), as_name(machine_of(hello)), as_name(hello.fingerprint_class), false};
   if (const Status status = check_hello(hello); !status.ok()) {
     dismiss(session, message_of(status), now, step);
     return;

@@ -166,8 +166,7 @@ Result<Hash128> hash_in(std::string_view bytes) {
   return hash;
 }
 
-std::uint32_t RendererTable::index_of(std::string_view worker, std::string_view machine) {
-  Renderer renderer{std::string(worker), std::string(machine)};
+std::uint32_t RendererTable::index_of(Renderer renderer) {
   const auto [at, fresh] = indices_.try_emplace(renderer, static_cast<std::uint32_t>(renderers_.size()));
   if (fresh) {
     renderers_.push_back(std::move(renderer));

@@ -53,7 +53,7 @@ Result<Hash128> hash_in(std::string_view bytes);
 /// Gives everybody who rendered something a number, from 0 on.
 class RendererTable {
  public:
-  std::uint32_t index_of(std::string_view worker, std::string_view machine);
+  std::uint32_t index_of(Renderer renderer);
   std::vector<Renderer> take() { return std::move(renderers_); }
 
  private:

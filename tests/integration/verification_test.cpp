@@ -10,10 +10,12 @@ namespace {
 using std::chrono::seconds;
 
 std::unique_ptr<BackgroundProcess> start_liar(const Farm& farm, const std::string& name, const std::string& machine,
-                                              const std::string& share) {
-  return std::make_unique<BackgroundProcess>(
-      std::vector<std::string>{LIGHTMILL_LYING_WORKER, farm.address(), name, machine, share},
-      (farm.folder() / (name + ".log")).string());
+                                              const std::string& share, const std::string& of_class = "") {
+  std::vector<std::string> arguments{LIGHTMILL_LYING_WORKER, farm.address(), name, machine, share};
+  if (!of_class.empty()) {
+    arguments.push_back(of_class);
+  }
+  return std::make_unique<BackgroundProcess>(arguments, (farm.folder() / (name + ".log")).string());
 }
 
 std::vector<v1::Worker> workers_of(Farm& farm) {
@@ -39,11 +41,12 @@ void wait_for_workers(Farm& farm, std::ptrdiff_t count) {
   }
 }
 
-v1::Job submit_verified(Farm& farm, const Picture& picture, double share) {
+v1::Job submit_verified(Farm& farm, const Picture& picture, double share, bool allow_mixed = false) {
   FarmClient client = farm.client();
   client.upload_assets(shipped_scene(picture.scene));
-  JobSpec spec = job_of(picture, "verified");
+  JobSpec spec = job_of(picture, allow_mixed ? "mixed" : "verified");
   spec.verify_share = share;
+  spec.allow_mixed = allow_mixed;
   v1::SubmitJobRequest request;
   to_wire(spec, &request);
   v1::Job job;
@@ -93,6 +96,52 @@ TEST_P(Verification, ALiarAmongThreeMachinesChangesNothing) {
 }
 INSTANTIATE_TEST_SUITE_P(Lies, Verification, testing::Values("1", "0.2"),
                          [](const auto& info) { return info.index == 0 ? "Always" : "InOneOfFive"; });
+
+/// What the whole picture's first half has in all its pixels, at most so many of their last bits apart.
+void expect_near(const FilmPlanes& film, const FilmPlanes& other) {
+  ASSERT_EQ(film.mean_a.size(), other.mean_a.size());
+  for (std::size_t i = 0; i < film.mean_a.size(); ++i) {
+    ASSERT_NEAR(film.mean_a[i], other.mean_a[i], 1e-6f * (1 + other.mean_a[i])) << i;
+  }
+}
+
+// Workers of two classes, of which each node of the one has another last bit, render one picture together: nobody is
+// accused, and each class verifies its own.
+TEST(MixedFarm, RendersThePictureButForItsLastBits) {
+  Farm farm;
+  farm.add_worker(1, "usual");
+  const auto one = start_liar(farm, "other-1", "machine-1", "1", "other class"),
+             two = start_liar(farm, "other-2", "machine-2", "1", "other class");
+  wait_for_workers(farm, 3);
+  Picture picture;
+  picture.side = 256;
+  picture.samples = 24;
+  const v1::Job job = submit_verified(farm, picture, 1, true);
+  const v1::Job ended = farm.client().wait_until_ended(job.id());
+  ASSERT_EQ(ended.state(), v1::JOB_STATE_DONE) << ended.ShortDebugString();
+  EXPECT_EQ(ended.min_tile_samples(), picture.samples);
+  EXPECT_EQ(ended.max_tile_samples(), picture.samples);
+  EXPECT_EQ(ended.fingerprint_class(), kMixedClass);
+  EXPECT_TRUE(ended.allow_mixed());
+  EXPECT_GT(ended.counters().results_verified(), 0u) << "the other class has two machines";
+  EXPECT_GT(ended.results_unverified(), 0u) << "the usual one has one";
+  EXPECT_EQ(ended.counters().nodes_dropped(), 0u);
+  const std::vector<v1::Worker> workers = workers_of(farm);
+  for (const char* name : {"usual", "other-1", "other-2"}) {
+    ASSERT_NE(named(workers, name), nullptr);
+    EXPECT_EQ(named(workers, name)->quarantine(), "");
+    EXPECT_GT(named(workers, name)->results(), 0u);
+  }
+  // The usual class alone gives the reference; the other's values are floats next to its.
+  one->send(SIGTERM);
+  two->send(SIGTERM);
+  EXPECT_TRUE(one->wait(seconds(30)) && two->wait(seconds(30)));
+  const v1::Job alone = submit_verified(farm, picture, 0);
+  expect_reference_film(farm.client(), alone.id(), picture);
+  const FilmPlanes mixed = farm.client().film(job.id()), usual = farm.client().film(alone.id());
+  EXPECT_NE(film_hash(mixed).hex(), film_hash(usual).hex());
+  expect_near(mixed, usual);
+}
 
 TEST(UnverifiedFarm, SaysSo) {
   Farm farm;

@@ -55,6 +55,7 @@ struct PlantedBugs {
   bool drop_when_full = false;             ///< what a full disk refuses counts as stored
   bool hide_damage = false;                ///< damaged nodes are loaded as if they were whole
   bool no_epochs = false;                  ///< a deposed coordinator may write
+  bool hide_classes = false;               ///< workers of the other class say that they are of the usual one
 };
 
 struct Report {
@@ -73,6 +74,7 @@ struct Report {
   std::uint64_t unverified = 0;  ///< results of done jobs that could not be verified
   std::uint64_t too_large = 0;   ///< times that a worker left a job to others
   std::uint64_t convicted = 0;   ///< times that somebody was put into quarantine
+  std::uint64_t mixed = 0;       ///< jobs whose films have results of two classes
   bool lied = false;             ///< a worker has sent wrong sums
   double job_seconds = 0;        ///< of a race: from its job's submission until it is done
   double last_part_seconds = 0;  ///< of a race: from 95 % of the job's pixel samples until it is done

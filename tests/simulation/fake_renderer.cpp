@@ -1,21 +1,22 @@
 #include "tests/simulation/fake_renderer.h"
 
 #include <bit>
+#include <cmath>
 
 #include "tests/simulation/random.h"
 
 namespace lightmill::simulation {
 
 NodePtr FakeRenderer::node(const Sha256& digest, TileId tile, SampleRange range, std::size_t pixels,
-                           const NodeLayout& layout) {
-  NodePtr& known = nodes_[{digest, tile, range}];
+                           const NodeLayout& layout, bool rounds_up) {
+  NodePtr& known = nodes_[{digest, tile, range, rounds_up}];
   if (known != nullptr) {
     return known;
   }
   if (range.level > 0) {
-    const NodePtr left = node(digest, tile, range.left_child(), pixels, layout);
-    const NodePtr right = node(digest, tile, range.right_child(), pixels, layout);
-    return nodes_[{digest, tile, range}] = std::make_shared<const Node>(join(*left, *right, layout));
+    const NodePtr left = node(digest, tile, range.left_child(), pixels, layout, rounds_up);
+    const NodePtr right = node(digest, tile, range.right_child(), pixels, layout, rounds_up);
+    return nodes_[{digest, tile, range, rounds_up}] = std::make_shared<const Node>(join(*left, *right, layout));
   }
   Random bits(std::hash<Sha256>{}(digest) ^ (std::uint64_t{tile.value} << 40) ^ range.index);
   const std::size_t half = layout.summed * pixels;
@@ -28,7 +29,10 @@ NodePtr FakeRenderer::node(const Sha256& digest, TileId tile, SampleRange range,
   for (std::size_t i = 2 * half; i < sample.values.size(); ++i) {
     sample.values[i] = bits.chance(0.2) ? 0.0f : static_cast<float>(bits.uniform()) + 1e-3f;
   }
-  return nodes_[{digest, tile, range}] = std::make_shared<const Node>(std::move(sample));
+  for (float& value : sample.values) {
+    value = rounds_up && value != 0 ? std::nextafter(value, 1e30f) : value;
+  }
+  return nodes_[{digest, tile, range, rounds_up}] = std::make_shared<const Node>(std::move(sample));
 }
 
 std::vector<NodePtr> FakeRenderer::forest(const Sha256& digest, TileId tile, std::uint64_t samples, std::size_t pixels,

@@ -63,7 +63,7 @@ void FarmSimulation::make_workers() {
                   : garbage             ? Lies::garbage
                   : random_.chance(0.5) ? Lies::always
                                         : Lies::sometimes;
-    worker.fingerprint = liars == 0 && random_.chance(0.15) ? "class-b" : "class-a";
+    worker.fingerprint = liars == 0 && random_.chance(0.15) ? "class-b" : kUsualClass;
     worker.threads = 1 + static_cast<std::uint32_t>(random_.below(3));
     worker.slowness = random_.chance(0.2) ? random_.between(2, 6) : random_.between(0.7, 1.5);
     workers_.push_back(std::move(worker));

@@ -13,7 +13,8 @@
 // nobody in quarantine gets a lease; bounds hold; what is stored never overlaps, and who rendered it is stored with it.
 // At the end: every job has ended as it must (one that asks for an error, with the count that the quiet run's sums
 // give), and its film, in memory and on disk, has the bytes of the fixed sums over its samples, which are also those of
-// the quiet run (QuietFarm checks it by the same comparison).
+// the quiet run (QuietFarm checks it by the same comparison). Where a job allows workers of two classes, which round
+// differently, its sums are those but for their last bits: each sample is in, once.
 #pragma once
 
 #include <deque>
@@ -33,6 +34,9 @@
 #include "worker/session/session.h"
 
 namespace lightmill::simulation {
+
+/// Of most workers.
+inline constexpr const char* kUsualClass = "class-a";
 
 class FarmSimulation {
  public:
@@ -195,6 +199,8 @@ class FarmSimulation {
   void check_film(const ClientJob& job, const JobStatus& status);
   /// Returns how many results are stored that have not been verified.
   std::uint64_t check_results(JobId job, TileId tile);
+  /// Whether workers may have rounded differently in this job.
+  bool may_be_rounded(const ClientJob& job) const;
   /// The samples that a job with a goal in error ends with, whatever happens to the farm.
   std::uint64_t count_of(const ClientJob& job, const JobStatus& status) const;
 

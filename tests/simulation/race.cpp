@@ -26,7 +26,7 @@ void FarmSimulation::make_race() {
   for (std::size_t i = 0; i < race_->slowness.size(); ++i) {
     SimulatedWorker worker;
     worker.name = worker.machine = fmt::format("worker-{}", i);
-    worker.fingerprint = "class-a";
+    worker.fingerprint = kUsualClass;
     worker.threads = race_->threads;
     worker.slowness = race_->slowness[i];
     workers_.push_back(std::move(worker));

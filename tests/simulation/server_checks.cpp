@@ -20,7 +20,7 @@ void FarmSimulation::check_grant(const Stream& stream, const LeaseGrant& grant) 
     return;
   }
   const SimulatedWorker& to = workers_[stream.worker];
-  if (stored->fingerprint_class != to.fingerprint) {
+  if (stored->fingerprint_class != (stored->spec.allow_mixed ? kMixedClass : to.fingerprint)) {
     fail(fmt::format("lease {} goes to a worker of class {}", grant.lease.value, workers_[stream.worker].fingerprint));
   }
 }
@@ -31,7 +31,13 @@ bool FarmSimulation::may_verify(SessionId session, const NodeKey& key) const {
   if (by == merged_by_.end()) {
     return has_liars_;  // a copy differs from what was joined there
   }
-  return stream != streams_.end() && workers_[stream->second->worker].machine != by->second.machine;
+  if (stream == streams_.end()) {
+    return false;
+  }
+  const SimulatedWorker& to = workers_[stream->second->worker];
+  const bool comparable =
+      by->second.fingerprint_class.empty() || bugs_.hide_classes || by->second.fingerprint_class == to.fingerprint;
+  return comparable && to.machine != by->second.machine;
 }
 
 void FarmSimulation::note_writes(const Step& step) {

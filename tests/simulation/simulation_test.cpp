@@ -36,6 +36,7 @@ TEST_P(Simulation, FilmsAreThoseOfTheQuietRunWhateverHappens) {
   std::uint64_t poisoned = 0;
   std::uint64_t convicted = 0;
   std::uint64_t too_large = 0;
+  std::uint64_t mixed = 0;
   for (std::uint64_t i = 0; i < seeds; ++i) {
     const std::uint64_t seed = 1 + GetParam() * seeds + i;
     const Report report = FarmSimulation(seed, Chaos{}, PlantedBugs{}).run();
@@ -45,6 +46,7 @@ TEST_P(Simulation, FilmsAreThoseOfTheQuietRunWhateverHappens) {
     poisoned += report.poisoned;
     convicted += report.convicted;
     too_large += report.too_large;
+    mixed += report.mixed;
   }
   // The schedules do what they are for.
   EXPECT_GT(restarts, seeds / 2);
@@ -52,6 +54,7 @@ TEST_P(Simulation, FilmsAreThoseOfTheQuietRunWhateverHappens) {
   EXPECT_GT(poisoned, seeds / 20);
   EXPECT_GT(convicted, seeds / 20);
   EXPECT_GT(too_large, seeds / 10);
+  EXPECT_GT(mixed, seeds / 100);
 }
 INSTANTIATE_TEST_SUITE_P(Batch, Simulation, testing::Range<std::uint64_t>(0, kBatches));
 
@@ -161,7 +164,8 @@ INSTANTIATE_TEST_SUITE_P(
         Planted{"LoseWhatIsCut", &PlantedBugs::lose_what_is_cut},
         Planted{"DisconnectNewcomers", &PlantedBugs::disconnect_newcomers},
         Planted{"TrustHashes", &PlantedBugs::trust_hashes}, Planted{"DropWhenFull", &PlantedBugs::drop_when_full},
-        Planted{"HideDamage", &PlantedBugs::hide_damage}, Planted{"NoEpochs", &PlantedBugs::no_epochs}),
+        Planted{"HideDamage", &PlantedBugs::hide_damage}, Planted{"NoEpochs", &PlantedBugs::no_epochs},
+        Planted{"HideClasses", &PlantedBugs::hide_classes}),
     [](const auto& info) { return std::string(info.param.name); });
 
 }  // namespace

@@ -31,7 +31,7 @@ void FarmSimulation::start_worker(std::size_t index) {
   config.machine = worker.machine;
   config.pid = static_cast<std::uint32_t>(worker.life);
   config.threads = worker.threads;
-  config.fingerprint_class = worker.fingerprint;
+  config.fingerprint_class = bugs_.hide_classes ? kUsualClass : worker.fingerprint;
   config.renderer_version = kRendererVersion;
   config.unacknowledged_bytes = race_ ? 1 << 20 : 20'000;
   worker.session = std::make_unique<Session>(config);
@@ -327,7 +327,8 @@ void FarmSimulation::render(std::size_t index) {
       RenderedTile rendered;
       rendered.ticket = tile.ticket;
       rendered.node = *shared_renderer().node(tile.description->render_digest, tile.key.tile, tile.key.range, pixels,
-                                              NodeLayout(settings.layers));
+                                              NodeLayout(settings.layers),
+                                              job_of(settings).spec.allow_mixed && again.fingerprint != kUsualClass);
       if (bugs_.wrong_bits && index == 0) {
         rendered.node.values[0] = std::nextafter(rendered.node.values[0], 1e30f);
       }

@@ -1,4 +1,5 @@
-// A worker whose machine computes wrongly, for tests: SERVER NAME MACHINE SHARE-OF-NODES. A share of 0 makes it honest.
+// A worker whose machine computes wrongly, for tests: SERVER NAME MACHINE SHARE-OF-NODES [CLASS]. A share of 0 makes it
+// honest; one that says that it is of another fingerprint class is honest within that.
 #include <unistd.h>
 
 #include <cmath>
@@ -23,8 +24,8 @@ void lie_about(Node& node, double share) {
 }
 
 int run(int argc, char** argv) {
-  if (argc != 5) {
-    std::cerr << "lying_worker SERVER NAME MACHINE SHARE-OF-NODES\n";
+  if (argc != 5 && argc != 6) {
+    std::cerr << "lying_worker SERVER NAME MACHINE SHARE-OF-NODES [CLASS]\n";
     return 2;
   }
   (void)start_logging("lying_worker", "debug", "text");
@@ -35,7 +36,7 @@ int run(int argc, char** argv) {
   options.session.host = argv[3];
   options.session.machine = argv[3];
   options.session.pid = static_cast<std::uint32_t>(::getpid());
-  options.session.fingerprint_class = fingerprint_class();
+  options.session.fingerprint_class = argc == 6 ? argv[5] : fingerprint_class();
   options.session.renderer_version = kRendererVersion;
   if (share > 0) {
     options.tamper = [share](Node& node) { lie_about(node, share); };

@@ -109,7 +109,10 @@ void add_job_commands(CLI::App& app, Context& context) {
   const auto options = std::make_shared<JobOptions>();
 
   CLI::App* jobs = app.add_subcommand("jobs", "List the farm's jobs, newest first.");
-  jobs->footer("A ! after the method: its picture lacks some of the scene's light; `lightmill show JOB` says what.");
+  jobs->footer(
+      "A ! after the method: its picture lacks some of the scene's light; `lightmill show JOB` says what. Mixed: "
+      "workers\n"
+      "of every fingerprint class may render it (--allow-mixed).");
   jobs->add_option("--limit", options->limit, "how many at most")
       ->check(whole_number(1, 100'000))
       ->capture_default_str();

@@ -68,6 +68,9 @@ std::vector<std::vector<std::string>> describe(const AssembledFilm& film) {
     rows.push_back({"error", fmt::format("{} (relMSE {:.4g} ± {:.2g})", error_text(job), job.error().rel_mse(),
                                          job.error().half_width())});
   }
+  if (job.allow_mixed()) {
+    rows.push_back({"class", mixed_text(job)});
+  }
   if (!film.picture.layers.empty()) {
     rows.push_back({"layers", fmt::format("{}", fmt::join(layer_names(film.picture), ", "))});
   }

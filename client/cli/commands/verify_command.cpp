@@ -23,7 +23,8 @@ constexpr const char* kMore =
     "its receipt (scene, assets, method, seed, layers, class) has the render digest that it states. Then random tiles\n"
     "are rendered again and compared bit for bit, on the farm that `render` would use; its workers must have the\n"
     "picture's renderer and fingerprint class. A picture of which a share w is wrong, in whole tiles, passes n tiles\n"
-    "with probability (1 - w)^n. Methods with photons or light paths trace all of them for each tile.\n\n"
+    "with probability (1 - w)^n. Methods with photons or light paths trace all of them for each tile. Of a picture\n"
+    "whose job allowed mixed classes the file is checked, and that is all that can be.\n\n"
     "  lightmill verify picture.exr scenes/cornell-bench-blocks.json --share 5%";
 
 constexpr std::uint64_t kMostSeed = (std::uint64_t{1} << 53) - 1;  ///< every reader of JSON has such numbers exactly
@@ -114,6 +115,12 @@ ExitCode verify(Context& context, const Console& console, const Options& options
   const Result<Task> task = prepare(options, seed, context.signals);
   if (!task.ok()) {
     return console.fail(task.status());
+  }
+  if (task->picture.receipt.fingerprint_class == kMixedClass) {
+    return console.fail(failed_precondition(
+        "{}: the file is as it was written, but workers of mixed fingerprint classes have rendered "
+        "it (--allow-mixed), so that nobody can tell by rendering tiles again whether they are right",
+        options.image));
   }
   Result<Farm> farm = choose_farm(context.common, options.local, options.threads, context.signals, console);
   if (!farm.ok()) {

@@ -23,7 +23,7 @@ Status load_jobs(Session& session, StoredState& state) {
           "SELECT id, request_id, name, owner, host, parent, priority, goal_samples, goal_seconds, goal_error, "
           "goal_adaptive, state, reason, reached, fingerprint_class, active_seconds, worker_seconds, "
           "results_merged, results_duplicate, leases_lost, copies_leased, non_finite, submitted_unix_ms, "
-          "finished_unix_ms, verify_share, results_verified, nodes_dropped FROM jobs ORDER BY id"));
+          "finished_unix_ms, verify_share, results_verified, nodes_dropped, allow_mixed FROM jobs ORDER BY id"));
   for (int row = 0; row < rows.size(); ++row) {
     JobRecord job;
     int column = 0;
@@ -58,6 +58,7 @@ Status load_jobs(Session& session, StoredState& state) {
     job.spec.verify_share = real();
     job.counters.results_verified = natural();
     job.counters.nodes_dropped = natural();
+    job.spec.allow_mixed = integer() != 0;
     state.jobs.push_back({std::move(job), {}});
   }
   LM_ASSIGN_OR_RETURN(const Rows highest, session.query("SELECT highest_job FROM turn"));
@@ -145,8 +146,8 @@ Status load_results(Session& session, StoredState::StoredJob& job, stored::Rende
     LM_ASSIGN_OR_RETURN(
         const Rows rows,
         session.query(
-            "SELECT tile, level, range_index, hash, worker, machine, verification FROM results WHERE job = $1 "
-            "AND (tile, level, range_index) > ($2, $3, $4) ORDER BY tile, level, range_index LIMIT $5",
+            "SELECT tile, level, range_index, hash, worker, machine, verification, fingerprint_class FROM results "
+            "WHERE job = $1 AND (tile, level, range_index) > ($2, $3, $4) ORDER BY tile, level, range_index LIMIT $5",
             Parameters(job.record.id.value, tile, level, index, kResultsAtOnce)));
     for (int row = 0; row < rows.size(); ++row) {
       tile = rows.integer(row, 0);
@@ -156,7 +157,7 @@ Status load_results(Session& session, StoredState::StoredJob& job, stored::Rende
       result.tile = TileId{static_cast<std::uint32_t>(tile)};
       result.range = {static_cast<std::uint32_t>(level), static_cast<std::uint32_t>(index)};
       LM_ASSIGN_OR_RETURN(result.hash, stored::hash_in(rows.view(row, 3)));
-      result.by = renderers.index_of(rows.view(row, 4), rows.view(row, 5));
+      result.by = renderers.index_of({rows.text(row, 4), rows.text(row, 5), rows.text(row, 7)});
       result.to_verify = rows.integer(row, 6) == 1;
     }
     if (rows.size() < kResultsAtOnce) {

@@ -1,4 +1,4 @@
-// The tables and functions in the schema `lightmill` of the database, format 4.
+// The tables and functions in the schema `lightmill` of the database, format 5.
 #pragma once
 
 #include <array>
@@ -6,7 +6,7 @@
 namespace lightmill::postgres {
 
 /// Kept in the table `meta`.
-inline constexpr int kFormat = 4;
+inline constexpr int kFormat = 5;
 
 // `turn` has one row. A commit counts itself there, which locks the row (not its key) until the commit's end: so
 // commits of one epoch follow each other, one that comes twice is noticed, and a new epoch, which changes the key,
@@ -18,7 +18,7 @@ inline constexpr int kFormat = 4;
 // compress, so they are stored as they are.
 inline constexpr const char* kSchema = R"sql(
 CREATE TABLE meta (format BIGINT NOT NULL);
-INSERT INTO meta VALUES (4);
+INSERT INTO meta VALUES (5);
 
 CREATE TABLE turn (
   epoch BIGINT PRIMARY KEY,
@@ -111,7 +111,8 @@ CREATE TABLE jobs (
   finished_unix_ms BIGINT NOT NULL,
   verify_share DOUBLE PRECISION NOT NULL DEFAULT 0.01,
   results_verified BIGINT NOT NULL DEFAULT 0,
-  nodes_dropped BIGINT NOT NULL DEFAULT 0
+  nodes_dropped BIGINT NOT NULL DEFAULT 0,
+  allow_mixed BIGINT NOT NULL DEFAULT 0
 ) WITH (fillfactor = 50);
 
 -- How a job's error fell; samples are per pixel.
@@ -184,6 +185,7 @@ CREATE TABLE results (
   worker TEXT NOT NULL,
   machine TEXT NOT NULL DEFAULT '',
   verification BIGINT NOT NULL DEFAULT 0, -- 1: to be rendered again on another machine; 2: was, with the same bits
+  fingerprint_class TEXT NOT NULL DEFAULT '', -- of jobs that allow mixed ones
   PRIMARY KEY (job, tile, level, range_index)
 );
 
@@ -290,8 +292,15 @@ INSERT INTO verification_secret
 UPDATE meta SET format = 4;
 )sql";
 
+/// From format 4, in which a job's results were all of one class.
+inline constexpr const char* kFromFormat4 = R"sql(
+ALTER TABLE jobs ADD COLUMN allow_mixed BIGINT NOT NULL DEFAULT 0;
+ALTER TABLE results ADD COLUMN fingerprint_class TEXT NOT NULL DEFAULT '';
+UPDATE meta SET format = 5;
+)sql";
+
 /// By the format that they lead away from, less one.
-inline constexpr std::array kSteps{kFromFormat1, kFromFormat2, kFromFormat3};
+inline constexpr std::array kSteps{kFromFormat1, kFromFormat2, kFromFormat3, kFromFormat4};
 static_assert(kSteps.size() + 1 == kFormat);
 
 }  // namespace lightmill::postgres

@@ -43,6 +43,7 @@ Status load_jobs(Database& database, StoredState& state) {
     job.spec.verify_share = rows.real(column++);
     job.counters.results_verified = rows.natural(column++);
     job.counters.nodes_dropped = rows.natural(column++);
+    job.spec.allow_mixed = rows.integer(column++) != 0;
     state.jobs.push_back({std::move(job), {}});
   }
   LM_ASSIGN_OR_RETURN(const std::int64_t highest,
@@ -164,7 +165,7 @@ Status load_nodes(Database& database, StoredState& state) {
 
 Status load_results(Database& database, StoredState& state) {
   LM_ASSIGN_OR_RETURN(Statement rows, database.prepare("SELECT tile, level, range_index, hash, worker, machine, "
-                                                       "verification FROM results WHERE job = ?1"));
+                                                       "verification, fingerprint_class FROM results WHERE job = ?1"));
   stored::RendererTable renderers;
   for (StoredState::StoredJob& job : state.jobs) {
     rows.bind_all(job.record.id.value);
@@ -177,7 +178,7 @@ Status load_results(Database& database, StoredState& state) {
       result.tile = TileId{static_cast<std::uint32_t>(rows.natural(0))};
       result.range = {static_cast<std::uint32_t>(rows.natural(1)), static_cast<std::uint32_t>(rows.natural(2))};
       LM_ASSIGN_OR_RETURN(result.hash, stored::hash_in(rows.view(3)));
-      result.by = renderers.index_of(rows.view(4), rows.view(5));
+      result.by = renderers.index_of({rows.text(4), rows.text(5), rows.text(7)});
       result.to_verify = rows.integer(6) == 1;
     }
     rows.reset();

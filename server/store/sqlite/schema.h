@@ -1,4 +1,4 @@
-// The tables of the store's file, format 10.
+// The tables of the store's file, format 11.
 #pragma once
 
 #include <array>
@@ -16,7 +16,7 @@ CREATE TABLE meta (
   key TEXT PRIMARY KEY,
   value INTEGER NOT NULL
 ) WITHOUT ROWID;
-INSERT INTO meta VALUES ('format', 10), ('epoch', 0);
+INSERT INTO meta VALUES ('format', 11), ('epoch', 0);
 
 CREATE TABLE jobs (
   id INTEGER PRIMARY KEY AUTOINCREMENT,
@@ -45,7 +45,8 @@ CREATE TABLE jobs (
   goal_adaptive INTEGER NOT NULL DEFAULT 0,
   verify_share REAL NOT NULL DEFAULT 0.01,
   results_verified INTEGER NOT NULL DEFAULT 0,
-  nodes_dropped INTEGER NOT NULL DEFAULT 0
+  nodes_dropped INTEGER NOT NULL DEFAULT 0,
+  allow_mixed INTEGER NOT NULL DEFAULT 0
 );
 
 -- How a job's error fell; samples are per pixel.
@@ -118,6 +119,7 @@ CREATE TABLE results (
   worker TEXT NOT NULL,
   machine TEXT NOT NULL DEFAULT '',
   verification INTEGER NOT NULL DEFAULT 0, -- 1: to be rendered again on another machine; 2: was, with the same bits
+  fingerprint_class TEXT NOT NULL DEFAULT '', -- of jobs that allow mixed ones
   PRIMARY KEY (job, tile, level, range_index)
 ) WITHOUT ROWID;
 
@@ -247,8 +249,14 @@ CREATE TABLE verification_secret (secret BLOB NOT NULL);
 INSERT INTO verification_secret VALUES (randomblob(32));
 )sql";
 
+/// From format 10, in which a job's results were all of one class.
+inline constexpr const char* kFromFormat10 = R"sql(
+ALTER TABLE jobs ADD COLUMN allow_mixed INTEGER NOT NULL DEFAULT 0;
+ALTER TABLE results ADD COLUMN fingerprint_class TEXT NOT NULL DEFAULT '';
+)sql";
+
 /// By the format that they lead away from, less one.
 inline constexpr std::array kSteps{kFromFormat1, kFromFormat2, kFromFormat3, kFromFormat4, kFromFormat5,
-                                   kFromFormat6, kFromFormat7, kFromFormat8, kFromFormat9};
+                                   kFromFormat6, kFromFormat7, kFromFormat8, kFromFormat9, kFromFormat10};
 
 }  // namespace lightmill::sqlite

@@ -1,6 +1,7 @@
 // `verify`: whoever has a picture and its scene can check it.
 #include "client/cli/film_fetch.h"
 #include "common/base/file.h"
+#include "common/farm/job.h"
 #include "common/image/exr.h"
 #include "common/image/picture_file.h"
 #include "tests/integration/cli/cli_fixture.h"
@@ -56,6 +57,18 @@ TEST_F(VerifyTest, DamageAndOtherScenesAreFoundBeforeAnythingIsRendered) {
   verify(1, scene_);
   ASSERT_TRUE(write_file_atomically(path_, as_byte_view(whole)).ok());
   verify(2, scene("cornell-bench-balls.json"));
+}
+
+TEST_F(VerifyTest, OfAMixedPictureTheFileAloneIsChecked) {
+  const CommandResult rendered = lightmill(
+      {"render", scene_, "--local", "--size", "64x64", "--spp", "1", "--method", "path", "--allow-mixed", "-o", path_});
+  ASSERT_EQ(rendered.exit_code, 0) << rendered.err;
+  EXPECT_NE(rendered.err.find("nobody gets the same bits again"), std::string::npos) << rendered.err;
+  EXPECT_EQ(load_film_picture(path_).value().receipt.fingerprint_class, kMixedClass);
+  const CommandResult checked = lightmill({"verify", path_, scene_, "--local", "--share", "all"});
+  EXPECT_EQ(checked.exit_code, 2);
+  EXPECT_NE(checked.err.find("the file is as it was written"), std::string::npos) << checked.err;
+  EXPECT_NE(checked.err.find("--allow-mixed"), std::string::npos) << checked.err;
 }
 
 }  // namespace

@@ -81,8 +81,11 @@ INSTANTIATE_TEST_SUITE_P(Postgres, AssetConformance,
                                                      [] { return std::make_unique<PostgresAssetPlace>(); }}),
                          kNamed);
 
-/// Takes what format 4 has brought out of the tables.
+/// Takes what later formats have brought out of the tables.
+constexpr const char* kBackToFormat4 =
+    "ALTER TABLE lightmill.jobs DROP COLUMN allow_mixed; ALTER TABLE lightmill.results DROP COLUMN fingerprint_class;";
 constexpr const char* kBackToFormat3 =
+    "ALTER TABLE lightmill.jobs DROP COLUMN allow_mixed; ALTER TABLE lightmill.results DROP COLUMN fingerprint_class;"
     "ALTER TABLE lightmill.jobs DROP COLUMN verify_share, DROP COLUMN results_verified, DROP COLUMN nodes_dropped;"
     "ALTER TABLE lightmill.results DROP COLUMN machine, DROP COLUMN verification;"
     "DROP TABLE lightmill.quarantine, lightmill.verification_secret;";
@@ -161,6 +164,30 @@ TEST_F(PostgresStoreTest, TablesOfFormat3AreBroughtUpToDate) {
     ASSERT_TRUE(store->commit(std::vector<StoreOp>{PutQuarantine{quarantine}}).ok());
   }
   EXPECT_EQ(stored().quarantine, std::vector{quarantine});
+}
+
+TEST_F(PostgresStoreTest, TablesOfFormat4AreBroughtUpToDate) {
+  const PutResult result{{JobId{1}, TileId{0}, {0, 0}}, Hash128{1, 2}, {"worker", "machine", "class"}, true};
+  {
+    const auto store = opened(options()).store;
+    ASSERT_TRUE(store->load().ok());
+    ASSERT_TRUE(store->commit(std::vector<StoreOp>{PutJob{full_record(1)}, result}).ok());
+  }
+  sql(std::string(kBackToFormat4) + "UPDATE lightmill.meta SET format = 4");
+  {
+    const auto store = opened(options()).store;
+    const Result<StoredState> state = store->load();
+    ASSERT_TRUE(state.ok()) << state.status();
+    ASSERT_EQ(state->jobs.size(), 1u);
+    EXPECT_FALSE(state->jobs[0].record.spec.allow_mixed);
+    EXPECT_EQ(state->jobs[0].record.spec.verify_share, full_record(1).spec.verify_share);
+    ASSERT_EQ(state->jobs[0].results.size(), 1u);
+    EXPECT_EQ(state->renderers.at(state->jobs[0].results[0].by), (Renderer{"worker", "machine"}));
+    ASSERT_TRUE(store->commit(std::vector<StoreOp>{PutJob{full_record(2)}, result}).ok());
+  }
+  const StoredState after = stored();
+  EXPECT_TRUE(after.jobs.at(1).record.spec.allow_mixed);
+  EXPECT_EQ(after.renderers.at(after.jobs.at(0).results.at(0).by), result.by);
 }
 
 TEST_F(PostgresStoreTest, TablesOfFormat2AreBroughtUpToDate) {

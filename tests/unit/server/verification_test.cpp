@@ -12,6 +12,11 @@ Claim claim(const std::string& machine, std::uint64_t hash) {
   return {{"worker on " + machine, machine}, {0, hash}};
 }
 
+/// A worker on this machine.
+Renderer on(const std::string& machine, const std::string& fingerprint_class = "") {
+  return {"", machine, fingerprint_class};
+}
+
 TEST(Judge, TwoMachinesThatSayTheSameDecide) {
   using enum Verdict::Kind;
   const auto kind = [](std::vector<Claim> claims) { return judge(claims).kind; };
@@ -84,20 +89,20 @@ TEST(Verifications, GoToOtherMachinesInUnitsOfOneRange) {
     all.open({{2, 0}, TileId{tile}}, claim("a", tile));
   }
   all.open({{3, 1}, TileId{0}}, claim("a", 9));
-  EXPECT_TRUE(all.next_for("a", 8).empty());
-  EXPECT_EQ(all.next_for("b", 3).size(), 3u);
-  const std::vector<Verifications::Place> next = all.next_for("b", 8);
+  EXPECT_TRUE(all.next_for(on("a"), 8).empty());
+  EXPECT_EQ(all.next_for(on("b"), 3).size(), 3u);
+  const std::vector<Verifications::Place> next = all.next_for(on("b"), 8);
   ASSERT_EQ(next.size(), 4u);
   for (const Verifications::Place& place : next) {
     EXPECT_EQ(place.range, (SampleRange{2, 0}));
     all.lease(place, LeaseId{7});
   }
   EXPECT_EQ(all.out(), 4u);
-  EXPECT_EQ(all.next_for("b", 8), (std::vector<Verifications::Place>{{{3, 1}, TileId{0}}}));
+  EXPECT_EQ(all.next_for(on("b"), 8), (std::vector<Verifications::Place>{{{3, 1}, TileId{0}}}));
   all.release(next[0], LeaseId{8}, true);
   EXPECT_EQ(all.out(), 4u) << "another lease";
   all.release(next[0], LeaseId{7}, false);
-  EXPECT_EQ(all.next_for("c", 8), (std::vector<Verifications::Place>{next[0]}));
+  EXPECT_EQ(all.next_for(on("c"), 8), (std::vector<Verifications::Place>{next[0]}));
 }
 
 TEST(Verifications, AreTakenOverByMachinesThatHaveMadeNoClaim) {
@@ -105,10 +110,10 @@ TEST(Verifications, AreTakenOverByMachinesThatHaveMadeNoClaim) {
   const Verifications::Place place{{0, 0}, TileId{0}};
   all.open(place, claim("a", 1));
   all.lease(place, LeaseId{7});
-  EXPECT_FALSE(all.take_over(place, LeaseId{7}, LeaseId{9}, "a"));
-  EXPECT_FALSE(all.take_over(place, LeaseId{8}, LeaseId{9}, "c")) << "another lease";
+  EXPECT_FALSE(all.take_over(place, LeaseId{7}, LeaseId{9}, on("a")));
+  EXPECT_FALSE(all.take_over(place, LeaseId{8}, LeaseId{9}, on("c"))) << "another lease";
   EXPECT_EQ(all.find(place)->lease, LeaseId{7});
-  EXPECT_TRUE(all.take_over(place, LeaseId{7}, LeaseId{9}, "c"));
+  EXPECT_TRUE(all.take_over(place, LeaseId{7}, LeaseId{9}, on("c")));
   EXPECT_EQ(all.out(), 1u);
   all.release(place, LeaseId{7}, true);
   EXPECT_EQ(all.find(place)->lease, LeaseId{9}) << "it does not work on it any more";
@@ -119,15 +124,34 @@ TEST(Verifications, ADisputeGoesToAThirdMachine) {
   const Verifications::Place place{{0, 0}, TileId{0}};
   all.open(place, claim("a", 1));
   EXPECT_EQ(all.claim(place, claim("b", 2)).kind, Verdict::Kind::open);
-  EXPECT_TRUE(all.next_for("a", 1).empty());
-  EXPECT_TRUE(all.next_for("b", 1).empty());
-  EXPECT_EQ(all.next_for("c", 1).size(), 1u);
-  EXPECT_FALSE(all.possible_on(std::vector<std::string>{"a", "b"}));
-  EXPECT_TRUE(all.possible_on(std::vector<std::string>{"a", "c"}));
+  EXPECT_TRUE(all.next_for(on("a"), 1).empty());
+  EXPECT_TRUE(all.next_for(on("b"), 1).empty());
+  EXPECT_EQ(all.next_for(on("c"), 1).size(), 1u);
+  EXPECT_FALSE(all.possible_for(std::vector{on("a"), on("b")}));
+  EXPECT_TRUE(all.possible_for(std::vector{on("a"), on("c")}));
   all.retract([](const Renderer& by) { return by.machine == "b"; });
   EXPECT_TRUE(all.disputed().empty());
-  EXPECT_EQ(all.next_for("b", 1).size(), 1u);
+  EXPECT_EQ(all.next_for(on("b"), 1).size(), 1u);
   EXPECT_EQ(all.claim(place, claim("c", 1)).kind, Verdict::Kind::agreed);
+}
+
+TEST(Verifications, OneClassVerifiesWhatItHasRendered) {
+  Verifications all;
+  const Verifications::Place of_x{{0, 0}, TileId{0}}, of_y{{0, 0}, TileId{1}};
+  all.open(of_x, {{"w", "a", "x"}, {0, 1}});
+  all.open(of_y, {{"v", "b", "y"}, {0, 2}});
+  EXPECT_TRUE(all.next_for(on("a", "x"), 8).empty());
+  EXPECT_EQ(all.next_for(on("b", "x"), 8), std::vector{of_x});
+  EXPECT_EQ(all.next_for(on("a", "y"), 8), std::vector{of_y});
+  EXPECT_TRUE(all.next_for(on("c", "z"), 8).empty());
+  EXPECT_FALSE(all.possible_for(std::vector{on("a", "x"), on("b", "y"), on("c", "z")}));
+  EXPECT_TRUE(all.possible_for(std::vector{on("c", "z"), on("c", "y")}));
+  EXPECT_EQ(all.claim(of_x, {{"u", "c", "x"}, {0, 3}}).kind, Verdict::Kind::open);
+  EXPECT_TRUE(all.next_for(on("d", "y"), 1) == std::vector{of_y}) << "it has no say in the dispute of another class";
+  EXPECT_EQ(all.next_for(on("d", "x"), 1), std::vector{of_x});
+  all.lease(of_y, LeaseId{7});
+  EXPECT_FALSE(all.take_over(of_y, LeaseId{7}, LeaseId{9}, on("d", "x")));
+  EXPECT_TRUE(all.take_over(of_y, LeaseId{7}, LeaseId{9}, on("d", "y")));
 }
 
 TEST(Verifications, ADisputeAboutWhatNobodyChoseEndsWithIt) {
@@ -151,11 +175,11 @@ TEST(Verifications, APlaceThatLosesWorkerAfterWorkerIsLeft) {
   const Verifications::Place place{{0, 0}, TileId{0}};
   all.open(place, claim("a", 1));
   for (std::uint32_t i = 0; i < Verifications::kMostLost; ++i) {
-    ASSERT_EQ(all.next_for("b", 1).size(), 1u);
+    ASSERT_EQ(all.next_for(on("b"), 1).size(), 1u);
     all.lease(place, LeaseId{i + 1});
     all.release(place, LeaseId{i + 1}, true);
   }
-  EXPECT_TRUE(all.next_for("b", 1).empty());
+  EXPECT_TRUE(all.next_for(on("b"), 1).empty());
   EXPECT_FALSE(all.waiting());
   EXPECT_EQ(all.size(), 1u);
 }

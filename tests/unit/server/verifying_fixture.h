@@ -8,9 +8,10 @@ namespace lightmill::test {
 class VerifyingTest : public CoordinatorTest {
  protected:
   /// A worker on a machine of its own.
-  SessionId connect_on(const std::string& machine, const std::string& name, std::uint32_t pid = 1) {
+  SessionId connect_on(const std::string& machine, const std::string& name, std::uint32_t pid = 1,
+                       const std::string& fingerprint = "class-a") {
     const SessionId session{next_session++};
-    WorkerHello hello{name, "host", pid, 1, "class-a", kRendererVersion, {}, false, machine};
+    WorkerHello hello{name, "host", pid, 1, fingerprint, kRendererVersion, {}, false, machine};
     coordinator->worker_connected(session, hello, now, step);
     flush();
     return session;

@@ -49,9 +49,12 @@ class SqliteStoreTest : public ::testing::Test {
   }
   /// Makes the file one of an earlier format.
   void go_back_to(int format) {
-    sql("ALTER TABLE jobs DROP COLUMN verify_share; ALTER TABLE jobs DROP COLUMN results_verified;"
-        "ALTER TABLE jobs DROP COLUMN nodes_dropped; ALTER TABLE results DROP COLUMN machine;"
-        "ALTER TABLE results DROP COLUMN verification; DROP TABLE quarantine; DROP TABLE verification_secret");
+    sql("ALTER TABLE jobs DROP COLUMN allow_mixed; ALTER TABLE results DROP COLUMN fingerprint_class");
+    if (format < 10) {
+      sql("ALTER TABLE jobs DROP COLUMN verify_share; ALTER TABLE jobs DROP COLUMN results_verified;"
+          "ALTER TABLE jobs DROP COLUMN nodes_dropped; ALTER TABLE results DROP COLUMN machine;"
+          "ALTER TABLE results DROP COLUMN verification; DROP TABLE quarantine; DROP TABLE verification_secret");
+    }
     if (format < 9) {
       sql("DROP TABLE actions");
     }
@@ -177,6 +180,23 @@ TEST_F(SqliteStoreTest, AFileOfFormat9IsBroughtUpToDate) {
   EXPECT_EQ(state->renderers.at(job.results[0].by), (Renderer{"worker", ""}));
   EXPECT_FALSE(job.results[0].to_verify);
   EXPECT_NE(state->secret, Sha256{});
+}
+
+TEST_F(SqliteStoreTest, AFileOfFormat10IsBroughtUpToDate) {
+  const NodeKey key{JobId{1}, TileId{0}, {0, 0}};
+  const PutResult result{key, Hash128{1, 2}, {"worker", "machine", "class"}, true};
+  ASSERT_TRUE(open()->commit(std::vector<StoreOp>{PutJob{test::full_record(1)}, result}).ok());
+  go_back_to(10);
+  const Result<StoredState> state = open()->load();
+  ASSERT_TRUE(state.ok()) << state.status();
+  EXPECT_FALSE(state->jobs.at(0).record.spec.allow_mixed);
+  EXPECT_EQ(state->jobs[0].record.spec.verify_share, test::full_record(1).spec.verify_share);
+  ASSERT_EQ(state->jobs[0].results.size(), 1u);
+  EXPECT_EQ(state->renderers.at(state->jobs[0].results[0].by), (Renderer{"worker", "machine"}));
+  EXPECT_TRUE(open()->commit(std::vector<StoreOp>{PutJob{test::full_record(2)}, result}).ok());
+  const Result<StoredState> after = open()->load();
+  EXPECT_TRUE(after->jobs.at(1).record.spec.allow_mixed);
+  EXPECT_EQ(after->renderers.at(after->jobs.at(0).results.at(0).by), result.by);
 }
 
 TEST_F(SqliteStoreTest, EachHasItsSecretAndKeepsIt) {

@@ -58,6 +58,7 @@ JobRecord full_record(std::uint64_t id) {
   record.worker_seconds = 1e9 + 0.25;
   record.counters = {1, 2, 3, 4, 5, 6, 7};
   record.spec.verify_share = 0.125;
+  record.spec.allow_mixed = true;
   record.submitted_unix_ms = 1'700'000'000'123;
   record.finished_unix_ms = 1'700'000'000'456;
   return record;
@@ -92,7 +93,7 @@ std::string describe(const StoredState& state) {
       text += fmt::format("error {} {} {} {} ", point.samples, point.worker_seconds, point.rel_mse, point.half_width);
     }
     text += fmt::format("adaptive {} {} ", r.spec.goal.adaptive, fmt::join(r.allocation.shifts(), ","));
-    text += fmt::format("verify {} ", r.spec.verify_share);
+    text += fmt::format("verify {} mixed {} ", r.spec.verify_share, r.spec.allow_mixed);
     text += "digest " + render_digest(s, "").hex();  // covers every setting
     std::vector<std::string> nodes;
     for (const StoredState::StoredNode& node : job.nodes) {
@@ -101,8 +102,9 @@ std::string describe(const StoredState& state) {
     }
     for (const StoredState::StoredResult& result : job.results) {
       const Renderer& by = state.renderers.at(result.by);
-      nodes.push_back(fmt::format(" result {} {}/{} {} {} on {} {}", result.tile.value, result.range.level,
-                                  result.range.index, result.hash.hex(), by.worker, by.machine, result.to_verify));
+      nodes.push_back(fmt::format(" result {} {}/{} {} {} on {} of {} {}", result.tile.value, result.range.level,
+                                  result.range.index, result.hash.hex(), by.worker, by.machine, by.fingerprint_class,
+                                  result.to_verify));
     }
     std::sort(nodes.begin(), nodes.end());
     for (const std::string& node : nodes) {
@@ -231,10 +233,11 @@ TEST_P(StoreConformance, ForestIsKept) {
     commit(*store, {PutJob{full_record(1)}, PutNode{job, TileId{0}, small_node(0, 0, 1)}});
     commit(*store, {PutNode{job, TileId{3}, small_node(0, 4, -1e-30f)}, DropNode{{job, TileId{0}, {0, 0}}},
                     PutNode{job, TileId{0}, small_node(1, 0, 2.5f)},
+                    PutResult{{job, TileId{0}, {0, 0}}, Hash128{3, 4}, {"worker", "machine", "class-b"}},
                     PutResult{{job, TileId{0}, {0, 1}}, Hash128{1, 2}, {"worker", "machine"}, true}});
   }
-  expected.renderers = {{"worker", "machine"}};
-  expected.jobs[0].results = {{TileId{0}, {0, 1}, Hash128{1, 2}, 0, true}};
+  expected.renderers = {{"worker", "machine"}, {"worker", "machine", "class-b"}};
+  expected.jobs[0].results = {{TileId{0}, {0, 1}, Hash128{1, 2}, 0, true}, {TileId{0}, {0, 0}, Hash128{3, 4}, 1}};
   EXPECT_EQ(describe(loaded(*open())), describe(expected));
 }
 

@@ -140,6 +140,7 @@ TEST(FarmMessages, AJobStatusComesBackWhole) {
   status.counters = {1, 2, 3, 4, 5};
   status.submitted_unix_ms = 1'700'000'000'000;
   status.finished_unix_ms = 1'700'000'000'001;
+  status.allow_mixed = true;
   status.render_digest = sha256("digest");
   for (const JobState state :
        {JobState::queued, JobState::running, JobState::paused, JobState::done, JobState::failed, JobState::cancelled}) {
@@ -160,6 +161,7 @@ TEST(FarmMessages, AJobStatusComesBackWhole) {
     EXPECT_EQ(back->goal, status.goal);
     EXPECT_EQ(back->frame_samples, 2u);
     EXPECT_EQ(back->reached, GoalLimit::error);
+    EXPECT_TRUE(back->allow_mixed);
     EXPECT_EQ(back->method_notes, status.method_notes);
   }
 }

@@ -101,6 +101,9 @@ export function methodName(job: Job): string {
   return candidates.length > 0 ? candidates.join(' or ') : job.method;
 }
 
+/** What a job costs that allows mixed fingerprint classes. */
+export const kMixed = 'Workers of every fingerprint class may render it: where they round differently, nobody gets the same bits again';
+
 /** "64 samples, ±1% or 2 min 00 s". */
 export function goalText(job: Job): string {
   const parts: string[] = [];

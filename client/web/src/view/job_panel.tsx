@@ -2,7 +2,7 @@
 import type {ComponentChildren} from 'preact';
 import {useState} from 'preact/hooks';
 import {actOnJob, deleteJob, extendJob, setPriority} from '../api/actions';
-import {ageText, errorText, goalText, humanRate, humanSeconds, methodName, samplesText} from '../model/format';
+import {ageText, errorText, goalText, humanRate, humanSeconds, kMixed, methodName, samplesText} from '../model/format';
 import {childrenOf, hasEnded} from '../model/jobs';
 import {kLeastPriority, kMostPriority} from '../model/job_form';
 import {refusalOf} from '../model/rights';
@@ -157,7 +157,7 @@ function Facts({job}: {job: Job}) {
     ['Owner', job.owner ? `${job.owner}${job.host ? ` on ${job.host}` : ''}` : '–'],
     ['Priority', String(job.priority)],
     ['Submitted', ageText(Number(job.submittedUnixMs), Date.now())],
-    ['Class', job.fingerprintClass.slice(0, 16) || '–'],
+    ['Class', job.allowMixed ? `mixed. ${kMixed}.` : job.fingerprintClass.slice(0, 16) || '–'],
   ];
   return (
     <dl class="facts">

@@ -1,7 +1,7 @@
 /** The list of jobs: found, filtered, sorted, and opened by mouse, finger or keys. */
 import {useEffect, useMemo, useRef, useState} from 'preact/hooks';
 import {thumbnailAddress} from '../api/actions';
-import {ageText, goalText, methodName, samplesText} from '../model/format';
+import {ageText, goalText, kMixed, methodName, samplesText} from '../model/format';
 import {filterCounts, hasEnded, kNewestFirst, listedJobs, type JobFilter, type JobOrder, type JobQuery} from '../model/jobs';
 import type {Job} from '../wire/lightmill/v1/farm_pb';
 import {ErrorValue, etaText, Progress, StateBadge} from './bits';
@@ -81,7 +81,7 @@ function Row({job, now}: {job: Job; now: number}) {
         {etaText(job)}
       </td>
       <td class="wide">
-        {methodName(job)} {job.methodNotes?.notices.length ? <abbr title={job.methodNotes.notices.join(' ')}>!</abbr> : null}
+        {methodName(job)} {job.allowMixed ? <abbr title={kMixed}>mixed</abbr> : null} {job.methodNotes?.notices.length ? <abbr title={job.methodNotes.notices.join(' ')}>!</abbr> : null}
       </td>
       <td class="wide">{job.owner}</td>
       <td class="wide right">{job.priority}</td>
