@@ -60,8 +60,9 @@ void Coordinator::State::on_result(SessionId session, WorkerResult result, Time 
     send_after_commit(step, session, ResultAck{{key}});
     if (const auto lease = leases.find(lease_id);
         lease != leases.end() && lease->second.worker == name && lease->second.unit.job == key.job) {
-      end_verification_of(lease_id, key.tile, now, step);
-      job->plan->release(lease_id, key.tile, lease->second.unit.range);
+      const SampleRange range = lease->second.unit.range;
+      end_verification_of(lease_id, key.tile, now, step);  // the lease may end with it
+      job->plan->release(lease_id, key.tile, range);
       tile_done(lease_id, key.tile, now, step, true);
       refresh_queue(*job);
       finish_if_complete(*job, now, step);
