@@ -9,7 +9,7 @@
 
 namespace lightmill {
 
-using InspectionId = StrongId<struct InspectionTag>;  ///< Counts up in the life of one coordinator.
+using InspectionId = StrongId<struct InspectionTag>;  ///< Unique in the life of a farm.
 
 struct InspectionRequest {
   struct File {

@@ -6,6 +6,7 @@
 #include "server/api/grpc_status.h"
 #include "server/api/pages.h"
 #include "server/api/render_service.h"
+#include "server/api/submission.h"
 
 namespace lightmill {
 namespace {
@@ -13,13 +14,15 @@ namespace {
 /// One call; the farm's reply to it, and gRPC until it has done with it, keep it alive.
 class InspectCall final : public grpc::ServerUnaryReactor, public std::enable_shared_from_this<InspectCall> {
  public:
-  InspectCall(FarmLoop& loop, v1::InspectSceneResponse* reply) : loop_(loop), reply_(reply) {}
+  InspectCall(FarmLoop& loop, const AssetStore& assets, v1::InspectSceneResponse* reply)
+      : loop_(loop), assets_(assets), reply_(reply) {}
 
   void start(const Result<Call>& call, const v1::InspectSceneRequest& wire) {
     self_ = shared_from_this();
     Result<InspectionRequest> request = call.ok() ? from_wire(wire) : call.status();
-    if (!request.ok()) {
-      return finish(to_grpc(request.status()));
+    const Status status = request.ok() ? check_files(*request, assets_) : request.status();
+    if (!status.ok()) {
+      return finish(to_grpc(status));
     }
     const bool posted =
         loop_.post([self = self_, caller = caller_key(*call), request = *request](FarmLoop::Turn& turn) {
@@ -52,12 +55,10 @@ class InspectCall final : public grpc::ServerUnaryReactor, public std::enable_sh
     if (finished_.exchange(true)) {
       return;
     }
-    Status status = found.status();
-    if (status.ok()) {
+    if (found.ok()) {
       to_wire(**found, reply_);
-      status = fill_scene(reply_);
     }
-    Finish(to_grpc(status));
+    Finish(to_grpc(found.status()));
   }
   void finish(const grpc::Status& status) {
     if (!finished_.exchange(true)) {
@@ -66,6 +67,7 @@ class InspectCall final : public grpc::ServerUnaryReactor, public std::enable_sh
   }
 
   FarmLoop& loop_;
+  const AssetStore& assets_;
   v1::InspectSceneResponse* const reply_;  ///< gRPC's, until Finish
   std::optional<InspectionId> id_;         ///< the farm thread's
   std::atomic<bool> finished_ = false;
@@ -76,7 +78,7 @@ class InspectCall final : public grpc::ServerUnaryReactor, public std::enable_sh
 
 RenderServiceImpl::Unary* RenderServiceImpl::InspectScene(Context* context, const v1::InspectSceneRequest* request,
                                                           v1::InspectSceneResponse* reply) {
-  const auto call = std::make_shared<InspectCall>(*loop_, reply);
+  const auto call = std::make_shared<InspectCall>(*loop_, assets_, reply);
   call->start(admit(gate_, *context, Rpc::inspect_scene), *request);
   return call.get();
 }

@@ -1,5 +1,6 @@
 #include "server/api/submission.h"
 
+#include "common/base/text.h"
 #include "common/wire/bytes.h"
 #include "common/wire/farm_messages.h"
 #include "lightmill/v1/render_service.pb.h"
@@ -36,6 +37,23 @@ Status find_missing(const AssetStore& assets, const v1::FindMissingAssetsRequest
     }
   }
   return ok_status();
+}
+
+Status check_files(const InspectionRequest& request, const AssetStore& assets) {
+  std::uint64_t bytes = 0;
+  for (const InspectionRequest::File& file : request.files) {
+    const Result<std::uint64_t> size = assets.keep(file.digest) ? assets.size(file.digest) : not_found("");
+    if (!size.ok()) {
+      return failed_precondition("{}: asset {} is missing: upload it first", printable(file.path), file.digest.hex());
+    }
+    bytes += *size;
+  }
+  return bytes <= kMostInspectedBytes
+             ? ok_status()
+             : resource_exhausted(
+                   "the {} files have {} MiB, more than the {} that one inspection may read: `lightmill submit` "
+                   "reads them where they are",
+                   request.files.size(), bytes >> 20, kMostInspectedBytes >> 20);
 }
 
 Result<Submission> read_submission(const v1::SubmitJobRequest& request, const AssetStore& assets) {

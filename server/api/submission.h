@@ -17,6 +17,12 @@ namespace lightmill {
 Status find_missing(const AssetStore& assets, const v1::FindMissingAssetsRequest& request,
                     v1::FindMissingAssetsResponse* reply);
 
+/// What the files of one inspection may have together: a worker holds them beside the scenes that it renders.
+inline constexpr std::uint64_t kMostInspectedBytes = std::uint64_t{512} << 20;
+
+/// FAILED_PRECONDITION if a file is missing, RESOURCE_EXHAUSTED if they have too many bytes. Looks at the disk.
+Status check_files(const InspectionRequest& request, const AssetStore& assets);
+
 /// Ready for the farm.
 struct Submission {
   JobSpec spec;

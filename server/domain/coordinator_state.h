@@ -396,7 +396,7 @@ struct Coordinator::State {
   Time next_copy_look, next_silence_look;
   std::string last_copied_to;  ///< or the last worker for which there was nothing: the next look begins behind it
 
-  Inspections inspections;
+  Inspections inspections{epoch << 32 | 1};  ///< whose numbers no other coordinator has given
 
   Time clock_time;
   std::int64_t clock_unix_ms = 0;

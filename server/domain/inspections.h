@@ -32,7 +32,8 @@ class Inspections {
     std::size_t leases = 0;
   };
 
-  explicit Inspections(const InspectionLimits& limits = {}) : limits_(limits) {}
+  /// Numbers count up from `first`.
+  explicit Inspections(std::uint64_t first = 1, const InspectionLimits& limits = {}) : limits_(limits), next_(first) {}
 
   /// RESOURCE_EXHAUSTED. `caller` is whoever is to have no more than their share.
   Result<InspectionId> add(const std::string& caller, InspectionRequest request, Time now);
@@ -59,7 +60,7 @@ class Inspections {
   void answer(InspectionId id, Result<std::shared_ptr<const Inspection>> found, Step& step);
 
   const InspectionLimits limits_;
-  std::uint64_t next_ = 1;
+  std::uint64_t next_;
   std::map<InspectionId, Waiting> waiting_;
   std::map<SessionId, InspectionId> busy_;  ///< also with those that nobody waits for any more
 };

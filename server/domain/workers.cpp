@@ -333,6 +333,7 @@ void Coordinator::worker_message(SessionId session, WorkerMessage message, Time 
   if (!state.sessions.contains(session)) {
     return;
   }
+  bool may_read_again = false;
   if (Worker* const worker = state.worker_of(session)) {
     worker->heard_at = now;
     if (std::holds_alternative<WorkerResult>(message)) {
@@ -340,6 +341,7 @@ void Coordinator::worker_message(SessionId session, WorkerMessage message, Time 
     }
     if (worker->silent) {
       worker->silent = false;
+      may_read_again = true;
       state.idle.insert(worker->hello.name);
     }
   }
@@ -356,7 +358,10 @@ void Coordinator::worker_message(SessionId session, WorkerMessage message, Time 
                  [&](const WorkerReturn& lease) { state.on_return(*worker, lease, now, step); },
                  [&](const PilotReport& report) { state.on_pilot(*worker, report, now, step); },
                  [&](const WorkerRefusal& refusal) { state.on_refusal(*worker, refusal, now, step); },
-                 [&](const InspectReport& report) { state.inspections.report(session, report, step); },
+                 [&](const InspectReport& report) {
+                   state.inspections.report(session, report, step);
+                   may_read_again = true;
+                 },
                  [&](const WorkerDraining&) {
                    if (!worker->draining) {
                      state.farm_threads -= State::counts(*worker) ? worker->hello.threads : 0;
@@ -365,11 +370,14 @@ void Coordinator::worker_message(SessionId session, WorkerMessage message, Time 
                      note(step, Note::Level::info, "worker {} is leaving", worker->hello.name);
                    }
                    state.inspections.left(session, false, now, step);
+                   may_read_again = true;
                  },
                  [](const auto&) {},  // a second hello says nothing new; results are handled above
              },
              message);
-  state.serve_inspections(now, step);
+  if (may_read_again) {
+    state.serve_inspections(now, step);
+  }
 }
 
 void Coordinator::worker_disconnected(SessionId session, Time now, Step& step) {

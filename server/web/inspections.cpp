@@ -22,11 +22,12 @@ ApiReply found_reply(const Inspection& found) {
 }  // namespace
 
 void JobIntake::inspect(const Call& call, LargeBody body, Reply reply) {
-  on_side_thread_([&desk = desk_, budget = budget_, on_side_thread = on_side_thread_, caller = caller_key(call),
-                   body = std::move(body), back = desk_.expect(std::move(reply))] {
+  on_side_thread_([&desk = desk_, &assets = assets_, budget = budget_, on_side_thread = on_side_thread_,
+                   caller = caller_key(call), body = std::move(body), back = desk_.expect(std::move(reply))] {
     const Result<InspectionRequest> request = read_request(body.text);
-    if (!request.ok()) {
-      return back(error_reply(request.status()));
+    const Status status = request.ok() ? check_files(*request, assets) : request.status();
+    if (!status.ok()) {
+      return back(error_reply(status));
     }
     const auto told = [budget, on_side_thread, back](const Result<std::shared_ptr<const Inspection>>& found) {
       if (!found.ok()) {

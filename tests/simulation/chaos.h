@@ -10,24 +10,25 @@ namespace lightmill::simulation {
 
 /// What happens to the farm while chaos lasts.
 struct Chaos {
-  bool deaths = true;    ///< workers are killed, and come back under the same or another name
-  bool hangs = true;     ///< workers stop for a while
-  bool breaks = true;    ///< streams break; either end may notice late
-  bool repeats = true;   ///< messages come twice
-  bool restarts = true;  ///< the coordinator is killed and started again
-  bool changes = true;   ///< clients extend, pause, resume, cancel, delete; drain workers
-  bool copies = true;    ///< idle workers get copies
-  bool poison = true;    ///< some jobs have a sample, or a pilot, that kills whoever renders it
-  bool verifies = true;  ///< some jobs have results verified, some or all
-  bool liars = true;     ///< some farms have a machine that lies, or sends garbage
-  bool small = true;     ///< some workers find some jobs too large for them
-  bool cuts = true;      ///< links carry nothing in one direction for a while
-  bool slow = true;      ///< workers are a hundred times slower for a while
-  bool disks = true;     ///< the disk is full or slow for a while
-  bool damage = true;    ///< a crash damages a node that was stored
-  bool deposes = true;   ///< the coordinator stands still, another takes over, and the first goes on
+  bool deaths = true;       ///< workers are killed, and come back under the same or another name
+  bool hangs = true;        ///< workers stop for a while
+  bool breaks = true;       ///< streams break; either end may notice late
+  bool repeats = true;      ///< messages come twice
+  bool restarts = true;     ///< the coordinator is killed and started again
+  bool changes = true;      ///< clients extend, pause, resume, cancel, delete; drain workers
+  bool copies = true;       ///< idle workers get copies
+  bool poison = true;       ///< some jobs have a sample, or a pilot, that kills whoever renders it
+  bool verifies = true;     ///< some jobs have results verified, some or all
+  bool liars = true;        ///< some farms have a machine that lies, or sends garbage
+  bool small = true;        ///< some workers find some jobs too large for them
+  bool cuts = true;         ///< links carry nothing in one direction for a while
+  bool slow = true;         ///< workers are a hundred times slower for a while
+  bool disks = true;        ///< the disk is full or slow for a while
+  bool damage = true;       ///< a crash damages a node that was stored
+  bool inspections = true;  ///< clients have scene files read
+  bool deposes = true;      ///< the coordinator stands still, another takes over, and the first goes on
   static Chaos none() {
-    return {false, false, false, false, false, false, false, false,
+    return {false, false, false, false, false, false, false, false, false,
             false, false, false, false, false, false, false, false};
   }
 };
@@ -55,6 +56,7 @@ struct PlantedBugs {
   bool drop_when_full = false;             ///< what a full disk refuses counts as stored
   bool hide_damage = false;                ///< damaged nodes are loaded as if they were whole
   bool no_epochs = false;                  ///< a deposed coordinator may write
+  bool lose_reports = false;               ///< what was found in scene files is not told
   bool hide_classes = false;               ///< workers of the other class say that they are of the usual one
 };
 
@@ -67,6 +69,7 @@ struct Report {
       0;  ///< pixel samples that dead workers had rendered or were rendering, unacknowledged
   std::uint64_t results_duplicate = 0;
   std::uint64_t events = 0;
+  std::uint64_t inspections = 0, inspected = 0;  ///< asked for, and answered with what was found
   std::uint64_t restarts = 0;
   std::uint64_t deaths = 0;
   std::uint64_t poisoned = 0;    ///< jobs that failed because of it

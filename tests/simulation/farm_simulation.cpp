@@ -77,6 +77,7 @@ void FarmSimulation::make_schedule() {
 
   make_workers();
   make_jobs();
+  make_inspections();
   at(now_, [this] { start_server(); });
 
   for (std::uint64_t n = random_.below(6); chaos_.deaths && n > 0; --n) {

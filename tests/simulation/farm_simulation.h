@@ -72,6 +72,7 @@ class FarmSimulation {
   struct SimulatedWorker {
     std::string name;
     std::string machine;
+    std::uint64_t inspection = 0;  ///< counts those that were begun and dropped
     Lies lies = Lies::never;
     std::string fingerprint;
     std::uint32_t threads = 1;
@@ -127,6 +128,15 @@ class FarmSimulation {
   void depose_server();
   /// One that was deposed goes on: takes what came meanwhile, and tries to store what follows.
   void resume_deposed();
+
+  // ---- inspecting.cpp ----
+  void make_inspections();
+  std::optional<InspectionId> inspect(const std::string& caller);
+  void ask_inspection();
+  void ask_last_inspection();
+  void lose_inspections();
+  void note_inspected(const Step& step);
+  void run_inspection(std::size_t index, const RunInspection& inspection);
 
   // ---- race.cpp ----
   void make_race();
@@ -262,6 +272,8 @@ class FarmSimulation {
   std::vector<SimulatedWorker> workers_;
   std::vector<ClientJob> client_jobs_;
   std::uint64_t open_requests_ = 0;
+  std::optional<InspectionId> last_inspection_;
+  std::map<InspectionId, std::string> asked_;  ///< whose answers are waited for, and their scenes
 };
 
 /// Which of its candidates a job's pilot picks, whoever runs it.

@@ -122,6 +122,7 @@ void FarmSimulation::depose_server() {
     return;
   }
   inject("coordinators deposed");
+  lose_inspections();
   deposed_.emplace(Deposed{std::move(coordinator_), server_life_, epoch_, std::exchange(streams_, {}), {}, {}});
   ++server_life_;
   abandon_commits(random_.chance(0.5));

@@ -57,6 +57,7 @@ void FarmSimulation::crash_server(bool commit_lands) {
   trace("the coordinator is killed");
   ++server_life_;
   coordinator_.reset();
+  lose_inspections();
   abandon_commits(commit_lands);
   damage_disk();
   for (const auto& [session, stream] : streams_) {
@@ -97,6 +98,7 @@ void FarmSimulation::on_server(const std::function<void(Step&)>& call) {
 }
 
 void FarmSimulation::execute(Step step, std::vector<Action> replies) {
+  note_inspected(step);
   note_writes(step);
   note_grants(step);
   check_decisions(step);

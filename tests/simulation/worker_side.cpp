@@ -96,8 +96,8 @@ void FarmSimulation::act(std::size_t index, const SessionActions& actions) {
                    [&](const PrepareJob& job) { prepare(index, job); },
                    [](const ForgetJob&) {},
                    [&](const RunPilot& pilot) { run_pilot(index, pilot); },
-                   [](const RunInspection&) {},
-                   [](const DropInspection&) {},
+                   [&](const RunInspection& inspection) { run_inspection(index, inspection); },
+                   [&](const DropInspection&) { ++worker.inspection; },
                    [](const Say&) {},
                    [](const DropPilot&) {},  // an answer that comes nevertheless must do no harm
                    [&](const RenderTile& tile) {

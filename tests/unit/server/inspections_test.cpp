@@ -117,6 +117,19 @@ TEST_F(InspectionTest, GoesOnFromASilentWorker) {
   EXPECT_EQ(grants(b), 1u);
 }
 
+TEST_F(InspectionTest, GoesFromTwoWhoFellSilentTogetherToOneWhoDidNot) {
+  const SessionId a = reader("a"), b = reader("b");
+  ASSERT_TRUE(ask().ok());
+  while (hang_ups.size() < 2) {
+    wait(std::chrono::seconds(1));
+    ASSERT_LT(now, Time{} + std::chrono::hours(1));
+  }
+  EXPECT_TRUE(answers.empty()) << "one of them had it, and one is lost with it";
+  EXPECT_EQ(grants(a) + grants(b), 1u);
+  const SessionId c = reader("c");
+  EXPECT_EQ(grants(c), 1u);
+}
+
 TEST_F(InspectionTest, IsNoLossOfAWorkerThatLeaves) {
   for (int i = 0; i < 4; ++i) {
     const SessionId leaving = reader("w" + std::to_string(i));
