@@ -2,6 +2,7 @@
 
 #include "common/wire/farm_messages.h"
 #include "server/api/grpc_status.h"
+#include "server/api/job_list.h"
 #include "server/api/pages.h"
 #include "server/api/recorded_calls.h"
 #include "server/api/submission.h"
@@ -120,16 +121,7 @@ RenderServiceImpl::Unary* RenderServiceImpl::ListJobs(Context* context, const v1
   reply->mutable_notices()->Add(notices_.begin(), notices_.end());
   return on_farm(context,
                  [caller = call->caller, size = *size, before = *before, reply](FarmLoop::Turn& turn, Unary* reactor) {
-                   for (const JobStatus& job : turn.farm.jobs(turn.now)) {
-                     if ((before > 0 && job.id.value >= before) || !may_see_job(caller, job.owner)) {
-                       continue;
-                     }
-                     if (reply->jobs_size() == size) {
-                       reply->set_next_page_token(std::to_string(reply->jobs(size - 1).id()));
-                       break;
-                     }
-                     to_wire(job, reply->add_jobs());
-                   }
+                   list_jobs(turn, caller, size, before, reply);
                    reactor->Finish(grpc::Status::OK);
                  });
 }

@@ -4,6 +4,8 @@
 // simulation from one seed. Everything it forgets in a crash is either in the store or resent by workers.
 #pragma once
 
+#include <functional>
+#include <limits>
 #include <memory>
 #include <optional>
 #include <set>
@@ -19,6 +21,13 @@
 namespace lightmill {
 
 class Film;  // common/film/film.h
+
+/// Which jobs a list has.
+struct JobFilter {
+  JobId before{std::numeric_limits<std::uint64_t>::max()};     ///< older ones only
+  std::size_t most = std::numeric_limits<std::size_t>::max();  ///< the newest so many
+  std::function<bool(const std::string& owner)> admits = {};   ///< null: whoever they belong to
+};
 
 /// Stated bounds; every queue has one.
 struct CoordinatorLimits {
@@ -110,8 +119,8 @@ class Coordinator {
 
   // ---- what can be seen ----
   Result<JobStatus> status(JobId job, Time now) const;
-  std::vector<JobStatus> jobs(Time now) const;        ///< newest first
-  std::vector<WorkerStatus> workers(Time now) const;  ///< by name
+  std::vector<JobStatus> jobs(Time now, const JobFilter& filter = {}) const;  ///< newest first
+  std::vector<WorkerStatus> workers(Time now) const;                          ///< by name
   /// Valid until the next event.
   Result<const JobSpec*> spec(JobId job) const;
   /// Of all jobs.

@@ -25,10 +25,10 @@ bool is_chosen(const Sha256& secret, const NodeKey& key, double share) {
 }
 
 Verdict judge(std::span<const Claim> claims) {
-  std::set<Hash128> different;
+  std::set<std::string_view> machines;  // which all differ, as long as none is seconded
   for (const Claim& one : claims) {
     if (!one.by.worker.empty()) {  // what was joined may have a part of a machine that has a claim of its own
-      different.insert(one.hash);
+      machines.insert(one.by.machine);
     }
     const bool seconded = std::ranges::any_of(
         claims, [&](const Claim& other) { return other.hash == one.hash && other.by.machine != one.by.machine; });
@@ -36,7 +36,7 @@ Verdict judge(std::span<const Claim> claims) {
       return {Verdict::Kind::agreed, one.hash};
     }
   }
-  return {different.size() >= 3 ? Verdict::Kind::program : Verdict::Kind::open, {}};
+  return {machines.size() >= 3 ? Verdict::Kind::program : Verdict::Kind::open, {}};
 }
 
 Verifications::Source Verifications::source_of(const Entry& entry) {

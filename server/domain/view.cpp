@@ -189,13 +189,15 @@ std::set<Sha256> Coordinator::assets() const {
   return assets;
 }
 
-std::vector<JobStatus> Coordinator::jobs(Time now) const {
-  std::vector<JobStatus> all;
-  all.reserve(state_->jobs.size());
-  for (auto at = state_->jobs.rbegin(); at != state_->jobs.rend(); ++at) {
-    all.push_back(state_->describe(*at->second, now));
+std::vector<JobStatus> Coordinator::jobs(Time now, const JobFilter& filter) const {
+  std::vector<JobStatus> found;
+  for (auto at = state_->jobs.lower_bound(filter.before); at != state_->jobs.begin() && found.size() < filter.most;) {
+    const Job& job = *(--at)->second;
+    if (!filter.admits || filter.admits(job.record.spec.owner)) {
+      found.push_back(state_->describe(job, now));
+    }
   }
-  return all;
+  return found;
 }
 
 std::vector<WorkerStatus> Coordinator::workers(Time now) const {

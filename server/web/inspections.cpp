@@ -1,6 +1,7 @@
 // POST /api/v1/inspect: has a worker read scene files.
 #include "common/wire/farm_messages.h"
 #include "lightmill/v1/render_service.pb.h"
+#include "server/api/submission.h"
 #include "server/web/job_intake.h"
 
 namespace lightmill {

@@ -7,6 +7,7 @@
 #include "common/wire/farm_messages.h"
 #include "lightmill/v1/render_service.pb.h"
 #include "lightmill/v1/web.pb.h"
+#include "server/api/job_list.h"
 #include "server/api/records.h"
 #include "server/api/worker_message.h"
 
@@ -92,11 +93,11 @@ constexpr std::array<WorkerChange, 2> kWorkerActions{{
 
 struct Page {
   int size = kListed;
-  std::uint64_t before = 0;
+  std::uint64_t before = 0;  ///< 0: from the newest
 };
 
 Result<Page> page_of(std::string_view query) {
-  Page page{kListed, std::numeric_limits<std::uint64_t>::max()};
+  Page page;
   if (const std::string_view size = query_value(query, "page_size"); !size.empty()) {
     const auto number = parse_number<int>(size);
     if (!number || *number < 1 || *number > kMostListed) {
@@ -240,16 +241,7 @@ void JsonApi::list_jobs(const ApiRequest& request, Reply reply) {
             [page = *page, caller = call->caller, notices = greeting_.notices](Turn& turn, const FarmReply& back) {
               v1::ListJobsResponse list;
               list.mutable_notices()->Add(notices.begin(), notices.end());
-              for (const JobStatus& job : turn.farm.jobs(turn.now)) {
-                if (job.id.value >= page.before || !may_see_job(caller, job.owner)) {
-                  continue;
-                }
-                if (list.jobs_size() == page.size) {
-                  list.set_next_page_token(std::to_string(list.jobs(page.size - 1).id()));
-                  break;
-                }
-                to_wire(job, list.add_jobs());
-              }
+              lightmill::list_jobs(turn, caller, page.size, page.before, &list);
               back(json_reply(list));
             });
 }

@@ -30,7 +30,7 @@ class RpcTarget {
 
   /// Sends the requests on one stream, hears what comes, and hangs up. Stops the program (LM_CHECK) if the coordinator
   /// answers with a code that says that it is at fault.
-  grpc::StatusCode call(const Method& method, const std::vector<std::string>& requests);
+  grpc::Status call(const Method& method, const std::vector<std::string>& requests);
   /// Whether `bytes` are a message of this name.
   static bool is_message(const std::string& name, std::string_view bytes);
 

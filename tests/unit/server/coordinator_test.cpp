@@ -393,5 +393,35 @@ TEST_F(CoordinatorTest, StatusSaysHowFarAndHowFast) {
   EXPECT_EQ(coordinator->jobs(now).size(), 1u);
 }
 
+TEST_F(CoordinatorTest, ListsTheNewestJobsOfAFilter) {
+  std::vector<JobId> submitted;
+  for (const std::string name : {"a", "b", "a", "b", "a"}) {
+    JobSpec job = spec(fmt::format("r{}", submitted.size()));
+    job.owner = name;
+    submitted.push_back(submit(job));
+  }
+  const auto listed = [&](const JobFilter& filter) {
+    std::vector<JobId> ids;
+    for (const JobStatus& job : coordinator->jobs(now, filter)) {
+      ids.push_back(job.id);
+    }
+    return ids;
+  };
+  const auto chosen = [&](std::initializer_list<std::size_t> places) {
+    std::vector<JobId> ids;
+    for (const std::size_t place : places) {
+      ids.push_back(submitted[place]);
+    }
+    return ids;
+  };
+  const auto of_a = [](const std::string& owner) { return owner == "a"; };
+  EXPECT_EQ(listed({}), chosen({4, 3, 2, 1, 0}));
+  EXPECT_EQ(listed({.most = 2}), chosen({4, 3}));
+  EXPECT_EQ(listed({.before = submitted[3], .most = 2}), chosen({2, 1}));
+  EXPECT_EQ(listed({.most = 2, .admits = of_a}), chosen({4, 2}));
+  EXPECT_EQ(listed({.before = submitted[2], .admits = of_a}), chosen({0}));
+  EXPECT_EQ(listed({.before = submitted[0]}), chosen({}));
+}
+
 }  // namespace
 }  // namespace lightmill

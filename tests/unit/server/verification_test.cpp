@@ -27,6 +27,9 @@ TEST(Judge, TwoMachinesThatSayTheSameDecide) {
   EXPECT_EQ(kind({claim("a", 1), claim("a", 1)}), open) << "one machine";
   EXPECT_EQ(kind({claim("", 1), claim("", 1)}), open) << "not known to be two";
   EXPECT_EQ(kind({claim("a", 1), claim("b", 2), claim("c", 3)}), program);
+  EXPECT_EQ(kind({claim("a", 1), claim("a", 2), claim("b", 3)}), open) << "one machine that says two things is one";
+  EXPECT_EQ(kind({claim("a", 1), claim("a", 2), claim("b", 3), claim("c", 3)}), agreed);
+  EXPECT_EQ(kind({claim("a", 1), claim("a", 2), claim("b", 3), claim("c", 4)}), program);
   EXPECT_EQ(kind({Claim{{}, {0, 1}}, claim("b", 2), claim("c", 3)}), open) << "b may have a part in what was joined";
   EXPECT_EQ(kind({Claim{{}, {0, 1}}, claim("b", 2), claim("c", 3), claim("d", 4)}), program);
   const std::vector<Claim> first_is_wrong{claim("a", 1), claim("b", 2), claim("c", 2)};
