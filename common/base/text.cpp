@@ -81,6 +81,18 @@ std::string printable(std::string_view text, bool keep_lines) {
   return shown;
 }
 
+std::string cut_text(std::string text, std::size_t most_bytes) {
+  if (text.size() <= most_bytes) {
+    return text;
+  }
+  std::size_t end = most_bytes;
+  while (end > 0 && (static_cast<unsigned char>(text[end]) & 0xc0) == 0x80) {
+    --end;  // within a character
+  }
+  text.resize(end);
+  return text + "…";
+}
+
 std::string as_name(std::string_view text) {
   std::string name = printable(text);
   std::size_t end = 0;

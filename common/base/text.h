@@ -19,6 +19,9 @@ Status check_name(std::string_view what, std::string_view name);
 /// it. Line feeds and tabs stay if `keep_lines`.
 std::string printable(std::string_view text, bool keep_lines = false);
 
+/// `text`, or the whole characters of its first `most_bytes` and "…". UTF-8.
+std::string cut_text(std::string text, std::size_t most_bytes);
+
 /// The nearest thing to `text` that check_name takes: printable and cut.
 std::string as_name(std::string_view text);
 

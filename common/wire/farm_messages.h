@@ -15,6 +15,8 @@ namespace lightmill::v1 {
 class ErrorEstimate;
 class Goal;
 class Job;
+class InspectGrant;
+class InspectReport;
 class InspectSceneRequest;
 class InspectSceneResponse;
 class JobSpec;
@@ -69,8 +71,13 @@ Result<InspectionRequest> from_wire(const v1::InspectSceneRequest& request);
 void to_wire(const WorkerMessage& message, v1::WorkRequest* out);
 void to_wire(const CoordinatorMessage& message, v1::WorkResponse* out);
 
+void to_wire(const InspectReport& report, v1::InspectReport* out);
+void to_wire(const InspectGrant& grant, v1::InspectGrant* out);
+
 Result<WorkerMessage> from_wire(const v1::WorkRequest& request);
 Result<CoordinatorMessage> from_wire(const v1::WorkResponse& response);
+Result<InspectReport> from_wire(const v1::InspectReport& report);
+Result<InspectGrant> from_wire(const v1::InspectGrant& grant);
 
 // ---- as bytes, for those who know no protobuf (the store) ----
 

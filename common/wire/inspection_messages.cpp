@@ -1,7 +1,9 @@
 #include "common/wire/bytes.h"
 #include "common/wire/farm_messages.h"
 #include "common/wire/limits.h"
+#include "common/wire/texts.h"
 #include "lightmill/v1/render_service.pb.h"
+#include "lightmill/v1/worker_service.pb.h"
 
 namespace lightmill {
 namespace {
@@ -119,6 +121,42 @@ Result<Inspection> from_wire(const v1::InspectSceneResponse& response) {
   out.chosen = as_strings(response.chosen());
   out.cameras = as_strings(response.cameras());
   return out;
+}
+
+void to_wire(const InspectReport& report, v1::InspectReport* out) {
+  out->set_inspection(report.inspection.value);
+  if (report.found.ok()) {
+    to_wire(**report.found, out->mutable_found());
+  } else {
+    out->set_code(static_cast<int>(report.found.status().code()));
+    out->set_problem(sentence(message_of(report.found.status())));
+  }
+}
+
+Result<InspectReport> from_wire(const v1::InspectReport& report) {
+  const InspectionId id{report.inspection()};
+  if (report.code() != 0) {
+    if (report.problem().size() > kMaxReasonBytes) {
+      return invalid_argument("inspection.problem: {} bytes are more than the limit of {}", report.problem().size(),
+                              kMaxReasonBytes);
+    }
+    constexpr int kLast = static_cast<int>(StatusCode::kUnauthenticated);
+    const int code =
+        report.code() < 0 || report.code() > kLast ? static_cast<int>(StatusCode::kUnknown) : report.code();
+    return InspectReport{id, make_error(static_cast<StatusCode>(code), "{}", report.problem())};
+  }
+  LM_ASSIGN_OR_RETURN(Inspection found, from_wire(report.found()));
+  return InspectReport{id, std::make_shared<const Inspection>(std::move(found))};
+}
+
+void to_wire(const InspectGrant& grant, v1::InspectGrant* out) {
+  out->set_inspection(grant.inspection.value);
+  to_wire(*grant.request, out->mutable_request());
+}
+
+Result<InspectGrant> from_wire(const v1::InspectGrant& grant) {
+  LM_ASSIGN_OR_RETURN(InspectionRequest files, from_wire(grant.request()));
+  return InspectGrant{InspectionId{grant.inspection()}, std::make_shared<const InspectionRequest>(std::move(files))};
 }
 
 }  // namespace lightmill

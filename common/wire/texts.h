@@ -1,4 +1,4 @@
-// Lists of sentences on the wire. Private to common/wire.
+// Sentences on the wire, and lists of them. Private to common/wire.
 #pragma once
 
 #include <string>
@@ -6,9 +6,16 @@
 #include <vector>
 
 #include "common/base/status.h"
+#include "common/base/text.h"
 #include "common/wire/limits.h"
 
 namespace lightmill {
+
+/// What is sent in place of a sentence that may quote files of any bytes: a message with such a string would be refused
+/// whole, and its stream end.
+inline std::string sentence(std::string_view text) {
+  return cut_text(printable(text, true), kMaxReasonBytes - std::string_view("…").size());
+}
 
 /// A repeated field of strings: at most kMaxMethodNotes of at most kMaxReasonBytes each.
 template <class Repeated>

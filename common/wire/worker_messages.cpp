@@ -72,6 +72,12 @@ Result<std::vector<LeaseId>> lease_list(const T& leases) {
   return out;
 }
 
+/// One kind of message as any.
+template <class Message, class One>
+Result<Message> as_message(Result<One> one) {
+  return one.ok() ? Result<Message>(*std::move(one)) : Result<Message>(one.status());
+}
+
 // ---- worker → coordinator ----
 
 struct RequestWriter {
@@ -115,7 +121,7 @@ struct RequestWriter {
   void operator()(const WorkerReturn& message) const { out->mutable_lease_return()->set_lease(message.lease.value); }
   void operator()(const WorkerRefusal& refusal) const {
     out->mutable_refusal()->set_job(refusal.job.value);
-    out->mutable_refusal()->set_reason(refusal.reason);
+    out->mutable_refusal()->set_reason(sentence(refusal.reason));
     out->mutable_refusal()->set_own_limits(refusal.own_limits);
   }
   void operator()(const WorkerDraining&) const { out->mutable_draining(); }
@@ -123,20 +129,13 @@ struct RequestWriter {
     v1::PilotReport* wire = out->mutable_pilot();
     wire->set_lease(report.lease.value);
     wire->set_choice(report.choice);
-    wire->mutable_reasons()->Assign(report.reasons.begin(), report.reasons.end());
+    for (const std::string& reason : report.reasons) {
+      wire->add_reasons(sentence(reason));
+    }
     wire->set_seconds(report.seconds);
     wire->mutable_shifts()->Assign(report.allocation.shifts().begin(), report.allocation.shifts().end());
   }
-  void operator()(const InspectReport& report) const {
-    v1::InspectReport* wire = out->mutable_inspection();
-    wire->set_inspection(report.inspection.value);
-    if (report.found.ok()) {
-      to_wire(**report.found, wire->mutable_found());
-    } else {
-      wire->set_code(static_cast<int>(report.found.status().code()));
-      wire->set_problem(message_of(report.found.status()));
-    }
-  }
+  void operator()(const InspectReport& report) const { to_wire(report, out->mutable_inspection()); }
 };
 
 Result<WorkerMessage> hello_from_wire(const v1::WorkerHello& hello) {
@@ -204,19 +203,6 @@ Result<WorkerMessage> pilot_from_wire(const v1::PilotReport& report) {
   return WorkerMessage(std::move(out));
 }
 
-Result<WorkerMessage> inspection_from_wire(const v1::InspectReport& report) {
-  const InspectionId id{report.inspection()};
-  if (report.code() != 0) {
-    LM_RETURN_IF_ERROR(check_length("inspection.problem", report.problem(), kMaxReasonBytes));
-    constexpr int kLast = static_cast<int>(StatusCode::kUnauthenticated);
-    const int code =
-        report.code() < 0 || report.code() > kLast ? static_cast<int>(StatusCode::kUnknown) : report.code();
-    return WorkerMessage(InspectReport{id, make_error(static_cast<StatusCode>(code), "{}", report.problem())});
-  }
-  LM_ASSIGN_OR_RETURN(Inspection found, from_wire(report.found()));
-  return WorkerMessage(InspectReport{id, std::make_shared<const Inspection>(std::move(found))});
-}
-
 // ---- coordinator → worker ----
 
 struct ResponseWriter {
@@ -260,10 +246,7 @@ struct ResponseWriter {
     wire->set_allocate(grant.allocate);
   }
   void operator()(const Notice& notice) const { out->mutable_notice()->set_text(notice.text); }
-  void operator()(const InspectGrant& grant) const {
-    out->mutable_inspection()->set_inspection(grant.inspection.value);
-    to_wire(*grant.request, out->mutable_inspection()->mutable_request());
-  }
+  void operator()(const InspectGrant& grant) const { to_wire(grant, out->mutable_inspection()); }
   void operator()(const Dismissal& dismissal) const { out->mutable_dismissal()->set_reason(dismissal.reason); }
 };
 
@@ -384,7 +367,7 @@ Result<WorkerMessage> from_wire(const v1::WorkRequest& request) {
     case v1::WorkRequest::kPilot:
       return pilot_from_wire(request.pilot());
     case v1::WorkRequest::kInspection:
-      return inspection_from_wire(request.inspection());
+      return as_message<WorkerMessage>(from_wire(request.inspection()));
     case v1::WorkRequest::MESSAGE_NOT_SET:
       break;
   }
@@ -421,11 +404,8 @@ Result<CoordinatorMessage> from_wire(const v1::WorkResponse& response) {
     case v1::WorkResponse::kDismissal:
       LM_RETURN_IF_ERROR(check_length("dismissal.reason", response.dismissal().reason(), kMaxReasonBytes));
       return CoordinatorMessage(Dismissal{response.dismissal().reason()});
-    case v1::WorkResponse::kInspection: {
-      LM_ASSIGN_OR_RETURN(InspectionRequest files, from_wire(response.inspection().request()));
-      return CoordinatorMessage(InspectGrant{InspectionId{response.inspection().inspection()},
-                                             std::make_shared<const InspectionRequest>(std::move(files))});
-    }
+    case v1::WorkResponse::kInspection:
+      return as_message<CoordinatorMessage>(from_wire(response.inspection()));
     case v1::WorkResponse::MESSAGE_NOT_SET:
       break;
   }

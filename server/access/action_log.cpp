@@ -16,17 +16,6 @@ std::string_view host_of(std::string_view peer) {
   return peer.substr(0, peer.rfind(':'));
 }
 
-std::string cut(std::string text) {
-  if (text.size() <= kMaxMessageBytes) {
-    return text;
-  }
-  std::size_t end = kMaxMessageBytes;
-  while (end > 0 && (static_cast<unsigned char>(text[end]) & 0xC0) == 0x80) {
-    --end;  // not within a character
-  }
-  return text.substr(0, end) + "…";
-}
-
 bool same_coming(const Action& a, const Action& b) {
   return a.who == b.who && a.proof == b.proof && a.token == b.token && host_of(a.peer) == host_of(b.peer) &&
          b.unix_ms - a.unix_ms < kSameComingMs;
@@ -71,7 +60,7 @@ void ActionLog::drop_oldest(Kind kind, Change& change) {
 
 ActionLog::Change ActionLog::add(Action action) {
   action.about = as_name(action.about);
-  action.message = cut(printable(action.message));
+  action.message = cut_text(printable(action.message), kMaxMessageBytes);
   Change change;
   const Kind kind = kind_of(action);
   if (kind == kWorker) {
@@ -95,17 +84,21 @@ ActionLog::Change ActionLog::add(Action action) {
   return change;
 }
 
-std::vector<Action> ActionLog::find(const ActionFilter& filter, std::size_t most) const {
-  std::vector<Action> found;
+ActionPage ActionLog::find(const ActionFilter& filter, std::size_t most) const {
+  ActionPage page;
   auto at = filter.before == 0 ? entries_.end() : entries_.lower_bound(filter.before);
-  while (at != entries_.begin() && found.size() < most) {
+  for (std::size_t looked = 0; at != entries_.begin(); ++looked) {
+    if (page.actions.size() == most || looked == kLookedAt) {
+      page.next = at->first;
+      break;
+    }
     const Action& action = (--at)->second;
     if ((filter.job == 0 || action.job == filter.job) && (filter.who.empty() || action.who == filter.who) &&
         action.unix_ms >= filter.since_unix_ms) {
-      found.push_back(action);
+      page.actions.push_back(action);
     }
   }
-  return found;
+  return page;
 }
 
 std::string peer_text(std::string_view peer) {

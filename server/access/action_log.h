@@ -54,6 +54,11 @@ struct ActionFilter {
   std::uint64_t before = 0;  ///< numbers below; 0: from the newest
 };
 
+struct ActionPage {
+  std::vector<Action> actions;  ///< newest first
+  std::uint64_t next = 0;       ///< ActionFilter::before of the next page; 0: there is none
+};
+
 /// All that is kept, in memory. Not thread-safe. Storing what changes is the caller's.
 class ActionLog {
  public:
@@ -67,8 +72,11 @@ class ActionLog {
   /// same place and as the same, is not recorded again. Texts from elsewhere are cut and made printable.
   Change add(Action action);
 
-  /// Newest first, at most `most`.
-  std::vector<Action> find(const ActionFilter& filter, std::size_t most) const;
+  /// So many entries are looked at for one page, which takes tenths of a millisecond whatever is sought.
+  static constexpr std::size_t kLookedAt = 4'096;
+  /// At most `most` that fit the filter (at least 1), and fewer where that takes a longer look: then there is a next
+  /// page.
+  ActionPage find(const ActionFilter& filter, std::size_t most) const;
   /// Whether a coordinator is at work, or was killed at it, by what is recorded.
   bool somebody_is_at_work() const { return at_work_; }
 

@@ -85,10 +85,6 @@ bool may(const Identity& caller, Right right, std::string_view owner) {
 
 }  // namespace
 
-std::string caller_key(const Call& call) {
-  return call.caller.name.empty() ? call.peer.substr(0, call.peer.rfind(':')) : call.caller.name;
-}
-
 std::span<const RpcRule> rpc_rules() {
   return kRules;
 }

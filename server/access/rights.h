@@ -69,9 +69,6 @@ struct Call {
   std::shared_ptr<const void> place = nullptr;
 };
 
-/// Whose share of what is limited a call takes: the caller's name, or where nobody has one, the address.
-std::string caller_key(const Call& call);
-
 /// In the order of Rpc.
 std::span<const RpcRule> rpc_rules();
 const RpcRule& rule_of(Rpc rpc);

@@ -134,12 +134,12 @@ AccessServiceImpl::Unary* AccessServiceImpl::ListActions(Context* context, const
   Unary* reactor = context->DefaultReactor();
   const ActionFilter filter{request->job(), request->who(), request->since_unix_ms(), *before};
   const bool posted = loop_->post([filter, most = *size, reply, reactor](FarmLoop::Turn& turn) {
-    const std::vector<Action> found = turn.actions.find(filter, static_cast<std::size_t>(most));
-    for (const Action& action : found) {
+    const ActionPage page = turn.actions.find(filter, static_cast<std::size_t>(most));
+    for (const Action& action : page.actions) {
       to_wire(action, reply->add_actions());
     }
-    if (found.size() == static_cast<std::size_t>(most)) {
-      reply->set_next_page_token(std::to_string(found.back().number));
+    if (page.next > 0) {
+      reply->set_next_page_token(std::to_string(page.next));
     }
     reactor->Finish(grpc::Status::OK);
   });

@@ -2,6 +2,7 @@
 #include <atomic>
 
 #include "common/wire/farm_messages.h"
+#include "server/access/call_limits.h"
 #include "server/api/grpc_gate.h"
 #include "server/api/grpc_status.h"
 #include "server/api/pages.h"
@@ -25,7 +26,7 @@ class InspectCall final : public grpc::ServerUnaryReactor, public std::enable_sh
       return finish(to_grpc(status));
     }
     const bool posted =
-        loop_.post([self = self_, caller = caller_key(*call), request = *request](FarmLoop::Turn& turn) {
+        loop_.post([self = self_, caller = caller_key(call->caller, call->peer), request = *request](FarmLoop::Turn& turn) {
           const auto told = [self](const Result<std::shared_ptr<const Inspection>>& found) { self->answer(found); };
           const Result<InspectionId> id = turn.inspect(caller, request, told);
           if (!id.ok()) {

@@ -1,6 +1,7 @@
 // POST /api/v1/inspect: has a worker read scene files.
 #include "common/wire/farm_messages.h"
 #include "lightmill/v1/render_service.pb.h"
+#include "server/access/call_limits.h"
 #include "server/api/submission.h"
 #include "server/web/job_intake.h"
 
@@ -24,7 +25,7 @@ ApiReply found_reply(const Inspection& found) {
 
 void JobIntake::inspect(const Call& call, LargeBody body, Reply reply) {
   on_side_thread_([&desk = desk_, &assets = assets_, budget = budget_, on_side_thread = on_side_thread_,
-                   caller = caller_key(call), body = std::move(body), back = desk_.expect(std::move(reply))] {
+                   caller = caller_key(call.caller, call.peer), body = std::move(body), back = desk_.expect(std::move(reply))] {
     const Result<InspectionRequest> request = read_request(body.text);
     const Status status = request.ok() ? check_files(*request, assets) : request.status();
     if (!status.ok()) {

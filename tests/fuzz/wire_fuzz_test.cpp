@@ -69,13 +69,22 @@ TEST(WireFuzz, DamagedWorkerMessagesBecomeValuesOrErrors) {
   result.node.range = result.key.range;
   result.node.values = {1, 2, 3, 4, 5, 6};
   result.hash = hash_of(result.node);
+  Inspection found;
+  found.scene = "packed";
+  found.assets = {Sha256{}};
+  found.notices = found.chosen = found.cameras = {"one", "two"};
+  found.facts = {{"triangles", "12"}};
+  found.methods = {{"path", true, "why"}};
   const std::vector<WorkerMessage> messages{
       WorkerHello{"w", "h", 1, 2, "class", "version", {{LeaseId{1}, 1, Sha256{}, kUnit}}, false},
       WorkerHeartbeat{{LeaseId{1}, LeaseId{2}}},
       result,
       WorkerReturn{LeaseId{3}},
       WorkerRefusal{JobId{1}, "why"},
-      WorkerDraining{}};
+      WorkerDraining{},
+      PilotReport{LeaseId{4}, 1, {"noise"}, 0.5, {}},
+      InspectReport{InspectionId{5}, std::make_shared<const Inspection>(found)},
+      InspectReport{InspectionId{6}, make_error(StatusCode::kInvalidArgument, "why")}};
   expect_survival<v1::WorkRequest>(messages, 6);
 }
 

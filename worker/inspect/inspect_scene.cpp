@@ -30,16 +30,7 @@ Status as_senders(const Status& status) {
 
 /// Names and lines of the files may have any bytes, of which no message is made.
 std::string cut(std::string_view raw) {
-  std::string text = printable(raw, true);
-  if (text.size() > kMostTextBytes) {
-    std::size_t end = kMostTextBytes;
-    while (end > 0 && (static_cast<unsigned char>(text[end]) & 0xc0) == 0x80) {
-      --end;  // within a character
-    }
-    text.resize(end);
-    text += "…";
-  }
-  return text;
+  return cut_text(printable(raw, true), kMostTextBytes);
 }
 
 std::vector<std::string> cut_all(std::vector<std::string> texts) {

@@ -90,6 +90,13 @@ TEST(Table, ShowsControlCharactersWithoutObeyingThem) {
             "a\\x0ab\\x1b[31mred  \\u009b  \\xff  \\u202e  é±…");
 }
 
+TEST(Text, IsCutBetweenCharacters) {
+  EXPECT_EQ(cut_text("abc", 3), "abc");
+  EXPECT_EQ(cut_text("abcd", 3), "abc…");
+  EXPECT_EQ(cut_text("aéé", 4), "aé…") << "a byte of the second é is left out with it";
+  EXPECT_EQ(cut_text("é", 1), "…");
+}
+
 TEST(Names, AreUtf8OfBoundedLengthWithoutControlCharacters) {
   for (const std::string& good : {std::string(), std::string("Kühlturm 冷却塔"), std::string(200, 'x')}) {
     EXPECT_TRUE(check_name("name", good).ok()) << good;

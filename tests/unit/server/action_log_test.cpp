@@ -53,7 +53,7 @@ TEST(ActionLogTest, CountsUpAlsoAfterAStart) {
   EXPECT_EQ(second.number, 2u);
   ActionLog again({}, {second, first});
   EXPECT_EQ(again.add(action("DeleteJob", 1)).added->number, 3u);
-  EXPECT_EQ(numbers(again.find({}, 10)), (Numbers{3, 2, 1})) << "newest first";
+  EXPECT_EQ(numbers(again.find({}, 10).actions), (Numbers{3, 2, 1})) << "newest first";
 }
 
 TEST(ActionLogTest, IsFoundByJobNameTimeAndPage) {
@@ -63,12 +63,34 @@ TEST(ActionLogTest, IsFoundByJobNameTimeAndPage) {
     each.who = i <= 3 ? "ada" : "bob";
     log.add(each);
   }
-  EXPECT_EQ(numbers(log.find({1, "", 0, 0}, 10)), (Numbers{5, 3, 1}));
-  EXPECT_EQ(numbers(log.find({0, "ada", 0, 0}, 10)), (Numbers{3, 2, 1}));
-  EXPECT_EQ(numbers(log.find({0, "", 4, 0}, 10)), (Numbers{6, 5, 4}));
-  EXPECT_EQ(numbers(log.find({1, "bob", 0, 0}, 10)), (Numbers{5}));
-  EXPECT_EQ(numbers(log.find({}, 4)), (Numbers{6, 5, 4, 3}));
-  EXPECT_EQ(numbers(log.find({0, "", 0, 3}, 4)), (Numbers{2, 1}));
+  EXPECT_EQ(numbers(log.find({1, "", 0, 0}, 10).actions), (Numbers{5, 3, 1}));
+  EXPECT_EQ(numbers(log.find({0, "ada", 0, 0}, 10).actions), (Numbers{3, 2, 1}));
+  EXPECT_EQ(numbers(log.find({0, "", 4, 0}, 10).actions), (Numbers{6, 5, 4}));
+  EXPECT_EQ(numbers(log.find({1, "bob", 0, 0}, 10).actions), (Numbers{5}));
+  EXPECT_EQ(numbers(log.find({}, 4).actions), (Numbers{6, 5, 4, 3}));
+  EXPECT_EQ(numbers(log.find({0, "", 0, 3}, 4).actions), (Numbers{2, 1}));
+}
+
+TEST(ActionLogTest, LooksAtABoundedPartForOnePage) {
+  ActionLog log({}, {});
+  log.add(action("SubmitJob", 7));
+  for (std::size_t i = 0; i < 2 * ActionLog::kLookedAt; ++i) {
+    log.add(action("CancelJob", 1));
+  }
+  log.add(action("SubmitJob", 7));
+  ActionFilter filter{7, "", 0, 0};
+  Numbers all;
+  std::size_t pages = 0;
+  do {
+    const ActionPage page = log.find(filter, 10);
+    const Numbers some = numbers(page.actions);
+    all.insert(all.end(), some.begin(), some.end());
+    filter.before = page.next;
+    ++pages;
+  } while (filter.before > 0);
+  EXPECT_EQ(pages, 3u);
+  EXPECT_EQ(all, (Numbers{2 * ActionLog::kLookedAt + 2, 1}));
+  EXPECT_EQ(log.find({7, "", 0, 0}, 1).next, 2 * ActionLog::kLookedAt + 2) << "there may be more";
 }
 
 TEST(ActionLogTest, RefusalsAndWorkersDoNotPushOutWhatWasDone) {
@@ -88,13 +110,13 @@ TEST(ActionLogTest, RefusalsAndWorkersDoNotPushOutWhatWasDone) {
     add(refusal(i));
     add(coming(fmt::format("w{}", i), "h:1", 1'000));
   }
-  EXPECT_EQ(log.find({}, 100).size(), 5u) << "one, and two of a quarter of eight each";
-  EXPECT_EQ(log.find({}, 100).back().what, "SubmitJob");
+  EXPECT_EQ(log.find({}, 100).actions.size(), 5u) << "one, and two of a quarter of eight each";
+  EXPECT_EQ(log.find({}, 100).actions.back().what, "SubmitJob");
   for (std::uint64_t i = 0; i < 8; ++i) {
     add(action("PauseJob", i));
   }
-  EXPECT_EQ(log.find({}, 100).size(), 12u);
-  const std::vector<std::uint64_t> kept = numbers(log.find({}, 100));
+  EXPECT_EQ(log.find({}, 100).actions.size(), 12u);
+  const std::vector<std::uint64_t> kept = numbers(log.find({}, 100).actions);
   EXPECT_EQ(std::set<std::uint64_t>(kept.begin(), kept.end()), stored) << "the store holds the same";
 }
 
@@ -103,10 +125,10 @@ TEST(ActionLogTest, WhatIsTooOldGoes) {
   log.add(action("SubmitJob", 1, 1));
   log.add(refusal(1));
   log.add(action("PauseJob", 1, 5 * kDayMs));
-  EXPECT_EQ(numbers(log.find({}, 100)), (Numbers{3, 2, 1}));
+  EXPECT_EQ(numbers(log.find({}, 100).actions), (Numbers{3, 2, 1}));
   EXPECT_EQ(log.add(action("CancelJob", 1, 10 * kDayMs + 2)).dropped, (Numbers{1}));
   EXPECT_EQ(log.add(action("DeleteJob", 1, 12 * kDayMs)).dropped, (Numbers{2}));
-  EXPECT_EQ(numbers(log.find({}, 100)), (Numbers{5, 4, 3}));
+  EXPECT_EQ(numbers(log.find({}, 100).actions), (Numbers{5, 4, 3}));
 }
 
 TEST(ActionLogTest, AWorkerThatComesAgainAndAgainIsWrittenDownOnce) {
@@ -122,7 +144,7 @@ TEST(ActionLogTest, AWorkerThatComesAgainAndAgainIsWrittenDownOnce) {
   EXPECT_FALSE(log.add(other).added);
   other.unix_ms += kHourMs;
   EXPECT_TRUE(log.add(other).added);
-  ActionLog again({}, log.find({}, 100));
+  ActionLog again({}, log.find({}, 100).actions);
   EXPECT_FALSE(again.add(other).added) << "also after a start";
 }
 
@@ -131,9 +153,9 @@ TEST(ActionLogTest, TellsACoordinatorThatStoppedFromOneThatWasKilled) {
   EXPECT_FALSE(log.somebody_is_at_work());
   log.add(action(std::string(kStart)));
   log.add(action("SubmitJob", 1));
-  EXPECT_TRUE(ActionLog({}, log.find({}, 100)).somebody_is_at_work());
+  EXPECT_TRUE(ActionLog({}, log.find({}, 100).actions).somebody_is_at_work());
   log.add(action(std::string(kStop)));
-  EXPECT_FALSE(ActionLog({}, log.find({}, 100)).somebody_is_at_work());
+  EXPECT_FALSE(ActionLog({}, log.find({}, 100).actions).somebody_is_at_work());
 }
 
 TEST(ActionLogTest, TextsFromElsewhereAreCutAndMadePrintable) {

@@ -244,6 +244,24 @@ TEST(FarmMessages, WorkerMessagesComeBackWhole) {
   EXPECT_TRUE(std::holds_alternative<WorkerDraining>(through_wire(WorkerMessage(WorkerDraining{}))));
 }
 
+TEST(FarmMessages, SentencesThatQuoteAnyBytesArriveAsText) {
+  const std::string rubbish = "f 1 2 \xe9\n" + std::string(100'000, 'x');
+  const auto arrived = [](const WorkerMessage& sent) {
+    v1::WorkRequest wire, read;
+    to_wire(sent, &wire);
+    EXPECT_TRUE(read.ParseFromString(wire.SerializeAsString())) << "it is not UTF-8";
+    const Result<WorkerMessage> message = from_wire(read);
+    EXPECT_TRUE(message.ok()) << message.status();
+    return message.value();
+  };
+  const std::string beginning = "f 1 2 \\xe9\n";
+  EXPECT_TRUE(std::get<WorkerRefusal>(arrived(WorkerRefusal{JobId{1}, rubbish})).reason.starts_with(beginning));
+  EXPECT_TRUE(std::get<PilotReport>(arrived(PilotReport{LeaseId{1}, 0, {rubbish}})).reasons[0].starts_with(beginning));
+  const Status failed = make_error(StatusCode::kInvalidArgument, "{}", rubbish);
+  EXPECT_TRUE(message_of(std::get<InspectReport>(arrived(InspectReport{InspectionId{1}, failed})).found.status())
+                  .starts_with(beginning));
+}
+
 TEST(FarmMessages, CoordinatorMessagesComeBackWhole) {
   const Welcome welcome{42, std::chrono::milliseconds(2500), std::chrono::seconds(10)};
   const auto greeted = std::get<Welcome>(through_wire(CoordinatorMessage(welcome)));
