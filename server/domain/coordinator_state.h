@@ -300,6 +300,7 @@ struct Coordinator::State {
 
   // ---- verifying.cpp ----
   void restore_results(Job& job, const StoredState& stored, const std::vector<StoredState::StoredResult>& results);
+  void forget_orphans(Step& step);
   std::uint32_t renderer_index(const Renderer& renderer);
   bool grant_verification(Worker& worker, Job& job, Time now, Step& step);
   /// What `outcome` of merging this result means for who had a part in which node.
@@ -364,6 +365,7 @@ struct Coordinator::State {
   std::unordered_map<std::string, JobId> by_request;
   std::set<JobId> timed_jobs;     ///< active and with a goal in seconds
   std::set<JobId> restored_jobs;  ///< to be looked at by the first tick, or held back until their time
+  std::vector<NodeKey> orphans;   ///< recorded results without their samples: forgotten with the next step
   FairQueue queue;
 
   std::map<std::string, Worker> workers;  ///< by name; also gone ones while leases are in their name

@@ -145,6 +145,7 @@ void Coordinator::State::distrust(SessionId session, LeaseId lease_id, const Sta
 void Coordinator::State::merge_result(Job& job, const Renderer& by, WorkerResult result, Time now, Step& step) {
   const std::string& name = by.worker;
   const NodeKey key = result.key;
+  forget_orphans(step);  // before anything is recorded in their place
   const auto pixel_samples = static_cast<double>(key.range.count()) * static_cast<double>(job.pixels_of(key.tile));
   job.record.worker_seconds += result.seconds;
   if (result.seconds > 0) {

@@ -48,7 +48,8 @@ void Coordinator::State::restore_results(Job& job, const StoredState& stored,
     const auto node =
         std::ranges::find_if(forest, [&](const NodePtr& each) { return each->range.contains(result.range); });
     if (node == forest.end()) {
-      continue;  // its node was damaged, and is rendered again
+      orphans.push_back({job.id(), result.tile, result.range});  // its node was damaged, and is rendered again
+      continue;
     }
     const Renderer& by = stored.renderers.at(result.by);
     machines_before.insert(by.machine);
@@ -60,6 +61,13 @@ void Coordinator::State::restore_results(Job& job, const StoredState& stored,
     if (result.to_verify && (job.active() || job.record.state == JobState::done)) {
       job.verifications.open({result.range, result.tile}, {by, result.hash});
     }
+  }
+}
+
+/// Others may render the samples, also of another class: what was claimed of them before is not of them.
+void Coordinator::State::forget_orphans(Step& step) {
+  for (const NodeKey& key : std::exchange(orphans, {})) {
+    step.writes.push_back(DropResults{key});
   }
 }
 

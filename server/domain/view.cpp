@@ -23,6 +23,7 @@ void Coordinator::tick(Time now, std::int64_t unix_ms, Step& step) {
       state.close_if_time_is_up(*job, now, step);
     }
   }
+  state.forget_orphans(step);
   // Jobs of an earlier coordinator may be complete, or may be leased from now on.
   const std::vector<JobId> restored(state.restored_jobs.begin(), state.restored_jobs.end());
   for (const JobId id : restored) {

@@ -303,11 +303,18 @@ void FarmSimulation::server_receives(const std::shared_ptr<Stream>& stream, Work
   if (!stream->said_hello) {
     if (auto* hello = std::get_if<WorkerHello>(&message)) {
       stream->said_hello = true;
-      brought_[hello->name] = hello->held.size();
       if (bugs_.ignore_machines) {
         hello->machine = hello->name;
       }
-      on_server([&](Step& step) { coordinator_->worker_connected(stream->session, *hello, now_, step); });
+      on_server([&](Step& step) {
+        coordinator_->worker_connected(stream->session, *hello, now_, step);
+        const bool dismissed = std::ranges::any_of(step.after_commit, [&](const Outgoing& sent) {
+          return sent.to == stream->session && std::holds_alternative<Dismissal>(sent.message);
+        });
+        if (!dismissed) {  // else its name is that of another one, which is here
+          brought_[hello->name] = hello->held.size();
+        }
+      });
     } else {
       fail("a stream does not begin with a hello");
     }

@@ -140,6 +140,25 @@ TEST_F(VerifyingTest, ARestartForgetsNeitherQuarantineNorWhatIsToBeVerified) {
   EXPECT_EQ(status(job).counters.results_verified, 1u);
 }
 
+TEST_F(VerifyingTest, ResultsWhoseSamplesWereLostAreForgottenWithTheNextStep) {
+  const JobId job = submit_verified();
+  const SessionId a = connect_on("m1", "a");
+  const WorkerResult first = result(got<LeaseGrant>(a)[0], TileId{0});
+  say(a, first);
+  StoredState stored = stored_with(job, first, {"a", "m1"});
+  stored.jobs[0].nodes.clear();  // damaged: the store has left it out
+  restart(std::move(stored));
+  writes.clear();
+  pass(std::chrono::milliseconds(1));
+  const auto dropped =
+      std::ranges::find_if(writes, [](const StoreOp& op) { return std::holds_alternative<DropResults>(op); });
+  ASSERT_NE(dropped, writes.end());
+  EXPECT_EQ(std::get<DropResults>(*dropped).key, first.key);
+  writes.clear();
+  pass(std::chrono::milliseconds(1));
+  EXPECT_EQ(written<DropResults>(), 0u) << "once";
+}
+
 TEST_F(VerifyingTest, NothingOfACancelledJobIsToBeVerifiedAfterARestartEither) {
   const JobId job = submit_verified();
   const SessionId a = connect_on("m1", "a"), b = connect_on("m2", "b");
