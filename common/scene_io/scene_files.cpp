@@ -10,6 +10,10 @@ namespace {
 class FilesOnDisk final : public SceneFiles {
  public:
   Result<std::string> read(const fs::path& path, std::uint64_t limit_bytes) const override {
+    std::error_code error;
+    if (const fs::file_status what = fs::status(path, error); fs::exists(what) && !fs::is_regular_file(what)) {
+      return invalid_argument("cannot read {}: it is no regular file", path.string());  // a pipe or a device has no end
+    }
     return read_file(path, limit_bytes);
   }
   bool exists(const fs::path& path) const override {

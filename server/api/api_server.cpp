@@ -71,6 +71,9 @@ std::vector<std::string> served_methods() {
   return methods;
 }
 
+/// The farm's thread may stand still as long as nothing can be stored: who can do so later does not wait for it.
+constexpr std::chrono::seconds kFarmPatience(5);
+
 std::set<Sha256> assets_of(const StoredState& state) {
   std::set<Sha256> wanted;
   for (const StoredState::StoredJob& job : state.jobs) {
@@ -200,9 +203,11 @@ int ApiServer::port() const {
 }
 
 void ApiServer::forget_unused_assets() {
-  std::promise<std::set<Sha256>> wanted;
-  if (parts_->loop->post([&wanted](FarmLoop::Turn& turn) { wanted.set_value(turn.farm.assets()); })) {
-    forget_others(*parts_->assets, wanted.get_future().get());
+  const auto wanted = std::make_shared<std::promise<std::set<Sha256>>>();
+  std::future<std::set<Sha256>> answer = wanted->get_future();
+  if (parts_->loop->post([wanted](FarmLoop::Turn& turn) { wanted->set_value(turn.farm.assets()); }) &&
+      answer.wait_for(kFarmPatience) == std::future_status::ready) {
+    forget_others(*parts_->assets, answer.get());
   }
 }
 

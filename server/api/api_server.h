@@ -45,7 +45,8 @@ class ApiServer {
   int port() const;
   /// No work is handed out, and jobs say why; empty: it is.
   void set_space(const std::string& why);
-  /// Forgets assets that no job needs, nor did for a day. Waits for the disk.
+  /// Forgets assets that no job needs, nor did for a day; none while the farm is too busy to say which. Waits for the
+  /// disk.
   void forget_unused_assets();
   int web_port() const;  ///< 0 without `web`
   /// Ends streams with UNAVAILABLE, answers what is under way, commits, and ends all threads. An error if something

@@ -137,7 +137,7 @@ void Coordinator::hold(const std::string& why, Time now, Step& step) {
 }
 
 Status Coordinator::remove(JobId id, Time now, Step& step) {
-  LM_ASSIGN_OR_RETURN(Job* const job, state_->ended_or_not(id, true, "deleted"));
+  LM_ASSIGN_OR_RETURN(Job* const job, state_->ended_or_not(id, true, "deleted before it is cancelled"));
   (void)now;
   state_->forget_job(*job, step);
   note(step, Note::Level::info, "job {} is deleted", id.value);

@@ -180,12 +180,16 @@ std::optional<Claim> Coordinator::State::claim_of_film(const Job& job, const Nod
   const auto found = job.parts.find({key.tile, key.range});
   const std::span<const std::uint32_t> parts =
       found == job.parts.end() ? std::span<const std::uint32_t>() : std::span(found->second);
+  if (parts.empty() && job.record.spec.allow_mixed) {
+    return std::nullopt;  // of which class it is, nobody knows
+  }
   if (std::ranges::any_of(
           parts, [&](std::uint32_t part) { return renderers[part].fingerprint_class != by.fingerprint_class; })) {
     return std::nullopt;
   }
   const std::vector<NodePtr>& forest = job.film.forest(key.tile);
   const auto node = std::ranges::find_if(forest, [&](const NodePtr& each) { return each->range == key.range; });
+  LM_CHECK(node != forest.end(), "{} is in no film", describe_place(job, key.tile, key.range));
   return Claim{parts.size() == 1 ? renderers.at(parts.front()) : Renderer{"", "", by.fingerprint_class},
                hash_of(**node)};
 }

@@ -211,12 +211,17 @@ std::uint64_t AssetFolder::collect(const std::set<Sha256>& wanted, std::int64_t 
     if (wanted.contains(digest) || fs::last_write_time(path, error) > oldest) {
       continue;
     }
-    const std::uintmax_t size_bytes = fs::file_size(path, error);
-    if (!error && remove_unless_kept(digest, spare_age_seconds, [&] { return fs::remove(path, error); })) {
+    remove_unless_kept(digest, spare_age_seconds, [&] {
+      const MutexLock lock(placing_);  // an upload may have put a fresh one into its place meanwhile
+      const std::uintmax_t size_bytes = fs::file_size(path, error);
+      if (error || fs::last_write_time(path, error) > oldest || !fs::remove(path, error)) {
+        return false;
+      }
       freed_bytes += size_bytes;
-    }
+      budget_.release(size_bytes);
+      return true;
+    });
   }
-  budget_.release(freed_bytes);
   return freed_bytes;
 }
 

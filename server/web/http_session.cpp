@@ -148,12 +148,15 @@ class HttpSession final : public std::enable_shared_from_this<HttpSession> {
       return handle();
     }
     const std::uint64_t there = body_parser_->get().body().size();
-    if (there + kMostBodyBytes > held_bytes_) {
-      place_ = parts_.large_bodies.take_more(place_, kHeldAtOnce);
-      held_bytes_ += kHeldAtOnce;
-      if (place_ == nullptr) {
+    if (std::min(there + kMostBodyBytes, most_bytes) > held_bytes_) {
+      ByteBudget::Place more = parts_.large_bodies.take_more(place_, kHeldAtOnce);
+      if (more == nullptr) {
+        body_parser_.reset();  // its room is somebody else's now
+        place_ = nullptr;
         return refuse_rest(error_reply(resource_exhausted("too much is sent to the farm at once: try again")));
       }
+      place_ = std::move(more);
+      held_bytes_ += kHeldAtOnce;
     }
     stream_.tcp().expires_at(std::min(body_began_ + time_to_send(there), SteadyClock::now() + kRequestPatience));
     http::async_read_some(stream_, buffer_, *body_parser_,

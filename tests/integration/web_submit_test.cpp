@@ -183,6 +183,11 @@ TEST(WebSubmit, AllLargeBodiesTogetherHaveALimit) {
   const auto answer = [&](const std::string& body) { return web.post("/api/v1/jobs", body).result_int(); };
   EXPECT_TRUE(eventually([&] { return answer(large) == 503; }));
   EXPECT_EQ(answer("{}"), 400u) << "small ones are taken";
+  RawRequest slow(web, "/api/v1/jobs/1/cancel", "application/json", "Content-Length: 2\r\n");
+  slow.send("{");
+  std::this_thread::sleep_for(std::chrono::milliseconds(100));
+  slow.send("}");
+  EXPECT_EQ(slow.read().result_int(), 404u) << "also where they come in pieces";
   waiting.clear();
   EXPECT_TRUE(eventually([&] { return answer(large) == 400; }));
 }

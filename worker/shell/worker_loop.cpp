@@ -249,7 +249,10 @@ void WorkerLoop::stream_broke(const std::string& address, const Status& status, 
   if (failures_++ == 0 && !exit_) {
     // It may take seconds, in which the session has to find another coordinator.
     explaining_ = std::jthread([this, address, status] {
-      spdlog::warn("no connection to {}: {}; trying again", address, link_.explain(address, status));
+      const bool refused =
+          status.code() == StatusCode::kPermissionDenied || status.code() == StatusCode::kUnauthenticated;
+      spdlog::warn("{} {}: {}; trying again", refused ? "refused by" : "no connection to", address,
+                   link_.explain(address, status));
     });
   }
   failures_ = std::min(failures_, 1'000);

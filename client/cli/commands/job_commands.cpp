@@ -33,12 +33,27 @@ std::vector<std::string> table_row(const v1::Job& job) {
           fmt::format("{:.0f}%", std::floor(100 * fraction_done(job))),
           samples_text(job),
           error_text(job).empty() ? "-" : error_text(job),
-          running && job.eta_seconds() >= 0 ? human_seconds(job.eta_seconds()) : "-",
+          running && job.reason().empty() && job.eta_seconds() >= 0 ? human_seconds(job.eta_seconds()) : "-",
           fmt::format("{}x{}", job.width(), job.height()),
           method_text(job),
           job.owner(),
           human_date(job.submitted_unix_ms()),
           job.name()};
+}
+
+/// What jobs that are not done wait for, each thing once.
+std::vector<std::string> waits_of(std::span<const v1::Job> jobs) {
+  std::map<std::string, std::vector<std::uint64_t>> by_reason;
+  for (const v1::Job& job : jobs) {
+    if (!job.reason().empty() && (job.state() == v1::JOB_STATE_RUNNING || job.state() == v1::JOB_STATE_QUEUED)) {
+      by_reason[job.reason()].push_back(job.id());
+    }
+  }
+  std::vector<std::string> lines;
+  for (const auto& [reason, ids] : by_reason) {
+    lines.push_back(fmt::format("{} {}: {}", ids.size() == 1 ? "job" : "jobs", fmt::join(ids, ", "), reason));
+  }
+  return lines;
 }
 
 Status list_jobs(FarmConnection& connection, const Console& console, std::size_t limit) {
@@ -57,6 +72,7 @@ Status list_jobs(FarmConnection& connection, const Console& console, std::size_t
     console.result("no jobs yet: `lightmill submit SCENE` queues one");
   } else {
     print_table(console, rows);
+    console.notices(waits_of(jobs));
   }
   return ok_status();
 }

@@ -1,5 +1,7 @@
 #include "server/store/sqlite/database.h"
 
+#include <algorithm>
+
 namespace lightmill::sqlite {
 
 Status error_of(int code, sqlite3* database, std::string_view what) {
@@ -23,7 +25,9 @@ Status error_of(int code, sqlite3* database, std::string_view what) {
   }
   const char* file = database != nullptr ? sqlite3_db_filename(database, "main") : nullptr;
   const char* message = database != nullptr ? sqlite3_errmsg(database) : sqlite3_errstr(code);
-  return make_error(status, "{}: {}: {} (SQLite code {})", file != nullptr ? file : "database", what, message, code);
+  std::string at(what.substr(0, 60));
+  std::ranges::replace(at, '\n', ' ');
+  return make_error(status, "{}: {} (SQLite code {}, at {})", file != nullptr ? file : "database", message, code, at);
 }
 
 Result<bool> Statement::step() {

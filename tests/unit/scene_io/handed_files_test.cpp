@@ -1,7 +1,10 @@
 // Scenes from files that somebody handed over read those alone, whatever they name.
+#include <sys/stat.h>
+
 #include "common/base/file.h"
 #include "common/scene_io/scene_files.h"
 #include "common/wire/scene_proto.h"
+#include "tests/support/temporary_folder.h"
 #include "tests/unit/scene_io/load_fixture.h"
 
 namespace lightmill::test {
@@ -111,6 +114,16 @@ TEST_F(HandedScene, TakesNoNameTwiceAndNoneFromOutside) {
        {std::string(), std::string("/a"), std::string(".."), std::string("../a"), std::string("a/../../b"),
         std::string("."), std::string("a/"), std::string("a\0b", 3), std::string(5000, 'a')}) {
     EXPECT_FALSE(files_.add(name, digest).ok()) << name;
+  }
+}
+
+TEST(SceneFiles, PipesAndDevicesAreNoFilesOfAScene) {
+  const TemporaryFolder folder;
+  const std::filesystem::path pipe = folder.path() / "pipe.obj";
+  ASSERT_EQ(::mkfifo(pipe.c_str(), 0600), 0);
+  for (const std::filesystem::path& path : {pipe, std::filesystem::path("/dev/zero"), folder.path()}) {
+    const Result<std::string> read = files_on_disk().read(path, 1 << 20);
+    EXPECT_EQ(read.status().code(), StatusCode::kInvalidArgument) << path;
   }
 }
 

@@ -1,4 +1,5 @@
 /** Light groups as switches, strengths and colours: the picture follows at once, and nothing is rendered. */
+import {useRef} from 'preact/hooks';
 import {ofSwatch, swatchOf} from '../model/color';
 import {groupName, isAsRendered, kAsRendered, kMostGainStops, layerLabel, withGain, type Gain, type Relight} from '../model/layers';
 
@@ -6,10 +7,15 @@ function Row({layer, gain, onGain}: {layer: string; gain: Gain; onGain: (gain: G
   const label = layerLabel(layer);
   const {stops, tint} = gain;
   const off = stops === undefined;
+  const before = useRef(0); // its strength, for when it is switched on again
+  const turn = (on: boolean) => {
+    before.current = stops ?? before.current;
+    onGain({...gain, stops: on ? before.current : undefined});
+  };
   return (
     <div class="relight-row" role="group" aria-label={label}>
       <label class="relight-name">
-        <input type="checkbox" aria-label={label} checked={!off} onChange={(event) => onGain({...gain, stops: event.currentTarget.checked ? 0 : undefined})} /> {groupName(layer)}
+        <input type="checkbox" aria-label={label} checked={!off} onChange={(event) => turn(event.currentTarget.checked)} /> {groupName(layer)}
       </label>
       <input type="color" aria-label={`${label}: colour`} value={swatchOf(tint)} disabled={off} onInput={(event) => onGain({...gain, tint: ofSwatch(event.currentTarget.value)})} />
       <input

@@ -1,0 +1,207 @@
+#include "server/server_options.h"
+
+#include <CLI/CLI.hpp>
+#include <cstdlib>
+#include <filesystem>
+
+#include "common/base/address.h"
+#include "common/farm/job.h"
+#include "server/store/postgres/postgres_store.h"
+
+namespace lightmill {
+namespace {
+
+namespace fs = std::filesystem;
+
+std::string default_data_directory() {
+  if (const char* xdg = std::getenv("XDG_DATA_HOME"); xdg != nullptr && *xdg == '/') {
+    return (fs::path(xdg) / "lightmill").string();
+  }
+  if (const char* home = std::getenv("HOME"); home != nullptr && *home != '\0') {
+    return (fs::path(home) / ".local" / "share" / "lightmill").string();
+  }
+  return "lightmill-data";
+}
+
+void add_access_options(CLI::App& app, ServerOptions& options) {
+  const char* const group = "Access";
+  app.add_option(kCertificateOption, options.tls.certificate,
+                 "the coordinator's certificate: connections are encrypted, and callers have to show who they are")
+      ->type_name("FILE")
+      ->group(group);
+  app.add_option(kKeyOption, options.tls.key, "its private key (default: in the certificate's file)")
+      ->type_name("FILE")
+      ->group(group);
+  app.add_option(kAuthorityOption, options.tls.authority,
+                 "the authority that signs workers' and people's certificates; without it, callers show tokens")
+      ->type_name("FILE")
+      ->group(group);
+  app.add_flag("--authenticate", options.authenticate,
+               "ask for tokens also without a certificate, where only programs of this machine can call")
+      ->group(group);
+  app.add_flag(
+         "--insecure", options.insecure,
+         "let everybody who reaches it do everything, also from other machines; without it, that takes certificates")
+      ->group(group);
+}
+
+void add_page_options(CLI::App& app, ServerOptions& options) {
+  const char* const group = "Page";
+  app.add_option("--http", options.http,
+                 "also serve a web page to watch and steer renders, and a JSON API, on this address, such as "
+                 "127.0.0.1:7380; encrypted with --tls-cert, and then with a login")
+      ->type_name("HOST:PORT")
+      ->group(group);
+  app.add_option("--http-name", options.http_names,
+                 "a name by which the page is called, besides localhost, addresses and those in the certificate")
+      ->type_name("HOST")
+      ->group(group);
+  app.add_option("--http-port-file", options.http_port_file, "write the page's port here once it is served")
+      ->type_name("FILE")
+      ->group(group);
+  app.add_option("--pages", options.pages, "the folder of the page's files")
+      ->type_name("DIR")
+      ->default_str("lightmill-web beside this program")
+      ->group(group);
+}
+
+/// The page is served where gRPC would be.
+Status check_page(const ServerOptions& options) {
+  if (options.http.empty()) {
+    const char* const alone = !options.http_port_file.empty() ? "--http-port-file"
+                              : !options.http_names.empty()   ? "--http-name"
+                                                              : nullptr;
+    return alone == nullptr ? ok_status() : invalid_argument("{} is given without --http", alone);
+  }
+  Result<HostPort> address = parse_host_port(options.http);
+  LM_RETURN_IF_ERROR(with_context(address.status(), "--http"));
+  if (!is_loopback(address->host) && !options.tls.given() && !options.insecure) {
+    return failed_precondition(
+        "--http {}: others could use and stop this farm, and read what goes over the wire. Give it a certificate ({}; "
+        "`lightmill certs` makes one, docs/security.md says how), or leave the page to this machine (127.0.0.1): `ssh "
+        "-L 7380:127.0.0.1:7380 THIS-MACHINE` brings it to your browser",
+        options.http, kCertificateOption);
+  }
+  return ok_status();
+}
+
+/// Whether nobody can reach it who should not, or it is wanted so; FAILED_PRECONDITION says what to do.
+Status check_access(const ServerOptions& options, const HostPort& listen) {
+  if (options.tls.certificate.empty() && !options.tls.key.empty()) {
+    return invalid_argument("{} is given without {}, the coordinator's own certificate", kKeyOption,
+                            kCertificateOption);
+  }
+  if (options.tls.certificate.empty() && options.tls.given()) {
+    return invalid_argument("{} is given without {}, the coordinator's own certificate", kAuthorityOption,
+                            kCertificateOption);
+  }
+  if (options.tls.given()) {
+    if (options.insecure) {
+      return invalid_argument("--insecure and {} do not go together", kCertificateOption);
+    }
+    LM_ASSIGN_OR_RETURN(const TlsTexts texts, read_tls_files(options.tls, system_clock().unix_milliseconds() / 1000));
+    return with_context(check_names_hosts(texts), fmt::format("{} {}", kCertificateOption, options.tls.certificate));
+  }
+  if (options.insecure && options.authenticate) {
+    return invalid_argument("--insecure and --authenticate do not go together: others could read the tokens");
+  }
+  if (!is_loopback(listen.host) && !options.insecure) {
+    return failed_precondition(
+        "--listen {}: others could use and stop this farm, and read what goes over the wire. Give it certificates ({} "
+        "and {}; `lightmill certs` makes them, docs/security.md says how), or --insecure if the network keeps "
+        "strangers "
+        "out",
+        options.listen, kCertificateOption, kAuthorityOption);
+  }
+  return ok_status();
+}
+
+Status of_option(const char* option, const Status& status) {
+  return status.ok() ? status : make_error(status.code(), "{}: {}", option, message_of(status));
+}
+
+/// What no option's own check can tell.
+Status check_options(const ServerOptions& options) {
+  if (!options.store.empty()) {
+    LM_RETURN_IF_ERROR(
+        of_option("--store", options.store.starts_with("postgres://") || options.store.starts_with("postgresql://")
+                                 ? check_postgres_url(options.store)
+                                 : invalid_argument("must be postgres://USER@HOST/DATABASE")));
+  }
+  const Result<HostPort> address = parse_host_port(options.listen);
+  LM_RETURN_IF_ERROR(of_option("--listen", address.status()));
+  LM_RETURN_IF_ERROR(check_access(options, *address));
+  LM_RETURN_IF_ERROR(check_page(options));
+  return options.heartbeat_seconds * 2 > options.lease_seconds
+             ? invalid_argument("--lease-seconds must be at least twice --heartbeat-seconds")
+             : ok_status();
+}
+
+}  // namespace
+
+std::optional<int> parse_server_options(int argc, char** argv, ServerOptions& options) {
+  CLI::App app{
+      "The coordinator of a Lightmill farm: takes jobs from `lightmill`, hands them out to `lightmill-worker`s, keeps "
+      "what they have rendered.\n\nStart one, then workers with --server HOST:PORT, then render with `lightmill render "
+      "SCENE`.\nStop it with Ctrl-C or SIGTERM; started again on the same directory it goes on where it was.\n\n"
+      "Several coordinators may be given one --store: one is at work, the others stand by and take over within "
+      "seconds.\n",
+      "lightmill-server"};
+  app.set_version_flag("--version", fmt::format("lightmill-server {} ({})", LIGHTMILL_VERSION, kRendererVersion));
+  CLI::Option* data = app.add_option("--data", options.data, "directory of all its state; made if need be")
+                          ->type_name("DIR")
+                          ->default_str(default_data_directory());
+  app.add_option("--store", options.store,
+                 "keep all state in this PostgreSQL database instead: postgres://USER@HOST/DATABASE (a password in "
+                 "~/.pgpass)")
+      ->type_name("URL")
+      ->excludes(data);
+  app.add_option("--listen", options.listen, "address and port to listen on; port 0 takes a free one")
+      ->type_name("HOST:PORT")
+      ->capture_default_str();
+  app.add_option("--port-file", options.port_file, "write the port here once clients can connect")->type_name("FILE");
+  add_page_options(app, options);
+  add_access_options(app, options);
+  add_log_options(app, options.log);
+  add_limit(app, "--lease-seconds", options.lease_seconds, "SECONDS", {0.5, 3600.0},
+            "a worker that is silent for so long loses its work");
+  add_limit(app, "--heartbeat-seconds", options.heartbeat_seconds, "SECONDS", {0.1, 600.0},
+            "how often workers say that they live");
+  add_limit(app, "--unit-seconds", options.unit_seconds, "SECONDS", {0.05, 60.0},
+            "how long a worker should work on one unit");
+  add_limit(app, "--film-gib", options.film_gib, "GIB", {0.001, 1024.0},
+            "memory per job for nodes that are out or wait to be joined");
+  add_limit(app, "--films-gib", options.films_gib, "GIB", {0.001, 65536.0},
+            "memory of all films together; jobs beyond are refused");
+  add_limit(app, "--max-asset-gib", options.max_asset_gib, "GIB", {0.001, 1024.0}, "size of one asset");
+  add_limit(app, "--max-assets-gib", options.max_assets_gib, "GIB", {0.001, 1e6}, "disk for all assets together");
+  add_limit(app, "--max-jobs", options.max_jobs, "N", {1, 1'000'000}, "jobs that are kept");
+  add_limit(app, "--user-jobs", options.user_jobs, "N", {1, 1'000'000}, "those of one user");
+  add_limit(app, "--caller-requests", options.calls.requests_per_second, "N", {1.0, 1e6},
+            "requests a second of one caller, ten times as many at once");
+  add_limit(app, "--caller-streams", options.calls.streams_per_caller, "N", {1, 1'000'000},
+            "assets and films under way, and jobs that are watched, of one caller");
+  add_limit(app, "--streams", options.calls.streams, "N", {1, 1'000'000}, "the same of all callers");
+  add_limit(app, "--wire-gib", options.wire_gib, "GIB", {0.0625, 65536.0}, "memory for what is on its way");
+  add_limit(app, "--max-workers", options.max_workers, "N", {1, 1'000'000}, "workers that may connect");
+  add_limit(app, "--keep-days", options.keep_days, "DAYS", {0.0, 36'500.0},
+            "jobs that ended so long ago are deleted; 0: never");
+  add_limit(app, "--reserve-gib", options.reserve_gib, "GIB", {0.0, 65536.0},
+            "with less space on the disk of --data no work is handed out; jobs say so, and go on by themselves");
+  add_limit(app, "--log-entries", options.log_entries, "N", {100, 1'000'000},
+            "actions that the farm's log keeps (`lightmill log`); of refusals and workers that came, a quarter each");
+  add_limit(app, "--log-days", options.log_days, "DAYS", {1, 36'500}, "how long it keeps them at most");
+  CLI::App* const check = app.add_subcommand("check", "compare all that is stored with its checksums, and stop");
+  check->fallthrough()->footer(
+      "Takes --data or --store. What is damaged is taken out; what can be rendered again is, by the next coordinator.\n"
+      "Ends with 1 if more is lost than that. No coordinator may be at work.");
+  return parse_options(app, argc, argv, [&] {
+    options.check = check->parsed();
+    if (options.data.empty()) {
+      options.data = default_data_directory();
+    }
+    return check_options(options);
+  });
+}
+
+}  // namespace lightmill

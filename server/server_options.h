@@ -1,0 +1,47 @@
+// What lightmill-server is told on its command line.
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "common/base/daemon_options.h"
+#include "common/security/tls_files.h"
+#include "server/access/call_limits.h"
+
+namespace lightmill {
+
+struct ServerOptions {
+  std::string data;
+  std::string store;  ///< empty: SQLite in the data directory
+  std::string listen = "127.0.0.1:7350";
+  std::string port_file;
+  std::string http, http_port_file;  ///< empty: no page
+  std::vector<std::string> http_names;
+  std::string pages;
+  TlsFiles tls;
+  bool insecure = false, authenticate = false;
+  LogOptions log;
+  double lease_seconds = 10;
+  double heartbeat_seconds = 2;
+  double unit_seconds = 1;
+  double film_gib = 1;
+  double films_gib = 16;
+  double max_assets_gib = 64;
+  double max_asset_gib = 2;
+  std::uint32_t max_jobs = 10'000, user_jobs = 2'000;
+  CallLimitOptions calls;
+  double wire_gib = 4;
+  std::uint32_t max_workers = 10'000;
+  double keep_days = 90, reserve_gib = 0.25;
+  std::uint32_t log_entries = 50'000;
+  std::uint32_t log_days = 400;
+  bool check = false;  ///< what is stored, instead of serving it
+};
+
+/// Reads and checks them; an exit code if the program has nothing more to do, be it that help was asked for or that
+/// something is wrong, which is said then.
+std::optional<int> parse_server_options(int argc, char** argv, ServerOptions& options);
+
+}  // namespace lightmill
