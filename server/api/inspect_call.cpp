@@ -25,8 +25,8 @@ class InspectCall final : public grpc::ServerUnaryReactor, public std::enable_sh
     if (!status.ok()) {
       return finish(to_grpc(status));
     }
-    const bool posted =
-        loop_.post([self = self_, caller = caller_key(call->caller, call->peer), request = *request](FarmLoop::Turn& turn) {
+    const bool posted = loop_.post(
+        [self = self_, caller = caller_key(call->caller, call->peer), request = *request](FarmLoop::Turn& turn) {
           const auto told = [self](const Result<std::shared_ptr<const Inspection>>& found) { self->answer(found); };
           const Result<InspectionId> id = turn.inspect(caller, request, told);
           if (!id.ok()) {

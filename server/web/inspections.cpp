@@ -25,7 +25,8 @@ ApiReply found_reply(const Inspection& found) {
 
 void JobIntake::inspect(const Call& call, LargeBody body, Reply reply) {
   on_side_thread_([&desk = desk_, &assets = assets_, budget = budget_, on_side_thread = on_side_thread_,
-                   caller = caller_key(call.caller, call.peer), body = std::move(body), back = desk_.expect(std::move(reply))] {
+                   caller = caller_key(call.caller, call.peer), body = std::move(body),
+                   back = desk_.expect(std::move(reply))] {
     const Result<InspectionRequest> request = read_request(body.text);
     const Status status = request.ok() ? check_files(*request, assets) : request.status();
     if (!status.ok()) {

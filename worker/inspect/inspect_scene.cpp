@@ -116,7 +116,7 @@ Result<Inspection> inspect(const InspectionRequest& request, const SceneLimits& 
   for (const auto& [digest, bytes] : loaded->assets) {
     out.assets.push_back(digest);  // a map: sorted, each once
   }
-  LM_RETURN_IF_ERROR(hands.upload(loaded->assets));
+  LM_RETURN_IF_ERROR(hands.upload(loaded->assets, hands.go_on));
   out.notices = cut_all(loaded->notices);
   add_facts(scene_rows(*loaded, *report), out);
   add_facts(fact_rows(report->facts), out);

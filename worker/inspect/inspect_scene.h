@@ -14,10 +14,12 @@ namespace lightmill {
 
 struct InspectionHands {
   AssetFetch fetch;
-  /// Brings those assets that the farm lacks.
-  std::function<Status(const std::map<Sha256, std::string>& assets)> upload;
   /// Asked before every file and every longer step; an error ends the inspection.
-  std::function<Status()> go_on;
+  using GoOn = std::function<Status()>;
+  GoOn go_on;
+  /// Brings those assets that the farm lacks.
+  using Upload = std::function<Status(const std::map<Sha256, std::string>& assets, const GoOn& go_on)>;
+  Upload upload;
 };
 
 /// Reads nothing but the files of the request. INVALID_ARGUMENT for what is wrong with them, RESOURCE_EXHAUSTED for

@@ -84,7 +84,7 @@ Result<Inspection> Inspector::inspect(const InspectGrant& grant, const std::stop
                             to_seconds(kMostTime));
   };
   Result<Inspection> found = inspect_scene(
-      *grant.request, limits_, {[this](const Sha256& digest) { return assets_.get(digest); }, upload_, go_on});
+      *grant.request, limits_, {[this](const Sha256& digest) { return assets_.get(digest); }, go_on, upload_});
   spdlog::info("inspection {} of {} files: {} after {:.0f} ms", grant.inspection.value, grant.request->files.size(),
                found.ok() ? "done" : "failed", 1000 * to_seconds(system_clock().now() - start));
   return found;

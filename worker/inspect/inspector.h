@@ -16,7 +16,7 @@ namespace lightmill {
 /// more than a minute ends with DEADLINE_EXCEEDED at its next file or step.
 class Inspector {
  public:
-  using Upload = std::function<Status(const std::map<Sha256, std::string>& assets)>;
+  using Upload = InspectionHands::Upload;
   using Done = std::function<void(InspectReport)>;
   Inspector(AssetCache& assets, const SceneLimits& limits, Upload upload, Done done);
   /// Ends after the step that is under way.

@@ -186,7 +186,7 @@ Result<std::string> FarmLink::download(const Sha256& digest) {
   return status.ok() ? Result<std::string>(std::move(bytes)) : with_context(status, "asset " + digest.hex());
 }
 
-Status FarmLink::upload_missing(const std::map<Sha256, std::string>& assets) {
+Status FarmLink::upload_missing(const std::map<Sha256, std::string>& assets, const std::function<Status()>& go_on) {
   v1::FindMissingAssetsRequest request;
   for (const auto& [digest, bytes] : assets) {
     request.add_digests(digest_bytes(digest));
@@ -196,6 +196,7 @@ Status FarmLink::upload_missing(const std::map<Sha256, std::string>& assets) {
     return stub.FindMissingAssets(&context, request, &response);
   }));
   for (const std::string& missing : response.missing()) {
+    LM_RETURN_IF_ERROR(go_on());
     LM_ASSIGN_OR_RETURN(const Sha256 digest, digest_from_bytes(missing));
     const auto found = assets.find(digest);
     if (found == assets.end()) {

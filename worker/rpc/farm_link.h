@@ -52,8 +52,9 @@ class FarmLink {
 
   /// Downloads an asset from the coordinator of the last stream; blocks. NOT_FOUND, UNAVAILABLE.
   Result<std::string> download(const Sha256& digest);
-  /// Uploads those of the assets that the coordinator lacks; blocks. As download, and what uploads are refused with.
-  Status upload_missing(const std::map<Sha256, std::string>& assets);
+  /// Uploads those of the assets that the coordinator lacks; blocks. As download, what uploads are refused with, and
+  /// what `go_on` says, which is asked before each.
+  Status upload_missing(const std::map<Sha256, std::string>& assets, const std::function<Status()>& go_on);
 
  private:
   struct Connection;

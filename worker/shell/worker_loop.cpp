@@ -52,7 +52,7 @@ WorkerLoop::WorkerLoop(const WorkerOptions& options, const Clock& clock)
           }),
       inspector_(
           assets_, options.scene,
-          [this](const std::map<Sha256, std::string>& assets) { return link_.upload_missing(assets); },
+          [this](const auto& assets, const auto& go_on) { return link_.upload_missing(assets, go_on); },
           [this](InspectReport report) {
             post([this, report = std::move(report)](Time) { session_.inspection_done(report, actions_); });
           }),

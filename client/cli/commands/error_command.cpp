@@ -1,4 +1,5 @@
 // lightmill error IMAGE REFERENCE
+#include <filesystem>
 #include <nlohmann/json.hpp>
 
 #include "client/cli/context.h"
@@ -36,10 +37,19 @@ Result<Comparison> compare_files(const ErrorOptions& options) {
   return comparison;
 }
 
+bool is_png(const std::string& file) {
+  return std::filesystem::path(file).extension() == ".png";
+}
+
 ExitCode show_error(const Console& console, const ErrorOptions& options) {
   const Result<Comparison> comparison = compare_files(options);
   if (!comparison.ok()) {
     return console.fail(as_input_error(comparison.status()));
+  }
+  if (is_png(options.image) != is_png(options.reference)) {
+    const std::string& png = is_png(options.image) ? options.image : options.reference;
+    console.notices(std::vector{
+        fmt::format("{} has nothing that is brighter than white: where the other one has, they differ for that", png)});
   }
   const PictureError* const error = &comparison->error;
   console.object(nlohmann::json{{"image", options.image},

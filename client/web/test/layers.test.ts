@@ -41,6 +41,8 @@ test('only the rectangle is mixed', () => {
   const target = new Film(1n, kCrop, 'relit');
   mix(target, [{film: filled([1, 1, 1], [8, 16]), factor: [1, 1, 1]}], {x: 4, y: 1, width: 6, height: 1});
   expect([3, 4, 9].map((x) => kHalfValues[target.rgbe[4 * (10 + x)]!])).toEqual([0, 1, 1]);
+  const values = target.valuesOf({x: 3, y: 0, width: 2, height: 2});
+  expect([...values].map((bits) => kHalfValues[bits])).toEqual([0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 1, 1, 1, -1]);
   expect(target.rgbe[4 * 24]).toBe(0);
   expect([...target.counts]).toEqual([0, 16]);
 });

@@ -83,6 +83,16 @@ export class Film {
     return {rect, pixels};
   }
 
+  /** A copy of the values of a rectangle of the crop, row by row. */
+  valuesOf(rect: Rect): Uint16Array {
+    const values = new Uint16Array(4 * rect.width * rect.height);
+    for (let row = 0; row < rect.height; ++row) {
+      const from = 4 * ((rect.y + row) * this.crop.width + rect.x);
+      values.set(this.rgbe.subarray(from, from + 4 * rect.width), 4 * row * rect.width);
+    }
+    return values;
+  }
+
   pixel(x: number, y: number): Pixel | undefined {
     if (x < 0 || y < 0 || x >= this.crop.width || y >= this.crop.height) {
       return undefined;

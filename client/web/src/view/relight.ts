@@ -1,6 +1,6 @@
 /** The picture of light groups that are mixed anew, kept up with what comes. */
 import {useEffect, useMemo} from 'preact/hooks';
-import {Film} from '../model/film';
+import {Film, type Rect} from '../model/film';
 import {factorOf, mix, type Relight} from '../model/layers';
 import type {Job} from '../wire/lightmill/v1/farm_pb';
 import {farm} from './store';
@@ -15,17 +15,27 @@ export function useRelit(job: Job | undefined, lights: readonly string[], religh
     if (!target) {
       return;
     }
-    const {width, height} = target.crop;
     let frame = 0;
-    const all = () => {
+    let whole = true;
+    // By their places: what several layers have anew of one is mixed once.
+    const changed = new Map<string, Rect>();
+    const draw = () => {
       frame = 0;
-      const rect = {x: 0, y: 0, width, height};
-      mix(target, mixed, rect);
-      farm.tell(target, [{rect, pixels: target.rgbe}]);
+      const {width, height} = target.crop;
+      const rects = whole ? [{x: 0, y: 0, width, height}] : [...changed.values()];
+      whole = false;
+      changed.clear();
+      rects.forEach((rect) => mix(target, mixed, rect));
+      farm.tell(target, rects.map((rect) => ({rect, pixels: target.valuesOf(rect)})));
     };
-    const again = () => (frame ||= requestAnimationFrame(all));
+    const again = () => (frame ||= requestAnimationFrame(draw));
     again();
-    const stop = farm.onTiles((changed) => mixed.some(({film}) => film === changed) && again());
+    const stop = farm.onTiles((film, tiles) => {
+      if (mixed.some((each) => each.film === film)) {
+        tiles.forEach(({rect}) => changed.set(`${rect.x} ${rect.y}`, rect));
+        again();
+      }
+    });
     return () => {
       stop();
       cancelAnimationFrame(frame);
