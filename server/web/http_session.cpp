@@ -1,5 +1,6 @@
 #include "server/web/http_session.h"
 
+#include <boost/beast/core/detect_ssl.hpp>
 #include <boost/beast/core/flat_buffer.hpp>
 #include <boost/beast/http.hpp>
 #include <boost/beast/http/span_body.hpp>
@@ -67,14 +68,39 @@ class HttpSession final : public std::enable_shared_from_this<HttpSession> {
       return read();
     }
     stream_.tcp().expires_after(kRequestPatience);
-    stream_.async_handshake([self = shared_from_this()](error_code error) {
+    beast::async_detect_ssl(stream_.tcp(), buffer_, [self = shared_from_this()](error_code error, bool encrypts) {
       if (!error) {
-        self->read();
+        encrypts ? self->shake_hands() : self->read_unencrypted();
       }
     });
   }
 
  private:
+  void shake_hands() {
+    stream_.async_handshake(buffer_.data(), [self = shared_from_this()](error_code error, std::size_t used) {
+      self->buffer_.consume(used);
+      if (!error) {
+        self->read();
+      }
+    });
+  }
+  /// A browser that was not told https:// gets an answer, and nothing else.
+  void read_unencrypted() {
+    stream_.give_up_encryption();
+    to_https_ = true;
+    read();
+  }
+  void point_to_https() {
+    Response response = response_of(http::status::temporary_redirect);
+    response.keep_alive(false);
+    body_read_ = head_->is_done();  // it has none
+    const std::string_view target = as_std(request_.target());
+    response.set(http::field::location, fmt::format("https://{}{}", as_std(request_[http::field::host]),
+                                                    target.starts_with('/') ? target : "/"));
+    set_body(response, "text/plain; charset=utf-8",
+             shared("this address takes encrypted connections alone: put https:// before it\n"));
+    write(std::move(response));
+  }
   void read() {
     head_.emplace();
     head_->header_limit(kMostHeaderBytes);
@@ -95,6 +121,9 @@ class HttpSession final : public std::enable_shared_from_this<HttpSession> {
   }
 
   void take_head() {
+    if (to_https_) {
+      return point_to_https();
+    }
     const bool post = request_.method() == http::verb::post;
     const LargeCall* const large = post ? find_large_call(path()) : nullptr;
     if (large != nullptr) {
@@ -368,6 +397,7 @@ class HttpSession final : public std::enable_shared_from_this<HttpSession> {
   std::optional<Call> call_;      ///< if it was admitted before its body came
   SharedBytes body_;              ///< of the response
   Response response_;
+  bool to_https_ = false;  ///< an unencrypted request where all are to be encrypted
   bool handed_on_ = false;
 };
 

@@ -41,12 +41,14 @@ class WebStream {
   void async_write_some(const Buffers& buffers, Handler&& handler) {
     visit([&](auto& stream) { stream.async_write_some(buffers, std::forward<Handler>(handler)); });
   }
-  /// Of one that is encrypted.
-  template <class Handler>
-  void async_handshake(Handler&& handler) {
-    std::get<Encrypted>(stream_).stream.async_handshake(boost::asio::ssl::stream_base::server,
+  /// Of one that is encrypted; `begun` are bytes of it that were read already. The handler is told how many were used.
+  template <class Buffers, class Handler>
+  void async_handshake(const Buffers& begun, Handler&& handler) {
+    std::get<Encrypted>(stream_).stream.async_handshake(boost::asio::ssl::stream_base::server, begun,
                                                         std::forward<Handler>(handler));
   }
+  /// Of one that was to be encrypted, but whose other side does not.
+  void give_up_encryption() { stream_.emplace<Plain>(tcp().release_socket()); }
   /// Says that nothing more comes.
   template <class Handler>
   void async_end(Handler&& handler) {

@@ -425,6 +425,38 @@ TEST(WebAccess, AJobIsItsCallersWhateverItSaysAndIsWrittenDown) {
   EXPECT_EQ(times("GetJob", "eve", grpc::StatusCode::PERMISSION_DENIED), 1);
 }
 
+TEST(WebAccess, WhoIsNotEncryptedIsPointedToHttpsAndGetsNothingElse) {
+  SecureWeb web;
+  const std::string token = web.token("ada", {Role::view});
+  const auto ask = [&](http::verb verb, const std::string& target) {
+    beast::tcp_stream stream(web.socket());
+    http::request<http::string_body> request(verb, target, 11);
+    request.set(http::field::host, web.host());
+    request.set(http::field::authorization, "Bearer " + token);
+    request.body() = verb == http::verb::post ? std::string(1000, ' ') : "";
+    request.prepare_payload();
+    http::write(stream, request);
+    beast::flat_buffer buffer;
+    Response response;
+    http::read(stream, buffer, response);
+    if (verb == http::verb::get) {
+      beast::error_code error;
+      http::response<http::string_body> more;
+      http::read(stream, buffer, more, error);
+      EXPECT_EQ(error, http::error::end_of_stream) << "it hangs up";
+    }
+    return response;
+  };
+  for (const http::verb verb : {http::verb::get, http::verb::post}) {
+    const Response response = ask(verb, "/api/v1/jobs?page_size=2");
+    EXPECT_EQ(response.result_int(), 307u);
+    EXPECT_EQ(response[http::field::location], "https://" + web.host() + "/api/v1/jobs?page_size=2");
+    EXPECT_NE(response.body().find("https://"), std::string::npos);
+    EXPECT_EQ(response.body().find("jobs"), std::string::npos);
+  }
+  EXPECT_EQ(web.get("/api/v1/jobs", bearer(token)).result_int(), 200u) << "others go on";
+}
+
 TEST(WebAccess, ARenewedCertificateComesIntoUseWithoutARestart) {
   SecureWeb web;
   const auto serial = [&]() -> std::string {
