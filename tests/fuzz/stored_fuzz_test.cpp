@@ -146,6 +146,7 @@ class StoredFuzz : public test::CoordinatorTest {
   /// What a coordinator does on its first day.
   void start(StoredState state) {
     sent.clear();
+    writes.clear();
     worked.clear();
     restart(std::move(state));
     stand_still(std::chrono::seconds(60));

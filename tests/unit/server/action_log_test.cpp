@@ -162,7 +162,7 @@ TEST(ActionLogTest, TextsFromElsewhereAreCutAndMadePrintable) {
   ActionLog log({}, {});
   Action rude = refusal(1);
   rude.about = "w\x1b[31m" + std::string(10'000, 'x');
-  rude.message = std::string(399, 'y') + "ääää\n";
+  rude.message = fmt::format("{}ääää\n", std::string(399, 'y'));
   const Action kept = *log.add(rude).added;
   EXPECT_TRUE(check_name("about", kept.about).ok());
   EXPECT_EQ(kept.message, std::string(399, 'y') + "…");
