@@ -101,7 +101,6 @@ Result<State> open_state(const ServerOptions& options, StopRequest& stop) {
   return state;
 }
 
-/// `lightmill-server check`; DATA_LOSS if something is lost for good.
 /// Says what can be done about a state that does not open.
 Status with_advice(const Status& status) {
   switch (status.code()) {
@@ -115,6 +114,7 @@ Status with_advice(const Status& status) {
   }
 }
 
+/// `lightmill-server check`; DATA_LOSS if something is lost for good.
 Status check_stored(const ServerOptions& options, StopRequest& stop) {
   if (options.store.empty() && !fs::exists(options.data)) {
     return not_found("there is no directory {}", options.data);

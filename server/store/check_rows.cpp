@@ -90,7 +90,7 @@ Status check_stored(const StoredState& state) {
       status = check_nodes(job);
     }
     if (!status.ok()) {
-      return data_loss("the store is damaged: job {}: {}; put a backup back (docs/operations.md)", job.record.id.value,
+      return data_loss("the store is damaged: job {}: {}", job.record.id.value,
                        message_of(status));
     }
   }

@@ -91,12 +91,15 @@ class HttpSession final : public std::enable_shared_from_this<HttpSession> {
     read();
   }
   void point_to_https() {
+    const std::string_view host = as_std(request_[http::field::host]);
+    if (const Status status = check_rules(false, ""); !status.ok() || host.empty()) {
+      return refuse_rest(error_reply(status.ok() ? invalid_argument("ask by https://") : status));
+    }
     Response response = response_of(http::status::temporary_redirect);
     response.keep_alive(false);
     body_read_ = head_->is_done();  // it has none
     const std::string_view target = as_std(request_.target());
-    response.set(http::field::location, fmt::format("https://{}{}", as_std(request_[http::field::host]),
-                                                    target.starts_with('/') ? target : "/"));
+    response.set(http::field::location, fmt::format("https://{}{}", host, target.starts_with('/') ? target : "/"));
     set_body(response, "text/plain; charset=utf-8",
              shared("this address takes encrypted connections alone: put https:// before it\n"));
     write(std::move(response));

@@ -279,6 +279,7 @@ void LiveHub::add_job(Viewer& viewer, Message& message) const {
   }
   if (const std::string text = message_of(failure); text != viewer.failure_sent) {
     viewer.failure_sent = text;
+    viewer.job_version = 0;  // what is sent of the job again ends the failure
     if (!failure.ok()) {
       message.head.job_failure(failure);
       message.any = true;
@@ -299,7 +300,11 @@ void LiveHub::add_tiles(Viewer& viewer, Time now, Message& message) const {
     return;
   }
   bool more = false;
-  for (Watched& watched : viewer.layers) {
+  // In turns: a picture that changes faster than it can be sent leaves room for others.
+  const std::size_t begin = viewer.next_layer;
+  for (std::size_t i = 0; i < viewer.layers.size(); ++i) {
+    const std::size_t at = (begin + i) % viewer.layers.size();
+    Watched& watched = viewer.layers[at];
     const auto& tiles = watched.feed->tiles();
     if (tiles.size() == 0 || !tiles.news_for(watched.tiles)) {
       continue;
@@ -313,6 +318,7 @@ void LiveHub::add_tiles(Viewer& viewer, Time now, Message& message) const {
       message.tiles.push_back(entry->bytes);
     }
     more = more || changes.more;
+    viewer.next_layer = at + 1;
   }
   if (message.tiles.empty()) {
     return;

@@ -72,6 +72,7 @@ class LiveHub {
     std::string failure_sent;
     Time next_picture{}, last_sent{};
     std::vector<Watched> layers;  ///< beauty first; empty while no job is looked at
+    std::size_t next_layer = 0;   ///< whose turn it is to be sent first
   };
   struct Message {
     ViewUpdateWriter head;

@@ -65,6 +65,8 @@ void Inspector::work() {
                      : found.status();
     } catch (const std::bad_alloc&) {
       report.found = resource_exhausted("the scene takes more memory than its worker has");
+    } catch (const std::exception& error) {  // whatever a library throws at strange files: others are rendered here
+      report.found = internal_error("the scene cannot be read: {}", error.what());
     }
     if (!stop.stop_requested()) {
       done_(std::move(report));

@@ -37,7 +37,7 @@ Status check_tables(Session& session) {
                                     "to_regnamespace('lightmill'))"));
   const bool has_schema = there.flag(0, 0), has_meta = there.flag(0, 1), has_others = there.flag(0, 2);
   if (!has_meta && has_others) {
-    return data_loss("{}: the schema 'lightmill' is not of a Lightmill store: choose another database with --store",
+    return failed_precondition("{}: the schema 'lightmill' is not of a Lightmill store: choose another database with --store",
                      session.place());
   }
   if (!has_schema) {

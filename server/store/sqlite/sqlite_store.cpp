@@ -285,7 +285,7 @@ Status prepare_file(Database& database, const std::filesystem::path& file, bool 
                     sqlite::kApplicationId, kSqliteFormatVersion, sqlite::kSchema));
   }
   if (application != sqlite::kApplicationId) {
-    return data_loss("{} is not a Lightmill store (application id {:#x}): choose another directory with --data",
+    return failed_precondition("{} is not a Lightmill store (application id {:#x}): choose another directory with --data",
                      file.string(), application);
   }
   if (version > kSqliteFormatVersion) {

@@ -58,7 +58,7 @@ void TroubledFarm::end_fault() {
 }
 
 std::vector<std::string> TroubledFarm::ended_by_themselves() {
-  std::vector<std::string> ended;
+  std::vector<std::string> ended = std::exchange(badly_ended_, {});
   if (const std::optional<int> code = farm_.server().wait(milliseconds(0))) {
     ended.push_back(fmt::format("the coordinator has ended with code {}:\n{}", *code, farm_.server_log()));
   }
@@ -79,7 +79,11 @@ std::function<void()> TroubledFarm::end_worker() {
   const std::string name = worker_name(static_cast<int>(random_() % 2));
   farm_.worker(name).send(SIGTERM);
   return [this, name] {
-    (void)farm_.worker(name).wait(kToFinish);
+    const std::optional<int> code = farm_.worker(name).wait(kToFinish);
+    if (code != 0) {
+      badly_ended_.push_back(
+          fmt::format("worker {}, told to end, {}", name, code ? fmt::format("ended with code {}", *code) : "did not"));
+    }
     farm_.replace_worker(name);
   };
 }

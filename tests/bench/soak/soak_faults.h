@@ -36,7 +36,8 @@ class TroubledFarm {
   /// Undoes it.
   void end_fault();
   bool in_fault() const { return end_ != nullptr; }
-  /// Between faults: those of coordinator and workers that have ended without having been told to, in words.
+  /// Between faults: those of coordinator and workers that have ended without having been told to, or have not ended
+  /// well, in words.
   std::vector<std::string> ended_by_themselves();
 
  private:
@@ -63,6 +64,7 @@ class TroubledFarm {
   test::Farm farm_;
   std::vector<std::unique_ptr<test::FaultProxy>> lines_;  ///< of the workers, and the clients' one
   std::function<void()> end_;
+  std::vector<std::string> badly_ended_;  ///< workers that were told to end
 };
 
 }  // namespace lightmill::soak

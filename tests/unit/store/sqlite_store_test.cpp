@@ -253,7 +253,7 @@ TEST_F(SqliteStoreTest, AFileOfFormat5IsBroughtUpToDate) {
 
 TEST_F(SqliteStoreTest, AFileThatIsNoStoreIsRefused) {
   sql("CREATE TABLE other (x)");
-  EXPECT_EQ(open_sqlite_store(file_).status().code(), StatusCode::kDataLoss);
+  EXPECT_EQ(open_sqlite_store(file_).status().code(), StatusCode::kFailedPrecondition) << "not to be overwritten";
 }
 
 TEST(DataDirectory, HasOneUserAtATime) {

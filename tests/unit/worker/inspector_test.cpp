@@ -6,6 +6,7 @@
 #include <deque>
 #include <future>
 #include <new>
+#include <stdexcept>
 
 namespace lightmill {
 namespace {
@@ -22,6 +23,9 @@ class InspectorTest : public ::testing::Test {
   Result<std::string> fetch(const Sha256& digest) {
     if (digest == sha256("no memory")) {
       throw std::bad_alloc();
+    }
+    if (digest == sha256("strange")) {
+      throw std::length_error("too long");
     }
     if (digest == sha256("held")) {
       held_.set_value();
@@ -77,10 +81,14 @@ TEST_F(InspectorTest, TellsWhatIsFoundOfEach) {
   EXPECT_FALSE(missing.found.ok());
 }
 
-TEST_F(InspectorTest, LivesOnWhereTheMemoryEnds) {
+TEST_F(InspectorTest, LivesOnWhereTheMemoryEndsOrALibraryThrows) {
   inspector_.add(grant(1, "no memory"));
   EXPECT_EQ(next_report().found.status().code(), StatusCode::kResourceExhausted);
   inspector_.add(grant(2, kBall));
+  EXPECT_TRUE(next_report().found.ok());
+  inspector_.add(grant(3, "strange"));
+  EXPECT_EQ(next_report().found.status().code(), StatusCode::kInternal);
+  inspector_.add(grant(4, kBall));
   EXPECT_TRUE(next_report().found.ok());
 }
 

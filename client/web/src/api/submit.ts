@@ -21,8 +21,9 @@ export class Submitter {
       this.last = {job: text, requestId: hexOf(crypto.getRandomValues(new Uint8Array(16)))};
     }
     const answer = await post('jobs', {request_id: this.last.requestId, job});
-    this.last = undefined;
-    return fromJson(JobSchema, answer as JsonValue, {ignoreUnknownFields: true}).id;
+    const {id} = fromJson(JobSchema, answer as JsonValue, {ignoreUnknownFields: true});
+    this.last = undefined; // not before its answer was understood
+    return id;
   }
 }
 
