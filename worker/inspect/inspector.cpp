@@ -3,7 +3,6 @@
 #include <exception>
 #include <new>
 
-#include "common/base/clock.h"
 #include "common/base/log.h"
 
 namespace lightmill {
@@ -13,10 +12,13 @@ constexpr Duration kMostTime = std::chrono::seconds(60);
 
 }  // namespace
 
-Inspector::Inspector(AssetCache& assets, const SceneLimits& limits, Upload upload, Done done)
-    : assets_(assets), limits_(limits), upload_(std::move(upload)), done_(std::move(done)), thread_([this] {
-        work();
-      }) {}
+Inspector::Inspector(AssetCache& assets, const SceneLimits& limits, Upload upload, Done done, const Clock& clock)
+    : assets_(assets),
+      limits_(limits),
+      upload_(std::move(upload)),
+      done_(std::move(done)),
+      clock_(clock),
+      thread_([this] { work(); }) {}
 
 Inspector::~Inspector() {
   {
@@ -75,12 +77,12 @@ void Inspector::work() {
 }
 
 Result<Inspection> Inspector::inspect(const InspectGrant& grant, const std::stop_token& stop) {
-  const Time start = system_clock().now();
+  const Time start = clock_.now();
   const auto go_on = [&]() -> Status {
     if (stop.stop_requested()) {
       return cancelled("the worker leaves");
     }
-    return system_clock().now() < start + kMostTime
+    return clock_.now() < start + kMostTime
                ? ok_status()
                : make_error(StatusCode::kDeadlineExceeded, "reading the scene takes more than {:.0f} s",
                             to_seconds(kMostTime));
@@ -88,7 +90,7 @@ Result<Inspection> Inspector::inspect(const InspectGrant& grant, const std::stop
   Result<Inspection> found = inspect_scene(
       *grant.request, limits_, {[this](const Sha256& digest) { return assets_.get(digest); }, go_on, upload_});
   spdlog::info("inspection {} of {} files: {} after {:.0f} ms", grant.inspection.value, grant.request->files.size(),
-               found.ok() ? "done" : "failed", 1000 * to_seconds(system_clock().now() - start));
+               found.ok() ? "done" : "failed", 1000 * to_seconds(clock_.now() - start));
   return found;
 }
 

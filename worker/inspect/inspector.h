@@ -6,6 +6,7 @@
 #include <stop_token>
 #include <thread>
 
+#include "common/base/clock.h"
 #include "common/base/mutex.h"
 #include "common/farm/messages.h"
 #include "worker/inspect/inspect_scene.h"
@@ -18,7 +19,8 @@ class Inspector {
  public:
   using Upload = InspectionHands::Upload;
   using Done = std::function<void(InspectReport)>;
-  Inspector(AssetCache& assets, const SceneLimits& limits, Upload upload, Done done);
+  Inspector(AssetCache& assets, const SceneLimits& limits, Upload upload, Done done,
+            const Clock& clock = system_clock());
   /// Ends after the step that is under way.
   ~Inspector();
 
@@ -34,6 +36,7 @@ class Inspector {
   const SceneLimits limits_;
   const Upload upload_;
   const Done done_;
+  const Clock& clock_;
   Mutex mutex_;
   CondVar changed_;
   std::shared_ptr<const InspectGrant> waiting_ LM_GUARDED_BY(mutex_);

@@ -15,6 +15,17 @@ const std::string kBall = R"({"camera": {"eye": [0, 0, 5], "look_at": [0, 0, 0],
 "materials": [{"name": "grey", "diffuse": {"reflectance": {"rgb": [0.5, 0.5, 0.5]}}}],
 "objects": [{"name": "ball", "material": "grey", "sphere": {"center": [0, 0, 0], "radius": 1}}]})";
 
+/// Time passes when the test says so.
+class StepClock final : public Clock {
+ public:
+  Time now() const override { return Time(std::chrono::seconds(seconds_)); }
+  std::int64_t unix_milliseconds() const override { return 0; }
+  void pass(std::chrono::seconds time) { seconds_ += time.count(); }
+
+ private:
+  std::atomic<std::int64_t> seconds_ = 1000;
+};
+
 /// Fetches one file by its digest; the first fetch of a digest in `held` waits for its gate.
 class InspectorTest : public ::testing::Test {
  protected:
@@ -33,6 +44,10 @@ class InspectorTest : public ::testing::Test {
         std::this_thread::yield();
       }
       return std::string("held");
+    }
+    if (digest == sha256(kBall + "\n")) {
+      clock_.pass(std::chrono::seconds(61));
+      return kBall + "\n";
     }
     return digest == sha256(kBall) ? Result<std::string>(kBall) : not_found("there is no such asset");
   }
@@ -55,18 +70,24 @@ class InspectorTest : public ::testing::Test {
     return reports_.size();
   }
 
-  std::atomic<bool> open_ = false;
+  std::atomic<bool> open_ = false, slow_upload_ = false;
+  StepClock clock_;
   std::promise<void> held_;
   mutable Mutex mutex_;
   CondVar changed_;
   std::deque<InspectReport> reports_ LM_GUARDED_BY(mutex_);
   AssetCache assets_{[this](const Sha256& digest) { return fetch(digest); }, 1 << 20};
-  Inspector inspector_{assets_, SceneLimits{}, [](const auto&, const auto&) { return ok_status(); },
+  Inspector inspector_{assets_, SceneLimits{},
+                       [this](const auto&, const auto& go_on) {
+                         clock_.pass(std::chrono::seconds(slow_upload_ ? 61 : 0));
+                         return go_on();
+                       },
                        [this](InspectReport report) {
                          const MutexLock lock(mutex_);
                          reports_.push_back(std::move(report));
                          changed_.notify_one();
-                       }};
+                       },
+                       clock_};
 };
 
 TEST_F(InspectorTest, TellsWhatIsFoundOfEach) {
@@ -98,6 +119,18 @@ TEST_F(InspectorTest, ANewOneTakesThePlaceOfWhatIsBeingRead) {
   inspector_.add(grant(2, kBall));
   open_ = true;
   EXPECT_EQ(next_report().inspection, InspectionId{2}) << "nobody waits for the first";
+}
+
+TEST_F(InspectorTest, WhatTakesMoreThanAMinuteIsGivenUp) {
+  inspector_.add(grant(1, kBall + "\n"));
+  EXPECT_EQ(next_report().found.status().code(), StatusCode::kDeadlineExceeded);
+  slow_upload_ = true;
+  inspector_.add(grant(2, kBall));
+  EXPECT_EQ(next_report().found.status().code(), StatusCode::kDeadlineExceeded);
+  slow_upload_ = false;
+  inspector_.add(grant(3, kBall));
+  const InspectReport report = next_report();
+  EXPECT_TRUE(report.found.ok()) << report.found.status();
 }
 
 TEST_F(InspectorTest, NothingIsToldOfADroppedOne) {
