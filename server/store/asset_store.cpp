@@ -3,12 +3,21 @@
 namespace lightmill {
 
 bool AssetStore::keep(const Sha256& digest) const {
-  const MutexLock lock(keeping_);
-  if (!has(digest)) {
-    return false;
+  // Marked first: what is found to be there afterwards, nobody removes. Looking, which may take a disk's or a
+  // database's time, keeps nobody waiting.
+  const Moment now = std::chrono::steady_clock::now();
+  {
+    const MutexLock lock(keeping_);
+    kept_[digest] = now;
   }
-  kept_[digest] = std::chrono::steady_clock::now();
-  return true;
+  if (has(digest)) {
+    return true;
+  }
+  const MutexLock lock(keeping_);
+  if (const auto kept = kept_.find(digest); kept != kept_.end() && kept->second == now) {
+    kept_.erase(kept);
+  }
+  return false;
 }
 
 bool AssetStore::remove_unless_kept(const Sha256& digest, std::int64_t spare_age_seconds,

@@ -63,7 +63,7 @@ class AssetStore {
   virtual std::uint64_t total_bytes() const = 0;
 
  protected:
-  /// Removes an asset unless it was kept less than so many seconds ago. Nobody is told that it is there meanwhile.
+  /// Removes an asset unless it was kept less than so many seconds ago; who wants to keep it meanwhile waits.
   bool remove_unless_kept(const Sha256& digest, std::int64_t spare_age_seconds, const std::function<bool()>& remove);
 
  private:

@@ -16,7 +16,8 @@ class DataDirectory {
   static Result<DataDirectory> open(const std::filesystem::path& path);
 
   const std::filesystem::path& path() const { return path_; }
-  std::filesystem::path database_file() const { return path_ / "lightmill.sqlite"; }
+  std::filesystem::path database_file() const { return database_file_of(path_); }
+  static std::filesystem::path database_file_of(const std::filesystem::path& path) { return path / "lightmill.sqlite"; }
   std::filesystem::path assets_folder() const { return path_ / "assets"; }
 
  private:

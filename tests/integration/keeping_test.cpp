@@ -1,6 +1,8 @@
 // What keeps a farm going for years: a disk that is full, jobs that expire, and a state that is put back from a backup.
 #include <gtest/gtest.h>
 
+#include <fstream>
+
 #include <set>
 #include <thread>
 
@@ -117,6 +119,20 @@ TEST(Keeping, JobsThatEndedLongAgoAreDeletedAndOthersStay) {
     EXPECT_TRUE(client.stub().ListJobs(&list, {}, &jobs).ok());
     return jobs.jobs_size() == 1 && jobs.jobs(0).id() == waiting;
   }));
+}
+
+TEST(Check, AFolderWithoutAFarmIsNotCalledSound) {
+  const TemporaryFolder folder;
+  const auto check = [&] {
+    return run_command(
+        {std::string(LIGHTMILL_BINARY_DIR) + "/bin/lightmill-server", "check", "--data", folder.path().string()});
+  };
+  EXPECT_EQ(check().exit_code, 1);
+  EXPECT_TRUE(std::filesystem::is_empty(folder.path())) << "nothing is made there";
+  std::ofstream(folder.path() / "lightmill.sqlite").close();
+  const CommandResult empty = check();
+  EXPECT_EQ(empty.exit_code, 1);
+  EXPECT_NE(empty.err.find("is empty"), std::string::npos) << empty.err;
 }
 
 TEST(Keeping, ACopyOfTheDirectoryIsABackup) {

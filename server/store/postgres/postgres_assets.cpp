@@ -15,6 +15,7 @@ constexpr std::size_t kPieceBytes = std::size_t{1} << 20;
 constexpr auto kPatience = std::chrono::seconds(30);
 /// Connections at most; more uploads and downloads share them.
 constexpr std::size_t kMostSessions = 4;
+constexpr int kMostTries = 3;
 constexpr std::string_view kUniqueViolation = "23505";
 
 /// Sessions that are lent, one user at a time. Thread-safe.
@@ -244,30 +245,34 @@ Status PostgresUpload::finish() {
   if (!unsent_.empty() || !id_) {
     LM_RETURN_IF_ERROR(send_piece(unsent_));
   }
-  Borrowed session(store_.pool_);
   const ByteView digest = stored::view_of(digest_.bytes);
-  const Status status = session
-                            .query(
-                                "WITH own AS MATERIALIZED (SELECT fence($1)) UPDATE assets SET digest = $3, "
-                                "size_bytes = $4, stored = clock_timestamp() FROM own WHERE id = $2",
-                                Parameters(store_.leadership_->epoch(), *id_, digest, size_bytes_))
-                            .status();
-  if (status.ok()) {
-    kept_ = true;
-    store_.insert(digest_, {*id_, size_bytes_});
-    return status;
+  for (int tries = 0; tries < kMostTries; ++tries) {
+    Borrowed session(store_.pool_);
+    const Status status = session
+                              .query(
+                                  "WITH own AS MATERIALIZED (SELECT fence($1)) UPDATE assets SET digest = $3, "
+                                  "size_bytes = $4, stored = clock_timestamp() FROM own WHERE id = $2",
+                                  Parameters(store_.leadership_->epoch(), *id_, digest, size_bytes_))
+                              .status();
+    if (status.ok()) {
+      kept_ = true;
+      store_.insert(digest_, {*id_, size_bytes_});
+      return status;
+    }
+    if (session.last_state() != kUniqueViolation) {
+      return store_.explain(status);
+    }
+    // Whoever comes second finds the same bytes in place; its own go with it. What is there may be old: from now on it
+    // is kept, and what has been forgotten just now is put in place by the next try.
+    (void)store_.keep(digest_);
+    LM_ASSIGN_OR_RETURN(const Rows first,
+                        session.query("SELECT id, size_bytes FROM assets WHERE digest = $1", Parameters(digest)));
+    if (first.size() == 1) {
+      store_.insert(digest_, {first.natural(0, 0), first.natural(0, 1)});
+      return ok_status();
+    }
   }
-  if (session.last_state() != kUniqueViolation) {
-    return store_.explain(status);
-  }
-  // Whoever comes second finds the same bytes in place; its own go with it.
-  LM_ASSIGN_OR_RETURN(const Rows first,
-                      session.query("SELECT id, size_bytes FROM assets WHERE digest = $1", Parameters(digest)));
-  if (first.size() != 1) {
-    return unavailable("asset {} was forgotten while it was sent again: send it once more", digest_.hex());
-  }
-  store_.insert(digest_, {first.natural(0, 0), first.natural(0, 1)});
-  return ok_status();
+  return unavailable("asset {} was forgotten while it was sent again: send it once more", digest_.hex());
 }
 
 // ---- reading ----

@@ -106,6 +106,47 @@ TEST_P(AssetConformance, ManyCanPutTheSameAssetAtOnce) {
   EXPECT_EQ(get(*store, sha256(bytes)).value(), bytes);
 }
 
+TEST_P(AssetConformance, WhatIsKeptOrSentWhileOthersAreForgottenStays) {
+  const auto store = open();
+  constexpr int kAssets = 60;
+  const auto bytes_of = [](int i) { return fmt::format("asset {}", i); };
+  const auto digest_of = [&](int i) { return sha256(bytes_of(i)); };
+  for (int i = 0; i < kAssets; ++i) {
+    ASSERT_TRUE(put(*store, bytes_of(i), digest_of(i)).ok());
+  }
+  std::this_thread::sleep_for(std::chrono::milliseconds(2'100));  // all are old enough to go
+  std::atomic<int> lost = 0;
+  {
+    std::vector<std::jthread> threads;
+    threads.emplace_back([&] {  // the first third is asked for, perhaps too late
+      for (int i = 0; i < kAssets / 3; ++i) {
+        if (store->keep(digest_of(i))) {
+          lost += get(*store, digest_of(i)).ok() ? 0 : 1;
+        }
+      }
+    });
+    threads.emplace_back([&] {  // the second is sent again
+      for (int i = kAssets / 3; i < 2 * kAssets / 3; ++i) {
+        lost += put(*store, bytes_of(i), digest_of(i)).ok() && store->keep(digest_of(i)) ? 0 : 1;
+      }
+    });
+    threads.emplace_back([&] {
+      for (int i = 0; i < 3; ++i) {
+        store->collect({}, 2);
+      }
+    });
+  }
+  EXPECT_EQ(lost, 0);
+  std::uint64_t bytes = 0;
+  for (const Sha256& digest : store->digests()) {
+    bytes += store->size(digest).value();
+  }
+  EXPECT_EQ(store->total_bytes(), bytes);
+  for (int i = 2 * kAssets / 3; i < kAssets; ++i) {
+    EXPECT_FALSE(store->has(digest_of(i))) << i;
+  }
+}
+
 TEST_P(AssetConformance, CollectForgetsWhatNobodyWants) {
   const auto store = open();
   ASSERT_TRUE(put(*store, "wanted", sha256("wanted")).ok());
