@@ -7,6 +7,8 @@
 #include <arpa/inet.h>
 #include <netinet/in.h>
 #include <poll.h>
+#include <sys/ioctl.h>
+#include <sys/resource.h>
 #include <sys/socket.h>
 #include <unistd.h>
 
@@ -94,6 +96,9 @@ std::string words_of(int i, const std::string& job) {
   }
 }
 
+/// Of a connection whose answers nobody reads, bytes: the rest waits at its sender.
+constexpr int kFullWindow = 2048;
+
 /// The connections, kept up by a thread.
 class HostileClient {
  public:
@@ -105,8 +110,7 @@ class HostileClient {
     thread_ = std::jthread([this](const std::stop_token& stop) { come_again(stop); });
   }
   ~HostileClient() {
-    thread_.request_stop();
-    thread_.join();
+    stop();
     for (const int socket : sockets_) {
       ::close(socket);
     }
@@ -114,10 +118,25 @@ class HostileClient {
   HostileClient(const HostileClient&) = delete;
   HostileClient& operator=(const HostileClient&) = delete;
   int times_hung_up_on() const { return hung_up_on_; }
+  /// What is hung up on stays so from now on.
+  void stop() {
+    thread_.request_stop();
+    if (thread_.joinable()) {
+      thread_.join();
+    }
+  }
+  /// How many connections have been sent more than so many bytes, which nobody reads. Once it has stopped.
+  int answered(int bytes) const {
+    return static_cast<int>(std::ranges::count_if(sockets_, [&](int socket) {
+      int waiting = 0;
+      return ::ioctl(socket, FIONREAD, &waiting) == 0 && waiting > bytes;
+    }));
+  }
 
  private:
   void come(std::size_t i) {
     const int socket = ::socket(AF_INET, SOCK_STREAM | SOCK_CLOEXEC, 0);
+    LM_CHECK(socket >= 0, "connection {} cannot be made: {}", i, std::strerror(errno));
     const int small = 4096;
     (void)::setsockopt(socket, SOL_SOCKET, SO_RCVBUF, &small, sizeof(small));
     sockaddr_in own{}, server{};
@@ -195,7 +214,16 @@ std::string row(const std::string& name, Turns turns) {
                      turns.answer_ms[turns.answer_ms.size() * 99 / 100], spread(turns.core, 1));
 }
 
+/// As many files open as this process may have: a connection is two, one at each end.
+void raise_file_limit() {
+  rlimit limit{};
+  LM_CHECK(::getrlimit(RLIMIT_NOFILE, &limit) == 0);
+  limit.rlim_cur = limit.rlim_max;
+  LM_CHECK(::setrlimit(RLIMIT_NOFILE, &limit) == 0);
+}
+
 int run(const Options& options) {
+  raise_file_limit();
   test::Farm farm;
   std::vector<std::unique_ptr<CpuShare>> shares;
   for (const char* name : {"w1", "w2"}) {
@@ -211,13 +239,16 @@ int run(const Options& options) {
   const int port = std::stoi(farm.address().substr(farm.address().find(':') + 1));
   const std::string request = "\x08" + std::string(1, static_cast<char>(job));
   Turns alone, with;
-  int hung_up_on = 0;
+  int hung_up_on = 0, heard = 0, filled = 0;
   for (int turn = 0; turn < options.turns; ++turn) {
     measure_turn(farm, job, options.seconds, alone);
     {
-      const HostileClient hostile(port, options.connections, request);
+      HostileClient hostile(port, options.connections, request);
       measure_turn(farm, job, options.seconds, with);
       hung_up_on += hostile.times_hung_up_on();
+      hostile.stop();
+      heard = hostile.answered(0);
+      filled = hostile.answered(kFullWindow);
     }
     fmt::print("turn {}: {:.3g} million samples a second alone, {:.3g} with the hostile client\n", turn + 1,
                alone.throughput.back() / 1e6, with.throughput.back() / 1e6);
@@ -227,8 +258,11 @@ int run(const Options& options) {
       "\n| | million samples a second | an answer to another caller, ms: median, 99 % | core of the coordinator |\n");
   fmt::print("| --- | --- | --- | --- |\n{}\n{}\n", row("alone", alone),
              row(fmt::format("beside {} hostile connections", options.connections), with));
-  fmt::print("\nmedians: {:.3f} of the throughput alone; hung up on {} times\n",
-             median(with.throughput) / median(alone.throughput), hung_up_on);
+  fmt::print(
+      "\nmedians: {:.3f} of the throughput alone; hung up on {} times; at the end {} of the connections were heard, "
+      "and {} "
+      "had pictures that they did not read\n",
+      median(with.throughput) / median(alone.throughput), hung_up_on, heard, filled);
   return 0;
 }
 

@@ -20,7 +20,12 @@ namespace {
 namespace pb = google::protobuf;
 
 constexpr int kMostReplies = 3;
-constexpr std::chrono::milliseconds kPatience(100);
+constexpr std::chrono::milliseconds kPatience(100), kPatienceOnALoadedMachine(60'000);
+
+/// For work, for news of a job, or for a worker that reads the scene.
+bool may_wait(const RpcTarget::Method& method) {
+  return method.path.ends_with("/Work") || method.path.ends_with("/WatchJob") || method.path.ends_with("/InspectScene");
+}
 
 Scene ball() {
   Scene scene;
@@ -141,9 +146,10 @@ bool RpcTarget::is_message(const std::string& name, std::string_view bytes) {
   return message->ParseFromArray(bytes.data(), static_cast<int>(bytes.size()));
 }
 
-grpc::Status RpcTarget::exchange(const Method& method, const std::vector<std::string>& requests) {
+grpc::Status RpcTarget::exchange(const Method& method, const std::vector<std::string>& requests,
+                                 std::chrono::milliseconds patience) {
   grpc::ClientContext context;
-  context.set_deadline(std::chrono::system_clock::now() + kPatience);
+  context.set_deadline(std::chrono::system_clock::now() + patience);
   context.set_wait_for_ready(true);
   grpc::CompletionQueue queue;
   const auto stream = stub_->PrepareCall(&context, method.path, &queue);
@@ -175,7 +181,11 @@ grpc::Status RpcTarget::exchange(const Method& method, const std::vector<std::st
 }
 
 grpc::Status RpcTarget::call(const Method& method, const std::vector<std::string>& requests) {
-  grpc::Status status = exchange(method, requests);
+  grpc::Status status = exchange(method, requests, kPatience);
+  if (status.error_code() == grpc::StatusCode::DEADLINE_EXCEEDED && !may_wait(method)) {
+    status = exchange(method, requests, kPatienceOnALoadedMachine);
+    LM_CHECK(status.error_code() != grpc::StatusCode::DEADLINE_EXCEEDED, "{} is not answered", method.path);
+  }
   const grpc::StatusCode code = status.error_code();
   LM_CHECK(code != grpc::StatusCode::INTERNAL && code != grpc::StatusCode::UNKNOWN &&
                code != grpc::StatusCode::DATA_LOSS && code != grpc::StatusCode::UNIMPLEMENTED,

@@ -4,6 +4,7 @@
 #include <grpcpp/generic/generic_stub.h>
 #include <grpcpp/grpcpp.h>
 
+#include <chrono>
 #include <memory>
 #include <string>
 #include <string_view>
@@ -29,13 +30,14 @@ class RpcTarget {
   std::string example(const Method& method) const;
 
   /// Sends the requests on one stream, hears what comes, and hangs up. Stops the program (LM_CHECK) if the coordinator
-  /// answers with a code that says that it is at fault.
+  /// answers with a code that says that it is at fault, or not at all though it has nothing to wait for.
   grpc::Status call(const Method& method, const std::vector<std::string>& requests);
   /// Whether `bytes` are a message of this name.
   static bool is_message(const std::string& name, std::string_view bytes);
 
  private:
-  grpc::Status exchange(const Method& method, const std::vector<std::string>& requests);
+  grpc::Status exchange(const Method& method, const std::vector<std::string>& requests,
+                        std::chrono::milliseconds patience);
 
   test::TemporaryFolder folder_;
   std::unique_ptr<ApiServer> server_;

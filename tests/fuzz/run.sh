@@ -20,21 +20,21 @@ usage() {
   echo "usage: tests/fuzz/run.sh [SECONDS | --runs N] [NAME...]
 
 Builds the fuzzers of readers and runs each for SECONDS (600 if nothing is given), or for N inputs; with --runs also the
-seeded fuzz tests of the release build, N cases in each of their loops.
+seeded fuzz tests of the release build: N requests, or N cases in each loop of the others.
 NAME: some of $(ls tests/fuzz/libfuzzer | sed -n 's/_fuzzer\.cpp$//p' | tr '\n' ' ')(all if none is given) and, with --runs, of $seeded
 Findings go to $findings. Exit codes: 0 no finding, 1 a finding or no build, 2 bad usage."
 }
 
 # is_count WORD
 is_count() {
-  case "$1" in '' | *[!0-9]*) return 1 ;; esac
+  case "$1" in '' | 0* | *[!0-9]*) return 1 ;; esac
 }
 
 # test_seeded LIMIT NAME: the GoogleTest program of that name.
 test_seeded() {
   log=$findings/$2.log
   LIGHTMILL_FUZZ_CASES=${1#-runs=} "build/release/tests/$2_fuzz_tests" >"$log" 2>&1 || echo "$2: failed, see $log" | tee -a "$findings/failed"
-  sed -n "s/^\[  PASSED  \]/$2: passed, of ${1#-runs=} cases a loop,/p" "$log"
+  sed -n "s/^\[  PASSED  \]/$2: passed with ${1#-runs=} cases,/p" "$log"
 }
 
 # fuzz LIMIT NAME: one of them; LIMIT is an option of libFuzzer.

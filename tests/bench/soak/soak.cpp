@@ -124,18 +124,21 @@ class Soak {
       fmt::print("| a job {} | {} |\n", what, times);
     }
     bool flat = true;
-    fmt::print("\n| longest life of | seconds | memory, MiB: middle third, last | descriptors | |\n");
+    fmt::print("\n| longest life of | seconds | memory, MiB: its thirds (most) | descriptors | |\n");
     fmt::print("| --- | --- | --- | --- | --- |\n");
     for (const auto& [name, trend] : watch_.trends()) {
-      fmt::print("| {} | {:.0f} | {:.1f}, {:.1f} | {:.0f}, {:.0f} | {} |\n", name, trend.seconds, trend.memory_mib[0],
-                 trend.memory_mib[1], trend.descriptors[0], trend.descriptors[1],
+      fmt::print("| {} | {:.0f} | {:.0f} ({:.0f}) | {:.0f} | {} |\n", name, trend.seconds,
+                 fmt::join(trend.memory_mib, ", "), trend.most_mib, fmt::join(trend.descriptors, ", "),
                  !trend.judged() ? "too short to judge"
                  : trend.flat()  ? "flat"
                                  : "grows");
       flat = flat && (!trend.judged() || trend.flat());
     }
-    fmt::print("{}{}{}", wrong_.empty() && tally.wrong.empty() ? "" : "\nwrong:\n", fmt::join(wrong_, "\n"),
-               fmt::join(tally.wrong, "\n"));
+    std::vector<std::string> wrong = wrong_;
+    wrong.insert(wrong.end(), tally.wrong.begin(), tally.wrong.end());
+    if (!wrong.empty()) {
+      fmt::print("\nwrong:\n{}\n", fmt::join(wrong, "\n"));
+    }
     // The test support reports what should not be (a process that does not start) to GoogleTest.
     return flat && wrong_.empty() && tally.wrong.empty() && tally.alike > 0 &&
            !::testing::UnitTest::GetInstance()->ad_hoc_test_result().Failed();

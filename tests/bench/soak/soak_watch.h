@@ -3,21 +3,24 @@
 
 #include <sys/types.h>
 
+#include <array>
 #include <map>
 #include <string>
 #include <vector>
 
 namespace lightmill::soak {
 
-/// The longest life of a process, and what it took in the middle third of it and in the last.
+/// The longest life of a process, and what it took in each third of it: of all moments the lowest tenth's, for what is
+/// held while much is under way at once comes and goes with the machine's load, and what leaks stays.
 struct Trend {
   double seconds = 0;
-  double memory_mib[2] = {0, 0};   ///< resident: medians
-  double descriptors[2] = {0, 0};  ///< open files and sockets: medians
+  std::array<double, 3> memory_mib{};   ///< resident
+  std::array<double, 3> descriptors{};  ///< open files and sockets
+  double most_mib = 0;                  ///< resident, at any moment
   /// Lives of less than kLeastSeconds say nothing of growth.
   bool judged() const { return seconds >= kLeastSeconds; }
   /// At most a tenth and 16 MiB more memory in the last third than in the middle one, and four descriptors.
-  bool flat() const { return memory_mib[1] <= 1.1 * memory_mib[0] + 16 && descriptors[1] <= descriptors[0] + 4; }
+  bool flat() const { return memory_mib[2] <= 1.1 * memory_mib[1] + 16 && descriptors[2] <= descriptors[1] + 4; }
   static constexpr double kLeastSeconds = 240;
 };
 
