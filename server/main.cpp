@@ -116,8 +116,14 @@ Status with_advice(const Status& status) {
 
 /// `lightmill-server check`; DATA_LOSS if something is lost for good.
 Status check_stored(const ServerOptions& options, StopRequest& stop) {
-  if (options.store.empty() && !fs::exists(options.data)) {
-    return not_found("there is no directory {}", options.data);
+  if (options.store.empty()) {
+    // Opening would make what is not there.
+    std::error_code error;
+    if (const std::uintmax_t bytes = fs::file_size(DataDirectory::database_file_of(options.data), error);
+        error || bytes == 0) {
+      return not_found("there is no farm in {}: its lightmill.sqlite {}", options.data,
+                       error ? error.message() : std::string("is empty"));
+    }
   }
   Result<State> state = open_state(options, stop);
   if (state.status().code() == StatusCode::kCancelled) {

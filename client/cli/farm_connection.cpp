@@ -306,6 +306,12 @@ Result<v1::Worker> FarmConnection::drain_worker(const std::string& name) {
   return worker;
 }
 
+Result<v1::Worker> FarmConnection::quarantine_worker(const v1::QuarantineWorkerRequest& request) {
+  v1::Worker worker;
+  LM_RETURN_IF_ERROR(call(*state_, &Stub::QuarantineWorker, request, worker));
+  return worker;
+}
+
 Status FarmConnection::release_worker(const std::string& name) {
   v1::ReleaseWorkerRequest request;
   request.set_name(name);

@@ -68,6 +68,7 @@ class FarmConnection {
 
   Result<Listed<v1::Worker>> list_workers();
   Result<v1::Worker> drain_worker(const std::string& name);
+  Result<v1::Worker> quarantine_worker(const v1::QuarantineWorkerRequest& request);
   Status release_worker(const std::string& name);
 
   /// Sent again if the connection breaks: the same token twice is one.

@@ -27,6 +27,7 @@ constexpr std::array<RpcRule, static_cast<std::size_t>(Rpc::count)> kRules{{
     {Rpc::get_film, kRender, "GetFilm", Right::see_job, false},
     {Rpc::list_workers, kRender, "ListWorkers", Right::see_farm, false},
     {Rpc::drain_worker, kRender, "DrainWorker", Right::steer_farm, true},
+    {Rpc::quarantine_worker, kRender, "QuarantineWorker", Right::steer_farm, true},
     {Rpc::release_worker, kRender, "ReleaseWorker", Right::steer_farm, true},
     {Rpc::work, kWork, "Work", Right::work, true},
     {Rpc::create_token, kAccess, "CreateToken", Right::administer, true},

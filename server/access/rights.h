@@ -31,6 +31,7 @@ enum class Rpc {
   get_film,
   list_workers,
   drain_worker,
+  quarantine_worker,
   release_worker,
   work,
   create_token,

@@ -173,16 +173,17 @@ Status CommitQueue::commit_with_retries(const std::vector<StoreOp>& writes, std:
 }
 
 void CommitQueue::finish(Batch& batch, const Status& status) {
+  const Status told = status.ok() ? status : unavailable("the farm cannot store this now: {}", message_of(status));
+  for (const CommitReply& reply : batch.replies) {
+    reply(told);
+  }
   if (status.ok()) {
     for (Outgoing& message : batch.after_commit) {
       handlers_.send(std::move(message));
     }
   }
-  const Status told = status.ok() ? status : unavailable("the farm cannot store this now: {}", message_of(status));
-  for (const auto& told_ones : {&batch.replies, &batch.callers}) {
-    for (const CommitReply& reply : *told_ones) {
-      reply(told);
-    }
+  for (const CommitReply& reply : batch.callers) {
+    reply(told);
   }
 }
 

@@ -16,8 +16,8 @@ namespace lightmill {
 /// Told once a step is durable, or why that failed. Called from the writer thread.
 using CommitReply = std::function<void(const Status&)>;
 
-/// Steps are committed, sent and answered in the order in which they were pushed; those that nobody waits for gather
-/// for a tenth of a second. push() from one thread.
+/// Steps are committed, told of, sent and answered in the order in which they were pushed; those that nobody waits for
+/// gather for a tenth of a second. push() from one thread.
 ///
 /// While the disk is full or failing, commits are tried again and nothing is acknowledged: the farm waits and loses
 /// nothing, and callers are told so. Any other error of the store means damage or a bug, and on_fatal is called.
@@ -32,7 +32,7 @@ class CommitQueue {
   struct Batch {
     std::vector<StoreOp> writes;
     std::vector<Outgoing> after_commit;
-    std::vector<CommitReply> replies;
+    std::vector<CommitReply> replies;  ///< before its messages leave: nothing comes of those sooner
     /// As `replies`, of those who do not wait for ever: RESOURCE_EXHAUSTED tells them that storing it takes longer. It
     /// is stored later all the same.
     std::vector<CommitReply> callers;

@@ -71,11 +71,7 @@ void FarmLoop::run() {
         if (watchers_due && (!due || *watchers_due < *due)) {
           due = watchers_due;
         }
-        if (!due) {
-          changed_.wait(mutex_);
-          continue;
-        }
-        const Duration left = *due - clock_.now();
+        const Duration left = std::min(due.value_or(past_.history.next()), past_.history.next()) - clock_.now();
         if (left <= Duration::zero() ||
             changed_.wait_until(mutex_, std::chrono::steady_clock::now() + left) == std::cv_status::timeout) {
           break;
@@ -85,7 +81,7 @@ void FarmLoop::run() {
       poked_ = false;
       stopping = stopping_;
     }
-    Turn turn{farm_, watchers_, actions_, inspections_, clock_.now(), clock_.unix_milliseconds(),
+    Turn turn{farm_, watchers_, actions_, inspections_, past_, clock_.now(), clock_.unix_milliseconds(),
               {},    {},        {},       no_store_};
     for (const Task& task : tasks) {
       task(turn);
@@ -97,12 +93,17 @@ void FarmLoop::run() {
     for (const SessionId session : turn.step.hang_ups) {
       handlers_.hang_up(session);
     }
-    for (const Note& note : turn.step.notes) {
-      spdlog::log(note.level == Note::Level::warning ? spdlog::level::warn : spdlog::level::info, "{}", note.text);
+    tell_notes(turn);
+    for (const WorkerCount& worker : turn.step.departed) {
+      past_.history.depart(worker);
+    }
+    if (turn.now >= past_.history.next()) {
+      past_.history.add(farm_.counts(), turn.now, turn.unix_ms);
     }
     tell_inspected(turn);
     note_ends(turn);
     watchers_due = watchers_.publish(farm_, turn.now);
+    note_sent(turn);
     commits_.push({std::move(turn.step.writes), std::move(turn.step.after_commit), std::move(turn.replies),
                    std::move(turn.callers)});
     if (stopping && tasks.empty()) {
@@ -159,6 +160,14 @@ void FarmLoop::Turn::forget_inspection(InspectionId id) {
   inspections.erase(id);
 }
 
+void FarmLoop::tell_notes(Turn& turn) {
+  for (Note& note : turn.step.notes) {
+    spdlog::log(note.level == Note::Level::warning ? spdlog::level::warn : spdlog::level::info, "{}", note.text);
+    std::string owner = note.job == JobId{} ? "" : farm_.owner(note.job).value_or("");
+    past_.events.add(turn.unix_ms, std::move(note), std::move(owner));
+  }
+}
+
 void FarmLoop::tell_inspected(Turn& turn) {
   for (const InspectionOutcome& outcome : turn.step.inspected) {
     if (const auto reply = inspections_.extract(outcome.id); !reply.empty()) {
@@ -184,6 +193,19 @@ void FarmLoop::set_stall(const Status& status) {
 void FarmLoop::hold(Turn& turn) {
   farm_.hold(no_store_.empty() ? no_space_ : "waits until its state can be stored again: " + no_store_, turn.now,
              turn.step);
+}
+
+/// Leases run from when their grants leave.
+void FarmLoop::note_sent(Turn& turn) {
+  std::vector<LeaseId> leases = leases_granted(turn.step.after_commit);
+  if (leases.empty()) {
+    return;
+  }
+  turn.replies.push_back([this, leases = std::move(leases)](const Status& status) {
+    if (status.ok()) {
+      post_always([leases, now = clock_.now()](Turn& later) { later.farm.grants_sent(leases, now); });
+    }
+  });
 }
 
 /// The end of a job is shown once it is durable.

@@ -14,8 +14,16 @@
 #include "server/api/commit_queue.h"
 #include "server/api/watch_hub.h"
 #include "server/domain/coordinator.h"
+#include "server/domain/farm_events.h"
+#include "server/domain/farm_history.h"
 
 namespace lightmill {
+
+/// What was, since the coordinator began.
+struct FarmPast {
+  FarmHistory history;
+  FarmEvents events;
+};
 
 class FarmLoop {
  public:
@@ -28,6 +36,7 @@ class FarmLoop {
     WatchHub& watchers;
     ActionLog& actions;
     std::map<InspectionId, InspectionReply>& inspections;
+    FarmPast& past;
     Time now;
     std::int64_t unix_ms;
     Step step;                         ///< filled by the coordinator
@@ -68,8 +77,10 @@ class FarmLoop {
 
  private:
   void run();
+  void tell_notes(Turn& turn);
   void tell_inspected(Turn& turn);
   void note_ends(Turn& turn);
+  void note_sent(Turn& turn);
   void tick(Turn& turn);
   void set_stall(const Status& status);
   void hold(Turn& turn);
@@ -86,6 +97,7 @@ class FarmLoop {
   bool poked_ LM_GUARDED_BY(mutex_) = false;
   bool stopping_ LM_GUARDED_BY(mutex_) = false;
   std::map<InspectionId, InspectionReply> inspections_;  ///< the farm thread's own
+  FarmPast past_;                                        ///< the farm thread's own
   std::string no_store_;                                 ///< why nothing can be stored; the farm thread's own
   std::string no_space_;                                 ///< why no work is handed out; the farm thread's own
   std::thread thread_;

@@ -204,11 +204,21 @@ RenderServiceImpl::Unary* RenderServiceImpl::DrainWorker(Context* context, const
                     [name = request->name(), reply](FarmLoop::Turn& turn, const Call&, About& about) {
                       about.text = name;
                       LM_RETURN_IF_ERROR(turn.farm.drain_worker(name, turn.now, turn.step));
-                      for (const WorkerStatus& worker : turn.farm.workers(turn.now)) {
-                        if (worker.name == name) {
-                          to_wire(worker, reply);
-                        }
-                      }
+                      show_worker(turn, name, reply);
+                      return ok_status();
+                    });
+}
+
+RenderServiceImpl::Unary* RenderServiceImpl::QuarantineWorker(Context* context,
+                                                              const v1::QuarantineWorkerRequest* request,
+                                                              v1::Worker* reply) {
+  return run_change(*loop_, gate_, context, admit(gate_, *context, Rpc::quarantine_worker),
+                    [asked = *request, reply](FarmLoop::Turn& turn, const Call& call, About& about) {
+                      about.text = asked.name();
+                      LM_ASSIGN_OR_RETURN(const Quarantining quarantining, from_wire(asked, call.caller));
+                      LM_RETURN_IF_ERROR(turn.farm.quarantine_worker(asked.name(), quarantining.reason,
+                                                                     quarantining.render_again, turn.now, turn.step));
+                      show_worker(turn, asked.name(), reply);
                       return ok_status();
                     });
 }

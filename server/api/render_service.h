@@ -45,6 +45,7 @@ class RenderServiceImpl final : public v1::RenderService::CallbackService {
 
   Unary* ListWorkers(Context*, const v1::ListWorkersRequest*, v1::ListWorkersResponse*) override;
   Unary* DrainWorker(Context*, const v1::DrainWorkerRequest*, v1::Worker*) override;
+  Unary* QuarantineWorker(Context*, const v1::QuarantineWorkerRequest*, v1::Worker*) override;
   Unary* ReleaseWorker(Context*, const v1::ReleaseWorkerRequest*, v1::ReleaseWorkerResponse*) override;
 
  private:

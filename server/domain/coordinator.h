@@ -17,6 +17,7 @@
 #include "common/base/clock.h"
 #include "common/base/status.h"
 #include "server/domain/effects.h"
+#include "server/domain/farm_history.h"
 
 namespace lightmill {
 
@@ -93,6 +94,12 @@ class Coordinator {
   /// As remove, and cancels the job first if it has not ended.
   Status discard(JobId job, Time now, std::int64_t unix_ms, Step& step);
   Status drain_worker(const std::string& name, Time now, Step& step);
+  /// How the reasons of those begin whom people have put into quarantine, and nobody has found to be wrong.
+  static constexpr std::string_view kByHand = "put there by ";
+  /// It and all others on its machine get nothing to render until they are released; what they have is taken back, and
+  /// with `render_again` all that they have had a part in. One that is there already stays, for its own reason; of one
+  /// that is gone the farm must have results. `reason` begins with kByHand. NOT_FOUND.
+  Status quarantine_worker(const std::string& name, const std::string& reason, bool render_again, Time now, Step& step);
   /// Ends the quarantine of this worker, and of those on its machine.
   Status release_worker(const std::string& name, Time now, Step& step);
   /// Has a worker read scene files; the answer comes in a step's `inspected`, unless it is forgotten. UNAVAILABLE,
@@ -108,6 +115,10 @@ class Coordinator {
   /// The stream broke. Leases are kept until they expire: the worker may come back with them.
   void worker_disconnected(SessionId session, Time now, Step& step);
 
+  /// These leases' grants stood among a step's `after_commit`, and left at `now`: from then on their workers have to do
+  /// something about them. Until this is told none is lost, however long the store takes.
+  void grants_sent(std::span<const LeaseId> leases, Time now);
+
   // ---- time ----
   /// Expires leases, ends jobs whose seconds are over, deletes those that ended long ago, hands out what became free.
   void tick(Time now, std::int64_t unix_ms, Step& step);
@@ -120,7 +131,8 @@ class Coordinator {
   // ---- what can be seen ----
   Result<JobStatus> status(JobId job, Time now) const;
   std::vector<JobStatus> jobs(Time now, const JobFilter& filter = {}) const;  ///< newest first
-  std::vector<WorkerStatus> workers(Time now) const;                          ///< by name
+  FarmCounts counts() const;
+  std::vector<WorkerStatus> workers(Time now) const;  ///< by name
   /// Valid until the next event.
   Result<const JobSpec*> spec(JobId job) const;
   /// Of all jobs.

@@ -25,6 +25,7 @@
 #include "server/domain/coordinator.h"
 #include "server/domain/inspections.h"
 #include "server/domain/job_rules.h"
+#include "server/domain/notes.h"
 #include "server/domain/rate_meter.h"
 #include "server/domain/verification.h"
 #include "server/scheduling/fair_queue.h"
@@ -66,11 +67,13 @@ struct Lease {
   Unit unit;               ///< tiles ascending
   std::vector<bool> done;  ///< by tile of the unit: covered by the film, or not wanted from this lease any more
   std::uint32_t remaining = 0;
-  Time granted;
-  Time deadline;           ///< lost if not renewed until then
+  Time granted;            ///< when its grant was sent
+  Time deadline;           ///< lost if not renewed until then; Time::max() if never
   bool copy = false;       ///< of what another one would have had later; is not copied again
   bool abandoned = false;  ///< its worker's stream is broken
   bool alone = false;      ///< suspected: its worker has nothing else
+  bool sent = true;        ///< false while its grant waits for a commit: its worker does not know of it
+  SessionId waits_for;     ///< of one that is not sent: to whom its grant goes
   bool verifies = false;   ///< what it renders is in the film already
 };
 
@@ -105,13 +108,15 @@ struct Worker {
   std::map<JobId, std::string> too_large;  ///< jobs that its own limits exclude, and why
   double unit_scale = 1;                   ///< a lost lease halves it, each finished one doubles it up to 1
   RateMeter rate;                          ///< pixel samples
-  std::uint64_t results = 0, leases_lost = 0;
+  std::uint64_t results = 0, leases_lost = 0, pixel_samples = 0;
   std::uint32_t bad_results = 0;
   std::uint32_t pilots_lost = 0;  ///< since it last reported one
   Time pilots_from;               ///< it gets none before that
 };
 
 /// What a worker that does not name its machine is told apart by is its host.
+WorkerCount count_of(const Worker& worker);  // view.cpp
+
 inline const std::string& machine_of(const WorkerHello& hello) {
   return hello.machine.empty() ? hello.host : hello.machine;
 }
@@ -247,7 +252,8 @@ struct Coordinator::State {
   bool serve_once(Worker& worker, Time now, Step& step);
   UnitAim aim_for(const Worker& worker, const Job& job) const;
   Lease& open_lease(Worker& worker, Job& job, LeaseId id, Unit unit, bool copy, Time now);
-  void send_grant(Worker& worker, Job& job, const Lease& lease, Step& step);
+  void send_grant(Worker& worker, Job& job, Lease& lease, Step& step);
+  void wait_until_sent(const Worker& worker, Job& job, Lease& lease);
   bool grant_next(Worker& worker, Time now, Step& step);
   /// The tile needs nothing more of this lease.
   void tile_done(LeaseId lease, TileId tile, Time now, Step& step, bool by_its_worker);
@@ -315,6 +321,10 @@ struct Coordinator::State {
   void accuse_program(Job& job, const NodeKey& key, Time now, Step& step);
   void convict(const Renderer& guilty, const Job& job, const NodeKey& key, std::span<const Claim> agreed, Time now,
                Step& step);
+  void put_in_quarantine(const Renderer& guilty, const std::string& reason, Time now, Step& step);
+  /// Workers that nothing holds in quarantine any more go on.
+  void let_go(Time now, Step& step);
+  /// What it has had a part in is rendered again.
   void undo_work_of(const Renderer& guilty, Time now, Step& step);
   /// Takes out the film's node that contains these samples, and all that is known of it.
   void drop_node_with(Job& job, TileId tile, SampleRange range, Time now, Step& step);
@@ -347,7 +357,7 @@ struct Coordinator::State {
   void end_session(SessionId session, Time now, Step& step);
   /// Ends the sessions of workers that have been silent for too long.
   void hang_up_on_silent(Time now, Step& step);
-  void forget_if_gone(const std::string& name);
+  void forget_if_gone(const std::string& name, Step& step);
   Worker* worker_of(SessionId session);  ///< null unless the session is the worker's current one
 
   // ---- view.cpp ----
@@ -367,6 +377,7 @@ struct Coordinator::State {
   std::set<JobId> restored_jobs;  ///< to be looked at by the first tick, or held back until their time
   std::vector<NodeKey> orphans;   ///< recorded results without their samples: forgotten with the next step
   FairQueue queue;
+  std::uint64_t merged_pixel_samples = 0;  ///< since it began
 
   std::map<std::string, Worker> workers;  ///< by name; also gone ones while leases are in their name
   struct Session {
@@ -409,10 +420,6 @@ inline void send(Step& step, SessionId to, CoordinatorMessage message) {
 }
 inline void send_after_commit(Step& step, SessionId to, CoordinatorMessage message) {
   step.after_commit.push_back({to, std::move(message)});
-}
-template <class... Args>
-void note(Step& step, Note::Level level, fmt::format_string<Args...> format, Args&&... args) {
-  step.notes.push_back({level, fmt::format(format, std::forward<Args>(args)...)});
 }
 
 }  // namespace lightmill

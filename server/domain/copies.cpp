@@ -32,7 +32,7 @@ double Coordinator::State::seconds_left(const Lease& lease, Time now) const {
   double seconds = 0, slowdown = 0;
   for (const LeaseId id : worker.leases) {
     const Lease& each = leases.at(id);
-    if (each.unit.tiles.empty()) {
+    if (each.unit.tiles.empty() || !each.sent) {
       continue;
     }
     const double expected = std::max(tile_seconds(worker, each), kLeastTileSeconds);
@@ -50,8 +50,8 @@ double Coordinator::State::seconds_left(const Lease& lease, Time now) const {
 }
 
 void Coordinator::State::note_silence(Worker& worker, const Lease& lease, Time now) const {
-  if (lease.id != *worker.leases.begin() || lease.abandoned) {
-    return;  // it works on its oldest lease
+  if (lease.id != *worker.leases.begin() || lease.abandoned || !lease.sent) {
+    return;  // it works on its oldest lease, once it has that
   }
   const double silent = to_seconds(now - std::max(worker.result_at, lease.granted));
   const auto waited_for = std::ranges::find(lease.done, false) - lease.done.begin();
@@ -70,7 +70,7 @@ void Coordinator::State::copy_to_idle(Time now, Step& step) {
     const bool copied = lease.unit.tiles.empty() ? job.leases.size() > 1 : lease.copy && !lease.verifies;
     const bool old = lease.abandoned ||
                      now > lease.granted + (lease.unit.tiles.empty() ? limits.copy_pilot_after : limits.copy_after);
-    if (job.record.state == JobState::running && !copied && !lease.alone && old) {
+    if (job.record.state == JobState::running && !copied && !lease.alone && (lease.sent || lease.abandoned) && old) {
       late.emplace_back(-seconds_left(lease, now), id);
     }
   }
@@ -133,7 +133,7 @@ bool Coordinator::State::copy_lease(const Lease& lease, Worker& worker, Time now
   }
   std::sort(unit.tiles.begin(), unit.tiles.end());
   job.record.counters.copies_leased += unit.tiles.size();
-  const Lease& copy = open_lease(worker, job, copy_id, std::move(unit), true, now);
+  Lease& copy = open_lease(worker, job, copy_id, std::move(unit), true, now);
   send_grant(worker, job, copy, step);
   put_progress(job, now, step);
   return true;

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <memory>
+#include <span>
 #include <string>
 #include <variant>
 #include <vector>
@@ -119,11 +120,24 @@ struct Outgoing {
   CoordinatorMessage message;
 };
 
+/// Those that are granted by these messages.
+std::vector<LeaseId> leases_granted(std::span<const Outgoing> messages);
+
 /// Something worth a line in the log.
 struct Note {
   enum class Level { info, warning };
   Level level = Level::info;
   std::string text;
+  // Whom it is about, if it is about one.
+  JobId job{};
+  std::string worker = {};
+};
+
+/// A worker at one moment. The last three count up while the coordinator knows it.
+struct WorkerCount {
+  std::string name;
+  std::uint32_t threads = 0, leases = 0;
+  std::uint64_t results = 0, leases_lost = 0, pixel_samples = 0;
 };
 
 /// The answer to whoever asked for an inspection.
@@ -145,6 +159,7 @@ struct Step {
   std::vector<SessionId> hang_ups;           ///< streams to end, at once; the coordinator has done with them
   std::vector<InspectionOutcome> inspected;  ///< to be told at once: nothing of it is stored
   std::vector<Note> notes;
+  std::vector<WorkerCount> departed;  ///< workers of which nothing is known any more, as they were last
 };
 
 /// What a store gives back when a coordinator starts.

@@ -2,6 +2,8 @@
 
 #include <algorithm>
 
+#include "server/domain/notes.h"
+
 namespace lightmill {
 
 Result<InspectionId> Inspections::add(const std::string& caller, InspectionRequest request, Time now) {
@@ -42,8 +44,8 @@ void Inspections::serve(std::span<const Candidate> candidates, Time now, Step& s
     waiting.deadline = now + limits_.reading;
     busy_[next->session] = id;
     step.now.push_back({next->session, InspectGrant{id, waiting.request}});
-    step.notes.push_back(
-        {Note::Level::info, fmt::format("worker {} reads the scene files of inspection {}", next->worker, id.value)});
+    note(step, Note::Level::info, about(next->worker), "worker {} reads the scene files of inspection {}", next->worker,
+         id.value);
     ++next;
   }
 }
@@ -73,8 +75,8 @@ void Inspections::left(SessionId session, bool lost, Time now, Step& step) {
   waiting.deadline = now + limits_.patience;
   waiting.lost += lost ? 1 : 0;
   if (waiting.lost >= limits_.losses) {
-    step.notes.push_back({Note::Level::warning, fmt::format("inspection {} is given up: {} workers were lost with it",
-                                                            id.value, waiting.lost)});
+    note(step, Note::Level::warning, Subject{}, "inspection {} is given up: {} workers were lost with it", id.value,
+         waiting.lost);
     answer(id,
            unavailable("{} workers were lost while they read these files; they may be too large, or damaged in a way "
                        "that nothing expects",

@@ -1,5 +1,6 @@
 // How leases are given, settled and lost.
 #include "common/base/check.h"
+#include "common/base/quantities.h"
 #include "common/methods/spec/method_spec.h"
 #include "server/domain/coordinator_state.h"
 
@@ -152,7 +153,7 @@ Lease& Coordinator::State::open_lease(Worker& worker, Job& job, LeaseId id, Unit
   lease.copy = copy;
   lease.deadline = now + limits.lease_duration;
   expiry.insert({lease.deadline, id});
-  if (job.leases.empty() && !job.undecided()) {
+  if (!job.active_since && !job.undecided()) {
     job.active_since = now;
   }
   job.leases.insert(id);
@@ -162,7 +163,7 @@ Lease& Coordinator::State::open_lease(Worker& worker, Job& job, LeaseId id, Unit
   return lease;
 }
 
-void Coordinator::State::send_grant(Worker& worker, Job& job, const Lease& lease, Step& step) {
+void Coordinator::State::send_grant(Worker& worker, Job& job, Lease& lease, Step& step) {
   // Before the job's class is known to be stored, leases wait for the commit that stores it, and so do those that
   // follow them to the same worker, lest they overtake the description. Where a goal in error decides how many samples
   // there are, leases wait for the commit of what it was read from: no crash lets samples come back that are not
@@ -176,6 +177,51 @@ void Coordinator::State::send_grant(Worker& worker, Job& job, const Lease& lease
     known.describe = false;
   }
   channel.push_back({*worker.session, LeaseGrant{lease.id, lease.unit}});
+  if (&channel == &step.after_commit) {
+    wait_until_sent(worker, job, lease);
+  }
+}
+
+/// A store that is slow must not make workers look lost, nor blame what they never got.
+void Coordinator::State::wait_until_sent(const Worker& worker, Job& job, Lease& lease) {
+  lease.sent = false;
+  lease.waits_for = *worker.session;
+  set_deadline(lease, Time::max());
+  if (job.leases.size() == 1) {
+    job.active_since.reset();  // nobody renders yet
+  }
+}
+
+void Coordinator::grants_sent(std::span<const LeaseId> leases, Time now) {
+  for (const LeaseId id : leases) {
+    const auto found = state_->leases.find(id);
+    if (found == state_->leases.end() || found->second.sent) {
+      continue;
+    }
+    Lease& lease = found->second;
+    if (state_->workers.at(lease.worker).session != lease.waits_for) {
+      continue;  // whose stream has broken got nothing
+    }
+    Job& job = *state_->jobs.at(lease.unit.job);
+    if (!job.active_since && !job.undecided()) {
+      job.active_since = now;
+    }
+    lease.sent = true;
+    lease.granted = now;
+    state_->renew(lease, now);
+  }
+}
+
+std::vector<LeaseId> leases_granted(std::span<const Outgoing> messages) {
+  std::vector<LeaseId> leases;
+  for (const Outgoing& each : messages) {
+    if (const auto* grant = std::get_if<LeaseGrant>(&each.message)) {
+      leases.push_back(grant->lease);
+    } else if (const auto* pilot = std::get_if<PilotGrant>(&each.message)) {
+      leases.push_back(pilot->lease);
+    }
+  }
+  return leases;
 }
 
 void Coordinator::State::tile_done(LeaseId id, TileId tile, Time now, Step& step, bool by_its_worker) {
@@ -211,6 +257,7 @@ void Coordinator::State::end_lease(LeaseId id, bool cancel, bool lost, Time now,
   const auto found = leases.find(id);
   LM_CHECK(found != leases.end());
   const Lease lease = std::move(found->second);
+  lost = lost && lease.sent;  // nobody loses what nobody got
   leases.erase(found);
   expiry.erase({lease.deadline, id});
   Job& job = *jobs.at(lease.unit.job);
@@ -240,11 +287,11 @@ void Coordinator::State::end_lease(LeaseId id, bool cancel, bool lost, Time now,
     } else {
       worker.unit_scale = std::max(worker.unit_scale / 2, kLeastUnitScale);
     }
-    note(step, Note::Level::warning, "worker {} lost lease {}: job {}, {} goes out again", lease.worker, id.value,
-         job.id().value,
+    note(step, Note::Level::warning, about(job.id(), lease.worker),
+         "worker {} lost lease {}: job {}, {} goes out again", lease.worker, id.value, job.id().value,
          lease.unit.tiles.empty() ? std::string("its pilot")
-                                  : fmt::format("samples [{}, {}) of {} tiles", lease.unit.range.first(),
-                                                lease.unit.range.end(), lease.remaining));
+                                  : fmt::format("samples [{}, {}) of {}", lease.unit.range.first(),
+                                                lease.unit.range.end(), counted(lease.remaining, "tile")));
   }
   if (cancel && worker.session) {
     send_after_commit(step, *worker.session, LeaseCancel{{id}});
@@ -267,8 +314,8 @@ void Coordinator::State::end_lease_of_lost(LeaseId id, bool cancel, Time now, St
 }
 
 std::string Coordinator::State::suspect(Job& job, const Lease& lost) const {
-  if (lost.verifies) {
-    return "";  // somebody has rendered it before
+  if (lost.verifies || !lost.sent) {
+    return "";  // somebody has rendered it before, or nobody got it
   }
   if (const auto worker = workers.find(lost.worker); worker != workers.end() && worker->second.bad_results > 0) {
     return "";  // it sends damaged results: what it loses says nothing about the tile
@@ -312,11 +359,15 @@ std::string Coordinator::State::suspect(Job& job, const Lease& lost) const {
 void Coordinator::State::set_deadline(Lease& lease, Time deadline) {
   expiry.erase({lease.deadline, lease.id});
   lease.deadline = deadline;
-  expiry.insert({lease.deadline, lease.id});
+  if (deadline != Time::max()) {
+    expiry.insert({lease.deadline, lease.id});
+  }
 }
 
 void Coordinator::State::renew(Lease& lease, Time now) {
-  set_deadline(lease, now + limits.lease_duration);
+  if (lease.sent) {
+    set_deadline(lease, now + limits.lease_duration);
+  }
 }
 
 void Coordinator::State::expire(Time now, Step& step) {
@@ -329,7 +380,7 @@ void Coordinator::State::expire(Time now, Step& step) {
       worker->silent = true;
       idle.erase(name);
     }
-    forget_if_gone(name);
+    forget_if_gone(name, step);
   }
 }
 

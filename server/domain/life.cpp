@@ -143,7 +143,7 @@ void Coordinator::State::saw_clock(Time now, std::int64_t unix_milliseconds, Ste
 }
 
 void Coordinator::State::awake(Duration late, Time now, Step& step) {
-  note(step, Note::Level::warning, "the coordinator has stood still for {:.0f} s: workers get as long again",
+  note(step, Note::Level::warning, Subject{}, "the coordinator has stood still for {:.0f} s: workers get as long again",
        to_seconds(late));
   for (auto& [id, lease] : leases) {
     set_deadline(lease,
@@ -209,8 +209,8 @@ void Coordinator::State::delete_old_jobs(Time now, Step& step) {
   for (auto at = jobs.begin(); at != jobs.end();) {
     const Job& job = *(at++)->second;
     if (!job.active() && job.record.finished_unix_ms <= ended_before) {
-      note(step, Note::Level::info, "job {} is deleted: it ended {:.3g} days ago (--keep-days)", job.id().value,
-           static_cast<double>(unix_ms(now) - job.record.finished_unix_ms) / (24.0 * 60 * 60 * 1000));
+      note(step, Note::Level::info, about(job.id()), "job {} is deleted: it ended {:.3g} days ago (--keep-days)",
+           job.id().value, static_cast<double>(unix_ms(now) - job.record.finished_unix_ms) / (24.0 * 60 * 60 * 1000));
       forget_job(job, step);
     }
   }
@@ -267,8 +267,8 @@ void Coordinator::State::start_job(Job& job, const Worker& worker, Step& step) {
   }
   job.record.state = JobState::running;
   put_job(job, step);
-  note(step, Note::Level::info, "job {} starts on worker {}, class {}", job.id().value, worker.hello.name,
-       job.record.fingerprint_class);
+  note(step, Note::Level::info, about(job.id(), worker.hello.name), "job {} starts on worker {}, class {}",
+       job.id().value, worker.hello.name, job.record.fingerprint_class);
 }
 
 void Coordinator::State::unbind(Job& job, Step& step) {
@@ -302,8 +302,8 @@ void Coordinator::State::finish_job(Job& job, JobState state, std::string reason
     worker.too_large.erase(job.id());
   }
   put_job(job, step);
-  note(step, state == JobState::failed ? Note::Level::warning : Note::Level::info, "job {} is {}: {}", job.id().value,
-       name_of(state), job.record.reason);
+  note(step, state == JobState::failed ? Note::Level::warning : Note::Level::info, about(job.id()), "job {} is {}: {}",
+       job.id().value, name_of(state), job.record.reason);
 }
 
 bool Coordinator::State::finish_if_complete(Job& job, Time now, Step& step) {

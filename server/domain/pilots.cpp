@@ -58,10 +58,12 @@ void Coordinator::State::grant_pilot(Worker& worker, Job& job, Time now, Step& s
   }
   const std::vector<std::string>& methods = job.record.method_notes.candidates;
   const LeaseId id = next_lease_id();
-  open_lease(worker, job, id, Unit{job.id(), {}, {}}, false, now).alone = is_suspect(job.suspicion_of_pilot);
+  Lease& lease = open_lease(worker, job, id, Unit{job.id(), {}, {}}, false, now);
+  lease.alone = is_suspect(job.suspicion_of_pilot);
+  wait_until_sent(worker, job, lease);
   send_after_commit(step, *worker.session,
                     PilotGrant{id, job.id(), job.record.spec.settings, methods, job.record.spec.goal.adaptive});
-  note(step, Note::Level::info, "worker {} {} {} for job {}", worker.hello.name,
+  note(step, Note::Level::info, about(job.id(), worker.hello.name), "worker {} {} {} for job {}", worker.hello.name,
        methods.size() > 1 ? "compares" : "looks for the noise of", fmt::join(methods, " and "), job.id().value);
   refresh_queue(job);
 }
@@ -74,8 +76,8 @@ void Coordinator::State::on_pilot(Worker& worker, const PilotReport& report, Tim
   Job& job = *jobs.at(found->second.unit.job);
   MethodNotes& notes = job.record.method_notes;
   if (const Status status = check_pilot(job, report); !status.ok()) {
-    note(step, Note::Level::warning, "worker {}: the pilot of job {} is dropped: {}", worker.hello.name, job.id().value,
-         message_of(status));
+    note(step, Note::Level::warning, about(job.id(), worker.hello.name),
+         "worker {}: the pilot of job {} is dropped: {}", worker.hello.name, job.id().value, message_of(status));
     distrust(*worker.session, report.lease, status, now, step);
     return;
   }
@@ -100,8 +102,8 @@ void Coordinator::State::on_pilot(Worker& worker, const PilotReport& report, Tim
   job.digest = render_digest(job.record.spec.settings, job.record.fingerprint_class);
   job.digest_durable = false;  // leases wait until the method is stored
   put_job(job, step);
-  note(step, Note::Level::info, "job {} is rendered by {}: {}", job.id().value, job.record.spec.settings.method,
-       fmt::join(notes.reasons, "; "));
+  note(step, Note::Level::info, about(job.id()), "job {} is rendered by {}: {}", job.id().value,
+       job.record.spec.settings.method, fmt::join(notes.reasons, "; "));
   refresh_queue(job);
   serve(worker, now, step);
   serve_all(now, step);

@@ -34,8 +34,8 @@ Result<JobId> Coordinator::submit(const JobSpec& spec, Time now, std::int64_t un
   Job& job = *state_->jobs.emplace(id, std::move(made)).first->second;
   state_->by_request[spec.request_id] = id;
   state_->put_job(job, step);
-  note(step, Note::Level::info, "job {} '{}' submitted by {}@{}: {}x{}, {}", id.value, spec.name, spec.owner, spec.host,
-       spec.settings.crop.width, spec.settings.crop.height, describe(spec.goal));
+  note(step, Note::Level::info, about(id), "job {} '{}' submitted by {}@{}: {}x{}, {}", id.value, spec.name, spec.owner,
+       spec.host, spec.settings.crop.width, spec.settings.crop.height, describe(spec.goal));
   state_->queue_again(job);
   state_->serve_all(now, step);
   return id;
@@ -57,7 +57,7 @@ Status Coordinator::pause(JobId id, Time now, Step& step) {
     job->record.reason.clear();
     state_->put_job(*job, step);
     state_->refresh_queue(*job);
-    note(step, Note::Level::info, "job {} is paused", id.value);
+    note(step, Note::Level::info, about(id), "job {} is paused", id.value);
   }
   (void)now;
   return ok_status();
@@ -72,7 +72,7 @@ Status Coordinator::resume(JobId id, Time now, Step& step) {
   job->record.reason.clear();
   state_->put_job(*job, step);
   state_->queue_again(*job);
-  note(step, Note::Level::info, "job {} goes on", id.value);
+  note(step, Note::Level::info, about(id), "job {} goes on", id.value);
   if (!state_->finish_if_complete(*job, now, step)) {
     state_->serve_all(now, step);
   }
@@ -102,7 +102,7 @@ Status Coordinator::extend(JobId id, const Extension& to, Time now, Step& step) 
     state_->reopen_done(*job, now);
     state_->put_job(*job, step);
   }
-  note(step, Note::Level::info, "job {} is extended to {}", id.value, describe(spec.goal));
+  note(step, Note::Level::info, about(id), "job {} is extended to {}", id.value, describe(spec.goal));
   if (!state_->finish_if_complete(*job, now, step)) {  // it may have the new error already
     state_->serve_all(now, step);
   }
@@ -115,7 +115,7 @@ Status Coordinator::set_priority(JobId id, std::int32_t priority, Time now, Step
     job->record.spec.priority = priority;
     state_->put_job(*job, step);
     state_->queue_again(*job);
-    note(step, Note::Level::info, "job {} has priority {} now", id.value, priority);
+    note(step, Note::Level::info, about(id), "job {} has priority {} now", id.value, priority);
     state_->serve_all(now, step);
   }
   return ok_status();
@@ -126,7 +126,7 @@ void Coordinator::hold(const std::string& why, Time now, Step& step) {
     return;
   }
   if (state_->held.empty() != why.empty()) {
-    note(step, why.empty() ? Note::Level::info : Note::Level::warning, "{}",
+    note(step, why.empty() ? Note::Level::info : Note::Level::warning, Subject{}, "{}",
          why.empty() ? std::string("work is handed out again") : "no work is handed out: " + why);
   }
   state_->held = why;
@@ -140,7 +140,7 @@ Status Coordinator::remove(JobId id, Time now, Step& step) {
   LM_ASSIGN_OR_RETURN(Job* const job, state_->ended_or_not(id, true, "deleted before it is cancelled"));
   (void)now;
   state_->forget_job(*job, step);
-  note(step, Note::Level::info, "job {} is deleted", id.value);
+  note(step, Note::Level::info, about(id), "job {} is deleted", id.value);
   return ok_status();
 }
 

@@ -107,9 +107,9 @@ void Coordinator::State::on_result(SessionId session, WorkerResult result, Time 
 void Coordinator::State::reject_result(SessionId session, const WorkerResult& result, const Status& error, Time now,
                                        Step& step) {
   const std::string name = sessions.at(session).worker;
-  note(step, Note::Level::warning, "worker {}: result of job {}, tile {}, samples [{}, {}) is dropped: {}", name,
-       result.key.job.value, result.key.tile.value, result.key.range.first(), result.key.range.end(),
-       message_of(error));
+  note(step, Note::Level::warning, about(result.key.job, name),
+       "worker {}: result of job {}, tile {}, samples [{}, {}) is dropped: {}", name, result.key.job.value,
+       result.key.tile.value, result.key.range.first(), result.key.range.end(), message_of(error));
   send_after_commit(step, session, ResultAck{{result.key}});
   distrust(session, result.lease, error, now, step);
 }
@@ -135,7 +135,7 @@ void Coordinator::State::distrust(SessionId session, LeaseId lease_id, const Sta
     while (!worker->leases.empty()) {
       take_back(*worker->leases.begin(), false);
     }
-    forget_if_gone(name);
+    forget_if_gone(name, step);
   } else {
     serve(*worker, now, step);
   }
@@ -156,6 +156,7 @@ void Coordinator::State::merge_result(Job& job, const Renderer& by, WorkerResult
       known.seconds_per_pixel_sample.add(result.seconds / pixel_samples);
       known.costly_tile.add(result.seconds / pixel_samples);
       worker->rate.add(pixel_samples, now);
+      worker->pixel_samples += key.range.count() * static_cast<std::uint64_t>(job.pixels_of(key.tile));
     }
   }
   const std::uint64_t non_finite_before = job.film.non_finite();
@@ -164,7 +165,7 @@ void Coordinator::State::merge_result(Job& job, const Renderer& by, WorkerResult
   if (outcome.kind != MergeOutcome::Kind::merged) {
     ++job.record.counters.results_duplicate;
     if (outcome.kind == MergeOutcome::Kind::mismatch && !job.record.spec.allow_mixed) {
-      note(step, Note::Level::warning,
+      note(step, Note::Level::warning, about(job.id(), name),
            "job {}, tile {}, samples [{}, {}): worker {} has other bits than what was merged before; its result is "
            "dropped",
            job.id().value, key.tile.value, key.range.first(), key.range.end(), name);
@@ -181,6 +182,7 @@ void Coordinator::State::merge_result(Job& job, const Renderer& by, WorkerResult
   }
   job.record.counters.non_finite += job.film.non_finite() - non_finite_before;
   job.rate.add(static_cast<double>(job.film.pixel_samples() - samples_before), now);
+  merged_pixel_samples += job.film.pixel_samples() - samples_before;
   note_parts(job, key, by, outcome);
   for (const SampleRange& range : outcome.removed) {
     step.writes.push_back(DropNode{{key.job, key.tile, range}});

@@ -24,6 +24,10 @@ bool is_chosen(const Sha256& secret, const NodeKey& key, double share) {
   return std::ldexp(static_cast<double>(draw >> 11), -53) < share;  // 53 bits: exact, and always below 1
 }
 
+std::string describe_renderer(const Renderer& by) {
+  return by.worker.empty() ? std::string("several workers together") : fmt::format("{} on {}", by.worker, by.machine);
+}
+
 Verdict judge(std::span<const Claim> claims) {
   std::set<std::string_view> machines;  // which all differ, as long as none is seconded
   for (const Claim& one : claims) {

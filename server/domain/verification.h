@@ -42,6 +42,9 @@ struct Verdict {
 };
 Verdict judge(std::span<const Claim> claims);
 
+/// "worker-1 on a" for people; several workers' joined node has neither.
+std::string describe_renderer(const Renderer& by);
+
 /// What of one job is still to be verified.
 class Verifications {
  public:

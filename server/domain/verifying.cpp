@@ -12,21 +12,12 @@ std::string describe_place(const Job& job, TileId tile, const SampleRange& range
                      rect.height, rect.x, rect.y, job.id().value);
 }
 
-/// "worker-1 on a" for people; several workers' joined node has neither.
-std::string describe_renderer(const Renderer& by) {
-  return by.worker.empty() ? std::string("several workers together") : fmt::format("{} on {}", by.worker, by.machine);
-}
-
 std::string describe_renderers(std::span<const Claim> claims) {
   std::vector<std::string> names;
   for (const Claim& claim : claims) {
     names.push_back(describe_renderer(claim.by));
   }
   return fmt::format("{}", fmt::join(names, " and "));
-}
-
-bool shares_guilt(const Renderer& guilty, const Renderer& other) {
-  return other.worker == guilty.worker || (!guilty.machine.empty() && other.machine == guilty.machine);
 }
 
 }  // namespace
@@ -217,7 +208,7 @@ void Coordinator::State::compare_result(Job& job, const NodeKey& key, const Hash
   } else if (verdict.kind == Verdict::Kind::program) {
     accuse_program(job, key, now, step);
   } else {
-    note(step, Note::Level::warning, "{} differ between {}: another machine is to decide",
+    note(step, Note::Level::warning, about(job.id()), "{} differ between {}: another machine is to decide",
          describe_place(job, key.tile, key.range), describe_renderers(job.verifications.find(place)->claims));
   }
 }
@@ -238,7 +229,7 @@ void Coordinator::State::settle_verification(Job& job, const NodeKey& key, const
   }
   for (const Claim& claim : wrong) {
     if (claim.by.worker.empty()) {
-      note(step, Note::Level::warning,
+      note(step, Note::Level::warning, about(job.id()),
            "{}: what several workers' results were joined to is wrong; it is rendered again",
            describe_place(job, key.tile, key.range));
       drop_node_with(job, key.tile, key.range, now, step);
@@ -258,174 +249,16 @@ void Coordinator::State::accuse_program(Job& job, const NodeKey& key, Time now, 
   job.record.state = JobState::paused;
   put_job(job, step);
   refresh_queue(job);
-  note(step, Note::Level::warning, "job {} is paused: {}", job.id().value, job.record.reason);
-}
-
-// ---- guilt ----
-
-bool Coordinator::State::in_quarantine(const Renderer& renderer) const {
-  return std::ranges::any_of(quarantine, [&](const auto& entry) { return shares_guilt(entry.second.of, renderer); });
-}
-
-std::string Coordinator::State::reason_for_quarantine(const Renderer& renderer) const {
-  for (const auto& [worker, record] : quarantine) {
-    if (shares_guilt(record.of, renderer)) {
-      return record.of.worker == renderer.worker
-                 ? record.reason
-                 : fmt::format("it is on the machine of {}, of which {}", record.of.worker, record.reason);
-    }
-  }
-  return "";
+  note(step, Note::Level::warning, about(job.id()), "job {} is paused: {}", job.id().value, job.record.reason);
 }
 
 void Coordinator::State::convict(const Renderer& guilty, const Job& job, const NodeKey& key,
                                  std::span<const Claim> agreed, Time now, Step& step) {
-  const std::string reason = fmt::format("its {} differ from what {} have rendered alike",
-                                         describe_place(job, key.tile, key.range), describe_renderers(agreed));
-  if (!in_quarantine(guilty)) {
-    const QuarantineRecord record{{guilty.worker, guilty.machine}, reason, unix_ms(now)};
-    quarantine[guilty.worker] = record;
-    step.writes.push_back(PutQuarantine{record});
-    note(step, Note::Level::warning, "worker {} is in quarantine: {}", describe_renderer(guilty), reason);
-  }
-  std::vector<std::string> held_back;
-  for (auto& [name, worker] : workers) {
-    if (shares_guilt(guilty, renderer_of(worker.hello))) {
-      hold_in_quarantine(worker, reason, now, step);
-      held_back.push_back(name);
-    }
-  }
-  for (const std::string& name : held_back) {
-    forget_if_gone(name);  // it was known for its leases alone
-  }
+  put_in_quarantine(guilty,
+                    fmt::format("its {} differ from what {} have rendered alike",
+                                describe_place(job, key.tile, key.range), describe_renderers(agreed)),
+                    now, step);
   undo_work_of(guilty, now, step);
-}
-
-void Coordinator::State::hold_in_quarantine(Worker& worker, const std::string& reason, Time now, Step& step) {
-  if (worker.quarantined) {
-    return;
-  }
-  if (counts(worker)) {
-    farm_threads -= worker.hello.threads;
-  }
-  worker.quarantined = true;
-  idle.erase(worker.hello.name);
-  while (!worker.leases.empty()) {
-    const LeaseId id = *worker.leases.begin();
-    Job& job = *jobs.at(leases.at(id).unit.job);
-    end_lease(id, true, false, now, step);
-    put_progress(job, now, step);
-    ending.insert(job.id());  // of one whose time is up it may have been the last
-  }
-  if (worker.session) {
-    send_after_commit(step, *worker.session,
-                      Notice{fmt::format("in quarantine, this worker gets nothing to render: {}", reason)});
-  }
-}
-
-void Coordinator::State::undo_work_of(const Renderer& guilty, Time now, Step& step) {
-  for (auto& [id, job] : jobs) {
-    const JobState state = job->record.state;
-    if (state == JobState::failed || state == JobState::cancelled) {
-      continue;  // nobody renders it again
-    }
-    job->verifications.retract([&](const Renderer& by) { return shares_guilt(guilty, by); });
-    refresh_queue(*job);
-    std::vector<std::pair<TileId, SampleRange>> tainted;
-    for (const auto& [place, parts] : job->parts) {
-      if (std::ranges::any_of(parts, [&](std::uint32_t part) { return shares_guilt(guilty, renderers[part]); })) {
-        tainted.push_back(place);
-      }
-    }
-    if (tainted.empty()) {
-      continue;
-    }
-    for (const auto& [tile, range] : tainted) {
-      drop_node_with(*job, tile, range, now, step);
-    }
-    note(step, Note::Level::warning, "job {}: {} nodes of its film, with results of {}, are rendered again", id.value,
-         tainted.size(), describe_renderer(guilty));
-    if (state == JobState::done) {
-      reopen_done(*job, now);
-    }
-    put_job(*job, step);
-    refresh_queue(*job);
-    ending.insert(id);  // what is left may be all that is wanted
-  }
-}
-
-void Coordinator::State::drop_node_with(Job& job, TileId tile, SampleRange within, Time now, Step& step) {
-  const std::vector<NodePtr>& forest = job.film.forest(tile);
-  const auto node = std::ranges::find_if(forest, [&](const NodePtr& each) { return each->range.contains(within); });
-  if (node == forest.end()) {
-    return;
-  }
-  const SampleRange range = (*node)->range;
-  job.record.counters.non_finite -= (*node)->non_finite;
-  ++job.record.counters.nodes_dropped;
-  const auto before = static_cast<double>(job.film.pixel_samples());
-  job.film.drop(tile, range);
-  give_back_seconds(job, static_cast<double>(job.film.pixel_samples()) / before, now);
-  job.parts.erase({tile, range});
-  step.writes.push_back(DropNode{{job.id(), tile, range}});
-  step.writes.push_back(DropResults{{job.id(), tile, range}});
-  for (const auto& [place, lease] : job.verifications.close_within(tile, range)) {
-    if (lease) {
-      tile_done(*lease, tile, now, step, false);
-    }
-  }
-  if (job.plan) {
-    job.plan->reopen(tile);
-  }
-  ++job.version;
-}
-
-void Coordinator::State::give_back_seconds(Job& job, double kept, Time now) {
-  if (job.record.spec.goal.seconds == 0) {
-    return;
-  }
-  job.record.active_seconds = kept * job.active_seconds(now);
-  if (job.active_since) {
-    job.active_since = now;
-  }
-  if (job.plan && job.plan->closed() && !job.time_is_up(now)) {
-    job.plan->set_goal(job.samples_wanted_now());
-  }
-}
-
-Status Coordinator::release_worker(const std::string& name, Time now, Step& step) {
-  State& state = *state_;
-  Renderer of{name, ""};
-  if (const Worker* const worker = state.find_worker(name)) {
-    of.machine = machine_of(worker->hello);
-  }
-  std::vector<std::string> ended;
-  for (const auto& [worker, record] : state.quarantine) {
-    if (shares_guilt(record.of, of)) {
-      ended.push_back(worker);
-    }
-  }
-  if (ended.empty()) {
-    return not_found("there is no worker '{}' in quarantine", name);
-  }
-  for (const std::string& worker : ended) {
-    state.quarantine.erase(worker);
-    step.writes.push_back(DropQuarantine{worker});
-    note(step, Note::Level::info, "worker {} is released from quarantine", worker);
-  }
-  for (auto& [each, worker] : state.workers) {
-    if (worker.quarantined && !state.in_quarantine(renderer_of(worker.hello))) {
-      worker.quarantined = false;
-      if (state.counts(worker)) {
-        state.farm_threads += worker.hello.threads;
-      }
-      if (worker.session) {
-        send_after_commit(step, *worker.session, Notice{"released from quarantine"});
-      }
-      state.serve(worker, now, step);
-    }
-  }
-  return ok_status();
 }
 
 }  // namespace lightmill

@@ -201,6 +201,27 @@ std::vector<JobStatus> Coordinator::jobs(Time now, const JobFilter& filter) cons
   return found;
 }
 
+WorkerCount count_of(const Worker& worker) {
+  return {worker.hello.name, worker.hello.threads, static_cast<std::uint32_t>(worker.leases.size()),
+          worker.results,    worker.leases_lost,   worker.pixel_samples};
+}
+
+FarmCounts Coordinator::counts() const {
+  FarmCounts counts;
+  counts.pixel_samples = state_->merged_pixel_samples;
+  for (const auto& [id, job] : state_->jobs) {
+    if (record_is_waiting(job->record.state)) {
+      ++(job->leases.empty() ? counts.jobs_waiting : counts.jobs_running);
+    }
+  }
+  for (const auto& [name, worker] : state_->workers) {
+    if (worker.session) {
+      counts.workers.push_back(count_of(worker));
+    }
+  }
+  return counts;
+}
+
 std::vector<WorkerStatus> Coordinator::workers(Time now) const {
   std::vector<WorkerStatus> all;
   for (const auto& [name, worker] : state_->workers) {

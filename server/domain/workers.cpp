@@ -1,6 +1,7 @@
 // How workers' sessions come, speak and go.
 #include "common/base/check.h"
 #include "common/base/overloaded.h"
+#include "common/base/quantities.h"
 #include "common/base/text.h"
 #include "server/domain/coordinator_state.h"
 
@@ -43,7 +44,7 @@ Worker* Coordinator::State::worker_of(SessionId session) {
 
 void Coordinator::State::dismiss(SessionId session, std::string reason, Time now, Step& step) {
   Session& entry = sessions.at(session);
-  note(step, Note::Level::warning, "worker {} is dismissed: {}", entry.worker, reason);
+  note(step, Note::Level::warning, about(entry.worker), "worker {} is dismissed: {}", entry.worker, reason);
   send_after_commit(step, session, Dismissal{std::move(reason)});
   if (Worker* const worker = worker_of(session)) {
     if (counts(*worker)) {
@@ -105,8 +106,8 @@ void Coordinator::State::connect(SessionId session, const WorkerHello& hello, Ti
   if (counts(worker)) {
     farm_threads += hello.threads;
   }
-  note(step, Note::Level::info, "worker {} is here: {} threads on {}, class {}", hello.name, hello.threads, hello.host,
-       hello.fingerprint_class);
+  note(step, Note::Level::info, about(hello.name), "worker {} is here: {} on {}, class {}", hello.name,
+       counted(hello.threads, "thread"), hello.host, hello.fingerprint_class);
   send(step, session, Welcome{epoch, limits.heartbeat_interval, limits.lease_duration});
   if (worker.quarantined) {
     send(step, session, Notice{"in quarantine, this worker gets nothing to render until it is released"});
@@ -163,6 +164,7 @@ bool Coordinator::State::adopt_held(Worker& worker, const HeldLease& held, Time 
       return false;
     }
     lease.abandoned = false;
+    lease.sent = true;
     renew(lease, now);
     const std::vector<TileId> leased = lease.unit.tiles;
     const SampleRange range = lease.unit.range;
@@ -246,8 +248,8 @@ void Coordinator::State::on_refusal(Worker& worker, const WorkerRefusal& refusal
 
 void Coordinator::State::exclude(Worker& worker, Job& job, const std::string& reason, Time now, Step& step) {
   worker.too_large[job.id()] = printable(reason);
-  note(step, Note::Level::warning, "worker {} leaves job {} to others: {}", worker.hello.name, job.id().value,
-       worker.too_large.at(job.id()));
+  note(step, Note::Level::warning, about(job.id(), worker.hello.name), "worker {} leaves job {} to others: {}",
+       worker.hello.name, job.id().value, worker.too_large.at(job.id()));
   const std::set<LeaseId> held = worker.leases;
   for (const LeaseId id : held) {
     if (leases.at(id).unit.job == job.id()) {
@@ -290,7 +292,7 @@ void Coordinator::State::end_session(SessionId session, Time now, Step& step) {
     }
   }
   sessions.erase(found);
-  forget_if_gone(name);
+  forget_if_gone(name, step);
 }
 
 void Coordinator::State::hang_up_on_silent(Time now, Step& step) {
@@ -300,8 +302,8 @@ void Coordinator::State::hang_up_on_silent(Time now, Step& step) {
     if (worker.session && worker.heard_at + limits.silence > now) {
       next_silence_look = std::min(next_silence_look, worker.heard_at + limits.silence);
     } else if (worker.session) {
-      note(step, Note::Level::warning, "worker {} is gone with {} leases: it has said nothing for {:.0f} s", name,
-           worker.leases.size(), to_seconds(now - worker.heard_at));
+      note(step, Note::Level::warning, about(name), "worker {} is gone with {}: it has said nothing for {:.0f} s", name,
+           counted(worker.leases.size(), "lease"), to_seconds(now - worker.heard_at));
       silent.push_back(*worker.session);
     }
   }
@@ -312,10 +314,11 @@ void Coordinator::State::hang_up_on_silent(Time now, Step& step) {
   serve_inspections(now, step);  // by none of those that are silent, too
 }
 
-void Coordinator::State::forget_if_gone(const std::string& name) {
+void Coordinator::State::forget_if_gone(const std::string& name, Step& step) {
   const auto found = workers.find(name);
   if (found != workers.end() && !found->second.session && found->second.leases.empty()) {
     idle.erase(name);
+    step.departed.push_back(count_of(found->second));
     workers.erase(found);
   }
 }
@@ -367,7 +370,8 @@ void Coordinator::worker_message(SessionId session, WorkerMessage message, Time 
                      state.farm_threads -= State::counts(*worker) ? worker->hello.threads : 0;
                      worker->draining = true;
                      state.idle.erase(worker->hello.name);
-                     note(step, Note::Level::info, "worker {} is leaving", worker->hello.name);
+                     note(step, Note::Level::info, about(worker->hello.name), "worker {} is leaving",
+                          worker->hello.name);
                    }
                    state.inspections.left(session, false, now, step);
                    may_read_again = true;
@@ -382,7 +386,8 @@ void Coordinator::worker_message(SessionId session, WorkerMessage message, Time 
 
 void Coordinator::worker_disconnected(SessionId session, Time now, Step& step) {
   if (const Worker* const worker = state_->worker_of(session)) {
-    note(step, Note::Level::info, "worker {} is gone with {} leases", worker->hello.name, worker->leases.size());
+    note(step, Note::Level::info, about(worker->hello.name), "worker {} is gone with {}", worker->hello.name,
+         counted(worker->leases.size(), "lease"));
   }
   state_->end_session(session, now, step);
   state_->serve_inspections(now, step);
@@ -398,7 +403,7 @@ Status Coordinator::drain_worker(const std::string& name, Time now, Step& step) 
     state_->farm_threads -= State::counts(*worker) ? worker->hello.threads : 0;
     worker->draining = true;
     state_->idle.erase(name);
-    note(step, Note::Level::info, "worker {} is asked to leave", name);
+    note(step, Note::Level::info, about(name), "worker {} is asked to leave", name);
   }
   send_after_commit(step, *worker->session, DrainRequest{});
   return ok_status();

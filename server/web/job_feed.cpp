@@ -46,16 +46,18 @@ class JobFeed::Sink final : public WatchSink, public std::enable_shared_from_thi
 };
 
 JobFeed::JobFeed(JobId job, std::string layer, FarmLoop& loop, OnWebThread on_web_thread,
-                 std::shared_ptr<std::size_t> tiles_held, std::function<void()> on_news)
+                 std::shared_ptr<std::size_t> tiles_kept, std::function<void()> on_news)
     : job_(job),
       layer_(std::move(layer)),
       loop_(loop),
       on_web_thread_(std::move(on_web_thread)),
-      tiles_held_(std::move(tiles_held)),
+      tiles_kept_(std::move(tiles_kept)),
       on_news_(std::move(on_news)) {}
 
 JobFeed::~JobFeed() {
-  forget_tiles();
+  if (has_room_) {
+    *tiles_kept_ -= picture_tiles_;
+  }
   if (sink_ != nullptr) {
     sink_->close();
   }
@@ -67,7 +69,10 @@ void JobFeed::watch() {
   }
   sink_ = std::make_shared<Sink>(weak_from_this(), loop_, on_web_thread_);
   ended_ = false;
-  if (!loop_.post([job = job_, sink = sink_](FarmLoop::Turn& turn) { turn.watchers.add(job, true, sink); })) {
+  with_tiles_ = picture_failure_.ok() || fits();
+  if (!loop_.post([job = job_, with_tiles = with_tiles_, sink = sink_](FarmLoop::Turn& turn) {
+        turn.watchers.add(job, with_tiles, sink);
+      })) {
     failure_ = resource_exhausted("the farm has too much to do at once: trying again");
   }
 }
@@ -81,22 +86,34 @@ void JobFeed::take(const WatchUpdate& update) {
     state_ = std::move(state);
     ++state_version_;
   }
-  const std::size_t before = tiles_.size();
-  if (const std::optional<LayerPlace> place = layer_place(update.job)) {
+  const std::optional<LayerPlace> place = layer_place(update.job);
+  if (place && with_tiles_ && make_room(update.job)) {
     for (const TileSnapshot& tile : update.tiles) {
       tiles_.put({tile.rect.y, tile.rect.x}, tile_field(job_, layer_, *place, tile));
     }
   }
-  *tiles_held_ += tiles_.size() - before;
-  if (*tiles_held_ > kMostTiles) {
-    sink_->close();
-    forget_tiles();
-    given_up_ = true;
-    fail(resource_exhausted("the pictures that are watched have more than {} tiles together: this one is not shown",
-                            kMostTiles));
-    return;
-  }
   on_news_();
+}
+
+/// For the whole picture at once, so that one that is shown is shown to its end. Without room for it, the job is
+/// watched without its tiles.
+bool JobFeed::make_room(const JobStatus& job) {
+  picture_tiles_ = TileGrid(job.crop).picture_tiles();
+  if (!has_room_ && fits()) {
+    has_room_ = true;
+    *tiles_kept_ += picture_tiles_;
+    picture_failure_ = ok_status();
+  }
+  if (!has_room_) {
+    picture_failure_ = resource_exhausted(
+        "it has {} tiles; the pictures that are looked at on this farm's pages may have {} together, and others have "
+        "{}: "
+        "{}lightmill fetch gets it",
+        picture_tiles_, kMostTiles, *tiles_kept_,
+        picture_tiles_ <= kMostTiles ? "it comes when these are looked at no longer; " : "");
+    watch();
+  }
+  return has_room_;
 }
 
 /// Where the layer lies in the film; none if it is not there, or holds no colours.
@@ -107,11 +124,6 @@ std::optional<LayerPlace> JobFeed::layer_place(const JobStatus& job) const {
   const Result<std::vector<LayerSpec>> layers = film_layers(job.layers);
   const std::optional<LayerPlace> place = layers.ok() ? place_of(layer_, *layers) : std::nullopt;
   return place && place->kind != LayerKind::first_samples ? place : std::nullopt;
-}
-
-void JobFeed::forget_tiles() {
-  *tiles_held_ -= tiles_.size();
-  tiles_ = ChangeLog<std::pair<int, int>>();
 }
 
 void JobFeed::fail(const Status& why) {

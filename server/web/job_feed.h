@@ -20,19 +20,20 @@ using OnWebThread = std::function<void(std::function<void()>)>;
 /// Belongs to the web's thread; shared, since what the farm thread has under way for it may come late.
 class JobFeed : public std::enable_shared_from_this<JobFeed> {
  public:
-  /// `layer`: empty for beauty; one that the film does not have gives no tiles. `tiles_held` counts those of all feeds;
-  /// `on_news` runs after every change.
+  /// `layer`: empty for beauty; one that the film does not have gives no tiles. `tiles_kept` counts what all feeds have
+  /// room for; `on_news` runs after every change.
   JobFeed(JobId job, std::string layer, FarmLoop& loop, OnWebThread on_web_thread,
-          std::shared_ptr<std::size_t> tiles_held, std::function<void()> on_news);
+          std::shared_ptr<std::size_t> tiles_kept, std::function<void()> on_news);
   ~JobFeed();
 
   /// Begins to watch, or begins again. What failed stays said until something comes.
   void watch();
-  /// Whether it failed, and may do better.
-  bool may_retry() const { return !failure_.ok() && !given_up_; }
+  /// Whether it failed, or its picture did, and may do better.
+  bool may_retry() const { return !failure_.ok() || (!picture_failure_.ok() && fits()); }
 
   const std::string& owner() const { return owner_; }
-  const Status& failure() const { return failure_; }  ///< why it is not watched
+  const Status& failure() const { return failure_; }                  ///< why it is not watched
+  const Status& picture_failure() const { return picture_failure_; }  ///< why it has no tiles, though it is watched
   bool known() const { return !state_.empty(); }
   bool ended() const { return ended_; }
   const std::string& state() const { return state_; }  ///< a lightmill.v1.Job
@@ -40,27 +41,29 @@ class JobFeed : public std::enable_shared_from_this<JobFeed> {
   const ChangeLog<std::pair<int, int>>& tiles() const { return tiles_; }  ///< by row and column of the upper left pixel
   bool every_tile_has_samples() const { return every_tile_has_samples_; }
 
-  /// Of all feeds together, 32 KiB each; a picture that would need more is not shown.
+  /// Of all feeds together, 32 KiB each. A picture that would need more waits until others are looked at no longer.
   static constexpr std::size_t kMostTiles = 32'768;
 
  private:
   class Sink;
   void take(const WatchUpdate& update);
   void fail(const Status& why);
-  void forget_tiles();
+  bool make_room(const JobStatus& job);
+  bool fits() const { return *tiles_kept_ + picture_tiles_ <= kMostTiles; }
   std::optional<LayerPlace> layer_place(const JobStatus& job) const;
 
   const JobId job_;
   const std::string layer_;
   FarmLoop& loop_;
   const OnWebThread on_web_thread_;
-  const std::shared_ptr<std::size_t> tiles_held_;
+  const std::shared_ptr<std::size_t> tiles_kept_;
   const std::function<void()> on_news_;
   std::shared_ptr<Sink> sink_;
   std::string owner_, state_;
-  Status failure_;
+  Status failure_, picture_failure_;
   std::uint64_t state_version_ = 0;
-  bool ended_ = false, every_tile_has_samples_ = false, given_up_ = false;
+  std::size_t picture_tiles_ = 0;  ///< of the whole picture; 0 until they are known
+  bool ended_ = false, every_tile_has_samples_ = false, with_tiles_ = false, has_room_ = false;
   ChangeLog<std::pair<int, int>> tiles_;
 };
 

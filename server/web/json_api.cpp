@@ -10,6 +10,7 @@
 #include "server/api/job_list.h"
 #include "server/api/records.h"
 #include "server/api/worker_message.h"
+#include "server/web/look_back.h"
 
 namespace lightmill {
 namespace {
@@ -17,7 +18,8 @@ namespace {
 constexpr std::string_view kPrefix = "/api/v1/";
 constexpr int kMostListed = 1'000;
 constexpr int kListed = 100;
-constexpr std::string_view kThumbnail = "/thumbnail.png", kExr = "/picture.exr", kPng = "/picture.png", kSpec = "/spec";
+constexpr std::string_view kThumbnail = "/thumbnail.png", kExr = "/picture.exr", kPng = "/picture.png", kSpec = "/spec",
+                           kMeters = "/meters";
 
 Status unknown_path(const ApiRequest& request) {
   return not_found("there is no {}: /openapi.json says what there is", printable(request.path));
@@ -29,9 +31,9 @@ Status other_method(const ApiRequest& request, std::string_view method) {
 
 using Turn = FarmLoop::Turn;
 
-using JobTask = std::function<Status(Turn&)>;
+using Task = std::function<Status(Turn&)>;
 
-Result<JobTask> read_extension(JobId job, const std::string& body) {
+Result<Task> read_extension(JobId job, const std::string& body) {
   v1::ExtendJobRequest request;
   LM_RETURN_IF_ERROR(read_json(body, request));
   return [job, to = Extension{request.samples(), request.error()}](Turn& turn) {
@@ -39,7 +41,7 @@ Result<JobTask> read_extension(JobId job, const std::string& body) {
   };
 }
 
-Result<JobTask> read_priority(JobId job, const std::string& body) {
+Result<Task> read_priority(JobId job, const std::string& body) {
   v1::SetPriorityRequest request;
   LM_RETURN_IF_ERROR(read_json(body, request));
   return [job, priority = request.priority()](Turn& turn) {
@@ -47,7 +49,7 @@ Result<JobTask> read_priority(JobId job, const std::string& body) {
   };
 }
 
-Result<JobTask> read_deletion(JobId job, const std::string& body) {
+Result<Task> read_deletion(JobId job, const std::string& body) {
   v1::DeleteJobRequest request;
   LM_RETURN_IF_ERROR(read_json(body, request));
   return [job, cancel = request.cancel()](Turn& turn) {
@@ -56,23 +58,32 @@ Result<JobTask> read_deletion(JobId job, const std::string& body) {
   };
 }
 
-/// What can be done to a job by POST.
+Result<Task> read_quarantine(const std::string& name, const Identity& caller, const std::string& body) {
+  v1::QuarantineWorkerRequest request;
+  LM_RETURN_IF_ERROR(read_json(body, request));
+  request.set_name(name);
+  LM_ASSIGN_OR_RETURN(const Quarantining asked, from_wire(request, caller));
+  return [asked](Turn& turn) {
+    return turn.farm.quarantine_worker(asked.worker, asked.reason, asked.render_again, turn.now, turn.step);
+  };
+}
+
 struct JobChange {
   std::string_view path;
   Rpc rpc;
-  Result<JobTask> (*read)(JobId, const std::string& body);
+  Result<Task> (*read)(JobId, const std::string& body);
 };
 constexpr std::array<JobChange, 6> kActions{{
     {"/pause", Rpc::pause_job,
-     [](JobId job, const std::string&) -> Result<JobTask> {
+     [](JobId job, const std::string&) -> Result<Task> {
        return [job](Turn& turn) { return turn.farm.pause(job, turn.now, turn.step); };
      }},
     {"/resume", Rpc::resume_job,
-     [](JobId job, const std::string&) -> Result<JobTask> {
+     [](JobId job, const std::string&) -> Result<Task> {
        return [job](Turn& turn) { return turn.farm.resume(job, turn.now, turn.step); };
      }},
     {"/cancel", Rpc::cancel_job,
-     [](JobId job, const std::string&) -> Result<JobTask> {
+     [](JobId job, const std::string&) -> Result<Task> {
        return [job](Turn& turn) { return turn.farm.cancel(job, turn.now, turn.unix_ms, turn.step); };
      }},
     {"/extend", Rpc::extend_job, read_extension},
@@ -84,11 +95,18 @@ constexpr std::array<JobChange, 6> kActions{{
 struct WorkerChange {
   std::string_view path;
   Rpc rpc;
-  Status (Coordinator::*change)(const std::string&, Time, Step&);
+  Result<Task> (*read)(const std::string& name, const Identity& caller, const std::string& body);
 };
-constexpr std::array<WorkerChange, 2> kWorkerActions{{
-    {"/drain", Rpc::drain_worker, &Coordinator::drain_worker},
-    {"/release", Rpc::release_worker, &Coordinator::release_worker},
+constexpr std::array<WorkerChange, 3> kWorkerActions{{
+    {"/drain", Rpc::drain_worker,
+     [](const std::string& name, const Identity&, const std::string&) -> Result<Task> {
+       return [name](Turn& turn) { return turn.farm.drain_worker(name, turn.now, turn.step); };
+     }},
+    {"/quarantine", Rpc::quarantine_worker, read_quarantine},
+    {"/release", Rpc::release_worker,
+     [](const std::string& name, const Identity&, const std::string&) -> Result<Task> {
+       return [name](Turn& turn) { return turn.farm.release_worker(name, turn.now, turn.step); };
+     }},
 }};
 
 struct Page {
@@ -116,17 +134,12 @@ Result<Page> page_of(std::string_view query) {
 }
 
 /// Answers with the worker; with nothing but its name if it is not there.
-WebChange changed_worker(const std::string& name, Status (Coordinator::*change)(const std::string&, Time, Step&)) {
-  return [name, change](Turn& turn, About& about) -> Result<ApiReply> {
+WebChange changed_worker(const std::string& name, const Task& task) {
+  return [name, task](Turn& turn, About& about) -> Result<ApiReply> {
     about.text = name;
-    LM_RETURN_IF_ERROR((turn.farm.*change)(name, turn.now, turn.step));
+    LM_RETURN_IF_ERROR(task(turn));
     v1::Worker wire;
-    wire.set_name(name);
-    for (const WorkerStatus& worker : turn.farm.workers(turn.now)) {
-      if (worker.name == name) {
-        to_wire(worker, &wire);
-      }
-    }
+    show_worker(turn, name, &wire);
     return json_reply(wire);
   };
 }
@@ -142,7 +155,8 @@ JsonApi::JsonApi(ApiParts parts)
       logins_(parts.logins),
       greeting_(std::move(parts.greeting)),
       desk_(parts.loop, std::move(parts.on_web_thread)),
-      thumbnails_(desk_, gate_),
+      thumbnails_(desk_, gate_, kThumbnailAnswer),
+      meters_(desk_, gate_, kMetersAnswer),
       pictures_(desk_, gate_),
       intake_(desk_, gate_, parts.assets, std::move(parts.on_side_thread)) {}
 
@@ -163,6 +177,9 @@ void JsonApi::handle(ApiRequest request, Reply reply) {
     if (const auto job = parse_number<std::uint64_t>(number)) {
       return handle_job(request, JobId{*job}, rest.substr(number.size()), std::move(reply));
     }
+  }
+  if (looks_back(path)) {
+    return look_back(request, path, std::move(reply));
   }
   if (collection == "workers") {
     return handle_workers(request, rest, std::move(reply));
@@ -248,7 +265,7 @@ void JsonApi::list_jobs(const ApiRequest& request, Reply reply) {
 
 void JsonApi::handle_job(const ApiRequest& request, JobId job, std::string_view what, Reply reply) {
   const bool state = what.empty() || what == kSpec;
-  const bool looks = state || what == kThumbnail || what == kExr || what == kPng;
+  const bool looks = state || what == kThumbnail || what == kExr || what == kPng || what == kMeters;
   const auto action = std::ranges::find(kActions, what, &JobChange::path);
   if (!looks && action == kActions.end()) {
     return reply(error_reply(unknown_path(request)));
@@ -261,7 +278,7 @@ void JsonApi::handle_job(const ApiRequest& request, JobId job, std::string_view 
   if (call.ok() && looks) {
     return show(*call, job, what, std::move(reply));
   }
-  const Result<JobTask> task = call.ok() ? action->read(job, request.body.text) : call.status();
+  const Result<Task> task = call.ok() ? action->read(job, request.body.text) : call.status();
   if (!task.ok()) {
     return reply(error_reply(task.status()));
   }
@@ -282,6 +299,9 @@ void JsonApi::show(const Call& call, JobId job, std::string_view what, Reply rep
   }
   if (what == kThumbnail) {
     return thumbnails_.send(call, job, std::move(reply));
+  }
+  if (what == kMeters) {
+    return meters_.send(call, job, std::move(reply));
   }
   if (!what.empty()) {
     return pictures_.send(call, job, what == kExr ? PictureFormat::exr : PictureFormat::png, std::move(reply));
@@ -314,8 +334,9 @@ void JsonApi::handle_workers(const ApiRequest& request, std::string_view rest, R
   }
   if (!rest.empty()) {
     const Result<std::string> name = percent_decoded(rest.substr(0, rest.size() - action->path.size()));
-    return name.ok() ? change(*call, changed_worker(*name, action->change), std::move(reply))
-                     : reply(error_reply(name.status()));
+    const Result<Task> task = name.ok() ? action->read(*name, call->caller, request.body.text) : name.status();
+    return task.ok() ? change(*call, changed_worker(*name, *task), std::move(reply))
+                     : reply(error_reply(task.status()));
   }
   desk_.ask(std::move(reply), [](Turn& turn, const FarmReply& back) {
     v1::ListWorkersResponse list;
@@ -324,6 +345,18 @@ void JsonApi::handle_workers(const ApiRequest& request, std::string_view rest, R
     }
     back(json_reply(list));
   });
+}
+
+void JsonApi::look_back(const ApiRequest& request, std::string_view path, Reply reply) {
+  if (request.post) {
+    return reply(error_reply(other_method(request, "GET")));
+  }
+  const Result<Call> call = gate_.admit(request.caller, request.peer, Rpc::list_workers);
+  const Result<LookBack> look = call.ok() ? look_back_at(path, request.query, call->caller) : call.status();
+  if (!look.ok()) {
+    return reply(error_reply(look.status()));
+  }
+  desk_.ask(std::move(reply), [look = *look](Turn& turn, const FarmReply& back) { back.compute(look(turn)); });
 }
 
 }  // namespace lightmill

@@ -7,11 +7,11 @@
 #include <string>
 
 #include "server/web/farm_reply.h"
+#include "server/web/film_answers.h"
 #include "server/web/job_intake.h"
 #include "server/web/job_pictures.h"
 #include "server/web/live_messages.h"
 #include "server/web/logins.h"
-#include "server/web/thumbnails.h"
 #include "server/web/web_change.h"
 
 namespace lightmill {
@@ -55,6 +55,7 @@ class JsonApi {
   void list_jobs(const ApiRequest& request, Reply reply);
   void handle_job(const ApiRequest& request, JobId job, std::string_view what, Reply reply);
   void handle_workers(const ApiRequest& request, std::string_view rest, Reply reply);
+  void look_back(const ApiRequest& request, std::string_view path, Reply reply);
   void show(const Call& call, JobId job, std::string_view what, Reply reply);
   void change(const Call& call, WebChange change, Reply reply);
 
@@ -62,7 +63,7 @@ class JsonApi {
   Logins& logins_;
   const FarmGreeting greeting_;
   FarmDesk desk_;
-  Thumbnails thumbnails_;
+  FilmAnswers thumbnails_, meters_;
   JobPictures pictures_;
   JobIntake intake_;
 };

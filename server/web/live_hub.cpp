@@ -68,7 +68,7 @@ void LiveHub::watch(Viewer& viewer, const ViewRequest& request) {
   const auto add = [&](const std::string& layer) {
     const auto known = std::ranges::find(before, layer, &Watched::layer);
     viewer.layers.push_back(known != before.end() ? std::move(*known)
-                                                  : Watched{layer, feed_of(request.job, layer), {}});
+                                                  : Watched{layer, feed_of(request.job, layer), {}, {}});
   };
   if (request.job.value != 0) {
     add("");
@@ -167,7 +167,7 @@ void LiveHub::take(const FarmNews& news) {
 std::shared_ptr<JobFeed> LiveHub::feed_of(JobId job, const std::string& layer) {
   std::shared_ptr<JobFeed>& feed = feeds_[{job, layer}];
   if (feed == nullptr) {
-    feed = std::make_shared<JobFeed>(job, layer, loop_, on_web_thread_, tiles_held_, [this, job] {
+    feed = std::make_shared<JobFeed>(job, layer, loop_, on_web_thread_, tiles_kept_, [this, job] {
       for (auto& [link, viewer] : viewers_) {
         if (viewer.request.job == job) {
           serve(*link, viewer);
@@ -218,7 +218,10 @@ void LiveHub::serve(LiveLink& link, Viewer& viewer) {
   add_workers(viewer, message);
   if (!viewer.layers.empty()) {
     add_job(viewer, message);
-    add_tiles(viewer, now, message);
+    if (viewer.failure_sent.empty()) {
+      add_layer_failures(viewer, message);
+      add_tiles(viewer, now, message);
+    }
   }
   if ((!message.any && now - viewer.last_sent < kHeartbeat) || !holds(link, viewer)) {
     return;
@@ -271,9 +274,6 @@ void LiveHub::add_workers(Viewer& viewer, Message& message) const {
 void LiveHub::add_job(Viewer& viewer, Message& message) const {
   const JobFeed& feed = *viewer.layers.front().feed;
   Status failure = feed.failure();
-  for (const Watched& layer : viewer.layers) {
-    failure.Update(layer.feed->failure());
-  }
   if (failure.ok() && feed.known()) {
     failure = check_job(viewer.call.caller, Rpc::watch_job, feed.owner());
   }
@@ -295,8 +295,21 @@ void LiveHub::add_job(Viewer& viewer, Message& message) const {
   }
 }
 
+/// One that cannot be shown leaves the job and its other layers as they are.
+void LiveHub::add_layer_failures(Viewer& viewer, Message& message) const {
+  for (Watched& layer : viewer.layers) {
+    Status failure = layer.feed->failure();
+    failure.Update(layer.feed->picture_failure());
+    if (const std::string text = message_of(failure); text != layer.failure_sent) {
+      layer.failure_sent = text;
+      message.head.layer_failure(viewer.request.job, layer.layer, failure);
+      message.any = true;
+    }
+  }
+}
+
 void LiveHub::add_tiles(Viewer& viewer, Time now, Message& message) const {
-  if (!viewer.failure_sent.empty() || now < viewer.next_picture) {
+  if (now < viewer.next_picture) {
     return;
   }
   bool more = false;

@@ -59,6 +59,7 @@ class LiveHub {
     std::string layer;
     std::shared_ptr<JobFeed> feed;
     ChangeCursor tiles;
+    std::string failure_sent;
   };
   struct Viewer {
     Call call;
@@ -92,6 +93,7 @@ class LiveHub {
   void add_jobs(Viewer& viewer, Message& message) const;
   void add_workers(Viewer& viewer, Message& message) const;
   void add_job(Viewer& viewer, Message& message) const;
+  void add_layer_failures(Viewer& viewer, Message& message) const;
   void add_tiles(Viewer& viewer, Time now, Message& message) const;
 
   FarmLoop& loop_;
@@ -103,7 +105,7 @@ class LiveHub {
   const std::shared_ptr<LiveHub*> self_ = std::make_shared<LiveHub*>(this);
   std::map<LiveLink*, Viewer> viewers_;
   std::map<std::pair<JobId, std::string>, std::shared_ptr<JobFeed>> feeds_;           ///< by job and layer
-  const std::shared_ptr<std::size_t> tiles_held_ = std::make_shared<std::size_t>(0);  ///< of all feeds
+  const std::shared_ptr<std::size_t> tiles_kept_ = std::make_shared<std::size_t>(0);  ///< room that all feeds have
   ChangeLog<JobId> jobs_;
   ChangeLog<std::string> workers_;
   const std::shared_ptr<FarmLook> farm_look_ = std::make_shared<FarmLook>();

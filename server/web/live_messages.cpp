@@ -131,4 +131,12 @@ void ViewUpdateWriter::job_failure(const Status& why) {
   append_field(bytes_, v1::ViewUpdate::kJobFailureFieldNumber, message_of(why));
 }
 
+void ViewUpdateWriter::layer_failure(JobId job, const std::string& layer, const Status& why) {
+  v1::LayerFailure wire;
+  wire.set_job(job.value);
+  wire.set_layer(layer);
+  wire.set_why(why.ok() ? "" : message_of(why));
+  append_field(bytes_, v1::ViewUpdate::kLayerFailuresFieldNumber, wire.SerializeAsString());
+}
+
 }  // namespace lightmill

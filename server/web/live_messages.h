@@ -59,6 +59,8 @@ class ViewUpdateWriter {
   void workers(const std::vector<SharedBytes>& workers, const std::vector<std::string>& removed, bool whole);
   void job(const std::string& bytes);
   void job_failure(const Status& why);
+  /// OK: the layer's pixels are sent.
+  void layer_failure(JobId job, const std::string& layer, const Status& why);
   std::string take() { return std::move(bytes_); }
 
  private:

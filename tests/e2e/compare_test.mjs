@@ -101,7 +101,9 @@ test('split shows each on its side of a divider that keys and the mouse move', a
   await page.locator('.viewer canvas').focus();
   await page.keyboard.press('[');
   await eventually('the link has it', () => new RegExp(`with=${reference}&how=split&split=0.7`).test(page.url()));
+  await page.keyboard.press('f');
   await takePicture('split');
+  await page.keyboard.press('1');
 });
 
 test('every comparison draws, and the link brings it back', async () => {

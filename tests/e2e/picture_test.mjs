@@ -74,6 +74,67 @@ test('keys and controls change how it is shown, and the link brings that back', 
   await again.context().close();
 });
 
+/** The camera of a page's link: zoom and the middle. */
+function cameraOf(shown) {
+  const parameters = new URLSearchParams(new URL(shown.url()).hash.split('?')[1]);
+  return ['zoom', 'x', 'y'].map((name) => Number(parameters.get(name)));
+}
+
+async function assertCamera(shown, what, expected) {
+  const near = (got) => got.every((value, i) => Math.abs(value - expected[i]) <= 1e-4 * expected[i]);
+  await eventually(`${what}: ${expected}`, () => near(cameraOf(shown)), 10_000).catch((error) => {
+    throw new Error(`${error.message}, but ${cameraOf(shown)}`);
+  });
+}
+
+/** Where the picture's middle lies on the screen. */
+function middleOf(shown) {
+  return shown.locator('.viewer canvas').evaluate((canvas) => {
+    const {x, y} = canvas.getBoundingClientRect();
+    return {x: x + canvas.clientWidth / 2, y: y + canvas.clientHeight / 2};
+  });
+}
+
+test('the wheel zooms about the mouse, and what is dragged moves by as much', async () => {
+  const shown = await session.open(`#/jobs/${job}?zoom=2&x=90&y=70`);
+  await shown.waitForSelector('canvas[data-drawn]');
+  const exact = await middleOf(shown);
+  // Whole pixels: wheels know no others.
+  const middle = {x: Math.round(exact.x), y: Math.round(exact.y)};
+  const [dx, dy] = [middle.x + 40 - exact.x, middle.y - 20 - exact.y];
+  await shown.mouse.move(middle.x + 40, middle.y - 20);
+  await shown.mouse.wheel(0, -400);
+  // What lies below the mouse stays there while all grows e times.
+  await assertCamera(shown, 'nearer', [2 * Math.E, 90 + (dx / 2) * (1 - 1 / Math.E), 70 + (dy / 2) * (1 - 1 / Math.E)]);
+  await shown.mouse.wheel(0, 400);
+  await assertCamera(shown, 'back', [2, 90, 70]);
+  await shown.mouse.down();
+  await shown.mouse.move(middle.x + 10, middle.y + 4, {steps: 3});
+  await shown.mouse.up();
+  await assertCamera(shown, 'dragged by 30 and 24 to the left and down', [2, 105, 58]);
+  await shown.context().close();
+});
+
+test('two fingers move the picture and bring it nearer', async () => {
+  const shown = await session.open(`#/jobs/${job}?zoom=1&x=96&y=80`, {hasTouch: true});
+  await shown.waitForSelector('canvas[data-drawn]');
+  const exact = await middleOf(shown);
+  const [x, y] = [Math.round(exact.x), Math.round(exact.y)];
+  const middle = [exact.x - x, exact.y - y];
+  const fingers = await shown.context().newCDPSession(shown);
+  const touch = (type, ...points) => fingers.send('Input.dispatchTouchEvent', {type, touchPoints: points.map(([dx, dy], id) => ({x: x + dx, y: y + dy, id}))});
+  await touch('touchStart', [-40, 0]);
+  await touch('touchStart', [-40, 0], [40, 0]);
+  await touch('touchMove', [-80, 0], [80, 0]);
+  // The picture's points stay below the fingers: twice as near, about the point between them.
+  const nearer = [96 - middle[0] / 2, 80 - middle[1] / 2];
+  await assertCamera(shown, 'pinched', [2, ...nearer]);
+  await touch('touchMove', [-60, 30], [100, 30]);
+  await assertCamera(shown, 'moved', [2, nearer[0] - 10, nearer[1] - 15]);
+  await touch('touchEnd');
+  await shown.context().close();
+});
+
 test('every map draws without a fault', async () => {
   const seen = new Set();
   for (const show of await page.getByRole('combobox', {name: 'Show'}).locator('option').evaluateAll((all) => all.map((each) => each.value))) {

@@ -37,6 +37,7 @@ const std::map<std::string, Expectation>& expectations() {
       {"RenderService/GetFilm", {"view operate admin", "submit view operate admin", StatusCode::OK}},
       {"RenderService/ListWorkers", {"view submit operate admin", "", StatusCode::OK}},
       {"RenderService/DrainWorker", {"operate admin", "", StatusCode::NOT_FOUND}},
+      {"RenderService/QuarantineWorker", {"operate admin", "", StatusCode::NOT_FOUND}},
       {"RenderService/ReleaseWorker", {"operate admin", "", StatusCode::NOT_FOUND}},
       {"WorkerService/Work", {"worker", "", StatusCode::INVALID_ARGUMENT}},
       {"AccessService/CreateToken", {"admin", "", StatusCode::INVALID_ARGUMENT}},

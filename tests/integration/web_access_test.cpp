@@ -183,6 +183,7 @@ const std::map<std::string, Expectation>& expectations() {
       {"post /jobs/{id}/delete", {"operate admin", "submit operate admin", 200}},
       {"get /jobs/{id}", {"view operate admin", "view submit operate admin", 200}},
       {"get /jobs/{id}/thumbnail.png", {"view operate admin", "view submit operate admin", 404}},
+      {"get /jobs/{id}/meters", {"view operate admin", "view submit operate admin", 200}},
       {"get /jobs/{id}/picture.exr", {"view operate admin", "view submit operate admin", 200}},
       {"get /jobs/{id}/picture.png", {"view operate admin", "view submit operate admin", 200}},
       {"post /jobs/{id}/pause", {"operate admin", "submit operate admin", 409}},
@@ -191,7 +192,11 @@ const std::map<std::string, Expectation>& expectations() {
       {"post /jobs/{id}/extend", {"operate admin", "submit operate admin", 409}},
       {"post /jobs/{id}/priority", {"operate admin", "submit operate admin", 409}},
       {"get /workers", {"view submit operate admin", "", 200}},
+      {"get /workers/{name}/history", {"view submit operate admin", "", 200}},
+      {"get /history", {"view submit operate admin", "", 200}},
+      {"get /events", {"view submit operate admin", "", 200}},
       {"post /workers/{name}/drain", {"operate admin", "", 404}},
+      {"post /workers/{name}/quarantine", {"operate admin", "", 404}},
       {"post /workers/{name}/release", {"operate admin", "", 404}},
   };
   return paths;

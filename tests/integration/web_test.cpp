@@ -135,6 +135,13 @@ TEST(Web, JobsAndWorkersAreListedAndSteered) {
   EXPECT_EQ(thumbnail.body().substr(1, 3), "PNG");
   EXPECT_EQ(web.get(path + "/thumbnail.png").body(), thumbnail.body());
   EXPECT_EQ(json::parse(web.get("/api/v1/workers").body())["workers"][0]["name"], "w 1");
+  const auto quarantined = [&](const std::string& body) {
+    return json::parse(web.post("/api/v1/workers/w%201/quarantine", body).body()).value("quarantine", "");
+  };
+  EXPECT_EQ(quarantined(R"({"reason": "smells of smoke"})"), "put there by hand: smells of smoke");
+  EXPECT_EQ(quarantined("{}"), "put there by hand: smells of smoke") << "the first reason stays";
+  EXPECT_EQ(web.post("/api/v1/workers/w%201/quarantine", R"({"reason": "two\nlines"})").result_int(), 400u);
+  EXPECT_EQ(json::parse(web.post("/api/v1/workers/w%201/release").body()).value("quarantine", ""), "");
   EXPECT_EQ(json::parse(web.post("/api/v1/workers/w%201/drain").body())["draining"], true);
   EXPECT_EQ(web.farm().worker("w 1").wait(std::chrono::seconds(20)), 0);
 
@@ -148,6 +155,22 @@ TEST(Web, JobsAndWorkersAreListedAndSteered) {
   EXPECT_EQ(json::parse(web.post("/api/v1/workers/nobody/release").body())["error"]["code"], "NOT_FOUND");
   EXPECT_EQ(web.get("/api/v1/workers/nobody/release").result_int(), 405u);
   EXPECT_EQ(web.post("/api/v1/workers/nobody").result_int(), 404u);
+}
+
+TEST(Web, WhatIsShownOfAJobThatHasEndedIsItsLast) {
+  WebFarm web;
+  FarmClient client = web.farm().client();
+  client.upload_assets();
+  const std::string job = std::to_string(client.submit(small_picture(1'000'000)).id());
+  web.farm().add_worker(1, "w1");
+  const std::string path = "/api/v1/jobs/" + job;
+  ASSERT_TRUE(eventually([&] { return web.get(path + "/thumbnail.png").result_int() == 200u; }));
+  std::this_thread::sleep_for(std::chrono::milliseconds(200));  // more is merged, and what was shown is still recent
+  web.post(path + "/cancel");
+  client.wait_until_ended(std::stoull(job));
+  const std::string last = web.get(path + "/thumbnail.png").body();
+  std::this_thread::sleep_for(std::chrono::milliseconds(1'100));  // whatever was shown before is not recent any more
+  EXPECT_EQ(web.get(path + "/thumbnail.png").body(), last);
 }
 
 TEST(Web, WhateverIsDescribedIsServed) {
@@ -183,7 +206,52 @@ TEST(Web, WhateverIsDescribedIsServed) {
       ++calls;
     }
   }
-  EXPECT_EQ(calls, 22);
+  EXPECT_EQ(calls, 27);
+}
+
+TEST(Web, TellsWhatHappenedOnTheFarm) {
+  WebFarm web;
+  FarmClient client = web.farm().client();
+  client.upload_assets();
+  web.farm().add_worker(1, "w 1");
+  const std::uint64_t job = client.submit(small_picture()).id();
+  client.wait_until_ended(job);
+  const auto texts = [&](const std::string& query) {
+    std::vector<std::string> all;
+    for (const json& event : json::parse(web.get("/api/v1/events" + query).body()).value("events", json::array())) {
+      all.push_back(event["text"]);
+    }
+    return all;
+  };
+  const auto has = [](const std::vector<std::string>& all, const std::string& part) {
+    return std::ranges::any_of(all, [&](const std::string& text) { return text.find(part) != std::string::npos; });
+  };
+  const std::string of_job = fmt::format("?job={}", job);
+  EXPECT_TRUE(eventually([&] { return has(texts(of_job), fmt::format("job {} is done", job)); }));
+  EXPECT_TRUE(has(texts(of_job), "starts on worker w 1"));
+  EXPECT_FALSE(has(texts(of_job), "worker w 1 is here"));
+  EXPECT_TRUE(has(texts("?worker=w%201"), "worker w 1 is here"));
+  EXPECT_EQ(texts("?page_size=2").size(), 2u);
+  EXPECT_FALSE(has(texts("?kind=warnings"), "is done"));
+  EXPECT_FALSE(has(texts("?kind=jobs"), "worker w 1 is here"));
+  EXPECT_TRUE(has(texts("?kind=workers"), "worker w 1 is here: 1 thread on"));
+  EXPECT_EQ(web.get("/api/v1/events?kind=jokes").result_int(), 400u);
+  EXPECT_EQ(web.get("/api/v1/events?page_size=0").result_int(), 400u);
+  EXPECT_EQ(web.get("/api/v1/events?page_token=x").result_int(), 400u);
+  EXPECT_EQ(web.get("/api/v1/history?span=86401").result_int(), 400u);
+  EXPECT_EQ(web.post("/api/v1/history").result_int(), 405u);
+  EXPECT_EQ(web.get("/api/v1/workers/%zz/history").result_int(), 400u);
+  EXPECT_EQ(json::parse(web.get("/api/v1/history?span=86400").body())["interval_seconds"], 300.0);
+
+  const auto merged = [&] {  // a sample is there after ten seconds
+    double sum = 0;
+    for (const json& each : json::parse(web.get("/api/v1/history").body()).value("samples", json::array())) {
+      sum += each.value("pixel_samples", 0.0);
+    }
+    return sum;
+  };
+  const v1::Job done = client.job(job);
+  EXPECT_TRUE(eventually([&] { return merged() == static_cast<double>(done.samples_done()); }));
 }
 
 TEST(Web, PicturesAreTheFilesThatTheCommandLineWrites) {

@@ -58,6 +58,8 @@ struct PlantedBugs {
   bool no_epochs = false;                  ///< a deposed coordinator may write
   bool lose_reports = false;               ///< what was found in scene files is not told
   bool hide_classes = false;               ///< workers of the other class say that they are of the usual one
+  bool blame_hastily = false;              ///< the first loss of a worker condemns what it rendered
+  bool blame_unsent = false;               ///< leases run from when they are granted, sent or not
 };
 
 struct Report {

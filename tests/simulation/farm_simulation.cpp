@@ -26,6 +26,10 @@ FarmSimulation::FarmSimulation(std::uint64_t seed, const Chaos& chaos, const Pla
   limits_.verifier_patience = std::chrono::seconds(20);
   limits_.copy_after = limits_.copy_pilot_after =
       chaos.copies ? Duration(std::chrono::milliseconds(300)) : Duration(std::chrono::hours(1));
+  if (bugs_.blame_hastily) {
+    limits_.losses_before_alone = 0;
+    limits_.losses_alone = 1;
+  }
   limits_.film_bytes_per_job = random_.chance(0.3) ? 1 : 1 << 20;  // the least, or plenty
   make_schedule();
 }

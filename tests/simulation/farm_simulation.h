@@ -163,6 +163,8 @@ class FarmSimulation {
   bool may_verify(SessionId session, const NodeKey& key) const;
   void note_writes(const Step& step);
   void note_grants(const Step& step);
+  /// Nobody loses what nobody was sent.
+  void check_losses(const Step& step);
   void note_stored(std::span<const StoreOp> ops);
   /// Of a lease that leaves now, unless its job has lost its class since it was granted: nothing comes of that one.
   void check_grant(const Stream& stream, const LeaseGrant& grant);
@@ -199,11 +201,14 @@ class FarmSimulation {
   void request(std::function<bool(Step&)> ask, Action answered);
   void extend(std::size_t index);
   void pause(std::size_t index);
+  void quarantine(const std::string& worker);
   void cancel(std::size_t index);
   bool is_cancelled_on_disk(JobId id) const;
   bool all_ended() const;
-  std::uint64_t workers_lost() const;
   std::string describe_farm() const;
+
+  // ---- end_checks.cpp ----
+  std::uint64_t workers_lost() const;
   void check_end();
   void check_method(const ClientJob& job);
   void check_film(const ClientJob& job, const JobStatus& status);
@@ -267,6 +272,7 @@ class FarmSimulation {
   std::map<NodeKey, Node> first_results_;          ///< only with repeat_results
   std::vector<NodeKey> dropped_;                   ///< what it took out of films
   bool has_liars_ = false;                         ///< who send sums that look right
+  std::set<LeaseId> sent_;                         ///< whose grants have left, or that workers came back with
   std::map<std::string, std::size_t> brought_;     ///< leases that a worker's last hello came with
 
   std::vector<SimulatedWorker> workers_;
@@ -275,6 +281,9 @@ class FarmSimulation {
   std::optional<InspectionId> last_inspection_;
   std::map<InspectionId, std::string> asked_;  ///< whose answers are waited for, and their scenes
 };
+
+/// Why a worker is in quarantine that nobody has convicted.
+inline constexpr const char* kByHand = "put there by hand";
 
 /// Which of its candidates a job's pilot picks, whoever runs it.
 std::size_t pilot_choice(const RenderSettings& settings, std::size_t candidates);

@@ -48,11 +48,25 @@ void FarmSimulation::note_writes(const Step& step) {
       merged_by_[result->key] = result->by;
     } else if (const auto* drop = std::get_if<DropResults>(&op)) {
       dropped_.push_back(drop->key);
-    } else if (const auto* held = std::get_if<PutQuarantine>(&op)) {
+    } else if (const auto* held = std::get_if<PutQuarantine>(&op); held != nullptr && held->record.reason != kByHand) {
       ++report_.convicted;
       if (held->record.of.machine != "machine-of-lies" && !bugs_.wrong_bits) {
         fail(fmt::format("{} is convicted, which has not lied: {}", held->record.of.worker, held->record.reason));
       }
+    }
+  }
+}
+
+void FarmSimulation::check_losses(const Step& step) {
+  constexpr std::string_view kLost = " lost lease ";
+  for (const Note& note : step.notes) {
+    const std::size_t at = note.text.find(kLost);
+    if (at == std::string::npos) {
+      continue;
+    }
+    if (const LeaseId lease{std::strtoull(note.text.c_str() + at + kLost.size(), nullptr, 10)};
+        !sent_.contains(lease)) {
+      fail(fmt::format("{}, and nobody was sent it", note.text));
     }
   }
 }

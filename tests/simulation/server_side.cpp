@@ -109,13 +109,17 @@ void FarmSimulation::execute(Step step, std::vector<Action> replies) {
   for (Outgoing& message : step.now) {
     server_sends(std::move(message));
   }
+  check_losses(step);
   for (const SessionId session : step.hang_ups) {
     if (const auto found = streams_.find(session); found != streams_.end()) {
       break_stream(found->second);
     }
   }
-  if (bugs_.acknowledge_before_commit || bugs_.lease_before_commit) {
+  if (bugs_.acknowledge_before_commit || bugs_.lease_before_commit || bugs_.blame_unsent) {
     std::vector<Outgoing> rest;
+    if (bugs_.lease_before_commit || bugs_.blame_unsent) {
+      coordinator_->grants_sent(leases_granted(step.after_commit), now_);
+    }
     for (Outgoing& message : step.after_commit) {
       const bool is_ack = std::holds_alternative<ResultAck>(message.message);
       if (is_ack ? bugs_.acknowledge_before_commit : bugs_.lease_before_commit) {
@@ -193,6 +197,10 @@ void FarmSimulation::finish_commit() {
     return;
   }
   for (Pending& each : done) {
+    if (!coordinator_) {
+      return;  // killed by what a client asked next
+    }
+    coordinator_->grants_sent(leases_granted(each.after_commit), now_);
     for (Outgoing& message : each.after_commit) {
       server_sends(std::move(message));
     }
@@ -200,6 +208,7 @@ void FarmSimulation::finish_commit() {
       reply();
     }
   }
+  plan_server_tick();
   start_commit();
 }
 
@@ -232,6 +241,9 @@ void FarmSimulation::server_sends(Outgoing message) {
           workers_[stream->worker].name, grant->unit.job.value, grant->unit.range.first(), grant->unit.range.end(),
           grant->unit.tiles.size(), grant->unit.tiles[0].value);
     check_grant(*stream, *grant);
+  }
+  for (const LeaseId lease : leases_granted(std::span(&message, 1))) {
+    sent_.insert(lease);
   }
   if (const auto* ack = std::get_if<ResultAck>(&message.message)) {
     check_ack(*stream, *ack);
@@ -313,6 +325,9 @@ void FarmSimulation::server_receives(const std::shared_ptr<Stream>& stream, Work
         });
         if (!dismissed) {  // else its name is that of another one, which is here
           brought_[hello->name] = hello->held.size();
+          for (const HeldLease& held : hello->held) {
+            sent_.insert(held.lease);
+          }
         }
       });
     } else {

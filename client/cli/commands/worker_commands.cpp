@@ -58,6 +58,17 @@ Status drain_worker(FarmConnection& connection, const Console& console, const st
   return ok_status();
 }
 
+Status quarantine_worker(FarmConnection& connection, const Console& console,
+                         const v1::QuarantineWorkerRequest& request) {
+  LM_ASSIGN_OR_RETURN(const v1::Worker worker, connection.quarantine_worker(request));
+  console.object(to_json(worker));
+  console.result(fmt::format(
+      "worker {} is in quarantine, with all others on its machine{}; `lightmill workers release "
+      "{}` ends that",
+      request.name(), request.render_again() ? ", and what they had a part in is rendered again" : "", request.name()));
+  return ok_status();
+}
+
 Status release_worker(FarmConnection& connection, const Console& console, const std::string& name) {
   LM_RETURN_IF_ERROR(connection.release_worker(name));
   console.object(json{{"released", name}});
@@ -69,7 +80,7 @@ Status release_worker(FarmConnection& connection, const Console& console, const 
 
 void add_worker_commands(CLI::App& app, Context& context) {
   CLI::App* workers =
-      app.add_subcommand("workers", "List the farm's workers, drain one, or release one from quarantine.");
+      app.add_subcommand("workers", "List the farm's workers, drain one, put one into quarantine or release it.");
   workers->require_subcommand(0, 1);
   add_common_options(*workers, context);
   workers->callback([&context, workers] {
@@ -93,9 +104,27 @@ void add_worker_commands(CLI::App& app, Context& context) {
     };
   });
 
+  const auto suspect = std::make_shared<v1::QuarantineWorkerRequest>();
+  CLI::App* quarantine = workers->add_subcommand(
+      "quarantine",
+      "Give a worker, and all others on its machine, nothing to render until they are released. What they have is "
+      "given "
+      "to others at once; the worker that differs from two others is put there by the farm itself.");
+  quarantine->add_option("NAME", *suspect->mutable_name(), "the worker's name, as `workers` prints it")->required();
+  quarantine->add_option("--reason", *suspect->mutable_reason(), "what others are told of it, one line");
+  quarantine->add_flag_function(
+      "--render-again", [suspect](std::int64_t) { suspect->set_render_again(true); },
+      "also take out of all pictures what they have had a part in; it is rendered again, of done jobs, too");
+  add_common_options(*quarantine, context);
+  quarantine->callback([&context, suspect] {
+    context.run = [&context, suspect](const Console& console) {
+      return with_farm(console, context.common,
+                       [&](FarmConnection& connection) { return quarantine_worker(connection, console, *suspect); });
+    };
+  });
+
   CLI::App* release = workers->add_subcommand(
-      "release",
-      "Let a worker render again that sent wrong bits and is in quarantine for it, and all others on its machine.");
+      "release", "Let a worker that is in quarantine render again, and all others on its machine.");
   release->add_option("NAME", *name, "the worker's name, as `workers` prints it")->required();
   add_common_options(*release, context);
   release->callback([&context, name] {

@@ -1,7 +1,9 @@
+import {create} from '@bufbuild/protobuf';
 import {expect, test} from 'vitest';
 import {Film} from '../src/model/film';
 import {kHalfValues, toHalf} from '../src/model/half';
-import {factorOf, kAsRendered, layerLabel, lightLayers, mix, parseRelight, relightText, shownLayers, withGain, type Relight} from '../src/model/layers';
+import {factorOf, failureOf, kAsRendered, kNoFailures, layerLabel, lightLayers, mix, parseRelight, relightText, shownLayers, withGain, withLayerFailures, type Relight} from '../src/model/layers';
+import {LayerFailureSchema} from '../src/wire/lightmill/v1/web_pb';
 
 const kCrop = {x: 60, y: 0, width: 10, height: 3};
 
@@ -62,4 +64,16 @@ test('a mix comes back from its link, and nothing else does', () => {
     ]),
   );
   expect(withGain(relight, 'light:key', kAsRendered).has('light:key')).toBe(false);
+});
+
+test('layers that are not sent say why, once for all, until they come', () => {
+  const said = (layer: string, why: string) => create(LayerFailureSchema, {layer, why});
+  expect(failureOf(kNoFailures, ['', 'depth'])).toBe('');
+  const failures = withLayerFailures(kNoFailures, [said('depth', 'no room'), said('light:key', 'no room'), said('', 'gone')]);
+  expect(failureOf(failures, ['depth'])).toBe('Depth cannot be shown: no room');
+  expect(failureOf(failures, ['depth', 'light:key', 'normal'])).toBe('Depth, Light: key cannot be shown: no room');
+  const later = withLayerFailures(failures, [said('depth', ''), said('normal', 'gone')]);
+  expect(failureOf(later, ['depth'])).toBe('');
+  expect([...later.keys()]).toEqual(['light:key', '', 'normal']);
+  expect(withLayerFailures(later, [])).toBe(later);
 });

@@ -2,13 +2,15 @@ import {create} from '@bufbuild/protobuf';
 import {expect, test} from 'vitest';
 import {isSilent, kSilenceMs, retryDelayMs} from '../src/model/connection';
 import {errorCurve} from '../src/model/error_curve';
-import {ageText, errorText, goalText, humanCount, humanRate, humanSeconds, powerOfTen, samplesText, valueText} from '../src/model/format';
+import {ageText, clockTick, counted, errorText, goalText, humanCount, humanRate, humanSeconds, momentText, powerOfTen, samplesText, tickText, valueText} from '../src/model/format';
 import {kMostCharted, kPlainLook, kPlainView, parseRoute, routeHash, type Route} from '../src/model/route';
 import {JobSchema} from '../src/wire/lightmill/v1/farm_pb';
 
 test('times and numbers are written as the command line writes them', () => {
   expect([0.42, 12.3, 185, 7380, 4 * 86400 + 3 * 3600, -1].map(humanSeconds)).toEqual(['0.4 s', '12 s', '3 min 05 s', '2 h 03 min', '4 d 03 h', '?']);
   expect([950, 1234, 45.6e6, 12.34].map(humanCount)).toEqual(['950', '1.23 k', '45.6 M', '12.3']);
+  expect([0, 0.5, 20, 100, 2.5e6, 3e6, 20e3].map(tickText)).toEqual(['0', '0.5', '20', '100', '2.5 M', '3 M', '20 k']);
+  expect([0, 1, 2, 1234].map((number) => counted(number, 'result'))).toEqual(['0 results', '1 result', '2 results', '1.23 k results']);
   expect([950, 45.6e6].map(humanRate)).toEqual(['950 samples/s', '45.6 Msamples/s']);
   expect([0.01, 0.0001, undefined, 4].map(errorText)).toEqual(['±10%', '±1%', '', '±200%']);
   expect([0, 0.5, 1e-5, 123456].map(valueText)).toEqual(['0.000', '0.5000', '1.000e-5', '1.235e+5']);
@@ -36,6 +38,8 @@ test('a link brings the view back', () => {
     charted: [4n, 18446744073709551n],
     layer: 'light:key',
     relight: new Map([['light:key', {stops: -1.25, tint: [1, 1, 1]}]]),
+    photons: 'few',
+    meters: false,
   };
   expect(parseRoute(routeHash(route))).toEqual(route);
   const plain: Route = {page: 'job', job: 3n, ...kPlainView};
@@ -104,4 +108,14 @@ test('a curve that is not known, or is at its end, leads nowhere', () => {
   expect(errorCurve(create(JobSchema, {})).points).toEqual([]);
   const done = create(JobSchema, {goal: {error: 0.1}, workerSeconds: 5, error: {relMse: 0.05, halfWidth: 0.01}});
   expect(errorCurve(done).finish).toBeUndefined();
+});
+
+test('moments are told by the clock on the wall, and by the day where it is another', () => {
+  const ms = (day: number, hour: number, minute = 0, second = 0) => new Date(2026, 10, day, hour, minute, second).getTime();
+  expect(clockTick(ms(23, 9, 5) / 1000)).toBe('09:05');
+  expect(clockTick(ms(23, 0, 30) / 1000)).toBe('00:30');
+  expect(clockTick(ms(24, 0) / 1000)).toBe('24 Nov');
+  expect(momentText(ms(23, 9, 5, 7), ms(23, 23, 59))).toBe('09:05:07');
+  expect(momentText(ms(23, 0), ms(23, 1))).toBe('00:00:00');
+  expect(momentText(ms(22, 23, 59, 59), ms(23, 0))).toBe('22 Nov 23:59:59');
 });

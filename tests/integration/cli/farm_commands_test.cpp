@@ -98,6 +98,10 @@ TEST_F(FarmCliTest, WorkersAreListedAndDrained) {
   start_worker("w1");
   ASSERT_TRUE(eventually([&] { return on_farm({"workers"})["workers"].size() == 1; }));
   EXPECT_EQ(on_farm({"workers"})["workers"][0]["name"], "w1");
+  EXPECT_EQ(on_farm({"workers", "quarantine", "w1", "--reason", "smells of smoke"})["quarantine"],
+            "put there by hand: smells of smoke");
+  on_farm({"workers", "release", "w1"});
+  EXPECT_TRUE(on_farm({"workers"})["workers"][0]["quarantine"].is_null());
   on_farm({"workers", "drain", "w1"});
   EXPECT_EQ(workers_[0]->wait(std::chrono::seconds(30)), 0);
 }

@@ -95,7 +95,10 @@ TEST_F(CommitQueueTest, AFullDiskIsWaitedForAndNothingIsLost) {
   store_.fail_next(resource_exhausted("the disk is full"));
   store_.fail_next(unavailable("and still is"));
   std::atomic<int> answered = 0;
-  push(1, {[&](const Status& status) { answered = status.ok() ? 1 : 2; }});
+  push(1, {[&](const Status& status) {
+         EXPECT_EQ(sent_count(), 0u) << "before its messages leave";
+         answered = status.ok() ? 1 : 2;
+       }});
   while (answered == 0) {
     std::this_thread::sleep_for(std::chrono::milliseconds(10));
   }

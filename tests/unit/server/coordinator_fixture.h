@@ -112,6 +112,7 @@ class CoordinatorTest : public ::testing::Test {
   JobStatus status(JobId job) const { return *coordinator->status(job, now); }
 
   void flush() {
+    coordinator->grants_sent(leases_granted(step.after_commit), now);
     for (std::vector<Outgoing>* channel : {&step.now, &step.after_commit}) {
       sent.insert(sent.end(), channel->begin(), channel->end());
     }

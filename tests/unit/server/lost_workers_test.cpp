@@ -16,6 +16,13 @@ class LostWorkersTest : public test::CoordinatorTest {
     return grants;
   }
 
+  /// A job whose leases wait for commits, as those of a goal in error do.
+  static JobSpec spec_to_error(PixelRect crop) {
+    JobSpec job = spec("r1", 0, crop);
+    job.goal.error = 0.001;
+    return job;
+  }
+
  private:
   int lost_ = 0;
 };
@@ -77,6 +84,94 @@ TEST_F(LostWorkersTest, AWorkerThatOnlyLostItsLineAccusesNobody) {
     connect("w");
   }
   EXPECT_EQ(status(job).state, JobState::running);
+}
+
+TEST_F(LostWorkersTest, WhatAStoreHoldsUpIsNotLostByWorkers) {
+  const JobId job = submit(spec("r1", 4, {0, 0, 64, 64}));
+  const auto second = [&](SessionId session, Step& waiting) {
+    now += std::chrono::seconds(1);
+    coordinator->worker_message(session, WorkerHeartbeat{}, now, unix_ms(), waiting);
+    coordinator->tick(now, unix_ms(), waiting);
+  };
+  Step waiting;
+  for (std::uint32_t i = 0; i < 2 * (limits.losses_before_alone + limits.losses_alone); ++i) {
+    const SessionId session{next_session++};
+    const WorkerHello hello{fmt::format("w-{}", i), "host", 1, 1, "class-a", kRendererVersion, {}, false};
+    waiting.after_commit.clear();
+    coordinator->worker_connected(session, hello, now, waiting);
+    ASSERT_FALSE(leases_granted(waiting.after_commit).empty()) << status(job).reason;
+    for (int seconds = 0; seconds < 30; ++seconds) {
+      second(session, waiting);
+    }
+    coordinator->worker_disconnected(session, now, waiting);
+    for (int seconds = 0; seconds < 5; ++seconds) {
+      second(session, waiting);
+    }
+  }
+  EXPECT_EQ(status(job).state, JobState::running);
+  EXPECT_EQ(status(job).counters.leases_lost, 0u);
+
+  // From when it is stored, a worker has as long as ever.
+  const SessionId session{next_session++};
+  waiting.after_commit.clear();
+  coordinator->worker_connected(session, {"last", "host", 1, 1, "class-a", kRendererVersion, {}, false}, now, waiting);
+  const std::vector<LeaseId> leases = leases_granted(waiting.after_commit);
+  ASSERT_FALSE(leases.empty());
+  for (int seconds = 0; seconds < 30; ++seconds) {
+    second(session, waiting);
+  }
+  EXPECT_EQ(status(job).active_seconds, 0);
+  const Time sent = now;
+  second(session, waiting);
+  coordinator->grants_sent(leases, sent);  // and that is heard of a second later
+  EXPECT_EQ(status(job).active_seconds, 1);
+  for (int seconds = 2; seconds < 10; ++seconds) {
+    second(session, waiting);
+    ASSERT_EQ(status(job).counters.leases_lost, 0u) << seconds;
+  }
+  second(session, waiting);
+  EXPECT_EQ(status(job).counters.leases_lost, leases.size());
+}
+
+TEST_F(LostWorkersTest, WhatIsSentToABrokenStreamIsNotLostByItsWorker) {
+  const JobId job = submit(spec_to_error({0, 0, 64, 64}));
+  for (std::uint32_t i = 0; i < 2 * (limits.losses_before_alone + limits.losses_alone); ++i) {
+    const SessionId session{next_session++};
+    Step waiting;
+    coordinator->worker_connected(
+        session, {fmt::format("w-{}", i), "host", 1, 1, "class-a", kRendererVersion, {}, false}, now, waiting);
+    const std::vector<LeaseId> leases = leases_granted(waiting.after_commit);
+    ASSERT_FALSE(leases.empty()) << status(job).reason;
+    coordinator->worker_disconnected(session, now, waiting);
+    coordinator->grants_sent(leases, now);  // nobody is there any more
+    now += limits.disconnect_grace + std::chrono::milliseconds(1);
+    coordinator->tick(now, unix_ms(), waiting);
+  }
+  EXPECT_NE(status(job).state, JobState::failed) << status(job).reason;
+  EXPECT_EQ(status(job).counters.leases_lost, 0u);
+}
+
+TEST_F(LostWorkersTest, ResultsDoNotLetWhatIsNotSentYetRunOut) {
+  const JobId job = submit(spec_to_error({0, 0, 128, 128}));
+  const SessionId session = connect("w", 4);
+  const std::vector<LeaseGrant> held = got<LeaseGrant>(session);
+  ASSERT_FALSE(held.empty());
+  Step waiting;  // what follows is not stored
+  for (const TileId tile : held.front().unit.tiles) {
+    coordinator->worker_message(session, result(held.front(), tile), now, unix_ms(), waiting);
+  }
+  const std::vector<LeaseId> later = leases_granted(waiting.after_commit);
+  ASSERT_FALSE(later.empty());
+  std::vector<LeaseId> named;
+  for (std::size_t i = 1; i < held.size(); ++i) {
+    named.push_back(held[i].lease);
+  }
+  for (int i = 0; i < 60; ++i) {
+    now += std::chrono::seconds(1);
+    coordinator->worker_message(session, WorkerHeartbeat{named}, now, unix_ms(), waiting);
+    coordinator->tick(now, unix_ms(), waiting);
+  }
+  EXPECT_EQ(status(job).counters.leases_lost, 0u);
 }
 
 TEST_F(LostWorkersTest, AWorkerThatSendsDamagedResultsMakesNoTileSuspect) {

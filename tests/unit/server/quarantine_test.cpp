@@ -37,6 +37,96 @@ TEST_F(QuarantineTest, AThirdMachineDecidesAndTheLiarsWorkIsUndone) {
   EXPECT_EQ(coordinator->film(job)->sums(TileId{0})[0], 1.0f) << "the honest ones'";
 }
 
+TEST_F(QuarantineTest, ByHandAWorkerAndItsMachineGetNothingUntilTheyAreReleased) {
+  JobSpec job = spec("r1", 8, {0, 0, 64, 64});
+  job.verify_share = 0;
+  const JobId id = submit(job);
+  const SessionId suspect = connect_on("m1", "suspect"), beside = connect_on("m1", "beside");
+  answer_one(suspect);
+  ASSERT_GT(waiting(suspect) + waiting(beside), 0u);
+  EXPECT_EQ(coordinator->quarantine_worker("nobody", "by hand", false, now, step).code(), StatusCode::kNotFound);
+  ASSERT_TRUE(coordinator->quarantine_worker("suspect", "put there by ada: smoke", false, now, step).ok());
+  flush();
+  EXPECT_EQ(worker("suspect").quarantine, "put there by ada: smoke");
+  EXPECT_NE(worker("beside").quarantine.find("on the machine of suspect"), std::string::npos);
+  EXPECT_EQ(written<PutQuarantine>(), 1u);
+  EXPECT_EQ(status(id).counters.nodes_dropped, 0u) << "what it did stays";
+  pass_with({suspect, beside}, std::chrono::seconds(2));
+  const SessionId other = connect_on("m2", "other");
+  while (waiting(other) > 0) {
+    answer(other);
+  }
+  EXPECT_EQ(status(id).state, JobState::done);
+
+  // Later somebody finds that what it did cannot be trusted.
+  ASSERT_TRUE(coordinator->quarantine_worker("suspect", "put there by ada: again", true, now, step).ok());
+  flush();
+  EXPECT_EQ(worker("suspect").quarantine, "put there by ada: smoke") << "for its own reason";
+  EXPECT_GT(status(id).counters.nodes_dropped, 0u);
+  EXPECT_EQ(status(id).state, JobState::running);
+  while (waiting(other) > 0) {
+    answer(other);
+  }
+  EXPECT_EQ(status(id).state, JobState::done);
+  ASSERT_TRUE(coordinator->release_worker("beside", now, step).ok());
+  flush();
+  EXPECT_EQ(worker("suspect").quarantine, "");
+}
+
+TEST_F(QuarantineTest, WhoIsThereByHandAndThenFoundToBeWrongIsThereForThat) {
+  submit_verified();
+  const SessionId liar = connect_on("m1", "liar"), b = connect_on("m2", "b");
+  answer(liar, 1);
+  answer(b);
+  ASSERT_TRUE(coordinator->quarantine_worker("liar", "put there by ada: a reboot", false, now, step).ok());
+  flush();
+  const SessionId c = connect_on("m3", "c");
+  answer(c);
+  EXPECT_NE(worker("liar").quarantine.find("have rendered alike"), std::string::npos) << worker("liar").quarantine;
+  EXPECT_EQ(written<PutQuarantine>(), 2u);
+  ASSERT_TRUE(coordinator->quarantine_worker("liar", "put there by ada", false, now, step).ok());
+  flush();
+  EXPECT_NE(worker("liar").quarantine.find("have rendered alike"), std::string::npos) << "a person takes nothing back";
+}
+
+TEST_F(QuarantineTest, ByHandEachWorkerHasItsOwnReasonAndItsOwnRecord) {
+  connect_on("m1", "a");
+  connect_on("m1", "b");
+  ASSERT_TRUE(coordinator->quarantine_worker("a", "put there by ada: smoke", false, now, step).ok());
+  ASSERT_TRUE(coordinator->quarantine_worker("b", "put there by ada: noise", false, now, step).ok());
+  flush();
+  EXPECT_EQ(written<PutQuarantine>(), 2u);
+  EXPECT_EQ(worker("b").quarantine, "put there by ada: noise");
+  // On another machine by the same name: that one is meant now, and the first one's others go on.
+  connect_on("m2", "a");
+  connect_on("m2", "c");
+  ASSERT_TRUE(coordinator->release_worker("b", now, step).ok());
+  flush();
+  EXPECT_EQ(worker("c").quarantine, "");
+  ASSERT_TRUE(coordinator->quarantine_worker("a", "put there by ada: again", false, now, step).ok());
+  flush();
+  EXPECT_NE(worker("c").quarantine, "");
+  EXPECT_EQ(worker("b").quarantine, "");
+}
+
+TEST_F(QuarantineTest, WhatAWorkerRenderedThatIsGoneCanBeRenderedAgain) {
+  JobSpec job = spec("r1", 8, {0, 0, 64, 64});
+  job.verify_share = 0;
+  const JobId id = submit(job);
+  const SessionId gone = connect_on("m1", "gone");
+  while (waiting(gone) > 0) {
+    answer(gone);
+  }
+  ASSERT_EQ(status(id).state, JobState::done);
+  coordinator->worker_disconnected(gone, now, step);
+  flush();
+  pass(std::chrono::minutes(10));
+  ASSERT_TRUE(coordinator->quarantine_worker("gone", "put there by hand", true, now, step).ok());
+  flush();
+  EXPECT_EQ(status(id).state, JobState::running);
+  EXPECT_GT(status(id).counters.nodes_dropped, 0u);
+}
+
 TEST_F(QuarantineTest, AJobWhoseTimeIsUpEndsWithTheLiarsLastLease) {
   const JobId disputed = submit_verified();
   const SessionId liar = connect_on("m1", "liar"), b = connect_on("m2", "b");

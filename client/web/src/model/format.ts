@@ -43,6 +43,17 @@ function threeDigits(value: number): string {
   return value.toFixed(value < 9.995 ? 2 : value < 99.95 ? 1 : 0);
 }
 
+/** The same of a tick, without idle zeros: "0", "2.5 M". */
+export function tickText(count: number): string {
+  const [digits, ...prefix] = humanCount(count).split(' ');
+  return [Number(digits), ...prefix].join(' ');
+}
+
+/** "1 thread", "2 threads", "1.23 k results". */
+export function counted(number: number, noun: string): string {
+  return `${humanCount(number)} ${noun}${number === 1 ? '' : 's'}`;
+}
+
 export function humanRate(samplesPerSecond: number): string {
   const text = humanCount(samplesPerSecond);
   return /[kMGTPE]$/.test(text) ? `${text}samples/s` : `${text} samples/s`;
@@ -123,6 +134,24 @@ export function goalText(job: Job): string {
 export function samplesText(job: Job): string {
   const wanted = job.goal?.samples ?? 0n;
   return wanted > 0n ? `${job.frameSamples}/${wanted}` : String(job.frameSamples);
+}
+
+function dateText(time: Date): string {
+  return time.toLocaleDateString('en-GB', {day: 'numeric', month: 'short'});
+}
+
+/** A tick of an axis of times, of Unix seconds, here: "14:05"; at midnight the day that begins, "24 Nov". */
+export function clockTick(seconds: number): string {
+  const time = new Date(1000 * seconds);
+  const pad = (n: number) => String(n).padStart(2, '0');
+  return time.getHours() + time.getMinutes() === 0 ? dateText(time) : `${pad(time.getHours())}:${pad(time.getMinutes())}`;
+}
+
+/** A moment in Unix milliseconds, here: "14:05:09" of the day that `nowMs` is in, "23 Nov 14:05:09" of others. */
+export function momentText(unixMs: number, nowMs: number): string {
+  const time = new Date(unixMs);
+  const clock = time.toLocaleTimeString('en-GB');
+  return time.toDateString() === new Date(nowMs).toDateString() ? clock : `${dateText(time)} ${clock}`;
 }
 
 /** "just now", "5 min ago"; of a Unix time in milliseconds. */

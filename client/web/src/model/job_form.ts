@@ -13,6 +13,7 @@ import {
 } from '../wire/lightmill/v1/farm_pb';
 import {SceneSchema, type Scene} from '../wire/lightmill/v1/scene_pb';
 import {bytesOfHex} from './bytes';
+import type {Photons} from './route';
 
 export const kMethods = ['auto', 'path', 'caustic', 'vcm', 'ppm', 'photon-dots', 'whitted', 'raycast', 'ao', 'preview'] as const;
 export const kMostSide = 65_536;
@@ -152,6 +153,50 @@ export function newSpec(scene: Scene, name: string): JobSpec {
 /** How the names of quick looks end. */
 export const kQuickEnding = ' (being edited)';
 
+/** How the names of jobs end whose photons are drawn over a picture. */
+export const kDotsEnding = ' (its photons)';
+
+/** Bytes. */
+const kMostName = 200;
+
+/** As much of the name as there is room for before the ending. */
+function lookName(name: string, ending: string): string {
+  const room = kMostName - ending.length;
+  let cut = '';
+  for (const character of name || 'scene') {
+    if (new TextEncoder().encode(cut + character).length > room) {
+      break;
+    }
+    cut += character;
+  }
+  return cut + ending;
+}
+
+/** Whether a job is there for a page alone, which deletes it. */
+export function isLook(name: string): boolean {
+  return name.endsWith(kQuickEnding) || name.endsWith(kDotsEnding);
+}
+
+const kDotsMethods: Record<Exclude<Photons, 'none'>, string> = {
+  few: 'photon-dots:photons=10000',
+  many: 'photon-dots:photons=100000',
+  caustic: 'photon-dots:caustic:photons=100000',
+};
+
+/** The photons of a job's scene, pixel for pixel where its picture has them: one sample, since all show the same. */
+export function dotsSpec(spec: JobSpec, photons: Exclude<Photons, 'none'>, rendererVersion: string, parent: bigint): JobSpec {
+  const {settings} = spec;
+  return {
+    ...spec,
+    name: lookName(spec.name, kDotsEnding),
+    parent,
+    priority: Math.min(spec.priority + 1, kMostPriority),
+    verifyShare: 0,
+    goal: create(GoalSchema, {samples: 1n}),
+    settings: {...(settings ?? create(RenderSettingsSchema)), method: kDotsMethods[photons], layers: [kBeauty], maxBounces: 0, meters: 0, rendererVersion},
+  };
+}
+
 export type QuickMethod = 'preview' | 'raycast' | 'path';
 /** Samples of a quick look: enough for smooth edges, or to see what the light does. */
 const kQuickSamples: Record<QuickMethod, bigint> = {preview: 16n, raycast: 16n, path: 64n};
@@ -165,7 +210,7 @@ export function quickSpec(spec: JobSpec, scene: Scene, form: JobForm, rendererVe
   const whole = settingsFor(spec.settings ?? create(RenderSettingsSchema), scene, form, rendererVersion);
   return {
     ...spec,
-    name: `${form.name.slice(0, 200) || 'scene'}${kQuickEnding}`,
+    name: lookName(form.name, kQuickEnding),
     parent,
     priority: Math.min(form.priority + 1, kMostPriority),
     verifyShare: 0,

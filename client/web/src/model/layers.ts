@@ -3,6 +3,7 @@ import {ofSwatch, swatchOf} from './color';
 import {kTileSide, type Film, type Rect} from './film';
 import {kHalfValues, toHalf} from './half';
 import type {Rgb} from './tone';
+import type {LayerFailure} from '../wire/lightmill/v1/web_pb';
 
 const kLabels = new Map([
   ['direct', 'Direct light'],
@@ -28,6 +29,31 @@ export function lightLayers(layers: readonly string[]): string[] {
 
 export function layerLabel(layer: string): string {
   return layer === '' ? 'Beauty' : layer === kRest ? 'All other light' : layer.startsWith(kLight) ? `Light: ${layer.slice(kLight.length)}` : (kLabels.get(layer) ?? layer);
+}
+
+/** Why layers' pixels do not come, by layer; beauty is ''. */
+export type LayerFailures = ReadonlyMap<string, string>;
+export const kNoFailures: LayerFailures = new Map();
+
+export function withLayerFailures(failures: LayerFailures, news: readonly LayerFailure[]): LayerFailures {
+  if (news.length === 0) {
+    return failures;
+  }
+  const next = new Map(failures);
+  for (const {layer, why} of news) {
+    if (why) {
+      next.set(layer, why);
+    } else {
+      next.delete(layer);
+    }
+  }
+  return next;
+}
+
+/** One sentence of those that are wanted; empty if their pixels come. */
+export function failureOf(failures: LayerFailures, wanted: readonly string[]): string {
+  const failed = wanted.filter((layer) => failures.has(layer));
+  return failed.length > 0 ? `${failed.map(layerLabel).join(', ')} cannot be shown: ${failures.get(failed[0]!)}` : '';
 }
 
 /** Of a light's layer. */

@@ -16,6 +16,10 @@ export const kPlainLook: Look = {exposure: 0, gamma: 1, view: 'plain', show: 'co
 export const kMostStops = 20;
 export const kMostGamma = 10;
 
+/** The photons that are drawn over the picture; `caustic`: those alone that have met mirrors and glass first. */
+export const kPhotons = ['none', 'few', 'many', 'caustic'] as const;
+export type Photons = (typeof kPhotons)[number];
+
 /** What one job's page shows. */
 export interface JobView {
   look: Look;
@@ -30,11 +34,14 @@ export interface JobView {
   layer: string;
   /** How its light groups are mixed. */
   relight: Relight;
+  photons: Photons;
+  /** Whether the scene's meters are drawn over the picture. */
+  meters: boolean;
 }
 
 export type Route = {page: 'jobs'} | {page: 'workers'} | {page: 'lab'} | {page: 'nowhere'; path: string} | ({page: 'job'; job: bigint} & JobView);
 
-export const kPlainView: JobView = {look: kPlainLook, camera: undefined, against: undefined, region: undefined, charted: [], layer: '', relight: new Map()};
+export const kPlainView: JobView = {look: kPlainLook, camera: undefined, against: undefined, region: undefined, charted: [], layer: '', relight: new Map(), photons: 'none', meters: true};
 /** How many other jobs one chart holds. */
 export const kMostCharted = 7;
 
@@ -95,6 +102,8 @@ export function parseRoute(hash: string): Route {
       charted: chartedOf(parameters),
       layer: /^[\w:-]{1,80}$/.exec(parameters.get('layer') ?? '')?.[0] ?? '',
       relight: parseRelight(parameters.get('relight') ?? ''),
+      photons: kPhotons.find((each) => each === parameters.get('photons')) ?? 'none',
+      meters: parameters.get('meters') !== 'off',
     };
   }
   switch (path) {
@@ -120,7 +129,7 @@ export function routeHash(route: Route): string {
     return `#/${route.page}`;
   }
   const parameters = new URLSearchParams();
-  const {look, camera, against, region, charted, layer, relight} = route;
+  const {look, camera, against, region, charted, layer, relight, photons, meters} = route;
   if (look.exposure !== 0) {
     parameters.set('exposure', String(look.exposure));
   }
@@ -156,6 +165,12 @@ export function routeHash(route: Route): string {
   }
   if (relight.size > 0) {
     parameters.set('relight', relightText(relight));
+  }
+  if (photons !== 'none') {
+    parameters.set('photons', photons);
+  }
+  if (!meters) {
+    parameters.set('meters', 'off');
   }
   const query = parameters.toString().replaceAll('%2C', ',').replaceAll('%3A', ':').replaceAll('%7E', '~');
   return `#/jobs/${route.job}${query ? `?${query}` : ''}`;

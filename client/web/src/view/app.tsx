@@ -121,7 +121,7 @@ export function App() {
         {link === 'closed' && <LoginPage />}
         {link !== 'closed' && route.page === 'jobs' && <JobsPage />}
         {link !== 'closed' && route.page === 'nowhere' && <NowherePage path={route.path} />}
-        {link !== 'closed' && route.page === 'workers' && <WorkersPage />}
+        {link !== 'closed' && route.page === 'workers' && <WorkersPage theme={resolved} />}
         {link !== 'closed' && route.page === 'lab' && <LabPage theme={resolved} />}
         {link !== 'closed' && route.page === 'job' && <JobPage key={String(route.job)} id={route.job} linked={route} theme={resolved} />}
       </main>

@@ -1,7 +1,7 @@
 /** How the picture is shown: exposure, maps and comparisons. */
 import type {Film} from '../model/film';
 import {layerLabel, shownLayers} from '../model/layers';
-import {kMostGamma, kMostStops, type Look, type Show} from '../model/route';
+import {kMostGamma, kMostStops, type Look, type Photons, type Show} from '../model/route';
 import {CompareControls, type CompareControlsProps} from './compare_panel';
 import {legendOf} from './gl_picture';
 import {useFilmVersion} from './inspector';
@@ -19,12 +19,21 @@ const kShowLabels: [Show, string][] = [
   ['samples', 'Sample count'],
 ];
 
+const kPhotonLabels: [Photons, string][] = [
+  ['none', 'None'],
+  ['few', '10,000'],
+  ['many', '100,000'],
+  ['caustic', '100,000 through mirrors and glass'],
+];
+
 export interface ControlsProps extends CompareControlsProps {
   film: Film | undefined;
   look: Look;
   /** Empty: beauty. */
   layer: string;
+  photons: Photons;
   drawing: boolean;
+  onPhotons: (photons: Photons) => void;
   onLook: (look: Look) => void;
   onLayer: (layer: string) => void;
   onNormalize: () => void;
@@ -32,7 +41,7 @@ export interface ControlsProps extends CompareControlsProps {
 }
 
 export function Controls(props: ControlsProps) {
-  const {film, job, look, layer, against, drawing, onLook, onLayer, onNormalize, onDrawing} = props;
+  const {film, job, look, layer, against, photons, drawing, onPhotons, onLook, onLayer, onNormalize, onDrawing} = props;
   const layers = shownLayers(job?.layers ?? []);
   useFilmVersion(film, 500);
   const legend = legendOf(against?.how ?? 'picture', look, film?.mostSamples() ?? 0);
@@ -77,6 +86,16 @@ export function Controls(props: ControlsProps) {
         <select value={look.view} onChange={(event) => onLook({...look, view: event.currentTarget.value === 'filmic' ? 'filmic' : 'plain'})}>
           <option value="plain">Plain</option>
           <option value="filmic">Filmic</option>
+        </select>
+      </label>
+      <label>
+        Photons
+        <select class="photons" value={photons} title="Where photons arrive, drawn over the picture by a small job of its own" onChange={(event) => onPhotons(event.currentTarget.value as Photons)}>
+          {kPhotonLabels.map(([each, label]) => (
+            <option key={each} value={each}>
+              {label}
+            </option>
+          ))}
         </select>
       </label>
       <CompareControls {...props} />

@@ -17,6 +17,8 @@ uniform sampler2D counts;      // samples per pixel, by tile
 uniform sampler2D otherFilm;   // what it is compared with
 uniform sampler2D otherCounts;
 uniform sampler2D errorMap;    // of the two, in [0, 1]
+uniform sampler2D dots;        // photons' colours, 0 where there are none
+uniform bool dotted;
 uniform vec2 filmSize;         // pixels
 uniform vec2 tileOrigin;       // of the first pixel within its tile
 uniform vec2 otherOrigin;
@@ -119,6 +121,26 @@ vec3 turbo(float t) {
     dot(v4, vec4(0.10667330, 12.64194608, -60.58204836, 110.36276771)) + dot(v2, vec2(-89.90310912, 27.34824973)));
 }
 
+// What lies over one pixel of the screen: the photons' hue, and how much of the pixel they cover, a few much more than none.
+vec4 dotsAt(vec2 at) {
+  float width = 1.0 / zoom;
+  int taps = clamp(int(ceil(width)), 1, kMostTaps);
+  vec3 sum = vec3(0.0);
+  float covered = 0.0;
+  for (int y = 0; y < taps; ++y) {
+    for (int x = 0; x < taps; ++x) {
+      vec2 offset = taps == 1 ? vec2(0.0) : ((vec2(x, y) + 0.5) / float(taps) - 0.5) * width;
+      vec3 dot = texelFetch(dots, ivec2(clamp(at + offset, vec2(0.0), filmSize - 1.0)), 0).rgb;
+      float strongest = max(dot.r, max(dot.g, dot.b));
+      if (strongest > 0.0) {
+        sum += dot / strongest;
+        covered += 1.0;
+      }
+    }
+  }
+  return covered == 0.0 ? vec4(0.0) : vec4(sum / covered, sqrt(covered) / float(taps));
+}
+
 void main() {
   vec2 fromMiddle = vec2(gl_FragCoord.x - 0.5 * screenSize.x, 0.5 * screenSize.y - gl_FragCoord.y);
   vec2 at = center + fromMiddle / zoom;
@@ -160,6 +182,11 @@ void main() {
     float error = standardErrorAt(other, pixel);
     float value = show == ${kShows.indexOf('relative-error')} ? error / max(light, 1e-3) : error * exp2(exposure);
     result = error < 0.0 ? vec3(0.5) : turbo((log(max(value, 1e-9)) / log(10.0) + 4.0) / 4.0);
+  }
+  if (dotted && !apart && !other) {
+    // The picture steps back, so that bright places show their photons, too.
+    vec4 over = dotsAt(at);
+    result = mix(0.4 * result, vec3(encoded(over.r), encoded(over.g), encoded(over.b)), over.a);
   }
   shown = vec4(result, 1.0);
 }`;

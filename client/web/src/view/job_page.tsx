@@ -4,7 +4,7 @@ import type {Point} from '../model/camera';
 import type {Film} from '../model/film';
 import {reachedName} from '../model/format';
 import {kHalfValues} from '../model/half';
-import {lightLayers} from '../model/layers';
+import {failureOf, lightLayers} from '../model/layers';
 import {routeHash, type JobView} from '../model/route';
 import {exposureFor, luminance} from '../model/tone';
 import type {Job} from '../wire/lightmill/v1/farm_pb';
@@ -13,6 +13,7 @@ import {ClonePanel} from './clone_panel';
 import {ComparePanel} from './compare_panel';
 import {useMeasurement} from './comparison';
 import {Controls} from './controls';
+import {useDots} from './dots';
 import {downloadPng} from './download';
 import {EditPanel} from './edit_panel';
 import {useEditor} from './editor';
@@ -20,6 +21,7 @@ import {ErrorChart} from './error_chart';
 import {HistogramView, PixelInspector, useFilmVersion} from './inspector';
 import {JobPanel, type JobTask} from './job_panel';
 import {useReference, useReferenceFile} from './reference';
+import {MetersPanel, useMeters, type MeterRow} from './meters';
 import {RegionPanel} from './region_panel';
 import {useRelit} from './relight';
 import {RelightPanel} from './relight_panel';
@@ -64,6 +66,7 @@ function EditKeys() {
 }
 
 const kNone: readonly string[] = [];
+const kNoMeters: readonly MeterRow[] = [];
 const kDirections = 'normal';
 const kDepth = 'depth';
 
@@ -87,7 +90,7 @@ export interface JobPageProps {
 }
 
 export function JobPage({id, linked, theme}: JobPageProps) {
-  const {job, film: beauty, layers, jobFailure} = useFarm();
+  const {job, film: beauty, layers, jobFailure, layerFailures} = useFarm();
   const [view, setView] = useState(linked);
   useEffect(() => setView(linked), [linked]);
   const [point, setPoint] = useState<Point>();
@@ -103,15 +106,21 @@ export function JobPage({id, linked, theme}: JobPageProps) {
   const relit = useRelit(job, mixing ? lights : kNone, view.relight, layers);
   useEffect(() => farm.watchLayers(layer ? [layer] : mixing ? lights : kNone), [id, layer, mixing, lights]);
   const film = layer ? layers.get(layer) : (relit ?? beauty);
+  const notShown = failureOf(layerFailures, layer ? [layer] : mixing ? ['', ...lights] : ['']);
   const look = useMemo(() => (layer === kDirections ? {...view.look, signed: true} : view.look), [layer, view.look]);
   const seen = editor?.film ?? film;
+  const meters = useMeters(job);
+  const dots = useDots(id, editing || !job ? 'none' : view.photons);
   const change = (by: Partial<JobView>) => setView((before) => ({...before, ...by}));
   const [file, chooseFile, fileFailure] = useReferenceFile();
   const reference = useReference(film, against, file);
   const measurement = useMeasurement(film, reference?.film, against?.how === 'hdr-flip', look.exposure);
   useEffect(() => {
-    // The address follows the view, a moment later: browsers allow only so many changes.
-    const timer = setTimeout(() => history.replaceState(null, '', routeHash({page: 'job', job: id, ...view})), 250);
+    // The address follows the view, a moment later: browsers allow only so many changes. Who has gone back or on meanwhile
+    // is at another one, which stays.
+    const {hash} = window.location;
+    const follow = () => hash === window.location.hash && history.replaceState(null, '', routeHash({page: 'job', job: id, ...view}));
+    const timer = setTimeout(follow, 250);
     return () => clearTimeout(timer);
   }, [id, view]);
   const onFile = async (chosen: File) => {
@@ -183,10 +192,22 @@ export function JobPage({id, linked, theme}: JobPageProps) {
           onLook={onLook}
           onLayer={onLayer}
           onNormalize={normalize}
+          photons={view.photons}
+          onPhotons={(photons) => change({photons})}
           onAgainst={(next) => change({against: next})}
           onFile={(chosen) => void onFile(chosen)}
           onDrawing={setDrawing}
         />
+        {dots.failure && (
+          <p class="notice failure" role="alert">
+            Its photons cannot be shown: {dots.failure}
+          </p>
+        )}
+        {notShown && (
+          <p class="notice failure" role="alert">
+            {notShown}
+          </p>
+        )}
         {fileFailure && (
           <p class="notice failure" role="alert">
             {fileFailure}
@@ -199,6 +220,8 @@ export function JobPage({id, linked, theme}: JobPageProps) {
           theme={theme}
           other={editing ? undefined : reference?.film}
           against={editing ? undefined : against}
+          dots={dots.film}
+          meters={editing || !view.meters ? kNoMeters : meters}
           errorMap={editing ? undefined : measurement?.flip?.map}
           region={editing ? undefined : region}
           drawing={drawing}
@@ -234,6 +257,7 @@ export function JobPage({id, linked, theme}: JobPageProps) {
         )}
         {lights.length > 0 && !editing && <RelightPanel lights={lights} relight={view.relight} onRelight={(relight) => change({relight, layer: ''})} />}
         {film && reference && <ComparePanel reference={reference} measurement={measurement} pixels={film.crop.width * film.crop.height} />}
+        {meters.length > 0 && <MetersPanel rows={meters} shown={view.meters} onShown={(shown) => change({meters: shown})} />}
         {region && <RegionPanel film={film} region={region} onRegion={(next) => change({region: next})} />}
         <PixelInspector film={seen} other={editing ? undefined : reference?.film} at={point} />
         <HistogramView film={seen} exposure={look.exposure} />

@@ -2,6 +2,7 @@
 import {useEffect, useState} from 'preact/hooks';
 import {Live} from '../api/live';
 import {Film} from '../model/film';
+import {failureOf, kNoFailures, withLayerFailures} from '../model/layers';
 import type {Job} from '../wire/lightmill/v1/farm_pb';
 import {farm} from './store';
 
@@ -20,14 +21,20 @@ export function useOtherJob(id: bigint | undefined): OtherJob {
       return;
     }
     let now = kNone;
+    let noPicture = '';
     const live = new Live({
       onLink: () => undefined,
-      onUpdate: ({job, jobFailure, tiles}) => {
+      onUpdate: ({job, jobFailure, layerFailures, tiles}) => {
         if (jobFailure) {
           now = {...now, failure: jobFailure};
           setState(now);
         } else if (job && job.id === id) {
-          now = {job, film: now.film ?? Film.of(job), failure: ''};
+          now = {job, film: now.film ?? Film.of(job), failure: noPicture};
+          setState(now);
+        }
+        if (layerFailures.length > 0) {
+          noPicture = failureOf(withLayerFailures(kNoFailures, layerFailures), ['']);
+          now = {...now, failure: noPicture};
           setState(now);
         }
         farm.putTiles(now.film, tiles);

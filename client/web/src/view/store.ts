@@ -3,6 +3,7 @@ import {useEffect, useState} from 'preact/hooks';
 import {Live} from '../api/live';
 import type {Link} from '../model/connection';
 import {Film, type Rect} from '../model/film';
+import {kNoFailures, withLayerFailures, type LayerFailures} from '../model/layers';
 import {withJobs, withWorkers, type JobList, type WorkerList} from '../model/jobs';
 import type {Job} from '../wire/lightmill/v1/farm_pb';
 import type {FarmGreeting, ViewTile, ViewUpdate} from '../wire/lightmill/v1/web_pb';
@@ -20,6 +21,7 @@ export interface FarmState {
   film: Film | undefined;
   /** Those of the job's layers that are wanted, as they come. */
   layers: ReadonlyMap<string, Film>;
+  layerFailures: LayerFailures;
 }
 
 const kNoLayers: ReadonlyMap<string, Film> = new Map();
@@ -40,6 +42,7 @@ class FarmStore {
     jobFailure: '',
     film: undefined,
     layers: kNoLayers,
+    layerFailures: kNoFailures,
   };
   private readonly listeners = new Set<Listener>();
   private readonly tileListeners = new Set<TileListener>();
@@ -59,7 +62,7 @@ class FarmStore {
     if (job !== this.watched) {
       this.watched = job;
       this.wantedLayers = [];
-      this.set({job: undefined, film: undefined, layers: kNoLayers, jobFailure: ''});
+      this.set({job: undefined, film: undefined, layers: kNoLayers, jobFailure: '', layerFailures: kNoFailures});
     }
     this.want();
   }
@@ -68,6 +71,9 @@ class FarmStore {
   watchLayers(layers: readonly string[]): void {
     if (layers.join() !== this.wantedLayers.join()) {
       this.wantedLayers = layers;
+      // Of one that is wanted again later it is said again.
+      const kept = [...this.state.layerFailures].filter(([layer]) => layer === '' || layers.includes(layer));
+      this.set({layerFailures: new Map(kept)});
       this.want();
     }
   }
@@ -100,6 +106,7 @@ class FarmStore {
     const next: Partial<FarmState> = {};
     if (update.greeting) {
       next.greeting = update.greeting;
+      next.layerFailures = kNoFailures;
     }
     if (update.jobs) {
       next.jobs = withJobs(this.state.jobs, update.jobs);
@@ -110,6 +117,10 @@ class FarmStore {
     }
     if (update.jobFailure) {
       next.jobFailure = update.jobFailure;
+    }
+    const failures = update.layerFailures.filter(({job}) => job === this.watched);
+    if (failures.length > 0) {
+      next.layerFailures = withLayerFailures(next.layerFailures ?? this.state.layerFailures, failures);
     }
     if (update.job && update.job.id === this.watched) {
       next.job = update.job;

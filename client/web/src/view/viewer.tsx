@@ -6,6 +6,7 @@ import type {Film, Rect} from '../model/film';
 import {movedRegion, regionBetween, within} from '../model/region';
 import type {Look} from '../model/route';
 import {GlPicture} from './gl_picture';
+import {MeterMarks, type MeterRow} from './meters';
 import {Divider, RegionFrame} from './overlays';
 import {usePointers} from './pointers';
 import {farm} from './store';
@@ -22,6 +23,10 @@ export interface ViewerProps {
   against: Against | undefined;
   /** How far the two are apart at each pixel. */
   errorMap: Float32Array | undefined;
+  /** Photons that lie over it, of the same size. */
+  dots: Film | undefined;
+  /** Meters that are drawn over it. */
+  meters: readonly MeterRow[];
   region: Rect | undefined;
   /** Whether dragging draws a region rather than moves the picture. */
   drawing: boolean;
@@ -56,7 +61,7 @@ function backgroundOf(element: HTMLElement): [number, number, number] {
 }
 
 export function Viewer(props: ViewerProps) {
-  const {film, look, camera, theme, other, against, errorMap, region, drawing, steering, onCamera, onPoint} = props;
+  const {film, look, camera, theme, other, dots, against, errorMap, region, drawing, steering, onCamera, onPoint} = props;
   const canvas = useRef<HTMLCanvasElement>(null);
   const picture = useRef<GlPicture>();
   const redraw = useRef(() => {});
@@ -97,12 +102,13 @@ export function Viewer(props: ViewerProps) {
       try {
         picture.current.setFilm(film);
         picture.current.setOther(other);
+        picture.current.setDots(dots);
         setFailure('');
       } catch (error) {
         setFailure(String(error instanceof Error ? error.message : error));
       }
     }
-  }, [film, other]);
+  }, [film, other, dots]);
   useEffect(() => {
     if (errorMap) {
       picture.current?.setErrorMap(errorMap);
@@ -111,22 +117,29 @@ export function Viewer(props: ViewerProps) {
   useEffect(
     () =>
       farm.onTiles((changed, tiles) => {
-        if (changed === film || changed === other) {
+        if (changed === film || changed === other || changed === dots) {
           picture.current?.putTiles(changed, tiles);
           redraw.current();
         }
       }),
-    [film, other],
+    [film, other, dots],
   );
   useEffect(() => {
     // What waits was asked for with what was before.
     cancelAnimationFrame(frame.current);
     frame.current = 0;
     redraw.current();
-  }, [film, look, camera, screen, theme, other, against, errorMap]);
+  }, [film, look, camera, screen, theme, other, dots, against, errorMap]);
 
-  const move = (by: Point) => onCamera(pan(shown, size, by));
-  const zoom = (at: Point, factor: number) => onCamera(zoomAt(shown, screen, at, factor));
+  // Several moves may come before what the first did is drawn: each goes on from the one before.
+  const current = useRef(shown);
+  current.current = shown;
+  const aim = (next: Camera) => {
+    current.current = next;
+    onCamera(next);
+  };
+  const move = (by: Point) => aim(pan(current.current, size, by));
+  const zoom = (at: Point, factor: number) => aim(zoomAt(current.current, screen, at, factor));
   const steer = (by: Point, second: boolean) => {
     const height = shown.zoom * size.height;
     (second ? steering!.pan : steering!.orbit)(by.x / height, by.y / height);
@@ -183,6 +196,7 @@ export function Viewer(props: ViewerProps) {
         onKeyDown={onKey}
         onDblClick={() => onCamera(undefined)}
       />
+      {props.meters.length > 0 && film && <MeterMarks rows={props.meters} camera={shown} screen={screen} />}
       {framed && <RegionFrame region={framed} camera={shown} screen={screen} />}
       {against?.how === 'split' && other && <Divider split={against.split} onSplit={(split) => props.onAgainst({...against, split})} />}
       {failure && (

@@ -1,24 +1,36 @@
 /** The machines that render. */
+import {Fragment} from 'preact';
 import {useState} from 'preact/hooks';
-import {drainWorker, releaseWorker} from '../api/actions';
-import {humanCount, humanRate, humanSeconds} from '../model/format';
+import {drainWorker, quarantineWorker, releaseWorker} from '../api/actions';
+import {counted, humanCount, humanRate, humanSeconds} from '../model/format';
 import {refusalOf} from '../model/rights';
 import {healthOf} from '../model/workers';
 import type {Worker} from '../wire/lightmill/v1/farm_pb';
 import {ActionButton} from './bits';
+import {EventLog} from './event_log';
+import {FarmCharts} from './farm_charts';
 import {useFarm} from './store';
+import {WorkerPast} from './worker_history';
 
-function Row({worker, onFailure}: {worker: Worker; onFailure: (message: string) => void}) {
+interface RowProps {
+  worker: Worker;
+  /** Its past is shown. */
+  open: boolean;
+  onOpen: () => void;
+  onFailure: (message: string) => void;
+}
+
+function Row({worker, open, onOpen, onFailure}: RowProps) {
   const health = healthOf(worker);
   const {greeting} = useFarm();
   return (
     <tr>
       <td class="name">
         <span class="two-lines">
-          <strong>{worker.name}</strong>
-          <small>
-            {worker.away ? worker.host : `${worker.host} · process ${worker.pid}`}
-          </small>
+          <button type="button" class="quiet opener" aria-expanded={open} title="Its last hour" onClick={onOpen}>
+            {worker.name}
+          </button>
+          <small>{worker.away ? worker.host : `${worker.host} · process ${worker.pid}`}</small>
           {worker.quarantine && <small>{worker.quarantine}</small>}
         </span>
       </td>
@@ -38,14 +50,24 @@ function Row({worker, onFailure}: {worker: Worker; onFailure: (message: string) 
         <code title={worker.fingerprintClass}>{worker.fingerprintClass.slice(0, 12)}</code>
       </td>
       <td class="right wide">{humanSeconds(worker.connectedSeconds)}</td>
-      <td class="right">
+      <td class="right acts">
         {worker.quarantine && (
           <ActionButton
             label="Release"
             title="Let it and all others on its machine render again"
-            question={`Shall ${worker.name}, which was found to be wrong, and all others on its machine render again?`}
+            question={`Shall ${worker.name} and all others on its machine render again?`}
             refused={refusalOf(greeting, 'ReleaseWorker')}
             act={() => releaseWorker(worker.name)}
+            onFailure={onFailure}
+          />
+        )}
+        {!worker.quarantine && !worker.away && (
+          <ActionButton
+            label="Quarantine"
+            title="Give it, and all others on its machine, nothing to render until they are released"
+            question={`Shall ${worker.name} and all others on its machine get nothing to render until they are released?`}
+            refused={refusalOf(greeting, 'QuarantineWorker')}
+            act={() => quarantineWorker(worker.name)}
             onFailure={onFailure}
           />
         )}
@@ -76,9 +98,10 @@ const kHeads: [string, string][] = [
   ['Connected', 'right wide'],
 ];
 
-export function WorkersPage() {
+export function WorkersPage({theme}: {theme: string}) {
   const {workers, listed} = useFarm();
   const [failure, setFailure] = useState('');
+  const [opened, setOpened] = useState('');
   const all = [...workers.values()].sort((a, b) => (a.name < b.name ? -1 : 1));
   const speed = all.reduce((sum, worker) => sum + worker.samplesPerSecond, 0);
   const threads = all.reduce((sum, worker) => sum + worker.threads, 0);
@@ -88,7 +111,7 @@ export function WorkersPage() {
       <div class="toolbar">
         <h1 id="workers-title">Workers</h1>
         <p class="summary">
-          {all.length - away} connected · {threads} threads · {humanRate(speed)}
+          {all.length - away} connected · {counted(threads, 'thread')} · {humanRate(speed)}
         </p>
       </div>
       {failure && (
@@ -112,7 +135,16 @@ export function WorkersPage() {
         </thead>
         <tbody>
           {all.map((worker) => (
-            <Row key={worker.name} worker={worker} onFailure={setFailure} />
+            <Fragment key={worker.name}>
+              <Row worker={worker} open={opened === worker.name} onOpen={() => setOpened(opened === worker.name ? '' : worker.name)} onFailure={setFailure} />
+              {opened === worker.name && (
+                <tr class="past">
+                  <td colSpan={kHeads.length + 1}>
+                    <WorkerPast name={worker.name} theme={theme} />
+                  </td>
+                </tr>
+              )}
+            </Fragment>
           ))}
         </tbody>
       </table>
@@ -127,6 +159,8 @@ export function WorkersPage() {
           )}
         </p>
       )}
+      <FarmCharts theme={theme} />
+      <EventLog />
     </section>
   );
 }

@@ -67,19 +67,53 @@ class LiveHubTest : public ::testing::Test {
       std::this_thread::sleep_for(std::chrono::milliseconds(1));
     }
   }
-  JobId submit(const std::string& owner, const std::string& request_id) {
+  JobId submit(const std::string& owner, const std::string& request_id, int width = 64, int height = 64,
+               const std::vector<std::string>& layers = {}) {
     JobSpec spec;
     spec.request_id = request_id;
     spec.name = request_id;
     spec.owner = owner;
-    spec.goal.samples = 4;
+    spec.goal.samples = 1;
     spec.settings.scene = "scene";
-    spec.settings.width = spec.settings.height = 64;
-    spec.settings.crop = {0, 0, 64, 64};
+    spec.settings.width = width;
+    spec.settings.height = height;
+    spec.settings.crop = {0, 0, width, height};
+    spec.settings.layers = film_layers(layers).value();
     spec.settings.renderer_version = kRendererVersion;
     JobId job;
     on_farm([&](FarmLoop::Turn& turn) { job = turn.farm.submit(spec, turn.now, turn.unix_ms, turn.step).value(); });
     return job;
+  }
+  /// A worker renders the job to its end: ones.
+  void render(JobId job) {
+    on_farm([](FarmLoop::Turn& turn) {
+      const WorkerHello hello{"worker", "host", 1, 1, "class-a", kRendererVersion, {}, false};
+      turn.farm.worker_connected(SessionId{1}, hello, turn.now, turn.step);
+    });
+    for (bool done = false; !done;) {
+      std::vector<LeaseGrant> todo;
+      {
+        const MutexLock lock(mutex);
+        todo = std::exchange(grants, {});
+      }
+      for (const LeaseGrant& grant : todo) {
+        on_farm([&](FarmLoop::Turn& turn) { complete(grant, turn); });
+      }
+      on_farm([&](FarmLoop::Turn& turn) { done = turn.farm.status(job, turn.now)->state == JobState::done; });
+    }
+  }
+  static void complete(const LeaseGrant& grant, FarmLoop::Turn& turn) {
+    const Film& film = *turn.farm.film(grant.unit.job);
+    for (const TileId tile : grant.unit.tiles) {
+      WorkerResult result;
+      result.lease = grant.lease;
+      result.key = {grant.unit.job, tile, grant.unit.range};
+      result.node = {grant.unit.range, std::vector<float>(film.expected_values(tile, grant.unit.range), 1.f), 0};
+      result.hash = hash_of(result.node);
+      result.render_digest = turn.farm.status(grant.unit.job, turn.now)->render_digest;
+      result.seconds = 0.01;
+      turn.farm.worker_message(SessionId{1}, std::move(result), turn.now, turn.unix_ms, turn.step);
+    }
   }
   /// Lets half a second and more pass, with all that happens in it.
   void settle() {
@@ -106,24 +140,32 @@ class LiveHubTest : public ::testing::Test {
       task();
     }
   }
-  Status ask(Page& page, bool hidden = false, JobId job = {}) {
+  Status ask(Page& page, bool hidden = false, JobId job = {}, const std::vector<std::string>& layers = {}) {
     v1::ViewRequest request;
     request.set_hidden(hidden);
     request.set_jobs(true);
     request.set_workers(true);
     request.set_job(job.value);
     request.set_seen(page.messages.size());
+    request.mutable_layers()->Add(layers.begin(), layers.end());
     return hub->ask(page, request.SerializeAsString());
   }
 
   Mutex mutex;
   std::deque<std::function<void()>> posted LM_GUARDED_BY(mutex);
+  std::vector<LeaseGrant> grants LM_GUARDED_BY(mutex);
   StepClock clock;
   NullStore store;
   Coordinator farm{CoordinatorLimits{}, StoredState{}, system_clock().now()};
   ActionLog actions{ActionLogLimits{}, {}};
   FarmLoop loop{farm, actions, store, system_clock(),
-                FarmLoop::Handlers{[](Outgoing) {}, [](SessionId) {}, [](const Status&) {}}};
+                FarmLoop::Handlers{[this](Outgoing message) {
+                                     if (const auto* grant = std::get_if<LeaseGrant>(&message.message)) {
+                                       const MutexLock lock(mutex);
+                                       grants.push_back(*grant);
+                                     }
+                                   },
+                                   [](SessionId) {}, [](const Status&) {}}};
   std::optional<LiveHub> hub{std::in_place, loop, FarmGreeting{"1.0", {"be kind"}, {}, false},
                              OnWebThread([this](std::function<void()> task) {
                                const MutexLock lock(mutex);
@@ -322,6 +364,118 @@ TEST_F(LiveHubTest, TheJobThatIsLookedAtIsFollowedAndOneThatIsNotThereIsSaidToBe
   hub->remove(page);
 }
 
+/// How often each layer's tiles came from message `first` on.
+std::map<std::string, std::size_t> tiles_of(const Page& page, std::size_t first = 0) {
+  std::map<std::string, std::size_t> counts;
+  for (std::size_t i = first; i < page.messages.size(); ++i) {
+    for (const v1::ViewTile& tile : page.messages[i].tiles()) {
+      ++counts[tile.layer()];
+    }
+  }
+  return counts;
+}
+
+/// What was last said of each layer.
+std::map<std::string, std::string> layer_failures(const Page& page) {
+  std::map<std::string, std::string> failures;
+  for (const v1::ViewUpdate& message : page.messages) {
+    for (const v1::LayerFailure& failure : message.layer_failures()) {
+      failures[failure.layer()] = failure.why();
+    }
+  }
+  return failures;
+}
+
+TEST_F(LiveHubTest, LayersOfALargePictureComeInTurns) {
+  const std::vector<std::string> layers{"light:key", "light:rest"};
+  const JobId job = submit("ada", "large", 64 * 20, 64 * 10, layers);
+  render(job);
+  Page page;
+  hub->add(page, call_of(anybody()));
+  ASSERT_TRUE(ask(page, false, job, layers).ok());
+  for (int i = 0; i < 3 && tiles_of(page).size() < 3; ++i) {
+    settle();
+    ASSERT_TRUE(ask(page, false, job, layers).ok());
+  }
+  std::set<std::string> first_of_messages;
+  for (const v1::ViewUpdate& message : page.messages) {
+    if (message.tiles_size() > 0) {
+      first_of_messages.insert(message.tiles(0).layer());
+    }
+  }
+  EXPECT_EQ(first_of_messages, (std::set<std::string>{"", "light:key", "light:rest"}));
+  EXPECT_LT(tiles_of(page)[""], 200u) << "the others came before it was whole";
+  for (int i = 0; i < 20; ++i) {
+    settle();
+    ASSERT_TRUE(ask(page, false, job, layers).ok());
+  }
+  EXPECT_EQ(tiles_of(page), (std::map<std::string, std::size_t>{{"", 200}, {"light:key", 200}, {"light:rest", 200}}));
+  hub->remove(page);
+}
+
+TEST_F(LiveHubTest, ALayerWithoutRoomIsLeftOutAndComesWhenThereIsSome) {
+  // 32,640 of 32,768 tiles: none is rendered, but room is kept for all.
+  const JobId large = submit("ada", "large", 64 * 255, 64 * 128);
+  const std::vector<std::string> layers{"light:key", "light:rest"};
+  const JobId job = submit("ada", "small", 64 * 10, 64 * 8, layers);
+  Page first, second;
+  hub->add(first, call_of(anybody()));
+  ASSERT_TRUE(ask(first, false, large).ok());
+  settle();
+  hub->add(second, call_of(anybody()));
+  // 80 tiles fit once.
+  ASSERT_TRUE(ask(second, false, job).ok());
+  settle();
+  ASSERT_TRUE(ask(second, false, job, layers).ok());
+  settle();
+  ASSERT_TRUE(ask(second, false, job, layers).ok());
+  settle();
+  auto failures = layer_failures(second);
+  EXPECT_FALSE(failures.contains("")) << failures[""];
+  EXPECT_NE(failures["light:key"].find("80 tiles"), std::string::npos) << failures["light:key"];
+  EXPECT_NE(failures["light:rest"].find("80 tiles"), std::string::npos) << failures["light:rest"];
+  bool told = false;
+  for (const v1::ViewUpdate& message : second.messages) {
+    EXPECT_EQ(message.job_failure(), "");
+    told = told || message.job().id() == job.value;
+  }
+  EXPECT_TRUE(told) << "the job itself is followed";
+  hub->remove(first);
+  for (int i = 0; i < 3; ++i) {
+    settle();
+    ASSERT_TRUE(ask(second, false, job, layers).ok());
+  }
+  failures = layer_failures(second);
+  EXPECT_EQ(failures["light:key"], "");
+  EXPECT_EQ(failures["light:rest"], "");
+  on_farm([&](FarmLoop::Turn& turn) { EXPECT_TRUE(turn.farm.cancel(large, turn.now, turn.unix_ms, turn.step).ok()); });
+  render(job);
+  for (int i = 0; i < 5; ++i) {
+    settle();
+    ASSERT_TRUE(ask(second, false, job, layers).ok());
+  }
+  EXPECT_EQ(tiles_of(second), (std::map<std::string, std::size_t>{{"", 80}, {"light:key", 80}, {"light:rest", 80}}));
+  hub->remove(second);
+}
+
+TEST_F(LiveHubTest, APictureThatIsTooLargeIsNotShownButItsJobIs) {
+  const JobId job = submit("ada", "huge", 64 * 256, 64 * 129);
+  Page page;
+  hub->add(page, call_of(anybody()));
+  for (int i = 0; i < 3; ++i) {
+    ASSERT_TRUE(ask(page, false, job).ok());
+    settle();
+  }
+  EXPECT_NE(layer_failures(page)[""].find("33024 tiles"), std::string::npos) << layer_failures(page)[""];
+  EXPECT_EQ(page.messages.front().job_failure(), "");
+  bool told = false;
+  for (const v1::ViewUpdate& message : page.messages) {
+    told = told || message.job().id() == job.value;
+  }
+  EXPECT_TRUE(told);
+  hub->remove(page);
+}
+
 TEST_F(LiveHubTest, WhatIsNoRequestIsRefused) {
   Page page;
   hub->add(page, call_of(anybody()));
@@ -329,6 +483,11 @@ TEST_F(LiveHubTest, WhatIsNoRequestIsRefused) {
   v1::ViewRequest request;
   request.set_seen(1);
   EXPECT_EQ(hub->ask(page, request.SerializeAsString()).code(), StatusCode::kInvalidArgument) << "more than were sent";
+  request.set_seen(0);
+  for (int i = 0; i <= kMostViewLayers; ++i) {
+    request.add_layers(fmt::format("light:{}", i));
+  }
+  EXPECT_EQ(hub->ask(page, request.SerializeAsString()).code(), StatusCode::kInvalidArgument) << "too many layers";
   EXPECT_TRUE(page.messages.empty());
   hub->remove(page);
 }

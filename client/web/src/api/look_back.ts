@@ -1,0 +1,33 @@
+/** What the farm did: asked for anew every few seconds by those who look. */
+import {fromJson, type JsonValue} from '@bufbuild/protobuf';
+import type {EventKind} from '../model/farm_events';
+import {FarmEventsSchema, FarmHistorySchema, WorkerHistorySchema, type FarmEvents, type FarmHistory, type WorkerHistory} from '../wire/lightmill/v1/web_pb';
+import {ask} from './actions';
+
+const kLenient = {ignoreUnknownFields: true};
+
+export async function fetchHistory(seconds: number, signal: AbortSignal): Promise<FarmHistory> {
+  return fromJson(FarmHistorySchema, (await ask(`history?span=${seconds}`, {signal})) as JsonValue, kLenient);
+}
+
+export async function fetchWorkerHistory(name: string, signal: AbortSignal): Promise<WorkerHistory> {
+  return fromJson(WorkerHistorySchema, (await ask(`workers/${encodeURIComponent(name)}/history`, {signal})) as JsonValue, kLenient);
+}
+
+export interface EventQuestion {
+  kind?: EventKind;
+  worker?: string;
+  /** The next page's. */
+  token?: string;
+  size?: number;
+}
+
+/** Encoded as paths are: a + stands for itself. */
+export function eventQuery({kind, worker, token, size}: EventQuestion): string {
+  const given = Object.entries({kind, worker, page_token: token, page_size: size && String(size)}).filter(([, value]) => value);
+  return given.map(([name, value]) => `${name}=${encodeURIComponent(value!)}`).join('&');
+}
+
+export async function fetchEvents({kind, worker, token, size}: EventQuestion, signal?: AbortSignal): Promise<FarmEvents> {
+  return fromJson(FarmEventsSchema, (await ask(`events?${eventQuery({kind, worker, token, size})}`, {signal})) as JsonValue, kLenient);
+}

@@ -1,0 +1,121 @@
+/** The farm over time, ready for charts: what is not known is a gap, and no line. */
+import type {FarmHistory, FarmSample, WorkerHistory} from '../wire/lightmill/v1/web_pb';
+
+/** How far back is looked, in seconds. */
+export const kSpans = [
+  {seconds: 600, name: '10 minutes'},
+  {seconds: 3600, name: 'hour'},
+  {seconds: 86400, name: 'day'},
+] as const;
+
+/** Samples whose ends are further apart than so many intervals have a gap between them. */
+const kLongest = 2.5;
+/** An axis shows no less than so many intervals, also of a coordinator that has just begun. */
+const kLeastShown = 15;
+
+export type Column = (number | null)[];
+
+/** Times in Unix seconds, and as many values of each kind. */
+export interface FarmSeries {
+  times: number[];
+  /** Samples of pixels a second. */
+  rate: Column;
+  threads: Column;
+  busy: Column;
+  running: Column;
+  waiting: Column;
+}
+
+/** The first and the last moment of an axis, in Unix seconds. */
+export type TimeWindow = readonly [number, number];
+
+function windowOf(begin: number, end: number, interval: number): TimeWindow {
+  return [Math.min(begin, end - kLeastShown * interval), end];
+}
+
+/** What an axis over `span` seconds shows: it begins where nothing is known before. */
+export function farmWindow(history: FarmHistory, span: number): TimeWindow {
+  const end = Number(history.unixMs) / 1000;
+  const first = history.samples[0];
+  const known = first ? Number(first.unixMs) / 1000 - first.seconds : end;
+  return windowOf(Math.max(known, end - span), end, history.intervalSeconds);
+}
+
+/** The places of values with a gap, or nothing, on both sides: no line goes through them. */
+export function lonely(column: Column): number[] {
+  const known = (at: number) => (column[at] ?? null) !== null;
+  return [...column.keys()].filter((at) => known(at) && !known(at - 1) && !known(at + 1));
+}
+
+export function seriesOf(history: FarmHistory): FarmSeries {
+  const series: FarmSeries = {times: [], rate: [], threads: [], busy: [], running: [], waiting: []};
+  const put = (seconds: number, sample?: FarmSample) => {
+    series.times.push(seconds);
+    series.rate.push(sample && sample.seconds > 0 ? sample.pixelSamples / sample.seconds : null);
+    series.threads.push(sample?.threads ?? null);
+    series.busy.push(sample?.busyThreads ?? null);
+    series.running.push(sample?.jobsRunning ?? null);
+    series.waiting.push(sample?.jobsWaiting ?? null);
+  };
+  for (const sample of history.samples) {
+    const end = Number(sample.unixMs) / 1000;
+    const before = series.times.at(-1);
+    // Of a machine that slept, only the clock on the wall tells.
+    if (before !== undefined && end - before > kLongest * history.intervalSeconds) {
+      put((before + end) / 2);
+    }
+    put(end, sample);
+  }
+  return series;
+}
+
+/** Busy threads of all, in percent, over the whole of it; undefined where nobody was there. */
+export function utilisation(history: FarmHistory): number | undefined {
+  let [busy, all] = [0, 0];
+  for (const {seconds, threads, busyThreads} of history.samples) {
+    busy += busyThreads * seconds;
+    all += threads * seconds;
+  }
+  return all > 0 ? (100 * busy) / all : undefined;
+}
+
+export function csvOfHistory(history: FarmHistory): string {
+  const rows = history.samples.map((each) =>
+    [
+      new Date(Number(each.unixMs)).toISOString(),
+      each.seconds,
+      each.pixelSamples,
+      each.workers,
+      each.threads,
+      each.busyThreads,
+      each.units,
+      each.jobsRunning,
+      each.jobsWaiting,
+    ].join(','),
+  );
+  return ['until,seconds,pixel_samples,workers,threads,busy_threads,units,jobs_running,jobs_waiting', ...rows, ''].join('\n');
+}
+
+/** A worker's last hour. */
+export interface WorkerSeries {
+  times: number[];
+  /** Samples of pixels a second, of the time that it was there; null while it was away. */
+  rate: Column;
+  results: number;
+  lost: number;
+  /** Seconds that it was there. */
+  seconds: number;
+  window: TimeWindow;
+}
+
+export function workerSeriesOf({minutes}: WorkerHistory): WorkerSeries {
+  const end = (at: number) => Number(minutes.at(at)?.unixMs ?? 0) / 1000;
+  return {
+    window: windowOf(end(0) - 60, end(-1), 60),
+    times: minutes.map(({unixMs}) => Number(unixMs) / 1000),
+    rate: minutes.map(({seconds, pixelSamples}) => (seconds > 0 ? pixelSamples / seconds : null)),
+    results: minutes.reduce((sum, {results}) => sum + Number(results), 0),
+    lost: minutes.reduce((sum, {unitsLost}) => sum + Number(unitsLost), 0),
+    seconds: minutes.reduce((sum, {seconds}) => sum + seconds, 0),
+  };
+}

@@ -1,0 +1,45 @@
+/** What is asked for again every few seconds, as long as the page is looked at. */
+import {useEffect, useRef, useState} from 'preact/hooks';
+import {useFarm} from './store';
+
+/**
+ * The newest answer, and what went wrong with the last question. `key` says what is asked for: another one is asked at once.
+ */
+export function usePolled<T>(fetch: (signal: AbortSignal) => Promise<T>, key: string, everyMs: number): [T | undefined, string] {
+  const [answer, setAnswer] = useState<{key: string; value: T}>();
+  const [failure, setFailure] = useState('');
+  const {link} = useFarm();
+  const question = useRef(fetch);
+  question.current = fetch;
+  useEffect(() => {
+    const gone = new AbortController();
+    let asking = false;
+    const look = async () => {
+      if (document.hidden || asking) {
+        return;
+      }
+      asking = true;
+      try {
+        const value = await question.current(gone.signal);
+        if (!gone.signal.aborted) {
+          setAnswer({key, value});
+          setFailure('');
+        }
+      } catch (error) {
+        if (!gone.signal.aborted) {
+          setFailure(error instanceof Error ? error.message : String(error));
+        }
+      }
+      asking = false;
+    };
+    void look();
+    const timer = setInterval(() => void look(), everyMs);
+    document.addEventListener('visibilitychange', look, {signal: gone.signal});
+    return () => {
+      gone.abort();
+      clearInterval(timer);
+    };
+    // A farm that comes back may be another one.
+  }, [key, everyMs, link === 'connected']);
+  return [answer?.key === key ? answer.value : undefined, failure];
+}
