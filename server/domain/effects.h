@@ -184,6 +184,9 @@ struct StoredState {
   std::vector<StoredJob> jobs;
   std::uint64_t next_job_id = 1;      ///< never reused, even after deletes
   std::vector<NodeKey> damaged = {};  ///< nodes that were stored, and are left out because they are damaged
+  /// Results of which it cannot be told any more who rendered them; the nodes that they went into are among `damaged`.
+  std::vector<NodeKey> damaged_results = {};
+  std::vector<JobId> damaged_jobs = {};  ///< left out: what was stored of them is not what was written
   std::vector<TokenRecord> tokens = {};
   std::vector<Action> actions = {};  ///< any order
   std::vector<Renderer> renderers = {};

@@ -4,6 +4,7 @@
 #include <set>
 
 #include "common/base/log.h"
+#include "server/store/check_rows.h"
 
 namespace lightmill {
 namespace {
@@ -38,6 +39,21 @@ bool goes_on(JobState state) {
   return state != JobState::failed && state != JobState::cancelled;
 }
 
+/// Takes them out.
+Status report_jobs(const StoredState& state, Store& store, StateCheck& check) {
+  std::vector<StoreOp> deletes;
+  for (const JobId job : state.damaged_jobs) {
+    check.report.push_back(fmt::format(
+        "job {}: what was stored of it is not what was written, so it is taken out: submit it again, or put a backup "
+        "in this farm's place",
+        job.value));
+    deletes.push_back(DeleteJobRows{job});
+  }
+  check.sound = check.sound && deletes.empty();
+  check.whole = check.whole && deletes.empty();
+  return deletes.empty() ? ok_status() : store.commit(deletes);
+}
+
 void report_nodes(const StoredState& state, StateCheck& check) {
   std::map<JobId, std::uint64_t> damaged;
   for (const NodeKey& key : state.damaged) {
@@ -53,7 +69,7 @@ void report_nodes(const StoredState& state, StateCheck& check) {
       check.whole = check.whole && goes_on(job.record.state);
     }
   }
-  check.sound = state.damaged.empty();
+  check.sound = check.sound && state.damaged.empty() && state.damaged_results.empty();
 }
 
 void report_assets(const StoredState& state, const AssetStore& assets, const AssetCheck& found, StateCheck& check) {
@@ -101,6 +117,7 @@ Result<AssetCheck> check_assets(AssetStore& store) {
 Result<StateCheck> check_state(Store& store, AssetStore& assets) {
   LM_RETURN_IF_ERROR(store.check_structure());
   LM_ASSIGN_OR_RETURN(const StoredState state, store.load());
+  LM_RETURN_IF_ERROR(check_stored(state));
   LM_ASSIGN_OR_RETURN(const AssetCheck found, check_assets(assets));
   std::uint64_t nodes = 0, bytes = 0;
   for (const StoredState::StoredJob& job : state.jobs) {
@@ -114,6 +131,7 @@ Result<StateCheck> check_state(Store& store, AssetStore& assets) {
       fmt::format("{} jobs with {} nodes of {:.1f} MiB and {} assets of {:.1f} MiB have the checksums "
                   "that they should have",
                   state.jobs.size(), nodes, mib(bytes), found.assets, mib(found.bytes)));
+  LM_RETURN_IF_ERROR(report_jobs(state, store, check));
   report_nodes(state, check);
   report_assets(state, assets, found, check);
   return check;

@@ -22,9 +22,10 @@ struct StateCheck {
   bool sound = true;                ///< nothing was damaged
   bool whole = true;                ///< nor is anything lost that is not rendered again by itself
 };
-/// Reads everything that is stored and takes out what is damaged: nodes, whose samples are rendered again once a
-/// coordinator starts, and assets, which clients send again with the next job that has them. `store` has not been
-/// loaded yet; nobody else uses either. DATA_LOSS if the database itself is damaged.
+/// Reads everything that is stored and takes out what is damaged: nodes, and those that results went into of which it
+/// cannot be told any more who rendered them: their samples are rendered again once a coordinator starts; assets, which
+/// clients send again with the next job that has them; and whole jobs where what they render is not known any more.
+/// `store` has not been loaded yet; nobody else uses either. DATA_LOSS if the database itself is damaged.
 Result<StateCheck> check_state(Store& store, AssetStore& assets);
 
 }  // namespace lightmill

@@ -5,10 +5,34 @@
 
 #include "common/base/check.h"
 #include "common/base/log.h"
+#include "common/base/text.h"
 #include "common/farm/film_rules.h"
 
 namespace lightmill::stored {
 namespace {
+
+/// What a row holds, one after the other: numbers as 8 bytes, texts and bytes with their lengths before them.
+class RowHasher {
+ public:
+  template <class... Values>
+  RowHasher& add(const Values&... values) {
+    (put(values), ...);
+    return *this;
+  }
+  Hash128 finish() const { return hasher_.finish(); }
+
+ private:
+  void put(std::uint64_t number) { hasher_.append(std::as_bytes(std::span(&number, 1))); }
+  void put(double number) { put(std::bit_cast<std::uint64_t>(number)); }
+  void put(ByteView bytes) {
+    put(std::uint64_t{bytes.size()});
+    hasher_.append(bytes);
+  }
+  /// As the one of the stores writes it that takes least.
+  void put(std::string_view text) { put(as_byte_view(printable(text, true))); }
+
+  Xxh3Hasher hasher_;
+};
 
 constexpr std::array<std::pair<JobState, std::string_view>, 6> kStateNames{{{JobState::queued, "queued"},
                                                                             {JobState::running, "running"},
@@ -48,6 +72,11 @@ std::optional<Value> value_in(const std::array<std::pair<Value, std::string_view
     }
   }
   return std::nullopt;
+}
+
+template <class Number>
+std::uint64_t number(Number value) {
+  return static_cast<std::uint64_t>(value);
 }
 
 }  // namespace
@@ -164,6 +193,73 @@ Result<Hash128> hash_in(std::string_view bytes) {
     hash.low = hash.low << 8 | static_cast<std::uint8_t>(bytes[8 + i]);
   }
   return hash;
+}
+
+Hash128 checksum_of(const JobRecord& job) {
+  const JobSpec& spec = job.spec;
+  const RenderSettings& settings = spec.settings;
+  const MethodNotes& notes = job.method_notes;
+  RowHasher row;
+  row.add(job.id.value, spec.request_id, spec.name, spec.owner, spec.host, spec.parent.value, number(spec.priority),
+          spec.verify_share, number(spec.allow_mixed), spec.goal.samples, spec.goal.seconds, spec.goal.error,
+          number(spec.goal.adaptive), name_of(job.state), job.reason, name_of(job.reached), job.fingerprint_class,
+          number(job.submitted_unix_ms), number(job.finished_unix_ms));
+  row.add(as_byte_view(settings.scene), number(settings.width), number(settings.height), number(settings.crop.x),
+          number(settings.crop.y), number(settings.crop.width), number(settings.crop.height), settings.seed,
+          settings.method, number(settings.max_bounces), settings.renderer_version, number(settings.meters),
+          number(notes.chosen), lines_of(notes.reasons), lines_of(notes.notices), lines_of(notes.candidates),
+          std::as_bytes(job.allocation.shifts()));
+  row.add(number(settings.assets.size()));
+  for (const Sha256& asset : settings.assets) {
+    row.add(view_of(asset.bytes));
+  }
+  row.add(number(settings.layers.size()));
+  for (const LayerSpec& layer : settings.layers) {
+    row.add(layer.name, number(layer.channels), name_of(layer.kind));
+  }
+  return row.finish();
+}
+
+std::int64_t checksum_of(const NodeKey& key, const Hash128& hash, const Renderer& by) {
+  RowHasher row;
+  row.add(key.job.value, number(key.tile.value), number(key.range.level), number(key.range.index), hash.high, hash.low,
+          by.worker, by.machine, by.fingerprint_class);
+  const auto checksum = static_cast<std::int64_t>(row.finish().low);
+  return checksum == 0 ? 1 : checksum;
+}
+
+void JobCheck::finish(StoredState& state, std::vector<StoreOp>& repairs) {
+  for (const StoredState::StoredJob& job : state.jobs) {
+    const JobId id = job.record.id;
+    const std::string& expected = expected_[id];
+    const std::array<std::uint8_t, 16> actual = bytes_of(checksum_of(job.record));
+    if (expected.empty() && !damaged_.contains(id)) {
+      repairs.push_back(PutJob{job.record});
+    } else if (expected != std::string_view(reinterpret_cast<const char*>(actual.data()), actual.size())) {
+      condemn(id, data_loss("its checksum is another one"));
+    }
+  }
+  for (const auto& [job, why] : damaged_) {
+    spdlog::error("job {} is left out: what is stored of it is not what was written: {}", job.value, why);
+    state.damaged_jobs.push_back(job);
+  }
+  std::erase_if(state.jobs, [&](const auto& job) { return damaged_.contains(job.record.id); });
+}
+
+void leave_out_result(StoredState::StoredJob& job, const NodeKey& result, StoredState& state,
+                      std::vector<StoreOp>& repairs) {
+  spdlog::error("job {}: the record of who rendered a result of tile {} is damaged", result.job.value,
+                result.tile.value);
+  state.damaged_results.push_back(result);
+  const auto node = std::ranges::find_if(job.nodes, [&](const StoredState::StoredNode& each) {
+    return each.tile == result.tile && result.range.level <= kMaxRangeLevel && each.node->range.contains(result.range);
+  });
+  if (node != job.nodes.end()) {
+    state.damaged.push_back({result.job, node->tile, node->node->range});
+    log_damage(state.damaged.back());
+    repairs.push_back(DropNode{state.damaged.back()});
+    job.nodes.erase(node);
+  }
 }
 
 std::uint32_t RendererTable::index_of(Renderer renderer) {

@@ -50,6 +50,39 @@ Result<Sha256> digest_in(std::string_view bytes, std::string_view what);
 /// Of stored bytes_of; DATA_LOSS unless there are 16.
 Result<Hash128> hash_in(std::string_view bytes);
 
+/// Of all that the store keeps of a job but what counts up with its results (PutProgress) and its error's history. What
+/// a store gives back has the same one. XXH3-128.
+Hash128 checksum_of(const JobRecord& job);
+/// Of a result's row, but for whether it has been verified since. Never 0.
+std::int64_t checksum_of(const NodeKey& key, const Hash128& hash, const Renderer& by);
+
+/// Finds jobs whose rows say something else than was written.
+class JobCheck {
+ public:
+  void expect(JobId job, std::string_view checksum) { expected_[job] = checksum; }
+  /// The value; one of the job's rows that means nothing condemns the job.
+  template <class T>
+  T sound(JobId job, Result<T> value) {
+    if (!value.ok()) {
+      condemn(job, value.status());
+    }
+    return value.ok() ? *std::move(value) : T{};
+  }
+  void condemn(JobId job, const Status& why) { damaged_.try_emplace(job, message_of(why)); }
+  /// Takes what is damaged from `jobs` to `damaged_jobs`, and says so in the log. Those that earlier formats have left
+  /// without a checksum are to be written anew: appended to `repairs`.
+  void finish(StoredState& state, std::vector<StoreOp>& repairs);
+
+ private:
+  std::map<JobId, std::string> expected_;
+  std::map<JobId, std::string> damaged_;  ///< and why
+};
+
+/// Takes the node that the result went into out of the job, too: whoever may be found to have rendered wrong, nobody
+/// could tell whether this was theirs. The node's row goes with `repairs`, the result's is the caller's.
+void leave_out_result(StoredState::StoredJob& job, const NodeKey& result, StoredState& state,
+                      std::vector<StoreOp>& repairs);
+
 /// Gives everybody who rendered something a number, from 0 on.
 class RendererTable {
  public:

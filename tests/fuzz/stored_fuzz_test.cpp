@@ -185,6 +185,10 @@ TEST_F(StoredFuzz, DamagedRowsAreRefusedOrGoneOnFrom) {
     {
       File file(damaged);
       what = damage(file, random);
+      if (random.below(2) == 0) {  // as an earlier format leaves it: damage is noticed by what it says alone
+        file.rows("UPDATE jobs SET checksum = x''");
+        file.rows("UPDATE results SET checksum = 0");
+      }
     }
     SCOPED_TRACE(fmt::format("round {}: {}", round, what));
     auto store = open_sqlite_store(damaged);

@@ -47,14 +47,15 @@ constexpr std::array<const char*, kSqlCount> kStatements{
     "INSERT INTO jobs (id, request_id, name, owner, host, parent, priority, goal_samples, goal_seconds, goal_error, "
     "goal_adaptive, state, reason, reached, fingerprint_class, active_seconds, worker_seconds, results_merged, "
     "results_duplicate, leases_lost, copies_leased, non_finite, submitted_unix_ms, finished_unix_ms, verify_share, "
-    "results_verified, nodes_dropped, allow_mixed) VALUES ($1, $2, $3, $4, $5, $6, $7, $8, $9, $10, $11, $12, $13, "
-    "$14, $15, $16, $17, $18, $19, $20, $21, $22, $23, $24, $25, $26, $27, $28) "
+    "results_verified, nodes_dropped, allow_mixed, checksum) VALUES ($1, $2, $3, $4, $5, $6, $7, $8, $9, $10, $11, "
+    "$12, $13, "
+    "$14, $15, $16, $17, $18, $19, $20, $21, $22, $23, $24, $25, $26, $27, $28, $29) "
     "ON CONFLICT (id) DO UPDATE SET request_id = $2, name = $3, owner = $4, host = $5, parent = $6, priority = $7, "
     "goal_samples = $8, goal_seconds = $9, goal_error = $10, goal_adaptive = $11, state = $12, reason = $13, "
     "reached = $14, fingerprint_class = $15, active_seconds = $16, worker_seconds = $17, results_merged = $18, "
     "results_duplicate = $19, leases_lost = $20, copies_leased = $21, non_finite = $22, submitted_unix_ms = $23, "
     "finished_unix_ms = $24, verify_share = $25, results_verified = $26, nodes_dropped = $27, "
-    "allow_mixed = $28",
+    "allow_mixed = $28, checksum = $29",
     "UPDATE turn SET highest_job = $1 WHERE highest_job < $1",
     "UPDATE jobs SET active_seconds = $2, worker_seconds = $3, results_merged = $4, results_duplicate = $5, "
     "leases_lost = $6, copies_leased = $7, non_finite = $8, results_verified = $9, nodes_dropped = $10 WHERE id = $1",
@@ -71,8 +72,8 @@ constexpr std::array<const char*, kSqlCount> kStatements{
     "INSERT INTO nodes (job, tile, level, range_index, non_finite, hash, samples) VALUES ($1, $2, $3, $4, $5, $6, $7) "
     "ON CONFLICT (job, tile, level, range_index) DO UPDATE SET non_finite = $5, hash = $6, samples = $7",
     "DELETE FROM nodes WHERE job = $1 AND tile = $2 AND level = $3 AND range_index = $4",
-    "INSERT INTO results VALUES ($1, $2, $3, $4, $5, $6, $7, $8, $9) ON CONFLICT (job, tile, level, range_index) "
-    "DO UPDATE SET hash = $5, worker = $6, machine = $7, verification = $8, fingerprint_class = $9",
+    "INSERT INTO results VALUES ($1, $2, $3, $4, $5, $6, $7, $8, $9, $10) ON CONFLICT (job, tile, level, range_index) "
+    "DO UPDATE SET hash = $5, worker = $6, machine = $7, verification = $8, fingerprint_class = $9, checksum = $10",
     "UPDATE results SET verification = 2 WHERE job = $1 AND tile = $2 AND level = $3 AND range_index = $4",
     "DELETE FROM results WHERE job = $1 AND tile = $2 AND level <= $3 AND range_index >> ($3 - level)::integer = $4",
     "INSERT INTO quarantine VALUES ($1, $2, $3, $4) ON CONFLICT (worker) DO UPDATE SET machine = $2, reason = $3, "
@@ -92,6 +93,7 @@ class Sender {
   void operator()(const PutJob& op) {
     const JobRecord& job = op.record;
     const JobCounters& counters = job.counters;
+    const std::array<std::uint8_t, 16> checksum = bytes_of(stored::checksum_of(job));
     session_.add(
         kPutJob,
         Parameters(job.id.value, job.spec.request_id, job.spec.name, job.spec.owner, job.spec.host,
@@ -100,7 +102,7 @@ class Sender {
                    stored::name_of(job.reached), job.fingerprint_class, job.active_seconds, job.worker_seconds,
                    counters.results_merged, counters.results_duplicate, counters.leases_lost, counters.copies_leased,
                    counters.non_finite, job.submitted_unix_ms, job.finished_unix_ms, job.spec.verify_share,
-                   counters.results_verified, counters.nodes_dropped, int{job.spec.allow_mixed}));
+                   counters.results_verified, counters.nodes_dropped, int{job.spec.allow_mixed}, view_of(checksum)));
     put_settings(job);
     // A history only grows: what is there stays.
     for (const ErrorPoint& point : job.history) {
@@ -126,9 +128,9 @@ class Sender {
   void operator()(const DropNode& op) { add_key(kDropNode, op.key); }
   void operator()(const PutResult& op) {
     const std::array<std::uint8_t, 16> hash = bytes_of(op.hash);
-    session_.add(kPutResult,
-                 Parameters(op.key.job.value, op.key.tile.value, op.key.range.level, op.key.range.index, view_of(hash),
-                            op.by.worker, op.by.machine, int{op.to_verify}, op.by.fingerprint_class));
+    session_.add(kPutResult, Parameters(op.key.job.value, op.key.tile.value, op.key.range.level, op.key.range.index,
+                                        view_of(hash), op.by.worker, op.by.machine, int{op.to_verify},
+                                        op.by.fingerprint_class, stored::checksum_of(op.key, op.hash, op.by)));
   }
   void operator()(const PutVerified& op) { add_key(kPutVerified, op.key); }
   void operator()(const DropResults& op) { add_key(kDropResults, op.key); }

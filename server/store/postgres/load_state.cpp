@@ -1,6 +1,6 @@
 #include "server/store/postgres/load_state.h"
 
-#include <cstring>
+#include <set>
 #include <unordered_map>
 
 #include "server/store/row_values.h"
@@ -16,14 +16,15 @@ constexpr std::int64_t kResultsAtOnce = 10'000;
 
 using JobsById = std::unordered_map<std::uint64_t, StoredState::StoredJob*>;
 
-Status load_jobs(Session& session, StoredState& state) {
+Status load_jobs(Session& session, StoredState& state, stored::JobCheck& check) {
   LM_ASSIGN_OR_RETURN(
       const Rows rows,
       session.query(
           "SELECT id, request_id, name, owner, host, parent, priority, goal_samples, goal_seconds, goal_error, "
           "goal_adaptive, state, reason, reached, fingerprint_class, active_seconds, worker_seconds, "
           "results_merged, results_duplicate, leases_lost, copies_leased, non_finite, submitted_unix_ms, "
-          "finished_unix_ms, verify_share, results_verified, nodes_dropped, allow_mixed FROM jobs ORDER BY id"));
+          "finished_unix_ms, verify_share, results_verified, nodes_dropped, allow_mixed, checksum FROM jobs ORDER BY "
+          "id"));
   for (int row = 0; row < rows.size(); ++row) {
     JobRecord job;
     int column = 0;
@@ -42,9 +43,9 @@ Status load_jobs(Session& session, StoredState& state) {
     job.spec.goal.seconds = real();
     job.spec.goal.error = real();
     job.spec.goal.adaptive = integer() != 0;
-    LM_ASSIGN_OR_RETURN(job.state, stored::state_named(text()));
+    job.state = check.sound(job.id, stored::state_named(text()));
     job.reason = text();
-    LM_ASSIGN_OR_RETURN(job.reached, stored::limit_named(text()));
+    job.reached = check.sound(job.id, stored::limit_named(text()));
     job.fingerprint_class = text();
     job.active_seconds = real();
     job.worker_seconds = real();
@@ -59,6 +60,7 @@ Status load_jobs(Session& session, StoredState& state) {
     job.counters.results_verified = natural();
     job.counters.nodes_dropped = natural();
     job.spec.allow_mixed = integer() != 0;
+    check.expect(job.id, rows.view(row, column++));
     state.jobs.push_back({std::move(job), {}});
   }
   LM_ASSIGN_OR_RETURN(const Rows highest, session.query("SELECT highest_job FROM turn"));
@@ -66,7 +68,7 @@ Status load_jobs(Session& session, StoredState& state) {
   return ok_status();
 }
 
-Status read_settings(const Rows& rows, int row, JobRecord& record) {
+void read_settings(const Rows& rows, int row, JobRecord& record, stored::JobCheck& check) {
   RenderSettings& settings = record.spec.settings;
   MethodNotes& notes = record.method_notes;
   int column = 1;
@@ -85,12 +87,11 @@ Status read_settings(const Rows& rows, int row, JobRecord& record) {
   notes.reasons = stored::lines_in(rows.view(row, column++));
   notes.notices = stored::lines_in(rows.view(row, column++));
   notes.candidates = stored::lines_in(rows.view(row, column++));
-  LM_ASSIGN_OR_RETURN(record.allocation, stored::allocation_in(rows.view(row, column++), record));
-  return ok_status();
+  record.allocation = check.sound(record.id, stored::allocation_in(rows.view(row, column++), record));
 }
 
-Status load_settings(Session& session, StoredState& state, const JobsById& jobs) {
-  std::size_t found = 0;
+Status load_settings(Session& session, const JobsById& jobs, stored::JobCheck& check) {
+  std::set<std::uint64_t> found;
   for (std::int64_t last = INT64_MIN;;) {
     LM_ASSIGN_OR_RETURN(
         const Rows rows,
@@ -100,33 +101,34 @@ Status load_settings(Session& session, StoredState& state, const JobsById& jobs)
                       Parameters(last, kSettingsAtOnce)));
     for (int row = 0; row < rows.size(); ++row) {
       last = rows.integer(row, 0);
-      LM_RETURN_IF_ERROR(read_settings(rows, row, jobs.at(rows.natural(row, 0))->record));
-      ++found;
+      const std::uint64_t id = rows.natural(row, 0);
+      read_settings(rows, row, jobs.at(id)->record, check);
+      found.insert(id);
     }
     if (rows.size() < kSettingsAtOnce) {
       break;
     }
   }
-  return found == state.jobs.size()
-             ? ok_status()
-             : data_loss("{}: {} of {} jobs have settings", session.place(), found, state.jobs.size());
+  for (const auto& [id, job] : jobs) {
+    if (!found.contains(id)) {
+      check.condemn(job->record.id, data_loss("it has no settings"));
+    }
+  }
+  return ok_status();
 }
 
-Status load_lists(Session& session, const JobsById& jobs) {
+Status load_lists(Session& session, const JobsById& jobs, stored::JobCheck& check) {
   LM_ASSIGN_OR_RETURN(const Rows assets, session.query("SELECT job, digest FROM job_assets ORDER BY job, position"));
   for (int row = 0; row < assets.size(); ++row) {
-    RenderSettings& settings = jobs.at(assets.natural(row, 0))->record.spec.settings;
-    const std::string_view digest = assets.view(row, 1);
-    if (digest.size() != settings.assets.emplace_back().bytes.size()) {
-      return data_loss("job {} names an asset by {} bytes in the store, not 32", assets.natural(row, 0), digest.size());
-    }
-    std::memcpy(settings.assets.back().bytes.data(), digest.data(), digest.size());
+    JobRecord& record = jobs.at(assets.natural(row, 0))->record;
+    record.spec.settings.assets.push_back(
+        check.sound(record.id, stored::digest_in(assets.view(row, 1), "an asset's digest")));
   }
   LM_ASSIGN_OR_RETURN(const Rows layers,
                       session.query("SELECT job, name, channels, kind FROM job_layers ORDER BY job, position"));
   for (int row = 0; row < layers.size(); ++row) {
     const std::uint64_t job = layers.natural(row, 0);
-    LM_ASSIGN_OR_RETURN(const LayerKind kind, stored::layer_kind_named(layers.view(row, 3), job));
+    const LayerKind kind = check.sound(JobId{job}, stored::layer_kind_named(layers.view(row, 3), job));
     jobs.at(job)->record.spec.settings.layers.push_back(
         {layers.text(row, 1), static_cast<std::uint32_t>(layers.natural(row, 2)), kind});
   }
@@ -140,25 +142,33 @@ Status load_lists(Session& session, const JobsById& jobs) {
   return ok_status();
 }
 
-Status load_results(Session& session, StoredState::StoredJob& job, stored::RendererTable& renderers) {
+Status load_results(Session& session, StoredState::StoredJob& job, StoredState& state, stored::RendererTable& renderers,
+                    std::vector<StoreOp>& repairs) {
   std::int64_t tile = -1, level = -1, index = -1;
   for (;;) {
     LM_ASSIGN_OR_RETURN(
         const Rows rows,
         session.query(
-            "SELECT tile, level, range_index, hash, worker, machine, verification, fingerprint_class FROM results "
+            "SELECT tile, level, range_index, hash, worker, machine, verification, fingerprint_class, checksum FROM "
+            "results "
             "WHERE job = $1 AND (tile, level, range_index) > ($2, $3, $4) ORDER BY tile, level, range_index LIMIT $5",
             Parameters(job.record.id.value, tile, level, index, kResultsAtOnce)));
     for (int row = 0; row < rows.size(); ++row) {
       tile = rows.integer(row, 0);
       level = rows.integer(row, 1);
       index = rows.integer(row, 2);
-      StoredState::StoredResult& result = job.results.emplace_back();
-      result.tile = TileId{static_cast<std::uint32_t>(tile)};
-      result.range = {static_cast<std::uint32_t>(level), static_cast<std::uint32_t>(index)};
-      LM_ASSIGN_OR_RETURN(result.hash, stored::hash_in(rows.view(row, 3)));
-      result.by = renderers.index_of({rows.text(row, 4), rows.text(row, 5), rows.text(row, 7)});
-      result.to_verify = rows.integer(row, 6) == 1;
+      const NodeKey key{job.record.id,
+                        TileId{static_cast<std::uint32_t>(tile)},
+                        {static_cast<std::uint32_t>(level), static_cast<std::uint32_t>(index)}};
+      const Result<Hash128> hash = stored::hash_in(rows.view(row, 3));
+      Renderer by{rows.text(row, 4), rows.text(row, 5), rows.text(row, 7)};
+      const std::int64_t checksum = rows.integer(row, 8);
+      if (!hash.ok() || (checksum != 0 && checksum != stored::checksum_of(key, *hash, by))) {
+        stored::leave_out_result(job, key, state, repairs);
+        repairs.push_back(DropResults{key});
+        continue;
+      }
+      job.results.push_back({key.tile, key.range, *hash, renderers.index_of(std::move(by)), rows.integer(row, 6) == 1});
     }
     if (rows.size() < kResultsAtOnce) {
       return ok_status();
@@ -218,7 +228,7 @@ Status load_actions(Session& session, StoredState& state) {
   return ok_status();
 }
 
-Status load_nodes(Session& session, StoredState::StoredJob& job, std::vector<NodeKey>& damaged) {
+Status load_nodes(Session& session, StoredState::StoredJob& job, StoredState& state, std::vector<StoreOp>& repairs) {
   NodeKey key{job.record.id, {}, {}};
   std::int64_t tile = -1, level = -1, index = -1;
   for (;;) {
@@ -236,7 +246,8 @@ Status load_nodes(Session& session, StoredState::StoredJob& job, std::vector<Nod
       auto node = stored::node_of(key.range, rows.natural(row, 3), rows.view(row, 4), rows.view(row, 5));
       if (node == nullptr) {
         stored::log_damage(key);
-        damaged.push_back(key);
+        state.damaged.push_back(key);
+        repairs.push_back(DropNode{key});
       } else {
         job.nodes.push_back({key.tile, std::move(node)});
       }
@@ -249,19 +260,21 @@ Status load_nodes(Session& session, StoredState::StoredJob& job, std::vector<Nod
 
 }  // namespace
 
-Result<StoredState> load_state(Session& session) {
+Result<StoredState> load_state(Session& session, std::vector<StoreOp>& repairs) {
   StoredState state;
-  LM_RETURN_IF_ERROR(load_jobs(session, state));
+  stored::JobCheck check;
+  LM_RETURN_IF_ERROR(load_jobs(session, state, check));
   JobsById jobs;
   for (StoredState::StoredJob& job : state.jobs) {
     jobs.emplace(job.record.id.value, &job);
   }
-  LM_RETURN_IF_ERROR(load_settings(session, state, jobs));
-  LM_RETURN_IF_ERROR(load_lists(session, jobs));
+  LM_RETURN_IF_ERROR(load_settings(session, jobs, check));
+  LM_RETURN_IF_ERROR(load_lists(session, jobs, check));
+  check.finish(state, repairs);
   stored::RendererTable renderers;
   for (StoredState::StoredJob& job : state.jobs) {
-    LM_RETURN_IF_ERROR(load_nodes(session, job, state.damaged));
-    LM_RETURN_IF_ERROR(load_results(session, job, renderers));
+    LM_RETURN_IF_ERROR(load_nodes(session, job, state, repairs));
+    LM_RETURN_IF_ERROR(load_results(session, job, state, renderers, repairs));
   }
   state.renderers = renderers.take();
   LM_RETURN_IF_ERROR(load_quarantine(session, state));

@@ -45,9 +45,11 @@ Result<StoredState> PostgresStore::load() {
   }
   commits_ = 0;
   undecided_.reset();
-  Result<StoredState> state = postgres::load_state(session_);
+  std::vector<StoreOp> repairs;
+  Result<StoredState> state = postgres::load_state(session_, repairs);
   if (!state.ok() && !session_.connected()) {
-    state = postgres::load_state(session_);
+    repairs.clear();
+    state = postgres::load_state(session_, repairs);
   }
   LM_RETURN_IF_ERROR(state.status());
   state->epoch = leadership_->epoch();
@@ -55,12 +57,8 @@ Result<StoredState> PostgresStore::load() {
     jobs_.insert(job.record.id);
   }
   jobs_.keep();
-  std::vector<StoreOp> drops;
-  for (const NodeKey& key : state->damaged) {
-    drops.push_back(DropNode{key});
-  }
-  if (!drops.empty()) {
-    LM_RETURN_IF_ERROR(commit(drops));
+  if (!repairs.empty()) {
+    LM_RETURN_IF_ERROR(commit(repairs));
   }
   return state;
 }

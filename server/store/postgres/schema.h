@@ -1,4 +1,4 @@
-// The tables and functions in the schema `lightmill` of the database, format 5.
+// The tables and functions in the schema `lightmill` of the database, format 6.
 #pragma once
 
 #include <array>
@@ -6,7 +6,7 @@
 namespace lightmill::postgres {
 
 /// Kept in the table `meta`.
-inline constexpr int kFormat = 5;
+inline constexpr int kFormat = 6;
 
 // `turn` has one row. A commit counts itself there, which locks the row (not its key) until the commit's end: so
 // commits of one epoch follow each other, one that comes twice is noticed, and a new epoch, which changes the key,
@@ -18,7 +18,7 @@ inline constexpr int kFormat = 5;
 // compress, so they are stored as they are.
 inline constexpr const char* kSchema = R"sql(
 CREATE TABLE meta (format BIGINT NOT NULL);
-INSERT INTO meta VALUES (5);
+INSERT INTO meta VALUES (6);
 
 CREATE TABLE turn (
   epoch BIGINT PRIMARY KEY,
@@ -112,7 +112,8 @@ CREATE TABLE jobs (
   verify_share DOUBLE PRECISION NOT NULL DEFAULT 0.01,
   results_verified BIGINT NOT NULL DEFAULT 0,
   nodes_dropped BIGINT NOT NULL DEFAULT 0,
-  allow_mixed BIGINT NOT NULL DEFAULT 0
+  allow_mixed BIGINT NOT NULL DEFAULT 0,
+  checksum BYTEA NOT NULL DEFAULT '' -- of all that is stored of the job but what counts up; empty: not known yet
 ) WITH (fillfactor = 50);
 
 -- How a job's error fell; samples are per pixel.
@@ -186,6 +187,7 @@ CREATE TABLE results (
   machine TEXT NOT NULL DEFAULT '',
   verification BIGINT NOT NULL DEFAULT 0, -- 1: to be rendered again on another machine; 2: was, with the same bits
   fingerprint_class TEXT NOT NULL DEFAULT '', -- of jobs that allow mixed ones
+  checksum BIGINT NOT NULL DEFAULT 0, -- of the row but `verification`; 0: from a format before 6
   PRIMARY KEY (job, tile, level, range_index)
 );
 
@@ -299,8 +301,15 @@ ALTER TABLE results ADD COLUMN fingerprint_class TEXT NOT NULL DEFAULT '';
 UPDATE meta SET format = 5;
 )sql";
 
+/// From format 5, which noticed damage in nodes and assets alone.
+inline constexpr const char* kFromFormat5 = R"sql(
+ALTER TABLE jobs ADD COLUMN checksum BYTEA NOT NULL DEFAULT '';
+ALTER TABLE results ADD COLUMN checksum BIGINT NOT NULL DEFAULT 0;
+UPDATE meta SET format = 6;
+)sql";
+
 /// By the format that they lead away from, less one.
-inline constexpr std::array kSteps{kFromFormat1, kFromFormat2, kFromFormat3, kFromFormat4};
+inline constexpr std::array kSteps{kFromFormat1, kFromFormat2, kFromFormat3, kFromFormat4, kFromFormat5};
 static_assert(kSteps.size() + 1 == kFormat);
 
 }  // namespace lightmill::postgres

@@ -1,13 +1,11 @@
 #include "server/store/sqlite/load_state.h"
 
-#include <cstring>
-
 #include "server/store/row_values.h"
 
 namespace lightmill::sqlite {
 namespace {
 
-Status load_jobs(Database& database, StoredState& state) {
+Status load_jobs(Database& database, StoredState& state, stored::JobCheck& check) {
   LM_ASSIGN_OR_RETURN(Statement rows, database.prepare("SELECT * FROM jobs ORDER BY id"));
   for (;;) {
     LM_ASSIGN_OR_RETURN(const bool more, rows.step());
@@ -25,7 +23,7 @@ Status load_jobs(Database& database, StoredState& state) {
     job.spec.priority = static_cast<std::int32_t>(rows.integer(column++));
     job.spec.goal.samples = rows.natural(column++);
     job.spec.goal.seconds = rows.real(column++);
-    LM_ASSIGN_OR_RETURN(job.state, stored::state_named(rows.view(column++)));
+    job.state = check.sound(job.id, stored::state_named(rows.view(column++)));
     job.reason = rows.text(column++);
     job.fingerprint_class = rows.text(column++);
     job.active_seconds = rows.real(column++);
@@ -38,12 +36,13 @@ Status load_jobs(Database& database, StoredState& state) {
     job.submitted_unix_ms = rows.integer(column++);
     job.finished_unix_ms = rows.integer(column++);
     job.spec.goal.error = rows.real(column++);
-    LM_ASSIGN_OR_RETURN(job.reached, stored::limit_named(rows.view(column++)));
+    job.reached = check.sound(job.id, stored::limit_named(rows.view(column++)));
     job.spec.goal.adaptive = rows.integer(column++) != 0;
     job.spec.verify_share = rows.real(column++);
     job.counters.results_verified = rows.natural(column++);
     job.counters.nodes_dropped = rows.natural(column++);
     job.spec.allow_mixed = rows.integer(column++) != 0;
+    check.expect(job.id, rows.view(column++));
     state.jobs.push_back({std::move(job), {}});
   }
   LM_ASSIGN_OR_RETURN(const std::int64_t highest,
@@ -52,20 +51,22 @@ Status load_jobs(Database& database, StoredState& state) {
   return ok_status();
 }
 
-Status load_settings(Database& database, StoredState& state) {
+Status load_settings(Database& database, StoredState& state, stored::JobCheck& check) {
   LM_ASSIGN_OR_RETURN(Statement settings_row, database.prepare("SELECT * FROM job_settings WHERE job = ?1"));
   LM_ASSIGN_OR_RETURN(Statement assets,
                       database.prepare("SELECT digest FROM job_assets WHERE job = ?1 ORDER BY position"));
   LM_ASSIGN_OR_RETURN(Statement layers,
                       database.prepare("SELECT name, channels, kind FROM job_layers WHERE job = ?1 ORDER BY position"));
   for (StoredState::StoredJob& job : state.jobs) {
-    const std::uint64_t id = job.record.id.value;
+    const JobId id = job.record.id;
     RenderSettings& settings = job.record.spec.settings;
     MethodNotes& notes = job.record.method_notes;
-    settings_row.bind_all(id);
+    settings_row.bind_all(id.value);
     LM_ASSIGN_OR_RETURN(const bool found, settings_row.step());
     if (!found) {
-      return data_loss("job {} has no settings in the store", id);
+      check.condemn(id, data_loss("it has no settings"));
+      settings_row.reset();
+      continue;
     }
     int column = 1;
     settings.scene = settings_row.text(column++);
@@ -82,31 +83,27 @@ Status load_settings(Database& database, StoredState& state) {
     notes.reasons = stored::lines_in(settings_row.view(column++));
     notes.notices = stored::lines_in(settings_row.view(column++));
     notes.candidates = stored::lines_in(settings_row.view(column++));
-    LM_ASSIGN_OR_RETURN(job.record.allocation, stored::allocation_in(settings_row.view(column++), job.record));
+    job.record.allocation = check.sound(id, stored::allocation_in(settings_row.view(column++), job.record));
     settings_row.reset();
 
-    assets.bind_all(id);
+    assets.bind_all(id.value);
     for (;;) {
       LM_ASSIGN_OR_RETURN(const bool more, assets.step());
       if (!more) {
         break;
       }
-      const std::string_view digest = assets.view(0);
-      if (digest.size() != settings.assets.emplace_back().bytes.size()) {
-        return data_loss("job {} names an asset by {} bytes in the store, not 32", id, digest.size());
-      }
-      std::memcpy(settings.assets.back().bytes.data(), digest.data(), digest.size());
+      settings.assets.push_back(check.sound(id, stored::digest_in(assets.view(0), "an asset's digest")));
     }
     assets.reset();
 
     settings.layers.clear();
-    layers.bind_all(id);
+    layers.bind_all(id.value);
     for (;;) {
       LM_ASSIGN_OR_RETURN(const bool more, layers.step());
       if (!more) {
         break;
       }
-      LM_ASSIGN_OR_RETURN(const LayerKind kind, stored::layer_kind_named(layers.view(2), id));
+      const LayerKind kind = check.sound(id, stored::layer_kind_named(layers.view(2), id.value));
       settings.layers.push_back({layers.text(0), static_cast<std::uint32_t>(layers.natural(1)), kind});
     }
     layers.reset();
@@ -163,25 +160,40 @@ Status load_nodes(Database& database, StoredState& state) {
   return ok_status();
 }
 
-Status load_results(Database& database, StoredState& state) {
-  LM_ASSIGN_OR_RETURN(Statement rows, database.prepare("SELECT tile, level, range_index, hash, worker, machine, "
-                                                       "verification, fingerprint_class FROM results WHERE job = ?1"));
+Status load_results(Database& database, StoredState& state, std::vector<StoreOp>& repairs) {
+  LM_ASSIGN_OR_RETURN(Statement rows,
+                      database.prepare("SELECT tile, level, range_index, hash, worker, machine, "
+                                       "verification, fingerprint_class, checksum FROM results WHERE job = ?1"));
+  LM_ASSIGN_OR_RETURN(Statement remove, database.prepare("DELETE FROM results WHERE job = ?1 AND tile = ?2 AND level = "
+                                                         "?3 AND range_index = ?4"));
   stored::RendererTable renderers;
   for (StoredState::StoredJob& job : state.jobs) {
-    rows.bind_all(job.record.id.value);
+    const JobId id = job.record.id;
+    std::vector<std::array<std::uint64_t, 3>> damaged;
+    rows.bind_all(id.value);
     for (;;) {
       LM_ASSIGN_OR_RETURN(const bool more, rows.step());
       if (!more) {
         break;
       }
-      StoredState::StoredResult& result = job.results.emplace_back();
-      result.tile = TileId{static_cast<std::uint32_t>(rows.natural(0))};
-      result.range = {static_cast<std::uint32_t>(rows.natural(1)), static_cast<std::uint32_t>(rows.natural(2))};
-      LM_ASSIGN_OR_RETURN(result.hash, stored::hash_in(rows.view(3)));
-      result.by = renderers.index_of({rows.text(4), rows.text(5), rows.text(7)});
-      result.to_verify = rows.integer(6) == 1;
+      const std::array<std::uint64_t, 3> place{rows.natural(0), rows.natural(1), rows.natural(2)};
+      const NodeKey key{id,
+                        TileId{static_cast<std::uint32_t>(place[0])},
+                        {static_cast<std::uint32_t>(place[1]), static_cast<std::uint32_t>(place[2])}};
+      const Result<Hash128> hash = stored::hash_in(rows.view(3));
+      Renderer by{rows.text(4), rows.text(5), rows.text(7)};
+      if (!hash.ok() || (rows.integer(8) != 0 && rows.integer(8) != stored::checksum_of(key, *hash, by))) {
+        stored::leave_out_result(job, key, state, repairs);
+        damaged.push_back(place);
+        continue;
+      }
+      job.results.push_back({key.tile, key.range, *hash, renderers.index_of(std::move(by)), rows.integer(6) == 1});
     }
     rows.reset();
+    for (const auto& [tile, level, index] : damaged) {
+      remove.bind_all(id.value, tile, level, index);
+      LM_RETURN_IF_ERROR(remove.run());
+    }
   }
   state.renderers = renderers.take();
   return ok_status();
@@ -258,13 +270,15 @@ Status next_epoch(Database& database, StoredState& state) {
 
 }  // namespace
 
-Result<StoredState> load_state(Database& database) {
+Result<StoredState> load_state(Database& database, std::vector<StoreOp>& repairs) {
   StoredState state;
-  LM_RETURN_IF_ERROR(load_jobs(database, state));
-  LM_RETURN_IF_ERROR(load_settings(database, state));
+  stored::JobCheck check;
+  LM_RETURN_IF_ERROR(load_jobs(database, state, check));
+  LM_RETURN_IF_ERROR(load_settings(database, state, check));
+  check.finish(state, repairs);
   LM_RETURN_IF_ERROR(load_histories(database, state));
   LM_RETURN_IF_ERROR(load_nodes(database, state));
-  LM_RETURN_IF_ERROR(load_results(database, state));
+  LM_RETURN_IF_ERROR(load_results(database, state, repairs));
   LM_RETURN_IF_ERROR(load_quarantine(database, state));
   LM_RETURN_IF_ERROR(load_tokens(database, state));
   LM_RETURN_IF_ERROR(load_actions(database, state));

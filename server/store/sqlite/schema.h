@@ -1,4 +1,4 @@
-// The tables of the store's file, format 11.
+// The tables of the store's file, format 12.
 #pragma once
 
 #include <array>
@@ -16,7 +16,7 @@ CREATE TABLE meta (
   key TEXT PRIMARY KEY,
   value INTEGER NOT NULL
 ) WITHOUT ROWID;
-INSERT INTO meta VALUES ('format', 11), ('epoch', 0);
+INSERT INTO meta VALUES ('format', 12), ('epoch', 0);
 
 CREATE TABLE jobs (
   id INTEGER PRIMARY KEY AUTOINCREMENT,
@@ -46,7 +46,8 @@ CREATE TABLE jobs (
   verify_share REAL NOT NULL DEFAULT 0.01,
   results_verified INTEGER NOT NULL DEFAULT 0,
   nodes_dropped INTEGER NOT NULL DEFAULT 0,
-  allow_mixed INTEGER NOT NULL DEFAULT 0
+  allow_mixed INTEGER NOT NULL DEFAULT 0,
+  checksum BLOB NOT NULL DEFAULT x'' -- of all that is stored of the job but what counts up; empty: not known yet
 );
 
 -- How a job's error fell; samples are per pixel.
@@ -120,6 +121,7 @@ CREATE TABLE results (
   machine TEXT NOT NULL DEFAULT '',
   verification INTEGER NOT NULL DEFAULT 0, -- 1: to be rendered again on another machine; 2: was, with the same bits
   fingerprint_class TEXT NOT NULL DEFAULT '', -- of jobs that allow mixed ones
+  checksum INTEGER NOT NULL DEFAULT 0, -- of the row but `verification`; 0: from a format before 12
   PRIMARY KEY (job, tile, level, range_index)
 ) WITHOUT ROWID;
 
@@ -255,8 +257,14 @@ ALTER TABLE jobs ADD COLUMN allow_mixed INTEGER NOT NULL DEFAULT 0;
 ALTER TABLE results ADD COLUMN fingerprint_class TEXT NOT NULL DEFAULT '';
 )sql";
 
+/// From format 11, which noticed damage in nodes and assets alone.
+inline constexpr const char* kFromFormat11 = R"sql(
+ALTER TABLE jobs ADD COLUMN checksum BLOB NOT NULL DEFAULT x'';
+ALTER TABLE results ADD COLUMN checksum INTEGER NOT NULL DEFAULT 0;
+)sql";
+
 /// By the format that they lead away from, less one.
-inline constexpr std::array kSteps{kFromFormat1, kFromFormat2, kFromFormat3, kFromFormat4, kFromFormat5,
-                                   kFromFormat6, kFromFormat7, kFromFormat8, kFromFormat9, kFromFormat10};
+inline constexpr std::array kSteps{kFromFormat1, kFromFormat2, kFromFormat3, kFromFormat4,  kFromFormat5, kFromFormat6,
+                                   kFromFormat7, kFromFormat8, kFromFormat9, kFromFormat10, kFromFormat11};
 
 }  // namespace lightmill::sqlite

@@ -17,12 +17,12 @@ using stored::view_of;
 
 constexpr std::string_view kPutJob = R"sql(
 INSERT INTO jobs VALUES (?1,?2,?3,?4,?5,?6,?7,?8,?9,?10,?11,?12,?13,?14,?15,?16,?17,?18,?19,?20,?21,?22,?23,?24,?25,?26,
-  ?27,?28)
+  ?27,?28,?29)
 ON CONFLICT (id) DO UPDATE SET request_id=?2, name=?3, owner=?4, host=?5, parent=?6, priority=?7, goal_samples=?8,
   goal_seconds=?9, state=?10, reason=?11, fingerprint_class=?12, active_seconds=?13, worker_seconds=?14,
   results_merged=?15, results_duplicate=?16, leases_lost=?17, copies_leased=?18, non_finite=?19,
   submitted_unix_ms=?20, finished_unix_ms=?21, goal_error=?22, reached=?23,
-  goal_adaptive=?24, verify_share=?25, results_verified=?26, nodes_dropped=?27, allow_mixed=?28)sql";
+  goal_adaptive=?24, verify_share=?25, results_verified=?26, nodes_dropped=?27, allow_mixed=?28, checksum=?29)sql";
 
 constexpr std::string_view kPutProgress = R"sql(
 UPDATE jobs SET active_seconds=?2, worker_seconds=?3, results_merged=?4, results_duplicate=?5, leases_lost=?6,
@@ -70,9 +70,15 @@ class SqliteStore final : public Store {
 
 Result<StoredState> SqliteStore::load() {
   LM_RETURN_IF_ERROR(statements_.begin.run());
-  Result<StoredState> state = sqlite::load_state(database_);
+  std::vector<StoreOp> repairs;
+  Result<StoredState> state = sqlite::load_state(database_, repairs);
   if (!state.ok()) {
     return roll_back(state.status());
+  }
+  for (const StoreOp& op : repairs) {
+    if (Status status = std::visit([&](const auto& each) { return apply(each); }, op); !status.ok()) {
+      return roll_back(std::move(status));
+    }
   }
   if (Status status = statements_.commit.run(); !status.ok()) {
     return roll_back(std::move(status));
@@ -123,6 +129,7 @@ Status SqliteStore::roll_back(Status cause) {
 Status SqliteStore::apply(const PutJob& op) {
   const JobRecord& job = op.record;
   const JobCounters& counters = job.counters;
+  const std::array<std::uint8_t, 16> checksum = bytes_of(stored::checksum_of(job));
   statements_.put_job.bind_all(job.id.value, job.spec.request_id, job.spec.name, job.spec.owner, job.spec.host,
                                job.spec.parent.value, job.spec.priority, job.spec.goal.samples, job.spec.goal.seconds,
                                stored::name_of(job.state), job.reason, job.fingerprint_class, job.active_seconds,
@@ -130,7 +137,7 @@ Status SqliteStore::apply(const PutJob& op) {
                                counters.leases_lost, counters.copies_leased, counters.non_finite, job.submitted_unix_ms,
                                job.finished_unix_ms, job.spec.goal.error, stored::name_of(job.reached),
                                int{job.spec.goal.adaptive}, job.spec.verify_share, counters.results_verified,
-                               counters.nodes_dropped, int{job.spec.allow_mixed});
+                               counters.nodes_dropped, int{job.spec.allow_mixed}, view_of(checksum));
   LM_RETURN_IF_ERROR(statements_.put_job.run());
   LM_RETURN_IF_ERROR(put_settings(job));
   return put_history(job);
@@ -204,7 +211,7 @@ Status SqliteStore::apply(const PutResult& op) {
   const std::array<std::uint8_t, 16> hash = bytes_of(op.hash);
   statements_.put_result.bind_all(op.key.job.value, op.key.tile.value, op.key.range.level, op.key.range.index,
                                   view_of(hash), op.by.worker, op.by.machine, int{op.to_verify},
-                                  op.by.fingerprint_class);
+                                  op.by.fingerprint_class, stored::checksum_of(op.key, op.hash, op.by));
   return statements_.put_result.run();
 }
 
@@ -285,8 +292,9 @@ Status prepare_file(Database& database, const std::filesystem::path& file, bool 
                     sqlite::kApplicationId, kSqliteFormatVersion, sqlite::kSchema));
   }
   if (application != sqlite::kApplicationId) {
-    return failed_precondition("{} is not a Lightmill store (application id {:#x}): choose another directory with --data",
-                     file.string(), application);
+    return failed_precondition(
+        "{} is not a Lightmill store (application id {:#x}): choose another directory with --data", file.string(),
+        application);
   }
   if (version > kSqliteFormatVersion) {
     return failed_precondition(
@@ -335,7 +343,7 @@ Result<Statements> prepare_statements(Database& database) {
       all.drop_node,
       database.prepare("DELETE FROM nodes WHERE job = ?1 AND tile = ?2 AND level = ?3 AND range_index = ?4"));
   LM_ASSIGN_OR_RETURN(all.put_result,
-                      database.prepare("INSERT OR REPLACE INTO results VALUES (?1,?2,?3,?4,?5,?6,?7,?8,?9)"));
+                      database.prepare("INSERT OR REPLACE INTO results VALUES (?1,?2,?3,?4,?5,?6,?7,?8,?9,?10)"));
   LM_ASSIGN_OR_RETURN(all.put_verified,
                       database.prepare("UPDATE results SET verification = 2 WHERE job = ?1 AND tile = ?2 AND level = "
                                        "?3 AND range_index = ?4"));

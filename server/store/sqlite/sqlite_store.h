@@ -9,7 +9,7 @@
 namespace lightmill {
 
 /// Version of the tables in the file; kept in PRAGMA user_version.
-inline constexpr int kSqliteFormatVersion = 11;
+inline constexpr int kSqliteFormatVersion = 12;
 
 /// Opens or creates the store's file. FAILED_PRECONDITION if a newer lightmill-server wrote it, DATA_LOSS if it is no
 /// such file or is damaged. The caller holds the lock of the data directory (server/store/data_directory.h).

@@ -47,6 +47,9 @@ class PostgresPlace final : public StorePlace {
  public:
   std::unique_ptr<Store> open() override { return opened(options_for(url_)).store; }
   void damage_tile(std::uint32_t tile) override { run_sql(url_, damaging(tile)); }
+  void update(const std::string& table, const std::string& change) override {
+    run_sql(url_, fmt::format("UPDATE lightmill.{} SET {}", table, change));
+  }
 
  private:
   std::string url_ = server().new_database();
@@ -82,9 +85,13 @@ INSTANTIATE_TEST_SUITE_P(Postgres, AssetConformance,
                          kNamed);
 
 /// Takes what later formats have brought out of the tables.
+constexpr const char* kBackToFormat5 =
+    "ALTER TABLE lightmill.jobs DROP COLUMN checksum; ALTER TABLE lightmill.results DROP COLUMN checksum;";
 constexpr const char* kBackToFormat4 =
+    "ALTER TABLE lightmill.jobs DROP COLUMN checksum; ALTER TABLE lightmill.results DROP COLUMN checksum;"
     "ALTER TABLE lightmill.jobs DROP COLUMN allow_mixed; ALTER TABLE lightmill.results DROP COLUMN fingerprint_class;";
 constexpr const char* kBackToFormat3 =
+    "ALTER TABLE lightmill.jobs DROP COLUMN checksum; ALTER TABLE lightmill.results DROP COLUMN checksum;"
     "ALTER TABLE lightmill.jobs DROP COLUMN allow_mixed; ALTER TABLE lightmill.results DROP COLUMN fingerprint_class;"
     "ALTER TABLE lightmill.jobs DROP COLUMN verify_share, DROP COLUMN results_verified, DROP COLUMN nodes_dropped;"
     "ALTER TABLE lightmill.results DROP COLUMN machine, DROP COLUMN verification;"
@@ -188,6 +195,18 @@ TEST_F(PostgresStoreTest, TablesOfFormat4AreBroughtUpToDate) {
   const StoredState after = stored();
   EXPECT_TRUE(after.jobs.at(1).record.spec.allow_mixed);
   EXPECT_EQ(after.renderers.at(after.jobs.at(0).results.at(0).by), result.by);
+}
+
+TEST_F(PostgresStoreTest, JobsOfFormat5GetTheirChecksums) {
+  {
+    const auto store = opened(options()).store;
+    ASSERT_TRUE(store->load().ok());
+    ASSERT_TRUE(store->commit(std::vector<StoreOp>{PutJob{full_record(1)}}).ok());
+  }
+  sql(std::string(kBackToFormat5) + "UPDATE lightmill.meta SET format = 5");
+  EXPECT_EQ(stored().jobs.size(), 1u);
+  sql("UPDATE lightmill.job_settings SET seed = seed + 1");
+  EXPECT_EQ(stored().damaged_jobs, std::vector{JobId{1}});
 }
 
 TEST_F(PostgresStoreTest, TablesOfFormat2AreBroughtUpToDate) {

@@ -5,6 +5,7 @@
 
 #include <fstream>
 
+#include "common/film/film.h"
 #include "server/store/asset_folder.h"
 #include "server/store/sqlite/sqlite_store.h"
 #include "tests/support/temporary_folder.h"
@@ -12,6 +13,28 @@
 
 namespace lightmill::test {
 namespace {
+
+/// A job of two tiles.
+JobRecord record(std::uint64_t id) {
+  JobRecord record = full_record(id);
+  RenderSettings& settings = record.spec.settings;
+  settings.width = 70;
+  settings.height = 64;
+  settings.crop = {0, 0, 70, 64};
+  settings.layers = {LayerSpec{}};
+  settings.meters = 0;
+  settings.method = "path";
+  record.allocation = {};
+  return record;
+}
+
+PutNode node(std::uint64_t job, std::uint32_t tile) {
+  const RenderSettings settings = record(job).spec.settings;
+  const Film film(grid_of(settings), NodeLayout(settings.layers));
+  auto made = std::make_shared<Node>();
+  made->values.assign(film.expected_values(TileId{tile}, made->range), 0.5f);
+  return {JobId{job}, TileId{tile}, std::move(made)};
+}
 
 /// Two jobs, each of two nodes; the assets "one" and "two" belong to both.
 class CheckStateTest : public ::testing::Test {
@@ -21,9 +44,9 @@ class CheckStateTest : public ::testing::Test {
     ASSERT_TRUE(store->load().ok());
     std::vector<StoreOp> ops;
     for (std::uint64_t id = 1; id <= 2; ++id) {
-      ops.push_back(PutJob{full_record(id)});
-      ops.push_back(PutNode{JobId{id}, TileId{0}, small_node(0, 0, 1)});
-      ops.push_back(PutNode{JobId{id}, TileId{1}, small_node(0, 0, 2)});
+      ops.push_back(PutJob{record(id)});
+      ops.push_back(node(id, 0));
+      ops.push_back(node(id, 1));
     }
     ASSERT_TRUE(store->commit(ops).ok());
     const auto assets = open_assets();
@@ -37,9 +60,11 @@ class CheckStateTest : public ::testing::Test {
   std::unique_ptr<AssetStore> open_assets() const { return open_asset_folder(folder_.path() / "assets", {}).value(); }
   Result<StateCheck> check() const { return check_state(*open_store(), *open_assets()); }
   void damage(const std::string& which) const {
+    execute("UPDATE nodes SET samples = zeroblob(length(samples)) WHERE " + which);
+  }
+  void execute(const std::string& sql) const {
     sqlite3* handle = nullptr;
     ASSERT_EQ(sqlite3_open(file_.c_str(), &handle), SQLITE_OK);
-    const std::string sql = "UPDATE nodes SET samples = zeroblob(length(samples)) WHERE " + which;
     EXPECT_EQ(sqlite3_exec(handle, sql.c_str(), nullptr, nullptr, nullptr), SQLITE_OK);
     sqlite3_close(handle);
   }
@@ -71,13 +96,23 @@ TEST_F(CheckStateTest, DamagedNodesAreTakenOutAndNamed) {
   EXPECT_TRUE(check()->sound) << "once repaired";
 }
 
+TEST_F(CheckStateTest, AJobThatIsNotWhatWasSubmittedIsTakenOutAndLost) {
+  execute("UPDATE job_settings SET seed = seed + 1 WHERE job = 2");
+  const StateCheck found = check().value();
+  EXPECT_FALSE(found.sound || found.whole);
+  ASSERT_EQ(found.report.size(), 2u);
+  EXPECT_TRUE(found.report[0].starts_with("1 jobs with 2 nodes")) << found.report[0];
+  EXPECT_TRUE(found.report[1].starts_with("job 2: ")) << found.report[1];
+  EXPECT_TRUE(check()->sound) << "once it is gone";
+}
+
 TEST_F(CheckStateTest, WhatACancelledJobLosesIsLost) {
   {
     const auto store = open_store();
     ASSERT_TRUE(store->load().ok());
-    JobRecord cancelled = full_record(3);
+    JobRecord cancelled = record(3);
     cancelled.state = JobState::cancelled;
-    const std::vector<StoreOp> ops{PutJob{cancelled}, PutNode{JobId{3}, TileId{0}, small_node(0, 0, 1)}};
+    const std::vector<StoreOp> ops{PutJob{cancelled}, node(3, 0)};
     ASSERT_TRUE(store->commit(ops).ok());
   }
   damage("job = 3");

@@ -211,9 +211,8 @@ TEST_P(StoreConformance, ChosenMethodIsKept) {
     record.spec.settings.method = "whitted";
     record.method_notes = {true, {"two do", "it is the faster"}, {}, {}};
     commit(*store, {PutJob{record}});
-    JobRecord later = record;
-    later.spec.settings.method = "path";  // nothing chooses twice
-    commit(*store, {PutJob{later}});
+    record.reason = "it goes on";
+    commit(*store, {PutJob{record}});
   }
   StoredState expected;
   expected.next_job_id = 2;
@@ -439,6 +438,65 @@ TEST_P(StoreConformance, ADamagedNodeIsLeftOutAndTheOthersStay) {
   const StoredState again = loaded(*open());
   EXPECT_EQ(again.jobs.at(0).nodes.size(), 2u);
   EXPECT_TRUE(again.damaged.empty());
+}
+
+TEST_P(StoreConformance, AJobOfWhichSomethingElseIsStoredThanWasWrittenIsLeftOut) {
+  const auto left_out = [&] {
+    const StoredState state = loaded(*open());
+    EXPECT_EQ(state.next_job_id, 4u);
+    EXPECT_EQ(state.jobs.size() + state.damaged_jobs.size(), 2u);
+    return state.damaged_jobs;
+  };
+  {
+    const auto store = open();
+    loaded(*store);
+    commit(*store, {PutJob{full_record(1)}, PutJob{full_record(3)}, PutNode{JobId{1}, TileId{0}, small_node(0, 0, 1)}});
+  }
+  EXPECT_TRUE(left_out().empty());
+  // Of the first job alone, one after the other; what counts up is no part of it.
+  const std::vector<std::array<std::string, 3>> changes{
+      {"job_settings", "seed", "seed + 1"},     {"job_settings", "width", "641"},
+      {"job_settings", "method", "'path'"},     {"job_settings", "method_reasons", "'x'"},
+      {"job_settings", "max_bounces", "2"},     {"jobs", "goal_samples", "301"},
+      {"jobs", "goal_error", "0.0124"},         {"jobs", "state", "'done'"},
+      {"jobs", "state", "'nonsense'"},          {"jobs", "reached", "'nonsense'"},
+      {"jobs", "fingerprint_class", "'other'"}, {"jobs", "owner", "'mallory'"},
+      {"jobs", "finished_unix_ms", "1"},        {"jobs", "verify_share", "0"},
+      {"job_assets", "position", "-position"},  {"job_layers", "name", "upper(name)"},
+      {"job_layers", "kind", "'nonsense'"},     {"job_settings", "allocation", "scene"}};
+  for (const auto& [table, column, value] : changes) {
+    const char* const id = table == "jobs" ? "id" : "job";
+    place_->update(table, fmt::format("{} = {} WHERE {} = 1", column, value, id));
+    EXPECT_EQ(left_out(), std::vector{JobId{1}}) << table << "." << column;
+    commit(*open(), {DeleteJobRows{JobId{1}}});
+    commit(*open(), {PutJob{full_record(1)}});
+  }
+  place_->update("jobs", "worker_seconds = 5, results_merged = 9");
+  EXPECT_TRUE(left_out().empty());
+}
+
+TEST_P(StoreConformance, WhatNobodyKnowsTheRendererOfAnyMoreIsTakenOut) {
+  const NodeKey left{JobId{1}, TileId{0}, {0, 0}}, right{JobId{1}, TileId{0}, {0, 1}},
+      other{JobId{1}, TileId{1}, {0, 0}};
+  const auto put = [](const NodeKey& key) { return PutResult{key, Hash128{1, 2}, {"worker", "machine"}, true}; };
+  {
+    const auto store = open();
+    loaded(*store);
+    commit(*store, {PutJob{full_record(1)}, PutNode{JobId{1}, TileId{0}, small_node(1, 0, 1)},
+                    PutNode{JobId{1}, TileId{1}, small_node(0, 0, 2)}, put(left), put(right), put(other)});
+    commit(*store, {PutVerified{other}});
+  }
+  EXPECT_EQ(loaded(*open()).jobs.at(0).results.size(), 3u);
+  place_->update("results", "worker = 'innocent' WHERE tile = 0 AND range_index = 1");
+  const StoredState state = loaded(*open());
+  EXPECT_EQ(state.damaged_results, std::vector{right});
+  EXPECT_EQ(state.damaged, (std::vector<NodeKey>{{JobId{1}, TileId{0}, {1, 0}}}));
+  ASSERT_EQ(state.jobs.at(0).nodes.size(), 1u);
+  EXPECT_EQ(state.jobs[0].nodes[0].tile, TileId{1});
+  const StoredState after = loaded(*open());
+  EXPECT_TRUE(after.damaged.empty() && after.damaged_results.empty()) << "it is gone from the store too";
+  EXPECT_EQ(after.jobs.at(0).nodes.size(), 1u);
+  EXPECT_EQ(after.jobs[0].results.size(), 2u);
 }
 
 TEST_P(StoreConformance, ManyNodesOfSeveralJobsAreKept) {

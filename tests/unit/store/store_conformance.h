@@ -19,6 +19,8 @@ class StorePlace {
   virtual std::unique_ptr<Store> open() = 0;
   /// Makes zeros of all stored pixels of the tile; no store is open.
   virtual void damage_tile(std::uint32_t tile) = 0;
+  /// Changes rows behind the store's back: `UPDATE table SET change`; no store is open.
+  virtual void update(const std::string& table, const std::string& change) = 0;
 };
 
 struct StoreKind {
