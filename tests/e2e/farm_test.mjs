@@ -91,6 +91,24 @@ test("a worker's name opens its last hour", async () => {
   assert.equal(await page.getByRole('list', {name: 'What happened with box-1'}).count(), 0);
 });
 
+test('a machine is put aside by hand, and let back', async () => {
+  const row = page.getByRole('row', {name: /box-1/});
+  const act = async (name) => {
+    page.once('dialog', (dialog) => dialog.accept());
+    await row.getByRole('button', {name}).click();
+  };
+  const quarantine = async () => {
+    const {workers} = await (await fetch(`${session.farm.page}api/v1/workers`)).json();
+    return workers.find(({name}) => name === 'box-1').quarantine ?? '';
+  };
+  await act('Quarantine');
+  await row.getByText('put there by hand').waitFor();
+  assert.match(await quarantine(), /put there by hand/);
+  await act('Release');
+  await row.getByRole('button', {name: 'Quarantine'}).waitFor();
+  assert.equal(await quarantine(), '');
+});
+
 test('all of it fits a phone and pleases axe', async () => {
   for (const colorScheme of ['light', 'dark']) {
     const small = await session.open('#/workers', {viewport: kPhone, colorScheme, bypassCSP: true});

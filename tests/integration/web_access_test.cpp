@@ -10,6 +10,7 @@
 #include <boost/beast/websocket/ssl.hpp>
 
 #include <nlohmann/json.hpp>
+#include <set>
 
 #include "lightmill/v1/web.pb.h"
 #include "tests/integration/secure_farm.h"
@@ -362,6 +363,17 @@ TEST(WebAccess, OthersJobsAreNeitherListedNorShownAndLooksAreWrittenDown) {
   const json list = json::parse(web.get("/api/v1/jobs", shown).body());
   ASSERT_EQ(list["jobs"].size(), 1u);
   EXPECT_EQ(list["jobs"][0]["id"], std::to_string(adas));
+  const auto jobs_of_events = [&](const Headers& who) {
+    std::set<std::string> jobs;
+    const json events = json::parse(web.get("/api/v1/events?kind=jobs", who).body());
+    for (const json& event : events["events"]) {
+      jobs.insert(event["job"]);
+    }
+    return jobs;
+  };
+  EXPECT_EQ(jobs_of_events(shown), std::set{std::to_string(adas)});
+  EXPECT_EQ(jobs_of_events(bearer(web.token("carl", {Role::view}))),
+            (std::set{std::to_string(adas), std::to_string(bobs)}));
   SecurePage page(web, shown);
   page.ask(bobs);
   std::string failure;
