@@ -134,6 +134,7 @@ struct Job {
   std::unique_ptr<JobPlan> plan;  ///< while it is queued, running or paused
   std::set<LeaseId> leases;
   std::optional<Time> active_since;  ///< while units are out; its pilots do not count
+  std::uint32_t leases_sent = 0;     ///< of `leases`: the others' grants have not left yet
   Time hold_until;                   ///< no leases before that: workers may come back with what they hold
   bool digest_durable = false;       ///< the row with class and method is known to be stored
   LeaseId bound_at{0};               ///< the last lease when its class was fixed: its first one
@@ -254,6 +255,7 @@ struct Coordinator::State {
   Lease& open_lease(Worker& worker, Job& job, LeaseId id, Unit unit, bool copy, Time now);
   void send_grant(Worker& worker, Job& job, Lease& lease, Step& step);
   void wait_until_sent(const Worker& worker, Job& job, Lease& lease);
+  void was_sent(Lease& lease, Time now);
   bool grant_next(Worker& worker, Time now, Step& step);
   /// The tile needs nothing more of this lease.
   void tile_done(LeaseId lease, TileId tile, Time now, Step& step, bool by_its_worker);

@@ -156,6 +156,7 @@ Lease& Coordinator::State::open_lease(Worker& worker, Job& job, LeaseId id, Unit
   if (!job.active_since && !job.undecided()) {
     job.active_since = now;
   }
+  ++job.leases_sent;
   job.leases.insert(id);
   worker.leases.insert(id);
   worker.tiles_out += lease.remaining;
@@ -187,28 +188,32 @@ void Coordinator::State::wait_until_sent(const Worker& worker, Job& job, Lease& 
   lease.sent = false;
   lease.waits_for = *worker.session;
   set_deadline(lease, Time::max());
-  if (job.leases.size() == 1) {
+  if (--job.leases_sent == 0) {
     job.active_since.reset();  // nobody renders yet
   }
+}
+
+void Coordinator::State::was_sent(Lease& lease, Time now) {
+  if (lease.sent) {
+    return;
+  }
+  Job& job = *jobs.at(lease.unit.job);
+  if (!job.active_since && !job.undecided()) {
+    job.active_since = now;
+  }
+  ++job.leases_sent;
+  lease.sent = true;
+  lease.granted = now;
+  renew(lease, now);
 }
 
 void Coordinator::grants_sent(std::span<const LeaseId> leases, Time now) {
   for (const LeaseId id : leases) {
     const auto found = state_->leases.find(id);
-    if (found == state_->leases.end() || found->second.sent) {
-      continue;
+    // Whose stream has broken got nothing.
+    if (found != state_->leases.end() && state_->workers.at(found->second.worker).session == found->second.waits_for) {
+      state_->was_sent(found->second, now);
     }
-    Lease& lease = found->second;
-    if (state_->workers.at(lease.worker).session != lease.waits_for) {
-      continue;  // whose stream has broken got nothing
-    }
-    Job& job = *state_->jobs.at(lease.unit.job);
-    if (!job.active_since && !job.undecided()) {
-      job.active_since = now;
-    }
-    lease.sent = true;
-    lease.granted = now;
-    state_->renew(lease, now);
   }
 }
 
@@ -274,7 +279,8 @@ void Coordinator::State::end_lease(LeaseId id, bool cancel, bool lost, Time now,
   worker.leases.erase(id);
   --worker.jobs[job.id()].leases;
   job.leases.erase(id);
-  if (job.leases.empty()) {  // all are pilots, or none
+  job.leases_sent -= lease.sent ? 1 : 0;
+  if (job.leases_sent == 0) {  // all of them are pilots, or none
     job.record.active_seconds = job.active_seconds(now);
     job.active_since.reset();
   }

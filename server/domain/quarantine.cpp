@@ -36,8 +36,8 @@ void Coordinator::State::put_in_quarantine(const Renderer& guilty, const std::st
     const QuarantineRecord record{{guilty.worker, guilty.machine}, reason, unix_ms(now)};
     quarantine[guilty.worker] = record;
     step.writes.push_back(PutQuarantine{record});
-    note(step, Note::Level::warning, about(guilty.worker), "worker {} is in quarantine: {}", describe_renderer(guilty),
-         reason);
+    note(step, Note::Level::warning, about(guilty.worker), "worker {} is in quarantine, with all on its machine: {}",
+         guilty.worker, reason);
   }
   std::vector<std::string> held_back;
   for (auto& [name, worker] : workers) {

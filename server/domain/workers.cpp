@@ -164,7 +164,7 @@ bool Coordinator::State::adopt_held(Worker& worker, const HeldLease& held, Time 
       return false;
     }
     lease.abandoned = false;
-    lease.sent = true;
+    was_sent(lease, now);
     renew(lease, now);
     const std::vector<TileId> leased = lease.unit.tiles;
     const SampleRange range = lease.unit.range;
