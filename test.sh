@@ -23,7 +23,7 @@ case "${1:-}" in
 esac
 
 cores=$(nproc)
-# Real processes and real clocks: one test at a time, and once more if another program had the machine just then. The
+# Real processes and real clocks: one test at a time, and again if another program had the machine just then. The
 # summary names those that took it.
 alone='integration'
 sanitized='unit|fuzz|simulation'
@@ -66,7 +66,7 @@ echo '== release'
 configure release
 cmake --build build/release
 run_tests release -LE "$skip|$alone" -j "$cores"
-run_tests release -L "$alone" -LE "$skip" --repeat until-pass:2
+run_tests release -L "$alone" -LE "$skip" --repeat until-pass:3
 
 echo '== address and undefined-behaviour sanitizers'
 configure asan
