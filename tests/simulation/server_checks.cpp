@@ -132,9 +132,16 @@ void FarmSimulation::note_unwanted(const Step& step) {
     if (const auto* ack = std::get_if<ResultAck>(&message.message)) {
       const auto stream = streams_.find(message.to);
       const auto all = coordinator_->workers(now_);
-      const bool disbelieved = stream != streams_.end() && std::ranges::any_of(all, [&](const WorkerStatus& worker) {
-                                 return worker.name == stream->second->name && !worker.quarantine.empty();
-                               });
+      // Who is gone is not listed any more, and its machine is in quarantine all the same.
+      const bool disbelieved =
+          stream != streams_.end() && (std::ranges::any_of(all,
+                                                           [&](const WorkerStatus& worker) {
+                                                             return worker.name == stream->second->name &&
+                                                                    !worker.quarantine.empty();
+                                                           }) ||
+                                       std::ranges::any_of(disk_.quarantine(), [&](const auto& entry) {
+                                         return entry.second.of.machine == workers_[stream->second->worker].machine;
+                                       }));
       for (const NodeKey& key : ack->keys) {
         if (disbelieved || (stream != streams_.end() && workers_[stream->second->worker].lies == Lies::garbage)) {
           unwanted_.insert({message.to, key});
