@@ -6,6 +6,17 @@
 #include "tests/simulation/random.h"
 
 namespace lightmill::simulation {
+namespace {
+
+constexpr std::size_t kMostNodes = 50'000;  ///< some 100 MB
+
+}  // namespace
+
+void FakeRenderer::trim() {
+  if (nodes_.size() > kMostNodes) {
+    nodes_.clear();
+  }
+}
 
 NodePtr FakeRenderer::node(const Sha256& digest, TileId tile, SampleRange range, std::size_t pixels,
                            const NodeLayout& layout, bool rounds_up) {

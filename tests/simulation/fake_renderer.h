@@ -17,6 +17,8 @@ class FakeRenderer {
   /// Samples [0, samples) as a film must hold them: over maximal dyadic ranges, ascending.
   std::vector<NodePtr> forest(const Sha256& digest, TileId tile, std::uint64_t samples, std::size_t pixels,
                               const NodeLayout& layout);
+  /// Lets go of what was rendered before, if it is much. Every schedule of millions remembers a little.
+  void trim();
 
  private:
   std::map<std::tuple<Sha256, TileId, SampleRange, bool>, NodePtr>

@@ -18,6 +18,7 @@ FakeRenderer& shared_renderer() {
 
 FarmSimulation::FarmSimulation(std::uint64_t seed, const Chaos& chaos, const PlantedBugs& bugs)
     : random_(seed), chaos_(chaos), bugs_(bugs) {
+  shared_renderer().trim();
   limits_.heartbeat_interval = std::chrono::milliseconds(500);
   limits_.lease_duration = std::chrono::seconds(3);
   limits_.disconnect_grace = std::chrono::milliseconds(1500);
