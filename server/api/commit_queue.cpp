@@ -89,8 +89,15 @@ Status CommitQueue::stop() {
   return failure_;
 }
 
+bool CommitQueue::idle() {
+  const MutexLock lock(mutex_);
+  return is_empty(queued_) && !stopping_;
+}
+
 void CommitQueue::run() {
   for (;;) {
+    while (idle() && store_.tidy()) {
+    }
     Batch batch;
     Status failure;
     {

@@ -50,6 +50,7 @@ class CommitQueue {
 
  private:
   void run();
+  bool idle();
   Status commit_with_retries(const std::vector<StoreOp>& writes, std::vector<CommitReply>& callers);
   void tell_callers(std::vector<CommitReply>& callers, const Status& stall);
   void finish(Batch& batch, const Status& status);

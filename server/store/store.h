@@ -20,6 +20,8 @@ class Store {
   virtual Status check_structure() = 0;
   /// Applies `ops` in order in one transaction; durable when it returns. On an error nothing of it is stored.
   virtual Status commit(std::span<const StoreOp> ops) = 0;
+  /// Gives the disk back a part of what deleted jobs have left, in some 0.1 s; whether there is more of it.
+  virtual bool tidy() { return false; }
 };
 
 }  // namespace lightmill

@@ -39,6 +39,35 @@ TEST(Keeping, WithLittleSpaceJobsWaitAndGoOnByThemselves) {
   expect_reference_film(farm.client(), job, picture);
 }
 
+TEST(Keeping, WhoDeletesJobsMakesRoom) {
+  const SmallDisk disk(320);
+  if (!disk.mounted()) {
+    GTEST_SKIP() << "no disk can be mounted here";
+  }
+  Farm farm({"--reserve-gib", "0.0625"});
+  FarmClient client = farm.client();
+  farm.add_worker(1, "w1");
+  Picture large;
+  large.side = 1024;
+  large.samples = 1;
+  std::vector<std::uint64_t> jobs;
+  const auto waits = [&] { return says(client.job(jobs.back()).reason(), "waits for space: the disk of "); };
+  for (int i = 0; i < 40 && (jobs.empty() || !waits()); ++i) {
+    jobs.push_back(client.submit(large, fmt::format("large {}", i)).id());
+    EXPECT_TRUE(eventually([&] { return client.job(jobs.back()).state() == v1::JOB_STATE_DONE || waits(); }));
+  }
+  ASSERT_TRUE(waits()) << "the disk is not full with " << jobs.size() << " jobs";
+  ASSERT_GE(jobs.size(), 3u);
+  for (std::size_t i = 0; i + 1 < jobs.size(); ++i) {
+    v1::DeleteJobRequest request;
+    request.set_id(jobs[i]);
+    v1::DeleteJobResponse gone;
+    grpc::ClientContext context;
+    EXPECT_TRUE(client.stub().DeleteJob(&context, request, &gone).ok());
+  }
+  EXPECT_TRUE(eventually([&] { return client.job(jobs.back()).state() == v1::JOB_STATE_DONE; }));
+}
+
 TEST(Keeping, AFullDiskLosesNothing) {
   const SmallDisk disk(64);
   if (!disk.mounted()) {

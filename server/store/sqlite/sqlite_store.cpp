@@ -24,6 +24,12 @@ ON CONFLICT (id) DO UPDATE SET request_id=?2, name=?3, owner=?4, host=?5, parent
   submitted_unix_ms=?20, finished_unix_ms=?21, goal_error=?22, reached=?23,
   goal_adaptive=?24, verify_share=?25, results_verified=?26, nodes_dropped=?27, allow_mixed=?28, checksum=?29)sql";
 
+/// Kept for what comes next.
+constexpr std::int64_t kSparePages = 1024;  // 16 MiB
+constexpr const char* kGiveBack = "PRAGMA incremental_vacuum(512)";
+/// The file shrinks with it, and the journal too.
+constexpr const char* kTruncate = "PRAGMA wal_checkpoint(TRUNCATE)";
+
 constexpr std::string_view kPutProgress = R"sql(
 UPDATE jobs SET active_seconds=?2, worker_seconds=?3, results_merged=?4, results_duplicate=?5, leases_lost=?6,
   copies_leased=?7, non_finite=?8, results_verified=?9, nodes_dropped=?10 WHERE id = ?1)sql";
@@ -44,6 +50,7 @@ class SqliteStore final : public Store {
   Result<StoredState> load() override;
   Status commit(std::span<const StoreOp> ops) override;
   Status check_structure() override;
+  bool tidy() override;
 
  private:
   Status apply(const PutJob& op);
@@ -101,6 +108,20 @@ Status SqliteStore::check_structure() {
   return wrong.empty() ? ok_status() : data_loss("the database file is damaged: {}", fmt::join(wrong, "; "));
 }
 
+bool SqliteStore::tidy() {
+  const Result<std::int64_t> before = database_.number("PRAGMA freelist_count");
+  if (!before.ok() || *before <= kSparePages || !database_.execute(kGiveBack).ok()) {
+    return false;
+  }
+  const Result<std::int64_t> left = database_.number("PRAGMA freelist_count");
+  // A file of an earlier format keeps its pages.
+  const bool more = left.ok() && *left<*before&& * left> kSparePages;
+  if (const Status status = database_.execute(kTruncate); !status.ok()) {
+    spdlog::debug("what was given back stays in the journal: {}", message_of(status));
+  }
+  return more;
+}
+
 // ---- commits ----
 
 Status SqliteStore::commit(std::span<const StoreOp> ops) {
@@ -122,6 +143,9 @@ Status SqliteStore::roll_back(Status cause) {
     if (Status status = statements_.rollback.run(); !status.ok()) {
       spdlog::error("cannot roll back: {}", message_of(status));
     }
+  }
+  if (cause.code() == StatusCode::kResourceExhausted) {
+    (void)database_.execute(kTruncate);  // the journal's room is for the next try
   }
   return cause;
 }
@@ -280,7 +304,7 @@ PRAGMA temp_store = MEMORY;
 
 Status prepare_file(Database& database, const std::filesystem::path& file, bool is_new) {
   if (is_new) {
-    LM_RETURN_IF_ERROR(database.execute("PRAGMA page_size = 16384;"));
+    LM_RETURN_IF_ERROR(database.execute("PRAGMA page_size = 16384; PRAGMA auto_vacuum = INCREMENTAL;"));
   }
   LM_RETURN_IF_ERROR(database.execute(kSettings));
   LM_ASSIGN_OR_RETURN(const std::int64_t application, database.number("PRAGMA application_id"));
