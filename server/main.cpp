@@ -85,7 +85,8 @@ Result<State> open_state(const ServerOptions& options, StopRequest& stop) {
     PostgresOptions postgres;
     postgres.url = options.store;
     postgres.assets = limits;
-    postgres.wait = [&](std::chrono::milliseconds pause) { return !options.check && stop.wait_for(pause); };
+    postgres.only_look = options.check;
+    postgres.wait = [&](std::chrono::milliseconds pause) { return stop.wait_for(pause); };
     postgres.on_deposed = [&stop](const Status& why) { stop.ask(why); };
     LM_ASSIGN_OR_RETURN(PostgresStores stores, open_postgres(std::move(postgres)));
     state.store = std::move(stores.store);
@@ -126,9 +127,6 @@ Status check_stored(const ServerOptions& options, StopRequest& stop) {
     }
   }
   Result<State> state = open_state(options, stop);
-  if (state.status().code() == StatusCode::kCancelled) {
-    return failed_precondition("a coordinator is at work on {}: stop it first", options.store);
-  }
   LM_RETURN_IF_ERROR(with_advice(state.status()));
   const Result<StateCheck> found = check_state(*state->store, *state->assets);
   LM_RETURN_IF_ERROR(with_advice(found.status()));

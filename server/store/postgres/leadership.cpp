@@ -29,16 +29,20 @@ std::string own_name() {
   return fmt::format("{}, process {}", host.data(), ::getpid());
 }
 
-/// Makes the tables in a database that has none; refuses those of another format.
-Status check_tables(Session& session) {
+/// Makes the tables in a database that has none, unless it is `only_look`; refuses those of another format.
+Status check_tables(Session& session, bool only_look) {
   LM_ASSIGN_OR_RETURN(const Rows there,
                       session.query("SELECT to_regnamespace('lightmill') IS NOT NULL, to_regclass('lightmill.meta') IS "
                                     "NOT NULL, EXISTS (SELECT FROM pg_class WHERE relnamespace = "
                                     "to_regnamespace('lightmill'))"));
   const bool has_schema = there.flag(0, 0), has_meta = there.flag(0, 1), has_others = there.flag(0, 2);
   if (!has_meta && has_others) {
-    return failed_precondition("{}: the schema 'lightmill' is not of a Lightmill store: choose another database with --store",
-                     session.place());
+    return failed_precondition(
+        "{}: the schema 'lightmill' is not of a Lightmill store: choose another database with --store",
+        session.place());
+  }
+  if (!has_meta && only_look) {
+    return not_found("there is no farm in {}", session.place());
   }
   if (!has_schema) {
     LM_RETURN_IF_ERROR(session.execute("CREATE SCHEMA lightmill"));
@@ -65,9 +69,9 @@ Status check_tables(Session& session) {
 }
 
 /// Coordinators that start at once do this one after the other.
-Status prepare_tables(Session& session) {
+Status prepare_tables(Session& session, bool only_look) {
   LM_RETURN_IF_ERROR(session.execute("BEGIN; SELECT pg_advisory_xact_lock(x'4c4d494c'::int);"));
-  const Status status = check_tables(session);
+  const Status status = check_tables(session, only_look);
   if (!session.connected()) {
     return status;
   }
@@ -87,7 +91,7 @@ Target Leadership::target() const {
 Result<std::unique_ptr<Leadership>> Leadership::take(Options options) {
   std::unique_ptr<Leadership> leadership(new Leadership(std::move(options)));
   LM_RETURN_IF_ERROR(leadership->target().describe().status());
-  LM_RETURN_IF_ERROR(prepare_tables(leadership->session_));
+  LM_RETURN_IF_ERROR(prepare_tables(leadership->session_, leadership->options_.only_look));
   LM_RETURN_IF_ERROR(leadership->stand_by());
   leadership->renewing_ = std::thread([raw = leadership.get()] { raw->keep_renewing(); });
   return leadership;
@@ -130,6 +134,9 @@ Status Leadership::stand_by() {
     const Result<std::string> holder = try_to_take(session_);
     if (holder.ok() && holder->empty()) {
       return ok_status();
+    }
+    if (holder.ok() && options_.only_look) {
+      return failed_precondition("{}: a coordinator is at work on it ({}): stop it first", session_.place(), *holder);
     }
     if (!holder.ok() && (first || holder.status().code() != StatusCode::kUnavailable)) {
       return holder.status();

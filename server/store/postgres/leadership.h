@@ -23,6 +23,8 @@ class Leadership {
   struct Options {
     std::string url;
     std::chrono::milliseconds lease = std::chrono::seconds(5);
+    /// No tables are made, and nobody is waited for: NOT_FOUND, FAILED_PRECONDITION.
+    bool only_look = false;
     /// Waits so long; false if the coordinator is to stop instead.
     std::function<bool(std::chrono::milliseconds)> wait;
     /// Another coordinator has taken over. Called once, from another thread.

@@ -100,8 +100,9 @@ Status check_postgres_url(const std::string& url) {
 }
 
 Result<PostgresStores> open_postgres(PostgresOptions options) {
-  LM_ASSIGN_OR_RETURN(std::shared_ptr<Leadership> leadership,
-                      Leadership::take({options.url, options.lease, options.wait, options.on_deposed}));
+  LM_ASSIGN_OR_RETURN(
+      std::shared_ptr<Leadership> leadership,
+      Leadership::take({options.url, options.lease, options.only_look, options.wait, options.on_deposed}));
   LM_ASSIGN_OR_RETURN(std::string place, leadership->target().describe());
   LM_ASSIGN_OR_RETURN(std::unique_ptr<AssetStore> assets, postgres::open_postgres_assets(leadership, options.assets));
   return PostgresStores{std::make_unique<PostgresStore>(std::move(leadership)), std::move(assets), std::move(place)};

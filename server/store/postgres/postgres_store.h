@@ -17,6 +17,9 @@ struct PostgresOptions {
   AssetLimits assets;
   /// A coordinator that is not heard for so long is replaced by one that stands by.
   std::chrono::milliseconds lease = std::chrono::seconds(5);
+  /// No tables are made, and nobody is waited for: NOT_FOUND where there is no farm, FAILED_PRECONDITION where a
+  /// coordinator is at work.
+  bool only_look = false;
   /// Waits so long; false if the coordinator is to stop instead of standing by.
   std::function<bool(std::chrono::milliseconds)> wait;
   /// Another coordinator has taken over, and nothing can be stored here any more. Called once, from another thread.

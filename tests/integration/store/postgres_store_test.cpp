@@ -235,6 +235,22 @@ TEST_F(PostgresStoreTest, ADatabaseWithoutUtf8IsRefusedWithWhatToDo) {
   EXPECT_NE(message_of(status).find("ENCODING 'UTF8'"), std::string::npos) << status;
 }
 
+TEST_F(PostgresStoreTest, WhoOnlyLooksMakesNoFarmAndWaitsForNobody) {
+  PostgresOptions look = options();
+  look.only_look = true;
+  const Status none = open_postgres(look).status();
+  EXPECT_EQ(none.code(), StatusCode::kNotFound);
+  EXPECT_NE(message_of(none).find("there is no farm in "), std::string::npos) << none;
+  EXPECT_EQ(sql("SELECT to_regnamespace('lightmill') IS NULL"), "t");
+  {
+    const PostgresStores at_work = opened(options());
+    const Status busy = open_postgres(look).status();
+    EXPECT_EQ(busy.code(), StatusCode::kFailedPrecondition);
+    EXPECT_NE(message_of(busy).find("a coordinator is at work on it"), std::string::npos) << busy;
+  }
+  EXPECT_TRUE(open_postgres(look).ok());
+}
+
 TEST_F(PostgresStoreTest, NoServerIsSaidWithItsAddress) {
   PostgresOptions nowhere = options();
   nowhere.url = "postgres://someone:secret@127.0.0.1:1/farm";
