@@ -200,7 +200,7 @@ Status serve(const ServerOptions& options, StopRequest& stop) {
   Status failure = stop.wait();
   spdlog::info("stopping");
   const Status stopped = server->stop();
-  return failure.ok() ? stopped : failure;
+  return failure.ok() ? stopped : with_advice(failure);
 }
 
 int run(int argc, char** argv) {

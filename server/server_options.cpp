@@ -147,6 +147,7 @@ std::optional<int> parse_server_options(int argc, char** argv, ServerOptions& op
       "Several coordinators may be given one --store: one is at work, the others stand by and take over within "
       "seconds.\n",
       "lightmill-server"};
+  app.footer("Exit codes: 0 it was stopped, 1 it cannot start or go on, 2 bad usage, 130 stopped at once.");
   app.set_version_flag("--version", fmt::format("lightmill-server {} ({})", LIGHTMILL_VERSION, kRendererVersion));
   CLI::Option* data = app.add_option("--data", options.data, "directory of all its state; made if need be")
                           ->type_name("DIR")
@@ -194,7 +195,8 @@ std::optional<int> parse_server_options(int argc, char** argv, ServerOptions& op
   CLI::App* const check = app.add_subcommand("check", "compare all that is stored with its checksums, and stop");
   check->fallthrough()->footer(
       "Takes --data or --store. What is damaged is taken out; what can be rendered again is, by the next coordinator.\n"
-      "Ends with 1 if more is lost than that. No coordinator may be at work.");
+      "No coordinator may be at work.\n"
+      "Exit codes: 0 nothing is lost, 1 something is, or it cannot be looked through, 2 bad usage.");
   return parse_options(app, argc, argv, [&] {
     options.check = check->parsed();
     if (options.data.empty()) {

@@ -83,6 +83,7 @@ std::optional<int> parse(int argc, char** argv, Options& options) {
       "as you like, on as many machines; they may come and go while a picture is rendered.\nCtrl-C or SIGTERM lets a "
       "worker finish what it has begun, give back the rest and leave; a second signal ends it at once.\n",
       "lightmill-worker"};
+  app.footer("Exit codes: 0 it has left the farm, 1 it cannot start or go on, 2 bad usage, 130 stopped at once.");
   app.set_version_flag("--version", fmt::format("lightmill-worker {} ({})", LIGHTMILL_VERSION, kRendererVersion));
   app.add_option("--server", options.server, "HOST:PORT of the coordinator; several, with commas, are tried in turn")
       ->type_name("HOST:PORT[,HOST:PORT]")

@@ -1,7 +1,9 @@
 #include "server/store/check_state.h"
 
+#include <algorithm>
 #include <map>
 #include <set>
+#include <span>
 
 #include "common/base/log.h"
 #include "server/store/check_rows.h"
@@ -37,6 +39,18 @@ double mib(std::uint64_t bytes) {
 /// Whether nodes that such a job has lost are rendered again.
 bool goes_on(JobState state) {
   return state != JobState::failed && state != JobState::cancelled;
+}
+
+/// "job 1 has", "jobs 1, 2, 3 and 5 more have".
+std::string who_has(std::span<const JobId> jobs) {
+  constexpr std::size_t kNamed = 3;
+  std::vector<std::uint64_t> named;
+  for (const JobId job : jobs.first(std::min(jobs.size(), kNamed))) {
+    named.push_back(job.value);
+  }
+  const std::string others = jobs.size() > kNamed ? fmt::format(" and {} more", jobs.size() - kNamed) : "";
+  return fmt::format("{} {}{} {}", jobs.size() == 1 ? "job" : "jobs", fmt::join(named, ", "), others,
+                     jobs.size() == 1 ? "has" : "have");
 }
 
 /// Takes them out.
@@ -78,16 +92,19 @@ void report_assets(const StoredState& state, const AssetStore& assets, const Ass
   for (const Sha256& digest : damaged) {
     check.report.push_back(fmt::format("asset {}: damaged and forgotten", digest.hex()));
   }
+  std::map<Sha256, std::vector<JobId>> missing;
   for (const StoredState::StoredJob& job : state.jobs) {
     for (const Sha256& digest : job.record.spec.settings.assets) {
       if (!assets.has(digest)) {
-        check.report.push_back(fmt::format(
-            "job {}: its asset {} is not there: what it still has to render waits until a job with the same file is "
-            "submitted",
-            job.record.id.value, digest.hex()));
-        check.whole = false;
+        missing[digest].push_back(job.record.id);
       }
     }
+  }
+  for (const auto& [digest, jobs] : missing) {
+    check.report.push_back(
+        fmt::format("asset {} is not there: what {} still to render waits until a job with the same file is submitted",
+                    digest.hex(), who_has(jobs)));
+    check.whole = false;
   }
 }
 
