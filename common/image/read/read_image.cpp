@@ -1,11 +1,8 @@
 #include "common/image/read/read_image.h"
 
-#include <OpenImageIO/filesystem.h>
-#include <OpenImageIO/imageio.h>
-
 #include <cmath>
 
-#include "common/image/exr_header.h"
+#include "common/image/read/open_image.h"
 
 namespace lightmill {
 namespace {
@@ -61,18 +58,10 @@ Status fill_floats(OIIO::ImageInput& input, int channels, const std::string& nam
 }  // namespace
 
 Result<Texels> read_image_within(ByteView bytes, const std::string& name, std::int64_t max_pixels) {
-  if (is_exr(bytes)) {  // whatever its name is
-    LM_RETURN_IF_ERROR(with_context(exr_header_end(bytes).status(), name));
-  }
   OIIO::Filesystem::IOMemReader reader(const_cast<std::byte*>(bytes.data()), bytes.size());
   OIIO::ImageSpec config;
   config.attribute("oiio:UnassociatedAlpha", 1);  // else colours come multiplied by alpha
-  OIIO::Filesystem::IOProxy* proxy = &reader;
-  config.attribute("oiio:ioproxy", OIIO::TypeDesc::PTR, &proxy);  // a format with a configuration takes it from there
-  const std::unique_ptr<OIIO::ImageInput> input = OIIO::ImageInput::open(name, &config, proxy);
-  if (input == nullptr) {
-    return invalid_argument("{}: not a readable image: {}", name, OIIO::geterror());
-  }
+  LM_ASSIGN_OR_RETURN(const std::unique_ptr<OIIO::ImageInput> input, open_image(bytes, name, reader, config));
   const OIIO::ImageSpec& spec = input->spec();
   if (spec.width < 1 || spec.height < 1 || spec.depth > 1 || spec.nchannels < 1 || spec.deep) {
     return invalid_argument("{}: a flat image of at least one pixel and channel is expected", name);

@@ -58,6 +58,17 @@ TEST(ReadImage, ColoursAreNotMultipliedByAlpha) {
   }
 }
 
+TEST(ReadImage, GoesByHowItBeginsAndNotByItsName) {
+  const std::string png = small_png();
+  for (const std::string name : {"a.png", "a.PNG", "a.jpg", "noending", "a.b c.tif"}) {
+    const auto texels = read_image(as_byte_view(png), name);
+    ASSERT_TRUE(texels.ok()) << texels.status();
+    EXPECT_EQ(texels->bytes, read_image(as_byte_view(png), "small.png")->bytes) << name;
+  }
+  EXPECT_NE(message_of(read_image(as_byte_view("nothing"), "noending").status()).find("tell its format"),
+            std::string::npos);
+}
+
 TEST(ReadImage, WhatIsNoImageIsAnErrorThatNamesTheFile) {
   const std::string garbage = "this is no image";
   for (const std::string name : {"a.png", "b.exr", "c.hdr", "d.jpg", "e.tif", "noending"}) {
