@@ -111,7 +111,7 @@ AccessServiceImpl::Unary* AccessServiceImpl::ListTokens(Context* context, const 
 
 AccessServiceImpl::Unary* AccessServiceImpl::RevokeToken(Context* context, const v1::RevokeTokenRequest* request,
                                                          v1::RevokeTokenResponse*) {
-  return run_change(*loop_, gate_, context, admit(gate_, *context, Rpc::revoke_token),
+  return run_change(*loop_, gate_, context, admit(gate_, *context, Rpc::revoke_token, {0, request->id()}),
                     [this, id = request->id()](FarmLoop::Turn& turn, const Call&, About& about) {
                       about.text = id;
                       if (const std::optional<TokenRecord> token = gate_.find_token(id)) {

@@ -91,10 +91,10 @@ void forget_others(AssetStore& assets, const std::set<Sha256>& wanted) {
 
 /// What the gate refuses goes into the log.
 void record_refusals(Gate& gate, FarmLoop& loop) {
-  gate.set_on_refused([&gate, &loop](const Call& call, const Status& status) {
-    if (const std::optional<std::uint64_t> left_out = gate.may_record_refusal(call.caller)) {
-      (void)loop.post([call, status, left_out = *left_out](FarmLoop::Turn& turn) {
-        record_refusal(turn, call, {}, status, left_out);
+  gate.set_on_refused([&gate, &loop](const Call& call, const About& about, const Status& status) {
+    if (const std::optional<Unwritten> unwritten = gate.may_record_refusal(call, about, status)) {
+      (void)loop.post([call, about, status, unwritten = *unwritten](FarmLoop::Turn& turn) {
+        record_refusal(turn, call, about, status, unwritten);
       });
     }
   });

@@ -166,7 +166,7 @@ void RenderServiceImpl::stop() {
 
 grpc::ServerWriteReactor<v1::WatchJobResponse>* RenderServiceImpl::WatchJob(Context* context,
                                                                             const v1::WatchJobRequest* request) {
-  const Result<Call> call = admit(gate_, *context, Rpc::watch_job);
+  const Result<Call> call = admit(gate_, *context, Rpc::watch_job, {request->id()});
   if (!call.ok()) {
     return new Refused<grpc::ServerWriteReactor<v1::WatchJobResponse>>(call.status());
   }
@@ -193,7 +193,7 @@ grpc::ServerWriteReactor<v1::WatchJobResponse>* RenderServiceImpl::WatchJob(Cont
 
 grpc::ServerWriteReactor<v1::GetFilmResponse>* RenderServiceImpl::GetFilm(Context* context,
                                                                           const v1::GetFilmRequest* request) {
-  const Result<Call> call = admit(gate_, *context, Rpc::get_film);
+  const Result<Call> call = admit(gate_, *context, Rpc::get_film, {request->id()});
   if (!call.ok()) {
     return new Refused<grpc::ServerWriteReactor<v1::GetFilmResponse>>(call.status());
   }

@@ -44,14 +44,14 @@ Result<Identity> Gate::identify_bearer(std::string_view header) const {
   return book_.identify(header.substr(kBearer.size()), now_unix_s());
 }
 
-Result<Call> Gate::admit(const Result<Identity>& caller, const std::string& peer, Rpc rpc) const {
+Result<Call> Gate::admit(const Result<Identity>& caller, const std::string& peer, Rpc rpc, const About& about) const {
   Call call{caller.ok() ? *caller : Identity{}, rpc, peer};
   Status status = check_limits(call);
   if (status.ok()) {
     status = caller.ok() ? check_call(*caller, rpc) : caller.status();
   }
   if (!status.ok()) {
-    on_refused_(call, status);
+    on_refused_(call, about, status);
     return status;
   }
   return call;
@@ -79,14 +79,14 @@ Status Gate::check_limits(Call& call) const {
   return ok_status();
 }
 
-std::optional<std::uint64_t> Gate::may_record_refusal(const Identity& caller) const {
+std::optional<Unwritten> Gate::may_record_refusal(const Call& call, const About& about, const Status& status) const {
   const MutexLock lock(mutex_);
-  Refusals& refusals = caller.is_known() ? of_known_ : of_unknown_;
-  if (!refusals.allowance.take(clock_.now())) {
-    ++refusals.left_out;
-    return std::nullopt;
-  }
-  return std::exchange(refusals.left_out, 0);
+  return refusals_.take(call, about, status, clock_.now());
+}
+
+std::optional<Unwritten> Gate::may_record_refusal(const Identity& caller) const {
+  const MutexLock lock(mutex_);
+  return refusals_.take(caller, clock_.now());
 }
 
 Status Gate::check_still_holds(const Identity& identity) const {

@@ -8,8 +8,8 @@
 
 #include "common/base/clock.h"
 #include "common/base/mutex.h"
-#include "server/access/allowance.h"
 #include "server/access/gate_options.h"
+#include "server/access/refusal_book.h"
 #include "server/access/rights.h"
 #include "server/access/token_book.h"
 
@@ -29,23 +29,24 @@ class Gate {
       : options_(options), clock_(clock), book_(std::move(tokens)), limits_(options.calls) {}
 
   /// Is told what admit refuses; before the server starts.
-  void set_on_refused(std::function<void(const Call&, const Status&)> on_refused) {
+  void set_on_refused(std::function<void(const Call&, const About&, const Status&)> on_refused) {
     on_refused_ = std::move(on_refused);
   }
 
   /// UNAUTHENTICATED.
   Result<Identity> identify(const Shown& shown) const;
-  /// Every handler's first step, with what identify has said. UNAUTHENTICATED, PERMISSION_DENIED, RESOURCE_EXHAUSTED.
-  Result<Call> admit(const Result<Identity>& caller, const std::string& peer, Rpc rpc) const;
+  /// Every handler's first step, with what identify has said; `about` is what the call names, for the log.
+  /// UNAUTHENTICATED, PERMISSION_DENIED, RESOURCE_EXHAUSTED.
+  Result<Call> admit(const Result<Identity>& caller, const std::string& peer, Rpc rpc, const About& about = {}) const;
   /// Counts one request of the caller. RESOURCE_EXHAUSTED.
   Status take_request(const Identity& caller, const std::string& peer) const;
   /// Of one that was admitted, while its stream lasts.
   Status check_still_holds(const Identity& identity) const;
   bool asks() const { return options_.asks; }
 
-  /// Whether a refusal may be written down now: not more than ten a minute once a hundred were, of those who are known
-  /// and those who are not. Then how many were not since the last.
-  std::optional<std::uint64_t> may_record_refusal(const Identity& caller) const;
+  // As RefusalBook::take.
+  std::optional<Unwritten> may_record_refusal(const Call& call, const About& about, const Status& status) const;
+  std::optional<Unwritten> may_record_refusal(const Identity& caller) const;
 
   // The tokens that are known from now on; storing them is the caller's. Errors as TokenBook has them.
   Status add_token(const TokenRecord& token);
@@ -54,10 +55,6 @@ class Gate {
   std::vector<TokenRecord> tokens() const;
 
  private:
-  struct Refusals {
-    Allowance allowance{10.0 / 60, 100};
-    std::uint64_t left_out = 0;
-  };
   Status check_limits(Call& call) const;
   Result<Identity> identify_bearer(std::string_view header) const;
   std::int64_t now_unix_s() const { return clock_.unix_milliseconds() / 1000; }
@@ -67,8 +64,8 @@ class Gate {
   mutable Mutex mutex_;
   TokenBook book_ LM_GUARDED_BY(mutex_);
   mutable CallLimits limits_ LM_GUARDED_BY(mutex_);
-  mutable Refusals of_known_ LM_GUARDED_BY(mutex_), of_unknown_ LM_GUARDED_BY(mutex_);
-  std::function<void(const Call&, const Status&)> on_refused_ = [](const Call&, const Status&) {};
+  mutable RefusalBook refusals_ LM_GUARDED_BY(mutex_);
+  std::function<void(const Call&, const About&, const Status&)> on_refused_ = [](const auto&...) {};
 };
 
 }  // namespace lightmill

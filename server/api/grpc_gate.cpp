@@ -30,9 +30,9 @@ Shown shown_by(const grpc::ServerContextBase& context) {
 
 }  // namespace
 
-Result<Call> admit(const Gate& gate, const grpc::ServerContextBase& context, Rpc rpc) {
+Result<Call> admit(const Gate& gate, const grpc::ServerContextBase& context, Rpc rpc, const About& about) {
   const Shown shown = shown_by(context);
-  return gate.admit(gate.identify(shown), shown.peer, rpc);
+  return gate.admit(gate.identify(shown), shown.peer, rpc, about);
 }
 
 std::shared_ptr<grpc::ServerCredentials> server_credentials(const TlsFiles& files) {

@@ -11,8 +11,8 @@
 
 namespace lightmill {
 
-/// Of every RPC, first. UNAUTHENTICATED, PERMISSION_DENIED, RESOURCE_EXHAUSTED.
-Result<Call> admit(const Gate& gate, const grpc::ServerContextBase& context, Rpc rpc);
+/// Of every RPC, first, with what it names. UNAUTHENTICATED, PERMISSION_DENIED, RESOURCE_EXHAUSTED.
+Result<Call> admit(const Gate& gate, const grpc::ServerContextBase& context, Rpc rpc, const About& about = {});
 
 /// Encrypted if a certificate is given. Then its files are looked at every few seconds: renewed ones serve the
 /// connections that come after.

@@ -19,9 +19,15 @@ void keep(FarmLoop::Turn& turn, const Call& call, const About& about, StatusCode
              std::string(rule_of(call.rpc).method), about.job, about.text, outcome, std::move(message)});
 }
 
-std::string refusal_text(const Status& status, std::uint64_t left_out) {
-  return left_out == 0 ? message_of(status)
-                       : fmt::format("({} refusals before it are not recorded) {}", left_out, message_of(status));
+std::string refusal_text(const Status& status, const Unwritten& unwritten) {
+  std::string text;
+  if (unwritten.repeated > 0) {
+    text += fmt::format("({} more of the same since the last that is recorded) ", unwritten.repeated);
+  }
+  if (unwritten.left_out > 0) {
+    text += fmt::format("({} refusals before it are not recorded) ", unwritten.left_out);
+  }
+  return text + message_of(status);
 }
 
 std::string host_name() {
@@ -32,27 +38,32 @@ std::string host_name() {
 }  // namespace
 
 void record_refusal(FarmLoop::Turn& turn, const Call& call, const About& about, const Status& status,
-                    std::uint64_t left_out) {
-  spdlog::info("{} from {} is refused: {}", rule_of(call.rpc).method, call.peer, message_of(status));
-  keep(turn, call, about, status.code(), refusal_text(status, left_out));
+                    const Unwritten& unwritten) {
+  std::string text = refusal_text(status, unwritten);
+  spdlog::info("{}{} from {} is refused: {}", rule_of(call.rpc).method,
+               about.job == 0 ? "" : fmt::format(" of job {}", about.job), call.peer, text);
+  keep(turn, call, about, status.code(), std::move(text));
 }
 
 void record(FarmLoop::Turn& turn, const Gate& gate, const Call& call, const About& about, const Status& status) {
+  if (status.ok() && about.was_there) {
+    return;
+  }
   if (status.ok()) {
     keep(turn, call, about, StatusCode::kOk, "");
   } else if (is_refusal(status)) {
-    if (const std::optional<std::uint64_t> left_out = gate.may_record_refusal(call.caller)) {
-      record_refusal(turn, call, about, status, *left_out);
+    if (const std::optional<Unwritten> unwritten = gate.may_record_refusal(call, about, status)) {
+      record_refusal(turn, call, about, status, *unwritten);
     }
   }
 }
 
 void record_login(FarmLoop::Turn& turn, const Gate& gate, const Identity& caller, const std::string& peer,
                   const Status& status) {
-  const std::optional<std::uint64_t> left_out = status.ok() ? 0 : gate.may_record_refusal(caller);
-  if (left_out) {
+  const std::optional<Unwritten> unwritten = status.ok() ? Unwritten() : gate.may_record_refusal(caller);
+  if (unwritten) {
     turn.keep({0, 0, caller.name, caller.proof, caller.token, peer, std::string(kLogin), 0, "", status.code(),
-               status.ok() ? "" : refusal_text(status, *left_out)});
+               status.ok() ? "" : refusal_text(status, *unwritten)});
   }
 }
 
@@ -71,7 +82,7 @@ Status check_job_call(FarmLoop::Turn& turn, const Gate& gate, const Call& call, 
   LM_ASSIGN_OR_RETURN(const std::string owner, turn.farm.owner(job));
   const Status status = check_job(call.caller, call.rpc, owner);
   if (!status.ok() && !rule_of(call.rpc).recorded) {
-    record(turn, gate, call, {job.value, ""}, status);
+    record(turn, gate, call, {job.value}, status);
   }
   return status;
 }

@@ -8,19 +8,13 @@
 
 namespace lightmill {
 
-/// What a call was about.
-struct About {
-  std::uint64_t job = 0;  ///< 0: none
-  std::string text;       ///< a worker, or a token
-};
-
-/// Writes into the log that this was done or, as often as the gate lets it, that it was refused. Other errors are the
-/// caller's mistakes, and leave no trace.
+/// Writes into the log that this was done, unless it had been before, or, as often as the gate lets it, that it was
+/// refused. Other errors are the caller's mistakes, and leave no trace.
 void record(FarmLoop::Turn& turn, const Gate& gate, const Call& call, const About& about, const Status& status);
 
-/// The same of what was refused, once the gate has let it; `left_out` as it has said.
+/// The same of what was refused, once the gate has let it; `unwritten` as it has said.
 void record_refusal(FarmLoop::Turn& turn, const Call& call, const About& about, const Status& status,
-                    std::uint64_t left_out);
+                    const Unwritten& unwritten);
 
 /// The same of who logs in on the page, or tries to.
 void record_login(FarmLoop::Turn& turn, const Gate& gate, const Identity& caller, const std::string& peer,

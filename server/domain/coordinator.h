@@ -84,6 +84,8 @@ class Coordinator {
   // ---- what clients ask; errors have the codes that render_service.proto states ----
   /// `notes` say how the method of `spec` was found, or of which ones a pilot is to pick it.
   Result<JobId> submit(const JobSpec& spec, Time now, std::int64_t unix_ms, Step& step, const MethodNotes& notes = {});
+  /// Whether a job was submitted with this request id: submit then answers with that one, and changes nothing.
+  bool knows_request(const std::string& request_id) const;
   Status cancel(JobId job, Time now, std::int64_t unix_ms, Step& step);
   Status pause(JobId job, Time now, Step& step);
   Status resume(JobId job, Time now, Step& step);

@@ -41,6 +41,10 @@ Result<JobId> Coordinator::submit(const JobSpec& spec, Time now, std::int64_t un
   return id;
 }
 
+bool Coordinator::knows_request(const std::string& request_id) const {
+  return state_->by_request.contains(request_id);
+}
+
 Status Coordinator::cancel(JobId id, Time now, std::int64_t unix_ms, Step& step) {
   state_->saw_clock(now, unix_ms, step);
   LM_ASSIGN_OR_RETURN(Job* const job, state_->ended_or_not(id, false, "cancelled"));

@@ -274,7 +274,7 @@ void JsonApi::handle_job(const ApiRequest& request, JobId job, std::string_view 
     return reply(error_reply(other_method(request, looks ? "GET" : "POST")));
   }
   const Rpc rpc = state ? Rpc::get_job : looks ? Rpc::get_film : action->rpc;
-  const Result<Call> call = gate_.admit(request.caller, request.peer, rpc);
+  const Result<Call> call = gate_.admit(request.caller, request.peer, rpc, {job.value});
   if (call.ok() && looks) {
     return show(*call, job, what, std::move(reply));
   }
@@ -328,12 +328,14 @@ void JsonApi::handle_workers(const ApiRequest& request, std::string_view rest, R
   if (!known || request.post != !rest.empty()) {
     return reply(error_reply(known ? other_method(request, rest.empty() ? "GET" : "POST") : unknown_path(request)));
   }
-  const Result<Call> call = gate_.admit(request.caller, request.peer, rest.empty() ? Rpc::list_workers : action->rpc);
+  const Result<std::string> name =
+      percent_decoded(rest.empty() ? rest : rest.substr(0, rest.size() - action->path.size()));
+  const Result<Call> call =
+      gate_.admit(request.caller, request.peer, rest.empty() ? Rpc::list_workers : action->rpc, {0, name.value_or("")});
   if (!call.ok()) {
     return reply(error_reply(call.status()));
   }
   if (!rest.empty()) {
-    const Result<std::string> name = percent_decoded(rest.substr(0, rest.size() - action->path.size()));
     const Result<Task> task = name.ok() ? action->read(*name, call->caller, request.body.text) : name.status();
     return task.ok() ? change(*call, changed_worker(*name, *task), std::move(reply))
                      : reply(error_reply(task.status()));

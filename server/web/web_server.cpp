@@ -35,9 +35,8 @@ FarmGreeting greeting_of(const WebOptions& options, const Gate& gate) {
 
 LiveHub::OnRefused recording_refusals(FarmLoop& loop, const Gate& gate) {
   return [&loop, &gate](const Call& call, JobId job, const Status& status) {
-    (void)loop.post([&gate, call, job, status](FarmLoop::Turn& turn) {
-      record(turn, gate, call, {job.value, ""}, status);
-    });
+    (void)loop.post(
+        [&gate, call, job, status](FarmLoop::Turn& turn) { record(turn, gate, call, {job.value}, status); });
   };
 }
 

@@ -186,6 +186,7 @@ TEST(ActionLog, WhatIsRefusedIsRecordedButNotWithoutEnd) {
   v1::SubmitJobRequest submit;
   to_wire(job_of(Picture(), "one"), &submit);
   done(*stub, &v1::RenderService::Stub::SubmitJob, submit);
+  done(*stub, &v1::RenderService::Stub::SubmitJob, submit);  // as a client that has heard no answer
   const auto nobody = secure.channel(std::nullopt);
   const auto ask = [&](const std::string& method, const google::protobuf::Message& request, const std::string& by) {
     return call(nobody, "/lightmill.v1.RenderService/" + method, request.SerializeAsString(), nullptr, by).error_code();
@@ -196,6 +197,9 @@ TEST(ActionLog, WhatIsRefusedIsRecordedButNotWithoutEnd) {
   EXPECT_EQ(ask("GetFilm", of_job<v1::GetFilmRequest>(1), token), StatusCode::PERMISSION_DENIED);
   EXPECT_EQ(ask("ListJobs", v1::ListJobsRequest(), ""), StatusCode::UNAUTHENTICATED);
   EXPECT_EQ(call(ada, "/lightmill.v1.AccessService/ListTokens", "").error_code(), StatusCode::PERMISSION_DENIED);
+  const std::string viewer = token_for(root, "vic", {Role::view});
+  EXPECT_EQ(ask("CancelJob", of_job<v1::CancelJobRequest>(7), viewer), StatusCode::PERMISSION_DENIED);
+  EXPECT_EQ(ask("GetFilm", of_job<v1::GetFilmRequest>(1), ""), StatusCode::UNAUTHENTICATED);
   const std::vector<std::string> expected{"- job 0 Start done",
                                           "root by certificate job 0 CreateToken done",
                                           "ada by certificate job 1 SubmitJob done",
@@ -204,12 +208,19 @@ TEST(ActionLog, WhatIsRefusedIsRecordedButNotWithoutEnd) {
                                           "eve by token job 1 WatchJob refused",
                                           "eve by token job 1 GetFilm refused",
                                           "- job 0 ListJobs refused",
-                                          "ada by certificate job 0 ListTokens refused"};
+                                          "ada by certificate job 0 ListTokens refused",
+                                          "root by certificate job 0 CreateToken done",
+                                          "vic by token job 7 CancelJob refused",
+                                          "- job 1 GetFilm refused"};
   EXPECT_EQ(lines(actions(root)), expected);
   EXPECT_EQ(actions(root)[3].token(), token_id(token).value());
   EXPECT_NE(actions(root)[3].message().find("the job is somebody else's"), std::string::npos);
   for (int i = 0; i < 300; ++i) {
     ask("ListJobs", v1::ListJobsRequest(), "");
+  }
+  EXPECT_EQ(lines(actions(root)), expected) << "the same again";
+  for (std::uint64_t job = 1; job <= 300; ++job) {
+    ask("GetJob", of_job<v1::GetJobRequest>(job), "");
   }
   EXPECT_LT(actions(root).size(), expected.size() + 150);
   EXPECT_GE(actions(root).size(), expected.size() + 90);

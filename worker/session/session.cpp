@@ -7,7 +7,8 @@
 #include "common/base/overloaded.h"
 
 namespace lightmill {
-Session::Session(SessionConfig config) : config_(std::move(config)), backoff_(config_.reconnect_least) {
+Session::Session(SessionConfig config)
+    : config_(std::move(config)), backoff_(config_.reconnect_least), refused_backoff_(config_.refused_least) {
   LM_CHECK(config_.threads > 0);
 }
 

@@ -39,6 +39,8 @@ struct SessionConfig {
   std::uint32_t max_leases = 64;                             ///< more are given back, pilots apart
   Duration reconnect_least = std::chrono::milliseconds(50);  ///< doubles with every failure …
   Duration reconnect_most = std::chrono::seconds(1);         ///< … up to this
+  /// A coordinator that lets the worker in no more is asked as seldom: people have to do something first.
+  Duration refused_least = std::chrono::seconds(1), refused_most = std::chrono::minutes(1);
   Duration prepare_retry = std::chrono::seconds(1);
   /// A drain drops what the coordinator has not acknowledged after so long without progress …
   Duration drain_limit = std::chrono::seconds(30);
@@ -134,8 +136,9 @@ class Session {
   void start(Time now, SessionActions& actions);
   /// The stream that OpenStream asked for is up.
   void connected(Time now, SessionActions& actions);
-  /// It is down, or could not be opened. No message of it may be fed after this.
-  void disconnected(Time now, SessionActions& actions);
+  /// It is down, or could not be opened; `refused`: because of who the worker is. No message of it may be fed after
+  /// this.
+  void disconnected(Time now, SessionActions& actions, bool refused = false);
   void message(const CoordinatorMessage& message, Time now, SessionActions& actions);
 
   void job_ready(JobId job, Time now, SessionActions& actions);
@@ -227,7 +230,7 @@ class Session {
   std::uint64_t epoch_ = 0;
   Duration heartbeat_interval_ = std::chrono::seconds(2);
   Time next_heartbeat_;
-  Duration backoff_;
+  Duration backoff_, refused_backoff_;
   Time next_open_;
   std::map<LeaseId, Lease> leases_;  ///< in the order of granting
   std::map<LeaseId, Pilot> pilots_;

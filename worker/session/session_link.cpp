@@ -54,19 +54,21 @@ void Session::connected(Time now, SessionActions& actions) {
   advance(actions);
 }
 
-void Session::disconnected(Time now, SessionActions& actions) {
+void Session::disconnected(Time now, SessionActions& actions, bool refused) {
   if (exited_) {
     return;
   }
   if (link_ == Link::up && welcomed_) {
     backoff_ = config_.reconnect_least;
+    refused_backoff_ = config_.refused_least;
   }
   welcomed_ = false;
   link_ = Link::down;
   drop_pilots(actions);
   drop_inspection(actions);
-  next_open_ = now + backoff_;
-  backoff_ = std::min(backoff_ * 2, config_.reconnect_most);
+  Duration& backoff = refused ? refused_backoff_ : backoff_;
+  next_open_ = now + backoff;
+  backoff = std::min(backoff * 2, refused ? config_.refused_most : config_.reconnect_most);
   limit_absence(now);
   advance(actions);
 }

@@ -27,6 +27,11 @@ bool is_passing(const Status& status) {
   }
 }
 
+/// Whether the coordinator lets this worker in no more, until people do something.
+bool is_refusal(const Status& status) {
+  return status.code() == StatusCode::kPermissionDenied || status.code() == StatusCode::kUnauthenticated;
+}
+
 /// What is too large for this worker (Preparer) may suit another.
 Refused refused(const Status& status) {
   return {message_of(status), status.code() == StatusCode::kResourceExhausted};
@@ -36,6 +41,8 @@ Refused refused(const Status& status) {
 
 WorkerLoop::WorkerLoop(const WorkerOptions& options, const Clock& clock)
     : clock_(clock),
+      refused_least_(options.session.refused_least),
+      refused_most_(options.session.refused_most),
       session_(options.session),
       random_(std::hash<std::string>{}(options.session.name) ^ options.session.pid),
       link_(options.farm, link_handlers()),
@@ -78,6 +85,9 @@ LinkHandlers WorkerLoop::link_handlers() {
   handlers.message = [this](std::uint64_t stream, CoordinatorMessage message) {
     post([this, stream, message = std::move(message)](Time now) {
       if (stream == stream_ && stream_open_) {
+        if (std::holds_alternative<Welcome>(message)) {
+          refusals_.clear();
+        }
         session_.message(message, now, actions_);
       }
     });
@@ -246,17 +256,25 @@ void WorkerLoop::pilot_done(LeaseId lease, const Result<PilotReport>& report, Ti
 
 void WorkerLoop::stream_broke(const std::string& address, const Status& status, Time now) {
   stream_open_ = false;
-  if (failures_++ == 0 && !exit_) {
+  const bool refused = is_refusal(status);
+  if (refused && !exit_) {
+    std::string why = message_of(status);
+    if (std::string& said = refusals_[address]; said != why) {
+      spdlog::warn(
+          "refused by {}: {}; asks again in {:.0f} s, then less often, at last every {:.0f} s, and says so "
+          "when the reason changes",
+          address, printable(why), to_seconds(refused_least_), to_seconds(refused_most_));
+      said = std::move(why);
+    }
+  } else if (failures_ == 0 && !exit_) {
     // It may take seconds, in which the session has to find another coordinator.
     explaining_ = std::jthread([this, address, status] {
-      const bool refused =
-          status.code() == StatusCode::kPermissionDenied || status.code() == StatusCode::kUnauthenticated;
-      spdlog::warn("{} {}: {}; trying again", refused ? "refused by" : "no connection to", address,
-                   link_.explain(address, status));
+      spdlog::warn("no connection to {}: {}; trying again", address, link_.explain(address, status));
     });
   }
+  ++failures_;
   failures_ = std::min(failures_, 1'000);
-  session_.disconnected(now, actions_);
+  session_.disconnected(now, actions_, refused);
 }
 
 }  // namespace lightmill

@@ -59,6 +59,7 @@ class WorkerLoop {
   LinkHandlers link_handlers();
 
   const Clock& clock_;
+  const Duration refused_least_, refused_most_;
   Session session_;
   SessionActions actions_;
   struct Job {
@@ -66,11 +67,12 @@ class WorkerLoop {
     std::optional<PreparedJob> prepared;
   };
   std::map<JobId, Job> jobs_;
-  std::optional<Time> open_at_;  ///< when the stream that was asked for is to be opened
-  std::uint64_t stream_ = 0;     ///< number of the current stream
-  bool stream_open_ = false;     ///< it has not been disconnected
-  int failures_ = 0;             ///< attempts to connect that failed one after the other
-  std::uint64_t random_ = 0;     ///< state of the jitter's generator
+  std::optional<Time> open_at_;                  ///< when the stream that was asked for is to be opened
+  std::uint64_t stream_ = 0;                     ///< number of the current stream
+  bool stream_open_ = false;                     ///< it has not been disconnected
+  int failures_ = 0;                             ///< attempts to connect that failed one after the other
+  std::map<std::string, std::string> refusals_;  ///< by address: why it did not let the worker in last
+  std::uint64_t random_ = 0;                     ///< state of the jitter's generator
   std::optional<Exit> exit_;
   std::optional<Time> exit_by_;
 

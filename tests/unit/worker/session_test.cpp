@@ -316,6 +316,27 @@ TEST_F(SessionTest, ReconnectsWithBackoff) {
   EXPECT_EQ(*session->next_deadline() - now, std::chrono::milliseconds(50));
 }
 
+TEST_F(SessionTest, WhoIsRefusedAsksLessAndLessOftenAndComesBackAtOnceWhenLetInAgain) {
+  session->start(now, actions);
+  double waited_s = 0;
+  for (const double expected_s : {1, 2, 4, 8, 16, 32, 60, 60}) {
+    session->disconnected(now, actions, true);
+    EXPECT_EQ(*session->next_deadline() - now, from_seconds(expected_s));
+    waited_s += expected_s;
+    now = *session->next_deadline();
+    session->tick(now, actions);
+  }
+  EXPECT_EQ(asked<OpenStream>().size(), 9u) << "in " << waited_s << " s";
+  session->connected(now, actions);
+  say(Welcome{});
+  session->disconnected(now, actions);
+  EXPECT_EQ(*session->next_deadline() - now, std::chrono::milliseconds(50));
+  now = *session->next_deadline();
+  session->tick(now, actions);
+  session->disconnected(now, actions, true);
+  EXPECT_EQ(*session->next_deadline() - now, std::chrono::seconds(1)) << "another refusal begins anew";
+}
+
 TEST_F(SessionTest, ADrainGivesBackWhatIsNotBegunAndFinishesTheRest) {
   begin(10);
   say(grant(2, 5, 1, {0, 1}));
