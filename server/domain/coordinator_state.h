@@ -365,6 +365,7 @@ struct Coordinator::State {
   // ---- view.cpp ----
   JobStatus describe(const Job& job, Time now) const;
   std::string reason_to_wait(const Job& job) const;  ///< empty if somebody is there who may render it
+  std::string why_nobody(const Job& job) const;
 
   CoordinatorLimits limits;
   std::uint64_t epoch;

@@ -136,6 +136,11 @@ std::string describe(const Goal& goal) {
   return text;
 }
 
+bool has_error(const JobSpec& spec) {
+  const Result<MethodSpec> method = parse_method(spec.settings.method);
+  return !method.ok() || method->name != "photon-dots";
+}
+
 std::string interval_text(double value, double half_width) {
   // As many decimals as the half width needs for its two digits, where that is a number worth writing out.
   const int decimals = half_width > 0 ? 1 - static_cast<int>(std::floor(std::log10(half_width))) : 0;

@@ -35,6 +35,9 @@ Result<Goal> extended_goal(const Job& job, const Extension& to, Time now);
 /// Seconds until the job, whose film has this error, will probably end at `samples_per_second`; infinite if unknown.
 double expected_seconds(const Job& job, const FrameError& error, double samples_per_second, Time now);
 
+/// Whether the halves of the job's film differ by its error: photon-dots shows the same photons in all samples.
+bool has_error(const JobSpec& spec);
+
 /// Whether a done job's film has what its end says: the samples or the error that were asked for, or where time has
 /// ended it, every tile samples [0, n), n > 0.
 bool is_whole(const Job& job);

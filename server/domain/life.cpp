@@ -180,10 +180,11 @@ bool Coordinator::State::record_error(Job& job, bool at_end) {
     return false;
   }
   const FrameError error = job.error.update(job.film);
-  if (error.known) {
+  const bool known = error.known && has_error(job.record.spec);
+  if (known) {
     history.push_back({samples, job.record.worker_seconds, error.rel_mse, error.half_width});
   }
-  return error.known;
+  return known;
 }
 
 void Coordinator::State::put_progress(Job& job, Time now, Step& step) {

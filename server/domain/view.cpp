@@ -108,18 +108,57 @@ std::string Coordinator::State::reason_to_wait(const Job& job) const {
       return entry.second.session && !entry.second.draining && may_render(entry.second, job);
     });
     if (!somebody) {
-      for (const auto& [name, worker] : workers) {
-        const auto too_large = worker.too_large.find(job.id());
-        if (worker.session && suits(worker, job) && too_large != worker.too_large.end()) {
-          return fmt::format("waits for a larger worker; for {} {}", name, too_large->second);
-        }
-      }
-      const std::string fixed = job.record.spec.allow_mixed ? "" : job.record.fingerprint_class;
-      return fmt::format("waits for a worker with renderer {}{}{}", job.record.spec.settings.renderer_version,
-                         fixed.empty() ? "" : " and fingerprint class ", fixed);
+      return why_nobody(job);
     }
   }
   return "";
+}
+
+/// Those that are there and cannot render it now, by what keeps them from it: what people can change comes first.
+std::string Coordinator::State::why_nobody(const Job& job) const {
+  std::vector<std::string> in_quarantine, leaving, too_small, of_others;
+  for (const auto& [name, worker] : workers) {
+    if (!worker.session) {
+      continue;
+    }
+    const auto too_large = worker.too_large.find(job.id());
+    const std::string& version = worker.hello.renderer_version;
+    if (!suits(worker.hello.fingerprint_class, version, job)) {
+      of_others.push_back(version != job.record.spec.settings.renderer_version
+                              ? fmt::format("{} has renderer {}", name, version)
+                              : fmt::format("{} is of class {}", name, worker.hello.fingerprint_class));
+    } else if (too_large != worker.too_large.end()) {
+      too_small.push_back(fmt::format("for {} {}", name, too_large->second));
+    } else if (worker.quarantined) {
+      in_quarantine.push_back(name);
+    } else {
+      leaving.push_back(name);
+    }
+  }
+  const auto some = [](const std::vector<std::string>& names) {
+    return names.size() == 1 ? fmt::format("{} is", names[0])
+                             : fmt::format("{} and {} more are", names[0], names.size() - 1);
+  };
+  std::vector<std::string> reasons;
+  if (!in_quarantine.empty()) {
+    reasons.push_back(fmt::format("{} in quarantine, which `lightmill workers release {}` ends", some(in_quarantine),
+                                  in_quarantine[0]));
+  }
+  if (!leaving.empty()) {
+    reasons.push_back(fmt::format("{} leaving the farm", some(leaving)));
+  }
+  if (!reasons.empty()) {
+    return fmt::format("waits for a worker: {}", fmt::join(reasons, "; "));
+  }
+  if (!too_small.empty()) {
+    return fmt::format("waits for a larger worker; {}", too_small[0]);
+  }
+  if (of_others.empty()) {
+    return "waits for a worker: none is connected";
+  }
+  const std::string fixed = job.record.spec.allow_mixed ? "" : job.record.fingerprint_class;
+  return fmt::format("waits for a worker with renderer {}{}{}: {}", job.record.spec.settings.renderer_version,
+                     fixed.empty() ? "" : " and fingerprint class ", fixed, of_others[0]);
 }
 
 JobStatus Coordinator::State::describe(const Job& job, Time now) const {
@@ -161,7 +200,7 @@ JobStatus Coordinator::State::describe(const Job& job, Time now) const {
     const double eta = expected_seconds(job, error, status.samples_per_second, now);
     status.eta_seconds = std::isinf(eta) ? -1 : eta;
   }
-  status.error = {error.rel_mse, error.half_width, error.known};
+  status.error = {error.rel_mse, error.half_width, error.known && has_error(spec)};
   status.history = record.history;
   status.counters = record.counters;
   status.verify_share = spec.verify_share;

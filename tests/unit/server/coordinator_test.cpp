@@ -284,6 +284,25 @@ TEST_F(CoordinatorTest, AJobThatIsTooLargeForAllWaitsAndSaysWhy) {
   EXPECT_EQ(status(job).state, JobState::done);
 }
 
+TEST_F(CoordinatorTest, AJobThatNobodyRendersSaysWhatKeepsThoseWhoAreThere) {
+  const JobId job = submit(spec("r1", 64));
+  EXPECT_EQ(status(job).reason, "waits for a worker: none is connected");
+  const SessionId old{next_session++};
+  coordinator->worker_connected(old, {"old", "host", 1, 1, "class-a", "0.1", {}, false, "m1"}, now, step);
+  flush();
+  EXPECT_EQ(status(job).reason,
+            fmt::format("waits for a worker with renderer {}: old has renderer 0.1", kRendererVersion));
+  const SessionId leaving = connect("leaving");
+  EXPECT_EQ(status(job).reason, "");
+  ASSERT_TRUE(coordinator->drain_worker("leaving", now, step).ok());
+  for (const LeaseGrant& grant : got<LeaseGrant>(leaving)) {
+    say(leaving, WorkerReturn{grant.lease});
+  }
+  EXPECT_EQ(status(job).reason, "waits for a worker: leaving is leaving the farm");
+  connect("here");
+  EXPECT_EQ(status(job).reason, "");
+}
+
 TEST_F(CoordinatorTest, AClassWhoseWorkersAreTooSmallIsGivenUpBeforeTheFirstSample) {
   const JobId job = submit(spec());
   const SessionId small = connect("small");
@@ -369,6 +388,20 @@ TEST_F(CoordinatorTest, VersionsGrowWithEveryChange) {
   ASSERT_TRUE(coordinator->pause(job, now, step).ok());
   EXPECT_TRUE(grew());
   EXPECT_FALSE(grew());
+}
+
+TEST_F(CoordinatorTest, WhatShowsTheSameInAllSamplesHasNoError) {
+  const SessionId session = connect("w");
+  for (const auto& [method, estimated] :
+       {std::pair("path", true), {"photon-dots", false}, {"photon-dots:caustic", false}}) {
+    JobSpec job_spec = spec(method, 64);
+    job_spec.settings.method = method;
+    const JobId job = submit(job_spec);
+    work(session);
+    EXPECT_EQ(status(job).state, JobState::done) << method;
+    EXPECT_EQ(status(job).error.known, estimated) << method;
+    EXPECT_EQ(!status(job).history.empty(), estimated) << method;
+  }
 }
 
 TEST_F(CoordinatorTest, StatusSaysHowFarAndHowFast) {

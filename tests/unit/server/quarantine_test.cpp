@@ -73,6 +73,34 @@ TEST_F(QuarantineTest, ByHandAWorkerAndItsMachineGetNothingUntilTheyAreReleased)
   EXPECT_EQ(worker("suspect").quarantine, "");
 }
 
+TEST_F(QuarantineTest, AJobWhoseWorkersAreThereSaysWhoAndHowToGoOn) {
+  const JobId job = submit_verified(0);
+  const SessionId first = connect_on("m1", "first"), beside = connect_on("m1", "beside");
+  const SessionId other = connect_on("m2", "other", 1, "class-b");
+  pass_with({first, beside, other}, std::chrono::seconds(1));
+  ASSERT_EQ(status(job).fingerprint_class, "class-a");
+  ASSERT_TRUE(coordinator->quarantine_worker("first", "put there by ada: smoke", false, now, step).ok());
+  flush();
+  EXPECT_EQ(status(job).reason,
+            "waits for a worker: beside and 1 more are in quarantine, which `lightmill workers release beside` ends");
+  coordinator->worker_disconnected(beside, now, step);
+  flush();
+  EXPECT_EQ(status(job).reason,
+            "waits for a worker: first is in quarantine, which `lightmill workers release first` ends");
+  coordinator->worker_disconnected(first, now, step);
+  flush();
+  EXPECT_EQ(status(job).reason,
+            fmt::format("waits for a worker with renderer {} and fingerprint class class-a: other is of class class-b",
+                        kRendererVersion))
+      << "who is gone renders nothing, released or not";
+  const SessionId again = connect_on("m1", "first", 2);
+  EXPECT_EQ(waiting(again), 0u);
+  ASSERT_TRUE(coordinator->release_worker("first", now, step).ok());
+  flush();
+  EXPECT_EQ(status(job).reason, "");
+  EXPECT_GT(waiting(again), 0u) << "what the reason says helps";
+}
+
 TEST_F(QuarantineTest, WhoIsThereByHandAndThenFoundToBeWrongIsThereForThat) {
   submit_verified();
   const SessionId liar = connect_on("m1", "liar"), b = connect_on("m2", "b");
