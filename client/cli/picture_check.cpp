@@ -44,7 +44,8 @@ Result<FilmPicture> sound_picture(ByteView bytes) {
   }
   const Result<Image> decoded = decode_exr(bytes);
   if (!decoded.ok()) {
-    return data_loss("{}", message_of(decoded.status()));
+    return data_loss("the file is damaged or has been changed since it was written; fetch or render it again: {}",
+                     message_of(decoded.status()));
   }
   const Image& image = *decoded;
   const std::string stated = image.text(kFileChecksum);

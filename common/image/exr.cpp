@@ -20,6 +20,7 @@
 #include <optional>
 
 #include "common/base/check.h"
+#include "common/base/library_text.h"
 #include "common/image/exr_header.h"
 
 namespace lightmill {
@@ -223,7 +224,13 @@ Result<Image> decode_exr(ByteView bytes) {
   try {
     return read_image(bytes);
   } catch (const std::exception& error) {
-    return invalid_argument("not a readable EXR file: {}", error.what());
+    // The library's name for what it reads says nothing to people.
+    constexpr std::string_view kName = "image file \"memory\"";
+    std::string what = library_text(error.what());
+    for (std::size_t at = what.find(kName); at != std::string::npos; at = what.find(kName)) {
+      what.replace(at, kName.size(), "it");
+    }
+    return invalid_argument("not a readable EXR file: {}", what);
   }
 }
 

@@ -6,6 +6,7 @@
 #include <string_view>
 
 #include "common/base/status.h"
+#include "common/base/text.h"
 
 namespace lightmill {
 
@@ -29,14 +30,17 @@ class StatementReader {
   std::optional<Statement> next();
 
   const std::string& file_name() const { return file_name_; }
-  /// An error at the line of the last statement: "box.obj:12: …".
+  /// An error at the line of the last statement: "box.obj:12: …". A word that it quotes may have any length, so it is
+  /// cut.
   template <class... Args>
   Status error(fmt::format_string<Args...> format, Args&&... args) const {
-    return invalid_argument("{}:{}: {}", file_name_, statement_line_, fmt::format(format, std::forward<Args>(args)...));
+    return invalid_argument("{}:{}: {}", file_name_, statement_line_,
+                            cut_text(fmt::format(format, std::forward<Args>(args)...), kMostErrorBytes));
   }
   int line() const { return statement_line_; }
 
  private:
+  static constexpr std::size_t kMostErrorBytes = 300;
   std::string_view take_line();
 
   std::string_view text_;

@@ -5,6 +5,9 @@
 #include <cmath>
 #include <nlohmann/json.hpp>
 
+#include "common/base/library_text.h"
+#include "common/base/text.h"
+
 namespace lightmill {
 namespace {
 
@@ -232,13 +235,13 @@ class JsonReader final : public nlohmann::json_sax<nlohmann::json> {
     }
     if (error.id == 406) {
       const std::string_view number = rest.substr(0, rest.find_first_of(",]} \t\r\n"));
-      return fail(current_path(), "{} is too large for a number", number);
+      return fail(current_path(), "{} is too large for a number", cut_text(std::string(number), 40));
     }
     std::string what = error.what();
     if (const std::size_t column = what.find(", column "); column != std::string::npos) {
       what = what.substr(what.find(": ", column) + 2);
     }
-    return fail("", "not JSON: {}", what);
+    return fail("", "not JSON: {}", library_text(what));
   }
 
  private:

@@ -3,6 +3,7 @@
 #include <array>
 #include <string_view>
 
+#include "common/base/library_text.h"
 #include "common/image/exr_header.h"
 
 namespace lightmill {
@@ -56,7 +57,7 @@ Result<std::unique_ptr<OIIO::ImageInput>> open_image(ByteView bytes, const std::
   const std::string file = name.ends_with("." + ending) ? name : fmt::format("{}.{}", name, ending);
   std::unique_ptr<OIIO::ImageInput> input = OIIO::ImageInput::open(file, &config, proxy);
   if (input == nullptr) {
-    return invalid_argument("{}: not a readable image: {}", name, OIIO::geterror());
+    return invalid_argument("{}: not a readable image (is it whole?): {}", name, library_text(OIIO::geterror()));
   }
   return input;
 }

@@ -2,6 +2,7 @@
 
 #include <cmath>
 
+#include "common/base/library_text.h"
 #include "common/image/read/open_image.h"
 
 namespace lightmill {
@@ -22,11 +23,16 @@ std::array<T, 4> four_channels(const T* from, int channels, T opaque) {
   }
 }
 
+Status undecodable(const std::string& name, OIIO::ImageInput& input) {
+  return invalid_argument("{}: the image is damaged, not all of its pixels can be read; save it again: {}", name,
+                          library_text(input.geterror()));
+}
+
 Status fill_bytes(OIIO::ImageInput& input, int channels, const std::string& name, Texels& out) {
   const std::size_t pixels = static_cast<std::size_t>(out.width) * static_cast<std::size_t>(out.height);
   std::vector<std::uint8_t> values(pixels * static_cast<std::size_t>(channels));
   if (!input.read_image(0, 0, 0, channels, OIIO::TypeDesc::UINT8, values.data())) {
-    return invalid_argument("{}: {}", name, input.geterror());
+    return undecodable(name, input);
   }
   out.bytes.resize(pixels);
   for (std::size_t i = 0; i < pixels; ++i) {
@@ -40,7 +46,7 @@ Status fill_floats(OIIO::ImageInput& input, int channels, const std::string& nam
   const std::size_t pixels = static_cast<std::size_t>(out.width) * static_cast<std::size_t>(out.height);
   std::vector<float> values(pixels * static_cast<std::size_t>(channels));
   if (!input.read_image(0, 0, 0, channels, OIIO::TypeDesc::FLOAT, values.data())) {
-    return invalid_argument("{}: {}", name, input.geterror());
+    return undecodable(name, input);
   }
   out.floats.reserve(4 * pixels);
   for (std::size_t i = 0; i < pixels; ++i) {

@@ -2,6 +2,7 @@
 #include <nlohmann/json.hpp>
 #include <set>
 
+#include "common/base/library_text.h"
 #include "common/scene_io/gltf/gltf_data.h"
 #include "common/scene_io/text_lines.h"
 
@@ -176,8 +177,17 @@ Status GltfData::parse() {
     *json_ = nlohmann::json::parse(text);
   } catch (const nlohmann::json::exception& error) {
     // It reads "[json.exception.parse_error.101] parse error at line 1, column 1: …".
-    const std::string_view what = error.what();
-    return invalid_argument("{}", utf8_name(what.substr(what.find("] ") == what.npos ? 0 : what.find("] ") + 2)));
+    std::string_view what = error.what();
+    what.remove_prefix(what.find("] ") == what.npos ? 0 : what.find("] ") + 2);
+    constexpr std::string_view kPlaced = "parse error";
+    std::string_view place;
+    if (const std::size_t end = what.find(": "); what.starts_with(kPlaced) && end != what.npos) {
+      place = what.substr(kPlaced.size(), end - kPlaced.size());  // " at line 1, column 1"
+      what.remove_prefix(end + 2);
+    }
+    return invalid_argument("{} is wrong{}, so the file is damaged: export it again: {}",
+                            text.data() == bytes_.data() ? "its JSON" : "the JSON within it", place,
+                            library_text(what));
   }
   if (!json_->is_object()) {
     return invalid_argument("a JSON object is expected");

@@ -7,6 +7,7 @@
 #include <array>
 #include <cerrno>
 
+#include "common/base/library_text.h"
 #include "common/base/log.h"
 
 namespace lightmill::postgres {
@@ -40,19 +41,6 @@ SET bytea_output = 'hex';
 SELECT set_config('synchronous_commit', 'on', false) WHERE current_setting('synchronous_commit') = 'off';
 )sql";
 
-/// libpq's messages end in line feeds, and may have some in between.
-std::string one_line(std::string_view text) {
-  std::string line(text);
-  while (!line.empty() && (line.back() == '\n' || line.back() == ' ')) {
-    line.pop_back();
-  }
-  for (std::size_t at = line.find('\n'); at != std::string::npos; at = line.find('\n', at)) {
-    const std::size_t end = std::min(line.find_first_not_of("\n\t ", at), line.size());
-    line.replace(at, end - at, "; ");
-  }
-  return line;
-}
-
 StatusCode code_of(std::string_view state) {
   const std::string_view family = state.substr(0, 2);
   if (state == kDeposed) {
@@ -84,7 +72,7 @@ Result<std::string> Target::describe() const {
   PQconninfoOption* options = PQconninfoParse(url.c_str(), &problem);
   if (options == nullptr) {
     Status status = invalid_argument("no URL of a PostgreSQL database (postgres://USER@HOST/DATABASE): {}",
-                                     one_line(problem != nullptr ? problem : "out of memory"));
+                                     library_text(problem != nullptr ? problem : "out of memory"));
     PQfreemem(problem);
     return status;
   }
@@ -138,13 +126,13 @@ Status Session::connect() {
   values.push_back(nullptr);
   connection_ = PQconnectdbParams(names.data(), values.data(), 1);
   if (connection_ == nullptr || PQstatus(connection_) != CONNECTION_OK) {
-    return lost("cannot connect");
+    return lost("cannot connect (does it run there, and do user and database of --store exist?)");
   }
   if (PQsetnonblocking(connection_, 1) != 0) {
     return lost("cannot connect");
   }
   PQsetNoticeProcessor(
-      connection_, [](void*, const char* notice) { spdlog::debug("PostgreSQL: {}", one_line(notice)); }, nullptr);
+      connection_, [](void*, const char* notice) { spdlog::debug("PostgreSQL: {}", library_text(notice)); }, nullptr);
   if (const Status status = set_up(); !status.ok()) {
     close();
     return status;
@@ -177,7 +165,7 @@ Status Session::prepare_all() {
 
 /// The connection cannot be used any more, and is closed.
 Status Session::lost(std::string_view what) {
-  std::string reason = connection_ != nullptr ? one_line(PQerrorMessage(connection_)) : "out of memory";
+  std::string reason = connection_ != nullptr ? library_text(PQerrorMessage(connection_)) : "out of memory";
   if (!reason.empty()) {
     reason.insert(0, ": ");
   }
@@ -195,7 +183,7 @@ Status Session::failure_of(const PGresult* result) {
   const char* message = PQresultErrorField(result, PG_DIAG_MESSAGE_PRIMARY);
   const char* detail = PQresultErrorField(result, PG_DIAG_MESSAGE_DETAIL);
   return make_error(code_of(last_state_), "{}: {}{} (SQLSTATE {})", place_, message != nullptr ? message : "failed",
-                    detail != nullptr ? fmt::format(": {}", one_line(detail)) : "", last_state_);
+                    detail != nullptr ? fmt::format(": {}", library_text(detail)) : "", last_state_);
 }
 
 Status Session::flush() {

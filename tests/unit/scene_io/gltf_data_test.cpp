@@ -81,8 +81,8 @@ TEST(Gltf, ContainersThatAreWrongAreNamed) {
   EXPECT_EQ(open_error("[1]"), "a.gltf: a JSON object is expected");
   EXPECT_EQ(
       open_error("{\n\"asset\": }"),
-      "a.gltf: parse error at line 2, column 10: syntax error while parsing value - unexpected '}'; expected '[', "
-      "'{', or a literal");
+      "a.gltf: its JSON is wrong at line 2, column 10, so the file is damaged: export it again: syntax error while "
+      "parsing value - unexpected '}'; expected '[', '{', or a literal");
   EXPECT_EQ(open_error(R"({"asset":{"version":"1.0"}})"), "a.gltf: asset.version: glTF 2.0 is expected, got \"1.0\"");
   EXPECT_EQ(open_error(R"({"asset":{"version":"2.1","minVersion":"2.1"}})"),
             "a.gltf: asset.minVersion: what 2.0 has is read, and the file asks for \"2.1\"");
@@ -98,6 +98,10 @@ TEST(Gltf, ContainersThatAreWrongAreNamed) {
   EXPECT_EQ(open_error(gltf(R"("buffers":[{"byteLength":4,"uri":"data:;base64,AAAA"}])")),
             "a.gltf: buffers[0].byteLength: 4 bytes are expected, 3 are there");
   EXPECT_EQ(open_error(gltf(R"("buffers":{})")), "a.gltf: buffers: a list is expected, got an object");
+  EXPECT_TRUE(open_error(test::glb("{\n \"asset\": }", "abcd"))
+                  .starts_with("a.gltf: the JSON within it is wrong at line 2, column 11, so the file is damaged"))
+      << open_error(test::glb("{\n \"asset\": }", "abcd"));
+  EXPECT_LT(open_error("{\"asset\": " + std::string(std::size_t{2} << 20, 'x') + "}").size(), 700u);
   const std::string whole = test::glb(gltf(R"("buffers":[{"byteLength":4}])"), "abcd");
   EXPECT_EQ(open_error(whole), "no error");
   for (std::size_t length = 0; length < whole.size(); ++length) {

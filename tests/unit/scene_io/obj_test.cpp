@@ -199,6 +199,12 @@ TEST(Obj, WhatIsWrongIsPlaced) {
   EXPECT_EQ(obj_error(kSquare + "f 1 2 99999999999999999999"),
             "box.obj:5: f: an index is expected, got \"99999999999999999999\"");
   EXPECT_EQ(obj_error("v 1 2"), "box.obj:1: v: three numbers are expected, got 2");
+  const std::string digits(std::size_t{2} << 20, '7');
+  for (const char* before : {"v 1 ", "v 1 2 3 4 x", "vt x", "s x"}) {
+    const std::string message = obj_error(before + digits + "x");
+    EXPECT_LT(message.size(), 400u) << before;
+    EXPECT_TRUE(message.starts_with("box.obj:1: ") && message.ends_with("777…")) << message;
+  }
   EXPECT_EQ(obj_error("v 1 nan 2"), "box.obj:1: v: a finite number is expected, got \"nan\"");
   EXPECT_EQ(obj_error("v 1 inf 2"), "box.obj:1: v: a finite number is expected, got \"inf\"");
   EXPECT_EQ(obj_error("v 1 1e999 2"), "box.obj:1: v: a finite number is expected, got \"1e999\"");
