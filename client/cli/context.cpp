@@ -49,8 +49,7 @@ void add_common_options(CLI::App& command, Context& context) {
           "--server", context.common.server,
           "the farm's address, or those of several coordinators of it, with commas (default: $LIGHTMILL_SERVER, "
           "else 127.0.0.1:7350)")
-      ->type_name("HOST:PORT")
-      ->check(not_empty("HOST:PORT is"));
+      ->type_name("HOST:PORT");
   add_json_option(command, context);
   add_caller_options(command, context.common.caller);
 }

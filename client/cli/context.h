@@ -31,11 +31,6 @@ CLI::Validator signed_whole_number(std::int64_t least, std::int64_t most);
 /// Finite numbers.
 CLI::Validator real_number(double least, double most);
 
-/// Takes any text but none: "names of layers are expected".
-inline CLI::Validator not_empty(const std::string& what) {
-  return CLI::Validator([what](const std::string& text) { return text.empty() ? what + " expected" : ""; }, "");
-}
-
 /// Takes what `parse` reads without an error.
 template <class T>
 CLI::Validator readable(Result<T> (*parse)(std::string_view)) {

@@ -5,6 +5,7 @@
 #include <nlohmann/json.hpp>
 
 #include "client/cli/context.h"
+#include "common/base/option_values.h"
 
 namespace lightmill::cli {
 namespace {
@@ -77,6 +78,7 @@ int run(int argc, char** argv) {
   if (const std::string unknown = unknown_command(app, argc, argv); !unknown.empty()) {
     return usage_error(unknown, wants_json(argc, argv));
   }
+  refuse_empty_values(app);
   try {
     app.parse(argc, argv);
   } catch (const CLI::Success& asked) {  // --help, --version

@@ -139,8 +139,7 @@ void add_render_options(CLI::App& command, RenderOptions& options) {
                   "further layers for the EXR: direct, indirect, caustic, bias, albedo, normal, depth, id, and "
                   "light:NAME for a light group; caustic has all, auto, path and vcm all but caustic, ppm bias and "
                   "those after it, other methods albedo, normal, depth and id")
-      ->type_name("A,B,...")
-      ->check(not_empty("names of layers are"));
+      ->type_name("A,B,...");
   command
       .add_option(
           "--max-bounces", options.max_bounces,

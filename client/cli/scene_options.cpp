@@ -17,8 +17,7 @@ void add_scene_options(CLI::App& command, SceneOptions& options) {
   command
       .add_option("--camera", options.camera,
                   "a JSON file with a camera, or the name of one of the scene's, instead of its first")
-      ->type_name("FILE|NAME")
-      ->check(not_empty("a file or a name is"));
+      ->type_name("FILE|NAME");
   command
       .add_option("--mtl", options.mtl,
                   "what Ka means in the MTL files of OBJ files: emission (course) or ambient light, which is left out "

@@ -9,6 +9,7 @@
 #include <string>
 #include <utility>
 
+#include "common/base/option_values.h"
 #include "common/base/status.h"
 
 namespace lightmill {
@@ -45,6 +46,7 @@ CLI::Option* add_limit(CLI::App& app, const std::string& name, T& value, const c
 /// Reads the command line, then asks `check` what else is wrong with it. An exit code, or nothing when the program
 /// should run; errors have its name.
 inline std::optional<int> parse_options(CLI::App& app, int argc, char** argv, const std::function<Status()>& check) {
+  refuse_empty_values(app);
   app.failure_message([](const CLI::App* of, const CLI::Error& error) {
     return fmt::format("{}: {}\nTry `{} --help`.\n", of->get_name(), error.what(), of->get_name());
   });

@@ -30,14 +30,18 @@ Status check_common_name(std::string_view name) {
   return ok_status();
 }
 
-/// A DNS name, perhaps with * as its first label.
+/// A DNS name, perhaps with * as its first label. One whose last label is a number is none (RFC 3696, section 2), but
+/// an IPv4 address that is mistyped.
 bool is_dns_name(std::string_view host) {
   const auto good = [](char c) {
     return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') || c == '-' || c == '.' ||
            c == '_';
   };
   std::string_view rest = host.starts_with("*.") ? host.substr(2) : host;
-  return !rest.empty() && rest.size() <= 253 && std::ranges::all_of(rest, good) && rest.front() != '.' &&
+  const std::string_view stem = rest.substr(0, rest.size() - (rest.ends_with('.') ? 1 : 0));
+  const std::string_view last = stem.substr(stem.rfind('.') + 1);  // of one label all of it
+  const bool number = std::ranges::all_of(last, [](char c) { return c >= '0' && c <= '9'; });
+  return !rest.empty() && !number && rest.size() <= 253 && std::ranges::all_of(rest, good) && rest.front() != '.' &&
          rest.find("..") == std::string_view::npos;
 }
 

@@ -18,7 +18,7 @@ Result<std::string> read_token(const std::string& file) {
     const Status secret = check_secrecy(file, "the token");
     const Result<std::string> read = secret.ok() ? read_file(file, kMaxTokenFileBytes) : secret;
     if (!read.ok()) {
-      return with_context(read.status(), where);
+      return invalid_argument("{}: {}", where, message_of(read.status()));
     }
     text = *read;
   } else if (const char* const variable = std::getenv(kTokenVariable); variable != nullptr) {

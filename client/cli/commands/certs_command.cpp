@@ -40,17 +40,53 @@ Validity days_from_now(std::uint64_t days) {
 
 enum class Reader { owner, everybody };
 
+bool holds_key(const std::string& pem) {
+  return pem.find("PRIVATE KEY-----") != std::string::npos;
+}
+
+std::string_view kind_of(bool authority, bool hosts, const Roles& roles) {
+  return authority                      ? "an authority's"
+         : hosts                        ? "a coordinator's"
+         : roles == Roles{Role::worker} ? "a worker's"
+                                        : "a person's";
+}
+
+std::string_view kind_of(const CertificateSubject& subject) {
+  return kind_of(false, !subject.hosts.empty(), subject.roles);
+}
+
+std::string_view kind_of(const CertificateFacts& facts) {
+  return kind_of(facts.authority, !facts.hosts.empty(), facts.roles);
+}
+
+/// What a file holds, in words.
+std::string what_is(const std::string& pem) {
+  const Result<std::vector<CertificateFacts>> all = read_certificates(pem);
+  if (!all.ok()) {
+    return holds_key(pem) ? "a private key alone" : "no certificate";
+  }
+  return fmt::format("{} certificate, of '{}'{}", kind_of(all->front()), all->front().name,
+                     holds_key(pem) ? "" : " and without its key");
+}
+
+/// A certificate for the same, with its key: of this kind and, unless it is a coordinator's, of this name.
+bool is_former_of(const CertificateSubject& subject, const std::string& pem) {
+  const Result<std::vector<CertificateFacts>> all = read_certificates(pem);
+  return all.ok() && holds_key(pem) && kind_of(all->front()) == kind_of(subject) &&
+         (!subject.hosts.empty() || all->front().name == subject.name);
+}
+
 /// Whether the file is not there, or is what --replace means: `is_former` of what it holds.
-Status check_replaceable(const fs::path& path, const std::function<bool(const std::string&)>& is_former) {
+Status check_replaceable(const fs::path& path, const std::function<bool(const std::string&)>& is_former,
+                         std::string_view wanted) {
   if (std::error_code error; !fs::exists(path, error)) {
     return ok_status();
   }
   LM_ASSIGN_OR_RETURN(const std::string there, read_file(path, kMaxFileBytes));
   return is_former(there) ? ok_status()
                           : failed_precondition(
-                                "{} holds something else than what is to be put in its place, and nothing is changed: "
-                                "move it away first",
-                                path.string());
+                                "{} holds {}, and {} is to be put in its place: nothing is changed, move it away first",
+                                path.string(), what_is(there), wanted);
 }
 
 Status write(const fs::path& path, const std::string& text, bool replace, Reader reader = Reader::owner) {
@@ -60,20 +96,6 @@ Status write(const fs::path& path, const std::string& text, bool replace, Reader
   return status.code() == StatusCode::kAlreadyExists
              ? already_exists("{}, and nothing is changed: --replace puts a new one in its place", message_of(status))
              : status;
-}
-
-bool holds_key(const std::string& pem) {
-  return pem.find("PRIVATE KEY-----") != std::string::npos;
-}
-
-/// A certificate for the same, with its key.
-bool is_former_of(const CertificateSubject& subject, const std::string& pem) {
-  const Result<std::vector<CertificateFacts>> all = read_certificates(pem);
-  if (!all.ok() || all->front().authority || !holds_key(pem)) {
-    return false;
-  }
-  return subject.hosts.empty() ? all->front().name == subject.name && all->front().hosts.empty()
-                               : !all->front().hosts.empty();
 }
 
 bool is_authority(const std::string& pem) {
@@ -120,8 +142,8 @@ Status make_authority_in(const CertsOptions& options, const Console& console) {
     return write(certificate, "", false);
   }
   if (options.replace) {
-    LM_RETURN_IF_ERROR(check_replaceable(certificate, is_authority));
-    LM_RETURN_IF_ERROR(check_replaceable(folder / kAuthorityKey, holds_key));
+    LM_RETURN_IF_ERROR(check_replaceable(certificate, is_authority, "an authority's certificate"));
+    LM_RETURN_IF_ERROR(check_replaceable(folder / kAuthorityKey, holds_key, "an authority's key"));
   }
   LM_ASSIGN_OR_RETURN(const KeyAndCertificate made,
                       make_authority(options.name, days_from_now(options.authority_days)));
@@ -168,7 +190,9 @@ Status issue(const CertsOptions& options, const CertificateSubject& subject, con
   LM_ASSIGN_OR_RETURN(const KeyAndCertificate authority, read_authority(options.folder));
   LM_ASSIGN_OR_RETURN(const fs::path file, own_file(options, file_name));
   if (options.replace) {
-    LM_RETURN_IF_ERROR(check_replaceable(file, [&](const std::string& pem) { return is_former_of(subject, pem); }));
+    LM_RETURN_IF_ERROR(check_replaceable(
+        file, [&](const std::string& pem) { return is_former_of(subject, pem); },
+        fmt::format("{} certificate, of '{}',", kind_of(subject), subject.name)));
   }
   LM_ASSIGN_OR_RETURN(const KeyAndCertificate made, issue_certificate(authority, subject, days_from_now(options.days)));
   LM_RETURN_IF_ERROR(write(file, made.certificate + made.key, options.replace));

@@ -110,8 +110,7 @@ void add_check_command(CLI::App& app, Context& context) {
                                          "find all of its light. Needs no farm.");
   add_scene_options(*command, options->scene);
   command->add_option("--save-camera", options->save_camera, "write the scene's camera to a file for --camera")
-      ->type_name("FILE")
-      ->check(not_empty("a file is"));
+      ->type_name("FILE");
   add_json_option(*command, context);
   command->callback([&context, options] {
     context.run = [&context, options](const Console& console) { return check(console, *options, context.signals); };

@@ -55,6 +55,14 @@ struct Task {
   std::vector<PixelRect> tiles;
 };
 
+/// Of tiles, of which there is at least one.
+Result<double> parse_tiles(std::string_view text) {
+  LM_ASSIGN_OR_RETURN(const double share, parse_share(text));
+  return share > 0 ? Result<double>(share)
+                   : invalid_argument(
+                         "a share of more than 0% is expected, got '{}': one tile is rendered again at least", text);
+}
+
 Result<Task> prepare(const Options& options, std::uint64_t seed, Signals& signals) {
   LM_ASSIGN_OR_RETURN(const double share, parse_share(options.share));
   LM_ASSIGN_OR_RETURN(FilmPicture picture, load_sound_picture(options.image));
@@ -181,9 +189,10 @@ void add_verify_command(CLI::App& app, Context& context) {
   command->add_option("IMAGE", options->image, "an EXR that Lightmill wrote")->required();
   add_scene_options(*command, options->scene);
   command
-      ->add_option("--share", options->share, "of the picture's tiles (64x64 pixels) that are rendered again: 1%, all")
+      ->add_option("--share", options->share,
+                   "of the picture's tiles (64x64 pixels) that are rendered again, one at least: 1%, all")
       ->type_name("SHARE")
-      ->check(readable(parse_share))
+      ->check(readable(parse_tiles))
       ->capture_default_str();
   command->add_option("--seed", options->seed, "draws the tiles (default: others each time)")
       ->type_name("S")

@@ -90,6 +90,12 @@ TEST_F(SecureCliTest, ReplacingTouchesNothingElse) {
   kept({"certs", "person", certs(), "ada", "--out", pem("server"), "--replace"}, pem("server"));
   kept({"certs", "server", certs(), "127.0.0.1", "--out", pem("ada"), "--replace"}, pem("ada"));
   kept({"certs", "person", certs(), "ada", "--out", pem("ca"), "--replace"}, pem("ca"));
+  kept({"certs", "worker", certs(), "ada", "--replace"}, pem("ada"));
+  EXPECT_TRUE(
+      says(failure({"certs", "worker", certs(), "ada", "--replace"}), "holds a person's certificate, of 'ada'"));
+  kept({"certs", "person", certs(), "render-1", "--replace"}, pem("render-1"));
+  EXPECT_TRUE(says(failure({"certs", "person", certs(), "render-1", "--replace"}), "holds a worker's certificate"));
+  EXPECT_TRUE(says(failure({"certs", "server", certs(), "300.1.1.1", "--replace"}), "nor an IP address"));
   json({"certs", "server", certs(), "farm.example", "--replace"});
   json({"certs", "init", certs(), "--replace"});
 }

@@ -1,6 +1,7 @@
 // What is wrong with a command is said at once: exit code 2 and nothing submitted, 3 without a farm.
 #include <arpa/inet.h>
 #include <sys/socket.h>
+#include <sys/stat.h>
 #include <unistd.h>
 
 #include "tests/integration/cli/cli_fixture.h"
@@ -10,6 +11,8 @@ namespace {
 
 TEST_F(CliTest, BadUsageIsExitCode2WithAReason) {
   const std::string box = scene("cornell-bench-blocks.json");
+  const std::string large_secret = write("large", std::string(5'000, 'x'));
+  ASSERT_EQ(::chmod(large_secret.c_str(), 0600), 0);
   const std::vector<std::vector<std::string>> commands{
       {},
       {"frobnicate"},
@@ -67,6 +70,15 @@ TEST_F(CliTest, BadUsageIsExitCode2WithAReason) {
       {"show", "1", "--chart", file("a.png")},
       {"check", box, "--save-camera", ""},
       {"jobs", "--server", ""},
+      {"jobs", "--tls-cert", ""},
+      {"jobs", "--tls-key", ""},
+      {"jobs", "--tls-ca", ""},
+      {"jobs", "--token-file", ""},
+      {"jobs", "--token-file", large_secret},
+      {"render", box, "--name", ""},
+      {"render", ""},
+      {"verify", file("a.exr"), box, "--share", "none"},
+      {"verify", file("a.exr"), box, "--share", "0%"},
       {"render", box, "--size", ""},
       {"render", box, "--crop", ""},
       {"render", box, "--camera", ""},
@@ -92,6 +104,21 @@ TEST_F(CliTest, BadUsageIsExitCode2WithAReason) {
     EXPECT_EQ(result.out, "") << shown;
   }
   EXPECT_TRUE(temporary_is_empty());
+}
+
+TEST_F(CliTest, EmptyValuesAreRefusedByAllPrograms) {
+  const std::string why = ": a value is expected, got an empty one";
+  for (const char* option : {"--store", "--data", "--listen", "--tls-cert", "--tls-key", "--http", "--log-level"}) {
+    const CommandResult result = run_command({program("lightmill-server"), option, ""}, environment());
+    EXPECT_EQ(result.exit_code, 2) << option;
+    EXPECT_TRUE(result.err.starts_with(fmt::format("lightmill-server: {}{}", option, why))) << result.err;
+  }
+  for (const char* option : {"--server", "--name", "--token-file"}) {
+    const CommandResult result = run_command({program("lightmill-worker"), option, ""}, environment());
+    EXPECT_EQ(result.exit_code, 2) << option;
+    EXPECT_TRUE(result.err.starts_with(fmt::format("lightmill-worker: {}{}", option, why))) << result.err;
+  }
+  EXPECT_TRUE(lightmill({"jobs", "--tls-ca", ""}).err.starts_with(fmt::format("lightmill: --tls-ca{}", why)));
 }
 
 TEST_F(CliTest, AFileThatCannotBeWrittenIsCalledAsTheUserDoes) {

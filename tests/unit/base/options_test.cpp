@@ -2,6 +2,7 @@
 
 #include "common/base/address.h"
 #include "common/base/daemon_options.h"
+#include "common/base/library_text.h"
 
 namespace lightmill::test {
 namespace {
@@ -33,6 +34,48 @@ TEST(HostPort, LoopbackIsToldFromNamesThatLookLikeIt) {
        {"0.0.0.0", "::", "10.0.0.1", "127.evil.example", "localhost.evil.example", "128.0.0.1", "::2"}) {
     EXPECT_FALSE(is_loopback(host)) << host;
   }
+}
+
+TEST(EmptyValues, AreRefusedOfAllOptionsAndPositionsBeforeAnyOtherCheck) {
+  const auto problem_of = [](std::vector<std::string> words) {
+    CLI::App app;
+    std::string store, file;
+    double limit = 3;
+    bool flag = false;
+    std::vector<std::string> names;
+    app.add_option("--store", store)->envname("LIGHTMILL_TEST_STORE");
+    add_limit(app, "--limit", limit, "N", {1.0, 10.0}, "");
+    app.add_flag("--flag", flag);
+    CLI::App* const command = app.add_subcommand("do", "");
+    command->add_option("FILE", file);
+    command->add_option("--name", names);
+    refuse_empty_values(app);
+    std::ranges::reverse(words);  // as CLI11 wants them
+    try {
+      app.parse(words);
+    } catch (const CLI::ParseError& error) {
+      return std::string(error.what());
+    }
+    return std::string();
+  };
+  const std::string why = ": a value is expected, got an empty one";
+  EXPECT_EQ(problem_of({"--store", ""}), fmt::format("--store{}", why));
+  EXPECT_EQ(problem_of({"--limit", ""}), fmt::format("--limit{}", why));
+  EXPECT_EQ(problem_of({"do", ""}), fmt::format("FILE{}", why));
+  EXPECT_EQ(problem_of({"do", "a", "--name", "b", ""}), fmt::format("--name{}", why));
+  EXPECT_EQ(problem_of({"--flag", "--store", "x", "do", "a", "--name", "b"}), "");
+  ::setenv("LIGHTMILL_TEST_STORE", "", 1);
+  EXPECT_EQ(problem_of({"--flag"}), "") << "as not given";
+  ::unsetenv("LIGHTMILL_TEST_STORE");
+}
+
+TEST(LibraryText, IsOneLineThatIsNotLong) {
+  EXPECT_EQ(library_text("could not connect:\n\trefused\n  Is it up? \r\n\n"),
+            "could not connect:; refused; Is it up?");
+  EXPECT_EQ(library_text(" \n"), "");
+  EXPECT_EQ(library_text("a\x1b[31mb\xff"), "a\\x1b[31mb\\xff");
+  const std::string cut = library_text(std::string(100'000, 'x'));
+  EXPECT_TRUE(cut.size() < 500 && cut.ends_with("x…")) << cut.size();
 }
 
 TEST(Limits, TakeOnlyNumbersInTheirRange) {

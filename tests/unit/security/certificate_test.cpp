@@ -103,6 +103,18 @@ TEST(Certificates, NamesThatLookLikeRolesAreNone) {
   }
 }
 
+TEST(Certificates, AnAddressThatCannotBeIsNoName) {
+  const KeyAndCertificate ca = authority();
+  for (const char* host : {"300.1.1.1", "10.0.0", "10.0.0.5.6", "1", "10.0.0.256", "farm.7", "10.0.0.5."}) {
+    const Status status = issue_certificate(ca, {"s", {host}, {}}, kValidity).status();
+    EXPECT_EQ(status.code(), StatusCode::kInvalidArgument) << host;
+    EXPECT_NE(message_of(status).find("neither a host's name nor an IP address"), std::string::npos) << host;
+  }
+  for (const char* host : {"render7", "7.farm", "10.0.0.5a", "3d", "farm.example."}) {
+    EXPECT_TRUE(issue_certificate(ca, {"s", {host}, {}}, kValidity).ok()) << host;
+  }
+}
+
 TEST(Certificates, WhatMakesNoSenseIsRefused) {
   const KeyAndCertificate ca = authority(), other = authority();
   const auto code = [&](const KeyAndCertificate& by, const CertificateSubject& subject) {
