@@ -19,7 +19,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr auto kUpkeepPause = std::chrono::seconds(2);
+constexpr auto kUpkeepPause = std::chrono::milliseconds(500);
 constexpr auto kCollectionPause = std::chrono::hours(1);
 
 CoordinatorLimits limits_of(const ServerOptions& options) {

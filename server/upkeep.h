@@ -1,4 +1,4 @@
-// What a coordinator looks at every few seconds while it runs: its certificate's files, and the space on its disk.
+// What a coordinator looks at again and again while it runs: its certificate's files, and the space on its disk.
 #pragma once
 
 #include <filesystem>
