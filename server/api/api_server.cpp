@@ -127,7 +127,11 @@ Result<std::unique_ptr<ApiServer>> ApiServer::start(std::unique_ptr<Store> store
                                                     const ApiOptions& options) {
   LM_RETURN_IF_ERROR(check_rules(served_methods()));
   LM_ASSIGN_OR_RETURN(StoredState state, store->load());
-  LM_RETURN_IF_ERROR(check_stored(state));
+  std::vector<StoreOp> repairs;
+  LM_RETURN_IF_ERROR(take_out_nonsense(state, repairs));
+  if (!repairs.empty()) {
+    LM_RETURN_IF_ERROR(store->commit(repairs));
+  }
   auto parts = std::make_unique<Parts>(options, state);
   forget_others(*assets, assets_of(state));
   spdlog::info("epoch {}, {} jobs in the store", state.epoch, state.jobs.size());

@@ -1,4 +1,5 @@
 // Assets in and out, in chunks.
+#include "common/base/log.h"
 #include "common/wire/bytes.h"
 #include "server/api/grpc_gate.h"
 #include "server/api/grpc_status.h"
@@ -53,7 +54,8 @@ class UploadStream final : public grpc::ServerReadReactor<v1::UploadAssetRequest
 /// Sends one asset. gRPC calls it one event at a time; deletes itself.
 class DownloadStream final : public grpc::ServerWriteReactor<v1::DownloadAssetResponse> {
  public:
-  DownloadStream(AssetStore& assets, Call call, const std::string& digest_bytes) : call_(std::move(call)) {
+  DownloadStream(AssetStore& assets, Call call, const std::string& digest_bytes)
+      : assets_(assets), call_(std::move(call)) {
     const Result<Sha256> digest = digest_from_bytes(digest_bytes);
     if (!digest.ok()) {
       Finish(to_grpc(with_context(digest.status(), "digest")));
@@ -64,6 +66,7 @@ class DownloadStream final : public grpc::ServerWriteReactor<v1::DownloadAssetRe
       Finish(to_grpc(reader.status()));
       return;
     }
+    digest_ = *digest;
     reader_ = std::move(*reader);
     write_next();
   }
@@ -81,14 +84,29 @@ class DownloadStream final : public grpc::ServerWriteReactor<v1::DownloadAssetRe
   void write_next() {
     Result<std::string> chunk = reader_->next(kSentChunkBytes);
     if (!chunk.ok() || chunk->empty()) {
-      Finish(to_grpc(chunk.status()));
+      Finish(to_grpc(chunk.ok() ? check_whole() : chunk.status()));
       return;
     }
+    sent_.append(*chunk);
     response_.set_chunk(std::move(*chunk));
     StartWrite(&response_);
   }
 
+  /// What has been damaged on the disk is forgotten, and so sent again by who needs it.
+  Status check_whole() {
+    if (sent_.finish() == digest_) {
+      return ok_status();
+    }
+    spdlog::error("asset {} is damaged in the store and forgotten: it is sent again with the next job that has it",
+                  digest_.hex());
+    assets_.forget(digest_);
+    return unavailable("asset {} was damaged in the farm's store", digest_.hex());
+  }
+
+  AssetStore& assets_;
   const Call call_;
+  Sha256 digest_;
+  Sha256Hasher sent_;
   std::unique_ptr<AssetStore::Reader> reader_;
   v1::DownloadAssetResponse response_;
 };

@@ -39,6 +39,7 @@ class AssetFolder final : public AssetStore {
   Result<std::unique_ptr<Upload>> start_upload(const Sha256& digest) override;
   Result<std::unique_ptr<Reader>> open_asset(const Sha256& digest) const override;
   std::uint64_t collect(const std::set<Sha256>& wanted, std::int64_t spare_age_seconds) override;
+  void forget(const Sha256& digest) override;
   std::uint64_t total_bytes() const override { return budget_.used_bytes(); }
 
  private:
@@ -223,6 +224,16 @@ std::uint64_t AssetFolder::collect(const std::set<Sha256>& wanted, std::int64_t 
     });
   }
   return freed_bytes;
+}
+
+void AssetFolder::forget(const Sha256& digest) {
+  const MutexLock lock(placing_);
+  std::error_code error;
+  const fs::path path = path_of(digest);
+  const std::uintmax_t size_bytes = fs::file_size(path, error);
+  if (!error && fs::remove(path, error)) {
+    budget_.release(size_bytes);
+  }
 }
 
 }  // namespace

@@ -3,9 +3,12 @@
 #include <algorithm>
 #include <cmath>
 #include <map>
+#include <set>
 
+#include "common/base/log.h"
 #include "common/farm/film_rules.h"
 #include "common/film/film.h"
+#include "server/store/row_values.h"
 
 namespace lightmill {
 namespace {
@@ -45,54 +48,98 @@ Status check_range(const SampleRange& range) {
              : invalid_argument("a range of samples is number {} of level {}", range.index, range.level);
 }
 
-Status check_nodes(const StoredState::StoredJob& job) {
+/// Whether the film can have it.
+bool is_of(const Film& film, TileId tile, const Node& node) {
+  return tile.value < film.grid().tile_count() && check_range(node.range).ok() &&
+         node.values.size() == film.expected_values(tile, node.range);
+}
+
+/// Of a tile's nodes, those that share samples with another one: one of them is not of this tile.
+std::set<const Node*> overlapping(std::vector<const Node*> nodes) {
+  std::set<const Node*> found;
+  std::ranges::sort(nodes, {}, [](const Node* node) { return node->range.first(); });
+  for (std::size_t i = 1, widest = 0; i < nodes.size(); ++i) {
+    if (nodes[i]->range.first() < nodes[widest]->range.end()) {
+      found.insert({nodes[widest], nodes[i]});
+    }
+    widest = nodes[i]->range.end() > nodes[widest]->range.end() ? i : widest;
+  }
+  return found;
+}
+
+/// Those of a tile's nodes, none of which share samples, of which it is not known of all samples who rendered them.
+std::set<const Node*> unrecorded(std::vector<const Node*> nodes, const std::vector<SampleRange>& results) {
+  std::ranges::sort(nodes, {}, [](const Node* node) { return node->range.first(); });
+  std::map<const Node*, std::uint64_t> known;
+  for (const SampleRange& result : results) {
+    const auto after =
+        std::ranges::upper_bound(nodes, result.first(), {}, [](const Node* node) { return node->range.first(); });
+    if (after != nodes.begin() && (*(after - 1))->range.contains(result)) {
+      known[*(after - 1)] += result.count();
+    }
+  }
+  std::erase_if(nodes, [&](const Node* node) { return known[node] == node->range.count(); });
+  return {nodes.begin(), nodes.end()};
+}
+
+void take_out_nodes(StoredState::StoredJob& job, StoredState& state, std::vector<StoreOp>& repairs) {
   const RenderSettings& settings = job.record.spec.settings;
   const Film film(grid_of(settings), NodeLayout(settings.layers), job.record.allocation);
-  std::map<TileId, std::vector<SampleRange>> forests;
+  std::map<TileId, std::vector<const Node*>> forests;
   for (const StoredState::StoredNode& stored : job.nodes) {
-    const Node& node = *stored.node;
-    if (stored.tile.value >= film.grid().tile_count()) {
-      return invalid_argument("a node is of tile {} of {}", stored.tile.value, film.grid().tile_count());
-    }
-    LM_RETURN_IF_ERROR(check_range(node.range));
-    if (const std::size_t expected = film.expected_values(stored.tile, node.range); node.values.size() != expected) {
-      return invalid_argument("a node of tile {} has {} values instead of {}", stored.tile.value, node.values.size(),
-                              expected);
-    }
-    forests[stored.tile].push_back(node.range);
-  }
-  for (auto& [tile, ranges] : forests) {
-    std::ranges::sort(ranges, {}, &SampleRange::first);
-    for (std::size_t i = 1; i < ranges.size(); ++i) {
-      if (ranges[i].first() < ranges[i - 1].end()) {
-        return invalid_argument("tile {} has sample {} twice", tile.value, ranges[i].first());
-      }
+    if (is_of(film, stored.tile, *stored.node)) {
+      forests[stored.tile].push_back(stored.node.get());
     }
   }
+  std::map<TileId, std::vector<SampleRange>> results;
   for (const StoredState::StoredResult& result : job.results) {
-    if (result.tile.value >= film.grid().tile_count()) {
-      return invalid_argument("a result is of tile {} of {}", result.tile.value, film.grid().tile_count());
+    if (check_range(result.range).ok()) {
+      results[result.tile].push_back(result.range);
     }
-    LM_RETURN_IF_ERROR(check_range(result.range));
   }
-  return ok_status();
+  std::set<const Node*> unsound;
+  for (auto& [tile, nodes] : forests) {
+    std::set<const Node*> twice = overlapping(nodes);
+    std::erase_if(nodes, [&](const Node* node) { return twice.contains(node); });
+    unsound.merge(twice);
+    unsound.merge(unrecorded(nodes, results[tile]));
+  }
+  std::erase_if(job.nodes, [&](const StoredState::StoredNode& stored) {
+    if (is_of(film, stored.tile, *stored.node) && !unsound.contains(stored.node.get())) {
+      return false;
+    }
+    state.damaged.push_back({job.record.id, stored.tile, stored.node->range});
+    stored::log_damage(state.damaged.back());
+    repairs.push_back(DropNode{state.damaged.back()});
+    return true;
+  });
+  std::erase_if(job.results, [&](const StoredState::StoredResult& result) {
+    if (result.tile.value < film.grid().tile_count() && check_range(result.range).ok()) {
+      return false;
+    }
+    state.damaged_results.push_back({job.record.id, result.tile, result.range});
+    repairs.push_back(DropResults{state.damaged_results.back()});
+    return true;
+  });
 }
 
 }  // namespace
 
-Status check_stored(const StoredState& state) {
+Status take_out_nonsense(StoredState& state, std::vector<StoreOp>& repairs) {
   if (state.epoch == 0 || state.epoch >= std::uint64_t{1} << 32) {
     return data_loss("the store is damaged: its epoch is {}", state.epoch);
   }
-  for (const StoredState::StoredJob& job : state.jobs) {
-    Status status = check_record(job.record);
-    if (status.ok()) {
-      status = check_nodes(job);
-    }
+  std::erase_if(state.jobs, [&](const StoredState::StoredJob& job) {
+    const Status status = check_record(job.record);
     if (!status.ok()) {
-      return data_loss("the store is damaged: job {}: {}", job.record.id.value,
-                       message_of(status));
+      spdlog::error("job {} is left out: what is stored of it means nothing: {}", job.record.id.value,
+                    message_of(status));
+      state.damaged_jobs.push_back(job.record.id);
     }
+    return !status.ok();
+  });
+  for (StoredState::StoredJob& job : state.jobs) {
+    take_out_nodes(job, state, repairs);
   }
   return ok_status();
 }

@@ -1,13 +1,17 @@
 // Whether what was read from a store can be a farm's state.
 #pragma once
 
+#include <vector>
+
 #include "common/base/status.h"
 #include "server/domain/effects.h"
 
 namespace lightmill {
 
-/// DATA_LOSS, naming the job, where rows say what no coordinator has written: a film without pixels, a node of a tile
-/// that the film does not have, samples that stand twice. What nodes hold, their checksums show before.
-Status check_stored(const StoredState& state);
+/// Takes out, and says in the log, what no coordinator has written though its checksums fit: jobs without pixels or
+/// with times that are none (`damaged_jobs`), nodes of tiles that the film does not have, that share samples, or of
+/// which it is not known who rendered them (`damaged`), and such results. `repairs` are to be committed. DATA_LOSS
+/// where nothing can be gone on from.
+Status take_out_nonsense(StoredState& state, std::vector<StoreOp>& repairs);
 
 }  // namespace lightmill

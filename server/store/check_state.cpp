@@ -112,12 +112,10 @@ void report_assets(const StoredState& state, const AssetStore& assets, const Ass
 
 Result<AssetCheck> check_assets(AssetStore& store) {
   AssetCheck check;
-  std::set<Sha256> sound;
   for (const Sha256& digest : store.digests()) {
     if (const Result<std::uint64_t> size_bytes = check_asset(store, digest); size_bytes.ok()) {
       ++check.assets;
       check.bytes += *size_bytes;
-      sound.insert(digest);
     } else if (size_bytes.status().code() != StatusCode::kDataLoss) {
       return with_context(size_bytes.status(), fmt::format("asset {}", digest.hex()));
     } else {
@@ -125,16 +123,20 @@ Result<AssetCheck> check_assets(AssetStore& store) {
       check.damaged.push_back(digest);
     }
   }
-  if (!check.damaged.empty()) {
-    store.collect(sound, -1);  // however fresh
+  for (const Sha256& digest : check.damaged) {
+    store.forget(digest);
   }
   return check;
 }
 
 Result<StateCheck> check_state(Store& store, AssetStore& assets) {
   LM_RETURN_IF_ERROR(store.check_structure());
-  LM_ASSIGN_OR_RETURN(const StoredState state, store.load());
-  LM_RETURN_IF_ERROR(check_stored(state));
+  LM_ASSIGN_OR_RETURN(StoredState state, store.load());
+  std::vector<StoreOp> repairs;
+  LM_RETURN_IF_ERROR(take_out_nonsense(state, repairs));
+  if (!repairs.empty()) {
+    LM_RETURN_IF_ERROR(store.commit(repairs));
+  }
   LM_ASSIGN_OR_RETURN(const AssetCheck found, check_assets(assets));
   std::uint64_t nodes = 0, bytes = 0;
   for (const StoredState::StoredJob& job : state.jobs) {

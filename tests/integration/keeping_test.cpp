@@ -169,6 +169,27 @@ TEST(Check, AFolderWithoutAFarmIsNotCalledSound) {
   EXPECT_NE(empty.err.find("is empty"), std::string::npos) << empty.err;
 }
 
+TEST(Keeping, ADamagedAssetIsForgottenAndSentAgain) {
+  Farm farm;
+  FarmClient client = farm.client();
+  Picture picture;
+  const std::uint64_t waiting = client.submit(picture, "waiting").id();
+  fs::path damaged;
+  for (const fs::directory_entry& entry : fs::recursive_directory_iterator(farm.data() / "assets")) {
+    damaged = entry.is_regular_file() ? entry.path() : damaged;
+  }
+  {
+    std::fstream file(damaged, std::ios::in | std::ios::out | std::ios::binary);
+    file.seekp(-1, std::ios::end);
+    file << '\x01';
+  }
+  farm.add_worker(1, "w1");
+  EXPECT_TRUE(eventually([&] { return !fs::exists(damaged); }));
+  EXPECT_NE(client.job(waiting).state(), v1::JOB_STATE_FAILED) << client.job(waiting).reason();
+  client.submit(picture, "with the same files");
+  expect_reference_film(farm.client(), waiting, picture);
+}
+
 TEST(Keeping, ACopyOfTheDirectoryIsABackup) {
   Picture picture;
   const TemporaryFolder backup;

@@ -1,6 +1,7 @@
 // The coordinator in its simulated process: steps, commits, and crashes.
 #include <algorithm>
 
+#include "server/store/check_rows.h"
 #include "tests/simulation/farm_simulation.h"
 
 namespace lightmill::simulation {
@@ -9,6 +10,11 @@ StoredState FarmSimulation::load_checked() {
   check_acknowledged_is_durable();
   StoredState state = disk_.load(bugs_.hide_damage);
   epoch_ = state.epoch;
+  std::vector<StoreOp> repairs;
+  if (const Status status = take_out_nonsense(state, repairs); !status.ok() || !repairs.empty()) {
+    fail(fmt::format("a coordinator has stored what it cannot start from: {}",
+                     status.ok() ? fmt::format("{} rows", repairs.size()) : message_of(status)));
+  }
   if (bugs_.forget_jobs && state.jobs.size() > 1 && chaos_now()) {
     state.jobs.pop_back();
   }

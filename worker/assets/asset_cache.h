@@ -21,7 +21,7 @@ class AssetCache {
  public:
   AssetCache(AssetFetch fetch, std::uint64_t limit_bytes) : fetch_(std::move(fetch)), limit_bytes_(limit_bytes) {}
 
-  /// DATA_LOSS if what was fetched has another digest; else the errors of the fetch.
+  /// UNAVAILABLE if what was fetched has another digest; else the errors of the fetch.
   Result<std::string> get(const Sha256& digest);
   std::uint64_t bytes() const;
 

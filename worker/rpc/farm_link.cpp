@@ -183,6 +183,9 @@ Result<std::string> FarmLink::download(const Sha256& digest) {
     }
     return reader->Finish();
   });
+  if (status.code() == StatusCode::kNotFound) {  // it was there when the job was submitted, and may be so again
+    return unavailable("asset {} is not in the farm's store: submit a job with the same file again", digest.hex());
+  }
   return status.ok() ? Result<std::string>(std::move(bytes)) : with_context(status, "asset " + digest.hex());
 }
 

@@ -50,7 +50,8 @@ class FarmLink {
   /// which may take some seconds.
   std::string explain(const std::string& server, const Status& failure) const;
 
-  /// Downloads an asset from the coordinator of the last stream; blocks. NOT_FOUND, UNAVAILABLE.
+  /// Downloads an asset from the coordinator of the last stream; blocks. UNAVAILABLE, also where it
+  /// has been lost: it may come again.
   Result<std::string> download(const Sha256& digest);
   /// Uploads those of the assets that the coordinator lacks; blocks. As download, what uploads are refused with, and
   /// what `go_on` says, which is asked before each.

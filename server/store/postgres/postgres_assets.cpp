@@ -102,11 +102,13 @@ class PostgresAssets final : public AssetStore {
   Result<std::unique_ptr<Upload>> start_upload(const Sha256& digest) override;
   Result<std::unique_ptr<Reader>> open_asset(const Sha256& digest) const override;
   std::uint64_t collect(const std::set<Sha256>& wanted, std::int64_t spare_age_seconds) override;
+  void forget(const Sha256& digest) override;
   std::uint64_t total_bytes() const override { return budget_.used_bytes(); }
 
  private:
   friend class PostgresUpload;
   Result<Entry> find(const Sha256& digest) const;
+  Status remove(Borrowed& session, const Entry& entry) const;
   void insert(const Sha256& digest, Entry entry) {
     const MutexLock lock(mutex_);
     entries_.insert_or_assign(digest, entry);
@@ -326,10 +328,7 @@ std::uint64_t PostgresAssets::collect(const std::set<Sha256>& wanted, std::int64
     }
     Status failure;
     const bool removed = remove_unless_kept(digest, spare_age_seconds, [&] {
-      failure = session
-                    .query("WITH own AS MATERIALIZED (SELECT fence($1)) DELETE FROM assets USING own WHERE id = $2",
-                           Parameters(leadership_->epoch(), entry->id))
-                    .status();
+      failure = remove(session, *entry);
       const MutexLock lock(mutex_);
       return failure.ok() && entries_.erase(digest) > 0;
     });
@@ -341,6 +340,29 @@ std::uint64_t PostgresAssets::collect(const std::set<Sha256>& wanted, std::int64
   }
   budget_.release(freed_bytes);
   return freed_bytes;
+}
+
+Status PostgresAssets::remove(Borrowed& session, const Entry& entry) const {
+  return session
+      .query("WITH own AS MATERIALIZED (SELECT fence($1)) DELETE FROM assets USING own WHERE id = $2",
+             Parameters(leadership_->epoch(), entry.id))
+      .status();
+}
+
+void PostgresAssets::forget(const Sha256& digest) {
+  const Result<Entry> entry = find(digest);
+  if (!entry.ok()) {
+    return;
+  }
+  Borrowed session(pool_);
+  if (const Status status = remove(session, *entry); !status.ok()) {
+    spdlog::warn("cannot forget asset {}: {}", digest.hex(), message_of(status));
+    return;
+  }
+  const MutexLock lock(mutex_);
+  if (entries_.erase(digest) > 0) {
+    budget_.release(entry->size_bytes);
+  }
 }
 
 }  // namespace

@@ -92,6 +92,19 @@ TEST_P(AssetConformance, LimitsHold) {
   EXPECT_EQ(open()->total_bytes(), 15u) << "counted anew after a restart";
 }
 
+TEST_P(AssetConformance, WhatIsForgottenCanComeAgain) {
+  const auto store = open();
+  ASSERT_TRUE(put(*store, "one", sha256("one")).ok() && put(*store, "two!", sha256("two!")).ok());
+  ASSERT_TRUE(store->keep(sha256("one")));
+  store->forget(sha256("one"));
+  store->forget(sha256("never there"));
+  EXPECT_FALSE(store->has(sha256("one")));
+  EXPECT_EQ(store->total_bytes(), 4u);
+  ASSERT_TRUE(put(*store, "one", sha256("one")).ok());
+  EXPECT_EQ(get(*store, sha256("one")).value(), "one");
+  EXPECT_EQ(store->total_bytes(), 7u);
+}
+
 TEST_P(AssetConformance, ManyCanPutTheSameAssetAtOnce) {
   const auto store = open();
   const std::string bytes(10'000, 'x');

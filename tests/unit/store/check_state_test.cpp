@@ -45,8 +45,10 @@ class CheckStateTest : public ::testing::Test {
     std::vector<StoreOp> ops;
     for (std::uint64_t id = 1; id <= 2; ++id) {
       ops.push_back(PutJob{record(id)});
-      ops.push_back(node(id, 0));
-      ops.push_back(node(id, 1));
+      for (const std::uint32_t tile : {0u, 1u}) {
+        ops.push_back(node(id, tile));
+        ops.push_back(PutResult{{JobId{id}, TileId{tile}, {0, 0}}, Hash128{1, 2}, {"worker", "machine"}});
+      }
     }
     ASSERT_TRUE(store->commit(ops).ok());
     const auto assets = open_assets();
@@ -106,13 +108,59 @@ TEST_F(CheckStateTest, AJobThatIsNotWhatWasSubmittedIsTakenOutAndLost) {
   EXPECT_TRUE(check()->sound) << "once it is gone";
 }
 
+TEST_F(CheckStateTest, NodesThatNoFilmCanHaveAreRenderedAgain) {
+  execute("UPDATE nodes SET tile = 77 WHERE job = 1 AND tile = 0");
+  const StateCheck found = check().value();
+  EXPECT_FALSE(found.sound);
+  EXPECT_TRUE(found.whole);
+  EXPECT_EQ(found.report.size(), 2u);
+  EXPECT_TRUE(found.report[1].starts_with("job 1: 1 of its nodes was damaged")) << found.report[1];
+  EXPECT_TRUE(check()->sound) << "once repaired";
+}
+
+TEST_F(CheckStateTest, NodesThatShareSamplesAreRenderedAgain) {
+  {
+    const auto store = open_store();
+    ASSERT_TRUE(store->load().ok());
+    PutNode joined = node(1, 0);
+    auto wide = std::make_shared<Node>(*joined.node);
+    wide->range = {1, 0};
+    joined.node = std::move(wide);
+    ASSERT_TRUE(store->commit(std::vector<StoreOp>{joined}).ok());
+  }
+  const StateCheck found = check().value();
+  EXPECT_TRUE(!found.sound && found.whole);
+  EXPECT_EQ(found.report.size(), 2u);
+  EXPECT_TRUE(found.report[1].starts_with("job 1: 2 of its nodes were damaged")) << found.report[1];
+  EXPECT_TRUE(found.report[0].starts_with("2 jobs with 3 nodes")) << found.report[0];
+}
+
+TEST_F(CheckStateTest, NodesOfNobodyKnowsWhomAreRenderedAgain) {
+  execute("DELETE FROM results WHERE job = 2 AND tile = 1");
+  const StateCheck found = check().value();
+  EXPECT_TRUE(!found.sound && found.whole);
+  EXPECT_EQ(found.report.size(), 2u);
+  EXPECT_TRUE(found.report[1].starts_with("job 2: 1 of its nodes was damaged")) << found.report[1];
+  EXPECT_TRUE(check()->sound) << "once repaired";
+}
+
+TEST_F(CheckStateTest, AJobWhoseTimesAreNoneIsTakenOut) {
+  execute("UPDATE jobs SET active_seconds = -5 WHERE id = 2");
+  const StateCheck found = check().value();
+  EXPECT_FALSE(found.whole);
+  EXPECT_EQ(found.report.size(), 2u);
+  EXPECT_TRUE(found.report[1].starts_with("job 2: ")) << found.report[1];
+  EXPECT_TRUE(check()->sound);
+}
+
 TEST_F(CheckStateTest, WhatACancelledJobLosesIsLost) {
   {
     const auto store = open_store();
     ASSERT_TRUE(store->load().ok());
     JobRecord cancelled = record(3);
     cancelled.state = JobState::cancelled;
-    const std::vector<StoreOp> ops{PutJob{cancelled}, node(3, 0)};
+    const std::vector<StoreOp> ops{PutJob{cancelled}, node(3, 0),
+                                   PutResult{{JobId{3}, TileId{0}, {0, 0}}, Hash128{1, 2}, {"worker", "machine"}}};
     ASSERT_TRUE(store->commit(ops).ok());
   }
   damage("job = 3");
@@ -130,6 +178,7 @@ class AwayAssets final : public AssetStore {
   Result<std::unique_ptr<Upload>> start_upload(const Sha256&) override { return unavailable("away"); }
   Result<std::unique_ptr<Reader>> open_asset(const Sha256&) const override { return unavailable("away"); }
   std::uint64_t collect(const std::set<Sha256>&, std::int64_t) override { return collected = 1; }
+  void forget(const Sha256&) override { ++collected; }
   std::uint64_t total_bytes() const override { return 3; }
   std::uint64_t collected = 0;
 };

@@ -40,7 +40,7 @@ TEST_F(AssetCacheTest, OtherBytesThanTheDigestSaysAreRefused) {
   AssetCache assets = cache(100);
   const Sha256 digest = sha256("mesh");
   farm_[digest] = "something else";
-  EXPECT_EQ(assets.get(digest).status().code(), StatusCode::kDataLoss);
+  EXPECT_EQ(assets.get(digest).status().code(), StatusCode::kUnavailable);
   farm_[digest] = "mesh";
   EXPECT_EQ(assets.get(digest).value(), "mesh") << "the damaged bytes were not kept";
 }
