@@ -5,6 +5,7 @@
 #include <filesystem>
 
 #include "common/base/address.h"
+#include "common/command_docs/describe_option.h"
 #include "common/farm/job.h"
 #include "server/store/postgres/postgres_store.h"
 
@@ -149,9 +150,12 @@ std::optional<int> parse_server_options(int argc, char** argv, ServerOptions& op
       "lightmill-server"};
   app.footer("Exit codes: 0 it was stopped, 1 it cannot start or go on, 2 bad usage, 130 stopped at once.");
   app.set_version_flag("--version", fmt::format("lightmill-server {} ({})", LIGHTMILL_VERSION, kRendererVersion));
-  CLI::Option* data = app.add_option("--data", options.data, "directory of all its state; made if need be")
+  add_describe_option(app, LIGHTMILL_VERSION);
+  CLI::Option* data = app.add_option("--data", options.data,
+                                     "directory of all its state; made if need be. With XDG_DATA_HOME, the default is "
+                                     "lightmill in there")
                           ->type_name("DIR")
-                          ->default_str(default_data_directory());
+                          ->default_str("~/.local/share/lightmill");
   app.add_option("--store", options.store,
                  "keep all state in this PostgreSQL database instead: postgres://USER@HOST/DATABASE (a password in "
                  "~/.pgpass)")

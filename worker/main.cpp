@@ -12,6 +12,7 @@
 #include "common/base/log.h"
 #include "common/base/machine_memory.h"
 #include "common/base/signals.h"
+#include "common/command_docs/describe_option.h"
 #include "common/farm/job.h"
 #include "common/methods/fingerprint.h"
 #include "common/security/caller_options.h"
@@ -85,12 +86,14 @@ std::optional<int> parse(int argc, char** argv, Options& options) {
       "lightmill-worker"};
   app.footer("Exit codes: 0 it has left the farm, 1 it cannot start or go on, 2 bad usage, 130 stopped at once.");
   app.set_version_flag("--version", fmt::format("lightmill-worker {} ({})", LIGHTMILL_VERSION, kRendererVersion));
+  add_describe_option(app, LIGHTMILL_VERSION);
   app.add_option("--server", options.server, "HOST:PORT of the coordinator; several, with commas, are tried in turn")
       ->type_name("HOST:PORT[,HOST:PORT]")
       ->envname(kServerVariable)
       ->capture_default_str();
   add_limit(app, "--threads", options.threads, "N", {1, 4096},
             "rendering threads; by default one for each processor core")
+      ->default_str("")
       ->group("Options");
   app.add_option("--name", options.name, "its name, of which only one worker can be connected; by default HOST-PID")
       ->type_name("NAME");

@@ -6,6 +6,7 @@
 
 #include "client/cli/context.h"
 #include "common/base/option_values.h"
+#include "common/command_docs/describe_option.h"
 
 namespace lightmill::cli {
 namespace {
@@ -62,6 +63,7 @@ int run(int argc, char** argv) {
   CLI::App app(kAbout, "lightmill");
   app.footer(kFooter);
   app.set_version_flag("--version", "lightmill " LIGHTMILL_VERSION);
+  add_describe_option(app, LIGHTMILL_VERSION);
   app.require_subcommand(1);
   add_render_commands(app, context);
   add_watch_commands(app, context);

@@ -13,6 +13,7 @@ void add_scene_options(CLI::App& command, SceneOptions& options) {
                   "a scene document (scenes/cornell-bench-blocks.json), one or several Wavefront OBJ files, a glTF "
                   "file (.gltf, "
                   ".glb), or a .blend file where Blender is installed")
+      ->type_name("FILE")
       ->required();
   command
       .add_option("--camera", options.camera,

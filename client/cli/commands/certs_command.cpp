@@ -242,7 +242,7 @@ void run_it(CLI::App* command, Context& context, const std::shared_ptr<CertsOpti
 
 CLI::App* add_issuing(CLI::App& certs, CertsOptions& options, const char* name, const char* about) {
   CLI::App* command = certs.add_subcommand(name, about);
-  command->add_option("DIR", options.folder, "where `certs init` has made the authority")->required();
+  command->add_option("DIR", options.folder, "where `certs init` has made the authority")->type_name("DIR")->required();
   command->add_option("--days", options.days, "how long it holds")
       ->check(whole_number(1, kMaxDays))
       ->capture_default_str();
@@ -261,7 +261,7 @@ void add_certs_command(CLI::App& app, Context& context) {
   certs->footer("docs/security.md says how a farm is set up with them.");
 
   CLI::App* init = certs->add_subcommand("init", "Make an authority: what it signs, its farm believes.");
-  init->add_option("DIR", options->folder, "a directory for it; made if need be")->required();
+  init->add_option("DIR", options->folder, "a directory for it; made if need be")->type_name("DIR")->required();
   init->add_option("--name", options->name, "what it is called")->capture_default_str();
   init->add_option("--days", options->authority_days, "how long it holds")
       ->check(whole_number(1, kMaxDays))
@@ -294,7 +294,7 @@ void add_certs_command(CLI::App& app, Context& context) {
   });
 
   CLI::App* shown = certs->add_subcommand("show", "Say what a certificate says.");
-  shown->add_option("FILE", options->file, "PEM")->required();
+  shown->add_option("FILE", options->file, "PEM")->type_name("FILE")->required();
   run_it(shown, context, options,
          [](const CertsOptions& given, const Console& console) { return show(given.file, console); });
 }

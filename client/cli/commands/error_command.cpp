@@ -80,8 +80,8 @@ void add_error_command(CLI::App& app, Context& context) {
   const auto options = std::make_shared<ErrorOptions>();
   CLI::App* command = app.add_subcommand("error", "How far a picture is from a reference.");
   command->footer(kMore);
-  command->add_option("IMAGE", options->image, "the picture")->required();
-  command->add_option("REFERENCE", options->reference, "what it should be")->required();
+  command->add_option("IMAGE", options->image, "the picture")->type_name("FILE")->required();
+  command->add_option("REFERENCE", options->reference, "what it should be")->type_name("FILE")->required();
   add_json_option(*command, context);
   command->callback([&context, options] {
     context.run = [options](const Console& console) { return show_error(console, *options); };

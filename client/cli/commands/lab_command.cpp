@@ -254,7 +254,7 @@ void add_lab_command(CLI::App& app, Context& context) {
   const auto options = std::make_shared<LabOptions>();
   CLI::App* command = app.add_subcommand("lab", "Compare methods on scenes: error against time, as one page.");
   command->footer(kMore);
-  command->add_option("EXPERIMENT", options->experiment, "a JSON document")->required();
+  command->add_option("EXPERIMENT", options->experiment, "a JSON document")->type_name("FILE")->required();
   command->add_option("-o,--output", options->folder, "folder for results and report; made if need be")
       ->required()
       ->type_name("DIR");

@@ -186,7 +186,7 @@ void add_verify_command(CLI::App& app, Context& context) {
   CLI::App* command =
       app.add_subcommand("verify", "Check that a picture is what its receipt says, by rendering parts of it again.");
   command->footer(kMore);
-  command->add_option("IMAGE", options->image, "an EXR that Lightmill wrote")->required();
+  command->add_option("IMAGE", options->image, "an EXR that Lightmill wrote")->type_name("FILE")->required();
   add_scene_options(*command, options->scene);
   command
       ->add_option("--share", options->share,

@@ -1,0 +1,116 @@
+#include "common/command_docs/command_tree.h"
+
+#include <fmt/ranges.h>
+
+#include <algorithm>
+
+namespace lightmill {
+namespace {
+
+const std::function<bool(const CLI::App*)> kAll = nullptr;
+
+OptionDoc option_doc(const CLI::Option& option) {
+  OptionDoc doc;
+  if (option.nonpositional()) {
+    for (const std::string& name : option.get_snames()) {
+      doc.names.push_back("-" + name);
+    }
+    for (const std::string& name : option.get_lnames()) {
+      doc.names.push_back("--" + name);
+    }
+  } else {
+    doc.names.push_back(option.get_name(true));
+  }
+  const int most = option.get_items_expected_max();
+  doc.value = most > 0 ? option.get_type_name() : "";
+  doc.text = option.get_description();
+  doc.default_value = option.get_default_str();
+  doc.variable = option.get_envname();
+  doc.group = option.get_group();
+  doc.required = option.get_required();
+  doc.repeats = most > 1;
+  return doc;
+}
+
+/// An option of the same names comes only once.
+void append_option(const OptionDoc& option, std::vector<OptionDoc>& options) {
+  if (std::ranges::find(options, option.names, &OptionDoc::names) == options.end()) {
+    options.push_back(option);
+  }
+}
+
+/// Those of a command, with its groups of options, which the parser keeps as commands without a name.
+void append_options(const CLI::App& app, CommandDoc& doc) {
+  for (const CLI::Option* option : app.get_options()) {
+    if (!option->get_group().empty()) {
+      append_option(option_doc(*option), option->nonpositional() ? doc.options : doc.positions);
+    }
+  }
+  for (const CLI::App* group : app.get_subcommands(kAll)) {
+    if (group->get_name().empty()) {
+      append_options(*group, doc);
+    }
+  }
+}
+
+CommandDoc command_doc(const CLI::App& app, const CommandDoc* parent, const std::string& parent_footer) {
+  CommandDoc doc;
+  doc.path = parent == nullptr ? std::vector<std::string>() : parent->path;
+  doc.path.push_back(app.get_name());
+  doc.about = app.get_description();
+  const std::string footer = app.get_footer();
+  doc.footer = footer == parent_footer ? "" : footer;
+  append_options(app, doc);
+  if (parent != nullptr && app.get_fallthrough()) {
+    for (const OptionDoc& option : parent->options) {
+      append_option(option, doc.options);
+    }
+  }
+  doc.needs_command = app.get_require_subcommand_min() > 0;
+  for (const CLI::App* command : app.get_subcommands(kAll)) {
+    if (!command->get_name().empty() && !command->get_group().empty()) {
+      doc.commands.push_back(command_doc(*command, &doc, footer));
+    }
+  }
+  return doc;
+}
+
+void append_all(const CommandDoc& command, std::vector<const CommandDoc*>& all) {
+  all.push_back(&command);
+  for (const CommandDoc& below : command.commands) {
+    append_all(below, all);
+  }
+}
+
+}  // namespace
+
+std::string CommandDoc::words() const {
+  return fmt::format("{}", fmt::join(path, " "));
+}
+
+CommandDoc command_tree(const CLI::App& app) {
+  return command_doc(app, nullptr, "");
+}
+
+std::vector<const CommandDoc*> all_commands(const CommandDoc& root) {
+  std::vector<const CommandDoc*> all;
+  append_all(root, all);
+  return all;
+}
+
+ValueChoice choice_of(const std::string& type_name) {
+  if (type_name.starts_with("FILE")) {
+    return {ValueChoice::Kind::file, {}};
+  }
+  if (type_name.starts_with("DIR")) {
+    return {ValueChoice::Kind::folder, {}};
+  }
+  const bool plain = std::ranges::all_of(
+      type_name, [](char letter) { return (letter >= 'a' && letter <= 'z') || letter == '|' || letter == '-'; });
+  if (type_name.find('|') == std::string::npos || !plain) {
+    return {};
+  }
+  return {ValueChoice::Kind::words, CLI::detail::split(type_name, '|')};
+}
+
+}  // namespace lightmill

@@ -1,0 +1,161 @@
+#!/usr/bin/env python3
+"""Asks the shells' completions, as built, what they offer, and compares that with what --help prints.
+
+  completions_test.py BUILD-FOLDER
+"""
+import os
+import pathlib
+import pty
+import re
+import select
+import shutil
+import subprocess
+import sys
+import tempfile
+import time
+import unittest
+
+import help_text
+
+BUILD = pathlib.Path(sys.argv.pop(1)).absolute()
+BIN = BUILD / "bin"
+SHARE = BUILD / "share"
+
+BASH_QUESTION = r"""
+source "$1"
+shift
+complete -p "$1" >/dev/null || exit 1
+COMP_WORDS=("$@")
+COMP_CWORD=$(($# - 1))
+compopt() { :; }
+"_$1"
+printf '%s\n' "${COMPREPLY[@]}"
+"""
+
+
+def bash_offers(words, folder=None):
+    """What bash offers for the last word."""
+    script = SHARE / "bash-completion" / "completions" / words[0]
+    run = subprocess.run(["bash", "--norc", "-c", BASH_QUESTION, "bash", script, *words], capture_output=True, text=True,
+                         check=True, timeout=60, cwd=folder)
+    assert run.stderr == "", run.stderr
+    return {line for line in run.stdout.splitlines() if line}
+
+
+def fish_offers(lines, folder=None):
+    """What fish offers at the end of each line: a list of sets."""
+    script = SHARE / "fish" / "vendor_completions.d" / f"{lines[0].split()[0]}.fish"
+    asks = "".join(f"echo '=='; complete -C '{line}'\n" for line in lines)
+    with tempfile.TemporaryDirectory() as home:
+        run = subprocess.run(["fish", "--no-config", "-c", f"source {script}\n{asks}"], capture_output=True, text=True, check=True,
+                             timeout=100, cwd=folder or home, env={**os.environ, "HOME": home})
+    assert run.stderr == "", run.stderr
+    return [{offer.split("\t")[0] for offer in part.splitlines() if offer} for part in run.stdout.split("==\n")[1:]]
+
+
+class Zsh:
+    """A zsh on a terminal of its own, with nothing but our completions and its own."""
+
+    def __enter__(self):
+        self.home = tempfile.TemporaryDirectory()
+        pid, self.terminal = pty.fork()
+        if pid == 0:
+            os.chdir(self.home.name)
+            os.execvpe("zsh", ["zsh", "-f"], {"HOME": self.home.name, "PATH": f"{BIN}:/usr/bin:/bin", "TERM": "dumb"})
+        self.pid = pid
+        self.ask(f"fpath=({SHARE}/zsh/vendor-completions $fpath); autoload -Uz compinit; compinit -u; PS1=; unsetopt zle_bracketed_paste; "
+                 "setopt no_list_beep; LISTMAX=9999; COLUMNS=300; LINES=500; stty -echo; echo rea''dy\n", "ready")
+        return self
+
+    def __exit__(self, *_):
+        os.close(self.terminal)
+        os.waitpid(self.pid, 0)
+        self.home.cleanup()
+
+    def ask(self, keys, until, patience=30):
+        """Types keys; what the terminal shows until then."""
+        os.write(self.terminal, keys.encode())
+        shown, end = "", time.monotonic() + patience
+        while until not in shown:
+            left = end - time.monotonic()
+            if left <= 0 or not select.select([self.terminal], [], [], left)[0]:
+                raise AssertionError(f"no {until!r} in what zsh shows for {keys!r}:\n{shown}")
+            shown += os.read(self.terminal, 65536).decode(errors="replace")
+        return shown
+
+
+class Completions(unittest.TestCase):
+    def test_bash_offers_what_help_lists(self):
+        for program in help_text.PROGRAMS:
+            for words, options, commands in help_text.all_commands(BIN, [program]):
+                with self.subTest(words=words):
+                    self.assertEqual(bash_offers([*words, "-"]), options)
+                    if commands:
+                        self.assertEqual(bash_offers([*words, ""]), set(commands))
+
+    def test_bash_completes_words_values_and_files(self):
+        self.assertEqual(bash_offers(["lightmill", "sub"]), {"submit"})
+        self.assertEqual(bash_offers(["lightmill", "render", "--view", "f"]), {"filmic"})
+        self.assertEqual(bash_offers(["lightmill", "render", "--view", "=", "f"]), {"filmic"})
+        self.assertEqual(bash_offers(["lightmill", "jobs", "--server", ""]), set())
+        with tempfile.TemporaryDirectory() as folder:
+            for name in ("scene one.json", "other"):
+                (pathlib.Path(folder) / name).touch()
+            (pathlib.Path(folder) / "scenes").mkdir()
+            self.assertEqual(bash_offers(["lightmill", "render", "sc"], folder), {"scene one.json", "scenes"})
+            self.assertEqual(bash_offers(["lightmill-server", "--data", ""], folder), {"scenes"})
+            self.assertEqual(bash_offers(["lightmill", "cancel", ""], folder), set(), "a job's number is no file")
+
+    def test_bash_takes_no_value_for_a_command(self):
+        self.assertEqual(bash_offers(["lightmill", "workers", "--server", "drain", "qu"]), {"quarantine"})
+
+    @unittest.skipUnless(shutil.which("fish"), "no fish")
+    def test_fish_offers_what_help_lists(self):
+        for program in help_text.PROGRAMS:
+            all_commands = list(help_text.all_commands(BIN, [program]))
+            lines = [f"{' '.join(words)} {end}" for words, _, _ in all_commands for end in ("-", "--", "")]
+            offers = iter(fish_offers(lines))
+            for words, options, commands in all_commands:
+                with self.subTest(words=words):
+                    offered = {name for name in next(offers) | next(offers) if re.fullmatch(r"-\w|--[\w-]+", name)}
+                    self.assertEqual(offered, options)
+                    named = next(offers)
+                    if commands:
+                        self.assertEqual(named, set(commands))
+
+    @unittest.skipUnless(shutil.which("fish"), "no fish")
+    def test_fish_completes_values_and_takes_none_for_a_command(self):
+        values, quarantine = fish_offers(["lightmill render --view ", "lightmill workers --server drain qu"])
+        self.assertEqual(values, {"plain", "filmic"})
+        self.assertEqual(quarantine, {"quarantine"})
+
+    @unittest.skipUnless(shutil.which("zsh"), "no zsh")
+    def test_zsh_offers_what_help_lists(self):
+        with Zsh() as zsh:
+            self.assertIn("submit", zsh.ask("lightmill sub\t", "lightmill submit"))
+            zsh.ask("\x15", "")
+            for program in help_text.PROGRAMS:
+                for words, options, commands in help_text.all_commands(BIN, [program]):
+                    with self.subTest(words=words):
+                        # ^D lists without inserting anything.
+                        shown = zsh.ask(f"{' '.join(words)} -\x04", "--help") + zsh.ask("\x15echo do''ne\n", "done")
+                        self.assertEqual({name for name in options if not re.search(rf"(?<![\w-]){name}(?![\w-])", shown)}, set())
+                        if commands:
+                            shown = zsh.ask(f"{' '.join(words)} \x04", commands[0]) + zsh.ask("\x15echo do''ne\n", "done")
+                            self.assertEqual({name for name in commands if not re.search(rf"(?m)^{name}\s", shown)}, set())
+
+    def test_a_shell_that_is_not_known_is_named(self):
+        for program in help_text.PROGRAMS:
+            run = subprocess.run([BIN / program, "--describe", "tcsh"], capture_output=True, text=True, check=False)
+            self.assertEqual((run.returncode, run.stdout), (2, ""))
+            self.assertIn("must be bash, zsh, fish or man, got 'tcsh'", run.stderr)
+
+    @unittest.skipUnless(shutil.which("shellcheck"), "no shellcheck")
+    def test_bash_scripts_are_in_order(self):
+        scripts = [SHARE / "bash-completion" / "completions" / program for program in help_text.PROGRAMS]
+        run = subprocess.run(["shellcheck", *scripts], capture_output=True, text=True, check=False)
+        self.assertEqual(run.stdout, "")
+
+
+if __name__ == "__main__":
+    unittest.main(verbosity=2)

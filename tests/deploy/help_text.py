@@ -1,0 +1,34 @@
+"""Reads the programs' commands and options off what --help prints, for the tests of what is made from their tables."""
+import re
+import subprocess
+
+PROGRAMS = ["lightmill", "lightmill-server", "lightmill-worker"]
+
+
+def help_of(folder, words):
+    """The lines that `words --help` prints; the first word is a program of the folder."""
+    run = subprocess.run([folder / words[0], *words[1:], "--help"], capture_output=True, text=True, check=True, timeout=60)
+    return run.stdout.splitlines()
+
+
+def options_and_commands(lines):
+    """(option names, command names), as help lists them: set in by two spaces, commands below 'Subcommands:'."""
+    options, commands, in_commands = set(), [], False
+    for line in lines:
+        if line and not line.startswith(" "):
+            in_commands = line == "Subcommands:"
+        if in_commands and (match := re.match(r"  ([a-z][a-z-]*)(\s|$)", line)):
+            commands.append(match.group(1))
+        elif match := re.match(r" {2,8}((?:-\w,)?--[a-z][a-z-]*)(\s|$|=)", line):
+            options.update(match.group(1).split(","))
+    return options, commands
+
+
+def all_commands(folder, words):
+    """(words, option names, command names) of a command and of all below it."""
+    options, commands = options_and_commands(help_of(folder, words))
+    if words == ["lightmill-server", "check"]:  # takes the program's, as it says in words
+        options |= options_and_commands(help_of(folder, words[:1]))[0]
+    yield words, options, commands
+    for command in commands:
+        yield from all_commands(folder, [*words, command])

@@ -1,0 +1,79 @@
+#include <gtest/gtest.h>
+
+#include "common/command_docs/completions.h"
+#include "common/command_docs/man_page.h"
+
+namespace lightmill::test {
+namespace {
+
+/// A program with one of everything.
+class CommandDocs : public testing::Test {
+ protected:
+  CommandDocs() {
+    app_.footer("The end.");
+    app_.add_option("--color", color_, "its colour")->type_name("red|dark-blue")->envname("MILL_COLOR");
+    app_.add_option("--secret", secret_, "not told")->group("");
+    CLI::App* grind = app_.add_subcommand("grind", "Make it fine.");
+    grind->fallthrough();
+    grind->add_option("GRAIN", grain_, "what's ground")->type_name("FILE")->required();
+    grind->add_option_group("limits")->add_option("-n,--times", times_, "how often: [1:9]");
+    app_.add_subcommand("hidden", "")->group("");
+  }
+
+  CLI::App app_{"Grinds things. Finely.", "mill"};
+  std::string color_, secret_, grain_;
+  std::vector<int> times_;
+};
+
+TEST_F(CommandDocs, TreeHasWhatHelpShowsAndNothingHidden) {
+  const CommandDoc mill = command_tree(app_);
+  ASSERT_EQ(mill.options.size(), 2u);  // and --help
+  EXPECT_EQ(mill.options[1].names, std::vector<std::string>{"--color"});
+  EXPECT_EQ(mill.options[1].variable, "MILL_COLOR");
+  ASSERT_EQ(mill.commands.size(), 1u);
+  EXPECT_EQ(mill.footer, "The end.");
+  EXPECT_FALSE(mill.needs_command);
+}
+
+TEST_F(CommandDocs, CommandsHaveTheirGroupsOptionsAndTheirParents) {
+  const CommandDoc grind = command_tree(app_).commands.at(0);
+  EXPECT_EQ(grind.words(), "mill grind");
+  EXPECT_EQ(grind.footer, "") << "its parent's is not told twice";
+  ASSERT_EQ(grind.positions.size(), 1u);
+  EXPECT_TRUE(grind.positions[0].required);
+  ASSERT_EQ(grind.options.size(), 3u);
+  EXPECT_EQ(grind.options[1].names, (std::vector<std::string>{"-n", "--times"}));
+  EXPECT_TRUE(grind.options[1].repeats);
+  EXPECT_EQ(grind.options[2].names, std::vector<std::string>{"--color"});
+}
+
+TEST(ValueChoice, IsReadOffTheTypeName) {
+  EXPECT_EQ(choice_of("FILE|NAME").kind, ValueChoice::Kind::file);
+  EXPECT_EQ(choice_of("DIR").kind, ValueChoice::Kind::folder);
+  EXPECT_EQ(choice_of("plain|filmic").words, (std::vector<std::string>{"plain", "filmic"}));
+  for (const char* other : {"HOST:PORT", "N", "A|B", "word", ""}) {
+    EXPECT_EQ(choice_of(other).kind, ValueChoice::Kind::anything) << other;
+  }
+}
+
+TEST_F(CommandDocs, ManPageEscapesWhatTroffWouldRead) {
+  app_.get_subcommand("grind")->description(".start\n\n  kept -as\n  lines\n\nafter \\ `it's`");
+  const std::string page = man_page(command_tree(app_), "1.0", "2026-11-23");
+  EXPECT_NE(page.find(".TH MILL 1 \"2026-11-23\" \"Lightmill 1.0\""), std::string::npos) << page;
+  EXPECT_NE(page.find("\nmill \\- Grinds things\n"), std::string::npos);
+  EXPECT_NE(page.find("\n.PP\n\\&.start\n.PP\n.nf\n  kept \\-as\n  lines\n.fi\n.PP\nafter \\e \\fBit\\(aqs\\fR\n"),
+            std::string::npos)
+      << page;
+  EXPECT_NE(page.find(".SH ENVIRONMENT\n.TP\n\\fBMILL_COLOR\\fR\nas \\fB\\-\\-color\\fR\n"), std::string::npos);
+  EXPECT_EQ(page.find("secret"), std::string::npos);
+}
+
+TEST_F(CommandDocs, ZshTextIsQuoted) {
+  const std::string script = zsh_completion(command_tree(app_));
+  EXPECT_NE(script.find("'*'{-n+,--times=}'[how often\\: \\[1\\:9\\]]:"), std::string::npos) << script;
+  EXPECT_NE(script.find("':GRAIN:_files'"), std::string::npos);
+  EXPECT_NE(script.find("'(--color)'--color='[its colour]:red|dark-blue:(red dark-blue)'"), std::string::npos);
+}
+
+}  // namespace
+}  // namespace lightmill::test
