@@ -1,0 +1,199 @@
+#!/usr/bin/env python3
+"""Checks the units of deploy/systemd: what systemd says of them, and that the programs render within the limits that they
+set on system calls and memory. systemd itself need not run.
+
+  systemd_test.py SOURCE-FOLDER BUILD-FOLDER
+"""
+import ctypes
+import pathlib
+import re
+import shlex
+import shutil
+import struct
+import subprocess
+import sys
+import tempfile
+import time
+import unittest
+
+import help_text
+
+BUILD = pathlib.Path(sys.argv.pop()).absolute()
+SOURCE = pathlib.Path(sys.argv.pop()).absolute()
+BIN = BUILD / "bin"
+UNITS = SOURCE / "deploy" / "systemd"
+PROGRAMS = ["lightmill-server", "lightmill-worker"]
+MOST_EXPOSURE = 15  # tenths, of 100; systemd calls up to 20 OK. Both have 12
+
+PR_SET_NO_NEW_PRIVS, PR_SET_SECCOMP, SECCOMP_MODE_FILTER = 38, 22, 2
+SECCOMP_ALLOW, SECCOMP_EPERM, SECCOMP_KILL = 0x7FFF0000, 0x00050001, 0x80000000
+AUDIT_ARCH_X86_64 = 0xC000003E
+LOAD, JUMP_EQUAL, JUMP_ANY_BIT, AND, RETURN = 0x20, 0x15, 0x45, 0x54, 0x06
+PROT_WRITE, PROT_EXEC = 2, 4
+NUMBER, ARCH, THIRD_ARGUMENT = 0, 4, 32  # places in struct seccomp_data
+
+
+def setting(program, name):
+    """All values of a setting of the unit, in their order."""
+    text = (UNITS / f"{program}.service").read_text()
+    return re.findall(rf"(?m)^{name}=(.*)$", text)
+
+
+def calls_of(group):
+    """The names of the system calls in a group of systemd's."""
+    run = subprocess.run(["systemd-analyze", "syscall-filter", group], capture_output=True, text=True, check=True)
+    calls = set()
+    for line in map(str.strip, run.stdout.splitlines()[1:]):
+        if line.startswith("@"):
+            calls |= calls_of(line)
+        elif line and not line.startswith("#"):
+            calls.add(line)
+    return calls
+
+
+def allowed_calls(program):
+    """What SystemCallFilter leaves."""
+    allowed = set()
+    for line in setting(program, "SystemCallFilter"):
+        for group in line.lstrip("~").split():
+            calls = calls_of(group) if group.startswith("@") else {group}
+            allowed = allowed - calls if line.startswith("~") else allowed | calls
+    return allowed
+
+
+def call_numbers():
+    header = pathlib.Path("/usr/include/x86_64-linux-gnu/asm/unistd_64.h").read_text()
+    return {name: int(number) for name, number in re.findall(r"#define __NR_(\w+) (\d+)", header)}
+
+
+def filter_program(allowed):
+    """A seccomp program as systemd makes it for SystemCallFilter=, SystemCallErrorNumber=EPERM and MemoryDenyWriteExecute=."""
+    def step(code, value, if_true=0, if_false=0):
+        return struct.pack("HBBI", code, if_true, if_false, value)
+    numbers = call_numbers()
+    steps = [step(LOAD, ARCH), step(JUMP_EQUAL, AUDIT_ARCH_X86_64, 1, 0), step(RETURN, SECCOMP_KILL), step(LOAD, NUMBER)]
+    both = PROT_WRITE | PROT_EXEC
+    steps += [step(JUMP_EQUAL, numbers["mmap"], 0, 5), step(LOAD, THIRD_ARGUMENT), step(AND, both),
+              step(JUMP_EQUAL, both, 0, 1), step(RETURN, SECCOMP_EPERM), step(RETURN, SECCOMP_ALLOW)]
+    for call in ("mprotect", "pkey_mprotect"):
+        steps += [step(JUMP_EQUAL, numbers[call], 0, 4), step(LOAD, THIRD_ARGUMENT), step(JUMP_ANY_BIT, PROT_EXEC, 0, 1),
+                  step(RETURN, SECCOMP_EPERM), step(RETURN, SECCOMP_ALLOW)]
+    for call in sorted(allowed & numbers.keys() - {"mmap", "mprotect", "pkey_mprotect"}):
+        steps += [step(JUMP_EQUAL, numbers[call], 0, 1), step(RETURN, SECCOMP_ALLOW)]
+    return b"".join(steps + [step(RETURN, SECCOMP_EPERM)])
+
+
+class Filter(ctypes.Structure):
+    _fields_ = [("length", ctypes.c_ushort), ("steps", ctypes.c_char_p)]
+
+
+def confine(steps):
+    """For the child, before it becomes the program: it and what it starts have the filter from here on."""
+    libc = ctypes.CDLL(None, use_errno=True)
+    program = Filter(len(steps) // 8, steps)
+    if libc.prctl(PR_SET_NO_NEW_PRIVS, 1, 0, 0, 0) != 0 or libc.prctl(
+            PR_SET_SECCOMP, SECCOMP_MODE_FILTER, ctypes.byref(program), 0, 0) != 0:
+        raise OSError(ctypes.get_errno(), "seccomp")
+
+
+def start_confined(program, arguments, log):
+    steps = filter_program(allowed_calls(program))
+    return subprocess.Popen([BIN / program, *arguments], stdout=log, stderr=log, preexec_fn=lambda: confine(steps))
+
+
+def words_of(path, variable):
+    """A variable of an EnvironmentFile, also one that is commented out; split into words as systemd does for $NAME."""
+    text = re.sub(r"(?m)^#\s*(?=LIGHTMILL_)", "", path.read_text())
+    return [word for value in re.findall(rf"(?m)^{variable}=(.*)$", text) for quoted in shlex.split(value) for word in quoted.split()]
+
+
+@unittest.skipUnless(shutil.which("systemd-analyze"), "no systemd")
+class Units(unittest.TestCase):
+    def setUp(self):
+        self.folder = tempfile.TemporaryDirectory()
+        self.addCleanup(self.folder.cleanup)
+        self.place = pathlib.Path(self.folder.name)
+
+    def installed_units(self):
+        """As the package has them, but with the programs as built."""
+        names = {"lightmill-server": ["lightmill-server"], "lightmill-worker": ["lightmill-worker", "lightmill-worker@"]}
+        for program, units in names.items():
+            text = (UNITS / f"{program}.service").read_text()
+            self.assertIn(f"ExecStart=/usr/bin/{program} ", text)
+            for unit in units:
+                path = self.place / f"{unit}.service"
+                path.write_text(text.replace("/usr/bin/", f"{BIN}/"))
+                yield path
+
+    def test_systemd_finds_nothing_wrong(self):
+        for unit in self.installed_units():
+            run = subprocess.run(["systemd-analyze", "verify", "--man=no", unit], capture_output=True, text=True, check=False)
+            self.assertEqual((run.returncode, run.stdout + run.stderr), (0, ""), unit.name)
+
+    def test_exposure_is_low(self):
+        for unit in self.installed_units():
+            run = subprocess.run(["systemd-analyze", "security", "--offline=true", f"--threshold={MOST_EXPOSURE}", "--no-pager", unit],
+                                 capture_output=True, text=True, check=False)
+            self.assertEqual(run.returncode, 0, run.stdout + run.stderr)
+
+    def test_a_farm_renders_within_the_limits_of_its_units(self):
+        port_file, picture, log_path = (self.place / name for name in ("port", "picture.png", "log"))
+        with open(log_path, "wb") as log:
+            server = start_confined("lightmill-server", ["--data", self.place / "data", "--listen", "127.0.0.1:0", "--port-file",
+                                                         port_file, "--http", "127.0.0.1:0"], log)
+            programs = [server]
+            try:
+                end = time.monotonic() + 30
+                while not (port_file.exists() and port_file.read_text()) and time.monotonic() < end and server.poll() is None:
+                    time.sleep(0.05)
+                self.assertTrue(port_file.exists(), log_path.read_text())
+                farm = f"127.0.0.1:{port_file.read_text().strip()}"
+                programs.append(start_confined("lightmill-worker", ["--server", farm, "--threads", "2"], log))
+                # Textures too, which other libraries decode.
+                for scene in ("cornell-bench-blocks", "course-default"):
+                    run = subprocess.run([BIN / "lightmill", "render", SOURCE / "scenes" / f"{scene}.json", "--server", farm, "--spp",
+                                          "2", "--size", "64x64", "-o", picture], capture_output=True, text=True, check=False, timeout=60)
+                    self.assertEqual(run.returncode, 0, run.stderr + log_path.read_text())
+                for program in reversed(programs):
+                    program.terminate()
+                    self.assertEqual(program.wait(timeout=30), 0, log_path.read_text())
+            finally:
+                for program in programs:
+                    if program.poll() is None:
+                        program.kill()
+                        program.wait()
+
+    def test_the_filter_refuses_what_it_should(self):
+        steps = filter_program(allowed_calls("lightmill-worker"))
+        asks = ("import ctypes, mmap\nlibc = ctypes.CDLL(None, use_errno=True)\n"
+                "print(libc.chroot(b'/'), ctypes.get_errno())\n"
+                "try:\n  mmap.mmap(-1, 4096, prot=mmap.PROT_WRITE | mmap.PROT_EXEC)\nexcept PermissionError:\n  print('refused')\n")
+        run = subprocess.run([sys.executable, "-c", asks], capture_output=True, text=True, check=True, preexec_fn=lambda: confine(steps))
+        self.assertEqual(run.stdout, "-1 1\nrefused\n")
+
+    def test_a_worker_has_longer_to_leave_than_its_farm_waits_for_it(self):
+        # A unit of work is about a second (--unit-seconds), at most 60, and is sent once more if the coordinator is away.
+        self.assertGreaterEqual(int(setting("lightmill-worker", "TimeoutStopSec")[0]), 2 * 60)
+
+    def test_configured_options_exist(self):
+        for program, file, variable in (("lightmill-server", "server.conf", "LIGHTMILL_SERVER_OPTIONS"),
+                                        ("lightmill-worker", "worker.conf", "LIGHTMILL_WORKER_OPTIONS")):
+            options, _ = help_text.options_and_commands(help_text.help_of(BIN, [program]))
+            named = {word for word in words_of(UNITS / file, variable) if word.startswith("--")}
+            self.assertEqual(named - options, set())
+            self.assertIn(f"EnvironmentFile=-/etc/lightmill/{file}", (UNITS / f"{program}.service").read_text())
+            self.assertIn(f"${variable}\n", (UNITS / f"{program}.service").read_text())
+        # What the worker reads itself.
+        help_lines = "\n".join(help_text.help_of(BIN, ["lightmill-worker"]))
+        for name in re.findall(r"(?m)^#?(LIGHTMILL_\w+)=", (UNITS / "worker.conf").read_text()):
+            if name != "LIGHTMILL_WORKER_OPTIONS":
+                self.assertIn(f"(Env:{name})", help_lines)
+
+    def test_both_run_as_users_that_are_made(self):
+        made = re.findall(r"(?m)^u (\S+)", (UNITS / "sysusers.conf").read_text())
+        for program in PROGRAMS:
+            self.assertIn(setting(program, "User")[0], made)
+
+
+if __name__ == "__main__":
+    unittest.main(verbosity=2)
