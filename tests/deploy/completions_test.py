@@ -21,6 +21,9 @@ BUILD = pathlib.Path(sys.argv.pop(1)).absolute()
 BIN = BUILD / "bin"
 SHARE = BUILD / "share"
 
+PROMPT = "@@@ "
+CLEAR, CLEARED = "\x15echo do''ne\n", f"done.*{PROMPT}"  # throws away what is typed
+
 BASH_QUESTION = r"""
 source "$1"
 shift
@@ -63,8 +66,8 @@ class Zsh:
             os.chdir(self.home.name)
             os.execvpe("zsh", ["zsh", "-f"], {"HOME": self.home.name, "PATH": f"{BIN}:/usr/bin:/bin", "TERM": "dumb"})
         self.pid = pid
-        self.ask(f"fpath=({SHARE}/zsh/vendor-completions $fpath); autoload -Uz compinit; compinit -u; PS1=; unsetopt zle_bracketed_paste; "
-                 "setopt no_list_beep; LISTMAX=9999; COLUMNS=300; LINES=500; stty -echo; echo rea''dy\n", "ready")
+        self.ask(f"fpath=({SHARE}/zsh/vendor-completions $fpath); autoload -Uz compinit; compinit -u; PS1='@''@@ '; unsetopt zle_bracketed_paste; "
+                 "setopt no_list_beep; LISTMAX=9999; COLUMNS=300; LINES=500\n", PROMPT)
         return self
 
     def __exit__(self, *_):
@@ -73,10 +76,11 @@ class Zsh:
         self.home.cleanup()
 
     def ask(self, keys, until, patience=30):
-        """Types keys; what the terminal shows until then."""
+        """Types keys; what the terminal shows until it has matched. Whoever runs a command has to wait for the prompt: before
+        that the terminal itself would take ^D and ^U."""
         os.write(self.terminal, keys.encode())
         shown, end = "", time.monotonic() + patience
-        while until not in shown:
+        while not re.search(until, shown, re.DOTALL):
             left = end - time.monotonic()
             if left <= 0 or not select.select([self.terminal], [], [], left)[0]:
                 raise AssertionError(f"no {until!r} in what zsh shows for {keys!r}:\n{shown}")
@@ -133,15 +137,15 @@ class Completions(unittest.TestCase):
     def test_zsh_offers_what_help_lists(self):
         with Zsh() as zsh:
             self.assertIn("submit", zsh.ask("lightmill sub\t", "lightmill submit"))
-            zsh.ask("\x15", "")
+            zsh.ask(CLEAR, CLEARED)
             for program in help_text.PROGRAMS:
                 for words, options, commands in help_text.all_commands(BIN, [program]):
                     with self.subTest(words=words):
                         # ^D lists without inserting anything.
-                        shown = zsh.ask(f"{' '.join(words)} -\x04", "--help") + zsh.ask("\x15echo do''ne\n", "done")
+                        shown = zsh.ask(f"{' '.join(words)} -\x04", "--help") + zsh.ask(CLEAR, CLEARED)
                         self.assertEqual({name for name in options if not re.search(rf"(?<![\w-]){name}(?![\w-])", shown)}, set())
                         if commands:
-                            shown = zsh.ask(f"{' '.join(words)} \x04", commands[0]) + zsh.ask("\x15echo do''ne\n", "done")
+                            shown = zsh.ask(f"{' '.join(words)} \x04", commands[0]) + zsh.ask(CLEAR, CLEARED)
                             self.assertEqual({name for name in commands if not re.search(rf"(?m)^{name}\s", shown)}, set())
 
     def test_a_shell_that_is_not_known_is_named(self):
