@@ -1,0 +1,71 @@
+#!/usr/bin/env python3
+"""Checks the manual pages, as built: that they name what --help lists, and that what formats them has nothing to say.
+
+  man_page_test.py BUILD-FOLDER
+"""
+import os
+import pathlib
+import re
+import shutil
+import subprocess
+import sys
+import unittest
+
+import help_text
+
+BUILD = pathlib.Path(sys.argv.pop(1)).absolute()
+BIN = BUILD / "bin"
+
+
+def page_path(program):
+    return BUILD / "share" / "man" / "man1" / f"{program}.1"
+
+
+def sections_of(program):
+    """{title: text}, of sections and subsections, without troff's marks."""
+    text = re.sub(r"\\f[BIR]|\\&", "", page_path(program).read_text()).replace("\\-", "-")
+    parts = re.split(r"(?m)^\.S[HS] (.*)$", text)
+    return dict(zip(parts[1::2], parts[2::2], strict=True))
+
+
+class ManPages(unittest.TestCase):
+    def test_name_every_command_and_option(self):
+        for program in help_text.PROGRAMS:
+            sections = sections_of(program)
+            # The program's own come in a section and its groups, before COMMANDS.
+            titles = list(sections)
+            own = "".join(sections[title] for title in titles[:titles.index("COMMANDS")] if title) if "COMMANDS" in titles \
+                else "".join(sections.values())
+            for words, options, _ in help_text.all_commands(BIN, [program]):
+                text = own if len(words) == 1 else sections[" ".join(words[1:])] + own
+                with self.subTest(words=words):
+                    self.assertEqual({name for name in options if not re.search(rf"(?<![\w-]){name}(?![\w-])", text)} - {"-h"}, set())
+
+    def test_options_that_a_command_leaves_to_a_later_section_are_told_there(self):
+        sections = sections_of("lightmill")
+        titles = list(sections)
+        shared = "".join(sections[title] for title in titles[titles.index("OPTIONS OF SEVERAL COMMANDS"):])
+        for text in sections.values():
+            for also in re.findall(r"And, as told below: (.*)\.$", text, re.MULTILINE):
+                for name in also.split(", "):
+                    self.assertRegex(shared, rf"(?m)^\.TP\n(-\w, )?{name}( |$)")
+
+    @unittest.skipUnless(shutil.which("mandoc"), "no mandoc")
+    def test_mandoc_finds_nothing(self):
+        for program in help_text.PROGRAMS:
+            # Built without a date, so that it is the same every day; packages have theirs.
+            page = subprocess.run([BIN / program, "--describe", "man"], env={**os.environ, "SOURCE_DATE_EPOCH": "1700000000"},
+                                  capture_output=True, check=True).stdout
+            self.assertIn(b' 1 "2023-11-14" "Lightmill ', page)
+            run = subprocess.run(["mandoc", "-Tlint", "-Wwarning"], input=page, capture_output=True, check=False)
+            self.assertEqual((run.returncode, run.stdout, run.stderr), (0, b"", b""))
+
+    @unittest.skipUnless(shutil.which("groff"), "no groff")
+    def test_groff_finds_nothing(self):
+        for program in help_text.PROGRAMS:
+            run = subprocess.run(["groff", "-ww", "-man", "-Kutf8", "-Tutf8", "-z", page_path(program)], capture_output=True, check=True)
+            self.assertEqual(run.stderr, b"")
+
+
+if __name__ == "__main__":
+    unittest.main(verbosity=2)
