@@ -190,7 +190,7 @@ class Units(unittest.TestCase):
                 self.assertIn(f"(Env:{name})", help_lines)
 
     def test_both_run_as_users_that_are_made(self):
-        made = re.findall(r"(?m)^u (\S+)", (UNITS / "sysusers.conf").read_text())
+        made = re.findall(r"(?m)adduser --system .* (\S+)$", (SOURCE / "deploy" / "debian" / "postinst").read_text())
         for program in PROGRAMS:
             self.assertIn(setting(program, "User")[0], made)
 
