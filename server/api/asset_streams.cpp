@@ -5,6 +5,7 @@
 #include "server/api/grpc_status.h"
 #include "server/api/refused.h"
 #include "server/api/render_service.h"
+#include "server/store/check_state.h"
 
 namespace lightmill {
 namespace {
@@ -97,10 +98,14 @@ class DownloadStream final : public grpc::ServerWriteReactor<v1::DownloadAssetRe
     if (sent_.finish() == digest_) {
       return ok_status();
     }
-    spdlog::error("asset {} is damaged in the store and forgotten: it is sent again with the next job that has it",
-                  digest_.hex());
-    assets_.forget(digest_);
-    return unavailable("asset {} was damaged in the farm's store", digest_.hex());
+    // A sound one may have come meanwhile.
+    if (check_asset(assets_, digest_).status().code() == StatusCode::kDataLoss) {
+      spdlog::error("asset {} is damaged in the store and forgotten: it is sent again with the next job that has it",
+                    digest_.hex());
+      assets_.forget(digest_);
+    }
+    return unavailable("asset {} was damaged in the farm's store: submit a job with the same file again",
+                       digest_.hex());
   }
 
   AssetStore& assets_;

@@ -13,25 +13,6 @@ namespace {
 
 constexpr std::size_t kPieceBytes = std::size_t{1} << 20;
 
-/// How many bytes the asset has; DATA_LOSS if they are others than its digest says.
-Result<std::uint64_t> check_asset(const AssetStore& store, const Sha256& digest) {
-  LM_ASSIGN_OR_RETURN(const std::unique_ptr<AssetStore::Reader> reader, store.open_asset(digest));
-  Sha256Hasher hasher;
-  std::uint64_t size_bytes = 0;
-  for (;;) {
-    LM_ASSIGN_OR_RETURN(const std::string piece, reader->next(kPieceBytes));
-    if (piece.empty()) {
-      break;
-    }
-    hasher.append(as_byte_view(piece));
-    size_bytes += piece.size();
-  }
-  if (const Sha256 actual = hasher.finish(); actual != digest) {
-    return data_loss("its {} bytes have the digest {}", size_bytes, actual.hex());
-  }
-  return size_bytes;
-}
-
 double mib(std::uint64_t bytes) {
   return static_cast<double>(bytes) / (1 << 20);
 }
@@ -109,6 +90,24 @@ void report_assets(const StoredState& state, const AssetStore& assets, const Ass
 }
 
 }  // namespace
+
+Result<std::uint64_t> check_asset(const AssetStore& store, const Sha256& digest) {
+  LM_ASSIGN_OR_RETURN(const std::unique_ptr<AssetStore::Reader> reader, store.open_asset(digest));
+  Sha256Hasher hasher;
+  std::uint64_t size_bytes = 0;
+  for (;;) {
+    LM_ASSIGN_OR_RETURN(const std::string piece, reader->next(kPieceBytes));
+    if (piece.empty()) {
+      break;
+    }
+    hasher.append(as_byte_view(piece));
+    size_bytes += piece.size();
+  }
+  if (const Sha256 actual = hasher.finish(); actual != digest) {
+    return data_loss("its {} bytes have the digest {}", size_bytes, actual.hex());
+  }
+  return size_bytes;
+}
 
 Result<AssetCheck> check_assets(AssetStore& store) {
   AssetCheck check;
