@@ -106,29 +106,34 @@ class StoredFuzz : public test::CoordinatorTest {
  protected:
   StoredFuzz() { limits.film_bytes = std::uint64_t{1} << 30; }
 
+  /// One of two tiles, a narrow one and a tiny one, so that a million cases take minutes.
+  static JobSpec small(const std::string& request, std::uint64_t samples) {
+    return spec(request, samples, {0, 0, 68, 3});
+  }
+
   /// Jobs of all kinds: one that is done, one extended, one half rendered, one adaptive, one whose method is open, one
   /// cancelled.
   void make_jobs() {
     const SessionId worker = connect("w", 2);
-    JobSpec verified = spec("done", 4);
+    JobSpec verified = small("done", 4);
     verified.verify_share = 1;
     submit(verified);
-    JobSpec layered = spec("layers", 4, {0, 0, 70, 64});
+    JobSpec layered = small("layers", 4);
     layered.settings.layers = film_layers(std::vector<std::string>{"normal"}).value();
     submit(layered);
-    JobSpec by_error = spec("error", 64, {0, 0, 64, 64});
+    JobSpec by_error = small("error", 64);
     by_error.goal.error = 0.5;
     submit(by_error);
-    JobSpec adaptive = spec("adaptive", 64);
+    JobSpec adaptive = small("adaptive", 64);
     adaptive.goal.adaptive = true;
     submit(adaptive);
-    ASSERT_TRUE(coordinator->submit(spec("open", 16), now, unix_ms(), step, {true, {}, {}, {"path", "ao"}}).ok());
+    ASSERT_TRUE(coordinator->submit(small("open", 16), now, unix_ms(), step, {true, {}, {}, {"path", "ao"}}).ok());
     flush();
     work(worker);
-    const JobId half = submit(spec("half", 1024));
+    const JobId half = submit(small("half", 1024));
     const LeaseGrant grant = got<LeaseGrant>(worker).back();
     say(worker, result(grant, grant.unit.tiles[0]));
-    const JobId stopped = submit(spec("stopped", 16));
+    const JobId stopped = submit(small("stopped", 16));
     EXPECT_TRUE(coordinator->cancel(stopped, now, unix_ms(), step).ok());
     EXPECT_TRUE(coordinator->pause(half, now, step).ok());
     flush();
