@@ -280,8 +280,8 @@ Status FarmConnection::get_film(std::uint64_t id, const std::function<Status(con
   return failed.ok() ? status : failed;
 }
 
-Result<Listed<v1::Worker>> FarmConnection::list_workers() {
-  Listed<v1::Worker> all;
+Result<ListedWorkers> FarmConnection::list_workers() {
+  ListedWorkers all;
   v1::ListWorkersRequest request;
   request.set_page_size(kPageSize);
   for (;;) {
@@ -291,6 +291,7 @@ Result<Listed<v1::Worker>> FarmConnection::list_workers() {
       all.items.push_back(std::move(worker));
     }
     all.notices.assign(response.notices().begin(), response.notices().end());
+    all.wanted = response.wanted_workers();
     if (response.next_page_token().empty()) {
       return all;
     }

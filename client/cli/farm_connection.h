@@ -26,6 +26,10 @@ struct Listed {
   std::vector<std::string> notices;  ///< what everybody should know of the farm
 };
 
+struct ListedWorkers : Listed<v1::Worker> {
+  std::uint32_t wanted = 0;  ///< how many the farm could use now
+};
+
 class FarmConnection {
  public:
   /// HOST:PORT of the coordinator, or of several, with commas, of which one is at work: calls go to the one that
@@ -66,7 +70,7 @@ class FarmConnection {
   /// The header first, then every tile; an error of `part` ends the call and is returned.
   Status get_film(std::uint64_t id, const std::function<Status(const v1::GetFilmResponse&)>& part);
 
-  Result<Listed<v1::Worker>> list_workers();
+  Result<ListedWorkers> list_workers();
   Result<v1::Worker> drain_worker(const std::string& name);
   Result<v1::Worker> quarantine_worker(const v1::QuarantineWorkerRequest& request);
   Status release_worker(const std::string& name);

@@ -194,6 +194,7 @@ RenderServiceImpl::Unary* RenderServiceImpl::ListWorkers(Context* context, const
       }
       to_wire(worker, reply->add_workers());
     }
+    reply->set_wanted_workers(turn.farm.wanted_workers(turn.now));
     reactor->Finish(grpc::Status::OK);
   });
 }

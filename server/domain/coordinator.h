@@ -135,6 +135,11 @@ class Coordinator {
   std::vector<JobStatus> jobs(Time now, const JobFilter& filter = {}) const;  ///< newest first
   FarmCounts counts() const;
   std::vector<WorkerStatus> workers(Time now) const;  ///< by name
+  /// How many workers the farm could use, for whoever starts and stops them: as many as have a minute's work each in
+  /// what is left of all jobs, but all that are at work. A job that time alone ends wants a thread for each of its
+  /// tiles; one of which nobody knows what a sample costs, those who are there. 0 if no job goes on, 1 while nobody is
+  /// there.
+  std::uint32_t wanted_workers(Time now) const;
   /// Valid until the next event.
   Result<const JobSpec*> spec(JobId job) const;
   /// Of all jobs.

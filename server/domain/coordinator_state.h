@@ -10,6 +10,7 @@
 //   verifying.cpp results are rendered again elsewhere, and who was wrong has its work undone
 //   workers.cpp   sessions come, speak and go
 //   view.cpp      what can be seen
+//   demand.cpp    how many workers could be used
 #pragma once
 
 #include <map>
@@ -365,7 +366,11 @@ struct Coordinator::State {
   // ---- view.cpp ----
   JobStatus describe(const Job& job, Time now) const;
   std::string reason_to_wait(const Job& job) const;  ///< empty if somebody is there who may render it
+  bool somebody_may_render(const Job& job) const;    ///< of those that are there
   std::string why_nobody(const Job& job) const;
+
+  // ---- demand.cpp ----
+  std::uint32_t wanted_workers(Time now) const;
 
   CoordinatorLimits limits;
   std::uint64_t epoch;

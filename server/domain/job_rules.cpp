@@ -189,19 +189,23 @@ Result<Goal> extended_goal(const Job& job, const Extension& to, Time now) {
   return goal;
 }
 
-double expected_seconds(const Job& job, const FrameError& error, double samples_per_second, Time now) {
-  constexpr double kNever = std::numeric_limits<double>::infinity();
+double expected_pixel_samples(const Job& job, const FrameError& error) {
   const Goal& goal = job.record.spec.goal;
-  double seconds = kNever;
+  const double each = static_cast<double>(job.film.grid().pixel_count()) * job.film.mean_share();
+  const auto done = static_cast<double>(job.film.pixel_samples());
+  double count = goal.samples > 0 ? static_cast<double>(goal.samples) : std::numeric_limits<double>::infinity();
+  if (goal.error > 0 && error.known) {
+    const std::uint64_t enough = expected_error_count(error, done / each, goal.error, job.first_error_count());
+    count = std::min(count, static_cast<double>(std::max(enough, job.plan->goal())));
+  }
+  return std::max(count * each - done, 0.0);
+}
+
+double expected_seconds(const Job& job, const FrameError& error, double samples_per_second, Time now) {
+  const Goal& goal = job.record.spec.goal;
+  double seconds = std::numeric_limits<double>::infinity();
   if (samples_per_second > 0) {
-    const double each = static_cast<double>(job.film.grid().pixel_count()) * job.film.mean_share();
-    const auto done = static_cast<double>(job.film.pixel_samples());
-    double count = goal.samples > 0 ? static_cast<double>(goal.samples) : kNever;
-    if (goal.error > 0 && error.known) {
-      const std::uint64_t enough = expected_error_count(error, done / each, goal.error, job.first_error_count());
-      count = std::min(count, static_cast<double>(std::max(enough, job.plan->goal())));
-    }
-    seconds = (count * each - done) / samples_per_second;
+    seconds = expected_pixel_samples(job, error) / samples_per_second;
   }
   if (goal.seconds > 0) {
     seconds = std::min(seconds, std::max(goal.seconds - job.active_seconds(now), 0.0));

@@ -32,6 +32,9 @@ std::string interval_text(double value, double half_width);
 /// The goal of a job that is extended; INVALID_ARGUMENT unless it asks for more than before.
 Result<Goal> extended_goal(const Job& job, const Extension& to, Time now);
 
+/// Pixel samples until the job, whose film has this error, will probably end; infinite if unknown, or if time alone
+/// ends it.
+double expected_pixel_samples(const Job& job, const FrameError& error);
 /// Seconds until the job, whose film has this error, will probably end at `samples_per_second`; infinite if unknown.
 double expected_seconds(const Job& job, const FrameError& error, double samples_per_second, Time now);
 

@@ -103,15 +103,16 @@ std::string Coordinator::State::reason_to_wait(const Job& job) const {
       return reason;
     }
   }
-  if (record_is_waiting(job.record.state) && job.leases.empty()) {
-    const bool somebody = std::ranges::any_of(workers, [&](const auto& entry) {
-      return entry.second.session && !entry.second.draining && may_render(entry.second, job);
-    });
-    if (!somebody) {
-      return why_nobody(job);
-    }
+  if (record_is_waiting(job.record.state) && job.leases.empty() && !somebody_may_render(job)) {
+    return why_nobody(job);
   }
   return "";
+}
+
+bool Coordinator::State::somebody_may_render(const Job& job) const {
+  return std::ranges::any_of(workers, [&](const auto& entry) {
+    return entry.second.session && !entry.second.draining && may_render(entry.second, job);
+  });
 }
 
 /// Those that are there and cannot render it now, by what keeps them from it: what people can change comes first.

@@ -345,6 +345,7 @@ void JsonApi::handle_workers(const ApiRequest& request, std::string_view rest, R
     for (const WorkerStatus& worker : turn.farm.workers(turn.now)) {
       to_wire(worker, list.add_workers());
     }
+    list.set_wanted_workers(turn.farm.wanted_workers(turn.now));
     back(json_reply(list));
   });
 }

@@ -83,7 +83,7 @@ void end_interrupted(Farm& farm, std::uint64_t id, bool by_user, const std::vect
 }
 
 void say_if_nobody_renders(const Console& console, FarmConnection& connection) {
-  const Result<Listed<v1::Worker>> workers = connection.list_workers();
+  const Result<ListedWorkers> workers = connection.list_workers();
   if (workers.ok() && workers->items.empty()) {
     console.notice(
         fmt::format("no worker is connected to {}: the job waits until one comes (lightmill-worker --server {})",

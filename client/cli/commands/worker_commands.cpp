@@ -1,4 +1,4 @@
-// lightmill workers [drain NAME | release NAME]
+// lightmill workers [drain NAME | quarantine NAME | release NAME]
 #include <nlohmann/json.hpp>
 
 #include "client/cli/context.h"
@@ -6,6 +6,7 @@
 #include "client/cli/job_json.h"
 #include "client/cli/table.h"
 #include "client/cli/units.h"
+#include "common/base/quantities.h"
 
 namespace lightmill::cli {
 namespace {
@@ -22,8 +23,8 @@ std::string activity(const v1::Worker& worker) {
   return worker.leases() > 0 ? "working" : "idle";
 }
 
-Status list_workers(FarmConnection& connection, const Console& console) {
-  LM_ASSIGN_OR_RETURN(const Listed<v1::Worker> listed, connection.list_workers());
+Status list_workers(FarmConnection& connection, const Console& console, bool only_wanted) {
+  LM_ASSIGN_OR_RETURN(const ListedWorkers listed, connection.list_workers());
   const std::vector<v1::Worker>& workers = listed.items;
   json objects = json::array();
   std::vector<std::vector<std::string>> rows{
@@ -36,7 +37,11 @@ Status list_workers(FarmConnection& connection, const Console& console) {
                     worker.fingerprint_class()});
   }
   console.notices(listed.notices);
-  console.object(json{{"workers", objects}, {"notices", listed.notices}});
+  console.object(json{{"workers", objects}, {"wanted_workers", listed.wanted}, {"notices", listed.notices}});
+  if (only_wanted) {
+    console.result(std::to_string(listed.wanted));
+    return ok_status();
+  }
   for (const v1::Worker& worker : workers) {
     if (!worker.quarantine().empty()) {
       console.notice(fmt::format("{} is in quarantine: {}; `lightmill workers release {}` lets it render again",
@@ -47,6 +52,9 @@ Status list_workers(FarmConnection& connection, const Console& console) {
     console.result(fmt::format("no workers: start one with `lightmill-worker --server {}`", connection.address()));
   } else {
     print_table(console, rows);
+  }
+  if (listed.wanted > workers.size()) {
+    console.notice(fmt::format("the farm could use {}", counted(listed.wanted, "worker")));
   }
   return ok_status();
 }
@@ -82,14 +90,17 @@ void add_worker_commands(CLI::App& app, Context& context) {
   CLI::App* workers =
       app.add_subcommand("workers", "List the farm's workers, drain one, put one into quarantine or release it.");
   workers->require_subcommand(0, 1);
+  const auto wanted = std::make_shared<bool>(false);
+  workers->add_flag("--wanted", *wanted,
+                    "print only how many workers the farm could use now, for what starts and stops them");
   add_common_options(*workers, context);
-  workers->callback([&context, workers] {
+  workers->callback([&context, workers, wanted] {
     if (!workers->get_subcommands().empty()) {
       return;  // its own callback has run
     }
-    context.run = [&context](const Console& console) {
+    context.run = [&context, wanted](const Console& console) {
       return with_farm(console, context.common,
-                       [&](FarmConnection& connection) { return list_workers(connection, console); });
+                       [&](FarmConnection& connection) { return list_workers(connection, console, *wanted); });
     };
   });
 

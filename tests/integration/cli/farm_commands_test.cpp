@@ -94,6 +94,17 @@ TEST_F(FarmCliTest, ErrorOfAPictureAgainstItselfIsNothingAndFallsWithSamples) {
   EXPECT_LT(fine, coarse / 4);  // at least 1/n; the samples are 16 times as many
 }
 
+TEST_F(FarmCliTest, WorkersAreWantedWhileAJobGoesOn) {
+  const auto wanted = [&] { return lightmill({"workers", "--wanted", "--server", server()}).out; };
+  EXPECT_EQ(wanted(), "0\n");
+  const std::string job =
+      std::to_string(on_farm({"submit", scene("cornell-bench-blocks.json"), "--spp", "1"})["id"].get<int>());
+  EXPECT_EQ(wanted(), "1\n");
+  EXPECT_EQ(on_farm({"workers"})["wanted_workers"], 1);
+  on_farm({"cancel", job});
+  EXPECT_EQ(wanted(), "0\n");
+}
+
 TEST_F(FarmCliTest, WorkersAreListedAndDrained) {
   start_worker("w1");
   ASSERT_TRUE(eventually([&] { return on_farm({"workers"})["workers"].size() == 1; }));

@@ -1,0 +1,136 @@
+// How many workers a farm could use.
+#include "tests/unit/server/coordinator_fixture.h"
+
+namespace lightmill::test {
+namespace {
+
+class DemandTest : public CoordinatorTest {
+ protected:
+  std::uint32_t wanted() const { return coordinator->wanted_workers(now); }
+  /// Sends the first tile that a worker was given, as if it had taken one of its threads so long.
+  void answer_first(SessionId session, double seconds) {
+    const LeaseGrant grant = got<LeaseGrant>(session).front();
+    say(session, result(grant, grant.unit.tiles.front(), seconds));
+  }
+};
+
+TEST_F(DemandTest, NoneWithoutAJobAndOneForTheFirst) {
+  EXPECT_EQ(wanted(), 0u);
+  connect("w");
+  EXPECT_EQ(wanted(), 0u) << "whoever is there has nothing to do";
+  coordinator->worker_disconnected(SessionId{1}, now, step);
+  flush();
+  const JobId job = submit(spec());
+  EXPECT_EQ(wanted(), 1u);
+  ASSERT_TRUE(coordinator->pause(job, now, step).ok());
+  flush();
+  EXPECT_EQ(wanted(), 0u);
+  ASSERT_TRUE(coordinator->resume(job, now, step).ok());
+  flush();
+  EXPECT_EQ(wanted(), 1u);
+  ASSERT_TRUE(coordinator->cancel(job, now, unix_ms(), step).ok());
+  flush();
+  EXPECT_EQ(wanted(), 0u);
+}
+
+TEST_F(DemandTest, EachHasAMinutesWorkInWhatIsLeft) {
+  // 100 samples of two tiles, 1 s of one thread each: 200 s, of which the first is done.
+  submit(spec("r1", 100));
+  const SessionId w = connect("w", 1);
+  EXPECT_EQ(wanted(), 1u) << "nobody knows yet what it costs";
+  answer_first(w, 1.0);
+  EXPECT_EQ(wanted(), 4u) << "199 s";
+  connect("w2", 1);
+  EXPECT_EQ(wanted(), 4u) << "how many are there does not matter";
+  connect("large", 4);
+  EXPECT_EQ(wanted(), 3u) << "with two threads on the mean two were enough, but all three are at work";
+}
+
+TEST_F(DemandTest, WhoIsAtWorkIsWanted) {
+  submit(spec("r1", 4, {0, 0, 1024, 64}));  // sixteen tiles of four samples
+  std::vector<SessionId> workers;
+  for (const char* const name : {"a", "b", "c"}) {
+    workers.push_back(connect(name));
+  }
+  answer_first(workers[0], 0.01);
+  EXPECT_EQ(wanted(), 3u) << "0.63 s are left, and all have some of it";
+  ASSERT_TRUE(coordinator->drain_worker("c", now, step).ok());
+  flush();
+  EXPECT_EQ(wanted(), 2u) << "one that is asked to leave is not";
+}
+
+TEST_F(DemandTest, TimeThatIsShortWantsMore) {
+  // 200 s of one thread, for which there are 20 s.
+  JobSpec job = spec("r1", 100);
+  job.goal.seconds = 20;
+  submit(job);
+  const SessionId w = connect("w", 1);
+  answer_first(w, 1.0);
+  EXPECT_EQ(wanted(), 10u) << "199 s in 20 s";
+}
+
+TEST_F(DemandTest, WhatTimeAloneEndsWantsAThreadForEachTile) {
+  JobSpec job = spec("r1", 0, {0, 0, 640, 64});
+  job.goal.seconds = 3600;
+  submit(job);
+  const SessionId w = connect("w", 4);
+  answer_first(w, 0.01);
+  EXPECT_EQ(wanted(), 3u) << "ten tiles, four threads each";
+}
+
+TEST_F(DemandTest, AnErrorThatIsNotKnownWantsTheSamplesThatTellIt) {
+  // Up to 16 samples of two tiles, 10 s each, until the error is read: 320 s, of which 10 are done.
+  JobSpec job = spec("r1", 0);
+  job.goal.error = 0.01;
+  submit(job);
+  const SessionId w = connect("w", 1);
+  answer_first(w, 10.0);
+  EXPECT_EQ(wanted(), 6u) << "310 s";
+}
+
+TEST_F(DemandTest, JobsAreAddedUp) {
+  submit(spec("r1", 46));  // 92 s
+  submit(spec("r2", 46));
+  const SessionId w = connect("w", 1);
+  const std::vector<LeaseGrant> grants = got<LeaseGrant>(w);
+  ASSERT_GE(grants.size(), 2u);
+  ASSERT_NE(grants[0].unit.job, grants[1].unit.job);
+  for (const LeaseGrant& grant : {grants[0], grants[1]}) {
+    say(w, result(grant, grant.unit.tiles.front(), 1.0));
+  }
+  EXPECT_EQ(wanted(), 4u) << "182 s; each alone wants two";
+}
+
+TEST_F(DemandTest, OneIsAskedForWhereThoseWhoAreThereCannotRenderIt) {
+  const JobId job = submit(spec("r1", 1000));
+  const SessionId w = connect("w", 1);
+  answer_first(w, 1.0);
+  EXPECT_EQ(wanted(), 34u) << "1999 s";
+  say(w, WorkerRefusal{job, "too large", true});
+  connect("w2", 1, "class-b");
+  EXPECT_NE(status(job).reason, "");
+  EXPECT_EQ(wanted(), 1u) << "more of the same would wait, too";
+}
+
+TEST_F(DemandTest, NoMoreThanTheFarmTakes) {
+  limits.max_workers = 7;
+  restart({});
+  submit(spec("r1", 1000));
+  const SessionId w = connect("w", 1);
+  answer_first(w, 1.0);
+  EXPECT_EQ(wanted(), 7u);
+}
+
+TEST_F(DemandTest, AFarmThatCannotStoreWantsNobody) {
+  submit(spec("r1", 1000));
+  coordinator->hold("waits for room on the disk", now, step);
+  flush();
+  connect("w", 1);
+  EXPECT_EQ(wanted(), 0u);
+  coordinator->hold("", now, step);
+  flush();
+  EXPECT_EQ(wanted(), 1u);
+}
+
+}  // namespace
+}  // namespace lightmill::test
