@@ -2,6 +2,7 @@
 #include <iostream>
 
 #include "common/base/file.h"
+#include "common/base/file_limit.h"
 #include "common/base/log.h"
 #include "common/base/mutex.h"
 #include "common/base/signals.h"
@@ -148,6 +149,13 @@ Status serve(const ServerOptions& options, StopRequest& stop) {
   Result<State> state = open_state(options, stop);
   if (!state.ok()) {
     return state.status().code() == StatusCode::kCancelled ? ok_status() : with_advice(state.status());
+  }
+  // Beside workers: pages, watchers, and what a database and assets take.
+  if (const std::uint64_t files = raise_file_limit(); files < options.max_workers + 1000) {
+    spdlog::warn(
+        "this process may have {} open files, and each connection is one: some of {} workers (--max-workers) may "
+        "not get in; raise its hard limit (ulimit -Hn, LimitNOFILE=)",
+        files, options.max_workers);
   }
   ApiOptions api;
   api.listen = options.listen;

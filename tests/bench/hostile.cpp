@@ -8,7 +8,6 @@
 #include <netinet/in.h>
 #include <poll.h>
 #include <sys/ioctl.h>
-#include <sys/resource.h>
 #include <sys/socket.h>
 #include <unistd.h>
 
@@ -16,6 +15,7 @@
 #include <cstdio>
 #include <fstream>
 
+#include "common/base/file_limit.h"
 #include "tests/bench/cpu_share.h"
 #include "tests/support/farm.h"
 
@@ -212,14 +212,6 @@ std::string row(const std::string& name, Turns turns) {
   };
   return fmt::format("| {} | {} | {:.2g}, {:.2g} | {} |", name, spread(turns.throughput, 1e6), median(turns.answer_ms),
                      turns.answer_ms[turns.answer_ms.size() * 99 / 100], spread(turns.core, 1));
-}
-
-/// As many files open as this process may have: a connection is two, one at each end.
-void raise_file_limit() {
-  rlimit limit{};
-  LM_CHECK(::getrlimit(RLIMIT_NOFILE, &limit) == 0);
-  limit.rlim_cur = limit.rlim_max;
-  LM_CHECK(::setrlimit(RLIMIT_NOFILE, &limit) == 0);
 }
 
 int run(const Options& options) {

@@ -1,0 +1,300 @@
+#include "tests/bench/swarm/swarm.h"
+
+#include <cmath>
+#include <condition_variable>
+#include <functional>
+#include <queue>
+
+#include "common/base/check.h"
+#include "common/base/clock.h"
+#include "common/farm/job.h"
+#include "common/film/tile_grid.h"
+#include "worker/rpc/farm_link.h"
+#include "worker/session/session.h"
+
+namespace lightmill::bench {
+namespace {
+
+/// New connections a second: a cluster does not start its workers in one moment either.
+constexpr double kConnectionsPerSecond = 1000;
+
+}  // namespace
+
+/// What gRPC's threads hand to the swarm's.
+struct Swarm::Inbox {
+  using Event = std::function<void(Time now)>;
+
+  void post(Event event) {
+    const MutexLock lock(mutex);
+    events.push_back(std::move(event));
+    changed.notify_one();
+  }
+  /// Waits until there is something, or until then.
+  std::vector<Event> take(Time until) {
+    const MutexLock lock(mutex);
+    while (events.empty()) {
+      const Duration left = until - system_clock().now();
+      if (left <= Duration::zero() ||
+          changed.wait_until(mutex, std::chrono::steady_clock::now() + left) == std::cv_status::timeout) {
+        break;
+      }
+    }
+    return std::exchange(events, {});
+  }
+
+  Mutex mutex;
+  CondVar changed;
+  std::vector<Event> events LM_GUARDED_BY(mutex);
+};
+
+/// One worker. Lives on the swarm's thread, but for what its link posts.
+class SwarmMember {
+ public:
+  SwarmMember(Swarm& swarm, std::uint32_t number)
+      : swarm_(swarm),
+        session_(config_of(swarm.options_, number)),
+        seconds_per_pixel_sample_(1 / speed_of(swarm.options_, number)),
+        free_(swarm.options_.threads),
+        link_({{swarm.options_.server}, {}}, handlers()) {}
+
+  void start(Time now) { session_.start(now, actions_); }
+
+  /// Does what is due and what the session asks for; when it wants to be called next.
+  Time advance(Time now) {
+    while (!rendering_.empty() && rendering_.begin()->first <= now) {
+      RenderedTile tile = std::move(rendering_.begin()->second);
+      rendering_.erase(rendering_.begin());
+      session_.tile_rendered(std::move(tile), now, actions_);
+    }
+    if (const auto due = session_.next_deadline(); due && *due <= now) {
+      session_.tick(now, actions_);
+    }
+    while (!actions_.empty()) {
+      for (const SessionAction& action : std::exchange(actions_, {})) {
+        std::visit([&](const auto& each) { perform(each, now); }, action);
+      }
+    }
+    Time next = session_.next_deadline().value_or(Time::max());
+    return rendering_.empty() ? next : std::min(next, rendering_.begin()->first);
+  }
+
+  Time next = Time::max();  ///< of the entry in the swarm's queue that counts
+
+ private:
+  static SessionConfig config_of(const SwarmOptions& options, std::uint32_t number) {
+    SessionConfig config;
+    config.name = fmt::format("swarm-{}", options.first + number);
+    config.host = config.machine = config.name;
+    config.pid = 1;
+    config.threads = options.threads;
+    config.fingerprint_class = "swarm";
+    config.renderer_version = kRendererVersion;
+    return config;
+  }
+  /// Between speed / sqrt(spread) and speed * sqrt(spread), spread evenly on a logarithmic scale by the golden ratio.
+  static double speed_of(const SwarmOptions& options, std::uint32_t number) {
+    const double place = std::fmod(0.5 + 0.618033988749895 * (options.first + number), 1.0);
+    return options.speed * std::pow(options.spread, place - 0.5);
+  }
+
+  LinkHandlers handlers() {
+    LinkHandlers handlers;
+    handlers.connected = [this](std::uint64_t stream, const std::string&) {
+      post(stream, [this](Time now) {
+        session_.connected(now, actions_);
+        const MutexLock lock(swarm_.mutex_);
+        ++swarm_.counts_.connected;
+        connected_ = true;
+      });
+    };
+    handlers.message = [this](std::uint64_t stream, CoordinatorMessage message) {
+      post(stream, [this, message = std::move(message)](Time now) {
+        note(message, now);
+        session_.message(message, now, actions_);
+      });
+    };
+    handlers.disconnected = [this](std::uint64_t stream, const std::string&, const Status&) {
+      post(stream, [this](Time now) {
+        if (std::exchange(connected_, false)) {
+          const MutexLock lock(swarm_.mutex_);
+          --swarm_.counts_.connected;
+        }
+        session_.disconnected(now, actions_);
+      });
+    };
+    return handlers;
+  }
+  void post(std::uint64_t stream, std::function<void(Time)> event);
+
+  void note(const CoordinatorMessage& message, Time now) {
+    const MutexLock lock(swarm_.mutex_);
+    if (const auto* const grant = std::get_if<LeaseGrant>(&message)) {
+      ++swarm_.counts_.leases;
+      left_[grant->lease] = grant->unit.tiles.size();
+      if (!without_.empty()) {
+        swarm_.latencies_.lease.push_back(to_seconds(now - without_.front()));
+        without_.pop_front();
+      }
+    } else if (const auto* const ack = std::get_if<ResultAck>(&message)) {
+      for (const NodeKey& key : ack->keys) {
+        if (const auto sent = sent_.find(key); sent != sent_.end()) {
+          ++swarm_.counts_.acknowledged;
+          swarm_.latencies_.commit.push_back(to_seconds(now - sent->second));
+          sent_.erase(sent);
+        }
+      }
+    } else if (const auto* const cancel = std::get_if<LeaseCancel>(&message)) {
+      for (const LeaseId lease : cancel->leases) {
+        left_.erase(lease);
+      }
+    }
+  }
+
+  void perform(const OpenStream&, Time) { stream_ = link_.open(); }
+  void perform(const CloseStream&, Time) { link_.close(); }
+  void perform(const SendMessage& send, Time now) {
+    if (const auto* const result = std::get_if<WorkerResult>(send.message.get())) {
+      const MutexLock lock(swarm_.mutex_);
+      ++swarm_.counts_.results;
+      swarm_.counts_.result_bytes += result->node.values.size() * sizeof(float);
+      sent_.try_emplace(result->key, now);
+      if (const auto lease = left_.find(result->lease); lease != left_.end() && --lease->second == 0) {
+        left_.erase(lease);
+        without_.push_back(now);
+      }
+    }
+    link_.send(send.message);
+  }
+  void perform(const PrepareJob& prepare, Time now) { session_.job_ready(prepare.description->job, now, actions_); }
+  void perform(const RenderTile& tile, Time now) {
+    const RenderSettings& settings = tile.description->settings;
+    const auto pixels = static_cast<std::size_t>(TileGrid(settings.crop).tile_rect(tile.key.tile).pixel_count());
+    const auto samples = static_cast<float>(tile.key.range.count());
+    RenderedTile rendered;
+    rendered.ticket = tile.ticket;
+    // Whole numbers, which add up to the same in any order: each sample is 2 in its half, the first one all in half A.
+    const NodeLayout layout(settings.layers);
+    rendered.node = {tile.key.range, std::vector<float>(layout.values(tile.key.range) * pixels, samples), 0};
+    if (tile.key.range.count() == 1) {
+      const std::size_t half = layout.summed * pixels;
+      const bool odd = tile.key.range.first() % 2 == 1;
+      std::fill_n(rendered.node.values.begin(), half, odd ? 0.0f : 2.0f);
+      std::fill_n(rendered.node.values.begin() + static_cast<std::ptrdiff_t>(half), half, odd ? 2.0f : 0.0f);
+    }
+    rendered.hash = hash_of(rendered.node);
+    rendered.seconds = static_cast<double>(pixels) * samples * seconds_per_pixel_sample_;
+    Time& thread = *std::ranges::min_element(free_);
+    thread = std::max(thread, now) + from_seconds(rendered.seconds);
+    {
+      const MutexLock lock(swarm_.mutex_);
+      swarm_.counts_.busy_seconds += rendered.seconds;
+    }
+    rendering_.emplace(thread, std::move(rendered));
+  }
+  void perform(const Exit& exit, Time) {
+    LM_CHECK(!exit.failed, "a worker of the swarm is dismissed: {}", exit.reason);
+  }
+  template <class Other>
+  void perform(const Other&, Time) {}
+
+  Swarm& swarm_;
+  Session session_;
+  SessionActions actions_;
+  const double seconds_per_pixel_sample_;
+  std::vector<Time> free_;  ///< by thread: when it has done what it was given
+  std::multimap<Time, RenderedTile> rendering_;
+  std::map<LeaseId, std::size_t> left_;  ///< tiles of which no result has been sent
+  std::deque<Time> without_;             ///< when leases ended for which no other one has come
+  std::map<NodeKey, Time> sent_;
+  std::uint64_t stream_ = 0;
+  bool connected_ = false;
+  FarmLink link_;  ///< the last: it calls back
+};
+
+namespace {
+
+/// Members by when they are to be looked at.
+class Agenda {
+ public:
+  void put(SwarmMember& member, Time time) {
+    if (time < member.next) {
+      member.next = time;
+      queue_.emplace(time, &member);
+    }
+  }
+  /// One whose time has come; null if there is none.
+  SwarmMember* take(Time now) {
+    while (!queue_.empty() && queue_.top().first <= now) {
+      const auto [time, member] = queue_.top();
+      queue_.pop();
+      if (member->next == time) {
+        member->next = Time::max();
+        return member;
+      }
+    }
+    return nullptr;
+  }
+  Time next() const { return queue_.empty() ? Time::max() : queue_.top().first; }
+
+ private:
+  using Entry = std::pair<Time, SwarmMember*>;
+  std::priority_queue<Entry, std::vector<Entry>, std::greater<>> queue_;
+};
+
+}  // namespace
+
+void SwarmMember::post(std::uint64_t stream, std::function<void(Time)> event) {
+  swarm_.inbox_->post([this, stream, event = std::move(event)](Time now) {
+    if (stream == stream_) {
+      event(now);
+    }
+    swarm_.touched_.push_back(this);
+  });
+}
+
+Swarm::Swarm(SwarmOptions options)
+    : options_(std::move(options)),
+      inbox_(std::make_unique<Inbox>()),
+      thread_([this](const std::stop_token& stop) { run(stop); }) {}
+
+Swarm::~Swarm() = default;
+
+void Swarm::run(const std::stop_token& stop) {
+  std::vector<std::unique_ptr<SwarmMember>> members;
+  Agenda agenda;
+  const Clock& clock = system_clock();
+  const Time begun = clock.now();
+  while (!stop.stop_requested()) {
+    Time now = clock.now();
+    const auto due = std::min<double>(options_.workers, to_seconds(now - begun) * kConnectionsPerSecond + 1);
+    while (members.size() < static_cast<std::size_t>(due)) {
+      members.push_back(std::make_unique<SwarmMember>(*this, static_cast<std::uint32_t>(members.size())));
+      members.back()->start(now);
+      agenda.put(*members.back(), now);
+    }
+    const Duration patience =
+        members.size() < options_.workers ? std::chrono::milliseconds(1) : std::chrono::milliseconds(100);
+    for (const Inbox::Event& event : inbox_->take(std::min(agenda.next(), now + patience))) {
+      event(clock.now());
+    }
+    now = clock.now();
+    for (SwarmMember* const member : std::exchange(touched_, {})) {
+      agenda.put(*member, now);
+    }
+    while (SwarmMember* const member = agenda.take(now)) {
+      agenda.put(*member, member->advance(now));
+    }
+  }
+}
+
+SwarmCounts Swarm::counts() const {
+  const MutexLock lock(mutex_);
+  return counts_;
+}
+
+SwarmLatencies Swarm::take_latencies() {
+  const MutexLock lock(mutex_);
+  return std::exchange(latencies_, {});
+}
+
+}  // namespace lightmill::bench

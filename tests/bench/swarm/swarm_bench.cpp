@@ -1,0 +1,215 @@
+// How far one coordinator goes: thousands of simulated workers over real gRPC, and what merging and committing their
+// results costs.
+#include <CLI/CLI.hpp>
+#include <cstdio>
+#include <fstream>
+#include <future>
+
+#include "common/base/check.h"
+#include "common/base/file_limit.h"
+#include "common/base/quantities.h"
+#include "tests/bench/cpu_share.h"
+#include "tests/bench/swarm/swarm.h"
+#include "tests/support/farm.h"
+
+namespace {
+
+using namespace lightmill;
+using SteadyClock = std::chrono::steady_clock;
+
+struct Options {
+  std::vector<std::uint32_t> workers{100, 1000};
+  std::uint32_t threads = 1;
+  double speed = 20'000, spread = 1;
+  int side = 512, jobs = 1;
+  std::uint64_t samples = std::uint64_t{1} << 22;
+  double warm_seconds = 10, seconds = 20;
+  int viewers = 0, server_core = -1;
+  std::string log_level = "warn";
+  std::vector<std::string> server_options;
+};
+
+double seconds_since(SteadyClock::time_point begin) {
+  return std::chrono::duration<double>(SteadyClock::now() - begin).count();
+}
+
+/// A field of /proc/PID/status, in KiB.
+std::uint64_t status_kib(pid_t pid, const std::string& field) {
+  std::ifstream file(fmt::format("/proc/{}/status", pid));
+  for (std::string line; std::getline(file, line);) {
+    if (line.starts_with(field + ":")) {
+      return std::stoull(line.substr(field.size() + 1));
+    }
+  }
+  LM_CHECK(false, "process {} has no {}", pid, field);
+  return 0;
+}
+
+double percentile(std::vector<double> values, double share) {
+  if (values.empty()) {
+    return std::nan("");
+  }
+  const auto at = values.begin() + static_cast<std::ptrdiff_t>(share * static_cast<double>(values.size() - 1));
+  std::nth_element(values.begin(), at, values.end());
+  return *at;
+}
+
+/// Somebody who watches a job with its tiles, and reads whatever comes.
+class Viewer {
+ public:
+  Viewer(const std::string& address, std::uint64_t job)
+      : client_(address), thread_([this, job] {
+          v1::WatchJobRequest request;
+          request.set_id(job);
+          request.set_tiles(true);
+          const auto stream = client_.stub().WatchJob(&context_, request);
+          for (v1::WatchJobResponse response; stream->Read(&response);) {
+            ++updates_;
+          }
+          stream->Finish();
+        }) {}
+  ~Viewer() {
+    context_.TryCancel();
+    thread_.join();
+  }
+  Viewer(const Viewer&) = delete;
+  Viewer& operator=(const Viewer&) = delete;
+  std::uint64_t updates() const { return updates_; }
+
+ private:
+  test::FarmClient client_;
+  grpc::ClientContext context_;
+  std::atomic<std::uint64_t> updates_ = 0;
+  std::thread thread_;
+};
+
+/// One farm with so many workers: a row of the table.
+std::string measure(const Options& options, std::uint32_t workers) {
+  std::vector<std::string> server_options{"--max-workers", "20000", "--films-gib", "16",
+                                          "--film-gib",    "8",     "--log-level", options.log_level};
+  server_options.insert(server_options.end(), options.server_options.begin(), options.server_options.end());
+  test::Launch launch{"127.0.0.1", {}, {}};
+  if (options.server_core >= 0) {
+    launch.before = {"taskset", "--cpu-list", std::to_string(options.server_core)};
+  }
+  test::Farm farm(server_options, launch);
+  test::FarmClient client = farm.client();
+  client.upload_assets();
+
+  const auto begun = SteadyClock::now();
+  bench::Swarm swarm({farm.address(), workers, options.threads, options.speed, options.spread});
+  LM_CHECK(test::eventually([&] { return swarm.counts().connected == workers; }, std::chrono::seconds(120)),
+           "only {} of {} workers are connected after two minutes", swarm.counts().connected, workers);
+  const double connecting = seconds_since(begun);
+
+  test::Picture picture;
+  picture.side = options.side;
+  picture.samples = options.samples;
+  const auto submitted = SteadyClock::now();
+  const std::uint64_t job = client.submit(picture, "first").id();
+  for (int i = 1; i < options.jobs; ++i) {
+    client.submit(picture, fmt::format("job-{}", i));
+  }
+  LM_CHECK(test::eventually([&] { return client.job(job).min_tile_samples() > 0; }, std::chrono::seconds(300)),
+           "no picture after five minutes");
+  const double first_picture = seconds_since(submitted);
+
+  std::vector<std::unique_ptr<Viewer>> viewers;
+  for (int i = 0; i < options.viewers; ++i) {
+    viewers.push_back(std::make_unique<Viewer>(farm.address(), job));
+  }
+  std::this_thread::sleep_for(std::chrono::duration<double>(options.warm_seconds));
+  swarm.take_latencies();
+  const auto updates = [&] {
+    std::uint64_t sum = 0;
+    for (const auto& viewer : viewers) {
+      sum += viewer->updates();
+    }
+    return sum;
+  };
+  const bench::SwarmCounts before = swarm.counts();
+  const std::uint64_t updates_before = updates();
+  const pid_t pid = farm.server().pid();
+  const double cpu = process_cpu_seconds(pid), own_cpu = seconds_of(CLOCK_PROCESS_CPUTIME_ID);
+  const auto measured = SteadyClock::now();
+  std::this_thread::sleep_for(std::chrono::duration<double>(options.seconds));
+  const double passed = seconds_since(measured);
+  const bench::SwarmCounts after = swarm.counts();
+  const double cores = (process_cpu_seconds(pid) - cpu) / passed;
+  const double own_cores = (seconds_of(CLOCK_PROCESS_CPUTIME_ID) - own_cpu) / passed;
+  const bench::SwarmLatencies latencies = swarm.take_latencies();
+  const double results = static_cast<double>(after.acknowledged - before.acknowledged) / passed;
+  const double bytes = static_cast<double>(after.result_bytes - before.result_bytes) / passed;
+  const double busy = (after.busy_seconds - before.busy_seconds) / (passed * workers * options.threads);
+  const std::string seen =
+      viewers.empty()
+          ? ""
+          : fmt::format("{:.1f}", static_cast<double>(updates() - updates_before) / passed / options.viewers);
+  LM_CHECK(after.connected == workers, "{} of {} workers are still connected", after.connected, workers);
+  return fmt::format(
+      "| {} | {:.0f} | {:.1f} | {:.2f} | {:.2f} | {} | {:.0f}, {:.0f} | {:.0f}, {:.0f} | {:.2f} | {:.0f} % | {:.1f} | "
+      "{} |",
+      workers, results, bytes / 1e6, cores, own_cores, status_kib(pid, "VmRSS") / 1024,
+      1e3 * percentile(latencies.lease, 0.5), 1e3 * percentile(latencies.lease, 0.99),
+      1e3 * percentile(latencies.commit, 0.5), 1e3 * percentile(latencies.commit, 0.99), first_picture, 100 * busy,
+      connecting, seen);
+}
+
+int run(const Options& options) {
+  const std::uint64_t files = raise_file_limit();
+  for (const std::uint32_t workers : options.workers) {
+    LM_CHECK(files > workers + 200, "{} workers take as many open files, and this process may have {}", workers, files);
+  }
+  fmt::print("{} of {}x{} pixels\n\n", counted(static_cast<std::size_t>(options.jobs), "job"), options.side,
+             options.side);
+  fmt::print(
+      "| workers | results/s | MB/s | coordinator, cores | swarm, cores | coordinator, MiB | lease, ms: median, 99 % | "
+      "commit, ms: median, 99 % | first picture, s | workers busy | connecting, s | updates/s of a viewer |\n");
+  fmt::print("| --- | --- | --- | --- | --- | --- | --- | --- | --- | --- | --- | --- |\n");
+  for (const std::uint32_t workers : options.workers) {
+    fmt::print("{}\n", measure(options, workers));
+    std::fflush(stdout);
+  }
+  return 0;
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  CLI::App app(
+      "What thousands of workers cost a coordinator: simulated ones, each with a connection of its own, which answer "
+      "as "
+      "fast as is said with nodes that were made before.");
+  Options options;
+  app.add_option("--workers", options.workers, "one farm after the other, with so many each")
+      ->delimiter(',')
+      ->capture_default_str()
+      ->check(CLI::Range(1, 20'000));
+  app.add_option("--threads", options.threads, "of each worker")->capture_default_str()->check(CLI::Range(1, 256));
+  app.add_option("--speed", options.speed, "pixel samples a second of a thread")
+      ->capture_default_str()
+      ->check(CLI::Range(1.0, 1e9));
+  app.add_option("--spread", options.spread, "of speeds: the fastest over the slowest")
+      ->capture_default_str()
+      ->check(CLI::Range(1.0, 100.0));
+  app.add_option("--side", options.side, "of the picture: a node of up to 64 has 24 bytes a pixel")
+      ->capture_default_str()
+      ->check(CLI::Range(1, 8192));
+  app.add_option("--jobs", options.jobs, "under way at once")->capture_default_str()->check(CLI::Range(1, 2000));
+  app.add_option("--spp", options.samples, "samples per pixel of each")->capture_default_str();
+  app.add_option("--warm", options.warm_seconds, "seconds until measuring begins")
+      ->capture_default_str()
+      ->check(CLI::Range(0.0, 600.0));
+  app.add_option("--seconds", options.seconds, "of measuring")->capture_default_str()->check(CLI::Range(1.0, 3600.0));
+  app.add_option("--viewers", options.viewers, "who watch the first job's tiles")
+      ->capture_default_str()
+      ->check(CLI::Range(0, 1000));
+  app.add_option("--server-core", options.server_core, "the only core that the coordinator may use; -1: any")
+      ->capture_default_str()
+      ->check(CLI::Range(-1, 1023));
+  app.add_option("--log-level", options.log_level, "of the coordinator")->capture_default_str();
+  app.add_option("--server-option", options.server_options, "for the coordinator, beside the bench's own")
+      ->allow_extra_args(false);
+  CLI11_PARSE(app, argc, argv);
+  return run(options);
+}
