@@ -7,6 +7,7 @@
 #include "common/base/mutex.h"
 #include "common/base/signals.h"
 #include "server/api/api_server.h"
+#include "server/api/health.h"
 #include "server/server_options.h"
 #include "server/store/asset_folder.h"
 #include "server/store/check_state.h"
@@ -145,7 +146,21 @@ fs::path program_folder() {
   return fs::read_symlink("/proc/self/exe", error).parent_path();
 }
 
+/// Null if none is asked for.
+Result<std::unique_ptr<HealthPort>> open_health_port(const ServerOptions& options) {
+  if (options.health.empty()) {
+    return std::unique_ptr<HealthPort>();
+  }
+  LM_ASSIGN_OR_RETURN(std::unique_ptr<HealthPort> health, HealthPort::open(options.health));
+  if (!options.health_port_file.empty()) {
+    LM_RETURN_IF_ERROR(
+        write_file_atomically(options.health_port_file, as_byte_view(fmt::format("{}\n", health->port()))));
+  }
+  return health;
+}
+
 Status serve(const ServerOptions& options, StopRequest& stop) {
+  LM_ASSIGN_OR_RETURN(const std::unique_ptr<HealthPort> health, open_health_port(options));
   Result<State> state = open_state(options, stop);
   if (!state.ok()) {
     return state.status().code() == StatusCode::kCancelled ? ok_status() : with_advice(state.status());
@@ -174,6 +189,9 @@ Status serve(const ServerOptions& options, StopRequest& stop) {
     const fs::path pages = options.pages.empty() ? program_folder() / "lightmill-web" : fs::path(options.pages);
     api.web = WebOptions{options.http,       pages,           LIGHTMILL_VERSION, api.notices, options.tls,
                          options.http_names, options.insecure};
+  }
+  if (health != nullptr) {
+    api.on_ready = [&health](bool ready) { health->set_ready(ready); };
   }
   api.on_fatal = [&stop](const Status& why) { stop.ask(why); };
   Result<std::unique_ptr<ApiServer>> started = ApiServer::start(std::move(state->store), std::move(state->assets), api);

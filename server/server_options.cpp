@@ -133,6 +133,12 @@ Status check_options(const ServerOptions& options) {
   LM_RETURN_IF_ERROR(of_option("--listen", address.status()));
   LM_RETURN_IF_ERROR(check_access(options, *address));
   LM_RETURN_IF_ERROR(check_page(options));
+  if (options.health.empty() && !options.health_port_file.empty()) {
+    return invalid_argument("--health-port-file is given without --health");
+  }
+  if (!options.health.empty()) {
+    LM_RETURN_IF_ERROR(of_option("--health", parse_host_port(options.health).status()));
+  }
   return options.heartbeat_seconds * 2 > options.lease_seconds
              ? invalid_argument("--lease-seconds must be at least twice --heartbeat-seconds")
              : ok_status();
@@ -165,6 +171,13 @@ std::optional<int> parse_server_options(int argc, char** argv, ServerOptions& op
       ->type_name("HOST:PORT")
       ->capture_default_str();
   app.add_option("--port-file", options.port_file, "write the port here once clients can connect")->type_name("FILE");
+  app.add_option(
+         "--health", options.health,
+         "also answer health checks (grpc.health.v1) here, and nothing else, without encryption: for probes that "
+         "show no certificate. A coordinator that stands by answers too, and says that it is not ready")
+      ->type_name("HOST:PORT");
+  app.add_option("--health-port-file", options.health_port_file, "write their port here once they are answered")
+      ->type_name("FILE");
   add_page_options(app, options);
   add_access_options(app, options);
   add_log_options(app, options.log);
@@ -185,7 +198,7 @@ std::optional<int> parse_server_options(int argc, char** argv, ServerOptions& op
   add_limit(app, "--caller-requests", options.calls.requests_per_second, "N", {1.0, 1e6},
             "requests a second of one caller, ten times as many at once");
   add_limit(app, "--caller-streams", options.calls.streams_per_caller, "N", {1, 1'000'000},
-            "assets and films under way, and jobs that are watched, of one caller");
+            "assets and films under way, jobs that are watched and scalers that listen, of one caller");
   add_limit(app, "--streams", options.calls.streams, "N", {1, 1'000'000}, "the same of all callers");
   add_limit(app, "--wire-gib", options.wire_gib, "GIB", {0.0625, 65536.0}, "memory for what is on its way");
   add_limit(app, "--max-workers", options.max_workers, "N", {1, 1'000'000}, "workers that may connect");

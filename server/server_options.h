@@ -19,6 +19,7 @@ struct ServerOptions {
   std::string port_file;
   std::string http, http_port_file;  ///< empty: no page
   std::vector<std::string> http_names;
+  std::string health, health_port_file;  ///< empty: health is answered beside all else alone
   std::string pages;
   TlsFiles tls;
   bool insecure = false, authenticate = false;

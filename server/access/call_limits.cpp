@@ -24,7 +24,8 @@ bool counts_as_request(Rpc rpc) {
 }
 
 bool counts_as_stream(Rpc rpc) {
-  return rpc == Rpc::upload_asset || rpc == Rpc::download_asset || rpc == Rpc::watch_job || rpc == Rpc::get_film;
+  return rpc == Rpc::upload_asset || rpc == Rpc::download_asset || rpc == Rpc::watch_job || rpc == Rpc::get_film ||
+         rpc == Rpc::stream_is_active;
 }
 
 std::pair<std::string, CallLimits::Caller*> CallLimits::caller_of(const std::string& caller, Time now) {

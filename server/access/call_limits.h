@@ -14,7 +14,7 @@ namespace lightmill {
 
 struct CallLimitOptions {
   double requests_per_second = 200;        ///< of one caller, and ten times as many at once
-  std::uint32_t streams_per_caller = 256;  ///< assets and films under way, and jobs that are watched
+  std::uint32_t streams_per_caller = 256;  ///< assets and films under way, jobs that are watched, scalers that listen
   std::uint32_t streams = 8'192;           ///< the same of all callers
 };
 

@@ -8,6 +8,7 @@ namespace {
 constexpr std::string_view kRender = "lightmill.v1.RenderService";
 constexpr std::string_view kWork = "lightmill.v1.WorkerService";
 constexpr std::string_view kAccess = "lightmill.v1.AccessService";
+constexpr std::string_view kScaler = "externalscaler.ExternalScaler";
 
 constexpr std::array<RpcRule, static_cast<std::size_t>(Rpc::count)> kRules{{
     {Rpc::find_missing_assets, kRender, "FindMissingAssets", Right::bring_assets, false},
@@ -34,6 +35,10 @@ constexpr std::array<RpcRule, static_cast<std::size_t>(Rpc::count)> kRules{{
     {Rpc::list_tokens, kAccess, "ListTokens", Right::administer, false},
     {Rpc::revoke_token, kAccess, "RevokeToken", Right::administer, true},
     {Rpc::list_actions, kAccess, "ListActions", Right::administer, false},
+    {Rpc::is_active, kScaler, "IsActive", Right::see_farm, false},
+    {Rpc::stream_is_active, kScaler, "StreamIsActive", Right::see_farm, false},
+    {Rpc::get_metric_spec, kScaler, "GetMetricSpec", Right::see_farm, false},
+    {Rpc::get_metrics, kScaler, "GetMetrics", Right::see_farm, false},
 }};
 
 consteval bool in_order() {

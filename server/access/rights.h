@@ -38,6 +38,10 @@ enum class Rpc {
   list_tokens,
   revoke_token,
   list_actions,
+  is_active,
+  stream_is_active,
+  get_metric_spec,
+  get_metrics,
   count
 };
 

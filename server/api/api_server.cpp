@@ -5,8 +5,6 @@
 #include <grpcpp/ext/proto_server_reflection_plugin.h>
 #include <grpcpp/grpcpp.h>
 #include <grpcpp/health_check_service_interface.h>
-#include <grpcpp/impl/server_builder_option.h>
-#include <grpcpp/impl/server_builder_plugin.h>
 #include <grpcpp/resource_quota.h>
 
 #include <unistd.h>
@@ -17,9 +15,11 @@
 #include "common/base/log.h"
 #include "server/api/access_service.h"
 #include "server/api/grpc_gate.h"
+#include "server/api/health.h"
 #include "server/api/listen_problem.h"
 #include "server/api/records.h"
 #include "server/api/render_service.h"
+#include "server/api/scaler_service.h"
 #include "server/api/worker_streams.h"
 #include "server/store/check_rows.h"
 
@@ -46,24 +46,14 @@ void set_keepalive(grpc::ServerBuilder& builder) {
   builder.AddChannelArgument(GRPC_ARG_HTTP2_MAX_PINGS_WITHOUT_DATA, 0);
 }
 
-/// Leaves out gRPC's service that describes the others, which serves everybody: linking it has put it in.
-class NoReflection final : public grpc::ServerBuilderOption {
- public:
-  void UpdateArguments(grpc::ChannelArguments*) override {}
-  void UpdatePlugins(std::vector<std::unique_ptr<grpc::ServerBuilderPlugin>>* plugins) override {
-    std::erase_if(*plugins, [](const auto& plugin) {
-      return dynamic_cast<grpc::reflection::ProtoServerReflectionPlugin*>(plugin.get()) != nullptr;
-    });
-  }
-};
-
 /// "SERVICE/METHOD" of all that is registered below, health and reflection apart.
 std::vector<std::string> served_methods() {
   std::vector<std::string> methods;
   for (const google::protobuf::ServiceDescriptor* service :
        {v1::SubmitJobRequest::descriptor()->file()->FindServiceByName("RenderService"),
         v1::WorkRequest::descriptor()->file()->FindServiceByName("WorkerService"),
-        v1::CreateTokenRequest::descriptor()->file()->FindServiceByName("AccessService")}) {
+        v1::CreateTokenRequest::descriptor()->file()->FindServiceByName("AccessService"),
+        externalscaler::ScaledObjectRef::descriptor()->file()->FindServiceByName("ExternalScaler")}) {
     for (int i = 0; i < service->method_count(); ++i) {
       methods.push_back(fmt::format("{}/{}", service->full_name(), service->method(i)->name()));
     }
@@ -108,7 +98,9 @@ struct ApiServer::Parts {
       : gate(options.gate, std::move(state.tokens), system_clock()),
         actions(options.log, std::move(state.actions)),
         workers(gate),
-        access(gate) {}
+        access(gate),
+        scaler(gate),
+        readiness(options.on_ready) {}
   Gate gate;
   ActionLog actions;
   std::unique_ptr<Store> store;
@@ -116,6 +108,8 @@ struct ApiServer::Parts {
   std::unique_ptr<Coordinator> farm;
   WorkerStreams workers;
   AccessServiceImpl access;
+  ScalerServiceImpl scaler;
+  Readiness readiness;
   std::unique_ptr<RenderServiceImpl> renders;
   std::unique_ptr<FarmLoop> loop;
   std::unique_ptr<grpc::Server> server;
@@ -142,13 +136,16 @@ Result<std::unique_ptr<ApiServer>> ApiServer::start(std::unique_ptr<Store> store
   parts->farm = std::make_unique<Coordinator>(options.limits, std::move(state), clock.now());
   parts->renders = std::make_unique<RenderServiceImpl>(*parts->assets, parts->gate, options.notices);
   WorkerStreams& workers = parts->workers;
+  Readiness& readiness = parts->readiness;
   parts->loop = std::make_unique<FarmLoop>(
       *parts->farm, parts->actions, *parts->store, clock,
       FarmLoop::Handlers{[&workers](Outgoing message) { workers.send(std::move(message)); },
-                         [&workers](SessionId session) { workers.hang_up(session); }, options.on_fatal});
+                         [&workers](SessionId session) { workers.hang_up(session); }, options.on_fatal,
+                         [&readiness](bool storing) { readiness.set_storing(storing); }});
   workers.set_loop(*parts->loop, std::size_t{2} * options.limits.max_workers + kSpareStreams);
   parts->renders->set_loop(*parts->loop);
   parts->access.set_loop(*parts->loop);
+  parts->scaler.set_loop(*parts->loop);
   record_refusals(parts->gate, *parts->loop);
 
   gpr_set_log_function([](gpr_log_func_args* line) { spdlog::debug("grpc: {}", line->message); });
@@ -157,12 +154,13 @@ Result<std::unique_ptr<ApiServer>> ApiServer::start(std::unique_ptr<Store> store
   std::call_once(reflection_once, [] { grpc::reflection::InitProtoReflectionServerBuilderPlugin(); });
   grpc::ServerBuilder builder;
   if (parts->gate.asks()) {
-    builder.SetOption(std::make_unique<NoReflection>());
+    leave_out_reflection(builder);
   }
   builder.AddListeningPort(options.listen, server_credentials(options.tls), &parts->port);
   builder.RegisterService(&parts->workers);
   builder.RegisterService(parts->renders.get());
   builder.RegisterService(&parts->access);
+  builder.RegisterService(&parts->scaler);
   builder.SetMaxReceiveMessageSize(kMaxMessageBytes);
   builder.SetResourceQuota(grpc::ResourceQuota("lightmill").Resize(options.wire_bytes));
   builder.AddChannelArgument(GRPC_ARG_MAX_CONCURRENT_STREAMS, kMaxConnectionStreams);
@@ -184,6 +182,7 @@ Result<std::unique_ptr<ApiServer>> ApiServer::start(std::unique_ptr<Store> store
   if (options.web) {
     LM_RETURN_IF_ERROR(running->serve_web(*options.web));
   }
+  running->parts_->readiness.start(running->parts_->server->GetHealthCheckService());
   return running;
 }
 
@@ -225,11 +224,10 @@ int ApiServer::web_port() const {
 
 Status ApiServer::stop() {
   parts_->web.reset();
-  if (auto* health = parts_->server->GetHealthCheckService(); health != nullptr) {
-    health->SetServingStatus(false);
-  }
+  parts_->readiness.stop();
   parts_->loop->stop_retrying();
   parts_->renders->stop();
+  parts_->scaler.stop();
   parts_->workers.stop();
   parts_->server->Shutdown(std::chrono::system_clock::now() + kStopPatience);
   parts_->server.reset();

@@ -30,6 +30,8 @@ struct ApiOptions {
   std::optional<WebOptions> web;                      ///< also over HTTP
   /// The store cannot be used any more. From another thread; the server should be stopped.
   std::function<void(const Status&)> on_fatal = [](const Status&) {};
+  /// Whether it takes jobs, which it does not while its state cannot be stored. From other threads.
+  std::function<void(bool)> on_ready = [](bool) {};
 };
 
 /// A running coordinator.

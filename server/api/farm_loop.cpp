@@ -81,8 +81,8 @@ void FarmLoop::run() {
       poked_ = false;
       stopping = stopping_;
     }
-    Turn turn{farm_, watchers_, actions_, inspections_, past_, clock_.now(), clock_.unix_milliseconds(),
-              {},    {},        {},       no_store_};
+    Turn turn{farm_, watchers_, demand_, actions_, inspections_, past_, clock_.now(), clock_.unix_milliseconds(),
+              {},    {},        {},      no_store_};
     for (const Task& task : tasks) {
       task(turn);
     }
@@ -103,6 +103,9 @@ void FarmLoop::run() {
     tell_inspected(turn);
     note_ends(turn);
     watchers_due = watchers_.publish(farm_, turn.now);
+    if (const std::optional<Time> due = demand_.publish(farm_, turn.now)) {
+      watchers_due = std::min(watchers_due.value_or(*due), *due);
+    }
     note_sent(turn);
     commits_.push({std::move(turn.step.writes), std::move(turn.step.after_commit), std::move(turn.replies),
                    std::move(turn.callers)});
@@ -187,6 +190,7 @@ void FarmLoop::set_stall(const Status& status) {
   post_always([this, status](Turn& turn) {
     no_store_ = message_of(status);
     hold(turn);
+    handlers_.on_storing(status.ok());
   });
 }
 

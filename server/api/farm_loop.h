@@ -12,6 +12,7 @@
 #include "common/base/mutex.h"
 #include "server/access/action_log.h"
 #include "server/api/commit_queue.h"
+#include "server/api/demand_hub.h"
 #include "server/api/watch_hub.h"
 #include "server/domain/coordinator.h"
 #include "server/domain/farm_events.h"
@@ -34,6 +35,7 @@ class FarmLoop {
   struct Turn {
     Coordinator& farm;
     WatchHub& watchers;
+    DemandHub& demand;
     ActionLog& actions;
     std::map<InspectionId, InspectionReply>& inspections;
     FarmPast& past;
@@ -57,6 +59,8 @@ class FarmLoop {
     std::function<void(Outgoing)> send;  ///< from the farm thread and the writer thread
     std::function<void(SessionId)> hang_up;
     std::function<void(const Status&)> on_fatal;
+    /// Whether the state can be stored, whenever that changes; from the farm thread.
+    std::function<void(bool)> on_storing = [](bool) {};
   };
   FarmLoop(Coordinator& farm, ActionLog& actions, Store& store, const Clock& clock, Handlers handlers);
   ~FarmLoop();
@@ -91,6 +95,7 @@ class FarmLoop {
   const Handlers handlers_;
   CommitQueue commits_;
   WatchHub watchers_;
+  DemandHub demand_;
   Mutex mutex_;
   CondVar changed_;
   std::vector<Task> tasks_ LM_GUARDED_BY(mutex_);

@@ -1,6 +1,9 @@
 #include "server/api/grpc_gate.h"
 
 #include <grpc/grpc_security_constants.h>
+#include <grpcpp/ext/proto_server_reflection_plugin.h>
+#include <grpcpp/impl/server_builder_option.h>
+#include <grpcpp/impl/server_builder_plugin.h>
 #include <grpcpp/security/tls_certificate_provider.h>
 #include <grpcpp/security/tls_credentials_options.h>
 
@@ -28,6 +31,16 @@ Shown shown_by(const grpc::ServerContextBase& context) {
   return shown;
 }
 
+class NoReflection final : public grpc::ServerBuilderOption {
+ public:
+  void UpdateArguments(grpc::ChannelArguments*) override {}
+  void UpdatePlugins(std::vector<std::unique_ptr<grpc::ServerBuilderPlugin>>* plugins) override {
+    std::erase_if(*plugins, [](const auto& plugin) {
+      return dynamic_cast<grpc::reflection::ProtoServerReflectionPlugin*>(plugin.get()) != nullptr;
+    });
+  }
+};
+
 }  // namespace
 
 Result<Call> admit(const Gate& gate, const grpc::ServerContextBase& context, Rpc rpc, const About& about) {
@@ -51,6 +64,10 @@ std::shared_ptr<grpc::ServerCredentials> server_credentials(const TlsFiles& file
     options.set_cert_request_type(GRPC_SSL_REQUEST_CLIENT_CERTIFICATE_AND_VERIFY);
   }
   return grpc::experimental::TlsServerCredentials(options);
+}
+
+void leave_out_reflection(grpc::ServerBuilder& builder) {
+  builder.SetOption(std::make_unique<NoReflection>());
 }
 
 }  // namespace lightmill

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <grpcpp/security/server_credentials.h>
+#include <grpcpp/server_builder.h>
 #include <grpcpp/server_context.h>
 
 #include <memory>
@@ -17,5 +18,8 @@ Result<Call> admit(const Gate& gate, const grpc::ServerContextBase& context, Rpc
 /// Encrypted if a certificate is given. Then its files are looked at every few seconds: renewed ones serve the
 /// connections that come after.
 std::shared_ptr<grpc::ServerCredentials> server_credentials(const TlsFiles& files);
+
+/// Leaves out gRPC's service that describes the others, which serves everybody: linking it has put it in.
+void leave_out_reflection(grpc::ServerBuilder& builder);
 
 }  // namespace lightmill

@@ -44,6 +44,10 @@ const std::map<std::string, Expectation>& expectations() {
       {"AccessService/ListTokens", {"admin", "", StatusCode::OK}},
       {"AccessService/RevokeToken", {"admin", "", StatusCode::NOT_FOUND}},
       {"AccessService/ListActions", {"admin", "", StatusCode::OK}},
+      {"ExternalScaler/IsActive", {"view submit operate admin", "", StatusCode::OK}},
+      {"ExternalScaler/StreamIsActive", {"view submit operate admin", "", StatusCode::CANCELLED}},  // by the caller
+      {"ExternalScaler/GetMetricSpec", {"view submit operate admin", "", StatusCode::OK}},
+      {"ExternalScaler/GetMetrics", {"view submit operate admin", "", StatusCode::INVALID_ARGUMENT}},
   };
   return all;
 }

@@ -171,5 +171,30 @@ TEST(TokenAccess, StreamsEndWithTheCertificateOrTokenThatTheyCameBy) {
   EXPECT_GE(now_unix_s(), later);
 }
 
+TEST(TokenAccess, AScalerWhoseTokenIsRevokedHearsNoMore) {
+  SecureFarm secure;
+  const auto root = secure.channel(secure.person("root", {Role::admin}));
+  const std::string token = token_for(root, "scaler", {Role::view});
+  grpc::ClientContext context;
+  context.AddMetadata("authorization", "Bearer " + token);
+  context.set_deadline(std::chrono::system_clock::now() + std::chrono::seconds(20));
+  const auto stub = externalscaler::ExternalScaler::NewStub(secure.channel(std::nullopt));
+  const auto stream = stub->StreamIsActive(&context, {});
+  externalscaler::IsActiveResponse heard;
+  ASSERT_TRUE(stream->Read(&heard));
+  v1::RevokeTokenRequest revoke;
+  revoke.set_id(token_id(token).value());
+  v1::RevokeTokenResponse response;
+  grpc::ClientContext revoking, submitting;
+  ASSERT_TRUE(v1::AccessService::NewStub(root)->RevokeToken(&revoking, revoke, &response).ok());
+  upload_assets(root);
+  v1::SubmitJobRequest submit;
+  to_wire(job_of(Picture(), "one"), &submit);
+  v1::Job job;
+  ASSERT_TRUE(v1::RenderService::NewStub(root)->SubmitJob(&submitting, submit, &job).ok());
+  EXPECT_FALSE(stream->Read(&heard)) << "that there is a job now";
+  EXPECT_EQ(stream->Finish().error_code(), StatusCode::UNAUTHENTICATED);
+}
+
 }  // namespace
 }  // namespace lightmill::test

@@ -19,6 +19,7 @@ const std::map<std::string, bool>& recorded() {
       {"DeleteJob", true},          {"WatchJob", false},        {"GetFilm", false},       {"ListWorkers", false},
       {"DrainWorker", true},        {"QuarantineWorker", true}, {"ReleaseWorker", true},  {"Work", true},
       {"CreateToken", true},        {"ListTokens", false},      {"RevokeToken", true},    {"ListActions", false},
+      {"IsActive", false},          {"StreamIsActive", false},  {"GetMetricSpec", false}, {"GetMetrics", false},
   };
   return all;
 }

@@ -7,6 +7,7 @@
 #include <unistd.h>
 
 #include "common/base/file.h"
+#include "tests/integration/health.h"
 #include "tests/support/farm.h"
 #include "tests/support/postgres_server.h"
 
@@ -50,8 +51,12 @@ class TwoCoordinators {
   std::unique_ptr<BackgroundProcess> start(int index) {
     return std::make_unique<BackgroundProcess>(
         std::vector<std::string>{std::string(LIGHTMILL_BINARY_DIR) + "/bin/lightmill-server", "--store", url_,
-                                 "--listen", address(index)},
+                                 "--listen", address(index), "--health", "127.0.0.1:0", "--health-port-file",
+                                 port_file(index)},
         log_file(index));
+  }
+  std::string health_of(int index, const std::string& service = "") const {
+    return health(health_address(port_file(index)), service);
   }
   std::string address(int index) const { return fmt::format("127.0.0.1:{}", ports_[index]); }
   std::string log(int index) const { return read_file(log_file(index)).value(); }
@@ -60,6 +65,7 @@ class TwoCoordinators {
   std::unique_ptr<BackgroundProcess> first, second;
 
  private:
+  std::string port_file(int index) const { return (folder_.path() / fmt::format("health{}", index)).string(); }
   std::string log_file(int index) const { return (folder_.path() / fmt::format("server{}.log", index)).string(); }
 
   TemporaryFolder folder_;
@@ -83,26 +89,37 @@ TEST(SharedDatabase, TheCoordinatorKilledTwice) {
 }
 
 TEST(SharedDatabase, AFarmLivesThroughItsDatabasesCrash) {
-  Farm farm({"--store", server().new_database()});
+  const TemporaryFolder folder;
+  const std::string port_file = (folder.path() / "port").string();
+  Farm farm({"--store", server().new_database(), "--health", "127.0.0.1:0", "--health-port-file", port_file});
   farm.add_worker(2, "w1");
   FarmClient client = farm.client();
   const std::uint64_t job = client.submit(Picture()).id();
   client.wait_for_samples(job, kPixelSamples / 4);
   server().stop();
   EXPECT_TRUE(eventually([&] { return farm.server_log().find("cannot store progress") != std::string::npos; }));
+  const std::string probed = health_address(port_file);
+  EXPECT_TRUE(eventually([&] { return health(probed) == "NOT_SERVING"; })) << "it takes no jobs";
+  EXPECT_EQ(health(farm.address()), "NOT_SERVING");
+  EXPECT_EQ(health(probed, "live"), "SERVING") << "to start it anew would mend nothing";
   server().start();
   expect_reference_film(farm.client(), job);
+  EXPECT_TRUE(eventually([&] { return health(probed) == "SERVING"; }));
 }
 
 TEST(SharedDatabase, OneThatStandsByTakesOverFromOneThatIsKilled) {
   TwoCoordinators both;
   FarmClient to_first(both.address(0)), to_second(both.address(1));
+  EXPECT_EQ(both.health_of(0), "SERVING");
+  EXPECT_EQ(both.health_of(1), "NOT_SERVING") << "whoever calls is to be led to the first";
+  EXPECT_EQ(both.health_of(1, "live"), "SERVING");
   const std::uint64_t job = to_first.submit(Picture()).id();
   to_first.wait_for_samples(job, kPixelSamples / 4);
   kill_at_once(*both.first);
   const auto killed = std::chrono::steady_clock::now();
   EXPECT_TRUE(eventually([&] { return both.says(1, "listening on"); })) << both.log(1);
   EXPECT_LT(std::chrono::steady_clock::now() - killed, std::chrono::seconds(10));
+  EXPECT_TRUE(eventually([&] { return both.health_of(1) == "SERVING"; }));
   expect_reference_film(FarmClient(both.address(1)), job);
 }
 

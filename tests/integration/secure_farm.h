@@ -11,6 +11,7 @@
 #include "common/security/token.h"
 #include "common/wire/farm_messages.h"
 #include "common/wire/role_proto.h"
+#include "externalscaler/externalscaler.grpc.pb.h"
 #include "lightmill/v1/access_service.grpc.pb.h"
 #include "lightmill/v1/worker_service.grpc.pb.h"
 #include "tests/support/farm.h"
@@ -71,7 +72,7 @@ class SecureFarm {
   std::unique_ptr<Farm> farm_;
 };
 
-/// Calls a method of any kind with one message, and reads to the end.
+/// Calls a method of any kind with one message, and reads to the end; of one that never ends, the first reply.
 inline grpc::Status call(const std::shared_ptr<grpc::Channel>& channel, const std::string& method,
                          const std::string& bytes, std::vector<std::string>* replies = nullptr,
                          const std::string& token = "") {
@@ -105,6 +106,9 @@ inline grpc::Status call(const std::shared_ptr<grpc::Channel>& channel, const st
     grpc::Slice whole;
     if (replies != nullptr && reply.DumpToSingleSlice(&whole).ok()) {
       replies->emplace_back(reinterpret_cast<const char*>(whole.begin()), whole.size());
+    }
+    if (method.ends_with("/StreamIsActive")) {
+      context.TryCancel();
     }
   }
   grpc::Status status;
@@ -175,7 +179,7 @@ inline std::vector<const google::protobuf::MethodDescriptor*> all_methods() {
   std::vector<const google::protobuf::MethodDescriptor*> methods;
   for (const google::protobuf::FileDescriptor* file :
        {v1::SubmitJobRequest::descriptor()->file(), v1::WorkRequest::descriptor()->file(),
-        v1::CreateTokenRequest::descriptor()->file()}) {
+        v1::CreateTokenRequest::descriptor()->file(), externalscaler::ScaledObjectRef::descriptor()->file()}) {
     for (int s = 0; s < file->service_count(); ++s) {
       for (int m = 0; m < file->service(s)->method_count(); ++m) {
         methods.push_back(file->service(s)->method(m));

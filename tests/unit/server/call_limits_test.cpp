@@ -56,6 +56,14 @@ TEST(CallLimitsTest, CallersWithoutNumberTakeNoMemoryWithoutEnd) {
   EXPECT_TRUE(limits.open_stream("ada", at(60)).ok());
 }
 
+TEST(CallLimitsTest, WhatLastsHasAPlace) {
+  for (const RpcRule& rule : rpc_rules()) {
+    const bool lasts = rule.method == "UploadAsset" || rule.method == "DownloadAsset" || rule.method == "WatchJob" ||
+                       rule.method == "GetFilm" || rule.method == "StreamIsActive";
+    EXPECT_EQ(counts_as_stream(rule.rpc), lasts) << rule.method;
+  }
+}
+
 TEST(CallLimitsTest, AnIdentityAtAnAddressIsOneWhateverThePort) {
   const Identity ada{"ada", {Role::submit}, Proof::certificate, 0, ""};
   EXPECT_EQ(caller_key(ada, "10.0.0.7:1"), caller_key(ada, "10.0.0.7:2"));

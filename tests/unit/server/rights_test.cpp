@@ -74,7 +74,7 @@ TEST(Rights, AnRpcWithoutALineIsNotServed) {
   methods.push_back("lightmill.v1.RenderService/Shutdown");
   EXPECT_NE(message_of(check_rules(methods)).find("RenderService/Shutdown is not served"), std::string::npos);
   methods.resize(methods.size() - 2);
-  EXPECT_NE(message_of(check_rules(methods)).find("ListActions, which there is not"), std::string::npos);
+  EXPECT_NE(message_of(check_rules(methods)).find("GetMetrics, which there is not"), std::string::npos);
 }
 
 TEST(Identities, AWorkersNameIsItsOwnersFirst) {

@@ -1,0 +1,25 @@
+#include "server/api/demand_hub.h"
+
+namespace lightmill {
+
+std::optional<Time> DemandHub::publish(const Coordinator& farm, Time now) {
+  std::erase_if(listeners_, [](const Listener& listener) { return listener.sink->closed(); });
+  if (listeners_.empty()) {
+    return std::nullopt;
+  }
+  if (now < next_look_) {
+    return next_look_;
+  }
+  next_look_ = now + kInterval;
+  const bool active = farm.wanted_workers(now) > 0;
+  for (Listener& listener : listeners_) {
+    // A stream that is still writing pokes the loop when it is done.
+    if (listener.told != active && listener.sink->writable()) {
+      listener.told = active;
+      listener.sink->offer(active);
+    }
+  }
+  return std::nullopt;
+}
+
+}  // namespace lightmill

@@ -1,0 +1,61 @@
+// What health checks hear (grpc.health.v1): on the coordinator's own port, and on one that has nothing else.
+#pragma once
+
+#include <functional>
+#include <memory>
+#include <string>
+
+#include "common/base/mutex.h"
+#include "common/base/status.h"
+
+namespace grpc {
+class CallbackGenericService;
+class HealthCheckServiceInterface;
+class Server;
+}  // namespace grpc
+
+namespace lightmill {
+
+/// A port for probes that can show no certificate, as Kubernetes' can not: without encryption, for everybody, and says
+/// no more than this. The service "" is SERVING while the coordinator is ready, "live" as long as the program runs,
+/// also one that stands by. Thread-safe.
+class HealthPort {
+ public:
+  static constexpr const char* kLive = "live";
+
+  /// `listen` is HOST:PORT; port 0 takes a free one. Not ready at first. UNAVAILABLE if it cannot be bound.
+  static Result<std::unique_ptr<HealthPort>> open(const std::string& listen);
+  ~HealthPort();
+  HealthPort(const HealthPort&) = delete;
+  HealthPort& operator=(const HealthPort&) = delete;
+
+  int port() const { return port_; }
+  void set_ready(bool ready);
+
+ private:
+  HealthPort();
+  std::unique_ptr<grpc::CallbackGenericService> others_;  ///< refuses all other calls
+  std::unique_ptr<grpc::Server> server_;
+  int port_ = 0;
+};
+
+/// Whether a coordinator takes jobs: it serves, and its state can be stored. Thread-safe.
+class Readiness {
+ public:
+  explicit Readiness(std::function<void(bool)> on_change) : on_change_(std::move(on_change)) {}
+  /// From now on it is ready, and says so to `service` too, until stop.
+  void start(grpc::HealthCheckServiceInterface* service);
+  void set_storing(bool storing);
+  void stop();
+
+ private:
+  void tell() LM_REQUIRES(mutex_);
+
+  const std::function<void(bool)> on_change_;
+  Mutex mutex_;
+  grpc::HealthCheckServiceInterface* service_ LM_GUARDED_BY(mutex_) = nullptr;
+  bool serving_ LM_GUARDED_BY(mutex_) = false;
+  bool storing_ LM_GUARDED_BY(mutex_) = true;
+};
+
+}  // namespace lightmill
