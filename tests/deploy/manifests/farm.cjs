@@ -1,0 +1,350 @@
+// Whether the parts of a farm in a cluster, or in a Compose file, agree with each other, with the programs' options, with the
+// image and with what docs/kubernetes.md tells people to make. All of it returns faults, in words.
+'use strict';
+const childProcess = require('node:child_process');
+const fs = require('node:fs');
+const path = require('node:path');
+const {nameOf} = require('./render.cjs');
+
+const LISTENS = {'--listen': 'grpc', '--http': 'page', '--health': 'health'};
+const GIB = 2 ** 30;
+
+/** What the manifests are held against, read from the sources and the programs. */
+function readWorld(source, bin) {
+  const text = (...names) => fs.readFileSync(path.join(source, ...names), 'utf8');
+  const docs = text('docs/kubernetes.md');
+  const unit = (program) => text('deploy/systemd', `${program}.service`);
+  const help = (program) => {
+    const shown = childProcess.execFileSync(path.join(bin, program), ['--help'], {encoding: 'utf8'});
+    return new Set([...shown.matchAll(/^ {2,8}(?:-\w,)?(--[a-z][a-z-]*)(?=[\s=]|$)/gm)].map((match) => match[1]));
+  };
+  const users = new Map(
+    [...text('deploy/containers/Containerfile').matchAll(/useradd .*--uid (\d+) .* (\S+) \\/g)].map((match) => [
+      match[2],
+      Number(match[1]),
+    ]),
+  );
+  const programs = {};
+  for (const [program, user] of [
+    ['lightmill-server', 'lightmill'],
+    ['lightmill-worker', 'lightmill-worker'],
+  ]) {
+    programs[program] = {
+      options: help(program),
+      user: users.get(user),
+      stopSeconds: Number(/^TimeoutStopSec=(\d+)$/m.exec(unit(program))[1]),
+    };
+  }
+  // `kubectl create secret generic NAME --from-file=DIR/KEY --from-literal=KEY=…`, also over several lines.
+  const secrets = new Map();
+  for (const [, name, rest] of docs.replace(/\\\n/g, ' ').matchAll(/create secret generic (\S+)(.*)/g)) {
+    secrets.set(
+      name,
+      new Set([...rest.matchAll(/--from-(?:file=\S*\/(\S+)|literal=([^=\s]+)=)/g)].map((match) => match[1] ?? match[2])),
+    );
+  }
+  const hosts = new Set(
+    [...docs.matchAll(/lightmill certs server certs ([^#\n]*)/g)].flatMap((match) => match[1].trim().split(/\s+/)),
+  );
+  const files = new Set(
+    [...docs.matchAll(/lightmill certs (?:server()|(?:worker|person)) certs (\S+)/g)].map((match) =>
+      match[1] === '' ? 'server.pem' : `${match[2]}.pem`,
+    ),
+  );
+  return {
+    programs,
+    secrets,
+    hosts,
+    files: files.add('ca.pem'),
+    version: /project\(lightmill VERSION (\S+)/.exec(text('CMakeLists.txt'))[1],
+  };
+}
+
+/** {"--option": "value"} of arguments --option=value. */
+const optionsOf = (args) => new Map(args.map((arg) => [arg.split('=')[0], arg.slice(arg.indexOf('=') + 1)]));
+const portOf = (address) => Number(address.slice(address.lastIndexOf(':') + 1));
+const hostOf = (address) => address.slice(0, address.lastIndexOf(':'));
+const matches = (labels, selector) => Object.entries(selector ?? {}).every(([name, value]) => labels?.[name] === value);
+const bytesOf = (quantity) => Number(/^(\d+)Gi$/.exec(quantity)?.[1]) * GIB;
+
+/** Of what a program is told: that there are such options, and that files lie where something is mounted. */
+function argumentFaults(program, args, mounts, add) {
+  for (const arg of args) {
+    const option = arg.split('=')[0];
+    if (!program.options.has(option)) add(`there is no option ${option}`);
+    if (!arg.includes('=')) add(`${arg} is not --option=value`);
+    const value = arg.slice(arg.indexOf('=') + 1);
+    if (value.startsWith('/') && !mounts.some((mount) => value === mount || value.startsWith(`${mount}/`)))
+      add(`${arg}: nothing is mounted there`);
+  }
+}
+
+function securityFaults(program, pod, container, add) {
+  if (pod.securityContext?.runAsNonRoot !== true) add('it may run as root');
+  if (pod.securityContext?.runAsUser !== program.user)
+    add(`it runs as user ${pod.securityContext?.runAsUser}, the image has ${program.user}`);
+  if (pod.securityContext?.fsGroup !== program.user) add('its group cannot read its secrets');
+  if (pod.securityContext?.seccompProfile?.type !== 'RuntimeDefault') add('it has no seccomp profile');
+  if (pod.automountServiceAccountToken !== false) add('it is given a token of the cluster');
+  const own = container.securityContext ?? {};
+  if (own.readOnlyRootFilesystem !== true) add('its root may be written');
+  if (own.allowPrivilegeEscalation !== false) add('it may gain privileges');
+  if (own.capabilities?.drop?.[0] !== 'ALL') add('it keeps capabilities');
+}
+
+/** Every volume is mounted, every mount has its volume, and files that are named are in their secrets. */
+function volumeFaults(workload, pod, container, options, needSecret, add) {
+  const volumes = new Map(
+    [...(pod.volumes ?? []), ...(workload.spec.volumeClaimTemplates ?? []).map((claim) => ({name: claim.metadata.name}))].map(
+      (volume) => [volume.name, volume],
+    ),
+  );
+  const mounts = container.volumeMounts ?? [];
+  for (const mount of mounts) if (!volumes.has(mount.name)) add(`volume ${mount.name} is not there`);
+  for (const name of volumes.keys()) if (!mounts.some((mount) => mount.name === name)) add(`volume ${name} is not mounted`);
+  for (const {name, mountPath} of mounts) {
+    const secret = volumes.get(name)?.secret;
+    for (const value of options.values()) {
+      if (secret && value.startsWith(`${mountPath}/`)) needSecret(secret.secretName, value.slice(mountPath.length + 1));
+    }
+    // The programs refuse a key that everybody may read, and nobody else may.
+    if (secret && secret.defaultMode !== 0o440)
+      add(`secret ${secret.secretName} has the mode ${secret.defaultMode?.toString(8)}`);
+  }
+}
+
+function portFaults(container, options, add) {
+  const named = new Map((container.ports ?? []).map((port) => [port.name, port.containerPort]));
+  for (const [option, name] of Object.entries(LISTENS)) {
+    const port = options.has(option) ? portOf(options.get(option)) : undefined;
+    if (named.get(name) !== port) add(`${option} says ${port}, the port ${name} is ${named.get(name)}`);
+  }
+  const health = options.has('--health') ? portOf(options.get('--health')) : undefined;
+  for (const [kind, services] of [
+    ['readinessProbe', [undefined]],
+    ['livenessProbe', ['live']],
+    ['startupProbe', []],
+  ]) {
+    const grpc = container[kind]?.grpc;
+    if (container[kind] !== undefined && (grpc?.port !== health || !services.includes(grpc?.service)))
+      add(`${kind} asks ${JSON.stringify(container[kind])}`);
+  }
+  if (health !== undefined && (container.readinessProbe === undefined || container.livenessProbe === undefined))
+    add('nobody asks how it is');
+}
+
+/** What it takes at most fits into what it has. */
+function sizeFaults(workload, container, options, add) {
+  const {requests, limits} = container.resources ?? {};
+  if (!(bytesOf(requests?.memory) <= bytesOf(limits?.memory)) || requests?.cpu === undefined)
+    add('resources: requests of cpu and memory, and a limit of memory');
+  const gib = (name) => Number(options.get(name));
+  if (container.command[0] === 'lightmill-server') {
+    const memory = gib('--films-gib') + gib('--wire-gib');
+    if (!(memory * GIB < bytesOf(limits?.memory))) add(`its options take ${memory} GiB of memory, of ${limits?.memory}`);
+    for (const claim of workload.spec.volumeClaimTemplates ?? []) {
+      const disk = gib('--films-gib') + gib('--max-assets-gib') + 1;
+      if (!(disk * GIB <= bytesOf(claim.spec.resources.requests.storage)))
+        add(`its options take ${disk} GiB of disk, of ${claim.spec.resources.requests.storage}`);
+    }
+  } else if (!(gib('--scenes-gib') + (0.75 * bytesOf(limits?.memory)) / GIB <= bytesOf(limits?.memory) / GIB)) {
+    add('the scenes that it keeps leave no room for a new one');
+  }
+}
+
+function workloadFaults(workload, world, needSecret, add) {
+  const {spec: pod, metadata} = workload.spec.template;
+  if (!matches(metadata.labels, workload.spec.selector.matchLabels)) add('its selector does not find its pods');
+  if (pod.containers.length !== 1) add('one container is expected');
+  const [container] = pod.containers;
+  const program = world.programs[container.command?.[0]];
+  if (program === undefined) {
+    add(`there is no program ${container.command?.[0]}`);
+    return;
+  }
+  const options = optionsOf(container.args);
+  argumentFaults(
+    program,
+    container.args,
+    container.volumeMounts.map((mount) => mount.mountPath),
+    add,
+  );
+  const variables = new Set((container.env ?? []).map((variable) => variable.name));
+  for (const arg of container.args) {
+    for (const [, name] of arg.matchAll(/\$\(([^)]*)\)/g)) if (!variables.has(name)) add(`${arg}: there is no variable ${name}`);
+  }
+  for (const {valueFrom} of container.env ?? []) {
+    if (valueFrom?.secretKeyRef) needSecret(valueFrom.secretKeyRef.name, valueFrom.secretKeyRef.key);
+    const own = valueFrom?.resourceFieldRef;
+    if (
+      own &&
+      (own.containerName !== container.name || container.resources?.limits?.[own.resource.replace('limits.', '')] === undefined)
+    )
+      add(`it is told ${JSON.stringify(own)}, which is not set`);
+  }
+  if (container.image !== `lightmill:${world.version}`) add(`image ${container.image}, the version is ${world.version}`);
+  if (pod.terminationGracePeriodSeconds !== program.stopSeconds)
+    add(`it has ${pod.terminationGracePeriodSeconds} s to stop, as a service ${program.stopSeconds}`);
+  // The names of Services would come as variables, and what begins with LIGHTMILL_ is an option.
+  if (pod.enableServiceLinks !== false) add('it is given variables for Services');
+  securityFaults(program, pod, container, add);
+  volumeFaults(workload, pod, container, options, needSecret, add);
+  portFaults(container, options, add);
+  sizeFaults(workload, container, options, add);
+}
+
+/** All of a farm's objects, as kustomize makes them. */
+function farmFaults(docs, world) {
+  const faults = [];
+  const needed = [];
+  const of = (kind) => docs.filter((doc) => doc.kind === kind);
+  const named = (kind, name) => of(kind).find((doc) => doc.metadata.name === name);
+  const workloads = [...of('StatefulSet'), ...of('Deployment')];
+  const selected = (selector) => workloads.filter((workload) => matches(workload.spec.template.metadata.labels, selector));
+  const optionsIn = (workload) => optionsOf(workload.spec.template.spec.containers[0].args);
+  const namespaces = new Set(docs.filter((doc) => doc.kind !== 'Namespace').map((doc) => doc.metadata.namespace));
+  if (namespaces.size !== 1 || named('Namespace', [...namespaces][0]) === undefined)
+    faults.push(`namespaces: ${[...namespaces]}`);
+
+  /** HOST:PORT as a caller in the cluster has it: a Service, which the coordinator's certificate names. */
+  const addressFaults = (address, add) => {
+    const [name, ...rest] = hostOf(address).split('.');
+    const service = named('Service', name);
+    if (service === undefined || (rest.length > 0 && rest.join('.') !== `${service.metadata.namespace}.svc`))
+      add(`there is no Service ${hostOf(address)}`);
+    else if (!service.spec.ports.some((port) => port.port === portOf(address) && port.targetPort === 'grpc'))
+      add(`${address}: the Service has no such port`);
+    if (!world.hosts.has(hostOf(address))) add(`no certificate is made for ${hostOf(address)}`);
+  };
+
+  const checks = {
+    StatefulSet: (doc, add) => {
+      workloadFaults(doc, world, (...secret) => needed.push(secret), add);
+      if (named('Service', doc.spec.serviceName) === undefined) add(`there is no Service ${doc.spec.serviceName}`);
+      const isShared = optionsIn(doc).has('--store');
+      if (isShared === optionsIn(doc).has('--data')) add('its state is in two places, or none');
+      if (isShared === (doc.spec.volumeClaimTemplates !== undefined)) add('a volume is for --data, and --data on a volume');
+      if (doc.spec.replicas > 1 && !isShared) add('several coordinators on volumes of their own are several farms');
+      if (doc.spec.replicas > 1 && doc.spec.updateStrategy?.type !== 'OnDelete')
+        add('an update would wait for the one that stands by');
+      if (doc.spec.replicas > 1 && doc.spec.podManagementPolicy !== 'Parallel')
+        add('the second would wait for the first to be ready');
+    },
+    Deployment: (doc, add) => {
+      workloadFaults(doc, world, (...secret) => needed.push(secret), add);
+      addressFaults(optionsIn(doc).get('--server'), add);
+      if (doc.spec.replicas !== undefined) add("how many there are is the autoscaler's to say");
+    },
+    Service: (doc, add) => {
+      const [workload, ...others] = selected(doc.spec.selector);
+      if (workload === undefined || others.length > 0) add('its selector does not find one workload');
+      for (const port of doc.spec.ports) {
+        const target = workload?.spec.template.spec.containers[0].ports.find((each) => each.name === port.targetPort);
+        if (target?.containerPort !== port.port)
+          add(`port ${port.port} leads to ${port.targetPort}, which is ${target?.containerPort}`);
+      }
+    },
+    PodDisruptionBudget: (doc, add) => {
+      if (selected(doc.spec.selector.matchLabels).length !== 1) add('its selector does not find one workload');
+      if (doc.spec.minAvailable !== undefined || ['0', 0, '0%'].includes(doc.spec.maxUnavailable))
+        add('nodes could not be emptied');
+    },
+    NetworkPolicy: (doc, add) => {
+      const targets = selected(doc.spec.podSelector.matchLabels);
+      if (targets.length !== 1) add('its selector does not find one workload');
+      const peers = [
+        ...(doc.spec.ingress ?? []).flatMap((rule) => rule.from ?? []),
+        ...(doc.spec.egress ?? []).flatMap((rule) => rule.to ?? []),
+      ];
+      for (const peer of peers) {
+        if (peer.podSelector && !peer.namespaceSelector && selected(peer.podSelector.matchLabels).length !== 1)
+          add(`${JSON.stringify(peer.podSelector)} finds nobody`);
+      }
+      const ports = new Set((targets[0]?.spec.template.spec.containers[0].ports ?? []).map((port) => port.name));
+      for (const {port} of (doc.spec.ingress ?? []).flatMap((rule) => rule.ports ?? []))
+        if (!ports.has(port)) add(`there is no port ${port}`);
+      // A worker must get to its coordinator.
+      const server = targets[0] && optionsIn(targets[0]).get('--server');
+      const outgoing = (doc.spec.egress ?? []).flatMap((rule) => rule.ports ?? []).map((port) => port.port);
+      if (server && !outgoing.includes(portOf(server))) add(`it lets nobody through to ${server}`);
+    },
+    ScaledObject: (doc, add) => {
+      if (named('Deployment', doc.spec.scaleTargetRef.name) === undefined) add('it scales what there is not');
+      for (const trigger of doc.spec.triggers) {
+        if (trigger.type !== 'external-push' && trigger.type !== 'external') add(`it asks ${trigger.type}`);
+        addressFaults(trigger.metadata.scalerAddress, add);
+        if (named('TriggerAuthentication', trigger.authenticationRef?.name) === undefined) add('it shows no certificate');
+      }
+    },
+    TriggerAuthentication: (doc, add) => {
+      const given = doc.spec.secretTargetRef.map((entry) => entry.parameter).sort();
+      if (given.join() !== 'caCert,tlsClientCert,tlsClientKey') add(`KEDA is given ${given}`);
+      for (const {name, key} of doc.spec.secretTargetRef) needed.push([name, key]);
+    },
+    Namespace: () => {},
+  };
+  for (const doc of docs) {
+    const add = (fault) => faults.push(`${nameOf(doc)}: ${fault}`);
+    if (checks[doc.kind] === undefined) add('this test knows nothing of it');
+    else checks[doc.kind](doc, add);
+  }
+  for (const [name, key] of needed) {
+    if (!world.secrets.get(name)?.has(key)) faults.push(`docs/kubernetes.md makes no secret ${name} with ${key}`);
+  }
+  return faults;
+}
+
+/** A Compose file. */
+function composeFarmFaults(doc, world) {
+  const faults = [];
+  const options = {};
+  for (const [name, service] of Object.entries(doc.services)) {
+    const add = (fault) => faults.push(`${name}: ${fault}`);
+    const [programName, ...args] = service.command;
+    const program = world.programs[programName];
+    if (program === undefined) {
+      add(`there is no program ${programName}`);
+      continue;
+    }
+    const mounts = service.volumes.map((volume) => volume.split(':'));
+    argumentFaults(
+      program,
+      args,
+      mounts.map(([, target]) => target),
+      add,
+    );
+    options[name] = optionsOf(args);
+    for (const [from, target] of mounts) {
+      if (!from.startsWith('.') && doc.volumes?.[from] === undefined) add(`volume ${from} is not there`);
+      if (from.startsWith('./certs/') && !world.files.has(path.basename(from))) add(`docs/kubernetes.md makes no ${from}`);
+      if (from.startsWith('./') && path.basename(from) !== path.basename(target)) add(`${from} is ${target}`);
+    }
+    for (const published of service.ports ?? []) {
+      const inside = Number(published.split(':').pop());
+      if (!Object.keys(LISTENS).some((option) => options[name].has(option) && portOf(options[name].get(option)) === inside))
+        add(`nobody listens on ${inside}`);
+    }
+    if (service.image !== `lightmill:${world.version}`) add(`image ${service.image}, the version is ${world.version}`);
+    if (service.user !== `${program.user}:${program.user}`) add(`it runs as ${service.user}, the image has ${program.user}`);
+    if (service.read_only !== true) add('its root may be written');
+    if (service.cap_drop?.[0] !== 'ALL') add('it keeps capabilities');
+    if (!service.security_opt?.includes('no-new-privileges:true')) add('it may gain privileges');
+    if (service.stop_grace_period !== `${program.stopSeconds}s`)
+      add(`it has ${service.stop_grace_period} to stop, as a service ${program.stopSeconds} s`);
+    for (const other of service.depends_on ?? []) if (doc.services[other] === undefined) add(`there is no ${other}`);
+  }
+  for (const [name, given] of Object.entries(options)) {
+    const server = /^\$\{LIGHTMILL_SERVER:-(.*)\}$/.exec(given.get('--server') ?? '')?.[1];
+    if (
+      given.has('--server') &&
+      (server === undefined ||
+        portOf(options[hostOf(server)]?.get('--listen') ?? ':') !== portOf(server) ||
+        !world.hosts.has(hostOf(server)))
+    ) {
+      faults.push(`${name}: ${given.get('--server')} does not lead to the coordinator`);
+    }
+  }
+  return faults;
+}
+
+module.exports = {composeFarmFaults, farmFaults, readWorld};

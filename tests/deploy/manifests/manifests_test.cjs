@@ -1,0 +1,212 @@
+// Checks deploy/kubernetes and deploy/compose: against the published schemas, and their parts against each other; starts a farm
+// with their arguments; then plants faults and wants them found.
+//
+//   NODE_PATH=FOLDER/node_modules node manifests_test.cjs SOURCE-FOLDER FOLDER-OF-THE-PROGRAMS
+//
+// With kubectl, of a version that knows these kustomizations, also that it makes of them what this test does.
+'use strict';
+const assert = require('node:assert');
+const childProcess = require('node:child_process');
+const fs = require('node:fs');
+const path = require('node:path');
+const test = require('node:test');
+const {composeFarmFaults, farmFaults, readWorld} = require('./farm.cjs');
+const {documents, nameOf, render} = require('./render.cjs');
+const {composeFaults, objectFaults} = require('./schemas.cjs');
+const {certificateCommands, startFarm} = require('./started.cjs');
+
+const [source, bin] = process.argv.slice(2);
+const world = readWorld(source, bin);
+const folders = Object.fromEntries(
+  ['base', 'overlays/postgres'].map((name) => [name, path.join(source, 'deploy/kubernetes', name)]),
+);
+const base = render(folders.base);
+const shared = render(folders['overlays/postgres']);
+const [compose] = documents(fs.readFileSync(path.join(source, 'deploy/compose/compose.yaml'), 'utf8'));
+const allFaults = (docs) => [...docs.flatMap(objectFaults), ...farmFaults(docs, world)];
+const allComposeFaults = (doc) => [...composeFaults(doc), ...composeFarmFaults(doc, world)];
+
+for (const [name, docs] of [
+  ['base', base],
+  ['overlays/postgres', shared],
+]) {
+  test(`${name} fits the schemas, and its parts each other`, () => assert.deepStrictEqual(allFaults(docs), []));
+  test(`kubectl makes the same of ${name}`, (context) => {
+    const made = childProcess.spawnSync('kubectl', ['kustomize', folders[name]], {encoding: 'utf8'});
+    // Kustomizations have had these fields since kubectl 1.21.
+    if (made.error || /invalid Kustomization|unknown field/.test(made.stderr)) {
+      context.skip('no kubectl, or one that is too old');
+      return;
+    }
+    assert.strictEqual(made.status, 0, made.stderr);
+    const byName = (all) => Object.fromEntries(all.map((doc) => [nameOf(doc), doc]));
+    assert.deepStrictEqual(byName(documents(made.stdout)), byName(docs));
+  });
+}
+test('compose.yaml fits the schema, and its parts each other', () => assert.deepStrictEqual(allComposeFaults(compose), []));
+
+const docs = fs.readFileSync(path.join(source, 'docs/kubernetes.md'), 'utf8');
+const argsIn = (kind) => base.find((doc) => doc.kind === kind).spec.template.spec.containers[0].args;
+test('a farm starts with the arguments of the base', () =>
+  startFarm({
+    bin,
+    commands: certificateCommands(docs, 'Certificates'),
+    serverArgs: argsIn('StatefulSet'),
+    workerArgs: argsIn('Deployment'),
+    askers: ['scaler'],
+  }));
+test('a farm starts with the arguments of compose.yaml', () =>
+  startFarm({
+    bin,
+    commands: certificateCommands(docs, 'With Compose'),
+    serverArgs: compose.services.server.command.slice(1),
+    workerArgs: compose.services.worker.command.slice(1),
+    askers: [],
+  }));
+
+/** Plants one fault, and wants a fault found whose words match. */
+function planted(what, docs, change, words, faultsOf = allFaults) {
+  test(`it is found that ${what}`, () => {
+    const changed = structuredClone(docs);
+    change(
+      Array.isArray(changed)
+        ? (kind, name) => changed.find((doc) => doc.kind === kind && (!name || doc.metadata.name === name))
+        : changed,
+    );
+    const found = faultsOf(changed);
+    assert.ok(
+      found.some((fault) => words.test(fault)),
+      `found: ${found.join('; ') || 'nothing'}`,
+    );
+  });
+}
+const container = (doc) => doc.spec.template.spec.containers[0];
+const replaceArg = (list, from, to) => list.splice(list.indexOf(from), 1, to);
+
+planted('a field is misspelled', base, (get) => (container(get('StatefulSet')).readinesProbe = {}), /readinesProbe/);
+planted(
+  'a field has the wrong type',
+  base,
+  (get) => (get('Deployment').spec.template.spec.terminationGracePeriodSeconds = '120s'),
+  /must be integer/,
+);
+planted("a field of KEDA's is misspelled", base, (get) => (get('ScaledObject').spec.minReplicas = 1), /minReplicas/);
+planted('an option is none', base, (get) => container(get('Deployment')).args.push('--thread=4'), /no option --thread\b/);
+planted(
+  'a port differs',
+  base,
+  (get) => replaceArg(container(get('StatefulSet')).args, '--listen=0.0.0.0:7350', '--listen=0.0.0.0:7450'),
+  /--listen says 7450/,
+);
+planted(
+  'a probe asks another port',
+  base,
+  (get) => (container(get('StatefulSet')).livenessProbe.grpc.port = 7350),
+  /livenessProbe asks/,
+);
+planted(
+  'a live one is asked whether it is ready',
+  base,
+  (get) => delete container(get('StatefulSet')).livenessProbe.grpc.service,
+  /livenessProbe asks/,
+);
+planted(
+  'a label differs',
+  base,
+  (get) => (get('Service').spec.selector['app.kubernetes.io/component'] = 'coordinator'),
+  /Service.*selector/,
+);
+planted(
+  'a certificate is not mounted',
+  base,
+  (get) => container(get('Deployment')).volumeMounts.shift(),
+  /nothing is mounted there/,
+);
+planted(
+  'a secret is not made',
+  base,
+  (get) => (get('Deployment').spec.template.spec.volumes[0].secret.secretName = 'other'),
+  /no secret other with worker.pem/,
+);
+planted(
+  'KEDA is sent elsewhere',
+  base,
+  (get) => (get('ScaledObject').spec.triggers[0].metadata.scalerAddress = 'lightmill-server.farm.svc:7350'),
+  /no Service lightmill-server.farm.svc/,
+);
+planted(
+  "KEDA's key is another's",
+  base,
+  (get) => (get('TriggerAuthentication').spec.secretTargetRef[2].key = 'keda.pem'),
+  /no secret lightmill-scaler-cert with keda.pem/,
+);
+planted(
+  'a worker calls a port that no Service has',
+  base,
+  (get) => replaceArg(container(get('Deployment')).args, '--server=lightmill-server:7350', '--server=lightmill-server:7380'),
+  /no such port/,
+);
+planted(
+  'workers may not call',
+  base,
+  (get) => (get('NetworkPolicy', 'lightmill-worker').spec.egress[0].ports[0].port = 80),
+  /lets nobody through/,
+);
+planted(
+  'it may run as root',
+  base,
+  (get) => (get('Deployment').spec.template.spec.securityContext.runAsUser = 0),
+  /runs as user 0/,
+);
+planted('a root may be written', base, (get) => delete container(get('StatefulSet')).securityContext, /may be written/);
+planted(
+  'a key can be read by all',
+  base,
+  (get) => (get('StatefulSet').spec.template.spec.volumes[0].secret.defaultMode = 0o444),
+  /mode 444/,
+);
+planted(
+  'a worker is killed while it leaves',
+  base,
+  (get) => (get('Deployment').spec.template.spec.terminationGracePeriodSeconds = 30),
+  /30 s to stop/,
+);
+planted(
+  'films are larger than the memory',
+  base,
+  (get) => replaceArg(container(get('StatefulSet')).args, '--films-gib=4', '--films-gib=16'),
+  /GiB of memory/,
+);
+planted(
+  'assets are larger than the volume',
+  base,
+  (get) => replaceArg(container(get('StatefulSet')).args, '--max-assets-gib=40', '--max-assets-gib=64'),
+  /GiB of disk/,
+);
+planted('two coordinators have a volume each', base, (get) => (get('StatefulSet').spec.replicas = 2), /several farms/);
+planted('a rolling update would wait', shared, (get) => delete get('StatefulSet').spec.updateStrategy, /wait for the one/);
+planted('a variable is not set', shared, (get) => container(get('StatefulSet')).env.shift(), /no variable STORE/);
+planted('the version is another', base, (get) => (container(get('Deployment')).image = 'lightmill:9.9'), /version/);
+planted('nodes could not be emptied', base, (get) => (get('PodDisruptionBudget').spec.maxUnavailable = 0), /emptied/);
+
+const plantedInCompose = (what, change, words) => planted(what, compose, change, words, allComposeFaults);
+plantedInCompose(
+  'a field of Compose is misspelled',
+  (doc) => (doc.services.worker.depend_on = ['server']),
+  /additional properties/,
+);
+plantedInCompose('an option is none, with Compose', (doc) => doc.services.server.command.push('--page=1'), /no option --page/);
+plantedInCompose('nobody listens, with Compose', (doc) => doc.services.server.ports.push('80:80'), /nobody listens on 80/);
+plantedInCompose(
+  'a certificate is not made, with Compose',
+  (doc) => (doc.services.worker.volumes[1] = './certs/w.pem:/etc/lightmill/certs/w.pem:ro'),
+  /no .*w\.pem/,
+);
+plantedInCompose(
+  'a worker calls nobody, with Compose',
+  (doc) => {
+    doc.services.coordinator = doc.services.server;
+    delete doc.services.server;
+  },
+  /does not lead/,
+);

@@ -1,0 +1,93 @@
+// Starts a farm with the arguments of manifests and the certificates that docs/kubernetes.md makes: paths and ports are this
+// test's own, the rest is taken as it stands.
+'use strict';
+const assert = require('node:assert');
+const childProcess = require('node:child_process');
+const fs = require('node:fs');
+const os = require('node:os');
+const path = require('node:path');
+const {setTimeout: sleep} = require('node:timers/promises');
+
+/** The commands `lightmill certs …` below a heading of the page. */
+function certificateCommands(docs, heading) {
+  const section = docs.split(/^## /m).find((text) => text.startsWith(heading));
+  return [...section.matchAll(/^lightmill (certs [^#\n]*)/gm)].map((match) => match[1].trim().split(/\s+/));
+}
+
+async function eventually(what, look) {
+  for (const end = Date.now() + 30_000; Date.now() < end; await sleep(100)) {
+    const found = look();
+    if (found) return found;
+  }
+  throw new Error(what());
+}
+
+/** Runs both programs until the coordinator knows the worker, asked by ada and by whoever else is named; then stops them. */
+async function startFarm({bin, commands, serverArgs, workerArgs, askers}) {
+  const folder = fs.mkdtempSync(path.join(os.tmpdir(), 'lightmill-manifests-'));
+  const file = (name) => path.join(folder, name);
+  const run = (program, args) => childProcess.spawnSync(path.join(bin, program), args, {cwd: folder, encoding: 'utf8'});
+  const running = [];
+  const start = (program, args) => {
+    const child = childProcess.spawn(path.join(bin, program), args, {
+      stdio: ['ignore', 'ignore', fs.openSync(file(`${program}.log`), 'w')],
+    });
+    child.ended = new Promise((resolve) => child.on('exit', resolve));
+    running.push(child);
+  };
+  const log = (program) => fs.readFileSync(file(`${program}.log`), 'utf8');
+  const own = (args) =>
+    args.map((arg) =>
+      arg
+        .replace('/etc/lightmill/certs', file('certs'))
+        .replace('/var/lib/lightmill', file('data'))
+        .replace(/0\.0\.0\.0:\d+/, '127.0.0.1:0'),
+    );
+  try {
+    for (const command of commands) {
+      const made = run('lightmill', command);
+      assert.strictEqual(made.status, 0, `lightmill ${command.join(' ')}: ${made.stderr}`);
+    }
+    start('lightmill-server', [...own(serverArgs), `--port-file=${file('port')}`]);
+    const port = (
+      await eventually(
+        () => log('lightmill-server'),
+        () => fs.existsSync(file('port')) && fs.readFileSync(file('port'), 'utf8'),
+      )
+    ).trim();
+    start(
+      'lightmill-worker',
+      own(workerArgs).map((arg) =>
+        arg.replace(/^--server=.*/, `--server=localhost:${port}`).replace(/^--threads=.*/, '--threads=1'),
+      ),
+    );
+    for (const asker of ['ada', ...askers]) {
+      const ask = () =>
+        run('lightmill', [
+          'workers',
+          '--json',
+          '--server',
+          `localhost:${port}`,
+          '--tls-ca',
+          'certs/ca.pem',
+          '--tls-cert',
+          `certs/${asker}.pem`,
+        ]);
+      await eventually(
+        () => `${asker}: ${ask().stdout} ${ask().stderr} ${log('lightmill-worker')}`,
+        () => {
+          const answer = ask();
+          return answer.status === 0 && JSON.parse(answer.stdout).workers.length === 1;
+        },
+      );
+    }
+  } finally {
+    for (const child of running.reverse()) {
+      child.kill('SIGTERM');
+      assert.strictEqual(await child.ended, 0, log('lightmill-server'));
+    }
+    fs.rmSync(folder, {recursive: true});
+  }
+}
+
+module.exports = {certificateCommands, startFarm};
