@@ -140,6 +140,38 @@ TEST(Health, ItsOwnPortAnswersThatAlone) {
   EXPECT_TRUE(eventually([&] { return health(address) != "SERVING"; }));
 }
 
+TEST(Health, WhoWatchesHearsOfTheEnd) {
+  const TemporaryFolder folder;
+  const std::string port_file = (folder.path() / "port").string();
+  Farm farm({"--health", "127.0.0.1:0", "--health-port-file", port_file});
+  grpc::GenericStub stub(grpc::CreateChannel(health_address(port_file), grpc::InsecureChannelCredentials()));
+  grpc::ClientContext context;
+  context.set_deadline(std::chrono::system_clock::now() + std::chrono::seconds(20));
+  grpc::CompletionQueue queue;
+  const auto stream = stub.PrepareCall(&context, "/grpc.health.v1.Health/Watch", &queue);
+  const auto done = [&] {
+    void* tag = nullptr;
+    bool ok = false;
+    return queue.Next(&tag, &ok) && ok;
+  };
+  const auto hear = [&] {
+    grpc::ByteBuffer reply;
+    stream->Read(&reply, nullptr);
+    grpc::Slice whole;
+    return done() && reply.DumpToSingleSlice(&whole).ok()
+               ? std::string(reinterpret_cast<const char*>(whole.begin()), whole.size())
+               : "nothing";
+  };
+  stream->StartCall(nullptr);
+  ASSERT_TRUE(done());
+  const grpc::Slice all;  // HealthCheckRequest{}
+  stream->WriteLast(grpc::ByteBuffer(&all, 1), grpc::WriteOptions(), nullptr);
+  ASSERT_TRUE(done());
+  EXPECT_EQ(hear(), "\x08\x01") << "SERVING";
+  farm.server().send(SIGTERM);
+  EXPECT_EQ(hear(), "\x08\x02") << "NOT_SERVING";
+}
+
 TEST(Health, ATakenPortIsSaid) {
   const TemporaryFolder folder;
   const std::string port_file = (folder.path() / "port").string();
