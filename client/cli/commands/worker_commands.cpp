@@ -52,9 +52,9 @@ Status list_workers(FarmConnection& connection, const Console& console, bool onl
     console.result(fmt::format("no workers: start one with `lightmill-worker --server {}`", connection.address()));
   } else {
     print_table(console, rows);
-  }
-  if (listed.wanted > workers.size()) {
-    console.notice(fmt::format("the farm could use {}", counted(listed.wanted, "worker")));
+    if (listed.wanted > workers.size()) {
+      console.notice(fmt::format("the farm could use {}", counted(listed.wanted, "worker")));
+    }
   }
   return ok_status();
 }
