@@ -66,7 +66,7 @@ echo '== release'
 configure release
 cmake --build build/release
 run_tests release -LE "$skip|$alone" -j "$cores"
-run_tests release -L "$alone" -LE "$skip" --repeat until-pass:3
+run_tests release -L "$alone" -LE "$skip" --repeat until-pass:2
 
 echo '== address and undefined-behaviour sanitizers'
 configure asan

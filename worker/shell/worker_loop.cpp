@@ -266,12 +266,13 @@ void WorkerLoop::stream_broke(const std::string& address, const Status& status, 
           address, printable(why), to_seconds(refused_least_), to_seconds(refused_most_));
       said = std::move(why);
     }
-  } else if (failures_ == 0 && !exit_) {
+  } else if ((failures_ == 0 || refused_last_) && !refused && !exit_) {
     // It may take seconds, in which the session has to find another coordinator.
     explaining_ = std::jthread([this, address, status] {
       spdlog::warn("no connection to {}: {}; trying again", address, link_.explain(address, status));
     });
   }
+  refused_last_ = refused;
   ++failures_;
   failures_ = std::min(failures_, 1'000);
   session_.disconnected(now, actions_, refused);

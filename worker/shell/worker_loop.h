@@ -70,6 +70,7 @@ class WorkerLoop {
   std::optional<Time> open_at_;                  ///< when the stream that was asked for is to be opened
   std::uint64_t stream_ = 0;                     ///< number of the current stream
   bool stream_open_ = false;                     ///< it has not been disconnected
+  bool refused_last_ = false;                    ///< the last of them was a refusal
   int failures_ = 0;                             ///< attempts to connect that failed one after the other
   std::map<std::string, std::string> refusals_;  ///< by address: why it did not let the worker in last
   std::uint64_t random_ = 0;                     ///< state of the jitter's generator
