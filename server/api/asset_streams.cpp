@@ -5,7 +5,6 @@
 #include "server/api/grpc_status.h"
 #include "server/api/refused.h"
 #include "server/api/render_service.h"
-#include "server/store/check_state.h"
 
 namespace lightmill {
 namespace {
@@ -63,11 +62,12 @@ class DownloadStream final : public grpc::ServerWriteReactor<v1::DownloadAssetRe
       return;
     }
     Result<std::unique_ptr<AssetStore::Reader>> reader = assets.open_asset(*digest);
+    digest_ = *digest;
     if (!reader.ok()) {
-      Finish(to_grpc(reader.status()));
+      const bool missing = reader.status().code() == StatusCode::kNotFound;
+      Finish(to_grpc(missing ? reader.status() : unreadable(reader.status())));
       return;
     }
-    digest_ = *digest;
     reader_ = std::move(*reader);
     write_next();
   }
@@ -84,8 +84,12 @@ class DownloadStream final : public grpc::ServerWriteReactor<v1::DownloadAssetRe
  private:
   void write_next() {
     Result<std::string> chunk = reader_->next(kSentChunkBytes);
-    if (!chunk.ok() || chunk->empty()) {
-      Finish(to_grpc(chunk.ok() ? check_whole() : chunk.status()));
+    if (!chunk.ok()) {
+      Finish(to_grpc(chunk.status().code() == StatusCode::kDataLoss ? forget() : unreadable(chunk.status())));
+      return;
+    }
+    if (chunk->empty()) {
+      Finish(to_grpc(sent_.finish() == digest_ ? ok_status() : forget()));
       return;
     }
     sent_.append(*chunk);
@@ -93,19 +97,18 @@ class DownloadStream final : public grpc::ServerWriteReactor<v1::DownloadAssetRe
     StartWrite(&response_);
   }
 
-  /// What has been damaged on the disk is forgotten, and so sent again by who needs it.
-  Status check_whole() {
-    if (sent_.finish() == digest_) {
-      return ok_status();
-    }
-    // A sound one may have come meanwhile.
-    if (check_asset(assets_, digest_).status().code() == StatusCode::kDataLoss) {
-      spdlog::error("asset {} is damaged in the store and forgotten: it is sent again with the next job that has it",
-                    digest_.hex());
-      assets_.forget(digest_);
-    }
+  /// What has been damaged is sent again by who needs it.
+  Status forget() {
+    spdlog::error("asset {} is damaged in the store and forgotten: it is sent again with the next job that has it",
+                  digest_.hex());
+    assets_.forget(*reader_);
     return unavailable("asset {} was damaged in the farm's store: submit a job with the same file again",
                        digest_.hex());
+  }
+  /// A worker that asks again may get it: no job fails for a disk or a database that gives an error.
+  Status unreadable(const Status& why) const {
+    spdlog::error("asset {} cannot be read: {}", digest_.hex(), message_of(why));
+    return unavailable("asset {} cannot be read from the farm's store: {}", digest_.hex(), message_of(why));
   }
 
   AssetStore& assets_;

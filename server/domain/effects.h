@@ -79,6 +79,12 @@ struct PutVerified {
 struct DropResults {
   NodeKey key;
 };
+/// Forgets one recorded result, whose numbers may be none that a key can have.
+struct DropResultRow {
+  JobId job;
+  std::int64_t tile = 0, level = 0, index = 0;
+  friend bool operator==(const DropResultRow&, const DropResultRow&) = default;
+};
 
 /// A worker that gets nothing to render, nor does any other one on its machine: it was found to have sent wrong bits.
 struct QuarantineRecord {
@@ -112,7 +118,7 @@ struct DropAction {
 };
 
 using StoreOp = std::variant<PutJob, PutProgress, DeleteJobRows, PutNode, DropNode, PutResult, PutVerified, DropResults,
-                             PutQuarantine, DropQuarantine, PutToken, DropToken, PutAction, DropAction>;
+                             DropResultRow, PutQuarantine, DropQuarantine, PutToken, DropToken, PutAction, DropAction>;
 
 /// A message for the worker of one session.
 struct Outgoing {
@@ -184,8 +190,9 @@ struct StoredState {
   std::vector<StoredJob> jobs;
   std::uint64_t next_job_id = 1;      ///< never reused, even after deletes
   std::vector<NodeKey> damaged = {};  ///< nodes that were stored, and are left out because they are damaged
-  /// Results of which it cannot be told any more who rendered them; the nodes that they went into are among `damaged`.
-  std::vector<NodeKey> damaged_results = {};
+  /// Rows of which it cannot be told any more who rendered them; take_out_nonsense puts the nodes that they went into
+  /// among `damaged`.
+  std::vector<DropResultRow> damaged_results = {};
   std::vector<JobId> damaged_jobs = {};  ///< left out: what was stored of them is not what was written
   std::vector<TokenRecord> tokens = {};
   std::vector<Action> actions = {};  ///< any order

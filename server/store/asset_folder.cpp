@@ -39,7 +39,7 @@ class AssetFolder final : public AssetStore {
   Result<std::unique_ptr<Upload>> start_upload(const Sha256& digest) override;
   Result<std::unique_ptr<Reader>> open_asset(const Sha256& digest) const override;
   std::uint64_t collect(const std::set<Sha256>& wanted, std::int64_t spare_age_seconds) override;
-  void forget(const Sha256& digest) override;
+  void forget(const Reader& damaged) override;
   std::uint64_t total_bytes() const override { return budget_.used_bytes(); }
 
  private:
@@ -75,6 +75,8 @@ class FileReader final : public AssetStore::Reader {
  public:
   FileReader(fs::path path, int fd) : path_(std::move(path)), fd_(fd) {}
   ~FileReader() override { ::close(fd_); }
+  /// Removes the file that it reads from its place, if it is still there. Returns its size; 0 if it is not.
+  std::uint64_t remove_file() const;
   FileReader(const FileReader&) = delete;
   FileReader& operator=(const FileReader&) = delete;
   Result<std::string> next(std::size_t limit_bytes) override;
@@ -226,14 +228,17 @@ std::uint64_t AssetFolder::collect(const std::set<Sha256>& wanted, std::int64_t 
   return freed_bytes;
 }
 
-void AssetFolder::forget(const Sha256& digest) {
+std::uint64_t FileReader::remove_file() const {
+  struct stat read {
+  }, placed{};
+  const bool same = ::fstat(fd_, &read) == 0 && ::stat(path_.c_str(), &placed) == 0 && read.st_dev == placed.st_dev &&
+                    read.st_ino == placed.st_ino;
+  return same && ::unlink(path_.c_str()) == 0 ? static_cast<std::uint64_t>(read.st_size) : 0;
+}
+
+void AssetFolder::forget(const Reader& damaged) {
   const MutexLock lock(placing_);
-  std::error_code error;
-  const fs::path path = path_of(digest);
-  const std::uintmax_t size_bytes = fs::file_size(path, error);
-  if (!error && fs::remove(path, error)) {
-    budget_.release(size_bytes);
-  }
+  budget_.release(static_cast<const FileReader&>(damaged).remove_file());
 }
 
 }  // namespace

@@ -59,8 +59,9 @@ class AssetStore {
   /// Forgets assets that are not in `wanted`, and that came and were kept more than `spare_age_seconds` ago. Returns
   /// the bytes freed.
   virtual std::uint64_t collect(const std::set<Sha256>& wanted, std::int64_t spare_age_seconds) = 0;
-  /// Forgets an asset that is damaged, so that whoever needs it sends it again.
-  virtual void forget(const Sha256& digest) = 0;
+  /// Forgets what one of its readers has found to be damaged, so that whoever needs the asset sends it again. One that
+  /// has come since stays.
+  virtual void forget(const Reader& damaged) = 0;
   /// Of assets in place and of uploads under way.
   virtual std::uint64_t total_bytes() const = 0;
 

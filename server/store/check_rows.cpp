@@ -68,10 +68,18 @@ std::set<const Node*> overlapping(std::vector<const Node*> nodes) {
 }
 
 /// Those of a tile's nodes, none of which share samples, of which it is not known of all samples who rendered them.
-std::set<const Node*> unrecorded(std::vector<const Node*> nodes, const std::vector<SampleRange>& results) {
+std::set<const Node*> unrecorded(std::vector<const Node*> nodes, std::vector<SampleRange> results) {
   std::ranges::sort(nodes, {}, [](const Node* node) { return node->range.first(); });
+  // Ranges are dyadic: each is apart from another one, or contains it. Coordinators before format 10 left a result's
+  // record where a larger result took its place.
+  std::ranges::sort(results, {}, [](const SampleRange& range) { return std::pair(range.first(), ~range.end()); });
   std::map<const Node*, std::uint64_t> known;
+  std::uint64_t counted = 0;
   for (const SampleRange& result : results) {
+    if (result.end() <= counted) {
+      continue;
+    }
+    counted = result.end();
     const auto after =
         std::ranges::upper_bound(nodes, result.first(), {}, [](const Node* node) { return node->range.first(); });
     if (after != nodes.begin() && (*(after - 1))->range.contains(result)) {
@@ -102,7 +110,7 @@ void take_out_nodes(StoredState::StoredJob& job, StoredState& state, std::vector
     std::set<const Node*> twice = overlapping(nodes);
     std::erase_if(nodes, [&](const Node* node) { return twice.contains(node); });
     unsound.merge(twice);
-    unsound.merge(unrecorded(nodes, results[tile]));
+    unsound.merge(unrecorded(nodes, std::move(results[tile])));
   }
   std::erase_if(job.nodes, [&](const StoredState::StoredNode& stored) {
     if (is_of(film, stored.tile, *stored.node) && !unsound.contains(stored.node.get())) {
@@ -117,8 +125,8 @@ void take_out_nodes(StoredState::StoredJob& job, StoredState& state, std::vector
     if (result.tile.value < film.grid().tile_count() && check_range(result.range).ok()) {
       return false;
     }
-    state.damaged_results.push_back({job.record.id, result.tile, result.range});
-    repairs.push_back(DropResults{state.damaged_results.back()});
+    stored::leave_out_result({job.record.id, result.tile.value, result.range.level, result.range.index}, state,
+                             repairs);
     return true;
   });
 }

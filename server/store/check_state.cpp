@@ -89,14 +89,12 @@ void report_assets(const StoredState& state, const AssetStore& assets, const Ass
   }
 }
 
-}  // namespace
-
-Result<std::uint64_t> check_asset(const AssetStore& store, const Sha256& digest) {
-  LM_ASSIGN_OR_RETURN(const std::unique_ptr<AssetStore::Reader> reader, store.open_asset(digest));
+/// How many bytes the asset has; DATA_LOSS if they are others than its digest says.
+Result<std::uint64_t> read_through(AssetStore::Reader& reader, const Sha256& digest) {
   Sha256Hasher hasher;
   std::uint64_t size_bytes = 0;
   for (;;) {
-    LM_ASSIGN_OR_RETURN(const std::string piece, reader->next(kPieceBytes));
+    LM_ASSIGN_OR_RETURN(const std::string piece, reader.next(kPieceBytes));
     if (piece.empty()) {
       break;
     }
@@ -109,10 +107,14 @@ Result<std::uint64_t> check_asset(const AssetStore& store, const Sha256& digest)
   return size_bytes;
 }
 
+}  // namespace
+
 Result<AssetCheck> check_assets(AssetStore& store) {
   AssetCheck check;
+  std::vector<std::unique_ptr<AssetStore::Reader>> damaged;
   for (const Sha256& digest : store.digests()) {
-    if (const Result<std::uint64_t> size_bytes = check_asset(store, digest); size_bytes.ok()) {
+    LM_ASSIGN_OR_RETURN(std::unique_ptr<AssetStore::Reader> reader, store.open_asset(digest));
+    if (const Result<std::uint64_t> size_bytes = read_through(*reader, digest); size_bytes.ok()) {
       ++check.assets;
       check.bytes += *size_bytes;
     } else if (size_bytes.status().code() != StatusCode::kDataLoss) {
@@ -120,10 +122,11 @@ Result<AssetCheck> check_assets(AssetStore& store) {
     } else {
       spdlog::warn("asset {} is damaged and forgotten: {}", digest.hex(), message_of(size_bytes.status()));
       check.damaged.push_back(digest);
+      damaged.push_back(std::move(reader));
     }
   }
-  for (const Sha256& digest : check.damaged) {
-    store.forget(digest);
+  for (const auto& reader : damaged) {
+    store.forget(*reader);
   }
   return check;
 }

@@ -9,9 +9,6 @@
 
 namespace lightmill {
 
-/// How many bytes the asset has; DATA_LOSS if they are others than its digest says. Reads all of it.
-Result<std::uint64_t> check_asset(const AssetStore& store, const Sha256& digest);
-
 struct AssetCheck {
   std::uint64_t assets = 0, bytes = 0;  ///< that are as they should be
   std::vector<Sha256> damaged;  ///< whose bytes had another digest, or were not all there: they are forgotten now

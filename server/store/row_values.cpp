@@ -23,7 +23,8 @@ class RowHasher {
 
  private:
   void put(std::uint64_t number) { hasher_.append(std::as_bytes(std::span(&number, 1))); }
-  void put(double number) { put(std::bit_cast<std::uint64_t>(number)); }
+  /// SQLite keeps whole numbers as such, and gives 0 for -0.
+  void put(double number) { put(std::bit_cast<std::uint64_t>(number + 0.0)); }
   void put(ByteView bytes) {
     put(std::uint64_t{bytes.size()});
     hasher_.append(bytes);
@@ -246,20 +247,15 @@ void JobCheck::finish(StoredState& state, std::vector<StoreOp>& repairs) {
   std::erase_if(state.jobs, [&](const auto& job) { return damaged_.contains(job.record.id); });
 }
 
-void leave_out_result(StoredState::StoredJob& job, const NodeKey& result, StoredState& state,
-                      std::vector<StoreOp>& repairs) {
-  spdlog::error("job {}: the record of who rendered a result of tile {} is damaged", result.job.value,
-                result.tile.value);
-  state.damaged_results.push_back(result);
-  const auto node = std::ranges::find_if(job.nodes, [&](const StoredState::StoredNode& each) {
-    return each.tile == result.tile && result.range.level <= kMaxRangeLevel && each.node->range.contains(result.range);
-  });
-  if (node != job.nodes.end()) {
-    state.damaged.push_back({result.job, node->tile, node->node->range});
-    log_damage(state.damaged.back());
-    repairs.push_back(DropNode{state.damaged.back()});
-    job.nodes.erase(node);
-  }
+bool is_key(std::int64_t tile, std::int64_t level, std::int64_t index) {
+  constexpr std::int64_t kMost = std::numeric_limits<std::uint32_t>::max();
+  return std::ranges::all_of(std::array{tile, level, index}, [](std::int64_t n) { return n >= 0 && n <= kMost; });
+}
+
+void leave_out_result(const DropResultRow& row, StoredState& state, std::vector<StoreOp>& repairs) {
+  spdlog::error("job {}: the record of who rendered a result of tile {} is damaged", row.job.value, row.tile);
+  state.damaged_results.push_back(row);
+  repairs.push_back(row);
 }
 
 std::uint32_t RendererTable::index_of(Renderer renderer) {

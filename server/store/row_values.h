@@ -78,10 +78,12 @@ class JobCheck {
   std::map<JobId, std::string> damaged_;  ///< and why
 };
 
-/// Takes the node that the result went into out of the job, too: whoever may be found to have rendered wrong, nobody
-/// could tell whether this was theirs. The node's row goes with `repairs`, the result's is the caller's.
-void leave_out_result(StoredState::StoredJob& job, const NodeKey& result, StoredState& state,
-                      std::vector<StoreOp>& repairs);
+/// Whether a NodeKey can have these numbers.
+bool is_key(std::int64_t tile, std::int64_t level, std::int64_t index);
+/// A result's row that is damaged: it goes with `repairs`. The node that it went into does so later, as one of which
+/// not all is known (take_out_nonsense): if somebody is found to have rendered wrong, nobody could tell whether it was
+/// theirs.
+void leave_out_result(const DropResultRow& row, StoredState& state, std::vector<StoreOp>& repairs);
 
 /// Gives everybody who rendered something a number, from 0 on.
 class RendererTable {

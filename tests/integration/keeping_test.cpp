@@ -190,6 +190,26 @@ TEST(Keeping, ADamagedAssetIsForgottenAndSentAgain) {
   expect_reference_film(farm.client(), waiting, picture);
 }
 
+TEST(Keeping, AnAssetThatCannotBeReadNowIsWaitedFor) {
+  Farm farm;
+  FarmClient client = farm.client();
+  const Picture picture;
+  const std::uint64_t job = client.submit(picture).id();
+  fs::path asset;
+  for (const fs::directory_entry& entry : fs::recursive_directory_iterator(farm.data() / "assets")) {
+    asset = entry.is_regular_file() ? entry.path() : asset;
+  }
+  const fs::path aside = farm.folder() / "aside";
+  fs::rename(asset, aside);
+  fs::create_directory(asset);  // which can be opened, and gives an error when it is read
+  farm.add_worker(1, "w1");
+  EXPECT_TRUE(eventually([&] { return says(farm.server_log(), "cannot be read"); })) << farm.server_log();
+  EXPECT_NE(client.job(job).state(), v1::JOB_STATE_FAILED) << client.job(job).reason();
+  fs::remove(asset);
+  fs::rename(aside, asset);
+  expect_reference_film(farm.client(), job, picture);
+}
+
 TEST(Keeping, ACopyOfTheDirectoryIsABackup) {
   Picture picture;
   const TemporaryFolder backup;

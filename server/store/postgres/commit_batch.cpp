@@ -31,6 +31,7 @@ enum Sql : int {
   kPutResult,
   kPutVerified,
   kDropResults,
+  kDropResultRow,
   kPutQuarantine,
   kDropQuarantine,
   kPutToken,
@@ -75,7 +76,10 @@ constexpr std::array<const char*, kSqlCount> kStatements{
     "INSERT INTO results VALUES ($1, $2, $3, $4, $5, $6, $7, $8, $9, $10) ON CONFLICT (job, tile, level, range_index) "
     "DO UPDATE SET hash = $5, worker = $6, machine = $7, verification = $8, fingerprint_class = $9, checksum = $10",
     "UPDATE results SET verification = 2 WHERE job = $1 AND tile = $2 AND level = $3 AND range_index = $4",
-    "DELETE FROM results WHERE job = $1 AND tile = $2 AND level <= $3 AND range_index >> ($3 - level)::integer = $4",
+    // In whichever order the conditions are looked at, no shift is one that cannot be.
+    "DELETE FROM results WHERE job = $1 AND tile = $2 AND level <= $3 AND "
+    "range_index >> ($3 - LEAST(GREATEST(level, 0), $3))::integer = $4",
+    "DELETE FROM results WHERE job = $1 AND tile = $2 AND level = $3 AND range_index = $4",
     "INSERT INTO quarantine VALUES ($1, $2, $3, $4) ON CONFLICT (worker) DO UPDATE SET machine = $2, reason = $3, "
     "since_unix_ms = $4",
     "DELETE FROM quarantine WHERE worker = $1",
@@ -134,6 +138,9 @@ class Sender {
   }
   void operator()(const PutVerified& op) { add_key(kPutVerified, op.key); }
   void operator()(const DropResults& op) { add_key(kDropResults, op.key); }
+  void operator()(const DropResultRow& op) {
+    session_.add(kDropResultRow, Parameters(op.job.value, op.tile, op.level, op.index));
+  }
   void operator()(const PutQuarantine& op) {
     session_.add(kPutQuarantine,
                  Parameters(op.record.of.worker, op.record.of.machine, op.record.reason, op.record.since_unix_ms));

@@ -144,7 +144,8 @@ Status load_lists(Session& session, const JobsById& jobs, stored::JobCheck& chec
 
 Status load_results(Session& session, StoredState::StoredJob& job, StoredState& state, stored::RendererTable& renderers,
                     std::vector<StoreOp>& repairs) {
-  std::int64_t tile = -1, level = -1, index = -1;
+  constexpr std::int64_t kLeast = std::numeric_limits<std::int64_t>::min();
+  std::int64_t tile = kLeast, level = kLeast, index = kLeast;
   for (;;) {
     LM_ASSIGN_OR_RETURN(
         const Rows rows,
@@ -163,9 +164,9 @@ Status load_results(Session& session, StoredState::StoredJob& job, StoredState& 
       const Result<Hash128> hash = stored::hash_in(rows.view(row, 3));
       Renderer by{rows.text(row, 4), rows.text(row, 5), rows.text(row, 7)};
       const std::int64_t checksum = rows.integer(row, 8);
-      if (!hash.ok() || (checksum != 0 && checksum != stored::checksum_of(key, *hash, by))) {
-        stored::leave_out_result(job, key, state, repairs);
-        repairs.push_back(DropResults{key});
+      if (!stored::is_key(tile, level, index) || !hash.ok() ||
+          (checksum != 0 && checksum != stored::checksum_of(key, *hash, by))) {
+        stored::leave_out_result({key.job, tile, level, index}, state, repairs);
         continue;
       }
       job.results.push_back({key.tile, key.range, *hash, renderers.index_of(std::move(by)), rows.integer(row, 6) == 1});

@@ -102,7 +102,7 @@ class PostgresAssets final : public AssetStore {
   Result<std::unique_ptr<Upload>> start_upload(const Sha256& digest) override;
   Result<std::unique_ptr<Reader>> open_asset(const Sha256& digest) const override;
   std::uint64_t collect(const std::set<Sha256>& wanted, std::int64_t spare_age_seconds) override;
-  void forget(const Sha256& digest) override;
+  void forget(const Reader& damaged) override;
   std::uint64_t total_bytes() const override { return budget_.used_bytes(); }
 
  private:
@@ -152,6 +152,8 @@ class PostgresUpload final : public AssetStore::Upload {
 class PostgresReader final : public AssetStore::Reader {
  public:
   PostgresReader(SessionPool& pool, const Sha256& digest, Entry entry) : pool_(pool), digest_(digest), entry_(entry) {}
+  const Sha256& digest() const { return digest_; }
+  const Entry& entry() const { return entry_; }
   Result<std::string> next(std::size_t limit_bytes) override;
 
  private:
@@ -349,19 +351,17 @@ Status PostgresAssets::remove(Borrowed& session, const Entry& entry) const {
       .status();
 }
 
-void PostgresAssets::forget(const Sha256& digest) {
-  const Result<Entry> entry = find(digest);
-  if (!entry.ok()) {
-    return;
-  }
+void PostgresAssets::forget(const Reader& damaged) {
+  const auto& read = static_cast<const PostgresReader&>(damaged);
   Borrowed session(pool_);
-  if (const Status status = remove(session, *entry); !status.ok()) {
-    spdlog::warn("cannot forget asset {}: {}", digest.hex(), message_of(status));
+  if (const Status status = remove(session, read.entry()); !status.ok()) {
+    spdlog::warn("cannot forget asset {}: {}", read.digest().hex(), message_of(status));
     return;
   }
   const MutexLock lock(mutex_);
-  if (entries_.erase(digest) > 0) {
-    budget_.release(entry->size_bytes);
+  if (const auto at = entries_.find(read.digest()); at != entries_.end() && at->second.id == read.entry().id) {
+    entries_.erase(at);
+    budget_.release(read.entry().size_bytes);
   }
 }
 

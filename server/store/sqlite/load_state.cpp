@@ -164,36 +164,29 @@ Status load_results(Database& database, StoredState& state, std::vector<StoreOp>
   LM_ASSIGN_OR_RETURN(Statement rows,
                       database.prepare("SELECT tile, level, range_index, hash, worker, machine, "
                                        "verification, fingerprint_class, checksum FROM results WHERE job = ?1"));
-  LM_ASSIGN_OR_RETURN(Statement remove, database.prepare("DELETE FROM results WHERE job = ?1 AND tile = ?2 AND level = "
-                                                         "?3 AND range_index = ?4"));
   stored::RendererTable renderers;
   for (StoredState::StoredJob& job : state.jobs) {
     const JobId id = job.record.id;
-    std::vector<std::array<std::uint64_t, 3>> damaged;
     rows.bind_all(id.value);
     for (;;) {
       LM_ASSIGN_OR_RETURN(const bool more, rows.step());
       if (!more) {
         break;
       }
-      const std::array<std::uint64_t, 3> place{rows.natural(0), rows.natural(1), rows.natural(2)};
+      const std::int64_t tile = rows.integer(0), level = rows.integer(1), index = rows.integer(2);
       const NodeKey key{id,
-                        TileId{static_cast<std::uint32_t>(place[0])},
-                        {static_cast<std::uint32_t>(place[1]), static_cast<std::uint32_t>(place[2])}};
+                        TileId{static_cast<std::uint32_t>(tile)},
+                        {static_cast<std::uint32_t>(level), static_cast<std::uint32_t>(index)}};
       const Result<Hash128> hash = stored::hash_in(rows.view(3));
       Renderer by{rows.text(4), rows.text(5), rows.text(7)};
-      if (!hash.ok() || (rows.integer(8) != 0 && rows.integer(8) != stored::checksum_of(key, *hash, by))) {
-        stored::leave_out_result(job, key, state, repairs);
-        damaged.push_back(place);
+      if (!stored::is_key(tile, level, index) || !hash.ok() ||
+          (rows.integer(8) != 0 && rows.integer(8) != stored::checksum_of(key, *hash, by))) {
+        stored::leave_out_result({id, tile, level, index}, state, repairs);
         continue;
       }
       job.results.push_back({key.tile, key.range, *hash, renderers.index_of(std::move(by)), rows.integer(6) == 1});
     }
     rows.reset();
-    for (const auto& [tile, level, index] : damaged) {
-      remove.bind_all(id.value, tile, level, index);
-      LM_RETURN_IF_ERROR(remove.run());
-    }
   }
   state.renderers = renderers.take();
   return ok_status();

@@ -38,8 +38,8 @@ UPDATE jobs SET active_seconds=?2, worker_seconds=?3, results_merged=?4, results
 struct Statements {
   Statement begin, commit, rollback;
   Statement put_job, put_progress, put_settings, put_method, put_asset, put_layer, put_error, delete_job, put_node,
-      drop_node, put_result, put_verified, drop_results, put_quarantine, drop_quarantine, put_token, drop_token,
-      put_action, drop_action;
+      drop_node, put_result, put_verified, drop_results, drop_result_row, put_quarantine, drop_quarantine, put_token,
+      drop_token, put_action, drop_action;
 };
 
 class SqliteStore final : public Store {
@@ -61,6 +61,7 @@ class SqliteStore final : public Store {
   Status apply(const PutResult& op);
   Status apply(const PutVerified& op);
   Status apply(const DropResults& op);
+  Status apply(const DropResultRow& op);
   Status apply(const PutQuarantine& op);
   Status apply(const DropQuarantine& op);
   Status apply(const PutToken& op);
@@ -109,17 +110,19 @@ Status SqliteStore::check_structure() {
 }
 
 bool SqliteStore::tidy() {
-  const Result<std::int64_t> before = database_.number("PRAGMA freelist_count");
-  if (!before.ok() || *before <= kSparePages || !database_.execute(kGiveBack).ok()) {
+  const auto free_pages = [this] { return database_.number("PRAGMA freelist_count").value_or(0); };
+  const std::int64_t before = free_pages();
+  if (before <= kSparePages || !database_.execute(kGiveBack).ok()) {
     return false;
   }
-  const Result<std::int64_t> left = database_.number("PRAGMA freelist_count");
-  // A file of an earlier format keeps its pages.
-  const bool more = left.ok() && *left<*before&& * left> kSparePages;
+  const std::int64_t left = free_pages();
+  if (left >= before) {
+    return false;  // a file of an earlier format keeps its pages
+  }
   if (const Status status = database_.execute(kTruncate); !status.ok()) {
     spdlog::debug("what was given back stays in the journal: {}", message_of(status));
   }
-  return more;
+  return left > kSparePages;
 }
 
 // ---- commits ----
@@ -249,6 +252,11 @@ Status SqliteStore::apply(const DropResults& op) {
   return statements_.drop_results.run();
 }
 
+Status SqliteStore::apply(const DropResultRow& op) {
+  statements_.drop_result_row.bind_all(op.job.value, op.tile, op.level, op.index);
+  return statements_.drop_result_row.run();
+}
+
 Status SqliteStore::apply(const PutQuarantine& op) {
   statements_.put_quarantine.bind_all(op.record.of.worker, op.record.of.machine, op.record.reason,
                                       op.record.since_unix_ms);
@@ -374,6 +382,9 @@ Result<Statements> prepare_statements(Database& database) {
   LM_ASSIGN_OR_RETURN(all.drop_results,
                       database.prepare("DELETE FROM results WHERE job = ?1 AND tile = ?2 AND level <= ?3 AND "
                                        "range_index >> (?3 - level) = ?4"));
+  LM_ASSIGN_OR_RETURN(
+      all.drop_result_row,
+      database.prepare("DELETE FROM results WHERE job = ?1 AND tile = ?2 AND level = ?3 AND range_index = ?4"));
   LM_ASSIGN_OR_RETURN(all.put_quarantine, database.prepare("INSERT OR REPLACE INTO quarantine VALUES (?1,?2,?3,?4)"));
   LM_ASSIGN_OR_RETURN(all.drop_quarantine, database.prepare("DELETE FROM quarantine WHERE worker = ?1"));
   LM_ASSIGN_OR_RETURN(all.put_token, database.prepare("INSERT OR REPLACE INTO tokens VALUES (?1,?2,?3,?4,?5,?6,?7)"));

@@ -144,6 +144,35 @@ TEST_F(CheckStateTest, NodesOfNobodyKnowsWhomAreRenderedAgain) {
   EXPECT_TRUE(check()->sound) << "once repaired";
 }
 
+TEST_F(CheckStateTest, ADamagedRecordTakesTheNodeWithIt) {
+  execute("UPDATE results SET worker = 'innocent' WHERE job = 2 AND tile = 1");
+  const StateCheck found = check().value();
+  EXPECT_TRUE(!found.sound && found.whole);
+  EXPECT_EQ(found.report.size(), 2u);
+  EXPECT_TRUE(found.report[1].starts_with("job 2: 1 of its nodes was damaged")) << found.report[1];
+  EXPECT_TRUE(check()->sound) << "once repaired";
+}
+
+TEST_F(CheckStateTest, RecordsOfResultsThatALargerOneReplacedAreNoDamage) {
+  {
+    const auto store = open_store();
+    ASSERT_TRUE(store->load().ok());
+    PutNode wide = node(1, 0);
+    auto joined = std::make_shared<Node>(*wide.node);
+    joined->range = {3, 0};
+    wide.node = std::move(joined);
+    std::vector<StoreOp> ops{DropNode{{JobId{1}, TileId{0}, {0, 0}}}, wide};
+    for (const SampleRange& range : {SampleRange{2, 0}, SampleRange{1, 3}, SampleRange{3, 0}}) {
+      ops.push_back(PutResult{{JobId{1}, TileId{0}, range}, Hash128{1, 2}, {"worker", "machine"}});
+    }
+    ASSERT_TRUE(store->commit(ops).ok());
+  }
+  const StateCheck found = check().value();
+  EXPECT_TRUE(found.sound) << fmt::format("{}", fmt::join(found.report, "; "));
+  execute("DELETE FROM results WHERE job = 1 AND level = 3");
+  EXPECT_FALSE(check()->sound) << "of samples 4 and 5 nobody knows";
+}
+
 TEST_F(CheckStateTest, AJobWhoseTimesAreNoneIsTakenOut) {
   execute("UPDATE jobs SET active_seconds = -5 WHERE id = 2");
   const StateCheck found = check().value();
@@ -178,7 +207,7 @@ class AwayAssets final : public AssetStore {
   Result<std::unique_ptr<Upload>> start_upload(const Sha256&) override { return unavailable("away"); }
   Result<std::unique_ptr<Reader>> open_asset(const Sha256&) const override { return unavailable("away"); }
   std::uint64_t collect(const std::set<Sha256>&, std::int64_t) override { return collected = 1; }
-  void forget(const Sha256&) override { ++collected; }
+  void forget(const Reader&) override { ++collected; }
   std::uint64_t total_bytes() const override { return 3; }
   std::uint64_t collected = 0;
 };

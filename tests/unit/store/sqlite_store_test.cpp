@@ -94,6 +94,44 @@ class SqliteStoreTest : public ::testing::Test {
   std::filesystem::path file_ = folder_.path() / "store.sqlite";
 };
 
+/// A job with some 50 MB of nodes, which is deleted.
+void fill_and_delete(Store& store) {
+  ASSERT_TRUE(store.load().ok());
+  std::vector<StoreOp> ops{PutJob{test::full_record(1)}};
+  for (std::uint32_t tile = 0; tile < 500; ++tile) {
+    auto node = std::make_shared<Node>();
+    node->values.assign(25'000, static_cast<float>(tile));
+    ops.push_back(PutNode{JobId{1}, TileId{tile}, std::move(node)});
+  }
+  ASSERT_TRUE(store.commit(ops).ok());
+  ASSERT_TRUE(store.commit(std::vector<StoreOp>{DeleteJobRows{JobId{1}}}).ok());
+}
+
+TEST_F(SqliteStoreTest, WhatIsDeletedIsGivenBackInPieces) {
+  const auto store = open();
+  fill_and_delete(*store);
+  EXPECT_TRUE(store->tidy()) << "8 MiB, and there is more";
+  const auto once = std::filesystem::file_size(file_);
+  int more = 0;
+  for (; store->tidy(); ++more) {
+    ASSERT_LT(more, 10);
+  }
+  EXPECT_LT(std::filesystem::file_size(file_), once);
+  EXPECT_LT(std::filesystem::file_size(file_), 18u << 20);
+  EXPECT_FALSE(store->tidy());
+}
+
+TEST_F(SqliteStoreTest, AFileOfAnEarlierFormatKeepsItsPagesAndItsJournal) {
+  open();
+  sql("PRAGMA journal_mode = DELETE; PRAGMA auto_vacuum = NONE; VACUUM; PRAGMA journal_mode = WAL");
+  const auto store = open();
+  fill_and_delete(*store);
+  const auto before = std::filesystem::file_size(file_.string() + "-wal");
+  EXPECT_GT(before, 0u);
+  EXPECT_FALSE(store->tidy());
+  EXPECT_EQ(std::filesystem::file_size(file_.string() + "-wal"), before) << "nothing is written for nothing";
+}
+
 TEST_F(SqliteStoreTest, ANewerFormatIsRefusedWithWhatToDo) {
   open();
   sql("PRAGMA user_version = 99");

@@ -450,7 +450,9 @@ TEST_P(StoreConformance, AJobOfWhichSomethingElseIsStoredThanWasWrittenIsLeftOut
   {
     const auto store = open();
     loaded(*store);
-    commit(*store, {PutJob{full_record(1)}, PutJob{full_record(3)}, PutNode{JobId{1}, TileId{0}, small_node(0, 0, 1)}});
+    JobRecord zeros = full_record(3);
+    zeros.spec.goal.seconds = zeros.spec.goal.error = zeros.spec.verify_share = -0.0;  // which SQLite keeps as 0
+    commit(*store, {PutJob{full_record(1)}, PutJob{zeros}, PutNode{JobId{1}, TileId{0}, small_node(0, 0, 1)}});
   }
   EXPECT_TRUE(left_out().empty());
   // Of the first job alone, one after the other; what counts up is no part of it.
@@ -475,28 +477,37 @@ TEST_P(StoreConformance, AJobOfWhichSomethingElseIsStoredThanWasWrittenIsLeftOut
   EXPECT_TRUE(left_out().empty());
 }
 
-TEST_P(StoreConformance, WhatNobodyKnowsTheRendererOfAnyMoreIsTakenOut) {
+TEST_P(StoreConformance, ADamagedRecordOfAResultGoesAloneWhateverItsNumbers) {
   const NodeKey left{JobId{1}, TileId{0}, {0, 0}}, right{JobId{1}, TileId{0}, {0, 1}},
       other{JobId{1}, TileId{1}, {0, 0}};
   const auto put = [](const NodeKey& key) { return PutResult{key, Hash128{1, 2}, {"worker", "machine"}, true}; };
   {
     const auto store = open();
     loaded(*store);
-    commit(*store, {PutJob{full_record(1)}, PutNode{JobId{1}, TileId{0}, small_node(1, 0, 1)},
-                    PutNode{JobId{1}, TileId{1}, small_node(0, 0, 2)}, put(left), put(right), put(other)});
+    commit(*store, {PutJob{full_record(1)}, put(left), put(right), put(other)});
     commit(*store, {PutVerified{other}});
   }
   EXPECT_EQ(loaded(*open()).jobs.at(0).results.size(), 3u);
-  place_->update("results", "worker = 'innocent' WHERE tile = 0 AND range_index = 1");
-  const StoredState state = loaded(*open());
-  EXPECT_EQ(state.damaged_results, std::vector{right});
-  EXPECT_EQ(state.damaged, (std::vector<NodeKey>{{JobId{1}, TileId{0}, {1, 0}}}));
-  ASSERT_EQ(state.jobs.at(0).nodes.size(), 1u);
-  EXPECT_EQ(state.jobs[0].nodes[0].tile, TileId{1});
-  const StoredState after = loaded(*open());
-  EXPECT_TRUE(after.damaged.empty() && after.damaged_results.empty()) << "it is gone from the store too";
-  EXPECT_EQ(after.jobs.at(0).nodes.size(), 1u);
-  EXPECT_EQ(after.jobs[0].results.size(), 2u);
+  const std::vector<std::pair<std::string, DropResultRow>> changes{
+      {"worker = 'innocent'", {JobId{1}, 0, 0, 1}},
+      {"level = 20, range_index = 0", {JobId{1}, 0, 20, 0}},  // within which all others would lie
+      {"level = 2147483700", {JobId{1}, 0, 2147483700, 1}},
+      {"level = -3", {JobId{1}, 0, -3, 1}},
+      {"tile = 4294967297, range_index = 0", {JobId{1}, 4294967297, 0, 0}},  // the other one, in 32 bits
+      {"tile = -1", {JobId{1}, -1, 0, 1}},
+      {"range_index = 4294967296", {JobId{1}, 0, 0, 4294967296}},
+      {"checksum = 0, range_index = 4294967296", {JobId{1}, 0, 0, 4294967296}}};  // as of an earlier format
+  for (const auto& [change, row] : changes) {
+    place_->update("results", change + " WHERE tile = 0 AND level = 0 AND range_index = 1");
+    EXPECT_EQ(loaded(*open()).damaged_results, std::vector{row}) << change;
+    const StoredState after = loaded(*open());
+    EXPECT_TRUE(after.damaged_results.empty()) << change << ": it is gone from the store too";
+    EXPECT_EQ(after.jobs.at(0).results.size(), 2u) << change;
+    commit(*open(), {put(right)});
+  }
+  // One that is still there does not keep others from going.
+  place_->update("results", "level = -3 WHERE tile = 0 AND range_index = 1");
+  commit(*open(), {DropResults{{JobId{1}, TileId{0}, {3, 0}}}});
 }
 
 TEST_P(StoreConformance, ManyNodesOfSeveralJobsAreKept) {
