@@ -58,9 +58,9 @@ void Upkeep::look_at_disk() {
     full_ = full;
     set_space_(!full
                    ? ""
-                   : fmt::format("waits for space: the disk of {} has {:.3g} GiB left, less than --reserve-gib {:.3g}: "
-                                 "delete jobs that have ended, or make room",
-                                 disk_.string(), gib(free_bytes), gib(reserve_bytes_)));
+                   : fmt::format("waits for space: the disk of {} has less than --reserve-gib {:.3g} left: delete jobs "
+                                 "that have ended, or make room",
+                                 disk_.string(), gib(reserve_bytes_)));
   }
 }
 

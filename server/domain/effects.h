@@ -193,7 +193,8 @@ struct StoredState {
   /// Rows of which it cannot be told any more who rendered them; take_out_nonsense puts the nodes that they went into
   /// among `damaged`.
   std::vector<DropResultRow> damaged_results = {};
-  std::vector<JobId> damaged_jobs = {};  ///< left out: what was stored of them is not what was written
+  std::vector<JobId> damaged_jobs = {};           ///< left out: what was stored of them is not what was written
+  std::vector<std::string> damaged_entries = {};  ///< tokens and entries of the log that mean nothing, in words
   std::vector<TokenRecord> tokens = {};
   std::vector<Action> actions = {};  ///< any order
   std::vector<Renderer> renderers = {};

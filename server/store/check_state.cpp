@@ -64,7 +64,9 @@ void report_nodes(const StoredState& state, StateCheck& check) {
       check.whole = check.whole && goes_on(job.record.state);
     }
   }
-  check.sound = check.sound && state.damaged.empty() && state.damaged_results.empty();
+  check.report.insert(check.report.end(), state.damaged_entries.begin(), state.damaged_entries.end());
+  check.whole = check.whole && state.damaged_entries.empty();
+  check.sound = check.sound && state.damaged.empty() && state.damaged_results.empty() && state.damaged_entries.empty();
 }
 
 void report_assets(const StoredState& state, const AssetStore& assets, const AssetCheck& found, StateCheck& check) {

@@ -247,6 +247,20 @@ void JobCheck::finish(StoredState& state, std::vector<StoreOp>& repairs) {
   std::erase_if(state.jobs, [&](const auto& job) { return damaged_.contains(job.record.id); });
 }
 
+void leave_out_token(const std::string& id, const Status& why, StoredState& state, std::vector<StoreOp>& repairs) {
+  // What its id is made of may be damaged, too.
+  state.damaged_entries.push_back(
+      fmt::format("token {} lets nobody in any more: {}", printable(id, true), message_of(why)));
+  spdlog::error("{}", state.damaged_entries.back());
+  repairs.push_back(DropToken{id});
+}
+
+void leave_out_action(std::uint64_t number, const Status& why, StoredState& state, std::vector<StoreOp>& repairs) {
+  state.damaged_entries.push_back(fmt::format("entry {} of the log is taken out: {}", number, message_of(why)));
+  spdlog::error("{}", state.damaged_entries.back());
+  repairs.push_back(DropAction{number});
+}
+
 bool is_key(std::int64_t tile, std::int64_t level, std::int64_t index) {
   constexpr std::int64_t kMost = std::numeric_limits<std::uint32_t>::max();
   return std::ranges::all_of(std::array{tile, level, index}, [](std::int64_t n) { return n >= 0 && n <= kMost; });

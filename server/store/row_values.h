@@ -78,6 +78,11 @@ class JobCheck {
   std::map<JobId, std::string> damaged_;  ///< and why
 };
 
+/// A token, or an entry of the farm's log, that cannot be read: it goes with `repairs`, and the farm goes on without
+/// it.
+void leave_out_token(const std::string& id, const Status& why, StoredState& state, std::vector<StoreOp>& repairs);
+void leave_out_action(std::uint64_t number, const Status& why, StoredState& state, std::vector<StoreOp>& repairs);
+
 /// Whether a NodeKey can have these numbers.
 bool is_key(std::int64_t tile, std::int64_t level, std::int64_t index);
 /// A result's row that is damaged: it goes with `repairs`. The node that it went into does so later, as one of which

@@ -189,15 +189,21 @@ Status load_quarantine(Session& session, StoredState& state) {
   return ok_status();
 }
 
-Status load_tokens(Session& session, StoredState& state) {
+Status load_tokens(Session& session, StoredState& state, std::vector<StoreOp>& repairs) {
   LM_ASSIGN_OR_RETURN(const Rows rows, session.query("SELECT id, name, roles, hash, made_by, made_unix_s, until_unix_s "
                                                      "FROM tokens ORDER BY id"));
   for (int row = 0; row < rows.size(); ++row) {
     TokenRecord token;
     token.id = rows.text(row, 0);
     token.name = rows.text(row, 1);
-    LM_ASSIGN_OR_RETURN(token.roles, stored::roles_in(rows.view(row, 2), token.id));
-    LM_ASSIGN_OR_RETURN(token.hash, stored::digest_in(rows.view(row, 3), "the hash of token " + token.id));
+    const Result<Roles> roles = stored::roles_in(rows.view(row, 2), token.id);
+    const Result<Sha256> hash = stored::digest_in(rows.view(row, 3), "its hash");
+    if (!roles.ok() || !hash.ok()) {
+      stored::leave_out_token(token.id, roles.ok() ? hash.status() : roles.status(), state, repairs);
+      continue;
+    }
+    token.roles = *roles;
+    token.hash = *hash;
     token.made_by = rows.text(row, 4);
     token.made_unix_s = rows.integer(row, 5);
     token.until_unix_s = rows.integer(row, 6);
@@ -206,7 +212,7 @@ Status load_tokens(Session& session, StoredState& state) {
   return ok_status();
 }
 
-Status load_actions(Session& session, StoredState& state) {
+Status load_actions(Session& session, StoredState& state, std::vector<StoreOp>& repairs) {
   LM_ASSIGN_OR_RETURN(const Rows rows,
                       session.query("SELECT number, unix_ms, who, proof, token, peer, what, job, about, "
                                     "outcome, message FROM actions ORDER BY number"));
@@ -216,7 +222,12 @@ Status load_actions(Session& session, StoredState& state) {
     action.number = rows.natural(row, column++);
     action.unix_ms = rows.integer(row, column++);
     action.who = rows.text(row, column++);
-    LM_ASSIGN_OR_RETURN(action.proof, stored::proof_named(rows.view(row, column++)));
+    const Result<Proof> proof = stored::proof_named(rows.view(row, column++));
+    if (!proof.ok()) {
+      stored::leave_out_action(action.number, proof.status(), state, repairs);
+      continue;
+    }
+    action.proof = *proof;
     action.token = rows.text(row, column++);
     action.peer = rows.text(row, column++);
     action.what = rows.text(row, column++);
@@ -279,8 +290,8 @@ Result<StoredState> load_state(Session& session, std::vector<StoreOp>& repairs) 
   }
   state.renderers = renderers.take();
   LM_RETURN_IF_ERROR(load_quarantine(session, state));
-  LM_RETURN_IF_ERROR(load_tokens(session, state));
-  LM_RETURN_IF_ERROR(load_actions(session, state));
+  LM_RETURN_IF_ERROR(load_tokens(session, state, repairs));
+  LM_RETURN_IF_ERROR(load_actions(session, state, repairs));
   return state;
 }
 

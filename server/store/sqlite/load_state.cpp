@@ -209,7 +209,7 @@ Status load_quarantine(Database& database, StoredState& state) {
   return ok_status();
 }
 
-Status load_tokens(Database& database, StoredState& state) {
+Status load_tokens(Database& database, StoredState& state, std::vector<StoreOp>& repairs) {
   LM_ASSIGN_OR_RETURN(Statement rows, database.prepare("SELECT id, name, roles, hash, made_by, made_unix_s, "
                                                        "until_unix_s FROM tokens ORDER BY id"));
   for (;;) {
@@ -220,8 +220,14 @@ Status load_tokens(Database& database, StoredState& state) {
     TokenRecord token;
     token.id = rows.text(0);
     token.name = rows.text(1);
-    LM_ASSIGN_OR_RETURN(token.roles, stored::roles_in(rows.view(2), token.id));
-    LM_ASSIGN_OR_RETURN(token.hash, stored::digest_in(rows.view(3), "the hash of token " + token.id));
+    const Result<Roles> roles = stored::roles_in(rows.view(2), token.id);
+    const Result<Sha256> hash = stored::digest_in(rows.view(3), "its hash");
+    if (!roles.ok() || !hash.ok()) {
+      stored::leave_out_token(token.id, roles.ok() ? hash.status() : roles.status(), state, repairs);
+      continue;
+    }
+    token.roles = *roles;
+    token.hash = *hash;
     token.made_by = rows.text(4);
     token.made_unix_s = rows.integer(5);
     token.until_unix_s = rows.integer(6);
@@ -229,7 +235,7 @@ Status load_tokens(Database& database, StoredState& state) {
   }
 }
 
-Status load_actions(Database& database, StoredState& state) {
+Status load_actions(Database& database, StoredState& state, std::vector<StoreOp>& repairs) {
   LM_ASSIGN_OR_RETURN(Statement rows, database.prepare("SELECT number, unix_ms, who, proof, token, peer, what, job, "
                                                        "about, outcome, message FROM actions ORDER BY number"));
   for (;;) {
@@ -242,7 +248,12 @@ Status load_actions(Database& database, StoredState& state) {
     action.number = rows.natural(column++);
     action.unix_ms = rows.integer(column++);
     action.who = rows.text(column++);
-    LM_ASSIGN_OR_RETURN(action.proof, stored::proof_named(rows.view(column++)));
+    const Result<Proof> proof = stored::proof_named(rows.view(column++));
+    if (!proof.ok()) {
+      stored::leave_out_action(action.number, proof.status(), state, repairs);
+      continue;
+    }
+    action.proof = *proof;
     action.token = rows.text(column++);
     action.peer = rows.text(column++);
     action.what = rows.text(column++);
@@ -273,8 +284,8 @@ Result<StoredState> load_state(Database& database, std::vector<StoreOp>& repairs
   LM_RETURN_IF_ERROR(load_nodes(database, state));
   LM_RETURN_IF_ERROR(load_results(database, state, repairs));
   LM_RETURN_IF_ERROR(load_quarantine(database, state));
-  LM_RETURN_IF_ERROR(load_tokens(database, state));
-  LM_RETURN_IF_ERROR(load_actions(database, state));
+  LM_RETURN_IF_ERROR(load_tokens(database, state, repairs));
+  LM_RETURN_IF_ERROR(load_actions(database, state, repairs));
   LM_RETURN_IF_ERROR(next_epoch(database, state));
   return state;
 }

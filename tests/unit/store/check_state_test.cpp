@@ -98,6 +98,18 @@ TEST_F(CheckStateTest, DamagedNodesAreTakenOutAndNamed) {
   EXPECT_TRUE(check()->sound) << "once repaired";
 }
 
+TEST_F(CheckStateTest, AnEntryOfTheLogThatCannotBeReadIsTakenOutAndNamed) {
+  Action action;
+  action.number = 7;
+  ASSERT_TRUE(open_store()->commit(std::vector<StoreOp>{PutAction{action}}).ok());
+  execute("UPDATE actions SET proof = 'nonsense'");
+  const StateCheck found = check().value();
+  EXPECT_FALSE(found.sound || found.whole);
+  ASSERT_EQ(found.report.size(), 2u);
+  EXPECT_TRUE(found.report[1].starts_with("entry 7 of the log is taken out: ")) << found.report[1];
+  EXPECT_TRUE(check()->sound) << "once repaired";
+}
+
 TEST_F(CheckStateTest, AJobThatIsNotWhatWasSubmittedIsTakenOutAndLost) {
   execute("UPDATE job_settings SET seed = seed + 1 WHERE job = 2");
   const StateCheck found = check().value();

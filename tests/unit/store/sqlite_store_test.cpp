@@ -263,17 +263,6 @@ TEST_F(SqliteStoreTest, EachHasItsSecretAndKeepsIt) {
   EXPECT_NE(open()->load()->secret, secret);
 }
 
-TEST_F(SqliteStoreTest, ATokenThatIsDamagedIsNotLoaded) {
-  ASSERT_TRUE(
-      open()
-          ->commit(std::vector<StoreOp>{PutToken{{"00112233aabb", "ada", {Role::submit}, sha256("one"), "root", 1, 2}}})
-          .ok());
-  sql("UPDATE tokens SET roles = 'root'");
-  EXPECT_EQ(open()->load().status().code(), StatusCode::kDataLoss);
-  sql("UPDATE tokens SET roles = 'view', hash = x'00'");
-  EXPECT_EQ(message_of(open()->load().status()), "the hash of token 00112233aabb has 1 bytes in the store, not 32");
-}
-
 TEST_F(SqliteStoreTest, AnAllocationOfOtherTilesIsNotLoaded) {
   ASSERT_TRUE(open()->commit(std::vector<StoreOp>{PutJob{test::full_record(7)}}).ok());
   for (const char* const bytes : {"x'0001'", "x'000001000003'"}) {

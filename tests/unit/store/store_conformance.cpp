@@ -286,6 +286,16 @@ TEST_P(StoreConformance, TokensAreKeptUntilTheyAreDropped) {
   }
   expected.tokens = {one};
   EXPECT_EQ(describe(loaded(*open())), describe(expected));
+  // One that cannot be read lets nobody in, and keeps nobody else out.
+  for (const char* const damage : {"roles = 'nonsense'", "hash = substr(hash, 1, 5)"}) {
+    commit(*open(), {PutToken{two}});
+    place_->update("tokens", fmt::format("{} WHERE id = '{}'", damage, two.id));
+    const StoredState state = loaded(*open());
+    EXPECT_EQ(describe(state), describe(expected)) << damage;
+    ASSERT_EQ(state.damaged_entries.size(), 1u) << damage;
+    EXPECT_TRUE(state.damaged_entries[0].starts_with("token ffeeddccbbaa lets nobody in any more"));
+    EXPECT_TRUE(loaded(*open()).damaged_entries.empty()) << "it is gone from the store too";
+  }
 }
 
 TEST_P(StoreConformance, ActionsAreKeptUntilTheyAreDroppedAndNeverChange) {
@@ -316,6 +326,12 @@ TEST_P(StoreConformance, ActionsAreKeptUntilTheyAreDroppedAndNeverChange) {
   }
   expected.actions = {one, three};
   EXPECT_EQ(describe(loaded(*open())), describe(expected));
+  place_->update("actions", "proof = 'nonsense' WHERE number = 9");
+  const StoredState state = loaded(*open());
+  expected.actions = {one};
+  EXPECT_EQ(describe(state), describe(expected));
+  EXPECT_EQ(state.damaged_entries.size(), 1u);
+  EXPECT_TRUE(loaded(*open()).damaged_entries.empty()) << "it is gone from the store too";
 }
 
 TEST_P(StoreConformance, ResultsAreKeptUntilTheyAreDropped) {
