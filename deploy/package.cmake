@@ -29,6 +29,7 @@ install(FILES ${PROJECT_SOURCE_DIR}/README.md DESTINATION share/doc/lightmill)
 install(FILES ${documents} DESTINATION share/doc/lightmill/docs)
 install(FILES debian/copyright DESTINATION share/doc/lightmill)
 
+install(DIRECTORY slurm DESTINATION share/lightmill USE_SOURCE_PERMISSIONS)
 install(FILES systemd/lightmill-server.service systemd/lightmill-worker.service DESTINATION lib/systemd/system)
 install(FILES systemd/lightmill-worker.service DESTINATION lib/systemd/system RENAME lightmill-worker@.service)
 install(FILES systemd/server.conf systemd/worker.conf DESTINATION /etc/lightmill)
