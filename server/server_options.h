@@ -26,7 +26,7 @@ struct ServerOptions {
   LogOptions log;
   double lease_seconds = 10;
   double heartbeat_seconds = 2;
-  double unit_seconds = 1;
+  double unit_seconds = 1, results_mib = 192;
   double film_gib = 1;
   double films_gib = 16;
   double max_assets_gib = 64;

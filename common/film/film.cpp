@@ -169,6 +169,18 @@ std::uint64_t Film::samples(TileId tile) const {
   return tile_at(tile).samples;
 }
 
+std::uint64_t Film::pixel_samples_at(std::uint64_t frame_samples) const {
+  if (allocation_.even()) {
+    return frame_samples * grid_.pixel_count();
+  }
+  std::uint64_t sum = 0;
+  for (std::uint32_t tile = 0; tile < grid_.tile_count(); ++tile) {
+    sum += allocation_.of_tile(TileId{tile}, frame_samples) *
+           static_cast<std::uint64_t>(grid_.tile_rect(TileId{tile}).pixel_count());
+  }
+  return sum;
+}
+
 bool Film::covered(TileId tile, SampleRange range) const {
   const std::vector<NodePtr>& nodes = forest(tile);
   const std::size_t at = first_ending_after(nodes, range.first());

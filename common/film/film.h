@@ -78,6 +78,8 @@ class Film {
   std::uint64_t frame_samples() const { return tiles_by_frame_samples_.begin()->first; }
   /// Pixel samples, as a mean over pixels, that one of the frame's stands for where no tile's part is rounded.
   double mean_share() const { return mean_share_; }
+  /// Pixel samples of so many of the frame.
+  std::uint64_t pixel_samples_at(std::uint64_t frame_samples) const;
   /// Whether every tile has just its part of so many; O(1) where the frame has another count.
   bool has_just(std::uint64_t frame_samples) const;
 

@@ -176,8 +176,6 @@ struct Job {
   std::uint64_t pixels_of(TileId tile) const {
     return static_cast<std::uint64_t>(film.grid().tile_rect(tile).pixel_count());
   }
-  /// Samples of all pixels where the frame has `frame`.
-  std::uint64_t pixel_samples_at(std::uint64_t frame) const;
   /// Up to where samples are wanted now: with a goal in error, up to the next count at which the error is read. A
   /// function of the film (and of what is out beyond it), so that it need not be stored.
   std::uint64_t samples_wanted_now() const;

@@ -23,7 +23,7 @@ std::optional<double> threads_for(const Job& job, Time now) {
     return job.film.grid().tile_count();
   }
   if (std::isinf(left)) {  // its error cannot be read yet
-    left = static_cast<double>(job.pixel_samples_at(job.samples_wanted_now()) - job.film.pixel_samples());
+    left = static_cast<double>(job.film.pixel_samples_at(job.samples_wanted_now()) - job.film.pixel_samples());
   }
   const double until = goal.seconds > 0 ? std::max(goal.seconds - job.active_seconds(now), 1.0) : kWorthwhileSeconds;
   return left * cost / std::min(kWorthwhileSeconds, until);

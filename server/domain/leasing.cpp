@@ -56,10 +56,14 @@ UnitAim Coordinator::State::aim_for(const Worker& worker, const Job& job) const 
   const auto known = worker.jobs.find(job.id());
   const bool measured = known != worker.jobs.end() && known->second.seconds_per_pixel_sample.known();
   UnitAim aim;
-  aim.unit_seconds = limits.unit_seconds * worker.unit_scale;
+  aim.farm_threads = static_cast<std::uint32_t>(std::max<std::uint64_t>(farm_threads, 1));
+  const NodeLayout& layout = job.film.layout();
+  const auto pixels = std::min<std::uint64_t>(job.film.grid().pixel_count(), std::uint64_t{kTileSize} * kTileSize);
+  set_times(limits.unit_seconds, static_cast<double>(layout.most_values() * pixels * sizeof(float)),
+            limits.result_bytes_per_second, aim);
+  aim.unit_seconds *= worker.unit_scale;
   aim.seconds_per_pixel_sample = measured ? known->second.costly_tile.value() : job.costly_tile.value();
   aim.threads = worker.hello.threads;
-  aim.farm_threads = static_cast<std::uint32_t>(std::max<std::uint64_t>(farm_threads, 1));
   const Result<MethodSpec> method = parse_method(job.record.spec.settings.method);
   aim.shared_samples = method.ok() ? shared_samples(*method) : 0;
   return aim;

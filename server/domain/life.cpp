@@ -33,17 +33,6 @@ Job::Job(JobRecord from, std::uint64_t budget_bytes, Time now)
   }
 }
 
-std::uint64_t Job::pixel_samples_at(std::uint64_t frame) const {
-  if (film.allocation().even()) {
-    return frame * film.grid().pixel_count();
-  }
-  std::uint64_t sum = 0;
-  for (std::uint32_t tile = 0; tile < film.grid().tile_count(); ++tile) {
-    sum += film.allocation().of_tile(TileId{tile}, frame) * pixels_of(TileId{tile});
-  }
-  return sum;
-}
-
 std::uint64_t Job::samples_end() const {
   std::uint64_t end = plan ? plan->out_end() : 0;
   for (std::uint32_t tile = 0; tile < film.grid().tile_count(); ++tile) {

@@ -189,7 +189,7 @@ JobStatus Coordinator::State::describe(const Job& job, Time now) const {
   }
   status.seed = spec.settings.seed;
   status.samples_done = job.film.pixel_samples();
-  status.samples_wanted = job.pixel_samples_at(spec.goal.samples);
+  status.samples_wanted = job.film.pixel_samples_at(spec.goal.samples);
   status.min_tile_samples = job.film.min_samples();
   status.max_tile_samples = job.film.max_samples();
   status.frame_samples = job.film.frame_samples();

@@ -30,6 +30,7 @@ JobPlan::JobPlan(const Film& film, std::uint64_t goal, std::uint64_t budget_byte
 }
 
 void JobPlan::rebuild() {
+  wanted_pixel_samples_ = closed_ ? 0 : film_.pixel_samples_at(goal_);
   buckets_.clear();
   std::fill(queued_at_.begin(), queued_at_.end(), kNotQueued);
   // All over the picture from the first unit on: neighbours cost alike, and what the first tiles cost sets how large
@@ -163,7 +164,7 @@ std::optional<Unit> JobPlan::take(JobId job, LeaseId lease, const UnitAim& aim) 
   const std::uint32_t position = buckets_.begin()->first.position;
   std::deque<TileId>& waiting = buckets_.begin()->second;
   const TileId lead = waiting.front();
-  Unit unit{job, choose_range(*find_gap(lead), waiting.size(), pixels(lead), aim), {}};
+  Unit unit{job, choose_range(*find_gap(lead), waiting.size(), pixels(lead), free_pixel_samples(), aim), {}};
   const bool alone = alone_.contains(lead);
   const std::uint32_t wanted = alone ? 1 : choose_tile_count(unit.range, waiting.size(), pixels(lead), aim);
 
@@ -230,6 +231,11 @@ bool JobPlan::add_copy(LeaseId lease, TileId tile, SampleRange range) {
     }
   }
   return false;
+}
+
+std::uint64_t JobPlan::free_pixel_samples() const {
+  const std::uint64_t given = film_.pixel_samples() + out_pixel_samples_;
+  return wanted_pixel_samples_ > given ? wanted_pixel_samples_ - given : 0;
 }
 
 std::uint64_t JobPlan::out_end() const {

@@ -71,6 +71,8 @@ class JobPlan {
 
   /// The samples of the frame that have all that is out; 0 if nothing is.
   std::uint64_t out_end() const;
+  /// What is neither rendered nor out, up to the goal; 0 of a closed plan.
+  std::uint64_t free_pixel_samples() const;
   bool nothing_out() const { return out_.empty(); }
   std::uint64_t out_pixel_samples() const { return out_pixel_samples_; }  ///< copies counted once
   std::uint32_t holders(TileId tile, SampleRange range) const;
@@ -111,6 +113,7 @@ class JobPlan {
   std::unordered_map<TileId, std::vector<OutRange>> out_;  ///< ascending, disjoint
   std::set<TileId> alone_;
   std::uint64_t out_pixel_samples_ = 0;
+  std::uint64_t wanted_pixel_samples_ = 0;  ///< of the film, at the goal; 0 once closed
 };
 
 }  // namespace lightmill

@@ -14,6 +14,8 @@ constexpr std::uint32_t kTilesPerThreadAtFirst = 4;
 /// No range is cut for the sake of parallelism into pieces of less thread time: a result costs some 0.3 ms to send and
 /// store.
 constexpr double kLeastPieceSeconds = 0.03;
+/// What a result costs besides its bytes, as so many bytes more.
+constexpr double kBytesOfAResult = 22 * 1024;
 
 /// The worker's share of the tiles that wait: a round is spread over the farm, and units shrink towards its end.
 double share_of(std::uint64_t tiles, const UnitAim& aim) {
@@ -23,7 +25,14 @@ double share_of(std::uint64_t tiles, const UnitAim& aim) {
 
 }  // namespace
 
-SampleRange choose_range(const Gap& gap, std::uint64_t tiles, std::uint64_t tile_pixels, const UnitAim& aim) {
+void set_times(double unit_seconds, double node_bytes, double bytes_per_second, UnitAim& aim) {
+  const double result_seconds = aim.farm_threads * (node_bytes + kBytesOfAResult) / bytes_per_second;
+  aim.least_seconds = std::max(kLeastPieceSeconds, result_seconds);
+  aim.unit_seconds = std::max(unit_seconds, 2 * result_seconds);  // the largest dyadic range has more than half of it
+}
+
+SampleRange choose_range(const Gap& gap, std::uint64_t tiles, std::uint64_t tile_pixels, std::uint64_t left,
+                         const UnitAim& aim) {
   LM_CHECK(gap.first < gap.end && gap.end <= kMaxSamples);
   std::uint32_t level = 0;
   if (gap.first > 0 && aim.seconds_per_pixel_sample > 0) {
@@ -41,9 +50,9 @@ SampleRange choose_range(const Gap& gap, std::uint64_t tiles, std::uint64_t tile
   }
   while (level > 0) {
     const double seconds = std::ldexp(sample_seconds, static_cast<int>(level));
-    const std::uint64_t pieces = tiles * (span >> level);
+    const std::uint64_t pieces = std::max(tiles * (span >> level), (left >> level) / tile_pixels);
     const bool too_long = seconds > aim.unit_seconds;
-    const bool too_few = pieces < 2 * std::uint64_t{aim.farm_threads} && seconds / 2 >= kLeastPieceSeconds;
+    const bool too_few = pieces < 2 * std::uint64_t{aim.farm_threads} && seconds / 2 >= aim.least_seconds;
     if (!too_long && !too_few) {
       break;
     }

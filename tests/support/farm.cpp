@@ -80,14 +80,17 @@ JobSpec job_of(const Picture& picture, const std::string& request_id) {
   spec.goal.error = picture.error;
   const LoadedScene& loaded = shipped_scene(picture.scene);
   Scene scene = loaded.scene;
-  scene.film.width = scene.film.height = picture.side;
+  const int height = picture.height > 0 ? picture.height : picture.side;
+  scene.film.width = picture.side;
+  scene.film.height = height;
   RenderSettings& settings = spec.settings;
   settings.scene = pack_scene(scene);
   for (const auto& [digest, bytes] : loaded.assets) {
     settings.assets.push_back(digest);
   }
-  settings.width = settings.height = picture.side;
-  settings.crop = {0, 0, picture.side, picture.side};
+  settings.width = picture.side;
+  settings.height = height;
+  settings.crop = {0, 0, picture.side, height};
   settings.seed = picture.seed;
   settings.method = picture.method;
   settings.renderer_version = kRendererVersion;
@@ -97,7 +100,9 @@ JobSpec job_of(const Picture& picture, const std::string& request_id) {
 Hash128 reference_hash(const Picture& picture) {
   const LoadedScene& loaded = shipped_scene(picture.scene);
   Scene scene = loaded.scene;
-  scene.film.width = scene.film.height = picture.side;
+  const int height = picture.height > 0 ? picture.height : picture.side;
+  scene.film.width = picture.side;
+  scene.film.height = height;
   const auto compiled =
       CompiledScene::compile(scene, [&](const Sha256& digest) { return loaded.assets.at(digest); }).value();
   const auto method = make_method(compiled, {picture.method, picture.seed, 0}).value();

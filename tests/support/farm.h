@@ -22,6 +22,7 @@ namespace lightmill::test {
 /// What tests render: the bench box with blocks, or another scene that comes with Lightmill, small.
 struct Picture {
   int side = 128;               ///< pixels
+  int height = 0;               ///< 0: a square
   std::uint64_t samples = 300;  ///< 0: no limit
   double error = 0;             ///< 0: no limit
   std::uint64_t seed = 7;

@@ -20,6 +20,21 @@ constexpr double kConnectionsPerSecond = 1000;
 
 }  // namespace
 
+/// A thread has between speed / sqrt(spread) and speed * sqrt(spread), spread evenly on a logarithmic scale by the
+/// golden ratio.
+double speed_of(const SwarmOptions& options, std::uint32_t number) {
+  const double place = std::fmod(0.5 + 0.618033988749895 * (options.first + number), 1.0);
+  return options.threads * options.speed * std::pow(options.spread, place - 0.5);
+}
+
+double speed_of(const SwarmOptions& options) {
+  double sum = 0;
+  for (std::uint32_t number = 0; number < options.workers; ++number) {
+    sum += speed_of(options, number);
+  }
+  return sum;
+}
+
 /// What gRPC's threads hand to the swarm's.
 struct Swarm::Inbox {
   using Event = std::function<void(Time now)>;
@@ -53,7 +68,7 @@ class SwarmMember {
   SwarmMember(Swarm& swarm, std::uint32_t number)
       : swarm_(swarm),
         session_(config_of(swarm.options_, number)),
-        seconds_per_pixel_sample_(1 / speed_of(swarm.options_, number)),
+        seconds_per_pixel_sample_(swarm.options_.threads / speed_of(swarm.options_, number)),
         free_(swarm.options_.threads),
         link_({{swarm.options_.server}, {}}, handlers()) {}
 
@@ -90,11 +105,6 @@ class SwarmMember {
     config.fingerprint_class = "swarm";
     config.renderer_version = kRendererVersion;
     return config;
-  }
-  /// Between speed / sqrt(spread) and speed * sqrt(spread), spread evenly on a logarithmic scale by the golden ratio.
-  static double speed_of(const SwarmOptions& options, std::uint32_t number) {
-    const double place = std::fmod(0.5 + 0.618033988749895 * (options.first + number), 1.0);
-    return options.speed * std::pow(options.spread, place - 0.5);
   }
 
   LinkHandlers handlers() {

@@ -22,6 +22,11 @@ struct SwarmOptions {
   std::uint32_t first = 0;    ///< number of the first worker: names and speeds follow from it
 };
 
+/// Pixel samples a second of the worker's threads together.
+double speed_of(const SwarmOptions& options, std::uint32_t number);
+/// And of all workers.
+double speed_of(const SwarmOptions& options);
+
 /// What a swarm has done so far.
 struct SwarmCounts {
   std::uint32_t connected = 0;

@@ -209,23 +209,41 @@ TEST_F(JobPlanTest, EachRangeHasTwoHoldersAtMostAndAllHearOfItsEnd) {
 
 TEST(UnitSize, UnknownCostMeansOneSample) {
   const UnitAim aim{.unit_seconds = 1, .seconds_per_pixel_sample = 0, .threads = 2, .farm_threads = 2};
-  EXPECT_EQ(choose_range({64, 128}, 64, 4096, aim), (SampleRange{0, 64}));
+  EXPECT_EQ(choose_range({64, 128}, 64, 4096, 0, aim), (SampleRange{0, 64}));
   EXPECT_EQ(choose_tile_count({0, 64}, 64, 4096, aim), 8u);
 }
 
 TEST(UnitSize, ATileTakesAtMostAUnitsTimeOfOneThread) {
   // 4096 pixels at 1 µs: 4 ms a sample; 128 samples are half a second, 256 a second and a bit.
   const UnitAim aim{.unit_seconds = 1, .seconds_per_pixel_sample = 1e-6, .threads = 2, .farm_threads = 2};
-  EXPECT_EQ(choose_range({1024, 4096}, 64, 4096, aim).count(), 128u);
+  EXPECT_EQ(choose_range({1024, 4096}, 64, 4096, 0, aim).count(), 128u);
   EXPECT_EQ(choose_tile_count({7, 8}, 64, 4096, aim), 3u);  // 2 threads × 1 s / 0.52 s
 }
 
 TEST(UnitSize, AllThreadsOfTheFarmFindWork) {
   // Two tiles and 32 threads: the last 128 samples are cut into at least 64 pieces.
   const UnitAim aim{.unit_seconds = 1, .seconds_per_pixel_sample = 1e-5, .threads = 8, .farm_threads = 32};
-  const SampleRange range = choose_range({128, 256}, 2, 4096, aim);
+  const SampleRange range = choose_range({128, 256}, 2, 4096, 0, aim);
   EXPECT_GE(2 * 128 / range.count(), 64u);
   EXPECT_EQ(choose_tile_count(range, 2, 4096, aim), 1u);
+  // What comes after them is work too: with 63 pieces of 16 samples (0.66 s) left they are cut, with 64 they are not.
+  EXPECT_EQ(choose_range({128, 256}, 2, 4096, 64 * 16 * 4096 - 1, aim).count(), 8u);
+  EXPECT_EQ(choose_range({128, 256}, 2, 4096, 64 * 16 * 4096, aim).count(), 16u);
+}
+
+TEST(UnitSize, TheMoreThreadsTheFarmHasTheLongerIsWhatEachWorksOn) {
+  // A node of 96 KiB costs what 118 KiB do: 1,000 threads that send one each are 115.2 MiB.
+  UnitAim aim{.seconds_per_pixel_sample = 1e-6, .threads = 1, .farm_threads = 1000};
+  set_times(1, 96 * 1024, 115.234375 * 1024 * 1024, aim);
+  EXPECT_DOUBLE_EQ(aim.least_seconds, 1);
+  EXPECT_DOUBLE_EQ(aim.unit_seconds, 2);
+  // 4 ms a sample and tile: all send 115 MiB a second with ranges of 244 samples, so that 256 are not too short.
+  EXPECT_EQ(choose_range({4096, 1 << 20}, 64, 4096, 1ull << 50, aim).count(), 256u);
+  EXPECT_EQ(choose_range({4096, 1 << 20}, 64, 4096, 0, aim).count(), 256u) << "not cut any further";
+  aim.farm_threads = 20;
+  set_times(1, 96 * 1024, 115.234375 * 1024 * 1024, aim);
+  EXPECT_DOUBLE_EQ(aim.least_seconds, 0.03) << "20 ms are enough for the results, but not worth a lease";
+  EXPECT_DOUBLE_EQ(aim.unit_seconds, 1);
 }
 
 TEST(UnitSize, WhereSamplesAreSharedAUnitIsManyTilesOfFewSamples) {
@@ -233,19 +251,19 @@ TEST(UnitSize, WhereSamplesAreSharedAUnitIsManyTilesOfFewSamples) {
   // the time. Of four such workers each takes a quarter of the frame and four times the samples.
   UnitAim aim{.unit_seconds = 1, .seconds_per_pixel_sample = 1e-6, .threads = 2, .farm_threads = 2};
   aim.shared_samples = 32;
-  EXPECT_EQ(choose_range({1024, 4096}, 64, 4096, aim).count(), 4u);
+  EXPECT_EQ(choose_range({1024, 4096}, 64, 4096, 0, aim).count(), 4u);
   EXPECT_EQ(choose_tile_count({2, 256}, 64, 4096, aim), 64u);
   aim.unit_seconds = 2;
-  EXPECT_EQ(choose_range({1024, 4096}, 64, 4096, aim).count(), 8u);
+  EXPECT_EQ(choose_range({1024, 4096}, 64, 4096, 0, aim).count(), 8u);
   aim.unit_seconds = 1;
   aim.farm_threads = 8;
-  EXPECT_EQ(choose_range({1024, 4096}, 64, 4096, aim).count(), 16u);
+  EXPECT_EQ(choose_range({1024, 4096}, 64, 4096, 0, aim).count(), 16u);
   EXPECT_EQ(choose_tile_count({4, 64}, 64, 4096, aim), 16u);
   // However quick the tiles are, ranges are no longer than what a worker holds.
   aim.seconds_per_pixel_sample = 1e-9;
-  EXPECT_EQ(choose_range({1024, 4096}, 64, 4096, aim).count(), 32u);
+  EXPECT_EQ(choose_range({1024, 4096}, 64, 4096, 0, aim).count(), 32u);
   aim.shared_samples = 5;
-  EXPECT_EQ(choose_range({1024, 4096}, 64, 4096, aim).count(), 4u);
+  EXPECT_EQ(choose_range({1024, 4096}, 64, 4096, 0, aim).count(), 4u);
 }
 
 TEST(UnitSize, ARoundIsSharedByThreads) {

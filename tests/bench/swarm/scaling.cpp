@@ -1,0 +1,220 @@
+// How long a job takes with more and more workers, beside how long it would take if none of them ever waited.
+//
+// The workers are simulated ones, each with a connection of its own. Each farm gets a job that has the same seconds of
+// work for each of its workers. Their speeds may differ, and they may come and go: then the ideal is that each works
+// from when its process starts until it is killed.
+#include <CLI/CLI.hpp>
+#include <cstdio>
+#include <deque>
+
+#include "client/chart/chart.h"
+#include "common/base/check.h"
+#include "common/base/file.h"
+#include "common/base/file_limit.h"
+#include "tests/bench/swarm/swarm.h"
+#include "tests/support/farm.h"
+
+namespace {
+
+using namespace lightmill;
+using SteadyClock = std::chrono::steady_clock;
+
+/// Workers that come and go do so in so many groups.
+constexpr std::uint32_t kGroups = 10;
+
+struct Size {
+  int width = 512, height = 512;
+  friend std::istream& operator>>(std::istream& in, Size& size) {
+    char by = 0;
+    in >> size.width >> by >> size.height;
+    if (by != 'x' || size.width < 1 || size.height < 1) {
+      in.setstate(std::ios::failbit);
+    }
+    return in;
+  }
+  friend std::ostream& operator<<(std::ostream& out, const Size& size) {
+    return out << size.width << 'x' << size.height;
+  }
+};
+
+struct Options {
+  std::vector<std::uint32_t> workers{1, 4, 16, 64, 256, 1024};
+  std::vector<Size> sizes{{512, 512}, {3840, 2160}};
+  double speed = 300'000, spread = 1, seconds = 30, churn_seconds = 0;
+  std::string chart;
+};
+
+/// A swarm, in groups of which the oldest is replaced now and then.
+class Crew {
+ public:
+  Crew(std::string server, const Options& options, std::uint32_t workers)
+      : options_({std::move(server), workers, 1, options.speed, options.spread}), groups_(1) {
+    if (options.churn_seconds > 0) {
+      groups_ = std::min(kGroups, workers);
+      options_.workers = workers / groups_;
+    }
+    while (crew_.size() < groups_) {
+      add();
+    }
+  }
+  void replace_oldest() {
+    gone_ += crew_.front().pixel_samples_until(SteadyClock::now());
+    lost_ = take(crew_.front().swarm->counts(), lost_);
+    crew_.pop_front();
+    add();
+  }
+  /// What all could have rendered so far.
+  double pixel_samples() const {
+    double sum = gone_;
+    for (const Group& group : crew_) {
+      sum += group.pixel_samples_until(SteadyClock::now());
+    }
+    return sum;
+  }
+  bench::SwarmCounts counts() const {
+    bench::SwarmCounts sum = lost_;
+    for (const Group& group : crew_) {
+      sum = take(group.swarm->counts(), sum);
+    }
+    return sum;
+  }
+  std::uint32_t size() const { return groups_ * options_.workers; }
+  bool all_connected() const { return counts().connected == size(); }
+
+ private:
+  struct Group {
+    std::unique_ptr<bench::Swarm> swarm;
+    double speed = 0;
+    SteadyClock::time_point since;
+    double pixel_samples_until(SteadyClock::time_point until) const {
+      return speed * std::chrono::duration<double>(until - since).count();
+    }
+  };
+  static bench::SwarmCounts take(const bench::SwarmCounts& from, bench::SwarmCounts sum) {
+    sum.connected += from.connected;
+    sum.results += from.results;
+    sum.result_bytes += from.result_bytes;
+    return sum;
+  }
+  void add() {
+    crew_.push_back({std::make_unique<bench::Swarm>(options_), bench::speed_of(options_), SteadyClock::now()});
+    options_.first += options_.workers;
+  }
+
+  bench::SwarmOptions options_;  ///< of the next group
+  std::uint32_t groups_;
+  std::deque<Group> crew_;
+  double gone_ = 0;          ///< pixel samples that those could have rendered who have left
+  bench::SwarmCounts lost_;  ///< theirs; nobody of them is connected
+};
+
+struct Row {
+  std::uint32_t workers = 0;
+  double ideal = 0, took = 0;
+};
+
+Row measure(const Options& options, const Size& size, std::uint32_t workers) {
+  test::Farm farm({"--max-workers", "20000", "--films-gib", "64", "--film-gib", "8", "--log-level", "warn"});
+  test::FarmClient client = farm.client();
+  client.upload_assets();
+  Crew crew(farm.address(), options, workers);
+  LM_CHECK(test::eventually([&] { return crew.all_connected(); }, std::chrono::seconds(120)),
+           "not all workers are connected after two minutes");
+
+  test::Picture picture;
+  picture.side = size.width;
+  picture.height = size.height;
+  const double pixels = static_cast<double>(size.width) * size.height;
+  picture.samples = std::max<std::uint64_t>(
+      1, static_cast<std::uint64_t>(std::llround(options.seconds * options.speed * crew.size() / pixels)));
+  const double work = pixels * static_cast<double>(picture.samples);
+  const double before = crew.pixel_samples();
+  const auto begun = SteadyClock::now();
+  const std::uint64_t id = client.submit(picture).id();
+  const auto pause =
+      std::chrono::duration_cast<SteadyClock::duration>(std::chrono::duration<double>(options.churn_seconds));
+  auto next_change = begun + pause;
+  v1::Job job;
+  while ((job = client.job(id)).finished_unix_ms() == 0) {
+    if (options.churn_seconds > 0 && SteadyClock::now() >= next_change) {
+      crew.replace_oldest();
+      next_change += pause;
+    }
+    std::this_thread::sleep_for(std::chrono::milliseconds(20));
+  }
+  const double polled = std::chrono::duration<double>(SteadyClock::now() - begun).count();
+  const double offered = crew.pixel_samples() - before;
+  LM_CHECK(job.state() == v1::JOB_STATE_DONE, "job: {}", job.ShortDebugString());
+  const double took = static_cast<double>(job.finished_unix_ms() - job.submitted_unix_ms()) / 1000;
+  const Row row{crew.size(), work * polled / offered, took};
+  const bench::SwarmCounts counts = crew.counts();
+  fmt::print("| {}x{} | {} | {} | {:.2f} | {:.2f} | {:.1f} % | {:.0f} | {:.1f} |\n", size.width, size.height,
+             row.workers, picture.samples, row.ideal, row.took, 100 * row.ideal / row.took,
+             static_cast<double>(counts.results) / row.took, static_cast<double>(counts.result_bytes) / row.took / 1e6);
+  std::fflush(stdout);
+  return row;
+}
+
+ChartPoint point_at(double x, double y) {
+  ChartPoint point;
+  point.x = x;
+  point.y = y;
+  return point;
+}
+
+int run(const Options& options) {
+  raise_file_limit();
+  Chart chart;
+  chart.title = "Workers at work";
+  chart.x_label = "workers";
+  chart.y_label = "as many as are never idle";
+  chart.series.push_back({"ideal", {}});
+  fmt::print("| picture | workers | samples per pixel | ideal, s | took, s | efficiency | results/s | MB/s |\n");
+  fmt::print("| --- | --- | --- | --- | --- | --- | --- | --- |\n");
+  for (const Size& size : options.sizes) {
+    ChartSeries series{fmt::format("{}x{}", size.width, size.height), {}};
+    for (const std::uint32_t workers : options.workers) {
+      const Row row = measure(options, size, workers);
+      series.points.push_back(point_at(row.workers, row.workers * row.ideal / row.took));
+    }
+    chart.series.push_back(std::move(series));
+  }
+  for (const ChartPoint& point : chart.series.back().points) {
+    chart.series.front().points.push_back(point_at(point.x, point.x));
+  }
+  if (!options.chart.empty()) {
+    const Status written = write_file_atomically(options.chart, as_byte_view(chart_file(chart)));
+    LM_CHECK(written.ok(), "{}", message_of(written));
+  }
+  return 0;
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  CLI::App app(
+      "How long a job takes with more and more workers, beside the ideal: simulated ones, which all have the same "
+      "seconds of work.");
+  Options options;
+  app.add_option("--workers", options.workers, "one farm after the other, with so many one-thread workers each")
+      ->delimiter(',')
+      ->capture_default_str()
+      ->check(CLI::Range(1, 20'000));
+  app.add_option("--sizes", options.sizes, "of the pictures, WIDTHxHEIGHT")->delimiter(',')->capture_default_str();
+  app.add_option("--seconds", options.seconds, "of work for each worker, about")
+      ->capture_default_str()
+      ->check(CLI::Range(0.1, 3600.0));
+  app.add_option("--speed", options.speed, "pixel samples a second")
+      ->capture_default_str()
+      ->check(CLI::Range(1.0, 1e9));
+  app.add_option("--spread", options.spread, "of speeds: the fastest over the slowest")
+      ->capture_default_str()
+      ->check(CLI::Range(1.0, 100.0));
+  app.add_option("--churn", options.churn_seconds,
+                 "so often a tenth of the workers is killed, and as many others come; 0: all stay")
+      ->capture_default_str()
+      ->check(CLI::Range(0.0, 3600.0));
+  app.add_option("--chart", options.chart, "write one to this file, as SVG");
+  CLI11_PARSE(app, argc, argv);
+  return run(options);
+}
