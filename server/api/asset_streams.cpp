@@ -15,7 +15,10 @@ constexpr std::size_t kSentChunkBytes = std::size_t{256} << 10;
 /// Receives one asset. gRPC calls it one event at a time; deletes itself.
 class UploadStream final : public grpc::ServerReadReactor<v1::UploadAssetRequest> {
  public:
-  UploadStream(AssetStore& assets, Call call) : assets_(assets), call_(std::move(call)) { StartRead(&request_); }
+  UploadStream(AssetStore& assets, Call call, Traffic& traffic)
+      : assets_(assets), call_(std::move(call)), traffic_(traffic) {
+    StartRead(&request_);
+  }
 
   void OnReadDone(bool ok) override {
     const Status status = ok ? take() : complete();
@@ -39,6 +42,7 @@ class UploadStream final : public grpc::ServerReadReactor<v1::UploadAssetRequest
     if (request_.chunk().size() > kMaxChunkBytes) {
       return invalid_argument("chunk: {} bytes are more than {}", request_.chunk().size(), kMaxChunkBytes);
     }
+    traffic_.assets_in += request_.chunk().size();
     return upload_->append(as_byte_view(request_.chunk()));
   }
   Status complete() {
@@ -47,6 +51,7 @@ class UploadStream final : public grpc::ServerReadReactor<v1::UploadAssetRequest
 
   AssetStore& assets_;
   const Call call_;
+  Traffic& traffic_;
   v1::UploadAssetRequest request_;
   std::unique_ptr<AssetStore::Upload> upload_;
 };
@@ -54,8 +59,8 @@ class UploadStream final : public grpc::ServerReadReactor<v1::UploadAssetRequest
 /// Sends one asset. gRPC calls it one event at a time; deletes itself.
 class DownloadStream final : public grpc::ServerWriteReactor<v1::DownloadAssetResponse> {
  public:
-  DownloadStream(AssetStore& assets, Call call, const std::string& digest_bytes)
-      : assets_(assets), call_(std::move(call)) {
+  DownloadStream(AssetStore& assets, Call call, Traffic& traffic, const std::string& digest_bytes)
+      : assets_(assets), call_(std::move(call)), traffic_(traffic) {
     const Result<Sha256> digest = digest_from_bytes(digest_bytes);
     if (!digest.ok()) {
       Finish(to_grpc(with_context(digest.status(), "digest")));
@@ -93,6 +98,7 @@ class DownloadStream final : public grpc::ServerWriteReactor<v1::DownloadAssetRe
       return;
     }
     sent_.append(*chunk);
+    traffic_.assets_out += chunk->size();
     response_.set_chunk(std::move(*chunk));
     StartWrite(&response_);
   }
@@ -113,6 +119,7 @@ class DownloadStream final : public grpc::ServerWriteReactor<v1::DownloadAssetRe
 
   AssetStore& assets_;
   const Call call_;
+  Traffic& traffic_;
   Sha256 digest_;
   Sha256Hasher sent_;
   std::unique_ptr<AssetStore::Reader> reader_;
@@ -127,7 +134,7 @@ grpc::ServerReadReactor<v1::UploadAssetRequest>* RenderServiceImpl::UploadAsset(
   if (!call.ok()) {
     return new Refused<grpc::ServerReadReactor<v1::UploadAssetRequest>>(call.status());
   }
-  return new UploadStream(assets_, *call);
+  return new UploadStream(assets_, *call, loop_->traffic());
 }
 
 grpc::ServerWriteReactor<v1::DownloadAssetResponse>* RenderServiceImpl::DownloadAsset(
@@ -136,7 +143,7 @@ grpc::ServerWriteReactor<v1::DownloadAssetResponse>* RenderServiceImpl::Download
   if (!call.ok()) {
     return new Refused<grpc::ServerWriteReactor<v1::DownloadAssetResponse>>(call.status());
   }
-  return new DownloadStream(assets_, *call, request->digest());
+  return new DownloadStream(assets_, *call, loop_->traffic(), request->digest());
 }
 
 }  // namespace lightmill

@@ -1,6 +1,7 @@
 #include "server/api/commit_queue.h"
 
 #include <algorithm>
+#include <array>
 
 #include "common/base/log.h"
 #include "server/store/coalesce.h"
@@ -14,6 +15,8 @@ constexpr auto kRetryPause = std::chrono::seconds(1);
 /// Progress that nobody waits for gathers so long: fewer, larger transactions.
 constexpr auto kGatherTime = std::chrono::milliseconds(100);
 constexpr std::size_t kGatherWrites = 200;
+/// Of the histogram, seconds.
+constexpr std::array kCommitBounds{0.001, 0.0025, 0.005, 0.01, 0.025, 0.05, 0.1, 0.25, 0.5, 1.0, 2.5, 5.0, 10.0, 60.0};
 
 bool worth_retrying(const Status& status) {
   return status.code() == StatusCode::kResourceExhausted || status.code() == StatusCode::kUnavailable;
@@ -43,7 +46,7 @@ void append(std::vector<T>& to, std::vector<T>&& from) {
 }  // namespace
 
 CommitQueue::CommitQueue(Store& store, Handlers handlers)
-    : store_(store), handlers_(std::move(handlers)), thread_([this] { run(); }) {}
+    : store_(store), handlers_(std::move(handlers)), seconds_(kCommitBounds), thread_([this] { run(); }) {}
 
 CommitQueue::~CommitQueue() {
   if (thread_.joinable()) {
@@ -89,6 +92,11 @@ Status CommitQueue::stop() {
   return failure_;
 }
 
+Histogram CommitQueue::seconds() const {
+  const MutexLock lock(mutex_);
+  return seconds_;
+}
+
 bool CommitQueue::idle() {
   const MutexLock lock(mutex_);
   return is_empty(queued_) && !stopping_;
@@ -119,7 +127,10 @@ void CommitQueue::run() {
     }
     // After a failure nothing more is written: later steps build on the lost one.
     if (failure.ok() && !batch.writes.empty()) {
+      const auto begun = std::chrono::steady_clock::now();
       failure = commit_with_retries(coalesce(std::move(batch.writes)), batch.callers);
+      const MutexLock lock(mutex_);
+      seconds_.add(std::chrono::duration<double>(std::chrono::steady_clock::now() - begun).count());
     }
     finish(batch, failure);
   }

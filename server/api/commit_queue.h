@@ -6,6 +6,7 @@
 #include <thread>
 #include <vector>
 
+#include "common/base/histogram.h"
 #include "common/base/mutex.h"
 #include "common/base/status.h"
 #include "server/domain/effects.h"
@@ -43,6 +44,9 @@ class CommitQueue {
   /// Waits while kMaxQueuedWrites are queued.
   void push(Batch batch);
 
+  /// How long commits took, with those that had to be tried again. Thread-safe.
+  Histogram seconds() const;
+
   /// From now on a failing commit is given up instead of tried again; later ones fail too.
   void stop_retrying();
   /// Commits what is queued and ends the thread. Returns the first error, if anything could not be stored.
@@ -57,13 +61,14 @@ class CommitQueue {
 
   Store& store_;
   const Handlers handlers_;
-  Mutex mutex_;
+  mutable Mutex mutex_;
   CondVar changed_;
   Batch queued_ LM_GUARDED_BY(mutex_);
   bool urgent_ LM_GUARDED_BY(mutex_) = false;  ///< somebody waits for what is queued
   bool stopping_ LM_GUARDED_BY(mutex_) = false;
   bool retrying_ LM_GUARDED_BY(mutex_) = true;
   Status failure_ LM_GUARDED_BY(mutex_);
+  Histogram seconds_ LM_GUARDED_BY(mutex_);
   std::thread thread_;
 };
 

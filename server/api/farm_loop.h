@@ -13,6 +13,7 @@
 #include "server/access/action_log.h"
 #include "server/api/commit_queue.h"
 #include "server/api/demand_hub.h"
+#include "server/api/traffic.h"
 #include "server/api/watch_hub.h"
 #include "server/domain/coordinator.h"
 #include "server/domain/farm_events.h"
@@ -75,6 +76,10 @@ class FarmLoop {
   /// Lets the watchers be looked at again. Thread-safe.
   void poke();
 
+  Traffic& traffic() { return traffic_; }
+  /// Seconds that commits took.
+  Histogram commit_seconds() const { return commits_.seconds(); }
+
   void stop_retrying() { commits_.stop_retrying(); }
   /// Runs what is queued, commits it and ends the threads. No task may be posted afterwards.
   Status stop();
@@ -93,6 +98,7 @@ class FarmLoop {
   ActionLog& actions_;
   const Clock& clock_;
   const Handlers handlers_;
+  Traffic traffic_;
   CommitQueue commits_;
   WatchHub watchers_;
   DemandHub demand_;

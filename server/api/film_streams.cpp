@@ -49,10 +49,12 @@ class WatchStream final : public grpc::ServerWriteReactor<v1::WatchJobResponse>,
       out->set_samples(tile.samples);
       out->set_rgb(float_bytes(mean_rgb(tile)));
     }
+    const std::size_t bytes = response.ByteSizeLong();
     const MutexLock lock(mutex_);
     if (ending_) {
       return;
     }
+    loop_.traffic().previews_out += bytes;
     response_.Swap(&response);
     writing_ = true;
     last_ = update.last;
@@ -115,7 +117,7 @@ class WatchStream final : public grpc::ServerWriteReactor<v1::WatchJobResponse>,
 /// Sends one film as it was at one moment. Deletes itself.
 class FilmStream final : public grpc::ServerWriteReactor<v1::GetFilmResponse> {
  public:
-  explicit FilmStream(Call call) : call_(std::move(call)) { ++count_; }
+  FilmStream(Call call, Traffic& traffic) : call_(std::move(call)), traffic_(traffic) { ++count_; }
   ~FilmStream() override { --count_; }
   static int count() { return count_; }
 
@@ -140,6 +142,7 @@ class FilmStream final : public grpc::ServerWriteReactor<v1::GetFilmResponse> {
     TileSnapshot& tile = tiles_[next_++];
     response_.Clear();
     *response_.mutable_tile() = film_tile(tile);
+    traffic_.films_out += response_.ByteSizeLong();
     tile.forest.clear();
     StartWrite(&response_);
   }
@@ -148,6 +151,7 @@ class FilmStream final : public grpc::ServerWriteReactor<v1::GetFilmResponse> {
  private:
   static std::atomic<int> count_;
   const Call call_;
+  Traffic& traffic_;
   std::vector<TileSnapshot> tiles_;
   std::size_t next_ = 0;
   v1::GetFilmResponse response_;
@@ -197,7 +201,7 @@ grpc::ServerWriteReactor<v1::GetFilmResponse>* RenderServiceImpl::GetFilm(Contex
   if (!call.ok()) {
     return new Refused<grpc::ServerWriteReactor<v1::GetFilmResponse>>(call.status());
   }
-  auto* stream = new FilmStream(*call);
+  auto* stream = new FilmStream(*call, loop_->traffic());
   const bool posted = FilmStream::count() <= kMaxFilmStreams &&
                       loop_->post([this, stream, call = *call, job = JobId{request->id()}](FarmLoop::Turn& turn) {
                         if (const Status status = check_job_call(turn, gate_, call, job); status.ok()) {

@@ -108,6 +108,7 @@ class WorkStream final : public grpc::ServerBidiReactor<v1::WorkRequest, v1::Wor
       finish(to_grpc(holds));
       return;
     }
+    owner_.loop_->traffic().results_in += request_.ByteSizeLong();
     Result<WorkerMessage> message = from_wire(request_);
     Status status = message.status();
     if (status.ok()) {

@@ -18,6 +18,7 @@
 #include "common/base/status.h"
 #include "server/domain/effects.h"
 #include "server/domain/farm_history.h"
+#include "server/domain/farm_totals.h"
 
 namespace lightmill {
 
@@ -135,6 +136,8 @@ class Coordinator {
   Result<JobStatus> status(JobId job, Time now) const;
   std::vector<JobStatus> jobs(Time now, const JobFilter& filter = {}) const;  ///< newest first
   FarmCounts counts() const;
+  const FarmTotals& totals() const;
+  FarmCensus census() const;
   std::vector<WorkerStatus> workers(Time now) const;  ///< by name
   /// How many workers the farm could use, for whoever starts and stops them: as many as have a minute's work each in
   /// what is left of all jobs, but all that are at work. A job that time alone ends wants a thread for each of its

@@ -383,7 +383,7 @@ struct Coordinator::State {
   std::set<JobId> restored_jobs;  ///< to be looked at by the first tick, or held back until their time
   std::vector<NodeKey> orphans;   ///< recorded results without their samples: forgotten with the next step
   FairQueue queue;
-  std::uint64_t merged_pixel_samples = 0;  ///< since it began
+  FarmTotals totals;
 
   std::map<std::string, Worker> workers;  ///< by name; also gone ones while leases are in their name
   struct Session {

@@ -161,6 +161,7 @@ Lease& Coordinator::State::open_lease(Worker& worker, Job& job, LeaseId id, Unit
     job.active_since = now;
   }
   ++job.leases_sent;
+  ++totals.units_leased;
   job.leases.insert(id);
   worker.leases.insert(id);
   worker.tiles_out += lease.remaining;
@@ -291,6 +292,7 @@ void Coordinator::State::end_lease(LeaseId id, bool cancel, bool lost, Time now,
   if (lost) {
     ++worker.leases_lost;
     ++job.record.counters.leases_lost;
+    ++totals.units_lost;
     ++job.version;
     if (lease.unit.tiles.empty()) {
       hold_pilots_back(worker, now);

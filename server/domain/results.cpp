@@ -161,9 +161,11 @@ void Coordinator::State::merge_result(Job& job, const Renderer& by, WorkerResult
   }
   const std::uint64_t non_finite_before = job.film.non_finite();
   const std::uint64_t samples_before = job.film.pixel_samples();
+  const bool no_picture = job.film.min_samples() == 0;
   MergeOutcome outcome = job.film.merge(key.tile, std::make_shared<const Node>(std::move(result.node)));
   if (outcome.kind != MergeOutcome::Kind::merged) {
     ++job.record.counters.results_duplicate;
+    ++totals.results_repeated;
     if (outcome.kind == MergeOutcome::Kind::mismatch && !job.record.spec.allow_mixed) {
       note(step, Note::Level::warning, about(job.id(), name),
            "job {}, tile {}, samples [{}, {}): worker {} has other bits than what was merged before; its result is "
@@ -174,6 +176,7 @@ void Coordinator::State::merge_result(Job& job, const Renderer& by, WorkerResult
     return;
   }
   ++job.record.counters.results_merged;
+  ++totals.results_merged;
   if (job.suspicions.erase(key.tile) > 0) {
     job.plan->set_alone(key.tile, false);
   }
@@ -182,7 +185,10 @@ void Coordinator::State::merge_result(Job& job, const Renderer& by, WorkerResult
   }
   job.record.counters.non_finite += job.film.non_finite() - non_finite_before;
   job.rate.add(static_cast<double>(job.film.pixel_samples() - samples_before), now);
-  merged_pixel_samples += job.film.pixel_samples() - samples_before;
+  totals.pixel_samples += job.film.pixel_samples() - samples_before;
+  if (no_picture && job.film.min_samples() > 0) {
+    totals.first_picture.add(static_cast<double>(unix_ms(now) - job.record.submitted_unix_ms) / 1000);
+  }
   note_parts(job, key, by, outcome);
   for (const SampleRange& range : outcome.removed) {
     step.writes.push_back(DropNode{{key.job, key.tile, range}});

@@ -225,6 +225,7 @@ void Coordinator::State::settle_verification(Job& job, const NodeKey& key, const
   }
   if (entry.chosen && entry.claims.front().hash == hash) {  // else it may be no single result
     ++job.record.counters.results_verified;
+    ++totals.results_verified;
     step.writes.push_back(PutVerified{key});
   }
   for (const Claim& claim : wrong) {
@@ -254,6 +255,7 @@ void Coordinator::State::accuse_program(Job& job, const NodeKey& key, Time now, 
 
 void Coordinator::State::convict(const Renderer& guilty, const Job& job, const NodeKey& key,
                                  std::span<const Claim> agreed, Time now, Step& step) {
+  ++totals.results_wrong;
   put_in_quarantine(guilty,
                     fmt::format("its {} differ from what {} have rendered alike",
                                 describe_place(job, key.tile, key.range), describe_renderers(agreed)),

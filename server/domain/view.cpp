@@ -248,7 +248,7 @@ WorkerCount count_of(const Worker& worker) {
 
 FarmCounts Coordinator::counts() const {
   FarmCounts counts;
-  counts.pixel_samples = state_->merged_pixel_samples;
+  counts.pixel_samples = state_->totals.pixel_samples;
   for (const auto& [id, job] : state_->jobs) {
     if (record_is_waiting(job->record.state)) {
       ++(job->leases.empty() ? counts.jobs_waiting : counts.jobs_running);
@@ -260,6 +260,29 @@ FarmCounts Coordinator::counts() const {
     }
   }
   return counts;
+}
+
+const FarmTotals& Coordinator::totals() const {
+  return state_->totals;
+}
+
+FarmCensus Coordinator::census() const {
+  FarmCensus census;
+  census.units_out = state_->leases.size();
+  for (const auto& [id, job] : state_->jobs) {
+    ++census.jobs[static_cast<std::size_t>(job->record.state)];
+    census.free_pixel_samples += record_is_waiting(job->record.state) ? job->plan->free_pixel_samples() : 0;
+  }
+  for (const auto& [name, worker] : state_->workers) {
+    if (worker.session) {
+      census.threads += worker.hello.threads;
+      ++(worker.quarantined      ? census.quarantined
+         : worker.draining       ? census.draining
+         : worker.leases.empty() ? census.idle
+                                 : census.rendering);
+    }
+  }
+  return census;
 }
 
 std::vector<WorkerStatus> Coordinator::workers(Time now) const {

@@ -65,6 +65,7 @@ class AssetUpload final : public std::enable_shared_from_this<AssetUpload> {
     }
     piece_.resize(kPieceBytes - parser_.get().body().size);
     received_bytes_ += piece_.size();
+    way_.traffic.assets_in += piece_.size();
     asked_disk_ = SteadyClock::now();
     on_disk(&AssetUpload::write_piece, [](AssetUpload& self) {
       self.began_ += SteadyClock::now() - self.asked_disk_;

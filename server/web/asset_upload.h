@@ -7,6 +7,7 @@
 #include <functional>
 
 #include "server/access/rights.h"
+#include "server/api/traffic.h"
 #include "server/store/asset_store.h"
 #include "server/web/http_body.h"
 
@@ -18,6 +19,7 @@ struct UploadWay {
   boost::beast::flat_buffer& buffer;
   AssetStore& assets;
   boost::asio::thread_pool& disk;  ///< its threads may wait for the disk
+  Traffic& traffic;
 };
 
 /// `whole`: the body was read to its end.

@@ -10,6 +10,7 @@
 #include "common/base/text.h"
 #include "server/web/asset_upload.h"
 #include "server/web/live_session.h"
+#include "server/web/metrics.h"
 
 namespace lightmill {
 namespace {
@@ -154,7 +155,7 @@ class HttpSession final : public std::enable_shared_from_this<HttpSession> {
       return refuse_rest(error_reply(digest.status()));
     }
     receive_asset(
-        {stream_, buffer_, parts_.assets, *parts_.disk}, std::move(*head_), *digest, *std::move(call),
+        {stream_, buffer_, parts_.assets, *parts_.disk, parts_.traffic}, std::move(*head_), *digest, *std::move(call),
         [self = shared_from_this()](const Status& status, bool whole) {
           const ApiReply reply = status.ok() ? ApiReply{200, "application/json", "{}\n"} : error_reply(status);
           self->body_read_ = whole;
@@ -222,7 +223,7 @@ class HttpSession final : public std::enable_shared_from_this<HttpSession> {
     if (!status.ok()) {
       return answer(error_reply(status));
     }
-    if (!path().starts_with(kApi)) {
+    if (!path().starts_with(kApi) && path() != kMetricsPath) {
       return send_page(path());
     }
     const ShownLogin shown = shown_login();
@@ -333,6 +334,7 @@ class HttpSession final : public std::enable_shared_from_this<HttpSession> {
       response.set(http::field::content_disposition, fmt::format("attachment; filename=\"{}\"", reply.file_name));
     }
     set_body(response, reply.content_type, reply.file == nullptr ? shared(reply.body) : reply.file);
+    parts_.traffic.answers_out += body_->size();
     write(std::move(response));
   }
 

@@ -11,6 +11,7 @@
 #include "server/api/records.h"
 #include "server/api/worker_message.h"
 #include "server/web/look_back.h"
+#include "server/web/metrics.h"
 
 namespace lightmill {
 namespace {
@@ -151,7 +152,8 @@ ApiReply empty_reply() {
 }  // namespace
 
 JsonApi::JsonApi(ApiParts parts)
-    : gate_(parts.gate),
+    : loop_(parts.loop),
+      gate_(parts.gate),
       logins_(parts.logins),
       greeting_(std::move(parts.greeting)),
       desk_(parts.loop, std::move(parts.on_web_thread)),
@@ -161,6 +163,9 @@ JsonApi::JsonApi(ApiParts parts)
       intake_(desk_, gate_, parts.assets, std::move(parts.on_side_thread)) {}
 
 void JsonApi::handle(ApiRequest request, Reply reply) {
+  if (request.path == kMetricsPath) {
+    return show_metrics(request, std::move(reply));
+  }
   std::string_view path = request.path;
   path.remove_prefix(std::min(path.size(), kPrefix.size()));
   const std::string_view collection = path.substr(0, path.find('/'));
@@ -347,6 +352,24 @@ void JsonApi::handle_workers(const ApiRequest& request, std::string_view rest, R
     }
     list.set_wanted_workers(turn.farm.wanted_workers(turn.now));
     back(json_reply(list));
+  });
+}
+
+void JsonApi::show_metrics(const ApiRequest& request, Reply reply) {
+  if (request.post) {
+    return reply(error_reply(other_method(request, "GET")));
+  }
+  const Result<Call> call = gate_.admit(request.caller, request.peer, Rpc::list_workers);
+  if (!call.ok()) {
+    return reply(error_reply(call.status()));
+  }
+  desk_.ask(std::move(reply), [&loop = loop_, version = greeting_.version](Turn& turn, const FarmReply& back) {
+    back.compute([farm = FarmMetrics{turn.farm.totals(), turn.farm.census(), turn.farm.wanted_workers(turn.now),
+                                     turn.no_store.empty()},
+                  &loop, version] {
+      return ApiReply{200, std::string(kMetricsType),
+                      metrics_text(farm, loop.commit_seconds(), loop.traffic(), process_figures(), version)};
+    });
   });
 }
 

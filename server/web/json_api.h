@@ -18,7 +18,7 @@ namespace lightmill {
 
 struct ApiRequest {
   bool post = false;  ///< else GET
-  std::string path;   ///< without the query: /api/v1/…
+  std::string path;   ///< without the query: /api/v1/…, or kMetricsPath
   std::string query;  ///< without '?'
   LargeBody body;
   std::optional<Call> call;  ///< if it was admitted before its body was taken in
@@ -55,10 +55,12 @@ class JsonApi {
   void list_jobs(const ApiRequest& request, Reply reply);
   void handle_job(const ApiRequest& request, JobId job, std::string_view what, Reply reply);
   void handle_workers(const ApiRequest& request, std::string_view rest, Reply reply);
+  void show_metrics(const ApiRequest& request, Reply reply);
   void look_back(const ApiRequest& request, std::string_view path, Reply reply);
   void show(const Call& call, JobId job, std::string_view what, Reply reply);
   void change(const Call& call, WebChange change, Reply reply);
 
+  FarmLoop& loop_;
   const Gate& gate_;
   Logins& logins_;
   const FarmGreeting greeting_;

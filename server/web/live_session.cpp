@@ -61,6 +61,7 @@ class LiveSession final : public LiveLink, public std::enable_shared_from_this<L
     std::vector<asio::const_buffer> buffers;
     for (const SharedBytes& part : writing_) {
       buffers.emplace_back(part->data(), part->size());
+      parts_.traffic.previews_out += part->size();
     }
     stream_.async_write(buffers, [self = shared_from_this()](error_code error, std::size_t) {
       self->writing_.clear();

@@ -51,6 +51,7 @@ struct WebParts {
 
   const Gate& gate;
   AssetStore& assets;
+  Traffic& traffic;
   const WebOptions options;
   const PageFiles pages;
   ServedCertificate certificate;

@@ -130,6 +130,7 @@ WebParts::WebParts(FarmLoop& loop, const Gate& gate_of_all, AssetStore& all_asse
                    ServedCertificate served, PageFiles files)
     : gate(gate_of_all),
       assets(all_assets),
+      traffic(loop.traffic()),
       options(web),
       pages(std::move(files)),
       certificate(std::move(served)),

@@ -62,6 +62,19 @@ TEST(SameBits, EveryOtherMethodOnFarmsOfBothSizes) {
   }
 }
 
+TEST(SameBits, ManyShortUnitsOrFewLongOnes) {
+  Farm quick({"--unit-seconds", "0.05"}), slow({"--results-rate", "1"});  // 1 MiB/s: half a second a range and more
+  std::uint64_t results[2] = {};
+  for (Farm* const farm : {&quick, &slow}) {
+    farm->add_worker(2, "w1");
+    farm->add_worker(2, "w2");
+    const std::uint64_t job = farm->client().submit(kPicture).id();
+    expect_reference_film(farm->client(), job);
+    results[farm == &slow] = farm->client().job(job).counters().results_merged();
+  }
+  EXPECT_LT(2 * results[1], results[0]);
+}
+
 TEST(SameBits, AWorkerKilledEverySecond) {
   Farm farm({"--unit-seconds", "0.3"});
   for (const char* name : {"w1", "w2", "w3"}) {

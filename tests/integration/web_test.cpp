@@ -187,7 +187,7 @@ TEST(Web, WhateverIsDescribedIsServed) {
   const json description = json::parse(read_file(source).value());
   int calls = 0;
   for (const auto& [path, methods] : description["paths"].items()) {
-    std::string target = "/api/v1" + path;
+    std::string target = (methods.contains("servers") ? "" : "/api/v1") + path;  // one of its own: "/"
     for (const auto& [name, value] :
          {std::pair{"{id}", path.ends_with("/delete") ? other : job}, std::pair{"{name}", std::string("w")},
           std::pair{"{digest}", sha256("{}").hex()}}) {
@@ -207,7 +207,7 @@ TEST(Web, WhateverIsDescribedIsServed) {
       ++calls;
     }
   }
-  EXPECT_EQ(calls, 27);
+  EXPECT_EQ(calls, 28);
 }
 
 TEST(Web, TellsWhatHappenedOnTheFarm) {

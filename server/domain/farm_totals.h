@@ -1,0 +1,39 @@
+// The farm in numbers, for who keeps them and draws them: what it did since its coordinator began, and how it is.
+#pragma once
+
+#include <array>
+#include <cstdint>
+
+#include "common/base/histogram.h"
+#include "common/farm/job.h"
+
+namespace lightmill {
+
+/// Seconds.
+inline constexpr std::array kFirstPictureBounds{0.1, 0.25, 0.5, 1.0, 2.5, 5.0, 10.0, 30.0, 60.0, 300.0, 1800.0};
+
+/// These only grow.
+struct FarmTotals {
+  std::uint64_t units_leased = 0;  ///< also copies, pilots and those that verify
+  std::uint64_t units_lost = 0;
+  std::uint64_t results_merged = 0;
+  std::uint64_t results_repeated = 0;            ///< of what was merged before
+  std::uint64_t results_verified = 0;            ///< found right by another machine
+  std::uint64_t results_wrong = 0;               ///< that put a worker into quarantine
+  std::uint64_t pixel_samples = 0;               ///< merged
+  Histogram first_picture{kFirstPictureBounds};  ///< seconds from a job's submission until every pixel had a sample
+};
+
+inline constexpr std::array kJobStates{JobState::queued, JobState::running, JobState::paused,
+                                       JobState::done,   JobState::failed,  JobState::cancelled};
+
+struct FarmCensus {
+  std::array<std::uint64_t, kJobStates.size()> jobs{};  ///< by JobState
+  std::uint64_t units_out = 0;
+  std::uint64_t free_pixel_samples = 0;  ///< of jobs that go on: neither rendered nor leased, as far as is known now
+  // Workers that are connected.
+  std::uint64_t rendering = 0, idle = 0, draining = 0, quarantined = 0;
+  std::uint64_t threads = 0;
+};
+
+}  // namespace lightmill

@@ -1,0 +1,157 @@
+#include "server/web/metrics.h"
+
+#include <fmt/format.h>
+#include <sys/resource.h>
+#include <unistd.h>
+
+#include <filesystem>
+#include <fstream>
+#include <initializer_list>
+#include <iterator>
+#include <utility>
+
+#include "common/farm/job.h"
+
+namespace lightmill {
+namespace {
+
+constexpr std::array<std::string_view, kJobStates.size()> kStateNames{"queued", "running", "paused",
+                                                                      "done",   "failed",  "cancelled"};
+
+/// Lines of the text format. All labels and helps are the program's own: nothing in them has to be escaped.
+class MetricLines {
+ public:
+  using Labelled = std::initializer_list<std::pair<std::string_view, double>>;
+
+  void counter(std::string_view name, std::string_view help, double value) { one(name, help, "counter", value); }
+  void gauge(std::string_view name, std::string_view help, double value) { one(name, help, "gauge", value); }
+  void counters(std::string_view name, std::string_view help, std::string_view label, const Labelled& values) {
+    begin(name, help, "counter");
+    all(name, label, values);
+  }
+  void gauges(std::string_view name, std::string_view help, std::string_view label, const Labelled& values) {
+    begin(name, help, "gauge");
+    all(name, label, values);
+  }
+  void histogram(std::string_view name, std::string_view help, const Histogram& histogram) {
+    begin(name, help, "histogram");
+    std::uint64_t count = 0;
+    for (std::size_t i = 0; i < histogram.bounds().size(); ++i) {
+      count += histogram.counts()[i];
+      line(fmt::format("{}_bucket{{le=\"{}\"}}", name, histogram.bounds()[i]), static_cast<double>(count));
+    }
+    count += histogram.counts().back();
+    line(fmt::format("{}_bucket{{le=\"+Inf\"}}", name), static_cast<double>(count));
+    line(fmt::format("{}_sum", name), histogram.sum());
+    line(fmt::format("{}_count", name), static_cast<double>(count));
+  }
+  std::string take() { return std::move(text_); }
+
+  void begin(std::string_view name, std::string_view help, std::string_view type) {
+    fmt::format_to(std::back_inserter(text_), "# HELP {} {}\n# TYPE {} {}\n", name, help, name, type);
+  }
+  void line(std::string_view what, double value) { fmt::format_to(std::back_inserter(text_), "{} {}\n", what, value); }
+
+ private:
+  void one(std::string_view name, std::string_view help, std::string_view type, double value) {
+    begin(name, help, type);
+    line(name, value);
+  }
+  void all(std::string_view name, std::string_view label, const Labelled& values) {
+    for (const auto& [which, value] : values) {
+      line(fmt::format("{}{{{}=\"{}\"}}", name, label, which), value);
+    }
+  }
+
+  std::string text_;
+};
+
+void add_work(const FarmTotals& totals, MetricLines& out) {
+  const auto number = [](std::uint64_t count) { return static_cast<double>(count); };
+  out.counter("lightmill_units_leased_total", "Units given to workers, also a second time and to verify.",
+              number(totals.units_leased));
+  out.counter("lightmill_units_lost_total", "Units that a worker did not finish.", number(totals.units_lost));
+  out.counters("lightmill_results_total",
+               "Tiles of units that workers sent: merged, or dropped since they had been merged before.", "outcome",
+               {{"merged", number(totals.results_merged)}, {"repeated", number(totals.results_repeated)}});
+  out.counters(
+      "lightmill_audits_total",
+      "Results that another machine rendered again: found right, or wrong, for which their worker was put into "
+      "quarantine.",
+      "outcome", {{"right", number(totals.results_verified)}, {"wrong", number(totals.results_wrong)}});
+  out.counter("lightmill_pixel_samples_total", "Samples that were merged, of all pixels.",
+              number(totals.pixel_samples));
+  out.histogram("lightmill_first_picture_seconds", "From a job's submission until each of its pixels had a sample.",
+                totals.first_picture);
+}
+
+void add_farm(const FarmMetrics& farm, MetricLines& out) {
+  const FarmCensus& census = farm.census;
+  out.begin("lightmill_jobs", "Jobs by their state.", "gauge");
+  for (std::size_t i = 0; i < census.jobs.size(); ++i) {
+    out.line(fmt::format("lightmill_jobs{{state=\"{}\"}}", kStateNames[i]), static_cast<double>(census.jobs[i]));
+  }
+  out.gauge("lightmill_units_out", "Units that workers have now.", static_cast<double>(census.units_out));
+  out.gauge("lightmill_queue_pixel_samples",
+            "Samples of all pixels that nobody has begun, of jobs that go on, as far as they are wanted by now.",
+            static_cast<double>(census.free_pixel_samples));
+  out.gauges("lightmill_workers", "Workers that are connected, by what they do.", "state",
+             {{"rendering", static_cast<double>(census.rendering)},
+              {"idle", static_cast<double>(census.idle)},
+              {"draining", static_cast<double>(census.draining)},
+              {"quarantined", static_cast<double>(census.quarantined)}});
+  out.gauge("lightmill_worker_threads", "Threads of all connected workers.", static_cast<double>(census.threads));
+  out.gauge("lightmill_wanted_workers", "Workers that the farm could use now.", farm.wanted_workers);
+  out.gauge("lightmill_storing", "1 if what is rendered can be stored, 0 if no work goes on until it can.",
+            farm.storing ? 1 : 0);
+}
+
+void add_traffic(const Traffic& traffic, MetricLines& out) {
+  const auto number = [](const std::atomic<std::uint64_t>& count) { return static_cast<double>(count.load()); };
+  out.counters("lightmill_received_bytes_total", "What came in: workers' results, and uploaded assets.", "what",
+               {{"results", number(traffic.results_in)}, {"assets", number(traffic.assets_in)}});
+  out.counters("lightmill_sent_bytes_total",
+               "What went out: assets, films, live pictures, and answers of the JSON API.", "what",
+               {{"assets", number(traffic.assets_out)},
+                {"films", number(traffic.films_out)},
+                {"previews", number(traffic.previews_out)},
+                {"answers", number(traffic.answers_out)}});
+}
+
+}  // namespace
+
+ProcessFigures process_figures() {
+  ProcessFigures figures;
+  timespec cpu{};
+  clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &cpu);
+  figures.cpu_seconds = static_cast<double>(cpu.tv_sec) + 1e-9 * static_cast<double>(cpu.tv_nsec);
+  std::uint64_t pages = 0, resident_pages = 0;
+  if (std::ifstream("/proc/self/statm") >> pages >> resident_pages) {
+    figures.resident_bytes = resident_pages * static_cast<std::uint64_t>(sysconf(_SC_PAGESIZE));
+  }
+  std::error_code error;
+  for (std::filesystem::directory_iterator at("/proc/self/fd", error), end; !error && at != end; at.increment(error)) {
+    ++figures.open_files;
+  }
+  rlimit files{};
+  getrlimit(RLIMIT_NOFILE, &files);
+  figures.most_open_files = files.rlim_cur;
+  return figures;
+}
+
+std::string metrics_text(const FarmMetrics& farm, const Histogram& commit_seconds, const Traffic& traffic,
+                         const ProcessFigures& process, std::string_view version) {
+  MetricLines out;
+  out.gauges("lightmill_build_info", "1, with the program's version.", "version", {{version, 1.0}});
+  add_work(farm.totals, out);
+  add_farm(farm, out);
+  out.histogram("lightmill_commit_seconds", "How long it took to make a transaction durable.", commit_seconds);
+  add_traffic(traffic, out);
+  out.counter("process_cpu_seconds_total", "Processor time of the coordinator.", process.cpu_seconds);
+  out.gauge("process_resident_memory_bytes", "Memory that it has.", static_cast<double>(process.resident_bytes));
+  out.gauge("process_open_fds", "Files and connections that it has open.", static_cast<double>(process.open_files));
+  out.gauge("process_max_fds", "The most that it may have open.", static_cast<double>(process.most_open_files));
+  return out.take();
+}
+
+}  // namespace lightmill
