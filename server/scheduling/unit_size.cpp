@@ -14,6 +14,8 @@ constexpr std::uint32_t kTilesPerThreadAtFirst = 4;
 /// No range is cut for the sake of parallelism into pieces of less thread time: a result costs some 0.3 ms to send and
 /// store.
 constexpr double kLeastPieceSeconds = 0.03;
+/// So many are to be left for each thread: who is slow with one leaves the others enough to do.
+constexpr std::uint64_t kPiecesPerThread = 4;
 /// What a result costs besides its bytes, as so many bytes more.
 constexpr double kBytesOfAResult = 22 * 1024;
 
@@ -52,7 +54,7 @@ SampleRange choose_range(const Gap& gap, std::uint64_t tiles, std::uint64_t tile
     const double seconds = std::ldexp(sample_seconds, static_cast<int>(level));
     const std::uint64_t pieces = std::max(tiles * (span >> level), (left >> level) / tile_pixels);
     const bool too_long = seconds > aim.unit_seconds;
-    const bool too_few = pieces < 2 * std::uint64_t{aim.farm_threads} && seconds / 2 >= aim.least_seconds;
+    const bool too_few = pieces < kPiecesPerThread * std::uint64_t{aim.farm_threads} && seconds / 2 >= aim.least_seconds;
     if (!too_long && !too_few) {
       break;
     }

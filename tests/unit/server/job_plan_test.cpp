@@ -221,14 +221,14 @@ TEST(UnitSize, ATileTakesAtMostAUnitsTimeOfOneThread) {
 }
 
 TEST(UnitSize, AllThreadsOfTheFarmFindWork) {
-  // Two tiles and 32 threads: the last 128 samples are cut into at least 64 pieces.
+  // Two tiles and 32 threads: the last 128 samples are cut into 128 pieces, as short ones as are worth it.
   const UnitAim aim{.unit_seconds = 1, .seconds_per_pixel_sample = 1e-5, .threads = 8, .farm_threads = 32};
   const SampleRange range = choose_range({128, 256}, 2, 4096, 0, aim);
-  EXPECT_GE(2 * 128 / range.count(), 64u);
+  EXPECT_EQ(2 * 128 / range.count(), 128u);
   EXPECT_EQ(choose_tile_count(range, 2, 4096, aim), 1u);
-  // What comes after them is work too: with 63 pieces of 16 samples (0.66 s) left they are cut, with 64 they are not.
-  EXPECT_EQ(choose_range({128, 256}, 2, 4096, 64 * 16 * 4096 - 1, aim).count(), 8u);
-  EXPECT_EQ(choose_range({128, 256}, 2, 4096, 64 * 16 * 4096, aim).count(), 16u);
+  // What comes after them is work too: with 127 pieces of 16 samples (0.66 s) left they are cut, with 128 they are not.
+  EXPECT_EQ(choose_range({128, 256}, 2, 4096, 128 * 16 * 4096 - 1, aim).count(), 8u);
+  EXPECT_EQ(choose_range({128, 256}, 2, 4096, 128 * 16 * 4096, aim).count(), 16u);
 }
 
 TEST(UnitSize, TheMoreThreadsTheFarmHasTheLongerIsWhatEachWorksOn) {
