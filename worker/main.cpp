@@ -11,6 +11,7 @@
 #include "common/base/digest.h"
 #include "common/base/log.h"
 #include "common/base/machine_memory.h"
+#include "common/base/openjd.h"
 #include "common/base/signals.h"
 #include "common/command_docs/describe_option.h"
 #include "common/farm/job.h"
@@ -44,6 +45,7 @@ struct Options {
   double images_gib = static_cast<double>(SceneLimits().images_bytes) / (1 << 30);
   double assets_gib = 1;
   double results_mib = 256;
+  bool openjd = false;
 };
 
 std::string host_name() {
@@ -113,6 +115,10 @@ std::optional<int> parse(int argc, char** argv, Options& options) {
   add_limit(app, "--assets-gib", options.assets_gib, "GIB", {0.0, 65536.0}, "memory for downloaded assets");
   add_limit(app, "--results-mib", options.results_mib, "MIB", {1.0, 1e6},
             "memory for results not acknowledged yet; beyond, it waits");
+  app.add_flag(
+      "--openjd", options.openjd,
+      "say on standard output too what happens, as Open Job Description has it (openjd_status, openjd_fail): for "
+      "a farm manager that runs the worker as a task");
   return parse_options(app, argc, argv, [&] { return check_options(options); });
 }
 
@@ -172,6 +178,9 @@ int run(int argc, char** argv) {
     std::cerr << "lightmill-worker: " << message_of(status) << "\n";
     return 2;
   }
+  if (options.openjd) {
+    log_as_openjd_status();
+  }
   spdlog::info("worker {} starts: it renders a test picture, whose bits tell its fingerprint class", options.name);
   const WorkerOptions worker = worker_options(options);
   spdlog::info("worker {}: {} threads, fingerprint class {}", options.name, options.threads,
@@ -182,6 +191,9 @@ int run(int argc, char** argv) {
   target.set(nullptr);
   if (!status.ok()) {
     spdlog::error("{}", message_of(status));
+    if (options.openjd) {
+      std::cout << openjd_fail(message_of(status)) << std::endl;
+    }
     return 1;
   }
   return 0;

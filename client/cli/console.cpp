@@ -9,6 +9,7 @@
 #include <cstring>
 #include <nlohmann/json.hpp>
 
+#include "common/base/openjd.h"
 #include "common/base/text.h"
 
 namespace lightmill::cli {
@@ -61,7 +62,7 @@ Status as_output_error(const Status& status) {
   return status.ok() ? status : make_error(StatusCode::kAborted, "{}", message_of(status));
 }
 
-Console::Console(bool json) : json_(json) {
+Console::Console(bool json, bool openjd) : json_(json), openjd_(openjd) {
   const char* term = std::getenv("TERM");
   terminal_ = !json && ::isatty(STDERR_FILENO) == 1 && term != nullptr && std::string_view(term) != "dumb";
   const char* no_color = std::getenv("NO_COLOR");
@@ -106,6 +107,14 @@ void Console::progress(std::string_view line) const {
   }
 }
 
+void Console::tell_manager(double fraction, std::string_view status) const {
+  if (openjd_) {
+    end_redraw();
+    write_result(openjd_progress(fraction));
+    write_result(openjd_status(status));
+  }
+}
+
 ExitCode Console::fail(const Status& status) const {
   return fail(status, nlohmann::json::object());
 }
@@ -116,6 +125,9 @@ ExitCode Console::fail(const Status& status, nlohmann::json object) const {
   if (json_) {
     object["failure"] = {{"message", message_of(status)}, {"exit_code", static_cast<int>(code)}};
     write_result(text_of(object));
+  }
+  if (openjd_) {
+    write_result(openjd_fail(message_of(status)));
   }
   write_line(stderr, fmt::format("{}lightmill: {}{}", color_ ? "\x1b[31m" : "", printable(message_of(status), true),
                                  color_ ? "\x1b[0m" : ""));

@@ -28,9 +28,11 @@ Status as_output_error(const Status& status);
 
 class Console {
  public:
-  explicit Console(bool json);
+  /// `openjd`: progress and errors are told on standard output too, for a farm manager that runs this as a task.
+  explicit Console(bool json, bool openjd = false);
 
   bool json() const { return json_; }
+  bool openjd() const { return openjd_; }
   bool terminal() const { return terminal_; }  ///< whether standard error is one, so that lines can be redrawn
   bool color() const { return color_; }        ///< a terminal, and NO_COLOR is not set
   int width() const;                           ///< columns now
@@ -40,6 +42,8 @@ class Console {
   void notice(std::string_view line) const;                ///< a line of news
   void notices(std::span<const std::string> lines) const;  ///< one each
   void progress(std::string_view line) const;              ///< how far work is; nothing with --json
+  /// The same for a farm manager: the part that is done, and more in words. Nothing without --openjd.
+  void tell_manager(double fraction, std::string_view status) const;
   /// Reports an error (as an object too with --json) and gives the exit code that fits it.
   ExitCode fail(const Status& status) const;
   /// The same with more to say in the object: "failure" is added to it.
@@ -56,7 +60,7 @@ class Console {
  private:
   void write_result(std::string_view line) const;
 
-  bool json_ = false;
+  bool json_ = false, openjd_ = false;
   bool terminal_ = false;
   bool color_ = false;
   mutable bool redrawn_ = false;

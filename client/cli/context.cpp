@@ -43,6 +43,14 @@ void add_json_option(CLI::App& command, Context& context) {
   command.add_flag("--json", context.common.json, "print one JSON object instead of text");
 }
 
+void add_openjd_option(CLI::App& command, Context& context) {
+  command
+      .add_flag("--openjd", context.common.openjd,
+                "say on standard output how it goes, as Open Job Description has it (openjd_progress, openjd_status, "
+                "openjd_fail): for a farm manager that runs this as a task")
+      ->excludes(command.get_option("--json"));
+}
+
 void add_common_options(CLI::App& command, Context& context) {
   command
       .add_option(

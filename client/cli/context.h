@@ -14,7 +14,7 @@ namespace lightmill::cli {
 struct CommonOptions {
   std::string server;  ///< --server; empty: LIGHTMILL_SERVER, else the default
   CallerFiles caller;  ///< by which the farm is known, and knows who asks
-  bool json = false;
+  bool json = false, openjd = false;
 };
 
 /// Filled while the command line is parsed; `run` is set by the subcommand that was given.
@@ -46,6 +46,8 @@ CLI::Validator readable(Result<T> (*parse)(std::string_view)) {
 void add_job_number(CLI::App& command, std::uint64_t& job);
 /// Adds --json.
 void add_json_option(CLI::App& command, Context& context);
+/// Adds --openjd, for commands that wait for a job.
+void add_openjd_option(CLI::App& command, Context& context);
 /// Adds --json, --server, and how the farm is to know who asks.
 void add_common_options(CLI::App& command, Context& context);
 

@@ -92,7 +92,7 @@ int run(int argc, char** argv) {
   } catch (const CLI::ParseError& error) {
     return usage_error(plain_words(error), wants_json(argc, argv));
   }
-  const Console console(context.common.json);
+  const Console console(context.common.json, context.common.openjd);
   return console.finish(context.run(console));
 }
 

@@ -280,14 +280,16 @@ void ProgressPrinter::show(const v1::Job& job) {
       console_.notice(line);
     }
   }
-  if (console_.terminal()) {
+  if (console_.terminal() && !console_.openjd()) {
     console_.redraw(progress_line(job, console_.width() - 1, console_.color()));
     return;
   }
   if (!worth_a_line(job)) {
     return;
   }
-  console_.notice(progress_text(job, std::numeric_limits<int>::max()));
+  const std::string text = progress_text(job, std::numeric_limits<int>::max());
+  console_.notice(text);
+  console_.tell_manager(fraction_done(job), text);
   shown_ = true;
   last_time_ = clock_.now();
   last_fraction_ = fraction_done(job);

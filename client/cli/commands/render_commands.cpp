@@ -169,6 +169,7 @@ void add_render_commands(CLI::App& app, Context& context) {
       ->type_name("N")
       ->check(whole_number(1, 4096));
   add_common_options(*render_command, context);
+  add_openjd_option(*render_command, context);
   render_command->callback([&context, options] {
     context.run = [&context, options](const Console& console) { return render(context, console, *options); };
   });

@@ -9,6 +9,8 @@
 #include "client/cli/live_picture.h"
 #include "client/cli/picture_options.h"
 #include "client/cli/progress.h"
+#include "client/cli/tev_viewer.h"
+#include "client/tev/tev_packets.h"
 
 namespace lightmill::cli {
 namespace {
@@ -22,6 +24,7 @@ constexpr const char* kWatchMore =
 
 struct Options {
   std::uint64_t job = 0;
+  std::string tev;  ///< HOST:PORT of a viewer; empty: none
   PictureOptions picture;
 };
 
@@ -37,20 +40,27 @@ ExitCode watch(Context& context, const Console& console, const Options& options)
   if (!connection.ok()) {
     return console.fail(connection.status());
   }
+  std::optional<TevViewer> viewer;
   Farm farm{nullptr, std::move(*connection)};
   if (const Result<v1::Job> job = farm.connection->get_job(options.job); !job.ok()) {
     return console.fail(job.status());
   }
+  if (!options.tev.empty()) {
+    viewer.emplace(*parse_host_port(options.tev), options.job, console);
+  }
   ProgressPrinter progress(console, system_clock());
   LivePicture live(options.picture.png_outputs(), *view, system_clock());
   Status live_status = ok_status();
-  const Result<v1::Job> job =
-      follow_job(farm, options.job, live.wanted(), context.signals, console, [&](const v1::WatchJobResponse& response) {
-        progress.show(response.job());
-        if (live_status.ok()) {
-          live_status = live.update(response);
-        }
-      });
+  const Result<v1::Job> job = follow_job(farm, options.job, live.wanted() || viewer, context.signals, console,
+                                         [&](const v1::WatchJobResponse& response) {
+                                           progress.show(response.job());
+                                           if (viewer) {
+                                             viewer->update(response);
+                                           }
+                                           if (live_status.ok()) {
+                                             live_status = live.update(response);
+                                           }
+                                         });
   if (!job.ok()) {
     if (context.signals.interrupted()) {
       console.notice(fmt::format("job {} goes on; `lightmill watch {}` follows it again", options.job, options.job));
@@ -96,7 +106,17 @@ CLI::App* add_command(CLI::App& app, Context& context, const std::shared_ptr<Opt
 
 void add_watch_commands(CLI::App& app, Context& context) {
   const auto options = std::make_shared<Options>();
-  add_command(app, context, options, "watch", "Follow a job until it ends.", watch)->footer(kWatchMore);
+  CLI::App* watch_command = add_command(app, context, options, "watch", "Follow a job until it ends.", watch);
+  watch_command->footer(kWatchMore);
+  watch_command
+      ->add_option(
+          "--tev", options->tev,
+          fmt::format("show the picture in tev or HDRView, which listen there (without a value: {})", kTevAddress))
+      ->type_name("HOST:PORT")
+      ->expected(0, 1)
+      ->default_str(std::string(kTevAddress))
+      ->check(readable(parse_host_port));
+  add_openjd_option(*watch_command, context);
   add_command(app, context, options, "fetch", "Write a job's picture as it stands now.", fetch)
       ->get_option("--output")
       ->required();
