@@ -1,4 +1,6 @@
 // lightmill-server: the coordinator of a farm.
+#include <absl/synchronization/mutex.h>
+
 #include <iostream>
 
 #include "common/base/file.h"
@@ -166,6 +168,8 @@ Status serve(const ServerOptions& options, StopRequest& stop) {
   if (!state.ok()) {
     return state.status().code() == StatusCode::kCancelled ? ok_status() : with_advice(state.status());
   }
+  // As Debian builds them, the locks that gRPC uses look for deadlocks: too dear with thousands of connections.
+  absl::SetMutexDeadlockDetectionMode(absl::OnDeadlockCycle::kIgnore);
   // Beside workers: pages, watchers, and what a database and assets take.
   if (const std::uint64_t files = raise_file_limit(); files < options.max_workers + 1000) {
     spdlog::warn(

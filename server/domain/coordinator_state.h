@@ -265,7 +265,7 @@ struct Coordinator::State {
   /// Empty, or why a job is to fail whose tile or pilot workers were lost with again and again.
   std::string suspect(Job& job, const Lease& lost) const;
   bool is_suspect(const Suspicion& suspicion) const { return suspicion.lost >= limits.losses_before_alone; }
-  void settle(Job& job, TileId tile, std::optional<LeaseId> from, Time now, Step& step);
+  void settle(Job& job, const NodeKey& merged, std::optional<LeaseId> from, Time now, Step& step);
   void renew(Lease& lease, Time now);
   void set_deadline(Lease& lease, Time deadline);
   void expire(Time now, Step& step);

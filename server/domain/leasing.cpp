@@ -257,8 +257,8 @@ void Coordinator::State::tile_done(LeaseId id, TileId tile, Time now, Step& step
   }
 }
 
-void Coordinator::State::settle(Job& job, TileId tile, std::optional<LeaseId> from, Time now, Step& step) {
-  for (const JobPlan::Hold& hold : job.plan->settle(tile)) {
+void Coordinator::State::settle(Job& job, const NodeKey& merged, std::optional<LeaseId> from, Time now, Step& step) {
+  for (const JobPlan::Hold& hold : job.plan->settle(merged.tile, merged.range)) {
     tile_done(hold.lease, hold.tile, now, step, from == hold.lease);
   }
 }

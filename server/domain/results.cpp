@@ -86,7 +86,7 @@ void Coordinator::State::on_result(SessionId session, WorkerResult result, Time 
   merge_result(*job, by, std::move(result), now, step);
   // Also duplicates may stand on a node whose commit is still to come, so every acknowledgement waits.
   send_after_commit(step, session, ResultAck{{key}});
-  settle(*job, key.tile, lease_id, now, step);
+  settle(*job, key, lease_id, now, step);
   end_verification_of(lease_id, key.tile, now, step);
   refresh_queue(*job);
   if (record_error(*job, false)) {

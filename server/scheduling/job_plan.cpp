@@ -24,7 +24,8 @@ JobPlan::JobPlan(const Film& film, std::uint64_t goal, std::uint64_t budget_byte
     : film_(film),
       goal_(goal),
       waiting_limit_(std::max(kLeastWaitingNodes, budget_bytes / bytes_of_one_node_per_tile(film))),
-      queued_at_(film.grid().tile_count(), kNotQueued) {
+      queued_at_(film.grid().tile_count(), kNotQueued),
+      taken_to_(film.grid().tile_count(), 0) {
   LM_CHECK(goal > 0 && goal <= kMaxSamples);
   rebuild();
 }
@@ -33,6 +34,7 @@ void JobPlan::rebuild() {
   wanted_pixel_samples_ = closed_ ? 0 : film_.pixel_samples_at(goal_);
   buckets_.clear();
   std::fill(queued_at_.begin(), queued_at_.end(), kNotQueued);
+  std::fill(taken_to_.begin(), taken_to_.end(), 0);
   // All over the picture from the first unit on: neighbours cost alike, and what the first tiles cost sets how large
   // the next units are.
   const std::uint64_t count = queued_at_.size();
@@ -62,15 +64,19 @@ std::optional<Gap> JobPlan::find_gap(TileId tile) const {
   const auto found = out_.find(tile);
   const std::span<const OutRange> out = found == out_.end() ? std::span<const OutRange>() : std::span(found->second);
 
-  // Walk both ascending lists together, from the first sample on.
-  std::size_t i = 0;
-  std::size_t j = 0;
-  std::uint64_t position = 0;
+  // Walk both ascending lists together.
+  std::uint64_t position = taken_to_[tile.value];
+  auto i = static_cast<std::size_t>(
+      std::ranges::partition_point(forest, [=](const NodePtr& node) { return node->range.end() <= position; }) -
+      forest.begin());
+  auto j = static_cast<std::size_t>(
+      std::ranges::partition_point(out, [=](const OutRange& each) { return each.range.end() <= position; }) -
+      out.begin());
   for (;;) {
-    if (i < forest.size() && forest[i]->range.first() == position) {
-      position = forest[i++]->range.end();
-    } else if (j < out.size() && out[j].range.first() == position) {
-      position = out[j++].range.end();
+    if (i < forest.size() && forest[i]->range.first() <= position) {
+      position = std::max(position, forest[i++]->range.end());
+    } else if (j < out.size() && out[j].range.first() <= position) {
+      position = std::max(position, out[j++].range.end());
     } else {
       break;
     }
@@ -98,7 +104,7 @@ std::optional<Gap> JobPlan::find_gap(TileId tile) const {
                                               return gap_before;
                                             }) -
                                forest.begin());
-  if (j > 0 && out.size() + (forest.size() - joined) >= waiting_limit_) {
+  if (!out.empty() && out.front().range.first() < position && out.size() + (forest.size() - joined) >= waiting_limit_) {
     return std::nullopt;
   }
   return gap;
@@ -111,6 +117,9 @@ JobPlan::Place JobPlan::place_of(TileId tile, std::uint32_t position) const {
 
 void JobPlan::enqueue(TileId tile) {
   const std::optional<Gap> gap = find_gap(tile);
+  if (gap) {
+    taken_to_[tile.value] = gap->first;
+  }
   std::uint32_t& at = queued_at_[tile.value];
   if (gap && (at == kNotQueued || at > gap->first)) {
     at = static_cast<std::uint32_t>(gap->first);
@@ -196,7 +205,7 @@ std::optional<Unit> JobPlan::take(JobId job, LeaseId lease, const UnitAim& aim) 
 void JobPlan::hold(LeaseId lease, TileId tile, SampleRange range) {
   std::vector<OutRange>& out = out_[tile];
   const auto at =
-      std::find_if(out.begin(), out.end(), [&](const OutRange& each) { return each.range.first() > range.first(); });
+      std::ranges::partition_point(out, [&](const OutRange& each) { return each.range.first() <= range.first(); });
   out.insert(at, {range, {lease}});
   out_pixel_samples_ += pixels(tile) * range.count();
 }
@@ -273,6 +282,7 @@ void JobPlan::release(LeaseId lease, TileId tile, SampleRange range) {
     return;
   }
   out.erase(at);
+  taken_to_[tile.value] = std::min(taken_to_[tile.value], range.first());
   out_pixel_samples_ -= pixels(tile) * range.count();
   if (out.empty()) {
     out_.erase(found);
@@ -280,11 +290,15 @@ void JobPlan::release(LeaseId lease, TileId tile, SampleRange range) {
   enqueue(tile);
 }
 
-std::vector<JobPlan::Hold> JobPlan::settle(TileId tile) {
+std::vector<JobPlan::Hold> JobPlan::settle(TileId tile, SampleRange merged) {
   std::vector<Hold> ended;
   if (const auto found = out_.find(tile); found != out_.end()) {
     std::vector<OutRange>& out = found->second;
-    std::erase_if(out, [&](const OutRange& each) {
+    const auto begin =
+        std::ranges::partition_point(out, [&](const OutRange& each) { return each.range.end() <= merged.first(); });
+    const auto end =
+        std::ranges::partition_point(out, [&](const OutRange& each) { return each.range.first() < merged.end(); });
+    const auto left = std::remove_if(begin, end, [&](const OutRange& each) {
       if (!film_.covered(tile, each.range)) {
         return false;
       }
@@ -294,6 +308,7 @@ std::vector<JobPlan::Hold> JobPlan::settle(TileId tile) {
       out_pixel_samples_ -= pixels(tile) * each.range.count();
       return true;
     });
+    out.erase(left, end);
     if (out.empty()) {
       out_.erase(found);
     }

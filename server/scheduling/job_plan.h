@@ -58,7 +58,10 @@ class JobPlan {
   void release(LeaseId lease, TileId tile, SampleRange range);
 
   /// To be called after something of a tile was taken out of the film: it is free again.
-  void reopen(TileId tile) { enqueue(tile); }
+  void reopen(TileId tile) {
+    taken_to_[tile.value] = 0;
+    enqueue(tile);
+  }
 
   /// A lease's hold on one range.
   struct Hold {
@@ -66,8 +69,9 @@ class JobPlan {
     TileId tile;
     SampleRange range;
   };
-  /// To be called after each merge into a tile: ends and returns the holds on ranges that the film now covers.
-  std::vector<Hold> settle(TileId tile);
+  /// To be called after each merge into a tile, with what was merged: ends and returns the holds on ranges that the
+  /// film now covers.
+  std::vector<Hold> settle(TileId tile, SampleRange merged);
 
   /// The samples of the frame that have all that is out; 0 if nothing is.
   std::uint64_t out_end() const;
@@ -109,7 +113,8 @@ class JobPlan {
   std::uint64_t waiting_limit_;  ///< nodes per tile
   bool closed_ = false;
   std::map<Place, std::deque<TileId>> buckets_;
-  std::vector<std::uint32_t> queued_at_;                   ///< by tile: position of its current entry, or kNotQueued
+  std::vector<std::uint32_t> queued_at_;  ///< by tile: position of its current entry, or kNotQueued
+  std::vector<std::uint64_t> taken_to_;   ///< by tile: no sample before this is free, so that nobody looks there
   std::unordered_map<TileId, std::vector<OutRange>> out_;  ///< ascending, disjoint
   std::set<TileId> alone_;
   std::uint64_t out_pixel_samples_ = 0;

@@ -1,5 +1,7 @@
 #include "tests/bench/swarm/swarm.h"
 
+#include <absl/synchronization/mutex.h>
+
 #include <cmath>
 #include <condition_variable>
 #include <functional>
@@ -270,6 +272,7 @@ Swarm::Swarm(SwarmOptions options)
 Swarm::~Swarm() = default;
 
 void Swarm::run(const std::stop_token& stop) {
+  absl::SetMutexDeadlockDetectionMode(absl::OnDeadlockCycle::kIgnore);  // as the coordinator does
   std::vector<std::unique_ptr<SwarmMember>> members;
   Agenda agenda;
   const Clock& clock = system_clock();

@@ -25,7 +25,7 @@ class JobPlanTest : public testing::Test {
   void finish(JobPlan& plan, const Unit& unit) {
     for (const TileId tile : unit.tiles) {
       film.merge(tile, make_node(film, tile, unit.range));
-      plan.settle(tile);
+      plan.settle(tile, unit.range);
     }
   }
   /// Does all that there is, one unit after the other.
@@ -154,7 +154,7 @@ TEST_F(JobPlanTest, AClosedPlanOnlyFillsGaps) {
   finish(plan, again);
   for (std::size_t i = 1; i < first.tiles.size(); ++i) {
     film.merge(first.tiles[i], make_node(film, first.tiles[i], first.range));
-    plan.settle(first.tiles[i]);
+    plan.settle(first.tiles[i], first.range);
   }
   EXPECT_FALSE(plan.has_work());
   EXPECT_TRUE(plan.nothing_out());
@@ -193,6 +193,57 @@ TEST_F(JobPlanTest, TakesBackWhatAWorkerStillHolds) {
   EXPECT_EQ(given, 4u * 64 - 8);
 }
 
+TEST(JobPlan, TheNextUnitBeginsAtTheFirstFreeSampleWhateverCameBefore) {
+  constexpr std::uint64_t kGoal = 3000;
+  Film film(TileGrid({0, 0, 8, 8}), 3);
+  JobPlan plan(film, kGoal, kPlenty);
+  enum class Sample : char { free, out, merged };
+  std::vector<Sample> samples(kGoal, Sample::free);
+  const auto set = [&](SampleRange range, Sample to) {
+    std::fill(samples.begin() + static_cast<std::ptrdiff_t>(range.first()),
+              samples.begin() + static_cast<std::ptrdiff_t>(range.end()), to);
+  };
+  std::vector<std::pair<LeaseId, SampleRange>> out;
+  std::mt19937 random(1);
+  int taken = 0, given_back = 0;
+  for (std::uint64_t lease = 1; plan.has_work() || !out.empty(); ++lease) {
+    if (plan.has_work() && (out.size() < 20 || random() % 2 == 0)) {
+      UnitAim aim = kFast;
+      aim.seconds_per_pixel_sample = 1e-3;  // up to 8 samples of all 64 pixels
+      aim.unit_seconds *= std::ldexp(1, -static_cast<int>(random() % 8));
+      const Unit unit = *plan.take(kJob, LeaseId{lease}, aim);
+      ASSERT_EQ(unit.tiles.size(), 1u);
+      const auto first = std::ranges::find(samples, Sample::free) - samples.begin();
+      ASSERT_EQ(unit.range.first(), static_cast<std::uint64_t>(first));
+      ASSERT_TRUE(std::all_of(samples.begin() + first, samples.begin() + static_cast<std::ptrdiff_t>(unit.range.end()),
+                              [](Sample sample) { return sample == Sample::free; }));
+      set(unit.range, Sample::out);
+      out.emplace_back(LeaseId{lease}, unit.range);
+      ++taken;
+    } else {
+      const auto at = out.begin() + static_cast<std::ptrdiff_t>(random() % out.size());
+      const auto [id, range] = *at;
+      out.erase(at);
+      if (random() % 4 == 0) {
+        plan.release(id, TileId{0}, range);
+        set(range, Sample::free);
+        ++given_back;
+      } else {
+        film.merge(TileId{0}, make_node(film, TileId{0}, range));
+        const std::vector<JobPlan::Hold> ended = plan.settle(TileId{0}, range);
+        ASSERT_EQ(ended.size(), 1u);
+        ASSERT_EQ(ended[0].lease, id);
+        set(range, Sample::merged);
+      }
+    }
+    ASSERT_EQ(plan.out_pixel_samples(), 64u * static_cast<std::uint64_t>(std::ranges::count(samples, Sample::out)));
+    ASSERT_EQ(plan.free_pixel_samples(), 64u * static_cast<std::uint64_t>(std::ranges::count(samples, Sample::free)));
+  }
+  EXPECT_EQ(film.samples(TileId{0}), kGoal);
+  EXPECT_GT(taken, 100);
+  EXPECT_GT(given_back, 20);
+}
+
 TEST_F(JobPlanTest, EachRangeHasTwoHoldersAtMostAndAllHearOfItsEnd) {
   JobPlan plan(film, 4, kPlenty);
   const Unit unit = *take(plan);
@@ -202,7 +253,7 @@ TEST_F(JobPlanTest, EachRangeHasTwoHoldersAtMostAndAllHearOfItsEnd) {
   plan.release(LeaseId{1}, TileId{0}, unit.range);
   EXPECT_EQ(plan.holders(TileId{0}, unit.range), 1u);
   film.merge(TileId{0}, make_node(film, TileId{0}, unit.range));
-  const std::vector<JobPlan::Hold> ended = plan.settle(TileId{0});
+  const std::vector<JobPlan::Hold> ended = plan.settle(TileId{0}, unit.range);
   ASSERT_EQ(ended.size(), 1u);
   EXPECT_EQ(ended[0].lease, LeaseId{50});
 }
@@ -292,7 +343,7 @@ TEST(UnevenJobPlan, TilesHaveTheirPartsAndAdvanceTogether) {
     for (const TileId tile : unit->tiles) {
       first.insert(tile);
       film.merge(tile, make_node(film, tile, unit->range));
-      plan.settle(tile);
+      plan.settle(tile, unit->range);
     }
     plan.has_work();
   }
