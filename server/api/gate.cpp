@@ -37,7 +37,11 @@ Result<Identity> Gate::identify_bearer(std::string_view header) const {
         "this farm's connections are not encrypted: it takes no tokens, and the one that came can have been "
         "read by others, so revoke it");
   }
-  if (!header.starts_with(kBearer)) {
+  // The scheme's case does not matter (RFC 9110, 11.1).
+  if (header.size() < kBearer.size() ||
+      !std::ranges::equal(header.substr(0, kBearer.size()), kBearer, [](char a, char b) {
+        return std::tolower(static_cast<unsigned char>(a)) == std::tolower(b);
+      })) {
     return make_error(StatusCode::kUnauthenticated, "the header {} is not '{}TOKEN'", kHeader, kBearer);
   }
   const MutexLock lock(mutex_);

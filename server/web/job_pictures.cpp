@@ -105,6 +105,10 @@ void JobPictures::send(const Call& call, JobId job, PictureFormat format, Reply 
               if (const Status place = queue->take_place(order); !place.ok()) {
                 return back(error_reply(place));
               }
+              const v1::Job& header = order.film.header.job();
+              if (header.max_tile_samples() == 0 && header.state() != v1::JOB_STATE_DONE) {
+                return back(error_reply(failed_precondition("job {} has no samples yet", job.value)));
+              }
               queue->push(std::move(order));
             });
 }

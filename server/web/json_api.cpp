@@ -34,6 +34,13 @@ using Turn = FarmLoop::Turn;
 
 using Task = std::function<Status(Turn&)>;
 
+/// A body that says nothing: {}.
+template <class Request>
+Status read_nothing(const std::string& body) {
+  Request request;
+  return read_json(body, request);
+}
+
 Result<Task> read_extension(JobId job, const std::string& body) {
   v1::ExtendJobRequest request;
   LM_RETURN_IF_ERROR(read_json(body, request));
@@ -76,15 +83,18 @@ struct JobChange {
 };
 constexpr std::array<JobChange, 6> kActions{{
     {"/pause", Rpc::pause_job,
-     [](JobId job, const std::string&) -> Result<Task> {
+     [](JobId job, const std::string& body) -> Result<Task> {
+       LM_RETURN_IF_ERROR(read_nothing<v1::PauseJobRequest>(body));
        return [job](Turn& turn) { return turn.farm.pause(job, turn.now, turn.step); };
      }},
     {"/resume", Rpc::resume_job,
-     [](JobId job, const std::string&) -> Result<Task> {
+     [](JobId job, const std::string& body) -> Result<Task> {
+       LM_RETURN_IF_ERROR(read_nothing<v1::ResumeJobRequest>(body));
        return [job](Turn& turn) { return turn.farm.resume(job, turn.now, turn.step); };
      }},
     {"/cancel", Rpc::cancel_job,
-     [](JobId job, const std::string&) -> Result<Task> {
+     [](JobId job, const std::string& body) -> Result<Task> {
+       LM_RETURN_IF_ERROR(read_nothing<v1::CancelJobRequest>(body));
        return [job](Turn& turn) { return turn.farm.cancel(job, turn.now, turn.unix_ms, turn.step); };
      }},
     {"/extend", Rpc::extend_job, read_extension},
@@ -100,12 +110,14 @@ struct WorkerChange {
 };
 constexpr std::array<WorkerChange, 3> kWorkerActions{{
     {"/drain", Rpc::drain_worker,
-     [](const std::string& name, const Identity&, const std::string&) -> Result<Task> {
+     [](const std::string& name, const Identity&, const std::string& body) -> Result<Task> {
+       LM_RETURN_IF_ERROR(read_nothing<v1::DrainWorkerRequest>(body));
        return [name](Turn& turn) { return turn.farm.drain_worker(name, turn.now, turn.step); };
      }},
     {"/quarantine", Rpc::quarantine_worker, read_quarantine},
     {"/release", Rpc::release_worker,
-     [](const std::string& name, const Identity&, const std::string&) -> Result<Task> {
+     [](const std::string& name, const Identity&, const std::string& body) -> Result<Task> {
+       LM_RETURN_IF_ERROR(read_nothing<v1::ReleaseWorkerRequest>(body));
        return [name](Turn& turn) { return turn.farm.release_worker(name, turn.now, turn.step); };
      }},
 }};

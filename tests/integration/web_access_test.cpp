@@ -185,8 +185,8 @@ const std::map<std::string, Expectation>& expectations() {
       {"get /jobs/{id}", {"view operate admin", "view submit operate admin", 200}},
       {"get /jobs/{id}/thumbnail.png", {"view operate admin", "view submit operate admin", 404}},
       {"get /jobs/{id}/meters", {"view operate admin", "view submit operate admin", 200}},
-      {"get /jobs/{id}/picture.exr", {"view operate admin", "view submit operate admin", 200}},
-      {"get /jobs/{id}/picture.png", {"view operate admin", "view submit operate admin", 200}},
+      {"get /jobs/{id}/picture.exr", {"view operate admin", "view submit operate admin", 409}},
+      {"get /jobs/{id}/picture.png", {"view operate admin", "view submit operate admin", 409}},
       {"post /jobs/{id}/pause", {"operate admin", "submit operate admin", 409}},
       {"post /jobs/{id}/resume", {"operate admin", "submit operate admin", 409}},
       {"post /jobs/{id}/cancel", {"operate admin", "submit operate admin", 409}},
@@ -250,8 +250,9 @@ TEST(WebAccess, EveryPathForEveryRoleWithOwnAndOthersJobs) {
         for (const bool own : {false, true}) {
           const bool deletes = path == "/jobs/{id}/delete";
           const std::string job = deletes ? std::to_string(ended_job(own ? ada : bob)) : own ? adas : bobs;
-          const std::string target = (methods.contains("servers") ? "" : "/api/v1") + filled_in(filled_in(filled_in(path, "{id}", job), "{name}", "nobody"),
-                                                           "{digest}", sha256("{}").hex());
+          const std::string target =
+              (methods.contains("servers") ? "" : "/api/v1") +
+              filled_in(filled_in(filled_in(path, "{id}", job), "{name}", "nobody"), "{digest}", sha256("{}").hex());
           const bool let_in = has_word(own && !own_roles.empty() ? own_roles : roles, role);
           const Response response = web.send(method == "get" ? http::verb::get : http::verb::post, target, headers);
           EXPECT_EQ(response.result_int(), let_in             ? answer
@@ -298,6 +299,16 @@ TEST(WebAccess, ALoginIsACookieThatEndsWhenSomebodyLogsOut) {
   EXPECT_EQ(web.get("/api/v1/jobs", bearer(token)).result_int(), 200u);
   EXPECT_EQ(web.log_in(make_token()->text).result_int(), 401u);
   EXPECT_EQ(web.log_in("rubbish").result_int(), 401u);
+}
+
+TEST(WebAccess, TheSchemeOfATokenMayBeWrittenInAnyCase) {
+  SecureWeb web;
+  const std::string token = web.token("ada", {Role::view});
+  for (const char* const scheme : {"Bearer ", "bearer ", "BEARER "}) {
+    EXPECT_EQ(web.send(http::verb::get, "/api/v1/jobs", {{"Authorization", scheme + token}}).result_int(), 200u)
+        << scheme;
+  }
+  EXPECT_EQ(web.send(http::verb::get, "/api/v1/jobs", {{"Authorization", "Basic " + token}}).result_int(), 401u);
 }
 
 TEST(WebAccess, OtherPagesCannotUseALogin) {

@@ -120,6 +120,9 @@ TEST(Web, JobsAndWorkersAreListedAndSteered) {
   EXPECT_EQ(web.get("/api/v1/jobs/" + job + "/thumbnail.png").result_int(), 404u) << "no samples yet";
 
   const std::string path = "/api/v1/jobs/" + job;
+  for (const char* const body : {"[", "{\"x\": 1}"}) {
+    EXPECT_EQ(web.post(path + "/pause", body).result_int(), 400u) << body;
+  }
   EXPECT_EQ(json::parse(web.post(path + "/pause").body())["state"], "JOB_STATE_PAUSED");
   EXPECT_EQ(json::parse(web.post(path + "/resume").body())["state"], "JOB_STATE_QUEUED");
   EXPECT_EQ(json::parse(web.post(path + "/extend", R"({"samples": "16"})").body())["goal"]["samples"], "16");
@@ -272,6 +275,11 @@ TEST(Web, PicturesAreTheFilesThatTheCommandLineWrites) {
     EXPECT_NE(picture[http::field::content_disposition].find(fmt::format("job-{}.{}", job, kind)),
               beast::string_view::npos);
     EXPECT_TRUE(picture.body() == read_file(file).value()) << kind;
+  }
+  const std::uint64_t queued = client.submit(small_picture(), "nobody renders this").id();
+  ASSERT_EQ(web.post(fmt::format("/api/v1/jobs/{}/pause", queued)).result_int(), 200u);
+  if (client.job(queued).max_tile_samples() == 0) {
+    EXPECT_EQ(web.get(fmt::format("/api/v1/jobs/{}/picture.exr", queued)).result_int(), 409u) << "as fetch refuses it";
   }
   EXPECT_EQ(web.get("/api/v1/jobs/42/picture.exr").result_int(), 404u);
   EXPECT_EQ(web.get(fmt::format("/api/v1/jobs/{}/picture.gif", job)).result_int(), 404u);
