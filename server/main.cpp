@@ -127,8 +127,8 @@ Status check_stored(const ServerOptions& options, StopRequest& stop) {
     std::error_code error;
     if (const std::uintmax_t bytes = fs::file_size(DataDirectory::database_file_of(options.data), error);
         error || bytes == 0) {
-      return not_found("there is no farm in {}: its lightmill.sqlite {}", options.data,
-                       error ? error.message() : std::string("is empty"));
+      return not_found("there is no farm in {}: its lightmill.sqlite: {}", options.data,
+                       error ? error.message() : std::string("it is empty"));
     }
   }
   Result<State> state = open_state(options, stop);

@@ -59,8 +59,8 @@ class UploadStream final : public grpc::ServerReadReactor<v1::UploadAssetRequest
 /// Sends one asset. gRPC calls it one event at a time; deletes itself.
 class DownloadStream final : public grpc::ServerWriteReactor<v1::DownloadAssetResponse> {
  public:
-  DownloadStream(AssetStore& assets, Call call, Traffic& traffic, const std::string& digest_bytes)
-      : assets_(assets), call_(std::move(call)), traffic_(traffic) {
+  DownloadStream(AssetStore& assets, Call call, FarmLoop& loop, const std::string& digest_bytes)
+      : assets_(assets), call_(std::move(call)), traffic_(loop.traffic()) {
     const Result<Sha256> digest = digest_from_bytes(digest_bytes);
     if (!digest.ok()) {
       Finish(to_grpc(with_context(digest.status(), "digest")));
@@ -70,6 +70,10 @@ class DownloadStream final : public grpc::ServerWriteReactor<v1::DownloadAssetRe
     digest_ = *digest;
     if (!reader.ok()) {
       const bool missing = reader.status().code() == StatusCode::kNotFound;
+      if (missing) {
+        (void)loop.post(
+            [digest = *digest](FarmLoop::Turn& turn) { turn.farm.asset_is_missing(digest, turn.now, turn.step); });
+      }
       Finish(to_grpc(missing ? reader.status() : unreadable(reader.status())));
       return;
     }
@@ -143,7 +147,7 @@ grpc::ServerWriteReactor<v1::DownloadAssetResponse>* RenderServiceImpl::Download
   if (!call.ok()) {
     return new Refused<grpc::ServerWriteReactor<v1::DownloadAssetResponse>>(call.status());
   }
-  return new DownloadStream(assets_, *call, loop_->traffic(), request->digest());
+  return new DownloadStream(assets_, *call, *loop_, request->digest());
 }
 
 }  // namespace lightmill

@@ -105,6 +105,8 @@ class Coordinator {
   /// that is gone the farm must have results. `reason` begins with kByHand. NOT_FOUND.
   Status quarantine_worker(const std::string& name, const std::string& reason, bool render_again, Time now, Step& step);
   /// Ends the quarantine of this worker, and of those on its machine.
+  /// Somebody has asked for it in vain: jobs that have it say so while that goes on.
+  void asset_is_missing(const Sha256& digest, Time now, Step& step);
   Status release_worker(const std::string& name, Time now, Step& step);
   /// Has a worker read scene files; the answer comes in a step's `inspected`, unless it is forgotten. UNAVAILABLE,
   /// RESOURCE_EXHAUSTED.

@@ -363,8 +363,8 @@ struct Coordinator::State {
 
   // ---- view.cpp ----
   JobStatus describe(const Job& job, Time now) const;
-  std::string reason_to_wait(const Job& job) const;  ///< empty if somebody is there who may render it
-  bool somebody_may_render(const Job& job) const;    ///< of those that are there
+  std::string reason_to_wait(const Job& job, Time now) const;  ///< empty if somebody is there who may render it
+  bool somebody_may_render(const Job& job) const;              ///< of those that are there
   std::string why_nobody(const Job& job) const;
 
   // ---- demand.cpp ----
@@ -374,8 +374,9 @@ struct Coordinator::State {
   std::uint64_t epoch;
   std::uint64_t next_job_id;
   std::uint64_t lease_count = 0;
-  std::string held;    ///< why nothing is leased; empty: it is
-  Time next_old_look;  ///< for jobs that ended long ago
+  std::map<Sha256, Time> missing_assets;  ///< and when they were last asked for
+  std::string held;                       ///< why nothing is leased; empty: it is
+  Time next_old_look;                     ///< for jobs that ended long ago
 
   std::map<JobId, std::unique_ptr<Job>> jobs;
   std::unordered_map<std::string, JobId> by_request;

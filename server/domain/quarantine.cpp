@@ -176,6 +176,8 @@ Status Coordinator::release_worker(const std::string& name, Time now, Step& step
   Renderer of{name, ""};
   if (const Worker* const worker = state.find_worker(name)) {
     of.machine = machine_of(worker->hello);
+  } else if (const auto record = state.quarantine.find(name); record != state.quarantine.end()) {
+    of.machine = record->second.of.machine;  // it is away, and others of its machine may be here
   }
   std::vector<std::string> ended;
   for (const auto& [worker, record] : state.quarantine) {

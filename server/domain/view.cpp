@@ -7,6 +7,9 @@ namespace {
 
 constexpr Duration kEndingLookInterval = std::chrono::milliseconds(500);
 
+/// Workers ask again sooner.
+constexpr Duration kMissingPatience = std::chrono::seconds(5);
+
 bool record_is_waiting(JobState state) {
   return state == JobState::queued || state == JobState::running;
 }
@@ -94,9 +97,17 @@ std::optional<Time> Coordinator::State::next_deadline() const {
   return next;
 }
 
-std::string Coordinator::State::reason_to_wait(const Job& job) const {
+std::string Coordinator::State::reason_to_wait(const Job& job, Time now) const {
   if (record_is_waiting(job.record.state) && !held.empty()) {
     return held;
+  }
+  for (const Sha256& asset :
+       record_is_waiting(job.record.state) ? job.record.spec.settings.assets : std::vector<Sha256>()) {
+    if (const auto missing = missing_assets.find(asset);
+        missing != missing_assets.end() && now - missing->second < kMissingPatience) {
+      return fmt::format("waits for a file that was lost ({}): submit the same scene again, which sends it",
+                         asset.hex().substr(0, 12));
+    }
   }
   if (record_is_waiting(job.record.state) && !job.verifications.disputed().empty()) {
     if (std::string reason = reason_for_dispute(job); !reason.empty()) {
@@ -175,7 +186,7 @@ JobStatus Coordinator::State::describe(const Job& job, Time now) const {
   status.fingerprint_class = record.fingerprint_class;
   status.parent = spec.parent;
   status.state = record.state;
-  status.reason = record.reason.empty() ? reason_to_wait(job) : record.reason;
+  status.reason = record.reason.empty() ? reason_to_wait(job, now) : record.reason;
   status.reached = record.reached;
   status.priority = spec.priority;
   status.goal = spec.goal;
@@ -260,6 +271,22 @@ FarmCounts Coordinator::counts() const {
     }
   }
   return counts;
+}
+
+void Coordinator::asset_is_missing(const Sha256& digest, Time now, Step& step) {
+  State& state = *state_;
+  std::erase_if(state.missing_assets, [&](const auto& entry) { return now - entry.second > kMissingPatience; });
+  if (const auto known = state.missing_assets.find(digest); known != state.missing_assets.end()) {
+    known->second = now;
+    return;
+  }
+  for (auto& [id, job] : state.jobs) {
+    if (record_is_waiting(job->record.state) && std::ranges::count(job->record.spec.settings.assets, digest) > 0) {
+      state.missing_assets[digest] = now;
+      ++job->version;
+      note(step, Note::Level::warning, about(id), "job {} {}", id.value, state.reason_to_wait(*job, now));
+    }
+  }
 }
 
 const FarmTotals& Coordinator::totals() const {

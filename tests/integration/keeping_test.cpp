@@ -185,6 +185,7 @@ TEST(Keeping, ADamagedAssetIsForgottenAndSentAgain) {
   }
   farm.add_worker(1, "w1");
   EXPECT_TRUE(eventually([&] { return !fs::exists(damaged); }));
+  EXPECT_TRUE(eventually([&] { return says(client.job(waiting).reason(), "waits for a file that was lost"); }));
   EXPECT_NE(client.job(waiting).state(), v1::JOB_STATE_FAILED) << client.job(waiting).reason();
   client.submit(picture, "with the same files");
   expect_reference_film(farm.client(), waiting, picture);

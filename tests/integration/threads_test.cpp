@@ -153,7 +153,8 @@ TEST(Threads, AllAtWorkAtOnceAndAnOrderlyEnd) {
   const TemporaryFolder pages;
   const std::string port_file = (pages.path() / "port").string();
   ASSERT_TRUE(write_file_atomically(pages.path() / "index.html", as_byte_view("<p>the page</p>")).ok());
-  Farm farm({"--http", "127.0.0.1:0", "--http-port-file", port_file, "--pages", pages.path().string()});
+  Farm farm({"--http", "127.0.0.1:0", "--http-port-file", port_file, "--pages", pages.path().string(),
+             "--caller-requests", "100000"});
   ASSERT_TRUE(eventually([&] { return std::filesystem::exists(port_file); }));
   const auto port = static_cast<std::uint16_t>(std::stoi(read_file(port_file).value()));
   const Picture path{.side = 96, .samples = 64},

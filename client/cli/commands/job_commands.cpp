@@ -1,5 +1,6 @@
 // lightmill jobs | cancel | pause | resume | priority | extend | delete
 #include <cmath>
+#include <limits>
 #include <nlohmann/json.hpp>
 
 #include "client/cli/context.h"
@@ -153,7 +154,8 @@ void add_job_commands(CLI::App& app, Context& context) {
       add_job_command(app, context, *options, "priority", "Let a job go before others, or after them.");
   priority
       ->add_option("PRIORITY", options->priority, "jobs with a higher one go first; 0 is what jobs have by themselves")
-      ->required();
+      ->required()
+      ->check(signed_whole_number(std::numeric_limits<std::int32_t>::min(), std::numeric_limits<std::int32_t>::max()));
   run_call(priority, context, options, [](FarmConnection& connection, const JobOptions& given) {
     return connection.set_priority(given.job, given.priority);
   });

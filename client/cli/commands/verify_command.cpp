@@ -167,8 +167,12 @@ ExitCode verify(Context& context, const Console& console, const Options& options
                         {"tiles", all},           {"verified", tiles.size()},
                         {"wrong", wrong},         {"seed", seed}};
   if (!lines.empty()) {
-    return console.fail(data_loss("{}: {} of {} tiles that were rendered again are not what the picture has: {}",
-                                  options.image, lines.size(), tiles.size(), fmt::join(lines, "; ")),
+    // Such a picture may have samples of which earlier ones were still to come; nobody can render just those again.
+    const char* const why = task->picture.receipt.ended.empty()
+                                ? ". It was fetched before its job had ended, which may be why: fetch it again"
+                                : "";
+    return console.fail(data_loss("{}: {} of {} tiles that were rendered again are not what the picture has: {}{}",
+                                  options.image, lines.size(), tiles.size(), fmt::join(lines, "; "), why),
                         object);
   }
   console.object(object);

@@ -16,6 +16,7 @@ Status error_of(int code, sqlite3* database, std::string_view what) {
     case SQLITE_CANTOPEN:
       status = StatusCode::kUnavailable;
       break;
+    case SQLITE_ERROR:  // statements are this program's own: a table or column that they name is not there
     case SQLITE_CORRUPT:
     case SQLITE_NOTADB:
       status = StatusCode::kDataLoss;
@@ -90,7 +91,7 @@ Result<std::int64_t> Database::number(std::string_view sql) {
   LM_ASSIGN_OR_RETURN(Statement statement, prepare(sql));
   LM_ASSIGN_OR_RETURN(const bool row, statement.step());
   if (!row) {
-    return internal_error("no row from {}", sql);
+    return data_loss("no row from {}", sql);
   }
   return statement.integer(0);
 }

@@ -137,6 +137,21 @@ TEST_F(QuarantineTest, ByHandEachWorkerHasItsOwnReasonAndItsOwnRecord) {
   EXPECT_EQ(worker("b").quarantine, "");
 }
 
+TEST_F(QuarantineTest, WhoIsAwayIsReleasedWithItsMachine) {
+  const SessionId a = connect_on("m1", "a");
+  connect_on("m1", "b");
+  for (const char* const name : {"a", "b"}) {
+    ASSERT_TRUE(coordinator->quarantine_worker(name, "put there by ada", false, now, step).ok());
+  }
+  coordinator->worker_disconnected(a, now, step);
+  flush();
+  ASSERT_TRUE(coordinator->release_worker("a", now, step).ok());
+  flush();
+  EXPECT_EQ(worker("b").quarantine, "");
+  connect_on("m1", "a", 2);
+  EXPECT_EQ(worker("a").quarantine, "");
+}
+
 TEST_F(QuarantineTest, WhatAWorkerRenderedThatIsGoneCanBeRenderedAgain) {
   JobSpec job = spec("r1", 8, {0, 0, 64, 64});
   job.verify_share = 0;

@@ -98,6 +98,11 @@ TEST_F(CheckStateTest, DamagedNodesAreTakenOutAndNamed) {
   EXPECT_TRUE(check()->sound) << "once repaired";
 }
 
+TEST_F(CheckStateTest, AFileWithoutATableIsDamaged) {
+  execute("DROP TABLE nodes");
+  EXPECT_EQ(open_sqlite_store(file_).status().code(), StatusCode::kDataLoss);
+}
+
 TEST_F(CheckStateTest, AnEntryOfTheLogThatCannotBeReadIsTakenOutAndNamed) {
   Action action;
   action.number = 7;
