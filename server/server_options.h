@@ -24,7 +24,7 @@ struct ServerOptions {
   TlsFiles tls;
   bool insecure = false, authenticate = false;
   LogOptions log;
-  double lease_seconds = 10;
+  double lease_seconds = 20;
   double heartbeat_seconds = 2;
   double unit_seconds = 1, results_mib = 192;
   double film_gib = 1;

@@ -9,8 +9,10 @@
 namespace lightmill {
 namespace {
 
-/// Messages of one worker that the farm thread has not yet seen; reading pauses beyond.
+/// Messages of one worker that the farm thread has not yet seen; reading pauses beyond. One, while those of all workers
+/// hold more than so many bytes: the others wait where they are, and no farm is too large for the memory.
 constexpr int kWindow = 16;
+constexpr std::uint64_t kWindowBytes = std::uint64_t{128} << 20;
 /// Messages that a worker has not yet read; its stream is ended beyond.
 constexpr std::size_t kMaxOutgoing = 4'096;
 
@@ -51,19 +53,10 @@ class WorkStream final : public grpc::ServerBidiReactor<v1::WorkRequest, v1::Wor
 
   /// Answers the call, so that the worker knows that it is connected, and reads.
   void start() {
-    {
-      const MutexLock lock(mutex_);
-      if (!ending_) {
-        StartSendInitialMetadata();
-      }
-    }
-    read();
-  }
-
-  void read() {
     const MutexLock lock(mutex_);
     if (!ending_) {
-      StartRead(&request_);
+      StartSendInitialMetadata();
+      read_on();
     }
   }
 
@@ -108,7 +101,8 @@ class WorkStream final : public grpc::ServerBidiReactor<v1::WorkRequest, v1::Wor
       finish(to_grpc(holds));
       return;
     }
-    owner_.loop_->traffic().results_in += request_.ByteSizeLong();
+    const std::uint64_t bytes = request_.ByteSizeLong();
+    owner_.loop_->traffic().results_in += bytes;
     Result<WorkerMessage> message = from_wire(request_);
     Status status = message.status();
     if (status.ok()) {
@@ -129,13 +123,22 @@ class WorkStream final : public grpc::ServerBidiReactor<v1::WorkRequest, v1::Wor
       return;
     }
     greeted_ = true;
-    const bool go_on = in_flight_.fetch_add(1) + 1 < kWindow;
-    owner_.loop_->post_always([self = shared_from_this(), body = std::move(*message)](FarmLoop::Turn& turn) mutable {
-      self->deliver(std::move(body), turn);
-    });
-    if (go_on) {
-      read();
+    owner_.bytes_in_flight_ += bytes;
+    {
+      const MutexLock lock(mutex_);
+      ++in_flight_;
     }
+    owner_.loop_->post_always(
+        [self = shared_from_this(), body = std::move(*message), bytes](FarmLoop::Turn& turn) mutable {
+          self->deliver(std::move(body), turn);
+          self->owner_.bytes_in_flight_ -= bytes;
+          const MutexLock lock(self->mutex_);
+          --self->in_flight_;
+          self->read_on();
+        });
+    const MutexLock lock(mutex_);
+    reading_ = false;
+    read_on();
   }
 
   void OnWriteDone(bool ok) override {
@@ -171,6 +174,15 @@ class WorkStream final : public grpc::ServerBidiReactor<v1::WorkRequest, v1::Wor
     StartWrite(&response_);
   }
 
+  /// Starts a read, unless one is under way or the farm thread has enough to do.
+  void read_on() LM_REQUIRES(mutex_) {
+    const int window = owner_.bytes_in_flight_ < kWindowBytes ? kWindow : 1;
+    if (!ending_ && !reading_ && in_flight_ < window) {
+      reading_ = true;
+      StartRead(&request_);
+    }
+  }
+
   void end(const grpc::Status& status) LM_REQUIRES(mutex_) {
     if (ending_) {
       return;
@@ -193,9 +205,6 @@ class WorkStream final : public grpc::ServerBidiReactor<v1::WorkRequest, v1::Wor
     } else {
       turn.farm.worker_message(session_, std::move(message), turn.now, turn.unix_ms, turn.step);
     }
-    if (in_flight_.fetch_sub(1) == kWindow) {
-      read();
-    }
   }
 
   WorkerStreams& owner_;
@@ -204,9 +213,10 @@ class WorkStream final : public grpc::ServerBidiReactor<v1::WorkRequest, v1::Wor
   grpc::CallbackServerContext* const context_;
   v1::WorkRequest request_;  // belongs to the read under way
   bool greeted_ = false;     // touched by reads, and by OnDone after them
-  std::atomic<int> in_flight_ = 0;
 
   Mutex mutex_;
+  bool reading_ LM_GUARDED_BY(mutex_) = false;
+  int in_flight_ LM_GUARDED_BY(mutex_) = 0;                        // read, and not yet seen by the farm thread
   v1::WorkResponse response_ LM_GUARDED_BY(mutex_);                // unchanged while writing_
   std::deque<CoordinatorMessage> outgoing_ LM_GUARDED_BY(mutex_);  // empty unless writing_
   bool writing_ LM_GUARDED_BY(mutex_) = false;

@@ -42,6 +42,7 @@ class WorkerStreams final : public v1::WorkerService::CallbackService {
   const Gate& gate_;
   FarmLoop* loop_ = nullptr;
   std::size_t max_streams_ = 0;
+  std::atomic<std::uint64_t> bytes_in_flight_ = 0;  ///< of messages that the farm thread has not yet seen
   Mutex mutex_;
   std::map<SessionId, std::shared_ptr<WorkStream>> streams_ LM_GUARDED_BY(mutex_);
   std::uint64_t next_session_ LM_GUARDED_BY(mutex_) = 1;

@@ -34,9 +34,9 @@ struct JobFilter {
 /// Stated bounds; every queue has one.
 struct CoordinatorLimits {
   Duration heartbeat_interval = std::chrono::seconds(2);
-  Duration lease_duration = std::chrono::seconds(10);  ///< without renewal a lease is lost
+  Duration lease_duration = std::chrono::seconds(20);  ///< without renewal a lease is lost
   /// A worker that says nothing for so long is hung up on: dead links are not always found by the connection.
-  Duration silence = std::chrono::seconds(20);
+  Duration silence = std::chrono::seconds(30);
   double unit_seconds = 1.0;  ///< aim of a unit, of its worker's measured speed; longer where results would be too many
   double result_bytes_per_second = 192.0 * 1024 * 1024;  ///< that all workers are to send together
   std::uint32_t leases_per_worker = 2;                   ///< one to work on, one ahead
@@ -52,7 +52,7 @@ struct CoordinatorLimits {
   std::uint32_t losses_before_alone = 2, losses_alone = 3;
   std::uint32_t max_bad_results = 3;  ///< a worker that sends so many damaged results is dismissed
   /// A job whose film is complete waits for a machine that could verify some of it and was here so lately.
-  Duration verifier_patience = std::chrono::seconds(30);
+  Duration verifier_patience = std::chrono::seconds(45);
   std::uint32_t max_jobs = 10'000;
   std::uint32_t max_jobs_per_owner = 2'000;
   std::uint32_t max_workers = 10'000;

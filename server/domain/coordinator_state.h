@@ -250,6 +250,10 @@ struct Coordinator::State {
   static bool suits(const Worker& worker, const Job& job);
   /// Gives one more lease if the worker wants one and there is something for it; keeps `idle` up to date.
   bool serve_once(Worker& worker, Time now, Step& step);
+  /// Of a result of a whole tile, at most.
+  static double node_bytes(const Job& job);
+  /// Whether as much of the job is out as may be before anything of it is back.
+  bool enough_is_tried(const Job& job) const;
   UnitAim aim_for(const Worker& worker, const Job& job) const;
   Lease& open_lease(Worker& worker, Job& job, LeaseId id, Unit unit, bool copy, Time now);
   void send_grant(Worker& worker, Job& job, Lease& lease, Step& step);

@@ -11,6 +11,9 @@ namespace {
 /// more.
 constexpr std::uint32_t kSmallUnitsFactor = 8;
 constexpr double kLeastUnitScale = 1.0 / 64;
+/// While nobody knows what a job's samples cost, units are of one sample: no more of them are out than the coordinator
+/// takes in within so long, lest thousands of workers send theirs at once.
+constexpr double kTriedSeconds = 0.5;
 
 std::size_t index_of(const Lease& lease, TileId tile) {
   const auto at = std::lower_bound(lease.unit.tiles.begin(), lease.unit.tiles.end(), tile);
@@ -52,15 +55,26 @@ bool Coordinator::State::may_render(const Worker& worker, const Job& job) const 
   return suits(worker, job) && !worker.too_large.contains(job.id());
 }
 
+double Coordinator::State::node_bytes(const Job& job) {
+  const auto pixels = std::min<std::uint64_t>(job.film.grid().pixel_count(), std::uint64_t{kTileSize} * kTileSize);
+  return static_cast<double>(job.film.layout().most_values() * pixels * sizeof(float));
+}
+
+bool Coordinator::State::enough_is_tried(const Job& job) const {
+  if (job.seconds_per_pixel_sample.known()) {
+    return false;
+  }
+  const auto pixels = std::min<std::uint64_t>(job.film.grid().pixel_count(), std::uint64_t{kTileSize} * kTileSize);
+  const auto results = static_cast<double>(job.plan->out_pixel_samples()) / static_cast<double>(pixels);
+  return results * node_bytes(job) > kTriedSeconds * limits.result_bytes_per_second;
+}
+
 UnitAim Coordinator::State::aim_for(const Worker& worker, const Job& job) const {
   const auto known = worker.jobs.find(job.id());
   const bool measured = known != worker.jobs.end() && known->second.seconds_per_pixel_sample.known();
   UnitAim aim;
   aim.farm_threads = static_cast<std::uint32_t>(std::max<std::uint64_t>(farm_threads, 1));
-  const NodeLayout& layout = job.film.layout();
-  const auto pixels = std::min<std::uint64_t>(job.film.grid().pixel_count(), std::uint64_t{kTileSize} * kTileSize);
-  set_times(limits.unit_seconds, static_cast<double>(layout.most_values() * pixels * sizeof(float)),
-            limits.result_bytes_per_second, aim);
+  set_times(limits.unit_seconds, node_bytes(job), limits.result_bytes_per_second, aim);
   aim.unit_seconds *= worker.unit_scale;
   aim.seconds_per_pixel_sample = measured ? known->second.costly_tile.value() : job.costly_tile.value();
   aim.threads = worker.hello.threads;
@@ -87,6 +101,9 @@ void Coordinator::State::serve(Worker& worker, Time now, Step& step) {
 }
 
 void Coordinator::State::serve_all(Time now, Step& step) {
+  if (queue.empty()) {
+    return;
+  }
   // One lease each, then the next: what there is is spread over all that wait.
   std::vector<std::string> waiting(idle.begin(), idle.end());
   while (!waiting.empty() && !queue.empty()) {
@@ -121,6 +138,9 @@ bool Coordinator::State::grant_next(Worker& worker, Time now, Step& step) {
       return true;
     }
     if (!has_work) {
+      continue;
+    }
+    if (enough_is_tried(job)) {
       continue;
     }
     const bool alone = job.plan->next_is_alone();

@@ -83,6 +83,7 @@ void Coordinator::State::on_result(SessionId session, WorkerResult result, Time 
     }
   }
   job->digest_durable = job->digest_durable || job->bound_before(lease_id);
+  const bool cost_was_known = job->seconds_per_pixel_sample.known();
   merge_result(*job, by, std::move(result), now, step);
   // Also duplicates may stand on a node whose commit is still to come, so every acknowledgement waits.
   send_after_commit(step, session, ResultAck{{key}});
@@ -94,8 +95,8 @@ void Coordinator::State::on_result(SessionId session, WorkerResult result, Time 
   }
   put_progress(*job, now, step);
   const std::uint64_t wanted_before = job->plan->goal();
-  const bool others_wait =
-      finish_if_complete(*job, now, step) || job->plan->goal() > wanted_before || job->verifications.waiting();
+  const bool others_wait = finish_if_complete(*job, now, step) || job->plan->goal() > wanted_before ||
+                           job->verifications.waiting() || job->seconds_per_pixel_sample.known() != cost_was_known;
   if (Worker* const worker = worker_of(session)) {
     serve(*worker, now, step);
   }

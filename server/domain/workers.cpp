@@ -10,6 +10,8 @@ namespace {
 
 /// Threads that one worker may claim.
 constexpr std::uint32_t kMaxThreads = 4096;
+/// Who is silent is looked for so often at most, of all in one go, while `silence` passes: a look walks over everybody.
+constexpr int kSilenceLooks = 20;
 
 Status check_hello(const WorkerHello& hello) {
   if (hello.name.empty() || hello.threads < 1 || hello.threads > kMaxThreads) {
@@ -307,6 +309,7 @@ void Coordinator::State::hang_up_on_silent(Time now, Step& step) {
       silent.push_back(*worker.session);
     }
   }
+  next_silence_look = std::max(next_silence_look, now + limits.silence / kSilenceLooks);
   for (const SessionId session : silent) {
     end_session(session, now, step);
     step.hang_ups.push_back(session);

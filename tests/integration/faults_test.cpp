@@ -134,7 +134,7 @@ TEST(StoppedProcesses, ACoordinatorThatStandsStillGoesOn) {
   const std::uint64_t job = farm.client().submit(picture).id();
   farm.client().wait_for_samples(job, kPixels);
   farm.server().send(SIGSTOP);
-  std::this_thread::sleep_for(seconds(12));  // longer than workers keep a silent one
+  std::this_thread::sleep_for(seconds(25));  // longer than workers keep a silent one
   farm.server().send(SIGCONT);
   expect_reference_film(farm.client(), job, picture);
 }

@@ -23,9 +23,10 @@ constexpr std::size_t kChunkBytes = std::size_t{256} << 10;
 
 std::shared_ptr<grpc::Channel> make_channel(const std::string& address, const TlsTexts& tls) {
   grpc::ChannelArguments arguments;
-  // A dead link is found within some four seconds.
-  arguments.SetInt(GRPC_ARG_KEEPALIVE_TIME_MS, 2'000);
-  arguments.SetInt(GRPC_ARG_KEEPALIVE_TIMEOUT_MS, 2'000);
+  // A dead link is found within some 20 s. A coordinator of thousands of workers may take seconds to answer, and must
+  // not lose all of them for that: each would come back with all that it holds.
+  arguments.SetInt(GRPC_ARG_KEEPALIVE_TIME_MS, 5'000);
+  arguments.SetInt(GRPC_ARG_KEEPALIVE_TIMEOUT_MS, 15'000);
   arguments.SetInt(GRPC_ARG_KEEPALIVE_PERMIT_WITHOUT_CALLS, 1);
   arguments.SetInt(GRPC_ARG_HTTP2_MAX_PINGS_WITHOUT_DATA, 0);
   // The session decides when to try again, so each attempt is a connection of its own.

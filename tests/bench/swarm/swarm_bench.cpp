@@ -1,5 +1,7 @@
 // How far one coordinator goes: thousands of simulated workers over real gRPC, and what merging and committing their
 // results costs.
+#include <sched.h>
+
 #include <CLI/CLI.hpp>
 #include <cstdio>
 #include <fstream>
@@ -90,11 +92,17 @@ std::string measure(const Options& options, std::uint32_t workers) {
   server_options.insert(server_options.end(), options.server_options.begin(), options.server_options.end());
   test::Launch launch{"127.0.0.1", {}, {}};
   if (options.server_core >= 0) {
-    launch.before = {"taskset", "--cpu-list", std::to_string(options.server_core)};
+    launch.before = {"/usr/bin/taskset", "--cpu-list", std::to_string(options.server_core)};
   }
   test::Farm farm(server_options, launch);
   test::FarmClient client = farm.client();
   client.upload_assets();
+  test::Picture picture;
+  picture.side = options.side;
+  picture.samples = options.samples;
+  for (int i = 1; i < options.jobs; ++i) {
+    client.submit(picture, fmt::format("job-{}", i));
+  }
 
   const auto begun = SteadyClock::now();
   bench::Swarm swarm({farm.address(), workers, options.threads, options.speed, options.spread});
@@ -102,14 +110,8 @@ std::string measure(const Options& options, std::uint32_t workers) {
            "only {} of {} workers are connected after two minutes", swarm.counts().connected, workers);
   const double connecting = seconds_since(begun);
 
-  test::Picture picture;
-  picture.side = options.side;
-  picture.samples = options.samples;
   const auto submitted = SteadyClock::now();
-  const std::uint64_t job = client.submit(picture, "first").id();
-  for (int i = 1; i < options.jobs; ++i) {
-    client.submit(picture, fmt::format("job-{}", i));
-  }
+  const std::uint64_t job = client.submit(picture, "last").id();
   LM_CHECK(test::eventually([&] { return client.job(job).min_tile_samples() > 0; }, std::chrono::seconds(300)),
            "no picture after five minutes");
   const double first_picture = seconds_since(submitted);
@@ -155,7 +157,18 @@ std::string measure(const Options& options, std::uint32_t workers) {
       connecting, seen);
 }
 
+/// From here on this process has all cores but that one.
+void leave_core(int core) {
+  cpu_set_t cores;
+  LM_CHECK(sched_getaffinity(0, sizeof(cores), &cores) == 0, "sched_getaffinity fails");
+  CPU_CLR(static_cast<std::size_t>(core), &cores);
+  LM_CHECK(sched_setaffinity(0, sizeof(cores), &cores) == 0, "there is no core beside {}", core);
+}
+
 int run(const Options& options) {
+  if (options.server_core >= 0) {
+    leave_core(options.server_core);
+  }
   const std::uint64_t files = raise_file_limit();
   for (const std::uint32_t workers : options.workers) {
     LM_CHECK(files > workers + 200, "{} workers take as many open files, and this process may have {}", workers, files);
@@ -195,16 +208,20 @@ int main(int argc, char** argv) {
   app.add_option("--side", options.side, "of the picture: a node of up to 64 has 24 bytes a pixel")
       ->capture_default_str()
       ->check(CLI::Range(1, 8192));
-  app.add_option("--jobs", options.jobs, "under way at once")->capture_default_str()->check(CLI::Range(1, 2000));
+  app.add_option("--jobs", options.jobs,
+                 "under way at once; the first picture is that of the last one, submitted when all workers are there")
+      ->capture_default_str()
+      ->check(CLI::Range(1, 2000));
   app.add_option("--spp", options.samples, "samples per pixel of each")->capture_default_str();
   app.add_option("--warm", options.warm_seconds, "seconds until measuring begins")
       ->capture_default_str()
       ->check(CLI::Range(0.0, 600.0));
   app.add_option("--seconds", options.seconds, "of measuring")->capture_default_str()->check(CLI::Range(1.0, 3600.0));
-  app.add_option("--viewers", options.viewers, "who watch the first job's tiles")
+  app.add_option("--viewers", options.viewers, "who watch the last job's tiles")
       ->capture_default_str()
       ->check(CLI::Range(0, 1000));
-  app.add_option("--server-core", options.server_core, "the only core that the coordinator may use; -1: any")
+  app.add_option("--server-core", options.server_core,
+                 "the only core that the coordinator may use, and the swarm may not; -1: any")
       ->capture_default_str()
       ->check(CLI::Range(-1, 1023));
   app.add_option("--log-level", options.log_level, "of the coordinator")->capture_default_str();

@@ -117,7 +117,8 @@ TEST_F(LostWorkersTest, WhatAStoreHoldsUpIsNotLostByWorkers) {
   coordinator->worker_connected(session, {"last", "host", 1, 1, "class-a", kRendererVersion, {}, false}, now, waiting);
   const std::vector<LeaseId> leases = leases_granted(waiting.after_commit);
   ASSERT_FALSE(leases.empty());
-  for (int seconds = 0; seconds < 30; ++seconds) {
+  const auto lease_seconds = static_cast<int>(to_seconds(limits.lease_duration));
+  for (int seconds = 0; seconds < 3 * lease_seconds; ++seconds) {
     second(session, waiting);
   }
   EXPECT_EQ(status(job).active_seconds, 0);
@@ -125,7 +126,7 @@ TEST_F(LostWorkersTest, WhatAStoreHoldsUpIsNotLostByWorkers) {
   second(session, waiting);
   coordinator->grants_sent(leases, sent);  // and that is heard of a second later
   EXPECT_EQ(status(job).active_seconds, 1);
-  for (int seconds = 2; seconds < 10; ++seconds) {
+  for (int seconds = 2; seconds < lease_seconds; ++seconds) {
     second(session, waiting);
     ASSERT_EQ(status(job).counters.leases_lost, 0u) << seconds;
   }
