@@ -91,6 +91,7 @@ json to_json(const v1::Job& job) {
       {"fingerprint_class", null_unless(!job.fingerprint_class().empty(), job.fingerprint_class())},
       {"allow_mixed", job.allow_mixed()},
       {"render_digest", null_unless(!job.render_digest().empty(), hex_of(job.render_digest()))},
+      {"trace_id", null_unless(!job.trace_id().empty(), trace_text(job))},
   };
 }
 

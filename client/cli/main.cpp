@@ -70,6 +70,7 @@ int run(int argc, char** argv) {
   add_job_commands(app, context);
   add_show_command(app, context);
   add_worker_commands(app, context);
+  add_top_command(app, context);
   add_token_commands(app, context);
   add_log_command(app, context);
   add_error_command(app, context);

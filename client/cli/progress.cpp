@@ -4,6 +4,7 @@
 
 #include "client/cli/text_width.h"
 #include "client/cli/units.h"
+#include "common/wire/bytes.h"
 
 namespace lightmill::cli {
 namespace {
@@ -110,6 +111,11 @@ std::string error_text(const v1::Job& job) {
   }
   const double percent = 100 * std::sqrt(std::max(job.error().rel_mse(), 0.0));
   return percent >= 9.95 ? fmt::format("±{:.0f}%", percent) : fmt::format("±{:.2g}%", percent);
+}
+
+std::string trace_text(const v1::Job& job) {
+  const Result<Hash128> trace = hash_from_bytes(job.trace_id());
+  return trace.ok() ? trace->hex() : "none";
 }
 
 std::string verification_text(const v1::Job& job) {

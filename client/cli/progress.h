@@ -37,6 +37,10 @@ std::string samples_text(const v1::Job& job);
 /// "3 of 412 results were rendered again on another machine, alike", or why nothing was: "unaudited: ...".
 std::string verification_text(const v1::Job& job);
 
+/// 32 hexadecimal digits: under which the logs of coordinator and workers have the job; "none" of a coordinator that
+/// has none.
+std::string trace_text(const v1::Job& job);
+
 /// What a job costs that allows mixed fingerprint classes; empty of all others.
 std::string mixed_text(const v1::Job& job);
 

@@ -26,7 +26,44 @@ class JsonEscapedMessage final : public spdlog::custom_flag_formatter {
   std::unique_ptr<custom_flag_formatter> clone() const override { return std::make_unique<JsonEscapedMessage>(); }
 };
 
+thread_local Hash128 current_trace;
+thread_local std::uint64_t current_span = 0;
+
+/// What LogTrace has set, with what stands between it and the rest of the line.
+class TraceFields final : public spdlog::custom_flag_formatter {
+ public:
+  explicit TraceFields(bool json) : json_(json) {}
+  void format(const spdlog::details::log_msg&, const std::tm&, spdlog::memory_buf_t& out) override {
+    if (current_trace != Hash128{}) {
+      add("trace_id", current_trace.hex(), out);
+      if (current_span != 0) {
+        add("span_id", fmt::format("{:016x}", current_span), out);
+      }
+    }
+  }
+  std::unique_ptr<custom_flag_formatter> clone() const override { return std::make_unique<TraceFields>(json_); }
+
+ private:
+  void add(std::string_view name, const std::string& value, spdlog::memory_buf_t& out) const {
+    if (json_) {
+      fmt::format_to(fmt::appender(out), R"(,"{}":"{}")", name, value);
+    } else {
+      fmt::format_to(fmt::appender(out), " {}={}", name, value);
+    }
+  }
+  bool json_;
+};
+
 }  // namespace
+
+LogTrace::LogTrace(const Hash128& trace, std::uint64_t span) {
+  current_trace = trace;
+  current_span = span;
+}
+LogTrace::~LogTrace() {
+  current_trace = {};
+  current_span = 0;
+}
 
 Status start_logging(std::string_view program, std::string_view level, std::string_view format) {
   const auto parsed = spdlog::level::from_str(std::string(level));
@@ -36,10 +73,10 @@ Status start_logging(std::string_view program, std::string_view level, std::stri
   auto logger = spdlog::stderr_color_mt(std::string(program));
   auto formatter = std::make_unique<spdlog::pattern_formatter>(spdlog::pattern_time_type::utc);
   if (format == "json") {
-    formatter->add_flag<JsonEscapedMessage>('*').set_pattern(
-        R"({"time":"%Y-%m-%dT%H:%M:%S.%eZ","level":"%l","program":"%n","pid":%P,"message":"%*"})");
+    formatter->add_flag<JsonEscapedMessage>('*').add_flag<TraceFields>('~', true);
+    formatter->set_pattern(R"({"time":"%Y-%m-%dT%H:%M:%S.%eZ","level":"%l","program":"%n","pid":%P,"message":"%*"%~})");
   } else if (format == "text") {
-    formatter->set_pattern("%Y-%m-%d %H:%M:%S.%e %^%-5l%$ %n: %v");
+    formatter->add_flag<TraceFields>('~', false).set_pattern("%Y-%m-%d %H:%M:%S.%e %^%-5l%$ %n: %v%~");
   } else {
     return invalid_argument("log format must be text or json, got '{}'", format);
   }

@@ -58,6 +58,11 @@ Sha256 render_digest(const RenderSettings& settings, const std::string& fingerpr
   return hasher.finish();
 }
 
+Hash128 trace_id(const std::string& request_id) {
+  const Result<Hash128> given = Hash128::from_hex(request_id);
+  return given.ok() && *given != Hash128{} ? *given : xxh3_128(as_byte_view(request_id));
+}
+
 bool may_gather(const RenderSettings& settings, const MethodNotes& notes) {
   std::vector<std::string> methods = notes.candidates;
   methods.push_back(settings.method);

@@ -152,6 +152,11 @@ struct JobStatus {
   std::uint64_t results_unverified = 0;  ///< that are still to be verified, or, at the end, could not be
   std::int64_t submitted_unix_ms = 0, finished_unix_ms = 0;  ///< 0: not yet
   Sha256 render_digest;                                      ///< zero until the class is fixed
+  Hash128 trace;                                             ///< trace_id of its request
 };
+
+/// Under which a job is found in the logs of all programs: its request id where that is 32 hexadecimal digits, as those
+/// of our clients are, else a digest of it.
+Hash128 trace_id(const std::string& request_id);
 
 }  // namespace lightmill

@@ -72,6 +72,7 @@ struct WorkerResult {
   Hash128 hash;          ///< hash_of(node), computed by the worker
   Sha256 render_digest;  ///< a result is a fact about (render digest, tile, range): others' are not wanted
   double seconds = 0;    ///< thread time that it took
+  Hash128 trace = {};    ///< as its lease's
 };
 
 /// The worker gives the tiles of a lease back for which it has sent no result (it drains, or does not know the job).
@@ -127,6 +128,7 @@ struct JobDescription {
 struct LeaseGrant {
   LeaseId lease;
   Unit unit;
+  Hash128 trace = {};  ///< trace_id of the job, for logs
 };
 
 /// A unit of its own kind: find out which of these methods is the cheapest for the job, and where its samples go. It is

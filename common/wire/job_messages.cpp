@@ -333,6 +333,7 @@ void to_wire(const JobStatus& status, v1::Job* out) {
   if (status.render_digest != Sha256{}) {
     out->set_render_digest(digest_bytes(status.render_digest));
   }
+  out->set_trace_id(hash_bytes(status.trace));
 }
 
 Result<JobStatus> from_wire(const v1::Job& job) {
@@ -388,6 +389,9 @@ Result<JobStatus> from_wire(const v1::Job& job) {
       return with_context(digest.status(), "render_digest");
     }
     out.render_digest = *digest;
+  }
+  if (!job.trace_id().empty()) {
+    LM_ASSIGN_OR_RETURN(out.trace, hash_from_bytes(job.trace_id()));
   }
   return out;
 }

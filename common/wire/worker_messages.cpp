@@ -117,6 +117,7 @@ struct RequestWriter {
     wire->set_hash(hash_bytes(result.hash));
     wire->set_seconds(result.seconds);
     wire->set_render_digest(digest_bytes(result.render_digest));
+    wire->set_trace_id(hash_bytes(result.trace));
   }
   void operator()(const WorkerReturn& message) const { out->mutable_lease_return()->set_lease(message.lease.value); }
   void operator()(const WorkerRefusal& refusal) const {
@@ -170,6 +171,15 @@ Result<WorkerMessage> hello_from_wire(const v1::WorkerHello& hello) {
   return WorkerMessage(std::move(out));
 }
 
+/// None of a program that does not know of traces.
+Result<Hash128> trace_from_wire(std::string_view bytes) {
+  if (bytes.empty()) {
+    return Hash128{};
+  }
+  Result<Hash128> trace = hash_from_bytes(bytes);
+  return trace.ok() ? std::move(trace) : with_context(trace.status(), "trace_id");
+}
+
 Result<WorkerMessage> result_from_wire(const v1::WorkerResult& result) {
   WorkerResult out;
   out.lease = LeaseId{result.lease()};
@@ -183,6 +193,7 @@ Result<WorkerMessage> result_from_wire(const v1::WorkerResult& result) {
   }
   out.seconds = result.seconds();
   LM_ASSIGN_OR_RETURN(out.render_digest, digest_from_bytes(result.render_digest()));
+  LM_ASSIGN_OR_RETURN(out.trace, trace_from_wire(result.trace_id()));
   return WorkerMessage(std::move(out));
 }
 
@@ -223,6 +234,7 @@ struct ResponseWriter {
   void operator()(const LeaseGrant& grant) const {
     out->mutable_lease()->set_lease(grant.lease.value);
     to_wire(grant.unit, out->mutable_lease()->mutable_unit());
+    out->mutable_lease()->set_trace_id(hash_bytes(grant.trace));
   }
   void operator()(const ResultAck& ack) const {
     v1::ResultAck* wire = out->mutable_ack();
@@ -386,7 +398,8 @@ Result<CoordinatorMessage> from_wire(const v1::WorkResponse& response) {
       return job_from_wire(response.job());
     case v1::WorkResponse::kLease: {
       LM_ASSIGN_OR_RETURN(Unit unit, from_wire(response.lease().unit()));
-      return CoordinatorMessage(LeaseGrant{LeaseId{response.lease().lease()}, std::move(unit)});
+      LM_ASSIGN_OR_RETURN(const Hash128 trace, trace_from_wire(response.lease().trace_id()));
+      return CoordinatorMessage(LeaseGrant{LeaseId{response.lease().lease()}, std::move(unit), trace});
     }
     case v1::WorkResponse::kAck:
       return ack_from_wire(response.ack());

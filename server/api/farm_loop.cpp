@@ -165,9 +165,10 @@ void FarmLoop::Turn::forget_inspection(InspectionId id) {
 
 void FarmLoop::tell_notes(Turn& turn) {
   for (Note& note : turn.step.notes) {
+    const Result<const JobSpec*> spec = farm_.spec(note.job);
+    const LogTrace trace(spec.ok() ? trace_id((*spec)->request_id) : Hash128{}, note.lease.value);
     spdlog::log(note.level == Note::Level::warning ? spdlog::level::warn : spdlog::level::info, "{}", note.text);
-    std::string owner = note.job == JobId{} ? "" : farm_.owner(note.job).value_or("");
-    past_.events.add(turn.unix_ms, std::move(note), std::move(owner));
+    past_.events.add(turn.unix_ms, std::move(note), spec.ok() ? (*spec)->owner : "");
   }
 }
 

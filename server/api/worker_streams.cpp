@@ -1,6 +1,7 @@
 #include "server/api/worker_streams.h"
 
 #include "common/base/log.h"
+#include "common/base/quantities.h"
 #include "common/wire/farm_messages.h"
 #include "server/api/grpc_status.h"
 #include "server/api/recorded_calls.h"
@@ -25,6 +26,15 @@ bool join_acks(std::deque<CoordinatorMessage>& queue, CoordinatorMessage& messag
   }
   last->keys.insert(last->keys.end(), ack->keys.begin(), ack->keys.end());
   return true;
+}
+
+/// "job 1, samples [0, 16)", of a unit or a node.
+std::string text_of(JobId job, const SampleRange& range) {
+  return fmt::format("job {}, samples [{}, {})", job.value, range.first(), range.end());
+}
+
+bool traces() {
+  return spdlog::should_log(spdlog::level::debug);
 }
 
 /// A result must be what its worker hashed.
@@ -65,6 +75,9 @@ class WorkStream final : public grpc::ServerBidiReactor<v1::WorkRequest, v1::Wor
       const MutexLock lock(mutex_);
       if (ending_) {
         return;
+      }
+      if (traces()) {
+        trace(message);
       }
       if (!writing_) {
         write(message);
@@ -196,6 +209,34 @@ class WorkStream final : public grpc::ServerBidiReactor<v1::WorkRequest, v1::Wor
     }
   }
 
+  /// What is sent, as far as somebody may want to follow a unit.
+  void trace(const CoordinatorMessage& message) LM_REQUIRES(mutex_) {
+    if (const auto* const grant = std::get_if<LeaseGrant>(&message)) {
+      const LogTrace about(grant->trace, grant->lease.value);
+      spdlog::debug("session {}: lease {} is granted: {}, {}", session_.value, grant->lease.value,
+                    text_of(grant->unit.job, grant->unit.range), counted(grant->unit.tiles.size(), "tile"));
+    } else if (const auto* const ack = std::get_if<ResultAck>(&message)) {
+      for (const NodeKey& key : ack->keys) {
+        if (const auto traced = results_.extract(key)) {
+          const auto& [trace, lease] = traced.mapped();
+          const LogTrace about(trace, lease.value);
+          spdlog::debug("session {}: lease {}: {}, tile {} is committed", session_.value, lease.value,
+                        text_of(key.job, key.range), key.tile.value);
+        }
+      }
+    }
+  }
+
+  void trace(const WorkerResult& result) {
+    {
+      const MutexLock lock(mutex_);
+      results_[result.key] = {result.trace, result.lease};
+    }
+    const LogTrace about(result.trace, result.lease.value);
+    spdlog::debug("session {}: lease {}: {}, tile {} is here", session_.value, result.lease.value,
+                  text_of(result.key.job, result.key.range), result.key.tile.value);
+  }
+
   /// On the farm thread.
   void deliver(WorkerMessage message, FarmLoop::Turn& turn) {
     if (const auto* hello = std::get_if<WorkerHello>(&message)) {
@@ -203,6 +244,9 @@ class WorkStream final : public grpc::ServerBidiReactor<v1::WorkRequest, v1::Wor
       record(turn, owner_.gate_, call_, {0, hello->name}, ok_status());
       turn.farm.worker_connected(session_, *hello, turn.now, turn.step);
     } else {
+      if (const auto* const result = std::get_if<WorkerResult>(&message); result != nullptr && traces()) {
+        trace(*result);
+      }
       turn.farm.worker_message(session_, std::move(message), turn.now, turn.unix_ms, turn.step);
     }
   }
@@ -223,6 +267,8 @@ class WorkStream final : public grpc::ServerBidiReactor<v1::WorkRequest, v1::Wor
   bool dismissed_ LM_GUARDED_BY(mutex_) = false;  // what is being written is the last message
   bool ending_ LM_GUARDED_BY(mutex_) = false;
   grpc::Status final_status_ LM_GUARDED_BY(mutex_);
+  /// Not committed yet; only while traces().
+  std::map<NodeKey, std::pair<Hash128, LeaseId>> results_ LM_GUARDED_BY(mutex_);
 };
 
 WorkerStreams::WorkerStreams(const Gate& gate) : gate_(gate) {}

@@ -137,6 +137,7 @@ struct Note {
   // Whom it is about, if it is about one.
   JobId job{};
   std::string worker = {};
+  LeaseId lease{};
 };
 
 /// A worker at one moment. The last three count up while the coordinator knows it.

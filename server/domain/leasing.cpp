@@ -202,7 +202,7 @@ void Coordinator::State::send_grant(Worker& worker, Job& job, Lease& lease, Step
     channel.push_back({*worker.session, JobDescription{job.id(), job.digest, job.record.spec.settings}});
     known.describe = false;
   }
-  channel.push_back({*worker.session, LeaseGrant{lease.id, lease.unit}});
+  channel.push_back({*worker.session, LeaseGrant{lease.id, lease.unit, trace_id(job.record.spec.request_id)}});
   if (&channel == &step.after_commit) {
     wait_until_sent(worker, job, lease);
   }
@@ -319,7 +319,7 @@ void Coordinator::State::end_lease(LeaseId id, bool cancel, bool lost, Time now,
     } else {
       worker.unit_scale = std::max(worker.unit_scale / 2, kLeastUnitScale);
     }
-    note(step, Note::Level::warning, about(job.id(), lease.worker),
+    note(step, Note::Level::warning, about(job.id(), lease.worker, id),
          "worker {} lost lease {}: job {}, {} goes out again", lease.worker, id.value, job.id().value,
          lease.unit.tiles.empty() ? std::string("its pilot")
                                   : fmt::format("samples [{}, {}) of {}", lease.unit.range.first(),

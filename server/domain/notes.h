@@ -14,9 +14,10 @@ namespace lightmill {
 struct Subject {
   JobId job{};
   std::string worker = {};
+  LeaseId lease{};
 };
-inline Subject about(JobId job, std::string worker = {}) {
-  return {job, std::move(worker)};
+inline Subject about(JobId job, std::string worker = {}, LeaseId lease = {}) {
+  return {job, std::move(worker), lease};
 }
 inline Subject about(std::string worker) {
   return {JobId{}, std::move(worker)};
@@ -24,7 +25,7 @@ inline Subject about(std::string worker) {
 template <class... Args>
 void note(Step& step, Note::Level level, Subject subject, fmt::format_string<Args...> format, Args&&... args) {
   step.notes.push_back(
-      {level, fmt::format(format, std::forward<Args>(args)...), subject.job, std::move(subject.worker)});
+      {level, fmt::format(format, std::forward<Args>(args)...), subject.job, std::move(subject.worker), subject.lease});
 }
 
 }  // namespace lightmill

@@ -221,6 +221,7 @@ JobStatus Coordinator::State::describe(const Job& job, Time now) const {
   status.submitted_unix_ms = record.submitted_unix_ms;
   status.finished_unix_ms = record.finished_unix_ms;
   status.render_digest = job.digest;
+  status.trace = trace_id(record.spec.request_id);
   return status;
 }
 

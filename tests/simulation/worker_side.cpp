@@ -98,6 +98,7 @@ void FarmSimulation::act(std::size_t index, const SessionActions& actions) {
                    [&](const RunPilot& pilot) { run_pilot(index, pilot); },
                    [&](const RunInspection& inspection) { run_inspection(index, inspection); },
                    [&](const DropInspection&) { ++worker.inspection; },
+                   [](const ResultStored&) {},
                    [](const Say&) {},
                    [](const DropPilot&) {},  // an answer that comes nevertheless must do no harm
                    [&](const RenderTile& tile) {

@@ -82,6 +82,7 @@ void Session::grant_lease(const LeaseGrant& grant, SessionActions& actions) {
   Lease& lease = leases_[grant.lease];
   lease.epoch = epoch_;
   lease.unit = grant.unit;
+  lease.trace = grant.trace;
   lease.description = job->second.description;
   for (const TileId tile : grant.unit.tiles) {
     // What waits to be acknowledged here (it was leased before, and taken for lost) needs nothing more.
@@ -101,6 +102,7 @@ void Session::acknowledge(const ResultAck& ack, Time now, SessionActions& action
     }
     result_bytes_ -= found->second.bytes;
     const LeaseId lease_id = std::get<WorkerResult>(*found->second.message).lease;
+    actions.push_back(ResultStored{std::move(found->second.message)});
     results_.erase(found);
     if (const auto lease = leases_.find(lease_id); lease != leases_.end()) {
       lease->second.unacknowledged.erase(key.tile);
@@ -315,7 +317,7 @@ void Session::render(Lease& lease, LeaseId id, TileId tile, SessionActions& acti
   Rendering& rendering = rendering_[at->second];
   if (fresh) {
     rendering.key = key;
-    actions.push_back(RenderTile{next_ticket_++, lease.description, key});
+    actions.push_back(RenderTile{next_ticket_++, lease.description, key, id, lease.trace});
   } else if (const auto former = leases_.find(rendering.lease); former != leases_.end()) {
     former->second.rendering.erase(tile);  // it is being rendered already; the result will be this lease's
   }
@@ -347,8 +349,9 @@ void Session::tile_rendered(RenderedTile tile, Time now, SessionActions& actions
   Result result;
   result.bytes = tile.node.values.size() * sizeof(float);
   result.sequence = next_sequence_++;
-  result.message = std::make_shared<const WorkerMessage>(WorkerResult{
-      rendering.lease, key, std::move(tile.node), tile.hash, lease.description->render_digest, tile.seconds});
+  result.message =
+      std::make_shared<const WorkerMessage>(WorkerResult{rendering.lease, key, std::move(tile.node), tile.hash,
+                                                         lease.description->render_digest, tile.seconds, lease.trace});
   if (link_ == Link::up) {
     actions.push_back(SendMessage{result.message});
   }

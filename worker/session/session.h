@@ -71,6 +71,12 @@ struct RenderTile {
   std::uint64_t ticket = 0;  ///< to be given back with the tile
   std::shared_ptr<const JobDescription> description;
   NodeKey key;
+  LeaseId lease;  ///< for the log, as the trace
+  Hash128 trace;
+};
+/// For the log: the coordinator has acknowledged this WorkerResult.
+struct ResultStored {
+  std::shared_ptr<const WorkerMessage> message;
 };
 /// Find out which of the grant's methods is the cheapest; report `pilot_done`, `pilot_failed` or `pilot_unavailable`.
 /// May be asked again for the same lease.
@@ -99,7 +105,7 @@ struct Say {
 };
 
 using SessionAction = std::variant<OpenStream, CloseStream, SendMessage, PrepareJob, ForgetJob, RenderTile, RunPilot,
-                                   DropPilot, RunInspection, DropInspection, Say, Exit>;
+                                   DropPilot, RunInspection, DropInspection, ResultStored, Say, Exit>;
 using SessionActions = std::vector<SessionAction>;
 
 /// A tile as the rendering threads give it back.
@@ -169,6 +175,7 @@ class Session {
   struct Lease {
     std::uint64_t epoch = 0;
     Unit unit;
+    Hash128 trace;
     std::shared_ptr<const JobDescription> description;
     std::deque<TileId> queued;        ///< not handed to threads yet, in the unit's order
     std::set<TileId> rendering;       ///< handed to threads

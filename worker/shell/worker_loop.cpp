@@ -32,6 +32,12 @@ bool is_refusal(const Status& status) {
   return status.code() == StatusCode::kPermissionDenied || status.code() == StatusCode::kUnauthenticated;
 }
 
+/// "job 1, samples [0, 16), tile 3".
+std::string text_of(const NodeKey& key) {
+  return fmt::format("job {}, samples [{}, {}), tile {}", key.job.value, key.range.first(), key.range.end(),
+                     key.tile.value);
+}
+
 /// What is too large for this worker (Preparer) may suit another.
 Refused refused(const Status& status) {
   return {message_of(status), status.code() == StatusCode::kResourceExhausted};
@@ -206,9 +212,24 @@ void WorkerLoop::perform(const RenderTile& action) {
                  true});
     return;
   }
-  spdlog::debug("rendering job {} tile {} samples [{}, {})", action.key.job.value, action.key.tile.value,
-                action.key.range.first(), action.key.range.end());
+  const LogTrace about(action.trace, action.lease.value);
+  spdlog::debug("lease {}: {} is to be rendered", action.lease.value, text_of(action.key));
   pool_.add({action.ticket, action.key.range, job.grid.tile_rect(action.key.tile), job.method});
+}
+
+void WorkerLoop::perform(const SendMessage& action) {
+  if (const auto* const result = std::get_if<WorkerResult>(action.message.get())) {
+    const LogTrace about(result->trace, result->lease.value);
+    spdlog::debug("lease {}: {} is rendered in {:.3f} s and sent", result->lease.value, text_of(result->key),
+                  result->seconds);
+  }
+  link_.send(action.message);
+}
+
+void WorkerLoop::perform(const ResultStored& action) {
+  const auto& result = std::get<WorkerResult>(*action.message);
+  const LogTrace about(result.trace, result.lease.value);
+  spdlog::debug("lease {}: {} is stored by the coordinator", result.lease.value, text_of(result.key));
 }
 
 void WorkerLoop::perform(const Say& action) {

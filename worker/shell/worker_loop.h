@@ -41,7 +41,7 @@ class WorkerLoop {
   void perform();
   void perform(const OpenStream&) { open_at_ = clock_.now() + jitter(); }
   void perform(const CloseStream&) { link_.close(); }
-  void perform(const SendMessage& action) { link_.send(action.message); }
+  void perform(const SendMessage& action);
   void perform(const PrepareJob& action);
   void perform(const ForgetJob& action);
   void perform(const RenderTile& action);
@@ -49,6 +49,7 @@ class WorkerLoop {
   void perform(const DropPilot& action) { preparer_.drop(action.lease); }
   void perform(const RunInspection& action) { inspector_.add(action.grant); }
   void perform(const DropInspection&) { inspector_.drop(); }
+  void perform(const ResultStored& action);
   void perform(const Say& action);
   void perform(const Exit& action);
   void open_if_due(Time now);

@@ -150,6 +150,7 @@ ExitCode submit(Context& context, const Console& console, const RenderOptions& o
     for (const std::string& line : method_lines(job)) {
       console.notice(line);
     }
+    console.notice(fmt::format("job {} is trace {} in the farm's logs", job.id(), trace_text(job)));
     console.result(std::to_string(job.id()));
     return ok_status();
   });

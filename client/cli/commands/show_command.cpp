@@ -89,6 +89,7 @@ std::vector<std::vector<std::string>> describe(const AssembledFilm& film) {
   if (!film.picture.receipt.render_digest.empty()) {
     rows.push_back({"render digest", film.picture.receipt.render_digest});
   }
+  rows.push_back({"trace", trace_text(job)});
   return rows;
 }
 

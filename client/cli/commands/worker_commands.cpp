@@ -5,6 +5,7 @@
 #include "client/cli/farm_choice.h"
 #include "client/cli/job_json.h"
 #include "client/cli/table.h"
+#include "client/cli/top_view.h"
 #include "client/cli/units.h"
 #include "common/base/quantities.h"
 
@@ -12,16 +13,6 @@ namespace lightmill::cli {
 namespace {
 
 using nlohmann::json;
-
-std::string activity(const v1::Worker& worker) {
-  if (!worker.quarantine().empty()) {
-    return worker.away() ? "quarantine, away" : "quarantine";
-  }
-  if (worker.draining()) {
-    return "draining";
-  }
-  return worker.leases() > 0 ? "working" : "idle";
-}
 
 Status list_workers(FarmConnection& connection, const Console& console, bool only_wanted) {
   LM_ASSIGN_OR_RETURN(const ListedWorkers listed, connection.list_workers());

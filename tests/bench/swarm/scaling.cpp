@@ -41,7 +41,7 @@ struct Options {
   std::vector<std::uint32_t> workers{1, 4, 16, 64, 256, 1024};
   std::vector<Size> sizes{{512, 512}, {3840, 2160}};
   double speed = 300'000, spread = 1, seconds = 30, churn_seconds = 0;
-  std::string chart;
+  std::string chart, traffic_chart;
 };
 
 /// A swarm, in groups of which the oldest is replaced now and then.
@@ -110,7 +110,8 @@ class Crew {
 
 struct Row {
   std::uint32_t workers = 0;
-  double ideal = 0, took = 0;
+  double ideal = 0, took = 0;  ///< seconds
+  double megabytes = 0;        ///< a second, of results
 };
 
 Row measure(const Options& options, const Size& size, std::uint32_t workers) {
@@ -146,11 +147,11 @@ Row measure(const Options& options, const Size& size, std::uint32_t workers) {
   const double offered = crew.pixel_samples() - before;
   LM_CHECK(job.state() == v1::JOB_STATE_DONE, "job: {}", job.ShortDebugString());
   const double took = static_cast<double>(job.finished_unix_ms() - job.submitted_unix_ms()) / 1000;
-  const Row row{crew.size(), work * polled / offered, took};
   const bench::SwarmCounts counts = crew.counts();
+  const Row row{crew.size(), work * polled / offered, took, static_cast<double>(counts.result_bytes) / took / 1e6};
   fmt::print("| {}x{} | {} | {} | {:.2f} | {:.2f} | {:.1f} % | {:.0f} | {:.1f} |\n", size.width, size.height,
              row.workers, picture.samples, row.ideal, row.took, 100 * row.ideal / row.took,
-             static_cast<double>(counts.results) / row.took, static_cast<double>(counts.result_bytes) / row.took / 1e6);
+             static_cast<double>(counts.results) / row.took, row.megabytes);
   std::fflush(stdout);
   return row;
 }
@@ -162,30 +163,40 @@ ChartPoint point_at(double x, double y) {
   return point;
 }
 
+void write_chart(const std::string& path, const Chart& chart) {
+  if (!path.empty()) {
+    const Status written = write_file_atomically(path, as_byte_view(chart_file(chart)));
+    LM_CHECK(written.ok(), "{}", message_of(written));
+  }
+}
+
 int run(const Options& options) {
   raise_file_limit();
-  Chart chart;
-  chart.title = "Workers at work";
-  chart.x_label = "workers";
-  chart.y_label = "as many as are never idle";
-  chart.series.push_back({"ideal", {}});
+  Chart speed, traffic;
+  speed.title = "Workers at work";
+  speed.x_label = traffic.x_label = "workers";
+  speed.y_label = "as many as are never idle";
+  speed.series.push_back({"ideal", {}});
+  traffic.title = "What they send";
+  traffic.y_label = "MB a second";
   fmt::print("| picture | workers | samples per pixel | ideal, s | took, s | efficiency | results/s | MB/s |\n");
   fmt::print("| --- | --- | --- | --- | --- | --- | --- | --- |\n");
   for (const Size& size : options.sizes) {
-    ChartSeries series{fmt::format("{}x{}", size.width, size.height), {}};
+    const std::string name = fmt::format("{}x{}", size.width, size.height);
+    ChartSeries at_work{name, {}}, sent{name, {}};
     for (const std::uint32_t workers : options.workers) {
       const Row row = measure(options, size, workers);
-      series.points.push_back(point_at(row.workers, row.workers * row.ideal / row.took));
+      at_work.points.push_back(point_at(row.workers, row.workers * row.ideal / row.took));
+      sent.points.push_back(point_at(row.workers, row.megabytes));
     }
-    chart.series.push_back(std::move(series));
+    speed.series.push_back(std::move(at_work));
+    traffic.series.push_back(std::move(sent));
   }
-  for (const ChartPoint& point : chart.series.back().points) {
-    chart.series.front().points.push_back(point_at(point.x, point.x));
+  for (const ChartPoint& point : speed.series.back().points) {
+    speed.series.front().points.push_back(point_at(point.x, point.x));
   }
-  if (!options.chart.empty()) {
-    const Status written = write_file_atomically(options.chart, as_byte_view(chart_file(chart)));
-    LM_CHECK(written.ok(), "{}", message_of(written));
-  }
+  write_chart(options.chart, speed);
+  write_chart(options.traffic_chart, traffic);
   return 0;
 }
 
@@ -214,7 +225,8 @@ int main(int argc, char** argv) {
                  "so often a tenth of the workers is killed, and as many others come; 0: all stay")
       ->capture_default_str()
       ->check(CLI::Range(0.0, 3600.0));
-  app.add_option("--chart", options.chart, "write one to this file, as SVG");
+  app.add_option("--chart", options.chart, "of workers at work: write it to this file, as SVG");
+  app.add_option("--traffic-chart", options.traffic_chart, "the same of what they send");
   CLI11_PARSE(app, argc, argv);
   return run(options);
 }

@@ -59,13 +59,17 @@ class FarmCliTest : public CliTest {
  protected:
   void SetUp() override { start_server("127.0.0.1:0"); }
 
-  void start_server(const std::string& listen) {
+  void start_server(const std::string& listen, const std::vector<std::string>& options = {}) {
     std::filesystem::remove(file("port"));
-    server_ = std::make_unique<BackgroundProcess>(
-        std::vector<std::string>{program("lightmill-server"), "--data", file("data"), "--listen", listen, "--port-file",
-                                 file("port")},
-        file("server.log"));
+    std::vector<std::string> command{
+        program("lightmill-server"), "--data", file("data"), "--listen", listen, "--port-file", file("port")};
+    command.insert(command.end(), options.begin(), options.end());
+    server_ = std::make_unique<BackgroundProcess>(command, file("server.log"));
     ASSERT_TRUE(eventually([&] { return std::filesystem::exists(file("port")) && !port().empty(); }));
+  }
+  void stop_server() {
+    server_->send(SIGTERM);
+    EXPECT_EQ(server_->wait(std::chrono::seconds(30)), 0);
   }
   std::string port() const {
     std::string text;
@@ -80,10 +84,11 @@ class FarmCliTest : public CliTest {
       return std::string(std::istreambuf_iterator<char>(log), {}).find(text) != std::string::npos;
     });
   }
-  void start_worker(const std::string& name) {
-    workers_.push_back(std::make_unique<BackgroundProcess>(
-        std::vector<std::string>{program("lightmill-worker"), "--server", server(), "--name", name, "--threads", "2"},
-        file(name + ".log")));
+  void start_worker(const std::string& name, const std::vector<std::string>& options = {}) {
+    std::vector<std::string> command{
+        program("lightmill-worker"), "--server", server(), "--name", name, "--threads", "2"};
+    command.insert(command.end(), options.begin(), options.end());
+    workers_.push_back(std::make_unique<BackgroundProcess>(command, file(name + ".log")));
   }
   /// A command on this farm.
   nlohmann::json on_farm(std::vector<std::string> arguments, int exit_code = 0) const {

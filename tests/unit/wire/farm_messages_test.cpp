@@ -64,6 +64,7 @@ WorkerResult example_result() {
   result.hash = hash_of(result.node);
   result.render_digest = sha256("job");
   result.seconds = 0.25;
+  result.trace = {3, 4};
   return result;
 }
 
@@ -189,6 +190,18 @@ TEST(FarmMessages, ANodeKeepsItsBits) {
   EXPECT_EQ(got.hash, sent.hash);
   EXPECT_EQ(got.render_digest, sent.render_digest);
   EXPECT_EQ(got.seconds, sent.seconds);
+  EXPECT_EQ(got.trace, sent.trace);
+}
+
+TEST(FarmMessages, WhoKnowsOfNoTracesIsUnderstood) {
+  v1::WorkRequest result;
+  to_wire(WorkerMessage(example_result()), &result);
+  result.mutable_result()->clear_trace_id();
+  const Result<WorkerMessage> got = from_wire(result);
+  ASSERT_TRUE(got.ok()) << got.status();
+  EXPECT_EQ(std::get<WorkerResult>(*got).trace, Hash128{});
+  result.mutable_result()->set_trace_id("short");
+  EXPECT_NE(error_of(from_wire(result)).find("trace_id"), std::string::npos);
 }
 
 TEST(FarmMessages, WorkerMessagesComeBackWhole) {
@@ -275,10 +288,11 @@ TEST(FarmMessages, CoordinatorMessagesComeBackWhole) {
   EXPECT_EQ(described.render_digest, job.render_digest);
   expect_equal(described.settings, job.settings);
 
-  const LeaseGrant grant{LeaseId{11}, {JobId{3}, {30, 0}, {TileId{1}, TileId{2}}}};
+  const LeaseGrant grant{LeaseId{11}, {JobId{3}, {30, 0}, {TileId{1}, TileId{2}}}, {5, 6}};
   const auto granted = std::get<LeaseGrant>(through_wire(CoordinatorMessage(grant)));
   EXPECT_EQ(granted.lease, LeaseId{11});
   EXPECT_EQ(granted.unit, grant.unit);
+  EXPECT_EQ(granted.trace, grant.trace);
 
   const ResultAck ack{{{JobId{1}, TileId{2}, {3, 4}}, {JobId{5}, TileId{6}, {0, 0}}}};
   EXPECT_EQ(std::get<ResultAck>(through_wire(CoordinatorMessage(ack))).keys, ack.keys);

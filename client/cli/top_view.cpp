@@ -1,0 +1,146 @@
+#include "client/cli/top_view.h"
+
+#include <cmath>
+
+#include "client/cli/progress.h"
+#include "client/cli/table.h"
+#include "client/cli/text_width.h"
+#include "client/cli/units.h"
+#include "common/base/text.h"
+
+namespace lightmill::cli {
+namespace {
+
+using Rows = std::vector<std::vector<std::string>>;
+
+/// Where a job stands in the list.
+int rank_of(v1::JobState state) {
+  return state == v1::JOB_STATE_RUNNING ? 0 : state == v1::JOB_STATE_QUEUED ? 1 : 2;
+}
+
+/// "3 working, 1 idle", in the order in which the kinds come.
+std::string counts_text(const std::vector<std::string>& kinds) {
+  std::vector<std::pair<std::string, std::size_t>> counts;
+  for (const std::string& kind : kinds) {
+    const auto found = std::ranges::find(counts, kind, &std::pair<std::string, std::size_t>::first);
+    if (found == counts.end()) {
+      counts.emplace_back(kind, 1);
+    } else {
+      ++found->second;
+    }
+  }
+  std::vector<std::string> texts;
+  for (const auto& [kind, count] : counts) {
+    texts.push_back(fmt::format("{} {}", count, kind));
+  }
+  return texts.empty() ? "none" : fmt::format("{}", fmt::join(texts, ", "));
+}
+
+Rows job_rows(const std::vector<v1::Job>& jobs) {
+  Rows rows{{"JOB", "STATE", "DONE", "SAMPLES", "ERROR", "RATE", "ETA", "OWNER", "NAME"}};
+  for (const v1::Job& job : jobs) {
+    const bool running = job.state() == v1::JOB_STATE_RUNNING;
+    rows.push_back({std::to_string(job.id()), state_name(job.state()),
+                    fmt::format("{:.0f}%", std::floor(100 * fraction_done(job))), samples_text(job),
+                    error_text(job).empty() ? "-" : error_text(job),
+                    running ? human_rate(job.samples_per_second()) : "-",
+                    running && job.reason().empty() && job.eta_seconds() >= 0 ? human_seconds(job.eta_seconds()) : "-",
+                    job.owner(), job.reason().empty() ? job.name() : fmt::format("{} ({})", job.name(), job.reason())});
+  }
+  return rows;
+}
+
+Rows worker_rows(const std::vector<v1::Worker>& workers) {
+  Rows rows{{"WORKER", "HOST", "THREADS", "STATE", "RATE", "RESULTS", "LOST", "UP"}};
+  for (const v1::Worker& worker : workers) {
+    rows.push_back({worker.name(), worker.host(), std::to_string(worker.threads()), activity(worker),
+                    human_rate(worker.samples_per_second()), std::to_string(worker.results()),
+                    std::to_string(worker.leases_lost()), human_seconds(worker.connected_seconds())});
+  }
+  return rows;
+}
+
+/// The table in so many lines (its header among them), the last of which says how many rows are left out.
+void add_table(Rows rows, int columns, std::size_t most, std::vector<std::string>& lines) {
+  const std::size_t left_out = rows.size() > most ? rows.size() - most + 1 : 0;
+  rows.resize(rows.size() - left_out);
+  for (std::string& line : format_table(std::move(rows), columns)) {
+    lines.push_back(std::move(line));
+  }
+  if (left_out > 0) {
+    lines.push_back(fmt::format("… and {} more", left_out));
+  }
+}
+
+}  // namespace
+
+std::string activity(const v1::Worker& worker) {
+  if (!worker.quarantine().empty()) {
+    return worker.away() ? "quarantine, away" : "quarantine";
+  }
+  if (worker.draining()) {
+    return "draining";
+  }
+  return worker.leases() > 0 ? "working" : "idle";
+}
+
+std::vector<std::string> top_lines(const FarmLook& look, int columns, int rows) {
+  std::vector<v1::Job> jobs = look.jobs;
+  std::erase_if(jobs, [](const v1::Job& job) { return has_ended(job.state()); });
+  std::ranges::sort(jobs, {}, [](const v1::Job& job) { return std::pair(rank_of(job.state()), job.id()); });
+  std::vector<v1::Worker> workers = look.workers;
+  std::ranges::sort(workers, [](const v1::Worker& a, const v1::Worker& b) {
+    return std::tuple(-a.samples_per_second(), a.name()) < std::tuple(-b.samples_per_second(), b.name());
+  });
+
+  std::vector<std::string> job_kinds, worker_kinds;
+  for (const v1::Job& job : jobs) {
+    job_kinds.push_back(state_name(job.state()));
+  }
+  std::uint64_t threads = 0;
+  double rate = 0;
+  for (const v1::Worker& worker : workers) {
+    worker_kinds.push_back(activity(worker));
+    threads += worker.away() ? 0 : worker.threads();
+    rate += worker.samples_per_second();
+  }
+  std::ranges::sort(worker_kinds, std::greater());
+  std::vector<std::string> lines{
+      fmt::format("farm     {}", look.server),
+      fmt::format("workers  {}; {} threads, {}; the farm could use {}", counts_text(worker_kinds), threads,
+                  human_rate(rate), look.wanted),
+      fmt::format("jobs     {}", counts_text(job_kinds)),
+  };
+  for (const std::string& notice : look.notices) {
+    lines.push_back("note     " + printable(notice));
+  }
+  for (std::string& line : lines) {
+    line = columns > 0 ? cut_to_columns(line, columns) : line;
+  }
+
+  // Each table gets what the other one leaves of the rows, and half of them at least.
+  constexpr std::size_t kLeast = 2;  // a header, and a row or how many there are
+  std::size_t most_jobs = jobs.size() + 1, most_workers = workers.size() + 1;
+  if (rows > 0) {
+    const std::size_t blank = 2;
+    const std::size_t used = lines.size() + blank;
+    const std::size_t room = std::max(static_cast<std::size_t>(rows) > used ? rows - used : 0, 2 * kLeast);
+    const std::size_t half = room / 2;
+    most_jobs = std::min(most_jobs, std::max(half, room - std::min(room - kLeast, most_workers)));
+    most_workers = std::min(most_workers, room - most_jobs);
+  }
+  if (!jobs.empty()) {
+    lines.emplace_back();
+    add_table(job_rows(jobs), columns, most_jobs, lines);
+  }
+  if (!workers.empty()) {
+    lines.emplace_back();
+    add_table(worker_rows(workers), columns, most_workers, lines);
+  }
+  if (rows > 0 && lines.size() > static_cast<std::size_t>(rows)) {
+    lines.resize(static_cast<std::size_t>(rows));
+  }
+  return lines;
+}
+
+}  // namespace lightmill::cli

@@ -1,0 +1,182 @@
+// What an operator sees: one unit in the logs of all programs, and the farm in a terminal.
+#include <poll.h>
+#include <pty.h>
+#include <sys/wait.h>
+
+#include <regex>
+
+#include "tests/integration/cli/cli_fixture.h"
+
+namespace lightmill::test {
+namespace {
+
+const std::vector<std::string> kSmall{"--size", "96x80", "--spp", "8"};
+
+std::vector<std::string> lines_with(const std::string& path, const std::string& text) {
+  std::vector<std::string> lines;
+  std::ifstream file(path);
+  for (std::string line; std::getline(file, line);) {
+    if (line.find(text) != std::string::npos) {
+      lines.push_back(line);
+    }
+  }
+  return lines;
+}
+
+TEST_F(FarmCliTest, AUnitIsFollowedFromItsLeaseToItsCommit) {
+  stop_server();
+  start_server("127.0.0.1:0", {"--log-level", "debug"});
+  const CommandResult submitted =
+      lightmill({"submit", scene("cornell-bench-blocks.json"), "--size", "96x80", "--spp", "8", "--server", server()});
+  ASSERT_EQ(submitted.exit_code, 0) << submitted.err;
+  std::smatch said;
+  ASSERT_TRUE(std::regex_search(submitted.err, said, std::regex("trace ([0-9a-f]{32})"))) << submitted.err;
+  const std::string trace = said[1];
+  EXPECT_EQ(on_farm({"show", "1"})["trace_id"], trace);
+  start_worker("w1", {"--log-level", "debug", "--log-format", "json"});
+  ASSERT_EQ(on_farm({"watch", "1"})["state"], "done");
+
+  const std::vector<std::string> granted = lines_with(file("server.log"), "is granted: job 1, ");
+  ASSERT_FALSE(granted.empty());
+  std::smatch ids;
+  ASSERT_TRUE(std::regex_search(granted[0], ids,
+                                std::regex("lease ([0-9]+) is granted.* trace_id=([0-9a-f]+) "
+                                           "span_id=([0-9a-f]{16})$")))
+      << granted[0];
+  EXPECT_EQ(ids[2], trace);
+  const std::string lease = ids[1], span = ids[3];
+  EXPECT_EQ(std::stoull(span, nullptr, 16), std::stoull(lease));
+
+  // Each tile of the unit, in the order in which it goes: two logs, whose times are of one clock.
+  std::string tile;
+  std::string last = granted[0].substr(0, 23);
+  const auto expect_step = [&](const std::string& program, const std::string& what) {
+    const bool worker = program == "w1";
+    std::vector<std::string> steps =
+        lines_with(file(program + ".log"), worker ? R"("span_id":")" + span : "span_id=" + span);
+    std::erase_if(steps, [&](const std::string& line) {
+      return line.find(what) == std::string::npos || line.find("tile " + tile) == std::string::npos;
+    });
+    ASSERT_EQ(steps.size(), 1u) << program << ": " << what;
+    std::string time = steps[0].substr(0, 23);
+    if (worker) {
+      const nlohmann::json line = nlohmann::json::parse(steps[0], nullptr, false);
+      ASSERT_FALSE(line.is_discarded()) << steps[0];
+      EXPECT_EQ(line["trace_id"], trace);
+      EXPECT_EQ(line["span_id"], span);
+      time = line["time"].get<std::string>().substr(0, 23);
+      time[10] = ' ';
+    } else {
+      EXPECT_NE(steps[0].find("trace_id=" + trace), std::string::npos);
+    }
+    EXPECT_LE(last, time) << program << ": " << what;
+    last = time;
+  };
+  const std::vector<std::string> here = lines_with(file("server.log"), "lease " + lease + ": ");
+  ASSERT_FALSE(here.empty());
+  std::smatch number;
+  ASSERT_TRUE(std::regex_search(here[0], number, std::regex("tile ([0-9]+) is here"))) << here[0];
+  tile = number[1];
+  expect_step("w1", "is to be rendered");
+  expect_step("w1", "and sent");
+  expect_step("server", "is here");
+  expect_step("server", "is committed");
+  expect_step("w1", "is stored by the coordinator");
+  EXPECT_EQ(lines_with(file("server.log"), "submitted by").at(0).find("trace_id=" + trace) == std::string::npos, false);
+}
+
+/// A program in a terminal of its own.
+class Terminal {
+ public:
+  Terminal(const std::vector<std::string>& command, unsigned short rows, unsigned short columns) {
+    const winsize size{rows, columns, 0, 0};
+    pid_ = ::forkpty(&terminal_, nullptr, nullptr, &size);
+    if (pid_ == 0) {
+      std::vector<char*> words;
+      for (const std::string& word : command) {
+        words.push_back(const_cast<char*>(word.c_str()));
+      }
+      words.push_back(nullptr);
+      ::setenv("TERM", "xterm", 1);
+      ::execv(words[0], words.data());
+      ::_exit(127);
+    }
+  }
+  ~Terminal() {
+    if (pid_ > 0) {
+      ::kill(pid_, SIGKILL);
+      ::waitpid(pid_, nullptr, 0);
+    }
+    ::close(terminal_);
+  }
+  Terminal(const Terminal&) = delete;
+  Terminal& operator=(const Terminal&) = delete;
+
+  bool says(const std::string& text) {
+    return eventually([&] {
+      read();
+      return said_.find(text) != std::string::npos;
+    });
+  }
+  void type(char key) { EXPECT_EQ(::write(terminal_, &key, 1), 1); }
+  int wait() {
+    int status = 0;
+    EXPECT_TRUE(eventually([&] {
+      read();
+      return ::waitpid(pid_, &status, WNOHANG) == pid_;
+    }));
+    pid_ = -1;
+    read();
+    return WIFEXITED(status) ? WEXITSTATUS(status) : -1;
+  }
+  const std::string& said() const { return said_; }
+
+ private:
+  void read() {
+    pollfd input{terminal_, POLLIN, 0};
+    std::array<char, 4096> bytes{};
+    while (::poll(&input, 1, 10) > 0) {
+      const ssize_t got = ::read(terminal_, bytes.data(), bytes.size());
+      if (got <= 0) {
+        return;
+      }
+      said_.append(bytes.data(), static_cast<std::size_t>(got));
+    }
+  }
+  pid_t pid_ = -1;
+  int terminal_ = -1;
+  std::string said_;
+};
+
+TEST_F(FarmCliTest, TopShowsTheFarmUntilItIsLeft) {
+  submit({scene("cornell-bench-blocks.json"), "--size", "96x80", "--spp", "100000", "--name", "long"});
+  start_worker("w1");
+  ASSERT_TRUE(eventually([&] { return on_farm({"top"})["workers"].size() == 1; }));
+  const CommandResult once = lightmill({"top", "--server", server()});
+  EXPECT_EQ(once.exit_code, 0) << once.err;
+  EXPECT_NE(once.out.find("w1"), std::string::npos) << once.out;
+  EXPECT_EQ(once.out.find('\x1b'), std::string::npos) << "no terminal";
+
+  Terminal terminal({program("lightmill"), "top", "--server", server(), "--interval", "0.2s"}, 24, 100);
+  EXPECT_TRUE(terminal.says("1 working")) << terminal.said();
+  EXPECT_TRUE(terminal.says("long")) << terminal.said();
+  on_farm({"cancel", "1"});
+  EXPECT_TRUE(terminal.says("jobs     none")) << terminal.said();
+  terminal.type('q');
+  EXPECT_EQ(terminal.wait(), 0);
+  EXPECT_TRUE(terminal.said().starts_with("\x1b[?1049h"));
+  EXPECT_NE(terminal.said().find("\x1b[?25h\x1b[?1049l"), std::string::npos) << "it leaves the terminal as it was";
+}
+
+TEST_F(FarmCliTest, TopSaysWhenTheFarmIsAway) {
+  Terminal terminal({program("lightmill"), "top", "--server", server(), "--interval", "0.2s"}, 24, 100);
+  ASSERT_TRUE(terminal.says("workers  none")) << terminal.said();
+  stop_server();
+  EXPECT_TRUE(terminal.says("as it was; now: ")) << terminal.said();
+  terminal.type('\x03');
+  EXPECT_EQ(terminal.wait(), 0);
+  EXPECT_EQ(lightmill({"top", "--server", server()}).exit_code, 3);
+}
+
+}  // namespace
+}  // namespace lightmill::test

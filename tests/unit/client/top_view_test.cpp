@@ -1,0 +1,105 @@
+// What `top` shows of a farm.
+#include "client/cli/top_view.h"
+
+#include <fmt/format.h>
+#include <gtest/gtest.h>
+
+#include "client/cli/text_width.h"
+
+namespace lightmill::cli {
+namespace {
+
+FarmLook farm(int jobs, int workers) {
+  FarmLook look;
+  look.server = "farm:7350";
+  look.wanted = 12;
+  for (int i = 0; i < jobs; ++i) {
+    v1::Job& job = look.jobs.emplace_back();
+    job.set_id(static_cast<std::uint64_t>(i + 1));
+    job.set_name(fmt::format("job-{}", i + 1));
+    job.set_state(i % 2 == 0 ? v1::JOB_STATE_QUEUED : v1::JOB_STATE_RUNNING);
+    job.mutable_goal()->set_samples(64);
+  }
+  for (int i = 0; i < workers; ++i) {
+    v1::Worker& worker = look.workers.emplace_back();
+    worker.set_name(fmt::format("w{}", i + 1));
+    worker.set_threads(4);
+    worker.set_leases(i % 3 == 0 ? 0 : 2);
+    worker.set_samples_per_second(1e6 * (i + 1));
+  }
+  return look;
+}
+
+std::size_t line_with(const std::vector<std::string>& lines, const std::string& text) {
+  for (std::size_t i = 0; i < lines.size(); ++i) {
+    if (lines[i].find(text) != std::string::npos) {
+      return i;
+    }
+  }
+  ADD_FAILURE() << "no line has " << text;
+  return 0;
+}
+
+TEST(Top, SumsUpTheFarm) {
+  const std::vector<std::string> lines = top_lines(farm(3, 3), 0, 0);
+  EXPECT_EQ(lines[0], "farm     farm:7350");
+  EXPECT_EQ(lines[1], "workers  2 working, 1 idle; 12 threads, 6.00 Msamples/s; the farm could use 12");
+  EXPECT_EQ(lines[2], "jobs     1 running, 2 queued");
+}
+
+TEST(Top, ThoseAtWorkAndTheFastestComeFirst) {
+  FarmLook look = farm(4, 3);
+  look.jobs.emplace_back().set_state(v1::JOB_STATE_DONE);
+  look.jobs.back().set_name("over");
+  const std::vector<std::string> lines = top_lines(look, 0, 0);
+  EXPECT_LT(line_with(lines, "job-2"), line_with(lines, "job-4"));
+  EXPECT_LT(line_with(lines, "job-4"), line_with(lines, "job-1"));
+  EXPECT_LT(line_with(lines, "w3"), line_with(lines, "w2"));
+  for (const std::string& line : lines) {
+    EXPECT_EQ(line.find("over"), std::string::npos);
+  }
+}
+
+TEST(Top, WhatWaitsSaysWhyAndNotWhen) {
+  FarmLook look = farm(2, 0);
+  look.jobs[1].set_eta_seconds(12);
+  EXPECT_NE(top_lines(look, 0, 0)[line_with(top_lines(look, 0, 0), "job-2")].find("12 s"), std::string::npos);
+  look.jobs[1].set_reason("waits for a worker");
+  const std::vector<std::string> lines = top_lines(look, 0, 0);
+  EXPECT_EQ(lines[line_with(lines, "job-2 (waits for a worker)")].find("12 s"), std::string::npos);
+}
+
+TEST(Top, FitsAnyTerminal) {
+  for (const int jobs : {0, 1, 7, 500}) {
+    for (const int workers : {0, 1, 30, 1000}) {
+      for (const int rows : {1, 5, 9, 10, 24, 60}) {
+        const std::vector<std::string> lines = top_lines(farm(jobs, workers), 40, rows);
+        EXPECT_LE(lines.size(), static_cast<std::size_t>(rows)) << jobs << " " << workers;
+        for (const std::string& line : lines) {
+          EXPECT_LE(columns_of(line), 40) << line;
+        }
+      }
+    }
+  }
+}
+
+TEST(Top, SaysHowManyItLeavesOutAndUsesTheRoom) {
+  const std::vector<std::string> lines = top_lines(farm(3, 100), 0, 24);
+  EXPECT_EQ(lines.size(), 24u);
+  EXPECT_EQ(lines.back(), "… and 87 more");
+  const std::vector<std::string> both = top_lines(farm(100, 100), 0, 25);
+  EXPECT_EQ(both.size(), 25u);
+  EXPECT_NE(both[line_with(both, "WORKER") - 2].find("… and"), std::string::npos);
+}
+
+TEST(Top, ShowsNoControlCharacters) {
+  FarmLook look = farm(1, 1);
+  look.jobs[0].set_name("a\x1b[2Jb");
+  look.notices.push_back("c\x1b[2Jd");
+  for (const std::string& line : top_lines(look, 0, 0)) {
+    EXPECT_EQ(line.find('\x1b'), std::string::npos) << line;
+  }
+}
+
+}  // namespace
+}  // namespace lightmill::cli
