@@ -1,11 +1,23 @@
 #include "server/api/farm_loop.h"
 
+#include <ctime>
+
 #include "common/base/log.h"
 
 namespace lightmill {
 namespace {
 
 constexpr std::size_t kMaxTasks = 20'000;
+/// Watchers have a tenth of the core at most that the thread has: however many there are, and however much changes,
+/// workers go first.
+constexpr int kPausePerWatching = 9;
+
+/// That this thread has used.
+Duration cpu_time() {
+  timespec time{};
+  ::clock_gettime(CLOCK_THREAD_CPUTIME_ID, &time);
+  return std::chrono::seconds(time.tv_sec) + std::chrono::nanoseconds(time.tv_nsec);
+}
 
 bool has_ended(JobState state) {
   return state == JobState::done || state == JobState::failed || state == JobState::cancelled;
@@ -102,7 +114,7 @@ void FarmLoop::run() {
     }
     tell_inspected(turn);
     note_ends(turn);
-    watchers_due = watchers_.publish(farm_, turn.now);
+    watchers_due = tell_watchers(turn.now);
     if (const std::optional<Time> due = demand_.publish(farm_, turn.now)) {
       watchers_due = std::min(watchers_due.value_or(*due), *due);
     }
@@ -117,6 +129,16 @@ void FarmLoop::run() {
       return;
     }
   }
+}
+
+std::optional<Time> FarmLoop::tell_watchers(Time now) {
+  if (now < watchers_after_) {
+    return watchers_after_;
+  }
+  const Duration before = cpu_time();
+  const std::optional<Time> due = watchers_.publish(farm_, now);
+  watchers_after_ = clock_.now() + kPausePerWatching * (cpu_time() - before);
+  return due ? std::optional(std::max(*due, watchers_after_)) : std::nullopt;
 }
 
 void FarmLoop::tick(Turn& turn) {

@@ -90,6 +90,8 @@ class FarmLoop {
   void tell_inspected(Turn& turn);
   void note_ends(Turn& turn);
   void note_sent(Turn& turn);
+  /// As WatchHub::publish, unless it is too soon for that.
+  std::optional<Time> tell_watchers(Time now);
   void tick(Turn& turn);
   void set_stall(const Status& status);
   void hold(Turn& turn);
@@ -102,6 +104,7 @@ class FarmLoop {
   CommitQueue commits_;
   WatchHub watchers_;
   DemandHub demand_;
+  Time watchers_after_{};  ///< nothing is told before; the farm thread's own
   Mutex mutex_;
   CondVar changed_;
   std::vector<Task> tasks_ LM_GUARDED_BY(mutex_);

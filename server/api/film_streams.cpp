@@ -43,11 +43,15 @@ class WatchStream final : public grpc::ServerWriteReactor<v1::WatchJobResponse>,
     }
     v1::WatchJobResponse response;
     to_wire(update.job, response.mutable_job());
-    for (const TileSnapshot& tile : update.tiles) {
+    for (const auto& shared : update.tiles) {
+      const TileSnapshot& tile = shared->tile;
+      if (shared->preview.empty()) {
+        shared->preview = float_bytes(mean_rgb(tile));
+      }
       v1::PreviewTile* out = response.add_tiles();
       to_wire(tile.rect, out->mutable_rect());
       out->set_samples(tile.samples);
-      out->set_rgb(float_bytes(mean_rgb(tile)));
+      out->set_rgb(shared->preview);
     }
     const std::size_t bytes = response.ByteSizeLong();
     const MutexLock lock(mutex_);

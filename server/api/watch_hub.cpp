@@ -18,7 +18,7 @@ bool has_ended(JobState state) {
 }  // namespace
 
 void WatchHub::add(JobId job, bool with_tiles, std::shared_ptr<WatchSink> sink) {
-  watchers_.push_back({job, with_tiles, std::move(sink), 0, {}, false, 0, Time{}});
+  watchers_.push_back({job, with_tiles, std::move(sink), 0, {}, false, Time{}});
 }
 
 bool WatchHub::hold(JobId job) {
@@ -47,6 +47,14 @@ std::optional<Time> WatchHub::publish(const Coordinator& farm, Time now) {
   std::erase_if(watchers_, [&](Watcher& watcher) {
     return watcher.sink->closed() || publish_to(watcher, farm, now, wake) == Outcome::remove;
   });
+  std::set<JobId> watched;
+  for (const Watcher& watcher : watchers_) {
+    watched.insert(watcher.job);
+  }
+  std::erase_if(rounds_, [&](const auto& entry) { return !watched.contains(entry.first); });
+  for (auto& [job, round] : rounds_) {
+    round = {round.next_tile + round.seen};
+  }
   return wake;
 }
 
@@ -85,18 +93,24 @@ WatchHub::Outcome WatchHub::publish_to(Watcher& watcher, const Coordinator& farm
 bool WatchHub::add_tiles(Watcher& watcher, const Film& film, WatchUpdate& update) {
   const std::uint32_t count = film.grid().picture_tiles();
   watcher.sent_tiles.resize(count);
+  Round& round = rounds_[watcher.job];
+  round.next_tile %= count;
   for (std::uint32_t i = 0; i < count; ++i) {
-    const TileId tile{(watcher.next_tile + i) % count};
+    const TileId tile{(round.next_tile + i) % count};
     const std::uint64_t version = film.version(tile);
     if (version == watcher.sent_tiles[tile.value]) {
       continue;
     }
     if (update.tiles.size() == kTilesPerMessage) {
-      watcher.next_tile = tile.value;
+      round.seen = round.seen == 0 ? i : std::min(round.seen, i);
       return true;
     }
     watcher.sent_tiles[tile.value] = version;
-    update.tiles.push_back(snapshot(film, tile));
+    std::shared_ptr<const WatchedTile>& shared = round.tiles[tile];
+    if (shared == nullptr) {
+      shared = std::make_shared<const WatchedTile>(WatchedTile{snapshot(film, tile), {}});
+    }
+    update.tiles.push_back(shared);
   }
   return false;
 }

@@ -16,10 +16,16 @@
 
 namespace lightmill {
 
+/// A tile that has changed: one for all watchers that are told of it.
+struct WatchedTile {
+  TileSnapshot tile;
+  mutable std::string preview;  ///< its mean_rgb as bytes, kept by the first who makes them; the farm thread's own
+};
+
 /// One message for one watcher.
 struct WatchUpdate {
   JobStatus job;
-  std::vector<TileSnapshot> tiles;
+  std::vector<std::shared_ptr<const WatchedTile>> tiles;
   bool last = false;  ///< the job has ended and everything has been sent
 };
 
@@ -37,7 +43,7 @@ class WatchSink {
 
 /// Not thread-safe; belongs to the farm thread. A watcher gets the state at once, then whenever it changed: at most ten
 /// times a second, faster until every tile has its first sample, at once when the job ends. Nothing is queued: who
-/// reads slowly gets fewer, newer states.
+/// reads slowly gets fewer, newer states, and so does everybody while the farm has much else to do (FarmLoop).
 class WatchHub {
  public:
   void add(JobId job, bool with_tiles, std::shared_ptr<WatchSink> sink);
@@ -56,15 +62,21 @@ class WatchHub {
     std::uint64_t sent_version = 0;
     std::vector<std::uint64_t> sent_tiles;  ///< versions
     bool tiles_left = false;                ///< the last message could not hold all that changed
-    std::uint32_t next_tile = 0;            ///< where the next message starts to look: each tile gets its turn
     Time next_time{};
+  };
+  /// All watchers of a job start to look at the same tile: most often they are told of the same ones.
+  struct Round {
+    std::uint32_t next_tile = 0;  ///< where the next messages start: each tile gets its turn
+    std::uint32_t seen = 0;       ///< tiles that all full messages of this round went past; 0: none is full
+    std::map<TileId, std::shared_ptr<const WatchedTile>> tiles = {};
   };
   enum class Outcome { keep, remove };
   Outcome publish_to(Watcher& watcher, const Coordinator& farm, Time now, std::optional<Time>& wake);
-  static bool add_tiles(Watcher& watcher, const Film& film, WatchUpdate& update);
+  bool add_tiles(Watcher& watcher, const Film& film, WatchUpdate& update);
 
   std::vector<Watcher> watchers_;
-  std::map<JobId, int> held_;  ///< ends that are being committed
+  std::map<JobId, Round> rounds_;  ///< of jobs that are watched with tiles
+  std::map<JobId, int> held_;      ///< ends that are being committed
 };
 
 }  // namespace lightmill

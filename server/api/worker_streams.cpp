@@ -143,6 +143,9 @@ class WorkStream final : public grpc::ServerBidiReactor<v1::WorkRequest, v1::Wor
     }
     owner_.loop_->post_always(
         [self = shared_from_this(), body = std::move(*message), bytes](FarmLoop::Turn& turn) mutable {
+          if (self->owner_.bytes_in_flight_ >= kWindowBytes) {
+            turn.farm.cannot_keep_up(turn.now);
+          }
           self->deliver(std::move(body), turn);
           self->owner_.bytes_in_flight_ -= bytes;
           const MutexLock lock(self->mutex_);

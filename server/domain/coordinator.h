@@ -121,6 +121,10 @@ class Coordinator {
   /// The stream broke. Leases are kept until they expire: the worker may come back with them.
   void worker_disconnected(SessionId session, Time now, Step& step);
 
+  /// There is more to read of workers than can be read now: what they say waits, so until they are heard again nobody
+  /// is lost for having said nothing.
+  void cannot_keep_up(Time now);
+
   /// These leases' grants stood among a step's `after_commit`, and left at `now`: from then on their workers have to do
   /// something about them. Until this is told none is lost, however long the store takes.
   void grants_sent(std::span<const LeaseId> leases, Time now);

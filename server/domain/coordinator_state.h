@@ -418,6 +418,7 @@ struct Coordinator::State {
   std::unordered_map<LeaseId, Lease> leases;
   std::set<std::pair<Time, LeaseId>> expiry;
   Time next_copy_look, next_silence_look;
+  Time behind_at;              ///< when workers could not all be heard, the last time
   std::string last_copied_to;  ///< or the last worker for which there was nothing: the next look begins behind it
 
   Inspections inspections{epoch << 32 | 1};  ///< whose numbers no other coordinator has given

@@ -405,7 +405,11 @@ void Coordinator::State::renew(Lease& lease, Time now) {
 void Coordinator::State::expire(Time now, Step& step) {
   while (!expiry.empty() && expiry.begin()->first <= now) {
     const LeaseId id = expiry.begin()->second;
-    const Lease& lease = leases.at(id);
+    Lease& lease = leases.at(id);
+    if (!lease.abandoned && behind_at + limits.lease_duration > now) {
+      set_deadline(lease, behind_at + limits.lease_duration);
+      continue;
+    }
     const std::string name = lease.worker;
     end_lease_of_lost(id, true, now, step);
     if (Worker* worker = find_worker(name)) {

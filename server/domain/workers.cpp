@@ -301,8 +301,9 @@ void Coordinator::State::hang_up_on_silent(Time now, Step& step) {
   next_silence_look = now + limits.silence;
   std::vector<SessionId> silent;
   for (const auto& [name, worker] : workers) {
-    if (worker.session && worker.heard_at + limits.silence > now) {
-      next_silence_look = std::min(next_silence_look, worker.heard_at + limits.silence);
+    const Time silent_since = std::max(worker.heard_at, behind_at);
+    if (worker.session && silent_since + limits.silence > now) {
+      next_silence_look = std::min(next_silence_look, silent_since + limits.silence);
     } else if (worker.session) {
       note(step, Note::Level::warning, about(name), "worker {} is gone with {}: it has said nothing for {:.0f} s", name,
            counted(worker.leases.size(), "lease"), to_seconds(now - worker.heard_at));
@@ -385,6 +386,10 @@ void Coordinator::worker_message(SessionId session, WorkerMessage message, Time 
   if (may_read_again) {
     state.serve_inspections(now, step);
   }
+}
+
+void Coordinator::cannot_keep_up(Time now) {
+  state_->behind_at = now;
 }
 
 void Coordinator::worker_disconnected(SessionId session, Time now, Step& step) {

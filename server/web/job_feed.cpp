@@ -88,7 +88,8 @@ void JobFeed::take(const WatchUpdate& update) {
   }
   const std::optional<LayerPlace> place = layer_place(update.job);
   if (place && with_tiles_ && make_room(update.job)) {
-    for (const TileSnapshot& tile : update.tiles) {
+    for (const auto& shared : update.tiles) {
+      const TileSnapshot& tile = shared->tile;
       tiles_.put({tile.rect.y, tile.rect.x}, tile_field(job_, layer_, *place, tile));
     }
   }

@@ -257,6 +257,28 @@ TEST_F(LostWorkersTest, AfterItStoodStillWhoSaysNothingIsLostAllTheSame) {
   EXPECT_GT(status(job).counters.leases_lost, 0u);
 }
 
+TEST_F(LostWorkersTest, ACoordinatorThatCannotKeepUpLosesNobodyForSilence) {
+  const JobId job = submit(spec("r1", 64, {0, 0, 256, 64}));
+  const SessionId session = connect("a");
+  connect("b");
+  const Duration step_time = limits.lease_duration / 4;
+  for (Duration at{}; at < 3 * limits.silence; at += step_time) {
+    coordinator->cannot_keep_up(now);
+    pass(step_time);
+  }
+  EXPECT_TRUE(hang_ups.empty());
+  EXPECT_EQ(status(job).counters.leases_lost, 0u);
+  coordinator->worker_disconnected(session, now, step);  // whose stream breaks is lost all the same
+  coordinator->cannot_keep_up(now);
+  pass(limits.disconnect_grace + std::chrono::seconds(1));
+  const std::uint64_t lost = status(job).counters.leases_lost;
+  EXPECT_GT(lost, 0u);
+  pass(limits.lease_duration);
+  EXPECT_GT(status(job).counters.leases_lost, lost) << "it can listen again, and hears nothing";
+  pass(limits.silence);
+  EXPECT_EQ(hang_ups.size(), 1u);
+}
+
 TEST_F(LostWorkersTest, OneThatStartsWithOldJobsHasNotStoodStill) {
   limits.keep_ended = std::chrono::hours(1);
   restart({});

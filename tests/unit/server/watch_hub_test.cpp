@@ -102,7 +102,8 @@ TEST_F(WatchHubTest, TilesThatKeepChangingDoNotKeepTheOthersBack) {
     inbox->busy = false;
     publish();
     ASSERT_EQ(inbox->updates.size(), 1u);
-    for (const TileSnapshot& tile : inbox->updates[0].tiles) {
+    for (const auto& shared : inbox->updates[0].tiles) {
+      const TileSnapshot& tile = shared->tile;
       seen.insert({tile.rect.x, tile.rect.y});
     }
   }
@@ -128,7 +129,7 @@ TEST_F(WatchHubTest, WhoReadsSlowlyGetsTheNewestStateAndNoQueue) {
   ASSERT_EQ(inbox->updates.size(), 2u);
   EXPECT_EQ(inbox->updates[1].job.samples_done, coordinator->status(job, now)->samples_done);
   ASSERT_EQ(inbox->updates[1].tiles.size(), 1u);
-  EXPECT_EQ(inbox->updates[1].tiles[0].samples, coordinator->film(job)->samples(TileId{0}));
+  EXPECT_EQ(inbox->updates[1].tiles[0]->tile.samples, coordinator->film(job)->samples(TileId{0}));
 }
 
 TEST_F(WatchHubTest, ALargeFilmComesInSeveralMessagesAndTheLastSaysSo) {
@@ -144,11 +145,44 @@ TEST_F(WatchHubTest, ALargeFilmComesInSeveralMessagesAndTheLastSaysSo) {
   std::set<std::pair<int, int>> corners;
   for (const WatchUpdate& update : inbox->updates) {
     EXPECT_EQ(update.last, &update == &inbox->updates.back());
-    for (const TileSnapshot& tile : update.tiles) {
+    for (const auto& shared : update.tiles) {
+      const TileSnapshot& tile = shared->tile;
       corners.insert({tile.rect.x, tile.rect.y});
     }
   }
   EXPECT_EQ(corners.size(), 100u);
+}
+
+TEST_F(WatchHubTest, WhoComesLaterIsToldOfTheSameTilesAndSoonHasAll) {
+  const JobId job = submit(spec("r1", 1u << 20, {0, 0, 9 * kTileSize, 8 * kTileSize}));
+  const SessionId worker = connect("w");
+  const auto first = watch(job);
+  std::size_t done = 0;
+  const auto render_until_every_tile_has = [&](std::uint64_t samples) {
+    while (coordinator->status(job, now)->min_tile_samples < samples) {
+      ASSERT_LT(done, got<LeaseGrant>(worker).size());
+      finish(worker, got<LeaseGrant>(worker)[done++]);
+    }
+    pass(std::chrono::seconds(1));
+  };
+  render_until_every_tile_has(1);
+  publish();  // the first has 40 of 72 tiles
+  const auto second = watch(job);
+  render_until_every_tile_has(2);
+  publish();
+  ASSERT_EQ(first->updates.size(), 2u);
+  ASSERT_EQ(second->updates.size(), 1u);
+  EXPECT_EQ(first->updates[1].tiles, second->updates[0].tiles) << "the very same ones, made once";
+  for (int i = 0; i < 5; ++i) {
+    publish();
+  }
+  std::set<std::pair<int, int>> corners;
+  for (const WatchUpdate& update : second->updates) {
+    for (const auto& shared : update.tiles) {
+      corners.insert({shared->tile.rect.x, shared->tile.rect.y});
+    }
+  }
+  EXPECT_EQ(corners.size(), 72u);
 }
 
 TEST_F(WatchHubTest, WithoutTilesOnlyTheStateComes) {
