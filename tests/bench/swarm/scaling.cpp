@@ -11,6 +11,7 @@
 #include "common/base/check.h"
 #include "common/base/file.h"
 #include "common/base/file_limit.h"
+#include "common/base/quantities.h"
 #include "tests/bench/swarm/swarm.h"
 #include "tests/support/farm.h"
 
@@ -92,6 +93,7 @@ class Crew {
   };
   static bench::SwarmCounts take(const bench::SwarmCounts& from, bench::SwarmCounts sum) {
     sum.connected += from.connected;
+    sum.disconnects += from.disconnects;
     sum.results += from.results;
     sum.result_bytes += from.result_bytes;
     return sum;
@@ -148,6 +150,7 @@ Row measure(const Options& options, const Size& size, std::uint32_t workers) {
   LM_CHECK(job.state() == v1::JOB_STATE_DONE, "job: {}", job.ShortDebugString());
   const double took = static_cast<double>(job.finished_unix_ms() - job.submitted_unix_ms()) / 1000;
   const bench::SwarmCounts counts = crew.counts();
+  LM_CHECK(counts.disconnects == 0, "{} of workers that stayed were lost", counted(counts.disconnects, "connection"));
   const Row row{crew.size(), work * polled / offered, took, static_cast<double>(counts.result_bytes) / took / 1e6};
   fmt::print("| {}x{} | {} | {} | {:.2f} | {:.2f} | {:.1f} % | {:.0f} | {:.1f} |\n", size.width, size.height,
              row.workers, picture.samples, row.ideal, row.took, 100 * row.ideal / row.took,

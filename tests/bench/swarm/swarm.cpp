@@ -20,6 +20,49 @@ namespace {
 /// New connections a second: a cluster does not start its workers in one moment either.
 constexpr double kConnectionsPerSecond = 1000;
 
+/// What a coordinator gives a worker: so many leases, and more (up to so many times more) while they hold fewer tiles
+/// than so many for each of its threads.
+constexpr std::size_t kLeasesPerWorker = 2, kSmallUnitsFactor = 8;
+
+struct MadeNode {
+  Node node;
+  Hash128 hash;
+};
+
+/// Nodes, each made once for all who need one of its range and size. (All jobs have the same layers.)
+class MadeNodes {
+ public:
+  std::shared_ptr<const MadeNode> get(const NodeLayout& layout, const SampleRange& range, std::size_t pixels) {
+    if (made_.size() >= kMost) {
+      made_.clear();
+    }
+    std::shared_ptr<const MadeNode>& made = made_[{range, pixels}];
+    if (made == nullptr) {
+      made = std::make_shared<const MadeNode>(make(layout, range, pixels));
+    }
+    return made;
+  }
+
+ private:
+  static constexpr std::size_t kMost = 512;  ///< of 96 KiB: far more ranges than are under way at once
+
+  /// Whole numbers, which add up to the same in any order: each sample is 2 in its half, the first one all in half A.
+  static MadeNode make(const NodeLayout& layout, const SampleRange& range, std::size_t pixels) {
+    const auto samples = static_cast<float>(range.count());
+    MadeNode made{{range, std::vector<float>(layout.values(range) * pixels, samples), 0}, {}};
+    if (range.count() == 1) {
+      const std::size_t half = layout.summed * pixels;
+      const bool odd = range.first() % 2 == 1;
+      std::fill_n(made.node.values.begin(), half, odd ? 0.0f : 2.0f);
+      std::fill_n(made.node.values.begin() + static_cast<std::ptrdiff_t>(half), half, odd ? 2.0f : 0.0f);
+    }
+    made.hash = hash_of(made.node);
+    return made;
+  }
+
+  std::map<std::pair<SampleRange, std::size_t>, std::shared_ptr<const MadeNode>> made_;
+};
+
 }  // namespace
 
 /// A thread has between speed / sqrt(spread) and speed * sqrt(spread), spread evenly on a logarithmic scale by the
@@ -67,8 +110,9 @@ struct Swarm::Inbox {
 /// One worker. Lives on the swarm's thread, but for what its link posts.
 class SwarmMember {
  public:
-  SwarmMember(Swarm& swarm, std::uint32_t number)
+  SwarmMember(Swarm& swarm, MadeNodes& nodes, std::uint32_t number)
       : swarm_(swarm),
+        nodes_(nodes),
         session_(config_of(swarm.options_, number)),
         seconds_per_pixel_sample_(swarm.options_.threads / speed_of(swarm.options_, number)),
         free_(swarm.options_.threads),
@@ -79,9 +123,9 @@ class SwarmMember {
   /// Does what is due and what the session asks for; when it wants to be called next.
   Time advance(Time now) {
     while (!rendering_.empty() && rendering_.begin()->first <= now) {
-      RenderedTile tile = std::move(rendering_.begin()->second);
+      const Rendering tile = std::move(rendering_.begin()->second);
       rendering_.erase(rendering_.begin());
-      session_.tile_rendered(std::move(tile), now, actions_);
+      session_.tile_rendered({tile.ticket, tile.made->node, tile.made->hash, tile.seconds}, now, actions_);
     }
     if (const auto due = session_.next_deadline(); due && *due <= now) {
       session_.tick(now, actions_);
@@ -98,6 +142,12 @@ class SwarmMember {
   Time next = Time::max();  ///< of the entry in the swarm's queue that counts
 
  private:
+  struct Rendering {
+    std::uint64_t ticket = 0;
+    std::shared_ptr<const MadeNode> made;
+    double seconds = 0;
+  };
+
   static SessionConfig config_of(const SwarmOptions& options, std::uint32_t number) {
     SessionConfig config;
     config.name = fmt::format("swarm-{}", options.first + number);
@@ -120,8 +170,9 @@ class SwarmMember {
       });
     };
     handlers.message = [this](std::uint64_t stream, CoordinatorMessage message) {
-      post(stream, [this, message = std::move(message)](Time now) {
-        note(message, now);
+      const Time arrived = system_clock().now();
+      post(stream, [this, arrived, message = std::move(message)](Time now) {
+        note(message, arrived);
         session_.message(message, now, actions_);
       });
     };
@@ -130,7 +181,9 @@ class SwarmMember {
         if (std::exchange(connected_, false)) {
           const MutexLock lock(swarm_.mutex_);
           --swarm_.counts_.connected;
+          ++swarm_.counts_.disconnects;
         }
+        short_since_.reset();
         session_.disconnected(now, actions_);
       });
     };
@@ -138,20 +191,30 @@ class SwarmMember {
   }
   void post(std::uint64_t stream, std::function<void(Time)> event);
 
-  void note(const CoordinatorMessage& message, Time now) {
+  /// As the coordinator sees it, once it has all that was sent.
+  bool may_have_more() const {
+    std::size_t tiles = 0;
+    for (const auto& [lease, left] : left_) {
+      tiles += left;
+    }
+    return left_.size() < kLeasesPerWorker ||
+           (left_.size() < kLeasesPerWorker * kSmallUnitsFactor && tiles < kLeasesPerWorker * swarm_.options_.threads);
+  }
+
+  void note(const CoordinatorMessage& message, Time arrived) {
     const MutexLock lock(swarm_.mutex_);
     if (const auto* const grant = std::get_if<LeaseGrant>(&message)) {
       ++swarm_.counts_.leases;
       left_[grant->lease] = grant->unit.tiles.size();
-      if (!without_.empty()) {
-        swarm_.latencies_.lease.push_back(to_seconds(now - without_.front()));
-        without_.pop_front();
+      // One that was there before had only not been read.
+      if (const auto since = std::exchange(short_since_, std::nullopt); since && *since < arrived) {
+        swarm_.latencies_.lease.push_back(to_seconds(arrived - *since));
       }
     } else if (const auto* const ack = std::get_if<ResultAck>(&message)) {
       for (const NodeKey& key : ack->keys) {
         if (const auto sent = sent_.find(key); sent != sent_.end()) {
           ++swarm_.counts_.acknowledged;
-          swarm_.latencies_.commit.push_back(to_seconds(now - sent->second));
+          swarm_.latencies_.commit.push_back(to_seconds(arrived - sent->second));
           sent_.erase(sent);
         }
       }
@@ -159,21 +222,27 @@ class SwarmMember {
       for (const LeaseId lease : cancel->leases) {
         left_.erase(lease);
       }
+      short_since_.reset();
     }
   }
 
   void perform(const OpenStream&, Time) { stream_ = link_.open(); }
   void perform(const CloseStream&, Time) { link_.close(); }
-  void perform(const SendMessage& send, Time now) {
+  void perform(const SendMessage& send, Time) {
     if (const auto* const result = std::get_if<WorkerResult>(send.message.get())) {
+      const Time now = system_clock().now();
+      sent_.try_emplace(result->key, now);
+      if (const auto lease = left_.find(result->lease); lease != left_.end()) {
+        if (--lease->second == 0) {
+          left_.erase(lease);
+        }
+        if (!short_since_ && may_have_more()) {
+          short_since_ = now;
+        }
+      }
       const MutexLock lock(swarm_.mutex_);
       ++swarm_.counts_.results;
       swarm_.counts_.result_bytes += result->node.values.size() * sizeof(float);
-      sent_.try_emplace(result->key, now);
-      if (const auto lease = left_.find(result->lease); lease != left_.end() && --lease->second == 0) {
-        left_.erase(lease);
-        without_.push_back(now);
-      }
     }
     link_.send(send.message);
   }
@@ -181,27 +250,14 @@ class SwarmMember {
   void perform(const RenderTile& tile, Time now) {
     const RenderSettings& settings = tile.description->settings;
     const auto pixels = static_cast<std::size_t>(TileGrid(settings.crop).tile_rect(tile.key.tile).pixel_count());
-    const auto samples = static_cast<float>(tile.key.range.count());
-    RenderedTile rendered;
-    rendered.ticket = tile.ticket;
-    // Whole numbers, which add up to the same in any order: each sample is 2 in its half, the first one all in half A.
-    const NodeLayout layout(settings.layers);
-    rendered.node = {tile.key.range, std::vector<float>(layout.values(tile.key.range) * pixels, samples), 0};
-    if (tile.key.range.count() == 1) {
-      const std::size_t half = layout.summed * pixels;
-      const bool odd = tile.key.range.first() % 2 == 1;
-      std::fill_n(rendered.node.values.begin(), half, odd ? 0.0f : 2.0f);
-      std::fill_n(rendered.node.values.begin() + static_cast<std::ptrdiff_t>(half), half, odd ? 2.0f : 0.0f);
-    }
-    rendered.hash = hash_of(rendered.node);
-    rendered.seconds = static_cast<double>(pixels) * samples * seconds_per_pixel_sample_;
+    const double seconds =
+        static_cast<double>(pixels) * static_cast<double>(tile.key.range.count()) * seconds_per_pixel_sample_;
     Time& thread = *std::ranges::min_element(free_);
-    thread = std::max(thread, now) + from_seconds(rendered.seconds);
-    {
-      const MutexLock lock(swarm_.mutex_);
-      swarm_.counts_.busy_seconds += rendered.seconds;
-    }
-    rendering_.emplace(thread, std::move(rendered));
+    thread = std::max(thread, now) + from_seconds(seconds);
+    rendering_.emplace(
+        thread, Rendering{tile.ticket, nodes_.get(NodeLayout(settings.layers), tile.key.range, pixels), seconds});
+    const MutexLock lock(swarm_.mutex_);
+    swarm_.counts_.busy_seconds += seconds;
   }
   void perform(const Exit& exit, Time) {
     LM_CHECK(!exit.failed, "a worker of the swarm is dismissed: {}", exit.reason);
@@ -210,13 +266,14 @@ class SwarmMember {
   void perform(const Other&, Time) {}
 
   Swarm& swarm_;
+  MadeNodes& nodes_;
   Session session_;
   SessionActions actions_;
   const double seconds_per_pixel_sample_;
-  std::vector<Time> free_;  ///< by thread: when it has done what it was given
-  std::multimap<Time, RenderedTile> rendering_;
-  std::map<LeaseId, std::size_t> left_;  ///< tiles of which no result has been sent
-  std::deque<Time> without_;             ///< when leases ended for which no other one has come
+  std::vector<Time> free_;                    ///< by thread: when it has done what it was given
+  std::multimap<Time, Rendering> rendering_;  ///< by when it is done
+  std::map<LeaseId, std::size_t> left_;       ///< tiles of which no result has been sent
+  std::optional<Time> short_since_;           ///< when a result was sent after which more is to come, and nothing has
   std::map<NodeKey, Time> sent_;
   std::uint64_t stream_ = 0;
   bool connected_ = false;
@@ -273,6 +330,7 @@ Swarm::~Swarm() = default;
 
 void Swarm::run(const std::stop_token& stop) {
   absl::SetMutexDeadlockDetectionMode(absl::OnDeadlockCycle::kIgnore);  // as the coordinator does
+  MadeNodes nodes;
   std::vector<std::unique_ptr<SwarmMember>> members;
   Agenda agenda;
   const Clock& clock = system_clock();
@@ -281,7 +339,7 @@ void Swarm::run(const std::stop_token& stop) {
     Time now = clock.now();
     const auto due = std::min<double>(options_.workers, to_seconds(now - begun) * kConnectionsPerSecond + 1);
     while (members.size() < static_cast<std::size_t>(due)) {
-      members.push_back(std::make_unique<SwarmMember>(*this, static_cast<std::uint32_t>(members.size())));
+      members.push_back(std::make_unique<SwarmMember>(*this, nodes, static_cast<std::uint32_t>(members.size())));
       members.back()->start(now);
       agenda.put(*members.back(), now);
     }

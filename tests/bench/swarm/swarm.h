@@ -1,8 +1,8 @@
 // Thousands of workers in one process: each is a real session on a real connection of its own, and only its threads are
-// made up. A tile takes as long as it would at a stated speed, and its node is one that was made before.
+// made up. A tile takes as long as it would at a stated speed, and its node is a copy of one that was made and hashed
+// before: what this process does is to copy nodes, and what gRPC does with them.
 #pragma once
 
-#include <atomic>
 #include <cstdint>
 #include <memory>
 #include <string>
@@ -30,13 +30,16 @@ double speed_of(const SwarmOptions& options);
 /// What a swarm has done so far.
 struct SwarmCounts {
   std::uint32_t connected = 0;
+  std::uint64_t disconnects = 0;  ///< of those who were connected, also if they have come back
   std::uint64_t leases = 0, results = 0, result_bytes = 0, acknowledged = 0;
   double busy_seconds = 0;  ///< of all threads
 };
 
-/// Seconds, in no order.
+/// Seconds, in no order: from when a result is handed to gRPC until gRPC hands over what answers it.
 struct SwarmLatencies {
-  std::vector<double> lease;   ///< from the last result of a lease until the worker's next grant
+  /// From the first result that leaves a worker with fewer leases or tiles than a coordinator gives one, until its next
+  /// lease.
+  std::vector<double> lease;
   std::vector<double> commit;  ///< from a result until it is acknowledged, which is when it is durable
 };
 
@@ -44,8 +47,9 @@ class SwarmMember;
 
 class Swarm {
  public:
+  /// Its workers start to connect, a thousand a second.
   explicit Swarm(SwarmOptions options);
-  /// Ends all connections at once, as if the machines had lost their power.
+  /// Ends all connections, which the coordinator is told at once, as when processes are killed.
   ~Swarm();
   Swarm(const Swarm&) = delete;
   Swarm& operator=(const Swarm&) = delete;

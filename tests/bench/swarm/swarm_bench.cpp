@@ -9,7 +9,9 @@
 
 #include "common/base/check.h"
 #include "common/base/file_limit.h"
+#include "common/base/mutex.h"
 #include "common/base/quantities.h"
+#include "common/film/tile_grid.h"
 #include "tests/bench/cpu_share.h"
 #include "tests/bench/swarm/swarm.h"
 #include "tests/support/farm.h"
@@ -56,17 +58,20 @@ double percentile(std::vector<double> values, double share) {
   return *at;
 }
 
-/// Somebody who watches a job with its tiles, and reads whatever comes.
+/// Somebody who watches a square picture with its tiles, and reads whatever comes.
 class Viewer {
  public:
-  Viewer(const std::string& address, std::uint64_t job)
-      : client_(address), thread_([this, job] {
+  Viewer(const std::string& address, std::uint64_t job, int side)
+      : columns_(static_cast<std::size_t>((side + kTileSize - 1) / kTileSize)),
+        current_(columns_ * columns_, SteadyClock::now()),
+        client_(address),
+        thread_([this, job] {
           v1::WatchJobRequest request;
           request.set_id(job);
           request.set_tiles(true);
           const auto stream = client_.stub().WatchJob(&context_, request);
           for (v1::WatchJobResponse response; stream->Read(&response);) {
-            ++updates_;
+            take(response);
           }
           stream->Finish();
         }) {}
@@ -76,14 +81,65 @@ class Viewer {
   }
   Viewer(const Viewer&) = delete;
   Viewer& operator=(const Viewer&) = delete;
-  std::uint64_t updates() const { return updates_; }
+  /// Received so far.
+  std::uint64_t tiles() const {
+    const MutexLock lock(mutex_);
+    return tiles_;
+  }
+  /// Appends the seconds since each tile was last known to be as the coordinator had it.
+  void add_ages(std::vector<double>& ages) const {
+    const MutexLock lock(mutex_);
+    std::ranges::transform(current_, std::back_inserter(ages), seconds_since);
+  }
 
  private:
+  void take(const v1::WatchJobResponse& response) {
+    const auto now = SteadyClock::now();
+    const int count = response.tiles_size();
+    const MutexLock lock(mutex_);
+    tiles_ += static_cast<std::uint64_t>(count);
+    most_ = std::max(most_, count);
+    if (count < most_) {  // it had room for more: no other tile has changed
+      std::ranges::fill(current_, now);
+    }
+    for (const v1::PreviewTile& tile : response.tiles()) {
+      const auto column = static_cast<std::size_t>(tile.rect().x() / kTileSize);
+      current_.at(static_cast<std::size_t>(tile.rect().y() / kTileSize) * columns_ + column) = now;
+    }
+  }
+
+  const std::size_t columns_;
+  mutable Mutex mutex_;
+  std::uint64_t tiles_ LM_GUARDED_BY(mutex_) = 0;
+  int most_ LM_GUARDED_BY(mutex_) = 0;  ///< tiles in one message
+  std::vector<SteadyClock::time_point> current_ LM_GUARDED_BY(mutex_);
   test::FarmClient client_;
   grpc::ClientContext context_;
-  std::atomic<std::uint64_t> updates_ = 0;
   std::thread thread_;
 };
+
+using Viewers = std::vector<std::unique_ptr<Viewer>>;
+
+std::uint64_t tiles_seen(const Viewers& viewers) {
+  std::uint64_t sum = 0;
+  for (const auto& viewer : viewers) {
+    sum += viewer->tiles();
+  }
+  return sum;
+}
+
+/// Returns after so many seconds, with the ages that the viewers' tiles had meanwhile.
+std::vector<double> let_pass(double seconds, const Viewers& viewers) {
+  constexpr int kGlances = 20;
+  std::vector<double> ages;
+  for (int i = 0; i < kGlances; ++i) {
+    std::this_thread::sleep_for(std::chrono::duration<double>(seconds / kGlances));
+    for (const auto& viewer : viewers) {
+      viewer->add_ages(ages);
+    }
+  }
+  return ages;
+}
 
 /// One farm with so many workers: a row of the table.
 std::string measure(const Options& options, std::uint32_t workers) {
@@ -116,26 +172,20 @@ std::string measure(const Options& options, std::uint32_t workers) {
            "no picture after five minutes");
   const double first_picture = seconds_since(submitted);
 
-  std::vector<std::unique_ptr<Viewer>> viewers;
+  Viewers viewers;
   for (int i = 0; i < options.viewers; ++i) {
-    viewers.push_back(std::make_unique<Viewer>(farm.address(), job));
+    viewers.push_back(std::make_unique<Viewer>(farm.address(), job, options.side));
   }
   std::this_thread::sleep_for(std::chrono::duration<double>(options.warm_seconds));
   swarm.take_latencies();
-  const auto updates = [&] {
-    std::uint64_t sum = 0;
-    for (const auto& viewer : viewers) {
-      sum += viewer->updates();
-    }
-    return sum;
-  };
   const bench::SwarmCounts before = swarm.counts();
-  const std::uint64_t updates_before = updates();
+  const std::uint64_t seen_before = tiles_seen(viewers);
   const pid_t pid = farm.server().pid();
   const double cpu = process_cpu_seconds(pid), own_cpu = seconds_of(CLOCK_PROCESS_CPUTIME_ID);
   const auto measured = SteadyClock::now();
-  std::this_thread::sleep_for(std::chrono::duration<double>(options.seconds));
+  const std::vector<double> ages = let_pass(options.seconds, viewers);
   const double passed = seconds_since(measured);
+  const double seen = static_cast<double>(tiles_seen(viewers) - seen_before) / passed;
   const bench::SwarmCounts after = swarm.counts();
   const double cores = (process_cpu_seconds(pid) - cpu) / passed;
   const double own_cores = (seconds_of(CLOCK_PROCESS_CPUTIME_ID) - own_cpu) / passed;
@@ -143,18 +193,18 @@ std::string measure(const Options& options, std::uint32_t workers) {
   const double results = static_cast<double>(after.acknowledged - before.acknowledged) / passed;
   const double bytes = static_cast<double>(after.result_bytes - before.result_bytes) / passed;
   const double busy = (after.busy_seconds - before.busy_seconds) / (passed * workers * options.threads);
-  const std::string seen =
-      viewers.empty()
-          ? ""
-          : fmt::format("{:.1f}", static_cast<double>(updates() - updates_before) / passed / options.viewers);
-  LM_CHECK(after.connected == workers, "{} of {} workers are still connected", after.connected, workers);
+  const std::string view = viewers.empty() ? " | "
+                                           : fmt::format("{:.1f} | {:.2f}, {:.2f}", seen / options.viewers,
+                                                         percentile(ages, 0.5), percentile(ages, 0.99));
+  LM_CHECK(after.connected == workers && after.disconnects == 0, "{} of {} workers are connected, and {} were lost",
+           after.connected, workers, counted(after.disconnects, "connection"));
   return fmt::format(
       "| {} | {:.0f} | {:.1f} | {:.2f} | {:.2f} | {} | {:.0f}, {:.0f} | {:.0f}, {:.0f} | {:.2f} | {:.0f} % | {:.1f} | "
       "{} |",
       workers, results, bytes / 1e6, cores, own_cores, status_kib(pid, "VmRSS") / 1024,
       1e3 * percentile(latencies.lease, 0.5), 1e3 * percentile(latencies.lease, 0.99),
       1e3 * percentile(latencies.commit, 0.5), 1e3 * percentile(latencies.commit, 0.99), first_picture, 100 * busy,
-      connecting, seen);
+      connecting, view);
 }
 
 /// From here on this process has all cores but that one.
@@ -177,8 +227,9 @@ int run(const Options& options) {
              options.side);
   fmt::print(
       "| workers | results/s | MB/s | coordinator, cores | swarm, cores | coordinator, MiB | lease, ms: median, 99 % | "
-      "commit, ms: median, 99 % | first picture, s | workers busy | connecting, s | updates/s of a viewer |\n");
-  fmt::print("| --- | --- | --- | --- | --- | --- | --- | --- | --- | --- | --- | --- |\n");
+      "commit, ms: median, 99 % | first picture, s | workers busy | connecting, s | tiles/s of a viewer | age of a "
+      "tile, s: median, 99 % |\n");
+  fmt::print("| --- | --- | --- | --- | --- | --- | --- | --- | --- | --- | --- | --- | --- |\n");
   for (const std::uint32_t workers : options.workers) {
     fmt::print("{}\n", measure(options, workers));
     std::fflush(stdout);
@@ -192,7 +243,18 @@ int main(int argc, char** argv) {
   CLI::App app(
       "What thousands of workers cost a coordinator: simulated ones, each with a connection of its own, which answer "
       "as "
-      "fast as is said with nodes that were made before.");
+      "fast as is said with copies of nodes that were made before. Fails if one of them loses its connection.");
+  app.footer(
+      "Columns:\n"
+      "  lease          from the first result that leaves a worker with fewer leases or tiles than it is given at a\n"
+      "                 time, until its next lease\n"
+      "  commit         from a result until it is acknowledged, which is when it is durable\n"
+      "  first picture  from submitting the last job until each of its tiles has a sample\n"
+      "  workers busy   of all threads' time, what the tiles take that were begun\n"
+      "  connecting     until all workers are connected: they start a thousand a second, so at least workers / 1000\n"
+      "  tiles/s        those that a viewer is sent; results/s are how many change, of all jobs\n"
+      "  age            of the tiles that a viewer sees: since the last message that had the tile, or that had room\n"
+      "                 for more tiles than had changed");
   Options options;
   app.add_option("--workers", options.workers, "one farm after the other, with so many each")
       ->delimiter(',')
