@@ -11,7 +11,7 @@ std::optional<Time> DemandHub::publish(const Coordinator& farm, Time now) {
     return next_look_;
   }
   next_look_ = now + kInterval;
-  const bool active = farm.wanted_workers(now) > 0;
+  const bool active = farm.wants_workers();
   for (Listener& listener : listeners_) {
     // A stream that is still writing pokes the loop when it is done.
     if (listener.told != active && listener.sink->writable()) {

@@ -18,7 +18,10 @@ bool has_ended(JobState state) {
 }  // namespace
 
 void WatchHub::add(JobId job, bool with_tiles, std::shared_ptr<WatchSink> sink) {
-  watchers_.push_back({job, with_tiles, std::move(sink), 0, {}, false, Time{}});
+  Watcher& watcher = watchers_.emplace_back();
+  watcher.job = job;
+  watcher.with_tiles = with_tiles;
+  watcher.sink = std::move(sink);
 }
 
 bool WatchHub::hold(JobId job) {
@@ -53,7 +56,7 @@ std::optional<Time> WatchHub::publish(const Coordinator& farm, Time now) {
   }
   std::erase_if(rounds_, [&](const auto& entry) { return !watched.contains(entry.first); });
   for (auto& [job, round] : rounds_) {
-    round = {round.next_tile + round.seen};
+    round = {round.number + (round.seen > 0 ? 1 : 0), round.next_tile + round.seen};
   }
   return wake;
 }
@@ -95,14 +98,22 @@ bool WatchHub::add_tiles(Watcher& watcher, const Film& film, WatchUpdate& update
   watcher.sent_tiles.resize(count);
   Round& round = rounds_[watcher.job];
   round.next_tile %= count;
+  const bool missed = watcher.tiles_left && watcher.last_round + 1 < round.number;
+  watcher.last_round = round.number;
+  watcher.on_its_own = missed && !watcher.on_its_own;
+  const std::uint32_t start = watcher.on_its_own ? watcher.own_tile : round.next_tile;
   for (std::uint32_t i = 0; i < count; ++i) {
-    const TileId tile{(round.next_tile + i) % count};
+    const TileId tile{(start + i) % count};
     const std::uint64_t version = film.version(tile);
     if (version == watcher.sent_tiles[tile.value]) {
       continue;
     }
     if (update.tiles.size() == kTilesPerMessage) {
-      round.seen = round.seen == 0 ? i : std::min(round.seen, i);
+      if (watcher.on_its_own) {
+        watcher.own_tile = tile.value;
+      } else {
+        round.seen = round.seen == 0 ? i : std::min(round.seen, i);
+      }
       return true;
     }
     watcher.sent_tiles[tile.value] = version;

@@ -104,9 +104,9 @@ class Coordinator {
   /// with `render_again` all that they have had a part in. One that is there already stays, for its own reason; of one
   /// that is gone the farm must have results. `reason` begins with kByHand. NOT_FOUND.
   Status quarantine_worker(const std::string& name, const std::string& reason, bool render_again, Time now, Step& step);
-  /// Ends the quarantine of this worker, and of those on its machine.
   /// Somebody has asked for it in vain: jobs that have it say so while that goes on.
   void asset_is_missing(const Sha256& digest, Time now, Step& step);
+  /// Ends the quarantine of this worker, and of those on its machine.
   Status release_worker(const std::string& name, Time now, Step& step);
   /// Has a worker read scene files; the answer comes in a step's `inspected`, unless it is forgotten. UNAVAILABLE,
   /// RESOURCE_EXHAUSTED.
@@ -147,9 +147,13 @@ class Coordinator {
   std::vector<WorkerStatus> workers(Time now) const;  ///< by name
   /// How many workers the farm could use, for whoever starts and stops them: as many as have a minute's work each in
   /// what is left of all jobs, but all that are at work. A job that time alone ends wants a thread for each of its
-  /// tiles; one of which nobody knows what a sample costs, those who are there. 0 if no job goes on, 1 while nobody is
-  /// there.
+  /// tiles; one of which nobody knows what a sample costs, or that ends within a minute, those who are there. 0 if no
+  /// job goes on, 1 while nobody is there who could render one. Those in quarantine come on top, as they have a place.
   std::uint32_t wanted_workers(Time now) const;
+  /// Whether that is more than 0: much sooner said.
+  bool wants_workers() const;
+  /// Why no work is handed out; empty while it is.
+  const std::string& held() const;
   /// Valid until the next event.
   Result<const JobSpec*> spec(JobId job) const;
   /// Of all jobs.

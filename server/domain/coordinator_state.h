@@ -137,6 +137,7 @@ struct Job {
   std::optional<Time> active_since;  ///< while units are out; its pilots do not count
   std::uint32_t leases_sent = 0;     ///< of `leases`: the others' grants have not left yet
   Time hold_until;                   ///< no leases before that: workers may come back with what they hold
+  bool pictured = false;             ///< each pixel has had a sample; or an earlier coordinator may have seen to that
   bool digest_durable = false;       ///< the row with class and method is known to be stored
   LeaseId bound_at{0};               ///< the last lease when its class was fixed: its first one
   std::map<TileId, Suspicion> suspicions;
@@ -254,7 +255,7 @@ struct Coordinator::State {
   static double node_bytes(const Job& job);
   /// Whether as much of the job is out as may be before anything of it is back.
   bool enough_is_tried(const Job& job) const;
-  UnitAim aim_for(const Worker& worker, const Job& job) const;
+  UnitAim aim_for(const Worker& worker, const Job& job, Time now) const;
   Lease& open_lease(Worker& worker, Job& job, LeaseId id, Unit unit, bool copy, Time now);
   void send_grant(Worker& worker, Job& job, Lease& lease, Step& step);
   void wait_until_sent(const Worker& worker, Job& job, Lease& lease);
@@ -368,11 +369,13 @@ struct Coordinator::State {
   // ---- view.cpp ----
   JobStatus describe(const Job& job, Time now) const;
   std::string reason_to_wait(const Job& job, Time now) const;  ///< empty if somebody is there who may render it
-  bool somebody_may_render(const Job& job) const;              ///< of those that are there
+  std::string reason_of_missing(const Job& job, Time now) const;
+  bool somebody_may_render(const Job& job) const;  ///< of those that are there
   std::string why_nobody(const Job& job) const;
 
   // ---- demand.cpp ----
   std::uint32_t wanted_workers(Time now) const;
+  bool wants_workers() const;
 
   CoordinatorLimits limits;
   std::uint64_t epoch;

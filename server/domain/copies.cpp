@@ -118,7 +118,7 @@ bool Coordinator::State::copy_lease(const Lease& lease, Worker& worker, Time now
     return alone;
   }
   const std::uint32_t wanted = choose_tile_count(lease.unit.range, lease.remaining,
-                                                 job.pixels_of(lease.unit.tiles.front()), aim_for(worker, job));
+                                                 job.pixels_of(lease.unit.tiles.front()), aim_for(worker, job, now));
   // From its end: its worker works from the front.
   const LeaseId copy_id = next_lease_id();
   Unit unit{job.id(), lease.unit.range, {}};

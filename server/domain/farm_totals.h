@@ -17,10 +17,11 @@ struct FarmTotals {
   std::uint64_t units_leased = 0;  ///< also copies, pilots and those that verify
   std::uint64_t units_lost = 0;
   std::uint64_t results_merged = 0;
-  std::uint64_t results_repeated = 0;            ///< of what was merged before
-  std::uint64_t results_verified = 0;            ///< found right by another machine
-  std::uint64_t results_wrong = 0;               ///< that put a worker into quarantine
-  std::uint64_t pixel_samples = 0;               ///< merged
+  std::uint64_t results_repeated = 0;  ///< of what was merged before
+  std::uint64_t results_verified = 0;  ///< found right by another machine
+  std::uint64_t results_wrong = 0;     ///< that put a worker into quarantine
+  std::uint64_t pixel_samples = 0;     ///< merged
+  std::uint64_t jobs_failed = 0;
   Histogram first_picture{kFirstPictureBounds};  ///< seconds from a job's submission until every pixel had a sample
 };
 
@@ -30,7 +31,8 @@ inline constexpr std::array kJobStates{JobState::queued, JobState::running, JobS
 struct FarmCensus {
   std::array<std::uint64_t, kJobStates.size()> jobs{};  ///< by JobState
   std::uint64_t units_out = 0;
-  std::uint64_t free_pixel_samples = 0;  ///< of jobs that go on: neither rendered nor leased, as far as is known now
+  /// Of jobs that go on, but those that time alone ends: neither rendered nor leased, as far as is known now.
+  std::uint64_t free_pixel_samples = 0;
   // Workers that are connected.
   std::uint64_t rendering = 0, idle = 0, draining = 0, quarantined = 0;
   std::uint64_t threads = 0;

@@ -69,12 +69,16 @@ bool Coordinator::State::enough_is_tried(const Job& job) const {
   return results * node_bytes(job) > kTriedSeconds * limits.result_bytes_per_second;
 }
 
-UnitAim Coordinator::State::aim_for(const Worker& worker, const Job& job) const {
+UnitAim Coordinator::State::aim_for(const Worker& worker, const Job& job, Time now) const {
   const auto known = worker.jobs.find(job.id());
   const bool measured = known != worker.jobs.end() && known->second.seconds_per_pixel_sample.known();
   UnitAim aim;
   aim.farm_threads = static_cast<std::uint32_t>(std::max<std::uint64_t>(farm_threads, 1));
   set_times(limits.unit_seconds, node_bytes(job), limits.result_bytes_per_second, aim);
+  if (const double seconds = job.record.spec.goal.seconds; seconds > 0) {
+    // What is out when its time is up is waited for; results stay within what the coordinator takes.
+    aim.unit_seconds = std::clamp(seconds - job.active_seconds(now), aim.unit_seconds / 2, aim.unit_seconds);
+  }
   aim.unit_seconds *= worker.unit_scale;
   aim.seconds_per_pixel_sample = measured ? known->second.costly_tile.value() : job.costly_tile.value();
   aim.threads = worker.hello.threads;
@@ -148,7 +152,7 @@ bool Coordinator::State::grant_next(Worker& worker, Time now, Step& step) {
       return false;  // when it has nothing else, which others must not fill up
     }
     const LeaseId id = next_lease_id();
-    std::optional<Unit> unit = job.plan->take(job.id(), id, aim_for(worker, job));
+    std::optional<Unit> unit = job.plan->take(job.id(), id, aim_for(worker, job, now));
     if (!unit) {
       refresh_queue(job);
       continue;

@@ -82,6 +82,7 @@ Coordinator::State::State(const CoordinatorLimits& the_limits, StoredState store
                job->id().value, stored_node.tile.value, job->film.grid().tile_count());
       job->film.restore(stored_node.tile, std::move(stored_node.node));
     }
+    job->pictured = job->film.min_samples() > 0 || job->record.counters.results_merged > 0;
     const JobId id = job->id();
     restore_results(*job, stored, stored_job.results);
     by_request[job->record.spec.request_id] = id;
@@ -275,6 +276,7 @@ void Coordinator::State::finish_job(Job& job, JobState state, std::string reason
   }
   record_error(job, true);
   job.record.state = state;
+  totals.jobs_failed += state == JobState::failed ? 1 : 0;
   job.record.reason = std::move(reason);
   job.record.finished_unix_ms = unix_ms(now);
   job.plan.reset();

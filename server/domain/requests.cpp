@@ -140,6 +140,10 @@ void Coordinator::hold(const std::string& why, Time now, Step& step) {
   state_->serve_all(now, step);
 }
 
+const std::string& Coordinator::held() const {
+  return state_->held;
+}
+
 Status Coordinator::remove(JobId id, Time now, Step& step) {
   LM_ASSIGN_OR_RETURN(Job* const job, state_->ended_or_not(id, true, "deleted before it is cancelled"));
   (void)now;

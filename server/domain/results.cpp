@@ -162,7 +162,6 @@ void Coordinator::State::merge_result(Job& job, const Renderer& by, WorkerResult
   }
   const std::uint64_t non_finite_before = job.film.non_finite();
   const std::uint64_t samples_before = job.film.pixel_samples();
-  const bool no_picture = job.film.min_samples() == 0;
   MergeOutcome outcome = job.film.merge(key.tile, std::make_shared<const Node>(std::move(result.node)));
   if (outcome.kind != MergeOutcome::Kind::merged) {
     ++job.record.counters.results_duplicate;
@@ -187,8 +186,10 @@ void Coordinator::State::merge_result(Job& job, const Renderer& by, WorkerResult
   job.record.counters.non_finite += job.film.non_finite() - non_finite_before;
   job.rate.add(static_cast<double>(job.film.pixel_samples() - samples_before), now);
   totals.pixel_samples += job.film.pixel_samples() - samples_before;
-  if (no_picture && job.film.min_samples() > 0) {
-    totals.first_picture.add(static_cast<double>(unix_ms(now) - job.record.submitted_unix_ms) / 1000);
+  if (!job.pictured && job.film.min_samples() > 0) {
+    job.pictured = true;
+    const std::int64_t since_ms = unix_ms(now) - job.record.submitted_unix_ms;  // a clock may have been set back
+    totals.first_picture.add(static_cast<double>(std::max<std::int64_t>(since_ms, 0)) / 1000);
   }
   note_parts(job, key, by, outcome);
   for (const SampleRange& range : outcome.removed) {

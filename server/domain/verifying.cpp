@@ -91,7 +91,7 @@ bool Coordinator::State::grant_verification(Worker& worker, Job& job, Time now, 
   }
   const SampleRange range = places.front().range;
   const std::uint32_t tiles = choose_tile_count(range, job.verifications.size() - job.verifications.out(),
-                                                job.pixels_of(places.front().tile), aim_for(worker, job));
+                                                job.pixels_of(places.front().tile), aim_for(worker, job, now));
   if (tiles > 1) {
     places = job.verifications.next_for(by, tiles);
   }

@@ -98,24 +98,33 @@ std::optional<Time> Coordinator::State::next_deadline() const {
 }
 
 std::string Coordinator::State::reason_to_wait(const Job& job, Time now) const {
-  if (record_is_waiting(job.record.state) && !held.empty()) {
+  if (!record_is_waiting(job.record.state)) {
+    return "";
+  }
+  if (!held.empty()) {
     return held;
   }
-  for (const Sha256& asset :
-       record_is_waiting(job.record.state) ? job.record.spec.settings.assets : std::vector<Sha256>()) {
+  if (std::string reason = reason_of_missing(job, now); !reason.empty()) {
+    return reason;
+  }
+  if (!job.verifications.disputed().empty()) {
+    if (std::string reason = reason_for_dispute(job); !reason.empty()) {
+      return reason;
+    }
+  }
+  return job.leases.empty() && !somebody_may_render(job) ? why_nobody(job) : "";
+}
+
+std::string Coordinator::State::reason_of_missing(const Job& job, Time now) const {
+  if (missing_assets.empty()) {
+    return "";
+  }
+  for (const Sha256& asset : job.record.spec.settings.assets) {
     if (const auto missing = missing_assets.find(asset);
         missing != missing_assets.end() && now - missing->second < kMissingPatience) {
       return fmt::format("waits for a file that was lost ({}): submit the same scene again, which sends it",
                          asset.hex().substr(0, 12));
     }
-  }
-  if (record_is_waiting(job.record.state) && !job.verifications.disputed().empty()) {
-    if (std::string reason = reason_for_dispute(job); !reason.empty()) {
-      return reason;
-    }
-  }
-  if (record_is_waiting(job.record.state) && job.leases.empty() && !somebody_may_render(job)) {
-    return why_nobody(job);
   }
   return "";
 }
@@ -299,7 +308,9 @@ FarmCensus Coordinator::census() const {
   census.units_out = state_->leases.size();
   for (const auto& [id, job] : state_->jobs) {
     ++census.jobs[static_cast<std::size_t>(job->record.state)];
-    census.free_pixel_samples += record_is_waiting(job->record.state) ? job->plan->free_pixel_samples() : 0;
+    const Goal& goal = job->record.spec.goal;
+    const bool counted = goal.samples > 0 || goal.error > 0;  // what time alone ends has no end of samples
+    census.free_pixel_samples += counted && record_is_waiting(job->record.state) ? job->plan->free_pixel_samples() : 0;
   }
   for (const auto& [name, worker] : state_->workers) {
     if (worker.session) {

@@ -113,7 +113,6 @@ Result<std::uint64_t> read_through(AssetStore::Reader& reader, const Sha256& dig
 
 Result<AssetCheck> check_assets(AssetStore& store) {
   AssetCheck check;
-  std::vector<std::unique_ptr<AssetStore::Reader>> damaged;
   for (const Sha256& digest : store.digests()) {
     LM_ASSIGN_OR_RETURN(std::unique_ptr<AssetStore::Reader> reader, store.open_asset(digest));
     if (const Result<std::uint64_t> size_bytes = read_through(*reader, digest); size_bytes.ok()) {
@@ -124,11 +123,8 @@ Result<AssetCheck> check_assets(AssetStore& store) {
     } else {
       spdlog::warn("asset {} is damaged and forgotten: {}", digest.hex(), message_of(size_bytes.status()));
       check.damaged.push_back(digest);
-      damaged.push_back(std::move(reader));
+      store.forget(*reader);
     }
-  }
-  for (const auto& reader : damaged) {
-    store.forget(*reader);
   }
   return check;
 }

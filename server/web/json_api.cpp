@@ -377,7 +377,7 @@ void JsonApi::show_metrics(const ApiRequest& request, Reply reply) {
   }
   desk_.ask(std::move(reply), [&loop = loop_, version = greeting_.version](Turn& turn, const FarmReply& back) {
     back.compute([farm = FarmMetrics{turn.farm.totals(), turn.farm.census(), turn.farm.wanted_workers(turn.now),
-                                     turn.no_store.empty()},
+                                     turn.farm.held().empty()},
                   &loop, version] {
       return ApiReply{200, std::string(kMetricsType),
                       metrics_text(farm, loop.commit_seconds(), loop.traffic(), process_figures(), version)};

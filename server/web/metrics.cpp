@@ -8,6 +8,7 @@
 #include <fstream>
 #include <initializer_list>
 #include <iterator>
+#include <sstream>
 #include <utility>
 
 #include "common/farm/job.h"
@@ -81,6 +82,7 @@ void add_work(const FarmTotals& totals, MetricLines& out) {
       "outcome", {{"right", number(totals.results_verified)}, {"wrong", number(totals.results_wrong)}});
   out.counter("lightmill_pixel_samples_total", "Samples that were merged, of all pixels.",
               number(totals.pixel_samples));
+  out.counter("lightmill_jobs_failed_total", "Jobs that failed.", number(totals.jobs_failed));
   out.histogram("lightmill_first_picture_seconds", "From a job's submission until each of its pixels had a sample.",
                 totals.first_picture);
 }
@@ -93,7 +95,8 @@ void add_farm(const FarmMetrics& farm, MetricLines& out) {
   }
   out.gauge("lightmill_units_out", "Units that workers have now.", static_cast<double>(census.units_out));
   out.gauge("lightmill_queue_pixel_samples",
-            "Samples of all pixels that nobody has begun, of jobs that go on, as far as they are wanted by now.",
+            "Samples of all pixels that nobody has begun, of jobs that go on, as far as they are wanted by now; not of "
+            "those that time alone ends.",
             static_cast<double>(census.free_pixel_samples));
   out.gauges("lightmill_workers", "Workers that are connected, by what they do.", "state",
              {{"rendering", static_cast<double>(census.rendering)},
@@ -102,7 +105,7 @@ void add_farm(const FarmMetrics& farm, MetricLines& out) {
               {"quarantined", static_cast<double>(census.quarantined)}});
   out.gauge("lightmill_worker_threads", "Threads of all connected workers.", static_cast<double>(census.threads));
   out.gauge("lightmill_wanted_workers", "Workers that the farm could use now.", farm.wanted_workers);
-  out.gauge("lightmill_storing", "1 if what is rendered can be stored, 0 if no work goes on until it can.",
+  out.gauge("lightmill_storing", "1 if what is rendered can be stored, 0 if no work is handed out until it can.",
             farm.storing ? 1 : 0);
 }
 
@@ -118,6 +121,25 @@ void add_traffic(const Traffic& traffic, MetricLines& out) {
                 {"answers", number(traffic.answers_out)}});
 }
 
+/// proc(5): field 22 of stat, after a name in parentheses that may have spaces, counts clock ticks since the system's
+/// start, which is btime of /proc/stat.
+double started_unix_seconds() {
+  std::string stat, word;
+  std::ifstream own("/proc/self/stat");
+  std::getline(own, stat);
+  std::istringstream fields(stat.substr(std::min(stat.size(), stat.rfind(')') + 1)));
+  for (int field = 3; field < 22 && fields >> word; ++field) {
+  }
+  double ticks = 0;
+  fields >> ticks;
+  std::ifstream system("/proc/stat");
+  while (system >> word && word != "btime") {
+  }
+  double booted = 0;
+  system >> booted;
+  return fields && system ? booted + ticks / static_cast<double>(sysconf(_SC_CLK_TCK)) : 0;
+}
+
 }  // namespace
 
 ProcessFigures process_figures() {
@@ -125,6 +147,7 @@ ProcessFigures process_figures() {
   timespec cpu{};
   clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &cpu);
   figures.cpu_seconds = static_cast<double>(cpu.tv_sec) + 1e-9 * static_cast<double>(cpu.tv_nsec);
+  figures.started_unix_seconds = started_unix_seconds();
   std::uint64_t pages = 0, resident_pages = 0;
   if (std::ifstream("/proc/self/statm") >> pages >> resident_pages) {
     figures.resident_bytes = resident_pages * static_cast<std::uint64_t>(sysconf(_SC_PAGESIZE));
@@ -148,6 +171,7 @@ std::string metrics_text(const FarmMetrics& farm, const Histogram& commit_second
   out.histogram("lightmill_commit_seconds", "How long it took to make a transaction durable.", commit_seconds);
   add_traffic(traffic, out);
   out.counter("process_cpu_seconds_total", "Processor time of the coordinator.", process.cpu_seconds);
+  out.gauge("process_start_time_seconds", "When it started, in Unix time.", process.started_unix_seconds);
   out.gauge("process_resident_memory_bytes", "Memory that it has.", static_cast<double>(process.resident_bytes));
   out.gauge("process_open_fds", "Files and connections that it has open.", static_cast<double>(process.open_files));
   out.gauge("process_max_fds", "The most that it may have open.", static_cast<double>(process.most_open_files));

@@ -19,12 +19,13 @@ struct FarmMetrics {
   FarmTotals totals;
   FarmCensus census;
   std::uint32_t wanted_workers = 0;
-  bool storing = true;  ///< what is rendered can be made durable
+  bool storing = true;  ///< there is room for what is rendered, and it can be made durable
 };
 
 /// What the kernel knows of this process.
 struct ProcessFigures {
   double cpu_seconds = 0;
+  double started_unix_seconds = 0;  ///< 0 if it does not tell
   std::uint64_t resident_bytes = 0;
   std::uint64_t open_files = 0, most_open_files = 0;
 };

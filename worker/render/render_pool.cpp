@@ -1,5 +1,7 @@
 #include "worker/render/render_pool.h"
 
+#include <algorithm>
+
 namespace lightmill {
 namespace {
 
@@ -50,7 +52,9 @@ RenderPool::~RenderPool() {
 
 void RenderPool::add(RenderTask task) {
   const MutexLock lock(mutex_);
-  tasks_.push_back(std::move(task));
+  const bool first_sample = task.range.first() == 0;
+  const auto others = std::ranges::find_if(tasks_, [](const RenderTask& each) { return each.range.first() > 0; });
+  tasks_.insert(first_sample ? others : tasks_.end(), std::move(task));
   changed_.notify_one();
 }
 

@@ -20,7 +20,8 @@ struct RenderTask {
   std::shared_ptr<const Method> method;
 };
 
-/// Takes tasks in order; `done` is called from the threads. Who adds bounds the queue (the session: two per thread).
+/// Takes tasks in order, but those of first samples before others, as a picture waits for them; `done` is called from
+/// the threads. Who adds bounds the queue (the session: two per thread).
 class RenderPool {
  public:
   using Done = std::function<void(RenderedTile)>;

@@ -94,7 +94,7 @@ void Session::grant_lease(const LeaseGrant& grant, SessionActions& actions) {
 }
 
 void Session::acknowledge(const ResultAck& ack, Time now, SessionActions& actions) {
-  drain_deadline_ = now + config_.drain_limit;
+  extend_drain(now);
   for (const NodeKey& key : ack.keys) {
     const auto found = results_.find(key);
     if (found == results_.end()) {
@@ -145,7 +145,7 @@ void Session::drop_pilots(SessionActions& actions) {
 }
 
 void Session::pilot_done(PilotReport report, Time now, SessionActions& actions) {
-  drain_deadline_ = now + config_.drain_limit;
+  extend_drain(now);
   if (exited_ || pilots_.erase(report.lease) == 0) {
     return;  // cancelled, or its stream is broken: it is granted again
   }
@@ -268,23 +268,11 @@ void Session::advance(SessionActions& actions) {
     return;
   }
   std::vector<LeaseId> finished;
-  for (auto at = leases_.begin(); at != leases_.end() && rendering_.size() < std::size_t{2} * config_.threads; ++at) {
-    Lease& lease = at->second;
-    const auto job = jobs_.find(lease.unit.job);
-    if (job == jobs_.end() || job->second.state != Job::State::ready) {
-      continue;
-    }
-    while (!lease.queued.empty() && rendering_.size() < std::size_t{2} * config_.threads &&
-           result_bytes_ < config_.unacknowledged_bytes) {
-      const TileId tile = lease.queued.front();
-      lease.queued.pop_front();
-      if (results_.contains({lease.unit.job, tile, lease.unit.range})) {
-        continue;  // rendered meanwhile for a lease that had it before
+  for (const bool first_samples : {true, false}) {  // a picture waits for those
+    for (auto& [id, lease] : leases_) {
+      if ((lease.unit.range.first() == 0) == first_samples && hand_out(id, lease, actions)) {
+        finished.push_back(id);
       }
-      render(lease, at->first, tile, actions);
-    }
-    if (lease.queued.empty()) {
-      finished.push_back(at->first);
     }
   }
   for (const LeaseId id : finished) {
@@ -311,6 +299,22 @@ void Session::advance(SessionActions& actions) {
   }
 }
 
+bool Session::hand_out(LeaseId id, Lease& lease, SessionActions& actions) {
+  const auto job = jobs_.find(lease.unit.job);
+  if (job == jobs_.end() || job->second.state != Job::State::ready) {
+    return false;
+  }
+  while (!lease.queued.empty() && rendering_.size() < std::size_t{2} * config_.threads &&
+         result_bytes_ < config_.unacknowledged_bytes) {
+    const TileId tile = lease.queued.front();
+    lease.queued.pop_front();
+    if (!results_.contains({lease.unit.job, tile, lease.unit.range})) {  // rendered for a lease that had it before
+      render(lease, id, tile, actions);
+    }
+  }
+  return lease.queued.empty();
+}
+
 void Session::render(Lease& lease, LeaseId id, TileId tile, SessionActions& actions) {
   const NodeKey key{lease.unit.job, tile, lease.unit.range};
   const auto [at, fresh] = rendering_ticket_.emplace(key, next_ticket_);
@@ -333,7 +337,9 @@ void Session::tile_rendered(RenderedTile tile, Time now, SessionActions& actions
   const Rendering rendering = found->second;
   rendering_.erase(found);
   ++tiles_rendered_;
-  drain_deadline_ = now + config_.drain_limit;
+  const Duration took = from_seconds(tile.seconds);
+  longest_tile_ = took > longest_tile_ ? took : longest_tile_ + (took - longest_tile_) / 16;
+  extend_drain(now);
   if (rendering.wanted) {
     rendering_ticket_.erase(rendering.key);
   }

@@ -42,7 +42,8 @@ struct SessionConfig {
   /// A coordinator that lets the worker in no more is asked as seldom: people have to do something first.
   Duration refused_least = std::chrono::seconds(1), refused_most = std::chrono::minutes(1);
   Duration prepare_retry = std::chrono::seconds(1);
-  /// A drain drops what the coordinator has not acknowledged after so long without progress …
+  /// A drain drops what the coordinator has not acknowledged after so long without progress, and what takes its tiles
+  /// (two for a thread) beyond that …
   Duration drain_limit = std::chrono::seconds(30);
   Duration drain_away_limit = std::chrono::seconds(5);  ///< … or so long without a connection
 };
@@ -216,9 +217,12 @@ class Session {
   void acknowledge(const ResultAck& ack, Time now, SessionActions& actions);
   void cancel_leases(const LeaseCancel& cancel, SessionActions& actions);
   void begin_drain(bool give_back, Time now, SessionActions& actions);
+  void extend_drain(Time now);
   void limit_absence(Time now);
   /// Hands tiles to threads; gives back and leaves when drained.
   void advance(SessionActions& actions);
+  /// Whether nothing of the lease waits for a thread any more.
+  bool hand_out(LeaseId id, Lease& lease, SessionActions& actions);
   void render(Lease& lease, LeaseId id, TileId tile, SessionActions& actions);
   void erase_lease(LeaseId lease, SessionActions& actions);
   void erase_lease_if_finished(LeaseId lease, SessionActions& actions);
@@ -233,6 +237,7 @@ class Session {
   bool exited_ = false;
   bool draining_ = false;
   Time drain_deadline_;                ///< moves on with every tile rendered or acknowledged
+  Duration longest_tile_{};            ///< of those of late
   std::optional<Time> away_deadline_;  ///< of a drain without a connection
   std::uint64_t epoch_ = 0;
   Duration heartbeat_interval_ = std::chrono::seconds(2);

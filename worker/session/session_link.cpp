@@ -78,10 +78,11 @@ void Session::tick(Time now, SessionActions& actions) {
     return;
   }
   if (draining_ && (now >= drain_deadline_ || (away_deadline_ && now >= *away_deadline_))) {
-    exit(fmt::format(
-             "{}; {} tiles are dropped, the coordinator will have them rendered again",
-             link_ == Link::up ? "the coordinator did not take the last results in time" : "the coordinator is away",
-             results_.size() + rendering_.size()),
+    exit(fmt::format("{}; {} tiles are dropped, the coordinator will have them rendered again",
+                     link_ != Link::up    ? "the coordinator is away"
+                     : rendering_.empty() ? "the coordinator did not take the last results in time"
+                                          : "the last tiles take too long",
+                     results_.size() + rendering_.size()),
          false, actions);
     return;
   }
@@ -157,7 +158,7 @@ void Session::begin_drain(bool give_back, Time now, SessionActions& actions) {
   if (!draining_) {
     draining_ = true;
     drop_inspection(actions);
-    drain_deadline_ = now + config_.drain_limit;
+    extend_drain(now);
     if (link_ == Link::up) {
       send(WorkerDraining{}, actions);
     }
@@ -175,6 +176,11 @@ void Session::begin_drain(bool give_back, Time now, SessionActions& actions) {
       }
     }
   }
+}
+
+/// There is progress, or all that is begun is still to come.
+void Session::extend_drain(Time now) {
+  drain_deadline_ = now + config_.drain_limit + (rendering_.empty() ? Duration{} : 2 * longest_tile_);
 }
 
 /// A drain waits only so long for a coordinator that is away.

@@ -12,6 +12,17 @@ class DemandTest : public CoordinatorTest {
     const LeaseGrant grant = got<LeaseGrant>(session).front();
     say(session, result(grant, grant.unit.tiles.front(), seconds));
   }
+  /// It says that it renders what it was given, and nothing comes of it.
+  void render_on(SessionId session, int seconds) {
+    WorkerHeartbeat heartbeat;
+    for (const LeaseGrant& grant : got<LeaseGrant>(session)) {
+      heartbeat.leases.push_back(grant.lease);
+    }
+    for (int i = 0; i < seconds; ++i) {
+      pass(std::chrono::seconds(1));
+      say(session, heartbeat);
+    }
+  }
 };
 
 TEST_F(DemandTest, NoneWithoutAJobAndOneForTheFirst) {
@@ -59,14 +70,29 @@ TEST_F(DemandTest, WhoIsAtWorkIsWanted) {
   EXPECT_EQ(wanted(), 2u) << "one that is asked to leave is not";
 }
 
-TEST_F(DemandTest, TimeThatIsShortWantsMore) {
-  // 200 s of one thread, for which there are 20 s.
-  JobSpec job = spec("r1", 100);
-  job.goal.seconds = 20;
+TEST_F(DemandTest, WhoWouldComeInTheLastMinuteIsNotWanted) {
+  JobSpec job = spec("r1", 100);  // 200 s of one thread
+  job.goal.seconds = 90;
   submit(job);
   const SessionId w = connect("w", 1);
   answer_first(w, 1.0);
-  EXPECT_EQ(wanted(), 10u) << "199 s in 20 s";
+  EXPECT_EQ(wanted(), 4u) << "199 s";
+  render_on(w, 40);
+  EXPECT_EQ(wanted(), 1u) << "50 s are left";
+  render_on(w, 60);
+  EXPECT_EQ(wanted(), 1u) << "its time is up, and it waits for what is out";
+}
+
+TEST_F(DemandTest, JobsOfWhichNothingIsKnownYetWantThoseWhoAreThereOnce) {
+  JobSpec first = spec("r1", 100'000);
+  first.priority = 1;
+  submit(first);
+  for (const char* const name : {"r2", "r3", "r4"}) {
+    submit(spec(name, 100));
+  }
+  connect("w", 1);
+  connect("w2", 1);
+  EXPECT_EQ(wanted(), 2u);
 }
 
 TEST_F(DemandTest, WhatTimeAloneEndsWantsAThreadForEachTile) {
@@ -110,6 +136,28 @@ TEST_F(DemandTest, OneIsAskedForWhereThoseWhoAreThereCannotRenderIt) {
   connect("w2", 1, "class-b");
   EXPECT_NE(status(job).reason, "");
   EXPECT_EQ(wanted(), 1u) << "more of the same would wait, too";
+}
+
+TEST_F(DemandTest, WhoIsInQuarantineHasAPlaceAndDoesNothing) {
+  submit(spec("r1", 1000));
+  const SessionId w = connect("w", 1);
+  answer_first(w, 1.0);
+  ASSERT_TRUE(coordinator->quarantine_worker("w", std::string(Coordinator::kByHand) + "ada", false, now, step).ok());
+  flush();
+  EXPECT_EQ(wanted(), 2u) << "one that renders, beside it";
+}
+
+TEST_F(DemandTest, WhetherAnybodyIsWantedIsSaidWithoutCounting) {
+  EXPECT_FALSE(coordinator->wants_workers());
+  const JobId job = submit(spec("r1", 1000));
+  EXPECT_TRUE(coordinator->wants_workers());
+  coordinator->hold("waits for room on the disk", now, step);
+  EXPECT_FALSE(coordinator->wants_workers());
+  EXPECT_EQ(coordinator->held(), "waits for room on the disk");
+  coordinator->hold("", now, step);
+  ASSERT_TRUE(coordinator->cancel(job, now, unix_ms(), step).ok());
+  flush();
+  EXPECT_FALSE(coordinator->wants_workers());
 }
 
 TEST_F(DemandTest, NoMoreThanTheFarmTakes) {

@@ -185,6 +185,34 @@ TEST_F(WatchHubTest, WhoComesLaterIsToldOfTheSameTilesAndSoonHasAll) {
   EXPECT_EQ(corners.size(), 72u);
 }
 
+TEST_F(WatchHubTest, WhoTakesEverySecondMessageMissesNoTileForEver) {
+  // Four messages hold the picture, and all of it changes before each: those of every second round start at two places.
+  const JobId job = submit(spec("r1", 1u << 20, {0, 0, 10 * kTileSize, 16 * kTileSize}));
+  const SessionId worker = connect("w");
+  const auto quick = watch(job), slow = watch(job);
+  slow->reads_slowly = true;
+  std::size_t done = 0;
+  std::set<std::pair<int, int>> seen;
+  for (int round = 0; round < 17; ++round) {
+    const std::uint64_t before = coordinator->status(job, now)->min_tile_samples;
+    while (coordinator->status(job, now)->min_tile_samples == before) {
+      ASSERT_LT(done, got<LeaseGrant>(worker).size());
+      finish(worker, got<LeaseGrant>(worker)[done++]);
+    }
+    pass(std::chrono::seconds(1));
+    slow->busy = round % 2 == 1;
+    publish();
+  }
+  EXPECT_EQ(quick->updates.size(), 17u);
+  EXPECT_EQ(slow->updates.size(), 9u);
+  for (const WatchUpdate& update : slow->updates) {
+    for (const auto& shared : update.tiles) {
+      seen.insert({shared->tile.rect.x, shared->tile.rect.y});
+    }
+  }
+  EXPECT_EQ(seen.size(), 160u);
+}
+
 TEST_F(WatchHubTest, WithoutTilesOnlyTheStateComes) {
   const JobId job = submit(spec());
   const auto inbox = watch(job, false);

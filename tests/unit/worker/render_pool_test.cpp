@@ -3,6 +3,8 @@
 
 #include <gtest/gtest.h>
 
+#include <future>
+
 #include "tests/support/render_document.h"
 
 namespace lightmill {
@@ -73,12 +75,44 @@ INSTANTIATE_TEST_SUITE_P(Methods, RenderPoolTest,
                          testing::Values("path", "caustic", "vcm", "ppm", "whitted", "preview"),
                          [](const auto& info) { return std::string(info.param); });
 
-TEST(RenderPool, ItsEndDropsWhatWaits) {
-  const test::TestScene scene =
+std::shared_ptr<const Method> path_method() {
+  static const test::TestScene scene =
       test::TestScene(LIGHTMILL_SOURCE_DIR "/scenes/cornell-bench-balls.json").resized(kSide, kSide);
   Result<std::unique_ptr<Method>> made = make_method(scene.compiled(), {.name = "path"});
-  ASSERT_TRUE(made.ok()) << made.status();
-  const std::shared_ptr<const Method> method = std::move(made).value();
+  EXPECT_TRUE(made.ok()) << made.status();
+  return std::move(made).value();
+}
+
+TEST(RenderPool, FirstSamplesGoBeforeOthers) {
+  const std::shared_ptr<const Method> method = path_method();
+  std::promise<void> begun, go_on;
+  std::vector<std::uint64_t> order;
+  {
+    std::promise<void> all;
+    RenderPool pool(1, [&](const RenderedTile& tile) {
+      order.push_back(tile.ticket);
+      if (order.size() == 1) {
+        begun.set_value();
+        go_on.get_future().wait();
+      } else if (order.size() == 6) {
+        all.set_value();
+      }
+    });
+    pool.add({0, {0, 1}, {0, 0, 64, 64}, method});
+    begun.get_future().wait();
+    pool.add({1, {0, 1}, {64, 0, 32, 64}, method});
+    pool.add({2, {0, 0}, {0, 0, 64, 64}, method});
+    pool.add({3, {1, 1}, {0, 0, 64, 64}, method});
+    pool.add({4, {1, 0}, {0, 64, 64, 32}, method});
+    pool.add({5, {0, 1}, {64, 64, 32, 32}, method});
+    go_on.set_value();
+    all.get_future().wait();
+  }
+  EXPECT_EQ(order, (std::vector<std::uint64_t>{0, 2, 4, 1, 3, 5}));
+}
+
+TEST(RenderPool, ItsEndDropsWhatWaits) {
+  const std::shared_ptr<const Method> method = path_method();
   std::atomic<int> done = 0;
   {
     RenderPool pool(2, [&](const RenderedTile&) { ++done; });

@@ -43,10 +43,10 @@ class SessionTest : public testing::Test {
     now += time;
     session->tick(now, actions);
   }
-  void rendered(const RenderTile& tile) {
+  void rendered(const RenderTile& tile, double seconds = 0.01) {
     Node node{tile.key.range, std::vector<float>(24, 1.0f), 0};
     const Hash128 hash = hash_of(node);
-    session->tile_rendered({tile.ticket, std::move(node), hash, 0.01}, now, actions);
+    session->tile_rendered({tile.ticket, std::move(node), hash, seconds}, now, actions);
   }
   /// All actions of one kind since the last `actions.clear()`.
   template <class T>
@@ -103,6 +103,22 @@ TEST_F(SessionTest, TilesWaitForTheirSceneAndThreadsAreKeptBusy) {
   EXPECT_EQ(result.key, (NodeKey{JobId{1}, TileId{0}, {0, 0}}));
   EXPECT_EQ(result.render_digest, sha256("digest"));
   EXPECT_EQ(result.hash, hash_of(result.node));
+}
+
+TEST_F(SessionTest, FirstSamplesAreRenderedBeforeWhatWasGivenEarlier) {
+  connect();
+  say(description());
+  session->job_ready(JobId{1}, now, actions);
+  say(grant(1, 10, 1, {3, 1}));
+  ASSERT_EQ(asked<RenderTile>().size(), 4u);
+  say(grant(2, 2, 1, {0, 0}));
+  for (std::size_t i = 0; i < 3; ++i) {
+    rendered(asked<RenderTile>()[i]);
+  }
+  ASSERT_EQ(asked<RenderTile>().size(), 7u);
+  EXPECT_EQ(asked<RenderTile>()[4].lease, LeaseId{2});
+  EXPECT_EQ(asked<RenderTile>()[5].lease, LeaseId{2});
+  EXPECT_EQ(asked<RenderTile>()[6].lease, LeaseId{1});
 }
 
 TEST_F(SessionTest, ResultsAreKeptUntilAcknowledgedAndSentAgainInOrder) {
@@ -425,6 +441,17 @@ TEST_F(SessionTest, ADrainDropsWhatIsNeverAcknowledged) {
   pass(std::chrono::seconds(1));
   ASSERT_EQ(asked<Exit>().size(), 1u);
   EXPECT_FALSE(asked<Exit>()[0].failed);
+}
+
+TEST_F(SessionTest, ADrainWaitsAsLongAsItsTilesTake) {
+  begin(10);
+  rendered(asked<RenderTile>()[0], 50.0);
+  session->drain(now, actions);
+  pass(std::chrono::seconds(129));
+  EXPECT_TRUE(asked<Exit>().empty()) << "each thread may have two tiles of 50 s";
+  pass(std::chrono::seconds(1));
+  ASSERT_EQ(asked<Exit>().size(), 1u);
+  EXPECT_NE(asked<Exit>()[0].reason.find("take too long"), std::string::npos) << asked<Exit>()[0].reason;
 }
 
 TEST_F(SessionTest, LeavesWhenDismissed) {

@@ -35,6 +35,7 @@ TEST(Metrics, AreWrittenAsTheTextFormatHasThem) {
   farm.totals.first_picture.add(0.25);
   farm.totals.first_picture.add(7000);
   farm.census.jobs[static_cast<std::size_t>(JobState::failed)] = 2;
+  farm.totals.jobs_failed = 4;
   farm.storing = false;
   Traffic traffic;
   traffic.assets_in = 5;
@@ -49,10 +50,17 @@ TEST(Metrics, AreWrittenAsTheTextFormatHasThem) {
         "lightmill_first_picture_seconds_bucket{le=\"1800\"} 2",
         "lightmill_first_picture_seconds_bucket{le=\"+Inf\"} 3", "lightmill_first_picture_seconds_sum 7000.45",
         "lightmill_first_picture_seconds_count 3", "lightmill_received_bytes_total{what=\"assets\"} 5",
-        "process_cpu_seconds_total 1.5", "lightmill_build_info{version=\"1.2.3\"} 1"}) {
+        "lightmill_jobs_failed_total 4", "process_cpu_seconds_total 1.5", "lightmill_build_info{version=\"1.2.3\"} 1"}) {
     EXPECT_TRUE(has_line(text, line)) << line << "\n" << text;
   }
   EXPECT_TRUE(text.ends_with("\n"));
+}
+
+TEST(Metrics, TheProcessStartedNotLongAgo) {
+  const double now = std::chrono::duration<double>(std::chrono::system_clock::now().time_since_epoch()).count();
+  const double started = process_figures().started_unix_seconds;
+  EXPECT_LT(started, now + 2) << "the system's start is known to a second";
+  EXPECT_GT(started, now - 3600);
 }
 
 }  // namespace
