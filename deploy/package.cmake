@@ -1,57 +1,78 @@
-# What is installed, and the Debian package of it: `cpack` in the build folder (build/release) makes it.
+# What is installed, and three Debian packages of it, one a program: `cpack` in the build folder (build/release) makes them. The
+# coordinator's needs no library that reads images, which with all that Debian's brings is most of what a farm takes of a disk.
 #
 # The programs find each other, what reads images and the page beside themselves, so all of that lies in lib/lightmill, and
 # bin/ has links to it.
 set(private lib/lightmill)
 set(programs lightmill lightmill-server lightmill-worker)
-install(TARGETS ${programs} RUNTIME DESTINATION ${private})
-install(TARGETS lightmill-images LIBRARY DESTINATION ${private})
 foreach(program ${programs})
+  install(TARGETS ${program} RUNTIME DESTINATION ${private} COMPONENT ${program})
   file(MAKE_DIRECTORY ${CMAKE_CURRENT_BINARY_DIR}/links)
   file(CREATE_LINK ../${private}/${program} ${CMAKE_CURRENT_BINARY_DIR}/links/${program} SYMBOLIC)
-  install(FILES ${CMAKE_CURRENT_BINARY_DIR}/links/${program} DESTINATION bin)
+  install(FILES ${CMAKE_CURRENT_BINARY_DIR}/links/${program} DESTINATION bin COMPONENT ${program})
+  foreach(file bash-completion/completions/${program} zsh/vendor-completions/_${program} fish/vendor_completions.d/${program}.fish
+               man/man1/${program}.1.gz)
+    get_filename_component(folder share/${file} DIRECTORY)
+    install(FILES ${share}/${file} DESTINATION ${folder} COMPONENT ${program})
+  endforeach()
+  install(FILES debian/copyright DESTINATION share/doc/${program} COMPONENT ${program})
 endforeach()
+
 if(TARGET lightmill-web)
-  install(DIRECTORY ${CMAKE_RUNTIME_OUTPUT_DIRECTORY}/lightmill-web DESTINATION ${private})
+  install(DIRECTORY ${CMAKE_RUNTIME_OUTPUT_DIRECTORY}/lightmill-web DESTINATION ${private} COMPONENT lightmill-server)
+  # Not in share/doc, which slim images leave out.
   foreach(library preact uplot)
-    install(FILES ${PROJECT_SOURCE_DIR}/client/web/node_modules/${library}/LICENSE DESTINATION share/doc/lightmill
-            RENAME LICENSE.${library})
+    install(FILES ${PROJECT_SOURCE_DIR}/client/web/node_modules/${library}/LICENSE DESTINATION ${private}
+            RENAME LICENSE.${library} COMPONENT lightmill-server)
   endforeach()
 endif()
+install(FILES systemd/lightmill-server.service DESTINATION lib/systemd/system COMPONENT lightmill-server)
+install(FILES systemd/server.conf DESTINATION /etc/lightmill COMPONENT lightmill-server)
 
-install(DIRECTORY ${share}/bash-completion ${share}/zsh ${share}/fish DESTINATION share)
-install(DIRECTORY ${share}/man DESTINATION share FILES_MATCHING PATTERN "*.1.gz")
+install(FILES systemd/lightmill-worker.service DESTINATION lib/systemd/system COMPONENT lightmill-worker)
+install(FILES systemd/lightmill-worker.service DESTINATION lib/systemd/system RENAME lightmill-worker@.service COMPONENT lightmill-worker)
+install(FILES systemd/worker.conf DESTINATION /etc/lightmill COMPONENT lightmill-worker)
+
+install(TARGETS lightmill-images LIBRARY DESTINATION ${private} COMPONENT lightmill)
 file(GLOB scenes CONFIGURE_DEPENDS ${PROJECT_SOURCE_DIR}/scenes/*.json)
-install(FILES ${scenes} DESTINATION share/lightmill/scenes)
-install(DIRECTORY ${PROJECT_SOURCE_DIR}/scenes/assets DESTINATION share/lightmill/scenes)
+install(FILES ${scenes} DESTINATION share/lightmill/scenes COMPONENT lightmill)
+install(DIRECTORY ${PROJECT_SOURCE_DIR}/scenes/assets DESTINATION share/lightmill/scenes COMPONENT lightmill)
 file(GLOB documents CONFIGURE_DEPENDS ${PROJECT_SOURCE_DIR}/docs/*.md)
-install(FILES ${PROJECT_SOURCE_DIR}/README.md DESTINATION share/doc/lightmill)
-install(FILES ${documents} DESTINATION share/doc/lightmill/docs)
-install(FILES debian/copyright DESTINATION share/doc/lightmill)
-
-install(DIRECTORY slurm DESTINATION share/lightmill USE_SOURCE_PERMISSIONS)
-install(FILES systemd/lightmill-server.service systemd/lightmill-worker.service DESTINATION lib/systemd/system)
-install(FILES systemd/lightmill-worker.service DESTINATION lib/systemd/system RENAME lightmill-worker@.service)
-install(FILES systemd/server.conf systemd/worker.conf DESTINATION /etc/lightmill)
+install(FILES ${PROJECT_SOURCE_DIR}/README.md DESTINATION share/doc/lightmill COMPONENT lightmill)
+install(FILES ${documents} DESTINATION share/doc/lightmill/docs COMPONENT lightmill)
+install(DIRECTORY slurm DESTINATION share/lightmill USE_SOURCE_PERMISSIONS COMPONENT lightmill)
 
 set(CPACK_GENERATOR DEB)
 set(CPACK_PACKAGE_NAME lightmill)
 set(CPACK_PACKAGE_CONTACT "Lightmill maintainers <root@localhost>")
-set(CPACK_PACKAGE_DESCRIPTION_SUMMARY "render farm: one picture on many machines")
-set(CPACK_DEBIAN_PACKAGE_DESCRIPTION
-    "A coordinator cuts a scene into tiles and sample ranges, workers render them,
-and the picture grows in front of you. To the last bit it is the same however
-the work was split. This package has the coordinator (lightmill-server), the
-worker (lightmill-worker), the command line (lightmill) and the web page;
-nothing of it is started before you say so.")
+set(CPACK_DEB_COMPONENT_INSTALL ON)
+set(CPACK_COMPONENTS_GROUPING IGNORE)  # a package a component
 set(CPACK_DEBIAN_PACKAGE_SECTION graphics)
 set(CPACK_DEBIAN_PACKAGE_SHLIBDEPS ON)
-set(CPACK_DEBIAN_PACKAGE_DEPENDS adduser)
 set(CPACK_DEBIAN_FILE_NAME DEB-DEFAULT)
 set(CPACK_DEBIAN_PACKAGE_CONTROL_STRICT_PERMISSION ON)
-set(CPACK_DEBIAN_PACKAGE_CONTROL_EXTRA
-    ${CMAKE_CURRENT_SOURCE_DIR}/debian/conffiles ${CMAKE_CURRENT_SOURCE_DIR}/debian/postinst
-    ${CMAKE_CURRENT_SOURCE_DIR}/debian/prerm ${CMAKE_CURRENT_SOURCE_DIR}/debian/postrm)
+set(about "A coordinator cuts a scene into tiles and sample ranges, workers render them,
+and the picture grows in front of you. To the last bit it is the same however
+the work was split.")
+foreach(program ${programs})
+  string(TOUPPER ${program} name)
+  set(CPACK_DEBIAN_${name}_PACKAGE_NAME ${program})
+  set(scripts ${CMAKE_CURRENT_SOURCE_DIR}/debian/${program})
+  if(EXISTS ${scripts})  # services and their users
+    set(CPACK_DEBIAN_${name}_PACKAGE_DEPENDS adduser)
+    set(CPACK_DEBIAN_${name}_PACKAGE_CONTROL_EXTRA ${scripts}/conffiles ${scripts}/postinst ${scripts}/prerm ${scripts}/postrm)
+  endif()
+endforeach()
+set(CPACK_DEBIAN_LIGHTMILL-SERVER_DESCRIPTION "render farm: the coordinator and its web page
+${about} This package has the coordinator, which is not
+started before you say so, and the web page.")
+set(CPACK_DEBIAN_LIGHTMILL-WORKER_DESCRIPTION "render farm: the worker
+${about} This package has the worker, of which a farm has
+as many as you like. None is started before you say so.")
+set(CPACK_DEBIAN_LIGHTMILL_DESCRIPTION "render farm: the command line
+${about} This package has the command line, scenes and
+scripts for Slurm. With the other two beside it, it also renders without a farm.")
+set(CPACK_DEBIAN_LIGHTMILL_PACKAGE_SUGGESTS "lightmill-server, lightmill-worker")
 set(CPACK_STRIP_FILES ON)
 set(CPACK_SET_DESTDIR ON)  # without it what goes to /etc would go to this machine's
 set(CPACK_INSTALL_PREFIX /usr)

@@ -1,9 +1,10 @@
 #!/bin/sh
-# Makes the image of deploy/containers from the Debian package, on a fresh Debian in place of the slim image that a registry
-# would give, and runs a farm in it as a cluster would: nobody root, the root read-only. Takes some minutes, and fetches what
-# the package depends on from the mirrors that apt knows here. As root, with mmdebstrap and buildah; exit code 77 without.
+# Makes the two images of deploy/containers from the Debian packages, on a fresh Debian in place of the slim image that a
+# registry would give, says how large they are, and runs a farm of them as a cluster would: nobody root, the roots read-only.
+# Takes some minutes, and fetches what the packages depend on from the mirrors that apt knows here. As root, with mmdebstrap
+# and buildah; exit code 77 without.
 #
-#   tests/deploy/container_test.sh [PACKAGE.deb]
+#   tests/deploy/container_test.sh [FOLDER-WITH-PACKAGES]
 set -eu
 
 fail() {
@@ -11,65 +12,72 @@ fail() {
   exit 1
 }
 
-# In the image this script calls itself: container_test.sh --inside ROOT, in a mount namespace of its own.
+# What the coordinator's image may have: what is said of it in docs/kubernetes.md, and some more for what Debian mends.
+most_server_mib=150
+
+# With the images this script calls itself in namespaces of its own: container_test.sh --inside FOLDER, which has their roots.
 if [ "${1:-}" = --inside ]; then
-  root=$2
-  mount --bind "$root" "$root"
-  # as USER COMMAND...: in the image, without rights beyond the user's.
+  work=$2
+  server=$work/server
+  worker=$work/worker
+  client=$work/client/usr/bin/lightmill
+  certs=$work/certs
+  # as USER ROOT COMMAND...: in an image, without rights beyond the user's.
   as() {
     user=$1
-    shift
+    root=$2
+    shift 2
     chroot "$root" setpriv --reuid="$user" --regid="$user" --clear-groups --no-new-privs --bounding-set=-all \
       env -i PATH=/usr/bin:/bin XDG_DATA_HOME=/var/lib "$@"
   }
-  mount -t proc proc "$root/proc"
-  mount -t tmpfs -o mode=1777 tmp "$root/tmp"
-  [ "$(stat -c '%u %a' "$root/var/lib/lightmill")" = '7350 700' ] || fail 'the state is another user'\''s'
-  mount -t tmpfs -o mode=700,uid=7350,gid=7350 state "$root/var/lib/lightmill"
-  mount -o remount,bind,ro "$root"
-  if as 7350 touch /etc/mine 2>/dev/null; then
-    fail 'its root can be written'
-  fi
-
-  echo '== the programs'
-  for program in lightmill lightmill-server lightmill-worker; do
-    as 7351 "$program" --version
+  [ "$(stat -c '%u %a' "$server/var/lib/lightmill")" = '7350 700' ] || fail 'the state is another user'\''s'
+  for root in "$server" "$worker"; do
+    mount --bind "$root" "$root"
+    mount -t proc proc "$root/proc"
+    mount -t tmpfs -o mode=1777 tmp "$root/tmp"
+  done
+  mount -t tmpfs -o mode=700,uid=7350,gid=7350 state "$server/var/lib/lightmill"
+  mount -o remount,bind,ro "$server"
+  mount -o remount,bind,ro "$worker"
+  for root in "$server" "$worker"; do
+    ! touch "$root/etc/mine" 2>/dev/null || fail "$root can be written"
   done
 
+  echo '== the programs'
+  as 7350 "$server" lightmill-server --version
+  as 7351 "$worker" lightmill-worker --version
+  # The worker's image leaves out some of what Debian's packages have.
+  as 7351 "$worker" ldd /usr/lib/lightmill/lightmill-worker >"$worker/tmp/libraries"
+  ! grep 'not found' "$worker/tmp/libraries" || fail 'the worker lacks these libraries'
+
   echo '== a farm with certificates'
-  certs() {
-    as 7350 lightmill certs "$@" >/dev/null
-  }
-  certs init /tmp/certs
-  certs server /tmp/certs localhost
-  certs person /tmp/certs ada --roles admin
-  as 7351 mkdir /tmp/worker
-  certs worker /tmp/certs worker
-  # What a secret's group would let the worker read.
-  cp "$root/tmp/certs/worker.pem" "$root/tmp/worker/worker.pem"
-  chown 7351 "$root/tmp/worker/worker.pem"
-  cp "$root/tmp/certs/ca.pem" "$root/tmp/worker/ca.pem"
-  chmod 644 "$root/tmp/worker/ca.pem"
-  (as 7350 lightmill-server --data=/var/lib/lightmill --listen=127.0.0.1:0 --port-file=/tmp/certs/port --http=127.0.0.1:0 \
-    --health=127.0.0.1:0 --tls-cert=/tmp/certs/server.pem --tls-ca=/tmp/certs/ca.pem) >"$root/tmp/server.log" 2>&1 &
+  "$client" certs init "$certs" >/dev/null
+  "$client" certs server "$certs" localhost >/dev/null
+  "$client" certs worker "$certs" worker >/dev/null
+  "$client" certs person "$certs" ada --roles admin >/dev/null
+  # What a secret's group would let them read.
+  install -m 400 -o 7350 "$certs/ca.pem" "$certs/server.pem" "$server/tmp/"
+  install -m 400 -o 7351 "$certs/ca.pem" "$certs/worker.pem" "$worker/tmp/"
+  (as 7350 "$server" lightmill-server --data=/var/lib/lightmill --listen=127.0.0.1:0 --port-file=/tmp/port --http=127.0.0.1:0 \
+    --health=127.0.0.1:0 --tls-cert=/tmp/server.pem --tls-ca=/tmp/ca.pem) >"$server/tmp/log" 2>&1 &
   tries=0
-  until [ -s "$root/tmp/certs/port" ] && grep -q 'the page is at https' "$root/tmp/server.log"; do
+  until [ -s "$server/tmp/port" ] && grep -q 'the page is at https' "$server/tmp/log"; do
     tries=$((tries + 1))
     if [ "$tries" -gt 300 ]; then
-      cat "$root/tmp/server.log"
+      cat "$server/tmp/log"
       fail 'the coordinator does not start'
     fi
     sleep 0.1
   done
-  ! grep -q 'without the page' "$root/tmp/server.log" || fail 'the page is missing'
-  farm=localhost:$(cat "$root/tmp/certs/port")
-  (as 7351 lightmill-worker "--server=$farm" --tls-ca=/tmp/worker/ca.pem --tls-cert=/tmp/worker/worker.pem --threads=1) \
-    >"$root/tmp/worker.log" 2>&1 &
-  # One scene has images, which a library beside the program looks into.
+  ! grep -q 'without the page' "$server/tmp/log" || fail 'the page is missing'
+  farm=localhost:$(cat "$server/tmp/port")
+  (as 7351 "$worker" lightmill-worker "--server=$farm" --tls-ca=/tmp/ca.pem --tls-cert=/tmp/worker.pem --threads=1) \
+    >"$worker/tmp/log" 2>&1 &
+  # One scene has images.
   for scene in cornell-bench-blocks course-default; do
-    as 7350 lightmill render --server "$farm" --tls-ca /tmp/certs/ca.pem --tls-cert /tmp/certs/ada.pem --spp 4 --size 64x64 \
-      "/usr/share/lightmill/scenes/$scene.json" -o "/tmp/certs/$scene.png" || { cat "$root/tmp/worker.log"; fail "$scene"; }
-    [ "$(head -c 8 "$root/tmp/certs/$scene.png" | od -An -tx1 | tr -d ' ')" = 89504e470d0a1a0a ] || fail "$scene.png is no PNG"
+    "$client" render --server "$farm" --tls-ca "$certs/ca.pem" --tls-cert "$certs/ada.pem" --spp 4 --size 64x64 \
+      "$work/client/usr/share/lightmill/scenes/$scene.json" -o "$certs/$scene.png" || { cat "$worker/tmp/log"; fail "$scene"; }
+    [ "$(head -c 8 "$certs/$scene.png" | od -An -tx1 | tr -d ' ')" = 89504e470d0a1a0a ] || fail "$scene.png is no PNG"
   done
   # The namespace of processes ends with this script, and they with it.
   exit 0
@@ -88,21 +96,23 @@ mkdir "$work/context"
 image() {
   buildah --root "$work/storage" --runroot "$work/run" --storage-driver vfs "$@"
 }
-container=
 clean_up() {
-  [ -z "$container" ] || image umount "$container" >/dev/null || true
+  image umount --all >/dev/null 2>&1 || true
   rm -rf "$work"
 }
 trap clean_up EXIT
 trap 'exit 130' INT TERM
 if [ "$#" -gt 0 ]; then
-  cp "$1" "$work/context/lightmill_0_amd64.deb"
+  cp "$1"/lightmill*.deb "$work/context/"
 else
   [ -e build/release/build.ninja ] || cmake --preset release -DLIGHTMILL_TESTS=OFF
   cmake --build build/release --target lightmill lightmill-server lightmill-worker lightmill-images lightmill-docs lightmill-web
-  (cd build/release && cpack -G DEB -B "$work/package")
-  mv "$work"/package/lightmill_*.deb "$work/context/"
+  (cd build/release && cpack -G DEB -B "$work/packages")
+  mv "$work"/packages/lightmill*.deb "$work/context/"
 fi
+# It is in no image: it runs on this machine.
+mkdir "$work/client"
+dpkg-deb -x "$work"/context/lightmill_*.deb "$work/client"
 
 echo '== a Debian to begin with'
 # shellcheck source=/dev/null
@@ -112,19 +122,31 @@ for file in /etc/apt/sources.list /etc/apt/sources.list.d/*.list /etc/apt/source
   [ ! -e "$file" ] || cp "$file" "$work/sources/"
 done
 cat "$work"/sources/* >"$work/all-sources"
-mmdebstrap --quiet --variant=apt "$suite" "$work/base.tar" - <"$work/all-sources"
+# With what the slim image has, and without what it leaves out.
+mmdebstrap --quiet --variant=minbase --include=usr-is-merged --hook-dir=/usr/share/mmdebstrap/hooks/merged-usr \
+  --dpkgopt='path-exclude=/usr/share/doc/*' --dpkgopt='path-include=/usr/share/doc/*/copyright' \
+  --dpkgopt='path-exclude=/usr/share/man/*' --dpkgopt='path-exclude=/usr/share/info/*' \
+  --dpkgopt='path-exclude=/usr/share/locale/*' "$suite" "$work/base.tar" - <"$work/all-sources"
 base=$(image from scratch)
 image add --quiet "$base" "$work/base.tar" / >/dev/null
 image commit --quiet "$base" localhost/base >/dev/null
 image rm "$base" >/dev/null
 rm "$work/base.tar"
 
-echo '== the image'
-image build --isolation chroot --build-arg BASE=localhost/base --tag lightmill -f deploy/containers/Containerfile "$work/context"
-container=$(image from --pull-never lightmill)
-config=$(image inspect --format '{{.OCIv1.Config.User}} {{.OCIv1.Config.Cmd}}' "$container")
-[ "$config" = '7350:7350 [lightmill --help]' ] || fail "it would run $config"
-root=$(image mount "$container")
-du -sm "$root" | cut -f 1 | sed 's/$/ MiB/'
-unshare --mount --pid --fork --kill-child sh tests/deploy/container_test.sh --inside "$root"
-echo 'the image runs a farm'
+for name in server worker; do
+  echo "== the $name's image"
+  image build --isolation chroot --build-arg BASE=localhost/base --target "$name" --tag "lightmill-$name" \
+    -f deploy/containers/Containerfile "$work/context"
+  container=$(image from --pull-never "lightmill-$name")
+  config=$(image inspect --format '{{.OCIv1.Config.User}} {{.OCIv1.Config.Cmd}}' "$container")
+  case "$name $config" in
+    'server 7350:7350 [lightmill-server --help]' | 'worker 7351:7351 [lightmill-worker --help]') ;;
+    *) fail "it would run $config" ;;
+  esac
+  ln -s "$(image mount "$container")" "$work/$name"
+  size=$(du -sm "$work/$name/" | cut -f 1)
+  echo "$size MiB"
+  [ "$name" = worker ] || [ "$size" -le "$most_server_mib" ] || fail "that is more than $most_server_mib MiB"
+done
+unshare --mount --pid --fork --kill-child --mount-proc sh tests/deploy/container_test.sh --inside "$work"
+echo 'the images run a farm'

@@ -1,12 +1,13 @@
 #!/bin/sh
-# Makes the Debian package and tries it in a fresh Debian: installs it, renders, runs the coordinator with its page, installs
-# it over itself, removes and purges it, and compares what files there are before and after. Takes a minute or two, and
-# fetches what the package depends on from the mirrors that apt knows here. As root, with mmdebstrap; exit code 77 without.
+# Makes the Debian packages and tries them in a fresh Debian: installs each alone, then all, renders, runs the coordinator with
+# its page, installs them over themselves, removes and purges them, and compares what files there are before and after. Takes
+# some minutes, and fetches what they depend on from the mirrors that apt knows here. As root, with mmdebstrap; exit code 77
+# without.
 #
-#   tests/deploy/package_test.sh [PACKAGE.deb]
+#   tests/deploy/package_test.sh [FOLDER-WITH-PACKAGES]
 set -eu
 
-# In the fresh Debian this script calls itself: package_test.sh --inside PACKAGE.deb.
+# In the fresh Debian this script calls itself: package_test.sh --inside FOLDER.
 if [ "${1:-}" != --inside ]; then
   cd "$(dirname "$0")/../.."
   # shellcheck source=deploy/environment.sh
@@ -18,13 +19,14 @@ if [ "${1:-}" != --inside ]; then
   work=$(mktemp -d)
   trap 'rm -rf "$work"' EXIT
   trap 'exit 130' INT TERM
+  mkdir "$work/packages"
   if [ "$#" -gt 0 ]; then
-    cp "$1" "$work/lightmill.deb"
+    cp "$1"/lightmill*.deb "$work/packages/"
   else
     [ -e build/release/build.ninja ] || cmake --preset release -DLIGHTMILL_TESTS=OFF
     cmake --build build/release --target lightmill lightmill-server lightmill-worker lightmill-images lightmill-docs lightmill-web
-    (cd build/release && cpack -G DEB -B "$work")
-    mv "$work"/lightmill_*.deb "$work/lightmill.deb"
+    (cd build/release && cpack -G DEB -B "$work/cpack")
+    mv "$work"/cpack/lightmill*.deb "$work/packages/"
   fi
   cp "$0" "$work/package_test.sh"
   # shellcheck source=/dev/null
@@ -35,18 +37,26 @@ if [ "${1:-}" != --inside ]; then
   done
   cat "$work"/sources/* >"$work/all-sources"
   # shellcheck disable=SC2016  # $1 is the hook's
-  mmdebstrap --quiet --variant=apt --format=null --customize-hook="copy-in $work/lightmill.deb $work/package_test.sh /srv" \
-    --customize-hook='chroot "$1" sh /srv/package_test.sh --inside /srv/lightmill.deb' "$suite" /dev/null - <"$work/all-sources"
-  echo 'the package installs, works, and leaves nothing behind'
+  mmdebstrap --quiet --variant=apt --format=null --customize-hook="copy-in $work/packages $work/package_test.sh /srv" \
+    --customize-hook='chroot "$1" sh /srv/package_test.sh --inside /srv/packages' "$suite" /dev/null - <"$work/all-sources"
+  echo 'the packages install, work, and leave nothing behind'
   exit 0
 fi
 
-package=$2
+packages=$2
+server=$(echo "$packages"/lightmill-server_*.deb)
+worker=$(echo "$packages"/lightmill-worker_*.deb)
+client=$(echo "$packages"/lightmill_*.deb)
 export DEBIAN_FRONTEND=noninteractive LC_ALL=C
 
 fail() {
   echo "package_test.sh: $*" >&2
   exit 1
+}
+
+# fetch DEPENDENCIES: has them installed.
+fetch() {
+  apt-get -q -y --no-install-recommends satisfy "$1" >/tmp/apt.log 2>&1 || { cat /tmp/apt.log; fail "these are not in Debian: $1"; }
 }
 
 # files: all that a package could leave; not what dpkg and adduser keep for themselves.
@@ -60,24 +70,47 @@ same_as_before() {
   files >/tmp/after
   diff /tmp/before /tmp/after || fail 'these files differ from before'
   diff /tmp/passwd-before /etc/passwd || fail 'these users differ from before'
+  diff /tmp/group-before /etc/group || fail 'these groups differ from before'
 }
 
-depends=$(dpkg-deb -f "$package" Depends)
-apt-get -q -y --no-install-recommends satisfy "$depends" >/tmp/apt.log 2>&1 || { cat /tmp/apt.log; fail 'its dependencies are not in Debian'; }
+# enabled UNITS: whether those, and no others of the farm, are started with the machine.
+enabled() {
+  find /etc/systemd -name 'lightmill*' -printf '%f ' >/tmp/enabled
+  [ "$(tr ' ' '\n' </tmp/enabled | sort | xargs)" = "$*" ] || fail "of the units there are $(cat /tmp/enabled), not $*"
+}
+
+# asked WHAT: whether systemctl was asked just that.
+asked() {
+  grep -qxF -e "$*" /tmp/systemctl.log || { cat /tmp/systemctl.log; fail "nobody asked systemctl: $*"; }
+}
+
+# Each by itself: what it depends on is all that it needs, and the coordinator needs no library that reads images.
+for package in "$server" "$worker" "$client"; do
+  program=$(dpkg-deb -f "$package" Package)
+  version=$(dpkg-deb -f "$package" Version)
+  echo "== $program alone"
+  fetch "$(dpkg-deb -f "$package" Depends)"
+  dpkg -i "$package"
+  "$program" --version >/tmp/version
+  grep -q "^$program $version\( \|$\)" /tmp/version || fail "$program --version says $(cat /tmp/version)"
+  for file in "/usr/share/man/man1/$program.1.gz" "/usr/share/bash-completion/completions/$program" "/usr/share/doc/$program/copyright"; do
+    [ -s "$file" ] || fail "there is no $file"
+  done
+  if [ "$package" = "$server" ] && dpkg-query -W -f '${Package} ' 'libopenimageio*' 2>/dev/null; then
+    fail 'the coordinator needs OpenImageIO'
+  fi
+  dpkg --purge "$program"
+done
+
+# It does not run here: systemctl sets links alone.
+fetch systemd
 files >/tmp/before
 cp /etc/passwd /tmp/passwd-before
+cp /etc/group /tmp/group-before
 
 echo '== install'
-dpkg -i "$package"
-version=$(dpkg-deb -f "$package" Version)
-[ "$(lightmill --version)" = "lightmill $version" ] || fail "lightmill --version says $(lightmill --version)"
-for program in lightmill-server lightmill-worker; do
-  "$program" --version | grep -q "^$program $version " || fail "$program --version says $("$program" --version)"
-done
-for file in /usr/share/man/man1/lightmill-worker.1.gz /usr/share/bash-completion/completions/lightmill \
-  /usr/lib/systemd/system/lightmill-worker@.service /etc/lightmill/server.conf /usr/share/doc/lightmill/copyright; do
-  [ -s "$file" ] || fail "there is no $file"
-done
+dpkg -i "$server" "$worker" "$client"
+enabled
 
 echo '== render, as somebody who is not root'
 mkdir -m 777 /tmp/pictures
@@ -93,37 +126,60 @@ state=/var/lib/lightmill
 install -d -m 700 -o lightmill -g lightmill "$state"
 setpriv --reuid=lightmill --regid=lightmill --clear-groups env XDG_DATA_HOME=/var/lib lightmill-server --listen 127.0.0.1:0 \
   --http 127.0.0.1:0 >/tmp/server.log 2>&1 &
-server=$!
+coordinator=$!
 tries=0
 until grep -q 'the page is at' /tmp/server.log; do
   tries=$((tries + 1))
-  if [ "$tries" -gt 300 ] || ! kill -0 "$server"; then
+  if [ "$tries" -gt 300 ] || ! kill -0 "$coordinator"; then
     cat /tmp/server.log
     fail 'the coordinator does not start'
   fi
   sleep 0.1
 done
-kill "$server"
-wait "$server" || fail "the coordinator ended with $?"
+kill "$coordinator"
+wait "$coordinator" || fail "the coordinator ended with $?"
 ! grep -q 'without the page' /tmp/server.log || fail 'the page is missing'
 [ -s "$state/lightmill.sqlite" ] || fail "no state in $state"
 
-echo '== install over itself: what an administrator has set stays'
+echo '== install over itself, while nothing that systemd is asked succeeds: what an administrator has set stays'
+systemctl enable lightmill-server lightmill-worker lightmill-worker@a
+enabled lightmill-server.service lightmill-worker.service lightmill-worker@a.service
 echo '# mine' >>/etc/lightmill/server.conf
-dpkg -i "$package"
+# In place of systemctl on a machine where systemd runs.
+mkdir -p /tmp/fail /run/systemd/system
+cat >/tmp/fail/systemctl <<'END'
+#!/bin/sh
+echo "$*" >>/tmp/systemctl.log
+case "$*" in
+  *' disable '*) SYSTEMD_OFFLINE=1 exec /usr/bin/systemctl "$@" ;;
+  *) exit 1 ;;
+esac
+END
+chmod +x /tmp/fail/systemctl
+PATH=/tmp/fail:$PATH dpkg -i "$server" "$worker" "$client"
+asked daemon-reload
+asked try-restart lightmill-server.service
+asked 'try-restart lightmill-worker.service lightmill-worker@*.service'
 grep -q '^# mine$' /etc/lightmill/server.conf || fail 'server.conf was overwritten'
+enabled lightmill-server.service lightmill-worker.service lightmill-worker@a.service
 
-echo '== remove: settings and state stay'
-dpkg --remove lightmill
+echo '== remove, likewise: settings and state stay'
+PATH=/tmp/fail:$PATH dpkg --remove lightmill lightmill-server lightmill-worker
+asked stop lightmill-server.service
+asked 'stop lightmill-worker.service lightmill-worker@*.service'
+rmdir /run/systemd/system
 for file in /usr/bin/lightmill /usr/lib/lightmill /usr/share/lightmill; do
   if [ -e "$file" ] || [ -L "$file" ]; then
     fail "$file is still there"
   fi
 done
-[ -s /etc/lightmill/server.conf ] || fail 'server.conf is gone'
+enabled
+for file in server.conf worker.conf; do
+  [ -s "/etc/lightmill/$file" ] || fail "$file is gone"
+done
 
 echo '== purge: state stays, and whose it is'
-dpkg --purge lightmill
+dpkg --purge lightmill lightmill-server lightmill-worker
 [ -s "$state/lightmill.sqlite" ] || fail 'the state is gone'
 [ "$(stat -c %U "$state")" = lightmill ] || fail "the state is nobody's"
 ! getent passwd lightmill-worker >/dev/null || fail 'the user lightmill-worker is left'
@@ -131,7 +187,14 @@ rm -r "$state"
 files >/tmp/after
 diff /tmp/before /tmp/after || fail 'these files differ from before'
 
-echo '== once more, without state: nothing stays'
-dpkg -i "$package"
-dpkg --purge lightmill
+echo '== once more, and the worker goes first: all of the coordinator stays'
+dpkg -i "$server" "$worker" "$client"
+systemctl enable lightmill-server lightmill-worker lightmill-worker@a
+dpkg --purge lightmill-worker
+enabled lightmill-server.service
+[ -s /etc/lightmill/server.conf ] || fail 'server.conf is gone'
+lightmill-server --version
+
+echo '== then the rest, without state: nothing stays'
+dpkg --purge lightmill lightmill-server
 same_as_before
