@@ -6,6 +6,12 @@ const fs = require('node:fs');
 const path = require('node:path');
 const {nameOf} = require('./render.cjs');
 
+// What a worker takes besides what its options say (docs/limits.md): photons; strangers' scene files, as a part of --scene-gib;
+// and the program itself.
+const PHOTONS_GIB = 0.25;
+const FILES_PART = 1 / 8;
+const PROGRAM_GIB = 0.5;
+
 const LISTENS = {'--listen': 'grpc', '--http': 'page', '--health': 'health'};
 const GIB = 2 ** 30;
 
@@ -147,8 +153,12 @@ function sizeFaults(workload, container, options, add) {
       if (!(disk * GIB <= bytesOf(claim.spec.resources.requests.storage)))
         add(`its options take ${disk} GiB of disk, of ${claim.spec.resources.requests.storage}`);
     }
-  } else if (!(gib('--scenes-gib') + (0.75 * bytesOf(limits?.memory)) / GIB <= bytesOf(limits?.memory) / GIB)) {
-    add('the scenes that it keeps leave no room for a new one');
+  } else {
+    // One scene of the largest is held, though it be beyond --scenes-gib, while another is compiled.
+    const scene = gib('--scene-gib');
+    const scenes = Math.max(gib('--scenes-gib'), scene) + scene * (1 + FILES_PART);
+    const memory = scenes + gib('--assets-gib') + gib('--results-mib') / 1024 + PHOTONS_GIB + PROGRAM_GIB;
+    if (!(memory * GIB <= bytesOf(limits?.memory))) add(`it takes up to ${memory} GiB of memory, of ${limits?.memory}`);
   }
 }
 
@@ -182,7 +192,7 @@ function workloadFaults(workload, world, needSecret, add) {
     )
       add(`it is told ${JSON.stringify(own)}, which is not set`);
   }
-  if (container.image !== `lightmill:${world.version}`) add(`image ${container.image}, the version is ${world.version}`);
+  if (container.image !== `${container.command[0]}:${world.version}`) add(`image ${container.image} for ${container.command[0]}, the version is ${world.version}`);
   if (pod.terminationGracePeriodSeconds !== program.stopSeconds)
     add(`it has ${pod.terminationGracePeriodSeconds} s to stop, as a service ${program.stopSeconds}`);
   // The names of Services would come as variables, and what begins with LIGHTMILL_ is an option.
@@ -267,6 +277,18 @@ function farmFaults(docs, world) {
       const server = targets[0] && optionsIn(targets[0]).get('--server');
       const outgoing = (doc.spec.egress ?? []).flatMap((rule) => rule.ports ?? []).map((port) => port.port);
       if (server && !outgoing.includes(portOf(server))) add(`it lets nobody through to ${server}`);
+      // Where it may call anybody it must find them: clusters answer for names in several places, so only ports say which.
+      for (const port of doc.spec.egress ? [53, 5353] : []) {
+        for (const protocol of ['UDP', 'TCP']) {
+          const lets = (rule) => !rule.to && rule.ports?.some((each) => each.port === port && each.protocol === protocol);
+          if (!doc.spec.egress.some(lets)) add(`it lets no names through, ${port}/${protocol}`);
+        }
+      }
+      // Whoever asks how many workers it wants must get in.
+      const fromKeda = ({from, ports}) =>
+        ports.some(({port}) => port === 'grpc') &&
+        from.some(({namespaceSelector}) => namespaceSelector?.matchLabels?.['kubernetes.io/metadata.name'] === 'keda');
+      if (doc.spec.ingress && of('ScaledObject').length > 0 && !doc.spec.ingress.some(fromKeda)) add('it keeps KEDA out');
     },
     ScaledObject: (doc, add) => {
       if (named('Deployment', doc.spec.scaleTargetRef.name) === undefined) add('it scales what there is not');
@@ -324,7 +346,7 @@ function composeFarmFaults(doc, world) {
       if (!Object.keys(LISTENS).some((option) => options[name].has(option) && portOf(options[name].get(option)) === inside))
         add(`nobody listens on ${inside}`);
     }
-    if (service.image !== `lightmill:${world.version}`) add(`image ${service.image}, the version is ${world.version}`);
+    if (service.image !== `${programName}:${world.version}`) add(`image ${service.image} for ${programName}, the version is ${world.version}`);
     if (service.user !== `${program.user}:${program.user}`) add(`it runs as ${service.user}, the image has ${program.user}`);
     if (service.read_only !== true) add('its root may be written');
     if (service.cap_drop?.[0] !== 'ALL') add('it keeps capabilities');

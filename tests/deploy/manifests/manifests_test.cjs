@@ -152,6 +152,15 @@ planted(
   (get) => (get('NetworkPolicy', 'lightmill-worker').spec.egress[0].ports[0].port = 80),
   /lets nobody through/,
 );
+planted('workers find no names', base, (get) => get('NetworkPolicy', 'lightmill-worker').spec.egress.pop(), /lets no names through/);
+planted(
+  'names come from one place alone',
+  base,
+  (get) => (get('NetworkPolicy', 'lightmill-worker').spec.egress[1].to = [{namespaceSelector: {}}]),
+  /lets no names through/,
+);
+planted('no database is found', shared, (get) => get('NetworkPolicy', 'lightmill-server').spec.egress.pop(), /lets no names through/);
+planted('KEDA is kept out', base, (get) => get('NetworkPolicy', 'lightmill-server').spec.ingress[0].from.pop(), /keeps KEDA out/);
 planted(
   'it may run as root',
   base,
@@ -183,10 +192,28 @@ planted(
   (get) => replaceArg(container(get('StatefulSet')).args, '--max-assets-gib=40', '--max-assets-gib=64'),
   /GiB of disk/,
 );
+planted(
+  'a scene is larger than the memory leaves room for',
+  base,
+  (get) => replaceArg(container(get('Deployment')).args, '--scene-gib=2.5', '--scene-gib=3'),
+  /takes up to 8.\d+ GiB of memory/,
+);
+planted(
+  'the memory of scenes is not bounded',
+  base,
+  (get) => container(get('Deployment')).args.splice(container(get('Deployment')).args.indexOf('--scene-gib=2.5'), 1),
+  /takes up to NaN GiB of memory/,
+);
 planted('two coordinators have a volume each', base, (get) => (get('StatefulSet').spec.replicas = 2), /several farms/);
 planted('a rolling update would wait', shared, (get) => delete get('StatefulSet').spec.updateStrategy, /wait for the one/);
 planted('a variable is not set', shared, (get) => container(get('StatefulSet')).env.shift(), /no variable STORE/);
-planted('the version is another', base, (get) => (container(get('Deployment')).image = 'lightmill:9.9'), /version/);
+planted('the version is another', base, (get) => (container(get('Deployment')).image = 'lightmill-worker:9.9'), /version/);
+planted(
+  "an image is another program's",
+  base,
+  (get) => (container(get('Deployment')).image = container(get('StatefulSet')).image),
+  /image lightmill-server\S* for lightmill-worker/,
+);
 planted('nodes could not be emptied', base, (get) => (get('PodDisruptionBudget').spec.maxUnavailable = 0), /emptied/);
 
 const plantedInCompose = (what, change, words) => planted(what, compose, change, words, allComposeFaults);

@@ -1,22 +1,26 @@
 #!/usr/bin/env python3
-"""A farm on a Slurm cluster whose nodes are network namespaces of this machine: nodes that are lost and cut off, a coordinator
-that moves to a new process, and workers that come and go with the work. Each film has to have the bits of an undisturbed one.
+"""A farm on a Slurm cluster whose nodes are network namespaces of this machine: nodes that are lost and cut off, jobs whose time
+is up, coordinators that move to a new process or stand by, and workers that come and go with the work. Each film has to have
+the bits of an undisturbed one.
 
   slurm_test.py [--full] SOURCE-FOLDER BUILD-FOLDER
 
-Without --full, only a lost node. Exit code 77 where Slurm is not installed (deploy/setup --tests) or this is not root."""
+Without --full, only a lost node and a cancelled worker. Exit code 77 where Slurm is not installed (deploy/setup --tests) or this
+is not root."""
+import collections
 import json
 import os
 import pathlib
+import re
 import shutil
 import signal
-import subprocess
 import sys
 import tempfile
 import time
 import unittest
 
-from cluster import Cluster, CONTROLLER, run, wait_until
+from cluster import Cluster, CONTROLLER, KILL_WAIT, run, wait_until
+from postgres import start_postgres
 
 FULL = "--full" in sys.argv
 if FULL:
@@ -26,8 +30,75 @@ SOURCE = pathlib.Path(sys.argv.pop()).absolute()
 BIN = BUILD / "bin"
 SLURM = SOURCE / "deploy" / "slurm"
 SCENE = SOURCE / "scenes" / "cornell-bench-blocks.json"
-WORKER = "lightmill-worker"
+COORDINATOR, WORKER = "lightmill-coordinator", "lightmill-worker"
+PORT = 7350
 SKIPPED = 77
+
+
+class Farm:
+    """Certificates in a folder, coordinators on nodes, and workers."""
+
+    def __init__(self, cluster, name, nodes):
+        self.cluster = cluster
+        self.folder = cluster.folder / name
+        self.server = ",".join(f"{node}:{PORT}" for node in nodes)
+        lightmill = BIN / "lightmill"
+        run(lightmill, "certs", "init", self.folder)
+        run(lightmill, "certs", "server", self.folder, *nodes)
+        run(lightmill, "certs", "worker", self.folder, "worker")
+        run(lightmill, "certs", "person", self.folder, "person", "--roles", "view,submit,operate")
+        self.environment = {"LIGHTMILL_FARM": str(self.folder), "LIGHTMILL_BIN": str(BIN),
+                            "LIGHTMILL_DATA": str(cluster.folder / f"{name}-data"), "USER": "root", "HOME": str(cluster.folder)}
+
+    def batch(self, *arguments):
+        """The number of the job."""
+        return self.cluster.call("sbatch", "--parsable", *arguments, environment=self.environment).strip()
+
+    def start_coordinator(self, node, *options):
+        return self.batch(f"--nodelist={node}", SLURM / "coordinator.sbatch", "--lease-seconds", "5", *options)
+
+    def coordinator_log(self, number):
+        log = self.cluster.folder / f"{COORDINATOR}-{number}.log"
+        return log.read_text() if log.exists() else ""
+
+    def ask(self, *arguments, check=True):
+        """What the command line says as JSON."""
+        server = ["--server", self.server, "--tls-ca", self.folder / "ca.pem", "--tls-cert", self.folder / "person.pem"]
+        said = self.cluster.call(BIN / "lightmill", *arguments, *server, "--json", environment=self.environment, check=check)
+        return json.loads(said or "{}")
+
+    def answers(self):
+        return "jobs" in self.ask("jobs", check=False)
+
+    def start_workers(self, count, *options, worker_options=()):
+        there = len(self.workers())
+        self.batch(f"--array=1-{count}", "--cpus-per-task=1", *options, SLURM / "worker.sbatch", *worker_options)
+        wait_until("the workers are there", lambda: len(self.workers()) == there + count)
+
+    def workers(self):
+        """The names of those that are connected."""
+        return [worker["name"] for worker in self.ask("workers")["workers"] if worker["connected"]]
+
+    def worker_log(self, name):
+        """Also of those that were started before by the same job."""
+        job, task = re.search(r"slurm-(\d+)-(\d+)\.\d+$", name).groups()
+        return (self.cluster.folder / f"{WORKER}-{job}_{task}.log").read_text()
+
+    def has_drained(self, name):
+        """Whether the worker has, the last time that it was told to leave."""
+        return "leaving: drained" in self.worker_log(name).rpartition("draining: ")[2]
+
+    def submit(self, seed, samples):
+        return str(self.ask("submit", SCENE, "--size", "128x128", "--method", "path", "--seed", seed, "--spp", samples)["id"])
+
+    def show(self, job):
+        return self.ask("show", job)
+
+    def done(self, job):
+        return self.show(job)["fraction_done"]
+
+    def wait_for(self, job, share):
+        wait_until(f"{share:.0%} of job {job}", lambda: self.done(job) >= share, 120)
 
 
 class SlurmTest(unittest.TestCase):
@@ -36,134 +107,205 @@ class SlurmTest(unittest.TestCase):
         cls.folder = pathlib.Path(tempfile.mkdtemp(prefix="lightmill-slurm-"))
         cls.addClassCleanup(shutil.rmtree, cls.folder, ignore_errors=True)
         cls.cluster = cls.enterClassContext(Cluster(cls.folder, nodes=4))
-        cls.farm = cls.folder / "farm"
-        lightmill = BIN / "lightmill"
-        run(lightmill, "certs", "init", cls.farm)
-        run(lightmill, "certs", "server", cls.farm, "n1")
-        run(lightmill, "certs", "worker", cls.farm, "worker")
-        run(lightmill, "certs", "person", cls.farm, "person", "--roles", "view,submit,operate")
-        cls.environment = {"LIGHTMILL_FARM": str(cls.farm), "LIGHTMILL_BIN": str(BIN), "LIGHTMILL_DATA": str(cls.folder / "data"),
-                           "USER": "root", "HOME": str(cls.folder)}
-        cls.cluster.call("sbatch", "--nodelist=n1", SLURM / "coordinator.sbatch", "--lease-seconds", "5",
-                         environment=cls.environment)
-        cls.wait_for_coordinator()
-
-    # The farm.
-
-    @classmethod
-    def ask(cls, *arguments, check=True):
-        """What the command line says as JSON."""
-        server = ["--server", "n1:7350", "--tls-ca", cls.farm / "ca.pem", "--tls-cert", cls.farm / "person.pem"]
-        said = cls.cluster.call(BIN / "lightmill", *arguments, *server, "--json", environment=cls.environment, check=check)
-        return json.loads(said or "{}")
-
-    @classmethod
-    def wait_for_coordinator(cls):
-        wait_until("the coordinator answers", lambda: "jobs" in cls.ask("jobs", check=False), 60)
-
-    def start_workers(self, count, *options):
-        self.cluster.call("sbatch", f"--array=1-{count}", "--cpus-per-task=1", *options, SLURM / "worker.sbatch",
-                          environment=self.environment)
-        wait_until("the workers are there", lambda: len(self.workers()) == count, 60)
-
-    def workers(self):
-        return [worker for worker in self.ask("workers")["workers"] if worker["connected"]]
+        cls.farm = Farm(cls.cluster, "farm", ["n1"])
+        cls.coordinator = cls.farm.start_coordinator("n1")
+        wait_until("the coordinator answers", cls.farm.answers)
 
     def slurm_jobs(self):
         return self.cluster.jobs(WORKER)
 
-    def submit(self, seed, samples):
-        return str(self.ask("submit", SCENE, "--size", "128x128", "--method", "path", "--seed", seed, "--spp", samples)["id"])
-
-    def done(self, job):
-        return self.ask("show", job)["fraction_done"]
-
-    def wait_for(self, job, share):
-        wait_until(f"{share:.0%} of job {job}", lambda: self.done(job) >= share, 120)
-
-    def expect_quiet_film(self, job, seed, samples):
-        wait_until(f"job {job} is done", lambda: self.ask("show", job)["state"] == "done", 240)
-        film = self.ask("fetch", job, "-o", self.folder / f"{job}.exr")["film_hash"]
+    def expect_quiet_film(self, job, seed, samples, farm=None):
+        farm = farm or self.farm
+        wait_until(f"job {job} is done", lambda: farm.show(job)["state"] == "done", 480)
+        film = farm.ask("fetch", job, "-o", self.folder / f"{job}.exr")["film_hash"]
         quiet = json.loads(run(BIN / "lightmill", "render", SCENE, "--size", "128x128", "--method", "path", "--seed", seed, "--spp",
                                samples, "-o", self.folder / f"quiet-{job}.exr", "--json",
                                env={**os.environ, "HOME": str(self.folder)}))
         self.assertEqual(film, quiet["film_hash"])
 
-    def tearDown(self):
-        """The workers leave as they are cancelled, and say so."""
+    def expect_drained(self, names, farm=None):
+        for name in names:
+            self.assertTrue((farm or self.farm).has_drained(name), (farm or self.farm).worker_log(name))
+
+    def cancel_workers(self, farm):
+        """They leave as they are cancelled, before Slurm kills them, and say so."""
+        names = farm.workers()
         self.cluster.call("scancel", "--name", WORKER)
-        wait_until("no worker is left", lambda: not self.slurm_jobs() and not self.workers(), 60)
+        wait_until("no worker is left", lambda: not self.slurm_jobs() and not farm.workers(), KILL_WAIT - 5)
+        self.expect_drained(names, farm)
+
+    def tearDown(self):
+        self.cancel_workers(self.farm)
 
     # What happens to it.
 
     def test_a_lost_node_costs_nothing(self):
-        self.start_workers(2)
+        self.farm.start_workers(2)
         places = {node: job for job, _, node, _ in self.slurm_jobs()}
-        job = self.submit(1, 1500)
-        self.wait_for(job, 0.1)
+        job = self.farm.submit(1, 800)
+        self.farm.wait_for(job, 0.1)
         lost = sorted(places)[-1]
         self.cluster.kill_all_of(lost)
         wait_until("Slurm starts the worker again", lambda: any(
             number == places[lost] and again == 1 for number, _, _, again in self.slurm_jobs()), 60)
-        self.expect_quiet_film(job, 1, 1500)
+        self.expect_quiet_film(job, 1, 800)
         self.cluster.start_node(lost)
-        wait_until("the node is back", lambda: self.cluster.states()[lost] in ("idle", "mixed"), 60)
+        wait_until("the node is back", lambda: self.cluster.states()[lost] in ("idle", "mixed", "allocated"), 60)
+
+    def test_a_cancelled_worker_gives_back_what_it_had_not_begun(self):
+        self.farm.start_workers(2)
+        job = self.farm.submit(7, 1500)
+        self.farm.wait_for(job, 0.1)
+        before = self.farm.workers()
+        self.cluster.call("scancel", self.slurm_jobs()[0][0])
+        wait_until("it leaves", lambda: len(self.slurm_jobs()) == 1, KILL_WAIT - 5)
+        shown = self.farm.show(job)
+        self.assertLess(shown["fraction_done"], 1)
+        self.assertEqual(shown["counters"]["leases_lost"], 0)
+        self.expect_drained(set(before) - set(self.farm.workers()))
+        self.expect_quiet_film(job, 7, 1500)
 
     @unittest.skipUnless(FULL, "takes minutes: --full")
     def test_a_worker_that_slurm_takes_for_lost_and_runs_again_does_no_harm(self):
-        self.start_workers(1, "--nodelist=n4")
-        job = self.submit(2, 4000)
-        self.wait_for(job, 0.05)
-        self.cluster.set_link("n4", "down")
-        wait_until("Slurm gives the node up", lambda: self.cluster.states()["n4"].startswith("down"), 60)
-        pids = run("ip", "netns", "pids", self.cluster.namespace("n4")).split()
+        self.farm.start_workers(1, worker_options=["--log-level", "debug"])
+        [name] = self.farm.workers()
+        [(number, _, cut, _)] = self.slurm_jobs()
+        job = self.farm.submit(2, 4000)
+        self.farm.wait_for(job, 0.05)
+        self.cluster.set_link(cut, "down")
+        wait_until("Slurm runs it again elsewhere", lambda: any(
+            (again, state) == (1, "RUNNING") and node != cut for _, state, node, again in self.slurm_jobs()), 180)
+        self.assertEqual([each for each, *_ in self.slurm_jobs()], [number])
+        pids = run("ip", "netns", "pids", self.cluster.namespace(cut)).split()
         running = [pathlib.Path(f"/proc/{pid}/comm").read_text().strip() for pid in pids]
-        self.assertIn("lightmill-worke", running, "it works on")
-        self.start_workers(1)  # elsewhere; the other one's results come when its link is back
-        before = self.done(job)
-        wait_until("others go on", lambda: self.done(job) > before, 60)
-        self.cluster.set_link("n4", "up")
+        self.assertIn(WORKER[:15], running, "the first one works on")
+        before = self.farm.done(job)
+        wait_until("the second one renders", lambda: self.farm.done(job) > before, 60)
+        self.cluster.set_link(cut, "up")
         self.expect_quiet_film(job, 2, 4000)
-        wait_until("the node is back", lambda: self.cluster.states()["n4"] in ("idle", "mixed"), 60)
+        rendered = collections.Counter(re.findall(rf"(job {job}, samples \S+ \S+ tile \d+) is rendered", self.farm.worker_log(name)))
+        self.assertGreater(rendered.most_common(1)[0][1], 1, "both rendered some of it")
+        wait_until("the node is back", lambda: self.cluster.states()[cut] in ("idle", "mixed", "allocated"), 60)
 
     @unittest.skipUnless(FULL, "takes minutes: --full")
     def test_a_coordinator_whose_node_is_lost_goes_on_when_it_is_back(self):
-        self.start_workers(2)
-        job = self.submit(3, 1500)
-        self.wait_for(job, 0.2)
+        self.farm.start_workers(2)
+        job = self.farm.submit(3, 1500)
+        self.farm.wait_for(job, 0.2)
         self.cluster.kill_all_of("n1")
         wait_until("Slurm gives the node up", lambda: self.cluster.states()["n1"].startswith("down"), 60)
         self.cluster.start_node("n1")
-        wait_until("it is started again", lambda: "jobs" in self.ask("jobs", check=False), 240)
-        self.assertGreater(self.done(job), 0.1, "what was rendered is there")
+        wait_until("it is started again", self.farm.answers, 240)
+        self.assertGreater(self.farm.done(job), 0.1, "what was rendered is there")
         self.expect_quiet_film(job, 3, 1500)
+
+    @unittest.skipUnless(FULL, "takes minutes: --full")
+    def test_a_worker_whose_time_is_up_gives_back_what_it_had_not_begun(self):
+        self.farm.start_workers(1)
+        stays = self.farm.workers()
+        self.farm.start_workers(1, "--time=2")  # Slurm tells it a minute before, or nearly two
+        leaves = set(self.farm.workers()) - set(stays)
+        job = self.farm.submit(8, 4000)
+        wait_until("the worker whose time is up leaves", lambda: len(self.slurm_jobs()) == 1, 180)
+        self.expect_drained(leaves)
+        self.assertEqual(self.farm.show(job)["counters"]["leases_lost"], 0)
+        self.expect_quiet_film(job, 8, 4000)
+        self.assertEqual(self.farm.workers(), stays)
+
+    def set_coordinators_time(self, minutes):
+        self.cluster.call("scontrol", "update", f"JobId={self.coordinator}", f"TimeLimit={minutes}")
+
+    def coordinators_restarts(self):
+        return self.cluster.jobs(COORDINATOR)[0][3]
+
+    @unittest.skipUnless(FULL, "takes minutes: --full")
+    def test_a_coordinator_whose_time_is_up_comes_back(self):
+        self.farm.start_workers(2)
+        workers = sorted(self.farm.workers())
+        job = self.farm.submit(10, 4000)
+        self.farm.wait_for(job, 0.05)
+        before = self.coordinators_restarts()
+        shown = self.cluster.call("scontrol", "show", "job", self.coordinator)
+        hours, minutes = map(int, re.search(r"RunTime=(\d+):(\d+):", shown).groups())
+        self.addCleanup(self.set_coordinators_time, "UNLIMITED")
+        self.set_coordinators_time(60 * hours + minutes + 2)
+        wait_until("it is queued again", lambda: self.coordinators_restarts() == before + 1, 180)
+        self.set_coordinators_time("UNLIMITED")
+        wait_until("it is started again", self.farm.answers, 180)
+        self.assertIn("the job's time is up: it is queued again", self.farm.coordinator_log(self.coordinator))
+        self.expect_quiet_film(job, 10, 4000)
+        self.assertEqual(sorted(self.farm.workers()), workers)
+
+    @unittest.skipUnless(FULL, "takes minutes: --full")
+    def test_of_two_coordinators_with_a_database_the_other_takes_over(self):
+        store = start_postgres(self.cluster)
+        pair = Farm(self.cluster, "pair", ["n2", "n3"])
+        first = pair.start_coordinator("n2", "--store", store)
+        wait_until("the first one answers", pair.answers)
+        second = pair.start_coordinator("n3", "--store", store)
+        self.addCleanup(self.cluster.call, "scancel", first, second)
+        wait_until("the second one stands by", lambda: "standing by" in pair.coordinator_log(second))
+        pair.start_workers(1, "--nodelist=n4")
+        job = pair.submit(9, 1500)
+        pair.wait_for(job, 0.1)
+        self.cluster.kill_all_of("n2")
+        wait_until("the second one takes over", pair.answers)
+        before = pair.done(job)
+        self.assertGreater(before, 0.05, "what was rendered is there")
+        wait_until("the worker has found it", lambda: pair.done(job) > before)
+        self.expect_quiet_film(job, 9, 1500, pair)
+        self.cluster.start_node("n2")
+        wait_until("the first one is started again, and stands by", lambda: "standing by" in pair.coordinator_log(first), 180)
+        self.cluster.call("scancel", second)  # as whoever is to take its node away: it says so, and the other takes over at once
+        wait_until("the first one is at work again", pair.answers)
+        self.assertTrue(pair.coordinator_log(second).rstrip().endswith("stopped"), pair.coordinator_log(second))
+        third = pair.start_coordinator("n3", "--store", store)
+        self.addCleanup(self.cluster.call, "scancel", third)
+        files = pair.folder / "coordinators"
+        wait_until("those of ended jobs have no address",
+                   lambda: {file.name for file in files.iterdir()} == {first, third})
+        self.cancel_workers(pair)
+
+    def start_autoscale(self, log, *options):
+        scaler = self.cluster.spawn(CONTROLLER, SLURM / "autoscale", "--interval", "0.5", "--patience", "4", "--lightmill",
+                                    BIN / "lightmill", *options, SLURM / "worker.sbatch", "--cpus-per-task=1", output=log,
+                                    environment=self.farm.environment)
+        self.addCleanup(scaler.kill)
+        return scaler
+
+    def end_autoscale(self, scaler, log):
+        scaler.send_signal(signal.SIGTERM)
+        self.assertEqual(scaler.wait(30), 0, log.read_text())
+        self.assertIn("ends: ", log.read_text())
 
     @unittest.skipUnless(FULL, "takes minutes: --full")
     def test_as_many_workers_run_as_are_wanted(self):
         log = self.folder / "autoscale.log"
-        environment = {**self.environment, "LIGHTMILL_SERVER": "n1:7350", "LIGHTMILL_TLS_CA": str(self.farm / "ca.pem"),
-                       "LIGHTMILL_TLS_CERT": str(self.farm / "person.pem")}
-        scaler = self.cluster.spawn(CONTROLLER, SLURM / "autoscale", "--max", "3", "--interval", "0.5", "--patience", "4",
-                                    "--lightmill", BIN / "lightmill", SLURM / "worker.sbatch", "--cpus-per-task=1",
-                                    output=log, environment=environment)
-        self.addCleanup(scaler.kill)
         self.addCleanup(lambda: print(log.read_text()))  # shown by who runs this if it fails
+        scaler = self.start_autoscale(log, "--max", "3")
         time.sleep(2)
         self.assertEqual(self.slurm_jobs(), [], "nothing is wanted")
-        small, large = self.submit(4, 300), self.submit(5, 200_000)
-        wait_until("the most that it may start", lambda: len(self.workers()) == 3, 120)
+        small, long = self.farm.submit(4, 300), self.farm.submit(5, 8000)
+        wait_until("the most that it may start", lambda: len(self.farm.workers()) == 3, 120)
         self.assertEqual(len(self.slurm_jobs()), 3)
+        # Whoever has something to render is wanted, so fewer are while a job goes on only where fewer may be.
+        self.end_autoscale(scaler, log)
+        before = self.farm.workers()
+        scaler = self.start_autoscale(log, "--max", "1")
+        wait_until("two of them leave", lambda: len(self.slurm_jobs()) == 1, 60)
+        shown = self.farm.show(long)
+        self.assertEqual((shown["state"], shown["counters"]["leases_lost"]), ("running", 0))
+        [left] = self.farm.workers()
+        self.expect_drained(set(before) - {left})
         self.expect_quiet_film(small, 4, 300)
-        self.ask("cancel", large)
-        wait_until("none is wanted any more", lambda: not self.slurm_jobs() and not self.workers(), 60)
-        more = self.submit(6, 300)
+        self.expect_quiet_film(long, 5, 8000)
+        wait_until("none is wanted any more", lambda: not self.slurm_jobs() and not self.farm.workers(), 60)
+        more = self.farm.submit(6, 300)
         wait_until("one comes", self.slurm_jobs, 60)
         self.expect_quiet_film(more, 6, 300)
-        scaler.send_signal(signal.SIGTERM)
-        self.assertEqual(scaler.wait(30), 0, log.read_text())
-        said = log.read_text()
-        self.assertIn("ends: ", said)
-        self.assertNotIn("all stays as it is", said)
+        self.end_autoscale(scaler, log)
+        self.assertNotIn("all stays as it is", log.read_text())
+        self.assertNotIn("ended within a minute", log.read_text())
 
 
 def interrupt(*_):

@@ -1,0 +1,27 @@
+"""A PostgreSQL server that the nodes of a cluster reach at its controller."""
+import pathlib
+import shutil
+
+from cluster import CONTROLLER, NETWORK, run, wait_until
+
+AS_POSTGRES = ["setpriv", "--reuid=postgres", "--regid=postgres", "--clear-groups", "--pdeathsig=KILL", "--"]
+
+
+def start_postgres(cluster):
+    """The URL of an empty database; the server ends with the cluster."""
+    programs = max(pathlib.Path("/usr/lib/postgresql").glob("*/bin"))
+    folder = cluster.folder / "postgres"
+    folder.mkdir(mode=0o700)
+    shutil.chown(folder, "postgres", "postgres")
+    cluster.folder.chmod(0o711)  # it gets to its own
+    data = folder / "data"
+    run(*AS_POSTGRES, programs / "initdb", "-D", data, "-U", "lightmill", "-A", "trust", "-E", "UTF8", "--no-locale", "--no-sync")
+    with open(data / "pg_hba.conf", "a", encoding="utf-8") as rules:
+        rules.write(f"host all lightmill {NETWORK}.0/24 trust\n")
+    # What survives a crash of the machine is not tested here, and its price is high.
+    cluster.spawn(CONTROLLER, *AS_POSTGRES, programs / "postgres", "-D", data, "-c", f"listen_addresses={NETWORK}.1", "-c",
+                  f"unix_socket_directories={folder}", "-c", "fsync=off", output=cluster.folder / "postgres.log")
+    ready = ["psql", "-h", folder, "-U", "lightmill", "-d", "postgres", "-Atc"]
+    wait_until("PostgreSQL answers", lambda: run(*ready, "SELECT 1", check=False).strip() == "1")
+    run(*ready, "CREATE DATABASE farm")
+    return f"postgres://lightmill@{CONTROLLER}/farm"
