@@ -79,8 +79,25 @@ Status check_options(Options& options) {
   return ok_status();
 }
 
+/// Tells a farm manager why the worker cannot start or go on. With --openjd anywhere on the command line: of one with
+/// an error no options have been stored.
+class FailureReport {
+ public:
+  FailureReport(int argc, char** argv)
+      : wanted_(std::any_of(argv + 1, argv + argc,
+                            [](const char* word) { return std::string_view(word) == "--openjd"; })) {}
+  void operator()(const std::string& why) const {
+    if (wanted_) {
+      std::cout << openjd_fail(why) << std::endl;
+    }
+  }
+
+ private:
+  bool wanted_;
+};
+
 /// An exit code, or nothing when the worker should run.
-std::optional<int> parse(int argc, char** argv, Options& options) {
+std::optional<int> parse(int argc, char** argv, const FailureReport& failed, Options& options) {
   CLI::App app{
       "A worker of a Lightmill farm: connects to a `lightmill-server` and renders what it hands out.\n\nStart as many "
       "as you like, on as many machines; they may come and go while a picture is rendered.\nCtrl-C or SIGTERM lets a "
@@ -119,7 +136,8 @@ std::optional<int> parse(int argc, char** argv, Options& options) {
       "--openjd", options.openjd,
       "say on standard output too what happens, as Open Job Description has it (openjd_status, openjd_fail): for "
       "a farm manager that runs the worker as a task");
-  return parse_options(app, argc, argv, [&] { return check_options(options); });
+  return parse_options(
+      app, argc, argv, [&] { return check_options(options); }, failed);
 }
 
 WorkerOptions worker_options(const Options& options) {
@@ -170,12 +188,14 @@ class SignalTarget {
 int run(int argc, char** argv) {
   SignalTarget target;
   const StopSignals signals([&target](int count) { target.signal(count); });
+  const FailureReport failed(argc, argv);
   Options options;
-  if (const std::optional<int> code = parse(argc, argv, options)) {
+  if (const std::optional<int> code = parse(argc, argv, failed, options)) {
     return *code;
   }
   if (const Status status = start_logging("lightmill-worker", options.log.level, options.log.format); !status.ok()) {
     std::cerr << "lightmill-worker: " << message_of(status) << "\n";
+    failed(message_of(status));
     return 2;
   }
   if (options.openjd) {
@@ -191,9 +211,7 @@ int run(int argc, char** argv) {
   target.set(nullptr);
   if (!status.ok()) {
     spdlog::error("{}", message_of(status));
-    if (options.openjd) {
-      std::cout << openjd_fail(message_of(status)) << std::endl;
-    }
+    failed(message_of(status));
     return 1;
   }
   return 0;

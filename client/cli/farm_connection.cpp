@@ -160,8 +160,17 @@ Result<v1::Job> FarmConnection::get_job(std::uint64_t id) {
 }
 
 Result<Listed<v1::Job>> FarmConnection::list_jobs(std::size_t limit) {
-  Listed<v1::Job> all;
+  return list_jobs(v1::ListJobsRequest(), limit);
+}
+
+Result<Listed<v1::Job>> FarmConnection::list_unfinished_jobs() {
   v1::ListJobsRequest request;
+  request.set_unfinished(true);
+  return list_jobs(std::move(request), std::numeric_limits<std::size_t>::max());
+}
+
+Result<Listed<v1::Job>> FarmConnection::list_jobs(v1::ListJobsRequest request, std::size_t limit) {
+  Listed<v1::Job> all;
   request.set_page_size(kPageSize);
   while (all.items.size() < limit) {
     v1::ListJobsResponse response;

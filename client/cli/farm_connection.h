@@ -53,6 +53,8 @@ class FarmConnection {
   Result<v1::Job> get_job(std::uint64_t id);
   /// Newest first, at most `limit`.
   Result<Listed<v1::Job>> list_jobs(std::size_t limit);
+  /// All that have not ended, newest first.
+  Result<Listed<v1::Job>> list_unfinished_jobs();
   Result<v1::Job> cancel_job(std::uint64_t id);
   Result<v1::Job> pause_job(std::uint64_t id);
   Result<v1::Job> resume_job(std::uint64_t id);
@@ -87,6 +89,9 @@ class FarmConnection {
   void cancel_calls();
 
  private:
+  /// Of all pages that `request` asks for.
+  Result<Listed<v1::Job>> list_jobs(v1::ListJobsRequest request, std::size_t limit);
+
   struct State;
   std::string address_;
   std::unique_ptr<State> state_;

@@ -27,8 +27,13 @@ constexpr const char* kFooter =
     "interrupted.\n"
     "`lightmill COMMAND --help` says more about a command.";
 
-ExitCode usage_error(std::string_view message, bool json) {
-  const Console console(json);
+/// The options of a command line with an error have not been stored: look for the flag itself.
+bool has_flag(int argc, char** argv, std::string_view flag) {
+  return std::any_of(argv + 1, argv + argc, [flag](const char* word) { return flag == word; });
+}
+
+ExitCode usage_error(std::string_view message, int argc, char** argv) {
+  const Console console(has_flag(argc, argv, "--json"), has_flag(argc, argv, "--openjd"));
   return console.finish(
       console.fail(invalid_argument("{}\nTry `lightmill --help` or `lightmill COMMAND --help`.", message)));
 }
@@ -50,11 +55,6 @@ std::string plain_words(const CLI::ParseError& error) {
   const std::string text = error.what();
   const std::size_t at = text.find(": At Most 1 required");
   return at == std::string::npos ? text : text.substr(0, at) + " is given more than once";
-}
-
-/// The options of a command line with an error have not been stored: look for the flag itself.
-bool wants_json(int argc, char** argv) {
-  return std::any_of(argv + 1, argv + argc, [](const char* word) { return std::string_view(word) == "--json"; });
 }
 
 int run(int argc, char** argv) {
@@ -79,7 +79,7 @@ int run(int argc, char** argv) {
   add_lab_command(app, context);
   add_certs_command(app, context);
   if (const std::string unknown = unknown_command(app, argc, argv); !unknown.empty()) {
-    return usage_error(unknown, wants_json(argc, argv));
+    return usage_error(unknown, argc, argv);
   }
   refuse_empty_values(app);
   try {
@@ -91,7 +91,7 @@ int run(int argc, char** argv) {
                ? kDone
                : Console(false).fail(internal_error("cannot write to standard output: {}", std::strerror(errno)));
   } catch (const CLI::ParseError& error) {
-    return usage_error(plain_words(error), wants_json(argc, argv));
+    return usage_error(plain_words(error), argc, argv);
   }
   const Console console(context.common.json, context.common.openjd);
   return console.finish(context.run(console));

@@ -63,24 +63,34 @@ void Signals::on_event(std::function<void()> callback) {
   callback_ = std::move(callback);
 }
 
+void Signals::before_exit(std::function<void()> callback) {
+  const MutexLock lock(callback_mutex_);
+  before_exit_ = std::move(callback);
+}
+
 void Signals::watch() {
   for (;;) {
     int signal = 0;
     sigwait(&watched_, &signal);
+    bool at_once = false;
     {
       const MutexLock lock(mutex_);
       if (stopping_) {
         return;
       }
-      if (signal == SIGINT && interrupted_) {
-        ::_exit(kInterruptedExit);
-      }
+      at_once = signal == SIGINT && interrupted_;
       by_user_ = by_user_ || signal == SIGINT;
       interrupted_ = interrupted_ || signal == SIGINT || signal == SIGTERM || signal == SIGHUP;
       ++events_;
       changed_.notify_all();
     }
     const MutexLock lock(callback_mutex_);
+    if (at_once) {
+      if (before_exit_) {
+        before_exit_();
+      }
+      ::_exit(kInterruptedExit);
+    }
     if (callback_) {
       callback_();
     }

@@ -31,19 +31,22 @@ class Signals {
   /// Called from the watching thread at each interruption and each child's death; empty: nothing is called. When this
   /// returns, no call of the old one is running.
   void on_event(std::function<void()> callback);
+  /// Called from the watching thread before a second Ctrl-C ends the process; empty: nothing is called.
+  void before_exit(std::function<void()> callback);
 
  private:
   void watch();
 
   sigset_t watched_{};
   mutable Mutex mutex_;
-  Mutex callback_mutex_;  ///< held while the callback runs
+  Mutex callback_mutex_;  ///< held while one of the callbacks runs
   CondVar changed_;
   bool interrupted_ LM_GUARDED_BY(mutex_) = false;
   bool by_user_ LM_GUARDED_BY(mutex_) = false;
   bool stopping_ LM_GUARDED_BY(mutex_) = false;
   std::uint64_t events_ LM_GUARDED_BY(mutex_) = 0;
   std::function<void()> callback_ LM_GUARDED_BY(callback_mutex_);
+  std::function<void()> before_exit_ LM_GUARDED_BY(callback_mutex_);
   std::thread thread_;
 };
 

@@ -9,7 +9,7 @@
 namespace lightmill::cli {
 
 /// Rows under a header, columns padded to their widest cell; lines are cut at `width` columns (0: no
-/// limit). Cells are UTF-8 without wide characters; control characters in them are escaped.
+/// limit). Cells are UTF-8; control characters in them are escaped.
 std::vector<std::string> format_table(std::vector<std::vector<std::string>> rows, int width);
 
 /// Prints rows as human output, fitted to standard output's terminal if it is one.

@@ -60,6 +60,11 @@ Rows worker_rows(const std::vector<v1::Worker>& workers) {
   return rows;
 }
 
+/// No wider than that; 0: as it is.
+std::string fitted(const std::string& line, int columns) {
+  return columns > 0 ? cut_to_columns(line, columns) : line;
+}
+
 /// The table in so many lines (its header among them), the last of which says how many rows are left out.
 void add_table(Rows rows, int columns, std::size_t most, std::vector<std::string>& lines) {
   const std::size_t left_out = rows.size() > most ? rows.size() - most + 1 : 0;
@@ -68,7 +73,7 @@ void add_table(Rows rows, int columns, std::size_t most, std::vector<std::string
     lines.push_back(std::move(line));
   }
   if (left_out > 0) {
-    lines.push_back(fmt::format("… and {} more", left_out));
+    lines.push_back(fitted(fmt::format("… and {} more", left_out), columns));
   }
 }
 
@@ -111,11 +116,14 @@ std::vector<std::string> top_lines(const FarmLook& look, int columns, int rows) 
                   human_rate(rate), look.wanted),
       fmt::format("jobs     {}", counts_text(job_kinds)),
   };
+  if (!look.trouble.empty()) {
+    lines.insert(lines.begin(), "as it was; now: " + printable(look.trouble));
+  }
   for (const std::string& notice : look.notices) {
     lines.push_back("note     " + printable(notice));
   }
   for (std::string& line : lines) {
-    line = columns > 0 ? cut_to_columns(line, columns) : line;
+    line = fitted(line, columns);
   }
 
   // Each table gets what the other one leaves of the rows, and half of them at least.

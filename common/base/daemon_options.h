@@ -44,8 +44,9 @@ CLI::Option* add_limit(CLI::App& app, const std::string& name, T& value, const c
 }
 
 /// Reads the command line, then asks `check` what else is wrong with it. An exit code, or nothing when the program
-/// should run; errors have its name.
-inline std::optional<int> parse_options(CLI::App& app, int argc, char** argv, const std::function<Status()>& check) {
+/// should run; errors have its name, and `failed`, if there is one, is told them too.
+inline std::optional<int> parse_options(CLI::App& app, int argc, char** argv, const std::function<Status()>& check,
+                                        const std::function<void(const std::string&)>& failed = {}) {
   refuse_empty_values(app);
   app.failure_message([](const CLI::App* of, const CLI::Error& error) {
     return fmt::format("{}: {}\nTry `{} --help`.\n", of->get_name(), error.what(), of->get_name());
@@ -53,10 +54,19 @@ inline std::optional<int> parse_options(CLI::App& app, int argc, char** argv, co
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& error) {
-    return app.exit(error) == 0 ? 0 : 2;
+    if (app.exit(error) == 0) {  // --help, --version
+      return 0;
+    }
+    if (failed) {
+      failed(error.what());
+    }
+    return 2;
   }
   if (const Status status = check(); !status.ok()) {
     std::cerr << app.get_name() << ": " << message_of(status) << "\n";
+    if (failed) {
+      failed(message_of(status));
+    }
     return 2;
   }
   return std::nullopt;

@@ -63,7 +63,7 @@ std::string table_case(const CommandDoc& command) {
   }
   for (const OptionDoc& option : command.options) {
     options.insert(options.end(), option.names.begin(), option.names.end());
-    if (option.value.empty()) {
+    if (option.value.empty() || option.value_optional) {  // what follows may as well be anything else
       continue;
     }
     valued.insert(valued.end(), option.names.begin(), option.names.end());

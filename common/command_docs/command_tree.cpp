@@ -24,7 +24,9 @@ OptionDoc option_doc(const CLI::Option& option) {
   const int most = option.get_items_expected_max();
   doc.value = most > 0 ? option.get_type_name() : "";
   doc.text = option.get_description();
-  doc.default_value = option.get_default_str();
+  doc.value_optional = most > 0 && option.get_expected_min() == 0;
+  // Of an optional value that is what stands for one that is left out, not for an option that is.
+  doc.default_value = doc.value_optional ? "" : option.get_default_str();
   doc.variable = option.get_envname();
   doc.group = option.get_group();
   doc.required = option.get_required();

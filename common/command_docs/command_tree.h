@@ -17,6 +17,10 @@ struct OptionDoc {
   std::string variable;  ///< of the environment
   std::string group;     ///< "Options" unless it has another
   bool required = false, repeats = false;
+  bool value_optional = false;  ///< the value may be left out; `text` says what is used then
+
+  /// "HOST:PORT", "[HOST:PORT]"; empty for a flag.
+  std::string shown_value() const { return value_optional ? "[" + value + "]" : value; }
 
   friend bool operator==(const OptionDoc&, const OptionDoc&) = default;
 };

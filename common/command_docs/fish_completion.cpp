@@ -45,7 +45,7 @@ std::string path_function(const CommandDoc& program) {
     }
     for (const OptionDoc& option : command->options) {
       for (const std::string& name : option.names) {
-        if (!option.value.empty()) {
+        if (!option.value.empty() && !option.value_optional) {
           valued.push_back(quoted(fmt::format("{} {}", command->words(), name)));
         }
       }
@@ -59,8 +59,11 @@ std::string path_function(const CommandDoc& program) {
 }
 
 /// What may follow as a value: the flags of `complete`.
-std::string value_flags(const std::string& type_name) {
-  const ValueChoice choice = choice_of(type_name);
+std::string value_flags(const OptionDoc& option) {
+  if (option.value.empty() || option.value_optional) {  // what follows may as well be anything else
+    return "";
+  }
+  const ValueChoice choice = choice_of(option.value);
   switch (choice.kind) {
     case ValueChoice::Kind::file:
       return " -r -F";
@@ -86,7 +89,7 @@ std::string command_lines(const CommandDoc& program, const CommandDoc& command) 
     for (const std::string& name : option.names) {
       lines += name.starts_with("--") ? fmt::format(" -l {}", name.substr(2)) : fmt::format(" -s {}", name.substr(1));
     }
-    lines += fmt::format("{} -d {}\n", option.value.empty() ? "" : value_flags(option.value), quoted(option.text));
+    lines += fmt::format("{} -d {}\n", value_flags(option), quoted(option.text));
   }
   for (const OptionDoc& position : command.positions) {
     const ValueChoice::Kind kind = choice_of(position.value).kind;

@@ -86,7 +86,7 @@ std::string heading(const OptionDoc& option) {
     names.push_back(fmt::format("\\fB{}\\fR", escaped(name)));
   }
   return option.value.empty() ? fmt::format("{}", fmt::join(names, ", "))
-                              : fmt::format("{} \\fI{}\\fR", fmt::join(names, ", "), escaped(option.value));
+                              : fmt::format("{} \\fI{}\\fR", fmt::join(names, ", "), escaped(option.shown_value()));
 }
 
 std::string entry(const std::string& title, const OptionDoc& option) {

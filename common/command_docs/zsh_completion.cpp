@@ -44,8 +44,9 @@ std::string option_line(const OptionDoc& option) {
   }
   const std::string excluded = option.repeats ? "'*'" : fmt::format("'({})'", fmt::join(option.names, " "));
   const std::string words = names.size() == 1 ? names.front() : fmt::format("{{{}}}", fmt::join(names, ","));
-  const std::string value =
-      takes ? fmt::format(":{}:{}", quoted(option.value, ":"), quoted(action_of(option.value), "")) : "";
+  const std::string value = takes ? fmt::format("{}:{}:{}", option.value_optional ? ":" : "", quoted(option.value, ":"),
+                                                quoted(action_of(option.value), ""))
+                                  : "";
   return fmt::format("    {}{}'[{}]{}'", excluded, words, quoted(option.text, "[]:"), value);
 }
 

@@ -119,11 +119,11 @@ RenderServiceImpl::Unary* RenderServiceImpl::ListJobs(Context* context, const v1
     return refuse(context, size.ok() ? before.status() : size.status());
   }
   reply->mutable_notices()->Add(notices_.begin(), notices_.end());
-  return on_farm(context,
-                 [caller = call->caller, size = *size, before = *before, reply](FarmLoop::Turn& turn, Unary* reactor) {
-                   list_jobs(turn, caller, size, before, reply);
-                   reactor->Finish(grpc::Status::OK);
-                 });
+  return on_farm(context, [caller = call->caller, page = JobPage{*size, *before, request->unfinished()}, reply](
+                              FarmLoop::Turn& turn, Unary* reactor) {
+    list_jobs(turn, caller, page, reply);
+    reactor->Finish(grpc::Status::OK);
+  });
 }
 
 RenderServiceImpl::Unary* RenderServiceImpl::CancelJob(Context* context, const v1::CancelJobRequest* request,

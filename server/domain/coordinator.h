@@ -28,6 +28,7 @@ class Film;  // common/film/film.h
 struct JobFilter {
   JobId before{std::numeric_limits<std::uint64_t>::max()};     ///< older ones only
   std::size_t most = std::numeric_limits<std::size_t>::max();  ///< the newest so many
+  bool unfinished = false;                                     ///< only those that have not ended
   std::function<bool(const std::string& owner)> admits = {};   ///< null: whoever they belong to
 };
 

@@ -255,7 +255,7 @@ std::vector<JobStatus> Coordinator::jobs(Time now, const JobFilter& filter) cons
   std::vector<JobStatus> found;
   for (auto at = state_->jobs.lower_bound(filter.before); at != state_->jobs.begin() && found.size() < filter.most;) {
     const Job& job = *(--at)->second;
-    if (!filter.admits || filter.admits(job.record.spec.owner)) {
+    if ((!filter.unfinished || job.active()) && (!filter.admits || filter.admits(job.record.spec.owner))) {
       found.push_back(state_->describe(job, now));
     }
   }

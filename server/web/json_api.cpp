@@ -275,7 +275,7 @@ void JsonApi::list_jobs(const ApiRequest& request, Reply reply) {
             [page = *page, caller = call->caller, notices = greeting_.notices](Turn& turn, const FarmReply& back) {
               v1::ListJobsResponse list;
               list.mutable_notices()->Add(notices.begin(), notices.end());
-              lightmill::list_jobs(turn, caller, page.size, page.before, &list);
+              lightmill::list_jobs(turn, caller, {.size = page.size, .before = page.before}, &list);
               back(json_reply(list));
             });
 }

@@ -113,6 +113,14 @@ class Completions(unittest.TestCase):
     def test_bash_takes_no_value_for_a_command(self):
         self.assertEqual(bash_offers(["lightmill", "workers", "--server", "drain", "qu"]), {"quarantine"})
 
+    def test_bash_completes_what_follows_a_value_that_is_left_out(self):
+        with tempfile.TemporaryDirectory() as folder:
+            (pathlib.Path(folder) / "film.exr").touch()
+            self.assertEqual(bash_offers(["lightmill", "watch", "--tev", "-o", "f"], folder), {"film.exr"})
+            self.assertEqual(bash_offers(["lightmill", "watch", "--tev", "farm:1", "-o", "f"], folder), {"film.exr"})
+            self.assertIn("--openjd", bash_offers(["lightmill", "watch", "--tev", "--o"]))
+            self.assertEqual(bash_offers(["lightmill", "watch", "--tev", ""], folder), set())
+
     @unittest.skipUnless(shutil.which("fish"), "no fish")
     def test_fish_offers_what_help_lists(self):
         for program in help_text.PROGRAMS:
@@ -132,6 +140,22 @@ class Completions(unittest.TestCase):
         values, quarantine = fish_offers(["lightmill render --view ", "lightmill workers --server drain qu"])
         self.assertEqual(values, {"plain", "filmic"})
         self.assertEqual(quarantine, {"quarantine"})
+
+    @unittest.skipUnless(shutil.which("fish"), "no fish")
+    def test_fish_completes_what_follows_a_value_that_is_left_out(self):
+        with tempfile.TemporaryDirectory() as folder:
+            (pathlib.Path(folder) / "film.exr").touch()
+            files, options = fish_offers(["lightmill watch --tev -o f", "lightmill watch --tev --open"], folder)
+        self.assertEqual(files, {"film.exr"})
+        self.assertEqual(options, {"--openjd"})
+
+    @unittest.skipUnless(shutil.which("zsh"), "no zsh")
+    def test_zsh_completes_what_follows_a_value_that_is_left_out(self):
+        with Zsh() as zsh:
+            (pathlib.Path(zsh.home.name) / "film.exr").touch()
+            for value in ("", "farm:1 "):
+                self.assertIn("film.exr", zsh.ask(f"lightmill watch --tev {value}-o fi\t", r"film\.exr"))
+                zsh.ask(CLEAR, CLEARED)
 
     @unittest.skipUnless(shutil.which("zsh"), "no zsh")
     def test_zsh_offers_what_help_lists(self):

@@ -139,6 +139,33 @@ TEST(Api, ListsComeInPages) {
   EXPECT_EQ(client.stub().ListJobs(&context, request, &response).error_code(), grpc::StatusCode::INVALID_ARGUMENT);
 }
 
+TEST(Api, UnfinishedJobsAreFoundBehindAnyNumberOfEndedOnes) {
+  Farm farm;
+  FarmClient client = farm.client();
+  for (int i = 1; i <= 5; ++i) {
+    const std::uint64_t id = client.submit(small_picture(), fmt::format("request {}", i)).id();
+    if (i == 2 || i > 3) {
+      grpc::ClientContext context;
+      v1::CancelJobRequest request;
+      request.set_id(id);
+      v1::Job job;
+      ASSERT_TRUE(client.stub().CancelJob(&context, request, &job).ok());
+    }
+  }
+  v1::ListJobsRequest request;
+  request.set_page_size(1);
+  request.set_unfinished(true);
+  for (const std::uint64_t id : {3, 1}) {
+    grpc::ClientContext context;
+    v1::ListJobsResponse response;
+    ASSERT_TRUE(client.stub().ListJobs(&context, request, &response).ok());
+    ASSERT_EQ(response.jobs_size(), 1);
+    EXPECT_EQ(response.jobs(0).id(), id);
+    EXPECT_EQ(response.next_page_token().empty(), id == 1);
+    request.set_page_token(response.next_page_token());
+  }
+}
+
 TEST(Api, AWatcherSeesEveryTileAndTheEnd) {
   Farm farm;
   FarmClient client = farm.client();

@@ -1,17 +1,14 @@
 // lightmill top
-#include <fcntl.h>
-#include <poll.h>
-#include <sys/ioctl.h>
-#include <termios.h>
 #include <unistd.h>
 
+#include <future>
 #include <nlohmann/json.hpp>
 
 #include "client/cli/context.h"
 #include "client/cli/farm_choice.h"
 #include "client/cli/job_json.h"
 #include "client/cli/progress.h"
-#include "client/cli/text_width.h"
+#include "client/cli/screen.h"
 #include "client/cli/top_view.h"
 #include "client/cli/units.h"
 #include "common/base/text.h"
@@ -19,25 +16,60 @@
 namespace lightmill::cli {
 namespace {
 
-constexpr std::size_t kMostJobs = 1'000;
-constexpr auto kLookForKeys = std::chrono::milliseconds(100);
+using SteadyTime = std::chrono::steady_clock::time_point;
+
+constexpr double kLeastInterval = 0.1;
+constexpr Duration kTick = std::chrono::milliseconds(50);  // keys and the window's size are looked at so often
+constexpr Duration kCancelEvery = std::chrono::milliseconds(10);
+constexpr Duration kSilence = std::chrono::seconds(3);  // that is not worth a word
 
 constexpr const char* kMore =
-    "It looks at the thousand newest jobs, and shows those that have not ended. q or Ctrl-C leaves; where standard "
-    "output\n"
-    "is no terminal, and with --json, it looks once.";
+    "q or Ctrl-C leaves. Where standard output is no terminal, and with --json, it looks once.";
 
 struct Options {
   bool once = false;
   std::string interval = "2s";
 };
 
-Result<FarmLook> look_at(FarmConnection& connection) {
-  LM_ASSIGN_OR_RETURN(Listed<v1::Job> jobs, connection.list_jobs(kMostJobs));
-  LM_ASSIGN_OR_RETURN(ListedWorkers workers, connection.list_workers());
-  return FarmLook{connection.address(), std::move(jobs.items), std::move(workers.items), workers.wanted,
-                  std::move(workers.notices)};
+Result<double> parse_interval(std::string_view text) {
+  LM_ASSIGN_OR_RETURN(const double seconds, parse_seconds(text));
+  if (seconds < kLeastInterval) {
+    return invalid_argument("must be at least {} s, got '{}'", kLeastInterval, printable(text));
+  }
+  return seconds;
 }
+
+Result<FarmLook> look_at(FarmConnection& connection) {
+  LM_ASSIGN_OR_RETURN(Listed<v1::Job> jobs, connection.list_unfinished_jobs());
+  LM_ASSIGN_OR_RETURN(ListedWorkers workers, connection.list_workers());
+  return FarmLook{connection.address(), std::move(jobs.items),      std::move(workers.items),
+                  workers.wanted,       std::move(workers.notices), ""};
+}
+
+/// A look at the farm that is under way in a thread of its own: nobody need wait for a coordinator that is silent.
+class Looking {
+ public:
+  explicit Looking(FarmConnection& connection)
+      : connection_(connection), look_(std::async(std::launch::async, [&connection] { return look_at(connection); })) {}
+  /// Breaks it off.
+  ~Looking() {
+    // A call that is about to begin does not hear of it: it is told again.
+    while (look_.valid() && !done(kCancelEvery)) {
+      connection_.cancel_calls();
+    }
+  }
+  Looking(const Looking&) = delete;
+  Looking& operator=(const Looking&) = delete;
+
+  /// Whether it is done now, or within so long.
+  bool done(Duration patience = {}) const { return look_.wait_for(patience) == std::future_status::ready; }
+  /// Once.
+  Result<FarmLook> result() { return look_.get(); }
+
+ private:
+  FarmConnection& connection_;
+  std::future<Result<FarmLook>> look_;
+};
 
 nlohmann::json to_json(const FarmLook& look) {
   nlohmann::json jobs = nlohmann::json::array(), workers = nlohmann::json::array();
@@ -52,74 +84,58 @@ nlohmann::json to_json(const FarmLook& look) {
   return {{"jobs", jobs}, {"workers", workers}, {"wanted_workers", look.wanted}, {"notices", look.notices}};
 }
 
-/// A terminal's second screen, without a cursor, and keys that are read as they are pressed. Ends as it began.
-class Screen {
- public:
-  Screen() {
-    keys_ = ::isatty(STDIN_FILENO) == 1 && ::tcgetattr(STDIN_FILENO, &before_) == 0;
-    if (keys_) {
-      termios now = before_;
-      now.c_lflag &= ~static_cast<tcflag_t>(ICANON | ECHO);
-      ::tcsetattr(STDIN_FILENO, TCSANOW, &now);
-    }
-    put("\x1b[?1049h\x1b[?25l");
-  }
-  ~Screen() {
-    put("\x1b[?25h\x1b[?1049l");
-    if (keys_) {
-      ::tcsetattr(STDIN_FILENO, TCSANOW, &before_);
+/// CANCELLED where the user interrupts.
+Result<FarmLook> first_look(FarmConnection& connection, const Signals& signals) {
+  Looking looking(connection);
+  while (!looking.done(kTick)) {
+    if (signals.interrupted()) {
+      return cancelled("interrupted");
     }
   }
-  Screen(const Screen&) = delete;
-  Screen& operator=(const Screen&) = delete;
+  return looking.result();
+}
 
-  /// Columns and rows.
-  static std::pair<int, int> size() {
-    winsize size{};
-    const bool known = ::ioctl(STDOUT_FILENO, TIOCGWINSZ, &size) == 0 && size.ws_col > 0 && size.ws_row > 0;
-    return known ? std::pair<int, int>(size.ws_col, size.ws_row) : std::pair(80, 24);
-  }
-  static void show(const std::vector<std::string>& lines) {
-    std::string text = "\x1b[H";
-    for (std::size_t i = 0; i < lines.size(); ++i) {
-      text += lines[i] + "\x1b[K" + (i + 1 < lines.size() ? "\r\n" : "");
-    }
-    put(text + "\x1b[J");
-  }
-  /// Waits, at most so long; whether somebody wants to leave.
-  bool wait(Signals& signals, double seconds) const {
-    const auto until = std::chrono::steady_clock::now() + std::chrono::duration<double>(seconds);
-    while (!signals.interrupted() && std::chrono::steady_clock::now() < until) {
-      if (!keys_) {
-        signals.sleep(kLookForKeys);
-        continue;
+/// Shows the farm, from `look` on, until somebody wants to leave.
+void follow_farm(FarmConnection& connection, FarmLook look, Duration interval, Signals& signals) {
+  Screen screen(signals);
+  std::optional<Looking> looking;
+  SteadyTime since = std::chrono::steady_clock::now();  // when the look that is under way began, or the last one ended
+  std::optional<Screen::Size> shown;                    // of what the screen has; none: it is out of date
+  do {
+    const SteadyTime now = std::chrono::steady_clock::now();
+    if (looking && looking->done()) {
+      Result<FarmLook> next = looking->result();
+      if (next.ok()) {
+        look = *std::move(next);
+      } else {
+        look.trouble = message_of(next.status());
       }
-      pollfd input{STDIN_FILENO, POLLIN, 0};
-      if (::poll(&input, 1, static_cast<int>(kLookForKeys.count())) > 0) {
-        char key = 0;
-        if (::read(STDIN_FILENO, &key, 1) != 1 || key == 'q' || key == 'Q') {
-          return true;
-        }
+      looking.reset();
+      since = now;
+      shown.reset();
+    } else if (!looking && now - since >= interval) {
+      looking.emplace(connection);
+      since = now;
+    } else if (looking && now - since >= kSilence) {
+      const auto seconds = std::chrono::duration_cast<std::chrono::seconds>(now - since);
+      if (std::string trouble = fmt::format("no answer for {} s", seconds.count()); trouble != look.trouble) {
+        look.trouble = std::move(trouble);
+        shown.reset();
       }
     }
-    return signals.interrupted();
-  }
-
- private:
-  static void put(const std::string& text) {
-    std::fwrite(text.data(), 1, text.size(), stdout);
-    std::fflush(stdout);
-  }
-  bool keys_ = false;
-  termios before_{};
-};
+    if (const Screen::Size size = Screen::size(); shown != size) {
+      Screen::show(top_lines(look, size.columns, size.rows));
+      shown = size;
+    }
+  } while (!screen.asked_to_leave(kTick));
+}
 
 ExitCode top(Context& context, const Console& console, const Options& options) {
   const Result<std::unique_ptr<FarmConnection>> connection = connect(context.common);
   if (!connection.ok()) {
     return console.fail(connection.status());
   }
-  Result<FarmLook> look = look_at(**connection);
+  Result<FarmLook> look = first_look(**connection, context.signals);
   if (!look.ok()) {
     return console.fail(look.status());
   }
@@ -130,24 +146,8 @@ ExitCode top(Context& context, const Console& console, const Options& options) {
     }
     return kDone;
   }
-  const double interval = *parse_seconds(options.interval);
-  const Screen screen;
-  FarmLook last = *look;
-  do {
-    const auto [columns, rows] = Screen::size();
-    if (look.ok()) {
-      last = *look;
-    }
-    std::vector<std::string> lines = top_lines(last, columns, look.ok() ? rows : rows - 1);
-    if (!look.ok()) {
-      lines.insert(lines.begin(), cut_to_columns("as it was; now: " + printable(message_of(look.status())), columns));
-    }
-    Screen::show(lines);
-    if (screen.wait(context.signals, interval)) {
-      return kDone;
-    }
-    look = look_at(**connection);
-  } while (!context.signals.interrupted());
+  const std::chrono::duration<double> interval(*parse_interval(options.interval));
+  follow_farm(**connection, *std::move(look), std::chrono::duration_cast<Duration>(interval), context.signals);
   return kDone;
 }
 
@@ -158,9 +158,9 @@ void add_top_command(CLI::App& app, Context& context) {
   CLI::App* command = app.add_subcommand("top", "Watch the farm: its jobs that have not ended, and its workers.");
   command->footer(kMore);
   command->add_flag("--once", options->once, "look once");
-  command->add_option("--interval", options->interval, "between two looks, as 0.5s or 1m")
+  command->add_option("--interval", options->interval, "between two looks, as 0.5s or 1m; at least 0.1s")
       ->type_name("TIME")
-      ->check(readable(parse_seconds))
+      ->check(readable(parse_interval))
       ->capture_default_str();
   add_common_options(*command, context);
   command->callback([&context, options] {

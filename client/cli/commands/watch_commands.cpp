@@ -113,6 +113,7 @@ void add_watch_commands(CLI::App& app, Context& context) {
           "--tev", options->tev,
           fmt::format("show the picture in tev or HDRView, which listen there (without a value: {})", kTevAddress))
       ->type_name("HOST:PORT")
+      ->option_text("[HOST:PORT]")  // CLI11's own has the default value as if it stood for an option that is not given
       ->expected(0, 1)
       ->default_str(std::string(kTevAddress))
       ->check(readable(parse_host_port));

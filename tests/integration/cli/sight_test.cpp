@@ -1,9 +1,14 @@
 // What an operator sees: one unit in the logs of all programs, and the farm in a terminal.
 #include <poll.h>
 #include <pty.h>
+#include <sys/ioctl.h>
 #include <sys/wait.h>
+#include <termios.h>
+#include <utmp.h>
 
+#include <cstring>
 #include <regex>
+#include <set>
 
 #include "tests/integration/cli/cli_fixture.h"
 
@@ -90,8 +95,13 @@ class Terminal {
  public:
   Terminal(const std::vector<std::string>& command, unsigned short rows, unsigned short columns) {
     const winsize size{rows, columns, 0, 0};
-    pid_ = ::forkpty(&terminal_, nullptr, nullptr, &size);
+    // Held open, so that the terminal outlives the program.
+    EXPECT_EQ(::openpty(&terminal_, &program_side_, nullptr, nullptr, &size), 0);
+    before_ = settings();
+    pid_ = ::fork();
     if (pid_ == 0) {
+      ::close(terminal_);
+      ::login_tty(program_side_);
       std::vector<char*> words;
       for (const std::string& word : command) {
         words.push_back(const_cast<char*>(word.c_str()));
@@ -107,6 +117,7 @@ class Terminal {
       ::kill(pid_, SIGKILL);
       ::waitpid(pid_, nullptr, 0);
     }
+    ::close(program_side_);
     ::close(terminal_);
   }
   Terminal(const Terminal&) = delete;
@@ -130,8 +141,38 @@ class Terminal {
     return WIFEXITED(status) ? WEXITSTATUS(status) : -1;
   }
   const std::string& said() const { return said_; }
+  void resize(unsigned short rows, unsigned short columns) {
+    const winsize size{rows, columns, 0, 0};
+    EXPECT_EQ(::ioctl(terminal_, TIOCSWINSZ, &size), 0);
+  }
+  /// Once the program hears signals; before that they end it.
+  bool hears_signals() const {
+    return eventually([&] {
+      const std::filesystem::directory_iterator threads(fmt::format("/proc/{}/task", pid_));
+      return std::distance(begin(threads), end(threads)) > 1;
+    });
+  }
+  /// The first screen, with its cursor and its lines that break, and typing as before.
+  void expect_as_it_was() const {
+    const termios now = settings();
+    EXPECT_EQ(now.c_iflag, before_.c_iflag);
+    EXPECT_EQ(now.c_oflag, before_.c_oflag);
+    EXPECT_EQ(now.c_cflag, before_.c_cflag);
+    EXPECT_EQ(now.c_lflag, before_.c_lflag);
+    EXPECT_TRUE(std::ranges::equal(now.c_cc, before_.c_cc));
+    for (const char* mode : {"\x1b[?1049", "\x1b[?25", "\x1b[?7"}) {
+      const std::size_t last = said_.rfind(mode);
+      ASSERT_NE(last, std::string::npos) << said_;
+      EXPECT_EQ(said_[last + std::strlen(mode)], std::string_view(mode) == "\x1b[?1049" ? 'l' : 'h') << mode;
+    }
+  }
 
  private:
+  termios settings() const {
+    termios settings{};
+    EXPECT_EQ(::tcgetattr(program_side_, &settings), 0);
+    return settings;
+  }
   void read() {
     pollfd input{terminal_, POLLIN, 0};
     std::array<char, 4096> bytes{};
@@ -144,7 +185,8 @@ class Terminal {
     }
   }
   pid_t pid_ = -1;
-  int terminal_ = -1;
+  int terminal_ = -1, program_side_ = -1;
+  termios before_{};
   std::string said_;
 };
 
@@ -165,7 +207,76 @@ TEST_F(FarmCliTest, TopShowsTheFarmUntilItIsLeft) {
   terminal.type('q');
   EXPECT_EQ(terminal.wait(), 0);
   EXPECT_TRUE(terminal.said().starts_with("\x1b[?1049h"));
-  EXPECT_NE(terminal.said().find("\x1b[?25h\x1b[?1049l"), std::string::npos) << "it leaves the terminal as it was";
+  terminal.expect_as_it_was();
+}
+
+TEST_F(FarmCliTest, TopDrawsAgainWhenTheWindowGrows) {
+  Terminal terminal({program("lightmill"), "top", "--server", server(), "--interval", "1h"}, 24, 20);
+  ASSERT_TRUE(terminal.says("workers  none")) << terminal.said();
+  EXPECT_EQ(terminal.said().find("the farm could use"), std::string::npos);
+  terminal.resize(24, 100);
+  EXPECT_TRUE(terminal.says("the farm could use")) << terminal.said();
+}
+
+TEST_F(FarmCliTest, TopIsNotLeftHalfwayByCtrlZ) {
+  Terminal terminal({program("lightmill"), "top", "--server", server()}, 24, 100);
+  ASSERT_TRUE(terminal.says("workers  none")) << terminal.said();
+  for (const char key : {'\x1a', '\x1c', 'q'}) {
+    terminal.type(key);
+  }
+  EXPECT_EQ(terminal.wait(), 0);
+  terminal.expect_as_it_was();
+}
+
+/// A coordinator that answers nobody, and hangs up on nobody.
+class SilentFarmTest : public FarmCliTest {
+ protected:
+  /// Whether what is left by the keys is left before the coordinator's answer is no longer waited for.
+  void expect_leaves(const std::string& keys, const std::set<int>& codes) {
+    Terminal terminal({program("lightmill"), "top", "--server", server(), "--interval", "0.1s"}, 24, 100);
+    ASSERT_TRUE(terminal.says("workers  none")) << terminal.said();
+    server_->send(SIGSTOP);
+    ASSERT_TRUE(terminal.says("as it was; now: no answer for 3 s")) << terminal.said();
+    const auto begun = std::chrono::steady_clock::now();
+    for (const char key : keys) {
+      terminal.type(key);
+      std::this_thread::sleep_for(std::chrono::milliseconds(10));  // two at once are one signal
+    }
+    const int code = terminal.wait();
+    EXPECT_LT(std::chrono::steady_clock::now() - begun, std::chrono::seconds(15));
+    EXPECT_TRUE(codes.contains(code)) << code;
+    terminal.expect_as_it_was();
+    server_->send(SIGCONT);
+  }
+};
+
+TEST_F(SilentFarmTest, TopIsLeftAllTheSame) {
+  expect_leaves("q", {0});
+  expect_leaves("\x03", {0});
+}
+
+TEST_F(SilentFarmTest, ASecondCtrlCLeavesTheTerminalAsItWas) {
+  expect_leaves("\x03\x03", {0, 130});
+}
+
+TEST_F(SilentFarmTest, TheFirstLookIsBrokenOffToo) {
+  server_->send(SIGSTOP);
+  Terminal terminal({program("lightmill"), "top", "--server", server()}, 24, 100);
+  ASSERT_TRUE(terminal.hears_signals());
+  const auto begun = std::chrono::steady_clock::now();
+  terminal.type('\x03');
+  EXPECT_EQ(terminal.wait(), 130);
+  EXPECT_LT(std::chrono::steady_clock::now() - begun, std::chrono::seconds(15));
+}
+
+TEST_F(SilentFarmTest, TopGoesOnWhenTheFarmAnswersAgain) {
+  Terminal terminal({program("lightmill"), "top", "--server", server(), "--interval", "0.1s"}, 24, 100);
+  ASSERT_TRUE(terminal.says("jobs     none")) << terminal.said();
+  server_->send(SIGSTOP);
+  ASSERT_TRUE(terminal.says("no answer for 3 s")) << terminal.said();
+  server_->send(SIGCONT);
+  submit({scene("cornell-bench-blocks.json"), "--size", "96x80", "--spp", "8"});
+  EXPECT_TRUE(terminal.says("jobs     1 queued")) << terminal.said();
 }
 
 TEST_F(FarmCliTest, TopSaysWhenTheFarmIsAway) {

@@ -73,6 +73,34 @@ TEST_F(StudioTest, AFarmManagerIsToldWhatFailed) {
   EXPECT_NE(lightmill({"watch", "7", "--openjd", "--json", "--server", server()}).exit_code, 0) << "one or the other";
 }
 
+TEST_F(CliTest, AFarmManagerIsToldWhatIsWrongWithACommandLine) {
+  const std::string box = scene("cornell-bench-blocks.json");
+  const std::vector<std::vector<std::string>> commands{
+      {"lightmill", "--openjd"},
+      {"lightmill", "frobnicate", "--openjd"},
+      {"lightmill", "render", "--openjd"},
+      {"lightmill", "render", box, "--openjd", "--spp", "0"},
+      {"lightmill", "render", box, "--spp", "0", "--openjd"},
+      {"lightmill", "watch", "7", "--openjd", "--server", "nonsense"},
+      {"lightmill-worker", "--openjd", "--frobnicate"},
+      {"lightmill-worker", "--threads", "0", "--openjd"},
+      {"lightmill-worker", "--openjd", "--server", "nonsense"},
+      {"lightmill-worker", "--openjd", "--log-level", "loud"},
+  };
+  for (std::vector<std::string> command : commands) {
+    command[0] = program(command[0]);
+    const std::string words = fmt::format("{}", fmt::join(command, " "));
+    const CommandResult run = run_command(command, environment());
+    EXPECT_EQ(run.exit_code, 2) << words;
+    EXPECT_FALSE(run.err.empty()) << words;
+    const Told told = read_openjd(run.out);
+    EXPECT_EQ(told.fail.size(), 1u) << words << "\n" << run.out;
+    std::erase(command, "--openjd");
+    command.emplace_back("--frobnicate");
+    EXPECT_EQ(run_command(command, environment()).out, "") << words;
+  }
+}
+
 TEST_F(StudioTest, AWorkerThatIsATaskTellsWhatItDoes) {
   BackgroundProcess worker(
       {program("lightmill-worker"), "--server", server(), "--threads", "1", "--openjd", "--log-level", "info"},
@@ -292,6 +320,22 @@ TEST_F(StudioTest, WithoutAViewerAJobIsFollowedAllTheSame) {
   EXPECT_EQ(run.exit_code, 0) << run.err;
   EXPECT_NE(run.err.find("start tev or HDRView there"), std::string::npos) << run.err;
   EXPECT_NE(lightmill({"watch", job, "--tev", "nonsense", "--server", server()}).exit_code, 0);
+}
+
+TEST_F(StudioTest, WithoutAValueTheViewerIsWhereViewersListen) {
+  const std::string job = submit(with({scene("cornell-bench-blocks.json")}, kSmall));
+  start_worker("w");
+  ASSERT_EQ(on_farm({"watch", job})["state"], "done");
+  // Whether there is one or not, its address is said.
+  for (const std::vector<std::string>& words : {std::vector<std::string>{"watch", job, "--tev"},
+                                                {"watch", "--tev", job},
+                                                {"watch", job, "--tev", "-o", file("a.exr")}}) {
+    const CommandResult run = lightmill(with(words, {"--server", server()}));
+    EXPECT_EQ(run.exit_code, 0) << run.err;
+    EXPECT_NE(run.err.find("127.0.0.1:14158"), std::string::npos) << run.err;
+  }
+  EXPECT_TRUE(std::filesystem::exists(file("a.exr")));
+  EXPECT_EQ(lightmill({"watch", job, "--server", server()}).err.find("14158"), std::string::npos);
 }
 
 }  // namespace

@@ -50,6 +50,7 @@ TEST_F(CliTest, BadUsageIsExitCode2WithAReason) {
       {"render", box, "-o", "/proc/a.png"},
       {"render", box, "--server", "no-port"},
       {"jobs", "--server", "::1:7350"},
+      {"top", "--interval", "0.09s"},
       {"render", box, "--camera", file("none.json")},
       {"render", box, "--mtl", "magic"},
       {"render", box, "-o", file("a.exr"), "--gamma", "2"},

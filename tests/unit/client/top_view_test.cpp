@@ -69,18 +69,48 @@ TEST(Top, WhatWaitsSaysWhyAndNotWhen) {
   EXPECT_EQ(lines[line_with(lines, "job-2 (waits for a worker)")].find("12 s"), std::string::npos);
 }
 
+void expect_fits(const FarmLook& look, int columns, int rows) {
+  const std::vector<std::string> lines = top_lines(look, columns, rows);
+  EXPECT_LE(lines.size(), static_cast<std::size_t>(rows)) << columns << "x" << rows;
+  for (const std::string& line : lines) {
+    EXPECT_LE(columns_of(line), columns) << columns << "x" << rows << ": " << line;
+  }
+}
+
 TEST(Top, FitsAnyTerminal) {
   for (const int jobs : {0, 1, 7, 500}) {
     for (const int workers : {0, 1, 30, 1000}) {
       for (const int rows : {1, 5, 9, 10, 24, 60}) {
-        const std::vector<std::string> lines = top_lines(farm(jobs, workers), 40, rows);
-        EXPECT_LE(lines.size(), static_cast<std::size_t>(rows)) << jobs << " " << workers;
-        for (const std::string& line : lines) {
-          EXPECT_LE(columns_of(line), 40) << line;
+        expect_fits(farm(jobs, workers), 40, rows);
+      }
+    }
+  }
+}
+
+TEST(Top, FitsTheSmallestTerminalsToo) {
+  for (const int many : {0, 1, 20}) {
+    FarmLook look = farm(many, many);
+    for (int i = 0; i < many; ++i) {
+      look.jobs[static_cast<std::size_t>(i)].set_name("冷却塔 🚀 e\u0301té");
+      look.workers[static_cast<std::size_t>(i)].set_name("工作者");
+    }
+    look.notices.push_back("全部");
+    for (const char* trouble : {"", "cannot reach the farm 農場"}) {
+      look.trouble = trouble;
+      for (int rows = 1; rows <= 16; ++rows) {
+        for (int columns = 1; columns <= 100; ++columns) {
+          expect_fits(look, columns, rows);
         }
       }
     }
   }
+}
+
+TEST(Top, ThatTheFarmIsAwayIsSaidFirst) {
+  FarmLook look = farm(3, 3);
+  look.trouble = "no\x1b[2Janswer";
+  EXPECT_EQ(top_lines(look, 80, 1), std::vector<std::string>{"as it was; now: no\\x1b[2Janswer"});
+  EXPECT_EQ(top_lines(look, 80, 24)[1], "farm     farm:7350");
 }
 
 TEST(Top, SaysHowManyItLeavesOutAndUsesTheRoom) {

@@ -118,5 +118,37 @@ TEST(Table, PadsColumnsAndCutsLongLines) {
   }
 }
 
+TEST(Table, StaysAlignedBelowWideNames) {
+  const std::vector<std::string> lines = format_table({{"NAME", "N"}, {"冷却塔", "1"}, {"e\u0301té", "2"}}, 0);
+  EXPECT_EQ(lines, (std::vector<std::string>{"NAME    N", "冷却塔  1", "e\u0301té     2"}));
+}
+
+// Expected widths: Unicode's East_Asian_Width (W and F take two columns) and its combining marks (none).
+TEST(TextWidth, CountsWhatATerminalShows) {
+  for (const auto& [text, columns] : {std::pair{"", 0},
+                                      {"plain", 5},
+                                      {"±2% …", 5},
+                                      {"Kühlturm", 8},
+                                      {"冷却塔", 6},
+                                      {"한글", 4},
+                                      {"ＡＢ", 4},
+                                      {"🚀x", 3},
+                                      {"e\u0301", 1},
+                                      {"a\u200bb", 2},
+                                      {"\xff", 1},
+                                      {"\xe2\x82", 1}}) {
+    EXPECT_EQ(columns_of(text), columns) << text;
+  }
+}
+
+TEST(TextWidth, CutsBetweenCharacters) {
+  EXPECT_EQ(cut_to_columns("冷却塔", 6), "冷却塔");
+  EXPECT_EQ(cut_to_columns("冷却塔", 5), "冷却");
+  EXPECT_EQ(cut_to_columns("冷却塔", 1), "");
+  EXPECT_EQ(cut_to_columns("e\u0301té", 1), "e\u0301") << "what combines with the last one stays with it";
+  EXPECT_EQ(cut_to_columns("±2%", 2), "±2");
+  EXPECT_EQ(cut_to_columns("text", 0), "");
+}
+
 }  // namespace
 }  // namespace lightmill::cli

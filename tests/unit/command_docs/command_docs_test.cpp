@@ -16,12 +16,16 @@ class CommandDocs : public testing::Test {
     CLI::App* grind = app_.add_subcommand("grind", "Make it fine.");
     grind->fallthrough();
     grind->add_option("GRAIN", grain_, "what's ground")->type_name("FILE")->required();
+    grind->add_option("--mill", mill_, "where (without a value: here)")
+        ->type_name("HOST:PORT")
+        ->expected(0, 1)
+        ->default_str("here");
     grind->add_option_group("limits")->add_option("-n,--times", times_, "how often: [1:9]");
     app_.add_subcommand("hidden", "")->group("");
   }
 
   CLI::App app_{"Grinds things. Finely.", "mill"};
-  std::string color_, secret_, grain_;
+  std::string color_, secret_, grain_, mill_;
   std::vector<int> times_;
 };
 
@@ -41,10 +45,23 @@ TEST_F(CommandDocs, CommandsHaveTheirGroupsOptionsAndTheirParents) {
   EXPECT_EQ(grind.footer, "") << "its parent's is not told twice";
   ASSERT_EQ(grind.positions.size(), 1u);
   EXPECT_TRUE(grind.positions[0].required);
-  ASSERT_EQ(grind.options.size(), 3u);
-  EXPECT_EQ(grind.options[1].names, (std::vector<std::string>{"-n", "--times"}));
-  EXPECT_TRUE(grind.options[1].repeats);
-  EXPECT_EQ(grind.options[2].names, std::vector<std::string>{"--color"});
+  ASSERT_EQ(grind.options.size(), 4u);
+  EXPECT_EQ(grind.options[2].names, (std::vector<std::string>{"-n", "--times"}));
+  EXPECT_TRUE(grind.options[2].repeats);
+  EXPECT_EQ(grind.options[3].names, std::vector<std::string>{"--color"});
+}
+
+TEST_F(CommandDocs, AValueThatMayBeLeftOutIsNoDefault) {
+  const CommandDoc mill = command_tree(app_);
+  const OptionDoc& option = mill.commands.at(0).options[1];
+  EXPECT_TRUE(option.value_optional);
+  EXPECT_EQ(option.shown_value(), "[HOST:PORT]");
+  EXPECT_EQ(option.default_value, "") << "without the option nothing is used";
+  EXPECT_FALSE(mill.options[1].value_optional);
+  EXPECT_NE(man_page(mill, "1.0", "").find("\\fB\\-\\-mill\\fR \\fI[HOST:PORT]\\fR\nwhere (without a value: here)\n"),
+            std::string::npos);
+  EXPECT_NE(zsh_completion(mill).find("'(--mill)'--mill='[where (without a value\\: here)]::HOST\\:PORT: '"),
+            std::string::npos);
 }
 
 TEST(ValueChoice, IsReadOffTheTypeName) {

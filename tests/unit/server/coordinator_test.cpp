@@ -454,6 +454,11 @@ TEST_F(CoordinatorTest, ListsTheNewestJobsOfAFilter) {
   EXPECT_EQ(listed({.most = 2, .admits = of_a}), chosen({4, 2}));
   EXPECT_EQ(listed({.before = submitted[2], .admits = of_a}), chosen({0}));
   EXPECT_EQ(listed({.before = submitted[0]}), chosen({}));
+  Step step;
+  ASSERT_TRUE(coordinator->cancel(submitted[4], now, 0, step).ok());
+  ASSERT_TRUE(coordinator->pause(submitted[3], now, step).ok());
+  EXPECT_EQ(listed({.most = 2, .unfinished = true}), chosen({3, 2}));
+  EXPECT_EQ(listed({.unfinished = true, .admits = of_a}), chosen({2, 0}));
 }
 
 }  // namespace

@@ -1,0 +1,77 @@
+#include "client/cli/text_width.h"
+
+#include <wchar.h>
+
+#include <clocale>
+
+namespace lightmill::cli {
+namespace {
+
+/// The C library's tables for Unicode, whatever locale the user has. In one without them (a system that lacks C.UTF-8)
+/// each character counts as one column.
+class UnicodeTables {
+ public:
+  UnicodeTables() {
+    static const locale_t unicode = ::newlocale(LC_CTYPE_MASK, "C.UTF-8", nullptr);
+    before_ = ::uselocale(unicode);
+  }
+  ~UnicodeTables() { ::uselocale(before_); }
+  UnicodeTables(const UnicodeTables&) = delete;
+  UnicodeTables& operator=(const UnicodeTables&) = delete;
+
+ private:
+  locale_t before_ = nullptr;
+};
+
+struct Character {
+  std::size_t bytes = 1;
+  int columns = 1;
+};
+
+bool continues_character(char byte) {
+  return (static_cast<unsigned char>(byte) & 0xc0) == 0x80;
+}
+
+/// Of `text`, which is not empty.
+Character first_character(std::string_view text) {
+  Character first;
+  while (first.bytes < text.size() && continues_character(text[first.bytes])) {
+    ++first.bytes;
+  }
+  wchar_t code = 0;
+  std::mbstate_t state{};
+  if (first.bytes > 1 && ::mbrtowc(&code, text.data(), first.bytes, &state) == first.bytes) {
+    const int columns = ::wcwidth(code);
+    first.columns = columns < 0 ? 1 : columns;  // newer than the tables
+  }
+  return first;
+}
+
+}  // namespace
+
+int columns_of(std::string_view text) {
+  const UnicodeTables tables;
+  int columns = 0;
+  while (!text.empty()) {
+    const Character first = first_character(text);
+    columns += first.columns;
+    text.remove_prefix(first.bytes);
+  }
+  return columns;
+}
+
+std::string cut_to_columns(std::string_view text, int columns) {
+  const UnicodeTables tables;
+  std::size_t end = 0;
+  while (end < text.size()) {
+    const Character next = first_character(text.substr(end));
+    columns -= next.columns;
+    if (columns < 0) {
+      break;
+    }
+    end += next.bytes;
+  }
+  return std::string(text.substr(0, end));
+}
+
+}  // namespace lightmill::cli
