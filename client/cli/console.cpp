@@ -79,19 +79,22 @@ int Console::width() const {
 
 void Console::result(std::string_view line) const {
   if (!json_) {
-    end_redraw();
+    const MutexLock lock(mutex_);
+    end_redrawn();
     write_result(printable(line, true));
   }
 }
 
 void Console::object(const nlohmann::json& object) const {
   if (json_) {
+    const MutexLock lock(mutex_);
     write_result(text_of(object));
   }
 }
 
 void Console::notice(std::string_view line) const {
-  end_redraw();
+  const MutexLock lock(mutex_);
+  end_redrawn();
   write_line(stderr, printable(line, true));
 }
 
@@ -109,7 +112,8 @@ void Console::progress(std::string_view line) const {
 
 void Console::tell_manager(double fraction, std::string_view status) const {
   if (openjd_) {
-    end_redraw();
+    const MutexLock lock(mutex_);
+    end_redrawn();
     write_result(openjd_progress(fraction));
     write_result(openjd_status(status));
   }
@@ -121,7 +125,8 @@ ExitCode Console::fail(const Status& status) const {
 
 ExitCode Console::fail(const Status& status, nlohmann::json object) const {
   const ExitCode code = exit_code_of(status);
-  end_redraw();
+  const MutexLock lock(mutex_);
+  end_redrawn();
   if (json_) {
     object["failure"] = {{"message", message_of(status)}, {"exit_code", static_cast<int>(code)}};
     write_result(text_of(object));
@@ -141,6 +146,7 @@ void Console::write_result(std::string_view line) const {
 }
 
 ExitCode Console::finish(ExitCode code) const {
+  const MutexLock lock(mutex_);
   if (write_error_ == 0 || write_error_ == EPIPE) {
     return code;
   }
@@ -150,12 +156,18 @@ ExitCode Console::finish(ExitCode code) const {
 
 void Console::redraw(std::string_view line) const {
   const std::string text = fmt::format("\r{}\x1b[K", line);
+  const MutexLock lock(mutex_);
   std::fwrite(text.data(), 1, text.size(), stderr);
   std::fflush(stderr);
   redrawn_ = true;
 }
 
 void Console::end_redraw() const {
+  const MutexLock lock(mutex_);
+  end_redrawn();
+}
+
+void Console::end_redrawn() const {
   if (redrawn_) {
     std::fputc('\n', stderr);
     std::fflush(stderr);

@@ -9,6 +9,7 @@
 #include <string>
 #include <string_view>
 
+#include "common/base/mutex.h"
 #include "common/base/status.h"
 
 namespace lightmill::cli {
@@ -26,6 +27,7 @@ Status as_input_error(const Status& status);
 /// An error of writing a picture that was rendered: whatever the reason, the exit code is kJobFailed.
 Status as_output_error(const Status& status);
 
+/// Thread-safe: each line is whole, and never in the midst of a redrawn one.
 class Console {
  public:
   /// `openjd`: progress and errors are told on standard output too, for a farm manager that runs this as a task.
@@ -58,13 +60,16 @@ class Console {
   void end_redraw() const;
 
  private:
-  void write_result(std::string_view line) const;
+  void end_redrawn() const LM_REQUIRES(mutex_);
+  void write_result(std::string_view line) const LM_REQUIRES(mutex_);
 
   bool json_ = false, openjd_ = false;
   bool terminal_ = false;
   bool color_ = false;
-  mutable bool redrawn_ = false;
-  mutable int write_error_ = 0;  ///< errno of the first result that did not reach standard output
+  mutable Mutex mutex_;  ///< held while a line is written, as it is there to keep lines apart
+  mutable bool redrawn_ LM_GUARDED_BY(mutex_) = false;
+  /// errno of the first result that did not reach standard output
+  mutable int write_error_ LM_GUARDED_BY(mutex_) = 0;
 };
 
 }  // namespace lightmill::cli

@@ -1,66 +1,40 @@
 #include "client/cli/tev_viewer.h"
 
-#include <netdb.h>
-#include <sys/socket.h>
-#include <unistd.h>
-
-#include <cerrno>
-#include <cstring>
-
-#include "client/tev/tev_packets.h"
 #include "common/wire/bytes.h"
 
 namespace lightmill::cli {
 namespace {
 
-constexpr auto kRetryPause = std::chrono::seconds(2);
-/// A viewer that takes nothing for so long is as good as gone.
-constexpr int kPatienceSeconds = 5;
-constexpr auto kLastWords = std::chrono::seconds(3);
+using Moment = OutgoingConnection::Moment;
 
-struct FreeAddresses {
-  void operator()(addrinfo* list) const { ::freeaddrinfo(list); }
-};
-
-/// A connected socket, or -1 and why not.
-int connected_socket(const HostPort& address, std::string& why) {
-  addrinfo hints{};
-  hints.ai_socktype = SOCK_STREAM;
-  addrinfo* found = nullptr;
-  if (const int error = ::getaddrinfo(address.host.c_str(), std::to_string(address.port).c_str(), &hints, &found)) {
-    why = ::gai_strerror(error);
-    return -1;
-  }
-  const std::unique_ptr<addrinfo, FreeAddresses> list(found);
-  for (const addrinfo* at = list.get(); at != nullptr; at = at->ai_next) {
-    const int made = ::socket(at->ai_family, at->ai_socktype | SOCK_CLOEXEC, at->ai_protocol);
-    const timeval patience{kPatienceSeconds, 0};
-    if (made >= 0 && ::setsockopt(made, SOL_SOCKET, SO_SNDTIMEO, &patience, sizeof patience) == 0 &&
-        ::connect(made, at->ai_addr, at->ai_addrlen) == 0) {
-      return made;
-    }
-    why = std::strerror(errno);
-    if (made >= 0) {
-      ::close(made);
+std::vector<TevTile> tiles_of(const v1::WatchJobResponse& response) {
+  const v1::PixelRect& crop = response.job().crop();
+  std::vector<TevTile> tiles;
+  for (const v1::PreviewTile& tile : response.tiles()) {
+    const v1::PixelRect& rect = tile.rect();
+    if (Result<std::vector<float>> planes = floats_from_bytes(tile.rgb()); planes.ok()) {
+      tiles.push_back({std::int64_t{rect.x()} - crop.x(), std::int64_t{rect.y()} - crop.y(), rect.width(),
+                       rect.height(), *std::move(planes)});
     }
   }
-  return -1;
+  return tiles;
+}
+
+std::string title(std::uint64_t id, const v1::Job& job) {
+  return fmt::format("job {}{}{}", id, job.name().empty() ? "" : " ", job.name());
 }
 
 }  // namespace
 
-TevViewer::TevViewer(HostPort address, std::uint64_t job, const Console& console)
-    : address_(std::move(address)), console_(console), name_(fmt::format("job {}", job)), thread_([this] { run(); }) {}
+TevViewer::TevViewer(HostPort address, std::uint64_t job, const Console& console, const TevPauses& pauses)
+    : job_(job), console_(console), pauses_(pauses), connection_(std::move(address), pauses.patience), thread_([this] {
+        run();
+      }) {}
 
 TevViewer::~TevViewer() {
-  {
-    const MutexLock lock(mutex_);
-    stopping_ = true;
-    changed_.notify_all();
-  }
-  thread_.join();
-  if (socket_ >= 0) {
-    ::close(socket_);
+  stop();
+  if (thread_.joinable()) {
+    thread_.join();
   }
 }
 
@@ -68,119 +42,108 @@ void TevViewer::update(const v1::WatchJobResponse& response) {
   if (response.tiles().empty()) {
     return;
   }
-  const v1::PixelRect& crop = response.job().crop();
+  std::vector<TevTile> tiles = tiles_of(response);
+  {
+    const MutexLock lock(mutex_);
+    if (!picture_) {
+      const v1::PixelRect& crop = response.job().crop();
+      picture_.emplace(title(job_, response.job()), crop.width(), crop.height());
+    }
+    for (TevTile& tile : tiles) {
+      picture_->put(std::move(tile));
+    }
+  }
+  connection_.wake();
+}
+
+void TevViewer::finish() {
+  go_on_to(Phase::finishing);
+  thread_.join();
+}
+
+void TevViewer::stop() {
+  go_on_to(Phase::stopped);
+}
+
+void TevViewer::go_on_to(Phase phase) {
+  {
+    const MutexLock lock(mutex_);
+    phase_ = std::max(phase_, phase);
+  }
+  connection_.wake();
+}
+
+TevViewer::Phase TevViewer::phase() {
   const MutexLock lock(mutex_);
-  if (width_ == 0) {
-    width_ = crop.width();
-    height_ = crop.height();
-    if (!response.job().name().empty()) {
-      name_ += " " + response.job().name();
-    }
-  }
-  for (const v1::PreviewTile& tile : response.tiles()) {
-    const v1::PixelRect& rect = tile.rect();
-    Result<std::vector<float>> planes = floats_from_bytes(tile.rgb());
-    const int x = rect.x() - crop.x(), y = rect.y() - crop.y();
-    const bool inside = rect.width() > 0 && rect.height() > 0 && x >= 0 && y >= 0 && rect.width() <= width_ - x &&
-                        rect.height() <= height_ - y;
-    if (inside && planes.ok() && planes->size() == std::size_t{3} * rect.width() * rect.height()) {
-      tiles_[{y, x}] = {rect.width(), rect.height(), *std::move(planes), false};
-    }
-  }
-  changed_.notify_all();
+  return phase_;
 }
 
 std::string TevViewer::next_packet() {
   const MutexLock lock(mutex_);
-  if (width_ == 0) {
-    return "";
-  }
-  if (!created_) {
-    created_ = true;
-    for (auto& [place, tile] : tiles_) {
-      tile.sent = false;
-    }
-    return tev_create_image(name_, width_, height_, true);
-  }
-  for (auto& [place, tile] : tiles_) {
-    if (!std::exchange(tile.sent, true)) {
-      return tev_update_image(name_, place.second, place.first, tile.width, tile.height, tile.planes);
-    }
-  }
-  return "";
+  return picture_ ? picture_->next_packet() : "";
 }
 
 void TevViewer::run() {
-  std::optional<std::chrono::steady_clock::time_point> until;  // of the last words
   for (;;) {
-    if (socket_ < 0 && !connect()) {
-      const MutexLock lock(mutex_);
-      const auto next = std::chrono::steady_clock::now() + kRetryPause;
-      while (!stopping_ && changed_.wait_until(mutex_, next) == std::cv_status::no_timeout) {
-      }
-      if (stopping_) {
-        return;
-      }
-      continue;
+    Status status = connection_.open([this] { return phase() == Phase::stopped; });
+    if (status.ok()) {
+      status = serve();
     }
-    const std::string packet = next_packet();
-    if (!packet.empty()) {
-      if (!send(packet)) {
-        disconnect(std::strerror(errno));
-      }
-    }
-    const MutexLock lock(mutex_);
-    if (stopping_ && !until) {
-      until = std::chrono::steady_clock::now() + kLastWords;
-    }
-    if (stopping_ && (packet.empty() || socket_ < 0 || std::chrono::steady_clock::now() > *until)) {
+    connection_.close();
+    if (status.ok() || phase() == Phase::stopped) {
       return;
     }
-    while (packet.empty() && !stopping_ &&
-           std::ranges::all_of(tiles_, [](const auto& each) { return each.second.sent; })) {
-      changed_.wait(mutex_);
+    tell_missing(status);
+    for (const Moment again = OutgoingConnection::now() + pauses_.retry; OutgoingConnection::now() < again;) {
+      if (phase() != Phase::showing) {
+        return;
+      }
+      (void)connection_.wait(again);
     }
   }
 }
 
-bool TevViewer::connect() {
-  std::string why;
-  socket_ = connected_socket(address_, why);
-  if (socket_ < 0) {
-    disconnect(why);
-    return false;
-  }
-  if (std::exchange(told_, false)) {
-    console_.notice(fmt::format("the picture goes to the viewer at {}:{}", address_.host, address_.port));
-  }
-  return true;
-}
-
-bool TevViewer::send(const std::string& packet) {
-  for (std::size_t sent = 0; sent < packet.size();) {
-    const ssize_t more = ::send(socket_, packet.data() + sent, packet.size() - sent, MSG_NOSIGNAL);
-    if (more < 0 && errno == EINTR) {
-      continue;
-    }
-    if (more <= 0) {
-      return false;
-    }
-    sent += static_cast<std::size_t>(more);
-  }
-  return true;
-}
-
-void TevViewer::disconnect(const std::string& why) {
-  if (socket_ >= 0) {
-    ::close(std::exchange(socket_, -1));
-  }
+Status TevViewer::serve() {
   {
     const MutexLock lock(mutex_);
-    created_ = false;
+    if (picture_) {
+      picture_->start_over();
+    }
   }
-  if (!std::exchange(told_, true)) {
-    console_.notice(fmt::format("no viewer at {}:{} ({}): start tev or HDRView there; it is tried again", address_.host,
-                                address_.port, why));
+  const Moment lasts = OutgoingConnection::now() + pauses_.lasting;
+  for (;;) {
+    const Phase phase = this->phase();  // before the packet: whoever finishes has updated everything
+    if (connection_.all_taken()) {
+      connection_.give(next_packet());
+    }
+    if (phase == Phase::stopped || (phase == Phase::finishing && connection_.all_taken())) {
+      return ok_status();
+    }
+    LM_RETURN_IF_ERROR(connection_.wait(told_missing_ ? lasts : Moment::max()));
+    if (OutgoingConnection::now() >= lasts) {
+      tell_found();
+    }
+  }
+}
+
+void TevViewer::tell_found() {
+  if (std::exchange(told_missing_, false)) {
+    const HostPort& address = connection_.address();
+    console_.notice(fmt::format("the picture goes to the viewer at {}:{}", address.host, address.port));
+  }
+}
+
+void TevViewer::tell_missing(const Status& why) {
+  if (std::exchange(told_missing_, true)) {
+    return;
+  }
+  const HostPort& address = connection_.address();
+  if (phase() == Phase::showing) {
+    console_.notice(fmt::format("no viewer at {}:{} ({}): start tev or HDRView there; it is tried again", address.host,
+                                address.port, message_of(why)));
+  } else {
+    console_.notice(fmt::format("the viewer at {}:{} has not got all of the picture ({})", address.host, address.port,
+                                message_of(why)));
   }
 }
 

@@ -20,7 +20,7 @@ constexpr const char* kWatchMore =
     "from\n"
     "the finished film. If the farm goes away, it waits for it to come back (ten minutes). Ctrl-C stops watching, not "
     "the\n"
-    "job.";
+    "job. With --tev it ends once the viewer has all of the picture, or takes nothing any more.";
 
 struct Options {
   std::uint64_t job = 0;
@@ -28,33 +28,29 @@ struct Options {
   PictureOptions picture;
 };
 
-ExitCode watch(Context& context, const Console& console, const Options& options) {
-  const Result<ViewSettings> view = options.picture.view_settings();
-  if (!view.ok()) {
-    return console.fail(view.status());
-  }
-  if (const Status status = check_outputs(options.picture.outputs); !status.ok()) {
-    return console.fail(status);
-  }
-  Result<std::unique_ptr<FarmConnection>> connection = connect(context.common);
-  if (!connection.ok()) {
-    return console.fail(connection.status());
-  }
-  std::optional<TevViewer> viewer;
-  Farm farm{nullptr, std::move(*connection)};
-  if (const Result<v1::Job> job = farm.connection->get_job(options.job); !job.ok()) {
-    return console.fail(job.status());
-  }
-  if (!options.tev.empty()) {
-    viewer.emplace(*parse_host_port(options.tev), options.job, console);
-  }
+/// Until the viewer has all of the picture; an interruption ends that.
+void finish_showing(TevViewer& viewer, Signals& signals) {
+  const auto stop_if_interrupted = [&] {
+    if (signals.interrupted()) {
+      viewer.stop();
+    }
+  };
+  signals.on_event(stop_if_interrupted);
+  stop_if_interrupted();
+  viewer.finish();
+  signals.on_event({});
+}
+
+/// Until the job has ended and is reported. `viewer`: null for none.
+ExitCode follow(Context& context, const Console& console, const Options& options, const ViewSettings& view, Farm& farm,
+                TevViewer* viewer) {
   ProgressPrinter progress(console, system_clock());
-  LivePicture live(options.picture.png_outputs(), *view, system_clock());
+  LivePicture live(options.picture.png_outputs(), view, system_clock());
   Status live_status = ok_status();
-  const Result<v1::Job> job = follow_job(farm, options.job, live.wanted() || viewer, context.signals, console,
-                                         [&](const v1::WatchJobResponse& response) {
+  const Result<v1::Job> job = follow_job(farm, options.job, live.wanted() || viewer != nullptr, context.signals,
+                                         console, [&](const v1::WatchJobResponse& response) {
                                            progress.show(response.job());
-                                           if (viewer) {
+                                           if (viewer != nullptr) {
                                              viewer->update(response);
                                            }
                                            if (live_status.ok()) {
@@ -70,7 +66,32 @@ ExitCode watch(Context& context, const Console& console, const Options& options)
   if (!live_status.ok()) {
     return console.fail(live_status);
   }
-  return report_ended_job(console, *farm.connection, *job, options.picture.outputs, *view);
+  return report_ended_job(console, *farm.connection, *job, options.picture.outputs, view);
+}
+
+ExitCode watch(Context& context, const Console& console, const Options& options) {
+  const Result<ViewSettings> view = options.picture.view_settings();
+  if (!view.ok()) {
+    return console.fail(view.status());
+  }
+  if (const Status status = check_outputs(options.picture.outputs); !status.ok()) {
+    return console.fail(status);
+  }
+  Result<std::unique_ptr<FarmConnection>> connection = connect(context.common);
+  if (!connection.ok()) {
+    return console.fail(connection.status());
+  }
+  Farm farm{nullptr, std::move(*connection)};
+  if (const Result<v1::Job> job = farm.connection->get_job(options.job); !job.ok()) {
+    return console.fail(job.status());
+  }
+  if (options.tev.empty()) {
+    return follow(context, console, options, *view, farm, nullptr);
+  }
+  TevViewer viewer(*parse_host_port(options.tev), options.job, console);
+  const ExitCode code = follow(context, console, options, *view, farm, &viewer);
+  finish_showing(viewer, context.signals);
+  return code;
 }
 
 ExitCode fetch(Context& context, const Console& console, const Options& options) {

@@ -1,14 +1,10 @@
 // Beside other programs: what farm managers read from standard output, and what image viewers read from a connection.
-#include <netinet/in.h>
-#include <sys/socket.h>
-#include <unistd.h>
-
-#include <cstring>
 #include <regex>
 #include <thread>
 
 #include "common/image/picture_file.h"
 #include "tests/integration/cli/cli_fixture.h"
+#include "tests/support/tev_window.h"
 
 namespace lightmill::test {
 namespace {
@@ -121,143 +117,44 @@ TEST_F(StudioTest, AWorkerThatIsATaskTellsWhatItDoes) {
 
 // ---- tev ----
 
-/// Listens as tev does, and reads packets as its documentation has them.
+/// Takes one connection to its end. `pause`: before each 10,000 bytes.
 class Viewer {
  public:
-  /// Port 0 takes a free one.
-  explicit Viewer(std::uint16_t port = 0) : listening_(::socket(AF_INET, SOCK_STREAM | SOCK_CLOEXEC, 0)) {
-    const int yes = 1;
-    ::setsockopt(listening_, SOL_SOCKET, SO_REUSEADDR, &yes, sizeof yes);
-    sockaddr_in address{};
-    address.sin_family = AF_INET;
-    address.sin_port = htons(port);
-    address.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
-    EXPECT_EQ(::bind(listening_, reinterpret_cast<sockaddr*>(&address), sizeof address), 0);
-    EXPECT_EQ(::listen(listening_, 1), 0);
-    socklen_t length = sizeof address;
-    ::getsockname(listening_, reinterpret_cast<sockaddr*>(&address), &length);
-    port_ = ntohs(address.sin_port);
-  }
+  explicit Viewer(std::uint16_t port = 0, int buffer_bytes = 0, std::chrono::milliseconds pause = {})
+      : listener_(port, buffer_bytes), thread_([this, pause] {
+          TevWindow window = listener_.accept();
+          while (window.read(pause.count() > 0 ? 10000 : 65536)) {
+            std::this_thread::sleep_for(pause);
+          }
+          images_ = window.images();
+        }) {}
   ~Viewer() {
     if (thread_.joinable()) {
       thread_.join();
     }
-    ::close(listening_);
   }
   Viewer(const Viewer&) = delete;
   Viewer& operator=(const Viewer&) = delete;
-  std::string address() const { return fmt::format("127.0.0.1:{}", port_); }
-  std::uint16_t port() const { return port_; }
+  std::string address() const { return listener_.address(); }
 
-  /// Takes one connection to its end. `pause`: before it reads, and then 1,000 bytes at a time.
-  void start(std::chrono::milliseconds pause = {}) {
-    thread_ = std::thread([this, pause] {
-      const int connection = ::accept(listening_, nullptr, nullptr);
-      std::this_thread::sleep_for(pause);
-      std::vector<char> piece(pause.count() > 0 ? 1000 : 65536);
-      for (ssize_t read = 0; (read = ::read(connection, piece.data(), piece.size())) > 0;) {
-        bytes_.append(piece.data(), static_cast<std::size_t>(read));
-      }
-      ::close(connection);
-    });
-  }
-  void join() { thread_.join(); }
-
-  struct Image {
-    int width = 0, height = 0;
-    std::vector<float> planes;
-    int updates = 0;
-  };
-  /// All images by name, as they are after all packets.
-  std::map<std::string, Image> images() {
-    std::map<std::string, Image> images;
-    at_ = 0;
-    while (at_ < bytes_.size()) {
-      const std::size_t end = at_ + take<std::uint32_t>();
-      const auto type = take<std::int8_t>();
-      take<std::int8_t>();  // whether it grabs the focus
-      const std::string name = text();
-      if (type == 4) {
-        Image image;
-        image.width = take<std::int32_t>();
-        image.height = take<std::int32_t>();
-        channels();
-        image.planes.resize(3 * static_cast<std::size_t>(image.width) * static_cast<std::size_t>(image.height));
-        images[name] = image;
-      } else {
-        EXPECT_EQ(type, 6);
-        update(images.at(name));
-      }
-      EXPECT_EQ(at_, end);
-    }
-    return images;
+  /// All images by name, as they were at the end.
+  const std::map<std::string, TevWindow::Image>& images() {
+    thread_.join();
+    return images_;
   }
 
  private:
-  template <class T>
-  T take() {
-    T value{};
-    EXPECT_LE(at_ + sizeof value, bytes_.size());
-    std::memcpy(&value, bytes_.data() + at_, sizeof value);
-    at_ += sizeof value;
-    return value;
-  }
-  std::string text() {
-    const std::string read(bytes_.c_str() + at_);
-    at_ += read.size() + 1;
-    return read;
-  }
-  void channels() {
-    EXPECT_EQ(take<std::int32_t>(), 3);
-    for (const char* const name : {"R", "G", "B"}) {
-      EXPECT_EQ(text(), name);
-    }
-  }
-  void update(Image& image) {
-    channels();
-    const auto x = take<std::int32_t>(), y = take<std::int32_t>(), width = take<std::int32_t>(),
-               height = take<std::int32_t>();
-    ASSERT_TRUE(x >= 0 && y >= 0 && x + width <= image.width && y + height <= image.height);
-    std::array<std::int64_t, 3> offsets{}, strides{};
-    for (std::int64_t& offset : offsets) {
-      offset = take<std::int64_t>();
-    }
-    for (std::int64_t& stride : strides) {
-      stride = take<std::int64_t>();
-    }
-    std::int64_t most = 0;
-    for (std::size_t c = 0; c < 3; ++c) {
-      most = std::max(most, offsets[c] + strides[c] * (std::int64_t{width} * height - 1));
-    }
-    std::vector<float> data(static_cast<std::size_t>(most) + 1);
-    std::memcpy(data.data(), bytes_.data() + at_, data.size() * sizeof(float));
-    at_ += data.size() * sizeof(float);
-    for (int c = 0; c < 3; ++c) {
-      for (int row = 0; row < height; ++row) {
-        for (int column = 0; column < width; ++column) {
-          const auto from = static_cast<std::size_t>(offsets[static_cast<std::size_t>(c)] +
-                                                     strides[static_cast<std::size_t>(c)] * (row * width + column));
-          const auto to = static_cast<std::size_t>((c * image.height + y + row) * image.width + x + column);
-          image.planes[to] = data[from];
-        }
-      }
-    }
-    ++image.updates;
-  }
-
-  int listening_;
-  std::uint16_t port_ = 0;
-  std::string bytes_;
-  std::size_t at_ = 0;
+  TevListener listener_;
+  std::map<std::string, TevWindow::Image> images_;
   std::thread thread_;
 };
 
 /// Whether the viewer has the pixels of the file.
 void expect_picture(Viewer& viewer, const std::string& name, const std::string& exr) {
-  const auto images = viewer.images();
+  const auto& images = viewer.images();
   ASSERT_EQ(images.size(), 1u);
   ASSERT_TRUE(images.contains(name)) << images.begin()->first;
-  const Viewer::Image& shown = images.at(name);
+  const TevWindow::Image& shown = images.at(name);
   const Result<RgbImage> file = load_rgb(exr);
   ASSERT_TRUE(file.ok()) << file.status();
   EXPECT_EQ(shown.width, file->width);
@@ -271,26 +168,23 @@ void expect_picture(Viewer& viewer, const std::string& name, const std::string& 
 
 TEST_F(StudioTest, AViewerShowsThePictureThatIsRendered) {
   Viewer viewer;
-  viewer.start();
   start_worker("w");
   const std::string job = submit(with({scene("cornell-bench-blocks.json")}, kSmall));
   on_farm({"watch", job, "--tev", viewer.address(), "-o", file("a.exr")});
-  viewer.join();
   expect_picture(viewer, "job " + job + " cornell-bench-blocks", file("a.exr"));
 }
 
 TEST_F(StudioTest, ASlowViewerOfAPartOfThePictureGetsAllOfIt) {
-  Viewer viewer;
-  viewer.start(std::chrono::milliseconds(300));
+  Viewer viewer(0, 16 << 10, std::chrono::milliseconds(2));  // of some MB: when the job is done, most is still to come
   start_worker("w");
-  const std::string job = submit(with({scene("cornell-bench-blocks.json"), "--crop", "10,5,70,60"}, kSmall));
+  const std::string job = submit({scene("cornell-bench-blocks.json"), "--size", "900x700", "--crop", "10,5,800,600",
+                                  "--method", "preview", "--spp", "2"});
   on_farm({"watch", job, "--tev", viewer.address(), "-o", file("a.exr")});
-  viewer.join();
   expect_picture(viewer, "job " + job + " cornell-bench-blocks", file("a.exr"));
 }
 
 TEST_F(StudioTest, AViewerThatStartsLaterIsFound) {
-  const std::uint16_t port = Viewer().port();
+  const std::uint16_t port = TevListener().port();
   const std::string job = submit(with({scene("cornell-bench-blocks.json")}, kSmall));
   const std::string address = fmt::format("127.0.0.1:{}", port);
   BackgroundProcess watch(
@@ -304,18 +198,16 @@ TEST_F(StudioTest, AViewerThatStartsLaterIsFound) {
   };
   ASSERT_TRUE(said("no viewer at " + address));
   Viewer viewer(port);
-  viewer.start();
   ASSERT_TRUE(said("the picture goes to the viewer at " + address));
   start_worker("w");
   EXPECT_EQ(watch.wait(std::chrono::seconds(60)), 0);
-  viewer.join();
   expect_picture(viewer, "job " + job + " cornell-bench-blocks", file("a.exr"));
 }
 
 TEST_F(StudioTest, WithoutAViewerAJobIsFollowedAllTheSame) {
   start_worker("w");
   const std::string job = submit(with({scene("cornell-bench-blocks.json")}, kSmall));
-  const std::string address = fmt::format("127.0.0.1:{}", Viewer().port());
+  const std::string address = TevListener().address();
   const CommandResult run = lightmill({"watch", job, "--tev", address, "-o", file("a.exr"), "--server", server()});
   EXPECT_EQ(run.exit_code, 0) << run.err;
   EXPECT_NE(run.err.find("start tev or HDRView there"), std::string::npos) << run.err;
