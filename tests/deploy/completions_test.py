@@ -75,7 +75,7 @@ class Zsh:
         os.waitpid(self.pid, 0)
         self.home.cleanup()
 
-    def ask(self, keys, until, patience=30):
+    def ask(self, keys, until, patience=120):
         """Types keys; what the terminal shows until it has matched. Whoever runs a command has to wait for the prompt: before
         that the terminal itself would take ^D and ^U."""
         os.write(self.terminal, keys.encode())

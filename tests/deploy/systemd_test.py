@@ -190,9 +190,9 @@ class Units(unittest.TestCase):
                 self.assertIn(f"(Env:{name})", help_lines)
 
     def test_both_run_as_users_that_are_made(self):
-        made = re.findall(r"(?m)adduser --system .* (\S+)$", (SOURCE / "deploy" / "debian" / "postinst").read_text())
         for program in PROGRAMS:
-            self.assertIn(setting(program, "User")[0], made)
+            script = (SOURCE / "deploy" / "debian" / program / "postinst").read_text()
+            self.assertEqual(setting(program, "User"), re.findall(r"(?m)adduser --system .* (\S+)$", script))
 
 
 if __name__ == "__main__":

@@ -219,9 +219,8 @@ TEST_F(StudioTest, WithoutAValueTheViewerIsWhereViewersListen) {
   start_worker("w");
   ASSERT_EQ(on_farm({"watch", job})["state"], "done");
   // Whether there is one or not, its address is said.
-  for (const std::vector<std::string>& words : {std::vector<std::string>{"watch", job, "--tev"},
-                                                {"watch", "--tev", job},
-                                                {"watch", job, "--tev", "-o", file("a.exr")}}) {
+  for (const std::vector<std::string>& words :
+       {std::vector<std::string>{"watch", job, "--tev"}, {"watch", job, "--tev", "-o", file("a.exr")}}) {
     const CommandResult run = lightmill(with(words, {"--server", server()}));
     EXPECT_EQ(run.exit_code, 0) << run.err;
     EXPECT_NE(run.err.find("127.0.0.1:14158"), std::string::npos) << run.err;
