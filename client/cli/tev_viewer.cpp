@@ -142,8 +142,8 @@ void TevViewer::tell_missing(const Status& why) {
     console_.notice(fmt::format("no viewer at {}:{} ({}): start tev or HDRView there; it is tried again", address.host,
                                 address.port, message_of(why)));
   } else {
-    console_.notice(fmt::format("the viewer at {}:{} has not got all of the picture ({})", address.host, address.port,
-                                message_of(why)));
+    console_.notice(
+        fmt::format("not all of the picture is shown at {}:{} ({})", address.host, address.port, message_of(why)));
   }
 }
 

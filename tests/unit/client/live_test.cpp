@@ -1,6 +1,9 @@
 // What follows a job: lines without a terminal, and the picture that is rewritten.
 #include <gtest/gtest.h>
 
+#include <sstream>
+#include <thread>
+
 #include "client/cli/live_picture.h"
 #include "client/cli/progress.h"
 #include "common/image/picture_file.h"
@@ -52,6 +55,28 @@ TEST(PlainProgress, IsThrottled) {
   v1::Job done = job_at(100);
   done.set_state(v1::JOB_STATE_DONE);
   EXPECT_EQ(lines_of(printer, done), 1u);  // a change of state, at once
+}
+
+TEST(Console, KeepsTheLinesOfTwoThreadsApart) {
+  const Console console(false);
+  ::testing::internal::CaptureStderr();
+  std::thread news([&] {
+    for (int i = 0; i < 1000; ++i) {
+      console.notice("news");
+    }
+  });
+  for (int i = 0; i < 1000; ++i) {
+    console.redraw("10%");
+  }
+  news.join();
+  console.end_redraw();
+  std::istringstream text(::testing::internal::GetCapturedStderr());
+  int told = 0;
+  for (std::string line; std::getline(text, line);) {
+    told += line == "news" ? 1 : 0;
+    EXPECT_TRUE(line == "news" || line.find("news") == std::string::npos) << line;
+  }
+  EXPECT_EQ(told, 1000);
 }
 
 v1::WatchJobResponse message(int x, int y, int width, int height, float value) {
