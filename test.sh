@@ -1,26 +1,44 @@
 #!/bin/sh
 # Builds everything and runs the tests: all of them in release (the web page in a browser too), the fast ones again under
 # the address and undefined-behaviour sanitizers, those with several threads under ThreadSanitizer, and the fuzzers for
-# seconds. --all adds the long runs, and runs all unit, simulation and statistical tests under ThreadSanitizer.
+# seconds. --all adds the long runs, and runs all unit, simulation and statistical tests under ThreadSanitizer. Where all has
+# to be compiled, on a slow machine, --minutes N leaves out the parts that would begin later than that, and says so.
 #
-#   ./test.sh [--all]
+#   ./test.sh [--all] [--minutes N]
 set -eu
 cd "$(dirname "$0")"
 . deploy/environment.sh
 
 skip='long|bench'
 threaded='threads'
-case "${1:-}" in
-  '') ;;
-  --all)
-    skip='bench'
-    threaded='threads|unit|simulation|statistical'
-    ;;
-  *)
-    echo "usage: ./test.sh [--all]" >&2
-    exit 2
-    ;;
-esac
+minutes=0
+usage() {
+  echo "usage: ./test.sh [--all] [--minutes N]" >&2
+  exit 2
+}
+while [ $# -gt 0 ]; do
+  case "$1" in
+    --all)
+      skip='bench'
+      threaded='threads|unit|simulation|statistical'
+      ;;
+    --minutes)
+      shift
+      case "${1:-}" in '' | *[!0-9]*) usage ;; esac
+      minutes=$1
+      ;;
+    *) usage ;;
+  esac
+  shift
+done
+
+started=$(date +%s)
+# late PART: whether it is too late to begin with it; then the summary says that it is left out.
+late() {
+  [ "$minutes" -gt 0 ] && [ $(($(date +%s) - started)) -gt $((minutes * 60)) ] || return 1
+  summaries="$summaries
+left out, as more than $minutes minutes have passed: $1"
+}
 
 cores=$(nproc)
 # Real processes and real clocks: one test at a time, and again if another program had the machine just then. The
@@ -74,20 +92,24 @@ cmake --build build/asan --target sanitized_tests
 run_tests asan -L "$sanitized" -LE "$skip|$alone" -j "$cores"
 
 # A race that shows one time in two is one, so nothing is tried again.
-echo '== thread sanitizer'
-configure tsan
-if [ "$threaded" = threads ]; then
-  cmake --build build/tsan --target thread_tests
-else
-  cmake --build build/tsan --target all_thread_tests
+if ! late 'thread sanitizer'; then
+  echo '== thread sanitizer'
+  configure tsan
+  if [ "$threaded" = threads ]; then
+    cmake --build build/tsan --target thread_tests
+  else
+    cmake --build build/tsan --target all_thread_tests
+  fi
+  run_tests tsan -L "$threaded" -LE "$skip|$alone" -j "$cores"
+  run_tests tsan -L "$threaded" -L "$alone" -LE "$skip"
 fi
-run_tests tsan -L "$threaded" -LE "$skip|$alone" -j "$cores"
-run_tests tsan -L "$threaded" -L "$alone" -LE "$skip"
 
-echo '== fuzzers'
-configure fuzz
-cmake --build --preset fuzz
-run_tests fuzz -j "$cores"
+if ! late fuzzers; then
+  echo '== fuzzers'
+  configure fuzz
+  cmake --build --preset fuzz
+  run_tests fuzz -j "$cores"
+fi
 
 echo
 echo "== summary$summaries"
