@@ -126,12 +126,12 @@ TEST_F(TevViewerTest, ASlowViewerGetsAllOfAPictureWhoseTopChangesFasterThanItIsS
 
 TEST_F(TevViewerTest, TheLastPictureIsSentForAsLongAsItIsTaken) {
   const TevListener listener(0, kSmallBuffer);
-  start(listener.port(), {milliseconds(100), milliseconds(100), seconds(1)});
+  start(listener.port(), {milliseconds(100), milliseconds(100), seconds(2)});
   viewer_->update(rows(0, kRows - 1, 1));
   TevWindow window = listener.accept();
   std::thread slow([&] {  // a hundredth of the picture at a time: it takes three times as long as nothing may be taken
     while (window.read()) {
-      std::this_thread::sleep_for(milliseconds(30));
+      std::this_thread::sleep_for(milliseconds(60));
     }
   });
   viewer_->finish();
