@@ -83,13 +83,17 @@ Result<CallerTexts> FarmLink::read_caller() const {
 std::uint64_t FarmLink::open() {
   std::uint64_t number = 0;
   std::string server;
+  std::shared_ptr<LinkStream> earlier;
   {
     const MutexLock lock(mutex_);
     server = farm_.servers[streams_ % farm_.servers.size()];
     number = ++streams_;
     closed_ = false;
     connection_.reset();
-    stream_.reset();
+    earlier = std::move(stream_);
+  }
+  if (earlier != nullptr) {
+    earlier->wait();
   }
   Result<CallerTexts> caller = read_caller();
   if (!caller.ok()) {

@@ -39,7 +39,8 @@ class FarmLink {
   /// Ends the stream; no handler is called afterwards.
   ~FarmLink();
 
-  /// Starts to open a stream and returns its number. An earlier one has been disconnected.
+  /// Starts to open a stream and returns its number. An earlier one has been disconnected, as its handler has been
+  /// told, which has returned when this does: not to be called by a handler.
   std::uint64_t open();
   /// Queues a message; it is dropped if the stream is down (the session sends it again on the next).
   void send(std::shared_ptr<const WorkerMessage> message);

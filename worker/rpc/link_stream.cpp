@@ -6,7 +6,6 @@
 namespace lightmill {
 
 void LinkStream::start(v1::WorkerService::Stub& stub) {
-  self_ = shared_from_this();
   stub.async()->Work(&context_, this);
   AddHold();  // writes start outside of reactions
   StartRead(&response_);
@@ -111,7 +110,6 @@ void LinkStream::OnDone(const grpc::Status& status) {
                             ? problem_
                             : make_error(static_cast<StatusCode>(status.error_code()), "{}", status.error_message());
   handlers_.disconnected(number_, address_, reason);
-  const std::shared_ptr<LinkStream> last = std::move(self_);
   const MutexLock lock(mutex_);
   done_ = true;
   changed_.notify_all();

@@ -8,10 +8,10 @@
 
 namespace lightmill {
 
-/// Owned by its link, and by itself until gRPC has done with it. Operations are started under the mutex, so that none
-/// is started after the end.
-class LinkStream final : public grpc::ClientBidiReactor<v1::WorkRequest, v1::WorkResponse>,
-                         public std::enable_shared_from_this<LinkStream> {
+/// Who has started it waits for its end before it lets go of it: its context owns the channel, with the last of which
+/// gRPC joins its own threads, so that none of them may be the one that destroys it. Operations are started under the
+/// mutex, so that none is started after the end.
+class LinkStream final : public grpc::ClientBidiReactor<v1::WorkRequest, v1::WorkResponse> {
  public:
   LinkStream(std::uint64_t number, std::string address, const LinkHandlers& handlers)
       : number_(number), address_(std::move(address)), handlers_(handlers) {}
@@ -39,8 +39,7 @@ class LinkStream final : public grpc::ClientBidiReactor<v1::WorkRequest, v1::Wor
   const LinkHandlers handlers_;
   grpc::ClientContext context_;
   v1::WorkResponse response_;  // belongs to the read under way
-  std::shared_ptr<LinkStream> self_;
-  Status problem_;  // found while reading
+  Status problem_;             // found while reading
 
   Mutex mutex_;
   CondVar changed_;
