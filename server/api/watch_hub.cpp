@@ -10,6 +10,8 @@ constexpr Duration kInterval = std::chrono::milliseconds(100);
 constexpr Duration kFirstRoundInterval = std::chrono::milliseconds(20);
 /// 48 KiB each: a message stays below gRPC's default limit of 4 MiB.
 constexpr std::size_t kTilesPerMessage = 40;
+/// 2^32 / ((1 + √5) / 2): its multiples modulo 2^32 are spread evenly, and so is every second of them, every third …
+constexpr std::uint32_t kGoldenSection = 0x9e3779b9;
 
 bool has_ended(JobState state) {
   return state == JobState::done || state == JobState::failed || state == JobState::cancelled;
@@ -56,7 +58,7 @@ std::optional<Time> WatchHub::publish(const Coordinator& farm, Time now) {
   }
   std::erase_if(rounds_, [&](const auto& entry) { return !watched.contains(entry.first); });
   for (auto& [job, round] : rounds_) {
-    round = {round.number + (round.seen > 0 ? 1 : 0), round.next_tile + round.seen};
+    round = {round.number + (round.full ? 1 : 0)};
   }
   return wake;
 }
@@ -97,11 +99,8 @@ bool WatchHub::add_tiles(Watcher& watcher, const Film& film, WatchUpdate& update
   const std::uint32_t count = film.grid().picture_tiles();
   watcher.sent_tiles.resize(count);
   Round& round = rounds_[watcher.job];
-  round.next_tile %= count;
-  const bool missed = watcher.tiles_left && watcher.last_round + 1 < round.number;
-  watcher.last_round = round.number;
-  watcher.on_its_own = missed && !watcher.on_its_own;
-  const std::uint32_t start = watcher.on_its_own ? watcher.own_tile : round.next_tile;
+  const std::uint32_t turn = static_cast<std::uint32_t>(round.number) * kGoldenSection;  // of 2^32
+  const auto start = static_cast<std::uint32_t>((std::uint64_t{turn} * count) >> 32);
   for (std::uint32_t i = 0; i < count; ++i) {
     const TileId tile{(start + i) % count};
     const std::uint64_t version = film.version(tile);
@@ -109,11 +108,7 @@ bool WatchHub::add_tiles(Watcher& watcher, const Film& film, WatchUpdate& update
       continue;
     }
     if (update.tiles.size() == kTilesPerMessage) {
-      if (watcher.on_its_own) {
-        watcher.own_tile = tile.value;
-      } else {
-        round.seen = round.seen == 0 ? i : std::min(round.seen, i);
-      }
+      round.full = true;
       return true;
     }
     watcher.sent_tiles[tile.value] = version;

@@ -62,17 +62,13 @@ class WatchHub {
     std::uint64_t sent_version = 0;
     std::vector<std::uint64_t> sent_tiles;  ///< versions
     bool tiles_left = false;                ///< the last message could not hold all that changed
-    std::uint64_t last_round = 0;           ///< in which it was sent
-    bool on_its_own = false;                ///< it started at own_tile
-    std::uint32_t own_tile = 0;             ///< where the last one of those ended
     Time next_time{};
   };
-  /// All watchers of a job start to look at the same tile: most often they are told of the same ones. Who misses rounds
-  /// starts every second time on its own, lest the others pass by the same of its tiles again and again.
+  /// All watchers of a job start to look at the same tile, so that most often they are told of the same ones. Each
+  /// round starts a golden section further: whichever rounds a watcher takes part in, no tile is passed by for ever.
   struct Round {
-    std::uint64_t number = 1;     ///< of those with a full message
-    std::uint32_t next_tile = 0;  ///< where the next messages start: each tile gets its turn
-    std::uint32_t seen = 0;       ///< tiles that all full messages of this round went past; 0: none is full
+    std::uint64_t number = 0;  ///< how many with a full message there were
+    bool full = false;         ///< a message of this one cannot hold all that has changed
     std::map<TileId, std::shared_ptr<const WatchedTile>> tiles = {};
   };
   enum class Outcome { keep, remove };
