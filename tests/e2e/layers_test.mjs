@@ -57,7 +57,9 @@ test('every layer is shown, and the parts of the light are all of it', async () 
   job = session.farm.lightmill('submit', twoLights(), '--size', '160x160', '--spp', '64', '--layers', layers, '--method', 'path').trim();
   page = await session.open(`#/jobs/${job}`);
   await session.waitForState(job, 'DONE');
-  const offered = await page.getByRole('combobox', {name: 'Layer'}).locator('option').allTextContents();
+  const layer = page.getByRole('combobox', {name: 'Layer'});
+  await layer.waitFor();
+  const offered = await layer.locator('option').allTextContents();
   assert.deepEqual(offered, ['Beauty', 'Direct light', 'Indirect light', 'Albedo', 'Light: lamp', 'Light: blue', 'All other light', 'Normals', 'Depth']);
   const beauty = await middleOf('Beauty');
   assertNear(sumOf(await middleOf('Direct light'), await middleOf('Indirect light')), beauty, 'direct and indirect');
@@ -74,7 +76,7 @@ test('every layer is shown, and the parts of the light are all of it', async () 
     await middleOf('Normals');
     await page.screenshot({path: join(pictures, 'layer-normals.png')});
   }
-  await page.getByRole('combobox', {name: 'Layer'}).selectOption({label: 'Beauty'});
+  await layer.selectOption({label: 'Beauty'});
   assert.equal(await page.getByLabel('Exposure in stops').inputValue(), '0');
 });
 
