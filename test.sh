@@ -2,7 +2,8 @@
 # Builds everything and runs the tests: all of them in release (the web page in a browser too), the fast ones again under
 # the address and undefined-behaviour sanitizers, those with several threads under ThreadSanitizer, and the fuzzers for
 # seconds. --all adds the long runs, and runs all unit, simulation and statistical tests under ThreadSanitizer. Where all has
-# to be compiled, on a slow machine, --minutes N leaves out the parts that would begin later than that, and says so.
+# to be compiled, on a slow machine, --minutes N leaves out what the sanitizers and fuzzers are not compiled for by then,
+# and says so.
 #
 #   ./test.sh [--all] [--minutes N]
 set -eu
@@ -11,6 +12,7 @@ cd "$(dirname "$0")"
 
 skip='long|bench'
 threaded='threads'
+threaded_programs=thread_tests
 minutes=0
 usage() {
   echo "usage: ./test.sh [--all] [--minutes N]" >&2
@@ -21,6 +23,7 @@ while [ $# -gt 0 ]; do
     --all)
       skip='bench'
       threaded='threads|unit|simulation|statistical'
+      threaded_programs=all_thread_tests
       ;;
     --minutes)
       shift
@@ -33,13 +36,6 @@ while [ $# -gt 0 ]; do
 done
 
 started=$(date +%s)
-# late PART: whether it is too late to begin with it; then the summary says that it is left out.
-late() {
-  [ "$minutes" -gt 0 ] && [ $(($(date +%s) - started)) -gt $((minutes * 60)) ] || return 1
-  summaries="$summaries
-left out, as more than $minutes minutes have passed: $1"
-}
-
 cores=$(nproc)
 # Real processes and real clocks: one test at a time, and again if another program had the machine just then. The
 # summary names those that took it.
@@ -78,6 +74,34 @@ configure() {
   cmake --preset "$1" -DLIGHTMILL_TESTS=ON >"build/$1/configure.log" 2>&1 || { cat "build/$1/configure.log"; exit 1; }
 }
 
+# compiled PART PRESET ARGUMENTS...: whether there was time to compile what a part needs; if not, the summary says that it
+# is left out.
+compiled() {
+  part=$1
+  preset=$2
+  shift 2
+  limit=
+  left=1
+  if [ "$minutes" -gt 0 ]; then
+    left=$((started + minutes * 60 - $(date +%s)))
+    limit="timeout $left"
+  fi
+  if [ "$left" -gt 0 ]; then
+    echo "== $part"
+    configure "$preset"
+    status=0
+    $limit cmake --build "build/$preset" "$@" || status=$?
+    case "$status" in
+      0) return 0 ;;
+      124) ;;  # timeout's
+      *) exit "$status" ;;
+    esac
+  fi
+  summaries="$summaries
+left out, as it is not compiled after $minutes minutes: $part"
+  return 1
+}
+
 deploy/setup --tests
 
 echo '== release'
@@ -86,28 +110,17 @@ cmake --build build/release
 run_tests release -LE "$skip|$alone" -j "$cores"
 run_tests release -L "$alone" -LE "$skip" --repeat until-pass:2
 
-echo '== address and undefined-behaviour sanitizers'
-configure asan
-cmake --build build/asan --target sanitized_tests
-run_tests asan -L "$sanitized" -LE "$skip|$alone" -j "$cores"
+if compiled 'address and undefined-behaviour sanitizers' asan --target sanitized_tests; then
+  run_tests asan -L "$sanitized" -LE "$skip|$alone" -j "$cores"
+fi
 
 # A race that shows one time in two is one, so nothing is tried again.
-if ! late 'thread sanitizer'; then
-  echo '== thread sanitizer'
-  configure tsan
-  if [ "$threaded" = threads ]; then
-    cmake --build build/tsan --target thread_tests
-  else
-    cmake --build build/tsan --target all_thread_tests
-  fi
+if compiled 'thread sanitizer' tsan --target "$threaded_programs"; then
   run_tests tsan -L "$threaded" -LE "$skip|$alone" -j "$cores"
   run_tests tsan -L "$threaded" -L "$alone" -LE "$skip"
 fi
 
-if ! late fuzzers; then
-  echo '== fuzzers'
-  configure fuzz
-  cmake --build --preset fuzz
+if compiled fuzzers fuzz --target fuzzers; then
   run_tests fuzz -j "$cores"
 fi
 
