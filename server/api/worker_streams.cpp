@@ -96,8 +96,11 @@ class WorkStream final : public grpc::ServerBidiReactor<v1::WorkRequest, v1::Wor
 
   /// Also where nobody listens any more.
   void hang_up(const grpc::Status& status) {
-    finish(status);
-    context_->TryCancel();
+    const MutexLock lock(mutex_);
+    end(status);
+    if (!done_) {
+      context_->TryCancel();
+    }
   }
 
   void finish(const grpc::Status& status) {
@@ -174,6 +177,10 @@ class WorkStream final : public grpc::ServerBidiReactor<v1::WorkRequest, v1::Wor
   void OnCancel() override { finish(grpc::Status(grpc::StatusCode::CANCELLED, "the stream broke")); }
 
   void OnDone() override {
+    {
+      const MutexLock lock(mutex_);
+      done_ = true;
+    }
     if (greeted_) {
       owner_.loop_->post_always(
           [session = session_](FarmLoop::Turn& turn) { turn.farm.worker_disconnected(session, turn.now, turn.step); });
@@ -257,9 +264,9 @@ class WorkStream final : public grpc::ServerBidiReactor<v1::WorkRequest, v1::Wor
   WorkerStreams& owner_;
   const SessionId session_;
   const Call call_;
-  grpc::CallbackServerContext* const context_;
-  v1::WorkRequest request_;  // belongs to the read under way
-  bool greeted_ = false;     // touched by reads, and by OnDone after them
+  grpc::CallbackServerContext* const context_;  // gRPC's; there until OnDone has returned
+  v1::WorkRequest request_;                     // belongs to the read under way
+  bool greeted_ = false;                        // touched by reads, and by OnDone after them
 
   Mutex mutex_;
   bool reading_ LM_GUARDED_BY(mutex_) = false;
@@ -269,6 +276,7 @@ class WorkStream final : public grpc::ServerBidiReactor<v1::WorkRequest, v1::Wor
   bool writing_ LM_GUARDED_BY(mutex_) = false;
   bool dismissed_ LM_GUARDED_BY(mutex_) = false;  // what is being written is the last message
   bool ending_ LM_GUARDED_BY(mutex_) = false;
+  bool done_ LM_GUARDED_BY(mutex_) = false;
   grpc::Status final_status_ LM_GUARDED_BY(mutex_);
   /// Not committed yet; only while traces().
   std::map<NodeKey, std::pair<Hash128, LeaseId>> results_ LM_GUARDED_BY(mutex_);
