@@ -77,7 +77,8 @@ UnitAim Coordinator::State::aim_for(const Worker& worker, const Job& job, Time n
   set_times(limits.unit_seconds, node_bytes(job), limits.result_bytes_per_second, aim);
   if (const double seconds = job.record.spec.goal.seconds; seconds > 0) {
     // What is out when its time is up is waited for; results stay within what the coordinator takes.
-    aim.unit_seconds = std::clamp(seconds - job.active_seconds(now), aim.unit_seconds / 2, aim.unit_seconds);
+    const double least = std::min(std::max(aim.unit_seconds / 2, 2 * aim.least_seconds), aim.unit_seconds);
+    aim.unit_seconds = std::clamp(seconds - job.active_seconds(now), least, aim.unit_seconds);
   }
   aim.unit_seconds *= worker.unit_scale;
   aim.seconds_per_pixel_sample = measured ? known->second.costly_tile.value() : job.costly_tile.value();

@@ -150,6 +150,34 @@ TEST_F(LeasingTest, BeforeAnythingIsBackNoMoreIsOutThanCanBeTakenIn) {
   }
 }
 
+TEST_F(LeasingTest, TheLastUnitsBeforeATimeIsUpAreShorterAsFarAsTheirResultsCanBeTakenIn) {
+  // Samples of a tile take 0.1 s, and a worker has one unit ahead: how many the last one has that it is given in 20.3
+  // s.
+  const auto last_unit = [&] {
+    restart({});
+    sent.clear();
+    JobSpec timed = spec("r1", 0, {0, 0, 64, 64});
+    timed.goal.seconds = 20.3;
+    const JobId job = submit(timed);
+    const SessionId session = connect("w");
+    std::vector<std::uint64_t> counts;
+    for (std::size_t done = 0; done < got<LeaseGrant>(session).size(); ++done) {
+      const LeaseGrant grant = got<LeaseGrant>(session)[done];
+      counts.push_back(grant.unit.range.count());
+      const double seconds = 0.1 * static_cast<double>(counts.back());
+      pass(from_seconds(seconds));
+      say(session, result(grant, grant.unit.tiles.at(0), seconds));
+    }
+    EXPECT_EQ(status(job).state, JobState::done);
+    EXPECT_GT(counts.size(), 4u);
+    EXPECT_GE(*std::ranges::max_element(counts), counts.back());
+    return std::pair(*std::ranges::max_element(counts), counts.back());
+  };
+  EXPECT_EQ(last_unit(), std::pair(std::uint64_t{8}, std::uint64_t{4})) << "a second, and half of it";
+  limits.result_bytes_per_second = (96 + 22) * 1024 / 2.0;  // a result in two seconds, so units of up to four
+  EXPECT_EQ(last_unit(), std::pair(std::uint64_t{32}, std::uint64_t{32}));
+}
+
 TEST_F(LeasingTest, AWorkerThatComesBackKeepsItsLeases) {
   const JobId job = submit(spec("r1", 1));
   const SessionId first = connect("w");
