@@ -12,6 +12,7 @@ namespace {
 constexpr Duration kCallTimeout = std::chrono::seconds(30);
 constexpr std::size_t kChunkBytes = std::size_t{1} << 20;
 constexpr int kPageSize = 200;
+constexpr int kWorkersPage = 1000;  ///< they are short, and may be thousands
 constexpr int kSubmitTries = 4;
 
 std::chrono::system_clock::time_point deadline_after(Duration timeout) {
@@ -292,7 +293,7 @@ Status FarmConnection::get_film(std::uint64_t id, const std::function<Status(con
 Result<ListedWorkers> FarmConnection::list_workers() {
   ListedWorkers all;
   v1::ListWorkersRequest request;
-  request.set_page_size(kPageSize);
+  request.set_page_size(kWorkersPage);
   for (;;) {
     v1::ListWorkersResponse response;
     LM_RETURN_IF_ERROR(call(*state_, &Stub::ListWorkers, request, response));

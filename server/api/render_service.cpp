@@ -184,10 +184,8 @@ RenderServiceImpl::Unary* RenderServiceImpl::ListWorkers(Context* context, const
   }
   reply->mutable_notices()->Add(notices_.begin(), notices_.end());
   return on_farm(context, [size = *size, after = request->page_token(), reply](FarmLoop::Turn& turn, Unary* reactor) {
-    for (const WorkerStatus& worker : turn.farm.workers(turn.now)) {
-      if (!after.empty() && worker.name <= after) {
-        continue;
-      }
+    const auto most = static_cast<std::size_t>(size);
+    for (const WorkerStatus& worker : turn.farm.workers(turn.now, {after, most + 1})) {
       if (reply->workers_size() == size) {
         reply->set_next_page_token(reply->workers(size - 1).name());
         break;

@@ -32,6 +32,12 @@ struct JobFilter {
   std::function<bool(const std::string& owner)> admits = {};   ///< null: whoever they belong to
 };
 
+/// Which workers a list has.
+struct WorkerFilter {
+  std::string after = {};                                      ///< only names that come later
+  std::size_t most = std::numeric_limits<std::size_t>::max();  ///< the first so many
+};
+
 /// Stated bounds; every queue has one.
 struct CoordinatorLimits {
   Duration heartbeat_interval = std::chrono::seconds(2);
@@ -145,7 +151,7 @@ class Coordinator {
   FarmCounts counts() const;
   const FarmTotals& totals() const;
   FarmCensus census() const;
-  std::vector<WorkerStatus> workers(Time now) const;  ///< by name
+  std::vector<WorkerStatus> workers(Time now, const WorkerFilter& filter = {}) const;  ///< by name
   /// How many workers the farm could use, for whoever starts and stops them: as many as have a minute's work each in
   /// what is left of all jobs, but all that are at work. A job that time alone ends wants a thread for each of its
   /// tiles; one of which nobody knows what a sample costs, or that ends within a minute, those who are there. 0 if no

@@ -324,9 +324,12 @@ FarmCensus Coordinator::census() const {
   return census;
 }
 
-std::vector<WorkerStatus> Coordinator::workers(Time now) const {
+std::vector<WorkerStatus> Coordinator::workers(Time now, const WorkerFilter& filter) const {
   std::vector<WorkerStatus> all;
-  for (const auto& [name, worker] : state_->workers) {
+  // Of both kinds so many: those of the list are among them.
+  for (auto at = state_->workers.upper_bound(filter.after); at != state_->workers.end() && all.size() < filter.most;
+       ++at) {
+    const auto& [name, worker] = *at;
     if (!worker.session) {
       continue;
     }
@@ -347,7 +350,10 @@ std::vector<WorkerStatus> Coordinator::workers(Time now) const {
     }
     all.push_back(std::move(status));
   }
-  for (const auto& [name, record] : state_->quarantine) {
+  const std::size_t connected = all.size();
+  for (auto at = state_->quarantine.upper_bound(filter.after);
+       at != state_->quarantine.end() && all.size() - connected < filter.most; ++at) {
+    const auto& [name, record] = *at;
     const Worker* const worker = state_->find_worker(name);
     if (worker == nullptr || !worker->session) {
       WorkerStatus status;
@@ -360,6 +366,7 @@ std::vector<WorkerStatus> Coordinator::workers(Time now) const {
     }
   }
   std::ranges::sort(all, {}, &WorkerStatus::name);
+  all.resize(std::min(all.size(), filter.most));
   return all;
 }
 

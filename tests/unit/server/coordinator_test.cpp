@@ -426,6 +426,33 @@ TEST_F(CoordinatorTest, StatusSaysHowFarAndHowFast) {
   EXPECT_EQ(coordinator->jobs(now).size(), 1u);
 }
 
+TEST_F(CoordinatorTest, ListsWorkersAndWhoIsInQuarantineByName) {
+  std::map<std::string, SessionId> sessions;
+  for (const std::string name : {"e", "b", "a", "d", "c"}) {
+    sessions[name] = connect(name);
+  }
+  for (const std::string name : {"b", "d"}) {
+    ASSERT_TRUE(coordinator->quarantine_worker(name, "put there by ada", false, now, step).ok());
+    coordinator->worker_disconnected(sessions[name], now, step);
+  }
+  flush();
+  std::vector<std::string> names;
+  for (std::string after;;) {
+    const std::vector<WorkerStatus> page = coordinator->workers(now, {after, 2});
+    if (page.empty()) {
+      break;
+    }
+    EXPECT_LE(page.size(), 2u);
+    for (const WorkerStatus& worker : page) {
+      names.push_back(worker.name);
+      EXPECT_EQ(worker.connected, worker.name != "b" && worker.name != "d");
+    }
+    after = names.back();
+  }
+  EXPECT_EQ(names, (std::vector<std::string>{"a", "b", "c", "d", "e"}));
+  EXPECT_EQ(coordinator->workers(now).size(), 5u);
+}
+
 TEST_F(CoordinatorTest, ListsTheNewestJobsOfAFilter) {
   std::vector<JobId> submitted;
   for (const std::string name : {"a", "b", "a", "b", "a"}) {
