@@ -119,6 +119,37 @@ class Scripts(unittest.TestCase):
         self.assertEqual(run.returncode, 1)
         self.assertEqual(len(self.called("lightmill-server")), 1)
 
+    def test_one_whose_database_is_away_tries_again(self):
+        self.stand_in("lightmill-server",
+                      f'[ "$(grep -c ^lightmill-server {self.calls})" -ge 3 ] || exit 1; trap "exit 0" TERM; while :; do sleep 0.05; done')
+        process = subprocess.Popen(["bash", SLURM / "coordinator.sbatch", "--store", "postgres://db/farm"], start_new_session=True,
+                                   env={**self.environment, "SLURM_JOB_ID": "9", "SLURMD_NODENAME": "n1"})
+        self.addCleanup(process.wait)
+        self.addCleanup(process.kill)
+        begun = time.monotonic()
+        while len(self.called("lightmill-server")) < 3 and time.monotonic() < begun + 30:
+            time.sleep(0.05)
+        self.assertGreater(time.monotonic() - begun, 5.5, "2 and 4 s between them")
+        time.sleep(0.1)
+        self.assertEqual(self.cancelled(process), 0)
+        self.assertEqual(len(self.called("lightmill-server")), 3)
+
+    def test_one_that_waits_for_its_database_ends_when_it_is_told_to(self):
+        self.stand_in("lightmill-server", "exit 1")
+        process = subprocess.Popen(["bash", SLURM / "coordinator.sbatch", "--store=postgres://db/farm"], start_new_session=True,
+                                   env={**self.environment, "SLURM_JOB_ID": "9", "SLURMD_NODENAME": "n1"})
+        self.addCleanup(process.wait)
+        self.addCleanup(process.kill)
+        end = time.monotonic() + 30
+        while len(self.called("lightmill-server")) < 3 and time.monotonic() < end:
+            time.sleep(0.05)
+        time.sleep(0.5)  # it waits 8 s
+        process.send_signal(signal.SIGUSR1)
+        begun = time.monotonic()
+        process.wait(20)
+        self.assertLess(time.monotonic() - begun, 5)
+        self.assertEqual(self.called("scontrol"), ["requeue 9"])
+
     def test_a_worker_without_a_coordinator_says_what_to_do(self):
         run = subprocess.run(["bash", SLURM / "worker.sbatch"], check=False, capture_output=True, text=True,
                              env={**self.environment, "SLURM_JOB_ID": "5"})
@@ -161,6 +192,17 @@ class FakeSlurm:
             if job.startswith(f"{self.arrays}_"):
                 end = f"2030-01-01T00:{seconds // 60:02}:{seconds % 60:02}"
                 self.jobs[job] = [state, "2030-01-01T00:00:00", end if state not in ("PENDING", "RUNNING") else "N/A", reason]
+
+
+class Options(unittest.TestCase):
+    def test_what_would_make_it_submit_for_ever_is_refused(self):
+        script = str(SLURM / "worker.sbatch")
+        for arguments in (["--name", "a,b", script], ["--name", "", script], [script, "--job-name=farm"], [script, "-J", "farm"],
+                          [script, "--array", "1-9"], ["--interval", "nan", script], ["--patience", "inf", script], [str(SLURM)]):
+            with self.assertRaises(SystemExit) as ended, mock.patch("sys.stderr"):
+                autoscale.options_of(arguments)
+            self.assertEqual(ended.exception.code, 2, arguments)
+        self.assertEqual(autoscale.options_of([script, "--account=film", "-p", "cpu"]).sbatch, ["--account=film", "-p", "cpu"])
 
 
 class Autoscale(unittest.TestCase):
