@@ -27,7 +27,7 @@ while [ $# -gt 0 ]; do
       ;;
     --minutes)
       shift
-      case "${1:-}" in '' | *[!0-9]*) usage ;; esac
+      case "${1:-}" in '' | 0* | *[!0-9]*) usage ;; esac
       minutes=$1
       ;;
     *) usage ;;
@@ -74,23 +74,22 @@ configure() {
   cmake --preset "$1" -DLIGHTMILL_TESTS=ON >"build/$1/configure.log" 2>&1 || { cat "build/$1/configure.log"; exit 1; }
 }
 
-# compiled PART PRESET ARGUMENTS...: whether there was time to compile what a part needs; if not, the summary says that it
-# is left out.
+# compiled PART PRESET TARGET: whether there was time to compile what a part needs; if not, the summary says that it is
+# left out.
 compiled() {
   part=$1
   preset=$2
-  shift 2
   limit=
   left=1
   if [ "$minutes" -gt 0 ]; then
     left=$((started + minutes * 60 - $(date +%s)))
-    limit="timeout $left"
+    limit="timeout --foreground $left"
   fi
   if [ "$left" -gt 0 ]; then
     echo "== $part"
     configure "$preset"
     status=0
-    $limit cmake --build "build/$preset" "$@" || status=$?
+    $limit ninja -C "build/$preset" "$3" || status=$?
     case "$status" in
       0) return 0 ;;
       124) ;;  # timeout's
@@ -110,17 +109,17 @@ cmake --build build/release
 run_tests release -LE "$skip|$alone" -j "$cores"
 run_tests release -L "$alone" -LE "$skip" --repeat until-pass:2
 
-if compiled 'address and undefined-behaviour sanitizers' asan --target sanitized_tests; then
+if compiled 'address and undefined-behaviour sanitizers' asan sanitized_tests; then
   run_tests asan -L "$sanitized" -LE "$skip|$alone" -j "$cores"
 fi
 
 # A race that shows one time in two is one, so nothing is tried again.
-if compiled 'thread sanitizer' tsan --target "$threaded_programs"; then
+if compiled 'thread sanitizer' tsan "$threaded_programs"; then
   run_tests tsan -L "$threaded" -LE "$skip|$alone" -j "$cores"
   run_tests tsan -L "$threaded" -L "$alone" -LE "$skip"
 fi
 
-if compiled fuzzers fuzz --target fuzzers; then
+if compiled fuzzers fuzz fuzzers; then
   run_tests fuzz -j "$cores"
 fi
 
