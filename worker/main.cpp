@@ -13,6 +13,7 @@
 #include "common/base/machine_memory.h"
 #include "common/base/openjd.h"
 #include "common/base/signals.h"
+#include "common/base/text.h"
 #include "common/command_docs/describe_option.h"
 #include "common/farm/job.h"
 #include "common/methods/fingerprint.h"
@@ -76,16 +77,13 @@ Status check_options(Options& options) {
   if (options.name.empty()) {
     options.name = fmt::format("{}-{}", host_name(), ::getpid());
   }
-  return ok_status();
+  return check_name("--name", options.name);
 }
 
-/// Tells a farm manager why the worker cannot start or go on. With --openjd anywhere on the command line: of one with
-/// an error no options have been stored.
+/// Tells a farm manager why the worker cannot start or go on.
 class FailureReport {
  public:
-  FailureReport(int argc, char** argv)
-      : wanted_(std::any_of(argv + 1, argv + argc,
-                            [](const char* word) { return std::string_view(word) == "--openjd"; })) {}
+  FailureReport(int argc, char** argv) : wanted_(has_flag(argc, argv, "--openjd")) {}
   void operator()(const std::string& why) const {
     if (wanted_) {
       std::cout << openjd_fail(why) << std::endl;

@@ -27,11 +27,6 @@ constexpr const char* kFooter =
     "interrupted.\n"
     "`lightmill COMMAND --help` says more about a command.";
 
-/// The options of a command line with an error have not been stored: look for the flag itself.
-bool has_flag(int argc, char** argv, std::string_view flag) {
-  return std::any_of(argv + 1, argv + argc, [flag](const char* word) { return flag == word; });
-}
-
 ExitCode usage_error(std::string_view message, int argc, char** argv) {
   const Console console(has_flag(argc, argv, "--json"), has_flag(argc, argv, "--openjd"));
   return console.finish(

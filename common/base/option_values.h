@@ -2,8 +2,15 @@
 #pragma once
 
 #include <CLI/CLI.hpp>
+#include <algorithm>
+#include <string_view>
 
 namespace lightmill {
+
+/// Whether the flag is among the words of a command line: of one with an error no options have been stored.
+inline bool has_flag(int argc, char** argv, std::string_view flag) {
+  return std::any_of(argv + 1, argv + argc, [flag](const char* word) { return flag == word; });
+}
 
 /// Has empty values refused (`--store ""`, as a shell makes of a variable that is not set) of all options and positions
 /// that `app` and its commands have by now, before any other check. Variables of the environment that are empty count

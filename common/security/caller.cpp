@@ -32,10 +32,20 @@ Result<std::string> read_token(const std::string& file) {
   return id.ok() ? Result<std::string>(std::move(text)) : with_context(id.status(), where);
 }
 
-}  // namespace
+/// Who has set variables has not typed the options that an error tells of.
+std::string with_variables(const CallerFiles& files) {
+  std::string set;
+  for (const auto& [variable, file] :
+       {std::pair(kAuthorityVariable, &files.tls.authority), std::pair(kCertificateVariable, &files.tls.certificate),
+        std::pair(kKeyVariable, &files.tls.key), std::pair(kTokenFileVariable, &files.token_file)}) {
+    if (const char* const value = std::getenv(variable); value != nullptr && !file->empty() && *file == value) {
+      set += fmt::format("{}{}", set.empty() ? "" : ", ", variable);
+    }
+  }
+  return set.empty() ? "" : fmt::format(" (set in the environment: {})", set);
+}
 
-Result<CallerTexts> read_caller(const CallerFiles& files, std::span<const std::string> servers,
-                                std::int64_t now_unix_s) {
+Result<CallerTexts> read(const CallerFiles& files, std::span<const std::string> servers, std::int64_t now_unix_s) {
   if (!files.tls.certificate.empty() && files.tls.authority.empty()) {
     return invalid_argument("{} is given without {}, the authority of the farm that it is for", kCertificateOption,
                             kAuthorityOption);
@@ -52,6 +62,15 @@ Result<CallerTexts> read_caller(const CallerFiles& files, std::span<const std::s
     }
   }
   return caller;
+}
+
+}  // namespace
+
+Result<CallerTexts> read_caller(const CallerFiles& files, std::span<const std::string> servers,
+                                std::int64_t now_unix_s) {
+  Result<CallerTexts> caller = read(files, servers, now_unix_s);
+  return caller.ok() ? std::move(caller)
+                     : make_error(caller.status().code(), "{}{}", message_of(caller.status()), with_variables(files));
 }
 
 }  // namespace lightmill

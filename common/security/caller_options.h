@@ -2,6 +2,7 @@
 #pragma once
 
 #include <CLI/CLI.hpp>
+#include <cstdlib>
 
 #include "common/security/caller.h"
 
@@ -9,26 +10,29 @@ namespace lightmill {
 
 /// --tls-ca, --tls-cert, --tls-key and --token-file, each also by a variable of the environment.
 inline void add_caller_options(CLI::App& app, CallerFiles& files) {
-  const char* const group = "Access";
-  app.add_option(kAuthorityOption, files.tls.authority,
-                 "the authority that has signed the coordinator's certificate: the connection is encrypted, and made "
-                 "to no other")
-      ->type_name("FILE")
-      ->envname("LIGHTMILL_TLS_CA")
-      ->group(group);
-  app.add_option(kCertificateOption, files.tls.certificate, "the certificate that says who asks")
-      ->type_name("FILE")
-      ->envname("LIGHTMILL_TLS_CERT")
-      ->group(group);
-  app.add_option(kKeyOption, files.tls.key, "its private key (default: in the certificate's file)")
-      ->type_name("FILE")
-      ->envname("LIGHTMILL_TLS_KEY")
-      ->group(group);
-  app.add_option(kTokenFileOption, files.token_file,
-                 "a token that says who asks, in place of a certificate (default: what LIGHTMILL_TOKEN says)")
-      ->type_name("FILE")
-      ->envname("LIGHTMILL_TOKEN_FILE")
-      ->group(group);
+  const auto add = [&app](const char* option, std::string& file, const char* text, const char* variable) {
+    // CLI11 tells variables to the options of all commands that did not get one: only those that are run are to hear of
+    // them, and not in place of what stands on the command line.
+    app.add_option_function<std::string>(
+           option,
+           [&app, &file, variable](const std::string& given) {
+             const char* const set = std::getenv(variable);
+             if (app.parsed() && (file.empty() || set == nullptr || given != set)) {
+               file = given;
+             }
+           },
+           text)
+        ->type_name("FILE")
+        ->envname(variable)
+        ->group("Access");
+  };
+  add(kAuthorityOption, files.tls.authority,
+      "the authority that has signed the coordinator's certificate: the connection is encrypted, and made to no other",
+      kAuthorityVariable);
+  add(kCertificateOption, files.tls.certificate, "the certificate that says who asks", kCertificateVariable);
+  add(kKeyOption, files.tls.key, "its private key (default: in the certificate's file)", kKeyVariable);
+  add(kTokenFileOption, files.token_file,
+      "a token that says who asks, in place of a certificate (default: what LIGHTMILL_TOKEN says)", kTokenFileVariable);
 }
 
 }  // namespace lightmill

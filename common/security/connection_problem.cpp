@@ -13,6 +13,7 @@
 #include <cerrno>
 
 #include "common/base/address.h"
+#include "common/security/caller.h"
 #include "common/security/openssl_handles.h"
 
 namespace lightmill {
@@ -186,8 +187,8 @@ std::optional<std::string> connection_problem(const std::string& address, const 
   }
   if (!speaks_tls) {
     if (ERR_GET_REASON(ERR_peek_last_error()) == SSL_R_WRONG_VERSION_NUMBER) {
-      return fmt::format("it does not take encrypted connections: leave out {}, or give the coordinator {}",
-                         kAuthorityOption, kCertificateOption);
+      return fmt::format("it does not take encrypted connections: leave out {} (and {}), or give the coordinator {}",
+                         kAuthorityOption, kAuthorityVariable, kCertificateOption);
     }
     // Without an alert it may be slow, overloaded, or just going away.
     return ERR_GET_REASON(ERR_peek_last_error()) > SSL_AD_REASON_OFFSET ? refusal(texts) : std::nullopt;

@@ -43,7 +43,7 @@ struct SessionConfig {
   Duration refused_least = std::chrono::seconds(1), refused_most = std::chrono::minutes(1);
   Duration prepare_retry = std::chrono::seconds(1);
   /// A drain drops what the coordinator has not acknowledged after so long without progress, not counting the time that
-  /// tiles take which are with the threads, two for each …
+  /// tiles take which are with the threads: twice that of the longest so far …
   Duration drain_limit = std::chrono::seconds(30);
   Duration drain_away_limit = std::chrono::seconds(5);  ///< … or so long without a connection
 };

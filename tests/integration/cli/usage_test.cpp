@@ -122,6 +122,40 @@ TEST_F(CliTest, EmptyValuesAreRefusedByAllPrograms) {
   EXPECT_TRUE(lightmill({"jobs", "--tls-ca", ""}).err.starts_with(fmt::format("lightmill: --tls-ca{}", why)));
 }
 
+TEST_F(CliTest, OptionsCountMoreThanVariablesInAllCommands) {
+  Environment all = environment();
+  for (const char* name : {"LIGHTMILL_TLS_CA", "LIGHTMILL_TLS_CERT", "LIGHTMILL_TOKEN_FILE"}) {
+    all[name] = file("of-the-environment");
+  }
+  const std::vector<std::vector<std::string>> commands{
+      {"jobs"}, {"workers"}, {"watch", "1"}, {"delete", "1"}, {"tokens"}, {"log"}, {"workers", "drain", "w"}};
+  for (std::vector<std::string> command : commands) {
+    command.insert(command.begin(), program("lightmill"));
+    const CommandResult from_variables = run_command(command, all);
+    EXPECT_EQ(from_variables.exit_code, 2);
+    EXPECT_TRUE(from_variables.err.starts_with("lightmill: --tls-ca " + file("of-the-environment")))
+        << from_variables.err;
+    EXPECT_NE(from_variables.err.find("(set in the environment: LIGHTMILL_TLS_CA, LIGHTMILL_TLS_CERT, "),
+              std::string::npos)
+        << from_variables.err;
+    command.insert(command.end(), {"--tls-ca", file("given")});
+    const CommandResult given = run_command(command, all);
+    EXPECT_EQ(given.exit_code, 2);
+    EXPECT_TRUE(given.err.starts_with("lightmill: --tls-ca " + file("given"))) << given.err;
+  }
+  const CommandResult before =
+      run_command({program("lightmill"), "workers", "--tls-ca", file("given"), "drain", "w"}, all);
+  EXPECT_TRUE(before.err.starts_with("lightmill: --tls-ca " + file("given"))) << before.err;
+}
+
+TEST_F(CliTest, AWorkersNameIsLookedAtBeforeItStarts) {
+  for (const std::string& name : {std::string("a\nb"), std::string(300, 'n')}) {
+    const CommandResult result = run_command({program("lightmill-worker"), "--name", name}, environment());
+    EXPECT_EQ(result.exit_code, 2);
+    EXPECT_TRUE(result.err.starts_with("lightmill-worker: --name: ")) << result.err;
+  }
+}
+
 TEST_F(CliTest, AFileThatCannotBeWrittenIsCalledAsTheUserDoes) {
   const std::string box = scene("cornell-bench-blocks.json");
   for (const std::vector<std::string>& command :
