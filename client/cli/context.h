@@ -15,6 +15,9 @@ struct CommonOptions {
   std::string server;  ///< --server; empty: LIGHTMILL_SERVER, else the default
   CallerFiles caller;  ///< by which the farm is known, and knows who asks
   bool json = false, openjd = false;
+
+  /// What a command that is suggested needs to reach the same farm: empty, or to be put at its end.
+  std::string server_words() const { return server.empty() ? "" : " --server " + server; }
 };
 
 /// Filled while the command line is parsed; `run` is set by the subcommand that was given.

@@ -93,12 +93,18 @@ void TevViewer::run() {
     if (status.ok() || phase() == Phase::stopped) {
       return;
     }
-    tell_missing(status);
-    for (const Moment again = OutgoingConnection::now() + pauses_.retry; OutgoingConnection::now() < again;) {
-      if (phase() != Phase::showing) {
-        return;
-      }
+    if (phase() == Phase::showing) {
+      tell_missing(status);
+    }
+    const Moment again = OutgoingConnection::now() + pauses_.retry;
+    while (phase() == Phase::showing && OutgoingConnection::now() < again) {
       (void)connection_.wait(again);
+    }
+    if (phase() != Phase::showing) {
+      if (phase() == Phase::finishing) {
+        tell_incomplete(status);
+      }
+      return;
     }
   }
 }
@@ -134,17 +140,17 @@ void TevViewer::tell_found() {
 }
 
 void TevViewer::tell_missing(const Status& why) {
-  if (std::exchange(told_missing_, true)) {
-    return;
-  }
-  const HostPort& address = connection_.address();
-  if (phase() == Phase::showing) {
+  if (!std::exchange(told_missing_, true)) {
+    const HostPort& address = connection_.address();
     console_.notice(fmt::format("no viewer at {}:{} ({}): start tev or HDRView there; it is tried again", address.host,
                                 address.port, message_of(why)));
-  } else {
-    console_.notice(
-        fmt::format("not all of the picture is shown at {}:{} ({})", address.host, address.port, message_of(why)));
   }
+}
+
+void TevViewer::tell_incomplete(const Status& why) {
+  const HostPort& address = connection_.address();
+  console_.notice(
+      fmt::format("not all of the picture is shown at {}:{} ({})", address.host, address.port, message_of(why)));
 }
 
 }  // namespace lightmill::cli

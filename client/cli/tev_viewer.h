@@ -49,6 +49,7 @@ class TevViewer {
   Phase phase();
   void tell_found();
   void tell_missing(const Status& why);
+  void tell_incomplete(const Status& why);
 
   const std::uint64_t job_;
   const Console& console_;

@@ -71,6 +71,10 @@ std::string cut_to_columns(std::string_view text, int columns) {
     }
     end += next.bytes;
   }
+  constexpr std::string_view kJoiner = "\u200d";  // would join what comes after the text
+  while (end < text.size() && text.substr(0, end).ends_with(kJoiner)) {
+    end -= kJoiner.size();
+  }
   return std::string(text.substr(0, end));
 }
 

@@ -92,7 +92,10 @@ std::string activity(const v1::Worker& worker) {
 std::vector<std::string> top_lines(const FarmLook& look, int columns, int rows) {
   std::vector<v1::Job> jobs = look.jobs;
   std::erase_if(jobs, [](const v1::Job& job) { return has_ended(job.state()); });
-  std::ranges::sort(jobs, {}, [](const v1::Job& job) { return std::pair(rank_of(job.state()), job.id()); });
+  // Of those in one state, first what is worked on, then what comes next.
+  std::ranges::sort(jobs, {}, [](const v1::Job& job) {
+    return std::tuple(rank_of(job.state()), job.samples_per_second() <= 0, -job.priority(), job.id());
+  });
   std::vector<v1::Worker> workers = look.workers;
   std::ranges::sort(workers, [](const v1::Worker& a, const v1::Worker& b) {
     return std::tuple(-a.samples_per_second(), a.name()) < std::tuple(-b.samples_per_second(), b.name());

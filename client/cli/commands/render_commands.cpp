@@ -64,22 +64,24 @@ std::string save_interrupted(Farm& farm, std::uint64_t id, const std::vector<std
 
 /// What is left when the command is interrupted. On a shared farm Ctrl-C cancels the job, its film stays; what the user
 /// has not decided (a terminal that went away, a SIGTERM) leaves it running. A private farm's film is saved; `object`
-/// gets the names of its files.
-void end_interrupted(Farm& farm, std::uint64_t id, bool by_user, const std::vector<std::string>& outputs,
-                     const ViewSettings& view, const Console& console, nlohmann::json& object) {
+/// gets the names of its files. `server`: the end of commands that reach the same farm.
+void end_interrupted(Farm& farm, std::uint64_t id, bool by_user, const std::string& server,
+                     const std::vector<std::string>& outputs, const ViewSettings& view, const Console& console,
+                     nlohmann::json& object) {
   if (farm.private_farm) {
     console.notice(fmt::format("interrupted; {}; the private farm is taken down",
                                save_interrupted(farm, id, outputs, view, object)));
     return;
   }
   if (!by_user) {
-    console.notice(fmt::format("interrupted; job {} goes on: lightmill watch {}", id, id));
+    console.notice(fmt::format("interrupted; job {} goes on: lightmill watch {}{}", id, id, server));
     return;
   }
   const Result<v1::Job> job = farm.connection->cancel_job(id);
-  console.notice(
-      job.ok() ? fmt::format("interrupted; job {} is cancelled. What is rendered: lightmill fetch {} -o FILE", id, id)
-               : fmt::format("interrupted; job {} could not be cancelled: {}", id, message_of(job.status())));
+  console.notice(job.ok()
+                     ? fmt::format("interrupted; job {} is cancelled. What is rendered: lightmill fetch {} -o FILE{}",
+                                   id, id, server)
+                     : fmt::format("interrupted; job {} could not be cancelled: {}", id, message_of(job.status())));
 }
 
 void say_if_nobody_renders(const Console& console, FarmConnection& connection) {
@@ -131,7 +133,8 @@ ExitCode render(Context& context, const Console& console, Options options) {
   if (!job.ok()) {
     nlohmann::json object{{"id", submitted->id()}};
     if (context.signals.interrupted()) {
-      end_interrupted(*farm, submitted->id(), context.signals.interrupted_by_user(), outputs, *view, console, object);
+      end_interrupted(*farm, submitted->id(), context.signals.interrupted_by_user(), context.common.server_words(),
+                      outputs, *view, console, object);
     }
     return console.fail(job.status(), std::move(object));
   }

@@ -97,8 +97,8 @@ Result<FarmLook> first_look(FarmConnection& connection, const Signals& signals) 
 
 /// Shows the farm, from `look` on, until somebody wants to leave.
 void follow_farm(FarmConnection& connection, FarmLook look, Duration interval, Signals& signals) {
-  Screen screen(signals);
   std::optional<Looking> looking;
+  Screen screen(signals);  // after what may take long to break off: the terminal is given back first
   SteadyTime since = std::chrono::steady_clock::now();  // when the look that is under way began, or the last one ended
   std::optional<Screen::Size> shown;                    // of what the screen has; none: it is out of date
   do {

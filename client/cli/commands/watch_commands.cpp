@@ -59,7 +59,8 @@ ExitCode follow(Context& context, const Console& console, const Options& options
                                          });
   if (!job.ok()) {
     if (context.signals.interrupted()) {
-      console.notice(fmt::format("job {} goes on; `lightmill watch {}` follows it again", options.job, options.job));
+      console.notice(fmt::format("job {} goes on; `lightmill watch {}{}` follows it again", options.job, options.job,
+                                 context.common.server_words()));
     }
     return console.fail(job.status());
   }

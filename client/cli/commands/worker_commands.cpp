@@ -14,7 +14,8 @@ namespace {
 
 using nlohmann::json;
 
-Status list_workers(FarmConnection& connection, const Console& console, bool only_wanted) {
+/// `server`: the end of commands that reach the same farm.
+Status list_workers(FarmConnection& connection, const Console& console, const std::string& server, bool only_wanted) {
   LM_ASSIGN_OR_RETURN(const ListedWorkers listed, connection.list_workers());
   const std::vector<v1::Worker>& workers = listed.items;
   json objects = json::array();
@@ -35,8 +36,8 @@ Status list_workers(FarmConnection& connection, const Console& console, bool onl
   }
   for (const v1::Worker& worker : workers) {
     if (!worker.quarantine().empty()) {
-      console.notice(fmt::format("{} is in quarantine: {}; `lightmill workers release {}` lets it render again",
-                                 worker.name(), worker.quarantine(), worker.name()));
+      console.notice(fmt::format("{} is in quarantine: {}; `lightmill workers release {}{}` lets it render again",
+                                 worker.name(), worker.quarantine(), worker.name(), server));
     }
   }
   if (workers.empty()) {
@@ -90,8 +91,9 @@ void add_worker_commands(CLI::App& app, Context& context) {
       return;  // its own callback has run
     }
     context.run = [&context, wanted](const Console& console) {
-      return with_farm(console, context.common,
-                       [&](FarmConnection& connection) { return list_workers(connection, console, *wanted); });
+      return with_farm(console, context.common, [&](FarmConnection& connection) {
+        return list_workers(connection, console, context.common.server_words(), *wanted);
+      });
     };
   });
 

@@ -211,6 +211,7 @@ TEST_F(StudioTest, WithoutAViewerAJobIsFollowedAllTheSame) {
   const CommandResult run = lightmill({"watch", job, "--tev", address, "-o", file("a.exr"), "--server", server()});
   EXPECT_EQ(run.exit_code, 0) << run.err;
   EXPECT_NE(run.err.find("start tev or HDRView there"), std::string::npos) << run.err;
+  EXPECT_NE(run.err.find("not all of the picture is shown at " + address), std::string::npos) << run.err;
   EXPECT_NE(lightmill({"watch", job, "--tev", "nonsense", "--server", server()}).exit_code, 0);
 }
 

@@ -60,6 +60,23 @@ TEST(Top, ThoseAtWorkAndTheFastestComeFirst) {
   }
 }
 
+TEST(Top, OfManyThatRunThoseThatAreWorkedOnComeFirstThenTheMoreUrgent) {
+  FarmLook look;
+  for (int i = 1; i <= 30; ++i) {
+    v1::Job& job = look.jobs.emplace_back();
+    job.set_id(static_cast<std::uint64_t>(i));
+    job.set_name(fmt::format("job-{}.", i));
+    job.set_state(v1::JOB_STATE_RUNNING);
+    job.set_priority(i / 10);
+  }
+  look.jobs[4].set_samples_per_second(1e6);
+  const std::vector<std::string> lines = top_lines(look, 0, 0);
+  EXPECT_LT(line_with(lines, "job-5."), line_with(lines, "job-30."));
+  EXPECT_LT(line_with(lines, "job-30."), line_with(lines, "job-20."));
+  EXPECT_LT(line_with(lines, "job-20."), line_with(lines, "job-29."));
+  EXPECT_LT(line_with(lines, "job-29."), line_with(lines, "job-1."));
+}
+
 TEST(Top, WhatWaitsSaysWhyAndNotWhen) {
   FarmLook look = farm(2, 0);
   look.jobs[1].set_eta_seconds(12);
