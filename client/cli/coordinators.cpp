@@ -46,6 +46,16 @@ Status to_status(const grpc::Status& status, const std::string& address) {
   return make_error(static_cast<StatusCode>(status.error_code()), "{}", status.error_message());
 }
 
+/// What gRPC's words about a coordinator that is not reached come to; empty if that is nothing people know.
+std::string_view cause_of(const grpc::Status& answer) {
+  const std::string& words = answer.error_message();
+  const auto has = [&words](const char* part) { return words.find(part) != std::string::npos; };
+  return has("Connection refused")                                  ? ": nothing listens there"
+         : has("DNS resolution failed")                             ? ": there is no host of that name"
+         : has("No route to host") || has("Network is unreachable") ? ": there is no way to that host"
+                                                                    : "";
+}
+
 }  // namespace
 
 Coordinators::Coordinators(const std::string& addresses, CallerTexts caller)
@@ -75,7 +85,7 @@ Status Coordinators::status_of(const grpc::Status& answer, std::size_t index) co
   }
   return answer.error_code() == grpc::StatusCode::DEADLINE_EXCEEDED
              ? unavailable("the farm at {} has not answered in time: whether it did what was asked is not known", all_)
-             : unavailable("cannot reach the farm at {}", all_);
+             : unavailable("cannot reach the farm at {}{}", all_, cause_of(answer));
 }
 
 }  // namespace lightmill::cli

@@ -148,6 +148,15 @@ TEST_F(CliTest, OptionsCountMoreThanVariablesInAllCommands) {
   EXPECT_TRUE(before.err.starts_with("lightmill: --tls-ca " + file("given"))) << before.err;
 }
 
+TEST_F(CliTest, AFarmThatIsNotThereIsSaidToBeSo) {
+  for (const auto& [address, cause] : {std::pair("127.0.0.1:1", "nothing listens there"),
+                                       std::pair("nobody.invalid:7350", "there is no host of that name")}) {
+    const CommandResult result = lightmill({"jobs", "--server", address});
+    EXPECT_EQ(result.exit_code, 3);
+    EXPECT_EQ(result.err, fmt::format("lightmill: cannot reach the farm at {}: {}\n", address, cause));
+  }
+}
+
 TEST_F(CliTest, AWorkersNameIsLookedAtBeforeItStarts) {
   for (const std::string& name : {std::string("a\nb"), std::string(300, 'n')}) {
     const CommandResult result = run_command({program("lightmill-worker"), "--name", name}, environment());
