@@ -1,4 +1,4 @@
-// What holds for the values of all options of a program.
+// What holds for the options of all programs.
 #pragma once
 
 #include <CLI/CLI.hpp>

@@ -67,7 +67,7 @@ class WatchHub {
   /// All watchers of a job start to look at the same tile, so that most often they are told of the same ones. Each
   /// round starts a golden section further: whichever rounds a watcher takes part in, no tile is passed by for ever.
   struct Round {
-    std::uint64_t number = 0;  ///< how many with a full message there were
+    std::uint32_t number = 0;  ///< how many with a full message there were
     bool full = false;         ///< a message of this one cannot hold all that has changed
     std::map<TileId, std::shared_ptr<const WatchedTile>> tiles = {};
   };
