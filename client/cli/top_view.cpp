@@ -6,6 +6,7 @@
 #include "client/cli/table.h"
 #include "client/cli/text_width.h"
 #include "client/cli/units.h"
+#include "common/base/quantities.h"
 #include "common/base/text.h"
 
 namespace lightmill::cli {
@@ -115,7 +116,7 @@ std::vector<std::string> top_lines(const FarmLook& look, int columns, int rows) 
   std::ranges::sort(worker_kinds, std::greater());
   std::vector<std::string> lines{
       fmt::format("farm     {}", look.server),
-      fmt::format("workers  {}; {} threads, {}; the farm could use {}", counts_text(worker_kinds), threads,
+      fmt::format("workers  {}; {}, {}; the farm could use {}", counts_text(worker_kinds), counted(threads, "thread"),
                   human_rate(rate), look.wanted),
       fmt::format("jobs     {}", counts_text(job_kinds)),
   };
