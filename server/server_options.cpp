@@ -184,12 +184,13 @@ std::optional<int> parse_server_options(int argc, char** argv, ServerOptions& op
   add_limit(app, "--lease-seconds", options.lease_seconds, "SECONDS", {0.5, 3600.0},
             "a worker that is silent for so long loses its work");
   add_limit(app, "--heartbeat-seconds", options.heartbeat_seconds, "SECONDS", {0.1, 600.0},
-            "how often workers say that they live");
+            "how often workers say that they live; where they are thousands, up to a quarter of --lease-seconds");
   add_limit(app, "--unit-seconds", options.unit_seconds, "SECONDS", {0.05, 60.0},
             "how long a worker should work on one unit, at least");
-  add_limit(app, "--results-rate", options.results_mib, "MIB", {1.0, 1e6},
-            "a second, of results that all workers send together: the more of them there are, the longer is what each "
-            "works on");
+  add_limit(
+      app, "--results-rate", options.results_mib, "MIB", {1.0, 1e6},
+      "a second at most, of results that all workers send together: the more of them there are, the longer is what "
+      "each works on; longer still while results wait long for their acknowledgement");
   add_limit(app, "--film-gib", options.film_gib, "GIB", {0.001, 1024.0},
             "memory per job for nodes that are out or wait to be joined");
   add_limit(app, "--films-gib", options.films_gib, "GIB", {0.001, 65536.0},

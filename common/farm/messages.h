@@ -63,6 +63,9 @@ struct WorkerHello {
 /// know are answered with a LeaseCancel.
 struct WorkerHeartbeat {
   std::vector<LeaseId> leases;
+  /// Of the results that were acknowledged since the heartbeat before or still wait to be, how long the one took that
+  /// has waited longest; none if there are none.
+  std::optional<Duration> longest_wait = std::nullopt;
 };
 
 struct WorkerResult {

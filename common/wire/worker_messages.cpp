@@ -30,8 +30,10 @@ void to_wire_duration(Duration duration, google::protobuf::Duration* out) {
   out->set_nanos(static_cast<int>(nanoseconds % 1'000'000'000));
 }
 
+constexpr std::chrono::hours kMostDuration(24);
+
 Result<Duration> duration_from_wire(std::string_view field, const google::protobuf::Duration& duration) {
-  constexpr std::int64_t kLimitSeconds = 24 * 60 * 60;
+  constexpr std::int64_t kLimitSeconds = std::chrono::seconds(kMostDuration).count();
   if (duration.seconds() < 0 || duration.seconds() > kLimitSeconds || duration.nanos() < 0 ||
       duration.nanos() >= 1'000'000'000) {
     return invalid_argument("{}: must be between 0 and {} s, got {} s and {} ns", field, kLimitSeconds,
@@ -106,6 +108,9 @@ struct RequestWriter {
     v1::WorkerHeartbeat* wire = out->mutable_heartbeat();
     for (const LeaseId lease : heartbeat.leases) {
       wire->add_leases(lease.value);
+    }
+    if (heartbeat.longest_wait) {
+      to_wire_duration(std::min<Duration>(*heartbeat.longest_wait, kMostDuration), wire->mutable_longest_wait());
     }
   }
   void operator()(const WorkerResult& result) const {
@@ -364,7 +369,12 @@ Result<WorkerMessage> from_wire(const v1::WorkRequest& request) {
       return hello_from_wire(request.hello());
     case v1::WorkRequest::kHeartbeat: {
       LM_ASSIGN_OR_RETURN(std::vector<LeaseId> leases, lease_list(request.heartbeat().leases()));
-      return WorkerMessage(WorkerHeartbeat{std::move(leases)});
+      WorkerHeartbeat heartbeat{std::move(leases)};
+      if (request.heartbeat().has_longest_wait()) {
+        LM_ASSIGN_OR_RETURN(heartbeat.longest_wait,
+                            duration_from_wire("longest_wait", request.heartbeat().longest_wait()));
+      }
+      return WorkerMessage(std::move(heartbeat));
     }
     case v1::WorkRequest::kResult:
       return result_from_wire(request.result());

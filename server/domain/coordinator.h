@@ -45,7 +45,7 @@ struct CoordinatorLimits {
   /// A worker that says nothing for so long is hung up on: dead links are not always found by the connection.
   Duration silence = std::chrono::seconds(30);
   double unit_seconds = 1.0;  ///< aim of a unit, of its worker's measured speed; longer where results would be too many
-  double result_bytes_per_second = 192.0 * 1024 * 1024;  ///< that all workers are to send together
+  double result_bytes_per_second = 192.0 * 1024 * 1024;  ///< that all workers send together, at most
   std::uint32_t leases_per_worker = 2;                   ///< one to work on, one ahead
   Duration disconnect_grace = std::chrono::seconds(3);   ///< leases of a broken stream are lost after so long
   Duration restart_grace = std::chrono::seconds(2);      ///< after a start, workers may come back with what they hold

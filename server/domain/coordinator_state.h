@@ -31,6 +31,7 @@
 #include "server/domain/verification.h"
 #include "server/scheduling/fair_queue.h"
 #include "server/scheduling/job_plan.h"
+#include "server/scheduling/results_pace.h"
 
 namespace lightmill {
 
@@ -354,6 +355,9 @@ struct Coordinator::State {
   void take_back_held(Worker& worker, const WorkerHello& hello, bool other_process, Time now, Step& step);
   bool adopt_held(Worker& worker, const HeldLease& held, Time now, Step& step);
   void on_heartbeat(Worker& worker, const WorkerHeartbeat& heartbeat, Time now, Step& step);
+  /// Of a worker's results for their acknowledgement.
+  void note_wait(Duration wait, Time now, Step& step);
+  Duration heartbeat_interval() const;  ///< for who comes now: all together shall not be too many
   void on_return(Worker& worker, const WorkerReturn& message, Time now, Step& step);
   void on_refusal(Worker& worker, const WorkerRefusal& refusal, Time now, Step& step);
   /// It renders nothing of the job any more; others may.
@@ -421,6 +425,8 @@ struct Coordinator::State {
   std::unordered_map<LeaseId, Lease> leases;
   std::set<std::pair<Time, LeaseId>> expiry;
   Time next_copy_look, next_silence_look;
+  ResultsPace pace;
+  Duration unit_length{};      ///< that was aimed at last
   Time behind_at;              ///< when workers could not all be heard, the last time
   std::string last_copied_to;  ///< or the last worker for which there was nothing: the next look begins behind it
 

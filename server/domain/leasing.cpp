@@ -66,7 +66,7 @@ bool Coordinator::State::enough_is_tried(const Job& job) const {
   }
   const auto pixels = std::min<std::uint64_t>(job.film.grid().pixel_count(), std::uint64_t{kTileSize} * kTileSize);
   const auto results = static_cast<double>(job.plan->out_pixel_samples()) / static_cast<double>(pixels);
-  return results * node_bytes(job) > kTriedSeconds * limits.result_bytes_per_second;
+  return results * node_bytes(job) > kTriedSeconds * pace.bytes_per_second();
 }
 
 UnitAim Coordinator::State::aim_for(const Worker& worker, const Job& job, Time now) const {
@@ -74,7 +74,7 @@ UnitAim Coordinator::State::aim_for(const Worker& worker, const Job& job, Time n
   const bool measured = known != worker.jobs.end() && known->second.seconds_per_pixel_sample.known();
   UnitAim aim;
   aim.farm_threads = static_cast<std::uint32_t>(std::max<std::uint64_t>(farm_threads, 1));
-  set_times(limits.unit_seconds, node_bytes(job), limits.result_bytes_per_second, aim);
+  set_times(limits.unit_seconds, node_bytes(job), pace.bytes_per_second(), aim);
   if (const double seconds = job.record.spec.goal.seconds; seconds > 0) {
     // What is out when its time is up is waited for; results stay within what the coordinator takes.
     const double least = std::min(std::max(aim.unit_seconds / 2, 2 * aim.least_seconds), aim.unit_seconds);
@@ -153,7 +153,9 @@ bool Coordinator::State::grant_next(Worker& worker, Time now, Step& step) {
       return false;  // when it has nothing else, which others must not fill up
     }
     const LeaseId id = next_lease_id();
-    std::optional<Unit> unit = job.plan->take(job.id(), id, aim_for(worker, job, now));
+    const UnitAim aim = aim_for(worker, job, now);
+    unit_length = from_seconds(aim.unit_seconds);
+    std::optional<Unit> unit = job.plan->take(job.id(), id, aim);
     if (!unit) {
       refresh_queue(job);
       continue;

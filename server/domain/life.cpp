@@ -70,7 +70,12 @@ std::uint64_t Job::samples_wanted_now() const {
 }
 
 Coordinator::State::State(const CoordinatorLimits& the_limits, StoredState stored, Time now)
-    : limits(the_limits), epoch(stored.epoch), next_job_id(stored.next_job_id), secret(stored.secret), started(now) {
+    : limits(the_limits),
+      epoch(stored.epoch),
+      next_job_id(stored.next_job_id),
+      secret(stored.secret),
+      started(now),
+      pace(limits.result_bytes_per_second, now) {
   LM_CHECK(epoch > 0 && epoch < std::uint64_t{1} << 32);
   for (QuarantineRecord& record : stored.quarantine) {
     quarantine[record.of.worker] = std::move(record);

@@ -46,6 +46,7 @@ Status Coordinator::State::check_result(const Job& job, const WorkerResult& resu
 }
 
 void Coordinator::State::on_result(SessionId session, WorkerResult result, Time now, Step& step) {
+  pace.came(static_cast<double>(result.node.values.size() * sizeof(float)) + kBytesOfAResult, now);
   const NodeKey key = result.key;
   const LeaseId lease_id = result.lease;
   Job* const job = find_job(key.job);

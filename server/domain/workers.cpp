@@ -12,6 +12,8 @@ namespace {
 constexpr std::uint32_t kMaxThreads = 4096;
 /// Who is silent is looked for so often at most, of all in one go, while `silence` passes: a look walks over everybody.
 constexpr int kSilenceLooks = 20;
+/// That all workers send together, so far as leases allow.
+constexpr int kHeartbeatsPerSecond = 500;
 
 Status check_hello(const WorkerHello& hello) {
   if (hello.name.empty() || hello.threads < 1 || hello.threads > kMaxThreads) {
@@ -110,7 +112,7 @@ void Coordinator::State::connect(SessionId session, const WorkerHello& hello, Ti
   }
   note(step, Note::Level::info, about(hello.name), "worker {} is here: {} on {}, class {}", hello.name,
        counted(hello.threads, "thread"), hello.host, hello.fingerprint_class);
-  send(step, session, Welcome{epoch, limits.heartbeat_interval, limits.lease_duration});
+  send(step, session, Welcome{epoch, heartbeat_interval(), limits.lease_duration});
   if (worker.quarantined) {
     send(step, session, Notice{"in quarantine, this worker gets nothing to render until it is released"});
   }
@@ -205,7 +207,29 @@ bool Coordinator::State::adopt_held(Worker& worker, const HeldLease& held, Time 
   return true;
 }
 
+Duration Coordinator::State::heartbeat_interval() const {
+  const Duration of_all = Duration(std::chrono::seconds(1)) * sessions.size() / kHeartbeatsPerSecond;
+  return std::max(limits.heartbeat_interval, std::min<Duration>(of_all, limits.lease_duration / 4));
+}
+
+void Coordinator::State::note_wait(Duration wait, Time now, Step& step) {
+  const double before = pace.bytes_per_second();
+  if (!pace.waited(wait, unit_length, now)) {
+    return;
+  }
+  const double most = limits.result_bytes_per_second;
+  if (before == most) {
+    note(step, Note::Level::warning, Subject{},
+         "workers' results wait long for the coordinator: they are sent more rarely, each of more samples");
+  } else if (pace.bytes_per_second() == most) {
+    note(step, Note::Level::info, Subject{}, "workers' results wait no longer: they are sent as often as before");
+  }
+}
+
 void Coordinator::State::on_heartbeat(Worker& worker, const WorkerHeartbeat& heartbeat, Time now, Step& step) {
+  if (heartbeat.longest_wait) {
+    note_wait(*heartbeat.longest_wait, now, step);
+  }
   LeaseCancel unknown;
   for (const LeaseId id : heartbeat.leases) {
     const auto found = leases.find(id);

@@ -5,19 +5,21 @@
 #include <cmath>
 
 #include "common/base/check.h"
+#include "common/film/layers.h"
 
 namespace lightmill {
 namespace {
 
-/// Tiles per thread of a first unit of unknown cost.
-constexpr std::uint32_t kTilesPerThreadAtFirst = 4;
+/// Tiles per thread of a first unit of unknown cost: as many as all threads' results are taken in for so long, and
+/// these at most.
+constexpr double kFirstUnitSeconds = 0.02, kTilesPerThreadAtFirst = 4;
 /// No range is cut for the sake of parallelism into pieces of less thread time: a result costs some 0.3 ms to send and
 /// store.
 constexpr double kLeastPieceSeconds = 0.03;
 /// So many are to be left for each thread: who is slow with one leaves the others enough to do.
 constexpr std::uint64_t kPiecesPerThread = 4;
-/// What a result costs besides its bytes, as so many bytes more.
-constexpr double kBytesOfAResult = 22 * 1024;
+/// A first range has no more than the samples that layers are made of which are not summed.
+constexpr std::uint32_t kMostFirstLevel = std::bit_width(kFirstSamples) - 1;
 
 /// The worker's share of the tiles that wait: a round is spread over the farm, and units shrink towards its end.
 double share_of(std::uint64_t tiles, const UnitAim& aim) {
@@ -29,6 +31,7 @@ double share_of(std::uint64_t tiles, const UnitAim& aim) {
 
 void set_times(double unit_seconds, double node_bytes, double bytes_per_second, UnitAim& aim) {
   const double result_seconds = aim.farm_threads * (node_bytes + kBytesOfAResult) / bytes_per_second;
+  aim.results_seconds = result_seconds;
   aim.least_seconds = std::max(kLeastPieceSeconds, result_seconds);
   aim.unit_seconds = std::max(unit_seconds, 2 * result_seconds);  // the largest dyadic range has more than half of it
 }
@@ -37,8 +40,9 @@ SampleRange choose_range(const Gap& gap, std::uint64_t tiles, std::uint64_t tile
                          const UnitAim& aim) {
   LM_CHECK(gap.first < gap.end && gap.end <= kMaxSamples);
   std::uint32_t level = 0;
-  if (gap.first > 0 && aim.seconds_per_pixel_sample > 0) {
-    const auto alignment = static_cast<std::uint32_t>(std::countr_zero(gap.first));
+  const bool first = gap.first == 0;
+  if (aim.seconds_per_pixel_sample > 0) {
+    const auto alignment = first ? kMostFirstLevel : static_cast<std::uint32_t>(std::countr_zero(gap.first));
     const auto fits = static_cast<std::uint32_t>(std::bit_width(gap.end - gap.first) - 1);
     level = std::min(alignment, fits);
     if (aim.shared_samples > 0) {
@@ -50,11 +54,15 @@ SampleRange choose_range(const Gap& gap, std::uint64_t tiles, std::uint64_t tile
   if (aim.shared_samples > 0) {
     sample_seconds *= std::max(1.0, share_of(tiles, aim) / std::max<std::uint32_t>(aim.threads, 1));
   }
+  // While a first result of each of these tiles comes in, or of each thread.
+  const double first_seconds =
+      aim.results_seconds * std::min(1.0, static_cast<double>(tiles) / std::max<double>(aim.farm_threads, 1));
   while (level > 0) {
     const double seconds = std::ldexp(sample_seconds, static_cast<int>(level));
     const std::uint64_t pieces = std::max(tiles * (span >> level), (left >> level) / tile_pixels);
-    const bool too_long = seconds > aim.unit_seconds;
-    const bool too_few = pieces < kPiecesPerThread * std::uint64_t{aim.farm_threads} && seconds / 2 >= aim.least_seconds;
+    const bool too_long = seconds > (first ? first_seconds : aim.unit_seconds);
+    const bool too_few =
+        pieces < kPiecesPerThread * std::uint64_t{aim.farm_threads} && seconds / 2 >= aim.least_seconds;
     if (!too_long && !too_few) {
       break;
     }
@@ -66,7 +74,7 @@ SampleRange choose_range(const Gap& gap, std::uint64_t tiles, std::uint64_t tile
 std::uint32_t choose_tile_count(const SampleRange& range, std::uint64_t tiles, std::uint64_t tile_pixels,
                                 const UnitAim& aim) {
   const double threads = std::max<std::uint32_t>(aim.threads, 1);
-  double wanted = kTilesPerThreadAtFirst * threads;
+  double wanted = std::clamp(kFirstUnitSeconds / aim.results_seconds, 1.0, kTilesPerThreadAtFirst) * threads;
   if (aim.seconds_per_pixel_sample > 0) {
     const double tile_seconds =
         static_cast<double>(tile_pixels) * static_cast<double>(range.count()) * aim.seconds_per_pixel_sample;

@@ -101,6 +101,7 @@ void Session::acknowledge(const ResultAck& ack, Time now, SessionActions& action
       continue;
     }
     result_bytes_ -= found->second.bytes;
+    longest_wait_ = std::max(longest_wait_.value_or(Duration::zero()), now - found->second.sent);
     const LeaseId lease_id = std::get<WorkerResult>(*found->second.message).lease;
     actions.push_back(ResultStored{std::move(found->second.message)});
     results_.erase(found);
@@ -355,6 +356,7 @@ void Session::tile_rendered(RenderedTile tile, Time now, SessionActions& actions
   Result result;
   result.bytes = tile.node.values.size() * sizeof(float);
   result.sequence = next_sequence_++;
+  result.sent = now;
   result.message =
       std::make_shared<const WorkerMessage>(WorkerResult{rendering.lease, key, std::move(tile.node), tile.hash,
                                                          lease.description->render_digest, tile.seconds, lease.trace});

@@ -204,6 +204,7 @@ class Session {
   struct Result {
     std::shared_ptr<const WorkerMessage> message;
     std::uint64_t sequence = 0;  ///< order of rendering, kept when sent again
+    Time sent;                   ///< the last time
     std::uint64_t bytes = 0;
   };
 
@@ -252,6 +253,7 @@ class Session {
   std::map<NodeKey, std::uint64_t> rendering_ticket_;  ///< the wanted ones
   std::map<NodeKey, Result> results_;                  ///< unacknowledged
   std::uint64_t result_bytes_ = 0;
+  std::optional<Duration> longest_wait_;  ///< of results that were acknowledged since the last heartbeat
   std::uint64_t next_ticket_ = 1;
   std::uint64_t next_sequence_ = 0;
   std::uint64_t tiles_rendered_ = 0;

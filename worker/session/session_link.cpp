@@ -44,7 +44,9 @@ void Session::connected(Time now, SessionActions& actions) {
   }
   send(std::move(hello), actions);
   std::vector<const Result*> again;
-  for (const auto& [key, result] : results_) {
+  longest_wait_.reset();
+  for (auto& [key, result] : results_) {
+    result.sent = now;
     again.push_back(&result);
   }
   std::sort(again.begin(), again.end(), [](const Result* a, const Result* b) { return a->sequence < b->sequence; });
@@ -93,6 +95,10 @@ void Session::tick(Time now, SessionActions& actions) {
   if (link_ == Link::up && now >= next_heartbeat_) {
     next_heartbeat_ = now + heartbeat_interval_;
     WorkerHeartbeat heartbeat;
+    heartbeat.longest_wait = std::exchange(longest_wait_, std::nullopt);
+    for (const auto& [key, result] : results_) {
+      heartbeat.longest_wait = std::max(heartbeat.longest_wait.value_or(Duration::zero()), now - result.sent);
+    }
     for (const auto& [id, lease] : leases_) {
       if (!lease.queued.empty() || !lease.rendering.empty()) {
         heartbeat.leases.push_back(id);

@@ -262,6 +262,9 @@ TEST(UnitSize, UnknownCostMeansOneSample) {
   const UnitAim aim{.unit_seconds = 1, .seconds_per_pixel_sample = 0, .threads = 2, .farm_threads = 2};
   EXPECT_EQ(choose_range({64, 128}, 64, 4096, 0, aim), (SampleRange{0, 64}));
   EXPECT_EQ(choose_tile_count({0, 64}, 64, 4096, aim), 8u);
+  UnitAim large = aim;
+  large.results_seconds = 0.5;
+  EXPECT_EQ(choose_tile_count({0, 64}, 64, 4096, large), 2u) << "all its threads together send enough";
 }
 
 TEST(UnitSize, ATileTakesAtMostAUnitsTimeOfOneThread) {
@@ -295,6 +298,26 @@ TEST(UnitSize, TheMoreThreadsTheFarmHasTheLongerIsWhatEachWorksOn) {
   set_times(1, 96 * 1024, 115.234375 * 1024 * 1024, aim);
   EXPECT_DOUBLE_EQ(aim.least_seconds, 0.03) << "20 ms are enough for the results, but not worth a lease";
   EXPECT_DOUBLE_EQ(aim.unit_seconds, 1);
+}
+
+TEST(UnitSize, TheFirstSamplesAreAsManyAsAreRenderedWhileResultsComeIn) {
+  // 4 ms a sample and tile.
+  UnitAim aim{.seconds_per_pixel_sample = 1e-6, .threads = 1, .farm_threads = 10};
+  const auto first_with = [&](double results_seconds) {
+    aim.results_seconds = results_seconds;
+    return choose_range({0, 1000}, 64, 4096, 0, aim);
+  };
+  EXPECT_EQ(first_with(0), (SampleRange{0, 0}));
+  EXPECT_EQ(first_with(0.005), (SampleRange{0, 0}));
+  EXPECT_EQ(first_with(0.020), (SampleRange{2, 0})) << "four take 16 ms";
+  EXPECT_EQ(first_with(1), (SampleRange{4, 0})) << "sixteen at most";
+  aim.farm_threads = 640;
+  EXPECT_EQ(first_with(0.2), (SampleRange{2, 0})) << "64 tiles have 64 results, a tenth of all threads'";
+  aim.seconds_per_pixel_sample = 0;
+  EXPECT_EQ(first_with(1), (SampleRange{0, 0})) << "nobody knows what it costs";
+  aim.farm_threads = 1000;
+  set_times(1, 96 * 1024, 115.234375 * 1024 * 1024, aim);
+  EXPECT_DOUBLE_EQ(aim.results_seconds, 1);
 }
 
 TEST(UnitSize, WhereSamplesAreSharedAUnitIsManyTilesOfFewSamples) {

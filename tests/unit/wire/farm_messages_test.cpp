@@ -222,7 +222,14 @@ TEST(FarmMessages, WorkerMessagesComeBackWhole) {
   EXPECT_EQ(back.held[0].unit, hello.held[0].unit);
 
   const std::vector<LeaseId> leases{LeaseId{1}, LeaseId{std::numeric_limits<std::uint64_t>::max()}};
-  EXPECT_EQ(std::get<WorkerHeartbeat>(through_wire(WorkerMessage(WorkerHeartbeat{leases}))).leases, leases);
+  const auto heartbeat_back = [](const WorkerHeartbeat& heartbeat) {
+    return std::get<WorkerHeartbeat>(through_wire(WorkerMessage(heartbeat)));
+  };
+  EXPECT_EQ(heartbeat_back({leases}).leases, leases);
+  EXPECT_EQ(heartbeat_back({leases}).longest_wait, std::nullopt);
+  EXPECT_EQ(heartbeat_back({{}, std::chrono::milliseconds(2500)}).longest_wait, std::chrono::milliseconds(2500));
+  EXPECT_EQ(heartbeat_back({{}, Duration::zero()}).longest_wait, Duration::zero());
+  EXPECT_EQ(heartbeat_back({{}, std::chrono::hours(100)}).longest_wait, std::chrono::hours(24));
   EXPECT_EQ(std::get<WorkerReturn>(through_wire(WorkerMessage(WorkerReturn{LeaseId{6}}))).lease, LeaseId{6});
   const auto refusal = std::get<WorkerRefusal>(through_wire(WorkerMessage(WorkerRefusal{JobId{8}, "damaged"})));
   EXPECT_EQ(refusal.job, JobId{8});

@@ -314,6 +314,31 @@ TEST_F(SessionTest, HeartbeatsListUnfinishedLeases) {
   EXPECT_EQ(said<WorkerHeartbeat>()[0].leases, std::vector<LeaseId>{LeaseId{2}});
 }
 
+TEST_F(SessionTest, HeartbeatsTellHowLongResultsWait) {
+  const auto last_wait = [&] { return said<WorkerHeartbeat>().back().longest_wait; };
+  begin(4);
+  pass(std::chrono::seconds(2));
+  EXPECT_EQ(last_wait(), std::nullopt);
+  rendered(asked<RenderTile>()[0]);
+  now += std::chrono::milliseconds(700);
+  say(ack(said<WorkerResult>()[0]));
+  rendered(asked<RenderTile>()[1]);
+  now += std::chrono::milliseconds(100);
+  say(ack(said<WorkerResult>()[1]));
+  pass(std::chrono::milliseconds(1200));
+  EXPECT_EQ(last_wait(), std::chrono::milliseconds(700)) << "the longest of those that were acknowledged";
+  rendered(asked<RenderTile>()[2]);
+  pass(std::chrono::seconds(2));
+  EXPECT_EQ(last_wait(), std::chrono::seconds(2)) << "and of those that are not";
+  pass(std::chrono::seconds(2));
+  EXPECT_EQ(last_wait(), std::chrono::seconds(4));
+  session->disconnected(now, actions);
+  pass(std::chrono::seconds(60));
+  session->connected(now, actions);
+  pass(std::chrono::seconds(2));
+  EXPECT_EQ(last_wait(), std::chrono::seconds(2)) << "it was sent again";
+}
+
 TEST_F(SessionTest, ReconnectsWithBackoff) {
   session->start(now, actions);
   Duration wait{};
