@@ -42,14 +42,10 @@ bool ResultsPace::waited(Duration wait, Duration unit, Time now) {
     rate_ = std::min(kMore * rate_, most_);
   }
   // What was given out before is rendered, and the one ahead of it.
-  look_again(rate_ == before ? now : now + 2 * unit + from_seconds(mean));
-  return rate_ != before;
-}
-
-void ResultsPace::look_again(Time from) {
-  begin_ = from;
+  begin_ = rate_ == before ? now : now + 2 * unit + from_seconds(mean);
   bytes_ = wait_seconds_ = 0;
   waits_ = 0;
+  return rate_ != before;
 }
 
 }  // namespace lightmill

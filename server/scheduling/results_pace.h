@@ -24,8 +24,6 @@ class ResultsPace {
   bool waited(Duration wait, Duration unit, Time now);
 
  private:
-  void look_again(Time from);
-
   double most_, rate_;
   Time begin_;  ///< of what is looked at; what comes before it is not counted
   double bytes_ = 0, wait_seconds_ = 0;

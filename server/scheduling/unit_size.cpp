@@ -30,10 +30,10 @@ double share_of(std::uint64_t tiles, const UnitAim& aim) {
 }  // namespace
 
 void set_times(double unit_seconds, double node_bytes, double bytes_per_second, UnitAim& aim) {
-  const double result_seconds = aim.farm_threads * (node_bytes + kBytesOfAResult) / bytes_per_second;
-  aim.results_seconds = result_seconds;
-  aim.least_seconds = std::max(kLeastPieceSeconds, result_seconds);
-  aim.unit_seconds = std::max(unit_seconds, 2 * result_seconds);  // the largest dyadic range has more than half of it
+  aim.results_seconds = aim.farm_threads * (node_bytes + kBytesOfAResult) / bytes_per_second;
+  aim.least_seconds = std::max(kLeastPieceSeconds, aim.results_seconds);
+  aim.unit_seconds =
+      std::max(unit_seconds, 2 * aim.results_seconds);  // the largest dyadic range has more than half of it
 }
 
 SampleRange choose_range(const Gap& gap, std::uint64_t tiles, std::uint64_t tile_pixels, std::uint64_t left,
