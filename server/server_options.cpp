@@ -183,8 +183,10 @@ std::optional<int> parse_server_options(int argc, char** argv, ServerOptions& op
   add_log_options(app, options.log);
   add_limit(app, "--lease-seconds", options.lease_seconds, "SECONDS", {0.5, 3600.0},
             "a worker that is silent for so long loses its work");
-  add_limit(app, "--heartbeat-seconds", options.heartbeat_seconds, "SECONDS", {0.1, 600.0},
-            "how often workers say that they live; where they are thousands, up to a quarter of --lease-seconds");
+  add_limit(
+      app, "--heartbeat-seconds", options.heartbeat_seconds, "SECONDS", {0.1, 600.0},
+      "how often workers say that they live, where they are few; more rarely the more there are, within a quarter of "
+      "--lease-seconds");
   add_limit(app, "--unit-seconds", options.unit_seconds, "SECONDS", {0.05, 60.0},
             "how long a worker should work on one unit, at least");
   add_limit(

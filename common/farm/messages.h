@@ -63,8 +63,8 @@ struct WorkerHello {
 /// know are answered with a LeaseCancel.
 struct WorkerHeartbeat {
   std::vector<LeaseId> leases;
-  /// Of the results that were acknowledged since the heartbeat before or still wait to be, how long the one took that
-  /// has waited longest; none if there are none.
+  /// The longest that a result has waited: one that was acknowledged since the heartbeat before, until it was; one that
+  /// still waits to be, until now. None if there are neither.
   std::optional<Duration> longest_wait = std::nullopt;
 };
 

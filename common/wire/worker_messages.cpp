@@ -372,7 +372,7 @@ Result<WorkerMessage> from_wire(const v1::WorkRequest& request) {
       WorkerHeartbeat heartbeat{std::move(leases)};
       if (request.heartbeat().has_longest_wait()) {
         LM_ASSIGN_OR_RETURN(heartbeat.longest_wait,
-                            duration_from_wire("longest_wait", request.heartbeat().longest_wait()));
+                            duration_from_wire("heartbeat.longest_wait", request.heartbeat().longest_wait()));
       }
       return WorkerMessage(std::move(heartbeat));
     }

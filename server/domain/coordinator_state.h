@@ -99,8 +99,10 @@ struct Worker {
   WorkerHello hello;  ///< without held leases
   std::optional<SessionId> session;
   Time connected_at;
-  Time heard_at;   ///< when a message of this session came last
-  Time result_at;  ///< when a result came last
+  Time heard_at;                 ///< when a message of this session came last
+  Time result_at;                ///< when a result came last
+  std::optional<Duration> wait;  ///< of its results for their acknowledgement, as it said last in this session
+  Time wait_at;                  ///< when it said so
   bool draining = false;
   bool silent = false;  ///< has let a lease expire and said nothing since: gets no more
   bool quarantined = false;
@@ -354,10 +356,6 @@ struct Coordinator::State {
   void connect(SessionId session, const WorkerHello& hello, Time now, Step& step);
   void take_back_held(Worker& worker, const WorkerHello& hello, bool other_process, Time now, Step& step);
   bool adopt_held(Worker& worker, const HeldLease& held, Time now, Step& step);
-  void on_heartbeat(Worker& worker, const WorkerHeartbeat& heartbeat, Time now, Step& step);
-  /// Of a worker's results for their acknowledgement.
-  void note_wait(Duration wait, Time now, Step& step);
-  Duration heartbeat_interval() const;  ///< for who comes now: all together shall not be too many
   void on_return(Worker& worker, const WorkerReturn& message, Time now, Step& step);
   void on_refusal(Worker& worker, const WorkerRefusal& refusal, Time now, Step& step);
   /// It renders nothing of the job any more; others may.
@@ -365,10 +363,16 @@ struct Coordinator::State {
   void dismiss(SessionId session, std::string reason, Time now, Step& step);
   /// What the worker was reading waits for another one: serve_inspections.
   void end_session(SessionId session, Time now, Step& step);
-  /// Ends the sessions of workers that have been silent for too long.
-  void hang_up_on_silent(Time now, Step& step);
   void forget_if_gone(const std::string& name, Step& step);
   Worker* worker_of(SessionId session);  ///< null unless the session is the worker's current one
+
+  // ---- heartbeats.cpp ----
+  Duration heartbeat_interval() const;  ///< for who comes now: the more are there, the longer
+  void on_heartbeat(Worker& worker, const WorkerHeartbeat& heartbeat, Time now, Step& step);
+  /// Whether workers' results wait too long for their acknowledgement.
+  void look_at_waits(Time now, Step& step);
+  /// Ends the sessions of workers that have been silent for too long.
+  void hang_up_on_silent(Time now, Step& step);
 
   // ---- view.cpp ----
   JobStatus describe(const Job& job, Time now) const;
@@ -426,7 +430,7 @@ struct Coordinator::State {
   std::set<std::pair<Time, LeaseId>> expiry;
   Time next_copy_look, next_silence_look;
   ResultsPace pace;
-  Duration unit_length{};      ///< that was aimed at last
+  bool slowed = false;         ///< somebody has been told that the pace is low
   Time behind_at;              ///< when workers could not all be heard, the last time
   std::string last_copied_to;  ///< or the last worker for which there was nothing: the next look begins behind it
 

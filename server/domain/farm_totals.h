@@ -36,6 +36,7 @@ struct FarmCensus {
   // Workers that are connected.
   std::uint64_t rendering = 0, idle = 0, draining = 0, quarantined = 0;
   std::uint64_t threads = 0;
+  double results_rate = 0;  ///< bytes a second that all workers are to send together at most
 };
 
 }  // namespace lightmill

@@ -154,7 +154,7 @@ bool Coordinator::State::grant_next(Worker& worker, Time now, Step& step) {
     }
     const LeaseId id = next_lease_id();
     const UnitAim aim = aim_for(worker, job, now);
-    unit_length = from_seconds(aim.unit_seconds);
+    pace.gave(from_seconds(std::max(limits.unit_seconds, 2 * aim.results_seconds)));
     std::optional<Unit> unit = job.plan->take(job.id(), id, aim);
     if (!unit) {
       refresh_queue(job);

@@ -152,6 +152,7 @@ void Coordinator::State::awake(Duration late, Time now, Step& step) {
   }
   started += late;
   next_silence_look = now + limits.silence;
+  pace.stood_still(now);
 }
 
 std::int64_t Coordinator::State::unix_ms(Time now) const {

@@ -305,6 +305,7 @@ const FarmTotals& Coordinator::totals() const {
 
 FarmCensus Coordinator::census() const {
   FarmCensus census;
+  census.results_rate = state_->pace.bytes_per_second();
   census.units_out = state_->leases.size();
   for (const auto& [id, job] : state_->jobs) {
     ++census.jobs[static_cast<std::size_t>(job->record.state)];

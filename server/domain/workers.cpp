@@ -10,10 +10,6 @@ namespace {
 
 /// Threads that one worker may claim.
 constexpr std::uint32_t kMaxThreads = 4096;
-/// Who is silent is looked for so often at most, of all in one go, while `silence` passes: a look walks over everybody.
-constexpr int kSilenceLooks = 20;
-/// That all workers send together, so far as leases allow.
-constexpr int kHeartbeatsPerSecond = 500;
 
 Status check_hello(const WorkerHello& hello) {
   if (hello.name.empty() || hello.threads < 1 || hello.threads > kMaxThreads) {
@@ -101,6 +97,7 @@ void Coordinator::State::connect(SessionId session, const WorkerHello& hello, Ti
   worker.connected_at = now;
   worker.draining = hello.draining;
   worker.silent = false;
+  worker.wait.reset();
   worker.quarantined = in_quarantine(renderer_of(hello));
   absent.erase(machine_of(hello));
   worker.jobs.clear();
@@ -207,44 +204,6 @@ bool Coordinator::State::adopt_held(Worker& worker, const HeldLease& held, Time 
   return true;
 }
 
-Duration Coordinator::State::heartbeat_interval() const {
-  const Duration of_all = Duration(std::chrono::seconds(1)) * sessions.size() / kHeartbeatsPerSecond;
-  return std::max(limits.heartbeat_interval, std::min<Duration>(of_all, limits.lease_duration / 4));
-}
-
-void Coordinator::State::note_wait(Duration wait, Time now, Step& step) {
-  const double before = pace.bytes_per_second();
-  if (!pace.waited(wait, unit_length, now)) {
-    return;
-  }
-  const double most = limits.result_bytes_per_second;
-  if (before == most) {
-    note(step, Note::Level::warning, Subject{},
-         "workers' results wait long for the coordinator: they are sent more rarely, each of more samples");
-  } else if (pace.bytes_per_second() == most) {
-    note(step, Note::Level::info, Subject{}, "workers' results wait no longer: they are sent as often as before");
-  }
-}
-
-void Coordinator::State::on_heartbeat(Worker& worker, const WorkerHeartbeat& heartbeat, Time now, Step& step) {
-  if (heartbeat.longest_wait) {
-    note_wait(*heartbeat.longest_wait, now, step);
-  }
-  LeaseCancel unknown;
-  for (const LeaseId id : heartbeat.leases) {
-    const auto found = leases.find(id);
-    if (found != leases.end() && found->second.worker == worker.hello.name) {
-      renew(found->second, now);
-    } else {
-      unknown.leases.push_back(id);
-    }
-  }
-  if (!unknown.leases.empty()) {
-    send_after_commit(step, *worker.session, std::move(unknown));
-  }
-  serve(worker, now, step);
-}
-
 void Coordinator::State::on_return(Worker& worker, const WorkerReturn& message, Time now, Step& step) {
   const auto found = leases.find(message.lease);
   if (found == leases.end() || found->second.worker != worker.hello.name) {
@@ -319,27 +278,6 @@ void Coordinator::State::end_session(SessionId session, Time now, Step& step) {
   }
   sessions.erase(found);
   forget_if_gone(name, step);
-}
-
-void Coordinator::State::hang_up_on_silent(Time now, Step& step) {
-  next_silence_look = now + limits.silence;
-  std::vector<SessionId> silent;
-  for (const auto& [name, worker] : workers) {
-    const Time silent_since = std::max(worker.heard_at, behind_at);
-    if (worker.session && silent_since + limits.silence > now) {
-      next_silence_look = std::min(next_silence_look, silent_since + limits.silence);
-    } else if (worker.session) {
-      note(step, Note::Level::warning, about(name), "worker {} is gone with {}: it has said nothing for {:.0f} s", name,
-           counted(worker.leases.size(), "lease"), to_seconds(now - worker.heard_at));
-      silent.push_back(*worker.session);
-    }
-  }
-  next_silence_look = std::max(next_silence_look, now + limits.silence / kSilenceLooks);
-  for (const SessionId session : silent) {
-    end_session(session, now, step);
-    step.hang_ups.push_back(session);
-  }
-  serve_inspections(now, step);  // by none of those that are silent, too
 }
 
 void Coordinator::State::forget_if_gone(const std::string& name, Step& step) {

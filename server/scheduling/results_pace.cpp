@@ -5,18 +5,22 @@
 namespace lightmill {
 namespace {
 
-constexpr Duration kLook = std::chrono::seconds(2);  ///< so long waits and bytes are added up
-/// Results that wait longer on average are too many; while they wait less, there may be more of them.
-constexpr double kLongWait = 3, kShortWait = 1;
-/// As which any longer one counts, lest a few bad lines, or liars, slow the others down.
-constexpr double kMostWait = 10;
-constexpr double kMore = 1.2;
-constexpr double kLeastCut = 0.7, kMostCut = 0.25;
+constexpr Duration kLook = std::chrono::seconds(2);  ///< so long bytes are added up
+/// After so long without a word of any worker it says nothing of what the coordinator takes in.
+constexpr Duration kLongestLook = std::chrono::seconds(10);
+constexpr Duration kVoice = std::chrono::seconds(30);  ///< how long what a worker said counts
+/// Where results wait longer there are too many; while they wait less, there may be more of them.
+constexpr Duration kLongWait = std::chrono::seconds(3), kShortWait = std::chrono::seconds(1);
+constexpr double kMore = 1.2, kMoreWhileIdle = 2;
+constexpr double kPartOfWhatCame = 0.9;  ///< the rest is for what waits
+constexpr double kMostCut = 0.25;
 constexpr double kLeastPart = 1.0 / 64;  ///< of the most
+constexpr Duration kLongestAway = std::chrono::seconds(30);
+constexpr Duration kAfterStandstill = std::chrono::seconds(10);
 
 }  // namespace
 
-ResultsPace::ResultsPace(double most, Time now) : most_(most), rate_(most), begin_(now) {}
+ResultsPace::ResultsPace(double most, Time now) : most_(most), rate_(most), begin_(now), changed_(now) {}
 
 void ResultsPace::came(double bytes, Time now) {
   if (now >= begin_) {
@@ -24,28 +28,53 @@ void ResultsPace::came(double bytes, Time now) {
   }
 }
 
-bool ResultsPace::waited(Duration wait, Duration unit, Time now) {
-  if (now < begin_) {
+bool ResultsPace::is_due(Time now) const {
+  return now >= begin_ + kLook;
+}
+
+Time ResultsPace::heard_from(Time now) const {
+  return std::max(changed_, now - kVoice);
+}
+
+bool ResultsPace::look(std::vector<Duration>& waits, Time now) {
+  const Duration looked = now - begin_;
+  const double came = bytes_ / to_seconds(looked);
+  const Duration unit = longest_unit_;
+  begin_ = now;
+  bytes_ = 0;
+  longest_unit_ = Duration::zero();
+  if (looked > kLongestLook) {
     return false;
   }
-  wait_seconds_ += std::min(to_seconds(wait), kMostWait);
-  ++waits_;
-  if (now - begin_ < kLook) {
-    return false;
-  }
-  const double mean = wait_seconds_ / waits_;
-  const double came = bytes_ / to_seconds(now - begin_);
   const double before = rate_;
-  if (mean > kLongWait) {
-    rate_ = std::max(std::clamp(came, kMostCut * rate_, kLeastCut * rate_), kLeastPart * most_);
-  } else if (mean < kShortWait) {
-    rate_ = std::min(kMore * rate_, most_);
+  if (!waits.empty()) {
+    const auto middle = waits.begin() + static_cast<std::ptrdiff_t>(waits.size() / 2);
+    std::ranges::nth_element(waits, middle);
+    if (*middle > kLongWait && came > 0) {
+      // If less was asked for already, what is too much was asked for before.
+      const double cut = std::max({kPartOfWhatCame * came, kMostCut * rate_, kLeastPart * most_});
+      rate_ = std::min(rate_, cut);
+    } else if (*middle < kShortWait) {
+      rate_ = std::min(kMore * rate_, most_);
+    }
+  } else if (came == 0) {
+    rate_ = std::min(kMoreWhileIdle * rate_, most_);
+  }
+  if (rate_ == before) {
+    return false;
   }
   // What was given out before is rendered, and the one ahead of it.
-  begin_ = rate_ == before ? now : now + 2 * unit + from_seconds(mean);
-  bytes_ = wait_seconds_ = 0;
-  waits_ = 0;
-  return rate_ != before;
+  look_away(now + std::min(2 * unit, kLongestAway));
+  return true;
+}
+
+void ResultsPace::stood_still(Time now) {
+  look_away(now + kAfterStandstill);
+}
+
+void ResultsPace::look_away(Time until) {
+  begin_ = changed_ = until;
+  bytes_ = 0;
 }
 
 }  // namespace lightmill

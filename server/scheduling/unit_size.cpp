@@ -10,8 +10,8 @@
 namespace lightmill {
 namespace {
 
-/// Tiles per thread of a first unit of unknown cost: as many as all threads' results are taken in for so long, and
-/// these at most.
+/// Tiles per thread of a first unit of unknown cost: as many as let the results of all threads come in within so long;
+/// one at least, four at most.
 constexpr double kFirstUnitSeconds = 0.02, kTilesPerThreadAtFirst = 4;
 /// No range is cut for the sake of parallelism into pieces of less thread time: a result costs some 0.3 ms to send and
 /// store.
@@ -54,13 +54,14 @@ SampleRange choose_range(const Gap& gap, std::uint64_t tiles, std::uint64_t tile
   if (aim.shared_samples > 0) {
     sample_seconds *= std::max(1.0, share_of(tiles, aim) / std::max<std::uint32_t>(aim.threads, 1));
   }
-  // While a first result of each of these tiles comes in, or of each thread.
-  const double first_seconds =
-      aim.results_seconds * std::min(1.0, static_cast<double>(tiles) / std::max<double>(aim.farm_threads, 1));
+  // A first range takes as long as a result of each of these tiles needs to come in, or of each thread.
+  const double part_of_threads = static_cast<double>(tiles) / std::max<double>(aim.farm_threads, 1);
+  const double most_seconds =
+      first ? std::min(aim.results_seconds * std::min(1.0, part_of_threads), aim.unit_seconds) : aim.unit_seconds;
   while (level > 0) {
     const double seconds = std::ldexp(sample_seconds, static_cast<int>(level));
     const std::uint64_t pieces = std::max(tiles * (span >> level), (left >> level) / tile_pixels);
-    const bool too_long = seconds > (first ? first_seconds : aim.unit_seconds);
+    const bool too_long = seconds > most_seconds;
     const bool too_few =
         pieces < kPiecesPerThread * std::uint64_t{aim.farm_threads} && seconds / 2 >= aim.least_seconds;
     if (!too_long && !too_few) {

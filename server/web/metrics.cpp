@@ -104,6 +104,9 @@ void add_farm(const FarmMetrics& farm, MetricLines& out) {
               {"draining", static_cast<double>(census.draining)},
               {"quarantined", static_cast<double>(census.quarantined)}});
   out.gauge("lightmill_worker_threads", "Threads of all connected workers.", static_cast<double>(census.threads));
+  out.gauge("lightmill_results_rate_bytes",
+            "What all workers together send of results in a second, at most: the limit, or less while they wait long.",
+            census.results_rate);
   out.gauge("lightmill_wanted_workers", "Workers that the farm could use now.", farm.wanted_workers);
   out.gauge("lightmill_storing", "1 if what is rendered can be stored, 0 if no work is handed out until it can.",
             farm.storing ? 1 : 0);

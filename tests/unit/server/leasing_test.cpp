@@ -178,52 +178,6 @@ TEST_F(LeasingTest, TheLastUnitsBeforeATimeIsUpAreShorterAsFarAsTheirResultsCanB
   EXPECT_EQ(last_unit(), std::pair(std::uint64_t{32}, std::uint64_t{32}));
 }
 
-TEST_F(LeasingTest, WhereResultsWaitLongThereAreFewerOfMoreSamples) {
-  // A thousand workers: their results of 118 KiB may be 192 MiB a second, one of each in 0.6 s.
-  const JobId job = submit(spec("r1", 1u << 20, {0, 0, 192, 192}));
-  const SessionId session = connect("w", 1000);
-  const auto say_for = [&](int heartbeats, Duration wait) {
-    for (int i = 0; i < heartbeats; ++i) {
-      pass(limits.heartbeat_interval);
-      say(session, WorkerHeartbeat{{}, wait});
-    }
-  };
-  const auto longest_range = [&] {
-    std::uint64_t most = 0;
-    for (int i = 0; i < 100; ++i) {
-      const LeaseGrant grant = got<LeaseGrant>(session).back();
-      most = std::max(most, grant.unit.range.count());
-      for (const TileId tile : grant.unit.tiles) {
-        say(session, result(grant, tile, 0.1 * static_cast<double>(grant.unit.range.count())));
-      }
-    }
-    return most;
-  };
-  EXPECT_EQ(longest_range(), 8u) << "0.1 s a sample, units of up to 1.2 s";
-  say_for(2, std::chrono::seconds(10));
-  EXPECT_GE(longest_range(), 32u) << "few came, so that a quarter may from now on";
-  say_for(40, std::chrono::milliseconds(10));
-  EXPECT_EQ(longest_range(), 8u);
-  EXPECT_EQ(status(job).state, JobState::running);
-}
-
-TEST_F(LeasingTest, AllHeartbeatsTogetherAreNotTooMany) {
-  Duration first{}, last{};
-  for (int i = 0; i < 2000; ++i) {
-    const SessionId session = connect(fmt::format("w{}", i));
-    const Duration interval = got<Welcome>(session).at(0).heartbeat_interval;
-    first = i == 0 ? interval : first;
-    EXPECT_GE(interval, last);
-    last = interval;
-  }
-  EXPECT_EQ(first, limits.heartbeat_interval);
-  EXPECT_EQ(last, std::chrono::seconds(4)) << "five hundred a second";
-  for (int i = 2000; i < 3000; ++i) {
-    last = got<Welcome>(connect(fmt::format("w{}", i))).at(0).heartbeat_interval;
-  }
-  EXPECT_EQ(last, limits.lease_duration / 4) << "or leases would be lost";
-}
-
 TEST_F(LeasingTest, AWorkerThatComesBackKeepsItsLeases) {
   const JobId job = submit(spec("r1", 1));
   const SessionId first = connect("w");

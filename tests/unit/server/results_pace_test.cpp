@@ -2,7 +2,9 @@
 
 #include <gtest/gtest.h>
 
-#include <algorithm>
+#include <deque>
+#include <utility>
+#include <vector>
 
 namespace lightmill {
 namespace {
@@ -13,84 +15,161 @@ using std::chrono::seconds;
 constexpr double kMost = 1000;
 constexpr Time kStart{seconds(100)};
 
+/// A look at what `waits` say.
+bool look(ResultsPace& pace, Time now, std::vector<Duration> waits) {
+  EXPECT_TRUE(pace.is_due(now));
+  return pace.look(waits, now);
+}
+
+/// One that was cut to `rate`, at 102 s; it looks away for twice `unit`.
+ResultsPace cut_to(double rate, Duration unit = {}) {
+  ResultsPace pace(kMost, kStart);
+  pace.came(2 * rate / 0.9, kStart);
+  pace.gave(unit);
+  EXPECT_TRUE(look(pace, kStart + seconds(2), {seconds(4)}));
+  EXPECT_NEAR(pace.bytes_per_second(), rate, 1e-9);
+  return pace;
+}
+
 TEST(ResultsPace, StaysAtTheMostWhileNobodyWaitsLong) {
   ResultsPace pace(kMost, kStart);
-  for (Time now = kStart; now < kStart + seconds(60); now += milliseconds(100)) {
-    pace.came(100, now);
-    EXPECT_FALSE(pace.waited(milliseconds(2900), seconds(1), now));
+  EXPECT_FALSE(pace.is_due(kStart + milliseconds(1999)));
+  for (Time now = kStart + seconds(2); now < kStart + seconds(60); now += seconds(2)) {
+    pace.came(200, now - seconds(1));
+    EXPECT_FALSE(look(pace, now, {milliseconds(2900), milliseconds(10)}));
   }
   EXPECT_EQ(pace.bytes_per_second(), kMost);
 }
 
-TEST(ResultsPace, AFewThatWaitForeverDoNotSlowTheOthersDown) {
+TEST(ResultsPace, LessThanHalfOfTheWorkersDoNotSlowTheOthersDown) {
   ResultsPace pace(kMost, kStart);
-  for (int i = 0; i < 1000; ++i) {
-    const Duration wait = i % 10 == 0 ? Duration(std::chrono::hours(24)) : milliseconds(500);
-    EXPECT_FALSE(pace.waited(wait, seconds(1), kStart + i * milliseconds(10)));
-  }
-  EXPECT_EQ(pace.bytes_per_second(), kMost);
+  pace.came(200, kStart);
+  EXPECT_FALSE(
+      look(pace, kStart + seconds(2), {std::chrono::hours(24), seconds(2), seconds(9), seconds(2), seconds(2)}));
+  pace.came(200, kStart + seconds(3));
+  EXPECT_TRUE(
+      look(pace, kStart + seconds(4), {std::chrono::hours(24), seconds(2), seconds(9), seconds(4), seconds(2)}));
 }
 
-TEST(ResultsPace, WhatIsTooMuchIsCutToWhatCame) {
-  ResultsPace pace(kMost, kStart);
-  Time now = kStart;
-  bool changed = false;
-  for (; !changed; now += milliseconds(100)) {
-    ASSERT_LE(now, kStart + seconds(2));
-    pace.came(60, now);  // 21 of these in two seconds
-    changed = pace.waited(seconds(4), seconds(1), now);
-  }
-  EXPECT_NEAR(pace.bytes_per_second(), 630, 1e-9);
+TEST(ResultsPace, WhatIsTooMuchIsCutToNineTenthsOfWhatCame) {
+  cut_to(630);
+  cut_to(270);
 }
 
-TEST(ResultsPace, IsCutByAThirdAtLeastAndThreeQuartersAtMost) {
-  for (const auto& [bytes, rate] : {std::pair(0.0, 250.0), std::pair(1e9, 700.0)}) {
-    ResultsPace pace(kMost, kStart);
-    pace.came(bytes, kStart);
-    EXPECT_FALSE(pace.waited(seconds(9), {}, kStart));
-    EXPECT_TRUE(pace.waited(seconds(9), {}, kStart + seconds(2)));
-    EXPECT_DOUBLE_EQ(pace.bytes_per_second(), rate);
-  }
+TEST(ResultsPace, IsCutByThreeQuartersAtMostAndNotForNothing) {
+  ResultsPace pace(kMost, kStart);
+  EXPECT_FALSE(look(pace, kStart + seconds(2), {seconds(9)})) << "nothing came: nobody knows what is taken in";
+  pace.came(1, kStart + seconds(3));
+  EXPECT_TRUE(look(pace, kStart + seconds(4), {seconds(9)}));
+  EXPECT_DOUBLE_EQ(pace.bytes_per_second(), kMost / 4);
+}
+
+TEST(ResultsPace, IsNotCutForWhatWasAskedForBefore) {
+  ResultsPace pace = cut_to(450);
+  pace.came(1000, kStart + seconds(3));
+  EXPECT_FALSE(look(pace, kStart + seconds(4), {seconds(9)})) << "500 are taken in, 450 asked for";
+  EXPECT_NEAR(pace.bytes_per_second(), 450, 1e-9);
 }
 
 TEST(ResultsPace, WhatWasGivenOutBeforeAChangeIsNotHeldAgainstIt) {
-  ResultsPace pace(kMost, kStart);
-  pace.came(1e9, kStart);
-  Time now = kStart + seconds(2);
-  ASSERT_TRUE(pace.waited(seconds(5), seconds(10), now));
-  // Two units of ten seconds, and the five.
-  for (const Time end = now + seconds(25); now < end; now += milliseconds(500)) {
-    EXPECT_FALSE(pace.waited(seconds(100), seconds(10), now));
-  }
-  EXPECT_FALSE(pace.waited(milliseconds(1), seconds(10), now));
-  EXPECT_TRUE(pace.waited(milliseconds(1), seconds(10), now + seconds(2)));
-  EXPECT_DOUBLE_EQ(pace.bytes_per_second(), 0.7 * 1.2 * kMost);
+  ResultsPace pace = cut_to(630, seconds(10));
+  const Time there = kStart + seconds(2 + 20);
+  pace.came(1, there - seconds(1));
+  EXPECT_EQ(pace.heard_from(there), there);
+  EXPECT_FALSE(pace.is_due(there + milliseconds(1999)));
+  pace.came(1200, there);
+  EXPECT_TRUE(look(pace, there + seconds(2), {seconds(4)}));
+  EXPECT_NEAR(pace.bytes_per_second(), 0.9 * 600, 1e-9);
 }
 
-TEST(ResultsPace, FindsWhatACoordinatorTakesWhereMoreWaits) {
-  // One that takes 330 bytes a second, workers that send what they are told to, and what is too much waits in between.
+TEST(ResultsPace, LooksAgainAfterHalfAMinuteHoweverLongUnitsAre) {
+  ResultsPace pace = cut_to(630, seconds(1000));
+  EXPECT_TRUE(pace.is_due(kStart + seconds(2 + 30 + 2)));
+}
+
+TEST(ResultsPace, GrowsByAFifthWhileResultsComeAndDoublesWhileNothingIsToDo) {
+  ResultsPace pace = cut_to(250);
+  pace.came(1, kStart + seconds(3));
+  EXPECT_FALSE(look(pace, kStart + seconds(4), {milliseconds(1500)})) << "neither long nor short";
+  pace.came(1, kStart + seconds(5));
+  EXPECT_TRUE(look(pace, kStart + seconds(6), {milliseconds(900)}));
+  EXPECT_NEAR(pace.bytes_per_second(), 300, 1e-9);
+  pace.came(1, kStart + seconds(7));
+  EXPECT_FALSE(look(pace, kStart + seconds(8), {})) << "nobody has said how long they wait";
+  EXPECT_TRUE(look(pace, kStart + seconds(10), {}));
+  EXPECT_TRUE(look(pace, kStart + seconds(12), {}));
+  EXPECT_EQ(pace.bytes_per_second(), kMost);
+}
+
+TEST(ResultsPace, AVoiceCountsForHalfAMinute) {
+  const ResultsPace pace(kMost, kStart);
+  EXPECT_EQ(pace.heard_from(kStart + seconds(10)), kStart);
+  EXPECT_EQ(pace.heard_from(kStart + seconds(70)), kStart + seconds(40));
+}
+
+TEST(ResultsPace, ATimeInWhichNobodySaidAnythingIsNotLookedAt) {
   ResultsPace pace(kMost, kStart);
-  double queue = 0, sum = 0;
+  pace.came(1, kStart);
+  EXPECT_FALSE(look(pace, kStart + std::chrono::hours(10), {seconds(9)}));
+  EXPECT_EQ(pace.bytes_per_second(), kMost);
+}
+
+TEST(ResultsPace, AStandstillIsNotLookedAt) {
+  ResultsPace pace(kMost, kStart);
+  pace.came(1, kStart);
+  pace.stood_still(kStart + seconds(1));
+  EXPECT_FALSE(pace.is_due(kStart + seconds(12)));
+  EXPECT_EQ(pace.heard_from(kStart + seconds(12)), kStart + seconds(11));
+  EXPECT_TRUE(pace.is_due(kStart + seconds(13)));
+}
+
+/// A coordinator that takes in `taken` bytes a second for ten minutes, and workers that send what they are told to
+/// when their units of `unit` at the most are done; what is too much waits, for 20 s at most: then so do workers.
+/// The part of `taken` that came after two minutes, and how long it waited on average.
+std::pair<double, double> after_minutes(double taken, Duration unit) {
+  ResultsPace pace(kMost, kStart);
+  std::deque<std::pair<Time, double>> sent{{kStart, kMost}};
+  double queue = 0, all = 0, waited = 0;
   int seen = 0;
   for (Time now = kStart; now < kStart + seconds(600); now += milliseconds(100)) {
-    queue += 0.1 * pace.bytes_per_second();
-    const double taken = std::min(queue, 33.0);
-    queue -= taken;
-    pace.came(taken, now);
-    (void)pace.waited(from_seconds(queue / 330), seconds(1), now);
-    if (now > kStart + seconds(200)) {
-      EXPECT_LT(queue / 330, 12) << "seconds";
-      sum += taken;
+    if (sent.size() > 1 && sent[1].first <= now) {
+      sent.pop_front();
+    }
+    queue = std::min(queue + 0.1 * sent.front().second, 20 * taken);
+    const double came = std::min(queue, 0.1 * taken);
+    queue -= came;
+    pace.came(came, now);
+    const auto unit_now =
+        Duration(static_cast<Duration::rep>(static_cast<double>(unit.count()) * kMost / pace.bytes_per_second()));
+    pace.gave(unit_now);
+    std::vector<Duration> waits{std::min(from_seconds(queue / taken), now - kStart)};
+    if (pace.is_due(now) && pace.look(waits, now)) {
+      sent.emplace_back(now + unit_now, pace.bytes_per_second());
+    }
+    if (now > kStart + seconds(120)) {
+      all += came;
+      waited += queue / taken;
       ++seen;
     }
   }
-  EXPECT_GT(sum / seen, 0.85 * 33);
+  return {all / seen / (0.1 * taken), waited / seen};
+}
+
+TEST(ResultsPace, FindsWhatACoordinatorTakesWhereMoreWaits) {
+  for (const double taken : {900, 330, 100}) {
+    for (const Duration unit : {seconds(1), seconds(10)}) {
+      const auto [part, wait] = after_minutes(taken, unit);
+      EXPECT_GT(part, 0.9) << taken << ' ' << unit;
+      EXPECT_LT(wait, 10) << taken << ' ' << unit;
+    }
+  }
 }
 
 TEST(ResultsPace, SomeResultsComeHoweverLongTheyWait) {
   ResultsPace pace(kMost, kStart);
-  for (Time now = kStart; now < kStart + seconds(3600); now += seconds(1)) {
-    (void)pace.waited(seconds(10), {}, now);
+  for (Time now = kStart + seconds(2); now < kStart + seconds(600); now += seconds(2)) {
+    pace.came(0.01, now - seconds(1));
+    (void)look(pace, now, {seconds(10)});
   }
   EXPECT_DOUBLE_EQ(pace.bytes_per_second(), kMost / 64);
 }

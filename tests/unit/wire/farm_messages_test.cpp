@@ -429,6 +429,12 @@ TEST(FarmMessages, OtherBadMessagesAreNamed) {
   v1::WorkRequest heartbeat;
   heartbeat.mutable_heartbeat()->mutable_leases()->Resize(static_cast<int>(kMaxListedLeases) + 1, 1);
   EXPECT_EQ(error_of(from_wire(heartbeat)), "leases: 10001 entries are more than the limit of 10000");
+  for (const int seconds : {-1, 86401}) {
+    heartbeat.mutable_heartbeat()->clear_leases();
+    heartbeat.mutable_heartbeat()->mutable_longest_wait()->set_seconds(seconds);
+    EXPECT_EQ(error_of(from_wire(heartbeat)),
+              fmt::format("heartbeat.longest_wait: must be between 0 and 86400 s, got {} s and 0 ns", seconds));
+  }
 }
 
 TEST(Bytes, AHashKeepsItsCanonicalOrder) {

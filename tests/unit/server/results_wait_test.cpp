@@ -1,0 +1,235 @@
+// Workers whose results wait long for their acknowledgement are given longer ranges.
+#include "server/scheduling/unit_size.h"
+#include "tests/unit/server/coordinator_fixture.h"
+
+namespace lightmill::test {
+namespace {
+
+using std::chrono::milliseconds;
+using std::chrono::seconds;
+
+constexpr double kMiB = 1024 * 1024;
+
+class ResultsWaitTest : public CoordinatorTest {
+ protected:
+  void restart_with(double bytes_per_second) {
+    limits.result_bytes_per_second = bytes_per_second;
+    restart({});
+  }
+  double rate() const { return coordinator->census().results_rate; }
+  void say_wait(SessionId session, Duration wait) { say(session, WorkerHeartbeat{{}, wait}); }
+  void say_nothing(SessionId session) { say(session, WorkerHeartbeat{}); }
+  /// The results of a lease of a second and more, what they cost to take in.
+  double render(SessionId session, const LeaseGrant& grant) {
+    double bytes = 0;
+    for (const TileId tile : grant.unit.tiles) {
+      WorkerResult one = result(grant, tile, 0.1 * static_cast<double>(grant.unit.range.count()));
+      bytes += static_cast<double>(one.node.values.size() * sizeof(float)) + kBytesOfAResult;
+      say(session, std::move(one));
+    }
+    return bytes;
+  }
+  /// Of so many leases, the samples of the longest range.
+  std::uint64_t longest_range(SessionId session, int leases = 100) {
+    std::uint64_t most = 0;
+    for (int i = 0; i < leases; ++i) {
+      const LeaseGrant grant = got<LeaseGrant>(session).back();
+      most = std::max(most, grant.unit.range.count());
+      render(session, grant);
+    }
+    return most;
+  }
+  /// A worker whose results wait long, so that the pace is a quarter: they are few.
+  SessionId slowed(std::uint32_t threads) {
+    const SessionId session = connect("w", threads);
+    render(session, got<LeaseGrant>(session).at(0));
+    pass(seconds(2));
+    say_wait(session, seconds(10));
+    EXPECT_DOUBLE_EQ(rate(), limits.result_bytes_per_second / 4);
+    return session;
+  }
+};
+
+TEST_F(ResultsWaitTest, RangesAreLongerUntilNobodyWaitsAnyMore) {
+  // A thousand threads: their results of 118 KiB may be 192 MiB a second, one of each in 0.6 s.
+  const JobId job = submit(spec("r1", 1u << 20, {0, 0, 192, 192}));
+  const SessionId session = connect("w", 1000);
+  EXPECT_EQ(longest_range(session), 8u) << "0.1 s a sample, units of up to 1.2 s";
+  pass(seconds(2));
+  say_wait(session, seconds(10));
+  EXPECT_EQ(longest_range(session), 32u) << "few came, so that a quarter may from now on";
+  for (int i = 0; i < 60; ++i) {
+    pass(seconds(2));
+    say_wait(session, milliseconds(10));
+  }
+  EXPECT_EQ(longest_range(session), 8u);
+  EXPECT_EQ(status(job).state, JobState::running);
+}
+
+TEST_F(ResultsWaitTest, NineTenthsOfWhatCameMayComeFromNowOn) {
+  restart_with(4 * kMiB);
+  submit(spec("r1", 1u << 20, {0, 0, 1024, 1024}));
+  const SessionId session = connect("w", 10);
+  double bytes = 0;
+  for (int i = 0; bytes < 5 * kMiB; ++i) {
+    bytes += render(session, got<LeaseGrant>(session).at(static_cast<std::size_t>(i)));
+  }
+  pass(seconds(2));
+  say_wait(session, seconds(4));
+  EXPECT_DOUBLE_EQ(rate(), 0.9 * bytes / 2);
+}
+
+TEST_F(ResultsWaitTest, WhatIsGivenOutIsRenderedBeforeItIsLookedAgain) {
+  restart_with(40 * kMiB);  // a thousand threads' results in 2.9 s, a quarter of it in 11.5: units of 23 s
+  submit(spec("r1", 1u << 20, {0, 0, 192, 192}));
+  const SessionId session = slowed(1000);
+  double before = rate();
+  const Time changed = now;
+  std::vector<double> after;
+  while (after.size() < 2) {
+    pass(seconds(2));
+    longest_range(session, 1);
+    say_wait(session, milliseconds(10));
+    if (rate() != before) {
+      before = rate();
+      after.push_back(to_seconds(now - changed));
+    }
+  }
+  // Twice units of 5.8 s, and two of looking at what comes; then as long as it is looked away at most.
+  EXPECT_NEAR(after[0], 2 * 5.76 + 2, 2);
+  EXPECT_NEAR(after[1] - after[0], 32, 2);
+}
+
+TEST_F(ResultsWaitTest, EachWorkerHasOneVoice) {
+  submit(spec("r1", 1u << 20, {0, 0, 192, 192}));
+  const SessionId bad = connect("bad"), good = connect("good"), other = connect("other");
+  render(good, got<LeaseGrant>(good).at(0));
+  say_wait(good, milliseconds(10));
+  say_wait(other, milliseconds(10));
+  for (int i = 0; i < 100; ++i) {
+    pass(milliseconds(100));
+    say_wait(bad, std::chrono::hours(24));
+    say_nothing(good);
+  }
+  EXPECT_EQ(rate(), limits.result_bytes_per_second);
+  // Those that are to leave have none.
+  coordinator->worker_message(good, WorkerDraining{}, now, unix_ms(), step);
+  coordinator->worker_message(other, WorkerDraining{}, now, unix_ms(), step);
+  flush();
+  render(bad, got<LeaseGrant>(bad).at(0));
+  pass(seconds(2));
+  say_wait(bad, std::chrono::hours(24));
+  EXPECT_LT(rate(), limits.result_bytes_per_second);
+}
+
+TEST_F(ResultsWaitTest, AVoiceEndsWithItsConnection) {
+  submit(spec("r1", 1u << 20, {0, 0, 192, 192}));
+  const SessionId first = connect("w");
+  say_wait(first, seconds(9));
+  coordinator->worker_disconnected(first, now, step);
+  flush();
+  const SessionId again = connect("w");
+  render(again, got<LeaseGrant>(again).back());
+  pass(seconds(2));
+  say_nothing(again);
+  EXPECT_EQ(rate(), limits.result_bytes_per_second);
+}
+
+TEST_F(ResultsWaitTest, WhereNothingCanBeStoredNobodyIsTooFast) {
+  submit(spec("r1", 1u << 20, {0, 0, 192, 192}));
+  const SessionId session = connect("w", 1000);
+  const std::vector<LeaseGrant> grants = got<LeaseGrant>(session);
+  render(session, grants.at(0));
+  coordinator->hold("waits for space", now, step);
+  flush();
+  const auto wait_for = [&](Duration time) {
+    for (const Time until = now + time; now < until;) {
+      pass(seconds(1));
+      longest_range(session, 1);
+      say_wait(session, seconds(10));
+    }
+  };
+  wait_for(seconds(20));
+  coordinator->hold("", now, step);
+  flush();
+  wait_for(seconds(9));
+  EXPECT_EQ(rate(), limits.result_bytes_per_second) << "results still tell of that time";
+  wait_for(seconds(6));
+  EXPECT_LT(rate(), limits.result_bytes_per_second);
+}
+
+TEST_F(ResultsWaitTest, AfterAStandstillNobodyIsTooFast) {
+  submit(spec("r1", 1u << 20, {0, 0, 192, 192}));
+  const SessionId session = connect("w", 1000);
+  stand_still(seconds(100));
+  for (int i = 0; i < 9; ++i) {
+    pass(seconds(1));
+    longest_range(session, 1);
+    say_wait(session, seconds(10));
+  }
+  EXPECT_EQ(rate(), limits.result_bytes_per_second);
+}
+
+TEST_F(ResultsWaitTest, OnlyAsMuchOfAnUnknownJobIsTriedAsTheResultsOfHalfASecond) {
+  restart_with(20 * kMiB);
+  submit(spec("r1", 1u << 20, {0, 0, 192, 192}));
+  const SessionId session = slowed(1);
+  (void)session;
+  submit(spec("r2", 1u << 20, {0, 0, 2048, 2048}));
+  std::size_t tried = 0;
+  for (int i = 0; i < 200; ++i) {
+    for (const LeaseGrant& grant : got<LeaseGrant>(connect(fmt::format("w{}", i)))) {
+      tried += grant.unit.job == JobId{2} ? grant.unit.tiles.size() : 0;
+    }
+  }
+  EXPECT_GE(tried, 26u) << "2.5 MiB in nodes of 96 KiB";
+  EXPECT_LE(tried, 34u);
+}
+
+TEST_F(ResultsWaitTest, PeopleAreToldOnceAndWhenItIsOver) {
+  submit(spec("r1", 1u << 20, {0, 0, 192, 192}));
+  const SessionId session = connect("w");
+  std::vector<std::string> told;
+  const auto heartbeat = [&](Duration wait) {
+    pass(seconds(2));
+    longest_range(session, 1);
+    coordinator->worker_message(session, WorkerHeartbeat{{}, wait}, now, unix_ms(), step);
+    for (const Note& note : step.notes) {
+      told.push_back(note.text);
+    }
+    flush();
+  };
+  for (int i = 0; i < 10; ++i) {
+    heartbeat(seconds(9));
+  }
+  ASSERT_EQ(told.size(), 1u);
+  EXPECT_EQ(told[0], "workers' results wait long for the coordinator: they are sent more rarely, each of more samples");
+  for (int i = 0; rate() < limits.result_bytes_per_second; ++i) {
+    ASSERT_LT(i, 200);
+    ASSERT_EQ(told.size(), 1u);
+    heartbeat(milliseconds(10));
+  }
+  ASSERT_EQ(told.size(), 2u);
+  EXPECT_EQ(told[1], "workers' results wait no longer: they are sent as often as before");
+}
+
+TEST_F(ResultsWaitTest, TheMoreWorkersThereAreTheMoreRarelyTheySayThatTheyLive) {
+  Duration last{};
+  const auto until = [&](int workers) {
+    for (int i = static_cast<int>(coordinator->counts().workers.size()); i < workers; ++i) {
+      last = got<Welcome>(connect(fmt::format("w{}", i))).at(0).heartbeat_interval;
+    }
+    return last;
+  };
+  EXPECT_EQ(until(1), limits.heartbeat_interval);
+  EXPECT_EQ(until(1000), limits.heartbeat_interval);
+  EXPECT_EQ(until(2000), seconds(4));
+  EXPECT_EQ(until(3000), limits.lease_duration / 4) << "or leases would be lost";
+  limits.lease_duration = std::chrono::hours(1);
+  limits.silence = seconds(12);
+  restart({});
+  EXPECT_EQ(until(2000), seconds(3)) << "or workers would be hung up on";
+}
+
+}  // namespace
+}  // namespace lightmill::test
