@@ -47,14 +47,16 @@ bool ResultsPace::look(std::vector<Duration>& waits, Time now) {
     return false;
   }
   const double before = rate_;
+  Duration wait{};
   if (!waits.empty()) {
     const auto middle = waits.begin() + static_cast<std::ptrdiff_t>(waits.size() / 2);
     std::ranges::nth_element(waits, middle);
-    if (*middle > kLongWait && came > 0) {
+    wait = *middle;
+    if (wait > kLongWait && came > 0) {
       // If less was asked for already, what is too much was asked for before.
       const double cut = std::max({kPartOfWhatCame * came, kMostCut * rate_, kLeastPart * most_});
       rate_ = std::min(rate_, cut);
-    } else if (*middle < kShortWait) {
+    } else if (wait < kShortWait) {
       rate_ = std::min(kMore * rate_, most_);
     }
   } else if (came == 0) {
@@ -63,8 +65,8 @@ bool ResultsPace::look(std::vector<Duration>& waits, Time now) {
   if (rate_ == before) {
     return false;
   }
-  // What was given out before is rendered, and the one ahead of it.
-  look_away(now + std::min(2 * unit, kLongestAway));
+  // What was given out before is rendered, and the one ahead of it, and waits as long as others did.
+  look_away(now + std::min(2 * unit + wait, kLongestAway));
   return true;
 }
 

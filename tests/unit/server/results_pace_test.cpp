@@ -21,7 +21,7 @@ bool look(ResultsPace& pace, Time now, std::vector<Duration> waits) {
   return pace.look(waits, now);
 }
 
-/// One that was cut to `rate`, at 102 s; it looks away for twice `unit`.
+/// One that was cut to `rate` at 102 s, when results waited 4 s; it looks away for twice `unit` and these.
 ResultsPace cut_to(double rate, Duration unit = {}) {
   ResultsPace pace(kMost, kStart);
   pace.came(2 * rate / 0.9, kStart);
@@ -66,14 +66,14 @@ TEST(ResultsPace, IsCutByThreeQuartersAtMostAndNotForNothing) {
 
 TEST(ResultsPace, IsNotCutForWhatWasAskedForBefore) {
   ResultsPace pace = cut_to(450);
-  pace.came(1000, kStart + seconds(3));
-  EXPECT_FALSE(look(pace, kStart + seconds(4), {seconds(9)})) << "500 are taken in, 450 asked for";
+  pace.came(1000, kStart + seconds(6));
+  EXPECT_FALSE(look(pace, kStart + seconds(8), {seconds(9)})) << "500 are taken in, 450 asked for";
   EXPECT_NEAR(pace.bytes_per_second(), 450, 1e-9);
 }
 
 TEST(ResultsPace, WhatWasGivenOutBeforeAChangeIsNotHeldAgainstIt) {
   ResultsPace pace = cut_to(630, seconds(10));
-  const Time there = kStart + seconds(2 + 20);
+  const Time there = kStart + seconds(2 + 20 + 4);
   pace.came(1, there - seconds(1));
   EXPECT_EQ(pace.heard_from(there), there);
   EXPECT_FALSE(pace.is_due(there + milliseconds(1999)));
@@ -83,21 +83,21 @@ TEST(ResultsPace, WhatWasGivenOutBeforeAChangeIsNotHeldAgainstIt) {
 }
 
 TEST(ResultsPace, LooksAgainAfterHalfAMinuteHoweverLongUnitsAre) {
-  ResultsPace pace = cut_to(630, seconds(1000));
+  const ResultsPace pace = cut_to(630, seconds(1000));
   EXPECT_TRUE(pace.is_due(kStart + seconds(2 + 30 + 2)));
 }
 
 TEST(ResultsPace, GrowsByAFifthWhileResultsComeAndDoublesWhileNothingIsToDo) {
   ResultsPace pace = cut_to(250);
-  pace.came(1, kStart + seconds(3));
-  EXPECT_FALSE(look(pace, kStart + seconds(4), {milliseconds(1500)})) << "neither long nor short";
-  pace.came(1, kStart + seconds(5));
-  EXPECT_TRUE(look(pace, kStart + seconds(6), {milliseconds(900)}));
+  pace.came(1, kStart + seconds(6));
+  EXPECT_FALSE(look(pace, kStart + seconds(8), {milliseconds(1500)})) << "neither long nor short";
+  pace.came(1, kStart + seconds(9));
+  EXPECT_TRUE(look(pace, kStart + seconds(10), {milliseconds(900)}));
   EXPECT_NEAR(pace.bytes_per_second(), 300, 1e-9);
-  pace.came(1, kStart + seconds(7));
-  EXPECT_FALSE(look(pace, kStart + seconds(8), {})) << "nobody has said how long they wait";
-  EXPECT_TRUE(look(pace, kStart + seconds(10), {}));
-  EXPECT_TRUE(look(pace, kStart + seconds(12), {}));
+  pace.came(1, kStart + seconds(11));
+  EXPECT_FALSE(look(pace, kStart + seconds(13), {})) << "nobody has said how long they wait";
+  EXPECT_TRUE(look(pace, kStart + seconds(15), {}));
+  EXPECT_TRUE(look(pace, kStart + seconds(17), {}));
   EXPECT_EQ(pace.bytes_per_second(), kMost);
 }
 
@@ -169,7 +169,10 @@ TEST(ResultsPace, SomeResultsComeHoweverLongTheyWait) {
   ResultsPace pace(kMost, kStart);
   for (Time now = kStart + seconds(2); now < kStart + seconds(600); now += seconds(2)) {
     pace.came(0.01, now - seconds(1));
-    (void)look(pace, now, {seconds(10)});
+    std::vector<Duration> waits{seconds(10)};
+    if (pace.is_due(now)) {
+      pace.look(waits, now);
+    }
   }
   EXPECT_DOUBLE_EQ(pace.bytes_per_second(), kMost / 64);
 }
