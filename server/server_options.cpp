@@ -140,7 +140,8 @@ Status check_options(const ServerOptions& options) {
     LM_RETURN_IF_ERROR(of_option("--health", parse_host_port(options.health).status()));
   }
   return options.heartbeat_seconds * 2 > options.lease_seconds
-             ? invalid_argument("--lease-seconds must be at least twice --heartbeat-seconds")
+             ? invalid_argument("--lease-seconds {} is less than twice --heartbeat-seconds, which is {}",
+                                options.lease_seconds, options.heartbeat_seconds)
              : ok_status();
 }
 
@@ -185,8 +186,8 @@ std::optional<int> parse_server_options(int argc, char** argv, ServerOptions& op
             "a worker that is silent for so long loses its work");
   add_limit(
       app, "--heartbeat-seconds", options.heartbeat_seconds, "SECONDS", {0.1, 600.0},
-      "how often workers say that they live, where they are few; more rarely the more there are, within a quarter of "
-      "--lease-seconds");
+      "how often workers say that they live, where they are few; where they are hundreds it is longer, by itself up to "
+      "a quarter of --lease-seconds");
   add_limit(app, "--unit-seconds", options.unit_seconds, "SECONDS", {0.05, 60.0},
             "how long a worker should work on one unit, at least");
   add_limit(

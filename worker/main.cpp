@@ -12,6 +12,7 @@
 #include "common/base/log.h"
 #include "common/base/machine_memory.h"
 #include "common/base/openjd.h"
+#include "common/base/quantities.h"
 #include "common/base/signals.h"
 #include "common/base/text.h"
 #include "common/command_docs/describe_option.h"
@@ -201,7 +202,7 @@ int run(int argc, char** argv) {
   }
   spdlog::info("worker {} starts: it renders a test picture, whose bits tell its fingerprint class", options.name);
   const WorkerOptions worker = worker_options(options);
-  spdlog::info("worker {}: {} threads, fingerprint class {}", options.name, options.threads,
+  spdlog::info("worker {}: {}, fingerprint class {}", options.name, counted(options.threads, "thread"),
                worker.session.fingerprint_class);
   WorkerLoop loop(worker, system_clock());
   target.set(&loop);

@@ -138,8 +138,8 @@ void Coordinator::State::saw_clock(Time now, std::int64_t unix_milliseconds, Ste
 }
 
 void Coordinator::State::awake(Duration late, Time now, Step& step) {
-  note(step, Note::Level::warning, Subject{}, "the coordinator has stood still for {:.0f} s: workers get as long again",
-       to_seconds(late));
+  note(step, Note::Level::warning, Subject{},
+       "the coordinator has stood still, and was {:.0f} s late: workers get as long again", to_seconds(late));
   for (auto& [id, lease] : leases) {
     set_deadline(lease,
                  std::max(lease.deadline, now + (lease.abandoned ? limits.disconnect_grace : limits.lease_duration)));
