@@ -285,7 +285,7 @@ class SlurmTest(unittest.TestCase):
         scaler = self.start_autoscale(log, "--max", "3")
         time.sleep(2)
         self.assertEqual(self.slurm_jobs(), [], "nothing is wanted")
-        small, long = self.farm.submit(4, 300), self.farm.submit(5, 8000)
+        small, long = self.farm.submit(4, 300), self.farm.submit(5, 24000)
         wait_until("the most that it may start", lambda: len(self.farm.workers()) == 3, 120)
         self.assertEqual(len(self.slurm_jobs()), 3)
         # Whoever has something to render is wanted, so fewer are while a job goes on only where fewer may be.
@@ -298,7 +298,7 @@ class SlurmTest(unittest.TestCase):
         [left] = self.farm.workers()
         self.expect_drained(set(before) - {left})
         self.expect_quiet_film(small, 4, 300)
-        self.expect_quiet_film(long, 5, 8000)
+        self.expect_quiet_film(long, 5, 24000)
         wait_until("none is wanted any more", lambda: not self.slurm_jobs() and not self.farm.workers(), 60)
         more = self.farm.submit(6, 300)
         wait_until("one comes", self.slurm_jobs, 60)
