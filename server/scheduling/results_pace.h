@@ -14,7 +14,8 @@ namespace lightmill {
 /// wait long it grows by a part, and what is found to be too much is cut to less than what came in.
 ///
 /// Each worker has one voice, and the median of them counts: what few of them say, however often, moves nothing.
-/// Units that are out keep their length: after each change the pace looks away for as long as those take.
+/// Units that are out keep their length: after each change the pace looks away for as long as those take, half a
+/// minute at most.
 class ResultsPace {
  public:
   /// Begins with `most`.
