@@ -1,7 +1,7 @@
 # The few functions that declare libraries, programs and tests.
 
-# Headers that nearly every file wants, compiled once for all targets (they all have the same flags). Named here, not in a
-# file of ours, whose path would be in what is compiled: so ccache finds it, and all that has it, from other checkouts.
+# Headers that nearly every file includes, compiled once. They are listed here and not in a file of ours, because the path
+# of such a file would become part of what is compiled, and ccache could not share results between checkouts.
 set(LIGHTMILL_PCH_HEADERS
   <fmt/format.h> <algorithm> <array> <bit> <chrono> <cmath> <compare> <cstddef> <cstdint> <cstring> <deque>
   <filesystem> <functional> <limits> <map> <memory> <mutex> <numeric> <optional> <set> <span> <string> <string_view>
@@ -10,31 +10,52 @@ add_library(lightmill_pch STATIC ${PROJECT_SOURCE_DIR}/cmake/pch.cpp)
 target_precompile_headers(lightmill_pch PRIVATE ${LIGHTMILL_PCH_HEADERS})
 target_link_libraries(lightmill_pch PUBLIC fmt::fmt)
 
-# Libraries of what runs for every ray copy structs of eight lanes 32 bytes at a time. GCC's default of 16 makes whoever
-# reads the whole wait. A flag must be the precompiled header's too, hence another one.
-add_library(lightmill_kernel_pch STATIC ${PROJECT_SOURCE_DIR}/cmake/pch.cpp)
-target_precompile_headers(lightmill_kernel_pch PRIVATE ${LIGHTMILL_PCH_HEADERS})
-target_link_libraries(lightmill_kernel_pch PUBLIC fmt::fmt)
-set(LIGHTMILL_KERNEL_OPTIONS "")
-if(CMAKE_CXX_COMPILER_ID STREQUAL "GNU" AND CMAKE_CXX_COMPILER_VERSION VERSION_GREATER_EQUAL 12)
-  set(LIGHTMILL_KERNEL_OPTIONS -mmove-max=256 -mstore-max=256)
-endif()
-target_compile_options(lightmill_kernel_pch PRIVATE ${LIGHTMILL_KERNEL_OPTIONS})
+# Unity builds: up to sixteen source files of a target are compiled as one, which halves the time. The files of a target share
+# one anonymous namespace then. OFF compiles each file by itself, and finds missing includes.
+option(LIGHTMILL_UNITY "compile several source files of a target as one" ON)
 
-# lightmill_library(NAME [KERNEL] [SOURCES a.cpp ...] [DEPS lib ...]): the static library lightmill_NAME; without SOURCES,
-# headers only. KERNEL: of what runs for every ray.
+# Code that runs per ray or per pixel. It copies structs of eight lanes 32 bytes at a time: GCC's default of 16 stalls every
+# read of the whole struct.
+set(LIGHTMILL_KERNEL_OPTIONS "")
+if(CMAKE_BUILD_TYPE STREQUAL "Release")
+  list(APPEND LIGHTMILL_KERNEL_OPTIONS -O3)
+endif()
+if(CMAKE_CXX_COMPILER_ID STREQUAL "GNU" AND CMAKE_CXX_COMPILER_VERSION VERSION_GREATER_EQUAL 12)
+  list(APPEND LIGHTMILL_KERNEL_OPTIONS -mmove-max=256 -mstore-max=256)
+endif()
+
+# lightmill_sources(TARGET KIND): how the sources of a target are compiled. KIND is KERNEL, SHELL (reads options and calls
+# the rest: it is compiled fast rather than made fast) or empty.
+function(lightmill_sources target kind)
+  set_target_properties(${target} PROPERTIES UNITY_BUILD ${LIGHTMILL_UNITY} UNITY_BUILD_BATCH_SIZE 16)
+  if(LIGHTMILL_UNITY AND CMAKE_CXX_COMPILER_ID STREQUAL "GNU")
+    # It means that each file with the type has another one, which a single unit cannot have.
+    target_compile_options(${target} PRIVATE -Wno-subobject-linkage)
+  endif()
+  if(kind STREQUAL "KERNEL")
+    target_compile_options(${target} PRIVATE ${LIGHTMILL_KERNEL_OPTIONS})
+  elseif(kind STREQUAL "SHELL")
+    target_compile_options(${target} PRIVATE -O1)
+  else()
+    target_precompile_headers(${target} REUSE_FROM lightmill_pch)
+  endif()
+endfunction()
+
+# lightmill_library(NAME [KERNEL | SHELL] [SOURCES a.cpp ...] [DEPS lib ...] [PRIVATE_DEPS lib ...]): the static library
+# lightmill_NAME; without SOURCES, headers only.
 function(lightmill_library name)
-  cmake_parse_arguments(ARG "KERNEL" "" "SOURCES;DEPS;PRIVATE_DEPS" ${ARGN})
+  cmake_parse_arguments(ARG "KERNEL;SHELL" "" "SOURCES;DEPS;PRIVATE_DEPS" ${ARGN})
   if(ARG_SOURCES)
+    set(kind "")
+    if(ARG_KERNEL)
+      set(kind KERNEL)
+    elseif(ARG_SHELL)
+      set(kind SHELL)
+    endif()
     add_library(lightmill_${name} STATIC ${ARG_SOURCES})
     target_include_directories(lightmill_${name} PUBLIC ${PROJECT_SOURCE_DIR})
     target_link_libraries(lightmill_${name} PUBLIC ${ARG_DEPS} fmt::fmt PRIVATE ${ARG_PRIVATE_DEPS})
-    if(ARG_KERNEL)
-      target_compile_options(lightmill_${name} PRIVATE ${LIGHTMILL_KERNEL_OPTIONS})
-      target_precompile_headers(lightmill_${name} REUSE_FROM lightmill_kernel_pch)
-    else()
-      target_precompile_headers(lightmill_${name} REUSE_FROM lightmill_pch)
-    endif()
+    lightmill_sources(lightmill_${name} "${kind}")
   else()
     add_library(lightmill_${name} INTERFACE)
     target_include_directories(lightmill_${name} INTERFACE ${PROJECT_SOURCE_DIR})
@@ -47,7 +68,7 @@ function(lightmill_program name)
   cmake_parse_arguments(ARG "" "" "SOURCES;DEPS" ${ARGN})
   add_executable(${name} ${ARG_SOURCES})
   target_link_libraries(${name} PRIVATE ${ARG_DEPS})
-  target_precompile_headers(${name} REUSE_FROM lightmill_pch)
+  lightmill_sources(${name} SHELL)
 endfunction()
 
 # lightmill_test(NAME [WHOLE] LABELS a b SOURCES ... DEPS ...): a GoogleTest program; each of its tests is one ctest with the

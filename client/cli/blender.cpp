@@ -14,7 +14,7 @@ namespace lightmill::cli {
 namespace fs = std::filesystem;
 namespace {
 
-constexpr std::size_t kLogTail = 1000;  // bytes
+constexpr std::size_t kBlenderLogTail = 1000;  // bytes
 
 /// A folder of our own that goes when we do.
 class TemporaryFolder {
@@ -65,7 +65,7 @@ Result<std::string> find_blender() {
 
 std::string tail_of(const fs::path& log) {
   const Result<std::string> text = read_file(log);
-  return !text.ok() ? "" : text->size() <= kLogTail ? *text : text->substr(text->size() - kLogTail);
+  return !text.ok() ? "" : text->size() <= kBlenderLogTail ? *text : text->substr(text->size() - kBlenderLogTail);
 }
 
 Status run_blender(const fs::path& scene, const TemporaryFolder& folder, Signals& signals) {

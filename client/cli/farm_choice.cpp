@@ -3,6 +3,8 @@
 #include <charconv>
 #include <cstdlib>
 
+#include "client/cli/units.h"
+
 namespace lightmill::cli {
 namespace {
 
@@ -52,7 +54,7 @@ Status check_address(const GivenAddress& given) {
 /// How this caller shows the farm at `addresses` who it is.
 Result<CallerTexts> read_caller(const CommonOptions& options, const std::string& addresses) {
   return lightmill::read_caller(options.caller, CLI::detail::split(addresses, ','),
-                                system_clock().unix_milliseconds() / 1000);
+                                now_unix_s());
 }
 
 }  // namespace

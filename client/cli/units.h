@@ -6,11 +6,19 @@
 #include <string_view>
 #include <utility>
 
+#include "common/base/clock.h"
 #include "common/base/quantities.h"
 #include "common/base/status.h"
 #include "common/film/tile_grid.h"
 
 namespace lightmill::cli {
+
+inline constexpr std::int64_t kDaySeconds = 24 * 60 * 60;
+
+/// Seconds since 1970 by this machine's clock.
+inline std::int64_t now_unix_s() {
+  return system_clock().unix_milliseconds() / 1000;
+}
 
 /// The two largest units: "0.4 s", "12 s", "3 min 05 s", "2 h 03 min", "4 d 03 h"; "?" for negative (unknown) times.
 std::string human_seconds(double seconds);

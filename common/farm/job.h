@@ -61,6 +61,10 @@ enum class GoalLimit { none, samples, seconds, error };
 
 enum class JobState { queued, running, paused, done, failed, cancelled };
 
+inline bool has_ended(JobState state) {
+  return state == JobState::done || state == JobState::failed || state == JobState::cancelled;
+}
+
 /// How a job came by its method, and what is to be known of it. No part of the render digest.
 struct MethodNotes {
   bool chosen = false;               ///< for the client who asked for `auto`; else asked for by name

@@ -10,7 +10,7 @@
 namespace lightmill {
 namespace {
 
-constexpr std::uint32_t kMaxSide = 65536;  // pixels
+constexpr std::uint32_t kMaxPngSide = 65536;  // pixels
 constexpr std::size_t kMaxDecodedBytes = std::size_t{1} << 31;
 
 struct ContextDeleter {
@@ -55,7 +55,7 @@ Result<RgbImage> decode_png(ByteView bytes) {
   constexpr std::string_view kWhat = "not a readable PNG file";
   const Context context(spng_ctx_new(0));
   LM_CHECK(context != nullptr, "out of memory");
-  spng_set_image_limits(context.get(), kMaxSide, kMaxSide);
+  spng_set_image_limits(context.get(), kMaxPngSide, kMaxPngSide);
   if (const int code = spng_set_png_buffer(context.get(), bytes.data(), bytes.size()); code != 0) {
     return png_error(kWhat, code);
   }

@@ -1,6 +1,9 @@
 #include "common/lights/light_choice.h"
 
+#include <algorithm>
+
 #include "common/base/check.h"
+#include "common/sampling/discrete.h"
 
 namespace lightmill {
 namespace {
@@ -9,15 +12,6 @@ namespace {
 constexpr double kLeastShare = 1.0 / 64;
 /// Beside distant lights, whose flux grows with the scene, those that are somewhere get no less and no more than this.
 constexpr double kLeastBounded = 0.25, kMostBounded = 0.75;
-
-double sum_of(std::span<const double> values) {
-  double sum = 0;
-  for (const double v : values) {
-    sum += v;
-  }
-  return sum;
-}
-
 /// Scales `bounded` so that it has its share beside `distant`.
 void balance(std::span<double> bounded, std::span<const double> distant) {
   const double near = sum_of(bounded), far = sum_of(distant);

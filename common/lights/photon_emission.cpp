@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "common/lights/photon_fluxes.h"
+#include "common/sampling/discrete.h"
 
 namespace lightmill {
 namespace {
@@ -20,14 +21,6 @@ constexpr double kLeastLightShare = 1.0 / 64, kLeastTargetShare = 0x1p-12;
 constexpr float kAhead = 0x1p-6f;
 /// Planes that light runs along up to rounding are not crossed.
 constexpr float kAlongPlane = 0x1p-22f;
-
-double sum_of(std::span<const double> values) {
-  double sum = 0;
-  for (const double v : values) {
-    sum += v;
-  }
-  return sum;
-}
 
 void raise_least(std::span<double> fluxes) {
   const double least = sum_of(fluxes) / static_cast<double>(fluxes.size()) * kLeastLightShare;

@@ -83,11 +83,11 @@ Vec3 blurred(const Arriving& light, const Vec3& direction, float alpha) {
   return Vec3{sum_of(sum.x), sum_of(sum.y), sum_of(sum.z)} / (4 * kPi * wide2 * kDraws);
 }
 
-struct Sums {
+struct RadianceSums {
   std::array<double, 3> arriving{}, weighted{};
 };
 
-void add(const Arriving& light, const CasterLobe& lobe, Sums& sums) {
+void add(const Arriving& light, const CasterLobe& lobe, RadianceSums& sums) {
   const auto alpha = static_cast<float>(lobe.alpha);
   for (std::size_t i = 0; i < light.weight.size(); ++i) {
     const VectorLanes directions(light.direction[i]), weights(light.weight[i]);
@@ -134,7 +134,7 @@ Vec3 shown_lamp_radiance(const CompiledScene& scene) {
   if (scene.lights().empty() || places.casters.empty()) {
     return Vec3{0};
   }
-  Sums sums;
+  RadianceSums sums;
   int place = 0;
   for (const std::size_t caster : chosen_casters(places)) {
     const BoundingSphere& around = std::isfinite(places.casters[caster].radius) ? places.casters[caster] : places.scene;

@@ -10,25 +10,25 @@
 namespace lightmill {
 namespace {
 
-constexpr int kPatchSide = 2;        ///< pixels
+constexpr int kNoisePatchSide = 2;        ///< pixels
 constexpr int kLeastCellSide = 8;    ///< pixels: so close that no edge runs between patches
-constexpr std::uint32_t kLevel = 4;  ///< log2 of the samples
+constexpr std::uint32_t kNoiseLevel = 4;  ///< log2 of the samples
 /// Beyond the first points of a sequence, and where most of an adaptive job's samples are.
 constexpr std::uint32_t kFirst = 64;
 constexpr std::uint64_t kNoiseSeed = 0xc2b2ae3d27d4eb4fu;  ///< any constant
 
-struct Sums {
+struct PatchSums {
   std::vector<double> values;  ///< half A, then half B, each RGB planes
   CountedCost cost;
 };
 
 /// The sums over all samples of each patch.
-Result<std::vector<Sums>> sample(const Method& method, const MethodSpec& spec, std::span<const PixelRect> patches,
+Result<std::vector<PatchSums>> sample(const Method& method, const MethodSpec& spec, std::span<const PixelRect> patches,
                                  const std::stop_token& stop) {
-  const std::uint32_t level = level_at_a_time(spec, kLevel);
+  const std::uint32_t level = level_at_a_time(spec, kNoiseLevel);
   const std::unique_ptr<Workspace> workspace = method.make_workspace();
-  std::vector<Sums> all(patches.size());
-  for (std::uint32_t piece = 0; piece < 1u << (kLevel - level); ++piece) {
+  std::vector<PatchSums> all(patches.size());
+  for (std::uint32_t piece = 0; piece < 1u << (kNoiseLevel - level); ++piece) {
     for (std::size_t i = 0; i < patches.size(); ++i) {
       if (stop.stop_requested()) {
         return cancelled("the pilot was stopped");
@@ -48,8 +48,8 @@ Result<std::vector<Sums>> sample(const Method& method, const MethodSpec& spec, s
 }
 
 /// (A − B)²/4 is the variance of the mean of all samples; A·B, where it is positive, estimates r².
-double variance_of(const Sums& sums) {
-  constexpr double kCount = 1u << kLevel;
+double variance_of(const PatchSums& sums) {
+  constexpr double kCount = 1u << kNoiseLevel;
   const std::size_t half = sums.values.size() / 2;
   double sum = 0;
   for (std::size_t i = 0; i < half; ++i) {
@@ -63,7 +63,7 @@ double variance_of(const Sums& sums) {
 
 int noise_cell_side(const PixelRect& film, std::int64_t most_pixels) {
   int side = kLeastCellSide;
-  while (film.pixel_count() * kPatchSide * kPatchSide > most_pixels * side * side) {
+  while (film.pixel_count() * kNoisePatchSide * kNoisePatchSide > most_pixels * side * side) {
     side *= 2;
   }
   return side;
@@ -72,9 +72,9 @@ int noise_cell_side(const PixelRect& film, std::int64_t most_pixels) {
 std::vector<PixelRect> noise_patches(const PixelRect& tile, int cell_side) {
   std::vector<PixelRect> patches;
   for (int y = 0; y < tile.height; y += cell_side) {
-    const int height = std::min(cell_side, tile.height - y), high = std::min(height, kPatchSide);
+    const int height = std::min(cell_side, tile.height - y), high = std::min(height, kNoisePatchSide);
     for (int x = 0; x < tile.width; x += cell_side) {
-      const int width = std::min(cell_side, tile.width - x), wide = std::min(width, kPatchSide);
+      const int width = std::min(cell_side, tile.width - x), wide = std::min(width, kNoisePatchSide);
       patches.push_back({tile.x + x + (width - wide) / 2, tile.y + y + (height - high) / 2, wide, high});
     }
   }
@@ -86,7 +86,7 @@ Result<Gain> find_allocation(const std::shared_ptr<const CompiledScene>& scene, 
   LM_ASSIGN_OR_RETURN(const MethodSpec spec, parse_method(settings.method));
   LM_ASSIGN_OR_RETURN(const std::unique_ptr<Method> method,
                       make_method(scene, {settings.method, settings.seed ^ kNoiseSeed, settings.max_bounces}));
-  constexpr double kCount = 1u << kLevel;
+  constexpr double kCount = 1u << kNoiseLevel;
   const TileGrid& grid = settings.grid;
   const int cell_side = noise_cell_side(grid.crop(), settings.most_pixels);
   const auto region_of = [&, across = cell_side / kLeastCellSide](std::uint32_t tile) {
@@ -102,7 +102,7 @@ Result<Gain> find_allocation(const std::shared_ptr<const CompiledScene>& scene, 
       regions.push_back(region_of(tile));
     }
   }
-  LM_ASSIGN_OR_RETURN(const std::vector<Sums> sums, sample(*method, spec, patches, stop));
+  LM_ASSIGN_OR_RETURN(const std::vector<PatchSums> sums, sample(*method, spec, patches, stop));
   std::vector<TileNoise> seen(tiles);  // by region, sums over pixels
   double shared_cost = 0;
   for (std::size_t i = 0; i < patches.size(); ++i) {

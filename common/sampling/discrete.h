@@ -1,12 +1,18 @@
 // Choosing one of several by probability.
 #pragma once
 
+#include <numeric>
 #include <span>
 #include <vector>
 
 #include "common/math/simd.h"
 
 namespace lightmill {
+
+/// In double precision, from first to last.
+inline double sum_of(std::span<const double> values) {
+  return std::accumulate(values.begin(), values.end(), 0.0);
+}
 
 /// Appends the cumulative probabilities of weights, from 0 to 1 (weights.size() + 1 of them), and gives the weights'
 /// sum. They are rounded to multiples of 2^-24, the numbers that samples are drawn with: so their differences are

@@ -11,9 +11,6 @@
 namespace lightmill {
 namespace {
 
-/// Vectors shorter than this have lost their direction to rounding.
-constexpr double kNoLength = 1e-290;
-
 /// One pass over the file.
 class ObjReader {
  public:

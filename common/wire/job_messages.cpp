@@ -66,13 +66,6 @@ Result<GoalLimit> from_wire_limit(v1::GoalLimit limit) {
   return found->first;
 }
 
-Status check_length(std::string_view field, std::string_view text, std::size_t limit) {
-  if (text.size() > limit) {
-    return invalid_argument("{}: {} bytes are more than the limit of {}", field, text.size(), limit);
-  }
-  return ok_status();
-}
-
 Status check_film_size(int width, int height, const PixelRect& crop) {
   if (width < 1 || width > kMaxFilmSide || height < 1 || height > kMaxFilmSide) {
     return invalid_argument("width and height must be 1 to {}, got {}x{}", kMaxFilmSide, width, height);
@@ -258,14 +251,14 @@ Result<JobSpec> from_wire(const v1::JobSpec& spec) {
 
 namespace {
 
-void to_wire(const MethodNotes& notes, v1::MethodNotes* out) {
+void notes_to_wire(const MethodNotes& notes, v1::MethodNotes* out) {
   out->set_chosen(notes.chosen);
   out->mutable_reasons()->Assign(notes.reasons.begin(), notes.reasons.end());
   out->mutable_notices()->Assign(notes.notices.begin(), notes.notices.end());
   out->mutable_candidates()->Assign(notes.candidates.begin(), notes.candidates.end());
 }
 
-Result<MethodNotes> from_wire(const v1::MethodNotes& notes) {
+Result<MethodNotes> notes_from_wire(const v1::MethodNotes& notes) {
   MethodNotes out;
   out.chosen = notes.chosen();
   LM_ASSIGN_OR_RETURN(out.reasons, texts_from_wire("method_notes.reasons", notes.reasons()));
@@ -283,7 +276,7 @@ void to_wire(const JobStatus& status, v1::Job* out) {
   out->set_host(status.host);
   out->set_method(status.method);
   if (status.method_notes != MethodNotes{}) {
-    to_wire(status.method_notes, out->mutable_method_notes());
+    notes_to_wire(status.method_notes, out->mutable_method_notes());
   }
   out->set_fingerprint_class(status.fingerprint_class);
   out->set_parent(status.parent.value);
@@ -343,7 +336,7 @@ Result<JobStatus> from_wire(const v1::Job& job) {
   out.owner = job.owner();
   out.host = job.host();
   out.method = job.method();
-  LM_ASSIGN_OR_RETURN(out.method_notes, from_wire(job.method_notes()));
+  LM_ASSIGN_OR_RETURN(out.method_notes, notes_from_wire(job.method_notes()));
   out.fingerprint_class = job.fingerprint_class();
   out.parent = JobId{job.parent()};
   LM_ASSIGN_OR_RETURN(out.state, from_wire_state(job.state()));

@@ -2,6 +2,9 @@
 #pragma once
 
 #include <cstddef>
+#include <string_view>
+
+#include "common/base/status.h"
 
 namespace lightmill {
 
@@ -20,5 +23,13 @@ inline constexpr std::size_t kMaxPathBytes = 4096;                    ///< of on
 inline constexpr std::size_t kMaxPathsBytes = std::size_t{2} << 20;   ///< of all of them
 inline constexpr std::size_t kMaxInspectionRows = 2'000;              ///< notices, facts, methods or cameras of one
 inline constexpr std::size_t kMaxReasonBytes = 64 * 1024;             ///< of error texts
+
+/// INVALID_ARGUMENT unless `text` has at most `limit` bytes.
+inline Status check_length(std::string_view field, std::string_view text, std::size_t limit) {
+  if (text.size() > limit) {
+    return invalid_argument("{}: {} bytes are more than the limit of {}", field, text.size(), limit);
+  }
+  return ok_status();
+}
 
 }  // namespace lightmill

@@ -10,13 +10,6 @@
 namespace lightmill {
 namespace {
 
-Status check_length(std::string_view field, std::string_view text, std::size_t limit) {
-  if (text.size() > limit) {
-    return invalid_argument("{}: {} bytes are more than the limit of {}", field, text.size(), limit);
-  }
-  return ok_status();
-}
-
 Status check_count(std::string_view field, int count, std::size_t limit) {
   if (static_cast<std::size_t>(count) > limit) {
     return invalid_argument("{}: {} entries are more than the limit of {}", field, count, limit);

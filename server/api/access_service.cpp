@@ -18,7 +18,7 @@ void to_wire(const TokenRecord& token, v1::Token* out) {
   out->set_until_unix_s(token.until_unix_s);
 }
 
-Result<TokenRecord> from_wire(const v1::CreateTokenRequest& request) {
+Result<TokenRecord> token_from_wire(const v1::CreateTokenRequest& request) {
   TokenRecord token;
   token.id = request.id();
   token.name = request.name();
@@ -58,12 +58,6 @@ void to_wire(const Action& action, v1::Action* out) {
   out->set_message(action.message);
 }
 
-grpc::ServerUnaryReactor* finished(grpc::CallbackServerContext* context, const Status& status) {
-  grpc::ServerUnaryReactor* reactor = context->DefaultReactor();
-  reactor->Finish(to_grpc(status));
-  return reactor;
-}
-
 }  // namespace
 
 AccessServiceImpl::Unary* AccessServiceImpl::CreateToken(Context* context, const v1::CreateTokenRequest* request,
@@ -71,7 +65,7 @@ AccessServiceImpl::Unary* AccessServiceImpl::CreateToken(Context* context, const
   return run_change(*loop_, gate_, context, admit(gate_, *context, Rpc::create_token),
                     [this, request, reply](FarmLoop::Turn& turn, const Call& call, About& about) {
                       about.text = request->id() + " for " + request->name();
-                      LM_ASSIGN_OR_RETURN(TokenRecord token, from_wire(*request));
+                      LM_ASSIGN_OR_RETURN(TokenRecord token, token_from_wire(*request));
                       token.made_by = call.caller.name;
                       token.made_unix_s = turn.unix_ms / 1000;
                       const bool is_new = !gate_.find_token(token.id);

@@ -19,10 +19,6 @@ Duration cpu_time() {
   return std::chrono::seconds(time.tv_sec) + std::chrono::nanoseconds(time.tv_nsec);
 }
 
-bool has_ended(JobState state) {
-  return state == JobState::done || state == JobState::failed || state == JobState::cancelled;
-}
-
 }  // namespace
 
 FarmLoop::FarmLoop(Coordinator& farm, ActionLog& actions, Store& store, const Clock& clock, Handlers handlers)

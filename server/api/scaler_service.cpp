@@ -93,12 +93,6 @@ class ActiveStream final : public grpc::ServerWriteReactor<IsActiveResponse>, pu
   grpc::Status final_status_ LM_GUARDED_BY(mutex_);
 };
 
-grpc::ServerUnaryReactor* finished(grpc::CallbackServerContext* context, const Status& status) {
-  grpc::ServerUnaryReactor* reactor = context->DefaultReactor();
-  reactor->Finish(to_grpc(status));
-  return reactor;
-}
-
 }  // namespace
 
 std::shared_ptr<WatchRegistry> ScalerServiceImpl::make_registry() {

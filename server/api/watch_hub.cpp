@@ -13,10 +13,6 @@ constexpr std::size_t kTilesPerMessage = 40;
 /// 2^32 / ((1 + √5) / 2): its multiples modulo 2^32 are spread evenly, and so is every second of them, every third …
 constexpr std::uint32_t kGoldenSection = 0x9e3779b9;
 
-bool has_ended(JobState state) {
-  return state == JobState::done || state == JobState::failed || state == JobState::cancelled;
-}
-
 }  // namespace
 
 void WatchHub::add(JobId job, bool with_tiles, std::shared_ptr<WatchSink> sink) {

@@ -35,8 +35,4 @@ class FarmLook {
   Time next_review_{};
 };
 
-inline bool has_ended(JobState state) {
-  return state == JobState::done || state == JobState::failed || state == JobState::cancelled;
-}
-
 }  // namespace lightmill

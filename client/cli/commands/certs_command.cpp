@@ -3,6 +3,7 @@
 
 #include "client/cli/context.h"
 #include "client/cli/table.h"
+#include "client/cli/units.h"
 #include "common/base/file.h"
 #include "common/security/authority.h"
 #include "common/security/certificate.h"
@@ -13,11 +14,10 @@ namespace {
 namespace fs = std::filesystem;
 using nlohmann::json;
 
-constexpr std::int64_t kDaySeconds = 24 * 60 * 60;
 /// A certificate holds from a little earlier on, for machines whose clocks go slow.
 constexpr std::int64_t kClockSlackSeconds = 5 * 60;
 constexpr std::uint64_t kMaxFileBytes = 1 << 20;
-constexpr std::uint64_t kMaxDays = 36'500;
+constexpr std::uint64_t kMaxCertificateDays = 36'500;
 constexpr const char* kAuthorityCertificate = "ca.pem";
 constexpr const char* kAuthorityKey = "ca.key";
 
@@ -28,10 +28,6 @@ struct CertsOptions {
   std::uint64_t days = 365, authority_days = 3'650;
   bool replace = false;
 };
-
-std::int64_t now_unix_s() {
-  return system_clock().unix_milliseconds() / 1000;
-}
 
 Validity days_from_now(std::uint64_t days) {
   const std::int64_t now = now_unix_s();
@@ -103,7 +99,7 @@ bool is_authority(const std::string& pem) {
   return all.ok() && all->front().authority;
 }
 
-json to_json(const CertificateFacts& facts) {
+json certificate_json(const CertificateFacts& facts) {
   json roles = json::array();
   for (const Role role : kRoles) {
     if (facts.roles.has(role)) {
@@ -150,7 +146,7 @@ Status make_authority_in(const CertsOptions& options, const Console& console) {
   LM_RETURN_IF_ERROR(write(folder / kAuthorityKey, made.key, options.replace));
   LM_RETURN_IF_ERROR(write(certificate, made.certificate, options.replace, Reader::everybody));
   LM_ASSIGN_OR_RETURN(const std::vector<CertificateFacts> facts, read_certificates(made.certificate));
-  json object = to_json(facts.front());
+  json object = certificate_json(facts.front());
   object["file"] = certificate.string();
   object["key_file"] = (folder / kAuthorityKey).string();
   console.object(object);
@@ -197,7 +193,7 @@ Status issue(const CertsOptions& options, const CertificateSubject& subject, con
   LM_ASSIGN_OR_RETURN(const KeyAndCertificate made, issue_certificate(authority, subject, days_from_now(options.days)));
   LM_RETURN_IF_ERROR(write(file, made.certificate + made.key, options.replace));
   LM_ASSIGN_OR_RETURN(const std::vector<CertificateFacts> facts, read_certificates(made.certificate));
-  json object = to_json(facts.front());
+  json object = certificate_json(facts.front());
   object["file"] = file.string();
   console.object(object);
   console.result(fmt::format("{}: '{}', {}, until {}; with its private key", file.string(), facts.front().name,
@@ -214,7 +210,7 @@ Status show(const std::string& file, const Console& console) {
   json objects = json::array();
   std::vector<std::vector<std::string>> rows{{"NAME", "FOR", "FROM", "UNTIL", "SIGNED BY", "SHA-256"}};
   for (const CertificateFacts& facts : *all) {
-    objects.push_back(to_json(facts));
+    objects.push_back(certificate_json(facts));
     rows.push_back({facts.name, what_for(facts), date_text(facts.from_unix_s), date_text(facts.until_unix_s),
                     facts.issuer, facts.fingerprint.hex()});
     if (facts.until_unix_s <= now_unix_s()) {
@@ -228,9 +224,9 @@ Status show(const std::string& file, const Console& console) {
 
 // ---- the command line ----
 
-using Action = std::function<Status(const CertsOptions&, const Console&)>;
+using CertsAction = std::function<Status(const CertsOptions&, const Console&)>;
 
-void run_it(CLI::App* command, Context& context, const std::shared_ptr<CertsOptions>& options, const Action& action) {
+void run_it(CLI::App* command, Context& context, const std::shared_ptr<CertsOptions>& options, const CertsAction& action) {
   add_json_option(*command, context);
   command->callback([&context, options, action] {
     context.run = [options, action](const Console& console) {
@@ -244,7 +240,7 @@ CLI::App* add_issuing(CLI::App& certs, CertsOptions& options, const char* name, 
   CLI::App* command = certs.add_subcommand(name, about);
   command->add_option("DIR", options.folder, "where `certs init` has made the authority")->type_name("DIR")->required();
   command->add_option("--days", options.days, "how long it holds")
-      ->check(whole_number(1, kMaxDays))
+      ->check(whole_number(1, kMaxCertificateDays))
       ->capture_default_str();
   command->add_option("--out", options.out, "the file (default: in DIR, by its name)")->type_name("FILE.pem");
   command->add_flag("--replace", options.replace, "put it in the place of a file of that name, as when it is renewed");
@@ -264,7 +260,7 @@ void add_certs_command(CLI::App& app, Context& context) {
   init->add_option("DIR", options->folder, "a directory for it; made if need be")->type_name("DIR")->required();
   init->add_option("--name", options->name, "what it is called")->capture_default_str();
   init->add_option("--days", options->authority_days, "how long it holds")
-      ->check(whole_number(1, kMaxDays))
+      ->check(whole_number(1, kMaxCertificateDays))
       ->capture_default_str();
   init->add_flag("--replace", options->replace,
                  "put it in the place of another, whose certificates then are worth nothing");

@@ -37,7 +37,7 @@ json meters_json(const std::vector<Meter>& meters) {
   return list;
 }
 
-json to_json(const LoadedScene& loaded, const SceneReport& report) {
+json report_json(const LoadedScene& loaded, const SceneReport& report) {
   const Scene& scene = loaded.scene;
   json out{{"name", scene.name},
            {"width", scene.film.width},
@@ -96,7 +96,7 @@ ExitCode check(const Console& console, const CheckOptions& options, Signals& sig
       return console.fail(status);
     }
   }
-  console.object(to_json(*loaded, *report));
+  console.object(report_json(*loaded, *report));
   print(console, *loaded, *report);
   return kDone;
 }

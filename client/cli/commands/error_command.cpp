@@ -10,7 +10,7 @@
 namespace lightmill::cli {
 namespace {
 
-constexpr const char* kMore =
+constexpr const char* kErrorFooter =
     "relMSE = mean((x-r)²/(r²+0.01)), also without the worst 0.1 % of the pixels; energy ratio; SMAPE, the mean of\n"
     "|x-r|/(|x|+|r|); and the largest difference. FLIP tells how different the two look, from 0 to 1: its mean over\n"
     "pixels as they are shown without exposure, and of the worst of several exposures (HDR). Reads EXR and PNG; PNGs\n"
@@ -79,7 +79,7 @@ ExitCode show_error(const Console& console, const ErrorOptions& options) {
 void add_error_command(CLI::App& app, Context& context) {
   const auto options = std::make_shared<ErrorOptions>();
   CLI::App* command = app.add_subcommand("error", "How far a picture is from a reference.");
-  command->footer(kMore);
+  command->footer(kErrorFooter);
   command->add_option("IMAGE", options->image, "the picture")->type_name("FILE")->required();
   command->add_option("REFERENCE", options->reference, "what it should be")->type_name("FILE")->required();
   add_json_option(*command, context);

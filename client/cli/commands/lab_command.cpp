@@ -14,7 +14,7 @@
 namespace lightmill::cli {
 namespace {
 
-constexpr const char* kMore =
+constexpr const char* kLabFooter =
     "EXPERIMENT is a JSON document that names scenes, methods, seeds, the numbers of samples (or the errors) at which\n"
     "pictures are compared, and a reference: docs/lab.md describes it. The farm is chosen as for `render`. DIR gets\n"
     "report.html (charts of error against time, speed-ups, pictures), the charts as files, results.csv and\n"
@@ -253,7 +253,7 @@ ExitCode run_lab(Context& context, const Console& console, const LabOptions& opt
 void add_lab_command(CLI::App& app, Context& context) {
   const auto options = std::make_shared<LabOptions>();
   CLI::App* command = app.add_subcommand("lab", "Compare methods on scenes: error against time, as one page.");
-  command->footer(kMore);
+  command->footer(kLabFooter);
   command->add_option("EXPERIMENT", options->experiment, "a JSON document")->type_name("FILE")->required();
   command->add_option("-o,--output", options->folder, "folder for results and report; made if need be")
       ->required()

@@ -34,7 +34,7 @@ std::string outcome_of(const v1::Action& action) {
   return action.code() == 0 ? "done" : "refused: " + action.message();
 }
 
-json to_json(const v1::Action& action) {
+json action_json(const v1::Action& action) {
   json object{{"number", action.number()},
               {"unix_ms", action.unix_ms()},
               {"what", action.what()},
@@ -74,7 +74,7 @@ Status show_log(FarmConnection& connection, const Console& console, const LogOpt
   json objects = json::array();
   std::vector<std::vector<std::string>> rows{{"WHEN", "WHO", "BY", "FROM", "WHAT", "JOB", "ABOUT", "OUTCOME"}};
   for (const v1::Action& action : actions) {
-    objects.push_back(to_json(action));
+    objects.push_back(action_json(action));
     rows.push_back({human_date(action.unix_ms()), action.who().empty() ? "-" : action.who(), proof_of(action),
                     action.peer(), action.what(), action.job() == 0 ? "-" : std::to_string(action.job()),
                     action.about().empty() ? "-" : action.about(), outcome_of(action)});

@@ -29,7 +29,7 @@ constexpr const char* kRenderMore =
 
 constexpr const char* kSubmitMore = "`lightmill watch JOB` follows it, `lightmill fetch JOB -o FILE` gets its picture.";
 
-struct Options {
+struct RenderCommandOptions {
   RenderOptions render;
   PictureOptions picture;
   bool local = false;
@@ -93,7 +93,7 @@ void say_if_nobody_renders(const Console& console, FarmConnection& connection) {
   }
 }
 
-ExitCode render(Context& context, const Console& console, Options options) {
+ExitCode render(Context& context, const Console& console, RenderCommandOptions options) {
   std::vector<std::string>& outputs = options.picture.outputs;
   if (outputs.empty()) {
     const std::string stem = std::filesystem::path(options.render.scene.scenes.front()).stem().string();
@@ -162,7 +162,7 @@ ExitCode submit(Context& context, const Console& console, const RenderOptions& o
 }  // namespace
 
 void add_render_commands(CLI::App& app, Context& context) {
-  const auto options = std::make_shared<Options>();
+  const auto options = std::make_shared<RenderCommandOptions>();
 
   CLI::App* render_command = app.add_subcommand("render", "Render a scene, show how it goes, and write the picture.");
   render_command->footer(kRenderMore);

@@ -6,6 +6,7 @@
 #include "client/cli/context.h"
 #include "client/cli/farm_choice.h"
 #include "client/cli/table.h"
+#include "client/cli/units.h"
 #include "common/base/file.h"
 #include "common/security/certificate.h"
 #include "common/security/token.h"
@@ -16,19 +17,14 @@ namespace {
 
 using nlohmann::json;
 
-constexpr std::int64_t kDaySeconds = 24 * 60 * 60;
-constexpr std::uint64_t kMaxDays = 3'650;
+constexpr std::uint64_t kMaxTokenDays = 3'650;
 
 struct TokenOptions {
   std::string name, id, roles = "view,submit", out;
   std::uint64_t days = 90;
 };
 
-std::int64_t now_unix_s() {
-  return system_clock().unix_milliseconds() / 1000;
-}
-
-Result<json> to_json(const v1::Token& token) {
+Result<json> token_json(const v1::Token& token) {
   LM_ASSIGN_OR_RETURN(const Roles roles, roles_from_wire(token.roles()));
   json names = json::array();
   for (const Role role : kRoles) {
@@ -65,7 +61,7 @@ Status create(FarmConnection& connection, const Console& console, const TokenOpt
     }
     return token.status();
   }
-  LM_ASSIGN_OR_RETURN(json object, to_json(*token));
+  LM_ASSIGN_OR_RETURN(json object, token_json(*token));
   object[options.out.empty() ? "token" : "file"] = options.out.empty() ? made.text : options.out;
   console.object(object);
   console.notice(fmt::format("token {} stands for '{}' ({}) until {}{}", made.id, options.name, names_of(roles),
@@ -81,7 +77,7 @@ Status list(FarmConnection& connection, const Console& console) {
   json objects = json::array();
   std::vector<std::vector<std::string>> rows{{"ID", "NAME", "ROLES", "MADE", "BY", "UNTIL"}};
   for (const v1::Token& token : tokens) {
-    LM_ASSIGN_OR_RETURN(objects.emplace_back(), to_json(token));
+    LM_ASSIGN_OR_RETURN(objects.emplace_back(), token_json(token));
     LM_ASSIGN_OR_RETURN(const Roles roles, roles_from_wire(token.roles()));
     rows.push_back({token.id(), token.name(), names_of(roles), date_text(token.made_unix_s()),
                     token.made_by().empty() ? "-" : token.made_by(),
@@ -137,7 +133,7 @@ void add_token_commands(CLI::App& app, Context& context) {
       ->check(readable(parse_roles))
       ->capture_default_str();
   made->add_option("--days", options->days, "how long it holds")
-      ->check(whole_number(1, kMaxDays))
+      ->check(whole_number(1, kMaxTokenDays))
       ->capture_default_str();
   made->add_option("--out", options->out, "write it here, for its owner's eyes alone, instead of printing it")
       ->type_name("FILE");

@@ -23,10 +23,10 @@ constexpr Duration kTick = std::chrono::milliseconds(50);  // keys and the windo
 constexpr Duration kCancelEvery = std::chrono::milliseconds(10);
 constexpr Duration kSilence = std::chrono::seconds(3);  // that is not worth a word
 
-constexpr const char* kMore =
+constexpr const char* kTopFooter =
     "q or Ctrl-C leaves. Where standard output is no terminal, and with --json, it looks once.";
 
-struct Options {
+struct TopOptions {
   bool once = false;
   std::string interval = "2s";
 };
@@ -71,15 +71,15 @@ class Looking {
   std::future<Result<FarmLook>> look_;
 };
 
-nlohmann::json to_json(const FarmLook& look) {
+nlohmann::json look_json(const FarmLook& look) {
   nlohmann::json jobs = nlohmann::json::array(), workers = nlohmann::json::array();
   for (const v1::Job& job : look.jobs) {
     if (!has_ended(job.state())) {
-      jobs.push_back(cli::to_json(job));
+      jobs.push_back(to_json(job));
     }
   }
   for (const v1::Worker& worker : look.workers) {
-    workers.push_back(cli::to_json(worker));
+    workers.push_back(to_json(worker));
   }
   return {{"jobs", jobs}, {"workers", workers}, {"wanted_workers", look.wanted}, {"notices", look.notices}};
 }
@@ -130,7 +130,7 @@ void follow_farm(FarmConnection& connection, FarmLook look, Duration interval, S
   } while (!screen.asked_to_leave(kTick));
 }
 
-ExitCode top(Context& context, const Console& console, const Options& options) {
+ExitCode top(Context& context, const Console& console, const TopOptions& options) {
   const Result<std::unique_ptr<FarmConnection>> connection = connect(context.common);
   if (!connection.ok()) {
     return console.fail(connection.status());
@@ -140,7 +140,7 @@ ExitCode top(Context& context, const Console& console, const Options& options) {
     return console.fail(look.status());
   }
   if (options.once || console.json() || ::isatty(STDOUT_FILENO) != 1) {
-    console.object(to_json(*look));
+    console.object(look_json(*look));
     for (const std::string& line : top_lines(*look, 0, 0)) {
       console.result(line);
     }
@@ -154,9 +154,9 @@ ExitCode top(Context& context, const Console& console, const Options& options) {
 }  // namespace
 
 void add_top_command(CLI::App& app, Context& context) {
-  const auto options = std::make_shared<Options>();
+  const auto options = std::make_shared<TopOptions>();
   CLI::App* command = app.add_subcommand("top", "Watch the farm: its jobs that have not ended, and its workers.");
-  command->footer(kMore);
+  command->footer(kTopFooter);
   command->add_flag("--once", options->once, "look once");
   command->add_option("--interval", options->interval, "between two looks, as 0.5s or 1m; at least 0.1s")
       ->type_name("TIME")

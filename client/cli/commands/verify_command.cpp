@@ -17,7 +17,7 @@
 namespace lightmill::cli {
 namespace {
 
-constexpr const char* kMore =
+constexpr const char* kVerifyFooter =
     "The picture is an EXR that Lightmill wrote; the scene is what it was rendered from, with the same --camera and\n"
     "--mtl. First the file alone: that it is whole, that no pixel and no attribute has been changed, that\n"
     "its receipt (scene, assets, method, seed, layers, class) has the render digest that it states. Then random tiles\n"
@@ -29,7 +29,7 @@ constexpr const char* kMore =
 
 constexpr std::uint64_t kMostSeed = (std::uint64_t{1} << 53) - 1;  ///< every reader of JSON has such numbers exactly
 
-struct Options {
+struct VerifyOptions {
   std::string image;
   SceneOptions scene;
   std::string share = "1%";
@@ -63,7 +63,7 @@ Result<double> parse_tiles(std::string_view text) {
                          "a share of more than 0% is expected, got '{}': one tile is rendered again at least", text);
 }
 
-Result<Task> prepare(const Options& options, std::uint64_t seed, Signals& signals) {
+Result<Task> prepare(const VerifyOptions& options, std::uint64_t seed, Signals& signals) {
   LM_ASSIGN_OR_RETURN(const double share, parse_share(options.share));
   LM_ASSIGN_OR_RETURN(FilmPicture picture, load_sound_picture(options.image));
   Task task{std::move(picture), {}, {}};
@@ -117,7 +117,7 @@ Result<std::string> compare(Farm& farm, const Task& task, const Again& again, Si
   return compare_tile(task.picture, film.picture, again.rect);
 }
 
-ExitCode verify(Context& context, const Console& console, const Options& options) {
+ExitCode verify(Context& context, const Console& console, const VerifyOptions& options) {
   const std::uint64_t nonce = std::uint64_t{std::random_device{}()} << 32 | std::random_device{}();
   const std::uint64_t seed = options.seed.value_or(nonce & kMostSeed);
   const Result<Task> task = prepare(options, seed, context.signals);
@@ -186,10 +186,10 @@ ExitCode verify(Context& context, const Console& console, const Options& options
 }  // namespace
 
 void add_verify_command(CLI::App& app, Context& context) {
-  const auto options = std::make_shared<Options>();
+  const auto options = std::make_shared<VerifyOptions>();
   CLI::App* command =
       app.add_subcommand("verify", "Check that a picture is what its receipt says, by rendering parts of it again.");
-  command->footer(kMore);
+  command->footer(kVerifyFooter);
   command->add_option("IMAGE", options->image, "an EXR that Lightmill wrote")->type_name("FILE")->required();
   add_scene_options(*command, options->scene);
   command

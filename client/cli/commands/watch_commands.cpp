@@ -22,7 +22,7 @@ constexpr const char* kWatchMore =
     "the\n"
     "job. With --tev it ends once the viewer has all of the picture, or takes nothing any more.";
 
-struct Options {
+struct WatchOptions {
   std::uint64_t job = 0;
   std::string tev;  ///< HOST:PORT of a viewer; empty: none
   PictureOptions picture;
@@ -42,7 +42,7 @@ void finish_showing(TevViewer& viewer, Signals& signals) {
 }
 
 /// Until the job has ended and is reported. `viewer`: null for none.
-ExitCode follow(Context& context, const Console& console, const Options& options, const ViewSettings& view, Farm& farm,
+ExitCode follow(Context& context, const Console& console, const WatchOptions& options, const ViewSettings& view, Farm& farm,
                 TevViewer* viewer) {
   ProgressPrinter progress(console, system_clock());
   LivePicture live(options.picture.png_outputs(), view, system_clock());
@@ -70,7 +70,7 @@ ExitCode follow(Context& context, const Console& console, const Options& options
   return report_ended_job(console, *farm.connection, *job, options.picture.outputs, view);
 }
 
-ExitCode watch(Context& context, const Console& console, const Options& options) {
+ExitCode watch(Context& context, const Console& console, const WatchOptions& options) {
   const Result<ViewSettings> view = options.picture.view_settings();
   if (!view.ok()) {
     return console.fail(view.status());
@@ -95,7 +95,7 @@ ExitCode watch(Context& context, const Console& console, const Options& options)
   return code;
 }
 
-ExitCode fetch(Context& context, const Console& console, const Options& options) {
+ExitCode fetch(Context& context, const Console& console, const WatchOptions& options) {
   const Result<ViewSettings> view = options.picture.view_settings();
   if (!view.ok()) {
     return console.fail(view.status());
@@ -110,10 +110,10 @@ ExitCode fetch(Context& context, const Console& console, const Options& options)
   return fetch_and_report(console, **connection, options.job, options.picture.outputs, *view);
 }
 
-using Action = ExitCode (*)(Context&, const Console&, const Options&);
+using WatchAction = ExitCode (*)(Context&, const Console&, const WatchOptions&);
 
-CLI::App* add_command(CLI::App& app, Context& context, const std::shared_ptr<Options>& options, const char* name,
-                      const char* about, Action action) {
+CLI::App* add_command(CLI::App& app, Context& context, const std::shared_ptr<WatchOptions>& options, const char* name,
+                      const char* about, WatchAction action) {
   CLI::App* command = app.add_subcommand(name, about);
   add_job_number(*command, options->job);
   add_picture_options(*command, options->picture);
@@ -127,7 +127,7 @@ CLI::App* add_command(CLI::App& app, Context& context, const std::shared_ptr<Opt
 }  // namespace
 
 void add_watch_commands(CLI::App& app, Context& context) {
-  const auto options = std::make_shared<Options>();
+  const auto options = std::make_shared<WatchOptions>();
   CLI::App* watch_command = add_command(app, context, options, "watch", "Follow a job until it ends.", watch);
   watch_command->footer(kWatchMore);
   watch_command

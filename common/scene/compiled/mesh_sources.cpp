@@ -5,9 +5,6 @@
 namespace lightmill {
 namespace {
 
-/// Meshes with fewer triangles are copied for each object rather than instanced.
-constexpr std::size_t kInstancedTriangles = 64;
-
 std::shared_ptr<const Mesh> one_triangle(const TriangleShape& triangle) {
   Mesh mesh;
   mesh.positions = {triangle.a, triangle.b, triangle.c};

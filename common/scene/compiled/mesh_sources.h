@@ -10,6 +10,9 @@
 
 namespace lightmill {
 
+/// Meshes with fewer triangles are copied for each object rather than instanced.
+inline constexpr std::uint32_t kInstancedTriangles = 64;
+
 struct ObjectMeshes {
   /// One an object: null for what is no mesh, shared by objects that name one asset.
   std::vector<std::shared_ptr<const Mesh>> of_object;

@@ -5,6 +5,8 @@
 #include <map>
 #include <set>
 
+#include "common/scene/compiled/mesh_sources.h"
+
 namespace lightmill {
 namespace {
 
@@ -17,8 +19,6 @@ constexpr std::uint64_t kOfGlowingTriangle = 650;  ///< of the lights' table
 constexpr std::uint64_t kOfObject = 1100;
 constexpr std::uint64_t kOfSkyPixel = 28;     ///< light_builder.cpp, which holds the most
 constexpr std::uint64_t kOfScene = 16 << 20;  ///< what programs load with their first scene
-/// Meshes with fewer triangles are copied for each object (mesh_sources.cpp).
-constexpr std::uint32_t kInstancedTriangles = 64;
 
 /// What the first bytes of a mesh's asset say (mesh.h).
 struct MeshHeader {

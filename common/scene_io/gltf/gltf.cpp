@@ -22,7 +22,7 @@ bool is_known(std::string_view extension) {
   return std::find(kKnownExtensions.begin(), kKnownExtensions.end(), extension) != kKnownExtensions.end();
 }
 
-struct Box {
+struct PointBox {
   Point3d low{1e300, 1e300, 1e300}, high{-1e300, -1e300, -1e300};
 
   void add(const Point3d& p) {
@@ -38,7 +38,7 @@ struct Box {
 };
 
 /// Looks at a box from the front, the right and above, so that its bounding sphere fills the view.
-Camera camera_for(const Box& box) {
+Camera camera_for(const PointBox& box) {
   constexpr double kFovDegrees = 40, kSineOfHalf = 0.3420201433256687;
   const Point3d center{(box.low[0] + box.high[0]) / 2, (box.low[1] + box.high[1]) / 2, (box.low[2] + box.high[2]) / 2};
   const double radius = std::hypot(box.high[0] - box.low[0], box.high[1] - box.low[1], box.high[2] - box.low[2]) / 2;
@@ -83,7 +83,7 @@ class GltfScene {
   struct Part {
     MeshShape shape;
     std::uint32_t material = 0;
-    Box box;
+    PointBox box;
   };
 
   void check_extensions() {
@@ -211,7 +211,7 @@ class GltfScene {
   GltfMaterials materials_;
   std::map<std::string, std::vector<Part>> meshes_;
   std::vector<std::string> flat_;  ///< nodes that are scaled to nothing; it hides what stands there
-  Box box_;
+  PointBox box_;
 };
 
 }  // namespace

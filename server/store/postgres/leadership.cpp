@@ -11,7 +11,7 @@ namespace lightmill::postgres {
 namespace {
 
 /// Of what concerns the lease; a lease runs out meanwhile at worst.
-constexpr auto kPatience = std::chrono::milliseconds(4'000);
+constexpr auto kLeaseCallPatience = std::chrono::milliseconds(4'000);
 /// How often one that stands by looks.
 constexpr auto kLookPause = std::chrono::milliseconds(500);
 
@@ -82,7 +82,7 @@ Status prepare_tables(Session& session, bool only_look) {
 }  // namespace
 
 Leadership::Leadership(Options options)
-    : options_(std::move(options)), instance_(random_instance()), session_(target(), {}, kPatience) {}
+    : options_(std::move(options)), instance_(random_instance()), session_(target(), {}, kLeaseCallPatience) {}
 
 Target Leadership::target() const {
   return {options_.url, "lightmill-server " + instance_};
@@ -156,7 +156,7 @@ Status Leadership::stand_by() {
 }
 
 Status Leadership::take_again() {
-  Session session(target(), {}, kPatience);
+  Session session(target(), {}, kLeaseCallPatience);
   LM_ASSIGN_OR_RETURN(const std::string holder, try_to_take(session));
   return explain(holder.empty() ? ok_status() : failed_precondition("{} has the lease", holder));
 }

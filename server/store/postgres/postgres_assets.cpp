@@ -12,7 +12,7 @@ namespace lightmill::postgres {
 namespace {
 
 constexpr std::size_t kPieceBytes = std::size_t{1} << 20;
-constexpr auto kPatience = std::chrono::seconds(30);
+constexpr auto kAssetCallPatience = std::chrono::seconds(30);
 /// Connections at most; more uploads and downloads share them.
 constexpr std::size_t kMostSessions = 4;
 constexpr int kMostTries = 3;
@@ -30,7 +30,7 @@ class SessionPool {
     }
     ++lent_;
     if (idle_.empty()) {
-      return std::make_unique<Session>(target_, std::span<const char* const>(), kPatience);
+      return std::make_unique<Session>(target_, std::span<const char* const>(), kAssetCallPatience);
     }
     std::unique_ptr<Session> session = std::move(idle_.back());
     idle_.pop_back();
@@ -368,7 +368,7 @@ void PostgresAssets::forget(const Reader& damaged) {
 }  // namespace
 
 Result<std::unique_ptr<AssetStore>> open_postgres_assets(std::shared_ptr<Leadership> leadership, AssetLimits limits) {
-  Session session(leadership->target(), {}, kPatience);
+  Session session(leadership->target(), {}, kAssetCallPatience);
   LM_RETURN_IF_ERROR(
       session
           .query("WITH own AS MATERIALIZED (SELECT fence($1)) DELETE FROM assets USING own WHERE digest IS NULL",

@@ -16,12 +16,12 @@ using postgres::Leadership;
 using postgres::Session;
 
 /// A job of a large film is deleted in one statement, which may take a while.
-constexpr auto kPatience = std::chrono::minutes(5);
+constexpr auto kCommitPatience = std::chrono::minutes(5);
 
 class PostgresStore final : public Store {
  public:
   explicit PostgresStore(std::shared_ptr<Leadership> leadership)
-      : leadership_(std::move(leadership)), session_(leadership_->target(), postgres::commit_statements(), kPatience) {}
+      : leadership_(std::move(leadership)), session_(leadership_->target(), postgres::commit_statements(), kCommitPatience) {}
 
   Result<StoredState> load() override;
   Status commit(std::span<const StoreOp> ops) override;
