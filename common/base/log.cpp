@@ -4,6 +4,9 @@
 #include <spdlog/sinks/stdout_color_sinks.h>
 #include <unistd.h>
 
+template void fmt::detail::vformat_to<char>(buffer<char>&, string_view, basic_format_args<buffer_context<char>>,
+                                            locale_ref);
+
 namespace lightmill {
 namespace {
 

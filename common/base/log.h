@@ -10,6 +10,10 @@
 #include "common/base/digest.h"
 #include "common/base/status.h"
 
+// spdlog formats in place, which costs every file that logs more than two seconds to compile. log.cpp has the code.
+extern template void fmt::detail::vformat_to<char>(buffer<char>&, string_view, basic_format_args<buffer_context<char>>,
+                                                   locale_ref);
+
 namespace lightmill {
 
 /// Sets up the process's logger. `level` is trace, debug, info, warn, error or off; `format` is text or json; `program`
