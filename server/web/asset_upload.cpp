@@ -2,7 +2,6 @@
 
 #include <boost/asio/post.hpp>
 #include <boost/beast/http/buffer_body.hpp>
-#include <boost/beast/http/read.hpp>
 
 #include <algorithm>
 #include <limits>
@@ -32,6 +31,7 @@ class AssetUpload final : public std::enable_shared_from_this<AssetUpload> {
         length_(head.content_length().value_or(0)),
         parser_(std::move(head)) {
     parser_.body_limit(std::numeric_limits<std::uint64_t>::max());  // the store has limits of its own
+    parser_.eager(true);                                            // a piece may come in many reads
   }
 
   void start() {
@@ -54,7 +54,16 @@ class AssetUpload final : public std::enable_shared_from_this<AssetUpload> {
     // The disk's time is not the sender's, and what came fast before lets nobody be silent for longer.
     way_.stream.tcp().expires_at(
         std::min(began_ + time_to_send(received_bytes_), SteadyClock::now() + time_to_send(kPieceBytes)));
-    http::async_read(way_.stream, way_.buffer, parser_, [self = shared_from_this()](error_code error, std::size_t) {
+    fill_piece();
+  }
+  void fill_piece() {
+    if (parser_.is_done()) {
+      return take_piece({});
+    }
+    parse_more(way_.stream, way_.buffer, parser_, [self = shared_from_this()](error_code error) {
+      if (!error) {
+        return self->fill_piece();
+      }
       self->take_piece(error == http::error::need_buffer ? error_code() : error);
     });
   }

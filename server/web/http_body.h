@@ -1,16 +1,13 @@
 // How bodies of requests are taken in: what is common to all that read one.
 #pragma once
 
-#include <boost/asio/buffer.hpp>
-#include <boost/asio/write.hpp>
-#include <boost/beast/core/string.hpp>
+#include <boost/beast/core/flat_buffer.hpp>
 #include <boost/beast/http/empty_body.hpp>
 #include <boost/beast/http/message.hpp>
 #include <boost/beast/http/parser.hpp>
 
 #include <chrono>
-#include <string_view>
-#include <utility>
+#include <functional>
 
 #include "server/web/web_stream.h"
 
@@ -31,18 +28,10 @@ inline std::chrono::seconds time_to_send(std::uint64_t bytes) {
 }
 
 /// Who asks first whether it may send its body is told so; then goes on, unless the connection has ended.
-template <class Then>
-void invite_body(WebStream& stream, const RequestHead& request, Then then) {
-  if (!boost::beast::iequals(request[boost::beast::http::field::expect], "100-continue")) {
-    return then();
-  }
-  static constexpr std::string_view kGoOn = "HTTP/1.1 100 Continue\r\n\r\n";
-  boost::asio::async_write(stream, boost::asio::buffer(kGoOn.data(), kGoOn.size()),
-                           [then = std::move(then)](boost::system::error_code error, std::size_t) mutable {
-                             if (!error) {
-                               then();
-                             }
-                           });
-}
+void invite_body(WebStream& stream, const RequestHead& request, std::function<void()> then);
+
+/// Lets the parser take what `buffer` holds, or reads until it makes progress. `then` gets the error of either.
+void parse_more(WebStream& stream, boost::beast::flat_buffer& buffer, boost::beast::http::basic_parser<true>& parser,
+                std::function<void(boost::system::error_code)> then);
 
 }  // namespace lightmill

@@ -1,10 +1,14 @@
 #include "server/web/http_session.h"
 
+#include <boost/asio/write.hpp>
+#include <boost/beast/core/buffers_to_string.hpp>
 #include <boost/beast/core/detect_ssl.hpp>
 #include <boost/beast/core/flat_buffer.hpp>
-#include <boost/beast/http.hpp>
 #include <boost/beast/http/span_body.hpp>
+#include <boost/beast/http/string_body.hpp>
+#include <boost/beast/websocket/rfc6455.hpp>
 
+#include <array>
 #include <limits>
 
 #include "common/base/text.h"
@@ -15,6 +19,7 @@
 namespace lightmill {
 namespace {
 
+namespace asio = boost::asio;
 namespace beast = boost::beast;
 namespace http = beast::http;
 namespace websocket = beast::websocket;
@@ -55,8 +60,7 @@ RequestOrigin origin_of(const RequestHead& request) {
 
 class HttpSession final : public std::enable_shared_from_this<HttpSession> {
  public:
-  HttpSession(WebParts& parts, tcp::socket&& socket)
-      : parts_(parts), stream_(std::move(socket), parts.certificate.context()) {
+  HttpSession(WebParts& parts, tcp::socket&& socket) : parts_(parts), stream_(std::move(socket)) {
     ++parts_.connections;
   }
   ~HttpSession() {
@@ -65,11 +69,11 @@ class HttpSession final : public std::enable_shared_from_this<HttpSession> {
     }
   }
   void start() {
-    if (!stream_.encrypted()) {
+    if (parts_.certificate.context() == nullptr) {
       return read();
     }
     stream_.tcp().expires_after(kRequestPatience);
-    beast::async_detect_ssl(stream_.tcp(), buffer_, [self = shared_from_this()](error_code error, bool encrypts) {
+    beast::async_detect_ssl(stream_, buffer_, [self = shared_from_this()](error_code error, bool encrypts) {
       if (!error) {
         encrypts ? self->shake_hands() : self->read_unencrypted();
       }
@@ -78,16 +82,16 @@ class HttpSession final : public std::enable_shared_from_this<HttpSession> {
 
  private:
   void shake_hands() {
-    stream_.async_handshake(buffer_.data(), [self = shared_from_this()](error_code error, std::size_t used) {
-      self->buffer_.consume(used);
-      if (!error) {
-        self->read();
-      }
-    });
+    stream_.async_handshake(parts_.certificate.context(), buffer_.data(),
+                            [self = shared_from_this()](error_code error, std::size_t used) {
+                              self->buffer_.consume(used);
+                              if (!error) {
+                                self->read();
+                              }
+                            });
   }
   /// A browser that was not told https:// gets an answer, and nothing else.
   void read_unencrypted() {
-    stream_.give_up_encryption();
     to_https_ = true;
     read();
   }
@@ -114,7 +118,13 @@ class HttpSession final : public std::enable_shared_from_this<HttpSession> {
     place_ = nullptr;
     call_.reset();
     stream_.tcp().expires_after(kRequestPatience);
-    http::async_read_header(stream_, buffer_, *head_, [self = shared_from_this()](error_code error, std::size_t) {
+    read_head();
+  }
+  void read_head() {
+    parse_more(stream_, buffer_, *head_, [self = shared_from_this()](error_code error) {
+      if (!error && !self->head_->is_header_done()) {
+        return self->read_head();
+      }
       self->request_ = self->head_->get();
       if (error == http::error::header_limit) {
         self->refuse_rest(too_long(http::status::request_header_fields_too_large, "header", kMostHeaderBytes));
@@ -192,14 +202,13 @@ class HttpSession final : public std::enable_shared_from_this<HttpSession> {
       held_bytes_ += kHeldAtOnce;
     }
     stream_.tcp().expires_at(std::min(body_began_ + time_to_send(there), SteadyClock::now() + kRequestPatience));
-    http::async_read_some(stream_, buffer_, *body_parser_,
-                          [self = shared_from_this(), most_bytes](error_code error, std::size_t) {
-                            if (error == http::error::body_limit) {
-                              self->refuse_rest(too_long(http::status::payload_too_large, "body", most_bytes));
-                            } else if (!error) {
-                              self->read_more(most_bytes);
-                            }
-                          });
+    parse_more(stream_, buffer_, *body_parser_, [self = shared_from_this(), most_bytes](error_code error) {
+      if (error == http::error::body_limit) {
+        self->refuse_rest(too_long(http::status::payload_too_large, "body", most_bytes));
+      } else if (!error) {
+        self->read_more(most_bytes);
+      }
+    });
   }
   static ApiReply too_long(http::status status, std::string_view what, std::uint64_t most_bytes) {
     return {static_cast<unsigned>(status), "text/plain; charset=utf-8",
@@ -363,9 +372,13 @@ class HttpSession final : public std::enable_shared_from_this<HttpSession> {
     if (head) {
       response_.body() = {};
     }
+    response_head_ = beast::buffers_to_string(
+        Response::fields_type::writer(response_, response_.version(), response_.result_int()).get());
     stream_.tcp().expires_after(kRequestPatience +
                                 std::chrono::seconds(response_.body().size() / kLeastBytesPerSecond));
-    http::async_write(stream_, response_, [self = shared_from_this()](error_code error, std::size_t) {
+    const std::array<asio::const_buffer, 2> parts{asio::buffer(response_head_),
+                                                  asio::buffer(response_.body().data(), response_.body().size())};
+    asio::async_write(stream_, parts, [self = shared_from_this()](error_code error, std::size_t) {
       self->body_ = nullptr;
       if (error) {
         return;
@@ -402,7 +415,8 @@ class HttpSession final : public std::enable_shared_from_this<HttpSession> {
   std::optional<Call> call_;      ///< if it was admitted before its body came
   SharedBytes body_;              ///< of the response
   Response response_;
-  bool to_https_ = false;  ///< an unencrypted request where all are to be encrypted
+  std::string response_head_;  ///< as it is sent
+  bool to_https_ = false;      ///< an unencrypted request where all are to be encrypted
   bool handed_on_ = false;
 };
 

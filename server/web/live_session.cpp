@@ -1,6 +1,7 @@
 #include "server/web/live_session.h"
 
 #include <boost/beast/core/flat_static_buffer.hpp>
+#include <boost/beast/websocket.hpp>
 
 #include "common/base/log.h"
 #include "common/base/text.h"
@@ -101,7 +102,7 @@ class LiveSession final : public LiveLink, public std::enable_shared_from_this<L
   }
 
   WebParts& parts_;
-  websocket::stream<WebStream> stream_;
+  websocket::stream<WebStream, false> stream_;  ///< without compression: pictures have theirs
   const Call call_;
   const LiveHub::Holds holds_;
   beast::flat_static_buffer<kMostViewRequestBytes> buffer_;

@@ -1,93 +1,129 @@
 // One connection of a browser, encrypted or not: what Beast reads from and writes to.
 #pragma once
 
-#include <boost/asio/ip/tcp.hpp>
+#include <boost/asio/buffer.hpp>
+#include <boost/asio/io_context.hpp>
 #include <boost/asio/ssl/context.hpp>
+#include <boost/beast/core/role.hpp>
 #include <boost/beast/core/tcp_stream.hpp>
-#include <boost/beast/ssl.hpp>
-#include <boost/beast/websocket.hpp>
-#include <boost/beast/websocket/ssl.hpp>
 
 #include <memory>
+#include <span>
+#include <type_traits>
 #include <utility>
-#include <variant>
+#include <vector>
 
 namespace lightmill {
 
-/// One type for both, so that all that is built on it is compiled once.
+/// A completion handler of any type, which takes an error and, if it asks for it, a number of bytes. It has no executor
+/// of its own: the stream's applies. It is called at most once.
+class StreamHandler {
+ public:
+  template <class Handler>
+  StreamHandler(Handler handler) : held_(std::make_unique<Held<Handler>>(std::move(handler))) {}
+
+  void operator()(boost::system::error_code error, std::size_t bytes = 0) {
+    const std::unique_ptr<HeldBase> held = std::move(held_);  // the call may destroy this
+    held->call(error, bytes);
+  }
+
+ private:
+  struct HeldBase {
+    virtual ~HeldBase() = default;
+    virtual void call(boost::system::error_code error, std::size_t bytes) = 0;
+  };
+  template <class Handler>
+  struct Held final : HeldBase {
+    explicit Held(Handler&& taken) : handler(std::move(taken)) {}
+    void call(boost::system::error_code error, std::size_t bytes) override {
+      if constexpr (std::is_invocable_v<Handler&, boost::system::error_code, std::size_t>) {
+        handler(error, bytes);
+      } else {
+        handler(error);
+      }
+    }
+    Handler handler;
+  };
+  std::unique_ptr<HeldBase> held_;
+};
+
+/// Begins unencrypted. Buffers and handlers lose their types here, so TCP and TLS are compiled once, and not for every
+/// operation of Beast and every lambda. One read and one write at a time, on the thread of its io_context.
 class WebStream {
  public:
-  using Plain = boost::beast::tcp_stream;
-  using executor_type = Plain::executor_type;
+  using executor_type = boost::asio::io_context::executor_type;
+  using lowest_layer_type = WebStream;
 
-  /// Encrypted if there is a context.
-  WebStream(boost::asio::ip::tcp::socket&& socket, std::shared_ptr<boost::asio::ssl::context> context)
-      : stream_(context == nullptr ? Either(std::in_place_type<Plain>, std::move(socket))
-                                   : Either(std::in_place_type<Encrypted>, std::move(socket), std::move(context))) {}
+  explicit WebStream(boost::asio::ip::tcp::socket&& socket);
+  WebStream(WebStream&&) noexcept;
+  ~WebStream();
 
-  bool encrypted() const { return std::holds_alternative<Encrypted>(stream_); }
-  executor_type get_executor() { return tcp().get_executor(); }
-  Plain& tcp() {
-    Plain* const plain = std::get_if<Plain>(&stream_);
-    return plain != nullptr ? *plain : boost::beast::get_lowest_layer(std::get<Encrypted>(stream_).stream);
+  bool encrypted() const;
+  /// Of the connection, with its timeouts.
+  boost::beast::tcp_stream& tcp();
+  const boost::beast::tcp_stream& tcp() const { return const_cast<WebStream*>(this)->tcp(); }
+  executor_type get_executor();
+  lowest_layer_type& lowest_layer() { return *this; }
+
+  /// Encrypts from here on; `begun` are bytes of the handshake that were read already. The handler is told how many
+  /// were used.
+  template <class Handler>
+  void async_handshake(std::shared_ptr<boost::asio::ssl::context> context, boost::asio::const_buffer begun,
+                       Handler&& handler) {
+    shake_hands(std::move(context), begun, std::forward<Handler>(handler));
   }
-  const Plain& tcp() const { return const_cast<WebStream*>(this)->tcp(); }
-
+  /// Reads into the first buffer that has room.
   template <class Buffers, class Handler>
   void async_read_some(const Buffers& buffers, Handler&& handler) {
-    visit([&](auto& stream) { stream.async_read_some(buffers, std::forward<Handler>(handler)); });
+    const boost::asio::mutable_buffer buffer = first_with_room(buffers);
+    read_some(buffer, std::forward<Handler>(handler));
   }
   template <class Buffers, class Handler>
   void async_write_some(const Buffers& buffers, Handler&& handler) {
-    visit([&](auto& stream) { stream.async_write_some(buffers, std::forward<Handler>(handler)); });
+    gathered_.clear();
+    const auto end = boost::asio::buffer_sequence_end(buffers);
+    for (auto each = boost::asio::buffer_sequence_begin(buffers); each != end; ++each) {
+      gathered_.push_back(*each);
+    }
+    write_some(gathered_, std::forward<Handler>(handler));
   }
-  /// Of one that is encrypted; `begun` are bytes of it that were read already. The handler is told how many were used.
-  template <class Buffers, class Handler>
-  void async_handshake(const Buffers& begun, Handler&& handler) {
-    std::get<Encrypted>(stream_).stream.async_handshake(boost::asio::ssl::stream_base::server, begun,
-                                                        std::forward<Handler>(handler));
-  }
-  /// Of one that was to be encrypted, but whose other side does not.
-  void give_up_encryption() { stream_.emplace<Plain>(tcp().release_socket()); }
   /// Says that nothing more comes.
   template <class Handler>
   void async_end(Handler&& handler) {
-    if (Encrypted* const encrypted = std::get_if<Encrypted>(&stream_)) {
-      encrypted->stream.async_shutdown(std::forward<Handler>(handler));
-      return;
-    }
-    boost::system::error_code error;
-    tcp().socket().shutdown(boost::asio::ip::tcp::socket::shutdown_send, error);
-    handler(error);
+    end(std::forward<Handler>(handler));
   }
 
   // What Beast's WebSocket looks for.
   template <class Handler>
   friend void async_teardown(boost::beast::role_type role, WebStream& stream, Handler&& handler) {
-    using boost::beast::websocket::async_teardown;
-    stream.visit([&](auto& each) { async_teardown(role, each, std::forward<Handler>(handler)); });
+    stream.tear_down(role, std::forward<Handler>(handler));
   }
   friend void beast_close_socket(WebStream& stream) { boost::beast::close_socket(stream.tcp()); }
 
- private:
-  struct Encrypted {
-    Encrypted(boost::asio::ip::tcp::socket&& socket, std::shared_ptr<boost::asio::ssl::context> with)
-        : context(std::move(with)), stream(std::move(socket), *context) {}
-    std::shared_ptr<boost::asio::ssl::context> context;
-    boost::beast::ssl_stream<Plain> stream;
-  };
-  using Either = std::variant<Plain, Encrypted>;
+  /// What carries the bytes: TCP, or TLS over it.
+  class Layer;
 
-  template <class Use>
-  void visit(const Use& use) {
-    if (Plain* const plain = std::get_if<Plain>(&stream_)) {
-      use(*plain);
-    } else {
-      use(std::get<Encrypted>(stream_).stream);
+ private:
+  template <class Buffers>
+  static boost::asio::mutable_buffer first_with_room(const Buffers& buffers) {
+    const auto end = boost::asio::buffer_sequence_end(buffers);
+    for (auto each = boost::asio::buffer_sequence_begin(buffers); each != end; ++each) {
+      if (const boost::asio::mutable_buffer buffer = *each; buffer.size() != 0) {
+        return buffer;
+      }
     }
+    return {};
   }
 
-  Either stream_;
+  void shake_hands(std::shared_ptr<boost::asio::ssl::context> context, boost::asio::const_buffer begun,
+                   StreamHandler handler);
+  void read_some(boost::asio::mutable_buffer buffer, StreamHandler handler);
+  void write_some(std::span<const boost::asio::const_buffer> buffers, StreamHandler handler);
+  void end(StreamHandler handler);
+  void tear_down(boost::beast::role_type role, StreamHandler handler);
+
+  std::unique_ptr<Layer> layer_;
+  std::vector<boost::asio::const_buffer> gathered_;  ///< what is being written
 };
 
 }  // namespace lightmill
