@@ -130,15 +130,64 @@ case "${1:-}" in
     ;;
 esac
 
-deploy/setup
+# phase NAME: ends the phase before with its time, and begins this one.
+phase() {
+  now=$(date +%s)
+  [ -z "$phase" ] || echo "$phase: $((now - phase_began)) s"
+  phase=$1
+  phase_began=$now
+}
+
+# fail_build WHAT: shows the end of the log.
+fail_build() {
+  tail -n 30 "$log" >&2
+  echo "$1; all that was said is in $log" >&2
+  exit 1
+}
+
+# show_progress: copies the output of ninja to the log, and says how far it is: in a terminal in one line, else four times.
+show_progress() {
+  shown=0
+  while IFS= read -r line; do
+    printf '%s\n' "$line" >>"$log"
+    case "$line" in '['*/*']'*) ;; *) continue ;; esac
+    step=${line#[}
+    step=${step%%]*}
+    if [ -t 1 ]; then
+      printf '\rbuild: %s of %s ' "${step%/*}" "${step#*/}"
+    elif [ $((${step%/*} * 4 / ${step#*/})) -gt "$shown" ]; then
+      shown=$((${step%/*} * 4 / ${step#*/}))
+      echo "build: ${step%/*} of ${step#*/}"
+    fi
+  done
+  [ ! -t 1 ] || printf '\r\033[K'
+}
+
+# build TARGET...: whether all of them could be built; what can be built is.
+build() {
+  rm -f build/quickstart.failed
+  { NINJA_STATUS='[%f/%t] ' ninja -k 0 -C build/release "$@" 2>&1 || : >build/quickstart.failed; } | show_progress
+  [ ! -e build/quickstart.failed ]
+}
+
+mkdir -p build
+log=build/quickstart.log
+: >"$log"
+phase=
+phase packages
+deploy/setup >>"$log" 2>&1 || fail_build 'the packages could not be installed'
+phase build
 if [ ! -e build/release/build.ninja ]; then
-  echo 'configuring'
-  mkdir -p build
-  cmake --preset release -DLIGHTMILL_TESTS=OFF >build/configure.log 2>&1 || { cat build/configure.log; exit 1; }
+  cmake --preset release -DLIGHTMILL_TESTS=OFF >>"$log" 2>&1 || fail_build 'the build could not be configured'
 fi
-echo 'building (the first time takes some minutes)'
-cmake --build build/release --target lightmill lightmill-server lightmill-worker
-cmake --build build/release --target lightmill-web || echo 'the web page could not be built: the farm does without'
+programs='lightmill lightmill-server lightmill-worker'
+# The page is built beside the programs. Without npm there is no such target.
+# shellcheck disable=SC2086  # one word per program
+if ! build $programs lightmill-web; then
+  build $programs || fail_build 'the build failed'
+  echo 'the web page could not be built: the farm does without'
+fi
+phase farm
 
 mkdir -p "$run"
 if [ "$once" = yes ]; then
@@ -148,8 +197,10 @@ fi
 start_farm
 farm=127.0.0.1:$(cat "$run/port")
 wait_for_worker
+phase picture
 
 "$bin/lightmill" render scenes/cornell-bench-blocks.json --server "$farm" --spp 128 -o cornell-box.exr -o cornell-box.png
+phase ''
 echo
 echo 'the picture: cornell-box.png, and without loss cornell-box.exr'
 if [ "$once" = yes ]; then

@@ -71,35 +71,84 @@ function(lightmill_program name)
   lightmill_sources(${name} SHELL)
 endfunction()
 
-# lightmill_test(NAME [WHOLE] LABELS a b SOURCES ... DEPS ...): a GoogleTest program; each of its tests is one ctest with the
-# labels (as one, a+b, which expressions for either find: what discovers tests takes no two). WHOLE: all of them together
-# are one, because they share something that takes long to start.
+# Test sources are compiled with -O1 and have GoogleTest in their precompiled header. Not every build has tests.
+function(lightmill_test_pch)
+  if(TARGET lightmill_test_pch)
+    return()
+  endif()
+  add_library(lightmill_test_pch STATIC ${PROJECT_SOURCE_DIR}/cmake/pch.cpp)
+  target_precompile_headers(lightmill_test_pch PRIVATE ${LIGHTMILL_PCH_HEADERS} <gtest/gtest.h>)
+  target_compile_options(lightmill_test_pch PRIVATE -O1)
+  target_link_libraries(lightmill_test_pch PUBLIC fmt::fmt GTest::gtest)
+endfunction()
+
+# The table of the tests that run only with `./test.sh --all`: sets LONG_<program> to a GoogleTest filter.
+function(lightmill_read_long_tests file)
+  set_property(DIRECTORY APPEND PROPERTY CMAKE_CONFIGURE_DEPENDS ${file})
+  file(STRINGS ${file} rows REGEX "^\\| `[a-z_]+` \\| `[^`]+` \\|")
+  foreach(row ${rows})
+    string(REGEX REPLACE "^\\| `([a-z_]+)` .*" "\\1" program "${row}")
+    string(REGEX REPLACE "^\\| `[a-z_]+` \\| `([^`]+)`.*" "\\1" filter "${row}")
+    get_property(filters GLOBAL PROPERTY LONG_${program})
+    list(APPEND filters "${filter}")
+    list(JOIN filters ":" filters)
+    set_property(GLOBAL PROPERTY LONG_${program} "${filters}")
+  endforeach()
+endfunction()
+
+# lightmill_test(NAME LABELS a b [SHARDS n] [TIMEOUT s] SOURCES ... DEPS ...): a GoogleTest program. ctest runs it once, or
+# as n processes that share its tests. The tests that the table of long tests names are one more run, NAME.long, with the
+# label long. Each run writes reports/RUN.xml.
 function(lightmill_test name)
-  cmake_parse_arguments(ARG "WHOLE" "TIMEOUT" "LABELS;SOURCES;DEPS" ${ARGN})
+  cmake_parse_arguments(ARG "" "TIMEOUT;SHARDS" "LABELS;SOURCES;DEPS" ${ARGN})
   if(NOT ARG_TIMEOUT)
-    set(ARG_TIMEOUT 300)
+    set(ARG_TIMEOUT 600)
+  endif()
+  if(NOT ARG_SHARDS)
+    set(ARG_SHARDS 1)
   endif()
   if(LIGHTMILL_SANITIZE MATCHES "thread")
-    math(EXPR ARG_TIMEOUT "${ARG_TIMEOUT} * 8")  # as many times slower as it makes what renders
+    math(EXPR ARG_TIMEOUT "${ARG_TIMEOUT} * 4")  # rendering is as many times slower
   endif()
+  lightmill_test_pch()
   add_executable(${name} ${ARG_SOURCES})
   target_link_libraries(${name} PRIVATE ${ARG_DEPS} GTest::gtest GTest::gtest_main)
   target_include_directories(${name} PRIVATE ${PROJECT_SOURCE_DIR})
-  target_precompile_headers(${name} REUSE_FROM lightmill_pch)
-  set_target_properties(${name} PROPERTIES RUNTIME_OUTPUT_DIRECTORY ${CMAKE_BINARY_DIR}/tests)
+  target_compile_options(${name} PRIVATE -O1)
+  target_precompile_headers(${name} REUSE_FROM lightmill_test_pch)
+  set_target_properties(${name} PROPERTIES RUNTIME_OUTPUT_DIRECTORY ${CMAKE_BINARY_DIR}/tests
+                                           UNITY_BUILD ${LIGHTMILL_UNITY} UNITY_BUILD_BATCH_SIZE 8)
   target_compile_definitions(${name} PRIVATE LIGHTMILL_SOURCE_DIR="${PROJECT_SOURCE_DIR}"
                                              LIGHTMILL_BINARY_DIR="${CMAKE_BINARY_DIR}")
   set_property(GLOBAL APPEND PROPERTY LIGHTMILL_TEST_PROGRAMS ${name})
   set_property(TARGET ${name} PROPERTY LIGHTMILL_LABELS "${ARG_LABELS}")
-  set(environment "")
+  get_property(long GLOBAL PROPERTY LONG_${name})
+  foreach(shard RANGE 1 ${ARG_SHARDS})
+    set(run ${name})
+    if(ARG_SHARDS GREATER 1)
+      set(run ${name}.${shard})
+    endif()
+    math(EXPR index "${shard} - 1")
+    lightmill_test_run(${run} ${name} ${ARG_TIMEOUT} "${ARG_LABELS}" "GTEST_FILTER=-${long}"
+                       "GTEST_TOTAL_SHARDS=${ARG_SHARDS};GTEST_SHARD_INDEX=${index}")
+  endforeach()
+  if(long)
+    lightmill_test_run(${name}.long ${name} ${ARG_TIMEOUT} "${ARG_LABELS};long" "GTEST_FILTER=${long}" "")
+  endif()
+endfunction()
+
+# lightmill_test_run(RUN PROGRAM TIMEOUT LABELS FILTER ENVIRONMENT): one run of a test program. It holds two of the slots
+# that `ctest -j` has if it computes, and one if it waits for real processes.
+function(lightmill_test_run run program timeout labels filter environment)
+  set(processors 2)
+  if("integration" IN_LIST labels)
+    set(processors 1)
+  endif()
+  list(APPEND environment "${filter}" "GTEST_OUTPUT=xml:${CMAKE_BINARY_DIR}/reports/${run}.xml")
   if(LIGHTMILL_SANITIZE MATCHES "thread")
-    set(environment ENVIRONMENT "TSAN_OPTIONS=suppressions=${PROJECT_SOURCE_DIR}/tests/thread_sanitizer.supp")
+    list(APPEND environment "TSAN_OPTIONS=suppressions=${PROJECT_SOURCE_DIR}/tests/thread_sanitizer.supp")
   endif()
-  if(ARG_WHOLE)
-    add_test(NAME ${name} COMMAND ${name})
-    set_tests_properties(${name} PROPERTIES LABELS "${ARG_LABELS}" TIMEOUT ${ARG_TIMEOUT} ${environment})
-    return()
-  endif()
-  string(JOIN "+" labels ${ARG_LABELS})
-  gtest_discover_tests(${name} DISCOVERY_MODE PRE_TEST PROPERTIES LABELS "${labels}" TIMEOUT ${ARG_TIMEOUT} ${environment})
+  add_test(NAME ${run} COMMAND ${program})
+  set_tests_properties(${run} PROPERTIES LABELS "${labels}" TIMEOUT ${timeout} PROCESSORS ${processors}
+                                         ENVIRONMENT "${environment}")
 endfunction()

@@ -2,15 +2,13 @@
 // find it too.
 #include <functional>
 
+#include "tests/analytic/glass_answers.h"
 #include "tests/analytic/meter_text.h"
 #include "tests/analytic/scene_text.h"
 
 namespace lightmill::test {
 namespace {
 
-std::string glass(double ior) {
-  return fmt::format(R"({{"name": "glass", "dielectric": {{"ior": {}}}}})", ior);
-}
 std::string point_light(double height, double intensity) {
   return fmt::format(R"({{"point": {{"position": [0, {}, 0], "intensity": {}}}}})", height, gray(intensity));
 }
@@ -128,32 +126,6 @@ TEST_P(CausticA, TheSunThroughASlabOntoADiffuseFloor) {
     const auto reading = read_meters(scene, 5, 1, nullptr, GetParam() + ":photons=50000").front();
     expect_reading(reading, M_PI / reflectance * radiance, 4e-2);
   }
-}
-
-/// Fresnel's reflectance of unpolarised light from outside, by sines and tangents (Hecht, Optics, 4.43 and 4.44).
-double fresnel(double theta, double n) {
-  if (theta == 0) {
-    return std::pow((n - 1) / (n + 1), 2);
-  }
-  const double t = std::asin(std::sin(theta) / n);
-  return (std::pow(std::sin(theta - t) / std::sin(theta + t), 2) +
-          std::pow(std::tan(theta - t) / std::tan(theta + t), 2)) /
-         2;
-}
-
-/// Irradiance at distance x from the foot of a point light of intensity I = π at height h, at depth d in a half-space
-/// of index n: what leaves in a ring of directions arrives in a ring of the floor.
-double point_through_surface(double x, double n, double h, double d) {
-  const auto reached = [&](double theta) { return h * std::tan(theta) + d * std::tan(std::asin(std::sin(theta) / n)); };
-  if (x == 0) {
-    return M_PI * (1 - fresnel(0, n)) / std::pow(h + d / n, 2);
-  }
-  double low = 0, high = 1.5;
-  for (int i = 0; i < 60; ++i) {
-    (reached((low + high) / 2) < x ? low : high) = (low + high) / 2;
-  }
-  const double step = 1e-5, slope = (reached(low + step) - reached(low - step)) / (2 * step);
-  return M_PI * (1 - fresnel(low, n)) * std::sin(low) / (x * slope);
 }
 
 // Scene C: a point light over a half-space of glass with a black floor.

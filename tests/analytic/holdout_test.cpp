@@ -10,10 +10,10 @@ constexpr const char* kMaterials =
     R"({"name": "floor", "holdout": {}}, {"name": "black", "diffuse": {"reflectance": {"rgb": [0, 0, 0]}}},
        {"name": "white", "diffuse": {"reflectance": {"rgb": [1, 1, 1]}}})";
 constexpr const char* kFloor = R"({"material": "floor", "plane": {"point": [0, 0, 0], "normal": [0, 1, 0]}})";
-constexpr const char* kSky = R"({"environment": {"radiance": {"rgb": [0.5, 2, 4]}}})";
+constexpr const char* kColoredSky = R"({"environment": {"radiance": {"rgb": [0.5, 2, 4]}}})";
 
 /// What is seen of the floor at (x, 0, 0), from the side.
-std::array<Estimate, 3> floor_at(double x, const std::string& more_objects, const std::string& lights,
+std::array<Estimate, 3> floor_layers_at(double x, const std::string& more_objects, const std::string& lights,
                                  std::uint32_t level = 9, const std::string& method = "path") {
   const auto scene =
       TestScene::from_text(document(fmt::format(R"("eye": [{}, 0.3, 0], "look_at": [{}, 0, 0])", x + 1.5, x), 0.001, 8,
@@ -24,9 +24,9 @@ std::array<Estimate, 3> floor_at(double x, const std::string& more_objects, cons
 
 TEST(Holdout, WithoutObjectsIsTheBackground) {
   const std::string lights =
-      std::string(kSky) + R"(, {"directional": {"direction": [1, -1, 0], "irradiance": {"rgb": [3, 3, 3]}}})";
-  for (const std::string& light : {std::string(kSky), lights}) {
-    const auto seen = floor_at(0.2, "", light);
+      std::string(kColoredSky) + R"(, {"directional": {"direction": [1, -1, 0], "irradiance": {"rgb": [3, 3, 3]}}})";
+  for (const std::string& light : {std::string(kColoredSky), lights}) {
+    const auto seen = floor_layers_at(0.2, "", light);
     expect_answer(seen[0], 0.5, 1e-2);
     expect_answer(seen[2], 4, 1e-2);
   }
@@ -39,7 +39,7 @@ TEST(Holdout, UnderABlackSphereInAnEvenSky) {
   };
   for (const Case& c : {Case{0.5, 0.5, 0.5, 1 - 0.5 * 0.25 / std::pow(0.5, 1.5)}, Case{0.5, 1, 0, 0.75},
                         Case{0.3, 0.7, 0.4, 1 - 0.7 * 0.09 / std::pow(0.65, 1.5)}}) {
-    const auto seen = floor_at(c.x, ", " + sphere("black", fmt::format("[0, {}, 0]", c.height), c.radius), kSky);
+    const auto seen = floor_layers_at(c.x, ", " + sphere("black", fmt::format("[0, {}, 0]", c.height), c.radius), kColoredSky);
     expect_answer(seen[0], 0.5 * c.exact, 5e-3);
     expect_answer(seen[1], 2 * c.exact, 5e-3);
   }
@@ -79,7 +79,7 @@ TEST(Holdout, ClosedLampsShowTheirOuterSideAlone) {
                                     std::string(kMaterials) +
                                         R"(, {"name": "lamp", "diffuse": {"reflectance": {"rgb": [0, 0, 0]}},
                       "emission": {"rgb": [9, 9, 9]}, "two_sided_emission": true})",
-                                    std::string(kFloor) + ", " + mesh("lamp", "cube.obj"), kSky),
+                                    std::string(kFloor) + ", " + mesh("lamp", "cube.obj"), kColoredSky),
                            {{"cube.obj", cube}});
   // The lamp hides sky, and gives more than that: Lambert's formula for its faces is the expected value without shadow.
   const double shown = mean_of(scene.render({"path", 3, 0}, 10), 1).value;
@@ -159,8 +159,8 @@ TEST(Holdout, AHoleOutOfViewChangesNothing) {
 }
 
 TEST(Holdout, LightThatTheSceneScattersIsNoPartOfIt) {
-  const auto dark = floor_at(0.5, ", " + sphere("black", "[0, 0.5, 0]", 0.5), kSky, 7);
-  const auto white = floor_at(0.5, ", " + sphere("white", "[0, 0.5, 0]", 0.5), kSky, 7);
+  const auto dark = floor_layers_at(0.5, ", " + sphere("black", "[0, 0.5, 0]", 0.5), kColoredSky, 7);
+  const auto white = floor_layers_at(0.5, ", " + sphere("white", "[0, 0.5, 0]", 0.5), kColoredSky, 7);
   EXPECT_EQ(dark[1].value, white[1].value);
 }
 
@@ -168,9 +168,9 @@ TEST(Holdout, IsDarkenedByTheShareOfEachLight) {
   // The sky gives 2π, the sun 3 cos 45° where nothing is in its way; a small ball far off shadows the sun alone.
   const double sun = 3 * std::sqrt(0.5), sky = 2 * M_PI;
   for (const std::string method : {"path", "raycast"}) {
-    const auto seen = floor_at(
+    const auto seen = floor_layers_at(
         0, ", " + sphere("black", "[-50, 50, 0]", 0.1),
-        std::string(kSky) + R"(, {"directional": {"direction": [1, -1, 0], "irradiance": {"rgb": [3, 3, 3]}}})", 9,
+        std::string(kColoredSky) + R"(, {"directional": {"direction": [1, -1, 0], "irradiance": {"rgb": [3, 3, 3]}}})", 9,
         method);
     expect_answer(seen[1], 2 * sky / (sky + sun), 1e-2);
   }
@@ -188,7 +188,7 @@ TEST(Holdout, ObjectsSeeTheBackgroundInItToo) {
   // A white sphere above an unshadowed, even world would show 1 times the sky; its own shadow takes some.
   const auto scene =
       TestScene::from_text(document(R"("eye": [0, 50, 0.1], "look_at": [0, 40, 0])", 0.001, 8, kMaterials,
-                                    std::string(kFloor) + ", " + sphere("white", "[0, 40, 0]", 0.5), kSky));
+                                    std::string(kFloor) + ", " + sphere("white", "[0, 40, 0]", 0.5), kColoredSky));
   const Estimate top = mean_of(scene.render({"path", 3, 0}, 8), 1);
   expect_answer(top, 2, 1e-2);
 }

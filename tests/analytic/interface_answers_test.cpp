@@ -2,24 +2,16 @@
 // three scenes that light reaches by way of glass or a mirror alone, all through public scene documents.
 #include <functional>
 
+#include "tests/analytic/glass_answers.h"
 #include "tests/analytic/meter_text.h"
 #include "tests/analytic/scene_text.h"
 
 namespace lightmill::test {
 namespace {
 
-/// Fresnel's reflectance of unpolarised light by sines and tangents (Hecht, Optics, 4.43 and 4.44): other pieces than
-/// the renderer's. From outside; 1 of what is totally reflected.
-double fresnel(double degrees, double n) {
-  const double i = degrees * M_PI / 180, sine = std::sin(i) / n;
-  if (sine >= 1) {
-    return 1;
-  }
-  if (degrees == 0) {
-    return std::pow((n - 1) / (n + 1), 2);
-  }
-  const double t = std::asin(sine);
-  return (std::pow(std::sin(i - t) / std::sin(i + t), 2) + std::pow(std::tan(i - t) / std::tan(i + t), 2)) / 2;
+/// At an angle in degrees.
+double fresnel_at(double degrees, double n) {
+  return fresnel(degrees * M_PI / 180, n);
 }
 
 /// ∫ f cosθ dω / π over the hemisphere; f of the angle in degrees.
@@ -32,9 +24,6 @@ double diffuse_mean(const std::function<double(double)>& f) {
   return sum / kSteps;
 }
 
-std::string glass(double ior) {
-  return fmt::format(R"({{"name": "glass", "dielectric": {{"ior": {}}}}})", ior);
-}
 constexpr const char* kSky = R"({"environment": {"radiance": {"rgb": [1, 1, 1]}}})";
 
 /// What is seen at the origin, the surface of a half-space of glass over blackness and under an even sky of radiance 1,
@@ -51,16 +40,16 @@ Estimate seen_at_surface(double degrees, double ior, bool within, const std::str
 }
 
 TEST(Interface, ReflectsByFresnelWhateverItsIndex) {
-  EXPECT_NEAR(fresnel(60, 1.5), 0.0891867, 5e-8);  // the formula itself
+  EXPECT_NEAR(fresnel_at(60, 1.5), 0.0891867, 5e-8);  // the formula itself
   for (const double n : {1.5, 1.33, 2.4, 1 / 1.5}) {
     for (const double degrees : {0.0, 30.0, 45.0, 60.0, 75.0, 85.0}) {
-      const double exact = fresnel(degrees, n);
+      const double exact = fresnel_at(degrees, n);
       EXPECT_NEAR(seen_at_surface(degrees, n, false, "whitted", 1).value, exact, 2e-5 * exact + 1e-6)
           << n << ' ' << degrees;
     }
   }
   for (const auto& [degrees, n] : {std::pair(45.0, 1.33), {70.0, 2.4}}) {
-    expect_answer(seen_at_surface(degrees, n, false, "path", 12), fresnel(degrees, n), 2e-2);
+    expect_answer(seen_at_surface(degrees, n, false, "path", 12), fresnel_at(degrees, n), 2e-2);
   }
 }
 
@@ -69,7 +58,7 @@ TEST(Interface, ReflectsAllBeyondTheCriticalAngle) {
   for (const auto& [n, critical] : {std::pair(1.5, 41.810315), {2.4, std::asin(1 / 2.4) * 180 / M_PI}}) {
     EXPECT_NEAR(std::sin(critical * M_PI / 180) * n, 1, 1e-7);
     const double below = critical - 0.002, outside = std::asin(std::sin(below * M_PI / 180) * n) * 180 / M_PI;
-    const double exact = n * n * (1 - fresnel(outside, n));
+    const double exact = n * n * (1 - fresnel_at(outside, n));
     EXPECT_GT(exact, 0.05);
     const Estimate through = seen_at_surface(below, n, true, "path", 11);
     // Near that angle what is let through goes with the square root of what is left to it: single precision knows it
@@ -95,10 +84,10 @@ TEST(Interface, AtBrewstersAngleHalfOfWhatTheOtherPolarisationHas) {
 TEST(Interface, DiffuseMeansFromBothSides) {
   // Outside a meter that looks down at glass under an even sky reads π times the mean reflectance. In the glass, over a
   // floor that glows, so does one that looks up.
-  EXPECT_NEAR(diffuse_mean([](double degrees) { return fresnel(degrees, 1.5); }), 0.0917780, 1e-6);
+  EXPECT_NEAR(diffuse_mean([](double degrees) { return fresnel_at(degrees, 1.5); }), 0.0917780, 1e-6);
   for (const auto& [n, outer, inner] : {std::tuple(1.5, 0.0917780, 0.5963458),
-                                        {2.0, diffuse_mean([](double degrees) { return fresnel(degrees, 2); }),
-                                         diffuse_mean([](double degrees) { return fresnel(degrees, 0.5); })}}) {
+                                        {2.0, diffuse_mean([](double degrees) { return fresnel_at(degrees, 2); }),
+                                         diffuse_mean([](double degrees) { return fresnel_at(degrees, 0.5); })}}) {
     const auto above = scene_with(fmt::format(
         R"("materials": [{}, {}], "objects": [{}, {}], "lights": [{}],
            "meters": [{{"name": "m", "irradiance": {{"point": [0, 1, 0], "normal": [0, -1, 0]}}}}])",
@@ -122,7 +111,7 @@ TEST(Slab, ClearOrAbsorbingWhateverItsIndexAndTheAngle) {
                                           {1.8, 25.0, 1.3},
                                           {1.5, 0.0, 0.0},
                                           {1.5, 60.0, 0.0}}) {
-    const double theta = degrees * M_PI / 180, r = fresnel(degrees, n);
+    const double theta = degrees * M_PI / 180, r = fresnel_at(degrees, n);
     const double t = std::exp(-sigma / std::cos(std::asin(std::sin(theta) / n)));
     const double exact = (1 - r) * (1 - r) * t / (1 - r * r * t * t);
     const auto scene = TestScene::from_text(document(
@@ -149,7 +138,7 @@ TEST(SceneA, SunThroughASlabOntoADiffuseFloor) {
   };
   for (const Case& c : {Case{1.5, 0.2, 0.1905390}, {1.5, 0.5, 0.5004331}, {1.5, 0.8, 0.8433346}, {2.0, 0.6, 0}}) {
     const auto slab = [&](double degrees) {
-      const double r = fresnel(degrees, c.n);
+      const double r = fresnel_at(degrees, c.n);
       return (1 - r) / (1 + r);
     };
     const auto floor = [&](double transmitted) {
@@ -229,22 +218,6 @@ TEST(SceneB, APointLightsTheWallDirectlyToEveryMethod) {
   }
 }
 
-/// Irradiance at distance x from the foot of a point light of intensity I = π at height h, at depth d in a half-space
-/// of index n: what leaves in a ring of directions arrives in a ring of the floor.
-double point_through_surface(double x, double n, double h, double d) {
-  const auto refracted = [n](double theta) { return std::asin(std::sin(theta) / n); };
-  const auto reached = [&](double theta) { return h * std::tan(theta) + d * std::tan(refracted(theta)); };
-  if (x == 0) {
-    return M_PI * (1 - fresnel(0, n)) / std::pow(h + d / n, 2);
-  }
-  double low = 0, high = 1.5;
-  for (int i = 0; i < 60; ++i) {
-    (reached((low + high) / 2) < x ? low : high) = (low + high) / 2;
-  }
-  const double step = 1e-5, slope = (reached(low + step) - reached(low - step)) / (2 * step);
-  return M_PI * (1 - fresnel(low * 180 / M_PI, n)) * std::sin(low) / (x * slope);
-}
-
 /// The same of a sphere of this radius around it that radiates as much: summed over the directions outside from which
 /// light of the floor's point comes, as n² cosθ dω within is cosθ dω outside.
 double sphere_through_surface(double x, double n, double h, double d, double radius) {
@@ -260,7 +233,7 @@ double sphere_through_surface(double x, double n, double h, double d, double rad
       const Vec3d from(x - d * std::tan(within) * std::cos(phi), 0, d * std::tan(within) * std::sin(phi));
       met += glm::length(glm::cross(Vec3d(0, h, 0) - from, direction)) < radius ? 1 : 0;
     }
-    sum += met * (1 - fresnel(std::asin(sine) * 180 / M_PI, n));
+    sum += met * (1 - fresnel_at(std::asin(sine) * 180 / M_PI, n));
   }
   return sum * M_PI / kRings / kParts / (radius * radius);
 }

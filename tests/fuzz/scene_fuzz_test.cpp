@@ -12,7 +12,7 @@
 namespace lightmill {
 namespace {
 
-const int kRounds = fuzz_cases(5000);
+const int kSceneRounds = fuzz_cases(5000);
 
 const std::filesystem::path kScenes = std::filesystem::path(LIGHTMILL_SOURCE_DIR) / "scenes";
 
@@ -33,8 +33,8 @@ LoadedScene shipped_scene() {
 struct Outcomes {
   int accepted = 0, refused = 0;
   ~Outcomes() {
-    EXPECT_GT(accepted, kRounds / 100);
-    EXPECT_GT(refused, kRounds / 100);
+    EXPECT_GT(accepted, kSceneRounds / 100);
+    EXPECT_GT(refused, kSceneRounds / 100);
   }
 };
 
@@ -53,7 +53,7 @@ TEST(SceneFuzz, DamagedDocumentsAreReadOrRefused) {
   const std::string original = shipped("cornell-course-balls.json");
   FuzzRandom random(1);
   Outcomes outcomes;
-  for (int round = 0; round < kRounds; ++round) {
+  for (int round = 0; round < kSceneRounds; ++round) {
     const std::string text = mutate(original, kWords, random);
     const Result<SceneFile> file = read_scene_json(text, "fuzz.json");
     if (file.ok()) {
@@ -75,7 +75,7 @@ TEST(SceneFuzz, DamagedMeshFilesAreReadOrRefused) {
   const std::string original = shipped("assets/CornellBlocks.obj") + "vn 0 0 1\nvt 0 0\nf 1//1 2/1/1 3//-1\n";
   FuzzRandom random(2);
   Outcomes outcomes;
-  for (int round = 0; round < kRounds; ++round) {
+  for (int round = 0; round < kSceneRounds; ++round) {
     const std::string text = mutate(original, kWords, random);
     const Result<ObjFile> file = read_obj(text, "fuzz.obj");
     if (!file.ok()) {
@@ -99,7 +99,7 @@ TEST(SceneFuzz, DamagedMaterialFilesAreReadOrRefused) {
   const std::string original = shipped("assets/CornellBox.mtl");
   FuzzRandom random(3);
   Outcomes outcomes;
-  for (int round = 0; round < kRounds; ++round) {
+  for (int round = 0; round < kSceneRounds; ++round) {
     Result<std::vector<MtlMaterial>> read = read_mtl(mutate(original, kWords, random), "fuzz.mtl");
     if (!read.ok()) {
       ++outcomes.refused;
@@ -128,7 +128,7 @@ TEST(SceneFuzz, DamagedPackedScenesAreReadOrRefused) {
   const std::string original = pack_scene(shipped_scene().scene);
   FuzzRandom random(4);
   Outcomes outcomes;
-  for (int round = 0; round < 4 * kRounds; ++round) {
+  for (int round = 0; round < 4 * kSceneRounds; ++round) {
     const Result<Scene> scene = unpack_scene(mutate(original, kWords, random));
     if (scene.ok()) {
       ++outcomes.accepted;
@@ -152,7 +152,7 @@ TEST(SceneFuzz, DamagedMeshBytesAreReadOrRefused) {
   }
   FuzzRandom random(5);
   Outcomes outcomes;
-  for (int round = 0; round < 4 * kRounds; ++round) {
+  for (int round = 0; round < 4 * kSceneRounds; ++round) {
     const std::string bytes = mutate(originals[random.below(originals.size())], kWords, random);
     const Result<Mesh> mesh = decode_mesh(as_byte_view(bytes));
     if (mesh.ok()) {

@@ -11,7 +11,7 @@
 namespace lightmill {
 namespace {
 
-const int kRounds = fuzz_cases(10'000);
+const int kWireRounds = fuzz_cases(10'000);
 constexpr std::array<std::string_view, 6> kWords{"\xff\xff\xff\xff\x0f",
                                                  "\xff\xff\xff\xff\xff\xff\xff\xff\xff\x01",
                                                  "\x0a\x05",
@@ -42,7 +42,7 @@ void expect_survival(const std::vector<Message>& messages, std::uint64_t seed) {
   const google::protobuf::LogSilencer quiet;  // it reports each name that is not UTF-8
   FuzzRandom random(seed);
   int accepted = 0, refused = 0;
-  for (int round = 0; round < kRounds; ++round) {
+  for (int round = 0; round < kWireRounds; ++round) {
     const std::string bytes = mutate(originals[random.below(originals.size())], kWords, random);
     Wire wire;
     if (!wire.ParseFromString(bytes)) {
@@ -59,8 +59,8 @@ void expect_survival(const std::vector<Message>& messages, std::uint64_t seed) {
     to_wire(*message, &again);
     EXPECT_TRUE(from_wire(again).ok()) << round << ": " << from_wire(again).status();
   }
-  EXPECT_GT(accepted, kRounds / 100);
-  EXPECT_GT(refused, kRounds / 100);
+  EXPECT_GT(accepted, kWireRounds / 100);
+  EXPECT_GT(refused, kWireRounds / 100);
 }
 
 TEST(WireFuzz, DamagedWorkerMessagesBecomeValuesOrErrors) {
@@ -112,7 +112,7 @@ TEST(WireFuzz, DamagedJobSpecificationsBecomeValuesOrErrors) {
   const google::protobuf::LogSilencer quiet;
   FuzzRandom random(8);
   int accepted = 0, refused = 0;
-  for (int round = 0; round < kRounds; ++round) {
+  for (int round = 0; round < kWireRounds; ++round) {
     const Result<JobSpec> read = unpack_job_spec(mutate(original, kWords, random));
     if (read.ok()) {
       ++accepted;
@@ -124,8 +124,8 @@ TEST(WireFuzz, DamagedJobSpecificationsBecomeValuesOrErrors) {
       ++refused;
     }
   }
-  EXPECT_GT(accepted, kRounds / 100);
-  EXPECT_GT(refused, kRounds / 100);
+  EXPECT_GT(accepted, kWireRounds / 100);
+  EXPECT_GT(refused, kWireRounds / 100);
 }
 
 TEST(WireFuzz, WhatPagesSayBecomesARequestOrAnError) {
@@ -137,13 +137,13 @@ TEST(WireFuzz, WhatPagesSayBecomesARequestOrAnError) {
   const google::protobuf::LogSilencer quiet;
   FuzzRandom random(9);
   int accepted = 0, refused = 0;
-  for (int round = 0; round < kRounds; ++round) {
+  for (int round = 0; round < kWireRounds; ++round) {
     const Result<ViewRequest> read = parse_view_request(mutate(original, kWords, random));
     read.ok() ? ++accepted : ++refused;
     EXPECT_TRUE(read.ok() || !message_of(read.status()).empty()) << round;
   }
-  EXPECT_GT(accepted, kRounds / 100);
-  EXPECT_GT(refused, kRounds / 100);
+  EXPECT_GT(accepted, kWireRounds / 100);
+  EXPECT_GT(refused, kWireRounds / 100);
 }
 
 }  // namespace

@@ -7,8 +7,8 @@
 namespace lightmill::test {
 namespace {
 
-constexpr int kSide = 96;
-constexpr std::uint64_t kPixels = kSide * kSide;
+constexpr int kPictureSide = 96;
+constexpr std::uint64_t kPicturePixels = kPictureSide * kPictureSide;
 
 class OverNetworks : public ::testing::Test {
  protected:
@@ -21,10 +21,10 @@ class OverNetworks : public ::testing::Test {
     for (int host = 0; host < 2; ++host) {
       farm_->add_worker(1, fmt::format("w{}", host + 1), {"", networks_->on_host(host), {}});
     }
-    picture_.side = kSide;
+    picture_.side = kPictureSide;
     picture_.samples = 900;
     job_ = client().submit(picture_).id();
-    client().wait_for_samples(job_, kPixels);
+    client().wait_for_samples(job_, kPicturePixels);
     ASSERT_TRUE(eventually([&] { return farm_->met("w1") && farm_->met("w2"); }));
   }
   void TearDown() override {

@@ -80,7 +80,7 @@ class RawRequest {
   std::string got_;
 };
 
-Picture small_picture() {
+Picture submitted_picture() {
   Picture picture;
   picture.side = 64;
   picture.samples = 16;
@@ -89,7 +89,7 @@ Picture small_picture() {
 
 TEST(WebSubmit, AJobComesWithItsAssetsAndGivesTheSameBits) {
   WebFarm web;
-  const JobSpec spec = job_of(small_picture(), "over http");
+  const JobSpec spec = job_of(submitted_picture(), "over http");
   v1::FindMissingAssetsRequest digests;
   for (const Sha256& digest : spec.settings.assets) {
     digests.add_digests(std::string(digest.bytes.begin(), digest.bytes.end()));
@@ -129,7 +129,7 @@ TEST(WebSubmit, AJobComesWithItsAssetsAndGivesTheSameBits) {
   EXPECT_EQ(web.post("/api/v1/jobs/" + other + "/delete", R"({"cancel": true})").body(), "{}\n");
   EXPECT_EQ(web.get("/api/v1/jobs/" + other).result_int(), 404u);
   web.farm().add_worker(1, "w");
-  expect_reference_film(web.farm().client(), std::stoull(id), small_picture());
+  expect_reference_film(web.farm().client(), std::stoull(id), submitted_picture());
   EXPECT_EQ(web.post("/api/v1/jobs/" + id + "/delete").body(), "{}\n");
   for (const char* what : {"", "/spec"}) {
     EXPECT_EQ(web.get("/api/v1/jobs/" + id + what).result_int(), 404u);
@@ -142,7 +142,7 @@ TEST(WebSubmit, WhatIsNoJobIsRefusedByItsField) {
   EXPECT_TRUE(says(web.post("/api/v1/jobs", "{}"), "request_id"));
   EXPECT_EQ(web.post("/api/v1/jobs", "{\"request_id\": ").result_int(), 400u);
   EXPECT_EQ(web.post("/api/v1/jobs", R"({"request_id": "1", "what": 2})").result_int(), 400u);
-  JobSpec spec = job_of(small_picture(), "no width");
+  JobSpec spec = job_of(submitted_picture(), "no width");
   spec.settings.assets.clear();
   spec.settings.width = 0;
   EXPECT_TRUE(says(web.post("/api/v1/jobs", submit_body(spec)), "width"));
@@ -155,7 +155,7 @@ TEST(WebSubmit, WhatIsNoJobIsRefusedByItsField) {
 
 TEST(WebSubmit, LargeScenesComeAndGoWhole) {
   WebFarm web;
-  JobSpec spec = job_of(small_picture(), "large");
+  JobSpec spec = job_of(submitted_picture(), "large");
   spec.settings.assets.clear();
   spec.settings.scene.assign(std::size_t{16} << 20, '\xff');  // no scene: what is left to the worker that reads it
   const Response submitted = web.post("/api/v1/jobs", submit_body(spec));

@@ -7,11 +7,11 @@
 namespace lightmill::test {
 namespace {
 
-const BoundingSphere kScene{{1, 2, 3}, kSceneRadius};
+const BoundingSphere kTableScene{{1, 2, 3}, kSceneRadius};
 
-PhotonEmission emission_of(const LightTable& table, const std::vector<BoundingSphere>& targets,
+PhotonEmission table_emission_of(const LightTable& table, const std::vector<BoundingSphere>& targets,
                            const std::vector<BoundlessPlane>& planes = {}) {
-  return PhotonEmission(table, targets, planes, kScene);
+  return PhotonEmission(table, targets, planes, kTableScene);
 }
 
 Mean exactly(const Vec3d& flux) {
@@ -28,22 +28,22 @@ LightTable sun_table() {
 
 TEST(PhotonEmission, TheSunFillsTheShadowsOfSpheres) {
   const LightTable table = sun_table();
-  const PhotonEmission emission = emission_of(table, kTargets);
+  const PhotonEmission emission = table_emission_of(table, kTargets);
   for (const BoundingSphere& t : kTargets) {
     const BoundingSphere within{t.center, 0.99 * t.radius};
     expect_flux(photon_flux(emission, 1, into(within)), exactly(Vec3d(kColor) * M_PI * within.radius * within.radius),
                 2e-3);
   }
-  const PhotonEmission alone = emission_of(table, {kTargets[0]});
+  const PhotonEmission alone = table_emission_of(table, {kTargets[0]});
   expect_flux(photon_flux(alone, 2, into({kTargets[0].center, 2})), exactly(Vec3d(kColor) * M_PI * 2.25), 1e-3);
-  const PhotonEmission all = emission_of(table, {kEverything, kTargets[2]});
-  expect_flux(photon_flux(all, 3, into(kScene)), exactly(Vec3d(kColor) * M_PI * 400.0), 1e-3);
+  const PhotonEmission all = table_emission_of(table, {kEverything, kTargets[2]});
+  expect_flux(photon_flux(all, 3, into(kTableScene)), exactly(Vec3d(kColor) * M_PI * 400.0), 1e-3);
   expect_flux(photon_flux(all, 4, into(kTargets[2])), exactly(Vec3d(kColor) * M_PI * 0.0004), 2e-3);
 }
 
 TEST(PhotonEmission, AConstantEnvironmentGivesPiTimesTheSurface) {
   const LightTable table = table_of([](LightTable& t) { t.environment = EnvironmentRadiance(kColor); });
-  const PhotonEmission emission = emission_of(table, kTargets);
+  const PhotonEmission emission = table_emission_of(table, kTargets);
   for (const BoundingSphere& t : kTargets) {
     const BoundingSphere within{t.center, 0.99 * t.radius};
     const Vec3d flux = Vec3d(kColor) * M_PI * 4.0 * M_PI * within.radius * within.radius;
@@ -53,11 +53,11 @@ TEST(PhotonEmission, AConstantEnvironmentGivesPiTimesTheSurface) {
 
 TEST(PhotonEmission, AnEnvironmentThatIsNotSampledMayBeLeftOut) {
   const LightTable constant = table_of([](LightTable& t) { t.environment = EnvironmentRadiance(kColor); });
-  EXPECT_TRUE(PhotonEmission(constant, kTargets, {}, kScene, false).empty());
+  EXPECT_TRUE(PhotonEmission(constant, kTargets, {}, kTableScene, false).empty());
   const LightTable image = table_of([](LightTable& t) {
     t.environment = EnvironmentRadiance({1, 1, 1, 2, 2, 2}, 1, 2, kColor, 0);
   });
-  EXPECT_FALSE(PhotonEmission(image, kTargets, {}, kScene, false).empty());
+  EXPECT_FALSE(PhotonEmission(image, kTargets, {}, kTableScene, false).empty());
 }
 
 TEST(PhotonEmission, ImagesGiveAllOfTheirLight) {
@@ -83,7 +83,7 @@ TEST(PhotonEmission, ImagesGiveAllOfTheirLight) {
     }
   }
   const BoundingSphere receiver{kTargets[0].center, 1.4};
-  const PhotonEmission emission = emission_of(table, kTargets);
+  const PhotonEmission emission = table_emission_of(table, kTargets);
   for (int b = 0; b < 3; ++b) {
     const Mean flux = photon_flux(
         emission, 6, [&](const PhotonRay& ray) { return band(-ray.direction.y) == b && meets(receiver, ray); });
@@ -95,28 +95,28 @@ TEST(PhotonEmission, ImagesGiveAllOfTheirLight) {
 TEST(PhotonEmission, DistantLightStartsBeyondAllThatIsInItsWay) {
   const LightTable table = table_of([](LightTable& t) { t.environment = EnvironmentRadiance(kColor); });
   const std::vector<BoundlessPlane> planes{{{0, -30, 0}, {0, 1, 0}}, {{1, 0, 0}, glm::normalize(Vec3d(1, 1, 0))}};
-  const PhotonEmission emission = emission_of(table, {kEverything, kTargets[0]}, planes);
+  const PhotonEmission emission = table_emission_of(table, {kEverything, kTargets[0]}, planes);
   int near_the_scene = 0;
   for_each_photon(emission, 7, [&](const PhotonRay& ray, const Vec3d& power, std::uint32_t) {
     ASSERT_GT(power.x, 0);
-    ASSERT_GT(glm::length(ray.origin - kScene.center), kScene.radius);
-    ASSERT_GT(glm::dot(kScene.center - ray.origin, ray.direction), kScene.radius);
+    ASSERT_GT(glm::length(ray.origin - kTableScene.center), kTableScene.radius);
+    ASSERT_GT(glm::dot(kTableScene.center - ray.origin, ray.direction), kTableScene.radius);
     for (const BoundlessPlane& plane : planes) {
       const double height = glm::dot(ray.origin - plane.point, plane.normal);
       const double across = glm::dot(ray.direction, plane.normal);
       // On the side that the ray comes from; what runs along the plane crosses it too far off to be told.
       ASSERT_TRUE(height * across < 0 || std::abs(across) < 1e-6) << height << " " << across;
     }
-    near_the_scene += glm::length(ray.origin - kScene.center) < 10 * kScene.radius ? 1 : 0;
+    near_the_scene += glm::length(ray.origin - kTableScene.center) < 10 * kTableScene.radius ? 1 : 0;
   });
   EXPECT_GT(near_the_scene, 0.8 * kDraws);  // those that cross a plane at more than some 10° are
 }
 
 TEST(PhotonEmission, LightAlongAPlaneStartsNearTheScene) {
   const LightTable table = table_of([](LightTable& t) { t.directional.add({{1, 0, 0}, kColor}); });
-  const PhotonEmission emission = emission_of(table, {kTargets[0]}, {{{0, -1, 0}, {0, 1, 0}}, {{0, 0, 0}, {0, 1, 0}}});
+  const PhotonEmission emission = table_emission_of(table, {kTargets[0]}, {{{0, -1, 0}, {0, 1, 0}}, {{0, 0, 0}, {0, 1, 0}}});
   for_each_photon(emission, 8, [&](const PhotonRay& ray, const Vec3d&, std::uint32_t) {
-    ASSERT_LT(glm::length(ray.origin - kScene.center), 2 * kScene.radius);
+    ASSERT_LT(glm::length(ray.origin - kTableScene.center), 2 * kTableScene.radius);
   });
 }
 
@@ -136,9 +136,9 @@ TEST(PhotonEmission, EachOfManyLightsGivesItsOwn) {
       table_of([&](LightTable& t) { facets(t), spheres(t), points(t), spots(t), suns(t), sky(t); });
   const std::vector<BoundingSphere> targets{{{0, 0, 0}, 2}, {{1, 1, 0}, 2}, {{-3, 2, 1}, 0.5}};
   const BoundingSphere receiver{{0, 0, 0}, 1.9};
-  const PhotonEmission all = emission_of(together, targets);
+  const PhotonEmission all = table_emission_of(together, targets);
   const auto expect_same = [&](std::uint32_t light, const LightTable& alone, std::uint32_t number) {
-    const PhotonEmission its = emission_of(alone, targets);
+    const PhotonEmission its = table_emission_of(alone, targets);
     const Mean part = photon_flux(all, 9, into(receiver), light);
     EXPECT_LT(part.error.x, 0.2 * part.value.x) << light;
     expect_flux(part, photon_flux(its, 10, into(receiver), number));
@@ -160,7 +160,7 @@ TEST(PhotonEmission, LanesDoNotKnowEachOther) {
     t.spots.add({{0, 0, -9}, {0, 0, 1}, kColor, 0.02f, 0.03f});
     t.environment = EnvironmentRadiance(kColor);
   });
-  const PhotonEmission emission = emission_of(table, {{{0, 0, 0}, 2}, {{5, 1, 0}, 2}, {{-3, 5, -1}, 0.5}});
+  const PhotonEmission emission = table_emission_of(table, {{{0, 0, 0}, 2}, {{5, 1, 0}, 2}, {{-3, 5, -1}, 0.5}});
   const U8 turned = (U8::lane_index() + U8(3u)) & U8(7u);
   for (std::uint32_t i = 0; i < 200; ++i) {
     const auto pairs = [&](U8 lanes) {
@@ -186,12 +186,12 @@ TEST(PhotonEmission, HundredThousandsOfLightsAndTargets) {
   for (std::size_t i = 0; i < kLights; ++i) {
     table.points.add({place(i), i + 1 < kLights ? Vec3(1, 0, 0) : Vec3(0, 0, 1e6f)});
   }
-  table.build(kScene.radius);
+  table.build(kTableScene.radius);
   std::vector<BoundingSphere> targets;
   for (int i = 0; i < 1000; ++i) {
     targets.push_back({{0.1 * (i % 10), 0.1 * (i / 10 % 10), 0.1 * (i / 100)}, 0.04});
   }
-  const PhotonEmission emission = emission_of(table, targets);
+  const PhotonEmission emission = table_emission_of(table, targets);
   const BoundingSphere receiver{{0.3, 0.4, 0.5}, 0.04};
   Vec3d expected(0);
   for (std::size_t i = 0; i < kLights; ++i) {
@@ -209,39 +209,39 @@ TEST(PhotonEmission, HundredThousandsOfLightsAndTargets) {
 
 TEST(PhotonEmission, IsEmptyWhereNoLightReachesATarget) {
   const BoundingSphere target{{0, 0, 5}, 1};
-  const PhotonEmission none = emission_of(table_of([](LightTable&) {}), {target});
+  const PhotonEmission none = table_emission_of(table_of([](LightTable&) {}), {target});
   EXPECT_TRUE(none.empty());
   EXPECT_TRUE(none.emit(kNoChoice, kNoChoice, kNoChoice).valid.none());
-  EXPECT_TRUE(emission_of(sun_table(), {}).empty());
-  EXPECT_FALSE(emission_of(sun_table(), {target}).empty());
+  EXPECT_TRUE(table_emission_of(sun_table(), {}).empty());
+  EXPECT_FALSE(table_emission_of(sun_table(), {target}).empty());
   const auto facet = [](const Vec3& corner, bool two_sided) {
     return table_of([&](LightTable& t) { t.facets.add({corner, {1, 0, 0}, {0, 1, 0}, kColor, two_sided, true, 0}); });
   };
-  EXPECT_FALSE(emission_of(facet({0, 0, 0}, false), {target}).empty());
-  EXPECT_FALSE(emission_of(facet({0, 0, 5.9f}, false), {target}).empty());
-  EXPECT_TRUE(emission_of(facet({0, 0, 6.1f}, false), {target}).empty());
+  EXPECT_FALSE(table_emission_of(facet({0, 0, 0}, false), {target}).empty());
+  EXPECT_FALSE(table_emission_of(facet({0, 0, 5.9f}, false), {target}).empty());
+  EXPECT_TRUE(table_emission_of(facet({0, 0, 6.1f}, false), {target}).empty());
   const auto sphere = [](float radius, bool inward) {
     return table_of([&](LightTable& t) { t.spheres.add({{0, 0, 4.5f}, radius, kColor, inward, false, 0}); });
   };
-  EXPECT_TRUE(emission_of(sphere(1.6f, false), {target}).empty());
-  EXPECT_FALSE(emission_of(sphere(1.4f, false), {target}).empty());
-  EXPECT_FALSE(emission_of(sphere(1.6f, true), {target}).empty());
-  EXPECT_FALSE(emission_of(facet({0, 0, 6.1f}, true), {target}).empty());
+  EXPECT_TRUE(table_emission_of(sphere(1.6f, false), {target}).empty());
+  EXPECT_FALSE(table_emission_of(sphere(1.4f, false), {target}).empty());
+  EXPECT_FALSE(table_emission_of(sphere(1.6f, true), {target}).empty());
+  EXPECT_FALSE(table_emission_of(facet({0, 0, 6.1f}, true), {target}).empty());
   const auto spot = [](const Vec3& direction, float one_minus_cos) {
     return table_of([&](LightTable& t) {
       t.spots.add({{0, 0, 0}, glm::normalize(direction), kColor, 0, one_minus_cos});
     });
   };
-  EXPECT_FALSE(emission_of(spot({0, 0, 1}, 0.01f), {target}).empty());
+  EXPECT_FALSE(table_emission_of(spot({0, 0, 1}, 0.01f), {target}).empty());
   // The target fills asin(1/5) = 11.5°, the spot 8.1°; 19.8° and 18.3° off the axis.
-  EXPECT_TRUE(emission_of(spot({0.36f, 0, 1}, 0.01f), {target}).empty());
-  EXPECT_FALSE(emission_of(spot({0.33f, 0, 1}, 0.01f), {target}).empty());
-  EXPECT_TRUE(emission_of(spot({0, 0, -1}, 0.9f), {target}).empty());
+  EXPECT_TRUE(table_emission_of(spot({0.36f, 0, 1}, 0.01f), {target}).empty());
+  EXPECT_FALSE(table_emission_of(spot({0.33f, 0, 1}, 0.01f), {target}).empty());
+  EXPECT_TRUE(table_emission_of(spot({0, 0, -1}, 0.9f), {target}).empty());
   const auto cosine = [](const Vec3& direction) {
     return table_of([&](LightTable& t) { t.cosine_powers.add({{0, 0, 0}, glm::normalize(direction), kColor, 5}); });
   };
-  EXPECT_TRUE(emission_of(cosine({0, 0, -1}), {target}).empty());
-  EXPECT_FALSE(emission_of(cosine({1, 0, -0.15f}), {target}).empty());
+  EXPECT_TRUE(table_emission_of(cosine({0, 0, -1}), {target}).empty());
+  EXPECT_FALSE(table_emission_of(cosine({1, 0, -0.15f}), {target}).empty());
 }
 
 TEST(PhotonEmission, LightsThatMissTheTargetsGetNoPhotons) {
@@ -249,7 +249,7 @@ TEST(PhotonEmission, LightsThatMissTheTargetsGetNoPhotons) {
     t.spots.add({{0, 0, 0}, {0, 0, -1}, kColor * 100.0f, 0, 0.01f});
     t.spots.add({{0, 0, 0}, {0, 0, 1}, kColor, 0, 0.01f});
   });
-  const PhotonEmission emission = emission_of(table, {{{0, 0, 5}, 1}});
+  const PhotonEmission emission = table_emission_of(table, {{{0, 0, 5}, 1}});
   for_each_photon(emission, 12, [&](const PhotonRay&, const Vec3d&, std::uint32_t light) { ASSERT_EQ(light, 1u); });
 }
 
@@ -295,7 +295,7 @@ TEST(PhotonTargets, GroupsHoldAllAndAreFew) {
 /// The power of every photon of kColor times its density is what leaves its light: I, L cosθ, E across suns, L of
 /// skies.
 void expect_densities(const LightTable& table, const std::vector<BoundingSphere>& targets) {
-  const PhotonEmission emission = emission_of(table, targets);
+  const PhotonEmission emission = table_emission_of(table, targets);
   const U8 first_point(table.first(LightKind::point));
   int valid = 0;
   for (std::uint32_t i = 0; i < 20000; i += 8) {
@@ -327,7 +327,7 @@ TEST(PhotonEmission, PowersTimesDensitiesAreWhatLeavesTheLights) {
     t.environment = EnvironmentRadiance(kColor);
   });
   // In the sphere of all; and of lights without surfaces also by cones and shadows that overlap.
-  expect_densities(all, {kScene});
+  expect_densities(all, {kTableScene});
   expect_densities(all, {kEverything});
   const LightTable open = table_of([](LightTable& t) {
     t.points.add({{0, 3, 1}, kColor});

@@ -44,7 +44,7 @@ std::vector<Parameters> many() {
   return all;
 }
 
-const double kAngles[] = {0.01, 40, 75, 88};
+const double kPrincipledAngles[] = {0.01, 40, 75, 88};
 
 Grid grid_for(const Parameters& p, const Vec3d& wo, double eta) {
   const double roughness = p.coat > 0 ? std::min(p.roughness, p.coat_roughness) : p.roughness;
@@ -54,7 +54,7 @@ Grid grid_for(const Parameters& p, const Vec3d& wo, double eta) {
 TEST(Principled, DrawsWhatItsPdfSays) {
   std::uint32_t seed = 700;
   for (const Parameters& p : many()) {
-    for (const double degrees : kAngles) {
+    for (const double degrees : kPrincipledAngles) {
       const Vec3d wo = tilted(degrees);
       const Principled8 bsdf = p.seen_from(to_lanes(wo));
       EXPECT_LT(sample_z(bsdf, wo, grid_for(p, wo, p.ior), ++seed, 1e-2), kChiSquaredThreshold)
@@ -66,7 +66,7 @@ TEST(Principled, DrawsWhatItsPdfSays) {
 TEST(Principled, MakesNoEnergyOnEitherSide) {
   std::uint32_t seed = 1000;
   for (const Parameters& p : many()) {
-    for (const double degrees : kAngles) {
+    for (const double degrees : kPrincipledAngles) {
       for (const bool front : {true, false}) {
         const Vec3d wo = tilted(degrees);
         const double eta = front ? p.ior : 1 / p.ior;
@@ -83,7 +83,7 @@ TEST(Principled, MakesNoEnergyOnEitherSide) {
 TEST(Principled, WhitePlasticReflectsAll) {
   for (const float roughness : {0.0f, 0.3f, 0.6f, 1.0f}) {
     const Parameters p{.base_color = Vec3(1), .roughness = roughness};
-    for (const double degrees : kAngles) {
+    for (const double degrees : kPrincipledAngles) {
       const Vec3d wo = tilted(degrees);
       const Albedo a = directional_albedo(p.seen_from(to_lanes(wo)), wo, Grid(mirrored(wo), -wo, 0.3), 3);
       EXPECT_NEAR(a.by_sampling, 1, 5 * a.standard_error + 4e-3) << roughness << " " << degrees;

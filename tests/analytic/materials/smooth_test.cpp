@@ -9,8 +9,8 @@
 namespace lightmill::test {
 namespace {
 
-const double kAngles[] = {0.01, 20, 50, 75, 88};
-const double kEtas[] = {1.5, 1 / 1.5, 1.1, 2.4, 1 / 2.4};
+const double kSmoothAngles[] = {0.01, 20, 50, 75, 88};
+const double kSmoothEtas[] = {1.5, 1 / 1.5, 1.1, 2.4, 1 / 2.4};
 
 const F8 kLast(0x1.fffffep-1f);  ///< the largest number that is drawn
 
@@ -27,7 +27,7 @@ Diffuse8 lambert(double albedo) {
 
 TEST(Diffuse, DrawsWhatItsPdfSays) {
   std::uint32_t seed = 1400;
-  for (const double degrees : kAngles) {
+  for (const double degrees : kSmoothAngles) {
     const Vec3d wo = tilted(degrees);
     EXPECT_LT(sample_z(lambert(0.8), wo, Grid(tilted(0), -wo, 0.5), ++seed, 1e-4), kChiSquaredThreshold) << degrees;
   }
@@ -36,7 +36,7 @@ TEST(Diffuse, DrawsWhatItsPdfSays) {
 TEST(Diffuse, ReflectsItsAlbedoWhateverTheAngle) {
   std::uint32_t seed = 1500;
   for (const double albedo : {0.0, 0.3, 1.0}) {
-    for (const double degrees : kAngles) {
+    for (const double degrees : kSmoothAngles) {
       const Vec3d wo = tilted(degrees);
       const Albedo a = directional_albedo(lambert(albedo), wo, Grid(tilted(0), -wo, 0.5), ++seed);
       EXPECT_NEAR(a.by_quadrature, albedo, 1e-3 * albedo) << degrees;
@@ -51,7 +51,7 @@ TEST(Diffuse, IsReciprocal) {
 
 TEST(Mirror, SendsItsShareOneWayAndBack) {
   const Mirror8 mirror{broadcast(Vec3(0.9f, 0.5f, 1.0f))};
-  for (const double degrees : kAngles) {
+  for (const double degrees : kSmoothAngles) {
     const Vec3d wo = tilted(degrees);
     const BsdfSample8 there = mirror.sample(to_lanes(wo)), back = mirror.sample(there.wi);
     expect_direction(there, mirrored(wo));
@@ -68,7 +68,7 @@ TEST(Mirror, SendsItsShareOneWayAndBack) {
 
 TEST(SmoothDielectric, ReflectsAsOftenAsFresnelSays) {
   std::uint32_t seed = 1600;
-  for (const double eta : kEtas) {
+  for (const double eta : kSmoothEtas) {
     for (const double degrees : {0.0, 30.0, 45.0, 75.0, 85.0}) {
       const Vec3d wo = tilted(degrees);
       double reflected = 0;
@@ -90,8 +90,8 @@ TEST(SmoothDielectric, ReflectsAsOftenAsFresnelSays) {
 }
 
 TEST(SmoothDielectric, IsReciprocalUpToEtaSquaredAndKeepsAllEnergy) {
-  for (const double eta : kEtas) {
-    for (const double degrees : kAngles) {
+  for (const double eta : kSmoothEtas) {
+    for (const double degrees : kSmoothAngles) {
       const Vec3d wo = tilted(degrees);
       const Dielectric8 front{F8(static_cast<float>(eta))}, back{F8(static_cast<float>(1 / eta))};
       // Reflected light has all of its share, refracted radiance is η² denser or thinner: with Fresnel's shares, which

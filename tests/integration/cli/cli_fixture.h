@@ -11,6 +11,15 @@
 
 namespace lightmill::test {
 
+/// Options of a render that takes a moment.
+inline const std::vector<std::string> kSmall{"--size", "96x80", "--spp", "8"};
+
+/// The arguments, then `more`.
+inline std::vector<std::string> with(std::vector<std::string> arguments, const std::vector<std::string>& more) {
+  arguments.insert(arguments.end(), more.begin(), more.end());
+  return arguments;
+}
+
 inline std::string program(const std::string& name) {
   return std::string(LIGHTMILL_BINARY_DIR) + "/bin/" + name;
 }

@@ -8,12 +8,6 @@
 namespace lightmill::test {
 namespace {
 
-const std::vector<std::string> kSmall{"--size", "96x80", "--spp", "8"};
-
-std::vector<std::string> with(std::vector<std::string> arguments, const std::vector<std::string>& more) {
-  arguments.insert(arguments.end(), more.begin(), more.end());
-  return arguments;
-}
 
 TEST_F(FarmCliTest, AJobGoesFromSubmitToDelete) {
   const std::string id = submit(with({scene("cornell-bench-blocks.json"), "--name", "box", "--owner", "ada"}, kSmall));

@@ -15,7 +15,6 @@
 namespace lightmill::test {
 namespace {
 
-const std::vector<std::string> kSmall{"--size", "96x80", "--spp", "8"};
 
 std::vector<std::string> lines_with(const std::string& path, const std::string& text) {
   std::vector<std::string> lines;

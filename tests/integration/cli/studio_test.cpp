@@ -9,12 +9,7 @@
 namespace lightmill::test {
 namespace {
 
-const std::vector<std::string> kSmall{"--size", "96x80", "--method", "path", "--spp", "40"};
-
-std::vector<std::string> with(std::vector<std::string> arguments, const std::vector<std::string>& more) {
-  arguments.insert(arguments.end(), more.begin(), more.end());
-  return arguments;
-}
+const std::vector<std::string> kSmallByPath{"--size", "96x80", "--method", "path", "--spp", "40"};
 
 // ---- Open Job Description ----
 
@@ -48,7 +43,7 @@ using StudioTest = FarmCliTest;
 TEST_F(StudioTest, AFarmManagerIsToldHowARenderGoes) {
   start_worker("w");
   const CommandResult run = lightmill(with(
-      {"render", scene("cornell-bench-blocks.json"), "-o", file("a.exr"), "--openjd", "--server", server()}, kSmall));
+      {"render", scene("cornell-bench-blocks.json"), "-o", file("a.exr"), "--openjd", "--server", server()}, kSmallByPath));
   EXPECT_EQ(run.exit_code, 0) << run.err;
   const Told told = read_openjd(run.out);
   ASSERT_FALSE(told.progress.empty()) << run.out;
@@ -169,7 +164,7 @@ void expect_picture(Viewer& viewer, const std::string& name, const std::string& 
 TEST_F(StudioTest, AViewerShowsThePictureThatIsRendered) {
   Viewer viewer;
   start_worker("w");
-  const std::string job = submit(with({scene("cornell-bench-blocks.json")}, kSmall));
+  const std::string job = submit(with({scene("cornell-bench-blocks.json")}, kSmallByPath));
   on_farm({"watch", job, "--tev", viewer.address(), "-o", file("a.exr")});
   expect_picture(viewer, "job " + job + " cornell-bench-blocks", file("a.exr"));
 }
@@ -185,7 +180,7 @@ TEST_F(StudioTest, ASlowViewerOfAPartOfThePictureGetsAllOfIt) {
 
 TEST_F(StudioTest, AViewerThatStartsLaterIsFound) {
   const std::uint16_t port = TevListener().port();
-  const std::string job = submit(with({scene("cornell-bench-blocks.json")}, kSmall));
+  const std::string job = submit(with({scene("cornell-bench-blocks.json")}, kSmallByPath));
   const std::string address = fmt::format("127.0.0.1:{}", port);
   BackgroundProcess watch(
       {program("lightmill"), "watch", job, "--tev", address, "-o", file("a.exr"), "--server", server()},
@@ -206,7 +201,7 @@ TEST_F(StudioTest, AViewerThatStartsLaterIsFound) {
 
 TEST_F(StudioTest, WithoutAViewerAJobIsFollowedAllTheSame) {
   start_worker("w");
-  const std::string job = submit(with({scene("cornell-bench-blocks.json")}, kSmall));
+  const std::string job = submit(with({scene("cornell-bench-blocks.json")}, kSmallByPath));
   const std::string address = TevListener().address();
   const CommandResult run = lightmill({"watch", job, "--tev", address, "-o", file("a.exr"), "--server", server()});
   EXPECT_EQ(run.exit_code, 0) << run.err;
@@ -216,7 +211,7 @@ TEST_F(StudioTest, WithoutAViewerAJobIsFollowedAllTheSame) {
 }
 
 TEST_F(StudioTest, WithoutAValueTheViewerIsWhereViewersListen) {
-  const std::string job = submit(with({scene("cornell-bench-blocks.json")}, kSmall));
+  const std::string job = submit(with({scene("cornell-bench-blocks.json")}, kSmallByPath));
   start_worker("w");
   ASSERT_EQ(on_farm({"watch", job})["state"], "done");
   // Whether there is one or not, its address is said.

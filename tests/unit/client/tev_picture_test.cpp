@@ -7,7 +7,7 @@
 namespace lightmill {
 namespace {
 
-constexpr int kRows = 8;
+constexpr int kPictureRows = 8;
 
 /// A row of a picture two pixels wide.
 TevTile row(int y, float value) {
@@ -18,30 +18,30 @@ std::string packet_of(const TevTile& tile) {
                           tile.planes);
 }
 TevPicture picture() {
-  return {"job", 2, kRows};
+  return {"job", 2, kPictureRows};
 }
 
 TEST(TevPicture, IsMadeFirstAndThenFilled) {
   TevPicture picture = lightmill::picture();
   picture.put(row(1, 0.5f));
-  EXPECT_EQ(picture.next_packet(), tev_create_image("job", 2, kRows, true));
+  EXPECT_EQ(picture.next_packet(), tev_create_image("job", 2, kPictureRows, true));
   EXPECT_EQ(picture.next_packet(), packet_of(row(1, 0.5f)));
   EXPECT_EQ(picture.next_packet(), "");
 }
 
 TEST(TevPicture, EachTileGetsItsTurnWhileTheTopChangesFasterThanItIsSent) {
   TevPicture picture = lightmill::picture();
-  for (int y = 0; y < kRows; ++y) {
+  for (int y = 0; y < kPictureRows; ++y) {
     picture.put(row(y, 1));
   }
   picture.next_packet();
   std::set<std::string> sent;
-  for (int i = 0; i < 2 * kRows; ++i) {  // each row once, and the two at the top between
+  for (int i = 0; i < 2 * kPictureRows; ++i) {  // each row once, and the two at the top between
     sent.insert(picture.next_packet());
     picture.put(row(0, 2));
     picture.put(row(1, 2));
   }
-  for (int y = 2; y < kRows; ++y) {
+  for (int y = 2; y < kPictureRows; ++y) {
     EXPECT_TRUE(sent.contains(packet_of(row(y, 1)))) << y;
   }
 }
@@ -64,7 +64,7 @@ TEST(TevPicture, AnotherViewerGetsAllOfIt) {
   picture.next_packet();
   picture.next_packet();  // one waits, one does not
   picture.start_over();
-  EXPECT_EQ(picture.next_packet(), tev_create_image("job", 2, kRows, true));
+  EXPECT_EQ(picture.next_packet(), tev_create_image("job", 2, kPictureRows, true));
   EXPECT_EQ(picture.next_packet(), packet_of(row(0, 1)));
   EXPECT_EQ(picture.next_packet(), packet_of(row(1, 1)));
   EXPECT_EQ(picture.next_packet(), "");
@@ -76,7 +76,7 @@ TEST(TevPicture, WhatIsNoTileOfItIsLeftOut) {
   const std::vector<float> two(6);
   picture.put({1, 0, 2, 1, two});
   picture.put({-1, 0, 2, 1, two});
-  picture.put({0, kRows, 2, 1, two});
+  picture.put({0, kPictureRows, 2, 1, two});
   picture.put({0, -1, 2, 1, two});
   picture.put({std::int64_t{1} << 40, 0, 2, 1, two});
   picture.put({0, 0, 0, 0, {}});

@@ -17,11 +17,11 @@
 namespace lightmill {
 namespace {
 
-constexpr std::int64_t kNow = 1'800'000'000;  // 2027-01-15 08:00 UTC
-constexpr Validity kValidity{kNow - 300, kNow + 86'400};
+constexpr std::int64_t kCertificateNow = 1'800'000'000;  // 2027-01-15 08:00 UTC
+constexpr Validity kValidity{kCertificateNow - 300, kCertificateNow + 86'400};
 
 KeyAndCertificate authority() {
-  return make_authority("Test farm", {kNow - 300, kNow + 10 * 86'400}).value();
+  return make_authority("Test farm", {kCertificateNow - 300, kCertificateNow + 10 * 86'400}).value();
 }
 
 CertificateFacts facts_of(const KeyAndCertificate& made) {
@@ -38,7 +38,7 @@ Owned parsed(const std::string& pem) {
 }
 
 /// X509_V_OK or why not, at `at`, by a path of OpenSSL's own that shares nothing with ours.
-int verify(const KeyAndCertificate& made, const KeyAndCertificate& by, int purpose, std::int64_t at = kNow) {
+int verify(const KeyAndCertificate& made, const KeyAndCertificate& by, int purpose, std::int64_t at = kCertificateNow) {
   const Owned issuer = parsed(by.certificate), certificate = parsed(made.certificate);
   X509_STORE* const store = X509_STORE_new();
   X509_STORE_add_cert(store, issuer.get());
@@ -75,7 +75,7 @@ TEST(Certificates, SayWhatWasAskedFor) {
   EXPECT_EQ(facts.roles, (Roles{Role::view, Role::submit}));
   EXPECT_EQ(facts.from_unix_s, kValidity.from_unix_s);
   EXPECT_EQ(facts.until_unix_s, kValidity.until_unix_s);
-  EXPECT_EQ(date_text(kNow), "2027-01-15 08:00 UTC");
+  EXPECT_EQ(date_text(kCertificateNow), "2027-01-15 08:00 UTC");
 }
 
 TEST(Certificates, AreGoodForTheirPurposeAlone) {
@@ -127,7 +127,7 @@ TEST(Certificates, WhatMakesNoSenseIsRefused) {
   EXPECT_EQ(code({other.key, ca.certificate}, {"x", {}, {Role::view}}), StatusCode::kInvalidArgument);
   const KeyAndCertificate worker = issue_certificate(ca, {"w", {}, {Role::worker}}, kValidity).value();
   EXPECT_EQ(code(worker, {"x", {}, {Role::admin}}), StatusCode::kInvalidArgument) << "a worker signs nothing";
-  EXPECT_EQ(facts_of(issue_certificate(ca, {"x", {}, {Role::view}}, {kNow, kNow + 100 * 86'400}).value()).until_unix_s,
+  EXPECT_EQ(facts_of(issue_certificate(ca, {"x", {}, {Role::view}}, {kCertificateNow, kCertificateNow + 100 * 86'400}).value()).until_unix_s,
             facts_of(ca).until_unix_s)
       << "none outlives its authority";
 }
@@ -148,7 +148,7 @@ class TlsFilesTest : public ::testing::Test {
     EXPECT_EQ(::chmod(path.c_str(), mode), 0);
     return path.string();
   }
-  std::string problem(const TlsFiles& files, std::int64_t now = kNow) {
+  std::string problem(const TlsFiles& files, std::int64_t now = kCertificateNow) {
     return message_of(read_tls_files(files, now).status());
   }
   test::TemporaryFolder folder_;
@@ -160,11 +160,11 @@ TEST_F(TlsFilesTest, OneFileMayHoldBoth) {
   const TlsFiles one{file("ca.pem", ca_.certificate), file("w.pem", worker_.certificate + worker_.key), ""};
   const TlsFiles two{one.authority, file("c.pem", worker_.certificate), file("k.pem", worker_.key)};
   for (const TlsFiles& files : {one, two}) {
-    const auto texts = read_tls_files(files, kNow);
+    const auto texts = read_tls_files(files, kCertificateNow);
     ASSERT_TRUE(texts.ok()) << texts.status();
     EXPECT_EQ(read_certificates(texts->certificate)->front().name, "w");
   }
-  EXPECT_NE(message_of(check_names_hosts(read_tls_files(one, kNow).value())).find("names no host"), std::string::npos);
+  EXPECT_NE(message_of(check_names_hosts(read_tls_files(one, kCertificateNow).value())).find("names no host"), std::string::npos);
 }
 
 TEST_F(TlsFilesTest, MistakesAreNamed) {
@@ -182,7 +182,7 @@ TEST_F(TlsFilesTest, MistakesAreNamed) {
             std::string::npos);
   EXPECT_NE(problem({(folder_.path() / "none").string(), "", ""}).find("--tls-ca"), std::string::npos);
   EXPECT_NE(problem({file("text.pem", "no PEM"), "", ""}).find("no certificate in it"), std::string::npos);
-  EXPECT_NE(message_of(read_caller({{"", good, ""}, ""}, {}, kNow).status()).find("without --tls-ca"),
+  EXPECT_NE(message_of(read_caller({{"", good, ""}, ""}, {}, kCertificateNow).status()).find("without --tls-ca"),
             std::string::npos);
 }
 

@@ -14,10 +14,10 @@
 namespace lightmill {
 namespace {
 
-constexpr std::int64_t kNow = 1'800'000'000, kDay = 86'400;
+constexpr std::int64_t kTokenNow = 1'800'000'000, kDay = 86'400;
 
 TokenRecord record_of(const NewToken& token, const std::string& name = "ada", Roles roles = {Role::submit}) {
-  return {token.id, name, roles, token.hash, "root", kNow, kNow + kDay};
+  return {token.id, name, roles, token.hash, "root", kTokenNow, kTokenNow + kDay};
 }
 
 TEST(Tokens, HaveAnIdAndTwoHundredFiftySixRandomBits) {
@@ -49,34 +49,34 @@ TEST(Tokens, AllElseIsNone) {
 TEST(TokenBook, LetsInWhomATokenStandsForUntilItsEnd) {
   TokenBook book;
   const NewToken token = make_token().value();
-  ASSERT_TRUE(book.add(record_of(token), kNow).ok());
-  const auto identity = book.identify(token.text, kNow);
+  ASSERT_TRUE(book.add(record_of(token), kTokenNow).ok());
+  const auto identity = book.identify(token.text, kTokenNow);
   ASSERT_TRUE(identity.ok()) << identity.status();
   EXPECT_EQ(identity->name, "ada");
   EXPECT_EQ(identity->roles, Roles{Role::submit});
   EXPECT_EQ(identity->proof, Proof::token);
   EXPECT_EQ(describe(*identity), "'ada' (roles: submit; by token " + token.id + ")");
-  EXPECT_TRUE(book.check_still_holds(*identity, kNow + kDay - 1).ok());
-  EXPECT_EQ(book.check_still_holds(*identity, kNow + kDay).code(), StatusCode::kUnauthenticated);
-  EXPECT_EQ(book.identify(token.text, kNow + kDay).status().code(), StatusCode::kUnauthenticated);
+  EXPECT_TRUE(book.check_still_holds(*identity, kTokenNow + kDay - 1).ok());
+  EXPECT_EQ(book.check_still_holds(*identity, kTokenNow + kDay).code(), StatusCode::kUnauthenticated);
+  EXPECT_EQ(book.identify(token.text, kTokenNow + kDay).status().code(), StatusCode::kUnauthenticated);
   ASSERT_TRUE(book.remove(token.id).ok());
-  EXPECT_EQ(book.check_still_holds(*identity, kNow).code(), StatusCode::kUnauthenticated);
-  EXPECT_EQ(book.identify(token.text, kNow).status().code(), StatusCode::kUnauthenticated);
+  EXPECT_EQ(book.check_still_holds(*identity, kTokenNow).code(), StatusCode::kUnauthenticated);
+  EXPECT_EQ(book.identify(token.text, kTokenNow).status().code(), StatusCode::kUnauthenticated);
   EXPECT_EQ(book.remove(token.id).code(), StatusCode::kNotFound);
 }
 
 TEST(TokenBook, AWrongSecretIsAsUnknownAsAWrongId) {
   TokenBook book;
   const NewToken token = make_token().value(), other = make_token().value();
-  ASSERT_TRUE(book.add(record_of(token), kNow).ok());
+  ASSERT_TRUE(book.add(record_of(token), kTokenNow).ok());
   const std::string forged = token.text.substr(0, token.text.rfind('_')) + other.text.substr(other.text.rfind('_'));
-  const Status wrong_secret = book.identify(forged, kNow).status(), wrong_id = book.identify(other.text, kNow).status();
+  const Status wrong_secret = book.identify(forged, kTokenNow).status(), wrong_id = book.identify(other.text, kTokenNow).status();
   EXPECT_EQ(wrong_secret.code(), StatusCode::kUnauthenticated);
   std::string expected = message_of(wrong_id);
   expected.replace(expected.find(other.id), other.id.size(), token.id);
   EXPECT_EQ(message_of(wrong_secret), expected);
   // All zeros are the hash of nothing that is known, and let nobody in.
-  EXPECT_FALSE(book.identify("lightmill_000000000000_" + std::string(64, '0'), kNow).ok());
+  EXPECT_FALSE(book.identify("lightmill_000000000000_" + std::string(64, '0'), kTokenNow).ok());
 }
 
 TEST(TokenBook, TakesOnlyWhatMakesSense) {
@@ -85,15 +85,15 @@ TEST(TokenBook, TakesOnlyWhatMakesSense) {
   const auto code = [&](auto change) {
     TokenRecord record = record_of(token);
     change(record);
-    return book.add(record, kNow).code();
+    return book.add(record, kTokenNow).code();
   };
   using enum StatusCode;
   EXPECT_EQ(code([](TokenRecord& r) { r.id = "short"; }), kInvalidArgument);
   EXPECT_EQ(code([](TokenRecord& r) { r.name.clear(); }), kInvalidArgument);
   EXPECT_EQ(code([](TokenRecord& r) { r.name = "a\nb"; }), kInvalidArgument);
   EXPECT_EQ(code([](TokenRecord& r) { r.roles = {}; }), kInvalidArgument);
-  EXPECT_EQ(code([](TokenRecord& r) { r.until_unix_s = kNow; }), kInvalidArgument);
-  EXPECT_EQ(code([](TokenRecord& r) { r.until_unix_s = kNow + kMaxTokenSeconds + 1; }), kInvalidArgument);
+  EXPECT_EQ(code([](TokenRecord& r) { r.until_unix_s = kTokenNow; }), kInvalidArgument);
+  EXPECT_EQ(code([](TokenRecord& r) { r.until_unix_s = kTokenNow + kMaxTokenSeconds + 1; }), kInvalidArgument);
   EXPECT_EQ(code([](TokenRecord&) {}), kOk);
   EXPECT_EQ(code([](TokenRecord&) {}), kOk) << "the same again is one token";
   EXPECT_EQ(code([](TokenRecord& r) { r.hash = sha256("other"); }), kAlreadyExists);
@@ -106,7 +106,7 @@ class CallerTest : public ::testing::Test {
   void SetUp() override { ::unsetenv(kTokenVariable); }
   void TearDown() override { ::unsetenv(kTokenVariable); }
   Result<CallerTexts> read(const std::string& file, const std::string& server) const {
-    return read_caller({{}, file}, std::vector{server}, kNow);
+    return read_caller({{}, file}, std::vector{server}, kTokenNow);
   }
   test::TemporaryFolder folder_;
   const std::string file_ = (folder_.path() / "token").string();

@@ -6,7 +6,7 @@
 namespace lightmill {
 namespace {
 
-Time at(double seconds) {
+Time allowance_time(double seconds) {
   return Time{from_seconds(seconds)};
 }
 
@@ -14,40 +14,40 @@ TEST(AllowanceTest, SoManyAtOnceThenSoManyASecond) {
   Allowance allowance(2, 3);
   int taken = 0;
   for (int i = 0; i < 10; ++i) {
-    taken += allowance.take(at(100)) ? 1 : 0;
+    taken += allowance.take(allowance_time(100)) ? 1 : 0;
   }
   EXPECT_EQ(taken, 3);
-  EXPECT_EQ(allowance.wait(at(100)), from_seconds(0.5));
-  EXPECT_FALSE(allowance.take(at(100.4375)));
-  EXPECT_TRUE(allowance.take(at(100.5)));
-  EXPECT_FALSE(allowance.take(at(100.5)));
+  EXPECT_EQ(allowance.wait(allowance_time(100)), from_seconds(0.5));
+  EXPECT_FALSE(allowance.take(allowance_time(100.4375)));
+  EXPECT_TRUE(allowance.take(allowance_time(100.5)));
+  EXPECT_FALSE(allowance.take(allowance_time(100.5)));
   // Over 50 seconds, asked every 16th of one: twice a second.
   taken = 0;
   for (int i = 1; i <= 800; ++i) {
-    taken += allowance.take(at(100.5 + i / 16.0)) ? 1 : 0;
+    taken += allowance.take(allowance_time(100.5 + i / 16.0)) ? 1 : 0;
   }
   EXPECT_EQ(taken, 100);
 }
 
 TEST(AllowanceTest, FillsUpToWhatMayBeAtOnce) {
   Allowance allowance(1, 2);
-  EXPECT_TRUE(allowance.is_full(at(0)));
-  EXPECT_TRUE(allowance.take(at(0)));
-  EXPECT_FALSE(allowance.is_full(at(0.5)));
-  EXPECT_TRUE(allowance.is_full(at(1)));
-  EXPECT_TRUE(allowance.take(at(1000)));
-  EXPECT_TRUE(allowance.take(at(1000)));
-  EXPECT_FALSE(allowance.take(at(1000)));
-  EXPECT_EQ(allowance.wait(at(2000)), Duration::zero());
+  EXPECT_TRUE(allowance.is_full(allowance_time(0)));
+  EXPECT_TRUE(allowance.take(allowance_time(0)));
+  EXPECT_FALSE(allowance.is_full(allowance_time(0.5)));
+  EXPECT_TRUE(allowance.is_full(allowance_time(1)));
+  EXPECT_TRUE(allowance.take(allowance_time(1000)));
+  EXPECT_TRUE(allowance.take(allowance_time(1000)));
+  EXPECT_FALSE(allowance.take(allowance_time(1000)));
+  EXPECT_EQ(allowance.wait(allowance_time(2000)), Duration::zero());
 }
 
 TEST(AllowanceTest, TimesOutOfOrderGiveNothingTwice) {
   Allowance allowance(1, 1);
-  EXPECT_TRUE(allowance.take(at(10)));
-  EXPECT_FALSE(allowance.take(at(5)));
-  EXPECT_FALSE(allowance.take(at(10.5)));
-  EXPECT_FALSE(allowance.take(at(5.5)));
-  EXPECT_TRUE(allowance.take(at(11)));
+  EXPECT_TRUE(allowance.take(allowance_time(10)));
+  EXPECT_FALSE(allowance.take(allowance_time(5)));
+  EXPECT_FALSE(allowance.take(allowance_time(10.5)));
+  EXPECT_FALSE(allowance.take(allowance_time(5.5)));
+  EXPECT_TRUE(allowance.take(allowance_time(11)));
 }
 
 }  // namespace

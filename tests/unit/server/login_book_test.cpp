@@ -5,62 +5,62 @@
 namespace lightmill {
 namespace {
 
-constexpr std::int64_t kNow = 1'800'000'000;
+constexpr std::int64_t kLoginNow = 1'800'000'000;
 
-Identity ada(const std::string& token = "0123456789ab", std::int64_t until_unix_s = 0) {
+Identity logged_in_ada(const std::string& token = "0123456789ab", std::int64_t until_unix_s = 0) {
   return {"ada", {Role::submit}, Proof::token, until_unix_s, token};
 }
 
 TEST(LoginBook, ASecretStandsForWhoShowedTheTokenUntilItEndsOrIsTakenBack) {
   LoginBook book;
-  EXPECT_EQ(book.identify("one", kNow).status().code(), StatusCode::kUnauthenticated);
-  ASSERT_EQ(book.add("one", ada(), kNow).value(), kNow + LoginBook::kLoginSeconds);
-  EXPECT_EQ(book.identify("one", kNow)->name, "ada");
-  EXPECT_FALSE(book.identify("two", kNow).ok());
-  EXPECT_TRUE(book.identify("one", kNow + LoginBook::kLoginSeconds - 1).ok());
-  EXPECT_FALSE(book.identify("one", kNow + LoginBook::kLoginSeconds).ok());
+  EXPECT_EQ(book.identify("one", kLoginNow).status().code(), StatusCode::kUnauthenticated);
+  ASSERT_EQ(book.add("one", logged_in_ada(), kLoginNow).value(), kLoginNow + LoginBook::kLoginSeconds);
+  EXPECT_EQ(book.identify("one", kLoginNow)->name, "ada");
+  EXPECT_FALSE(book.identify("two", kLoginNow).ok());
+  EXPECT_TRUE(book.identify("one", kLoginNow + LoginBook::kLoginSeconds - 1).ok());
+  EXPECT_FALSE(book.identify("one", kLoginNow + LoginBook::kLoginSeconds).ok());
   book.remove("one");
-  EXPECT_FALSE(book.identify("one", kNow).ok());
+  EXPECT_FALSE(book.identify("one", kLoginNow).ok());
 }
 
 TEST(LoginBook, NoLoginOutlivesItsToken) {
   LoginBook book;
-  EXPECT_EQ(book.add("one", ada("0123456789ab", kNow + 10), kNow).value(), kNow + 10);
-  EXPECT_FALSE(book.identify("one", kNow + 10).ok());
+  EXPECT_EQ(book.add("one", logged_in_ada("0123456789ab", kLoginNow + 10), kLoginNow).value(), kLoginNow + 10);
+  EXPECT_FALSE(book.identify("one", kLoginNow + 10).ok());
 }
 
 TEST(LoginBook, OfOneTokenTheOldestGoesAndOthersStay) {
   LoginBook book;
-  ASSERT_TRUE(book.add("other", ada("ffffffffffff"), kNow).ok());
+  ASSERT_TRUE(book.add("other", logged_in_ada("ffffffffffff"), kLoginNow).ok());
   for (std::size_t i = 0; i <= LoginBook::kMostOfOne; ++i) {
-    ASSERT_TRUE(book.add(std::to_string(i), ada(), kNow).ok());
+    ASSERT_TRUE(book.add(std::to_string(i), logged_in_ada(), kLoginNow).ok());
   }
   EXPECT_EQ(book.size(), LoginBook::kMostOfOne + 1);
-  EXPECT_FALSE(book.identify("0", kNow).ok());
-  EXPECT_TRUE(book.identify("1", kNow).ok());
-  EXPECT_TRUE(book.identify("other", kNow).ok());
+  EXPECT_FALSE(book.identify("0", kLoginNow).ok());
+  EXPECT_TRUE(book.identify("1", kLoginNow).ok());
+  EXPECT_TRUE(book.identify("other", kLoginNow).ok());
 }
 
 TEST(LoginBook, ThereIsALimitUntilSomeHaveEnded) {
   LoginBook book;
   for (std::size_t i = 0; i < LoginBook::kMostLogins; ++i) {
-    ASSERT_TRUE(book.add(std::to_string(i), ada(fmt::format("{:012x}", i / LoginBook::kMostOfOne)), kNow).ok());
+    ASSERT_TRUE(book.add(std::to_string(i), logged_in_ada(fmt::format("{:012x}", i / LoginBook::kMostOfOne)), kLoginNow).ok());
   }
-  EXPECT_EQ(book.add("more", ada("ffffffffffff"), kNow).status().code(), StatusCode::kResourceExhausted);
-  EXPECT_TRUE(book.add("more", ada("ffffffffffff"), kNow + LoginBook::kLoginSeconds).ok());
+  EXPECT_EQ(book.add("more", logged_in_ada("ffffffffffff"), kLoginNow).status().code(), StatusCode::kResourceExhausted);
+  EXPECT_TRUE(book.add("more", logged_in_ada("ffffffffffff"), kLoginNow + LoginBook::kLoginSeconds).ok());
   EXPECT_EQ(book.size(), 1u);
 }
 
 TEST(LoginBook, ThoseOfTokensThatHoldNoLongerTakeNobodysPlace) {
   LoginBook book;
   for (std::size_t i = 0; i < LoginBook::kMostLogins; ++i) {
-    ASSERT_TRUE(book.add(std::to_string(i), ada(fmt::format("{:012x}", i / LoginBook::kMostOfOne)), kNow).ok());
+    ASSERT_TRUE(book.add(std::to_string(i), logged_in_ada(fmt::format("{:012x}", i / LoginBook::kMostOfOne)), kLoginNow).ok());
   }
   book.keep([](const Identity& caller) { return caller.token != "000000000003"; });
   EXPECT_EQ(book.size(), LoginBook::kMostLogins - LoginBook::kMostOfOne);
-  EXPECT_FALSE(book.identify("300", kNow).ok());
-  EXPECT_TRUE(book.identify("299", kNow).ok());
-  EXPECT_TRUE(book.add("more", ada("ffffffffffff"), kNow).ok());
+  EXPECT_FALSE(book.identify("300", kLoginNow).ok());
+  EXPECT_TRUE(book.identify("299", kLoginNow).ok());
+  EXPECT_TRUE(book.add("more", logged_in_ada("ffffffffffff"), kLoginNow).ok());
 }
 
 }  // namespace

@@ -13,7 +13,7 @@ using std::chrono::milliseconds;
 using std::chrono::seconds;
 
 constexpr double kMost = 1000;
-constexpr Time kStart{seconds(100)};
+constexpr Time kPaceStart{seconds(100)};
 
 /// A look at what `waits` say.
 bool look(ResultsPace& pace, Time now, std::vector<Duration> waits) {
@@ -23,18 +23,18 @@ bool look(ResultsPace& pace, Time now, std::vector<Duration> waits) {
 
 /// One that was cut to `rate` at 102 s, when results waited 4 s; it looks away for twice `unit` and these.
 ResultsPace cut_to(double rate, Duration unit = {}) {
-  ResultsPace pace(kMost, kStart);
-  pace.came(2 * rate / 0.9, kStart);
+  ResultsPace pace(kMost, kPaceStart);
+  pace.came(2 * rate / 0.9, kPaceStart);
   pace.gave(unit);
-  EXPECT_TRUE(look(pace, kStart + seconds(2), {seconds(4)}));
+  EXPECT_TRUE(look(pace, kPaceStart + seconds(2), {seconds(4)}));
   EXPECT_NEAR(pace.bytes_per_second(), rate, 1e-9);
   return pace;
 }
 
 TEST(ResultsPace, StaysAtTheMostWhileNobodyWaitsLong) {
-  ResultsPace pace(kMost, kStart);
-  EXPECT_FALSE(pace.is_due(kStart + milliseconds(1999)));
-  for (Time now = kStart + seconds(2); now < kStart + seconds(60); now += seconds(2)) {
+  ResultsPace pace(kMost, kPaceStart);
+  EXPECT_FALSE(pace.is_due(kPaceStart + milliseconds(1999)));
+  for (Time now = kPaceStart + seconds(2); now < kPaceStart + seconds(60); now += seconds(2)) {
     pace.came(200, now - seconds(1));
     EXPECT_FALSE(look(pace, now, {milliseconds(2900), milliseconds(10)}));
   }
@@ -42,13 +42,13 @@ TEST(ResultsPace, StaysAtTheMostWhileNobodyWaitsLong) {
 }
 
 TEST(ResultsPace, LessThanHalfOfTheWorkersDoNotSlowTheOthersDown) {
-  ResultsPace pace(kMost, kStart);
-  pace.came(200, kStart);
+  ResultsPace pace(kMost, kPaceStart);
+  pace.came(200, kPaceStart);
   EXPECT_FALSE(
-      look(pace, kStart + seconds(2), {std::chrono::hours(24), seconds(2), seconds(9), seconds(2), seconds(2)}));
-  pace.came(200, kStart + seconds(3));
+      look(pace, kPaceStart + seconds(2), {std::chrono::hours(24), seconds(2), seconds(9), seconds(2), seconds(2)}));
+  pace.came(200, kPaceStart + seconds(3));
   EXPECT_TRUE(
-      look(pace, kStart + seconds(4), {std::chrono::hours(24), seconds(2), seconds(9), seconds(4), seconds(2)}));
+      look(pace, kPaceStart + seconds(4), {std::chrono::hours(24), seconds(2), seconds(9), seconds(4), seconds(2)}));
 }
 
 TEST(ResultsPace, WhatIsTooMuchIsCutToNineTenthsOfWhatCame) {
@@ -57,23 +57,23 @@ TEST(ResultsPace, WhatIsTooMuchIsCutToNineTenthsOfWhatCame) {
 }
 
 TEST(ResultsPace, IsCutByThreeQuartersAtMostAndNotForNothing) {
-  ResultsPace pace(kMost, kStart);
-  EXPECT_FALSE(look(pace, kStart + seconds(2), {seconds(9)})) << "nothing came: nobody knows what is taken in";
-  pace.came(1, kStart + seconds(3));
-  EXPECT_TRUE(look(pace, kStart + seconds(4), {seconds(9)}));
+  ResultsPace pace(kMost, kPaceStart);
+  EXPECT_FALSE(look(pace, kPaceStart + seconds(2), {seconds(9)})) << "nothing came: nobody knows what is taken in";
+  pace.came(1, kPaceStart + seconds(3));
+  EXPECT_TRUE(look(pace, kPaceStart + seconds(4), {seconds(9)}));
   EXPECT_DOUBLE_EQ(pace.bytes_per_second(), kMost / 4);
 }
 
 TEST(ResultsPace, IsNotCutForWhatWasAskedForBefore) {
   ResultsPace pace = cut_to(450);
-  pace.came(1000, kStart + seconds(6));
-  EXPECT_FALSE(look(pace, kStart + seconds(8), {seconds(9)})) << "500 are taken in, 450 asked for";
+  pace.came(1000, kPaceStart + seconds(6));
+  EXPECT_FALSE(look(pace, kPaceStart + seconds(8), {seconds(9)})) << "500 are taken in, 450 asked for";
   EXPECT_NEAR(pace.bytes_per_second(), 450, 1e-9);
 }
 
 TEST(ResultsPace, WhatWasGivenOutBeforeAChangeIsNotHeldAgainstIt) {
   ResultsPace pace = cut_to(630, seconds(10));
-  const Time there = kStart + seconds(2 + 20 + 4);
+  const Time there = kPaceStart + seconds(2 + 20 + 4);
   pace.came(1, there - seconds(1));
   EXPECT_EQ(pace.heard_from(there), there);
   EXPECT_FALSE(pace.is_due(there + milliseconds(1999)));
@@ -84,54 +84,54 @@ TEST(ResultsPace, WhatWasGivenOutBeforeAChangeIsNotHeldAgainstIt) {
 
 TEST(ResultsPace, LooksAgainAfterHalfAMinuteHoweverLongUnitsAre) {
   const ResultsPace pace = cut_to(630, seconds(1000));
-  EXPECT_TRUE(pace.is_due(kStart + seconds(2 + 30 + 2)));
+  EXPECT_TRUE(pace.is_due(kPaceStart + seconds(2 + 30 + 2)));
 }
 
 TEST(ResultsPace, GrowsByAFifthWhileResultsComeAndDoublesWhileNothingIsToDo) {
   ResultsPace pace = cut_to(250);
-  pace.came(1, kStart + seconds(6));
-  EXPECT_FALSE(look(pace, kStart + seconds(8), {milliseconds(1500)})) << "neither long nor short";
-  pace.came(1, kStart + seconds(9));
-  EXPECT_TRUE(look(pace, kStart + seconds(10), {milliseconds(900)}));
+  pace.came(1, kPaceStart + seconds(6));
+  EXPECT_FALSE(look(pace, kPaceStart + seconds(8), {milliseconds(1500)})) << "neither long nor short";
+  pace.came(1, kPaceStart + seconds(9));
+  EXPECT_TRUE(look(pace, kPaceStart + seconds(10), {milliseconds(900)}));
   EXPECT_NEAR(pace.bytes_per_second(), 300, 1e-9);
-  pace.came(1, kStart + seconds(11));
-  EXPECT_FALSE(look(pace, kStart + seconds(13), {})) << "nobody has said how long they wait";
-  EXPECT_TRUE(look(pace, kStart + seconds(15), {}));
-  EXPECT_TRUE(look(pace, kStart + seconds(17), {}));
+  pace.came(1, kPaceStart + seconds(11));
+  EXPECT_FALSE(look(pace, kPaceStart + seconds(13), {})) << "nobody has said how long they wait";
+  EXPECT_TRUE(look(pace, kPaceStart + seconds(15), {}));
+  EXPECT_TRUE(look(pace, kPaceStart + seconds(17), {}));
   EXPECT_EQ(pace.bytes_per_second(), kMost);
 }
 
 TEST(ResultsPace, AVoiceCountsForHalfAMinute) {
-  const ResultsPace pace(kMost, kStart);
-  EXPECT_EQ(pace.heard_from(kStart + seconds(10)), kStart);
-  EXPECT_EQ(pace.heard_from(kStart + seconds(70)), kStart + seconds(40));
+  const ResultsPace pace(kMost, kPaceStart);
+  EXPECT_EQ(pace.heard_from(kPaceStart + seconds(10)), kPaceStart);
+  EXPECT_EQ(pace.heard_from(kPaceStart + seconds(70)), kPaceStart + seconds(40));
 }
 
 TEST(ResultsPace, ATimeInWhichNobodySaidAnythingIsNotLookedAt) {
-  ResultsPace pace(kMost, kStart);
-  pace.came(1, kStart);
-  EXPECT_FALSE(look(pace, kStart + std::chrono::hours(10), {seconds(9)}));
+  ResultsPace pace(kMost, kPaceStart);
+  pace.came(1, kPaceStart);
+  EXPECT_FALSE(look(pace, kPaceStart + std::chrono::hours(10), {seconds(9)}));
   EXPECT_EQ(pace.bytes_per_second(), kMost);
 }
 
 TEST(ResultsPace, AStandstillIsNotLookedAt) {
-  ResultsPace pace(kMost, kStart);
-  pace.came(1, kStart);
-  pace.stood_still(kStart + seconds(1));
-  EXPECT_FALSE(pace.is_due(kStart + seconds(12)));
-  EXPECT_EQ(pace.heard_from(kStart + seconds(12)), kStart + seconds(11));
-  EXPECT_TRUE(pace.is_due(kStart + seconds(13)));
+  ResultsPace pace(kMost, kPaceStart);
+  pace.came(1, kPaceStart);
+  pace.stood_still(kPaceStart + seconds(1));
+  EXPECT_FALSE(pace.is_due(kPaceStart + seconds(12)));
+  EXPECT_EQ(pace.heard_from(kPaceStart + seconds(12)), kPaceStart + seconds(11));
+  EXPECT_TRUE(pace.is_due(kPaceStart + seconds(13)));
 }
 
 /// A coordinator that takes in `taken` bytes a second for ten minutes, and workers that send what they are told to
 /// when their units of `unit` at the most are done; what is too much waits, for 20 s at most: then so do workers.
 /// The part of `taken` that came after two minutes, and how long it waited on average.
 std::pair<double, double> after_minutes(double taken, Duration unit) {
-  ResultsPace pace(kMost, kStart);
-  std::deque<std::pair<Time, double>> sent{{kStart, kMost}};
+  ResultsPace pace(kMost, kPaceStart);
+  std::deque<std::pair<Time, double>> sent{{kPaceStart, kMost}};
   double queue = 0, all = 0, waited = 0;
   int seen = 0;
-  for (Time now = kStart; now < kStart + seconds(600); now += milliseconds(100)) {
+  for (Time now = kPaceStart; now < kPaceStart + seconds(600); now += milliseconds(100)) {
     if (sent.size() > 1 && sent[1].first <= now) {
       sent.pop_front();
     }
@@ -142,11 +142,11 @@ std::pair<double, double> after_minutes(double taken, Duration unit) {
     const auto unit_now =
         Duration(static_cast<Duration::rep>(static_cast<double>(unit.count()) * kMost / pace.bytes_per_second()));
     pace.gave(unit_now);
-    std::vector<Duration> waits{std::min(from_seconds(queue / taken), now - kStart)};
+    std::vector<Duration> waits{std::min(from_seconds(queue / taken), now - kPaceStart)};
     if (pace.is_due(now) && pace.look(waits, now)) {
       sent.emplace_back(now + unit_now, pace.bytes_per_second());
     }
-    if (now > kStart + seconds(120)) {
+    if (now > kPaceStart + seconds(120)) {
       all += came;
       waited += queue / taken;
       ++seen;
@@ -166,8 +166,8 @@ TEST(ResultsPace, FindsWhatACoordinatorTakesWhereMoreWaits) {
 }
 
 TEST(ResultsPace, SomeResultsComeHoweverLongTheyWait) {
-  ResultsPace pace(kMost, kStart);
-  for (Time now = kStart + seconds(2); now < kStart + seconds(600); now += seconds(2)) {
+  ResultsPace pace(kMost, kPaceStart);
+  for (Time now = kPaceStart + seconds(2); now < kPaceStart + seconds(600); now += seconds(2)) {
     pace.came(0.01, now - seconds(1));
     std::vector<Duration> waits{seconds(10)};
     if (pace.is_due(now)) {

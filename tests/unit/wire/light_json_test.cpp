@@ -7,7 +7,7 @@
 namespace lightmill {
 namespace {
 
-std::string document(const std::string& lights, const std::string& emission = "") {
+std::string light_document(const std::string& lights, const std::string& emission = "") {
   return fmt::format(R"({{"camera": {{"eye": [0, 0, 5], "look_at": [0, 0, 0], "vertical_fov_degrees": 40}},
 "materials": [{{"name": "m", "diffuse": {{"reflectance": {{"rgb": [0, 0, 0]}}}}{}}}],
 "objects": [{{"material": "m", "sphere": {{"center": [0, 0, 0], "radius": 1}}}}],
@@ -20,7 +20,7 @@ Scene scene_of(const std::string& text) {
   EXPECT_TRUE(file.ok()) << message_of(file.status());
   return file.ok() ? file->draft.scene : Scene();
 }
-std::string error_of(const std::string& text) {
+std::string light_error(const std::string& text) {
   const auto file = read_scene_json(text, "s.json");
   if (file.ok()) {
     return "no error";
@@ -31,7 +31,7 @@ std::string error_of(const std::string& text) {
 }
 template <class Kind>
 Kind light_of(const std::string& light) {
-  const Scene scene = scene_of(document(light));
+  const Scene scene = scene_of(light_document(light));
   EXPECT_EQ(scene.lights.size(), 1u);
   return scene.lights.empty() ? Kind() : std::get<Kind>(scene.lights[0].kind);
 }
@@ -63,51 +63,51 @@ TEST(LightJson, DefaultsAreThoseOfTheSchema) {
 }
 
 TEST(LightJson, MistakesAreNamed) {
-  EXPECT_EQ(error_of(document(R"({"spot": {"position": [0, 0, 0], "intensity": {"rgb": [1, 1, 1]}}})")),
+  EXPECT_EQ(light_error(light_document(R"({"spot": {"position": [0, 0, 0], "intensity": {"rgb": [1, 1, 1]}}})")),
             "lights[0].spot.direction: must be given");
-  EXPECT_EQ(error_of(document(R"({"directional": {"direction": [0, 0, 0], "irradiance": {"rgb": [1, 1, 1]}}})")),
+  EXPECT_EQ(light_error(light_document(R"({"directional": {"direction": [0, 0, 0], "irradiance": {"rgb": [1, 1, 1]}}})")),
             "lights[0].directional.direction: must not be zero");
-  EXPECT_EQ(error_of(document(R"({"spot": {"position": [0, 0, 0], "direction": [0, 1, 0], "cutoff_degrees": 0,
+  EXPECT_EQ(light_error(light_document(R"({"spot": {"position": [0, 0, 0], "direction": [0, 1, 0], "cutoff_degrees": 0,
                                            "intensity": {"rgb": [1, 1, 1]}}})")),
             "lights[0].spot.cutoff_degrees: must be in [0.001, 180], got 0");
-  EXPECT_EQ(error_of(document(R"({"cosine_power": {"position": [0, 0, 0], "direction": [0, 1, 0], "exponent": -1,
+  EXPECT_EQ(light_error(light_document(R"({"cosine_power": {"position": [0, 0, 0], "direction": [0, 1, 0], "exponent": -1,
                                                    "intensity": {"rgb": [1, 1, 1]}}})")),
             "lights[0].cosine_power.exponent: must be in [0, 10000], got -1");
-  EXPECT_EQ(error_of(document(R"({"ies": {"position": [0, 0, 0], "up": [0, 2, 0], "file": "a"}})")),
+  EXPECT_EQ(light_error(light_document(R"({"ies": {"position": [0, 0, 0], "up": [0, 2, 0], "file": "a"}})")),
             "lights[0].ies.up: must not be parallel to direction, got (0, 2, 0)");
-  EXPECT_EQ(error_of(document(R"({"ies": {"position": [0, 0, 0]}})")), "lights[0].ies.file: must be given");
-  EXPECT_EQ(error_of(document(R"({"environment": {}}, {"environment": {}})")),
+  EXPECT_EQ(light_error(light_document(R"({"ies": {"position": [0, 0, 0]}})")), "lights[0].ies.file: must be given");
+  EXPECT_EQ(light_error(light_document(R"({"environment": {}}, {"environment": {}})")),
             "lights[1].environment: at most one light can be an environment");
-  EXPECT_EQ(error_of(document(R"({"environment": {"rotation_degrees": 361}})")),
+  EXPECT_EQ(light_error(light_document(R"({"environment": {"rotation_degrees": 361}})")),
             "lights[0].environment.rotation_degrees: must be in [-360, 360], got 361");
 }
 
 TEST(LightJson, MistakesInUnitsAreNamed) {
   const auto point = [](const std::string& rest) {
-    return document(fmt::format(R"({{"point": {{"position": [0, 0, 0]}}, {}}})", rest));
+    return light_document(fmt::format(R"({{"point": {{"position": [0, 0, 0]}}, {}}})", rest));
   };
-  EXPECT_EQ(error_of(point(R"("strength": {"lux": 3})")),
+  EXPECT_EQ(light_error(point(R"("strength": {"lux": 3})")),
             "lights[0].strength.lux: one of the units watt, watt_per_steradian, lumen, candela is expected here");
-  EXPECT_EQ(error_of(point(R"("strength": {})")),
+  EXPECT_EQ(light_error(point(R"("strength": {})")),
             "lights[0].strength: an amount must be given in one of the units watt, watt_per_steradian, "
             "lumen, candela");
-  EXPECT_EQ(error_of(point(R"("strength": {"lumen": -3})")), "lights[0].strength.lumen: must be in [0, 1e+20], got -3");
-  EXPECT_EQ(error_of(point(R"("strength": {"lumen": 3, "color": {"rgb": [0, 0, 0]}})")),
+  EXPECT_EQ(light_error(point(R"("strength": {"lumen": -3})")), "lights[0].strength.lumen: must be in [0, 1e+20], got -3");
+  EXPECT_EQ(light_error(point(R"("strength": {"lumen": 3, "color": {"rgb": [0, 0, 0]}})")),
             "lights[0].strength.color: components must not be negative nor all zero, got (0, 0, 0)");
-  EXPECT_EQ(error_of(document(R"({"point": {"position": [0, 0, 0], "intensity": {"rgb": [1, 1, 1]}},
+  EXPECT_EQ(light_error(light_document(R"({"point": {"position": [0, 0, 0], "intensity": {"rgb": [1, 1, 1]}},
                                   "strength": {"lumen": 3}})")),
             "lights[0].strength: takes the place of point.intensity, only one can be given");
-  EXPECT_EQ(error_of(document(R"({"ies": {"position": [0, 0, 0], "file": "a"}, "strength": {"lumen": 3}})")),
+  EXPECT_EQ(light_error(light_document(R"({"ies": {"position": [0, 0, 0], "file": "a"}, "strength": {"lumen": 3}})")),
             "lights[0].strength: an IES file has its own; ies.scale changes it");
-  EXPECT_EQ(error_of(document("", R"(, "emission_strength": {"candela": 1})")),
+  EXPECT_EQ(light_error(light_document("", R"(, "emission_strength": {"candela": 1})")),
             "materials[0].emission_strength.candela: one of the units watt, watt_per_square_metre, "
             "watt_per_square_metre_steradian, lumen, lux, candela_per_square_metre is expected here");
-  EXPECT_EQ(error_of(document("", R"(, "emission": {"rgb": [1, 1, 1]}, "emission_strength": {"watt": 1})")),
+  EXPECT_EQ(light_error(light_document("", R"(, "emission": {"rgb": [1, 1, 1]}, "emission_strength": {"watt": 1})")),
             "materials[0]: only one of emission, emission_strength and emission_flux can be given");
 }
 
 TEST(LightJson, PackedScenesKeepEveryLight) {
-  Scene scene = scene_of(document(
+  Scene scene = scene_of(light_document(
       R"({"name": "a", "point": {"position": [1, 2, 3], "intensity": {"rgb": [1, 2, 3]}}},
          {"directional": {"direction": [0, -2, 0], "irradiance": {"rgb": [4, 5, 6]}}},
          {"spot": {"position": [1, 0, 0], "direction": [0, 0, 1], "cutoff_degrees": 30, "blend": 0.25},

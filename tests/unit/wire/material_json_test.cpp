@@ -6,7 +6,7 @@
 namespace lightmill {
 namespace {
 
-std::string document(const std::string& material) {
+std::string material_document(const std::string& material) {
   return R"({"camera": {"eye": [0, 1, 5], "look_at": [0, 1, 0], "vertical_fov_degrees": 30},
 "materials": [{"name": "m", )" +
          material + R"(}],
@@ -15,14 +15,14 @@ std::string document(const std::string& material) {
 
 /// Read, packed and unpacked.
 Material read(const std::string& material) {
-  const Result<SceneFile> file = read_scene_json(document(material), "m.json");
+  const Result<SceneFile> file = read_scene_json(material_document(material), "m.json");
   EXPECT_TRUE(file.ok()) << file.status();
   const Result<Scene> back = unpack_scene(pack_scene(file->draft.scene));
   EXPECT_TRUE(back.ok()) << back.status();
   return back->materials[0];
 }
-std::string error_of(const std::string& material) {
-  const Result<SceneFile> file = read_scene_json(document(material), "m.json");
+std::string material_error(const std::string& material) {
+  const Result<SceneFile> file = read_scene_json(material_document(material), "m.json");
   return file.ok() ? "no error" : message_of(file.status());
 }
 
@@ -36,9 +36,9 @@ TEST(MaterialJson, PhongIsRead) {
   const auto none = std::get<PhongMaterial>(read(R"("phong": {})").kind);
   EXPECT_EQ(none.diffuse, RgbColor{});
   EXPECT_EQ(none.exponent, 10);
-  EXPECT_EQ(error_of(R"("phong": {"diffuse": {"rgb": [0.5, 0.5, 0.5]}, "specular": {"rgb": [0.2, 0.6, 0]}})"),
+  EXPECT_EQ(material_error(R"("phong": {"diffuse": {"rgb": [0.5, 0.5, 0.5]}, "specular": {"rgb": [0.2, 0.6, 0]}})"),
             "m.json:2:38: materials[0].phong: diffuse + specular may not exceed 1 in any channel, got 0.5 + 0.6");
-  EXPECT_EQ(error_of(R"("phong": {"exponent": 1e7})"),
+  EXPECT_EQ(material_error(R"("phong": {"exponent": 1e7})"),
             "m.json:2:51: materials[0].phong.exponent: must be in [0, 1000000], got 10000000");
 }
 
@@ -51,15 +51,15 @@ TEST(MaterialJson, ConductorsAreReadByNumbersOrByName) {
   const auto silver = std::get<ConductorMaterial>(read(R"("conductor": {"metal": "silver"})").kind);
   EXPECT_NEAR(silver.eta.g, 0.06, 0.01);
   EXPECT_NEAR(silver.k.r, 4.4, 0.1);
-  EXPECT_EQ(error_of(R"("conductor": {})"), "m.json:2:42: materials[0].conductor: metal, or eta and k must be given");
-  EXPECT_EQ(error_of(R"("conductor": {"eta": {"rgb": [1, 1, 1]}})"),
+  EXPECT_EQ(material_error(R"("conductor": {})"), "m.json:2:42: materials[0].conductor: metal, or eta and k must be given");
+  EXPECT_EQ(material_error(R"("conductor": {"eta": {"rgb": [1, 1, 1]}})"),
             "m.json:2:42: materials[0].conductor.k: must be given");
-  EXPECT_EQ(error_of(R"("conductor": {"metal": "tin"})"),
+  EXPECT_EQ(material_error(R"("conductor": {"metal": "tin"})"),
             "m.json:2:52: materials[0].conductor.metal: unknown metal \"tin\"; the metals are aluminium, chromium, "
             "copper, gold, iron, nickel, platinum, silver");
-  EXPECT_EQ(error_of(R"("conductor": {"metal": "gold", "k": {"rgb": [1, 1, 1]}})"),
+  EXPECT_EQ(material_error(R"("conductor": {"metal": "gold", "k": {"rgb": [1, 1, 1]}})"),
             "m.json:2:52: materials[0].conductor.metal: eta and k are those of the metal, they may not be given too");
-  EXPECT_EQ(error_of(R"("conductor": {"eta": {"rgb": [1, 0, 1]}, "k": {"rgb": [1, 0, 1]}})"),
+  EXPECT_EQ(material_error(R"("conductor": {"eta": {"rgb": [1, 0, 1]}, "k": {"rgb": [1, 0, 1]}})"),
             "m.json:2:42: materials[0].conductor: eta and k may not both be 0 in a channel");
 }
 
@@ -81,9 +81,9 @@ TEST(MaterialJson, PrincipledMaterialsAreRead) {
   EXPECT_EQ(none.specular, 0.5);
   EXPECT_EQ(none.ior, 1.5);
   EXPECT_EQ(none.coat_roughness, 0.03);
-  EXPECT_EQ(error_of(R"("principled": {"coat": 2})"),
+  EXPECT_EQ(material_error(R"("principled": {"coat": 2})"),
             "m.json:2:52: materials[0].principled.coat: must be in [0, 1], got 2");
-  EXPECT_EQ(error_of(R"("principled": {"ior": 0})"),
+  EXPECT_EQ(material_error(R"("principled": {"ior": 0})"),
             "m.json:2:51: materials[0].principled.ior: must be in (0, 10], got 0");
 }
 
@@ -103,23 +103,23 @@ TEST(MaterialJson, GlassHasRoughnessAnInteriorAndAPriority) {
   EXPECT_EQ(fog.absorption, RgbColor{});
   EXPECT_EQ(fog.scattering, (RgbColor{1, 2, 3}));
   EXPECT_EQ(fog.anisotropy, -0.5);
-  EXPECT_EQ(error_of(R"("dielectric": {}, "interior": {"anisotropy": 1})"),
+  EXPECT_EQ(material_error(R"("dielectric": {}, "interior": {"anisotropy": 1})"),
             "m.json:2:74: materials[0].interior.anisotropy: must be in [-0.99, 0.99], got 1");
-  EXPECT_EQ(error_of(R"("dielectric": {"roughness": -1})"),
+  EXPECT_EQ(material_error(R"("dielectric": {"roughness": -1})"),
             "m.json:2:57: materials[0].dielectric.roughness: must be in [0, 1], got -1");
-  EXPECT_EQ(error_of(R"("dielectric": {}, "interior": {"color": {"rgb": [1, 2, 0]}})"),
+  EXPECT_EQ(material_error(R"("dielectric": {}, "interior": {"color": {"rgb": [1, 2, 0]}})"),
             "m.json:2:69: materials[0].interior.color: each component must be in [0, 1], got (1, 2, 0)");
-  EXPECT_EQ(error_of(R"("mirror": {}, "interior": {"absorption": {"rgb": [1, 2, 0]}})"),
+  EXPECT_EQ(material_error(R"("mirror": {}, "interior": {"absorption": {"rgb": [1, 2, 0]}})"),
             "m.json:2:55: materials[0].interior: only a dielectric, or a principled material with transmission, has an "
             "inside");
-  EXPECT_EQ(error_of(R"("principled": {}, "priority": 1)"),
+  EXPECT_EQ(material_error(R"("principled": {}, "priority": 1)"),
             "m.json:2:59: materials[0].priority: only a dielectric, or a principled material with transmission, has an "
             "inside");
 }
 
 TEST(MaterialJson, MapsNameTexturesAndChannels) {
   const auto with_texture = [](const std::string& material) {
-    std::string text = document(material);
+    std::string text = material_document(material);
     text.insert(1, R"("textures": [{"name": "t", "file": "t.png"}], )");
     return read_scene_json(text, "m.json");
   };

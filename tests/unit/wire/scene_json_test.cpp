@@ -23,7 +23,7 @@ const std::string kFilm = R"({"width": 8, "height": 4})";
 const std::string kMaterials = R"([{"name": "red", "diffuse": {"reflectance": {"rgb": [1, 0.5, 0]}}}])";
 const std::string kObjects = R"([{"material": "red", "sphere": {"center": [0, 0, 0], "radius": 1}}])";
 
-std::string error_of(const std::string& text) {
+std::string scene_error(const std::string& text) {
   const Result<SceneFile> file = read_scene_json(text, "box.json");
   return file.ok() ? "no error" : message_of(file.status());
 }
@@ -103,7 +103,7 @@ TEST(SceneJson, MetersComeAndGo) {
 
 TEST(SceneJson, MistakesInMetersAreNamed) {
   const auto error = [](const std::string& meter) {
-    return error_of(document(kCamera, kFilm, kMaterials, kObjects, ", \"meters\": [" + meter + "]"));
+    return scene_error(document(kCamera, kFilm, kMaterials, kObjects, ", \"meters\": [" + meter + "]"));
   };
   EXPECT_NE(error(R"({"name": "a"})").find("meters[0]: a kind of meter must be given"), std::string::npos);
   EXPECT_NE(
@@ -143,13 +143,13 @@ TEST(SceneJson, DefaultsAreThoseOfTheSchema) {
 }
 
 TEST(SceneJson, UnknownAndDuplicateFieldsAreNamed) {
-  EXPECT_EQ(error_of(document(kCamera, R"({"width": 8, "depth": 4})", kMaterials, kObjects)),
+  EXPECT_EQ(scene_error(document(kCamera, R"({"width": 8, "depth": 4})", kMaterials, kObjects)),
             "box.json:3:22: film.depth: unknown field; the fields are width, height, filter");
-  EXPECT_EQ(error_of(document(kCamera, R"({"width": 8, "width": 9})", kMaterials, kObjects)),
+  EXPECT_EQ(scene_error(document(kCamera, R"({"width": 8, "width": 9})", kMaterials, kObjects)),
             "box.json:3:22: film.width: the field is given twice");
-  EXPECT_EQ(error_of(document(kCamera, kFilm, kMaterials, kObjects, ",\n\"camera\": {}")),
+  EXPECT_EQ(scene_error(document(kCamera, kFilm, kMaterials, kObjects, ",\n\"camera\": {}")),
             "box.json:6:1: camera: the field is given twice");
-  EXPECT_EQ(error_of(document(kCamera, kFilm, R"([{"name": "a", "mirror": {}, "dielectric": {}}])", kObjects)),
+  EXPECT_EQ(scene_error(document(kCamera, kFilm, R"([{"name": "a", "mirror": {}, "dielectric": {}}])", kObjects)),
             "box.json:4:43: materials[0].dielectric: only one of diffuse, mirror, dielectric, phong, conductor, "
             "principled, holdout may be given, and mirror "
             "is given "
@@ -157,123 +157,123 @@ TEST(SceneJson, UnknownAndDuplicateFieldsAreNamed) {
 }
 
 TEST(SceneJson, WrongTypesAreNamed) {
-  EXPECT_EQ(error_of(document(kCamera, R"({"width": "wide"})", kMaterials, kObjects)),
+  EXPECT_EQ(scene_error(document(kCamera, R"({"width": "wide"})", kMaterials, kObjects)),
             "box.json:3:19: film.width: an integer is expected, got a string");
-  EXPECT_EQ(error_of(document(kCamera, R"({"width": 8.5})", kMaterials, kObjects)),
+  EXPECT_EQ(scene_error(document(kCamera, R"({"width": 8.5})", kMaterials, kObjects)),
             "box.json:3:19: film.width: an integer is expected, got 8.5");
-  EXPECT_EQ(error_of(document(kCamera, R"({"width": null})", kMaterials, kObjects)),
+  EXPECT_EQ(scene_error(document(kCamera, R"({"width": null})", kMaterials, kObjects)),
             "box.json:3:19: film.width: null is not allowed; an integer is expected or the field must be left out");
-  EXPECT_EQ(error_of(document("7", kFilm, kMaterials, kObjects)),
+  EXPECT_EQ(scene_error(document("7", kFilm, kMaterials, kObjects)),
             "box.json:2:11: camera: an object with eye, look_at, up, vertical_fov_degrees, camera_constant, "
             "lens_radius, focus_distance is "
             "expected, got 7");
-  EXPECT_EQ(error_of(document(kCamera, kFilm, "{}", kObjects)),
+  EXPECT_EQ(scene_error(document(kCamera, kFilm, "{}", kObjects)),
             "box.json:4:14: materials: a list is expected, got an object");
-  EXPECT_EQ(error_of(document(kCamera, kFilm, kMaterials, "[[]]")),
+  EXPECT_EQ(scene_error(document(kCamera, kFilm, kMaterials, "[[]]")),
             "box.json:5:13: objects[0]: an object with name, material, mesh, sphere, plane, "
             "triangle, transform is expected, got a list");
-  EXPECT_EQ(error_of(document(R"({"eye": [1, 2], "look_at": [0, 0, 0], "vertical_fov_degrees": 9})", kFilm, kMaterials,
+  EXPECT_EQ(scene_error(document(R"({"eye": [1, 2], "look_at": [0, 0, 0], "vertical_fov_degrees": 9})", kFilm, kMaterials,
                               kObjects)),
             "box.json:2:19: camera.eye: 3 numbers [x, y, z] are expected, got 2");
-  EXPECT_EQ(error_of(document(R"({"eye": [1, 2, 3, 4]})", kFilm, kMaterials, kObjects)),
+  EXPECT_EQ(scene_error(document(R"({"eye": [1, 2, 3, 4]})", kFilm, kMaterials, kObjects)),
             "box.json:2:19: camera.eye: 3 numbers [x, y, z] are expected, got more");
-  EXPECT_EQ(error_of(document(R"({"eye": [1, true, 3]})", kFilm, kMaterials, kObjects)),
+  EXPECT_EQ(scene_error(document(R"({"eye": [1, true, 3]})", kFilm, kMaterials, kObjects)),
             "box.json:2:23: camera.eye[1]: a number is expected, got true");
-  EXPECT_EQ(error_of(document(R"({"eye": "here"})", kFilm, kMaterials, kObjects)),
+  EXPECT_EQ(scene_error(document(R"({"eye": "here"})", kFilm, kMaterials, kObjects)),
             "box.json:2:19: camera.eye: 3 numbers [x, y, z] are expected, got a string");
-  EXPECT_EQ(error_of(document(kCamera, kFilm, R"([{"name": 5}])", kObjects)),
+  EXPECT_EQ(scene_error(document(kCamera, kFilm, R"([{"name": 5}])", kObjects)),
             "box.json:4:24: materials[0].name: a string is expected, got 5");
-  EXPECT_EQ(error_of(document(kCamera, kFilm, R"([{"name": "a", "diffuse": {"reflectance": [1, 1, 1]}}])", kObjects)),
+  EXPECT_EQ(scene_error(document(kCamera, kFilm, R"([{"name": "a", "diffuse": {"reflectance": [1, 1, 1]}}])", kObjects)),
             "box.json:4:56: materials[0].diffuse.reflectance: a colour is expected, as in {\"rgb\": [0.5, 0.5, 0.5]}, "
             "got a list");
-  EXPECT_EQ(error_of(document(kCamera, kFilm, R"([{"two_sided_emission": 1}])", kObjects)),
+  EXPECT_EQ(scene_error(document(kCamera, kFilm, R"([{"two_sided_emission": 1}])", kObjects)),
             "box.json:4:38: materials[0].two_sided_emission: true or false is expected, got 1");
-  EXPECT_EQ(error_of(document(kCamera, R"({"filter": {"kind": "BOXY"}})", kMaterials, kObjects)),
+  EXPECT_EQ(scene_error(document(kCamera, R"({"filter": {"kind": "BOXY"}})", kMaterials, kObjects)),
             "box.json:3:29: film.filter.kind: unknown value \"BOXY\"; one of BOX, TENT, GAUSSIAN, BLACKMAN_HARRIS is "
             "expected");
-  EXPECT_EQ(error_of(document(kCamera, R"({"filter": {"kind": 1}})", kMaterials, kObjects)),
+  EXPECT_EQ(scene_error(document(kCamera, R"({"filter": {"kind": 1}})", kMaterials, kObjects)),
             "box.json:3:29: film.filter.kind: one of BOX, TENT, GAUSSIAN, BLACKMAN_HARRIS is expected, got 1");
-  EXPECT_EQ(error_of("[]"), "box.json:1:1: an object is expected, got a list");
-  EXPECT_EQ(error_of(" 5"), "box.json:1:2: an object is expected");
+  EXPECT_EQ(scene_error("[]"), "box.json:1:1: an object is expected, got a list");
+  EXPECT_EQ(scene_error(" 5"), "box.json:1:2: an object is expected");
 }
 
 TEST(SceneJson, NumbersThatAreNoneAreNamed) {
-  EXPECT_EQ(error_of(document(R"({"eye": [0, NaN, 0]})", kFilm, kMaterials, kObjects)),
+  EXPECT_EQ(scene_error(document(R"({"eye": [0, NaN, 0]})", kFilm, kMaterials, kObjects)),
             "box.json:2:23: camera.eye[1]: NaN is not allowed; a finite number is expected");
-  EXPECT_EQ(error_of(document(R"({"eye": [0, 0, 0], "vertical_fov_degrees": -Infinity})", kFilm, kMaterials, kObjects)),
+  EXPECT_EQ(scene_error(document(R"({"eye": [0, 0, 0], "vertical_fov_degrees": -Infinity})", kFilm, kMaterials, kObjects)),
             "box.json:2:54: camera.vertical_fov_degrees: -Infinity is not allowed; a finite number is expected");
-  EXPECT_EQ(error_of(document(R"({"eye": [0, 1e999, 0]})", kFilm, kMaterials, kObjects)),
+  EXPECT_EQ(scene_error(document(R"({"eye": [0, 1e999, 0]})", kFilm, kMaterials, kObjects)),
             "box.json:2:23: camera.eye[1]: 1e999 is too large for a number");
-  EXPECT_EQ(error_of(document(kCamera, kFilm, R"([{"name": "a", "emission": {"rgb": [1e39, 0, 0]}}])", kObjects)),
+  EXPECT_EQ(scene_error(document(kCamera, kFilm, R"([{"name": "a", "emission": {"rgb": [1e39, 0, 0]}}])", kObjects)),
             "box.json:4:50: materials[0].emission.rgb[0]: 1e39 is too large for a single-precision number");
 }
 
 TEST(SceneJson, AbsurdSizesAreNamed) {
-  EXPECT_EQ(error_of(document(kCamera, R"({"width": 1000000000})", kMaterials, kObjects)),
+  EXPECT_EQ(scene_error(document(kCamera, R"({"width": 1000000000})", kMaterials, kObjects)),
             "box.json:3:19: film.width: must be 1 to 65536, got 1000000000");
-  EXPECT_EQ(error_of(document(kCamera, R"({"height": 0})", kMaterials, kObjects)),
+  EXPECT_EQ(scene_error(document(kCamera, R"({"height": 0})", kMaterials, kObjects)),
             "box.json:3:20: film.height: must be 1 to 65536, got 0");
-  EXPECT_EQ(error_of(document(kCamera, R"({"height": 10000000000})", kMaterials, kObjects)),
+  EXPECT_EQ(scene_error(document(kCamera, R"({"height": 10000000000})", kMaterials, kObjects)),
             "box.json:3:20: film.height: 10000000000 is too large for an integer of 32 bits");
-  EXPECT_EQ(error_of(document(kCamera, kFilm, kMaterials,
+  EXPECT_EQ(scene_error(document(kCamera, kFilm, kMaterials,
                               R"([{"material": "red", "sphere": {"center": [1e15, 0, 0], "radius": 1}}])")),
             "box.json:5:54: objects[0].sphere.center: coordinates must be finite and at most 1000000000000, got "
             "(1000000000000000, 0, 0)");
 }
 
 TEST(SceneJson, UnknownMaterialsAreNamed) {
-  EXPECT_EQ(error_of(document(kCamera, kFilm, kMaterials,
+  EXPECT_EQ(scene_error(document(kCamera, kFilm, kMaterials,
                               R"([{"material": "rad", "sphere": {"center": [0, 0, 0], "radius": 1}}])")),
             "box.json:5:26: objects[0].material: unknown material \"rad\"; the materials are red");
-  EXPECT_EQ(error_of(document(kCamera, kFilm, "[]", kObjects)),
+  EXPECT_EQ(scene_error(document(kCamera, kFilm, "[]", kObjects)),
             "box.json:5:26: objects[0].material: unknown material \"red\"; there are none");
   EXPECT_EQ(
-      error_of(document(kCamera, kFilm, R"([{"name": "a", "mirror": {}}, {"name": "a", "mirror": {}}])", kObjects)),
+      scene_error(document(kCamera, kFilm, R"([{"name": "a", "mirror": {}}, {"name": "a", "mirror": {}}])", kObjects)),
       "box.json:5:26: objects[0].material: unknown material \"red\"; the materials are a, a");
   EXPECT_EQ(
-      error_of(document(kCamera, kFilm, R"([{"name": "red", "mirror": {}}, {"name": "red", "mirror": {}}])", kObjects)),
+      scene_error(document(kCamera, kFilm, R"([{"name": "red", "mirror": {}}, {"name": "red", "mirror": {}}])", kObjects)),
       "box.json:4:55: materials[1].name: \"red\" names an earlier material already");
 }
 
 TEST(SceneJson, WhatIsMissingIsNamed) {
-  EXPECT_EQ(error_of("{}"), "box.json:1:1: camera: must be given");
-  EXPECT_EQ(error_of(document("{}", kFilm, kMaterials, kObjects)), "box.json:2:11: camera.eye: must be given");
-  EXPECT_EQ(error_of(document(R"({"eye": [0, 0, 0], "look_at": [0, 0, 1]})", kFilm, kMaterials, kObjects)),
+  EXPECT_EQ(scene_error("{}"), "box.json:1:1: camera: must be given");
+  EXPECT_EQ(scene_error(document("{}", kFilm, kMaterials, kObjects)), "box.json:2:11: camera.eye: must be given");
+  EXPECT_EQ(scene_error(document(R"({"eye": [0, 0, 0], "look_at": [0, 0, 1]})", kFilm, kMaterials, kObjects)),
             "box.json:2:11: camera: vertical_fov_degrees or camera_constant must be given");
-  EXPECT_EQ(error_of(document(kCamera, kFilm, kMaterials, "[]")),
+  EXPECT_EQ(scene_error(document(kCamera, kFilm, kMaterials, "[]")),
             "box.json:5:12: objects: the scene is empty, at least one object is expected");
-  EXPECT_EQ(error_of(document(kCamera, kFilm, R"([{"name": "red"}])", kObjects)),
+  EXPECT_EQ(scene_error(document(kCamera, kFilm, R"([{"name": "red"}])", kObjects)),
             "box.json:4:15: materials[0]: a kind of material must be given; the kinds are diffuse, mirror, dielectric, "
             "phong, conductor, principled, holdout");
-  EXPECT_EQ(error_of(document(kCamera, kFilm, R"([{"mirror": {}}])", kObjects)),
+  EXPECT_EQ(scene_error(document(kCamera, kFilm, R"([{"mirror": {}}])", kObjects)),
             "box.json:4:15: materials[0].name: must not be empty");
-  EXPECT_EQ(error_of(document(kCamera, kFilm, R"([{"name": "a", "diffuse": {}}])", kObjects)),
+  EXPECT_EQ(scene_error(document(kCamera, kFilm, R"([{"name": "a", "diffuse": {}}])", kObjects)),
             "box.json:4:40: materials[0].diffuse.reflectance: must be given");
-  EXPECT_EQ(error_of(document(kCamera, kFilm, R"([{"name": "a", "diffuse": {"reflectance": {}}}])", kObjects)),
+  EXPECT_EQ(scene_error(document(kCamera, kFilm, R"([{"name": "a", "diffuse": {"reflectance": {}}}])", kObjects)),
             "box.json:4:56: materials[0].diffuse.reflectance: a colour is expected, as in {\"rgb\": [0.5, 0.5, 0.5]}");
-  EXPECT_EQ(error_of(document(kCamera, kFilm, kMaterials, R"([{"material": "red"}])")),
+  EXPECT_EQ(scene_error(document(kCamera, kFilm, kMaterials, R"([{"material": "red"}])")),
             "box.json:5:13: objects[0]: a shape must be given; the shapes are mesh, sphere, plane, triangle");
-  EXPECT_EQ(error_of(document(kCamera, kFilm, kMaterials, R"([{"material": "red", "mesh": {}}])")),
+  EXPECT_EQ(scene_error(document(kCamera, kFilm, kMaterials, R"([{"material": "red", "mesh": {}}])")),
             "box.json:5:41: objects[0].mesh.file: must be given");
-  EXPECT_EQ(error_of(document(kCamera, kFilm, kMaterials, R"([{"sphere": {"center": [0, 0, 0], "radius": 1}}])")),
+  EXPECT_EQ(scene_error(document(kCamera, kFilm, kMaterials, R"([{"sphere": {"center": [0, 0, 0], "radius": 1}}])")),
             "box.json:5:13: objects[0].material: must be given");
-  EXPECT_EQ(error_of(document(kCamera, kFilm, kMaterials, R"([{"material": "red", "sphere": {"center": [0, 0, 0]}}])")),
+  EXPECT_EQ(scene_error(document(kCamera, kFilm, kMaterials, R"([{"material": "red", "sphere": {"center": [0, 0, 0]}}])")),
             "box.json:5:43: objects[0].sphere.radius: must be positive and at most 1000000000000, got 0");
-  EXPECT_EQ(error_of(document(kCamera, kFilm, kMaterials, kObjects, ",\n\"lights\": [{\"name\": \"x\"}]")),
+  EXPECT_EQ(scene_error(document(kCamera, kFilm, kMaterials, kObjects, ",\n\"lights\": [{\"name\": \"x\"}]")),
             "box.json:6:12: lights[0]: a kind of light must be given; the kinds are point, directional, spot, "
             "cosine_power, ies, environment");
 }
 
 TEST(SceneJson, BrokenJsonIsPlaced) {
   EXPECT_EQ(
-      error_of("{\n  \"camera\" 5}"),
+      scene_error("{\n  \"camera\" 5}"),
       "box.json:2:12: not JSON: syntax error while parsing object separator - unexpected number literal; expected ':'");
-  EXPECT_EQ(error_of("{\"name\": \"a\"\n \"film\": {}}"),
+  EXPECT_EQ(scene_error("{\"name\": \"a\"\n \"film\": {}}"),
             "box.json:2:2: not JSON: syntax error while parsing object - unexpected string literal; expected '}'");
-  EXPECT_EQ(error_of("{\"name\": \"a\","),
+  EXPECT_EQ(scene_error("{\"name\": \"a\","),
             "box.json:1:14: not JSON: syntax error while parsing object key - unexpected end of input; expected string "
             "literal");
-  EXPECT_EQ(error_of(""),
+  EXPECT_EQ(scene_error(""),
             "box.json:1:1: not JSON: syntax error while parsing value - unexpected end of input; expected '[', "
             "'{', or a literal");
 }
