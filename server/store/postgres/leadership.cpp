@@ -6,6 +6,7 @@
 
 #include "common/base/log.h"
 #include "server/store/postgres/schema.h"
+#include "server/store/store_format.h"
 
 namespace lightmill::postgres {
 namespace {
@@ -52,20 +53,7 @@ Status check_tables(Session& session, bool only_look) {
   }
   LM_ASSIGN_OR_RETURN(const Rows rows, session.query("SELECT format FROM meta"));
   const std::int64_t format = rows.size() == 1 ? rows.integer(0, 0) : 0;
-  if (format > kFormat) {
-    return failed_precondition(
-        "{} has format {}, newer than format {} which this lightmill-server knows: use the newer lightmill-server, or "
-        "another database with --store",
-        session.place(), format, kFormat);
-  }
-  if (format < 1) {
-    return failed_precondition("{} has the unknown format {}", session.place(), format);
-  }
-  // A coordinator of the format before may be at work still: what it does not know does not disturb it.
-  for (auto step = static_cast<std::size_t>(format) - 1; step < kSteps.size(); ++step) {
-    LM_RETURN_IF_ERROR(session.execute(kSteps[step]));
-  }
-  return ok_status();
+  return check_store_format(session.place(), format, kFormat, "another database with --store");
 }
 
 /// Coordinators that start at once do this one after the other.

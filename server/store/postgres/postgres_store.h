@@ -36,8 +36,8 @@ struct PostgresStores {
 };
 
 /// Makes the tables in the schema `lightmill` if there are none, and waits until no other coordinator is at work on
-/// them. UNAVAILABLE if there is no connection, FAILED_PRECONDITION if a newer lightmill-server made the tables,
-/// DATA_LOSS if the schema is something else's, CANCELLED if options.wait ended the waiting.
+/// them. UNAVAILABLE if there is no connection, FAILED_PRECONDITION if the tables have another format, or the schema is
+/// something else's, CANCELLED if options.wait ended the waiting.
 ///
 /// Every transaction is checked to be of the current epoch, so that a coordinator that was deposed stores nothing.
 /// While the database is away, commits fail with UNAVAILABLE and can be repeated: what is stored already is not stored

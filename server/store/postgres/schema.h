@@ -1,8 +1,6 @@
 // The tables and functions in the schema `lightmill` of the database, format 6.
 #pragma once
 
-#include <array>
-
 namespace lightmill::postgres {
 
 /// Kept in the table `meta`.
@@ -109,11 +107,11 @@ CREATE TABLE jobs (
   non_finite BIGINT NOT NULL,
   submitted_unix_ms BIGINT NOT NULL,
   finished_unix_ms BIGINT NOT NULL,
-  verify_share DOUBLE PRECISION NOT NULL DEFAULT 0.01,
-  results_verified BIGINT NOT NULL DEFAULT 0,
-  nodes_dropped BIGINT NOT NULL DEFAULT 0,
-  allow_mixed BIGINT NOT NULL DEFAULT 0,
-  checksum BYTEA NOT NULL DEFAULT '' -- of all that is stored of the job but what counts up; empty: not known yet
+  verify_share DOUBLE PRECISION NOT NULL,
+  results_verified BIGINT NOT NULL,
+  nodes_dropped BIGINT NOT NULL,
+  allow_mixed BIGINT NOT NULL,
+  checksum BYTEA NOT NULL -- of all that is stored of the job but what counts up
 ) WITH (fillfactor = 50);
 
 -- How a job's error fell; samples are per pixel.
@@ -184,10 +182,10 @@ CREATE TABLE results (
   range_index BIGINT NOT NULL,
   hash BYTEA NOT NULL,
   worker TEXT NOT NULL,
-  machine TEXT NOT NULL DEFAULT '',
-  verification BIGINT NOT NULL DEFAULT 0, -- 1: to be rendered again on another machine; 2: was, with the same bits
-  fingerprint_class TEXT NOT NULL DEFAULT '', -- of jobs that allow mixed ones
-  checksum BIGINT NOT NULL DEFAULT 0, -- of the row but `verification`; 0: from a format before 6
+  machine TEXT NOT NULL,
+  verification BIGINT NOT NULL, -- 1: to be rendered again on another machine; 2: was, with the same bits
+  fingerprint_class TEXT NOT NULL, -- of jobs that allow mixed ones
+  checksum BIGINT NOT NULL, -- of the row but `verification`; never 0
   PRIMARY KEY (job, tile, level, range_index)
 );
 
@@ -244,72 +242,5 @@ CREATE TABLE verification_secret (secret BYTEA NOT NULL);
 INSERT INTO verification_secret
   SELECT sha256(convert_to(gen_random_uuid()::text || gen_random_uuid()::text || gen_random_uuid()::text, 'UTF8'));
 )sql";
-
-/// From format 1, which knew no tokens.
-inline constexpr const char* kFromFormat1 = R"sql(
-CREATE TABLE tokens (
-  id TEXT PRIMARY KEY,
-  name TEXT NOT NULL,
-  roles TEXT NOT NULL,
-  hash BYTEA NOT NULL,
-  made_by TEXT NOT NULL,
-  made_unix_s BIGINT NOT NULL,
-  until_unix_s BIGINT NOT NULL
-);
-UPDATE meta SET format = 2;
-)sql";
-
-/// From format 2, which recorded nothing.
-inline constexpr const char* kFromFormat2 = R"sql(
-CREATE TABLE actions (
-  number BIGINT PRIMARY KEY,
-  unix_ms BIGINT NOT NULL,
-  who TEXT NOT NULL,
-  proof TEXT NOT NULL,
-  token TEXT NOT NULL,
-  peer TEXT NOT NULL,
-  what TEXT NOT NULL,
-  job BIGINT NOT NULL,
-  about TEXT NOT NULL,
-  outcome BIGINT NOT NULL,
-  message TEXT NOT NULL
-);
-UPDATE meta SET format = 3;
-)sql";
-
-/// From format 3, which verified nothing.
-inline constexpr const char* kFromFormat3 = R"sql(
-ALTER TABLE jobs ADD COLUMN verify_share DOUBLE PRECISION NOT NULL DEFAULT 0.01,
-  ADD COLUMN results_verified BIGINT NOT NULL DEFAULT 0, ADD COLUMN nodes_dropped BIGINT NOT NULL DEFAULT 0;
-ALTER TABLE results ADD COLUMN machine TEXT NOT NULL DEFAULT '', ADD COLUMN verification BIGINT NOT NULL DEFAULT 0;
-CREATE TABLE quarantine (
-  worker TEXT PRIMARY KEY,
-  machine TEXT NOT NULL,
-  reason TEXT NOT NULL,
-  since_unix_ms BIGINT NOT NULL
-);
-CREATE TABLE verification_secret (secret BYTEA NOT NULL);
-INSERT INTO verification_secret
-  SELECT sha256(convert_to(gen_random_uuid()::text || gen_random_uuid()::text || gen_random_uuid()::text, 'UTF8'));
-UPDATE meta SET format = 4;
-)sql";
-
-/// From format 4, in which a job's results were all of one class.
-inline constexpr const char* kFromFormat4 = R"sql(
-ALTER TABLE jobs ADD COLUMN allow_mixed BIGINT NOT NULL DEFAULT 0;
-ALTER TABLE results ADD COLUMN fingerprint_class TEXT NOT NULL DEFAULT '';
-UPDATE meta SET format = 5;
-)sql";
-
-/// From format 5, which noticed damage in nodes and assets alone.
-inline constexpr const char* kFromFormat5 = R"sql(
-ALTER TABLE jobs ADD COLUMN checksum BYTEA NOT NULL DEFAULT '';
-ALTER TABLE results ADD COLUMN checksum BIGINT NOT NULL DEFAULT 0;
-UPDATE meta SET format = 6;
-)sql";
-
-/// By the format that they lead away from, less one.
-inline constexpr std::array kSteps{kFromFormat1, kFromFormat2, kFromFormat3, kFromFormat4, kFromFormat5};
-static_assert(kSteps.size() + 1 == kFormat);
 
 }  // namespace lightmill::postgres

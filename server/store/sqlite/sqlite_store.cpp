@@ -6,6 +6,7 @@
 #include "server/store/sqlite/database.h"
 #include "server/store/sqlite/load_state.h"
 #include "server/store/sqlite/schema.h"
+#include "server/store/store_format.h"
 
 namespace lightmill {
 namespace {
@@ -117,7 +118,7 @@ bool SqliteStore::tidy() {
   }
   const std::int64_t left = free_pages();
   if (left >= before) {
-    return false;  // a file of an earlier format keeps its pages
+    return false;  // a file without auto_vacuum keeps its pages
   }
   if (const Status status = database_.execute(kTruncate); !status.ok()) {
     spdlog::debug("what was given back stays in the journal: {}", message_of(status));
@@ -328,26 +329,8 @@ Status prepare_file(Database& database, const std::filesystem::path& file, bool 
         "{} is not a Lightmill store (application id {:#x}): choose another directory with --data", file.string(),
         application);
   }
-  if (version > kSqliteFormatVersion) {
-    return failed_precondition(
-        "{} has format {}, newer than format {} which this lightmill-server knows: use the newer lightmill-server, or "
-        "another directory with --data",
-        file.string(), version, kSqliteFormatVersion);
-  }
-  if (version < 1) {
-    return failed_precondition("{} has the unknown format {}", file.string(), version);
-  }
-  if (version < kSqliteFormatVersion) {
-    const std::span steps = std::span(sqlite::kSteps).subspan(static_cast<std::size_t>(version) - 1);
-    return database.execute(
-        fmt::format("BEGIN IMMEDIATE; {} UPDATE meta SET value = {} WHERE key = 'format'; PRAGMA user_version = {}; "
-                    "COMMIT;",
-                    fmt::join(steps, " "), kSqliteFormatVersion, kSqliteFormatVersion));
-  }
-  return ok_status();
+  return check_store_format(file.string(), version, kSqliteFormatVersion, "another directory with --data");
 }
-
-static_assert(sqlite::kSteps.size() + 1 == kSqliteFormatVersion);
 
 Result<Statements> prepare_statements(Database& database) {
   Statements all;

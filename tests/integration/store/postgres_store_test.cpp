@@ -84,19 +84,6 @@ INSTANTIATE_TEST_SUITE_P(Postgres, AssetConformance,
                                                      [] { return std::make_unique<PostgresAssetPlace>(); }}),
                          kNamed);
 
-/// Takes what later formats have brought out of the tables.
-constexpr const char* kBackToFormat5 =
-    "ALTER TABLE lightmill.jobs DROP COLUMN checksum; ALTER TABLE lightmill.results DROP COLUMN checksum;";
-constexpr const char* kBackToFormat4 =
-    "ALTER TABLE lightmill.jobs DROP COLUMN checksum; ALTER TABLE lightmill.results DROP COLUMN checksum;"
-    "ALTER TABLE lightmill.jobs DROP COLUMN allow_mixed; ALTER TABLE lightmill.results DROP COLUMN fingerprint_class;";
-constexpr const char* kBackToFormat3 =
-    "ALTER TABLE lightmill.jobs DROP COLUMN checksum; ALTER TABLE lightmill.results DROP COLUMN checksum;"
-    "ALTER TABLE lightmill.jobs DROP COLUMN allow_mixed; ALTER TABLE lightmill.results DROP COLUMN fingerprint_class;"
-    "ALTER TABLE lightmill.jobs DROP COLUMN verify_share, DROP COLUMN results_verified, DROP COLUMN nodes_dropped;"
-    "ALTER TABLE lightmill.results DROP COLUMN machine, DROP COLUMN verification;"
-    "DROP TABLE lightmill.quarantine, lightmill.verification_secret;";
-
 class PostgresStoreTest : public ::testing::Test {
  protected:
   PostgresOptions options() { return options_for(url_); }
@@ -111,114 +98,33 @@ class PostgresStoreTest : public ::testing::Test {
   std::string url_ = server().new_database();
 };
 
-TEST_F(PostgresStoreTest, ANewerFormatIsRefusedWithWhatToDo) {
-  stored();
-  sql("UPDATE lightmill.meta SET format = 99");
-  const Status status = open_postgres(options()).status();
-  EXPECT_EQ(status.code(), StatusCode::kFailedPrecondition);
-  EXPECT_NE(message_of(status).find("use the newer lightmill-server"), std::string::npos) << status;
-  EXPECT_NE(message_of(status).find("format 99"), std::string::npos) << status;
-  sql(fmt::format("UPDATE lightmill.meta SET format = {}", postgres::kFormat));
-  EXPECT_TRUE(open_postgres(options()).ok()) << "nothing was changed";
-}
-
-TEST_F(PostgresStoreTest, TablesOfFormat1AreBroughtUpToDate) {
+TEST_F(PostgresStoreTest, AnotherFormatIsRefusedWithWhatToDo) {
   {
     const auto store = opened(options()).store;
     ASSERT_TRUE(store->load().ok());
     ASSERT_TRUE(store->commit(std::vector<StoreOp>{PutJob{full_record(1)}}).ok());
   }
-  const Sha256 secret = stored().secret;
-  sql(std::string(kBackToFormat3) +
-      "DROP TABLE lightmill.tokens, lightmill.actions; UPDATE lightmill.meta SET format = 1");
-  const TokenRecord token{"00112233aabb", "ada", {Role::submit}, sha256("one"), "root", 1, 2};
-  {
-    const auto store = opened(options()).store;
-    const Result<StoredState> state = store->load();
-    ASSERT_TRUE(state.ok()) << state.status();
-    EXPECT_TRUE(state->tokens.empty());
-    ASSERT_EQ(state->jobs.size(), 1u);
-    EXPECT_EQ(state->jobs[0].record.spec.verify_share, kVerifyShare);
-    EXPECT_NE(state->secret, secret);
-    EXPECT_NE(state->secret, Sha256{});
-    ASSERT_TRUE(store->commit(std::vector<StoreOp>{PutToken{token}}).ok());
-  }
-  EXPECT_EQ(stored().tokens, std::vector{token});
-  EXPECT_EQ(sql("SELECT format FROM lightmill.meta"), std::to_string(postgres::kFormat));
-}
-
-TEST_F(PostgresStoreTest, TablesOfFormat3AreBroughtUpToDate) {
-  const NodeKey key{JobId{1}, TileId{0}, {0, 0}};
-  {
-    const auto store = opened(options()).store;
-    ASSERT_TRUE(store->load().ok());
-    const PutResult result{key, Hash128{1, 2}, {"worker", "machine"}, true};
-    ASSERT_TRUE(store->commit(std::vector<StoreOp>{PutJob{full_record(1)}, result}).ok());
-  }
-  sql(std::string(kBackToFormat3) + "UPDATE lightmill.meta SET format = 3");
-  const QuarantineRecord quarantine{{"liar", "m"}, "wrong", 3};
-  {
-    const auto store = opened(options()).store;
-    const Result<StoredState> state = store->load();
-    ASSERT_TRUE(state.ok()) << state.status();
-    ASSERT_EQ(state->jobs.size(), 1u);
-    EXPECT_EQ(state->jobs[0].record.spec.verify_share, kVerifyShare);
-    EXPECT_EQ(state->jobs[0].record.counters.results_verified, 0u);
-    ASSERT_EQ(state->jobs[0].results.size(), 1u);
-    EXPECT_EQ(state->renderers.at(state->jobs[0].results[0].by), (Renderer{"worker", ""}));
-    EXPECT_FALSE(state->jobs[0].results[0].to_verify);
-    EXPECT_NE(state->secret, Sha256{});
-    ASSERT_TRUE(store->commit(std::vector<StoreOp>{PutQuarantine{quarantine}}).ok());
-  }
-  EXPECT_EQ(stored().quarantine, std::vector{quarantine});
-}
-
-TEST_F(PostgresStoreTest, TablesOfFormat4AreBroughtUpToDate) {
-  const PutResult result{{JobId{1}, TileId{0}, {0, 0}}, Hash128{1, 2}, {"worker", "machine", "class"}, true};
-  {
-    const auto store = opened(options()).store;
-    ASSERT_TRUE(store->load().ok());
-    ASSERT_TRUE(store->commit(std::vector<StoreOp>{PutJob{full_record(1)}, result}).ok());
-  }
-  sql(std::string(kBackToFormat4) + "UPDATE lightmill.meta SET format = 4");
-  {
-    const auto store = opened(options()).store;
-    const Result<StoredState> state = store->load();
-    ASSERT_TRUE(state.ok()) << state.status();
-    ASSERT_EQ(state->jobs.size(), 1u);
-    EXPECT_FALSE(state->jobs[0].record.spec.allow_mixed);
-    EXPECT_EQ(state->jobs[0].record.spec.verify_share, full_record(1).spec.verify_share);
-    ASSERT_EQ(state->jobs[0].results.size(), 1u);
-    EXPECT_EQ(state->renderers.at(state->jobs[0].results[0].by), (Renderer{"worker", "machine"}));
-    ASSERT_TRUE(store->commit(std::vector<StoreOp>{PutJob{full_record(2)}, result}).ok());
-  }
-  const StoredState after = stored();
-  EXPECT_TRUE(after.jobs.at(1).record.spec.allow_mixed);
-  EXPECT_EQ(after.renderers.at(after.jobs.at(0).results.at(0).by), result.by);
-}
-
-TEST_F(PostgresStoreTest, JobsOfFormat5GetTheirChecksums) {
-  {
-    const auto store = opened(options()).store;
-    ASSERT_TRUE(store->load().ok());
-    ASSERT_TRUE(store->commit(std::vector<StoreOp>{PutJob{full_record(1)}}).ok());
-  }
-  sql(std::string(kBackToFormat5) + "UPDATE lightmill.meta SET format = 5");
-  EXPECT_EQ(stored().jobs.size(), 1u);
-  sql("UPDATE lightmill.job_settings SET seed = seed + 1");
-  EXPECT_EQ(stored().damaged_jobs, std::vector{JobId{1}});
-}
-
-TEST_F(PostgresStoreTest, TablesOfFormat2AreBroughtUpToDate) {
-  stored();
-  sql(std::string(kBackToFormat3) + "DROP TABLE lightmill.actions; UPDATE lightmill.meta SET format = 2");
-  const Action action{1, 2, "ada", Proof::none, "", "", "CancelJob", 3, "", StatusCode::kOk, ""};
-  {
-    const auto store = opened(options()).store;
-    ASSERT_TRUE(store->load().ok());
-    ASSERT_TRUE(store->commit(std::vector<StoreOp>{PutAction{action}}).ok());
-  }
-  EXPECT_EQ(stored().actions, std::vector{action});
+  const std::string place = postgres::Target{url_, ""}.describe().value();
+  const auto refusal_after = [&](const std::string& change) {
+    sql(change);
+    const Status status = open_postgres(options()).status();
+    EXPECT_EQ(status.code(), StatusCode::kFailedPrecondition) << change;
+    return message_of(status);
+  };
+  EXPECT_EQ(refusal_after(fmt::format("UPDATE lightmill.meta SET format = {}", postgres::kFormat + 1)),
+            place +
+                " has store format 7, newer than format 6 of this lightmill-server: use the newer lightmill-server "
+                "that wrote it, or choose another database with --store");
+  EXPECT_EQ(refusal_after(fmt::format("UPDATE lightmill.meta SET format = {}", postgres::kFormat - 1)),
+            place +
+                " has store format 5, older than format 6 of this lightmill-server: use the older lightmill-server "
+                "that wrote it, or choose another database with --store");
+  EXPECT_EQ(refusal_after("DELETE FROM lightmill.meta"),
+            place +
+                " has store format 0, which no lightmill-server writes: put a backup in its place, or choose another "
+                "database with --store");
+  sql(fmt::format("INSERT INTO lightmill.meta VALUES ({})", postgres::kFormat));
+  EXPECT_EQ(stored().jobs.size(), 1u) << "nothing was changed";
 }
 
 TEST_F(PostgresStoreTest, ASchemaOfSomethingElseIsRefusedAndAnEmptyOneTaken) {

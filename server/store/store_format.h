@@ -1,0 +1,15 @@
+// The check that a store has the format that this program reads and writes.
+#pragma once
+
+#include <cstdint>
+#include <string_view>
+
+#include "common/base/status.h"
+
+namespace lightmill {
+
+/// FAILED_PRECONDITION unless `found`, the format of the store at `place`, is `known`. The message says what to do;
+/// `elsewhere` is what to choose instead, "another directory with --data".
+Status check_store_format(std::string_view place, std::int64_t found, std::int64_t known, std::string_view elsewhere);
+
+}  // namespace lightmill
