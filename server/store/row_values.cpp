@@ -229,13 +229,13 @@ std::int64_t checksum_of(const NodeKey& key, const Hash128& hash, const Renderer
   return checksum == 0 ? 1 : checksum;
 }
 
-void JobCheck::finish(StoredState& state, std::vector<StoreOp>& repairs) {
+void JobCheck::finish(StoredState& state) {
   for (const StoredState::StoredJob& job : state.jobs) {
     const JobId id = job.record.id;
     const std::string& expected = expected_[id];
     const std::array<std::uint8_t, 16> actual = bytes_of(checksum_of(job.record));
-    if (expected.empty() && !damaged_.contains(id)) {
-      repairs.push_back(PutJob{job.record});
+    if (expected.empty()) {
+      condemn(id, data_loss("its checksum is missing"));
     } else if (expected != std::string_view(reinterpret_cast<const char*>(actual.data()), actual.size())) {
       condemn(id, data_loss("its checksum is another one"));
     }

@@ -53,7 +53,7 @@ Result<Hash128> hash_in(std::string_view bytes);
 /// Of all that the store keeps of a job but what counts up with its results (PutProgress) and its error's history. What
 /// a store gives back has the same one. XXH3-128.
 Hash128 checksum_of(const JobRecord& job);
-/// Of a result's row, but for whether it has been verified since. Never 0.
+/// Of a result's row, but for whether it has been verified since. Never 0, so a row that has 0 is damaged.
 std::int64_t checksum_of(const NodeKey& key, const Hash128& hash, const Renderer& by);
 
 /// Finds jobs whose rows say something else than was written.
@@ -69,9 +69,8 @@ class JobCheck {
     return value.ok() ? *std::move(value) : T{};
   }
   void condemn(JobId job, const Status& why) { damaged_.try_emplace(job, message_of(why)); }
-  /// Takes what is damaged from `jobs` to `damaged_jobs`, and says so in the log. Those that earlier formats have left
-  /// without a checksum are to be written anew: appended to `repairs`.
-  void finish(StoredState& state, std::vector<StoreOp>& repairs);
+  /// Takes what is damaged from `jobs` to `damaged_jobs`, and says so in the log. A job without a checksum is damaged.
+  void finish(StoredState& state);
 
  private:
   std::map<JobId, std::string> expected_;

@@ -163,9 +163,8 @@ Status load_results(Session& session, StoredState::StoredJob& job, StoredState& 
                         {static_cast<std::uint32_t>(level), static_cast<std::uint32_t>(index)}};
       const Result<Hash128> hash = stored::hash_in(rows.view(row, 3));
       Renderer by{rows.text(row, 4), rows.text(row, 5), rows.text(row, 7)};
-      const std::int64_t checksum = rows.integer(row, 8);
       if (!stored::is_key(tile, level, index) || !hash.ok() ||
-          (checksum != 0 && checksum != stored::checksum_of(key, *hash, by))) {
+          rows.integer(row, 8) != stored::checksum_of(key, *hash, by)) {
         stored::leave_out_result({key.job, tile, level, index}, state, repairs);
         continue;
       }
@@ -282,7 +281,7 @@ Result<StoredState> load_state(Session& session, std::vector<StoreOp>& repairs) 
   }
   LM_RETURN_IF_ERROR(load_settings(session, jobs, check));
   LM_RETURN_IF_ERROR(load_lists(session, jobs, check));
-  check.finish(state, repairs);
+  check.finish(state);
   stored::RendererTable renderers;
   for (StoredState::StoredJob& job : state.jobs) {
     LM_RETURN_IF_ERROR(load_nodes(session, job, state, repairs));

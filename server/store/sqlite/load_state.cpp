@@ -1,7 +1,5 @@
 #include "server/store/sqlite/load_state.h"
 
-#include "server/store/row_values.h"
-
 namespace lightmill::sqlite {
 namespace {
 
@@ -179,8 +177,7 @@ Status load_results(Database& database, StoredState& state, std::vector<StoreOp>
                         {static_cast<std::uint32_t>(level), static_cast<std::uint32_t>(index)}};
       const Result<Hash128> hash = stored::hash_in(rows.view(3));
       Renderer by{rows.text(4), rows.text(5), rows.text(7)};
-      if (!stored::is_key(tile, level, index) || !hash.ok() ||
-          (rows.integer(8) != 0 && rows.integer(8) != stored::checksum_of(key, *hash, by))) {
+      if (!stored::is_key(tile, level, index) || !hash.ok() || rows.integer(8) != stored::checksum_of(key, *hash, by)) {
         stored::leave_out_result({id, tile, level, index}, state, repairs);
         continue;
       }
@@ -274,12 +271,16 @@ Status next_epoch(Database& database, StoredState& state) {
 
 }  // namespace
 
+Status read_jobs(Database& database, StoredState& state, stored::JobCheck& check) {
+  LM_RETURN_IF_ERROR(load_jobs(database, state, check));
+  return load_settings(database, state, check);
+}
+
 Result<StoredState> load_state(Database& database, std::vector<StoreOp>& repairs) {
   StoredState state;
   stored::JobCheck check;
-  LM_RETURN_IF_ERROR(load_jobs(database, state, check));
-  LM_RETURN_IF_ERROR(load_settings(database, state, check));
-  check.finish(state, repairs);
+  LM_RETURN_IF_ERROR(read_jobs(database, state, check));
+  check.finish(state);
   LM_RETURN_IF_ERROR(load_histories(database, state));
   LM_RETURN_IF_ERROR(load_nodes(database, state));
   LM_RETURN_IF_ERROR(load_results(database, state, repairs));
