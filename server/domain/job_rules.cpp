@@ -3,6 +3,7 @@
 #include <bit>
 #include <cmath>
 
+#include "common/base/check.h"
 #include "common/base/text.h"
 #include "common/farm/film_rules.h"
 #include "common/methods/spec/method_spec.h"
@@ -221,11 +222,10 @@ bool is_whole(const Job& job) {
       return job.film.frame_samples() >= job.sample_limit();
     case GoalLimit::seconds:
       return job.film.min_samples() > 0 && !job.has_gaps();
-    case GoalLimit::none:  // from before jobs said which limit they had reached
+    case GoalLimit::none:
       break;
   }
-  return job.film.frame_samples() >= job.sample_limit() ||
-         (job.record.spec.goal.seconds > 0 && job.film.min_samples() > 0 && !job.has_gaps());
+  LM_CHECK(false, "job {} is done, and no limit has ended it", job.id().value);
 }
 
 }  // namespace lightmill

@@ -38,6 +38,9 @@ Status check_record(const JobRecord& record) {
       shares != 0 && shares != grid_of(spec.settings).tile_count()) {
     return invalid_argument("{} tiles have shares of its samples", shares);
   }
+  if (record.state == JobState::done && record.reached == GoalLimit::none) {
+    return invalid_argument("it is done, and no limit has ended it");
+  }
   return ok_status();
 }
 
@@ -67,27 +70,33 @@ std::set<const Node*> overlapping(std::vector<const Node*> nodes) {
   return found;
 }
 
-/// Those of a tile's nodes, none of which share samples, of which it is not known of all samples who rendered them.
+/// Of a tile's nodes, none of which share samples, those whose samples are not each recorded by exactly one result.
 std::set<const Node*> unrecorded(std::vector<const Node*> nodes, std::vector<SampleRange> results) {
   std::ranges::sort(nodes, {}, [](const Node* node) { return node->range.first(); });
-  // Ranges are dyadic: each is apart from another one, or contains it. Coordinators before format 10 left a result's
-  // record where a larger result took its place.
-  std::ranges::sort(results, {}, [](const SampleRange& range) { return std::pair(range.first(), ~range.end()); });
-  std::map<const Node*, std::uint64_t> known;
-  std::uint64_t counted = 0;
+  std::ranges::sort(results, {}, [](const SampleRange& range) { return range.first(); });
+  std::map<const Node*, std::uint64_t> recorded;  // the end of the samples that are
+  for (const Node* node : nodes) {
+    recorded[node] = node->range.first();
+  }
+  std::set<const Node*> unsound;
   for (const SampleRange& result : results) {
-    if (result.end() <= counted) {
-      continue;
-    }
-    counted = result.end();
     const auto after =
         std::ranges::upper_bound(nodes, result.first(), {}, [](const Node* node) { return node->range.first(); });
-    if (after != nodes.begin() && (*(after - 1))->range.contains(result)) {
-      known[*(after - 1)] += result.count();
+    if (after == nodes.begin() || !(*(after - 1))->range.contains(result)) {
+      continue;
+    }
+    std::uint64_t& end = recorded[*(after - 1)];
+    if (result.first() != end) {
+      unsound.insert(*(after - 1));
+    }
+    end = result.end();
+  }
+  for (const auto& [node, end] : recorded) {
+    if (end != node->range.end()) {
+      unsound.insert(node);
     }
   }
-  std::erase_if(nodes, [&](const Node* node) { return known[node] == node->range.count(); });
-  return {nodes.begin(), nodes.end()};
+  return unsound;
 }
 
 void take_out_nodes(StoredState::StoredJob& job, StoredState& state, std::vector<StoreOp>& repairs) {

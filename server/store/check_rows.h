@@ -8,10 +8,13 @@
 
 namespace lightmill {
 
-/// Takes out, and says in the log, what no coordinator has written though its checksums fit: jobs without pixels or
-/// with times that are none (`damaged_jobs`), nodes of tiles that the film does not have, that share samples, or of
-/// which it is not known who rendered them (`damaged`), and such results. `repairs` are to be committed. DATA_LOSS
-/// where nothing can be gone on from.
+/// Takes out, and says in the log, what no coordinator has written though its checksums fit. `repairs` are to be
+/// committed. DATA_LOSS where nothing can be gone on from.
+///
+/// - Jobs without pixels, with times that are none, or done without a limit that ended them (`damaged_jobs`).
+/// - Nodes of tiles that the film does not have, nodes that share samples, and nodes that have a sample without a
+///   recorded result, or with several (`damaged`).
+/// - Results of tiles that the film does not have.
 Status take_out_nonsense(StoredState& state, std::vector<StoreOp>& repairs);
 
 }  // namespace lightmill
