@@ -97,7 +97,9 @@ JobSpec job_of(const Picture& picture, const std::string& request_id) {
   return spec;
 }
 
-Hash128 reference_hash(const Picture& picture) {
+namespace {
+
+Hash128 render_reference(const Picture& picture) {
   const LoadedScene& loaded = shipped_scene(picture.scene);
   Scene scene = loaded.scene;
   const int height = picture.height > 0 ? picture.height : picture.side;
@@ -134,6 +136,14 @@ Hash128 reference_hash(const Picture& picture) {
     planes.set_tile(grid.tile_rect(tile), film.sums(tile), counts.a, counts.b);
   }
   return film_hash(planes);
+}
+
+}  // namespace
+
+Hash128 reference_hash(const Picture& picture) {
+  static std::map<Picture, Hash128> known;
+  const auto found = known.find(picture);
+  return found != known.end() ? found->second : known.emplace(picture, render_reference(picture)).first->second;
 }
 
 // ---- the client ----

@@ -4,6 +4,7 @@
 #include <grpcpp/grpcpp.h>
 
 #include <chrono>
+#include <compare>
 #include <filesystem>
 #include <memory>
 #include <optional>
@@ -28,6 +29,8 @@ struct Picture {
   std::uint64_t seed = 7;
   std::string method = "path";
   std::string scene = "cornell-bench-blocks";
+
+  friend auto operator<=>(const Picture&, const Picture&) = default;
 };
 
 const LoadedScene& shipped_scene(const std::string& name);
@@ -36,7 +39,7 @@ inline const LoadedScene& bench_box() {
 }
 /// As a client submits it.
 JobSpec job_of(const Picture& picture, const std::string& request_id);
-/// The film hash of the bare core, in this process, without any farm.
+/// The film hash of the bare core, in this process, without any farm. Each picture is rendered once. One thread may call.
 Hash128 reference_hash(const Picture& picture);
 
 /// Talks to a coordinator that may be away for a while: calls are repeated while it is.
