@@ -54,6 +54,11 @@ FORBIDDEN_DIRECT_LINKS = {"lightmill-worker": r"libsqlite3|libpq"}
 
 PROTO_RECORD = "tests/lint/proto_fields.txt"
 
+# Types of parameters that GoogleTest prints by their value. Other types of the standard library it may print as bytes.
+PRINTED_TYPES = {"bool", "char", "double", "float", "int", "long", "unsigned", "const", "std", "size_t", "string", "string_view",
+                 "array", "map", "optional", "pair", "set", "tuple", "vector",
+                 *(f"{sign}int{bits}_t" for sign in ("", "u") for bits in (8, 16, 32, 64))}
+
 
 class Report:
     def __init__(self):
@@ -128,6 +133,41 @@ def check_source(path, text, report):
             report.add(path, number, f"{match.group(0)}: common knows no real clock; take a Time or a Clock")
         if in_common and (match := re.search(STANDARD_DISTRIBUTIONS, line)):
             report.add(path, number, f"{match.group(0)}: its output is not standardised")
+
+
+def between_brackets(text, start, brackets):
+    """What stands in the pair of brackets that opens at `start`."""
+    depth = 0
+    for at in range(start, len(text)):
+        depth += {brackets[0]: 1, brackets[1]: -1}.get(text[at], 0)
+        if depth == 0:
+            return text[start + 1:at]
+    return text[start + 1:]
+
+
+def arguments_of(text):
+    """The arguments of a macro, and their commas alone: those in brackets and in <> lists of types are left out."""
+    for inner in [r"\([^()]*\)", r"\{[^{}]*\}", r"\[[^\[\]]*\]", r"<[\w\s:,*&]*>"] * 10:
+        text = re.sub(inner, " ", text)
+    return text.split(",")
+
+
+def check_parameterised_tests(path, text, all_code, report):
+    """Names and reports of parameterised tests are the same in every run: no index in place of a name, no bytes of an object."""
+    code = without_comments(text)
+    for match in re.finditer(r"\bINSTANTIATE_TEST_SUITE_P\s*\(", code):
+        line = code.count("\n", 0, match.start()) + 1
+        arguments = arguments_of(between_brackets(code, match.end() - 1, "()"))
+        if len(arguments) < 4:
+            report.add(path, line, f"{arguments[1].strip()}: name its tests, by a third argument after the suite's name: letters and digits")
+    for match in re.finditer(r"\b(?:TestWithParam|WithParamInterface)\s*<", code):
+        line = code.count("\n", 0, match.start()) + 1
+        written = between_brackets(code, match.end() - 1, "<>")
+        if "*" in written.replace("const char*", ""):
+            report.add(path, line, f"{written}: a pointer is printed as an address, another one in each run")
+        for name in set(re.findall(r"\w+(?!\w|\s*::)", written)) - PRINTED_TYPES:
+            if not re.search(rf"\b(PrintTo|operator\s*<<)\s*\([^()]*\b{name}\b", all_code):
+                report.add(path, line, f"{written}: reports show its bytes: write a PrintTo(const {name}&, std::ostream*)")
 
 
 def check_text(path, text, report):
@@ -210,6 +250,7 @@ def check_shell(root, path, text, report):
 def check_tree(root):
     report = Report()
     files = tree_files(root)
+    sources = {}
     for path in files:
         if pathlib.PurePath(path).suffix not in TEXT_SUFFIXES:
             continue
@@ -219,8 +260,12 @@ def check_tree(root):
             continue
         if pathlib.PurePath(path).suffix in SOURCE_SUFFIXES:
             check_source(path, text, report)
+            sources[path] = text
         check_text(path, text, report)
         check_shell(root, path, text, report)
+    all_code = "\n".join(sources.values())
+    for path, text in sources.items():
+        check_parameterised_tests(path, text, all_code, report)
     check_proto(root, files, report)
     return report
 

@@ -32,6 +32,17 @@ class CheckerFinds(unittest.TestCase):
         self.plant("server/store/sqlite/x.cpp", "#include <sqlite3.h>\n")
         self.plant("server/domain/x.h", "#include <map>\n// std::thread is not used here, nor steady_clock\n")
         self.plant("run.sh", "#!/bin/sh\necho ok\n")
+        self.plant("tests/unit/a_test.cpp", """
+struct Case {
+  std::string name;
+  friend void PrintTo(const Case& what, std::ostream* out) { *out << what.name; }
+};
+class A : public testing::TestWithParam<Case> {};
+class B : public Other, public ::testing::WithParamInterface<std::pair<const char*, std::vector<std::uint64_t>>> {};
+INSTANTIATE_TEST_SUITE_P(All, A, testing::Values(Case{"one, two"}, Case{"three"}),
+                         [](const auto& info) { return info.param.name; });
+INSTANTIATE_TEST_SUITE_P(All, B, kPairs, name_of<const char*, int>);
+""")
         self.assertEqual(self.found(), "")
 
     def test_a_common_folder_that_includes_one_below_it(self):
@@ -68,6 +79,19 @@ class CheckerFinds(unittest.TestCase):
 
     def test_standard_distributions(self):
         self.assert_finds("common/sampling/a.cpp", "std::uniform_real_distribution<float> u;\n", "not standardised")
+
+    def test_parameterised_tests_without_names(self):
+        for values in ['testing::Values("a, b", "c")', "testing::Range<std::uint64_t>(0, 8)",
+                       "testing::ValuesIn(std::map<int, int>{{1, 2}, {3, 4}})", "\n    kAll"]:
+            self.assert_finds("tests/unit/a_test.cpp", f"\nINSTANTIATE_TEST_SUITE_P(All, A, {values});\n",
+                              "tests/unit/a_test.cpp:2: A: name its tests")
+
+    def test_parameters_that_are_printed_as_bytes_or_addresses(self):
+        for written, what in [("Case", "Case: reports show its bytes"), ("std::vector<test::Case>", "std::vector<test::Case>: reports"),
+                              ("std::function<int()>", "std::function<int()>: reports"), ("int*", "int*: a pointer is printed")]:
+            for base in ("TestWithParam", "WithParamInterface"):
+                self.assert_finds("tests/unit/a_test.cpp", f"class A : public testing::{base}<{written}> {{}};\n",
+                                  f"tests/unit/a_test.cpp:1: {what}")
 
     def test_paths_and_hosts_of_machines(self):
         for word in check_style.MACHINE_WORDS:

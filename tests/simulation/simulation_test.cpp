@@ -56,7 +56,8 @@ TEST_P(Simulation, FilmsAreThoseOfTheQuietRunWhateverHappens) {
   EXPECT_GT(too_large, seeds / 10);
   EXPECT_GT(mixed, seeds / 100);
 }
-INSTANTIATE_TEST_SUITE_P(Batch, Simulation, testing::Range<std::uint64_t>(0, kBatches));
+INSTANTIATE_TEST_SUITE_P(Seeds, Simulation, testing::Range<std::uint64_t>(0, kBatches),
+                         [](const auto& info) { return fmt::format("Batch{}", info.param); });
 
 TEST(QuietFarm, RendersEachSampleOnce) {
   for (std::uint64_t seed = 1; seed <= 100; ++seed) {
@@ -134,6 +135,8 @@ TEST(DeadWorkers, CostOnlyTheirOwnUnacknowledgedWork) {
 struct Planted {
   const char* name;
   bool PlantedBugs::*bug;
+
+  friend void PrintTo(const Planted& planted, std::ostream* out) { *out << planted.name; }
 };
 class PlantedBug : public testing::TestWithParam<Planted> {};
 

@@ -53,6 +53,15 @@ Race with(Straggler straggler, Race race, const LastPart& quiet) {
   return race;
 }
 
+const char* name_of(Straggler straggler) {
+  constexpr const char* kNames[] = {"Slow", "SlowFromTheMiddleOn", "SlowNearTheEnd", "HungInTheMiddle",
+                                    "HungNearTheEnd"};
+  return kNames[static_cast<std::size_t>(straggler)];
+}
+void PrintTo(Straggler straggler, std::ostream* out) {
+  *out << name_of(straggler);
+}
+
 class Stragglers : public testing::TestWithParam<Straggler> {};
 
 // Three workers have to do the work of four, which alone takes 4/3 of the time.
@@ -88,16 +97,11 @@ TEST_P(Stragglers, DoNotHoldUpVerification) {
   EXPECT_LE(last.most_seconds, 1.7 * quiet.median_seconds);
 }
 
-std::string name_of(const testing::TestParamInfo<Straggler>& info) {
-  constexpr const char* kNames[] = {"Slow", "SlowFromTheMiddleOn", "SlowNearTheEnd", "HungInTheMiddle",
-                                    "HungNearTheEnd"};
-  return kNames[static_cast<std::size_t>(info.param)];
-}
 INSTANTIATE_TEST_SUITE_P(All, Stragglers,
                          testing::Values(Straggler::slow, Straggler::slow_from_the_middle_on,
                                          Straggler::slow_near_the_end, Straggler::hung_in_the_middle,
                                          Straggler::hung_near_the_end),
-                         name_of);
+                         [](const auto& info) { return std::string(name_of(info.param)); });
 
 }  // namespace
 }  // namespace lightmill::simulation

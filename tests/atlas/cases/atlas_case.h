@@ -4,6 +4,7 @@
 #include <functional>
 #include <map>
 #include <optional>
+#include <ostream>
 #include <span>
 #include <string>
 #include <vector>
@@ -41,6 +42,8 @@ struct AtlasCase {
 struct AtlasGroup {
   const char* name;
   std::vector<AtlasCase> (*cases)();
+
+  friend void PrintTo(const AtlasGroup& group, std::ostream* out) { *out << group.name; }
 };
 std::span<const AtlasGroup> atlas_groups();
 

@@ -1,5 +1,6 @@
 // `render --local`: a farm of its own, gone with the command, whatever ends it.
 #include <csignal>
+#include <cstring>
 #include <numeric>
 
 #include "client/cli/film_fetch.h"
@@ -309,6 +310,11 @@ TEST_F(CliTest, LayersThatCannotBeAreRefusedAtOnce) {
             std::string::npos);
 }
 
+/// "SIGINT"
+std::string name_of_signal(const ::testing::TestParamInfo<int>& info) {
+  return fmt::format("SIG{}", ::sigabbrev_np(info.param));
+}
+
 class EndedBySignal : public CliTest, public ::testing::WithParamInterface<int> {};
 
 TEST_P(EndedBySignal, ThePrivateFarmGoesWithItsCommand) {
@@ -323,7 +329,7 @@ TEST_P(EndedBySignal, ThePrivateFarmGoesWithItsCommand) {
 }
 
 INSTANTIATE_TEST_SUITE_P(Signals, EndedBySignal, ::testing::Values(SIGINT, SIGTERM, SIGKILL),
-                         [](const auto& info) { return "Signal" + std::to_string(info.param); });
+                         name_of_signal);
 
 class InterruptedRender : public CliTest, public ::testing::WithParamInterface<int> {};
 
@@ -341,7 +347,7 @@ TEST_P(InterruptedRender, WritesWhatIsRendered) {
 }
 
 INSTANTIATE_TEST_SUITE_P(Signals, InterruptedRender, ::testing::Values(SIGINT, SIGTERM, SIGHUP),
-                         [](const auto& info) { return "Signal" + std::to_string(info.param); });
+                         name_of_signal);
 
 TEST_F(CliTest, APictureWithGapsIsNotWrittenWhenItIsInterrupted) {
   BackgroundProcess client(endless(file("a.exr")), file("render.log"), environment());

@@ -269,7 +269,8 @@ TEST(Layers, TheNormalIsTheGeometricOneWhereAMethodIsFlat) {
   }
 }
 
-INSTANTIATE_TEST_SUITE_P(Methods, SurfaceLayers, testing::Values("path", "caustic", "vcm", "preview"));
+INSTANTIATE_TEST_SUITE_P(Methods, SurfaceLayers, testing::Values("path", "caustic", "vcm", "preview"),
+                         [](const auto& info) { return info.param; });
 
 TEST(Layers, AMethodThatLacksOneSaysSo) {
   const auto scene = balls();

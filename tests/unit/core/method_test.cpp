@@ -14,6 +14,10 @@ namespace {
 struct MethodCase {
   std::string name;
   std::vector<std::string> layers;
+
+  friend void PrintTo(const MethodCase& what, std::ostream* out) {
+    *out << what.name << " with " << what.layers.size() << " layers";
+  }
 };
 
 class Methods : public ::testing::TestWithParam<MethodCase> {
@@ -127,10 +131,9 @@ INSTANTIATE_TEST_SUITE_P(
                       MethodCase{"path", {"direct", "indirect", "albedo", "normal", "depth", "id"}},
                       MethodCase{"preview", {"albedo", "normal", "depth", "id"}}),
     [](const auto& info) {
-      const std::string& name = info.param.name;
-      std::string word = name.substr(0, name.find(':'));
-      std::erase(word, '-');
-      return word + std::to_string(info.param.layers.size());
+      std::string name = info.param.name.substr(0, info.param.name.find(':'));
+      std::erase(name, '-');
+      return name + (info.param.layers.empty() ? "" : "WithLayers");
     });
 
 TEST(Method, AnUnknownNameIsRefusedWithTheKnownOnes) {

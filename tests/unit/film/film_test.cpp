@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <cctype>
 #include <random>
 
 namespace lightmill {
@@ -225,8 +226,21 @@ TEST_P(FilmTest, CountsHalves) {
 
 const std::vector<std::string> kLayerLists[] = {
     {}, {"direct", "indirect", "albedo"}, {"normal", "depth", "id"}, {"light:key", "normal", "depth", "id"}};
-INSTANTIATE_TEST_SUITE_P(Layers, FilmTest, testing::ValuesIn(kLayerLists),
-                         [](const auto& info) { return std::to_string(info.index); });
+/// "BeautyDirectIndirect…"
+std::string name_of_layers(const testing::TestParamInfo<std::vector<std::string>>& info) {
+  std::string name = "Beauty";
+  for (const std::string& layer : info.param) {
+    bool begins = true;
+    for (const char letter : layer) {
+      if (std::isalnum(static_cast<unsigned char>(letter)) != 0) {
+        name += begins ? static_cast<char>(std::toupper(letter)) : letter;
+      }
+      begins = letter == ':';
+    }
+  }
+  return name;
+}
+INSTANTIATE_TEST_SUITE_P(Layers, FilmTest, testing::ValuesIn(kLayerLists), name_of_layers);
 
 /// Two pixels of one summed channel and one channel of each other kind; one sample with the given first values.
 NodePtr first_node(std::uint32_t sample, float mean, float nearest, float id) {

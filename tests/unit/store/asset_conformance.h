@@ -26,6 +26,8 @@ class AssetPlace {
 struct AssetKind {
   std::string name;
   std::function<std::unique_ptr<AssetPlace>()> make;
+
+  friend void PrintTo(const AssetKind& kind, std::ostream* out) { *out << kind.name; }
 };
 
 class AssetConformance : public ::testing::TestWithParam<AssetKind> {

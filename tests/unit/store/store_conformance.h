@@ -26,6 +26,8 @@ class StorePlace {
 struct StoreKind {
   std::string name;
   std::function<std::unique_ptr<StorePlace>()> make;
+
+  friend void PrintTo(const StoreKind& kind, std::ostream* out) { *out << kind.name; }
 };
 
 class StoreConformance : public ::testing::TestWithParam<StoreKind> {
