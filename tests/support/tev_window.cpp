@@ -21,6 +21,25 @@ bool readable(int socket, std::chrono::milliseconds patience) {
   return ::poll(&ready, 1, static_cast<int>(patience.count())) == 1;
 }
 
+int bound_to(std::uint16_t port) {
+  const int socket = ::socket(AF_INET, SOCK_STREAM | SOCK_CLOEXEC, 0);
+  const int yes = 1;
+  ::setsockopt(socket, SOL_SOCKET, SO_REUSEADDR, &yes, sizeof yes);
+  sockaddr_in address{};
+  address.sin_family = AF_INET;
+  address.sin_port = htons(port);
+  address.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
+  EXPECT_EQ(::bind(socket, reinterpret_cast<sockaddr*>(&address), sizeof address), 0);
+  return socket;
+}
+
+std::uint16_t port_of(int socket) {
+  sockaddr_in address{};
+  socklen_t length = sizeof address;
+  ::getsockname(socket, reinterpret_cast<sockaddr*>(&address), &length);
+  return ntohs(address.sin_port);
+}
+
 /// Reads one packet.
 class Packet {
  public:
@@ -134,26 +153,29 @@ bool TevWindow::read(std::size_t most, std::chrono::milliseconds patience) {
   return true;
 }
 
-TevListener::TevListener(std::uint16_t port, int buffer_bytes)
-    : listening_(::socket(AF_INET, SOCK_STREAM | SOCK_CLOEXEC, 0)) {
-  const int yes = 1;
-  ::setsockopt(listening_, SOL_SOCKET, SO_REUSEADDR, &yes, sizeof yes);
+TevListener::TevListener(std::uint16_t port, int buffer_bytes) : listening_(bound_to(port)) {
+  port_ = port_of(listening_);
+  if (port == 0) {
+    // A socket whose port the kernel has chosen loses it in stop().
+    const int chosen = std::exchange(listening_, bound_to(port_));
+    ::close(chosen);
+  }
   if (buffer_bytes > 0) {
     ::setsockopt(listening_, SOL_SOCKET, SO_RCVBUF, &buffer_bytes, sizeof buffer_bytes);
   }
-  sockaddr_in address{};
-  address.sin_family = AF_INET;
-  address.sin_port = htons(port);
-  address.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
-  EXPECT_EQ(::bind(listening_, reinterpret_cast<sockaddr*>(&address), sizeof address), 0);
-  EXPECT_EQ(::listen(listening_, 1), 0);
-  socklen_t length = sizeof address;
-  ::getsockname(listening_, reinterpret_cast<sockaddr*>(&address), &length);
-  port_ = ntohs(address.sin_port);
+  listen();
 }
 
 TevListener::~TevListener() {
   ::close(listening_);
+}
+
+void TevListener::stop() const {
+  EXPECT_EQ(::shutdown(listening_, SHUT_RD), 0);
+}
+
+void TevListener::listen() const {
+  EXPECT_EQ(::listen(listening_, 1), 0);
 }
 
 std::string TevListener::address() const {

@@ -53,6 +53,10 @@ class TevListener {
 
   std::uint16_t port() const { return port_; }
   std::string address() const;
+  /// Refuses whoever comes, and those who wait; the port stays taken.
+  void stop() const;
+  /// After a stop.
+  void listen() const;
   /// Whether somebody waits to be accepted.
   bool called(std::chrono::milliseconds patience) const;
   /// The next who comes.
