@@ -1,12 +1,12 @@
 // lightmill top
 #include <unistd.h>
 
-#include <future>
 #include <nlohmann/json.hpp>
 
 #include "client/cli/context.h"
 #include "client/cli/farm_choice.h"
 #include "client/cli/job_json.h"
+#include "client/cli/looking.h"
 #include "client/cli/progress.h"
 #include "client/cli/screen.h"
 #include "client/cli/top_view.h"
@@ -20,7 +20,6 @@ using SteadyTime = std::chrono::steady_clock::time_point;
 
 constexpr double kLeastInterval = 0.1;
 constexpr Duration kTick = std::chrono::milliseconds(50);  // keys and the window's size are looked at so often
-constexpr Duration kCancelEvery = std::chrono::milliseconds(10);
 constexpr Duration kSilence = std::chrono::seconds(3);  // that is not worth a word
 
 constexpr const char* kTopFooter =
@@ -46,29 +45,10 @@ Result<FarmLook> look_at(FarmConnection& connection) {
                   workers.wanted,       std::move(workers.notices), ""};
 }
 
-/// A look at the farm that is under way in a thread of its own: nobody need wait for a coordinator that is silent.
-class Looking {
- public:
-  explicit Looking(FarmConnection& connection)
-      : connection_(connection), look_(std::async(std::launch::async, [&connection] { return look_at(connection); })) {}
-  /// Breaks it off.
-  ~Looking() {
-    // A call that is about to begin does not hear of it: it is told again.
-    while (look_.valid() && !done(kCancelEvery)) {
-      connection_.cancel_calls();
-    }
-  }
-  Looking(const Looking&) = delete;
-  Looking& operator=(const Looking&) = delete;
-
-  /// Whether it is done now, or within so long.
-  bool done(Duration patience = {}) const { return look_.wait_for(patience) == std::future_status::ready; }
-  /// Once.
-  Result<FarmLook> result() { return look_.get(); }
-
- private:
-  FarmConnection& connection_;
-  std::future<Result<FarmLook>> look_;
+/// A look at the farm that is under way.
+struct Look : Looking<FarmLook> {
+  explicit Look(FarmConnection& connection)
+      : Looking([&connection] { return look_at(connection); }, [&connection] { connection.cancel_calls(); }) {}
 };
 
 nlohmann::json look_json(const FarmLook& look) {
@@ -86,7 +66,7 @@ nlohmann::json look_json(const FarmLook& look) {
 
 /// CANCELLED where the user interrupts.
 Result<FarmLook> first_look(FarmConnection& connection, const Signals& signals) {
-  Looking looking(connection);
+  Look looking(connection);
   while (!looking.done(kTick)) {
     if (signals.interrupted()) {
       return cancelled("interrupted");
@@ -97,7 +77,7 @@ Result<FarmLook> first_look(FarmConnection& connection, const Signals& signals) 
 
 /// Shows the farm, from `look` on, until somebody wants to leave.
 void follow_farm(FarmConnection& connection, FarmLook look, Duration interval, Signals& signals) {
-  std::optional<Looking> looking;
+  std::optional<Look> looking;
   Screen screen(signals);  // after what may take long to break off: the terminal is given back first
   SteadyTime since = std::chrono::steady_clock::now();  // when the look that is under way began, or the last one ended
   std::optional<Screen::Size> shown;                    // of what the screen has; none: it is out of date

@@ -1,0 +1,55 @@
+// A look at a farm that is broken off. What waits here ends after a minute, if it is not cancelled.
+#include "client/cli/looking.h"
+
+#include <gtest/gtest.h>
+
+#include <atomic>
+#include <semaphore>
+
+namespace lightmill::cli {
+namespace {
+
+constexpr auto kHang = std::chrono::minutes(1);
+
+TEST(Looking, ItsEndCancelsWhatItHasUnderWay) {
+  std::counting_semaphore<> heard(0);
+  std::atomic<bool> cancelled = false;
+  {
+    const Looking<int> looking(
+        [&]() -> Result<int> {
+          cancelled = heard.try_acquire_for(kHang);
+          return 1;
+        },
+        [&] { heard.release(); });
+  }
+  EXPECT_TRUE(cancelled);
+}
+
+TEST(Looking, ACallThatBeginsAfterItWasCancelledIsCancelledToo) {
+  std::counting_semaphore<> heard(0);
+  std::atomic<int> cancelled = 0;
+  {
+    const Looking<int> looking(
+        [&]() -> Result<int> {
+          while (cancelled < 3 && heard.try_acquire_for(kHang)) {
+            ++cancelled;
+          }
+          return 1;
+        },
+        [&] { heard.release(); });
+  }
+  EXPECT_EQ(cancelled, 3);
+}
+
+TEST(Looking, AnAnswerThatWasTakenIsNotCancelled) {
+  bool cancelled = false;
+  {
+    Looking<int> looking([] { return Result<int>(7); }, [&] { cancelled = true; });
+    ASSERT_TRUE(looking.done(kHang));
+    EXPECT_EQ(looking.result().value(), 7);
+  }
+  EXPECT_FALSE(cancelled);
+}
+
+}  // namespace
+}  // namespace lightmill::cli
