@@ -2,8 +2,6 @@
 // disturbed.
 #include <gtest/gtest.h>
 
-#include <thread>
-
 #include "common/wire/farm_messages.h"
 #include "tests/support/farm.h"
 
@@ -35,12 +33,11 @@ TEST(Limits, RequestsASecond) {
   }
   const double seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
   EXPECT_GE(taken, 15);
-  EXPECT_LE(taken, 21 + 2 * seconds);
+  EXPECT_LE(taken, 21 + 2 * seconds) << "however slow the machine is";
   EXPECT_EQ(refused.error_code(), StatusCode::RESOURCE_EXHAUSTED);
   EXPECT_TRUE(says(refused, "2 requests a second of one caller (--caller-requests): try again in "))
       << refused.error_message();
-  std::this_thread::sleep_for(std::chrono::milliseconds(600));
-  EXPECT_TRUE(list(client.stub()).ok()) << "after what it has said";
+  EXPECT_TRUE(eventually([&] { return list(client.stub()).ok(); })) << "after what it has said";
 }
 
 TEST(Limits, StreamsOfOneCaller) {

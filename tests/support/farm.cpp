@@ -18,7 +18,7 @@
 namespace lightmill::test {
 namespace {
 
-constexpr auto kPatience = std::chrono::seconds(20);
+constexpr auto kPatience = std::chrono::seconds(60);
 
 std::string program(const std::string& name) {
   return std::string(LIGHTMILL_BINARY_DIR) + "/bin/" + name;
@@ -273,7 +273,7 @@ void kill_at_once(BackgroundProcess& process) {
 }
 
 Farm::Farm(std::vector<std::string> server_options, Launch launch)
-    : server_options_(std::move(server_options)), launch_(std::move(launch)) {
+    : server_options_(std::move(server_options)), launch_(std::move(launch)), port_(launch_.address) {
   start_server();
 }
 
@@ -310,7 +310,6 @@ void Farm::start_server() {
     }
     std::this_thread::sleep_for(std::chrono::milliseconds(10));
   }
-  port_ = std::stoi(read_file(port_file).value());
 }
 
 std::unique_ptr<BackgroundProcess> Farm::start_worker(int threads, const std::string& name, const Launch& launch) {

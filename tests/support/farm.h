@@ -16,6 +16,7 @@
 #include "common/scene_io/load.h"
 #include "lightmill/v1/render_service.grpc.pb.h"
 #include "tests/support/process.h"
+#include "tests/support/reserved_port.h"
 #include "tests/support/temporary_folder.h"
 
 namespace lightmill::test {
@@ -81,7 +82,7 @@ class Farm {
   Farm(const Farm&) = delete;
   Farm& operator=(const Farm&) = delete;
 
-  std::string address() const { return launch_.address + ":" + std::to_string(port_); }
+  std::string address() const { return launch_.address + ":" + std::to_string(port_.number()); }
   BackgroundProcess& server() { return *server_; }
   /// A new coordinator on the same port and data; the one before has ended.
   void start_server();
@@ -117,7 +118,7 @@ class Farm {
   TemporaryFolder folder_;
   std::vector<std::string> server_options_;
   Launch launch_;
-  int port_ = 0;
+  const ReservedPort port_;
   std::unique_ptr<BackgroundProcess> server_;
   std::vector<Worker> workers_;
 };

@@ -47,9 +47,10 @@ class BackgroundProcess {
 /// Processes (zombies apart) whose environment contains NAME=VALUE.
 std::vector<pid_t> processes_with(const std::string& name, const std::string& value);
 
-/// Asks `condition` every 10 ms until it holds or `limit` is over; whether it held.
+/// Asks `condition` every 10 ms until it holds or `limit` is over; whether it held. A limit is only to keep a test from
+/// hanging: the machine may be busy.
 template <class Condition>
-bool eventually(Condition condition, std::chrono::milliseconds limit = std::chrono::seconds(30)) {
+bool eventually(Condition condition, std::chrono::milliseconds limit = std::chrono::seconds(60)) {
   const auto until = std::chrono::steady_clock::now() + limit;
   while (!condition()) {
     if (std::chrono::steady_clock::now() > until) {

@@ -7,6 +7,7 @@
 #include <nlohmann/json.hpp>
 
 #include "tests/support/process.h"
+#include "tests/support/reserved_port.h"
 #include "tests/support/temporary_folder.h"
 
 namespace lightmill::test {
@@ -66,7 +67,8 @@ class CliTest : public ::testing::Test {
 /// With a shared farm: a coordinator, and workers as asked for.
 class FarmCliTest : public CliTest {
  protected:
-  void SetUp() override { start_server("127.0.0.1:0"); }
+  /// At a port that is still free for it when it starts again.
+  void SetUp() override { start_server(fmt::format("127.0.0.1:{}", reserved_.number())); }
 
   void start_server(const std::string& listen, const std::vector<std::string>& options = {}) {
     std::filesystem::remove(file("port"));
@@ -109,6 +111,7 @@ class FarmCliTest : public CliTest {
     return std::to_string(on_farm(std::move(arguments)).value("id", 0));
   }
 
+  const ReservedPort reserved_;
   std::unique_ptr<BackgroundProcess> server_;
   std::vector<std::unique_ptr<BackgroundProcess>> workers_;
 };

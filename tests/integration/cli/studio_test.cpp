@@ -179,9 +179,9 @@ TEST_F(StudioTest, ASlowViewerOfAPartOfThePictureGetsAllOfIt) {
 }
 
 TEST_F(StudioTest, AViewerThatStartsLaterIsFound) {
-  const std::uint16_t port = TevListener().port();
+  const ReservedPort port;
   const std::string job = submit(with({scene("cornell-bench-blocks.json")}, kSmallByPath));
-  const std::string address = fmt::format("127.0.0.1:{}", port);
+  const std::string address = fmt::format("127.0.0.1:{}", port.number());
   BackgroundProcess watch(
       {program("lightmill"), "watch", job, "--tev", address, "-o", file("a.exr"), "--server", server()},
       file("watch.log"), environment());
@@ -192,7 +192,7 @@ TEST_F(StudioTest, AViewerThatStartsLaterIsFound) {
     });
   };
   ASSERT_TRUE(said("no viewer at " + address));
-  Viewer viewer(port);
+  Viewer viewer(static_cast<std::uint16_t>(port.number()));
   ASSERT_TRUE(said("the picture goes to the viewer at " + address));
   start_worker("w");
   EXPECT_EQ(watch.wait(std::chrono::seconds(60)), 0);
@@ -202,7 +202,8 @@ TEST_F(StudioTest, AViewerThatStartsLaterIsFound) {
 TEST_F(StudioTest, WithoutAViewerAJobIsFollowedAllTheSame) {
   start_worker("w");
   const std::string job = submit(with({scene("cornell-bench-blocks.json")}, kSmallByPath));
-  const std::string address = TevListener().address();
+  const ReservedPort nobody_listens;
+  const std::string address = fmt::format("127.0.0.1:{}", nobody_listens.number());
   const CommandResult run = lightmill({"watch", job, "--tev", address, "-o", file("a.exr"), "--server", server()});
   EXPECT_EQ(run.exit_code, 0) << run.err;
   EXPECT_NE(run.err.find("start tev or HDRView there"), std::string::npos) << run.err;
