@@ -43,13 +43,18 @@ class WebFarm {
     std::ofstream(pages_.path() / "index.html") << "<p>the page</p>";
     std::ofstream(pages_.path() / "assets" / "a.js") << "let a;";
     std::ofstream(pages_.path() / "assets" / "a.js.gz") << "packed";
-    const std::string port_file = (pages_.path() / "port").string();
-    std::vector<std::string> options{"--http",  "127.0.0.1:0", "--http-port-file",
-                                     port_file, "--pages",     pages_.path().string()};
+    std::vector<std::string> options{"--http",    "127.0.0.1:0", "--http-port-file",
+                                     port_file(), "--pages",     pages_.path().string()};
     options.insert(options.end(), more_options.begin(), more_options.end());
     farm_ = std::make_unique<Farm>(options);
-    EXPECT_TRUE(eventually([&] { return std::filesystem::exists(port_file); }));
-    port_ = static_cast<std::uint16_t>(std::stoi(read_file(port_file).value()));
+    read_port();
+  }
+  /// Another coordinator, of what this one has stored. The page is at another port.
+  void restart() {
+    kill_at_once(farm_->server());
+    std::filesystem::remove(port_file());
+    farm_->start_server();
+    read_port();
   }
   Farm& farm() { return *farm_; }
   std::string host() const { return "127.0.0.1:" + std::to_string(port_); }
@@ -90,6 +95,12 @@ class WebFarm {
   boost::asio::io_context& io() { return io_; }
 
  private:
+  std::string port_file() const { return (pages_.path() / "port").string(); }
+  void read_port() {
+    EXPECT_TRUE(eventually([&] { return std::filesystem::exists(port_file()); }));
+    port_ = static_cast<std::uint16_t>(std::stoi(read_file(port_file()).value()));
+  }
+
   TemporaryFolder pages_;
   std::unique_ptr<Farm> farm_;
   std::uint16_t port_ = 0;
