@@ -45,35 +45,50 @@ class Scripts(unittest.TestCase):
         self.stand_in("squeue", "case $* in *--jobs=7*) echo RUNNING ;; *--jobs=8*) echo COMPLETING ;; "
                                 "*) echo 'slurm_load_jobs error: Invalid job id specified' >&2; exit 1 ;; esac")
 
-    def stand_in(self, name, action=""):
+    def stand_in(self, name, action="", first=""):
+        """`first` is done before the call is written down, `action` after it."""
         path = self.bin / name
-        path.write_text(f'#!/bin/bash\necho "{name} $*" >>{self.calls}\n{action}\n')
+        path.write_text(f'#!/bin/bash\n{first}\necho "{name} $*" >>{self.calls}\n{action}\n')
         path.chmod(0o755)
 
     def called(self, program):
         lines = self.calls.read_text().splitlines()
         return [line.split(" ", 1)[1] for line in lines if line.split()[0] == program]
 
-    def coordinator(self, *options, job="9", node="n1"):
-        """Starts the script; the coordinator ends by SIGTERM."""
-        self.stand_in("lightmill-server", "trap 'exit 0' TERM; while :; do sleep 0.05; done")
-        before = len(self.called("lightmill-server"))
-        process = subprocess.Popen(["bash", SLURM / "coordinator.sbatch", *options], start_new_session=True,
-                                   env={**self.environment, "SLURM_JOB_ID": job, "SLURMD_NODENAME": node},
-                                   stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True)
-        self.addCleanup(process.stdout.close)
-        self.addCleanup(process.wait)
-        self.addCleanup(process.kill)
-        end = time.monotonic() + 20
-        while len(self.called("lightmill-server")) == before and time.monotonic() < end:
+    def eventually(self, what, seconds=60):
+        end = time.monotonic() + seconds
+        while not what():
+            self.assertLess(time.monotonic(), end, "it does not happen")
             time.sleep(0.02)
-        time.sleep(0.1)  # until it has its trap
+
+    def start(self, *options, job="9", node="n1", **more):
+        """Starts the coordinator's script, with all that it starts in a group of its own."""
+        process = subprocess.Popen(["bash", SLURM / "coordinator.sbatch", *options], start_new_session=True,
+                                   env={**self.environment, "SLURM_JOB_ID": job, "SLURMD_NODENAME": node}, **more)
+        self.addCleanup(process.wait)
+        self.addCleanup(self.kill_all, process)
+        return process
+
+    @staticmethod
+    def kill_all(process):
+        try:
+            os.killpg(process.pid, signal.SIGKILL)
+        except ProcessLookupError:
+            pass
+
+    def coordinator(self, *options, **more):
+        """One whose coordinator is at work, and ends by SIGTERM."""
+        self.stand_in("lightmill-server", "while :; do /bin/sleep 0.05; done", first="trap 'exit 0' TERM")
+        before = len(self.called("lightmill-server"))
+        process = self.start(*options, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True, **more)
+        self.addCleanup(process.stdout.close)
+        self.eventually(lambda: len(self.called("lightmill-server")) > before)
         return process
 
     def cancelled(self, process):
         """As by Slurm, which tells all processes of a job."""
         os.killpg(process.pid, signal.SIGTERM)
-        return process.wait(20)
+        return process.wait(60)
 
     def addresses(self):
         return {path.name: path.read_text().strip() for path in (self.farm / "coordinators").iterdir()}
@@ -109,7 +124,7 @@ class Scripts(unittest.TestCase):
     def test_one_whose_time_is_up_is_queued_again(self):
         process = self.coordinator()
         process.send_signal(signal.SIGUSR1)
-        self.assertEqual(process.wait(20), 0)
+        self.assertEqual(process.wait(60), 0)
         self.assertEqual(self.called("scontrol"), ["requeue 9"])
 
     def test_one_that_cannot_start_ends(self):
@@ -120,34 +135,23 @@ class Scripts(unittest.TestCase):
         self.assertEqual(len(self.called("lightmill-server")), 1)
 
     def test_one_whose_database_is_away_tries_again(self):
-        self.stand_in("lightmill-server",
-                      f'[ "$(grep -c ^lightmill-server {self.calls})" -ge 3 ] || exit 1; trap "exit 0" TERM; while :; do sleep 0.05; done')
-        process = subprocess.Popen(["bash", SLURM / "coordinator.sbatch", "--store", "postgres://db/farm"], start_new_session=True,
-                                   env={**self.environment, "SLURM_JOB_ID": "9", "SLURMD_NODENAME": "n1"})
-        self.addCleanup(process.wait)
-        self.addCleanup(process.kill)
-        begun = time.monotonic()
-        while len(self.called("lightmill-server")) < 3 and time.monotonic() < begun + 30:
-            time.sleep(0.05)
-        self.assertGreater(time.monotonic() - begun, 5.5, "2 and 4 s between them")
-        time.sleep(0.1)
+        self.stand_in("sleep")
+        self.stand_in("lightmill-server", f'[ "$(grep -c ^lightmill-server {self.calls})" -ge 3 ] || exit 1; while :; do /bin/sleep 0.05; done',
+                      first="trap 'exit 0' TERM")
+        process = self.start("--store", "postgres://db/farm")
+        self.eventually(lambda: len(self.called("lightmill-server")) == 3)
+        self.assertEqual(self.called("sleep"), ["2", "4"], "seconds between them")
         self.assertEqual(self.cancelled(process), 0)
         self.assertEqual(len(self.called("lightmill-server")), 3)
 
     def test_one_that_waits_for_its_database_ends_when_it_is_told_to(self):
+        self.stand_in("sleep", '[ "$1" != 8 ] || exec /bin/sleep 1000')
         self.stand_in("lightmill-server", "exit 1")
-        process = subprocess.Popen(["bash", SLURM / "coordinator.sbatch", "--store=postgres://db/farm"], start_new_session=True,
-                                   env={**self.environment, "SLURM_JOB_ID": "9", "SLURMD_NODENAME": "n1"})
-        self.addCleanup(process.wait)
-        self.addCleanup(process.kill)
-        end = time.monotonic() + 30
-        while len(self.called("lightmill-server")) < 3 and time.monotonic() < end:
-            time.sleep(0.05)
-        time.sleep(0.5)  # it waits 8 s
+        process = self.start("--store=postgres://db/farm")
+        stat = pathlib.Path(f"/proc/{process.pid}/stat")
+        self.eventually(lambda: self.called("sleep") == ["2", "4", "8"] and stat.read_text().rpartition(")")[2].startswith(" S"))
         process.send_signal(signal.SIGUSR1)
-        begun = time.monotonic()
-        process.wait(20)
-        self.assertLess(time.monotonic() - begun, 5)
+        self.assertEqual(process.wait(60), 1)
         self.assertEqual(self.called("scontrol"), ["requeue 9"])
 
     def test_a_worker_without_a_coordinator_says_what_to_do(self):
