@@ -148,7 +148,11 @@ function(lightmill_test_run run program timeout labels filter environment)
   if(LIGHTMILL_SANITIZE MATCHES "thread")
     list(APPEND environment "TSAN_OPTIONS=suppressions=${PROJECT_SOURCE_DIR}/tests/thread_sanitizer.supp")
   endif()
+  set(cost 0)
+  if("integration" IN_LIST labels)
+    set(cost 100)  # those that wait begin first, and others compute beside them
+  endif()
   add_test(NAME ${run} COMMAND ${program})
-  set_tests_properties(${run} PROPERTIES LABELS "${labels}" TIMEOUT ${timeout} PROCESSORS ${processors}
+  set_tests_properties(${run} PROPERTIES LABELS "${labels}" TIMEOUT ${timeout} PROCESSORS ${processors} COST ${cost}
                                          ENVIRONMENT "${environment}")
 endfunction()
