@@ -27,6 +27,7 @@ CORES = os.cpu_count() or 1
 # Runs that wait for real processes take one slot, runs that compute take two (cmake/targets.cmake).
 SLOTS = 2 * CORES
 SHOWN_LINES = 40  # of a failed run's output
+KINDS_OF_RUN = ("asan", "long", "threads", "tsan")  # labels that say when a run runs; the others say what it is
 MEMORY_DISK = pathlib.Path("/dev/shm")
 MEMORY_DISK_BYTES = 4 << 30  # that must be free
 
@@ -226,7 +227,7 @@ def run_tests(preset, select, deadline=None):
     for case in xml.etree.ElementTree.parse(junit).iter("testcase"):
         name = case.get("name")
         own = cases_of(preset, [name])
-        label = (labels.get(name) or ["other"])[0]
+        label = next((label for label in labels.get(name, []) if label not in KINDS_OF_RUN), "other")
         row = rows.setdefault(label, Row(label, 0))
         row.tests += max(len(own), 1) if case.get("status") != "notrun" else 0
         row.seconds += float(case.get("time", 0))
