@@ -53,8 +53,7 @@ Status check_address(const GivenAddress& given) {
 
 /// How this caller shows the farm at `addresses` who it is.
 Result<CallerTexts> read_caller(const CommonOptions& options, const std::string& addresses) {
-  return lightmill::read_caller(options.caller, CLI::detail::split(addresses, ','),
-                                now_unix_s());
+  return lightmill::read_caller(options.caller, CLI::detail::split(addresses, ','), now_unix_s());
 }
 
 }  // namespace

@@ -14,7 +14,8 @@ namespace lightmill::cli {
 template <class Answer>
 class Looking {
  public:
-  /// `ask` runs on the thread. `cancel` ends the calls that `ask` has under way; it misses those that are about to begin.
+  /// `ask` runs on the thread. `cancel` ends the calls that `ask` has under way; it misses those that are about to
+  /// begin.
   Looking(std::function<Result<Answer>()> ask, std::function<void()> cancel)
       : cancel_(std::move(cancel)), answer_(std::async(std::launch::async, std::move(ask))) {}
   /// Breaks it off.

@@ -27,7 +27,7 @@ namespace lightmill {
 namespace {
 
 constexpr int kMaxExrSide = 65536;  // pixels
-constexpr int kChunkLines = 16;  // of ZIP compression
+constexpr int kChunkLines = 16;     // of ZIP compression
 /// Attributes that OpenEXR itself writes, with values that a picture cannot have otherwise.
 constexpr std::array kOwnAttributes{"pixelAspectRatio", "screenWindowWidth"};
 constexpr std::uint64_t kPlausibleValues = std::uint64_t{1}
@@ -82,7 +82,8 @@ Result<ImageWindow> to_window(const Imath::Box2i& box, std::string_view what) {
   const std::int64_t width = std::int64_t{box.max.x} - box.min.x + 1;
   const std::int64_t height = std::int64_t{box.max.y} - box.min.y + 1;
   if (width < 1 || height < 1 || width > kMaxExrSide || height > kMaxExrSide) {
-    return invalid_argument("the {} window must be 1 to {} pixels on a side, got {}x{}", what, kMaxExrSide, width, height);
+    return invalid_argument("the {} window must be 1 to {} pixels on a side, got {}x{}", what, kMaxExrSide, width,
+                            height);
   }
   return ImageWindow{box.min.x, box.min.y, static_cast<int>(width), static_cast<int>(height)};
 }

@@ -11,7 +11,7 @@ namespace lightmill {
 namespace {
 
 constexpr int kNoisePatchSide = 2;        ///< pixels
-constexpr int kLeastCellSide = 8;    ///< pixels: so close that no edge runs between patches
+constexpr int kLeastCellSide = 8;         ///< pixels: so close that no edge runs between patches
 constexpr std::uint32_t kNoiseLevel = 4;  ///< log2 of the samples
 /// Beyond the first points of a sequence, and where most of an adaptive job's samples are.
 constexpr std::uint32_t kFirst = 64;
@@ -24,7 +24,7 @@ struct PatchSums {
 
 /// The sums over all samples of each patch.
 Result<std::vector<PatchSums>> sample(const Method& method, const MethodSpec& spec, std::span<const PixelRect> patches,
-                                 const std::stop_token& stop) {
+                                      const std::stop_token& stop) {
   const std::uint32_t level = level_at_a_time(spec, kNoiseLevel);
   const std::unique_ptr<Workspace> workspace = method.make_workspace();
   std::vector<PatchSums> all(patches.size());

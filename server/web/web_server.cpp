@@ -46,7 +46,8 @@ void accept_next(WebParts& parts) {
       return;
     }
     if (error) {  // as when there are too many open files: at once it would be the same again
-      spdlog::debug("the page cannot accept a connection: {}; it tries again in {} ms", error.message(), kAcceptPause.count());
+      spdlog::debug("the page cannot accept a connection: {}; it tries again in {} ms", error.message(),
+                    kAcceptPause.count());
       parts.pause->expires_after(kAcceptPause);
       parts.pause->async_wait([&parts](error_code ended) {
         if (!ended) {

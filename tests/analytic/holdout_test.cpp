@@ -14,7 +14,7 @@ constexpr const char* kColoredSky = R"({"environment": {"radiance": {"rgb": [0.5
 
 /// What is seen of the floor at (x, 0, 0), from the side.
 std::array<Estimate, 3> floor_layers_at(double x, const std::string& more_objects, const std::string& lights,
-                                 std::uint32_t level = 9, const std::string& method = "path") {
+                                        std::uint32_t level = 9, const std::string& method = "path") {
   const auto scene =
       TestScene::from_text(document(fmt::format(R"("eye": [{}, 0.3, 0], "look_at": [{}, 0, 0])", x + 1.5, x), 0.001, 8,
                                     kMaterials, std::string(kFloor) + more_objects, lights));
@@ -39,7 +39,8 @@ TEST(Holdout, UnderABlackSphereInAnEvenSky) {
   };
   for (const Case& c : {Case{0.5, 0.5, 0.5, 1 - 0.5 * 0.25 / std::pow(0.5, 1.5)}, Case{0.5, 1, 0, 0.75},
                         Case{0.3, 0.7, 0.4, 1 - 0.7 * 0.09 / std::pow(0.65, 1.5)}}) {
-    const auto seen = floor_layers_at(c.x, ", " + sphere("black", fmt::format("[0, {}, 0]", c.height), c.radius), kColoredSky);
+    const auto seen =
+        floor_layers_at(c.x, ", " + sphere("black", fmt::format("[0, {}, 0]", c.height), c.radius), kColoredSky);
     expect_answer(seen[0], 0.5 * c.exact, 5e-3);
     expect_answer(seen[1], 2 * c.exact, 5e-3);
   }
@@ -170,8 +171,8 @@ TEST(Holdout, IsDarkenedByTheShareOfEachLight) {
   for (const std::string method : {"path", "raycast"}) {
     const auto seen = floor_layers_at(
         0, ", " + sphere("black", "[-50, 50, 0]", 0.1),
-        std::string(kColoredSky) + R"(, {"directional": {"direction": [1, -1, 0], "irradiance": {"rgb": [3, 3, 3]}}})", 9,
-        method);
+        std::string(kColoredSky) + R"(, {"directional": {"direction": [1, -1, 0], "irradiance": {"rgb": [3, 3, 3]}}})",
+        9, method);
     expect_answer(seen[1], 2 * sky / (sky + sun), 1e-2);
   }
 }

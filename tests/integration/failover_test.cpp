@@ -44,7 +44,9 @@ class TwoCoordinators {
   std::string health_of(int index, const std::string& service = "") const {
     return health(health_address(port_file(index)), service);
   }
-  std::string address(int index) const { return fmt::format("127.0.0.1:{}", ports_[static_cast<std::size_t>(index)].number()); }
+  std::string address(int index) const {
+    return fmt::format("127.0.0.1:{}", ports_[static_cast<std::size_t>(index)].number());
+  }
   std::string log(int index) const { return read_file(log_file(index)).value(); }
   bool says(int index, const std::string& words) const { return log(index).find(words) != std::string::npos; }
 

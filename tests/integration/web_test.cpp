@@ -451,7 +451,9 @@ TEST(Web, WithoutFilesToOpenConnectionsWaitAndAreTriedNowAndThen) {
   for (int i = 0; i < 20; ++i) {
     silent.push_back(web.connect());
   }
-  const auto tries = [&] { return times_said(web.farm().server_log(), "cannot accept a connection: Too many open files"); };
+  const auto tries = [&] {
+    return times_said(web.farm().server_log(), "cannot accept a connection: Too many open files");
+  };
   EXPECT_TRUE(eventually([&] { return !tries().empty(); }));
   std::atomic<bool> answered = false;
   std::jthread caller([&] {

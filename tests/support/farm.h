@@ -40,7 +40,8 @@ inline const LoadedScene& bench_box() {
 }
 /// As a client submits it.
 JobSpec job_of(const Picture& picture, const std::string& request_id);
-/// The film hash of the bare core, in this process, without any farm. Each picture is rendered once. One thread may call.
+/// The film hash of the bare core, in this process, without any farm. Each picture is rendered once. One thread may
+/// call.
 Hash128 reference_hash(const Picture& picture);
 
 /// Talks to a coordinator that may be away for a while: calls are repeated while it is.

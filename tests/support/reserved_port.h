@@ -11,11 +11,12 @@
 
 namespace lightmill::test {
 
-/// Holds the port by a socket that is bound and does not listen: programs that set SO_REUSEADDR can bind to it, too, and
-/// the kernel gives it to nobody who asks for any port.
+/// Holds the port by a socket that is bound and does not listen: programs that set SO_REUSEADDR can bind to it, too,
+/// and the kernel gives it to nobody who asks for any port.
 class ReservedPort {
  public:
-  explicit ReservedPort(const std::string& host = "127.0.0.1") : socket_(::socket(AF_INET, SOCK_STREAM | SOCK_CLOEXEC, 0)) {
+  explicit ReservedPort(const std::string& host = "127.0.0.1")
+      : socket_(::socket(AF_INET, SOCK_STREAM | SOCK_CLOEXEC, 0)) {
     const int yes = 1;
     EXPECT_EQ(::setsockopt(socket_, SOL_SOCKET, SO_REUSEADDR, &yes, sizeof yes), 0);
     sockaddr_in address{};

@@ -27,8 +27,8 @@ inline std::vector<TcpSocket> tcp_sockets() {
     constexpr unsigned kSynSent = 2;  // of the kernel's tcp_states.h
     unsigned state = 0, unsent = 0, unread = 0;
     TcpSocket socket;
-    if (std::sscanf(line.c_str(), "%*d: %*8x:%4x %*8x:%4x %2x %8x:%8x", &socket.local_port, &socket.remote_port,
-                    &state, &unsent, &unread) == 5) {
+    if (std::sscanf(line.c_str(), "%*d: %*8x:%4x %*8x:%4x %2x %8x:%8x", &socket.local_port, &socket.remote_port, &state,
+                    &unsent, &unread) == 5) {
       socket.connecting = state == kSynSent;
       socket.unsent_bytes = unsent;
       socket.unread_bytes = unread;

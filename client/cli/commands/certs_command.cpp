@@ -226,7 +226,8 @@ Status show(const std::string& file, const Console& console) {
 
 using CertsAction = std::function<Status(const CertsOptions&, const Console&)>;
 
-void run_it(CLI::App* command, Context& context, const std::shared_ptr<CertsOptions>& options, const CertsAction& action) {
+void run_it(CLI::App* command, Context& context, const std::shared_ptr<CertsOptions>& options,
+            const CertsAction& action) {
   add_json_option(*command, context);
   command->callback([&context, options, action] {
     context.run = [options, action](const Console& console) {

@@ -20,7 +20,7 @@ using SteadyTime = std::chrono::steady_clock::time_point;
 
 constexpr double kLeastInterval = 0.1;
 constexpr Duration kTick = std::chrono::milliseconds(50);  // keys and the window's size are looked at so often
-constexpr Duration kSilence = std::chrono::seconds(3);  // that is not worth a word
+constexpr Duration kSilence = std::chrono::seconds(3);     // that is not worth a word
 
 constexpr const char* kTopFooter =
     "q or Ctrl-C leaves. Where standard output is no terminal, and with --json, it looks once.";

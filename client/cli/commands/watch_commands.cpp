@@ -42,8 +42,8 @@ void finish_showing(TevViewer& viewer, Signals& signals) {
 }
 
 /// Until the job has ended and is reported. `viewer`: null for none.
-ExitCode follow(Context& context, const Console& console, const WatchOptions& options, const ViewSettings& view, Farm& farm,
-                TevViewer* viewer) {
+ExitCode follow(Context& context, const Console& console, const WatchOptions& options, const ViewSettings& view,
+                Farm& farm, TevViewer* viewer) {
   ProgressPrinter progress(console, system_clock());
   LivePicture live(options.picture.png_outputs(), view, system_clock());
   Status live_status = ok_status();

@@ -21,7 +21,8 @@ constexpr auto kCommitPatience = std::chrono::minutes(5);
 class PostgresStore final : public Store {
  public:
   explicit PostgresStore(std::shared_ptr<Leadership> leadership)
-      : leadership_(std::move(leadership)), session_(leadership_->target(), postgres::commit_statements(), kCommitPatience) {}
+      : leadership_(std::move(leadership)),
+        session_(leadership_->target(), postgres::commit_statements(), kCommitPatience) {}
 
   Result<StoredState> load() override;
   Status commit(std::span<const StoreOp> ops) override;

@@ -10,7 +10,7 @@ namespace {
 const BoundingSphere kTableScene{{1, 2, 3}, kSceneRadius};
 
 PhotonEmission table_emission_of(const LightTable& table, const std::vector<BoundingSphere>& targets,
-                           const std::vector<BoundlessPlane>& planes = {}) {
+                                 const std::vector<BoundlessPlane>& planes = {}) {
   return PhotonEmission(table, targets, planes, kTableScene);
 }
 
@@ -114,7 +114,8 @@ TEST(PhotonEmission, DistantLightStartsBeyondAllThatIsInItsWay) {
 
 TEST(PhotonEmission, LightAlongAPlaneStartsNearTheScene) {
   const LightTable table = table_of([](LightTable& t) { t.directional.add({{1, 0, 0}, kColor}); });
-  const PhotonEmission emission = table_emission_of(table, {kTargets[0]}, {{{0, -1, 0}, {0, 1, 0}}, {{0, 0, 0}, {0, 1, 0}}});
+  const PhotonEmission emission =
+      table_emission_of(table, {kTargets[0]}, {{{0, -1, 0}, {0, 1, 0}}, {{0, 0, 0}, {0, 1, 0}}});
   for_each_photon(emission, 8, [&](const PhotonRay& ray, const Vec3d&, std::uint32_t) {
     ASSERT_LT(glm::length(ray.origin - kTableScene.center), 2 * kTableScene.radius);
   });

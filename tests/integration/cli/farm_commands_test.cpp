@@ -8,7 +8,6 @@
 namespace lightmill::test {
 namespace {
 
-
 TEST_F(FarmCliTest, AJobGoesFromSubmitToDelete) {
   const std::string id = submit(with({scene("cornell-bench-blocks.json"), "--name", "box", "--owner", "ada"}, kSmall));
   EXPECT_EQ(on_farm({"show", id})["state"], "queued");

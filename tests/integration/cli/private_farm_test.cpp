@@ -328,8 +328,7 @@ TEST_P(EndedBySignal, ThePrivateFarmGoesWithItsCommand) {
   }
 }
 
-INSTANTIATE_TEST_SUITE_P(Signals, EndedBySignal, ::testing::Values(SIGINT, SIGTERM, SIGKILL),
-                         name_of_signal);
+INSTANTIATE_TEST_SUITE_P(Signals, EndedBySignal, ::testing::Values(SIGINT, SIGTERM, SIGKILL), name_of_signal);
 
 class InterruptedRender : public CliTest, public ::testing::WithParamInterface<int> {};
 
@@ -346,8 +345,7 @@ TEST_P(InterruptedRender, WritesWhatIsRendered) {
   EXPECT_TRUE(load_rgb(file("a.exr")).ok());
 }
 
-INSTANTIATE_TEST_SUITE_P(Signals, InterruptedRender, ::testing::Values(SIGINT, SIGTERM, SIGHUP),
-                         name_of_signal);
+INSTANTIATE_TEST_SUITE_P(Signals, InterruptedRender, ::testing::Values(SIGINT, SIGTERM, SIGHUP), name_of_signal);
 
 TEST_F(CliTest, APictureWithGapsIsNotWrittenWhenItIsInterrupted) {
   BackgroundProcess client(endless(file("a.exr")), file("render.log"), environment());

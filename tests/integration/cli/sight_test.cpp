@@ -17,7 +17,6 @@
 namespace lightmill::test {
 namespace {
 
-
 std::vector<std::string> lines_with(const std::string& path, const std::string& text) {
   std::vector<std::string> lines;
   std::ifstream file(path);

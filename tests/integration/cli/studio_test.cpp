@@ -42,8 +42,9 @@ using StudioTest = FarmCliTest;
 
 TEST_F(StudioTest, AFarmManagerIsToldHowARenderGoes) {
   start_worker("w");
-  const CommandResult run = lightmill(with(
-      {"render", scene("cornell-bench-blocks.json"), "-o", file("a.exr"), "--openjd", "--server", server()}, kSmallByPath));
+  const CommandResult run = lightmill(
+      with({"render", scene("cornell-bench-blocks.json"), "-o", file("a.exr"), "--openjd", "--server", server()},
+           kSmallByPath));
   EXPECT_EQ(run.exit_code, 0) << run.err;
   const Told told = read_openjd(run.out);
   ASSERT_FALSE(told.progress.empty()) << run.out;

@@ -24,8 +24,8 @@ namespace {
 using std::chrono::milliseconds;
 using std::chrono::seconds;
 using test::eventually;
-using test::TcpSocket;
 using test::tcp_sockets;
+using test::TcpSocket;
 using test::TevListener;
 using test::TevWindow;
 

@@ -127,8 +127,11 @@ TEST(Certificates, WhatMakesNoSenseIsRefused) {
   EXPECT_EQ(code({other.key, ca.certificate}, {"x", {}, {Role::view}}), StatusCode::kInvalidArgument);
   const KeyAndCertificate worker = issue_certificate(ca, {"w", {}, {Role::worker}}, kValidity).value();
   EXPECT_EQ(code(worker, {"x", {}, {Role::admin}}), StatusCode::kInvalidArgument) << "a worker signs nothing";
-  EXPECT_EQ(facts_of(issue_certificate(ca, {"x", {}, {Role::view}}, {kCertificateNow, kCertificateNow + 100 * 86'400}).value()).until_unix_s,
-            facts_of(ca).until_unix_s)
+  EXPECT_EQ(
+      facts_of(
+          issue_certificate(ca, {"x", {}, {Role::view}}, {kCertificateNow, kCertificateNow + 100 * 86'400}).value())
+          .until_unix_s,
+      facts_of(ca).until_unix_s)
       << "none outlives its authority";
 }
 
@@ -164,7 +167,8 @@ TEST_F(TlsFilesTest, OneFileMayHoldBoth) {
     ASSERT_TRUE(texts.ok()) << texts.status();
     EXPECT_EQ(read_certificates(texts->certificate)->front().name, "w");
   }
-  EXPECT_NE(message_of(check_names_hosts(read_tls_files(one, kCertificateNow).value())).find("names no host"), std::string::npos);
+  EXPECT_NE(message_of(check_names_hosts(read_tls_files(one, kCertificateNow).value())).find("names no host"),
+            std::string::npos);
 }
 
 TEST_F(TlsFilesTest, MistakesAreNamed) {

@@ -70,7 +70,8 @@ TEST(TokenBook, AWrongSecretIsAsUnknownAsAWrongId) {
   const NewToken token = make_token().value(), other = make_token().value();
   ASSERT_TRUE(book.add(record_of(token), kTokenNow).ok());
   const std::string forged = token.text.substr(0, token.text.rfind('_')) + other.text.substr(other.text.rfind('_'));
-  const Status wrong_secret = book.identify(forged, kTokenNow).status(), wrong_id = book.identify(other.text, kTokenNow).status();
+  const Status wrong_secret = book.identify(forged, kTokenNow).status(),
+               wrong_id = book.identify(other.text, kTokenNow).status();
   EXPECT_EQ(wrong_secret.code(), StatusCode::kUnauthenticated);
   std::string expected = message_of(wrong_id);
   expected.replace(expected.find(other.id), other.id.size(), token.id);

@@ -30,7 +30,8 @@ TEST(CallLimitsTest, StreamsHavePlacesOfEachCallerAndOfAll) {
   EXPECT_NE(message_of(limits.open_stream("ada", call_time(0)).status()).find("2 streams at once of one caller"),
             std::string::npos);
   EXPECT_TRUE(limits.open_stream("bob", call_time(0)).ok());
-  EXPECT_NE(message_of(limits.open_stream("bob", call_time(0)).status()).find("all of its 3 streams"), std::string::npos);
+  EXPECT_NE(message_of(limits.open_stream("bob", call_time(0)).status()).find("all of its 3 streams"),
+            std::string::npos);
   limits.close_stream(first);
   EXPECT_TRUE(limits.open_stream("bob", call_time(0)).ok());
   EXPECT_FALSE(limits.open_stream("ada", call_time(0)).ok());

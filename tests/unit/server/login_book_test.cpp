@@ -44,7 +44,8 @@ TEST(LoginBook, OfOneTokenTheOldestGoesAndOthersStay) {
 TEST(LoginBook, ThereIsALimitUntilSomeHaveEnded) {
   LoginBook book;
   for (std::size_t i = 0; i < LoginBook::kMostLogins; ++i) {
-    ASSERT_TRUE(book.add(std::to_string(i), logged_in_ada(fmt::format("{:012x}", i / LoginBook::kMostOfOne)), kLoginNow).ok());
+    ASSERT_TRUE(
+        book.add(std::to_string(i), logged_in_ada(fmt::format("{:012x}", i / LoginBook::kMostOfOne)), kLoginNow).ok());
   }
   EXPECT_EQ(book.add("more", logged_in_ada("ffffffffffff"), kLoginNow).status().code(), StatusCode::kResourceExhausted);
   EXPECT_TRUE(book.add("more", logged_in_ada("ffffffffffff"), kLoginNow + LoginBook::kLoginSeconds).ok());
@@ -54,7 +55,8 @@ TEST(LoginBook, ThereIsALimitUntilSomeHaveEnded) {
 TEST(LoginBook, ThoseOfTokensThatHoldNoLongerTakeNobodysPlace) {
   LoginBook book;
   for (std::size_t i = 0; i < LoginBook::kMostLogins; ++i) {
-    ASSERT_TRUE(book.add(std::to_string(i), logged_in_ada(fmt::format("{:012x}", i / LoginBook::kMostOfOne)), kLoginNow).ok());
+    ASSERT_TRUE(
+        book.add(std::to_string(i), logged_in_ada(fmt::format("{:012x}", i / LoginBook::kMostOfOne)), kLoginNow).ok());
   }
   book.keep([](const Identity& caller) { return caller.token != "000000000003"; });
   EXPECT_EQ(book.size(), LoginBook::kMostLogins - LoginBook::kMostOfOne);

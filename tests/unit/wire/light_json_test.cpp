@@ -65,14 +65,16 @@ TEST(LightJson, DefaultsAreThoseOfTheSchema) {
 TEST(LightJson, MistakesAreNamed) {
   EXPECT_EQ(light_error(light_document(R"({"spot": {"position": [0, 0, 0], "intensity": {"rgb": [1, 1, 1]}}})")),
             "lights[0].spot.direction: must be given");
-  EXPECT_EQ(light_error(light_document(R"({"directional": {"direction": [0, 0, 0], "irradiance": {"rgb": [1, 1, 1]}}})")),
-            "lights[0].directional.direction: must not be zero");
+  EXPECT_EQ(
+      light_error(light_document(R"({"directional": {"direction": [0, 0, 0], "irradiance": {"rgb": [1, 1, 1]}}})")),
+      "lights[0].directional.direction: must not be zero");
   EXPECT_EQ(light_error(light_document(R"({"spot": {"position": [0, 0, 0], "direction": [0, 1, 0], "cutoff_degrees": 0,
                                            "intensity": {"rgb": [1, 1, 1]}}})")),
             "lights[0].spot.cutoff_degrees: must be in [0.001, 180], got 0");
-  EXPECT_EQ(light_error(light_document(R"({"cosine_power": {"position": [0, 0, 0], "direction": [0, 1, 0], "exponent": -1,
+  EXPECT_EQ(
+      light_error(light_document(R"({"cosine_power": {"position": [0, 0, 0], "direction": [0, 1, 0], "exponent": -1,
                                                    "intensity": {"rgb": [1, 1, 1]}}})")),
-            "lights[0].cosine_power.exponent: must be in [0, 10000], got -1");
+      "lights[0].cosine_power.exponent: must be in [0, 10000], got -1");
   EXPECT_EQ(light_error(light_document(R"({"ies": {"position": [0, 0, 0], "up": [0, 2, 0], "file": "a"}})")),
             "lights[0].ies.up: must not be parallel to direction, got (0, 2, 0)");
   EXPECT_EQ(light_error(light_document(R"({"ies": {"position": [0, 0, 0]}})")), "lights[0].ies.file: must be given");
@@ -91,7 +93,8 @@ TEST(LightJson, MistakesInUnitsAreNamed) {
   EXPECT_EQ(light_error(point(R"("strength": {})")),
             "lights[0].strength: an amount must be given in one of the units watt, watt_per_steradian, "
             "lumen, candela");
-  EXPECT_EQ(light_error(point(R"("strength": {"lumen": -3})")), "lights[0].strength.lumen: must be in [0, 1e+20], got -3");
+  EXPECT_EQ(light_error(point(R"("strength": {"lumen": -3})")),
+            "lights[0].strength.lumen: must be in [0, 1e+20], got -3");
   EXPECT_EQ(light_error(point(R"("strength": {"lumen": 3, "color": {"rgb": [0, 0, 0]}})")),
             "lights[0].strength.color: components must not be negative nor all zero, got (0, 0, 0)");
   EXPECT_EQ(light_error(light_document(R"({"point": {"position": [0, 0, 0], "intensity": {"rgb": [1, 1, 1]}},

@@ -51,7 +51,8 @@ TEST(MaterialJson, ConductorsAreReadByNumbersOrByName) {
   const auto silver = std::get<ConductorMaterial>(read(R"("conductor": {"metal": "silver"})").kind);
   EXPECT_NEAR(silver.eta.g, 0.06, 0.01);
   EXPECT_NEAR(silver.k.r, 4.4, 0.1);
-  EXPECT_EQ(material_error(R"("conductor": {})"), "m.json:2:42: materials[0].conductor: metal, or eta and k must be given");
+  EXPECT_EQ(material_error(R"("conductor": {})"),
+            "m.json:2:42: materials[0].conductor: metal, or eta and k must be given");
   EXPECT_EQ(material_error(R"("conductor": {"eta": {"rgb": [1, 1, 1]}})"),
             "m.json:2:42: materials[0].conductor.k: must be given");
   EXPECT_EQ(material_error(R"("conductor": {"metal": "tin"})"),

@@ -172,8 +172,8 @@ TEST(SceneJson, WrongTypesAreNamed) {
   EXPECT_EQ(scene_error(document(kCamera, kFilm, kMaterials, "[[]]")),
             "box.json:5:13: objects[0]: an object with name, material, mesh, sphere, plane, "
             "triangle, transform is expected, got a list");
-  EXPECT_EQ(scene_error(document(R"({"eye": [1, 2], "look_at": [0, 0, 0], "vertical_fov_degrees": 9})", kFilm, kMaterials,
-                              kObjects)),
+  EXPECT_EQ(scene_error(document(R"({"eye": [1, 2], "look_at": [0, 0, 0], "vertical_fov_degrees": 9})", kFilm,
+                                 kMaterials, kObjects)),
             "box.json:2:19: camera.eye: 3 numbers [x, y, z] are expected, got 2");
   EXPECT_EQ(scene_error(document(R"({"eye": [1, 2, 3, 4]})", kFilm, kMaterials, kObjects)),
             "box.json:2:19: camera.eye: 3 numbers [x, y, z] are expected, got more");
@@ -183,9 +183,10 @@ TEST(SceneJson, WrongTypesAreNamed) {
             "box.json:2:19: camera.eye: 3 numbers [x, y, z] are expected, got a string");
   EXPECT_EQ(scene_error(document(kCamera, kFilm, R"([{"name": 5}])", kObjects)),
             "box.json:4:24: materials[0].name: a string is expected, got 5");
-  EXPECT_EQ(scene_error(document(kCamera, kFilm, R"([{"name": "a", "diffuse": {"reflectance": [1, 1, 1]}}])", kObjects)),
-            "box.json:4:56: materials[0].diffuse.reflectance: a colour is expected, as in {\"rgb\": [0.5, 0.5, 0.5]}, "
-            "got a list");
+  EXPECT_EQ(
+      scene_error(document(kCamera, kFilm, R"([{"name": "a", "diffuse": {"reflectance": [1, 1, 1]}}])", kObjects)),
+      "box.json:4:56: materials[0].diffuse.reflectance: a colour is expected, as in {\"rgb\": [0.5, 0.5, 0.5]}, "
+      "got a list");
   EXPECT_EQ(scene_error(document(kCamera, kFilm, R"([{"two_sided_emission": 1}])", kObjects)),
             "box.json:4:38: materials[0].two_sided_emission: true or false is expected, got 1");
   EXPECT_EQ(scene_error(document(kCamera, R"({"filter": {"kind": "BOXY"}})", kMaterials, kObjects)),
@@ -200,8 +201,9 @@ TEST(SceneJson, WrongTypesAreNamed) {
 TEST(SceneJson, NumbersThatAreNoneAreNamed) {
   EXPECT_EQ(scene_error(document(R"({"eye": [0, NaN, 0]})", kFilm, kMaterials, kObjects)),
             "box.json:2:23: camera.eye[1]: NaN is not allowed; a finite number is expected");
-  EXPECT_EQ(scene_error(document(R"({"eye": [0, 0, 0], "vertical_fov_degrees": -Infinity})", kFilm, kMaterials, kObjects)),
-            "box.json:2:54: camera.vertical_fov_degrees: -Infinity is not allowed; a finite number is expected");
+  EXPECT_EQ(
+      scene_error(document(R"({"eye": [0, 0, 0], "vertical_fov_degrees": -Infinity})", kFilm, kMaterials, kObjects)),
+      "box.json:2:54: camera.vertical_fov_degrees: -Infinity is not allowed; a finite number is expected");
   EXPECT_EQ(scene_error(document(R"({"eye": [0, 1e999, 0]})", kFilm, kMaterials, kObjects)),
             "box.json:2:23: camera.eye[1]: 1e999 is too large for a number");
   EXPECT_EQ(scene_error(document(kCamera, kFilm, R"([{"name": "a", "emission": {"rgb": [1e39, 0, 0]}}])", kObjects)),
@@ -216,23 +218,23 @@ TEST(SceneJson, AbsurdSizesAreNamed) {
   EXPECT_EQ(scene_error(document(kCamera, R"({"height": 10000000000})", kMaterials, kObjects)),
             "box.json:3:20: film.height: 10000000000 is too large for an integer of 32 bits");
   EXPECT_EQ(scene_error(document(kCamera, kFilm, kMaterials,
-                              R"([{"material": "red", "sphere": {"center": [1e15, 0, 0], "radius": 1}}])")),
+                                 R"([{"material": "red", "sphere": {"center": [1e15, 0, 0], "radius": 1}}])")),
             "box.json:5:54: objects[0].sphere.center: coordinates must be finite and at most 1000000000000, got "
             "(1000000000000000, 0, 0)");
 }
 
 TEST(SceneJson, UnknownMaterialsAreNamed) {
   EXPECT_EQ(scene_error(document(kCamera, kFilm, kMaterials,
-                              R"([{"material": "rad", "sphere": {"center": [0, 0, 0], "radius": 1}}])")),
+                                 R"([{"material": "rad", "sphere": {"center": [0, 0, 0], "radius": 1}}])")),
             "box.json:5:26: objects[0].material: unknown material \"rad\"; the materials are red");
   EXPECT_EQ(scene_error(document(kCamera, kFilm, "[]", kObjects)),
             "box.json:5:26: objects[0].material: unknown material \"red\"; there are none");
   EXPECT_EQ(
       scene_error(document(kCamera, kFilm, R"([{"name": "a", "mirror": {}}, {"name": "a", "mirror": {}}])", kObjects)),
       "box.json:5:26: objects[0].material: unknown material \"red\"; the materials are a, a");
-  EXPECT_EQ(
-      scene_error(document(kCamera, kFilm, R"([{"name": "red", "mirror": {}}, {"name": "red", "mirror": {}}])", kObjects)),
-      "box.json:4:55: materials[1].name: \"red\" names an earlier material already");
+  EXPECT_EQ(scene_error(document(kCamera, kFilm, R"([{"name": "red", "mirror": {}}, {"name": "red", "mirror": {}}])",
+                                 kObjects)),
+            "box.json:4:55: materials[1].name: \"red\" names an earlier material already");
 }
 
 TEST(SceneJson, WhatIsMissingIsNamed) {
@@ -257,8 +259,9 @@ TEST(SceneJson, WhatIsMissingIsNamed) {
             "box.json:5:41: objects[0].mesh.file: must be given");
   EXPECT_EQ(scene_error(document(kCamera, kFilm, kMaterials, R"([{"sphere": {"center": [0, 0, 0], "radius": 1}}])")),
             "box.json:5:13: objects[0].material: must be given");
-  EXPECT_EQ(scene_error(document(kCamera, kFilm, kMaterials, R"([{"material": "red", "sphere": {"center": [0, 0, 0]}}])")),
-            "box.json:5:43: objects[0].sphere.radius: must be positive and at most 1000000000000, got 0");
+  EXPECT_EQ(
+      scene_error(document(kCamera, kFilm, kMaterials, R"([{"material": "red", "sphere": {"center": [0, 0, 0]}}])")),
+      "box.json:5:43: objects[0].sphere.radius: must be positive and at most 1000000000000, got 0");
   EXPECT_EQ(scene_error(document(kCamera, kFilm, kMaterials, kObjects, ",\n\"lights\": [{\"name\": \"x\"}]")),
             "box.json:6:12: lights[0]: a kind of light must be given; the kinds are point, directional, spot, "
             "cosine_power, ies, environment");
