@@ -70,7 +70,7 @@ std::set<const Node*> overlapping(std::vector<const Node*> nodes) {
   return found;
 }
 
-/// Of a tile's nodes, none of which share samples, those whose samples are not each recorded by exactly one result.
+/// The nodes of a tile with a sample that not exactly one result records. Nodes share no samples.
 std::set<const Node*> unrecorded(std::vector<const Node*> nodes, std::vector<SampleRange> results) {
   std::ranges::sort(nodes, {}, [](const Node* node) { return node->range.first(); });
   std::ranges::sort(results, {}, [](const SampleRange& range) { return range.first(); });

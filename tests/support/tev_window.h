@@ -53,7 +53,7 @@ class TevListener {
 
   std::uint16_t port() const { return port_; }
   std::string address() const;
-  /// Refuses whoever comes, and those who wait; the port stays taken.
+  /// Refuses new and waiting connections. The port stays taken.
   void stop() const;
   /// After a stop.
   void listen() const;

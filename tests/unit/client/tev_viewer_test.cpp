@@ -261,7 +261,7 @@ class DeafPort {
   DeafPort(const DeafPort&) = delete;
   DeafPort& operator=(const DeafPort&) = delete;
   std::uint16_t port() const { return listener_.port(); }
-  /// Refuses whoever waits for an answer.
+  /// Refuses the connections that wait.
   void hang_up() const { listener_.stop(); }
   /// The ports of those who wait for an answer now.
   std::set<unsigned> knocking() const {
