@@ -10,9 +10,40 @@ add_library(lightmill_pch STATIC ${PROJECT_SOURCE_DIR}/cmake/pch.cpp)
 target_precompile_headers(lightmill_pch PRIVATE ${LIGHTMILL_PCH_HEADERS})
 target_link_libraries(lightmill_pch PUBLIC fmt::fmt)
 
-# Unity builds: up to sixteen source files of a target are compiled as one, which halves the time. The files of a target share
-# one anonymous namespace then. OFF compiles each file by itself, and finds missing includes.
+# Unity builds: several source files of a target are compiled as one, which halves the time. The files of a target share one
+# anonymous namespace then. OFF compiles each file by itself, and finds missing includes.
 option(LIGHTMILL_UNITY "compile several source files of a target as one" ON)
+
+# lightmill_unity(TARGET SIZE): compiles the sources of a target in groups of SIZE. A group's file includes its members by
+# their paths from the top: CMake's own unity builds have absolute paths, and ccache could not share results between checkouts.
+function(lightmill_unity target size)
+  get_target_property(sources ${target} SOURCES)
+  set_target_properties(${target} PROPERTIES LIGHTMILL_SOURCES "${sources}")
+  list(LENGTH sources count)
+  if(NOT LIGHTMILL_UNITY OR count EQUAL 1)
+    return()
+  endif()
+  set(units "")
+  math(EXPR last "${count} - 1")
+  foreach(first RANGE 0 ${last} ${size})
+    list(SUBLIST sources ${first} ${size} group)
+    set(text "")
+    foreach(source ${group})
+      cmake_path(ABSOLUTE_PATH source NORMALIZE)
+      cmake_path(RELATIVE_PATH source BASE_DIRECTORY ${PROJECT_SOURCE_DIR})
+      string(APPEND text "#include \"${source}\"\n")
+    endforeach()
+    set(unit ${CMAKE_CURRENT_BINARY_DIR}/${target}.unity_${first}.cpp)
+    file(CONFIGURE OUTPUT ${unit} CONTENT "${text}" @ONLY)
+    list(APPEND units ${unit})
+  endforeach()
+  set_target_properties(${target} PROPERTIES SOURCES "${units}")
+  target_include_directories(${target} PRIVATE ${PROJECT_SOURCE_DIR})
+  if(CMAKE_CXX_COMPILER_ID STREQUAL "GNU")
+    # It means that each file with the type has another one, which a single unit cannot have.
+    target_compile_options(${target} PRIVATE -Wno-subobject-linkage)
+  endif()
+endfunction()
 
 # Code that runs per ray or per pixel. It copies structs of eight lanes 32 bytes at a time: GCC's default of 16 stalls every
 # read of the whole struct.
@@ -27,11 +58,7 @@ endif()
 # lightmill_sources(TARGET KIND): how the sources of a target are compiled. KIND is KERNEL, SHELL (reads options and calls
 # the rest: it is compiled fast rather than made fast) or empty.
 function(lightmill_sources target kind)
-  set_target_properties(${target} PROPERTIES UNITY_BUILD ${LIGHTMILL_UNITY} UNITY_BUILD_BATCH_SIZE 16)
-  if(LIGHTMILL_UNITY AND CMAKE_CXX_COMPILER_ID STREQUAL "GNU")
-    # It means that each file with the type has another one, which a single unit cannot have.
-    target_compile_options(${target} PRIVATE -Wno-subobject-linkage)
-  endif()
+  lightmill_unity(${target} 16)
   if(kind STREQUAL "KERNEL")
     target_compile_options(${target} PRIVATE ${LIGHTMILL_KERNEL_OPTIONS})
   elseif(kind STREQUAL "SHELL")
@@ -107,19 +134,17 @@ function(lightmill_test name)
   if(NOT ARG_SHARDS)
     set(ARG_SHARDS 1)
   endif()
-  if(LIGHTMILL_SANITIZE MATCHES "thread")
+  if(LIGHTMILL_SANITIZE MATCHES "thread" OR CMAKE_CXX_FLAGS MATCHES "--coverage")
     math(EXPR ARG_TIMEOUT "${ARG_TIMEOUT} * 4")  # rendering is as many times slower
   endif()
   lightmill_test_pch()
   add_executable(${name} ${ARG_SOURCES})
-  target_link_libraries(${name} PRIVATE ${ARG_DEPS} GTest::gtest GTest::gtest_main)
+  target_link_libraries(${name} PRIVATE ${ARG_DEPS} lightmill_test_places GTest::gtest GTest::gtest_main)
   target_include_directories(${name} PRIVATE ${PROJECT_SOURCE_DIR})
   target_compile_options(${name} PRIVATE -O1)
   target_precompile_headers(${name} REUSE_FROM lightmill_test_pch)
-  set_target_properties(${name} PROPERTIES RUNTIME_OUTPUT_DIRECTORY ${CMAKE_BINARY_DIR}/tests
-                                           UNITY_BUILD ${LIGHTMILL_UNITY} UNITY_BUILD_BATCH_SIZE 8)
-  target_compile_definitions(${name} PRIVATE LIGHTMILL_SOURCE_DIR="${PROJECT_SOURCE_DIR}"
-                                             LIGHTMILL_BINARY_DIR="${CMAKE_BINARY_DIR}")
+  lightmill_unity(${name} 8)
+  set_target_properties(${name} PROPERTIES RUNTIME_OUTPUT_DIRECTORY ${CMAKE_BINARY_DIR}/tests)
   set_property(GLOBAL APPEND PROPERTY LIGHTMILL_TEST_PROGRAMS ${name})
   set_property(TARGET ${name} PROPERTY LIGHTMILL_LABELS "${ARG_LABELS}")
   get_property(long GLOBAL PROPERTY LONG_${name})

@@ -14,6 +14,7 @@
 #include "common/image/read/read_image.h"
 #include "common/methods/path/path_method.h"
 #include "tests/bench/measure.h"
+#include "tests/support/places.h"
 #include "tests/support/render_document.h"
 
 namespace {
@@ -218,15 +219,14 @@ void print_summary(const std::vector<Variant>& variants, const std::vector<Gains
 
 int main(int argc, char** argv) {
   CLI::App app("Efficiency of other constants of path, relative to the ones in use.");
-  const std::string root = LIGHTMILL_SOURCE_DIR;
-  std::vector<std::string> scenes{root + "/scenes/cornell-bench-blocks.json",
-                                  root + "/scenes/cornell-bench-balls.json",
-                                  root + "/tests/bench/constants/white-room.json",
-                                  root + "/scenes/metal-and-glass.json",
-                                  root + "/tests/bench/choices/rough-gold.json",
-                                  root + "/tests/bench/choices/sky-and-glass.json",
-                                  root + "/scenes/course-default.json",
-                                  root + "/scenes/bunny.json"};
+  std::vector<std::string> scenes{source_file("scenes/cornell-bench-blocks.json"),
+                                  source_file("scenes/cornell-bench-balls.json"),
+                                  source_file("tests/bench/constants/white-room.json"),
+                                  source_file("scenes/metal-and-glass.json"),
+                                  source_file("tests/bench/choices/rough-gold.json"),
+                                  source_file("tests/bench/choices/sky-and-glass.json"),
+                                  source_file("scenes/course-default.json"),
+                                  source_file("scenes/bunny.json")};
   std::size_t seeds = 6;
   std::string only;
   int size = 40, threads = 1;

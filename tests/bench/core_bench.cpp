@@ -10,6 +10,7 @@
 
 #include "tests/bench/embree_share.h"
 #include "tests/bench/measure.h"
+#include "tests/support/places.h"
 #include "tests/support/reference_tracer.h"
 #include "tests/support/render_document.h"
 
@@ -87,7 +88,7 @@ void print(const char* who, const Run& run, double error) {
 
 int main(int argc, char** argv) {
   CLI::App app("Times the bare core beside the scalar oracle, on one thread.");
-  std::string scene_path = LIGHTMILL_SOURCE_DIR "/scenes/cornell-bench-blocks.json";
+  std::string scene_path = source_file("scenes/cornell-bench-blocks.json");
   std::string cache;
   std::string method = "path", reference_method = "path";
   std::uint32_t level = 6, reference_level = 11;

@@ -17,6 +17,7 @@
 #include "common/scene/mesh.h"
 #include "common/scene_io/load.h"
 #include "tests/bench/measure.h"
+#include "tests/support/places.h"
 
 namespace {
 
@@ -38,7 +39,7 @@ std::shared_ptr<const CompiledScene> compile(const LoadedScene& loaded, bool bru
 }
 
 LoadedScene load(const std::string& name) {
-  const fs::path path = fs::path(LIGHTMILL_SOURCE_DIR "/scenes") / (name + ".json");
+  const fs::path path = test::source_file("scenes/" + name + ".json");
   return value_or_exit(load_scene(std::span(&path, 1)));
 }
 

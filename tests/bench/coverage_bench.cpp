@@ -14,6 +14,7 @@
 #include "common/film/error_goal.h"
 #include "common/methods/spec/method_spec.h"
 #include "common/planner/tile_noise.h"
+#include "tests/support/places.h"
 #include "tests/support/render_document.h"
 
 namespace {
@@ -247,7 +248,7 @@ int main(int argc, char** argv) {
   app.add_flag("--adaptive", adaptive, "with a pilot: some tiles get more samples than others");
   CLI11_PARSE(app, argc, argv);
 
-  const std::filesystem::path folder = LIGHTMILL_SOURCE_DIR "/scenes";
+  const std::filesystem::path folder = source_file("scenes");
   std::vector<Case> cases;
   cases.push_back({"cornell-bench-blocks", TestScene(folder / "cornell-bench-blocks.json"), 0.003});
   cases.push_back({"cornell-bench-balls", TestScene(folder / "cornell-bench-balls.json"), 0.03});

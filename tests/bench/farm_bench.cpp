@@ -20,6 +20,7 @@
 #include "common/base/check.h"
 #include "tests/bench/measure.h"
 #include "tests/support/farm.h"
+#include "tests/support/places.h"
 #include "tests/support/render_document.h"
 
 namespace {
@@ -28,7 +29,7 @@ using namespace lightmill;
 using Seconds = std::chrono::duration<double>;
 
 struct Options {
-  std::string scene = LIGHTMILL_SOURCE_DIR "/scenes/cornell-bench-blocks.json";
+  std::string scene = test::source_file("scenes/cornell-bench-blocks.json");
   std::uint32_t level = 8;
   int size = 512, pairs = 10, first_pictures = 20, threads = 2;
   std::string client_of;  ///< run as the client of this coordinator

@@ -9,6 +9,7 @@
 #include "common/image/read/read_image.h"
 #include "tests/bench/embree_share.h"
 #include "tests/bench/measure.h"
+#include "tests/support/places.h"
 #include "tests/support/render_document.h"
 
 namespace {
@@ -46,7 +47,7 @@ int fail(const Status& status) {
 
 int main(int argc, char** argv) {
   CLI::App app("Times one method alone, on one thread.");
-  std::vector<std::string> scenes{LIGHTMILL_SOURCE_DIR "/scenes/cornell-bench-blocks.json"};
+  std::vector<std::string> scenes{source_file("scenes/cornell-bench-blocks.json")};
   std::string method = "path";
   std::uint32_t level = 6;
   int size = 512, runs = 1;

@@ -21,6 +21,7 @@
 #include "common/planner/pilot.h"
 #include "common/scene_io/load.h"
 #include "tests/bench/measure.h"
+#include "tests/support/places.h"
 
 namespace {
 
@@ -284,7 +285,7 @@ int main(int argc, char** argv) {
   CLI11_PARSE(app, argc, argv);
   std::vector<fs::path> paths(files.begin(), files.end());
   if (paths.empty()) {
-    for (const auto& entry : fs::directory_iterator(LIGHTMILL_SOURCE_DIR "/scenes")) {
+    for (const auto& entry : fs::directory_iterator(test::source_file("scenes"))) {
       if (entry.path().extension() == ".json") {
         paths.push_back(entry.path());
       }

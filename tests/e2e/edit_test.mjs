@@ -194,8 +194,12 @@ test('no look outlives the panel, or the page', async () => {
   await eventually('a look is there', async () => (await looks()).length === 1);
   await panel().getByRole('button', {name: 'Close'}).click();
   await eventually('it is gone with the panel', async () => (await looks()).length === 0);
+  // The page can only end a look whose number it has been told.
+  const told = page.waitForResponse((response) => response.request().method() === 'POST' && response.url().endsWith('/jobs'));
   await page.getByRole('button', {name: 'Edit & render again'}).click();
+  await (await told).finished();
   await eventually('another is there', async () => (await looks())[0]?.state === 'JOB_STATE_DONE');
+  await page.evaluate(() => new Promise((resolve) => setTimeout(resolve)));
   await page.goto('about:blank');
   await eventually('it is gone with the page', async () => (await looks()).length === 0);
 });

@@ -8,13 +8,14 @@
 #include "common/scene_io/obj.h"
 #include "common/wire/scene_json.h"
 #include "tests/fuzz/mutate.h"
+#include "tests/support/places.h"
 
 namespace lightmill {
 namespace {
 
 const int kSceneRounds = fuzz_cases(5000);
 
-const std::filesystem::path kScenes = std::filesystem::path(LIGHTMILL_SOURCE_DIR) / "scenes";
+const std::filesystem::path kScenes = test::source_file("scenes");
 
 std::string shipped(const std::string& name) {
   const Result<std::string> text = read_file(kScenes / name);

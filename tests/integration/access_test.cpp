@@ -5,6 +5,7 @@
 #include <fstream>
 
 #include "tests/integration/secure_farm.h"
+#include "tests/support/places.h"
 
 namespace lightmill::test {
 namespace {
@@ -204,8 +205,8 @@ TEST(Access, AWorkerWithACertificateRendersAndOneWithoutIsToldWhy) {
   SecureFarm secure;
   Farm& farm = secure.farm();
   const auto worker = [&](const std::string& name, std::vector<std::string> options) {
-    options.insert(options.begin(), {std::string(LIGHTMILL_BINARY_DIR) + "/bin/lightmill-worker", "--server",
-                                     farm.address(), "--threads", "1", "--name", name});
+    options.insert(options.begin(),
+                   {program("lightmill-worker"), "--server", farm.address(), "--threads", "1", "--name", name});
     return std::make_unique<BackgroundProcess>(options, (farm.folder() / (name + ".log")).string());
   };
   const auto says = [&](const std::string& name, const std::string& text) {

@@ -4,6 +4,7 @@
 
 #include "common/wire/farm_messages.h"
 #include "tests/integration/secure_farm.h"
+#include "tests/support/places.h"
 
 namespace lightmill::test {
 namespace {
@@ -76,10 +77,9 @@ TEST(TokenAccess, AWorkerWhoseTokenIsRevokedIsSentAway) {
   SecureFarm secure;
   const auto root = secure.channel(secure.person("root", {Role::admin}));
   const std::string token = token_for(root, "render-1", {Role::worker});
-  const BackgroundProcess worker(
-      {std::string(LIGHTMILL_BINARY_DIR) + "/bin/lightmill-worker", "--server", secure.farm().address(), "--threads",
-       "1", "--tls-ca", secure.path("ca.pem"), "--token-file", secure.write("token", token)},
-      (secure.farm().folder() / "worker.log").string());
+  const BackgroundProcess worker({program("lightmill-worker"), "--server", secure.farm().address(), "--threads", "1",
+                                  "--tls-ca", secure.path("ca.pem"), "--token-file", secure.write("token", token)},
+                                 (secure.farm().folder() / "worker.log").string());
   const auto workers = [&] {
     grpc::ClientContext context;
     v1::ListWorkersResponse response;
@@ -100,10 +100,10 @@ TEST(TokenAccess, AWorkerWhoseTokenIsRevokedIsSentAway) {
 TEST(TokenAccess, AWorkerThatIsRefusedSaysSoOnceAndComesWhenItIsLetIn) {
   SecureFarm secure;
   const auto root = secure.channel(secure.person("root", {Role::admin}));
-  const BackgroundProcess worker({std::string(LIGHTMILL_BINARY_DIR) + "/bin/lightmill-worker", "--server",
-                                  secure.farm().address(), "--threads", "1", "--tls-ca", secure.path("ca.pem"),
-                                  "--token-file", secure.write("token", token_for(root, "ada", {Role::submit}))},
-                                 (secure.farm().folder() / "worker.log").string());
+  const BackgroundProcess worker(
+      {program("lightmill-worker"), "--server", secure.farm().address(), "--threads", "1", "--tls-ca",
+       secure.path("ca.pem"), "--token-file", secure.write("token", token_for(root, "ada", {Role::submit}))},
+      (secure.farm().folder() / "worker.log").string());
   const auto lines_with = [&](const std::string& log, const std::string& text) {
     const std::string all = secure.farm().log(log);
     int lines = 0;

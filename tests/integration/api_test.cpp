@@ -6,6 +6,7 @@
 #include "common/wire/farm_messages.h"
 #include "lightmill/v1/worker_service.grpc.pb.h"
 #include "tests/support/farm.h"
+#include "tests/support/places.h"
 
 namespace lightmill::test {
 namespace {
@@ -242,8 +243,7 @@ TEST(Api, HealthAndReflectionAnswer) {
 
 TEST(Server, ASecondOneOnTheSameDataIsRefusedWithWhatToDo) {
   Farm farm;
-  BackgroundProcess second({std::string(LIGHTMILL_BINARY_DIR) + "/bin/lightmill-server", "--data", farm.data().string(),
-                            "--listen", "127.0.0.1:0"},
+  BackgroundProcess second({program("lightmill-server"), "--data", farm.data().string(), "--listen", "127.0.0.1:0"},
                            (farm.folder() / "second.log").string());
   EXPECT_EQ(second.wait(std::chrono::seconds(10)), 1);
   EXPECT_NE(farm.log("second").find(farm.data().string()), std::string::npos) << farm.log("second");
@@ -252,9 +252,9 @@ TEST(Server, ASecondOneOnTheSameDataIsRefusedWithWhatToDo) {
 
 TEST(Worker, TriesItsServersInTurn) {
   Farm farm;
-  const BackgroundProcess worker({std::string(LIGHTMILL_BINARY_DIR) + "/bin/lightmill-worker", "--server",
-                                  "127.0.0.1:1," + farm.address(), "--threads", "1"},
-                                 (farm.folder() / "worker.log").string());
+  const BackgroundProcess worker(
+      {program("lightmill-worker"), "--server", "127.0.0.1:1," + farm.address(), "--threads", "1"},
+      (farm.folder() / "worker.log").string());
   FarmClient client = farm.client();
   const std::uint64_t id = client.submit(small_picture()).id();
   EXPECT_EQ(client.wait_until_ended(id).state(), v1::JOB_STATE_DONE);

@@ -5,6 +5,7 @@
 #include "common/base/file.h"
 #include "tests/integration/health.h"
 #include "tests/support/farm.h"
+#include "tests/support/places.h"
 #include "tests/support/postgres_server.h"
 #include "tests/support/reserved_port.h"
 
@@ -29,16 +30,15 @@ class TwoCoordinators {
     second = start(1);
     EXPECT_TRUE(eventually([&] { return says(1, "standing by"); })) << log(1);
     worker_ = std::make_unique<BackgroundProcess>(
-        std::vector<std::string>{std::string(LIGHTMILL_BINARY_DIR) + "/bin/lightmill-worker", "--server",
-                                 address(0) + "," + address(1), "--threads", "2", "--name", "w"},
+        std::vector<std::string>{program("lightmill-worker"), "--server", address(0) + "," + address(1), "--threads",
+                                 "2", "--name", "w"},
         (folder_.path() / "worker.log").string());
   }
 
   std::unique_ptr<BackgroundProcess> start(int index) {
     return std::make_unique<BackgroundProcess>(
-        std::vector<std::string>{std::string(LIGHTMILL_BINARY_DIR) + "/bin/lightmill-server", "--store", url_,
-                                 "--listen", address(index), "--health", "127.0.0.1:0", "--health-port-file",
-                                 port_file(index)},
+        std::vector<std::string>{program("lightmill-server"), "--store", url_, "--listen", address(index), "--health",
+                                 "127.0.0.1:0", "--health-port-file", port_file(index)},
         log_file(index));
   }
   std::string health_of(int index, const std::string& service = "") const {
@@ -135,9 +135,8 @@ TEST(SharedDatabase, ClientsAndWorkersThatAreGivenBothGoOn) {
   const TemporaryFolder folder;
   const std::string picture = (folder.path() / "picture.exr").string(), log = (folder.path() / "log").string();
   BackgroundProcess render(
-      {std::string(LIGHTMILL_BINARY_DIR) + "/bin/lightmill", "render",
-       LIGHTMILL_SOURCE_DIR "/scenes/cornell-bench-blocks.json", "--size", "128x128", "--spp", "300", "--seed", "7",
-       "--method", "path", "--server", both.address(0) + "," + both.address(1), "-o", picture},
+      {program("lightmill"), "render", source_file("scenes/cornell-bench-blocks.json"), "--size", "128x128", "--spp",
+       "300", "--seed", "7", "--method", "path", "--server", both.address(0) + "," + both.address(1), "-o", picture},
       log);
   FarmClient to_first(both.address(0));
   const auto submitted = [&] {
@@ -169,8 +168,7 @@ TEST(Backup, ADumpOfTheDatabaseIsPutBackAndFinishesWithTheSameBits) {
   }
   CommandResult check;
   EXPECT_TRUE(eventually([&] {  // once the lease in it has run out
-    check =
-        run_command({std::string(LIGHTMILL_BINARY_DIR) + "/bin/lightmill-server", "check", "--store", restored_url});
+    check = run_command({program("lightmill-server"), "check", "--store", restored_url});
     return check.exit_code == 0;
   })) << check.out
       << check.err;

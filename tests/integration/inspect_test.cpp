@@ -9,6 +9,7 @@
 #include "common/wire/farm_messages.h"
 #include "common/wire/scene_proto.h"
 #include "tests/support/farm.h"
+#include "tests/support/places.h"
 
 namespace lightmill::test {
 namespace {
@@ -26,9 +27,7 @@ class Dropped {
     file->set_path(path);
     file->set_digest(digest_bytes(sha256(bytes)));
   }
-  void add_shipped(const std::string& path) {
-    add(path, read_file(std::filesystem::path(LIGHTMILL_SOURCE_DIR) / "scenes" / path).value());
-  }
+  void add_shipped(const std::string& path) { add(path, read_file(source_file("scenes/" + path)).value()); }
   grpc::Status inspect() {
     grpc::ClientContext context;
     context.set_deadline(std::chrono::system_clock::now() + std::chrono::seconds(60));

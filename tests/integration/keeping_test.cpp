@@ -8,6 +8,7 @@
 
 #include "common/wire/farm_messages.h"
 #include "tests/support/farm.h"
+#include "tests/support/places.h"
 #include "tests/support/small_disk.h"
 
 namespace lightmill::test {
@@ -158,8 +159,7 @@ TEST(Keeping, JobsThatEndedLongAgoAreDeletedAndOthersStay) {
 TEST(Check, AFolderWithoutAFarmIsNotCalledSound) {
   const TemporaryFolder folder;
   const auto check = [&] {
-    return run_command(
-        {std::string(LIGHTMILL_BINARY_DIR) + "/bin/lightmill-server", "check", "--data", folder.path().string()});
+    return run_command({program("lightmill-server"), "check", "--data", folder.path().string()});
   };
   EXPECT_EQ(check().exit_code, 1);
   EXPECT_TRUE(std::filesystem::is_empty(folder.path())) << "nothing is made there";
@@ -223,8 +223,8 @@ TEST(Keeping, ACopyOfTheDirectoryIsABackup) {
     kill_at_once(farm.server());  // as a snapshot of its disk would have it
     fs::copy(farm.data(), backup.path() / "data", fs::copy_options::recursive);
   }
-  const CommandResult check = run_command({std::string(LIGHTMILL_BINARY_DIR) + "/bin/lightmill-server", "check",
-                                           "--data", (backup.path() / "data").string()});
+  const CommandResult check =
+      run_command({program("lightmill-server"), "check", "--data", (backup.path() / "data").string()});
   EXPECT_EQ(check.exit_code, 0) << check.out << check.err;
   EXPECT_TRUE(says(check.out, "all is sound")) << check.out;
   Farm restored;

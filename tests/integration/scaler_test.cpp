@@ -5,6 +5,7 @@
 #include "externalscaler/externalscaler.grpc.pb.h"
 #include "tests/integration/health.h"
 #include "tests/support/farm.h"
+#include "tests/support/places.h"
 
 namespace lightmill::test {
 namespace {
@@ -176,9 +177,8 @@ TEST(Health, ATakenPortIsSaid) {
   const TemporaryFolder folder;
   const std::string port_file = (folder.path() / "port").string();
   const Farm farm({"--health", "127.0.0.1:0", "--health-port-file", port_file});
-  const CommandResult second =
-      run_command({LIGHTMILL_BINARY_DIR "/bin/lightmill-server", "--data", (folder.path() / "data").string(),
-                   "--listen", "127.0.0.1:0", "--health", health_address(port_file)});
+  const CommandResult second = run_command({program("lightmill-server"), "--data", (folder.path() / "data").string(),
+                                            "--listen", "127.0.0.1:0", "--health", health_address(port_file)});
   EXPECT_EQ(second.exit_code, 1);
   EXPECT_NE(second.err.find("--health"), std::string::npos) << second.err;
 }

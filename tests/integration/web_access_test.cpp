@@ -15,6 +15,7 @@
 #include "lightmill/v1/web.pb.h"
 #include "tests/integration/secure_farm.h"
 #include "tests/integration/web_farm.h"
+#include "tests/support/places.h"
 
 namespace lightmill::test {
 namespace {
@@ -230,7 +231,7 @@ TEST(WebAccess, EveryPathForEveryRoleWithOwnAndOthersJobs) {
       callers.emplace_back(name_of(role), web.cookie_of(token));
     }
   }
-  const std::string source = std::string(LIGHTMILL_SOURCE_DIR) + "/client/web/public/openapi.json";
+  const std::string source = source_file("client/web/public/openapi.json");
   const json described = json::parse(read_file(source).value());
   std::size_t walked = 0;
   for (const auto& [path, methods] : described["paths"].items()) {

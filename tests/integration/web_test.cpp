@@ -17,6 +17,7 @@
 #include "common/wire/bytes.h"
 #include "lightmill/v1/web.pb.h"
 #include "tests/integration/web_farm.h"
+#include "tests/support/places.h"
 
 namespace lightmill::test {
 namespace {
@@ -186,7 +187,7 @@ TEST(Web, WhateverIsDescribedIsServed) {
   client.wait_until_ended(std::stoull(job));
   const std::string other = std::to_string(client.submit(small_picture(1), "to be deleted").id());
   client.wait_until_ended(std::stoull(other));
-  const std::string source = std::string(LIGHTMILL_SOURCE_DIR) + "/client/web/public/openapi.json";
+  const std::string source = source_file("client/web/public/openapi.json");
   const json description = json::parse(read_file(source).value());
   int calls = 0;
   for (const auto& [path, methods] : description["paths"].items()) {
@@ -267,8 +268,8 @@ TEST(Web, PicturesAreTheFilesThatTheCommandLineWrites) {
   client.wait_until_ended(job);
   for (const std::string& kind : {std::string("exr"), std::string("png")}) {
     const std::string file = (web.farm().folder() / ("fetched." + kind)).string();
-    const CommandResult fetched = run_command({std::string(LIGHTMILL_BINARY_DIR) + "/bin/lightmill", "fetch",
-                                               std::to_string(job), "-o", file, "--server", web.farm().address()});
+    const CommandResult fetched =
+        run_command({program("lightmill"), "fetch", std::to_string(job), "-o", file, "--server", web.farm().address()});
     ASSERT_EQ(fetched.exit_code, 0) << fetched.err;
     const Response picture = web.get(fmt::format("/api/v1/jobs/{}/picture.{}", job, kind));
     EXPECT_EQ(picture[http::field::content_type], kind == "exr" ? "image/x-exr" : "image/png");
@@ -474,7 +475,7 @@ TEST(Web, WithoutFilesToOpenConnectionsWaitAndAreTriedNowAndThen) {
 TEST(Web, WithoutACertificateOnlyThisMachineIsServed) {
   const auto start = [](std::vector<std::string> options) {
     const TemporaryFolder folder;
-    options.insert(options.begin(), std::string(LIGHTMILL_BINARY_DIR) + "/bin/lightmill-server");
+    options.insert(options.begin(), program("lightmill-server"));
     options.insert(options.end(), {"--data", (folder.path() / "data").string(), "--listen", "127.0.0.1:0"});
     return run_command(options);
   };
@@ -506,7 +507,7 @@ TEST(Web, SceneFilesAreReadByAWorker) {
   request.add_scene("cornell-bench-blocks.json");
   for (const std::string& name :
        std::vector<std::string>{"cornell-bench-blocks.json", "assets/CornellBox.obj", "assets/CornellBlocks.obj"}) {
-    const std::string bytes = read_file(std::filesystem::path(LIGHTMILL_SOURCE_DIR) / "scenes" / name).value();
+    const std::string bytes = read_file(source_file("scenes/" + name)).value();
     const Sha256 digest = sha256(bytes);
     files.assets[digest] = bytes;
     request.add_files()->set_path(name);

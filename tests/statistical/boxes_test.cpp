@@ -8,6 +8,7 @@
 #include <cmath>
 
 #include "tests/support/block_means.h"
+#include "tests/support/places.h"
 
 namespace lightmill::test {
 namespace {
@@ -41,10 +42,10 @@ BlockMeans render(const TestScene& scene, std::uint32_t max_bounces, std::uint32
 }
 
 TestScene box(const std::string& name) {
-  return TestScene(std::string(LIGHTMILL_SOURCE_DIR "/scenes/") + name + ".json").resized(kTestFilm, kTestFilm);
+  return TestScene(source_file("scenes/" + name + ".json")).resized(kTestFilm, kTestFilm);
 }
 BlockMeans reference(const std::string& name) {
-  return read_block_means(std::string(LIGHTMILL_SOURCE_DIR "/tests/statistical/references/") + name + ".txt");
+  return read_block_means(source_file("tests/statistical/references/" + name + ".txt"));
 }
 
 class Boxes : public ::testing::TestWithParam<std::string> {};
@@ -65,7 +66,7 @@ INSTANTIATE_TEST_SUITE_P(Bench, Boxes, ::testing::Values("cornell-bench-blocks",
 
 // (A−B)²/4 is an unbiased estimate of the variance of the mean, low-discrepancy points or not.
 TEST(HalfVariance, IsTheVarianceOverSeedsWithinFivePercent) {
-  const TestScene scene = TestScene(LIGHTMILL_SOURCE_DIR "/scenes/cornell-bench-blocks.json").resized(64, 64);
+  const TestScene scene = TestScene(source_file("scenes/cornell-bench-blocks.json")).resized(64, 64);
   const PixelRect rect{20, 24, 16, 16};
   constexpr int kSeeds = 400;
   for (const std::uint32_t level : {3u, 6u}) {

@@ -14,15 +14,12 @@
 #include "common/wire/bytes.h"
 #include "common/wire/farm_messages.h"
 #include "common/wire/scene_proto.h"
+#include "tests/support/places.h"
 
 namespace lightmill::test {
 namespace {
 
 constexpr auto kPatience = std::chrono::seconds(60);
-
-std::string program(const std::string& name) {
-  return std::string(LIGHTMILL_BINARY_DIR) + "/bin/" + name;
-}
 
 /// Calls until the coordinator answers with something else than UNAVAILABLE.
 template <class Call>
@@ -67,7 +64,7 @@ const LoadedScene& shipped_scene(const std::string& name) {
   if (found != scenes.end()) {
     return found->second;
   }
-  const std::filesystem::path path = std::filesystem::path(LIGHTMILL_SOURCE_DIR) / "scenes" / (name + ".json");
+  const std::filesystem::path path = source_file("scenes/" + name + ".json");
   return scenes.emplace(name, load_scene(std::vector{path}).value()).first->second;
 }
 

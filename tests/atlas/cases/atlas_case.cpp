@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "common/math/transcendental.h"
+#include "tests/support/places.h"
 
 namespace lightmill::test {
 
@@ -30,7 +31,7 @@ double AtlasView::mean_of(const std::function<double(const Vec3d&)>& radiance, i
 TestScene scene_of(const AtlasCase& what, const CompiledScene::ImageDecoder& images) {
   constexpr int kFileSize = 64;  ///< pixels on a side of the files in scenes/
   return what.document.ends_with(".json")
-             ? TestScene(LIGHTMILL_SOURCE_DIR "/scenes/" + what.document, images).resized(kFileSize, kFileSize)
+             ? TestScene(source_file("scenes/" + what.document), images).resized(kFileSize, kFileSize)
              : TestScene::from_text(what.document, what.files, images);
 }
 

@@ -7,6 +7,7 @@
 #include "common/image/exr.h"
 #include "tests/atlas/atlas.h"
 #include "tests/atlas/cases/atlas_case.h"
+#include "tests/support/places.h"
 
 namespace lightmill::test {
 namespace {
@@ -96,7 +97,7 @@ std::vector<AtlasCase> picture_cases() {
 }
 
 std::vector<AtlasCase> scene_file_cases() {
-  const std::filesystem::path folder = LIGHTMILL_SOURCE_DIR "/scenes";
+  const std::filesystem::path folder = source_file("scenes");
   std::vector<std::string> names;
   for (const auto& entry : std::filesystem::directory_iterator(folder)) {
     if (entry.path().extension() == ".json" && has_its_models(entry.path())) {

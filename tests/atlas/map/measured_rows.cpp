@@ -5,6 +5,7 @@
 #include "common/base/digest.h"
 #include "common/base/file.h"
 #include "common/farm/job.h"
+#include "tests/support/places.h"
 
 namespace lightmill {
 NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(RgbImage, width, height, values)
@@ -28,9 +29,7 @@ using nlohmann::json;
 
 /// Of its document.
 std::string text_of(const AtlasCase& what) {
-  return what.document.ends_with(".json")
-             ? read_file(std::filesystem::path(LIGHTMILL_SOURCE_DIR) / "scenes" / what.document).value()
-             : what.document;
+  return what.document.ends_with(".json") ? read_file(source_file("scenes/" + what.document)).value() : what.document;
 }
 
 std::map<std::string, std::string> digests_of(const std::map<std::string, std::string>& files) {

@@ -6,6 +6,7 @@
 
 #include "client/cli/film_fetch.h"
 #include "client/cli/progress.h"
+#include "tests/support/places.h"
 #include "tests/support/process.h"
 
 namespace lightmill::soak {
@@ -23,7 +24,7 @@ std::vector<std::string> words_of(const Kind& kind, int samples) {
     words.push_back(all.substr(at, end - at));
     at = end + 1;
   }
-  words[0] = std::string(LIGHTMILL_SOURCE_DIR) + "/" + words[0];
+  words[0] = test::source_file(words[0]);
   if (samples > 0) {
     words.insert(words.end(), {"--spp", std::to_string(samples)});
   }
@@ -86,7 +87,7 @@ void Jobs::step() {
 
 /// What comes of it the next step sees.
 void Jobs::submit(const Kind& kind) {
-  std::vector<std::string> command{std::string(LIGHTMILL_BINARY_DIR) + "/bin/lightmill", "submit"};
+  std::vector<std::string> command{test::program("lightmill"), "submit"};
   const std::vector<std::string> words = words_of(kind, kind.grows && !quiet() ? kind.samples / 2 : kind.samples);
   command.insert(command.end(), words.begin(), words.end());
   command.insert(command.end(), {"--server", address_, "--name", kind.name});

@@ -6,6 +6,7 @@
 #include <fstream>
 #include <nlohmann/json.hpp>
 
+#include "tests/support/places.h"
 #include "tests/support/process.h"
 #include "tests/support/reserved_port.h"
 #include "tests/support/temporary_folder.h"
@@ -21,11 +22,8 @@ inline std::vector<std::string> with(std::vector<std::string> arguments, const s
   return arguments;
 }
 
-inline std::string program(const std::string& name) {
-  return std::string(LIGHTMILL_BINARY_DIR) + "/bin/" + name;
-}
 inline std::string scene(const std::string& name) {
-  return std::string(LIGHTMILL_SOURCE_DIR) + "/scenes/" + name;
+  return source_file("scenes/" + name);
 }
 
 class CliTest : public ::testing::Test {

@@ -7,6 +7,7 @@
 #include "client/images/inspect_image.h"
 #include "common/image/exr.h"
 #include "common/image/png.h"
+#include "tests/support/places.h"
 
 /// OpenImageIO's reader of PNG leaks its error's text where a file ends too early: libpng jumps over its destructor.
 extern "C" const char* __lsan_default_suppressions();
@@ -39,7 +40,7 @@ std::string exr(const std::vector<float>& values) {
 
 Status check(LoadedScene& loaded) {
   const Signals signals;
-  return check_images(std::filesystem::path(LIGHTMILL_BINARY_DIR) / "bin" / kImageLibrary, loaded, signals);
+  return check_images(test::program(kImageLibrary), loaded, signals);
 }
 
 std::string problem(const std::string& name, const std::string& bytes, bool environment = false) {

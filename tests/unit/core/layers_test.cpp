@@ -1,6 +1,7 @@
 // What the core puts into the layers of a film.
 #include <gtest/gtest.h>
 
+#include "tests/support/places.h"
 #include "tests/support/render_document.h"
 
 namespace lightmill {
@@ -52,7 +53,7 @@ Layers render(const test::TestScene& scene, const std::vector<std::string>& name
 }
 
 test::TestScene balls() {
-  return test::TestScene(LIGHTMILL_SOURCE_DIR "/scenes/cornell-bench-balls.json").resized(64, 64);
+  return test::TestScene(test::source_file("scenes/cornell-bench-balls.json")).resized(64, 64);
 }
 
 /// A quad that fills the picture's left half, in the plane z = x: at x = 0 it is 4 from the camera, at x = −1 it is 5.

@@ -5,6 +5,7 @@
 
 #include "common/methods/fingerprint.h"
 #include "common/methods/spec/method_spec.h"
+#include "tests/support/places.h"
 #include "tests/support/render_document.h"
 
 namespace lightmill {
@@ -22,7 +23,7 @@ struct MethodCase {
 
 class Methods : public ::testing::TestWithParam<MethodCase> {
  protected:
-  Methods() : scene_(test::TestScene(LIGHTMILL_SOURCE_DIR "/scenes/cornell-bench-balls.json").resized(100, 90)) {
+  Methods() : scene_(test::TestScene(test::source_file("scenes/cornell-bench-balls.json")).resized(100, 90)) {
     auto compiled = CompiledScene::compile(scene_.scene(), scene_.assets());
     EXPECT_TRUE(compiled.ok());
     compiled_ = *compiled;
@@ -137,7 +138,7 @@ INSTANTIATE_TEST_SUITE_P(
     });
 
 TEST(Method, AnUnknownNameIsRefusedWithTheKnownOnes) {
-  const auto scene = test::TestScene(LIGHTMILL_SOURCE_DIR "/scenes/cornell-bench-balls.json");
+  const auto scene = test::TestScene(test::source_file("scenes/cornell-bench-balls.json"));
   auto compiled = CompiledScene::compile(scene.scene(), scene.assets());
   ASSERT_TRUE(compiled.ok());
   const auto method = make_method(*compiled, {"pathh", 0, 0});
@@ -196,7 +197,7 @@ TEST(Method, WhittedFollowsLightOnlySoFar) {
   EXPECT_TRUE(check_max_bounces("whitted", 0).ok());
   EXPECT_TRUE(check_max_bounces("whitted", kMaxWhittedBounces).ok());
   EXPECT_TRUE(check_max_bounces("path", 1'000'000).ok());
-  const auto scene = test::TestScene(LIGHTMILL_SOURCE_DIR "/scenes/cornell-bench-balls.json");
+  const auto scene = test::TestScene(test::source_file("scenes/cornell-bench-balls.json"));
   auto compiled = CompiledScene::compile(scene.scene(), scene.assets());
   ASSERT_TRUE(compiled.ok()) << compiled.status();
   EXPECT_EQ(message_of(make_method(*compiled, {"whitted", 1, 129, {}}).status()),
@@ -223,7 +224,7 @@ struct SceneWithAssets {
 
 /// The bench box with balls, 64×64, and a point light; each coordinate times `factor`, plus `offset`.
 SceneWithAssets transformed_balls(double factor, double offset) {
-  const auto original = test::TestScene(LIGHTMILL_SOURCE_DIR "/scenes/cornell-bench-balls.json").resized(64, 64);
+  const auto original = test::TestScene(test::source_file("scenes/cornell-bench-balls.json")).resized(64, 64);
   SceneWithAssets out{original.scene(), {}};
   const auto transform = [&](std::array<double, 3>& p) {
     for (double& x : p) {

@@ -4,6 +4,7 @@
 #include "common/methods/path/path_method.h"
 #include "common/methods/photons/light_side.h"
 #include "tests/analytic/scene_text.h"
+#include "tests/support/places.h"
 
 namespace lightmill::test {
 namespace {
@@ -24,7 +25,7 @@ photons::LightSide light_side(const TestScene& scene, std::uint64_t seed, std::u
 }
 
 TEST(VcmMemory, ConnectionsTracedInPiecesAreTheSameBits) {
-  const auto scene = TestScene(LIGHTMILL_SOURCE_DIR "/scenes/cornell-bench-balls.json").resized(64, 64);
+  const auto scene = TestScene(source_file("scenes/cornell-bench-balls.json")).resized(64, 64);
   const MethodSettings settings{"vcm:photons=1000", 42, 0,
                                 *film_layers(std::vector<std::string>{"direct", "indirect"})};
   const auto values = [&](std::uint32_t connections_at_once) {

@@ -6,6 +6,7 @@
 
 #include "common/planner/counted_cost.h"
 #include "common/planner/lamp_radiance.h"
+#include "tests/support/places.h"
 #include "tests/support/render_document.h"
 
 namespace lightmill {
@@ -14,8 +15,7 @@ namespace {
 class PilotRun : public ::testing::Test {
  protected:
   static void SetUpTestSuite() {
-    const test::TestScene scene =
-        test::TestScene(LIGHTMILL_SOURCE_DIR "/scenes/cornell-bench-balls.json").resized(96, 80);
+    const test::TestScene scene = test::TestScene(test::source_file("scenes/cornell-bench-balls.json")).resized(96, 80);
     compiled_ = *CompiledScene::compile(scene.scene(), scene.assets());
   }
   static void TearDownTestSuite() { compiled_.reset(); }
@@ -158,7 +158,7 @@ TEST(Pilot, FirefliesOfRoughMetalsAreForeseen) {
   for (const auto& [name, best] :
        {std::pair("sun-on-rough-gold", 1u), {"bulb-by-coated-metal", 1u}, {"rough-gold", 0u}}) {
     const test::TestScene scene =
-        test::TestScene(fmt::format("{}/tests/bench/choices/{}.json", LIGHTMILL_SOURCE_DIR, name)).resized(96, 72);
+        test::TestScene(test::source_file(fmt::format("tests/bench/choices/{}.json", name))).resized(96, 72);
     const auto compiled = *CompiledScene::compile(scene.scene(), scene.assets());
     for (const std::uint64_t seed : {1u, 2u, 3u}) {
       const Result<PilotChoice> made = run_pilot(compiled, {{"path", "caustic"}, seed, 0, {0, 0, 96, 72}});

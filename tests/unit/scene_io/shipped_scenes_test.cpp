@@ -9,12 +9,13 @@
 #include "common/scene/mesh.h"
 #include "common/scene_io/load.h"
 #include "common/wire/scene_proto.h"
+#include "tests/support/places.h"
 
 namespace lightmill {
 namespace fs = std::filesystem;
 namespace {
 
-const fs::path kScenes = fs::path(LIGHTMILL_SOURCE_DIR) / "scenes";
+const fs::path kScenes = test::source_file("scenes");
 
 LoadedScene load(const std::vector<fs::path>& names) {
   std::vector<fs::path> paths;

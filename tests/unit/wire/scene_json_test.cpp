@@ -7,6 +7,7 @@
 
 #include "common/base/file.h"
 #include "lightmill/v1/scene.pb.h"
+#include "tests/support/places.h"
 
 namespace lightmill {
 namespace {
@@ -113,7 +114,7 @@ TEST(SceneJson, MistakesInMetersAreNamed) {
 }
 
 TEST(SceneJson, TheManualsExampleIsValid) {
-  const Result<std::string> manual = read_file(std::string(LIGHTMILL_SOURCE_DIR) + "/docs/scene-format.md");
+  const Result<std::string> manual = read_file(test::source_file("docs/scene-format.md"));
   ASSERT_TRUE(manual.ok()) << manual.status();
   const std::size_t begin = manual->find("```json\n") + 8;
   const Result<SceneFile> file = read_scene_json(manual->substr(begin, manual->find("```", begin) - begin), "manual");

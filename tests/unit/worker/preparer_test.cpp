@@ -1,5 +1,6 @@
 // The thread that makes jobs ready and runs pilots.
 #include "worker/render/preparer.h"
+#include "tests/support/places.h"
 
 #include <gtest/gtest.h>
 
@@ -56,8 +57,7 @@ class PreparerTest : public ::testing::Test {
     }
   }
 
-  const test::TestScene scene_ =
-      test::TestScene(LIGHTMILL_SOURCE_DIR "/scenes/cornell-bench-balls.json").resized(96, 80);
+  const test::TestScene scene_ = test::TestScene(test::source_file("scenes/cornell-bench-balls.json")).resized(96, 80);
   RenderSettings settings_;
   AssetCache assets_{scene_.assets(), 1 << 20};
   Mutex mutex_;

@@ -1,5 +1,6 @@
 // The threads that render tiles: what they share must not change a bit.
 #include "worker/render/render_pool.h"
+#include "tests/support/places.h"
 
 #include <gtest/gtest.h>
 
@@ -50,7 +51,7 @@ class RenderPoolTest : public testing::TestWithParam<const char*> {};
 
 TEST_P(RenderPoolTest, ThreadsThatShareAMethodRenderWhatOneAloneDoes) {
   const test::TestScene scene =
-      test::TestScene(LIGHTMILL_SOURCE_DIR "/scenes/cornell-bench-balls.json").resized(kSide, kSide);
+      test::TestScene(test::source_file("scenes/cornell-bench-balls.json")).resized(kSide, kSide);
   const MethodSettings settings{.name = GetParam(), .seed = 5};
   const auto make = [&] {
     Result<std::unique_ptr<Method>> method = make_method(scene.compiled(), settings);
@@ -77,7 +78,7 @@ INSTANTIATE_TEST_SUITE_P(Methods, RenderPoolTest,
 
 std::shared_ptr<const Method> path_method() {
   static const test::TestScene scene =
-      test::TestScene(LIGHTMILL_SOURCE_DIR "/scenes/cornell-bench-balls.json").resized(kSide, kSide);
+      test::TestScene(test::source_file("scenes/cornell-bench-balls.json")).resized(kSide, kSide);
   Result<std::unique_ptr<Method>> made = make_method(scene.compiled(), {.name = "path"});
   EXPECT_TRUE(made.ok()) << made.status();
   return std::move(made).value();
