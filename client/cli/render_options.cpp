@@ -146,7 +146,7 @@ void add_render_options(CLI::App& command, RenderOptions& options) {
           "path, caustic, vcm, ppm, photon-dots, whitted: longest light path (default 1000; of whitted 128, its most; "
           "nearly all end long before, but in dense white fog)")
       ->type_name("N")
-      ->check(whole_number(1, 1'000'000));
+      ->check(whole_number(1, kMostBounces));
   command.add_option("--seed", options.seed, "the same seed gives the same picture, bit for bit")
       ->type_name("S")
       ->check(whole_number(0, std::numeric_limits<std::uint64_t>::max()))

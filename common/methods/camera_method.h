@@ -20,8 +20,8 @@ struct CameraHit8 {
 };
 
 /// `Shader` is immutable and has `V8 shade(const CameraHit8&, RenderCounters&) const`: radiance in the lanes. What else
-/// a sample of a tile shows is added by `add(const PixelRect& tile, float* planes, RenderCounters&) const`, if it has
-/// such: to three planes of one value a pixel.
+/// a sample of a tile shows is added by `add(const PixelRect& tile, float* planes, Workspace&) const`, if it has such:
+/// to three planes of one value a pixel.
 template <class Shader>
 class CameraMethod final : public Method {
  public:
@@ -45,8 +45,11 @@ class CameraMethod final : public Method {
       ws.radiance.assign(channels_.layout.summed * pixels, 0.0f);
       ws.first.assign(sample < kFirstSamples ? channels_.layout.first_values(1) * pixels : 0, 0.0f);
       render_sample(tile, static_cast<std::uint32_t>(sample >> 1), pixels, ws);
-      if constexpr (requires { shader_.add(tile, ws.radiance.data(), ws.counters); }) {
-        shader_.add(tile, ws.radiance.data(), ws.counters);
+      if constexpr (requires { shader_.add(tile, ws.radiance.data(), ws); }) {
+        shader_.add(tile, ws.radiance.data(), ws);
+      }
+      if (ws.stop.stop_requested()) {
+        return {};
       }
       ws.sums.add(ws.radiance, ws.first);
     }
@@ -63,7 +66,7 @@ class CameraMethod final : public Method {
   };
 
   void render_sample(const PixelRect& tile, std::uint32_t index, std::size_t pixels, CameraWorkspace& ws) const {
-    for (std::size_t pixel = 0; pixel < pixels; pixel += 8) {
+    for (std::size_t pixel = 0; pixel < pixels && !ws.stop.stop_requested(); pixel += 8) {
       CameraHit8 hit;
       hit.lanes = first_lanes(static_cast<int>(pixels - pixel));
       hit.pixel_seed = U8::load(&ws.pixel_seeds[pixel]);

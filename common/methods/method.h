@@ -3,6 +3,7 @@
 
 #include <cstdint>
 #include <memory>
+#include <stop_token>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -41,6 +42,7 @@ class Workspace {
  public:
   virtual ~Workspace() = default;
   RenderCounters counters;
+  std::stop_token stop;  ///< asked between bounces: render() returns at once when it says so
 };
 
 /// Immutable and thread-safe; each thread brings its own workspace.
@@ -49,7 +51,8 @@ class Method {
   virtual ~Method() = default;
   virtual std::unique_ptr<Workspace> make_workspace() const = 0;
   /// Renders one node: `tile` is a rectangle of pixels of the full film, of at most kTileSize on a side. The node's
-  /// bits are those of joining its one-sample nodes, whatever the thread, batch or lane.
+  /// bits are those of joining its one-sample nodes, whatever the thread, batch or lane. A node without values if
+  /// `workspace.stop` was requested.
   virtual Node render(const PixelRect& tile, SampleRange range, Workspace& workspace) const = 0;
 };
 

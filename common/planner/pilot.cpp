@@ -41,13 +41,13 @@ void add(std::span<const float> values, std::size_t first, std::vector<double>& 
 
 /// Adds the sums of a range of all patches, patch by patch.
 void add_sums(const Method& method, std::span<const PixelRect> patches, SampleRange range, Workspace& workspace,
-              Halves& sums, Halves& caustics, const std::stop_token& stop) {
+              Halves& sums, Halves& caustics) {
   std::size_t first = 0;
   for (const PixelRect& patch : patches) {
-    if (stop.stop_requested()) {
+    const Node node = method.render(patch, range, workspace);
+    if (workspace.stop.stop_requested()) {
       return;
     }
-    const Node node = method.render(patch, range, workspace);
     const std::span<const float> values(node.values);
     const std::size_t rgb = 3 * static_cast<std::size_t>(patch.pixel_count());
     for (const std::size_t half : {0, 1}) {
@@ -70,9 +70,10 @@ Sampled sample(const Method& method, const MethodSpec& spec, std::span<const Pix
   Sampled out;
   for (const std::uint32_t batch : {0, 1}) {
     const std::unique_ptr<Workspace> workspace = method.make_workspace();
+    workspace->stop = stop;
     for (std::uint32_t piece = 0; piece < pieces; ++piece) {
       add_sums(method, patches, {level, (kFirstBatch + batch) * pieces + piece}, *workspace, out.means[batch],
-               out.caustics[batch], stop);
+               out.caustics[batch]);
     }
     for (Halves* sums : {&out.means[batch], &out.caustics[batch]}) {
       for (std::vector<double>& half : *sums) {

@@ -21,7 +21,7 @@ struct PilotSettings {
 };
 
 /// Renders small patches all over the film, in two independent batches, on the calling thread. A pure function of its
-/// arguments. INVALID_ARGUMENT if a method cannot be made; CANCELLED if it was stopped, which it does between patches.
+/// arguments. INVALID_ARGUMENT if a method cannot be made; CANCELLED if it was stopped, which it does between bounces.
 Result<PilotChoice> run_pilot(const std::shared_ptr<const CompiledScene>& scene, const PilotSettings& settings,
                               const std::stop_token& stop = {});
 

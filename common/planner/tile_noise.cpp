@@ -27,14 +27,15 @@ Result<std::vector<PatchSums>> sample(const Method& method, const MethodSpec& sp
                                       const std::stop_token& stop) {
   const std::uint32_t level = level_at_a_time(spec, kNoiseLevel);
   const std::unique_ptr<Workspace> workspace = method.make_workspace();
+  workspace->stop = stop;
   std::vector<PatchSums> all(patches.size());
   for (std::uint32_t piece = 0; piece < 1u << (kNoiseLevel - level); ++piece) {
     for (std::size_t i = 0; i < patches.size(); ++i) {
+      workspace->counters = {};
+      const Node node = method.render(patches[i], {level, (kFirst >> level) + piece}, *workspace);
       if (stop.stop_requested()) {
         return cancelled("the pilot was stopped");
       }
-      workspace->counters = {};
-      const Node node = method.render(patches[i], {level, (kFirst >> level) + piece}, *workspace);
       all[i].values.resize(node.values.size());
       for (std::size_t v = 0; v < node.values.size(); ++v) {
         all[i].values[v] += static_cast<double>(node.values[v]);

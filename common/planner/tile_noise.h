@@ -25,7 +25,7 @@ struct TileNoiseSettings {
 /// more than that of one of 1024×1024 pixels. Larger ones are looked at by regions of as many tiles as such a picture
 /// would have one of: few patches say too little of a tile. Renders on the calling thread; a pure function of its
 /// arguments. Meters' tiles have their part of all. INVALID_ARGUMENT if the method cannot be made; CANCELLED if it was
-/// stopped, which it does between patches.
+/// stopped, which it does between bounces.
 Result<Gain> find_allocation(const std::shared_ptr<const CompiledScene>& scene, const TileNoiseSettings& settings,
                              const std::stop_token& stop = {});
 

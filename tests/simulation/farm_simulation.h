@@ -19,6 +19,7 @@
 
 #include <deque>
 #include <functional>
+#include <map>
 #include <memory>
 #include <queue>
 #include <set>
@@ -84,7 +85,7 @@ class FarmSimulation {
     Time hung_until;
     std::shared_ptr<Stream> stream;
     std::deque<RenderTile> to_render;
-    std::uint32_t busy = 0;
+    std::map<std::uint64_t, NodeKey> rendering;       ///< by ticket: what threads are at
     std::map<NodeKey, std::uint64_t> unacknowledged;  ///< pixel samples, rendered or in work
     Time next_tick = Time::max();
   };
@@ -184,6 +185,7 @@ class FarmSimulation {
   void prepare(std::size_t index, const PrepareJob& job);
   void run_pilot(std::size_t index, const RunPilot& pilot);
   void render(std::size_t index);
+  void stop_tile(std::size_t index, std::uint64_t ticket);
   void lie(std::size_t index, const NodeKey& key, RenderedTile& rendered);
   /// The job that a client has submitted with these settings' seed and scene name.
   const ClientJob& job_of(const RenderSettings& settings) const;

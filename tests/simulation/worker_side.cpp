@@ -21,7 +21,7 @@ void FarmSimulation::start_worker(std::size_t index) {
   ++worker.life;
   worker.alive = true;
   worker.hung_until = now_;
-  worker.busy = 0;
+  worker.rendering.clear();
   worker.to_render.clear();
   worker.unacknowledged.clear();
   worker.next_tick = Time::max();
@@ -106,6 +106,7 @@ void FarmSimulation::act(std::size_t index, const SessionActions& actions) {
                      worker.unacknowledged[tile.key] = pixel_samples(*tile.description, tile.key);
                      render(index);
                    },
+                   [&](const StopTile& stop) { stop_tile(index, stop.ticket); },
                    [&](const Exit& exit) {
                      if (!exit.failed && !worker.unacknowledged.empty() && !chaos_.repeats && !chaos_.hangs &&
                          !chaos_.breaks) {
@@ -301,10 +302,10 @@ void FarmSimulation::lie(std::size_t index, const NodeKey& key, RenderedTile& re
 
 void FarmSimulation::render(std::size_t index) {
   SimulatedWorker& worker = workers_[index];
-  while (worker.busy < worker.threads && !worker.to_render.empty()) {
+  while (worker.rendering.size() < worker.threads && !worker.to_render.empty()) {
     const RenderTile tile = worker.to_render.front();
     worker.to_render.pop_front();
-    ++worker.busy;
+    worker.rendering.emplace(tile.ticket, tile.key);
     const std::uint64_t samples = pixel_samples(*tile.description, tile.key);
     double seconds =
         static_cast<double>(samples) * seconds_per_pixel_sample_ * worker.slowness * random_.between(0.7, 1.3);
@@ -314,14 +315,14 @@ void FarmSimulation::render(std::size_t index) {
     const std::uint64_t life = worker.life;
     after(from_seconds(seconds), [this, index, life, tile, seconds, samples] {
       SimulatedWorker& again = workers_[index];
-      if (!again.alive || again.life != life) {
+      if (!again.alive || again.life != life || !again.rendering.contains(tile.ticket)) {
         return;
       }
       if (tile.key.tile == TileId{0} && tile.key.range.end() > job_of(tile.description->settings).poison) {
         die_of_poison(index);
         return;
       }
-      --again.busy;
+      again.rendering.erase(tile.ticket);
       report_.rendered += samples;
       const RenderSettings& settings = tile.description->settings;
       const auto pixels = static_cast<std::size_t>(grid_of(settings).tile_rect(tile.key.tile).pixel_count());
@@ -342,6 +343,32 @@ void FarmSimulation::render(std::size_t index) {
       });
     });
   }
+}
+
+/// Its thread notices after a while, if it is not done before that.
+void FarmSimulation::stop_tile(std::size_t index, std::uint64_t ticket) {
+  const std::uint64_t life = workers_[index].life;
+  after(random_.seconds_between(0.0001, 0.05), [this, index, life, ticket] {
+    SimulatedWorker& worker = workers_[index];
+    if (!worker.alive || worker.life != life) {
+      return;
+    }
+    const auto waiting = std::ranges::find(worker.to_render, ticket, &RenderTile::ticket);
+    const auto under_way = worker.rendering.find(ticket);
+    if (waiting != worker.to_render.end()) {
+      worker.unacknowledged.erase(waiting->key);
+      worker.to_render.erase(waiting);
+    } else if (under_way != worker.rendering.end()) {
+      worker.unacknowledged.erase(under_way->second);
+      worker.rendering.erase(under_way);
+    } else {
+      return;
+    }
+    render(index);
+    on_worker(index, life, [this, ticket](Session& session, SessionActions& actions) {
+      session.tile_rendered({.ticket = ticket, .node = {}, .hash = {}, .seconds = 0}, now_, actions);
+    });
+  });
 }
 
 void FarmSimulation::plan_worker_tick(std::size_t index) {

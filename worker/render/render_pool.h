@@ -3,7 +3,9 @@
 
 #include <deque>
 #include <functional>
+#include <map>
 #include <memory>
+#include <stop_token>
 #include <thread>
 #include <vector>
 
@@ -28,10 +30,12 @@ class RenderPool {
   /// Changes a node before it is hashed.
   using Tamper = std::function<void(Node&)>;
   RenderPool(std::uint32_t threads, Done done, Tamper tamper = {});
-  /// Ends after the tiles under way; what waits is dropped.
+  /// Stops the tiles under way; what waits is dropped.
   ~RenderPool();
 
   void add(RenderTask task);
+  /// Ends a task that waits or is under way soon: its node has no values then. Does nothing for one that is done.
+  void stop(std::uint64_t ticket);
 
  private:
   void run();
@@ -41,6 +45,7 @@ class RenderPool {
   Mutex mutex_;
   CondVar changed_;
   std::deque<RenderTask> tasks_ LM_GUARDED_BY(mutex_);
+  std::map<std::uint64_t, std::stop_source> stops_ LM_GUARDED_BY(mutex_);  ///< by ticket, of tasks that are not done
   bool stopping_ LM_GUARDED_BY(mutex_) = false;
   std::vector<std::thread> threads_;
 };

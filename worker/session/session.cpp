@@ -58,10 +58,7 @@ void Session::describe_job(const JobDescription& description, SessionActions& ac
       result_bytes_ -= of_old_job ? entry.second.bytes : 0;
       return of_old_job;
     });
-    std::erase_if(rendering_ticket_, [&](const auto& entry) { return entry.first.job == description.job; });
-    for (auto& [ticket, rendering] : rendering_) {
-      rendering.wanted = rendering.wanted && rendering.key.job != description.job;
-    }
+    stop_tiles([&](const Rendering& rendering) { return rendering.key.job == description.job; }, actions);
   }
   Job& job = jobs_[description.job];
   job.description = std::make_shared<const JobDescription>(description);
@@ -118,6 +115,7 @@ void Session::cancel_leases(const LeaseCancel& cancel, SessionActions& actions) 
       actions.push_back(DropPilot{id});
     }
     if (leases_.contains(id)) {
+      stop_tiles([id](const Rendering& rendering) { return rendering.lease == id; }, actions);
       erase_lease(id, actions);
     }
   }
@@ -330,6 +328,17 @@ void Session::render(Lease& lease, LeaseId id, TileId tile, SessionActions& acti
   lease.rendering.insert(tile);
 }
 
+template <class Unwanted>
+void Session::stop_tiles(const Unwanted& unwanted, SessionActions& actions) {
+  for (auto& [ticket, rendering] : rendering_) {
+    if (rendering.wanted && unwanted(rendering)) {
+      rendering.wanted = false;
+      rendering_ticket_.erase(rendering.key);
+      actions.push_back(StopTile{ticket});
+    }
+  }
+}
+
 void Session::tile_rendered(RenderedTile tile, Time now, SessionActions& actions) {
   const auto found = rendering_.find(tile.ticket);
   if (exited_ || found == rendering_.end()) {
@@ -337,16 +346,19 @@ void Session::tile_rendered(RenderedTile tile, Time now, SessionActions& actions
   }
   const Rendering rendering = found->second;
   rendering_.erase(found);
+  if (!rendering.wanted) {
+    extend_drain(now);
+    advance(actions);
+    return;
+  }
+  rendering_ticket_.erase(rendering.key);
   ++tiles_rendered_;
   const Duration took = from_seconds(tile.seconds);
   longest_tile_ = took > longest_tile_ ? took : longest_tile_ + (took - longest_tile_) / 16;
   extend_drain(now);
-  if (rendering.wanted) {
-    rendering_ticket_.erase(rendering.key);
-  }
   const auto at = leases_.find(rendering.lease);
-  if (!rendering.wanted || at == leases_.end()) {
-    advance(actions);  // cancelled meanwhile: nobody wants it
+  if (at == leases_.end()) {
+    advance(actions);  // its lease is gone
     return;
   }
   const NodeKey key = rendering.key;

@@ -75,6 +75,11 @@ struct RenderTile {
   LeaseId lease;  ///< for the log, as the trace
   Hash128 trace;
 };
+/// Nobody wants the tile any more: end its rendering soon, and report `tile_rendered` nevertheless, with or without
+/// values.
+struct StopTile {
+  std::uint64_t ticket = 0;
+};
 /// For the log: the coordinator has acknowledged this WorkerResult.
 struct ResultStored {
   std::shared_ptr<const WorkerMessage> message;
@@ -105,8 +110,8 @@ struct Say {
   std::string text;
 };
 
-using SessionAction = std::variant<OpenStream, CloseStream, SendMessage, PrepareJob, ForgetJob, RenderTile, RunPilot,
-                                   DropPilot, RunInspection, DropInspection, ResultStored, Say, Exit>;
+using SessionAction = std::variant<OpenStream, CloseStream, SendMessage, PrepareJob, ForgetJob, RenderTile, StopTile,
+                                   RunPilot, DropPilot, RunInspection, DropInspection, ResultStored, Say, Exit>;
 using SessionActions = std::vector<SessionAction>;
 
 /// A tile as the rendering threads give it back.
@@ -199,7 +204,7 @@ class Session {
   struct Rendering {
     NodeKey key;
     LeaseId lease;       ///< whose result it will be; may be gone by then
-    bool wanted = true;  ///< false once its job number means another job
+    bool wanted = true;  ///< false once it was stopped
   };
   struct Result {
     std::shared_ptr<const WorkerMessage> message;
@@ -225,6 +230,9 @@ class Session {
   /// Whether nothing of the lease waits for a thread any more.
   bool hand_out(LeaseId id, Lease& lease, SessionActions& actions);
   void render(Lease& lease, LeaseId id, TileId tile, SessionActions& actions);
+  /// Those being rendered of which `unwanted(Rendering)` holds.
+  template <class Unwanted>
+  void stop_tiles(const Unwanted& unwanted, SessionActions& actions);
   void erase_lease(LeaseId lease, SessionActions& actions);
   void erase_lease_if_finished(LeaseId lease, SessionActions& actions);
   void erase_leases_of(JobId job, SessionActions& actions);

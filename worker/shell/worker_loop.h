@@ -45,6 +45,7 @@ class WorkerLoop {
   void perform(const PrepareJob& action);
   void perform(const ForgetJob& action);
   void perform(const RenderTile& action);
+  void perform(const StopTile& action) { pool_.stop(action.ticket); }
   void perform(const RunPilot& action) { preparer_.add(action.grant); }
   void perform(const DropPilot& action) { preparer_.drop(action.lease); }
   void perform(const RunInspection& action) { inspector_.add(action.grant); }

@@ -14,7 +14,7 @@ void Batch::run(std::size_t first_pixel, std::size_t last_pixel, const std::vect
   } else {
     start(first_pixel, last_pixel, seeds);
   }
-  for (; ws_.paths.size() > 0; ++bounce) {
+  for (; ws_.paths.size() > 0 && !ws_.stop.stop_requested(); ++bounce) {
     ws_.next.clear();
     ws_.shadows.clear();
     for (int i = 0; i < ws_.paths.size(); i += 8) {

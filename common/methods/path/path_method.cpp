@@ -55,10 +55,16 @@ class PathMethod final : public Method {
       const std::size_t channels = channels_.layout.summed;
       ws.radiance.assign(channels * pixels * plan.splits, 0.0f);
       ws.first.assign(sample < kFirstSamples ? channels_.layout.first_values(1) * pixels : 0, 0.0f);
-      const auto light_pass = light_side_ == nullptr ? nullptr : light_side_->pass(sample, range.end(), ws.counters);
+      const auto light_pass = light_side_ == nullptr ? nullptr : light_side_->pass(sample, range.end(), ws);
+      if (ws.stop.stop_requested()) {
+        return {};
+      }
       Batch batch(*scene_, channels_, tile, plan, max_bounces_, light_pass.get(), ws);
       for (std::size_t first = 0; first < pixels; first += kBatchPixels) {
         batch.run(first, std::min(first + kBatchPixels, pixels), ws.pixel_seeds[sample & 1]);
+      }
+      if (ws.stop.stop_requested()) {
+        return {};  // its last batch ended early
       }
       if (light_pass != nullptr) {
         batch.add_light_pass();

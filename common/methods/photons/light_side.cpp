@@ -132,7 +132,8 @@ LightSide::LightSide(const CompiledScene& scene, const LightSideSettings& settin
   settings_.photons = photons_of_pass(settings_.photons);
 }
 
-std::shared_ptr<const LightPass> LightSide::trace(std::uint64_t sample, RenderCounters& counters) const {
+std::shared_ptr<const LightPass> LightSide::trace(std::uint64_t sample, RenderCounters& counters,
+                                                  const std::stop_token& stop) const {
   const double radius = settings_.radius * radius_factor(sample);
   const auto per_length = static_cast<float>(radius * glm::length(scene_.camera().right));
   const std::uint32_t seed = pixel_seed(settings_.seed, static_cast<std::uint32_t>(sample >> 1), 0x70686f74u,
@@ -143,7 +144,10 @@ std::shared_ptr<const LightPass> LightSide::trace(std::uint64_t sample, RenderCo
   Traced traced = trace_photons(scene_, source_,
                                 {settings_.photons, seed, settings_.max_bounces, settings_.followed,
                                  per_length * meter_radius(settings_.followed), merging},
-                                own);
+                                own, stop);
+  if (stop.stop_requested()) {
+    return nullptr;
+  }
   counters.photons += settings_.photons;
   counters.photon_rays += own.closest_hit_rays;
   counters.deposits += traced.deposits.size();
@@ -212,9 +216,8 @@ void LightSide::finish(std::uint64_t sample, std::shared_ptr<const LightPass> pa
   changed_.notify_all();
 }
 
-std::shared_ptr<const LightPass> LightSide::pass(std::uint64_t sample, std::uint64_t end,
-                                                 RenderCounters& counters) const {
-  for (;;) {
+std::shared_ptr<const LightPass> LightSide::pass(std::uint64_t sample, std::uint64_t end, Workspace& workspace) const {
+  while (!workspace.stop.stop_requested()) {
     std::optional<std::uint64_t> own;
     {
       const MutexLock lock(mutex_);
@@ -231,7 +234,7 @@ std::shared_ptr<const LightPass> LightSide::pass(std::uint64_t sample, std::uint
     }
     std::shared_ptr<const LightPass> traced;
     try {
-      traced = trace(*own, counters);
+      traced = trace(*own, workspace.counters, workspace.stop);
     } catch (...) {
       finish(*own, nullptr);
       throw;
@@ -241,6 +244,7 @@ std::shared_ptr<const LightPass> LightSide::pass(std::uint64_t sample, std::uint
       return traced;
     }
   }
+  return nullptr;
 }
 
 }  // namespace lightmill::photons

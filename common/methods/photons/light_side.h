@@ -7,6 +7,7 @@
 #include <memory>
 
 #include "common/base/mutex.h"
+#include "common/methods/method.h"
 #include "common/methods/photons/deposit_map.h"
 #include "common/methods/photons/film_splats.h"
 #include "common/methods/photons/merge_map.h"
@@ -75,10 +76,12 @@ class LightSide {
   bool empty() const { return source_.emission.empty(); }
   /// That start in each pass.
   std::uint32_t photons() const { return settings_.photons; }
-  /// The pass of a sample index; others of [sample, end) may be traced rather than to wait.
-  std::shared_ptr<const LightPass> pass(std::uint64_t sample, std::uint64_t end, RenderCounters& counters) const;
-  /// Traces the pass, whether it is held or not.
-  std::shared_ptr<const LightPass> trace(std::uint64_t sample, RenderCounters& counters) const;
+  /// The pass of a sample index; others of [sample, end) may be traced rather than to wait. Null if the workspace was
+  /// asked to stop.
+  std::shared_ptr<const LightPass> pass(std::uint64_t sample, std::uint64_t end, Workspace& workspace) const;
+  /// Traces the pass, whether it is held or not. Null if it was stopped.
+  std::shared_ptr<const LightPass> trace(std::uint64_t sample, RenderCounters& counters,
+                                         const std::stop_token& stop = {}) const;
 
  private:
   std::uint32_t photons_of_pass(std::uint32_t wanted) const;

@@ -18,15 +18,15 @@ class DotShader {
 
   V8 shade(const CameraHit8& /*at*/, RenderCounters& /*counters*/) const { return {}; }
 
-  void add(const PixelRect& tile, float* planes, RenderCounters& counters) const {
-    const auto pass = light_side_->pass(0, 1, counters);
-    if (pass->deposits.empty()) {
+  void add(const PixelRect& tile, float* planes, Workspace& workspace) const {
+    const auto pass = light_side_->pass(0, 1, workspace);
+    if (pass == nullptr || pass->deposits.empty()) {
       return;
     }
     const F8 per_power(1 / pass->photon_power);
     const std::size_t pixels = static_cast<std::size_t>(tile.pixel_count());
     std::vector<const photons::Splat*> splats;
-    photons::for_each_seen(*scene_, *pass, tile, splats, counters, [&](const photons::SeenSplat8& splat) {
+    photons::for_each_seen(*scene_, *pass, tile, splats, workspace.counters, [&](const photons::SeenSplat8& splat) {
       const VectorLanes colors(splat.deposit.power * splat.arrival.transmittance * per_power);
       alignas(32) std::uint32_t pixel[8];
       splat.pixel.store(pixel);

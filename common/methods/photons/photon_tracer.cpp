@@ -25,11 +25,11 @@ class Tracer {
     out_.meters.resize(scene.meters().size());
   }
 
-  Traced run() {
-    for (std::uint32_t first = 0; first < plan_.photons; first += kBatchPhotons) {
+  Traced run(const std::stop_token& stop) {
+    for (std::uint32_t first = 0; first < plan_.photons && !stop.stop_requested(); first += kBatchPhotons) {
       start(first, std::min(first + kBatchPhotons, plan_.photons));
       // Decisions of the start are those of vertex 0.
-      for (std::uint32_t vertex = 1; now_.size() > 0; ++vertex) {
+      for (std::uint32_t vertex = 1; now_.size() > 0 && !stop.stop_requested(); ++vertex) {
         next_.clear();
         for (int i = 0; i < now_.size(); i += 8) {
           step(now_.load(i), first_lanes(now_.size() - i), vertex);
@@ -335,8 +335,8 @@ PhotonSource photon_source(const CompiledScene& scene, Followed followed) {
 }
 
 Traced trace_photons(const CompiledScene& scene, const PhotonSource& source, const PassPlan& plan,
-                     RenderCounters& counters) {
-  return Tracer(scene, source, plan, counters).run();
+                     RenderCounters& counters, const std::stop_token& stop) {
+  return Tracer(scene, source, plan, counters).run(stop);
 }
 
 }  // namespace lightmill::photons

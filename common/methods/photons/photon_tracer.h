@@ -54,8 +54,9 @@ struct PassPlan {
   MergeRadii merging = {};  ///< of paths alone
 };
 
-/// Photons are told apart by their number alone, so that the result is the same whatever goes before.
+/// Photons are told apart by their number alone, so that the result is the same whatever goes before. A part of the
+/// result if it was stopped, which it is between scatterings.
 Traced trace_photons(const CompiledScene& scene, const PhotonSource& source, const PassPlan& plan,
-                     RenderCounters& counters);
+                     RenderCounters& counters, const std::stop_token& stop = {});
 
 }  // namespace lightmill::photons

@@ -167,9 +167,9 @@ std::string_view method_help() {
 }
 
 Status check_max_bounces(std::string_view method, std::uint32_t max_bounces) {
-  return method != "whitted" || max_bounces <= kMaxWhittedBounces
-             ? ok_status()
-             : invalid_argument("whitted follows at most {}, got {}", kMaxWhittedBounces, max_bounces);
+  const std::uint32_t most = method == "whitted" ? kMaxWhittedBounces : kMostBounces;
+  return max_bounces <= most ? ok_status()
+                             : invalid_argument("{} follows at most {}, got {}", method, most, max_bounces);
 }
 
 Status check_method_media(std::string_view method, bool scattering) {

@@ -64,6 +64,8 @@ std::uint32_t level_at_a_time(const MethodSpec& method, std::uint32_t level);
 /// Where no limit is asked for, a path of `path` still ends after so many scatterings (a closed room of albedo 1 has no
 /// other end).
 inline constexpr std::uint32_t kMaxBounces = 1000;
+/// That may be asked for.
+inline constexpr std::uint32_t kMostBounces = 1'000'000;
 
 /// Scatterings that `whitted` follows at most, and if it is not told.
 inline constexpr std::uint32_t kMaxWhittedBounces = 128;

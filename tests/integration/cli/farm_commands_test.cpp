@@ -124,6 +124,28 @@ TEST_F(FarmCliTest, ASecondWorkerOfOneNameIsToldAndTheFirstStays) {
   EXPECT_EQ(workers[0]["threads"], 2);
 }
 
+TEST_F(FarmCliTest, CancellingAJobOfEndlessPathsFreesItsWorker) {
+  start_worker("w1");
+  // No light leaves the room: each of its samples would take a minute.
+  const std::string room = write("room.json", R"({
+    "film": {"width": 128, "height": 64},
+    "camera": {"eye": [0, 0, 0], "look_at": [0, 0, -1], "vertical_fov_degrees": 60},
+    "materials": [{"name": "white", "diffuse": {"reflectance": {"rgb": [1, 1, 1]}}},
+                  {"name": "lamp", "diffuse": {"reflectance": {"rgb": [1, 1, 1]}}, "emission": {"rgb": [1, 1, 1]}}],
+    "objects": [{"material": "white", "sphere": {"center": [0, 0, 0], "radius": 10}},
+                {"material": "lamp", "sphere": {"center": [0, 5, 0], "radius": 1}}]})");
+  const std::string id = submit({room, "--method", "path", "--spp", "64", "--max-bounces", "1000000"});
+  ASSERT_TRUE(server_said("worker w1 is here"));
+  ASSERT_TRUE(eventually([&] { return on_farm({"workers"})["workers"].at(0)["leases"] > 0; }));
+  on_farm({"cancel", id});
+  BackgroundProcess render({program("lightmill"), "render", scene("cornell-bench-blocks.json"), "--size", "32x32",
+                            "--spp", "2", "-o", file("a.png"), "--server", server()},
+                           file("render.log"), environment());
+  EXPECT_EQ(render.wait(std::chrono::seconds(60)), 0);
+  workers_[0]->send(SIGTERM);
+  EXPECT_EQ(workers_[0]->wait(std::chrono::seconds(60)), 0);
+}
+
 TEST_F(FarmCliTest, WatchingSurvivesARestartOfTheCoordinator) {
   const std::string id = submit({scene("cornell-bench-blocks.json"), "--size", "96x80", "--spp", "8"});
   BackgroundProcess watch({program("lightmill"), "watch", id, "--server", server(), "-o", file("live.png")},

@@ -53,6 +53,17 @@ TEST_P(Methods, ANodeHasTheBitsOfItsJoinedChildren) {
   }
 }
 
+TEST_P(Methods, AStoppedRenderHasNoValuesAndLeavesNothingBehind) {
+  const PixelRect tile{0, 0, 64, 64};
+  const std::unique_ptr<Workspace> workspace = method_->make_workspace();
+  std::stop_source stop;
+  workspace->stop = stop.get_token();
+  stop.request_stop();
+  EXPECT_TRUE(method_->render(tile, {2, 0}, *workspace).values.empty());
+  workspace->stop = {};
+  EXPECT_EQ(method_->render(tile, {2, 0}, *workspace).values, render(tile, {2, 0}).values);
+}
+
 TEST_P(Methods, APixelHasTheSameBitsInEveryRectangle) {
   const SampleRange range{3, 1};
   const PixelRect tile{0, 0, 64, 64}, part{5, 31, 13, 7};
@@ -196,7 +207,8 @@ TEST(Method, RangesOfSharedSamplesFitWhatIsHeld) {
 TEST(Method, WhittedFollowsLightOnlySoFar) {
   EXPECT_TRUE(check_max_bounces("whitted", 0).ok());
   EXPECT_TRUE(check_max_bounces("whitted", kMaxWhittedBounces).ok());
-  EXPECT_TRUE(check_max_bounces("path", 1'000'000).ok());
+  EXPECT_TRUE(check_max_bounces("path", kMostBounces).ok());
+  EXPECT_FALSE(check_max_bounces("path", kMostBounces + 1).ok());
   const auto scene = test::TestScene(test::source_file("scenes/cornell-bench-balls.json"));
   auto compiled = CompiledScene::compile(scene.scene(), scene.assets());
   ASSERT_TRUE(compiled.ok()) << compiled.status();

@@ -1,11 +1,13 @@
 // The threads that render tiles: what they share must not change a bit.
 #include "worker/render/render_pool.h"
-#include "tests/support/places.h"
 
 #include <gtest/gtest.h>
 
 #include <future>
+#include <semaphore>
 
+#include "common/methods/spec/method_spec.h"
+#include "tests/support/places.h"
 #include "tests/support/render_document.h"
 
 namespace lightmill {
@@ -122,6 +124,62 @@ TEST(RenderPool, ItsEndDropsWhatWaits) {
     }
   }
   EXPECT_LT(done, 100);
+}
+
+/// A ball that no light leaves: a path ends after its last scattering alone.
+std::shared_ptr<const Method> endless_method() {
+  static const test::TestScene scene = test::TestScene::from_text(R"({
+    "film": {"width": 64, "height": 64},
+    "camera": {"eye": [0, 0, 0], "look_at": [0, 0, -1], "vertical_fov_degrees": 60},
+    "materials": [{"name": "white", "diffuse": {"reflectance": {"rgb": [1, 1, 1]}}},
+                  {"name": "lamp", "diffuse": {"reflectance": {"rgb": [1, 1, 1]}}, "emission": {"rgb": [1, 1, 1]}}],
+    "objects": [{"name": "room", "material": "white", "sphere": {"center": [0, 0, 0], "radius": 10}},
+                {"name": "lamp", "material": "lamp", "sphere": {"center": [0, 5, 0], "radius": 1}}]})");
+  Result<std::unique_ptr<Method>> made = make_method(scene.compiled(), {.name = "path", .max_bounces = kMostBounces});
+  EXPECT_TRUE(made.ok()) << made.status();
+  return std::move(made).value();
+}
+
+/// Tells when it begins to render.
+class Announced final : public Method {
+ public:
+  explicit Announced(std::shared_ptr<const Method> method) : method_(std::move(method)) {}
+  std::unique_ptr<Workspace> make_workspace() const override { return method_->make_workspace(); }
+  Node render(const PixelRect& tile, SampleRange range, Workspace& workspace) const override {
+    begun_.release();
+    return method_->render(tile, range, workspace);
+  }
+  void wait_until_begun() const { begun_.acquire(); }
+
+ private:
+  std::shared_ptr<const Method> method_;
+  mutable std::counting_semaphore<> begun_{0};
+};
+
+TEST(RenderPool, AStoppedTaskEndsBetweenBouncesWithoutValues) {
+  const auto endless = std::make_shared<const Announced>(endless_method());
+  Collected collected;
+  RenderPool pool(1, [&](RenderedTile tile) { collected.add(std::move(tile)); });
+  pool.add({1, {5, 1}, {0, 0, 64, 64}, endless});  // it alone would take hours
+  pool.add({2, {5, 2}, {0, 0, 64, 64}, endless});
+  pool.add({3, {0, 1}, {0, 0, 64, 64}, path_method()});
+  endless->wait_until_begun();
+  pool.stop(1);
+  pool.stop(2);
+  pool.stop(99);  // which there is not
+  const std::map<std::uint64_t, Node> nodes = collected.wait_for(3);
+  EXPECT_TRUE(nodes.at(1).values.empty());
+  EXPECT_TRUE(nodes.at(2).values.empty());
+  EXPECT_FALSE(nodes.at(3).values.empty());
+}
+
+TEST(RenderPool, EndsWhateverIsUnderWay) {
+  const auto endless = std::make_shared<const Announced>(endless_method());
+  RenderPool pool(2, [](const RenderedTile&) {});
+  pool.add({1, {5, 1}, {0, 0, 64, 64}, endless});
+  pool.add({2, {5, 2}, {0, 0, 64, 64}, endless});
+  endless->wait_until_begun();
+  endless->wait_until_begun();
 }
 
 }  // namespace

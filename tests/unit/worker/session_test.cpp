@@ -184,19 +184,41 @@ TEST_F(SessionTest, ACancelledLeaseIsNotRenderedFurther) {
   begin(10);
   const std::vector<RenderTile> out = asked<RenderTile>();
   say(LeaseCancel{{LeaseId{1}}});
+  std::vector<std::uint64_t> stopped;
+  for (const StopTile& stop : asked<StopTile>()) {
+    stopped.push_back(stop.ticket);
+  }
+  EXPECT_EQ(stopped, (std::vector<std::uint64_t>{out[0].ticket, out[1].ticket, out[2].ticket, out[3].ticket}));
   actions.clear();
-  for (const RenderTile& tile : out) {
-    rendered(tile);
+  rendered(out[0]);  // done before its thread noticed
+  for (std::size_t i = 1; i < out.size(); ++i) {
+    session->tile_rendered({.ticket = out[i].ticket, .node = {}, .hash = {}, .seconds = 1}, now, actions);
   }
   EXPECT_TRUE(asked<RenderTile>().empty());
   EXPECT_TRUE(said<WorkerResult>().empty());
   EXPECT_EQ(session->status().leases, 0u);
 }
 
+TEST_F(SessionTest, WhatIsLeasedAnewAfterItWasStoppedIsRenderedAnew) {
+  begin(1);
+  const RenderTile first = asked<RenderTile>().at(0);
+  say(LeaseCancel{{LeaseId{1}}});
+  actions.clear();
+  say(description());
+  say(grant(2, 1));
+  session->job_ready(JobId{1}, now, actions);
+  ASSERT_EQ(asked<RenderTile>().size(), 1u);
+  session->tile_rendered({.ticket = first.ticket, .node = {}, .hash = {}, .seconds = 1}, now, actions);
+  EXPECT_TRUE(said<WorkerResult>().empty());
+  rendered(asked<RenderTile>()[0]);
+  EXPECT_EQ(said<WorkerResult>().size(), 1u);
+}
+
 TEST_F(SessionTest, WhatIsLeasedAnewWhileItIsRenderedIsRenderedOnce) {
   begin(2);
   say(grant(2, 2));  // the first lease was taken for lost; its cancellation comes later
   say(LeaseCancel{{LeaseId{1}}});
+  EXPECT_TRUE(asked<StopTile>().empty());
   const std::vector<RenderTile> out = asked<RenderTile>();
   ASSERT_EQ(out.size(), 2u);
   rendered(out[0]);
