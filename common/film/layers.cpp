@@ -114,6 +114,23 @@ Status check_method_layers(std::string_view method, const std::vector<LayerSpec>
   return ok_status();
 }
 
+std::vector<LayerSpec> all_layers(std::string_view method, std::span<const std::string> groups) {
+  std::vector<std::string> names;
+  const auto add_if_filled = [&](std::string name) {
+    const auto layers = film_layers(std::array<std::string, 1>{name});
+    if (layers.ok() && check_method_layers(method, *layers).ok()) {
+      names.push_back(std::move(name));
+    }
+  };
+  for (const LayerSpec& layer : kNamedLayers) {
+    add_if_filled(layer.name);
+  }
+  for (const std::string& group : groups) {
+    add_if_filled(std::string(kLightLayerPrefix) + group);
+  }
+  return *film_layers(names);
+}
+
 Status check_light_groups(const std::vector<LayerSpec>& layers, std::span<const std::string> groups) {
   for (const LayerSpec& layer : layers) {
     const std::string_view group = light_group_of(layer.name);

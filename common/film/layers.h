@@ -68,6 +68,9 @@ Status check_layers(const std::vector<LayerSpec>& layers);
 /// and `ppm` also `bias`.
 Status check_method_layers(std::string_view method, const std::vector<LayerSpec>& layers);
 
+/// All layers that this method fills, with those of these light groups.
+std::vector<LayerSpec> all_layers(std::string_view method, std::span<const std::string> groups);
+
 /// INVALID_ARGUMENT if a light group's layer names none of `groups`.
 Status check_light_groups(const std::vector<LayerSpec>& layers, std::span<const std::string> groups);
 

@@ -185,23 +185,10 @@ std::shared_ptr<const CompiledScene> compiled(const TestScene& test) {
   return *std::move(scene);
 }
 
-/// All layers that the method has, with the scene's light group.
-std::vector<LayerSpec> layers_of(std::string_view method) {
-  std::vector<std::string> names;
-  for (const char* const name :
-       {"direct", "indirect", "caustic", "bias", "albedo", "light:key", "normal", "depth", "id"}) {
-    const Result<std::vector<LayerSpec>> one = film_layers(std::vector<std::string>{name});
-    if (one.ok() && check_method_layers(method, *one).ok()) {
-      names.emplace_back(name);
-    }
-  }
-  return *film_layers(names);
-}
-
 void append_samples(const std::shared_ptr<const CompiledScene>& scene, const std::string& text, SampleRange range,
                     Xxh3Hasher& hasher) {
   const std::string name = parse_method(text)->name;
-  const auto method = make_method(scene, {text, 1, 0, layers_of(name)});
+  const auto method = make_method(scene, {text, 1, 0, all_layers(name, scene->light_groups())});
   LM_CHECK(method.ok(), "{}", message_of(method.status()));
   const auto workspace = (*method)->make_workspace();
   const Node node = (*method)->render({0, 0, kSide, kSide}, range, *workspace);
