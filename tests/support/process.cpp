@@ -104,6 +104,10 @@ BackgroundProcess::~BackgroundProcess() {
 void BackgroundProcess::send(int signal) const {
   if (!exit_code_) {
     ::kill(pid_, signal);
+    if (signal == SIGSTOP) {
+      siginfo_t stopped;
+      ::waitid(P_PID, static_cast<id_t>(pid_), &stopped, WSTOPPED | WEXITED | WNOWAIT);
+    }
   }
 }
 

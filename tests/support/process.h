@@ -35,6 +35,7 @@ class BackgroundProcess {
   BackgroundProcess& operator=(const BackgroundProcess&) = delete;
 
   pid_t pid() const { return pid_; }
+  /// After SIGSTOP it returns once all threads of the process stand still.
   void send(int signal) const;
   /// The exit code (128 + signal if killed), or nothing if it still runs after `limit`.
   std::optional<int> wait(std::chrono::milliseconds limit);
