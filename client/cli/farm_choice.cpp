@@ -8,7 +8,7 @@
 namespace lightmill::cli {
 namespace {
 
-constexpr Duration kGivenTimeout = std::chrono::seconds(5);
+constexpr Duration kGivenTimeout = std::chrono::seconds(10);
 constexpr Duration kDefaultTimeout = std::chrono::milliseconds(700);  // nobody asked for that farm: don't wait long
 
 /// The address that the user gave and where; empty if none.

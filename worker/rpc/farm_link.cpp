@@ -21,7 +21,8 @@ constexpr int kMaxMessageBytes = 20 << 20;
 constexpr auto kTransferLimit = std::chrono::minutes(10);
 constexpr std::size_t kChunkBytes = std::size_t{256} << 10;
 
-std::shared_ptr<grpc::Channel> make_channel(const std::string& address, const TlsTexts& tls) {
+/// `quickly`: there is another coordinator to try when this one does not answer.
+std::shared_ptr<grpc::Channel> make_channel(const std::string& address, const TlsTexts& tls, bool quickly) {
   grpc::ChannelArguments arguments;
   // A dead link is found within some 20 s. A coordinator of thousands of workers may take seconds to answer, and must
   // not lose all of them for that: each would come back with all that it holds.
@@ -31,7 +32,8 @@ std::shared_ptr<grpc::Channel> make_channel(const std::string& address, const Tl
   arguments.SetInt(GRPC_ARG_HTTP2_MAX_PINGS_WITHOUT_DATA, 0);
   // The session decides when to try again, so each attempt is a connection of its own.
   arguments.SetInt(GRPC_ARG_USE_LOCAL_SUBCHANNEL_POOL, 1);
-  arguments.SetInt(GRPC_ARG_MIN_RECONNECT_BACKOFF_MS, 3'000);
+  // How long a connection may take to come about: a machine that is very busy takes seconds to answer.
+  arguments.SetInt(GRPC_ARG_MIN_RECONNECT_BACKOFF_MS, quickly ? 3'000 : 10'000);
   arguments.SetMaxReceiveMessageSize(kMaxMessageBytes);
   return grpc::CreateCustomChannel(address,
                                    tls.given() ? grpc::SslCredentials({tls.authority, tls.key, tls.certificate})
@@ -42,9 +44,9 @@ std::shared_ptr<grpc::Channel> make_channel(const std::string& address, const Tl
 }  // namespace
 
 struct FarmLink::Connection {
-  Connection(const std::string& address, CallerTexts texts)
+  Connection(const std::string& address, CallerTexts texts, bool quickly)
       : caller(std::move(texts)),
-        channel(make_channel(address, caller.tls)),
+        channel(make_channel(address, caller.tls, quickly)),
         work(v1::WorkerService::NewStub(channel)),
         render(v1::RenderService::NewStub(channel)) {}
   void show_token(grpc::ClientContext& context) const {
@@ -101,7 +103,7 @@ std::uint64_t FarmLink::open() {
     return number;
   }
   const auto stream = std::make_shared<LinkStream>(number, server, handlers_);
-  const auto connection = std::make_shared<Connection>(server, *std::move(caller));
+  const auto connection = std::make_shared<Connection>(server, *std::move(caller), farm_.servers.size() > 1);
   connection->show_token(stream->context());
   {
     const MutexLock lock(mutex_);
