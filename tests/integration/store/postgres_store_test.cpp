@@ -67,6 +67,9 @@ class PostgresAssetPlace final : public AssetPlace {
             "WITH half AS (INSERT INTO lightmill.assets (size_bytes, stored) VALUES (0, now()) RETURNING id) "
             "INSERT INTO lightmill.asset_pieces SELECT id, 0, 'rubbish' FROM half");
   }
+  void age(std::chrono::seconds by) override {
+    run_sql(url_, fmt::format("UPDATE lightmill.assets SET stored = stored - make_interval(secs => {})", by.count()));
+  }
   bool has_halves() override {
     return run_sql(url_, "SELECT count(*) FROM lightmill.assets WHERE digest IS NULL") != "0";
   }

@@ -3,6 +3,7 @@
 
 #include <gtest/gtest.h>
 
+#include <chrono>
 #include <functional>
 #include <memory>
 #include <string>
@@ -19,6 +20,8 @@ class AssetPlace {
   virtual std::unique_ptr<AssetStore> open(AssetLimits limits) = 0;
   /// Leaves what an upload of 7 bytes does whose coordinator was killed; no store is open.
   virtual void leave_half_an_upload() = 0;
+  /// All assets that are there came so much earlier.
+  virtual void age(std::chrono::seconds by) = 0;
   /// Whether there is anything of unfinished uploads.
   virtual bool has_halves() = 0;
 };
