@@ -237,7 +237,7 @@ TEST(ActionLog, OutlivesTheCoordinatorAndTellsHowItEnded) {
             (std::vector<std::string>{"- job 0 Start done", "root by certificate job 0 CreateToken done",
                                       "- job 0 TakeOver done"}));
   secure.farm().server().send(SIGTERM);
-  EXPECT_EQ(secure.farm().server().wait(std::chrono::seconds(20)), 0);
+  EXPECT_EQ(secure.farm().server().wait(), 0);
   secure.farm().start_server();
   EXPECT_EQ(lines(actions(root())),
             (std::vector<std::string>{"- job 0 Start done", "root by certificate job 0 CreateToken done",

@@ -3,11 +3,11 @@
 
 #include <signal.h>
 
-#include <fstream>
 #include <random>
 
 #include "tests/support/farm.h"
 #include "tests/support/fault_proxy.h"
+#include "tests/support/movable_clock.h"
 
 namespace lightmill::test {
 namespace {
@@ -139,32 +139,8 @@ TEST(StoppedProcesses, ACoordinatorThatStandsStillGoesOn) {
   expect_reference_film(farm.client(), job, picture);
 }
 
-/// The clock of a program's own: what it says can be moved while it runs.
-class MovableClock {
- public:
-  explicit MovableClock(const std::filesystem::path& file) : file_(file) { move("+0"); }
-  static bool is_there() { return std::filesystem::exists(kLibrary); }
-  Environment environment() const {
-    return {{"LD_PRELOAD", kLibrary},
-            {"FAKETIME_TIMESTAMP_FILE", file_.string()},
-            {"FAKETIME_NO_CACHE", "1"},
-            {"FAKETIME_DONT_FAKE_MONOTONIC", "1"}};
-  }
-  void move(const std::string& offset) const {
-    const std::filesystem::path next = file_.string() + ".next";
-    std::ofstream(next) << offset << "\n";
-    std::filesystem::rename(next, file_);
-  }
-
- private:
-  static constexpr const char* kLibrary = "/usr/lib/x86_64-linux-gnu/faketime/libfaketimeMT.so.1";
-  const std::filesystem::path file_;
-};
-
 TEST(JumpingClocks, AreNotWhatAFarmGoesBy) {
-  ASSERT_TRUE(MovableClock::is_there()) << "install libfaketime (deploy/setup --tests does)";
-  const TemporaryFolder folder;
-  const MovableClock coordinators(folder.path() / "coordinator"), workers(folder.path() / "worker");
+  const MovableClock coordinators, workers;
   Farm farm({}, {"127.0.0.1", {}, coordinators.environment()});
   Picture picture = picture_of(500);
   farm.add_worker(1, "w1", {"", {}, workers.environment()});

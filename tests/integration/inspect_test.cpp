@@ -30,7 +30,7 @@ class Dropped {
   void add_shipped(const std::string& path) { add(path, read_file(source_file("scenes/" + path)).value()); }
   grpc::Status inspect() {
     grpc::ClientContext context;
-    context.set_deadline(std::chrono::system_clock::now() + std::chrono::seconds(60));
+    context.set_deadline(std::chrono::system_clock::now() + kPatience);
     found.Clear();
     return client_.stub().InspectScene(&context, request, &found);
   }

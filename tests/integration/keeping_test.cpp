@@ -4,10 +4,10 @@
 #include <fstream>
 
 #include <set>
-#include <thread>
 
 #include "common/wire/farm_messages.h"
 #include "tests/support/farm.h"
+#include "tests/support/movable_clock.h"
 #include "tests/support/places.h"
 #include "tests/support/small_disk.h"
 
@@ -110,7 +110,7 @@ TEST(Keeping, WhoSubmitsToAFullDiskHearsItAtOnceAndNothingThatWasTakenInIsLost) 
     to_wire(job_of({}, request_id), &request);
     v1::Job job;
     grpc::ClientContext context;
-    context.set_deadline(std::chrono::system_clock::now() + std::chrono::seconds(20));
+    context.set_deadline(std::chrono::system_clock::now() + kPatience);
     const grpc::Status status = client.stub().SubmitJob(&context, request, &job);
     if (status.ok()) {
       jobs.insert(job.id());  // the store's file had room yet
@@ -135,8 +135,8 @@ TEST(Keeping, WhoSubmitsToAFullDiskHearsItAtOnceAndNothingThatWasTakenInIsLost) 
 }
 
 TEST(Keeping, JobsThatEndedLongAgoAreDeletedAndOthersStay) {
-  // Less than a second.
-  Farm farm({"--keep-days", "0.00001"});
+  const MovableClock clock;
+  Farm farm({"--keep-days", "7"}, {"127.0.0.1", {}, clock.environment()});
   FarmClient client = farm.client();
   const std::uint64_t ended = client.submit({}, "ended").id(), waiting = client.submit({}, "waiting").id();
   v1::CancelJobRequest cancel;
@@ -144,16 +144,14 @@ TEST(Keeping, JobsThatEndedLongAgoAreDeletedAndOthersStay) {
   v1::Job job;
   grpc::ClientContext context;
   ASSERT_TRUE(client.stub().CancelJob(&context, cancel, &job).ok());
-  std::this_thread::sleep_for(std::chrono::seconds(2));
-  farm.server().send(SIGTERM);  // it looks once a minute, and when it starts
-  EXPECT_EQ(farm.server().wait(std::chrono::seconds(20)), 0);
-  farm.start_server();
-  EXPECT_TRUE(eventually([&] {
-    grpc::ClientContext list;
-    v1::ListJobsResponse jobs;
-    EXPECT_TRUE(client.stub().ListJobs(&list, {}, &jobs).ok());
-    return jobs.jobs_size() == 1 && jobs.jobs(0).id() == waiting;
-  }));
+  const auto jobs_after = [&](const std::string& passed) {
+    clock.move(passed);
+    kill_at_once(farm.server());  // it looks once a minute, and when it starts
+    farm.start_server();
+    return client.jobs();
+  };
+  EXPECT_EQ(jobs_after("+6d"), (std::vector{waiting, ended})) << "newest first";
+  EXPECT_EQ(jobs_after("+8d"), std::vector{waiting});
 }
 
 TEST(Check, AFolderWithoutAFarmIsNotCalledSound) {

@@ -64,7 +64,7 @@ TEST(SameBits, EveryOtherMethodOnFarmsOfBothSizes) {
 }
 
 TEST(SameBits, ManyShortUnitsOrFewLongOnes) {
-  Farm quick({"--unit-seconds", "0.05"}), slow({"--results-rate", "1"});  // 1 MiB/s: half a second a range and more
+  Farm quick({"--unit-seconds", "0.05"}), slow({"--unit-seconds", "60"});
   std::uint64_t results[2] = {};
   for (Farm* const farm : {&quick, &slow}) {
     farm->add_worker(2, "w1");
@@ -87,27 +87,46 @@ TEST(SameBits, AWorkerKilledEverySecond) {
   expect_reference_film(farm.client(), job, picture);
 }
 
-TEST(SameBits, TheCoordinatorKilledTwice) {
-  Farm farm;
-  farm.add_worker(2, "w1");
-  farm.add_worker(2, "w2");
-  FarmClient client = farm.client();
-  const std::uint64_t job = client.submit(kPicture).id();
-  for (const std::uint64_t quarter : {1, 2}) {
-    const v1::Job before = client.wait_for_samples(job, kPixelSamples * quarter / 4);
-    ASSERT_EQ(before.state(), v1::JOB_STATE_RUNNING) << "it must be killed while it works";
+/// Kills the coordinator twice while it works. Whether both workers came back each time before what they held was
+/// leased again.
+bool kill_coordinator_twice(Farm& farm, std::uint64_t job, Picture& picture) {
+  constexpr auto kGrace = std::chrono::seconds(2);  // CoordinatorLimits::restart_grace
+  bool in_time = true;
+  for (int i = 0; i < 2; ++i) {
+    farm.client().wait_while_it_works(job, picture, kPixelSamples / 4);
+    const std::array met{farm.times_met("w1"), farm.times_met("w2")};
     kill_at_once(farm.server());
-    std::this_thread::sleep_for(std::chrono::milliseconds(200));
+    const auto start = std::chrono::steady_clock::now();
     farm.start_server();
+    EXPECT_TRUE(eventually([&] { return farm.times_met("w1") > met[0] && farm.times_met("w2") > met[1]; }));
+    in_time = in_time && std::chrono::steady_clock::now() - start < kGrace;
   }
-  expect_reference_film(farm.client(), job);
-  // The workers lived on with what they held, so nothing had to be rendered again but copies near the end.
-  const v1::Job ended = client.job(job);
-  EXPECT_EQ(ended.counters().leases_lost(), 0u);
-  const Rendered rendered = rendered_by(farm, {"w1", "w2"});
-  if (ended.counters().copies_leased() == 0) {
-    EXPECT_EQ(rendered.again, 0u);
+  return in_time;
+}
+
+TEST(SameBits, TheCoordinatorKilledTwice) {
+  constexpr int kAttempts = 3;
+  for (int attempt = 0; attempt < kAttempts; ++attempt) {
+    Farm farm;
+    farm.add_worker(2, "w1");
+    farm.add_worker(2, "w2");
+    Picture picture = kPicture;
+    const std::uint64_t job = farm.client().submit(picture).id();
+    const bool in_time = kill_coordinator_twice(farm, job, picture);
+    expect_reference_film(farm.client(), job, picture);
+    if (!in_time) {
+      continue;
+    }
+    // The workers lived on with what they held, so nothing had to be rendered again but copies near the end.
+    const v1::Job ended = farm.client().job(job);
+    EXPECT_EQ(ended.counters().leases_lost(), 0u);
+    const Rendered rendered = rendered_by(farm, {"w1", "w2"});
+    if (ended.counters().copies_leased() == 0) {
+      EXPECT_EQ(rendered.again, 0u);
+    }
+    return;
   }
+  GTEST_SKIP() << "the machine is so busy that workers came back too late " << kAttempts << " times";
 }
 
 TEST(SameBits, AHundredSamplesExtendedToThreeHundred) {
@@ -152,11 +171,11 @@ TEST(NothingTwice, AfterAWorkersDeathOnlyItsUnacknowledgedUnitsAreRenderedAgain)
   farm.add_worker(2, "dies");
   farm.add_worker(2, "lives");
   FarmClient client = farm.client();
-  const std::uint64_t job = client.submit(kPicture).id();
-  const v1::Job before = client.wait_for_samples(job, kPixelSamples / 3);
-  ASSERT_EQ(before.state(), v1::JOB_STATE_RUNNING);
+  Picture picture = kPicture;
+  const std::uint64_t job = client.submit(picture).id();
+  client.wait_while_it_works(job, picture, kPixelSamples / 3);
   kill_at_once(farm.worker("dies"));
-  expect_reference_film(farm.client(), job);
+  expect_reference_film(farm.client(), job, picture);
   const v1::Job ended = client.job(job);
   // What was merged and rendered again all the same would have come back as a duplicate.
   EXPECT_LE(ended.counters().results_duplicate(), ended.counters().copies_leased());
@@ -172,7 +191,7 @@ TEST(Drain, AWorkerFinishesWhatItHasBegunAndLeaves) {
   const std::uint64_t job = client.submit(kPicture).id();
   client.wait_for_samples(job, kPixelSamples / 4);
   farm.worker("leaves").send(SIGTERM);
-  EXPECT_EQ(farm.worker("leaves").wait(std::chrono::seconds(20)), 0);
+  EXPECT_EQ(farm.worker("leaves").wait(), 0);
   expect_reference_film(farm.client(), job);
   EXPECT_EQ(client.job(job).counters().leases_lost(), 0u);
   EXPECT_LE(client.job(job).counters().results_duplicate(), client.job(job).counters().copies_leased());
@@ -185,7 +204,7 @@ TEST(Stop, ACoordinatorStopsCleanlyAndGoesOnLater) {
   const std::uint64_t job = client.submit(kPicture).id();
   client.wait_for_samples(job, kPixelSamples / 4);
   farm.server().send(SIGTERM);
-  EXPECT_EQ(farm.server().wait(std::chrono::seconds(10)), 0) << farm.server_log();
+  EXPECT_EQ(farm.server().wait(), 0) << farm.server_log();
   farm.start_server();
   expect_reference_film(farm.client(), job);
 }

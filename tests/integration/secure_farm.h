@@ -31,13 +31,13 @@ inline Validity today() {
 /// An authority, and a coordinator with its certificate.
 class SecureFarm {
  public:
-  explicit SecureFarm(const std::vector<std::string>& more_options = {}) {
+  explicit SecureFarm(const std::vector<std::string>& more_options = {}, const Environment& environment = {}) {
     gpr_set_log_function([](gpr_log_func_args*) {});  // of each handshake that fails
     renew_server(today());
     write("ca.pem", authority_.certificate);
     std::vector<std::string> options{"--tls-cert", path("server.pem"), "--tls-ca", path("ca.pem")};
     options.insert(options.end(), more_options.begin(), more_options.end());
-    farm_ = std::make_unique<Farm>(options);
+    farm_ = std::make_unique<Farm>(options, Launch{"127.0.0.1", {}, environment});
   }
   Farm& farm() { return *farm_; }
   const KeyAndCertificate& authority() const { return authority_; }
@@ -81,7 +81,7 @@ inline grpc::Status call(const std::shared_ptr<grpc::Channel>& channel, const st
   if (!token.empty()) {
     context.AddMetadata("authorization", "Bearer " + token);
   }
-  context.set_deadline(std::chrono::system_clock::now() + std::chrono::seconds(20));
+  context.set_deadline(std::chrono::system_clock::now() + kPatience);
   grpc::CompletionQueue queue;
   const auto stream = stub.PrepareCall(&context, method, &queue);
   const auto done = [&] {

@@ -15,8 +15,6 @@
 namespace lightmill::test {
 namespace {
 
-constexpr std::chrono::seconds kPatience{60};
-
 /// A connection to the page's port of this machine.
 class Connection {
  public:
@@ -191,10 +189,10 @@ TEST(Threads, AllAtWorkAtOnceAndAnOrderlyEnd) {
   expect_reference_film(farm.client(), second, caustic);
   for (const char* worker : {"w1", "w2"}) {
     farm.worker(worker).send(SIGTERM);
-    EXPECT_EQ(farm.worker(worker).wait(kPatience), 0) << farm.worker_log(worker);
+    EXPECT_EQ(farm.worker(worker).wait(), 0) << farm.worker_log(worker);
   }
   farm.server().send(SIGTERM);
-  EXPECT_EQ(farm.server().wait(kPatience), 0) << farm.server_log();
+  EXPECT_EQ(farm.server().wait(), 0) << farm.server_log();
 }
 
 }  // namespace

@@ -7,8 +7,6 @@
 namespace lightmill::test {
 namespace {
 
-using std::chrono::seconds;
-
 std::unique_ptr<BackgroundProcess> start_liar(const Farm& farm, const std::string& name, const std::string& machine,
                                               const std::string& share, const std::string& of_class = "") {
   std::vector<std::string> arguments{LIGHTMILL_LYING_WORKER, farm.address(), name, machine, share};
@@ -18,15 +16,6 @@ std::unique_ptr<BackgroundProcess> start_liar(const Farm& farm, const std::strin
   return std::make_unique<BackgroundProcess>(arguments, (farm.folder() / (name + ".log")).string());
 }
 
-std::vector<v1::Worker> workers_of(Farm& farm) {
-  FarmClient client = farm.client();
-  v1::ListWorkersResponse response;
-  grpc::ClientContext context;
-  const grpc::Status status = client.stub().ListWorkers(&context, {}, &response);
-  EXPECT_TRUE(status.ok()) << status.error_message();
-  return {response.workers().begin(), response.workers().end()};
-}
-
 const v1::Worker* named(const std::vector<v1::Worker>& workers, const std::string& name) {
   const auto found = std::ranges::find_if(workers, [&](const v1::Worker& each) { return each.name() == name; });
   return found == workers.end() ? nullptr : &*found;
@@ -34,11 +23,9 @@ const v1::Worker* named(const std::vector<v1::Worker>& workers, const std::strin
 
 /// Until so many are connected.
 void wait_for_workers(Farm& farm, std::ptrdiff_t count) {
-  const auto until = std::chrono::steady_clock::now() + seconds(60);
-  while (std::ranges::count(workers_of(farm), false, &v1::Worker::away) < count) {
-    ASSERT_LT(std::chrono::steady_clock::now(), until) << farm.server_log();
-    std::this_thread::sleep_for(std::chrono::milliseconds(50));
-  }
+  FarmClient client = farm.client();
+  ASSERT_TRUE(eventually([&] { return std::ranges::count(client.workers(), false, &v1::Worker::away) >= count; }))
+      << farm.server_log();
 }
 
 v1::Job submit_verified(Farm& farm, const Picture& picture, double share, bool allow_mixed = false) {
@@ -72,27 +59,27 @@ TEST_P(Verification, ALiarAmongThreeMachinesChangesNothing) {
   const v1::Job ended = farm.client().job(job.id());
   EXPECT_EQ(ended.results_unverified(), 0u) << ended.ShortDebugString();
   EXPECT_GT(ended.counters().results_verified(), 0u);
-  const std::vector<v1::Worker> workers = workers_of(farm);
+  const std::vector<v1::Worker> workers = farm.client().workers();
   ASSERT_NE(named(workers, "liar"), nullptr);
   EXPECT_NE(named(workers, "liar")->quarantine(), "") << farm.server_log();
   for (const char* name : {"honest", "w3"}) {
     ASSERT_NE(named(workers, name), nullptr);
     EXPECT_EQ(named(workers, name)->quarantine(), "");
   }
-  EXPECT_NE(farm.log("liar").find("in quarantine"), std::string::npos);
+  EXPECT_TRUE(eventually([&] { return farm.log("liar").find("in quarantine") != std::string::npos; }));
 
   // A coordinator that starts again knows of it.
   kill_at_once(farm.server());
   farm.start_server();
   wait_for_workers(farm, 3);
-  EXPECT_NE(named(workers_of(farm), "liar")->quarantine(), "");
+  EXPECT_NE(named(farm.client().workers(), "liar")->quarantine(), "");
   v1::ReleaseWorkerRequest request;
   request.set_name("liar");
   v1::ReleaseWorkerResponse response;
   grpc::ClientContext context;
   FarmClient client = farm.client();
   EXPECT_TRUE(client.stub().ReleaseWorker(&context, request, &response).ok());
-  EXPECT_EQ(named(workers_of(farm), "liar")->quarantine(), "");
+  EXPECT_EQ(named(farm.client().workers(), "liar")->quarantine(), "");
 }
 INSTANTIATE_TEST_SUITE_P(Lies, Verification, testing::Values("1", "0.2"),
                          [](const auto& info) { return info.index == 0 ? "Always" : "InOneOfFive"; });
@@ -126,7 +113,7 @@ TEST(MixedFarm, RendersThePictureButForItsLastBits) {
   EXPECT_GT(ended.counters().results_verified(), 0u) << "the other class has two machines";
   EXPECT_GT(ended.results_unverified(), 0u) << "the usual one has one";
   EXPECT_EQ(ended.counters().nodes_dropped(), 0u);
-  const std::vector<v1::Worker> workers = workers_of(farm);
+  const std::vector<v1::Worker> workers = farm.client().workers();
   for (const char* name : {"usual", "other-1", "other-2"}) {
     ASSERT_NE(named(workers, name), nullptr);
     EXPECT_EQ(named(workers, name)->quarantine(), "");
@@ -135,7 +122,7 @@ TEST(MixedFarm, RendersThePictureButForItsLastBits) {
   // The usual class alone gives the reference; the other's values are floats next to its.
   one->send(SIGTERM);
   two->send(SIGTERM);
-  EXPECT_TRUE(one->wait(seconds(30)) && two->wait(seconds(30)));
+  EXPECT_TRUE(one->wait() && two->wait());
   const v1::Job alone = submit_verified(farm, picture, 0);
   expect_reference_film(farm.client(), alone.id(), picture);
   const FilmPlanes mixed = farm.client().film(job.id()), usual = farm.client().film(alone.id());

@@ -285,7 +285,7 @@ TEST(WebSubmit, ACoordinatorThatStopsMeanwhileLeavesNothing) {
   }
   EXPECT_TRUE(eventually([&] { return incoming(web) == 5; }));
   web.farm().server().send(SIGTERM);
-  EXPECT_EQ(web.farm().server().wait(std::chrono::seconds(60)), 0);
+  EXPECT_EQ(web.farm().server().wait(), 0);
   EXPECT_EQ(incoming(web), 0);
 }
 

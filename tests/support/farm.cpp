@@ -19,8 +19,6 @@
 namespace lightmill::test {
 namespace {
 
-constexpr auto kPatience = std::chrono::seconds(60);
-
 /// Calls until the coordinator answers with something else than UNAVAILABLE.
 template <class Call>
 void call_patiently(const Call& call) {
@@ -210,6 +208,28 @@ v1::Job FarmClient::extend(std::uint64_t id, std::uint64_t samples) {
   return job;
 }
 
+std::vector<std::uint64_t> FarmClient::jobs() {
+  v1::ListJobsResponse response;
+  call_patiently([&] {
+    grpc::ClientContext context;
+    return stub_->ListJobs(&context, {}, &response);
+  });
+  std::vector<std::uint64_t> ids;
+  for (const v1::Job& job : response.jobs()) {
+    ids.push_back(job.id());
+  }
+  return ids;
+}
+
+std::vector<v1::Worker> FarmClient::workers() {
+  v1::ListWorkersResponse response;
+  call_patiently([&] {
+    grpc::ClientContext context;
+    return stub_->ListWorkers(&context, {}, &response);
+  });
+  return {response.workers().begin(), response.workers().end()};
+}
+
 v1::Job FarmClient::wait_until_ended(std::uint64_t id, std::chrono::seconds limit) {
   const auto until = std::chrono::steady_clock::now() + limit;
   for (;;) {
@@ -226,7 +246,7 @@ v1::Job FarmClient::wait_until_ended(std::uint64_t id, std::chrono::seconds limi
 }
 
 v1::Job FarmClient::wait_for_samples(std::uint64_t id, std::uint64_t pixel_samples) {
-  const auto until = std::chrono::steady_clock::now() + std::chrono::seconds(60);
+  const auto until = std::chrono::steady_clock::now() + kPatience;
   for (;;) {
     const v1::Job now = job(id);
     if (has_ended(now) || now.samples_done() >= pixel_samples) {
@@ -237,6 +257,19 @@ v1::Job FarmClient::wait_for_samples(std::uint64_t id, std::uint64_t pixel_sampl
       return now;
     }
     std::this_thread::sleep_for(std::chrono::milliseconds(10));
+  }
+}
+
+void FarmClient::wait_while_it_works(std::uint64_t id, Picture& picture, std::uint64_t pixel_samples) {
+  for (;;) {
+    const v1::Job begun = job(id);
+    const v1::Job now = wait_for_samples(id, begun.samples_done() + pixel_samples);
+    if (!has_ended(now) || now.state() != v1::JOB_STATE_DONE || ::testing::Test::HasFailure()) {
+      EXPECT_EQ(now.state(), v1::JOB_STATE_RUNNING) << now.ShortDebugString();
+      return;
+    }
+    picture.samples *= 2;
+    extend(id, picture.samples);
   }
 }
 
@@ -266,7 +299,7 @@ FilmPlanes FarmClient::film(std::uint64_t id) {
 
 void kill_at_once(BackgroundProcess& process) {
   process.send(SIGKILL);
-  EXPECT_TRUE(process.wait(kPatience));
+  EXPECT_TRUE(process.wait());
 }
 
 Farm::Farm(std::vector<std::string> server_options, Launch launch)

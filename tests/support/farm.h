@@ -54,8 +54,14 @@ class FarmClient {
   v1::Job submit(const Picture& picture, const std::string& request_id = "test");
   v1::Job job(std::uint64_t id);
   v1::Job extend(std::uint64_t id, std::uint64_t samples);
+  /// Numbers of all jobs, the newest first.
+  std::vector<std::uint64_t> jobs();
+  std::vector<v1::Worker> workers();
   /// Until it has ended, or the test fails after `limit`.
   v1::Job wait_until_ended(std::uint64_t id, std::chrono::seconds limit = std::chrono::seconds(120));
+  /// Until the job, still at work, has merged so many pixel samples more. A job that is done before is given more to
+  /// do: `picture` then has the new number of samples.
+  void wait_while_it_works(std::uint64_t id, Picture& picture, std::uint64_t pixel_samples);
   /// Until so many pixel samples are merged, or it has ended.
   v1::Job wait_for_samples(std::uint64_t id, std::uint64_t pixel_samples);
   FilmPlanes film(std::uint64_t id);

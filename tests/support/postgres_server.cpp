@@ -71,7 +71,7 @@ void PostgresServer::start() {
 
 void PostgresServer::stop() {
   process_->send(SIGQUIT);
-  process_->wait(std::chrono::seconds(20));
+  process_->wait();
 }
 
 std::string PostgresServer::url(const std::string& user, const std::string& database) const {

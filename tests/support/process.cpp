@@ -98,7 +98,7 @@ BackgroundProcess::BackgroundProcess(const std::vector<std::string>& arguments, 
 
 BackgroundProcess::~BackgroundProcess() {
   send(SIGKILL);
-  wait(std::chrono::seconds(10));
+  wait();
 }
 
 void BackgroundProcess::send(int signal) const {

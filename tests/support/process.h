@@ -12,6 +12,9 @@
 
 namespace lightmill::test {
 
+/// Keeps a test from hanging where something never happens. It is no expectation: the machine may be busy.
+inline constexpr std::chrono::seconds kPatience{120};
+
 /// Variables to set on top of the test's own environment; an empty value unsets.
 using Environment = std::map<std::string, std::string>;
 
@@ -38,7 +41,7 @@ class BackgroundProcess {
   /// After SIGSTOP it returns once all threads of the process stand still.
   void send(int signal) const;
   /// The exit code (128 + signal if killed), or nothing if it still runs after `limit`.
-  std::optional<int> wait(std::chrono::milliseconds limit);
+  std::optional<int> wait(std::chrono::milliseconds limit = kPatience);
 
  private:
   pid_t pid_ = -1;
@@ -48,10 +51,9 @@ class BackgroundProcess {
 /// Processes (zombies apart) whose environment contains NAME=VALUE.
 std::vector<pid_t> processes_with(const std::string& name, const std::string& value);
 
-/// Asks `condition` every 10 ms until it holds or `limit` is over; whether it held. A limit is only to keep a test from
-/// hanging: the machine may be busy.
+/// Asks `condition` every 10 ms until it holds or `limit` is over; whether it held.
 template <class Condition>
-bool eventually(Condition condition, std::chrono::milliseconds limit = std::chrono::seconds(60)) {
+bool eventually(Condition condition, std::chrono::milliseconds limit = kPatience) {
   const auto until = std::chrono::steady_clock::now() + limit;
   while (!condition()) {
     if (std::chrono::steady_clock::now() > until) {

@@ -187,7 +187,7 @@ bool TevListener::called(std::chrono::milliseconds patience) const {
 }
 
 TevWindow TevListener::accept() const {
-  EXPECT_TRUE(called(std::chrono::seconds(30)));
+  EXPECT_TRUE(called(kPatience));
   return TevWindow(::accept4(listening_, nullptr, nullptr, SOCK_CLOEXEC));
 }
 

@@ -8,6 +8,8 @@
 #include <string>
 #include <vector>
 
+#include "tests/support/process.h"
+
 namespace lightmill::test {
 
 /// One connection, and the images that it has brought.
@@ -28,7 +30,7 @@ class TevWindow {
 
   /// Takes up to `most` bytes of what arrives within `patience`; false if there is nothing, or the other side has
   /// closed.
-  bool read(std::size_t most = 65536, std::chrono::milliseconds patience = std::chrono::seconds(30));
+  bool read(std::size_t most = 65536, std::chrono::milliseconds patience = kPatience);
   void close();
   /// By name, as they are after all whole packets.
   const std::map<std::string, Image>& images() const { return images_; }

@@ -134,7 +134,7 @@ TEST_F(SecureCliTest, AnOpenFarmIsMadeOnlyWhenAskedForAndSaysSo) {
     std::vector<std::string> arguments{program("lightmill-server"), "--data", file("data"), "--port-file",
                                        file("port")};
     arguments.insert(arguments.end(), more.begin(), more.end());
-    return run_command(arguments, {}, std::chrono::seconds(20));
+    return run_command(arguments);
   };
   for (const char* listen : {"0.0.0.0:0", "[::]:0", "127.evil.example:0"}) {
     const CommandResult refused = start({"--listen", listen});
