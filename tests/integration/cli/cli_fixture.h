@@ -62,8 +62,61 @@ class CliTest : public ::testing::Test {
   test::TemporaryFolder folder_, files_;
 };
 
-/// With a shared farm: a coordinator, and workers as asked for.
-class FarmCliTest : public CliTest {
+/// With a farm to give commands to.
+class OnFarmTest : public CliTest {
+ protected:
+  /// The address of its coordinator.
+  virtual std::string server() const = 0;
+  /// A command on this farm.
+  nlohmann::json on_farm(std::vector<std::string> arguments, int exit_code = 0) const {
+    arguments.insert(arguments.end(), {"--server", server()});
+    return json(std::move(arguments), exit_code);
+  }
+  std::string submit(std::vector<std::string> arguments) const {
+    arguments.insert(arguments.begin(), "submit");
+    return std::to_string(on_farm(std::move(arguments)).value("id", 0));
+  }
+};
+
+/// Of a coordinator with `--port-file`, once it is there; empty while it is not.
+inline std::string port_in(const std::string& file) {
+  std::string text;
+  std::ifstream(file) >> text;
+  return text;
+}
+
+/// With a farm of one worker that all tests of a program share. Jobs of other tests are there, too: it is for tests
+/// that only render and look.
+class SharedFarmTest : public OnFarmTest {
+ protected:
+  std::string server() const override { return running().address; }
+
+ private:
+  struct Running {
+    Running()
+        : coordinator({program("lightmill-server"), "--data", file("data"), "--listen", "127.0.0.1:0", "--port-file",
+                       file("port")},
+                      file("server.log")) {
+      EXPECT_TRUE(eventually([&] { return !port_in(file("port")).empty(); }));
+      address = "127.0.0.1:" + port_in(file("port"));
+      worker.emplace(std::vector<std::string>{program("lightmill-worker"), "--server", address, "--threads", "2"},
+                     file("worker.log"));
+    }
+    std::string file(const std::string& name) const { return (folder.path() / name).string(); }
+
+    TemporaryFolder folder;
+    BackgroundProcess coordinator;
+    std::optional<BackgroundProcess> worker;
+    std::string address;
+  };
+  static const Running& running() {
+    static const Running one;
+    return one;
+  }
+};
+
+/// With a farm of its own: a coordinator, and workers as asked for.
+class FarmCliTest : public OnFarmTest {
  protected:
   /// At a port that is still free for it when it starts again.
   void SetUp() override { start_server(fmt::format("127.0.0.1:{}", reserved_.number())); }
@@ -78,14 +131,10 @@ class FarmCliTest : public CliTest {
   }
   void stop_server() {
     server_->send(SIGTERM);
-    EXPECT_EQ(server_->wait(std::chrono::seconds(30)), 0);
+    EXPECT_EQ(server_->wait(), 0);
   }
-  std::string port() const {
-    std::string text;
-    std::ifstream(file("port")) >> text;
-    return text;
-  }
-  std::string server() const { return "127.0.0.1:" + port(); }
+  std::string port() const { return port_in(file("port")); }
+  std::string server() const override { return "127.0.0.1:" + port(); }
   /// Waits until the coordinator's log has this text.
   bool server_said(const std::string& text) const {
     return eventually([&] {
@@ -98,15 +147,6 @@ class FarmCliTest : public CliTest {
         program("lightmill-worker"), "--server", server(), "--name", name, "--threads", "2"};
     command.insert(command.end(), options.begin(), options.end());
     workers_.push_back(std::make_unique<BackgroundProcess>(command, file(name + ".log")));
-  }
-  /// A command on this farm.
-  nlohmann::json on_farm(std::vector<std::string> arguments, int exit_code = 0) const {
-    arguments.insert(arguments.end(), {"--server", server()});
-    return json(std::move(arguments), exit_code);
-  }
-  std::string submit(std::vector<std::string> arguments) const {
-    arguments.insert(arguments.begin(), "submit");
-    return std::to_string(on_farm(std::move(arguments)).value("id", 0));
   }
 
   const ReservedPort reserved_;

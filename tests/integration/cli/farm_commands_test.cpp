@@ -32,8 +32,7 @@ TEST_F(FarmCliTest, AJobGoesFromSubmitToDelete) {
   EXPECT_TRUE(on_farm({"jobs"})["jobs"].empty());
 }
 
-TEST_F(FarmCliTest, TheFileStatesTheHashOfItsOwnFilm) {
-  start_worker("w1");
+TEST_F(SharedFarmTest, TheFileStatesTheHashOfItsOwnFilm) {
   const nlohmann::json job =
       on_farm(with({"render", scene("cornell-bench-balls.json"), "--seed", "5", "-o", file("a.exr")}, kSmall));
   const Result<FilmPicture> picture = load_film_picture(file("a.exr"));
@@ -51,8 +50,7 @@ TEST_F(FarmCliTest, TheFileStatesTheHashOfItsOwnFilm) {
   }
 }
 
-TEST_F(FarmCliTest, ACropHasTheBitsOfTheWhole) {
-  start_worker("w1");
+TEST_F(SharedFarmTest, ACropHasTheBitsOfTheWhole) {
   const std::string box = scene("cornell-bench-balls.json");
   on_farm(with({"render", box, "-o", file("whole.exr")}, kSmall));
   on_farm(with({"render", box, "--crop", "50,30,33,40", "-o", file("crop.exr"), "-o", file("crop.png")}, kSmall));
@@ -74,8 +72,7 @@ TEST_F(FarmCliTest, ACropHasTheBitsOfTheWhole) {
   EXPECT_EQ(png->width, 33);
 }
 
-TEST_F(FarmCliTest, ErrorOfAPictureAgainstItselfIsNothingAndFallsWithSamples) {
-  start_worker("w1");
+TEST_F(SharedFarmTest, ErrorOfAPictureAgainstItselfIsNothingAndFallsWithSamples) {
   const std::string box = scene("cornell-bench-blocks.json");
   for (const char* samples : {"2", "32", "256"}) {
     on_farm({"render", box, "--size", "48x48", "--seed", samples, "--spp", samples, "-o",
@@ -107,7 +104,7 @@ TEST_F(FarmCliTest, WorkersAreListedAndDrained) {
   on_farm({"workers", "release", "w1"});
   EXPECT_TRUE(on_farm({"workers"})["workers"][0]["quarantine"].is_null());
   on_farm({"workers", "drain", "w1"});
-  EXPECT_EQ(workers_[0]->wait(std::chrono::seconds(30)), 0);
+  EXPECT_EQ(workers_[0]->wait(), 0);
 }
 
 TEST_F(FarmCliTest, ASecondWorkerOfOneNameIsToldAndTheFirstStays) {
@@ -115,7 +112,7 @@ TEST_F(FarmCliTest, ASecondWorkerOfOneNameIsToldAndTheFirstStays) {
   ASSERT_TRUE(eventually([&] { return on_farm({"workers"})["workers"].size() == 1; }));
   BackgroundProcess second({program("lightmill-worker"), "--server", server(), "--name", "w1", "--threads", "1"},
                            file("second.log"));
-  EXPECT_EQ(second.wait(std::chrono::seconds(60)), 1);
+  EXPECT_EQ(second.wait(), 1);
   std::ifstream log(file("second.log"));
   EXPECT_NE(std::string(std::istreambuf_iterator<char>(log), {}).find("another worker named w1 is connected"),
             std::string::npos);
@@ -157,12 +154,12 @@ TEST_F(FarmCliTest, WatchingSurvivesARestartOfTheCoordinator) {
   ASSERT_TRUE(eventually([&] { return log_has("queued"); }));
   const std::string address = server();
   server_->send(SIGKILL);
-  server_->wait(std::chrono::seconds(10));
+  server_->wait();
   ASSERT_TRUE(eventually([&] { return log_has("lost the connection"); }));
   start_server(address);
   ASSERT_TRUE(eventually([&] { return log_has("connected again"); }));
   start_worker("w1");
-  EXPECT_EQ(watch.wait(std::chrono::seconds(60)), 0);
+  EXPECT_EQ(watch.wait(), 0);
   EXPECT_TRUE(load_rgb(file("live.png")).ok());
 }
 
@@ -181,7 +178,7 @@ TEST_F(FarmCliTest, RenderSaysThatNoWorkerIsThereAndWorkersFindTheFarmAsItDoes) 
   EXPECT_TRUE(said("--layers are written into EXR files alone, and none is: " + file("a.png")));
   BackgroundProcess worker({program("lightmill-worker"), "--threads", "1"}, file("worker.log"),
                            {{"LIGHTMILL_SERVER", server()}});
-  EXPECT_EQ(render.wait(std::chrono::seconds(60)), 0);
+  EXPECT_EQ(render.wait(), 0);
 }
 
 TEST_F(FarmCliTest, InterruptingWatchLeavesTheJobAndInterruptingRenderCancelsIt) {
@@ -198,7 +195,7 @@ TEST_F(FarmCliTest, InterruptingWatchLeavesTheJobAndInterruptingRenderCancelsIt)
       return std::string(std::istreambuf_iterator<char>(log), {}).find("queued") != std::string::npos;
     }));
     client.send(SIGINT);
-    EXPECT_EQ(client.wait(std::chrono::seconds(20)), 130);
+    EXPECT_EQ(client.wait(), 130);
     std::filesystem::remove(file("client.log"));
   }
   const nlohmann::json jobs = on_farm({"jobs"})["jobs"];

@@ -9,18 +9,20 @@
 namespace lightmill::test {
 namespace {
 
-class LabTest : public FarmCliTest {
+/// What tests of labs have in common, on a farm of their own or on the shared one.
+template <class Base>
+class LabOn : public Base {
  protected:
   std::string experiment(const std::string& samples) const {
-    return write("experiment.json",
-                 fmt::format(R"({{"scenes": [{{"name": "box", "file": "{}"}}], "methods": ["path", "whitted"],
+    return this->write("experiment.json",
+                       fmt::format(R"({{"scenes": [{{"name": "box", "file": "{}"}}], "methods": ["path", "whitted"],
                              "seeds": 2, "width": 20, "height": 16, "samples": {},
                              "reference": {{"method": "path", "samples": 256, "seed": 77}}}})",
-                             scene("cornell-bench-balls.json"), samples));
+                                   scene("cornell-bench-balls.json"), samples));
   }
   std::vector<nlohmann::json> results(const std::string& folder) const {
     std::vector<nlohmann::json> lines;
-    std::ifstream in(file(folder) + "/results.jsonl");
+    std::ifstream in(this->file(folder) + "/results.jsonl");
     for (std::string line; std::getline(in, line);) {
       lines.push_back(nlohmann::json::parse(line));
       for (const char* timed : {"thread_seconds", "seconds"}) {
@@ -31,6 +33,8 @@ class LabTest : public FarmCliTest {
     return lines;
   }
 };
+using LabTest = LabOn<FarmCliTest>;
+using SharedLabTest = LabOn<SharedFarmTest>;
 
 TEST_F(LabTest, ComparesEveryPictureWithTheReference) {
   start_worker("w1");
@@ -93,18 +97,14 @@ TEST_F(LabTest, AJobsOwnErrorIsDrawnAcrossARestart) {
   EXPECT_EQ(on_farm({"show", id})["history"], history);
 }
 
-TEST_F(LabTest, ReportsAreWrittenAgainWithoutAFarm) {
-  start_worker("w1");
+TEST_F(SharedLabTest, ReportsAreWrittenAgainWithoutAFarm) {
   on_farm({"lab", experiment("[1]"), "-o", file("out")});
-  workers_.clear();
-  server_.reset();
   std::filesystem::remove(file("out") + "/report.html");
   EXPECT_EQ(json({"lab", file("experiment.json"), "-o", file("out"), "--server", "127.0.0.1:1"})["results"], 4);
   EXPECT_TRUE(std::filesystem::exists(file("out") + "/report.html"));
 }
 
-TEST_F(LabTest, PicturesFromElsewhereStandInTheSameCharts) {
-  start_worker("w1");
+TEST_F(SharedLabTest, PicturesFromElsewhereStandInTheSameCharts) {
   const std::string box = scene("cornell-bench-blocks.json");
   for (const std::string samples : {"1", "16", "200"}) {
     on_farm({"render", box, "--method", "path", "--size", "20x16", "--spp", samples, "-o", file(samples + ".exr")});
@@ -129,8 +129,7 @@ TEST_F(LabTest, PicturesFromElsewhereStandInTheSameCharts) {
   EXPECT_NE(read_file(done["report"].get<std::string>()).value().find("Other, 16 samples"), std::string::npos);
 }
 
-TEST_F(LabTest, LevelsMayBeErrors) {
-  start_worker("w1");
+TEST_F(SharedLabTest, LevelsMayBeErrors) {
   write("experiment.json", fmt::format(R"({{"scenes": ["{}"], "methods": ["path"], "width": 20, "height": 16,
       "errors": [0.5, 1e-9], "max_samples": 32, "reference": {{"method": "path", "samples": 64, "seed": 77}}}})",
                                        scene("cornell-bench-blocks.json")));
@@ -154,7 +153,7 @@ TEST_F(LabTest, GoesOnAfterAnInterruptionToTheSameResults) {
     const nlohmann::json second = on_farm({"lab", experiment("[1, 64, 4096]"), "-o", file("parts")}, 2);
     EXPECT_NE(second["failure"]["message"].get<std::string>().find("another lab works in"), std::string::npos);
     interrupted.send(SIGINT);
-    EXPECT_EQ(interrupted.wait(std::chrono::seconds(20)), 130);
+    EXPECT_EQ(interrupted.wait(), 130);
   }
   const std::size_t before = results("parts").size();
   EXPECT_GE(before, 1u);
@@ -165,7 +164,7 @@ TEST_F(LabTest, GoesOnAfterAnInterruptionToTheSameResults) {
   EXPECT_EQ(results("parts"), results("whole"));
 }
 
-TEST_F(LabTest, MistakesAreToldBeforeAnythingIsRendered) {
+TEST_F(SharedLabTest, MistakesAreToldBeforeAnythingIsRendered) {
   const auto error = [&](const std::string& text) {
     write("bad.json", text);
     return on_farm({"lab", file("bad.json"), "-o", file("out")}, 2)["failure"]["message"].get<std::string>();
@@ -180,8 +179,7 @@ TEST_F(LabTest, MistakesAreToldBeforeAnythingIsRendered) {
   EXPECT_FALSE(std::filesystem::exists(file("out") + "/results.jsonl"));
 }
 
-TEST_F(LabTest, AReferenceFileSaysWhoseSamplesItHolds) {
-  start_worker("w1");
+TEST_F(SharedLabTest, AReferenceFileSaysWhoseSamplesItHolds) {
   const std::string box = scene("cornell-bench-blocks.json");
   for (const std::string seed : {"3", "7"}) {
     on_farm({"render", box, "--method", "path", "--size", "20x16", "--spp", "64", "--seed", seed, "-o",

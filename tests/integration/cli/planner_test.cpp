@@ -51,8 +51,7 @@ TEST_F(CheckTest, ReasonsNameWhatIsInTheWay) {
   }
 }
 
-TEST_F(FarmCliTest, TheFarmLooksIntoSmallMeshesToo) {
-  start_worker("w1");
+TEST_F(SharedFarmTest, TheFarmLooksIntoSmallMeshesToo) {
   const std::string id =
       submit({scene("cornell-bench-small-lamp.json"), "--size", "16x16", "--spp", "1", "--method", "path"});
   const nlohmann::json watched = on_farm({"watch", id, "-o", file("a.exr")});
@@ -60,8 +59,7 @@ TEST_F(FarmCliTest, TheFarmLooksIntoSmallMeshesToo) {
   EXPECT_TRUE(watched["notices"][0].get<std::string>().starts_with("path: the lamp 'box/lamp'")) << watched["notices"];
 }
 
-TEST_F(FarmCliTest, APictureThatLacksLightSaysSoWhereverItIsShown) {
-  start_worker("w1");
+TEST_F(SharedFarmTest, APictureThatLacksLightSaysSoWhereverItIsShown) {
   const std::string id = submit({kGlassUnderABulb, "--size", "48x48", "--spp", "2", "--method", "path"});
   const nlohmann::json watched = on_farm({"watch", id, "-o", file("a.exr")});
   ASSERT_EQ(watched["notices"].size(), 1u) << watched;
@@ -90,8 +88,7 @@ TEST_F(FarmCliTest, APictureThatLacksLightSaysSoWhereverItIsShown) {
             std::string::npos);
 }
 
-TEST_F(FarmCliTest, AutoIsAMethodThatTheJobSaysAndKeepsItsBits) {
-  start_worker("w1");
+TEST_F(SharedFarmTest, AutoIsAMethodThatTheJobSaysAndKeepsItsBits) {
   const auto render = [&](const std::vector<std::string>& method, const std::string& out) {
     std::vector<std::string> command{
         "render", scene("cornell-bench-blocks.json"), "--size", "48x48", "--spp", "4", "-o", file(out)};
@@ -121,7 +118,7 @@ TEST_F(FarmCliTest, ChoiceAndNoticesOutliveTheCoordinator) {
   EXPECT_EQ(before["method_chosen"], true);
   const std::string listen = server();
   server_->send(SIGKILL);
-  ASSERT_TRUE(server_->wait(std::chrono::seconds(10)).has_value());
+  ASSERT_TRUE(server_->wait().has_value());
   start_server(listen);
   const nlohmann::json after = on_farm({"show", id});
   for (const char* field : {"method", "method_chosen", "method_reasons", "notices"}) {
@@ -191,12 +188,12 @@ TEST_F(FarmCliTest, APilotPicksTheSameMethodWhateverIsKilledMeanwhile) {
     start_worker(name);
     ASSERT_TRUE(server_said(fmt::format("worker {} compares path and caustic for job {}", name, id)));
     workers_.back()->send(SIGKILL);  // it has not even compiled the scene
-    ASSERT_TRUE(workers_.back()->wait(std::chrono::seconds(10)).has_value());
+    ASSERT_TRUE(workers_.back()->wait().has_value());
     EXPECT_EQ(on_farm({"show", id})["method"], "auto");
     if (i == 1) {
       const std::string listen = server();
       server_->send(SIGKILL);
-      ASSERT_TRUE(server_->wait(std::chrono::seconds(10)).has_value());
+      ASSERT_TRUE(server_->wait().has_value());
       start_server(listen);
     }
   }

@@ -68,12 +68,12 @@ const std::vector<float>& plane(const Image& image, const std::string& name) {
   return *values;
 }
 
-TEST_F(CliTest, LayersComeOutAndTheHashCoversThem) {
+TEST_F(SharedFarmTest, LayersComeOutAndTheHashCoversThem) {
   const std::vector<std::string> render{
-      "render", scene("cornell-bench-balls.json"), "--local", "--size", "70x66", "--spp", "20", "-o", file("a.exr")};
+      "render", scene("cornell-bench-balls.json"), "--size", "70x66", "--spp", "20", "-o", file("a.exr")};
   std::vector<std::string> layered = render;
   layered.insert(layered.end(), {"--layers", "id,direct,indirect,albedo,normal,depth"});
-  const nlohmann::json done = json(layered);
+  const nlohmann::json done = on_farm(layered);
   const nlohmann::json again = json({"error", file("a.exr"), file("a.exr")});
   EXPECT_EQ(again["rel_mse"], 0);
   const Result<FilmPicture> picture = load_film_picture(file("a.exr"));
@@ -88,7 +88,7 @@ TEST_F(CliTest, LayersComeOutAndTheHashCoversThem) {
   ASSERT_NE(camera, nullptr);
   EXPECT_EQ(*camera, (ImageMatrix{-1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 278, -273, 800, 1}));
   EXPECT_TRUE(image->attributes.contains("worldToNDC"));
-  EXPECT_NE(json(render)["film_hash"], done["film_hash"]);
+  EXPECT_NE(on_farm(render)["film_hash"], done["film_hash"]);
   const Result<FilmPicture> plain = load_film_picture(file("a.exr"));
   ASSERT_TRUE(plain.ok()) << plain.status();
   EXPECT_EQ(plain->beauty, picture->beauty);
@@ -136,7 +136,7 @@ std::map<std::string, std::uint32_t> manifest_of(const Image& image, const std::
   return ids;
 }
 
-TEST_F(CliTest, LayersHaveTheirValuesInTheFile) {
+TEST_F(SharedFarmTest, LayersHaveTheirValuesInTheFile) {
   // A wall 4 before the eye in the left half, and points of equal power in groups that light it.
   write("wall.obj", "v -3 -3 0\nv 0 -3 0\nv 0 3 0\nv -3 3 0\nf 1 2 3 4\n");
   write("scene.json", R"({"camera": {"eye": [0, 0, 4], "look_at": [0, 0, 0], "vertical_fov_degrees": 20},
@@ -164,8 +164,8 @@ TEST_F(CliTest, LayersHaveTheirValuesInTheFile) {
 
   for (const std::string method : {"path", "raycast"}) {
     const bool path = method == "path";
-    json({"render", file("scene.json"), "--local", "--spp", "20", "--method", method, "-o", file("a.exr"), "--layers",
-          path ? "direct,indirect,albedo,light:key,light:fill,normal,depth,id" : "albedo,normal,depth,id"});
+    on_farm({"render", file("scene.json"), "--spp", "20", "--method", method, "-o", file("a.exr"), "--layers",
+             path ? "direct,indirect,albedo,light:key,light:fill,normal,depth,id" : "albedo,normal,depth,id"});
     const auto bytes = read_file(file("a.exr"));
     ASSERT_TRUE(bytes.ok());
     const Result<Image> image = decode_exr(as_byte_view(*bytes));
@@ -218,7 +218,7 @@ TEST_F(CliTest, LayersHaveTheirValuesInTheFile) {
   }
 }
 
-TEST_F(CliTest, MetersAreReadAndAreNoPartOfThePicture) {
+TEST_F(SharedFarmTest, MetersAreReadAndAreNoPartOfThePicture) {
   const std::string lit = R"({"camera": {"eye": [0, 0, 5], "look_at": [0, 0, 0], "vertical_fov_degrees": 40},
     "film": {"width": 96, "height": 70},
     "materials": [{"name": "lamp", "diffuse": {"reflectance": {"rgb": [0, 0, 0]}}, "emission": {"rgb": [3, 3, 3]}}],
@@ -227,14 +227,14 @@ TEST_F(CliTest, MetersAreReadAndAreNoPartOfThePicture) {
     {"name": "desk", "irradiance": {"point": [0, -1, 0], "normal": [0, 1, 0]}},
     {"name": "eye", "radiance": {"point": [0, 0, 5], "direction": [0, 1, -5]}}]})";
   const auto render = [&](const std::string& name, const std::string& method) {
-    return std::vector<std::string>{"render",     file(name), "--local",     "--spp",    "20",  "--crop",
+    return std::vector<std::string>{"render",     file(name), "--spp",       "20",       "--crop",
                                     "10,0,70,66", "-o",       file("a.exr"), "--method", method};
   };
   write("plain.json", lit + "}");
   write("metered.json", lit + meters);
-  const nlohmann::json plain = json(render("plain.json", "path"));
+  const nlohmann::json plain = on_farm(render("plain.json", "path"));
   const Result<FilmPicture> plain_picture = load_film_picture(file("a.exr"));
-  const nlohmann::json metered = json(render("metered.json", "path"));
+  const nlohmann::json metered = on_farm(render("metered.json", "path"));
   const Result<FilmPicture> picture = load_film_picture(file("a.exr"));
   ASSERT_TRUE(picture.ok() && plain_picture.ok());
   EXPECT_EQ(picture->beauty, plain_picture->beauty);
@@ -259,35 +259,36 @@ TEST_F(CliTest, MetersAreReadAndAreNoPartOfThePicture) {
     EXPECT_EQ(readings[1]["samples"], 20);
   }
   // Other methods read none.
-  EXPECT_FALSE(json(render("metered.json", "preview")).contains("meters"));
-  const CommandResult preview = lightmill(render("metered.json", "preview"));
+  EXPECT_FALSE(on_farm(render("metered.json", "preview")).contains("meters"));
+  const CommandResult preview = lightmill(with(render("metered.json", "preview"), {"--server", server()}));
   EXPECT_NE(preview.err.find("left out: the scene's 2 meters, which preview does not read (path does)"),
             std::string::npos)
       << preview.err;
 }
 
-TEST_F(CliTest, TheFirstOfThreeLimitsEndsTheJobAndIsTold) {
+TEST_F(SharedFarmTest, TheFirstOfThreeLimitsEndsTheJobAndIsTold) {
   const auto render = [&](std::vector<std::string> limits) {
-    std::vector<std::string> arguments{
-        "render", scene("cornell-bench-blocks.json"), "--local", "--size", "64x64", "-o", file("a.exr")};
+    std::vector<std::string> arguments{"render",     scene("cornell-bench-blocks.json"), "--size", "64x64", "-o",
+                                       file("a.exr")};
     arguments.insert(arguments.end(), limits.begin(), limits.end());
     return arguments;
   };
   const auto ended = [&] { return load_film_picture(file("a.exr"))->receipt.ended; };
 
-  const nlohmann::json by_error = json(render({"--error", "0.05", "--spp", "1000", "--seconds", "10m"}));
+  const nlohmann::json by_error = on_farm(render({"--error", "0.05", "--spp", "1000", "--seconds", "10m"}));
   EXPECT_EQ(by_error["reached"], "error");
   EXPECT_EQ(by_error["goal"]["error"], 0.05);
   EXPECT_LE(by_error["error"]["rel_mse"].get<double>() + by_error["error"]["half_width"].get<double>(), 0.05);
   EXPECT_EQ(ended(), by_error["reason"]);
   EXPECT_NE(ended().find("reached relMSE 0.0"), std::string::npos) << ended();
 
-  const nlohmann::json by_samples = json(render({"--error", "1e-9", "--spp", "20", "--seconds", "10m"}));
+  const nlohmann::json by_samples = on_farm(render({"--error", "1e-9", "--spp", "20", "--seconds", "10m"}));
   EXPECT_EQ(by_samples["reached"], "samples");
   EXPECT_EQ(by_samples["min_tile_samples"], 20);
   EXPECT_EQ(ended(), "reached 20 samples per pixel");
 
-  const CommandResult by_seconds = lightmill(render({"--error", "1e-9", "--spp", "1000000000", "--seconds", "1"}));
+  const CommandResult by_seconds =
+      lightmill(with(render({"--error", "1e-9", "--spp", "1000000000", "--seconds", "1"}), {"--server", server()}));
   EXPECT_EQ(by_seconds.exit_code, 0) << by_seconds.err;
   EXPECT_NE(by_seconds.out.find("reached 1 second;"), std::string::npos) << by_seconds.out;
   EXPECT_NE(by_seconds.err.find("relMSE "), std::string::npos) << by_seconds.err;
@@ -321,7 +322,7 @@ TEST_P(EndedBySignal, ThePrivateFarmGoesWithItsCommand) {
   BackgroundProcess render(endless(file("a.png")), file("render.log"), environment());
   ASSERT_TRUE(eventually([&] { return left_over().size() == 3; })) << "client, coordinator and worker";
   render.send(GetParam());
-  EXPECT_EQ(render.wait(std::chrono::seconds(20)), GetParam() == SIGKILL ? 128 + SIGKILL : 130);
+  EXPECT_EQ(render.wait(), GetParam() == SIGKILL ? 128 + SIGKILL : 130);
   EXPECT_TRUE(eventually([&] { return left_over().empty(); }));
   if (GetParam() != SIGKILL) {
     EXPECT_TRUE(temporary_is_empty());
@@ -340,7 +341,7 @@ TEST_P(InterruptedRender, WritesWhatIsRendered) {
   // One tile: what has a rate has a sample everywhere.
   ASSERT_TRUE(eventually([&] { return log().find("samples/s") != std::string::npos; })) << log();
   client.send(GetParam());
-  EXPECT_EQ(client.wait(std::chrono::seconds(20)), 130);
+  EXPECT_EQ(client.wait(), 130);
   EXPECT_NE(log().find("interrupted; what is rendered ("), std::string::npos) << log();
   EXPECT_TRUE(load_rgb(file("a.exr")).ok());
 }
@@ -351,7 +352,7 @@ TEST_F(CliTest, APictureWithGapsIsNotWrittenWhenItIsInterrupted) {
   BackgroundProcess client(endless(file("a.exr")), file("render.log"), environment());
   ASSERT_TRUE(eventually([&] { return left_over().size() == 3; }));  // the worker has yet to measure its class
   client.send(SIGINT);
-  EXPECT_EQ(client.wait(std::chrono::seconds(20)), 130);
+  EXPECT_EQ(client.wait(), 130);
   EXPECT_FALSE(std::filesystem::exists(file("a.exr")));
 }
 
@@ -374,7 +375,7 @@ TEST_F(CliTest, WhatAKilledCommandLeftIsRemovedByTheNext) {
     BackgroundProcess render(endless(file("a.png")), file("render.log"), environment());
     ASSERT_TRUE(eventually([&] { return left_over().size() == 3; }));
     render.send(SIGKILL);
-    render.wait(std::chrono::seconds(20));
+    render.wait();
   }
   ASSERT_TRUE(eventually([&] { return left_over().empty(); }));
   EXPECT_FALSE(temporary_is_empty());
@@ -395,7 +396,7 @@ TEST_F(CliTest, AWorkerThatDiesEndsThePrivateRender) {
   };
   ASSERT_TRUE(eventually([&] { return workers().size() == 1; }));
   ::kill(workers().front(), SIGKILL);
-  EXPECT_EQ(render.wait(std::chrono::seconds(20)), 1);
+  EXPECT_EQ(render.wait(), 1);
   EXPECT_TRUE(eventually([&] { return left_over().empty(); }));
 }
 

@@ -9,15 +9,14 @@
 namespace lightmill::test {
 namespace {
 
-class VerifyTest : public CliTest {
+class VerifyTest : public SharedFarmTest {
  protected:
   void SetUp() override {
-    const CommandResult result = lightmill({"render", scene_, "--local", "--size", "150x100", "--spp", "5", "--layers",
-                                            "albedo,depth", "--method", "path", "-o", path_});
-    ASSERT_EQ(result.exit_code, 0) << result.err;
+    on_farm({"render", scene_, "--size", "150x100", "--spp", "5", "--layers", "albedo,depth", "--method", "path", "-o",
+             path_});
   }
   nlohmann::json verify(int exit_code, const std::string& scene, const std::string& share = "all") const {
-    return json({"verify", path_, scene, "--local", "--share", share}, exit_code);
+    return on_farm({"verify", path_, scene, "--share", share}, exit_code);
   }
 
   const std::string scene_ = scene("cornell-bench-blocks.json");
@@ -28,7 +27,7 @@ TEST_F(VerifyTest, APictureIsWhatItsReceiptSays) {
   const nlohmann::json all = verify(0, scene_);
   EXPECT_EQ(all["tiles"], 6);
   EXPECT_EQ(all["verified"], 6);
-  EXPECT_EQ(verify(0, scene_, "1%")["verified"], 1);
+  EXPECT_EQ(json({"verify", path_, scene_, "--local", "--share", "1%"})["verified"], 1);
 }
 
 TEST_F(VerifyTest, WrongPixelsUnderAConsistentReceiptAreFound) {
@@ -60,12 +59,12 @@ TEST_F(VerifyTest, DamageAndOtherScenesAreFoundBeforeAnythingIsRendered) {
 }
 
 TEST_F(VerifyTest, OfAMixedPictureTheFileAloneIsChecked) {
-  const CommandResult rendered = lightmill(
-      {"render", scene_, "--local", "--size", "64x64", "--spp", "1", "--method", "path", "--allow-mixed", "-o", path_});
+  const CommandResult rendered = lightmill({"render", scene_, "--size", "64x64", "--spp", "1", "--method", "path",
+                                            "--allow-mixed", "-o", path_, "--server", server()});
   ASSERT_EQ(rendered.exit_code, 0) << rendered.err;
   EXPECT_NE(rendered.err.find("nobody gets the same bits again"), std::string::npos) << rendered.err;
   EXPECT_EQ(load_film_picture(path_).value().receipt.fingerprint_class, kMixedClass);
-  const CommandResult checked = lightmill({"verify", path_, scene_, "--local", "--share", "all"});
+  const CommandResult checked = lightmill({"verify", path_, scene_, "--share", "all", "--server", server()});
   EXPECT_EQ(checked.exit_code, 2);
   EXPECT_NE(checked.err.find("the file is as it was written"), std::string::npos) << checked.err;
   EXPECT_NE(checked.err.find("--allow-mixed"), std::string::npos) << checked.err;
