@@ -1,16 +1,19 @@
 // A farm of real processes for tests in a browser: a coordinator with its page, a worker, and the command line.
 import {execFileSync, spawn} from 'node:child_process';
-import {existsSync, mkdtempSync, openSync, readFileSync, rmSync} from 'node:fs';
+import {existsSync, mkdtempSync, openSync, rmSync} from 'node:fs';
 import {tmpdir} from 'node:os';
 import {join} from 'node:path';
 import {fileURLToPath} from 'node:url';
 
 export const kSource = fileURLToPath(new URL('../..', import.meta.url));
 
+/** Keeps a test from hanging where something never happens. It is no expectation: the machine may be busy. */
+export const kPatienceMs = 120_000;
+
 /** Asks `condition` until it holds; throws `what` after `limitMs`. */
-export async function eventually(what, condition, limitMs = 30_000) {
+export async function eventually(what, condition, limitMs = kPatienceMs) {
   const until = Date.now() + limitMs;
-  for (;;) {
+  for (let pauseMs = 20; ; pauseMs = Math.min(1.5 * pauseMs, 200)) {
     const value = await condition();
     if (value) {
       return value;
@@ -18,7 +21,26 @@ export async function eventually(what, condition, limitMs = 30_000) {
     if (Date.now() > until) {
       throw new Error(`does not happen: ${what}`);
     }
-    await new Promise((resolve) => setTimeout(resolve, 25));
+    await new Promise((resolve) => setTimeout(resolve, pauseMs));
+  }
+}
+
+/** Two ports that programs can listen on, one after the other, and nobody else is given. */
+class ReservedPorts {
+  static kProgram = `
+import socket, sys
+held = [socket.socket() for _ in range(2)]
+for each in held:
+    each.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
+    each.bind(("127.0.0.1", 0))
+print(*(each.getsockname()[1] for each in held), flush=True)
+sys.stdin.read()`;
+
+  child = spawn('python3', ['-IS', '-c', ReservedPorts.kProgram], {stdio: ['pipe', 'pipe', 'inherit']});
+  numbers = new Promise((resolve) => this.child.stdout.once('data', (line) => resolve(String(line).trim().split(' ').map(Number))));
+
+  release() {
+    this.child.stdin.end();
   }
 }
 
@@ -31,22 +53,20 @@ export class Farm {
     this.token = '';
     this.folder = mkdtempSync(join(tmpdir(), 'lightmill-page-'));
     this.running = new Map();
-    this.port = 0;
-    this.httpPort = 0;
+    this.ports = new ReservedPorts();
   }
 
   async startServer() {
     const [portFile, httpFile] = [join(this.folder, 'port'), join(this.folder, 'http')];
     rmSync(portFile, {force: true});
     rmSync(httpFile, {force: true});
+    [this.port, this.httpPort] = await this.ports.numbers;
     this.start('server', [
       ...['--data', join(this.folder, 'data'), '--listen', `127.0.0.1:${this.port}`, '--port-file', portFile],
       ...['--http', `127.0.0.1:${this.httpPort}`, '--http-port-file', httpFile],
       ...this.serverOptions,
     ]);
     await eventually('the coordinator starts', () => existsSync(httpFile) && existsSync(portFile));
-    this.port = Number(readFileSync(portFile, 'utf8'));
-    this.httpPort = Number(readFileSync(httpFile, 'utf8'));
   }
 
   startWorker(name) {
@@ -88,6 +108,7 @@ export class Farm {
     for (const name of [...this.running.keys()].reverse()) {
       await this.stop(name, 'SIGKILL');
     }
+    this.ports.release();
     rmSync(this.folder, {recursive: true, force: true});
   }
 }

@@ -4,7 +4,7 @@ import {readFileSync} from 'node:fs';
 import {createRequire} from 'node:module';
 import {join} from 'node:path';
 import {after, before, test} from 'node:test';
-import {eventually, Farm, kSource} from './farm.mjs';
+import {eventually, Farm, kPatienceMs, kSource} from './farm.mjs';
 
 const require = createRequire(join(kSource, 'client/web/package.json'));
 const {chromium} = require('playwright-core');
@@ -20,7 +20,7 @@ const faults = [];
 async function open(path, options = {}) {
   const context = await browser.newContext({viewport: {width: 1280, height: 860}, ...options});
   const opened = await context.newPage();
-  opened.setDefaultTimeout(20_000);
+  opened.setDefaultTimeout(kPatienceMs);
   opened.on('pageerror', (error) => faults.push(error.message));
   opened.on('console', (message) => {
     if (message.type() === 'error' && !/WebSocket connection|Failed to load resource/.test(message.text())) {

@@ -31,7 +31,7 @@ test('the picture of a job that is submitted sharpens to the pixels of the PNG',
     const worst = await page.evaluate(worstDifference, {expected, width: 192, height: 160});
     // A half has 11 bits, and the two round in different places.
     return worst <= 1;
-  }, 10_000);
+  });
 });
 
 test('the pixel that is pointed at is told', async () => {
@@ -82,7 +82,7 @@ function cameraOf(shown) {
 
 async function assertCamera(shown, what, expected) {
   const near = (got) => got.every((value, i) => Math.abs(value - expected[i]) <= 1e-4 * expected[i]);
-  await eventually(`${what}: ${expected}`, () => near(cameraOf(shown)), 10_000).catch((error) => {
+  await eventually(`${what}: ${expected}`, () => near(cameraOf(shown))).catch((error) => {
     throw new Error(`${error.message}, but ${cameraOf(shown)}`);
   });
 }
