@@ -9,7 +9,7 @@ namespace lightmill::test {
 namespace {
 
 const Picture kPicture;
-const std::uint64_t kPixelSamples = std::uint64_t{128} * 128 * 300;
+const std::uint64_t kPixelSamples = std::uint64_t{128} * 128 * kPicture.samples;
 
 /// What the logs of all workers say that was rendered, by tile: first sample → end.
 struct Rendered {
@@ -129,7 +129,7 @@ TEST(SameBits, TheCoordinatorKilledTwice) {
   GTEST_SKIP() << "the machine is so busy that workers came back too late " << kAttempts << " times";
 }
 
-TEST(SameBits, AHundredSamplesExtendedToThreeHundred) {
+TEST(SameBits, AJobThatIsExtended) {
   Farm farm;
   farm.add_worker(2, "w1");
   FarmClient client = farm.client();
@@ -137,7 +137,7 @@ TEST(SameBits, AHundredSamplesExtendedToThreeHundred) {
   picture.samples = 100;
   const std::uint64_t job = client.submit(picture).id();
   expect_reference_film(farm.client(), job, picture);
-  client.extend(job, 300);
+  client.extend(job, kPicture.samples);
   expect_reference_film(farm.client(), job);
   EXPECT_EQ(rendered_by(farm, {"w1"}).again, 0u) << "the first hundred are not rendered again";
 }

@@ -25,7 +25,7 @@ namespace lightmill::test {
 struct Picture {
   int side = 128;               ///< pixels
   int height = 0;               ///< 0: a square
-  std::uint64_t samples = 300;  ///< 0: no limit
+  std::uint64_t samples = 172;  ///< 128 + 32 + 8 + 4: the film ends as several nodes a tile; 0: no limit
   double error = 0;             ///< 0: no limit
   std::uint64_t seed = 7;
   std::string method = "path";
