@@ -134,7 +134,7 @@ function(lightmill_test name)
   if(NOT ARG_SHARDS)
     set(ARG_SHARDS 1)
   endif()
-  if(LIGHTMILL_SANITIZE MATCHES "thread" OR CMAKE_CXX_FLAGS MATCHES "--coverage")
+  if(LIGHTMILL_SANITIZE OR CMAKE_CXX_FLAGS MATCHES "--coverage")
     math(EXPR ARG_TIMEOUT "${ARG_TIMEOUT} * 4")  # rendering is as many times slower
   endif()
   lightmill_test_pch()
