@@ -37,22 +37,30 @@ std::vector<Cell> gather_cells(const EnvironmentRadiance& environment) {
 
 std::vector<float> tabulate(const EnvironmentRadiance& environment) {
   const std::vector<Cell> cells = gather_cells(environment);
+  using Row = std::array<double, kColumns>;  // a row at a time: its loops over columns are vectorised
   std::vector<float> out;
   out.reserve(3 * (kRows + 1) * kColumns);
   for (std::size_t row = 0; row <= kRows; ++row) {
-    const double theta = kPiDouble * static_cast<double>(row) / kRows;
+    const double theta = kPiDouble * static_cast<double>(row) / kRows, cosine = cos_fixed(theta);
+    Row x, z;
     for (std::size_t column = 0; column < kColumns; ++column) {
       const double phi = 2 * kPiDouble * static_cast<double>(column) / kColumns;
       // As atan2 has it, half a turn on: column 0 is −x.
-      const Vec3d n{-sin_fixed(theta) * cos_fixed(phi), cos_fixed(theta), -sin_fixed(theta) * sin_fixed(phi)};
-      Vec3d sum(0);
-      for (const Cell& cell : cells) {
-        for (int color = 0; color < 3; ++color) {
-          sum[color] += std::max(glm::dot(cell[static_cast<std::size_t>(color)], n), 0.0);
+      x[column] = -sin_fixed(theta) * cos_fixed(phi);
+      z[column] = -sin_fixed(theta) * sin_fixed(phi);
+    }
+    std::array<Row, 3> sums{};
+    for (const Cell& cell : cells) {
+      for (std::size_t color = 0; color < 3; ++color) {
+        const Vec3d e = cell[color];
+        for (std::size_t column = 0; column < kColumns; ++column) {
+          sums[color][column] += std::max(e.x * x[column] + e.y * cosine + e.z * z[column], 0.0);
         }
       }
-      for (int color = 0; color < 3; ++color) {
-        out.push_back(static_cast<float>(sum[color]));
+    }
+    for (std::size_t column = 0; column < kColumns; ++column) {
+      for (const Row& sum : sums) {
+        out.push_back(static_cast<float>(sum[column]));
       }
     }
   }

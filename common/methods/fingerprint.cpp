@@ -8,8 +8,18 @@
 namespace lightmill {
 namespace {
 
-constexpr int kSide = 48;            ///< pixels
-constexpr SampleRange kRange{4, 0};  ///< 16 samples
+/// What the methods render of the test scene with one filter.
+struct Rendered {
+  FilterKind filter;
+  int side;           ///< pixels
+  SampleRange range;  ///< of methods without a photon map
+};
+
+// The box filter's scene has every feature of methods. The other scenes are there for their filters and the light tree.
+constexpr Rendered kRendered[] = {{FilterKind::box, 48, {3, 0}},
+                                  {FilterKind::tent, 24, {1, 0}},
+                                  {FilterKind::gaussian, 24, {1, 0}},
+                                  {FilterKind::blackman_harris, 24, {1, 0}}};
 
 /// A closed surface of rings and segments around (x, y, z) with bumps, so that no two triangles are alike.
 Mesh bumpy_sphere(double x, double y, double z, double radius) {
@@ -102,11 +112,12 @@ void add_lights(TestScene& test, bool many, bool sky_image) {
   }
 }
 
-TestScene make_test_scene(FilterKind filter) {
+TestScene make_test_scene(const Rendered& rendered) {
+  const FilterKind filter = rendered.filter;
   TestScene test;
   Scene& scene = test.scene;
   scene.camera = {{0.1, 1.2, 4.1}, {0, 0.9, 0}, {0, 1, 0}, 50};
-  scene.film = {kSide, kSide, {filter, filter == FilterKind::box ? 0.5 : 1.5}};
+  scene.film = {rendered.side, rendered.side, {filter, filter == FilterKind::box ? 0.5 : 1.5}};
   scene.materials = {
       {"white", DiffuseMaterial{{0.7f, 0.7f, 0.7f}}, {}, false},
       {"red", DiffuseMaterial{{0.6f, 0.1f, 0.05f}}, {}, false},
@@ -191,10 +202,12 @@ void append_samples(const std::shared_ptr<const CompiledScene>& scene, const std
   const auto method = make_method(scene, {text, 1, 0, all_layers(name, scene->light_groups())});
   LM_CHECK(method.ok(), "{}", message_of(method.status()));
   const auto workspace = (*method)->make_workspace();
-  const Node node = (*method)->render({0, 0, kSide, kSide}, range, *workspace);
+  const PixelRect film{0, 0, scene->film_width(), scene->film_height()};
+  const Node node = (*method)->render(film, range, *workspace);
   hasher.append(std::as_bytes(std::span(node.values)));
   if (method_reads_meters(name)) {
-    const Node meter = (*method)->render(meter_rect(0), {0, 0}, *workspace);
+    const PixelRect first = meter_rect(0), part{first.x, first.y, film.width, film.height};
+    const Node meter = (*method)->render(part, {0, 0}, *workspace);
     hasher.append(std::as_bytes(std::span(meter.values)));
   }
 }
@@ -203,10 +216,9 @@ void append_samples(const std::shared_ptr<const CompiledScene>& scene, const std
 
 std::string fingerprint_class() {
   Xxh3Hasher hasher;
-  for (const FilterKind filter :
-       {FilterKind::box, FilterKind::tent, FilterKind::gaussian, FilterKind::blackman_harris}) {
-    TestScene test = make_test_scene(filter);
-    const bool box = filter == FilterKind::box;
+  for (const Rendered& rendered : kRendered) {
+    TestScene test = make_test_scene(rendered);
+    const bool box = rendered.filter == FilterKind::box;
     const std::shared_ptr<const CompiledScene> scene = compiled(test);
     for (Material& material : test.scene.materials) {
       material.interior.scattering = {};
@@ -217,8 +229,7 @@ std::string fingerprint_class() {
         continue;
       }
       if (shared_samples(*parse_method(name)) == 0) {
-        append_samples(scene, name == "ao" ? "ao:distance=1" : std::string(name), box ? kRange : SampleRange{1, 0},
-                       hasher);
+        append_samples(scene, name == "ao" ? "ao:distance=1" : std::string(name), rendered.range, hasher);
       } else if (box) {
         append_samples(clear, fmt::format("{}:photons=2000", name), {1, 0}, hasher);
       }
