@@ -21,5 +21,6 @@ pkg_check_modules(OPENEXR REQUIRED IMPORTED_TARGET OpenEXR)  # its CMake config 
 set_target_properties(PkgConfig::OPENEXR PROPERTIES INTERFACE_COMPILE_OPTIONS "")  # -pthread spoils the shared precompiled header
 pkg_check_modules(OIIO REQUIRED IMPORTED_TARGET OpenImageIO)  # its CMake config wants programs that nobody needs
 set_target_properties(PkgConfig::OIIO PROPERTIES INTERFACE_COMPILE_OPTIONS "")
+pkg_check_modules(SECCOMP REQUIRED IMPORTED_TARGET libseccomp)
 pkg_check_modules(SPNG REQUIRED IMPORTED_TARGET spng)
 pkg_check_modules(XXHASH REQUIRED IMPORTED_TARGET libxxhash)

@@ -1,7 +1,8 @@
-# What is installed, and three Debian packages of it, one a program: `cpack` in the build folder (build/release) makes them. The
-# coordinator's needs no library that reads images, which with all that Debian's brings is most of what a farm takes of a disk.
+# What is installed, and four Debian packages of it, one a program: `cpack` in the build folder (build/release) makes them.
+# The command line and the worker need the image decoder's. The coordinator's needs no library that reads images, which with
+# all that Debian's brings is most of what a farm takes of a disk.
 #
-# The programs find each other, what reads images and the page beside themselves, so all of that lies in lib/lightmill, and
+# The programs find each other and the page beside themselves, so all of that lies in lib/lightmill, and
 # bin/ has links to it.
 set(private lib/lightmill)
 set(programs lightmill lightmill-server lightmill-worker)
@@ -33,7 +34,9 @@ install(FILES systemd/lightmill-worker.service DESTINATION lib/systemd/system CO
 install(FILES systemd/lightmill-worker.service DESTINATION lib/systemd/system RENAME lightmill-worker@.service COMPONENT lightmill-worker)
 install(FILES systemd/worker.conf DESTINATION /etc/lightmill COMPONENT lightmill-worker)
 
-install(TARGETS lightmill-images LIBRARY DESTINATION ${private} COMPONENT lightmill)
+# It has no link in bin/: nobody calls it but the programs.
+install(TARGETS lightmill-image-decoder RUNTIME DESTINATION ${private} COMPONENT lightmill-image-decoder)
+install(FILES debian/copyright DESTINATION share/doc/lightmill-image-decoder COMPONENT lightmill-image-decoder)
 file(GLOB scenes CONFIGURE_DEPENDS ${PROJECT_SOURCE_DIR}/scenes/*.json)
 install(FILES ${scenes} DESTINATION share/lightmill/scenes COMPONENT lightmill)
 install(DIRECTORY ${PROJECT_SOURCE_DIR}/scenes/assets DESTINATION share/lightmill/scenes COMPONENT lightmill)
@@ -54,7 +57,7 @@ set(CPACK_DEBIAN_PACKAGE_CONTROL_STRICT_PERMISSION ON)
 set(about "A coordinator cuts a scene into tiles and sample ranges, workers render them,
 and the picture grows in front of you. To the last bit it is the same however
 the work was split.")
-foreach(program ${programs})
+foreach(program ${programs} lightmill-image-decoder)
   string(TOUPPER ${program} name)
   set(CPACK_DEBIAN_${name}_PACKAGE_NAME ${program})
   set(scripts ${CMAKE_CURRENT_SOURCE_DIR}/debian/${program})
@@ -63,12 +66,18 @@ foreach(program ${programs})
     set(CPACK_DEBIAN_${name}_PACKAGE_CONTROL_EXTRA ${scripts}/conffiles ${scripts}/postinst ${scripts}/prerm ${scripts}/postrm)
   endif()
 endforeach()
+set(decoder "lightmill-image-decoder (= ${PROJECT_VERSION})")
+set(CPACK_DEBIAN_LIGHTMILL_PACKAGE_DEPENDS "${decoder}")
+set(CPACK_DEBIAN_LIGHTMILL-WORKER_PACKAGE_DEPENDS "adduser, ${decoder}")
 set(CPACK_DEBIAN_LIGHTMILL-SERVER_DESCRIPTION "render farm: the coordinator and its web page
 ${about} This package has the coordinator, which is not
 started before you say so, and the web page.")
 set(CPACK_DEBIAN_LIGHTMILL-WORKER_DESCRIPTION "render farm: the worker
 ${about} This package has the worker, of which a farm has
 as many as you like. None is started before you say so.")
+set(CPACK_DEBIAN_LIGHTMILL-IMAGE-DECODER_DESCRIPTION "render farm: reads images in a sandbox
+${about} This package has what the command line and the
+worker read images of scenes with.")
 set(CPACK_DEBIAN_LIGHTMILL_DESCRIPTION "render farm: the command line
 ${about} This package has the command line, scenes and
 scripts for Slurm. With the other two beside it, it also renders without a farm.")

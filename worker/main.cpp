@@ -47,6 +47,7 @@ struct Options {
   double images_gib = static_cast<double>(SceneLimits().images_bytes) / (1 << 30);
   double assets_gib = 1;
   double results_mib = 256;
+  bool unsandboxed_images = false;
   bool openjd = false;
 };
 
@@ -131,6 +132,9 @@ std::optional<int> parse(int argc, char** argv, const FailureReport& failed, Opt
   add_limit(app, "--assets-gib", options.assets_gib, "GIB", {0.0, 65536.0}, "memory for downloaded assets");
   add_limit(app, "--results-mib", options.results_mib, "MIB", {1.0, 1e6},
             "memory for results not acknowledged yet; beyond, it waits");
+  app.add_flag(kUnsandboxedImages, options.unsandboxed_images,
+               "decode images also where the kernel refuses the sandbox for it (seccomp): for farms whose users are "
+               "trusted");
   app.add_flag(
       "--openjd", options.openjd,
       "say on standard output too what happens, as Open Job Description has it (openjd_status, openjd_fail): for "
@@ -145,6 +149,7 @@ WorkerOptions worker_options(const Options& options) {
   worker.scenes = {options.scenes, bytes_of_gib(options.scenes_gib)};
   worker.scene = {bytes_of_gib(options.scene_gib), options.scene_triangles,
                   static_cast<std::int64_t>(options.image_megapixels * (1 << 20)), bytes_of_gib(options.images_gib)};
+  worker.decoder.unsandboxed = options.unsandboxed_images;
   worker.asset_bytes = bytes_of_gib(options.assets_gib);
   worker.session.name = options.name;
   worker.session.host = host_name();
@@ -201,6 +206,12 @@ int run(int argc, char** argv) {
     log_as_openjd_status();
   }
   spdlog::info("worker {} starts: it renders a test picture, whose bits tell its fingerprint class", options.name);
+  if (options.unsandboxed_images) {
+    spdlog::warn(
+        "images are decoded without a sandbox where the kernel refuses it ({}): whoever sends a scene may get "
+        "at this worker through one",
+        kUnsandboxedImages);
+  }
   const WorkerOptions worker = worker_options(options);
   spdlog::info("worker {}: {}, fingerprint class {}", options.name, counted(options.threads, "thread"),
                worker.session.fingerprint_class);

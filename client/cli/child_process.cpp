@@ -108,9 +108,4 @@ void ChildProcess::kill() {
   }
 }
 
-fs::path own_folder() {
-  std::error_code error;
-  return fs::read_symlink("/proc/self/exe", error).parent_path();
-}
-
 }  // namespace lightmill::cli

@@ -35,7 +35,4 @@ class ChildProcess {
   std::optional<std::string> end_;
 };
 
-/// The folder of the running program.
-std::filesystem::path own_folder();
-
 }  // namespace lightmill::cli

@@ -75,8 +75,8 @@ ExitCode with_farm(const Console& console, const CommonOptions& options,
   return status.ok() ? kDone : console.fail(status);
 }
 
-Result<Farm> choose_farm(const CommonOptions& options, bool local, unsigned threads, Signals& signals,
-                         const Console& console) {
+Result<Farm> choose_farm(const CommonOptions& options, bool local, const PrivateFarmOptions& private_options,
+                         Signals& signals, const Console& console) {
   Farm farm;
   if (local && !options.server.empty()) {
     return invalid_argument("--local and --server name two farms, one is expected");
@@ -84,7 +84,7 @@ Result<Farm> choose_farm(const CommonOptions& options, bool local, unsigned thre
   const GivenAddress given = local ? GivenAddress{} : given_address(options.server);
   if (!given.address.empty()) {
     LM_RETURN_IF_ERROR(check_address(given));
-    if (threads > 0) {
+    if (private_options.threads > 0) {
       return invalid_argument("--threads is about a farm of its own (--local), and {} names another", given.where);
     }
     LM_ASSIGN_OR_RETURN(CallerTexts caller, read_caller(options, given.address));
@@ -97,12 +97,13 @@ Result<Farm> choose_farm(const CommonOptions& options, bool local, unsigned thre
     LM_ASSIGN_OR_RETURN(CallerTexts caller, read_caller(options, kDefaultServer));
     farm.connection = std::make_unique<FarmConnection>(kDefaultServer, std::move(caller));
     if (farm.connection->probe(kDefaultTimeout).ok()) {
-      console.notice(fmt::format("farm: {} (it answers on the default port{})", kDefaultServer,
-                                 threads > 0 ? "; --threads, which is about a farm of its own, has no effect" : ""));
+      console.notice(fmt::format(
+          "farm: {} (it answers on the default port{})", kDefaultServer,
+          private_options.threads > 0 ? "; --threads, which is about a farm of its own, has no effect" : ""));
       return farm;
     }
   }
-  LM_ASSIGN_OR_RETURN(farm.private_farm, PrivateFarm::start(signals, threads));
+  LM_ASSIGN_OR_RETURN(farm.private_farm, PrivateFarm::start(signals, private_options));
   farm.connection = std::make_unique<FarmConnection>(farm.private_farm->address());
   console.notice(fmt::format("farm: a private one for this command ({})",
                              local ? "asked for by --local" : fmt::format("no farm answers at {}", kDefaultServer)));

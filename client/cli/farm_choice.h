@@ -30,9 +30,9 @@ ExitCode with_farm(const Console& console, const CommonOptions& options,
                    const std::function<Status(FarmConnection&)>& action);
 
 /// For `render`: the given farm; else one that answers on the default port, unless `local`; else a private one with
-/// `threads` (0: not given, one per core). Says which on the console. INVALID_ARGUMENT where the farm that is named
-/// cannot be `local` or have such threads.
-Result<Farm> choose_farm(const CommonOptions& options, bool local, unsigned threads, Signals& signals,
-                         const Console& console);
+/// `private_options`. Says which on the console. INVALID_ARGUMENT where the farm that is named cannot be `local` or
+/// have such threads.
+Result<Farm> choose_farm(const CommonOptions& options, bool local, const PrivateFarmOptions& private_options,
+                         Signals& signals, const Console& console);
 
 }  // namespace lightmill::cli

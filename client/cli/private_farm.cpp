@@ -8,6 +8,7 @@
 #include <csignal>
 
 #include "common/base/file.h"
+#include "common/image/decoder/decoder_protocol.h"
 
 namespace lightmill::cli {
 namespace fs = std::filesystem;
@@ -67,14 +68,14 @@ std::string log_tail(const fs::path& path) {
 
 }  // namespace
 
-Result<std::unique_ptr<PrivateFarm>> PrivateFarm::start(Signals& signals, unsigned threads) {
+Result<std::unique_ptr<PrivateFarm>> PrivateFarm::start(Signals& signals, const PrivateFarmOptions& options) {
   remove_abandoned();
   std::unique_ptr<PrivateFarm> farm(new PrivateFarm);
-  LM_RETURN_IF_ERROR(farm->launch(signals, threads));
+  LM_RETURN_IF_ERROR(farm->launch(signals, options));
   return farm;
 }
 
-Status PrivateFarm::launch(Signals& signals, unsigned threads) {
+Status PrivateFarm::launch(Signals& signals, const PrivateFarmOptions& options) {
   LM_ASSIGN_OR_RETURN(folder_, make_folder());
   const fs::path programs = own_folder();
   const fs::path port_file = folder_ / "port";
@@ -100,8 +101,11 @@ Status PrivateFarm::launch(Signals& signals, unsigned threads) {
   }
   address_ = "127.0.0.1:" + port;
   std::vector<std::string> command{(programs / "lightmill-worker").string(), "--server", address_, "--name", "private"};
-  if (threads > 0) {
-    command.insert(command.end(), {"--threads", std::to_string(threads)});
+  if (options.threads > 0) {
+    command.insert(command.end(), {"--threads", std::to_string(options.threads)});
+  }
+  if (options.unsandboxed_images) {
+    command.emplace_back(kUnsandboxedImages);
   }
   LM_ASSIGN_OR_RETURN(ChildProcess worker, ChildProcess::start(command, folder_ / "worker.log"));
   worker_.emplace(std::move(worker));

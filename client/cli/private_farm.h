@@ -16,10 +16,15 @@
 
 namespace lightmill::cli {
 
+struct PrivateFarmOptions {
+  unsigned threads = 0;             ///< 0: one per core
+  bool unsandboxed_images = false;  ///< as of a worker
+};
+
 class PrivateFarm {
  public:
-  /// Starts both programs, found beside our own, and waits until the coordinator listens. `threads` 0: one per core.
-  static Result<std::unique_ptr<PrivateFarm>> start(Signals& signals, unsigned threads);
+  /// Starts both programs, found beside our own, and waits until the coordinator listens.
+  static Result<std::unique_ptr<PrivateFarm>> start(Signals& signals, const PrivateFarmOptions& options);
   ~PrivateFarm();
   PrivateFarm(const PrivateFarm&) = delete;
   PrivateFarm& operator=(const PrivateFarm&) = delete;
@@ -30,7 +35,7 @@ class PrivateFarm {
 
  private:
   PrivateFarm() = default;
-  Status launch(Signals& signals, unsigned threads);
+  Status launch(Signals& signals, const PrivateFarmOptions& options);
 
   std::filesystem::path folder_;
   std::string address_;

@@ -25,6 +25,10 @@ void add_scene_options(CLI::App& command, SceneOptions& options) {
                   "(standard); if not "
                   "given, it emits where only some materials have it and none has Ke")
       ->type_name("course|standard");
+  command.add_flag(
+      kUnsandboxedImages, options.unsandboxed_images,
+      "decode images also where the kernel refuses the sandbox for it (seccomp): for scenes of people whom "
+      "you trust");
 }
 
 Result<LoadedScene> load_scene(const SceneOptions& options, Signals& signals) {
@@ -57,7 +61,11 @@ Result<LoadedScene> load_scene(const SceneOptions& options, Signals& signals) {
   if (!loaded.ok()) {
     return as_input_error(loaded.status());
   }
-  LM_RETURN_IF_ERROR(check_images(image_library(), *loaded, signals));
+  if (options.unsandboxed_images && !loaded->images.empty()) {
+    loaded->notices.push_back(
+        "images are decoded without a sandbox where the kernel refuses it (--unsandboxed-images)");
+  }
+  LM_RETURN_IF_ERROR(check_images({.unsandboxed = options.unsandboxed_images}, *loaded, signals));
   return loaded;
 }
 

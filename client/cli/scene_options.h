@@ -16,6 +16,7 @@ struct SceneOptions {
   std::vector<std::string> scenes;
   std::string camera;
   std::string mtl;
+  bool unsandboxed_images = false;
 };
 
 void add_scene_options(CLI::App& command, SceneOptions& options);

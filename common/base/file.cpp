@@ -150,4 +150,9 @@ Status write_secret_file(const fs::path& path, ByteView bytes, bool replace) {
   return write_and_name(path, bytes, 0600, replace ? Existing::replaced : Existing::kept);
 }
 
+std::filesystem::path own_folder() {
+  std::error_code error;
+  return std::filesystem::read_symlink("/proc/self/exe", error).parent_path();
+}
+
 }  // namespace lightmill

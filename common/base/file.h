@@ -1,4 +1,4 @@
-// Files that are never half written, and reading whole ones.
+// Files that are never half written, reading whole ones, and where the program lies.
 #pragma once
 
 #include <filesystem>
@@ -22,5 +22,8 @@ Status write_secret_file(const std::filesystem::path& path, ByteView bytes, bool
 
 /// Writes to a temporary name beside `path`, flushes to disk and renames: readers see the old file or the new one.
 Status write_file_atomically(const std::filesystem::path& path, ByteView bytes);
+
+/// The folder of the running program.
+std::filesystem::path own_folder();
 
 }  // namespace lightmill

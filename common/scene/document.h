@@ -64,7 +64,7 @@ struct FilmSettings {
 /// An image laid over surfaces by their texture coordinates (common/materials/texture.h).
 struct TextureImage {
   std::string name;
-  std::string file;  ///< as the document named it; its ending tells the format
+  std::string file;  ///< as the document named it; for messages
   Sha256 asset;      ///< of the file's bytes
   enum class Filter { nearest, bilinear } filter = Filter::bilinear;
   enum class Wrap { repeat, clamp } wrap = Wrap::repeat;

@@ -1,4 +1,5 @@
-// What an image must keep to in order to be used by a scene, beyond what decoding asks (image/read/read_image.h).
+// What an image must keep to in order to be used by a scene, beyond what decoding asks
+// (image/decoder/decoder_process.h).
 #pragma once
 
 #include "common/base/status.h"

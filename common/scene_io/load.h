@@ -25,7 +25,7 @@ struct NamedCamera {
 /// An image file among a scene's assets, kept as it is: a worker will decode it.
 struct ImageAsset {
   Sha256 asset{};
-  std::string name;          ///< its ending tells the format
+  std::string name;          ///< for messages
   std::string place;         ///< where the scene names it, for errors
   bool environment = false;  ///< or a texture
 };

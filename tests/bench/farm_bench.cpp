@@ -18,6 +18,7 @@
 #include "client/cli/film_fetch.h"
 #include "client/cli/submission.h"
 #include "common/base/check.h"
+#include "common/base/file.h"
 #include "tests/bench/measure.h"
 #include "tests/support/farm.h"
 #include "tests/support/places.h"
@@ -95,7 +96,7 @@ int run_client(const Options& options) {
 
 test::CommandResult start_client(const Options& options, const std::string& address, std::uint64_t seed,
                                  bool first_picture) {
-  std::vector<std::string> arguments{(cli::own_folder() / "farm_bench").string(),
+  std::vector<std::string> arguments{(own_folder() / "farm_bench").string(),
                                      options.scene,
                                      "--client-of",
                                      address,

@@ -11,7 +11,6 @@
 #include "common/image/exr.h"
 #include "common/image/png.h"
 #include "common/image/read/read_image.h"
-#include "common/image/read/read_size.h"
 #include "common/scene/compiled/compiled_scene.h"
 #include "common/scene/compiled/scene_memory.h"
 #include "common/scene/mesh.h"

@@ -47,7 +47,7 @@ if [ "${1:-}" = --inside ]; then
   as 7350 "$server" lightmill-server --version
   as 7351 "$worker" lightmill-worker --version
   # The worker's image leaves out some of what Debian's packages have.
-  as 7351 "$worker" ldd /usr/lib/lightmill/lightmill-worker >"$worker/tmp/libraries"
+  as 7351 "$worker" ldd /usr/lib/lightmill/lightmill-worker /usr/lib/lightmill/lightmill-image-decoder >"$worker/tmp/libraries"
   ! grep 'not found' "$worker/tmp/libraries" || fail 'the worker lacks these libraries'
 
   echo '== a farm with certificates'
@@ -106,13 +106,15 @@ if [ "$#" -gt 0 ]; then
   cp "$1"/lightmill*.deb "$work/context/"
 else
   [ -e build/release/build.ninja ] || cmake --preset release -DLIGHTMILL_TESTS=OFF
-  cmake --build build/release --target lightmill lightmill-server lightmill-worker lightmill-images lightmill-docs lightmill-web
+  cmake --build build/release --target lightmill lightmill-server lightmill-worker lightmill-image-decoder lightmill-docs lightmill-web
   (cd build/release && cpack -G DEB -B "$work/packages")
   mv "$work"/packages/lightmill*.deb "$work/context/"
 fi
 # It is in no image: it runs on this machine.
 mkdir "$work/client"
-dpkg-deb -x "$work"/context/lightmill_*.deb "$work/client"
+for package in "$work"/context/lightmill_*.deb "$work"/context/lightmill-image-decoder_*.deb; do
+  dpkg-deb -x "$package" "$work/client"
+done
 
 echo '== a Debian to begin with'
 # shellcheck source=/dev/null

@@ -24,7 +24,7 @@ if [ "${1:-}" != --inside ]; then
     cp "$1"/lightmill*.deb "$work/packages/"
   else
     [ -e build/release/build.ninja ] || cmake --preset release -DLIGHTMILL_TESTS=OFF
-    cmake --build build/release --target lightmill lightmill-server lightmill-worker lightmill-images lightmill-docs lightmill-web
+    cmake --build build/release --target lightmill lightmill-server lightmill-worker lightmill-image-decoder lightmill-docs lightmill-web
     (cd build/release && cpack -G DEB -B "$work/cpack")
     mv "$work"/cpack/lightmill*.deb "$work/packages/"
   fi
@@ -47,6 +47,7 @@ packages=$2
 server=$(echo "$packages"/lightmill-server_*.deb)
 worker=$(echo "$packages"/lightmill-worker_*.deb)
 client=$(echo "$packages"/lightmill_*.deb)
+decoder=$(echo "$packages"/lightmill-image-decoder_*.deb)
 export DEBIAN_FRONTEND=noninteractive LC_ALL=C
 
 fail() {
@@ -84,12 +85,17 @@ asked() {
   grep -qxF -e "$*" /tmp/systemctl.log || { cat /tmp/systemctl.log; fail "nobody asked systemctl: $*"; }
 }
 
-# Each by itself: what it depends on is all that it needs, and the coordinator needs no library that reads images.
+# Each by itself: what it depends on is all that it needs, and the coordinator needs no library that reads images. The image
+# decoder, which two others depend on, comes after the coordinator, and stays.
 for package in "$server" "$worker" "$client"; do
   program=$(dpkg-deb -f "$package" Package)
   version=$(dpkg-deb -f "$package" Version)
   echo "== $program alone"
-  fetch "$(dpkg-deb -f "$package" Depends)"
+  if [ "$package" = "$worker" ]; then
+    fetch "$(dpkg-deb -f "$decoder" Depends)"
+    dpkg -i "$decoder"
+  fi
+  fetch "$(dpkg-deb -f "$package" Depends | sed 's/\(, \)\?lightmill-image-decoder ([^)]*)//; s/^, //')"
   dpkg -i "$package"
   "$program" --version >/tmp/version
   grep -q "^$program $version\( \|$\)" /tmp/version || fail "$program --version says $(cat /tmp/version)"
@@ -101,6 +107,7 @@ for package in "$server" "$worker" "$client"; do
   fi
   dpkg --purge "$program"
 done
+dpkg --purge lightmill-image-decoder
 
 # It does not run here: systemctl sets links alone.
 fetch systemd
@@ -109,12 +116,12 @@ cp /etc/passwd /tmp/passwd-before
 cp /etc/group /tmp/group-before
 
 echo '== install'
-dpkg -i "$server" "$worker" "$client"
+dpkg -i "$server" "$worker" "$client" "$decoder"
 enabled
 
 echo '== render, as somebody who is not root'
 mkdir -m 777 /tmp/pictures
-# One scene has images, which a library beside the program looks into.
+# One scene has images, which the decoder beside the program reads.
 for scene in cornell-bench-blocks course-default; do
   setpriv --reuid=nobody --regid=nogroup --clear-groups env HOME=/tmp/pictures lightmill render --local --threads 2 --spp 4 --size 64x64 \
     "/usr/share/lightmill/scenes/$scene.json" -o "/tmp/pictures/$scene.png"
@@ -156,7 +163,7 @@ case "$*" in
 esac
 END
 chmod +x /tmp/fail/systemctl
-PATH=/tmp/fail:$PATH dpkg -i "$server" "$worker" "$client"
+PATH=/tmp/fail:$PATH dpkg -i "$server" "$worker" "$client" "$decoder"
 asked daemon-reload
 asked try-restart lightmill-server.service
 asked 'try-restart lightmill-worker.service lightmill-worker@*.service'
@@ -164,7 +171,7 @@ grep -q '^# mine$' /etc/lightmill/server.conf || fail 'server.conf was overwritt
 enabled lightmill-server.service lightmill-worker.service lightmill-worker@a.service
 
 echo '== remove, likewise: settings and state stay'
-PATH=/tmp/fail:$PATH dpkg --remove lightmill lightmill-server lightmill-worker
+PATH=/tmp/fail:$PATH dpkg --remove lightmill lightmill-server lightmill-worker lightmill-image-decoder
 asked stop lightmill-server.service
 asked 'stop lightmill-worker.service lightmill-worker@*.service'
 rmdir /run/systemd/system
@@ -179,7 +186,7 @@ for file in server.conf worker.conf; do
 done
 
 echo '== purge: state stays, and whose it is'
-dpkg --purge lightmill lightmill-server lightmill-worker
+dpkg --purge lightmill lightmill-server lightmill-worker lightmill-image-decoder
 [ -s "$state/lightmill.sqlite" ] || fail 'the state is gone'
 [ "$(stat -c %U "$state")" = lightmill ] || fail "the state is nobody's"
 ! getent passwd lightmill-worker >/dev/null || fail 'the user lightmill-worker is left'
@@ -188,7 +195,7 @@ files >/tmp/after
 diff /tmp/before /tmp/after || fail 'these files differ from before'
 
 echo '== once more, and the worker goes first: all of the coordinator stays'
-dpkg -i "$server" "$worker" "$client"
+dpkg -i "$server" "$worker" "$client" "$decoder"
 systemctl enable lightmill-server lightmill-worker lightmill-worker@a
 dpkg --purge lightmill-worker
 enabled lightmill-server.service
@@ -196,5 +203,5 @@ enabled lightmill-server.service
 lightmill-server --version
 
 echo '== then the rest, without state: nothing stays'
-dpkg --purge lightmill lightmill-server
+dpkg --purge lightmill lightmill-server lightmill-image-decoder
 same_as_before

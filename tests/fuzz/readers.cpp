@@ -9,7 +9,6 @@
 #include "common/image/film_picture.h"
 #include "common/image/png.h"
 #include "common/image/read/read_image.h"
-#include "common/image/read/read_size.h"
 #include "common/lights/ies_profile.h"
 #include "common/security/certificate.h"
 #include "common/security/openssl_handles.h"

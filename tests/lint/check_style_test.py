@@ -65,6 +65,9 @@ INSTANTIATE_TEST_SUITE_P(All, B, kPairs, name_of<const char*, int>);
             ("common/methods/f.cpp", "embree3/rtcore.h", "Embree"),
             ("client/cli/g.cpp", "ImfHeader.h", "an image library"),
             ("worker/rpc/h.cpp", "spng.h", "an image library"),
+            ("worker/render/i.cpp", "OpenImageIO/imageio.h", "OpenImageIO"),
+            ("common/image/j.cpp", "OpenImageIO/imageio.h", "OpenImageIO"),
+            ("worker/render/k.cpp", "seccomp.h", "seccomp"),
         ]:
             self.assert_finds(path, f"#include <{include}>\n", f"{path}:1: {include}: {what} is for")
 

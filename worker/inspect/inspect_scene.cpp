@@ -4,7 +4,6 @@
 
 #include "common/base/quantities.h"
 #include "common/base/text.h"
-#include "common/image/read/read_size.h"
 #include "common/methods/spec/method_spec.h"
 #include "common/planner/method_plan.h"
 #include "common/scene_io/load.h"
@@ -44,12 +43,13 @@ std::vector<std::string> cut_all(std::vector<std::string> texts) {
 }
 
 /// Looks into the headers of images: decoding is for those who render.
-Status check_images(const LoadedScene& loaded, const SceneLimits& limits, const InspectionHands& hands) {
+Status check_images(const LoadedScene& loaded, const SceneLimits& limits, DecoderProcess& images,
+                    const InspectionHands& hands) {
   for (const ImageAsset& image : loaded.images) {
     LM_RETURN_IF_ERROR(hands.go_on());
-    const Result<ImageSize> size = read_size(as_byte_view(loaded.assets.at(image.asset)), image.name);
+    const Result<ImageSize> size = images.size(as_byte_view(loaded.assets.at(image.asset)), image.name);
     if (!size.ok()) {
-      return invalid_argument("{}: {}", image.place, message_of(size.status()));
+      return with_context(size.status(), image.place);
     }
     if (size->pixels > static_cast<std::uint64_t>(limits.image_pixels)) {
       return resource_exhausted("{}: {}: {} pixels are more than the {} that --image-megapixels of its worker allows",
@@ -93,19 +93,20 @@ Result<LoadedScene> load(const InspectionRequest& request, const SceneLimits& li
   return load_scene(paths, options);
 }
 
-Result<Inspection> inspect(const InspectionRequest& request, const SceneLimits& limits, const InspectionHands& hands) {
+Result<Inspection> inspect(const InspectionRequest& request, const SceneLimits& limits, DecoderProcess& images,
+                           const InspectionHands& hands) {
   Result<LoadedScene> loaded = load(request, limits, hands);
   if (!loaded.ok()) {
     return as_senders(loaded.status());
   }
-  LM_RETURN_IF_ERROR(check_images(*loaded, limits, hands));
+  LM_RETURN_IF_ERROR(check_images(*loaded, limits, images, hands));
   const Result<SceneReport> report = report_on(*loaded);
   if (!report.ok()) {
     return as_senders(report.status());
   }
   LM_RETURN_IF_ERROR(hands.go_on());
   const auto assets = [&](const Sha256& digest) -> Result<std::string> { return loaded->assets.at(digest); };
-  LM_RETURN_IF_ERROR(check_memory(loaded->scene, assets, limits.bytes));
+  LM_RETURN_IF_ERROR(check_memory(loaded->scene, assets, images, limits.bytes));
   Inspection out;
   out.scene = pack_scene(loaded->scene);
   if (out.scene.size() > kMaxSceneBytes || loaded->assets.size() > kMaxAssets) {
@@ -134,9 +135,9 @@ Result<Inspection> inspect(const InspectionRequest& request, const SceneLimits& 
 
 }  // namespace
 
-Result<Inspection> inspect_scene(const InspectionRequest& request, const SceneLimits& limits,
+Result<Inspection> inspect_scene(const InspectionRequest& request, const SceneLimits& limits, DecoderProcess& images,
                                  const InspectionHands& hands) {
-  Result<Inspection> found = inspect(request, limits, hands);
+  Result<Inspection> found = inspect(request, limits, images, hands);
   return found.ok() ? std::move(found)
                     : Result<Inspection>(make_error(found.status().code(), "{}", cut(message_of(found.status()))));
 }

@@ -24,7 +24,7 @@ struct InspectionHands {
 
 /// Reads nothing but the files of the request. INVALID_ARGUMENT for what is wrong with them, RESOURCE_EXHAUSTED for
 /// what is beyond `limits`, else the errors of the hands.
-Result<Inspection> inspect_scene(const InspectionRequest& request, const SceneLimits& limits,
+Result<Inspection> inspect_scene(const InspectionRequest& request, const SceneLimits& limits, DecoderProcess& images,
                                  const InspectionHands& hands);
 
 }  // namespace lightmill

@@ -12,9 +12,11 @@ constexpr Duration kMostTime = std::chrono::seconds(60);
 
 }  // namespace
 
-Inspector::Inspector(AssetCache& assets, const SceneLimits& limits, Upload upload, Done done, const Clock& clock)
+Inspector::Inspector(AssetCache& assets, const SceneLimits& limits, const DecoderOptions& decoder, Upload upload,
+                     Done done, const Clock& clock)
     : assets_(assets),
       limits_(limits),
+      decoder_(decoder),
       upload_(std::move(upload)),
       done_(std::move(done)),
       clock_(clock),
@@ -87,8 +89,9 @@ Result<Inspection> Inspector::inspect(const InspectGrant& grant, const std::stop
                : make_error(StatusCode::kDeadlineExceeded, "reading the scene takes more than {:.0f} s",
                             to_seconds(kMostTime));
   };
-  Result<Inspection> found = inspect_scene(
-      *grant.request, limits_, {[this](const Sha256& digest) { return assets_.get(digest); }, go_on, upload_});
+  Result<Inspection> found =
+      inspect_scene(*grant.request, limits_, decoder_,
+                    {[this](const Sha256& digest) { return assets_.get(digest); }, go_on, upload_});
   spdlog::info("inspection {} of {} files: {} after {:.0f} ms", grant.inspection.value, grant.request->files.size(),
                found.ok() ? "done" : "failed", 1000 * to_seconds(clock_.now() - start));
   return found;

@@ -19,7 +19,7 @@ class Inspector {
  public:
   using Upload = InspectionHands::Upload;
   using Done = std::function<void(InspectReport)>;
-  Inspector(AssetCache& assets, const SceneLimits& limits, Upload upload, Done done,
+  Inspector(AssetCache& assets, const SceneLimits& limits, const DecoderOptions& decoder, Upload upload, Done done,
             const Clock& clock = system_clock());
   /// Ends after the step that is under way.
   ~Inspector();
@@ -34,6 +34,7 @@ class Inspector {
 
   AssetCache& assets_;
   const SceneLimits limits_;
+  DecoderProcess decoder_;  // the thread's own
   const Upload upload_;
   const Done done_;
   const Clock& clock_;

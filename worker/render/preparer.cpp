@@ -1,7 +1,6 @@
 #include "worker/render/preparer.h"
 
 #include "common/base/log.h"
-#include "common/image/read/read_image.h"
 #include "common/methods/spec/method_spec.h"
 #include "common/planner/pilot.h"
 #include "common/planner/tile_noise.h"
@@ -22,11 +21,12 @@ Sha256 scene_key(const RenderSettings& settings, const MethodSpec& method) {
 
 }  // namespace
 
-Preparer::Preparer(AssetCache& assets, SceneCacheLimits kept, const SceneLimits& limits, Done done,
-                   PilotDone pilot_done)
+Preparer::Preparer(AssetCache& assets, SceneCacheLimits kept, const SceneLimits& limits, const DecoderOptions& decoder,
+                   Done done, PilotDone pilot_done)
     : assets_(assets),
       limits_(limits),
       scenes_(kept),
+      decoder_(decoder),
       done_(std::move(done)),
       pilot_done_(std::move(pilot_done)),
       thread_([this] { work(); }) {}
@@ -162,9 +162,9 @@ Result<std::shared_ptr<const CompiledScene>> Preparer::compiled(const RenderSett
   }
   const auto assets = [this](const Sha256& digest) { return assets_.get(digest); };
   const auto images = [this](ByteView bytes, const std::string& name) {
-    return read_image_within(bytes, name, limits_.image_pixels);
+    return decoder_.decode(bytes, name, limits_.image_pixels);
   };
-  LM_RETURN_IF_ERROR(check_memory(document, assets, limits_.bytes));
+  LM_RETURN_IF_ERROR(check_memory(document, assets, decoder_, limits_.bytes));
   LM_ASSIGN_OR_RETURN(std::shared_ptr<const CompiledScene> scene,
                       CompiledScene::compile(document, assets, images,
                                              {.brute_force = method.brute_force,

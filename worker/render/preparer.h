@@ -33,7 +33,8 @@ class Preparer {
  public:
   using Done = std::function<void(std::shared_ptr<const JobDescription>, Result<PreparedJob>)>;
   using PilotDone = std::function<void(LeaseId, Result<PilotReport>)>;
-  Preparer(AssetCache& assets, SceneCacheLimits kept, const SceneLimits& limits, Done done, PilotDone pilot_done);
+  Preparer(AssetCache& assets, SceneCacheLimits kept, const SceneLimits& limits, const DecoderOptions& decoder,
+           Done done, PilotDone pilot_done);
   /// Ends after the scene, or the pilot's patch, that is under way; the rest is dropped.
   ~Preparer();
 
@@ -55,7 +56,8 @@ class Preparer {
 
   AssetCache& assets_;
   const SceneLimits limits_;
-  SceneCache scenes_;  // the thread's own
+  SceneCache scenes_;       // the thread's own
+  DecoderProcess decoder_;  // likewise
   const Done done_;
   const PilotDone pilot_done_;
   Mutex mutex_;

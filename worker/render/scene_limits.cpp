@@ -1,6 +1,5 @@
 #include "worker/render/scene_limits.h"
 
-#include "common/image/read/read_size.h"
 #include "common/scene/compiled/scene_memory.h"
 
 namespace lightmill {
@@ -12,8 +11,10 @@ double gib(std::uint64_t bytes) {
 
 }  // namespace
 
-Status check_memory(const Scene& scene, const CompiledScene::AssetSource& assets, std::uint64_t max_bytes) {
-  LM_ASSIGN_OR_RETURN(const SceneMemory memory, estimate_memory(scene, assets, read_size));
+Status check_memory(const Scene& scene, const CompiledScene::AssetSource& assets, DecoderProcess& images,
+                    std::uint64_t max_bytes) {
+  const auto sizes = [&](ByteView bytes, const std::string& name) { return images.size(bytes, name); };
+  LM_ASSIGN_OR_RETURN(const SceneMemory memory, estimate_memory(scene, assets, sizes));
   return memory.bytes <= max_bytes
              ? ok_status()
              : resource_exhausted(

@@ -4,6 +4,7 @@
 #include <cstdint>
 
 #include "common/base/status.h"
+#include "common/image/decoder/decoder_process.h"
 #include "common/image/texels.h"
 #include "common/scene/compiled/compiled_scene.h"
 
@@ -18,6 +19,7 @@ struct SceneLimits {
 };
 
 /// Before anything is decoded: a worker whose memory ends is killed, and takes with it what others had it render.
-Status check_memory(const Scene& scene, const CompiledScene::AssetSource& assets, std::uint64_t max_bytes);
+Status check_memory(const Scene& scene, const CompiledScene::AssetSource& assets, DecoderProcess& images,
+                    std::uint64_t max_bytes);
 
 }  // namespace lightmill

@@ -38,9 +38,10 @@ std::string text_of(const NodeKey& key) {
                      key.tile.value);
 }
 
-/// What is too large for this worker (Preparer) may suit another.
+/// What is too large for this worker (Preparer), or takes what it lacks, may suit another.
 Refused refused(const Status& status) {
-  return {message_of(status), status.code() == StatusCode::kResourceExhausted};
+  return {message_of(status),
+          status.code() == StatusCode::kResourceExhausted || status.code() == StatusCode::kFailedPrecondition};
 }
 
 }  // namespace
@@ -54,7 +55,7 @@ WorkerLoop::WorkerLoop(const WorkerOptions& options, const Clock& clock)
       link_(options.farm, link_handlers()),
       assets_([this](const Sha256& digest) { return link_.download(digest); }, options.asset_bytes),
       preparer_(
-          assets_, options.scenes, options.scene,
+          assets_, options.scenes, options.scene, options.decoder,
           [this](std::shared_ptr<const JobDescription> description, Result<PreparedJob> prepared) {
             post([this, description = std::move(description), prepared = std::move(prepared)](Time now) {
               job_prepared(*description, prepared, now);
@@ -64,7 +65,7 @@ WorkerLoop::WorkerLoop(const WorkerOptions& options, const Clock& clock)
             post([this, lease, report = std::move(report)](Time now) { pilot_done(lease, report, now); });
           }),
       inspector_(
-          assets_, options.scene,
+          assets_, options.scene, options.decoder,
           [this](const auto& assets, const auto& go_on) { return link_.upload_missing(assets, go_on); },
           [this](InspectReport report) {
             post([this, report = std::move(report)](Time) { session_.inspection_done(report, actions_); });

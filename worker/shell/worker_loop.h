@@ -22,6 +22,7 @@ struct WorkerOptions {
   SessionConfig session;
   SceneCacheLimits scenes;
   SceneLimits scene;
+  DecoderOptions decoder;
   std::uint64_t asset_bytes = std::uint64_t{1} << 30;  ///< of assets kept in memory
   RenderPool::Tamper tamper = {};                      ///< none, but in tests of what a farm does about liars
 };

@@ -221,7 +221,7 @@ ExitCode run_lab(Context& context, const Console& console, const LabOptions& opt
   std::vector<LabReference> references = references_there(*plan, *folder);
   Status status;
   if (needs_farm(*plan, *folder, references)) {
-    Result<Farm> farm = choose_farm(context.common, options.local, options.threads, context.signals, console);
+    Result<Farm> farm = choose_farm(context.common, options.local, {options.threads}, context.signals, console);
     if (!farm.ok()) {
       return console.fail(farm.status());
     }

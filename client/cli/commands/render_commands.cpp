@@ -116,7 +116,8 @@ ExitCode render(Context& context, const Console& console, RenderCommandOptions o
     console.notice("note: --layers are written into EXR files alone, and none is: " +
                    fmt::format("{}", fmt::join(outputs, ", ")));
   }
-  Result<Farm> farm = choose_farm(context.common, options.local, options.threads, context.signals, console);
+  Result<Farm> farm = choose_farm(context.common, options.local,
+                                  {options.threads, options.render.scene.unsandboxed_images}, context.signals, console);
   if (!farm.ok()) {
     return console.fail(farm.status());
   }

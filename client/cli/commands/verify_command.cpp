@@ -130,7 +130,8 @@ ExitCode verify(Context& context, const Console& console, const VerifyOptions& o
         "it (--allow-mixed), so that nobody can tell by rendering tiles again whether they are right",
         options.image));
   }
-  Result<Farm> farm = choose_farm(context.common, options.local, options.threads, context.signals, console);
+  Result<Farm> farm = choose_farm(context.common, options.local, {options.threads, options.scene.unsandboxed_images},
+                                  context.signals, console);
   if (!farm.ok()) {
     return console.fail(farm.status());
   }

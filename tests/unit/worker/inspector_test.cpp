@@ -77,7 +77,9 @@ class InspectorTest : public ::testing::Test {
   CondVar changed_;
   std::deque<InspectReport> reports_ LM_GUARDED_BY(mutex_);
   AssetCache assets_{[this](const Sha256& digest) { return fetch(digest); }, 1 << 20};
-  Inspector inspector_{assets_, SceneLimits{},
+  Inspector inspector_{assets_,
+                       SceneLimits{},
+                       DecoderOptions{},
                        [this](const auto&, const auto& go_on) {
                          clock_.pass(std::chrono::seconds(slow_upload_ ? 61 : 0));
                          return go_on();

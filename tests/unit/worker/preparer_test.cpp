@@ -7,7 +7,6 @@
 #include <chrono>
 #include <thread>
 
-#include "common/image/read/read_size.h"
 #include "common/scene/compiled/scene_memory.h"
 #include "common/scene/mesh.h"
 #include "common/wire/scene_proto.h"
@@ -36,7 +35,7 @@ class PreparerTest : public ::testing::Test {
   }
   std::unique_ptr<Preparer> make() {
     return std::make_unique<Preparer>(
-        assets_, SceneCacheLimits{}, SceneLimits{},
+        assets_, SceneCacheLimits{}, SceneLimits{}, DecoderOptions{},
         [this](std::shared_ptr<const JobDescription> description, Result<PreparedJob> prepared) {
           const MutexLock lock(mutex_);
           EXPECT_TRUE(prepared.ok()) << prepared.status();
@@ -124,7 +123,8 @@ TEST(SceneMemory, IsToldBeforeWithinAFactorAndNamesWhatIsLargest) {
   scene.objects.push_back({"ball", 0, SphereShape{}});
   scene.objects.push_back({"hills", 0, MeshShape{"hills.obj", sha256(bytes)}});
   const auto assets = [&](const Sha256&) -> Result<std::string> { return bytes; };
-  const Result<SceneMemory> told = estimate_memory(scene, assets, read_size);
+  const auto no_images = [](ByteView, const std::string&) { return Result<ImageSize>(ImageSize{}); };
+  const Result<SceneMemory> told = estimate_memory(scene, assets, no_images);
   ASSERT_TRUE(told.ok()) << told.status();
   EXPECT_EQ(told->triangles, 2u * kSide * kSide);
   EXPECT_EQ(told->largest, "objects[1] \"hills\"");
@@ -136,7 +136,7 @@ TEST(SceneMemory, IsToldBeforeWithinAFactorAndNamesWhatIsLargest) {
   // A header that promises more than the file has is not believed.
   const std::string lie = bytes.substr(0, 4) + std::string(4, '\0') + std::string(8, '\xff') + "short";
   const auto liar = [&](const Sha256&) -> Result<std::string> { return lie; };
-  EXPECT_LT(estimate_memory(scene, liar, read_size)->bytes, std::uint64_t{32} << 20);
+  EXPECT_LT(estimate_memory(scene, liar, no_images)->bytes, std::uint64_t{32} << 20);
 }
 
 TEST_F(PreparerTest, ASceneThatIsTooLargeIsRefusedByNameAndTheNextIsPrepared) {
@@ -144,7 +144,7 @@ TEST_F(PreparerTest, ASceneThatIsTooLargeIsRefusedByNameAndTheNextIsPrepared) {
     Status status;
     bool done = false;
     Preparer preparer(
-        assets_, SceneCacheLimits{}, limits,
+        assets_, SceneCacheLimits{}, limits, DecoderOptions{},
         [&](const std::shared_ptr<const JobDescription>&, const Result<PreparedJob>& prepared) {
           const MutexLock lock(mutex_);
           status = prepared.status();

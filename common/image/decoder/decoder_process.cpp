@@ -1,0 +1,261 @@
+#include "common/image/decoder/decoder_process.h"
+
+#include <fcntl.h>
+#include <poll.h>
+#include <spawn.h>
+#include <sys/mman.h>
+#include <sys/socket.h>
+#include <sys/stat.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <cerrno>
+#include <csignal>
+#include <cstring>
+
+#include "common/base/file.h"
+#include "common/base/library_text.h"
+#include "common/image/texel_checks.h"
+
+namespace lightmill {
+namespace {
+
+constexpr int kFirstOtherDescriptor = 3;
+constexpr std::chrono::milliseconds kGrace = std::chrono::seconds(30);  ///< for starting and ending, beside an image
+
+/// Closes it at the end.
+class Descriptor {
+ public:
+  explicit Descriptor(int number) : number_(number) {}
+  Descriptor(const Descriptor&) = delete;
+  Descriptor& operator=(const Descriptor&) = delete;
+  ~Descriptor() {
+    if (number_ >= 0) {
+      ::close(number_);
+    }
+  }
+  int number() const { return number_; }
+
+ private:
+  int number_;
+};
+
+Status write_all(int file, ByteView bytes) {
+  while (!bytes.empty()) {
+    const ssize_t written = ::write(file, bytes.data(), bytes.size());
+    if (written < 0 && errno == EINTR) {
+      continue;
+    }
+    if (written <= 0) {
+      return resource_exhausted("no memory for its {} bytes: {}", bytes.size(), std::strerror(errno));
+    }
+    bytes = bytes.subspan(static_cast<std::size_t>(written));
+  }
+  return ok_status();
+}
+
+/// Only what the loader and sanitizers take: a secret among the others is nothing for strangers' images.
+std::vector<char*> decoder_environment() {
+  static char bind_now[] = "LD_BIND_NOW=1";  // else each child would bind what it calls
+  std::vector<char*> variables{bind_now};
+  for (char** variable = environ; *variable != nullptr; ++variable) {
+    const std::string_view text(*variable);
+    if (text.starts_with("LD_LIBRARY_PATH=") || text.substr(0, text.find('=')).ends_with("SAN_OPTIONS")) {
+      variables.push_back(*variable);
+    }
+  }
+  variables.push_back(nullptr);
+  return variables;
+}
+
+std::string described(int status) {
+  return WIFSIGNALED(status) ? fmt::format("signal {}, {}", WTERMSIG(status), ::strsignal(WTERMSIG(status)))
+                             : fmt::format("exit code {}", WEXITSTATUS(status));
+}
+
+/// What the reply says went wrong.
+Status status_of(const DecodeReply& reply) {
+  const auto code = static_cast<StatusCode>(reply.code);
+  const std::string text = library_text({reply.text.data(), ::strnlen(reply.text.data(), reply.text.size())});
+  switch (code) {
+    case StatusCode::kOk:
+      return ok_status();
+    case StatusCode::kResourceExhausted:
+    case StatusCode::kFailedPrecondition:
+      return make_error(code, "{}", text);
+    default:
+      return invalid_argument("{}", text);
+  }
+}
+
+Status check_reply(const DecodeReply& reply) {
+  LM_RETURN_IF_ERROR(status_of(reply));
+  const bool sound = reply.width > 0 && reply.height > 0 && (reply.bytes_per_pixel == 4 || reply.bytes_per_pixel == 16);
+  return sound ? ok_status() : invalid_argument("the image is damaged: its decoder gives no sound answer");
+}
+
+std::uint64_t pixels_of(const DecodeReply& reply) {
+  return static_cast<std::uint64_t>(reply.width) * static_cast<std::uint64_t>(reply.height);
+}
+
+}  // namespace
+
+std::filesystem::path image_decoder_program() {
+  return own_folder() / "lightmill-image-decoder";
+}
+
+Status DecoderProcess::start() {
+  std::array<int, 2> ends{};
+  if (::socketpair(AF_UNIX, SOCK_SEQPACKET | SOCK_CLOEXEC, 0, ends.data()) != 0) {
+    return resource_exhausted("no socket for the image decoder: {}", std::strerror(errno));
+  }
+  const Descriptor childs(ends[1]);
+  posix_spawn_file_actions_t files;
+  ::posix_spawn_file_actions_init(&files);
+  ::posix_spawn_file_actions_adddup2(&files, ends[1], STDIN_FILENO);
+  ::posix_spawn_file_actions_addopen(&files, STDOUT_FILENO, "/dev/null", O_RDWR, 0);
+  ::posix_spawn_file_actions_addclosefrom_np(&files, kFirstOtherDescriptor);
+  posix_spawnattr_t attributes;
+  ::posix_spawnattr_init(&attributes);
+  sigset_t signals;
+  ::sigemptyset(&signals);
+  ::posix_spawnattr_setsigmask(&attributes, &signals);
+  ::sigfillset(&signals);
+  ::posix_spawnattr_setsigdefault(&attributes, &signals);
+  // A process group of its own: Ctrl-C in a terminal is for the program that asks.
+  ::posix_spawnattr_setflags(&attributes, POSIX_SPAWN_SETPGROUP | POSIX_SPAWN_SETSIGMASK | POSIX_SPAWN_SETSIGDEF);
+  std::string program = options_.program.string();
+  std::string flag = kUnsandboxedFlag;
+  const std::array<char*, 3> arguments{program.data(), options_.unsandboxed ? flag.data() : nullptr, nullptr};
+  const int error =
+      ::posix_spawn(&pid_, program.c_str(), &files, &attributes, arguments.data(), decoder_environment().data());
+  ::posix_spawnattr_destroy(&attributes);
+  ::posix_spawn_file_actions_destroy(&files);
+  if (error != 0) {
+    pid_ = 0;
+    ::close(ends[0]);
+    return failed_precondition("images cannot be decoded, {} cannot be started: {}; it belongs beside the program",
+                               program, std::strerror(error));
+  }
+  socket_ = ends[0];
+  return ok_status();
+}
+
+std::string DecoderProcess::stop() {
+  if (pid_ == 0) {
+    return "";
+  }
+  ::close(std::exchange(socket_, -1));
+  int status = 0;
+  if (::waitpid(pid_, &status, WNOHANG) == 0) {
+    ::kill(pid_, SIGKILL);
+    while (::waitpid(pid_, &status, 0) < 0 && errno == EINTR) {
+    }
+  }
+  pid_ = 0;
+  return described(status);
+}
+
+/// UNAVAILABLE if the process is gone.
+Result<DecodeReply> DecoderProcess::exchange(const DecodeRequest& request, int file, int room) {
+  iovec part{const_cast<DecodeRequest*>(&request), sizeof(request)};
+  alignas(cmsghdr) std::array<char, CMSG_SPACE(2 * sizeof(int))> control{};
+  msghdr message{};
+  message.msg_iov = &part;
+  message.msg_iovlen = 1;
+  message.msg_control = control.data();
+  message.msg_controllen = control.size();
+  cmsghdr* header = CMSG_FIRSTHDR(&message);
+  header->cmsg_level = SOL_SOCKET;
+  header->cmsg_type = SCM_RIGHTS;
+  header->cmsg_len = CMSG_LEN(2 * sizeof(int));
+  const std::array<int, 2> descriptors{file, room};
+  std::memcpy(CMSG_DATA(header), descriptors.data(), sizeof(descriptors));
+  if (::sendmsg(socket_, &message, MSG_NOSIGNAL) != static_cast<ssize_t>(sizeof(request))) {
+    return unavailable("{}", std::strerror(errno));
+  }
+  pollfd ready{socket_, POLLIN, 0};
+  const auto patience = static_cast<int>((options_.time_limit + kGrace).count());
+  int polled = 0;
+  while ((polled = ::poll(&ready, 1, patience)) < 0 && errno == EINTR) {
+  }
+  DecodeReply reply;
+  if (polled <= 0 || ::recv(socket_, &reply, sizeof(reply), 0) != static_cast<ssize_t>(sizeof(reply))) {
+    return unavailable("no answer");
+  }
+  return reply;
+}
+
+Result<DecodeReply> DecoderProcess::ask(ByteView bytes, std::int64_t max_pixels, int room) {
+  const Descriptor file(::memfd_create("image", MFD_CLOEXEC | MFD_ALLOW_SEALING));
+  if (file.number() < 0 || room < 0) {
+    return resource_exhausted("no file in memory for the image: {}", std::strerror(errno));
+  }
+  LM_RETURN_IF_ERROR(write_all(file.number(), bytes));
+  ::fcntl(file.number(), F_ADD_SEALS, F_SEAL_WRITE | F_SEAL_SHRINK | F_SEAL_GROW | F_SEAL_SEAL);
+  const DecodeRequest request{bytes.size(), max_pixels, options_.time_limit.count()};
+  std::string end;
+  for (int attempt = 0; attempt < 2; ++attempt) {  // it may have been killed while nobody asked
+    if (pid_ == 0) {
+      LM_RETURN_IF_ERROR(start());
+    }
+    Result<DecodeReply> reply = exchange(request, file.number(), room);
+    if (reply.ok()) {
+      LM_RETURN_IF_ERROR(check_reply(*reply));
+      return reply;
+    }
+    end = stop();
+    if (::ftruncate(room, 0) != 0) {
+      break;
+    }
+  }
+  return failed_precondition(
+      "it is not decoded: {} was started twice and ended ({}); start it by hand to see what it lacks",
+      options_.program.string(), end);
+}
+
+Result<Texels> DecoderProcess::take_pixels(const DecodeReply& reply, std::int64_t max_pixels, int room) {
+  LM_RETURN_IF_ERROR(check_pixels(reply.width, reply.height, max_pixels));
+  const std::uint64_t size = pixels_of(reply) * reply.bytes_per_pixel;
+  // Nobody writes any more, or the seal is refused.
+  struct stat facts {};
+  if (::fcntl(room, F_ADD_SEALS, F_SEAL_WRITE | F_SEAL_SHRINK | F_SEAL_GROW) != 0 || ::fstat(room, &facts) != 0 ||
+      static_cast<std::uint64_t>(facts.st_size) != size) {
+    return invalid_argument("the image is damaged: its decoder gives {} bytes for {}x{} pixels", facts.st_size,
+                            reply.width, reply.height);
+  }
+  void* const pixels = ::mmap(nullptr, size, PROT_READ, MAP_SHARED | MAP_POPULATE, room, 0);
+  if (pixels == MAP_FAILED) {
+    return resource_exhausted("no memory for {}x{} pixels: {}", reply.width, reply.height, std::strerror(errno));
+  }
+  Texels texels;
+  texels.width = reply.width;
+  texels.height = reply.height;
+  texels.encoded = reply.encoded != 0;
+  if (reply.bytes_per_pixel == 4) {
+    const auto* words = static_cast<const std::uint32_t*>(pixels);
+    texels.bytes.assign(words, words + pixels_of(reply));
+  } else {
+    const auto* floats = static_cast<const float*>(pixels);
+    texels.floats.assign(floats, floats + 4 * pixels_of(reply));
+  }
+  ::munmap(pixels, size);
+  LM_RETURN_IF_ERROR(check_finite(texels));
+  return texels;
+}
+
+Result<ImageSize> DecoderProcess::size(ByteView bytes, const std::string& name) {
+  const Descriptor room(::memfd_create("no pixels", MFD_CLOEXEC | MFD_ALLOW_SEALING));
+  const Result<DecodeReply> reply = ask(bytes, 0, room.number());
+  return reply.ok() ? Result<ImageSize>(ImageSize{pixels_of(*reply), reply->bytes_per_pixel})
+                    : with_context(reply.status(), name);
+}
+
+Result<Texels> DecoderProcess::decode(ByteView bytes, const std::string& name, std::int64_t max_pixels) {
+  const Descriptor room(::memfd_create("pixels", MFD_CLOEXEC | MFD_ALLOW_SEALING));
+  const Result<DecodeReply> reply = ask(bytes, max_pixels, room.number());
+  Result<Texels> texels = reply.ok() ? take_pixels(*reply, max_pixels, room.number()) : Result<Texels>(reply.status());
+  return texels.ok() ? std::move(texels) : Result<Texels>(with_context(texels.status(), name));
+}
+
+}  // namespace lightmill

@@ -1,0 +1,43 @@
+// What a program and its image decoder say to each other, over a socket that the decoder has as its standard input.
+//
+// A request is one message of the socket, with two descriptors: the file's bytes, and an empty file in memory for the
+// pixels. Each has one reply. Both programs are of one build, so values are sent as they lie in memory.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <string>
+
+#include "common/base/status.h"
+
+namespace lightmill {
+
+struct DecodeRequest {
+  std::uint64_t file_bytes = 0;
+  std::int64_t max_pixels = 0;  ///< more are refused; 0: only the header is read
+  std::int64_t time_ms = 0;     ///< real time that reading may take
+};
+
+/// As the decoder's child says, which may be in the hands of whoever made the image: nothing of it is believed.
+struct DecodeReply {
+  std::int32_t code = 0;  ///< a StatusCode
+  std::int32_t width = 0, height = 0;
+  std::uint32_t bytes_per_pixel = 0;
+  std::uint32_t encoded = 0;
+  std::array<char, 1000> text{};  ///< of an error, without the image's name
+};
+
+inline DecodeReply error_reply(const Status& status) {
+  DecodeReply reply;
+  reply.code = static_cast<std::int32_t>(status.code());
+  const std::string text = message_of(status);
+  text.copy(reply.text.data(), reply.text.size() - 1);
+  return reply;
+}
+
+/// The decoder decodes without a sandbox where the kernel refuses it.
+inline constexpr const char* kUnsandboxedFlag = "--unsandboxed";
+/// The option of programs that asks for it.
+inline constexpr const char* kUnsandboxedImages = "--unsandboxed-images";
+
+}  // namespace lightmill

@@ -1,0 +1,108 @@
+// lightmill-image-decoder: decodes images for the program that starts it, each in a sandboxed child.
+//
+// It loads the libraries once. For each request (common/image/decoder/decoder_protocol.h) it forks a child, which
+// reads one image, and ends. Nothing from an image reaches this process but the child's reply, which it passes on.
+#include <grp.h>
+#include <sys/resource.h>
+#include <sys/socket.h>
+#include <unistd.h>
+
+#include <OpenImageIO/imageio.h>
+
+#include <array>
+#include <cerrno>
+#include <cstring>
+#include <fstream>
+#include <iostream>
+#include <string_view>
+
+#include "decoder/decode.h"
+
+namespace lightmill {
+namespace {
+
+constexpr int kAsker = STDIN_FILENO;
+constexpr uid_t kNobody = 65'534;
+
+/// Once, for all children. The libraries' own threads would not be there after a fork.
+void prepare_readers() {
+  OIIO::attribute("threads", 1);
+  OIIO::attribute("exr_threads", -1);
+  OIIO::attribute("try_all_readers", 0);
+  OIIO::get_string_attribute("format_list");  // makes the table of readers
+}
+
+/// Where memory is short, the kernel ends this process and its children before the program that asks.
+void be_first_to_go() {
+  std::ofstream("/proc/self/oom_score_adj") << "1000";
+}
+
+/// Root's rights are given up for nobody's. A root without the right to do so has few others to lose.
+void become_nobody() {
+  if (::geteuid() == 0 && ::setgroups(0, nullptr) == 0 && ::setresgid(kNobody, kNobody, kNobody) == 0) {
+    [[maybe_unused]] const int refused = ::setresuid(kNobody, kNobody, kNobody);
+  }
+}
+
+/// False once the asker is gone. A message without two descriptors is of no program of ours.
+bool receive(DecodeRequest& request, std::array<int, 2>& descriptors) {
+  iovec part{&request, sizeof(request)};
+  alignas(cmsghdr) std::array<char, CMSG_SPACE(sizeof(descriptors))> control{};
+  msghdr message{};
+  message.msg_iov = &part;
+  message.msg_iovlen = 1;
+  message.msg_control = control.data();
+  message.msg_controllen = control.size();
+  ssize_t size = 0;
+  while ((size = ::recvmsg(kAsker, &message, MSG_CMSG_CLOEXEC)) < 0 && errno == EINTR) {
+  }
+  const cmsghdr* header = CMSG_FIRSTHDR(&message);
+  if (size != static_cast<ssize_t>(sizeof(request)) || header == nullptr || header->cmsg_type != SCM_RIGHTS ||
+      header->cmsg_len != CMSG_LEN(sizeof(descriptors))) {
+    return false;
+  }
+  std::memcpy(descriptors.data(), CMSG_DATA(header), sizeof(descriptors));
+  return true;
+}
+
+int serve(bool unsandboxed) {
+  const Result<SystemCallFilter> filter = SystemCallFilter::make();
+  if (!filter.ok()) {
+    std::cerr << "lightmill-image-decoder: " << message_of(filter.status()) << "\n";
+    return 1;
+  }
+  const Confinement confinement{*filter, unsandboxed, kAsker};
+  DecodeRequest request;
+  std::array<int, 2> descriptors{};
+  while (receive(request, descriptors)) {
+    const auto [file, room] = descriptors;
+    const DecodeReply reply = run_confined(confinement, limits_for(request), file, room,
+                                           [&] { return decode(request, kFileDescriptor, kRoomDescriptor); });
+    ::close(file);
+    ::close(room);
+    if (::send(kAsker, &reply, sizeof(reply), MSG_NOSIGNAL) != static_cast<ssize_t>(sizeof(reply))) {
+      return 1;
+    }
+  }
+  return 0;
+}
+
+int run(int argc, char** argv) {
+  int type = 0;
+  socklen_t size = sizeof(type);
+  if (::getsockopt(kAsker, SOL_SOCKET, SO_TYPE, &type, &size) != 0 || type != SOCK_SEQPACKET) {
+    std::cerr << "lightmill-image-decoder: it is started by lightmill and lightmill-worker, for images of scenes\n";
+    return 2;
+  }
+  prepare_readers();
+  be_first_to_go();
+  become_nobody();
+  return serve(argc > 1 && std::string_view(argv[1]) == kUnsandboxedFlag);
+}
+
+}  // namespace
+}  // namespace lightmill
+
+int main(int argc, char** argv) {
+  return lightmill::run(argc, argv);
+}
