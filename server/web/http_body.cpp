@@ -9,7 +9,32 @@
 
 namespace lightmill {
 
+namespace http = boost::beast::http;
 using boost::system::error_code;
+
+Status check_framing(const RequestHead& request) {
+  if (request.count(http::field::host) > 1 || (request.version() >= 11 && request.count(http::field::host) == 0)) {
+    return invalid_argument("Host: a request has exactly one, this one has {}", request.count(http::field::host));
+  }
+  if (request.count(http::field::content_length) > 1) {
+    return invalid_argument("Content-Length: a request has at most one, this one has {}",
+                            request.count(http::field::content_length));
+  }
+  const auto coding = request.find(http::field::transfer_encoding);
+  if (coding != request.end() &&
+      (request.version() < 11 || request.count(http::field::transfer_encoding) > 1 ||
+       request.count(http::field::content_length) > 0 || !boost::beast::iequals(coding->value(), "chunked"))) {
+    return invalid_argument(
+        "Transfer-Encoding: only one that says 'chunked' is taken, of HTTP/1.1, without Content-Length");
+  }
+  return ok_status();
+}
+
+bool is_malformed(error_code error) {
+  return error && error.category() == http::make_error_code(http::error::bad_method).category() &&
+         error != http::error::end_of_stream && error != http::error::partial_message &&
+         error != http::error::need_more && error != http::error::need_buffer;
+}
 
 void invite_body(WebStream& stream, const RequestHead& request, std::function<void()> then) {
   if (!boost::beast::iequals(request[boost::beast::http::field::expect], "100-continue")) {

@@ -9,6 +9,7 @@
 #include <chrono>
 #include <functional>
 
+#include "common/base/status.h"
 #include "server/web/web_stream.h"
 
 namespace lightmill {
@@ -26,6 +27,13 @@ inline constexpr std::uint64_t kLeastBytesPerSecondSent = std::uint64_t{128} << 
 inline std::chrono::seconds time_to_send(std::uint64_t bytes) {
   return kRequestPatience + std::chrono::seconds(bytes / kLeastBytesPerSecondSent);
 }
+
+/// INVALID_ARGUMENT for a head of which a proxy before this server might see another host, or another end of the body
+/// (RFC 9112: 3.2, 6.1, 6.3). Beast has refused Content-Length beside chunks, and lengths that differ.
+Status check_framing(const RequestHead& request);
+
+/// Whether what came is no HTTP, and not just too long or not all.
+bool is_malformed(boost::system::error_code error);
 
 /// Who asks first whether it may send its body is told so; then goes on, unless the connection has ended.
 void invite_body(WebStream& stream, const RequestHead& request, std::function<void()> then);

@@ -43,6 +43,8 @@ constexpr std::string_view kLive = "/api/v1/live";
 constexpr std::string_view kContentPolicy =
     "default-src 'none'; script-src 'self'; style-src 'self'; img-src 'self' blob:; connect-src 'self'; "
     "base-uri 'none'; form-action 'none'; frame-ancestors 'none'";
+/// A year in which browsers ask this host by https:// alone.
+constexpr std::string_view kAlwaysEncrypted = "max-age=31536000";
 
 std::string_view as_std(beast::string_view text) {
   return {text.data(), text.size()};
@@ -128,6 +130,10 @@ class HttpSession final : public std::enable_shared_from_this<HttpSession> {
       self->request_ = self->head_->get();
       if (error == http::error::header_limit) {
         self->refuse_rest(too_long(http::status::request_header_fields_too_large, "header", kMostHeaderBytes));
+      } else if (is_malformed(error)) {
+        self->refuse_malformed(error);
+      } else if (const Status status = error ? ok_status() : check_framing(self->request_); !status.ok()) {
+        self->refuse_rest(error_reply(status));
       } else if (!error) {
         self->take_head();
       }
@@ -205,6 +211,8 @@ class HttpSession final : public std::enable_shared_from_this<HttpSession> {
     parse_more(stream_, buffer_, *body_parser_, [self = shared_from_this(), most_bytes](error_code error) {
       if (error == http::error::body_limit) {
         self->refuse_rest(too_long(http::status::payload_too_large, "body", most_bytes));
+      } else if (is_malformed(error)) {
+        self->refuse_malformed(error);
       } else if (!error) {
         self->read_more(most_bytes);
       }
@@ -213,6 +221,9 @@ class HttpSession final : public std::enable_shared_from_this<HttpSession> {
   static ApiReply too_long(http::status status, std::string_view what, std::uint64_t most_bytes) {
     return {static_cast<unsigned>(status), "text/plain; charset=utf-8",
             fmt::format("the {} has more than {} bytes\n", what, most_bytes)};
+  }
+  void refuse_malformed(error_code error) {
+    refuse_rest(error_reply(invalid_argument("the request is not HTTP/1.1: {}", error.message())));
   }
   /// What follows on the connection is not understood any more.
   void refuse_rest(const ApiReply& reply) {
@@ -351,6 +362,9 @@ class HttpSession final : public std::enable_shared_from_this<HttpSession> {
     Response response(status, request_.version());
     response.keep_alive(request_.keep_alive());
     response.set("Content-Security-Policy", as_beast(kContentPolicy));
+    if (stream_.encrypted()) {
+      response.set("Strict-Transport-Security", as_beast(kAlwaysEncrypted));
+    }
     response.set("X-Content-Type-Options", "nosniff");
     response.set("X-Frame-Options", "DENY");
     response.set("Referrer-Policy", "no-referrer");

@@ -486,10 +486,18 @@ TEST(WebAccess, WhoIsNotEncryptedIsPointedToHttpsAndGetsNothingElse) {
     const Response response = ask(verb, "/api/v1/jobs?page_size=2");
     EXPECT_EQ(response.result_int(), 307u);
     EXPECT_EQ(response[http::field::location], "https://" + web.host() + "/api/v1/jobs?page_size=2");
+    EXPECT_EQ(response.count("Strict-Transport-Security"), 0u) << "whoever is on the way could have written it";
     EXPECT_NE(response.body().find("https://"), std::string::npos);
     EXPECT_EQ(response.body().find("jobs"), std::string::npos);
   }
   EXPECT_EQ(web.get("/api/v1/jobs", bearer(token)).result_int(), 200u) << "others go on";
+}
+
+TEST(WebAccess, EncryptedAnswersTellBrowsersToStayEncrypted) {
+  SecureWeb web;
+  for (const char* const path : {"/", "/none", "/api/v1/farm", "/api/v1/jobs"}) {
+    EXPECT_EQ(web.get(path)["Strict-Transport-Security"], "max-age=31536000") << path;
+  }
 }
 
 TEST(WebAccess, ARenewedCertificateComesIntoUseWithoutARestart) {

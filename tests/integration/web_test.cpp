@@ -1,6 +1,7 @@
 // The coordinator's page and JSON API over real sockets: what is served, what is refused, and what its bounds are.
 #include <gtest/gtest.h>
 #include <boost/asio/ip/tcp.hpp>
+#include <boost/asio/read.hpp>
 #include <boost/beast/core.hpp>
 #include <boost/beast/http.hpp>
 #include <boost/beast/websocket.hpp>
@@ -341,6 +342,50 @@ TEST(Web, RequestsAreBounded) {
   babbler.read();
   EXPECT_EQ(babbler.close_code(), websocket::close_code::policy_error);
   EXPECT_EQ(web.get("/").result_int(), 200u);
+}
+
+/// All that comes back until the connection ends.
+std::string answers_to(WebFarm& web, const std::string& bytes) {
+  tcp::socket socket = web.connect();
+  beast::error_code error;
+  asio::write(socket, asio::buffer(bytes), error);
+  socket.shutdown(tcp::socket::shutdown_send, error);  // nothing more is waited for
+  std::string answers;
+  asio::read(socket, asio::dynamic_buffer(answers), error);
+  return answers;
+}
+
+TEST(Web, RequestsThatAProxyMayUnderstandOtherwiseAreRefused) {
+  WebFarm web;
+  const std::string post = "POST /api/v1/jobs/1/cancel HTTP/1.1\r\nContent-Type: application/json\r\n";
+  const std::string host = "Host: 127.0.0.1\r\n", chunked = "Transfer-Encoding: chunked\r\n";
+  const std::string chunks = "2\r\n{}\r\n0\r\n\r\n", next = "GET /next HTTP/1.1\r\nHost: 127.0.0.1\r\n\r\n";
+  for (const std::string& head : {
+           "GET / HTTP/1.1\r\n" + host + host,
+           "GET / HTTP/1.1\r\n" + host + "Host: evil.example\r\n",
+           std::string("GET / HTTP/1.1\r\n"),
+           "GET / HTTP/1.1\r\n" + std::string("Host : 127.0.0.1\r\n"),
+           post + host + "Content-Length: 2\r\nContent-Length: 40\r\n",
+           post + host + "Content-Length: 2\r\nContent-Length: 2\r\n",
+           post + host + "Content-Length: 2, 40\r\n",
+           post + host + "Content-Length: +2\r\n",
+           post + host + "Content-Length: 2\r\n" + chunked,
+           post + host + chunked + "Content-Length: 2\r\n",
+           post + host + chunked + chunked,
+           post + host + "Transfer-Encoding: gzip, chunked\r\n",
+           post + host + "Transfer-Encoding: chunked, identity\r\n",
+           post + host + "Transfer-Encoding: xchunked\r\n",
+           "POST /api/v1/jobs/1/cancel HTTP/1.0\r\nContent-Type: application/json\r\n" + host + chunked,
+       }) {
+    const std::string answers = answers_to(web, head + "\r\n" + chunks + next);
+    EXPECT_EQ(answers.find("HTTP/1."), 0u) << head;
+    EXPECT_EQ(answers.substr(8, 5), " 400 ") << head << answers;
+    EXPECT_EQ(answers.find("\nHTTP/1."), std::string::npos) << "what follows is not answered: " << head << answers;
+  }
+  const std::string once = answers_to(
+      web, post + host + chunked + "\r\n" + chunks + "GET / HTTP/1.1\r\n" + host + "Connection: close\r\n\r\n");
+  EXPECT_EQ(once.find("HTTP/1.1 404"), 0u) << "chunks alone are fine, and there is no such job";
+  EXPECT_NE(once.find("HTTP/1.1 200"), std::string::npos) << once;
 }
 
 TEST(Web, GarbageDoesNoHarm) {
