@@ -8,6 +8,7 @@
 #include "common/base/log.h"
 #include "common/base/mutex.h"
 #include "common/base/signals.h"
+#include "server/access/connection_book.h"
 #include "server/api/api_server.h"
 #include "server/api/health.h"
 #include "server/server_options.h"
@@ -150,11 +151,11 @@ fs::path program_folder() {
 }
 
 /// Null if none is asked for.
-Result<std::unique_ptr<HealthPort>> open_health_port(const ServerOptions& options) {
+Result<std::unique_ptr<HealthPort>> open_health_port(const ServerOptions& options, std::size_t connections) {
   if (options.health.empty()) {
     return std::unique_ptr<HealthPort>();
   }
-  LM_ASSIGN_OR_RETURN(std::unique_ptr<HealthPort> health, HealthPort::open(options.health));
+  LM_ASSIGN_OR_RETURN(std::unique_ptr<HealthPort> health, HealthPort::open(options.health, connections));
   if (!options.health_port_file.empty()) {
     LM_RETURN_IF_ERROR(
         write_file_atomically(options.health_port_file, as_byte_view(fmt::format("{}\n", health->port()))));
@@ -163,19 +164,21 @@ Result<std::unique_ptr<HealthPort>> open_health_port(const ServerOptions& option
 }
 
 Status serve(const ServerOptions& options, StopRequest& stop) {
-  LM_ASSIGN_OR_RETURN(const std::unique_ptr<HealthPort> health, open_health_port(options));
+  const std::uint64_t files = raise_file_limit();
+  const DescriptorPlan plan = plan_descriptors(files);
+  LM_ASSIGN_OR_RETURN(const std::unique_ptr<HealthPort> health, open_health_port(options, plan.health));
   Result<State> state = open_state(options, stop);
   if (!state.ok()) {
     return state.status().code() == StatusCode::kCancelled ? ok_status() : with_advice(state.status());
   }
   // As Debian builds them, the locks that gRPC uses look for deadlocks: too dear with thousands of connections.
   absl::SetMutexDeadlockDetectionMode(absl::OnDeadlockCycle::kIgnore);
-  // Beside workers: pages, watchers, and what a database and assets take.
-  if (const std::uint64_t files = raise_file_limit(); files < options.max_workers + 1000) {
+  if (plan.calls < options.max_workers) {
     spdlog::warn(
-        "this process may have {} open files, and each connection is one: some of {} workers (--max-workers) may "
-        "not get in; raise its hard limit (ulimit -Hn, LimitNOFILE=)",
-        files, options.max_workers);
+        "this process may have {} open files, so {} gRPC connections: some of {} workers (--max-workers) may not get "
+        "in; "
+        "raise its hard limit (ulimit -Hn, LimitNOFILE=)",
+        files, plan.calls, options.max_workers);
   }
   ApiOptions api;
   api.listen = options.listen;
@@ -183,7 +186,12 @@ Status serve(const ServerOptions& options, StopRequest& stop) {
   api.gate.asks = options.tls.given() || options.authenticate;
   api.gate.takes_certificates = !options.tls.authority.empty();
   api.gate.takes_tokens = !options.insecure;
+  api.connections = plan.calls;
   api.gate.calls = options.calls;
+  // Each may hold a file open, and no caller takes all places.
+  api.gate.calls.streams = std::min(options.calls.streams, static_cast<std::uint32_t>(plan.assets));
+  api.gate.calls.streams_per_caller =
+      std::min(options.calls.streams_per_caller, std::max(api.gate.calls.streams / 2, 1u));
   api.wire_bytes = bytes_of_gib(options.wire_gib);
   if (options.insecure) {
     api.notices.push_back("this farm runs with --insecure: whoever reaches it can use and stop its jobs");
@@ -192,8 +200,8 @@ Status serve(const ServerOptions& options, StopRequest& stop) {
   api.log = {options.log_entries, options.log_days};
   if (!options.http.empty()) {
     const fs::path pages = options.pages.empty() ? program_folder() / "lightmill-web" : fs::path(options.pages);
-    api.web = WebOptions{options.http,       pages,           LIGHTMILL_VERSION, api.notices, options.tls,
-                         options.http_names, options.insecure};
+    api.web = WebOptions{options.http,     pages,    LIGHTMILL_VERSION, api.notices, options.tls, options.http_names,
+                         options.insecure, plan.page};
   }
   if (health != nullptr) {
     api.on_ready = [&health](bool ready) { health->set_ready(ready); };

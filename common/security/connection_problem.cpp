@@ -11,6 +11,7 @@
 
 #include <array>
 #include <cerrno>
+#include <cstring>
 
 #include "common/base/address.h"
 #include "common/security/caller.h"
@@ -21,6 +22,20 @@ namespace {
 
 constexpr int kConnectPatienceMs = 2'000;
 constexpr timeval kPatience{2, 0};
+
+/// Waits for a socket that is connecting, and gives what follows our patience; 0, or the errno.
+int wait_until_connected(int socket) {
+  pollfd ready{socket, POLLOUT, 0};
+  int error = 0;
+  socklen_t size = sizeof error;
+  if (::poll(&ready, 1, kConnectPatienceMs) != 1 || ::getsockopt(socket, SOL_SOCKET, SO_ERROR, &error, &size) != 0) {
+    return ETIMEDOUT;
+  }
+  (void)::fcntl(socket, F_SETFL, ::fcntl(socket, F_GETFL) & ~O_NONBLOCK);
+  (void)::setsockopt(socket, SOL_SOCKET, SO_RCVTIMEO, &kPatience, sizeof kPatience);
+  (void)::setsockopt(socket, SOL_SOCKET, SO_SNDTIMEO, &kPatience, sizeof kPatience);
+  return error;
+}
 
 /// A connected socket; -1 if nothing listens.
 class Socket {
@@ -48,21 +63,10 @@ class Socket {
     if (fd_ < 0) {
       return;
     }
-    int error = ::connect(fd_, address.ai_addr, address.ai_addrlen) == 0 ? 0 : errno;
-    if (error == EINPROGRESS) {
-      pollfd ready{fd_, POLLOUT, 0};
-      socklen_t size = sizeof error;
-      if (::poll(&ready, 1, kConnectPatienceMs) != 1 || ::getsockopt(fd_, SOL_SOCKET, SO_ERROR, &error, &size) != 0) {
-        error = ETIMEDOUT;
-      }
-    }
-    if (error != 0) {
+    const int error = ::connect(fd_, address.ai_addr, address.ai_addrlen) == 0 ? 0 : errno;
+    if ((error != 0 && error != EINPROGRESS) || wait_until_connected(fd_) != 0) {
       close();
-      return;
     }
-    (void)::fcntl(fd_, F_SETFL, ::fcntl(fd_, F_GETFL) & ~O_NONBLOCK);
-    (void)::setsockopt(fd_, SOL_SOCKET, SO_RCVTIMEO, &kPatience, sizeof kPatience);
-    (void)::setsockopt(fd_, SOL_SOCKET, SO_SNDTIMEO, &kPatience, sizeof kPatience);
   }
   void close() {
     if (fd_ >= 0) {
@@ -161,7 +165,33 @@ void expect_host(SSL* connection, const std::string& host) {
   }
 }
 
+/// The preface and empty settings, which everybody begins HTTP/2 with (RFC 9113, 3.4).
+constexpr std::string_view kHttp2Begins("PRI * HTTP/2.0\r\n\r\nSM\r\n\r\n\0\0\0\4\0\0\0\0\0", 33);
+
 }  // namespace
+
+Status check_answers(int socket, bool encrypted) {
+  if (const int error = wait_until_connected(socket); error != 0) {
+    return unavailable("no connection: {}", std::strerror(error));
+  }
+  char first = 0;
+  if (!encrypted) {
+    const bool answers = ::send(socket, kHttp2Begins.data(), kHttp2Begins.size(), MSG_NOSIGNAL) ==
+                             static_cast<ssize_t>(kHttp2Begins.size()) &&
+                         ::recv(socket, &first, 1, 0) == 1;
+    return answers ? ok_status() : unavailable("no HTTP/2 on the connection");
+  }
+  const openssl::Context context = context_of({});
+  const openssl::Connection connection(context == nullptr ? nullptr : SSL_new(context.get()));
+  if (connection == nullptr || SSL_set_fd(connection.get(), socket) != 1) {
+    return internal_error("no TLS connection can be made");
+  }
+  ERR_clear_error();
+  const bool answers = SSL_connect(connection.get()) == 1 &&
+                       SSL_write(connection.get(), kHttp2Begins.data(), static_cast<int>(kHttp2Begins.size())) > 0 &&
+                       SSL_read(connection.get(), &first, 1) == 1;
+  return answers ? ok_status() : unavailable("no HTTP/2 over TLS on the connection");
+}
 
 std::optional<std::string> connection_problem(const std::string& address, const TlsTexts& texts) {
   const Result<HostPort> to = parse_host_port(address);

@@ -16,10 +16,11 @@
 #include "server/api/access_service.h"
 #include "server/api/grpc_gate.h"
 #include "server/api/health.h"
-#include "server/api/listen_problem.h"
+#include "server/api/listener.h"
 #include "server/api/records.h"
 #include "server/api/render_service.h"
 #include "server/api/scaler_service.h"
+#include "server/api/self_check.h"
 #include "server/api/worker_streams.h"
 #include "server/store/check_rows.h"
 
@@ -114,8 +115,9 @@ struct ApiServer::Parts {
   std::unique_ptr<RenderServiceImpl> renders;
   std::unique_ptr<FarmLoop> loop;
   std::unique_ptr<grpc::Server> server;
+  std::unique_ptr<Listener> listener;
+  std::unique_ptr<SelfCheck> self_check;
   std::unique_ptr<WebServer> web;
-  int port = 0;
 };
 
 Result<std::unique_ptr<ApiServer>> ApiServer::start(std::unique_ptr<Store> store, std::unique_ptr<AssetStore> assets,
@@ -128,6 +130,7 @@ Result<std::unique_ptr<ApiServer>> ApiServer::start(std::unique_ptr<Store> store
     LM_RETURN_IF_ERROR(store->commit(repairs));
   }
   auto parts = std::make_unique<Parts>(options, state);
+  LM_ASSIGN_OR_RETURN(parts->listener, Listener::open(options.listen, "--listen", options.connections));
   forget_others(*assets, assets_of(state));
   spdlog::info("epoch {}, {} jobs in the store", state.epoch, state.jobs.size());
   parts->store = std::move(store);
@@ -157,7 +160,7 @@ Result<std::unique_ptr<ApiServer>> ApiServer::start(std::unique_ptr<Store> store
   if (parts->gate.asks()) {
     leave_out_reflection(builder);
   }
-  builder.AddListeningPort(options.listen, server_credentials(options.tls), &parts->port);
+  Listener::Take take = serve_sockets(builder, server_credentials(options.tls));
   builder.RegisterService(&parts->workers);
   builder.RegisterService(parts->renders.get());
   builder.RegisterService(&parts->access);
@@ -169,13 +172,16 @@ Result<std::unique_ptr<ApiServer>> ApiServer::start(std::unique_ptr<Store> store
   builder.SetSyncServerOption(grpc::ServerBuilder::NUM_CQS, 1);
   builder.SetSyncServerOption(grpc::ServerBuilder::MIN_POLLERS, 1);
   builder.SetSyncServerOption(grpc::ServerBuilder::MAX_POLLERS, 1);
-  builder.AddChannelArgument(GRPC_ARG_ALLOW_REUSEPORT, 0);
   set_keepalive(builder);
+  parts->gate.set_on_met([listener = parts->listener.get()](const std::string& peer, const Identity& caller) {
+    return listener->meet(peer, caller);
+  });
   parts->server = builder.BuildAndStart();
-  if (parts->server == nullptr || parts->port == 0) {
+  if (parts->server == nullptr) {
     (void)parts->loop->stop();
-    return unavailable("cannot listen on {}: {}", options.listen, listen_problem(options.listen, "--listen"));
+    return internal_error("gRPC does not start; its log says why (--log-level debug)");
   }
+  parts->listener->start(std::move(take));
   parts->loop->post_always([start](FarmLoop::Turn& turn) {
     record_own(turn, turn.actions.somebody_is_at_work() ? kTakeOver : kStart, start);
   });
@@ -184,6 +190,9 @@ Result<std::unique_ptr<ApiServer>> ApiServer::start(std::unique_ptr<Store> store
     LM_RETURN_IF_ERROR(running->serve_web(*options.web));
   }
   running->parts_->readiness.start(running->parts_->server->GetHealthCheckService());
+  running->parts_->self_check = std::make_unique<SelfCheck>(
+      *running->parts_->listener, options.tls.given(), clock,
+      [&readiness](bool hears) { readiness.set_hearing(hears); }, options.on_fatal);
   return running;
 }
 
@@ -203,7 +212,7 @@ ApiServer::~ApiServer() {
 }
 
 int ApiServer::port() const {
-  return parts_->port;
+  return parts_->listener->port();
 }
 
 void ApiServer::forget_unused_assets() {
@@ -224,12 +233,14 @@ int ApiServer::web_port() const {
 }
 
 Status ApiServer::stop() {
+  parts_->self_check.reset();
   parts_->web.reset();
   parts_->readiness.stop();
   parts_->loop->stop_retrying();
   parts_->renders->stop();
   parts_->scaler.stop();
   parts_->workers.stop();
+  parts_->listener->stop();
   parts_->server->Shutdown(std::chrono::system_clock::now() + kStopPatience);
   parts_->server.reset();
   parts_->loop->post_always(

@@ -19,6 +19,7 @@ namespace lightmill {
 
 struct ApiOptions {
   std::string listen = "127.0.0.1:7350";  ///< host:port; port 0 takes a free one
+  std::size_t connections = 1'000;        ///< at most
   /// With a certificate, connections are encrypted, and callers have to show who they are: by certificates of
   /// `authority`, if that is given, or by tokens.
   TlsFiles tls;
@@ -28,7 +29,7 @@ struct ApiOptions {
   ActionLogLimits log;
   std::uint64_t wire_bytes = std::uint64_t{4} << 30;  ///< of what is on its way, of all connections
   std::optional<WebOptions> web;                      ///< also over HTTP
-  /// The store cannot be used any more. From another thread; the server should be stopped.
+  /// The store cannot be used any more, or the port does not answer. From another thread; the server should be stopped.
   std::function<void(const Status&)> on_fatal = [](const Status&) {};
   /// Whether it takes jobs, which it does not while its state cannot be stored. From other threads.
   std::function<void(bool)> on_ready = [](bool) {};

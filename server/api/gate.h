@@ -33,11 +33,18 @@ class Gate {
     on_refused_ = std::move(on_refused);
   }
 
+  /// Is told whose a connection of gRPC is; before the server starts.
+  void set_on_met(std::function<Status(const std::string& peer, const Identity&)> on_met) {
+    on_met_ = std::move(on_met);
+  }
+
   /// UNAUTHENTICATED.
   Result<Identity> identify(const Shown& shown) const;
   /// Every handler's first step, with what identify has said; `about` is what the call names, for the log.
   /// UNAUTHENTICATED, PERMISSION_DENIED, RESOURCE_EXHAUSTED.
   Result<Call> admit(const Result<Identity>& caller, const std::string& peer, Rpc rpc, const About& about = {}) const;
+  /// As ConnectionBook::meet, of a connection of gRPC. RESOURCE_EXHAUSTED.
+  Status meet(const std::string& peer, const Identity& caller) const { return on_met_(peer, caller); }
   /// Counts one request of the caller. RESOURCE_EXHAUSTED.
   Status take_request(const Identity& caller, const std::string& peer) const;
   /// Of one that was admitted, while its stream lasts.
@@ -65,6 +72,7 @@ class Gate {
   TokenBook book_ LM_GUARDED_BY(mutex_);
   mutable CallLimits limits_ LM_GUARDED_BY(mutex_);
   mutable RefusalBook refusals_ LM_GUARDED_BY(mutex_);
+  std::function<Status(const std::string&, const Identity&)> on_met_ = [](const auto&...) { return ok_status(); };
   std::function<void(const Call&, const About&, const Status&)> on_refused_ = [](const auto&...) {};
 };
 

@@ -13,6 +13,8 @@ namespace lightmill {
 namespace {
 
 constexpr unsigned kReloadSeconds = 2;
+/// Of the encryption and HTTP/2 together, until when nobody knows who calls.
+constexpr int kHandshakePatienceMs = 5'000;
 constexpr const char* kHeader = "authorization";
 
 Shown shown_by(const grpc::ServerContextBase& context) {
@@ -45,7 +47,26 @@ class NoReflection final : public grpc::ServerBuilderOption {
 
 Result<Call> admit(const Gate& gate, const grpc::ServerContextBase& context, Rpc rpc, const About& about) {
   const Shown shown = shown_by(context);
-  return gate.admit(gate.identify(shown), shown.peer, rpc, about);
+  Result<Identity> caller = gate.identify(shown);
+  if (caller.ok()) {
+    if (const Status met = gate.meet(shown.peer, *caller); !met.ok()) {
+      caller = met;
+    }
+  }
+  return gate.admit(caller, shown.peer, rpc, about);
+}
+
+Listener::Take serve_sockets(grpc::ServerBuilder& builder,
+                             const std::shared_ptr<grpc::ServerCredentials>& credentials) {
+  using Builder = grpc::ServerBuilder::experimental_type;
+  const std::shared_ptr<grpc::experimental::ExternalConnectionAcceptor> acceptor =
+      builder.experimental().AddExternalConnectionAcceptor(Builder::ExternalConnectionType::FROM_FD, credentials);
+  builder.AddChannelArgument(GRPC_ARG_SERVER_HANDSHAKE_TIMEOUT_MS, kHandshakePatienceMs);
+  return [acceptor](int socket, const std::string&) {
+    grpc::experimental::ExternalConnectionAcceptor::NewConnectionParameters connection;
+    connection.fd = socket;
+    acceptor->HandleNewConnection(&connection);
+  };
 }
 
 std::shared_ptr<grpc::ServerCredentials> server_credentials(const TlsFiles& files) {

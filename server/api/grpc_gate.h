@@ -9,6 +9,7 @@
 
 #include "common/security/tls_files.h"
 #include "server/api/gate.h"
+#include "server/api/listener.h"
 
 namespace lightmill {
 
@@ -18,6 +19,9 @@ Result<Call> admit(const Gate& gate, const grpc::ServerContextBase& context, Rpc
 /// Encrypted if a certificate is given. Then its files are looked at every few seconds: renewed ones serve the
 /// connections that come after.
 std::shared_ptr<grpc::ServerCredentials> server_credentials(const TlsFiles& files);
+
+/// Lets the builder's server serve sockets: those that it is given between its start and its shutdown.
+Listener::Take serve_sockets(grpc::ServerBuilder& builder, const std::shared_ptr<grpc::ServerCredentials>& credentials);
 
 /// Leaves out gRPC's service that describes the others, which serves everybody: linking it has put it in.
 void leave_out_reflection(grpc::ServerBuilder& builder);

@@ -4,35 +4,40 @@
 #include <grpcpp/grpcpp.h>
 #include <grpcpp/health_check_service_interface.h>
 
+#include "common/base/check.h"
 #include "server/api/grpc_gate.h"
-#include "server/api/listen_problem.h"
 
 namespace lightmill {
 
 HealthPort::HealthPort() : others_(std::make_unique<grpc::CallbackGenericService>()) {}
 
-Result<std::unique_ptr<HealthPort>> HealthPort::open(const std::string& listen) {
+Result<std::unique_ptr<HealthPort>> HealthPort::open(const std::string& listen, std::size_t connections) {
+  LM_ASSIGN_OR_RETURN(std::unique_ptr<Listener> listener, Listener::open(listen, "--health", connections));
   grpc::EnableDefaultHealthCheckService(true);
   grpc::ServerBuilder builder;
   leave_out_reflection(builder);
   auto health = std::unique_ptr<HealthPort>(new HealthPort());
-  builder.AddListeningPort(listen, grpc::InsecureServerCredentials(), &health->port_);
-  builder.AddChannelArgument(GRPC_ARG_ALLOW_REUSEPORT, 0);
+  Listener::Take take = serve_sockets(builder, grpc::InsecureServerCredentials());
   // gRPC starts no server that has health checks alone.
   builder.RegisterCallbackGenericService(health->others_.get());
   health->server_ = builder.BuildAndStart();
-  if (health->server_ == nullptr || health->port_ == 0) {
-    return unavailable("cannot listen on {}: {}", listen, listen_problem(listen, "--health"));
-  }
+  LM_CHECK(health->server_ != nullptr);
   health->set_ready(false);
   health->server_->GetHealthCheckService()->SetServingStatus(kLive, true);
+  health->listener_ = std::move(listener);
+  health->listener_->start(std::move(take));
   return health;
 }
 
 HealthPort::~HealthPort() {
-  if (server_ != nullptr) {
+  if (listener_ != nullptr) {
+    listener_->stop();
     server_->Shutdown(std::chrono::system_clock::now());
   }
+}
+
+int HealthPort::port() const {
+  return listener_->port();
 }
 
 void HealthPort::set_ready(bool ready) {
@@ -52,6 +57,12 @@ void Readiness::set_storing(bool storing) {
   tell();
 }
 
+void Readiness::set_hearing(bool hearing) {
+  const MutexLock lock(mutex_);
+  hearing_ = hearing;
+  tell();
+}
+
 void Readiness::stop() {
   const MutexLock lock(mutex_);
   serving_ = false;
@@ -60,7 +71,7 @@ void Readiness::stop() {
 }
 
 void Readiness::tell() {
-  const bool ready = serving_ && storing_;
+  const bool ready = serving_ && storing_ && hearing_;
   if (service_ != nullptr) {
     service_->SetServingStatus(ready);
   }

@@ -16,6 +16,8 @@ class Server;
 
 namespace lightmill {
 
+class Listener;
+
 /// A port for probes that can show no certificate, as Kubernetes' can not: without encryption, for everybody, and says
 /// no more than this. The service "" is SERVING while the coordinator is ready, "live" as long as the program runs,
 /// also one that stands by. Thread-safe.
@@ -23,29 +25,31 @@ class HealthPort {
  public:
   static constexpr const char* kLive = "live";
 
-  /// `listen` is HOST:PORT; port 0 takes a free one. Not ready at first. UNAVAILABLE if it cannot be bound.
-  static Result<std::unique_ptr<HealthPort>> open(const std::string& listen);
+  /// `listen` is HOST:PORT; port 0 takes a free one. Not ready at first. At most so many
+  /// connections. UNAVAILABLE if it cannot be bound.
+  static Result<std::unique_ptr<HealthPort>> open(const std::string& listen, std::size_t connections);
   ~HealthPort();
   HealthPort(const HealthPort&) = delete;
   HealthPort& operator=(const HealthPort&) = delete;
 
-  int port() const { return port_; }
+  int port() const;
   void set_ready(bool ready);
 
  private:
   HealthPort();
   std::unique_ptr<grpc::CallbackGenericService> others_;  ///< refuses all other calls
   std::unique_ptr<grpc::Server> server_;
-  int port_ = 0;
+  std::unique_ptr<Listener> listener_;
 };
 
-/// Whether a coordinator takes jobs: it serves, and its state can be stored. Thread-safe.
+/// Whether a coordinator takes jobs: it serves, its state can be stored, and its port answers. Thread-safe.
 class Readiness {
  public:
   explicit Readiness(std::function<void(bool)> on_change) : on_change_(std::move(on_change)) {}
   /// From now on it is ready, and says so to `service` too, until stop.
   void start(grpc::HealthCheckServiceInterface* service);
   void set_storing(bool storing);
+  void set_hearing(bool hearing);
   void stop();
 
  private:
@@ -56,6 +60,7 @@ class Readiness {
   grpc::HealthCheckServiceInterface* service_ LM_GUARDED_BY(mutex_) = nullptr;
   bool serving_ LM_GUARDED_BY(mutex_) = false;
   bool storing_ LM_GUARDED_BY(mutex_) = true;
+  bool hearing_ LM_GUARDED_BY(mutex_) = true;
 };
 
 }  // namespace lightmill

@@ -28,6 +28,7 @@ using boost::system::error_code;
 
 constexpr std::uint32_t kMostHeaderBytes = 8 << 10;
 constexpr std::uint64_t kMostBodyBytes = 16 << 10;
+constexpr auto kTlsPatience = std::chrono::seconds(5);
 /// Of the room for large bodies so much is taken at a time.
 constexpr std::uint64_t kHeldAtOnce = 1 << 20;
 /// Who reads a large file more slowly is hung up on.
@@ -62,19 +63,13 @@ RequestOrigin origin_of(const RequestHead& request) {
 
 class HttpSession final : public std::enable_shared_from_this<HttpSession> {
  public:
-  HttpSession(WebParts& parts, tcp::socket&& socket) : parts_(parts), stream_(std::move(socket)) {
-    ++parts_.connections;
-  }
-  ~HttpSession() {
-    if (!handed_on_) {
-      --parts_.connections;
-    }
-  }
+  HttpSession(WebParts& parts, tcp::socket&& socket, std::string peer)
+      : parts_(parts), stream_(std::move(socket)), peer_(std::move(peer)) {}
   void start() {
     if (parts_.certificate.context() == nullptr) {
       return read();
     }
-    stream_.tcp().expires_after(kRequestPatience);
+    stream_.tcp().expires_after(kTlsPatience);
     beast::async_detect_ssl(stream_, buffer_, [self = shared_from_this()](error_code error, bool encrypts) {
       if (!error) {
         encrypts ? self->shake_hands() : self->read_unencrypted();
@@ -180,7 +175,7 @@ class HttpSession final : public std::enable_shared_from_this<HttpSession> {
   }
   Result<Call> admit_now(Rpc rpc, std::string_view content_type) const {
     LM_RETURN_IF_ERROR(check_rules(true, content_type));
-    return parts_.gate.admit(parts_.logins.identify(shown_login()), peer(), rpc);
+    return parts_.gate.admit(identify(shown_login()), peer_, rpc);
   }
   void read_body(std::uint64_t most_bytes) {
     if (head_->content_length().value_or(0) > most_bytes) {
@@ -260,9 +255,9 @@ class HttpSession final : public std::enable_shared_from_this<HttpSession> {
                         std::string(query),
                         {std::move(body_parser_->get().body()), std::move(place_)},
                         std::move(call_),
-                        parts_.logins.identify(shown),
+                        identify(shown),
                         shown.cookie,
-                        peer(),
+                        peer_,
                         cookie_place()},
                        [self = shared_from_this()](const ApiReply& reply) { self->answer(reply); });
   }
@@ -292,10 +287,11 @@ class HttpSession final : public std::enable_shared_from_this<HttpSession> {
             stream_.encrypted() || as_std(request_[http::field::origin]).starts_with("https://")};
   }
 
-  std::string peer() const {
-    beast::error_code gone;
-    const auto endpoint = stream_.tcp().socket().remote_endpoint(gone);
-    return gone ? "?" : fmt::format("{}:{}", endpoint.address().to_string(), endpoint.port());
+  /// Whose the request is. The connection is no stranger's then.
+  Result<Identity> identify(const ShownLogin& shown) const {
+    LM_ASSIGN_OR_RETURN(Identity caller, parts_.logins.identify(shown));
+    LM_RETURN_IF_ERROR(parts_.listener->meet(peer_, caller));
+    return caller;
   }
 
   void go_live(const ShownLogin& shown) {
@@ -305,12 +301,11 @@ class HttpSession final : public std::enable_shared_from_this<HttpSession> {
     if (parts_.hub.full()) {
       return answer(error_reply(resource_exhausted("{} pages are open already", LiveHub::kMostViewers)));
     }
-    Result<Call> call = parts_.gate.admit(parts_.logins.identify(shown), peer(), Rpc::watch_job);
+    Result<Call> call = parts_.gate.admit(identify(shown), peer_, Rpc::watch_job);
     if (!call.ok()) {
       return answer(error_reply(call.status()));
     }
     stream_.tcp().expires_never();
-    handed_on_ = true;
     LiveHub::Holds holds = [&logins = parts_.logins, shown, caller = call->caller] {
       return logins.check_still_holds(shown, caller);
     };
@@ -418,6 +413,7 @@ class HttpSession final : public std::enable_shared_from_this<HttpSession> {
 
   WebParts& parts_;
   WebStream stream_;
+  const std::string peer_;  ///< ADDRESS:PORT
   beast::flat_buffer buffer_{kMostHeaderBytes + kMostBodyBytes};
   std::optional<HeadParser> head_;
   RequestHead request_;
@@ -431,13 +427,12 @@ class HttpSession final : public std::enable_shared_from_this<HttpSession> {
   Response response_;
   std::string response_head_;  ///< as it is sent
   bool to_https_ = false;      ///< an unencrypted request where all are to be encrypted
-  bool handed_on_ = false;
 };
 
 }  // namespace
 
-void start_http_session(WebParts& parts, tcp::socket&& socket) {
-  std::make_shared<HttpSession>(parts, std::move(socket))->start();
+void start_http_session(WebParts& parts, tcp::socket&& socket, const std::string& peer) {
+  std::make_shared<HttpSession>(parts, std::move(socket), peer)->start();
 }
 
 }  // namespace lightmill

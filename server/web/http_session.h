@@ -5,7 +5,7 @@
 
 namespace lightmill {
 
-/// Serves the connection until it ends; encrypted, if `parts` has a certificate.
-void start_http_session(WebParts& parts, boost::asio::ip::tcp::socket&& socket);
+/// Serves the connection from `peer` (ADDRESS:PORT) until it ends; encrypted, if `parts` has a certificate.
+void start_http_session(WebParts& parts, boost::asio::ip::tcp::socket&& socket, const std::string& peer);
 
 }  // namespace lightmill

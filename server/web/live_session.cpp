@@ -38,7 +38,6 @@ class LiveSession final : public LiveLink, public std::enable_shared_from_this<L
     if (joined_) {
       parts_.hub.remove(*this);
     }
-    --parts_.connections;
   }
 
   void start(const RequestHead& request) {

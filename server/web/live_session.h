@@ -7,7 +7,7 @@
 namespace lightmill {
 
 /// Answers a request that asks for a WebSocket, and serves it as long as it lasts: as long as `holds` says so of what
-/// the caller has shown. It counts among the connections of `parts` already.
+/// the caller has shown.
 void start_live_session(WebParts& parts, WebStream&& stream, const RequestHead& request, Call call,
                         LiveHub::Holds holds);
 

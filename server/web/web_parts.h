@@ -11,6 +11,7 @@
 #include <thread>
 
 #include "common/base/mutex.h"
+#include "server/api/listener.h"
 #include "server/web/json_api.h"
 #include "server/web/live_hub.h"
 #include "server/web/logins.h"
@@ -38,7 +39,7 @@ struct Mailbox {
   }
 };
 
-/// All of it belongs to the thread that runs `io`, but for the mailbox.
+/// All of it belongs to the thread that runs `io`, but for the mailbox and the listener.
 struct WebParts {
   WebParts(FarmLoop& loop, const Gate& gate, AssetStore& assets, const WebOptions& web, ServedCertificate served,
            PageFiles files);
@@ -56,7 +57,6 @@ struct WebParts {
   const PageFiles pages;
   ServedCertificate certificate;
   const std::shared_ptr<Mailbox> mailbox = std::make_shared<Mailbox>();
-  std::size_t connections = 0;
   const ByteBudget large_bodies{kMostLargeBytes};
   /// For what takes its time, and for what waits for the disk: a slow one keeps nobody else waiting.
   std::shared_ptr<boost::asio::thread_pool> side = std::make_shared<boost::asio::thread_pool>(2),
@@ -64,9 +64,9 @@ struct WebParts {
   Logins logins;
   LiveHub hub;
   std::optional<boost::asio::io_context> io{1};
-  std::optional<boost::asio::ip::tcp::acceptor> acceptor;
-  std::optional<boost::asio::steady_timer> ticker, pause, renewal;
+  std::optional<boost::asio::steady_timer> ticker, renewal;
   std::optional<JsonApi> api;
+  std::unique_ptr<Listener> listener;
   std::thread thread;
 };
 

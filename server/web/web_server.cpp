@@ -1,8 +1,9 @@
 #include "server/web/web_server.h"
 
+#include <unistd.h>
+
 #include "common/base/address.h"
 #include "common/base/log.h"
-#include "server/api/listen_problem.h"
 #include "server/api/records.h"
 #include "server/web/http_session.h"
 
@@ -13,8 +14,6 @@ namespace asio = boost::asio;
 using asio::ip::tcp;
 using boost::system::error_code;
 
-constexpr std::size_t kMostConnections = 1'024;
-constexpr auto kAcceptPause = std::chrono::milliseconds(100);
 constexpr auto kRenewalInterval = std::chrono::seconds(2);
 
 OnWebThread posting_to(const std::shared_ptr<Mailbox>& mailbox) {
@@ -40,28 +39,16 @@ LiveHub::OnRefused recording_refusals(FarmLoop& loop, const Gate& gate) {
   };
 }
 
-void accept_next(WebParts& parts) {
-  parts.acceptor->async_accept([&parts](error_code error, tcp::socket socket) {
-    if (error == asio::error::operation_aborted) {
-      return;
-    }
-    if (error) {  // as when there are too many open files: at once it would be the same again
-      spdlog::debug("the page cannot accept a connection: {}; it tries again in {} ms", error.message(),
-                    kAcceptPause.count());
-      parts.pause->expires_after(kAcceptPause);
-      parts.pause->async_wait([&parts](error_code ended) {
-        if (!ended) {
-          accept_next(parts);
-        }
-      });
-      return;
-    }
-    if (parts.connections < kMostConnections) {
-      socket.set_option(tcp::no_delay(true), error);
-      start_http_session(parts, std::move(socket));
-    }
-    accept_next(parts);
-  });
+/// Serves a socket that the listener has accepted.
+void serve(WebParts& parts, int socket, const std::string& peer) {
+  error_code error;
+  tcp::socket connection(*parts.io);
+  connection.assign(peer.starts_with('[') ? tcp::v6() : tcp::v4(), socket, error);
+  if (error) {
+    ::close(socket);
+    return;
+  }
+  start_http_session(parts, std::move(connection), peer);
 }
 
 void tick_on(WebParts& parts) {
@@ -85,21 +72,6 @@ void renew_on(WebParts& parts) {
   });
 }
 
-Status listen_on(asio::io_context& io, tcp::acceptor& acceptor, const HostPort& listen) {
-  error_code error;
-  const auto found = tcp::resolver(io).resolve(listen.host, std::to_string(listen.port), error);
-  const tcp::endpoint endpoint = error ? tcp::endpoint() : found.begin()->endpoint();
-  for (const auto& step : std::initializer_list<std::function<void()>>{
-           [&] { acceptor.open(endpoint.protocol(), error); },
-           [&] { acceptor.set_option(tcp::acceptor::reuse_address(true), error); },
-           [&] { acceptor.bind(endpoint, error); }, [&] { acceptor.listen(128, error); }}) {
-    if (!error) {
-      step();
-    }
-  }
-  return error ? unavailable("{}", error.message()) : ok_status();
-}
-
 }  // namespace
 
 Result<std::unique_ptr<WebServer>> WebServer::start(FarmLoop& loop, const Gate& gate, AssetStore& assets,
@@ -116,15 +88,15 @@ Result<std::unique_ptr<WebServer>> WebServer::start(FarmLoop& loop, const Gate& 
     pages = PageFiles();
   }
   auto parts = std::make_unique<WebParts>(loop, gate, assets, options, std::move(certificate), *std::move(pages));
-  if (!listen_on(*parts->io, *parts->acceptor, listen).ok()) {
-    return unavailable("cannot listen on {}: {}", options.listen, listen_problem(options.listen, "--http"));
-  }
-  accept_next(*parts);
+  LM_ASSIGN_OR_RETURN(parts->listener, Listener::open(options.listen, "--http", options.connections));
   tick_on(*parts);
   if (parts->certificate.context() != nullptr) {
     renew_on(*parts);
   }
   parts->thread = std::thread([io = &*parts->io] { io->run(); });
+  parts->listener->start([parts = parts.get()](int socket, const std::string& peer) {
+    asio::post(*parts->io, [parts, socket, peer] { serve(*parts, socket, peer); });
+  });
   return std::unique_ptr<WebServer>(new WebServer(std::move(parts)));
 }
 
@@ -138,9 +110,7 @@ WebParts::WebParts(FarmLoop& loop, const Gate& gate_of_all, AssetStore& all_asse
       certificate(std::move(served)),
       logins(loop, gate, system_clock()),
       hub(loop, greeting_of(options, gate), posting_to(mailbox), system_clock(), recording_refusals(loop, gate)),
-      acceptor(*io),
       ticker(*io),
-      pause(*io),
       renewal(*io),
       api(std::in_place,
           ApiParts{loop, gate, assets, logins, greeting_of(options, gate), posting_to(mailbox), running_on(side)}) {
@@ -149,6 +119,9 @@ WebParts::WebParts(FarmLoop& loop, const Gate& gate_of_all, AssetStore& all_asse
 
 /// Connections die with what waits for them: the side threads' tasks, replies of the API, or `io`.
 WebParts::~WebParts() {
+  if (listener != nullptr) {
+    listener->stop();
+  }
   mailbox->set(nullptr);
   io->stop();
   if (thread.joinable()) {
@@ -161,9 +134,7 @@ WebParts::~WebParts() {
   }
   api.reset();
   ticker.reset();
-  pause.reset();
   renewal.reset();
-  acceptor.reset();
   io.reset();
 }
 
@@ -172,7 +143,7 @@ WebServer::WebServer(std::unique_ptr<WebParts> parts) : parts_(std::move(parts))
 WebServer::~WebServer() = default;
 
 int WebServer::port() const {
-  return parts_->acceptor->local_endpoint().port();
+  return parts_->listener->port();
 }
 
 }  // namespace lightmill

@@ -22,6 +22,7 @@ struct WebOptions {
   TlsFiles tls;                      ///< with a certificate, connections are encrypted
   std::vector<std::string> names;    ///< by which it is called, besides those of the certificate
   bool open_to_all = false;          ///< others may reach it without encryption, too
+  std::size_t connections = 1'024;   ///< at most
 };
 
 struct WebParts;

@@ -161,7 +161,7 @@ grpc::Status work_until_sent_away(const std::shared_ptr<grpc::Channel>& channel,
 TEST(TokenAccess, StreamsEndWithTheCertificateOrTokenThatTheyCameBy) {
   constexpr std::int64_t kHour = 3600;
   const MovableClock clock;
-  SecureFarm secure({}, clock.environment());
+  SecureFarm secure({}, {"127.0.0.1", {}, clock.environment()});
   const auto root = secure.channel(secure.person("root", {Role::admin}));
   const auto ends = [](const auto& stream) { return stream.wait_for(kPatience) == std::future_status::ready; };
   const auto goes_on = [](const auto& stream) {

@@ -31,13 +31,13 @@ inline Validity today() {
 /// An authority, and a coordinator with its certificate.
 class SecureFarm {
  public:
-  explicit SecureFarm(const std::vector<std::string>& more_options = {}, const Environment& environment = {}) {
+  explicit SecureFarm(const std::vector<std::string>& more_options = {}, const Launch& launch = {"127.0.0.1", {}, {}}) {
     gpr_set_log_function([](gpr_log_func_args*) {});  // of each handshake that fails
     renew_server(today());
     write("ca.pem", authority_.certificate);
     std::vector<std::string> options{"--tls-cert", path("server.pem"), "--tls-ca", path("ca.pem")};
     options.insert(options.end(), more_options.begin(), more_options.end());
-    farm_ = std::make_unique<Farm>(options, Launch{"127.0.0.1", {}, environment});
+    farm_ = std::make_unique<Farm>(options, launch);
   }
   Farm& farm() { return *farm_; }
   const KeyAndCertificate& authority() const { return authority_; }

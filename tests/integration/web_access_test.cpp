@@ -33,7 +33,8 @@ using TlsStream = beast::ssl_stream<beast::tcp_stream>;
 class SecureWeb {
  public:
   explicit SecureWeb(const Environment& environment = {})
-      : secure_({"--http", "127.0.0.1:0", "--http-port-file", (folder_.path() / "port").string()}, environment) {
+      : secure_({"--http", "127.0.0.1:0", "--http-port-file", (folder_.path() / "port").string()},
+                {"127.0.0.1", {}, environment}) {
     trusted_.add_certificate_authority(asio::buffer(secure_.authority().certificate));
   }
 

@@ -38,7 +38,7 @@ inline std::string submit_body(const JobSpec& spec) {
 /// A farm with a page of one file.
 class WebFarm {
  public:
-  explicit WebFarm(const std::vector<std::string>& more_options = {}) {
+  explicit WebFarm(const std::vector<std::string>& more_options = {}, const Launch& launch = {"127.0.0.1", {}, {}}) {
     std::filesystem::create_directories(pages_.path() / "assets");
     std::ofstream(pages_.path() / "index.html") << "<p>the page</p>";
     std::ofstream(pages_.path() / "assets" / "a.js") << "let a;";
@@ -46,7 +46,7 @@ class WebFarm {
     std::vector<std::string> options{"--http",    "127.0.0.1:0", "--http-port-file",
                                      port_file(), "--pages",     pages_.path().string()};
     options.insert(options.end(), more_options.begin(), more_options.end());
-    farm_ = std::make_unique<Farm>(options);
+    farm_ = std::make_unique<Farm>(options, launch);
     read_port();
   }
   /// Another coordinator, of what this one has stored. The page is at another port.
@@ -58,6 +58,7 @@ class WebFarm {
   }
   Farm& farm() { return *farm_; }
   std::string host() const { return "127.0.0.1:" + std::to_string(port_); }
+  int port() const { return port_; }
 
   boost::asio::ip::tcp::socket connect() {
     boost::asio::ip::tcp::socket socket(io_);

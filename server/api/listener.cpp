@@ -1,0 +1,375 @@
+#include "server/api/listener.h"
+
+#include <arpa/inet.h>
+#include <netdb.h>
+#include <netinet/in.h>
+#include <netinet/tcp.h>
+#include <poll.h>
+#include <sys/eventfd.h>
+#include <sys/socket.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include <cerrno>
+#include <cstring>
+#include <utility>
+
+#include "common/base/address.h"
+#include "common/base/log.h"
+#include "server/api/listen_problem.h"
+
+namespace lightmill {
+namespace {
+
+constexpr int kBacklog = 4'096;
+/// A peer that acknowledges nothing for so long is gone.
+constexpr int kUserTimeoutMs = 20'000;
+/// After accept has failed, and while connections wait for their turn.
+constexpr int kPauseMs = 50;
+/// Otherwise closed connections are forgotten so often.
+constexpr int kIdleMs = 5'000;
+constexpr Duration kIdlePause = std::chrono::milliseconds(kIdleMs);
+constexpr Duration kSweepPause = std::chrono::milliseconds(100);
+constexpr Duration kTellPause = std::chrono::minutes(1);
+/// Accepted in one go: between them, others are looked at.
+constexpr int kAcceptedAtOnce = 64;
+
+using AddressInfo = std::unique_ptr<addrinfo, decltype(&::freeaddrinfo)>;
+
+AddressInfo resolve(const std::string& host, int port) {
+  addrinfo hints{};
+  hints.ai_family = AF_UNSPEC;
+  hints.ai_socktype = SOCK_STREAM;
+  hints.ai_flags = AI_PASSIVE | AI_NUMERICSERV;
+  addrinfo* found = nullptr;
+  if (::getaddrinfo(host.c_str(), std::to_string(port).c_str(), &hints, &found) != 0) {
+    found = nullptr;
+  }
+  return {found, &::freeaddrinfo};
+}
+
+int port_of(const sockaddr_storage& address) {
+  return ntohs(address.ss_family == AF_INET6 ? reinterpret_cast<const sockaddr_in6&>(address).sin6_port
+                                             : reinterpret_cast<const sockaddr_in&>(address).sin_port);
+}
+
+/// ADDRESS:PORT, as gRPC has it of the same connection.
+std::string text_of(const sockaddr_storage& address) {
+  std::array<char, INET6_ADDRSTRLEN> text{};
+  if (address.ss_family == AF_INET) {
+    ::inet_ntop(AF_INET, &reinterpret_cast<const sockaddr_in&>(address).sin_addr, text.data(), text.size());
+    return fmt::format("{}:{}", text.data(), port_of(address));
+  }
+  const auto& v6 = reinterpret_cast<const sockaddr_in6&>(address);
+  if (IN6_IS_ADDR_V4MAPPED(&v6.sin6_addr)) {
+    ::inet_ntop(AF_INET, v6.sin6_addr.s6_addr + 12, text.data(), text.size());
+    return fmt::format("{}:{}", text.data(), port_of(address));
+  }
+  ::inet_ntop(AF_INET6, &v6.sin6_addr, text.data(), text.size());
+  const std::string scope = v6.sin6_scope_id == 0 ? "" : fmt::format("%{}", v6.sin6_scope_id);
+  return fmt::format("[{}{}]:{}", text.data(), scope, port_of(address));
+}
+
+void set_option(int socket, int level, int option, int value) {
+  (void)::setsockopt(socket, level, option, &value, sizeof value);
+}
+
+/// A listening socket; -1 if that address cannot be had. Accepted ones inherit its options.
+int listen_at(const sockaddr* address, socklen_t size) {
+  const int socket = ::socket(address->sa_family, SOCK_STREAM | SOCK_CLOEXEC | SOCK_NONBLOCK, 0);
+  if (socket < 0) {
+    return -1;
+  }
+  set_option(socket, SOL_SOCKET, SO_REUSEADDR, 1);
+  set_option(socket, IPPROTO_TCP, TCP_NODELAY, 1);
+  set_option(socket, IPPROTO_TCP, TCP_USER_TIMEOUT, kUserTimeoutMs);
+  if (address->sa_family == AF_INET6) {
+    set_option(socket, IPPROTO_IPV6, IPV6_V6ONLY, 0);
+  }
+  if (::bind(socket, address, size) != 0 || ::listen(socket, kBacklog) != 0) {
+    ::close(socket);
+    return -1;
+  }
+  return socket;
+}
+
+sockaddr_storage local_address(int socket) {
+  sockaddr_storage address{};
+  socklen_t size = sizeof address;
+  (void)::getsockname(socket, reinterpret_cast<sockaddr*>(&address), &size);
+  return address;
+}
+
+/// For all addresses of the machine, of both families where it has them; -1.
+int listen_everywhere(int port) {
+  sockaddr_in6 any{};
+  any.sin6_family = AF_INET6;
+  any.sin6_addr = in6addr_any;
+  any.sin6_port = htons(static_cast<std::uint16_t>(port));
+  return listen_at(reinterpret_cast<const sockaddr*>(&any), sizeof any);
+}
+
+/// All addresses of a host, at the same port.
+std::vector<int> listen_on(const HostPort& at) {
+  std::vector<int> sockets;
+  if (at.host == "0.0.0.0" || at.host == "::") {
+    if (const int socket = listen_everywhere(at.port); socket >= 0) {
+      return {socket};
+    }
+  }
+  int port = at.port;
+  const AddressInfo found = resolve(at.host, at.port);
+  for (const addrinfo* each = found.get(); each != nullptr; each = each->ai_next) {
+    sockaddr_storage address{};
+    std::memcpy(&address, each->ai_addr, each->ai_addrlen);
+    auto& field = address.ss_family == AF_INET6 ? reinterpret_cast<sockaddr_in6&>(address).sin6_port
+                                                : reinterpret_cast<sockaddr_in&>(address).sin_port;
+    field = htons(static_cast<std::uint16_t>(port));
+    if (const int socket = listen_at(reinterpret_cast<const sockaddr*>(&address), each->ai_addrlen); socket >= 0) {
+      sockets.push_back(socket);
+      port = port_of(local_address(socket));
+    }
+  }
+  return sockets;
+}
+
+}  // namespace
+
+Result<std::unique_ptr<Listener>> Listener::open(const std::string& listen, std::string_view option, std::size_t most) {
+  LM_ASSIGN_OR_RETURN(const HostPort at, parse_host_port(listen));
+  std::vector<int> sockets = listen_on(at);
+  if (sockets.empty()) {
+    return unavailable("cannot listen on {}: {}", listen, listen_problem(listen, option));
+  }
+  const int port = port_of(local_address(sockets.front()));
+  const int wake = ::eventfd(0, EFD_CLOEXEC | EFD_NONBLOCK);
+  auto listener = std::unique_ptr<Listener>(new Listener(std::move(sockets), port, wake, most));
+  if (wake < 0) {
+    return unavailable("cannot listen on {}: {}", listen, std::strerror(errno));
+  }
+  return listener;
+}
+
+Listener::Listener(std::vector<int> sockets, int port, int wake, std::size_t most)
+    : sockets_(std::move(sockets)), port_(port), wake_(wake), book_(most) {}
+
+Listener::~Listener() {
+  stop();
+  for (const auto& [id, peer] : waiting_) {
+    ::close(open_.at(id).fd);
+  }
+  for (const int socket : sockets_) {
+    ::close(socket);
+  }
+  if (wake_ >= 0) {
+    ::close(wake_);
+  }
+}
+
+void Listener::start(Take take) {
+  take_ = std::move(take);
+  thread_ = std::thread([this] { run(); });
+}
+
+void Listener::stop() {
+  {
+    const MutexLock lock(mutex_);
+    stopping_ = true;
+  }
+  (void)::eventfd_write(wake_, 1);
+  if (thread_.joinable()) {
+    thread_.join();
+  }
+}
+
+void Listener::run() {
+  std::vector<pollfd> all{{wake_, POLLIN, 0}};
+  for (const int socket : sockets_) {
+    all.push_back({socket, POLLIN, 0});
+  }
+  bool failed = false;
+  for (;;) {
+    bool waits = false;
+    {
+      const MutexLock lock(mutex_);
+      if (stopping_) {
+        return;
+      }
+      waits = book_.somebody_waits();
+    }
+    // What could not be accepted makes the sockets ready at once.
+    (void)::poll(all.data(), failed ? 1 : all.size(), failed || waits ? kPauseMs : kIdleMs);
+    if (std::uint64_t count = 0; all[0].revents != 0) {
+      (void)::eventfd_read(wake_, &count);
+    }
+    const bool try_all = std::exchange(failed, false);
+    for (std::size_t i = 1; i < all.size(); ++i) {
+      if (try_all || all[i].revents != 0) {
+        failed = !accept_all(all[i].fd) || failed;
+      }
+      all[i].revents = 0;
+    }
+    look();
+  }
+}
+
+bool Listener::accept_all(int listening) {
+  for (int i = 0; i < kAcceptedAtOnce; ++i) {
+    sockaddr_storage address{};
+    socklen_t size = sizeof address;
+    const int fd = ::accept4(listening, reinterpret_cast<sockaddr*>(&address), &size, SOCK_CLOEXEC | SOCK_NONBLOCK);
+    if (fd >= 0) {
+      arrive(fd, text_of(address));
+      continue;
+    }
+    switch (errno) {
+      case EAGAIN:
+        return true;
+      case EINTR:
+      case ECONNABORTED:
+      case EPROTO:
+      case ENETDOWN:
+      case ENETUNREACH:
+      case EHOSTDOWN:
+      case EHOSTUNREACH:  // of the connection, which is gone
+        continue;
+      default: {  // as when there are too many open files: at once it would be the same again
+        const int error = errno;
+        const Time now = system_clock().now();
+        const bool tell = told_at_ == Time{} || now - told_at_ >= kTellPause;
+        told_at_ = tell ? now : told_at_;
+        spdlog::log(tell ? spdlog::level::warn : spdlog::level::debug,
+                    "port {} cannot accept a connection: {}; it tries again every {} ms", port_, std::strerror(error),
+                    kPauseMs);
+        return false;
+      }
+    }
+  }
+  return true;
+}
+
+void Listener::arrive(int fd, const std::string& peer) {
+  {
+    const MutexLock lock(mutex_);
+    const Time now = system_clock().now();
+    if (peer == own_) {
+      own_.clear();
+    } else {
+      if (book_.is_full() || book_.is_full(peer)) {
+        sweep(now);
+      }
+      const ConnectionBook::Arrival arrival = book_.arrive(peer, now);
+      if (arrival.close != 0) {
+        ::close(open_.at(arrival.close).fd);
+        open_.erase(arrival.close);
+        waiting_.erase(arrival.close);
+      }
+      if (arrival.end != 0) {
+        shut(arrival.end);
+      }
+      struct stat about {};
+      if (arrival.fate == ConnectionBook::Fate::refuse || ::fstat(fd, &about) != 0) {
+        ::close(fd);
+        return;
+      }
+      open_[arrival.id] = {fd, about.st_dev, about.st_ino};
+      if (arrival.fate == ConnectionBook::Fate::wait) {
+        waiting_[arrival.id] = peer;
+        return;
+      }
+    }
+  }
+  take_(fd, peer);
+}
+
+void Listener::look() {
+  std::vector<std::pair<int, std::string>> served;
+  {
+    const MutexLock lock(mutex_);
+    const Time now = system_clock().now();
+    if (book_.somebody_waits() || now - swept_at_ >= kIdlePause) {
+      sweep(now);
+    }
+    const ConnectionBook::Changes changes = book_.look(now);
+    for (const Id id : changes.end) {
+      shut(id);
+    }
+    for (const Id id : changes.serve) {
+      served.emplace_back(open_.at(id).fd, std::move(waiting_.at(id)));
+      waiting_.erase(id);
+    }
+  }
+  for (const auto& [fd, peer] : served) {
+    take_(fd, peer);
+  }
+}
+
+/// Their server closes them, and says so to nobody: then the number of their file is free, or another file's.
+void Listener::sweep(Time now) {
+  if (now - swept_at_ < kSweepPause) {
+    return;
+  }
+  swept_at_ = now;
+  std::erase_if(open_, [this](const auto& entry) {
+    const auto& [id, socket] = entry;
+    struct stat about {};
+    const bool there = ::fstat(socket.fd, &about) == 0 && about.st_dev == socket.device && about.st_ino == socket.inode;
+    if (!there) {
+      book_.leave(id);
+    }
+    return !there;
+  });
+}
+
+/// Its server finds it ended and closes it. Between the two calls its number may become another file's: that is no
+/// socket, and stays as it is, or a connection, whose owner connects again.
+void Listener::shut(Id id) {
+  const auto found = open_.find(id);
+  struct stat about {};
+  if (found != open_.end() && ::fstat(found->second.fd, &about) == 0 && about.st_ino == found->second.inode &&
+      about.st_dev == found->second.device) {
+    ::shutdown(found->second.fd, SHUT_RDWR);
+  }
+}
+
+Status Listener::meet(const std::string& peer, const Identity& caller) {
+  Status status;
+  bool waits = false;
+  {
+    const MutexLock lock(mutex_);
+    if (book_.is_full(peer, caller)) {
+      sweep(system_clock().now());
+    }
+    status = book_.meet(peer, caller);
+    waits = book_.somebody_waits();
+  }
+  if (waits) {
+    (void)::eventfd_write(wake_, 1);
+  }
+  return status;
+}
+
+Result<int> Listener::dial() {
+  sockaddr_storage address = local_address(sockets_.front());
+  if (address.ss_family == AF_INET6) {
+    if (auto& v6 = reinterpret_cast<sockaddr_in6&>(address); IN6_IS_ADDR_UNSPECIFIED(&v6.sin6_addr)) {
+      ::inet_pton(AF_INET6, "::ffff:127.0.0.1", &v6.sin6_addr);  // there is no ::1 where IPv6 is turned off
+    }
+  } else if (auto& v4 = reinterpret_cast<sockaddr_in&>(address); v4.sin_addr.s_addr == INADDR_ANY) {
+    v4.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
+  }
+  const MutexLock lock(mutex_);
+  const int fd = ::socket(address.ss_family, SOCK_STREAM | SOCK_CLOEXEC | SOCK_NONBLOCK, 0);
+  const socklen_t size = address.ss_family == AF_INET6 ? sizeof(sockaddr_in6) : sizeof(sockaddr_in);
+  if (fd < 0 || (::connect(fd, reinterpret_cast<const sockaddr*>(&address), size) != 0 && errno != EINPROGRESS)) {
+    const int error = errno;
+    if (fd >= 0) {
+      ::close(fd);
+    }
+    return unavailable("port {} cannot be reached from inside: {}", port_, std::strerror(error));
+  }
+  own_ = text_of(local_address(fd));
+  return fd;
+}
+
+}  // namespace lightmill

@@ -1,0 +1,96 @@
+#include "server/api/self_check.h"
+
+#include <sys/socket.h>
+#include <unistd.h>
+
+#include <utility>
+
+#include "common/base/log.h"
+#include "common/security/connection_problem.h"
+
+namespace lightmill {
+
+Hearing::Verdict Hearing::note(bool answered, Time now) {
+  if (answered) {
+    answered_once_ = true;
+    failures_ = 0;
+    last_answer_ = now;
+    return Verdict::hears;
+  }
+  ++failures_;
+  if (answered_once_ && failures_ >= kDeaf && now - last_answer_ >= kPatience) {
+    return Verdict::deaf;
+  }
+  return failures_ >= kDoubtful ? Verdict::doubtful : Verdict::hears;
+}
+
+SelfCheck::SelfCheck(Listener& listener, bool encrypted, const Clock& clock, std::function<void(bool)> on_hearing,
+                     std::function<void(const Status&)> on_deaf, Duration pause)
+    : listener_(listener),
+      encrypted_(encrypted),
+      clock_(clock),
+      pause_(pause),
+      on_hearing_(std::move(on_hearing)),
+      on_deaf_(std::move(on_deaf)),
+      thread_([this] { run(); }) {}
+
+SelfCheck::~SelfCheck() {
+  {
+    const MutexLock lock(mutex_);
+    stopping_ = true;
+    if (socket_ >= 0) {
+      ::shutdown(socket_, SHUT_RDWR);
+    }
+    changed_.notify_all();
+  }
+  thread_.join();
+}
+
+void SelfCheck::run() {
+  Hearing hearing(clock_.now());
+  bool hears = true;
+  do {
+    const Status status = dial();
+    const Hearing::Verdict verdict = hearing.note(status.ok(), clock_.now());
+    if (verdict == Hearing::Verdict::deaf) {
+      on_deaf_(unavailable("port {} does not answer any more, dialled from inside: {}", listener_.port(),
+                           message_of(status)));
+      return;
+    }
+    if (const bool now_hears = verdict == Hearing::Verdict::hears; now_hears != hears) {
+      hears = now_hears;
+      if (hears) {
+        spdlog::info("port {} answers again", listener_.port());
+      } else {
+        spdlog::warn("port {} does not answer, dialled from inside: {}; health checks say so", listener_.port(),
+                     message_of(status));
+      }
+      on_hearing_(hears);
+    }
+  } while (pause());
+}
+
+Status SelfCheck::dial() {
+  LM_ASSIGN_OR_RETURN(const int socket, listener_.dial());
+  {
+    const MutexLock lock(mutex_);
+    socket_ = socket;
+    if (stopping_) {
+      ::shutdown(socket, SHUT_RDWR);
+    }
+  }
+  const Status status = check_answers(socket, encrypted_);
+  const MutexLock lock(mutex_);
+  ::close(std::exchange(socket_, -1));
+  return status;
+}
+
+bool SelfCheck::pause() {
+  const MutexLock lock(mutex_);
+  const auto until = std::chrono::steady_clock::now() + pause_;
+  while (!stopping_ && changed_.wait_until(mutex_, until) == std::cv_status::no_timeout) {
+  }
+  return !stopping_;
+}
+
+}  // namespace lightmill

@@ -1,0 +1,212 @@
+// A port of the coordinator over real sockets of loopback.
+#include "server/api/listener.h"
+
+#include <arpa/inet.h>
+#include <gtest/gtest.h>
+#include <poll.h>
+#include <sys/resource.h>
+#include <sys/socket.h>
+#include <unistd.h>
+
+#include <utility>
+
+namespace lightmill {
+namespace {
+
+/// What waits for a thread gives up after so long: it fails then.
+constexpr int kListenerPatienceMs = 60'000;
+
+class ClientSocket {
+ public:
+  explicit ClientSocket(const std::string& from = "127.0.0.1") : fd_(::socket(AF_INET, SOCK_STREAM | SOCK_CLOEXEC, 0)) {
+    const sockaddr_in own = address_of(from, 0);
+    EXPECT_EQ(::bind(fd_, reinterpret_cast<const sockaddr*>(&own), sizeof own), 0);
+  }
+  ~ClientSocket() { close(); }
+  ClientSocket(ClientSocket&& other) noexcept : fd_(std::exchange(other.fd_, -1)) {}
+  void connect(int port) const {
+    const sockaddr_in server = address_of("127.0.0.1", port);
+    EXPECT_EQ(::connect(fd_, reinterpret_cast<const sockaddr*>(&server), sizeof server), 0);
+  }
+  void close() {
+    if (fd_ >= 0) {
+      ::close(std::exchange(fd_, -1));
+    }
+  }
+  /// Waits until the other side has closed it.
+  bool is_ended() const {
+    pollfd ended{fd_, POLLRDHUP, 0};
+    return ::poll(&ended, 1, kListenerPatienceMs) == 1;
+  }
+  std::string name() const {
+    sockaddr_in own{};
+    socklen_t size = sizeof own;
+    (void)::getsockname(fd_, reinterpret_cast<sockaddr*>(&own), &size);
+    std::array<char, INET_ADDRSTRLEN> text{};
+    ::inet_ntop(AF_INET, &own.sin_addr, text.data(), text.size());
+    return fmt::format("{}:{}", text.data(), ntohs(own.sin_port));
+  }
+
+ private:
+  static sockaddr_in address_of(const std::string& host, int port) {
+    sockaddr_in address{};
+    address.sin_family = AF_INET;
+    address.sin_port = htons(static_cast<std::uint16_t>(port));
+    ::inet_pton(AF_INET, host.c_str(), &address.sin_addr);
+    return address;
+  }
+  int fd_;
+};
+
+/// A server that keeps all sockets that it is given, until it is told to close them.
+class KeepingServer {
+ public:
+  KeepingServer(const std::string& listen, std::size_t most)
+      : listener_(Listener::open(listen, "--listen", most).value()) {
+    listener_->start([this](int socket, const std::string& peer) {
+      const MutexLock lock(mutex_);
+      sockets_.emplace_back(peer, socket);
+      changed_.notify_all();
+    });
+  }
+  ~KeepingServer() {
+    listener_->stop();
+    const MutexLock lock(mutex_);
+    for (const auto& [peer, socket] : sockets_) {
+      ::close(socket);
+    }
+  }
+  Listener& listener() { return *listener_; }
+  /// Waits until it has so many.
+  bool has(std::size_t count) {
+    const MutexLock lock(mutex_);
+    const auto until = std::chrono::steady_clock::now() + std::chrono::milliseconds(kListenerPatienceMs);
+    while (sockets_.size() < count && changed_.wait_until(mutex_, until) == std::cv_status::no_timeout) {
+    }
+    return sockets_.size() == count;
+  }
+  std::vector<std::string> peers() {
+    const MutexLock lock(mutex_);
+    std::vector<std::string> names;
+    for (const auto& [peer, socket] : sockets_) {
+      names.push_back(peer);
+    }
+    return names;
+  }
+  void close_first() {
+    const MutexLock lock(mutex_);
+    ::close(sockets_.front().second);
+    sockets_.erase(sockets_.begin());
+  }
+
+ private:
+  Mutex mutex_;
+  CondVar changed_;
+  std::vector<std::pair<std::string, int>> sockets_ LM_GUARDED_BY(mutex_);
+  const std::unique_ptr<Listener> listener_;
+};
+
+/// This process can open no file meanwhile.
+class NoFiles {
+ public:
+  NoFiles() {
+    EXPECT_EQ(::getrlimit(RLIMIT_NOFILE, &before_), 0);
+    const rlimit none{3, before_.rlim_max};
+    EXPECT_EQ(::setrlimit(RLIMIT_NOFILE, &none), 0);
+  }
+  ~NoFiles() { EXPECT_EQ(::setrlimit(RLIMIT_NOFILE, &before_), 0); }
+  NoFiles(const NoFiles&) = delete;
+  NoFiles& operator=(const NoFiles&) = delete;
+
+ private:
+  rlimit before_{};
+};
+
+TEST(Listener, AcceptsWhatCameWhileTheProcessHadNoFilesLeft) {
+  KeepingServer server("127.0.0.1:0", 100);
+  const ClientSocket before, meanwhile;
+  before.connect(server.listener().port());
+  ASSERT_TRUE(server.has(1));
+  {
+    const NoFiles none;
+    meanwhile.connect(server.listener().port());
+    EXPECT_FALSE(server.listener().dial().ok());
+    std::this_thread::sleep_for(std::chrono::milliseconds(200));  // the listener tries some times, and fails
+    EXPECT_EQ(server.peers().size(), 1u);
+  }
+  EXPECT_TRUE(server.has(2));
+}
+
+TEST(Listener, AStrangerBeyondAQuarterOfThePlacesWaitsUntilOneOfItsAddressLeaves) {
+  KeepingServer server("127.0.0.1:0", 8);
+  std::vector<ClientSocket> clients(3);
+  for (const ClientSocket& client : clients) {
+    client.connect(server.listener().port());
+  }
+  const ClientSocket elsewhere("127.0.0.2");
+  elsewhere.connect(server.listener().port());
+  ASSERT_TRUE(server.has(3));
+  EXPECT_EQ(server.peers(), (std::vector{clients[0].name(), clients[1].name(), elsewhere.name()}));
+  server.close_first();
+  ASSERT_TRUE(server.has(3));
+  EXPECT_EQ(server.peers(), (std::vector{clients[1].name(), elsewhere.name(), clients[2].name()}));
+}
+
+TEST(Listener, AKnownCallerMakesItsPlaceFreeForAStranger) {
+  KeepingServer server("127.0.0.1:0", 8);
+  std::vector<ClientSocket> clients(3);
+  for (const ClientSocket& client : clients) {
+    client.connect(server.listener().port());
+  }
+  ASSERT_TRUE(server.has(2));
+  EXPECT_TRUE(server.listener().meet(clients[0].name(), anybody()).ok());
+  EXPECT_TRUE(server.has(3));
+}
+
+TEST(Listener, AStrangerThatStaysEndsForOneThatWaits) {
+  KeepingServer server("127.0.0.1:0", 4);
+  const ClientSocket first, second;
+  first.connect(server.listener().port());
+  ASSERT_TRUE(server.has(1));
+  second.connect(server.listener().port());
+  EXPECT_TRUE(first.is_ended());
+  EXPECT_TRUE(server.has(2));
+}
+
+TEST(Listener, ADialFromInsideIsServedWhereAllPlacesAreTaken) {
+  KeepingServer server("127.0.0.1:0", 1);
+  const ClientSocket known, refused;
+  known.connect(server.listener().port());
+  ASSERT_TRUE(server.has(1));
+  EXPECT_TRUE(server.listener().meet(known.name(), anybody()).ok());
+  refused.connect(server.listener().port());
+  EXPECT_TRUE(refused.is_ended());
+  const Result<int> dialled = server.listener().dial();
+  ASSERT_TRUE(dialled.ok()) << dialled.status();
+  EXPECT_TRUE(server.has(2));
+  ::close(*dialled);
+}
+
+TEST(Listener, AllAddressesOfTheMachineAreThoseOfIPv4Too) {
+  for (const std::string listen : {"0.0.0.0:0", "[::]:0"}) {
+    KeepingServer server(listen, 8);
+    const ClientSocket client;
+    client.connect(server.listener().port());
+    ASSERT_TRUE(server.has(1)) << listen;
+    EXPECT_EQ(server.peers().front(), client.name());
+    const Result<int> dialled = server.listener().dial();
+    ASSERT_TRUE(dialled.ok()) << dialled.status();
+    EXPECT_TRUE(server.has(2)) << listen;
+    ::close(*dialled);
+  }
+}
+
+TEST(Listener, AnAddressThatIsTakenIsRefusedWithWhatToDo) {
+  KeepingServer server("127.0.0.1:0", 8);
+  const auto again = Listener::open(fmt::format("127.0.0.1:{}", server.listener().port()), "--listen", 8);
+  EXPECT_EQ(again.status().code(), StatusCode::kUnavailable);
+  EXPECT_NE(message_of(again.status()).find("--listen"), std::string::npos) << again.status();
+}
+
+}  // namespace
+}  // namespace lightmill

@@ -1,0 +1,132 @@
+// Whether a coordinator notices that its own port does not answer.
+#include "server/api/self_check.h"
+
+#include <gtest/gtest.h>
+#include <poll.h>
+#include <sys/socket.h>
+#include <unistd.h>
+
+#include <atomic>
+
+namespace lightmill {
+namespace {
+
+using Verdict = Hearing::Verdict;
+
+Time hearing_time(double seconds) {
+  return Time{from_seconds(1'000 + seconds)};
+}
+
+TEST(Hearing, SomeDialsWithoutAnswerAreADoubtThatOneAnswerEnds) {
+  Hearing hearing(hearing_time(0));
+  EXPECT_EQ(hearing.note(true, hearing_time(0)), Verdict::hears);
+  for (int i = 1; i < Hearing::kDoubtful; ++i) {
+    EXPECT_EQ(hearing.note(false, hearing_time(i)), Verdict::hears);
+  }
+  EXPECT_EQ(hearing.note(false, hearing_time(10)), Verdict::doubtful);
+  EXPECT_EQ(hearing.note(true, hearing_time(11)), Verdict::hears);
+  EXPECT_EQ(hearing.note(false, hearing_time(12)), Verdict::hears);
+}
+
+TEST(Hearing, DeafIsManyDialsAndMuchTimeWithoutAnswer) {
+  Hearing hearing(hearing_time(0));
+  EXPECT_EQ(hearing.note(true, hearing_time(0)), Verdict::hears);
+  EXPECT_NE(hearing.note(false, hearing_time(10'000)), Verdict::deaf) << "the machine stood still";
+  for (int i = 2; i < Hearing::kDeaf; ++i) {
+    EXPECT_NE(hearing.note(false, hearing_time(10'000 + i)), Verdict::deaf);
+  }
+  EXPECT_EQ(hearing.note(false, hearing_time(10'100)), Verdict::deaf);
+
+  Hearing hasty(hearing_time(0));
+  (void)hasty.note(true, hearing_time(0));
+  for (int i = 0; i < 10 * Hearing::kDeaf; ++i) {
+    EXPECT_NE(hasty.note(false, hearing_time(1)), Verdict::deaf);
+  }
+}
+
+TEST(Hearing, APortThatHasNeverAnsweredIsNotDeaf) {
+  Hearing hearing(hearing_time(0));
+  for (int i = 0; i < 10 * Hearing::kDeaf; ++i) {
+    EXPECT_NE(hearing.note(false, hearing_time(1'000.0 * i)), Verdict::deaf);
+  }
+}
+
+/// Each look is half a minute after the one before.
+class LeapingClock final : public Clock {
+ public:
+  Time now() const override { return hearing_time(30.0 * ++looks_); }
+  std::int64_t unix_milliseconds() const override { return 0; }
+
+ private:
+  mutable std::atomic<int> looks_ = 0;
+};
+
+/// What a SelfCheck has said, in order.
+class Said {
+ public:
+  void add(const std::string& what) {
+    const MutexLock lock(mutex_);
+    all_.push_back(what);
+    changed_.notify_all();
+  }
+  /// Waits until it has said so much.
+  std::vector<std::string> first(std::size_t count) {
+    const MutexLock lock(mutex_);
+    const auto until = std::chrono::steady_clock::now() + std::chrono::seconds(60);
+    while (all_.size() < count && changed_.wait_until(mutex_, until) == std::cv_status::no_timeout) {
+    }
+    return all_;
+  }
+
+ private:
+  Mutex mutex_;
+  CondVar changed_;
+  std::vector<std::string> all_ LM_GUARDED_BY(mutex_);
+};
+
+/// A port whose server answers the dials that `answers` names by their number, and hangs up on the others.
+class MoodyPort {
+ public:
+  explicit MoodyPort(std::function<bool(int)> answers)
+      : listener_(Listener::open("127.0.0.1:0", "--listen", 8).value()) {
+    listener_->start([answers = std::move(answers), dial = 0](int socket, const std::string&) mutable {
+      if (answers(dial++)) {
+        EXPECT_EQ(::send(socket, "h", 1, MSG_NOSIGNAL), 1);
+        pollfd gone{socket, POLLRDHUP, 0};  // before it has read the answer, it might miss it
+        EXPECT_EQ(::poll(&gone, 1, 60'000), 1);
+      }
+      ::close(socket);
+    });
+  }
+  ~MoodyPort() { listener_->stop(); }
+  Listener& listener() { return *listener_; }
+
+ private:
+  const std::unique_ptr<Listener> listener_;
+};
+
+TEST(SelfCheck, SaysWhenAPortAnswersNoMoreAndWhenItDoesAgain) {
+  MoodyPort port([](int dial) { return dial < 1 || dial >= 1 + Hearing::kDoubtful; });
+  Said said;
+  const SelfCheck check(
+      port.listener(), false, system_clock(), [&](bool hears) { said.add(hears ? "hears" : "doubts"); },
+      [&](const Status&) { said.add("deaf"); }, Duration::zero());
+  EXPECT_EQ(said.first(2), (std::vector<std::string>{"doubts", "hears"}));
+}
+
+TEST(SelfCheck, APortThatStaysDeafEndsTheProgram) {
+  MoodyPort port([](int dial) { return dial < 1; });
+  Said said;
+  const LeapingClock clock;
+  const SelfCheck check(
+      port.listener(), false, clock, [&](bool hears) { said.add(hears ? "hears" : "doubts"); },
+      [&](const Status& why) {
+        EXPECT_EQ(why.code(), StatusCode::kUnavailable);
+        said.add("deaf");
+      },
+      Duration::zero());
+  EXPECT_EQ(said.first(2), (std::vector<std::string>{"doubts", "deaf"}));
+}
+
+}  // namespace
+}  // namespace lightmill
