@@ -2,6 +2,7 @@
 #include <cerrno>
 #include <cstring>
 #include <iostream>
+#include <new>
 #include <nlohmann/json.hpp>
 
 #include "client/cli/context.h"
@@ -89,7 +90,14 @@ int run(int argc, char** argv) {
     return usage_error(plain_words(error), argc, argv);
   }
   const Console console(context.common.json, context.common.openjd);
-  return console.finish(context.run(console));
+  try {
+    return console.finish(context.run(console));
+  } catch (const std::bad_alloc&) {
+    return console.finish(console.fail(
+        internal_error("`lightmill {}` takes more memory than this process may have (ulimit -v, its control group): "
+                       "run it where there is more",
+                       app.get_subcommands().front()->get_name())));
+  }
 }
 
 }  // namespace

@@ -1,11 +1,28 @@
 #include "client/cli/scene_options.h"
 
+#include <new>
+
 #include "client/cli/blender.h"
 #include "client/cli/console.h"
 #include "client/cli/context.h"
 #include "client/cli/image_check.h"
 
 namespace lightmill::cli {
+namespace {
+
+Result<LoadedScene> load_within_memory(const std::vector<std::filesystem::path>& paths, bool blend,
+                                       const LoadOptions& options, Signals& signals) {
+  try {
+    return blend ? load_blend(paths[0], options, signals) : lightmill::load_scene(paths, options);
+  } catch (const std::bad_alloc&) {
+    return invalid_argument(
+        "{}: reading it takes more memory than this process may have (ulimit -v, its control group): make the scene "
+        "smaller, or read it where there is more",
+        paths[0].string());
+  }
+}
+
+}  // namespace
 
 void add_scene_options(CLI::App& command, SceneOptions& options) {
   command
@@ -56,8 +73,7 @@ Result<LoadedScene> load_scene(const SceneOptions& options, Signals& signals) {
   if (blend && paths.size() > 1) {
     return invalid_argument("a .blend file is a scene of its own, got {} files", paths.size());
   }
-  Result<LoadedScene> loaded =
-      blend ? load_blend(paths[0], load_options, signals) : lightmill::load_scene(paths, load_options);
+  Result<LoadedScene> loaded = load_within_memory(paths, blend, load_options, signals);
   if (!loaded.ok()) {
     return as_input_error(loaded.status());
   }

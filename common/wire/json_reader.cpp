@@ -7,6 +7,7 @@
 
 #include "common/base/library_text.h"
 #include "common/base/text.h"
+#include "common/scene/document.h"
 
 namespace lightmill {
 namespace {
@@ -284,6 +285,9 @@ class JsonReader final : public nlohmann::json_sax<nlohmann::json> {
       field_ = type.field(frame.index);
       path_ += fmt::format("[{}]", frame.index++);
     } else if (frame.kind == Frame::Kind::list) {
+      if (static_cast<std::size_t>(frame.index) >= kMaxSceneEntries) {  // told before all of them take memory
+        return fail_at(source_.place(frame.path), frame.path, "at most {} are possible, got more", kMaxSceneEntries);
+      }
       field_ = frame.field;
       path_ += fmt::format("[{}]", frame.index++);
     } else {

@@ -424,5 +424,28 @@ TEST_F(FarmCliTest, ThreadsAreOfAFarmOfItsOwn) {
   EXPECT_EQ(answer["failure"]["message"], "--threads is about a farm of its own (--local), and --server names another");
 }
 
+TEST_F(CliTest, ALongLineThatTakesTooMuchMemoryIsAnErrorWithItsFile) {
+  constexpr std::size_t kLineBytes = std::size_t{48} << 20;
+  const auto repeated = [](const std::string& words) {
+    std::string line;
+    while (line.size() < kLineBytes) {
+      line += words;
+    }
+    return line;
+  };
+  const auto check = [&](const std::string& scene) {
+    return run_command({"/bin/sh", "-c", "ulimit -v 1000000; exec \"$@\"", "sh", program("lightmill"), "check", scene},
+                       environment());
+  };
+  const std::string document = write("objects.json", "{\"objects\": [" + repeated("{}, ") + "{}]}");
+  const CommandResult objects = check(document);
+  EXPECT_EQ(objects.exit_code, 2);
+  EXPECT_EQ(objects.err, "lightmill: " + document + ":1:13: objects: at most 1000000 are possible, got more\n");
+  const std::string polygon = write("face.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nf " + repeated("1 2 3 ") + "\n");
+  const CommandResult face = check(polygon);
+  EXPECT_EQ(face.exit_code, 2);
+  EXPECT_EQ(face.err.find("lightmill: " + polygon + ": reading it takes more memory"), 0u) << face.err;
+}
+
 }  // namespace
 }  // namespace lightmill::test
