@@ -210,7 +210,7 @@ std::optional<int> parse_server_options(int argc, char** argv, ServerOptions& op
             "the same of all callers; fewer where the process may open few files");
   add_limit(app, "--wire-gib", options.wire_gib, "GIB", {0.0625, 65536.0}, "memory for what is on its way");
   add_limit(app, "--max-workers", options.max_workers, "N", {1, 1'000'000},
-            "workers that may connect");
+            "workers that may be there; others say so, and ask again");
   add_limit(app, "--keep-days", options.keep_days, "DAYS", {0.0, 36'500.0},
             "jobs that ended so long ago are deleted; 0: never");
   add_limit(app, "--reserve-gib", options.reserve_gib, "GIB", {0.0, 65536.0},

@@ -167,6 +167,7 @@ struct DrainRequest {};
 /// Another worker of this name has taken over, or the hello was not acceptable: leave.
 struct Dismissal {
   std::string reason;
+  bool for_now = false;  ///< there is no room: ask again later. It is told by the end of the stream, not by a message.
 };
 
 /// Something that the worker's people are to know: a line for its log.

@@ -17,6 +17,10 @@ constexpr std::uint64_t kWindowBytes = std::uint64_t{128} << 20;
 /// Messages that a worker has not yet read; its stream is ended beyond.
 constexpr std::size_t kMaxOutgoing = 4'096;
 
+/// A stream that has not said hello for so long makes room for another where there is none.
+constexpr Duration kHelloPatience = std::chrono::seconds(10);
+constexpr Duration kRoomPause = std::chrono::milliseconds(100);
+
 /// Two acknowledgements that wait make one.
 bool join_acks(std::deque<CoordinatorMessage>& queue, CoordinatorMessage& message) {
   auto* ack = std::get_if<ResultAck>(&message);
@@ -70,7 +74,15 @@ class WorkStream final : public grpc::ServerBidiReactor<v1::WorkRequest, v1::Wor
     }
   }
 
+  /// Whose place it takes, as long as it has not said hello.
+  std::string caller() const { return caller_key(call_.caller, call_.peer); }
+  bool greeted() const { return greeted_; }
+  bool is_silent(Time now) const { return !greeted_ && now - opened_ >= kHelloPatience; }
+
   void send(CoordinatorMessage message) {
+    if (const auto* const dismissal = std::get_if<Dismissal>(&message); dismissal != nullptr && dismissal->for_now) {
+      return finish(grpc::Status(grpc::StatusCode::RESOURCE_EXHAUSTED, dismissal->reason));
+    }
     {
       const MutexLock lock(mutex_);
       if (ending_) {
@@ -266,7 +278,8 @@ class WorkStream final : public grpc::ServerBidiReactor<v1::WorkRequest, v1::Wor
   const Call call_;
   grpc::CallbackServerContext* const context_;  // gRPC's; there until OnDone has returned
   v1::WorkRequest request_;                     // belongs to the read under way
-  bool greeted_ = false;                        // touched by reads, and by OnDone after them
+  std::atomic<bool> greeted_ = false;           // set by reads
+  const Time opened_ = system_clock().now();
 
   Mutex mutex_;
   bool reading_ LM_GUARDED_BY(mutex_) = false;
@@ -291,25 +304,56 @@ grpc::ServerBidiReactor<v1::WorkRequest, v1::WorkResponse>* WorkerStreams::Work(
     return new Refused<grpc::ServerBidiReactor<v1::WorkRequest, v1::WorkResponse>>(call.status());
   }
   std::shared_ptr<WorkStream> stream;
-  bool stopped = false;
-  bool too_many = false;
+  std::vector<std::shared_ptr<WorkStream>> silent;
+  grpc::Status refusal;
   {
     const MutexLock lock(mutex_);
     const SessionId session{next_session_++};
     stream = std::make_shared<WorkStream>(*this, session, std::move(*call), context);
+    refusal = refusal_of(stream->caller(), silent);
     streams_.emplace(session, stream);
-    stopped = stopped_;
-    too_many = streams_.size() > max_streams_;
   }
-  if (stopped) {
-    stream->finish(grpc::Status(grpc::StatusCode::UNAVAILABLE, "the coordinator stops"));
-  } else if (too_many) {
-    stream->finish(grpc::Status(grpc::StatusCode::RESOURCE_EXHAUSTED,
-                                fmt::format("more than {} worker streams are open already", max_streams_)));
-  } else {
+  for (const std::shared_ptr<WorkStream>& each : silent) {
+    each->hang_up(grpc::Status(grpc::StatusCode::DEADLINE_EXCEEDED, "the stream said no hello"));
+  }
+  if (refusal.ok()) {
     stream->start();
+  } else {
+    stream->finish(refusal);
   }
   return stream.get();
+}
+
+grpc::Status WorkerStreams::refusal_of(const std::string& caller, std::vector<std::shared_ptr<WorkStream>>& silent) {
+  if (stopped_) {
+    return grpc::Status(grpc::StatusCode::UNAVAILABLE, "the coordinator stops");
+  }
+  if (2 * streams_.size() < max_streams_) {
+    return grpc::Status::OK;
+  }
+  const Time now = system_clock().now();
+  if (now - counted_at_ >= kRoomPause) {
+    counted_at_ = now;
+    strangers_.clear();
+    for (const auto& [session, each] : streams_) {
+      if (each->is_silent(now)) {
+        silent.push_back(each);
+      } else if (!each->greeted()) {
+        ++strangers_[each->caller()];
+      }
+    }
+  }
+  if (streams_.size() >= max_streams_) {
+    return grpc::Status(grpc::StatusCode::RESOURCE_EXHAUSTED,
+                        fmt::format("the farm has all of its {} worker streams open: try again later", max_streams_));
+  }
+  if (++strangers_[caller] > max_streams_ / 2) {
+    return grpc::Status(
+        grpc::StatusCode::RESOURCE_EXHAUSTED,
+        fmt::format("the farm takes {} worker streams of one caller that have not said hello: try again later",
+                    max_streams_ / 2));
+  }
+  return grpc::Status::OK;
 }
 
 std::shared_ptr<WorkStream> WorkerStreams::find(SessionId session) {

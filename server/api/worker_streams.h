@@ -19,7 +19,8 @@ class WorkerStreams final : public v1::WorkerService::CallbackService {
  public:
   explicit WorkerStreams(const Gate& gate);
   ~WorkerStreams() override;
-  /// Where events go; before the server starts. Streams beyond `max_streams` are refused with RESOURCE_EXHAUSTED.
+  /// Where events go; before the server starts. Streams beyond `max_streams` are refused with RESOURCE_EXHAUSTED, and
+  /// so are those of one caller beyond half of that which have not said hello.
   void set_loop(FarmLoop& loop, std::size_t max_streams) {
     loop_ = &loop;
     max_streams_ = max_streams;
@@ -37,6 +38,9 @@ class WorkerStreams final : public v1::WorkerService::CallbackService {
  private:
   friend class WorkStream;
   std::shared_ptr<WorkStream> find(SessionId session);
+  /// Of one more stream of the caller; OK: it is taken. `silent`: those to be ended, which make room for later ones.
+  grpc::Status refusal_of(const std::string& caller, std::vector<std::shared_ptr<WorkStream>>& silent)
+      LM_REQUIRES(mutex_);
   void forget(SessionId session);
 
   const Gate& gate_;
@@ -47,6 +51,9 @@ class WorkerStreams final : public v1::WorkerService::CallbackService {
   std::map<SessionId, std::shared_ptr<WorkStream>> streams_ LM_GUARDED_BY(mutex_);
   std::uint64_t next_session_ LM_GUARDED_BY(mutex_) = 1;
   bool stopped_ LM_GUARDED_BY(mutex_) = false;
+  /// Streams that have said no hello, by caller: counted again when places are short.
+  std::map<std::string, std::size_t> strangers_ LM_GUARDED_BY(mutex_);
+  Time counted_at_ LM_GUARDED_BY(mutex_){};
 };
 
 }  // namespace lightmill

@@ -360,7 +360,8 @@ struct Coordinator::State {
   void on_refusal(Worker& worker, const WorkerRefusal& refusal, Time now, Step& step);
   /// It renders nothing of the job any more; others may.
   void exclude(Worker& worker, Job& job, const std::string& reason, Time now, Step& step);
-  void dismiss(SessionId session, std::string reason, Time now, Step& step);
+  /// `for_now`: for want of room.
+  void dismiss(SessionId session, std::string reason, Time now, Step& step, bool for_now = false);
   /// What the worker was reading waits for another one: serve_inspections.
   void end_session(SessionId session, Time now, Step& step);
   void forget_if_gone(const std::string& name, Step& step);
@@ -429,6 +430,7 @@ struct Coordinator::State {
   std::unordered_map<LeaseId, Lease> leases;
   std::set<std::pair<Time, LeaseId>> expiry;
   Time next_copy_look, next_silence_look;
+  Time next_full_note{};  ///< when it may be said again that there is no room
   ResultsPace pace;
   bool slowed = false;         ///< somebody has been told that the pace is low
   Time behind_at;              ///< when workers could not all be heard, the last time

@@ -10,6 +10,8 @@ namespace {
 
 /// Threads that one worker may claim.
 constexpr std::uint32_t kMaxThreads = 4096;
+/// The log says so often at most that the farm is full.
+constexpr Duration kFullNotePause = std::chrono::minutes(1);
 
 Status check_hello(const WorkerHello& hello) {
   if (hello.name.empty() || hello.threads < 1 || hello.threads > kMaxThreads) {
@@ -42,10 +44,15 @@ Worker* Coordinator::State::worker_of(SessionId session) {
   return find_worker(found->second.worker);
 }
 
-void Coordinator::State::dismiss(SessionId session, std::string reason, Time now, Step& step) {
+void Coordinator::State::dismiss(SessionId session, std::string reason, Time now, Step& step, bool for_now) {
   Session& entry = sessions.at(session);
-  note(step, Note::Level::warning, about(entry.worker), "worker {} is dismissed: {}", entry.worker, reason);
-  send_after_commit(step, session, Dismissal{std::move(reason)});
+  if (!for_now) {
+    note(step, Note::Level::warning, about(entry.worker), "worker {} is dismissed: {}", entry.worker, reason);
+  } else if (now >= next_full_note) {  // it and others ask again and again
+    next_full_note = now + kFullNotePause;
+    note(step, Note::Level::warning, about(entry.worker), "worker {} finds no room: {}", entry.worker, reason);
+  }
+  send_after_commit(step, session, Dismissal{std::move(reason), for_now});
   if (Worker* const worker = worker_of(session)) {
     if (counts(*worker)) {
       farm_threads -= worker->hello.threads;
@@ -68,7 +75,10 @@ void Coordinator::State::connect(SessionId session, const WorkerHello& hello, Ti
     return;
   }
   if (!workers.contains(hello.name) && workers.size() >= limits.max_workers) {
-    dismiss(session, fmt::format("the farm has at most {} workers", limits.max_workers), now, step);
+    dismiss(session,
+            fmt::format("the farm is full: it takes {} workers (--max-workers), and asks you to come again later",
+                        limits.max_workers),
+            now, step, true);
     return;
   }
   Worker& worker = workers[hello.name];

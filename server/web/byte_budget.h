@@ -1,8 +1,10 @@
 // What requests and answers may hold together: beyond that they are refused.
 #pragma once
 
+#include <array>
 #include <atomic>
 #include <cstdint>
+#include <map>
 #include <memory>
 #include <string>
 #include <utility>
@@ -27,15 +29,32 @@ class ByteBudget {
     }
     return {taken_.get(), [taken = taken_, bytes](const void*) { *taken -= bytes; }};
   }
-  /// So many bytes more than `before`; null, and `before` is kept, if they are not left.
-  Place take_more(const Place& before, std::uint64_t bytes) const {
-    const Place more = take(bytes);
-    return more == nullptr ? nullptr : std::make_shared<const std::pair<Place, Place>>(before, more);
-  }
+  bool is_whole() const { return *taken_ == 0; }
 
  private:
   std::uint64_t most_bytes_;
   std::shared_ptr<std::atomic<std::uint64_t>> taken_ = std::make_shared<std::atomic<std::uint64_t>>(0);
+};
+
+/// A budget of which one caller takes half at most. Not thread-safe, but for the ends of places.
+class CallersBudget {
+ public:
+  explicit CallersBudget(std::uint64_t most_bytes) : most_bytes_(most_bytes), all_(most_bytes) {}
+
+  /// So many bytes more than `before`; null, and `before` is kept, if they are not left.
+  ByteBudget::Place take_more(const std::string& caller, const ByteBudget::Place& before, std::uint64_t bytes) {
+    std::erase_if(callers_, [](const auto& entry) { return entry.second.is_whole(); });
+    const ByteBudget::Place own = callers_.try_emplace(caller, most_bytes_ / 2).first->second.take(bytes);
+    const ByteBudget::Place of_all = own == nullptr ? nullptr : all_.take(bytes);
+    return of_all == nullptr
+               ? nullptr
+               : std::make_shared<const std::array<ByteBudget::Place, 3>>(std::array{before, own, of_all});
+  }
+
+ private:
+  const std::uint64_t most_bytes_;
+  const ByteBudget all_;
+  std::map<std::string, ByteBudget> callers_;  ///< who has taken something
 };
 
 /// The bytes, with their place until nobody holds them any more.

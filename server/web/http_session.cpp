@@ -12,6 +12,7 @@
 #include <limits>
 
 #include "common/base/text.h"
+#include "server/access/call_limits.h"
 #include "server/web/asset_upload.h"
 #include "server/web/live_session.h"
 #include "server/web/metrics.h"
@@ -193,7 +194,8 @@ class HttpSession final : public std::enable_shared_from_this<HttpSession> {
     }
     const std::uint64_t there = body_parser_->get().body().size();
     if (std::min(there + kMostBodyBytes, most_bytes) > held_bytes_) {
-      ByteBudget::Place more = parts_.large_bodies.take_more(place_, kHeldAtOnce);
+      ByteBudget::Place more =
+          parts_.large_bodies.take_more(caller_key(call_->caller, call_->peer), place_, kHeldAtOnce);
       if (more == nullptr) {
         body_parser_.reset();  // its room is somebody else's now
         place_ = nullptr;
@@ -298,12 +300,9 @@ class HttpSession final : public std::enable_shared_from_this<HttpSession> {
     if (!websocket::is_upgrade(request_)) {
       return answer(error_reply(invalid_argument("{} is a WebSocket", kLive)));
     }
-    if (parts_.hub.full()) {
-      return answer(error_reply(resource_exhausted("{} pages are open already", LiveHub::kMostViewers)));
-    }
     Result<Call> call = parts_.gate.admit(identify(shown), peer_, Rpc::watch_job);
-    if (!call.ok()) {
-      return answer(error_reply(call.status()));
+    if (const Status status = call.ok() ? parts_.hub.check_room(*call) : call.status(); !status.ok()) {
+      return answer(error_reply(status));
     }
     stream_.tcp().expires_never();
     LiveHub::Holds holds = [&logins = parts_.logins, shown, caller = call->caller] {
@@ -422,7 +421,7 @@ class HttpSession final : public std::enable_shared_from_this<HttpSession> {
   SteadyClock::time_point body_began_;
   std::uint64_t held_bytes_ = 0;  ///< of its body: so much may come before more room is asked for
   ByteBudget::Place place_;       ///< of its body, if that is large
-  std::optional<Call> call_;      ///< if it was admitted before its body came
+  std::optional<Call> call_;      ///< if it was admitted before its body came, as all with large bodies are
   SharedBytes body_;              ///< of the response
   Response response_;
   std::string response_head_;  ///< as it is sent

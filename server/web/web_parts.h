@@ -57,7 +57,7 @@ struct WebParts {
   const PageFiles pages;
   ServedCertificate certificate;
   const std::shared_ptr<Mailbox> mailbox = std::make_shared<Mailbox>();
-  const ByteBudget large_bodies{kMostLargeBytes};
+  CallersBudget large_bodies{kMostLargeBytes};
   /// For what takes its time, and for what waits for the disk: a slow one keeps nobody else waiting.
   std::shared_ptr<boost::asio::thread_pool> side = std::make_shared<boost::asio::thread_pool>(2),
                                             disk = std::make_shared<boost::asio::thread_pool>(2);

@@ -2,6 +2,8 @@
 // disturbed.
 #include <gtest/gtest.h>
 
+#include <csignal>
+
 #include "common/wire/farm_messages.h"
 #include "tests/support/farm.h"
 
@@ -73,6 +75,18 @@ TEST(Limits, StreamsOfOneCaller) {
   })) << "its place is free once it has gone";
   second.context.TryCancel();
   (void)second.reader->Finish();
+}
+
+TEST(Limits, AWorkerThatFindsTheFarmFullComesInWhenAnotherHasLeft) {
+  Farm farm({"--max-workers", "1"});
+  farm.add_worker(1, "first");
+  ASSERT_TRUE(eventually([&] { return farm.met("first"); }));
+  BackgroundProcess& second = farm.add_worker(1, "second");
+  const std::string reason = "the farm is full: it takes 1 workers (--max-workers)";
+  EXPECT_TRUE(eventually([&] { return farm.worker_log("second").find(reason) != std::string::npos; }));
+  EXPECT_FALSE(second.wait(std::chrono::milliseconds(100))) << "it stays, and asks again";
+  farm.worker("first").send(SIGTERM);
+  EXPECT_TRUE(eventually([&] { return farm.met("second"); }));
 }
 
 TEST(Limits, JobsOfOneUser) {

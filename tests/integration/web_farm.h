@@ -60,8 +60,8 @@ class WebFarm {
   std::string host() const { return "127.0.0.1:" + std::to_string(port_); }
   int port() const { return port_; }
 
-  boost::asio::ip::tcp::socket connect() {
-    boost::asio::ip::tcp::socket socket(io_);
+  boost::asio::ip::tcp::socket connect(const std::string& from = "127.0.0.1") {
+    boost::asio::ip::tcp::socket socket(io_, {boost::asio::ip::make_address(from), 0});
     socket.connect({boost::asio::ip::make_address("127.0.0.1"), port_});
     return socket;
   }

@@ -42,8 +42,9 @@ int incoming(WebFarm& web) {
 /// A connection on which a request is sent by hand.
 class RawRequest {
  public:
-  RawRequest(WebFarm& web, const std::string& path, const std::string& type, const std::string& headers)
-      : socket_(web.connect()) {
+  RawRequest(WebFarm& web, const std::string& path, const std::string& type, const std::string& headers,
+             const std::string& from = "127.0.0.1")
+      : socket_(web.connect(from)) {
     send(fmt::format("POST {} HTTP/1.1\r\nHost: {}\r\nContent-Type: {}\r\n{}\r\n", path, web.host(), type, headers));
   }
   /// An asset of so many bytes.
@@ -179,11 +180,11 @@ TEST(WebSubmit, LargeScenesComeAndGoWhole) {
   EXPECT_EQ(web.post("/api/v1/jobs/1/extend", std::string(20'000, ' ')).result_int(), 413u) << "others stay small";
 }
 
-TEST(WebSubmit, AllLargeBodiesTogetherHaveALimit) {
+TEST(WebSubmit, LargeBodiesOfOneCallerHaveALimitAndLeaveRoomToOthers) {
   WebFarm web;
   const std::string length = fmt::format("Content-Length: {}\r\n", std::size_t{24} << 20);
   std::vector<std::unique_ptr<RawRequest>> waiting;
-  for (int i = 0; i < 11; ++i) {  // of 256 MiB
+  for (int i = 0; i < 6; ++i) {  // of 128 MiB
     waiting.push_back(std::make_unique<RawRequest>(web, "/api/v1/jobs", "application/json", length));
     waiting.back()->send(std::string(std::size_t{23} << 20, ' '));
   }
@@ -191,6 +192,10 @@ TEST(WebSubmit, AllLargeBodiesTogetherHaveALimit) {
   const auto answer = [&](const std::string& body) { return web.post("/api/v1/jobs", body).result_int(); };
   EXPECT_TRUE(eventually([&] { return answer(large) == 503; }));
   EXPECT_EQ(answer("{}"), 400u) << "small ones are taken";
+  RawRequest other(web, "/api/v1/jobs", "application/json", fmt::format("Content-Length: {}\r\n", large.size()),
+                   "127.0.0.2");
+  other.send(large);
+  EXPECT_EQ(other.read().result_int(), 400u) << "it is taken: it is no job";
   RawRequest slow(web, "/api/v1/jobs/1/cancel", "application/json", "Content-Length: 2\r\n");
   slow.send("{");
   EXPECT_TRUE(eventually([&] { return slow.is_read(); }));

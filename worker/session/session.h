@@ -148,8 +148,8 @@ class Session {
   void start(Time now, SessionActions& actions);
   /// The stream that OpenStream asked for is up.
   void connected(Time now, SessionActions& actions);
-  /// It is down, or could not be opened; `refused`: because of who the worker is. No message of it may be fed after
-  /// this.
+  /// It is down, or could not be opened; `refused`: because of who the worker is, or for want of room. No
+  /// message of it may be fed after this.
   void disconnected(Time now, SessionActions& actions, bool refused = false);
   void message(const CoordinatorMessage& message, Time now, SessionActions& actions);
 

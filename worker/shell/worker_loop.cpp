@@ -27,9 +27,10 @@ bool is_passing(const Status& status) {
   }
 }
 
-/// Whether the coordinator lets this worker in no more, until people do something.
+/// Whether the coordinator does not let this worker in until people do something, or others have left.
 bool is_refusal(const Status& status) {
-  return status.code() == StatusCode::kPermissionDenied || status.code() == StatusCode::kUnauthenticated;
+  return status.code() == StatusCode::kPermissionDenied || status.code() == StatusCode::kUnauthenticated ||
+         status.code() == StatusCode::kResourceExhausted;
 }
 
 /// "job 1, samples [0, 16), tile 3".

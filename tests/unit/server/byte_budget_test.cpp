@@ -17,10 +17,8 @@ TEST(ByteBudget, IsNeverPassedAndWholeAgainWhenAllPlacesAreGiven) {
     for (int i = 0; i < 4; ++i) {
       threads.emplace_back([&] {
         for (int turn = 0; turn < 20'000; ++turn) {
-          ByteBudget::Place place = budget.take(kEach / 2);
-          ByteBudget::Place more = place != nullptr ? budget.take_more(place, kEach / 2) : nullptr;
-          place.reset();
-          if (more == nullptr) {
+          const ByteBudget::Place place = budget.take(kEach);
+          if (place == nullptr) {
             ++refused;
             continue;
           }
@@ -36,6 +34,23 @@ TEST(ByteBudget, IsNeverPassedAndWholeAgainWhenAllPlacesAreGiven) {
   EXPECT_LT(refused, 80'000u);
   EXPECT_NE(budget.take(kMost), nullptr);
   EXPECT_EQ(budget.take(kMost + 1), nullptr);
+}
+
+TEST(CallersBudget, OneCallerTakesHalfAndAllTogetherNoMoreThanThereIs) {
+  CallersBudget budget(100);
+  ByteBudget::Place ada = budget.take_more("ada", nullptr, 30);
+  ASSERT_NE(ada, nullptr);
+  EXPECT_EQ(budget.take_more("ada", ada, 30), nullptr);
+  ada = budget.take_more("ada", ada, 20);
+  ASSERT_NE(ada, nullptr);
+  EXPECT_EQ(budget.take_more("ada", ada, 1), nullptr);
+  ByteBudget::Place bob = budget.take_more("bob", nullptr, 40);
+  ASSERT_NE(bob, nullptr);
+  EXPECT_EQ(budget.take_more("eve", nullptr, 20), nullptr) << "10 are left";
+  EXPECT_NE(budget.take_more("eve", nullptr, 10), nullptr);
+  ada.reset();
+  EXPECT_NE(budget.take_more("bob", bob, 10), nullptr);
+  EXPECT_NE(budget.take_more("ada", nullptr, 50), nullptr) << "all that it had is back";
 }
 
 }  // namespace
