@@ -23,7 +23,7 @@ namespace {
 
 constexpr int kBacklog = 4'096;
 /// A peer that acknowledges nothing for so long is gone.
-constexpr int kUserTimeoutMs = 20'000;
+constexpr int kUserTimeoutMs = 30'000;
 /// After accept has failed, and while connections wait for their turn.
 constexpr int kPauseMs = 50;
 /// Otherwise closed connections are forgotten so often.
