@@ -3,6 +3,8 @@
 
 #include <gtest/gtest.h>
 
+#include <fstream>
+
 #include "client/cli/film_fetch.h"
 #include "common/base/file.h"
 #include "common/image/exr.h"
@@ -11,11 +13,14 @@
 namespace lightmill::cli {
 namespace {
 
-/// Six tiles with 3 samples and a layer, of the scene "scene".
-FilmPicture example() {
-  FilmPicture picture({0, 0, 200, 100}, {10, 5, 150, 90});
+constexpr ImageWindow kSixTiles{10, 5, 150, 90}, kTwoBlocksOfLines{10, 5, 4, 18};
+
+/// `data` of 200×100 pixels with 3 samples and a layer, of the scene "scene".
+FilmPicture example(const ImageWindow& data) {
+  FilmPicture picture({0, 0, 200, 100}, data);
   picture.layers.push_back(make_picture_layer("albedo", picture.pixels()));
-  const TileGrid grid({10, 5, 150, 90});
+  const PixelRect crop{data.x, data.y, data.width, data.height};
+  const TileGrid grid(crop);
   for (std::uint32_t tile = 0; tile < grid.tile_count(); ++tile) {
     const PixelRect rect = grid.tile_rect(TileId{tile});
     std::vector<float> sums(2 * summed_channels(picture) * static_cast<std::size_t>(rect.pixel_count()));
@@ -35,7 +40,7 @@ FilmPicture example() {
   settings.scene = "scene";
   settings.width = 200;
   settings.height = 100;
-  settings.crop = {10, 5, 150, 90};
+  settings.crop = crop;
   settings.layers = film_layers(std::vector<std::string>{"albedo"}).value();
   settings.seed = 7;
   settings.renderer_version = "core-x";
@@ -46,13 +51,14 @@ FilmPicture example() {
 
 class PictureFile : public testing::Test {
  protected:
-  PictureFile() {
-    EXPECT_TRUE(write_outputs(example(), {path_}, {}).ok());
+  PictureFile() { write(kSixTiles); }
+  void write(const ImageWindow& data) {
+    EXPECT_TRUE(write_outputs(example(data), {path_}, {}).ok());
     bytes_ = read_file(path_).value();
   }
   const std::string& bytes() const { return bytes_; }
   Status loaded(const std::string& changed) const {
-    EXPECT_TRUE(write_file_atomically(path_, as_byte_view(changed)).ok());
+    EXPECT_TRUE(std::ofstream(path_, std::ios::binary) << changed);
     return load_sound_picture(path_).status();
   }
   /// The file with something of it changed, otherwise as good as it was.
@@ -122,6 +128,7 @@ TEST_F(PictureFile, AChangedAttributeIsFound) {
 }
 
 TEST_F(PictureFile, AChangedBitOfTheHeaderOrOfTheLinesPlacesIsFound) {
+  write(kTwoBlocksOfLines);
   const std::string& whole = bytes();
   const std::size_t end = whole.find("screenWindowWidth") + 40;  // its header, and a part of the table of lines
   ASSERT_LT(end, whole.size());
@@ -168,13 +175,13 @@ TEST_F(PictureFile, AReceiptThatContradictsItselfIsFoundUnderAnyChecksum) {
 }
 
 TEST(PictureSettings, AreThoseOfItsSceneAlone) {
-  const FilmPicture picture = example();
+  const FilmPicture picture = example(kSixTiles);
   EXPECT_EQ(settings_of(picture, "another scene", {}).status().code(), StatusCode::kInvalidArgument);
   EXPECT_EQ(settings_of(picture, "scene", {sha256("asset")}).status().code(), StatusCode::kInvalidArgument);
 }
 
 TEST(DrawnTiles, AreAShareOfThemAtLeastOneAndAllAlike) {
-  const FilmPicture picture = example();
+  const FilmPicture picture = example(kSixTiles);
   EXPECT_EQ(draw_tiles(picture, 0, 1).size(), 1u);
   EXPECT_EQ(draw_tiles(picture, 0.5, 1).size(), 3u);
   EXPECT_EQ(draw_tiles(picture, 1, 1).size(), 6u);
@@ -191,7 +198,7 @@ TEST(DrawnTiles, AreAShareOfThemAtLeastOneAndAllAlike) {
 }
 
 TEST(ComparedTile, DiffersByOneBitOfAnyChannel) {
-  const FilmPicture picture = example();
+  const FilmPicture picture = example(kSixTiles);
   const PixelRect rect{64, 5, 64, 59};
   const auto again = [&] {
     FilmPicture tile(picture.display, {rect.x, rect.y, rect.width, rect.height});
@@ -217,7 +224,7 @@ TEST(ComparedTile, DiffersByOneBitOfAnyChannel) {
 }
 
 TEST(ComparedTile, HasNoGapsInItsSamples) {
-  FilmPicture picture = example();
+  FilmPicture picture = example(kSixTiles);
   const PixelRect rect{64, 5, 64, 59};
   picture.samples_a[100] += 1;
   EXPECT_EQ(samples_of(picture, rect).status().code(), StatusCode::kFailedPrecondition);
