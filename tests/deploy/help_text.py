@@ -1,14 +1,19 @@
 """Reads the programs' commands and options off what --help prints, for the tests of what is made from their tables."""
+import functools
 import re
 import subprocess
 
 PROGRAMS = ["lightmill", "lightmill-server", "lightmill-worker"]
 
 
+@functools.cache
+def _printed(words):
+    return subprocess.run([*words, "--help"], capture_output=True, text=True, check=True, timeout=60).stdout
+
+
 def help_of(folder, words):
     """The lines that `words --help` prints; the first word is a program of the folder."""
-    run = subprocess.run([folder / words[0], *words[1:], "--help"], capture_output=True, text=True, check=True, timeout=60)
-    return run.stdout.splitlines()
+    return _printed((folder / words[0], *words[1:])).splitlines()
 
 
 def options_and_commands(lines):
