@@ -75,7 +75,7 @@ TEST_F(FaultyLines, ThatAreCutForAWhile) {
     keep_busy();
     line->refuse(true);
     line->cut();
-    std::this_thread::sleep_for(seconds(3));
+    EXPECT_TRUE(eventually([&] { return line->times_refused() > 0; })) << "its worker tries again";
     line->refuse(false);
   }
   EXPECT_TRUE(eventually([&] { return farm_.missed("w1") && farm_.missed("w2"); }));
@@ -83,6 +83,7 @@ TEST_F(FaultyLines, ThatAreCutForAWhile) {
 
 TEST_F(FaultyLines, ThatStallInOneDirectionOrBoth) {
   const std::vector<std::vector<Way>> stalls = {{Way::there}, {Way::back}, {Way::there, Way::back}};
+  const auto stored = [&] { return farm_.times_said("w1", " is stored by the coordinator"); };
   const auto stall = [&](const std::vector<Way>& ways, bool on) {
     for (const Way way : ways) {
       lines_[0]->stall(way, on);
@@ -92,8 +93,9 @@ TEST_F(FaultyLines, ThatStallInOneDirectionOrBoth) {
     keep_busy();
     stall(ways, true);
     std::this_thread::sleep_for(seconds(1));
+    const int before = stored();
     stall(ways, false);
-    std::this_thread::sleep_for(seconds(1));  // what was held up gets through
+    EXPECT_TRUE(eventually([&] { return stored() > before; })) << "what was held up gets through";
   }
   EXPECT_EQ(farm_.times_missed("w1"), 0) << "so short a stall is nobody's death";
   for (const std::vector<Way>& ways : stalls) {
@@ -133,8 +135,12 @@ TEST(StoppedProcesses, ACoordinatorThatStandsStillGoesOn) {
   farm.add_worker(1, "w2");
   const std::uint64_t job = farm.client().submit(picture).id();
   farm.client().wait_for_samples(job, kPixels);
+  ASSERT_TRUE(eventually([&] { return farm.met("w1") && farm.met("w2"); }));
   farm.server().send(SIGSTOP);
-  std::this_thread::sleep_for(seconds(25));  // longer than workers keep a silent one
+  for (const char* const worker : {"w1", "w2"}) {
+    EXPECT_TRUE(eventually([&] { return farm.times_said(worker, "no connection to ") > 0; }))
+        << farm.worker_log(worker);
+  }
   farm.server().send(SIGCONT);
   expect_reference_film(farm.client(), job, picture);
 }

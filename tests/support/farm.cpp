@@ -379,8 +379,8 @@ std::string Farm::log(const std::string& name) const {
   return read_file(folder_.path() / (name + ".log")).value();
 }
 
-int Farm::times_said(const std::string& words) const {
-  const std::string said = server_log();
+int Farm::times_said(const std::string& name, const std::string& words) const {
+  const std::string said = log(name);
   int times = 0;
   for (std::size_t at = said.find(words); at != std::string::npos; at = said.find(words, at + 1)) {
     ++times;

@@ -105,12 +105,14 @@ class Farm {
   std::string worker_log(const std::string& name) const { return log(name); }
   std::string server_log() const { return log("server"); }
   /// How often the coordinator has said that a worker came, or that its connection ended.
-  int times_met(const std::string& worker) const { return times_said(worker + " is here"); }
-  int times_missed(const std::string& worker) const { return times_said(worker + " is gone"); }
+  int times_met(const std::string& worker) const { return times_said("server", worker + " is here"); }
+  int times_missed(const std::string& worker) const { return times_said("server", worker + " is gone"); }
   bool met(const std::string& worker) const { return times_met(worker) > 0; }
   bool missed(const std::string& worker) const { return times_missed(worker) > 0; }
   /// What a process whose output goes to NAME.log in folder() has said.
   std::string log(const std::string& name) const;
+  /// How often these words are in log(name).
+  int times_said(const std::string& name, const std::string& words) const;
 
  private:
   struct Worker {
@@ -120,7 +122,6 @@ class Farm {
     std::unique_ptr<BackgroundProcess> process;
   };
   std::unique_ptr<BackgroundProcess> start_worker(int threads, const std::string& name, const Launch& launch);
-  int times_said(const std::string& words) const;
 
   TemporaryFolder folder_;
   std::vector<std::string> server_options_;

@@ -117,7 +117,9 @@ void FaultProxy::accept_all() {
     if (client < 0) {
       return;
     }
-    const int server = refuses_ ? -1 : connect_target();
+    const bool refused = refuses_;
+    times_refused_ += refused ? 1 : 0;
+    const int server = refused ? -1 : connect_target();
     if (server < 0) {
       ::close(client);
       continue;

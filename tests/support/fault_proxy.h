@@ -37,6 +37,7 @@ class FaultProxy {
   void swallow(Way way, bool swallows) { line(way).swallows = swallows; }
   /// Who connects is hung up on.
   void refuse(bool refuses) { refuses_ = refuses; }
+  int times_refused() const { return times_refused_; }
   /// Ends all connections.
   void cut();
 
@@ -54,6 +55,7 @@ class FaultProxy {
   int listener_ = -1, port_ = 0;
   std::array<Line, 2> lines_;
   std::atomic<bool> refuses_ = false, ends_ = false;
+  std::atomic<int> times_refused_ = 0;
   Mutex mutex_;
   std::vector<int> sockets_ LM_GUARDED_BY(mutex_);
   std::vector<std::thread> relays_ LM_GUARDED_BY(mutex_);

@@ -288,6 +288,8 @@ void WorkerLoop::stream_broke(const std::string& address, const Status& status, 
           "when the reason changes",
           address, printable(why), to_seconds(refused_least_), to_seconds(refused_most_));
       said = std::move(why);
+    } else {
+      spdlog::debug("refused again, by {}", address);
     }
   } else if ((failures_ == 0 || refused_last_) && !refused && !exit_) {
     // It may take seconds, in which the session has to find another coordinator.
