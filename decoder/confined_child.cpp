@@ -50,7 +50,7 @@ void forbidden_call(int, siginfo_t* info, void*) {
   answer(reply);
 }
 
-/// Of a missing right to set it, no child dies: the rest of the sandbox holds.
+/// A limit that cannot be set is left out: the rest of the sandbox holds.
 void limit(__rlimit_resource resource, std::uint64_t soft, std::uint64_t hard) {
   const rlimit value{soft, hard};
   ::setrlimit(resource, &value);
@@ -105,8 +105,8 @@ Status confine(const Confinement& confinement, const ChildLimits& limits, int fi
   const Status confined = confine(confinement, limits, file, room, answers);
   if (!confined.ok()) {
     const bool refused = confined.code() == StatusCode::kFailedPrecondition;
-    answer(error_reply(refused ? failed_precondition("{}; images are decoded nowhere else, unless --unsandboxed-images "
-                                                     "says that whoever sends scenes is trusted",
+    answer(error_reply(refused ? failed_precondition("{}; allow seccomp, or trust the senders of scenes and give "
+                                                     "--unsandboxed-images",
                                                      message_of(confined))
                                : confined));
   }

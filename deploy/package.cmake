@@ -80,7 +80,8 @@ ${about} This package has what the command line and the
 worker read images of scenes with.")
 set(CPACK_DEBIAN_LIGHTMILL_DESCRIPTION "render farm: the command line
 ${about} This package has the command line, scenes and
-scripts for Slurm. With the other two beside it, it also renders without a farm.")
+scripts for Slurm. With the coordinator and the worker beside it, it also renders
+without a farm.")
 set(CPACK_DEBIAN_LIGHTMILL_PACKAGE_SUGGESTS "lightmill-server, lightmill-worker")
 set(CPACK_STRIP_FILES ON)
 set(CPACK_SET_DESTDIR ON)  # without it what goes to /etc would go to this machine's

@@ -133,8 +133,7 @@ std::optional<int> parse(int argc, char** argv, const FailureReport& failed, Opt
   add_limit(app, "--results-mib", options.results_mib, "MIB", {1.0, 1e6},
             "memory for results not acknowledged yet; beyond, it waits");
   app.add_flag(kUnsandboxedImages, options.unsandboxed_images,
-               "decode images also where the kernel refuses the sandbox for it (seccomp): for farms whose users are "
-               "trusted");
+               "decode images even if the kernel refuses the sandbox (seccomp); only for farms whose users you trust");
   app.add_flag(
       "--openjd", options.openjd,
       "say on standard output too what happens, as Open Job Description has it (openjd_status, openjd_fail): for "

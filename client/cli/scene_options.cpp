@@ -44,8 +44,7 @@ void add_scene_options(CLI::App& command, SceneOptions& options) {
       ->type_name("course|standard");
   command.add_flag(
       kUnsandboxedImages, options.unsandboxed_images,
-      "decode images also where the kernel refuses the sandbox for it (seccomp): for scenes of people whom "
-      "you trust");
+      "decode images even if the kernel refuses the sandbox (seccomp); only for scenes from people you trust");
 }
 
 Result<LoadedScene> load_scene(const SceneOptions& options, Signals& signals) {

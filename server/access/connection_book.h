@@ -31,9 +31,9 @@ DescriptorPlan plan_descriptors(std::uint64_t files);
 /// `peer` is ADDRESS:PORT, with brackets around IPv6 addresses.
 std::string address_key(std::string_view peer);
 
-/// A stranger is a connection of which no caller is known yet. Strangers are bounded per address, known callers per
-/// identity. Strangers beyond wait, and the newest is served next: a flood that came before does not delay it. Where
-/// all places are taken, the address with most strangers makes room. Not thread-safe.
+/// Limits strangers per address, and known callers per identity. A stranger is a connection whose caller is not known
+/// yet. Strangers beyond the limit wait. The newest is served next, so that an earlier flood does not delay it. If all
+/// places are taken, the address with most strangers makes room. Not thread-safe.
 class ConnectionBook {
  public:
   using Id = std::uint64_t;

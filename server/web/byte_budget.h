@@ -36,7 +36,7 @@ class ByteBudget {
   std::shared_ptr<std::atomic<std::uint64_t>> taken_ = std::make_shared<std::atomic<std::uint64_t>>(0);
 };
 
-/// A budget of which one caller takes half at most. Not thread-safe, but for the ends of places.
+/// A budget that gives one caller half of its bytes at most. Not thread-safe; places may end on any thread.
 class CallersBudget {
  public:
   explicit CallersBudget(std::uint64_t most_bytes) : most_bytes_(most_bytes), all_(most_bytes) {}

@@ -28,8 +28,8 @@ inline std::chrono::seconds time_to_send(std::uint64_t bytes) {
   return kRequestPatience + std::chrono::seconds(bytes / kLeastBytesPerSecondSent);
 }
 
-/// INVALID_ARGUMENT for a head of which a proxy before this server might see another host, or another end of the body
-/// (RFC 9112: 3.2, 6.1, 6.3). Beast has refused Content-Length beside chunks, and lengths that differ.
+/// INVALID_ARGUMENT if a proxy in front of this server might read another host, or another end of the body, from the
+/// head (RFC 9112: 3.2, 6.1, 6.3). Beast refuses Content-Length beside chunks, and lengths that differ.
 Status check_framing(const RequestHead& request);
 
 /// Whether what came is no HTTP, and not just too long or not all.

@@ -3,13 +3,14 @@
 
 #include "common/wire/farm_messages.h"
 #include "tests/support/farm.h"
+#include "tests/support/places.h"
 
 namespace lightmill::test {
 namespace {
 
 std::unique_ptr<BackgroundProcess> start_liar(const Farm& farm, const std::string& name, const std::string& machine,
                                               const std::string& share, const std::string& of_class = "") {
-  std::vector<std::string> arguments{LIGHTMILL_LYING_WORKER, farm.address(), name, machine, share};
+  std::vector<std::string> arguments{program("lying_worker"), farm.address(), name, machine, share};
   if (!of_class.empty()) {
     arguments.push_back(of_class);
   }

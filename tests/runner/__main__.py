@@ -42,6 +42,8 @@ def parse():
         parser.error("--minutes and --in-turn go with --all")
     if options.busy and not options.repeat:
         parser.error("--busy goes with --repeat")
+    if options.repeat and (options.all or options.coverage):
+        parser.error("--repeat is about the default suite: it goes without --all and --coverage")
     if (options.all or options.repeat or options.coverage) and options.names:
         parser.error("--all, --repeat and --coverage take no names")
     return options

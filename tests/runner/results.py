@@ -16,21 +16,18 @@ MEMORY_DISK = pathlib.Path("/dev/shm")
 MEMORY_DISK_BYTES = 4 << 30  # that must be free
 
 
-def cases_of(preset, runs):
-    """What the reports of these runs say: (run, test, seconds, failures) each."""
+def cases_of(preset, run):
+    """What the report of this run says: (test, failures, why it was skipped) each; the last is None where it ran."""
+    try:
+        tree = xml.etree.ElementTree.parse(BUILD / preset / "reports" / f"{run}.xml")
+    except (OSError, xml.etree.ElementTree.ParseError):
+        return []  # a script has no report; of a program that was killed, ctest says so
     cases = []
-    for run in runs:
-        report = BUILD / preset / "reports" / f"{run}.xml"
-        if not report.exists():
-            continue
-        try:
-            tree = xml.etree.ElementTree.parse(report)
-        except xml.etree.ElementTree.ParseError:
-            continue  # the program was killed: ctest says so
-        for case in tree.iter("testcase"):
-            if case.get("status") == "run":
-                failures = [failure.get("message", "") for failure in case.iter("failure")]
-                cases.append((run, f"{case.get('classname')}.{case.get('name')}", float(case.get("time", 0)), failures))
+    for case in tree.iter("testcase"):
+        if case.get("status") == "run":
+            failures = [failure.get("message", "") for failure in case.iter("failure")]
+            skipped = next((skipped.get("message", "") for skipped in case.iter("skipped")), None)
+            cases.append((f"{case.get('classname')}.{case.get('name')}", failures, skipped))
     return cases
 
 
@@ -46,7 +43,7 @@ def output_of(log, run):
 
 
 def run_tests(preset, select, deadline=None):
-    """Runs what ctest selects. Returns rows of the table by label, and whether all passed; None if the deadline came."""
+    """Runs what ctest selects. Returns rows of the table by label, and the row of all; None if the deadline came."""
     reports = BUILD / preset / "reports"
     junit = BUILD / preset / "runs.xml"
     log = BUILD / preset / "test.log"
@@ -65,21 +62,25 @@ def run_tests(preset, select, deadline=None):
         show_end_of(log)
         raise Failed
     labels = {run["name"]: run["labels"] for run in runs_of(preset)}
-    rows, failed_runs = {}, []
+    rows, failed_runs, skipped = {}, [], []
     for case in xml.etree.ElementTree.parse(junit).iter("testcase"):
         name = case.get("name")
-        own = cases_of(preset, [name])
+        own = cases_of(preset, name)
         label = next((label for label in labels.get(name, []) if label not in KINDS_OF_RUN), "other")
         row = rows.setdefault(label, Row(label, 0))
-        row.tests += max(len(own), 1) if case.get("status") != "notrun" else 0
+        skipped += [(test, reason) for test, _, reason in own if reason is not None]
+        ran = sum(reason is None for _, _, reason in own)
+        row.tests += (ran if own else 1) if case.get("status") != "notrun" else 0
         row.seconds += float(case.get("time", 0))
         if case.get("status") not in ("run", "notrun"):
-            row.failed += max(sum(1 for c in own if c[3]), 1)
+            row.failed += max(sum(1 for _, failures, _ in own if failures), 1)
             failed_runs.append((name, own))
+    for test, reason in skipped:
+        print(f"skipped: {test}: {reason.strip().splitlines()[-1] if reason.strip() else 'no reason given'}")
     for name, own in failed_runs:
         print(f"\nfailed: {name}")
         told = False
-        for _, test, _, failures in own:
+        for test, failures, _ in own:
             for failure in failures:
                 told = True
                 print(f"  {test}\n" + "\n".join(f"    {line}" for line in failure.splitlines()[:SHOWN_LINES]))

@@ -18,7 +18,7 @@ struct DecodeRequest {
   std::int64_t time_ms = 0;     ///< real time that reading may take
 };
 
-/// As the decoder's child says, which may be in the hands of whoever made the image: nothing of it is believed.
+/// The child's answer. A malicious image may control the child, so the receiver checks every field.
 struct DecodeReply {
   std::int32_t code = 0;  ///< a StatusCode
   std::int32_t width = 0, height = 0;

@@ -232,8 +232,8 @@ TEST(DecoderProcess, WithoutSeccompImagesAreRefusedUnlessSomebodySaysOtherwise) 
               trusting.unsandboxed = true;
               return decoded_or_why(built()) + "\n" + decoded_or_why(trusting);
             }),
-            "small.png: the kernel refuses the sandbox (seccomp): Operation not permitted; images are decoded nowhere "
-            "else, unless --unsandboxed-images says that whoever sends scenes is trusted\ndecoded");
+            "small.png: the kernel refuses the sandbox (seccomp): Operation not permitted; allow seccomp, or trust "
+            "the senders of scenes and give --unsandboxed-images\ndecoded");
 }
 
 }  // namespace
