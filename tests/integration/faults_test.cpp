@@ -130,7 +130,7 @@ TEST(StoppedProcesses, AWorkerThatStandsStillIsReplacedAndComesBack) {
 
 TEST(StoppedProcesses, ACoordinatorThatStandsStillGoesOn) {
   Farm farm;
-  Picture picture = picture_of(600);
+  Picture picture = picture_of(300);
   farm.add_worker(1, "w1");
   farm.add_worker(1, "w2");
   const std::uint64_t job = farm.client().submit(picture).id();
@@ -148,7 +148,7 @@ TEST(StoppedProcesses, ACoordinatorThatStandsStillGoesOn) {
 TEST(JumpingClocks, AreNotWhatAFarmGoesBy) {
   const MovableClock coordinators, workers;
   Farm farm({}, {"127.0.0.1", {}, coordinators.environment()});
-  Picture picture = picture_of(500);
+  Picture picture = picture_of(300);
   farm.add_worker(1, "w1", {"", {}, workers.environment()});
   farm.add_worker(1, "w2");
   const std::uint64_t job = farm.client().submit(picture).id();

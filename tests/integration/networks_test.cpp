@@ -22,7 +22,7 @@ class OverNetworks : public ::testing::Test {
       farm_->add_worker(1, fmt::format("w{}", host + 1), {"", networks_->on_host(host), {}});
     }
     picture_.side = kPictureSide;
-    picture_.samples = 900;
+    picture_.samples = 500;
     job_ = client().submit(picture_).id();
     client().wait_for_samples(job_, kPicturePixels);
     ASSERT_TRUE(eventually([&] { return farm_->met("w1") && farm_->met("w2"); }));

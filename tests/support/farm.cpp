@@ -398,19 +398,16 @@ void expect_reference_film(FarmClient client, std::uint64_t job, const Picture& 
   EXPECT_EQ(film_hash(client.film(job)).hex(), reference_hash(picture).hex());
 }
 
-void kill_workers(Farm& farm, std::uint64_t job, Picture& picture, std::chrono::milliseconds pause, int kills) {
-  FarmClient client = farm.client();
+void kill_workers(Farm& farm, std::uint64_t job, Picture& picture, std::uint64_t pixel_samples, int kills) {
   std::uint64_t random = 20260731;
-  while (kills > 0) {
-    std::this_thread::sleep_for(pause);
-    if (has_ended(client.job(job))) {
-      picture.samples *= 2;  // however fast the machine, it soon takes longer than a pause
-      client.extend(job, picture.samples);
-      continue;
-    }
+  std::map<std::string, int> killed;
+  for (; kills > 0; --kills) {
     random = random * 6364136223846793005u + 1442695040888963407u;
-    farm.replace_worker(fmt::format("w{}", 1 + (random >> 33) % 3));
-    --kills;
+    const std::string worker = fmt::format("w{}", 1 + (random >> 33) % 3);
+    EXPECT_TRUE(eventually([&] { return farm.times_met(worker) > killed[worker]; })) << farm.worker_log(worker);
+    farm.client().wait_while_it_works(job, picture, pixel_samples);
+    farm.replace_worker(worker);
+    ++killed[worker];
   }
 }
 

@@ -134,8 +134,8 @@ class Farm {
 /// Fails the test unless the job ends with all its samples and the bits of the bare core.
 void expect_reference_film(FarmClient client, std::uint64_t job, const Picture& picture = {});
 
-/// Kills a random one of the workers w1, w2, w3 every `pause`, and starts another, so often. A farm that is done before
-/// is given more to do: `picture` then has the new number of samples.
-void kill_workers(Farm& farm, std::uint64_t job, Picture& picture, std::chrono::milliseconds pause, int kills);
+/// So often: waits until the job, still at work, has merged so many pixel samples more, kills a random one of the
+/// workers w1, w2, w3 that are there, and starts another. `picture` is as in FarmClient::wait_while_it_works.
+void kill_workers(Farm& farm, std::uint64_t job, Picture& picture, std::uint64_t pixel_samples, int kills);
 
 }  // namespace lightmill::test
