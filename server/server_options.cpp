@@ -188,16 +188,23 @@ std::optional<int> parse_server_options(int argc, char** argv, ServerOptions& op
       app, "--heartbeat-seconds", options.heartbeat_seconds, "SECONDS", {0.1, 600.0},
       "how often workers say that they live, where they are few; where they are hundreds it is longer, by itself up to "
       "a quarter of --lease-seconds");
+  add_limit(app, "--return-seconds", options.return_seconds, "SECONDS", {0.0, 3600.0},
+            "after a start, running jobs wait so long for workers to return with the work that they hold");
   add_limit(app, "--unit-seconds", options.unit_seconds, "SECONDS", {0.05, 60.0},
             "how long a worker should work on one unit, at least");
   add_limit(
       app, "--results-rate", options.results_mib, "MIB", {1.0, 1e6},
       "a second at most, of results that all workers send together: the more of them there are, the longer is what "
       "each works on; longer still while results wait long for their acknowledgement");
-  add_limit(app, "--film-gib", options.film_gib, "GIB", {0.001, 1024.0},
-            "memory per job for nodes that are out or wait to be joined");
+  add_limit(
+      app, "--film-gib", options.film_gib, "GIB", {0.001, 1024.0},
+      "memory per job for nodes that are out or wait to be joined; by default 1, or a sixteenth of the memory that "
+      "the coordinator may use")
+      ->default_str("");
   add_limit(app, "--films-gib", options.films_gib, "GIB", {0.001, 65536.0},
-            "memory of all films together; jobs beyond are refused");
+            "memory of all films together; jobs beyond are refused; by default half of the memory that the coordinator "
+            "may use")
+      ->default_str("");
   add_limit(app, "--max-asset-gib", options.max_asset_gib, "GIB", {0.001, 1024.0}, "size of one asset");
   add_limit(app, "--max-assets-gib", options.max_assets_gib, "GIB", {0.001, 1e6}, "disk for all assets together");
   add_limit(app, "--max-jobs", options.max_jobs, "N", {1, 1'000'000}, "jobs that are kept");
@@ -208,7 +215,9 @@ std::optional<int> parse_server_options(int argc, char** argv, ServerOptions& op
             "assets and films under way, jobs that are watched and scalers that listen, of one caller");
   add_limit(app, "--streams", options.calls.streams, "N", {1, 1'000'000},
             "the same of all callers; fewer where the process may open few files");
-  add_limit(app, "--wire-gib", options.wire_gib, "GIB", {0.0625, 65536.0}, "memory for what is on its way");
+  add_limit(app, "--wire-gib", options.wire_gib, "GIB", {kLeastWireGib, 65536.0},
+            "memory for what is on its way; by default 4, or an eighth of the memory that the coordinator may use")
+      ->default_str("");
   add_limit(app, "--max-workers", options.max_workers, "N", {1, 1'000'000},
             "workers that may be there; others say so, and ask again");
   add_limit(app, "--keep-days", options.keep_days, "DAYS", {0.0, 36'500.0},

@@ -1,16 +1,20 @@
 // What lightmill-server is told on its command line.
 #pragma once
 
+#include <algorithm>
 #include <cstdint>
 #include <optional>
 #include <string>
 #include <vector>
 
 #include "common/base/daemon_options.h"
+#include "common/base/machine_memory.h"
 #include "common/security/tls_files.h"
 #include "server/access/call_limits.h"
 
 namespace lightmill {
+
+inline constexpr double kLeastWireGib = 0.0625;  ///< room for a few messages
 
 struct ServerOptions {
   std::string data;
@@ -26,14 +30,15 @@ struct ServerOptions {
   LogOptions log;
   double lease_seconds = 20;
   double heartbeat_seconds = 2;
+  double return_seconds = 2;
   double unit_seconds = 1, results_mib = 192;
-  double film_gib = 1;
-  double films_gib = 16;
+  double film_gib = share_of_memory_gib(1.0 / 16, 1);
+  double films_gib = share_of_memory_gib(0.5, 65536);
   double max_assets_gib = 64;
   double max_asset_gib = 2;
   std::uint32_t max_jobs = 10'000, user_jobs = 2'000;
   CallLimitOptions calls;
-  double wire_gib = 4;
+  double wire_gib = std::max(share_of_memory_gib(1.0 / 8, 4), kLeastWireGib);
   std::uint32_t max_workers = 10'000;
   double keep_days = 90, reserve_gib = 0.25;
   std::uint32_t log_entries = 50'000;

@@ -26,12 +26,6 @@ namespace {
 
 constexpr const char* kServerVariable = "LIGHTMILL_SERVER";
 
-/// Three quarters of what this machine, or this process' control group, has.
-double default_scene_gib() {
-  const std::uint64_t bytes = usable_memory();
-  return bytes == 0 ? 16 : std::max(0.75 * static_cast<double>(bytes) / (1 << 30), 0.001);
-}
-
 struct Options {
   std::string server = "127.0.0.1:7350";
   std::vector<std::string> servers;  ///< parts of `server`
@@ -41,7 +35,7 @@ struct Options {
   LogOptions log;
   std::size_t scenes = 8;
   double scenes_gib = 4;
-  double scene_gib = default_scene_gib();
+  double scene_gib = share_of_memory_gib(0.75, 65536);
   std::uint64_t scene_triangles = SceneLimits().triangles;
   double image_megapixels = static_cast<double>(SceneLimits().image_pixels) / (1 << 20);
   double images_gib = static_cast<double>(SceneLimits().images_bytes) / (1 << 30);

@@ -70,4 +70,10 @@ std::uint64_t usable_memory(const fs::path& root) {
   return least == kUnlimited ? 0 : least;
 }
 
+double share_of_memory_gib(double share, double most, const fs::path& root) {
+  constexpr double kLeast = 0.001;  // that the options take
+  const std::uint64_t bytes = usable_memory(root);
+  return bytes == 0 ? most : std::clamp(share * static_cast<double>(bytes) / (1 << 30), kLeast, most);
+}
+
 }  // namespace lightmill

@@ -7,6 +7,7 @@
 
 #include "common/wire/farm_messages.h"
 #include "tests/support/farm.h"
+#include "tests/support/memory_group.h"
 #include "tests/support/movable_clock.h"
 #include "tests/support/places.h"
 #include "tests/support/small_disk.h"
@@ -38,6 +39,32 @@ TEST(Keeping, WithLittleSpaceJobsWaitAndGoOnByThemselves) {
   EXPECT_TRUE(says(client.job(job).reason(), "less than --reserve-gib 0.0625")) << client.job(job).reason();
   disk.make_room();
   expect_reference_film(farm.client(), job, picture);
+}
+
+TEST(Keeping, FilmsFitIntoTheMemoryThatTheCoordinatorMayUse) {
+  const MemoryGroup group(256);
+  if (!group.made()) {
+    GTEST_SKIP() << "no control group can be made here";
+  }
+  Farm farm({}, {"127.0.0.1", group.starter(), {}});
+  FarmClient client = farm.client();
+  farm.add_worker(2, "w1");
+  Picture picture;
+  picture.side = 4096;  // 384 MiB
+  picture.samples = 1;
+  v1::SubmitJobRequest request;
+  to_wire(job_of(picture, "too large"), &request);
+  v1::Job none;
+  grpc::ClientContext context;
+  client.upload_assets();
+  const grpc::Status status = client.stub().SubmitJob(&context, request, &none);
+  EXPECT_EQ(status.error_code(), grpc::StatusCode::INVALID_ARGUMENT) << status.error_message();
+  EXPECT_TRUE(says(status.error_message(), "more than --films-gib 0.125 of the server allows"))
+      << status.error_message();
+  picture.side = 2048;  // 96 MiB
+  const std::uint64_t job = client.submit(picture).id();
+  EXPECT_EQ(client.wait_until_ended(job).state(), v1::JOB_STATE_DONE);
+  EXPECT_FALSE(farm.server().wait(std::chrono::milliseconds(0)).has_value()) << farm.server_log();
 }
 
 TEST(Keeping, WhoDeletesJobsMakesRoom) {

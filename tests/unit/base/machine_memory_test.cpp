@@ -18,6 +18,7 @@ class MachineMemory : public ::testing::Test {
     std::ofstream(file) << text;
   }
   std::uint64_t usable() const { return usable_memory(folder_.path()); }
+  double share_gib(double share, double most) const { return share_of_memory_gib(share, most, folder_.path()); }
 
  private:
   test::TemporaryFolder folder_;
@@ -29,6 +30,14 @@ TEST_F(MachineMemory, IsThatOfTheMachineWhereNoGroupLimitsIt) {
   put("proc/self/cgroup", "0::/user.slice\n");
   put("sys/fs/cgroup/user.slice/memory.max", "max\n");
   EXPECT_EQ(usable(), 16384u << 10);
+}
+
+TEST_F(MachineMemory, DefaultsAreABoundedShareOfIt) {
+  EXPECT_EQ(share_gib(0.5, 4), 4) << "nothing says how much there is";
+  put("proc/meminfo", "MemTotal:       2097152 kB\n");
+  EXPECT_EQ(share_gib(0.5, 4), 1);
+  EXPECT_EQ(share_gib(0.5, 0.75), 0.75);
+  EXPECT_EQ(share_gib(1e-9, 4), 0.001) << "the least that the options take";
 }
 
 TEST_F(MachineMemory, IsTheLeastLimitOfTheGroupsThatLieInEachOther) {

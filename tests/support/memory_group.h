@@ -1,0 +1,64 @@
+// A control group whose processes may use little memory.
+#pragma once
+
+#include <unistd.h>
+
+#include <cstdlib>
+#include <filesystem>
+#include <fstream>
+#include <string>
+#include <vector>
+
+namespace lightmill::test {
+
+/// Its processes have ended before it does. Where control groups cannot be made, made() is false. While it is there,
+/// temporary folders are on the disk: files in memory would count as memory of the process that writes them.
+class MemoryGroup {
+ public:
+  explicit MemoryGroup(int mebibytes) {
+    std::ifstream groups("/proc/self/cgroup");
+    for (std::string line; std::getline(groups, line);) {  // "4:memory:/group" in version 1, "0::/group" in version 2
+      const bool first_version = line.find(":memory:") != std::string::npos;
+      if (first_version || line.starts_with("0::")) {
+        const std::filesystem::path top = first_version ? "/sys/fs/cgroup/memory" : "/sys/fs/cgroup";
+        const std::filesystem::path group = line.substr(line.find('/') + 1);
+        try_to_make(top / group / ("lightmill-test-" + std::to_string(::getpid())),
+                    first_version ? "memory.limit_in_bytes" : "memory.max", mebibytes);
+      }
+    }
+    ::setenv("TMPDIR", "/var/tmp", 1);
+  }
+  MemoryGroup(const MemoryGroup&) = delete;
+  MemoryGroup& operator=(const MemoryGroup&) = delete;
+  ~MemoryGroup() {
+    ::unsetenv("TMPDIR");
+    if (made()) {
+      ::rmdir(folder_.c_str());
+    }
+  }
+
+  bool made() const { return !folder_.empty(); }
+  /// The program that starts another one in the group.
+  std::vector<std::string> starter() const {
+    return {"/bin/sh", "-c", "echo $$ >" + (folder_ / "cgroup.procs").string() + " && exec \"$@\"", "sh"};
+  }
+
+ private:
+  void try_to_make(const std::filesystem::path& folder, const char* limit, int mebibytes) {
+    std::error_code error;
+    if (made() || !std::filesystem::create_directory(folder, error)) {
+      return;
+    }
+    std::ofstream file(folder / limit);
+    file << (static_cast<long long>(mebibytes) << 20) << std::flush;
+    if (file) {
+      folder_ = folder;
+    } else {
+      ::rmdir(folder.c_str());
+    }
+  }
+
+  std::filesystem::path folder_;
+};
+
+}  // namespace lightmill::test
