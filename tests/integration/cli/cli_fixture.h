@@ -142,9 +142,15 @@ class FarmCliTest : public OnFarmTest {
       return std::string(std::istreambuf_iterator<char>(log), {}).find(text) != std::string::npos;
     });
   }
-  void start_worker(const std::string& name, const std::vector<std::string>& options = {}) {
-    std::vector<std::string> command{
-        program("lightmill-worker"), "--server", server(), "--name", name, "--threads", "2"};
+  void start_worker(const std::string& name, const std::vector<std::string>& options = {},
+                    const std::string& coordinator = "") {
+    std::vector<std::string> command{program("lightmill-worker"),
+                                     "--server",
+                                     coordinator.empty() ? server() : coordinator,
+                                     "--name",
+                                     name,
+                                     "--threads",
+                                     "2"};
     command.insert(command.end(), options.begin(), options.end());
     workers_.push_back(std::make_unique<BackgroundProcess>(command, file(name + ".log")));
   }

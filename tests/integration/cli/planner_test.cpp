@@ -3,6 +3,7 @@
 
 #include "common/image/picture_file.h"
 #include "tests/integration/cli/cli_fixture.h"
+#include "tests/support/fault_proxy.h"
 
 namespace lightmill::test {
 namespace {
@@ -183,11 +184,14 @@ TEST_F(FarmCliTest, APilotPicksTheSameMethodWhateverIsKilledMeanwhile) {
   on_farm({"cancel", given_up});
   const std::string left = lightmill({"show", given_up, "--server", server()}).out;
   EXPECT_NE(left.find("path or caustic (it ended before a pilot chose)"), std::string::npos) << left;
+  constexpr auto kGrantDelay = std::chrono::seconds(3);
   for (int i = 0; i < 3; ++i) {
     const std::string name = fmt::format("short-lived-{}", i);
-    start_worker(name);
+    FaultProxy line(server());
+    line.delay(Way::back, kGrantDelay, kGrantDelay);  // the worker is killed before its grant arrives
+    start_worker(name, {}, line.address());
     ASSERT_TRUE(server_said(fmt::format("worker {} compares path and caustic for job {}", name, id)));
-    workers_.back()->send(SIGKILL);  // it has not even compiled the scene
+    workers_.back()->send(SIGKILL);
     ASSERT_TRUE(workers_.back()->wait().has_value());
     EXPECT_EQ(on_farm({"show", id})["method"], "auto");
     if (i == 1) {
