@@ -10,7 +10,7 @@ from process import BUILD, SHOWN_LINES, Failed, Row, Stopwatch, run_logged, show
 
 CORES = os.cpu_count() or 1
 # Runs that wait for real processes take one slot, runs that compute take two (cmake/targets.cmake).
-SLOTS = 2 * CORES
+SLOTS = 3 * CORES
 KINDS_OF_RUN = ("asan", "long", "threads", "tsan")  # labels that say when a run runs; the others say what it is
 MEMORY_DISK = pathlib.Path("/dev/shm")
 MEMORY_DISK_BYTES = 4 << 30  # that must be free
