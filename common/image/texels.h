@@ -1,18 +1,47 @@
 // The pixels of a texture as they are kept for rendering.
 #pragma once
 
+#include <algorithm>
 #include <cstdint>
+#include <memory>
+#include <span>
 #include <vector>
 
 namespace lightmill {
+
+/// An immutable array whose copies share the elements. A vector holds them, or memory that `owner` keeps.
+template <class T>
+class SharedArray {
+ public:
+  SharedArray() = default;
+  SharedArray(std::vector<T> values) {
+    auto held = std::make_shared<const std::vector<T>>(std::move(values));
+    values_ = *held;
+    owner_ = std::move(held);
+  }
+  SharedArray(std::shared_ptr<const void> owner, std::span<const T> values)
+      : owner_(std::move(owner)), values_(values) {}
+
+  const T& operator[](std::size_t i) const { return values_[i]; }
+  const T* data() const { return values_.data(); }
+  std::size_t size() const { return values_.size(); }
+  bool empty() const { return values_.empty(); }
+  auto begin() const { return values_.begin(); }
+  auto end() const { return values_.end(); }
+  friend bool operator==(const SharedArray& a, const SharedArray& b) { return std::ranges::equal(a, b); }
+
+ private:
+  std::shared_ptr<const void> owner_;
+  std::span<const T> values_;
+};
 
 /// Rows from the top, four channels a pixel (red, green, blue, alpha; grey images have equal colours, alpha 1 where
 /// there is none). One of the two arrays is filled.
 struct Texels {
   int width = 0;
   int height = 0;
-  std::vector<std::uint32_t> bytes;  ///< one a pixel, red in the lowest 8 bits, values as in the file
-  std::vector<float> floats;         ///< four a pixel
+  SharedArray<std::uint32_t> bytes;  ///< one a pixel, red in the lowest 8 bits, values as in the file
+  SharedArray<float> floats;         ///< four a pixel
   bool encoded = false;              ///< the file's values are sRGB-encoded unless the scene says otherwise
 };
 

@@ -29,13 +29,13 @@ double srgb_decode_fixed(double encoded) {
   return square * root;
 }
 
-Texels decode_floats(Texels texels) {
-  for (std::size_t i = 0; i < texels.floats.size(); ++i) {
-    float& value = texels.floats[i];
-    value = i % 4 == 3 ? value : static_cast<float>(srgb_decode_fixed(std::clamp(value, 0.0f, 1.0f)));
+Texels decode_floats(const Texels& texels) {
+  std::vector<float> linear(texels.floats.begin(), texels.floats.end());
+  for (std::size_t i = 0; i < linear.size(); ++i) {
+    const bool alpha = i % 4 == 3;
+    linear[i] = alpha ? linear[i] : static_cast<float>(srgb_decode_fixed(std::clamp(linear[i], 0.0f, 1.0f)));
   }
-  texels.encoded = false;
-  return texels;
+  return {texels.width, texels.height, {}, std::move(linear), false};
 }
 
 Texture::Texture(std::shared_ptr<const Texels> texels, const TextureSettings& settings)

@@ -54,7 +54,7 @@ class Texture {
 double srgb_decode_fixed(double encoded);
 
 /// The same pixels with linear colours, of texels that are sRGB-encoded floats (cut to [0, 1]).
-Texels decode_floats(Texels texels);
+Texels decode_floats(const Texels& texels);
 
 /// All textures of a scene; eight lanes may ask for different ones.
 class TextureSet {

@@ -60,13 +60,11 @@ const Sha256 kTexture = sha256("a texture");
 
 /// 5×3 bytes without a pattern.
 Result<Texels> test_image(ByteView /*bytes*/, const std::string& /*name*/) {
-  Texels texels;
-  texels.width = 5;
-  texels.height = 3;
+  std::vector<std::uint32_t> bytes;
   for (std::uint32_t i = 0; i < 15; ++i) {
-    texels.bytes.push_back(mix(i + 1));
+    bytes.push_back(mix(i + 1));
   }
-  return texels;
+  return Texels{5, 3, std::move(bytes), {}, false};
 }
 
 struct TestScene {

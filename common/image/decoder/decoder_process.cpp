@@ -228,18 +228,14 @@ Result<Texels> DecoderProcess::take_pixels(const DecodeReply& reply, std::int64_
   if (pixels == MAP_FAILED) {
     return resource_exhausted("no memory for {}x{} pixels: {}", reply.width, reply.height, std::strerror(errno));
   }
-  Texels texels;
-  texels.width = reply.width;
-  texels.height = reply.height;
-  texels.encoded = reply.encoded != 0;
+  const std::shared_ptr<const void> owner(pixels,
+                                          [size](const void* start) { ::munmap(const_cast<void*>(start), size); });
+  Texels texels{reply.width, reply.height, {}, {}, reply.encoded != 0};
   if (reply.bytes_per_pixel == 4) {
-    const auto* words = static_cast<const std::uint32_t*>(pixels);
-    texels.bytes.assign(words, words + pixels_of(reply));
+    texels.bytes = {owner, {static_cast<const std::uint32_t*>(pixels), pixels_of(reply)}};
   } else {
-    const auto* floats = static_cast<const float*>(pixels);
-    texels.floats.assign(floats, floats + 4 * pixels_of(reply));
+    texels.floats = {owner, {static_cast<const float*>(pixels), 4 * pixels_of(reply)}};
   }
-  ::munmap(pixels, size);
   LM_RETURN_IF_ERROR(check_finite(texels));
   return texels;
 }

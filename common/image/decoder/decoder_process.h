@@ -41,7 +41,7 @@ class DecoderProcess {
 
   /// As the file's header says.
   Result<ImageSize> size(ByteView bytes, const std::string& name);
-  /// What read_image_within (image/read/read_image.h) gives.
+  /// What read_image_within (image/read/read_image.h) gives. The pixels stay in the memory that the decoder filled.
   Result<Texels> decode(ByteView bytes, const std::string& name, std::int64_t max_pixels = kMaxTexturePixels);
 
   /// Of the running process; 0 if there is none.

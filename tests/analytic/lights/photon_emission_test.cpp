@@ -187,13 +187,12 @@ TEST(PhotonEmission, FacetsSendWhatSamplingFinds) {
 
 TEST(PhotonEmission, TexelsShineAsTheyDoWhenSampled) {
   TextureSet textures;
-  auto texels = std::make_shared<Texels>();
-  texels->width = 4;
-  texels->height = 4;
+  std::vector<float> values;
   for (int i = 0; i < 16; ++i) {
     const float v = static_cast<float>((i * 7) % 5);
-    texels->floats.insert(texels->floats.end(), {v, 0.5f * v, i % 3 == 0 ? 1.0f : 0.0f, 1.0f});
+    values.insert(values.end(), {v, 0.5f * v, i % 3 == 0 ? 1.0f : 0.0f, 1.0f});
   }
+  const auto texels = std::make_shared<Texels>(Texels{4, 4, {}, std::move(values), false});
   textures.add(Texture(texels, {TextureFilter::nearest}));
   for (const bool whole : {false, true}) {
     const LightTable table = table_of([&](LightTable& t) {

@@ -10,13 +10,11 @@ namespace {
 
 /// Red values 0, 1, 2 … row by row from the top; green 10 times that; alpha 0.5.
 std::shared_ptr<const Texels> numbered(int width, int height) {
-  auto texels = std::make_shared<Texels>();
-  texels->width = width;
-  texels->height = height;
+  std::vector<float> values;
   for (int i = 0; i < width * height; ++i) {
-    texels->floats.insert(texels->floats.end(), {static_cast<float>(i), static_cast<float>(10 * i), 0.0f, 0.5f});
+    values.insert(values.end(), {static_cast<float>(i), static_cast<float>(10 * i), 0.0f, 0.5f});
   }
-  return texels;
+  return std::make_shared<Texels>(Texels{width, height, {}, std::move(values), false});
 }
 
 float red_at(const Texture& texture, float u, float v) {
@@ -62,9 +60,7 @@ TEST(Texture, NegativeCoordinatesRepeat) {
 }
 
 TEST(Texture, OneTexelIsThatTexelEverywhere) {
-  auto texels = std::make_shared<Texels>();
-  texels->width = texels->height = 1;
-  texels->floats = {7, 8, 9, 1};
+  const auto texels = std::make_shared<Texels>(Texels{1, 1, {}, std::vector<float>{7, 8, 9, 1}, false});
   for (const TextureFilter filter : {TextureFilter::nearest, TextureFilter::bilinear}) {
     for (const TextureWrap wrap : {TextureWrap::repeat, TextureWrap::clamp}) {
       const Texture texture(texels, {filter, wrap, false, {1, 1}, {0, 0}});
@@ -107,9 +103,8 @@ TEST(Texture, DecodingFollowsTheStandard) {
 }
 
 TEST(Texture, BytesAreDecodedAndAlphaIsNot) {
-  auto texels = std::make_shared<Texels>();
-  texels->width = texels->height = 1;
-  texels->bytes = {188u | 0u << 8 | 255u << 16 | 51u << 24};
+  const std::vector<std::uint32_t> bytes{188u | 0u << 8 | 255u << 16 | 51u << 24};
+  const auto texels = std::make_shared<Texels>(Texels{1, 1, bytes, {}, true});
   const Texture texture(texels, {TextureFilter::nearest, TextureWrap::repeat, true, {1, 1}, {0, 0}});
   const Texture::Rgba8 found = texture.lookup(F8(0.5f), F8(0.5f), M8(true));
   alignas(32) float red[8], blue[8], alpha[8];
