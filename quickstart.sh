@@ -174,7 +174,9 @@ mkdir -p build
 log=build/quickstart.log
 : >"$log"
 phase=
-phase packages
+phase 'packages, download'
+deploy/setup --download >>"$log" 2>&1 || fail_build 'the packages could not be fetched'
+phase 'packages, installation'
 deploy/setup >>"$log" 2>&1 || fail_build 'the packages could not be installed'
 phase build
 if [ ! -e build/release/build.ninja ]; then
