@@ -102,7 +102,7 @@ Result<State> open_state(const ServerOptions& options, StopRequest& stop) {
     return state;
   }
   LM_ASSIGN_OR_RETURN(DataDirectory data, DataDirectory::open(options.data));
-  LM_ASSIGN_OR_RETURN(state.store, open_sqlite_store(data.database_file()));
+  LM_ASSIGN_OR_RETURN(state.store, open_sqlite_store(data.database_file(), {.accept_loss = options.accept_loss}));
   LM_ASSIGN_OR_RETURN(state.assets, open_asset_folder(data.assets_folder(), limits));
   state.place = data.path().string();
   state.data.emplace(std::move(data));

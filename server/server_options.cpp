@@ -168,6 +168,10 @@ std::optional<int> parse_server_options(int argc, char** argv, ServerOptions& op
                  "~/.pgpass)")
       ->type_name("URL")
       ->excludes(data);
+  app.add_flag("--accept-loss", options.accept_loss,
+               "go on with a database of --data that has lost commits which were acknowledged, and without them; else "
+               "such a database is refused")
+      ->excludes("--store");
   app.add_option("--listen", options.listen, "address and port to listen on; port 0 takes a free one")
       ->type_name("HOST:PORT")
       ->capture_default_str();

@@ -19,6 +19,7 @@ inline constexpr double kLeastWireGib = 0.0625;  ///< room for a few messages
 struct ServerOptions {
   std::string data;
   std::string store;  ///< empty: SQLite in the data directory
+  bool accept_loss = false;
   std::string listen = "127.0.0.1:7350";
   std::string port_file;
   std::string http, http_port_file;  ///< empty: no page

@@ -13,8 +13,13 @@
 
 namespace lightmill::v1 {
 class ErrorEstimate;
+class ErrorPoint;
 class Goal;
+enum GoalLimit : int;
 class Job;
+class JobCounters;
+enum JobState : int;
+class MethodNotes;
 class InspectGrant;
 class InspectReport;
 class InspectSceneRequest;
@@ -37,6 +42,11 @@ namespace lightmill {
 void to_wire(const PixelRect& rect, v1::PixelRect* out);
 void to_wire(const RenderSettings& settings, v1::RenderSettings* out);
 void to_wire(const Goal& goal, v1::Goal* out);
+v1::JobState to_wire(JobState state);
+v1::GoalLimit to_wire(GoalLimit limit);
+void to_wire(const MethodNotes& notes, v1::MethodNotes* out);
+void to_wire(const JobCounters& counters, v1::JobCounters* out);
+void to_wire(const ErrorPoint& point, v1::ErrorPoint* out);
 void to_wire(const JobSpec& spec, v1::JobSpec* out);  ///< without the request id, which is SubmitJobRequest's
 void to_wire(const JobStatus& status, v1::Job* out);
 void to_wire(const SampleRange& range, v1::SampleRange* out);
@@ -46,6 +56,11 @@ void to_wire(const Unit& unit, v1::Unit* out);
 Result<PixelRect> from_wire(const v1::PixelRect& rect);
 Result<RenderSettings> from_wire(const v1::RenderSettings& settings);
 Result<Goal> from_wire(const v1::Goal& goal);
+Result<JobState> from_wire(v1::JobState state);
+Result<GoalLimit> from_wire(v1::GoalLimit limit);
+Result<MethodNotes> from_wire(const v1::MethodNotes& notes);
+JobCounters from_wire(const v1::JobCounters& counters);
+ErrorPoint from_wire(const v1::ErrorPoint& point);
 Result<JobSpec> from_wire(const v1::JobSpec& spec);
 Result<JobStatus> from_wire(const v1::Job& job);
 Result<SampleRange> from_wire(const v1::SampleRange& range);

@@ -11,60 +11,10 @@
 namespace lightmill {
 namespace {
 
-v1::JobState to_wire_state(JobState state) {
-  switch (state) {
-    case JobState::queued:
-      return v1::JOB_STATE_QUEUED;
-    case JobState::running:
-      return v1::JOB_STATE_RUNNING;
-    case JobState::paused:
-      return v1::JOB_STATE_PAUSED;
-    case JobState::done:
-      return v1::JOB_STATE_DONE;
-    case JobState::failed:
-      return v1::JOB_STATE_FAILED;
-    case JobState::cancelled:
-      return v1::JOB_STATE_CANCELLED;
-  }
-  return v1::JOB_STATE_UNSPECIFIED;
-}
-
-Result<JobState> from_wire_state(v1::JobState state) {
-  switch (state) {
-    case v1::JOB_STATE_QUEUED:
-      return JobState::queued;
-    case v1::JOB_STATE_RUNNING:
-      return JobState::running;
-    case v1::JOB_STATE_PAUSED:
-      return JobState::paused;
-    case v1::JOB_STATE_DONE:
-      return JobState::done;
-    case v1::JOB_STATE_FAILED:
-      return JobState::failed;
-    case v1::JOB_STATE_CANCELLED:
-      return JobState::cancelled;
-    default:
-      return invalid_argument("state: unknown value {}", static_cast<int>(state));
-  }
-}
-
 constexpr std::array<std::pair<GoalLimit, v1::GoalLimit>, 4> kGoalLimits{{{GoalLimit::none, v1::GOAL_LIMIT_UNSPECIFIED},
                                                                           {GoalLimit::samples, v1::GOAL_LIMIT_SAMPLES},
                                                                           {GoalLimit::seconds, v1::GOAL_LIMIT_SECONDS},
                                                                           {GoalLimit::error, v1::GOAL_LIMIT_ERROR}}};
-
-v1::GoalLimit to_wire_limit(GoalLimit limit) {
-  const auto found = std::ranges::find(kGoalLimits, limit, [](const auto& entry) { return entry.first; });
-  return found == kGoalLimits.end() ? v1::GOAL_LIMIT_UNSPECIFIED : found->second;
-}
-
-Result<GoalLimit> from_wire_limit(v1::GoalLimit limit) {
-  const auto found = std::ranges::find(kGoalLimits, limit, [](const auto& entry) { return entry.second; });
-  if (found == kGoalLimits.end()) {
-    return invalid_argument("reached: unknown value {}", static_cast<int>(limit));
-  }
-  return found->first;
-}
 
 Status check_film_size(int width, int height, const PixelRect& crop) {
   if (width < 1 || width > kMaxFilmSide || height < 1 || height > kMaxFilmSide) {
@@ -130,6 +80,56 @@ Result<std::vector<Sha256>> assets_from_wire(const v1::RenderSettings& settings)
 }
 
 }  // namespace
+
+v1::JobState to_wire(JobState state) {
+  switch (state) {
+    case JobState::queued:
+      return v1::JOB_STATE_QUEUED;
+    case JobState::running:
+      return v1::JOB_STATE_RUNNING;
+    case JobState::paused:
+      return v1::JOB_STATE_PAUSED;
+    case JobState::done:
+      return v1::JOB_STATE_DONE;
+    case JobState::failed:
+      return v1::JOB_STATE_FAILED;
+    case JobState::cancelled:
+      return v1::JOB_STATE_CANCELLED;
+  }
+  return v1::JOB_STATE_UNSPECIFIED;
+}
+
+Result<JobState> from_wire(v1::JobState state) {
+  switch (state) {
+    case v1::JOB_STATE_QUEUED:
+      return JobState::queued;
+    case v1::JOB_STATE_RUNNING:
+      return JobState::running;
+    case v1::JOB_STATE_PAUSED:
+      return JobState::paused;
+    case v1::JOB_STATE_DONE:
+      return JobState::done;
+    case v1::JOB_STATE_FAILED:
+      return JobState::failed;
+    case v1::JOB_STATE_CANCELLED:
+      return JobState::cancelled;
+    default:
+      return invalid_argument("state: unknown value {}", static_cast<int>(state));
+  }
+}
+
+v1::GoalLimit to_wire(GoalLimit limit) {
+  const auto found = std::ranges::find(kGoalLimits, limit, [](const auto& entry) { return entry.first; });
+  return found == kGoalLimits.end() ? v1::GOAL_LIMIT_UNSPECIFIED : found->second;
+}
+
+Result<GoalLimit> from_wire(v1::GoalLimit limit) {
+  const auto found = std::ranges::find(kGoalLimits, limit, [](const auto& entry) { return entry.second; });
+  if (found == kGoalLimits.end()) {
+    return invalid_argument("reached: unknown value {}", static_cast<int>(limit));
+  }
+  return found->first;
+}
 
 void to_wire(const PixelRect& rect, v1::PixelRect* out) {
   out->set_x(rect.x);
@@ -249,16 +249,14 @@ Result<JobSpec> from_wire(const v1::JobSpec& spec) {
   return out;
 }
 
-namespace {
-
-void notes_to_wire(const MethodNotes& notes, v1::MethodNotes* out) {
+void to_wire(const MethodNotes& notes, v1::MethodNotes* out) {
   out->set_chosen(notes.chosen);
   out->mutable_reasons()->Assign(notes.reasons.begin(), notes.reasons.end());
   out->mutable_notices()->Assign(notes.notices.begin(), notes.notices.end());
   out->mutable_candidates()->Assign(notes.candidates.begin(), notes.candidates.end());
 }
 
-Result<MethodNotes> notes_from_wire(const v1::MethodNotes& notes) {
+Result<MethodNotes> from_wire(const v1::MethodNotes& notes) {
   MethodNotes out;
   out.chosen = notes.chosen();
   LM_ASSIGN_OR_RETURN(out.reasons, texts_from_wire("method_notes.reasons", notes.reasons()));
@@ -267,7 +265,31 @@ Result<MethodNotes> notes_from_wire(const v1::MethodNotes& notes) {
   return out;
 }
 
-}  // namespace
+void to_wire(const JobCounters& counters, v1::JobCounters* out) {
+  out->set_results_merged(counters.results_merged);
+  out->set_results_duplicate(counters.results_duplicate);
+  out->set_leases_lost(counters.leases_lost);
+  out->set_copies_leased(counters.copies_leased);
+  out->set_non_finite(counters.non_finite);
+  out->set_results_verified(counters.results_verified);
+  out->set_nodes_dropped(counters.nodes_dropped);
+}
+
+JobCounters from_wire(const v1::JobCounters& counters) {
+  return {counters.results_merged(), counters.results_duplicate(), counters.leases_lost(),  counters.copies_leased(),
+          counters.non_finite(),     counters.results_verified(),  counters.nodes_dropped()};
+}
+
+void to_wire(const ErrorPoint& point, v1::ErrorPoint* out) {
+  out->set_samples(point.samples);
+  out->set_worker_seconds(point.worker_seconds);
+  out->mutable_error()->set_rel_mse(point.rel_mse);
+  out->mutable_error()->set_half_width(point.half_width);
+}
+
+ErrorPoint from_wire(const v1::ErrorPoint& point) {
+  return {point.samples(), point.worker_seconds(), point.error().rel_mse(), point.error().half_width()};
+}
 
 void to_wire(const JobStatus& status, v1::Job* out) {
   out->set_id(status.id.value);
@@ -276,13 +298,13 @@ void to_wire(const JobStatus& status, v1::Job* out) {
   out->set_host(status.host);
   out->set_method(status.method);
   if (status.method_notes != MethodNotes{}) {
-    notes_to_wire(status.method_notes, out->mutable_method_notes());
+    to_wire(status.method_notes, out->mutable_method_notes());
   }
   out->set_fingerprint_class(status.fingerprint_class);
   out->set_parent(status.parent.value);
-  out->set_state(to_wire_state(status.state));
+  out->set_state(to_wire(status.state));
   out->set_reason(status.reason);
-  out->set_reached(to_wire_limit(status.reached));
+  out->set_reached(to_wire(status.reached));
   out->set_priority(status.priority);
   to_wire(status.goal, out->mutable_goal());
   out->set_width(status.width);
@@ -304,20 +326,9 @@ void to_wire(const JobStatus& status, v1::Job* out) {
     out->mutable_error()->set_half_width(status.error.half_width);
   }
   for (const ErrorPoint& point : status.history) {
-    v1::ErrorPoint* to = out->add_history();
-    to->set_samples(point.samples);
-    to->set_worker_seconds(point.worker_seconds);
-    to->mutable_error()->set_rel_mse(point.rel_mse);
-    to->mutable_error()->set_half_width(point.half_width);
+    to_wire(point, out->add_history());
   }
-  v1::JobCounters* counters = out->mutable_counters();
-  counters->set_results_merged(status.counters.results_merged);
-  counters->set_results_duplicate(status.counters.results_duplicate);
-  counters->set_leases_lost(status.counters.leases_lost);
-  counters->set_copies_leased(status.counters.copies_leased);
-  counters->set_non_finite(status.counters.non_finite);
-  counters->set_results_verified(status.counters.results_verified);
-  counters->set_nodes_dropped(status.counters.nodes_dropped);
+  to_wire(status.counters, out->mutable_counters());
   out->set_verify_share(status.verify_share);
   out->set_allow_mixed(status.allow_mixed);
   out->set_results_unverified(status.results_unverified);
@@ -336,12 +347,12 @@ Result<JobStatus> from_wire(const v1::Job& job) {
   out.owner = job.owner();
   out.host = job.host();
   out.method = job.method();
-  LM_ASSIGN_OR_RETURN(out.method_notes, notes_from_wire(job.method_notes()));
+  LM_ASSIGN_OR_RETURN(out.method_notes, from_wire(job.method_notes()));
   out.fingerprint_class = job.fingerprint_class();
   out.parent = JobId{job.parent()};
-  LM_ASSIGN_OR_RETURN(out.state, from_wire_state(job.state()));
+  LM_ASSIGN_OR_RETURN(out.state, from_wire(job.state()));
   out.reason = job.reason();
-  LM_ASSIGN_OR_RETURN(out.reached, from_wire_limit(job.reached()));
+  LM_ASSIGN_OR_RETURN(out.reached, from_wire(job.reached()));
   out.priority = job.priority();
   LM_ASSIGN_OR_RETURN(out.goal, from_wire(job.goal()));
   LM_ASSIGN_OR_RETURN(out.crop, from_wire(job.crop()));
@@ -364,13 +375,9 @@ Result<JobStatus> from_wire(const v1::Job& job) {
     out.error = {job.error().rel_mse(), job.error().half_width(), true};
   }
   for (const v1::ErrorPoint& point : job.history()) {
-    out.history.push_back(
-        {point.samples(), point.worker_seconds(), point.error().rel_mse(), point.error().half_width()});
+    out.history.push_back(from_wire(point));
   }
-  const v1::JobCounters& counters = job.counters();
-  out.counters = {counters.results_merged(), counters.results_duplicate(), counters.leases_lost(),
-                  counters.copies_leased(),  counters.non_finite(),        counters.results_verified(),
-                  counters.nodes_dropped()};
+  out.counters = from_wire(job.counters());
   out.verify_share = job.verify_share();
   out.allow_mixed = job.allow_mixed();
   out.results_unverified = job.results_unverified();

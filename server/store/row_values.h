@@ -1,4 +1,4 @@
-// How the domain's values stand in rows: names for what has names, bytes for what is bits.
+// How nodes and results stand in rows. The small rows are in server/store/records.h.
 #pragma once
 
 #include <array>
@@ -11,9 +11,7 @@
 
 #include "common/base/digest.h"
 #include "common/base/status.h"
-#include "common/farm/job.h"
 #include "common/farm/messages.h"
-#include "common/film/layers.h"
 #include "common/film/node.h"
 #include "server/domain/effects.h"
 
@@ -21,66 +19,17 @@ namespace lightmill::stored {
 
 static_assert(std::endian::native == std::endian::little, "sums are stored as little-endian float32");
 
-std::string_view name_of(JobState state);
-std::string_view name_of(GoalLimit limit);
-std::string_view name_of(LayerKind kind);
-std::string_view name_of(Proof proof);
-
-/// DATA_LOSS if no state has this name.
-Result<JobState> state_named(std::string_view name);
-/// DATA_LOSS if no limit has this name.
-Result<GoalLimit> limit_named(std::string_view name);
-/// DATA_LOSS if nothing that is shown has this name.
-Result<Proof> proof_named(std::string_view name);
-/// Of the layers of a job; DATA_LOSS if no kind has this name.
-Result<LayerKind> layer_kind_named(std::string_view name, std::uint64_t job);
-
-/// Of a job with settings, a byte a tile; DATA_LOSS if it has another number of tiles, or one no such share.
-Result<Allocation> allocation_in(std::string_view bytes, const JobRecord& job);
-
-/// Texts, one a line; line feeds within them become spaces.
-std::string lines_of(std::span<const std::string> texts);
-std::vector<std::string> lines_in(std::string_view text);
-
-/// As names with commas; DATA_LOSS if one of the token's in the store is none.
-Result<Roles> roles_in(std::string_view text, std::string_view token);
 /// The bytes of a digest; DATA_LOSS unless there are 32.
 Result<Sha256> digest_in(std::string_view bytes, std::string_view what);
 
 /// Of stored bytes_of; DATA_LOSS unless there are 16.
 Result<Hash128> hash_in(std::string_view bytes);
 
-/// Of all that the store keeps of a job but what counts up with its results (PutProgress) and its error's history. What
-/// a store gives back has the same one. XXH3-128.
-Hash128 checksum_of(const JobRecord& job);
-/// Of a result's row, but for whether it has been verified since. Never 0, so a row that has 0 is damaged.
-std::int64_t checksum_of(const NodeKey& key, const Hash128& hash, const Renderer& by);
-
-/// Finds jobs whose rows say something else than was written.
-class JobCheck {
- public:
-  void expect(JobId job, std::string_view checksum) { expected_[job] = checksum; }
-  /// The value; one of the job's rows that means nothing condemns the job.
-  template <class T>
-  T sound(JobId job, Result<T> value) {
-    if (!value.ok()) {
-      condemn(job, value.status());
-    }
-    return value.ok() ? *std::move(value) : T{};
-  }
-  void condemn(JobId job, const Status& why) { damaged_.try_emplace(job, message_of(why)); }
-  /// Takes what is damaged from `jobs` to `damaged_jobs`, and says so in the log. A job without a checksum is damaged.
-  void finish(StoredState& state);
-
- private:
-  std::map<JobId, std::string> expected_;
-  std::map<JobId, std::string> damaged_;  ///< and why
-};
-
-/// A token, or an entry of the farm's log, that cannot be read: it goes with `repairs`, and the farm goes on without
-/// it.
-void leave_out_token(const std::string& id, const Status& why, StoredState& state, std::vector<StoreOp>& repairs);
-void leave_out_action(std::uint64_t number, const Status& why, StoredState& state, std::vector<StoreOp>& repairs);
+/// Whether a result is to be rendered again by another worker.
+enum class Audit : int { none = 0, wanted = 1, passed = 2 };
+/// Of a result's row. Its two lowest bits are `audit`, so that the change from wanted to passed needs no other value.
+std::int64_t checksum_of(const NodeKey& key, const Hash128& hash, const Renderer& by, Audit audit);
+inline constexpr std::int64_t kAuditBits = 3;
 
 /// Whether a NodeKey can have these numbers.
 bool is_key(std::int64_t tile, std::int64_t level, std::int64_t index);

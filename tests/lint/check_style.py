@@ -19,7 +19,7 @@ SOURCE_SUFFIXES = {".h", ".cpp"}
 # One door per library: (what, pattern of the include, folders that may).
 DOORS = [
     ("gRPC", r"(grpc|grpcpp|grpc\+\+)/|\.grpc\.pb\.h$", ["server/api", "worker/rpc", "client/cli"]),
-    ("protobuf", r"^google/protobuf/|(?<!grpc)\.pb\.h$", ["common/wire", "server/api", "server/web", "worker/rpc", "client/cli"]),
+    ("protobuf", r"^google/protobuf/|(?<!grpc)\.pb\.h$", ["common/wire", "server/api", "server/store", "server/web", "worker/rpc", "client/cli"]),
     ("Boost", r"^boost/", ["server/web"]),
     ("OpenSSL", r"^openssl/", ["common/base", "common/security"]),
     ("SQL", r"^(sqlite3\.h|libpq-fe\.h|pqxx/)", ["server/store"]),

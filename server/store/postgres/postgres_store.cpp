@@ -34,7 +34,7 @@ class PostgresStore final : public Store {
 
   const std::shared_ptr<Leadership> leadership_;
   Session session_;
-  postgres::StoredJobs jobs_;
+  stored::StoredSpecs specs_;
   bool loaded_ = false;
   std::uint64_t commits_ = 0;             ///< stored in this epoch
   std::optional<std::size_t> undecided_;  ///< writes of a commit that may have been stored
@@ -47,17 +47,13 @@ Result<StoredState> PostgresStore::load() {
   commits_ = 0;
   undecided_.reset();
   std::vector<StoreOp> repairs;
-  Result<StoredState> state = postgres::load_state(session_, repairs);
+  Result<StoredState> state = postgres::load_state(session_, specs_, repairs);
   if (!state.ok() && !session_.connected()) {
     repairs.clear();
-    state = postgres::load_state(session_, repairs);
+    state = postgres::load_state(session_, specs_, repairs);
   }
   LM_RETURN_IF_ERROR(state.status());
   state->epoch = leadership_->epoch();
-  for (const StoredState::StoredJob& job : state->jobs) {
-    jobs_.insert(job.record.id);
-  }
-  jobs_.keep();
   if (!repairs.empty()) {
     LM_RETURN_IF_ERROR(commit(repairs));
   }
@@ -75,19 +71,19 @@ Status PostgresStore::commit(std::span<const StoreOp> ops) {
 }
 
 Status PostgresStore::try_to_commit(std::span<const StoreOp> ops) {
-  Status status = postgres::send_commit(session_, leadership_->epoch(), commits_ + 1, ops, jobs_);
+  Status status = postgres::send_commit(session_, leadership_->epoch(), commits_ + 1, ops, specs_);
   if (session_.connected() && session_.last_state() == postgres::kStoredAlready && !status.ok()) {
     LM_CHECK(undecided_.has_value());
     spdlog::info("the commit that the connection was lost in is stored");
     status = ok_status();
   }
   if (status.ok()) {
-    jobs_.keep();
+    specs_.keep();
     ++commits_;
     undecided_.reset();
     return status;
   }
-  jobs_.forget();
+  specs_.forget();
   if (!session_.connected()) {
     undecided_ = ops.size();
   }

@@ -1,22 +1,22 @@
-// The tables and functions in the schema `lightmill` of the database, format 6.
+// The tables and functions in the schema `lightmill` of the database, format 7.
 #pragma once
 
 namespace lightmill::postgres {
 
 /// Kept in the table `meta`.
-inline constexpr int kFormat = 6;
+inline constexpr int kFormat = 7;
 
 // `turn` has one row. A commit counts itself there, which locks the row (not its key) until the commit's end: so
 // commits of one epoch follow each other, one that comes twice is noticed, and a new epoch, which changes the key,
 // begins between two. Other writers share the key. `lease` says who is at work, and until when it is believed without
 // news.
 //
-// Settings are written once per job, and again if its method was still to be chosen; the row in `jobs` changes with
-// every commit and stays small. Numbers of 64 bits without sign are stored by their bits. Pixels and assets do not
-// compress, so they are stored as they are.
+// Small rows have one form (server/store/records.h). A job's specification may be megabytes and is written once or
+// twice; its progress changes with every commit and is small. Numbers of 64 bits without sign are stored by their bits.
+// Pixels and assets do not compress, so they are stored as they are.
 inline constexpr const char* kSchema = R"sql(
 CREATE TABLE meta (format BIGINT NOT NULL);
-INSERT INTO meta VALUES (6);
+INSERT INTO meta VALUES (7);
 
 CREATE TABLE turn (
   epoch BIGINT PRIMARY KEY,
@@ -84,82 +84,21 @@ END $$;
 
 CREATE TABLE jobs (
   id BIGINT PRIMARY KEY,
-  request_id TEXT NOT NULL,
-  name TEXT NOT NULL,
-  owner TEXT NOT NULL,
-  host TEXT NOT NULL,
-  parent BIGINT NOT NULL,
-  priority BIGINT NOT NULL,
-  goal_samples BIGINT NOT NULL,
-  goal_seconds DOUBLE PRECISION NOT NULL,
-  goal_error DOUBLE PRECISION NOT NULL,
-  goal_adaptive BIGINT NOT NULL,
-  state TEXT NOT NULL,
-  reason TEXT NOT NULL,
-  reached TEXT NOT NULL,
-  fingerprint_class TEXT NOT NULL,
-  active_seconds DOUBLE PRECISION NOT NULL,
-  worker_seconds DOUBLE PRECISION NOT NULL,
-  results_merged BIGINT NOT NULL,
-  results_duplicate BIGINT NOT NULL,
-  leases_lost BIGINT NOT NULL,
-  copies_leased BIGINT NOT NULL,
-  non_finite BIGINT NOT NULL,
-  submitted_unix_ms BIGINT NOT NULL,
-  finished_unix_ms BIGINT NOT NULL,
-  verify_share DOUBLE PRECISION NOT NULL,
-  results_verified BIGINT NOT NULL,
-  nodes_dropped BIGINT NOT NULL,
-  allow_mixed BIGINT NOT NULL,
-  checksum BYTEA NOT NULL -- of all that is stored of the job but what counts up
+  message BYTEA NOT NULL,
+  checksum BIGINT NOT NULL
 ) WITH (fillfactor = 50);
 
--- How a job's error fell; samples are per pixel.
-CREATE TABLE job_errors (
-  job BIGINT NOT NULL REFERENCES jobs (id) ON DELETE CASCADE,
-  samples DOUBLE PRECISION NOT NULL,
-  worker_seconds DOUBLE PRECISION NOT NULL,
-  rel_mse DOUBLE PRECISION NOT NULL,
-  half_width DOUBLE PRECISION NOT NULL,
-  PRIMARY KEY (job, samples)
-);
-
-CREATE TABLE job_settings (
+CREATE TABLE job_specs (
   job BIGINT PRIMARY KEY REFERENCES jobs (id) ON DELETE CASCADE,
-  scene BYTEA NOT NULL,
-  width BIGINT NOT NULL,
-  height BIGINT NOT NULL,
-  crop_x BIGINT NOT NULL,
-  crop_y BIGINT NOT NULL,
-  crop_width BIGINT NOT NULL,
-  crop_height BIGINT NOT NULL,
-  seed BIGINT NOT NULL,
-  max_bounces BIGINT NOT NULL,
-  renderer_version TEXT NOT NULL,
-  meters BIGINT NOT NULL,
-  method TEXT NOT NULL,
-  method_chosen BIGINT NOT NULL,
-  method_reasons TEXT NOT NULL,
-  method_notices TEXT NOT NULL,
-  method_candidates TEXT NOT NULL,
-  allocation BYTEA NOT NULL -- a byte a tile, signed: what it gets is 2^this of the mean; empty: all the same
+  message BYTEA NOT NULL,
+  checksum BIGINT NOT NULL
 );
 
-CREATE TABLE job_assets (
-  job BIGINT NOT NULL REFERENCES jobs (id) ON DELETE CASCADE,
-  position BIGINT NOT NULL,
-  digest BYTEA NOT NULL,
-  PRIMARY KEY (job, position)
-);
-
-CREATE TABLE job_layers (
-  job BIGINT NOT NULL REFERENCES jobs (id) ON DELETE CASCADE,
-  position BIGINT NOT NULL,
-  name TEXT NOT NULL,
-  channels BIGINT NOT NULL,
-  kind TEXT NOT NULL,
-  PRIMARY KEY (job, position)
-);
+CREATE TABLE job_progress (
+  job BIGINT PRIMARY KEY REFERENCES jobs (id) ON DELETE CASCADE,
+  message BYTEA NOT NULL,
+  checksum BIGINT NOT NULL
+) WITH (fillfactor = 50);
 
 -- The films: each row one node of a tile's forest; hash is hash_of(node), 16 bytes, high word first. Nodes live shortly.
 CREATE TABLE nodes (
@@ -181,11 +120,11 @@ CREATE TABLE results (
   level BIGINT NOT NULL,
   range_index BIGINT NOT NULL,
   hash BYTEA NOT NULL,
-  worker TEXT NOT NULL,
-  machine TEXT NOT NULL,
-  verification BIGINT NOT NULL, -- 1: to be rendered again on another machine; 2: was, with the same bits
-  fingerprint_class TEXT NOT NULL, -- of jobs that allow mixed ones
-  checksum BIGINT NOT NULL, -- of the row but `verification`; never 0
+  worker BYTEA NOT NULL,
+  machine BYTEA NOT NULL,
+  audit BIGINT NOT NULL, -- 1: to be rendered again by another worker; 2: was, with the same bits
+  fingerprint_class BYTEA NOT NULL, -- of jobs that allow mixed ones
+  checksum BIGINT NOT NULL, -- of the row; its two lowest bits are `audit`
   PRIMARY KEY (job, tile, level, range_index)
 );
 
@@ -204,43 +143,31 @@ CREATE TABLE asset_pieces (
 );
 ALTER TABLE asset_pieces ALTER COLUMN bytes SET STORAGE EXTERNAL;
 
--- Who gets in by a token; hash is the SHA-256 of its text.
 CREATE TABLE tokens (
-  id TEXT PRIMARY KEY,
-  name TEXT NOT NULL,
-  roles TEXT NOT NULL,
-  hash BYTEA NOT NULL,
-  made_by TEXT NOT NULL,
-  made_unix_s BIGINT NOT NULL,
-  until_unix_s BIGINT NOT NULL
+  id BYTEA PRIMARY KEY,
+  message BYTEA NOT NULL,
+  checksum BIGINT NOT NULL
 );
 
--- Who did what, and what was refused: an outcome is a gRPC status code.
 CREATE TABLE actions (
   number BIGINT PRIMARY KEY,
-  unix_ms BIGINT NOT NULL,
-  who TEXT NOT NULL,
-  proof TEXT NOT NULL,
-  token TEXT NOT NULL,
-  peer TEXT NOT NULL,
-  what TEXT NOT NULL,
-  job BIGINT NOT NULL,
-  about TEXT NOT NULL,
-  outcome BIGINT NOT NULL,
-  message TEXT NOT NULL
-);
--- Who gets nothing to render.
-CREATE TABLE quarantine (
-  worker TEXT PRIMARY KEY,
-  machine TEXT NOT NULL,
-  reason TEXT NOT NULL,
-  since_unix_ms BIGINT NOT NULL
+  message BYTEA NOT NULL,
+  checksum BIGINT NOT NULL
 );
 
--- One row: what decides which results are verified. Random UUIDs are drawn as keys are; each has 122 random bits.
-CREATE TABLE verification_secret (secret BYTEA NOT NULL);
-INSERT INTO verification_secret
-  SELECT sha256(convert_to(gen_random_uuid()::text || gen_random_uuid()::text || gen_random_uuid()::text, 'UTF8'));
+CREATE TABLE quarantine (
+  worker BYTEA PRIMARY KEY,
+  message BYTEA NOT NULL,
+  checksum BIGINT NOT NULL
+);
+
+-- One row: what decides which results are audited. Random UUIDs are drawn as keys are; each has 122 random bits.
+CREATE TABLE audit_secret (
+  secret BYTEA NOT NULL,
+  checksum BYTEA NOT NULL -- SHA-256 of it
+);
+INSERT INTO audit_secret SELECT drawn, sha256(drawn) FROM (
+  SELECT sha256(convert_to(gen_random_uuid()::text || gen_random_uuid()::text || gen_random_uuid()::text, 'UTF8'))) AS d (drawn);
 )sql";
 
 }  // namespace lightmill::postgres

@@ -32,8 +32,12 @@ class Statement {
   /// Binds the arguments to ?1, ?2, … in order. Unsigned 64-bit numbers keep their bits.
   template <class... Args>
   void bind_all(const Args&... args) {
-    int index = 0;
-    (bind(++index, args), ...);
+    bind_from(1, args...);
+  }
+  /// The same from ?`index` on.
+  template <class... Args>
+  void bind_from(int index, const Args&... args) {
+    (bind(index++, args), ...);
   }
 
   /// True while there is a row to read.
@@ -88,7 +92,8 @@ class Database {
   Result<Statement> prepare(std::string_view sql);
   /// The first column of the only row of `sql`.
   Result<std::int64_t> number(std::string_view sql);
-  int changes() const { return sqlite3_changes(handle_); }
+  /// Whether closing it writes the journal into the file, and deletes the journal.
+  void checkpoint_at_close(bool wanted) const;
   bool in_transaction() const { return sqlite3_get_autocommit(handle_) == 0; }
 
  private:

@@ -1,128 +1,28 @@
 #include "server/store/sqlite/load_state.h"
 
+#include "server/store/row_values.h"
+
 namespace lightmill::sqlite {
 namespace {
 
-Status load_jobs(Database& database, StoredState& state, stored::JobCheck& check) {
-  LM_ASSIGN_OR_RETURN(Statement rows, database.prepare("SELECT * FROM jobs ORDER BY id"));
+Status load_records(Database& database, stored::Table table, stored::StateReader& reader) {
+  const stored::TableInfo& info = stored::info_of(table);
+  LM_ASSIGN_OR_RETURN(Statement rows, database.prepare(fmt::format(
+                                          "SELECT {0}, message, checksum FROM {1} ORDER BY {0}", info.key, info.name)));
   for (;;) {
     LM_ASSIGN_OR_RETURN(const bool more, rows.step());
     if (!more) {
-      break;
+      return ok_status();
     }
-    JobRecord job;
-    int column = 0;
-    job.id = JobId{rows.natural(column++)};
-    job.spec.request_id = rows.text(column++);
-    job.spec.name = rows.text(column++);
-    job.spec.owner = rows.text(column++);
-    job.spec.host = rows.text(column++);
-    job.spec.parent = JobId{rows.natural(column++)};
-    job.spec.priority = static_cast<std::int32_t>(rows.integer(column++));
-    job.spec.goal.samples = rows.natural(column++);
-    job.spec.goal.seconds = rows.real(column++);
-    job.state = check.sound(job.id, stored::state_named(rows.view(column++)));
-    job.reason = rows.text(column++);
-    job.fingerprint_class = rows.text(column++);
-    job.active_seconds = rows.real(column++);
-    job.worker_seconds = rows.real(column++);
-    job.counters.results_merged = rows.natural(column++);
-    job.counters.results_duplicate = rows.natural(column++);
-    job.counters.leases_lost = rows.natural(column++);
-    job.counters.copies_leased = rows.natural(column++);
-    job.counters.non_finite = rows.natural(column++);
-    job.submitted_unix_ms = rows.integer(column++);
-    job.finished_unix_ms = rows.integer(column++);
-    job.spec.goal.error = rows.real(column++);
-    job.reached = check.sound(job.id, stored::limit_named(rows.view(column++)));
-    job.spec.goal.adaptive = rows.integer(column++) != 0;
-    job.spec.verify_share = rows.real(column++);
-    job.counters.results_verified = rows.natural(column++);
-    job.counters.nodes_dropped = rows.natural(column++);
-    job.spec.allow_mixed = rows.integer(column++) != 0;
-    check.expect(job.id, rows.view(column++));
-    state.jobs.push_back({std::move(job), {}});
+    const stored::Key key = info.numbered ? stored::Key{rows.natural(0)} : stored::Key{0, rows.text(0)};
+    reader.take(table, key, rows.view(1), rows.integer(2));
   }
+}
+
+Status load_next_job_id(Database& database, StoredState& state) {
   LM_ASSIGN_OR_RETURN(const std::int64_t highest,
                       database.number("SELECT coalesce(max(seq), 0) FROM sqlite_sequence WHERE name = 'jobs'"));
   state.next_job_id = static_cast<std::uint64_t>(highest) + 1;
-  return ok_status();
-}
-
-Status load_settings(Database& database, StoredState& state, stored::JobCheck& check) {
-  LM_ASSIGN_OR_RETURN(Statement settings_row, database.prepare("SELECT * FROM job_settings WHERE job = ?1"));
-  LM_ASSIGN_OR_RETURN(Statement assets,
-                      database.prepare("SELECT digest FROM job_assets WHERE job = ?1 ORDER BY position"));
-  LM_ASSIGN_OR_RETURN(Statement layers,
-                      database.prepare("SELECT name, channels, kind FROM job_layers WHERE job = ?1 ORDER BY position"));
-  for (StoredState::StoredJob& job : state.jobs) {
-    const JobId id = job.record.id;
-    RenderSettings& settings = job.record.spec.settings;
-    MethodNotes& notes = job.record.method_notes;
-    settings_row.bind_all(id.value);
-    LM_ASSIGN_OR_RETURN(const bool found, settings_row.step());
-    if (!found) {
-      check.condemn(id, data_loss("it has no settings"));
-      settings_row.reset();
-      continue;
-    }
-    int column = 1;
-    settings.scene = settings_row.text(column++);
-    for (int* value : {&settings.width, &settings.height, &settings.crop.x, &settings.crop.y, &settings.crop.width,
-                       &settings.crop.height}) {
-      *value = static_cast<int>(settings_row.integer(column++));
-    }
-    settings.seed = settings_row.natural(column++);
-    settings.method = settings_row.text(column++);
-    settings.max_bounces = static_cast<std::uint32_t>(settings_row.natural(column++));
-    settings.renderer_version = settings_row.text(column++);
-    settings.meters = static_cast<std::uint32_t>(settings_row.natural(column++));
-    notes.chosen = settings_row.integer(column++) != 0;
-    notes.reasons = stored::lines_in(settings_row.view(column++));
-    notes.notices = stored::lines_in(settings_row.view(column++));
-    notes.candidates = stored::lines_in(settings_row.view(column++));
-    job.record.allocation = check.sound(id, stored::allocation_in(settings_row.view(column++), job.record));
-    settings_row.reset();
-
-    assets.bind_all(id.value);
-    for (;;) {
-      LM_ASSIGN_OR_RETURN(const bool more, assets.step());
-      if (!more) {
-        break;
-      }
-      settings.assets.push_back(check.sound(id, stored::digest_in(assets.view(0), "an asset's digest")));
-    }
-    assets.reset();
-
-    settings.layers.clear();
-    layers.bind_all(id.value);
-    for (;;) {
-      LM_ASSIGN_OR_RETURN(const bool more, layers.step());
-      if (!more) {
-        break;
-      }
-      const LayerKind kind = check.sound(id, stored::layer_kind_named(layers.view(2), id.value));
-      settings.layers.push_back({layers.text(0), static_cast<std::uint32_t>(layers.natural(1)), kind});
-    }
-    layers.reset();
-  }
-  return ok_status();
-}
-
-Status load_histories(Database& database, StoredState& state) {
-  LM_ASSIGN_OR_RETURN(Statement rows, database.prepare("SELECT samples, worker_seconds, rel_mse, half_width FROM "
-                                                       "job_errors WHERE job = ?1 ORDER BY samples"));
-  for (StoredState::StoredJob& job : state.jobs) {
-    rows.bind_all(job.record.id.value);
-    for (;;) {
-      LM_ASSIGN_OR_RETURN(const bool more, rows.step());
-      if (!more) {
-        break;
-      }
-      job.record.history.push_back({rows.real(0), rows.real(1), rows.real(2), rows.real(3)});
-    }
-    rows.reset();
-  }
   return ok_status();
 }
 
@@ -161,7 +61,7 @@ Status load_nodes(Database& database, StoredState& state) {
 Status load_results(Database& database, StoredState& state, std::vector<StoreOp>& repairs) {
   LM_ASSIGN_OR_RETURN(Statement rows,
                       database.prepare("SELECT tile, level, range_index, hash, worker, machine, "
-                                       "verification, fingerprint_class, checksum FROM results WHERE job = ?1"));
+                                       "audit, fingerprint_class, checksum FROM results WHERE job = ?1"));
   stored::RendererTable renderers;
   for (StoredState::StoredJob& job : state.jobs) {
     const JobId id = job.record.id;
@@ -177,11 +77,14 @@ Status load_results(Database& database, StoredState& state, std::vector<StoreOp>
                         {static_cast<std::uint32_t>(level), static_cast<std::uint32_t>(index)}};
       const Result<Hash128> hash = stored::hash_in(rows.view(3));
       Renderer by{rows.text(4), rows.text(5), rows.text(7)};
-      if (!stored::is_key(tile, level, index) || !hash.ok() || rows.integer(8) != stored::checksum_of(key, *hash, by)) {
+      const auto audit = static_cast<stored::Audit>(rows.integer(6));
+      if (!stored::is_key(tile, level, index) || !hash.ok() ||
+          rows.integer(8) != stored::checksum_of(key, *hash, by, audit)) {
         stored::leave_out_result({id, tile, level, index}, state, repairs);
         continue;
       }
-      job.results.push_back({key.tile, key.range, *hash, renderers.index_of(std::move(by)), rows.integer(6) == 1});
+      job.results.push_back(
+          {key.tile, key.range, *hash, renderers.index_of(std::move(by)), audit == stored::Audit::wanted});
     }
     rows.reset();
   }
@@ -189,105 +92,18 @@ Status load_results(Database& database, StoredState& state, std::vector<StoreOp>
   return ok_status();
 }
 
-Status load_quarantine(Database& database, StoredState& state) {
-  LM_ASSIGN_OR_RETURN(
-      Statement rows,
-      database.prepare("SELECT worker, machine, reason, since_unix_ms FROM quarantine ORDER BY worker"));
-  for (;;) {
-    LM_ASSIGN_OR_RETURN(const bool more, rows.step());
-    if (!more) {
-      break;
-    }
-    state.quarantine.push_back({{rows.text(0), rows.text(1)}, rows.text(2), rows.integer(3)});
-  }
-  LM_ASSIGN_OR_RETURN(Statement secret, database.prepare("SELECT secret FROM verification_secret"));
-  LM_ASSIGN_OR_RETURN(const bool found, secret.step());
-  LM_ASSIGN_OR_RETURN(state.secret, stored::digest_in(found ? secret.view(0) : "", "the secret of verification"));
-  return ok_status();
-}
-
-Status load_tokens(Database& database, StoredState& state, std::vector<StoreOp>& repairs) {
-  LM_ASSIGN_OR_RETURN(Statement rows, database.prepare("SELECT id, name, roles, hash, made_by, made_unix_s, "
-                                                       "until_unix_s FROM tokens ORDER BY id"));
-  for (;;) {
-    LM_ASSIGN_OR_RETURN(const bool more, rows.step());
-    if (!more) {
-      return ok_status();
-    }
-    TokenRecord token;
-    token.id = rows.text(0);
-    token.name = rows.text(1);
-    const Result<Roles> roles = stored::roles_in(rows.view(2), token.id);
-    const Result<Sha256> hash = stored::digest_in(rows.view(3), "its hash");
-    if (!roles.ok() || !hash.ok()) {
-      stored::leave_out_token(token.id, roles.ok() ? hash.status() : roles.status(), state, repairs);
-      continue;
-    }
-    token.roles = *roles;
-    token.hash = *hash;
-    token.made_by = rows.text(4);
-    token.made_unix_s = rows.integer(5);
-    token.until_unix_s = rows.integer(6);
-    state.tokens.push_back(std::move(token));
-  }
-}
-
-Status load_actions(Database& database, StoredState& state, std::vector<StoreOp>& repairs) {
-  LM_ASSIGN_OR_RETURN(Statement rows, database.prepare("SELECT number, unix_ms, who, proof, token, peer, what, job, "
-                                                       "about, outcome, message FROM actions ORDER BY number"));
-  for (;;) {
-    LM_ASSIGN_OR_RETURN(const bool more, rows.step());
-    if (!more) {
-      return ok_status();
-    }
-    Action action;
-    int column = 0;
-    action.number = rows.natural(column++);
-    action.unix_ms = rows.integer(column++);
-    action.who = rows.text(column++);
-    const Result<Proof> proof = stored::proof_named(rows.view(column++));
-    if (!proof.ok()) {
-      stored::leave_out_action(action.number, proof.status(), state, repairs);
-      continue;
-    }
-    action.proof = *proof;
-    action.token = rows.text(column++);
-    action.peer = rows.text(column++);
-    action.what = rows.text(column++);
-    action.job = rows.natural(column++);
-    action.about = rows.text(column++);
-    action.outcome = static_cast<StatusCode>(rows.integer(column++));
-    action.message = rows.text(column++);
-    state.actions.push_back(std::move(action));
-  }
-}
-
-Status next_epoch(Database& database, StoredState& state) {
-  LM_RETURN_IF_ERROR(database.execute("UPDATE meta SET value = value + 1 WHERE key = 'epoch'"));
-  LM_ASSIGN_OR_RETURN(const std::int64_t epoch, database.number("SELECT value FROM meta WHERE key = 'epoch'"));
-  state.epoch = static_cast<std::uint64_t>(epoch);
-  return ok_status();
-}
-
 }  // namespace
 
-Status read_jobs(Database& database, StoredState& state, stored::JobCheck& check) {
-  LM_RETURN_IF_ERROR(load_jobs(database, state, check));
-  return load_settings(database, state, check);
-}
-
-Result<StoredState> load_state(Database& database, std::vector<StoreOp>& repairs) {
+Result<StoredState> load_state(Database& database, stored::StoredSpecs& specs, std::vector<StoreOp>& repairs) {
   StoredState state;
-  stored::JobCheck check;
-  LM_RETURN_IF_ERROR(read_jobs(database, state, check));
-  check.finish(state);
-  LM_RETURN_IF_ERROR(load_histories(database, state));
+  stored::StateReader reader(state, repairs);
+  for (std::size_t table = 0; table < stored::kTableCount; ++table) {
+    LM_RETURN_IF_ERROR(load_records(database, static_cast<stored::Table>(table), reader));
+  }
+  reader.finish(specs);
+  LM_RETURN_IF_ERROR(load_next_job_id(database, state));
   LM_RETURN_IF_ERROR(load_nodes(database, state));
   LM_RETURN_IF_ERROR(load_results(database, state, repairs));
-  LM_RETURN_IF_ERROR(load_quarantine(database, state));
-  LM_RETURN_IF_ERROR(load_tokens(database, state, repairs));
-  LM_RETURN_IF_ERROR(load_actions(database, state, repairs));
-  LM_RETURN_IF_ERROR(next_epoch(database, state));
   return state;
 }
 

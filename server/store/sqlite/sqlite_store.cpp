@@ -2,10 +2,14 @@
 
 #include "common/base/check.h"
 #include "common/base/log.h"
+#include "server/store/records.h"
 #include "server/store/row_values.h"
+#include "server/store/sqlite/commit_chain.h"
 #include "server/store/sqlite/database.h"
+#include "server/store/sqlite/journal_scan.h"
 #include "server/store/sqlite/load_state.h"
 #include "server/store/sqlite/schema.h"
+#include "server/store/sqlite/store_row.h"
 #include "server/store/store_format.h"
 
 namespace lightmill {
@@ -16,37 +20,29 @@ using sqlite::Statement;
 using stored::bytes_of;
 using stored::view_of;
 
-constexpr std::string_view kPutJob = R"sql(
-INSERT INTO jobs VALUES (?1,?2,?3,?4,?5,?6,?7,?8,?9,?10,?11,?12,?13,?14,?15,?16,?17,?18,?19,?20,?21,?22,?23,?24,?25,?26,
-  ?27,?28,?29)
-ON CONFLICT (id) DO UPDATE SET request_id=?2, name=?3, owner=?4, host=?5, parent=?6, priority=?7, goal_samples=?8,
-  goal_seconds=?9, state=?10, reason=?11, fingerprint_class=?12, active_seconds=?13, worker_seconds=?14,
-  results_merged=?15, results_duplicate=?16, leases_lost=?17, copies_leased=?18, non_finite=?19,
-  submitted_unix_ms=?20, finished_unix_ms=?21, goal_error=?22, reached=?23,
-  goal_adaptive=?24, verify_share=?25, results_verified=?26, nodes_dropped=?27, allow_mixed=?28, checksum=?29)sql";
-
 /// Kept for what comes next.
 constexpr std::int64_t kSparePages = 1024;  // 16 MiB
 constexpr const char* kGiveBack = "PRAGMA incremental_vacuum(512)";
 /// The file shrinks with it, and the journal too.
 constexpr const char* kTruncate = "PRAGMA wal_checkpoint(TRUNCATE)";
 
-constexpr std::string_view kPutProgress = R"sql(
-UPDATE jobs SET active_seconds=?2, worker_seconds=?3, results_merged=?4, results_duplicate=?5, leases_lost=?6,
-  copies_leased=?7, non_finite=?8, results_verified=?9, nodes_dropped=?10 WHERE id = ?1)sql";
-
 /// Every statement that a commit runs, prepared once.
 struct Statements {
   Statement begin, commit, rollback;
-  Statement put_job, put_progress, put_settings, put_method, put_asset, put_layer, put_error, delete_job, put_node,
-      drop_node, put_result, put_verified, drop_results, drop_result_row, put_quarantine, drop_quarantine, put_token,
-      drop_token, put_action, drop_action;
+  std::array<Statement, stored::kTableCount> put_record, drop_record;
+  Statement put_node, drop_node, put_result, put_verified, drop_results, drop_result_row;
+  sqlite::StoreRowWriter store_row;
 };
 
 class SqliteStore final : public Store {
  public:
-  SqliteStore(Database database, Statements statements)
-      : database_(std::move(database)), statements_(std::move(statements)) {}
+  SqliteStore(Database database, Statements statements, CommitChain chain, const sqlite::StoreRow& row,
+              std::uint64_t next_job_id)
+      : database_(std::move(database)),
+        statements_(std::move(statements)),
+        chain_(std::move(chain)),
+        row_(row),
+        next_job_id_(next_job_id) {}
 
   Result<StoredState> load() override;
   Status commit(std::span<const StoreOp> ops) override;
@@ -54,44 +50,56 @@ class SqliteStore final : public Store {
   bool tidy() override;
 
  private:
-  Status apply(const PutJob& op);
-  Status apply(const PutProgress& op);
-  Status apply(const DeleteJobRows& op);
+  Result<StoredState> load_in_transaction();
+  Status write(std::span<const StoreOp> ops);
+  Status finish(sqlite::StoreRow next);
+  template <class Op>
+  Status apply(const Op& op);
   Status apply(const PutNode& op);
   Status apply(const DropNode& op);
   Status apply(const PutResult& op);
   Status apply(const PutVerified& op);
   Status apply(const DropResults& op);
   Status apply(const DropResultRow& op);
-  Status apply(const PutQuarantine& op);
-  Status apply(const DropQuarantine& op);
-  Status apply(const PutToken& op);
-  Status apply(const DropToken& op);
-  Status apply(const PutAction& op);
-  Status apply(const DropAction& op);
-  Status put_settings(const JobRecord& record);
-  Status put_history(const JobRecord& record);
+  Status run(Statement& statement, const NodeKey& key);
+  Status chain();
   Status roll_back(Status cause);
+  /// Takes part in the hash over all commits.
+  template <class... Numbers>
+  void note(Numbers... numbers) {
+    const std::array<std::uint64_t, sizeof...(Numbers)> all{static_cast<std::uint64_t>(numbers)...};
+    writes_->append(view_of(all));
+  }
 
   Database database_;
   Statements statements_;
+  CommitChain chain_;
+  sqlite::StoreRow row_;           ///< as it is stored
+  std::uint64_t next_job_id_;      ///< as it is stored
+  std::uint64_t highest_job_ = 0;  ///< of the commit under way
+  stored::StoredSpecs specs_;
+  std::optional<Xxh3Hasher> writes_;  ///< of the commit under way
+  bool unchained_ = false;            ///< the last commit is stored, and the chain's record of it is not
 };
 
 Result<StoredState> SqliteStore::load() {
   LM_RETURN_IF_ERROR(statements_.begin.run());
-  std::vector<StoreOp> repairs;
-  Result<StoredState> state = sqlite::load_state(database_, repairs);
+  Result<StoredState> state = load_in_transaction();
   if (!state.ok()) {
     return roll_back(state.status());
   }
-  for (const StoreOp& op : repairs) {
-    if (Status status = std::visit([&](const auto& each) { return apply(each); }, op); !status.ok()) {
-      return roll_back(std::move(status));
-    }
-  }
-  if (Status status = statements_.commit.run(); !status.ok()) {
-    return roll_back(std::move(status));
-  }
+  state->next_job_id = std::max(state->next_job_id, next_job_id_);
+  return state;
+}
+
+Result<StoredState> SqliteStore::load_in_transaction() {
+  std::vector<StoreOp> repairs;
+  LM_ASSIGN_OR_RETURN(StoredState state, sqlite::load_state(database_, specs_, repairs));
+  LM_RETURN_IF_ERROR(write(repairs));
+  sqlite::StoreRow next = row_;
+  state.epoch = ++next.epoch;
+  state.secret = next.secret;
+  LM_RETURN_IF_ERROR(finish(next));
   return state;
 }
 
@@ -129,19 +137,51 @@ bool SqliteStore::tidy() {
 // ---- commits ----
 
 Status SqliteStore::commit(std::span<const StoreOp> ops) {
-  LM_RETURN_IF_ERROR(statements_.begin.run());
-  for (const StoreOp& op : ops) {
-    if (Status status = std::visit([&](const auto& each) { return apply(each); }, op); !status.ok()) {
-      return roll_back(std::move(status));
-    }
+  if (unchained_) {  // the same commit is tried again: it is stored, and its record is not
+    return chain();
   }
-  if (Status status = statements_.commit.run(); !status.ok()) {
+  LM_RETURN_IF_ERROR(statements_.begin.run());
+  if (Status status = write(ops); !status.ok()) {
+    return roll_back(std::move(status));
+  }
+  if (Status status = finish(row_); !status.ok()) {
     return roll_back(std::move(status));
   }
   return ok_status();
 }
 
+Status SqliteStore::write(std::span<const StoreOp> ops) {
+  writes_.emplace();
+  note(row_.hash.high, row_.hash.low);
+  highest_job_ = next_job_id_ - 1;
+  for (const StoreOp& op : ops) {
+    note(op.index());
+    LM_RETURN_IF_ERROR(std::visit([&](const auto& each) { return apply(each); }, op));
+  }
+  return ok_status();
+}
+
+/// COMMIT, then the chain's record: what is acknowledged afterwards is known in two places.
+Status SqliteStore::finish(sqlite::StoreRow next) {
+  ++next.commits;
+  next.hash = writes_->finish();
+  LM_RETURN_IF_ERROR(statements_.store_row.write(next));
+  LM_RETURN_IF_ERROR(statements_.commit.run());
+  specs_.keep();
+  row_ = next;
+  next_job_id_ = highest_job_ + 1;
+  unchained_ = true;
+  return chain();
+}
+
+Status SqliteStore::chain() {
+  LM_RETURN_IF_ERROR(chain_.append({row_.id, row_.commits, row_.hash, next_job_id_ - 1}));
+  unchained_ = false;
+  return ok_status();
+}
+
 Status SqliteStore::roll_back(Status cause) {
+  specs_.forget();
   // Some errors (a full disk) roll back by themselves.
   if (database_.in_transaction()) {
     if (Status status = statements_.rollback.run(); !status.ok()) {
@@ -154,148 +194,82 @@ Status SqliteStore::roll_back(Status cause) {
   return cause;
 }
 
-Status SqliteStore::apply(const PutJob& op) {
-  const JobRecord& job = op.record;
-  const JobCounters& counters = job.counters;
-  const std::array<std::uint8_t, 16> checksum = bytes_of(stored::checksum_of(job));
-  statements_.put_job.bind_all(job.id.value, job.spec.request_id, job.spec.name, job.spec.owner, job.spec.host,
-                               job.spec.parent.value, job.spec.priority, job.spec.goal.samples, job.spec.goal.seconds,
-                               stored::name_of(job.state), job.reason, job.fingerprint_class, job.active_seconds,
-                               job.worker_seconds, counters.results_merged, counters.results_duplicate,
-                               counters.leases_lost, counters.copies_leased, counters.non_finite, job.submitted_unix_ms,
-                               job.finished_unix_ms, job.spec.goal.error, stored::name_of(job.reached),
-                               int{job.spec.goal.adaptive}, job.spec.verify_share, counters.results_verified,
-                               counters.nodes_dropped, int{job.spec.allow_mixed}, view_of(checksum));
-  LM_RETURN_IF_ERROR(statements_.put_job.run());
-  LM_RETURN_IF_ERROR(put_settings(job));
-  return put_history(job);
-}
-
-/// A history only grows: what is there stays.
-Status SqliteStore::put_history(const JobRecord& record) {
-  for (const ErrorPoint& point : record.history) {
-    statements_.put_error.bind_all(record.id.value, point.samples, point.worker_seconds, point.rel_mse,
-                                   point.half_width);
-    LM_RETURN_IF_ERROR(statements_.put_error.run());
+template <class Op>
+Status SqliteStore::apply(const Op& op) {
+  if constexpr (std::is_same_v<Op, PutJob>) {
+    highest_job_ = std::max(highest_job_, op.record.id.value);
+  }
+  for (const stored::RowChange& change : stored::changes_of(op, specs_)) {
+    const bool puts = change.message.has_value();
+    const auto table = static_cast<std::size_t>(change.table);
+    Statement& statement = (puts ? statements_.put_record : statements_.drop_record)[table];
+    if (stored::info_of(change.table).numbered) {
+      statement.bind_all(change.key.number);
+    } else {
+      statement.bind_all(as_byte_view(change.key.name));
+    }
+    note(table, change.key.number, puts);
+    writes_->append(as_byte_view(change.key.name));
+    if (puts) {
+      writes_->append(as_byte_view(*change.message));
+      statement.bind_from(2, as_byte_view(*change.message),
+                          stored::checksum_of(change.table, change.key, *change.message));
+    }
+    LM_RETURN_IF_ERROR(statement.run());
   }
   return ok_status();
-}
-
-/// Settings never change but for a method that is chosen, so only the first write of a job stores the others.
-Status SqliteStore::put_settings(const JobRecord& record) {
-  const RenderSettings& settings = record.spec.settings;
-  const MethodNotes& notes = record.method_notes;
-  const std::string reasons = stored::lines_of(notes.reasons), notices = stored::lines_of(notes.notices),
-                    candidates = stored::lines_of(notes.candidates);
-  const ByteView allocation = std::as_bytes(record.allocation.shifts());
-  statements_.put_settings.bind_all(record.id.value, as_byte_view(settings.scene), settings.width, settings.height,
-                                    settings.crop.x, settings.crop.y, settings.crop.width, settings.crop.height,
-                                    settings.seed, settings.method, settings.max_bounces, settings.renderer_version,
-                                    settings.meters, int{notes.chosen}, reasons, notices, candidates, allocation);
-  LM_RETURN_IF_ERROR(statements_.put_settings.run());
-  if (database_.changes() == 0) {
-    statements_.put_method.bind_all(record.id.value, settings.method, reasons, notices, candidates, allocation);
-    return statements_.put_method.run();
-  }
-  for (std::size_t i = 0; i < settings.assets.size(); ++i) {
-    statements_.put_asset.bind_all(record.id.value, std::uint64_t{i}, view_of(settings.assets[i].bytes));
-    LM_RETURN_IF_ERROR(statements_.put_asset.run());
-  }
-  for (std::size_t i = 0; i < settings.layers.size(); ++i) {
-    const LayerSpec& layer = settings.layers[i];
-    statements_.put_layer.bind_all(record.id.value, std::uint64_t{i}, layer.name, layer.channels,
-                                   stored::name_of(layer.kind));
-    LM_RETURN_IF_ERROR(statements_.put_layer.run());
-  }
-  return ok_status();
-}
-
-Status SqliteStore::apply(const PutProgress& op) {
-  const JobCounters& counters = op.counters;
-  statements_.put_progress.bind_all(op.job.value, op.active_seconds, op.worker_seconds, counters.results_merged,
-                                    counters.results_duplicate, counters.leases_lost, counters.copies_leased,
-                                    counters.non_finite, counters.results_verified, counters.nodes_dropped);
-  return statements_.put_progress.run();
-}
-
-Status SqliteStore::apply(const DeleteJobRows& op) {
-  statements_.delete_job.bind_all(op.job.value);
-  return statements_.delete_job.run();
 }
 
 Status SqliteStore::apply(const PutNode& op) {
-  const std::array<std::uint8_t, 16> hash = bytes_of(hash_of(*op.node));
-  statements_.put_node.bind_all(op.job.value, op.tile.value, op.node->range.level, op.node->range.index,
-                                op.node->non_finite, view_of(hash), view_of(op.node->values));
+  const Hash128 hash = hash_of(*op.node);
+  const std::array<std::uint8_t, 16> bytes = bytes_of(hash);
+  const SampleRange& range = op.node->range;
+  note(op.job.value, op.tile.value, range.level, range.index, op.node->non_finite, hash.high, hash.low);
+  statements_.put_node.bind_all(op.job.value, op.tile.value, range.level, range.index, op.node->non_finite,
+                                view_of(bytes), view_of(op.node->values));
   return statements_.put_node.run();
 }
 
+Status SqliteStore::run(Statement& statement, const NodeKey& key) {
+  note(key.job.value, key.tile.value, key.range.level, key.range.index);
+  statement.bind_all(key.job.value, key.tile.value, key.range.level, key.range.index);
+  return statement.run();
+}
+
 Status SqliteStore::apply(const DropNode& op) {
-  statements_.drop_node.bind_all(op.key.job.value, op.key.tile.value, op.key.range.level, op.key.range.index);
-  return statements_.drop_node.run();
+  return run(statements_.drop_node, op.key);
 }
 
 Status SqliteStore::apply(const PutResult& op) {
   const std::array<std::uint8_t, 16> hash = bytes_of(op.hash);
+  const stored::Audit audit = op.to_verify ? stored::Audit::wanted : stored::Audit::none;
+  const std::int64_t checksum = stored::checksum_of(op.key, op.hash, op.by, audit);
+  note(checksum);
   statements_.put_result.bind_all(op.key.job.value, op.key.tile.value, op.key.range.level, op.key.range.index,
-                                  view_of(hash), op.by.worker, op.by.machine, int{op.to_verify},
-                                  op.by.fingerprint_class, stored::checksum_of(op.key, op.hash, op.by));
+                                  view_of(hash), as_byte_view(op.by.worker), as_byte_view(op.by.machine),
+                                  static_cast<int>(audit), as_byte_view(op.by.fingerprint_class), checksum);
   return statements_.put_result.run();
 }
 
 Status SqliteStore::apply(const PutVerified& op) {
-  statements_.put_verified.bind_all(op.key.job.value, op.key.tile.value, op.key.range.level, op.key.range.index);
-  return statements_.put_verified.run();
+  return run(statements_.put_verified, op.key);
 }
 
 Status SqliteStore::apply(const DropResults& op) {
-  statements_.drop_results.bind_all(op.key.job.value, op.key.tile.value, op.key.range.level, op.key.range.index);
-  return statements_.drop_results.run();
+  return run(statements_.drop_results, op.key);
 }
 
 Status SqliteStore::apply(const DropResultRow& op) {
+  note(op.job.value, op.tile, op.level, op.index);
   statements_.drop_result_row.bind_all(op.job.value, op.tile, op.level, op.index);
   return statements_.drop_result_row.run();
 }
 
-Status SqliteStore::apply(const PutQuarantine& op) {
-  statements_.put_quarantine.bind_all(op.record.of.worker, op.record.of.machine, op.record.reason,
-                                      op.record.since_unix_ms);
-  return statements_.put_quarantine.run();
-}
-
-Status SqliteStore::apply(const DropQuarantine& op) {
-  statements_.drop_quarantine.bind_all(op.worker);
-  return statements_.drop_quarantine.run();
-}
-
-Status SqliteStore::apply(const PutToken& op) {
-  const TokenRecord& token = op.token;
-  const std::string roles = names_of(token.roles);
-  statements_.put_token.bind_all(token.id, token.name, roles, view_of(token.hash.bytes), token.made_by,
-                                 token.made_unix_s, token.until_unix_s);
-  return statements_.put_token.run();
-}
-
-Status SqliteStore::apply(const DropToken& op) {
-  statements_.drop_token.bind_all(op.id);
-  return statements_.drop_token.run();
-}
-
-Status SqliteStore::apply(const PutAction& op) {
-  const Action& action = op.action;
-  statements_.put_action.bind_all(action.number, action.unix_ms, action.who, stored::name_of(action.proof),
-                                  action.token, action.peer, action.what, action.job, action.about,
-                                  static_cast<int>(action.outcome), action.message);
-  return statements_.put_action.run();
-}
-
-Status SqliteStore::apply(const DropAction& op) {
-  statements_.drop_action.bind_all(op.number);
-  return statements_.drop_action.run();
-}
-
 // ---- opening ----
+
+constexpr const char* kLossAdvice =
+    "Put a backup of the whole data folder in its place, or start once with --accept-loss, which goes on with what is "
+    "left";
 
 /// An exclusive lock on the file spares shared memory; secure_delete (on in Debian) would write every dropped node
 /// again; large pages and rare checkpoints suit rows of 100 KB that live shortly.
@@ -311,7 +285,8 @@ PRAGMA cache_size = -32768;
 PRAGMA temp_store = MEMORY;
 )sql";
 
-Status prepare_file(Database& database, const std::filesystem::path& file, bool is_new) {
+/// `may_be_new`: nothing was ever acknowledged here, so an empty file gets its tables.
+Status prepare_file(Database& database, const std::filesystem::path& file, bool is_new, bool may_be_new) {
   if (is_new) {
     LM_RETURN_IF_ERROR(database.execute("PRAGMA page_size = 16384; PRAGMA auto_vacuum = INCREMENTAL;"));
   }
@@ -319,10 +294,15 @@ Status prepare_file(Database& database, const std::filesystem::path& file, bool 
   LM_ASSIGN_OR_RETURN(const std::int64_t application, database.number("PRAGMA application_id"));
   LM_ASSIGN_OR_RETURN(const std::int64_t version, database.number("PRAGMA user_version"));
   LM_ASSIGN_OR_RETURN(const std::int64_t tables, database.number("SELECT count(*) FROM sqlite_schema"));
+  if (tables == 0 && version == 0 && may_be_new) {
+    LM_RETURN_IF_ERROR(
+        database.execute(fmt::format("BEGIN IMMEDIATE; PRAGMA application_id = {}; PRAGMA user_version = {}; {}",
+                                     sqlite::kApplicationId, kSqliteFormatVersion, sqlite::kSchema)));
+    LM_RETURN_IF_ERROR(sqlite::create_store_row(database));
+    return database.execute("COMMIT");
+  }
   if (tables == 0 && version == 0) {
-    return database.execute(
-        fmt::format("BEGIN IMMEDIATE; PRAGMA application_id = {}; PRAGMA user_version = {}; {} COMMIT;",
-                    sqlite::kApplicationId, kSqliteFormatVersion, sqlite::kSchema));
+    return failed_precondition("{} is empty, and commits were acknowledged: {}", file.string(), kLossAdvice);
   }
   if (application != sqlite::kApplicationId) {
     return failed_precondition(
@@ -337,20 +317,18 @@ Result<Statements> prepare_statements(Database& database) {
   LM_ASSIGN_OR_RETURN(all.begin, database.prepare("BEGIN IMMEDIATE"));
   LM_ASSIGN_OR_RETURN(all.commit, database.prepare("COMMIT"));
   LM_ASSIGN_OR_RETURN(all.rollback, database.prepare("ROLLBACK"));
-  LM_ASSIGN_OR_RETURN(all.put_job, database.prepare(kPutJob));
-  LM_ASSIGN_OR_RETURN(all.put_progress, database.prepare(kPutProgress));
-  LM_ASSIGN_OR_RETURN(
-      all.put_settings,
-      database.prepare("INSERT OR IGNORE INTO job_settings VALUES (?1,?2,?3,?4,?5,?6,?7,?8,?9,?10,?11,?12,?13,?14,"
-                       "?15,?16,?17,?18)"));
-  LM_ASSIGN_OR_RETURN(
-      all.put_method,
-      database.prepare("UPDATE job_settings SET method = ?2, method_reasons = ?3, method_notices = ?4, "
-                       "method_candidates = ?5, allocation = ?6 WHERE job = ?1 AND method_candidates <> ?5"));
-  LM_ASSIGN_OR_RETURN(all.put_asset, database.prepare("INSERT INTO job_assets VALUES (?1,?2,?3)"));
-  LM_ASSIGN_OR_RETURN(all.put_layer, database.prepare("INSERT INTO job_layers VALUES (?1,?2,?3,?4,?5)"));
-  LM_ASSIGN_OR_RETURN(all.put_error, database.prepare("INSERT OR IGNORE INTO job_errors VALUES (?1,?2,?3,?4,?5)"));
-  LM_ASSIGN_OR_RETURN(all.delete_job, database.prepare("DELETE FROM jobs WHERE id = ?1"));
+  for (std::size_t i = 0; i < stored::kTableCount; ++i) {
+    const stored::Table table{static_cast<std::uint8_t>(i)};
+    const stored::TableInfo& info = stored::info_of(table);
+    // An entry of the log never changes.
+    const char* const again = table == stored::Table::actions ? "NOTHING" : "UPDATE SET message = ?2, checksum = ?3";
+    LM_ASSIGN_OR_RETURN(all.put_record[i],
+                        database.prepare(fmt::format("INSERT INTO {} VALUES (?1,?2,?3) ON CONFLICT ({}) DO {}",
+                                                     info.name, info.key, again)));
+    LM_ASSIGN_OR_RETURN(all.drop_record[i],
+                        database.prepare(fmt::format("DELETE FROM {} WHERE {} = ?1", info.name, info.key)));
+  }
+  LM_ASSIGN_OR_RETURN(all.store_row, sqlite::StoreRowWriter::prepare(database));
   LM_ASSIGN_OR_RETURN(all.put_node,
                       database.prepare("INSERT OR REPLACE INTO nodes (job, tile, level, range_index, non_finite, hash, "
                                        "samples) VALUES (?1,?2,?3,?4,?5,?6,?7)"));
@@ -359,35 +337,56 @@ Result<Statements> prepare_statements(Database& database) {
       database.prepare("DELETE FROM nodes WHERE job = ?1 AND tile = ?2 AND level = ?3 AND range_index = ?4"));
   LM_ASSIGN_OR_RETURN(all.put_result,
                       database.prepare("INSERT OR REPLACE INTO results VALUES (?1,?2,?3,?4,?5,?6,?7,?8,?9,?10)"));
-  LM_ASSIGN_OR_RETURN(all.put_verified,
-                      database.prepare("UPDATE results SET verification = 2 WHERE job = ?1 AND tile = ?2 AND level = "
-                                       "?3 AND range_index = ?4"));
+  LM_ASSIGN_OR_RETURN(
+      all.put_verified,
+      database.prepare("UPDATE results SET audit = 2, checksum = (checksum & ~3) | 2 WHERE job = ?1 AND "
+                       "tile = ?2 AND level = ?3 AND range_index = ?4"));
   LM_ASSIGN_OR_RETURN(all.drop_results,
                       database.prepare("DELETE FROM results WHERE job = ?1 AND tile = ?2 AND level <= ?3 AND "
                                        "range_index >> (?3 - level) = ?4"));
   LM_ASSIGN_OR_RETURN(
       all.drop_result_row,
       database.prepare("DELETE FROM results WHERE job = ?1 AND tile = ?2 AND level = ?3 AND range_index = ?4"));
-  LM_ASSIGN_OR_RETURN(all.put_quarantine, database.prepare("INSERT OR REPLACE INTO quarantine VALUES (?1,?2,?3,?4)"));
-  LM_ASSIGN_OR_RETURN(all.drop_quarantine, database.prepare("DELETE FROM quarantine WHERE worker = ?1"));
-  LM_ASSIGN_OR_RETURN(all.put_token, database.prepare("INSERT OR REPLACE INTO tokens VALUES (?1,?2,?3,?4,?5,?6,?7)"));
-  LM_ASSIGN_OR_RETURN(all.drop_token, database.prepare("DELETE FROM tokens WHERE id = ?1"));
-  LM_ASSIGN_OR_RETURN(all.put_action,
-                      database.prepare("INSERT OR IGNORE INTO actions VALUES (?1,?2,?3,?4,?5,?6,?7,?8,?9,?10,?11)"));
-  LM_ASSIGN_OR_RETURN(all.drop_action, database.prepare("DELETE FROM actions WHERE number = ?1"));
   return all;
+}
+
+/// The state of a journal that explains a loss.
+std::string damage_of(const sqlite::JournalScan& journal) {
+  return journal.damaged ? fmt::format(" Its journal is damaged at frame {} of {}.", journal.sound_frames + 1,
+                                       std::max(journal.frames, journal.sound_frames + 1))
+                         : "";
 }
 
 }  // namespace
 
-Result<std::unique_ptr<Store>> open_sqlite_store(const std::filesystem::path& file) {
+Result<std::unique_ptr<Store>> open_sqlite_store(const std::filesystem::path& file, const SqliteOptions& options) {
   std::error_code ignored;
   const std::uintmax_t size_bytes = std::filesystem::file_size(file, ignored);
   const bool is_new = ignored || size_bytes == 0;
+  LM_ASSIGN_OR_RETURN(CommitChain chain, CommitChain::open(file.parent_path() / "commit-chain"));
+  const sqlite::JournalScan journal = sqlite::scan_journal(file.string() + "-wal");
   LM_ASSIGN_OR_RETURN(Database database, Database::open(file));
-  LM_RETURN_IF_ERROR(prepare_file(database, file, is_new));
+  database.checkpoint_at_close(false);  // a store that is refused stays as it is
+  LM_RETURN_IF_ERROR(prepare_file(database, file, is_new, !chain.last() || options.accept_loss));
+  LM_ASSIGN_OR_RETURN(const sqlite::StoreRow row, sqlite::read_store_row(database));
+  LM_ASSIGN_OR_RETURN(const std::int64_t highest,
+                      database.number("SELECT coalesce(max(seq), 0) FROM sqlite_sequence WHERE name = 'jobs'"));
+  CommitMark found{row.id, row.commits, row.hash, static_cast<std::uint64_t>(highest)};
+  const Status complete = check_chain(chain.last(), found);
+  if (!complete.ok() && !options.accept_loss) {
+    return failed_precondition("{}: {}.{} {}", file.string(), message_of(complete), damage_of(journal), kLossAdvice);
+  }
+  if (chain.last()) {
+    found.highest_job = std::max(found.highest_job, chain.last()->highest_job);  // of a job that is lost, too
+  }
+  if (!complete.ok()) {
+    spdlog::warn("--accept-loss: {}.{}", message_of(complete), damage_of(journal));
+    LM_RETURN_IF_ERROR(chain.restart(found));
+  }
   LM_ASSIGN_OR_RETURN(Statements statements, prepare_statements(database));
-  return std::unique_ptr<Store>(std::make_unique<SqliteStore>(std::move(database), std::move(statements)));
+  database.checkpoint_at_close(true);
+  return std::unique_ptr<Store>(std::make_unique<SqliteStore>(std::move(database), std::move(statements),
+                                                              std::move(chain), row, found.highest_job + 1));
 }
 
 }  // namespace lightmill

@@ -107,7 +107,7 @@ TEST_F(CheckStateTest, AnEntryOfTheLogThatCannotBeReadIsTakenOutAndNamed) {
   Action action;
   action.number = 7;
   ASSERT_TRUE(open_store()->commit(std::vector<StoreOp>{PutAction{action}}).ok());
-  execute("UPDATE actions SET proof = 'nonsense'");
+  execute("UPDATE actions SET message = x'ff'");
   const StateCheck found = check().value();
   EXPECT_FALSE(found.sound || found.whole);
   ASSERT_EQ(found.report.size(), 2u);
@@ -116,7 +116,7 @@ TEST_F(CheckStateTest, AnEntryOfTheLogThatCannotBeReadIsTakenOutAndNamed) {
 }
 
 TEST_F(CheckStateTest, AJobThatIsNotWhatWasSubmittedIsTakenOutAndLost) {
-  execute("UPDATE job_settings SET seed = seed + 1 WHERE job = 2");
+  execute("UPDATE job_specs SET message = substr(message, 2) WHERE job = 2");
   const StateCheck found = check().value();
   EXPECT_FALSE(found.sound || found.whole);
   ASSERT_EQ(found.report.size(), 2u);
@@ -208,7 +208,11 @@ TEST_F(CheckStateTest, ADoneJobThatNoLimitHasEndedIsTakenOut) {
 }
 
 TEST_F(CheckStateTest, AJobWhoseTimesAreNoneIsTakenOut) {
-  execute("UPDATE jobs SET active_seconds = -5 WHERE id = 2");
+  {
+    const auto store = open_store();
+    ASSERT_TRUE(store->load().ok());
+    ASSERT_TRUE(store->commit(std::vector<StoreOp>{PutProgress{JobId{2}, -5, 1, {}}}).ok());
+  }
   const StateCheck found = check().value();
   EXPECT_FALSE(found.whole);
   EXPECT_EQ(found.report.size(), 2u);

@@ -3,8 +3,11 @@
 #include <gtest/gtest.h>
 #include <sqlite3.h>
 
+#include <fstream>
+
 #include "server/store/data_directory.h"
-#include "server/store/row_values.h"
+#include "server/store/sqlite/commit_chain.h"
+#include "server/store/sqlite/journal_scan.h"
 #include "tests/support/temporary_folder.h"
 #include "tests/unit/store/store_conformance.h"
 
@@ -55,6 +58,7 @@ class SqliteStoreTest : public ::testing::Test {
 
   TemporaryFolder folder_;
   std::filesystem::path file_ = folder_.path() / "store.sqlite";
+  std::filesystem::path chain_ = folder_.path() / "commit-chain";
 };
 
 /// A job with some 50 MB of nodes, which is deleted.
@@ -105,11 +109,11 @@ TEST_F(SqliteStoreTest, AnotherFormatIsRefusedWithWhatToDo) {
   };
   EXPECT_EQ(refusal_of(kSqliteFormatVersion + 1),
             file_.string() +
-                " has store format 13, newer than format 12 of this lightmill-server: use the newer "
+                " has store format 14, newer than format 13 of this lightmill-server: use the newer "
                 "lightmill-server that wrote it, or choose another directory with --data");
   EXPECT_EQ(refusal_of(kSqliteFormatVersion - 1),
             file_.string() +
-                " has store format 11, older than format 12 of this lightmill-server: use the older "
+                " has store format 12, older than format 13 of this lightmill-server: use the older "
                 "lightmill-server that wrote it, or choose another directory with --data");
   for (const int nonsense : {0, -1}) {
     EXPECT_EQ(refusal_of(nonsense),
@@ -125,7 +129,10 @@ TEST_F(SqliteStoreTest, EachHasItsSecretAndKeepsIt) {
   const Sha256 secret = open()->load()->secret;
   EXPECT_EQ(open()->load()->secret, secret);
   std::filesystem::remove(file_);
+  std::filesystem::remove(chain_);
   EXPECT_NE(open()->load()->secret, secret);
+  sql("UPDATE store SET secret = zeroblob(32)");
+  EXPECT_EQ(open_sqlite_store(file_).status().code(), StatusCode::kDataLoss);
 }
 
 TEST_F(SqliteStoreTest, AnAllocationOfOtherTilesIsNotLoaded) {
@@ -133,15 +140,163 @@ TEST_F(SqliteStoreTest, AnAllocationOfOtherTilesIsNotLoaded) {
   record.allocation = Allocation::of({0, 1}).value();  // of six tiles
   ASSERT_TRUE(open()->commit(std::vector<StoreOp>{PutJob{record}}).ok()) << "with the checksum of just this";
   EXPECT_EQ(open()->load()->damaged_jobs, std::vector{JobId{7}});
-  record = test::full_record(7);
-  EXPECT_TRUE(stored::allocation_in(std::string_view("\0\0\1\0\0\2", 6), record).ok());
-  EXPECT_EQ(stored::allocation_in(std::string_view("\0\0\1\0\0\3", 6), record).status().code(), StatusCode::kDataLoss)
-      << "a share that is none";
 }
 
 TEST_F(SqliteStoreTest, AFileThatIsNoStoreIsRefused) {
   sql("CREATE TABLE other (x)");
   EXPECT_EQ(open_sqlite_store(file_).status().code(), StatusCode::kFailedPrecondition) << "not to be overwritten";
+}
+
+// ---- lost commits ----
+
+CommitMark mark(std::uint64_t commits, std::uint64_t hash = 0, std::uint8_t store = 1) {
+  CommitMark mark;
+  mark.store.fill(store);
+  mark.commits = commits;
+  mark.hash = {hash, commits};
+  mark.highest_job = 9;
+  return mark;
+}
+
+TEST(CommitChain, KeepsTheLastMarkAndSurvivesADamagedSlot) {
+  const TemporaryFolder folder;
+  const std::filesystem::path path = folder.path() / "commit-chain";
+  {
+    CommitChain chain = CommitChain::open(path).value();
+    EXPECT_FALSE(chain.last().has_value());
+    for (std::uint64_t commits = 1; commits <= 5; ++commits) {
+      ASSERT_TRUE(chain.append(mark(commits)).ok());
+    }
+  }
+  EXPECT_EQ(CommitChain::open(path)->last(), mark(5));
+  for (std::streamoff bit = 0; bit < 64 * 8; ++bit) {
+    std::fstream file(path, std::ios::in | std::ios::out | std::ios::binary);
+    const std::streamoff at = 4096 + bit / 8;  // the fifth mark's slot
+    const auto flip = [&] {
+      file.seekg(at);
+      const int byte = file.get() ^ (1 << bit % 8);
+      file.seekp(at);
+      file.put(static_cast<char>(byte)).flush();
+    };
+    flip();
+    EXPECT_EQ(CommitChain::open(path)->last(), mark(4)) << "bit " << bit;
+    flip();
+  }
+}
+
+TEST(CommitChain, OnlyAStoreWithAllAcknowledgedCommitsPasses) {
+  EXPECT_TRUE(check_chain(mark(5), mark(5)).ok());
+  EXPECT_TRUE(check_chain(mark(5), mark(6)).ok()) << "the last one was not acknowledged";
+  EXPECT_TRUE(check_chain(std::nullopt, mark(0)).ok());
+  for (const auto& [chain, store, why] : std::vector<std::tuple<std::optional<CommitMark>, CommitMark, std::string>>{
+           {mark(5), mark(4), "it ends with commit 4, and all up to 5 were acknowledged"},
+           {mark(5), mark(7), "is older: it says 5"},
+           {mark(5), mark(5, 1), "has other writes than were acknowledged"},
+           {mark(5), mark(5, 0, 2), "belongs to another store"},
+           {std::nullopt, mark(1), "is missing or damaged"}}) {
+    const Status status = check_chain(chain, store);
+    EXPECT_EQ(status.code(), StatusCode::kFailedPrecondition);
+    EXPECT_NE(message_of(status).find(why), std::string::npos) << message_of(status);
+  }
+}
+
+/// A folder as kill -9 leaves it: three jobs, each committed by itself, and a journal.
+class LostCommits : public SqliteStoreTest {
+ protected:
+  void SetUp() override {
+    const auto store = open();
+    ASSERT_TRUE(store->load().ok());
+    for (std::uint64_t id = 1; id <= 3; ++id) {
+      ASSERT_TRUE(store->commit(std::vector<StoreOp>{PutJob{test::full_record(id)}}).ok());
+    }
+    for (const auto& file : {file_, journal_, chain_}) {
+      std::filesystem::copy_file(file, killed_.path() / file.filename());
+    }
+  }
+  /// The folder as it was killed.
+  void restore() const {
+    for (const auto& entry : std::filesystem::directory_iterator(folder_.path())) {
+      std::filesystem::remove(entry);
+    }
+    for (const auto& entry : std::filesystem::directory_iterator(killed_.path())) {
+      std::filesystem::copy_file(entry, folder_.path() / entry.path().filename());
+    }
+  }
+  void flip(const std::filesystem::path& path, std::uintmax_t at) const {
+    std::fstream file(path, std::ios::in | std::ios::out | std::ios::binary);
+    file.seekg(static_cast<std::streamoff>(at));
+    const int byte = file.get() ^ 0x10;
+    file.seekp(static_cast<std::streamoff>(at));
+    file.put(static_cast<char>(byte));
+  }
+  std::string bytes_of(const std::filesystem::path& path) const {
+    std::ifstream file(path, std::ios::binary);
+    return {std::istreambuf_iterator<char>(file), {}};
+  }
+
+  const std::filesystem::path journal_ = file_.string() + "-wal";
+  const TemporaryFolder killed_;
+};
+
+TEST_F(LostCommits, AKilledStoreHasAll) {
+  restore();
+  const sqlite::JournalScan scan = sqlite::scan_journal(journal_);
+  EXPECT_FALSE(scan.damaged);
+  EXPECT_GT(scan.frames, 3u);
+  EXPECT_EQ(scan.sound_frames, scan.frames);
+  EXPECT_EQ(open()->load()->jobs.size(), 3u);
+}
+
+TEST_F(LostCommits, AFlippedBitAnywhereInTheJournalIsNeverSilent) {
+  const std::uintmax_t size_bytes = std::filesystem::file_size(killed_.path() / journal_.filename());
+  int refused = 0;
+  constexpr int kPlaces = 200;
+  for (int i = 0; i < kPlaces; ++i) {
+    restore();
+    const std::uintmax_t at =
+        i < 40 ? static_cast<std::uintmax_t>(i) : size_bytes * static_cast<std::uintmax_t>(i) / kPlaces;
+    flip(journal_, at);
+    const std::string journal = bytes_of(journal_);
+    const Result<std::unique_ptr<Store>> store = open_sqlite_store(file_);
+    if (!store.ok()) {
+      ++refused;
+      EXPECT_EQ(store.status().code(), StatusCode::kFailedPrecondition) << at << ": " << store.status();
+      EXPECT_TRUE(bytes_of(journal_) == journal) << at << ": a store that is refused stays as it is";
+      continue;
+    }
+    EXPECT_EQ((*store)->load()->jobs.size(), 3u) << at;
+  }
+  EXPECT_GT(refused, kPlaces / 2);
+}
+
+TEST_F(LostCommits, AreAcceptedWithJobIdsThatGoOn) {
+  restore();
+  std::filesystem::resize_file(journal_, std::filesystem::file_size(journal_) / 2);
+  const Status refused = open_sqlite_store(file_).status();
+  EXPECT_EQ(refused.code(), StatusCode::kFailedPrecondition);
+  EXPECT_NE(message_of(refused).find("jobs up to 3 and their results may be lost"), std::string::npos) << refused;
+  EXPECT_NE(message_of(refused).find("--accept-loss"), std::string::npos) << refused;
+  {
+    const auto store = open_sqlite_store(file_, {.accept_loss = true}).value();
+    const StoredState state = store->load().value();
+    EXPECT_LT(state.jobs.size(), 3u);
+    EXPECT_EQ(state.next_job_id, 4u) << "the lost job's id is not given again";
+  }
+  EXPECT_EQ(open()->load()->next_job_id, 4u) << "nor later";
+}
+
+TEST_F(LostCommits, AnOldCopyOfTheDatabaseIsRefused) {
+  restore();
+  ASSERT_TRUE(open()->load().ok());  // one more commit, of the epoch
+  std::filesystem::copy_file(killed_.path() / file_.filename(), file_,
+                             std::filesystem::copy_options::overwrite_existing);
+  EXPECT_EQ(open_sqlite_store(file_).status().code(), StatusCode::kFailedPrecondition);
+}
+
+TEST_F(LostCommits, WithoutTheRecordTheDatabaseIsRefused) {
+  restore();
+  std::filesystem::remove(chain_);
+  EXPECT_EQ(open_sqlite_store(file_).status().code(), StatusCode::kFailedPrecondition);
 }
 
 TEST(DataDirectory, HasOneUserAtATime) {

@@ -1,0 +1,361 @@
+#include "server/store/records.h"
+
+#include <cstring>
+#include <set>
+
+#include "common/base/log.h"
+#include "common/base/overloaded.h"
+#include "common/base/text.h"
+#include "common/farm/film_rules.h"
+#include "common/wire/bytes.h"
+#include "common/wire/deterministic.h"
+#include "common/wire/farm_messages.h"
+#include "lightmill/stored/v1/stored.pb.h"
+
+namespace lightmill::stored {
+namespace {
+
+constexpr std::array<std::pair<Proof, v1::StoredAction::Proof>, 3> kProofs{
+    {{Proof::none, v1::StoredAction::PROOF_NONE},
+     {Proof::certificate, v1::StoredAction::PROOF_CERTIFICATE},
+     {Proof::token, v1::StoredAction::PROOF_TOKEN}}};
+
+// ---- values to messages ----
+
+std::string spec_message(const JobRecord& job) {
+  v1::StoredSpec out;
+  to_wire(job.spec, out.mutable_request());
+  to_wire(job.method_notes, out.mutable_method_notes());
+  const std::span<const std::int8_t> shifts = job.allocation.shifts();
+  out.set_allocation(std::string(shifts.begin(), shifts.end()));
+  return deterministic_bytes(out);
+}
+
+std::string state_message(const JobRecord& job) {
+  v1::StoredState out;
+  to_wire(job.spec.goal, out.mutable_goal());
+  out.set_priority(job.spec.priority);
+  out.set_state(to_wire(job.state));
+  out.set_reason(job.reason);
+  out.set_reached(to_wire(job.reached));
+  out.set_fingerprint_class(job.fingerprint_class);
+  out.set_submitted_unix_ms(job.submitted_unix_ms);
+  out.set_finished_unix_ms(job.finished_unix_ms);
+  for (const ErrorPoint& point : job.history) {
+    to_wire(point, out.add_history());
+  }
+  return deterministic_bytes(out);
+}
+
+std::string progress_message(double active_seconds, double worker_seconds, const JobCounters& counters) {
+  v1::StoredProgress out;
+  out.set_active_seconds(active_seconds);
+  out.set_worker_seconds(worker_seconds);
+  to_wire(counters, out.mutable_counters());
+  return deterministic_bytes(out);
+}
+
+std::string message_of(const TokenRecord& token) {
+  v1::StoredToken out;
+  out.set_name(token.name);
+  out.set_roles(names_of(token.roles));
+  out.set_hash(digest_bytes(token.hash));
+  out.set_made_by(token.made_by);
+  out.set_made_unix_s(token.made_unix_s);
+  out.set_until_unix_s(token.until_unix_s);
+  return deterministic_bytes(out);
+}
+
+std::string message_of(const Action& action) {
+  v1::StoredAction out;
+  out.set_unix_ms(action.unix_ms);
+  out.set_who(action.who);
+  out.set_proof(std::ranges::find(kProofs, action.proof, [](const auto& each) { return each.first; })->second);
+  out.set_token(action.token);
+  out.set_peer(action.peer);
+  out.set_what(action.what);
+  out.set_job(action.job);
+  out.set_about(action.about);
+  out.set_outcome(static_cast<int>(action.outcome));
+  out.set_message(action.message);
+  return deterministic_bytes(out);
+}
+
+std::string message_of(const QuarantineRecord& record) {
+  v1::StoredQuarantine out;
+  out.set_machine(record.of.machine);
+  out.set_reason(record.reason);
+  out.set_since_unix_ms(record.since_unix_ms);
+  return deterministic_bytes(out);
+}
+
+// ---- messages to values ----
+
+const Status kNoMessage = data_loss("it is no message");
+
+Status read_spec(std::string_view bytes, JobRecord& job) {
+  v1::StoredSpec in;
+  if (!parse_bytes(bytes, &in)) {
+    return kNoMessage;
+  }
+  LM_ASSIGN_OR_RETURN(JobSpec spec, from_wire(in.request()));
+  spec.goal = job.spec.goal;  // as they are now
+  spec.priority = job.spec.priority;
+  job.spec = std::move(spec);
+  LM_ASSIGN_OR_RETURN(job.method_notes, from_wire(in.method_notes()));
+  LM_RETURN_IF_ERROR(check_crop(job.spec.settings));
+  const std::string& shares = in.allocation();
+  if (const std::uint64_t tiles = grid_of(job.spec.settings).tile_count(); !shares.empty() && shares.size() != tiles) {
+    return data_loss("its samples are divided among {} tiles, not {}", shares.size(), tiles);
+  }
+  LM_ASSIGN_OR_RETURN(job.allocation, Allocation::of({shares.begin(), shares.end()}));
+  return ok_status();
+}
+
+Status read_state(std::string_view bytes, JobRecord& job) {
+  v1::StoredState in;
+  if (!parse_bytes(bytes, &in)) {
+    return kNoMessage;
+  }
+  LM_ASSIGN_OR_RETURN(job.spec.goal, from_wire(in.goal()));
+  LM_ASSIGN_OR_RETURN(job.state, from_wire(in.state()));
+  LM_ASSIGN_OR_RETURN(job.reached, from_wire(in.reached()));
+  job.spec.priority = in.priority();
+  job.reason = in.reason();
+  job.fingerprint_class = in.fingerprint_class();
+  job.submitted_unix_ms = in.submitted_unix_ms();
+  job.finished_unix_ms = in.finished_unix_ms();
+  for (const lightmill::v1::ErrorPoint& point : in.history()) {
+    job.history.push_back(from_wire(point));
+  }
+  return ok_status();
+}
+
+Result<TokenRecord> read_token(const std::string& id, std::string_view bytes) {
+  v1::StoredToken in;
+  if (!parse_bytes(bytes, &in)) {
+    return kNoMessage;
+  }
+  TokenRecord token;
+  token.id = id;
+  token.name = in.name();
+  LM_ASSIGN_OR_RETURN(token.roles, parse_roles(in.roles()));
+  LM_ASSIGN_OR_RETURN(token.hash, digest_from_bytes(in.hash()));
+  token.made_by = in.made_by();
+  token.made_unix_s = in.made_unix_s();
+  token.until_unix_s = in.until_unix_s();
+  return token;
+}
+
+Result<Action> read_action(std::uint64_t number, std::string_view bytes) {
+  v1::StoredAction in;
+  if (!parse_bytes(bytes, &in)) {
+    return kNoMessage;
+  }
+  const auto proof = std::ranges::find(kProofs, in.proof(), [](const auto& each) { return each.second; });
+  if (proof == kProofs.end()) {
+    return data_loss("it has the unknown proof {}", static_cast<int>(in.proof()));
+  }
+  return Action{number,      in.unix_ms(), in.who(), proof->first, in.token(),
+                in.peer(),   in.what(),    in.job(), in.about(),   static_cast<StatusCode>(in.outcome()),
+                in.message()};
+}
+
+std::string damage_of(bool sound, const Status& status) {
+  return sound ? lightmill::message_of(status) : "its checksum does not fit";
+}
+
+}  // namespace
+
+std::int64_t checksum_of(Table table, const Key& key, std::string_view message) {
+  Xxh3Hasher hasher;
+  const std::array<std::uint64_t, 3> head{static_cast<std::uint64_t>(table), key.number, key.name.size()};
+  hasher.append(std::as_bytes(std::span(head)));
+  hasher.append(as_byte_view(key.name));
+  hasher.append(as_byte_view(message));
+  return static_cast<std::int64_t>(hasher.finish().low);
+}
+
+// ---- writing ----
+
+StoredSpecs::Kept StoredSpecs::find(JobId job) const {
+  if (const auto change = changes_.find(job); change != changes_.end()) {
+    return change->second;
+  }
+  const auto stored = stored_.find(job);
+  return stored == stored_.end() ? Kept::none : stored->second;
+}
+
+void StoredSpecs::put(const JobRecord& job) {
+  changes_[job.id] = job.method_notes.candidates.empty() ? Kept::decided : Kept::undecided;
+}
+
+void StoredSpecs::keep() {
+  for (const auto& [job, kept] : changes_) {
+    if (kept == Kept::none) {
+      stored_.erase(job);
+    } else {
+      stored_[job] = kept;
+    }
+  }
+  changes_.clear();
+}
+
+std::vector<RowChange> changes_of(const StoreOp& op, StoredSpecs& specs) {
+  std::vector<RowChange> changes;
+  std::visit(Overloaded{[&](const PutJob& put) {
+                          const JobRecord& job = put.record;
+                          const Key key{job.id.value};
+                          changes.push_back({Table::jobs, key, state_message(job)});
+                          if (specs.is_missing(job)) {
+                            specs.put(job);
+                            changes.push_back({Table::job_specs, key, spec_message(job)});
+                          }
+                          changes.push_back({Table::job_progress, key,
+                                             progress_message(job.active_seconds, job.worker_seconds, job.counters)});
+                        },
+                        [&](const PutProgress& put) {
+                          changes.push_back({Table::job_progress, Key{put.job.value},
+                                             progress_message(put.active_seconds, put.worker_seconds, put.counters)});
+                        },
+                        [&](const DeleteJobRows& drop) {
+                          specs.drop(drop.job);
+                          changes.push_back({Table::jobs, Key{drop.job.value}, std::nullopt});
+                        },
+                        [&](const PutToken& put) {
+                          changes.push_back({Table::tokens, Key{0, put.token.id}, message_of(put.token)});
+                        },
+                        [&](const DropToken& drop) {
+                          changes.push_back({Table::tokens, Key{0, drop.id}, std::nullopt});
+                        },
+                        [&](const PutAction& put) {
+                          changes.push_back({Table::actions, Key{put.action.number}, message_of(put.action)});
+                        },
+                        [&](const DropAction& drop) {
+                          changes.push_back({Table::actions, Key{drop.number}, std::nullopt});
+                        },
+                        [&](const PutQuarantine& put) {
+                          changes.push_back({Table::quarantine, Key{0, put.record.of.worker}, message_of(put.record)});
+                        },
+                        [&](const DropQuarantine& drop) {
+                          changes.push_back({Table::quarantine, Key{0, drop.worker}, std::nullopt});
+                        },
+                        [](const auto&) {}},
+             op);
+  return changes;
+}
+
+// ---- reading ----
+
+void StateReader::take(Table table, const Key& key, std::string_view message, std::int64_t checksum) {
+  const bool sound = checksum == checksum_of(table, key, message);
+  switch (table) {
+    case Table::jobs:
+      return take_job(JobId{key.number}, message, sound);
+    case Table::job_specs:
+      return take_spec(JobId{key.number}, message, sound);
+    case Table::job_progress:
+      return take_progress(JobId{key.number}, message, sound);
+    case Table::tokens:
+      return take_token(key.name, message, sound);
+    case Table::actions:
+      return take_action(key.number, message, sound);
+    case Table::quarantine:
+      return take_quarantine(key.name, message, sound);
+  }
+}
+
+JobRecord* StateReader::find(JobId job) {
+  const auto at = places_.find(job);
+  return at == places_.end() ? nullptr : &state_.jobs[at->second].record;
+}
+
+void StateReader::report(std::string what) {
+  spdlog::error("{}", what);
+  state_.damaged_entries.push_back(std::move(what));
+}
+
+void StateReader::take_job(JobId job, std::string_view message, bool sound) {
+  places_[job] = state_.jobs.size();
+  JobRecord& record = state_.jobs.emplace_back().record;
+  record.id = job;
+  if (const Status status = sound ? read_state(message, record) : kNoMessage; !status.ok()) {
+    condemn(job, damage_of(sound, status));
+  }
+}
+
+void StateReader::take_spec(JobId job, std::string_view message, bool sound) {
+  if (JobRecord* const record = find(job)) {
+    has_spec_[job] = true;
+    if (const Status status = sound ? read_spec(message, *record) : kNoMessage; !status.ok()) {
+      condemn(job, damage_of(sound, status));
+    }
+  }
+}
+
+void StateReader::take_progress(JobId job, std::string_view message, bool sound) {
+  v1::StoredProgress in;
+  JobRecord* const record = find(job);
+  if (record != nullptr && sound && parse_bytes(message, &in)) {
+    has_progress_[job] = true;
+    record->active_seconds = in.active_seconds();
+    record->worker_seconds = in.worker_seconds();
+    record->counters = from_wire(in.counters());
+  }
+}
+
+void StateReader::take_token(const std::string& id, std::string_view message, bool sound) {
+  Result<TokenRecord> token = sound ? read_token(id, message) : kNoMessage;
+  if (token.ok()) {
+    state_.tokens.push_back(*std::move(token));
+    return;
+  }
+  report(fmt::format("token {} lets nobody in any more: {}", printable(id, true), damage_of(sound, token.status())));
+  repairs_.push_back(DropToken{id});
+}
+
+void StateReader::take_action(std::uint64_t number, std::string_view message, bool sound) {
+  Result<Action> action = sound ? read_action(number, message) : kNoMessage;
+  if (action.ok()) {
+    state_.actions.push_back(*std::move(action));
+    return;
+  }
+  report(fmt::format("entry {} of the log is taken out: {}", number, damage_of(sound, action.status())));
+  repairs_.push_back(DropAction{number});
+}
+
+void StateReader::take_quarantine(const std::string& worker, std::string_view message, bool sound) {
+  v1::StoredQuarantine in;
+  if (sound && parse_bytes(message, &in)) {
+    state_.quarantine.push_back({{worker, in.machine()}, in.reason(), in.since_unix_ms()});
+    return;
+  }
+  report(fmt::format("worker {} stays in quarantine, but its machine and the reason are lost: the row is damaged",
+                     printable(worker, true)));
+  state_.quarantine.push_back({{worker, ""}, "the reason is lost: its row in the store was damaged", 0});
+  repairs_.push_back(PutQuarantine{state_.quarantine.back()});
+}
+
+void StateReader::finish(StoredSpecs& specs) {
+  for (const StoredState::StoredJob& job : state_.jobs) {
+    const JobId id = job.record.id;
+    if (!has_spec_.contains(id)) {
+      condemn(id, "its specification is missing");
+    }
+    if (!condemned_.contains(id) && !has_progress_.contains(id)) {
+      report(fmt::format("job {}: its times and counters are damaged and begin at 0", id.value));
+      repairs_.push_back(PutProgress{id, 0, 0, {}});
+    }
+    if (has_spec_.contains(id)) {
+      specs.put(job.record);
+    }
+  }
+  for (const auto& [job, why] : condemned_) {
+    spdlog::error("job {} is left out: what is stored of it is not what was written: {}", job.value, why);
+    state_.damaged_jobs.push_back(job);
+  }
+  std::erase_if(state_.jobs, [&](const auto& job) { return condemned_.contains(job.record.id); });
+  specs.keep();
+}
+
+}  // namespace lightmill::stored

@@ -1,0 +1,66 @@
+#include "server/store/sqlite/store_row.h"
+
+#include <cstring>
+
+#include "server/store/row_values.h"
+
+namespace lightmill::sqlite {
+namespace {
+
+std::int64_t checksum_of(const StoreRow& row) {
+  Xxh3Hasher hasher;
+  hasher.append(stored::view_of(row.id));
+  hasher.append(stored::view_of(row.secret.bytes));
+  const std::array<std::uint64_t, 4> numbers{row.epoch, row.commits, row.hash.high, row.hash.low};
+  hasher.append(stored::view_of(numbers));
+  return static_cast<std::int64_t>(hasher.finish().low);
+}
+
+Status damaged(std::string_view what) {
+  return data_loss("the row that says which store this is is damaged: {}; put a backup in its place", what);
+}
+
+}  // namespace
+
+Status create_store_row(Database& database) {
+  LM_RETURN_IF_ERROR(
+      database.execute("INSERT INTO store VALUES (randomblob(16), randomblob(32), 0, 0, zeroblob(16), 0)"));
+  StoreRow row;
+  LM_ASSIGN_OR_RETURN(Statement drawn, database.prepare("SELECT id, secret FROM store"));
+  LM_RETURN_IF_ERROR(drawn.step().status());
+  std::memcpy(row.id.data(), drawn.view(0).data(), row.id.size());
+  LM_ASSIGN_OR_RETURN(row.secret, stored::digest_in(drawn.view(1), "the secret"));
+  drawn.reset();
+  LM_ASSIGN_OR_RETURN(StoreRowWriter writer, StoreRowWriter::prepare(database));
+  return writer.write(row);
+}
+
+Result<StoreRow> read_store_row(Database& database) {
+  LM_ASSIGN_OR_RETURN(Statement rows, database.prepare("SELECT id, secret, epoch, commits, hash, checksum FROM store"));
+  LM_ASSIGN_OR_RETURN(const bool found, rows.step());
+  StoreRow row;
+  if (!found || rows.view(0).size() != row.id.size()) {
+    return damaged(found ? "its id" : "it is missing");
+  }
+  std::memcpy(row.id.data(), rows.view(0).data(), row.id.size());
+  LM_ASSIGN_OR_RETURN(row.secret, stored::digest_in(rows.view(1), "the secret"));
+  row.epoch = rows.natural(2);
+  row.commits = rows.natural(3);
+  LM_ASSIGN_OR_RETURN(row.hash, stored::hash_in(rows.view(4)));
+  return rows.integer(5) == checksum_of(row) ? Result<StoreRow>(row) : damaged("its checksum does not fit");
+}
+
+Result<StoreRowWriter> StoreRowWriter::prepare(Database& database) {
+  StoreRowWriter writer;
+  LM_ASSIGN_OR_RETURN(writer.update_, database.prepare("UPDATE store SET epoch = ?1, commits = ?2, hash = ?3, "
+                                                       "checksum = ?4"));
+  return writer;
+}
+
+Status StoreRowWriter::write(const StoreRow& row) {
+  const std::array<std::uint8_t, 16> hash = stored::bytes_of(row.hash);
+  update_.bind_all(row.epoch, row.commits, stored::view_of(hash), checksum_of(row));
+  return update_.run();
+}
+
+}  // namespace lightmill::sqlite
