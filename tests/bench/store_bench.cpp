@@ -60,6 +60,7 @@ int main(int argc, char** argv) {
   LM_CHECK(store->load().ok());
   JobRecord record;
   record.id = JobId{1};
+  record.spec.request_id = "bench";
   RenderSettings& settings = record.spec.settings;  // a film of a tile a node
   settings.width = static_cast<int>(64 * nodes);
   settings.height = 64;

@@ -102,11 +102,11 @@ Status check_chain(const std::optional<CommitMark>& chain, const CommitMark& sto
     return store.commits == 0
                ? ok_status()
                : failed_precondition(
-                     "the record of the last commit (commit-chain) is missing or damaged, so nobody can tell "
+                     "the record of the last commit (the file -chain) is missing or damaged, so nobody can tell "
                      "whether the database has all of its commits");
   }
   if (chain->store != store.store) {
-    return failed_precondition("the record of the last commit (commit-chain) belongs to another store");
+    return failed_precondition("the record of the last commit (the file -chain) belongs to another store");
   }
   if (store.commits < chain->commits) {
     return failed_precondition(
@@ -116,8 +116,8 @@ Status check_chain(const std::optional<CommitMark>& chain, const CommitMark& sto
   }
   if (store.commits > chain->commits + 1) {
     return failed_precondition(
-        "it ends with commit {}, and the record of the last commit (commit-chain) is older: it says {}", store.commits,
-        chain->commits);
+        "it ends with commit {}, and the record of the last commit (the file -chain) is older: it says {}",
+        store.commits, chain->commits);
   }
   if (store.commits == chain->commits && store.hash != chain->hash) {
     return failed_precondition("up to commit {} it has other writes than were acknowledged", store.commits);

@@ -23,7 +23,7 @@ struct CommitMark {
   friend bool operator==(const CommitMark&, const CommitMark&) = default;
 };
 
-/// The file `commit-chain`: two slots that are written in turn, so that one of them is whole whenever the power fails.
+/// The file DATABASE-chain: two slots that are written in turn, so that one of them is whole whenever the power fails.
 /// Not thread-safe.
 class CommitChain {
  public:
@@ -48,8 +48,8 @@ class CommitChain {
   std::optional<CommitMark> last_;
 };
 
-/// FAILED_PRECONDITION, saying what is lost, unless a store that has come to `store` holds all that was acknowledged, of
-/// which `chain` is the last. A store may be one commit ahead: it was not acknowledged yet.
+/// FAILED_PRECONDITION, saying what is lost, unless a store that has come to `store` holds all that was acknowledged,
+/// of which `chain` is the last. A store may be one commit ahead: it was not acknowledged yet.
 Status check_chain(const std::optional<CommitMark>& chain, const CommitMark& store);
 
 }  // namespace lightmill

@@ -2,10 +2,12 @@
 
 #include "common/base/check.h"
 #include "common/base/log.h"
+#include "server/store/migration.h"
 #include "server/store/records.h"
 #include "server/store/row_values.h"
 #include "server/store/sqlite/commit_chain.h"
 #include "server/store/sqlite/database.h"
+#include "server/store/sqlite/format_12.h"
 #include "server/store/sqlite/journal_scan.h"
 #include "server/store/sqlite/load_state.h"
 #include "server/store/sqlite/schema.h"
@@ -15,6 +17,7 @@
 namespace lightmill {
 namespace {
 
+namespace fs = std::filesystem;
 using sqlite::Database;
 using sqlite::Statement;
 using stored::bytes_of;
@@ -285,8 +288,9 @@ PRAGMA cache_size = -32768;
 PRAGMA temp_store = MEMORY;
 )sql";
 
-/// `may_be_new`: nothing was ever acknowledged here, so an empty file gets its tables.
-Status prepare_file(Database& database, const std::filesystem::path& file, bool is_new, bool may_be_new) {
+/// `may_be_new`: nothing was ever acknowledged here, so an empty file gets its tables, and what `first` says.
+Status prepare_file(Database& database, const std::filesystem::path& file, bool is_new, bool may_be_new,
+                    const sqlite::Beginning& first) {
   if (is_new) {
     LM_RETURN_IF_ERROR(database.execute("PRAGMA page_size = 16384; PRAGMA auto_vacuum = INCREMENTAL;"));
   }
@@ -298,7 +302,7 @@ Status prepare_file(Database& database, const std::filesystem::path& file, bool 
     LM_RETURN_IF_ERROR(
         database.execute(fmt::format("BEGIN IMMEDIATE; PRAGMA application_id = {}; PRAGMA user_version = {}; {}",
                                      sqlite::kApplicationId, kSqliteFormatVersion, sqlite::kSchema)));
-    LM_RETURN_IF_ERROR(sqlite::create_store_row(database));
+    LM_RETURN_IF_ERROR(sqlite::create_store_row(database, first));
     return database.execute("COMMIT");
   }
   if (tables == 0 && version == 0) {
@@ -357,17 +361,20 @@ std::string damage_of(const sqlite::JournalScan& journal) {
                          : "";
 }
 
-}  // namespace
+fs::path with_suffix(const fs::path& file, std::string_view suffix) {
+  return file.string() + std::string(suffix);
+}
 
-Result<std::unique_ptr<Store>> open_sqlite_store(const std::filesystem::path& file, const SqliteOptions& options) {
+Result<std::unique_ptr<Store>> open_file(const fs::path& file, const SqliteOptions& options,
+                                         const sqlite::Beginning& first = {}) {
   std::error_code ignored;
-  const std::uintmax_t size_bytes = std::filesystem::file_size(file, ignored);
+  const std::uintmax_t size_bytes = fs::file_size(file, ignored);
   const bool is_new = ignored || size_bytes == 0;
-  LM_ASSIGN_OR_RETURN(CommitChain chain, CommitChain::open(file.parent_path() / "commit-chain"));
-  const sqlite::JournalScan journal = sqlite::scan_journal(file.string() + "-wal");
+  LM_ASSIGN_OR_RETURN(CommitChain chain, CommitChain::open(with_suffix(file, "-chain")));
+  const sqlite::JournalScan journal = sqlite::scan_journal(with_suffix(file, "-wal"));
   LM_ASSIGN_OR_RETURN(Database database, Database::open(file));
   database.checkpoint_at_close(false);  // a store that is refused stays as it is
-  LM_RETURN_IF_ERROR(prepare_file(database, file, is_new, !chain.last() || options.accept_loss));
+  LM_RETURN_IF_ERROR(prepare_file(database, file, is_new, !chain.last() || options.accept_loss, first));
   LM_ASSIGN_OR_RETURN(const sqlite::StoreRow row, sqlite::read_store_row(database));
   LM_ASSIGN_OR_RETURN(const std::int64_t highest,
                       database.number("SELECT coalesce(max(seq), 0) FROM sqlite_sequence WHERE name = 'jobs'"));
@@ -387,6 +394,68 @@ Result<std::unique_ptr<Store>> open_sqlite_store(const std::filesystem::path& fi
   database.checkpoint_at_close(true);
   return std::unique_ptr<Store>(std::make_unique<SqliteStore>(std::move(database), std::move(statements),
                                                               std::move(chain), row, found.highest_job + 1));
+}
+
+// ---- the step from the format before ----
+
+/// What the file holds, if it has that format.
+Result<std::optional<StoredState>> read_format_before(const fs::path& file) {
+  std::error_code ignored;
+  if (fs::file_size(file, ignored) == 0 || ignored) {
+    return std::nullopt;
+  }
+  LM_ASSIGN_OR_RETURN(Database database, Database::open(file));
+  LM_RETURN_IF_ERROR(database.execute("PRAGMA locking_mode = EXCLUSIVE"));
+  LM_ASSIGN_OR_RETURN(const std::int64_t application, database.number("PRAGMA application_id"));
+  LM_ASSIGN_OR_RETURN(const std::int64_t version, database.number("PRAGMA user_version"));
+  if (application != sqlite::kApplicationId || version != sqlite::kFormatBefore) {
+    database.checkpoint_at_close(false);
+    return std::nullopt;
+  }
+  LM_ASSIGN_OR_RETURN(StoredState state, sqlite::load_format_12(database));
+  return state;
+}
+
+/// A new file takes the place of one of the format before, which is kept beside it. Whenever the power fails, one of
+/// the two is in place.
+Status migrate(const fs::path& file) {
+  LM_ASSIGN_OR_RETURN(const std::optional<StoredState> state, read_format_before(file));
+  if (!state) {
+    return ok_status();
+  }
+  const fs::path fresh = with_suffix(file, ".new"),
+                 kept = with_suffix(file, fmt::format(".format-{}", sqlite::kFormatBefore));
+  spdlog::info("{} has store format {}; it is written anew in format {}", file.string(), sqlite::kFormatBefore,
+               kSqliteFormatVersion);
+  for (const char* const suffix : {"", "-wal", "-chain"}) {
+    fs::remove(with_suffix(fresh, suffix));
+  }
+  {
+    LM_ASSIGN_OR_RETURN(const std::unique_ptr<Store> store,
+                        open_file(fresh, {}, {state->secret, state->epoch, state->next_job_id - 1}));
+    LM_RETURN_IF_ERROR(write_state(*state, *store));
+  }
+  std::error_code error;
+  fs::create_hard_link(file, kept, error);
+  if (error && error != std::errc::file_exists) {
+    fs::copy_file(file, kept);
+  }
+  fs::rename(with_suffix(fresh, "-chain"), with_suffix(file, "-chain"));
+  fs::rename(fresh, file);
+  spdlog::info("the store of format {} is kept as {}: it is the way back to an older lightmill-server",
+               sqlite::kFormatBefore, kept.string());
+  return ok_status();
+}
+
+}  // namespace
+
+Result<std::unique_ptr<Store>> open_sqlite_store(const fs::path& file, const SqliteOptions& options) {
+  try {
+    LM_RETURN_IF_ERROR(migrate(file));
+  } catch (const fs::filesystem_error& failure) {
+    return unavailable("{} cannot be brought to format {}: {}", file.string(), kSqliteFormatVersion, failure.what());
+  }
+  return open_file(file, options);
 }
 
 }  // namespace lightmill

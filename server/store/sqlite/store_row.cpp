@@ -22,15 +22,21 @@ Status damaged(std::string_view what) {
 
 }  // namespace
 
-Status create_store_row(Database& database) {
-  LM_RETURN_IF_ERROR(
-      database.execute("INSERT INTO store VALUES (randomblob(16), randomblob(32), 0, 0, zeroblob(16), 0)"));
+Status create_store_row(Database& database, const Beginning& first) {
   StoreRow row;
-  LM_ASSIGN_OR_RETURN(Statement drawn, database.prepare("SELECT id, secret FROM store"));
+  LM_ASSIGN_OR_RETURN(Statement drawn, database.prepare("SELECT randomblob(16), randomblob(32)"));
   LM_RETURN_IF_ERROR(drawn.step().status());
   std::memcpy(row.id.data(), drawn.view(0).data(), row.id.size());
   LM_ASSIGN_OR_RETURN(row.secret, stored::digest_in(drawn.view(1), "the secret"));
   drawn.reset();
+  row.secret = first.secret.value_or(row.secret);
+  row.epoch = first.epoch;
+  LM_ASSIGN_OR_RETURN(Statement insert, database.prepare("INSERT INTO store VALUES (?1, ?2, 0, 0, zeroblob(16), 0)"));
+  insert.bind_all(stored::view_of(row.id), stored::view_of(row.secret.bytes));
+  LM_RETURN_IF_ERROR(insert.run());
+  LM_ASSIGN_OR_RETURN(Statement sequence, database.prepare("INSERT INTO sqlite_sequence VALUES ('jobs', ?1)"));
+  sequence.bind_all(first.highest_job);
+  LM_RETURN_IF_ERROR(sequence.run());
   LM_ASSIGN_OR_RETURN(StoreRowWriter writer, StoreRowWriter::prepare(database));
   return writer.write(row);
 }

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <array>
+#include <optional>
 
 #include "common/base/digest.h"
 #include "server/store/sqlite/database.h"
@@ -16,8 +17,15 @@ struct StoreRow {
   Hash128 hash;  ///< XXH3-128 of the hash before and of the commit's writes
 };
 
-/// Writes the first one, with a random id and secret.
-Status create_store_row(Database& database);
+/// What a new store begins with, where it follows another one.
+struct Beginning {
+  std::optional<Sha256> secret = {};  ///< a random one without it
+  std::uint64_t epoch = 0;            ///< the last one
+  std::uint64_t highest_job = 0;      ///< the last id that was given
+};
+
+/// Writes the first one, with a random id; and the highest id among jobs.
+Status create_store_row(Database& database, const Beginning& first);
 /// DATA_LOSS if it is damaged.
 Result<StoreRow> read_store_row(Database& database);
 

@@ -5,9 +5,11 @@
 
 #include <fstream>
 
+#include "common/base/file.h"
 #include "server/store/data_directory.h"
 #include "server/store/sqlite/commit_chain.h"
 #include "server/store/sqlite/journal_scan.h"
+#include "tests/support/places.h"
 #include "tests/support/temporary_folder.h"
 #include "tests/unit/store/store_conformance.h"
 
@@ -58,7 +60,7 @@ class SqliteStoreTest : public ::testing::Test {
 
   TemporaryFolder folder_;
   std::filesystem::path file_ = folder_.path() / "store.sqlite";
-  std::filesystem::path chain_ = folder_.path() / "commit-chain";
+  std::filesystem::path chain_ = file_.string() + "-chain";
 };
 
 /// A job with some 50 MB of nodes, which is deleted.
@@ -111,9 +113,9 @@ TEST_F(SqliteStoreTest, AnotherFormatIsRefusedWithWhatToDo) {
             file_.string() +
                 " has store format 14, newer than format 13 of this lightmill-server: use the newer "
                 "lightmill-server that wrote it, or choose another directory with --data");
-  EXPECT_EQ(refusal_of(kSqliteFormatVersion - 1),
+  EXPECT_EQ(refusal_of(kSqliteFormatVersion - 2),
             file_.string() +
-                " has store format 12, older than format 13 of this lightmill-server: use the older "
+                " has store format 11, older than format 13 of this lightmill-server: use the older "
                 "lightmill-server that wrote it, or choose another directory with --data");
   for (const int nonsense : {0, -1}) {
     EXPECT_EQ(refusal_of(nonsense),
@@ -123,6 +125,56 @@ TEST_F(SqliteStoreTest, AnotherFormatIsRefusedWithWhatToDo) {
   }
   sql(fmt::format("PRAGMA user_version = {}", kSqliteFormatVersion));
   EXPECT_EQ(open()->load()->jobs.size(), 1u) << "nothing was changed";
+}
+
+/// What format_12.sql holds.
+StoredState state_of_format_12() {
+  JobRecord one = test::full_record(1), two = test::full_record(2);
+  two.method_notes = {true, {"two do"}, {}, {"path", "whitted"}};
+  two.spec.settings.method = "auto";
+  two.history = {};
+  StoredState state;
+  state.next_job_id = 4;  // the third was deleted
+  state.renderers = {{"worker", "machine", "class-b"}, {"worker", "machine"}, {"other", "machine"}};
+  state.jobs.push_back({one,
+                        {{TileId{0}, test::small_node(1, 0, 2.5f)}, {TileId{3}, test::small_node(0, 4, -1e-30f)}},
+                        {{TileId{0}, {0, 0}, Hash128{3, 4}, 0},
+                         {TileId{0}, {0, 1}, Hash128{1, 2}, 1, true},
+                         {TileId{3}, {0, 4}, Hash128{5, 6}, 2}}});
+  state.jobs.push_back({two, {}});
+  state.tokens = {
+      {"00112233aabb", "ada 'x' näme", {Role::view, Role::submit}, sha256("one"), "root", 1, 1'900'000'000}};
+  state.actions = {
+      {7, 1'700'000'000'123, "ada", Proof::certificate, "", "[::1]:4711", "CancelJob", 5, "", StatusCode::kOk, ""}};
+  state.quarantine = {{{"liar", "machine"}, "wrong", 5}};
+  return state;
+}
+
+TEST_F(SqliteStoreTest, AStoreOfTheFormatBeforeIsBroughtAlongAndKept) {
+  const std::string before = read_file(test::source_file("tests/unit/store/format_12.sql")).value();
+  sql(before);
+  std::ofstream(file_.string() + ".new") << "what a program left that was killed meanwhile";
+  for (const std::uint64_t epoch : {3u, 4u}) {
+    const StoredState state = open()->load().value();
+    EXPECT_EQ(test::describe(state), test::describe(state_of_format_12()));
+    EXPECT_EQ(state.epoch, epoch);
+    EXPECT_EQ(state.secret.hex(), "d099ff1169dd9f1c64c049de5beb283f90307f0979e30ebc7de9db4549024986");
+  }
+  // The way back: the file as it was.
+  std::filesystem::rename(file_.string() + ".format-12", file_);
+  std::filesystem::remove(chain_);
+  EXPECT_EQ(test::describe(open()->load().value()), test::describe(state_of_format_12()));
+}
+
+TEST_F(SqliteStoreTest, WhatWasDamagedInTheFormatBeforeIsNotCalledSoundAfterwards) {
+  sql(read_file(test::source_file("tests/unit/store/format_12.sql")).value());
+  sql("UPDATE jobs SET owner = 'mallory' WHERE id = 2; UPDATE nodes SET samples = zeroblob(96) WHERE tile = 0; "
+      "UPDATE results SET worker = 'innocent' WHERE tile = 3");
+  const StoredState state = open()->load().value();
+  ASSERT_EQ(state.jobs.size(), 1u);
+  EXPECT_EQ(state.jobs[0].nodes.size(), 1u);
+  EXPECT_EQ(state.jobs[0].results.size(), 2u);
+  EXPECT_EQ(state.next_job_id, 4u);
 }
 
 TEST_F(SqliteStoreTest, EachHasItsSecretAndKeepsIt) {
@@ -160,7 +212,7 @@ CommitMark mark(std::uint64_t commits, std::uint64_t hash = 0, std::uint8_t stor
 
 TEST(CommitChain, KeepsTheLastMarkAndSurvivesADamagedSlot) {
   const TemporaryFolder folder;
-  const std::filesystem::path path = folder.path() / "commit-chain";
+  const std::filesystem::path path = folder.path() / "store.sqlite-chain";
   {
     CommitChain chain = CommitChain::open(path).value();
     EXPECT_FALSE(chain.last().has_value());
