@@ -60,9 +60,11 @@ constexpr std::array<const char*, kSqlCount> kStatements{
     "DELETE FROM quarantine WHERE worker = $1",
 };
 
+/// Turns writes into statements for `Sink::add(statement, parameters)`.
+template <class Sink>
 class Sender {
  public:
-  Sender(Session& session, stored::StoredSpecs& specs) : session_(session), specs_(specs) {}
+  Sender(Sink& sink, stored::StoredSpecs& specs) : sink_(sink), specs_(specs) {}
 
   template <class Op>
   void operator()(const Op& op) {
@@ -79,27 +81,27 @@ class Sender {
   }
   void operator()(const PutNode& op) {
     const std::array<std::uint8_t, 16> hash = bytes_of(hash_of(*op.node));
-    session_.add(kPutNode, Parameters(op.job.value, op.tile.value, op.node->range.level, op.node->range.index,
-                                      op.node->non_finite, view_of(hash), view_of(op.node->values)));
+    sink_.add(kPutNode, Parameters(op.job.value, op.tile.value, op.node->range.level, op.node->range.index,
+                                   op.node->non_finite, view_of(hash), view_of(op.node->values)));
   }
   void operator()(const DropNode& op) { add_key(kDropNode, op.key); }
   void operator()(const PutResult& op) {
     const std::array<std::uint8_t, 16> hash = bytes_of(op.hash);
     const stored::Audit audit = op.to_verify ? stored::Audit::wanted : stored::Audit::none;
-    session_.add(kPutResult,
-                 Parameters(op.key.job.value, op.key.tile.value, op.key.range.level, op.key.range.index, view_of(hash),
-                            as_byte_view(op.by.worker), as_byte_view(op.by.machine), static_cast<int>(audit),
-                            as_byte_view(op.by.fingerprint_class), stored::checksum_of(op.key, op.hash, op.by, audit)));
+    sink_.add(kPutResult,
+              Parameters(op.key.job.value, op.key.tile.value, op.key.range.level, op.key.range.index, view_of(hash),
+                         as_byte_view(op.by.worker), as_byte_view(op.by.machine), static_cast<int>(audit),
+                         as_byte_view(op.by.fingerprint_class), stored::checksum_of(op.key, op.hash, op.by, audit)));
   }
   void operator()(const PutVerified& op) { add_key(kPutVerified, op.key); }
   void operator()(const DropResults& op) { add_key(kDropResults, op.key); }
   void operator()(const DropResultRow& op) {
-    session_.add(kDropResultRow, Parameters(op.job.value, op.tile, op.level, op.index));
+    sink_.add(kDropResultRow, Parameters(op.job.value, op.tile, op.level, op.index));
   }
   /// After the last write: the highest id that was ever given.
   void finish() {
     if (highest_job_ > 0) {
-      session_.add(kHighestJob, Parameters(highest_job_));
+      sink_.add(kHighestJob, Parameters(highest_job_));
     }
   }
 
@@ -107,20 +109,45 @@ class Sender {
   void send(const stored::RowChange& change, const auto& key) {
     const int table = static_cast<int>(change.table);
     if (change.message) {
-      session_.add(kPutRecord + table, Parameters(key, as_byte_view(*change.message),
-                                                  stored::checksum_of(change.table, change.key, *change.message)));
+      sink_.add(kPutRecord + table, Parameters(key, as_byte_view(*change.message),
+                                               stored::checksum_of(change.table, change.key, *change.message)));
     } else {
-      session_.add(kDropRecord + table, Parameters(key));
+      sink_.add(kDropRecord + table, Parameters(key));
     }
   }
   void add_key(Sql statement, const NodeKey& key) {
-    session_.add(statement, Parameters(key.job.value, key.tile.value, key.range.level, key.range.index));
+    sink_.add(statement, Parameters(key.job.value, key.tile.value, key.range.level, key.range.index));
   }
 
-  Session& session_;
+  Sink& sink_;
   stored::StoredSpecs& specs_;
   std::uint64_t highest_job_ = 0;
 };
+
+/// Runs statements one by one, without preparing them.
+class OneByOne {
+ public:
+  explicit OneByOne(Session& session) : session_(session) {}
+  void add(int statement, const Parameters& parameters) {
+    if (status_.ok()) {
+      status_ = session_.query(kStatements[static_cast<std::size_t>(statement)], parameters).status();
+    }
+  }
+  const Status& status() const { return status_; }
+
+ private:
+  Session& session_;
+  Status status_;
+};
+
+template <class Sink>
+void add_writes(Sink& sink, std::span<const StoreOp> ops, stored::StoredSpecs& specs) {
+  Sender sender(sink, specs);
+  for (const StoreOp& op : ops) {
+    std::visit(sender, op);
+  }
+  sender.finish();
+}
 
 Status check_sizes(std::span<const StoreOp> ops) {
   for (const StoreOp& op : ops) {
@@ -145,13 +172,15 @@ Status send_commit(Session& session, std::uint64_t epoch, std::uint64_t number, 
   LM_RETURN_IF_ERROR(session.begin_batch());
   session.add(kBegin);
   session.add(kTakeTurn, Parameters(epoch, number));
-  Sender sender(session, specs);
-  for (const StoreOp& op : ops) {
-    std::visit(sender, op);
-  }
-  sender.finish();
+  add_writes(session, ops, specs);
   session.add(kCommit);
   return session.finish_batch();
+}
+
+Status send_writes(Session& session, std::span<const StoreOp> ops, stored::StoredSpecs& specs) {
+  OneByOne sink(session);
+  add_writes(sink, ops, specs);
+  return sink.status();
 }
 
 }  // namespace lightmill::postgres

@@ -15,4 +15,7 @@ std::span<const char* const> commit_statements();
 Status send_commit(Session& session, std::uint64_t epoch, std::uint64_t number, std::span<const StoreOp> ops,
                    stored::StoredSpecs& specs);
 
+/// Stores `ops` within the caller's transaction, statement by statement, on tables that may be new.
+Status send_writes(Session& session, std::span<const StoreOp> ops, stored::StoredSpecs& specs);
+
 }  // namespace lightmill::postgres

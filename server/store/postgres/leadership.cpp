@@ -5,6 +5,7 @@
 #include <random>
 
 #include "common/base/log.h"
+#include "server/store/postgres/format_6.h"
 #include "server/store/postgres/schema.h"
 #include "server/store/store_format.h"
 
@@ -13,6 +14,8 @@ namespace {
 
 /// Of what concerns the lease; a lease runs out meanwhile at worst.
 constexpr auto kLeaseCallPatience = std::chrono::milliseconds(4'000);
+/// For a statement that copies all pixels.
+constexpr auto kMigrationPatience = std::chrono::hours(6);
 /// How often one that stands by looks.
 constexpr auto kLookPause = std::chrono::milliseconds(500);
 
@@ -30,8 +33,9 @@ std::string own_name() {
   return fmt::format("{}, process {}", host.data(), ::getpid());
 }
 
-/// Makes the tables in a database that has none, unless it is `only_look`; refuses those of another format.
-Status check_tables(Session& session, bool only_look) {
+/// Makes the tables in a database that has none, unless it is `only_look`; refuses those of another format, but for the
+/// one before: `is_before` says so.
+Status check_tables(Session& session, bool only_look, bool& is_before) {
   LM_ASSIGN_OR_RETURN(const Rows there,
                       session.query("SELECT to_regnamespace('lightmill') IS NOT NULL, to_regclass('lightmill.meta') IS "
                                     "NOT NULL, EXISTS (SELECT FROM pg_class WHERE relnamespace = "
@@ -53,18 +57,26 @@ Status check_tables(Session& session, bool only_look) {
   }
   LM_ASSIGN_OR_RETURN(const Rows rows, session.query("SELECT format FROM meta"));
   const std::int64_t format = rows.size() == 1 ? rows.integer(0, 0) : 0;
-  return check_store_format(session.place(), format, kFormat, "another database with --store");
+  is_before = format == kFormatBefore;
+  return is_before ? ok_status()
+                   : check_store_format(session.place(), format, kFormat, "another database with --store");
 }
 
 /// Coordinators that start at once do this one after the other.
-Status prepare_tables(Session& session, bool only_look) {
+Status prepare_tables(Session& session, const Target& target, bool only_look) {
   LM_RETURN_IF_ERROR(session.execute("BEGIN; SELECT pg_advisory_xact_lock(x'4c4d494c'::int);"));
-  const Status status = check_tables(session, only_look);
+  bool is_before = false;
+  const Status status = check_tables(session, only_look, is_before);
   if (!session.connected()) {
     return status;
   }
   const Status ended = session.execute(status.ok() ? "COMMIT" : "ROLLBACK");
-  return status.ok() ? ended : status;
+  LM_RETURN_IF_ERROR(status.ok() ? ended : status);
+  if (is_before) {
+    Session patient(target, {}, kMigrationPatience);
+    return migrate_from_format_6(patient);
+  }
+  return ok_status();
 }
 
 }  // namespace
@@ -79,7 +91,7 @@ Target Leadership::target() const {
 Result<std::unique_ptr<Leadership>> Leadership::take(Options options) {
   std::unique_ptr<Leadership> leadership(new Leadership(std::move(options)));
   LM_RETURN_IF_ERROR(leadership->target().describe().status());
-  LM_RETURN_IF_ERROR(prepare_tables(leadership->session_, leadership->options_.only_look));
+  LM_RETURN_IF_ERROR(prepare_tables(leadership->session_, leadership->target(), leadership->options_.only_look));
   LM_RETURN_IF_ERROR(leadership->stand_by());
   leadership->renewing_ = std::thread([raw = leadership.get()] { raw->keep_renewing(); });
   return leadership;

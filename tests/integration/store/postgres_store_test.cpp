@@ -6,9 +6,11 @@
 #include <atomic>
 #include <future>
 
+#include "common/base/file.h"
 #include "server/store/postgres/commit_batch.h"
 #include "server/store/postgres/schema.h"
 #include "tests/support/fault_proxy.h"
+#include "tests/support/places.h"
 #include "tests/support/postgres_server.h"
 #include "tests/unit/store/asset_conformance.h"
 #include "tests/unit/store/store_conformance.h"
@@ -118,9 +120,9 @@ TEST_F(PostgresStoreTest, AnotherFormatIsRefusedWithWhatToDo) {
             place +
                 " has store format 8, newer than format 7 of this lightmill-server: use the newer lightmill-server "
                 "that wrote it, or choose another database with --store");
-  EXPECT_EQ(refusal_after(fmt::format("UPDATE lightmill.meta SET format = {}", postgres::kFormat - 1)),
+  EXPECT_EQ(refusal_after(fmt::format("UPDATE lightmill.meta SET format = {}", postgres::kFormat - 2)),
             place +
-                " has store format 6, older than format 7 of this lightmill-server: use the older lightmill-server "
+                " has store format 5, older than format 7 of this lightmill-server: use the older lightmill-server "
                 "that wrote it, or choose another database with --store");
   EXPECT_EQ(refusal_after("DELETE FROM lightmill.meta"),
             place +
@@ -128,6 +130,30 @@ TEST_F(PostgresStoreTest, AnotherFormatIsRefusedWithWhatToDo) {
                 "database with --store");
   sql(fmt::format("INSERT INTO lightmill.meta VALUES ({})", postgres::kFormat));
   EXPECT_EQ(stored().jobs.size(), 1u) << "nothing was changed";
+}
+
+TEST_F(PostgresStoreTest, ADatabaseOfTheFormatBeforeIsBroughtAlongAndKept) {
+  const std::string before = read_file(source_file("tests/integration/store/format_6.sql")).value();
+  sql(before);
+  sql("UPDATE lightmill.lease SET expires = clock_timestamp() + interval '1 hour'");
+  const Status busy = open_postgres(options()).status();
+  EXPECT_EQ(busy.code(), StatusCode::kFailedPrecondition);
+  EXPECT_NE(message_of(busy).find("a coordinator of the version before is at work on it"), std::string::npos) << busy;
+  sql("UPDATE lightmill.lease SET expires = '-infinity'");
+  for (const std::uint64_t epoch : {2u, 3u}) {
+    const PostgresStores stores = opened(options());
+    const StoredState state = stores.store->load().value();
+    EXPECT_EQ(describe(state), describe(state_of_the_format_before()));
+    EXPECT_EQ(state.epoch, epoch);
+    EXPECT_TRUE(stores.assets->has(sha256("an asset")));
+    const std::string more = fmt::format("uploaded in epoch {}", epoch);
+    auto upload = stores.assets->start_upload(sha256(more)).value();
+    EXPECT_TRUE(upload->append(as_byte_view(more)).ok() && upload->finish().ok());
+  }
+  // The way back: the tables as they were.
+  sql("DROP SCHEMA lightmill CASCADE; ALTER SCHEMA lightmill_format_6 RENAME TO lightmill");
+  EXPECT_EQ(sql("SELECT format FROM lightmill.meta"), "6");
+  EXPECT_EQ(describe(stored()), describe(state_of_the_format_before()));
 }
 
 TEST_F(PostgresStoreTest, ASchemaOfSomethingElseIsRefusedAndAnEmptyOneTaken) {

@@ -127,43 +127,20 @@ TEST_F(SqliteStoreTest, AnotherFormatIsRefusedWithWhatToDo) {
   EXPECT_EQ(open()->load()->jobs.size(), 1u) << "nothing was changed";
 }
 
-/// What format_12.sql holds.
-StoredState state_of_format_12() {
-  JobRecord one = test::full_record(1), two = test::full_record(2);
-  two.method_notes = {true, {"two do"}, {}, {"path", "whitted"}};
-  two.spec.settings.method = "auto";
-  two.history = {};
-  StoredState state;
-  state.next_job_id = 4;  // the third was deleted
-  state.renderers = {{"worker", "machine", "class-b"}, {"worker", "machine"}, {"other", "machine"}};
-  state.jobs.push_back({one,
-                        {{TileId{0}, test::small_node(1, 0, 2.5f)}, {TileId{3}, test::small_node(0, 4, -1e-30f)}},
-                        {{TileId{0}, {0, 0}, Hash128{3, 4}, 0},
-                         {TileId{0}, {0, 1}, Hash128{1, 2}, 1, true},
-                         {TileId{3}, {0, 4}, Hash128{5, 6}, 2}}});
-  state.jobs.push_back({two, {}});
-  state.tokens = {
-      {"00112233aabb", "ada 'x' näme", {Role::view, Role::submit}, sha256("one"), "root", 1, 1'900'000'000}};
-  state.actions = {
-      {7, 1'700'000'000'123, "ada", Proof::certificate, "", "[::1]:4711", "CancelJob", 5, "", StatusCode::kOk, ""}};
-  state.quarantine = {{{"liar", "machine"}, "wrong", 5}};
-  return state;
-}
-
 TEST_F(SqliteStoreTest, AStoreOfTheFormatBeforeIsBroughtAlongAndKept) {
   const std::string before = read_file(test::source_file("tests/unit/store/format_12.sql")).value();
   sql(before);
   std::ofstream(file_.string() + ".new") << "what a program left that was killed meanwhile";
   for (const std::uint64_t epoch : {3u, 4u}) {
     const StoredState state = open()->load().value();
-    EXPECT_EQ(test::describe(state), test::describe(state_of_format_12()));
+    EXPECT_EQ(test::describe(state), test::describe(test::state_of_the_format_before()));
     EXPECT_EQ(state.epoch, epoch);
     EXPECT_EQ(state.secret.hex(), "d099ff1169dd9f1c64c049de5beb283f90307f0979e30ebc7de9db4549024986");
   }
   // The way back: the file as it was.
   std::filesystem::rename(file_.string() + ".format-12", file_);
   std::filesystem::remove(chain_);
-  EXPECT_EQ(test::describe(open()->load().value()), test::describe(state_of_format_12()));
+  EXPECT_EQ(test::describe(open()->load().value()), test::describe(test::state_of_the_format_before()));
 }
 
 TEST_F(SqliteStoreTest, WhatWasDamagedInTheFormatBeforeIsNotCalledSoundAfterwards) {

@@ -74,6 +74,28 @@ std::shared_ptr<const Node> small_node(std::uint32_t level, std::uint32_t index,
   return node;
 }
 
+StoredState state_of_the_format_before() {
+  JobRecord one = full_record(1), two = full_record(2);
+  two.method_notes = {true, {"two do"}, {}, {"path", "whitted"}};
+  two.spec.settings.method = "auto";
+  two.history = {};
+  StoredState state;
+  state.next_job_id = 4;  // the third was deleted
+  state.renderers = {{"worker", "machine", "class-b"}, {"worker", "machine"}, {"other", "machine"}};
+  state.jobs.push_back({one,
+                        {{TileId{0}, small_node(1, 0, 2.5f)}, {TileId{3}, small_node(0, 4, -1e-30f)}},
+                        {{TileId{0}, {0, 0}, Hash128{3, 4}, 0},
+                         {TileId{0}, {0, 1}, Hash128{1, 2}, 1, true},
+                         {TileId{3}, {0, 4}, Hash128{5, 6}, 2}}});
+  state.jobs.push_back({two, {}});
+  state.tokens = {
+      {"00112233aabb", "ada 'x' näme", {Role::view, Role::submit}, sha256("one"), "root", 1, 1'900'000'000}};
+  state.actions = {
+      {7, 1'700'000'000'123, "ada", Proof::certificate, "", "[::1]:4711", "CancelJob", 5, "", StatusCode::kOk, ""}};
+  state.quarantine = {{{"liar", "machine"}, "wrong", 5}};
+  return state;
+}
+
 std::string describe(const StoredState& state) {
   std::vector<std::string> jobs;
   for (const StoredState::StoredJob& job : state.jobs) {

@@ -41,6 +41,9 @@ JobRecord full_record(std::uint64_t id);
 /// A node of 2×2 pixels whose values tell it apart.
 std::shared_ptr<const Node> small_node(std::uint32_t level, std::uint32_t index, float value);
 
+/// What the stores of earlier formats hold that tests migrate (format_12.sql, format_6.sql).
+StoredState state_of_the_format_before();
+
 /// Everything that a store holds as text, in an order of its own; equal states give equal texts.
 std::string describe(const StoredState& state);
 
