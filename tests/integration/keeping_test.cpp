@@ -194,6 +194,42 @@ TEST(Check, AFolderWithoutAFarmIsNotCalledSound) {
   EXPECT_NE(empty.err.find("is empty"), std::string::npos) << empty.err;
 }
 
+TEST(Keeping, ADatabaseThatHasLostCommitsIsRefusedUntilThatIsAccepted) {
+  Farm farm;
+  FarmClient client = farm.client();
+  farm.add_worker(2, "w1");
+  const std::uint64_t first = client.submit({}, "first").id();
+  EXPECT_EQ(client.wait_until_ended(first).state(), v1::JOB_STATE_DONE);
+  const std::uint64_t lost = client.submit({}, "lost").id();
+  EXPECT_EQ(client.wait_until_ended(lost).state(), v1::JOB_STATE_DONE);
+  kill_at_once(farm.server());
+  // The last commits are cut off, as by a disk that has forgotten them.
+  const fs::path journal = farm.data() / "lightmill.sqlite-wal";
+  fs::resize_file(journal, fs::file_size(journal) / 2);
+  const std::vector<std::string> server{program("lightmill-server"), "--data", farm.data().string(), "--listen",
+                                        "127.0.0.1:0"};
+  const auto with = [&](const char* word) {
+    std::vector<std::string> command = server;
+    command.emplace_back(word);
+    return command;
+  };
+  for (const auto& command : {server, with("check")}) {
+    const CommandResult refused = run_command(command);
+    EXPECT_EQ(refused.exit_code, 1);
+    EXPECT_TRUE(says(refused.err, "were acknowledged: jobs up to 2 and their results may be lost")) << refused.err;
+    EXPECT_TRUE(says(refused.err, "--accept-loss")) << refused.err;
+  }
+  const CommandResult accepted = run_command([&] {
+    std::vector<std::string> command = with("--accept-loss");
+    command.emplace_back("check");
+    return command;
+  }());
+  EXPECT_TRUE(says(accepted.out + accepted.err, "--accept-loss: it ends with commit")) << accepted.err;
+  farm.start_server();
+  EXPECT_EQ(client.submit({}, "another").id(), lost + 1) << "a lost job's number is not given again";
+  expect_reference_film(farm.client(), lost + 1);
+}
+
 TEST(Keeping, ADamagedAssetIsForgottenAndSentAgain) {
   Farm farm;
   FarmClient client = farm.client();
