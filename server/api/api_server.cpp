@@ -126,6 +126,7 @@ Result<std::unique_ptr<ApiServer>> ApiServer::start(std::unique_ptr<Store> store
   LM_ASSIGN_OR_RETURN(StoredState state, store->load());
   std::vector<StoreOp> repairs;
   LM_RETURN_IF_ERROR(take_out_nonsense(state, repairs));
+  name_lost_nodes(state);
   if (!repairs.empty()) {
     LM_RETURN_IF_ERROR(store->commit(repairs));
   }

@@ -161,4 +161,28 @@ Status take_out_nonsense(StoredState& state, std::vector<StoreOp>& repairs) {
   return ok_status();
 }
 
+void name_lost_nodes(StoredState& state) {
+  std::map<std::pair<JobId, TileId>, std::vector<SampleRange>> known;
+  for (const StoredState::StoredJob& job : state.jobs) {
+    for (const StoredState::StoredNode& stored : job.nodes) {
+      known[{job.record.id, stored.tile}].push_back(stored.node->range);
+    }
+  }
+  for (const NodeKey& key : state.damaged) {
+    if (check_range(key.range).ok()) {
+      known[{key.job, key.tile}].push_back(key.range);
+    }
+  }
+  for (const StoredState::StoredJob& job : state.jobs) {
+    for (const StoredState::StoredResult& result : job.results) {
+      std::vector<SampleRange>& ranges = known[{job.record.id, result.tile}];
+      if (std::ranges::none_of(ranges, [&](const SampleRange& range) { return range.contains(result.range); })) {
+        ranges.push_back(result.range);
+        state.damaged.push_back({job.record.id, result.tile, result.range});
+        stored::log_damage(state.damaged.back());
+      }
+    }
+  }
+}
+
 }  // namespace lightmill

@@ -17,4 +17,8 @@ namespace lightmill {
 /// - Results of tiles that the film does not have.
 Status take_out_nonsense(StoredState& state, std::vector<StoreOp>& repairs);
 
+/// Adds samples that results record and no node has to `damaged`, and says so in the log: a node is gone. The
+/// coordinator forgets these results, and has the samples rendered again. After take_out_nonsense.
+void name_lost_nodes(StoredState& state);
+
 }  // namespace lightmill

@@ -134,6 +134,10 @@ Result<StateCheck> check_state(Store& store, AssetStore& assets) {
   LM_ASSIGN_OR_RETURN(StoredState state, store.load());
   std::vector<StoreOp> repairs;
   LM_RETURN_IF_ERROR(take_out_nonsense(state, repairs));
+  name_lost_nodes(state);
+  for (const NodeKey& key : state.damaged) {
+    repairs.push_back(DropResults{key});
+  }
   if (!repairs.empty()) {
     LM_RETURN_IF_ERROR(store.commit(repairs));
   }

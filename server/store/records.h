@@ -8,6 +8,7 @@
 #include <cstdint>
 #include <map>
 #include <optional>
+#include <set>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -72,6 +73,29 @@ class StoredSpecs {
 
 /// What a write changes in these tables. A deleted job's rows go with the one in `jobs`. Empty for nodes and results.
 std::vector<RowChange> changes_of(const StoreOp& op, StoredSpecs& specs);
+
+/// Which rows there are, so that one that vanishes is missed. Not thread-safe.
+class RowKeys {
+ public:
+  /// A sum over each table's keys: XXH3 of each, joined by exclusive or.
+  using Sums = std::array<std::uint64_t, kTableCount>;
+
+  void put(Table table, const Key& key) { change(table, key, true); }
+  /// A job's row takes its others along.
+  void drop(Table table, const Key& key);
+  const Sums& sums() const { return sums_; }
+  /// The transaction is stored.
+  void keep();
+  /// The transaction is not stored.
+  void forget();
+
+ private:
+  void change(Table table, const Key& key, bool there);
+
+  std::array<std::set<std::uint64_t>, kTableCount> hashes_;
+  std::vector<std::pair<Table, std::uint64_t>> changes_;  ///< since the last keep(), each of which turns around
+  Sums sums_{}, kept_{};
+};
 
 /// Fills a StoredState from rows that come table by table.
 ///

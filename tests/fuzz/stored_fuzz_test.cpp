@@ -247,6 +247,7 @@ TEST_F(StoredFuzz, DamagedRowsAreRefusedOrGoneOnFrom) {
       EXPECT_FALSE(message_of(status).empty());
       continue;
     }
+    name_lost_nodes(*state);
     EXPECT_TRUE(repairs.empty() || (*store)->commit(repairs).ok());
     const bool noticed = !state->damaged.empty() || !state->damaged_entries.empty() ||
                          !state->damaged_results.empty() || !state->damaged_jobs.empty();

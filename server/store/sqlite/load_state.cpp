@@ -5,6 +5,10 @@
 namespace lightmill::sqlite {
 namespace {
 
+stored::Key key_in(const Statement& rows, const stored::TableInfo& info) {
+  return info.numbered ? stored::Key{rows.natural(0)} : stored::Key{0, rows.text(0)};
+}
+
 Status load_records(Database& database, stored::Table table, stored::StateReader& reader) {
   const stored::TableInfo& info = stored::info_of(table);
   LM_ASSIGN_OR_RETURN(Statement rows, database.prepare(fmt::format(
@@ -14,8 +18,7 @@ Status load_records(Database& database, stored::Table table, stored::StateReader
     if (!more) {
       return ok_status();
     }
-    const stored::Key key = info.numbered ? stored::Key{rows.natural(0)} : stored::Key{0, rows.text(0)};
-    reader.take(table, key, rows.view(1), rows.integer(2));
+    reader.take(table, key_in(rows, info), rows.view(1), rows.integer(2));
   }
 }
 
@@ -105,6 +108,23 @@ Result<StoredState> load_state(Database& database, stored::StoredSpecs& specs, s
   LM_RETURN_IF_ERROR(load_nodes(database, state));
   LM_RETURN_IF_ERROR(load_results(database, state, repairs));
   return state;
+}
+
+Result<stored::RowKeys> load_keys(Database& database) {
+  stored::RowKeys keys;
+  for (std::size_t i = 0; i < stored::kTableCount; ++i) {
+    const stored::TableInfo& info = stored::kTables[i];
+    LM_ASSIGN_OR_RETURN(Statement rows, database.prepare(fmt::format("SELECT {} FROM {}", info.key, info.name)));
+    for (;;) {
+      LM_ASSIGN_OR_RETURN(const bool more, rows.step());
+      if (!more) {
+        break;
+      }
+      keys.put(static_cast<stored::Table>(i), key_in(rows, info));
+    }
+  }
+  keys.keep();
+  return keys;
 }
 
 }  // namespace lightmill::sqlite

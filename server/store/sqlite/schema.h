@@ -18,6 +18,7 @@ CREATE TABLE store (
   epoch INTEGER NOT NULL,
   commits INTEGER NOT NULL,
   hash BLOB NOT NULL,
+  keys BLOB NOT NULL, -- a sum over the keys of each small table: a row that vanishes is missed
   checksum INTEGER NOT NULL -- of the row
 );
 

@@ -23,6 +23,10 @@ using sqlite::Statement;
 using stored::bytes_of;
 using stored::view_of;
 
+constexpr const char* kLossAdvice =
+    "Put a backup of the whole data folder in its place, or start once with --accept-loss, which goes on with what is "
+    "left";
+
 /// Kept for what comes next.
 constexpr std::int64_t kSparePages = 1024;  // 16 MiB
 constexpr const char* kGiveBack = "PRAGMA incremental_vacuum(512)";
@@ -40,12 +44,13 @@ struct Statements {
 class SqliteStore final : public Store {
  public:
   SqliteStore(Database database, Statements statements, CommitChain chain, const sqlite::StoreRow& row,
-              std::uint64_t next_job_id)
+              std::uint64_t next_job_id, stored::RowKeys keys)
       : database_(std::move(database)),
         statements_(std::move(statements)),
         chain_(std::move(chain)),
         row_(row),
-        next_job_id_(next_job_id) {}
+        next_job_id_(next_job_id),
+        keys_(std::move(keys)) {}
 
   Result<StoredState> load() override;
   Status commit(std::span<const StoreOp> ops) override;
@@ -81,6 +86,7 @@ class SqliteStore final : public Store {
   std::uint64_t next_job_id_;      ///< as it is stored
   std::uint64_t highest_job_ = 0;  ///< of the commit under way
   stored::StoredSpecs specs_;
+  stored::RowKeys keys_;
   std::optional<Xxh3Hasher> writes_;  ///< of the commit under way
   bool unchained_ = false;            ///< the last commit is stored, and the chain's record of it is not
 };
@@ -168,9 +174,11 @@ Status SqliteStore::write(std::span<const StoreOp> ops) {
 Status SqliteStore::finish(sqlite::StoreRow next) {
   ++next.commits;
   next.hash = writes_->finish();
+  next.keys = keys_.sums();
   LM_RETURN_IF_ERROR(statements_.store_row.write(next));
   LM_RETURN_IF_ERROR(statements_.commit.run());
   specs_.keep();
+  keys_.keep();
   row_ = next;
   next_job_id_ = highest_job_ + 1;
   unchained_ = true;
@@ -185,6 +193,7 @@ Status SqliteStore::chain() {
 
 Status SqliteStore::roll_back(Status cause) {
   specs_.forget();
+  keys_.forget();
   // Some errors (a full disk) roll back by themselves.
   if (database_.in_transaction()) {
     if (Status status = statements_.rollback.run(); !status.ok()) {
@@ -211,6 +220,7 @@ Status SqliteStore::apply(const Op& op) {
     } else {
       statement.bind_all(as_byte_view(change.key.name));
     }
+    puts ? keys_.put(change.table, change.key) : keys_.drop(change.table, change.key);
     note(table, change.key.number, puts);
     writes_->append(as_byte_view(change.key.name));
     if (puts) {
@@ -269,10 +279,6 @@ Status SqliteStore::apply(const DropResultRow& op) {
 }
 
 // ---- opening ----
-
-constexpr const char* kLossAdvice =
-    "Put a backup of the whole data folder in its place, or start once with --accept-loss, which goes on with what is "
-    "left";
 
 /// An exclusive lock on the file spares shared memory; secure_delete (on in Debian) would write every dropped node
 /// again; large pages and rare checkpoints suit rows of 100 KB that live shortly.
@@ -354,6 +360,17 @@ Result<Statements> prepare_statements(Database& database) {
   return all;
 }
 
+/// FAILED_PRECONDITION unless the small rows are those that were written.
+Status check_keys(const stored::RowKeys::Sums& found, const stored::RowKeys::Sums& written) {
+  for (std::size_t table = 0; table < stored::kTableCount; ++table) {
+    if (found[table] != written[table]) {
+      return failed_precondition("its table {} has lost rows, or has some that were deleted",
+                                 stored::kTables[table].name);
+    }
+  }
+  return ok_status();
+}
+
 /// The state of a journal that explains a loss.
 std::string damage_of(const sqlite::JournalScan& journal) {
   return journal.damaged ? fmt::format(" Its journal is damaged at frame {} of {}.", journal.sound_frames + 1,
@@ -379,7 +396,9 @@ Result<std::unique_ptr<Store>> open_file(const fs::path& file, const SqliteOptio
   LM_ASSIGN_OR_RETURN(const std::int64_t highest,
                       database.number("SELECT coalesce(max(seq), 0) FROM sqlite_sequence WHERE name = 'jobs'"));
   CommitMark found{row.id, row.commits, row.hash, static_cast<std::uint64_t>(highest)};
-  const Status complete = check_chain(chain.last(), found);
+  LM_ASSIGN_OR_RETURN(stored::RowKeys keys, sqlite::load_keys(database));
+  Status complete = check_chain(chain.last(), found);
+  complete = complete.ok() ? check_keys(keys.sums(), row.keys) : complete;
   if (!complete.ok() && !options.accept_loss) {
     return failed_precondition("{}: {}.{} {}", file.string(), message_of(complete), damage_of(journal), kLossAdvice);
   }
@@ -392,8 +411,8 @@ Result<std::unique_ptr<Store>> open_file(const fs::path& file, const SqliteOptio
   }
   LM_ASSIGN_OR_RETURN(Statements statements, prepare_statements(database));
   database.checkpoint_at_close(true);
-  return std::unique_ptr<Store>(std::make_unique<SqliteStore>(std::move(database), std::move(statements),
-                                                              std::move(chain), row, found.highest_job + 1));
+  return std::unique_ptr<Store>(std::make_unique<SqliteStore>(
+      std::move(database), std::move(statements), std::move(chain), row, found.highest_job + 1, std::move(keys)));
 }
 
 // ---- the step from the format before ----

@@ -13,6 +13,7 @@ std::int64_t checksum_of(const StoreRow& row) {
   hasher.append(stored::view_of(row.secret.bytes));
   const std::array<std::uint64_t, 4> numbers{row.epoch, row.commits, row.hash.high, row.hash.low};
   hasher.append(stored::view_of(numbers));
+  hasher.append(stored::view_of(row.keys));
   return static_cast<std::int64_t>(hasher.finish().low);
 }
 
@@ -31,7 +32,7 @@ Status create_store_row(Database& database, const Beginning& first) {
   drawn.reset();
   row.secret = first.secret.value_or(row.secret);
   row.epoch = first.epoch;
-  LM_ASSIGN_OR_RETURN(Statement insert, database.prepare("INSERT INTO store VALUES (?1, ?2, 0, 0, zeroblob(16), 0)"));
+  LM_ASSIGN_OR_RETURN(Statement insert, database.prepare("INSERT INTO store VALUES (?1, ?2, 0, 0, x'', x'', 0)"));
   insert.bind_all(stored::view_of(row.id), stored::view_of(row.secret.bytes));
   LM_RETURN_IF_ERROR(insert.run());
   LM_ASSIGN_OR_RETURN(Statement sequence, database.prepare("INSERT INTO sqlite_sequence VALUES ('jobs', ?1)"));
@@ -42,7 +43,8 @@ Status create_store_row(Database& database, const Beginning& first) {
 }
 
 Result<StoreRow> read_store_row(Database& database) {
-  LM_ASSIGN_OR_RETURN(Statement rows, database.prepare("SELECT id, secret, epoch, commits, hash, checksum FROM store"));
+  LM_ASSIGN_OR_RETURN(Statement rows,
+                      database.prepare("SELECT id, secret, epoch, commits, hash, keys, checksum FROM store"));
   LM_ASSIGN_OR_RETURN(const bool found, rows.step());
   StoreRow row;
   if (!found || rows.view(0).size() != row.id.size()) {
@@ -53,19 +55,23 @@ Result<StoreRow> read_store_row(Database& database) {
   row.epoch = rows.natural(2);
   row.commits = rows.natural(3);
   LM_ASSIGN_OR_RETURN(row.hash, stored::hash_in(rows.view(4)));
-  return rows.integer(5) == checksum_of(row) ? Result<StoreRow>(row) : damaged("its checksum does not fit");
+  if (rows.view(5).size() != sizeof(row.keys)) {
+    return damaged("its sums over keys");
+  }
+  std::memcpy(row.keys.data(), rows.view(5).data(), sizeof(row.keys));
+  return rows.integer(6) == checksum_of(row) ? Result<StoreRow>(row) : damaged("its checksum does not fit");
 }
 
 Result<StoreRowWriter> StoreRowWriter::prepare(Database& database) {
   StoreRowWriter writer;
   LM_ASSIGN_OR_RETURN(writer.update_, database.prepare("UPDATE store SET epoch = ?1, commits = ?2, hash = ?3, "
-                                                       "checksum = ?4"));
+                                                       "keys = ?4, checksum = ?5"));
   return writer;
 }
 
 Status StoreRowWriter::write(const StoreRow& row) {
   const std::array<std::uint8_t, 16> hash = stored::bytes_of(row.hash);
-  update_.bind_all(row.epoch, row.commits, stored::view_of(hash), checksum_of(row));
+  update_.bind_all(row.epoch, row.commits, stored::view_of(hash), stored::view_of(row.keys), checksum_of(row));
   return update_.run();
 }
 

@@ -5,6 +5,7 @@
 #include <optional>
 
 #include "common/base/digest.h"
+#include "server/store/records.h"
 #include "server/store/sqlite/database.h"
 
 namespace lightmill::sqlite {
@@ -15,6 +16,7 @@ struct StoreRow {
   std::uint64_t epoch = 0;
   std::uint64_t commits = 0;
   Hash128 hash;  ///< XXH3-128 of the hash before and of the commit's writes
+  stored::RowKeys::Sums keys{};
 };
 
 /// What a new store begins with, where it follows another one.

@@ -131,7 +131,7 @@ TEST_F(CheckStateTest, NodesThatNoFilmCanHaveAreRenderedAgain) {
   EXPECT_FALSE(found.sound);
   EXPECT_TRUE(found.whole);
   EXPECT_EQ(found.report.size(), 2u);
-  EXPECT_TRUE(found.report[1].starts_with("job 1: 1 of its nodes was damaged")) << found.report[1];
+  EXPECT_TRUE(found.report[1].starts_with("job 1: 2 of its nodes were damaged")) << "and that of tile 0 is gone";
   EXPECT_TRUE(check()->sound) << "once repaired";
 }
 
