@@ -93,6 +93,11 @@ Result<State> open_state(const ServerOptions& options, StopRequest& stop) {
     postgres.url = options.store;
     postgres.assets = limits;
     postgres.only_look = options.check;
+    postgres.accept_loss = options.accept_loss;
+    if (!options.data.empty()) {
+      LM_ASSIGN_OR_RETURN(state.data, DataDirectory::open(options.data));
+      postgres.chain = state.data->path() / "postgres-chain";
+    }
     postgres.wait = [&](std::chrono::milliseconds pause) { return stop.wait_for(pause); };
     postgres.on_deposed = [&stop](const Status& why) { stop.ask(why); };
     LM_ASSIGN_OR_RETURN(PostgresStores stores, open_postgres(std::move(postgres)));

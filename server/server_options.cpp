@@ -158,20 +158,19 @@ std::optional<int> parse_server_options(int argc, char** argv, ServerOptions& op
   app.footer("Exit codes: 0 it was stopped, 1 it cannot start or go on, 2 bad usage, 130 stopped at once.");
   app.set_version_flag("--version", fmt::format("lightmill-server {} ({})", LIGHTMILL_VERSION, kRendererVersion));
   add_describe_option(app, LIGHTMILL_VERSION);
-  CLI::Option* data = app.add_option("--data", options.data,
-                                     "directory of all its state; made if need be. With XDG_DATA_HOME, the default is "
-                                     "lightmill in there")
-                          ->type_name("DIR")
-                          ->default_str("~/.local/share/lightmill");
+  app.add_option(
+         "--data", options.data,
+         "directory of all its state; made if need be. With XDG_DATA_HOME, the default is "
+         "lightmill in there. With --store, the record of the last commit alone is kept there, and nowhere by default")
+      ->type_name("DIR")
+      ->default_str("~/.local/share/lightmill");
   app.add_option("--store", options.store,
                  "keep all state in this PostgreSQL database instead: postgres://USER@HOST/DATABASE (a password in "
                  "~/.pgpass)")
-      ->type_name("URL")
-      ->excludes(data);
+      ->type_name("URL");
   app.add_flag("--accept-loss", options.accept_loss,
-               "go on with a database of --data that has lost commits which were acknowledged, and without them; else "
-               "such a database is refused")
-      ->excludes("--store");
+               "go on with a database that has lost commits which were acknowledged, and without them; else such a "
+               "database is refused");
   app.add_option("--listen", options.listen, "address and port to listen on; port 0 takes a free one")
       ->type_name("HOST:PORT")
       ->capture_default_str();
@@ -238,7 +237,7 @@ std::optional<int> parse_server_options(int argc, char** argv, ServerOptions& op
       "Exit codes: 0 nothing is lost, 1 something is, or it cannot be looked through, 2 bad usage.");
   return parse_options(app, argc, argv, [&] {
     options.check = check->parsed();
-    if (options.data.empty()) {
+    if (options.data.empty() && options.store.empty()) {
       options.data = default_data_directory();
     }
     return check_options(options);

@@ -24,6 +24,11 @@ std::string random_instance() {
   return fmt::format("{:08x}{:08x}", device(), device());
 }
 
+/// Numbers the commits of all epochs: grows from one to the next.
+std::uint64_t mark_of(std::uint64_t epoch, std::uint64_t commits) {
+  return epoch << 32 | commits;
+}
+
 /// "HOST, process N": for people.
 std::string own_name() {
   std::array<char, 256> host{};
@@ -92,6 +97,9 @@ Result<std::unique_ptr<Leadership>> Leadership::take(Options options) {
   std::unique_ptr<Leadership> leadership(new Leadership(std::move(options)));
   LM_RETURN_IF_ERROR(leadership->target().describe().status());
   LM_RETURN_IF_ERROR(prepare_tables(leadership->session_, leadership->target(), leadership->options_.only_look));
+  if (!leadership->options_.chain.empty()) {
+    LM_ASSIGN_OR_RETURN(leadership->chain_, CommitChain::open(leadership->options_.chain));
+  }
   LM_RETURN_IF_ERROR(leadership->stand_by());
   leadership->renewing_ = std::thread([raw = leadership.get()] { raw->keep_renewing(); });
   return leadership;
@@ -131,7 +139,8 @@ Status Leadership::stand_by() {
     if (!first && !session_.connected() && session_.connect().ok() && !options_.wait(options_.lease)) {
       return cancelled("stopped while it stood by");
     }
-    const Result<std::string> holder = try_to_take(session_);
+    const Status whole = look_at_chain(session_);
+    const Result<std::string> holder = whole.ok() ? try_to_take(session_) : Result<std::string>(whole);
     if (holder.ok() && holder->empty()) {
       return ok_status();
     }
@@ -153,6 +162,34 @@ Status Leadership::stand_by() {
       return cancelled("stopped while it stood by");
     }
   }
+}
+
+Status Leadership::look_at_chain(Session& session) {
+  if (!chain_) {
+    return ok_status();
+  }
+  LM_ASSIGN_OR_RETURN(const Rows rows,
+                      session.query("SELECT epoch, commits, highest_job, secret FROM turn, audit_secret"));
+  const Sha256 id = sha256(rows.view(0, 3));
+  std::copy_n(id.bytes.begin(), store_.size(), store_.begin());
+  CommitMark mark{store_, mark_of(rows.natural(0, 0), rows.natural(0, 1)), {}, rows.natural(0, 2)};
+  const Status whole = check_shared_chain(chain_->last(), mark);
+  if (!whole.ok() && !options_.accept_loss) {
+    return failed_precondition(
+        "{}: {}. Put a backup in its place, or start once with --accept-loss, which goes on with "
+        "what is left",
+        session.place(), message_of(whole));
+  }
+  highest_job_ = mark.highest_job = std::max(mark.highest_job, chain_->last() ? chain_->last()->highest_job : 0);
+  if (!whole.ok()) {
+    spdlog::warn("--accept-loss: {}: {}", session.place(), message_of(whole));
+    return chain_->restart(mark);
+  }
+  return chain_->last() == mark ? ok_status() : chain_->append(mark);
+}
+
+Status Leadership::record_commit(std::uint64_t number, std::uint64_t highest_job) {
+  return chain_ ? chain_->append({store_, mark_of(epoch_, number), {}, highest_job}) : ok_status();
 }
 
 Status Leadership::take_again() {

@@ -10,6 +10,7 @@
 
 #include "common/base/mutex.h"
 #include "common/base/status.h"
+#include "server/store/commit_chain.h"
 #include "server/store/postgres/session.h"
 
 namespace lightmill::postgres {
@@ -25,6 +26,9 @@ class Leadership {
     std::chrono::milliseconds lease = std::chrono::seconds(5);
     /// No tables are made, and nobody is waited for: NOT_FOUND, FAILED_PRECONDITION.
     bool only_look = false;
+    /// Where the last commit that is known of is recorded, also while this stands by; empty: nowhere.
+    std::filesystem::path chain = {};
+    bool accept_loss = false;
     /// Waits so long; false if the coordinator is to stop instead.
     std::function<bool(std::chrono::milliseconds)> wait;
     /// Another coordinator has taken over. Called once, from another thread.
@@ -39,6 +43,10 @@ class Leadership {
   Leadership& operator=(const Leadership&) = delete;
 
   std::uint64_t epoch() const { return epoch_; }
+  /// Records that this commit of the epoch is stored, before it is acknowledged.
+  Status record_commit(std::uint64_t number, std::uint64_t highest_job);
+  /// The highest job id that was ever given, as far as the record knows.
+  std::uint64_t highest_job() const { return highest_job_; }
   /// Begins the next epoch.
   Status take_again();
   /// For sessions of this coordinator.
@@ -49,6 +57,8 @@ class Leadership {
  private:
   explicit Leadership(Options options);
   Status stand_by();
+  /// Compares the database with the record, and records how far it is. FAILED_PRECONDITION if it is behind.
+  Status look_at_chain(Session& session);
   /// Takes the lease if it is free or ours: then its holder's name is empty.
   Result<std::string> try_to_take(Session& session);
   void keep_renewing();
@@ -57,6 +67,9 @@ class Leadership {
   const Options options_;
   const std::string instance_;  ///< 16 random hex digits
   std::atomic<std::uint64_t> epoch_ = 0;
+  std::optional<CommitChain> chain_;
+  std::array<std::uint8_t, 16> store_{};  ///< the store's id, for the record
+  std::uint64_t highest_job_ = 0;
   Session session_;  ///< the renewing thread's while it runs
   Mutex mutex_;
   CondVar changed_;

@@ -18,6 +18,15 @@ using postgres::Session;
 /// A job of a large film is deleted in one statement, which may take a while.
 constexpr auto kCommitPatience = std::chrono::minutes(5);
 
+std::uint64_t highest_job_in(std::span<const StoreOp> ops) {
+  std::uint64_t highest = 0;
+  for (const StoreOp& op : ops) {
+    const auto* put = std::get_if<PutJob>(&op);
+    highest = put != nullptr ? std::max(highest, put->record.id.value) : highest;
+  }
+  return highest;
+}
+
 class PostgresStore final : public Store {
  public:
   explicit PostgresStore(std::shared_ptr<Leadership> leadership)
@@ -37,6 +46,7 @@ class PostgresStore final : public Store {
   stored::StoredSpecs specs_;
   bool loaded_ = false;
   std::uint64_t commits_ = 0;             ///< stored in this epoch
+  std::uint64_t highest_job_ = 0;         ///< id that was given
   std::optional<std::size_t> undecided_;  ///< writes of a commit that may have been stored
 };
 
@@ -54,6 +64,8 @@ Result<StoredState> PostgresStore::load() {
   }
   LM_RETURN_IF_ERROR(state.status());
   state->epoch = leadership_->epoch();
+  state->next_job_id = std::max(state->next_job_id, leadership_->highest_job() + 1);
+  highest_job_ = state->next_job_id - 1;
   if (!repairs.empty()) {
     LM_RETURN_IF_ERROR(commit(repairs));
   }
@@ -78,6 +90,13 @@ Status PostgresStore::try_to_commit(std::span<const StoreOp> ops) {
     status = ok_status();
   }
   if (status.ok()) {
+    const std::uint64_t highest_job = std::max(highest_job_, highest_job_in(ops));
+    if (Status recorded = leadership_->record_commit(commits_ + 1, highest_job); !recorded.ok()) {
+      specs_.forget();
+      undecided_ = ops.size();  // it is stored, and not acknowledged
+      return recorded;
+    }
+    highest_job_ = highest_job;
     specs_.keep();
     ++commits_;
     undecided_.reset();
@@ -97,9 +116,9 @@ Status check_postgres_url(const std::string& url) {
 }
 
 Result<PostgresStores> open_postgres(PostgresOptions options) {
-  LM_ASSIGN_OR_RETURN(
-      std::shared_ptr<Leadership> leadership,
-      Leadership::take({options.url, options.lease, options.only_look, options.wait, options.on_deposed}));
+  LM_ASSIGN_OR_RETURN(std::shared_ptr<Leadership> leadership,
+                      Leadership::take({options.url, options.lease, options.only_look, options.chain,
+                                        options.accept_loss, options.wait, options.on_deposed}));
   LM_ASSIGN_OR_RETURN(std::string place, leadership->target().describe());
   LM_ASSIGN_OR_RETURN(std::unique_ptr<AssetStore> assets, postgres::open_postgres_assets(leadership, options.assets));
   return PostgresStores{std::make_unique<PostgresStore>(std::move(leadership)), std::move(assets), std::move(place)};

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <chrono>
+#include <filesystem>
 #include <functional>
 #include <memory>
 #include <string>
@@ -20,6 +21,9 @@ struct PostgresOptions {
   /// No tables are made, and nobody is waited for: NOT_FOUND where there is no farm, FAILED_PRECONDITION where a
   /// coordinator is at work.
   bool only_look = false;
+  /// Where this coordinator records the last commit that it knows of (commit_chain.h); empty: nowhere.
+  std::filesystem::path chain = {};
+  bool accept_loss = false;  ///< go on with a database that is behind that record
   /// Waits so long; false if the coordinator is to stop instead of standing by.
   std::function<bool(std::chrono::milliseconds)> wait;
   /// Another coordinator has taken over, and nothing can be stored here any more. Called once, from another thread.
@@ -36,8 +40,9 @@ struct PostgresStores {
 };
 
 /// Makes the tables in the schema `lightmill` if there are none, and waits until no other coordinator is at work on
-/// them. UNAVAILABLE if there is no connection, FAILED_PRECONDITION if the tables have another format, or the schema is
-/// something else's, CANCELLED if options.wait ended the waiting.
+/// them. UNAVAILABLE if there is no connection, FAILED_PRECONDITION if the tables have another format, the schema is
+/// something else's, or the database has lost commits that were acknowledged, CANCELLED if options.wait ended the
+/// waiting.
 ///
 /// Every transaction is checked to be of the current epoch, so that a coordinator that was deposed stores nothing.
 /// While the database is away, commits fail with UNAVAILABLE and can be repeated: what is stored already is not stored

@@ -5,7 +5,7 @@
 #include "server/store/migration.h"
 #include "server/store/records.h"
 #include "server/store/row_values.h"
-#include "server/store/sqlite/commit_chain.h"
+#include "server/store/commit_chain.h"
 #include "server/store/sqlite/database.h"
 #include "server/store/sqlite/format_12.h"
 #include "server/store/sqlite/journal_scan.h"

@@ -7,11 +7,13 @@
 #include <future>
 
 #include "common/base/file.h"
+#include "server/store/commit_chain.h"
 #include "server/store/postgres/commit_batch.h"
 #include "server/store/postgres/schema.h"
 #include "tests/support/fault_proxy.h"
 #include "tests/support/places.h"
 #include "tests/support/postgres_server.h"
+#include "tests/support/temporary_folder.h"
 #include "tests/unit/store/asset_conformance.h"
 #include "tests/unit/store/store_conformance.h"
 
@@ -154,6 +156,50 @@ TEST_F(PostgresStoreTest, ADatabaseOfTheFormatBeforeIsBroughtAlongAndKept) {
   sql("DROP SCHEMA lightmill CASCADE; ALTER SCHEMA lightmill_format_6 RENAME TO lightmill");
   EXPECT_EQ(sql("SELECT format FROM lightmill.meta"), "6");
   EXPECT_EQ(describe(stored()), describe(state_of_the_format_before()));
+}
+
+TEST_F(PostgresStoreTest, ADatabaseBehindTheRecordOfTheLastCommitIsRefusedUntilThatIsAccepted) {
+  const TemporaryFolder folder;
+  PostgresOptions recorded = options();
+  recorded.chain = folder.path() / "postgres-chain";
+  for (const std::uint64_t id : {1u, 2u}) {
+    const auto store = opened(recorded).store;
+    ASSERT_TRUE(store->load().ok());
+    ASSERT_TRUE(store->commit(std::vector<StoreOp>{PutJob{full_record(id)}}).ok());
+  }
+  // As a database that was put back from a backup of the first epoch.
+  sql("DELETE FROM lightmill.jobs WHERE id = 2; UPDATE lightmill.turn SET epoch = 1, commits = 1, highest_job = 1");
+  const Status refused = open_postgres(recorded).status();
+  EXPECT_EQ(refused.code(), StatusCode::kFailedPrecondition);
+  EXPECT_NE(message_of(refused).find("jobs up to 2 and their results may be lost"), std::string::npos) << refused;
+  EXPECT_NE(message_of(refused).find("--accept-loss"), std::string::npos) << refused;
+  EXPECT_TRUE(open_postgres(options()).ok()) << "one that has no record cannot know";
+  recorded.accept_loss = true;
+  {
+    const StoredState state = opened(recorded).store->load().value();
+    EXPECT_EQ(state.jobs.size(), 1u);
+    EXPECT_EQ(state.next_job_id, 3u) << "the lost job's id is not given again";
+  }
+  recorded.accept_loss = false;
+  EXPECT_TRUE(open_postgres(recorded).ok());
+}
+
+TEST_F(PostgresStoreTest, OneThatStandsByRecordsTheOthersCommits) {
+  const TemporaryFolder folder;
+  const auto at_work = opened(options()).store;
+  ASSERT_TRUE(at_work->load().ok());
+  PostgresOptions waiting = options();
+  waiting.chain = folder.path() / "postgres-chain";
+  int looks = 0;
+  waiting.wait = [&](std::chrono::milliseconds) {
+    EXPECT_TRUE(at_work->commit(std::vector<StoreOp>{PutJob{full_record(7)}}).ok());
+    return ++looks < 3;
+  };
+  EXPECT_EQ(open_postgres(waiting).status().code(), StatusCode::kCancelled);
+  const std::optional<CommitMark> last = CommitChain::open(waiting.chain)->last();
+  ASSERT_TRUE(last.has_value());
+  EXPECT_EQ(last->commits, std::uint64_t{1} << 32 | 2) << "two of the first epoch, before it looked the last time";
+  EXPECT_EQ(last->highest_job, 7u);
 }
 
 TEST_F(PostgresStoreTest, ASchemaOfSomethingElseIsRefusedAndAnEmptyOneTaken) {

@@ -7,7 +7,7 @@
 
 #include "common/base/file.h"
 #include "server/store/data_directory.h"
-#include "server/store/sqlite/commit_chain.h"
+#include "server/store/commit_chain.h"
 #include "server/store/sqlite/journal_scan.h"
 #include "tests/support/places.h"
 #include "tests/support/temporary_folder.h"

@@ -51,5 +51,7 @@ class CommitChain {
 /// FAILED_PRECONDITION, saying what is lost, unless a store that has come to `store` holds all that was acknowledged,
 /// of which `chain` is the last. A store may be one commit ahead: it was not acknowledged yet.
 Status check_chain(const std::optional<CommitMark>& chain, const CommitMark& store);
+/// The same of a store that others write too, so that it may be further by any number of commits.
+Status check_shared_chain(const std::optional<CommitMark>& chain, const CommitMark& store);
 
 }  // namespace lightmill

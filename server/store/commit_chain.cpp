@@ -1,4 +1,4 @@
-#include "server/store/sqlite/commit_chain.h"
+#include "server/store/commit_chain.h"
 
 #include <fcntl.h>
 #include <unistd.h>
@@ -97,27 +97,29 @@ Status CommitChain::restart(const CommitMark& mark) {
   return append(mark);
 }
 
-Status check_chain(const std::optional<CommitMark>& chain, const CommitMark& store) {
-  if (!chain) {
-    return store.commits == 0
-               ? ok_status()
-               : failed_precondition(
-                     "the record of the last commit (the file -chain) is missing or damaged, so nobody can tell "
-                     "whether the database has all of its commits");
+Status check_shared_chain(const std::optional<CommitMark>& chain, const CommitMark& store) {
+  if (chain && chain->store != store.store) {
+    return failed_precondition("the record of the last commit belongs to another store");
   }
-  if (chain->store != store.store) {
-    return failed_precondition("the record of the last commit (the file -chain) belongs to another store");
-  }
-  if (store.commits < chain->commits) {
+  if (chain && store.commits < chain->commits) {
     return failed_precondition(
-        "it ends with commit {}, and all up to {} were acknowledged: jobs up to {} and their results may be "
-        "lost",
+        "it ends with commit {}, and all up to {} were acknowledged: jobs up to {} and their results may be lost",
         store.commits, chain->commits, chain->highest_job);
   }
+  return ok_status();
+}
+
+Status check_chain(const std::optional<CommitMark>& chain, const CommitMark& store) {
+  if (!chain) {
+    return store.commits == 0 ? ok_status()
+                              : failed_precondition(
+                                    "the record of the last commit is missing or damaged, so nobody can tell "
+                                    "whether the database has all of its commits");
+  }
+  LM_RETURN_IF_ERROR(check_shared_chain(chain, store));
   if (store.commits > chain->commits + 1) {
-    return failed_precondition(
-        "it ends with commit {}, and the record of the last commit (the file -chain) is older: it says {}",
-        store.commits, chain->commits);
+    return failed_precondition("it ends with commit {}, and the record of the last commit is older: it says {}",
+                               store.commits, chain->commits);
   }
   if (store.commits == chain->commits && store.hash != chain->hash) {
     return failed_precondition("up to commit {} it has other writes than were acknowledged", store.commits);
