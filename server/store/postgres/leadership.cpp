@@ -17,7 +17,10 @@ constexpr auto kLeaseCallPatience = std::chrono::milliseconds(4'000);
 /// For a statement that copies all pixels.
 constexpr auto kMigrationPatience = std::chrono::hours(6);
 /// How often one that stands by looks.
-constexpr auto kLookPause = std::chrono::milliseconds(500);
+constexpr auto kLookPause = std::chrono::milliseconds(300);
+/// A coordinator without a connection at so many looks in a row is gone. Where the database was away for a moment, it
+/// has the time to come back.
+constexpr int kLooksUntilGone = 4;
 
 std::string random_instance() {
   std::random_device device;
@@ -139,7 +142,8 @@ Status Leadership::stand_by() {
     if (!first && !session_.connected() && session_.connect().ok() && !options_.wait(options_.lease)) {
       return cancelled("stopped while it stood by");
     }
-    const Status whole = look_at_chain(session_);
+    Status whole = look_at_chain(session_);
+    whole = whole.ok() ? end_lease_of_gone(session_) : whole;
     const Result<std::string> holder = whole.ok() ? try_to_take(session_) : Result<std::string>(whole);
     if (holder.ok() && holder->empty()) {
       return ok_status();
@@ -162,6 +166,23 @@ Status Leadership::stand_by() {
       return cancelled("stopped while it stood by");
     }
   }
+}
+
+Status Leadership::end_lease_of_gone(Session& session) {
+  LM_ASSIGN_OR_RETURN(
+      const Rows rows,
+      session.query("SELECT instance, EXISTS (SELECT FROM pg_stat_activity WHERE datname = "
+                    "current_database() AND application_name = 'lightmill-server ' || instance) FROM lease"));
+  const std::string at_work = rows.text(0, 0);
+  if (rows.flag(0, 1)) {
+    seen_ = at_work;
+    looks_without_it_ = 0;
+  }
+  // One that was never seen with a connection is behind something that hides it: its lease alone counts.
+  if (at_work.empty() || at_work != seen_ || rows.flag(0, 1) || ++looks_without_it_ < kLooksUntilGone) {
+    return ok_status();
+  }
+  return session.query("UPDATE lease SET expires = '-infinity' WHERE instance = $1", Parameters(at_work)).status();
 }
 
 Status Leadership::look_at_chain(Session& session) {

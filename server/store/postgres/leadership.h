@@ -57,6 +57,8 @@ class Leadership {
  private:
   explicit Leadership(Options options);
   Status stand_by();
+  /// Ends the lease of a coordinator whose connections have been gone for several looks: it was killed.
+  Status end_lease_of_gone(Session& session);
   /// Compares the database with the record, and records how far it is. FAILED_PRECONDITION if it is behind.
   Status look_at_chain(Session& session);
   /// Takes the lease if it is free or ours: then its holder's name is empty.
@@ -70,7 +72,9 @@ class Leadership {
   std::optional<CommitChain> chain_;
   std::array<std::uint8_t, 16> store_{};  ///< the store's id, for the record
   std::uint64_t highest_job_ = 0;
-  Session session_;  ///< the renewing thread's while it runs
+  std::string seen_;          ///< the instance that was at work and connected at some look
+  int looks_without_it_ = 0;  ///< in a row since then
+  Session session_;           ///< the renewing thread's while it runs
   Mutex mutex_;
   CondVar changed_;
   bool stopping_ LM_GUARDED_BY(mutex_) = false;

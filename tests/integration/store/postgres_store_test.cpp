@@ -356,6 +356,26 @@ TEST_F(PostgresStoreTest, OneThatIsKilledIsReplacedWhenItsLeaseRunsOut) {
   EXPECT_EQ(looks, 3);
 }
 
+TEST_F(PostgresStoreTest, OneWhoseConnectionsAreGoneIsReplacedBeforeItsLeaseRunsOut) {
+  stored();
+  // One at work: a connection, and the lease.
+  auto killed = std::make_unique<postgres::Session>(postgres::Target{url_, "lightmill-server killed"},
+                                                    std::span<const char* const>(), std::chrono::seconds(10));
+  ASSERT_TRUE(killed->connect().ok());
+  sql("UPDATE lightmill.lease SET instance = 'killed', expires = clock_timestamp() + interval '1 hour'");
+  int looks = 0;
+  PostgresOptions waiting = options();
+  waiting.wait = [&](std::chrono::milliseconds pause) {
+    std::this_thread::sleep_for(pause);
+    if (++looks == 3) {
+      killed.reset();
+    }
+    return looks < 100;
+  };
+  EXPECT_EQ(opened(waiting).store->load()->epoch, 2u);
+  EXPECT_LE(looks, 8) << "three while it is there, and four without it";
+}
+
 TEST_F(PostgresStoreTest, ADeposedOneStoresNothing) {
   std::atomic<int> deposed = 0;
   PostgresOptions of_first = options();
