@@ -6,6 +6,9 @@
 #include <string>
 #include <vector>
 
+#include "common/base/digest.h"
+#include "common/farm/job.h"
+
 namespace lightmill::simulation {
 
 /// What happens to the farm while chaos lasts.
@@ -83,6 +86,7 @@ struct Report {
   bool lied = false;             ///< a worker has sent wrong sums
   double job_seconds = 0;        ///< of a race: from its job's submission until it is done
   double last_part_seconds = 0;  ///< of a race: from 95 % of the job's pixel samples until it is done
+  Hash128 effects;               ///< after hash_effects(): of all effects and views, in order
 };
 
 /// Instead of chaos: one job on workers that are not equally fast, whose end is timed.

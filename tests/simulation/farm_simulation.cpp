@@ -152,6 +152,9 @@ Report FarmSimulation::run() {
       break;
     }
   }
+  if (effects_) {
+    report_.effects = effects_->finish();
+  }
   return report_;
 }
 

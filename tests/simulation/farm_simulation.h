@@ -46,6 +46,8 @@ class FarmSimulation {
   Report run();
   /// Prints what the coordinator notes and what happens to processes.
   void trace() { traced_ = true; }
+  /// Hashes all effects of all coordinators, and what can be seen of them after each event; traced, prints them too.
+  void hash_effects() { effects_.emplace(); }
 
  private:
   using Action = std::function<void()>;
@@ -147,6 +149,7 @@ class FarmSimulation {
   void start_server();
   void crash_server(bool commit_lands);
   void on_server(const std::function<void(Step&)>& call);
+  void note_effects(const Step& step, const Coordinator& coordinator);
   void execute(Step step, std::vector<Action> replies);
   /// What was being written lands as a whole or not at all; nobody hears of it.
   void abandon_commits(bool commit_lands);
@@ -230,6 +233,7 @@ class FarmSimulation {
   }
 
   bool traced_ = false;
+  std::optional<Xxh3Hasher> effects_;
   Random random_;
   Chaos chaos_;
   PlantedBugs bugs_;

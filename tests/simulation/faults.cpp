@@ -144,6 +144,7 @@ void FarmSimulation::resume_deposed() {
   const auto take = [&](const auto& call) {
     Step step;
     call(step);
+    note_effects(step, *deposed.coordinator);
     writes.insert(writes.end(), step.writes.begin(), step.writes.end());
     for (const Outgoing& message : step.now) {
       if (const auto to = deposed.streams.find(message.to); to != deposed.streams.end()) {

@@ -2,6 +2,7 @@
 #include <algorithm>
 
 #include "server/store/check_rows.h"
+#include "tests/simulation/effects_text.h"
 #include "tests/simulation/farm_simulation.h"
 
 namespace lightmill::simulation {
@@ -103,7 +104,16 @@ void FarmSimulation::on_server(const std::function<void(Step&)>& call) {
   execute(std::move(step), {});
 }
 
+void FarmSimulation::note_effects(const Step& step, const Coordinator& coordinator) {
+  if (effects_) {
+    const std::string text = effects_text(step) + view_text(coordinator, now_);
+    effects_->append(as_byte_view(text));
+    trace("{}", text);
+  }
+}
+
 void FarmSimulation::execute(Step step, std::vector<Action> replies) {
+  note_effects(step, *coordinator_);
   note_inspected(step);
   note_writes(step);
   note_grants(step);

@@ -6,6 +6,7 @@
 #include <chrono>
 #include <csignal>
 #include <cstdio>
+#include <fstream>
 #include <mutex>
 #include <thread>
 
@@ -20,6 +21,7 @@ volatile std::sig_atomic_t interrupted = 0;
 
 struct Options {
   std::uint64_t seeds = 1'000'000, first = 1, seed = 0;
+  std::string hashes;  ///< the file that gets them; empty: none
   unsigned threads = std::max(1u, std::thread::hardware_concurrency());
 };
 
@@ -28,10 +30,12 @@ struct Sum {
   std::mutex mutex;
   std::uint64_t done = 0, restarts = 0, deaths = 0, convicted = 0;
   std::map<std::string, std::uint64_t> faults;
-  std::map<std::uint64_t, std::string> failures;  ///< by seed
+  std::map<std::uint64_t, std::string> failures;        ///< by seed
+  std::map<std::uint64_t, lightmill::Hash128> effects;  ///< by seed
 
   void add(std::uint64_t seed, const Report& report) {
     const std::lock_guard lock(mutex);
+    effects[seed] = report.effects;
     ++done;
     restarts += report.restarts;
     deaths += report.deaths;
@@ -52,10 +56,20 @@ std::string as_duration(double seconds) {
   return fmt::format("{}:{:02}:{:02}", whole / 3600, whole / 60 % 60, whole % 60);
 }
 
-int replay(std::uint64_t seed) {
+Report run_schedule(std::uint64_t seed, const Options& options) {
   FarmSimulation simulation(seed, Chaos{}, PlantedBugs{});
-  simulation.trace();
-  const Report report = simulation.run();
+  if (!options.hashes.empty()) {
+    simulation.hash_effects();
+  }
+  if (options.seed != 0) {
+    simulation.trace();
+  }
+  return simulation.run();
+}
+
+int replay(const Options& options) {
+  const std::uint64_t seed = options.seed;
+  const Report report = run_schedule(seed, options);
   fmt::print("seed {}: {}\n", seed, report.failure.empty() ? "all is well" : "fails " + report.failure);
   return report.failure.empty() ? 0 : 1;
 }
@@ -72,7 +86,7 @@ int run_all(const Options& options) {
     threads.emplace_back([&] {
       for (std::uint64_t at = next++; at < options.seeds && interrupted == 0; at = next++) {
         const std::uint64_t seed = options.first + at;
-        sum.add(seed, FarmSimulation(seed, Chaos{}, PlantedBugs{}).run());
+        sum.add(seed, run_schedule(seed, options));
       }
     });
   }
@@ -111,6 +125,16 @@ int run_all(const Options& options) {
   for (const auto& [seed, failure] : sum.failures) {
     fmt::print("seed {} fails {}\n", seed, failure);
   }
+  if (!options.hashes.empty()) {
+    std::ofstream file(options.hashes);
+    for (const auto& [seed, hash] : sum.effects) {
+      file << seed << ' ' << hash.hex() << '\n';
+    }
+    if (!file.flush()) {
+      fmt::print(stderr, "cannot write {}\n", options.hashes);
+      return 1;
+    }
+  }
   return !sum.failures.empty() ? 1 : interrupted != 0 ? 130 : 0;
 }
 
@@ -127,6 +151,8 @@ int main(int argc, char** argv) {
       ->capture_default_str()
       ->check(CLI::Range(1u, 1024u));
   app.add_option("--seed", options.seed, "run this one alone, and tell what happens in it");
+  app.add_option("--hashes", options.hashes,
+                 "write a hash of all effects of each schedule to this file; with --seed, print the effects instead");
   CLI11_PARSE(app, argc, argv);
-  return options.seed != 0 ? replay(options.seed) : run_all(options);
+  return options.seed != 0 ? replay(options) : run_all(options);
 }
