@@ -72,7 +72,7 @@ AccessServiceImpl::Unary* AccessServiceImpl::CreateToken(Context* context, const
                       LM_RETURN_IF_ERROR(gate_.add_token(token));
                       to_wire(*gate_.find_token(token.id), reply);
                       if (is_new) {
-                        turn.step.writes.push_back(PutToken{token});
+                        turn.effects.writes.push_back(PutToken{token});
                         turn.replies.push_back([this, id = token.id](const Status& stored) {
                           if (!stored.ok()) {
                             (void)gate_.remove_token(id);
@@ -112,7 +112,7 @@ AccessServiceImpl::Unary* AccessServiceImpl::RevokeToken(Context* context, const
                         about.text += " of " + token->name;
                       }
                       LM_RETURN_IF_ERROR(gate_.remove_token(id));
-                      turn.step.writes.push_back(DropToken{id});
+                      turn.effects.writes.push_back(DropToken{id});
                       return ok_status();
                     });
 }

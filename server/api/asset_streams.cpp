@@ -72,7 +72,7 @@ class DownloadStream final : public grpc::ServerWriteReactor<v1::DownloadAssetRe
       const bool missing = reader.status().code() == StatusCode::kNotFound;
       if (missing) {
         (void)loop.post(
-            [digest = *digest](FarmLoop::Turn& turn) { turn.farm.asset_is_missing(digest, turn.now, turn.step); });
+            [digest = *digest](FarmLoop::Turn& turn) { turn.farm.asset_is_missing(digest, turn.now, turn.effects); });
       }
       Finish(to_grpc(missing ? reader.status() : unreadable(reader.status())));
       return;

@@ -22,7 +22,7 @@ bool worth_retrying(const Status& status) {
   return status.code() == StatusCode::kResourceExhausted || status.code() == StatusCode::kUnavailable;
 }
 
-/// Whether somebody waits for the step: a client, or a worker for something else than an acknowledgement.
+/// Whether a client waits for these effects, or a worker for something else than an acknowledgement.
 bool is_urgent(const CommitQueue::Batch& batch) {
   return !batch.replies.empty() || !batch.callers.empty() ||
          std::ranges::any_of(batch.writes, [](const StoreOp& op) { return std::holds_alternative<PutJob>(op); }) ||
@@ -68,7 +68,7 @@ void CommitQueue::push(Batch batch) {
   append(queued_.after_commit, std::move(batch.after_commit));
   append(queued_.replies, std::move(batch.replies));
   append(queued_.callers, std::move(batch.callers));
-  // The writer wakes for the first step, and then only for what need not gather any longer.
+  // The writer wakes for the first effects, and then only for those that need not gather any longer.
   if (was_empty || urgent_ || queued_.writes.size() >= kGatherWrites) {
     changed_.notify_all();
   }

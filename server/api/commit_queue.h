@@ -14,7 +14,7 @@
 
 namespace lightmill {
 
-/// Told once a step is durable, or why that failed. Called from the writer thread.
+/// Told once effects are durable, or why that failed. Called from the writer thread.
 using CommitReply = std::function<void(const Status&)>;
 
 /// Steps are committed, told of, sent and answered in the order in which they were pushed; those that nobody waits for

@@ -95,14 +95,14 @@ void FarmLoop::run() {
       task(turn);
     }
     tick(turn);
-    for (Outgoing& message : turn.step.now) {
+    for (Outgoing& message : turn.effects.now) {
       handlers_.send(std::move(message));
     }
-    for (const SessionId session : turn.step.hang_ups) {
+    for (const SessionId session : turn.effects.closed) {
       handlers_.hang_up(session);
     }
     tell_notes(turn);
-    for (const WorkerCount& worker : turn.step.departed) {
+    for (const WorkerCount& worker : turn.effects.departed) {
       past_.history.depart(worker);
     }
     if (turn.now >= past_.history.next()) {
@@ -115,7 +115,7 @@ void FarmLoop::run() {
       watchers_due = std::min(watchers_due.value_or(*due), *due);
     }
     note_sent(turn);
-    commits_.push({std::move(turn.step.writes), std::move(turn.step.after_commit), std::move(turn.replies),
+    commits_.push({std::move(turn.effects.writes), std::move(turn.effects.after_commit), std::move(turn.replies),
                    std::move(turn.callers)});
     if (stopping && tasks.empty()) {
       for (const auto& [id, reply] : inspections_) {
@@ -142,11 +142,11 @@ void FarmLoop::tick(Turn& turn) {
   if (!due || *due > turn.now) {
     return;
   }
-  const std::size_t before = turn.step.writes.size();
-  farm_.tick(turn.now, turn.unix_ms, turn.step);
+  const std::size_t before = turn.effects.writes.size();
+  farm_.tick(turn.now, turn.unix_ms, turn.effects);
   std::vector<JobId> deleted;
-  for (std::size_t i = before; i < turn.step.writes.size(); ++i) {
-    if (const auto* job = std::get_if<DeleteJobRows>(&turn.step.writes[i])) {
+  for (std::size_t i = before; i < turn.effects.writes.size(); ++i) {
+    if (const auto* job = std::get_if<DeleteJobRows>(&turn.effects.writes[i])) {
       deleted.push_back(job->job);
     }
   }
@@ -162,16 +162,16 @@ void FarmLoop::Turn::keep(Action action) {
   action.unix_ms = unix_ms;
   ActionLog::Change change = actions.add(std::move(action));
   if (change.added) {
-    step.writes.push_back(PutAction{std::move(*change.added)});
+    effects.writes.push_back(PutAction{std::move(*change.added)});
   }
   for (const std::uint64_t number : change.dropped) {
-    step.writes.push_back(DropAction{number});
+    effects.writes.push_back(DropAction{number});
   }
 }
 
 Result<InspectionId> FarmLoop::Turn::inspect(const std::string& caller, const InspectionRequest& request,
                                              InspectionReply reply) {
-  LM_ASSIGN_OR_RETURN(const InspectionId id, farm.inspect(caller, request, now, step));
+  LM_ASSIGN_OR_RETURN(const InspectionId id, farm.inspect(caller, request, now, effects));
   inspections.emplace(id, std::move(reply));
   return id;
 }
@@ -182,7 +182,7 @@ void FarmLoop::Turn::forget_inspection(InspectionId id) {
 }
 
 void FarmLoop::tell_notes(Turn& turn) {
-  for (Note& note : turn.step.notes) {
+  for (Note& note : turn.effects.notes) {
     const Result<const JobSpec*> spec = farm_.spec(note.job);
     const LogTrace trace(spec.ok() ? trace_id((*spec)->request_id) : Hash128{}, note.lease.value);
     spdlog::log(note.level == Note::Level::warning ? spdlog::level::warn : spdlog::level::info, "{}", note.text);
@@ -191,7 +191,7 @@ void FarmLoop::tell_notes(Turn& turn) {
 }
 
 void FarmLoop::tell_inspected(Turn& turn) {
-  for (const InspectionOutcome& outcome : turn.step.inspected) {
+  for (const InspectionOutcome& outcome : turn.effects.inspected) {
     if (const auto reply = inspections_.extract(outcome.id); !reply.empty()) {
       reply.mapped()(outcome.found);
     }
@@ -215,12 +215,12 @@ void FarmLoop::set_stall(const Status& status) {
 
 void FarmLoop::hold(Turn& turn) {
   farm_.hold(no_store_.empty() ? no_space_ : "waits until its state can be stored again: " + no_store_, turn.now,
-             turn.step);
+             turn.effects);
 }
 
 /// Leases run from when their grants leave.
 void FarmLoop::note_sent(Turn& turn) {
-  std::vector<LeaseId> leases = leases_granted(turn.step.after_commit);
+  std::vector<LeaseId> leases = leases_granted(turn.effects.after_commit);
   if (leases.empty()) {
     return;
   }
@@ -233,7 +233,7 @@ void FarmLoop::note_sent(Turn& turn) {
 
 /// The end of a job is shown once it is durable.
 void FarmLoop::note_ends(Turn& turn) {
-  for (const StoreOp& op : turn.step.writes) {
+  for (const StoreOp& op : turn.effects.writes) {
     const auto* put = std::get_if<PutJob>(&op);
     if (put != nullptr && has_ended(put->record.state) && watchers_.hold(put->record.id)) {
       turn.replies.push_back([this, job = put->record.id](const Status& status) {

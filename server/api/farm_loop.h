@@ -42,8 +42,8 @@ class FarmLoop {
     FarmPast& past;
     Time now;
     std::int64_t unix_ms;
-    Step step;                         ///< filled by the coordinator
-    std::vector<CommitReply> replies;  ///< called once the step is durable
+    Effects effects;                   ///< filled by the coordinator
+    std::vector<CommitReply> replies;  ///< called once they are durable
     std::vector<CommitReply> callers;  ///< so, too, unless that takes long (CommitQueue::Batch)
     /// Why nothing can be stored now; empty while it can.
     const std::string& no_store;

@@ -130,21 +130,21 @@ RenderServiceImpl::Unary* RenderServiceImpl::CancelJob(Context* context, const v
                                                        v1::Job* reply) {
   const JobId id{request->id()};
   return change_job(context, Rpc::cancel_job, id, reply,
-                    [id](FarmLoop::Turn& turn) { return turn.farm.cancel(id, turn.now, turn.unix_ms, turn.step); });
+                    [id](FarmLoop::Turn& turn) { return turn.farm.cancel(id, turn.now, turn.unix_ms, turn.effects); });
 }
 
 RenderServiceImpl::Unary* RenderServiceImpl::PauseJob(Context* context, const v1::PauseJobRequest* request,
                                                       v1::Job* reply) {
   const JobId id{request->id()};
   return change_job(context, Rpc::pause_job, id, reply,
-                    [id](FarmLoop::Turn& turn) { return turn.farm.pause(id, turn.now, turn.step); });
+                    [id](FarmLoop::Turn& turn) { return turn.farm.pause(id, turn.now, turn.effects); });
 }
 
 RenderServiceImpl::Unary* RenderServiceImpl::ResumeJob(Context* context, const v1::ResumeJobRequest* request,
                                                        v1::Job* reply) {
   const JobId id{request->id()};
   return change_job(context, Rpc::resume_job, id, reply,
-                    [id](FarmLoop::Turn& turn) { return turn.farm.resume(id, turn.now, turn.step); });
+                    [id](FarmLoop::Turn& turn) { return turn.farm.resume(id, turn.now, turn.effects); });
 }
 
 RenderServiceImpl::Unary* RenderServiceImpl::ExtendJob(Context* context, const v1::ExtendJobRequest* request,
@@ -152,7 +152,7 @@ RenderServiceImpl::Unary* RenderServiceImpl::ExtendJob(Context* context, const v
   const JobId id{request->id()};
   const Extension extension{request->samples(), request->error()};
   return change_job(context, Rpc::extend_job, id, reply, [id, extension](FarmLoop::Turn& turn) {
-    return turn.farm.extend(id, extension, turn.now, turn.step);
+    return turn.farm.extend(id, extension, turn.now, turn.effects);
   });
 }
 
@@ -160,7 +160,7 @@ RenderServiceImpl::Unary* RenderServiceImpl::SetPriority(Context* context, const
                                                          v1::Job* reply) {
   const JobId id{request->id()};
   return change_job(context, Rpc::set_priority, id, reply, [id, priority = request->priority()](FarmLoop::Turn& turn) {
-    return turn.farm.set_priority(id, priority, turn.now, turn.step);
+    return turn.farm.set_priority(id, priority, turn.now, turn.effects);
   });
 }
 
@@ -168,8 +168,8 @@ RenderServiceImpl::Unary* RenderServiceImpl::DeleteJob(Context* context, const v
                                                        v1::DeleteJobResponse*) {
   const JobId id{request->id()};
   return change_job(context, Rpc::delete_job, id, nullptr, [id, cancel = request->cancel()](FarmLoop::Turn& turn) {
-    return cancel ? turn.farm.discard(id, turn.now, turn.unix_ms, turn.step)
-                  : turn.farm.remove(id, turn.now, turn.step);
+    return cancel ? turn.farm.discard(id, turn.now, turn.unix_ms, turn.effects)
+                  : turn.farm.remove(id, turn.now, turn.effects);
   });
 }
 
@@ -202,7 +202,7 @@ RenderServiceImpl::Unary* RenderServiceImpl::DrainWorker(Context* context, const
   return run_change(*loop_, gate_, context, admit(gate_, *context, Rpc::drain_worker, {0, request->name()}),
                     [name = request->name(), reply](FarmLoop::Turn& turn, const Call&, About& about) {
                       about.text = name;
-                      LM_RETURN_IF_ERROR(turn.farm.drain_worker(name, turn.now, turn.step));
+                      LM_RETURN_IF_ERROR(turn.farm.drain_worker(name, turn.now, turn.effects));
                       show_worker(turn, name, reply);
                       return ok_status();
                     });
@@ -215,8 +215,8 @@ RenderServiceImpl::Unary* RenderServiceImpl::QuarantineWorker(Context* context,
                     [asked = *request, reply](FarmLoop::Turn& turn, const Call& call, About& about) {
                       about.text = asked.name();
                       LM_ASSIGN_OR_RETURN(const Quarantining quarantining, from_wire(asked, call.caller));
-                      LM_RETURN_IF_ERROR(turn.farm.quarantine_worker(asked.name(), quarantining.reason,
-                                                                     quarantining.render_again, turn.now, turn.step));
+                      LM_RETURN_IF_ERROR(turn.farm.quarantine_worker(
+                          asked.name(), quarantining.reason, quarantining.render_again, turn.now, turn.effects));
                       show_worker(turn, asked.name(), reply);
                       return ok_status();
                     });
@@ -227,7 +227,7 @@ RenderServiceImpl::Unary* RenderServiceImpl::ReleaseWorker(Context* context, con
   return run_change(*loop_, gate_, context, admit(gate_, *context, Rpc::release_worker, {0, request->name()}),
                     [name = request->name()](FarmLoop::Turn& turn, const Call&, About& about) {
                       about.text = name;
-                      return turn.farm.release_worker(name, turn.now, turn.step);
+                      return turn.farm.release_worker(name, turn.now, turn.effects);
                     });
 }
 

@@ -71,7 +71,7 @@ Status submit(FarmLoop::Turn& turn, const Call& call, Submission& submission, Ab
     spec.owner = call.caller.name;
   }
   about.was_there = turn.farm.knows_request(spec.request_id);
-  LM_ASSIGN_OR_RETURN(const JobId job, turn.farm.submit(spec, turn.now, turn.unix_ms, turn.step, submission.notes));
+  LM_ASSIGN_OR_RETURN(const JobId job, turn.farm.submit(spec, turn.now, turn.unix_ms, turn.effects, submission.notes));
   if (call.caller.is_known() && turn.farm.owner(job).value_or("") != call.caller.name) {
     return already_exists("request_id '{}' is that of somebody else's job: choose another", spec.request_id);
   }

@@ -34,7 +34,7 @@ Result<Quarantining> from_wire(const v1::QuarantineWorkerRequest& request, const
     LM_RETURN_IF_ERROR(check_name("the reason", request.reason()));
   }
   return Quarantining{request.name(),
-                      fmt::format("{}{}{}{}", Coordinator::kByHand, caller.name.empty() ? "hand" : caller.name,
+                      fmt::format("{}{}{}{}", kByHand, caller.name.empty() ? "hand" : caller.name,
                                   request.reason().empty() ? "" : ": ", request.reason()),
                       request.render_again()};
 }

@@ -194,8 +194,9 @@ class WorkStream final : public grpc::ServerBidiReactor<v1::WorkRequest, v1::Wor
       done_ = true;
     }
     if (greeted_) {
-      owner_.loop_->post_always(
-          [session = session_](FarmLoop::Turn& turn) { turn.farm.worker_disconnected(session, turn.now, turn.step); });
+      owner_.loop_->post_always([session = session_](FarmLoop::Turn& turn) {
+        turn.farm.worker_disconnected(session, turn.now, turn.effects);
+      });
     }
     owner_.forget(session_);  // the last use of this object
   }
@@ -264,12 +265,12 @@ class WorkStream final : public grpc::ServerBidiReactor<v1::WorkRequest, v1::Wor
     if (const auto* hello = std::get_if<WorkerHello>(&message)) {
       spdlog::debug("session {}: worker {} from {}", session_.value, hello->name, call_.peer);
       record(turn, owner_.gate_, call_, {0, hello->name}, ok_status());
-      turn.farm.worker_connected(session_, *hello, turn.now, turn.step);
+      turn.farm.worker_connected(session_, *hello, turn.now, turn.effects);
     } else {
       if (const auto* const result = std::get_if<WorkerResult>(&message); result != nullptr && traces()) {
         trace(*result);
       }
-      turn.farm.worker_message(session_, std::move(message), turn.now, turn.unix_ms, turn.step);
+      turn.farm.worker_message(session_, std::move(message), turn.now, turn.unix_ms, turn.effects);
     }
   }
 

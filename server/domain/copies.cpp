@@ -1,47 +1,47 @@
-// How what is late near the end of a job is leased to idle workers too.
+#include "server/domain/copies.h"
+
 #include <limits>
 
-#include "server/domain/coordinator_state.h"
+#include "server/domain/eligibility.h"
 
 namespace lightmill {
 namespace {
 
-constexpr Duration kCopyLookInterval = std::chrono::milliseconds(100);
-/// On large farms only those leases that take longest are looked at, for so many workers at a time, and less often:
-/// once more every kCopyLookInterval for so many leases.
+constexpr Duration kLookInterval = std::chrono::milliseconds(100);
+/// On large farms a look takes only the leases that are latest and so many pairs of lease and worker. It comes later by
+/// one interval for each so many leases.
 constexpr std::size_t kMostLate = 64, kPairsALook = 20000, kLeasesALook = 2000;
-/// Who renders something too must need this many times less, and what it takes until its first results are there.
+/// The idle worker must need this many times less, and this much to have its first result sent.
 constexpr double kCopyGain = 1.2, kCopySeconds = 0.1;
-constexpr double kLeastTileSeconds = 1e-6;  ///< also of what nobody has rendered yet
+constexpr double kLeastTileSeconds = 1e-6;  ///< also of a job of which nothing is rendered yet
 
 }  // namespace
 
-double Coordinator::State::tile_seconds(const Worker& worker, const Lease& lease) const {
-  const Job& job = *jobs.at(lease.unit.job);
-  const auto known = worker.jobs.find(job.id());
-  const bool measured = known != worker.jobs.end() && known->second.seconds_per_pixel_sample.known();
-  const double speed = measured ? known->second.seconds_per_pixel_sample.value() : job.seconds_per_pixel_sample.value();
-  return speed * static_cast<double>(lease.unit.range.count() * job.pixels_of(lease.unit.tiles.front()));
+double Copies::tile_seconds(const Worker& worker, const Lease& lease) const {
+  const Job& job = jobs_.at(lease.unit.job);
+  const WorkerJob* const known = worker.find_job(job.id());
+  const MeasuredCost& cost = known != nullptr && known->cost.known() ? known->cost : job.cost;
+  return cost.mean.value() * static_cast<double>(lease.unit.range.count() * job.pixels_of(lease.unit.tiles.front()));
 }
 
-double Coordinator::State::seconds_left(const Lease& lease, Time now) const {
-  const Worker& worker = workers.at(lease.worker);
-  if (lease.abandoned || lease.unit.tiles.empty()) {
+double Copies::seconds_left(const Lease& lease, Time now) const {
+  const Worker& worker = workers_.at(lease.worker);
+  if (lease.abandoned || lease.is_pilot()) {
     return std::numeric_limits<double>::infinity();
   }
   double seconds = 0, slowdown = 0;
-  for (const LeaseId id : worker.leases) {
-    const Lease& each = leases.at(id);
-    if (each.unit.tiles.empty() || !each.sent) {
+  for (const LeaseId id : worker.leases()) {
+    const Lease& each = leases_.at(id);
+    if (each.is_pilot() || !each.sent) {
       continue;
     }
     const double expected = std::max(tile_seconds(worker, each), kLeastTileSeconds);
     if (slowdown == 0) {
-      // It works on its oldest lease: what has not come yet takes at least so long.
-      const double silent = to_seconds(now - std::max(worker.result_at, each.granted));
+      // It works on its oldest lease: the tile that is due takes at least so long.
+      const double silent = to_seconds(now - std::max(worker.result_at(), each.granted));
       slowdown = std::max(1.0, silent / expected);
     }
-    seconds += each.remaining * expected * slowdown / worker.hello.threads;
+    seconds += each.remaining * expected * slowdown / worker.hello().threads;
     if (id == lease.id) {
       break;
     }
@@ -49,82 +49,89 @@ double Coordinator::State::seconds_left(const Lease& lease, Time now) const {
   return seconds;
 }
 
-void Coordinator::State::note_silence(Worker& worker, const Lease& lease, Time now) const {
-  if (lease.id != *worker.leases.begin() || lease.abandoned || !lease.sent) {
-    return;  // it works on its oldest lease, once it has that
-  }
-  const double silent = to_seconds(now - std::max(worker.result_at, lease.granted));
-  const auto waited_for = std::ranges::find(lease.done, false) - lease.done.begin();
-  const TileId tile = lease.unit.tiles[static_cast<std::size_t>(waited_for) % lease.unit.tiles.size()];
-  const double pixel_samples = static_cast<double>(lease.unit.range.count() * jobs.at(lease.unit.job)->pixels_of(tile));
-  worker.jobs[lease.unit.job].seconds_per_pixel_sample.expect(silent / pixel_samples);
+bool Copies::may_be_copied(const Lease& lease, Time now) const {
+  // Each tile gets one copy at most, and so does a pilot. An audit is taken over, perhaps again: one worker has it.
+  const Job& job = jobs_.at(lease.unit.job);
+  const bool copied = lease.is_pilot() ? job.leases().size() > 1 : lease.copy && !lease.audits;
+  const Duration patience = lease.is_pilot() ? limits_.copy_pilot_after : limits_.copy_after;
+  return job.record.state == JobState::running && !copied && !lease.alone && (lease.sent || lease.abandoned) &&
+         (lease.abandoned || now > lease.granted + patience);
 }
 
-void Coordinator::State::copy_to_idle(Time now, Step& step) {
-  // All leases that may be copied, those that take longest first, as in Zaharia et al., Improving MapReduce Performance
-  // in Heterogeneous Environments (2008). Each tile gets one copy at most, and so does a pilot; what
-  // is verified is taken over, perhaps again: whoever has it is the only one.
+std::vector<std::pair<double, LeaseId>> Copies::late_leases(Time now) const {
   std::vector<std::pair<double, LeaseId>> late;
-  for (const auto& [id, lease] : leases) {
-    const Job& job = *jobs.at(lease.unit.job);
-    const bool copied = lease.unit.tiles.empty() ? job.leases.size() > 1 : lease.copy && !lease.verifies;
-    const bool old = lease.abandoned ||
-                     now > lease.granted + (lease.unit.tiles.empty() ? limits.copy_pilot_after : limits.copy_after);
-    if (job.record.state == JobState::running && !copied && !lease.alone && (lease.sent || lease.abandoned) && old) {
+  for (const auto& [id, lease] : leases_.all()) {
+    if (may_be_copied(lease, now)) {
       late.emplace_back(-seconds_left(lease, now), id);
     }
   }
   std::sort(late.begin(), late.end());
   late.resize(std::min(late.size(), kMostLate));
-  next_copy_look = now + kCopyLookInterval * static_cast<int>(1 + leases.size() / kLeasesALook);
-  std::vector<std::string> waiting(idle.begin(), idle.end());
-  std::ranges::rotate(waiting, std::ranges::upper_bound(waiting, last_copied_to));
+  return late;
+}
+
+std::optional<Time> Copies::next_look() const {
+  const bool possible = scheduler_.held().empty() && !workers_.idle().empty() && !leases_.all().empty();
+  return possible ? std::optional(next_look_) : std::nullopt;
+}
+
+void Copies::look(const Event& event) {
+  if (const std::optional<Time> due = next_look(); !due || event.now < *due) {
+    return;
+  }
+  std::vector<std::pair<double, LeaseId>> late = late_leases(event.now);
+  next_look_ = event.now + kLookInterval * static_cast<int>(1 + leases_.all().size() / kLeasesALook);
+  std::vector<std::string> waiting(workers_.idle().begin(), workers_.idle().end());
+  std::ranges::rotate(waiting, std::ranges::upper_bound(waiting, last_worker_));
   waiting.resize(std::min(waiting.size(), kPairsALook / std::max<std::size_t>(late.size(), 1)));
   for (const std::string& name : waiting) {
-    last_copied_to = name;
-    Worker* const worker = find_worker(name);
-    if (worker == nullptr || !wants_more(*worker) || !worker->leases.empty()) {
-      continue;
-    }
-    for (auto at = late.begin(); at != late.end();) {
-      const Lease& lease = leases.at(at->second);
-      const Job& job = *jobs.at(lease.unit.job);
-      const bool sooner =
-          lease.unit.tiles.empty() || -at->first > kCopyGain * tile_seconds(*worker, lease) + kCopySeconds;
-      if (lease.worker == name || now < job.hold_until || !sooner ||
-          !(job.undecided() ? may_pilot(*worker, job, now) : may_render(*worker, job))) {
-        ++at;  // the next worker may
-        continue;
-      }
-      const bool verifies = lease.verifies;
-      if (verifies ? take_over_verification(lease, *worker, now, step) : copy_lease(lease, *worker, now, step)) {
-        if (!leases.contains(at->second)) {
-          late.erase(at);
-        }
-        break;  // the next worker may copy the rest of this lease
-      }
-      at = verifies ? at + 1 : late.erase(at);  // the next worker may verify what this one has rendered itself
+    last_worker_ = name;
+    Worker* const worker = workers_.find(name);
+    if (worker != nullptr && leases_.wants_more(*worker) && worker->leases().empty()) {
+      copy_one(*worker, late, event);
     }
   }
 }
 
-bool Coordinator::State::copy_lease(const Lease& lease, Worker& worker, Time now, Step& step) {
-  Job& job = *jobs.at(lease.unit.job);
-  if (lease.unit.tiles.empty()) {
-    const bool alone = job.leases.size() == 1;
+void Copies::copy_one(Worker& worker, std::vector<std::pair<double, LeaseId>>& late, const Event& event) {
+  for (auto at = late.begin(); at != late.end();) {
+    const Lease& lease = leases_.at(at->second);
+    const Job& job = jobs_.at(lease.unit.job);
+    const bool sooner = lease.is_pilot() || -at->first > kCopyGain * tile_seconds(worker, lease) + kCopySeconds;
+    if (lease.worker == worker.name() || event.now < job.hold_until || !sooner ||
+        !(job.undecided() ? Pilots::may_have(worker, job, event.now) : may_render(worker, job))) {
+      ++at;  // the next worker may
+      continue;
+    }
+    const bool audits = lease.audits;
+    if (audits ? take_over_audit(lease, worker, event) : copy(lease, worker, event)) {
+      if (leases_.find(at->second) == nullptr) {
+        late.erase(at);
+      }
+      return;  // the next worker may copy the rest of this lease
+    }
+    at = audits ? at + 1 : late.erase(at);  // the next worker may audit what this one has rendered itself
+  }
+}
+
+bool Copies::copy(const Lease& lease, Worker& worker, const Event& event) {
+  Job& job = jobs_.at(lease.unit.job);
+  if (lease.is_pilot()) {
+    const bool alone = job.leases().size() == 1;
     if (alone) {
-      grant_pilot(worker, job, now, step);
+      pilots_.grant(worker, job, event);
     }
     return alone;
   }
-  const std::uint32_t wanted = choose_tile_count(lease.unit.range, lease.remaining,
-                                                 job.pixels_of(lease.unit.tiles.front()), aim_for(worker, job, now));
+  const std::uint32_t wanted =
+      choose_tile_count(lease.unit.range, lease.remaining, job.pixels_of(lease.unit.tiles.front()),
+                        scheduler_.aim_for(worker, job, event.now));
   // From its end: its worker works from the front.
-  const LeaseId copy_id = next_lease_id();
+  const LeaseId id = leases_.next_id();
   Unit unit{job.id(), lease.unit.range, {}};
   for (std::size_t i = lease.unit.tiles.size();
-       i-- > 0 && unit.tiles.size() < std::max(wanted, worker.hello.threads);) {
-    if (!lease.done[i] && job.plan->add_copy(copy_id, lease.unit.tiles[i], lease.unit.range)) {
+       i-- > 0 && unit.tiles.size() < std::max(wanted, worker.hello().threads);) {
+    if (!lease.done[i] && job.plan->add_copy(id, lease.unit.tiles[i], lease.unit.range)) {
       unit.tiles.push_back(lease.unit.tiles[i]);
     }
   }
@@ -132,21 +139,18 @@ bool Coordinator::State::copy_lease(const Lease& lease, Worker& worker, Time now
     return false;
   }
   std::sort(unit.tiles.begin(), unit.tiles.end());
-  job.record.counters.copies_leased += unit.tiles.size();
-  Lease& copy = open_lease(worker, job, copy_id, std::move(unit), true, now);
-  send_grant(worker, job, copy, step);
-  put_progress(job, now, step);
+  open_copy(worker, job, {.id = id, .unit = std::move(unit), .copy = true}, event);
   return true;
 }
 
-bool Coordinator::State::take_over_verification(const Lease& lease, Worker& worker, Time now, Step& step) {
-  Job& job = *jobs.at(lease.unit.job);
-  const LeaseId from = lease.id, id = next_lease_id();
-  const Renderer by = renderer_of(worker.hello, job);
+bool Copies::take_over_audit(const Lease& lease, Worker& worker, const Event& event) {
+  Job& job = jobs_.at(lease.unit.job);
+  const LeaseId from = lease.id, id = leases_.next_id();
+  const Renderer by = renderer_of(worker, job);
   Unit unit{job.id(), lease.unit.range, {}};
-  for (std::size_t i = 0; i < lease.unit.tiles.size() && unit.tiles.size() < worker.hello.threads; ++i) {
+  for (std::size_t i = 0; i < lease.unit.tiles.size() && unit.tiles.size() < worker.hello().threads; ++i) {
     const TileId tile = lease.unit.tiles[i];
-    if (!lease.done[i] && job.verifications.take_over({unit.range, tile}, from, id, by)) {
+    if (!lease.done[i] && job.audits.take_over({unit.range, tile}, from, id, by)) {
       unit.tiles.push_back(tile);
     }
   }
@@ -154,14 +158,18 @@ bool Coordinator::State::take_over_verification(const Lease& lease, Worker& work
     return false;
   }
   for (const TileId tile : unit.tiles) {
-    tile_done(from, tile, now, step, false);  // ends the lease with its last tile
+    leases_.tile_done(from, tile, false, event);  // ends the lease with its last tile
   }
-  job.record.counters.copies_leased += unit.tiles.size();
-  Lease& copy = open_lease(worker, job, id, std::move(unit), true, now);
-  copy.verifies = true;
-  send_grant(worker, job, copy, step);
-  put_progress(job, now, step);
+  open_copy(worker, job, {.id = id, .unit = std::move(unit), .copy = true, .audits = true}, event);
   return true;
+}
+
+void Copies::open_copy(Worker& worker, Job& job, Lease lease, const Event& event) {
+  const LeaseId id = lease.id;
+  job.record.counters.copies_leased += lease.unit.tiles.size();
+  leases_.open(worker, job, std::move(lease), event.now);
+  leases_.send_grant(worker, job, id, event);
+  job.store_progress(event);
 }
 
 }  // namespace lightmill

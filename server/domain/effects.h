@@ -1,9 +1,10 @@
-// What the coordinator's pure state machine wants done: rows to store and messages to send.
+// Effects of the coordinator's decisions: rows to store, messages to send, notes for the log.
 #pragma once
 
 #include <memory>
 #include <span>
 #include <string>
+#include <string_view>
 #include <variant>
 #include <vector>
 
@@ -16,7 +17,7 @@
 
 namespace lightmill {
 
-/// All of a job that must outlive the coordinator, pixels apart.
+/// Everything of a job, except pixels, that must outlive the coordinator.
 struct JobRecord {
   JobId id;
   JobSpec spec;  ///< with the current goal and priority
@@ -37,7 +38,7 @@ struct JobRecord {
 struct PutJob {
   JobRecord record;
 };
-/// Updates what changes with every result in a job's row; the row is there.
+/// Updates the part of a job's row that changes with every result. The row exists.
 struct PutProgress {
   JobId job;
   double active_seconds = 0;
@@ -54,17 +55,17 @@ struct PutNode {
   TileId tile;
   std::shared_ptr<const Node> node;
 };
-/// Deletes a node (it was joined with its sibling, or replaced).
+/// Deletes a node: it was joined with its sibling, or replaced.
 struct DropNode {
   NodeKey key;
 };
-/// Who rendered something. Machines are told apart by their name; empty: not known. The class is there for jobs that
-/// allow mixed ones alone, where only workers of one class can be compared.
+/// Worker that rendered something, and its machine; empty: not known. The class is set only for jobs that allow
+/// several: there, only workers of one class can be compared.
 struct Renderer {
   std::string worker, machine, fingerprint_class = {};
   friend auto operator<=>(const Renderer&, const Renderer&) = default;
 };
-/// Records who computed a merged result and its hash.
+/// Records the renderer of a merged result, and its hash.
 struct PutResult {
   NodeKey key;
   Hash128 hash;
@@ -79,20 +80,22 @@ struct PutVerified {
 struct DropResults {
   NodeKey key;
 };
-/// Forgets one recorded result, whose numbers may be none that a key can have.
+/// Forgets one recorded result. Its numbers may be out of a key's range.
 struct DropResultRow {
   JobId job;
   std::int64_t tile = 0, level = 0, index = 0;
   friend bool operator==(const DropResultRow&, const DropResultRow&) = default;
 };
 
-/// A worker that gets nothing to render, nor does any other one on its machine: it was found to have sent wrong bits.
+/// A worker that gets nothing to render, and neither do others on its machine: it has sent wrong bits.
 struct QuarantineRecord {
   Renderer of;
   std::string reason;
   std::int64_t since_unix_ms = 0;
   friend bool operator==(const QuarantineRecord&, const QuarantineRecord&) = default;
 };
+/// Prefix of the reason when an operator, not a failed check, put the worker into quarantine.
+inline constexpr std::string_view kByHand = "put there by ";
 /// Inserts it, or replaces that of the same worker.
 struct PutQuarantine {
   QuarantineRecord record;
@@ -126,7 +129,7 @@ struct Outgoing {
   CoordinatorMessage message;
 };
 
-/// Those that are granted by these messages.
+/// Leases that these messages grant.
 std::vector<LeaseId> leases_granted(std::span<const Outgoing> messages);
 
 /// Something worth a line in the log.
@@ -134,7 +137,7 @@ struct Note {
   enum class Level { info, warning };
   Level level = Level::info;
   std::string text;
-  // Whom it is about, if it is about one.
+  // The job, worker or lease that it is about, if any.
   JobId job{};
   std::string worker = {};
   LeaseId lease{};
@@ -147,26 +150,26 @@ struct WorkerCount {
   std::uint64_t results = 0, leases_lost = 0, pixel_samples = 0;
 };
 
-/// The answer to whoever asked for an inspection.
+/// Answer to the client that asked for an inspection.
 struct InspectionOutcome {
   InspectionId id;
   Result<std::shared_ptr<const Inspection>> found;
 };
 
-/// What one or several events led to. `writes` are applied in order, in one transaction; only when they are durable may
-/// `after_commit` be sent and a client be answered. `now` may be sent at once, before or after.
+/// What one or several events lead to. `writes` are applied in order, in one transaction. Only when they are durable
+/// may `after_commit` be sent and a client be answered. `now` may be sent at once, before or after.
 ///
-/// Steps are committed in the order in which they arose (several may share a transaction), and a step's `after_commit`,
-/// also one without writes, is sent only when all earlier steps are durable: an acknowledgement may stand on an earlier
-/// step's node. Within one session, the messages of `now` keep their order, and those of `after_commit` theirs.
-struct Step {
+/// Effects are committed in the order in which they arose; several may share a transaction. `after_commit`, also of
+/// effects without writes, is sent only when all earlier effects are durable: an acknowledgement may stand on an
+/// earlier node. Within one session, the messages of `now` keep their order, and those of `after_commit` theirs.
+struct Effects {
   std::vector<StoreOp> writes;
   std::vector<Outgoing> now;
   std::vector<Outgoing> after_commit;
-  std::vector<SessionId> hang_ups;           ///< streams to end, at once; the coordinator has done with them
-  std::vector<InspectionOutcome> inspected;  ///< to be told at once: nothing of it is stored
+  std::vector<SessionId> closed;             ///< sessions whose streams are to end at once
+  std::vector<InspectionOutcome> inspected;  ///< to be told at once: none of it is stored
   std::vector<Note> notes;
-  std::vector<WorkerCount> departed;  ///< workers of which nothing is known any more, as they were last
+  std::vector<WorkerCount> departed;  ///< workers that are forgotten, as they were last
 };
 
 /// What a store gives back when a coordinator starts.
@@ -185,14 +188,13 @@ struct StoredState {
   struct StoredJob {
     JobRecord record;
     std::vector<StoredNode> nodes;           ///< the forest, any order
-    std::vector<StoredResult> results = {};  ///< those that it was merged from, any order
+    std::vector<StoredResult> results = {};  ///< that it was merged from, any order
   };
   std::uint64_t epoch = 1;  ///< of the coordinator that starts now: one more than the last
   std::vector<StoredJob> jobs;
   std::uint64_t next_job_id = 1;      ///< never reused, even after deletes
   std::vector<NodeKey> damaged = {};  ///< nodes that were stored, and are left out because they are damaged
-  /// Rows of which it cannot be told any more who rendered them; take_out_nonsense puts the nodes that they went into
-  /// among `damaged`.
+  /// Rows whose renderer is lost. take_out_nonsense puts the nodes that they went into among `damaged`.
   std::vector<DropResultRow> damaged_results = {};
   std::vector<JobId> damaged_jobs = {};           ///< left out: what was stored of them is not what was written
   std::vector<std::string> damaged_entries = {};  ///< tokens and entries of the log that mean nothing, in words
@@ -200,7 +202,7 @@ struct StoredState {
   std::vector<Action> actions = {};  ///< any order
   std::vector<Renderer> renderers = {};
   std::vector<QuarantineRecord> quarantine = {};
-  Sha256 secret = {};  ///< of this store, drawn when it was made: decides which results are verified
+  Sha256 secret = {};  ///< of this store, drawn when it was made: draws the results that are audited
 };
 
 }  // namespace lightmill

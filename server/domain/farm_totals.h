@@ -1,4 +1,4 @@
-// The farm in numbers, for who keeps them and draws them: what it did since its coordinator began, and how it is.
+// Metrics of the farm: totals since its coordinator started, and a snapshot of now.
 #pragma once
 
 #include <array>
@@ -14,11 +14,11 @@ inline constexpr std::array kFirstPictureBounds{0.1, 0.25, 0.5, 1.0, 2.5, 5.0, 1
 
 /// These only grow.
 struct FarmTotals {
-  std::uint64_t units_leased = 0;  ///< also copies, pilots and those that verify
+  std::uint64_t units_leased = 0;  ///< also copies, pilots and audits
   std::uint64_t units_lost = 0;
   std::uint64_t results_merged = 0;
   std::uint64_t results_repeated = 0;  ///< of what was merged before
-  std::uint64_t results_verified = 0;  ///< found right by another machine
+  std::uint64_t results_verified = 0;  ///< another machine had the same bits
   std::uint64_t results_wrong = 0;     ///< that put a worker into quarantine
   std::uint64_t pixel_samples = 0;     ///< merged
   std::uint64_t jobs_failed = 0;
@@ -28,15 +28,16 @@ struct FarmTotals {
 inline constexpr std::array kJobStates{JobState::queued, JobState::running, JobState::paused,
                                        JobState::done,   JobState::failed,  JobState::cancelled};
 
-struct FarmCensus {
+/// The farm at one moment.
+struct FarmSnapshot {
   std::array<std::uint64_t, kJobStates.size()> jobs{};  ///< by JobState
   std::uint64_t units_out = 0;
-  /// Of jobs that go on, but those that time alone ends: neither rendered nor leased, as far as is known now.
+  /// Neither rendered nor leased, of jobs that go on. Jobs that time alone ends do not count.
   std::uint64_t free_pixel_samples = 0;
   // Workers that are connected.
   std::uint64_t rendering = 0, idle = 0, draining = 0, quarantined = 0;
   std::uint64_t threads = 0;
-  double results_rate = 0;  ///< bytes a second that all workers are to send together at most
+  double results_rate = 0;  ///< bytes a second that all workers together may send
 };
 
 }  // namespace lightmill

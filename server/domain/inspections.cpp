@@ -2,11 +2,12 @@
 
 #include <algorithm>
 
-#include "server/domain/notes.h"
-
 namespace lightmill {
 
 Result<InspectionId> Inspections::add(const std::string& caller, InspectionRequest request, Time now) {
+  if (std::ranges::none_of(workers_.all(), [](const auto& entry) { return entry.second.may_inspect(); })) {
+    return unavailable("no worker is here that could read the scene: start one");
+  }
   if (waiting_.size() >= limits_.most) {
     return resource_exhausted("{} scenes wait to be read already: try again later", waiting_.size());
   }
@@ -19,19 +20,17 @@ Result<InspectionId> Inspections::add(const std::string& caller, InspectionReque
   return id;
 }
 
-void Inspections::forget(InspectionId id) {
-  waiting_.erase(id);
-}
-
-bool Inspections::waiting() const {
-  return std::ranges::any_of(waiting_, [](const auto& each) { return !each.second.reader; });
-}
-
-void Inspections::serve(std::span<const Candidate> candidates, Time now, Step& step) {
-  std::vector<Candidate> free;
-  std::ranges::copy_if(candidates, std::back_inserter(free),
-                       [&](const Candidate& each) { return !busy_.contains(each.session); });
-  std::ranges::stable_sort(free, {}, &Candidate::leases);
+void Inspections::serve(const Event& event) {
+  if (std::ranges::all_of(waiting_, [](const auto& each) { return each.second.reader.has_value(); })) {
+    return;
+  }
+  std::vector<const Worker*> free;
+  for (const auto& [name, worker] : workers_.all()) {
+    if (worker.may_inspect() && !worker.silent() && !busy_.contains(*worker.session())) {
+      free.push_back(&worker);
+    }
+  }
+  std::ranges::stable_sort(free, {}, [](const Worker* worker) { return worker->leases().size(); });
   auto next = free.begin();
   for (auto& [id, waiting] : waiting_) {
     if (waiting.reader) {
@@ -40,26 +39,25 @@ void Inspections::serve(std::span<const Candidate> candidates, Time now, Step& s
     if (next == free.end()) {
       return;
     }
-    waiting.reader = next->session;
-    waiting.deadline = now + limits_.reading;
-    busy_[next->session] = id;
-    step.now.push_back({next->session, InspectGrant{id, waiting.request}});
-    note(step, Note::Level::info, about(next->worker), "worker {} reads the scene files of inspection {}", next->worker,
-         id.value);
-    ++next;
+    const Worker& reader = **next++;
+    waiting.reader = reader.session();
+    waiting.deadline = event.now + limits_.reading;
+    busy_[*reader.session()] = id;
+    event.send(*reader.session(), InspectGrant{id, waiting.request});
+    event.info(about(reader.name()), "worker {} reads the scene files of inspection {}", reader.name(), id.value);
   }
 }
 
-void Inspections::report(SessionId session, const InspectReport& report, Step& step) {
+void Inspections::report(SessionId session, const InspectReport& report, const Event& event) {
   const auto busy = busy_.find(session);
   if (busy == busy_.end() || busy->second != report.inspection) {
     return;  // taken for lost meanwhile
   }
   busy_.erase(busy);
-  answer(report.inspection, report.found, step);
+  answer(report.inspection, report.found, event);
 }
 
-void Inspections::left(SessionId session, bool lost, Time now, Step& step) {
+void Inspections::left(SessionId session, bool lost, const Event& event) {
   const auto busy = busy_.find(session);
   if (busy == busy_.end()) {
     return;
@@ -72,23 +70,22 @@ void Inspections::left(SessionId session, bool lost, Time now, Step& step) {
   }
   Waiting& waiting = found->second;
   waiting.reader.reset();
-  waiting.deadline = now + limits_.patience;
+  waiting.deadline = event.now + limits_.patience;
   waiting.lost += lost ? 1 : 0;
   if (waiting.lost >= limits_.losses) {
-    note(step, Note::Level::warning, Subject{}, "inspection {} is given up: {} workers were lost with it", id.value,
-         waiting.lost);
+    event.warn({}, "inspection {} is given up: {} workers were lost with it", id.value, waiting.lost);
     answer(id,
            unavailable("{} workers were lost while they read these files; they may be too large, or damaged in a way "
                        "that nothing expects",
                        waiting.lost),
-           step);
+           event);
   }
 }
 
-void Inspections::tick(Time now, Step& step) {
+void Inspections::tick(const Event& event) {
   std::vector<InspectionId> late;
   for (const auto& [id, waiting] : waiting_) {
-    if (now >= waiting.deadline) {
+    if (event.now >= waiting.deadline) {
       late.push_back(id);
     }
   }
@@ -99,7 +96,7 @@ void Inspections::tick(Time now, Step& step) {
                             to_seconds(limits_.reading))
                : unavailable("no worker has had time to read these files within {:.0f} s: try again later",
                              to_seconds(limits_.patience)),
-           step);
+           event);
   }
 }
 
@@ -111,9 +108,9 @@ std::optional<Time> Inspections::next_deadline() const {
   return next;
 }
 
-void Inspections::answer(InspectionId id, Result<std::shared_ptr<const Inspection>> found, Step& step) {
+void Inspections::answer(InspectionId id, Result<std::shared_ptr<const Inspection>> found, const Event& event) {
   if (waiting_.erase(id) > 0) {
-    step.inspected.push_back({id, std::move(found)});
+    event.effects.inspected.push_back({id, std::move(found)});
   }
 }
 

@@ -1,15 +1,14 @@
-// Scene files that wait for a worker to read them: in memory alone, and nothing to do with jobs.
+// Inspections: scene files that wait for a worker to read them. In memory alone, and unrelated to jobs.
 #pragma once
 
 #include <map>
 #include <memory>
 #include <optional>
-#include <span>
 #include <string>
 
 #include "common/base/clock.h"
 #include "common/base/status.h"
-#include "server/domain/effects.h"
+#include "server/domain/workers.h"
 
 namespace lightmill {
 
@@ -21,33 +20,25 @@ struct InspectionLimits {
   std::uint32_t losses = 2;  ///< with which so many workers were lost is not given to another
 };
 
-/// One at a time per worker; the oldest first. Each that was added is answered once, in a step's `inspected`, unless it
-/// is forgotten. Pure, as Coordinator is.
+/// Each worker reads one at a time; the oldest goes first. Each is answered once, among the effects (`inspected`),
+/// unless it is forgotten.
 class Inspections {
  public:
-  /// A worker that may be given one.
-  struct Candidate {
-    std::string worker;
-    SessionId session;
-    std::size_t leases = 0;
-  };
-
   /// Numbers count up from `first`.
-  explicit Inspections(std::uint64_t first = 1, const InspectionLimits& limits = {}) : limits_(limits), next_(first) {}
+  Inspections(const WorkerRegistry& workers, std::uint64_t first) : workers_(workers), next_(first) {}
 
-  /// RESOURCE_EXHAUSTED. `caller` is whoever is to have no more than their share.
+  /// UNAVAILABLE without a worker that reads scene files, RESOURCE_EXHAUSTED. Each caller has a share of what may wait.
   Result<InspectionId> add(const std::string& caller, InspectionRequest request, Time now);
-  /// Nobody waits for it any more.
-  void forget(InspectionId id);
+  /// The caller does not wait for it any more.
+  void forget(InspectionId id) { waiting_.erase(id); }
 
-  /// Gives what waits to those that have none, fewest leases first.
-  void serve(std::span<const Candidate> candidates, Time now, Step& step);
-  void report(SessionId session, const InspectReport& report, Step& step);
-  /// The session will report nothing. `lost`: what it read may be why.
-  void left(SessionId session, bool lost, Time now, Step& step);
-  void tick(Time now, Step& step);
+  /// Gives inspections that wait to workers that have none, fewest leases first.
+  void serve(const Event& event);
+  void report(SessionId session, const InspectReport& report, const Event& event);
+  /// The session will report nothing. `lost`: the files that it read may be why.
+  void left(SessionId session, bool lost, const Event& event);
+  void tick(const Event& event);
   std::optional<Time> next_deadline() const;
-  bool waiting() const;
 
  private:
   struct Waiting {
@@ -57,12 +48,13 @@ class Inspections {
     std::optional<SessionId> reader;
     std::uint32_t lost = 0;
   };
-  void answer(InspectionId id, Result<std::shared_ptr<const Inspection>> found, Step& step);
+  void answer(InspectionId id, Result<std::shared_ptr<const Inspection>> found, const Event& event);
 
-  const InspectionLimits limits_;
+  const InspectionLimits limits_{};
+  const WorkerRegistry& workers_;
   std::uint64_t next_;
   std::map<InspectionId, Waiting> waiting_;
-  std::map<SessionId, InspectionId> busy_;  ///< also with those that nobody waits for any more
+  std::map<SessionId, InspectionId> busy_;  ///< also with inspections that were forgotten
 };
 
 }  // namespace lightmill

@@ -7,7 +7,7 @@
 #include "common/base/text.h"
 #include "common/farm/film_rules.h"
 #include "common/methods/spec/method_spec.h"
-#include "server/domain/coordinator_state.h"
+#include "server/domain/jobs.h"
 
 namespace lightmill {
 namespace {

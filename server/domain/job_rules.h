@@ -1,4 +1,4 @@
-// What a job may be, and small facts read off it. Private to server/domain.
+// Rules of what a job may be, and figures that follow from its spec or its film. Private to server/domain.
 #pragma once
 
 #include <span>
@@ -12,7 +12,7 @@
 
 namespace lightmill {
 
-struct Job;
+class Job;
 
 /// What a frame may have at most, so that no tile has more than kMaxSamples.
 std::uint64_t most_samples(const Goal& goal);

@@ -1,17 +1,15 @@
-// How the method of a job is chosen, and what part of its samples each tile gets: by a pilot, which is a lease without
-// tiles.
-#include "common/base/text.h"
-#include "server/domain/coordinator_state.h"
+#include "server/domain/pilots.h"
+
+#include <fmt/ranges.h>
+
+#include "server/domain/eligibility.h"
 
 namespace lightmill {
 namespace {
 
-/// As of one result: see results.cpp.
+/// As of one result: see result_intake.cpp.
 constexpr double kMaxPilotSeconds = 1e7;
 constexpr std::size_t kMaxPilotReasonBytes = 1024;
-/// A worker that has lost two pilots gets its next one so much later; each further loss doubles it, up to the most.
-constexpr Duration kLeastHold = std::chrono::milliseconds(500);
-constexpr Duration kMostHold = std::chrono::seconds(32);
 
 Status check_pilot(const Job& job, const PilotReport& report) {
   const std::vector<std::string>& methods = job.record.method_notes.candidates;
@@ -39,74 +37,49 @@ Status check_pilot(const Job& job, const PilotReport& report) {
 
 }  // namespace
 
-bool Coordinator::State::may_pilot(const Worker& worker, const Job& job, Time now) const {
-  return now >= worker.pilots_from && may_render(worker, job);
+bool Pilots::may_have(const Worker& worker, const Job& job, Time now) {
+  return now >= worker.pilots_from() && may_render(worker, job);
 }
 
-void Coordinator::State::hold_pilots_back(Worker& worker, Time now) const {
-  if (++worker.pilots_lost > 1) {
-    // Its next heartbeat after that asks again.
-    worker.pilots_from = now + std::min(kLeastHold * (1 << std::min(worker.pilots_lost - 2, 16u)), kMostHold);
-  }
-}
-
-/// Whoever gets the pilot also fixes the job's class. Whatever is lost on the way, it is granted again and comes to the
-/// same, because it is a function of the job alone.
-void Coordinator::State::grant_pilot(Worker& worker, Job& job, Time now, Step& step) {
+void Pilots::grant(Worker& worker, Job& job, const Event& event) {
   if (job.record.fingerprint_class.empty()) {
-    start_job(job, worker, step);
+    life_.start(job, worker, event);
   }
   const std::vector<std::string>& methods = job.record.method_notes.candidates;
-  const LeaseId id = next_lease_id();
-  Lease& lease = open_lease(worker, job, id, Unit{job.id(), {}, {}}, false, now);
-  lease.alone = is_suspect(job.suspicion_of_pilot);
-  wait_until_sent(worker, job, lease);
-  send_after_commit(step, *worker.session,
-                    PilotGrant{id, job.id(), job.record.spec.settings, methods, job.record.spec.goal.adaptive});
-  note(step, Note::Level::info, about(job.id(), worker.hello.name), "worker {} {} {} for job {}", worker.hello.name,
-       methods.size() > 1 ? "compares" : "looks for the noise of", fmt::join(methods, " and "), job.id().value);
-  refresh_queue(job);
+  const LeaseId id = leases_.next_id();
+  leases_.open(worker, job, {.id = id, .unit = {job.id(), {}, {}}, .alone = job.losses.pilot_is_suspect()}, event.now);
+  leases_.wait_for_commit(worker, job, id);
+  event.send_after_commit(*worker.session(),
+                          PilotGrant{id, job.id(), job.record.spec.settings, methods, job.record.spec.goal.adaptive});
+  event.info(about(job.id(), worker.name()), "worker {} {} {} for job {}", worker.name(),
+             methods.size() > 1 ? "compares" : "looks for the noise of", fmt::join(methods, " and "), job.id().value);
+  queue_.refresh(job);
 }
 
-void Coordinator::State::on_pilot(Worker& worker, const PilotReport& report, Time now, Step& step) {
-  const auto found = leases.find(report.lease);
-  if (found == leases.end() || found->second.worker != worker.hello.name || !found->second.unit.tiles.empty()) {
-    return;  // taken for lost meanwhile
+Result<bool> Pilots::report(Worker& worker, const PilotReport& report, const Event& event) {
+  const Lease* const lease = leases_.find(report.lease);
+  if (lease == nullptr || lease->worker != worker.name() || !lease->is_pilot()) {
+    return false;
   }
-  Job& job = *jobs.at(found->second.unit.job);
-  MethodNotes& notes = job.record.method_notes;
+  Job& job = jobs_.at(lease->unit.job);
   if (const Status status = check_pilot(job, report); !status.ok()) {
-    note(step, Note::Level::warning, about(job.id(), worker.hello.name),
-         "worker {}: the pilot of job {} is dropped: {}", worker.hello.name, job.id().value, message_of(status));
-    distrust(*worker.session, report.lease, status, now, step);
-    return;
+    event.warn(about(job.id(), worker.name()), "worker {}: the pilot of job {} is dropped: {}", worker.name(),
+               job.id().value, message_of(status));
+    return status;
   }
-  worker.pilots_lost = 0;
-  job.suspicion_of_pilot = {};
-  end_lease(report.lease, false, false, now, step);
-  while (!job.leases.empty()) {  // its copy, or what it was a copy of
-    const LeaseId other = *job.leases.begin();
-    end_lease(other, true, leases.at(other).abandoned, now, step);
+  worker.pilot_came();
+  job.losses.pilot_came();
+  leases_.end(report.lease, {}, event);
+  while (!job.leases().empty()) {  // its copy, or the lease that it is a copy of
+    const LeaseId other = *job.leases().begin();
+    leases_.end(other, {.cancel = true, .lost = leases_.at(other).abandoned}, event);
   }
-  job.record.spec.settings.method = notes.candidates[report.choice];
-  for (const std::string& reason : report.reasons) {
-    notes.reasons.push_back(printable(reason));
-  }
-  notes.candidates.clear();
-  if (!report.allocation.even()) {
-    job.record.allocation = report.allocation;
-    job.film = Film(job.film.grid(), job.film.layout(), report.allocation);
-    job.plan->set_goal(job.samples_wanted_now());
-  }
-  job.record.worker_seconds += report.seconds;
-  job.digest = render_digest(job.record.spec.settings, job.record.fingerprint_class);
-  job.digest_durable = false;  // leases wait until the method is stored
-  put_job(job, step);
-  note(step, Note::Level::info, about(job.id()), "job {} is rendered by {}: {}", job.id().value,
-       job.record.spec.settings.method, fmt::join(notes.reasons, "; "));
-  refresh_queue(job);
-  serve(worker, now, step);
-  serve_all(now, step);
+  job.choose_method(report);
+  job.store(event);
+  event.info(about(job.id()), "job {} is rendered by {}: {}", job.id().value, job.record.spec.settings.method,
+             fmt::join(job.record.method_notes.reasons, "; "));
+  queue_.refresh(job);
+  return true;
 }
 
 }  // namespace lightmill

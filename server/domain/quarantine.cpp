@@ -1,116 +1,115 @@
-// Who gets nothing to render: workers that were found to be wrong, or put there by hand, and all others on their
-// machines.
-#include "server/domain/coordinator_state.h"
+#include "server/domain/quarantine.h"
 
 namespace lightmill {
-namespace {
 
-bool shares_guilt(const Renderer& guilty, const Renderer& other) {
-  return other.worker == guilty.worker || (!guilty.machine.empty() && other.machine == guilty.machine);
-}
-
-}  // namespace
-
-bool Coordinator::State::in_quarantine(const Renderer& renderer) const {
-  return std::ranges::any_of(quarantine, [&](const auto& entry) { return shares_guilt(entry.second.of, renderer); });
-}
-
-std::string Coordinator::State::reason_for_quarantine(const Renderer& renderer) const {
-  if (const auto own = quarantine.find(renderer.worker); own != quarantine.end()) {
-    return own->second.reason;
+void Quarantine::put(const Renderer& guilty, const std::string& reason, const Event& event) {
+  const QuarantineRecord record{{guilty.worker, guilty.machine}, reason, event.unix_ms};
+  if (list_.put(record)) {
+    event.store(PutQuarantine{record});
+    event.warn(about(guilty.worker), "worker {} is in quarantine, with all on its machine: {}", guilty.worker, reason);
   }
-  for (const auto& [worker, record] : quarantine) {
-    if (shares_guilt(record.of, renderer)) {
-      return fmt::format("it is on the machine of {}: {}", record.of.worker, record.reason);
+  std::vector<std::string> held;
+  for (auto& [name, worker] : workers_.all()) {
+    if (shares_guilt(guilty, worker.renderer())) {
+      hold(worker, reason, event);
+      held.push_back(name);
     }
   }
-  return "";
+  for (const std::string& name : held) {
+    workers_.forget_if_gone(name, event);  // it was known for its leases alone
+  }
+  let_go(event);  // workers of this name that are on another machine now
 }
 
-void Coordinator::State::put_in_quarantine(const Renderer& guilty, const std::string& reason, Time now, Step& step) {
-  const auto known = quarantine.find(guilty.worker);
-  const bool proven = !reason.starts_with(Coordinator::kByHand);
-  // What somebody has put there and what is then found to be wrong is there because it is wrong.
-  if (known == quarantine.end() || known->second.of.machine != guilty.machine ||
-      (proven && known->second.reason.starts_with(Coordinator::kByHand))) {
-    const QuarantineRecord record{{guilty.worker, guilty.machine}, reason, unix_ms(now)};
-    quarantine[guilty.worker] = record;
-    step.writes.push_back(PutQuarantine{record});
-    note(step, Note::Level::warning, about(guilty.worker), "worker {} is in quarantine, with all on its machine: {}",
-         guilty.worker, reason);
-  }
-  std::vector<std::string> held_back;
-  for (auto& [name, worker] : workers) {
-    if (shares_guilt(guilty, renderer_of(worker.hello))) {
-      hold_in_quarantine(worker, reason, now, step);
-      held_back.push_back(name);
-    }
-  }
-  for (const std::string& name : held_back) {
-    forget_if_gone(name, step);  // it was known for its leases alone
-  }
-  let_go(now, step);  // of a worker that is on another machine now
-}
-
-void Coordinator::State::hold_in_quarantine(Worker& worker, const std::string& reason, Time now, Step& step) {
-  if (worker.quarantined) {
+void Quarantine::hold(Worker& worker, const std::string& reason, const Event& event) {
+  if (worker.quarantined()) {
     return;
   }
-  if (counts(worker)) {
-    farm_threads -= worker.hello.threads;
+  workers_.quarantine(worker, true);
+  while (!worker.leases().empty()) {
+    const LeaseId id = *worker.leases().begin();
+    Job& job = jobs_.at(leases_.at(id).unit.job);
+    leases_.end(id, {.cancel = true}, event);
+    job.store_progress(event);
+    life_.look_again(job.id());  // the lease may have been the last of a job whose time is up
   }
-  worker.quarantined = true;
-  idle.erase(worker.hello.name);
-  while (!worker.leases.empty()) {
-    const LeaseId id = *worker.leases.begin();
-    Job& job = *jobs.at(leases.at(id).unit.job);
-    end_lease(id, true, false, now, step);
-    put_progress(job, now, step);
-    ending.insert(job.id());  // of one whose time is up it may have been the last
-  }
-  if (worker.session) {
-    send_after_commit(step, *worker.session,
-                      Notice{fmt::format("in quarantine, this worker gets nothing to render: {}", reason)});
+  if (worker.session()) {
+    event.send_after_commit(*worker.session(),
+                            Notice{fmt::format("in quarantine, this worker gets nothing to render: {}", reason)});
   }
 }
 
-void Coordinator::State::undo_work_of(const Renderer& guilty, Time now, Step& step) {
-  std::vector<bool> shares(renderers.size());
-  for (std::size_t i = 0; i < renderers.size(); ++i) {
-    shares[i] = shares_guilt(guilty, renderers[i]);
+void Quarantine::let_go(const Event& event) {
+  for (auto& [name, worker] : workers_.all()) {
+    if (worker.quarantined() && !list_.contains(worker.renderer())) {
+      workers_.quarantine(worker, false);
+      if (worker.session()) {
+        event.send_after_commit(*worker.session(), Notice{"released from quarantine"});
+      }
+      scheduler_.serve(worker, event);
+    }
   }
-  for (auto& [id, job] : jobs) {
+}
+
+void Quarantine::resolve(Job& job, const NodeKey& key, const Dispute& dispute, const Event& event) {
+  if (dispute.agreed.empty() && !dispute.wrong.empty()) {
+    accuse_program(job, key, dispute, event);
+    return;
+  }
+  for (const Claim& claim : dispute.wrong) {
+    if (claim.by.worker.empty()) {
+      event.warn(about(job.id()), "{}: what several workers' results were joined to is wrong; it is rendered again",
+                 describe_place(job, key.tile, key.range));
+      drop_node(job, key.tile, key.range, event);
+    } else {
+      ++totals_.results_wrong;
+      put(claim.by,
+          fmt::format("its {} differ from what {} have rendered alike", describe_place(job, key.tile, key.range),
+                      describe_renderers(dispute.agreed)),
+          event);
+      undo_work_of(claim.by, event);
+    }
+  }
+}
+
+void Quarantine::accuse_program(Job& job, const NodeKey& key, const Dispute& dispute, const Event& event) {
+  drop_node(job, key.tile, key.range, event);
+  life_.pause(
+      job,
+      fmt::format("{} came out in {} ways, on {}: that is the program's fault, not a worker's; please report it. "
+                  "Resumed, the job renders them again",
+                  describe_place(job, key.tile, key.range), dispute.wrong.size(), describe_renderers(dispute.wrong)),
+      event);
+  event.warn(about(job.id()), "job {} is paused: {}", job.id().value, job.record.reason);
+}
+
+void Quarantine::undo_work_of(const Renderer& guilty, const Event& event) {
+  for (const auto& [id, job] : jobs_.all()) {
     const JobState state = job->record.state;
     if (state == JobState::failed || state == JobState::cancelled) {
-      continue;  // nobody renders it again
+      continue;  // it is not rendered again
     }
-    job->verifications.retract([&](const Renderer& by) { return shares_guilt(guilty, by); });
-    refresh_queue(*job);
-    std::vector<std::pair<TileId, SampleRange>> tainted;
-    for (const auto& [place, parts] : job->parts) {
-      if (std::ranges::any_of(parts, [&](std::uint32_t part) { return shares[part]; })) {
-        tainted.push_back(place);
-      }
-    }
+    job->audits.retract([&](const Renderer& by) { return shares_guilt(guilty, by); });
+    queue_.refresh(*job);
+    const std::vector<Provenance::Place> tainted = provenance_.nodes_of(id, guilty);
     if (tainted.empty()) {
       continue;
     }
     for (const auto& [tile, range] : tainted) {
-      drop_node_with(*job, tile, range, now, step);
+      drop_node(*job, tile, range, event);
     }
-    note(step, Note::Level::warning, about(id, guilty.worker),
-         "job {}: {} nodes of its film, with results of {}, are rendered again", id.value, tainted.size(),
-         describe_renderer(guilty));
+    event.warn(about(id, guilty.worker), "job {}: {} nodes of its film, with results of {}, are rendered again",
+               id.value, tainted.size(), describe_renderer(guilty));
     if (state == JobState::done) {
-      reopen_done(*job, now);
+      life_.reopen(*job, event.now);
     }
-    put_job(*job, step);
-    refresh_queue(*job);
-    ending.insert(id);  // what is left may be all that is wanted
+    job->store(event);
+    queue_.refresh(*job);
+    life_.look_again(id);  // the samples that are left may be all that is wanted
   }
 }
 
-void Coordinator::State::drop_node_with(Job& job, TileId tile, SampleRange within, Time now, Step& step) {
+void Quarantine::drop_node(Job& job, TileId tile, SampleRange within, const Event& event) {
   const std::vector<NodePtr>& forest = job.film.forest(tile);
   const auto node = std::ranges::find_if(forest, [&](const NodePtr& each) { return each->range.contains(within); });
   if (node == forest.end()) {
@@ -121,13 +120,13 @@ void Coordinator::State::drop_node_with(Job& job, TileId tile, SampleRange withi
   ++job.record.counters.nodes_dropped;
   const auto before = static_cast<double>(job.film.pixel_samples());
   job.film.drop(tile, range);
-  give_back_seconds(job, static_cast<double>(job.film.pixel_samples()) / before, now);
-  job.parts.erase({tile, range});
-  step.writes.push_back(DropNode{{job.id(), tile, range}});
-  step.writes.push_back(DropResults{{job.id(), tile, range}});
-  for (const auto& [place, lease] : job.verifications.close_within(tile, range)) {
+  job.keep_time(static_cast<double>(job.film.pixel_samples()) / before, event.now);
+  provenance_.dropped(job.id(), tile, range);
+  event.store(DropNode{{job.id(), tile, range}});
+  event.store(DropResults{{job.id(), tile, range}});
+  for (const auto& [place, lease] : job.audits.close_within(tile, range)) {
     if (lease) {
-      tile_done(*lease, tile, now, step, false);
+      leases_.tile_done(*lease, tile, false, event);
     }
   }
   if (job.plan) {
@@ -136,80 +135,44 @@ void Coordinator::State::drop_node_with(Job& job, TileId tile, SampleRange withi
   ++job.version;
 }
 
-void Coordinator::State::give_back_seconds(Job& job, double kept, Time now) {
-  if (job.record.spec.goal.seconds == 0) {
-    return;
-  }
-  job.record.active_seconds = kept * job.active_seconds(now);
-  if (job.active_since) {
-    job.active_since = now;
-  }
-  if (job.plan && job.plan->closed() && !job.time_is_up(now)) {
-    job.plan->set_goal(job.samples_wanted_now());
-  }
-}
+// ---- requests ----
 
-Status Coordinator::quarantine_worker(const std::string& name, const std::string& reason, bool render_again, Time now,
-                                      Step& step) {
+Status Quarantine::put(const std::string& name, const std::string& reason, bool render_again, const Event& event) {
   Renderer of{name, ""};
-  if (const Worker* const worker = state_->find_worker(name)) {
-    of = {name, machine_of(worker->hello)};
-  } else if (const auto known = state_->quarantine.find(name); known != state_->quarantine.end()) {
-    of = known->second.of;
+  if (const Worker* const worker = workers_.find(name)) {
+    of = worker->renderer();
+  } else if (const QuarantineRecord* const known = list_.find(name)) {
+    of = known->of;
+  } else if (const std::optional<Renderer> rendered = provenance_.find(name); rendered && !name.empty()) {
+    of.machine = rendered->machine;
   } else {
-    const auto rendered = std::ranges::find(state_->renderers, name, &Renderer::worker);
-    if (name.empty() || rendered == state_->renderers.end()) {
-      return not_found("there is no worker '{}', and there was none of which the farm has results", name);
-    }
-    of = {name, rendered->machine};
+    return not_found("there is no worker '{}', and there was none of which the farm has results", name);
   }
-  state_->put_in_quarantine(of, reason, now, step);
+  put(of, reason, event);
   if (render_again) {
-    state_->undo_work_of(of, now, step);
+    undo_work_of(of, event);
   }
-  state_->serve_all(now, step);
+  scheduler_.serve_all(event);
   return ok_status();
 }
 
-Status Coordinator::release_worker(const std::string& name, Time now, Step& step) {
-  State& state = *state_;
+Status Quarantine::release(const std::string& name, const Event& event) {
   Renderer of{name, ""};
-  if (const Worker* const worker = state.find_worker(name)) {
-    of.machine = machine_of(worker->hello);
-  } else if (const auto record = state.quarantine.find(name); record != state.quarantine.end()) {
-    of.machine = record->second.of.machine;  // it is away, and others of its machine may be here
+  if (const Worker* const worker = workers_.find(name)) {
+    of = worker->renderer();
+  } else if (const QuarantineRecord* const known = list_.find(name)) {
+    of.machine = known->of.machine;  // it is away, and others of its machine may be here
   }
-  std::vector<std::string> ended;
-  for (const auto& [worker, record] : state.quarantine) {
-    if (shares_guilt(record.of, of)) {
-      ended.push_back(worker);
-    }
-  }
-  if (ended.empty()) {
+  const std::vector<std::string> released = list_.release(of);
+  if (released.empty()) {
     return not_found("there is no worker '{}' in quarantine", name);
   }
-  for (const std::string& worker : ended) {
-    state.quarantine.erase(worker);
-    step.writes.push_back(DropQuarantine{worker});
-    note(step, Note::Level::info, about(worker), "worker {} is released from quarantine", worker);
+  for (const std::string& worker : released) {
+    event.store(DropQuarantine{worker});
+    event.info(about(worker), "worker {} is released from quarantine", worker);
   }
-  state.let_go(now, step);
+  let_go(event);
   return ok_status();
-}
-
-void Coordinator::State::let_go(Time now, Step& step) {
-  for (auto& [each, worker] : workers) {
-    if (worker.quarantined && !in_quarantine(renderer_of(worker.hello))) {
-      worker.quarantined = false;
-      if (counts(worker)) {
-        farm_threads += worker.hello.threads;
-      }
-      if (worker.session) {
-        send_after_commit(step, *worker.session, Notice{"released from quarantine"});
-      }
-      serve(worker, now, step);
-    }
-  }
 }
 
 }  // namespace lightmill

@@ -45,7 +45,7 @@ Result<Task> read_extension(JobId job, const std::string& body) {
   v1::ExtendJobRequest request;
   LM_RETURN_IF_ERROR(read_json(body, request));
   return [job, to = Extension{request.samples(), request.error()}](Turn& turn) {
-    return turn.farm.extend(job, to, turn.now, turn.step);
+    return turn.farm.extend(job, to, turn.now, turn.effects);
   };
 }
 
@@ -53,7 +53,7 @@ Result<Task> read_priority(JobId job, const std::string& body) {
   v1::SetPriorityRequest request;
   LM_RETURN_IF_ERROR(read_json(body, request));
   return [job, priority = request.priority()](Turn& turn) {
-    return turn.farm.set_priority(job, priority, turn.now, turn.step);
+    return turn.farm.set_priority(job, priority, turn.now, turn.effects);
   };
 }
 
@@ -61,8 +61,8 @@ Result<Task> read_deletion(JobId job, const std::string& body) {
   v1::DeleteJobRequest request;
   LM_RETURN_IF_ERROR(read_json(body, request));
   return [job, cancel = request.cancel()](Turn& turn) {
-    return cancel ? turn.farm.discard(job, turn.now, turn.unix_ms, turn.step)
-                  : turn.farm.remove(job, turn.now, turn.step);
+    return cancel ? turn.farm.discard(job, turn.now, turn.unix_ms, turn.effects)
+                  : turn.farm.remove(job, turn.now, turn.effects);
   };
 }
 
@@ -72,7 +72,7 @@ Result<Task> read_quarantine(const std::string& name, const Identity& caller, co
   request.set_name(name);
   LM_ASSIGN_OR_RETURN(const Quarantining asked, from_wire(request, caller));
   return [asked](Turn& turn) {
-    return turn.farm.quarantine_worker(asked.worker, asked.reason, asked.render_again, turn.now, turn.step);
+    return turn.farm.quarantine_worker(asked.worker, asked.reason, asked.render_again, turn.now, turn.effects);
   };
 }
 
@@ -85,17 +85,17 @@ constexpr std::array<JobChange, 6> kActions{{
     {"/pause", Rpc::pause_job,
      [](JobId job, const std::string& body) -> Result<Task> {
        LM_RETURN_IF_ERROR(read_nothing<v1::PauseJobRequest>(body));
-       return [job](Turn& turn) { return turn.farm.pause(job, turn.now, turn.step); };
+       return [job](Turn& turn) { return turn.farm.pause(job, turn.now, turn.effects); };
      }},
     {"/resume", Rpc::resume_job,
      [](JobId job, const std::string& body) -> Result<Task> {
        LM_RETURN_IF_ERROR(read_nothing<v1::ResumeJobRequest>(body));
-       return [job](Turn& turn) { return turn.farm.resume(job, turn.now, turn.step); };
+       return [job](Turn& turn) { return turn.farm.resume(job, turn.now, turn.effects); };
      }},
     {"/cancel", Rpc::cancel_job,
      [](JobId job, const std::string& body) -> Result<Task> {
        LM_RETURN_IF_ERROR(read_nothing<v1::CancelJobRequest>(body));
-       return [job](Turn& turn) { return turn.farm.cancel(job, turn.now, turn.unix_ms, turn.step); };
+       return [job](Turn& turn) { return turn.farm.cancel(job, turn.now, turn.unix_ms, turn.effects); };
      }},
     {"/extend", Rpc::extend_job, read_extension},
     {"/priority", Rpc::set_priority, read_priority},
@@ -112,13 +112,13 @@ constexpr std::array<WorkerChange, 3> kWorkerActions{{
     {"/drain", Rpc::drain_worker,
      [](const std::string& name, const Identity&, const std::string& body) -> Result<Task> {
        LM_RETURN_IF_ERROR(read_nothing<v1::DrainWorkerRequest>(body));
-       return [name](Turn& turn) { return turn.farm.drain_worker(name, turn.now, turn.step); };
+       return [name](Turn& turn) { return turn.farm.drain_worker(name, turn.now, turn.effects); };
      }},
     {"/quarantine", Rpc::quarantine_worker, read_quarantine},
     {"/release", Rpc::release_worker,
      [](const std::string& name, const Identity&, const std::string& body) -> Result<Task> {
        LM_RETURN_IF_ERROR(read_nothing<v1::ReleaseWorkerRequest>(body));
-       return [name](Turn& turn) { return turn.farm.release_worker(name, turn.now, turn.step); };
+       return [name](Turn& turn) { return turn.farm.release_worker(name, turn.now, turn.effects); };
      }},
 }};
 
@@ -376,7 +376,7 @@ void JsonApi::show_metrics(const ApiRequest& request, Reply reply) {
     return reply(error_reply(call.status()));
   }
   desk_.ask(std::move(reply), [&loop = loop_, version = greeting_.version](Turn& turn, const FarmReply& back) {
-    back.compute([farm = FarmMetrics{turn.farm.totals(), turn.farm.census(), turn.farm.wanted_workers(turn.now),
+    back.compute([farm = FarmMetrics{turn.farm.totals(), turn.farm.snapshot(), turn.farm.wanted_workers(turn.now),
                                      turn.farm.held().empty()},
                   &loop, version] {
       return ApiReply{200, std::string(kMetricsType),

@@ -88,25 +88,25 @@ void add_work(const FarmTotals& totals, MetricLines& out) {
 }
 
 void add_farm(const FarmMetrics& farm, MetricLines& out) {
-  const FarmCensus& census = farm.census;
+  const FarmSnapshot& snapshot = farm.snapshot;
   out.begin("lightmill_jobs", "Jobs by their state.", "gauge");
-  for (std::size_t i = 0; i < census.jobs.size(); ++i) {
-    out.line(fmt::format("lightmill_jobs{{state=\"{}\"}}", kStateNames[i]), static_cast<double>(census.jobs[i]));
+  for (std::size_t i = 0; i < snapshot.jobs.size(); ++i) {
+    out.line(fmt::format("lightmill_jobs{{state=\"{}\"}}", kStateNames[i]), static_cast<double>(snapshot.jobs[i]));
   }
-  out.gauge("lightmill_units_out", "Units that workers have now.", static_cast<double>(census.units_out));
+  out.gauge("lightmill_units_out", "Units that workers have now.", static_cast<double>(snapshot.units_out));
   out.gauge("lightmill_queue_pixel_samples",
             "Samples of all pixels that nobody has begun, of jobs that go on, as far as they are wanted by now; not of "
             "those that time alone ends.",
-            static_cast<double>(census.free_pixel_samples));
+            static_cast<double>(snapshot.free_pixel_samples));
   out.gauges("lightmill_workers", "Workers that are connected, by what they do.", "state",
-             {{"rendering", static_cast<double>(census.rendering)},
-              {"idle", static_cast<double>(census.idle)},
-              {"draining", static_cast<double>(census.draining)},
-              {"quarantined", static_cast<double>(census.quarantined)}});
-  out.gauge("lightmill_worker_threads", "Threads of all connected workers.", static_cast<double>(census.threads));
+             {{"rendering", static_cast<double>(snapshot.rendering)},
+              {"idle", static_cast<double>(snapshot.idle)},
+              {"draining", static_cast<double>(snapshot.draining)},
+              {"quarantined", static_cast<double>(snapshot.quarantined)}});
+  out.gauge("lightmill_worker_threads", "Threads of all connected workers.", static_cast<double>(snapshot.threads));
   out.gauge("lightmill_results_rate_bytes",
             "What all workers together send of results in a second, at most: the limit, or less while they wait long.",
-            census.results_rate);
+            snapshot.results_rate);
   out.gauge("lightmill_wanted_workers", "Workers that the farm could use now.", farm.wanted_workers);
   out.gauge("lightmill_storing", "1 if what is rendered can be stored, 0 if no work is handed out until it can.",
             farm.storing ? 1 : 0);

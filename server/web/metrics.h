@@ -17,7 +17,7 @@ inline constexpr std::string_view kMetricsType = "text/plain; version=0.0.4; cha
 /// What the farm thread knows.
 struct FarmMetrics {
   FarmTotals totals;
-  FarmCensus census;
+  FarmSnapshot snapshot;
   std::uint32_t wanted_workers = 0;
   bool storing = true;  ///< there is room for what is rendered, and it can be made durable
 };

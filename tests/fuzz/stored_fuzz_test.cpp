@@ -171,15 +171,15 @@ class StoredFuzz : public test::CoordinatorTest {
     JobSpec adaptive = small("adaptive", 64);
     adaptive.goal.adaptive = true;
     submit(adaptive);
-    ASSERT_TRUE(coordinator->submit(small("open", 16), now, unix_ms(), step, {true, {}, {}, {"path", "ao"}}).ok());
+    ASSERT_TRUE(coordinator->submit(small("open", 16), now, unix_ms(), effects, {true, {}, {}, {"path", "ao"}}).ok());
     flush();
     work(worker);
     const JobId half = submit(small("half", 1024));
     const LeaseGrant grant = got<LeaseGrant>(worker).back();
     say(worker, result(grant, grant.unit.tiles[0]));
     const JobId stopped = submit(small("stopped", 16));
-    EXPECT_TRUE(coordinator->cancel(stopped, now, unix_ms(), step).ok());
-    EXPECT_TRUE(coordinator->pause(half, now, step).ok());
+    EXPECT_TRUE(coordinator->cancel(stopped, now, unix_ms(), effects).ok());
+    EXPECT_TRUE(coordinator->pause(half, now, effects).ok());
     flush();
     writes.push_back(PutQuarantine{{{"liar", "machine"}, "it lied", 5}});
     TokenRecord token;
@@ -202,7 +202,7 @@ class StoredFuzz : public test::CoordinatorTest {
     const SessionId worker = connect("again", 2);
     for (const JobStatus& job : coordinator->jobs(now)) {
       EXPECT_NE(coordinator->film(job.id), nullptr);
-      (void)coordinator->resume(job.id, now, step);
+      (void)coordinator->resume(job.id, now, effects);
       flush();
     }
     for (std::size_t i = 0; i < 20 && i < got<LeaseGrant>(worker).size(); ++i) {

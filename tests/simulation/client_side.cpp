@@ -73,7 +73,7 @@ void FarmSimulation::make_jobs() {
   }
 }
 
-void FarmSimulation::request(std::function<bool(Step&)> ask, Action answered) {
+void FarmSimulation::request(std::function<bool(Effects&)> ask, Action answered) {
   ++open_requests_;
   auto done = std::make_shared<bool>(false);
   auto attempt = std::make_shared<std::function<void()>>();
@@ -83,8 +83,8 @@ void FarmSimulation::request(std::function<bool(Step&)> ask, Action answered) {
       return;
     }
     if (coordinator_) {
-      Step step;
-      const bool settled = ask(step);
+      Effects effects;
+      const bool settled = ask(effects);
       std::vector<Action> replies;
       if (settled) {
         replies.push_back([this, done, answered] {
@@ -94,7 +94,7 @@ void FarmSimulation::request(std::function<bool(Step&)> ask, Action answered) {
           }
         });
       }
-      execute(std::move(step), std::move(replies));
+      execute(std::move(effects), std::move(replies));
     }
     // Not answered in time: ask again, the same.
     after(random_.seconds_between(0.6, 2), [again = weak.lock()] { (*again)(); });
@@ -105,9 +105,9 @@ void FarmSimulation::request(std::function<bool(Step&)> ask, Action answered) {
 void FarmSimulation::submit(std::size_t index) {
   auto id = std::make_shared<JobId>();
   request(
-      [this, index, id](Step& step) {
+      [this, index, id](Effects& effects) {
         const Result<JobId> made =
-            coordinator_->submit(client_jobs_[index].spec, now_, unix_ms(), step, client_jobs_[index].notes);
+            coordinator_->submit(client_jobs_[index].spec, now_, unix_ms(), effects, client_jobs_[index].notes);
         if (!made.ok()) {
           fail(fmt::format("submit: {}", message_of(made.status())));
           return false;
@@ -127,8 +127,8 @@ void FarmSimulation::change_something() {
   const double kind = random_.uniform();
   if (kind < 0.1 && has_liars_) {
     if (coordinator_) {
-      on_server([&](Step& step) {
-        (void)coordinator_->release_worker(workers_[random_.below(workers_.size())].name, now_, step);
+      on_server([&](Effects& effects) {
+        (void)coordinator_->release_worker(workers_[random_.below(workers_.size())].name, now_, effects);
       });
     }
   } else if (kind < 0.4) {
@@ -139,14 +139,14 @@ void FarmSimulation::change_something() {
     cancel(index);
   } else if (kind < 0.9) {
     const auto priority = static_cast<std::int32_t>(random_.below(4));
-    request([this, id = *job.id,
-             priority](Step& step) { return is_settled(coordinator_->set_priority(id, priority, now_, step)); },
+    request([this, id = *job.id, priority](
+                Effects& effects) { return is_settled(coordinator_->set_priority(id, priority, now_, effects)); },
             [] {});
   } else if (kind < 0.95) {
     quarantine(workers_[random_.below(workers_.size())].name);
   } else if (coordinator_) {
-    on_server([&](Step& step) {
-      (void)coordinator_->drain_worker(workers_[random_.below(workers_.size())].name, now_, step);
+    on_server([&](Effects& effects) {
+      (void)coordinator_->drain_worker(workers_[random_.below(workers_.size())].name, now_, effects);
     });
   }
 }
@@ -155,13 +155,14 @@ void FarmSimulation::change_something() {
 void FarmSimulation::quarantine(const std::string& worker) {
   const bool render_again = random_.chance(0.5);
   request(
-      [this, worker, render_again](Step& step) {
-        return is_settled(coordinator_->quarantine_worker(worker, kByHand, render_again, now_, step));
+      [this, worker, render_again](Effects& effects) {
+        return is_settled(coordinator_->quarantine_worker(worker, kByHand, render_again, now_, effects));
       },
       [this, worker] {
         inject("workers put into quarantine by hand");
         after(random_.seconds_between(0.1, 4), [this, worker] {
-          request([this, worker](Step& step) { return is_settled(coordinator_->release_worker(worker, now_, step)); },
+          request([this, worker](
+                      Effects& effects) { return is_settled(coordinator_->release_worker(worker, now_, effects)); },
                   [] {});
         });
       });
@@ -175,8 +176,8 @@ void FarmSimulation::extend(std::size_t index) {
   const Extension to = client_jobs_[index].error > 0 ? Extension{0, client_jobs_[index].error * random_.between(0.5, 1)}
                                                      : Extension{more};
   request(
-      [this, index, to](Step& step) {
-        const Status status = coordinator_->extend(*client_jobs_[index].id, to, now_, step);
+      [this, index, to](Effects& effects) {
+        const Status status = coordinator_->extend(*client_jobs_[index].id, to, now_, effects);
         // Refused: an earlier attempt of this request, another extension, or time has brought it so far; or it was
         // cancelled.
         return status.ok() || status.code() == StatusCode::kInvalidArgument ||
@@ -191,10 +192,11 @@ void FarmSimulation::extend(std::size_t index) {
 
 void FarmSimulation::pause(std::size_t index) {
   const JobId id = *client_jobs_[index].id;
-  request([this, id](Step& step) { return is_settled(coordinator_->pause(id, now_, step)); },
+  request([this, id](Effects& effects) { return is_settled(coordinator_->pause(id, now_, effects)); },
           [this, id] {
             after(random_.seconds_between(0.1, 4), [this, id] {
-              request([this, id](Step& step) { return is_settled(coordinator_->resume(id, now_, step)); }, [] {});
+              request([this, id](Effects& effects) { return is_settled(coordinator_->resume(id, now_, effects)); },
+                      [] {});
             });
           });
 }
@@ -202,15 +204,15 @@ void FarmSimulation::pause(std::size_t index) {
 void FarmSimulation::cancel(std::size_t index) {
   const JobId id = *client_jobs_[index].id;
   const bool remove = random_.chance(0.5);
-  request([this, id](Step& step) { return is_settled(coordinator_->cancel(id, now_, unix_ms(), step)); },
+  request([this, id](Effects& effects) { return is_settled(coordinator_->cancel(id, now_, unix_ms(), effects)); },
           [this, index, id, remove] {
             ClientJob& job = client_jobs_[index];
             job.cancel_asked = true;
             job.cancelled = is_cancelled_on_disk(id);
             if (job.cancelled && remove) {
               request(
-                  [this, id](Step& step) {
-                    const Status status = coordinator_->remove(id, now_, step);
+                  [this, id](Effects& effects) {
+                    const Status status = coordinator_->remove(id, now_, effects);
                     return status.ok() || status.code() == StatusCode::kNotFound;
                   },
                   [this, index] { client_jobs_[index].removed = true; });

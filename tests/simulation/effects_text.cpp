@@ -153,26 +153,26 @@ std::string text_of(const WorkerStatus& worker) {
 
 }  // namespace
 
-std::string effects_text(const Step& step) {
+std::string effects_text(const Effects& effects) {
   std::string text;
   const auto add = [&text](const char* what, const auto& all) {
     for (const auto& each : all) {
       text += fmt::format("{}{}\n", what, text_of(each));
     }
   };
-  add("store: ", step.writes);
-  add("now ", step.now);
-  add("after commit ", step.after_commit);
-  text += step.hang_ups.empty() ? "" : fmt::format("close{}\n", values_of(step.hang_ups));
-  for (const InspectionOutcome& outcome : step.inspected) {
+  add("store: ", effects.writes);
+  add("now ", effects.now);
+  add("after commit ", effects.after_commit);
+  text += effects.closed.empty() ? "" : fmt::format("close{}\n", values_of(effects.closed));
+  for (const InspectionOutcome& outcome : effects.inspected) {
     text += fmt::format("inspected {}: {}\n", outcome.id.value,
                         outcome.found.ok() ? "found" : message_of(outcome.found.status()));
   }
-  for (const Note& note : step.notes) {
+  for (const Note& note : effects.notes) {
     text += fmt::format("note {} {} '{}' {}: {}\n", note.level == Note::Level::info ? "info" : "warning",
                         note.job.value, note.worker, note.lease.value, note.text);
   }
-  add("departed: ", step.departed);
+  add("departed: ", effects.departed);
   return text;
 }
 
@@ -188,12 +188,12 @@ std::string view_text(const Coordinator& coordinator, Time now) {
   for (const WorkerCount& worker : counts.workers) {
     text += text_of(worker) + "\n";
   }
-  const FarmCensus census = coordinator.census();
+  const FarmSnapshot snapshot = coordinator.snapshot();
   const FarmTotals& totals = coordinator.totals();
   text += fmt::format("{} samples, {} running, {} waiting; jobs {}, {} units, {} free, {} {} {} {} workers, {}, {}\n",
-                      counts.pixel_samples, counts.jobs_running, counts.jobs_waiting, fmt::join(census.jobs, " "),
-                      census.units_out, census.free_pixel_samples, census.rendering, census.idle, census.draining,
-                      census.quarantined, census.threads, census.results_rate);
+                      counts.pixel_samples, counts.jobs_running, counts.jobs_waiting, fmt::join(snapshot.jobs, " "),
+                      snapshot.units_out, snapshot.free_pixel_samples, snapshot.rendering, snapshot.idle,
+                      snapshot.draining, snapshot.quarantined, snapshot.threads, snapshot.results_rate);
   text += fmt::format("{} {} {} {} {} {} {} {}\n", totals.units_leased, totals.units_lost, totals.results_merged,
                       totals.results_repeated, totals.results_verified, totals.results_wrong, totals.pixel_samples,
                       totals.jobs_failed);

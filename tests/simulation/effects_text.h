@@ -8,8 +8,8 @@
 
 namespace lightmill::simulation {
 
-/// All of `step`. Bulky content (settings, a node's values) stands there as its hash.
-std::string effects_text(const Step& step);
+/// All of `effects`. Bulky content (settings, a node's values) stands there as its hash.
+std::string effects_text(const Effects& effects);
 
 /// What the coordinator shows at `now`: jobs, workers, counts, demand and its next deadline.
 std::string view_text(const Coordinator& coordinator, Time now);

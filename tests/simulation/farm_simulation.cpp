@@ -24,7 +24,7 @@ FarmSimulation::FarmSimulation(std::uint64_t seed, const Chaos& chaos, const Pla
   limits_.disconnect_grace = std::chrono::milliseconds(1500);
   limits_.restart_grace = std::chrono::milliseconds(2500);
   limits_.unit_seconds = 0.3;
-  limits_.verifier_patience = std::chrono::seconds(20);
+  limits_.auditor_patience = std::chrono::seconds(20);
   limits_.copy_after = limits_.copy_pilot_after =
       chaos.copies ? Duration(std::chrono::milliseconds(300)) : Duration(std::chrono::hours(1));
   if (bugs_.blame_hastily) {

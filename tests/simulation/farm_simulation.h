@@ -138,7 +138,7 @@ class FarmSimulation {
   void ask_inspection();
   void ask_last_inspection();
   void lose_inspections();
-  void note_inspected(const Step& step);
+  void note_inspected(const Effects& effects);
   void run_inspection(std::size_t index, const RunInspection& inspection);
 
   // ---- race.cpp ----
@@ -148,9 +148,9 @@ class FarmSimulation {
   // ---- server_side.cpp ----
   void start_server();
   void crash_server(bool commit_lands);
-  void on_server(const std::function<void(Step&)>& call);
-  void note_effects(const Step& step, const Coordinator& coordinator);
-  void execute(Step step, std::vector<Action> replies);
+  void on_server(const std::function<void(Effects&)>& call);
+  void note_effects(const Effects& effects, const Coordinator& coordinator);
+  void execute(Effects effects, std::vector<Action> replies);
   /// What was being written lands as a whole or not at all; nobody hears of it.
   void abandon_commits(bool commit_lands);
   void start_commit();
@@ -162,17 +162,17 @@ class FarmSimulation {
   StoredState load_checked();
 
   // ---- server_checks.cpp ----
-  void check_decisions(const Step& step);
+  void check_decisions(const Effects& effects);
   /// Whether the worker of the session may be leased what is merged: it was somebody else's on another machine.
   bool may_verify(SessionId session, const NodeKey& key) const;
-  void note_writes(const Step& step);
-  void note_grants(const Step& step);
+  void note_writes(const Effects& effects);
+  void note_grants(const Effects& effects);
   /// Nobody loses what nobody was sent.
-  void check_losses(const Step& step);
+  void check_losses(const Effects& effects);
   void note_stored(std::span<const StoreOp> ops);
   /// Of a lease that leaves now, unless its job has lost its class since it was granted: nothing comes of that one.
   void check_grant(const Stream& stream, const LeaseGrant& grant);
-  void note_unwanted(const Step& step);
+  void note_unwanted(const Effects& effects);
   void check_ack(const Stream& stream, const ResultAck& ack);
   void check_acknowledged_is_durable();
 
@@ -201,9 +201,9 @@ class FarmSimulation {
   void make_jobs();
   void submit(std::size_t index);
   void change_something();
-  /// Asks until it is answered: `ask` returns whether the answer settles the matter once the step is committed, else is
-  /// repeated.
-  void request(std::function<bool(Step&)> ask, Action answered);
+  /// Asks until it is answered: `ask` returns whether the answer settles the matter once the effects is committed, else
+  /// is repeated.
+  void request(std::function<bool(Effects&)> ask, Action answered);
   void extend(std::size_t index);
   void pause(std::size_t index);
   void quarantine(const std::string& worker);

@@ -97,12 +97,12 @@ void FarmSimulation::fill_disk() {
   disk_full_until_ = std::max(disk_full_until_, until);
   after(random_.seconds_between(0, 0.3), [this] {
     if (now_ < disk_full_until_) {
-      on_server([&](Step& step) { coordinator_->hold("the disk is full", now_, step); });
+      on_server([&](Effects& effects) { coordinator_->hold("the disk is full", now_, effects); });
     }
   });
   at(until + std::chrono::milliseconds(100), [this] {
     if (now_ >= disk_full_until_) {
-      on_server([&](Step& step) { coordinator_->hold("", now_, step); });
+      on_server([&](Effects& effects) { coordinator_->hold("", now_, effects); });
     }
   });
 }
@@ -142,27 +142,27 @@ void FarmSimulation::resume_deposed() {
   trace("the deposed coordinator goes on");
   std::vector<StoreOp> writes = deposed.unwritten;
   const auto take = [&](const auto& call) {
-    Step step;
-    call(step);
-    note_effects(step, *deposed.coordinator);
-    writes.insert(writes.end(), step.writes.begin(), step.writes.end());
-    for (const Outgoing& message : step.now) {
+    Effects effects;
+    call(effects);
+    note_effects(effects, *deposed.coordinator);
+    writes.insert(writes.end(), effects.writes.begin(), effects.writes.end());
+    for (const Outgoing& message : effects.now) {
       if (const auto to = deposed.streams.find(message.to); to != deposed.streams.end()) {
         deliver(to->second, message.message);
       }
     }
   };
   for (const auto& [stream, message] : deposed.inbox) {
-    take([&](Step& step) {
+    take([&](Effects& effects) {
       const auto* hello = std::get_if<WorkerHello>(&message);
       if (hello != nullptr && !std::exchange(stream->said_hello, true)) {
-        deposed.coordinator->worker_connected(stream->session, *hello, now_, step);
+        deposed.coordinator->worker_connected(stream->session, *hello, now_, effects);
       } else {
-        deposed.coordinator->worker_message(stream->session, message, now_, unix_ms(), step);
+        deposed.coordinator->worker_message(stream->session, message, now_, unix_ms(), effects);
       }
     });
   }
-  take([&](Step& step) { deposed.coordinator->tick(now_, unix_ms(), step); });
+  take([&](Effects& effects) { deposed.coordinator->tick(now_, unix_ms(), effects); });
   // Its commit is refused, and it ends.
   if (const auto wrong = disk_.apply(bugs_.no_epochs ? disk_.epoch() : deposed.epoch, writes)) {
     fail(*wrong);

@@ -23,9 +23,9 @@ void FarmSimulation::make_inspections() {
 
 std::optional<InspectionId> FarmSimulation::inspect(const std::string& caller) {
   std::optional<InspectionId> asked;
-  on_server([&](Step& step) {
+  on_server([&](Effects& effects) {
     const std::string scene = fmt::format("scene-{}", ++report_.inspections);
-    if (const Result<InspectionId> id = coordinator_->inspect(caller, {{}, {scene}, ""}, now_, step); id.ok()) {
+    if (const Result<InspectionId> id = coordinator_->inspect(caller, {{}, {scene}, ""}, now_, effects); id.ok()) {
       asked = *id;
       if (!asked_.emplace(*id, scene).second) {
         fail(fmt::format("two inspections have the number {}", id->value));
@@ -61,8 +61,8 @@ void FarmSimulation::lose_inspections() {
   }
 }
 
-void FarmSimulation::note_inspected(const Step& step) {
-  for (const InspectionOutcome& outcome : step.inspected) {
+void FarmSimulation::note_inspected(const Effects& effects) {
+  for (const InspectionOutcome& outcome : effects.inspected) {
     const auto asked = asked_.find(outcome.id);
     if (asked == asked_.end()) {
       fail(fmt::format("inspection {} is answered, and nobody waits for it", outcome.id.value));

@@ -40,8 +40,8 @@ bool FarmSimulation::may_verify(SessionId session, const NodeKey& key) const {
   return comparable && to.machine != by->second.machine;
 }
 
-void FarmSimulation::note_writes(const Step& step) {
-  for (const StoreOp& op : step.writes) {
+void FarmSimulation::note_writes(const Effects& effects) {
+  for (const StoreOp& op : effects.writes) {
     if (const auto* job = std::get_if<PutJob>(&op)) {
       unbound_[job->record.id] += job->record.fingerprint_class.empty() ? 1 : 0;
     } else if (const auto* result = std::get_if<PutResult>(&op)) {
@@ -57,9 +57,9 @@ void FarmSimulation::note_writes(const Step& step) {
   }
 }
 
-void FarmSimulation::check_losses(const Step& step) {
+void FarmSimulation::check_losses(const Effects& effects) {
   constexpr std::string_view kLost = " lost lease ";
-  for (const Note& note : step.notes) {
+  for (const Note& note : effects.notes) {
     const std::size_t at = note.text.find(kLost);
     if (at == std::string::npos) {
       continue;
@@ -71,8 +71,8 @@ void FarmSimulation::check_losses(const Step& step) {
   }
 }
 
-void FarmSimulation::note_grants(const Step& step) {
-  for (const Outgoing& message : step.after_commit) {
+void FarmSimulation::note_grants(const Effects& effects) {
+  for (const Outgoing& message : effects.after_commit) {
     if (const auto* grant = std::get_if<LeaseGrant>(&message.message)) {
       unbound_then_[grant->lease] = unbound_[grant->unit.job];
     }
@@ -94,9 +94,9 @@ void FarmSimulation::note_stored(std::span<const StoreOp> ops) {
   }
 }
 
-void FarmSimulation::check_decisions(const Step& step) {
+void FarmSimulation::check_decisions(const Effects& effects) {
   bool granted = false;
-  for (const std::vector<Outgoing>* channel : {&step.now, &step.after_commit}) {
+  for (const std::vector<Outgoing>* channel : {&effects.now, &effects.after_commit}) {
     for (const Outgoing& message : *channel) {
       const auto* grant = std::get_if<LeaseGrant>(&message.message);
       const Film* film = grant != nullptr ? coordinator_->film(grant->unit.job) : nullptr;
@@ -127,8 +127,8 @@ void FarmSimulation::check_decisions(const Step& step) {
 
 /// A count may be raised, a job that has ended by time extended or one without a class get one, durably, between the
 /// decision that a result is not wanted and the acknowledgement.
-void FarmSimulation::note_unwanted(const Step& step) {
-  for (const Outgoing& message : step.after_commit) {
+void FarmSimulation::note_unwanted(const Effects& effects) {
+  for (const Outgoing& message : effects.after_commit) {
     if (const auto* ack = std::get_if<ResultAck>(&message.message)) {
       const auto stream = streams_.find(message.to);
       const auto all = coordinator_->workers(now_);

@@ -52,7 +52,7 @@ void FarmSimulation::start_server() {
     }
   }
   if (now_ < disk_full_until_) {
-    on_server([&](Step& step) { coordinator_->hold("the disk is full", now_, step); });
+    on_server([&](Effects& effects) { coordinator_->hold("the disk is full", now_, effects); });
   }
 }
 
@@ -95,38 +95,38 @@ void FarmSimulation::abandon_commits(bool commit_lands) {
   }
 }
 
-void FarmSimulation::on_server(const std::function<void(Step&)>& call) {
+void FarmSimulation::on_server(const std::function<void(Effects&)>& call) {
   if (!coordinator_) {
     return;
   }
-  Step step;
-  call(step);
-  execute(std::move(step), {});
+  Effects effects;
+  call(effects);
+  execute(std::move(effects), {});
 }
 
-void FarmSimulation::note_effects(const Step& step, const Coordinator& coordinator) {
+void FarmSimulation::note_effects(const Effects& effects, const Coordinator& coordinator) {
   if (effects_) {
-    const std::string text = effects_text(step) + view_text(coordinator, now_);
+    const std::string text = effects_text(effects) + view_text(coordinator, now_);
     effects_->append(as_byte_view(text));
     trace("{}", text);
   }
 }
 
-void FarmSimulation::execute(Step step, std::vector<Action> replies) {
-  note_effects(step, *coordinator_);
-  note_inspected(step);
-  note_writes(step);
-  note_grants(step);
-  check_decisions(step);
-  note_unwanted(step);
-  for (const Note& note : step.notes) {
+void FarmSimulation::execute(Effects effects, std::vector<Action> replies) {
+  note_effects(effects, *coordinator_);
+  note_inspected(effects);
+  note_writes(effects);
+  note_grants(effects);
+  check_decisions(effects);
+  note_unwanted(effects);
+  for (const Note& note : effects.notes) {
     trace("{}", note.text);
   }
-  for (Outgoing& message : step.now) {
+  for (Outgoing& message : effects.now) {
     server_sends(std::move(message));
   }
-  check_losses(step);
-  for (const SessionId session : step.hang_ups) {
+  check_losses(effects);
+  for (const SessionId session : effects.closed) {
     if (const auto found = streams_.find(session); found != streams_.end()) {
       break_stream(found->second);
     }
@@ -134,9 +134,9 @@ void FarmSimulation::execute(Step step, std::vector<Action> replies) {
   if (bugs_.acknowledge_before_commit || bugs_.lease_before_commit || bugs_.blame_unsent) {
     std::vector<Outgoing> rest;
     if (bugs_.lease_before_commit || bugs_.blame_unsent) {
-      coordinator_->grants_sent(leases_granted(step.after_commit), now_);
+      coordinator_->grants_sent(leases_granted(effects.after_commit), now_);
     }
-    for (Outgoing& message : step.after_commit) {
+    for (Outgoing& message : effects.after_commit) {
       const bool is_ack = std::holds_alternative<ResultAck>(message.message);
       if (is_ack ? bugs_.acknowledge_before_commit : bugs_.lease_before_commit) {
         server_sends(std::move(message));
@@ -144,9 +144,9 @@ void FarmSimulation::execute(Step step, std::vector<Action> replies) {
         rest.push_back(std::move(message));
       }
     }
-    step.after_commit = std::move(rest);
+    effects.after_commit = std::move(rest);
   }
-  pending_.push_back({std::move(step.writes), std::move(step.after_commit), std::move(replies)});
+  pending_.push_back({std::move(effects.writes), std::move(effects.after_commit), std::move(replies)});
   if (committing_.empty()) {
     start_commit();
   }
@@ -241,7 +241,7 @@ void FarmSimulation::plan_server_tick() {
   at(next_server_tick_, [this, life, time = next_server_tick_] {
     if (life == server_life_ && time == next_server_tick_) {
       next_server_tick_ = Time::max();
-      on_server([&](Step& step) { coordinator_->tick(now_, unix_ms(), step); });
+      on_server([&](Effects& effects) { coordinator_->tick(now_, unix_ms(), effects); });
     }
   });
 }
@@ -334,9 +334,9 @@ void FarmSimulation::server_receives(const std::shared_ptr<Stream>& stream, Work
       if (bugs_.ignore_machines) {
         hello->machine = hello->name;
       }
-      on_server([&](Step& step) {
-        coordinator_->worker_connected(stream->session, *hello, now_, step);
-        const bool dismissed = std::ranges::any_of(step.after_commit, [&](const Outgoing& sent) {
+      on_server([&](Effects& effects) {
+        coordinator_->worker_connected(stream->session, *hello, now_, effects);
+        const bool dismissed = std::ranges::any_of(effects.after_commit, [&](const Outgoing& sent) {
           return sent.to == stream->session && std::holds_alternative<Dismissal>(sent.message);
         });
         if (!dismissed) {  // else its name is that of another one, which is here
@@ -351,8 +351,9 @@ void FarmSimulation::server_receives(const std::shared_ptr<Stream>& stream, Work
     }
     return;
   }
-  on_server(
-      [&](Step& step) { coordinator_->worker_message(stream->session, std::move(message), now_, unix_ms(), step); });
+  on_server([&](Effects& effects) {
+    coordinator_->worker_message(stream->session, std::move(message), now_, unix_ms(), effects);
+  });
 }
 
 }  // namespace lightmill::simulation

@@ -176,7 +176,7 @@ void FarmSimulation::break_stream(const std::shared_ptr<Stream>& stream) {
     if (stream->server_life == server_life_ && coordinator_) {
       const std::shared_ptr<Stream> newest = workers_[stream->worker].stream;
       const SessionId session = bugs_.disconnect_newcomers && newest ? newest->session : stream->session;
-      on_server([&](Step& step) { coordinator_->worker_disconnected(session, now_, step); });
+      on_server([&](Effects& effects) { coordinator_->worker_disconnected(session, now_, effects); });
       streams_.erase(stream->session);
     }
   });

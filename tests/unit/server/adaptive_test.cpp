@@ -12,7 +12,7 @@ class AllocationTest : public PilotTest {
     JobSpec job = spec("r1", 0, crop);
     job.goal = goal;
     job.goal.adaptive = true;
-    const Result<JobId> id = coordinator->submit(job, now, unix_ms(), step, {false, {}, {}, {"path"}});
+    const Result<JobId> id = coordinator->submit(job, now, unix_ms(), effects, {false, {}, {}, {"path"}});
     EXPECT_TRUE(id.ok()) << id.status();
     flush();
     return *id;
@@ -50,8 +50,8 @@ TEST_F(AllocationTest, APilotSaysWhatEachTileGets) {
   }
   restart(std::move(state));
   EXPECT_EQ(status(job).state, JobState::done);
-  EXPECT_FALSE(coordinator->extend(job, {.samples = 100}, now, step).ok());
-  ASSERT_TRUE(coordinator->extend(job, {.samples = 102}, now, step).ok());
+  EXPECT_FALSE(coordinator->extend(job, {.samples = 100}, now, effects).ok());
+  ASSERT_TRUE(coordinator->extend(job, {.samples = 102}, now, effects).ok());
   flush();
   const SessionId b = connect("b");
   pass(limits.restart_grace + std::chrono::seconds(1));
@@ -115,7 +115,7 @@ TEST_F(AllocationTest, HowItsErrorFellIsKeptAtFewCounts) {
     }
   }
   restart(std::move(state));
-  ASSERT_TRUE(coordinator->extend(job, {.samples = 2000}, now, step).ok());
+  ASSERT_TRUE(coordinator->extend(job, {.samples = 2000}, now, effects).ok());
   flush();
   const SessionId b = connect("b");
   pass(limits.restart_grace + std::chrono::seconds(1));
@@ -158,7 +158,7 @@ TEST_F(AllocationTest, WhatItSaysIsChecked) {
   EXPECT_EQ(status(other).method, "auto");
   JobSpec most = spec("r3", kMaxSamples);
   most.goal.adaptive = true;
-  EXPECT_EQ(message_of(coordinator->submit(most, now, unix_ms(), step).status()),
+  EXPECT_EQ(message_of(coordinator->submit(most, now, unix_ms(), effects).status()),
             fmt::format("goal.samples: at most {}, got {}", kMaxSamples / 4, kMaxSamples));
 }
 

@@ -47,7 +47,7 @@ class RecordingStore final : public Store {
 
 class CommitQueueTest : public ::testing::Test {
  protected:
-  /// A step that can be told from others by its number.
+  /// Effects that can be told from others by a number.
   void push(std::uint64_t number, std::vector<CommitReply> replies = {}, std::vector<CommitReply> callers = {}) {
     queue_->push(
         {{DeleteJobRows{JobId{number}}}, {{SessionId{number}, ResultAck{}}}, std::move(replies), std::move(callers)});

@@ -28,7 +28,7 @@ class CoordinatorTest : public ::testing::Test {
     return spec;
   }
   JobId submit(const JobSpec& job) {
-    const Result<JobId> id = coordinator->submit(job, now, unix_ms(), step);
+    const Result<JobId> id = coordinator->submit(job, now, unix_ms(), effects);
     EXPECT_TRUE(id.ok()) << id.status();
     flush();
     return *id;
@@ -37,12 +37,12 @@ class CoordinatorTest : public ::testing::Test {
                     std::vector<HeldLease> held = {}, std::uint32_t pid = 1) {
     const SessionId session{next_session++};
     WorkerHello hello{name, "host", pid, threads, fingerprint, kRendererVersion, std::move(held), false};
-    coordinator->worker_connected(session, hello, now, step);
+    coordinator->worker_connected(session, hello, now, effects);
     flush();
     return session;
   }
   void say(SessionId session, WorkerMessage message) {
-    coordinator->worker_message(session, std::move(message), now, unix_ms(), step);
+    coordinator->worker_message(session, std::move(message), now, unix_ms(), effects);
     flush();
   }
   /// Time passes, and the coordinator is asked when it wants to be.
@@ -56,7 +56,7 @@ class CoordinatorTest : public ::testing::Test {
   /// Time passes while nobody asks it.
   void stand_still(Duration time) {
     now += time;
-    coordinator->tick(now, unix_ms(), step);
+    coordinator->tick(now, unix_ms(), effects);
     flush();
   }
   std::int64_t unix_ms() const {
@@ -112,13 +112,13 @@ class CoordinatorTest : public ::testing::Test {
   JobStatus status(JobId job) const { return *coordinator->status(job, now); }
 
   void flush() {
-    coordinator->grants_sent(leases_granted(step.after_commit), now);
-    for (std::vector<Outgoing>* channel : {&step.now, &step.after_commit}) {
+    coordinator->grants_sent(leases_granted(effects.after_commit), now);
+    for (std::vector<Outgoing>* channel : {&effects.now, &effects.after_commit}) {
       sent.insert(sent.end(), channel->begin(), channel->end());
     }
-    writes.insert(writes.end(), step.writes.begin(), step.writes.end());
-    hang_ups.insert(hang_ups.end(), step.hang_ups.begin(), step.hang_ups.end());
-    step = {};
+    writes.insert(writes.end(), effects.writes.begin(), effects.writes.end());
+    closed.insert(closed.end(), effects.closed.begin(), effects.closed.end());
+    effects = {};
   }
 
   /// Added to half A by each pixel's first sample. With n samples the halves' means are then 2 + 2·first_extra/n and 2,
@@ -128,10 +128,10 @@ class CoordinatorTest : public ::testing::Test {
   CoordinatorLimits limits;
   Time now{std::chrono::seconds(1000)};
   std::unique_ptr<Coordinator> coordinator;
-  Step step;
+  Effects effects;
   std::vector<Outgoing> sent;
   std::vector<StoreOp> writes;
-  std::vector<SessionId> hang_ups;
+  std::vector<SessionId> closed;
   std::uint64_t next_session = 1;
   std::map<SessionId, std::size_t> worked;  ///< grants that work() has done
 };

@@ -21,14 +21,14 @@ TEST_F(CoordinatorTest, AJobIsQueuedThenRunsThenIsDone) {
 
 TEST_F(CoordinatorTest, TheClassIsStoredBeforeTheFirstLeaseLeaves) {
   connect("w");
-  ASSERT_TRUE(coordinator->submit(spec(), now, unix_ms(), step).ok());
-  for (const Outgoing& each : step.now) {
+  ASSERT_TRUE(coordinator->submit(spec(), now, unix_ms(), effects).ok());
+  for (const Outgoing& each : effects.now) {
     EXPECT_FALSE(std::holds_alternative<LeaseGrant>(each.message));
     EXPECT_FALSE(std::holds_alternative<JobDescription>(each.message));
   }
   EXPECT_TRUE(std::ranges::any_of(
-      step.after_commit, [](const Outgoing& each) { return std::holds_alternative<LeaseGrant>(each.message); }));
-  const auto* row = std::get_if<PutJob>(&step.writes.back());
+      effects.after_commit, [](const Outgoing& each) { return std::holds_alternative<LeaseGrant>(each.message); }));
+  const auto* row = std::get_if<PutJob>(&effects.writes.back());
   ASSERT_NE(row, nullptr);
   EXPECT_EQ(row->record.fingerprint_class, "class-a");
   EXPECT_EQ(row->record.state, JobState::running);
@@ -38,12 +38,13 @@ TEST_F(CoordinatorTest, AcknowledgesOnlyAfterTheCommitOfTheNode) {
   submit(spec());
   const SessionId session = connect("w");
   const LeaseGrant grant = got<LeaseGrant>(session).at(0);
-  coordinator->worker_message(session, result(grant, grant.unit.tiles[0]), now, unix_ms(), step);
+  coordinator->worker_message(session, result(grant, grant.unit.tiles[0]), now, unix_ms(), effects);
   EXPECT_TRUE(std::ranges::none_of(
-      step.now, [](const Outgoing& each) { return std::holds_alternative<ResultAck>(each.message); }));
+      effects.now, [](const Outgoing& each) { return std::holds_alternative<ResultAck>(each.message); }));
   EXPECT_TRUE(std::ranges::any_of(
-      step.after_commit, [](const Outgoing& each) { return std::holds_alternative<ResultAck>(each.message); }));
-  EXPECT_TRUE(std::ranges::any_of(step.writes, [](const StoreOp& op) { return std::holds_alternative<PutNode>(op); }));
+      effects.after_commit, [](const Outgoing& each) { return std::holds_alternative<ResultAck>(each.message); }));
+  EXPECT_TRUE(
+      std::ranges::any_of(effects.writes, [](const StoreOp& op) { return std::holds_alternative<PutNode>(op); }));
 }
 
 TEST_F(CoordinatorTest, TheSameRequestIsOneJob) {
@@ -61,7 +62,7 @@ TEST_F(CoordinatorTest, RefusesWhatItCannotRenderAndNamesTheField) {
   const auto error_of = [&](const std::function<void(JobSpec&)>& change) {
     JobSpec job = spec("bad");
     change(job);
-    const Result<JobId> id = coordinator->submit(job, now, unix_ms(), step);
+    const Result<JobId> id = coordinator->submit(job, now, unix_ms(), effects);
     EXPECT_EQ(id.status().code(), StatusCode::kInvalidArgument);
     return message_of(id.status());
   };
@@ -90,27 +91,27 @@ TEST_F(CoordinatorTest, TheQueueIsBounded) {
   restart({});
   submit(spec("r1"));
   submit(spec("r2"));
-  EXPECT_EQ(coordinator->submit(spec("r3"), now, 0, step).status().code(), StatusCode::kResourceExhausted);
-  ASSERT_TRUE(coordinator->cancel(JobId{1}, now, 0, step).ok());
-  ASSERT_TRUE(coordinator->remove(JobId{1}, now, step).ok());
-  EXPECT_EQ(coordinator->submit(spec("r3", 4, {0, 0, 192, 128}), now, 0, step).status().code(),
+  EXPECT_EQ(coordinator->submit(spec("r3"), now, 0, effects).status().code(), StatusCode::kResourceExhausted);
+  ASSERT_TRUE(coordinator->cancel(JobId{1}, now, 0, effects).ok());
+  ASSERT_TRUE(coordinator->remove(JobId{1}, now, effects).ok());
+  EXPECT_EQ(coordinator->submit(spec("r3", 4, {0, 0, 192, 128}), now, 0, effects).status().code(),
             StatusCode::kResourceExhausted);
-  EXPECT_TRUE(coordinator->submit(spec("r3"), now, 0, step).ok());
+  EXPECT_TRUE(coordinator->submit(spec("r3"), now, 0, effects).ok());
 }
 
 TEST_F(CoordinatorTest, AFilmThatNeverFitsIsBadInput) {
   limits.film_bytes = 3 * 128 * 64 * 24;
   restart({});
-  const Status too_large = coordinator->submit(spec("r1", 4, {0, 0, 256, 128}), now, 0, step).status();
+  const Status too_large = coordinator->submit(spec("r1", 4, {0, 0, 256, 128}), now, 0, effects).status();
   EXPECT_EQ(too_large.code(), StatusCode::kInvalidArgument);
   EXPECT_NE(message_of(too_large).find("--films-gib"), std::string::npos) << message_of(too_large);
   EXPECT_EQ(message_of(too_large).find("delete"), std::string::npos);
   // Seconds may end at any count, and most of those take many nodes.
   JobSpec timed = spec("r2", 0);
   timed.goal.seconds = 60;
-  EXPECT_EQ(coordinator->submit(timed, now, 0, step).status().code(), StatusCode::kInvalidArgument);
+  EXPECT_EQ(coordinator->submit(timed, now, 0, effects).status().code(), StatusCode::kInvalidArgument);
   timed.goal.samples = 14;  // at most 3 nodes a tile: of 7, 11, 13 or 14 samples
-  EXPECT_TRUE(coordinator->submit(timed, now, 0, step).ok());
+  EXPECT_TRUE(coordinator->submit(timed, now, 0, effects).ok());
 }
 
 TEST_F(CoordinatorTest, ExtendingIsBoundedAsSubmittingIs) {
@@ -118,10 +119,10 @@ TEST_F(CoordinatorTest, ExtendingIsBoundedAsSubmittingIs) {
   restart({});
   const JobId job = submit(spec("r1", 4));
   submit(spec("r2", 4));
-  EXPECT_EQ(coordinator->extend(job, {15}, now, step).code(), StatusCode::kInvalidArgument);
-  EXPECT_EQ(coordinator->extend(job, {7}, now, step).code(), StatusCode::kResourceExhausted);
+  EXPECT_EQ(coordinator->extend(job, {15}, now, effects).code(), StatusCode::kInvalidArgument);
+  EXPECT_EQ(coordinator->extend(job, {7}, now, effects).code(), StatusCode::kResourceExhausted);
   EXPECT_EQ(status(job).goal.samples, 4u);
-  EXPECT_TRUE(coordinator->extend(job, {6}, now, step).ok());
+  EXPECT_TRUE(coordinator->extend(job, {6}, now, effects).ok());
 }
 
 TEST_F(CoordinatorTest, OnlyWorkersOfTheJobsClassAndVersionRenderIt) {
@@ -143,7 +144,7 @@ TEST_F(CoordinatorTest, CancelStopsWorkersAndDropsWhatStillComes) {
   const SessionId session = connect("w");
   const std::vector<LeaseGrant> grants = got<LeaseGrant>(session);
   const WorkerResult late = result(grants[0], grants[0].unit.tiles[0]);
-  ASSERT_TRUE(coordinator->cancel(job, now, unix_ms(), step).ok());
+  ASSERT_TRUE(coordinator->cancel(job, now, unix_ms(), effects).ok());
   flush();
   EXPECT_EQ(got<LeaseCancel>(session).size(), grants.size());
   const std::size_t writes_before = writes.size();
@@ -151,8 +152,8 @@ TEST_F(CoordinatorTest, CancelStopsWorkersAndDropsWhatStillComes) {
   EXPECT_EQ(writes.size(), writes_before);
   EXPECT_EQ(got<ResultAck>(session).size(), 1u);
   EXPECT_EQ(status(job).samples_done, 0u);
-  EXPECT_EQ(coordinator->cancel(job, now, 0, step).code(), StatusCode::kFailedPrecondition);
-  EXPECT_EQ(coordinator->cancel(JobId{99}, now, 0, step).code(), StatusCode::kNotFound);
+  EXPECT_EQ(coordinator->cancel(job, now, 0, effects).code(), StatusCode::kFailedPrecondition);
+  EXPECT_EQ(coordinator->cancel(JobId{99}, now, 0, effects).code(), StatusCode::kNotFound);
 }
 
 TEST_F(CoordinatorTest, PausedTimeDoesNotCount) {
@@ -161,7 +162,7 @@ TEST_F(CoordinatorTest, PausedTimeDoesNotCount) {
   const JobId job = submit(job_spec);
   const SessionId session = connect("w");
   pass(std::chrono::seconds(1));
-  ASSERT_TRUE(coordinator->pause(job, now, step).ok());
+  ASSERT_TRUE(coordinator->pause(job, now, effects).ok());
   flush();
   const std::size_t grants = got<LeaseGrant>(session).size();
   for (std::size_t i = 0; i < grants; ++i) {
@@ -174,11 +175,11 @@ TEST_F(CoordinatorTest, PausedTimeDoesNotCount) {
   }
   EXPECT_EQ(status(job).state, JobState::paused);
   EXPECT_NEAR(status(job).active_seconds, 1, 1e-9);
-  ASSERT_TRUE(coordinator->resume(job, now, step).ok());
+  ASSERT_TRUE(coordinator->resume(job, now, effects).ok());
   flush();
   EXPECT_GT(got<LeaseGrant>(session).size(), grants);
   EXPECT_EQ(status(job).state, JobState::running);
-  EXPECT_EQ(coordinator->resume(job, now, step).code(), StatusCode::kFailedPrecondition);
+  EXPECT_EQ(coordinator->resume(job, now, effects).code(), StatusCode::kFailedPrecondition);
 }
 
 TEST_F(CoordinatorTest, AtItsTimeAJobTakesWhatIsOutAndIsDone) {
@@ -206,9 +207,9 @@ TEST_F(CoordinatorTest, ADoneJobCanBeExtended) {
   const SessionId session = connect("w");
   work(session);
   ASSERT_EQ(status(job).state, JobState::done);
-  EXPECT_EQ(coordinator->extend(job, {100}, now, step).code(), StatusCode::kInvalidArgument);
-  EXPECT_EQ(coordinator->extend(job, {kMaxSamples + 1}, now, step).code(), StatusCode::kInvalidArgument);
-  ASSERT_TRUE(coordinator->extend(job, {300}, now, step).ok());
+  EXPECT_EQ(coordinator->extend(job, {100}, now, effects).code(), StatusCode::kInvalidArgument);
+  EXPECT_EQ(coordinator->extend(job, {kMaxSamples + 1}, now, effects).code(), StatusCode::kInvalidArgument);
+  ASSERT_TRUE(coordinator->extend(job, {300}, now, effects).ok());
   flush();
   EXPECT_EQ(status(job).state, JobState::running);
   EXPECT_EQ(status(job).finished_unix_ms, 0);
@@ -216,30 +217,30 @@ TEST_F(CoordinatorTest, ADoneJobCanBeExtended) {
   EXPECT_EQ(status(job).state, JobState::done);
   EXPECT_EQ(coordinator->film(job)->min_samples(), 300u);
   EXPECT_EQ(status(job).counters.results_duplicate, 0u);
-  ASSERT_TRUE(coordinator->cancel(submit(spec("r2")), now, 0, step).ok());
-  EXPECT_EQ(coordinator->extend(JobId{2}, {300}, now, step).code(), StatusCode::kFailedPrecondition);
+  ASSERT_TRUE(coordinator->cancel(submit(spec("r2")), now, 0, effects).ok());
+  EXPECT_EQ(coordinator->extend(JobId{2}, {300}, now, effects).code(), StatusCode::kFailedPrecondition);
 }
 
 TEST_F(CoordinatorTest, APriorityIsStoredUntilTheJobHasEnded) {
   const JobId job = submit(spec("r1", 100));
   flush();
-  ASSERT_TRUE(coordinator->set_priority(job, -7, now, step).ok());
-  EXPECT_EQ(std::get<PutJob>(step.writes.back()).record.spec.priority, -7);
+  ASSERT_TRUE(coordinator->set_priority(job, -7, now, effects).ok());
+  EXPECT_EQ(std::get<PutJob>(effects.writes.back()).record.spec.priority, -7);
   EXPECT_EQ(status(job).priority, -7);
   flush();
-  ASSERT_TRUE(coordinator->set_priority(job, -7, now, step).ok());
-  EXPECT_TRUE(step.writes.empty());  // as it was
-  ASSERT_TRUE(coordinator->cancel(job, now, 0, step).ok());
-  EXPECT_EQ(coordinator->set_priority(job, 1, now, step).code(), StatusCode::kFailedPrecondition);
-  EXPECT_EQ(coordinator->set_priority(JobId{99}, 1, now, step).code(), StatusCode::kNotFound);
+  ASSERT_TRUE(coordinator->set_priority(job, -7, now, effects).ok());
+  EXPECT_TRUE(effects.writes.empty());  // as it was
+  ASSERT_TRUE(coordinator->cancel(job, now, 0, effects).ok());
+  EXPECT_EQ(coordinator->set_priority(job, 1, now, effects).code(), StatusCode::kFailedPrecondition);
+  EXPECT_EQ(coordinator->set_priority(JobId{99}, 1, now, effects).code(), StatusCode::kNotFound);
 }
 
 TEST_F(CoordinatorTest, OnlyEndedJobsAreDeleted) {
   const JobId job = submit(spec());
-  EXPECT_EQ(coordinator->remove(job, now, step).code(), StatusCode::kFailedPrecondition);
-  ASSERT_TRUE(coordinator->cancel(job, now, 0, step).ok());
-  ASSERT_TRUE(coordinator->remove(job, now, step).ok());
-  EXPECT_TRUE(std::holds_alternative<DeleteJobRows>(step.writes.back()));
+  EXPECT_EQ(coordinator->remove(job, now, effects).code(), StatusCode::kFailedPrecondition);
+  ASSERT_TRUE(coordinator->cancel(job, now, 0, effects).ok());
+  ASSERT_TRUE(coordinator->remove(job, now, effects).ok());
+  EXPECT_TRUE(std::holds_alternative<DeleteJobRows>(effects.writes.back()));
   EXPECT_EQ(coordinator->status(job, now).status().code(), StatusCode::kNotFound);
   EXPECT_EQ(coordinator->film(job), nullptr);
   EXPECT_EQ(coordinator->version(job), 0u);
@@ -278,7 +279,7 @@ TEST_F(CoordinatorTest, AJobThatIsTooLargeForAllWaitsAndSaysWhy) {
       << status(job).reason;
   EXPECT_EQ(status(job).reason.find('\n'), std::string::npos);
   // A new process may have larger limits.
-  coordinator->worker_disconnected(small, now, step);
+  coordinator->worker_disconnected(small, now, effects);
   const SessionId again = connect("small", 1, "class-a", {}, 2);
   work(again);
   EXPECT_EQ(status(job).state, JobState::done);
@@ -288,13 +289,13 @@ TEST_F(CoordinatorTest, AJobThatNobodyRendersSaysWhatKeepsThoseWhoAreThere) {
   const JobId job = submit(spec("r1", 64));
   EXPECT_EQ(status(job).reason, "waits for a worker: none is connected");
   const SessionId old{next_session++};
-  coordinator->worker_connected(old, {"old", "host", 1, 1, "class-a", "0.1", {}, false, "m1"}, now, step);
+  coordinator->worker_connected(old, {"old", "host", 1, 1, "class-a", "0.1", {}, false, "m1"}, now, effects);
   flush();
   EXPECT_EQ(status(job).reason,
             fmt::format("waits for a worker with renderer {}: old has renderer 0.1", kRendererVersion));
   const SessionId leaving = connect("leaving");
   EXPECT_EQ(status(job).reason, "");
-  ASSERT_TRUE(coordinator->drain_worker("leaving", now, step).ok());
+  ASSERT_TRUE(coordinator->drain_worker("leaving", now, effects).ok());
   for (const LeaseGrant& grant : got<LeaseGrant>(leaving)) {
     say(leaving, WorkerReturn{grant.lease});
   }
@@ -385,7 +386,7 @@ TEST_F(CoordinatorTest, VersionsGrowWithEveryChange) {
   EXPECT_TRUE(grew());  // it runs
   finish(session, got<LeaseGrant>(session)[0]);
   EXPECT_TRUE(grew());
-  ASSERT_TRUE(coordinator->pause(job, now, step).ok());
+  ASSERT_TRUE(coordinator->pause(job, now, effects).ok());
   EXPECT_TRUE(grew());
   EXPECT_FALSE(grew());
 }
@@ -432,8 +433,8 @@ TEST_F(CoordinatorTest, ListsWorkersAndWhoIsInQuarantineByName) {
     sessions[name] = connect(name);
   }
   for (const std::string name : {"b", "d"}) {
-    ASSERT_TRUE(coordinator->quarantine_worker(name, "put there by ada", false, now, step).ok());
-    coordinator->worker_disconnected(sessions[name], now, step);
+    ASSERT_TRUE(coordinator->quarantine_worker(name, "put there by ada", false, now, effects).ok());
+    coordinator->worker_disconnected(sessions[name], now, effects);
   }
   flush();
   std::vector<std::string> names;
@@ -481,9 +482,9 @@ TEST_F(CoordinatorTest, ListsTheNewestJobsOfAFilter) {
   EXPECT_EQ(listed({.most = 2, .admits = of_a}), chosen({4, 2}));
   EXPECT_EQ(listed({.before = submitted[2], .admits = of_a}), chosen({0}));
   EXPECT_EQ(listed({.before = submitted[0]}), chosen({}));
-  Step step;
-  ASSERT_TRUE(coordinator->cancel(submitted[4], now, 0, step).ok());
-  ASSERT_TRUE(coordinator->pause(submitted[3], now, step).ok());
+  Effects effects;
+  ASSERT_TRUE(coordinator->cancel(submitted[4], now, 0, effects).ok());
+  ASSERT_TRUE(coordinator->pause(submitted[3], now, effects).ok());
   EXPECT_EQ(listed({.most = 2, .unfinished = true}), chosen({3, 2}));
   EXPECT_EQ(listed({.unfinished = true, .admits = of_a}), chosen({2, 0}));
 }

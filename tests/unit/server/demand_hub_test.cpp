@@ -40,7 +40,7 @@ TEST_F(DemandHubTest, TheStateComesAtOnceAndThenItsChangesAlone) {
   publish();
   EXPECT_EQ(ear->told, (std::vector{false, true}));
   pass(std::chrono::seconds(1));
-  ASSERT_TRUE(coordinator->cancel(job, now, unix_ms(), step).ok());
+  ASSERT_TRUE(coordinator->cancel(job, now, unix_ms(), effects).ok());
   flush();
   publish();
   EXPECT_EQ(ear->told, (std::vector{false, true, false}));
@@ -72,7 +72,7 @@ TEST_F(DemandHubTest, WhoReadsSlowlyHearsTheNewest) {
   const JobId job = submit(spec());
   pass(std::chrono::seconds(1));
   publish();
-  ASSERT_TRUE(coordinator->cancel(job, now, unix_ms(), step).ok());
+  ASSERT_TRUE(coordinator->cancel(job, now, unix_ms(), effects).ok());
   flush();
   submit(spec("r2"));
   ear->busy = false;

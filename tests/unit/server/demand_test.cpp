@@ -29,17 +29,17 @@ TEST_F(DemandTest, NoneWithoutAJobAndOneForTheFirst) {
   EXPECT_EQ(wanted(), 0u);
   connect("w");
   EXPECT_EQ(wanted(), 0u) << "whoever is there has nothing to do";
-  coordinator->worker_disconnected(SessionId{1}, now, step);
+  coordinator->worker_disconnected(SessionId{1}, now, effects);
   flush();
   const JobId job = submit(spec());
   EXPECT_EQ(wanted(), 1u);
-  ASSERT_TRUE(coordinator->pause(job, now, step).ok());
+  ASSERT_TRUE(coordinator->pause(job, now, effects).ok());
   flush();
   EXPECT_EQ(wanted(), 0u);
-  ASSERT_TRUE(coordinator->resume(job, now, step).ok());
+  ASSERT_TRUE(coordinator->resume(job, now, effects).ok());
   flush();
   EXPECT_EQ(wanted(), 1u);
-  ASSERT_TRUE(coordinator->cancel(job, now, unix_ms(), step).ok());
+  ASSERT_TRUE(coordinator->cancel(job, now, unix_ms(), effects).ok());
   flush();
   EXPECT_EQ(wanted(), 0u);
 }
@@ -65,7 +65,7 @@ TEST_F(DemandTest, WhoIsAtWorkIsWanted) {
   }
   answer_first(workers[0], 0.01);
   EXPECT_EQ(wanted(), 3u) << "0.63 s are left, and all have some of it";
-  ASSERT_TRUE(coordinator->drain_worker("c", now, step).ok());
+  ASSERT_TRUE(coordinator->drain_worker("c", now, effects).ok());
   flush();
   EXPECT_EQ(wanted(), 2u) << "one that is asked to leave is not";
 }
@@ -142,7 +142,7 @@ TEST_F(DemandTest, WhoIsInQuarantineHasAPlaceAndDoesNothing) {
   submit(spec("r1", 1000));
   const SessionId w = connect("w", 1);
   answer_first(w, 1.0);
-  ASSERT_TRUE(coordinator->quarantine_worker("w", std::string(Coordinator::kByHand) + "ada", false, now, step).ok());
+  ASSERT_TRUE(coordinator->quarantine_worker("w", std::string(kByHand) + "ada", false, now, effects).ok());
   flush();
   EXPECT_EQ(wanted(), 2u) << "one that renders, beside it";
 }
@@ -151,11 +151,11 @@ TEST_F(DemandTest, WhetherAnybodyIsWantedIsSaidWithoutCounting) {
   EXPECT_FALSE(coordinator->wants_workers());
   const JobId job = submit(spec("r1", 1000));
   EXPECT_TRUE(coordinator->wants_workers());
-  coordinator->hold("waits for room on the disk", now, step);
+  coordinator->hold("waits for room on the disk", now, effects);
   EXPECT_FALSE(coordinator->wants_workers());
   EXPECT_EQ(coordinator->held(), "waits for room on the disk");
-  coordinator->hold("", now, step);
-  ASSERT_TRUE(coordinator->cancel(job, now, unix_ms(), step).ok());
+  coordinator->hold("", now, effects);
+  ASSERT_TRUE(coordinator->cancel(job, now, unix_ms(), effects).ok());
   flush();
   EXPECT_FALSE(coordinator->wants_workers());
 }
@@ -171,11 +171,11 @@ TEST_F(DemandTest, NoMoreThanTheFarmTakes) {
 
 TEST_F(DemandTest, AFarmThatCannotStoreWantsNobody) {
   submit(spec("r1", 1000));
-  coordinator->hold("waits for room on the disk", now, step);
+  coordinator->hold("waits for room on the disk", now, effects);
   flush();
   connect("w", 1);
   EXPECT_EQ(wanted(), 0u);
-  coordinator->hold("", now, step);
+  coordinator->hold("", now, effects);
   flush();
   EXPECT_EQ(wanted(), 1u);
 }

@@ -75,7 +75,7 @@ TEST_F(ErrorGoalTest, AJobKeepsHowItsErrorFell) {
   // It outlives the coordinator, and goes on when the job is extended.
   restart(stored_now(job));
   EXPECT_EQ(status(job).history, history);
-  ASSERT_TRUE(coordinator->extend(job, {200, 0}, now, step).ok());
+  ASSERT_TRUE(coordinator->extend(job, {200, 0}, now, effects).ok());
   flush();
   work(connect("w2"));
   const std::vector<ErrorPoint> longer = status(job).history;
@@ -121,9 +121,9 @@ TEST_F(ErrorGoalTest, LeasesWaitForTheCommitOfWhatTheCountWasReadFrom) {
   for (std::size_t done = 0; done < got<LeaseGrant>(session).size();) {
     const LeaseGrant grant = got<LeaseGrant>(session)[done++];
     for (const TileId tile : grant.unit.tiles) {
-      coordinator->worker_message(session, result(grant, tile), now, unix_ms(), step);
+      coordinator->worker_message(session, result(grant, tile), now, unix_ms(), effects);
       EXPECT_TRUE(std::ranges::none_of(
-          step.now, [](const Outgoing& each) { return std::holds_alternative<LeaseGrant>(each.message); }));
+          effects.now, [](const Outgoing& each) { return std::holds_alternative<LeaseGrant>(each.message); }));
       flush();
     }
   }
@@ -250,7 +250,7 @@ TEST_F(ErrorGoalTest, NoErrorIsReadOverAGap) {
   }
   ASSERT_TRUE(found);
   ASSERT_FALSE(slow.empty());
-  ASSERT_TRUE(coordinator->extend(job, {0, 0.9}, now, step).ok());
+  ASSERT_TRUE(coordinator->extend(job, {0, 0.9}, now, effects).ok());
   flush();
   EXPECT_EQ(status(job).state, JobState::running);
   for (const auto& [session, grant] : slow) {
@@ -272,11 +272,11 @@ TEST_F(ErrorGoalTest, ExtendingAsksForLessErrorOrForMoreSamples) {
   const SessionId session = connect("w");
   work(session);
   ASSERT_EQ(status(job).min_tile_samples, 64u);
-  EXPECT_EQ(coordinator->extend(job, {0, 0.02}, now, step).code(), StatusCode::kInvalidArgument);
-  EXPECT_EQ(coordinator->extend(job, {0, -1}, now, step).code(), StatusCode::kInvalidArgument);
-  EXPECT_EQ(coordinator->extend(job, {0, NAN}, now, step).code(), StatusCode::kInvalidArgument);
-  EXPECT_EQ(coordinator->extend(job, {}, now, step).code(), StatusCode::kInvalidArgument);
-  ASSERT_TRUE(coordinator->extend(job, {0, 0.01}, now, step).ok());
+  EXPECT_EQ(coordinator->extend(job, {0, 0.02}, now, effects).code(), StatusCode::kInvalidArgument);
+  EXPECT_EQ(coordinator->extend(job, {0, -1}, now, effects).code(), StatusCode::kInvalidArgument);
+  EXPECT_EQ(coordinator->extend(job, {0, NAN}, now, effects).code(), StatusCode::kInvalidArgument);
+  EXPECT_EQ(coordinator->extend(job, {}, now, effects).code(), StatusCode::kInvalidArgument);
+  ASSERT_TRUE(coordinator->extend(job, {0, 0.01}, now, effects).ok());
   flush();
   EXPECT_EQ(status(job).state, JobState::running);
   EXPECT_EQ(status(job).reached, GoalLimit::none);
@@ -284,19 +284,19 @@ TEST_F(ErrorGoalTest, ExtendingAsksForLessErrorOrForMoreSamples) {
   EXPECT_EQ(status(job).min_tile_samples, 96u);
   EXPECT_EQ(status(job).reached, GoalLimit::error);
   // An error that it has already ends it at once.
-  ASSERT_TRUE(coordinator->extend(job, {0, 0.008}, now, step).ok());
+  ASSERT_TRUE(coordinator->extend(job, {0, 0.008}, now, effects).ok());
   flush();
   EXPECT_EQ(status(job).state, JobState::done);
   EXPECT_EQ(status(job).goal, (Goal{0, 0, 0.008}));
   // More samples: the error is reached, and would end the job at once.
-  ASSERT_TRUE(coordinator->extend(job, {100}, now, step).ok());
+  ASSERT_TRUE(coordinator->extend(job, {100}, now, effects).ok());
   flush();
   EXPECT_EQ(status(job).goal, (Goal{100, 0, 0}));
   work(session);
   EXPECT_EQ(status(job).min_tile_samples, 100u);
   EXPECT_EQ(status(job).reached, GoalLimit::samples);
   // From samples to an error: the samples are reached.
-  ASSERT_TRUE(coordinator->extend(job, {0, 0.005}, now, step).ok());
+  ASSERT_TRUE(coordinator->extend(job, {0, 0.005}, now, effects).ok());
   flush();
   EXPECT_EQ(status(job).goal, (Goal{0, 0, 0.005}));
   work(session);
@@ -312,9 +312,9 @@ TEST_F(ErrorGoalTest, GathersNeedTheLayerThatTellsTheirBias) {
   const SessionId session = connect("w");
   work(session);
   ASSERT_EQ(status(without).state, JobState::done);
-  EXPECT_EQ(coordinator->extend(without, {0, 0.01}, now, step).code(), StatusCode::kFailedPrecondition);
-  EXPECT_TRUE(coordinator->extend(with, {0, 0.01}, now, step).ok());
-  EXPECT_TRUE(coordinator->extend(without, {32}, now, step).ok());
+  EXPECT_EQ(coordinator->extend(without, {0, 0.01}, now, effects).code(), StatusCode::kFailedPrecondition);
+  EXPECT_TRUE(coordinator->extend(with, {0, 0.01}, now, effects).ok());
+  EXPECT_TRUE(coordinator->extend(without, {32}, now, effects).ok());
 }
 
 TEST_F(ErrorGoalTest, ARunningJobIsExtendedAboveWhatIsOut) {
@@ -329,7 +329,7 @@ TEST_F(ErrorGoalTest, ARunningJobIsExtendedAboveWhatIsOut) {
     out = std::max(out, grant.unit.range.end());
   }
   ASSERT_GT(out, 16u);
-  ASSERT_TRUE(coordinator->extend(job, {0, 0.9}, now, step).ok());
+  ASSERT_TRUE(coordinator->extend(job, {0, 0.9}, now, effects).ok());
   flush();
   worked[session] = 20;
   work(session);
@@ -357,7 +357,7 @@ TEST_F(ErrorGoalTest, TheEtaIsThatOfTheCountAtWhichItWillProbablyEnd) {
 
 TEST_F(ErrorGoalTest, RefusesWhatCannotBeToldAndNamesIt) {
   const auto error_of = [&](const JobSpec& job) {
-    const Result<JobId> id = coordinator->submit(job, now, unix_ms(), step);
+    const Result<JobId> id = coordinator->submit(job, now, unix_ms(), effects);
     EXPECT_EQ(id.status().code(), StatusCode::kInvalidArgument);
     return message_of(id.status());
   };

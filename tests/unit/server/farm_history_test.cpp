@@ -99,7 +99,7 @@ TEST_F(FarmCountsTest, TellOfWhatIsMergedAndWhatWaits) {
   const JobId job = submit(spec("r1", 4, {0, 0, 64, 64}));
   const JobId paused = submit(spec("r2", 4, {0, 0, 64, 64}));
   submit(spec("r3", 4, {0, 0, 64, 64}));
-  ASSERT_TRUE(coordinator->pause(paused, now, step).ok());
+  ASSERT_TRUE(coordinator->pause(paused, now, effects).ok());
   EXPECT_EQ(coordinator->counts().jobs_waiting, 2u);
   EXPECT_TRUE(coordinator->counts().workers.empty());
 
@@ -126,14 +126,14 @@ TEST_F(FarmCountsTest, WhatAWorkerDidAndLostIsToldWhenItIsForgotten) {
   const SessionId session = connect("a");
   const auto leases = got<LeaseGrant>(session).size();
   ASSERT_GT(leases, 0u);
-  coordinator->worker_disconnected(session, now, step);
-  EXPECT_TRUE(step.departed.empty()) << "it may come again and go on";
+  coordinator->worker_disconnected(session, now, effects);
+  EXPECT_TRUE(effects.departed.empty()) << "it may come again and go on";
   EXPECT_TRUE(coordinator->counts().workers.empty());
   now += limits.disconnect_grace + std::chrono::milliseconds(1);
-  coordinator->tick(now, unix_ms(), step);
-  ASSERT_EQ(step.departed.size(), 1u);
-  EXPECT_EQ(step.departed[0].name, "a");
-  EXPECT_EQ(step.departed[0].leases_lost, leases);
+  coordinator->tick(now, unix_ms(), effects);
+  ASSERT_EQ(effects.departed.size(), 1u);
+  EXPECT_EQ(effects.departed[0].name, "a");
+  EXPECT_EQ(effects.departed[0].leases_lost, leases);
 }
 
 }  // namespace

@@ -9,7 +9,7 @@ namespace {
 class FarmTotalsTest : public CoordinatorTest {
  protected:
   const FarmTotals& totals() const { return coordinator->totals(); }
-  FarmCensus census() const { return coordinator->census(); }
+  FarmSnapshot snapshot() const { return coordinator->snapshot(); }
   std::uint64_t pictures() const {
     const std::vector<std::uint64_t>& counts = totals().first_picture.counts();
     return std::accumulate(counts.begin(), counts.end(), std::uint64_t{0});
@@ -22,8 +22,8 @@ TEST_F(FarmTotalsTest, WorkIsCountedOnceWhateverItTakes) {
   const LeaseGrant grant = got<LeaseGrant>(w).front();
   const std::uint64_t leased = totals().units_leased;
   EXPECT_EQ(leased, got<LeaseGrant>(w).size());
-  EXPECT_EQ(census().units_out, leased);
-  EXPECT_EQ(census().rendering, 1u);
+  EXPECT_EQ(snapshot().units_out, leased);
+  EXPECT_EQ(snapshot().rendering, 1u);
 
   say(w, result(grant, grant.unit.tiles.front()));
   say(w, result(grant, grant.unit.tiles.front()));
@@ -35,7 +35,7 @@ TEST_F(FarmTotalsTest, WorkIsCountedOnceWhateverItTakes) {
   EXPECT_EQ(totals().units_lost, totals().units_leased) << "it has said nothing";
   work(connect("w2"));
   EXPECT_EQ(totals().pixel_samples, 4u * 128 * 64);
-  EXPECT_EQ(census().jobs[static_cast<std::size_t>(JobState::done)], 1u);
+  EXPECT_EQ(snapshot().jobs[static_cast<std::size_t>(JobState::done)], 1u);
 }
 
 TEST_F(FarmTotalsTest, AFirstPictureIsOneForEachJob) {
@@ -50,12 +50,13 @@ TEST_F(FarmTotalsTest, AFirstPictureIsOneForEachJob) {
   EXPECT_EQ(pictures(), 1u);
   EXPECT_DOUBLE_EQ(totals().first_picture.sum(), 3.0);
   // All that it rendered is undone, and rendered again an hour later.
-  ASSERT_TRUE(coordinator->quarantine_worker("w", std::string(Coordinator::kByHand) + "ada", true, now, step).ok());
+  ASSERT_TRUE(coordinator->quarantine_worker("w", std::string(kByHand) + "ada", true, now, effects).ok());
   flush();
   EXPECT_EQ(coordinator->film(JobId{1})->pixel_samples(), 0u);
   now += std::chrono::hours(1);
   const SessionId other{next_session++};
-  coordinator->worker_connected(other, {"w2", "another host", 1, 1, "class-a", kRendererVersion, {}, false}, now, step);
+  coordinator->worker_connected(other, {"w2", "another host", 1, 1, "class-a", kRendererVersion, {}, false}, now,
+                                effects);
   flush();
   for (std::size_t i = 0; coordinator->film(JobId{1})->min_samples() == 0; ++i) {
     ASSERT_LT(i, got<LeaseGrant>(other).size());
@@ -69,10 +70,10 @@ TEST_F(FarmTotalsTest, FailedJobsStayCountedWhenTheyAreDeleted) {
   const SessionId w = connect("w");
   say(w, WorkerRefusal{job, "its scene does not compile", false});
   ASSERT_EQ(status(job).state, JobState::failed);
-  EXPECT_EQ(census().jobs[static_cast<std::size_t>(JobState::failed)], 1u);
-  ASSERT_TRUE(coordinator->remove(job, now, step).ok());
+  EXPECT_EQ(snapshot().jobs[static_cast<std::size_t>(JobState::failed)], 1u);
+  ASSERT_TRUE(coordinator->remove(job, now, effects).ok());
   flush();
-  EXPECT_EQ(census().jobs[static_cast<std::size_t>(JobState::failed)], 0u);
+  EXPECT_EQ(snapshot().jobs[static_cast<std::size_t>(JobState::failed)], 0u);
   EXPECT_EQ(totals().jobs_failed, 1u);
 }
 
@@ -80,9 +81,9 @@ TEST_F(FarmTotalsTest, WhatTimeAloneEndsIsNoQueue) {
   JobSpec timed = spec("r1", 0);
   timed.goal.seconds = 3600;
   submit(timed);
-  EXPECT_EQ(census().free_pixel_samples, 0u);
+  EXPECT_EQ(snapshot().free_pixel_samples, 0u);
   submit(spec("r2", 10));
-  EXPECT_EQ(census().free_pixel_samples, 10u * 128 * 64);
+  EXPECT_EQ(snapshot().free_pixel_samples, 10u * 128 * 64);
 }
 
 }  // namespace

@@ -9,7 +9,7 @@ namespace {
 class HoldTest : public CoordinatorTest {
  protected:
   void hold(const std::string& why) {
-    coordinator->hold(why, now, step);
+    coordinator->hold(why, now, effects);
     flush();
   }
 };
@@ -19,9 +19,9 @@ TEST_F(HoldTest, NothingIsLeasedAndJobsSayWhyUntilItGoesOn) {
   const JobId job = submit(spec());
   const SessionId worker = connect("w");
   EXPECT_EQ(status(job).reason, "waits for space");
-  ASSERT_TRUE(coordinator->pause(job, now, step).ok());
+  ASSERT_TRUE(coordinator->pause(job, now, effects).ok());
   EXPECT_EQ(status(job).reason, "") << "somebody wants it so";
-  ASSERT_TRUE(coordinator->resume(job, now, step).ok());
+  ASSERT_TRUE(coordinator->resume(job, now, effects).ok());
   pass(std::chrono::seconds(10));
   EXPECT_TRUE(got<LeaseGrant>(worker).empty());
   hold("");
@@ -44,7 +44,7 @@ TEST_F(HoldTest, JobsThatEndedLongAgoAreDeletedAndOthersStay) {
   limits.keep_ended = std::chrono::hours(10);
   restart({});
   const JobId ended = submit(spec("a")), waiting = submit(spec("b"));
-  ASSERT_TRUE(coordinator->cancel(ended, now, unix_ms(), step).ok());
+  ASSERT_TRUE(coordinator->cancel(ended, now, unix_ms(), effects).ok());
   flush();
   writes.clear();
   pass(std::chrono::hours(10) - std::chrono::seconds(1));
@@ -60,7 +60,7 @@ TEST_F(HoldTest, JobsThatEndedLongAgoAreDeletedAndOthersStay) {
 
 TEST_F(HoldTest, WithoutALimitJobsStay) {
   const JobId ended = submit(spec());
-  ASSERT_TRUE(coordinator->cancel(ended, now, unix_ms(), step).ok());
+  ASSERT_TRUE(coordinator->cancel(ended, now, unix_ms(), effects).ok());
   flush();
   pass(std::chrono::hours(100'000));
   EXPECT_TRUE(coordinator->status(ended, now).ok());
@@ -74,7 +74,7 @@ TEST_F(HoldTest, JobsOfOneUserAreCounted) {
   other.owner = "bob";
   submit(first);
   submit(other);
-  const Result<JobId> refused = coordinator->submit(second, now, unix_ms(), step);
+  const Result<JobId> refused = coordinator->submit(second, now, unix_ms(), effects);
   EXPECT_EQ(refused.status().code(), StatusCode::kResourceExhausted);
   EXPECT_EQ(message_of(refused.status()),
             "the farm keeps at most 1 jobs of one user, 'ada': delete some that have ended");

@@ -9,7 +9,7 @@ using test::CoordinatorTest;
 TEST_F(CoordinatorTest, SecondsThatNoClockCanCountAreRefused) {
   JobSpec job = spec();
   job.goal.seconds = 1e12;
-  EXPECT_EQ(coordinator->submit(job, now, unix_ms(), step).status().code(), StatusCode::kInvalidArgument);
+  EXPECT_EQ(coordinator->submit(job, now, unix_ms(), effects).status().code(), StatusCode::kInvalidArgument);
 }
 
 TEST_F(CoordinatorTest, NamesThatATerminalWouldObeyAreRefused) {
@@ -18,7 +18,7 @@ TEST_F(CoordinatorTest, NamesThatATerminalWouldObeyAreRefused) {
     for (std::string JobSpec::*field : {&JobSpec::name, &JobSpec::owner, &JobSpec::host}) {
       JobSpec job = spec();
       job.*field = bad;
-      EXPECT_EQ(coordinator->submit(job, now, unix_ms(), step).status().code(), StatusCode::kInvalidArgument);
+      EXPECT_EQ(coordinator->submit(job, now, unix_ms(), effects).status().code(), StatusCode::kInvalidArgument);
     }
     const SessionId session = connect(bad);
     ASSERT_EQ(got<Dismissal>(session).size(), 1u);

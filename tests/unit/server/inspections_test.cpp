@@ -11,34 +11,35 @@ class InspectionTest : public CoordinatorTest {
   SessionId reader(const std::string& name, bool inspects = true) {
     const SessionId session{next_session++};
     WorkerHello hello{name, name, 1, 1, "class-a", kRendererVersion, {}, false, name, inspects};
-    coordinator->worker_connected(session, hello, now, step);
+    coordinator->worker_connected(session, hello, now, effects);
     collect();
     return session;
   }
   Result<InspectionId> ask(const std::string& caller = "ann") {
-    const Result<InspectionId> id = coordinator->inspect(caller, {{}, {"box.json"}, ""}, now, step);
-    EXPECT_TRUE(step.writes.empty()) << "an inspection is in memory alone";
+    const Result<InspectionId> id = coordinator->inspect(caller, {{}, {"box.json"}, ""}, now, effects);
+    EXPECT_TRUE(effects.writes.empty()) << "an inspection is in memory alone";
     collect();
     return id;
   }
   void report(SessionId session, InspectionId id) {
-    coordinator->worker_message(session, InspectReport{id, std::make_shared<const Inspection>()}, now, unix_ms(), step);
+    coordinator->worker_message(session, InspectReport{id, std::make_shared<const Inspection>()}, now, unix_ms(),
+                                effects);
     collect();
   }
   void lose(SessionId session) {
-    coordinator->worker_disconnected(session, now, step);
+    coordinator->worker_disconnected(session, now, effects);
     collect();
   }
   void wait(Duration time) {
     const Time until = now + time;
     while (now < until) {
       now = std::min(until, now + std::chrono::seconds(1));
-      coordinator->tick(now, unix_ms(), step);
+      coordinator->tick(now, unix_ms(), effects);
       collect();
     }
   }
   void collect() {
-    answers.insert(answers.end(), step.inspected.begin(), step.inspected.end());
+    answers.insert(answers.end(), effects.inspected.begin(), effects.inspected.end());
     flush();
   }
   std::size_t grants(SessionId session) const { return got<InspectGrant>(session).size(); }
@@ -108,10 +109,10 @@ TEST_F(InspectionTest, GoesOnFromASilentWorker) {
   ASSERT_TRUE(ask().ok());
   const Time asked = now;
   SessionId b{};
-  while (hang_ups.empty() && now < asked + std::chrono::seconds(31)) {
+  while (closed.empty() && now < asked + std::chrono::seconds(31)) {
     wait(std::chrono::seconds(1));
   }
-  ASSERT_EQ(hang_ups.size(), 1u) << "within 30 s";
+  ASSERT_EQ(closed.size(), 1u) << "within 30 s";
   b = reader("b");
   EXPECT_EQ(grants(a), 1u);
   EXPECT_EQ(grants(b), 1u);
@@ -120,7 +121,7 @@ TEST_F(InspectionTest, GoesOnFromASilentWorker) {
 TEST_F(InspectionTest, GoesFromTwoWhoFellSilentTogetherToOneWhoDidNot) {
   const SessionId a = reader("a"), b = reader("b");
   ASSERT_TRUE(ask().ok());
-  while (hang_ups.size() < 2) {
+  while (closed.size() < 2) {
     wait(std::chrono::seconds(1));
     ASSERT_LT(now, Time{} + std::chrono::hours(1));
   }

@@ -19,7 +19,7 @@ TEST_F(LeasingTest, AWorkerOfACancelledJobGetsTheNextOneAtOnce) {
   const SessionId session = connect("w");
   const std::size_t before = got<LeaseGrant>(session).size();
   ASSERT_GT(before, 0u);
-  EXPECT_TRUE(coordinator->cancel(first, now, unix_ms(), step).ok());
+  EXPECT_TRUE(coordinator->cancel(first, now, unix_ms(), effects).ok());
   flush();
   const JobId second = submit(spec("r2", 1000));
   ASSERT_GT(got<LeaseGrant>(session).size(), before);  // without waiting for a heartbeat
@@ -186,7 +186,7 @@ TEST_F(LeasingTest, AWorkerThatComesBackKeepsItsLeases) {
   for (const LeaseGrant& grant : grants) {
     held.push_back({grant.lease, 1, status(job).render_digest, grant.unit});
   }
-  coordinator->worker_disconnected(first, now, step);
+  coordinator->worker_disconnected(first, now, effects);
   pass(std::chrono::seconds(1));
   const SessionId second = connect("w", 1, "class-a", held);
   EXPECT_TRUE(got<LeaseGrant>(second).empty());
@@ -221,7 +221,7 @@ TEST_F(LeasingTest, ANameIsOfOneProcessAsLongAsThatSpeaks) {
             "another worker named w is connected (process 1 on host); choose another --name, or leave it out for one "
             "that is unique");
   EXPECT_TRUE(got<Dismissal>(first).empty());
-  coordinator->worker_disconnected(refused, now, step);
+  coordinator->worker_disconnected(refused, now, effects);
   flush();
   ASSERT_EQ(coordinator->workers(now).size(), 1u);
   submit(spec("r1", 1));
@@ -246,7 +246,7 @@ TEST_F(LeasingTest, AWorkerThatIsLeavingGivesItsNameAway) {
 TEST_F(LeasingTest, LeasesOfABrokenStreamAreLostAfterTheGrace) {
   const JobId job = submit(spec("r1", 1));
   const SessionId session = connect("w");
-  coordinator->worker_disconnected(session, now, step);
+  coordinator->worker_disconnected(session, now, effects);
   EXPECT_EQ(status(job).counters.leases_lost, 0u);
   pass(limits.disconnect_grace);
   EXPECT_EQ(status(job).counters.leases_lost, got<LeaseGrant>(session).size());
@@ -308,7 +308,7 @@ TEST_F(LeasingTest, DamagedResultsAreDroppedAndRenderedAgain) {
   };
   std::uint64_t lost = 0;
   for (const auto& spoil : damage) {
-    coordinator->worker_disconnected(session, now, step);
+    coordinator->worker_disconnected(session, now, effects);
     pass(limits.disconnect_grace);
     session = connect(fmt::format("w{}", next_session));
     lost = status(job).counters.leases_lost;
@@ -389,13 +389,13 @@ TEST_F(LeasingTest, EqualJobsShareTheWorkerAndPriorityGoesFirst) {
   EXPECT_EQ(share.size(), 1u);
   EXPECT_TRUE(share.contains(third));
 
-  ASSERT_TRUE(coordinator->set_priority(second, 2, now, step).ok());
+  ASSERT_TRUE(coordinator->set_priority(second, 2, now, effects).ok());
   work_some(2);
   share = work_some(20);
   EXPECT_EQ(share.size(), 1u);
   EXPECT_TRUE(share.contains(second));
-  ASSERT_TRUE(coordinator->set_priority(second, 0, now, step).ok());
-  ASSERT_TRUE(coordinator->set_priority(third, 0, now, step).ok());
+  ASSERT_TRUE(coordinator->set_priority(second, 0, now, effects).ok());
+  ASSERT_TRUE(coordinator->set_priority(third, 0, now, effects).ok());
   work_some(20);  // one that comes to others starts from the least of them: nobody has to wait for what it missed
   share = work_some(90);
   for (const JobId job : {first, second, third}) {
@@ -439,8 +439,8 @@ TEST_F(LeasingTest, IdleWorkersCopyWhatIsLate) {
 TEST_F(LeasingTest, ADrainingWorkerGetsNoMore) {
   submit(spec("r1", 1000, {0, 0, 1024, 1024}));
   const SessionId session = connect("w");
-  EXPECT_EQ(coordinator->drain_worker("nobody", now, step).code(), StatusCode::kNotFound);
-  ASSERT_TRUE(coordinator->drain_worker("w", now, step).ok());
+  EXPECT_EQ(coordinator->drain_worker("nobody", now, effects).code(), StatusCode::kNotFound);
+  ASSERT_TRUE(coordinator->drain_worker("w", now, effects).ok());
   flush();
   EXPECT_EQ(got<DrainRequest>(session).size(), 1u);
   const std::size_t before = got<LeaseGrant>(session).size();
@@ -464,7 +464,7 @@ TEST_F(LeasingTest, ReturnedTilesGoToOthersAtOnce) {
 
 TEST_F(LeasingTest, AnUnsoundHelloIsDismissed) {
   const SessionId session{next_session++};
-  coordinator->worker_connected(session, WorkerHello{}, now, step);
+  coordinator->worker_connected(session, WorkerHello{}, now, effects);
   flush();
   EXPECT_EQ(got<Dismissal>(session).size(), 1u);
   say(session, WorkerHeartbeat{});

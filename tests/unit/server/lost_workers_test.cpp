@@ -10,7 +10,7 @@ class LostWorkersTest : public test::CoordinatorTest {
   std::vector<LeaseGrant> lose_a_worker() {
     const SessionId session = connect(fmt::format("worker-{}", ++lost_));
     const std::vector<LeaseGrant> grants = got<LeaseGrant>(session);
-    coordinator->worker_disconnected(session, now, step);
+    coordinator->worker_disconnected(session, now, effects);
     flush();
     pass(limits.disconnect_grace + std::chrono::milliseconds(1));
     return grants;
@@ -72,7 +72,7 @@ TEST_F(LostWorkersTest, WhatComesOfATileClearsIt) {
     for (const LeaseGrant& grant : got<LeaseGrant>(session)) {
       say(session, WorkerReturn{grant.lease});
     }
-    coordinator->worker_disconnected(session, now, step);
+    coordinator->worker_disconnected(session, now, effects);
     flush();
   }
   EXPECT_NE(status(job).state, JobState::failed);
@@ -88,12 +88,12 @@ TEST_F(LostWorkersTest, AWorkerThatOnlyLostItsLineAccusesNobody) {
 
 TEST_F(LostWorkersTest, WhatAStoreHoldsUpIsNotLostByWorkers) {
   const JobId job = submit(spec("r1", 4, {0, 0, 64, 64}));
-  const auto second = [&](SessionId session, Step& waiting) {
+  const auto second = [&](SessionId session, Effects& waiting) {
     now += std::chrono::seconds(1);
     coordinator->worker_message(session, WorkerHeartbeat{}, now, unix_ms(), waiting);
     coordinator->tick(now, unix_ms(), waiting);
   };
-  Step waiting;
+  Effects waiting;
   for (std::uint32_t i = 0; i < 2 * (limits.losses_before_alone + limits.losses_alone); ++i) {
     const SessionId session{next_session++};
     const WorkerHello hello{fmt::format("w-{}", i), "host", 1, 1, "class-a", kRendererVersion, {}, false};
@@ -138,7 +138,7 @@ TEST_F(LostWorkersTest, WhatIsSentToABrokenStreamIsNotLostByItsWorker) {
   const JobId job = submit(spec_to_error({0, 0, 64, 64}));
   for (std::uint32_t i = 0; i < 2 * (limits.losses_before_alone + limits.losses_alone); ++i) {
     const SessionId session{next_session++};
-    Step waiting;
+    Effects waiting;
     coordinator->worker_connected(
         session, {fmt::format("w-{}", i), "host", 1, 1, "class-a", kRendererVersion, {}, false}, now, waiting);
     const std::vector<LeaseId> leases = leases_granted(waiting.after_commit);
@@ -157,7 +157,7 @@ TEST_F(LostWorkersTest, ResultsDoNotLetWhatIsNotSentYetRunOut) {
   const SessionId session = connect("w", 4);
   const std::vector<LeaseGrant> held = got<LeaseGrant>(session);
   ASSERT_FALSE(held.empty());
-  Step waiting;  // what follows is not stored
+  Effects waiting;  // what follows is not stored
   for (const TileId tile : held.front().unit.tiles) {
     coordinator->worker_message(session, result(held.front(), tile), now, unix_ms(), waiting);
   }
@@ -184,7 +184,7 @@ TEST_F(LostWorkersTest, AWorkerThatSendsDamagedResultsMakesNoTileSuspect) {
     WorkerResult damaged = result(grants[0], grants[0].unit.tiles.front());
     damaged.node.values.front() = std::numeric_limits<float>::quiet_NaN();
     say(session, damaged);
-    coordinator->worker_disconnected(session, now, step);
+    coordinator->worker_disconnected(session, now, effects);
     flush();
     pass(limits.disconnect_grace + std::chrono::milliseconds(1));
   }
@@ -196,7 +196,7 @@ TEST_F(LostWorkersTest, APilotThatKillsAllItsWorkersFailsItsJob) {
   piloted.settings.method = "auto";
   MethodNotes notes;
   notes.candidates = {"path", "caustic"};
-  const Result<JobId> job = coordinator->submit(piloted, now, unix_ms(), step, notes);
+  const Result<JobId> job = coordinator->submit(piloted, now, unix_ms(), effects, notes);
   ASSERT_TRUE(job.ok());
   flush();
   for (int i = 0; i < 5; ++i) {
@@ -210,14 +210,14 @@ TEST_F(LostWorkersTest, APilotThatKillsAllItsWorkersFailsItsJob) {
 TEST_F(LostWorkersTest, OneThatSaysNothingIsHungUpOn) {
   const SessionId silent = connect("silent"), other = connect("other");
   for (Duration at{}; at < limits.silence + limits.silence / 2; at += limits.heartbeat_interval) {
-    EXPECT_TRUE(hang_ups.empty() || at >= limits.silence);
+    EXPECT_TRUE(closed.empty() || at >= limits.silence);
     pass(limits.heartbeat_interval);
     say(other, WorkerHeartbeat{});
   }
-  EXPECT_EQ(hang_ups, std::vector<SessionId>{silent});
+  EXPECT_EQ(closed, std::vector<SessionId>{silent});
   ASSERT_EQ(coordinator->workers(now).size(), 1u);
   EXPECT_EQ(coordinator->workers(now)[0].name, "other");
-  coordinator->worker_disconnected(silent, now, step);  // its stream ends at last
+  coordinator->worker_disconnected(silent, now, effects);  // its stream ends at last
   say(silent, WorkerHeartbeat{});
   EXPECT_EQ(coordinator->workers(now).size(), 1u);
   connect("silent");
@@ -230,7 +230,7 @@ TEST_F(LostWorkersTest, ACoordinatorThatStoodStillLosesNobody) {
   const std::vector<LeaseGrant> before = got<LeaseGrant>(session);
   ASSERT_FALSE(before.empty());
   stand_still(std::chrono::minutes(10));
-  EXPECT_TRUE(hang_ups.empty());
+  EXPECT_TRUE(closed.empty());
   EXPECT_EQ(status(job).counters.leases_lost, 0u);
   work(session);
   EXPECT_EQ(status(job).state, JobState::done);
@@ -243,7 +243,7 @@ TEST_F(LostWorkersTest, ThatItStoodStillIsSeenAlsoWhenAWorkerComesFirst) {
   now += std::chrono::minutes(10);
   connect("b");
   stand_still({});
-  EXPECT_TRUE(hang_ups.empty());
+  EXPECT_TRUE(closed.empty());
   EXPECT_EQ(status(job).counters.leases_lost, 0u);
   work(session);
   EXPECT_EQ(status(job).counters.leases_lost, 0u);
@@ -266,9 +266,9 @@ TEST_F(LostWorkersTest, ACoordinatorThatCannotKeepUpLosesNobodyForSilence) {
     coordinator->cannot_keep_up(now);
     pass(step_time);
   }
-  EXPECT_TRUE(hang_ups.empty());
+  EXPECT_TRUE(closed.empty());
   EXPECT_EQ(status(job).counters.leases_lost, 0u);
-  coordinator->worker_disconnected(session, now, step);  // whose stream breaks is lost all the same
+  coordinator->worker_disconnected(session, now, effects);  // whose stream breaks is lost all the same
   coordinator->cannot_keep_up(now);
   pass(limits.disconnect_grace + std::chrono::seconds(1));
   const std::uint64_t lost = status(job).counters.leases_lost;
@@ -276,7 +276,7 @@ TEST_F(LostWorkersTest, ACoordinatorThatCannotKeepUpLosesNobodyForSilence) {
   pass(limits.lease_duration);
   EXPECT_GT(status(job).counters.leases_lost, lost) << "it can listen again, and hears nothing";
   pass(limits.silence);
-  EXPECT_EQ(hang_ups.size(), 1u);
+  EXPECT_EQ(closed.size(), 1u);
 }
 
 TEST_F(LostWorkersTest, OneThatStartsWithOldJobsHasNotStoodStill) {
@@ -287,8 +287,8 @@ TEST_F(LostWorkersTest, OneThatStartsWithOldJobsHasNotStoodStill) {
   stored.jobs[0].record.id = JobId{1};
   stored.jobs[0].record.spec = spec();
   restart(std::move(stored));
-  coordinator->tick(now, unix_ms(), step);
-  for (const Note& note : step.notes) {
+  coordinator->tick(now, unix_ms(), effects);
+  for (const Note& note : effects.notes) {
     EXPECT_EQ(note.text.find("stood still"), std::string::npos) << note.text;
   }
 }

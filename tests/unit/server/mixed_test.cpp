@@ -37,7 +37,7 @@ TEST_F(MixedTest, ItGoesOnWhenAClassIsGone) {
   const JobId job = submit_mixed(0);
   const SessionId a = connect_of("class-a", "m1");
   ASSERT_EQ(waiting(a), 1u);
-  coordinator->worker_disconnected(a, now, step);
+  coordinator->worker_disconnected(a, now, effects);
   pass(limits.disconnect_grace + std::chrono::seconds(1));
   EXPECT_NE(status(job).reason.find("waits for a worker"), std::string::npos);
   EXPECT_EQ(status(job).reason.find("class"), std::string::npos) << status(job).reason;
@@ -50,7 +50,7 @@ TEST_F(MixedTest, AnotherRendererRendersNothingOfIt) {
   submit_mixed();
   const SessionId session{next_session++};
   coordinator->worker_connected(session, {"w", "host", 1, 1, "class-a", "another renderer", {}, false, "m1"}, now,
-                                step);
+                                effects);
   flush();
   EXPECT_EQ(waiting(session), 0u);
 }
@@ -63,7 +63,7 @@ TEST_F(MixedTest, ResultsAreVerifiedByTheirOwnClass) {
   EXPECT_EQ(status(job).state, JobState::done) << "nobody is there who could verify it";
   EXPECT_EQ(status(job).results_unverified, 1u);
 
-  ASSERT_TRUE(coordinator->extend(job, {.samples = 2}, now, step).ok());
+  ASSERT_TRUE(coordinator->extend(job, {.samples = 2}, now, effects).ok());
   flush();
   const SessionId c = connect_of("class-a", "m3");
   answer(c);
@@ -73,13 +73,13 @@ TEST_F(MixedTest, ResultsAreVerifiedByTheirOwnClass) {
 TEST_F(MixedTest, AMachineOfItsClassThatWasHereLatelyIsWaitedFor) {
   const JobId job = submit_mixed();
   const SessionId b = connect_of("class-b", "m2"), again = connect_of("class-a", "m3");
-  coordinator->worker_disconnected(b, now, step);
-  coordinator->worker_disconnected(again, now, step);
+  coordinator->worker_disconnected(b, now, effects);
+  coordinator->worker_disconnected(again, now, effects);
   pass(limits.disconnect_grace + std::chrono::seconds(1));
   const SessionId a = connect_of("class-a", "m1");
   answer(a);
   EXPECT_EQ(status(job).state, JobState::running);
-  pass_with({a}, limits.verifier_patience);
+  pass_with({a}, limits.auditor_patience);
   EXPECT_EQ(status(job).state, JobState::done);
 }
 

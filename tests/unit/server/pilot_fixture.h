@@ -10,7 +10,7 @@ class PilotTest : public CoordinatorTest {
   JobId submit_undecided(const std::string& request_id = "r1") { return submit_undecided(spec(request_id)); }
   JobId submit_undecided(JobSpec job) {
     job.settings.method = "auto";
-    const Result<JobId> id = coordinator->submit(job, now, unix_ms(), step, {true, {"two do"}, {}, {"path", "ao"}});
+    const Result<JobId> id = coordinator->submit(job, now, unix_ms(), effects, {true, {"two do"}, {}, {"path", "ao"}});
     EXPECT_TRUE(id.ok()) << id.status();
     flush();
     return *id;

@@ -49,7 +49,7 @@ TEST_F(PilotTest, ACopyThatIsLostIsCopiedAgain) {
   const SessionId b = connect("b"), c = connect("c");
   live(std::chrono::seconds(1), {a, b, c});
   ASSERT_EQ(got<PilotGrant>(b).size(), 1u);
-  coordinator->worker_disconnected(b, now, step);
+  coordinator->worker_disconnected(b, now, effects);
   flush();
   live(limits.disconnect_grace + std::chrono::seconds(1), {a, c});
   ASSERT_EQ(got<PilotGrant>(c).size(), 1u);
@@ -78,10 +78,10 @@ TEST_F(PilotTest, ItsChoiceIsStoredAndRendered) {
 TEST_F(PilotTest, LeasesWaitUntilTheChoiceIsStored) {
   const SessionId a = connect("a");
   submit_undecided();
-  coordinator->worker_message(a, PilotReport{pilot(a).lease, 0, {}, 0}, now, unix_ms(), step);
+  coordinator->worker_message(a, PilotReport{pilot(a).lease, 0, {}, 0}, now, unix_ms(), effects);
   const auto is_lease = [](const Outgoing& each) { return std::holds_alternative<LeaseGrant>(each.message); };
-  EXPECT_TRUE(std::ranges::none_of(step.now, is_lease));
-  EXPECT_TRUE(std::ranges::any_of(step.after_commit, is_lease));
+  EXPECT_TRUE(std::ranges::none_of(effects.now, is_lease));
+  EXPECT_TRUE(std::ranges::any_of(effects.after_commit, is_lease));
 }
 
 TEST_F(PilotTest, ALostWorkersPilotGoesToAnother) {
@@ -89,7 +89,7 @@ TEST_F(PilotTest, ALostWorkersPilotGoesToAnother) {
   const JobId job = submit_undecided();
   const SessionId b = connect("b");
   const PilotGrant first = pilot(a);
-  coordinator->worker_disconnected(a, now, step);
+  coordinator->worker_disconnected(a, now, effects);
   flush();
   EXPECT_TRUE(got<PilotGrant>(b).empty());
   stand_still(limits.disconnect_grace + std::chrono::milliseconds(1));  // else b would get a copy before
@@ -106,7 +106,7 @@ TEST_F(PilotTest, ALostWorkersPilotGoesToAnother) {
 TEST_F(PilotTest, AWorkerThatComesBackWithoutItGetsItAgain) {
   const SessionId a = connect("a");
   submit_undecided();
-  coordinator->worker_disconnected(a, now, step);
+  coordinator->worker_disconnected(a, now, effects);
   flush();
   const SessionId again = connect("a");
   EXPECT_EQ(got<PilotGrant>(again).size(), 1u);
@@ -205,7 +205,7 @@ TEST_F(PilotTest, ItsTimeIsNoneOfTheJobsSeconds) {
 TEST_F(PilotTest, AnotherRenderersWorkerGetsNone) {
   const SessionId older{next_session++};
   coordinator->worker_connected(older, WorkerHello{"a", "host", 1, 1, "class-a", "lightmill-core-3", {}, false}, now,
-                                step);
+                                effects);
   submit_undecided();
   EXPECT_TRUE(got<PilotGrant>(older).empty()) << "it may not even know what a pilot is";
   EXPECT_EQ(got<PilotGrant>(connect("b")).size(), 1u);
@@ -216,7 +216,7 @@ TEST_F(PilotTest, WhoLosesPilotsWaitsLongerEachTime) {
   const JobId job = submit_undecided();
   for (int i = 0; i < 1000; ++i) {  // for a hundred seconds its stream breaks as soon as it has a pilot
     if (!got<PilotGrant>(a).empty()) {
-      coordinator->worker_disconnected(a, now, step);
+      coordinator->worker_disconnected(a, now, effects);
       a = connect("a");
     }
     pass(std::chrono::milliseconds(100));
@@ -257,7 +257,7 @@ TEST_F(PilotTest, WhoseSceneIsTooLargeForAWorkerGoesToAnother) {
 TEST_F(PilotTest, ACancelledJobTakesItsPilotBack) {
   const SessionId a = connect("a");
   const JobId job = submit_undecided();
-  ASSERT_TRUE(coordinator->cancel(job, now, unix_ms(), step).ok());
+  ASSERT_TRUE(coordinator->cancel(job, now, unix_ms(), effects).ok());
   flush();
   ASSERT_EQ(got<LeaseCancel>(a).size(), 1u);
   EXPECT_EQ(got<LeaseCancel>(a)[0].leases, std::vector<LeaseId>{pilot(a).lease});
@@ -285,11 +285,11 @@ TEST_F(PilotTest, ResultsOfAJobWithoutAMethodAreNotWanted) {
 TEST_F(PilotTest, CandidatesMustFitTheJob) {
   JobSpec job = spec();
   job.settings.method = "auto";
-  EXPECT_EQ(coordinator->submit(job, now, 0, step).status().code(), StatusCode::kInvalidArgument) << "none";
-  EXPECT_EQ(coordinator->submit(job, now, 0, step, {true, {}, {}, {"path", "magic"}}).status().code(),
+  EXPECT_EQ(coordinator->submit(job, now, 0, effects).status().code(), StatusCode::kInvalidArgument) << "none";
+  EXPECT_EQ(coordinator->submit(job, now, 0, effects, {true, {}, {}, {"path", "magic"}}).status().code(),
             StatusCode::kInvalidArgument);
   job.settings.meters = 1;
-  EXPECT_EQ(coordinator->submit(job, now, 0, step, {true, {}, {}, {"path", "ao"}}).status().code(),
+  EXPECT_EQ(coordinator->submit(job, now, 0, effects, {true, {}, {}, {"path", "ao"}}).status().code(),
             StatusCode::kInvalidArgument)
       << "ao reads no meters";
 }

@@ -13,7 +13,7 @@ TEST_F(QuarantineTest, AThirdMachineDecidesAndTheLiarsWorkIsUndone) {
   answer(b);
   EXPECT_EQ(status(job).state, JobState::running);
   EXPECT_NE(status(job).reason.find("differ between liar on m1 and b on m2"), std::string::npos) << status(job).reason;
-  pass_with({liar, b}, limits.verifier_patience * 2);
+  pass_with({liar, b}, limits.auditor_patience * 2);
   EXPECT_EQ(status(job).state, JobState::running) << "it waits for one who decides";
   const SessionId c = connect_on("m3", "c");
   EXPECT_EQ(status(job).reason, "");
@@ -44,8 +44,8 @@ TEST_F(QuarantineTest, ByHandAWorkerAndItsMachineGetNothingUntilTheyAreReleased)
   const SessionId suspect = connect_on("m1", "suspect"), beside = connect_on("m1", "beside");
   answer_one(suspect);
   ASSERT_GT(waiting(suspect) + waiting(beside), 0u);
-  EXPECT_EQ(coordinator->quarantine_worker("nobody", "by hand", false, now, step).code(), StatusCode::kNotFound);
-  ASSERT_TRUE(coordinator->quarantine_worker("suspect", "put there by ada: smoke", false, now, step).ok());
+  EXPECT_EQ(coordinator->quarantine_worker("nobody", "by hand", false, now, effects).code(), StatusCode::kNotFound);
+  ASSERT_TRUE(coordinator->quarantine_worker("suspect", "put there by ada: smoke", false, now, effects).ok());
   flush();
   EXPECT_EQ(worker("suspect").quarantine, "put there by ada: smoke");
   EXPECT_NE(worker("beside").quarantine.find("on the machine of suspect"), std::string::npos);
@@ -59,7 +59,7 @@ TEST_F(QuarantineTest, ByHandAWorkerAndItsMachineGetNothingUntilTheyAreReleased)
   EXPECT_EQ(status(id).state, JobState::done);
 
   // Later somebody finds that what it did cannot be trusted.
-  ASSERT_TRUE(coordinator->quarantine_worker("suspect", "put there by ada: again", true, now, step).ok());
+  ASSERT_TRUE(coordinator->quarantine_worker("suspect", "put there by ada: again", true, now, effects).ok());
   flush();
   EXPECT_EQ(worker("suspect").quarantine, "put there by ada: smoke") << "for its own reason";
   EXPECT_GT(status(id).counters.nodes_dropped, 0u);
@@ -68,7 +68,7 @@ TEST_F(QuarantineTest, ByHandAWorkerAndItsMachineGetNothingUntilTheyAreReleased)
     answer(other);
   }
   EXPECT_EQ(status(id).state, JobState::done);
-  ASSERT_TRUE(coordinator->release_worker("beside", now, step).ok());
+  ASSERT_TRUE(coordinator->release_worker("beside", now, effects).ok());
   flush();
   EXPECT_EQ(worker("suspect").quarantine, "");
 }
@@ -79,15 +79,15 @@ TEST_F(QuarantineTest, AJobWhoseWorkersAreThereSaysWhoAndHowToGoOn) {
   const SessionId other = connect_on("m2", "other", 1, "class-b");
   pass_with({first, beside, other}, std::chrono::seconds(1));
   ASSERT_EQ(status(job).fingerprint_class, "class-a");
-  ASSERT_TRUE(coordinator->quarantine_worker("first", "put there by ada: smoke", false, now, step).ok());
+  ASSERT_TRUE(coordinator->quarantine_worker("first", "put there by ada: smoke", false, now, effects).ok());
   flush();
   EXPECT_EQ(status(job).reason,
             "waits for a worker: beside and 1 more are in quarantine, which `lightmill workers release beside` ends");
-  coordinator->worker_disconnected(beside, now, step);
+  coordinator->worker_disconnected(beside, now, effects);
   flush();
   EXPECT_EQ(status(job).reason,
             "waits for a worker: first is in quarantine, which `lightmill workers release first` ends");
-  coordinator->worker_disconnected(first, now, step);
+  coordinator->worker_disconnected(first, now, effects);
   flush();
   EXPECT_EQ(status(job).reason,
             fmt::format("waits for a worker with renderer {} and fingerprint class class-a: other is of class class-b",
@@ -95,7 +95,7 @@ TEST_F(QuarantineTest, AJobWhoseWorkersAreThereSaysWhoAndHowToGoOn) {
       << "who is gone renders nothing, released or not";
   const SessionId again = connect_on("m1", "first", 2);
   EXPECT_EQ(waiting(again), 0u);
-  ASSERT_TRUE(coordinator->release_worker("first", now, step).ok());
+  ASSERT_TRUE(coordinator->release_worker("first", now, effects).ok());
   flush();
   EXPECT_EQ(status(job).reason, "");
   EXPECT_GT(waiting(again), 0u) << "what the reason says helps";
@@ -106,13 +106,13 @@ TEST_F(QuarantineTest, WhoIsThereByHandAndThenFoundToBeWrongIsThereForThat) {
   const SessionId liar = connect_on("m1", "liar"), b = connect_on("m2", "b");
   answer(liar, 1);
   answer(b);
-  ASSERT_TRUE(coordinator->quarantine_worker("liar", "put there by ada: a reboot", false, now, step).ok());
+  ASSERT_TRUE(coordinator->quarantine_worker("liar", "put there by ada: a reboot", false, now, effects).ok());
   flush();
   const SessionId c = connect_on("m3", "c");
   answer(c);
   EXPECT_NE(worker("liar").quarantine.find("have rendered alike"), std::string::npos) << worker("liar").quarantine;
   EXPECT_EQ(written<PutQuarantine>(), 2u);
-  ASSERT_TRUE(coordinator->quarantine_worker("liar", "put there by ada", false, now, step).ok());
+  ASSERT_TRUE(coordinator->quarantine_worker("liar", "put there by ada", false, now, effects).ok());
   flush();
   EXPECT_NE(worker("liar").quarantine.find("have rendered alike"), std::string::npos) << "a person takes nothing back";
 }
@@ -120,18 +120,18 @@ TEST_F(QuarantineTest, WhoIsThereByHandAndThenFoundToBeWrongIsThereForThat) {
 TEST_F(QuarantineTest, ByHandEachWorkerHasItsOwnReasonAndItsOwnRecord) {
   connect_on("m1", "a");
   connect_on("m1", "b");
-  ASSERT_TRUE(coordinator->quarantine_worker("a", "put there by ada: smoke", false, now, step).ok());
-  ASSERT_TRUE(coordinator->quarantine_worker("b", "put there by ada: noise", false, now, step).ok());
+  ASSERT_TRUE(coordinator->quarantine_worker("a", "put there by ada: smoke", false, now, effects).ok());
+  ASSERT_TRUE(coordinator->quarantine_worker("b", "put there by ada: noise", false, now, effects).ok());
   flush();
   EXPECT_EQ(written<PutQuarantine>(), 2u);
   EXPECT_EQ(worker("b").quarantine, "put there by ada: noise");
   // On another machine by the same name: that one is meant now, and the first one's others go on.
   connect_on("m2", "a");
   connect_on("m2", "c");
-  ASSERT_TRUE(coordinator->release_worker("b", now, step).ok());
+  ASSERT_TRUE(coordinator->release_worker("b", now, effects).ok());
   flush();
   EXPECT_EQ(worker("c").quarantine, "");
-  ASSERT_TRUE(coordinator->quarantine_worker("a", "put there by ada: again", false, now, step).ok());
+  ASSERT_TRUE(coordinator->quarantine_worker("a", "put there by ada: again", false, now, effects).ok());
   flush();
   EXPECT_NE(worker("c").quarantine, "");
   EXPECT_EQ(worker("b").quarantine, "");
@@ -141,11 +141,11 @@ TEST_F(QuarantineTest, WhoIsAwayIsReleasedWithItsMachine) {
   const SessionId a = connect_on("m1", "a");
   connect_on("m1", "b");
   for (const char* const name : {"a", "b"}) {
-    ASSERT_TRUE(coordinator->quarantine_worker(name, "put there by ada", false, now, step).ok());
+    ASSERT_TRUE(coordinator->quarantine_worker(name, "put there by ada", false, now, effects).ok());
   }
-  coordinator->worker_disconnected(a, now, step);
+  coordinator->worker_disconnected(a, now, effects);
   flush();
-  ASSERT_TRUE(coordinator->release_worker("a", now, step).ok());
+  ASSERT_TRUE(coordinator->release_worker("a", now, effects).ok());
   flush();
   EXPECT_EQ(worker("b").quarantine, "");
   connect_on("m1", "a", 2);
@@ -161,10 +161,10 @@ TEST_F(QuarantineTest, WhatAWorkerRenderedThatIsGoneCanBeRenderedAgain) {
     answer(gone);
   }
   ASSERT_EQ(status(id).state, JobState::done);
-  coordinator->worker_disconnected(gone, now, step);
+  coordinator->worker_disconnected(gone, now, effects);
   flush();
   pass(std::chrono::minutes(10));
-  ASSERT_TRUE(coordinator->quarantine_worker("gone", "put there by hand", true, now, step).ok());
+  ASSERT_TRUE(coordinator->quarantine_worker("gone", "put there by hand", true, now, effects).ok());
   flush();
   EXPECT_EQ(status(id).state, JobState::running);
   EXPECT_GT(status(id).counters.nodes_dropped, 0u);
@@ -175,7 +175,7 @@ TEST_F(QuarantineTest, AJobWhoseTimeIsUpEndsWithTheLiarsLastLease) {
   const SessionId liar = connect_on("m1", "liar"), b = connect_on("m2", "b");
   answer(liar, 1);
   answer(b);
-  coordinator->worker_disconnected(b, now, step);
+  coordinator->worker_disconnected(b, now, effects);
   JobSpec job = spec("timed", 0, {0, 0, 64, 64});
   job.goal.seconds = 3;
   job.verify_share = 0;
@@ -216,7 +216,7 @@ TEST_F(QuarantineTest, ThreeThatDifferAccuseTheProgramAndNobodyElse) {
   EXPECT_NE(status(job).reason.find("came out in 3 ways, on a on m1 and b on m2 and c on m3"), std::string::npos)
       << status(job).reason;
   EXPECT_EQ(written<PutQuarantine>(), 0u);
-  ASSERT_TRUE(coordinator->resume(job, now, step).ok());
+  ASSERT_TRUE(coordinator->resume(job, now, effects).ok());
   flush();
   EXPECT_EQ(status(job).reason, "");
   for (int i = 0; i < 2; ++i) {
@@ -255,7 +255,7 @@ TEST_F(QuarantineTest, SecondsOfWhatIsThrownAwayAreUsedAgain) {
   const SessionId b = connect_on("m2", "b");
   const LeaseGrant honest = got<LeaseGrant>(b).at(0);
   say(b, result(honest, TileId{0}));
-  coordinator->worker_disconnected(b, now, step);
+  coordinator->worker_disconnected(b, now, effects);
   const SessionId liar = connect_on("m1", "liar");
   pass_with({liar}, std::chrono::seconds(6));  // its seconds are over, and what b held is the liar's
   answer(liar, 1);
@@ -323,13 +323,13 @@ TEST_F(QuarantineTest, QuarantineHoldsForTheMachineAndUntilReleased) {
     answer(c);
   }
   ASSERT_EQ(status(job).state, JobState::done);
-  coordinator->worker_disconnected(liar, now, step);
+  coordinator->worker_disconnected(liar, now, effects);
   flush();
   EXPECT_FALSE(worker("liar").connected) << "still listed";
   const JobId next = submit_verified(0, "next");
   EXPECT_EQ(waiting(other_name), 0u);
-  EXPECT_EQ(coordinator->release_worker("b", now, step).code(), StatusCode::kNotFound);
-  ASSERT_TRUE(coordinator->release_worker("liar", now, step).ok());
+  EXPECT_EQ(coordinator->release_worker("b", now, effects).code(), StatusCode::kNotFound);
+  ASSERT_TRUE(coordinator->release_worker("liar", now, effects).ok());
   flush();
   EXPECT_EQ(written<DropQuarantine>(), 1u);
   EXPECT_EQ(worker("liar2").quarantine, "");
@@ -353,7 +353,7 @@ TEST_F(QuarantineTest, AWorkerThatIsGoneAndFoundToBeWrongIsForgottenWithItsLease
   wrong.node.values[0] += 1;
   wrong.hash = hash_of(wrong.node);
   say(liar, wrong);
-  coordinator->worker_disconnected(liar, now, step);
+  coordinator->worker_disconnected(liar, now, effects);
   flush();
   const SessionId c = connect_on("m3", "c");
   for (int i = 0; i < 6; ++i) {

@@ -16,7 +16,7 @@ class ResultsWaitTest : public CoordinatorTest {
     limits.result_bytes_per_second = bytes_per_second;
     restart({});
   }
-  double rate() const { return coordinator->census().results_rate; }
+  double rate() const { return coordinator->snapshot().results_rate; }
   void say_wait(SessionId session, Duration wait) { say(session, WorkerHeartbeat{{}, wait}); }
   void say_nothing(SessionId session) { say(session, WorkerHeartbeat{}); }
   /// The results of a lease of a second and more, what they cost to take in.
@@ -114,8 +114,8 @@ TEST_F(ResultsWaitTest, EachWorkerHasOneVoice) {
   }
   EXPECT_EQ(rate(), limits.result_bytes_per_second);
   // Those that are to leave have none.
-  coordinator->worker_message(good, WorkerDraining{}, now, unix_ms(), step);
-  coordinator->worker_message(other, WorkerDraining{}, now, unix_ms(), step);
+  coordinator->worker_message(good, WorkerDraining{}, now, unix_ms(), effects);
+  coordinator->worker_message(other, WorkerDraining{}, now, unix_ms(), effects);
   flush();
   render(bad, got<LeaseGrant>(bad).at(0));
   pass(seconds(2));
@@ -127,7 +127,7 @@ TEST_F(ResultsWaitTest, AVoiceEndsWithItsConnection) {
   submit(spec("r1", 1u << 20, {0, 0, 192, 192}));
   const SessionId first = connect("w");
   say_wait(first, seconds(9));
-  coordinator->worker_disconnected(first, now, step);
+  coordinator->worker_disconnected(first, now, effects);
   flush();
   const SessionId again = connect("w");
   render(again, got<LeaseGrant>(again).back());
@@ -141,7 +141,7 @@ TEST_F(ResultsWaitTest, WhereNothingCanBeStoredNobodyIsTooFast) {
   const SessionId session = connect("w", 1000);
   const std::vector<LeaseGrant> grants = got<LeaseGrant>(session);
   render(session, grants.at(0));
-  coordinator->hold("waits for space", now, step);
+  coordinator->hold("waits for space", now, effects);
   flush();
   const auto wait_for = [&](Duration time) {
     for (const Time until = now + time; now < until;) {
@@ -151,7 +151,7 @@ TEST_F(ResultsWaitTest, WhereNothingCanBeStoredNobodyIsTooFast) {
     }
   };
   wait_for(seconds(20));
-  coordinator->hold("", now, step);
+  coordinator->hold("", now, effects);
   flush();
   wait_for(seconds(9));
   EXPECT_EQ(rate(), limits.result_bytes_per_second) << "results still tell of that time";
@@ -194,8 +194,8 @@ TEST_F(ResultsWaitTest, PeopleAreToldOnceAndWhenItIsOver) {
   const auto heartbeat = [&](Duration wait) {
     pass(seconds(2));
     longest_range(session, 1);
-    coordinator->worker_message(session, WorkerHeartbeat{{}, wait}, now, unix_ms(), step);
-    for (const Note& note : step.notes) {
+    coordinator->worker_message(session, WorkerHeartbeat{{}, wait}, now, unix_ms(), effects);
+    for (const Note& note : effects.notes) {
       told.push_back(note.text);
     }
     flush();

@@ -98,7 +98,7 @@ TEST_F(SharingTest, APausedJobFreesTheWorkerSoon) {
   const JobId big = submit(huge());
   session = connect("w");
   work_until(now + std::chrono::seconds(3));
-  ASSERT_TRUE(coordinator->pause(big, now, step).ok());
+  ASSERT_TRUE(coordinator->pause(big, now, effects).ok());
   flush();
   const Time paused = now;
   work_until(now + std::chrono::seconds(60));

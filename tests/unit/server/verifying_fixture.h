@@ -12,7 +12,7 @@ class VerifyingTest : public CoordinatorTest {
                        const std::string& fingerprint = "class-a") {
     const SessionId session{next_session++};
     WorkerHello hello{name, "host", pid, 1, fingerprint, kRendererVersion, {}, false, machine};
-    coordinator->worker_connected(session, hello, now, step);
+    coordinator->worker_connected(session, hello, now, effects);
     flush();
     return session;
   }

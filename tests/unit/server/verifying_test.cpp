@@ -34,15 +34,15 @@ TEST_F(VerifyingTest, WithoutAnotherMachineAJobIsDoneAndSaysSo) {
 TEST_F(VerifyingTest, AMachineThatWasHereLatelyIsWaitedFor) {
   const JobId job = submit_verified();
   const SessionId b = connect_on("m2", "b");
-  coordinator->worker_disconnected(b, now, step);
+  coordinator->worker_disconnected(b, now, effects);
   pass(limits.disconnect_grace + std::chrono::seconds(1));
   const SessionId a = connect_on("m1", "a");
   answer(a);
   EXPECT_EQ(status(job).state, JobState::running);
   ASSERT_TRUE(coordinator->next_deadline());
-  pass(limits.verifier_patience / 2);
+  pass(limits.auditor_patience / 2);
   EXPECT_EQ(status(job).state, JobState::running);
-  pass(limits.verifier_patience / 2);
+  pass(limits.auditor_patience / 2);
   EXPECT_EQ(status(job).state, JobState::done);
 }
 
@@ -50,9 +50,9 @@ TEST_F(VerifyingTest, AMachineIsNotGivenUpBecauseTheCoordinatorStoodStill) {
   const JobId job = submit_verified();
   const SessionId a = connect_on("m1", "a"), b = connect_on("m2", "b");
   answer(a);
-  coordinator->worker_disconnected(b, now, step);
+  coordinator->worker_disconnected(b, now, effects);
   pass_with({a}, std::chrono::seconds(5));
-  stand_still(limits.verifier_patience * 2);
+  stand_still(limits.auditor_patience * 2);
   EXPECT_EQ(status(job).state, JobState::running);
   const SessionId again = connect_on("m2", "b");
   answer(again);
@@ -65,9 +65,9 @@ TEST_F(VerifyingTest, OneOfWhichNothingIsHeardIsWaitedForNoLonger) {
   answer(b);
   ASSERT_EQ(waiting(a), 1u);
   pass_with({b}, limits.silence + std::chrono::seconds(1));
-  EXPECT_EQ(hang_ups, std::vector{a});
+  EXPECT_EQ(closed, std::vector{a});
   EXPECT_EQ(status(job).state, JobState::running) << "it may come back";
-  pass_with({b}, limits.verifier_patience - limits.silence);
+  pass_with({b}, limits.auditor_patience - limits.silence);
   EXPECT_EQ(status(job).state, JobState::done);
   EXPECT_EQ(status(job).results_unverified, 1u);
 }
@@ -75,14 +75,14 @@ TEST_F(VerifyingTest, OneOfWhichNothingIsHeardIsWaitedForNoLonger) {
 TEST_F(VerifyingTest, WhileNothingIsHandedOutWhatIsToBeVerifiedIsKept) {
   const JobId job = submit_verified();
   const SessionId a = connect_on("m1", "a"), b = connect_on("m2", "b");
-  coordinator->hold("waits for space", now, step);
+  coordinator->hold("waits for space", now, effects);
   flush();
   answer(a);
-  pass_with({a, b}, limits.verifier_patience * 2);
+  pass_with({a, b}, limits.auditor_patience * 2);
   EXPECT_EQ(waiting(b), 0u);
   EXPECT_EQ(status(job).state, JobState::running);
   EXPECT_EQ(status(job).reason, "waits for space");
-  coordinator->hold("", now, step);
+  coordinator->hold("", now, effects);
   flush();
   answer(b);
   EXPECT_EQ(status(job).state, JobState::done);
@@ -97,7 +97,7 @@ TEST_F(VerifyingTest, AJobThatIsDeletedTakesWhatIsToBeVerifiedWithIt) {
   answer(a);
   ASSERT_EQ(status(job).state, JobState::done);
   ASSERT_EQ(status(job).results_unverified, 1u);
-  coordinator->worker_disconnected(a, now, step);
+  coordinator->worker_disconnected(a, now, effects);
   pass(limits.keep_ended + std::chrono::minutes(2));
   EXPECT_FALSE(coordinator->status(job, now).ok());
   EXPECT_EQ(written<DeleteJobRows>(), 1u);
@@ -140,7 +140,7 @@ TEST_F(VerifyingTest, ARestartForgetsNeitherQuarantineNorWhatIsToBeVerified) {
   EXPECT_EQ(status(job).counters.results_verified, 1u);
 }
 
-TEST_F(VerifyingTest, ResultsWhoseSamplesWereLostAreForgottenWithTheNextStep) {
+TEST_F(VerifyingTest, ResultsWhoseSamplesWereLostAreForgottenWithTheNextEffects) {
   const JobId job = submit_verified();
   const SessionId a = connect_on("m1", "a");
   const WorkerResult first = result(got<LeaseGrant>(a)[0], TileId{0});
@@ -165,7 +165,7 @@ TEST_F(VerifyingTest, NothingOfACancelledJobIsToBeVerifiedAfterARestartEither) {
   const WorkerResult first = result(got<LeaseGrant>(a)[0], TileId{0});
   say(a, first);
   ASSERT_EQ(status(job).results_unverified, 1u);
-  ASSERT_TRUE(coordinator->cancel(job, now, unix_ms(), step).ok());
+  ASSERT_TRUE(coordinator->cancel(job, now, unix_ms(), effects).ok());
   flush();
   EXPECT_EQ(got<LeaseCancel>(b).size(), 1u);
   EXPECT_EQ(status(job).results_unverified, 0u);

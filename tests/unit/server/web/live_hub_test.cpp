@@ -81,14 +81,14 @@ class LiveHubTest : public ::testing::Test {
     spec.settings.layers = film_layers(layers).value();
     spec.settings.renderer_version = kRendererVersion;
     JobId job;
-    on_farm([&](FarmLoop::Turn& turn) { job = turn.farm.submit(spec, turn.now, turn.unix_ms, turn.step).value(); });
+    on_farm([&](FarmLoop::Turn& turn) { job = turn.farm.submit(spec, turn.now, turn.unix_ms, turn.effects).value(); });
     return job;
   }
   /// A worker renders the job to its end: ones.
   void render(JobId job) {
     on_farm([](FarmLoop::Turn& turn) {
       const WorkerHello hello{"worker", "host", 1, 1, "class-a", kRendererVersion, {}, false};
-      turn.farm.worker_connected(SessionId{1}, hello, turn.now, turn.step);
+      turn.farm.worker_connected(SessionId{1}, hello, turn.now, turn.effects);
     });
     for (bool done = false; !done;) {
       std::vector<LeaseGrant> todo;
@@ -112,7 +112,7 @@ class LiveHubTest : public ::testing::Test {
       result.hash = hash_of(result.node);
       result.render_digest = turn.farm.status(grant.unit.job, turn.now)->render_digest;
       result.seconds = 0.01;
-      turn.farm.worker_message(SessionId{1}, std::move(result), turn.now, turn.unix_ms, turn.step);
+      turn.farm.worker_message(SessionId{1}, std::move(result), turn.now, turn.unix_ms, turn.effects);
     }
   }
   /// Lets half a second and more pass, with all that happens in it.
@@ -121,7 +121,7 @@ class LiveHubTest : public ::testing::Test {
       clock.pass(std::chrono::milliseconds(300));
       hub->tick();
       on_farm([](FarmLoop::Turn&) {});
-      // A task's step goes out after it: the next one finds it done.
+      // A task's effects goes out after it: the next one finds it done.
       on_farm([](FarmLoop::Turn&) {});
       run_posted();
     }
@@ -216,8 +216,8 @@ TEST_F(LiveHubTest, OnlyWhatChangedComes) {
   ASSERT_EQ(added.jobs_size(), 1);
   EXPECT_EQ(added.jobs(0).name(), "two");
   on_farm([&](FarmLoop::Turn& turn) {
-    EXPECT_TRUE(turn.farm.cancel(first, turn.now, turn.unix_ms, turn.step).ok());
-    EXPECT_TRUE(turn.farm.remove(first, turn.now, turn.step).ok());
+    EXPECT_TRUE(turn.farm.cancel(first, turn.now, turn.unix_ms, turn.effects).ok());
+    EXPECT_TRUE(turn.farm.remove(first, turn.now, turn.effects).ok());
   });
   ASSERT_TRUE(ask(page).ok());
   settle();
@@ -260,7 +260,7 @@ TEST_F(LiveHubTest, WhoTakesNothingInGetsTwoMessagesAndThenTheNewestAlone) {
   const auto set_paused = [&](bool paused) {
     on_farm([&](FarmLoop::Turn& turn) {
       const Status status =
-          paused ? turn.farm.pause(job, turn.now, turn.step) : turn.farm.resume(job, turn.now, turn.step);
+          paused ? turn.farm.pause(job, turn.now, turn.effects) : turn.farm.resume(job, turn.now, turn.effects);
       EXPECT_TRUE(status.ok()) << status;
     });
     settle();
@@ -451,7 +451,8 @@ TEST_F(LiveHubTest, ALayerWithoutRoomIsLeftOutAndComesWhenThereIsSome) {
   failures = layer_failures(second);
   EXPECT_EQ(failures["light:key"], "");
   EXPECT_EQ(failures["light:rest"], "");
-  on_farm([&](FarmLoop::Turn& turn) { EXPECT_TRUE(turn.farm.cancel(large, turn.now, turn.unix_ms, turn.step).ok()); });
+  on_farm(
+      [&](FarmLoop::Turn& turn) { EXPECT_TRUE(turn.farm.cancel(large, turn.now, turn.unix_ms, turn.effects).ok()); });
   render(job);
   const std::map<std::string, std::size_t> all{{"", 80}, {"light:key", 80}, {"light:rest", 80}};
   ask_until([&] { return tiles_of(second) == all; }, second, job, layers);

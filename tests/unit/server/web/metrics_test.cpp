@@ -34,9 +34,9 @@ TEST(Metrics, AreWrittenAsTheTextFormatHasThem) {
   farm.totals.first_picture.add(0.2);
   farm.totals.first_picture.add(0.25);
   farm.totals.first_picture.add(7000);
-  farm.census.jobs[static_cast<std::size_t>(JobState::failed)] = 2;
+  farm.snapshot.jobs[static_cast<std::size_t>(JobState::failed)] = 2;
   farm.totals.jobs_failed = 4;
-  farm.census.results_rate = 12'582'912;
+  farm.snapshot.results_rate = 12'582'912;
   farm.storing = false;
   Traffic traffic;
   traffic.assets_in = 5;

@@ -1,0 +1,52 @@
+// Auditors: workers that may render results of others again.
+#include "server/domain/audits.h"
+#include "server/domain/eligibility.h"
+
+namespace lightmill {
+
+std::vector<Renderer> Audits::renderers_for(const Job& job, Time now) const {
+  std::set<Renderer> all;
+  for (const auto& [name, worker] : workers_.all()) {
+    if (worker.stays() && may_render(worker, job) && now < worker.heard_at() + limits_.auditor_patience) {
+      all.insert({"", machine_of(worker.hello()), job.class_of_result(worker.hello().fingerprint_class)});
+    }
+  }
+  for (const auto& [machine, was] : workers_.absent()) {
+    if (now < was.since + limits_.auditor_patience && suits(was.fingerprint_class, was.renderer_version, job) &&
+        !quarantine_.contains({"", machine})) {
+      all.insert({"", machine, job.class_of_result(was.fingerprint_class)});
+    }
+  }
+  return {all.begin(), all.end()};
+}
+
+bool Audits::are_done(const Job& job, Time now) const {
+  if (job.audits.out() > 0 || !job.audits.disputed().empty()) {
+    return false;
+  }
+  if (!job.audits.waiting()) {
+    return true;
+  }
+  const bool others_may_come_back = machines_before_.size() > 1 && now < started_ + limits_.auditor_patience;
+  return !others_may_come_back && !job.audits.possible_for(renderers_for(job, now));
+}
+
+std::string Audits::reason_for_dispute(const Job& job) const {
+  if (job.audits.disputed().empty()) {
+    return "";
+  }
+  const PendingAudits::Place& place = *job.audits.disputed().begin();
+  const PendingAudits::Entry& entry = *job.audits.find(place);
+  const bool third = std::ranges::any_of(workers_.all(), [&](const auto& each) {
+    return each.second.stays() && may_render(each.second, job) &&
+           PendingAudits::may_claim(entry, renderer_of(each.second, job));
+  });
+  const std::string& of_class = entry.claims.front().by.fingerprint_class;
+  return third ? ""
+               : fmt::format(
+                     "waits for a worker on another machine{}: {} differ between {}, so that one of them is wrong",
+                     of_class.empty() ? "" : " of class " + of_class, describe_place(job, place.tile, place.range),
+                     describe_renderers(entry.claims));
+}
+
+}  // namespace lightmill

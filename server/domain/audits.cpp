@@ -1,0 +1,135 @@
+#include "server/domain/audits.h"
+
+#include <fmt/ranges.h>
+
+#include "common/base/check.h"
+
+namespace lightmill {
+
+std::string describe_place(const Job& job, TileId tile, const SampleRange& range) {
+  const PixelRect rect = job.film.grid().tile_rect(tile);
+  return fmt::format("samples [{}, {}) of the {}x{} pixels at {}, {} of job {}", range.first(), range.end(), rect.width,
+                     rect.height, rect.x, rect.y, job.id().value);
+}
+
+std::string describe_renderers(std::span<const Claim> claims) {
+  std::vector<std::string> names;
+  for (const Claim& claim : claims) {
+    names.push_back(describe_renderer(claim.by));
+  }
+  return fmt::format("{}", fmt::join(names, " and "));
+}
+
+void Audits::restore(Job& job, std::span<const Renderer> renderers,
+                     std::span<const StoredState::StoredResult> results) {
+  for (const StoredState::StoredResult& result : results) {
+    const std::vector<NodePtr>& forest = job.film.forest(result.tile);
+    const auto node =
+        std::ranges::find_if(forest, [&](const NodePtr& each) { return each->range.contains(result.range); });
+    if (node == forest.end()) {
+      provenance_.add_orphan({job.id(), result.tile, result.range});  // its node was damaged, and is rendered again
+      continue;
+    }
+    const Renderer& by = renderers[result.by];
+    machines_before_.insert(by.machine);
+    provenance_.restore(job.id(), result.tile, (*node)->range, by);
+    if (result.to_verify && (job.active() || job.record.state == JobState::done)) {
+      job.audits.open({result.range, result.tile}, {by, result.hash});
+    }
+  }
+}
+
+void Audits::merged(Job& job, const NodeKey& key, const Hash128& hash, const Renderer& by, const MergeOutcome& outcome,
+                    const Event& event) {
+  provenance_.merged(key, by, outcome);
+  for (const SampleRange& range : outcome.removed) {
+    event.store(DropNode{{key.job, key.tile, range}});
+  }
+  for (const NodePtr& node : outcome.added) {
+    event.store(PutNode{key.job, key.tile, node});
+  }
+  const bool replaced =
+      std::ranges::any_of(outcome.removed, [&](const SampleRange& range) { return key.range.contains(range); });
+  if (replaced) {
+    event.store(DropResults{key});
+    for (const auto& [place, lease] : job.audits.close_within(key.tile, key.range)) {
+      if (lease) {
+        leases_.tile_done(*lease, key.tile, false, event);
+      }
+    }
+  }
+  // A worker that sends more than was asked for is always audited.
+  const double share = job.record.spec.verify_share;
+  const bool audited = share > 0 && !by.machine.empty() && (replaced || is_chosen(secret_, key, share));
+  event.store(PutResult{key, hash, by, audited});
+  if (audited) {
+    job.audits.open({key.range, key.tile}, {by, hash});
+  }
+}
+
+std::optional<Claim> Audits::claim_of_film(const Job& job, const NodeKey& key, const Renderer& by) const {
+  const std::span<const std::uint32_t> parts = provenance_.parts(key);
+  if (parts.empty() && job.record.spec.allow_mixed) {
+    return std::nullopt;
+  }
+  if (std::ranges::any_of(parts, [&](std::uint32_t part) {
+        return provenance_.renderer(part).fingerprint_class != by.fingerprint_class;
+      })) {
+    return std::nullopt;
+  }
+  const std::vector<NodePtr>& forest = job.film.forest(key.tile);
+  const auto node = std::ranges::find_if(forest, [&](const NodePtr& each) { return each->range == key.range; });
+  LM_CHECK(node != forest.end(), "{} is in no film", describe_place(job, key.tile, key.range));
+  return Claim{parts.size() == 1 ? provenance_.renderer(parts.front()) : Renderer{"", "", by.fingerprint_class},
+               hash_of(**node)};
+}
+
+Dispute Audits::compare(Job& job, const NodeKey& key, const Hash128& hash, const Renderer& by, bool differs,
+                        const Event& event) {
+  const PendingAudits::Place place{key.range, key.tile};
+  const PendingAudits::Entry* const entry = job.audits.find(place);
+  if (entry == nullptr) {
+    if (!differs || job.record.spec.verify_share <= 0) {
+      return {};
+    }
+    // These samples were not to be audited, but a copy did: what the film holds is the first claim.
+    std::optional<Claim> first = claim_of_film(job, key, by);
+    if (!first) {
+      return {};
+    }
+    job.audits.open(place, *std::move(first), false);
+  } else if (!PendingAudits::may_claim(*entry, by)) {
+    return {};  // a machine is heard once, and one of another class not at all
+  }
+  const Verdict verdict = job.audits.claim(place, {by, hash});
+  if (verdict.kind == Verdict::Kind::agreed) {
+    return settle(job, key, verdict.hash, event);
+  }
+  const std::vector<Claim>& claims = job.audits.find(place)->claims;
+  if (verdict.kind == Verdict::Kind::program) {
+    return {.wrong = claims};
+  }
+  event.warn(about(job.id()), "{} differ between {}: another machine is to decide",
+             describe_place(job, key.tile, key.range), describe_renderers(claims));
+  return {};
+}
+
+Dispute Audits::settle(Job& job, const NodeKey& key, const Hash128& hash, const Event& event) {
+  const PendingAudits::Place place{key.range, key.tile};
+  const PendingAudits::Entry entry = *job.audits.find(place);
+  if (const std::optional<LeaseId> lease = job.audits.close(place)) {
+    leases_.tile_done(*lease, key.tile, false, event);
+  }
+  Dispute dispute;
+  for (const Claim& claim : entry.claims) {
+    (claim.hash == hash ? dispute.agreed : dispute.wrong).push_back(claim);
+  }
+  if (entry.chosen && entry.claims.front().hash == hash) {  // else it may be no single result
+    ++job.record.counters.results_verified;
+    ++totals_.results_verified;
+    event.store(PutVerified{key});
+  }
+  return dispute;
+}
+
+}  // namespace lightmill

@@ -1,0 +1,28 @@
+// Eligibility: which workers may render which jobs.
+#pragma once
+
+#include "server/domain/jobs.h"
+#include "server/domain/workers.h"
+
+namespace lightmill {
+
+/// Whether results of such workers would be the job's.
+inline bool suits(const std::string& fingerprint_class, const std::string& renderer_version, const Job& job) {
+  const std::string& fixed = job.record.fingerprint_class;
+  return (job.record.spec.allow_mixed || fixed.empty() || fixed == fingerprint_class) &&
+         job.record.spec.settings.renderer_version == renderer_version;
+}
+inline bool suits(const Worker& worker, const Job& job) {
+  return suits(worker.hello().fingerprint_class, worker.hello().renderer_version, job);
+}
+
+inline bool may_render(const Worker& worker, const Job& job) {
+  return !worker.quarantined() && suits(worker, job) && !worker.too_large().contains(job.id());
+}
+
+/// The worker as the renderer of a result of this job.
+inline Renderer renderer_of(const Worker& worker, const Job& job) {
+  return {worker.name(), machine_of(worker.hello()), job.class_of_result(worker.hello().fingerprint_class)};
+}
+
+}  // namespace lightmill

@@ -1,0 +1,156 @@
+#include "server/domain/farm_view.h"
+
+#include <cmath>
+
+namespace lightmill {
+
+JobStatus FarmView::status(const Job& job, Time now) const {
+  const JobRecord& record = job.record;
+  const JobSpec& spec = record.spec;
+  JobStatus status;
+  status.id = record.id;
+  status.name = spec.name;
+  status.owner = spec.owner;
+  status.host = spec.host;
+  status.method = spec.settings.method;
+  status.method_notes = record.method_notes;
+  status.fingerprint_class = record.fingerprint_class;
+  status.parent = spec.parent;
+  status.state = record.state;
+  status.reason = record.reason.empty() ? reason_to_wait(job, now) : record.reason;
+  status.reached = record.reached;
+  status.priority = spec.priority;
+  status.goal = spec.goal;
+  status.width = spec.settings.width;
+  status.height = spec.settings.height;
+  status.crop = spec.settings.crop;
+  for (const LayerSpec& layer : spec.settings.layers) {
+    if (layer.name != kBeautyLayer) {
+      status.layers.push_back(layer.name);
+    }
+  }
+  status.seed = spec.settings.seed;
+  status.samples_done = job.film.pixel_samples();
+  status.samples_wanted = job.film.pixel_samples_at(spec.goal.samples);
+  status.min_tile_samples = job.film.min_samples();
+  status.max_tile_samples = job.film.max_samples();
+  status.frame_samples = job.film.frame_samples();
+  status.active_seconds = job.active_seconds(now);
+  status.worker_seconds = record.worker_seconds;
+  const FrameError error = job.error.update(job.film);
+  if (record.state == JobState::running) {
+    status.samples_per_second = job.rate.per_second(now);
+    const double eta = expected_seconds(job, error, status.samples_per_second, now);
+    status.eta_seconds = std::isinf(eta) ? -1 : eta;
+  }
+  status.error = {error.rel_mse, error.half_width, error.known && has_error(spec)};
+  status.history = record.history;
+  status.counters = record.counters;
+  status.verify_share = spec.verify_share;
+  status.allow_mixed = spec.allow_mixed;
+  status.results_unverified = job.audits.size();
+  status.submitted_unix_ms = record.submitted_unix_ms;
+  status.finished_unix_ms = record.finished_unix_ms;
+  status.render_digest = job.digest();
+  status.trace = trace_id(record.spec.request_id);
+  return status;
+}
+
+std::vector<JobStatus> FarmView::jobs(Time now, const JobFilter& filter) const {
+  std::vector<JobStatus> found;
+  const auto& all = jobs_.all();
+  for (auto at = all.lower_bound(filter.before); at != all.begin() && found.size() < filter.most;) {
+    const Job& job = *(--at)->second;
+    if ((!filter.unfinished || job.active()) && (!filter.admits || filter.admits(job.record.spec.owner))) {
+      found.push_back(status(job, now));
+    }
+  }
+  return found;
+}
+
+WorkerStatus FarmView::status(const Worker& worker, Time now) const {
+  WorkerStatus status;
+  status.name = worker.name();
+  status.host = worker.hello().host;
+  status.fingerprint_class = worker.hello().fingerprint_class;
+  status.pid = worker.hello().pid;
+  status.threads = worker.hello().threads;
+  status.leases = static_cast<std::uint32_t>(worker.leases().size());
+  status.draining = worker.draining();
+  status.samples_per_second = worker.samples_per_second(now);
+  status.connected_seconds = to_seconds(now - worker.connected_at());
+  status.results = worker.results();
+  status.leases_lost = worker.leases_lost();
+  if (worker.quarantined()) {
+    status.quarantine = quarantine_.reason_for(worker.renderer());
+  }
+  return status;
+}
+
+std::vector<WorkerStatus> FarmView::workers(Time now, const WorkerFilter& filter) const {
+  std::vector<WorkerStatus> found;
+  // As many of both kinds: those of the list are among them.
+  const auto& all = workers_.all();
+  for (auto at = all.upper_bound(filter.after); at != all.end() && found.size() < filter.most; ++at) {
+    if (at->second.session()) {
+      found.push_back(status(at->second, now));
+    }
+  }
+  const std::size_t connected = found.size();
+  const auto& held = quarantine_.all();
+  for (auto at = held.upper_bound(filter.after); at != held.end() && found.size() - connected < filter.most; ++at) {
+    const auto& [name, record] = *at;
+    const Worker* const worker = workers_.find(name);
+    if (worker == nullptr || !worker->session()) {
+      WorkerStatus& status = found.emplace_back();
+      status.name = name;
+      status.host = record.of.machine;
+      status.threads = 0;
+      status.connected = false;
+      status.quarantine = record.reason;
+    }
+  }
+  std::ranges::sort(found, {}, &WorkerStatus::name);
+  found.resize(std::min(found.size(), filter.most));
+  return found;
+}
+
+FarmCounts FarmView::counts() const {
+  FarmCounts counts;
+  counts.pixel_samples = totals_.pixel_samples;
+  for (const auto& [id, job] : jobs_.all()) {
+    if (job->in_progress()) {
+      ++(job->leases().empty() ? counts.jobs_waiting : counts.jobs_running);
+    }
+  }
+  for (const auto& [name, worker] : workers_.all()) {
+    if (worker.session()) {
+      counts.workers.push_back(worker.count());
+    }
+  }
+  return counts;
+}
+
+FarmSnapshot FarmView::snapshot() const {
+  FarmSnapshot farm;
+  farm.results_rate = scheduler_.result_bytes_per_second();
+  farm.units_out = leases_.all().size();
+  for (const auto& [id, job] : jobs_.all()) {
+    ++farm.jobs[static_cast<std::size_t>(job->record.state)];
+    const Goal& goal = job->record.spec.goal;
+    const bool counted = goal.samples > 0 || goal.error > 0;  // a job that time alone ends has no end of samples
+    farm.free_pixel_samples += counted && job->in_progress() ? job->plan->free_pixel_samples() : 0;
+  }
+  for (const auto& [name, worker] : workers_.all()) {
+    if (worker.session()) {
+      farm.threads += worker.hello().threads;
+      ++(worker.quarantined()      ? farm.quarantined
+         : worker.draining()       ? farm.draining
+         : worker.leases().empty() ? farm.idle
+                                   : farm.rendering);
+    }
+  }
+  return farm;
+}
+
+}  // namespace lightmill

@@ -1,0 +1,59 @@
+// View of the farm: jobs, workers, counts and demand, as clients, metrics and autoscalers see them.
+//
+// Owns which assets are missing, and when workers asked for them last. Changes nothing else.
+#pragma once
+
+#include "server/domain/coordinator.h"
+#include "server/domain/quarantine_list.h"
+#include "server/domain/scheduler.h"
+
+namespace lightmill {
+
+class FarmView {
+ public:
+  FarmView(const CoordinatorLimits& limits, const JobTable& jobs, const LeaseTable& leases,
+           const WorkerRegistry& workers, const QuarantineList& quarantine, const Audits& audits,
+           const Scheduler& scheduler, const FarmTotals& totals)
+      : limits_(limits),
+        jobs_(jobs),
+        leases_(leases),
+        workers_(workers),
+        quarantine_(quarantine),
+        audits_(audits),
+        scheduler_(scheduler),
+        totals_(totals) {}
+
+  JobStatus status(const Job& job, Time now) const;
+  std::vector<JobStatus> jobs(Time now, const JobFilter& filter) const;
+  std::vector<WorkerStatus> workers(Time now, const WorkerFilter& filter) const;
+  FarmCounts counts() const;
+  FarmSnapshot snapshot() const;
+
+  // ---- demand.cpp ----
+  std::uint32_t wanted_workers(Time now) const;
+  bool wants_workers() const;
+
+  // ---- wait_reasons.cpp ----
+  /// Workers ask for this asset and do not get it. Jobs that have it say so until workers stop asking.
+  void asset_is_missing(const Sha256& digest, const Event& event);
+
+ private:
+  /// Empty if the job does not wait: a worker is here that may render it.
+  std::string reason_to_wait(const Job& job, Time now) const;
+  std::string reason_of_missing(const Job& job, Time now) const;
+  std::string why_none_may(const Job& job) const;
+  bool any_may_render(const Job& job) const;
+  WorkerStatus status(const Worker& worker, Time now) const;
+
+  const CoordinatorLimits& limits_;
+  const JobTable& jobs_;
+  const LeaseTable& leases_;
+  const WorkerRegistry& workers_;
+  const QuarantineList& quarantine_;
+  const Audits& audits_;
+  const Scheduler& scheduler_;
+  const FarmTotals& totals_;
+  std::map<Sha256, Time> missing_assets_;
+};
+
+}  // namespace lightmill

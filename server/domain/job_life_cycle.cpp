@@ -1,0 +1,253 @@
+#include "server/domain/job_life_cycle.h"
+
+namespace lightmill {
+namespace {
+
+constexpr Duration kOldLookPause = std::chrono::minutes(1);
+constexpr Duration kEndingLookInterval = std::chrono::milliseconds(500);
+
+/// "reached 1 second", "reached 20 samples per pixel".
+std::string reached(auto limit, std::string_view unit, std::string_view per = "") {
+  return fmt::format("reached {} {}{}{}", limit, unit, limit == 1 ? "" : "s", per);
+}
+
+std::int64_t milliseconds(Duration duration) {
+  return std::chrono::duration_cast<std::chrono::milliseconds>(duration).count();
+}
+
+}  // namespace
+
+// ---- states ----
+
+void JobLifeCycle::make_plan(Job& job, Time now) const {
+  job.plan = std::make_unique<JobPlan>(job.film, job.samples_wanted_now(), limits_.film_bytes_per_job);
+  if (job.time_is_up(now)) {
+    job.plan->close();
+  }
+}
+
+void JobLifeCycle::queue_again(Job& job) {
+  if (job.record.spec.goal.seconds > 0) {
+    timed_.insert(job.id());
+  }
+  queue_.enter(job);
+}
+
+void JobLifeCycle::restored(Job& job, Time now) {
+  if (job.record.state == JobState::done && !is_whole(job)) {
+    // The store left a damaged node out: it is rendered again.
+    restored_.insert(job.id());
+    reopen(job, now);
+    job.hold_until = now + limits_.restart_grace;
+  } else if (job.active()) {
+    if (job.digest_is_durable()) {
+      job.hold_until = now + limits_.restart_grace;
+    }
+    make_plan(job, now);
+    restored_.insert(job.id());
+    queue_again(job);
+  }
+}
+
+void JobLifeCycle::start(Job& job, const Worker& worker, const Event& event) {
+  job.bind(worker.hello().fingerprint_class, leases_.last_id());
+  job.record.state = JobState::running;
+  job.store(event);
+  event.info(about(job.id(), worker.name()), "job {} starts on worker {}, class {}", job.id().value, worker.name(),
+             job.record.fingerprint_class);
+}
+
+void JobLifeCycle::unbind(Job& job, const Event& event) {
+  job.unbind();
+  job.record.state = JobState::queued;
+  job.store(event);
+}
+
+void JobLifeCycle::pause(Job& job, std::string reason, const Event& event) {
+  // Results of leases that are out are still taken. Nothing more goes out.
+  job.record.state = JobState::paused;
+  job.record.reason = std::move(reason);
+  job.store(event);
+  queue_.refresh(job);
+}
+
+void JobLifeCycle::finish(Job& job, JobState state, std::string reason, const Event& event) {
+  while (!job.leases().empty()) {
+    leases_.end(*job.leases().begin(), {.cancel = true}, event);
+  }
+  job.record_error(true);
+  job.record.state = state;
+  totals_.jobs_failed += state == JobState::failed ? 1 : 0;
+  job.record.reason = std::move(reason);
+  job.record.finished_unix_ms = event.unix_ms;
+  job.plan.reset();
+  job.losses = Losses(limits_);
+  if (state != JobState::done) {
+    job.audits = {};  // a done job may still get them when it is extended
+  }
+  queue_.remove(job.id());
+  for (std::set<JobId>* const waiting : {&timed_, &restored_, &ending_}) {
+    waiting->erase(job.id());
+  }
+  workers_.forget_job(job.id());
+  job.store(event);
+  event.note(state == JobState::failed ? Note::Level::warning : Note::Level::info, about(job.id()), "job {} is {}: {}",
+             job.id().value, name_of(state), job.record.reason);
+}
+
+bool JobLifeCycle::complete(Job& job, GoalLimit limit, std::string reason, const Event& event) {
+  if (!audits_.are_done(job, event.now)) {
+    ending_.insert(job.id());
+    queue_.refresh(job);
+    return false;
+  }
+  job.record.reached = limit;
+  finish(job, JobState::done, std::move(reason), event);
+  return true;
+}
+
+bool JobLifeCycle::finish_if_complete(Job& job, const Event& event) {
+  if (!job.active()) {
+    return true;
+  }
+  if (job.error_met()) {
+    const FrameError error = job.error.update_all(job.film);
+    return complete(job, GoalLimit::error,
+                    fmt::format("reached relMSE {} at {} samples per pixel",
+                                interval_text(error.rel_mse, error.half_width), job.film.frame_samples()),
+                    event);
+  }
+  if (job.film.frame_samples() >= job.sample_limit()) {
+    return complete(job, GoalLimit::samples, reached(job.sample_limit(), "sample", " per pixel"), event);
+  }
+  if (job.plan->closed() && job.plan->nothing_out() && !job.plan->has_work()) {
+    return complete(job, GoalLimit::seconds, reached(job.record.spec.goal.seconds, "second"), event);
+  }
+  if (!job.plan->closed() && job.film.frame_samples() >= job.plan->goal()) {
+    job.plan->set_goal(job.samples_wanted_now());
+    queue_.refresh(job);
+  }
+  return false;
+}
+
+void JobLifeCycle::close_if_time_is_up(Job& job, const Event& event) {
+  if (job.active() && !job.plan->closed() && job.time_is_up(event.now)) {
+    job.plan->close();
+    queue_.refresh(job);
+    finish_if_complete(job, event);
+  }
+}
+
+void JobLifeCycle::reopen(Job& job, Time now) {
+  job.record.state = JobState::running;
+  job.record.reason.clear();
+  job.record.reached = GoalLimit::none;
+  job.record.finished_unix_ms = 0;
+  make_plan(job, now);
+  queue_again(job);
+}
+
+void JobLifeCycle::forget(JobId id, const Event& event) {
+  ending_.erase(id);
+  provenance_.forget(id);
+  jobs_.remove(id, event);
+}
+
+// ---- leases ----
+
+void JobLifeCycle::end_lease(LeaseId id, LeaseTable::End how, const Event& event) {
+  Job& job = jobs_.at(leases_.at(id).unit.job);
+  leases_.end(id, how, event);
+  job.store_progress(event);
+  finish_if_complete(job, event);
+}
+
+void JobLifeCycle::lose_lease(LeaseId id, bool cancel, const Event& event) {
+  const Lease lease = leases_.at(id);
+  Job& job = jobs_.at(lease.unit.job);
+  leases_.end(id, {.cancel = cancel, .lost = true}, event);
+  job.store_progress(event);
+  // An audit's tiles were rendered before, and an unsent lease did no harm. A worker that sends damaged results proves
+  // nothing about the work.
+  const Worker* const worker = workers_.find(lease.worker);
+  if (!lease.audits && lease.sent && (worker == nullptr || worker->bad_results() == 0)) {
+    std::string reason = job.losses.add(lease, job.film.grid());
+    for (std::size_t i = 0; i < lease.unit.tiles.size(); ++i) {
+      if (!lease.done[i] && job.losses.is_suspect(lease.unit.tiles[i])) {
+        job.plan->set_alone(lease.unit.tiles[i], true);
+      }
+    }
+    if (!reason.empty()) {
+      finish(job, JobState::failed, std::move(reason), event);
+    }
+  }
+  finish_if_complete(job, event);
+}
+
+void JobLifeCycle::expire_leases(const Event& event) {
+  while (const std::optional<LeaseId> id = leases_.expire(event.now)) {
+    const std::string worker = leases_.at(*id).worker;
+    lose_lease(*id, true, event);
+    workers_.fell_silent(worker);
+    workers_.forget_if_gone(worker, event);
+  }
+}
+
+// ---- time ----
+
+void JobLifeCycle::tick(const Event& event) {
+  expire_leases(event);
+  for (const JobId id : std::vector(timed_.begin(), timed_.end())) {
+    close_if_time_is_up(jobs_.at(id), event);
+  }
+  provenance_.forget_orphans(event);
+  for (const JobId id : std::vector(restored_.begin(), restored_.end())) {
+    if (Job& job = jobs_.at(id); event.now >= job.hold_until) {
+      restored_.erase(id);
+      finish_if_complete(job, event);
+    }
+  }
+  delete_old(event);
+  for (const JobId id : std::exchange(ending_, {})) {
+    finish_if_complete(jobs_.at(id), event);
+  }
+  next_ending_look_ = event.now + kEndingLookInterval;
+}
+
+void JobLifeCycle::delete_old(const Event& event) {
+  if (limits_.keep_ended == Duration::zero() || event.now < next_old_look_) {
+    return;
+  }
+  next_old_look_ = event.now + kOldLookPause;
+  for (auto at = jobs_.all().begin(); at != jobs_.all().end();) {
+    const Job& job = *(at++)->second;
+    const std::int64_t ago = event.unix_ms - job.record.finished_unix_ms;
+    if (!job.active() && ago >= milliseconds(limits_.keep_ended)) {
+      event.info(about(job.id()), "job {} is deleted: it ended {:.3g} days ago (--keep-days)", job.id().value,
+                 static_cast<double>(ago) / (24.0 * 60 * 60 * 1000));
+      forget(job.id(), event);
+    }
+  }
+}
+
+std::optional<Time> JobLifeCycle::next_deadline() const {
+  std::optional<Time> next;
+  const auto by = [&](Time time) { next = next ? std::min(*next, time) : time; };
+  for (const JobId id : timed_) {
+    if (const std::optional<Time> time_up = jobs_.at(id).time_up_at()) {
+      by(*time_up);
+    }
+  }
+  for (const JobId id : restored_) {
+    by(jobs_.at(id).hold_until);
+  }
+  if (!ending_.empty()) {
+    by(next_ending_look_);
+  }
+  if (limits_.keep_ended > Duration::zero() && !jobs_.all().empty()) {
+    by(next_old_look_);
+  }
+  return next;
+}
+
+}  // namespace lightmill

@@ -1,0 +1,97 @@
+// Requests of clients that create and change jobs.
+#include "server/domain/job_life_cycle.h"
+
+namespace lightmill {
+
+Result<Job*> JobLifeCycle::get(JobId id, bool ended, const char* what) {
+  LM_ASSIGN_OR_RETURN(Job* const job, jobs_.get(id));
+  if (job->active() == ended) {
+    return failed_precondition("job {} cannot be {}: it is {}", id.value, what, name_of(job->record.state));
+  }
+  return job;
+}
+
+Result<JobId> JobLifeCycle::submit(const JobSpec& spec, const MethodNotes& notes, const Event& event) {
+  LM_RETURN_IF_ERROR(check_spec(spec, notes.candidates));
+  LM_RETURN_IF_ERROR(jobs_.check_room(spec.owner));
+  LM_RETURN_IF_ERROR(jobs_.check_footprint(spec, nullptr));
+  Job& job = jobs_.add(spec, notes, event);
+  job.store(event);
+  event.info(about(job.id()), "job {} '{}' submitted by {}@{}: {}x{}, {}", job.id().value, spec.name, spec.owner,
+             spec.host, spec.settings.crop.width, spec.settings.crop.height, describe(spec.goal));
+  queue_again(job);
+  return job.id();
+}
+
+Status JobLifeCycle::cancel(JobId id, const Event& event) {
+  LM_ASSIGN_OR_RETURN(Job* const job, get(id, false, "cancelled"));
+  finish(*job, JobState::cancelled, "cancelled", event);
+  return ok_status();
+}
+
+Status JobLifeCycle::pause(JobId id, const Event& event) {
+  LM_ASSIGN_OR_RETURN(Job* const job, get(id, false, "paused"));
+  if (job->record.state != JobState::paused) {
+    pause(*job, "", event);
+    event.info(about(id), "job {} is paused", id.value);
+  }
+  return ok_status();
+}
+
+Result<bool> JobLifeCycle::resume(JobId id, const Event& event) {
+  LM_ASSIGN_OR_RETURN(Job* const job, get(id, false, "resumed"));
+  if (job->record.state != JobState::paused) {
+    return failed_precondition("job {} cannot be resumed: it is {}", id.value, name_of(job->record.state));
+  }
+  job->record.state = job->record.fingerprint_class.empty() ? JobState::queued : JobState::running;
+  job->record.reason.clear();
+  job->store(event);
+  queue_again(*job);
+  event.info(about(id), "job {} goes on", id.value);
+  return !finish_if_complete(*job, event);
+}
+
+Result<bool> JobLifeCycle::extend(JobId id, const Extension& to, const Event& event) {
+  LM_ASSIGN_OR_RETURN(Job* const job, jobs_.get(id));
+  if (job->record.state == JobState::failed || job->record.state == JobState::cancelled) {
+    return failed_precondition("job {} cannot be extended: it is {}", id.value, name_of(job->record.state));
+  }
+  JobSpec spec = job->record.spec;
+  LM_ASSIGN_OR_RETURN(spec.goal, extended_goal(*job, to, event.now));
+  LM_RETURN_IF_ERROR(jobs_.check_footprint(spec, job));
+  job->record.spec.goal = spec.goal;
+  if (spec.goal.seconds == 0) {
+    timed_.erase(id);
+  }
+  if (job->active()) {
+    job->plan->set_goal(job->samples_wanted_now());
+    job->store(event);
+    queue_.refresh(*job);
+  } else {
+    reopen(*job, event.now);
+    job->store(event);
+  }
+  event.info(about(id), "job {} is extended to {}", id.value, describe(spec.goal));
+  return !finish_if_complete(*job, event);  // it may have the new error already
+}
+
+Result<bool> JobLifeCycle::set_priority(JobId id, std::int32_t priority, const Event& event) {
+  LM_ASSIGN_OR_RETURN(Job* const job, get(id, false, "given another priority"));
+  if (job->record.spec.priority == priority) {
+    return false;
+  }
+  job->record.spec.priority = priority;
+  job->store(event);
+  queue_again(*job);
+  event.info(about(id), "job {} has priority {} now", id.value, priority);
+  return true;
+}
+
+Status JobLifeCycle::remove(JobId id, const Event& event) {
+  LM_RETURN_IF_ERROR(get(id, true, "deleted before it is cancelled").status());
+  forget(id, event);
+  event.info(about(id), "job {} is deleted", id.value);
+  return ok_status();
+}
+
+}  // namespace lightmill

@@ -1,0 +1,51 @@
+// Provenance of the films' nodes: which workers had a part in which node.
+//
+// Owns the list of everybody who rendered something, and the parts of each node. Takes: merged results, dropped nodes,
+// deleted jobs, and what the store has of them.
+#pragma once
+
+#include <map>
+#include <optional>
+#include <span>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "common/film/film.h"
+#include "server/domain/event.h"
+
+namespace lightmill {
+
+class Provenance {
+ public:
+  using Place = std::pair<TileId, SampleRange>;
+
+  /// A stored result went into this node of the film.
+  void restore(JobId job, TileId tile, SampleRange node, const Renderer& by);
+  /// A stored result belongs to no node: its row goes with the next effects. Others may render the samples now, also
+  /// workers of another class.
+  void add_orphan(const NodeKey& key) { orphans_.push_back(key); }
+  void forget_orphans(const Event& event);
+
+  void merged(const NodeKey& key, const Renderer& by, const MergeOutcome& outcome);
+  void dropped(JobId job, TileId tile, SampleRange node);
+  void forget(JobId job) { parts_.erase(job); }
+
+  /// Indices for renderer(), ascending; empty if they are not known.
+  std::span<const std::uint32_t> parts(const NodeKey& node) const;
+  const Renderer& renderer(std::uint32_t index) const { return renderers_.at(index); }
+  /// A renderer of this name.
+  std::optional<Renderer> find(const std::string& worker) const;
+  /// Nodes of the job in which renderers had a part that share the guilt of this one.
+  std::vector<Place> nodes_of(JobId job, const Renderer& guilty) const;
+
+ private:
+  std::uint32_t index_of(const Renderer& renderer);
+
+  std::vector<Renderer> renderers_;
+  std::map<Renderer, std::uint32_t> indices_;
+  std::map<JobId, std::map<Place, std::vector<std::uint32_t>>> parts_;
+  std::vector<NodeKey> orphans_;
+};
+
+}  // namespace lightmill

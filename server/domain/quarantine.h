@@ -1,0 +1,57 @@
+// Quarantine: workers that get nothing to render, and what becomes of their leases and of what they rendered.
+//
+// Owns nothing: the list is QuarantineList's. Takes: convictions, operators' requests.
+#pragma once
+
+#include "server/domain/scheduler.h"
+
+namespace lightmill {
+
+class Quarantine {
+ public:
+  Quarantine(QuarantineList& list, JobTable& jobs, LeaseTable& leases, WorkerRegistry& workers, JobQueue& queue,
+             Provenance& provenance, JobLifeCycle& life, Scheduler& scheduler, FarmTotals& totals)
+      : list_(list),
+        jobs_(jobs),
+        leases_(leases),
+        workers_(workers),
+        queue_(queue),
+        provenance_(provenance),
+        life_(life),
+        scheduler_(scheduler),
+        totals_(totals) {}
+
+  /// Acts on a dispute about these samples: wrong nodes are rendered again, guilty workers go into quarantine and their
+  /// work is undone. If the program is at fault, the job is paused.
+  void resolve(Job& job, const NodeKey& key, const Dispute& dispute, const Event& event);
+
+  // ---- an operator's requests, by a worker's name ----
+  /// NOT_FOUND unless the worker is here or the farm has results of it.
+  Status put(const std::string& worker, const std::string& reason, bool render_again, const Event& event);
+  /// NOT_FOUND.
+  Status release(const std::string& worker, const Event& event);
+
+ private:
+  /// Puts the worker and all others on its machine into quarantine.
+  void put(const Renderer& guilty, const std::string& reason, const Event& event);
+  /// Everything in which they had a part is rendered again.
+  void undo_work_of(const Renderer& guilty, const Event& event);
+  void accuse_program(Job& job, const NodeKey& key, const Dispute& dispute, const Event& event);
+  /// Takes out the film's node that contains these samples, and all that is known of it.
+  void drop_node(Job& job, TileId tile, SampleRange within, const Event& event);
+  void hold(Worker& worker, const std::string& reason, const Event& event);
+  /// Workers that nothing holds in quarantine any more get work again.
+  void let_go(const Event& event);
+
+  QuarantineList& list_;
+  JobTable& jobs_;
+  LeaseTable& leases_;
+  WorkerRegistry& workers_;
+  JobQueue& queue_;
+  Provenance& provenance_;
+  JobLifeCycle& life_;
+  Scheduler& scheduler_;
+  FarmTotals& totals_;
+};
+
+}  // namespace lightmill

@@ -1,0 +1,177 @@
+#include "server/domain/result_intake.h"
+
+namespace lightmill {
+namespace {
+
+/// Thread time of one result, far beyond any lease: larger sums could leave the numbers that fairness compares.
+constexpr double kMaxResultSeconds = 1e7;
+
+/// NaN, infinities and −0 have no place in a node. Branch-free, so that eight values are checked at a time.
+bool values_are_sound(std::span<const float> values) {
+  std::uint32_t bad = 0;
+  for (const float value : values) {
+    const auto bits = std::bit_cast<std::uint32_t>(value);
+    bad |= static_cast<std::uint32_t>((bits & 0x7f800000u) == 0x7f800000u) |
+           static_cast<std::uint32_t>(bits == 0x80000000u);
+  }
+  return bad == 0;
+}
+
+Status check_result(const Job& job, const WorkerResult& result) {
+  const NodeKey& key = result.key;
+  if (key.tile.value >= job.film.grid().tile_count()) {
+    return invalid_argument("tile {} of {}", key.tile.value, job.film.grid().tile_count());
+  }
+  if (result.node.range != key.range) {
+    return invalid_argument("its node has other samples than its key");
+  }
+  if (const std::size_t expected = job.film.expected_values(key.tile, key.range);
+      result.node.values.size() != expected) {
+    return invalid_argument("{} values instead of {}", result.node.values.size(), expected);
+  }
+  if (!values_are_sound(result.node.values)) {
+    return invalid_argument("a value is NaN, infinite or -0");
+  }
+  if (!(result.seconds >= 0 && result.seconds <= kMaxResultSeconds)) {
+    return invalid_argument("{} seconds", result.seconds);
+  }
+  if (hash_of(result.node) != result.hash) {
+    return data_loss("its hash does not fit");
+  }
+  return ok_status();
+}
+
+/// Whether the job takes such results: it has not ended, has a class and a method, and asks for these samples.
+bool wants(const Job& job, const WorkerResult& result) {
+  const SampleRange& range = result.key.range;
+  return job.active() && !job.record.fingerprint_class.empty() && !job.undecided() &&
+         job.digest() == result.render_digest && range.level <= kMaxRangeLevel &&
+         range.end() <= job.plan->goal_of(result.key.tile);
+}
+
+}  // namespace
+
+void ResultIntake::take(SessionId session, WorkerResult result, const Event& event) {
+  scheduler_.result_came(result, event.now);
+  const NodeKey key = result.key;
+  const LeaseId lease = result.lease;
+  Job* const job = jobs_.find(key.job);
+  const WorkerRegistry::Session& from = *workers_.find_session(session);
+  const Renderer by{from.worker, from.machine, job == nullptr ? "" : job->class_of_result(from.fingerprint_class)};
+  if (job == nullptr || !wants(*job, result) || quarantined_.contains(by)) {
+    drop_unwanted(session, result, by.worker, event);
+    return;
+  }
+  if (const Status status = check_result(*job, result); !status.ok()) {
+    reject(session, result, status, event);
+    return;
+  }
+  if (Worker* const worker = workers_.of(session)) {
+    worker->job(key.job).confirmed = true;
+    worker->good_result_came();
+    // Over a slow line heartbeats queue behind results. A worker that sends results is alive, with all that it holds.
+    for (const LeaseId id : worker->leases()) {
+      leases_.renew(id, event.now);
+    }
+  }
+  job->came_back(lease);
+  const bool cost_was_known = job->cost.known();
+  merge(*job, by, std::move(result), event);
+  // Duplicates, too, may stand on a node whose commit is still to come: every acknowledgement waits.
+  event.send_after_commit(session, ResultAck{{key}});
+  leases_.settle(*job, key, lease, event);
+  leases_.audit_done(lease, key.tile, event);
+  queue_.refresh(*job);
+  if (job->record_error(false)) {
+    job->store(event);
+  }
+  job->store_progress(event);
+  const std::uint64_t wanted_before = job->plan->goal();
+  const bool others_wait = life_.finish_if_complete(*job, event) || job->plan->goal() > wanted_before ||
+                           job->audits.waiting() || job->cost.known() != cost_was_known;
+  if (Worker* const worker = workers_.of(session)) {
+    scheduler_.serve(*worker, event);
+  }
+  if (others_wait) {
+    scheduler_.serve_all(event);
+  }
+}
+
+void ResultIntake::drop_unwanted(SessionId session, const WorkerResult& result, const std::string& worker,
+                                 const Event& event) {
+  event.send_after_commit(session, ResultAck{{result.key}});
+  if (const Lease* const lease = leases_.find(result.lease);
+      lease != nullptr && lease->worker == worker && lease->unit.job == result.key.job) {
+    Job& job = jobs_.at(result.key.job);
+    leases_.give_up_tile(result.lease, result.key.tile, event);
+    queue_.refresh(job);
+    life_.finish_if_complete(job, event);
+    scheduler_.serve_all(event);
+  }
+}
+
+void ResultIntake::reject(SessionId session, const WorkerResult& result, const Status& error, const Event& event) {
+  const std::string& name = workers_.find_session(session)->worker;
+  event.warn(about(result.key.job, name), "worker {}: result of job {}, tile {}, samples [{}, {}) is dropped: {}", name,
+             result.key.job.value, result.key.tile.value, result.key.range.first(), result.key.range.end(),
+             message_of(error));
+  event.send_after_commit(session, ResultAck{{result.key}});
+  sessions_.distrust(session, result.lease, error, event);
+}
+
+void ResultIntake::count_cost(Job& job, const Renderer& by, const WorkerResult& result, const Event& event) {
+  const std::uint64_t pixel_samples = result.key.range.count() * job.pixels_of(result.key.tile);
+  job.record.worker_seconds += result.seconds;
+  if (result.seconds > 0) {
+    const double seconds = result.seconds / static_cast<double>(pixel_samples);
+    job.cost.add(seconds);
+    if (Worker* const worker = workers_.find(by.worker)) {
+      worker->rendered(job.id(), seconds, pixel_samples, event.now);
+    }
+  }
+}
+
+void ResultIntake::count_duplicate(Job& job, const NodeKey& key, const Renderer& by, bool differs, const Event& event) {
+  ++job.record.counters.results_duplicate;
+  ++totals_.results_repeated;
+  if (differs && !job.record.spec.allow_mixed) {
+    event.warn(about(job.id(), by.worker),
+               "job {}, tile {}, samples [{}, {}): worker {} has other bits than what was merged before; its result is "
+               "dropped",
+               job.id().value, key.tile.value, key.range.first(), key.range.end(), by.worker);
+  }
+}
+
+void ResultIntake::merge(Job& job, const Renderer& by, WorkerResult result, const Event& event) {
+  const NodeKey key = result.key;
+  provenance_.forget_orphans(event);  // before anything is recorded in their place
+  count_cost(job, by, result, event);
+  const std::uint64_t non_finite_before = job.film.non_finite(), samples_before = job.film.pixel_samples();
+  const MergeOutcome outcome = job.film.merge(key.tile, std::make_shared<const Node>(std::move(result.node)));
+  if (outcome.kind != MergeOutcome::Kind::merged) {
+    const bool differs = outcome.kind == MergeOutcome::Kind::mismatch;
+    count_duplicate(job, key, by, differs, event);
+    quarantine_.resolve(job, key, audits_.compare(job, key, result.hash, by, differs, event), event);
+    return;
+  }
+  ++job.record.counters.results_merged;
+  ++totals_.results_merged;
+  if (job.losses.tile_came(key.tile)) {
+    job.plan->set_alone(key.tile, false);
+  }
+  if (job.record.spec.goal.error > 0 && job.film.samples(key.tile) == job.plan->goal_of(key.tile)) {
+    job.error.refresh(job.film, key.tile);  // so that little is left to do once the last tile is there
+  }
+  const std::uint64_t fresh = job.film.pixel_samples() - samples_before;
+  job.record.counters.non_finite += job.film.non_finite() - non_finite_before;
+  job.rate.add(static_cast<double>(fresh), event.now);
+  totals_.pixel_samples += fresh;
+  if (!job.pictured && job.film.min_samples() > 0) {
+    job.pictured = true;
+    const std::int64_t since_ms = event.unix_ms - job.record.submitted_unix_ms;  // a clock may have been set back
+    totals_.first_picture.add(static_cast<double>(std::max<std::int64_t>(since_ms, 0)) / 1000);
+  }
+  audits_.merged(job, key, result.hash, by, outcome, event);
+}
+
+}  // namespace lightmill

@@ -1,0 +1,54 @@
+// Result intake: results are checked, merged into their job's film, and acknowledged.
+//
+// Owns nothing. Takes: results.
+#pragma once
+
+#include "server/domain/quarantine.h"
+#include "server/domain/sessions.h"
+
+namespace lightmill {
+
+class ResultIntake {
+ public:
+  ResultIntake(JobTable& jobs, LeaseTable& leases, WorkerRegistry& workers, const QuarantineList& quarantined,
+               JobQueue& queue, Provenance& provenance, JobLifeCycle& life, Scheduler& scheduler, Audits& audits,
+               Quarantine& quarantine, Sessions& sessions, FarmTotals& totals)
+      : jobs_(jobs),
+        leases_(leases),
+        workers_(workers),
+        quarantined_(quarantined),
+        queue_(queue),
+        provenance_(provenance),
+        life_(life),
+        scheduler_(scheduler),
+        audits_(audits),
+        quarantine_(quarantine),
+        sessions_(sessions),
+        totals_(totals) {}
+
+  void take(SessionId session, WorkerResult result, const Event& event);
+
+ private:
+  /// Acknowledges a result that is not wanted, and ends its lease's hold on it.
+  void drop_unwanted(SessionId session, const WorkerResult& result, const std::string& worker, const Event& event);
+  void reject(SessionId session, const WorkerResult& result, const Status& error, const Event& event);
+  void merge(Job& job, const Renderer& by, WorkerResult result, const Event& event);
+  /// What the result cost counts for its job and its worker.
+  void count_cost(Job& job, const Renderer& by, const WorkerResult& result, const Event& event);
+  void count_duplicate(Job& job, const NodeKey& key, const Renderer& by, bool differs, const Event& event);
+
+  JobTable& jobs_;
+  LeaseTable& leases_;
+  WorkerRegistry& workers_;
+  const QuarantineList& quarantined_;
+  JobQueue& queue_;
+  Provenance& provenance_;
+  JobLifeCycle& life_;
+  Scheduler& scheduler_;
+  Audits& audits_;
+  Quarantine& quarantine_;
+  Sessions& sessions_;
+  FarmTotals& totals_;
+};
+
+}  // namespace lightmill

@@ -1,0 +1,133 @@
+#include "server/domain/scheduler.h"
+
+#include "server/domain/eligibility.h"
+
+namespace lightmill {
+
+void Scheduler::serve(Worker& worker, const Event& event) {
+  while (serve_once(worker, event)) {
+  }
+}
+
+void Scheduler::serve_all(const Event& event) {
+  if (queue_.empty()) {
+    return;
+  }
+  std::vector<std::string> waiting(workers_.idle().begin(), workers_.idle().end());
+  while (!waiting.empty() && !queue_.empty()) {
+    std::erase_if(waiting, [&](const std::string& name) {
+      Worker* const worker = workers_.find(name);
+      return worker == nullptr || !serve_once(*worker, event);
+    });
+  }
+}
+
+void Scheduler::hold(const std::string& why, const Event& event) {
+  if (held_ == why) {
+    return;
+  }
+  if (why.empty()) {
+    event.info({}, "work is handed out again");
+  } else if (held_.empty()) {
+    event.warn({}, "no work is handed out: {}", why);
+  }
+  held_ = why;
+  for (const auto& [id, job] : jobs_.all()) {
+    job->version += job->active() ? 1 : 0;
+  }
+  serve_all(event);
+}
+
+bool Scheduler::serve_once(Worker& worker, const Event& event) {
+  if (!leases_.wants_more(worker)) {
+    workers_.set_idle(worker, false);
+    return false;
+  }
+  const bool granted = held_.empty() && grant_next(worker, event);
+  if (!granted) {
+    workers_.set_idle(worker, true);
+  }
+  return granted;
+}
+
+bool Scheduler::grant_next(Worker& worker, const Event& event) {
+  for (auto at = queue_.begin(); at != queue_.end();) {
+    Job& job = jobs_.at(at->job);
+    ++at;  // what follows may move or remove the job's entry
+    life_.close_if_time_is_up(job, event);
+    if (!queue_.contains(job.id()) || event.now < job.hold_until || !may_render(worker, job)) {
+      continue;
+    }
+    const std::optional<bool> granted = grant(worker, job, event);
+    if (!granted || *granted) {
+      return granted.has_value();
+    }
+  }
+  return false;
+}
+
+std::optional<bool> Scheduler::grant(Worker& worker, Job& job, const Event& event) {
+  if (job.undecided()) {
+    if (!job.leases().empty() || !job.plan->has_work() || !Pilots::may_have(worker, job, event.now)) {
+      return false;
+    }
+    if (job.losses.pilot_is_suspect() && !worker.leases().empty()) {
+      return std::nullopt;
+    }
+    pilots_.grant(worker, job, event);
+    return true;
+  }
+  const bool has_work = job.plan->has_work();
+  // The first picture comes first. After it, the sooner a liar is found, the less has to be rendered again.
+  if (!(has_work && job.plan->first_round()) && grant_audit(worker, job, event)) {
+    return true;
+  }
+  if (!has_work || enough_is_tried(job)) {
+    return false;
+  }
+  const bool alone = job.plan->next_is_alone();
+  if (alone && !worker.leases().empty()) {
+    return std::nullopt;  // until it has nothing else: other jobs must not fill it up
+  }
+  const LeaseId id = leases_.next_id();
+  const UnitAim aim = aim_for(worker, job, event.now);
+  pace_.gave(from_seconds(std::max(limits_.unit_seconds, 2 * aim.results_seconds)));
+  std::optional<Unit> unit = job.plan->take(job.id(), id, aim);
+  if (!unit) {
+    queue_.refresh(job);
+    return false;
+  }
+  if (job.record.fingerprint_class.empty()) {
+    life_.start(job, worker, event);
+  }
+  leases_.open(worker, job, {.id = id, .unit = *std::move(unit), .alone = alone}, event.now);
+  leases_.send_grant(worker, job, id, event);
+  queue_.refresh(job);
+  return true;
+}
+
+bool Scheduler::grant_audit(Worker& worker, Job& job, const Event& event) {
+  const Renderer by = renderer_of(worker, job);
+  std::vector<PendingAudits::Place> places = job.audits.next_for(by, 1);
+  if (places.empty()) {
+    return false;
+  }
+  const SampleRange range = places.front().range;
+  const std::uint32_t tiles = choose_tile_count(range, job.audits.size() - job.audits.out(),
+                                                job.pixels_of(places.front().tile), aim_for(worker, job, event.now));
+  if (tiles > 1) {
+    places = job.audits.next_for(by, tiles);
+  }
+  const LeaseId id = leases_.next_id();
+  Unit unit{job.id(), range, {}};
+  for (const PendingAudits::Place& place : places) {
+    unit.tiles.push_back(place.tile);
+    job.audits.lease(place, id);
+  }
+  leases_.open(worker, job, {.id = id, .unit = std::move(unit), .audits = true}, event.now);
+  leases_.send_grant(worker, job, id, event);
+  queue_.refresh(job);
+  return true;
+}
+
+}  // namespace lightmill

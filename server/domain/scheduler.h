@@ -1,0 +1,63 @@
+// Scheduler: hands the work of the queue's jobs to workers that want more.
+//
+// Owns the pace of results, and why no work is handed out at all, if so. Takes: workers to serve, results that come,
+// how long workers say that theirs wait. Which job is next is the queue's, what of a job is free its plan's.
+#pragma once
+
+#include "server/domain/pilots.h"
+#include "server/scheduling/results_pace.h"
+
+namespace lightmill {
+
+class Scheduler {
+ public:
+  Scheduler(const CoordinatorLimits& limits, Time now, JobTable& jobs, LeaseTable& leases, WorkerRegistry& workers,
+            JobQueue& queue, JobLifeCycle& life, Pilots& pilots)
+      : limits_(limits),
+        jobs_(jobs),
+        leases_(leases),
+        workers_(workers),
+        queue_(queue),
+        life_(life),
+        pilots_(pilots),
+        pace_(limits.result_bytes_per_second, now) {}
+
+  /// Gives the worker leases until it wants no more, or there is nothing for it: then it is idle.
+  void serve(Worker& worker, const Event& event);
+  /// Serves all idle workers, one lease each in turn: the work is spread over them.
+  void serve_all(const Event& event);
+  /// Why no work is handed out; empty while it is.
+  const std::string& held() const { return held_; }
+  void hold(const std::string& why, const Event& event);
+
+  // ---- unit_sizing.cpp ----
+  UnitAim aim_for(const Worker& worker, const Job& job, Time now) const;
+  void result_came(const WorkerResult& result, Time now);
+  /// Slows or speeds up the pace if workers' results wait too long for their acknowledgement, or no longer.
+  void look_at_waits(const Event& event);
+  /// Results have waited for another reason than their number.
+  void stood_still(Time now) { pace_.stood_still(now); }
+  double result_bytes_per_second() const { return pace_.bytes_per_second(); }
+
+ private:
+  bool serve_once(Worker& worker, const Event& event);
+  bool grant_next(Worker& worker, const Event& event);
+  /// Grants work of the job. Null: no job may grant any, because the next unit is for a worker without other leases.
+  std::optional<bool> grant(Worker& worker, Job& job, const Event& event);
+  bool grant_audit(Worker& worker, Job& job, const Event& event);
+  /// Whether as much of the job is leased as may be before its first result is back.
+  bool enough_is_tried(const Job& job) const;
+
+  const CoordinatorLimits& limits_;
+  JobTable& jobs_;
+  LeaseTable& leases_;
+  WorkerRegistry& workers_;
+  JobQueue& queue_;
+  JobLifeCycle& life_;
+  Pilots& pilots_;
+  std::string held_;
+  ResultsPace pace_;
+  bool slowed_ = false;  ///< a note said that the pace is low
+};
+
+}  // namespace lightmill

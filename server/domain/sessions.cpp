@@ -1,0 +1,324 @@
+#include "server/domain/sessions.h"
+
+#include "common/base/check.h"
+#include "common/base/quantities.h"
+#include "common/base/text.h"
+#include "server/domain/eligibility.h"
+
+namespace lightmill {
+namespace {
+
+/// Threads that one worker may claim.
+constexpr std::uint32_t kMaxThreads = 4096;
+/// The log says at most so often that the farm is full.
+constexpr Duration kFullNotePause = std::chrono::minutes(1);
+/// Of all workers together, if the others had the interval of the newest too.
+constexpr int kHeartbeatsPerSecond = 500;
+
+Status check_hello(const WorkerHello& hello) {
+  if (hello.name.empty() || hello.threads < 1 || hello.threads > kMaxThreads) {
+    return invalid_argument("a worker has a name and 1 to {} threads, got '{}' with {}", kMaxThreads,
+                            as_name(hello.name), hello.threads);
+  }
+  LM_RETURN_IF_ERROR(check_name("the worker's name", hello.name));
+  LM_RETURN_IF_ERROR(check_name("the worker's host", hello.host));
+  LM_RETURN_IF_ERROR(check_name("the worker's machine", hello.machine));
+  LM_RETURN_IF_ERROR(check_name("the worker's fingerprint class", hello.fingerprint_class));
+  if (hello.fingerprint_class == kMixedClass) {
+    return invalid_argument("the worker's fingerprint class: '{}' stands for many", kMixedClass);
+  }
+  return check_name("the worker's renderer version", hello.renderer_version);
+}
+
+}  // namespace
+
+// ---- sessions come ----
+
+Duration Sessions::heartbeat_interval() const {
+  const Duration of_all = Duration(std::chrono::seconds(1)) * workers_.sessions() / kHeartbeatsPerSecond;
+  return std::max(limits_.heartbeat_interval,
+                  std::min<Duration>({of_all, limits_.lease_duration / 4, limits_.silence / 4}));
+}
+
+void Sessions::dismiss(SessionId session, std::string reason, const Event& event, bool for_now) {
+  const std::string& name = workers_.find_session(session)->worker;
+  if (!for_now) {
+    event.warn(about(name), "worker {} is dismissed: {}", name, reason);
+  } else if (event.now >= next_full_note_) {  // this worker and others ask again and again
+    next_full_note_ = event.now + kFullNotePause;
+    event.warn(about(name), "worker {} finds no room: {}", name, reason);
+  }
+  event.send_after_commit(session, Dismissal{std::move(reason), for_now});
+  workers_.end_current(session);
+  inspections_.left(session, false, event);
+}
+
+void Sessions::connect(SessionId session, const WorkerHello& hello, const Event& event) {
+  LM_CHECK(workers_.find_session(session) == nullptr, "session {} said hello twice", session.value);
+  workers_.open_session(session, hello, event.now);
+  if (const Status status = check_hello(hello); !status.ok()) {
+    dismiss(session, message_of(status), event);
+    return;
+  }
+  if (workers_.is_full(hello.name)) {
+    dismiss(session,
+            fmt::format("the farm is full: it takes {} workers (--max-workers), and asks you to come again later",
+                        limits_.max_workers),
+            event, true);
+    return;
+  }
+  if (const Worker* const known = workers_.find(hello.name); known != nullptr && known->session()) {
+    // Of two processes with one name the one at work keeps it, or they would take it from each other without end.
+    const bool heard = event.now < known->heard_at() + limits_.lease_duration;
+    if (heard && !known->draining() && !same_process(known->hello(), hello)) {
+      dismiss(session,
+              fmt::format("another worker named {} is connected (process {} on {}); choose another --name, or leave it "
+                          "out for one that is unique",
+                          hello.name, known->hello().pid, known->hello().host),
+              event);
+      return;
+    }
+    dismiss(*known->session(), fmt::format("another worker came with the name {}", hello.name), event);
+  }
+  const bool quarantined = quarantine_.contains({hello.name, machine_of(hello)});
+  const bool other_process = workers_.connect(session, hello, quarantined, event.now);
+  Worker& worker = workers_.at(hello.name);
+  event.info(about(hello.name), "worker {} is here: {} on {}, class {}", hello.name, counted(hello.threads, "thread"),
+             hello.host, hello.fingerprint_class);
+  event.send(session, Welcome{leases_.epoch(), heartbeat_interval(), limits_.lease_duration});
+  if (quarantined) {
+    event.send(session, Notice{"in quarantine, this worker gets nothing to render until it is released"});
+  }
+  take_back_held(worker, hello, other_process, event);
+  scheduler_.serve(worker, event);
+  scheduler_.serve_all(event);
+  inspections_.serve(event);
+}
+
+void Sessions::take_back_held(Worker& worker, const WorkerHello& hello, bool other_process, const Event& event) {
+  LeaseCancel unwanted;
+  std::set<LeaseId> kept;
+  for (const HeldLease& held : hello.held) {
+    if (adopt(worker, held, event)) {
+      kept.insert(held.lease);
+    } else {
+      unwanted.leases.push_back(held.lease);
+    }
+  }
+  // The worker does not work on leases in its name that it does not hold.
+  for (const LeaseId id : std::set(worker.leases())) {
+    if (!worker.leases().contains(id) || kept.contains(id)) {
+      continue;
+    }
+    if (other_process) {
+      life_.lose_lease(id, false, event);
+    } else {
+      life_.end_lease(id, {.lost = true}, event);
+    }
+  }
+  if (!unwanted.leases.empty()) {
+    event.send_after_commit(*worker.session(), std::move(unwanted));
+  }
+}
+
+bool Sessions::adopt(Worker& worker, const HeldLease& held, const Event& event) {
+  Job* const job = jobs_.find(held.unit.job);
+  if (job == nullptr || !job->active() || job->undecided() || job->digest() != held.render_digest ||
+      held.unit.tiles.empty() || !may_render(worker, *job)) {
+    return false;
+  }
+  std::vector<TileId> tiles = held.unit.tiles;
+  std::sort(tiles.begin(), tiles.end());
+  tiles.erase(std::unique(tiles.begin(), tiles.end()), tiles.end());
+  if (const Lease* const lease = leases_.find(held.lease)) {
+    if (lease->worker != worker.name() || lease->unit.job != held.unit.job || lease->unit.range != held.unit.range) {
+      return false;
+    }
+    leases_.resume(held.lease, event.now);
+    for (const TileId tile : std::vector(lease->unit.tiles)) {
+      // The worker has seen this tile acknowledged or never got it. If it is not covered, it must be rendered again.
+      if (!std::binary_search(tiles.begin(), tiles.end(), tile)) {
+        leases_.give_up_tile(held.lease, tile, event);
+      }
+    }
+    queue_.refresh(*job);
+    if (leases_.find(held.lease) == nullptr) {
+      return false;
+    }
+  } else if (held.lease > leases_.last_id()) {
+    return false;  // the number was not given yet: it will be another lease's
+  } else {
+    // The lease is of an earlier coordinator, or this one took it for lost: the worker resumes what is still free.
+    Unit unit{held.unit.job, held.unit.range, {}};
+    for (const TileId tile : tiles) {
+      if (job->plan->adopt(held.lease, tile, held.unit.range)) {
+        unit.tiles.push_back(tile);
+      }
+    }
+    if (unit.tiles.empty()) {
+      return false;
+    }
+    leases_.open(worker, *job, {.id = held.lease, .unit = std::move(unit)}, event.now);
+    queue_.refresh(*job);
+  }
+  WorkerJob& known = worker.job(job->id());
+  known.describe = false;
+  known.confirmed = true;
+  job->came_back(held.lease);
+  return true;
+}
+
+// ---- sessions speak ----
+
+void Sessions::heartbeat(Worker& worker, const WorkerHeartbeat& heartbeat, const Event& event) {
+  if (heartbeat.longest_wait) {
+    worker.waits(*heartbeat.longest_wait, event.now);
+  }
+  scheduler_.look_at_waits(event);
+  LeaseCancel unknown;
+  for (const LeaseId id : heartbeat.leases) {
+    if (const Lease* const lease = leases_.find(id); lease != nullptr && lease->worker == worker.name()) {
+      leases_.renew(id, event.now);
+    } else {
+      unknown.leases.push_back(id);
+    }
+  }
+  if (!unknown.leases.empty()) {
+    event.send_after_commit(*worker.session(), std::move(unknown));
+  }
+  scheduler_.serve(worker, event);
+}
+
+void Sessions::give_back(Worker& worker, const WorkerReturn& message, const Event& event) {
+  const Lease* const lease = leases_.find(message.lease);
+  if (lease == nullptr || lease->worker != worker.name()) {
+    return;
+  }
+  Job& job = jobs_.at(lease->unit.job);
+  worker.job(job.id()).describe = true;
+  leases_.end(message.lease, {}, event);
+  life_.finish_if_complete(job, event);
+  scheduler_.serve_all(event);
+  scheduler_.serve(worker, event);
+}
+
+void Sessions::refuse(Worker& worker, const WorkerRefusal& refusal, const Event& event) {
+  Job* const job = jobs_.find(refusal.job);
+  if (job == nullptr || !job->active() || !may_render(worker, *job) || worker.find_job(refusal.job) == nullptr) {
+    return;
+  }
+  if (refusal.own_limits) {
+    exclude(worker, *job, refusal.reason, event);
+  } else {
+    life_.finish(*job, JobState::failed, fmt::format("worker {}: {}", worker.name(), refusal.reason), event);
+  }
+  scheduler_.serve_all(event);
+  scheduler_.serve(worker, event);
+}
+
+void Sessions::exclude(Worker& worker, Job& job, const std::string& reason, const Event& event) {
+  worker.exclude(job.id(), printable(reason));
+  event.warn(about(job.id(), worker.name()), "worker {} leaves job {} to others: {}", worker.name(), job.id().value,
+             worker.too_large().at(job.id()));
+  for (const LeaseId id : std::set(worker.leases())) {
+    if (leases_.at(id).unit.job == job.id()) {
+      leases_.end(id, {}, event);
+    }
+  }
+  const bool untouched = job.leases().empty() && job.film.pixel_samples() == 0;
+  if (untouched) {
+    job.keep_time(0, event.now);  // nothing has been rendered in it
+  }
+  job.store_progress(event);
+  const bool wanted = std::ranges::any_of(
+      workers_.all(), [&](const auto& entry) { return entry.second.counts() && may_render(entry.second, job); });
+  if (!wanted && untouched && job.record.state == JobState::running) {
+    life_.unbind(job, event);  // its class was that of workers for which it is too large
+  }
+  life_.finish_if_complete(job, event);
+}
+
+// ---- sessions go ----
+
+void Sessions::distrust(SessionId session, LeaseId lease_id, const Status& error, const Event& event) {
+  const std::string name = workers_.find_session(session)->worker;
+  if (const Lease* const lease = leases_.find(lease_id); lease != nullptr && lease->worker == name) {
+    life_.end_lease(lease_id, {.cancel = true, .lost = true}, event);
+  }
+  Worker* const worker = workers_.of(session);
+  if (worker == nullptr) {
+    return;
+  }
+  if (worker->bad_result_came() >= limits_.max_bad_results) {
+    dismiss(session, fmt::format("{} damaged results, the last: {}", worker->bad_results(), message_of(error)), event);
+    while (!worker->leases().empty()) {
+      life_.end_lease(*worker->leases().begin(), {.lost = true}, event);
+    }
+    workers_.forget_if_gone(name, event);
+  } else {
+    scheduler_.serve(*worker, event);
+  }
+  scheduler_.serve_all(event);
+}
+
+void Sessions::leaves(Worker& worker, const Event& event) {
+  if (!worker.draining()) {
+    workers_.drain(worker);
+    event.info(about(worker.name()), "worker {} is leaving", worker.name());
+  }
+  inspections_.left(*worker.session(), false, event);
+}
+
+Status Sessions::ask_to_leave(const std::string& name, const Event& event) {
+  Worker* const worker = workers_.find(name);
+  if (worker == nullptr || !worker->session()) {
+    return not_found("there is no worker '{}'", name);
+  }
+  if (!worker->draining()) {
+    workers_.drain(*worker);
+    event.info(about(name), "worker {} is asked to leave", name);
+  }
+  event.send_after_commit(*worker->session(), DrainRequest{});
+  return ok_status();
+}
+
+void Sessions::disconnected(SessionId session, const Event& event) {
+  if (const Worker* const worker = workers_.of(session)) {
+    event.info(about(worker->name()), "worker {} is gone with {}", worker->name(),
+               counted(worker->leases().size(), "lease"));
+  }
+  end(session, event);
+  inspections_.serve(event);
+}
+
+void Sessions::end(SessionId session, const Event& event) {
+  inspections_.left(session, true, event);
+  const WorkerRegistry::Session* const found = workers_.find_session(session);
+  if (found == nullptr) {
+    return;
+  }
+  const std::string name = found->worker;
+  if (const Worker* const worker = workers_.close_session(session)) {
+    leases_.abandon(*worker, event.now);
+  }
+  workers_.forget_if_gone(name, event);
+}
+
+void Sessions::end_silent(const Event& event) {
+  if (const std::optional<Time> due = workers_.next_silence_look(); !due || event.now < *due) {
+    return;
+  }
+  const std::vector<SessionId> silent = workers_.too_silent(event.now);
+  for (const SessionId session : silent) {
+    const Worker& worker = *workers_.of(session);
+    event.warn(about(worker.name()), "worker {} is gone with {}: it has said nothing for {:.0f} s", worker.name(),
+               counted(worker.leases().size(), "lease"), to_seconds(event.now - worker.heard_at()));
+  }
+  for (const SessionId session : silent) {
+    end(session, event);
+    event.effects.closed.push_back(session);
+  }
+  inspections_.serve(event);
+}
+
+}  // namespace lightmill

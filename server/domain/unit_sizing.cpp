@@ -1,0 +1,80 @@
+// Sizes of units: about a second of their worker's time, but no more results than the coordinator takes in.
+#include "common/methods/spec/method_spec.h"
+#include "server/domain/scheduler.h"
+
+namespace lightmill {
+namespace {
+
+/// While the cost of a job's samples is not known, units are of one sample. No more of them are leased than the
+/// coordinator takes in within so long, or thousands of workers would send theirs at once.
+constexpr double kTriedSeconds = 0.5;
+
+double pixels_of_a_tile(const Job& job) {
+  return static_cast<double>(
+      std::min<std::uint64_t>(job.film.grid().pixel_count(), std::uint64_t{kTileSize} * kTileSize));
+}
+
+/// Of a result of a whole tile, at most.
+double node_bytes(const Job& job) {
+  return static_cast<double>(job.film.layout().most_values() * sizeof(float)) * pixels_of_a_tile(job);
+}
+
+}  // namespace
+
+UnitAim Scheduler::aim_for(const Worker& worker, const Job& job, Time now) const {
+  UnitAim aim;
+  aim.farm_threads = static_cast<std::uint32_t>(std::max<std::uint64_t>(workers_.threads(), 1));
+  set_times(limits_.unit_seconds, node_bytes(job), pace_.bytes_per_second(), aim);
+  if (const double seconds = job.record.spec.goal.seconds; seconds > 0) {
+    // When its time is up, the job waits for units that are out. Results stay within what the coordinator takes.
+    const double least = std::min(std::max(aim.unit_seconds / 2, 2 * aim.least_seconds), aim.unit_seconds);
+    aim.unit_seconds = std::clamp(seconds - job.active_seconds(now), least, aim.unit_seconds);
+  }
+  aim.unit_seconds *= worker.unit_scale();
+  const WorkerJob* const known = worker.find_job(job.id());
+  aim.seconds_per_pixel_sample = (known != nullptr && known->cost.known() ? known->cost : job.cost).peak.value();
+  aim.threads = worker.hello().threads;
+  const Result<MethodSpec> method = parse_method(job.record.spec.settings.method);
+  aim.shared_samples = method.ok() ? shared_samples(*method) : 0;
+  return aim;
+}
+
+bool Scheduler::enough_is_tried(const Job& job) const {
+  if (job.cost.known()) {
+    return false;
+  }
+  const double results = static_cast<double>(job.plan->out_pixel_samples()) / pixels_of_a_tile(job);
+  return results * node_bytes(job) > kTriedSeconds * pace_.bytes_per_second();
+}
+
+void Scheduler::result_came(const WorkerResult& result, Time now) {
+  pace_.came(static_cast<double>(result.node.values.size() * sizeof(float)) + kBytesOfAResult, now);
+}
+
+void Scheduler::look_at_waits(const Event& event) {
+  if (!held_.empty()) {
+    pace_.stood_still(event.now);
+  }
+  if (!pace_.is_due(event.now)) {
+    return;
+  }
+  std::vector<Duration> waits;
+  for (const auto& [name, worker] : workers_.all()) {
+    if (const auto wait = worker.wait_since(pace_.heard_from(event.now)); wait && worker.counts()) {
+      waits.push_back(*wait);
+    }
+  }
+  if (!pace_.look(waits, event.now)) {
+    return;
+  }
+  const double most = limits_.result_bytes_per_second;
+  if (!slowed_ && pace_.bytes_per_second() < most / 2) {
+    slowed_ = true;
+    event.warn({}, "workers' results wait long for the coordinator: they are sent more rarely, each of more samples");
+  } else if (slowed_ && pace_.bytes_per_second() == most) {
+    slowed_ = false;
+    event.info({}, "workers' results wait no longer: they are sent as often as before");
+  }
+}
+
+}  // namespace lightmill

@@ -1,0 +1,192 @@
+// Registry of workers: sessions, what each worker has said and done, who is idle, and which machines left lately.
+//
+// Owns the workers and their sessions. Takes: hellos, messages, broken streams, silence, what workers are lent and what
+// comes of it. Knows nothing of jobs but their ids, and of leases only their ids and sizes.
+#pragma once
+
+#include <map>
+#include <optional>
+#include <set>
+#include <span>
+#include <string>
+#include <unordered_map>
+#include <vector>
+
+#include "server/domain/event.h"
+#include "server/domain/lease.h"
+#include "server/domain/limits.h"
+#include "server/domain/measured_cost.h"
+#include "server/domain/rate_meter.h"
+
+namespace lightmill {
+
+/// A worker that does not name its machine has one of its own, named by its host.
+inline const std::string& machine_of(const WorkerHello& hello) {
+  return hello.machine.empty() ? hello.host : hello.machine;
+}
+
+/// A worker's process may connect again while its broken stream is not noticed here yet.
+bool same_process(const WorkerHello& a, const WorkerHello& b);
+
+/// A job as one worker sees it.
+struct WorkerJob {
+  std::uint32_t leases = 0;
+  bool describe = true;    ///< the worker may not know the job: the next lease goes with a description
+  bool confirmed = false;  ///< a message of the worker shows that it got a lease
+  MeasuredCost cost = {};
+};
+
+/// Worker that is connected, or in whose name there are leases.
+class Worker {
+ public:
+  const WorkerHello& hello() const { return hello_; }  ///< without held leases
+  const std::string& name() const { return hello_.name; }
+  /// For whichever job.
+  Renderer renderer() const { return {hello_.name, machine_of(hello_)}; }
+  const std::optional<SessionId>& session() const { return session_; }
+  Time connected_at() const { return connected_at_; }
+  Time heard_at() const { return heard_at_; }    ///< when a message of this session came last
+  Time result_at() const { return result_at_; }  ///< when a result came last
+  bool draining() const { return draining_; }
+  bool quarantined() const { return quarantined_; }
+  bool silent() const { return silent_; }  ///< let a lease expire, and has said nothing since
+  /// Whether its threads count for the farm: it is connected, and neither draining nor in quarantine.
+  bool counts() const { return session_ && !draining_ && !quarantined_; }
+  bool stays() const { return session_ && !draining_; }             ///< connected, and not about to leave
+  bool may_inspect() const { return counts() && hello_.inspects; }  ///< reads scene files
+  WorkerCount count() const;
+  double samples_per_second(Time now) const { return rate_.per_second(now); }
+  std::uint64_t results() const { return results_; }
+  std::uint64_t leases_lost() const { return leases_lost_; }
+
+  // ---- leases ----
+  const std::set<LeaseId>& leases() const { return leases_; }
+  std::uint32_t tiles_out() const { return tiles_out_; }
+  double unit_scale() const { return unit_scale_; }  ///< halved by a lost lease, doubled by a finished one, at most 1
+  void lent(const Lease& lease);
+  void tile_done() { --tiles_out_; }
+  void unit_done() { unit_scale_ = std::min(unit_scale_ * 2, 1.0); }
+  /// The lease ended with `lease.remaining` tiles not done.
+  void ended(const Lease& lease);
+  void lost(const Lease& lease, Time now);
+  /// When it may have a pilot: later with each one that it lost, or it would lose the same one without end.
+  Time pilots_from() const { return pilots_from_; }
+  void pilot_came() { pilots_lost_ = 0; }
+
+  // ---- jobs ----
+  WorkerJob& job(JobId id) { return jobs_[id]; }
+  const WorkerJob* find_job(JobId id) const;
+  /// Jobs that its own limits exclude, and why.
+  const std::map<JobId, std::string>& too_large() const { return too_large_; }
+  void exclude(JobId job, std::string reason) { too_large_[job] = std::move(reason); }
+
+  // ---- results ----
+  /// The longest wait of its results for their acknowledgement, if it said one in this session since `since`.
+  std::optional<Duration> wait_since(Time since) const { return wait_at_ >= since ? wait_ : std::nullopt; }
+  void waits(Duration wait, Time now);
+  std::uint32_t bad_results() const { return bad_results_; }
+  std::uint32_t bad_result_came() { return ++bad_results_; }
+  void good_result_came() { ++results_; }
+  void rendered(JobId job, double seconds, std::uint64_t pixel_samples, Time now);
+
+ private:
+  friend class WorkerRegistry;
+
+  WorkerHello hello_;
+  std::optional<SessionId> session_;
+  Time connected_at_, heard_at_, result_at_;
+  bool draining_ = false, silent_ = false, quarantined_ = false;
+  std::set<LeaseId> leases_;
+  std::uint32_t tiles_out_ = 0;
+  double unit_scale_ = 1;
+  std::uint32_t pilots_lost_ = 0;  ///< since one came
+  Time pilots_from_;
+  std::map<JobId, WorkerJob> jobs_;
+  std::map<JobId, std::string> too_large_;
+  std::optional<Duration> wait_;
+  Time wait_at_;
+  RateMeter rate_;  ///< pixel samples
+  std::uint64_t results_ = 0, leases_lost_ = 0, pixel_samples_ = 0;
+  std::uint32_t bad_results_ = 0;
+};
+
+class WorkerRegistry {
+ public:
+  explicit WorkerRegistry(const CoordinatorLimits& limits) : limits_(limits) {}
+
+  Worker* find(const std::string& name);
+  const Worker* find(const std::string& name) const;
+  Worker& at(const std::string& name) { return workers_.at(name); }
+  std::map<std::string, Worker>& all() { return workers_; }  ///< by name
+  const std::map<std::string, Worker>& all() const { return workers_; }
+  std::uint64_t threads() const { return threads_; }  ///< of workers that count
+
+  // ---- sessions ----
+  struct Session {
+    std::string worker, machine, fingerprint_class;
+    bool current = true;  ///< false once it is replaced or dismissed: then only its results count
+  };
+  const Session* find_session(SessionId session) const;
+  std::size_t sessions() const { return sessions_.size(); }
+  /// Null unless the session is its worker's current one.
+  Worker* of(SessionId session);
+  /// A stream opened. The session has no worker until connect().
+  void open_session(SessionId session, const WorkerHello& hello, Time now);
+  bool is_full(const std::string& name) const;
+  /// The worker of this name takes the session; an earlier one of its must be ended. Returns whether it is another
+  /// process than before.
+  bool connect(SessionId session, const WorkerHello& hello, bool quarantined, Time now);
+  /// The session is no worker's any more; results of it still count.
+  void end_current(SessionId session);
+  /// The stream is gone. Returns the worker whose current session it was, if it was one.
+  Worker* close_session(SessionId session);
+  void drain(Worker& worker);
+  void quarantine(Worker& worker, bool quarantined);
+  /// Forgets the worker if it is gone and has no leases.
+  void forget_if_gone(const std::string& name, const Event& event);
+  void forget_job(JobId job);
+
+  // ---- silence ----
+  /// Returns whether the worker was silent until now.
+  bool heard(Worker& worker, bool result, Time now);
+  void fell_silent(const std::string& name);
+  /// Workers could not all be heard at `now`: until they are heard again, silence proves nothing.
+  void cannot_hear(Time now) { deaf_at_ = now; }
+  Time deaf_at() const { return deaf_at_; }
+  /// Current sessions whose silence has lasted too long; sets when to look again.
+  std::vector<SessionId> too_silent(Time now);
+  std::optional<Time> next_silence_look() const;
+  /// The coordinator stood still for `late`: what was said meanwhile is still to be read.
+  void stood_still(Duration late, Time now);
+
+  // ---- idle workers: they want more than there was ----
+  const std::set<std::string>& idle() const { return idle_; }
+  void set_idle(const Worker& worker, bool idle);
+
+  // ---- machines whose workers' streams broke lately: they may come back ----
+  struct Absent {
+    Time since;
+    std::string fingerprint_class, renderer_version;
+  };
+  const std::map<std::string, Absent>& absent() const { return absent_; }
+  void forget_absent(Time now);
+
+ private:
+  /// Makes a change after which the worker's threads may count, or not.
+  template <class Change>
+  void change(Worker& worker, const Change& make) {
+    threads_ -= worker.counts() ? worker.hello_.threads : 0;
+    make();
+    threads_ += worker.counts() ? worker.hello_.threads : 0;
+  }
+
+  const CoordinatorLimits& limits_;
+  std::map<std::string, Worker> workers_;
+  std::unordered_map<SessionId, Session> sessions_;
+  std::set<std::string> idle_;
+  std::uint64_t threads_ = 0;
+  std::map<std::string, Absent> absent_;
+  Time next_silence_look_, deaf_at_;
+};
+
+}  // namespace lightmill

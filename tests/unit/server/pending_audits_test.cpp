@@ -1,0 +1,205 @@
+// Which results are verified, and what follows from claims.
+#include "server/domain/pending_audits.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+namespace lightmill {
+namespace {
+
+Claim claim(const std::string& machine, std::uint64_t hash) {
+  return {{"worker on " + machine, machine}, {0, hash}};
+}
+
+/// A worker on this machine.
+Renderer on(const std::string& machine, const std::string& fingerprint_class = "") {
+  return {"", machine, fingerprint_class};
+}
+
+TEST(Judge, TwoMachinesThatSayTheSameDecide) {
+  using enum Verdict::Kind;
+  const auto kind = [](std::vector<Claim> claims) { return judge(claims).kind; };
+  EXPECT_EQ(kind({}), open);
+  EXPECT_EQ(kind({claim("a", 1)}), open);
+  EXPECT_EQ(kind({claim("a", 1), claim("b", 2)}), open);
+  EXPECT_EQ(kind({claim("a", 1), claim("b", 1)}), agreed);
+  EXPECT_EQ(kind({claim("a", 1), claim("a", 1)}), open) << "one machine";
+  EXPECT_EQ(kind({claim("", 1), claim("", 1)}), open) << "not known to be two";
+  EXPECT_EQ(kind({claim("a", 1), claim("b", 2), claim("c", 3)}), program);
+  EXPECT_EQ(kind({claim("a", 1), claim("a", 2), claim("b", 3)}), open) << "one machine that says two things is one";
+  EXPECT_EQ(kind({claim("a", 1), claim("a", 2), claim("b", 3), claim("c", 3)}), agreed);
+  EXPECT_EQ(kind({claim("a", 1), claim("a", 2), claim("b", 3), claim("c", 4)}), program);
+  EXPECT_EQ(kind({Claim{{}, {0, 1}}, claim("b", 2), claim("c", 3)}), open) << "b may have a part in what was joined";
+  EXPECT_EQ(kind({Claim{{}, {0, 1}}, claim("b", 2), claim("c", 3), claim("d", 4)}), program);
+  const std::vector<Claim> first_is_wrong{claim("a", 1), claim("b", 2), claim("c", 2)};
+  EXPECT_EQ(judge(first_is_wrong).kind, agreed);
+  EXPECT_EQ(judge(first_is_wrong).hash, (Hash128{0, 2}));
+}
+
+TEST(Chosen, AreTheSameEveryTimeAndOthersUnderAnotherSecret) {
+  const Sha256 one = sha256("one"), two = sha256("two");
+  int both = 0;
+  for (std::uint32_t i = 0; i < 10'000; ++i) {
+    const NodeKey key{JobId{1}, TileId{i % 7}, {0, i}};
+    EXPECT_EQ(is_chosen(one, key, 0.1), is_chosen(one, key, 0.1));
+    EXPECT_TRUE(is_chosen(one, key, 1));
+    EXPECT_FALSE(is_chosen(one, key, 0));
+    EXPECT_TRUE(!is_chosen(one, key, 0.1) || is_chosen(one, key, 0.2)) << "a larger share has the smaller one's";
+    both += is_chosen(one, key, 0.1) && is_chosen(two, key, 0.1) ? 1 : 0;
+  }
+  // Independent: binomial(10000, 0.01), whose standard deviation is 9.95; 5 of them: false alarms in one of 10^6.
+  EXPECT_NEAR(both, 100, 50);
+}
+
+/// How likely a liar is found within `results`, of which each is wrong with `wrong`.
+double found_within(const Sha256& secret, double share, double wrong, int results, int liars) {
+  const Sha256 faults = sha256("faults");
+  int found = 0;
+  for (int liar = 0; liar < liars; ++liar) {
+    for (int i = 0; i < results; ++i) {
+      const NodeKey key{JobId{1 + static_cast<std::uint64_t>(liar)}, TileId{static_cast<std::uint32_t>(i)}, {3, 5}};
+      // What is wrong is drawn apart from what is verified: that is all that a liar can do.
+      if (is_chosen(secret, key, share) && is_chosen(faults, key, wrong)) {
+        ++found;
+        break;
+      }
+    }
+  }
+  return static_cast<double>(found) / liars;
+}
+
+TEST(Chosen, LiarsAreFoundAsOftenAsTheFormulaSays) {
+  struct Case {
+    double share, wrong;
+    int results;
+  };
+  // The odds that docs/verification.md states.
+  for (const auto& [share, wrong, results] :
+       {Case{0.01, 1, 69}, Case{0.01, 1, 299}, Case{0.1, 1, 22}, Case{0.1, 0.01, 692}, Case{1, 0.01, 69}}) {
+    constexpr int kLiars = 400;
+    const double expected = 1 - std::pow(1 - share * wrong, results);
+    const double deviation = std::sqrt(expected * (1 - expected) / kLiars);
+    // Five standard deviations: a false alarm in one of 10^6.
+    EXPECT_NEAR(found_within(sha256("farm"), share, wrong, results, kLiars), expected, 5 * deviation)
+        << share << " " << wrong << " " << results;
+  }
+}
+
+TEST(PendingAudits, GoToOtherMachinesInUnitsOfOneRange) {
+  PendingAudits all;
+  for (std::uint32_t tile = 0; tile < 4; ++tile) {
+    all.open({{2, 0}, TileId{tile}}, claim("a", tile));
+  }
+  all.open({{3, 1}, TileId{0}}, claim("a", 9));
+  EXPECT_TRUE(all.next_for(on("a"), 8).empty());
+  EXPECT_EQ(all.next_for(on("b"), 3).size(), 3u);
+  const std::vector<PendingAudits::Place> next = all.next_for(on("b"), 8);
+  ASSERT_EQ(next.size(), 4u);
+  for (const PendingAudits::Place& place : next) {
+    EXPECT_EQ(place.range, (SampleRange{2, 0}));
+    all.lease(place, LeaseId{7});
+  }
+  EXPECT_EQ(all.out(), 4u);
+  EXPECT_EQ(all.next_for(on("b"), 8), (std::vector<PendingAudits::Place>{{{3, 1}, TileId{0}}}));
+  all.release(next[0], LeaseId{8}, true);
+  EXPECT_EQ(all.out(), 4u) << "another lease";
+  all.release(next[0], LeaseId{7}, false);
+  EXPECT_EQ(all.next_for(on("c"), 8), (std::vector<PendingAudits::Place>{next[0]}));
+}
+
+TEST(PendingAudits, AreTakenOverByMachinesThatHaveMadeNoClaim) {
+  PendingAudits all;
+  const PendingAudits::Place place{{0, 0}, TileId{0}};
+  all.open(place, claim("a", 1));
+  all.lease(place, LeaseId{7});
+  EXPECT_FALSE(all.take_over(place, LeaseId{7}, LeaseId{9}, on("a")));
+  EXPECT_FALSE(all.take_over(place, LeaseId{8}, LeaseId{9}, on("c"))) << "another lease";
+  EXPECT_EQ(all.find(place)->lease, LeaseId{7});
+  EXPECT_TRUE(all.take_over(place, LeaseId{7}, LeaseId{9}, on("c")));
+  EXPECT_EQ(all.out(), 1u);
+  all.release(place, LeaseId{7}, true);
+  EXPECT_EQ(all.find(place)->lease, LeaseId{9}) << "it does not work on it any more";
+}
+
+TEST(PendingAudits, ADisputeGoesToAThirdMachine) {
+  PendingAudits all;
+  const PendingAudits::Place place{{0, 0}, TileId{0}};
+  all.open(place, claim("a", 1));
+  EXPECT_EQ(all.claim(place, claim("b", 2)).kind, Verdict::Kind::open);
+  EXPECT_TRUE(all.next_for(on("a"), 1).empty());
+  EXPECT_TRUE(all.next_for(on("b"), 1).empty());
+  EXPECT_EQ(all.next_for(on("c"), 1).size(), 1u);
+  EXPECT_FALSE(all.possible_for(std::vector{on("a"), on("b")}));
+  EXPECT_TRUE(all.possible_for(std::vector{on("a"), on("c")}));
+  all.retract([](const Renderer& by) { return by.machine == "b"; });
+  EXPECT_TRUE(all.disputed().empty());
+  EXPECT_EQ(all.next_for(on("b"), 1).size(), 1u);
+  EXPECT_EQ(all.claim(place, claim("c", 1)).kind, Verdict::Kind::agreed);
+}
+
+TEST(PendingAudits, OneClassVerifiesWhatItHasRendered) {
+  PendingAudits all;
+  const PendingAudits::Place of_x{{0, 0}, TileId{0}}, of_y{{0, 0}, TileId{1}};
+  all.open(of_x, {{"w", "a", "x"}, {0, 1}});
+  all.open(of_y, {{"v", "b", "y"}, {0, 2}});
+  EXPECT_TRUE(all.next_for(on("a", "x"), 8).empty());
+  EXPECT_EQ(all.next_for(on("b", "x"), 8), std::vector{of_x});
+  EXPECT_EQ(all.next_for(on("a", "y"), 8), std::vector{of_y});
+  EXPECT_TRUE(all.next_for(on("c", "z"), 8).empty());
+  EXPECT_FALSE(all.possible_for(std::vector{on("a", "x"), on("b", "y"), on("c", "z")}));
+  EXPECT_TRUE(all.possible_for(std::vector{on("c", "z"), on("c", "y")}));
+  EXPECT_EQ(all.claim(of_x, {{"u", "c", "x"}, {0, 3}}).kind, Verdict::Kind::open);
+  EXPECT_TRUE(all.next_for(on("d", "y"), 1) == std::vector{of_y}) << "it has no say in the dispute of another class";
+  EXPECT_EQ(all.next_for(on("d", "x"), 1), std::vector{of_x});
+  all.lease(of_y, LeaseId{7});
+  EXPECT_FALSE(all.take_over(of_y, LeaseId{7}, LeaseId{9}, on("d", "x")));
+  EXPECT_TRUE(all.take_over(of_y, LeaseId{7}, LeaseId{9}, on("d", "y")));
+}
+
+TEST(PendingAudits, ADisputeAboutWhatNobodyChoseEndsWithIt) {
+  PendingAudits all;
+  const PendingAudits::Place place{{0, 0}, TileId{0}}, leased{{0, 0}, TileId{1}};
+  for (const PendingAudits::Place& each : {place, leased}) {
+    all.open(each, claim("a", 1), false);
+    EXPECT_EQ(all.claim(each, claim("b", 2)).kind, Verdict::Kind::open);
+  }
+  all.lease(leased, LeaseId{3});
+  all.retract([](const Renderer& by) { return by.machine == "b"; });
+  EXPECT_EQ(all.find(place), nullptr);
+  EXPECT_NE(all.find(leased), nullptr) << "somebody works on it";
+  all.release(leased, LeaseId{3}, false);
+  EXPECT_EQ(all.size(), 0u);
+  EXPECT_FALSE(all.waiting());
+}
+
+TEST(PendingAudits, APlaceThatLosesWorkerAfterWorkerIsLeft) {
+  PendingAudits all;
+  const PendingAudits::Place place{{0, 0}, TileId{0}};
+  all.open(place, claim("a", 1));
+  for (std::uint32_t i = 0; i < PendingAudits::kMostLost; ++i) {
+    ASSERT_EQ(all.next_for(on("b"), 1).size(), 1u);
+    all.lease(place, LeaseId{i + 1});
+    all.release(place, LeaseId{i + 1}, true);
+  }
+  EXPECT_TRUE(all.next_for(on("b"), 1).empty());
+  EXPECT_FALSE(all.waiting());
+  EXPECT_EQ(all.size(), 1u);
+}
+
+TEST(PendingAudits, WhatLiesWithinARangeIsClosed) {
+  PendingAudits all;
+  for (const SampleRange range : {SampleRange{0, 0}, SampleRange{0, 3}, SampleRange{1, 2}, SampleRange{2, 0}}) {
+    all.open({range, TileId{0}}, claim("a", 1));
+    all.open({range, TileId{1}}, claim("a", 1));
+  }
+  all.lease({{0, 3}, TileId{0}}, LeaseId{4});
+  const auto closed = all.close_within(TileId{0}, {2, 0});
+  ASSERT_EQ(closed.size(), 3u);
+  EXPECT_EQ(closed[1].second, LeaseId{4});
+  EXPECT_EQ(all.size(), 5u);
+  EXPECT_EQ(all.out(), 0u);
+}
+
+}  // namespace
+}  // namespace lightmill
