@@ -1,8 +1,10 @@
-// Clients, who repeat what was not answered.
+#include "tests/simulation/client_side.h"
+
 #include <algorithm>
 
 #include "server/domain/job_rules.h"
-#include "tests/simulation/farm_simulation.h"
+#include "tests/simulation/server_side.h"
+#include "tests/simulation/worker_side.h"
 
 namespace lightmill::simulation {
 namespace {
@@ -21,59 +23,61 @@ bool is_settled(const Status& status) {
 
 }  // namespace
 
-void FarmSimulation::make_jobs() {
-  const std::size_t count = 1 + random_.below(3);
+void ClientSide::make_jobs() {
+  const std::size_t count = 1 + world_.random.below(3);
   for (std::size_t i = 0; i < count; ++i) {
     ClientJob job;
     job.spec.request_id = fmt::format("request-{}", i);
-    job.spec.priority = static_cast<std::int32_t>(random_.below(2));
+    job.spec.priority = static_cast<std::int32_t>(world_.random.below(2));
     job.spec.settings.scene = fmt::format("scene {}", i);
     job.spec.settings.width = 200;
     job.spec.settings.height = 200;
-    job.spec.settings.crop = kCrops[random_.below(std::size(kCrops))];
-    job.spec.settings.seed = random_.below(3);
-    job.spec.settings.layers = *film_layers(kLayers[random_.below(std::size(kLayers))]);
+    job.spec.settings.crop = kCrops[world_.random.below(std::size(kCrops))];
+    job.spec.settings.seed = world_.random.below(3);
+    job.spec.settings.layers = *film_layers(kLayers[world_.random.below(std::size(kLayers))]);
     job.spec.settings.renderer_version = kRendererVersion;
-    job.goal = kGoals[random_.below(std::size(kGoals))];
-    if (chaos_.changes && random_.chance(0.2)) {
-      job.spec.goal.seconds = random_.between(0.2, 4);
-      job.goal = random_.chance(0.5) ? 0 : 200;
+    job.goal = kGoals[world_.random.below(std::size(kGoals))];
+    if (world_.chaos.changes && world_.random.chance(0.2)) {
+      job.spec.goal.seconds = world_.random.between(0.2, 4);
+      job.goal = world_.random.chance(0.5) ? 0 : 200;
     }
-    if (random_.chance(0.25)) {
-      job.goal = random_.chance(0.3) ? kGoals[random_.below(std::size(kGoals))] : 0;
-      job.error = kErrors[random_.below(std::size(kErrors))];
+    if (world_.random.chance(0.25)) {
+      job.goal = world_.random.chance(0.3) ? kGoals[world_.random.below(std::size(kGoals))] : 0;
+      job.error = kErrors[world_.random.below(std::size(kErrors))];
       job.spec.goal = {};
       job.spec.goal.error = job.error;
     }
     job.spec.goal.samples = job.goal;
-    if (random_.chance(0.3)) {
+    if (world_.random.chance(0.3)) {
       job.spec.settings.method = "auto";
       job.notes.candidates = {"path", "path:brute-force"};
     }
-    if (random_.chance(0.2)) {
+    if (world_.random.chance(0.2)) {
       job.spec.goal.adaptive = true;
       if (job.notes.candidates.empty()) {
         job.notes.candidates = {job.spec.settings.method};
       }
     }
     constexpr double kShares[] = {0, 0.3, 1};
-    job.spec.verify_share = has_liars_ ? 1 : chaos_.verifies ? kShares[random_.below(std::size(kShares))] : 0;
-    job.spec.allow_mixed = random_.chance(0.25);
-    if (chaos_.poison && random_.chance(0.1)) {
-      if (!job.notes.candidates.empty() && random_.chance(0.3)) {
+    job.spec.verify_share = workers_.have_liars()   ? 1
+                            : world_.chaos.verifies ? kShares[world_.random.below(std::size(kShares))]
+                                                    : 0;
+    job.spec.allow_mixed = world_.random.chance(0.25);
+    if (world_.chaos.poison && world_.random.chance(0.1)) {
+      if (!job.notes.candidates.empty() && world_.random.chance(0.3)) {
         job.poisoned_pilot = true;
       } else {
-        job.poison = random_.below(20);
+        job.poison = world_.random.below(20);
       }
     }
-    client_jobs_.push_back(std::move(job));
+    jobs_.push_back(std::move(job));
     // A liar that is alone cannot be found: where there is one, jobs come once all workers are there.
-    const Duration first = has_liars_ ? Duration(std::chrono::milliseconds(1500)) : Duration{0};
-    at(now_ + first + random_.seconds_between(0, i == 0 ? 1 : 5), [this, i] { submit(i); });
+    const Duration first = workers_.have_liars() ? Duration(std::chrono::milliseconds(1500)) : Duration{0};
+    world_.at(world_.now + first + world_.random.seconds_between(0, i == 0 ? 1 : 5), [this, i] { submit(i); });
   }
 }
 
-void FarmSimulation::request(std::function<bool(Effects&)> ask, Action answered) {
+void ClientSide::request(std::function<bool(Effects&)> ask, Action answered) {
   ++open_requests_;
   auto done = std::make_shared<bool>(false);
   auto attempt = std::make_shared<std::function<void()>>();
@@ -82,7 +86,7 @@ void FarmSimulation::request(std::function<bool(Effects&)> ask, Action answered)
     if (*done) {
       return;
     }
-    if (coordinator_) {
+    if (server_.coordinator()) {
       Effects effects;
       const bool settled = ask(effects);
       std::vector<Action> replies;
@@ -94,41 +98,42 @@ void FarmSimulation::request(std::function<bool(Effects&)> ask, Action answered)
           }
         });
       }
-      execute(std::move(effects), std::move(replies));
+      server_.execute(std::move(effects), std::move(replies));
     }
     // Not answered in time: ask again, the same.
-    after(random_.seconds_between(0.6, 2), [again = weak.lock()] { (*again)(); });
+    world_.after(world_.random.seconds_between(0.6, 2), [again = weak.lock()] { (*again)(); });
   };
   (*attempt)();
 }
 
-void FarmSimulation::submit(std::size_t index) {
+void ClientSide::submit(std::size_t index) {
   auto id = std::make_shared<JobId>();
   request(
       [this, index, id](Effects& effects) {
         const Result<JobId> made =
-            coordinator_->submit(client_jobs_[index].spec, now_, unix_ms(), effects, client_jobs_[index].notes);
+            server_.coordinator()->submit(jobs_[index].spec, world_.now, world_.unix_ms(), effects, jobs_[index].notes);
         if (!made.ok()) {
-          fail(fmt::format("submit: {}", message_of(made.status())));
+          world_.fail(fmt::format("submit: {}", message_of(made.status())));
           return false;
         }
         *id = *made;
         return true;
       },
-      [this, index, id] { client_jobs_[index].id = *id; });
+      [this, index, id] { jobs_[index].id = *id; });
 }
 
-void FarmSimulation::change_something() {
-  const std::size_t index = random_.below(client_jobs_.size());
-  const ClientJob& job = client_jobs_[index];
+void ClientSide::change_something() {
+  const std::size_t index = world_.random.below(jobs_.size());
+  const ClientJob& job = jobs_[index];
   if (!job.id || job.cancelled) {
     return;
   }
-  const double kind = random_.uniform();
-  if (kind < 0.1 && has_liars_) {
-    if (coordinator_) {
-      on_server([&](Effects& effects) {
-        (void)coordinator_->release_worker(workers_[random_.below(workers_.size())].name, now_, effects);
+  const double kind = world_.random.uniform();
+  if (kind < 0.1 && workers_.have_liars()) {
+    if (server_.coordinator()) {
+      server_.call([&](Effects& effects) {
+        (void)server_.coordinator()->release_worker(workers_[world_.random.below(workers_.size())].name, world_.now,
+                                                    effects);
       });
     }
   } else if (kind < 0.4) {
@@ -138,102 +143,114 @@ void FarmSimulation::change_something() {
   } else if (kind < 0.8) {
     cancel(index);
   } else if (kind < 0.9) {
-    const auto priority = static_cast<std::int32_t>(random_.below(4));
-    request([this, id = *job.id, priority](
-                Effects& effects) { return is_settled(coordinator_->set_priority(id, priority, now_, effects)); },
-            [] {});
+    const auto priority = static_cast<std::int32_t>(world_.random.below(4));
+    request(
+        [this, id = *job.id, priority](Effects& effects) {
+          return is_settled(server_.coordinator()->set_priority(id, priority, world_.now, effects));
+        },
+        [] {});
   } else if (kind < 0.95) {
-    quarantine(workers_[random_.below(workers_.size())].name);
-  } else if (coordinator_) {
-    on_server([&](Effects& effects) {
-      (void)coordinator_->drain_worker(workers_[random_.below(workers_.size())].name, now_, effects);
+    quarantine(workers_[world_.random.below(workers_.size())].name);
+  } else if (server_.coordinator()) {
+    server_.call([&](Effects& effects) {
+      (void)server_.coordinator()->drain_worker(workers_[world_.random.below(workers_.size())].name, world_.now,
+                                                effects);
     });
   }
 }
 
 /// By hand, for a while.
-void FarmSimulation::quarantine(const std::string& worker) {
-  const bool render_again = random_.chance(0.5);
+void ClientSide::quarantine(const std::string& worker) {
+  const bool render_again = world_.random.chance(0.5);
   request(
       [this, worker, render_again](Effects& effects) {
-        return is_settled(coordinator_->quarantine_worker(worker, kByHand, render_again, now_, effects));
+        return is_settled(server_.coordinator()->quarantine_worker(worker, std::string(kByHand) + "hand", render_again,
+                                                                   world_.now, effects));
       },
       [this, worker] {
-        inject("workers put into quarantine by hand");
-        after(random_.seconds_between(0.1, 4), [this, worker] {
-          request([this, worker](
-                      Effects& effects) { return is_settled(coordinator_->release_worker(worker, now_, effects)); },
-                  [] {});
+        world_.inject("workers put into quarantine by hand");
+        world_.after(world_.random.seconds_between(0.1, 4), [this, worker] {
+          request(
+              [this, worker](Effects& effects) {
+                return is_settled(server_.coordinator()->release_worker(worker, world_.now, effects));
+              },
+              [] {});
         });
       });
 }
 
-void FarmSimulation::extend(std::size_t index) {
-  if (client_jobs_[index].error > 0 && client_jobs_[index].goal > 0) {
+void ClientSide::extend(std::size_t index) {
+  if (jobs_[index].error > 0 && jobs_[index].goal > 0) {
     return;  // whether the samples are reached by then decides whether they still count
   }
-  const std::uint64_t more = client_jobs_[index].goal + 1 + random_.below(80);
-  const Extension to = client_jobs_[index].error > 0 ? Extension{0, client_jobs_[index].error * random_.between(0.5, 1)}
-                                                     : Extension{more};
+  const std::uint64_t more = jobs_[index].goal + 1 + world_.random.below(80);
+  const Extension to =
+      jobs_[index].error > 0 ? Extension{0, jobs_[index].error * world_.random.between(0.5, 1)} : Extension{more};
   request(
       [this, index, to](Effects& effects) {
-        const Status status = coordinator_->extend(*client_jobs_[index].id, to, now_, effects);
+        const Status status = server_.coordinator()->extend(*jobs_[index].id, to, world_.now, effects);
         // Refused: an earlier attempt of this request, another extension, or time has brought it so far; or it was
         // cancelled.
         return status.ok() || status.code() == StatusCode::kInvalidArgument ||
                status.code() == StatusCode::kFailedPrecondition || status.code() == StatusCode::kNotFound;
       },
       [this, index, to] {
-        ClientJob& job = client_jobs_[index];
+        ClientJob& job = jobs_[index];
         job.goal = std::max(job.goal, to.samples);
         job.error = job.error > 0 ? std::min(job.error, to.error) : 0;
       });
 }
 
-void FarmSimulation::pause(std::size_t index) {
-  const JobId id = *client_jobs_[index].id;
-  request([this, id](Effects& effects) { return is_settled(coordinator_->pause(id, now_, effects)); },
+void ClientSide::pause(std::size_t index) {
+  const JobId id = *jobs_[index].id;
+  request([this, id](Effects& effects) { return is_settled(server_.coordinator()->pause(id, world_.now, effects)); },
           [this, id] {
-            after(random_.seconds_between(0.1, 4), [this, id] {
-              request([this, id](Effects& effects) { return is_settled(coordinator_->resume(id, now_, effects)); },
-                      [] {});
+            world_.after(world_.random.seconds_between(0.1, 4), [this, id] {
+              request(
+                  [this, id](Effects& effects) {
+                    return is_settled(server_.coordinator()->resume(id, world_.now, effects));
+                  },
+                  [] {});
             });
           });
 }
 
-void FarmSimulation::cancel(std::size_t index) {
-  const JobId id = *client_jobs_[index].id;
-  const bool remove = random_.chance(0.5);
-  request([this, id](Effects& effects) { return is_settled(coordinator_->cancel(id, now_, unix_ms(), effects)); },
-          [this, index, id, remove] {
-            ClientJob& job = client_jobs_[index];
-            job.cancel_asked = true;
-            job.cancelled = is_cancelled_on_disk(id);
-            if (job.cancelled && remove) {
-              request(
-                  [this, id](Effects& effects) {
-                    const Status status = coordinator_->remove(id, now_, effects);
-                    return status.ok() || status.code() == StatusCode::kNotFound;
-                  },
-                  [this, index] { client_jobs_[index].removed = true; });
-            }
-          });
+void ClientSide::cancel(std::size_t index) {
+  const JobId id = *jobs_[index].id;
+  const bool remove = world_.random.chance(0.5);
+  request(
+      [this, id](Effects& effects) {
+        return is_settled(server_.coordinator()->cancel(id, world_.now, world_.unix_ms(), effects));
+      },
+      [this, index, id, remove] {
+        ClientJob& job = jobs_[index];
+        job.cancel_asked = true;
+        job.cancelled = is_cancelled_on_disk(id);
+        if (job.cancelled && remove) {
+          request(
+              [this, id](Effects& effects) {
+                const Status status = server_.coordinator()->remove(id, world_.now, effects);
+                return status.ok() || status.code() == StatusCode::kNotFound;
+              },
+              [this, index] { jobs_[index].removed = true; });
+        }
+      });
 }
 
-bool FarmSimulation::is_cancelled_on_disk(JobId id) const {
-  const JobRecord* const stored = disk_.job(id);
+bool ClientSide::is_cancelled_on_disk(JobId id) const {
+  const JobRecord* const stored = server_.disk().job(id);
   return stored == nullptr || stored->state == JobState::cancelled;
 }
 
-bool FarmSimulation::all_ended() const {
-  if (!coordinator_ || open_requests_ > 0) {
+bool ClientSide::all_ended() const {
+  if (!server_.coordinator() || open_requests_ > 0) {
     return false;
   }
-  for (const ClientJob& job : client_jobs_) {
+  for (const ClientJob& job : jobs_) {
     if (!job.id) {
       return false;
     }
-    const Result<JobStatus> status = coordinator_->status(*job.id, now_);
+    const Result<JobStatus> status = server_.coordinator()->status(*job.id, world_.now);
     if (status.ok() && status->state != JobState::done && status->state != JobState::cancelled &&
         status->state != JobState::failed) {
       return false;
@@ -242,10 +259,11 @@ bool FarmSimulation::all_ended() const {
   return true;
 }
 
-std::string FarmSimulation::describe_farm() const {
+std::string ClientSide::describe_farm() const {
   std::string text;
-  for (const ClientJob& job : client_jobs_) {
-    const Result<JobStatus> status = coordinator_ && job.id ? coordinator_->status(*job.id, now_) : not_found("-");
+  for (const ClientJob& job : jobs_) {
+    const Result<JobStatus> status =
+        server_.coordinator() && job.id ? server_.coordinator()->status(*job.id, world_.now) : not_found("-");
     text += status.ok()
                 ? fmt::format("\n  job {}: {}, tiles have {} to {} of {} samples, {} not verified: {}", job.id->value,
                               lightmill::name_of(status->state), status->min_tile_samples, status->max_tile_samples,
@@ -262,6 +280,31 @@ std::string FarmSimulation::describe_farm() const {
     }
   }
   return text + fmt::format("\n  {} requests open", open_requests_);
+}
+
+const ClientJob& ClientSide::job_of(const RenderSettings& settings) const {
+  return *std::ranges::find_if(jobs_, [&](const ClientJob& job) { return job.spec.settings.scene == settings.scene; });
+}
+
+void ClientSide::make_race_job(const Race& race) {
+  ClientJob job;
+  job.spec.request_id = "race";
+  job.spec.settings.scene = "race";
+  job.spec.settings.width = 4096;
+  job.spec.settings.height = 128;
+  job.spec.settings.crop = {0, 63, 4096, 2};  // 128 tiles of 64 pixels
+  job.spec.settings.renderer_version = kRendererVersion;
+  job.goal = job.spec.goal.samples = race.samples;
+  job.spec.verify_share = race.verify_share;
+  jobs_.push_back(std::move(job));
+}
+
+void ClientSide::note_cancelled() {
+  for (ClientJob& job : jobs_) {
+    if (job.cancel_asked) {
+      job.cancelled = is_cancelled_on_disk(*job.id);
+    }
+  }
 }
 
 }  // namespace lightmill::simulation

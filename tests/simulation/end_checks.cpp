@@ -1,9 +1,9 @@
-// What must be true in the end, of jobs, films, results and workers.
+#include "tests/simulation/end_checks.h"
+
 #include <algorithm>
 
 #include "common/film/error_goal.h"
-#include "server/domain/job_rules.h"
-#include "tests/simulation/farm_simulation.h"
+#include "tests/simulation/fake_renderer.h"
 
 namespace lightmill::simulation {
 namespace {
@@ -23,82 +23,79 @@ bool are_near(std::span<const float> a, std::span<const float> b) {
 
 }  // namespace
 
-/// By chance: killed, hung or cut off.
-std::uint64_t FarmSimulation::workers_lost() const {
-  std::uint64_t lost = report_.deaths;
+std::uint64_t EndChecks::workers_lost() const {
+  std::uint64_t lost = world_.report.deaths;
   for (const char* kind : {"workers that hang", "links cut one way", "workers a hundred times slower"}) {
-    const auto found = report_.faults.find(kind);
-    lost += found == report_.faults.end() ? 0 : found->second;
+    const auto found = world_.report.faults.find(kind);
+    lost += found == world_.report.faults.end() ? 0 : found->second;
   }
   return lost;
 }
 
-void FarmSimulation::check_end() {
-  check_acknowledged_is_durable();
-  for (ClientJob& job : client_jobs_) {
-    const Result<JobStatus> status = coordinator_->status(*job.id, now_);
-    if (job.removed) {
-      if (status.ok() || disk_.job(*job.id) != nullptr) {
-        fail(fmt::format("job {} was deleted and is still there", job.id->value));
-      }
-      continue;
+void EndChecks::check_job(const ClientJob& job) {
+  const Result<JobStatus> status = server_.coordinator()->status(*job.id, world_.now);
+  if (job.removed) {
+    if (status.ok() || server_.disk().job(*job.id) != nullptr) {
+      world_.fail(fmt::format("job {} was deleted and is still there", job.id->value));
     }
-    if (!status.ok()) {
-      fail(fmt::format("job {} was submitted and is not there", job.id->value));
-      continue;
-    }
-    // Also what kills nobody is blamed where so many workers were lost by bad luck.
-    const bool may_fail = job.poisoned_pilot || job.poison != kNoPoison || workers_lost() >= kUnluckyLosses;
-    if (may_fail && status->state == JobState::failed && status->reason.find("lost in a row") != std::string::npos) {
-      ++report_.poisoned;
-      continue;
-    }
-    if (job.cancel_asked) {
-      // The answer may have been that of a first attempt, when the job was done: extended since, it was ended by the
-      // second.
-      job.cancelled = is_cancelled_on_disk(*job.id);
-    }
-    const JobState expected = job.cancelled ? JobState::cancelled : JobState::done;
-    if (status->state != expected) {
-      fail(fmt::format("job {} should be {}, and is not: {}", job.id->value, job.cancelled ? "cancelled" : "done",
-                       status->reason));
-      continue;
-    }
-    check_film(job, *status);
-    check_method(job);
+    return;
+  }
+  if (!status.ok()) {
+    world_.fail(fmt::format("job {} was submitted and is not there", job.id->value));
+    return;
+  }
+  // Also what kills nobody is blamed where so many workers were lost by bad luck.
+  const bool may_fail = job.poisoned_pilot || job.poison != kNoPoison || workers_lost() >= kUnluckyLosses;
+  if (may_fail && status->state == JobState::failed && status->reason.find("lost in a row") != std::string::npos) {
+    ++world_.report.poisoned;
+    return;
+  }
+  const JobState expected = job.cancelled ? JobState::cancelled : JobState::done;
+  if (status->state != expected) {
+    world_.fail(fmt::format("job {} should be {}, and is not: {}", job.id->value, job.cancelled ? "cancelled" : "done",
+                            status->reason));
+    return;
+  }
+  check_film(job, *status);
+  check_method(job);
+}
+
+void EndChecks::check() {
+  for (const ClientJob& job : clients_.jobs()) {
+    check_job(job);
   }
   for (const SimulatedWorker& worker : workers_) {
-    if (worker.alive && now_ >= worker.hung_until) {
+    if (worker.alive && world_.now >= worker.hung_until) {
       const SessionStatus status = worker.session->status();
       if (status.results_unacknowledged > 0 || status.unacknowledged_bytes > 0 || status.leases > 0 ||
           status.tiles_queued > 0) {
-        fail(fmt::format("{} still holds {} leases and {} results", worker.name, status.leases,
-                         status.results_unacknowledged));
+        world_.fail(fmt::format("{} still holds {} leases and {} results", worker.name, status.leases,
+                                status.results_unacknowledged));
       }
     }
   }
-  for (const WorkerStatus& worker : coordinator_->workers(now_)) {
+  for (const WorkerStatus& worker : server_.coordinator()->workers(world_.now)) {
     if (worker.leases > 0) {
-      fail(fmt::format("{} has {} leases when all is done", worker.name, worker.leases));
+      world_.fail(fmt::format("{} has {} leases when all is done", worker.name, worker.leases));
     }
   }
 }
 
-void FarmSimulation::check_method(const ClientJob& job) {
+void EndChecks::check_method(const ClientJob& job) {
   if (job.cancelled || job.notes.candidates.empty()) {
     return;
   }
-  const RenderSettings& settings = (*coordinator_->spec(*job.id))->settings;
+  const RenderSettings& settings = (*server_.coordinator()->spec(*job.id))->settings;
   const std::string& expected = job.notes.candidates[pilot_choice(settings, job.notes.candidates.size())];
-  for (const std::string& method : {settings.method, disk_.job(*job.id)->spec.settings.method}) {
+  for (const std::string& method : {settings.method, server_.disk().job(*job.id)->spec.settings.method}) {
     if (method != expected) {
-      fail(fmt::format("job {} was rendered by {} instead of {}", job.id->value, method, expected));
+      world_.fail(fmt::format("job {} was rendered by {} instead of {}", job.id->value, method, expected));
     }
   }
 }
 
-std::uint64_t FarmSimulation::count_of(const ClientJob& job, const JobStatus& status) const {
-  const Film& film = *coordinator_->film(*job.id);
+std::uint64_t EndChecks::count_of(const ClientJob& job, const JobStatus& status) const {
+  const Film& film = *server_.coordinator()->film(*job.id);
   const std::uint64_t first = first_error_count(film.allocation());
   for (std::uint64_t count = first; count < kMaxSamples; count = next_error_count(count + 1)) {
     Film quiet(film.grid(), film.layout(), film.allocation());
@@ -116,13 +113,12 @@ std::uint64_t FarmSimulation::count_of(const ClientJob& job, const JobStatus& st
   return kMaxSamples;
 }
 
-bool FarmSimulation::may_be_rounded(const ClientJob& job) const {
+bool EndChecks::may_be_rounded(const ClientJob& job) const {
   return job.spec.allow_mixed &&
          std::ranges::any_of(workers_, [](const SimulatedWorker& each) { return each.fingerprint != kUsualClass; });
 }
 
-/// Each node has been merged from results that are stored, each sample from one of them.
-std::uint64_t FarmSimulation::check_results(JobId job, TileId tile) {
+std::uint64_t EndChecks::check_results(JobId job, TileId tile) {
   std::vector<std::pair<std::uint64_t, std::uint64_t>> nodes, results;
   const auto append = [](auto& spans, const SampleRange& range) {
     if (spans.empty() || spans.back().second != range.first()) {
@@ -131,37 +127,38 @@ std::uint64_t FarmSimulation::check_results(JobId job, TileId tile) {
     spans.back().second = range.end();
   };
   std::uint64_t end = 0, unverified = 0;
-  for (const auto& [first, node] : disk_.nodes(job, tile)) {
+  for (const auto& [first, node] : server_.disk().nodes(job, tile)) {
     append(nodes, node->range);
   }
-  for (const auto& [range, by, verified] : disk_.results(job, tile)) {
+  for (const auto& [range, by, verified] : server_.disk().results(job, tile)) {
     unverified += verified ? 0 : 1;
     if (range.first() < end) {
-      fail(fmt::format("job {}, tile {}: two stored results have sample {}", job.value, tile.value, range.first()));
+      world_.fail(
+          fmt::format("job {}, tile {}: two stored results have sample {}", job.value, tile.value, range.first()));
     }
     end = range.end();
     append(results, range);
   }
   if (nodes != results) {
-    fail(fmt::format("job {}, tile {}: the stored results are not those of the film", job.value, tile.value));
+    world_.fail(fmt::format("job {}, tile {}: the stored results are not those of the film", job.value, tile.value));
   }
   return unverified;
 }
 
-void FarmSimulation::check_film(const ClientJob& job, const JobStatus& status) {
-  const Film& film = *coordinator_->film(*job.id);
+void EndChecks::check_film(const ClientJob& job, const JobStatus& status) {
+  const Film& film = *server_.coordinator()->film(*job.id);
   const bool by_time = job.spec.goal.seconds > 0;
-  const RenderSettings& settings = (*coordinator_->spec(*job.id))->settings;
+  const RenderSettings& settings = (*server_.coordinator()->spec(*job.id))->settings;
   const Allocation expected = job.spec.goal.adaptive ? pilot_allocation(settings) : Allocation();
-  if (!job.cancelled && (film.allocation() != expected || disk_.job(*job.id)->allocation != expected)) {
-    fail(fmt::format("job {} has another allocation than its pilot found", job.id->value));
+  if (!job.cancelled && (film.allocation() != expected || server_.disk().job(*job.id)->allocation != expected)) {
+    world_.fail(fmt::format("job {} has another allocation than its pilot found", job.id->value));
     return;
   }
-  report_.results_duplicate += status.counters.results_duplicate;
-  report_.unverified += job.cancelled ? 0 : status.results_unverified;
-  report_.wanted += film.pixel_samples();
+  world_.report.results_duplicate += status.counters.results_duplicate;
+  world_.report.unverified += job.cancelled ? 0 : status.results_unverified;
+  world_.report.wanted += film.pixel_samples();
   std::uint64_t wanted = job.goal;
-  if (job.error > 0 && (has_liars_ || may_be_rounded(job))) {
+  if (job.error > 0 && (workers_.have_liars() || may_be_rounded(job))) {
     wanted = film.frame_samples();  // what lies, or the last bits, made it look like decides, too
   } else if (job.error > 0 && !job.cancelled) {
     wanted = std::min(count_of(job, status), job.goal > 0 ? job.goal : kMaxSamples);
@@ -173,29 +170,29 @@ void FarmSimulation::check_film(const ClientJob& job, const JobStatus& status) {
     const std::uint64_t samples = film.samples(tile);
     if (const std::uint64_t part = film.allocation().of_tile(tile, wanted);
         !job.cancelled && !by_time && samples != part) {
-      fail(fmt::format("job {}, tile {} has {} samples instead of {}", job.id->value, i, samples, part));
+      world_.fail(fmt::format("job {}, tile {} has {} samples instead of {}", job.id->value, i, samples, part));
       return;
     }
     if (!job.cancelled && samples == 0) {
-      fail(fmt::format("job {} is done, and tile {} is empty", job.id->value, i));
+      world_.fail(fmt::format("job {} is done, and tile {} is empty", job.id->value, i));
       return;
     }
     // On disk stands what is in memory.
-    const std::map<std::uint64_t, NodePtr>& stored = disk_.nodes(*job.id, tile);
+    const std::map<std::uint64_t, NodePtr>& stored = server_.disk().nodes(*job.id, tile);
     const bool equal = std::ranges::equal(film.forest(tile), stored, [](const NodePtr& node, const auto& entry) {
       return node->range == entry.second->range && node->values == entry.second->values;
     });
     if (!equal) {
-      fail(fmt::format("job {}, tile {}: the disk does not hold the film", job.id->value, i));
+      world_.fail(fmt::format("job {}, tile {}: the disk does not hold the film", job.id->value, i));
       return;
     }
-    if (!damaged_.contains({*job.id, tile})) {  // results of what was damaged stay stored
+    if (!server_.damaged().contains({*job.id, tile})) {  // results of what was damaged stay stored
       unverified += check_results(*job.id, tile);
     }
-    for (const Disk::Result& result : disk_.results(*job.id, tile)) {
+    for (const Disk::Result& result : server_.disk().results(*job.id, tile)) {
       classes.insert(result.by.fingerprint_class);
     }
-    if (job.cancelled || (has_liars_ && status.results_unverified > 0)) {
+    if (job.cancelled || (workers_.have_liars() && status.results_unverified > 0)) {
       continue;  // a liar was alone for too long: the job says that nobody has verified it
     }
     const NodeLayout& layout = film.layout();
@@ -208,14 +205,16 @@ void FarmSimulation::check_film(const ClientJob& job, const JobStatus& status) {
     const bool same =
         std::memcmp(sums.data(), quiet_sums.data(), sums.size() * sizeof(float)) == 0 && first == quiet_first;
     if (!same && !(may_be_rounded(job) && are_near(sums, quiet_sums) && are_near(first, quiet_first))) {
-      fail(fmt::format("job {}, tile {}: other bytes than the quiet run's with {} samples", job.id->value, i, samples));
+      world_.fail(
+          fmt::format("job {}, tile {}: other bytes than the quiet run's with {} samples", job.id->value, i, samples));
       return;
     }
   }
-  report_.mixed += classes.size() > 1;
-  if (!job.cancelled && job.spec.verify_share == 1 && damaged_.empty() && unverified != status.results_unverified) {
-    fail(fmt::format("job {}: {} stored results are not verified, and it speaks of {}", job.id->value, unverified,
-                     status.results_unverified));
+  world_.report.mixed += classes.size() > 1;
+  if (!job.cancelled && job.spec.verify_share == 1 && server_.damaged().empty() &&
+      unverified != status.results_unverified) {
+    world_.fail(fmt::format("job {}: {} stored results are not verified, and it speaks of {}", job.id->value,
+                            unverified, status.results_unverified));
   }
 }
 

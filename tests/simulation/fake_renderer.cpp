@@ -61,4 +61,9 @@ std::vector<NodePtr> FakeRenderer::forest(const Sha256& digest, TileId tile, std
   return parts;
 }
 
+FakeRenderer& shared_renderer() {
+  static thread_local FakeRenderer renderer;
+  return renderer;
+}
+
 }  // namespace lightmill::simulation

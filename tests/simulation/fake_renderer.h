@@ -25,4 +25,7 @@ class FakeRenderer {
       nodes_;  ///< rendered before; many schedules ask for the same
 };
 
+/// Renderer that all simulations of a thread share. It keeps what it has rendered.
+FakeRenderer& shared_renderer();
+
 }  // namespace lightmill::simulation

@@ -1,6 +1,7 @@
 #include "tests/simulation/farm_simulation.h"
 
-#include <algorithm>
+#include "tests/simulation/end_checks.h"
+#include "tests/simulation/fake_renderer.h"
 
 namespace lightmill::simulation {
 namespace {
@@ -11,151 +12,97 @@ constexpr Duration kSettling = std::chrono::seconds(15);
 
 }  // namespace
 
-FakeRenderer& shared_renderer() {
-  static thread_local FakeRenderer renderer;
-  return renderer;
-}
-
 FarmSimulation::FarmSimulation(std::uint64_t seed, const Chaos& chaos, const PlantedBugs& bugs)
-    : random_(seed), chaos_(chaos), bugs_(bugs) {
+    : world_(seed, chaos, bugs) {
   shared_renderer().trim();
-  limits_.heartbeat_interval = std::chrono::milliseconds(500);
-  limits_.lease_duration = std::chrono::seconds(3);
-  limits_.disconnect_grace = std::chrono::milliseconds(1500);
-  limits_.restart_grace = std::chrono::milliseconds(2500);
-  limits_.unit_seconds = 0.3;
-  limits_.auditor_patience = std::chrono::seconds(20);
-  limits_.copy_after = limits_.copy_pilot_after =
+  CoordinatorLimits& limits = server_.limits();
+  limits.heartbeat_interval = std::chrono::milliseconds(500);
+  limits.lease_duration = std::chrono::seconds(3);
+  limits.disconnect_grace = std::chrono::milliseconds(1500);
+  limits.restart_grace = std::chrono::milliseconds(2500);
+  limits.unit_seconds = 0.3;
+  limits.auditor_patience = std::chrono::seconds(20);
+  limits.copy_after = limits.copy_pilot_after =
       chaos.copies ? Duration(std::chrono::milliseconds(300)) : Duration(std::chrono::hours(1));
-  if (bugs_.blame_hastily) {
-    limits_.losses_before_alone = 0;
-    limits_.losses_alone = 1;
+  if (bugs.blame_hastily) {
+    limits.losses_before_alone = 0;
+    limits.losses_alone = 1;
   }
-  limits_.film_bytes_per_job = random_.chance(0.3) ? 1 : 1 << 20;  // the least, or plenty
+  limits.film_bytes_per_job = world_.random.chance(0.3) ? 1 : 1 << 20;  // the least, or plenty
   make_schedule();
 }
 
-std::int64_t FarmSimulation::unix_ms() const {
-  return std::chrono::duration_cast<std::chrono::milliseconds>(now_.time_since_epoch()).count();
-}
-
-void FarmSimulation::at(Time time, Action action) {
-  events_.push({std::max(time, now_), next_order_++, std::move(action)});
-}
-
-void FarmSimulation::fail(std::string what) {
-  if (report_.failure.empty()) {
-    report_.failure = fmt::format("at {:.3f} s: {}", to_seconds(now_.time_since_epoch()), what);
-  }
-}
-
-void FarmSimulation::make_workers() {
-  std::size_t count = 1 + random_.below(4);
-  const double kind = chaos_.liars ? random_.uniform() : 1;
-  has_liars_ = kind < 0.3;
-  const bool garbage = !has_liars_ && kind < 0.4;
-  const std::size_t liars = has_liars_ ? 1 + random_.below(2) : garbage ? 1 : 0;
-  if (has_liars_) {
-    count = liars + 2 + random_.below(2);
-  } else if (garbage) {
-    count = std::max<std::size_t>(count, 2);
-  }
-  for (std::size_t i = 0; i < count; ++i) {
-    SimulatedWorker worker;
-    worker.name = fmt::format("worker-{}", i);
-    worker.machine = i < liars ? "machine-of-lies" : fmt::format("machine-{}", i);
-    worker.lies = i >= liars            ? Lies::never
-                  : garbage             ? Lies::garbage
-                  : random_.chance(0.5) ? Lies::always
-                                        : Lies::sometimes;
-    worker.fingerprint = liars == 0 && random_.chance(0.15) ? "class-b" : kUsualClass;
-    worker.threads = 1 + static_cast<std::uint32_t>(random_.below(3));
-    worker.slowness = random_.chance(0.2) ? random_.between(2, 6) : random_.between(0.7, 1.5);
-    workers_.push_back(std::move(worker));
-    at(now_ + random_.seconds_between(0, 1), [this, i] { start_worker(i); });
-  }
-}
-
 void FarmSimulation::make_schedule() {
-  chaos_end_ = now_ + random_.seconds_between(3, 12);
-  const auto some_time = [&] { return now_ + from_seconds(random_.uniform() * to_seconds(chaos_end_ - now_)); };
-
-  make_workers();
-  make_jobs();
-  make_inspections();
-  at(now_, [this] { start_server(); });
-
-  for (std::uint64_t n = random_.below(6); chaos_.deaths && n > 0; --n) {
-    at(some_time(), [this] {
-      const std::size_t index = random_.below(workers_.size());
-      kill_worker(index);
-      const bool other_name = random_.chance(0.5);
-      after(random_.seconds_between(0.05, 6), [this, index, other_name] {
-        if (other_name && !workers_[index].alive) {
-          workers_[index].name += "'";
-        }
-        start_worker(index);
-      });
-    });
-  }
-  for (std::uint64_t n = random_.below(4); chaos_.hangs && n > 0; --n) {
-    at(some_time(), [this] {
-      inject("workers that hang");
-      workers_[random_.below(workers_.size())].hung_until = now_ + random_.seconds_between(0.1, 8);
-    });
-  }
-  for (std::uint64_t n = random_.below(8); chaos_.breaks && n > 0; --n) {
-    at(some_time(), [this] {
-      if (const auto stream = workers_[random_.below(workers_.size())].stream) {
-        break_stream(stream);
-      }
-    });
-  }
-  for (std::uint64_t n = random_.below(4); chaos_.restarts && n > 0; --n) {
-    if (random_.chance(0.5)) {
-      at(some_time(), [this] { crash_server(random_.chance(0.5)); });
+  world_.chaos_end = world_.now + world_.random.seconds_between(3, 12);
+  workers_.make();
+  clients_.make_jobs();
+  clients_.make_inspections();
+  world_.at(world_.now, [this] { server_.start(); });
+  const Chaos& chaos = world_.chaos;
+  const auto some_times = [&](bool wanted, std::uint64_t limit, const auto& fault) {
+    for (std::uint64_t n = world_.random.below(limit); wanted && n > 0; --n) {
+      world_.at(world_.some_time(), fault);
+    }
+  };
+  some_times(chaos.deaths, 6, [this] { workers_.kill_one(); });
+  some_times(chaos.hangs, 4, [this] { workers_.hang_one(); });
+  some_times(chaos.breaks, 8, [this] { workers_.break_one(); });
+  for (std::uint64_t n = world_.random.below(4); chaos.restarts && n > 0; --n) {
+    if (world_.random.chance(0.5)) {
+      world_.at(world_.some_time(), [this] { server_.crash(world_.random.chance(0.5)); });
     } else {
-      crash_at_commit_.insert(1 + random_.below(60));
+      server_.crash_at_commit(1 + world_.random.below(60));
     }
   }
-  for (std::uint64_t n = random_.below(6); chaos_.changes && n > 0; --n) {
-    at(some_time(), [this] { change_something(); });
-  }
+  some_times(chaos.changes, 6, [this] { clients_.change_something(); });
   make_faults();
+}
+
+void FarmSimulation::make_faults() {
+  const Chaos& chaos = world_.chaos;
+  const auto some_times = [&](bool wanted, std::uint64_t limit, const auto& fault) {
+    for (std::uint64_t n = wanted ? world_.random.below(limit) : 0; n > 0; --n) {
+      world_.at(world_.some_time(), fault);
+    }
+  };
+  if (chaos.cuts && world_.random.chance(0.5)) {
+    server_.limits().silence = std::chrono::seconds(6);
+  }
+  some_times(chaos.cuts, 4, [this] { workers_.cut_link(); });
+  some_times(chaos.slow, 3, [this] { workers_.slow_down(); });
+  some_times(chaos.disks, 3, [this] { server_.fill_disk(); });
+  some_times(chaos.deposes, 2, [this] { server_.depose(); });
+  workers_.plan_babble();
 }
 
 Report FarmSimulation::run() {
   std::optional<Time> settled_since;
-  while (report_.failure.empty()) {
-    if (events_.empty()) {
-      fail("nothing will ever happen again");
+  while (world_.report.failure.empty()) {
+    if (++world_.report.events > kMostEvents) {
+      world_.fail("too many events");
       break;
     }
-    if (++report_.events > kMostEvents) {
-      fail("too many events");
+    if (!world_.run_next()) {
+      world_.fail("nothing will ever happen again");
       break;
     }
-    Event event = events_.top();
-    events_.pop();
-    now_ = event.time;
-    event.action();
     note_race();
-    if (now_ > chaos_end_ + kPatience) {
-      fail(fmt::format("jobs are not done long after the last disturbance:{}", describe_farm()));
+    if (world_.now > world_.chaos_end + kPatience) {
+      world_.fail(fmt::format("jobs are not done long after the last disturbance:{}", clients_.describe_farm()));
     }
-    if (chaos_now() || !all_ended()) {
+    if (world_.chaos_now() || !clients_.all_ended()) {
       settled_since.reset();
     } else if (!settled_since) {
-      settled_since = now_;
-    } else if (now_ > *settled_since + kSettling) {
-      check_end();
+      settled_since = world_.now;
+    } else if (world_.now > *settled_since + kSettling) {
+      checks_.check_acknowledged_is_durable();
+      clients_.note_cancelled();
+      EndChecks(world_, server_, workers_, clients_).check();
       break;
     }
   }
-  if (effects_) {
-    report_.effects = effects_->finish();
-  }
-  return report_;
+  world_.report.effects = server_.effects_hash();
+  return world_.report;
 }
 
 }  // namespace lightmill::simulation

@@ -1,0 +1,265 @@
+#include "tests/simulation/checks.h"
+
+#include <algorithm>
+
+namespace lightmill::simulation {
+
+void Checks::server_starts(const StoredState& stored) {
+  merged_by_.clear();
+  for (const StoredState::StoredJob& job : stored.jobs) {
+    for (const StoredState::StoredResult& result : job.results) {
+      merged_by_[{job.record.id, result.tile, result.range}] = stored.renderers.at(result.by);
+    }
+  }
+  for (const NodeKey& key : stored.damaged) {
+    std::erase_if(acknowledged_, [&](const NodeKey& each) {
+      return each.job == key.job && each.tile == key.tile && key.range.contains(each.range);
+    });
+  }
+}
+
+void Checks::hello_came(const WorkerHello& hello) {
+  brought_[hello.name] = hello.held.size();
+  for (const HeldLease& held : hello.held) {
+    sent_.insert(held.lease);
+  }
+}
+
+void Checks::result_came(const Stream& stream, const WorkerResult& result) {
+  last_result_[{stream.session, result.key}] = result.render_digest;
+}
+
+void Checks::check_effects(const Effects& effects) {
+  note_writes(effects);
+  note_grants(effects);
+  check_decisions(effects);
+  note_unwanted(effects);
+}
+
+void Checks::check_sent(const Stream& stream, const Outgoing& message) {
+  if (const auto* grant = std::get_if<LeaseGrant>(&message.message)) {
+    check_grant(stream, *grant);
+  } else if (const auto* ack = std::get_if<ResultAck>(&message.message)) {
+    check_ack(stream, *ack);
+  }
+  for (const LeaseId lease : leases_granted(std::span(&message, 1))) {
+    sent_.insert(lease);
+  }
+}
+
+void Checks::check_grant(const Stream& stream, const LeaseGrant& grant) {
+  if (const auto then = unbound_then_.find(grant.lease);
+      then != unbound_then_.end() && then->second != unbound_[grant.unit.job]) {
+    return;
+  }
+  const JobRecord* const stored = server_.disk().job(grant.unit.job);
+  if (stored == nullptr || stored->fingerprint_class.empty()) {
+    world_.fail(
+        fmt::format("lease {} leaves before the class of job {} is stored", grant.lease.value, grant.unit.job.value));
+    return;
+  }
+  if (!stored->method_notes.candidates.empty()) {
+    world_.fail(
+        fmt::format("lease {} leaves before the method of job {} is stored", grant.lease.value, grant.unit.job.value));
+    return;
+  }
+  const SimulatedWorker& to = workers_[stream.worker];
+  if (stored->fingerprint_class != (stored->spec.allow_mixed ? kMixedClass : to.fingerprint)) {
+    world_.fail(
+        fmt::format("lease {} goes to a worker of class {}", grant.lease.value, workers_[stream.worker].fingerprint));
+  }
+}
+
+bool Checks::may_verify(SessionId session, const NodeKey& key) const {
+  const auto stream = server_.streams().find(session);
+  const auto by = merged_by_.find(key);
+  if (by == merged_by_.end()) {
+    return workers_.have_liars();  // a copy differs from what was joined there
+  }
+  if (stream == server_.streams().end()) {
+    return false;
+  }
+  const SimulatedWorker& to = workers_[stream->second->worker];
+  const bool comparable = by->second.fingerprint_class.empty() || world_.bugs.hide_classes ||
+                          by->second.fingerprint_class == to.fingerprint;
+  return comparable && to.machine != by->second.machine;
+}
+
+void Checks::note_writes(const Effects& effects) {
+  for (const StoreOp& op : effects.writes) {
+    if (const auto* job = std::get_if<PutJob>(&op)) {
+      unbound_[job->record.id] += job->record.fingerprint_class.empty() ? 1 : 0;
+    } else if (const auto* result = std::get_if<PutResult>(&op)) {
+      merged_by_[result->key] = result->by;
+    } else if (const auto* drop = std::get_if<DropResults>(&op)) {
+      dropped_.push_back(drop->key);
+    } else if (const auto* held = std::get_if<PutQuarantine>(&op);
+               held != nullptr && !held->record.reason.starts_with(kByHand)) {
+      ++world_.report.convicted;
+      if (held->record.of.machine != "machine-of-lies" && !world_.bugs.wrong_bits) {
+        world_.fail(
+            fmt::format("{} is convicted, which has not lied: {}", held->record.of.worker, held->record.reason));
+      }
+    }
+  }
+}
+
+void Checks::check_losses(const Effects& effects) {
+  constexpr std::string_view kLost = " lost lease ";
+  for (const Note& note : effects.notes) {
+    const std::size_t at = note.text.find(kLost);
+    if (at == std::string::npos) {
+      continue;
+    }
+    if (const LeaseId lease{std::strtoull(note.text.c_str() + at + kLost.size(), nullptr, 10)};
+        !sent_.contains(lease)) {
+      world_.fail(fmt::format("{}, and nobody was sent it", note.text));
+    }
+  }
+}
+
+void Checks::note_grants(const Effects& effects) {
+  for (const Outgoing& message : effects.after_commit) {
+    if (const auto* grant = std::get_if<LeaseGrant>(&message.message)) {
+      unbound_then_[grant->lease] = unbound_[grant->unit.job];
+    }
+  }
+}
+
+void Checks::stored(std::span<const StoreOp> ops) {
+  for (const StoreOp& op : ops) {
+    if (const auto* drop = std::get_if<DropResults>(&op)) {
+      std::erase_if(acknowledged_, [&](const NodeKey& key) {
+        return key.job == drop->key.job && key.tile == drop->key.tile && drop->key.range.contains(key.range);
+      });
+    } else if (const auto* verified = std::get_if<PutVerified>(&op)) {
+      if (const Film* film = server_.coordinator() ? server_.coordinator()->film(verified->key.job) : nullptr) {
+        world_.report.verified += verified->key.range.count() *
+                                  static_cast<std::uint64_t>(film->grid().tile_rect(verified->key.tile).pixel_count());
+      }
+    }
+  }
+}
+
+void Checks::check_decisions(const Effects& effects) {
+  bool granted = false;
+  for (const std::vector<Outgoing>* channel : {&effects.now, &effects.after_commit}) {
+    for (const Outgoing& message : *channel) {
+      const auto* grant = std::get_if<LeaseGrant>(&message.message);
+      const Film* film = grant != nullptr ? server_.coordinator()->film(grant->unit.job) : nullptr;
+      if (film == nullptr) {
+        continue;
+      }
+      granted = true;
+      for (const TileId tile : grant->unit.tiles) {
+        if (film->covered(tile, grant->unit.range) &&
+            !may_verify(message.to, {grant->unit.job, tile, grant->unit.range})) {
+          world_.fail(fmt::format("lease {} names samples [{}, {}) of tile {}, which are merged", grant->lease.value,
+                                  grant->unit.range.first(), grant->unit.range.end(), tile.value));
+        }
+      }
+    }
+  }
+  if (granted) {
+    for (const WorkerStatus& worker : server_.coordinator()->workers(world_.now)) {
+      if (!worker.quarantine.empty() && worker.leases > 0) {
+        world_.fail(fmt::format("{} is in quarantine with {} leases", worker.name, worker.leases));
+      }
+      if (worker.leases > 8 * server_.limits().leases_per_worker + brought_[worker.name]) {
+        world_.fail(fmt::format("{} has {} leases", worker.name, worker.leases));
+      }
+    }
+  }
+}
+
+/// A count may be raised, a job that has ended by time extended or one without a class get one, durably, between the
+/// decision that a result is not wanted and the acknowledgement.
+void Checks::note_unwanted(const Effects& effects) {
+  for (const Outgoing& message : effects.after_commit) {
+    if (const auto* ack = std::get_if<ResultAck>(&message.message)) {
+      const auto stream = server_.streams().find(message.to);
+      const auto all = server_.coordinator()->workers(world_.now);
+      // Who is gone is not listed any more, and its machine is in quarantine all the same.
+      const bool disbelieved =
+          stream != server_.streams().end() &&
+          (std::ranges::any_of(all,
+                               [&](const WorkerStatus& worker) {
+                                 return worker.name == stream->second->name && !worker.quarantine.empty();
+                               }) ||
+           std::ranges::any_of(server_.disk().quarantine(), [&](const auto& entry) {
+             return entry.second.of.machine == workers_[stream->second->worker].machine;
+           }));
+      for (const NodeKey& key : ack->keys) {
+        if (disbelieved ||
+            (stream != server_.streams().end() && workers_[stream->second->worker].lies == Lies::garbage)) {
+          unwanted_.insert({message.to, key});
+          continue;
+        }
+        const auto status = server_.coordinator()->status(key.job, world_.now);
+        if (!status.ok()) {
+          continue;
+        }
+        const Film& film = *server_.coordinator()->film(key.job);
+        const bool beyond = status->goal.samples > 0 &&
+                            key.range.end() > film.allocation().of_tile(key.tile, status->goal.samples),
+                   too_late = status->state == JobState::done && status->goal.seconds > 0 &&
+                              !film.covered(key.tile, key.range);
+        const bool of_former_class = status->fingerprint_class.empty();  // perhaps the next one, too
+        if (beyond || too_late || of_former_class) {
+          unwanted_.insert({message.to, key});
+        }
+      }
+    }
+  }
+}
+
+void Checks::check_ack(const Stream& stream, const ResultAck& ack) {
+  for (const NodeKey& key : ack.keys) {
+    if (const auto unwanted = unwanted_.find({stream.session, key}); unwanted != unwanted_.end()) {
+      unwanted_.erase(unwanted);
+      continue;
+    }
+    const JobRecord* const stored = server_.disk().job(key.job);
+    if (stored == nullptr || stored->state == JobState::cancelled || stored->state == JobState::failed ||
+        stored->fingerprint_class.empty() ||
+        (stored->spec.goal.samples > 0 &&
+         key.range.end() > stored->allocation.of_tile(key.tile, stored->spec.goal.samples))) {
+      continue;  // not wanted
+    }
+    const auto digest = last_result_.find({stream.session, key});
+    if (digest == last_result_.end()) {
+      world_.fail("an acknowledgement of what was never sent");
+      return;
+    }
+    const bool of_this_job = digest->second == render_digest(stored->spec.settings, stored->fingerprint_class);
+    const bool ended_by_time = stored->state == JobState::done && stored->spec.goal.seconds > 0;
+    if (of_this_job && !ended_by_time && server_.disk().covers(key)) {
+      acknowledged_.insert(key);
+    }
+    // Where a goal in error decides how many samples are wanted, they are fewer again once some are taken out.
+    const bool dropped =
+        std::ranges::any_of(dropped_,
+                            [&](const NodeKey& each) {
+                              return each.job == key.job && (stored->spec.goal.error > 0 ||
+                                                             (each.tile == key.tile && each.range.contains(key.range)));
+                            }) ||
+        (stored->spec.goal.error > 0 &&
+         std::ranges::any_of(server_.damaged(), [&](const auto& each) { return each.first == key.job; }));
+    if (of_this_job && !ended_by_time && !dropped && !server_.disk().covers(key)) {
+      world_.fail(fmt::format("job {}, tile {}, samples [{}, {}) are acknowledged but not durable", key.job.value,
+                              key.tile.value, key.range.first(), key.range.end()));
+    }
+  }
+}
+
+void Checks::check_acknowledged_is_durable() {
+  for (const NodeKey& key : acknowledged_) {
+    if (server_.disk().job(key.job) != nullptr && !server_.disk().covers(key)) {
+      world_.fail(fmt::format("job {}, tile {}, samples [{}, {}) were acknowledged and are not on disk any more",
+                              key.job.value, key.tile.value, key.range.first(), key.range.end()));
+      return;
+    }
+  }
+}
+
+}  // namespace lightmill::simulation

@@ -1,0 +1,56 @@
+// Checks of what a coordinator decides, stores and sends, while it does.
+//
+// Own which nodes are acknowledged, who merged what, and which leases have left. farm_simulation.h lists what must
+// hold.
+#pragma once
+
+#include "tests/simulation/server_side.h"
+#include "tests/simulation/worker_side.h"
+
+namespace lightmill::simulation {
+
+class Checks {
+ public:
+  Checks(World& world, ServerSide& server, const WorkerSide& workers)
+      : world_(world), server_(server), workers_(workers) {}
+
+  /// A coordinator starts with this.
+  void server_starts(const StoredState& stored);
+  void hello_came(const WorkerHello& hello);
+  void result_came(const Stream& stream, const WorkerResult& result);
+  void stored(std::span<const StoreOp> ops);
+  /// To be called before anything of the effects is sent.
+  void check_effects(const Effects& effects);
+  /// No worker loses a lease that was not sent. To be called once messages that need no commit have left.
+  void check_losses(const Effects& effects);
+  /// A message leaves.
+  void check_sent(const Stream& stream, const Outgoing& message);
+  void check_acknowledged_is_durable();
+
+ private:
+  void check_decisions(const Effects& effects);
+  /// Whether the worker of the session may audit this result: another machine rendered it.
+  bool may_verify(SessionId session, const NodeKey& key) const;
+  void note_writes(const Effects& effects);
+  void note_grants(const Effects& effects);
+  /// A lease leaves now. If its job has lost its class since it was granted, nothing comes of it.
+  void check_grant(const Stream& stream, const LeaseGrant& grant);
+  void note_unwanted(const Effects& effects);
+  void check_ack(const Stream& stream, const ResultAck& ack);
+
+  World& world_;
+  ServerSide& server_;
+  const WorkerSide& workers_;
+  std::map<std::pair<SessionId, NodeKey>, Sha256> last_result_;  ///< render digests of results that came
+  std::set<NodeKey> acknowledged_;                               ///< with the right digest
+  /// Results that were not wanted when they came. Their acknowledgement promises nothing.
+  std::multiset<std::pair<SessionId, NodeKey>> unwanted_;
+  std::map<JobId, std::uint64_t> unbound_;         ///< how often each job lost its class again
+  std::map<LeaseId, std::uint64_t> unbound_then_;  ///< the same of a lease's job when it was granted
+  std::map<NodeKey, Renderer> merged_by_;          ///< as the coordinator has it
+  std::vector<NodeKey> dropped_;                   ///< that the coordinator took out of films
+  std::set<LeaseId> sent_;                         ///< leases whose grants have left, or that workers came back with
+  std::map<std::string, std::size_t> brought_;     ///< leases that a worker's last hello came with
+};
+
+}  // namespace lightmill::simulation

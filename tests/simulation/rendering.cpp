@@ -1,0 +1,208 @@
+// How simulated workers render: preparations, pilots, inspections, tiles, lies.
+#include <algorithm>
+
+#include "tests/simulation/client_side.h"
+#include "tests/simulation/fake_renderer.h"
+#include "tests/simulation/worker_side.h"
+
+namespace lightmill::simulation {
+
+std::uint64_t pixel_samples(const JobDescription& job, const NodeKey& key) {
+  return static_cast<std::uint64_t>(grid_of(job.settings).tile_rect(key.tile).pixel_count()) * key.range.count();
+}
+
+std::size_t pilot_choice(const RenderSettings& settings, std::size_t candidates) {
+  return (settings.seed + static_cast<std::uint64_t>(settings.crop.width)) % candidates;
+}
+
+Allocation pilot_allocation(const RenderSettings& settings) {
+  std::vector<std::int8_t> shifts;
+  for (std::uint32_t tile = 0; tile < grid_of(settings).tile_count(); ++tile) {
+    shifts.push_back(static_cast<std::int8_t>((settings.seed + 3 * tile) % 5) - 2);
+  }
+  return Allocation::of(std::move(shifts)).value();
+}
+
+void WorkerSide::prepare(std::size_t index, const PrepareJob& job) {
+  const std::uint64_t life = workers_[index].life;
+  const JobId id = job.description->job;
+  const bool too_large = is_too_large(index, job.description->settings);
+  world_.after(world_.random.seconds_between(0.001, 0.2), [this, index, life, id, too_large] {
+    const bool unavailable = world_.chaos.breaks && world_.random.chance(0.1);
+    on_worker(index, life, [this, id, unavailable, too_large](Session& session, SessionActions& actions) {
+      world_.report.too_large += too_large;
+      too_large     ? session.job_failed(id, {"too large", true}, world_.now, actions)
+      : unavailable ? session.job_unavailable(id, world_.now, actions)
+                    : session.job_ready(id, world_.now, actions);
+    });
+  });
+}
+
+bool WorkerSide::is_too_large(std::size_t index, const RenderSettings& settings) const {
+  const bool first_of_class =
+      std::none_of(workers_.begin(), workers_.begin() + static_cast<std::ptrdiff_t>(index),
+                   [&](const SimulatedWorker& other) { return other.fingerprint == workers_[index].fingerprint; });
+  // Not where it takes all honest ones to find a liar, or to go on without it.
+  const bool liars =
+      std::ranges::any_of(workers_, [](const SimulatedWorker& each) { return each.lies != Lies::never; });
+  return world_.chaos.small && !liars && !first_of_class && (settings.seed + index) % 3 == 0;
+}
+
+void WorkerSide::die_of_poison(std::size_t index) {
+  world_.trace("{} is poisoned", workers_[index].name);
+  kill(index);
+  if (world_.random.chance(0.3)) {
+    workers_[index].name += "'";
+  }
+  world_.after(world_.random.seconds_between(0.05, 3), [this, index] { start(index); });
+}
+
+void WorkerSide::run_pilot(std::size_t index, const RunPilot& pilot) {
+  const std::uint64_t life = workers_[index].life;
+  world_.after(world_.random.seconds_between(0.01, 1), [this, index, life, grant = pilot.grant] {
+    if (workers_[index].alive && workers_[index].life == life && clients_.job_of(grant->settings).poisoned_pilot) {
+      die_of_poison(index);
+      return;
+    }
+    const bool unavailable = world_.chaos.breaks && world_.random.chance(0.1);
+    on_worker(index, life, [this, index, grant, unavailable](Session& session, SessionActions& actions) {
+      if (is_too_large(index, grant->settings)) {
+        ++world_.report.too_large;
+        session.pilot_failed(grant->lease, {"too large", true}, world_.now, actions);
+        return;
+      }
+      const std::size_t choice = pilot_choice(grant->settings, grant->methods.size());
+      unavailable ? session.pilot_unavailable(grant->lease, world_.now, actions)
+                  : session.pilot_done({grant->lease,
+                                        static_cast<std::uint32_t>(choice),
+                                        {"as it is"},
+                                        0.1,
+                                        grant->allocate ? pilot_allocation(grant->settings) : Allocation()},
+                                       world_.now, actions);
+    });
+  });
+}
+
+/// Of which the session has heard the end, or none; one that is dropped is never reported.
+void WorkerSide::run_inspection(std::size_t index, const RunInspection& inspection) {
+  const std::uint64_t life = workers_[index].life, turn = ++workers_[index].inspection;
+  const bool deadly = world_.chaos.poison && world_.chaos_now() && world_.random.chance(0.1);
+  world_.after(world_.random.seconds_between(0.01, 4), [this, index, life, turn, deadly, grant = inspection.grant] {
+    const SimulatedWorker& worker = workers_[index];
+    if (!worker.alive || worker.life != life || worker.inspection != turn ||
+        (world_.bugs.lose_reports && world_.chaos_now())) {
+      return;
+    }
+    if (deadly) {
+      return die_of_poison(index);
+    }
+    on_worker(index, life, [this, grant](Session& session, SessionActions& actions) {
+      Inspection found;
+      found.scene = grant->request->scene.at(0);
+      session.inspection_done({grant->inspection, std::make_shared<const Inspection>(std::move(found))}, actions);
+    });
+  });
+}
+
+void WorkerSide::lie(std::size_t index, const NodeKey& key, RenderedTile& rendered) {
+  const Lies lies = workers_[index].lies;
+  if (lies == Lies::always || (lies == Lies::sometimes && world_.random.chance(0.3))) {
+    // All liars of a machine lie alike.
+    world_.report.lied = true;
+    float& value = rendered.node.values[key.range.index % rendered.node.values.size()];
+    value = std::nextafter(value, 1e30f);
+    rendered.hash = hash_of(rendered.node);
+  } else if (lies == Lies::garbage && world_.random.chance(0.7)) {
+    switch (world_.random.below(4)) {
+      case 0:
+        rendered.hash.low ^= 1;
+        break;
+      case 1:
+        rendered.node.values.front() += 1;
+        break;
+      case 2:
+        rendered.node.values.back() = std::numeric_limits<float>::quiet_NaN();
+        rendered.hash = hash_of(rendered.node);
+        break;
+      default:
+        rendered.node.values.pop_back();
+        rendered.hash = hash_of(rendered.node);
+    }
+  }
+}
+
+void WorkerSide::render(std::size_t index) {
+  SimulatedWorker& worker = workers_[index];
+  while (worker.rendering.size() < worker.threads && !worker.to_render.empty()) {
+    const RenderTile tile = worker.to_render.front();
+    worker.to_render.pop_front();
+    worker.rendering.emplace(tile.ticket, tile.key);
+    const std::uint64_t samples = pixel_samples(*tile.description, tile.key);
+    double seconds =
+        static_cast<double>(samples) * seconds_per_pixel_sample_ * worker.slowness * world_.random.between(0.7, 1.3);
+    if (world_.now < worker.slow_until) {
+      seconds = std::min(100 * seconds, seconds + to_seconds(worker.slow_until - world_.now));
+    }
+    const std::uint64_t life = worker.life;
+    world_.after(from_seconds(seconds),
+                 [this, index, life, tile, seconds] { tile_rendered(index, life, tile, seconds); });
+  }
+}
+
+void WorkerSide::tile_rendered(std::size_t index, std::uint64_t life, const RenderTile& tile, double seconds) {
+  SimulatedWorker& worker = workers_[index];
+  if (!worker.alive || worker.life != life || !worker.rendering.contains(tile.ticket)) {
+    return;
+  }
+  if (tile.key.tile == TileId{0} && tile.key.range.end() > clients_.job_of(tile.description->settings).poison) {
+    die_of_poison(index);
+    return;
+  }
+  worker.rendering.erase(tile.ticket);
+  world_.report.rendered += pixel_samples(*tile.description, tile.key);
+  const RenderSettings& settings = tile.description->settings;
+  const auto pixels = static_cast<std::size_t>(grid_of(settings).tile_rect(tile.key.tile).pixel_count());
+  RenderedTile rendered;
+  rendered.ticket = tile.ticket;
+  rendered.node = *shared_renderer().node(
+      tile.description->render_digest, tile.key.tile, tile.key.range, pixels, NodeLayout(settings.layers),
+      clients_.job_of(settings).spec.allow_mixed && worker.fingerprint != kUsualClass);
+  if (world_.bugs.wrong_bits && index == 0) {
+    rendered.node.values[0] = std::nextafter(rendered.node.values[0], 1e30f);
+  }
+  rendered.hash = hash_of(rendered.node);
+  lie(index, tile.key, rendered);
+  rendered.seconds = seconds;
+  render(index);
+  on_worker(index, life, [this, rendered](Session& session, SessionActions& actions) {
+    session.tile_rendered(rendered, world_.now, actions);
+  });
+}
+
+/// Its thread notices after a while, if it is not done before that.
+void WorkerSide::stop_tile(std::size_t index, std::uint64_t ticket) {
+  const std::uint64_t life = workers_[index].life;
+  world_.after(world_.random.seconds_between(0.0001, 0.05), [this, index, life, ticket] {
+    SimulatedWorker& worker = workers_[index];
+    if (!worker.alive || worker.life != life) {
+      return;
+    }
+    const auto waiting = std::ranges::find(worker.to_render, ticket, &RenderTile::ticket);
+    const auto under_way = worker.rendering.find(ticket);
+    if (waiting != worker.to_render.end()) {
+      worker.unacknowledged.erase(waiting->key);
+      worker.to_render.erase(waiting);
+    } else if (under_way != worker.rendering.end()) {
+      worker.unacknowledged.erase(under_way->second);
+      worker.rendering.erase(under_way);
+    } else {
+      return;
+    }
+    render(index);
+    on_worker(index, life, [this, ticket](Session& session, SessionActions& actions) {
+      session.tile_rendered({.ticket = ticket, .node = {}, .hash = {}, .seconds = 0}, world_.now, actions);
+    });
+  });
+}
+
+}  // namespace lightmill::simulation

@@ -1,0 +1,110 @@
+// Server side of a simulated farm: the coordinator in its process, its disk, its commits and its crashes.
+//
+// Owns the coordinator, the disk, and the streams that it serves. Each call into the coordinator ends in execute(),
+// which has its effects checked, stored and sent. Another coordinator may depose it.
+#pragma once
+
+#include <deque>
+#include <map>
+#include <memory>
+#include <set>
+
+#include "server/domain/coordinator.h"
+#include "tests/simulation/disk.h"
+#include "tests/simulation/stream.h"
+#include "tests/simulation/world.h"
+
+namespace lightmill::simulation {
+
+class WorkerSide;
+class ClientSide;
+class Checks;
+
+class ServerSide {
+ public:
+  ServerSide(World& world, WorkerSide& workers, ClientSide& clients, Checks& checks)
+      : world_(world), workers_(workers), clients_(clients), checks_(checks) {}
+
+  CoordinatorLimits& limits() { return limits_; }
+  Coordinator* coordinator() const { return coordinator_.get(); }  ///< null while it is dead
+  std::uint64_t life() const { return life_; }
+  std::uint64_t epoch() const { return epoch_; }  ///< of the coordinator at work
+  const Disk& disk() const { return disk_; }
+  const std::map<SessionId, std::shared_ptr<Stream>>& streams() const { return streams_; }
+  /// Tiles of which something was damaged.
+  const std::set<std::pair<JobId, TileId>>& damaged() const { return damaged_; }
+
+  void start();
+  void crash(bool commit_lands);
+  void crash_at_commit(std::uint64_t number) { crash_at_commit_.insert(number); }
+  /// Calls into the coordinator, if it is alive.
+  void call(const std::function<void(Effects&)>& call);
+  /// `replies`: to clients, once the effects are durable.
+  void execute(Effects effects, std::vector<Action> replies);
+
+  void open_stream(const std::shared_ptr<Stream>& stream);
+  void receive(const std::shared_ptr<Stream>& stream, WorkerMessage message);
+  /// The server notices that the stream is broken, and takes it for the stream of `session`.
+  void disconnected(const Stream& stream, SessionId session);
+
+  // ---- server_faults.cpp ----
+  void fill_disk();
+  /// The coordinator stands still, and another one starts.
+  void depose();
+
+  /// Hashes all effects of all coordinators, and what they show after each event.
+  void hash_effects() { hash_.emplace(); }
+  Hash128 effects_hash() const { return hash_ ? hash_->finish() : Hash128{}; }
+
+ private:
+  struct Pending {
+    std::vector<StoreOp> writes;
+    std::vector<Outgoing> after_commit;
+    std::vector<Action> replies;  ///< to clients
+  };
+  struct Deposed {
+    std::unique_ptr<Coordinator> coordinator;
+    std::uint64_t life = 0, epoch = 0;
+    std::map<SessionId, std::shared_ptr<Stream>> streams;
+    std::vector<StoreOp> unwritten;
+    std::vector<std::pair<std::shared_ptr<Stream>, WorkerMessage>> inbox;  ///< messages that came while it stood still
+  };
+
+  StoredState load_checked();
+  void note_effects(const Effects& effects, const Coordinator& coordinator);
+  /// The commit under way lands as a whole or not at all. No reply or message follows.
+  void abandon_commits(bool commit_lands);
+  void start_commit();
+  void finish_commit();
+  void plan_tick();
+  void send(Outgoing message);
+  void deliver(const std::shared_ptr<Stream>& stream, const CoordinatorMessage& message);
+  /// Changes the result as planted bugs do.
+  void falsify(const Stream& stream, WorkerResult& result);
+  void damage_disk();
+  /// The deposed coordinator resumes: takes the messages that came meanwhile, and tries to store what follows.
+  void resume_deposed();
+
+  World& world_;
+  WorkerSide& workers_;
+  ClientSide& clients_;
+  Checks& checks_;
+  CoordinatorLimits limits_;
+  Disk disk_;
+  std::unique_ptr<Coordinator> coordinator_;
+  std::uint64_t life_ = 0, epoch_ = 0;
+  std::optional<Deposed> deposed_;
+  Time disk_full_until_, disk_slow_until_;
+  std::set<std::pair<JobId, TileId>> damaged_;
+  Time next_tick_ = Time::max();
+  std::deque<Pending> pending_;
+  std::vector<Pending> committing_;
+  std::uint64_t commits_ = 0;
+  std::set<std::uint64_t> crash_at_commit_;
+  std::uint64_t next_session_ = 1;
+  std::map<SessionId, std::shared_ptr<Stream>> streams_;
+  std::map<NodeKey, Node> first_results_;  ///< only with repeat_results
+  std::optional<Xxh3Hasher> hash_;
+};
+
+}  // namespace lightmill::simulation

@@ -1,0 +1,96 @@
+// What befalls workers: deaths, hangs, broken and cut links, slowness, and garbage that they send.
+#include "tests/simulation/client_side.h"
+#include "tests/simulation/server_side.h"
+#include "tests/simulation/worker_side.h"
+
+namespace lightmill::simulation {
+
+void WorkerSide::kill_one() {
+  const std::size_t index = world_.random.below(workers_.size());
+  kill(index);
+  const bool other_name = world_.random.chance(0.5);
+  world_.after(world_.random.seconds_between(0.05, 6), [this, index, other_name] {
+    if (other_name && !workers_[index].alive) {
+      workers_[index].name += "'";
+    }
+    start(index);
+  });
+}
+
+void WorkerSide::hang_one() {
+  world_.inject("workers that hang");
+  workers_[world_.random.below(workers_.size())].hung_until = world_.now + world_.random.seconds_between(0.1, 8);
+}
+
+void WorkerSide::break_one() {
+  if (const auto stream = workers_[world_.random.below(workers_.size())].stream) {
+    break_stream(stream);
+  }
+}
+
+void WorkerSide::cut_link() {
+  const std::shared_ptr<Stream> stream = workers_[world_.random.below(workers_.size())].stream;
+  if (!stream || stream->broken) {
+    return;
+  }
+  world_.inject("links cut one way");
+  const Time until = world_.now + world_.random.seconds_between(0.3, 10);
+  (world_.random.chance(0.5) ? stream->cut_up : stream->cut_down) = until;
+  if (world_.random.chance(0.5)) {  // one end misses its keepalives before it heals
+    world_.at(world_.now + from_seconds(world_.random.uniform() * to_seconds(until - world_.now)),
+              [this, stream] { break_stream(stream); });
+  }
+}
+
+void WorkerSide::slow_down() {
+  world_.inject("workers a hundred times slower");
+  workers_[world_.random.below(workers_.size())].slow_until = world_.now + world_.random.seconds_between(0.5, 10);
+}
+
+void WorkerSide::plan_babble() {
+  for (std::size_t i = 0; i < workers_.size(); ++i) {
+    for (std::uint64_t n = workers_[i].lies == Lies::garbage ? world_.random.below(12) : 0; n > 0; --n) {
+      world_.at(world_.some_time(), [this, i] { babble(i); });
+    }
+  }
+}
+
+/// Something that makes no sense, from a worker that is otherwise as it should be.
+void WorkerSide::babble(std::size_t index) {
+  const SimulatedWorker& worker = workers_[index];
+  if (!worker.alive || world_.now < worker.hung_until || !worker.stream || !worker.session->status().connected ||
+      clients_.jobs().empty()) {
+    return;
+  }
+  world_.inject("messages of garbage");
+  // Numbers that are some lease's, or nobody's.
+  const LeaseId lease{(server_.epoch() - world_.random.below(2)) << 32 | world_.random.below(200)};
+  const JobId job{1 + world_.random.below(clients_.jobs().size() + 1)};
+  const auto send = [&](WorkerMessage message) {
+    sends(index, std::make_shared<const WorkerMessage>(std::move(message)));
+  };
+  switch (world_.random.below(4)) {
+    case 0:
+      send(WorkerHeartbeat{{lease, LeaseId{world_.random.next()}}});
+      break;
+    case 1:
+      send(WorkerReturn{lease});
+      break;
+    case 2:
+      send(PilotReport{lease, 99, {}, 0.1, Allocation()});
+      break;
+    default: {
+      const SampleRange range{static_cast<std::uint32_t>(world_.random.below(40)),
+                              static_cast<std::uint32_t>(world_.random.next())};
+      WorkerResult result;
+      result.lease = lease;
+      result.key = {job, TileId{static_cast<std::uint32_t>(world_.random.below(1000))}, range};
+      result.node = {range, {1.0f, 2.0f}, 0};
+      result.hash = hash_of(result.node);
+      result.seconds = 1e300;
+      send(std::move(result));
+    }
+  }
+}
+
+}  // namespace lightmill::simulation

@@ -1,0 +1,115 @@
+// Worker side of a simulated farm: workers in their processes, with streams, threads, deaths and hangs.
+//
+// Owns the workers. Their sessions are the real ones. The fake renderer renders, and some workers lie.
+#pragma once
+
+#include <deque>
+#include <map>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "server/domain/effects.h"
+#include "tests/simulation/stream.h"
+#include "tests/simulation/world.h"
+#include "worker/session/session.h"
+
+namespace lightmill::simulation {
+
+class ServerSide;
+class ClientSide;
+
+/// Of most workers.
+inline constexpr const char* kUsualClass = "class-a";
+
+/// Index of the candidate that a job's pilot picks, on any worker.
+std::size_t pilot_choice(const RenderSettings& settings, std::size_t candidates);
+/// Allocation that a job's pilot finds, on any worker.
+Allocation pilot_allocation(const RenderSettings& settings);
+
+/// Pixel samples of a result of this job.
+std::uint64_t pixel_samples(const JobDescription& job, const NodeKey& key);
+
+enum class Lies { never, always, sometimes, garbage };
+
+struct SimulatedWorker {
+  std::string name;
+  std::string machine;
+  std::uint64_t inspection = 0;  ///< counts inspections that began or were dropped
+  Lies lies = Lies::never;
+  std::string fingerprint;
+  std::uint32_t threads = 1;
+  double slowness = 1;
+  Time slow_until;  ///< a hundred times slower until then
+  std::unique_ptr<Session> session;
+  std::uint64_t life = 0;  ///< counts up with every start and death
+  bool alive = false;
+  Time hung_until;
+  std::shared_ptr<Stream> stream;
+  std::deque<RenderTile> to_render;
+  std::map<std::uint64_t, NodeKey> rendering;       ///< by ticket: tiles that threads work on
+  std::map<NodeKey, std::uint64_t> unacknowledged;  ///< pixel samples, rendered or in work
+  Time next_tick = Time::max();
+};
+
+class WorkerSide {
+ public:
+  WorkerSide(World& world, ServerSide& server, ClientSide& clients)
+      : world_(world), server_(server), clients_(clients) {}
+
+  /// Draws the workers.
+  void make();
+  void make_racers(const Race& race);
+  /// The last racer becomes slower, or hangs.
+  void change_last(const Race& race);
+  const SimulatedWorker& operator[](std::size_t index) const { return workers_[index]; }
+  std::size_t size() const { return workers_.size(); }
+  auto begin() const { return workers_.begin(); }
+  auto end() const { return workers_.end(); }
+  /// Whether some workers send wrong sums that look right.
+  bool have_liars() const { return have_liars_; }
+
+  /// Calls into a worker's session: later if the worker hangs, never if it has died meanwhile.
+  void on_worker(std::size_t index, std::uint64_t life, std::function<void(Session&, SessionActions&)> call);
+  void acknowledged(std::size_t index, const ResultAck& ack);
+  void break_stream(const std::shared_ptr<Stream>& stream);
+
+  // ---- worker_faults.cpp: each befalls one worker ----
+  void kill_one();
+  void hang_one();
+  void break_one();
+  void cut_link();
+  void slow_down();
+  /// Workers that send garbage do so at times.
+  void plan_babble();
+
+ private:
+  void start(std::size_t index);
+  void kill(std::size_t index);
+  void act(std::size_t index, const SessionActions& actions);
+  void open_stream(std::size_t index);
+  void sends(std::size_t index, const std::shared_ptr<const WorkerMessage>& message);
+  void plan_tick(std::size_t index);
+  void babble(std::size_t index);
+  void die_of_poison(std::size_t index);
+
+  // ---- rendering.cpp ----
+  void prepare(std::size_t index, const PrepareJob& job);
+  void run_pilot(std::size_t index, const RunPilot& pilot);
+  void run_inspection(std::size_t index, const RunInspection& inspection);
+  void render(std::size_t index);
+  void tile_rendered(std::size_t index, std::uint64_t life, const RenderTile& tile, double seconds);
+  void stop_tile(std::size_t index, std::uint64_t ticket);
+  void lie(std::size_t index, const NodeKey& key, RenderedTile& rendered);
+  /// Whether the job is too large for the worker. One worker of each class takes all jobs.
+  bool is_too_large(std::size_t index, const RenderSettings& settings) const;
+
+  World& world_;
+  ServerSide& server_;
+  ClientSide& clients_;
+  std::vector<SimulatedWorker> workers_;
+  bool have_liars_ = false;
+  double seconds_per_pixel_sample_ = 2e-3;  ///< of one thread of a worker of slowness 1
+};
+
+}  // namespace lightmill::simulation
