@@ -1,12 +1,9 @@
 // Methods that shade each camera ray by itself: all but how a hit is shaded is here.
 #pragma once
 
-#include "common/methods/film_channels.h"
-#include "common/methods/float_environment.h"
-#include "common/methods/method.h"
 #include "common/methods/primary_rays.h"
-#include "common/methods/sample_sums.h"
-#include "common/methods/travel.h"
+#include "common/methods/sampled_method.h"
+#include "common/methods/transmittance.h"
 
 namespace lightmill {
 
@@ -23,56 +20,26 @@ struct CameraHit8 {
 /// a sample of a tile shows is added by `add(const PixelRect& tile, float* planes, Workspace&) const`, if it has such:
 /// to three planes of one value a pixel.
 template <class Shader>
-class CameraMethod final : public Method {
+class CameraMethod final : public SampledMethod {
  public:
   /// `flat`: the shading normals of what camera rays hit are the geometric ones.
   CameraMethod(std::shared_ptr<const CompiledScene> scene, const MethodSettings& settings, Shader shader, bool flat)
-      : scene_(std::move(scene)),
-        seed_(settings.seed),
-        channels_(settings.layers),
-        shader_(std::move(shader)),
-        flat_(flat) {}
+      : SampledMethod(std::move(scene), settings), shader_(std::move(shader)), flat_(flat) {}
 
-  std::unique_ptr<Workspace> make_workspace() const override { return std::make_unique<CameraWorkspace>(); }
-
-  Node render(const PixelRect& tile, SampleRange range, Workspace& workspace) const override {
-    const FixedFloatEnvironment float_environment;
-    auto& ws = static_cast<CameraWorkspace&>(workspace);
-    const auto pixels = static_cast<std::size_t>(tile.pixel_count());
-    ws.sums.start(range, pixels, channels_.layout);
-    for (std::uint64_t sample = range.first(); sample < range.end(); ++sample) {
-      fill_pixel_seeds(tile, seed_, sample & 1, ws.pixel_seeds);
-      ws.radiance.assign(channels_.layout.summed * pixels, 0.0f);
-      ws.first.assign(sample < kFirstSamples ? channels_.layout.first_values(1) * pixels : 0, 0.0f);
-      render_sample(tile, static_cast<std::uint32_t>(sample >> 1), pixels, ws);
-      if constexpr (requires { shader_.add(tile, ws.radiance.data(), ws); }) {
-        shader_.add(tile, ws.radiance.data(), ws);
-      }
-      if (ws.stop.stop_requested()) {
-        return {};
-      }
-      ws.sums.add(ws.radiance, ws.first);
-    }
-    ws.counters.samples += pixels * range.count();
-    return ws.sums.finish();
-  }
+  std::unique_ptr<Workspace> make_workspace() const override { return std::make_unique<SampleWorkspace>(); }
 
  private:
-  struct CameraWorkspace final : Workspace {
-    SampleSums sums;
-    std::vector<std::uint32_t> pixel_seeds;
-    std::vector<float> radiance;  ///< planes of the summed channels
-    std::vector<float> first;     ///< planes of layers that are made of samples 0 to 15
-  };
-
-  void render_sample(const PixelRect& tile, std::uint32_t index, std::size_t pixels, CameraWorkspace& ws) const {
+  void render_sample(const PixelRect& tile, std::uint64_t sample, std::uint64_t /*end*/,
+                     SampleWorkspace& ws) const override {
+    const auto pixels = static_cast<std::size_t>(tile.pixel_count());
+    ws.radiance.assign(channels_.layout.summed * pixels, 0.0f);
     for (std::size_t pixel = 0; pixel < pixels && !ws.stop.stop_requested(); pixel += 8) {
       CameraHit8 hit;
       hit.lanes = first_lanes(static_cast<int>(pixels - pixel));
-      hit.pixel_seed = U8::load(&ws.pixel_seeds[pixel]);
-      hit.index = index;
+      hit.pixel_seed = U8::load(&ws.pixel_seeds[sample & 1][pixel]);
+      hit.index = static_cast<std::uint32_t>(sample >> 1);
       const U8 pixel_lanes = U8(static_cast<std::uint32_t>(pixel)) + U8::lane_index();
-      hit.arrival = arrive(hit.lanes, primary_rays(*scene_, tile, pixel_lanes, hit.pixel_seed, index), ws.counters);
+      hit.arrival = arrive(hit.lanes, primary_rays(*scene_, tile, pixel_lanes, hit.pixel_seed, hit.index), ws.counters);
       hit.surface = scene_->surface(hit.arrival.rays, hit.arrival.hits);
       if (flat_) {
         hit.surface.shading_normal = hit.surface.geometric_normal;
@@ -88,11 +55,14 @@ class CameraMethod final : public Method {
       }
       store(value, pixel, pixels, ws.radiance);
     }
+    if constexpr (requires { shader_.add(tile, ws.radiance.data(), ws); }) {
+      shader_.add(tile, ws.radiance.data(), ws);
+    }
   }
 
   Arrival8 arrive(M8 lanes, const Ray8& rays, RenderCounters& counters) const {
     if (scene_->features().media) {
-      return travel(*scene_, lanes, rays, scene_->eye_media(), kNoGeometry, counters);
+      return trace_transmittance(*scene_, lanes, rays, scene_->eye_media(), kNoGeometry, counters);
     }
     counters.closest_hit_rays += static_cast<std::uint64_t>(lanes.count());
     return {scene_->accel().intersect(lanes, rays, true), rays, {}, {}, broadcast(Vec3(1)), {}};
@@ -109,9 +79,6 @@ class CameraMethod final : public Method {
     }
   }
 
-  std::shared_ptr<const CompiledScene> scene_;
-  std::uint64_t seed_;
-  FilmChannels channels_;
   Shader shader_;
   bool flat_;
 };

@@ -1,13 +1,8 @@
 #include "common/methods/method.h"
 
 #include "common/base/check.h"
-#include "common/methods/ao/ao_method.h"
-#include "common/methods/path/path_method.h"
-#include "common/methods/photons/photon_dots.h"
-#include "common/methods/preview/preview_method.h"
-#include "common/methods/raycast/raycast_method.h"
+#include "common/methods/factories.h"
 #include "common/methods/spec/method_spec.h"
-#include "common/methods/whitted/whitted_method.h"
 
 namespace lightmill {
 

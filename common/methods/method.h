@@ -28,13 +28,13 @@ struct RenderCounters {
   std::uint64_t samples = 0;
   std::uint64_t closest_hit_rays = 0;  ///< photons' apart
   std::uint64_t shadow_rays = 0;
-  std::uint64_t gathers = 0;   ///< searches for deposits of photons
-  std::uint64_t gathered = 0;  ///< deposits found so, and those looked at for pixels that may see them
+  std::uint64_t gathers = 0;   ///< searches for photons
+  std::uint64_t gathered = 0;  ///< photons found, and those tested for pixels that may see them
 
   // What all tiles of a sample share, counted where it is done.
   std::uint64_t photons = 0;
   std::uint64_t photon_rays = 0;  ///< closest hits
-  std::uint64_t deposits = 0;     ///< left by photons
+  std::uint64_t deposits = 0;     ///< stored photons
 };
 
 /// Scratch memory of one thread, reused between calls; belongs to the method that made it.

@@ -12,7 +12,7 @@
 #include <thread>
 
 #include "common/image/read/read_image.h"
-#include "common/methods/path/path_method.h"
+#include "common/methods/factories.h"
 #include "tests/bench/measure.h"
 #include "tests/support/places.h"
 #include "tests/support/render_document.h"
@@ -24,7 +24,7 @@ using namespace lightmill::test;
 
 struct Variant {
   std::string name;
-  path::Constants constants;
+  tracer::Constants constants;
 };
 
 /// The first is what is in use; each other one differs from it in one thing or two.
@@ -34,7 +34,7 @@ std::vector<Variant> all_variants() {
     variants.push_back({std::move(name), {}});
     change(variants.back().constants);
   };
-  using C = path::Constants;
+  using C = tracer::Constants;
   for (const std::uint32_t splits : {1, 4, 8}) {
     add(fmt::format("{} split paths", splits), [&](C& c) { c.splits = splits; });
   }

@@ -1,4 +1,9 @@
-#include "common/methods/ao/ao_method.h"
+// `ao`, ambient occlusion: how much of the sky each surface sees, whatever it is made of.
+//
+// The value is the mean over the hemisphere, weighted by the cosine, of 1 where nothing is within the distance that was
+// asked for, else 0: what a white diffuse surface reflects of a constant sky of radiance 1, without interreflection.
+// Camera rays that hit nothing see 1.
+#include "common/methods/factories.h"
 
 #include "common/methods/camera_method.h"
 #include "common/sampling/warp.h"
@@ -26,7 +31,7 @@ struct AoShader {
 
   M8 occluded(M8 lanes, const Ray8& rays, const Media8& media, RenderCounters& counters) const {
     if (scene->features().media) {
-      return travel(*scene, lanes, rays, media, kNoGeometry, counters).hits.hit;
+      return trace_transmittance(*scene, lanes, rays, media, kNoGeometry, counters).hits.hit;
     }
     counters.shadow_rays += static_cast<std::uint64_t>(lanes.count());
     return scene->accel().occluded(lanes, rays);
@@ -35,8 +40,7 @@ struct AoShader {
 
 }  // namespace
 
-std::unique_ptr<Method> make_ao_method(std::shared_ptr<const CompiledScene> scene, const MethodSettings& settings,
-                                       const MethodSpec& spec) {
+std::unique_ptr<Method> make_ao_method(ScenePointer scene, const MethodSettings& settings, const MethodSpec& spec) {
   const float distance = spec.distance ? static_cast<float>(*spec.distance * scene->frame().scale())
                                        : std::numeric_limits<float>::infinity();
   const AoShader shader{scene.get(), distance};

@@ -9,13 +9,13 @@ namespace {
 
 constexpr std::uint32_t kLensDecision = 1, kPixelDecision = 2;
 
-/// One coordinate of a pixel near the place `at`.
+/// One coordinate of a pixel near the film position `at`.
 struct Drawn {
   std::int32_t pixel = 0;
-  float weight = 0;  ///< 0: the filter reaches no pixel from there
+  float weight = 0;  ///< 0: no pixel's filter reaches the position
 };
 
-/// The pixel j with probability h(at − j − ½) / Σ, and Σ: so that the mean over draws is each pixel's h.
+/// Draws pixel j with probability h(at − j − ½) / Σ and weights it by Σ, so that its mean is h.
 Drawn draw_pixel(const FilterTable& filter, float at, float u) {
   const auto first = static_cast<std::int32_t>(std::ceil(at - 0.5f - filter.radius()));
   const auto last = static_cast<std::int32_t>(std::floor(at - 0.5f + filter.radius()));
@@ -41,7 +41,7 @@ Drawn draw_pixel(const FilterTable& filter, float at, float u) {
 
 }  // namespace
 
-FilmSplats::FilmSplats(const CompiledScene& scene, std::span<const Deposit> deposits, std::uint32_t seed) {
+FilmSplats::FilmSplats(const CompiledScene& scene, std::span<const Photon> photons, std::uint32_t seed) {
   const int width = scene.film_width(), height = scene.film_height();
   columns_ = (width + kTileSize - 1) / kTileSize;
   rows_ = (height + kTileSize - 1) / kTileSize;
@@ -53,8 +53,8 @@ FilmSplats::FilmSplats(const CompiledScene& scene, std::span<const Deposit> depo
   const V8 forward = broadcast(camera.forward);
   const F8 across = F8(1.0f / glm::dot(camera.right, camera.right));
   std::vector<Splat> unsorted;
-  for (std::size_t begin = 0; begin < deposits.size(); begin += 8) {
-    const M8 lanes = first_lanes(static_cast<int>(deposits.size() - begin));
+  for (std::size_t begin = 0; begin < photons.size(); begin += 8) {
+    const M8 lanes = first_lanes(static_cast<int>(photons.size() - begin));
     const U8 index = U8(static_cast<std::uint32_t>(begin)) + U8::lane_index();
     V8 eye = broadcast(camera.eye);
     F8 focus(1.0f);
@@ -63,7 +63,7 @@ FilmSplats::FilmSplats(const CompiledScene& scene, std::span<const Deposit> depo
       eye = eye + broadcast(camera.lens_x) * disk.u + broadcast(camera.lens_y) * disk.v;
       focus = F8(camera.focus);
     }
-    const V8 way = load_deposits(deposits, index, lanes).point - eye;
+    const V8 way = load_photons(photons, index, lanes).point - eye;
     const F8 depth = dot(way, forward);
     // Where the ray from the lens meets the plane of focus (of a pinhole: at distance 1), seen from the lens' middle.
     const V8 seen = eye + way * (focus / depth) - broadcast(camera.eye);

@@ -4,10 +4,10 @@
 
 namespace lightmill::photons {
 
-/// Radii change by k = per_length times the way at most, so a search from p reaches a deposit at d only where
+/// Radii change by at most k = per_length times the distance. A search from p reaches a photon at d only if
 /// |r(p) − r(d)| < k·r(p): r(p) lies between r(d)/(1 + k) and r(d)/(1 − k). The octaves are no narrower than that.
-MergeMap::MergeMap(std::span<const Deposit> deposits, const MergeRadii& radii) {
-  if (deposits.empty()) {
+MergeMap::MergeMap(std::span<const Photon> photons, const MergeRadii& radii) {
+  if (photons.empty()) {
     return;
   }
   constexpr float kRounding = 1e-5f, kInfinite = std::numeric_limits<float>::infinity(), kLeastCell = 0x1p-60f;
@@ -19,15 +19,15 @@ MergeMap::MergeMap(std::span<const Deposit> deposits, const MergeRadii& radii) {
     limits_.push_back(limits_.back() * width);
   }
   std::vector<std::vector<std::uint32_t>> filed(limits_.size());
-  for (std::uint32_t number = 0; number < deposits.size(); ++number) {
-    const float radius = radii.at(deposits[number].point);
+  for (std::uint32_t number = 0; number < photons.size(); ++number) {
+    const float radius = radii.at(photons[number].point);
     for (std::size_t i = octave(radius * smaller), last = octave(radius * larger); i <= last; ++i) {
       filed[i].push_back(number);
     }
   }
   for (std::size_t i = 0; i < limits_.size(); ++i) {
     const float cell = 2 * std::min(limits_[i], std::max(radii.most, kLeastCell));
-    octaves_.emplace_back(deposits, filed[i], cell);
+    octaves_.emplace_back(photons, filed[i], cell);
     std::vector<std::uint32_t>().swap(filed[i]);
   }
 }
@@ -45,8 +45,8 @@ void MergeMap::find(const Vec3& p, float radius, std::vector<std::uint32_t>& out
 
 std::uint64_t MergeMap::bytes() const {
   std::uint64_t sum = 0;
-  for (const DepositMap& map : octaves_) {
-    sum += sizeof(DepositMap) + map.bytes();
+  for (const PhotonMap& map : octaves_) {
+    sum += sizeof(PhotonMap) + map.bytes();
   }
   return sum;
 }

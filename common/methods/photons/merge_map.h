@@ -1,25 +1,42 @@
-// Finds the deposits that are to be merged with a point: a grid for each octave of merging radii.
+// Merge map: finds the light vertices to merge with a point, by a photon map for each octave of merging radii.
 #pragma once
 
+#include <algorithm>
 #include <span>
 #include <vector>
 
-#include "common/methods/photons/deposit_map.h"
-#include "common/methods/photons/merge_radii.h"
+#include "common/math/transcendental.h"
+#include "common/methods/photons/photon_map.h"
 
 namespace lightmill::photons {
 
-/// Merging radii differ a thousandfold over a scene. So that a search looks through eight cells at most, none of them
-/// much wider than what it asks for, a deposit is filed in the grid of each octave from which a search can reach it:
-/// one, or two. Where radii change so fast from place to place that there would be more, octaves are wider. Immutable
-/// once built; what it finds, and in which order, is a function of the deposits and the radii alone.
+/// Merging radii: how near a light vertex and a camera vertex are merged. The radius grows with the distance from the
+/// camera, between limits. Lengths are those of the scene's frame.
+struct MergeRadii {
+  Vec3 eye{0};
+  float per_length = 0, least = 0, most = 0;
+  F8 at(const V8& p) const {
+    return min(max(sqrt(length_squared(p - broadcast(eye))) * F8(per_length), F8(least)), F8(most));
+  }
+  float at(const Vec3& p) const { return std::clamp(glm::length(p - eye) * per_length, least, most); }
+  /// The merging factor η of this many light paths.
+  F8 factor(const V8& p, std::uint32_t light_paths) const {
+    const F8 radius = at(p);
+    return radius * radius * F8(kPi * static_cast<float>(light_paths));
+  }
+};
+
+/// Merging radii differ a thousandfold over a scene. A photon is filed in the map of each octave whose searches can
+/// reach it: one or two. A search then looks through eight cells at most, which are not much wider than its radius.
+/// Where radii change fast with position, octaves are wider. Immutable. What it finds, and in which order, depends on
+/// the photons and the radii alone.
 class MergeMap {
  public:
   MergeMap() = default;
-  MergeMap(std::span<const Deposit> deposits, const MergeRadii& radii);
+  MergeMap(std::span<const Photon> photons, const MergeRadii& radii);
 
   bool empty() const { return octaves_.empty(); }
-  /// Appends the numbers of the deposits that are nearer than the merging radius, which is that at `p`.
+  /// Appends the numbers of the photons nearer to `p` than `radius`, the merging radius at `p`.
   void find(const Vec3& p, float radius, std::vector<std::uint32_t>& out) const;
   std::uint64_t bytes() const;
 
@@ -27,7 +44,7 @@ class MergeMap {
   std::size_t octave(float radius) const;
 
   std::vector<float> limits_;  ///< by octave: its largest radius
-  std::vector<DepositMap> octaves_;
+  std::vector<PhotonMap> octaves_;
 };
 
 }  // namespace lightmill::photons

@@ -1,4 +1,10 @@
-#include "common/methods/photons/photon_dots.h"
+// `photon-dots`: the photon map as points on the film.
+//
+// Shows one pass of photons, the same in every sample: all photons of `ppm`, or with `caustic` those of that method. A
+// stored photon that the camera sees directly adds its power to one pixel, over the mean power of photons as they
+// start: a white photon that has lost nothing is 1. Nothing else is shown: no lights, and nothing in or through mirrors
+// and glass.
+#include "common/methods/factories.h"
 
 #include "common/methods/camera_method.h"
 #include "common/methods/photons/seen_splats.h"
@@ -8,26 +14,25 @@ namespace {
 
 class DotShader {
  public:
-  DotShader(const CompiledScene& scene, const MethodSettings& settings, const MethodSpec& spec)
-      : scene_(&scene),
-        light_side_(std::make_shared<const photons::LightSide>(
-            scene,
-            photons::LightSideSettings{settings.seed, settings.max_bounces == 0 ? kMaxBounces : settings.max_bounces,
-                                       spec.photons.value_or(0), 0,
-                                       spec.caustic ? photons::Followed::caustics : photons::Followed::all_light})) {}
+  DotShader(const CompiledScene& scene, const MethodSettings& settings, const MethodSpec& spec) : scene_(&scene) {
+    photons::PhotonPassSettings pass = photons::pass_settings(
+        settings, spec, spec.caustic ? photons::PhotonKind::caustic : photons::PhotonKind::global);
+    pass.splats = true;
+    passes_ = std::make_shared<const photons::PhotonPasses>(scene, pass);
+  }
 
   V8 shade(const CameraHit8& /*at*/, RenderCounters& /*counters*/) const { return {}; }
 
   void add(const PixelRect& tile, float* planes, Workspace& workspace) const {
-    const auto pass = light_side_->pass(0, 1, workspace);
-    if (pass == nullptr || pass->deposits.empty()) {
+    const auto pass = passes_->pass(0, 1, workspace);
+    if (pass == nullptr || pass->photons.empty()) {
       return;
     }
     const F8 per_power(1 / pass->photon_power);
     const std::size_t pixels = static_cast<std::size_t>(tile.pixel_count());
     std::vector<const photons::Splat*> splats;
     photons::for_each_seen(*scene_, *pass, tile, splats, workspace.counters, [&](const photons::SeenSplat8& splat) {
-      const VectorLanes colors(splat.deposit.power * splat.arrival.transmittance * per_power);
+      const VectorLanes colors(splat.photon.power * splat.arrival.transmittance * per_power);
       alignas(32) std::uint32_t pixel[8];
       splat.pixel.store(pixel);
       for (auto bits = static_cast<unsigned>(splat.lanes.bits()); bits != 0; bits &= bits - 1) {
@@ -41,13 +46,13 @@ class DotShader {
 
  private:
   const CompiledScene* scene_;
-  std::shared_ptr<const photons::LightSide> light_side_;
+  std::shared_ptr<const photons::PhotonPasses> passes_;
 };
 
 }  // namespace
 
-std::unique_ptr<Method> make_photon_dots_method(std::shared_ptr<const CompiledScene> scene,
-                                                const MethodSettings& settings, const MethodSpec& spec) {
+std::unique_ptr<Method> make_photon_dots_method(ScenePointer scene, const MethodSettings& settings,
+                                                const MethodSpec& spec) {
   DotShader shader(*scene, settings, spec);
   return make_camera_method(std::move(scene), settings, std::move(shader));
 }

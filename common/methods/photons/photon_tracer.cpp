@@ -1,38 +1,64 @@
 #include "common/methods/photons/photon_tracer.h"
 
-#include "common/methods/path/sample_plan.h"
-#include "common/methods/photons/photon_queue.h"
 #include "common/methods/surface_bsdf.h"
-#include "common/methods/travel.h"
-#include "common/methods/vcm/light_densities.h"
-#include "common/methods/vcm/pdf_back.h"
+#include "common/methods/tracer/lane_queue.h"
+#include "common/methods/tracer/sample_plan.h"
+#include "common/methods/transmittance.h"
+#include "common/methods/vcm/densities.h"
 #include "common/scene/compiled/eye_media.h"
 
 namespace lightmill::photons {
 namespace {
 
-using path::bsdf_decision;
-using path::choice_decision;
-using path::decide;
-using path::light_decision;
+using tracer::bsdf_decision;
+using tracer::choice_decision;
+using tracer::decide;
+using tracer::light_decision;
 
 constexpr std::uint32_t kBatchPhotons = 1024;  ///< in flight
 
-class Tracer {
+/// Eight photons that wait for their next ray.
+struct PhotonPath8 {
+  V8 origin, direction;
+  V8 power;
+  F8 scale;  ///< 1 / the largest component of the power that it began with: Russian roulette decides by power times
+             ///< this
+  U8 index;  ///< its number in the pass
+  U8 tag;    ///< Photon::tag, with the scatterings so far
+  U8 met;    ///< kNothing, kCasters or kReceivers
+  Media8 media;
+};
+/// The same of light paths, with what weights need.
+struct LightPathPayload {
+  vcm::Partial8 partial;  ///< before the first surface, vcm is the density of emission
+  U8 light;               ///< that it started at
+  F8 cosine;              ///< to that light's surface
+};
+struct LightPath8 : LightPathPayload, PhotonPath8 {};
+
+/// What a photon has met since it started: nothing, casters alone, or another surface too.
+constexpr std::uint32_t kNothing = 0, kCasters = 1, kReceivers = 2;
+
+template <class Path>
+class PhotonTracer {
  public:
-  Tracer(const CompiledScene& scene, const PhotonSource& source, const PassPlan& plan, RenderCounters& counters)
-      : scene_(scene), source_(source), plan_(plan), counters_(counters), now_(kBatchPhotons), next_(kBatchPhotons) {
+  static constexpr bool kLightPaths = std::is_same_v<Path, LightPath8>;
+
+  PhotonTracer(const CompiledScene& scene, const PhotonSource& source, const PassPlan& plan, RenderCounters& counters)
+      : scene_(scene), source_(source), plan_(plan), counters_(counters) {
+    now_.reserve(kBatchPhotons);
+    next_.reserve(kBatchPhotons);
     out_.meters.resize(scene.meters().size());
   }
 
   Traced run(const std::stop_token& stop) {
     for (std::uint32_t first = 0; first < plan_.photons && !stop.stop_requested(); first += kBatchPhotons) {
-      start(first, std::min(first + kBatchPhotons, plan_.photons));
+      emit(first, std::min(first + kBatchPhotons, plan_.photons));
       // Decisions of the start are those of vertex 0.
       for (std::uint32_t vertex = 1; now_.size() > 0 && !stop.stop_requested(); ++vertex) {
         next_.clear();
         for (int i = 0; i < now_.size(); i += 8) {
-          step(now_.load(i), first_lanes(now_.size() - i), vertex);
+          trace_segment(now_.load(i), first_lanes(now_.size() - i), vertex);
         }
         std::swap(now_, next_);
       }
@@ -41,9 +67,10 @@ class Tracer {
   }
 
  private:
-  void start(std::uint32_t first, std::uint32_t last) {
+  void emit(std::uint32_t first, std::uint32_t last) {
     now_.clear();
     const U8 seed(plan_.seed);
+    const F8 photons(static_cast<float>(plan_.photons));
     for (std::uint32_t i = first; i < last; i += 8) {
       const U8 index = U8(i) + U8::lane_index();
       const PhotonEmission::Photon8 p =
@@ -56,85 +83,88 @@ class Tracer {
         out_.power += Vec3d(powers[std::countr_zero(bits)]) * (1.0 / plan_.photons);
         ++out_.started;
       }
-      Media8 media;
-      if (!source_.media_low.empty()) {
-        media = {gather(source_.media_low.data(), p.light, lanes), gather(source_.media_high.data(), p.light, lanes)};
-      }
       const M8 sampled = lanes & signed_less(p.light, U8(static_cast<std::uint32_t>(scene_.lights().size())));
       const U8 group = select(sampled, scene_.lights().group(p.light, sampled), U8(scene_.environment_group()));
-      const U8 tag = group << kTagGroupShift;
-      vcm::Partial8 partial{F8(0.0f), F8(0.0f)};
-      if (connects()) {
-        partial.vcm = source_.emission.pdf(p.light, p.origin, p.direction, p.cosine, lanes);
-        lanes = lanes & (partial.vcm > F8(0.0f));  // what rounding has put off the disc of a distant light
+      Path path;
+      static_cast<PhotonPath8&>(path) = {
+          p.origin,          p.direction, p.power * F8(1.0f / static_cast<float>(plan_.photons)),
+          photons / largest, index,       group << kTagGroupShift,
+          U8(kNothing),      {}};
+      if (!source_.media_low.empty()) {
+        path.media = {gather(source_.media_low.data(), p.light, lanes),
+                      gather(source_.media_high.data(), p.light, lanes)};
       }
-      now_.push(lanes, {p.origin, p.direction, p.power * F8(1.0f / static_cast<float>(plan_.photons)),
-                        F8(static_cast<float>(plan_.photons)) / largest, index, tag, U8(0u), media, partial, p.light,
-                        p.cosine});
+      if constexpr (kLightPaths) {
+        path.partial.vcm = source_.emission.pdf(p.light, p.origin, p.direction, p.cosine, lanes);
+        path.light = p.light;
+        path.cosine = p.cosine;
+        lanes = lanes & (path.partial.vcm > F8(0.0f));  // what rounding has put off the disc of a distant light
+      }
+      now_.push(lanes, path);
     }
   }
 
-  void step(Photon8 photon, M8 lanes, std::uint32_t vertex) {
+  /// Photons at surfaces.
+  struct Vertex8 {
+    const Path& photon;
+    const Arrival8& arrival;
+    const Surface8& surface;
+    V8 facing;     ///< the geometric normal on the ray's side
+    Frame8 frame;  ///< around the shading normal on the ray's side
+    std::uint32_t number;
+    M8 casters;
+    // Of light paths.
+    vcm::Partial8 partial = {};  ///< as it arrives
+    F8 merging = F8(0.0f);
+  };
+
+  void trace_segment(Path photon, M8 lanes, std::uint32_t number) {
     const Ray8 rays{photon.origin, photon.direction, F8(std::numeric_limits<float>::infinity())};
-    const Arrival8 arrival = travel(scene_, lanes, rays, photon.media, kNoGeometry, counters_);
+    const Arrival8 arrival = trace_transmittance(scene_, lanes, rays, photon.media, kNoGeometry, counters_);
     const Surface8 surface = scene_.surface(arrival.rays, arrival.hits);
+    // Of caustics, camera paths find the light that has met nothing yet.
+    const M8 counted = plan_.kind == PhotonKind::caustic ? and_not(lanes, photon.met == U8(kNothing)) : lanes;
     if (!out_.meters.empty()) {
-      const F8 way = select(arrival.hits.hit, dot(surface.point - photon.origin, photon.direction), rays.max_distance);
-      cross_meters(photon, and_not(lanes, others_light(photon)), way, vertex);
+      const F8 length =
+          select(arrival.hits.hit, dot(surface.point - photon.origin, photon.direction), rays.max_distance);
+      cross_meters(photon, counted, length, number);
     }
-    if (vertex > plan_.max_bounces) {
+    if (number > plan_.max_bounces) {
       return;
     }
     const M8 casters = scene_.materials().casters(surface.material, arrival.hits.hit);
-    const M8 stays = and_not(and_not(arrival.hits.hit, casters), others_light(photon));
-    if ((casters | stays).none()) {
+    const M8 scattered = casters | (arrival.hits.hit & counted);
+    if (scattered.none()) {
       return;
     }
     photon.power = photon.power * arrival.transmittance;
     photon.tag = photon.tag + U8(1u);
     photon.media = arrival.media;
-    const Place place{photon,
-                      arrival,
-                      surface,
-                      select(surface.front, surface.geometric_normal, -surface.geometric_normal),
-                      Frame8(select(surface.front, surface.shading_normal, -surface.shading_normal)),
-                      vertex,
-                      connects() ? arrived(photon, surface.point, surface.geometric_normal, arrival.hits.hit, vertex)
-                                 : photon.partial,
-                      connects() ? plan_.merging.factor(surface.point, plan_.photons) : F8(0.0f)};
-    const V8 wo = place.frame.to_local(-photon.direction);
-    for_each_kind(scene_.materials(), surface, casters | stays, [&](MaterialKind kind, M8 of_kind) {
+    Vertex8 vertex{photon,
+                   arrival,
+                   surface,
+                   select(surface.front, surface.geometric_normal, -surface.geometric_normal),
+                   Frame8(select(surface.front, surface.shading_normal, -surface.shading_normal)),
+                   number,
+                   casters};
+    if constexpr (kLightPaths) {
+      vertex.partial = arrive(photon, surface.point, surface.geometric_normal, arrival.hits.hit, number);
+      vertex.merging = plan_.merging.factor(surface.point, plan_.photons);
+    }
+    const V8 wo = vertex.frame.to_local(-photon.direction);
+    for_each_kind(scene_.materials(), surface, scattered, [&](MaterialKind kind, M8 of_kind) {
       visit_bsdf(scene_, kind, surface, arrival.crossing, wo, of_kind, [&](const auto& bsdf, M8 there) {
         if constexpr (!std::is_same_v<std::remove_cvref_t<decltype(bsdf)>, HoldoutSurface>) {
-          scatter(place, bsdf, wo, casters, there);
+          scatter(vertex, bsdf, wo, there);
         }
       });
     });
   }
 
-  /// Of caustics alone, those that have met nothing yet are what others find.
-  M8 others_light(const Photon8& photon) const {
-    return plan_.followed == Followed::caustics ? photon.met == U8(0u) : M8();
-  }
-
-  struct Place {
-    const Photon8& photon;
-    const Arrival8& arrival;
-    const Surface8& surface;
-    V8 facing;     ///< the geometric normal on the ray's side
-    Frame8 frame;  ///< around the shading normal on the ray's side
-    std::uint32_t vertex;
-    vcm::Partial8 partial;  ///< as it arrives
-    F8 merging;
-  };
-
-  bool connects() const { return plan_.followed == Followed::paths; }
-
-  /// The partial sums of photons that arrive at a point.
-  vcm::Partial8 arrived(const Photon8& photon, const V8& point, const V8& normal, M8 lanes,
-                        std::uint32_t vertex) const {
+  /// The partial sums of light paths that arrive at a point.
+  vcm::Partial8 arrive(const Path& photon, const V8& point, const V8& normal, M8 lanes, std::uint32_t number) const {
     const F8 cosine = max(abs(dot(photon.direction, normal)), F8(1e-8f));
-    if (vertex > 1) {
+    if (number > 1) {
       return vcm::arrive(photon.partial, length_squared(point - photon.origin), cosine);
     }
     vcm::LightDensities8 light = vcm::light_densities(scene_, source_.emission, photon.light, point, photon.origin,
@@ -144,85 +174,76 @@ class Tracer {
   }
 
   template <class Bsdf>
-  void scatter(const Place& place, const Bsdf& bsdf, const V8& wo, M8 casters, M8 lanes) {
+  void scatter(const Vertex8& vertex, const Bsdf& bsdf, const V8& wo, M8 lanes) {
+    const Path& in = vertex.photon;
+    Path out = in;
     const U8 seed(plan_.seed);
-    const Photon8& in = place.photon;
     BsdfSample8 s;
     if constexpr (requires { bsdf.eval(wo, wo); }) {
-      if (const M8 stays = connects() ? lanes : and_not(lanes, casters); stays.any()) {
-        deposit(place, stays);
+      if (const M8 stored = kLightPaths ? lanes : and_not(lanes, vertex.casters); stored.any()) {
+        store(vertex, stored);
       }
-      F8 choice(0.0f);
-      if constexpr (Bsdf::kHasLobes) {
-        choice = decide(in.index, seed, place.vertex, choice_decision(place.vertex)).v;
-      }
-      s = bsdf.sample(wo, decide(in.index, seed, place.vertex, bsdf_decision(place.vertex)), choice);
+      s = tracer::draw_direction(bsdf, wo, in.index, seed, vertex.number);
     } else if constexpr (requires { bsdf.sample(wo); }) {
       s = bsdf.sample(wo);
     } else {
-      s = bsdf.sample(wo, decide(in.index, seed, place.vertex, bsdf_decision(place.vertex)).u);
+      s = bsdf.sample(wo, decide(in.index, seed, vertex.number, bsdf_decision(vertex.number)).u);
     }
-    vcm::Partial8 partial{F8(0.0f), F8(0.0f)};
-    if (connects()) {
-      const F8 cosine = abs(dot(place.frame.to_world(s.wi), place.facing));
-      partial = vcm::scatter_delta(place.partial, cosine);
+    if constexpr (kLightPaths) {
+      const F8 cosine = abs(dot(vertex.frame.to_world(s.wi), vertex.facing));
+      out.partial = vcm::scatter_delta(vertex.partial, cosine);
       if constexpr (requires { bsdf.eval(wo, wo); }) {
-        const F8 back = vcm::pdf_back(scene_, place.surface, place.arrival.crossing, bsdf, wo, s.wi, lanes);
-        partial = vcm::select(s.pdf_solid_angle > F8(0.0f),
-                              vcm::scatter(place.partial, place.merging, cosine, s.pdf_solid_angle, back), partial);
+        const F8 back = vcm::reverse_pdf(scene_, vertex.surface, vertex.arrival.crossing, bsdf, wo, s.wi, lanes);
+        out.partial =
+            vcm::select(s.pdf_solid_angle > F8(0.0f),
+                        vcm::scatter(vertex.partial, vertex.merging, cosine, s.pdf_solid_angle, back), out.partial);
       }
     }
-    go_on(place, s, wo, casters, partial, lanes);
+    continue_path(vertex, s, wo, out, lanes);
   }
 
   /// Light as particles: refraction does not thin it out, as it does radiance (eta²), and shading normals count by the
-  /// other direction: Veach 1997, 5.2.2 and 5.3.2.
-  void go_on(const Place& place, const BsdfSample8& s, const V8& wo, M8 casters, const vcm::Partial8& partial,
-             M8 lanes) {
-    const F8 offset = place.surface.offset;
-    Photon8 out = place.photon;
-    out.partial = partial;
-    out.direction = place.frame.to_world(s.wi);
-    out.origin = place.surface.point + place.facing * select(s.transmitted, -offset, offset);
-    const F8 side = dot(out.direction, place.facing);
+  /// other direction: Veach 1997, 5.2.2 and 5.3.2. Russian roulette follows.
+  void continue_path(const Vertex8& vertex, const BsdfSample8& s, const V8& wo, Path& out, M8 lanes) {
+    const F8 from = abs(dot(out.direction, vertex.facing)) * abs(s.wi.z);
+    const F8 offset = vertex.surface.offset;
+    out.direction = vertex.frame.to_world(s.wi);
+    out.origin = vertex.surface.point + vertex.facing * select(s.transmitted, -offset, offset);
+    const F8 side = dot(out.direction, vertex.facing);
     lanes = and_not(lanes, select(s.transmitted, side > F8(0.0f), side < F8(0.0f)));
-    const F8 from = abs(dot(place.photon.direction, place.facing)) * abs(s.wi.z);
     const F8 normals = select(from > F8(0.0f), wo.z * abs(side) / from, F8(0.0f));
     out.power = out.power * s.weight * (s.eta * s.eta * normals);
     const F8 survival = max_component(out.power) * out.scale;
     const M8 at_risk = survival < F8(1.0f);
-    const F8 u = hashed_number(out.index, path_seed(choice_decision(place.vertex)));
+    const F8 u = hashed_number(out.index, decision_seed(U8(plan_.seed), choice_decision(vertex.number)));
     lanes = and_not(lanes & (survival > F8(0.0f)), at_risk & (u >= survival));
     out.power = out.power * select(at_risk, F8(1.0f) / survival, F8(1.0f));
     if (scene_.features().media) {
-      out.media = select(s.transmitted, place.arrival.crossing.beyond, out.media);
+      out.media = select(s.transmitted, vertex.arrival.crossing.beyond, out.media);
     }
-    out.met = select(casters, select(out.met == U8(0u), U8(1u), out.met), U8(2u));
+    out.met = select(vertex.casters, select(out.met == U8(kNothing), U8(kCasters), out.met), U8(kReceivers));
     if (lanes.any()) {
       next_.push(lanes, out);
     }
   }
 
-  U8 path_seed(std::uint32_t decision) const { return decision_seed(U8(plan_.seed), decision); }
-
-  void deposit(const Place& place, M8 lanes) {
-    const VectorLanes point(place.surface.point), wi(-place.photon.direction), power(place.photon.power),
-        normal(place.surface.geometric_normal);
-    alignas(32) std::uint32_t geometry[8], primitive[8], tag[8], met[8];
-    place.arrival.hits.geometry.store(geometry);
-    place.arrival.hits.primitive.store(primitive);
-    place.photon.tag.store(tag);
-    place.photon.met.store(met);
+  void store(const Vertex8& vertex, M8 lanes) {
+    const VectorLanes point(vertex.surface.point), wi(-vertex.photon.direction), power(vertex.photon.power),
+        normal(vertex.surface.geometric_normal);
+    alignas(32) std::uint32_t geometry[8], primitive[8], tag[8], met[8], index[8];
+    vertex.arrival.hits.geometry.store(geometry);
+    vertex.arrival.hits.primitive.store(primitive);
+    vertex.photon.tag.store(tag);
+    vertex.photon.met.store(met);
+    vertex.photon.index.store(index);
     alignas(32) float d_vcm[8], d_vc[8];
-    alignas(32) std::uint32_t index[8];
-    place.partial.vcm.store(d_vcm);
-    place.partial.vc.store(d_vc);
-    place.photon.index.store(index);
+    vertex.partial.vcm.store(d_vcm);
+    vertex.partial.vc.store(d_vc);
     for (auto bits = static_cast<unsigned>(lanes.bits()); bits != 0; bits &= bits - 1) {
       const int i = std::countr_zero(bits);
-      out_.deposits.push_back(
-          {point[i], wi[i], power[i], normal[i], geometry[i], primitive[i], tag[i], met[i] < 2 ? 1u : 0u});
-      if (connects()) {
+      const std::uint32_t first = met[i] == kReceivers ? 0 : 1;
+      out_.photons.push_back({point[i], wi[i], power[i], normal[i], geometry[i], primitive[i], tag[i], first});
+      if constexpr (kLightPaths) {
         out_.d_vcm.push_back(d_vcm[i]);
         out_.d_vc.push_back(d_vc[i]);
         out_.path.push_back(index[i]);
@@ -230,16 +251,16 @@ class Tracer {
     }
   }
 
-  void cross_meters(const Photon8& photon, M8 lanes, F8 way, std::uint32_t vertex) {
+  void cross_meters(const Path& photon, M8 lanes, F8 length, std::uint32_t number) {
     for (std::size_t m = 0; lanes.any() && m < out_.meters.size(); ++m) {
       if (!scene_.meters()[m].looks) {
-        cross_meter(scene_.meters()[m], out_.meters[m], photon, lanes, way, vertex);
+        cross_meter(scene_.meters()[m], out_.meters[m], photon, lanes, length, number);
       }
     }
   }
 
-  void cross_meter(const MeterPlace& meter, std::vector<MeterHit>& hits, const Photon8& photon, M8 lanes, F8 way,
-                   std::uint32_t vertex) {
+  void cross_meter(const MeterPlace& meter, std::vector<MeterHit>& hits, const Path& photon, M8 lanes, F8 length,
+                   std::uint32_t number) {
     const V8 normal = broadcast(meter.direction);
     const V8 corner = broadcast(meter.corner) + normal * surface_offset(normal, broadcast(meter.magnitude));
     const F8 cosine = -dot(photon.direction, normal);
@@ -257,19 +278,20 @@ class Tracer {
       const F8 a = dot(cross(q, edge2), normal) / area, b = dot(cross(edge1, q), normal) / area;
       inside = (a >= F8(0.0f)) & (a < F8(1.0f)) & (b >= F8(0.0f)) & (b < F8(1.0f));
     }
-    lanes = lanes & inside & (cosine > F8(0.0f)) & (at > F8(0.0f)) & (at < way);
+    lanes = lanes & inside & (cosine > F8(0.0f)) & (at > F8(0.0f)) & (at < length);
     if (lanes.none()) {
       return;
     }
     V8 power = photon.power;
     if (scene_.features().media) {
-      power = power * travel(scene_, lanes, {photon.origin, photon.direction, at}, photon.media, kNoGeometry, counters_)
+      power = power * trace_transmittance(scene_, lanes, {photon.origin, photon.direction, at}, photon.media,
+                                          kNoGeometry, counters_)
                           .transmittance;
     }
     constexpr std::uint32_t kPixels = kTileSize * kTileSize;
-    if (connects()) {
-      // The meter's own paths start there by the cosine, one a pixel; merging is what a photon does by crossing it.
-      const vcm::Partial8 light = arrived(photon, photon.origin + photon.direction * at, normal, lanes, vertex);
+    if constexpr (kLightPaths) {
+      // The meter's own paths start there by the cosine, one a pixel. A photon that crosses it is merged.
+      const vcm::Partial8 light = arrive(photon, photon.origin + photon.direction * at, normal, lanes, number);
       const F8 merging = area * F8(static_cast<float>(plan_.photons) / kPixels);
       power = power * vcm::merged({F8(0.0f), F8(0.0f)}, light, merging, cosine * F8(kInvPi), F8(0.0f));
     }
@@ -287,7 +309,7 @@ class Tracer {
   const PhotonSource& source_;
   const PassPlan& plan_;
   RenderCounters& counters_;
-  PhotonQueue now_, next_;
+  LaneQueue<Path> now_, next_;
   Traced out_;
 };
 
@@ -310,10 +332,10 @@ void add_media(const CompiledScene& scene, const Lights& lights, double off, Pho
 
 }  // namespace
 
-PhotonSource photon_source(const CompiledScene& scene, Followed followed) {
+PhotonSource photon_source(const CompiledScene& scene, PhotonKind kind) {
   const CausticPlaces& places = scene.caustic_places();
   const LightTable& lights = scene.lights();
-  const bool all = followed != Followed::caustics;
+  const bool all = kind != PhotonKind::caustic;
   BoundingSphere everything = places.scene;
   if (!places.planes.empty()) {
     everything.radius = std::numeric_limits<double>::infinity();
@@ -336,7 +358,8 @@ PhotonSource photon_source(const CompiledScene& scene, Followed followed) {
 
 Traced trace_photons(const CompiledScene& scene, const PhotonSource& source, const PassPlan& plan,
                      RenderCounters& counters, const std::stop_token& stop) {
-  return Tracer(scene, source, plan, counters).run(stop);
+  return plan.kind == PhotonKind::light_path ? PhotonTracer<LightPath8>(scene, source, plan, counters).run(stop)
+                                             : PhotonTracer<PhotonPath8>(scene, source, plan, counters).run(stop);
 }
 
 }  // namespace lightmill::photons

@@ -1,4 +1,5 @@
-#include "common/methods/preview/preview_method.h"
+// `preview`: the reflectance and the emission of what the camera sees first, without any light transport.
+#include "common/methods/factories.h"
 
 #include "common/methods/camera_method.h"
 
@@ -28,8 +29,7 @@ struct PreviewShader {
 
 }  // namespace
 
-std::unique_ptr<Method> make_preview_method(std::shared_ptr<const CompiledScene> scene,
-                                            const MethodSettings& settings) {
+std::unique_ptr<Method> make_preview_method(ScenePointer scene, const MethodSettings& settings) {
   const PreviewShader shader{scene.get()};
   return make_camera_method(std::move(scene), settings, shader);
 }

@@ -176,7 +176,8 @@ V8 LocalShading::arriving(M8 lanes, const V8& origin, const V8& way, const Media
     return white(and_not(lanes, scene_->accel().occluded(lanes, {origin, way, F8(1.0f)})));
   }
   const F8 length = sqrt(length_squared(way));
-  const Arrival8 arrival = travel(*scene_, lanes, {origin, way * (F8(1.0f) / length), length}, media, object, counters);
+  const Arrival8 arrival =
+      trace_transmittance(*scene_, lanes, {origin, way * (F8(1.0f) / length), length}, media, object, counters);
   return white(and_not(lanes, arrival.hits.hit)) * arrival.transmittance;
 }
 

@@ -9,7 +9,7 @@
 // (materials/bsdf.h) to tell.
 #pragma once
 
-#include "common/methods/travel.h"
+#include "common/methods/transmittance.h"
 
 namespace lightmill {
 

@@ -1,4 +1,8 @@
-#include "common/methods/raycast/raycast_method.h"
+// `raycast`: the light of all lights that the surface seen first scatters (local_shading.h), and what it emits.
+//
+// No light goes on from there: mirrors and smooth glass are black. Nothing is random but the position in the pixel (and
+// on the lens).
+#include "common/methods/factories.h"
 
 #include "common/methods/camera_method.h"
 #include "common/methods/raycast/local_shading.h"
@@ -23,7 +27,7 @@ struct RaycastShader {
 
 }  // namespace
 
-std::unique_ptr<Method> make_raycast_method(std::shared_ptr<const CompiledScene> scene, const MethodSettings& settings,
+std::unique_ptr<Method> make_raycast_method(ScenePointer scene, const MethodSettings& settings,
                                             const MethodSpec& spec) {
   const RaycastShader shader{LocalShading(*scene, spec.flat)};
   return make_camera_method(std::move(scene), settings, shader, spec.flat);

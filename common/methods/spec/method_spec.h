@@ -64,6 +64,10 @@ std::uint32_t level_at_a_time(const MethodSpec& method, std::uint32_t level);
 /// Where no limit is asked for, a path of `path` still ends after so many scatterings (a closed room of albedo 1 has no
 /// other end).
 inline constexpr std::uint32_t kMaxBounces = 1000;
+/// The limit that `max_bounces` asks for; 0 stands for this one.
+constexpr std::uint32_t bounce_limit(std::uint32_t max_bounces) {
+  return max_bounces == 0 ? kMaxBounces : max_bounces;
+}
 /// That may be asked for.
 inline constexpr std::uint32_t kMostBounces = 1'000'000;
 

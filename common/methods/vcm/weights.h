@@ -1,14 +1,14 @@
-// How light transport's strategies share a path: the weights of vertex connection and merging.
+// Weights of vertex connection and merging.
 //
 // Georgiev, Křivánek, Davidovič and Slusallek 2012, "Light Transport Simulation with Vertex Connection and Merging";
 // its recursive form is that of Georgiev 2012, "Implementing Vertex Connection and Merging" (technical report). All
 // weights are those of the balance heuristic: a strategy's density over the sum of all. A path may be found
-//   - by a camera path that meets the light (`found_light`),
+//   - by a camera path that hits the light (`found_light`),
 //   - by a camera path whose last vertex is connected to a point drawn on a light (`sampled_light`),
 //   - by connecting any two neighbouring vertices of a camera path and a light path (`connected`),
-//   - by a light path whose last vertex is connected to the eye (`splatted`),
-//   - by merging: a camera path and a light path end at nearly the same place (`merged`).
-// Densities of directions are per solid angle, those of places per area. Roulette is left out of all of them alike.
+//   - by a light path whose last vertex is connected to the camera (`splatted`),
+//   - by merging: a camera path and a light path end at nearly the same point (`merged`).
+// Densities of directions are per solid angle, those of points per area. No density counts Russian roulette.
 //
 // Report, section 5: with one merging factor at a vertex, η = π r² · light paths, dVM is dVC/η; so only two partial
 // sums are kept of a subpath, and η may differ from vertex to vertex.
@@ -18,8 +18,8 @@
 
 namespace lightmill::vcm {
 
-/// Of a subpath that has arrived at a vertex: dVCM and dVC, over what the last direction is worth there; or, of one on
-/// its way, before its distance is known.
+/// Partial sums dVCM and dVC of a subpath that has arrived at a vertex; or of one whose next vertex is not known yet,
+/// before the factors of distance and cosine.
 struct Partial8 {
   F8 vcm, vc;
 };
@@ -27,7 +27,7 @@ inline Partial8 select(M8 mask, const Partial8& yes, const Partial8& no) {
   return {lightmill::select(mask, yes.vcm, no.vcm), lightmill::select(mask, yes.vc, no.vc)};
 }
 
-/// What is known of a light from a point that it shines on.
+/// Densities of a light, as seen from a point that it lights.
 struct LightDensities8 {
   F8 emission;  ///< of photons starting there in that direction: per area (of a surface, or across light from
                 ///< infinitely far; of points 1) and solid angle (of suns 1)
@@ -37,34 +37,34 @@ struct LightDensities8 {
   M8 delta;     ///< no ray finds it
 };
 
-/// Light paths' start: at the first surface, which they meet at this cosine.
+/// A light path arrives at its first surface, at this cosine.
 inline Partial8 first_arrival(const LightDensities8& light, F8 cosine) {
   const F8 per_emission = F8(1.0f) / (light.emission * cosine);
   return {light.drawn * light.cosine * per_emission, masked(~light.delta, light.cosine * per_emission)};
 }
 
-/// Camera paths' start. `pdf_solid_angle`: of their first direction, one path a pixel.
+/// A camera path starts. `pdf_solid_angle`: of its first direction, one path a pixel.
 inline Partial8 camera_start(F8 pdf_solid_angle, float light_paths) {
   return {F8(light_paths) / pdf_solid_angle, F8(0.0f)};
 }
 
-/// On the way over `distance2`, squared, to a surface that it meets at this cosine.
+/// A subpath arrives at a surface after `distance2` (squared), at this cosine.
 inline Partial8 arrive(const Partial8& p, F8 distance2, F8 cosine) {
   const F8 per_cosine = F8(1.0f) / cosine;
   return {p.vcm * distance2 * per_cosine, p.vc * per_cosine};
 }
 
-/// What the partial sums and merging at the vertex make of the density of coming back from where a path goes on.
+/// Sum of the strategies behind a vertex. `pdf_back`: of the reverse direction, from where the path continues.
 inline F8 behind(const Partial8& arrived, F8 merging, F8 pdf_back) {
   return merging + arrived.vcm + arrived.vc * pdf_back;
 }
 
-/// Goes on in a direction at this cosine, drawn with pdf; from there it would be drawn back with pdf_back.
+/// A subpath is scattered at this cosine, with density `pdf`; `pdf_back` is that of the reverse direction.
 inline Partial8 scatter(const Partial8& arrived, F8 merging, F8 cosine, F8 pdf, F8 pdf_back) {
   const F8 per_pdf = F8(1.0f) / pdf;
   return {per_pdf, cosine * per_pdf * behind(arrived, merging, pdf_back)};
 }
-/// The same in the one direction that a smooth surface sends it, whichever way it comes.
+/// The same by a delta BSDF.
 inline Partial8 scatter_delta(const Partial8& arrived, F8 cosine) {
   return {F8(0.0f), cosine * arrived.vc};
 }
@@ -73,13 +73,13 @@ inline F8 weight_of(F8 others) {
   return F8(1.0f) / (F8(1.0f) + others);
 }
 
-/// A camera path on its way has met a light, that next-event estimation would have drawn from the vertex before.
+/// A camera path has hit a light that next-event estimation samples.
 inline F8 found_light(const Partial8& on_way, const LightDensities8& light) {
   return weight_of(light.drawn * on_way.vcm + light.emission * on_way.vc / light.cosine);
 }
 
-/// A point drawn on a light is connected to a camera path's vertex, which would have drawn this direction with `pdf`.
-/// The light is at `cosine` to the vertex's surface.
+/// A sampled point of a light is connected to a camera path's vertex, at `cosine` to its surface. `pdf`: of the BSDF in
+/// this direction.
 inline F8 sampled_light(const Partial8& arrived, F8 merging, F8 cosine, F8 pdf, F8 pdf_back,
                         const LightDensities8& light) {
   const F8 by_chance = masked(~light.delta, pdf / light.drawn);
@@ -87,21 +87,22 @@ inline F8 sampled_light(const Partial8& arrived, F8 merging, F8 cosine, F8 pdf, 
   return weight_of(by_chance + by_light * behind(arrived, merging, pdf_back));
 }
 
-/// `camera`, `light`: `behind` of either vertex, for directions drawn towards the other with these densities; at these
-/// cosines to the surfaces.
+/// Two vertices are connected. `camera`, `light`: `behind` of either; densities are of sampling the direction to the
+/// other vertex, cosines are to the surfaces.
 inline F8 connected(F8 camera, F8 camera_pdf, F8 camera_cosine, F8 light, F8 light_pdf, F8 light_cosine, F8 distance2) {
   const F8 per_distance2 = F8(1.0f) / distance2;
   return weight_of(camera_pdf * light_cosine * per_distance2 * light +
                    light_pdf * camera_cosine * per_distance2 * camera);
 }
 
-/// `camera_pdf_area`: of camera paths, one a pixel, meeting the vertex first; `light`: `behind` of it.
+/// A light vertex is connected to the camera. `camera_pdf_area`: of camera rays, one a pixel, at the vertex; `light`:
+/// `behind` of it.
 inline F8 splatted(F8 light, F8 camera_pdf_area, float light_paths) {
   return weight_of(camera_pdf_area * F8(1.0f / light_paths) * light);
 }
 
-/// Both have arrived at one vertex. `pdf`: of the camera path drawing the direction that the light comes from;
-/// `pdf_back`: of the light path drawing that to where the camera path comes from.
+/// Both paths have arrived at one vertex. `pdf`: of the camera path's BSDF in the light path's direction; `pdf_back`:
+/// of the light path's in the camera path's.
 inline F8 merged(const Partial8& camera, const Partial8& light, F8 merging, F8 pdf, F8 pdf_back) {
   return weight_of((light.vcm + light.vc * pdf + camera.vcm + camera.vc * pdf_back) / merging);
 }

@@ -1,4 +1,13 @@
-#include "common/methods/whitted/whitted_method.h"
+// `whitted`: `raycast` seen through mirrors and all that is smooth: metal, glass, gloss, coats. Whitted 1980, "An
+// Improved Illumination Model for Shaded Display".
+//
+// At glass both branches are followed, each weighted by Fresnel's equations, or by the fixed reflectance that `glass=R`
+// asks for (all is reflected beyond the critical angle in either case). A branch ends where it carries less than 1e-5
+// of what it leads to, or after max_bounces reflections and refractions (128 at most); no camera ray has more than 4096
+// branches. Media absorb along all ways; what they scatter is lost, and so is light that surfaces throw onto each
+// other. What stops light casts a hard shadow, glass like anything else. Rough metal, glass, gloss and coats are shaded
+// as in `raycast`, without reflections; where a texture of roughness makes them smooth, they are followed.
+#include "common/methods/factories.h"
 
 #include "common/materials/dielectric.h"
 #include "common/methods/camera_method.h"
@@ -38,7 +47,8 @@ class WhittedShader {
     while (!walk.waiting.empty()) {
       const Branch8 branch = walk.waiting.back();
       walk.waiting.pop_back();
-      const Arrival8 arrival = travel(*scene_, branch.lanes, branch.rays, branch.media, kNoGeometry, counters);
+      const Arrival8 arrival =
+          trace_transmittance(*scene_, branch.lanes, branch.rays, branch.media, kNoGeometry, counters);
       arrive(branch, arrival, scene_->surface(arrival.rays, arrival.hits), walk);
     }
     return walk.sum;
@@ -146,7 +156,7 @@ class WhittedShader {
 
 }  // namespace
 
-std::unique_ptr<Method> make_whitted_method(std::shared_ptr<const CompiledScene> scene, const MethodSettings& settings,
+std::unique_ptr<Method> make_whitted_method(ScenePointer scene, const MethodSettings& settings,
                                             const MethodSpec& spec) {
   WhittedShader shader(*scene, spec, settings.max_bounces);
   return make_camera_method(std::move(scene), settings, std::move(shader), spec.flat);

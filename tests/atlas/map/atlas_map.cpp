@@ -5,7 +5,7 @@
 
 #include "common/base/check.h"
 #include "common/image/read/read_image.h"
-#include "common/methods/photons/light_side.h"
+#include "common/methods/photons/photon_passes.h"
 #include "common/methods/spec/method_spec.h"
 #include "common/planner/method_plan.h"
 #include "tests/bench/measure.h"
@@ -101,7 +101,7 @@ std::string spec_of(const std::string& method, const TestScene& scene, const Atl
   const CompiledScene& compiled = *scene.compiled();
   const double resolved = kOfBlock * std::min(compiled.film_width(), compiled.film_height()) / kBlocks;
   return fmt::format("ppm:radius={:.3g}",
-                     share * std::min(resolved, photons::default_radius(compiled, photons::Followed::all_light)));
+                     share * std::min(resolved, photons::default_radius(compiled, photons::PhotonKind::global)));
 }
 
 /// False where it was stopped.

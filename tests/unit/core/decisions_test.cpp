@@ -3,10 +3,10 @@
 
 #include <set>
 
-#include "common/methods/path/channel.h"
-#include "common/methods/path/sample_plan.h"
+#include "common/methods/tracer/drawn_channel.h"
+#include "common/methods/tracer/sample_plan.h"
 
-namespace lightmill::path {
+namespace lightmill::tracer {
 namespace {
 
 TEST(Decisions, NoTwoOfASampleHaveOneNumber) {
@@ -66,7 +66,7 @@ TEST(DrawnChannel, HasAShare) {
   EXPECT_EQ(drawn(Vec3(0, 0, below_one), last), 4);
   int wrong = 0;
   for (int i = 1; i < 1000; ++i) {
-    // As travel() computes them.
+    // As media compute them.
     const auto x = static_cast<float>(i), y = static_cast<float>(i * 7919 % 1000 + 1);
     const float scale = 1.0f / (x + y);
     wrong += drawn(Vec3(x * scale, y * scale, 0), last) == 4;
@@ -76,4 +76,4 @@ TEST(DrawnChannel, HasAShare) {
 }
 
 }  // namespace
-}  // namespace lightmill::path
+}  // namespace lightmill::tracer

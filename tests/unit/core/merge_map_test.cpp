@@ -1,4 +1,4 @@
-// What the merge map finds is what trying all deposits finds.
+// What the merge map finds is what trying all photons finds.
 #include "common/methods/photons/merge_map.h"
 
 #include <gtest/gtest.h>
@@ -26,10 +26,10 @@ class Points {
   std::mt19937 engine_;
 };
 
-std::vector<std::uint32_t> tried_all(const std::vector<Deposit>& deposits, const Vec3& p, float radius) {
+std::vector<std::uint32_t> tried_all(const std::vector<Photon>& photons, const Vec3& p, float radius) {
   std::vector<std::uint32_t> near;
-  for (std::uint32_t i = 0; i < deposits.size(); ++i) {
-    const Vec3 d = deposits[i].point - p;
+  for (std::uint32_t i = 0; i < photons.size(); ++i) {
+    const Vec3 d = photons[i].point - p;
     if (glm::dot(d, d) < radius * radius) {
       near.push_back(i);
     }
@@ -38,32 +38,32 @@ std::vector<std::uint32_t> tried_all(const std::vector<Deposit>& deposits, const
 }
 
 struct Found {
-  std::size_t deposits = 0, octaves = 0;  ///< found in all; octaves of radii with anything found
+  std::size_t photons = 0, octaves = 0;  ///< found in all; octaves of radii with anything found
 };
 
-/// Compares searches around places near deposits, some just within reach of one.
+/// Compares searches around places near photons, some just within reach of one.
 Found compare(const MergeRadii& radii, std::uint32_t seed) {
-  constexpr int kDeposits = 3000, kSearches = 2000;
+  constexpr int kPhotons = 3000, kSearches = 2000;
   Points points(seed);
-  std::vector<Deposit> deposits(kDeposits);
-  for (std::size_t i = 0; i < kDeposits; ++i) {
-    const Vec3 middle = i % 2 == 0 ? points.anywhere() : deposits[i - 1].point;
-    deposits[i].point = i % 2 == 0 ? middle : middle + points.direction() * (2 * points.number() * radii.at(middle));
+  std::vector<Photon> photons(kPhotons);
+  for (std::size_t i = 0; i < kPhotons; ++i) {
+    const Vec3 middle = i % 2 == 0 ? points.anywhere() : photons[i - 1].point;
+    photons[i].point = i % 2 == 0 ? middle : middle + points.direction() * (2 * points.number() * radii.at(middle));
   }
-  const MergeMap map(deposits, radii);
+  const MergeMap map(photons, radii);
   EXPECT_FALSE(map.empty());
   Found found;
   std::vector<bool> octaves(64);
   for (int i = 0; i < kSearches; ++i) {
-    const Vec3 near = deposits[static_cast<std::size_t>(i) % kDeposits].point;
+    const Vec3 near = photons[static_cast<std::size_t>(i) % kPhotons].point;
     const float reach = i % 3 == 0 ? 0.999f / (1 + radii.per_length) : 1.5f * points.number();
     const Vec3 p = near + points.direction() * (reach * radii.at(near));
     const float radius = radii.at(p);
     std::vector<std::uint32_t> numbers;
     map.find(p, radius, numbers);
     std::ranges::sort(numbers);
-    EXPECT_EQ(numbers, tried_all(deposits, p, radius)) << "search " << i << ", radius " << radius;
-    found.deposits += numbers.size();
+    EXPECT_EQ(numbers, tried_all(photons, p, radius)) << "search " << i << ", radius " << radius;
+    found.photons += numbers.size();
     octaves[static_cast<std::size_t>(std::ilogb(radius) + 32)] =
         octaves[static_cast<std::size_t>(std::ilogb(radius) + 32)] || !numbers.empty();
   }
@@ -74,31 +74,31 @@ Found compare(const MergeRadii& radii, std::uint32_t seed) {
 TEST(MergeMap, FindsWhatTryingAllDepositsFindsOverManyOctavesOfRadii) {
   for (const float per_length : {0.001f, 0.02f, 0.2f, 0.34f, 0.6f}) {
     const Found found = compare({kEye, per_length, per_length / 256, 8 * per_length}, 1);
-    EXPECT_GT(found.deposits, 1000u) << per_length;
+    EXPECT_GT(found.photons, 1000u) << per_length;
     EXPECT_GT(found.octaves, 8u) << per_length;
   }
 }
 
 TEST(MergeMap, AlsoWhereRadiiGrowFasterThanTheWay) {
   for (const float per_length : {0.99f, 1.0f, 3.0f}) {
-    EXPECT_GT(compare({kEye, per_length, per_length / 256, 8 * per_length}, 2).deposits, 1000u) << per_length;
+    EXPECT_GT(compare({kEye, per_length, per_length / 256, 8 * per_length}, 2).photons, 1000u) << per_length;
   }
 }
 
 TEST(MergeMap, OfOneRadiusEverywhere) {
-  EXPECT_GT(compare({kEye, 0.5f, 0.1f, 0.1f}, 3).deposits, 1000u);
+  EXPECT_GT(compare({kEye, 0.5f, 0.1f, 0.1f}, 3).photons, 1000u);
 }
 
 TEST(MergeMap, FilesADepositTwiceAtMost) {
   Points points(4);
-  std::vector<Deposit> deposits(1 << 14);
-  for (Deposit& deposit : deposits) {
-    deposit.point = points.anywhere();
+  std::vector<Photon> photons(1 << 14);
+  for (Photon& photon : photons) {
+    photon.point = points.anywhere();
   }
   for (const float per_length : {0.001f, 0.2f, 0.5f, 0.9f, 2.0f}) {
-    const MergeMap map(deposits, {kEye, per_length, per_length / 256, 8 * per_length});
+    const MergeMap map(photons, {kEye, per_length, per_length / 256, 8 * per_length});
     // An entry and its share of the buckets are 24 + 16 bytes at most; a map beside them below 1 KiB.
-    EXPECT_LE(map.bytes(), deposits.size() * 2 * 40 + (16 << 10)) << per_length;
+    EXPECT_LE(map.bytes(), photons.size() * 2 * 40 + (16 << 10)) << per_length;
   }
 }
 

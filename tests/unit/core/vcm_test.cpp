@@ -1,8 +1,8 @@
-// What light sides hold of a pass, and `vcm` of a batch.
+// Memory of photon passes, and of a batch of `vcm`.
 #include <gtest/gtest.h>
 
-#include "common/methods/path/path_method.h"
-#include "common/methods/photons/light_side.h"
+#include "common/methods/factories.h"
+#include "common/methods/photons/photon_passes.h"
 #include "tests/analytic/scene_text.h"
 #include "tests/support/places.h"
 
@@ -18,10 +18,10 @@ TestScene closed_room(double albedo, int film_side) {
                R"({"point": {"position": [0, 0, 0], "intensity": {"rgb": [3.14159265, 3.14159265, 3.14159265]}}})"));
 }
 
-photons::LightSide light_side(const TestScene& scene, std::uint64_t seed, std::uint32_t light_paths = 0) {
-  return photons::LightSide(
+photons::PhotonPasses passes_of(const TestScene& scene, std::uint64_t seed, std::uint32_t light_paths = 0) {
+  return photons::PhotonPasses(
       *scene.compiled(),
-      {.seed = seed, .max_bounces = kMaxBounces, .photons = light_paths, .followed = photons::Followed::paths});
+      {.seed = seed, .max_bounces = kMaxBounces, .photons = light_paths, .kind = photons::PhotonKind::light_path});
 }
 
 TEST(VcmMemory, ConnectionsTracedInPiecesAreTheSameBits) {
@@ -33,7 +33,7 @@ TEST(VcmMemory, ConnectionsTracedInPiecesAreTheSameBits) {
     return method->render({0, 0, 64, 64}, {1, 0}, *method->make_workspace()).values;
   };
   const std::vector<float> whole = values(1u << 20);
-  for (const std::uint32_t piece : {1u, 13u, 64u, 4096u, path::kConnectionsAtOnce}) {
+  for (const std::uint32_t piece : {1u, 13u, 64u, 4096u, vcm::kConnectionsAtOnce}) {
     EXPECT_EQ(values(piece), whole) << piece << " at once";
   }
 }
@@ -55,15 +55,15 @@ TEST(VcmMemory, APassHasSoManyVerticesInAClosedRoomAsIsStatedAndNoFewerThanItMay
   for (const double albedo : {0.99, 1.0}) {
     const TestScene scene = closed_room(albedo, 512);
     RenderCounters counters;
-    const auto pass = light_side(scene, 7).trace(0, counters);
+    const auto pass = passes_of(scene, 7).trace(0, counters);
     const Vertices of_path = vertices_of(albedo);
-    EXPECT_LE(pass->photons * of_path.mean, photons::kMostDeposits) << albedo;
-    EXPECT_GE(pass->photons * of_path.mean, 0.75 * photons::kMostDeposits) << albedo;
-    EXPECT_NEAR(static_cast<double>(pass->deposits.size()), pass->photons * of_path.mean,
-                5 * std::sqrt(of_path.variance * pass->photons) + 1)
+    EXPECT_LE(pass->emitted * of_path.mean, photons::kMostStored) << albedo;
+    EXPECT_GE(pass->emitted * of_path.mean, 0.75 * photons::kMostStored) << albedo;
+    EXPECT_NEAR(static_cast<double>(pass->photons.size()), pass->emitted * of_path.mean,
+                5 * std::sqrt(of_path.variance * pass->emitted) + 1)
         << albedo;
     EXPECT_LT(pass->bytes(), 160u << 20) << albedo;
-    EXPECT_EQ(pass->path_first.size(), pass->photons + 1u) << "as many as are drawn from";
+    EXPECT_EQ(pass->path_first.size(), pass->emitted + 1u) << "as many as are drawn from";
   }
 }
 
@@ -72,13 +72,13 @@ TEST(PhotonMemory, APassLeavesNoMoreInAClosedRoomThanIsStated) {
   for (const double albedo : {0.99, 1.0}) {
     const TestScene scene = closed_room(albedo, 512);
     RenderCounters counters;
-    const photons::LightSide side(*scene.compiled(),
-                                  {.seed = 7, .max_bounces = kMaxBounces, .followed = photons::Followed::all_light});
-    EXPECT_LT(side.photons(), photons::default_photons(*scene.compiled(), photons::Followed::all_light));
+    const photons::PhotonPasses side(*scene.compiled(),
+                                     {.seed = 7, .max_bounces = kMaxBounces, .kind = photons::PhotonKind::global});
+    EXPECT_LT(side.photons(), photons::default_photons(*scene.compiled(), photons::PhotonKind::global));
     const auto pass = side.trace(0, counters);
     const Vertices of_path = vertices_of(albedo);
-    EXPECT_LE(side.photons() * of_path.mean, photons::kMostDeposits) << albedo;
-    EXPECT_NEAR(static_cast<double>(pass->deposits.size()), side.photons() * of_path.mean,
+    EXPECT_LE(side.photons() * of_path.mean, photons::kMostStored) << albedo;
+    EXPECT_NEAR(static_cast<double>(pass->photons.size()), side.photons() * of_path.mean,
                 5 * std::sqrt(of_path.variance * side.photons()) + 1)
         << albedo;
     EXPECT_LT(pass->bytes(), 110u << 20) << albedo;
@@ -86,15 +86,15 @@ TEST(PhotonMemory, APassLeavesNoMoreInAClosedRoomThanIsStated) {
 }
 
 TEST(VcmMemory, LightPathsAreAsManyAsAreAskedForWhereTheyHaveFewVertices) {
-  EXPECT_EQ(light_side(closed_room(0.5, 512), 7).photons(), 1u << 16) << "of 512×512 pixels";
+  EXPECT_EQ(passes_of(closed_room(0.5, 512), 7).photons(), 1u << 16) << "of 512×512 pixels";
   const TestScene five_each = closed_room(0.8, 16);
-  EXPECT_EQ(light_side(five_each, 7, 150'000).photons(), 150'000u);
-  EXPECT_LT(light_side(five_each, 7, 300'000).photons() * 5, photons::kMostDeposits);
+  EXPECT_EQ(passes_of(five_each, 7, 150'000).photons(), 150'000u);
+  EXPECT_LT(passes_of(five_each, 7, 300'000).photons() * 5, photons::kMostStored);
 }
 
 TEST(VcmMemory, TheNumberOfLightPathsIsTheScenesNotTheSeeds) {
   const TestScene scene = closed_room(0.99, 512);
-  EXPECT_EQ(light_side(scene, 1).photons(), light_side(scene, 2).photons());
+  EXPECT_EQ(passes_of(scene, 1).photons(), passes_of(scene, 2).photons());
 }
 
 // What arrives after k − 1 scatterings is the lamp's power times the albedo to that power, however few paths bring it.
@@ -102,15 +102,15 @@ TEST(VcmMemory, FewerPathsBringAllLight) {
   constexpr double kAlbedo = 0.97;
   const TestScene scene = closed_room(kAlbedo, 512);
   RenderCounters counters;
-  const auto pass = light_side(scene, 7).trace(0, counters);
-  ASSERT_LT(pass->photons, 1u << 16) << "else they are not fewer";
+  const auto pass = passes_of(scene, 7).trace(0, counters);
+  ASSERT_LT(pass->emitted, 1u << 16) << "else they are not fewer";
   std::map<std::uint32_t, double> power;  // by scatterings
-  for (const photons::Deposit& deposit : pass->deposits) {
-    power[deposit.tag & photons::kMostScatterings] += deposit.power.x;
+  for (const photons::Photon& photon : pass->photons) {
+    power[photon.tag & photons::kMostScatterings] += photon.power.x;
   }
   for (const std::uint32_t k : {1u, 2u, 5u, 20u, 50u}) {
     const double left = std::pow(kAlbedo, k - 1);  // roulette keeps a path so often, and its power
-    const double relative_error = std::sqrt((1 - left) / (left * pass->photons));
+    const double relative_error = std::sqrt((1 - left) / (left * pass->emitted));
     EXPECT_NEAR(power[k], kPower * left, (5 * relative_error + 1e-4) * kPower * left) << k;
   }
 }

@@ -1,4 +1,4 @@
-#include "common/methods/travel.h"
+#include "common/methods/transmittance.h"
 
 namespace lightmill {
 namespace {
@@ -7,8 +7,8 @@ constexpr int kMaxPassed = 1000;  ///< surfaces in a row that do not stop a ray:
 
 }  // namespace
 
-Arrival8 travel(const CompiledScene& scene, M8 lanes, const Ray8& rays, const Media8& media, std::uint32_t through,
-                RenderCounters& counters) {
+Arrival8 trace_transmittance(const CompiledScene& scene, M8 lanes, const Ray8& rays, const Media8& media,
+                             std::uint32_t through, RenderCounters& counters) {
   const bool has_media = scene.features().media;
   const MediumTable& table = scene.media();
   Arrival8 out{{}, rays, media, {F8(1.0f), media, M8()}, broadcast(Vec3(1)), {}};

@@ -1,30 +1,31 @@
-// What a path's decisions are made from: fixed functions of the sample index, the pixel and the vertex.
+// Random decisions of paths: fixed functions of the sample index, the pixel and the vertex.
 #pragma once
 
 #include <cstdint>
 
+#include "common/materials/bsdf.h"
 #include "common/methods/primary_rays.h"
 
-namespace lightmill::path {
+namespace lightmill::tracer {
 
 inline constexpr std::uint32_t kUnsplitSalt = 0x51ed270bu;
 
-/// What was chosen by measurement (tests/bench/constants_bench measures it again). Samples' bits depend on all of it.
+/// Constants that were chosen by measurement (tests/bench/constants_bench). The bits of samples depend on them.
 struct Constants {
-  std::uint32_t splits = 2;          ///< paths that go on from the first surface that is not specular; at most 8
-  std::uint32_t split_below = 256;   ///< the sample from which on it is one; even
+  std::uint32_t splits = 2;          ///< paths from the first surface, unless its BSDF is a delta; at most 8
+  std::uint32_t split_below = 256;   ///< samples from here on have one path; even
   float early_roulette = 2.0f;       ///< survival = min(1, this · throughput) below `split_below`
   float late_roulette = 4.0f;        ///< from there on
-  std::uint32_t first_roulette = 1;  ///< bounce from which on there is roulette
-  std::uint32_t sobol_vertices = 3;  ///< vertices whose decisions are Sobol' pairs; those of later ones are hashed
+  std::uint32_t first_roulette = 1;  ///< first bounce with Russian roulette
+  std::uint32_t sobol_vertices = 3;  ///< vertices with Sobol' points; later ones have hashed numbers
 };
 
-/// What depends on the sample index and nothing else: split, shorter paths at first, longer ones later.
+/// What depends on the sample index alone: split, shorter paths at first, longer ones later.
 struct SamplePlan {
   std::uint32_t splits;
   float roulette_boost;
-  std::uint32_t index;        ///< point of the half's sequences, for decisions made once a sample
-  std::uint32_t split_index;  ///< first of `splits` points, for decisions made once a split path
+  std::uint32_t index;        ///< point of the half's sequences, for decisions once a sample
+  std::uint32_t split_index;  ///< first of `splits` points, for decisions once a split path
   std::uint32_t first_roulette;
   std::uint32_t sobol_vertices;
 
@@ -50,15 +51,14 @@ constexpr std::uint32_t choice_decision(std::uint32_t vertex) {
   return kFirstPathDecision + 3 * vertex + 2;
 }
 
-/// Which light path a vertex is connected to. Beyond those of vertices, below kLensDecision and medium_decision.
+/// Which light path a vertex is connected to. Above the decisions of vertices, below kLensDecision and medium_decision.
 constexpr std::uint32_t connection_decision(std::uint32_t bounce) {
   return 0x30000000u + bounce;
 }
 
-/// Boundaries in a row that light does not notice: more are copies without end.
+/// Boundaries in a row that do not stop a ray. More would be endless copies.
 inline constexpr std::uint32_t kMaxPassed = 1000;
-/// How far light gets in a medium after so many bounces, and so many boundaries passed since.
-/// Beyond kLensDecision.
+/// The distance in a medium, after so many bounces and boundaries passed since. Above kLensDecision.
 constexpr std::uint32_t medium_decision(std::uint32_t bounce, std::uint32_t passed) {
   return 0x50000000u + bounce * (kMaxPassed + 1) + passed;
 }
@@ -69,10 +69,16 @@ inline Pair8 decide(U8 index, U8 pixel_seed, std::uint32_t vertex, std::uint32_t
   return vertex < sobol_vertices ? sobol_pair(index, seed) : hashed_pair(index, seed);
 }
 
-/// Power heuristic (β = 2) for two techniques, as the first one's weight; Veach 1997, eq. 9.13.
-inline F8 mis_weight(F8 pdf, F8 other_pdf) {
-  const F8 ratio = other_pdf / pdf;
-  return F8(1.0f) / (F8(1.0f) + ratio * ratio);
+/// Samples a direction of a BSDF that has a density. Not inlined, so that all estimators share one copy.
+template <class Bsdf>
+[[gnu::noinline]] BsdfSample8 draw_direction(const Bsdf& bsdf, const V8& wo, U8 index, U8 pixel_seed,
+                                             std::uint32_t vertex,
+                                             std::uint32_t sobol_vertices = Constants().sobol_vertices) {
+  F8 choice(0.0f);
+  if constexpr (Bsdf::kHasLobes) {
+    choice = decide(index, pixel_seed, vertex, choice_decision(vertex), sobol_vertices).v;
+  }
+  return bsdf.sample(wo, decide(index, pixel_seed, vertex, bsdf_decision(vertex), sobol_vertices), choice);
 }
 
-}  // namespace lightmill::path
+}  // namespace lightmill::tracer

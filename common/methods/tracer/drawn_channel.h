@@ -1,13 +1,13 @@
-// Drawing one of three colour channels.
+// Sampling of one of three colour channels.
 #pragma once
 
 #include "common/math/vec.h"
 
-namespace lightmill::path {
+namespace lightmill::tracer {
 
-/// The value of a channel that is drawn by its share of 1. Shares are rounded, so that they may add up to a little less
-/// than 1, and what lies beyond them would fall to the last channel though it may have none: whatever has less than a
-/// random number's last bit is left to the largest.
+/// The value of a channel that `u` draws by its share of 1. Rounded shares may add up to less than 1, and the rest
+/// would draw the last channel even if its share is 0. So a channel whose share is less than a random number's last bit
+/// is replaced by the largest one.
 inline F8 drawn_channel(const V8& value, const V8& share, F8 u) {
   const M8 x = u < share.x, y = u < share.x + share.y;
   const F8 drawn = select(x, value.x, select(y, value.y, value.z));
@@ -17,4 +17,4 @@ inline F8 drawn_channel(const V8& value, const V8& share, F8 u) {
   return select(drawn_share < F8(0x1p-24f), of_largest, drawn);
 }
 
-}  // namespace lightmill::path
+}  // namespace lightmill::tracer

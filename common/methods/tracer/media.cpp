@@ -1,21 +1,23 @@
-// Ways through media: absorption along them, and boundaries that light does not notice.
-#include "common/materials/henyey_greenstein.h"
-#include "common/methods/path/channel.h"
-#include "common/methods/path/scattering.h"
+// Segments of paths and shadow rays in media: absorption, distances to scattering, and boundaries that do not stop
+// light.
+#include "common/methods/tracer/drawn_channel.h"
+#include "common/methods/tracer/wavefront.h"
 
-namespace lightmill::path {
+namespace lightmill::tracer {
 namespace {
 
-V8 onward(const Surface8& surface) {
+/// From a surface to a point behind it, beyond rounding.
+V8 offset_behind(const Surface8& surface) {
   return select(surface.front, -surface.geometric_normal, surface.geometric_normal) * surface.offset;
 }
 
 }  // namespace
 
-/// Takes off what is absorbed along `length` of the paths' media. Where the medium scatters, a path may end before:
-/// those lanes are returned, with how far they got. The distance is drawn by one channel's density, a channel by its
-/// share in what the path carries, and weighted by the mean of the three: the sum of the channels never grows.
-M8 Batch::travel(Path8& paths, M8 lanes, F8 length, std::uint32_t decision, F8& scattered_at) {
+/// Multiplies the throughput by the transmittance of `length`. Where the medium scatters, a distance is sampled, and
+/// the lanes that scatter before `length` are returned with theirs. One channel's density draws the distance: a channel
+/// is drawn by its share of the throughput. The weight is over the mean density of the three (one-sample multiple
+/// importance sampling with the balance heuristic, Veach 1997, 9.2.4), so that the sum of the channels never grows.
+M8 Wavefront::sample_distance(Path8& paths, M8 lanes, F8 length, std::uint32_t decision, F8& scattered_at) const {
   const MediumTable& table = scene_.media();
   const U8 medium = table.current(paths.media);
   const V8 extinction = table.extinction(medium);
@@ -30,7 +32,7 @@ M8 Batch::travel(Path8& paths, M8 lanes, F8 length, std::uint32_t decision, F8& 
   const V8& t = paths.throughput;
   const F8 total = t.x + t.y + t.z;
   const M8 alive = total > F8(0.0f);
-  const V8 share = t * select(alive, F8(1.0f) / total, F8(0.0f));  // of each channel in what is carried
+  const V8 share = t * select(alive, F8(1.0f) / total, F8(0.0f));
   const F8 sigma = drawn_channel(extinction, share, u.u);
   const F8 infinity(std::numeric_limits<float>::infinity());
   const F8 distance = select(sigma > F8(0.0f), -log(F8(1.0f) - u.v) / sigma, infinity);
@@ -46,15 +48,15 @@ M8 Batch::travel(Path8& paths, M8 lanes, F8 length, std::uint32_t decision, F8& 
   return event;
 }
 
-/// Follows the paths through boundaries that light does not notice to the first that it does, or to another surface,
-/// takes off what is absorbed on the way and adds what those boundaries emit; `hits` becomes what they arrive at.
-/// Moving off a boundary puts a path beside its line by more than what keeps it off the next surface, so surfaces are
-/// found from the last part of the way alone.
-Batch::Passage8 Batch::pass_media(Path8& paths, M8 lanes, Hit8& hits, std::uint32_t bounce) {
+/// Moves the paths through boundaries that do not stop light, to the first that does, to another surface or to a point
+/// where the medium scatters them. `hits` becomes what they reach. Stepping off a boundary moves a path beside its line
+/// by more than what keeps it off the next surface, so surfaces are computed from the last segment alone.
+Passage8 Wavefront::pass_media(Path8& paths, M8 lanes, Hit8& hits, std::uint32_t bounce,
+                               const AddEmission& add_emission) {
   const MediumTable& table = scene_.media();
   Passage8 passage;
   passage.origin = paths.origin;
-  F8 skipped(0.0f);  // of the way, by moving off the surface before
+  F8 skipped(0.0f);  // by the step off the surface before
   M8 active = lanes;
   for (std::uint32_t passed = 0; active.any(); ++passed) {
     if (const M8 overfull = active & MediumTable::overfull(paths.media); overfull.any()) [[unlikely]] {
@@ -63,7 +65,7 @@ Batch::Passage8 Batch::pass_media(Path8& paths, M8 lanes, Hit8& hits, std::uint3
     }
     const F8 length = select(hits.hit, hits.distance + skipped, F8(std::numeric_limits<float>::infinity()));
     F8 scattered_at(0.0f);
-    const M8 scattered = travel(paths, active, length, medium_decision(bounce, passed), scattered_at);
+    const M8 scattered = sample_distance(paths, active, length, medium_decision(bounce, passed), scattered_at);
     passage.scattered = passage.scattered | scattered;
     passage.point = select(scattered, passage.origin + paths.direction * (scattered_at - skipped), passage.point);
     hits.hit = and_not(hits.hit, scattered);
@@ -84,14 +86,14 @@ Batch::Passage8 Batch::pass_media(Path8& paths, M8 lanes, Hit8& hits, std::uint3
       Hit8 passing = hits;
       passing.hit = active;
       passing.distance = hits.distance + passage.before;
-      add_emission(paths, passing, surface, bounce);
+      add_emission(passing, surface);
     }
     if (passed == kMaxPassed) {
       hits.hit = and_not(hits.hit, active);
       paths.throughput = masked(~active, paths.throughput);
       break;
     }
-    const V8 off = onward(surface);
+    const V8 off = offset_behind(surface);
     passage.origin = select(active, surface.point + off, passage.origin);
     skipped = select(active, dot(off, paths.direction), skipped);
     paths.media = select(active, here.beyond, paths.media);
@@ -104,33 +106,9 @@ Batch::Passage8 Batch::pass_media(Path8& paths, M8 lanes, Hit8& hits, std::uint3
   return passage;
 }
 
-/// Scattering at points of media: next-event estimation, and one way to go on.
-void Batch::shade_medium(const Path8& in, const V8& point, M8 lanes, std::uint32_t bounce) {
-  if (bounce == max_bounces_) {
-    return;
-  }
-  Path8 out = in;
-  if (bounce == 0) {
-    out.pixel_seed = mix(in.pixel_seed ^ U8(kUnsplitSalt));
-  }
-  const HenyeyGreenstein8 phase{scene_.media().anisotropy(scene_.media().current(in.media))};
-  const V8 wo = -in.direction;
-  if (scene_.features().lights) {
-    const LightSample8 light = draw_light(point, out.index, out.pixel_seed, bounce);
-    const F8 value = phase.pdf_solid_angle(wo, light.wi);
-    const F8 weight = select(light.pdf_solid_angle > F8(0.0f), mis_weight(light.pdf_solid_angle, value), F8(1.0f));
-    const M8 valid = lanes & light.valid;
-    ws_.shadows.push(valid, {point, light.point - point, in.throughput * light.weight * (value * weight),
-                             shadow_slot(in.slot, light, valid), in.media});
-  }
-  out.origin = point;
-  out.direction = phase.sample(wo, decide(out.index, out.pixel_seed, bounce, bsdf_decision(bounce)));
-  out.pdf_solid_angle = phase.pdf_solid_angle(wo, out.direction);
-  go_on(out, lanes, bounce);
-}
-
-/// The same for shadow rays, of which those in `lanes` meet something: what of their light arrives.
-V8 Batch::light_through_media(const Shadow8& shadows, M8 lanes, M8 blocked) {
+/// The transmittance of shadow rays. Those of `blocked` meet a surface: a boundary that does not stop light, or
+/// another.
+V8 Wavefront::shadow_transmittance(const Shadow8& shadows, M8 lanes, M8 blocked) {
   const MediumTable& table = scene_.media();
   const F8 length = sqrt(length_squared(shadows.direction));
   const V8 direction = shadows.direction * (F8(1.0f) / length);
@@ -158,7 +136,7 @@ V8 Batch::light_through_media(const Shadow8& shadows, M8 lanes, M8 blocked) {
     const M8 stopped = active & (here.real | (medium == U8(0u)) | M8(i == kMaxPassed));
     lost = lost | stopped;
     active = and_not(active, stopped);
-    const V8 off = onward(surface);
+    const V8 off = offset_behind(surface);
     origin = select(active, surface.point + off, origin);
     skipped = dot(off, direction);
     media = select(active, here.beyond, media);
@@ -168,4 +146,4 @@ V8 Batch::light_through_media(const Shadow8& shadows, M8 lanes, M8 blocked) {
   return select(overfull, broadcast(Vec3(std::numeric_limits<float>::quiet_NaN())), arriving);
 }
 
-}  // namespace lightmill::path
+}  // namespace lightmill::tracer

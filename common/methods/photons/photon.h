@@ -1,4 +1,4 @@
-// Where light of caustics has arrived.
+// Stored photon: light that has arrived at a surface.
 #pragma once
 
 #include <cstdint>
@@ -8,29 +8,29 @@
 
 namespace lightmill::photons {
 
-/// A photon at a surface that is no caster: one row of sixteen words.
-struct Deposit {
+/// A photon at a surface: one row of sixteen words.
+struct Photon {
   Vec3 point{0};
   Vec3 wi{0};      ///< unit, to where it came from
   Vec3 power{0};   ///< its share of all light
   Vec3 normal{0};  ///< geometric, as the shape is oriented
   std::uint32_t geometry = 0, primitive = 0;
-  std::uint32_t tag = 0;    ///< light group from kTagGroupShift on; below, scatterings up to this one, which counts
-  std::uint32_t first = 0;  ///< 1: casters alone before, or nothing; 0: it has been at such surfaces before
+  std::uint32_t tag = 0;    ///< from bit kTagGroupShift on its light group; below, its scatterings, this one included
+  std::uint32_t first = 0;  ///< 1: it has met casters alone before, or nothing; 0: it has met a receiver before
 };
 inline constexpr int kTagGroupShift = 16;
-inline constexpr std::uint32_t kMostScatterings = (1u << kTagGroupShift) - 1;  ///< of a photon
+inline constexpr std::uint32_t kMostScatterings = (1u << kTagGroupShift) - 1;  ///< that a photon counts
 
-struct Deposit8 {
+struct Photon8 {
   V8 point, wi, power, normal;
   U8 geometry, primitive;
   U8 group, scatterings;
 };
 
-/// The deposits with these numbers; of other lanes all is zero.
-inline Deposit8 load_deposits(std::span<const Deposit> deposits, U8 index, M8 lanes) {
-  static_assert(sizeof(Deposit) == 64);
-  const auto* const words = reinterpret_cast<const float*>(deposits.data());
+/// The photons with these numbers. Other lanes are zero.
+inline Photon8 load_photons(std::span<const Photon> photons, U8 index, M8 lanes) {
+  static_assert(sizeof(Photon) == 64);
+  const auto* const words = reinterpret_cast<const float*>(photons.data());
   const U8 row = index << 4;
   const auto vector = [&](int at) {
     return V8{gather(words + at, row, lanes), gather(words + at + 1, row, lanes), gather(words + at + 2, row, lanes)};

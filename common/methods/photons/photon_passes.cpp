@@ -1,4 +1,4 @@
-#include "common/methods/photons/light_side.h"
+#include "common/methods/photons/photon_passes.h"
 
 #include <numeric>
 
@@ -9,9 +9,9 @@ namespace lightmill::photons {
 namespace {
 
 constexpr std::uint32_t kLeastPhotons = 4096, kMostPhotons = 65536;
-/// Paths that are connected are worth more than photons that are gathered here and there.
-constexpr std::uint32_t pixels_per_photon(Followed followed) {
-  return followed == Followed::paths ? 4 : 16;
+/// Light paths that are connected help more pixels than photons that are gathered.
+constexpr std::uint32_t pixels_per_photon(PhotonKind kind) {
+  return kind == PhotonKind::light_path ? 4 : 16;
 }
 constexpr std::uint64_t kLookAhead = 16;  ///< passes that may be traced before they are needed
 
@@ -21,45 +21,45 @@ double radius_factor(std::uint64_t sample) {
   return cube_root_fixed(1 / std::sqrt(static_cast<double>((sample >> 1) + 1)));
 }
 
-/// Merging radii are those of distances from the eye within these shares of the scene's radius.
+/// Merging radii grow with the distance from the camera between these shares of the scene's radius.
 constexpr float kLeastDistance = 1.0f / 256, kMostDistance = 8;
 
-/// Of point meters, in radii of gathers: as of those that count most in all pictures, but of merging, which is finer.
-constexpr float meter_radius(Followed followed) {
-  return LightPass::kLater * (followed == Followed::paths ? 3 : 1);
+/// Radii of point meters, in radii of gathers. Merging radii are smaller, so light paths take more of them.
+constexpr float meter_radius(PhotonKind kind) {
+  return PhotonPass::kLater * (kind == PhotonKind::light_path ? 3 : 1);
 }
 
-/// Sets the limits of the radii that photons are gathered within, and the maps.
-void map_to_gather(const Vec3& eye, LightPass& pass) {
+/// Sets the maps, and the limits of gather radii.
+void map_to_gather(const Vec3& eye, PhotonPass& pass) {
   std::vector<std::uint32_t> first, later;
-  const bool all = pass.followed == Followed::all_light;
+  const bool all = pass.kind == PhotonKind::global;
   double sum = 0;
-  for (std::uint32_t i = 0; i < pass.deposits.size(); ++i) {
-    (all || pass.deposits[i].first == 1 ? first : later).push_back(i);
-    const double distance = glm::length(pass.deposits[i].point - eye);
+  for (std::uint32_t i = 0; i < pass.photons.size(); ++i) {
+    (all || pass.photons[i].first == 1 ? first : later).push_back(i);
+    const double distance = glm::length(pass.photons[i].point - eye);
     sum += all ? 1 / (distance + 1e-30) : distance;
   }
-  // All light goes far out over planes without end: not to make what is near coarse, its mean is the harmonic one.
-  const auto count = static_cast<double>(pass.deposits.size());
+  // Global photons go far out over infinite planes. The harmonic mean keeps the radii near the camera small.
+  const auto count = static_cast<double>(pass.photons.size());
   const double mean = all ? count / sum : sum / count;
   const auto typical = std::max(static_cast<float>(pass.radius_per_length * mean), 0x1p-60f);
   pass.least = typical / 4;
   pass.most = typical * 4;
-  pass.first = DepositMap(pass.deposits, first, 2 * typical);
-  pass.later = DepositMap(pass.deposits, later, 2 * LightPass::kLater * typical);
+  pass.first = PhotonMap(pass.photons, first, 2 * typical);
+  pass.later = PhotonMap(pass.photons, later, 2 * PhotonPass::kLater * typical);
 }
 
-/// A path's deposits were left in the order of its way, among those of others.
-void sort_by_path(Traced traced, LightPass& pass) {
-  pass.path_first.assign(pass.photons + 1, 0);
+/// Stored photons of one path are in order, but mixed with those of others.
+void sort_by_path(Traced traced, PhotonPass& pass) {
+  pass.path_first.assign(pass.emitted + 1, 0);
   for (const std::uint32_t path : traced.path) {
     ++pass.path_first[path + 1];
   }
   std::partial_sum(pass.path_first.begin(), pass.path_first.end(), pass.path_first.begin());
   std::vector<std::uint32_t> next = pass.path_first;
-  pass.path_deposits.resize(traced.path.size());
+  pass.path_photons.resize(traced.path.size());
   for (std::uint32_t i = 0; i < traced.path.size(); ++i) {
-    pass.path_deposits[next[traced.path[i]]++] = i;
+    pass.path_photons[next[traced.path[i]]++] = i;
   }
   pass.d_vcm = std::move(traced.d_vcm);
   pass.d_vc = std::move(traced.d_vc);
@@ -67,17 +67,17 @@ void sort_by_path(Traced traced, LightPass& pass) {
 
 }  // namespace
 
-std::uint64_t LightPass::bytes() const {
-  std::uint64_t sum = sizeof(LightPass) + deposits.size() * sizeof(Deposit) + splats.bytes() + first.bytes() +
+std::uint64_t PhotonPass::bytes() const {
+  std::uint64_t sum = sizeof(PhotonPass) + photons.size() * sizeof(Photon) + splats.bytes() + first.bytes() +
                       later.bytes() + merge_map.bytes();
-  sum += 4 * (d_vcm.size() + d_vc.size() + path_first.size() + path_deposits.size());
+  sum += 4 * (d_vcm.size() + d_vc.size() + path_first.size() + path_photons.size());
   for (const auto& hits : meters) {
     sum += hits.size() * sizeof(MeterHit);
   }
   return sum;
 }
 
-float LightPass::meter_area(const MeterPlace& meter) const {
+float PhotonPass::meter_area(const MeterPlace& meter) const {
   if (meter.edge1 == Vec3(0)) {
     const float radius = point_meter_radius_per_distance * glm::length(meter.corner - merging.eye);
     return kPi * radius * radius;
@@ -85,23 +85,28 @@ float LightPass::meter_area(const MeterPlace& meter) const {
   return glm::length(glm::cross(meter.edge1, meter.edge2));
 }
 
-double default_radius(const CompiledScene& scene, Followed followed) {
+double default_radius(const CompiledScene& scene, PhotonKind kind) {
   constexpr double kMostOfDistance = 0.05;
-  const double radius = followed == Followed::all_light ? 3 : followed == Followed::paths ? 0.5 : 1.5;
+  const double radius = kind == PhotonKind::global ? 3 : kind == PhotonKind::light_path ? 0.5 : 1.5;
   return std::min(radius, kMostOfDistance / glm::length(scene.camera().right));
 }
 
-std::uint32_t default_photons(const CompiledScene& scene, Followed followed) {
+std::uint32_t default_photons(const CompiledScene& scene, PhotonKind kind) {
   const std::uint64_t pixels = std::uint64_t{1} * scene.film_width() * scene.film_height();
   return static_cast<std::uint32_t>(
-      std::clamp<std::uint64_t>(pixels / pixels_per_photon(followed), kLeastPhotons, kMostPhotons));
+      std::clamp<std::uint64_t>(pixels / pixels_per_photon(kind), kLeastPhotons, kMostPhotons));
 }
 
-/// So many photons, or as many as leave kMostDeposits by those of some that no pass knows, and three standard errors
-/// more: a function of the scene and the settings, but for the job's seed.
-std::uint32_t LightSide::photons_of_pass(std::uint32_t wanted) const {
+PhotonPassSettings pass_settings(const MethodSettings& settings, const MethodSpec& spec, PhotonKind kind) {
+  return {settings.seed, bounce_limit(settings.max_bounces), spec.photons.value_or(0), spec.radius.value_or(0),
+          kind,          kind != PhotonKind::global};
+}
+
+/// As many as wanted, or as many as store kMostStored photons. Trials with seeds of their own estimate how many a
+/// photon stores; three standard errors are added. The result depends on scene and settings, but not on the job's seed.
+std::uint32_t PhotonPasses::photons_of_pass(std::uint32_t wanted) const {
   constexpr std::uint32_t kTrials = 16, kTried = 64, kTriedSeed = 0x74726965u;
-  if (source_.emission.empty() || std::uint64_t{wanted} * settings_.max_bounces <= kMostDeposits) {
+  if (source_.emission.empty() || std::uint64_t{wanted} * settings_.max_bounces <= kMostStored) {
     return wanted;
   }
   const FixedFloatEnvironment float_environment;
@@ -110,30 +115,30 @@ std::uint32_t LightSide::photons_of_pass(std::uint32_t wanted) const {
   double sum = 0, squares = 0;
   for (std::uint32_t trial = 0; trial < kTrials; ++trial) {
     const Traced tried = trace_photons(
-        scene_, source_, {kTried, kTriedSeed + trial, settings_.max_bounces, settings_.followed, 1, merging}, counters);
-    const double deposits = static_cast<double>(tried.deposits.size()) / kTried;
-    sum += deposits;
-    squares += deposits * deposits;
+        scene_, source_, {kTried, kTriedSeed + trial, settings_.max_bounces, settings_.kind, 1, merging}, counters);
+    const double photons = static_cast<double>(tried.photons.size()) / kTried;
+    sum += photons;
+    squares += photons * photons;
   }
   const double mean = sum / kTrials, variance = squares / kTrials - mean * mean;
   const double most = mean + 3 * std::sqrt(std::max(variance, 0.0) / (kTrials - 1));
-  return most * wanted <= kMostDeposits ? wanted : static_cast<std::uint32_t>(kMostDeposits / most);
+  return most * wanted <= kMostStored ? wanted : static_cast<std::uint32_t>(kMostStored / most);
 }
 
-LightSide::LightSide(const CompiledScene& scene, const LightSideSettings& settings)
-    : scene_(scene), settings_(settings), source_(photon_source(scene, settings.followed)) {
+PhotonPasses::PhotonPasses(const CompiledScene& scene, const PhotonPassSettings& settings)
+    : scene_(scene), settings_(settings), source_(photon_source(scene, settings.kind)) {
   if (settings_.photons == 0) {
-    settings_.photons = default_photons(scene, settings.followed);
+    settings_.photons = default_photons(scene, settings.kind);
   }
   if (settings_.radius == 0) {
-    settings_.radius = default_radius(scene, settings_.followed);
+    settings_.radius = default_radius(scene, settings_.kind);
   }
   settings_.max_bounces = std::min(settings_.max_bounces, kMostScatterings);
   settings_.photons = photons_of_pass(settings_.photons);
 }
 
-std::shared_ptr<const LightPass> LightSide::trace(std::uint64_t sample, RenderCounters& counters,
-                                                  const std::stop_token& stop) const {
+std::shared_ptr<const PhotonPass> PhotonPasses::trace(std::uint64_t sample, RenderCounters& counters,
+                                                      const std::stop_token& stop) const {
   const double radius = settings_.radius * radius_factor(sample);
   const auto per_length = static_cast<float>(radius * glm::length(scene_.camera().right));
   const std::uint32_t seed = pixel_seed(settings_.seed, static_cast<std::uint32_t>(sample >> 1), 0x70686f74u,
@@ -142,44 +147,44 @@ std::shared_ptr<const LightPass> LightSide::trace(std::uint64_t sample, RenderCo
   const MergeRadii merging{scene_.camera().eye, per_length, kLeastDistance * extent, kMostDistance * extent};
   RenderCounters own;
   Traced traced = trace_photons(scene_, source_,
-                                {settings_.photons, seed, settings_.max_bounces, settings_.followed,
-                                 per_length * meter_radius(settings_.followed), merging},
+                                {settings_.photons, seed, settings_.max_bounces, settings_.kind,
+                                 per_length * meter_radius(settings_.kind), merging},
                                 own, stop);
   if (stop.stop_requested()) {
     return nullptr;
   }
   counters.photons += settings_.photons;
   counters.photon_rays += own.closest_hit_rays;
-  counters.deposits += traced.deposits.size();
-  auto pass = std::make_shared<LightPass>();
-  pass->deposits = std::move(traced.deposits);
+  counters.deposits += traced.photons.size();
+  auto pass = std::make_shared<PhotonPass>();
+  pass->photons = std::move(traced.photons);
   pass->meters = std::move(traced.meters);
   pass->radius_per_length = per_length;
-  pass->followed = settings_.followed;
+  pass->kind = settings_.kind;
   const double photons = std::max<std::uint32_t>(traced.started, 1);
-  pass->photons = settings_.photons;
+  pass->emitted = settings_.photons;
   pass->merging = merging;
-  pass->point_meter_radius_per_distance = per_length * meter_radius(settings_.followed);
+  pass->point_meter_radius_per_distance = per_length * meter_radius(settings_.kind);
   pass->emission = &source_.emission;
   pass->photon_power = static_cast<float>((traced.power.x + traced.power.y + traced.power.z) / (3 * photons));
-  if (settings_.followed == Followed::paths) {
+  if (settings_.kind == PhotonKind::light_path) {
     sort_by_path(std::move(traced), *pass);
   }
-  if (pass->deposits.empty()) {
+  if (pass->photons.empty()) {
     return pass;
   }
-  if (settings_.followed == Followed::paths) {
-    pass->merge_map = MergeMap(pass->deposits, merging);
+  if (settings_.kind == PhotonKind::light_path) {
+    pass->merge_map = MergeMap(pass->photons, merging);
   } else {
     map_to_gather(scene_.camera().eye, *pass);
   }
   if (settings_.splats) {
-    pass->splats = FilmSplats(scene_, pass->deposits, seed);
+    pass->splats = FilmSplats(scene_, pass->photons, seed);
   }
   return pass;
 }
 
-std::optional<std::uint64_t> LightSide::claim(std::uint64_t sample, std::uint64_t end) const {
+std::optional<std::uint64_t> PhotonPasses::claim(std::uint64_t sample, std::uint64_t end) const {
   const std::uint64_t ahead =
       heaviest_ == 0 ? kLookAhead : std::clamp<std::uint64_t>(kHeldPassBytes / heaviest_, 1, kLookAhead);
   for (std::uint64_t next = sample; next < std::min(end, sample + ahead); ++next) {
@@ -190,7 +195,7 @@ std::optional<std::uint64_t> LightSide::claim(std::uint64_t sample, std::uint64_
   return std::nullopt;
 }
 
-void LightSide::finish(std::uint64_t sample, std::shared_ptr<const LightPass> pass) const {
+void PhotonPasses::finish(std::uint64_t sample, std::shared_ptr<const PhotonPass> pass) const {
   const MutexLock lock(mutex_);
   if (pass == nullptr) {
     held_.erase(sample);
@@ -216,7 +221,8 @@ void LightSide::finish(std::uint64_t sample, std::shared_ptr<const LightPass> pa
   changed_.notify_all();
 }
 
-std::shared_ptr<const LightPass> LightSide::pass(std::uint64_t sample, std::uint64_t end, Workspace& workspace) const {
+std::shared_ptr<const PhotonPass> PhotonPasses::pass(std::uint64_t sample, std::uint64_t end,
+                                                     Workspace& workspace) const {
   while (!workspace.stop.stop_requested()) {
     std::optional<std::uint64_t> own;
     {
@@ -232,7 +238,7 @@ std::shared_ptr<const LightPass> LightSide::pass(std::uint64_t sample, std::uint
         continue;
       }
     }
-    std::shared_ptr<const LightPass> traced;
+    std::shared_ptr<const PhotonPass> traced;
     try {
       traced = trace(*own, workspace.counters, workspace.stop);
     } catch (...) {

@@ -1,4 +1,4 @@
-#include "common/methods/photons/deposit_map.h"
+#include "common/methods/photons/photon_map.h"
 
 #include <bit>
 #include <cmath>
@@ -8,7 +8,7 @@
 namespace lightmill::photons {
 namespace {
 
-/// Cells beyond some 2^20 of the origin are counted from anew; their deposits are too far apart to be mistaken.
+/// Coordinates wrap beyond some 2^20 cells. Photons of cells that get the same number are far apart.
 std::uint64_t cell_of(std::int64_t x, std::int64_t y, std::int64_t z) {
   constexpr std::int64_t kMask = (std::int64_t{1} << 21) - 1;
   return static_cast<std::uint64_t>(x & kMask) | static_cast<std::uint64_t>(y & kMask) << 21 |
@@ -17,17 +17,17 @@ std::uint64_t cell_of(std::int64_t x, std::int64_t y, std::int64_t z) {
 
 }  // namespace
 
-std::int64_t DepositMap::coordinate(float x) const {
+std::int64_t PhotonMap::coordinate(float x) const {
   constexpr float kLimit = 0x1p60f;
   return static_cast<std::int64_t>(std::floor(std::clamp(x * inverse_cell_, -kLimit, kLimit)));
 }
 
-std::size_t DepositMap::bucket(std::uint64_t cell) const {
+std::size_t PhotonMap::bucket(std::uint64_t cell) const {
   const std::uint64_t mixed = cell * 0x9e3779b97f4a7c15u;
   return static_cast<std::size_t>((mixed ^ mixed >> 32) & (first_.size() - 2));
 }
 
-DepositMap::DepositMap(std::span<const Deposit> deposits, std::span<const std::uint32_t> chosen, float cell)
+PhotonMap::PhotonMap(std::span<const Photon> photons, std::span<const std::uint32_t> chosen, float cell)
     : inverse_cell_(1 / cell) {
   LM_CHECK(cell > 0);
   if (chosen.empty()) {
@@ -37,7 +37,7 @@ DepositMap::DepositMap(std::span<const Deposit> deposits, std::span<const std::u
   std::vector<Entry> unsorted;
   unsorted.reserve(chosen.size());
   for (const std::uint32_t number : chosen) {
-    const Vec3& p = deposits[number].point;
+    const Vec3& p = photons[number].point;
     unsorted.push_back({cell_of(coordinate(p.x), coordinate(p.y), coordinate(p.z)), p, number});
     ++first_[bucket(unsorted.back().cell)];
   }
@@ -52,7 +52,7 @@ DepositMap::DepositMap(std::span<const Deposit> deposits, std::span<const std::u
   }
 }
 
-void DepositMap::find(const Vec3& p, float radius, std::vector<std::uint32_t>& out) const {
+void PhotonMap::find(const Vec3& p, float radius, std::vector<std::uint32_t>& out) const {
   if (entries_.empty()) {
     return;
   }
@@ -65,7 +65,7 @@ void DepositMap::find(const Vec3& p, float radius, std::vector<std::uint32_t>& o
         for (std::uint32_t i = first_[b]; i < first_[b + 1]; ++i) {
           const Vec3 d = entries_[i].point - p;
           if (entries_[i].cell == cell && glm::dot(d, d) < radius2) {
-            out.push_back(entries_[i].deposit);
+            out.push_back(entries_[i].photon);
           }
         }
       }

@@ -1,0 +1,34 @@
+// How each method is made: for make_method, and for tests and measurements that need more than its settings.
+#pragma once
+
+#include "common/methods/method.h"
+#include "common/methods/spec/method_spec.h"
+#include "common/methods/tracer/sample_plan.h"
+
+namespace lightmill {
+
+using ScenePointer = std::shared_ptr<const CompiledScene>;
+
+std::unique_ptr<Method> make_ao_method(ScenePointer scene, const MethodSettings& settings, const MethodSpec& spec);
+std::unique_ptr<Method> make_preview_method(ScenePointer scene, const MethodSettings& settings);
+std::unique_ptr<Method> make_raycast_method(ScenePointer scene, const MethodSettings& settings, const MethodSpec& spec);
+std::unique_ptr<Method> make_whitted_method(ScenePointer scene, const MethodSettings& settings, const MethodSpec& spec);
+
+std::unique_ptr<Method> make_path_method(ScenePointer scene, const MethodSettings& settings,
+                                         const tracer::Constants& constants = {});
+
+// The media of scenes for methods with photons must not scatter.
+std::unique_ptr<Method> make_caustic_method(ScenePointer scene, const MethodSettings& settings, const MethodSpec& spec);
+std::unique_ptr<Method> make_ppm_method(ScenePointer scene, const MethodSettings& settings, const MethodSpec& spec);
+std::unique_ptr<Method> make_photon_dots_method(ScenePointer scene, const MethodSettings& settings,
+                                                const MethodSpec& spec);
+
+namespace vcm {
+/// Connections that a thread traces together: 3.3 MiB, and hardly a lane is idle.
+inline constexpr std::uint32_t kConnectionsAtOnce = 65536;
+}  // namespace vcm
+/// `connections_at_once`: at least 1; no bit depends on it.
+std::unique_ptr<Method> make_vcm_method(ScenePointer scene, const MethodSettings& settings, const MethodSpec& spec,
+                                        std::uint32_t connections_at_once = vcm::kConnectionsAtOnce);
+
+}  // namespace lightmill

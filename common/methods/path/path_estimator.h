@@ -1,0 +1,104 @@
+// Path tracing: camera paths with next-event estimation and multiple importance sampling.
+//
+// Estimates the light transport equation (Kajiya 1986, "The Rendering Equation"; Pharr, Jakob and Humphreys 2016,
+// 14.4)
+//
+//   L(x, ω) = Le(x, ω) + ∫ f(x, ω, ω') L(x', −ω') |cosθ'| dω'
+//
+// along one path a camera ray, below sample 256 along two from the first surface on. At each vertex the light that
+// emitters send there directly is estimated twice, by a sampled point of a light and by a sampled direction of the
+// BSDF, and the power heuristic weights the two (Veach 1997, chapter 9). Without bias.
+//
+// Parameters: --max-bounces (1000). Splits and roulette are constants (tracer/sample_plan.h), because a sample's bits
+// depend on them.
+// Weaknesses: caustics. A path finds what small lights cast over mirrors and glass by rare chance, and what points and
+// directions cast over them never. `caustic` and `vcm` do.
+// Example: lightmill render scenes/cornell-bench-blocks.json --method path --spp 256 -o blocks.exr
+#pragma once
+
+#include "common/materials/henyey_greenstein.h"
+#include "common/methods/tracer/estimator.h"
+
+namespace lightmill::path {
+
+/// Power heuristic with β = 2, as the first technique's weight (Veach 1997, eq. 9.13). Both densities are in one
+/// measure.
+inline F8 power_heuristic(F8 pdf, F8 other_pdf) {
+  const F8 ratio = other_pdf / pdf;
+  return F8(1.0f) / (F8(1.0f) + ratio * ratio);
+}
+
+class PathEstimator : public tracer::EstimatorBase {
+ public:
+  using Path = tracer::Path8;
+  using Workspace = tracer::PathWorkspace<Path>;
+  struct Shared {};
+
+  PathEstimator(const CompiledScene& scene, const Shared& /*shared*/, std::uint64_t /*sample*/, std::uint64_t /*end*/,
+                Workspace& /*ws*/)
+      : PathEstimator(scene) {}
+
+  // Emission: the path has hit an emitter, in the direction that the last BSDF has sampled.
+  F8 emission_weight(const Path& in, const Hit8& hits, const V8& /*point*/, F8 cosine, std::uint32_t /*bounce*/,
+                     M8 lanes) const {
+    return bsdf_sampling_weight(in, scene_.light_pdf_solid_angle(in.origin, hits, cosine, lanes));
+  }
+
+  // Environment: the path has left the scene.
+  F8 environment_weight(const Path& in, std::uint32_t /*bounce*/, M8 lanes) const {
+    return bsdf_sampling_weight(in, scene_.lights().environment_pdf_solid_angle(in.origin, in.direction, lanes));
+  }
+
+  // Surface: next-event estimation and BSDF sampling. The path continues with throughput · f · |cosθ| / p. Russian
+  // roulette (Wavefront::roulette) ends paths that carry little.
+  template <class Tracer, class Bsdf>
+  static void scatter(Tracer& tracer, const typename Tracer::Vertex& vertex, const Bsdf& bsdf, const V8& wo, M8 lanes) {
+    sample_lights(tracer, vertex, bsdf, wo, lanes);
+    tracer.sample_bsdf(vertex, bsdf, wo, lanes,
+                       [](const BsdfSample8& /*sample*/, const Path& /*out*/, M8 there) { return there; });
+  }
+
+  // Next-event estimation: f · Le · V · cosθ / p, p the density of the sampled point as a solid angle. Nothing else can
+  // find lights without extent: their weight is 1.
+  template <class Bsdf>
+  static void sample_lights(tracer::Wavefront& tracer, const tracer::Vertex8& vertex, const Bsdf& bsdf, const V8& wo,
+                            M8 lanes) {
+    tracer.sample_lights(vertex, bsdf, wo, lanes, [&](const LightSample8& light, const V8& wi, M8 /*valid*/) {
+      return select(light.pdf_solid_angle > F8(0.0f),
+                    power_heuristic(light.pdf_solid_angle, bsdf.pdf_solid_angle(wo, wi)), F8(1.0f));
+    });
+  }
+
+  // Medium: the same at a point where it scatters the path. The phase function is its own density.
+  static constexpr bool kScattersInMedia = true;
+  template <class Tracer>
+  void scatter_in_medium(Tracer& tracer, const Path& in, const V8& point, M8 lanes, std::uint32_t bounce) const {
+    Path out = Tracer::unsplit(in, bounce);
+    const HenyeyGreenstein8 phase{scene_.media().anisotropy(scene_.media().current(in.media))};
+    const V8 wo = -in.direction;
+    if (scene_.features().lights) {
+      const LightSample8 light = tracer.draw_light(point, out, bounce);
+      const F8 value = phase.pdf_solid_angle(wo, light.wi);
+      const F8 weight =
+          select(light.pdf_solid_angle > F8(0.0f), power_heuristic(light.pdf_solid_angle, value), F8(1.0f));
+      tracer.push_shadows(lanes & light.valid, point, light, in.throughput * light.weight * (value * weight), in.slot,
+                          in.media);
+    }
+    out.origin = point;
+    out.direction = phase.sample(wo, tracer.decide(out, bounce, tracer::bsdf_decision(bounce)));
+    out.pdf_solid_angle = phase.pdf_solid_angle(wo, out.direction);
+    tracer.continue_path(out, lanes, bounce);
+  }
+
+ protected:
+  explicit PathEstimator(const CompiledScene& scene) : scene_(scene) {}
+
+  // Camera rays and delta BSDFs find what no sampled light does: their weight is 1.
+  static F8 bsdf_sampling_weight(const Path& in, F8 light_pdf_solid_angle) {
+    return select(in.pdf_solid_angle > F8(0.0f), power_heuristic(in.pdf_solid_angle, light_pdf_solid_angle), F8(1.0f));
+  }
+
+  const CompiledScene& scene_;
+};
+
+}  // namespace lightmill::path

@@ -1,0 +1,232 @@
+// The camera's side of methods with photons: density estimates at vertices of camera paths, photons that the camera
+// sees directly, and those that cross meters.
+#pragma once
+
+#include "common/methods/factories.h"
+#include "common/methods/path/path_estimator.h"
+#include "common/methods/photons/photon_passes.h"
+#include "common/methods/photons/seen_splats.h"
+#include "common/methods/tracer/tracer_method.h"
+
+namespace lightmill::photons {
+
+/// Numbers of the photons near eight points.
+using FoundPhotons = std::array<std::vector<std::uint32_t>, 8>;
+
+template <class Path>
+struct PhotonWorkspace : tracer::PathWorkspace<Path> {
+  using tracer::PathWorkspace<Path>::PathWorkspace;
+  FoundPhotons found;
+  std::vector<const Splat*> splats;
+};
+
+/// Light that a surface scatters to wo of light from `from`, over its power: f · |cosine to the shading normal| /
+/// |cosine to the geometric one| (Veach 1997, 5.3.2).
+template <class Bsdf>
+V8 scattered_per_power(const Bsdf& bsdf, const V8& wo, const Frame8& frame, const V8& facing, const V8& from) {
+  const V8 wi = frame.to_local(from);
+  const F8 side = dot(from, facing);
+  return masked(tracer::scatters_to<Bsdf>(wi, side), bsdf.eval(wo, wi) * (F8(1.0f) / abs(side)));
+}
+
+/// Finds the photons within `radius` of the points.
+template <class Map>
+void find_photons(const Map& map, const V8& point, F8 radius, M8 lanes, FoundPhotons& found, RenderCounters& counters) {
+  const VectorLanes points(point);
+  alignas(32) float radii[8];
+  radius.store(radii);
+  for (std::size_t lane = 0; lane < 8; ++lane) {
+    found[lane].clear();
+    if (lanes.bits() >> lane & 1) {
+      map.find(points[static_cast<int>(lane)], radii[lane], found[lane]);
+    }
+    counters.gathered += found[lane].size();
+  }
+  counters.gathers += static_cast<std::uint64_t>(lanes.count());
+}
+
+/// Photons on the discs of these radii around vertices, one of each lane's at a time. Those of other surfaces near by
+/// are told by their normals and by their height above the disc.
+class Discs {
+ public:
+  Discs(const tracer::Wavefront& film, const PhotonPass& pass, const FoundPhotons& found, F8 radius,
+        const tracer::Vertex8& vertex);
+
+  struct Term8 {
+    M8 valid;   ///< there is such a photon
+    M8 inside;  ///< it lies on the disc of half the radius
+    U8 number;  ///< in the pass
+    Photon8 photon;
+  };
+  /// Terms of the lane that has the most.
+  std::uint32_t size() const { return size_; }
+  Term8 term(std::uint32_t k) const;
+  F8 per_area() const { return F8(kInvPi) / (radius_ * radius_); }
+
+ private:
+  const PhotonPass& pass_;
+  const FoundPhotons& found_;
+  F8 radius_;
+  const Surface8& surface_;
+  U8 most_scatterings_;
+  U8 counts_;
+  std::uint32_t size_;
+};
+
+/// Photon density estimate (Jensen 1996, "Global Illumination using Photon Maps", eq. 3): the sum of f · power /
+/// (π radius²) over the photons on the disc. `weight(term, value)` may weight a term, `add(term, value)` takes it. The
+/// layer `bias` gets the estimate less that with half the radius.
+template <class Bsdf, class Weight, class Add>
+void estimate_density(tracer::Wavefront& film, const Discs& discs, const tracer::Vertex8& vertex, const Bsdf& bsdf,
+                      const V8& wo, M8 lanes, const Weight& weight, const Add& add) {
+  const F8 per_area = discs.per_area();
+  V8 beyond_half;
+  for (std::uint32_t k = 0; k < discs.size(); ++k) {
+    const Discs::Term8 term = discs.term(k);
+    const V8 scattered = scattered_per_power(bsdf, wo, vertex.frame, vertex.facing, term.photon.wi);
+    const V8 value = weight(term, masked(term.valid, term.photon.power * scattered * per_area));
+    if (film.channels().bias >= 0) {  // four times as dense on a disc of half the radius
+      beyond_half = beyond_half + masked(term.valid, select(term.inside, value * F8(-3.0f), value));
+    }
+    add(term, value);
+  }
+  if (discs.size() > 0 && film.channels().bias >= 0) {
+    film.add_to_layer(film.channels().bias, lanes, vertex.in.slot, vertex.in.throughput * beyond_half);
+  }
+}
+
+/// Calls `add(splat, bsdf, wo, lanes, value)` for the photons of a tile that the camera sees directly, with what they
+/// bring to their pixels.
+template <class Add>
+void add_seen_photons(tracer::Wavefront& film, const PhotonPass& pass, std::vector<const Splat*>& splats,
+                      RenderCounters& counters, const Add& add) {
+  const CompiledScene& scene = film.scene();
+  for_each_seen(scene, pass, film.tile(), splats, counters, [&](const SeenSplat8& splat) {
+    const Surface8& surface = splat.surface;
+    const V8 facing = select(surface.front, surface.geometric_normal, -surface.geometric_normal);
+    const Frame8 frame(select(surface.front, surface.shading_normal, -surface.shading_normal));
+    const V8 wo = frame.to_local(-splat.direction);
+    const V8 power = splat.photon.power * splat.arrival.transmittance * splat.per_power;
+    for_each_kind(scene.materials(), surface, splat.lanes, [&](MaterialKind kind, M8 of_kind) {
+      visit_bsdf(scene, kind, surface, splat.arrival.crossing, wo, of_kind, [&](const auto& bsdf, M8 lanes) {
+        if constexpr (requires { bsdf.eval(wo, wo); }) {
+          add(splat, bsdf, wo, frame, lanes, power * scattered_per_power(bsdf, wo, frame, facing, splat.photon.wi));
+        }
+      });
+    });
+  });
+}
+
+/// Adds the photons that have crossed the tile's meter.
+void add_meter_hits(tracer::Wavefront& film, const PhotonPass& pass);
+
+/// Camera paths that gather photons where they first meet a receiver: a surface that is no caster
+/// (MaterialTable::casters).
+struct GatherPayload {
+  U8 chain;        ///< kFromCamera, kFromReceiver or kOverCasters
+  F8 path_length;  ///< up to the origin
+};
+struct GatherPath8 : GatherPayload, tracer::Path8 {
+  struct AtVertex {
+    M8 casters;
+  };
+};
+/// The path has met casters alone (and delta lobes of receivers) since the camera.
+inline constexpr std::uint32_t kFromCamera = 0;
+/// The last surface was a receiver.
+inline constexpr std::uint32_t kFromReceiver = 1;
+/// The path has met casters since a receiver: photons bring the light that it finds.
+inline constexpr std::uint32_t kOverCasters = 2;
+
+/// What `caustic` and `ppm` have in common: `path`, and photons instead of the paths that a light starts over casters.
+class GatherEstimator : public path::PathEstimator {
+ public:
+  using Path = GatherPath8;
+  using Workspace = PhotonWorkspace<Path>;
+  using Shared = PhotonPasses;
+  static constexpr bool kScattersInMedia = false;
+
+  GatherEstimator(const CompiledScene& scene, const PhotonPasses& passes, std::uint64_t sample, std::uint64_t end,
+                  Workspace& ws)
+      : PathEstimator(scene), pass_(passes.pass(sample, end, ws)), ws_(ws) {}
+
+  /// Which paths must not count the light of emitters that photons start from.
+  static M8 found_by_photons(const Path& in) { return in.chain == U8(kOverCasters); }
+
+  static void start_on_meter(const MeterPlace& /*meter*/, Path& path, Path::AtVertex& /*at*/) {
+    path.chain = U8(kFromReceiver);
+  }
+  Path::AtVertex arrive(const Path& /*in*/, const Surface8& surface, M8 lanes) const {
+    return {scene_.materials().casters(surface.material, lanes)};
+  }
+
+ protected:
+  using Vertex = tracer::PathVertex8<Path>;
+
+  static void extend(const Vertex& vertex, const BsdfSample8& sample, Path& out) {
+    const M8 from_camera = out.chain == U8(kFromCamera);
+    const M8 delta = sample.pdf_solid_angle == F8(0.0f);
+    out.chain = select(vertex.at.casters, select(from_camera, U8(kFromCamera), U8(kOverCasters)),
+                       select(from_camera & delta, U8(kFromCamera), U8(kFromReceiver)));
+    out.path_length = path_length(vertex);
+  }
+
+  /// Adds the light of the photons near vertices at the first receiver. Holdouts receive none.
+  template <class Bsdf>
+  void gather(tracer::Wavefront& film, const Vertex& vertex, const Bsdf& bsdf, const V8& wo, M8 lanes) {
+    if constexpr (!requires { Bsdf::kEndsPaths; }) {
+      lanes = and_not(lanes, vertex.at.casters) & (vertex.path.chain == U8(kFromCamera));
+      if (lanes.any()) {
+        const F8 radius = pass_->gather_radius(path_length(vertex));
+        gather_from(pass_->first, radius, film, vertex, bsdf, wo, lanes);
+        gather_from(pass_->later, radius * F8(PhotonPass::kLater), film, vertex, bsdf, wo, lanes);
+      }
+    }
+  }
+
+  std::shared_ptr<const PhotonPass> pass_;
+  Workspace& ws_;
+
+ private:
+  static F8 path_length(const Vertex& vertex) {
+    return vertex.path.path_length + sqrt(length_squared(vertex.surface.point - vertex.in.origin));
+  }
+
+  template <class Bsdf>
+  void gather_from(const PhotonMap& map, F8 radius, tracer::Wavefront& film, const Vertex& vertex, const Bsdf& bsdf,
+                   const V8& wo, M8 lanes) {
+    if (map.empty()) {
+      return;
+    }
+    find_photons(map, vertex.surface.point, radius, lanes, ws_.found, ws_.counters);
+    const Path& in = vertex.path;
+    const Discs discs(film, *pass_, ws_.found, radius, vertex);
+    V8 sum;
+    estimate_density(
+        film, discs, vertex, bsdf, wo, lanes, [](const Discs::Term8& /*term*/, const V8& value) { return value; },
+        [&](const Discs::Term8& term, const V8& value) {
+          if (film.channels().separates_lights()) {
+            film.add_photons(term.valid, in.slot, in.throughput * value, term.photon.group);
+          } else {
+            sum = sum + value;
+          }
+        });
+    if (discs.size() > 0 && !film.channels().separates_lights()) {
+      film.add_photons(lanes, in.slot, in.throughput * sum, U8(0u));
+    }
+  }
+};
+
+/// The method of an estimator with photons; `path` where no light starts any.
+template <class Estimator, class... Args>
+std::unique_ptr<Method> make_photon_method(std::shared_ptr<const CompiledScene> scene, const MethodSettings& settings,
+                                           const MethodSpec& spec, PhotonKind kind, const Args&... args) {
+  auto shared =
+      std::make_unique<const typename Estimator::Shared>(*scene, pass_settings(settings, spec, kind), args...);
+  if (shared->empty()) {
+    return make_path_method(std::move(scene), settings);
+  }
+  return std::make_unique<tracer::TracerMethod<Estimator>>(std::move(scene), settings, std::move(shared));
+}
+
+}  // namespace lightmill::photons

@@ -1,0 +1,62 @@
+// Progressive photon mapping.
+//
+// Photons bring all light that receivers get, direct light too. Camera paths follow casters, and the delta lobes of
+// receivers, to the first receiver; there a density estimate gathers photons within a radius that shrinks from pass to
+// pass (Knaus and Zwicker 2011, "Progressive Photon Mapping: A Probabilistic Approach"). One sample is one pass of
+// photons.
+//
+// The picture depends on next-event estimation only at rough casters and holdouts, so `ppm` checks the other methods.
+//
+// Parameters: photons=N a pass; radius=C of the first pass, in pixels; no-absorption; --max-bounces.
+// Weaknesses: blur of edges and small shadows, more than by any other method; slow convergence, as samples^(-2/3).
+// Scattering media.
+// Example: lightmill render scenes/cornell-bench-balls.json --method ppm --spp 256 -o balls.exr
+#include "common/methods/factories.h"
+
+#include "common/methods/photons/gathering.h"
+
+namespace lightmill {
+namespace {
+
+class PpmEstimator : public photons::GatherEstimator {
+ public:
+  using GatherEstimator::GatherEstimator;
+  static constexpr bool kPhotonsReachMeters = true;
+
+  template <class Tracer, class Bsdf>
+  void scatter(Tracer& tracer, const Vertex& vertex, const Bsdf& bsdf, const V8& wo, M8 lanes) {
+    // Photons.
+    gather(tracer, vertex, bsdf, wo, lanes);
+    // Next-event estimation: at casters, which have no photons, and at holdouts, which compare the light of lights
+    // alone.
+    if constexpr (requires { Bsdf::kEndsPaths; }) {
+      sample_lights(tracer, vertex, bsdf, wo, lanes);
+    } else {
+      sample_lights(tracer, vertex, bsdf, wo, lanes & vertex.at.casters);
+    }
+    // BSDF sampling: the path ends at the first receiver, unless a delta lobe takes it further.
+    tracer.sample_bsdf(vertex, bsdf, wo, lanes, [&](const BsdfSample8& sample, Path& out, M8 there) {
+      return scatter_delta(vertex, sample, out, there);
+    });
+  }
+
+  static M8 scatter_delta(const Vertex& vertex, const BsdfSample8& sample, Path& out, M8 lanes) {
+    extend(vertex, sample, out);
+    return lanes & ((out.chain == U8(photons::kFromCamera)) | ~continues(out));
+  }
+
+  template <class Tracer>
+  void finish_sample(Tracer& tracer) const {
+    if (tracer.meter() != nullptr) {
+      photons::add_meter_hits(tracer, *pass_);
+    }
+  }
+};
+
+}  // namespace
+
+std::unique_ptr<Method> make_ppm_method(ScenePointer scene, const MethodSettings& settings, const MethodSpec& spec) {
+  return photons::make_photon_method<PpmEstimator>(std::move(scene), settings, spec, photons::PhotonKind::global);
+}
+
+}  // namespace lightmill

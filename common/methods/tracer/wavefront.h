@@ -1,0 +1,126 @@
+// The part of a wavefront path tracer that depends neither on the estimator nor on BSDFs: the film's planes, light
+// samples, shadow rays and media.
+#pragma once
+
+#include <functional>
+
+#include "common/methods/sampled_method.h"
+#include "common/methods/tracer/path_state.h"
+#include "common/methods/tracer/sample_plan.h"
+
+namespace lightmill::tracer {
+
+/// Its `radiance` has planes of one value a slot.
+struct WavefrontWorkspace : SampleWorkspace {
+  MediaQueue<Shadow8> shadows;
+};
+
+/// How paths have reached what they hit.
+struct Passage8 {
+  V8 origin;           ///< of the last segment: hits are as seen from there
+  F8 before;           ///< length of the segments before it
+  Crossing8 crossing;  ///< of what is hit, where the scene has media
+  M8 scattered;        ///< these scatter in a medium before, at `point`
+  V8 point;
+};
+
+/// One sample of one tile. Used by one thread.
+class Wavefront {
+ public:
+  Wavefront(const CompiledScene& scene, const FilmChannels& channels, const PixelRect& tile, const SamplePlan& plan,
+            std::uint32_t max_bounces, WavefrontWorkspace& ws);
+
+  const CompiledScene& scene() const { return scene_; }
+  const FilmChannels& channels() const { return channels_; }
+  const PixelRect& tile() const { return tile_; }
+  std::uint32_t max_bounces() const { return max_bounces_; }
+  /// Null for tiles of the picture.
+  const MeterPlace* meter() const { return meter_; }
+  /// The tile is a meter that receives light: its paths start on a surface that no ray meets.
+  bool on_irradiance_meter() const { return meter_ != nullptr && !meter_->looks; }
+
+  /// Light that reaches the camera. `direct`: it was scattered at most once. `group`: its light group.
+  void add_light(M8 lanes, U8 slot, const V8& value, bool direct, U8 group);
+  /// Light that photons bring. They were scattered twice at least, where the film has a layer for caustics.
+  void add_photons(M8 lanes, U8 slot, const V8& value, U8 group);
+  /// Light of the environment.
+  void add_background(const Path8& in, M8 lanes, const V8& radiance, std::uint32_t bounce);
+  /// Adds to the three planes of one layer.
+  void add_to_layer(int channel, M8 lanes, U8 slot, const V8& value);
+  /// Makes samples not finite, so that the film counts them: their paths are lost because arithmetic has led them out
+  /// of all numbers. Only degenerate geometry does.
+  void add_untraceable(M8 lanes, const Ray8& rays, U8 slot);
+
+  /// Adds up split paths in ascending order: planes of one value a slot become planes of one value a pixel.
+  void sum_splits();
+
+  Pair8 decide(const Path8& path, std::uint32_t vertex, std::uint32_t decision) const {
+    return tracer::decide(path.index, path.pixel_seed, vertex, decision, plan_.sobol_vertices);
+  }
+  /// A light and a point on it, as seen from `point`.
+  LightSample8 draw_light(const V8& point, const Path8& path, std::uint32_t bounce) const;
+  /// Next-event estimation: adds `weight(light, wi, lanes)` times the light of sampled points that reaches the vertex.
+  template <class Bsdf, class Weight>
+  void sample_lights(const Vertex8& vertex, const Bsdf& bsdf, const V8& wo, M8 lanes, const Weight& weight) {
+    if (!scene_.features().lights) {
+      return;
+    }
+    const Path8& in = vertex.in;
+    V8 origin = vertex.surface.point + vertex.facing * vertex.surface.offset;
+    const LightSample8 light = draw_light(origin, in, vertex.bounce);
+    const V8 wi = vertex.frame.to_local(light.wi);
+    const F8 side = dot(light.wi, vertex.facing);
+    M8 valid = lanes & light.valid & scatters_to<Bsdf>(wi, side);
+    if constexpr (Bsdf::kTransmits) {
+      origin = vertex.surface.point + vertex.facing * copysign(vertex.surface.offset, side);
+    }
+    if (valid.none()) {
+      return;
+    }
+    const V8 contribution = in.throughput * bsdf.eval(wo, wi) * light.weight * weight(light, wi, valid);
+    if constexpr (Bsdf::kLosesSamples) {
+      valid = and_not(valid, max_component(contribution) <= F8(0.0f));
+    }
+    Media8 media = in.media;
+    if constexpr (Bsdf::kTransmits) {
+      media = select(wi.z < F8(0.0f), vertex.crossing.beyond, media);
+    }
+    push_shadows(valid, origin, light, contribution, in.slot, media);
+  }
+
+  /// Queues the shadow rays from `origin` to sampled lights.
+  void push_shadows(M8 lanes, const V8& origin, const LightSample8& light, const V8& contribution, U8 slot,
+                    const Media8& media);
+  void trace_shadows(std::uint32_t bounce);
+
+ protected:
+  /// Adds what boundaries emit that do not stop the paths.
+  using AddEmission = std::function<void(const Hit8& hits, const Surface8& surface)>;
+  Passage8 pass_media(Path8& paths, M8 lanes, Hit8& hits, std::uint32_t bounce, const AddEmission& add_emission);
+  Path8 camera_paths(std::size_t pixel, U8 seed) const;
+  Path8 meter_paths(std::size_t pixel, U8 seed) const;
+  Surface8 meter_surface(const Path8& paths, M8 lanes) const;
+  /// Russian roulette: the lanes that survive, with probability min(1, boost · throughput). Their throughput is divided
+  /// by it.
+  M8 roulette(Path8& paths, M8 lanes, std::uint32_t bounce) const;
+
+  const CompiledScene& scene_;
+  const FilmChannels& channels_;
+  const PixelRect& tile_;
+  const SamplePlan& plan_;
+  const MeterPlace* const meter_;
+  const std::uint32_t max_bounces_;
+  const std::uint32_t pixels_;
+  const std::uint32_t slots_;
+
+ private:
+  template <class ChannelOf>
+  void add_to_planes(M8 lanes, U8 slot, const V8& value, const ChannelOf& channel_of);
+  void add_not_finite(M8 lanes, U8 slot);
+  M8 sample_distance(Path8& paths, M8 lanes, F8 length, std::uint32_t decision, F8& scattered_at) const;
+  V8 shadow_transmittance(const Shadow8& shadows, M8 lanes, M8 blocked);
+
+  WavefrontWorkspace& ws_;
+};
+
+}  // namespace lightmill::tracer

@@ -1,0 +1,318 @@
+// Vertex connection and merging: bidirectional path tracing and photon mapping in one estimator.
+//
+// Georgiev, Křivánek, Davidovič and Slusallek 2012, "Light Transport Simulation with Vertex Connection and Merging". A
+// pass of light paths is one sample's, shared by all tiles. Each vertex of a camera path
+//   - is merged with the light vertices near it,
+//   - is connected to all vertices of one light path, which it draws,
+//   - is connected to a sampled point of a light (next-event estimation),
+// each light vertex is connected to the camera, and camera paths count the emitters that they hit. The balance
+// heuristic weights all of these (weights.h). Delta BSDFs have no vertices that could be merged or connected.
+//
+// Parameters: photons=N light paths a pass; radius=C of the first pass, in pixels; no-absorption; --max-bounces.
+// Weaknesses: slower than `path` where that does well; blur of what is merged, while the radius is large; closed bright
+// rooms, which leave room for few light paths. Scattering media.
+// Example: lightmill render scenes/cornell-bench-balls.json --method vcm --spp 256 -o balls.exr
+#include "common/methods/factories.h"
+
+#include "common/methods/photons/gathering.h"
+#include "common/methods/vcm/densities.h"
+
+namespace lightmill::vcm {
+namespace {
+
+using photons::Photon8;
+using photons::PhotonPass;
+
+struct CameraPayload {
+  Partial8 partial;
+};
+struct CameraPath8 : CameraPayload, tracer::Path8 {
+  struct AtVertex {
+    Partial8 partial;  ///< as the path arrives
+    F8 merging;        ///< the merging factor η
+  };
+};
+
+/// Eight vertices of camera paths that wait to be connected to a light vertex each.
+struct Connection8 {
+  V8 origin;  ///< off the surface, on the light vertex's side
+  V8 value;   ///< per radiance that arrives from there: throughput · f · cosine
+  U8 slot;
+  U8 photon;     ///< the light vertex, by its number in the pass
+  F8 pdf;        ///< of sampling the BSDF in this direction, per solid angle
+  F8 behind;     ///< of the camera path's vertex: see vcm::behind
+  F8 cosine;     ///< at its surface, geometric
+  Media8 media;  ///< at the origin
+};
+
+struct VcmShared {
+  VcmShared(const CompiledScene& scene, const photons::PhotonPassSettings& settings, std::uint32_t at_once)
+      : passes(scene, settings), connections_at_once(at_once) {}
+  bool empty() const { return passes.empty(); }
+
+  photons::PhotonPasses passes;
+  std::uint32_t connections_at_once;
+};
+
+struct VcmWorkspace : photons::PhotonWorkspace<CameraPath8> {
+  explicit VcmWorkspace(const VcmShared& shared) : PhotonWorkspace(shared) {
+    connections.reserve(shared.connections_at_once);
+  }
+  LaneQueue<Connection8> connections;
+};
+
+class VcmEstimator : public tracer::EstimatorBase {
+ public:
+  using Path = CameraPath8;
+  using Vertex = tracer::PathVertex8<Path>;
+  using Workspace = VcmWorkspace;
+  using Shared = VcmShared;
+
+  VcmEstimator(const CompiledScene& scene, const VcmShared& shared, std::uint64_t sample, std::uint64_t end,
+               VcmWorkspace& ws)
+      : scene_(scene),
+        pass_(shared.passes.pass(sample, end, ws)),
+        connections_at_once_(shared.connections_at_once),
+        ws_(ws) {}
+
+  // A camera ray starts with one path a pixel: its density is that of a pixel's solid angle.
+  void start(Path& path) const {
+    const CameraBasis& camera = scene_.camera();
+    const F8 cosine = dot(path.direction, broadcast(camera.forward));
+    const F8 pdf = F8(1.0f / glm::dot(camera.right, camera.right)) / (cosine * cosine * cosine);
+    path.partial = camera_start(pdf, light_paths());
+  }
+
+  void start_on_meter(const MeterPlace& meter, Path& /*path*/, Path::AtVertex& at) const {
+    at.merging = F8(pass_->meter_area(meter) * light_paths() / (kTileSize * kTileSize));
+  }
+
+  Path::AtVertex arrive(const Path& in, const Surface8& surface, M8 /*lanes*/) const {
+    const F8 cosine = max(abs(dot(in.direction, surface.geometric_normal)), F8(1e-8f));
+    return {vcm::arrive(in.partial, length_squared(surface.point - in.origin), cosine),
+            pass_->merging_factor(surface.point)};
+  }
+
+  // Emission: of emitters that next-event estimation does not know, nothing else finds the light.
+  F8 emission_weight(const Path& in, const Hit8& hits, const V8& point, F8 cosine, std::uint32_t bounce,
+                     M8 lanes) const {
+    const EmitterTable::Lights8 found = scene_.emitter(hits, lanes);
+    return select(found.sampled, found_light_weight(in, found.light, point, cosine, bounce, found.sampled), F8(1.0f));
+  }
+
+  // Environment.
+  F8 environment_weight(const Path& in, std::uint32_t bounce, M8 lanes) const {
+    return found_light_weight(in, U8(scene_.lights().first(LightKind::environment)), in.origin, F8(1.0f), bounce,
+                              lanes);
+  }
+
+  template <class Tracer, class Bsdf>
+  void scatter(Tracer& tracer, const Vertex& vertex, const Bsdf& bsdf, const V8& wo, M8 lanes) {
+    // Merging and connection with light paths. Holdouts compare the light of lights alone.
+    if constexpr (!requires { Bsdf::kEndsPaths; }) {
+      if (vertex.bounce > 0 || !tracer.on_irradiance_meter()) {  // no light vertex lies on a meter
+        merge(tracer, vertex, bsdf, wo, lanes);
+      }
+      connect(tracer, vertex, bsdf, wo, lanes);
+    }
+    // Next-event estimation.
+    tracer.sample_lights(vertex, bsdf, wo, lanes, [&](const LightSample8& light, const V8& wi, M8 valid) {
+      return sampled_light_weight(vertex, bsdf, wo, wi, light, valid);
+    });
+    // BSDF sampling.
+    tracer.sample_bsdf(vertex, bsdf, wo, lanes, [&](const BsdfSample8& s, Path& out, M8 there) {
+      const F8 cosine = cosine_of(vertex, s);
+      const F8 back = reverse_pdf(scene_, vertex.surface, vertex.crossing, bsdf, wo, s.wi, lanes);
+      out.partial = select(s.pdf_solid_angle > F8(0.0f),
+                           vcm::scatter(vertex.at.partial, vertex.at.merging, cosine, s.pdf_solid_angle, back),
+                           vcm::scatter_delta(vertex.at.partial, cosine));
+      return there;
+    });
+  }
+
+  static M8 scatter_delta(const Vertex& vertex, const BsdfSample8& sample, Path& out, M8 lanes) {
+    out.partial = vcm::scatter_delta(vertex.at.partial, cosine_of(vertex, sample));
+    return lanes;
+  }
+
+  template <class Tracer>
+  void finish_bounce(Tracer& tracer) {
+    trace_connections(tracer);
+  }
+
+  // Light vertices that the camera sees directly, or photons that have crossed a meter.
+  template <class Tracer>
+  void finish_sample(Tracer& tracer) {
+    if (tracer.meter() != nullptr) {
+      photons::add_meter_hits(tracer, *pass_);
+      return;
+    }
+    photons::add_seen_photons(tracer, *pass_, ws_.splats, ws_.counters,
+                              [&](const photons::SeenSplat8& splat, const auto& bsdf, const V8& wo, const Frame8& frame,
+                                  M8 lanes, const V8& value) {
+                                const F8 back = bsdf.pdf_solid_angle(wo, frame.to_local(splat.photon.wi));
+                                const F8 light = behind(pass_->partials(splat.number, lanes),
+                                                        pass_->merging_factor(splat.surface.point), back);
+                                const F8 weight = splatted(light, splat.film_pdf_area, light_paths());
+                                add_light(tracer, lanes, splat.pixel, splat.photon,
+                                          masked(max_component(value) > F8(0.0f), value * weight), 0);
+                              });
+  }
+
+ private:
+  float light_paths() const { return static_cast<float>(pass_->emitted); }
+
+  static F8 cosine_of(const Vertex& vertex, const BsdfSample8& sample) {
+    return abs(dot(vertex.frame.to_world(sample.wi), vertex.facing));
+  }
+
+  // What the camera sees directly, nothing else finds.
+  F8 found_light_weight(const Path& in, U8 light, const V8& point, F8 cosine, std::uint32_t bounce, M8 lanes) const {
+    if (bounce == 0) {
+      return F8(1.0f);
+    }
+    return found_light(
+        in.partial, light_densities(scene_, *pass_->emission, light, in.origin, point, -in.direction, cosine, lanes));
+  }
+
+  template <class Bsdf>
+  F8 sampled_light_weight(const Vertex& vertex, const Bsdf& bsdf, const V8& wo, const V8& wi, const LightSample8& light,
+                          M8 lanes) const {
+    const V8& from = vertex.surface.point;
+    const V8 direction = -light.wi;
+    const F8 cosine = pass_->emission->cosine(light.light, light.point, direction, lanes);
+    const LightDensities8 densities =
+        light_densities(scene_, *pass_->emission, light.light, from, light.point, direction, cosine, lanes);
+    const F8 back = reverse_pdf(scene_, vertex.surface, vertex.crossing, bsdf, wo, wi, lanes);
+    return sampled_light(vertex.at.partial, vertex.at.merging, abs(dot(light.wi, vertex.facing)),
+                         bsdf.pdf_solid_angle(wo, wi), back, densities);
+  }
+
+  /// Light that a light path brings to a camera path's vertex; bounce 0: to what the camera sees directly.
+  static void add_light(tracer::Wavefront& film, M8 lanes, U8 slot, const Photon8& photon, const V8& value,
+                        std::uint32_t bounce) {
+    const M8 direct = lanes & (photon.scatterings == U8(1u)) & M8(bounce == 0);
+    film.add_light(direct, slot, value, true, photon.group);
+    film.add_light(and_not(lanes, direct), slot, value, false, photon.group);
+  }
+
+  /// Vertex merging.
+  template <class Bsdf>
+  void merge(tracer::Wavefront& film, const Vertex& vertex, const Bsdf& bsdf, const V8& wo, M8 lanes) {
+    if (pass_->merge_map.empty()) {
+      return;
+    }
+    const F8 radius = pass_->merging.at(vertex.surface.point);
+    photons::find_photons(pass_->merge_map, vertex.surface.point, radius, lanes, ws_.found, ws_.counters);
+    photons::estimate_density(
+        film, photons::Discs(film, *pass_, ws_.found, radius, vertex), vertex, bsdf, wo, lanes,
+        [&](const photons::Discs::Term8& term, const V8& value) {
+          const V8 wi = vertex.frame.to_local(term.photon.wi);
+          const F8 back = reverse_pdf(scene_, vertex.surface, vertex.crossing, bsdf, wo, wi, term.valid);
+          return value * merged(vertex.at.partial, pass_->partials(term.number, term.valid), vertex.at.merging,
+                                bsdf.pdf_solid_angle(wo, wi), back);
+        },
+        [&](const photons::Discs::Term8& term, const V8& value) {
+          const M8 lit = term.valid & (max_component(value) > F8(0.0f));
+          add_light(film, lit, vertex.in.slot, term.photon, vertex.in.throughput * value, vertex.bounce);
+        });
+  }
+
+  /// Vertex connection: queues connections to all vertices of the light path that each vertex draws.
+  template <class Bsdf>
+  void connect(tracer::Wavefront& film, const Vertex& vertex, const Bsdf& bsdf, const V8& wo, M8 lanes) {
+    const PhotonPass& pass = *pass_;
+    if (pass.photons.empty()) {
+      return;
+    }
+    const Path& in = vertex.path;
+    const F8 drawn = hashed_number(in.index, decision_seed(in.pixel_seed, tracer::connection_decision(vertex.bounce)));
+    const U8 light_path = truncate(drawn * F8(light_paths()));
+    U8 at = gather(pass.path_first.data(), light_path, lanes);
+    const U8 end = gather(pass.path_first.data(), light_path + U8(1u), lanes);
+    for (M8 active = lanes & signed_less(at, end); active.any(); active = active & signed_less(at, end)) {
+      const U8 number = gather(pass.path_photons.data(), at, active);
+      at = at + U8(1u);
+      const Photon8 photon = photons::load_photons(pass.photons, number, active);
+      const V8 way = photon.point - vertex.surface.point;
+      const V8 direction = way * (F8(1.0f) / sqrt(length_squared(way)));
+      const V8 wi = vertex.frame.to_local(direction);
+      const F8 side = dot(direction, vertex.facing);
+      const V8 value = in.throughput * bsdf.eval(wo, wi);
+      const M8 valid = active & tracer::scatters_to<Bsdf>(wi, side) & (max_component(value) > F8(0.0f)) &
+                       signed_less(photon.scatterings, U8(film.max_bounces() - vertex.bounce));
+      if (valid.none()) {
+        continue;
+      }
+      const F8 back = reverse_pdf(scene_, vertex.surface, vertex.crossing, bsdf, wo, wi, valid);
+      const V8 origin = vertex.surface.point + vertex.facing * copysign(vertex.surface.offset, side);
+      const Media8 media = select(side < F8(0.0f), vertex.crossing.beyond, in.media);
+      ws_.connections.push(valid, {origin, value, in.slot, number, bsdf.pdf_solid_angle(wo, wi),
+                                   behind(vertex.at.partial, vertex.at.merging, back), abs(side), media});
+      if (ws_.connections.size() >= static_cast<int>(connections_at_once_)) {
+        trace_connections(film);
+      }
+    }
+  }
+
+  /// Adds the queued connections whose light vertices are seen from their origins. A photon's power is what it brings
+  /// to a place, so what it sends on is radiance per area: Georgiev et al. 2012, eq. 5.
+  ///
+  /// A path's connections come after what is merged at its vertex and before what its shadow ray brings, however often
+  /// the queue is emptied, so its capacity changes no bit.
+  void trace_connections(tracer::Wavefront& film) {
+    for (int i = 0; i < ws_.connections.size(); i += 8) {
+      const M8 lanes = first_lanes(ws_.connections.size() - i);
+      const Connection8 c = ws_.connections.load(i);
+      const Photon8 photon = photons::load_photons(pass_->photons, c.photon, lanes);
+      const V8 way = photon.point - c.origin;
+      const F8 distance = sqrt(length_squared(way));
+      const V8 direction = way * (F8(1.0f) / distance);
+      const Ray8 rays{c.origin, direction, F8(std::numeric_limits<float>::infinity())};
+      const Arrival8 arrival = trace_transmittance(scene_, lanes, rays, c.media, kNoGeometry, ws_.counters);
+      const Surface8 surface = scene_.surface(arrival.rays, arrival.hits);
+      const F8 cosine = abs(dot(direction, surface.geometric_normal));
+      const M8 seen = lanes & photons::found_again(arrival, surface, photon, distance, cosine);
+      if (seen.none()) {
+        continue;
+      }
+      const V8 facing = select(surface.front, surface.geometric_normal, -surface.geometric_normal);
+      const Frame8 frame(select(surface.front, surface.shading_normal, -surface.shading_normal));
+      const V8 wo = frame.to_local(-direction), wi = frame.to_local(photon.wi);
+      const F8 per_area = cosine / (distance * distance) * F8(light_paths());  // powers are shares of all paths
+      const V8 value = c.value * arrival.transmittance * photon.power * per_area;
+      const F8 merging = pass_->merging_factor(surface.point);
+      for_each_kind(scene_.materials(), surface, seen, [&](MaterialKind kind, M8 of_kind) {
+        visit_bsdf(scene_, kind, surface, arrival.crossing, wo, of_kind, [&](const auto& bsdf, M8 there) {
+          if constexpr (requires { bsdf.eval(wo, wo); }) {
+            const F8 light = behind(pass_->partials(c.photon, there), merging, bsdf.pdf_solid_angle(wo, wi));
+            const F8 light_pdf = reverse_pdf(scene_, surface, arrival.crossing, bsdf, wo, wi, there);
+            const F8 weight = connected(c.behind, c.pdf, c.cosine, light, light_pdf, cosine, distance * distance);
+            const V8 sent = photons::scattered_per_power(bsdf, wo, frame, facing, photon.wi);
+            const V8 brought = masked(max_component(sent) > F8(0.0f), value * sent * weight);
+            film.add_light(there, c.slot, brought, false, photon.group);
+          }
+        });
+      });
+    }
+    ws_.connections.clear();
+  }
+
+  const CompiledScene& scene_;
+  std::shared_ptr<const PhotonPass> pass_;
+  std::uint32_t connections_at_once_;
+  VcmWorkspace& ws_;
+};
+
+}  // namespace
+}  // namespace lightmill::vcm
+
+namespace lightmill {
+
+std::unique_ptr<Method> make_vcm_method(ScenePointer scene, const MethodSettings& settings, const MethodSpec& spec,
+                                        std::uint32_t connections_at_once) {
+  return photons::make_photon_method<vcm::VcmEstimator>(std::move(scene), settings, spec,
+                                                        photons::PhotonKind::light_path, connections_at_once);
+}
+
+}  // namespace lightmill
