@@ -55,12 +55,19 @@ if(CMAKE_CXX_COMPILER_ID STREQUAL "GNU" AND CMAKE_CXX_COMPILER_VERSION VERSION_G
   list(APPEND LIGHTMILL_KERNEL_OPTIONS -mmove-max=256 -mstore-max=256)
 endif()
 
+# The same headers for kernels, and the intrinsics: a precompiled header serves only what has its options.
+add_library(lightmill_kernel_pch STATIC ${PROJECT_SOURCE_DIR}/cmake/pch.cpp)
+target_precompile_headers(lightmill_kernel_pch PRIVATE ${LIGHTMILL_PCH_HEADERS} <immintrin.h>)
+target_compile_options(lightmill_kernel_pch PRIVATE ${LIGHTMILL_KERNEL_OPTIONS})
+target_link_libraries(lightmill_kernel_pch PUBLIC fmt::fmt)
+
 # lightmill_sources(TARGET KIND): how the sources of a target are compiled. KIND is KERNEL, SHELL (reads options and calls
 # the rest: it is compiled fast rather than made fast) or empty.
 function(lightmill_sources target kind)
   lightmill_unity(${target} 16)
   if(kind STREQUAL "KERNEL")
     target_compile_options(${target} PRIVATE ${LIGHTMILL_KERNEL_OPTIONS})
+    target_precompile_headers(${target} REUSE_FROM lightmill_kernel_pch)
   elseif(kind STREQUAL "SHELL")
     target_compile_options(${target} PRIVATE -O1)
   else()
