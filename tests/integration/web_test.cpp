@@ -484,7 +484,10 @@ TEST(Web, WithoutFilesToOpenConnectionsWaitAndAreTriedNowAndThen) {
   for (int i = 0; i < 20; ++i) {
     silent.push_back(web.connect());
   }
-  const auto tries = [&] { return web.farm().times_said("server", "cannot accept a connection: Too many open files"); };
+  const auto tries = [&] {
+    return web.farm().times_said("server",
+                                 fmt::format("port {} cannot accept a connection: Too many open files", web.port()));
+  };
   EXPECT_TRUE(eventually([&] { return tries() > 0; }));
   std::atomic<bool> answered = false;
   std::jthread caller([&] {
