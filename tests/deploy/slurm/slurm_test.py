@@ -116,7 +116,7 @@ class SlurmTest(unittest.TestCase):
 
     def expect_quiet_film(self, job, seed, samples, farm=None):
         farm = farm or self.farm
-        wait_until(f"job {job} is done", lambda: farm.show(job)["state"] == "done", 480)
+        wait_until(f"job {job} is done", lambda: farm.show(job)["state"] == "done", 1800)
         film = farm.ask("fetch", job, "-o", self.folder / f"{job}.exr")["film_hash"]
         quiet = json.loads(run(BIN / "lightmill", "render", SCENE, "--size", "128x128", "--method", "path", "--seed", seed, "--spp",
                                samples, "-o", self.folder / f"quiet-{job}.exr", "--json",
