@@ -17,6 +17,10 @@
 #include "tests/unit/store/store_conformance.h"
 
 namespace lightmill::test {
+
+// This program uses the records of the conformance suite, not its tests.
+GTEST_ALLOW_UNINSTANTIATED_PARAMETERIZED_TEST(StoreConformance);
+
 namespace {
 
 namespace fs = std::filesystem;
