@@ -23,6 +23,9 @@ Status write_secret_file(const std::filesystem::path& path, ByteView bytes, bool
 /// Writes to a temporary name beside `path`, flushes to disk and renames: readers see the old file or the new one.
 Status write_file_atomically(const std::filesystem::path& path, ByteView bytes);
 
+/// Makes the name of this file last through a power failure, where its file system can do that.
+void sync_folder_of(const std::filesystem::path& path);
+
 /// The folder of the running program.
 std::filesystem::path own_folder();
 

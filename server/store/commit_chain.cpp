@@ -111,7 +111,7 @@ Status check_shared_chain(const std::optional<CommitMark>& chain, const CommitMa
 
 Status check_chain(const std::optional<CommitMark>& chain, const CommitMark& store) {
   if (!chain) {
-    return store.commits == 0 ? ok_status()
+    return store.commits <= 1 ? ok_status()  // killed before the first record: nothing was acknowledged
                               : failed_precondition(
                                     "the record of the last commit is missing or damaged, so nobody can tell "
                                     "whether the database has all of its commits");

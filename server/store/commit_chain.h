@@ -23,7 +23,7 @@ struct CommitMark {
   friend bool operator==(const CommitMark&, const CommitMark&) = default;
 };
 
-/// The file DATABASE-chain: two slots that are written in turn, so that one of them is whole whenever the power fails.
+/// A file of two slots that are written in turn, so that one of them is whole whenever the power fails.
 /// Not thread-safe.
 class CommitChain {
  public:

@@ -191,6 +191,10 @@ Status Leadership::look_at_chain(Session& session) {
   }
   LM_ASSIGN_OR_RETURN(const Rows rows,
                       session.query("SELECT epoch, commits, highest_job, secret FROM turn, audit_secret"));
+  if (rows.size() != 1) {
+    return data_loss("{}: the row that says how far it has come is missing; put a backup in its place",
+                     session.place());
+  }
   const Sha256 id = sha256(rows.view(0, 3));
   std::copy_n(id.bytes.begin(), store_.size(), store_.begin());
   CommitMark mark{store_, mark_of(rows.natural(0, 0), rows.natural(0, 1)), {}, rows.natural(0, 2)};

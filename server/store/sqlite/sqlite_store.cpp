@@ -1,11 +1,12 @@
 #include "server/store/sqlite/sqlite_store.h"
 
 #include "common/base/check.h"
+#include "common/base/file.h"
 #include "common/base/log.h"
+#include "server/store/commit_chain.h"
 #include "server/store/migration.h"
 #include "server/store/records.h"
 #include "server/store/row_values.h"
-#include "server/store/commit_chain.h"
 #include "server/store/sqlite/database.h"
 #include "server/store/sqlite/format_12.h"
 #include "server/store/sqlite/journal_scan.h"
@@ -72,9 +73,9 @@ class SqliteStore final : public Store {
   Status run(Statement& statement, const NodeKey& key);
   Status chain();
   Status roll_back(Status cause);
-  /// Takes part in the hash over all commits.
+  /// Adds numbers of the commit under way to the hash over all commits.
   template <class... Numbers>
-  void note(Numbers... numbers) {
+  void add_to_hash(Numbers... numbers) {
     const std::array<std::uint64_t, sizeof...(Numbers)> all{static_cast<std::uint64_t>(numbers)...};
     writes_->append(view_of(all));
   }
@@ -87,8 +88,9 @@ class SqliteStore final : public Store {
   std::uint64_t highest_job_ = 0;  ///< of the commit under way
   stored::StoredSpecs specs_;
   stored::RowKeys keys_;
-  std::optional<Xxh3Hasher> writes_;  ///< of the commit under way
-  bool unchained_ = false;            ///< the last commit is stored, and the chain's record of it is not
+  std::optional<Xxh3Hasher> writes_;      ///< of the commit under way
+  std::size_t writes_in_commit_ = 0;      ///< of the commit under way
+  std::optional<std::size_t> unchained_;  ///< writes of a commit that is stored, and of which the chain has no record
 };
 
 Result<StoredState> SqliteStore::load() {
@@ -146,7 +148,8 @@ bool SqliteStore::tidy() {
 // ---- commits ----
 
 Status SqliteStore::commit(std::span<const StoreOp> ops) {
-  if (unchained_) {  // the same commit is tried again: it is stored, and its record is not
+  if (unchained_) {  // it is stored, and its record is not
+    LM_CHECK(*unchained_ == ops.size(), "only the same commit may be tried again");
     return chain();
   }
   LM_RETURN_IF_ERROR(statements_.begin.run());
@@ -161,10 +164,11 @@ Status SqliteStore::commit(std::span<const StoreOp> ops) {
 
 Status SqliteStore::write(std::span<const StoreOp> ops) {
   writes_.emplace();
-  note(row_.hash.high, row_.hash.low);
+  add_to_hash(row_.hash.high, row_.hash.low);
   highest_job_ = next_job_id_ - 1;
+  writes_in_commit_ = ops.size();
   for (const StoreOp& op : ops) {
-    note(op.index());
+    add_to_hash(op.index());
     LM_RETURN_IF_ERROR(std::visit([&](const auto& each) { return apply(each); }, op));
   }
   return ok_status();
@@ -181,13 +185,13 @@ Status SqliteStore::finish(sqlite::StoreRow next) {
   keys_.keep();
   row_ = next;
   next_job_id_ = highest_job_ + 1;
-  unchained_ = true;
+  unchained_ = writes_in_commit_;
   return chain();
 }
 
 Status SqliteStore::chain() {
   LM_RETURN_IF_ERROR(chain_.append({row_.id, row_.commits, row_.hash, next_job_id_ - 1}));
-  unchained_ = false;
+  unchained_.reset();
   return ok_status();
 }
 
@@ -221,7 +225,7 @@ Status SqliteStore::apply(const Op& op) {
       statement.bind_all(as_byte_view(change.key.name));
     }
     puts ? keys_.put(change.table, change.key) : keys_.drop(change.table, change.key);
-    note(table, change.key.number, puts);
+    add_to_hash(table, change.key.number, puts);
     writes_->append(as_byte_view(change.key.name));
     if (puts) {
       writes_->append(as_byte_view(*change.message));
@@ -237,14 +241,14 @@ Status SqliteStore::apply(const PutNode& op) {
   const Hash128 hash = hash_of(*op.node);
   const std::array<std::uint8_t, 16> bytes = bytes_of(hash);
   const SampleRange& range = op.node->range;
-  note(op.job.value, op.tile.value, range.level, range.index, op.node->non_finite, hash.high, hash.low);
+  add_to_hash(op.job.value, op.tile.value, range.level, range.index, op.node->non_finite, hash.high, hash.low);
   statements_.put_node.bind_all(op.job.value, op.tile.value, range.level, range.index, op.node->non_finite,
                                 view_of(bytes), view_of(op.node->values));
   return statements_.put_node.run();
 }
 
 Status SqliteStore::run(Statement& statement, const NodeKey& key) {
-  note(key.job.value, key.tile.value, key.range.level, key.range.index);
+  add_to_hash(key.job.value, key.tile.value, key.range.level, key.range.index);
   statement.bind_all(key.job.value, key.tile.value, key.range.level, key.range.index);
   return statement.run();
 }
@@ -257,7 +261,7 @@ Status SqliteStore::apply(const PutResult& op) {
   const std::array<std::uint8_t, 16> hash = bytes_of(op.hash);
   const stored::Audit audit = op.to_verify ? stored::Audit::wanted : stored::Audit::none;
   const std::int64_t checksum = stored::checksum_of(op.key, op.hash, op.by, audit);
-  note(checksum);
+  add_to_hash(checksum);
   statements_.put_result.bind_all(op.key.job.value, op.key.tile.value, op.key.range.level, op.key.range.index,
                                   view_of(hash), as_byte_view(op.by.worker), as_byte_view(op.by.machine),
                                   static_cast<int>(audit), as_byte_view(op.by.fingerprint_class), checksum);
@@ -273,7 +277,7 @@ Status SqliteStore::apply(const DropResults& op) {
 }
 
 Status SqliteStore::apply(const DropResultRow& op) {
-  note(op.job.value, op.tile, op.level, op.index);
+  add_to_hash(op.job.value, op.tile, op.level, op.index);
   statements_.drop_result_row.bind_all(op.job.value, op.tile, op.level, op.index);
   return statements_.drop_result_row.run();
 }
@@ -312,7 +316,7 @@ Status prepare_file(Database& database, const std::filesystem::path& file, bool 
     return database.execute("COMMIT");
   }
   if (tables == 0 && version == 0) {
-    return failed_precondition("{} is empty, and commits were acknowledged: {}", file.string(), kLossAdvice);
+    return failed_precondition("{} is empty, and commits were acknowledged. {}", file.string(), kLossAdvice);
   }
   if (application != sqlite::kApplicationId) {
     return failed_precondition(
@@ -424,14 +428,15 @@ Result<std::optional<StoredState>> read_format_before(const fs::path& file) {
     return std::nullopt;
   }
   LM_ASSIGN_OR_RETURN(Database database, Database::open(file));
+  database.checkpoint_at_close(false);  // a store that is refused stays as it is
   LM_RETURN_IF_ERROR(database.execute("PRAGMA locking_mode = EXCLUSIVE"));
   LM_ASSIGN_OR_RETURN(const std::int64_t application, database.number("PRAGMA application_id"));
   LM_ASSIGN_OR_RETURN(const std::int64_t version, database.number("PRAGMA user_version"));
   if (application != sqlite::kApplicationId || version != sqlite::kFormatBefore) {
-    database.checkpoint_at_close(false);
     return std::nullopt;
   }
   LM_ASSIGN_OR_RETURN(StoredState state, sqlite::load_format_12(database));
+  database.checkpoint_at_close(true);  // the file that is kept has all of it
   return state;
 }
 
@@ -460,7 +465,9 @@ Status migrate(const fs::path& file) {
     fs::copy_file(file, kept);
   }
   fs::rename(with_suffix(fresh, "-chain"), with_suffix(file, "-chain"));
+  sync_folder_of(file);  // before the file that needs it
   fs::rename(fresh, file);
+  sync_folder_of(file);
   spdlog::info("the store of format {} is kept as {}: it is the way back to an older lightmill-server",
                sqlite::kFormatBefore, kept.string());
   return ok_status();

@@ -6,8 +6,8 @@
 #include <fstream>
 
 #include "common/base/file.h"
-#include "server/store/data_directory.h"
 #include "server/store/commit_chain.h"
+#include "server/store/data_directory.h"
 #include "server/store/sqlite/journal_scan.h"
 #include "tests/support/places.h"
 #include "tests/support/temporary_folder.h"
@@ -217,12 +217,13 @@ TEST(CommitChain, OnlyAStoreWithAllAcknowledgedCommitsPasses) {
   EXPECT_TRUE(check_chain(mark(5), mark(5)).ok());
   EXPECT_TRUE(check_chain(mark(5), mark(6)).ok()) << "the last one was not acknowledged";
   EXPECT_TRUE(check_chain(std::nullopt, mark(0)).ok());
+  EXPECT_TRUE(check_chain(std::nullopt, mark(1)).ok()) << "a new store, killed before its first record";
   for (const auto& [chain, store, why] : std::vector<std::tuple<std::optional<CommitMark>, CommitMark, std::string>>{
            {mark(5), mark(4), "it ends with commit 4, and all up to 5 were acknowledged"},
            {mark(5), mark(7), "is older: it says 5"},
            {mark(5), mark(5, 1), "has other writes than were acknowledged"},
            {mark(5), mark(5, 0, 2), "belongs to another store"},
-           {std::nullopt, mark(1), "is missing or damaged"}}) {
+           {std::nullopt, mark(2), "is missing or damaged"}}) {
     const Status status = check_chain(chain, store);
     EXPECT_EQ(status.code(), StatusCode::kFailedPrecondition);
     EXPECT_NE(message_of(status).find(why), std::string::npos) << message_of(status);
@@ -312,6 +313,15 @@ TEST_F(LostCommits, AreAcceptedWithJobIdsThatGoOn) {
     EXPECT_EQ(state.next_job_id, 4u) << "the lost job's id is not given again";
   }
   EXPECT_EQ(open()->load()->next_job_id, 4u) << "nor later";
+}
+
+TEST_F(SqliteStoreTest, NothingIsAcknowledgedWithoutARecordOfIt) {
+  std::filesystem::create_symlink("/dev/full", chain_);
+  const Status status = open()->load().status();
+  EXPECT_EQ(status.code(), StatusCode::kResourceExhausted);
+  EXPECT_NE(message_of(status).find("cannot write " + chain_.string()), std::string::npos) << status;
+  std::filesystem::remove(chain_);
+  EXPECT_EQ(open()->load()->epoch, 2u) << "the first was stored, and no record of it";
 }
 
 TEST_F(LostCommits, AnOldCopyOfTheDatabaseIsRefused) {
