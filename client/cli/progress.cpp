@@ -123,14 +123,16 @@ std::string verification_text(const v1::Job& job) {
                       merged = job.counters().results_merged();
   std::string text;
   if (verified > 0) {
-    text = fmt::format("{} of {} results were rendered again on another machine, alike", verified, merged);
+    text = fmt::format("{} of {} results were rendered again by another identity, alike", verified, merged);
   } else if (job.verify_share() <= 0) {
     text = "unaudited: not asked for";
   } else if (unverified == 0) {
     text = fmt::format("unaudited: none of {} results has been drawn, of which {:.3g} % are", merged,
                        100 * job.verify_share());
+  } else if (job.one_identity()) {
+    text = "unaudited: one identity (all workers show the same certificate or token, or are on one machine)";
   } else if (job.state() == v1::JOB_STATE_DONE) {
-    text = "unaudited: no other machine was there";
+    text = "unaudited: no other identity was there";
   } else {
     text = "nothing yet";
   }

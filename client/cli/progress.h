@@ -34,7 +34,7 @@ std::vector<std::string> method_lines(const v1::Job& job);
 /// "12/64 spp", or "12 spp" without a sample goal: what all of the frame has.
 std::string samples_text(const v1::Job& job);
 
-/// "3 of 412 results were rendered again on another machine, alike", or why nothing was: "unaudited: ...".
+/// "3 of 412 results were rendered again by another identity, alike", or why nothing was: "unaudited: ...".
 std::string verification_text(const v1::Job& job);
 
 /// 32 hexadecimal digits: under which the logs of coordinator and workers have the job; "none" of a coordinator that

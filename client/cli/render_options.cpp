@@ -157,7 +157,8 @@ void add_render_options(CLI::App& command, RenderOptions& options) {
       ->capture_default_str();
   command
       .add_option("--verify", options.verify,
-                  "render this share of the results again on another machine, to find those that compute wrongly: 1%, "
+                  "have another identity (certificate or token) render this share of the results again, to find those "
+                  "that compute wrongly: 1%, "
                   "0.1%, all, none")
       ->type_name("SHARE")
       ->check(readable(parse_share))

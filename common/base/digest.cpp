@@ -1,6 +1,7 @@
 #include "common/base/digest.h"
 
 #include <openssl/evp.h>
+#include <openssl/hmac.h>
 #include <xxhash.h>
 
 #include "common/base/check.h"
@@ -80,6 +81,14 @@ Sha256 sha256(ByteView bytes) {
   Sha256Hasher hasher;
   hasher.append(bytes);
   return hasher.finish();
+}
+
+Sha256 hmac_sha256(const Sha256& key, ByteView bytes) {
+  Sha256 tag;
+  LM_CHECK(HMAC(EVP_sha256(), key.bytes.data(), static_cast<int>(key.bytes.size()),
+                reinterpret_cast<const unsigned char*>(bytes.data()), bytes.size(), tag.bytes.data(),
+                nullptr) != nullptr);
+  return tag;
 }
 
 std::string Hash128::hex() const {

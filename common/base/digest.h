@@ -50,6 +50,9 @@ inline Sha256 sha256(std::string_view text) {
   return sha256(as_byte_view(text));
 }
 
+/// HMAC with SHA-256 (RFC 2104): nobody without the key can make it.
+Sha256 hmac_sha256(const Sha256& key, ByteView bytes);
+
 /// An XXH3-128, shown as 32 hex digits (high word first, XXHash's canonical form).
 struct Hash128 {
   std::uint64_t high = 0;

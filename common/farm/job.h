@@ -79,7 +79,7 @@ struct MethodNotes {
 /// Whether the method, or one that a pilot may pick, gathers photons, which blurs (method_gathers).
 bool may_gather(const RenderSettings& settings, const MethodNotes& notes);
 
-/// Of the results, which are rendered again on another machine unless a job says otherwise.
+/// Of the results, which are rendered again by another identity unless a job says otherwise.
 inline constexpr double kVerifyShare = 0.01;
 
 /// What a client submits. Immutable afterwards but for goal and priority.
@@ -90,7 +90,7 @@ struct JobSpec {
   std::string host;                    ///< where it was asked
   JobId parent;                        ///< 0: none
   std::int32_t priority = 0;           ///< higher goes first
-  double verify_share = kVerifyShare;  ///< of the results that are rendered again on another machine, 0 to 1
+  double verify_share = kVerifyShare;  ///< of the results that are rendered again by another identity, 0 to 1
   /// Workers of any class may render it: where their rounding differs, nobody gets the same bits again.
   bool allow_mixed = false;
   Goal goal;
@@ -104,7 +104,7 @@ struct JobCounters {
   std::uint64_t leases_lost = 0;        ///< leases that expired or whose worker left
   std::uint64_t copies_leased = 0;      ///< tiles leased a second time near the end
   std::uint64_t non_finite = 0;         ///< samples that counted as zero
-  std::uint64_t results_verified = 0;   ///< rendered again on another machine, with the same bits
+  std::uint64_t results_verified = 0;   ///< rendered again by another identity, with the same bits
   std::uint64_t nodes_dropped = 0;      ///< of the film, because a worker with a part in them was found to be wrong
 };
 
@@ -153,6 +153,7 @@ struct JobStatus {
   JobCounters counters;
   double verify_share = 0;
   bool allow_mixed = false;
+  bool one_identity = false;  ///< results wait to be verified, and no other certificate, token or machine is here
   std::uint64_t results_unverified = 0;  ///< that are still to be verified, or, at the end, could not be
   std::int64_t submitted_unix_ms = 0, finished_unix_ms = 0;  ///< 0: not yet
   Sha256 render_digest;                                      ///< zero until the class is fixed

@@ -39,8 +39,9 @@ struct NodeKey {
 struct HeldLease {
   LeaseId lease;
   std::uint64_t epoch = 0;
-  Sha256 render_digest;  ///< of the job as the worker knows it: job 1 of another farm is another job
-  Unit unit;             ///< with the tiles that are still to be rendered or acknowledged
+  Sha256 render_digest;      ///< of the job as the worker knows it: job 1 of another farm is another job
+  Unit unit;                 ///< with the tiles that are still to be rendered or acknowledged
+  std::vector<Sha256> tags;  ///< of each tile of the unit, as granted
 };
 
 // ---- worker → coordinator ----
@@ -57,6 +58,8 @@ struct WorkerHello {
   bool draining = false;
   std::string machine = {};  ///< the same for all processes on one machine, whatever containers they are in
   bool inspects = false;     ///< it knows what an InspectGrant is
+  /// The name of its certificate or token. The coordinator finds it out; it is not sent. Empty: nothing was asked for.
+  std::string identity = {};
 };
 
 /// Sent every heartbeat interval: it renews all the worker's leases that it lists. Those that the coordinator does not
@@ -76,6 +79,7 @@ struct WorkerResult {
   Sha256 render_digest;  ///< a result is a fact about (render digest, tile, range): others' are not wanted
   double seconds = 0;    ///< thread time that it took
   Hash128 trace = {};    ///< as its lease's
+  Sha256 tag = {};       ///< of its tile in the grant
 };
 
 /// The worker gives the tiles of a lease back for which it has sent no result (it drains, or does not know the job).
@@ -119,6 +123,7 @@ struct Welcome {
   std::uint64_t epoch = 0;
   Duration heartbeat_interval{};
   Duration lease_duration{};  ///< a lease not renewed for so long is lost
+  Hash128 farm{};             ///< names the farm: grants of another one are worth nothing here
 };
 
 /// Describes a job. Sent before each lease of a job of which the worker holds no other lease of this session.
@@ -132,6 +137,9 @@ struct LeaseGrant {
   LeaseId lease;
   Unit unit;
   Hash128 trace = {};  ///< trace_id of the job, for logs
+  /// For each tile of the unit: proves to every coordinator of the farm, at any time, that these samples were granted
+  /// to this worker (server/domain/grants.h).
+  std::vector<Sha256> tags = {};
 };
 
 /// A unit of its own kind: find out which of these methods is the cheapest for the job, and where its samples go. It is

@@ -332,6 +332,7 @@ void to_wire(const JobStatus& status, v1::Job* out) {
   out->set_verify_share(status.verify_share);
   out->set_allow_mixed(status.allow_mixed);
   out->set_results_unverified(status.results_unverified);
+  out->set_one_identity(status.one_identity);
   out->set_submitted_unix_ms(status.submitted_unix_ms);
   out->set_finished_unix_ms(status.finished_unix_ms);
   if (status.render_digest != Sha256{}) {
@@ -381,6 +382,7 @@ Result<JobStatus> from_wire(const v1::Job& job) {
   out.verify_share = job.verify_share();
   out.allow_mixed = job.allow_mixed();
   out.results_unverified = job.results_unverified();
+  out.one_identity = job.one_identity();
   out.submitted_unix_ms = job.submitted_unix_ms();
   out.finished_unix_ms = job.finished_unix_ms();
   if (!job.render_digest().empty()) {

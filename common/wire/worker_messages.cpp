@@ -67,6 +67,26 @@ Result<std::vector<LeaseId>> lease_list(const T& leases) {
   return out;
 }
 
+/// Of a unit that is granted or held.
+void to_wire(const std::vector<Sha256>& tags, google::protobuf::RepeatedPtrField<std::string>* out) {
+  for (const Sha256& tag : tags) {
+    *out->Add() = digest_bytes(tag);
+  }
+}
+
+Result<std::vector<Sha256>> tags_from_wire(const google::protobuf::RepeatedPtrField<std::string>& tags,
+                                           const Unit& unit) {
+  if (static_cast<std::size_t>(tags.size()) != unit.tiles.size()) {
+    return invalid_argument("tags: {} of {} tiles", tags.size(), unit.tiles.size());
+  }
+  std::vector<Sha256> out;
+  out.reserve(unit.tiles.size());
+  for (const std::string& tag : tags) {
+    LM_ASSIGN_OR_RETURN(out.emplace_back(), digest_from_bytes(tag));
+  }
+  return out;
+}
+
 /// One kind of message as any.
 template <class Message, class One>
 Result<Message> as_message(Result<One> one) {
@@ -92,6 +112,7 @@ struct RequestWriter {
       lease->set_epoch(held.epoch);
       lease->set_render_digest(digest_bytes(held.render_digest));
       to_wire(held.unit, lease->mutable_unit());
+      to_wire(held.tags, lease->mutable_tags());
     }
     wire->set_draining(hello.draining);
     wire->set_machine(hello.machine);
@@ -116,6 +137,7 @@ struct RequestWriter {
     wire->set_seconds(result.seconds);
     wire->set_render_digest(digest_bytes(result.render_digest));
     wire->set_trace_id(hash_bytes(result.trace));
+    wire->set_tag(digest_bytes(result.tag));
   }
   void operator()(const WorkerReturn& message) const { out->mutable_lease_return()->set_lease(message.lease.value); }
   void operator()(const WorkerRefusal& refusal) const {
@@ -164,7 +186,8 @@ Result<WorkerMessage> hello_from_wire(const v1::WorkerHello& hello) {
   for (const v1::HeldLease& held : hello.held()) {
     LM_ASSIGN_OR_RETURN(Unit unit, from_wire(held.unit()));
     LM_ASSIGN_OR_RETURN(const Sha256 digest, digest_from_bytes(held.render_digest()));
-    out.held.push_back({LeaseId{held.lease()}, held.epoch(), digest, std::move(unit)});
+    LM_ASSIGN_OR_RETURN(std::vector<Sha256> tags, tags_from_wire(held.tags(), unit));
+    out.held.push_back({LeaseId{held.lease()}, held.epoch(), digest, std::move(unit), std::move(tags)});
   }
   return WorkerMessage(std::move(out));
 }
@@ -192,6 +215,7 @@ Result<WorkerMessage> result_from_wire(const v1::WorkerResult& result) {
   out.seconds = result.seconds();
   LM_ASSIGN_OR_RETURN(out.render_digest, digest_from_bytes(result.render_digest()));
   LM_ASSIGN_OR_RETURN(out.trace, trace_from_wire(result.trace_id()));
+  LM_ASSIGN_OR_RETURN(out.tag, digest_from_bytes(result.tag()));
   return WorkerMessage(std::move(out));
 }
 
@@ -222,6 +246,7 @@ struct ResponseWriter {
     wire->set_epoch(welcome.epoch);
     to_wire_duration(welcome.heartbeat_interval, wire->mutable_heartbeat_interval());
     to_wire_duration(welcome.lease_duration, wire->mutable_lease_duration());
+    wire->set_farm(hash_bytes(welcome.farm));
   }
   void operator()(const JobDescription& job) const {
     v1::JobDescription* wire = out->mutable_job();
@@ -233,6 +258,7 @@ struct ResponseWriter {
     out->mutable_lease()->set_lease(grant.lease.value);
     to_wire(grant.unit, out->mutable_lease()->mutable_unit());
     out->mutable_lease()->set_trace_id(hash_bytes(grant.trace));
+    to_wire(grant.tags, out->mutable_lease()->mutable_tags());
   }
   void operator()(const ResultAck& ack) const {
     v1::ResultAck* wire = out->mutable_ack();
@@ -266,6 +292,7 @@ Result<CoordinatorMessage> welcome_from_wire(const v1::Welcome& welcome) {
   LM_ASSIGN_OR_RETURN(out.heartbeat_interval,
                       duration_from_wire("welcome.heartbeat_interval", welcome.heartbeat_interval()));
   LM_ASSIGN_OR_RETURN(out.lease_duration, duration_from_wire("welcome.lease_duration", welcome.lease_duration()));
+  LM_ASSIGN_OR_RETURN(out.farm, hash_from_bytes(welcome.farm()));
   return CoordinatorMessage(out);
 }
 
@@ -402,7 +429,8 @@ Result<CoordinatorMessage> from_wire(const v1::WorkResponse& response) {
     case v1::WorkResponse::kLease: {
       LM_ASSIGN_OR_RETURN(Unit unit, from_wire(response.lease().unit()));
       LM_ASSIGN_OR_RETURN(const Hash128 trace, trace_from_wire(response.lease().trace_id()));
-      return CoordinatorMessage(LeaseGrant{LeaseId{response.lease().lease()}, std::move(unit), trace});
+      LM_ASSIGN_OR_RETURN(std::vector<Sha256> tags, tags_from_wire(response.lease().tags(), unit));
+      return CoordinatorMessage(LeaseGrant{LeaseId{response.lease().lease()}, std::move(unit), trace, std::move(tags)});
     }
     case v1::WorkResponse::kAck:
       return ack_from_wire(response.ack());

@@ -144,6 +144,7 @@ class WorkStream final : public grpc::ServerBidiReactor<v1::WorkRequest, v1::Wor
       const Result<std::string> name = worker_name(call_.caller, hello->name);
       status = name.status();
       hello->name = name.value_or("");
+      hello->identity = call_.caller.name;
     }
     if (!status.ok()) {
       spdlog::warn("session {} ({}): {}", session_.value, call_.peer, message_of(status));

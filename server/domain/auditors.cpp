@@ -8,13 +8,13 @@ std::vector<Renderer> Audits::renderers_for(const Job& job, Time now) const {
   std::set<Renderer> all;
   for (const auto& [name, worker] : workers_.all()) {
     if (worker.stays() && may_render(worker, job) && now < worker.heard_at() + limits_.auditor_patience) {
-      all.insert({"", machine_of(worker.hello()), job.class_of_result(worker.hello().fingerprint_class)});
+      all.insert({"", identity_of(worker.hello()), job.class_of_result(worker.hello().fingerprint_class)});
     }
   }
-  for (const auto& [machine, was] : workers_.absent()) {
+  for (const auto& [identity, was] : workers_.absent()) {
     if (now < was.since + limits_.auditor_patience && suits(was.fingerprint_class, was.renderer_version, job) &&
-        !quarantine_.contains({"", machine})) {
-      all.insert({"", machine, job.class_of_result(was.fingerprint_class)});
+        !quarantine_.contains({"", identity})) {
+      all.insert({"", identity, job.class_of_result(was.fingerprint_class)});
     }
   }
   return {all.begin(), all.end()};
@@ -27,8 +27,27 @@ bool Audits::are_done(const Job& job, Time now) const {
   if (!job.audits.waiting()) {
     return true;
   }
-  const bool others_may_come_back = machines_before_.size() > 1 && now < started_ + limits_.auditor_patience;
+  // Of one who had no results before the start nothing is known, and it may come back too.
+  const Duration patience = identities_before_.empty()       ? Duration::zero()
+                            : identities_before_.size() == 1 ? limits_.restart_grace
+                                                             : limits_.auditor_patience;
+  const bool others_may_come_back = now < started_ + patience;
   return !others_may_come_back && !job.audits.possible_for(renderers_for(job, now));
+}
+
+bool Audits::one_identity(const Job& job) const {
+  const std::string* first = nullptr;
+  for (const auto& [name, worker] : workers_.all()) {
+    if (!worker.stays() || !may_render(worker, job)) {
+      continue;
+    }
+    const std::string& identity = identity_of(worker.hello());
+    if (first != nullptr && *first != identity) {
+      return false;
+    }
+    first = &identity;
+  }
+  return first != nullptr;
 }
 
 std::string Audits::reason_for_dispute(const Job& job) const {
@@ -44,7 +63,7 @@ std::string Audits::reason_for_dispute(const Job& job) const {
   const std::string& of_class = entry.claims.front().by.fingerprint_class;
   return third ? ""
                : fmt::format(
-                     "waits for a worker on another machine{}: {} differ between {}, so that one of them is wrong",
+                     "waits for a worker of another identity{}: {} differ between {}, so that one of them is wrong",
                      of_class.empty() ? "" : " of class " + of_class, describe_place(job, place.tile, place.range),
                      describe_renderers(entry.claims));
 }

@@ -31,7 +31,7 @@ void Audits::restore(Job& job, std::span<const Renderer> renderers,
       continue;
     }
     const Renderer& by = renderers[result.by];
-    machines_before_.insert(by.machine);
+    identities_before_.insert(by.identity);
     provenance_.restore(job.id(), result.tile, (*node)->range, by);
     if (result.to_verify && (job.active() || job.record.state == JobState::done)) {
       job.audits.open({result.range, result.tile}, {by, result.hash});
@@ -39,8 +39,15 @@ void Audits::restore(Job& job, std::span<const Renderer> renderers,
   }
 }
 
+double Audits::parts_in(const Job& job, const NodeKey& key) {
+  const std::uint64_t samples = std::min(job.plan->goal(), 2 * std::max(job.film.frame_samples(), key.range.end()));
+  const double whole = static_cast<double>(samples) * static_cast<double>(job.film.grid().pixel_count());
+  const double result = static_cast<double>(key.range.count()) * static_cast<double>(job.pixels_of(key.tile));
+  return std::max(1.0, kPartsOfAJob * result / whole);
+}
+
 void Audits::merged(Job& job, const NodeKey& key, const Hash128& hash, const Renderer& by, const MergeOutcome& outcome,
-                    const Event& event) {
+                    bool unusual, const Event& event) {
   provenance_.merged(key, by, outcome);
   for (const SampleRange& range : outcome.removed) {
     event.store(DropNode{{key.job, key.tile, range}});
@@ -58,9 +65,9 @@ void Audits::merged(Job& job, const NodeKey& key, const Hash128& hash, const Ren
       }
     }
   }
-  // A worker that sends more than was asked for is always audited.
   const double share = job.record.spec.verify_share;
-  const bool audited = share > 0 && !by.machine.empty() && (replaced || is_chosen(secret_, key, share));
+  const bool audited = share > 0 && !by.identity.empty() &&
+                       (replaced || unusual || is_chosen(secret_, key, chance_of_audit(share, parts_in(job, key))));
   event.store(PutResult{key, hash, by, audited});
   if (audited) {
     job.audits.open({key.range, key.tile}, {by, hash});
@@ -80,8 +87,14 @@ std::optional<Claim> Audits::claim_of_film(const Job& job, const NodeKey& key, c
   const std::vector<NodePtr>& forest = job.film.forest(key.tile);
   const auto node = std::ranges::find_if(forest, [&](const NodePtr& each) { return each->range == key.range; });
   LM_CHECK(node != forest.end(), "{} is in no film", describe_place(job, key.tile, key.range));
-  return Claim{parts.size() == 1 ? provenance_.renderer(parts.front()) : Renderer{"", "", by.fingerprint_class},
-               hash_of(**node)};
+  if (parts.size() == 1) {
+    return Claim{provenance_.renderer(parts.front()), hash_of(**node)};
+  }
+  Claim joined{{"", "", by.fingerprint_class}, hash_of(**node)};
+  for (const std::uint32_t part : parts) {
+    joined.parts.push_back(provenance_.renderer(part).identity);
+  }
+  return joined;
 }
 
 Dispute Audits::compare(Job& job, const NodeKey& key, const Hash128& hash, const Renderer& by, bool differs,
@@ -99,7 +112,7 @@ Dispute Audits::compare(Job& job, const NodeKey& key, const Hash128& hash, const
     }
     job.audits.open(place, *std::move(first), false);
   } else if (!PendingAudits::may_claim(*entry, by)) {
-    return {};  // a machine is heard once, and one of another class not at all
+    return {};  // an identity is heard once, and one of another class not at all
   }
   const Verdict verdict = job.audits.claim(place, {by, hash});
   if (verdict.kind == Verdict::Kind::agreed) {
@@ -109,7 +122,7 @@ Dispute Audits::compare(Job& job, const NodeKey& key, const Hash128& hash, const
   if (verdict.kind == Verdict::Kind::program) {
     return {.wrong = claims};
   }
-  event.warn(about(job.id()), "{} differ between {}: another machine is to decide",
+  event.warn(about(job.id()), "{} differ between {}: another identity is to decide",
              describe_place(job, key.tile, key.range), describe_renderers(claims));
   return {};
 }

@@ -1,6 +1,6 @@
-// Audits: results that are rendered again on another machine, and the disputes that follow.
+// Audits: results that another identity renders again, and the disputes that follow.
 //
-// Owns the secret that draws which results are audited, and which machines may come back after a start of the
+// Owns the secret that draws which results are audited, and which identities may come back after a start of the
 // coordinator. Takes: merged results, and results of samples that the film has. Each job's open audits are in
 // PendingAudits. What disputes mean for workers is in quarantine.h.
 #pragma once
@@ -17,8 +17,8 @@ namespace lightmill {
 std::string describe_place(const Job& job, TileId tile, const SampleRange& range);
 std::string describe_renderers(std::span<const Claim> claims);
 
-/// Claims about samples that are wrong, because two machines have `agreed` on other bits. If `agreed` is empty, three
-/// machines claim three different things, and the program is at fault.
+/// Claims about samples that are wrong, because two identities have `agreed` on other bits. If `agreed` is empty, three
+/// identities claim three different things, and the program is at fault.
 struct Dispute {
   std::vector<Claim> agreed = {}, wrong = {};
 };
@@ -39,9 +39,9 @@ class Audits {
   /// Results that the film of a stored job was merged from.
   void restore(Job& job, std::span<const Renderer> renderers, std::span<const StoredState::StoredResult> results);
   void stood_still(Duration late) { started_ += late; }
-  /// A result was merged; `outcome` says into which nodes.
+  /// A result was merged; `outcome` says into which nodes. `unusual` ones are always audited.
   void merged(Job& job, const NodeKey& key, const Hash128& hash, const Renderer& by, const MergeOutcome& outcome,
-              const Event& event);
+              bool unusual, const Event& event);
   /// A result of samples that the film has: an audit may wait for it. `differs`: from the film.
   Dispute compare(Job& job, const NodeKey& key, const Hash128& hash, const Renderer& by, bool differs,
                   const Event& event);
@@ -49,22 +49,27 @@ class Audits {
   // ---- auditors.cpp ----
   /// Whether no worker that is here, or was lately, could audit more of the job.
   bool are_done(const Job& job, Time now) const;
-  /// Empty, or about which samples two machines differ while no third one is here.
+  /// Whether all workers that are here and may render the job have one identity.
+  bool one_identity(const Job& job) const;
+  /// Empty, or about which samples two identities differ while no third one is here.
   std::string reason_for_dispute(const Job& job) const;
 
  private:
+  /// The result's pixel samples, as so many of the parts that its job has; 1 at least. Of a job that grows, twice what
+  /// it has now counts as the whole.
+  static double parts_in(const Job& job, const NodeKey& key);
   /// What the film holds there, as a claim. Nothing if the job is mixed and workers of another class than `by`'s, or
   /// unknown ones, had a part in it.
   std::optional<Claim> claim_of_film(const Job& job, const NodeKey& key, const Renderer& by) const;
-  /// Two machines have said `hash` of these samples.
+  /// Two identities have said `hash` of these samples.
   Dispute settle(Job& job, const NodeKey& key, const Hash128& hash, const Event& event);
-  /// Machines and classes that may render the job, without names.
+  /// Identities and classes that may render the job, without names.
   std::vector<Renderer> renderers_for(const Job& job, Time now) const;
 
   const CoordinatorLimits& limits_;
   const Sha256 secret_;
   Time started_;
-  std::set<std::string> machines_before_;  ///< of which an earlier coordinator had results
+  std::set<std::string> identities_before_;  ///< of which an earlier coordinator had results
   const WorkerRegistry& workers_;
   const QuarantineList& quarantine_;
   LeaseTable& leases_;

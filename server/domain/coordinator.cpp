@@ -15,6 +15,7 @@ struct Coordinator::Parts {
       : limits(the_limits),
         epoch(stored.epoch),
         clock_time(now),
+        grants(stored.secret),
         jobs(limits, stored.next_job_id),
         quarantined(std::move(stored.quarantine)),
         audits(limits, stored.secret, now, workers, quarantined, leases, provenance, totals) {}
@@ -33,12 +34,13 @@ struct Coordinator::Parts {
   std::int64_t clock_unix_ms = 0;
   FarmTotals totals;
 
+  const Grants grants;
   JobTable jobs;
   WorkerRegistry workers{limits};
   QuarantineList quarantined;
   Provenance provenance;
   JobQueue queue{limits, workers};
-  LeaseTable leases{limits, epoch, workers, jobs, queue, totals};
+  LeaseTable leases{limits, epoch, grants, workers, jobs, queue, totals};
   Inspections inspections{workers, epoch << 32 | 1};  // numbers that no other coordinator gives
 
   Audits audits;
@@ -47,9 +49,9 @@ struct Coordinator::Parts {
   Scheduler scheduler{limits, clock_time, jobs, leases, workers, queue, life, pilots};
   Copies copies{limits, jobs, leases, workers, pilots, scheduler};
   Quarantine quarantine{quarantined, jobs, leases, workers, queue, provenance, life, scheduler, totals};
-  Sessions sessions{limits, jobs, leases, workers, quarantined, queue, life, scheduler, inspections};
-  ResultIntake intake{jobs, leases,    workers, quarantined, queue,    provenance,
-                      life, scheduler, audits,  quarantine,  sessions, totals};
+  Sessions sessions{limits, grants, jobs, leases, workers, quarantined, queue, life, scheduler, inspections};
+  ResultIntake intake{grants, jobs,      leases, workers,    quarantined, queue, provenance,
+                      life,   scheduler, audits, quarantine, sessions,    totals};
   FarmView view{limits, jobs, leases, workers, quarantined, audits, scheduler, totals};
 };
 

@@ -80,7 +80,7 @@ class Coordinator {
   /// As remove, and cancels the job first if it has not ended.
   Status discard(JobId job, Time now, std::int64_t unix_ms, Effects& effects);
   Status drain_worker(const std::string& name, Time now, Effects& effects);
-  /// The worker and all others on its machine get nothing to render until they are released. Their leases are taken
+  /// The worker and all others of its identity get nothing to render until they are released. Their leases are taken
   /// back. With `render_again`, everything in which they had a part is rendered again. A worker that is in quarantine
   /// already stays there for its own reason. `reason` begins with kByHand. NOT_FOUND, unless the worker is here or the
   /// farm has results of it.
@@ -88,7 +88,7 @@ class Coordinator {
                            Effects& effects);
   /// Workers ask for this asset and do not get it. Jobs that have it say so until workers stop asking.
   void asset_is_missing(const Sha256& digest, Time now, Effects& effects);
-  /// Ends the quarantine of this worker, and of those on its machine.
+  /// Ends the quarantine of this worker, and of those of its identity.
   Status release_worker(const std::string& name, Time now, Effects& effects);
   /// Has a worker read scene files. The answer comes among the effects (`inspected`), unless it is forgotten.
   /// UNAVAILABLE, RESOURCE_EXHAUSTED.

@@ -59,10 +59,10 @@ struct PutNode {
 struct DropNode {
   NodeKey key;
 };
-/// Worker that rendered something, and its machine; empty: not known. The class is set only for jobs that allow
-/// several: there, only workers of one class can be compared.
+/// Worker that rendered something, and whom that is attributed to (identity_of); empty: not known. The class is set
+/// only for jobs that allow several: there, only workers of one class can be compared.
 struct Renderer {
-  std::string worker, machine, fingerprint_class = {};
+  std::string worker, identity, fingerprint_class = {};
   friend auto operator<=>(const Renderer&, const Renderer&) = default;
 };
 /// Records the renderer of a merged result, and its hash.
@@ -70,7 +70,7 @@ struct PutResult {
   NodeKey key;
   Hash128 hash;
   Renderer by;
-  bool to_verify = false;  ///< it is still to be rendered again on another machine
+  bool to_verify = false;  ///< another identity is still to render it again
 };
 /// A recorded result has been rendered again, with the same bits.
 struct PutVerified {
@@ -87,11 +87,12 @@ struct DropResultRow {
   friend bool operator==(const DropResultRow&, const DropResultRow&) = default;
 };
 
-/// A worker that gets nothing to render, and neither do others on its machine: it has sent wrong bits.
+/// A worker that gets nothing to render, and neither do others of its identity: it has sent wrong bits.
 struct QuarantineRecord {
   Renderer of;
   std::string reason;
   std::int64_t since_unix_ms = 0;
+  std::string host = {};  ///< of a worker without certificate or token: others on this host share its quarantine
   friend bool operator==(const QuarantineRecord&, const QuarantineRecord&) = default;
 };
 /// Prefix of the reason when an operator, not a failed check, put the worker into quarantine.

@@ -22,7 +22,7 @@ inline bool may_render(const Worker& worker, const Job& job) {
 
 /// The worker as the renderer of a result of this job.
 inline Renderer renderer_of(const Worker& worker, const Job& job) {
-  return {worker.name(), machine_of(worker.hello()), job.class_of_result(worker.hello().fingerprint_class)};
+  return {worker.name(), identity_of(worker.hello()), job.class_of_result(worker.hello().fingerprint_class)};
 }
 
 }  // namespace lightmill

@@ -49,6 +49,7 @@ JobStatus FarmView::status(const Job& job, Time now) const {
   status.verify_share = spec.verify_share;
   status.allow_mixed = spec.allow_mixed;
   status.results_unverified = job.audits.size();
+  status.one_identity = job.audits.waiting() && audits_.one_identity(job);
   status.submitted_unix_ms = record.submitted_unix_ms;
   status.finished_unix_ms = record.finished_unix_ms;
   status.render_digest = job.digest();
@@ -82,7 +83,7 @@ WorkerStatus FarmView::status(const Worker& worker, Time now) const {
   status.results = worker.results();
   status.leases_lost = worker.leases_lost();
   if (worker.quarantined()) {
-    status.quarantine = quarantine_.reason_for(worker.renderer());
+    status.quarantine = quarantine_.reason_for(worker.renderer(), worker.host_as_identity());
   }
   return status;
 }
@@ -104,7 +105,7 @@ std::vector<WorkerStatus> FarmView::workers(Time now, const WorkerFilter& filter
     if (worker == nullptr || !worker->session()) {
       WorkerStatus& status = found.emplace_back();
       status.name = name;
-      status.host = record.of.machine;
+      status.host = record.host.empty() ? record.of.identity : record.host;
       status.threads = 0;
       status.connected = false;
       status.quarantine = record.reason;

@@ -61,7 +61,11 @@ void LeaseTable::send_grant(Worker& worker, Job& job, LeaseId id, const Event& e
     channel.push_back({*worker.session(), JobDescription{job.id(), job.digest(), job.record.spec.settings}});
     known.describe = false;
   }
-  channel.push_back({*worker.session(), LeaseGrant{id, leases_.at(id).unit, trace_id(job.record.spec.request_id)}});
+  LeaseGrant grant{id, leases_.at(id).unit, trace_id(job.record.spec.request_id)};
+  for (const TileId tile : grant.unit.tiles) {
+    grant.tags.push_back(grants_.tag(worker.name(), id, job.digest(), {job.id(), tile, grant.unit.range}));
+  }
+  channel.push_back({*worker.session(), std::move(grant)});
   if (!at_once) {
     wait_for_commit(worker, job, id);
   }

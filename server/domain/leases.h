@@ -10,15 +10,22 @@
 #include <unordered_map>
 
 #include "server/domain/farm_totals.h"
+#include "server/domain/grants.h"
 #include "server/domain/job_queue.h"
 
 namespace lightmill {
 
 class LeaseTable {
  public:
-  LeaseTable(const CoordinatorLimits& limits, std::uint64_t epoch, WorkerRegistry& workers, JobTable& jobs,
-             JobQueue& queue, FarmTotals& totals)
-      : limits_(limits), epoch_(epoch), workers_(workers), jobs_(jobs), queue_(queue), totals_(totals) {}
+  LeaseTable(const CoordinatorLimits& limits, std::uint64_t epoch, const Grants& grants, WorkerRegistry& workers,
+             JobTable& jobs, JobQueue& queue, FarmTotals& totals)
+      : limits_(limits),
+        epoch_(epoch),
+        grants_(grants),
+        workers_(workers),
+        jobs_(jobs),
+        queue_(queue),
+        totals_(totals) {}
 
   std::uint64_t epoch() const { return epoch_; }
   LeaseId next_id() { return LeaseId{epoch_ << 32 | ++count_}; }
@@ -76,6 +83,7 @@ class LeaseTable {
 
   const CoordinatorLimits& limits_;
   const std::uint64_t epoch_;
+  const Grants& grants_;
   WorkerRegistry& workers_;
   JobTable& jobs_;
   JobQueue& queue_;

@@ -26,7 +26,7 @@ struct CoordinatorLimits {
   /// else. Its job fails once `losses_alone` of those are lost too.
   std::uint32_t losses_before_alone = 2, losses_alone = 3;
   std::uint32_t max_bad_results = 3;  ///< a worker that sends so many damaged results is dismissed
-  /// A job whose film is complete waits for machines that could audit some of it and were here so lately.
+  /// A job whose film is complete waits for identities that could audit some of it and were here so lately.
   Duration auditor_patience = std::chrono::seconds(45);
   std::uint32_t max_jobs = 10'000;
   std::uint32_t max_jobs_per_owner = 2'000;

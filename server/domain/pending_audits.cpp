@@ -24,27 +24,44 @@ bool is_chosen(const Sha256& secret, const NodeKey& key, double share) {
   return std::ldexp(static_cast<double>(draw >> 11), -53) < share;  // 53 bits: exact, and always below 1
 }
 
-std::string describe_renderer(const Renderer& by) {
-  return by.worker.empty() ? std::string("several workers together") : fmt::format("{} on {}", by.worker, by.machine);
+double chance_of_audit(double share, double parts) {
+  return share >= 1 ? 1 : -std::expm1(parts * std::log1p(-share));
 }
 
+std::string describe_renderer(const Renderer& by) {
+  return by.worker.empty() ? std::string("several workers together") : fmt::format("{} ({})", by.worker, by.identity);
+}
+
+namespace {
+
+/// A joined node confirms nobody who had a part in it.
+bool are_independent(const Claim& a, const Claim& b) {
+  const auto may_confirm = [](const Claim& joined, const Claim& other) {
+    return !joined.by.worker.empty() ||
+           (!joined.parts.empty() && std::ranges::count(joined.parts, other.by.identity) == 0);
+  };
+  return a.by.identity != b.by.identity && may_confirm(a, b) && may_confirm(b, a);
+}
+
+}  // namespace
+
 Verdict judge(std::span<const Claim> claims) {
-  std::set<std::string_view> machines;  // which all differ, as long as none is seconded
+  std::set<std::string_view> identities;  // which all differ, as long as none is seconded
   for (const Claim& one : claims) {
-    if (!one.by.worker.empty()) {  // what was joined may have a part of a machine that has a claim of its own
-      machines.insert(one.by.machine);
+    if (!one.by.worker.empty()) {  // what was joined may have a part of somebody who has a claim of its own
+      identities.insert(one.by.identity);
     }
     const bool seconded = std::ranges::any_of(
-        claims, [&](const Claim& other) { return other.hash == one.hash && other.by.machine != one.by.machine; });
+        claims, [&](const Claim& other) { return other.hash == one.hash && are_independent(one, other); });
     if (seconded) {
       return {Verdict::Kind::agreed, one.hash};
     }
   }
-  return {machines.size() >= 3 ? Verdict::Kind::program : Verdict::Kind::open, {}};
+  return {identities.size() >= 3 ? Verdict::Kind::program : Verdict::Kind::open, {}};
 }
 
 PendingAudits::Source PendingAudits::source_of(const Entry& entry) {
-  return {entry.claims.front().by.fingerprint_class, entry.claims.front().by.machine};
+  return {entry.claims.front().by.fingerprint_class, entry.claims.front().by.identity};
 }
 
 void PendingAudits::list(const Place& place, const Entry& entry) {
@@ -121,7 +138,7 @@ std::vector<std::pair<PendingAudits::Place, std::optional<LeaseId>>> PendingAudi
 
 bool PendingAudits::may_claim(const Entry& entry, const Renderer& by) {
   return entry.claims.front().by.fingerprint_class == by.fingerprint_class &&
-         std::ranges::none_of(entry.claims, [&](const Claim& claim) { return claim.by.machine == by.machine; });
+         std::ranges::none_of(entry.claims, [&](const Claim& claim) { return claim.by.identity == by.identity; });
 }
 
 std::vector<PendingAudits::Place> PendingAudits::next_for(const Renderer& by, std::size_t most) const {
@@ -131,7 +148,7 @@ std::vector<PendingAudits::Place> PendingAudits::next_for(const Renderer& by, st
     }
   }
   for (const auto& [source, places] : waiting_) {
-    if (source.first != by.fingerprint_class || source.second == by.machine) {
+    if (source.first != by.fingerprint_class || source.second == by.identity) {
       continue;
     }
     std::vector<Place> next;
@@ -179,8 +196,8 @@ bool PendingAudits::possible_for(std::span<const Renderer> all) const {
   return std::ranges::any_of(all, [&](const Renderer& by) {
     return std::ranges::any_of(waiting_,
                                [&](const auto& entry) {
-                                 const auto& [of_class, machine] = entry.first;
-                                 return of_class == by.fingerprint_class && machine != by.machine;
+                                 const auto& [of_class, identity] = entry.first;
+                                 return of_class == by.fingerprint_class && identity != by.identity;
                                }) ||
            std::ranges::any_of(disputed_, [&](const Place& place) { return may_claim(entries_.at(place), by); });
   });

@@ -1,8 +1,8 @@
-// Pending audits of one job: which results are to be rendered again on another machine, what was claimed of each, and
+// Pending audits of one job: which results another identity is to render again, what was claimed of each, and
 // what follows from the claims.
 //
 // Pure and not thread-safe. Knows neither sessions nor the film. A claim says which bits a tile's samples have.
-// Machines decide, not workers: a machine is what computes wrongly.
+// Identities decide, not workers: whoever lies can call itself two workers, but has one certificate.
 #pragma once
 
 #include <map>
@@ -23,20 +23,27 @@ namespace lightmill {
 /// cannot foresee it, and every coordinator of the farm picks the same.
 bool is_chosen(const Sha256& secret, const NodeKey& key, double share);
 
+/// A job's pixel samples are so many parts, each of which is drawn with the job's share: what is looked at does not
+/// depend on how few and large results a worker sends.
+inline constexpr double kPartsOfAJob = 1000;
+/// Chance that a result of `parts` parts has one that is drawn: 1 - (1 - share)^parts.
+double chance_of_audit(double share, double parts);
+
 /// Statement of a renderer that some samples have these bits. The joined node of several workers has neither a worker
-/// nor a machine. All claims of one place are by workers of one class.
+/// nor an identity. All claims of one place are by workers of one class.
 struct Claim {
   Renderer by;
   Hash128 hash;
+  std::vector<std::string> parts = {};  ///< of a joined node: the identities that had a part in it; empty: unknown
   friend bool operator==(const Claim&, const Claim&) = default;
 };
 
 /// What follows from claims about the same samples.
 struct Verdict {
   enum class Kind {
-    open,     ///< another machine has to say
-    agreed,   ///< two machines say `hash`; claims of other bits are wrong
-    program,  ///< three machines say three different things, which no machine can be blamed for
+    open,     ///< another identity has to say
+    agreed,   ///< two identities say `hash`, independently; claims of other bits are wrong
+    program,  ///< three machines say three different things, which nobody can be blamed for
   };
   Kind kind = Kind::open;
   Hash128 hash;
@@ -94,7 +101,7 @@ class PendingAudits {
     }
   }
 
-  /// Whether results of this renderer can be compared, and its machine has made no claim yet.
+  /// Whether results of this renderer can be compared, and its identity has made no claim yet.
   static bool may_claim(const Entry& entry, const Renderer& by);
   /// Places that this worker may be leased now, at most `most`, all with the range of the first.
   std::vector<Place> next_for(const Renderer& by, std::size_t most) const;
@@ -120,7 +127,7 @@ class PendingAudits {
   void unlist(const Place& place, const Entry& entry);
 
   std::map<Place, Entry> entries_;
-  using Source = std::pair<std::string, std::string>;  ///< class and machine
+  using Source = std::pair<std::string, std::string>;  ///< class and identity
   static Source source_of(const Entry& entry);
   std::map<Source, std::set<Place>> waiting_;  ///< with one claim, by where it is from; not leased
   std::set<Place> disputed_;

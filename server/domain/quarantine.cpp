@@ -3,14 +3,19 @@
 namespace lightmill {
 
 void Quarantine::put(const Renderer& guilty, const std::string& reason, const Event& event) {
-  const QuarantineRecord record{{guilty.worker, guilty.machine}, reason, event.unix_ms};
+  const Worker* const here = workers_.find(guilty.worker);
+  const QuarantineRecord record{{guilty.worker, guilty.identity},
+                                reason,
+                                event.unix_ms,
+                                std::string(here == nullptr ? "" : here->host_as_identity())};
   if (list_.put(record)) {
     event.store(PutQuarantine{record});
-    event.warn(about(guilty.worker), "worker {} is in quarantine, with all on its machine: {}", guilty.worker, reason);
+    event.warn(about(guilty.worker), "worker {} is in quarantine, with all of {}: {}", guilty.worker, guilty.identity,
+               reason);
   }
   std::vector<std::string> held;
   for (auto& [name, worker] : workers_.all()) {
-    if (shares_guilt(guilty, worker.renderer())) {
+    if (shares_guilt(record, worker.renderer(), worker.host_as_identity())) {
       hold(worker, reason, event);
       held.push_back(name);
     }
@@ -18,7 +23,7 @@ void Quarantine::put(const Renderer& guilty, const std::string& reason, const Ev
   for (const std::string& name : held) {
     workers_.forget_if_gone(name, event);  // it was known for its leases alone
   }
-  let_go(event);  // workers of this name that are on another machine now
+  let_go(event);  // workers of this name that have another identity now
 }
 
 void Quarantine::hold(Worker& worker, const std::string& reason, const Event& event) {
@@ -41,7 +46,7 @@ void Quarantine::hold(Worker& worker, const std::string& reason, const Event& ev
 
 void Quarantine::let_go(const Event& event) {
   for (auto& [name, worker] : workers_.all()) {
-    if (worker.quarantined() && !list_.contains(worker.renderer())) {
+    if (worker.quarantined() && !list_.contains(worker.renderer(), worker.host_as_identity())) {
       workers_.quarantine(worker, false);
       if (worker.session()) {
         event.send_after_commit(*worker.session(), Notice{"released from quarantine"});
@@ -144,7 +149,7 @@ Status Quarantine::put(const std::string& name, const std::string& reason, bool 
   } else if (const QuarantineRecord* const known = list_.find(name)) {
     of = known->of;
   } else if (const std::optional<Renderer> rendered = provenance_.find(name); rendered && !name.empty()) {
-    of.machine = rendered->machine;
+    of.identity = rendered->identity;
   } else {
     return not_found("there is no worker '{}', and there was none of which the farm has results", name);
   }
@@ -158,12 +163,15 @@ Status Quarantine::put(const std::string& name, const std::string& reason, bool 
 
 Status Quarantine::release(const std::string& name, const Event& event) {
   Renderer of{name, ""};
+  std::string host;
   if (const Worker* const worker = workers_.find(name)) {
     of = worker->renderer();
+    host = worker->host_as_identity();
   } else if (const QuarantineRecord* const known = list_.find(name)) {
-    of.machine = known->of.machine;  // it is away, and others of its machine may be here
+    host = known->host;
+    of.identity = known->of.identity;  // it is away, and others of its identity may be here
   }
-  const std::vector<std::string> released = list_.release(of);
+  const std::vector<std::string> released = list_.release(of, host);
   if (released.empty()) {
     return not_found("there is no worker '{}' in quarantine", name);
   }

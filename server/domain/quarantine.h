@@ -32,7 +32,7 @@ class Quarantine {
   Status release(const std::string& worker, const Event& event);
 
  private:
-  /// Puts the worker and all others on its machine into quarantine.
+  /// Puts the worker and all others of its identity into quarantine.
   void put(const Renderer& guilty, const std::string& reason, const Event& event);
   /// Everything in which they had a part is rendered again.
   void undo_work_of(const Renderer& guilty, const Event& event);

@@ -7,7 +7,11 @@
 namespace lightmill {
 
 bool shares_guilt(const Renderer& guilty, const Renderer& other) {
-  return other.worker == guilty.worker || (!guilty.machine.empty() && other.machine == guilty.machine);
+  return other.worker == guilty.worker || (!guilty.identity.empty() && other.identity == guilty.identity);
+}
+
+bool shares_guilt(const QuarantineRecord& guilty, const Renderer& other, std::string_view host) {
+  return shares_guilt(guilty.of, other) || (!guilty.host.empty() && host == guilty.host);
 }
 
 QuarantineList::QuarantineList(std::vector<QuarantineRecord> stored) {
@@ -16,17 +20,19 @@ QuarantineList::QuarantineList(std::vector<QuarantineRecord> stored) {
   }
 }
 
-bool QuarantineList::contains(const Renderer& renderer) const {
-  return std::ranges::any_of(records_, [&](const auto& entry) { return shares_guilt(entry.second.of, renderer); });
+bool QuarantineList::contains(const Renderer& renderer, std::string_view host) const {
+  return std::ranges::any_of(records_, [&](const auto& entry) { return shares_guilt(entry.second, renderer, host); });
 }
 
-std::string QuarantineList::reason_for(const Renderer& renderer) const {
+std::string QuarantineList::reason_for(const Renderer& renderer, std::string_view host) const {
   if (const QuarantineRecord* const own = find(renderer.worker)) {
     return own->reason;
   }
   for (const auto& [worker, record] : records_) {
-    if (shares_guilt(record.of, renderer)) {
-      return fmt::format("it is on the machine of {}: {}", record.of.worker, record.reason);
+    if (shares_guilt(record, renderer, host)) {
+      return fmt::format("it has {} in common with {}: {}",
+                         record.of.identity == renderer.identity ? renderer.identity : "its host", record.of.worker,
+                         record.reason);
     }
   }
   return "";
@@ -40,17 +46,17 @@ const QuarantineRecord* QuarantineList::find(const std::string& worker) const {
 bool QuarantineList::put(const QuarantineRecord& record) {
   const QuarantineRecord* const known = find(record.of.worker);
   const bool now_proven = known != nullptr && known->reason.starts_with(kByHand) && !record.reason.starts_with(kByHand);
-  if (known != nullptr && known->of.machine == record.of.machine && !now_proven) {
+  if (known != nullptr && known->of.identity == record.of.identity && !now_proven) {
     return false;
   }
   records_[record.of.worker] = record;
   return true;
 }
 
-std::vector<std::string> QuarantineList::release(const Renderer& of) {
+std::vector<std::string> QuarantineList::release(const Renderer& of, std::string_view host) {
   std::vector<std::string> released;
   for (const auto& [worker, record] : records_) {
-    if (shares_guilt(record.of, of)) {
+    if (shares_guilt(record, of, host)) {
       released.push_back(worker);
     }
   }

@@ -17,7 +17,7 @@ bool values_are_sound(std::span<const float> values) {
   return bad == 0;
 }
 
-Status check_result(const Job& job, const WorkerResult& result) {
+Status check_node(const Job& job, const WorkerResult& result) {
   const NodeKey& key = result.key;
   if (key.tile.value >= job.film.grid().tile_count()) {
     return invalid_argument("tile {} of {}", key.tile.value, job.film.grid().tile_count());
@@ -51,18 +51,25 @@ bool wants(const Job& job, const WorkerResult& result) {
 
 }  // namespace
 
+Status ResultIntake::check(const Job& job, const std::string& worker, const WorkerResult& result) const {
+  if (!grants_.are_proven(result.tag, worker, result.lease, result.render_digest, result.key)) {
+    return make_error(StatusCode::kPermissionDenied, "these samples were never granted to this worker");
+  }
+  return check_node(job, result);
+}
+
 void ResultIntake::take(SessionId session, WorkerResult result, const Event& event) {
   scheduler_.result_came(result, event.now);
   const NodeKey key = result.key;
   const LeaseId lease = result.lease;
   Job* const job = jobs_.find(key.job);
   const WorkerRegistry::Session& from = *workers_.find_session(session);
-  const Renderer by{from.worker, from.machine, job == nullptr ? "" : job->class_of_result(from.fingerprint_class)};
+  const Renderer by{from.worker, from.identity, job == nullptr ? "" : job->class_of_result(from.fingerprint_class)};
   if (job == nullptr || !wants(*job, result) || quarantined_.contains(by)) {
     drop_unwanted(session, result, by.worker, event);
     return;
   }
-  if (const Status status = check_result(*job, result); !status.ok()) {
+  if (const Status status = check(*job, by.worker, result); !status.ok()) {
     reject(session, result, status, event);
     return;
   }
@@ -76,7 +83,8 @@ void ResultIntake::take(SessionId session, WorkerResult result, const Event& eve
   }
   job->came_back(lease);
   const bool cost_was_known = job->cost.known();
-  merge(*job, by, std::move(result), event);
+  const Lease* const open = leases_.find(lease);
+  merge(*job, by, std::move(result), open == nullptr || open->worker != by.worker, event);
   // Duplicates, too, may stand on a node whose commit is still to come: every acknowledgement waits.
   event.send_after_commit(session, ResultAck{{key}});
   leases_.settle(*job, key, lease, event);
@@ -142,7 +150,7 @@ void ResultIntake::count_duplicate(Job& job, const NodeKey& key, const Renderer&
   }
 }
 
-void ResultIntake::merge(Job& job, const Renderer& by, WorkerResult result, const Event& event) {
+void ResultIntake::merge(Job& job, const Renderer& by, WorkerResult result, bool late, const Event& event) {
   const NodeKey key = result.key;
   provenance_.forget_orphans(event);  // before anything is recorded in their place
   count_cost(job, by, result, event);
@@ -171,7 +179,7 @@ void ResultIntake::merge(Job& job, const Renderer& by, WorkerResult result, cons
     const std::int64_t since_ms = event.unix_ms - job.record.submitted_unix_ms;  // a clock may have been set back
     totals_.first_picture.add(static_cast<double>(std::max<std::int64_t>(since_ms, 0)) / 1000);
   }
-  audits_.merged(job, key, result.hash, by, outcome, event);
+  audits_.merged(job, key, result.hash, by, outcome, late, event);
 }
 
 }  // namespace lightmill

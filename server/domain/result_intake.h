@@ -10,10 +10,11 @@ namespace lightmill {
 
 class ResultIntake {
  public:
-  ResultIntake(JobTable& jobs, LeaseTable& leases, WorkerRegistry& workers, const QuarantineList& quarantined,
-               JobQueue& queue, Provenance& provenance, JobLifeCycle& life, Scheduler& scheduler, Audits& audits,
-               Quarantine& quarantine, Sessions& sessions, FarmTotals& totals)
-      : jobs_(jobs),
+  ResultIntake(const Grants& grants, JobTable& jobs, LeaseTable& leases, WorkerRegistry& workers,
+               const QuarantineList& quarantined, JobQueue& queue, Provenance& provenance, JobLifeCycle& life,
+               Scheduler& scheduler, Audits& audits, Quarantine& quarantine, Sessions& sessions, FarmTotals& totals)
+      : grants_(grants),
+        jobs_(jobs),
         leases_(leases),
         workers_(workers),
         quarantined_(quarantined),
@@ -29,14 +30,18 @@ class ResultIntake {
   void take(SessionId session, WorkerResult result, const Event& event);
 
  private:
+  /// PERMISSION_DENIED unless the samples were granted to the worker; other errors for what no renderer sends.
+  Status check(const Job& job, const std::string& worker, const WorkerResult& result) const;
   /// Acknowledges a result that is not wanted, and ends its lease's hold on it.
   void drop_unwanted(SessionId session, const WorkerResult& result, const std::string& worker, const Event& event);
   void reject(SessionId session, const WorkerResult& result, const Status& error, const Event& event);
-  void merge(Job& job, const Renderer& by, WorkerResult result, const Event& event);
+  /// `late`: its lease is not the worker's any more.
+  void merge(Job& job, const Renderer& by, WorkerResult result, bool late, const Event& event);
   /// What the result cost counts for its job and its worker.
   void count_cost(Job& job, const Renderer& by, const WorkerResult& result, const Event& event);
   void count_duplicate(Job& job, const NodeKey& key, const Renderer& by, bool differs, const Event& event);
 
+  const Grants& grants_;
   JobTable& jobs_;
   LeaseTable& leases_;
   WorkerRegistry& workers_;

@@ -80,12 +80,13 @@ void Sessions::connect(SessionId session, const WorkerHello& hello, const Event&
     }
     dismiss(*known->session(), fmt::format("another worker came with the name {}", hello.name), event);
   }
-  const bool quarantined = quarantine_.contains({hello.name, machine_of(hello)});
+  const bool quarantined =
+      quarantine_.contains({hello.name, identity_of(hello)}, hello.identity.empty() ? hello.host : "");
   const bool other_process = workers_.connect(session, hello, quarantined, event.now);
   Worker& worker = workers_.at(hello.name);
   event.info(about(hello.name), "worker {} is here: {} on {}, class {}", hello.name, counted(hello.threads, "thread"),
              hello.host, hello.fingerprint_class);
-  event.send(session, Welcome{leases_.epoch(), heartbeat_interval(), limits_.lease_duration});
+  event.send(session, Welcome{leases_.epoch(), heartbeat_interval(), limits_.lease_duration, grants_.farm()});
   if (quarantined) {
     event.send(session, Notice{"in quarantine, this worker gets nothing to render until it is released"});
   }
@@ -124,10 +125,19 @@ void Sessions::take_back_held(Worker& worker, const WorkerHello& hello, bool oth
 bool Sessions::adopt(Worker& worker, const HeldLease& held, const Event& event) {
   Job* const job = jobs_.find(held.unit.job);
   if (job == nullptr || !job->active() || job->undecided() || job->digest() != held.render_digest ||
-      held.unit.tiles.empty() || !may_render(worker, *job)) {
+      !may_render(worker, *job)) {
     return false;
   }
-  std::vector<TileId> tiles = held.unit.tiles;
+  std::vector<TileId> tiles;
+  for (std::size_t i = 0; i < held.unit.tiles.size() && i < held.tags.size(); ++i) {
+    const NodeKey key{held.unit.job, held.unit.tiles[i], held.unit.range};
+    if (grants_.are_proven(held.tags[i], worker.name(), held.lease, held.render_digest, key)) {
+      tiles.push_back(key.tile);
+    }
+  }
+  if (tiles.empty()) {
+    return false;
+  }
   std::sort(tiles.begin(), tiles.end());
   tiles.erase(std::unique(tiles.begin(), tiles.end()), tiles.end());
   if (const Lease* const lease = leases_.find(held.lease)) {

@@ -10,10 +10,11 @@ namespace lightmill {
 
 class Sessions {
  public:
-  Sessions(const CoordinatorLimits& limits, JobTable& jobs, LeaseTable& leases, WorkerRegistry& workers,
-           const QuarantineList& quarantine, JobQueue& queue, JobLifeCycle& life, Scheduler& scheduler,
-           Inspections& inspections)
+  Sessions(const CoordinatorLimits& limits, const Grants& grants, JobTable& jobs, LeaseTable& leases,
+           WorkerRegistry& workers, const QuarantineList& quarantine, JobQueue& queue, JobLifeCycle& life,
+           Scheduler& scheduler, Inspections& inspections)
       : limits_(limits),
+        grants_(grants),
         jobs_(jobs),
         leases_(leases),
         workers_(workers),
@@ -52,6 +53,7 @@ class Sessions {
   void exclude(Worker& worker, Job& job, const std::string& reason, const Event& event);
 
   const CoordinatorLimits& limits_;
+  const Grants& grants_;
   JobTable& jobs_;
   LeaseTable& leases_;
   WorkerRegistry& workers_;

@@ -90,7 +90,7 @@ void WorkerRegistry::open_session(SessionId session, const WorkerHello& hello, T
   if (sessions_.empty()) {
     next_silence_look_ = now + limits_.silence;
   }
-  sessions_[session] = {as_name(hello.name), as_name(machine_of(hello)), as_name(hello.fingerprint_class), false};
+  sessions_[session] = {as_name(hello.name), as_name(identity_of(hello)), as_name(hello.fingerprint_class), false};
 }
 
 bool WorkerRegistry::is_full(const std::string& name) const {
@@ -119,7 +119,7 @@ bool WorkerRegistry::connect(SessionId session, const WorkerHello& hello, bool q
       job = WorkerJob{.leases = job.leases};
     }
   });
-  absent_.erase(machine_of(hello));
+  absent_.erase(identity_of(hello));
   return other_process;
 }
 
@@ -135,8 +135,8 @@ Worker* WorkerRegistry::close_session(SessionId session) {
   Worker* const worker = of(session);
   if (worker != nullptr) {
     if (!worker->draining_) {
-      absent_[machine_of(worker->hello_)] = {worker->heard_at_, worker->hello_.fingerprint_class,
-                                             worker->hello_.renderer_version};
+      absent_[identity_of(worker->hello_)] = {worker->heard_at_, worker->hello_.fingerprint_class,
+                                              worker->hello_.renderer_version};
     }
     end_current(session);
   }
@@ -219,7 +219,7 @@ void WorkerRegistry::stood_still(Duration late, Time now) {
   for (auto& [name, worker] : workers_) {
     worker.heard_at_ = now;
   }
-  for (auto& [machine, was] : absent_) {
+  for (auto& [identity, was] : absent_) {
     was.since += late;
   }
   next_silence_look_ = now + limits_.silence;

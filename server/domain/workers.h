@@ -1,4 +1,4 @@
-// Registry of workers: sessions, what each worker has said and done, who is idle, and which machines left lately.
+// Registry of workers: sessions, what each worker has said and done, who is idle, and which identities left lately.
 //
 // Owns the workers and their sessions. Takes: hellos, messages, broken streams, silence, what workers are lent and what
 // comes of it. Knows nothing of jobs but their ids, and of leases only their ids and sizes.
@@ -20,9 +20,10 @@
 
 namespace lightmill {
 
-/// A worker that does not name its machine has one of its own, named by its host.
-inline const std::string& machine_of(const WorkerHello& hello) {
-  return hello.machine.empty() ? hello.host : hello.machine;
+/// Whom the worker's work is attributed to: its certificate or token. Where nobody is asked for one, its word stands
+/// in: the machine that it names, or its host. That tells faulty machines apart, not liars.
+inline const std::string& identity_of(const WorkerHello& hello) {
+  return !hello.identity.empty() ? hello.identity : hello.machine.empty() ? hello.host : hello.machine;
 }
 
 /// A worker's process may connect again while its broken stream is not noticed here yet.
@@ -41,8 +42,10 @@ class Worker {
  public:
   const WorkerHello& hello() const { return hello_; }  ///< without held leases
   const std::string& name() const { return hello_.name; }
+  /// The host, where that stands in for an identity.
+  std::string_view host_as_identity() const { return hello_.identity.empty() ? hello_.host : std::string_view(); }
   /// For whichever job.
-  Renderer renderer() const { return {hello_.name, machine_of(hello_)}; }
+  Renderer renderer() const { return {hello_.name, identity_of(hello_)}; }
   const std::optional<SessionId>& session() const { return session_; }
   Time connected_at() const { return connected_at_; }
   Time heard_at() const { return heard_at_; }    ///< when a message of this session came last
@@ -123,7 +126,7 @@ class WorkerRegistry {
 
   // ---- sessions ----
   struct Session {
-    std::string worker, machine, fingerprint_class;
+    std::string worker, identity, fingerprint_class;
     bool current = true;  ///< false once it is replaced or dismissed: then only its results count
   };
   const Session* find_session(SessionId session) const;
@@ -163,7 +166,7 @@ class WorkerRegistry {
   const std::set<std::string>& idle() const { return idle_; }
   void set_idle(const Worker& worker, bool idle);
 
-  // ---- machines whose workers' streams broke lately: they may come back ----
+  // ---- identities whose workers' streams broke lately: they may come back ----
   struct Absent {
     Time since;
     std::string fingerprint_class, renderer_version;

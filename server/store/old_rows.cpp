@@ -177,7 +177,7 @@ Result<Roles> roles_in(std::string_view text, std::string_view token) {
 std::int64_t checksum_of(const NodeKey& key, const Hash128& hash, const Renderer& by) {
   RowHasher row;
   row.add(key.job.value, number(key.tile.value), number(key.range.level), number(key.range.index), hash.high, hash.low,
-          by.worker, by.machine, by.fingerprint_class);
+          by.worker, by.identity, by.fingerprint_class);
   const auto checksum = static_cast<std::int64_t>(row.finish().low);
   return checksum == 0 ? 1 : checksum;
 }

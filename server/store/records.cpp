@@ -83,7 +83,8 @@ std::string message_of(const Action& action) {
 
 std::string message_of(const QuarantineRecord& record) {
   v1::StoredQuarantine out;
-  out.set_machine(record.of.machine);
+  out.set_identity(record.of.identity);
+  out.set_host(record.host);
   out.set_reason(record.reason);
   out.set_since_unix_ms(record.since_unix_ms);
   return deterministic_bytes(out);
@@ -362,12 +363,12 @@ void StateReader::take_action(std::uint64_t number, std::string_view message, bo
 void StateReader::take_quarantine(const std::string& worker, std::string_view message, bool sound) {
   v1::StoredQuarantine in;
   if (sound && parse_bytes(message, &in)) {
-    state_.quarantine.push_back({{worker, in.machine()}, in.reason(), in.since_unix_ms()});
+    state_.quarantine.push_back({{worker, in.identity()}, in.reason(), in.since_unix_ms(), in.host()});
     return;
   }
-  report(fmt::format("worker {} stays in quarantine, but its machine and the reason are lost: the row is damaged",
+  report(fmt::format("worker {} stays in quarantine, but its identity and the reason are lost: the row is damaged",
                      printable(worker, true)));
-  state_.quarantine.push_back({{worker, ""}, "the reason is lost: its row in the store was damaged", 0});
+  state_.quarantine.push_back({{worker, ""}, "the reason is lost: its row in the store was damaged", 0, ""});
   repairs_.push_back(PutQuarantine{state_.quarantine.back()});
 }
 

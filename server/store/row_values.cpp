@@ -37,12 +37,12 @@ Result<Hash128> hash_in(std::string_view bytes) {
 }
 
 std::int64_t checksum_of(const NodeKey& key, const Hash128& hash, const Renderer& by, Audit audit) {
-  const std::array<std::uint64_t, 9> numbers{key.job.value,    key.tile.value,    key.range.level,
-                                             key.range.index,  hash.high,         hash.low,
-                                             by.worker.size(), by.machine.size(), by.fingerprint_class.size()};
+  const std::array<std::uint64_t, 9> numbers{key.job.value,    key.tile.value,     key.range.level,
+                                             key.range.index,  hash.high,          hash.low,
+                                             by.worker.size(), by.identity.size(), by.fingerprint_class.size()};
   Xxh3Hasher hasher;
   hasher.append(view_of(numbers));
-  for (const std::string* text : {&by.worker, &by.machine, &by.fingerprint_class}) {
+  for (const std::string* text : {&by.worker, &by.identity, &by.fingerprint_class}) {
     hasher.append(as_byte_view(*text));
   }
   return (static_cast<std::int64_t>(hasher.finish().low) & ~kAuditBits) | static_cast<std::int64_t>(audit);

@@ -77,7 +77,7 @@ void add_work(const FarmTotals& totals, MetricLines& out) {
                {{"merged", number(totals.results_merged)}, {"repeated", number(totals.results_repeated)}});
   out.counters(
       "lightmill_audits_total",
-      "Results that another machine rendered again: found right, or wrong, for which their worker was put into "
+      "Results that another identity rendered again: found right, or wrong, for which their worker was put into "
       "quarantine.",
       "outcome", {{"right", number(totals.results_verified)}, {"wrong", number(totals.results_wrong)}});
   out.counter("lightmill_pixel_samples_total", "Samples that were merged, of all pixels.",

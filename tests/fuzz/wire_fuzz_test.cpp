@@ -69,7 +69,14 @@ TEST(WireFuzz, DamagedWorkerMessagesBecomeValuesOrErrors) {
   found.facts = {{"triangles", "12"}};
   found.methods = {{"path", true, "why"}};
   const std::vector<WorkerMessage> messages{
-      WorkerHello{"w", "h", 1, 2, "class", "version", {{LeaseId{1}, 1, Sha256{}, kUnit}}, false},
+      WorkerHello{"w",
+                  "h",
+                  1,
+                  2,
+                  "class",
+                  "version",
+                  {{LeaseId{1}, 1, Sha256{}, kUnit, std::vector<Sha256>(kUnit.tiles.size())}},
+                  false},
       WorkerHeartbeat{{LeaseId{1}, LeaseId{2}}},
       result,
       WorkerReturn{LeaseId{3}},
@@ -85,7 +92,7 @@ TEST(WireFuzz, DamagedCoordinatorMessagesBecomeValuesOrErrors) {
   const std::vector<CoordinatorMessage> messages{
       Welcome{1, std::chrono::seconds(2), std::chrono::seconds(10)},
       JobDescription{JobId{1}, Sha256{}, example_settings()},
-      LeaseGrant{LeaseId{1}, kUnit},
+      LeaseGrant{LeaseId{1}, kUnit, {}, std::vector<Sha256>(kUnit.tiles.size())},
       ResultAck{{{JobId{1}, TileId{2}, {3, 4}}}},
       LeaseCancel{{LeaseId{1}}},
       DrainRequest{},

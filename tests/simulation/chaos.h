@@ -52,7 +52,8 @@ struct PlantedBugs {
   bool forget_quarantine = false;          ///< a restarted coordinator knows of no quarantine
   bool keep_dropped_results = false;       ///< who rendered what was dropped stays on disk
   bool lose_verifications = false;         ///< what is to be verified does not reach the disk
-  bool ignore_machines = false;            ///< each worker counts as a machine of its own
+  bool ignore_identities = false;          ///< each worker counts as an identity of its own
+  bool ignore_grants = false;              ///< what was never granted is taken
   bool lose_what_is_cut = false;           ///< what is sent while a link is cut is lost, and the stream goes on
   bool disconnect_newcomers = false;       ///< that a stream has broken is taken to mean its worker's newest one
   bool trust_hashes = false;               ///< what came damaged is taken for whole

@@ -82,7 +82,7 @@ bool Checks::may_verify(SessionId session, const NodeKey& key) const {
   const SimulatedWorker& to = workers_[stream->second->worker];
   const bool comparable = by->second.fingerprint_class.empty() || world_.bugs.hide_classes ||
                           by->second.fingerprint_class == to.fingerprint;
-  return comparable && to.machine != by->second.machine;
+  return comparable && to.identity != by->second.identity;
 }
 
 void Checks::note_writes(const Effects& effects) {
@@ -91,12 +91,17 @@ void Checks::note_writes(const Effects& effects) {
       unbound_[job->record.id] += job->record.fingerprint_class.empty() ? 1 : 0;
     } else if (const auto* result = std::get_if<PutResult>(&op)) {
       merged_by_[result->key] = result->by;
+      if (!granted_.contains({result->by.worker, result->key})) {
+        world_.fail(fmt::format("job {}, tile {}: samples [{}, {}) enter the film, which were never granted to {}",
+                                result->key.job.value, result->key.tile.value, result->key.range.first(),
+                                result->key.range.end(), result->by.worker));
+      }
     } else if (const auto* drop = std::get_if<DropResults>(&op)) {
       dropped_.push_back(drop->key);
     } else if (const auto* held = std::get_if<PutQuarantine>(&op);
                held != nullptr && !held->record.reason.starts_with(kByHand)) {
       ++world_.report.convicted;
-      if (held->record.of.machine != "machine-of-lies" && !world_.bugs.wrong_bits) {
+      if (held->record.of.identity != kIdentityOfLies && !world_.bugs.wrong_bits) {
         world_.fail(
             fmt::format("{} is convicted, which has not lied: {}", held->record.of.worker, held->record.reason));
       }
@@ -151,7 +156,11 @@ void Checks::check_decisions(const Effects& effects) {
         continue;
       }
       granted = true;
+      const auto to = server_.streams().find(message.to);
       for (const TileId tile : grant->unit.tiles) {
+        if (to != server_.streams().end()) {
+          granted_.insert({to->second->name, {grant->unit.job, tile, grant->unit.range}});
+        }
         if (film->covered(tile, grant->unit.range) &&
             !may_verify(message.to, {grant->unit.job, tile, grant->unit.range})) {
           world_.fail(fmt::format("lease {} names samples [{}, {}) of tile {}, which are merged", grant->lease.value,
@@ -187,11 +196,11 @@ void Checks::note_unwanted(const Effects& effects) {
                                  return worker.name == stream->second->name && !worker.quarantine.empty();
                                }) ||
            std::ranges::any_of(server_.disk().quarantine(), [&](const auto& entry) {
-             return entry.second.of.machine == workers_[stream->second->worker].machine;
+             return entry.second.of.identity == workers_[stream->second->worker].identity;
            }));
       for (const NodeKey& key : ack->keys) {
         if (disbelieved ||
-            (stream != server_.streams().end() && workers_[stream->second->worker].lies == Lies::garbage)) {
+            (stream != server_.streams().end() && workers_[stream->second->worker].lies != Lies::never)) {
           unwanted_.insert({message.to, key});
           continue;
         }

@@ -50,7 +50,8 @@ class Checks {
   std::map<NodeKey, Renderer> merged_by_;          ///< as the coordinator has it
   std::vector<NodeKey> dropped_;                   ///< that the coordinator took out of films
   std::set<LeaseId> sent_;                         ///< leases whose grants have left, or that workers came back with
-  std::map<std::string, std::size_t> brought_;     ///< leases that a worker's last hello came with
+  std::set<std::pair<std::string, NodeKey>> granted_;  ///< what each worker, by name, was ever granted
+  std::map<std::string, std::size_t> brought_;         ///< leases that a worker's last hello came with
 };
 
 }  // namespace lightmill::simulation

@@ -97,7 +97,7 @@ StoredState Disk::load(bool hide_damage) {
   }
   state.epoch = ++epoch_;
   state.next_job_id = next_job_id_;
-  state.secret = sha256("simulation");
+  state.secret = secret();
   for (const auto& [worker, record] : quarantine_) {
     state.quarantine.push_back(record);
   }

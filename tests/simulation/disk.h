@@ -20,6 +20,7 @@ class Disk {
   std::optional<std::string> apply(std::uint64_t epoch, std::span<const StoreOp> ops);
   std::uint64_t epoch() const { return epoch_; }
   /// What a coordinator that starts now gets; takes the next epoch.
+  static Sha256 secret() { return sha256("simulation"); }
   StoredState load(bool hide_damage = false);
   /// Some bits of the node of this key have changed: it is left out by whoever loads next.
   void damage(const NodeKey& key) { damaged_.insert(key); }

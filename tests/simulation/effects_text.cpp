@@ -16,7 +16,7 @@ std::string text_of(const NodeKey& key) {
 }
 
 std::string text_of(const Renderer& by) {
-  return fmt::format("'{}' on '{}' of '{}'", by.worker, by.machine, by.fingerprint_class);
+  return fmt::format("'{}' on '{}' of '{}'", by.worker, by.identity, by.fingerprint_class);
 }
 
 std::string text_of(const JobCounters& counters) {

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "server/domain/grants.h"
 #include "server/store/check_rows.h"
 #include "tests/simulation/checks.h"
 #include "tests/simulation/client_side.h"
@@ -305,6 +306,12 @@ void ServerSide::falsify(const Stream& stream, WorkerResult& result) {
   if (world_.bugs.trust_hashes) {
     result.hash = hash_of(result.node);
   }
+  const auto grant = [&] {  // by whoever may grant anything
+    result.tag = Grants(disk_.secret()).tag(stream.name, result.lease, result.render_digest, result.key);
+  };
+  if (world_.bugs.ignore_grants) {
+    grant();
+  }
   const Film* const film = coordinator_->film(result.key.job);
   if (world_.bugs.merge_twice && film != nullptr && result.key.range.end() < 8 &&
       film->covered(result.key.tile, result.key.range)) {
@@ -312,6 +319,7 @@ void ServerSide::falsify(const Stream& stream, WorkerResult& result) {
     result.key.range.index += 1;
     result.node.range = result.key.range;
     result.hash = hash_of(result.node);
+    grant();
     checks_.result_came(stream, result);
   }
 }
@@ -333,8 +341,11 @@ void ServerSide::receive(const std::shared_ptr<Stream>& stream, WorkerMessage me
   if (!stream->said_hello) {
     if (auto* hello = std::get_if<WorkerHello>(&message)) {
       stream->said_hello = true;
-      if (world_.bugs.ignore_machines) {
-        hello->machine = hello->name;
+      if (workers_.have_certificates()) {
+        hello->identity = workers_[stream->worker].identity;
+      }
+      if (world_.bugs.ignore_identities) {
+        hello->identity = hello->name;
       }
       call([&](Effects& effects) {
         coordinator_->worker_connected(stream->session, *hello, world_.now, effects);

@@ -1,4 +1,4 @@
-// What befalls workers: deaths, hangs, broken and cut links, slowness, and garbage that they send.
+// What befalls workers: deaths, hangs, broken and cut links, slowness, and what they send that is garbage or a lie.
 #include "tests/simulation/client_side.h"
 #include "tests/simulation/server_side.h"
 #include "tests/simulation/worker_side.h"
@@ -49,10 +49,56 @@ void WorkerSide::slow_down() {
 
 void WorkerSide::plan_babble() {
   for (std::size_t i = 0; i < workers_.size(); ++i) {
-    for (std::uint64_t n = workers_[i].lies == Lies::garbage ? world_.random.below(12) : 0; n > 0; --n) {
-      world_.at(world_.some_time(), [this, i] { babble(i); });
+    if (workers_[i].lies == Lies::never) {
+      continue;
+    }
+    for (std::uint64_t n = world_.random.below(12); n > 0; --n) {
+      world_.at(world_.some_time(), [this, i] { workers_[i].lies == Lies::garbage ? babble(i) : send_ungranted(i); });
     }
   }
+}
+
+/// Samples that it was not granted: wrong, but of the right size, under the right digest and with a true hash.
+void WorkerSide::send_ungranted(std::size_t index) {
+  const SimulatedWorker& worker = workers_[index];
+  if (!worker.alive || world_.now < worker.hung_until || !worker.stream || !worker.session->status().connected ||
+      !worker.last_tile || !server_.coordinator()) {
+    return;
+  }
+  const NodeKey& asked = worker.last_tile->key;
+  const Film* const film = server_.coordinator()->film(asked.job);
+  if (film == nullptr) {
+    return;
+  }
+  world_.inject("results that were not granted");
+  WorkerResult result;
+  if (worker.last_result && world_.random.chance(0.7)) {  // with the proof of a grant of others
+    const auto& sent = std::get<WorkerResult>(*worker.last_result);
+    result.lease = sent.lease;
+    result.tag = sent.tag;
+  } else {
+    result.lease = worker.last_tile->lease;
+    result.tag = sha256(std::to_string(world_.random.next()));
+  }
+  const auto level = static_cast<std::uint32_t>(world_.random.below(6));
+  const TileId tile{static_cast<std::uint32_t>(world_.random.below(film->grid().tile_count()))};
+  result.key = {asked.job, tile, {level, static_cast<std::uint32_t>(world_.random.below((64u >> level) + 1))}};
+  result.node.range = result.key.range;
+  result.node.values.assign(film->expected_values(tile, result.key.range), 1e6f);
+  result.hash = hash_of(result.node);
+  result.render_digest = worker.last_tile->description->render_digest;
+  result.seconds = 1e-6;
+  sends(index, std::make_shared<const WorkerMessage>(std::move(result)));
+}
+
+void WorkerSide::change_claims(SimulatedWorker& worker) {
+  if (!have_certificates_ || worker.lies == Lies::never || worker.lies == Lies::garbage) {
+    return;
+  }
+  // Another one's machine, or a new one each time.
+  worker.machine = world_.random.chance(0.5) ? workers_[world_.random.below(workers_.size())].identity
+                                             : fmt::format("machine {}", world_.random.next());
+  worker.name = fmt::format("{}-{}", worker.name.substr(0, worker.name.find('-', 7)), worker.life);
 }
 
 /// Something that makes no sense, from a worker that is otherwise as it should be.

@@ -19,10 +19,12 @@ void WorkerSide::make() {
   } else if (garbage) {
     count = std::max<std::size_t>(count, 2);
   }
+  have_certificates_ = world_.random.chance(0.5);
   for (std::size_t i = 0; i < count; ++i) {
     SimulatedWorker worker;
     worker.name = fmt::format("worker-{}", i);
-    worker.machine = i < liars ? "machine-of-lies" : fmt::format("machine-{}", i);
+    worker.identity = i < liars ? kIdentityOfLies : fmt::format("identity-{}", i);
+    worker.machine = worker.identity;
     worker.lies = i >= liars                  ? Lies::never
                   : garbage                   ? Lies::garbage
                   : world_.random.chance(0.5) ? Lies::always
@@ -39,7 +41,7 @@ void WorkerSide::make_racers(const Race& race) {
   seconds_per_pixel_sample_ = race.tile_seconds / 64;
   for (std::size_t i = 0; i < race.slowness.size(); ++i) {
     SimulatedWorker worker;
-    worker.name = worker.machine = fmt::format("worker-{}", i);
+    worker.name = worker.identity = worker.machine = fmt::format("worker-{}", i);
     worker.fingerprint = kUsualClass;
     worker.threads = race.threads;
     worker.slowness = race.slowness[i];
@@ -61,6 +63,7 @@ void WorkerSide::start(std::size_t index) {
   }
   ++worker.life;
   worker.alive = true;
+  change_claims(worker);
   worker.hung_until = world_.now;
   worker.rendering.clear();
   worker.to_render.clear();
@@ -68,7 +71,7 @@ void WorkerSide::start(std::size_t index) {
   worker.next_tick = Time::max();
   SessionConfig config;
   config.name = worker.name;
-  config.host = "host";
+  config.host = worker.machine;
   config.machine = worker.machine;
   config.pid = static_cast<std::uint32_t>(worker.life);
   config.threads = worker.threads;
@@ -143,6 +146,7 @@ void WorkerSide::act(std::size_t index, const SessionActions& actions) {
                    [](const Say&) {},
                    [](const DropPilot&) {},  // an answer that comes nevertheless must do no harm
                    [&](const RenderTile& tile) {
+                     worker.last_tile = tile;
                      worker.to_render.push_back(tile);
                      worker.unacknowledged[tile.key] = pixel_samples(*tile.description, tile.key);
                      render(index);
@@ -226,6 +230,9 @@ void WorkerSide::break_stream(const std::shared_ptr<Stream>& stream) {
 
 void WorkerSide::sends(std::size_t index, const std::shared_ptr<const WorkerMessage>& message) {
   const std::shared_ptr<Stream> stream = workers_[index].stream;
+  if (std::holds_alternative<WorkerResult>(*message)) {
+    workers_[index].last_result = message;
+  }
   if (!stream || stream->broken || (world_.bugs.lose_what_is_cut && world_.now < stream->cut_up)) {
     return;
   }

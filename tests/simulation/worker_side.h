@@ -6,6 +6,7 @@
 #include <deque>
 #include <map>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -18,6 +19,9 @@ namespace lightmill::simulation {
 
 class ServerSide;
 class ClientSide;
+
+/// All liars of a farm share it.
+inline constexpr const char* kIdentityOfLies = "identity-of-lies";
 
 /// Of most workers.
 inline constexpr const char* kUsualClass = "class-a";
@@ -34,7 +38,8 @@ enum class Lies { never, always, sometimes, garbage };
 
 struct SimulatedWorker {
   std::string name;
-  std::string machine;
+  std::string identity;          ///< on a farm with certificates that of its own; else its machine
+  std::string machine;           ///< as it says
   std::uint64_t inspection = 0;  ///< counts inspections that began or were dropped
   Lies lies = Lies::never;
   std::string fingerprint;
@@ -47,8 +52,10 @@ struct SimulatedWorker {
   Time hung_until;
   std::shared_ptr<Stream> stream;
   std::deque<RenderTile> to_render;
-  std::map<std::uint64_t, NodeKey> rendering;       ///< by ticket: tiles that threads work on
-  std::map<NodeKey, std::uint64_t> unacknowledged;  ///< pixel samples, rendered or in work
+  std::optional<RenderTile> last_tile;               ///< the last that was asked for
+  std::shared_ptr<const WorkerMessage> last_result;  ///< the last that it sent
+  std::map<std::uint64_t, NodeKey> rendering;        ///< by ticket: tiles that threads work on
+  std::map<NodeKey, std::uint64_t> unacknowledged;   ///< pixel samples, rendered or in work
   Time next_tick = Time::max();
 };
 
@@ -68,6 +75,8 @@ class WorkerSide {
   auto end() const { return workers_.end(); }
   /// Whether some workers send wrong sums that look right.
   bool have_liars() const { return have_liars_; }
+  /// Whether the coordinator asks workers for certificates. Where it does, liars claim names, hosts and machines.
+  bool have_certificates() const { return have_certificates_; }
 
   /// Calls into a worker's session: later if the worker hangs, never if it has died meanwhile.
   void on_worker(std::size_t index, std::uint64_t life, std::function<void(Session&, SessionActions&)> call);
@@ -80,7 +89,7 @@ class WorkerSide {
   void break_one();
   void cut_link();
   void slow_down();
-  /// Workers that send garbage do so at times.
+  /// Workers that send garbage do so at times, and liars send samples that they were not granted.
   void plan_babble();
 
  private:
@@ -91,6 +100,9 @@ class WorkerSide {
   void sends(std::size_t index, const std::shared_ptr<const WorkerMessage>& message);
   void plan_tick(std::size_t index);
   void babble(std::size_t index);
+  void send_ungranted(std::size_t index);
+  /// A liar that starts calls itself something new.
+  void change_claims(SimulatedWorker& worker);
   void die_of_poison(std::size_t index);
 
   // ---- rendering.cpp ----
@@ -108,7 +120,7 @@ class WorkerSide {
   ServerSide& server_;
   ClientSide& clients_;
   std::vector<SimulatedWorker> workers_;
-  bool have_liars_ = false;
+  bool have_liars_ = false, have_certificates_ = false;
   double seconds_per_pixel_sample_ = 2e-3;  ///< of one thread of a worker of slowness 1
 };
 

@@ -23,12 +23,7 @@ void Session::message(const CoordinatorMessage& message, Time now, SessionAction
     return;
   }
   std::visit(Overloaded{
-                 [&](const Welcome& welcome) {
-                   welcomed_ = true;
-                   epoch_ = welcome.epoch;
-                   heartbeat_interval_ = std::max<Duration>(welcome.heartbeat_interval, std::chrono::milliseconds(1));
-                   next_heartbeat_ = now + heartbeat_interval_;
-                 },
+                 [&](const Welcome& welcome) { this->welcome(welcome, now, actions); },
                  [&](const JobDescription& description) { describe_job(description, actions); },
                  [&](const LeaseGrant& grant) { grant_lease(grant, actions); },
                  [&](const ResultAck& ack) { acknowledge(ack, now, actions); },
@@ -80,6 +75,9 @@ void Session::grant_lease(const LeaseGrant& grant, SessionActions& actions) {
   lease.epoch = epoch_;
   lease.unit = grant.unit;
   lease.trace = grant.trace;
+  for (std::size_t i = 0; i < grant.unit.tiles.size() && i < grant.tags.size(); ++i) {
+    lease.tags[grant.unit.tiles[i]] = grant.tags[i];
+  }
   lease.description = job->second.description;
   for (const TileId tile : grant.unit.tiles) {
     // What waits to be acknowledged here (it was leased before, and taken for lost) needs nothing more.
@@ -328,8 +326,7 @@ void Session::render(Lease& lease, LeaseId id, TileId tile, SessionActions& acti
   lease.rendering.insert(tile);
 }
 
-template <class Unwanted>
-void Session::stop_tiles(const Unwanted& unwanted, SessionActions& actions) {
+void Session::stop_tiles(const std::function<bool(const Rendering&)>& unwanted, SessionActions& actions) {
   for (auto& [ticket, rendering] : rendering_) {
     if (rendering.wanted && unwanted(rendering)) {
       rendering.wanted = false;
@@ -369,10 +366,10 @@ void Session::tile_rendered(RenderedTile tile, Time now, SessionActions& actions
   result.bytes = tile.node.values.size() * sizeof(float);
   result.sequence = next_sequence_++;
   result.sent = now;
-  result.message =
-      std::make_shared<const WorkerMessage>(WorkerResult{rendering.lease, key, std::move(tile.node), tile.hash,
-                                                         lease.description->render_digest, tile.seconds, lease.trace});
-  if (link_ == Link::up) {
+  result.message = std::make_shared<const WorkerMessage>(WorkerResult{rendering.lease, key, std::move(tile.node),
+                                                                      tile.hash, lease.description->render_digest,
+                                                                      tile.seconds, lease.trace, lease.tags[key.tile]});
+  if (link_ == Link::up && welcomed_) {
     actions.push_back(SendMessage{result.message});
   }
   result_bytes_ += result.bytes;

@@ -4,13 +4,14 @@
 // knows nothing of scenes, assets or gRPC. The shell around it feeds it from one thread at a time, and the simulation
 // from one seed.
 //
-//   start → OpenStream → connected (hello, and every unacknowledged result again) ⇄ disconnected (OpenStream with
-//   backoff) LeaseGrant → PrepareJob → job_ready → RenderTile … tile_rendered → SendMessage(result) … ResultAck →
+//   start → OpenStream → connected (hello) → Welcome (every unacknowledged result again) ⇄ disconnected (OpenStream
+//   with backoff) LeaseGrant → PrepareJob → job_ready → RenderTile … tile_rendered → SendMessage(result) … ResultAck →
 //   forgotten drain or DrainRequest → rest finished or given back → CloseStream, Exit
 #pragma once
 
 #include <cstdint>
 #include <deque>
+#include <functional>
 #include <map>
 #include <memory>
 #include <optional>
@@ -181,6 +182,7 @@ class Session {
   struct Lease {
     std::uint64_t epoch = 0;
     Unit unit;
+    std::map<TileId, Sha256> tags;  ///< of the grant
     Hash128 trace;
     std::shared_ptr<const JobDescription> description;
     std::deque<TileId> queued;        ///< not handed to threads yet, in the unit's order
@@ -214,6 +216,10 @@ class Session {
   };
 
   void send(WorkerMessage message, SessionActions& actions);
+  /// The coordinator has let the worker in: it is sent what it has not acknowledged, unless that is another farm's.
+  void welcome(const Welcome& welcome, Time now, SessionActions& actions);
+  void send_results_again(SessionActions& actions);
+  void drop_everything(SessionActions& actions);
   void describe_job(const JobDescription& description, SessionActions& actions);
   void grant_lease(const LeaseGrant& grant, SessionActions& actions);
   void grant_pilot(const PilotGrant& grant, SessionActions& actions);
@@ -231,8 +237,7 @@ class Session {
   bool hand_out(LeaseId id, Lease& lease, SessionActions& actions);
   void render(Lease& lease, LeaseId id, TileId tile, SessionActions& actions);
   /// Those being rendered of which `unwanted(Rendering)` holds.
-  template <class Unwanted>
-  void stop_tiles(const Unwanted& unwanted, SessionActions& actions);
+  void stop_tiles(const std::function<bool(const Rendering&)>& unwanted, SessionActions& actions);
   void erase_lease(LeaseId lease, SessionActions& actions);
   void erase_lease_if_finished(LeaseId lease, SessionActions& actions);
   void erase_leases_of(JobId job, SessionActions& actions);
@@ -249,6 +254,7 @@ class Session {
   Duration longest_tile_{};            ///< of those of late
   std::optional<Time> away_deadline_;  ///< of a drain without a connection
   std::uint64_t epoch_ = 0;
+  std::optional<Hash128> farm_;  ///< the last that let the worker in
   Duration heartbeat_interval_ = std::chrono::seconds(2);
   Time next_heartbeat_;
   Duration backoff_, refused_backoff_;

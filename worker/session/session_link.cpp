@@ -32,29 +32,62 @@ void Session::connected(Time now, SessionActions& actions) {
                     draining_,
                     config_.machine,
                     true};
-  for (const auto& [id, lease] : leases_) {
+  for (auto& [id, lease] : leases_) {
     // What is neither queued, with the threads nor waiting for its acknowledgement is done with.
-    HeldLease held{id, lease.epoch, lease.description->render_digest, {lease.unit.job, lease.unit.range, {}}};
+    HeldLease held{id, lease.epoch, lease.description->render_digest, {lease.unit.job, lease.unit.range, {}}, {}};
     held.unit.tiles.assign(lease.queued.begin(), lease.queued.end());
     held.unit.tiles.insert(held.unit.tiles.end(), lease.rendering.begin(), lease.rendering.end());
     held.unit.tiles.insert(held.unit.tiles.end(), lease.unacknowledged.begin(), lease.unacknowledged.end());
     std::sort(held.unit.tiles.begin(), held.unit.tiles.end());
+    for (const TileId tile : held.unit.tiles) {
+      held.tags.push_back(lease.tags[tile]);
+    }
     if (!held.unit.tiles.empty()) {
       hello.held.push_back(std::move(held));
     }
   }
   send(std::move(hello), actions);
-  std::vector<const Result*> again;
   longest_wait_.reset();
   for (auto& [key, result] : results_) {
     result.sent = now;
+  }
+  advance(actions);
+}
+
+void Session::welcome(const Welcome& welcome, Time now, SessionActions& actions) {
+  welcomed_ = true;
+  epoch_ = welcome.epoch;
+  heartbeat_interval_ = std::max<Duration>(welcome.heartbeat_interval, std::chrono::milliseconds(1));
+  next_heartbeat_ = now + heartbeat_interval_;
+  if (farm_ && *farm_ != welcome.farm) {
+    drop_everything(actions);
+  }
+  farm_ = welcome.farm;
+  send_results_again(actions);
+}
+
+void Session::send_results_again(SessionActions& actions) {
+  std::vector<const Result*> again;
+  for (const auto& [key, result] : results_) {
     again.push_back(&result);
   }
   std::sort(again.begin(), again.end(), [](const Result* a, const Result* b) { return a->sequence < b->sequence; });
   for (const Result* result : again) {
     actions.push_back(SendMessage{result->message});
   }
-  advance(actions);
+}
+
+void Session::drop_everything(SessionActions& actions) {
+  actions.push_back(Say{"another farm answers at this address now: what was rendered for the former one is dropped"});
+  stop_tiles([](const Rendering&) { return true; }, actions);
+  while (!leases_.empty()) {
+    erase_lease(leases_.begin()->first, actions);
+  }
+  while (!jobs_.empty()) {
+    forget_job(jobs_.begin()->first, actions);
+  }
+  results_.clear();
+  result_bytes_ = 0;
 }
 
 void Session::disconnected(Time now, SessionActions& actions, bool refused) {

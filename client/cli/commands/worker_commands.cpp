@@ -63,7 +63,7 @@ Status quarantine_worker(FarmConnection& connection, const Console& console,
   LM_ASSIGN_OR_RETURN(const v1::Worker worker, connection.quarantine_worker(request));
   console.object(to_json(worker));
   console.result(fmt::format(
-      "worker {} is in quarantine, with all others on its machine{}; `lightmill workers release "
+      "worker {} is in quarantine, with all others of its identity{}; `lightmill workers release "
       "{}` ends that",
       request.name(), request.render_again() ? ", and what they had a part in is rendered again" : "", request.name()));
   return ok_status();
@@ -111,7 +111,7 @@ void add_worker_commands(CLI::App& app, Context& context) {
   const auto suspect = std::make_shared<v1::QuarantineWorkerRequest>();
   CLI::App* quarantine = workers->add_subcommand(
       "quarantine",
-      "Give a worker, and all others on its machine, nothing to render until they are released. What they have is "
+      "Give a worker, and all others of its identity, nothing to render until they are released. What they have is "
       "given "
       "to others at once; the worker that differs from two others is put there by the farm itself.");
   quarantine->add_option("NAME", *suspect->mutable_name(), "the worker's name, as `workers` prints it")->required();
@@ -128,7 +128,7 @@ void add_worker_commands(CLI::App& app, Context& context) {
   });
 
   CLI::App* release = workers->add_subcommand(
-      "release", "Let a worker that is in quarantine render again, and all others on its machine.");
+      "release", "Let a worker that is in quarantine render again, and all others of its identity.");
   release->add_option("NAME", *name, "the worker's name, as `workers` prints it")->required();
   add_common_options(*release, context);
   release->callback([&context, name] {

@@ -90,7 +90,7 @@ class Sender {
     const stored::Audit audit = op.to_verify ? stored::Audit::wanted : stored::Audit::none;
     sink_.add(kPutResult,
               Parameters(op.key.job.value, op.key.tile.value, op.key.range.level, op.key.range.index, view_of(hash),
-                         as_byte_view(op.by.worker), as_byte_view(op.by.machine), static_cast<int>(audit),
+                         as_byte_view(op.by.worker), as_byte_view(op.by.identity), static_cast<int>(audit),
                          as_byte_view(op.by.fingerprint_class), stored::checksum_of(op.key, op.hash, op.by, audit)));
   }
   void operator()(const PutVerified& op) { add_key(kPutVerified, op.key); }

@@ -113,6 +113,16 @@ class PostgresAssets final : public AssetStore {
     const MutexLock lock(mutex_);
     entries_.insert_or_assign(digest, entry);
   }
+  /// Returns whether it was there: what was sent again since is another entry, and stays.
+  bool erase(const Sha256& digest, const Entry& entry) {
+    const MutexLock lock(mutex_);
+    const auto at = entries_.find(digest);
+    const bool found = at != entries_.end() && at->second.id == entry.id;
+    if (found) {
+      entries_.erase(at);
+    }
+    return found;
+  }
   /// Whoever finds this coordinator deposed may find another one.
   Status explain(const Status& status) const {
     const Status explained = leadership_->explain(status);
@@ -331,8 +341,10 @@ std::uint64_t PostgresAssets::collect(const std::set<Sha256>& wanted, std::int64
     Status failure;
     const bool removed = remove_unless_kept(digest, spare_age_seconds, [&] {
       failure = remove(session, *entry);
-      const MutexLock lock(mutex_);
-      return failure.ok() && entries_.erase(digest) > 0;
+      if (failure.ok()) {
+        erase(digest, *entry);
+      }
+      return failure.ok();
     });
     if (!failure.ok()) {
       spdlog::warn("cannot forget assets: {}", message_of(failure));
@@ -358,9 +370,7 @@ void PostgresAssets::forget(const Reader& damaged) {
     spdlog::warn("cannot forget asset {}: {}", read.digest().hex(), message_of(status));
     return;
   }
-  const MutexLock lock(mutex_);
-  if (const auto at = entries_.find(read.digest()); at != entries_.end() && at->second.id == read.entry().id) {
-    entries_.erase(at);
+  if (erase(read.digest(), read.entry())) {
     budget_.release(read.entry().size_bytes);
   }
 }

@@ -263,7 +263,7 @@ Status SqliteStore::apply(const PutResult& op) {
   const std::int64_t checksum = stored::checksum_of(op.key, op.hash, op.by, audit);
   add_to_hash(checksum);
   statements_.put_result.bind_all(op.key.job.value, op.key.tile.value, op.key.range.level, op.key.range.index,
-                                  view_of(hash), as_byte_view(op.by.worker), as_byte_view(op.by.machine),
+                                  view_of(hash), as_byte_view(op.by.worker), as_byte_view(op.by.identity),
                                   static_cast<int>(audit), as_byte_view(op.by.fingerprint_class), checksum);
   return statements_.put_result.run();
 }

@@ -5,6 +5,7 @@
 
 #include "common/film/film.h"
 #include "server/domain/coordinator.h"
+#include "server/domain/grants.h"
 
 namespace lightmill::test {
 
@@ -84,7 +85,22 @@ class CoordinatorTest : public ::testing::Test {
     result.hash = hash_of(result.node);
     result.render_digest = coordinator->status(grant.unit.job, now)->render_digest;
     result.seconds = seconds;
+    if (const auto at = std::ranges::find(grant.unit.tiles, tile);
+        at != grant.unit.tiles.end() && !grant.tags.empty()) {
+      result.tag = grant.tags[static_cast<std::size_t>(at - grant.unit.tiles.begin())];
+    }
     return result;
+  }
+  /// What a coordinator of the same farm grants.
+  static LeaseGrant granted(const std::string& worker, LeaseId lease, const Unit& unit, const Sha256& digest) {
+    LeaseGrant grant{lease, unit, {}, {}};
+    for (const TileId tile : unit.tiles) {
+      grant.tags.push_back(Grants(Sha256{}).tag(worker, lease, digest, {unit.job, tile, unit.range}));
+    }
+    return grant;
+  }
+  HeldLease held(const LeaseGrant& grant) const {
+    return {grant.lease, 1, coordinator->status(grant.unit.job, now)->render_digest, grant.unit, grant.tags};
   }
   void finish(SessionId session, const LeaseGrant& grant) {
     for (const TileId tile : grant.unit.tiles) {

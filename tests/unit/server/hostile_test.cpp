@@ -73,9 +73,99 @@ TEST_F(CoordinatorTest, AWorkerCannotClaimLeasesThatWereNeverGiven) {
   Unit unit = grant.unit;
   unit.range = {0, 3};
   const LeaseId next{got<LeaseGrant>(first).back().lease.value + 1};
-  const SessionId second = connect("v", 1, "class-a", {{next, 1, status(job).render_digest, unit}});
+  const SessionId second = connect("v", 1, "class-a", {{next, 1, status(job).render_digest, unit, grant.tags}});
   ASSERT_FALSE(got<LeaseCancel>(second).empty());
   EXPECT_EQ(got<LeaseCancel>(second).front().leases, std::vector<LeaseId>{next});
+}
+
+TEST_F(CoordinatorTest, AResultThatWasNotGrantedIsRefused) {
+  const JobId job = submit(spec("r1", 1024, {0, 0, 512, 64}));
+  const SessionId honest = connect("honest", 4), liar = connect("liar", 4);
+  const LeaseGrant grant = got<LeaseGrant>(liar).at(0), other = got<LeaseGrant>(honest).at(0);
+  const TileId tile = grant.unit.tiles.front();
+  const auto changed = [&](auto change) {
+    WorkerResult wrong = result(grant, tile);
+    change(wrong);
+    wrong.node.range = wrong.key.range;
+    wrong.node.values.resize(coordinator->film(job)->expected_values(wrong.key.tile, wrong.key.range));
+    wrong.hash = hash_of(wrong.node);
+    return wrong;
+  };
+  const std::vector<WorkerResult> forged{
+      changed([](WorkerResult& wrong) {
+        wrong.key.range = {10, 0};
+      }),  // all samples
+      changed([](WorkerResult& wrong) {
+        wrong.key.range = {0, 1};
+      }),
+      changed([&](WorkerResult& wrong) {
+        wrong.key = {job, other.unit.tiles.front(), other.unit.range};
+      }),
+      changed([&](WorkerResult& wrong) { wrong.lease = other.lease; }),
+      changed([](WorkerResult& wrong) { wrong.tag = {}; }),
+      changed([](WorkerResult& wrong) { wrong.tag.bytes[31] ^= 1; }),
+      result(other, other.unit.tiles.front()),  // another worker's
+  };
+  for (const WorkerResult& each : forged) {
+    say(connect("liar", 4), each);
+  }
+  EXPECT_EQ(status(job).counters.results_merged, 0u);
+  EXPECT_TRUE(got<Dismissal>(honest).empty());
+  // Who sends three is sent away.
+  const SessionId again = connect("liar", 4, "class-a", {}, 2);
+  for (int i = 0; i < 3; ++i) {
+    say(again, forged[0]);
+  }
+  EXPECT_EQ(got<Dismissal>(again).size(), 1u);
+  EXPECT_EQ(got<ResultAck>(again).size(), 3u) << "or it would send them for ever";
+}
+
+TEST_F(CoordinatorTest, AGrantHoldsWhenItsLeaseIsLostAndTheCoordinatorStartedAgain) {
+  const JobId job = submit(spec("r1", 4));
+  const SessionId first = connect("w");
+  const LeaseGrant grant = got<LeaseGrant>(first).at(0);
+  const WorkerResult late = result(grant, grant.unit.tiles.front());
+  coordinator->worker_disconnected(first, now, effects);
+  pass(limits.disconnect_grace);
+  ASSERT_GT(status(job).counters.leases_lost, 0u);
+  const SessionId second = connect("w");
+  say(second, late);
+  EXPECT_EQ(status(job).counters.results_merged, 1u);
+
+  StoredState stored{2, {}, job.value + 1};
+  JobRecord record;
+  record.id = job;
+  record.spec = spec("r1", 4);
+  record.state = JobState::running;
+  record.fingerprint_class = "class-a";
+  stored.jobs.push_back({record, {}});
+  restart(stored);
+  const SessionId third = connect("w");
+  say(third, late);
+  EXPECT_EQ(status(job).counters.results_merged, 1u);
+
+  stored.secret = sha256("another farm");
+  restart(std::move(stored));
+  const SessionId fourth = connect("w");
+  say(fourth, late);
+  EXPECT_EQ(status(job).counters.results_merged, 0u);
+  ASSERT_EQ(got<Welcome>(third).size() + got<Welcome>(fourth).size(), 2u);
+  EXPECT_NE(got<Welcome>(third)[0].farm, got<Welcome>(fourth)[0].farm);
+}
+
+TEST_F(CoordinatorTest, ForgedHeldLeasesAreNotTakenUp) {
+  const JobId job = submit(spec("r1", 4));
+  const SessionId first = connect("w");
+  HeldLease forged = held(got<LeaseGrant>(first).at(0));
+  coordinator->worker_disconnected(first, now, effects);
+  pass(limits.disconnect_grace);
+  forged.unit.range = {2, 0};
+  const SessionId second = connect("w", 1, "class-a", {forged});
+  ASSERT_EQ(got<LeaseCancel>(second).size(), 1u);
+  EXPECT_EQ(got<LeaseCancel>(second)[0].leases, std::vector<LeaseId>{forged.lease});
+  EXPECT_TRUE(got<Dismissal>(second).empty());
+  work(second);
+  EXPECT_EQ(status(job).state, JobState::done);
 }
 
 TEST_F(CoordinatorTest, AResultOfEndlessSecondsIsRefused) {

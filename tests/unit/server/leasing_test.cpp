@@ -184,7 +184,7 @@ TEST_F(LeasingTest, AWorkerThatComesBackKeepsItsLeases) {
   const std::vector<LeaseGrant> grants = got<LeaseGrant>(first);
   std::vector<HeldLease> held;
   for (const LeaseGrant& grant : grants) {
-    held.push_back({grant.lease, 1, status(job).render_digest, grant.unit});
+    held.push_back(this->held(grant));
   }
   coordinator->worker_disconnected(first, now, effects);
   pass(std::chrono::seconds(1));
@@ -267,17 +267,19 @@ TEST_F(LeasingTest, HeldLeasesOfAnEarlierCoordinatorAreTakenUp) {
   const Unit unit{JobId{1}, {2, 0}, {TileId{0}, TileId{1}}};
   const Sha256 digest = render_digest(record.spec.settings, "class-a");
   const LeaseId old{(std::uint64_t{4} << 32) + 17};
-  const SessionId stranger = connect("stranger", 1, "class-a", {{old, 4, sha256("another farm"), unit}});
-  EXPECT_EQ(got<LeaseCancel>(stranger).size(), 1u);
-  const SessionId session = connect("w", 1, "class-a", {{old, 4, digest, unit}});
+  const LeaseGrant grant = granted("w", old, unit, digest);
+  const SessionId stranger =
+      connect("stranger", 1, "class-a", {{old, 4, sha256("another farm"), unit, grant.tags}, held(grant)});
+  EXPECT_EQ(got<LeaseCancel>(stranger).at(0).leases.size(), 2u) << "one of another job, one of another worker";
+  const SessionId session = connect("w", 1, "class-a", {held(grant)});
   EXPECT_TRUE(got<LeaseCancel>(session).empty());
   pass(limits.restart_grace);
   for (const SessionId each : {stranger, session}) {
-    for (const LeaseGrant& grant : got<LeaseGrant>(each)) {
-      EXPECT_GE(grant.unit.range.first(), 4u);  // [0, 4) is being rendered
+    for (const LeaseGrant& other : got<LeaseGrant>(each)) {
+      EXPECT_GE(other.unit.range.first(), 4u);  // [0, 4) is being rendered
     }
   }
-  finish(session, {old, unit});
+  finish(session, grant);
   EXPECT_EQ(coordinator->film(JobId{1})->min_samples(), 4u);
 }
 

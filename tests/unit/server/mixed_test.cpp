@@ -95,8 +95,10 @@ TEST_F(MixedTest, OtherBitsOfAnotherClassAccuseNobody) {
     say(a, copy);
     copy.node.values[0] += 1;
     copy.hash = hash_of(copy.node);
-    say(b, copy);
-    say(c, copy);
+    for (const auto& [session, worker] : {std::pair(b, "worker on m2"), std::pair(c, "worker on m3")}) {
+      copy.tag = granted(worker, grant.lease, {job, grant.unit.range, {copy.key.tile}}, copy.render_digest).tags[0];
+      say(session, copy);
+    }
     for (int round = 0; round < 4; ++round) {
       for (const SessionId session : {a, b, c, other}) {
         answer(session);
@@ -117,7 +119,7 @@ TEST_F(MixedTest, ALiarIsFoundByItsClass) {
   const SessionId liar = connect_of("class-a", "m1"), b = connect_of("class-b", "m2"), c = connect_of("class-a", "m3");
   answer(liar, 1);
   answer(c);
-  EXPECT_NE(status(job).reason.find("another machine of class class-a"), std::string::npos) << status(job).reason;
+  EXPECT_NE(status(job).reason.find("another identity of class class-a"), std::string::npos) << status(job).reason;
   EXPECT_EQ(waiting(b), 0u);
   const SessionId d = connect_of("class-a", "m4");
   for (const SessionId session : {d, b, c, d, b, c}) {

@@ -32,6 +32,13 @@ TEST(Judge, TwoMachinesThatSayTheSameDecide) {
   EXPECT_EQ(kind({claim("a", 1), claim("a", 2), claim("b", 3), claim("c", 4)}), program);
   EXPECT_EQ(kind({Claim{{}, {0, 1}}, claim("b", 2), claim("c", 3)}), open) << "b may have a part in what was joined";
   EXPECT_EQ(kind({Claim{{}, {0, 1}}, claim("b", 2), claim("c", 3), claim("d", 4)}), program);
+  const Claim joined{{}, {0, 1}, {"a", "b"}};
+  EXPECT_EQ(kind({joined, claim("a", 1)}), open) << "a confirms itself";
+  EXPECT_EQ(kind({claim("b", 1), joined}), open);
+  EXPECT_EQ(kind({joined, claim("c", 2), claim("a", 1)}), open);
+  EXPECT_EQ(kind({joined, claim("c", 2), claim("a", 1), claim("b", 1)}), agreed) << "a and b say so by themselves";
+  EXPECT_EQ(kind({joined, claim("c", 1)}), agreed);
+  EXPECT_EQ(kind({Claim{{}, {0, 1}}, claim("c", 1)}), open) << "it may be c's own";
   const std::vector<Claim> first_is_wrong{claim("a", 1), claim("b", 2), claim("c", 2)};
   EXPECT_EQ(judge(first_is_wrong).kind, agreed);
   EXPECT_EQ(judge(first_is_wrong).hash, (Hash128{0, 2}));
@@ -86,6 +93,31 @@ TEST(Chosen, LiarsAreFoundAsOftenAsTheFormulaSays) {
   }
 }
 
+TEST(Chosen, FewLargeResultsAreFoundAsSurelyAsManySmallOnes) {
+  constexpr int kLiars = 2000;
+  constexpr double kShare = 0.01;
+  for (const double wrong : {0.05, 0.5}) {  // of the job's pixel samples
+    // Each of its parts is drawn with the share, whatever results they come in.
+    const double expected = 1 - std::pow(1 - kShare, kPartsOfAJob * wrong);
+    const double deviation = std::sqrt(expected * (1 - expected) / kLiars);
+    for (const int parts : {1, 5, 50}) {  // of a result
+      int found = 0;
+      for (int liar = 0; liar < kLiars; ++liar) {
+        bool drawn = false;
+        for (int i = 0; i < static_cast<int>(kPartsOfAJob * wrong) / parts; ++i) {
+          const NodeKey key{JobId{static_cast<std::uint64_t>(liar)}, TileId{static_cast<std::uint32_t>(i)}, {3, 5}};
+          drawn = drawn || is_chosen(sha256(std::to_string(parts)), key, chance_of_audit(kShare, parts));
+        }
+        found += drawn ? 1 : 0;
+      }
+      EXPECT_NEAR(static_cast<double>(found) / kLiars, expected, 4 * deviation) << wrong << " in " << parts;
+    }
+  }
+  EXPECT_EQ(chance_of_audit(1, 3), 1);
+  EXPECT_EQ(chance_of_audit(0, 3), 0);
+  EXPECT_NEAR(chance_of_audit(0.5, 2), 0.75, 1e-15);
+}
+
 TEST(PendingAudits, GoToOtherMachinesInUnitsOfOneRange) {
   PendingAudits all;
   for (std::uint32_t tile = 0; tile < 4; ++tile) {
@@ -132,7 +164,7 @@ TEST(PendingAudits, ADisputeGoesToAThirdMachine) {
   EXPECT_EQ(all.next_for(on("c"), 1).size(), 1u);
   EXPECT_FALSE(all.possible_for(std::vector{on("a"), on("b")}));
   EXPECT_TRUE(all.possible_for(std::vector{on("a"), on("c")}));
-  all.retract([](const Renderer& by) { return by.machine == "b"; });
+  all.retract([](const Renderer& by) { return by.identity == "b"; });
   EXPECT_TRUE(all.disputed().empty());
   EXPECT_EQ(all.next_for(on("b"), 1).size(), 1u);
   EXPECT_EQ(all.claim(place, claim("c", 1)).kind, Verdict::Kind::agreed);
@@ -165,7 +197,7 @@ TEST(PendingAudits, ADisputeAboutWhatNobodyChoseEndsWithIt) {
     EXPECT_EQ(all.claim(each, claim("b", 2)).kind, Verdict::Kind::open);
   }
   all.lease(leased, LeaseId{3});
-  all.retract([](const Renderer& by) { return by.machine == "b"; });
+  all.retract([](const Renderer& by) { return by.identity == "b"; });
   EXPECT_EQ(all.find(place), nullptr);
   EXPECT_NE(all.find(leased), nullptr) << "somebody works on it";
   all.release(leased, LeaseId{3}, false);

@@ -276,9 +276,10 @@ TEST_F(PilotTest, OtherJobsGoOnMeanwhile) {
 TEST_F(PilotTest, ResultsOfAJobWithoutAMethodAreNotWanted) {
   const SessionId a = connect("a");
   const JobId job = submit_undecided();
-  say(a, result(LeaseGrant{LeaseId{77}, Unit{job, {0, 0}, {TileId{0}}}}, TileId{0}));
+  const LeaseGrant grant = granted("a", LeaseId{77}, Unit{job, {0, 0}, {TileId{0}}}, Sha256{});
+  say(a, result(grant, TileId{0}));
   EXPECT_EQ(status(job).samples_done, 0u);
-  const SessionId b = connect("b", 1, "class-a", {{LeaseId{78}, 1, Sha256{}, Unit{job, {0, 0}, {TileId{0}}}}});
+  const SessionId b = connect("b", 1, "class-a", {{LeaseId{78}, 1, Sha256{}, grant.unit, grant.tags}});
   EXPECT_EQ(got<LeaseCancel>(b).size(), 1u);
 }
 

@@ -12,7 +12,7 @@ TEST_F(QuarantineTest, AThirdMachineDecidesAndTheLiarsWorkIsUndone) {
   answer(liar, 1);
   answer(b);
   EXPECT_EQ(status(job).state, JobState::running);
-  EXPECT_NE(status(job).reason.find("differ between liar on m1 and b on m2"), std::string::npos) << status(job).reason;
+  EXPECT_NE(status(job).reason.find("differ between liar (m1) and b (m2)"), std::string::npos) << status(job).reason;
   pass_with({liar, b}, limits.auditor_patience * 2);
   EXPECT_EQ(status(job).state, JobState::running) << "it waits for one who decides";
   const SessionId c = connect_on("m3", "c");
@@ -20,7 +20,7 @@ TEST_F(QuarantineTest, AThirdMachineDecidesAndTheLiarsWorkIsUndone) {
   ASSERT_EQ(waiting(c), 1u);
   answer(c);
   EXPECT_EQ(worker("liar").quarantine,
-            "its samples [0, 1) of the 64x64 pixels at 0, 0 of job 1 differ from what b on m2 and c on m3 have "
+            "its samples [0, 1) of the 64x64 pixels at 0, 0 of job 1 differ from what b (m2) and c (m3) have "
             "rendered alike");
   EXPECT_EQ(worker("b").quarantine, "");
   EXPECT_EQ(got<Notice>(liar).size(), 1u);
@@ -37,6 +37,62 @@ TEST_F(QuarantineTest, AThirdMachineDecidesAndTheLiarsWorkIsUndone) {
   EXPECT_EQ(coordinator->film(job)->sums(TileId{0})[0], 1.0f) << "the honest ones'";
 }
 
+TEST_F(QuarantineTest, WorkersOfOneCertificateDoNotAuditEachOther) {
+  const JobId job = submit_verified();
+  const SessionId one = connect_with("shared", "a", "m1", "h1"), two = connect_with("shared", "b", "m2", "h2");
+  answer(one, 1);
+  answer(two, 1);
+  EXPECT_EQ(status(job).state, JobState::done) << "it waits for nobody";
+  EXPECT_TRUE(status(job).one_identity);
+  EXPECT_EQ(status(job).results_unverified, 1u);
+  EXPECT_EQ(status(job).counters.results_verified, 0u);
+}
+
+TEST_F(QuarantineTest, AConvictedIdentityStaysOutWhateverItCallsItself) {
+  submit_verified();
+  const SessionId liar = connect_with("liar", "a", "m1", "h1"), b = connect_with("b", "b", "m2", "h2"),
+                  c = connect_with("c", "c", "m3", "h3");
+  answer(liar, 1);
+  answer(b);
+  answer(c);
+  EXPECT_NE(worker("liar/a").quarantine, "");
+  coordinator->worker_disconnected(liar, now, effects);
+  flush();
+  const SessionId again = connect_with("liar", "another name", "another machine", "another host");
+  EXPECT_NE(worker("liar/another name").quarantine, "");
+  submit_verified(1, "r2");
+  EXPECT_EQ(waiting(again), 0u);
+  EXPECT_EQ(got<Notice>(again).size(), 1u);
+}
+
+TEST_F(QuarantineTest, AClaimedMachineOrHostHarmsNobodyElse) {
+  submit_verified();
+  // It says that it is b's machine and host.
+  const SessionId liar = connect_with("liar", "a", "m2", "h2"), b = connect_with("b", "b", "m2", "h2"),
+                  c = connect_with("c", "c", "m3", "h3");
+  answer(liar, 1);
+  answer(b);
+  answer(c);
+  EXPECT_NE(worker("liar/a").quarantine, "");
+  EXPECT_EQ(worker("b/b").quarantine, "");
+}
+
+TEST_F(QuarantineTest, AMachineThatIsStartedAgainIsKnownByItsHost) {
+  submit_verified();
+  const SessionId liar = connect_on("m1", "liar"), b = connect_on("m2", "b"), c = connect_on("m3", "c");
+  answer(liar, 1);
+  answer(b);
+  answer(c);
+  ASSERT_NE(worker("liar").quarantine, "");
+  coordinator->worker_disconnected(liar, now, effects);
+  flush();
+  connect_as({"new name", "host of m1", 1, 1, "class-a", kRendererVersion, {}, false, "m1 of another day"});
+  EXPECT_NE(worker("new name").quarantine, "");
+  ASSERT_TRUE(coordinator->release_worker("new name", now, effects).ok());
+  flush();
+  EXPECT_EQ(worker("new name").quarantine, "");
+}
+
 TEST_F(QuarantineTest, ByHandAWorkerAndItsMachineGetNothingUntilTheyAreReleased) {
   JobSpec job = spec("r1", 8, {0, 0, 64, 64});
   job.verify_share = 0;
@@ -48,7 +104,7 @@ TEST_F(QuarantineTest, ByHandAWorkerAndItsMachineGetNothingUntilTheyAreReleased)
   ASSERT_TRUE(coordinator->quarantine_worker("suspect", "put there by ada: smoke", false, now, effects).ok());
   flush();
   EXPECT_EQ(worker("suspect").quarantine, "put there by ada: smoke");
-  EXPECT_NE(worker("beside").quarantine.find("on the machine of suspect"), std::string::npos);
+  EXPECT_NE(worker("beside").quarantine.find("in common with suspect"), std::string::npos);
   EXPECT_EQ(written<PutQuarantine>(), 1u);
   EXPECT_EQ(status(id).counters.nodes_dropped, 0u) << "what it did stays";
   pass_with({suspect, beside}, std::chrono::seconds(2));
@@ -118,7 +174,7 @@ TEST_F(QuarantineTest, WhoIsThereByHandAndThenFoundToBeWrongIsThereForThat) {
 }
 
 TEST_F(QuarantineTest, ByHandEachWorkerHasItsOwnReasonAndItsOwnRecord) {
-  connect_on("m1", "a");
+  const SessionId first = connect_on("m1", "a");
   connect_on("m1", "b");
   ASSERT_TRUE(coordinator->quarantine_worker("a", "put there by ada: smoke", false, now, effects).ok());
   ASSERT_TRUE(coordinator->quarantine_worker("b", "put there by ada: noise", false, now, effects).ok());
@@ -126,6 +182,7 @@ TEST_F(QuarantineTest, ByHandEachWorkerHasItsOwnReasonAndItsOwnRecord) {
   EXPECT_EQ(written<PutQuarantine>(), 2u);
   EXPECT_EQ(worker("b").quarantine, "put there by ada: noise");
   // On another machine by the same name: that one is meant now, and the first one's others go on.
+  coordinator->worker_disconnected(first, now, effects);
   connect_on("m2", "a");
   connect_on("m2", "c");
   ASSERT_TRUE(coordinator->release_worker("b", now, effects).ok());
@@ -213,7 +270,7 @@ TEST_F(QuarantineTest, ThreeThatDifferAccuseTheProgramAndNobodyElse) {
   answer(b, 2);
   answer(c, 3);
   EXPECT_EQ(status(job).state, JobState::paused);
-  EXPECT_NE(status(job).reason.find("came out in 3 ways, on a on m1 and b on m2 and c on m3"), std::string::npos)
+  EXPECT_NE(status(job).reason.find("came out in 3 ways, on a (m1) and b (m2) and c (m3)"), std::string::npos)
       << status(job).reason;
   EXPECT_EQ(written<PutQuarantine>(), 0u);
   ASSERT_TRUE(coordinator->resume(job, now, effects).ok());
@@ -317,7 +374,7 @@ TEST_F(QuarantineTest, QuarantineHoldsForTheMachineAndUntilReleased) {
   answer(c);
   ASSERT_NE(worker("liar").quarantine, "");
   const SessionId other_name = connect_on("m1", "liar2");
-  EXPECT_NE(worker("liar2").quarantine.find("it is on the machine of liar"), std::string::npos);
+  EXPECT_NE(worker("liar2").quarantine.find("it has m1 in common with liar"), std::string::npos);
   for (int i = 0; i < 3; ++i) {
     answer(b);
     answer(c);
@@ -362,7 +419,7 @@ TEST_F(QuarantineTest, AWorkerThatIsGoneAndFoundToBeWrongIsForgottenWithItsLease
   }
   ASSERT_NE(worker("liar").quarantine, "");
   connect_on("m4", "d");
-  EXPECT_TRUE(worker("d").connected && worker("d").host == "host") << "there is room for three";
+  EXPECT_TRUE(worker("d").connected && worker("d").host == "host of m4") << "there is room for three";
 }
 
 TEST_F(QuarantineTest, ResultsOfOneInQuarantineCountForNothing) {

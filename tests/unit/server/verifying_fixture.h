@@ -7,11 +7,19 @@ namespace lightmill::test {
 
 class VerifyingTest : public CoordinatorTest {
  protected:
-  /// A worker on a machine of its own.
+  /// A worker on a machine of its own, of which nobody asks who it is.
   SessionId connect_on(const std::string& machine, const std::string& name, std::uint32_t pid = 1,
                        const std::string& fingerprint = "class-a") {
+    return connect_as({name, "host of " + machine, pid, 1, fingerprint, kRendererVersion, {}, false, machine});
+  }
+  /// A worker that shows the certificate of `identity`, and says of itself what it likes.
+  SessionId connect_with(const std::string& identity, const std::string& name, const std::string& machine,
+                         const std::string& host) {
+    return connect_as(
+        {identity + "/" + name, host, 1, 1, "class-a", kRendererVersion, {}, false, machine, false, identity});
+  }
+  SessionId connect_as(const WorkerHello& hello) {
     const SessionId session{next_session++};
-    WorkerHello hello{name, "host", pid, 1, fingerprint, kRendererVersion, {}, false, machine};
     coordinator->worker_connected(session, hello, now, effects);
     flush();
     return session;

@@ -87,7 +87,7 @@ std::map<std::string, std::string> items_of(const StoredState& state) {
     items[fmt::format("action {}", action.number)] = action.who;
   }
   for (const QuarantineRecord& record : state.quarantine) {
-    items[record.of.worker] = record.reason + record.of.machine;
+    items[record.of.worker] = record.reason + record.of.identity;
   }
   return items;
 }

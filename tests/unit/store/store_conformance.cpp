@@ -126,7 +126,7 @@ std::string describe(const StoredState& state) {
     for (const StoredState::StoredResult& result : job.results) {
       const Renderer& by = state.renderers.at(result.by);
       nodes.push_back(fmt::format(" result {} {}/{} {} {} on {} of {} {}", result.tile.value, result.range.level,
-                                  result.range.index, result.hash.hex(), by.worker, by.machine, by.fingerprint_class,
+                                  result.range.index, result.hash.hex(), by.worker, by.identity, by.fingerprint_class,
                                   result.to_verify));
     }
     std::sort(nodes.begin(), nodes.end());
@@ -156,7 +156,7 @@ std::string describe(const StoredState& state) {
     all += text;
   }
   for (const QuarantineRecord& record : state.quarantine) {
-    all += fmt::format("quarantine {} {} {} {}\n", record.of.worker, record.of.machine, record.reason,
+    all += fmt::format("quarantine {} {} {} {}\n", record.of.worker, record.of.identity, record.reason,
                        record.since_unix_ms);
   }
   for (const std::string& job : jobs) {

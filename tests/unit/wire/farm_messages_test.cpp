@@ -65,6 +65,7 @@ WorkerResult example_result() {
   result.render_digest = sha256("job");
   result.seconds = 0.25;
   result.trace = {3, 4};
+  result.tag = sha256("tag");
   return result;
 }
 
@@ -191,6 +192,7 @@ TEST(FarmMessages, ANodeKeepsItsBits) {
   EXPECT_EQ(got.render_digest, sent.render_digest);
   EXPECT_EQ(got.seconds, sent.seconds);
   EXPECT_EQ(got.trace, sent.trace);
+  EXPECT_EQ(got.tag, sent.tag);
 }
 
 TEST(FarmMessages, WhoKnowsOfNoTracesIsUnderstood) {
@@ -206,7 +208,8 @@ TEST(FarmMessages, WhoKnowsOfNoTracesIsUnderstood) {
 
 TEST(FarmMessages, WorkerMessagesComeBackWhole) {
   WorkerHello hello{"w1", "host", 123, 8, "class", "version", {}, true};
-  hello.held.push_back({LeaseId{1}, 7, sha256("job"), {JobId{3}, {2, 9}, {TileId{0}, TileId{5}}}});
+  hello.held.push_back(
+      {LeaseId{1}, 7, sha256("job"), {JobId{3}, {2, 9}, {TileId{0}, TileId{5}}}, {sha256("tag 0"), sha256("tag 5")}});
   const auto back = std::get<WorkerHello>(through_wire(WorkerMessage(hello)));
   EXPECT_EQ(back.name, "w1");
   EXPECT_EQ(back.host, "host");
@@ -220,6 +223,7 @@ TEST(FarmMessages, WorkerMessagesComeBackWhole) {
   EXPECT_EQ(back.held[0].epoch, 7u);
   EXPECT_EQ(back.held[0].render_digest, sha256("job"));
   EXPECT_EQ(back.held[0].unit, hello.held[0].unit);
+  EXPECT_EQ(back.held[0].tags, hello.held[0].tags);
 
   const std::vector<LeaseId> leases{LeaseId{1}, LeaseId{std::numeric_limits<std::uint64_t>::max()}};
   const auto heartbeat_back = [](const WorkerHeartbeat& heartbeat) {
@@ -283,11 +287,12 @@ TEST(FarmMessages, SentencesThatQuoteAnyBytesArriveAsText) {
 }
 
 TEST(FarmMessages, CoordinatorMessagesComeBackWhole) {
-  const Welcome welcome{42, std::chrono::milliseconds(2500), std::chrono::seconds(10)};
+  const Welcome welcome{42, std::chrono::milliseconds(2500), std::chrono::seconds(10), {7, 8}};
   const auto greeted = std::get<Welcome>(through_wire(CoordinatorMessage(welcome)));
   EXPECT_EQ(greeted.epoch, 42u);
   EXPECT_EQ(greeted.heartbeat_interval, welcome.heartbeat_interval);
   EXPECT_EQ(greeted.lease_duration, welcome.lease_duration);
+  EXPECT_EQ(greeted.farm, welcome.farm);
 
   const JobDescription job{JobId{3}, sha256("x"), example_settings()};
   const auto described = std::get<JobDescription>(through_wire(CoordinatorMessage(job)));
@@ -295,11 +300,16 @@ TEST(FarmMessages, CoordinatorMessagesComeBackWhole) {
   EXPECT_EQ(described.render_digest, job.render_digest);
   expect_equal(described.settings, job.settings);
 
-  const LeaseGrant grant{LeaseId{11}, {JobId{3}, {30, 0}, {TileId{1}, TileId{2}}}, {5, 6}};
+  const LeaseGrant grant{LeaseId{11}, {JobId{3}, {30, 0}, {TileId{1}, TileId{2}}}, {5, 6}, {sha256("a"), sha256("b")}};
   const auto granted = std::get<LeaseGrant>(through_wire(CoordinatorMessage(grant)));
   EXPECT_EQ(granted.lease, LeaseId{11});
   EXPECT_EQ(granted.unit, grant.unit);
   EXPECT_EQ(granted.trace, grant.trace);
+  EXPECT_EQ(granted.tags, grant.tags);
+  v1::WorkResponse fewer;
+  to_wire(CoordinatorMessage(grant), &fewer);
+  fewer.mutable_lease()->mutable_tags()->RemoveLast();
+  EXPECT_NE(error_of(from_wire(fewer)).find("1 of 2 tiles"), std::string::npos);
 
   const ResultAck ack{{{JobId{1}, TileId{2}, {3, 4}}, {JobId{5}, TileId{6}, {0, 0}}}};
   EXPECT_EQ(std::get<ResultAck>(through_wire(CoordinatorMessage(ack))).keys, ack.keys);

@@ -29,8 +29,11 @@ class SessionTest : public testing::Test {
   void say(CoordinatorMessage message) { session->message(message, now, actions); }
   void connect() {
     session->start(now, actions);
+    come_back();
+  }
+  void come_back(Hash128 farm = {1, 1}) {
     session->connected(now, actions);
-    say(Welcome{1, std::chrono::seconds(2), std::chrono::seconds(10)});
+    say(Welcome{1, std::chrono::seconds(2), std::chrono::seconds(10), farm});
   }
   /// Connected, with a job ready and one lease.
   void begin(std::uint32_t tiles) {
@@ -134,6 +137,8 @@ TEST_F(SessionTest, ResultsAreKeptUntilAcknowledgedAndSentAgainInOrder) {
   pass(std::chrono::seconds(1));
   EXPECT_EQ(asked<OpenStream>().size(), 1u);
   session->connected(now, actions);
+  EXPECT_TRUE(said<WorkerResult>().empty()) << "it does not know yet whose farm that is";
+  say(Welcome{2, std::chrono::seconds(2), std::chrono::seconds(10), {1, 1}});
   const WorkerHello hello = said<WorkerHello>().at(0);
   ASSERT_EQ(hello.held.size(), 1u);
   EXPECT_EQ(hello.held[0].lease, LeaseId{1});
@@ -158,8 +163,47 @@ TEST_F(SessionTest, RenderingGoesOnWhileTheStreamIsDown) {
   rendered(asked<RenderTile>()[0]);
   EXPECT_EQ(asked<RenderTile>().size(), 5u);
   EXPECT_TRUE(said<WorkerResult>().empty());
-  session->connected(now, actions);
+  come_back();
   EXPECT_EQ(said<WorkerResult>().size(), 1u);
+}
+
+TEST_F(SessionTest, ProvesWithEachResultThatItWasGranted) {
+  connect();
+  say(description());
+  session->job_ready(JobId{1}, now, actions);
+  LeaseGrant granted = grant(1, 3);
+  granted.tags = {sha256("0"), sha256("1"), sha256("2")};
+  say(granted);
+  rendered(asked<RenderTile>().at(1));
+  EXPECT_EQ(said<WorkerResult>().at(0).tag, sha256("1"));
+  session->disconnected(now, actions);
+  actions.clear();
+  session->connected(now, actions);
+  const HeldLease held = said<WorkerHello>().at(0).held.at(0);
+  EXPECT_EQ(held.unit.tiles.size(), 3u);
+  EXPECT_EQ(held.tags, granted.tags);
+}
+
+TEST_F(SessionTest, BringsNothingToAnotherFarm) {
+  begin(3);
+  const std::vector<RenderTile> old = asked<RenderTile>();
+  rendered(old[0]);
+  session->disconnected(now, actions);
+  actions.clear();
+  come_back({2, 2});
+  EXPECT_TRUE(said<WorkerResult>().empty());
+  EXPECT_EQ(asked<StopTile>().size(), 2u);
+  EXPECT_EQ(asked<ForgetJob>().size(), 1u);
+  EXPECT_EQ(asked<Say>().size(), 1u);
+  EXPECT_EQ(session->status().leases, 0u);
+  EXPECT_EQ(session->status().results_unacknowledged, 0u);
+  EXPECT_EQ(session->status().unacknowledged_bytes, 0u);
+  rendered(old[1]);
+  say(description());
+  say(grant(1, 1));
+  session->job_ready(JobId{1}, now, actions);
+  rendered(asked<RenderTile>().at(0));
+  EXPECT_EQ(said<WorkerResult>().size(), 1u) << "the new farm's";
 }
 
 TEST_F(SessionTest, UnacknowledgedBytesAreBounded) {
@@ -474,8 +518,7 @@ TEST_F(SessionTest, ADrainThatLosesTheCoordinatorDeliversWhenItComesBack) {
   session->disconnected(now, actions);
   rendered(asked<RenderTile>()[0]);
   pass(std::chrono::seconds(4));
-  session->connected(now, actions);
-  say(Welcome{1, std::chrono::seconds(2), std::chrono::seconds(10)});
+  come_back();
   pass(std::chrono::seconds(4));
   EXPECT_TRUE(asked<Exit>().empty());
   say(ack(said<WorkerResult>().at(0)));
@@ -547,7 +590,7 @@ TEST_F(SessionTest, AnotherFarmsJobOfTheSameNumberIsAnotherJob) {
   const std::vector<RenderTile> old = asked<RenderTile>();
   rendered(old[0]);
   session->disconnected(now, actions);
-  session->connected(now, actions);
+  come_back();
   actions.clear();
   say(description(1, "other digest"));
   say(grant(1, 3));

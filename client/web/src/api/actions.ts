@@ -53,12 +53,12 @@ export async function drainWorker(name: string): Promise<void> {
   await post(`workers/${encodeURIComponent(name)}/drain`);
 }
 
-/** It and all others on its machine get nothing to render until they are released. */
+/** It and all others of its identity get nothing to render until they are released. */
 export async function quarantineWorker(name: string): Promise<void> {
   await post(`workers/${encodeURIComponent(name)}/quarantine`);
 }
 
-/** Lets a worker in quarantine, and those on its machine, render again. */
+/** Lets a worker in quarantine, and those of its identity, render again. */
 export async function releaseWorker(name: string): Promise<void> {
   await post(`workers/${encodeURIComponent(name)}/release`);
 }

@@ -54,8 +54,8 @@ function Row({worker, open, onOpen, onFailure}: RowProps) {
         {worker.quarantine && (
           <ActionButton
             label="Release"
-            title="Let it and all others on its machine render again"
-            question={`Shall ${worker.name} and all others on its machine render again?`}
+            title="Let it and all others of its identity render again"
+            question={`Shall ${worker.name} and all others of its identity render again?`}
             refused={refusalOf(greeting, 'ReleaseWorker')}
             act={() => releaseWorker(worker.name)}
             onFailure={onFailure}
@@ -64,8 +64,8 @@ function Row({worker, open, onOpen, onFailure}: RowProps) {
         {!worker.quarantine && !worker.away && (
           <ActionButton
             label="Quarantine"
-            title="Give it, and all others on its machine, nothing to render until they are released"
-            question={`Shall ${worker.name} and all others on its machine get nothing to render until they are released?`}
+            title="Give it, and all others of its identity, nothing to render until they are released"
+            question={`Shall ${worker.name} and all others of its identity get nothing to render until they are released?`}
             refused={refusalOf(greeting, 'QuarantineWorker')}
             act={() => quarantineWorker(worker.name)}
             onFailure={onFailure}

@@ -104,8 +104,10 @@ class LiveHubTest : public ::testing::Test {
   }
   static void complete(const LeaseGrant& grant, FarmLoop::Turn& turn) {
     const Film& film = *turn.farm.film(grant.unit.job);
-    for (const TileId tile : grant.unit.tiles) {
+    for (std::size_t i = 0; i < grant.unit.tiles.size(); ++i) {
+      const TileId tile = grant.unit.tiles[i];
       WorkerResult result;
+      result.tag = grant.tags[i];
       result.lease = grant.lease;
       result.key = {grant.unit.job, tile, grant.unit.range};
       result.node = {grant.unit.range, std::vector<float>(film.expected_values(tile, grant.unit.range), 1.f), 0};
