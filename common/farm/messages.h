@@ -62,6 +62,14 @@ struct WorkerHello {
   std::string identity = {};
 };
 
+/// A tile that a thread works on.
+struct TileAtWork {
+  LeaseId lease;
+  TileId tile;
+  double cpu_seconds = 0;  ///< of its thread, so far
+  friend bool operator==(const TileAtWork&, const TileAtWork&) = default;
+};
+
 /// Sent every heartbeat interval: it renews all the worker's leases that it lists. Those that the coordinator does not
 /// know are answered with a LeaseCancel.
 struct WorkerHeartbeat {
@@ -69,6 +77,7 @@ struct WorkerHeartbeat {
   /// The longest that a result has waited: one that was acknowledged since the heartbeat before, until it was; one that
   /// still waits to be, until now. None if there are neither.
   std::optional<Duration> longest_wait = std::nullopt;
+  std::vector<TileAtWork> at_work = {};  ///< those that have taken a second of CPU time or more
 };
 
 struct WorkerResult {

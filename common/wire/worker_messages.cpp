@@ -126,6 +126,12 @@ struct RequestWriter {
     if (heartbeat.longest_wait) {
       to_wire_duration(std::min<Duration>(*heartbeat.longest_wait, kMostDuration), wire->mutable_longest_wait());
     }
+    for (const TileAtWork& tile : heartbeat.at_work) {
+      v1::TileAtWork* at_work = wire->add_at_work();
+      at_work->set_lease(tile.lease.value);
+      at_work->set_tile(tile.tile.value);
+      at_work->set_cpu_seconds(tile.cpu_seconds);
+    }
   }
   void operator()(const WorkerResult& result) const {
     v1::WorkerResult* wire = out->mutable_result();
@@ -393,6 +399,13 @@ Result<WorkerMessage> from_wire(const v1::WorkRequest& request) {
       if (request.heartbeat().has_longest_wait()) {
         LM_ASSIGN_OR_RETURN(heartbeat.longest_wait,
                             duration_from_wire("heartbeat.longest_wait", request.heartbeat().longest_wait()));
+      }
+      LM_RETURN_IF_ERROR(check_count("heartbeat.at_work", request.heartbeat().at_work_size(), kMaxListedLeases));
+      for (const v1::TileAtWork& tile : request.heartbeat().at_work()) {
+        if (!(tile.cpu_seconds() >= 0)) {
+          return invalid_argument("heartbeat.at_work.cpu_seconds: must not be negative, got {}", tile.cpu_seconds());
+        }
+        heartbeat.at_work.push_back({LeaseId{tile.lease()}, TileId{tile.tile()}, tile.cpu_seconds()});
       }
       return WorkerMessage(std::move(heartbeat));
     }

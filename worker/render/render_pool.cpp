@@ -1,6 +1,10 @@
 #include "worker/render/render_pool.h"
 
+#include <pthread.h>
+
 #include <algorithm>
+
+#include "common/base/check.h"
 
 namespace lightmill {
 namespace {
@@ -32,6 +36,17 @@ class Workspaces {
 
 }  // namespace
 
+CpuClock::CpuClock() {
+  LM_CHECK(pthread_getcpuclockid(pthread_self(), &clock_) == 0);
+  begun_ = now();
+}
+
+double CpuClock::now() const {
+  timespec time = {};
+  LM_CHECK(clock_gettime(clock_, &time) == 0);
+  return static_cast<double>(time.tv_sec) + 1e-9 * static_cast<double>(time.tv_nsec);
+}
+
 RenderPool::RenderPool(std::uint32_t threads, Done done, Tamper tamper)
     : done_(std::move(done)), tamper_(std::move(tamper)) {
   for (std::uint32_t i = 0; i < threads; ++i) {
@@ -43,8 +58,8 @@ RenderPool::~RenderPool() {
   {
     const MutexLock lock(mutex_);
     stopping_ = true;
-    for (auto& [ticket, stop] : stops_) {
-      stop.request_stop();
+    for (auto& [ticket, state] : states_) {
+      state.stop.request_stop();
     }
     changed_.notify_all();
   }
@@ -57,16 +72,27 @@ void RenderPool::add(RenderTask task) {
   const MutexLock lock(mutex_);
   const bool first_sample = task.range.first() == 0;
   const auto others = std::ranges::find_if(tasks_, [](const RenderTask& each) { return each.range.first() > 0; });
-  stops_.try_emplace(task.ticket);
+  states_.try_emplace(task.ticket);
   tasks_.insert(first_sample ? others : tasks_.end(), std::move(task));
   changed_.notify_one();
 }
 
 void RenderPool::stop(std::uint64_t ticket) {
   const MutexLock lock(mutex_);
-  if (const auto found = stops_.find(ticket); found != stops_.end()) {
-    found->second.request_stop();
+  if (const auto found = states_.find(ticket); found != states_.end()) {
+    found->second.stop.request_stop();
   }
+}
+
+std::vector<std::pair<std::uint64_t, double>> RenderPool::at_work() const {
+  const MutexLock lock(mutex_);
+  std::vector<std::pair<std::uint64_t, double>> all;
+  for (const auto& [ticket, state] : states_) {
+    if (state.cpu) {
+      all.emplace_back(ticket, state.cpu->seconds());
+    }
+  }
+  return all;
 }
 
 void RenderPool::run() {
@@ -84,7 +110,9 @@ void RenderPool::run() {
       }
       task = std::move(tasks_.front());
       tasks_.pop_front();
-      stop = stops_.at(task.ticket).get_token();
+      State& state = states_.at(task.ticket);
+      state.cpu.emplace();
+      stop = state.stop.get_token();
     }
     const auto start = std::chrono::steady_clock::now();
     RenderedTile tile;
@@ -99,7 +127,7 @@ void RenderPool::run() {
     tile.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
     {
       const MutexLock lock(mutex_);
-      stops_.erase(task.ticket);
+      states_.erase(task.ticket);
     }
     done_(std::move(tile));
   }

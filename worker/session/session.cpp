@@ -377,6 +377,12 @@ void Session::tile_rendered(RenderedTile tile, Time now, SessionActions& actions
   advance(actions);
 }
 
+void Session::at_work(std::uint64_t ticket, double cpu_seconds) {
+  if (const auto found = rendering_.find(ticket); found != rendering_.end()) {
+    found->second.cpu_seconds = cpu_seconds;
+  }
+}
+
 void Session::erase_lease_if_finished(LeaseId id, SessionActions& actions) {
   const Lease& lease = leases_.at(id);
   if (lease.queued.empty() && lease.rendering.empty() && lease.unacknowledged.empty() && !lease.give_back) {

@@ -160,6 +160,8 @@ class Session {
   /// Assets could not be fetched now: asked again after `prepare_retry`.
   void job_unavailable(JobId job, Time now, SessionActions& actions);
   void tile_rendered(RenderedTile tile, Time now, SessionActions& actions);
+  /// A thread has worked on this tile for so long, in CPU time; the coordinator is told with the next heartbeat.
+  void at_work(std::uint64_t ticket, double cpu_seconds);
 
   void pilot_done(PilotReport report, Time now, SessionActions& actions);
   /// As job_failed.
@@ -207,6 +209,7 @@ class Session {
     NodeKey key;
     LeaseId lease;       ///< whose result it will be; may be gone by then
     bool wanted = true;  ///< false once it was stopped
+    double cpu_seconds = 0;
   };
   struct Result {
     std::shared_ptr<const WorkerMessage> message;

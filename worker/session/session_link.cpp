@@ -7,6 +7,11 @@
 #include "worker/session/session.h"
 
 namespace lightmill {
+namespace {
+
+constexpr double kReportedCpuSeconds = 1;
+
+}  // namespace
 
 // ---- the stream ----
 
@@ -140,6 +145,11 @@ void Session::tick(Time now, SessionActions& actions) {
     }
     for (const auto& [id, pilot] : pilots_) {
       heartbeat.leases.push_back(id);
+    }
+    for (const auto& [ticket, tile] : rendering_) {
+      if (tile.wanted && tile.cpu_seconds >= kReportedCpuSeconds) {
+        heartbeat.at_work.push_back({tile.lease, tile.key.tile, tile.cpu_seconds});
+      }
     }
     send(std::move(heartbeat), actions);
   }

@@ -138,6 +138,9 @@ Status WorkerLoop::run() {
       return exit_->failed ? failed_precondition("{}", exit_->reason) : ok_status();
     }
     if (const std::optional<Time> due = session_.next_deadline(); due && *due <= now) {
+      for (const auto& [ticket, cpu_seconds] : pool_.at_work()) {
+        session_.at_work(ticket, cpu_seconds);
+      }
       session_.tick(now, actions_);
     }
     perform();

@@ -234,6 +234,8 @@ TEST(FarmMessages, WorkerMessagesComeBackWhole) {
   EXPECT_EQ(heartbeat_back({{}, std::chrono::milliseconds(2500)}).longest_wait, std::chrono::milliseconds(2500));
   EXPECT_EQ(heartbeat_back({{}, Duration::zero()}).longest_wait, Duration::zero());
   EXPECT_EQ(heartbeat_back({{}, std::chrono::hours(100)}).longest_wait, std::chrono::hours(24));
+  const std::vector<TileAtWork> at_work{{LeaseId{7}, TileId{8}, 9.5}};
+  EXPECT_EQ(heartbeat_back({{}, std::nullopt, at_work}).at_work, at_work);
   EXPECT_EQ(std::get<WorkerReturn>(through_wire(WorkerMessage(WorkerReturn{LeaseId{6}}))).lease, LeaseId{6});
   const auto refusal = std::get<WorkerRefusal>(through_wire(WorkerMessage(WorkerRefusal{JobId{8}, "damaged"})));
   EXPECT_EQ(refusal.job, JobId{8});

@@ -164,10 +164,18 @@ TEST(RenderPool, AStoppedTaskEndsBetweenBouncesWithoutValues) {
   pool.add({2, {5, 2}, {0, 0, 64, 64}, endless});
   pool.add({3, {0, 1}, {0, 0, 64, 64}, path_method()});
   endless->wait_until_begun();
+  const auto cpu_seconds = [&] {
+    const auto all = pool.at_work();
+    return all.size() == 1 && all[0].first == 1 ? all[0].second : 0;
+  };
+  while (cpu_seconds() < 0.05) {
+    std::this_thread::yield();
+  }
   pool.stop(1);
   pool.stop(2);
   pool.stop(99);  // which there is not
   const std::map<std::uint64_t, Node> nodes = collected.wait_for(3);
+  EXPECT_TRUE(pool.at_work().empty());
   EXPECT_TRUE(nodes.at(1).values.empty());
   EXPECT_TRUE(nodes.at(2).values.empty());
   EXPECT_FALSE(nodes.at(3).values.empty());

@@ -380,6 +380,19 @@ TEST_F(SessionTest, HeartbeatsListUnfinishedLeases) {
   EXPECT_EQ(said<WorkerHeartbeat>()[0].leases, std::vector<LeaseId>{LeaseId{2}});
 }
 
+TEST_F(SessionTest, HeartbeatsTellWhatTilesHaveTakenSoFar) {
+  begin(3);
+  const std::vector<RenderTile> tiles = asked<RenderTile>();
+  session->at_work(tiles[0].ticket, 2.5);
+  session->at_work(tiles[1].ticket, 0.5);
+  session->at_work(tiles[2].ticket, 3);
+  session->at_work(999, 3);
+  rendered(tiles[2]);
+  pass(std::chrono::seconds(2));
+  const std::vector<TileAtWork> expected{{LeaseId{1}, TileId{0}, 2.5}};
+  EXPECT_EQ(said<WorkerHeartbeat>().back().at_work, expected);
+}
+
 TEST_F(SessionTest, HeartbeatsTellHowLongResultsWait) {
   const auto last_wait = [&] { return said<WorkerHeartbeat>().back().longest_wait; };
   begin(4);
