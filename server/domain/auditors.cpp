@@ -13,7 +13,7 @@ std::vector<Renderer> Audits::renderers_for(const Job& job, Time now) const {
   }
   for (const auto& [identity, was] : workers_.absent()) {
     if (now < was.since + limits_.auditor_patience && suits(was.fingerprint_class, was.renderer_version, job) &&
-        !quarantine_.contains({"", identity})) {
+        !quarantine_.contains({"", identity}) && !job.refusals.excludes(identity)) {
       all.insert({"", identity, job.class_of_result(was.fingerprint_class)});
     }
   }
@@ -48,6 +48,11 @@ bool Audits::one_identity(const Job& job) const {
     first = &identity;
   }
   return first != nullptr;
+}
+
+bool Audits::any_may_render(const Job& job, Time now) const {
+  const bool others_may_come_back = identities_before_.size() > 1 && now < started_ + limits_.restart_grace;
+  return others_may_come_back || !renderers_for(job, now).empty();
 }
 
 std::string Audits::reason_for_dispute(const Job& job) const {

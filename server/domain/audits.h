@@ -51,6 +51,8 @@ class Audits {
   bool are_done(const Job& job, Time now) const;
   /// Whether all workers that are here and may render the job have one identity.
   bool one_identity(const Job& job) const;
+  /// Whether a worker that is here, or was lately, may render the job.
+  bool any_may_render(const Job& job, Time now) const;
   /// Empty, or about which samples two identities differ while no third one is here.
   std::string reason_for_dispute(const Job& job) const;
 

@@ -98,8 +98,8 @@ void Copies::copy_one(Worker& worker, std::vector<std::pair<double, LeaseId>>& l
     const Lease& lease = leases_.at(at->second);
     const Job& job = jobs_.at(lease.unit.job);
     const bool sooner = lease.is_pilot() || -at->first > kCopyGain * tile_seconds(worker, lease) + kCopySeconds;
-    if (lease.worker == worker.name() || event.now < job.hold_until || !sooner ||
-        !(job.undecided() ? Pilots::may_have(worker, job, event.now) : may_render(worker, job))) {
+    if (lease.worker == worker.name() || !sooner ||
+        !(job.undecided() ? Pilots::may_have(worker, job, event.now) : may_have(worker, job, event.now))) {
       ++at;  // the next worker may
       continue;
     }

@@ -17,7 +17,13 @@ inline bool suits(const Worker& worker, const Job& job) {
 }
 
 inline bool may_render(const Worker& worker, const Job& job) {
-  return !worker.quarantined() && suits(worker, job) && !worker.too_large().contains(job.id());
+  return !worker.quarantined() && suits(worker, job) && !worker.too_large().contains(job.id()) &&
+         !job.refusals.excludes(worker.identity());
+}
+/// Whether it may get work of the job now.
+inline bool may_have(const Worker& worker, const Job& job, Time now) {
+  return now >= job.hold_until && may_render(worker, job) &&
+         now >= job.refusals.may_have_from(worker.identity(), worker.connected_at());
 }
 
 /// The worker as the renderer of a result of this job.

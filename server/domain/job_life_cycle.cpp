@@ -82,6 +82,7 @@ void JobLifeCycle::finish(Job& job, JobState state, std::string reason, const Ev
   job.record.finished_unix_ms = event.unix_ms;
   job.plan.reset();
   job.losses = Losses(limits_);
+  job.refusals = {};
   if (state != JobState::done) {
     job.audits = {};  // a done job may still get them when it is extended
   }
@@ -106,9 +107,22 @@ bool JobLifeCycle::complete(Job& job, GoalLimit limit, std::string reason, const
   return true;
 }
 
+bool JobLifeCycle::is_refused(const Job& job, Time now) const {
+  return job.refusals.agreed() || (!job.refusals.refuted() && !audits_.any_may_render(job, now));
+}
+
 bool JobLifeCycle::finish_if_complete(Job& job, const Event& event) {
   if (!job.active()) {
     return true;
+  }
+  if (!job.refusals.empty()) {
+    if (is_refused(job, event.now)) {
+      finish(job, JobState::failed, job.refusals.text(), event);
+      return true;
+    }
+    if (!job.refusals.refuted()) {
+      look_again(job.id());  // the others may leave
+    }
   }
   if (job.error_met()) {
     const FrameError error = job.error.update_all(job.film);

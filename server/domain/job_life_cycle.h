@@ -43,7 +43,7 @@ class JobLifeCycle {
   void unbind(Job& job, const Event& event);
   void pause(Job& job, std::string reason, const Event& event);
   void finish(Job& job, JobState state, std::string reason, const Event& event);
-  /// Ends the job if it has reached a limit. Returns whether it has ended.
+  /// Ends the job if it has reached a limit, or nobody can render it. Returns whether it has ended.
   bool finish_if_complete(Job& job, const Event& event);
   /// Closes the plan of a job whose seconds are over.
   void close_if_time_is_up(Job& job, const Event& event);
@@ -70,6 +70,8 @@ class JobLifeCycle {
   void delete_old(const Event& event);
   void queue_again(Job& job);
   void forget(JobId id, const Event& event);
+  /// Two identities say that nobody can render the job; or one does, and no other is here to try.
+  bool is_refused(const Job& job, Time now) const;
   /// The job has reached this limit. False if audits are still to come.
   bool complete(Job& job, GoalLimit limit, std::string reason, const Event& event);
   void make_plan(Job& job, Time now) const;

@@ -22,6 +22,7 @@
 #include "server/domain/measured_cost.h"
 #include "server/domain/pending_audits.h"
 #include "server/domain/rate_meter.h"
+#include "server/domain/refusals.h"
 #include "server/scheduling/job_plan.h"
 
 namespace lightmill {
@@ -36,6 +37,7 @@ class Job {
   Time hold_until;                ///< no leases before that: workers may come back with what they hold
   bool pictured = false;          ///< each pixel has had a sample, perhaps under an earlier coordinator
   Losses losses;
+  Refusals refusals;
   PendingAudits audits;
   MeasuredCost cost;  ///< of any worker
   RateMeter rate;     ///< pixel samples

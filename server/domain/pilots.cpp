@@ -38,7 +38,7 @@ Status check_pilot(const Job& job, const PilotReport& report) {
 }  // namespace
 
 bool Pilots::may_have(const Worker& worker, const Job& job, Time now) {
-  return now >= worker.pilots_from() && may_render(worker, job);
+  return now >= worker.pilots_from() && lightmill::may_have(worker, job, now);
 }
 
 void Pilots::grant(Worker& worker, Job& job, const Event& event) {
@@ -69,6 +69,7 @@ Result<bool> Pilots::report(Worker& worker, const PilotReport& report, const Eve
   }
   worker.pilot_came();
   job.losses.pilot_came();
+  job.refusals.rendered_by(worker.identity());
   leases_.end(report.lease, {}, event);
   while (!job.leases().empty()) {  // its copy, or the lease that it is a copy of
     const LeaseId other = *job.leases().begin();

@@ -164,6 +164,7 @@ void ResultIntake::merge(Job& job, const Renderer& by, WorkerResult result, bool
   }
   ++job.record.counters.results_merged;
   ++totals_.results_merged;
+  job.refusals.rendered_by(by.identity);
   if (job.losses.tile_came(key.tile)) {
     job.plan->set_alone(key.tile, false);
   }

@@ -55,7 +55,7 @@ bool Scheduler::grant_next(Worker& worker, const Event& event) {
     Job& job = jobs_.at(at->job);
     ++at;  // what follows may move or remove the job's entry
     life_.close_if_time_is_up(job, event);
-    if (!queue_.contains(job.id()) || event.now < job.hold_until || !may_render(worker, job)) {
+    if (!queue_.contains(job.id()) || !may_have(worker, job, event.now)) {
       continue;
     }
     const std::optional<bool> granted = grant(worker, job, event);

@@ -217,22 +217,26 @@ void Sessions::refuse(Worker& worker, const WorkerRefusal& refusal, const Event&
   if (job == nullptr || !job->active() || !may_render(worker, *job) || worker.find_job(refusal.job) == nullptr) {
     return;
   }
+  const std::string reason = printable(refusal.reason);
+  event.warn(about(job->id(), worker.name()), "worker {} {} job {}{}: {}", worker.name(),
+             refusal.own_limits ? "leaves" : "refuses", job->id().value, refusal.own_limits ? " to others" : "",
+             reason);
   if (refusal.own_limits) {
-    exclude(worker, *job, refusal.reason, event);
+    worker.exclude(job->id(), reason);
+    job->refusals.left_to_others(worker.identity(), event.now);
   } else {
-    life_.finish(*job, JobState::failed, fmt::format("worker {}: {}", worker.name(), refusal.reason), event);
+    job->refusals.add(worker.identity(), worker.name(), reason);
   }
+  withdraw(*job, worker, event);
   scheduler_.serve_all(event);
   scheduler_.serve(worker, event);
 }
 
-void Sessions::exclude(Worker& worker, Job& job, const std::string& reason, const Event& event) {
-  worker.exclude(job.id(), printable(reason));
-  event.warn(about(job.id(), worker.name()), "worker {} leaves job {} to others: {}", worker.name(), job.id().value,
-             worker.too_large().at(job.id()));
-  for (const LeaseId id : std::set(worker.leases())) {
-    if (leases_.at(id).unit.job == job.id()) {
-      leases_.end(id, {}, event);
+void Sessions::withdraw(Job& job, const Worker& worker, const Event& event) {
+  for (const LeaseId id : std::set(job.leases())) {
+    const Worker& holder = workers_.at(leases_.at(id).worker);
+    if (!may_render(holder, job)) {
+      leases_.end(id, {.cancel = &holder != &worker}, event);
     }
   }
   const bool untouched = job.leases().empty() && job.film.pixel_samples() == 0;
@@ -243,7 +247,7 @@ void Sessions::exclude(Worker& worker, Job& job, const std::string& reason, cons
   const bool wanted = std::ranges::any_of(
       workers_.all(), [&](const auto& entry) { return entry.second.counts() && may_render(entry.second, job); });
   if (!wanted && untouched && job.record.state == JobState::running) {
-    life_.unbind(job, event);  // its class was that of workers for which it is too large
+    life_.unbind(job, event);  // its class was that of workers that do not render it
   }
   life_.finish_if_complete(job, event);
 }

@@ -49,8 +49,8 @@ class Sessions {
   Duration heartbeat_interval() const;
   void take_back_held(Worker& worker, const WorkerHello& hello, bool other_process, const Event& event);
   bool adopt(Worker& worker, const HeldLease& held, const Event& event);
-  /// The worker renders nothing of the job any more; others may.
-  void exclude(Worker& worker, Job& job, const std::string& reason, const Event& event);
+  /// Takes the job from those who may not render it any more because of what `worker` has said.
+  void withdraw(Job& job, const Worker& worker, const Event& event);
 
   const CoordinatorLimits& limits_;
   const Grants& grants_;

@@ -40,7 +40,10 @@ std::string FarmView::reason_to_wait(const Job& job, Time now) const {
   if (std::string dispute = audits_.reason_for_dispute(job); !dispute.empty()) {
     return dispute;
   }
-  return job.leases().empty() && !any_may_render(job) ? why_none_may(job) : "";
+  if (!job.leases().empty()) {
+    return "";
+  }
+  return !any_may_render(job) ? why_none_may(job) : job.refusals.empty() ? "" : job.refusals.reason_to_wait();
 }
 
 std::string FarmView::reason_of_missing(const Job& job, Time now) const {
@@ -71,6 +74,9 @@ std::string FarmView::why_none_may(const Job& job) const {
     }
     const auto too_large = worker.too_large().find(job.id());
     const std::string& version = worker.hello().renderer_version;
+    if (job.refusals.excludes(worker.identity())) {
+      continue;
+    }
     if (!suits(worker, job)) {
       of_others.push_back(version != job.record.spec.settings.renderer_version
                               ? fmt::format("{} has renderer {}", name, version)
@@ -95,6 +101,9 @@ std::string FarmView::why_none_may(const Job& job) const {
   }
   if (!reasons.empty()) {
     return fmt::format("waits for a worker: {}", fmt::join(reasons, "; "));
+  }
+  if (!job.refusals.empty()) {
+    return job.refusals.reason_to_wait();
   }
   if (!too_small.empty()) {
     return fmt::format("waits for a larger worker; {}", too_small[0]);

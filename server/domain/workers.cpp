@@ -3,15 +3,12 @@
 #include <algorithm>
 
 #include "common/base/text.h"
+#include "server/domain/repeat_wait.h"
 
 namespace lightmill {
 namespace {
 
 constexpr double kLeastUnitScale = 1.0 / 64;
-/// A worker that has lost two pilots gets its next one so much later. Each further loss doubles the wait, up to the
-/// most.
-constexpr Duration kLeastPilotWait = std::chrono::milliseconds(500);
-constexpr Duration kMostPilotWait = std::chrono::seconds(32);
 /// A search for silent workers walks over all of them. While `silence` passes there are so many searches at most.
 constexpr int kSilenceLooks = 20;
 
@@ -42,9 +39,8 @@ void Worker::lost(const Lease& lease, Time now) {
   ++leases_lost_;
   if (!lease.is_pilot()) {
     unit_scale_ = std::max(unit_scale_ / 2, kLeastUnitScale);
-  } else if (++pilots_lost_ > 1) {
-    // The worker's next heartbeat after that asks again.
-    pilots_from_ = now + std::min(kLeastPilotWait * (1 << std::min(pilots_lost_ - 2, 16u)), kMostPilotWait);
+  } else {
+    pilots_from_ = now + repeat_wait(++pilots_lost_);  // the worker's next heartbeat after that asks again
   }
 }
 

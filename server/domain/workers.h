@@ -42,6 +42,7 @@ class Worker {
  public:
   const WorkerHello& hello() const { return hello_; }  ///< without held leases
   const std::string& name() const { return hello_.name; }
+  const std::string& identity() const { return identity_of(hello_); }
   /// The host, where that stands in for an identity.
   std::string_view host_as_identity() const { return hello_.identity.empty() ? hello_.host : std::string_view(); }
   /// For whichever job.

@@ -1,0 +1,53 @@
+#include "server/domain/refusals.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+
+#include "server/domain/repeat_wait.h"
+
+namespace lightmill {
+namespace {
+
+/// Identities whose own limits are remembered. Beyond, workers that come again are asked at once.
+constexpr std::size_t kMostIdentities = 1000;
+
+}  // namespace
+
+void Refusals::add(const std::string& identity, const std::string& worker, const std::string& reason) {
+  said_.push_back({identity, worker, reason});
+}
+
+bool Refusals::excludes(const std::string& identity) const {
+  return std::ranges::find(said_, identity, &Said::identity) != said_.end();
+}
+
+std::string Refusals::text() const {
+  const Said &first = said_.front(), &last = said_.back();
+  return !agreed() ? fmt::format("worker {}: {}", first.worker, first.reason)
+         : first.reason == last.reason
+             ? fmt::format("workers {} and {}: {}", first.worker, last.worker, first.reason)
+             : fmt::format("worker {}: {}; worker {}: {}", first.worker, first.reason, last.worker, last.reason);
+}
+
+std::string Refusals::reason_to_wait() const {
+  return fmt::format("waits for a worker of another identity: worker {} refused it: {}", said_.front().worker,
+                     said_.front().reason);
+}
+
+void Refusals::left_to_others(const std::string& identity, Time now) {
+  if (left_to_others_.size() < kMostIdentities || left_to_others_.contains(identity)) {
+    LeftToOthers& row = left_to_others_[identity];
+    ++row.times;
+    row.last = now;
+  }
+}
+
+Time Refusals::may_have_from(const std::string& identity, Time connected_at) const {
+  const auto found = left_to_others_.find(identity);
+  return found == left_to_others_.end() || connected_at < found->second.last
+             ? Time::min()
+             : found->second.last + repeat_wait(found->second.times);
+}
+
+}  // namespace lightmill
