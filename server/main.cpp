@@ -31,6 +31,7 @@ CoordinatorLimits limits_of(const ServerOptions& options) {
   CoordinatorLimits limits;
   limits.heartbeat_interval = from_seconds(options.heartbeat_seconds);
   limits.lease_duration = from_seconds(options.lease_seconds);
+  limits.tile_cpu_seconds = options.tile_cpu_seconds;
   limits.restart_grace = from_seconds(options.return_seconds);
   limits.unit_seconds = options.unit_seconds;
   limits.result_bytes_per_second = options.results_mib * 1024 * 1024;

@@ -195,6 +195,10 @@ std::optional<int> parse_server_options(int argc, char** argv, ServerOptions& op
             "after a start, running jobs wait so long for workers to return with the work that they hold");
   add_limit(app, "--unit-seconds", options.unit_seconds, "SECONDS", {0.05, 60.0},
             "how long a worker should work on one unit, at least");
+  add_limit(app, "--tile-cpu-seconds", options.tile_cpu_seconds, "SECONDS", {1.0, 1e6},
+            "CPU time that one range of samples of a tile may take. Beyond it, samples are given out one by one. A job "
+            "fails if one sample takes longer for two workers with different certificates or tokens. A worker that "
+            "sends nothing for twice as long loses its work");
   add_limit(
       app, "--results-rate", options.results_mib, "MIB", {1.0, 1e6},
       "a second at most, of results that all workers send together: the more of them there are, the longer is what "

@@ -41,6 +41,8 @@ class FarmView {
   /// Empty if the job does not wait: a worker is here that may render it.
   std::string reason_to_wait(const Job& job, Time now) const;
   std::string reason_of_missing(const Job& job, Time now) const;
+  /// Nothing has come of any of its leases for long.
+  std::string reason_of_standstill(const Job& job, Time now) const;
   std::string why_none_may(const Job& job) const;
   bool any_may_render(const Job& job) const;
   WorkerStatus status(const Worker& worker, Time now) const;

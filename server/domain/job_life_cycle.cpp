@@ -1,5 +1,7 @@
 #include "server/domain/job_life_cycle.h"
 
+#include "server/domain/eligibility.h"
+
 namespace lightmill {
 namespace {
 
@@ -108,7 +110,8 @@ bool JobLifeCycle::complete(Job& job, GoalLimit limit, std::string reason, const
 }
 
 bool JobLifeCycle::is_refused(const Job& job, Time now) const {
-  return job.refusals.agreed() || (!job.refusals.refuted() && !audits_.any_may_render(job, now));
+  return job.refusals.agreed() ||
+         (job.refusals.certain() && !job.refusals.refuted() && !audits_.any_may_render(job, now));
 }
 
 bool JobLifeCycle::finish_if_complete(Job& job, const Event& event) {
@@ -200,10 +203,27 @@ void JobLifeCycle::lose_lease(LeaseId id, bool cancel, const Event& event) {
 
 void JobLifeCycle::expire_leases(const Event& event) {
   while (const std::optional<LeaseId> id = leases_.expire(event.now)) {
-    const std::string worker = leases_.at(*id).worker;
+    const Lease lease = leases_.at(*id);
+    const std::string& worker = lease.worker;
     lose_lease(*id, true, event);
+    leave_to_others(lease, event);
     workers_.fell_silent(worker);
     workers_.forget_if_gone(worker, event);
+  }
+}
+
+void JobLifeCycle::leave_to_others(const Lease& lost, const Event& event) {
+  Worker* const worker = workers_.find(lost.worker);
+  const Job* const job = jobs_.find(lost.unit.job);
+  if (worker == nullptr || job == nullptr || event.now < lost.got_on + limits_.result_patience()) {
+    return;
+  }
+  const bool others = std::ranges::any_of(workers_.all(), [&](const auto& each) {
+    return each.first != lost.worker && each.second.counts() && may_render(each.second, *job);
+  });
+  if (others) {
+    worker->exclude(job->id(),
+                    fmt::format("no result came of its work for {:.0f} s", to_seconds(event.now - lost.got_on)));
   }
 }
 

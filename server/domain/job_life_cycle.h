@@ -67,6 +67,8 @@ class JobLifeCycle {
   /// `what`.
   Result<Job*> get(JobId id, bool ended, const char* what);
   void expire_leases(const Event& event);
+  /// A worker that is heard, but sends no results, does not get the job again if others may render it.
+  void leave_to_others(const Lease& lost, const Event& event);
   void delete_old(const Event& event);
   void queue_again(Job& job);
   void forget(JobId id, const Event& event);

@@ -41,7 +41,7 @@ const Lease& LeaseTable::open(Worker& worker, Job& job, Lease opened, Time now) 
   lease.worker_since = worker.connected_at();
   lease.done.assign(lease.unit.tiles.size(), false);
   lease.remaining = static_cast<std::uint32_t>(lease.unit.tiles.size());
-  lease.granted = now;
+  lease.granted = lease.got_on = now;
   set_deadline(lease, now + limits_.lease_duration);
   job.lease_opened(lease.id, now);
   worker.lent(lease);
@@ -83,7 +83,7 @@ void LeaseTable::was_sent(LeaseId id, Time now) {
   Lease& lease = leases_.at(id);
   if (!lease.sent) {
     lease.sent = true;
-    lease.granted = now;
+    lease.granted = lease.got_on = now;
     renew(id, now);
     jobs_.at(lease.unit.job).lease_sent(now);
   }
@@ -124,9 +124,11 @@ void LeaseTable::tile_done(LeaseId id, TileId tile, bool by_its_worker, const Ev
   if (!finish_tile(id, tile)) {
     return;
   }
-  const Lease& lease = leases_.at(id);
+  Lease& lease = leases_.at(id);
   Worker& worker = workers_.at(lease.worker);
-  if (!by_its_worker) {
+  if (by_its_worker) {
+    lease.got_on = event.now;
+  } else {
     note_silence(worker, lease, event.now);
   }
   worker.tile_done();
@@ -221,7 +223,7 @@ void LeaseTable::set_deadline(Lease& lease, Time deadline) {
 
 void LeaseTable::renew(LeaseId id, Time now) {
   if (Lease& lease = leases_.at(id); lease.sent) {
-    set_deadline(lease, now + limits_.lease_duration);
+    set_deadline(lease, std::min(now + limits_.lease_duration, lease.got_on + limits_.result_patience()));
   }
 }
 
@@ -235,6 +237,7 @@ void LeaseTable::abandon(const Worker& worker, Time now) {
 
 void LeaseTable::resume(LeaseId id, Time now) {
   leases_.at(id).abandoned = false;
+  leases_.at(id).got_on = now;
   was_sent(id, now);
   renew(id, now);
 }

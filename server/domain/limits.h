@@ -25,6 +25,10 @@ struct CoordinatorLimits {
   /// A tile (or pilot) with which `losses_before_alone` workers were lost in a row goes to workers that have nothing
   /// else. Its job fails once `losses_alone` of those are lost too.
   std::uint32_t losses_before_alone = 2, losses_alone = 3;
+  /// CPU time that a thread may take for one range of a tile. Beyond it, the range is cut to one sample.
+  double tile_cpu_seconds = 600;
+  /// A lease of which no result comes for so long is lost, however often its worker is heard.
+  Duration result_patience() const { return 2 * from_seconds(tile_cpu_seconds); }
   std::uint32_t max_bad_results = 3;  ///< a worker that sends so many damaged results is dismissed
   /// A job whose film is complete waits for identities that could audit some of it and were here so lately.
   Duration auditor_patience = std::chrono::seconds(45);

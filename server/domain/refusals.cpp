@@ -14,8 +14,8 @@ constexpr std::size_t kMostIdentities = 1000;
 
 }  // namespace
 
-void Refusals::add(const std::string& identity, const std::string& worker, const std::string& reason) {
-  said_.push_back({identity, worker, reason});
+void Refusals::add(const std::string& identity, const std::string& worker, const std::string& reason, bool certain) {
+  said_.push_back({identity, worker, reason, certain});
 }
 
 bool Refusals::excludes(const std::string& identity) const {

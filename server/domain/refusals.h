@@ -16,11 +16,13 @@ class Refusals {
  public:
   // ---- of what nobody can render ----
   /// Not called for an identity that is excluded.
-  void add(const std::string& identity, const std::string& worker, const std::string& reason);
+  /// `certain`: nobody else has to be asked if nobody else is there.
+  void add(const std::string& identity, const std::string& worker, const std::string& reason, bool certain = true);
   /// Workers of this identity do not get the job any more.
   bool excludes(const std::string& identity) const;
   bool empty() const { return said_.empty(); }
   bool agreed() const { return said_.size() > 1; }
+  bool certain() const { return !said_.empty() && said_.front().certain; }
   /// Some of the job was rendered, or its pilot. Others than those who refused it can render it.
   void rendered_by(const std::string& identity) { refuted_ = refuted_ || (!empty() && !excludes(identity)); }
   bool refuted() const { return refuted_; }
@@ -38,6 +40,7 @@ class Refusals {
  private:
   struct Said {
     std::string identity, worker, reason;
+    bool certain = true;
   };
   struct LeftToOthers {
     std::uint32_t times = 0;

@@ -196,7 +196,41 @@ void Sessions::heartbeat(Worker& worker, const WorkerHeartbeat& heartbeat, const
   if (!unknown.leases.empty()) {
     event.send_after_commit(*worker.session(), std::move(unknown));
   }
+  look_at_work(worker, heartbeat, event);
   scheduler_.serve(worker, event);
+}
+
+void Sessions::look_at_work(Worker& worker, const WorkerHeartbeat& heartbeat, const Event& event) {
+  for (const TileAtWork& at_work : heartbeat.at_work) {
+    const Lease* const lease = leases_.find(at_work.lease);
+    if (at_work.cpu_seconds <= limits_.tile_cpu_seconds || lease == nullptr || lease->worker != worker.name()) {
+      continue;
+    }
+    const auto at = std::ranges::lower_bound(lease->unit.tiles, at_work.tile);
+    if (at != lease->unit.tiles.end() && *at == at_work.tile &&
+        !lease->done[static_cast<std::size_t>(at - lease->unit.tiles.begin())]) {
+      overran(worker, Lease(*lease), at_work.tile, event);
+    }
+  }
+}
+
+void Sessions::overran(Worker& worker, const Lease& lease, TileId tile, const Event& event) {
+  Job& job = jobs_.at(lease.unit.job);
+  const SampleRange range = lease.unit.range;
+  const std::string reason =
+      fmt::format("{} took more than {:g} s of CPU time", describe_place(job, tile, range), limits_.tile_cpu_seconds);
+  event.warn(about(job.id(), worker.name(), lease.id), "worker {}: {}", worker.name(), reason);
+  leases_.end(lease.id, {.cancel = true, .lost = lease.audits}, event);
+  if (lease.audits) {
+    return;
+  }
+  job.plan->cut_to_one_sample(tile);
+  queue_.refresh(job);
+  if (range.count() == 1) {
+    job.refusals.add(worker.identity(), worker.name(), reason, false);
+    withdraw(job, worker, event);
+  }
+  scheduler_.serve_all(event);
 }
 
 void Sessions::give_back(Worker& worker, const WorkerReturn& message, const Event& event) {

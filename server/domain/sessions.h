@@ -49,6 +49,9 @@ class Sessions {
   Duration heartbeat_interval() const;
   void take_back_held(Worker& worker, const WorkerHello& hello, bool other_process, const Event& event);
   bool adopt(Worker& worker, const HeldLease& held, const Event& event);
+  /// Takes back what takes too long.
+  void look_at_work(Worker& worker, const WorkerHeartbeat& heartbeat, const Event& event);
+  void overran(Worker& worker, const Lease& lease, TileId tile, const Event& event);
   /// Takes the job from those who may not render it any more because of what `worker` has said.
   void withdraw(Job& job, const Worker& worker, const Event& event);
 

@@ -9,6 +9,8 @@ namespace {
 
 /// Workers ask again sooner.
 constexpr Duration kMissingPatience = std::chrono::seconds(5);
+/// A job of which no worker has sent anything for so long says for whom it waits.
+constexpr Duration kStandstill = std::chrono::minutes(1);
 
 }  // namespace
 
@@ -41,7 +43,7 @@ std::string FarmView::reason_to_wait(const Job& job, Time now) const {
     return dispute;
   }
   if (!job.leases().empty()) {
-    return "";
+    return reason_of_standstill(job, now);
   }
   return !any_may_render(job) ? why_none_may(job) : job.refusals.empty() ? "" : job.refusals.reason_to_wait();
 }
@@ -58,6 +60,19 @@ std::string FarmView::reason_of_missing(const Job& job, Time now) const {
     }
   }
   return "";
+}
+
+std::string FarmView::reason_of_standstill(const Job& job, Time now) const {
+  const Lease* oldest = nullptr;
+  for (const LeaseId id : job.leases()) {
+    const Lease& lease = leases_.at(id);
+    if (now < lease.got_on + kStandstill) {
+      return "";
+    }
+    oldest = oldest == nullptr || lease.got_on < oldest->got_on ? &lease : oldest;
+  }
+  return fmt::format("waits for worker {}, of whose work nothing has come for {:.0f} s", oldest->worker,
+                     to_seconds(now - oldest->got_on));
 }
 
 bool FarmView::any_may_render(const Job& job) const {

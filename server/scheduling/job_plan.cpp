@@ -174,7 +174,10 @@ std::optional<Unit> JobPlan::take(JobId job, LeaseId lease, const UnitAim& aim) 
   std::deque<TileId>& waiting = buckets_.begin()->second;
   const TileId lead = waiting.front();
   Unit unit{job, choose_range(*find_gap(lead), waiting.size(), pixels(lead), free_pixel_samples(), aim), {}};
-  const bool alone = alone_.contains(lead);
+  const bool alone = is_alone(lead);
+  if (single_.contains(lead)) {
+    unit.range = {0, position};
+  }
   const std::uint32_t wanted = alone ? 1 : choose_tile_count(unit.range, waiting.size(), pixels(lead), aim);
 
   // Tiles whose gap is too short for the range stay for another unit; not many are looked at for that.
@@ -187,7 +190,7 @@ std::optional<Unit> JobPlan::take(JobId job, LeaseId lease, const UnitAim& aim) 
     if (!gap) {
       continue;
     }
-    if (gap->end < unit.range.end() || alone != alone_.contains(tile)) {
+    if (gap->end < unit.range.end() || alone != is_alone(tile)) {
       set_aside.push_back(tile);
       continue;
     }

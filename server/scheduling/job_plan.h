@@ -41,8 +41,10 @@ class JobPlan {
 
   /// Whether a unit of this tile is to hold no other one.
   void set_alone(TileId tile, bool alone);
+  /// From now on a unit of this tile holds one sample, and no other tile.
+  void cut_to_one_sample(TileId tile) { single_.insert(tile); }
   /// Whether take() would give a unit of such a tile.
-  bool next_is_alone() { return clean_front() && alone_.contains(buckets_.begin()->second.front()); }
+  bool next_is_alone() { return clean_front() && is_alone(buckets_.begin()->second.front()); }
 
   /// Whether take() would give something.
   bool has_work();
@@ -104,6 +106,7 @@ class JobPlan {
   /// Whether the entry (tile, position) is current; if not, the tile is queued where it belongs.
   std::optional<Gap> check_entry(TileId tile, std::uint32_t position);
   void hold(LeaseId lease, TileId tile, SampleRange range);
+  bool is_alone(TileId tile) const { return alone_.contains(tile) || single_.contains(tile); }
   std::uint64_t pixels(TileId tile) const {
     return static_cast<std::uint64_t>(film_.grid().tile_rect(tile).pixel_count());
   }
@@ -116,7 +119,7 @@ class JobPlan {
   std::vector<std::uint32_t> queued_at_;  ///< by tile: position of its current entry, or kNotQueued
   std::vector<std::uint64_t> taken_to_;   ///< by tile: no sample before this is free, so that nobody looks there
   std::unordered_map<TileId, std::vector<OutRange>> out_;  ///< ascending, disjoint
-  std::set<TileId> alone_;
+  std::set<TileId> alone_, single_;
   std::uint64_t out_pixel_samples_ = 0;
   std::uint64_t wanted_pixel_samples_ = 0;  ///< of the film, at the goal; 0 once closed
 };
