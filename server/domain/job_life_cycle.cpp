@@ -204,18 +204,21 @@ void JobLifeCycle::lose_lease(LeaseId id, bool cancel, const Event& event) {
 void JobLifeCycle::expire_leases(const Event& event) {
   while (const std::optional<LeaseId> id = leases_.expire(event.now)) {
     const Lease lease = leases_.at(*id);
-    const std::string& worker = lease.worker;
-    lose_lease(*id, true, event);
-    leave_to_others(lease, event);
-    workers_.fell_silent(worker);
-    workers_.forget_if_gone(worker, event);
+    if (event.now >= lease.got_on + limits_.result_patience()) {
+      end_lease(*id, {.cancel = true, .lost = true}, event);
+      leave_to_others(lease, event);
+    } else {
+      lose_lease(*id, true, event);
+      workers_.fell_silent(lease.worker);
+    }
+    workers_.forget_if_gone(lease.worker, event);
   }
 }
 
 void JobLifeCycle::leave_to_others(const Lease& lost, const Event& event) {
   Worker* const worker = workers_.find(lost.worker);
   const Job* const job = jobs_.find(lost.unit.job);
-  if (worker == nullptr || job == nullptr || event.now < lost.got_on + limits_.result_patience()) {
+  if (worker == nullptr || job == nullptr) {
     return;
   }
   const bool others = std::ranges::any_of(workers_.all(), [&](const auto& each) {

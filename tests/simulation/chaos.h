@@ -23,6 +23,7 @@ struct Chaos {
   bool poison = true;       ///< some jobs have a sample, or a pilot, that kills whoever renders it
   bool verifies = true;     ///< some jobs have results verified, some or all
   bool liars = true;        ///< some farms have a machine that lies, or sends garbage
+  bool idle = true;         ///< some farms have a worker that is heard, takes work and delivers nothing
   bool small = true;        ///< some workers find some jobs too large for them
   bool cuts = true;         ///< links carry nothing in one direction for a while
   bool slow = true;         ///< workers are a hundred times slower for a while
@@ -32,7 +33,7 @@ struct Chaos {
   bool deposes = true;      ///< the coordinator stands still, another takes over, and the first goes on
   static Chaos none() {
     return {false, false, false, false, false, false, false, false, false,
-            false, false, false, false, false, false, false, false};
+            false, false, false, false, false, false, false, false, false};
   }
 };
 
@@ -53,6 +54,7 @@ struct PlantedBugs {
   bool keep_dropped_results = false;       ///< who rendered what was dropped stays on disk
   bool lose_verifications = false;         ///< what is to be verified does not reach the disk
   bool ignore_identities = false;          ///< each worker counts as an identity of its own
+  bool wait_for_the_idle = false;          ///< workers may hold work as long as they are heard
   bool ignore_grants = false;              ///< what was never granted is taken
   bool lose_what_is_cut = false;           ///< what is sent while a link is cut is lost, and the stream goes on
   bool disconnect_newcomers = false;       ///< that a stream has broken is taken to mean its worker's newest one

@@ -158,6 +158,10 @@ void WorkerSide::tile_rendered(std::size_t index, std::uint64_t life, const Rend
     die_of_poison(index);
     return;
   }
+  if (worker.lies == Lies::idle) {
+    world_.inject("tiles that are never delivered");
+    return;
+  }
   worker.rendering.erase(tile.ticket);
   world_.report.rendered += pixel_samples(*tile.description, tile.key);
   const RenderSettings& settings = tile.description->settings;

@@ -170,6 +170,7 @@ INSTANTIATE_TEST_SUITE_P(
         Planted{"KeepDroppedResults", &PlantedBugs::keep_dropped_results},
         Planted{"LoseVerifications", &PlantedBugs::lose_verifications},
         Planted{"IgnoreIdentities", &PlantedBugs::ignore_identities},
+        Planted{"WaitForTheIdle", &PlantedBugs::wait_for_the_idle},
         Planted{"IgnoreGrants", &PlantedBugs::ignore_grants}, Planted{"LoseWhatIsCut", &PlantedBugs::lose_what_is_cut},
         Planted{"DisconnectNewcomers", &PlantedBugs::disconnect_newcomers},
         Planted{"TrustHashes", &PlantedBugs::trust_hashes}, Planted{"DropWhenFull", &PlantedBugs::drop_when_full},

@@ -49,7 +49,7 @@ void WorkerSide::slow_down() {
 
 void WorkerSide::plan_babble() {
   for (std::size_t i = 0; i < workers_.size(); ++i) {
-    if (workers_[i].lies == Lies::never) {
+    if (workers_[i].lies == Lies::never || workers_[i].lies == Lies::idle) {
       continue;
     }
     for (std::uint64_t n = world_.random.below(12); n > 0; --n) {
@@ -92,7 +92,7 @@ void WorkerSide::send_ungranted(std::size_t index) {
 }
 
 void WorkerSide::change_claims(SimulatedWorker& worker) {
-  if (!have_certificates_ || worker.lies == Lies::never || worker.lies == Lies::garbage) {
+  if (!have_certificates_ || (worker.lies != Lies::always && worker.lies != Lies::sometimes)) {
     return;
   }
   // Another one's machine, or a new one each time.

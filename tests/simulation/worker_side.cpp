@@ -13,10 +13,11 @@ void WorkerSide::make() {
   const double kind = world_.chaos.liars ? world_.random.uniform() : 1;
   have_liars_ = kind < 0.3;
   const bool garbage = !have_liars_ && kind < 0.4;
-  const std::size_t liars = have_liars_ ? 1 + world_.random.below(2) : garbage ? 1 : 0;
+  const bool idle = world_.chaos.idle && !have_liars_ && !garbage && kind < 0.48;
+  const std::size_t liars = have_liars_ ? 1 + world_.random.below(2) : garbage || idle ? 1 : 0;
   if (have_liars_) {
     count = liars + 2 + world_.random.below(2);
-  } else if (garbage) {
+  } else if (garbage || idle) {
     count = std::max<std::size_t>(count, 2);
   }
   have_certificates_ = world_.random.chance(0.5);
@@ -27,6 +28,7 @@ void WorkerSide::make() {
     worker.machine = worker.identity;
     worker.lies = i >= liars                  ? Lies::never
                   : garbage                   ? Lies::garbage
+                  : idle                      ? Lies::idle
                   : world_.random.chance(0.5) ? Lies::always
                                               : Lies::sometimes;
     worker.fingerprint = liars == 0 && world_.random.chance(0.15) ? "class-b" : kUsualClass;

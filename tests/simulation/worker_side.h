@@ -34,7 +34,8 @@ Allocation pilot_allocation(const RenderSettings& settings);
 /// Pixel samples of a result of this job.
 std::uint64_t pixel_samples(const JobDescription& job, const NodeKey& key);
 
-enum class Lies { never, always, sometimes, garbage };
+/// What a worker does wrong on purpose. `idle`: it is heard, takes work and delivers nothing.
+enum class Lies { never, always, sometimes, garbage, idle };
 
 struct SimulatedWorker {
   std::string name;
