@@ -51,8 +51,8 @@ bool Audits::one_identity(const Job& job) const {
 }
 
 bool Audits::any_may_render(const Job& job, Time now) const {
-  const bool others_may_come_back = identities_before_.size() > 1 && now < started_ + limits_.restart_grace;
-  return others_may_come_back || !renderers_for(job, now).empty();
+  const bool others_may_come_back = job.restored || identities_before_.size() > 1;
+  return (others_may_come_back && now < started_ + limits_.restart_grace) || !renderers_for(job, now).empty();
 }
 
 std::string Audits::reason_for_dispute(const Job& job) const {

@@ -59,10 +59,14 @@ void JobLifeCycle::start(Job& job, const Worker& worker, const Event& event) {
              job.record.fingerprint_class);
 }
 
-void JobLifeCycle::unbind(Job& job, const Event& event) {
-  job.unbind();
-  job.record.state = JobState::queued;
-  job.store(event);
+void JobLifeCycle::unbind_if_unwanted(Job& job, const Event& event) {
+  const bool wanted = std::ranges::any_of(
+      workers_.all(), [&](const auto& entry) { return entry.second.counts() && may_render(entry.second, job); });
+  if (!wanted && job.leases().empty() && job.film.pixel_samples() == 0 && job.record.state == JobState::running) {
+    job.unbind();
+    job.record.state = JobState::queued;
+    job.store(event);
+  }
 }
 
 void JobLifeCycle::pause(Job& job, std::string reason, const Event& event) {
@@ -109,23 +113,26 @@ bool JobLifeCycle::complete(Job& job, GoalLimit limit, std::string reason, const
   return true;
 }
 
-bool JobLifeCycle::is_refused(const Job& job, Time now) const {
-  return job.refusals.agreed() ||
-         (job.refusals.certain() && !job.refusals.refuted() && !audits_.any_may_render(job, now));
+bool JobLifeCycle::fail_if_refused(Job& job, const Event& event) {
+  const bool agreed = job.refusals.identities() >= limits_.refusals;
+  if (job.refusals.empty() || (!agreed && job.refusals.refuted())) {
+    return false;
+  }
+  unbind_if_unwanted(job, event);
+  if (!agreed && (!job.refusals.certain() || !job.leases().empty() || audits_.any_may_render(job, event.now))) {
+    look_again(job.id());  // the others may leave
+    return false;
+  }
+  finish(job, JobState::failed, job.refusals.text(), event);
+  return true;
 }
 
 bool JobLifeCycle::finish_if_complete(Job& job, const Event& event) {
   if (!job.active()) {
     return true;
   }
-  if (!job.refusals.empty()) {
-    if (is_refused(job, event.now)) {
-      finish(job, JobState::failed, job.refusals.text(), event);
-      return true;
-    }
-    if (!job.refusals.refuted()) {
-      look_again(job.id());  // the others may leave
-    }
+  if (fail_if_refused(job, event)) {
+    return true;
   }
   if (job.error_met()) {
     const FrameError error = job.error.update_all(job.film);

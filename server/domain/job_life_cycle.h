@@ -39,8 +39,9 @@ class JobLifeCycle {
   void restored(Job& job, Time now);
   /// The job gets this worker's class.
   void start(Job& job, const Worker& worker, const Event& event);
-  /// Takes back the class of a job without results and leases: any worker may start it again.
-  void unbind(Job& job, const Event& event);
+  /// Takes back the class of a job without results and leases, if nobody who is here may render it in that class: any
+  /// worker may start it again.
+  void unbind_if_unwanted(Job& job, const Event& event);
   void pause(Job& job, std::string reason, const Event& event);
   void finish(Job& job, JobState state, std::string reason, const Event& event);
   /// Ends the job if it has reached a limit, or nobody can render it. Returns whether it has ended.
@@ -72,8 +73,9 @@ class JobLifeCycle {
   void delete_old(const Event& event);
   void queue_again(Job& job);
   void forget(JobId id, const Event& event);
-  /// Two identities say that nobody can render the job; or one does, and no other is here to try.
-  bool is_refused(const Job& job, Time now) const;
+  /// Fails the job if two identities say that nobody can render it, or one does and no other is here to try. Returns
+  /// whether it has ended.
+  bool fail_if_refused(Job& job, const Event& event);
   /// The job has reached this limit. False if audits are still to come.
   bool complete(Job& job, GoalLimit limit, std::string reason, const Event& event);
   void make_plan(Job& job, Time now) const;

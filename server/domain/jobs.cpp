@@ -218,6 +218,7 @@ Job& JobTable::restore(StoredState::StoredJob stored, Time now) {
              node.tile.value, job.film.grid().tile_count());
     job.film.restore(node.tile, std::move(node.node));
   }
+  job.restored = true;
   job.pictured = job.film.min_samples() > 0 || job.record.counters.results_merged > 0;
   return job;
 }

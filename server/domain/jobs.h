@@ -35,6 +35,7 @@ class Job {
   Film film;
   std::unique_ptr<JobPlan> plan;  ///< while it is queued, running or paused
   Time hold_until;                ///< no leases before that: workers may come back with what they hold
+  bool restored = false;          ///< an earlier coordinator has stored it
   bool pictured = false;          ///< each pixel has had a sample, perhaps under an earlier coordinator
   Losses losses;
   Refusals refusals;

@@ -29,6 +29,7 @@ struct CoordinatorLimits {
   double tile_cpu_seconds = 600;
   /// A lease of which no result comes for so long is lost, however often its worker is heard.
   Duration result_patience() const { return 2 * from_seconds(tile_cpu_seconds); }
+  std::uint32_t refusals = 2;         ///< identities that say that nobody can render a job, until it fails
   std::uint32_t max_bad_results = 3;  ///< a worker that sends so many damaged results is dismissed
   /// A job whose film is complete waits for identities that could audit some of it and were here so lately.
   Duration auditor_patience = std::chrono::seconds(45);

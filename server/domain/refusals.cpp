@@ -24,7 +24,7 @@ bool Refusals::excludes(const std::string& identity) const {
 
 std::string Refusals::text() const {
   const Said &first = said_.front(), &last = said_.back();
-  return !agreed() ? fmt::format("worker {}: {}", first.worker, first.reason)
+  return said_.size() == 1 ? fmt::format("worker {}: {}", first.worker, first.reason)
          : first.reason == last.reason
              ? fmt::format("workers {} and {}: {}", first.worker, last.worker, first.reason)
              : fmt::format("worker {}: {}; worker {}: {}", first.worker, first.reason, last.worker, last.reason);

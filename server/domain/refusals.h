@@ -21,7 +21,8 @@ class Refusals {
   /// Workers of this identity do not get the job any more.
   bool excludes(const std::string& identity) const;
   bool empty() const { return said_.empty(); }
-  bool agreed() const { return said_.size() > 1; }
+  std::size_t identities() const { return said_.size(); }
+  /// Whether nobody else has to be asked, if nobody else is there.
   bool certain() const { return !said_.empty() && said_.front().certain; }
   /// Some of the job was rendered, or its pilot. Others than those who refused it can render it.
   void rendered_by(const std::string& identity) { refuted_ = refuted_ || (!empty() && !excludes(identity)); }

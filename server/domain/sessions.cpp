@@ -273,16 +273,11 @@ void Sessions::withdraw(Job& job, const Worker& worker, const Event& event) {
       leases_.end(id, {.cancel = &holder != &worker}, event);
     }
   }
-  const bool untouched = job.leases().empty() && job.film.pixel_samples() == 0;
-  if (untouched) {
+  if (job.leases().empty() && job.film.pixel_samples() == 0) {
     job.keep_time(0, event.now);  // nothing has been rendered in it
   }
   job.store_progress(event);
-  const bool wanted = std::ranges::any_of(
-      workers_.all(), [&](const auto& entry) { return entry.second.counts() && may_render(entry.second, job); });
-  if (!wanted && untouched && job.record.state == JobState::running) {
-    life_.unbind(job, event);  // its class was that of workers that do not render it
-  }
+  life_.unbind_if_unwanted(job, event);  // its class was that of workers that do not render it
   life_.finish_if_complete(job, event);
 }
 

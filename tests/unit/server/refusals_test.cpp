@@ -211,6 +211,52 @@ TEST_F(RefusalTest, AStartedCoordinatorWaitsForThoseThatItKnew) {
   EXPECT_EQ(status(job).state, JobState::done) << reason(job);
 }
 
+TEST_F(RefusalTest, AfterAStartAStoredJobDoesNotFailBeforeOthersCanBeBack) {
+  const JobId job = submit(spec("r1", 64));
+  StoredState stored{2, {}, job.value + 1};
+  for (const StoreOp& op : writes) {
+    if (const auto* put = std::get_if<PutJob>(&op)) {
+      stored.jobs.push_back({put->record, {}});
+    }
+  }
+  ASSERT_EQ(stored.jobs.size(), 1u);
+  restart(std::move(stored));
+  const SessionId liar = connect_on("m1", "liar");
+  ASSERT_FALSE(got<LeaseGrant>(liar).empty());
+  say(liar, WorkerRefusal{job, "mesh 'floor' is empty"});
+  pass(limits.restart_grace / 2);
+  EXPECT_NE(status(job).state, JobState::failed);
+  pass(limits.restart_grace);
+  EXPECT_EQ(status(job).state, JobState::failed) << "it is alone";
+}
+
+TEST_F(RefusalTest, AClassWhoseOnlyOtherWorkerStaysAwayIsGivenUp) {
+  const SessionId liar = connect_on("m1", "liar"), away = connect_on("m2", "away");
+  const JobId job = submit(spec("r1", 64, {0, 0, 512, 64}));
+  ASSERT_FALSE(got<LeaseGrant>(away).empty());
+  coordinator->worker_disconnected(away, now, effects);
+  flush();
+  const SessionId other = connect_on("m3", "other", 1, "class-b");
+  say(liar, WorkerRefusal{job, "mesh 'floor' is empty"});
+  EXPECT_TRUE(got<LeaseGrant>(other).empty()) << "its lease is still out";
+  pass_with({liar, other}, limits.lease_duration);
+  EXPECT_EQ(status(job).fingerprint_class, "class-b");
+  work(other);
+  EXPECT_EQ(status(job).state, JobState::done) << reason(job);
+}
+
+TEST_F(RefusalTest, AWorkerThatIsLeavingMayFinishWhatAnotherRefuses) {
+  const SessionId liar = connect_on("m1", "liar"), leaving = connect_on("m2", "leaving");
+  const JobId job = submit(spec("r1", 1, {0, 0, 512, 64}));
+  const LeaseGrant grant = got<LeaseGrant>(leaving).at(0);
+  say(leaving, WorkerDraining{});
+  say(liar, WorkerRefusal{job, "mesh 'floor' is empty"});
+  EXPECT_EQ(status(job).state, JobState::running);
+  finish(leaving, grant);
+  EXPECT_EQ(status(job).state, JobState::running) << "it can be rendered";
+  EXPECT_GT(status(job).samples_done, 0u);
+}
+
 TEST_F(RefusalTest, AWorkerThatComesAgainAndAgainToFindAJobTooLargeIsAskedSeldom) {
   const JobId job = submit_unaudited("r1", 4);
   std::uint32_t asked = 0;
