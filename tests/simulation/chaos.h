@@ -29,10 +29,12 @@ struct Chaos {
   bool slow = true;         ///< workers are a hundred times slower for a while
   bool disks = true;        ///< the disk is full or slow for a while
   bool damage = true;       ///< a crash damages a node that was stored
+  bool refusals = true;     ///< some jobs cannot be rendered, and liars refuse what can be
+  bool memory = true;       ///< workers run out of it while they prepare or render, and are started again
   bool inspections = true;  ///< clients have scene files read
   bool deposes = true;      ///< the coordinator stands still, another takes over, and the first goes on
   static Chaos none() {
-    return {false, false, false, false, false, false, false, false, false,
+    return {false, false, false, false, false, false, false, false, false, false,
             false, false, false, false, false, false, false, false, false};
   }
 };
@@ -65,6 +67,7 @@ struct PlantedBugs {
   bool lose_reports = false;               ///< what was found in scene files is not told
   bool hide_classes = false;               ///< workers of the other class say that they are of the usual one
   bool blame_hastily = false;              ///< the first loss of a worker condemns what it rendered
+  bool believe_one_refusal = false;        ///< one identity's refusal fails a job
   bool blame_unsent = false;               ///< leases run from when they are granted, sent or not
 };
 
@@ -83,6 +86,8 @@ struct Report {
   std::uint64_t poisoned = 0;    ///< jobs that failed because of it
   std::uint64_t verified = 0;    ///< pixel samples that were rendered again with the same bits
   std::uint64_t unverified = 0;  ///< results of done jobs that could not be verified
+  std::uint64_t refused = 0;     ///< jobs that cannot be rendered, and failed
+  std::uint64_t spited = 0;      ///< jobs that failed by one liar's word, while nobody else was there
   std::uint64_t too_large = 0;   ///< times that a worker left a job to others
   std::uint64_t convicted = 0;   ///< times that somebody was put into quarantine
   std::uint64_t mixed = 0;       ///< jobs whose films have results of two classes

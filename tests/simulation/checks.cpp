@@ -6,6 +6,7 @@ namespace lightmill::simulation {
 
 void Checks::server_starts(const StoredState& stored) {
   merged_by_.clear();
+  refusals_.server_starts();
   for (const StoredState::StoredJob& job : stored.jobs) {
     for (const StoredState::StoredResult& result : job.results) {
       merged_by_[{job.record.id, result.tile, result.range}] = stored.renderers.at(result.by);
@@ -33,6 +34,7 @@ void Checks::check_effects(const Effects& effects) {
   note_writes(effects);
   note_grants(effects);
   check_decisions(effects);
+  refusals_.check(effects);
   note_unwanted(effects);
 }
 

@@ -4,6 +4,7 @@
 // hold.
 #pragma once
 
+#include "tests/simulation/refusal_checks.h"
 #include "tests/simulation/server_side.h"
 #include "tests/simulation/worker_side.h"
 
@@ -12,12 +13,13 @@ namespace lightmill::simulation {
 class Checks {
  public:
   Checks(World& world, ServerSide& server, const WorkerSide& workers)
-      : world_(world), server_(server), workers_(workers) {}
+      : world_(world), server_(server), workers_(workers), refusals_(world, server, workers) {}
 
   /// A coordinator starts with this.
   void server_starts(const StoredState& stored);
   void hello_came(const WorkerHello& hello);
   void result_came(const Stream& stream, const WorkerResult& result);
+  void refusal_came(const Stream& stream, const WorkerRefusal& refusal) { refusals_.refusal_came(stream, refusal); }
   void stored(std::span<const StoreOp> ops);
   /// To be called before anything of the effects is sent.
   void check_effects(const Effects& effects);
@@ -41,6 +43,7 @@ class Checks {
   World& world_;
   ServerSide& server_;
   const WorkerSide& workers_;
+  RefusalChecks refusals_;
   std::map<std::pair<SessionId, NodeKey>, Sha256> last_result_;  ///< render digests of results that came
   std::set<NodeKey> acknowledged_;                               ///< with the right digest
   /// Results that were not wanted when they came. Their acknowledgement promises nothing.

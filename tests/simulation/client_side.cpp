@@ -70,6 +70,7 @@ void ClientSide::make_jobs() {
         job.poison = world_.random.below(20);
       }
     }
+    job.broken = world_.chaos.refusals && world_.random.chance(0.07);
     jobs_.push_back(std::move(job));
     // A liar that is alone cannot be found: where there is one, jobs come once all workers are there.
     const Duration first = workers_.have_liars() ? Duration(std::chrono::milliseconds(1500)) : Duration{0};

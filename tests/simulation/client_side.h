@@ -27,6 +27,7 @@ struct ClientJob {
   double error = 0;                  ///< the same
   std::uint64_t poison = kNoPoison;  ///< from this sample on tile 0 kills its worker
   bool poisoned_pilot = false;
+  bool broken = false;  ///< its scene does not compile
   bool cancel_asked = false;
   bool cancelled = false;
   bool removed = false;

@@ -50,6 +50,11 @@ void EndChecks::check_job(const ClientJob& job) {
     ++world_.report.poisoned;
     return;
   }
+  // RefusalChecks has looked at whose words these are.
+  if (status->state == JobState::failed && status->reason.find(job.broken ? kBroken : kSpite) != std::string::npos) {
+    ++(job.broken ? world_.report.refused : world_.report.spited);
+    return;
+  }
   const JobState expected = job.cancelled ? JobState::cancelled : JobState::done;
   if (status->state != expected) {
     world_.fail(fmt::format("job {} should be {}, and is not: {}", job.id->value, job.cancelled ? "cancelled" : "done",

@@ -29,6 +29,7 @@ FarmSimulation::FarmSimulation(std::uint64_t seed, const Chaos& chaos, const Pla
     limits.losses_before_alone = 0;
     limits.losses_alone = 1;
   }
+  limits.refusals = bugs.believe_one_refusal ? 1 : limits.refusals;
   limits.film_bytes_per_job = world_.random.chance(0.3) ? 1 : 1 << 20;  // the least, or plenty
   make_schedule();
 }

@@ -26,26 +26,18 @@ Allocation pilot_allocation(const RenderSettings& settings) {
 void WorkerSide::prepare(std::size_t index, const PrepareJob& job) {
   const std::uint64_t life = workers_[index].life;
   const JobId id = job.description->job;
-  const bool too_large = is_too_large(index, job.description->settings);
-  world_.after(world_.random.seconds_between(0.001, 0.2), [this, index, life, id, too_large] {
+  world_.after(world_.random.seconds_between(0.001, 0.2), [this, index, life, id, description = job.description] {
     const bool unavailable = world_.chaos.breaks && world_.random.chance(0.1);
-    on_worker(index, life, [this, id, unavailable, too_large](Session& session, SessionActions& actions) {
-      world_.report.too_large += too_large;
-      too_large     ? session.job_failed(id, {"too large", true}, world_.now, actions)
-      : unavailable ? session.job_unavailable(id, world_.now, actions)
-                    : session.job_ready(id, world_.now, actions);
+    on_worker(index, life, [=, this](Session& session, SessionActions& actions) {
+      if (const std::optional<Refused> refused = refuses(index, description->settings)) {
+        session.job_failed(id, *refused, world_.now, actions);
+      } else if (unavailable) {
+        session.job_unavailable(id, world_.now, actions);
+      } else {
+        session.job_ready(id, world_.now, actions);
+      }
     });
   });
-}
-
-bool WorkerSide::is_too_large(std::size_t index, const RenderSettings& settings) const {
-  const bool first_of_class =
-      std::none_of(workers_.begin(), workers_.begin() + static_cast<std::ptrdiff_t>(index),
-                   [&](const SimulatedWorker& other) { return other.fingerprint == workers_[index].fingerprint; });
-  // Not where it takes all honest ones to find a liar, or to go on without it.
-  const bool liars =
-      std::ranges::any_of(workers_, [](const SimulatedWorker& each) { return each.lies != Lies::never; });
-  return world_.chaos.small && !liars && !first_of_class && (settings.seed + index) % 3 == 0;
 }
 
 void WorkerSide::die_of_poison(std::size_t index) {
@@ -66,9 +58,8 @@ void WorkerSide::run_pilot(std::size_t index, const RunPilot& pilot) {
     }
     const bool unavailable = world_.chaos.breaks && world_.random.chance(0.1);
     on_worker(index, life, [this, index, grant, unavailable](Session& session, SessionActions& actions) {
-      if (is_too_large(index, grant->settings)) {
-        ++world_.report.too_large;
-        session.pilot_failed(grant->lease, {"too large", true}, world_.now, actions);
+      if (const std::optional<Refused> refused = refuses(index, grant->settings)) {
+        session.pilot_failed(grant->lease, *refused, world_.now, actions);
         return;
       }
       const std::size_t choice = pilot_choice(grant->settings, grant->methods.size());
@@ -163,6 +154,14 @@ void WorkerSide::tile_rendered(std::size_t index, std::uint64_t life, const Rend
     return;
   }
   worker.rendering.erase(tile.ticket);
+  if (memory_ends(index, 0.002)) {
+    worker.unacknowledged.erase(tile.key);
+    render(index);
+    on_worker(index, life, [this, ticket = tile.ticket](Session& session, SessionActions& actions) {
+      session.tile_rendered({ticket, {}, {}, 0, "out of memory"}, world_.now, actions);
+    });
+    return;
+  }
   world_.report.rendered += pixel_samples(*tile.description, tile.key);
   const RenderSettings& settings = tile.description->settings;
   const auto pixels = static_cast<std::size_t>(grid_of(settings).tile_rect(tile.key.tile).pixel_count());

@@ -338,6 +338,9 @@ void ServerSide::receive(const std::shared_ptr<Stream>& stream, WorkerMessage me
                  result->key.tile.value, result->key.range.first(), result->key.range.end());
     falsify(*stream, *result);
   }
+  if (const auto* refusal = std::get_if<WorkerRefusal>(&message)) {
+    checks_.refusal_came(*stream, *refusal);
+  }
   if (!stream->said_hello) {
     if (auto* hello = std::get_if<WorkerHello>(&message)) {
       stream->said_hello = true;

@@ -37,6 +37,7 @@ TEST_P(Simulation, FilmsAreThoseOfTheQuietRunWhateverHappens) {
   std::uint64_t convicted = 0;
   std::uint64_t too_large = 0;
   std::uint64_t mixed = 0;
+  std::uint64_t refused = 0, spited = 0;
   for (std::uint64_t i = 0; i < seeds; ++i) {
     const std::uint64_t seed = 1 + GetParam() * seeds + i;
     const Report report = FarmSimulation(seed, Chaos{}, PlantedBugs{}).run();
@@ -47,6 +48,8 @@ TEST_P(Simulation, FilmsAreThoseOfTheQuietRunWhateverHappens) {
     convicted += report.convicted;
     too_large += report.too_large;
     mixed += report.mixed;
+    refused += report.refused;
+    spited += report.spited;
   }
   // The schedules do what they are for.
   EXPECT_GT(restarts, seeds / 2);
@@ -55,6 +58,8 @@ TEST_P(Simulation, FilmsAreThoseOfTheQuietRunWhateverHappens) {
   EXPECT_GT(convicted, seeds / 20);
   EXPECT_GT(too_large, seeds / 10);
   EXPECT_GT(mixed, seeds / 100);
+  EXPECT_GT(refused, seeds / 20);
+  EXPECT_LT(spited, seeds / 50);  // a coordinator that has just started knows of nobody who might come
 }
 INSTANTIATE_TEST_SUITE_P(Seeds, Simulation, testing::Range<std::uint64_t>(0, kBatches),
                          [](const auto& info) { return fmt::format("Batch{}", info.param); });
@@ -176,6 +181,7 @@ INSTANTIATE_TEST_SUITE_P(
         Planted{"TrustHashes", &PlantedBugs::trust_hashes}, Planted{"DropWhenFull", &PlantedBugs::drop_when_full},
         Planted{"HideDamage", &PlantedBugs::hide_damage}, Planted{"NoEpochs", &PlantedBugs::no_epochs},
         Planted{"LoseReports", &PlantedBugs::lose_reports}, Planted{"HideClasses", &PlantedBugs::hide_classes},
+        Planted{"BelieveOneRefusal", &PlantedBugs::believe_one_refusal},
         Planted{"BlameHastily", &PlantedBugs::blame_hastily}, Planted{"BlameUnsent", &PlantedBugs::blame_unsent}),
     [](const auto& info) { return std::string(info.param.name); });
 

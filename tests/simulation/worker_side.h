@@ -34,6 +34,10 @@ Allocation pilot_allocation(const RenderSettings& settings);
 /// Pixel samples of a result of this job.
 std::uint64_t pixel_samples(const JobDescription& job, const NodeKey& key);
 
+/// Reasons of refusals: of what nobody can render, and of what anybody can.
+inline constexpr const char* kBroken = "the scene does not compile";
+inline constexpr const char* kSpite = "out of spite";
+
 /// What a worker does wrong on purpose. `idle`: it is heard, takes work and delivers nothing.
 enum class Lies { never, always, sometimes, garbage, idle };
 
@@ -106,6 +110,14 @@ class WorkerSide {
   void change_claims(SimulatedWorker& worker);
   void die_of_poison(std::size_t index);
 
+  // ---- refusing.cpp ----
+  /// What keeps the worker from the job, if anything does.
+  std::optional<Refused> refuses(std::size_t index, const RenderSettings& settings);
+  /// Whether the job is too large for the worker. One worker of each class takes all jobs.
+  bool is_too_large(std::size_t index, const RenderSettings& settings) const;
+  /// Whether the worker runs out of memory, with this chance. It is started again then.
+  bool memory_ends(std::size_t index, double chance);
+
   // ---- rendering.cpp ----
   void prepare(std::size_t index, const PrepareJob& job);
   void run_pilot(std::size_t index, const RunPilot& pilot);
@@ -114,8 +126,6 @@ class WorkerSide {
   void tile_rendered(std::size_t index, std::uint64_t life, const RenderTile& tile, double seconds);
   void stop_tile(std::size_t index, std::uint64_t ticket);
   void lie(std::size_t index, const NodeKey& key, RenderedTile& rendered);
-  /// Whether the job is too large for the worker. One worker of each class takes all jobs.
-  bool is_too_large(std::size_t index, const RenderSettings& settings) const;
 
   World& world_;
   ServerSide& server_;

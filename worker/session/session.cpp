@@ -222,13 +222,18 @@ void Session::job_failed(JobId id, const Refused& refused, Time now, SessionActi
   if (exited_ || found == jobs_.end() || found->second.state != Job::State::preparing) {
     return;
   }
+  refuse(id, refused, actions);
+  advance(actions);
+}
+
+void Session::refuse(JobId id, const Refused& refused, SessionActions& actions) {
   if (link_ == Link::up) {
     send(WorkerRefusal{id, refused.reason, refused.own_limits}, actions);
   }
   // Its leases are not held any more: a coordinator that did not hear the refusal gives them again, and hears it then.
   erase_leases_of(id, actions);
   forget_job(id, actions);
-  advance(actions);
+  stop_tiles([id](const Rendering& rendering) { return rendering.key.job == id; }, actions);
 }
 
 void Session::erase_leases_of(JobId job, SessionActions& actions) {
@@ -349,6 +354,12 @@ void Session::tile_rendered(RenderedTile tile, Time now, SessionActions& actions
     return;
   }
   rendering_ticket_.erase(rendering.key);
+  if (!tile.lacks.empty()) {
+    refuse(rendering.key.job, {std::move(tile.lacks), true}, actions);
+    extend_drain(now);
+    advance(actions);
+    return;
+  }
   ++tiles_rendered_;
   const Duration took = from_seconds(tile.seconds);
   longest_tile_ = took > longest_tile_ ? took : longest_tile_ + (took - longest_tile_) / 16;

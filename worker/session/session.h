@@ -121,6 +121,8 @@ struct RenderedTile {
   Node node;
   Hash128 hash;        ///< hash_of(node), taken by the thread that rendered it
   double seconds = 0;  ///< thread time
+  /// Why there are no values although nobody stopped it: what this worker lacks to render the job. Others may have it.
+  std::string lacks = {};
 };
 
 /// Why a job or a pilot cannot be rendered.
@@ -159,6 +161,7 @@ class Session {
   void job_failed(JobId job, const Refused& refused, Time now, SessionActions& actions);
   /// Assets could not be fetched now: asked again after `prepare_retry`.
   void job_unavailable(JobId job, Time now, SessionActions& actions);
+  /// A tile for which the worker lacks something leaves its job to others.
   void tile_rendered(RenderedTile tile, Time now, SessionActions& actions);
   /// A thread has worked on this tile for so long, in CPU time; the coordinator is told with the next heartbeat.
   void at_work(std::uint64_t ticket, double cpu_seconds);
@@ -244,6 +247,8 @@ class Session {
   void erase_lease(LeaseId lease, SessionActions& actions);
   void erase_lease_if_finished(LeaseId lease, SessionActions& actions);
   void erase_leases_of(JobId job, SessionActions& actions);
+  /// Does no more of the job, and says why.
+  void refuse(JobId job, const Refused& refused, SessionActions& actions);
   void forget_job(JobId job, SessionActions& actions);
   void forget_job_if_idle(JobId job, SessionActions& actions);
   void exit(const std::string& reason, bool failed, SessionActions& actions);

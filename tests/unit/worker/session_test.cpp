@@ -592,6 +592,36 @@ TEST_F(SessionTest, ASceneThatDoesNotCompileIsRefused) {
   EXPECT_EQ(session->status().leases, 0u);
 }
 
+TEST_F(SessionTest, ATileThatTheWorkerLacksMemoryForLeavesItsJobToOthers) {
+  begin(10);
+  say(description(2, "another job"));
+  session->job_ready(JobId{2}, now, actions);
+  say(grant(2, 10, 2));
+  const std::vector<RenderTile> tiles = asked<RenderTile>();
+  ASSERT_EQ(tiles.size(), 4u);  // 2 × threads, all of job 1
+  actions.clear();
+  RenderedTile failed{tiles[0].ticket, {}, {}, 0.01, "out of memory"};
+  session->tile_rendered(failed, now, actions);
+  ASSERT_EQ(said<WorkerRefusal>().size(), 1u);
+  EXPECT_EQ(said<WorkerRefusal>()[0].job, JobId{1});
+  EXPECT_EQ(said<WorkerRefusal>()[0].reason, "out of memory");
+  EXPECT_TRUE(said<WorkerRefusal>()[0].own_limits);
+  EXPECT_EQ(asked<ForgetJob>().size(), 1u);
+  EXPECT_EQ(asked<StopTile>().size(), 3u) << "others of the job, too";
+  // Another thread found the same: it is said once. Job 2 goes on.
+  for (std::size_t i = 1; i < tiles.size(); ++i) {
+    failed.ticket = tiles[i].ticket;
+    session->tile_rendered(failed, now, actions);
+  }
+  EXPECT_EQ(said<WorkerRefusal>().size(), 1u);
+  EXPECT_EQ(session->status().leases, 1u);
+  ASSERT_EQ(asked<RenderTile>().size(), 4u);
+  EXPECT_EQ(asked<RenderTile>()[0].key.job, JobId{2});
+  EXPECT_TRUE(said<WorkerResult>().empty());
+  rendered(asked<RenderTile>()[0]);
+  EXPECT_EQ(said<WorkerResult>().size(), 1u);
+}
+
 TEST_F(SessionTest, ALeaseOfAnUnknownJobIsGivenBack) {
   connect();
   say(grant(1, 3, 9));

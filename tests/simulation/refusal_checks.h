@@ -1,0 +1,48 @@
+// Checks of what a coordinator makes of refusals.
+//
+// A job fails for refusals only if two identities refuse it, or one does and no other that may render it is connected.
+// An identity that has refused a job does not get it again from this coordinator.
+#pragma once
+
+#include <map>
+#include <set>
+#include <string>
+
+#include "server/domain/effects.h"
+#include "tests/simulation/stream.h"
+#include "tests/simulation/world.h"
+
+namespace lightmill::simulation {
+
+class ServerSide;
+class WorkerSide;
+
+class RefusalChecks {
+ public:
+  RefusalChecks(World& world, const ServerSide& server, const WorkerSide& workers)
+      : world_(world), server_(server), workers_(workers) {}
+
+  void server_starts();
+  void refusal_came(const Stream& stream, const WorkerRefusal& refusal);
+  /// As Checks::check_effects.
+  void check(const Effects& effects);
+
+ private:
+  const std::string& identity_of(std::size_t worker) const;
+  /// The coordinator has heard the refusals that came.
+  void note_heard(const Note& note);
+  void check_failed(const JobRecord& job);
+  void check_granted(SessionId to, JobId job);
+
+  World& world_;
+  const ServerSide& server_;
+  const WorkerSide& workers_;
+  struct Refusals {
+    std::map<std::string, std::string> came;  ///< identities of the workers that said that nobody can render the job
+    std::set<std::string> heard;              ///< identities
+    std::set<std::string> left;               ///< workers that left it to others
+  };
+  std::map<JobId, Refusals> refusals_;
+};
+
+}  // namespace lightmill::simulation

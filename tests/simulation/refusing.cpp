@@ -1,0 +1,43 @@
+// What simulated workers do not render: jobs that nobody can, that are too large for them, or that they spite.
+#include "tests/simulation/client_side.h"
+#include "tests/simulation/worker_side.h"
+
+namespace lightmill::simulation {
+
+std::optional<Refused> WorkerSide::refuses(std::size_t index, const RenderSettings& settings) {
+  if (clients_.job_of(settings).broken) {
+    return Refused{kBroken};
+  }
+  if (is_too_large(index, settings)) {
+    ++world_.report.too_large;
+    return Refused{"too large", true};
+  }
+  if (world_.chaos.refusals && workers_[index].lies != Lies::never && world_.random.chance(0.3)) {
+    world_.inject("refusals out of spite");
+    return Refused{kSpite, world_.random.chance(0.5)};
+  }
+  return memory_ends(index, 0.02) ? std::optional(Refused{"out of memory", true}) : std::nullopt;
+}
+
+bool WorkerSide::is_too_large(std::size_t index, const RenderSettings& settings) const {
+  const bool first_of_class =
+      std::none_of(workers_.begin(), workers_.begin() + static_cast<std::ptrdiff_t>(index),
+                   [&](const SimulatedWorker& other) { return other.fingerprint == workers_[index].fingerprint; });
+  // Not where it takes all honest ones to find a liar, or to go on without it.
+  const bool liars =
+      std::ranges::any_of(workers_, [](const SimulatedWorker& each) { return each.lies != Lies::never; });
+  return world_.chaos.small && !liars && !first_of_class && (settings.seed + index) % 3 == 0;
+}
+
+bool WorkerSide::memory_ends(std::size_t index, double chance) {
+  if (!world_.chaos.memory || !world_.chaos_now() || !world_.random.chance(chance)) {
+    return false;
+  }
+  world_.inject("workers out of memory");
+  world_.after(world_.random.seconds_between(0.5, 4), [this, index, life = workers_[index].life] {
+    on_worker(index, life, [this](Session& session, SessionActions& actions) { session.drain(world_.now, actions); });
+  });
+  return true;
+}
+
+}  // namespace lightmill::simulation
