@@ -35,7 +35,7 @@ struct Chaos {
   bool deposes = true;      ///< the coordinator stands still, another takes over, and the first goes on
   static Chaos none() {
     return {false, false, false, false, false, false, false, false, false, false,
-            false, false, false, false, false, false, false, false, false};
+            false, false, false, false, false, false, false, false, false, false};
   }
 };
 

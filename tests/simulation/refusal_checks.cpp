@@ -8,7 +8,7 @@
 namespace lightmill::simulation {
 
 const std::string& RefusalChecks::identity_of(std::size_t worker) const {
-  return workers_[worker].machine;
+  return workers_[worker].identity;
 }
 
 void RefusalChecks::server_starts() {
