@@ -211,7 +211,7 @@ void JobLifeCycle::lose_lease(LeaseId id, bool cancel, const Event& event) {
 void JobLifeCycle::expire_leases(const Event& event) {
   while (const std::optional<LeaseId> id = leases_.expire(event.now)) {
     const Lease lease = leases_.at(*id);
-    if (event.now >= lease.got_on + limits_.result_patience()) {
+    if (leases_.is_idle(lease, event.now)) {
       end_lease(*id, {.cancel = true, .lost = true}, event);
       leave_to_others(lease, event);
     } else {
@@ -233,7 +233,7 @@ void JobLifeCycle::leave_to_others(const Lease& lost, const Event& event) {
   });
   if (others) {
     worker->exclude(job->id(),
-                    fmt::format("no result came of its work for {:.0f} s", to_seconds(event.now - lost.got_on)));
+                    fmt::format("no result for {:.0f} s", to_seconds(event.now - lost.got_on)));
   }
 }
 

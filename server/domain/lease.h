@@ -21,7 +21,7 @@ struct Lease {
   std::vector<bool> done = {};  ///< by tile of the unit: merged, or not wanted from this lease any more
   std::uint32_t remaining = 0;  ///< tiles that are not done
   Time granted = {};            ///< when its grant was sent
-  Time got_on = {};             ///< when a result of it came, or its grant was sent
+  Time got_on = {};             ///< when a result of it came, its grant was sent, or it became its worker's oldest
   Time deadline = {};           ///< it expires then; Time::max(): never
   bool abandoned = false;       ///< its worker's stream is broken
   bool sent = true;             ///< false while its grant waits for a commit: the worker does not know of it

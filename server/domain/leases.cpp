@@ -19,6 +19,14 @@ const Lease* LeaseTable::find(LeaseId id) const {
   return found == leases_.end() ? nullptr : &found->second;
 }
 
+bool LeaseTable::is_oldest(const Lease& lease) const {
+  return *workers_.at(lease.worker).leases().begin() == lease.id;
+}
+
+bool LeaseTable::is_idle(const Lease& lease, Time now) const {
+  return is_oldest(lease) && now >= lease.got_on + limits_.result_patience();
+}
+
 bool LeaseTable::wants_more(const Worker& worker) const {
   if (!worker.counts() || worker.silent()) {
     return false;
@@ -189,7 +197,11 @@ void LeaseTable::end(LeaseId id, End how, const Event& event) {
       job.plan->release(id, lease.unit.tiles[i], lease.unit.range);
     }
   }
+  const bool was_oldest = is_oldest(lease);
   worker.ended(lease);
+  if (was_oldest && !worker.leases().empty()) {
+    leases_.at(*worker.leases().begin()).got_on = event.now;  // its turn comes now
+  }
   job.lease_ended(lease, event.now);
   if (lost) {
     worker.lost(lease, event.now);
@@ -223,7 +235,8 @@ void LeaseTable::set_deadline(Lease& lease, Time deadline) {
 
 void LeaseTable::renew(LeaseId id, Time now) {
   if (Lease& lease = leases_.at(id); lease.sent) {
-    set_deadline(lease, std::min(now + limits_.lease_duration, lease.got_on + limits_.result_patience()));
+    const Time idle_at = is_oldest(lease) ? lease.got_on + limits_.result_patience() : Time::max();
+    set_deadline(lease, std::min(now + limits_.lease_duration, idle_at));
   }
 }
 

@@ -63,6 +63,8 @@ class LeaseTable {
   void end(LeaseId id, End how, const Event& event);
 
   void renew(LeaseId id, Time now);
+  /// Its worker, which works on its oldest lease first, has sent no result of it for too long.
+  bool is_idle(const Lease& lease, Time now) const;
   /// The worker's stream broke: its leases expire after a grace, or earlier.
   void abandon(const Worker& worker, Time now);
   /// The worker came back with the lease.
@@ -76,6 +78,7 @@ class LeaseTable {
 
  private:
   void set_deadline(Lease& lease, Time deadline);
+  bool is_oldest(const Lease& lease) const;
   /// Marks the tile done. False if it was so before.
   bool finish_tile(LeaseId id, TileId tile);
   /// Another lease had a tile of this one sooner: its worker is at least as slow as it has been silent.

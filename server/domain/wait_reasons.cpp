@@ -71,7 +71,7 @@ std::string FarmView::reason_of_standstill(const Job& job, Time now) const {
     }
     oldest = oldest == nullptr || lease.got_on < oldest->got_on ? &lease : oldest;
   }
-  return fmt::format("waits for worker {}, of whose work nothing has come for {:.0f} s", oldest->worker,
+  return fmt::format("waits for worker {}: no result for {:.0f} s", oldest->worker,
                      to_seconds(now - oldest->got_on));
 }
 

@@ -21,7 +21,7 @@ FarmSimulation::FarmSimulation(std::uint64_t seed, const Chaos& chaos, const Pla
   limits.disconnect_grace = std::chrono::milliseconds(1500);
   limits.restart_grace = std::chrono::milliseconds(2500);
   limits.unit_seconds = 0.3;
-  limits.tile_cpu_seconds = bugs.wait_for_the_idle ? 1e6 : 5;
+  limits.tile_cpu_seconds = bugs.wait_for_the_idle ? 1e6 : 60;
   limits.auditor_patience = std::chrono::seconds(20);
   limits.copy_after = limits.copy_pilot_after =
       chaos.copies ? Duration(std::chrono::milliseconds(300)) : Duration(std::chrono::hours(1));

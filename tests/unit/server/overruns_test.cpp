@@ -105,7 +105,7 @@ TEST_F(OverrunTest, AWorkerThatIsHeardAndDeliversNothingLosesItsWork) {
     }
   };
   beat(std::chrono::seconds(90));
-  EXPECT_EQ(status(job).reason, "waits for worker idle, of whose work nothing has come for 90 s");
+  EXPECT_EQ(status(job).reason, "waits for worker idle: no result for 90 s");
   EXPECT_EQ(status(job).counters.leases_lost, 0u);
   limits.copy_after = std::chrono::hours(10);  // nobody else is here
   beat(limits.result_patience() - std::chrono::seconds(90));
