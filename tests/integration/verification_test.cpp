@@ -1,7 +1,9 @@
 // Liars and bad machines, with real processes: what they sent is found, thrown away and rendered again.
 #include <gtest/gtest.h>
 
+#include "common/methods/fingerprint.h"
 #include "common/wire/farm_messages.h"
+#include "lightmill/v1/worker_service.grpc.pb.h"
 #include "tests/support/farm.h"
 #include "tests/support/places.h"
 
@@ -131,6 +133,77 @@ TEST(MixedFarm, RendersThePictureButForItsLastBits) {
   expect_near(mixed, usual);
 }
 
+/// A worker that lies by hand: it sends what it likes.
+class RawWorker {
+ public:
+  RawWorker(const Farm& farm, const std::string& name)
+      : stub_(v1::WorkerService::NewStub(grpc::CreateChannel(farm.address(), grpc::InsecureChannelCredentials()))),
+        stream_(stub_->Work(&context_)) {
+    context_.set_deadline(std::chrono::system_clock::now() + kPatience);
+    WorkerHello hello;
+    hello.name = hello.host = hello.machine = name;
+    hello.fingerprint_class = fingerprint_class();
+    hello.renderer_version = std::string(kRendererVersion);
+    say(hello);
+  }
+  ~RawWorker() {
+    context_.TryCancel();
+    (void)stream_->Finish();
+  }
+  void say(const WorkerMessage& message) {
+    v1::WorkRequest request;
+    to_wire(message, &request);
+    (void)stream_->Write(request);
+  }
+  /// The next message of this kind; nothing if the stream ends before.
+  template <class T>
+  std::optional<T> next() {
+    for (v1::WorkResponse response; stream_->Read(&response);) {
+      const Result<CoordinatorMessage> message = from_wire(response);
+      if (message.ok() && std::holds_alternative<T>(*message)) {
+        return std::get<T>(*message);
+      }
+    }
+    return std::nullopt;
+  }
+
+ private:
+  grpc::ClientContext context_;
+  std::unique_ptr<v1::WorkerService::Stub> stub_;
+  std::unique_ptr<grpc::ClientReaderWriter<v1::WorkRequest, v1::WorkResponse>> stream_;
+};
+
+// One worker sends all samples of every tile on its first lease, as one result each.
+TEST(ForgedResults, ReplaceNoPicture) {
+  Farm farm;
+  Picture picture;
+  picture.side = 256;
+  picture.samples = 64;
+  const v1::Job job = submit_verified(farm, picture, 0.01);
+  RawWorker liar(farm, "liar");
+  const std::optional<JobDescription> description = liar.next<JobDescription>();
+  ASSERT_TRUE(description);
+  const std::optional<LeaseGrant> grant = liar.next<LeaseGrant>();
+  ASSERT_TRUE(grant);
+  for (std::uint32_t tile = 0; tile < 16; ++tile) {
+    WorkerResult forged;
+    forged.lease = grant->lease;
+    forged.key = {grant->unit.job, TileId{tile}, {6, 0}};
+    forged.node = {forged.key.range, std::vector<float>(std::size_t{64} * 64 * 2 * 3, 1e3f), 0};
+    forged.hash = hash_of(forged.node);
+    forged.render_digest = description->render_digest;
+    forged.seconds = 1e-6;
+    forged.tag = grant->tags[0];
+    liar.say(forged);
+  }
+  const std::optional<Dismissal> dismissal = liar.next<Dismissal>();
+  ASSERT_TRUE(dismissal) << farm.server_log();
+  EXPECT_NE(dismissal->reason.find("never granted"), std::string::npos) << dismissal->reason;
+  EXPECT_EQ(farm.client().job(job.id()).counters().results_merged(), 0u);
+  farm.add_worker(1, "honest");
+  expect_reference_film(farm.client(), job.id(), picture);
+}
+
 TEST(UnverifiedFarm, SaysSo) {
   Farm farm;
   farm.add_worker(1, "w1");
@@ -143,6 +216,7 @@ TEST(UnverifiedFarm, SaysSo) {
   EXPECT_EQ(ended.state(), v1::JOB_STATE_DONE);
   EXPECT_EQ(ended.counters().results_verified(), 0u);
   EXPECT_EQ(ended.results_unverified(), ended.counters().results_merged());
+  EXPECT_TRUE(ended.one_identity());
 }
 
 }  // namespace
