@@ -258,5 +258,47 @@ TEST(Access, AWorkerWithACertificateRendersAndOneWithoutIsToldWhy) {
   EXPECT_EQ(workers.workers(0).name(), "w/good") << "nobody goes by a name that is another's";
 }
 
+// All on one machine: only the certificates differ.
+TEST(Access, WorkersAuditEachOtherIfTheyHaveTwoCertificates) {
+  for (const bool two : {false, true}) {
+    SecureFarm secure;
+    std::vector<std::unique_ptr<BackgroundProcess>> workers;
+    for (const std::string name : {"a", "b"}) {
+      const std::string of = two ? name : "shared";
+      const KeyAndCertificate made = secure.person(of, {Role::worker});
+      workers.push_back(std::make_unique<BackgroundProcess>(
+          std::vector<std::string>{program("lightmill-worker"), "--server", secure.farm().address(), "--threads", "1",
+                                   "--name", name, "--tls-ca", secure.path("ca.pem"), "--tls-cert",
+                                   secure.write(of + ".pem", made.certificate + made.key)},
+          (secure.farm().folder() / (name + ".log")).string()));
+    }
+    const auto ada = secure.channel(secure.person("ada", {Role::submit}));
+    upload_assets(ada);
+    const auto stub = v1::RenderService::NewStub(ada);
+    EXPECT_TRUE(eventually([&] {
+      grpc::ClientContext context;
+      v1::ListWorkersResponse listed;
+      return stub->ListWorkers(&context, {}, &listed).ok() && listed.workers_size() == 2;
+    }));
+    Picture picture;
+    picture.samples = 4;
+    JobSpec spec = job_of(picture, "audited");
+    spec.verify_share = 1;
+    v1::SubmitJobRequest request;
+    to_wire(spec, &request);
+    v1::Job job;
+    grpc::ClientContext submit;
+    ASSERT_TRUE(stub->SubmitJob(&submit, request, &job).ok());
+    EXPECT_TRUE(eventually([&] {
+      grpc::ClientContext context;
+      v1::GetJobRequest which;
+      which.set_id(job.id());
+      return stub->GetJob(&context, which, &job).ok() && job.state() == v1::JOB_STATE_DONE;
+    })) << job.ShortDebugString();
+    EXPECT_EQ(job.counters().results_verified(), two ? job.counters().results_merged() : 0u) << job.ShortDebugString();
+    EXPECT_EQ(job.one_identity(), !two);
+  }
+}
+
 }  // namespace
 }  // namespace lightmill::test
