@@ -85,6 +85,7 @@ json to_json(const v1::Job& job) {
        {{"share", job.verify_share()},
         {"verified", counters.results_verified()},
         {"unverified", job.results_unverified()},
+        {"one_identity", job.one_identity()},
         {"nodes_dropped", counters.nodes_dropped()}}},
       {"submitted_unix_ms", job.submitted_unix_ms()},
       {"finished_unix_ms", null_unless(job.finished_unix_ms() != 0, job.finished_unix_ms())},

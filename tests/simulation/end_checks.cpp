@@ -197,7 +197,10 @@ void EndChecks::check_film(const ClientJob& job, const JobStatus& status) {
     for (const Disk::Result& result : server_.disk().results(*job.id, tile)) {
       classes.insert(result.by.fingerprint_class);
     }
-    if (job.cancelled || (workers_.have_liars() && status.results_unverified > 0)) {
+    const bool is_lied_about = std::ranges::any_of(server_.disk().results(*job.id, tile), [](const auto& result) {
+      return result.by.identity == kIdentityOfLies && !result.verified;
+    });
+    if (job.cancelled || (is_lied_about && status.results_unverified > 0)) {
       continue;  // a liar was alone for too long: the job says that nobody has verified it
     }
     const NodeLayout& layout = film.layout();
