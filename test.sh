@@ -1,18 +1,21 @@
 #!/bin/sh
 # Builds Lightmill and runs its tests. docs/development.md explains what runs when.
 #
-#   ./test.sh                     everything that guards a change
-#   ./test.sh NAME...             builds and runs the programs, labels or tests whose names match, e.g. film, web, SameBits
-#   ./test.sh --all               everything: also long tests, all sanitizers and the fuzzers. Runs in pieces. A second
-#                                 call for the same sources continues where the first one stopped.
-#   ./test.sh --all --background  the same in the background
-#   ./test.sh --all --minutes N   stops after N minutes and lists the pieces that are left
-#   ./test.sh --repeat N --busy M the default suite N times, the last M beside busy loops; continues like --all
-#   ./test.sh --status            what --all and --repeat have done so far
+#   ./test.sh                     the default suite, before each commit
+#   ./test.sh NAME...             programs, labels or tests whose names match, e.g. film, web, SameBits, long, "asan film"
+#   ./test.sh --all               everything, in pieces; a second call continues where the first one stopped
+#   ./test.sh --all --minutes N   stops after N minutes
+#   ./test.sh --repeat N --busy M the default suite N times, the last M beside busy loops
+#   ./test.sh --status            what --all and --repeat have done
 #   ./test.sh --list              the pieces of --all
-#   ./test.sh --coverage          which lines the default suite runs, by folder; with --all, the long tests too
+#   ./test.sh --coverage          which lines the default suite runs; with --all, the long tests too
+#
+# --background goes with --all and --repeat. --help has the rest.
 set -eu
 cd "$(dirname "$0")"
 . deploy/environment.sh
-deploy/setup --tests
+case "${1:-}" in
+  -h | --help | --status | --list) ;;
+  *) deploy/setup --tests ;;
+esac
 exec /usr/bin/python3 -B tests/runner "$@"

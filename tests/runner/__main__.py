@@ -1,29 +1,19 @@
 """Builds Lightmill and runs its tests: see test.sh, which calls this."""
 import argparse
-import pathlib
-import signal
-import subprocess
+import os
 import sys
 
+import pieces
+import repeat
 from coverage import run_coverage
 from named import run_named
-from pieces import DEFAULT_PIECES, all_pieces, run_all, run_default, show_status
-from process import BUILD, ROOT, Failed
-from repeat import run_repeatedly, show_runs
-
-
-def run_in_background(folder, arguments):
-    log = BUILD / folder / "log"
-    log.parent.mkdir(parents=True, exist_ok=True)
-    with open(log, "wb") as out:
-        process = subprocess.Popen([sys.executable, "-B", str(pathlib.Path(__file__).parent), *arguments], cwd=ROOT,
-                                   stdin=subprocess.DEVNULL, stdout=out, stderr=subprocess.STDOUT, start_new_session=True)
-    print(f"process {process.pid} runs it; its log is {log.relative_to(ROOT)}.\n"
-          f"./test.sh --status says what is done; kill {process.pid} stops it, and the same command continues it.")
+from process import BUILD, Failed, interrupt_on_signals
+from session import go_to_background, lock_holder, only_one, temporary_folder
+from state import State
 
 
 def parse():
-    parser = argparse.ArgumentParser(prog="./test.sh", description="Builds Lightmill and runs its tests.")
+    parser = argparse.ArgumentParser(prog="./test.sh", description="Builds Lightmill and runs its tests.", allow_abbrev=False)
     parser.add_argument("names", nargs="*", metavar="NAME", help="only programs, labels or tests whose names match")
     parser.add_argument("--all", action="store_true", help="everything, in pieces; continues where it stopped")
     parser.add_argument("--repeat", type=int, metavar="N", help="the default suite N times; continues where it stopped")
@@ -36,45 +26,54 @@ def parse():
     parser.add_argument("--status", action="store_true", help="what --all and --repeat have done so far")
     parser.add_argument("--list", action="store_true", help="the pieces of --all")
     options = parser.parse_args()
-    if options.background and not (options.all or options.repeat):
+    given = {name for name in ("names", "all", "repeat", "coverage", "status", "list") if getattr(options, name) not in ([], None, False)}
+    if len(given) > 1 and given != {"all", "coverage"}:
+        parser.error("one of NAME, --all, --repeat, --coverage, --status and --list; only --coverage and --all go together")
+    if options.background and given not in ({"all"}, {"repeat"}):
         parser.error("--background goes with --all or --repeat")
-    if (options.minutes is not None or options.in_turn) and (not options.all or options.coverage):
+    if (options.minutes is not None or options.in_turn) and given != {"all"}:
         parser.error("--minutes and --in-turn go with --all")
-    if options.busy and not options.repeat:
-        parser.error("--busy goes with --repeat")
-    if options.repeat and (options.all or options.coverage):
-        parser.error("--repeat is about the default suite: it goes without --all and --coverage")
-    if (options.all or options.repeat or options.coverage) and options.names:
-        parser.error("--all, --repeat and --coverage take no names")
+    if options.repeat is not None and options.repeat < 1 or not 0 <= options.busy <= (options.repeat or 0):
+        parser.error("--repeat takes a number from 1 on, and --busy one up to that")
     return options
+
+
+def show_status():
+    holder = lock_holder()
+    print(f"process {holder} is at work" if holder else "nothing is at work")
+    pieces.show_states(State(pieces.STATE))
+    repeat.show_runs(State(repeat.STATE))
 
 
 def run(options):
     """Whether all is well."""
-    if options.list:
-        print("\n".join(piece.name for piece in DEFAULT_PIECES + all_pieces()))
-        return True
-    if options.status:
-        show_status()
-        show_runs()
-        return True
-    if options.background:
-        run_in_background("all" if options.all else "repeat", [word for word in sys.argv[1:] if word != "--background"])
-        return True
     if options.coverage:
         return run_coverage(options.all)
     if options.repeat:
-        return run_repeatedly(options.repeat, options.busy)
+        return repeat.run_repeatedly(options.repeat, options.busy)
     if options.all:
-        return run_all(options.minutes, options.in_turn)
-    return run_named(options.names) if options.names else run_default()
+        return pieces.run_all(options.minutes, options.in_turn)
+    return run_named(options.names) if options.names else pieces.run_default()
 
 
 def main():
     options = parse()
-    signal.signal(signal.SIGTERM, signal.default_int_handler)
+    interrupt_on_signals()
+    os.environ["GTEST_BRIEF"] = "1"
     try:
-        return run(options)
+        if options.status:
+            show_status()
+            return True
+        with only_one() as note:
+            if options.list:
+                print("\n".join(piece.name for piece in pieces.DEFAULT_PIECES + pieces.later_pieces(True)))
+                return True
+            if options.background:
+                if not go_to_background(BUILD / ("all" if options.all else "repeat") / "log"):
+                    return True
+                note()
+            with temporary_folder():
+                return run(options)
     except Failed:
         return False
     except KeyboardInterrupt:

@@ -1,49 +1,72 @@
-"""Configures and builds, and lists what a build folder has.
-
-A *run* is one entry of ctest: a test program, a share of one, or a script.
-"""
+"""Configures and builds, and lists what a build folder has."""
+import dataclasses
 import json
+import os
+import pathlib
 import subprocess
 
 from process import BUILD, ROOT, Failed, run_logged, show_end_of
 
 
+@dataclasses.dataclass(frozen=True)
+class Run:
+    """One entry of ctest: a test program, a share of one, or a script."""
+    name: str
+    labels: tuple
+    files: tuple  # without which it fails: targets of ninja
+    environment: dict
+
+    @property
+    def report(self):
+        """Where it writes which tests it ran; None for a script."""
+        output = self.environment.get("GTEST_OUTPUT")
+        return output and pathlib.Path(output.removeprefix("xml:"))
+
+
 def configure(preset):
-    """Only where there is no build folder yet, or one without tests: ninja does it by itself from then on."""
+    """Brings the build folder up to date with its CMake files and CMakePresets.json."""
     folder = BUILD / preset
-    cache = folder / "CMakeCache.txt"
-    if (folder / "build.ninja").exists() and "LIGHTMILL_TESTS:BOOL=ON" in cache.read_text():
-        return
+    used, presets = folder / "used_presets.json", (ROOT / "CMakePresets.json").read_text()
+    command = ["ninja", "-C", f"build/{preset}", "build.ninja"]
+    if not used.exists() or used.read_text() != presets:
+        (folder / "CMakeCache.txt").unlink(missing_ok=True)
+        command = ["cmake", "--preset", preset, "-DLIGHTMILL_TESTS=ON"]
     log = folder / "configure.log"
-    if run_logged(["cmake", "--preset", preset, "-DLIGHTMILL_TESTS=ON"], log) != 0:
+    if run_logged(command, log) != 0:
         show_end_of(log)
+        print(f"{' '.join(command)} failed: {log.relative_to(ROOT)}")
         raise Failed
+    used.write_text(presets)
 
 
-def build(preset, targets, deadline=None):
+def build(preset, targets, log, deadline=None):
     """False if the deadline came first."""
     configure(preset)
-    log = BUILD / preset / "build.log"
-    code = run_logged(["ninja", "-C", f"build/{preset}", *targets], log, show=r"^FAILED|error:", deadline=deadline)
-    if code is None:
-        return False
-    if code != 0:
+    code = 0
+    if targets:  # ninja without targets would build all
+        code = run_logged(["ninja", "-C", f"build/{preset}", *targets], log, show=r"^FAILED|error:", deadline=deadline)
+    if code:
         show_end_of(log)
         print(f"the build failed: {log.relative_to(ROOT)}")
         raise Failed
-    return True
+    return code == 0
 
 
 def runs_of(preset):
-    """The runs of a build folder: dicts of name, labels and command."""
     configure(preset)
     listed = subprocess.run(["ctest", "--test-dir", f"build/{preset}", "--show-only=json-v1"], cwd=ROOT, check=True,
                             capture_output=True, text=True).stdout
     runs = []
     for test in json.loads(listed)["tests"]:
-        labels = next((p["value"] for p in test.get("properties", []) if p["name"] == "LABELS"), [])
-        runs.append({"name": test["name"], "labels": labels, "command": test.get("command", [])})
+        properties = {each["name"]: each["value"] for each in test.get("properties", [])}
+        runs.append(Run(test["name"], tuple(properties.get("LABELS", [])),
+                        tuple(os.path.relpath(file, BUILD / preset) for file in properties.get("REQUIRED_FILES", [])),
+                        dict(each.split("=", 1) for each in properties.get("ENVIRONMENT", []))))
     return runs
+
+
+def files_of(runs):
+    return sorted({file for run in runs for file in run.files})
 
 
 def programs_of(preset):

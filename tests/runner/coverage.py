@@ -3,9 +3,9 @@ import json
 import shutil
 import subprocess
 
-from builds import build
-from process import BUILD, ROOT, Failed, Row, run_logged, show_end_of
-from results import CORES, print_table, run_tests
+from builds import build, files_of, runs_of
+from process import BUILD, ROOT, Failed, Stopwatch, run_logged, show_end_of
+from results import CORES, print_end, run_tests
 
 FOLDERS = ("common", "server", "worker", "client")
 
@@ -25,16 +25,17 @@ def run_coverage(everything):
     """Runs the default suite, or with `everything` also the long tests, and prints the share of lines they run by folder."""
     if shutil.which("gcovr") is None:
         subprocess.run(["deploy/setup", "--coverage"], cwd=ROOT, check=True)
-    preset = "coverage"
-    build(preset, ["all_tests"])
+    preset, folder, watch = "coverage", BUILD / "results" / "coverage", Stopwatch()
+    runs = [run for run in runs_of(preset) if everything or "long" not in run.labels]
+    build(preset, files_of(runs), folder / "build.log")
     for counts in (BUILD / preset).rglob("*.gcda"):
         counts.unlink()
-    by_label, total = run_tests(preset, ("-L", ".") if everything else ("-LE", "long"))
-    print_table([*by_label, total])
-    files = measure(preset, BUILD / preset / "gcovr.log", BUILD / preset / "coverage.json")["files"]
+    results = run_tests(BUILD / preset, runs, folder, "tests")
+    print_end(results, watch)
+    files = measure(preset, folder / "gcovr.log", folder / "coverage.json")["files"]
     print(f"\n{'folder':<10} {'lines':>7} {'run':>7} {'share':>7}")
     for name, chosen in [*((folder, [f for f in files if f["filename"].startswith(folder + "/")]) for folder in FOLDERS),
                          ("all", files)]:
         lines, run = sum(f["line_total"] for f in chosen), sum(f["line_covered"] for f in chosen)
         print(f"{name:<10} {lines:>7} {run:>7} {100 * run / max(lines, 1):>6.1f}%")
-    return total.failed == 0
+    return not results.failed

@@ -1,59 +1,100 @@
 """Builds and runs the programs, labels or tests whose names match."""
+import dataclasses
 import difflib
 import pathlib
 import re
+import shutil
 import subprocess
-import time
 
-from builds import build, programs_of, runs_of
-from process import BUILD
-from results import run_tests
+from builds import build, files_of, programs_of, runs_of
+from process import BUILD, Stopwatch
+from results import Results, print_end, run_tests
+
+SANITIZERS = ("asan", "tsan")  # presets, and the labels of their runs in the default suite
+
+
+def runs_with(name, runs):
+    """Runs that have it as a label or a word of their names. Long ones only if it is `long`, or if there are no others."""
+    found = [run for run in runs if name in run.labels or name.lower() in re.split(r"[._]", run.name.lower())
+             or f"{run.name}.".startswith(f"{name}.")]
+    short = [run for run in found if "long" not in run.labels]
+    if name == "long" or not short:
+        return found
+    if len(short) < len(found):
+        print("left out, as long: " + ", ".join(run.name for run in found if run not in short))
+    return short
 
 
 def named_tests(sources, name):
     """Tests (Suite.Name) in these files whose names contain `name`."""
-    found = []
-    for source in sources:
-        for suite, test in re.findall(r"^TEST(?:_[FP])?\(\s*(\w+),\s*(\w+)\)", pathlib.Path(source).read_text(), re.M):
-            if name.lower() in f"{suite}.{test}".lower():
-                found.append(f"{suite}.{test}")
-    return found
+    macro = r"^(?:TYPED_)?TEST(?:_[FP])?\(\s*(\w+),\s*(\w+)\)"
+    tests = [".".join(found) for source in sources for found in re.findall(macro, pathlib.Path(source).read_text(), re.M)]
+    return [test for test in tests if name.lower() in test.lower()]
 
 
-def run_named(names):
-    begun = time.monotonic()
-    preset = "release"
+def filter_of(tests):
+    """GoogleTest's. A parameterised test has a prefix and a suffix, a typed one its type between suite and name."""
+    patterns = []
+    for suite, name in (test.split(".") for test in tests):
+        patterns += [f"{suite}.{name}", f"*/{suite}.{name}/*", f"{suite}/*.{name}", f"*/{suite}/*.{name}"]
+    return ":".join(patterns)
+
+
+def tests_in(program, preset, tests):
+    """The filter of these tests, or None if the program has none of them: they may be left out, or not instantiated."""
+    pattern = filter_of(tests)
+    listed = subprocess.run([BUILD / preset / "tests" / program, "--gtest_list_tests", f"--gtest_filter={pattern}"], check=True,
+                            capture_output=True, text=True).stdout
+    return pattern if re.search(r"^  \S", listed, re.M) else None
+
+
+def write_filtered(folder, preset, runs, filters):
+    """Makes a folder for ctest with these programs and their filters. Returns its runs."""
+    folder.mkdir(parents=True)
+    filtered, lines = [], []
+    for program, pattern in filters.items():
+        run = next(run for run in runs if run.name.split(".")[0] == program)
+        environment = {name: value for name, value in run.environment.items() if "SHARD" not in name}
+        environment |= {"GTEST_FILTER": pattern, "GTEST_OUTPUT": f"xml:{folder}/reports/{program}.xml"}
+        filtered.append(dataclasses.replace(run, name=program, environment=environment))
+        settings = ";".join(f"{name}={value}" for name, value in environment.items())
+        lines += [f'add_test({program} "{BUILD / preset / "tests" / program}")',
+                  f'set_tests_properties({program} PROPERTIES TIMEOUT 600 ENVIRONMENT "{settings}")']
+    (folder / "CTestTestfile.cmake").write_text("\n".join(lines))
+    return filtered
+
+
+def run_named(words):
+    preset = next((word for word in words if word in SANITIZERS), "release")
+    watch, folder = Stopwatch(), BUILD / "results" / "named"
+    shutil.rmtree(folder, ignore_errors=True)
     runs, programs = runs_of(preset), programs_of(preset)
-    chosen, filters = [], {}
-    for name in names:
-        matching = [run for run in runs if name.lower() in re.split(r"[._]", run["name"].lower()) or name == run["name"]
-                    or run["name"].startswith(name + ".")]
-        matching = matching or [run for run in runs if name in run["labels"]]
-        if matching:
-            plain = [run for run in matching if "long" not in run["labels"]]
-            chosen += plain or matching
-            continue
-        hits = {program: tests for program, files in programs.items() if (tests := named_tests(files, name))}
-        if not hits:
-            known = sorted({word for run in runs for word in [run["name"], *run["labels"]]})
+    chosen, tests_of_names = [], {}
+    for name in [word for word in words if word not in SANITIZERS] or [preset]:
+        found = runs_with(name, runs)
+        chosen += [run for run in found if run not in chosen]
+        if not found:
+            tests_of_names[name] = {program: tests for program, files in programs.items() if (tests := named_tests(files, name))}
+        if not found and not tests_of_names[name]:
+            known = sorted({word for run in runs for word in [run.name, *run.labels]})
             close = difflib.get_close_matches(name, known, 3, 0.4)
             print(f"{name}: no program, label or test has this name." + (f" Near to it: {', '.join(close)}." if close else ""))
             return False
-        for program, tests in hits.items():
-            filters.setdefault(program, []).extend(tests)
-    targets = {pathlib.Path(run["command"][0]).name for run in chosen if run["command"]} & set(programs)
-    scripts = [run for run in chosen if run["command"] and pathlib.Path(run["command"][0]).name not in programs]
-    build(preset, sorted(targets | set(filters)) + (["all_tests"] if scripts else []))
-    passed, tests = True, 0
+    build(preset, files_of(chosen) + sorted({f"tests/{program}" for tests in tests_of_names.values() for program in tests}),
+          folder / "build.log")
+    filters = {}
+    for name, tests in tests_of_names.items():
+        found = {program: pattern for program in tests if (pattern := tests_in(program, preset, tests[program]))}
+        if not found:
+            print(f"{name}: no program that was built has a test of this name.")
+            return False
+        for program, pattern in found.items():
+            filters[program] = ":".join([pattern, *([filters[program]] if program in filters else [])])
+    results = Results(rows=[watch.row("build")])
     if chosen:
-        select = "|".join(re.escape(run["name"]) for run in chosen)
-        _, total = run_tests(preset, ("-R", f"^({select})$"))
-        tests, passed = total.tests, total.failed == 0
-    for program, found in filters.items():
-        # A parameterised test has a prefix and a suffix.
-        pattern = ":".join(f"{test}:*/{test}/*" for test in found)
-        tests += len(found)
-        passed &= subprocess.run([str(BUILD / preset / "tests" / program), f"--gtest_filter={pattern}"], cwd=BUILD / preset,
-                                 check=False).returncode == 0
-    print(f"{'passed' if passed else 'FAILED'}: {tests} tests, {time.monotonic() - begun:.0f} s with the build")
-    return passed
+        results.add(run_tests(BUILD / preset, chosen, folder, "programs and scripts"))
+    if filters:
+        test_folder = folder / "tests"
+        results.add(run_tests(test_folder, write_filtered(test_folder, preset, runs, filters), test_folder, "tests"))
+    print_end(results, watch)
+    return not results.failed

@@ -1,122 +1,158 @@
-"""The default suite, and everything in pieces that are remembered.
+"""What there is to run, in pieces, and the default suite.
 
-A *piece* is built, run and remembered by itself. What is remembered belongs to the sources as they are: a change starts anew.
+A *piece* is built, run and remembered by itself.
 """
+import collections.abc
+import contextlib
 import dataclasses
-import hashlib
 import re
-import subprocess
+import shutil
 import time
 
-from builds import build, runs_of
-from process import BUILD, ROOT, Failed, Row, Stopwatch
-from results import print_table, run_tests
-from state import load, save
+from builds import build, files_of, runs_of
+from process import BUILD, Failed, Stopwatch, beside
+from results import Results, print_end, run_tests
+from state import State, git
 
 STATE = BUILD / "all" / "state.json"
+PASSED, FAILED, SKIPPED, LATE = "passed", "failed", "skipped", "not reached"
+FLAKY = "failed, then passed"
 
 
 @dataclasses.dataclass(frozen=True)
 class Piece:
     name: str
     preset: str
-    target: str  # of ninja
-    select: tuple = ()  # arguments of ctest; empty: the piece only builds
+    selects: collections.abc.Callable | None = None  # of the preset's runs; None: the piece only builds
+    target: str = "all"  # what it builds then
+
+    @property
+    def folder(self):
+        return BUILD / "results" / re.sub(r"[^\w.]+", "-", self.name)
+
+
+@dataclasses.dataclass
+class Outcome:
+    name: str  # of the piece
+    results: Results
+
+    @property
+    def state(self):
+        rows = self.results.rows
+        if any(row.failed for row in rows):
+            return FAILED
+        if self.results.is_late:
+            return LATE
+        return SKIPPED if any(row.skipped for row in rows) and not any(row.tests for row in rows) else PASSED
+
+
+def labelled(*labels, without=()):
+    return lambda run: any(label in run.labels for label in labels) and not any(label in run.labels for label in without)
 
 
 DEFAULT_PIECES = [
-    Piece("release", "release", "all_tests", ("-LE", "long")),
-    Piece("address and undefined-behaviour sanitizers", "asan", "tests_of_asan", ("-L", "^asan$")),
-    Piece("thread sanitizer", "tsan", "tests_of_tsan", ("-L", "^tsan$")),
+    Piece("release", "release", lambda run: "long" not in run.labels),
+    Piece("address and undefined-behaviour sanitizers", "asan", labelled("asan")),
+    Piece("thread sanitizer", "tsan", labelled("tsan")),
 ]
 
 
-def all_pieces():
-    """Everything but the default suite."""
-    pieces = [Piece(f"long: {run['name']}", "release", "all_tests", ("-R", f"^{re.escape(run['name'])}$"))
-              for run in runs_of("release") if "long" in run["labels"]]
-    for label in ("unit", "fuzz", "simulation"):
-        pieces.append(Piece(f"asan: {label}", "asan", f"tests_of_{label}", ("-L", f"^{label}$")))
-    for label in ("threads", "unit", "simulation", "statistical"):
-        pieces.append(Piece(f"tsan: {label}", "tsan", f"tests_of_{label}", ("-L", f"^{label}$")))
-    pieces.append(Piece("fuzzers", "fuzz", "fuzzers", ("-L", ".")))
-    pieces.append(Piece("each file compiled by itself", "plain", "all"))
-    return pieces
+def later_pieces(after_default):
+    """Everything but the default suite. After that, nothing is run again in the same build."""
+    pieces = [Piece(f"long: {run.name}", "release", lambda each, name=run.name: each.name == name)
+              for run in runs_of("release") if "long" in run.labels]
+    for preset, labels in (("asan", ("unit", "fuzz", "simulation")), ("tsan", ("threads", "unit", "simulation", "statistical"))):
+        done = [preset] if after_default else []
+        for label in labels:
+            pieces.append(Piece(f"{preset}: {label}", preset, labelled(label, without=tuple(done))))
+            done.append(label)
+    return [*pieces, Piece("fuzzers", "fuzz", labelled("fuzz")), Piece("each file compiled by itself", "plain")]
 
 
-def do_piece(piece, deadline=None):
-    """Builds and runs it: rows of the table; None if the deadline came first."""
+def build_piece(piece, deadline):
+    """Its results so far, and its runs if they can run."""
     print(f"\n== {piece.name}", flush=True)
+    shutil.rmtree(piece.folder, ignore_errors=True)
+    results, runs, failed = Results(), [], 0
     watch = Stopwatch()
-    if not build(piece.preset, [piece.target], deadline):
-        return None
-    rows = [watch.row(f"{piece.name}: build")]
-    if not piece.select:
-        return rows
-    result = run_tests(piece.preset, piece.select, deadline)
-    if result is None:
-        return None
-    by_label, total = result
-    total.part = f"{piece.name}: tests"
-    rows.append(total)
-    if len(by_label) > 1:
-        rows += [dataclasses.replace(row, part=f"  of these {row.part}: one after the other") for row in by_label]
-    return rows
+    try:
+        runs = [run for run in runs_of(piece.preset) if piece.selects(run)] if piece.selects else []
+        if piece.selects and not runs:
+            print("nothing is selected")
+            raise Failed
+        targets = files_of(runs) if piece.selects else [piece.target]
+        results.is_late = not build(piece.preset, targets, piece.folder / "build.log", deadline)
+    except Failed:
+        failed = 1
+    results.rows.append(watch.row(f"{piece.name}: build", failed=failed))
+    return results, [] if failed or results.is_late else runs
 
 
-def print_end(rows, watch):
-    """The table, the sum, and a line with the number of tests."""
-    counted = [row for row in rows if row.tests is not None and not row.part.startswith("  ")]
-    tests, failed = sum(row.tests for row in counted), sum(row.failed for row in rows if not row.part.startswith("  "))
-    print_table([*rows, watch.row("all parts", tests, failed)])
-    print(f"\n{tests - failed} passed, {failed} failed")
+def do_piece(piece, deadline=None, others=()):
+    """Builds it and runs its tests, beside which the others are done. Returns an Outcome of each."""
+    results, runs = build_piece(piece, deadline)
+
+    def do_others():
+        return [outcome for other in others for outcome in do_piece(other, deadline)]
+    with beside(do_others, BUILD / "results" / "beside.log") if others else contextlib.nullcontext(list) as outcomes_of_others:
+        if runs:
+            results.add(run_tests(BUILD / piece.preset, runs, piece.folder, f"{piece.name}: tests", deadline))
+        return [Outcome(piece.name, results), *outcomes_of_others()]
+
+
+def print_outcomes(outcomes, watch):
+    """Whether nothing failed."""
+    everything = Results()
+    for outcome in outcomes:
+        everything.add(outcome.results)
+    print_end(everything, watch)
+    return not any(outcome.state == FAILED for outcome in outcomes)
 
 
 def run_default():
     watch = Stopwatch()
-    rows = [row for piece in DEFAULT_PIECES for row in do_piece(piece)]
-    print_end(rows, watch)
-    return not any(row.failed for row in rows)
+    first, *others = DEFAULT_PIECES
+    return print_outcomes(do_piece(first, None, others), watch)
 
 
 def in_turn(pieces):
     """Begins at a place that follows from the commit: over many commits, each piece gets its turn."""
-    commit = subprocess.run(["git", "rev-parse", "HEAD"], cwd=ROOT, check=False, capture_output=True, text=True).stdout.strip()
-    start = int(hashlib.sha256(commit.encode()).hexdigest(), 16) % len(pieces)
+    start = int(git("rev-parse", "HEAD"), 16) % len(pieces)
     return pieces[start:] + pieces[:start]
+
+
+def state_after(before, now):
+    """A failure stays one, whatever a second try of the same sources says."""
+    if before not in (FAILED, FLAKY):
+        return now
+    return FLAKY if now == PASSED else before
 
 
 def run_all(minutes, rotate):
     watch = Stopwatch()
-    deadline = None if minutes is None else time.monotonic() + 60 * minutes
-    state = load(STATE)
-    pieces = in_turn(all_pieces()) if rotate else DEFAULT_PIECES + all_pieces()
-    table, left = [], []
-    for piece in pieces:
-        if state["done"].get(piece.name) == "passed":
-            print(f"passed already: {piece.name}")
-            continue
-        rows = None
-        if deadline is None or time.monotonic() < deadline - 5:
-            try:
-                rows = do_piece(piece, deadline)
-            except Failed:
-                rows = [Row(f"{piece.name}: the build or ctest failed", None, 1)]
-        if rows is None:
-            left.append(piece.name)
-            continue
-        table += rows
-        state["done"][piece.name] = "failed" if any(row.failed for row in rows) else "passed"
-        save(STATE, state)
-    failed = [name for name, result in state["done"].items() if result == "failed"]
-    for title, names in (("not reached in the time given", left), ("failed", failed)):
-        if names:
-            print(f"\n{title}:\n" + "\n".join(f"  {name}" for name in names))
-    print_end(table, watch)
-    return not failed
+    begun, limit = time.monotonic(), float("inf") if minutes is None else 60 * minutes
+    state = State(STATE)
+    groups = [[piece] for piece in (in_turn(later_pieces(False)) if rotate else later_pieces(True))]
+    groups = groups if rotate else [DEFAULT_PIECES, *groups]
+    state.record({piece.name: state.done.get(piece.name, LATE) for group in groups for piece in group})
+    outcomes = []
+    try:
+        for group in groups:
+            left = [piece for piece in group if state.done[piece.name] not in (PASSED, FLAKY)]
+            now = time.monotonic()
+            if left and now < begun + limit:
+                # In turn, a piece that is too long leaves time to others.
+                deadline = min(begun + limit, now + limit / 2 if rotate else float("inf"))
+                new = do_piece(left[0], None if minutes is None else deadline, left[1:])
+                outcomes += new
+                state.record({each.name: state_after(state.done[each.name], each.state) for each in new})
+    finally:
+        print_outcomes(outcomes, watch)
+        show_states(state)
+    return not {FAILED, FLAKY} & set(state.done.values()) and set(state.done.values()) != {LATE}
 
 
-def show_status():
-    state = load(STATE)
-    for piece in DEFAULT_PIECES + all_pieces():
-        print(f"{state['done'].get(piece.name, '-'):<8} {piece.name}")
+def show_states(state):
+    print(f"\n{'state':<20} piece")
+    for name, said in state.done.items():
+        print(f"{said:<20} {name}")

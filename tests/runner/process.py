@@ -1,5 +1,7 @@
-"""Runs commands with their output in a file, and measures their time."""
+"""Runs commands with their output in a file, ends them, and measures their time."""
+import contextlib
 import dataclasses
+import multiprocessing
 import os
 import pathlib
 import re
@@ -11,6 +13,8 @@ import time
 ROOT = pathlib.Path(__file__).resolve().parent.parent.parent
 BUILD = ROOT / "build"
 SHOWN_LINES = 40  # of what failed
+SECONDS_TO_END = 10  # from SIGTERM to SIGKILL
+LOW_PRIORITY = 10
 
 
 class Failed(Exception):
@@ -23,8 +27,16 @@ class Row:
     part: str
     tests: int | None = None
     failed: int = 0
+    skipped: int = 0
     seconds: float = 0.0
     cpu: float | None = None
+    is_detail: bool = False  # counted in another row
+
+    def add(self, other):
+        """The counts of another row; its time passes beside this one's."""
+        self.tests = (self.tests or 0) + (other.tests or 0)
+        self.failed += other.failed
+        self.skipped += other.skipped
 
 
 class Stopwatch:
@@ -38,37 +50,107 @@ class Stopwatch:
         usage = resource.getrusage(resource.RUSAGE_CHILDREN)
         return usage.ru_utime + usage.ru_stime
 
-    def row(self, part, tests=None, failed=0):
-        return Row(part, tests, failed, time.monotonic() - self.begun, self.cpu_of_children() - self.cpu_begun)
+    def row(self, part, tests=None, failed=0, skipped=0):
+        return Row(part, tests, failed, skipped, time.monotonic() - self.begun, self.cpu_of_children() - self.cpu_begun)
+
+
+def interrupt_on_signals():
+    """The first SIGINT, SIGTERM or SIGHUP raises KeyboardInterrupt. Later ones must not cut short what it then ends."""
+    numbers = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
+
+    def interrupt(*_):
+        for number in numbers:
+            signal.signal(number, signal.SIG_IGN)
+        raise KeyboardInterrupt
+    for number in numbers:
+        signal.signal(number, interrupt)
+
+
+def processes_of(session):
+    found = []
+    for stat in pathlib.Path("/proc").glob("[0-9]*/stat"):
+        with contextlib.suppress(OSError):  # it has just ended
+            state, _, _, its_session = stat.read_text().rpartition(")")[2].split()[:4]
+            if int(its_session) == session and state != "Z":
+                found.append(int(stat.parent.name))
+    return found
+
+
+def end(process):
+    """Ends a command and all processes of its session. The command goes first: it must not report what the signal ends."""
+    process.terminate()
+    for number in (signal.SIGTERM, signal.SIGKILL):
+        for pid in processes_of(process.pid):
+            with contextlib.suppress(ProcessLookupError):
+                os.kill(pid, number)
+        until = time.monotonic() + SECONDS_TO_END
+        while processes_of(process.pid) and time.monotonic() < until:
+            time.sleep(0.02)
 
 
 def run_logged(command, log, show=None, deadline=None):
     """Runs a command with its output in a file; prints the lines that match `show`. Returns its exit code, or None if the
-    deadline ended it. Interrupts reach the command, which is waited for."""
+    deadline ended it. An interrupt ends it, too."""
     log.parent.mkdir(parents=True, exist_ok=True)
+    is_late = False
     with open(log, "wb") as out, subprocess.Popen(command, cwd=ROOT, stdin=subprocess.DEVNULL, stdout=subprocess.PIPE,
                                                   stderr=subprocess.STDOUT, start_new_session=True) as process:
-        def end(*_):
-            os.killpg(process.pid, signal.SIGTERM)
-        previous = signal.signal(signal.SIGALRM, end)
-        if deadline is not None:
-            signal.setitimer(signal.ITIMER_REAL, max(deadline - time.monotonic(), 0.01))
+        def end_late(*_):
+            nonlocal is_late
+            is_late = True
+            end(process)
+        previous = signal.signal(signal.SIGALRM, end_late)
         try:
+            if deadline is not None:
+                signal.setitimer(signal.ITIMER_REAL, max(deadline - time.monotonic(), 0.01))
+            with contextlib.suppress(OSError):  # where the kernel shares time between sessions, `nice` counts only within one
+                pathlib.Path(f"/proc/{process.pid}/autogroup").write_text(str(os.nice(0)))
             for line in process.stdout:
                 out.write(line)
                 out.flush()
                 if show is not None and re.search(show, line.decode(errors="replace")):
                     print(line.decode(errors="replace").rstrip(), flush=True)
             code = process.wait()
-        except KeyboardInterrupt:
-            end()
-            process.wait()
+        except BaseException:
+            end(process)
             raise
         finally:
             signal.setitimer(signal.ITIMER_REAL, 0)
             signal.signal(signal.SIGALRM, previous)
-    return None if deadline is not None and time.monotonic() >= deadline and code != 0 else code
+    return None if is_late else code
 
 
 def show_end_of(log, lines=SHOWN_LINES):
     print("\n".join(log.read_text(errors="replace").splitlines()[-lines:]))
+
+
+@contextlib.contextmanager
+def beside(work, log):
+    """Does `work` in a second process of low priority. Yields a function that waits for its result, and shows what it printed."""
+    receiver, sender = multiprocessing.Pipe(duplex=False)
+
+    def run():
+        log.parent.mkdir(parents=True, exist_ok=True)
+        with open(log, "wb") as out:
+            os.dup2(out.fileno(), 1)
+            os.dup2(out.fileno(), 2)
+        os.nice(LOW_PRIORITY)
+        sender.send(work())
+
+    def result():
+        try:
+            return receiver.recv()
+        except EOFError:
+            raise Failed from None  # it has printed why
+        finally:
+            process.join()
+            print(log.read_text(errors="replace"), end="", flush=True)
+
+    process = multiprocessing.get_context("fork").Process(target=run)
+    process.start()
+    sender.close()
+    try:
+        yield result
+    finally:
+        process.terminate()
+        process.join()

@@ -4,9 +4,9 @@ import subprocess
 import sys
 import time
 
-from pieces import DEFAULT_PIECES, do_piece
+from pieces import DEFAULT_PIECES, do_piece, print_outcomes
 from process import BUILD, Stopwatch
-from state import load, save
+from state import State
 
 STATE = BUILD / "repeat" / "state.json"
 BUSY_LOOP = "while True: pass"
@@ -28,32 +28,29 @@ class BusyLoops:
             process.wait()
 
 
-def failures_in(rows):
-    return sum(row.failed for row in rows if not row.part.startswith("  "))
-
-
 def run_repeatedly(times, busy):
     """Runs that were done before, of the same sources, are not done again. The last `busy` ones run beside busy loops."""
-    state = load(STATE)
+    state = State(STATE)
+    first, *others = DEFAULT_PIECES
     for number in range(1, times + 1):
         beside = number > times - busy
         name = f"{number} beside busy loops" if beside else str(number)
-        if name in state["done"]:
+        if name in state.done:
             continue
         print(f"\n#### run {name} of {times}, {time.strftime('%H:%M:%S')}", flush=True)
         watch = Stopwatch()
         with BusyLoops(beside):
-            rows = [row for piece in DEFAULT_PIECES for row in do_piece(piece)]
-        total = watch.row(name)
-        tests = sum(row.tests or 0 for row in rows if not row.part.startswith("  "))
-        state["done"][name] = {"tests": tests, "failed": failures_in(rows), "seconds": round(total.seconds)}
-        save(STATE, state)
-    show_runs()
-    return not any(run["failed"] for run in state["done"].values())
+            outcomes = do_piece(first, None, others)
+        print_outcomes(outcomes, watch)
+        failed = [test for outcome in outcomes for test in outcome.results.failed]
+        failed += [f"{outcome.name}: the build" for outcome in outcomes if outcome.results.rows[0].failed]
+        tests = sum(row.tests or 0 for outcome in outcomes for row in outcome.results.rows if not row.is_detail)
+        state.record({name: {"tests": tests, "failed": failed, "seconds": round(watch.row(name).seconds)}})
+    show_runs(state)
+    return not any(run["failed"] for run in state.done.values())
 
 
-def show_runs():
-    state = load(STATE)
-    print(f"\n{'run':<24} {'tests':>6} {'failed':>6} {'seconds':>8}")
-    for name, run in state["done"].items():
-        print(f"{name:<24} {run['tests']:>6} {run['failed'] or '':>6} {run['seconds']:>8}")
+def show_runs(state):
+    print(f"\n{'run':<24} {'tests':>6} {'seconds':>8}  failed")
+    for name, run in state.done.items():
+        print(f"{name:<24} {run['tests']:>6} {run['seconds']:>8}  {', '.join(run['failed'])}")

@@ -1,97 +1,147 @@
-"""Runs tests by ctest and reads their reports."""
+"""Runs tests by ctest, and says what became of them."""
+import dataclasses
 import os
-import pathlib
 import re
-import shutil
 import xml.etree.ElementTree
 
-from builds import runs_of
-from process import BUILD, SHOWN_LINES, Failed, Row, Stopwatch, run_logged, show_end_of
+from process import ROOT, SHOWN_LINES, Row, Stopwatch, run_logged, show_end_of
 
 CORES = os.cpu_count() or 1
-# Runs that wait for real processes take one slot, runs that compute take two (cmake/targets.cmake).
+# Runs that wait for real processes take one slot, runs that compute take two (cmake/tests.cmake).
 SLOTS = 3 * CORES
 KINDS_OF_RUN = ("asan", "long", "threads", "tsan")  # labels that say when a run runs; the others say what it is
-MEMORY_DISK = pathlib.Path("/dev/shm")
-MEMORY_DISK_BYTES = 4 << 30  # that must be free
+ENDED = re.compile(r" *\d+/\d+ Test +#\d+: (\S+) \.* *(Passed|\*\*\*.*?) +([\d.]+) sec")
+STARTED = re.compile(r" *Start +\d+: ")
+PASSED, SKIPPED = "Passed", "***Skipped"
+DISABLED = "disabled"
 
 
-def cases_of(preset, run):
-    """What the report of this run says: (test, failures, why it was skipped) each; the last is None where it ran."""
+@dataclasses.dataclass
+class Results:
+    """Of a piece: rows of the table, names of failed tests, and skipped ones with the reason."""
+    rows: list = dataclasses.field(default_factory=list)
+    failed: list = dataclasses.field(default_factory=list)
+    skipped: list = dataclasses.field(default_factory=list)
+    is_late: bool = False  # the deadline came first: some was not run
+
+    def add(self, other):
+        self.rows += other.rows
+        self.failed += other.failed
+        self.skipped += other.skipped
+        self.is_late |= other.is_late
+
+
+@dataclasses.dataclass
+class Case:
+    """A test in the report of a program."""
+    name: str
+    failures: list
+    skipped: str | None  # the reason
+
+
+def cases_of(report):
+    """The tests that a report names; none if there is no whole report."""
     try:
-        tree = xml.etree.ElementTree.parse(BUILD / preset / "reports" / f"{run}.xml")
+        tree = xml.etree.ElementTree.parse(report)
     except (OSError, xml.etree.ElementTree.ParseError):
-        return []  # a script has no report; of a program that was killed, ctest says so
+        return []
     cases = []
     for case in tree.iter("testcase"):
-        if case.get("status") == "run":
-            failures = [failure.get("message", "") for failure in case.iter("failure")]
-            skipped = next((skipped.get("message", "") for skipped in case.iter("skipped")), None)
-            cases.append((f"{case.get('classname')}.{case.get('name')}", failures, skipped))
+        skipped = next((skipped.get("message", "") for skipped in case.iter("skipped")), None)
+        if case.get("status") != "run":
+            skipped = DISABLED
+        cases.append(Case(f"{case.get('classname')}.{case.get('name')}",
+                          [failure.get("message", "") for failure in case.iter("failure")], skipped))
     return cases
 
 
-def output_of(log, run):
-    """What a failed run printed, from ctest's log."""
-    lines, inside = [], False
+def read_log(log):
+    """What ctest says of each run: its end, its seconds, and what a failed one printed."""
+    ends, output = {}, None
     for line in log.read_text(errors="replace").splitlines():
-        if re.match(r" *(Start +\d+:|\d+/\d+ Test +#\d+:)", line):
-            inside = f": {run} " in line + " " and "Test" in line
-        elif inside:
-            lines.append(line[:400])
-    return lines
+        if match := ENDED.match(line):
+            output = []
+            ends[match.group(1)] = (match.group(2), float(match.group(3)), output)
+        elif STARTED.match(line) or "% tests passed" in line:
+            output = None
+        elif output is not None:
+            output.append(line[:400])
+    return ends
 
 
-def run_tests(preset, select, deadline=None):
-    """Runs what ctest selects. Returns rows of the table by label, and the row of all; None if the deadline came."""
-    reports = BUILD / preset / "reports"
-    junit = BUILD / preset / "runs.xml"
-    log = BUILD / preset / "test.log"
-    junit.unlink(missing_ok=True)
-    shutil.rmtree(reports, ignore_errors=True)
-    reports.mkdir(parents=True)
-    os.environ["GTEST_BRIEF"] = "1"
-    if MEMORY_DISK.is_dir() and shutil.disk_usage(MEMORY_DISK).free > MEMORY_DISK_BYTES:
-        os.environ.setdefault("TMPDIR", str(MEMORY_DISK))  # farms of tests write much, and wait for the disk
+def judge(run, end, output):
+    """Row of the table, failed tests with what they say, and skipped ones with the reason. A run passes only if it proves it:
+    ctest says so, and a program of tests has a report of tests that ran."""
+    cases = cases_of(run.report) if run.report else []
+    failed = [(case.name, "\n".join(case.failures)) for case in cases if case.failures]
+    skipped = [(case.name, (case.skipped.strip().splitlines() or ["no reason given"])[-1]) for case in cases if case.skipped is not None]
+    if end == SKIPPED:
+        return Row(run.name, 0, 0, 1), [], [(run.name, "exit code 77")]
+    if end != PASSED and not failed:
+        failed = [(run.name, "\n".join([end.strip("*"), *output[-SHOWN_LINES:]]))]
+    elif run.report and all(case.skipped == DISABLED for case in cases):
+        failed = [(run.name, f"no test ran: {run.report.name} " + ("names none that is enabled" if cases else "was not written"))]
+    tests = len(cases) - len(skipped) if run.report else 1
+    return Row(run.name, max(tests, len(failed)), len(failed), len(skipped)), failed, skipped
+
+
+def run_tests(test_folder, runs, folder, part, deadline=None):
+    """Runs these entries of ctest's `test_folder`. Its log and the reports go into `folder`; `part` is their name in the table."""
+    log = folder / "test.log"
+    reports = [run.report for run in runs if run.report]
+    for report in reports:
+        report.unlink(missing_ok=True)
     watch = Stopwatch()
-    code = run_logged(["ctest", "--test-dir", f"build/{preset}", "--output-on-failure", "--no-tests=error", "-j", str(SLOTS),
-                       "--output-junit", str(junit), *select], log, show=r"^ *\d+/\d+ Test +#|% tests passed", deadline=deadline)
-    if code is None:
-        return None
-    if not junit.exists():
+    select = "|".join(re.escape(run.name) for run in runs)
+    code = run_logged(["ctest", "--test-dir", str(test_folder), "--output-on-failure", "--no-tests=error", "-j", str(SLOTS),
+                       "-R", f"^({select})$"], log, show=r"^ *\d+/\d+ Test +#|% tests passed", deadline=deadline)
+    ends = read_log(log)
+    results, by_label = Results(is_late=code is None), {}
+    for run in runs:
+        if results.is_late and run.name not in ends:
+            continue
+        end, seconds, output = ends.get(run.name, ("ctest did not run it", 0, []))
+        row, failed, skipped = judge(run, end, output)
+        for name, text in failed:
+            print(f"\nfailed: {name}\n" + "\n".join(f"    {line}" for line in text.splitlines()[:SHOWN_LINES]))
+        results.failed += [name for name, _ in failed]
+        results.skipped += skipped
+        label = next((label for label in run.labels if label not in KINDS_OF_RUN), "other")
+        total = by_label.setdefault(label, Row(f"  of these {label}: one after the other", 0, is_detail=True))
+        total.seconds += seconds
+        total.add(row)
+    if code and not results.failed:
         show_end_of(log)
-        raise Failed
-    labels = {run["name"]: run["labels"] for run in runs_of(preset)}
-    rows, failed_runs, skipped = {}, [], []
-    for case in xml.etree.ElementTree.parse(junit).iter("testcase"):
-        name = case.get("name")
-        own = cases_of(preset, name)
-        label = next((label for label in labels.get(name, []) if label not in KINDS_OF_RUN), "other")
-        row = rows.setdefault(label, Row(label, 0))
-        skipped += [(test, reason) for test, _, reason in own if reason is not None]
-        ran = sum(reason is None for _, _, reason in own)
-        row.tests += (ran if own else 1) if case.get("status") != "notrun" else 0
-        row.seconds += float(case.get("time", 0))
-        if case.get("status") not in ("run", "notrun"):
-            row.failed += max(sum(1 for _, failures, _ in own if failures), 1)
-            failed_runs.append((name, own))
-    for test, reason in skipped:
-        print(f"skipped: {test}: {reason.strip().splitlines()[-1] if reason.strip() else 'no reason given'}")
-    for name, own in failed_runs:
-        print(f"\nfailed: {name}")
-        told = False
-        for test, failures, _ in own:
-            for failure in failures:
-                told = True
-                print(f"  {test}\n" + "\n".join(f"    {line}" for line in failure.splitlines()[:SHOWN_LINES]))
-        if not told:
-            print("\n".join(f"    {line}" for line in output_of(log, name)[-SHOWN_LINES:]))
-    total = watch.row("in all", sum(r.tests for r in rows.values()), sum(r.failed for r in rows.values()))
-    return sorted(rows.values(), key=lambda r: -r.seconds), total
+        print(f"ctest ended with exit code {code}: {log.relative_to(ROOT)}")
+        results.failed.append("ctest")
+    for report in reports:
+        if report.exists():
+            report.replace(folder / report.name)
+    total = watch.row(part, 0)
+    for row in by_label.values():
+        total.add(row)
+    total.failed = len(results.failed)
+    results.rows = [total] + (sorted(by_label.values(), key=lambda row: -row.seconds) if len(by_label) > 1 else [])
+    return results
 
 
 def print_table(rows):
-    print(f"\n{'part':<52} {'tests':>6} {'failed':>6} {'seconds':>8} {'CPU':>6}")
+    print(f"\n{'part':<52} {'tests':>6} {'failed':>6} {'skipped':>7} {'seconds':>8} {'CPU':>6}")
     for row in rows:
-        print(f"{row.part:<52} {'' if row.tests is None else row.tests:>6} {row.failed or '':>6} {row.seconds:>8.0f} "
-              f"{'' if row.cpu is None else format(row.cpu, '.0f'):>6}")
+        print(f"{row.part:<52} {'' if row.tests is None else row.tests:>6} {row.failed or '':>6} {row.skipped or '':>7} "
+              f"{row.seconds:>8.0f} {'' if row.cpu is None else format(row.cpu, '.0f'):>6}")
+
+
+def print_end(results, watch):
+    """Skipped and failed tests, the table, and a line with the numbers of tests."""
+    for title, lines in (("skipped", [f"{name}: {reason}" for name, reason in results.skipped]), ("failed", results.failed)):
+        if lines:
+            print(f"\n{title}:\n" + "\n".join(f"  {line}" for line in lines))
+    rows = [row for row in results.rows if not row.is_detail]
+    total = watch.row("all parts", 0)
+    for row in rows:
+        total.add(row)
+    print_table([*results.rows, total])
+    failed = sum(row.failed for row in rows if row.tests is not None)
+    print(f"\n{total.tests - failed} passed, {failed} failed, {total.skipped} skipped"
+          + (f", {total.failed - failed} builds failed" if total.failed > failed else ""))

@@ -3,13 +3,19 @@ import hashlib
 import json
 import subprocess
 
-from process import ROOT
+from process import ROOT, Failed
+
+
+def git(*arguments):
+    said = subprocess.run(["git", *arguments], cwd=ROOT, check=False, capture_output=True)
+    if said.returncode != 0:
+        print(f"git {' '.join(arguments)}: {said.stderr.decode(errors='replace').strip()}")
+        raise Failed
+    return said.stdout
 
 
 def sources_id():
     """Names the sources as they are, changes that are not committed included."""
-    def git(*arguments):
-        return subprocess.run(["git", *arguments], cwd=ROOT, check=False, capture_output=True).stdout
     digest = hashlib.sha256(git("rev-parse", "HEAD^{tree}") + git("diff", "HEAD"))
     for name in git("ls-files", "--others", "--exclude-standard", "-z").split(b"\0"):
         if name and (ROOT / name.decode()).is_file():
@@ -17,18 +23,23 @@ def sources_id():
     return digest.hexdigest()
 
 
-def load(path):
-    """{"sources": the sources' name, "done": {what: result}}."""
-    try:
-        state = json.loads(path.read_text())
-    except (OSError, ValueError):
-        state = {}
-    now = sources_id()
-    return state if state.get("sources") == now else {"sources": now, "done": {}}
+class State:
+    """`done`: what was done, and its result. It is kept in a file for the sources that it was read for."""
 
+    def __init__(self, path):
+        self.path, self.sources = path, sources_id()
+        try:
+            kept = json.loads(path.read_text())
+        except (OSError, ValueError):
+            kept = {}
+        self.done = kept["done"] if kept.get("sources") == self.sources else {}
 
-def save(path, state):
-    path.parent.mkdir(parents=True, exist_ok=True)
-    temporary = path.with_suffix(".new")
-    temporary.write_text(json.dumps(state, indent=1))
-    temporary.replace(path)
+    def record(self, done):
+        if sources_id() != self.sources:
+            print("\nThe sources have changed since this began: it stops, and does not remember what it did last.")
+            raise Failed
+        self.done.update(done)
+        self.path.parent.mkdir(parents=True, exist_ok=True)
+        temporary = self.path.with_suffix(".new")
+        temporary.write_text(json.dumps({"sources": self.sources, "done": self.done}, indent=1))
+        temporary.replace(self.path)

@@ -1,0 +1,121 @@
+# Declares what ctest runs. A *run* is a test program, a share of one, or a script.
+
+# lightmill_run(RUN LABELS a b [NEEDS x y] [TIMEOUT s] [ENVIRONMENT V=w ...] COMMAND ...): NEEDS are programs of ours, or files in
+# the build folder: test.sh builds them first, and without them the run fails. Exit code 77 counts as skipped.
+function(lightmill_run run)
+  cmake_parse_arguments(ARG "" "TIMEOUT" "LABELS;NEEDS;ENVIRONMENT;COMMAND" ${ARGN})
+  if(NOT ARG_TIMEOUT)
+    set(ARG_TIMEOUT 600)
+  endif()
+  if(LIGHTMILL_SANITIZE OR CMAKE_CXX_FLAGS MATCHES "--coverage")
+    math(EXPR ARG_TIMEOUT "${ARG_TIMEOUT} * 4")  # rendering is as many times slower
+  endif()
+  if(LIGHTMILL_SANITIZE MATCHES "thread")
+    list(APPEND ARG_ENVIRONMENT "TSAN_OPTIONS=suppressions=${PROJECT_SOURCE_DIR}/tests/thread_sanitizer.supp")
+  endif()
+  set(files "")
+  foreach(need ${ARG_NEEDS})
+    if(TARGET ${need})
+      list(APPEND files "$<TARGET_FILE:${need}>")
+    else()
+      list(APPEND files "${CMAKE_BINARY_DIR}/${need}")
+    endif()
+  endforeach()
+  add_test(NAME ${run} COMMAND ${ARG_COMMAND})
+  set_tests_properties(${run} PROPERTIES LABELS "${ARG_LABELS}" REQUIRED_FILES "${files}" TIMEOUT ${ARG_TIMEOUT}
+                                         ENVIRONMENT "${ARG_ENVIRONMENT}" SKIP_RETURN_CODE 77)
+endfunction()
+
+# Test sources are compiled with -O1 and have GoogleTest in their precompiled header. Not every build has tests.
+function(lightmill_test_pch)
+  if(TARGET lightmill_test_pch)
+    return()
+  endif()
+  add_library(lightmill_test_pch STATIC ${PROJECT_SOURCE_DIR}/cmake/pch.cpp)
+  target_precompile_headers(lightmill_test_pch PRIVATE ${LIGHTMILL_PCH_HEADERS} <gtest/gtest.h>)
+  target_compile_options(lightmill_test_pch PRIVATE -O1)
+  target_link_libraries(lightmill_test_pch PUBLIC fmt::fmt GTest::gtest)
+endfunction()
+
+# The table of the tests that run only with `./test.sh --all`: sets LONG_<program> to a GoogleTest filter.
+function(lightmill_read_long_tests file)
+  set_property(DIRECTORY APPEND PROPERTY CMAKE_CONFIGURE_DEPENDS ${file})
+  file(STRINGS ${file} rows REGEX "^\\| `[a-z_]+` \\| `[^`]+` \\|")
+  foreach(row ${rows})
+    string(REGEX REPLACE "^\\| `([a-z_]+)` .*" "\\1" program "${row}")
+    string(REGEX REPLACE "^\\| `[a-z_]+` \\| `([^`]+)`.*" "\\1" filter "${row}")
+    get_property(filters GLOBAL PROPERTY LONG_${program})
+    list(APPEND filters "${filter}")
+    list(JOIN filters ":" filters)
+    set_property(GLOBAL PROPERTY LONG_${program} "${filters}")
+    set_property(GLOBAL APPEND PROPERTY LIGHTMILL_LONG_PROGRAMS ${program})
+  endforeach()
+endfunction()
+
+# lightmill_test(NAME LABELS a b [SHARDS n] [TIMEOUT s] SOURCES ... DEPS ...): a GoogleTest program and its runs.
+function(lightmill_test name)
+  cmake_parse_arguments(ARG "" "TIMEOUT;SHARDS" "LABELS;SOURCES;DEPS" ${ARGN})
+  lightmill_test_pch()
+  add_executable(${name} ${ARG_SOURCES})
+  target_link_libraries(${name} PRIVATE ${ARG_DEPS} lightmill_test_places GTest::gtest GTest::gtest_main)
+  target_include_directories(${name} PRIVATE ${PROJECT_SOURCE_DIR})
+  target_compile_options(${name} PRIVATE -O1)
+  target_precompile_headers(${name} REUSE_FROM lightmill_test_pch)
+  lightmill_unity(${name} 8)
+  set_target_properties(${name} PROPERTIES RUNTIME_OUTPUT_DIRECTORY ${CMAKE_BINARY_DIR}/tests)
+  lightmill_test_runs(${name} "${ARG_SHARDS}" "${ARG_TIMEOUT}" ${ARG_LABELS})
+endfunction()
+
+# lightmill_test_runs(PROGRAM SHARDS TIMEOUT LABEL...): ctest runs a program once, or as several processes that share its tests.
+# The tests that the table of long tests names are one more run, PROGRAM.long, with the label long.
+function(lightmill_test_runs program shards timeout)
+  set_property(GLOBAL APPEND PROPERTY LIGHTMILL_TEST_PROGRAMS ${program})
+  get_property(long GLOBAL PROPERTY LONG_${program})
+  if(NOT shards)
+    set(shards 1)
+  endif()
+  foreach(shard RANGE 1 ${shards})
+    set(run ${program})
+    if(shards GREATER 1)
+      set(run ${program}.${shard})
+    endif()
+    math(EXPR index "${shard} - 1")
+    lightmill_test_run(${run} "-${long}" LABELS ${ARGN} NEEDS ${program} TIMEOUT ${timeout}
+                       ENVIRONMENT GTEST_TOTAL_SHARDS=${shards} GTEST_SHARD_INDEX=${index} COMMAND ${program})
+  endforeach()
+  if(long)
+    lightmill_test_run(${program}.long "${long}" LABELS ${ARGN} long NEEDS ${program} TIMEOUT ${timeout} COMMAND ${program})
+  endif()
+endfunction()
+
+# lightmill_test_run(RUN FILTER ...): a run of a test program, which writes reports/RUN.xml. It holds two of the slots that
+# `ctest -j` has if it computes, and one if it waits for real processes.
+function(lightmill_test_run run filter)
+  lightmill_run(${run} ${ARGN})
+  set_property(TEST ${run} APPEND PROPERTY ENVIRONMENT GTEST_FILTER=${filter}
+                                                       GTEST_OUTPUT=xml:${CMAKE_BINARY_DIR}/reports/${run}.xml)
+  if("integration" IN_LIST ARGN)
+    set_tests_properties(${run} PROPERTIES COST 100)  # those that wait begin first, and others compute beside them
+  else()
+    set_tests_properties(${run} PROPERTIES PROCESSORS 2)
+  endif()
+endfunction()
+
+# lightmill_write_test_programs(): for test.sh, each program and its source files.
+function(lightmill_write_test_programs)
+  get_property(programs GLOBAL PROPERTY LIGHTMILL_TEST_PROGRAMS)
+  set(lines "")
+  foreach(program ${programs})
+    get_target_property(sources ${program} LIGHTMILL_SOURCES)
+    get_target_property(folder ${program} SOURCE_DIR)
+    string(APPEND lines "${program}")
+    foreach(source ${sources})
+      if(source MATCHES "_test\\.cpp$|conformance\\.cpp$")
+        cmake_path(ABSOLUTE_PATH source BASE_DIRECTORY ${folder} NORMALIZE)
+        string(APPEND lines " ${source}")
+      endif()
+    endforeach()
+    string(APPEND lines "\n")
+  endforeach()
+  file(WRITE ${CMAKE_BINARY_DIR}/test_programs.txt "${lines}")
+endfunction()

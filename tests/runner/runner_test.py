@@ -1,0 +1,274 @@
+#!/usr/bin/env python3
+"""The runner says of a small project what became of its tests: a failure is never a pass.
+
+  runner_test.py SOURCE-FOLDER TOY-PROGRAM
+"""
+import json
+import pathlib
+import re
+import shutil
+import signal
+import subprocess
+import sys
+import tempfile
+import time
+import unittest
+
+TOY = pathlib.Path(sys.argv.pop()).absolute()
+SOURCE = pathlib.Path(sys.argv.pop()).absolute()
+PATIENCE = 120
+CMAKE = """
+cmake_minimum_required(VERSION 3.25)
+project(toy LANGUAGES NONE)
+include(cmake/tests.cmake)
+enable_testing()
+
+# program(NAME FILTER [LABEL...]): a copy of the toy that runs these tests.
+function(program name filter)
+  set(file ${CMAKE_BINARY_DIR}/tests/${name})
+  add_custom_target(${name}.built COMMAND ${CMAKE_COMMAND} -E copy TOY ${file} BYPRODUCTS ${file})
+  add_executable(${name} IMPORTED GLOBAL)
+  set_target_properties(${name} PROPERTIES IMPORTED_LOCATION ${file} LIGHTMILL_SOURCES toy_test.cpp)
+  lightmill_test_runs(${name} "" "" ${ARGN})
+  set_property(TEST ${name} APPEND PROPERTY ENVIRONMENT GTEST_FILTER=${filter})
+endfunction()
+
+# script(NAME TEXT [LABEL...]): a run of sh.
+function(script name text)
+  file(WRITE ${CMAKE_BINARY_DIR}/${name}.sh "${text}")
+  lightmill_run(${name} LABELS ${ARGN} COMMAND sh ${CMAKE_BINARY_DIR}/${name}.sh)
+endfunction()
+
+include(runs.cmake)
+lightmill_write_test_programs()
+"""
+DEFAULT = """
+program(asan_tests Toy.Passes unit asan)
+program(tsan_tests Toy.Passes unit tsan)
+"""
+OTHERS = """
+foreach(label fuzz simulation threads statistical)
+  program(${label}_tests Toy.Passes ${label})
+endforeach()
+"""
+
+
+def is_alive(pid):
+    stat = pathlib.Path("/proc", pid, "stat")
+    return stat.exists() and stat.read_text().rpartition(")")[2].split()[0] != "Z"
+
+
+class Runner(unittest.TestCase):
+    def setUp(self):
+        folder = tempfile.TemporaryDirectory()
+        self.addCleanup(folder.cleanup)
+        self.root = pathlib.Path(folder.name)
+        shutil.copytree(SOURCE / "tests" / "runner", self.root / "tests" / "runner", ignore=shutil.ignore_patterns("__pycache__"))
+        self.plant("cmake/tests.cmake", (SOURCE / "cmake" / "tests.cmake").read_text())
+        self.plant("CMakeLists.txt", CMAKE.replace("TOY", str(TOY)))
+        self.plant("toy_test.cpp", (SOURCE / "tests" / "runner" / "toy_test.cpp").read_text())
+        self.plant(".gitignore", "build\n")
+        self.plant_presets({})
+        self.git("init", "-q")
+        self.commit()
+
+    def plant(self, path, text):
+        file = self.root / path
+        file.parent.mkdir(parents=True, exist_ok=True)
+        file.write_text(text)
+
+    def plant_presets(self, variables):
+        presets = [{"name": name, "generator": "Ninja", "binaryDir": "${sourceDir}/build/${presetName}", "cacheVariables": variables}
+                   for name in ("release", "asan", "tsan", "fuzz", "plain")]
+        self.plant("CMakePresets.json", json.dumps({"version": 6, "configurePresets": presets}))
+
+    def plant_runs(self, text):
+        self.plant("runs.cmake", DEFAULT + text)
+        self.commit()
+
+    def git(self, *arguments):
+        subprocess.run(["git", "-C", self.root, "-c", "user.name=a", "-c", "user.email=a", *arguments], check=True)
+
+    def commit(self):
+        self.git("add", ".")
+        self.git("commit", "-q", "-m", "a", "--allow-empty")
+
+    def start(self, *arguments):
+        return subprocess.Popen([sys.executable, "-B", self.root / "tests" / "runner", *arguments], stdout=subprocess.PIPE,
+                                stderr=subprocess.STDOUT, text=True)
+
+    def end(self, process):
+        """Whether it passed, and what it printed."""
+        said, _ = process.communicate(timeout=PATIENCE)
+        return process.returncode == 0, said
+
+    def run_it(self, *arguments):
+        return self.end(self.start(*arguments))
+
+    def assert_fails(self, arguments, *parts):
+        self.assert_says(False, arguments, *parts)
+
+    def assert_passes(self, arguments, *parts):
+        self.assert_says(True, arguments, *parts)
+
+    def assert_says(self, passes, arguments, *parts):
+        passed, said = self.run_it(*arguments)
+        for part in parts:
+            self.assertRegex(said, part)
+        self.assertEqual(passed, passes, said)
+
+    def wait_for(self, path):
+        until = time.monotonic() + PATIENCE
+        while not (self.root / path).exists():
+            self.assertLess(time.monotonic(), until, f"{path} does not come")
+            time.sleep(0.01)
+        return (self.root / path).read_text()
+
+    def test_a_suite_that_passes(self):
+        self.plant_runs('program(good_tests Toy.Passes unit)\nscript(good.script "exit 0" lint)\n')
+        self.assert_passes([], r"\n6 passed, 0 failed, 0 skipped\n")
+
+    def test_every_kind_of_failure(self):
+        self.plant_runs("""
+            program(fails_tests Toy.Passes:Toy.Fails unit)
+            program(crashes_tests Toy.Passes:Toy.Crashes unit)
+            program(ends_early_tests Toy.Passes:Toy.EndsTheProgram unit)
+            program(matches_nothing_tests None.None unit)
+            program(all_off_tests Toy.DISABLED_IsOff unit)
+            add_test(NAME missing.program COMMAND none)
+            script(too.late "sleep 600" unit)
+            set_tests_properties(too.late PROPERTIES TIMEOUT 0.1)
+            program(skips_tests Toy.Passes:Toy.IsSkipped unit)
+            script(skips.script "exit 77" unit)
+        """)
+        passed, said = self.run_it()
+        self.assertFalse(passed)
+        listed = said.partition("\nfailed:\n")[2]
+        for name in ("Toy.Fails", "crashes_tests", "ends_early_tests", "matches_nothing_tests", "all_off_tests", "missing.program",
+                     "too.late"):
+            self.assertRegex(listed, rf"\n? *{re.escape(name)}\n")
+        self.assertRegex(said, r"\nskipped:\n(.*\n)*  Toy.IsSkipped: no such tool\n")
+        self.assertRegex(said, r"  skips.script: exit code 77\n")
+        self.assertRegex(said, r"\n6 passed, 7 failed, \d skipped\n")
+
+    def test_a_part_without_tests(self):
+        self.plant("runs.cmake", "program(tsan_tests Toy.Passes unit tsan)\nprogram(good_tests Toy.Passes unit)\n")
+        self.assert_fails([], "nothing is selected", r"\n3 passed, 0 failed, 0 skipped, 1 builds failed")
+
+    def test_a_build_that_fails_leaves_the_other_parts(self):
+        self.plant_runs("""
+            add_custom_command(OUTPUT ${CMAKE_BINARY_DIR}/broken COMMAND false)
+            add_custom_target(broken.built DEPENDS ${CMAKE_BINARY_DIR}/broken)
+            lightmill_run(needs.broken LABELS unit NEEDS broken COMMAND true)
+        """)
+        self.assert_fails([], r"\n2 passed, 0 failed, 0 skipped, 1 builds failed")
+
+    def test_a_name_builds_what_it_runs(self):
+        self.plant_runs("program(one_tests Toy.Passes unit)\nprogram(two_tests Toy.Passes unit)\n")
+        self.assert_passes(["one_tests"], r"\n1 passed")
+        self.assertFalse((self.root / "build/release/tests/two_tests").exists())
+        self.assert_passes(["unit"], r"\n4 passed")
+
+    def test_names_are_labels_and_presets_too(self):
+        self.plant_runs("""
+            script(slow.one "touch ${CMAKE_BINARY_DIR}/ran" web long)
+            script(lint.long "exit 0" lint)
+            script(web.fast "exit 0" e2e)
+        """)
+        self.assert_passes(["web"], "left out, as long: slow.one", r"\n1 passed")
+        self.assertFalse((self.root / "build/release/ran").exists())
+        self.assert_passes(["long"], r"\n2 passed")
+        self.assertTrue((self.root / "build/release/ran").exists())
+        self.assert_passes(["asan"], r"\n1 passed")
+        self.assertTrue((self.root / "build/asan/tests/asan_tests").exists())
+        self.assert_fails(["no_such_name"], "no program, label or test has this name")
+
+    def test_names_of_tests(self):
+        self.plant_runs("")
+        self.assert_passes(["Toy.Passes"], r"\n4 passed")  # two programs, and the typed one
+        self.assert_passes(["PassesToo"], r"\n2 passed")
+        self.assert_fails(["Toy.Fails"], r"failed:\n  Toy.Fails")
+        self.assert_fails(["EndsTheProgram"], "was not written")
+        self.assert_fails(["IsOff"], "names none that is enabled")
+        self.assert_fails(["IsNeverRun"], "no program that was built has a test of this name")
+
+    def test_a_failure_before_the_deadline(self):
+        self.plant_runs('''
+            script(a.fails "exit 1" lint)
+            script(b.lasts "touch ${CMAKE_BINARY_DIR}/begun; sleep 600" lint)
+        ''')
+        self.assert_fails(["--all", "--minutes", "0.2"], r"failed:\n  a.fails", r"\nfailed +release\n", r"\nnot reached +fuzzers\n")
+
+    def test_nothing_ends_in_the_time_given(self):
+        self.plant_runs('script(lasts "sleep 600" long)\n')
+        self.assert_fails(["--all", "--in-turn", "--minutes", "0.001"], "not reached +long: lasts")
+
+    def test_what_was_done_is_remembered(self):
+        self.plant_runs('''
+            script(flaky "[ -e ${CMAKE_BINARY_DIR}/tried ] || { touch ${CMAKE_BINARY_DIR}/tried; exit 1; }" lint)
+            script(lacks.tool "exit 77" long)
+        ''' + OTHERS)
+        for state in ("failed", "failed, then passed"):
+            self.run_it("--all", "--minutes", "0.5")
+            self.assert_passes(["--status"], "nothing is at work", f"\n{state} +release\n", "passed +thread sanitizer\n",
+                               "skipped +long: lacks.tool\n")
+        self.assert_fails(["--all", "--minutes", "0.5"], "failed, then passed +release\n")
+
+    def test_sources_that_change_meanwhile(self):
+        self.plant_runs('script(edits "echo >>${CMAKE_SOURCE_DIR}/runs.cmake" lint)\n')
+        self.assert_fails(["--all", "--minutes", "1"], "The sources have changed")
+        self.assert_passes(["--status"], r"state +piece\n(\n|$)")
+
+    def test_without_git_nothing_can_be_remembered(self):
+        self.plant_runs("")
+        shutil.rmtree(self.root / ".git")
+        self.assert_fails(["--all"], "git .*not a git repository")
+
+    def test_new_runs_and_presets_are_seen(self):
+        self.plant_runs("")
+        self.assert_passes(["asan_tests"])
+        self.plant_runs('script(new.one "test ${VALUE} = 7" lint)\n')
+        self.assert_fails(["new.one"], "failed: new.one")
+        self.plant_presets({"VALUE": "7"})
+        self.assert_passes(["new.one"], r"\n1 passed")
+
+    def test_two_in_one_checkout(self):
+        self.plant_runs('script(waits "touch ${CMAKE_BINARY_DIR}/begun; while [ ! -e ${CMAKE_BINARY_DIR}/go ]; do sleep 0.01; done" lint)\n')
+        first = self.start("waits")
+        self.wait_for("build/release/begun")
+        self.assert_fails(["asan_tests"], f"process {first.pid} tests this checkout already")
+        self.assert_passes(["--status"], f"process {first.pid} is at work")
+        self.plant("build/release/go", "")
+        self.assertTrue(self.end(first)[0])
+
+    def test_signals_end_everything(self):
+        for number, first in ((signal.SIGHUP, "trap '' TERM"), (signal.SIGTERM, ""), (signal.SIGINT, "")):
+            self.plant_runs(f"""
+                script(stays "{first}\necho $$ $TMPDIR >new; mv new begun; while :; do sleep 0.1; done" asan)
+            """)
+            process = self.start()
+            begun = [self.root / "build" / preset / "begun" for preset in ("release", "asan")]
+            pids = [self.wait_for(file).split() for file in begun]
+            process.send_signal(number)
+            self.assertIn("interrupted", self.end(process)[1])
+            for file, (pid, folder) in zip(begun, pids):
+                self.assertFalse(is_alive(pid))
+                self.assertFalse(pathlib.Path(folder).exists())
+                file.unlink()
+
+    def test_the_background(self):
+        self.plant_runs("")
+        self.assert_passes(["--repeat", "1", "--background"], "its log is build/repeat/log")
+        while "nothing is at work" not in (said := self.run_it("--status")[1]):
+            time.sleep(0.2)
+        self.assertRegex(said, r"\n1 +4 +\d+  \n")
+
+    def test_wrong_arguments(self):
+        for arguments in (["--repeat", "0"], ["--repeat", "-1"], ["--repeat", "1", "--busy", "2"], ["--backg", "--all"],
+                          ["--coverage", "--all", "--background"], ["--minutes", "1"], ["--all", "film"]):
+            with self.subTest(arguments):
+                self.assert_fails(arguments, "usage:")
+
+
+if __name__ == "__main__":
+    unittest.main()

@@ -1,0 +1,85 @@
+"""What surrounds a call: one at a time in a checkout, its folder for temporary files, and the background."""
+import contextlib
+import fcntl
+import os
+import pathlib
+import re
+import shutil
+import sys
+
+from process import BUILD, ROOT, Failed
+
+LOCK = BUILD / "test.lock"
+MEMORY_DISK = pathlib.Path("/dev/shm")
+MEMORY_DISK_BYTES = 4 << 30  # that must be free
+LEFT_OVER = re.compile(r"(?:lightmill|faketime_shm|sem\.faketime_sem)[-_](\d+)")  # libfaketime's remain of programs that are killed
+
+
+def lock_holder():
+    """The process that tests this checkout now, as text; None if there is none."""
+    with contextlib.suppress(FileNotFoundError), open(LOCK, encoding="ascii") as lock:
+        try:
+            fcntl.flock(lock, fcntl.LOCK_SH | fcntl.LOCK_NB)
+        except BlockingIOError:
+            return lock.read()
+    return None
+
+
+@contextlib.contextmanager
+def only_one():
+    """Two at once would overwrite each other's builds and results. Yields a function that notes which process it is."""
+    BUILD.mkdir(exist_ok=True)
+    with open(LOCK, "a+", encoding="ascii") as lock:
+        try:
+            fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        except BlockingIOError:
+            print(f"process {lock_holder()} tests this checkout already. Wait for it, or use another one: git worktree add FOLDER")
+            raise Failed from None
+
+        def note():
+            lock.truncate(0)
+            lock.write(str(os.getpid()))
+            lock.flush()
+        note()
+        yield note
+
+
+def remove_left_over():
+    """What ended processes have left on the memory disk."""
+    for path in MEMORY_DISK.iterdir():
+        if (match := LEFT_OVER.fullmatch(path.name)) and not pathlib.Path("/proc", match.group(1)).exists():
+            with contextlib.suppress(OSError):
+                shutil.rmtree(path) if path.is_dir() else path.unlink()
+
+
+@contextlib.contextmanager
+def temporary_folder():
+    """TMPDIR on the memory disk, where that has space: farms of tests write much, and would wait for a disk."""
+    if not MEMORY_DISK.is_dir() or shutil.disk_usage(MEMORY_DISK).free < MEMORY_DISK_BYTES:
+        yield
+        return
+    remove_left_over()
+    folder = MEMORY_DISK / f"lightmill-{os.getpid()}"
+    folder.mkdir()
+    os.environ["TMPDIR"] = str(folder)
+    try:
+        yield
+    finally:
+        shutil.rmtree(folder, ignore_errors=True)
+        remove_left_over()
+
+
+def go_to_background(log):
+    """Whether this is the process in the background; its output goes to `log`."""
+    log.parent.mkdir(parents=True, exist_ok=True)
+    process = os.fork()
+    if process:
+        print(f"process {process} runs it; its log is {log.relative_to(ROOT)}.\n"
+              f"./test.sh --status says what is done; kill {process} stops it, and the same command continues it.")
+        return False
+    os.setsid()
+    with open(log, "wb") as out, open(os.devnull, "rb") as nothing:
+        for number, file in enumerate((nothing, out, out)):
+            os.dup2(file.fileno(), number)
+    sys.stdout.reconfigure(line_buffering=True)
+    return True
