@@ -187,7 +187,8 @@ programs='lightmill lightmill-server lightmill-worker'
 # shellcheck disable=SC2086  # one word per program
 if ! build $programs lightmill-web; then
   build $programs || fail_build 'the build failed'
-  echo 'the web page could not be built: the farm does without'
+  grep -m 1 -A 5 '^FAILED:.*web' "$log" >&2 || :
+  echo "The web page was not built, and the farm starts without it. The reason is in $log."
 fi
 phase farm
 

@@ -10,15 +10,16 @@ set -eu
 if [ "${1:-}" = --inside ]; then
   shift
   cd /srv/lightmill
+  code=0
   for command in "$@"; do
     for state in cold warm; do
       echo "#### $command, $state"
       began=$(date +%s)
-      sh -c "$command" || echo "#### it failed with $?"
+      sh -c "$command" || { code=$?; echo "#### it failed with $code"; }
       echo "#### $command, $state: $(($(date +%s) - began)) s"
     done
   done
-  exit 0
+  exit "$code"
 fi
 
 cd "$(dirname "$0")/../.."
