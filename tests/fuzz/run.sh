@@ -9,7 +9,7 @@ cd "$(dirname "$0")/../.."
 . deploy/environment.sh
 
 findings=build/fuzz/findings
-seeded='parser reader rpc stored'
+seeded=$(sed -n 's/^lightmill_test(\([a-z]*\)_fuzz_tests .*/\1/p' tests/fuzz/CMakeLists.txt | xargs)
 
 # is_seeded NAME
 is_seeded() {
@@ -83,7 +83,8 @@ cmake --preset fuzz >/dev/null
 cmake --build --preset fuzz
 if [ "${limit#-runs}" != "$limit" ]; then
   cmake --preset release -DLIGHTMILL_TESTS=ON >/dev/null
-  cmake --build build/release --target parser_fuzz_tests reader_fuzz_tests rpc_fuzz_tests stored_fuzz_tests
+  # shellcheck disable=SC2046,SC2086  # one word per program
+  cmake --build build/release --target $(printf '%s_fuzz_tests ' $seeded)
 fi
 if [ $# -eq 0 ]; then
   for program in build/fuzz/bin/*_fuzzer; do
