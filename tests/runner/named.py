@@ -13,10 +13,13 @@ from results import Results, print_end, run_tests
 SANITIZERS = ("asan", "tsan")  # presets, and the labels of their runs in the default suite
 
 
+def words_of(name):
+    return f".{name.lower().replace('_', '.')}."
+
+
 def runs_with(name, runs):
-    """Runs that have it as a label or a word of their names. Long ones only if it is `long`, or if there are no others."""
-    found = [run for run in runs if name in run.labels or name.lower() in re.split(r"[._]", run.name.lower())
-             or f"{run.name}.".startswith(f"{name}.")]
+    """Runs that have it as a label or as words of their names. Long ones only if it is `long`, or if there are no others."""
+    found = [run for run in runs if name in run.labels or words_of(name) in words_of(run.name)]
     short = [run for run in found if "long" not in run.labels]
     if name == "long" or not short:
         return found

@@ -2,7 +2,6 @@
 #include "common/wire/scene_proto.h"
 #include "tests/unit/scene_io/gltf_text.h"
 #include "tests/unit/scene_io/load_fixture.h"
-#include "tests/unit/scene_io/text_comparisons.h"
 
 namespace lightmill {
 namespace fs = std::filesystem;
@@ -117,93 +116,6 @@ TEST_F(Load, NumbersOfMtlFilesThatMeanNothingAreLeftOut) {
                                                "10: Tr -1, which is not from 0 to 1, of material \"green\"",
                                                "3: Ni 0, which is not in (0, 10], of material \"red\"",
                                                "4: map_Kd without the name of a file of material \"red\""}));
-}
-
-/// Twice as many names take about twice as many comparisons where they are looked up in trees, and four times as many
-/// where lists are searched.
-class LoadMany : public Load {
- protected:
-  static constexpr int kMany = 4'000;
-
-  void SetUp() override {
-    Load::SetUp();
-    if (!test::text_comparisons()) {
-      GTEST_SKIP() << "comparisons are not counted under sanitizers";
-    }
-  }
-  /// Loads the files that `write` makes for a number of names; the scene of the larger number.
-  template <class Write>
-  LoadedScene expect_no_list_is_searched(const Write& write_files) {
-    std::array<std::uint64_t, 2> counts{};
-    LoadedScene last;
-    for (const int times : {1, 2}) {
-      const fs::path path = write_files(times * kMany);
-      const std::uint64_t before = *test::text_comparisons();
-      Result<LoadedScene> loaded = load({path});
-      counts[static_cast<std::size_t>(times - 1)] = *test::text_comparisons() - before;
-      EXPECT_TRUE(loaded.ok()) << loaded.status();
-      last = std::move(loaded).value_or(LoadedScene());
-    }
-    EXPECT_GT(counts[0], std::uint64_t{kMany}) << "comparisons are not counted";
-    EXPECT_LT(counts[1], 3 * counts[0]);
-    return last;
-  }
-};
-
-/// All are of one length: those of another are unequal without a comparison.
-std::string nth_name(int i) {
-  return fmt::format("m{:05}", i);
-}
-
-TEST_F(LoadMany, MaterialsOfAnObjFile) {
-  write("a.png", "an image");
-  const LoadedScene loaded = expect_no_list_is_searched([&](int count) {
-    std::string mtl, obj = "mtllib a.mtl\nv 0 0 0\nv 1 0 0\nv 0 1 0\n";
-    for (int i = 0; i < count; ++i) {
-      mtl += fmt::format("newmtl {}\nmap_Kd -o {} a.png\n", nth_name(i), i);
-      obj += fmt::format("usemtl {}\nf 1 2 3\n", nth_name(count - 1 - i));
-    }
-    write("a.mtl", mtl);
-    return write("a.obj", obj);
-  });
-  EXPECT_EQ(loaded.scene.materials.size(), std::size_t{2 * kMany});
-  EXPECT_EQ(loaded.scene.textures.size(), std::size_t{2 * kMany});
-  ASSERT_EQ(loaded.scene.objects.size(), std::size_t{2 * kMany});
-  EXPECT_EQ(loaded.scene.materials[loaded.scene.objects[0].material].name, nth_name(2 * kMany - 1));
-}
-
-TEST_F(LoadMany, MaterialsOfADocument) {
-  const LoadedScene loaded = expect_no_list_is_searched([&](int count) {
-    std::string materials, obj = "v 0 0 0\nv 1 0 0\nv 0 1 0\n";
-    for (int i = 0; i < count; ++i) {
-      materials += fmt::format(R"({}{{"name": "{}", "mirror": {{}}}})", i == 0 ? "" : ",", nth_name(i));
-      obj += fmt::format("usemtl {}\nf 1 2 3\n", nth_name(count - 1 - i));
-    }
-    write("a.obj", obj);
-    return write("a.json", fmt::format(R"({{"camera": {{"eye": [0, 0, 5], "look_at": [0, 0, 0],
-        "camera_constant": 1}}, "materials": [{}], "objects": [{{"mesh": {{"file": "a.obj"}}}}]}})",
-                                       materials));
-  });
-  ASSERT_EQ(loaded.scene.objects.size(), std::size_t{2 * kMany});
-  EXPECT_EQ(loaded.scene.objects[1].material, std::uint32_t{2 * kMany - 2});
-}
-
-TEST_F(LoadMany, MaterialsOfOneNameInAGltfFile) {
-  const LoadedScene loaded = expect_no_list_is_searched([&](int count) {
-    test::GltfBuffer buffer;
-    buffer.positions({0, 0, 0, 1, 0, 0, 0, 1, 0});
-    std::string materials, primitives;
-    for (int i = 0; i < count; ++i) {
-      materials += fmt::format(R"({}{{"name":"m"}})", i == 0 ? "" : ",");
-      primitives += fmt::format(R"({}{{"attributes":{{"POSITION":0}},"material":{}}})", i == 0 ? "" : ",", i);
-    }
-    return write("a.gltf", test::gltf(fmt::format(
-                               R"({},"nodes":[{{"mesh":0}}],"meshes":[{{"primitives":[{}]}}],"materials":[{}])",
-                               buffer.embedded(), primitives, materials)));
-  });
-  ASSERT_EQ(loaded.scene.materials.size(), std::size_t{2 * kMany});
-  EXPECT_EQ(loaded.scene.materials[0].name, "m");
-  EXPECT_EQ(loaded.scene.materials[2 * kMany - 1].name, fmt::format("m ({})", 2 * kMany));
 }
 
 TEST_F(Load, OfMaterialsOfOneNameTheFirstCounts) {

@@ -1,0 +1,16 @@
+// How much work this program has done, in a unit that does not depend on the machine.
+#pragma once
+
+#include <cstdint>
+#include <optional>
+
+namespace lightmill::test {
+
+/// So far: comparisons of texts (text_comparisons.cpp) or blocks of code (traced_blocks.cpp). Nothing where sanitizers
+/// have to see the comparisons themselves.
+std::optional<std::uint64_t> work_done();
+
+/// So many names show in work_done() whether lists of names are searched.
+extern const int kManyNames;
+
+}  // namespace lightmill::test
