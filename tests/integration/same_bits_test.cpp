@@ -64,16 +64,20 @@ TEST(SameBits, EveryOtherMethodOnFarmsOfBothSizes) {
 }
 
 TEST(SameBits, ManyShortUnitsOrFewLongOnes) {
-  Farm quick({"--unit-seconds", "0.05"}), slow({"--unit-seconds", "60"});
-  std::uint64_t results[2] = {};
-  for (Farm* const farm : {&quick, &slow}) {
-    farm->add_worker(2, "w1");
-    farm->add_worker(2, "w2");
-    const std::uint64_t job = farm->client().submit(kPicture).id();
-    expect_reference_film(farm->client(), job);
-    results[farm == &slow] = farm->client().job(job).counters().results_merged();
+  // 1 MiB/s of results: half a second a range, and more.
+  const std::array<std::vector<std::string>, 3> options{
+      {{"--unit-seconds", "0.05"}, {"--unit-seconds", "60"}, {"--results-rate", "1"}}};
+  std::vector<std::uint64_t> results;
+  for (const std::vector<std::string>& of_farm : options) {
+    Farm farm(of_farm);
+    farm.add_worker(2, "w1");
+    farm.add_worker(2, "w2");
+    const std::uint64_t job = farm.client().submit(kPicture).id();
+    expect_reference_film(farm.client(), job);
+    results.push_back(farm.client().job(job).counters().results_merged());
   }
   EXPECT_LT(2 * results[1], results[0]);
+  EXPECT_LT(2 * results[2], results[0]);
 }
 
 TEST(SameBits, FourWorkersKilledAtWork) {

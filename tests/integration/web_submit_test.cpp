@@ -180,29 +180,37 @@ TEST(WebSubmit, LargeScenesComeAndGoWhole) {
   EXPECT_EQ(web.post("/api/v1/jobs/1/extend", std::string(20'000, ' ')).result_int(), 413u) << "others stay small";
 }
 
-TEST(WebSubmit, LargeBodiesOfOneCallerHaveALimitAndLeaveRoomToOthers) {
+TEST(WebSubmit, LargeBodiesOfOneCallerAndOfAllHaveALimit) {
   WebFarm web;
   const std::string length = fmt::format("Content-Length: {}\r\n", std::size_t{24} << 20);
   std::vector<std::unique_ptr<RawRequest>> waiting;
-  for (int i = 0; i < 6; ++i) {  // of 128 MiB
-    waiting.push_back(std::make_unique<RawRequest>(web, "/api/v1/jobs", "application/json", length));
-    waiting.back()->send(std::string(std::size_t{23} << 20, ' '));
-  }
+  const auto hold = [&](const std::string& caller, int requests) {
+    for (int i = 0; i < requests; ++i) {
+      waiting.push_back(std::make_unique<RawRequest>(web, "/api/v1/jobs", "application/json", length, caller));
+      waiting.back()->send(std::string(std::size_t{23} << 20, ' '));
+    }
+  };
   const std::string large = "{" + std::string(std::size_t{20} << 20, ' ') + "}";
-  const auto answer = [&](const std::string& body) { return web.post("/api/v1/jobs", body).result_int(); };
+  const auto answer = [&](const std::string& body, const std::string& caller = "127.0.0.1") {
+    RawRequest request(web, "/api/v1/jobs", "application/json", fmt::format("Content-Length: {}\r\n", body.size()),
+                       caller);
+    request.send(body);
+    return request.read().result_int();
+  };
+  hold("127.0.0.1", 6);  // of 128 MiB
   EXPECT_TRUE(eventually([&] { return answer(large) == 503; }));
   EXPECT_EQ(answer("{}"), 400u) << "small ones are taken";
-  RawRequest other(web, "/api/v1/jobs", "application/json", fmt::format("Content-Length: {}\r\n", large.size()),
-                   "127.0.0.2");
-  other.send(large);
-  EXPECT_EQ(other.read().result_int(), 400u) << "it is taken: it is no job";
+  EXPECT_EQ(answer(large, "127.0.0.2"), 400u) << "it is taken: it is no job";
+  hold("127.0.0.2", 6);
+  hold("127.0.0.3", 1);  // of 256 MiB together
+  EXPECT_TRUE(eventually([&] { return answer(large, "127.0.0.3") == 503; }));
   RawRequest slow(web, "/api/v1/jobs/1/cancel", "application/json", "Content-Length: 2\r\n");
   slow.send("{");
   EXPECT_TRUE(eventually([&] { return slow.is_read(); }));
   slow.send("}");
   EXPECT_EQ(slow.read().result_int(), 404u) << "also where they come in pieces";
   waiting.clear();
-  EXPECT_TRUE(eventually([&] { return answer(large) == 400; }));
+  EXPECT_TRUE(eventually([&] { return answer(large) == 400 && answer(large, "127.0.0.3") == 400; }));
 }
 
 TEST(WebSubmit, AnAssetIsWhatItsNameSaysOrNotThere) {

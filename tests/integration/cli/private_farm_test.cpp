@@ -218,20 +218,22 @@ TEST_F(SharedFarmTest, LayersHaveTheirValuesInTheFile) {
   }
 }
 
-TEST_F(SharedFarmTest, MetersAreReadAndAreNoPartOfThePicture) {
-  const std::string lit = R"({"camera": {"eye": [0, 0, 5], "look_at": [0, 0, 0], "vertical_fov_degrees": 40},
+/// A black lamp of radiance 3, half a unit wide, and two meters that see it.
+const std::string kLit = R"({"camera": {"eye": [0, 0, 5], "look_at": [0, 0, 0], "vertical_fov_degrees": 40},
     "film": {"width": 96, "height": 70},
     "materials": [{"name": "lamp", "diffuse": {"reflectance": {"rgb": [0, 0, 0]}}, "emission": {"rgb": [3, 3, 3]}}],
     "objects": [{"material": "lamp", "sphere": {"center": [0, 1, 0], "radius": 0.5}}])";
-  const std::string meters = R"(, "meters": [
+const std::string kMeters = R"(, "meters": [
     {"name": "desk", "irradiance": {"point": [0, -1, 0], "normal": [0, 1, 0]}},
     {"name": "eye", "radiance": {"point": [0, 0, 5], "direction": [0, 1, -5]}}]})";
+
+TEST_F(SharedFarmTest, MetersAreReadAndAreNoPartOfThePicture) {
   const auto render = [&](const std::string& name, const std::string& method) {
     return std::vector<std::string>{"render",     file(name), "--spp",       "20",       "--crop",
                                     "10,0,70,66", "-o",       file("a.exr"), "--method", method};
   };
-  write("plain.json", lit + "}");
-  write("metered.json", lit + meters);
+  write("plain.json", kLit + "}");
+  write("metered.json", kLit + kMeters);
   const nlohmann::json plain = on_farm(render("plain.json", "path"));
   const Result<FilmPicture> plain_picture = load_film_picture(file("a.exr"));
   const nlohmann::json metered = on_farm(render("metered.json", "path"));
@@ -293,6 +295,28 @@ TEST_F(SharedFarmTest, TheFirstOfThreeLimitsEndsTheJobAndIsTold) {
   EXPECT_NE(by_seconds.out.find("reached 1 second;"), std::string::npos) << by_seconds.out;
   EXPECT_NE(by_seconds.err.find("relMSE "), std::string::npos) << by_seconds.err;
   EXPECT_EQ(ended(), "reached 1 second");
+}
+
+TEST_F(CliTest, LayersMetersAndLimitsWorkOnAPrivateFarmToo) {
+  write("scene.json", kLit + kMeters);
+  const nlohmann::json done =
+      json({"render", file("scene.json"), "--local", "--method", "path", "--layers", "direct,depth", "--error", "1e-9",
+            "--spp", "20", "--seconds", "10m", "-o", file("a.exr")});
+  EXPECT_EQ(done["reached"], "samples");
+  EXPECT_EQ(done["min_tile_samples"], 20);
+  ASSERT_EQ(done["meters"].size(), 2u);
+  EXPECT_NEAR(done["meters"][1]["value"].get<double>(), 3, 1e-5);
+  const Result<FilmPicture> picture = load_film_picture(file("a.exr"));
+  ASSERT_TRUE(picture.ok()) << picture.status();
+  EXPECT_EQ(film_hash_of(*picture).hex(), done["film_hash"]);
+  const Image image = decode_exr(as_byte_view(read_file(file("a.exr")).value())).value();
+  EXPECT_EQ(plane(image, "Direct.G"), plane(image, "G")) << "a lamp alone";
+  const std::size_t on_lamp = 96 * 16 + 48, beside = 96 * 60 + 48;
+  EXPECT_EQ(plane(image, "G")[on_lamp], 3);
+  EXPECT_LT(plane(image, "Z")[on_lamp], 5.1);
+  EXPECT_EQ(plane(image, "Z")[beside], kNoDepth);
+  const nlohmann::json verified = json({"verify", file("a.exr"), file("scene.json"), "--local", "--share", "all"});
+  EXPECT_EQ(verified["verified"], verified["tiles"]);
 }
 
 TEST_F(CliTest, LayersThatCannotBeAreRefusedAtOnce) {

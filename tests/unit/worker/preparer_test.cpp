@@ -4,12 +4,12 @@
 
 #include <gtest/gtest.h>
 
-#include <chrono>
-#include <thread>
+#include <ctime>
 
 #include "common/scene/compiled/scene_memory.h"
 #include "common/scene/mesh.h"
 #include "common/wire/scene_proto.h"
+#include "tests/support/process.h"
 #include "tests/support/render_document.h"
 
 namespace lightmill {
@@ -56,6 +56,12 @@ class PreparerTest : public ::testing::Test {
     }
   }
 
+  /// Until the preparer's thread has used some CPU time: a pilot may be under way.
+  static void wait_until_it_computes() {
+    const std::clock_t before = std::clock();
+    EXPECT_TRUE(test::eventually([&] { return std::clock() - before > CLOCKS_PER_SEC / 20; }));
+  }
+
   const test::TestScene scene_ = test::TestScene(test::source_file("scenes/cornell-bench-balls.json")).resized(96, 80);
   RenderSettings settings_;
   AssetCache assets_{scene_.assets(), 1 << 20};
@@ -70,7 +76,7 @@ TEST_F(PreparerTest, DroppedPilotsAreStoppedAndNotReported) {
   preparer->add(endless(1));
   preparer->add(endless(2));
   preparer->add(pilot(3));
-  std::this_thread::sleep_for(std::chrono::milliseconds(50));  // by now the first may be under way
+  wait_until_it_computes();
   preparer->drop(LeaseId{1});
   preparer->drop(LeaseId{2});
   wait_for_report();
@@ -96,7 +102,7 @@ TEST_F(PreparerTest, OnlyTheLastDescriptionOfAJobIsPrepared) {
 TEST_F(PreparerTest, ItsEndWaitsForNoPilot) {
   std::unique_ptr<Preparer> preparer = make();
   preparer->add(endless(1));
-  std::this_thread::sleep_for(std::chrono::milliseconds(50));
+  wait_until_it_computes();
   preparer.reset();
   EXPECT_TRUE(reported_.empty());
 }
