@@ -68,7 +68,7 @@ start_server() {
     --http 127.0.0.1:7380 --http-port-file "$run/http"
   started_server=yes
   if ! wait_for_server; then
-    echo 'the farm cannot have ports 7350 and 7380; it takes free ones'
+    echo 'Port 7350 or 7380 is in use. The farm listens on free ports instead.'
     stop server
     start server --data "$data" --listen 127.0.0.1:0 --port-file "$run/port" \
       --http 127.0.0.1:0 --http-port-file "$run/http"
@@ -141,7 +141,7 @@ phase() {
 # fail_build WHAT: shows the end of the log.
 fail_build() {
   tail -n 30 "$log" >&2
-  echo "$1; all that was said is in $log" >&2
+  echo "$1: see $log" >&2
   exit 1
 }
 
@@ -163,7 +163,7 @@ show_progress() {
   [ ! -t 1 ] || printf '\r\033[K'
 }
 
-# build TARGET...: whether all of them could be built; what can be built is.
+# build TARGET...: fails if one of them cannot be built. It builds the others all the same.
 build() {
   rm -f build/quickstart.failed
   { NINJA_STATUS='[%f/%t] ' ninja -k 0 -C build/release "$@" 2>&1 || : >build/quickstart.failed; } | show_progress

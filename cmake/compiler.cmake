@@ -13,10 +13,10 @@ endif()
 add_compile_options(-march=x86-64-v3 -ffp-contract=off -fno-math-errno -Wall -Wextra -Werror)
 set(CMAKE_CXX_FLAGS_RELEASE "-O2")  # no -DNDEBUG: our checks stay on
 set(CMAKE_CXX_FLAGS_DEBUG "-O1 -g1")
-# GCC 12 reports false positives from its own headers with these two at -O3.
 if(CMAKE_CXX_COMPILER_ID STREQUAL "GNU")
-  # Its garbage collector costs a seventh of the time where it starts below a gigabyte.
+  # GCC's garbage collector takes a seventh of the time if it starts below a gigabyte.
   add_compile_options(--param=ggc-min-heapsize=1000000)
+  # GCC 12 reports false positives from its own headers with these at -O3.
   add_compile_options(-Wno-array-bounds -Wno-stringop-overflow -Wno-maybe-uninitialized -Wno-psabi)
 else()
   add_compile_options(-Wthread-safety)
@@ -39,7 +39,7 @@ if(LIGHTMILL_CCACHE)
                                   ${LIGHTMILL_CCACHE})
   add_compile_options(-fpch-preprocess)
   if(NOT CMAKE_CXX_COMPILER_ID STREQUAL "GNU")
-    # ccache knows headers by their content: a header of the same content and another time fits the one it has.
+    # ccache compares headers by content. Without this, clang refuses a header whose time differs.
     add_compile_options("SHELL:-Xclang -fno-pch-timestamp")
   endif()
 endif()

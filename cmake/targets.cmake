@@ -40,7 +40,7 @@ function(lightmill_unity target size)
   set_target_properties(${target} PROPERTIES SOURCES "${units}")
   target_include_directories(${target} PRIVATE ${PROJECT_SOURCE_DIR})
   if(CMAKE_CXX_COMPILER_ID STREQUAL "GNU")
-    # It means that each file with the type has another one, which a single unit cannot have.
+    # The warning is about types that differ between files. A unit is one file.
     target_compile_options(${target} PRIVATE -Wno-subobject-linkage)
   endif()
 endfunction()

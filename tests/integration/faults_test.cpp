@@ -53,14 +53,14 @@ class FaultyLines : public ::testing::Test {
   std::uint64_t job_ = 0;
 };
 
-TEST_F(FaultyLines, ThatDelayAndOvertake) {
+TEST_F(FaultyLines, DelayedAndReorderedMessagesKeepTheBits) {
   for (const auto& line : lines_) {
     line->delay(Way::there, milliseconds(0), milliseconds(120));
     line->delay(Way::back, milliseconds(0), milliseconds(120));
   }
 }
 
-TEST_F(FaultyLines, ThatAreCutAgainAndAgain) {
+TEST_F(FaultyLines, RepeatedCutsKeepTheBits) {
   std::mt19937 random(20261122);
   for (int i = 0; i < 12; ++i) {
     keep_busy();
@@ -70,7 +70,7 @@ TEST_F(FaultyLines, ThatAreCutAgainAndAgain) {
   EXPECT_TRUE(eventually([&] { return farm_.missed("w1") && farm_.missed("w2"); }));
 }
 
-TEST_F(FaultyLines, ThatAreCutForAWhile) {
+TEST_F(FaultyLines, ALongCutKeepsTheBits) {
   for (const auto& line : lines_) {
     keep_busy();
     line->refuse(true);
@@ -81,7 +81,7 @@ TEST_F(FaultyLines, ThatAreCutForAWhile) {
   EXPECT_TRUE(eventually([&] { return farm_.missed("w1") && farm_.missed("w2"); }));
 }
 
-TEST_F(FaultyLines, ThatStallInOneDirectionOrBoth) {
+TEST_F(FaultyLines, StallsInOneDirectionOrBothKeepTheBits) {
   const std::vector<std::vector<Way>> stalls = {{Way::there}, {Way::back}, {Way::there, Way::back}};
   const auto stored = [&] { return farm_.times_said("w1", " is stored by the coordinator"); };
   const auto stall = [&](const std::vector<Way>& ways, bool on) {

@@ -21,7 +21,7 @@
 
 namespace lightmill::test {
 
-/// What tests render: the bench box with blocks, or another scene that comes with Lightmill, small.
+/// A small picture to render: the bench box with blocks, or another shipped scene.
 struct Picture {
   int side = 128;               ///< pixels
   int height = 0;               ///< 0: a square
@@ -38,13 +38,12 @@ const LoadedScene& shipped_scene(const std::string& name);
 inline const LoadedScene& bench_box() {
   return shipped_scene(Picture().scene);
 }
-/// As a client submits it.
+/// The job that a client submits.
 JobSpec job_of(const Picture& picture, const std::string& request_id);
-/// The film hash of the bare core, in this process, without any farm. Each picture is rendered once. One thread may
-/// call.
+/// The film hash that the core alone gives in this process. Each picture is rendered once. Not thread-safe.
 Hash128 reference_hash(const Picture& picture);
 
-/// Talks to a coordinator that may be away for a while: calls are repeated while it is.
+/// A client that repeats its calls while the coordinator is away.
 class FarmClient {
  public:
   explicit FarmClient(const std::string& address);
@@ -57,12 +56,12 @@ class FarmClient {
   /// Numbers of all jobs, the newest first.
   std::vector<std::uint64_t> jobs();
   std::vector<v1::Worker> workers();
-  /// Until it has ended, or the test fails after `limit`.
+  /// Returns the job once it has ended. Fails the test after `limit`.
   v1::Job wait_until_ended(std::uint64_t id, std::chrono::seconds limit = std::chrono::seconds(120));
-  /// Until the job, still at work, has merged so many pixel samples more. A job that is done before is given more to
-  /// do: `picture` then has the new number of samples.
+  /// Waits until the running job has merged `pixel_samples` more. A job that is done before that gets more samples:
+  /// `picture` then has the new number.
   void wait_while_it_works(std::uint64_t id, Picture& picture, std::uint64_t pixel_samples);
-  /// Until so many pixel samples are merged, or it has ended.
+  /// Waits until `pixel_samples` are merged, or the job has ended.
   v1::Job wait_for_samples(std::uint64_t id, std::uint64_t pixel_samples);
   FilmPlanes film(std::uint64_t id);
 
@@ -70,10 +69,10 @@ class FarmClient {
   std::unique_ptr<v1::RenderService::Stub> stub_;
 };
 
-/// SIGKILL, waited for.
+/// Sends SIGKILL and waits for the end.
 void kill_at_once(BackgroundProcess& process);
 
-/// How a program of a farm is started, where that matters.
+/// How a program of a farm is started.
 struct Launch {
   std::string address;              ///< of a coordinator: the host it listens at; of a worker: its --server
   std::vector<std::string> before;  ///< the program that starts it in its surroundings, with its arguments
@@ -84,32 +83,32 @@ class Farm {
  public:
   /// Starts the coordinator and waits until it listens. Its state is in data() unless the options have a --store.
   explicit Farm(std::vector<std::string> server_options = {}, Launch launch = {"127.0.0.1", {}, {}});
-  /// Fails the test if a sanitizer has said something in one of its processes.
+  /// Fails the test if a sanitizer reported something in one of its processes.
   ~Farm();
   Farm(const Farm&) = delete;
   Farm& operator=(const Farm&) = delete;
 
   std::string address() const { return launch_.address + ":" + std::to_string(port_.number()); }
   BackgroundProcess& server() { return *server_; }
-  /// A new coordinator on the same port and data; the one before has ended.
+  /// Starts a new coordinator on the same port and data. The old one must have ended.
   void start_server();
   FarmClient client() { return FarmClient(address()); }
   std::filesystem::path data() const { return folder_.path() / "data"; }
   std::filesystem::path folder() const { return folder_.path(); }
 
-  /// By default one that goes straight to the coordinator.
+  /// By default the worker connects directly to the coordinator.
   BackgroundProcess& add_worker(int threads, const std::string& name, Launch launch = {});
   BackgroundProcess& worker(const std::string& name);
-  /// SIGKILL, and another one of the same name in its place.
+  /// Kills the worker and starts another one of the same name.
   void replace_worker(const std::string& name);
   std::string worker_log(const std::string& name) const { return log(name); }
   std::string server_log() const { return log("server"); }
-  /// How often the coordinator has said that a worker came, or that its connection ended.
+  /// How often the coordinator has logged that a worker came, or that its connection ended.
   int times_met(const std::string& worker) const { return times_said("server", worker + " is here"); }
   int times_missed(const std::string& worker) const { return times_said("server", worker + " is gone"); }
   bool met(const std::string& worker) const { return times_met(worker) > 0; }
   bool missed(const std::string& worker) const { return times_missed(worker) > 0; }
-  /// What a process whose output goes to NAME.log in folder() has said.
+  /// Contents of NAME.log in folder().
   std::string log(const std::string& name) const;
   /// How often these words are in log(name).
   int times_said(const std::string& name, const std::string& words) const;
@@ -134,8 +133,8 @@ class Farm {
 /// Fails the test unless the job ends with all its samples and the bits of the bare core.
 void expect_reference_film(FarmClient client, std::uint64_t job, const Picture& picture = {});
 
-/// So often: waits until the job, still at work, has merged so many pixel samples more, kills a random one of the
-/// workers w1, w2, w3 that are there, and starts another. `picture` is as in FarmClient::wait_while_it_works.
+/// Replaces a random one of the workers w1, w2, w3, `kills` times. Before each time the job must merge `pixel_samples`
+/// more. `picture` is as in FarmClient::wait_while_it_works.
 void kill_workers(Farm& farm, std::uint64_t job, Picture& picture, std::uint64_t pixel_samples, int kills);
 
 }  // namespace lightmill::test

@@ -12,7 +12,7 @@
 
 namespace lightmill::test {
 
-/// What a program started with environment() takes for the time of day. Its monotonic clock is the real one.
+/// Time of day of programs that are started with environment(). Their monotonic clock is the real one.
 class MovableClock {
  public:
   MovableClock() {
@@ -25,7 +25,7 @@ class MovableClock {
             {"FAKETIME_NO_CACHE", "1"},
             {"FAKETIME_DONT_FAKE_MONOTONIC", "1"}};
   }
-  /// So far from the real time, as "+400d" or "-3h".
+  /// Sets the offset from the real time, such as "+400d" or "-3h".
   void move(const std::string& offset) const {
     const std::filesystem::path next = file_.string() + ".next";
     std::ofstream(next) << offset << "\n";

@@ -1,4 +1,5 @@
-// A TCP port that a test's programs can listen on, one after the other, and nobody else is given.
+// A TCP port reserved for a test: its programs can listen on it one after the other, and the kernel gives it to no
+// other process.
 #pragma once
 
 #include <arpa/inet.h>
@@ -11,8 +12,8 @@
 
 namespace lightmill::test {
 
-/// Holds the port by a socket that is bound and does not listen: programs that set SO_REUSEADDR can bind to it, too,
-/// and the kernel gives it to nobody who asks for any port.
+/// Holds the port by a socket that is bound and does not listen. Programs that set SO_REUSEADDR can bind to the port,
+/// too.
 class ReservedPort {
  public:
   explicit ReservedPort(const std::string& host = "127.0.0.1")

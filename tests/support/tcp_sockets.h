@@ -1,5 +1,5 @@
-// The TCP sockets of this network, as the kernel lists them: what a test can wait for where neither end says how far it
-// is.
+// The kernel's list of the TCP sockets of this network namespace. Tests wait for changes in it that neither end
+// reports.
 #pragma once
 
 #include <cstdint>
@@ -10,12 +10,12 @@
 
 namespace lightmill::test {
 
-/// One of IPv4.
+/// An IPv4 socket.
 struct TcpSocket {
   unsigned local_port = 0, remote_port = 0;
-  bool connecting = false;         ///< it has asked, and has no answer yet
-  std::uint64_t unsent_bytes = 0;  ///< that its owner has written, and the other end's kernel has not taken
-  std::uint64_t unread_bytes = 0;  ///< that have arrived, and its owner has not read
+  bool connecting = false;         ///< the SYN is not answered yet
+  std::uint64_t unsent_bytes = 0;  ///< written, and not acknowledged by the other end
+  std::uint64_t unread_bytes = 0;  ///< received, and not read yet
 };
 
 inline std::vector<TcpSocket> tcp_sockets() {

@@ -123,7 +123,7 @@ TEST(Top, FitsTheSmallestTerminalsToo) {
   }
 }
 
-TEST(Top, ThatTheFarmIsAwayIsSaidFirst) {
+TEST(Top, AFarmThatIsAwayIsSaidFirst) {
   FarmLook look = farm(3, 3);
   look.trouble = "no\x1b[2Janswer";
   EXPECT_EQ(top_lines(look, 80, 1), std::vector<std::string>{"as it was; now: no\\x1b[2Janswer"});

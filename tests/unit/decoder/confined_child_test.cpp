@@ -147,7 +147,7 @@ TEST_F(ConfinedChild, WritesNoMoreThanItMay) {
             1);
 }
 
-TEST_F(ConfinedChild, ThatCrashesOrEndsIsAnErrorThatSaysHow) {
+TEST_F(ConfinedChild, TheErrorSaysHowItEnded) {
   EXPECT_EQ(text_of([] { ::_exit(3); }),
             "its decoder ends without an answer (exit code 3); save the image again, or in another format");
   EXPECT_EQ(text_of([] { throw std::length_error("too long"); }),

@@ -237,7 +237,7 @@ TEST_F(LostWorkersTest, ACoordinatorThatStoodStillLosesNobody) {
   EXPECT_EQ(status(job).counters.leases_lost, 0u);
 }
 
-TEST_F(LostWorkersTest, ThatItStoodStillIsSeenAlsoWhenAWorkerComesFirst) {
+TEST_F(LostWorkersTest, APauseIsSeenAlsoWhenAWorkerComesFirst) {
   const JobId job = submit(spec("r1", 64, {0, 0, 256, 64}));
   const SessionId session = connect("a");
   now += std::chrono::minutes(10);

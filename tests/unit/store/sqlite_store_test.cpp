@@ -299,7 +299,7 @@ TEST_F(LostCommits, AFlippedBitAnywhereInTheJournalIsNeverSilent) {
   EXPECT_GT(refused, kPlaces / 2);
 }
 
-TEST_F(LostCommits, AreAcceptedWithJobIdsThatGoOn) {
+TEST_F(LostCommits, AcceptedLossReusesNoJobId) {
   restore();
   std::filesystem::resize_file(journal_, std::filesystem::file_size(journal_) / 2);
   const Status refused = open_sqlite_store(file_).status();
