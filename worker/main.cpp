@@ -20,16 +20,21 @@
 #include "common/methods/fingerprint.h"
 #include "common/security/caller_options.h"
 #include "worker/shell/worker_loop.h"
+#include "worker/state/state_folder.h"
 
 namespace lightmill {
 namespace {
 
 constexpr const char* kServerVariable = "LIGHTMILL_SERVER";
+constexpr const char* kEnrolFileVariable = "LIGHTMILL_ENROL_FILE";
+constexpr const char* kStateVariable = "LIGHTMILL_STATE";
 
 struct Options {
   std::string server = "127.0.0.1:7350";
   std::vector<std::string> servers;  ///< parts of `server`
   CallerFiles caller;
+  std::string enrol_file;  ///< empty: it does not enrol
+  std::string state;       ///< empty: default_state_root
   std::uint32_t threads = std::max(1u, std::thread::hardware_concurrency());
   std::string name;
   LogOptions log;
@@ -69,9 +74,15 @@ Status check_options(Options& options) {
           address.ok() ? fmt::format("the port of '{}' must not be 0", server) : message_of(address.status()));
     }
   }
-  LM_RETURN_IF_ERROR(read_caller(options.caller, options.servers, system_clock().unix_milliseconds() / 1000).status());
-  if (options.name.empty()) {
-    options.name = fmt::format("{}-{}", host_name(), ::getpid());
+  LM_ASSIGN_OR_RETURN(const CallerTexts caller,
+                      read_caller(options.caller, options.servers, system_clock().unix_milliseconds() / 1000));
+  if (!options.enrol_file.empty() && !caller.token.empty()) {
+    return invalid_argument("{} is given, and a token ({} or {}): give one of them", kEnrolFileOption, kTokenFileOption,
+                            kTokenVariable);
+  }
+  if (options.name.empty()) {  // an enrolled worker's token names the host
+    options.name =
+        options.enrol_file.empty() ? fmt::format("{}-{}", host_name(), ::getpid()) : std::to_string(::getpid());
   }
   return check_name("--name", options.name);
 }
@@ -108,9 +119,24 @@ std::optional<int> parse(int argc, char** argv, const FailureReport& failed, Opt
             "rendering threads; by default one for each processor core")
       ->default_str("")
       ->group("Options");
-  app.add_option("--name", options.name, "its name, of which only one worker can be connected; by default HOST-PID")
+  app.add_option("--name", options.name,
+                 "its name, of which only one worker can be connected; by default HOST-PID, with --enrol-file PID")
       ->type_name("NAME");
   add_caller_options(app, options.caller);
+  app.add_option(
+         kEnrolFileOption, options.enrol_file,
+         "an enrolment token (lightmill tokens create NAME --enrol N): the worker gets a token of its own by it, "
+         "keeps that in --state, and shows it from then on")
+      ->type_name("FILE")
+      ->envname(kEnrolFileVariable)
+      ->group("Access");
+  app.add_option("--state", options.state,
+                 "folder of the worker's token, with --enrol-file; workers that share it have a folder each in there. "
+                 "With XDG_STATE_HOME, the default is lightmill-worker in there")
+      ->type_name("DIR")
+      ->envname(kStateVariable)
+      ->default_str("~/.local/state/lightmill-worker")
+      ->group("Access");
   add_log_options(app, options.log);
   add_limit(app, "--scenes", options.scenes, "N", {1, 10'000}, "compiled scenes that are kept");
   add_limit(app, "--scenes-gib", options.scenes_gib, "GIB", {0.001, 65536.0}, "memory for compiled scenes");
@@ -136,9 +162,32 @@ std::optional<int> parse(int argc, char** argv, const FailureReport& failed, Opt
       app, argc, argv, [&] { return check_options(options); }, failed);
 }
 
-WorkerOptions worker_options(const Options& options) {
+/// Whose token a worker shows that enrols; checks that there is one, or a file to get one by.
+Result<StateFolder> take_state(const Options& options) {
+  std::filesystem::path root = options.state;
+  if (root.empty()) {
+    LM_ASSIGN_OR_RETURN(root, default_state_root());
+  }
+  LM_ASSIGN_OR_RETURN(StateFolder state, StateFolder::take(root));
+  if (!state.has_token()) {
+    const CallerFiles files{options.caller.tls, options.enrol_file, kEnrolFileOption};
+    const Status readable = read_caller(files, options.servers, system_clock().unix_milliseconds() / 1000).status();
+    if (!readable.ok()) {
+      return make_error(readable.code(),
+                        "this worker has no token in {} yet: {}; `lightmill tokens create NAME --enrol N` makes what "
+                        "this file is to have",
+                        state.path().string(), message_of(readable));
+    }
+  }
+  return state;
+}
+
+WorkerOptions worker_options(const Options& options, StateFolder* state) {
   WorkerOptions worker;
   worker.farm = {options.servers, options.caller};
+  if (state != nullptr) {
+    worker.farm.enrolment = {options.enrol_file, state, host_name()};
+  }
   worker.scenes = {options.scenes, bytes_of_gib(options.scenes_gib)};
   worker.scene = {bytes_of_gib(options.scene_gib), options.scene_triangles,
                   static_cast<std::int64_t>(options.image_megapixels * (1 << 20)), bytes_of_gib(options.images_gib)};
@@ -198,6 +247,16 @@ int run(int argc, char** argv) {
   if (options.openjd) {
     log_as_openjd_status();
   }
+  std::optional<StateFolder> state;
+  if (!options.enrol_file.empty()) {
+    Result<StateFolder> taken = take_state(options);
+    if (!taken.ok()) {
+      spdlog::error("{}", message_of(taken.status()));
+      failed(message_of(taken.status()));
+      return 1;
+    }
+    state = *std::move(taken);
+  }
   spdlog::info("worker {} starts: it renders a test picture, whose bits tell its fingerprint class", options.name);
   if (options.unsandboxed_images) {
     spdlog::warn(
@@ -205,7 +264,7 @@ int run(int argc, char** argv) {
         "at this worker through one",
         kUnsandboxedImages);
   }
-  const WorkerOptions worker = worker_options(options);
+  const WorkerOptions worker = worker_options(options, state ? &*state : nullptr);
   spdlog::info("worker {}: {}, fingerprint class {}", options.name, counted(options.threads, "thread"),
                worker.session.fingerprint_class);
   WorkerLoop loop(worker, system_clock());

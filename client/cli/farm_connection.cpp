@@ -359,11 +359,10 @@ Result<std::vector<v1::Token>> FarmConnection::list_tokens() {
   }
 }
 
-Status FarmConnection::revoke_token(const std::string& id) {
-  v1::RevokeTokenRequest request;
-  request.set_id(id);
+Result<v1::RevokeTokenResponse> FarmConnection::revoke_token(const v1::RevokeTokenRequest& request) {
   v1::RevokeTokenResponse response;
-  return call(*state_, &v1::AccessService::Stub::RevokeToken, request, response);
+  LM_RETURN_IF_ERROR(call(*state_, &v1::AccessService::Stub::RevokeToken, request, response));
+  return response;
 }
 
 Result<std::vector<v1::Action>> FarmConnection::list_actions(v1::ListActionsRequest request, std::size_t limit) {

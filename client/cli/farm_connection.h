@@ -80,7 +80,7 @@ class FarmConnection {
   /// Sent again if the connection breaks: the same token twice is one.
   Result<v1::Token> create_token(const v1::CreateTokenRequest& request);
   Result<std::vector<v1::Token>> list_tokens();
-  Status revoke_token(const std::string& id);
+  Result<v1::RevokeTokenResponse> revoke_token(const v1::RevokeTokenRequest& request);
 
   /// Who did what, newest first, at most `limit`; of all pages that `request` asks for.
   Result<std::vector<v1::Action>> list_actions(v1::ListActionsRequest request, std::size_t limit);

@@ -17,6 +17,9 @@ Result<FileLock> FileLock::acquire(const std::filesystem::path& path, std::strin
     return make_error(StatusCode::kPermissionDenied, "cannot write {}: {}", path.string(), std::strerror(errno));
   }
   if (::flock(lock.fd_, LOCK_EX | LOCK_NB) != 0) {
+    if (errno != EWOULDBLOCK) {
+      return make_error(StatusCode::kUnavailable, "cannot lock {}: {}", path.string(), std::strerror(errno));
+    }
     std::array<char, 32> holder{};
     const ssize_t got = ::pread(lock.fd_, holder.data(), holder.size() - 1, 0);
     return failed_precondition("{} (process {})", in_use,

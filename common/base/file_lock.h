@@ -13,7 +13,7 @@ namespace lightmill {
 class FileLock {
  public:
   /// Makes the file if need be. FAILED_PRECONDITION if another holds it: `in_use`, and the number of its process;
-  /// PERMISSION_DENIED or UNAVAILABLE, naming the file, if it cannot be written.
+  /// PERMISSION_DENIED or UNAVAILABLE, naming the file, if it cannot be written or its file system has no locks.
   static Result<FileLock> acquire(const std::filesystem::path& path, std::string_view in_use);
   FileLock() = default;  ///< holds nothing
   ~FileLock();

@@ -11,10 +11,10 @@ namespace {
 
 constexpr std::uint64_t kMaxTokenFileBytes = 4'096;
 
-Result<std::string> read_token(const std::string& file) {
+Result<std::string> read_token(const std::string& file, const char* option) {
   std::string where = kTokenVariable, text;
   if (!file.empty()) {
-    where = fmt::format("{} {}", kTokenFileOption, file);
+    where = fmt::format("{} {}", option, file);
     const Status secret = check_secrecy(file, "the token");
     const Result<std::string> read = secret.ok() ? read_file(file, kMaxTokenFileBytes) : secret;
     if (!read.ok()) {
@@ -52,7 +52,7 @@ Result<CallerTexts> read(const CallerFiles& files, std::span<const std::string> 
   }
   CallerTexts caller;
   LM_ASSIGN_OR_RETURN(caller.tls, read_tls_files(files.tls, now_unix_s));
-  LM_ASSIGN_OR_RETURN(caller.token, read_token(files.token_file));
+  LM_ASSIGN_OR_RETURN(caller.token, read_token(files.token_file, files.token_option));
   for (const std::string& server : servers) {
     const Result<HostPort> address = parse_host_port(server);
     if (!caller.token.empty() && !caller.tls.given() && address.ok() && !is_loopback(address->host)) {

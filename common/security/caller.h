@@ -21,7 +21,8 @@ inline constexpr const char* kTokenFileVariable = "LIGHTMILL_TOKEN_FILE";
 /// As given.
 struct CallerFiles {
   TlsFiles tls;
-  std::string token_file;  ///< empty: $LIGHTMILL_TOKEN, if that is set
+  std::string token_file;                       ///< empty: $LIGHTMILL_TOKEN, if that is set
+  const char* token_option = kTokenFileOption;  ///< what errors call it
 };
 
 /// As read.

@@ -28,6 +28,8 @@ std::string_view name_of(Role role) {
       return "worker";
     case Role::admin:
       return "admin";
+    case Role::enrol:
+      return "enrol";
   }
   return "unknown";
 }

@@ -12,9 +12,9 @@
 namespace lightmill {
 
 /// What each may call stands in server/access/rights.
-enum class Role : std::uint8_t { view, submit, operate, worker, admin };
+enum class Role : std::uint8_t { view, submit, operate, worker, admin, enrol };
 
-inline constexpr std::array kRoles{Role::view, Role::submit, Role::operate, Role::worker, Role::admin};
+inline constexpr std::array kRoles{Role::view, Role::submit, Role::operate, Role::worker, Role::admin, Role::enrol};
 
 class Roles {
  public:
@@ -24,7 +24,9 @@ class Roles {
       add(role);
     }
   }
-  static constexpr Roles all() { return {Role::view, Role::submit, Role::operate, Role::worker, Role::admin}; }
+  static constexpr Roles all() {
+    return {Role::view, Role::submit, Role::operate, Role::worker, Role::admin, Role::enrol};
+  }
 
   constexpr bool has(Role role) const { return (bits_ >> static_cast<unsigned>(role) & 1u) != 0; }
   constexpr bool has_any(Roles of) const { return (bits_ & of.bits_) != 0; }

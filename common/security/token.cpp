@@ -36,6 +36,12 @@ Result<NewToken> make_token() {
   return token;
 }
 
+Result<NewToken> token_of(std::string text) {
+  LM_ASSIGN_OR_RETURN(std::string id, token_id(text));
+  const Sha256 hash = sha256(text);
+  return NewToken{std::move(text), std::move(id), hash};
+}
+
 Result<std::string> token_id(std::string_view text) {
   const bool fits = text.size() == kStart.size() + kIdDigits + 1 + kSecretDigits && text.starts_with(kStart) &&
                     text[kStart.size() + kIdDigits] == '_' && is_token_id(text.substr(kStart.size(), kIdDigits)) &&

@@ -18,6 +18,8 @@ struct NewToken {
 
 /// From the system's random numbers.
 Result<NewToken> make_token();
+/// One that was made before, of its text. INVALID_ARGUMENT as token_id.
+Result<NewToken> token_of(std::string text);
 
 /// The id within a token's text; INVALID_ARGUMENT unless it has the form above. Does not repeat the text.
 Result<std::string> token_id(std::string_view text);

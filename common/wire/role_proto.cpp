@@ -13,7 +13,8 @@ constexpr std::array<std::pair<Role, v1::Role>, kRoles.size()> kWireRoles{{{Role
                                                                            {Role::submit, v1::ROLE_SUBMIT},
                                                                            {Role::operate, v1::ROLE_OPERATE},
                                                                            {Role::worker, v1::ROLE_WORKER},
-                                                                           {Role::admin, v1::ROLE_ADMIN}}};
+                                                                           {Role::admin, v1::ROLE_ADMIN},
+                                                                           {Role::enrol, v1::ROLE_ENROL}}};
 
 }  // namespace
 

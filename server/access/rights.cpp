@@ -34,6 +34,7 @@ constexpr std::array<RpcRule, static_cast<std::size_t>(Rpc::count)> kRules{{
     {Rpc::create_token, kAccess, "CreateToken", Right::administer, true},
     {Rpc::list_tokens, kAccess, "ListTokens", Right::administer, false},
     {Rpc::revoke_token, kAccess, "RevokeToken", Right::administer, true},
+    {Rpc::enrol, kAccess, "Enrol", Right::enrol, true},
     {Rpc::list_actions, kAccess, "ListActions", Right::administer, false},
     {Rpc::is_active, kScaler, "IsActive", Right::see_farm, false},
     {Rpc::stream_is_active, kScaler, "StreamIsActive", Right::see_farm, false},
@@ -71,6 +72,8 @@ constexpr Roles roles_for(Right right) {
       return {Role::worker};
     case Right::administer:
       return {Role::admin};
+    case Right::enrol:
+      return {Role::enrol};
   }
   return {};
 }

@@ -37,6 +37,7 @@ enum class Rpc {
   create_token,
   list_tokens,
   revoke_token,
+  enrol,
   list_actions,
   is_active,
   stream_is_active,
@@ -55,7 +56,8 @@ enum class Right {
   steer_farm,    ///< change what workers do
   fetch_assets,  ///< read the assets of jobs
   work,          ///< render
-  administer     ///< say who gets in
+  administer,    ///< say who gets in
+  enrol          ///< be given a token as a worker
 };
 
 struct RpcRule {

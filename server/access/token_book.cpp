@@ -1,9 +1,49 @@
 #include "server/access/token_book.h"
 
+#include <set>
+
 #include "common/base/text.h"
 #include "common/security/token.h"
 
 namespace lightmill {
+namespace {
+
+Status check_id(const std::string& id) {
+  return is_token_id(id) ? ok_status() : invalid_argument("id: a token's has 12 hex digits, got '{}'", printable(id));
+}
+
+/// Of a token that is to be made: it enrols workers and does nothing else, or it enrols none.
+Status check_enrolment(const TokenRecord& token) {
+  const EnrolmentTerms& terms = token.enrolment;
+  if (!token.roles.has(Role::enrol)) {
+    return terms == EnrolmentTerms() ? ok_status()
+                                     : invalid_argument("enrolment: only a token with the role enrol enrols workers");
+  }
+  if (token.roles != Roles{Role::enrol} || terms.workers < 1 || terms.workers > kMaxEnrolments) {
+    return invalid_argument(
+        "a token that enrols workers has the role enrol alone, and enrols 1 to {} of them, got the roles {} and {} "
+        "workers (lightmill tokens create NAME --enrol N)",
+        kMaxEnrolments, names_of(token.roles), terms.workers);
+  }
+  if (terms.worker_seconds < 1 || terms.worker_seconds > kMaxTokenSeconds) {
+    return invalid_argument("enrolment: the token of a worker holds for 1 to {} s, got {}", kMaxTokenSeconds,
+                            terms.worker_seconds);
+  }
+  return token.name.size() <= kMaxEnrolmentNameBytes
+             ? ok_status()
+             : invalid_argument("name: one of a token that enrols has at most {} bytes, got {}", kMaxEnrolmentNameBytes,
+                                token.name.size());
+}
+
+/// A slash would make it look like another token's.
+Status check_host(const std::string& host) {
+  LM_RETURN_IF_ERROR(check_name("host", host));
+  return host.size() <= kMaxEnrolmentNameBytes && host.find('/') == std::string::npos
+             ? ok_status()
+             : invalid_argument("host: at most {} bytes and no slash, got '{}'", kMaxEnrolmentNameBytes, host);
+}
+
+}  // namespace
 
 TokenBook::TokenBook(std::vector<TokenRecord> tokens) {
   for (TokenRecord& token : tokens) {
@@ -22,7 +62,8 @@ Result<Identity> TokenBook::identify(std::string_view text, std::int64_t now_uni
   const bool same = same_digest(sha256(text), token != nullptr ? token->hash : Sha256{});
   if (token == nullptr || !same) {
     return make_error(StatusCode::kUnauthenticated,
-                      "the token {}… is unknown here: it was revoked, or is another farm's", *id);
+                      "the token {}… is unknown here: it was revoked, or is another farm's; ask an admin for another",
+                      *id);
   }
   Identity identity{token->name, token->roles, Proof::token, token->until_unix_s, token->id};
   LM_RETURN_IF_ERROR(lightmill::check_still_holds(identity, now_unix_s));
@@ -37,9 +78,7 @@ Status TokenBook::check_still_holds(const Identity& identity, std::int64_t now_u
 }
 
 Status TokenBook::add(const TokenRecord& token, std::int64_t now_unix_s) {
-  if (!is_token_id(token.id)) {
-    return invalid_argument("id: a token's has 12 hex digits, got '{}'", printable(token.id));
-  }
+  LM_RETURN_IF_ERROR(check_id(token.id));
   LM_RETURN_IF_ERROR(check_name("name", token.name));
   if (token.name.empty() || token.roles.empty()) {
     return invalid_argument("a token needs a name and a role");
@@ -48,15 +87,84 @@ Status TokenBook::add(const TokenRecord& token, std::int64_t now_unix_s) {
     return invalid_argument("a token ends within {} days, got {}", kMaxTokenSeconds / (24 * 60 * 60),
                             date_text(token.until_unix_s));
   }
+  LM_RETURN_IF_ERROR(check_enrolment(token));
   if (const TokenRecord* const there = find(token.id)) {
-    const bool same = same_digest(there->hash, token.hash) && there->name == token.name && there->roles == token.roles;
+    const bool same = same_digest(there->hash, token.hash) && there->name == token.name &&
+                      there->roles == token.roles && there->enrolment.workers == token.enrolment.workers;
     return same ? ok_status() : already_exists("there is another token {}", token.id);
   }
-  if (tokens_.size() >= kMaxTokens) {
-    return resource_exhausted("there are {} tokens, and no more are kept: revoke some", kMaxTokens);
-  }
+  LM_RETURN_IF_ERROR(check_room());
   tokens_.emplace(token.id, token);
   return ok_status();
+}
+
+Status TokenBook::check_room() const {
+  return tokens_.size() < kMaxTokens
+             ? ok_status()
+             : resource_exhausted("there are {} tokens, and no more are kept: revoke some", kMaxTokens);
+}
+
+Result<Enrolment> TokenBook::enrol(const Identity& by, const EnrolmentRequest& request, std::int64_t now_unix_s) {
+  LM_RETURN_IF_ERROR(check_id(request.id));
+  LM_RETURN_IF_ERROR(check_host(request.host));
+  const auto at = tokens_.find(by.token);
+  if (at == tokens_.end() || at->second.enrolment.workers == 0) {
+    return make_error(StatusCode::kUnauthenticated, "{} has shown no token that enrols workers, or it was revoked",
+                      describe(by));
+  }
+  TokenRecord& enrolling = at->second;
+  if (const TokenRecord* const there = find(request.id)) {
+    return there->enrolled_by.empty() || !same_digest(there->hash, request.hash)
+               ? Result<Enrolment>(already_exists("there is another token {}", request.id))
+               : Enrolment{*there, enrolling, false, {}};
+  }
+  EnrolmentTerms& terms = enrolling.enrolment;
+  if (terms.enrolled >= terms.workers) {
+    return make_error(StatusCode::kPermissionDenied,
+                      "the enrolment token {} of '{}' has enrolled all of its {} workers: an admin makes another by "
+                      "`lightmill tokens create {} --enrol N`",
+                      enrolling.id, enrolling.name, terms.workers, enrolling.name);
+  }
+  Enrolment enrolment;
+  for (const auto& [id, token] : tokens_) {
+    if (!token.enrolled_by.empty() && token.until_unix_s <= now_unix_s) {
+      enrolment.ended.push_back(id);
+    }
+  }
+  for (const std::string& id : enrolment.ended) {
+    tokens_.erase(id);
+  }
+  LM_RETURN_IF_ERROR(check_room());
+  ++terms.enrolled;
+  enrolment.token = {request.id, free_name(enrolling.name, request.host), {Role::worker}, request.hash, enrolling.name,
+                     now_unix_s, now_unix_s + terms.worker_seconds};
+  enrolment.token.enrolled_by = enrolling.id;
+  enrolment.by = enrolling;
+  enrolment.is_new = true;
+  tokens_.emplace(request.id, enrolment.token);
+  return enrolment;
+}
+
+std::string TokenBook::free_name(const std::string& of, const std::string& host) const {
+  std::set<std::string_view> names;
+  for (const auto& [id, token] : tokens_) {
+    names.insert(token.name);
+  }
+  std::string name = fmt::format("{}/{}", of, host.empty() ? "1" : host);
+  for (std::size_t number = 2; names.contains(name); ++number) {
+    name = host.empty() ? fmt::format("{}/{}", of, number) : fmt::format("{}/{}-{}", of, host, number);
+  }
+  return name;
+}
+
+std::vector<std::string> TokenBook::enrolled_by(std::string_view id) const {
+  std::vector<std::string> ids;
+  for (const auto& [each, token] : tokens_) {
+    if (!id.empty() && token.enrolled_by == id) {
+      ids.push_back(each);
+    }
+  }
+  return ids;
 }
 
 Status TokenBook::remove(std::string_view id) {

@@ -16,6 +16,17 @@ void to_wire(const TokenRecord& token, v1::Token* out) {
   out->set_made_by(token.made_by);
   out->set_made_unix_s(token.made_unix_s);
   out->set_until_unix_s(token.until_unix_s);
+  if (token.enrolment.workers > 0) {
+    out->mutable_enrolment()->set_workers(token.enrolment.workers);
+    out->mutable_enrolment()->set_enrolled(token.enrolment.enrolled);
+    out->mutable_enrolment()->set_worker_seconds(token.enrolment.worker_seconds);
+  }
+  out->set_enrolled_by(token.enrolled_by);
+}
+
+Result<Sha256> hash_from_wire(const std::string& bytes) {
+  const Result<Sha256> hash = digest_from_bytes(bytes);
+  return hash.ok() ? hash : with_context(hash.status(), "sha256");
 }
 
 Result<TokenRecord> token_from_wire(const v1::CreateTokenRequest& request) {
@@ -24,11 +35,8 @@ Result<TokenRecord> token_from_wire(const v1::CreateTokenRequest& request) {
   token.name = request.name();
   token.until_unix_s = request.until_unix_s();
   LM_ASSIGN_OR_RETURN(token.roles, roles_from_wire(request.roles()));
-  const Result<Sha256> hash = digest_from_bytes(request.sha256());
-  if (!hash.ok()) {
-    return with_context(hash.status(), "sha256");
-  }
-  token.hash = *hash;
+  LM_ASSIGN_OR_RETURN(token.hash, hash_from_wire(request.sha256()));
+  token.enrolment = {request.enrolment().workers(), 0, request.enrolment().worker_seconds()};
   return token;
 }
 
@@ -104,15 +112,62 @@ AccessServiceImpl::Unary* AccessServiceImpl::ListTokens(Context* context, const 
 }
 
 AccessServiceImpl::Unary* AccessServiceImpl::RevokeToken(Context* context, const v1::RevokeTokenRequest* request,
-                                                         v1::RevokeTokenResponse*) {
+                                                         v1::RevokeTokenResponse* reply) {
   return run_change(*loop_, gate_, context, admit(gate_, *context, Rpc::revoke_token, {0, request->id()}),
-                    [this, id = request->id()](FarmLoop::Turn& turn, const Call&, About& about) {
+                    [this, request, reply](FarmLoop::Turn& turn, const Call&, About& about) {
+                      const std::string& id = request->id();
                       about.text = id;
-                      if (const std::optional<TokenRecord> token = gate_.find_token(id)) {
+                      const std::optional<TokenRecord> token = gate_.find_token(id);
+                      if (token) {
                         about.text += " of " + token->name;
                       }
-                      LM_RETURN_IF_ERROR(gate_.remove_token(id));
-                      turn.effects.writes.push_back(DropToken{id});
+                      const std::vector<std::string> enrolled = gate_.enrolled_by(id);
+                      std::vector<std::string> revoked = request->enrolled() ? enrolled : std::vector<std::string>();
+                      if (!revoked.empty()) {
+                        about.text += fmt::format(" and {} that it enrolled", revoked.size());
+                      }
+                      if (token || revoked.empty()) {
+                        revoked.push_back(id);
+                      }
+                      for (const std::string& each : revoked) {
+                        LM_RETURN_IF_ERROR(gate_.remove_token(each));
+                        turn.effects.writes.push_back(DropToken{each});
+                      }
+                      reply->set_enrolled(static_cast<std::uint32_t>(enrolled.size()));
+                      reply->set_enrols_again_by(token ? way_back(*token, turn.unix_ms / 1000) : "");
+                      return ok_status();
+                    });
+}
+
+/// The enrolment token by which the bearer of this one can enrol again; empty: there is none.
+std::string AccessServiceImpl::way_back(const TokenRecord& token, std::int64_t now_unix_s) const {
+  const std::optional<TokenRecord> by = gate_.find_token(token.enrolled_by);
+  return by && by->enrolment.enrolled < by->enrolment.workers && now_unix_s < by->until_unix_s ? by->id : "";
+}
+
+AccessServiceImpl::Unary* AccessServiceImpl::Enrol(Context* context, const v1::EnrolRequest* request,
+                                                   v1::Token* reply) {
+  return run_change(*loop_, gate_, context, admit(gate_, *context, Rpc::enrol),
+                    [this, request, reply](FarmLoop::Turn& turn, const Call& call, About& about) {
+                      about.text = request->id() + " for " + request->host();
+                      LM_ASSIGN_OR_RETURN(const Sha256 hash, hash_from_wire(request->sha256()));
+                      LM_ASSIGN_OR_RETURN(const Enrolment enrolment,
+                                          gate_.enrol(call.caller, {request->id(), hash, request->host()}));
+                      about.text = enrolment.token.id + " for " + enrolment.token.name;
+                      about.was_there = !enrolment.is_new;
+                      to_wire(enrolment.token, reply);
+                      if (enrolment.is_new) {
+                        for (const std::string& id : enrolment.ended) {
+                          turn.effects.writes.push_back(DropToken{id});
+                        }
+                        turn.effects.writes.push_back(PutToken{enrolment.by});
+                        turn.effects.writes.push_back(PutToken{enrolment.token});
+                        turn.replies.push_back([this, id = enrolment.token.id](const Status& stored) {
+                          if (!stored.ok()) {  // the use stays taken
+                            (void)gate_.remove_token(id);
+                          }
+                        });
+                      }
                       return ok_status();
                     });
 }

@@ -106,6 +106,16 @@ Status Gate::add_token(const TokenRecord& token) {
   return book_.add(token, now_unix_s());
 }
 
+Result<Enrolment> Gate::enrol(const Identity& by, const EnrolmentRequest& request) {
+  const MutexLock lock(mutex_);
+  return book_.enrol(by, request, now_unix_s());
+}
+
+std::vector<std::string> Gate::enrolled_by(std::string_view id) const {
+  const MutexLock lock(mutex_);
+  return book_.enrolled_by(id);
+}
+
 Status Gate::remove_token(std::string_view id) {
   const MutexLock lock(mutex_);
   return book_.remove(id);

@@ -57,6 +57,8 @@ class Gate {
 
   // The tokens that are known from now on; storing them is the caller's. Errors as TokenBook has them.
   Status add_token(const TokenRecord& token);
+  Result<Enrolment> enrol(const Identity& by, const EnrolmentRequest& request);
+  std::vector<std::string> enrolled_by(std::string_view id) const;
   Status remove_token(std::string_view id);
   std::optional<TokenRecord> find_token(std::string_view id) const;
   std::vector<TokenRecord> tokens() const;

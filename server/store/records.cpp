@@ -63,6 +63,10 @@ std::string message_of(const TokenRecord& token) {
   out.set_made_by(token.made_by);
   out.set_made_unix_s(token.made_unix_s);
   out.set_until_unix_s(token.until_unix_s);
+  out.set_workers(token.enrolment.workers);
+  out.set_enrolled(token.enrolment.enrolled);
+  out.set_worker_seconds(token.enrolment.worker_seconds);
+  out.set_enrolled_by(token.enrolled_by);
   return deterministic_bytes(out);
 }
 
@@ -145,6 +149,8 @@ Result<TokenRecord> read_token(const std::string& id, std::string_view bytes) {
   token.made_by = in.made_by();
   token.made_unix_s = in.made_unix_s();
   token.until_unix_s = in.until_unix_s();
+  token.enrolment = {in.workers(), in.enrolled(), in.worker_seconds()};
+  token.enrolled_by = in.enrolled_by();
   return token;
 }
 
@@ -193,11 +199,7 @@ void StoredSpecs::put(const JobRecord& job) {
 
 void StoredSpecs::keep() {
   for (const auto& [job, kept] : changes_) {
-    if (kept == Kept::none) {
-      stored_.erase(job);
-    } else {
-      stored_[job] = kept;
-    }
+    kept == Kept::none ? (void)stored_.erase(job) : (void)(stored_[job] = kept);
   }
   changes_.clear();
 }

@@ -44,6 +44,7 @@ const std::map<std::string, Expectation>& expectations() {
       {"AccessService/CreateToken", {"admin", "", StatusCode::INVALID_ARGUMENT}},
       {"AccessService/ListTokens", {"admin", "", StatusCode::OK}},
       {"AccessService/RevokeToken", {"admin", "", StatusCode::NOT_FOUND}},
+      {"AccessService/Enrol", {"enrol", "", StatusCode::INVALID_ARGUMENT}},
       {"AccessService/ListActions", {"admin", "", StatusCode::OK}},
       {"ExternalScaler/IsActive", {"view submit operate admin", "", StatusCode::OK}},
       {"ExternalScaler/StreamIsActive", {"view submit operate admin", "", StatusCode::CANCELLED}},  // by the caller

@@ -13,13 +13,14 @@ using grpc::StatusCode;
 /// RPCs that change something, as docs/security.md has it; the others leave no trace. Written down once more, by hand.
 const std::map<std::string, bool>& recorded() {
   static const std::map<std::string, bool> all{
-      {"FindMissingAssets", false}, {"UploadAsset", false},     {"DownloadAsset", false}, {"SubmitJob", true},
-      {"InspectScene", false},      {"GetJob", false},          {"ListJobs", false},      {"CancelJob", true},
-      {"PauseJob", true},           {"ResumeJob", true},        {"ExtendJob", true},      {"SetPriority", true},
-      {"DeleteJob", true},          {"WatchJob", false},        {"GetFilm", false},       {"ListWorkers", false},
-      {"DrainWorker", true},        {"QuarantineWorker", true}, {"ReleaseWorker", true},  {"Work", true},
-      {"CreateToken", true},        {"ListTokens", false},      {"RevokeToken", true},    {"ListActions", false},
-      {"IsActive", false},          {"StreamIsActive", false},  {"GetMetricSpec", false}, {"GetMetrics", false},
+      {"FindMissingAssets", false}, {"UploadAsset", false},     {"DownloadAsset", false},  {"SubmitJob", true},
+      {"InspectScene", false},      {"GetJob", false},          {"ListJobs", false},       {"CancelJob", true},
+      {"PauseJob", true},           {"ResumeJob", true},        {"ExtendJob", true},       {"SetPriority", true},
+      {"DeleteJob", true},          {"WatchJob", false},        {"GetFilm", false},        {"ListWorkers", false},
+      {"DrainWorker", true},        {"QuarantineWorker", true}, {"ReleaseWorker", true},   {"Work", true},
+      {"CreateToken", true},        {"ListTokens", false},      {"RevokeToken", true},     {"Enrol", true},
+      {"ListActions", false},       {"IsActive", false},        {"StreamIsActive", false}, {"GetMetricSpec", false},
+      {"GetMetrics", false},
   };
   return all;
 }
@@ -126,6 +127,20 @@ void change_everything(const std::shared_ptr<grpc::Channel>& root, const std::sh
     context.TryCancel();
     (void)stream->Finish();
   }
+  {
+    const NewToken own = make_token().value();
+    grpc::ClientContext context;
+    context.AddMetadata("authorization", "Bearer " + token_for(root, "render", {Role::enrol}));
+    v1::EnrolRequest enrol;
+    enrol.set_id(own.id);
+    enrol.set_sha256(std::string(own.hash.bytes.begin(), own.hash.bytes.end()));
+    enrol.set_host("node7");
+    v1::Token made;
+    EXPECT_TRUE(access->Enrol(&context, enrol, &made).ok());
+    grpc::ClientContext repeated;
+    repeated.AddMetadata("authorization", "Bearer " + token_for(root, "render", {Role::enrol}));
+    EXPECT_TRUE(access->Enrol(&repeated, enrol, &made).ok()) << "the same again leaves no trace";
+  }
   v1::RevokeTokenRequest revoke;
   revoke.set_id(token);
   done(*access, &v1::AccessService::Stub::RevokeToken, revoke);
@@ -144,7 +159,9 @@ TEST(ActionLog, EveryChangeIsRecordedWithWhoAndWhat) {
                 "root by certificate job 1 SetPriority done", "root by certificate job 1 CancelJob done",
                 "root by certificate job 1 DeleteJob done", "render-1 by certificate job 0 Work done",
                 "root by certificate job 0 DrainWorker done", "root by certificate job 0 QuarantineWorker done",
-                "root by certificate job 0 ReleaseWorker done", "root by certificate job 0 RevokeToken done"}));
+                "root by certificate job 0 ReleaseWorker done", "root by certificate job 0 CreateToken done",
+                "render by token job 0 Enrol done", "root by certificate job 0 CreateToken done",
+                "root by certificate job 0 RevokeToken done"}));
   const std::int64_t now = system_clock().unix_milliseconds();
   std::set<std::string> seen;
   for (const v1::Action& action : all) {
@@ -154,7 +171,9 @@ TEST(ActionLog, EveryChangeIsRecordedWithWhoAndWhat) {
   }
   EXPECT_EQ(all[9].about(), "render-1/w1");
   EXPECT_EQ(all[10].about(), "render-1/w1");
-  EXPECT_EQ(all[13].about(), all[1].about().substr(0, 12) + " of carl");
+  EXPECT_EQ(all[14].token(), all[13].about().substr(0, 12));
+  EXPECT_TRUE(all[14].about().ends_with(" for render/node7")) << all[14].about();
+  EXPECT_EQ(all[16].about(), all[1].about().substr(0, 12) + " of carl");
 
   // Whoever adds an RPC says here whether it changes something; and the others leave no trace.
   for (const google::protobuf::MethodDescriptor* method : all_methods()) {

@@ -39,7 +39,7 @@ class SecureFarm {
     options.insert(options.end(), more_options.begin(), more_options.end());
     farm_ = std::make_unique<Farm>(options, launch);
   }
-  Farm& farm() { return *farm_; }
+  Farm& farm() const { return *farm_; }
   const KeyAndCertificate& authority() const { return authority_; }
   std::string path(const std::string& name) const { return (folder_.path() / name).string(); }
   std::string write(const std::string& name, const std::string& text) const {
@@ -117,9 +117,9 @@ inline grpc::Status call(const std::shared_ptr<grpc::Channel>& channel, const st
   return status;
 }
 
-/// Makes a token known, as an admin; its text.
+/// Makes a token known, as an admin; its text. One with the role enrol enrols so many workers.
 inline std::string token_for(const std::shared_ptr<grpc::Channel>& admin, const std::string& name, Roles roles,
-                             std::int64_t until_unix_s = now_unix_s() + kDay) {
+                             std::int64_t until_unix_s = now_unix_s() + kDay, std::uint32_t enrolments = 1) {
   const NewToken token = make_token().value();
   v1::CreateTokenRequest request;
   request.set_id(token.id);
@@ -127,6 +127,10 @@ inline std::string token_for(const std::shared_ptr<grpc::Channel>& admin, const 
   request.set_name(name);
   to_wire(roles, request.mutable_roles());
   request.set_until_unix_s(until_unix_s);
+  if (roles.has(Role::enrol)) {
+    request.mutable_enrolment()->set_workers(enrolments);
+    request.mutable_enrolment()->set_worker_seconds(kDay);
+  }
   grpc::ClientContext context;
   v1::Token made;
   const grpc::Status status = v1::AccessService::NewStub(admin)->CreateToken(&context, request, &made);

@@ -174,7 +174,7 @@ struct Expectation {
 };
 
 const std::map<std::string, Expectation>& expectations() {
-  const std::string all = "view submit operate worker admin", everybody = "nobody " + all;
+  const std::string all = "view submit operate worker admin enrol", everybody = "nobody " + all;
   static const std::map<std::string, Expectation> paths{
       {"get /farm", {all, "", 200}},
       {"post /login", {everybody, "", 401}},  // without a token in the body
@@ -226,7 +226,7 @@ TEST(WebAccess, EveryPathForEveryRoleWithOwnAndOthersJobs) {
   for (const Role role : kRoles) {
     const std::string token = web.token("ada", {role});
     callers.emplace_back(name_of(role), bearer(token));
-    if (role == Role::worker) {
+    if (role == Role::worker || role == Role::enrol) {
       const Response refused = web.log_in(token);
       EXPECT_EQ(refused.result_int(), 403u) << "the page has nothing to show to a worker";
       EXPECT_NE(refused.body().find("roles"), std::string::npos) << refused.body();

@@ -10,6 +10,7 @@
 #include "common/base/log.h"
 #include "common/security/connection_problem.h"
 #include "common/wire/bytes.h"
+#include "lightmill/v1/access_service.grpc.pb.h"
 #include "lightmill/v1/render_service.grpc.pb.h"
 #include "worker/rpc/link_stream.h"
 
@@ -18,7 +19,7 @@ namespace {
 
 /// A packed scene may have 16 MiB.
 constexpr int kMaxMessageBytes = 20 << 20;
-constexpr auto kTransferLimit = std::chrono::minutes(10);
+constexpr std::chrono::seconds kTransferLimit = std::chrono::minutes(10), kEnrolmentLimit(30);
 constexpr std::size_t kChunkBytes = std::size_t{256} << 10;
 
 /// `quickly`: there is another coordinator to try when this one does not answer.
@@ -48,7 +49,8 @@ struct FarmLink::Connection {
       : caller(std::move(texts)),
         channel(make_channel(address, caller.tls, quickly)),
         work(v1::WorkerService::NewStub(channel)),
-        render(v1::RenderService::NewStub(channel)) {}
+        render(v1::RenderService::NewStub(channel)),
+        access(v1::AccessService::NewStub(channel)) {}
   void show_token(grpc::ClientContext& context) const {
     if (!caller.token.empty()) {
       context.AddMetadata("authorization", caller.authorization());
@@ -58,15 +60,34 @@ struct FarmLink::Connection {
   std::shared_ptr<grpc::Channel> channel;
   std::unique_ptr<v1::WorkerService::Stub> work;
   std::unique_ptr<v1::RenderService::Stub> render;
+  std::unique_ptr<v1::AccessService::Stub> access;
   std::set<grpc::ClientContext*> calls;  ///< under way; guarded by the link's mutex
 };
 
-FarmLink::FarmLink(FarmAddress farm, LinkHandlers handlers) : farm_(std::move(farm)), handlers_(std::move(handlers)) {
+FarmLink::FarmLink(FarmAddress farm, LinkHandlers handlers)
+    : farm_(std::move(farm)), handlers_(watching_refusals(std::move(handlers))) {
   LM_CHECK(!farm_.servers.empty());
   gpr_set_log_function([](gpr_log_func_args* line) { spdlog::debug("grpc: {}", line->message); });
 }
 
+/// A worker's own token that the farm does not know any more is of no use.
+LinkHandlers FarmLink::watching_refusals(LinkHandlers handlers) {
+  handlers.disconnected = [this, tell = std::move(handlers.disconnected)](
+                              std::uint64_t stream, const std::string& address, const Status& status) {
+    if (status.code() == StatusCode::kUnauthenticated) {
+      const MutexLock lock(mutex_);
+      token_refused_ = true;
+    }
+    tell(stream, address, status);
+  };
+  return handlers;
+}
+
 FarmLink::~FarmLink() {
+  close();  // also an enrolment
+  if (enrolling_.joinable()) {
+    enrolling_.join();
+  }
   std::shared_ptr<LinkStream> stream;
   {
     const MutexLock lock(mutex_);
@@ -79,7 +100,12 @@ FarmLink::~FarmLink() {
 }
 
 Result<CallerTexts> FarmLink::read_caller() const {
-  return lightmill::read_caller(farm_.caller, farm_.servers, system_clock().unix_milliseconds() / 1000);
+  CallerFiles files = farm_.caller;
+  if (farm_.enrolment && farm_.enrolment->state->has_token()) {
+    files.token_file = farm_.enrolment->state->token_file();
+    files.token_option = "--state";
+  }
+  return lightmill::read_caller(files, farm_.servers, system_clock().unix_milliseconds() / 1000);
 }
 
 std::uint64_t FarmLink::open() {
@@ -97,21 +123,84 @@ std::uint64_t FarmLink::open() {
   if (earlier != nullptr) {
     earlier->wait();
   }
+  if (!has_to_enrol()) {
+    open_stream(number, server);
+    return number;
+  }
+  enrolling_ = std::jthread([this, number, server] {
+    if (const Status enrolled = enrol(server); enrolled.ok()) {
+      open_stream(number, server);
+    } else {
+      handlers_.disconnected(number, server, enrolled);
+    }
+  });
+  return number;
+}
+
+std::shared_ptr<FarmLink::Connection> FarmLink::connect(const std::string& server, CallerTexts caller) const {
+  return std::make_shared<Connection>(server, std::move(caller), farm_.servers.size() > 1);
+}
+
+void FarmLink::open_stream(std::uint64_t number, const std::string& server) {
   Result<CallerTexts> caller = read_caller();
   if (!caller.ok()) {
     handlers_.disconnected(number, server, caller.status());
-    return number;
+    return;
   }
   const auto stream = std::make_shared<LinkStream>(number, server, handlers_);
-  const auto connection = std::make_shared<Connection>(server, *std::move(caller), farm_.servers.size() > 1);
+  const auto connection = connect(server, *std::move(caller));
   connection->show_token(stream->context());
+  bool closed = false;
   {
     const MutexLock lock(mutex_);
-    connection_ = connection;
-    stream_ = stream;
+    closed = closed_;  // while the worker enrolled
+    if (!closed) {
+      connection_ = connection;
+      stream_ = stream;
+    }
+  }
+  if (closed) {
+    handlers_.disconnected(number, server, make_error(StatusCode::kCancelled, "the worker leaves"));
+    return;
   }
   stream->start(*connection->work);
-  return number;
+}
+
+bool FarmLink::has_to_enrol() {
+  const MutexLock lock(mutex_);
+  return farm_.enrolment && (token_refused_ || !farm_.enrolment->state->has_token());
+}
+
+/// Gets a token for this worker and keeps it.
+Status FarmLink::enrol(const std::string& server) {
+  const EnrolmentFiles& enrolment = *farm_.enrolment;
+  CallerFiles files = farm_.caller;
+  files.token_file = enrolment.file;
+  files.token_option = kEnrolFileOption;
+  LM_ASSIGN_OR_RETURN(CallerTexts caller,
+                      lightmill::read_caller(files, farm_.servers, system_clock().unix_milliseconds() / 1000));
+  LM_ASSIGN_OR_RETURN(const NewToken asked, enrolment.state->asked_token());
+  {
+    const MutexLock lock(mutex_);
+    connection_ = connect(server, std::move(caller));
+  }
+  v1::EnrolRequest request;
+  request.set_id(asked.id);
+  request.set_sha256(digest_bytes(asked.hash));
+  request.set_host(enrolment.host);
+  v1::Token token;
+  const Status status = call(kEnrolmentLimit, [&](const Connection& connection, grpc::ClientContext& context) {
+    return connection.access->Enrol(&context, request, &token);
+  });
+  if (!status.ok()) {
+    return with_context(status, fmt::format("enrolment with {} {}", kEnrolFileOption, enrolment.file));
+  }
+  LM_RETURN_IF_ERROR(enrolment.state->keep_asked_token());
+  spdlog::info("enrolled at {} as '{}': the token {} is in {}", server, token.name(), token.id(),
+               enrolment.state->token_file().string());
+  const MutexLock lock(mutex_);
+  token_refused_ = false;
+  return ok_status();
 }
 
 std::string FarmLink::explain(const std::string& server, const Status& failure) const {
@@ -153,9 +242,9 @@ void FarmLink::close() {
 }
 
 template <class Run>
-Status FarmLink::call(const Run& run) {
+Status FarmLink::call(std::chrono::seconds limit, const Run& run) {
   grpc::ClientContext context;
-  context.set_deadline(std::chrono::system_clock::now() + kTransferLimit);
+  context.set_deadline(std::chrono::system_clock::now() + limit);
   std::shared_ptr<Connection> connection;
   {
     const MutexLock lock(mutex_);
@@ -166,7 +255,7 @@ Status FarmLink::call(const Run& run) {
     connection->calls.insert(&context);
   }
   connection->show_token(context);
-  const grpc::Status status = run(*connection->render, context);
+  const grpc::Status status = run(*connection, context);
   {
     const MutexLock lock(mutex_);
     connection->calls.erase(&context);
@@ -180,10 +269,10 @@ Status FarmLink::call(const Run& run) {
 
 Result<std::string> FarmLink::download(const Sha256& digest) {
   std::string bytes;
-  const Status status = call([&](v1::RenderService::Stub& stub, grpc::ClientContext& context) {
+  const Status status = call(kTransferLimit, [&](const Connection& connection, grpc::ClientContext& context) {
     v1::DownloadAssetRequest request;
     request.set_digest(digest_bytes(digest));
-    const auto reader = stub.DownloadAsset(&context, request);
+    const auto reader = connection.render->DownloadAsset(&context, request);
     v1::DownloadAssetResponse response;
     while (reader->Read(&response)) {
       bytes += response.chunk();
@@ -202,8 +291,8 @@ Status FarmLink::upload_missing(const std::map<Sha256, std::string>& assets, con
     request.add_digests(digest_bytes(digest));
   }
   v1::FindMissingAssetsResponse response;
-  LM_RETURN_IF_ERROR(call([&](v1::RenderService::Stub& stub, grpc::ClientContext& context) {
-    return stub.FindMissingAssets(&context, request, &response);
+  LM_RETURN_IF_ERROR(call(kTransferLimit, [&](const Connection& connection, grpc::ClientContext& context) {
+    return connection.render->FindMissingAssets(&context, request, &response);
   }));
   for (const std::string& missing : response.missing()) {
     LM_RETURN_IF_ERROR(go_on());
@@ -218,9 +307,9 @@ Status FarmLink::upload_missing(const std::map<Sha256, std::string>& assets, con
 }
 
 Status FarmLink::upload(const Sha256& digest, ByteView bytes) {
-  return call([&](v1::RenderService::Stub& stub, grpc::ClientContext& context) {
+  return call(kTransferLimit, [&](const Connection& connection, grpc::ClientContext& context) {
     v1::UploadAssetResponse response;
-    const auto writer = stub.UploadAsset(&context, &response);
+    const auto writer = connection.render->UploadAsset(&context, &response);
     v1::UploadAssetRequest request;
     request.set_digest(digest_bytes(digest));
     std::size_t sent = 0;

@@ -5,7 +5,9 @@
 #include <functional>
 #include <map>
 #include <memory>
+#include <optional>
 #include <string>
+#include <thread>
 #include <vector>
 
 #include "common/base/digest.h"
@@ -13,6 +15,7 @@
 #include "common/base/status.h"
 #include "common/farm/messages.h"
 #include "common/security/caller.h"
+#include "worker/state/state_folder.h"
 
 namespace lightmill {
 
@@ -26,10 +29,21 @@ struct LinkHandlers {
   std::function<void(std::uint64_t stream, const std::string& address, const Status& status)> disconnected;
 };
 
+inline constexpr const char* kEnrolFileOption = "--enrol-file";
+
+/// How a worker gets a token of its own, and where it keeps it.
+struct EnrolmentFiles {
+  std::string file;              ///< has an enrolment token; read only when the worker enrols
+  StateFolder* state = nullptr;  ///< outlives the link
+  std::string host;              ///< what the machine calls itself
+};
+
 /// Where the farm is, and how it knows the worker.
 struct FarmAddress {
   std::vector<std::string> servers;  ///< HOST:PORT; each attempt takes the next one
   CallerFiles caller;                ///< read for each attempt, so that renewed ones come into use
+  /// Without a token in `caller`. A worker whose own token is refused enrols again.
+  std::optional<EnrolmentFiles> enrolment = {};
 };
 
 /// Thread-safe. At most one stream at a time.
@@ -61,9 +75,14 @@ class FarmLink {
  private:
   struct Connection;
   Result<CallerTexts> read_caller() const;
+  LinkHandlers watching_refusals(LinkHandlers handlers);
+  bool has_to_enrol();
+  Status enrol(const std::string& server);
+  void open_stream(std::uint64_t number, const std::string& server);
+  std::shared_ptr<Connection> connect(const std::string& server, CallerTexts caller) const;
   /// The connection, of which this is a call until the end of `run`: close() gives it up. UNAVAILABLE.
   template <class Run>
-  Status call(const Run& run);
+  Status call(std::chrono::seconds limit, const Run& run);
   Status upload(const Sha256& digest, ByteView bytes);
 
   const FarmAddress farm_;
@@ -73,6 +92,8 @@ class FarmLink {
   std::shared_ptr<LinkStream> stream_ LM_GUARDED_BY(mutex_);
   std::uint64_t streams_ LM_GUARDED_BY(mutex_) = 0;
   bool closed_ LM_GUARDED_BY(mutex_) = false;
+  bool token_refused_ LM_GUARDED_BY(mutex_) = false;  ///< the worker's own
+  std::jthread enrolling_;                            ///< enrols, then opens the stream
 };
 
 }  // namespace lightmill

@@ -273,8 +273,8 @@ void add_certs_command(CLI::App& app, Context& context) {
     return issue(given, {given.hosts.front(), given.hosts, {}}, "server", console);
   });
 
-  CLI::App* worker = add_issuing(*certs, *options, "worker", "Make a certificate of workers: DIR/NAME.pem.");
-  worker->add_option("NAME", options->name, "the machine, or the group of machines, that is to have it")->required();
+  CLI::App* worker = add_issuing(*certs, *options, "worker", "Make a worker's certificate: DIR/NAME.pem.");
+  worker->add_option("NAME", options->name, "the machine that is to have it: one certificate, one machine")->required();
   run_it(worker, context, options, [](const CertsOptions& given, const Console& console) {
     return issue(given, {given.name, {}, {Role::worker}}, given.name, console);
   });
@@ -287,6 +287,9 @@ void add_certs_command(CLI::App& app, Context& context) {
       ->capture_default_str();
   run_it(person, context, options, [](const CertsOptions& given, const Console& console) -> Status {
     LM_ASSIGN_OR_RETURN(const Roles roles, parse_roles(given.roles));
+    if (roles.has(Role::enrol)) {
+      return invalid_argument("--roles: the role enrol is for tokens alone (lightmill tokens create NAME --enrol N)");
+    }
     return issue(given, {given.name, {}, roles}, given.name, console);
   });
 

@@ -17,11 +17,15 @@ namespace {
 
 using nlohmann::json;
 
-constexpr std::uint64_t kMaxTokenDays = 3'650;
+constexpr std::uint64_t kMaxTokenDays = 3'650, kMaxEnrolments = 10'000;
+constexpr std::uint64_t kDays = 90, kEnrolmentDays = 7;
 
 struct TokenOptions {
   std::string name, id, roles = "view,submit", out;
-  std::uint64_t days = 90;
+  std::uint64_t days = 0;        ///< 0: the default
+  std::uint64_t enrolments = 0;  ///< workers that it enrols; 0: it has the roles
+  std::uint64_t worker_days = 365;
+  bool enrolled = false;
 };
 
 Result<json> token_json(const v1::Token& token) {
@@ -32,24 +36,47 @@ Result<json> token_json(const v1::Token& token) {
       names.push_back(name_of(role));
     }
   }
-  return json{{"id", token.id()},
+  json object{{"id", token.id()},
               {"name", token.name()},
               {"roles", names},
               {"made_by", token.made_by()},
               {"made", date_text(token.made_unix_s())},
               {"until", date_text(token.until_unix_s())},
               {"ended", token.until_unix_s() <= now_unix_s()}};
+  if (roles.has(Role::enrol)) {
+    object["enrolment"] = {{"workers", token.enrolment().workers()},
+                           {"enrolled", token.enrolment().enrolled()},
+                           {"worker_days", token.enrolment().worker_seconds() / kDaySeconds}};
+  }
+  if (!token.enrolled_by().empty()) {
+    object["enrolled_by"] = token.enrolled_by();
+  }
+  return object;
+}
+
+/// What a new token is for, in words.
+std::string purpose_of(const v1::Token& token, Roles roles) {
+  return roles.has(Role::enrol) ? fmt::format("enrols {} as '{}/HOST', with tokens for {},",
+                                              counted(token.enrolment().workers(), "worker"), token.name(),
+                                              counted(token.enrolment().worker_seconds() / kDaySeconds, "day"))
+                                : fmt::format("stands for '{}' ({})", token.name(), names_of(roles));
 }
 
 Status create(FarmConnection& connection, const Console& console, const TokenOptions& options) {
-  LM_ASSIGN_OR_RETURN(const Roles roles, parse_roles(options.roles));
+  const bool enrols = options.enrolments > 0;
+  LM_ASSIGN_OR_RETURN(const Roles roles, enrols ? Roles{Role::enrol} : parse_roles(options.roles));
   LM_ASSIGN_OR_RETURN(const NewToken made, make_token());
   v1::CreateTokenRequest request;
   request.set_id(made.id);
   request.set_sha256(std::string(made.hash.bytes.begin(), made.hash.bytes.end()));
   request.set_name(options.name);
   to_wire(roles, request.mutable_roles());
-  request.set_until_unix_s(now_unix_s() + static_cast<std::int64_t>(options.days) * kDaySeconds);
+  if (enrols) {
+    request.mutable_enrolment()->set_workers(static_cast<std::uint32_t>(options.enrolments));
+    request.mutable_enrolment()->set_worker_seconds(static_cast<std::int64_t>(options.worker_days) * kDaySeconds);
+  }
+  const std::uint64_t days = options.days > 0 ? options.days : enrols ? kEnrolmentDays : kDays;
+  request.set_until_unix_s(now_unix_s() + static_cast<std::int64_t>(days) * kDaySeconds);
   if (!options.out.empty()) {  // first: a token that cannot be handed over is of no use
     LM_RETURN_IF_ERROR(write_secret_file(options.out, as_byte_view(made.text + "\n"), false));
   }
@@ -64,7 +91,7 @@ Status create(FarmConnection& connection, const Console& console, const TokenOpt
   LM_ASSIGN_OR_RETURN(json object, token_json(*token));
   object[options.out.empty() ? "token" : "file"] = options.out.empty() ? made.text : options.out;
   console.object(object);
-  console.notice(fmt::format("token {} stands for '{}' ({}) until {}{}", made.id, options.name, names_of(roles),
+  console.notice(fmt::format("token {} {} until {}{}", made.id, purpose_of(*token, roles),
                              date_text(token->until_unix_s()), options.out.empty() ? "; it is shown this once" : ""));
   console.result(options.out.empty() ? made.text : fmt::format("{}: the token", options.out));
   return ok_status();
@@ -79,8 +106,13 @@ Status list(FarmConnection& connection, const Console& console) {
   for (const v1::Token& token : tokens) {
     LM_ASSIGN_OR_RETURN(objects.emplace_back(), token_json(token));
     LM_ASSIGN_OR_RETURN(const Roles roles, roles_from_wire(token.roles()));
-    rows.push_back({token.id(), token.name(), names_of(roles), date_text(token.made_unix_s()),
-                    token.made_by().empty() ? "-" : token.made_by(),
+    const std::string uses = roles.has(Role::enrol)
+                                 ? fmt::format(" ({} of {})", token.enrolment().enrolled(), token.enrolment().workers())
+                                 : "";
+    rows.push_back({token.id(), token.name(), names_of(roles) + uses, date_text(token.made_unix_s()),
+                    !token.enrolled_by().empty() ? "token " + token.enrolled_by()
+                    : token.made_by().empty()    ? "-"
+                                                 : token.made_by(),
                     date_text(token.until_unix_s()) + (token.until_unix_s() <= now_unix_s() ? " (ended)" : "")});
   }
   console.object(json{{"tokens", objects}});
@@ -92,10 +124,28 @@ Status list(FarmConnection& connection, const Console& console) {
   return ok_status();
 }
 
-Status revoke(FarmConnection& connection, const Console& console, const std::string& id) {
-  LM_RETURN_IF_ERROR(connection.revoke_token(id));
-  console.object(json{{"id", id}, {"revoked", true}});
-  console.result(fmt::format("nobody gets in by token {} any more", id));
+Status revoke(FarmConnection& connection, const Console& console, const TokenOptions& options) {
+  v1::RevokeTokenRequest request;
+  request.set_id(options.id);
+  request.set_enrolled(options.enrolled);
+  LM_ASSIGN_OR_RETURN(const v1::RevokeTokenResponse response, connection.revoke_token(request));
+  console.object(json{{"id", options.id},
+                      {"revoked", true},
+                      {"enrolled", response.enrolled()},
+                      {"enrolled_revoked", options.enrolled},
+                      {"enrols_again_by", response.enrols_again_by()}});
+  const std::string enrolled = counted(response.enrolled(), "worker");
+  console.result(fmt::format("nobody gets in by token {}{} any more", options.id,
+                             options.enrolled ? fmt::format(", or by those of {} that it enrolled,", enrolled) : ""));
+  if (response.enrolled() > 0 && !options.enrolled) {
+    console.notice(fmt::format(
+        "the tokens of {} that it enrolled still hold: `lightmill tokens revoke {} --enrolled` revokes them too",
+        enrolled, options.id));
+  }
+  if (!response.enrols_again_by().empty()) {
+    console.notice(fmt::format("its bearer can enrol again by token {}: `lightmill tokens revoke {}` ends that",
+                               response.enrols_again_by(), response.enrols_again_by()));
+  }
   return ok_status();
 }
 
@@ -132,9 +182,20 @@ void add_token_commands(CLI::App& app, Context& context) {
       ->type_name("ROLE[,ROLE]")
       ->check(readable(parse_roles))
       ->capture_default_str();
-  made->add_option("--days", options->days, "how long it holds")
+  made->add_option(
+          "--enrol", options->enrolments,
+          "in place of roles: N workers get a token of their own by it (lightmill-worker --enrol-file), and it "
+          "is of no other use")
+      ->type_name("N")
+      ->check(whole_number(1, kMaxEnrolments))
+      ->excludes("--roles");
+  made->add_option("--days", options->days,
+                   fmt::format("how long it holds (default: {}, with --enrol {})", kDays, kEnrolmentDays))
+      ->check(whole_number(1, kMaxTokenDays));
+  made->add_option("--worker-days", options->worker_days, "with --enrol: how long the workers' tokens hold")
       ->check(whole_number(1, kMaxTokenDays))
-      ->capture_default_str();
+      ->capture_default_str()
+      ->needs("--enrol");
   made->add_option("--out", options->out, "write it here, for its owner's eyes alone, instead of printing it")
       ->type_name("FILE");
   run_it(made, context, [options](FarmConnection& connection, const Console& console) {
@@ -143,8 +204,10 @@ void add_token_commands(CLI::App& app, Context& context) {
 
   CLI::App* revoked = tokens->add_subcommand("revoke", "Let nobody in by a token any more.");
   revoked->add_option("ID", options->id, "as `tokens` lists it")->required();
+  revoked->add_flag("--enrolled", options->enrolled,
+                    "also the tokens of all workers that it enrolled; it may have been revoked before");
   run_it(revoked, context, [options](FarmConnection& connection, const Console& console) {
-    return revoke(connection, console, options->id);
+    return revoke(connection, console, *options);
   });
 }
 

@@ -189,6 +189,48 @@ TEST_F(SecureCliTest, TokensComeAndGo) {
   EXPECT_TRUE(says(failure(as("root", {"tokens", "revoke", made.value("id", "")})), "there is no token"));
 }
 
+TEST_F(SecureCliTest, EnrolmentTokensSayWhomTheyEnrolled) {
+  json({"certs", "person", certs(), "root", "--roles", "admin"});
+  start_server("127.0.0.1:0", {"--tls-cert", pem("server"), "--tls-ca", pem("ca")});
+  const nlohmann::json made = json(
+      as("root", {"tokens", "create", "render", "--enrol", "2", "--worker-days", "30", "--out", file("render.enrol")}));
+  const std::string id = made.value("id", "");
+  EXPECT_EQ(made["roles"], nlohmann::json{"enrol"});
+  EXPECT_EQ(made["enrolment"], (nlohmann::json{{"workers", 2}, {"enrolled", 0}, {"worker_days", 30}}));
+  const BackgroundProcess worker(as("", {program("lightmill-worker"), "--threads", "1", "--enrol-file",
+                                         file("render.enrol"), "--state", file("state")}),
+                                 file("worker.log"));
+  nlohmann::json listed;
+  ASSERT_TRUE(eventually([&] {
+    listed = json(as("root", {"tokens"}))["tokens"];
+    return listed.size() == 2;
+  }));
+  EXPECT_EQ(listed[0]["enrolment"]["enrolled"], 1);
+  EXPECT_TRUE(listed[1].value("name", "").starts_with("render/")) << listed[1];
+  EXPECT_EQ(listed[1]["roles"], nlohmann::json{"worker"});
+  EXPECT_EQ(listed[1]["enrolled_by"], id);
+  const std::string table = lightmill(as("root", {"tokens"})).out;
+  EXPECT_TRUE(says(table, "enrol (1 of 2)") && says(table, "token " + id)) << table;
+  EXPECT_TRUE(
+      says(failure(as("", {"jobs", "--token-file", file("render.enrol")})), "'render' (roles: enrol; by token"));
+
+  const CommandResult machine = lightmill(as("root", {"tokens", "revoke", listed[1].value("id", "")}));
+  EXPECT_TRUE(says(machine.err, "its bearer can enrol again by token " + id)) << machine.err;
+  ASSERT_TRUE(eventually([&] { return json(as("root", {"tokens"}))["tokens"].size() == 2; })) << "it has";
+  const CommandResult closed = lightmill(as("root", {"tokens", "revoke", id}));
+  EXPECT_TRUE(says(closed.err, "the tokens of 1 worker that it enrolled still hold: `lightmill tokens revoke " + id +
+                                   " --enrolled`"))
+      << closed.err;
+  EXPECT_EQ(json(as("root", {"tokens"}))["tokens"].size(), 1u);
+  EXPECT_EQ(json(as("root", {"tokens", "revoke", id, "--enrolled"}))["enrolled"], 1);
+  EXPECT_TRUE(json(as("root", {"tokens"}))["tokens"].empty());
+
+  EXPECT_TRUE(says(failure(as("root", {"tokens", "create", "x", "--roles", "enrol"})), "--enrol N"));
+  EXPECT_TRUE(says(failure({"certs", "person", certs(), "x", "--roles", "enrol"}), "--enrol N"));
+  EXPECT_EQ(lightmill({"tokens", "create", "x", "--enrol", "2", "--roles", "view"}).exit_code, 2);
+  EXPECT_EQ(lightmill({"tokens", "create", "x", "--worker-days", "2"}).exit_code, 2);
+}
+
 TEST_F(SecureCliTest, TheLogSaysWhoDidWhat) {
   json({"certs", "person", certs(), "root", "--roles", "admin"});
   start_server("127.0.0.1:0", {"--tls-cert", pem("server"), "--tls-ca", pem("ca")});

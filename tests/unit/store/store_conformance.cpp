@@ -139,8 +139,10 @@ std::string describe(const StoredState& state) {
   std::string all = fmt::format("next {}\n", state.next_job_id);
   std::map<std::string, std::string> tokens;
   for (const TokenRecord& token : state.tokens) {
-    tokens[token.id] = fmt::format("token {} {} {} {} {} {} {}\n", token.id, token.name, names_of(token.roles),
-                                   token.hash.hex(), token.made_by, token.made_unix_s, token.until_unix_s);
+    tokens[token.id] =
+        fmt::format("token {} {} {} {} {} {} {} enrols {} {} {} by {}\n", token.id, token.name, names_of(token.roles),
+                    token.hash.hex(), token.made_by, token.made_unix_s, token.until_unix_s, token.enrolment.workers,
+                    token.enrolment.enrolled, token.enrolment.worker_seconds, token.enrolled_by);
   }
   for (const auto& [id, text] : tokens) {
     all += text;
@@ -293,7 +295,8 @@ TEST_P(StoreConformance, DeleteForgetsAllButTheId) {
 TEST_P(StoreConformance, TokensAreKeptUntilTheyAreDropped) {
   const TokenRecord one{"00112233aabb", "ada 'x' näme", {Role::view, Role::submit}, sha256("one"), "root", 1,
                         1'900'000'000};
-  const TokenRecord two{"ffeeddccbbaa", "w", Roles::all(), sha256("two"), "", 3, 5'000'000'000};
+  const TokenRecord two{
+      "ffeeddccbbaa", "w", Roles::all(), sha256("two"), "", 3, 5'000'000'000, {4'000'000'000, 3, 1L << 40}, one.id};
   StoredState expected;
   {
     const auto store = open();
