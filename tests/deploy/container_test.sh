@@ -28,15 +28,17 @@ if [ "${1:-}" = --inside ]; then
     root=$2
     shift 2
     chroot "$root" setpriv --reuid="$user" --regid="$user" --clear-groups --no-new-privs --bounding-set=-all \
-      env -i PATH=/usr/bin:/bin XDG_DATA_HOME=/var/lib "$@"
+      env -i PATH=/usr/bin:/bin XDG_DATA_HOME=/var/lib XDG_STATE_HOME=/var/lib "$@"
   }
   [ "$(stat -c '%u %a' "$server/var/lib/lightmill")" = '7350 700' ] || fail 'the state is another user'\''s'
+  [ "$(stat -c '%u %a' "$worker/var/lib/lightmill-worker")" = '7351 700' ] || fail 'the tokens are another user'\''s'
   for root in "$server" "$worker"; do
     mount --bind "$root" "$root"
     mount -t proc proc "$root/proc"
     mount -t tmpfs -o mode=1777 tmp "$root/tmp"
   done
   mount -t tmpfs -o mode=700,uid=7350,gid=7350 state "$server/var/lib/lightmill"
+  mount -t tmpfs -o mode=700,uid=7351,gid=7351 state "$worker/var/lib/lightmill-worker"
   mount -o remount,bind,ro "$server"
   mount -o remount,bind,ro "$worker"
   for root in "$server" "$worker"; do
@@ -53,11 +55,9 @@ if [ "${1:-}" = --inside ]; then
   echo '== a farm with certificates'
   "$client" certs init "$certs" >/dev/null
   "$client" certs server "$certs" localhost >/dev/null
-  "$client" certs worker "$certs" worker >/dev/null
   "$client" certs person "$certs" ada --roles admin >/dev/null
   # What a secret's group would let them read.
   install -m 400 -o 7350 "$certs/ca.pem" "$certs/server.pem" "$server/tmp/"
-  install -m 400 -o 7351 "$certs/ca.pem" "$certs/worker.pem" "$worker/tmp/"
   (as 7350 "$server" lightmill-server --data=/var/lib/lightmill --listen=127.0.0.1:0 --port-file=/tmp/port --http=127.0.0.1:0 \
     --health=127.0.0.1:0 --tls-cert=/tmp/server.pem --tls-ca=/tmp/ca.pem) >"$server/tmp/log" 2>&1 &
   tries=0
@@ -71,7 +71,10 @@ if [ "${1:-}" = --inside ]; then
   done
   ! grep -q 'without the page' "$server/tmp/log" || fail 'the page is missing'
   farm=localhost:$(cat "$server/tmp/port")
-  (as 7351 "$worker" lightmill-worker "--server=$farm" --tls-ca=/tmp/ca.pem --tls-cert=/tmp/worker.pem --threads=1) \
+  "$client" tokens create worker --enrol 1 --out "$certs/worker.enrol" \
+    --server "$farm" --tls-ca "$certs/ca.pem" --tls-cert "$certs/ada.pem" >/dev/null
+  install -m 400 -o 7351 "$certs/ca.pem" "$certs/worker.enrol" "$worker/tmp/"
+  (as 7351 "$worker" lightmill-worker "--server=$farm" --tls-ca=/tmp/ca.pem --enrol-file=/tmp/worker.enrol --threads=1) \
     >"$worker/tmp/log" 2>&1 &
   # One scene has images.
   for scene in cornell-bench-blocks course-default; do
@@ -79,6 +82,7 @@ if [ "${1:-}" = --inside ]; then
       "$work/client/usr/share/lightmill/scenes/$scene.json" -o "$certs/$scene.png" || { cat "$worker/tmp/log"; fail "$scene"; }
     [ "$(head -c 8 "$certs/$scene.png" | od -An -tx1 | tr -d ' ')" = 89504e470d0a1a0a ] || fail "$scene.png is no PNG"
   done
+  [ -s "$worker/var/lib/lightmill-worker/1/token" ] || fail 'the worker has not kept its token'
   # The namespace of processes ends with this script, and they with it.
   exit 0
 fi

@@ -53,9 +53,10 @@ function readWorld(source, bin) {
     [...docs.matchAll(/lightmill certs server certs ([^#\n]*)/g)].flatMap((match) => match[1].trim().split(/\s+/)),
   );
   const files = new Set(
-    [...docs.matchAll(/lightmill certs (?:server()|(?:worker|person)) certs (\S+)/g)].map((match) =>
-      match[1] === '' ? 'server.pem' : `${match[2]}.pem`,
-    ),
+    [
+      ...docs.matchAll(/lightmill certs (?:server()|(?:worker|person)) certs (\S+)/g),
+      ...docs.matchAll(/lightmill tokens create .*--out ()()certs\/(\S+)/g),
+    ].map(([, server, owner, token]) => token ?? (server === '' ? 'server.pem' : `${owner}.pem`)),
   );
   return {
     programs,
@@ -117,6 +118,13 @@ function volumeFaults(workload, pod, container, options, needSecret, add) {
     if (secret && secret.defaultMode !== 0o440)
       add(`secret ${secret.secretName} has the mode ${secret.defaultMode?.toString(8)}`);
   }
+}
+
+/** One certificate or token of all workers would be one identity, and an identity has nobody to compare its results with. */
+function identityFaults(options, isOwn, add) {
+  if (options.has('--tls-cert') || options.has('--token-file') || !options.has('--enrol-file'))
+    add('all of these workers have one identity');
+  else if (!isOwn(options.get('--state'))) add('its token is lost when the program ends');
 }
 
 function portFaults(container, options, add) {
@@ -199,6 +207,10 @@ function workloadFaults(workload, world, needSecret, add) {
   if (pod.enableServiceLinks !== false) add('it is given variables for Services');
   securityFaults(program, pod, container, add);
   volumeFaults(workload, pod, container, options, needSecret, add);
+  if (container.command[0] === 'lightmill-worker') {
+    const name = container.volumeMounts.find((mount) => mount.mountPath === options.get('--state'))?.name;
+    identityFaults(options, () => pod.volumes.find((volume) => volume.name === name)?.emptyDir !== undefined, add);
+  }
   portFaults(container, options, add);
   sizeFaults(workload, container, options, add);
 }
@@ -341,6 +353,8 @@ function composeFarmFaults(doc, world) {
       if (from.startsWith('./certs/') && !world.files.has(path.basename(from))) add(`docs/kubernetes.md makes no ${from}`);
       if (from.startsWith('./') && path.basename(from) !== path.basename(target)) add(`${from} is ${target}`);
     }
+    if (programName === 'lightmill-worker')
+      identityFaults(options[name], (state) => mounts.some(([from, target]) => target === state && !from.startsWith('.')), add);
     for (const published of service.ports ?? []) {
       const inside = Number(published.split(':').pop());
       if (!Object.keys(LISTENS).some((option) => options[name].has(option) && portOf(options[name].get(option)) === inside))

@@ -13,7 +13,7 @@ const test = require('node:test');
 const {composeFarmFaults, farmFaults, readWorld} = require('./farm.cjs');
 const {documents, nameOf, render} = require('./render.cjs');
 const {composeFaults, objectFaults} = require('./schemas.cjs');
-const {certificateCommands, startFarm} = require('./started.cjs');
+const {accessCommands, startFarm} = require('./started.cjs');
 
 const [source, bin] = process.argv.slice(2);
 const world = readWorld(source, bin);
@@ -50,7 +50,7 @@ const argsIn = (kind) => base.find((doc) => doc.kind === kind).spec.template.spe
 test('a farm starts with the arguments of the base', () =>
   startFarm({
     bin,
-    commands: certificateCommands(docs, 'Certificates'),
+    commands: [...accessCommands(docs, 'Certificates'), ...accessCommands(docs, 'Start')],
     serverArgs: argsIn('StatefulSet'),
     workerArgs: argsIn('Deployment'),
     askers: ['scaler'],
@@ -58,7 +58,7 @@ test('a farm starts with the arguments of the base', () =>
 test('a farm starts with the arguments of compose.yaml', () =>
   startFarm({
     bin,
-    commands: certificateCommands(docs, 'With Compose'),
+    commands: accessCommands(docs, 'With Compose'),
     serverArgs: compose.services.server.command.slice(1),
     workerArgs: compose.services.worker.command.slice(1),
     askers: [],
@@ -126,7 +126,22 @@ planted(
   'a secret is not made',
   base,
   (get) => (get('Deployment').spec.template.spec.volumes[0].secret.secretName = 'other'),
-  /no secret other with worker.pem/,
+  /no secret other with worker.enrol/,
+);
+planted(
+  'pods share a certificate',
+  base,
+  (get) => {
+    const {args} = container(get('Deployment'));
+    replaceArg(args, '--enrol-file=/etc/lightmill/certs/worker.enrol', '--tls-cert=/etc/lightmill/certs/worker.pem');
+  },
+  /have one identity/,
+);
+planted(
+  "pods' tokens lie in what they share",
+  base,
+  (get) => replaceArg(container(get('Deployment')).args, '--state=/var/lib/lightmill-worker', '--state=/etc/lightmill/certs'),
+  /its token is lost/,
 );
 planted(
   'KEDA is sent elsewhere',
@@ -226,7 +241,7 @@ plantedInCompose('an option is none, with Compose', (doc) => doc.services.server
 plantedInCompose('nobody listens, with Compose', (doc) => doc.services.server.ports.push('80:80'), /nobody listens on 80/);
 plantedInCompose(
   'a certificate is not made, with Compose',
-  (doc) => (doc.services.worker.volumes[1] = './certs/w.pem:/etc/lightmill/certs/w.pem:ro'),
+  (doc) => (doc.services.worker.volumes[0] = './certs/w.pem:/etc/lightmill/certs/w.pem:ro'),
   /no .*w\.pem/,
 );
 plantedInCompose(
@@ -236,4 +251,14 @@ plantedInCompose(
     delete doc.services.server;
   },
   /does not lead/,
+);
+plantedInCompose(
+  'workers share a certificate, with Compose',
+  (doc) => replaceArg(doc.services.worker.command, '--enrol-file=/etc/lightmill/certs/worker.enrol', '--tls-cert=/etc/lightmill/certs/ca.pem'),
+  /have one identity/,
+);
+plantedInCompose(
+  'tokens are lost, with Compose',
+  (doc) => replaceArg(doc.services.worker.command, '--state=/var/lib/lightmill-worker', '--state=/etc/lightmill/certs/ca.pem'),
+  /its token is lost/,
 );

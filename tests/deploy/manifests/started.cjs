@@ -1,4 +1,4 @@
-// Starts a farm with the arguments of manifests and the certificates that docs/kubernetes.md makes: paths and ports are this
+// Starts a farm with the arguments of manifests and the certificates and tokens that docs/kubernetes.md makes: paths and ports are this
 // test's own, the rest is taken as it stands.
 'use strict';
 const assert = require('node:assert');
@@ -8,10 +8,10 @@ const os = require('node:os');
 const path = require('node:path');
 const {setTimeout: sleep} = require('node:timers/promises');
 
-/** The commands `lightmill certs …` below a heading of the page. */
-function certificateCommands(docs, heading) {
+/** The commands `lightmill certs …` and `lightmill tokens …` below a heading of the page. */
+function accessCommands(docs, heading) {
   const section = docs.split(/^## /m).find((text) => text.startsWith(heading));
-  return [...section.matchAll(/^lightmill (certs [^#\n]*)/gm)].map((match) => match[1].trim().split(/\s+/));
+  return [...section.matchAll(/^lightmill ((?:certs|tokens) [^#\n]*)/gm)].map((match) => match[1].trim().split(/\s+/));
 }
 
 async function eventually(what, look) {
@@ -43,11 +43,15 @@ async function startFarm({bin, commands, serverArgs, workerArgs, askers}) {
         .replace('/var/lib/lightmill', file('data'))
         .replace(/0\.0\.0\.0:\d+/, '127.0.0.1:0'),
     );
-  try {
-    for (const command of commands) {
-      const made = run('lightmill', command);
+  const make = (kind, ...more) => {
+    for (const command of commands.filter((each) => each[0] === kind)) {
+      const made = run('lightmill', [...command, ...more]);
       assert.strictEqual(made.status, 0, `lightmill ${command.join(' ')}: ${made.stderr}`);
     }
+  };
+  const as = (who, port) => ['--server', `localhost:${port}`, '--tls-ca', 'certs/ca.pem', '--tls-cert', `certs/${who}.pem`];
+  try {
+    make('certs');
     start('lightmill-server', [...own(serverArgs), `--port-file=${file('port')}`]);
     const port = (
       await eventually(
@@ -55,6 +59,7 @@ async function startFarm({bin, commands, serverArgs, workerArgs, askers}) {
         () => fs.existsSync(file('port')) && fs.readFileSync(file('port'), 'utf8'),
       )
     ).trim();
+    make('tokens', ...as('ada', port));
     start(
       'lightmill-worker',
       own(workerArgs).map((arg) =>
@@ -62,17 +67,7 @@ async function startFarm({bin, commands, serverArgs, workerArgs, askers}) {
       ),
     );
     for (const asker of ['ada', ...askers]) {
-      const ask = () =>
-        run('lightmill', [
-          'workers',
-          '--json',
-          '--server',
-          `localhost:${port}`,
-          '--tls-ca',
-          'certs/ca.pem',
-          '--tls-cert',
-          `certs/${asker}.pem`,
-        ]);
+      const ask = () => run('lightmill', ['workers', '--json', ...as(asker, port)]);
       await eventually(
         () => `${asker}: ${ask().stdout} ${ask().stderr} ${log('lightmill-worker')}`,
         () => {
@@ -90,4 +85,4 @@ async function startFarm({bin, commands, serverArgs, workerArgs, askers}) {
   }
 }
 
-module.exports = {certificateCommands, startFarm};
+module.exports = {accessCommands, startFarm};

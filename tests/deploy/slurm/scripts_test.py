@@ -154,6 +154,26 @@ class Scripts(unittest.TestCase):
         self.assertEqual(process.wait(60), 1)
         self.assertEqual(self.called("scontrol"), ["requeue 9"])
 
+    def started_worker(self, **more):
+        """What a worker is told by its environment."""
+        self.stand_in("lightmill-worker", f"env | grep ^LIGHTMILL_ >{self.folder}/environment")
+        subprocess.run(["bash", SLURM / "worker.sbatch"], check=True, env={
+            **self.environment, "SLURM_JOB_ID": "5", "SLURM_CPUS_ON_NODE": "2", "LIGHTMILL_SERVER": "n1:7350", **more})
+        return dict(line.split("=", 1) for line in (self.folder / "environment").read_text().splitlines())
+
+    def test_a_worker_enrols_and_shows_nothing_of_who_submits_it(self):
+        self.farm.mkdir()
+        own = {"LIGHTMILL_TLS_CA": "/ada/ca.pem", "LIGHTMILL_TLS_CERT": "/ada/ada.pem", "LIGHTMILL_TLS_KEY": "/ada/ada.key",
+               "LIGHTMILL_TOKEN": "lightmill_1", "LIGHTMILL_TOKEN_FILE": "/ada/token"}
+        self.assertEqual({name: value for name, value in self.started_worker(**own).items() if name in own}, own,
+                         "a farm without certificates")
+        (self.farm / "ca.pem").touch()
+        told = self.started_worker(**own)
+        self.assertEqual({name: told.get(name) for name in [*own, "LIGHTMILL_ENROL_FILE", "LIGHTMILL_STATE"]}, {
+            **dict.fromkeys(own), "LIGHTMILL_TLS_CA": f"{self.farm}/ca.pem", "LIGHTMILL_ENROL_FILE": f"{self.farm}/worker.enrol",
+            "LIGHTMILL_STATE": "/var/tmp/lightmill-worker-ada"})
+        self.assertEqual(self.started_worker(LIGHTMILL_STATE="/scratch")["LIGHTMILL_STATE"], "/scratch")
+
     def test_a_worker_without_a_coordinator_says_what_to_do(self):
         run = subprocess.run(["bash", SLURM / "worker.sbatch"], check=False, capture_output=True, text=True,
                              env={**self.environment, "SLURM_JOB_ID": "5"})

@@ -45,10 +45,11 @@ class Farm:
         lightmill = BIN / "lightmill"
         run(lightmill, "certs", "init", self.folder)
         run(lightmill, "certs", "server", self.folder, *nodes)
-        run(lightmill, "certs", "worker", self.folder, "worker")
         run(lightmill, "certs", "person", self.folder, "person", "--roles", "view,submit,operate")
+        run(lightmill, "certs", "person", self.folder, "admin", "--roles", "admin")
         self.environment = {"LIGHTMILL_FARM": str(self.folder), "LIGHTMILL_BIN": str(BIN),
-                            "LIGHTMILL_DATA": str(cluster.folder / f"{name}-data"), "USER": "root", "HOME": str(cluster.folder)}
+                            "LIGHTMILL_DATA": str(cluster.folder / f"{name}-data"),
+                            "LIGHTMILL_STATE": str(cluster.folder / f"{name}-workers"), "USER": "root", "HOME": str(cluster.folder)}
 
     def batch(self, *arguments):
         """The number of the job."""
@@ -61,14 +62,22 @@ class Farm:
         log = self.cluster.folder / f"{COORDINATOR}-{number}.log"
         return log.read_text() if log.exists() else ""
 
-    def ask(self, *arguments, check=True):
+    def ask(self, *arguments, check=True, who="person"):
         """What the command line says as JSON."""
-        server = ["--server", self.server, "--tls-ca", self.folder / "ca.pem", "--tls-cert", self.folder / "person.pem"]
+        server = ["--server", self.server, "--tls-ca", self.folder / "ca.pem", "--tls-cert", self.folder / f"{who}.pem"]
         said = self.cluster.call(BIN / "lightmill", *arguments, *server, "--json", environment=self.environment, check=check)
         return json.loads(said or "{}")
 
     def answers(self):
         return "jobs" in self.ask("jobs", check=False)
+
+    def let_workers_enrol(self, count):
+        """The id of the token, by which so many may."""
+        return self.ask("tokens", "create", "worker", "--enrol", count, "--out", self.folder / "worker.enrol", who="admin")["id"]
+
+    def enrolled(self):
+        """The names that workers have been given."""
+        return [token["name"] for token in self.ask("tokens", who="admin")["tokens"] if "enrolled_by" in token]
 
     def start_workers(self, count, *options, worker_options=()):
         there = len(self.workers())
@@ -110,6 +119,7 @@ class SlurmTest(unittest.TestCase):
         cls.farm = Farm(cls.cluster, "farm", ["n1"])
         cls.coordinator = cls.farm.start_coordinator("n1")
         wait_until("the coordinator answers", cls.farm.answers)
+        cls.farm.let_workers_enrol(8)  # more than run at once, on nodes that share one disk
 
     def slurm_jobs(self):
         return self.cluster.jobs(WORKER)
@@ -164,6 +174,9 @@ class SlurmTest(unittest.TestCase):
         self.assertEqual(shown["counters"]["leases_lost"], 0)
         self.expect_drained(set(before) - set(self.farm.workers()))
         self.expect_quiet_film(job, 7, 1500)
+        identities = {name.rpartition("/")[0] for name in before}
+        self.assertEqual(len(identities), 2, before)
+        self.assertLessEqual(identities, set(self.farm.enrolled()))
 
     @unittest.skipUnless(FULL, "takes minutes: --full")
     def test_a_worker_that_slurm_takes_for_lost_and_runs_again_does_no_harm(self):
@@ -245,6 +258,7 @@ class SlurmTest(unittest.TestCase):
         second = pair.start_coordinator("n3", "--store", store)
         self.addCleanup(self.cluster.call, "scancel", first, second)
         wait_until("the second one stands by", lambda: "standing by" in pair.coordinator_log(second))
+        pair.let_workers_enrol(1)
         pair.start_workers(1, "--nodelist=n4")
         job = pair.submit(9, 1500)
         pair.wait_for(job, 0.1)
