@@ -199,7 +199,8 @@ test('no look outlives the panel, or the page', async () => {
   await page.getByRole('button', {name: 'Edit & render again'}).click();
   await (await told).finished();
   await eventually('another is there', async () => (await looks())[0]?.state === 'JOB_STATE_DONE');
-  await page.evaluate(() => new Promise((resolve) => setTimeout(resolve)));
+  // It reads the number from the reply in several tasks: it has when it is idle.
+  await page.evaluate(() => new Promise((resolve) => requestIdleCallback(() => setTimeout(() => requestIdleCallback(resolve)))));
   await page.goto('about:blank');
   await eventually('it is gone with the page', async () => (await looks()).length === 0);
 });
