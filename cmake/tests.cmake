@@ -26,14 +26,20 @@ function(lightmill_run run)
                                          ENVIRONMENT "${ARG_ENVIRONMENT}" SKIP_RETURN_CODE 77)
 endfunction()
 
-# Test sources are compiled with -O1 and have GoogleTest in their precompiled header. Not every build has tests.
+# Test sources have GoogleTest in their precompiled header. Sanitizers make code much longer, and tests are not what they examine.
+set(LIGHTMILL_TEST_OPTIONS -O1)
+if(LIGHTMILL_SANITIZE)
+  set(LIGHTMILL_TEST_OPTIONS -O0)
+endif()
+
+# Not every build has tests.
 function(lightmill_test_pch)
   if(TARGET lightmill_test_pch)
     return()
   endif()
   add_library(lightmill_test_pch STATIC ${PROJECT_SOURCE_DIR}/cmake/pch.cpp)
   target_precompile_headers(lightmill_test_pch PRIVATE ${LIGHTMILL_PCH_HEADERS} <gtest/gtest.h>)
-  target_compile_options(lightmill_test_pch PRIVATE -O1)
+  target_compile_options(lightmill_test_pch PRIVATE ${LIGHTMILL_TEST_OPTIONS})
   target_link_libraries(lightmill_test_pch PUBLIC fmt::fmt GTest::gtest)
 endfunction()
 
@@ -59,7 +65,7 @@ function(lightmill_test name)
   add_executable(${name} ${ARG_SOURCES})
   target_link_libraries(${name} PRIVATE ${ARG_DEPS} lightmill_test_places GTest::gtest GTest::gtest_main)
   target_include_directories(${name} PRIVATE ${PROJECT_SOURCE_DIR})
-  target_compile_options(${name} PRIVATE -O1)
+  target_compile_options(${name} PRIVATE ${LIGHTMILL_TEST_OPTIONS})
   target_precompile_headers(${name} REUSE_FROM lightmill_test_pch)
   lightmill_unity(${name} 8)
   set_target_properties(${name} PROPERTIES RUNTIME_OUTPUT_DIRECTORY ${CMAKE_BINARY_DIR}/tests)
@@ -88,17 +94,21 @@ function(lightmill_test_runs program shards timeout)
   endif()
 endfunction()
 
-# lightmill_test_run(RUN FILTER ...): a run of a test program, which writes reports/RUN.xml. It holds two of the slots that
-# `ctest -j` has if it computes, and one if it waits for real processes.
+# lightmill_test_run(RUN FILTER ...): a run of a test program, which writes reports/RUN.xml. Those that compute take a core each
+# (tests/runner/results.py), and those that wait for processes fill the rest. Higher costs begin first: ctest begins with long
+# computations, and with the rest as it knows them from before.
 function(lightmill_test_run run filter)
   lightmill_run(${run} ${ARGN})
+  if("integration" IN_LIST ARGN)
+    set_tests_properties(${run} PROPERTIES COST 100)
+  else()
+    set_tests_properties(${run} PROPERTIES RESOURCE_GROUPS cores:1)
+    if(NOT "unit" IN_LIST ARGN AND NOT "fuzz" IN_LIST ARGN)
+      set_tests_properties(${run} PROPERTIES COST 1000)
+    endif()
+  endif()
   set_property(TEST ${run} APPEND PROPERTY ENVIRONMENT GTEST_FILTER=${filter}
                                                        GTEST_OUTPUT=xml:${CMAKE_BINARY_DIR}/reports/${run}.xml)
-  if("integration" IN_LIST ARGN)
-    set_tests_properties(${run} PROPERTIES COST 100)  # those that wait begin first, and others compute beside them
-  else()
-    set_tests_properties(${run} PROPERTIES PROCESSORS 2)
-  endif()
 endfunction()
 
 # lightmill_write_test_programs(): for test.sh, each program and its source files.

@@ -24,7 +24,7 @@ def parse():
     parser.add_argument("--in-turn", action="store_true", help="with --all: without the default suite, from a piece on that "
                                                                "follows from the commit")
     parser.add_argument("--status", action="store_true", help="what --all and --repeat have done so far")
-    parser.add_argument("--list", action="store_true", help="the pieces of --all")
+    parser.add_argument("--list", action="store_true", help="the pieces of --all, and their tests")
     options = parser.parse_args()
     given = {name for name in ("names", "all", "repeat", "coverage", "status", "list") if getattr(options, name) not in ([], None, False)}
     if len(given) > 1 and given != {"all", "coverage"}:
@@ -66,7 +66,7 @@ def main():
             return True
         with only_one() as note:
             if options.list:
-                print("\n".join(piece.name for piece in pieces.DEFAULT_PIECES + pieces.later_pieces(True)))
+                pieces.show_pieces()
                 return True
             if options.background:
                 if not go_to_background(BUILD / ("all" if options.all else "repeat") / "log"):

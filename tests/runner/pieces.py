@@ -69,6 +69,12 @@ def later_pieces(after_default):
     return [*pieces, Piece("fuzzers", "fuzz", labelled("fuzz")), Piece("each file compiled by itself", "plain")]
 
 
+def show_pieces():
+    for piece in DEFAULT_PIECES + later_pieces(True):
+        runs = [run.name for run in runs_of(piece.preset) if piece.selects(run)] if piece.selects else []
+        print(f"{piece.name}: {' '.join(runs)}" if runs else piece.name)
+
+
 def build_piece(piece, deadline):
     """Its results so far, and its runs if they can run."""
     print(f"\n== {piece.name}", flush=True)

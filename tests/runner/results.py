@@ -1,5 +1,6 @@
 """Runs tests by ctest, and says what became of them."""
 import dataclasses
+import json
 import os
 import re
 import xml.etree.ElementTree
@@ -7,8 +8,7 @@ import xml.etree.ElementTree
 from process import ROOT, SHOWN_LINES, Row, Stopwatch, run_logged, show_end_of
 
 CORES = os.cpu_count() or 1
-# Runs that wait for real processes take one slot, runs that compute take two (cmake/tests.cmake).
-SLOTS = 3 * CORES
+SLOTS = 4 * CORES  # of runs at once; at most CORES of them compute (cmake/tests.cmake)
 KINDS_OF_RUN = ("asan", "long", "threads", "tsan")  # labels that say when a run runs; the others say what it is
 ENDED = re.compile(r" *\d+/\d+ Test +#\d+: (\S+) \.* *(Passed|\*\*\*.*?) +([\d.]+) sec")
 STARTED = re.compile(r" *Start +\d+: ")
@@ -93,8 +93,13 @@ def run_tests(test_folder, runs, folder, part, deadline=None):
         report.unlink(missing_ok=True)
     watch = Stopwatch()
     select = "|".join(re.escape(run.name) for run in runs)
+    cores = folder / "cores.json"
+    folder.mkdir(parents=True, exist_ok=True)
+    cores.write_text(json.dumps({"version": {"major": 1, "minor": 0},
+                                 "local": [{"cores": [{"id": str(core)} for core in range(CORES)]}]}))
     code = run_logged(["ctest", "--test-dir", str(test_folder), "--output-on-failure", "--no-tests=error", "-j", str(SLOTS),
-                       "-R", f"^({select})$"], log, show=r"^ *\d+/\d+ Test +#|% tests passed", deadline=deadline)
+                       "--resource-spec-file", str(cores), "-R", f"^({select})$"], log,
+                      show=r"^ *\d+/\d+ Test +#|% tests passed", deadline=deadline)
     ends = read_log(log)
     results, by_label = Results(is_late=code is None), {}
     for run in runs:

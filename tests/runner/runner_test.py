@@ -125,8 +125,8 @@ class Runner(unittest.TestCase):
         return (self.root / path).read_text()
 
     def test_a_suite_that_passes(self):
-        self.plant_runs('program(good_tests Toy.Passes unit)\nscript(good.script "exit 0" lint)\n')
-        self.assert_passes([], r"\n6 passed, 0 failed, 0 skipped\n")
+        self.plant_runs('program(good_tests Toy.Passes unit)\nprogram(long_tests Toy.Passes atlas)\nscript(good.script "exit 0" lint)\n')
+        self.assert_passes([], r"\n7 passed, 0 failed, 0 skipped\n")
 
     def test_every_kind_of_failure(self):
         self.plant_runs("""
