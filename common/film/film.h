@@ -5,14 +5,10 @@
 #pragma once
 
 #include <cstdint>
-#include <map>
 #include <memory>
 #include <vector>
 
-#include "common/base/ids.h"
-#include "common/film/allocation.h"
-#include "common/film/node.h"
-#include "common/film/tile_grid.h"
+#include "common/film/film_outline.h"
 
 namespace lightmill {
 
@@ -34,13 +30,11 @@ struct MergeOutcome {
 
 /// Siblings are joined as soon as both are in, so a tile's forest is always the shortest list of dyadic ranges that
 /// covers what was merged, and descendants never fill a range without being joined to it.
-class Film {
+class Film : public FilmOutline {
  public:
   Film(const TileGrid& grid, const NodeLayout& layout, Allocation allocation = {});
-
-  const TileGrid& grid() const { return grid_; }
-  const NodeLayout& layout() const { return layout_; }
-  const Allocation& allocation() const { return allocation_; }
+  /// The film of this outline, with just its nodes (checked); `nodes` by tile, ascending.
+  Film(FilmOutline outline, std::vector<std::vector<NodePtr>> nodes);
 
   /// Merges a node whose values have the right size (see expected_values).
   MergeOutcome merge(TileId tile, NodePtr node);
@@ -49,11 +43,6 @@ class Film {
   /// Puts back a stored node; the stored forest has no two that overlap.
   void restore(TileId tile, NodePtr node);
 
-  std::size_t expected_values(TileId tile, SampleRange range) const;  ///< of a node
-  std::uint64_t samples(TileId tile) const;                           ///< per pixel, merged so far
-  bool covered(TileId tile, SampleRange range) const;  ///< by itself or an ancestor (hence also: filled by descendants)
-  std::uint64_t non_finite() const { return non_finite_; }
-  std::uint64_t bytes() const { return bytes_; }          ///< held by nodes' values
   const std::vector<NodePtr>& forest(TileId tile) const;  ///< ascending, disjoint, maximal
   /// The sum over the forest in ascending index order of the summed channels, laid out as in Node::values; all zero
   /// while empty.
@@ -62,48 +51,11 @@ class Film {
   std::vector<float> beauty_sums(TileId tile) const;
   /// The same of the layer `bias`; empty if there is none.
   std::vector<float> bias_sums(TileId tile) const;
-  /// Samples in half A and in half B.
-  struct HalfCounts {
-    std::uint64_t a = 0, b = 0;
-  };
-  HalfCounts half_counts(TileId tile) const;
-  std::uint64_t version(TileId tile) const;           ///< grows with every merge into the tile
-  std::uint64_t version() const { return version_; }  ///< grows with every merge
-
-  // Over all tiles; O(1).
-  std::uint64_t min_samples() const { return tiles_by_samples_.begin()->first; }   ///< per pixel, least sampled tile
-  std::uint64_t max_samples() const { return tiles_by_samples_.rbegin()->first; }  ///< per pixel, most sampled tile
-  std::uint64_t pixel_samples() const { return pixel_samples_; }                   ///< sum over pixels
-  /// The most samples of the frame of which every tile has its part (Allocation); O(1).
-  std::uint64_t frame_samples() const { return tiles_by_frame_samples_.begin()->first; }
-  /// Pixel samples, as a mean over pixels, that one of the frame's stands for where no tile's part is rounded.
-  double mean_share() const { return mean_share_; }
-  /// Pixel samples of so many of the frame.
-  std::uint64_t pixel_samples_at(std::uint64_t frame_samples) const;
-  /// Whether every tile has just its part of so many; O(1) where the frame has another count.
-  bool has_just(std::uint64_t frame_samples) const;
+  /// Whether somebody else holds a node, too: without the film, its memory would not be free.
+  bool shared() const;
 
  private:
-  struct Tile {
-    std::vector<NodePtr> forest;
-    std::uint64_t samples = 0;
-    std::uint64_t version = 0;
-  };
-  using TilesByCount = std::map<std::uint64_t, std::uint32_t>;  ///< how many tiles have so many
-  const Tile& tile_at(TileId tile) const;
-  void account(TileId tile, std::uint64_t samples_before);
-  static void recount(TilesByCount& tiles, std::uint64_t from, std::uint64_t to);
-
-  TileGrid grid_;
-  NodeLayout layout_;
-  Allocation allocation_;
-  double mean_share_ = 1;
-  std::vector<Tile> tiles_;
-  TilesByCount tiles_by_samples_, tiles_by_frame_samples_;
-  std::uint64_t pixel_samples_ = 0;
-  std::uint64_t non_finite_ = 0;
-  std::uint64_t bytes_ = 0;
-  std::uint64_t version_ = 0;
+  std::vector<std::vector<NodePtr>> forests_;  ///< by tile
 };
 
 /// The sums over a forest in ascending index order of `channels` of `layout.summed` channels, laid out as in
