@@ -207,8 +207,16 @@ Status serve(const ServerOptions& options, StopRequest& stop) {
   api.log = {options.log_entries, options.log_days};
   if (!options.http.empty()) {
     const fs::path pages = options.pages.empty() ? program_folder() / "lightmill-web" : fs::path(options.pages);
-    api.web = WebOptions{options.http,     pages,    LIGHTMILL_VERSION, api.notices, options.tls, options.http_names,
-                         options.insecure, plan.page};
+    api.web = WebOptions{options.http,
+                         pages,
+                         LIGHTMILL_VERSION,
+                         api.notices,
+                         options.tls,
+                         options.http_names,
+                         options.insecure,
+                         plan.page,
+                         bytes_of_gib(share_of_memory_gib(1.0 / 8, 2)),
+                         bytes_of_gib(share_of_memory_gib(1.0 / 16, 1))};
   }
   if (health != nullptr) {
     api.on_ready = [&health](bool ready) { health->set_ready(ready); };

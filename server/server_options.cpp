@@ -209,8 +209,8 @@ std::optional<int> parse_server_options(int argc, char** argv, ServerOptions& op
       "the coordinator may use")
       ->default_str("");
   add_limit(app, "--films-gib", options.films_gib, "GIB", {0.001, 65536.0},
-            "memory of all films together; jobs beyond are refused; by default half of the memory that the coordinator "
-            "may use")
+            "memory of all films: those of jobs that have not ended, beyond which jobs are refused, and those of ended "
+            "jobs that were used last; by default half of the memory that the coordinator may use")
       ->default_str("");
   add_limit(app, "--max-asset-gib", options.max_asset_gib, "GIB", {0.001, 1024.0}, "size of one asset");
   add_limit(app, "--max-assets-gib", options.max_assets_gib, "GIB", {0.001, 1e6}, "disk for all assets together");

@@ -237,7 +237,7 @@ Status ApiServer::stop() {
   parts_->self_check.reset();
   parts_->web.reset();
   parts_->readiness.stop();
-  parts_->loop->stop_retrying();
+  parts_->loop->stop_waiting();
   parts_->renders->stop();
   parts_->scaler.stop();
   parts_->workers.stop();

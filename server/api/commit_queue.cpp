@@ -1,5 +1,7 @@
 #include "server/api/commit_queue.h"
 
+#include <malloc.h>
+
 #include <algorithm>
 #include <array>
 
@@ -24,14 +26,15 @@ bool worth_retrying(const Status& status) {
 
 /// Whether a client waits for these effects, or a worker for something else than an acknowledgement.
 bool is_urgent(const CommitQueue::Batch& batch) {
-  return !batch.replies.empty() || !batch.callers.empty() ||
+  return !batch.replies.empty() || !batch.callers.empty() || !batch.reads.empty() ||
          std::ranges::any_of(batch.writes, [](const StoreOp& op) { return std::holds_alternative<PutJob>(op); }) ||
          std::ranges::any_of(batch.after_commit,
                              [](const Outgoing& each) { return !std::holds_alternative<ResultAck>(each.message); });
 }
 
 bool is_empty(const CommitQueue::Batch& batch) {
-  return batch.writes.empty() && batch.after_commit.empty() && batch.replies.empty() && batch.callers.empty();
+  return batch.writes.empty() && batch.after_commit.empty() && batch.replies.empty() && batch.callers.empty() &&
+         batch.reads.empty();
 }
 
 template <class T>
@@ -68,6 +71,7 @@ void CommitQueue::push(Batch batch) {
   append(queued_.after_commit, std::move(batch.after_commit));
   append(queued_.replies, std::move(batch.replies));
   append(queued_.callers, std::move(batch.callers));
+  append(queued_.reads, std::move(batch.reads));
   // The writer wakes for the first effects, and then only for those that need not gather any longer.
   if (was_empty || urgent_ || queued_.writes.size() >= kGatherWrites) {
     changed_.notify_all();
@@ -99,7 +103,7 @@ Histogram CommitQueue::seconds() const {
 
 bool CommitQueue::idle() {
   const MutexLock lock(mutex_);
-  return is_empty(queued_) && !stopping_;
+  return is_empty(queued_) && readings_.empty() && !stopping_;
 }
 
 void CommitQueue::run() {
@@ -110,14 +114,18 @@ void CommitQueue::run() {
     Status failure;
     {
       const MutexLock lock(mutex_);
-      while (is_empty(queued_)) {
+      while (is_empty(queued_) && (stopping_ || !read_is_due())) {
         if (stopping_) {
           return;
         }
-        changed_.wait(mutex_);
+        if (readings_.empty()) {
+          changed_.wait(mutex_);
+        } else {
+          changed_.wait_until(mutex_, next_read_);
+        }
       }
       const auto until = std::chrono::steady_clock::now() + kGatherTime;
-      while (!urgent_ && queued_.writes.size() < kGatherWrites && !stopping_ &&
+      while (!urgent_ && readings_.empty() && queued_.writes.size() < kGatherWrites && !stopping_ &&
              changed_.wait_until(mutex_, until) == std::cv_status::no_timeout) {
       }
       batch = std::exchange(queued_, {});
@@ -133,7 +141,35 @@ void CommitQueue::run() {
       seconds_.add(std::chrono::duration<double>(std::chrono::steady_clock::now() - begun).count());
     }
     finish(batch, failure);
+    for (FilmRead& read : batch.reads) {
+      readings_.push_back({std::move(read)});
+    }
+    if (read_is_due()) {
+      read_piece();
+    }
   }
+}
+
+void CommitQueue::read_piece() {
+  Reading& reading = readings_.front();
+  if (reading.nodes.empty()) {
+    ::malloc_trim(0);  // films that made room for this one have left their memory to the heaps of other threads
+  }
+  Result<FilmPiece> piece = store_.read_film(reading.read.job, reading.after);
+  if (!piece.ok() && worth_retrying(piece.status())) {
+    spdlog::debug("the film of job {} is read later: {}", reading.read.job.value, message_of(piece.status()));
+    next_read_ = std::chrono::steady_clock::now() + kRetryPause;
+    return;
+  }
+  if (piece.ok()) {
+    append(reading.nodes, std::move(piece->nodes));
+    if (piece->last) {
+      reading.after = *piece->last;
+      return;
+    }
+  }
+  reading.read.reply(piece.ok() ? Result<StoredFilm>(std::move(reading.nodes)) : piece.status());
+  readings_.pop_front();
 }
 
 /// Also those of steps that wait behind.

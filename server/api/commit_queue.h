@@ -1,7 +1,9 @@
-// The thread that makes steps durable: all that wait go into one transaction, then their messages and replies go out.
+// The thread that uses the store: it makes steps durable, all that wait in one transaction, then their messages and
+// replies go out; and it reads films, a piece between two transactions.
 #pragma once
 
 #include <cstddef>
+#include <deque>
 #include <functional>
 #include <thread>
 #include <vector>
@@ -17,11 +19,18 @@ namespace lightmill {
 /// Told once effects are durable, or why that failed. Called from the writer thread.
 using CommitReply = std::function<void(const Status&)>;
 
+/// A film to be read. `reply` is called once, from the writer thread.
+struct FilmRead {
+  JobId job;
+  std::function<void(Result<StoredFilm>)> reply;
+};
+
 /// Steps are committed, told of, sent and answered in the order in which they were pushed; those that nobody waits for
 /// gather for a tenth of a second. push() from one thread.
 ///
 /// While the disk is full or failing, commits are tried again and nothing is acknowledged: the farm waits and loses
-/// nothing, and callers are told so. Any other error of the store means damage or a bug, and on_fatal is called.
+/// nothing, and callers are told so. Any other error of the store means damage or a bug, and on_fatal is called. A film
+/// that cannot be read now is tried again, too; other errors of reading are its reader's.
 class CommitQueue {
  public:
   struct Handlers {
@@ -37,6 +46,7 @@ class CommitQueue {
     /// As `replies`, of those who do not wait for ever: RESOURCE_EXHAUSTED tells them that storing it takes longer. It
     /// is stored later all the same.
     std::vector<CommitReply> callers;
+    std::vector<FilmRead> reads = {};  ///< once these and all earlier writes are durable
   };
   CommitQueue(Store& store, Handlers handlers);
   ~CommitQueue();
@@ -53,8 +63,16 @@ class CommitQueue {
   Status stop();
 
  private:
+  /// A film that is being read, or waits for that.
+  struct Reading {
+    FilmRead read;
+    FilmPlace after = {};
+    StoredFilm nodes = {};
+  };
   void run();
   bool idle();
+  bool read_is_due() const { return !readings_.empty() && std::chrono::steady_clock::now() >= next_read_; }
+  void read_piece();
   Status commit_with_retries(const std::vector<StoreOp>& writes, std::vector<CommitReply>& callers);
   void tell_callers(std::vector<CommitReply>& callers, const Status& stall);
   void finish(Batch& batch, const Status& status);
@@ -69,6 +87,8 @@ class CommitQueue {
   bool retrying_ LM_GUARDED_BY(mutex_) = true;
   Status failure_ LM_GUARDED_BY(mutex_);
   Histogram seconds_ LM_GUARDED_BY(mutex_);
+  std::deque<Reading> readings_;                       ///< the writer thread's own
+  std::chrono::steady_clock::time_point next_read_{};  ///< the writer thread's own
   std::thread thread_;
 };
 

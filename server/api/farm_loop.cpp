@@ -89,12 +89,15 @@ void FarmLoop::run() {
       poked_ = false;
       stopping = stopping_;
     }
-    Turn turn{farm_, watchers_, demand_, actions_, inspections_, past_, clock_.now(), clock_.unix_milliseconds(),
-              {},    {},        {},      no_store_};
+    Turn turn{
+        farm_, watchers_, demand_, actions_, inspections_, films_, past_, clock_.now(), clock_.unix_milliseconds(),
+        {},    {},        {},      no_store_};
     for (const Task& task : tasks) {
       task(turn);
+      tell_films(turn);
     }
     tick(turn);
+    tell_films(turn);
     for (Outgoing& message : turn.effects.now) {
       handlers_.send(std::move(message));
     }
@@ -111,13 +114,21 @@ void FarmLoop::run() {
     tell_inspected(turn);
     note_ends(turn);
     watchers_due = tell_watchers(turn.now);
+    if (std::set<JobId> wanted = watchers_.take_wanted_films(); !wanted.empty()) {
+      post_always([wanted = std::move(wanted)](Turn& later) {
+        for (const JobId job : wanted) {
+          (void)later.farm.use_film(job, later.now, later.effects);
+        }
+      });
+    }
     if (const std::optional<Time> due = demand_.publish(farm_, turn.now)) {
       watchers_due = std::min(watchers_due.value_or(*due), *due);
     }
     note_sent(turn);
     commits_.push({std::move(turn.effects.writes), std::move(turn.effects.after_commit), std::move(turn.replies),
-                   std::move(turn.callers)});
+                   std::move(turn.callers), film_reads(turn)});
     if (stopping && tasks.empty()) {
+      refuse_films(turn);
       for (const auto& [id, reply] : inspections_) {
         reply(unavailable("the coordinator stops"));
       }
@@ -179,6 +190,65 @@ Result<InspectionId> FarmLoop::Turn::inspect(const std::string& caller, const In
 void FarmLoop::Turn::forget_inspection(InspectionId id) {
   farm.forget_inspection(id);
   inspections.erase(id);
+}
+
+void FarmLoop::Turn::with_film(JobId job, FilmTask task) {
+  const Result<bool> here = farm.use_film(job, now, effects);
+  if (!here.ok() || *here) {
+    task(*this, here.status());
+  } else if (films.closed) {
+    task(*this, unavailable("the coordinator stops"));
+  } else {
+    films.waiting.emplace(job, std::move(task));
+  }
+}
+
+/// While it is in memory for sure: before anything else happens.
+void FarmLoop::tell_films(Turn& turn) {
+  while (!turn.effects.films.empty()) {
+    const FilmOutcome outcome = turn.effects.films.front();
+    turn.effects.films.erase(turn.effects.films.begin());
+    if (outcome.status.ok()) {
+      watchers_.film_came(farm_, outcome.job, turn.now);
+    } else {
+      watchers_.fail_film(outcome.job, outcome.status);
+    }
+    const auto [begin, end] = films_.waiting.equal_range(outcome.job);
+    const std::multimap<JobId, FilmTask> told(begin, end);
+    films_.waiting.erase(outcome.job);
+    for (const auto& [job, task] : told) {
+      if (outcome.status.ok()) {
+        turn.with_film(job, task);
+      } else {
+        task(turn, outcome.status);
+      }
+    }
+  }
+}
+
+void FarmLoop::refuse_films(Turn& turn) {
+  films_.closed = true;
+  for (const auto& [job, task] : std::exchange(films_.waiting, {})) {
+    task(turn, unavailable("the coordinator stops"));
+  }
+}
+
+void FarmLoop::stop_waiting() {
+  commits_.stop_retrying();
+  post_always([this](Turn& turn) { refuse_films(turn); });
+}
+
+std::vector<FilmRead> FarmLoop::film_reads(const Turn& turn) {
+  std::vector<FilmRead> reads;
+  for (const JobId job : turn.effects.film_reads) {
+    reads.push_back({job, [this, job](Result<StoredFilm> film) {
+                       const auto read = std::make_shared<Result<StoredFilm>>(std::move(film));
+                       post_always([job, read](Turn& later) {
+                         later.farm.film_read(job, std::move(*read), later.now, later.effects);
+                       });
+                     }});
+  }
+  return reads;
 }
 
 void FarmLoop::tell_notes(Turn& turn) {

@@ -31,6 +31,14 @@ class FarmLoop {
  public:
   /// Called on the farm thread.
   using InspectionReply = std::function<void(const Result<std::shared_ptr<const Inspection>>&)>;
+  struct Turn;
+  using Task = std::function<void(Turn&)>;
+  /// Told whether the film is in memory, for this call, or why not.
+  using FilmTask = std::function<void(Turn&, const Status&)>;
+  struct FilmTasks {
+    std::multimap<JobId, FilmTask> waiting;
+    bool closed = false;  ///< nobody is to wait any more
+  };
 
   /// What a task works with; valid during the task.
   struct Turn {
@@ -39,6 +47,7 @@ class FarmLoop {
     DemandHub& demand;
     ActionLog& actions;
     std::map<InspectionId, InspectionReply>& inspections;
+    FilmTasks& films;
     FarmPast& past;
     Time now;
     std::int64_t unix_ms;
@@ -53,8 +62,10 @@ class FarmLoop {
     /// As Coordinator::inspect; `reply` is called once, unless the inspection is forgotten.
     Result<InspectionId> inspect(const std::string& caller, const InspectionRequest& request, InspectionReply reply);
     void forget_inspection(InspectionId id);
+    /// Runs `task` once the job's film is in memory: at once, or in a later turn. NOT_FOUND, RESOURCE_EXHAUSTED if that
+    /// takes too long, UNAVAILABLE when the coordinator stops, and errors of the store.
+    void with_film(JobId job, FilmTask task);
   };
-  using Task = std::function<void(Turn&)>;
 
   struct Handlers {
     std::function<void(Outgoing)> send;  ///< from the farm thread and the writer thread
@@ -80,7 +91,8 @@ class FarmLoop {
   /// Seconds that commits took.
   Histogram commit_seconds() const { return commits_.seconds(); }
 
-  void stop_retrying() { commits_.stop_retrying(); }
+  /// Nobody waits any longer for what takes long: commits that fail are given up, and films are not waited for.
+  void stop_waiting();
   /// Runs what is queued, commits it and ends the threads. No task may be posted afterwards.
   Status stop();
 
@@ -88,6 +100,9 @@ class FarmLoop {
   void run();
   void tell_notes(Turn& turn);
   void tell_inspected(Turn& turn);
+  void tell_films(Turn& turn);
+  void refuse_films(Turn& turn);
+  std::vector<FilmRead> film_reads(const Turn& turn);
   void note_ends(Turn& turn);
   void note_sent(Turn& turn);
   /// As WatchHub::publish, unless it is too soon for that.
@@ -111,6 +126,7 @@ class FarmLoop {
   bool poked_ LM_GUARDED_BY(mutex_) = false;
   bool stopping_ LM_GUARDED_BY(mutex_) = false;
   std::map<InspectionId, InspectionReply> inspections_;  ///< the farm thread's own
+  FilmTasks films_;                                      ///< the farm thread's own
   FarmPast past_;                                        ///< the farm thread's own
   std::string no_store_;                                 ///< why nothing can be stored; the farm thread's own
   std::string no_space_;                                 ///< why no work is handed out; the farm thread's own

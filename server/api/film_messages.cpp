@@ -5,22 +5,27 @@
 
 namespace lightmill {
 
-Result<FilmSnapshot> snapshot(const Coordinator& farm, JobId job, Time now) {
+Result<v1::FilmHeader> film_header(const Coordinator& farm, JobId job, Time now) {
   LM_ASSIGN_OR_RETURN(const JobStatus status, farm.status(job, now));
   LM_ASSIGN_OR_RETURN(const JobSpec* const spec, farm.spec(job));
+  v1::FilmHeader header;
+  to_wire(status, header.mutable_job());
+  to_wire(spec->settings, header.mutable_settings());
+  header.set_tile_count(farm.outline(job)->grid().tile_count());
+  return header;
+}
+
+Result<FilmSnapshot> snapshot(const Coordinator& farm, JobId job, Time now) {
+  FilmSnapshot taken;
+  LM_ASSIGN_OR_RETURN(taken.header, film_header(farm, job, now));
   const Film* const film = farm.film(job);
   if (film == nullptr) {
-    return not_found("there is no job {}", job.value);
+    return unavailable("the film of job {} is not in memory", job.value);
   }
-  FilmSnapshot taken;
-  const std::uint32_t count = film->grid().tile_count();
-  taken.tiles.reserve(count);
-  for (std::uint32_t i = 0; i < count; ++i) {
-    taken.tiles.push_back(snapshot(*film, TileId{i}));
+  taken.tiles.reserve(taken.header.tile_count());
+  for (TileId tile{0}; tile.value < taken.header.tile_count(); ++tile.value) {
+    taken.tiles.push_back(snapshot(*film, tile));
   }
-  to_wire(status, taken.header.mutable_job());
-  to_wire(spec->settings, taken.header.mutable_settings());
-  taken.header.set_tile_count(count);
   return taken;
 }
 

@@ -13,7 +13,9 @@ struct FilmSnapshot {
   std::vector<TileSnapshot> tiles;  ///< with those of meters
 };
 
-/// NOT_FOUND if there is no such job.
+/// NOT_FOUND.
+Result<v1::FilmHeader> film_header(const Coordinator& farm, JobId job, Time now);
+/// NOT_FOUND if there is no such job, UNAVAILABLE if its film is not in memory.
 Result<FilmSnapshot> snapshot(const Coordinator& farm, JobId job, Time now);
 
 v1::FilmTile film_tile(const TileSnapshot& tile);

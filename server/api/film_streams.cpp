@@ -208,11 +208,12 @@ grpc::ServerWriteReactor<v1::GetFilmResponse>* RenderServiceImpl::GetFilm(Contex
   auto* stream = new FilmStream(*call, loop_->traffic());
   const bool posted = FilmStream::count() <= kMaxFilmStreams &&
                       loop_->post([this, stream, call = *call, job = JobId{request->id()}](FarmLoop::Turn& turn) {
-                        if (const Status status = check_job_call(turn, gate_, call, job); status.ok()) {
-                          stream->take(job, turn);
-                        } else {
-                          stream->refuse(to_grpc(status));
+                        if (const Status status = check_job_call(turn, gate_, call, job); !status.ok()) {
+                          return stream->refuse(to_grpc(status));
                         }
+                        turn.with_film(job, [stream, job](const FarmLoop::Turn& later, const Status& here) {
+                          here.ok() ? stream->take(job, later) : stream->refuse(to_grpc(here));
+                        });
                       });
   if (!posted) {
     stream->refuse(to_grpc(resource_exhausted("{}", kTooMany)));

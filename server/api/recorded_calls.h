@@ -16,8 +16,9 @@ namespace lightmill {
 using Change = std::function<Status(FarmLoop::Turn& turn, const Call& call, About& about)>;
 
 /// Makes the change if the gate has admitted the call, records it, and answers once both are durable. Of RPCs that are
-/// recorded.
+/// recorded. If `with_film_of` is given, this job's film is in memory when the change is made.
 grpc::ServerUnaryReactor* run_change(FarmLoop& loop, const Gate& gate, grpc::CallbackServerContext* context,
-                                     const Result<Call>& admitted, Change change);
+                                     const Result<Call>& admitted, Change change,
+                                     std::optional<JobId> with_film_of = std::nullopt);
 
 }  // namespace lightmill

@@ -62,7 +62,8 @@ RenderServiceImpl::Unary* RenderServiceImpl::change_job(Context* context, Rpc rp
         LM_RETURN_IF_ERROR(check_job_call(turn, gate_, call, job));
         LM_RETURN_IF_ERROR(change(turn));
         return reply == nullptr ? ok_status() : show_job(turn, job, reply);
-      });
+      },
+      rpc == Rpc::extend_job ? std::optional(job) : std::nullopt);
 }
 
 // ---- assets ----

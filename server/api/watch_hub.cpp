@@ -43,6 +43,24 @@ void WatchHub::release(JobId job) {
   }
 }
 
+void WatchHub::film_came(const Coordinator& farm, JobId job, Time now) {
+  std::optional<Time> wake;
+  std::erase_if(watchers_, [&](Watcher& watcher) {
+    return watcher.job == job && std::exchange(watcher.waits_for_film, false) &&
+           publish_to(watcher, farm, now, wake) == Outcome::remove;
+  });
+}
+
+void WatchHub::fail_film(JobId job, const Status& status) {
+  std::erase_if(watchers_, [&](const Watcher& watcher) {
+    const bool waits = watcher.job == job && watcher.waits_for_film;
+    if (waits) {
+      watcher.sink->fail(status);
+    }
+    return waits;
+  });
+}
+
 std::optional<Time> WatchHub::publish(const Coordinator& farm, Time now) {
   std::optional<Time> wake;
   std::erase_if(watchers_, [&](Watcher& watcher) {
@@ -74,14 +92,22 @@ WatchHub::Outcome WatchHub::publish_to(Watcher& watcher, const Coordinator& farm
     wake = wake ? std::min(*wake, watcher.next_time) : watcher.next_time;
     return Outcome::keep;
   }
+  const Film* const film = farm.film(watcher.job);
+  const bool waits = watcher.with_tiles && film == nullptr;
+  if (waits && !watcher.waits_for_film) {
+    wanted_films_.insert(watcher.job);
+  }
+  watcher.waits_for_film = waits;
+  if (waits && version == watcher.sent_version) {
+    return Outcome::keep;  // tiles are all that is left
+  }
   Result<JobStatus> status = farm.status(watcher.job, now);
   if (!status.ok()) {
     watcher.sink->fail(status.status());
     return Outcome::remove;
   }
   WatchUpdate update{std::move(*status), {}, false};
-  const Film* film = farm.film(watcher.job);
-  watcher.tiles_left = watcher.with_tiles && film != nullptr && add_tiles(watcher, *film, update);
+  watcher.tiles_left = waits || (watcher.with_tiles && add_tiles(watcher, *film, update));
   watcher.sent_version = version;
   watcher.next_time =
       watcher.tiles_left ? now : now + (update.job.min_tile_samples > 0 ? kInterval : kFirstRoundInterval);

@@ -5,6 +5,8 @@
 #include <map>
 #include <memory>
 #include <optional>
+#include <set>
+#include <utility>
 #include <vector>
 
 #include "common/base/clock.h"
@@ -54,6 +56,13 @@ class WatchHub {
   bool hold(JobId job);
   void release(JobId job);
 
+  /// Jobs of which watchers begin to wait for tiles, as their film is not in memory.
+  std::set<JobId> take_wanted_films() { return std::exchange(wanted_films_, {}); }
+  /// The film is in memory, perhaps only now: those who wait for its tiles get the first ones.
+  void film_came(const Coordinator& farm, JobId job, Time now);
+  /// The film cannot be read: ends the streams that wait for its tiles.
+  void fail_film(JobId job, const Status& status);
+
  private:
   struct Watcher {
     JobId job;
@@ -62,6 +71,7 @@ class WatchHub {
     std::uint64_t sent_version = 0;
     std::vector<std::uint64_t> sent_tiles;  ///< versions
     bool tiles_left = false;                ///< the last message could not hold all that changed
+    bool waits_for_film = false;            ///< which is not in memory
     Time next_time{};
   };
   /// All watchers of a job start to look at the same tile, so that most often they are told of the same ones. Each
@@ -78,6 +88,7 @@ class WatchHub {
   std::vector<Watcher> watchers_;
   std::map<JobId, Round> rounds_;  ///< of jobs that are watched with tiles
   std::map<JobId, int> held_;      ///< ends that are being committed
+  std::set<JobId> wanted_films_;
 };
 
 }  // namespace lightmill

@@ -7,7 +7,7 @@
 namespace lightmill {
 
 std::string describe_place(const Job& job, TileId tile, const SampleRange& range) {
-  const PixelRect rect = job.film.grid().tile_rect(tile);
+  const PixelRect rect = job.outline().grid().tile_rect(tile);
   return fmt::format("samples [{}, {}) of the {}x{} pixels at {}, {} of job {}", range.first(), range.end(), rect.width,
                      rect.height, rect.x, rect.y, job.id().value);
 }
@@ -23,16 +23,14 @@ std::string describe_renderers(std::span<const Claim> claims) {
 void Audits::restore(Job& job, std::span<const Renderer> renderers,
                      std::span<const StoredState::StoredResult> results) {
   for (const StoredState::StoredResult& result : results) {
-    const std::vector<NodePtr>& forest = job.film.forest(result.tile);
-    const auto node =
-        std::ranges::find_if(forest, [&](const NodePtr& each) { return each->range.contains(result.range); });
-    if (node == forest.end()) {
+    const NodeOutline* const node = job.outline().find(result.tile, result.range);
+    if (node == nullptr) {
       provenance_.add_orphan({job.id(), result.tile, result.range});  // its node was damaged, and is rendered again
       continue;
     }
     const Renderer& by = renderers[result.by];
     identities_before_.insert(by.identity);
-    provenance_.restore(job.id(), result.tile, (*node)->range, by);
+    provenance_.restore(job.id(), result.tile, node->range, by);
     if (result.to_verify && (job.active() || job.record.state == JobState::done)) {
       job.audits.open({result.range, result.tile}, {by, result.hash});
     }
@@ -40,8 +38,8 @@ void Audits::restore(Job& job, std::span<const Renderer> renderers,
 }
 
 double Audits::parts_in(const Job& job, const NodeKey& key) {
-  const std::uint64_t samples = std::min(job.plan->goal(), 2 * std::max(job.film.frame_samples(), key.range.end()));
-  const double whole = static_cast<double>(samples) * static_cast<double>(job.film.grid().pixel_count());
+  const std::uint64_t samples = std::min(job.plan->goal(), 2 * std::max(job.film().frame_samples(), key.range.end()));
+  const double whole = static_cast<double>(samples) * static_cast<double>(job.film().grid().pixel_count());
   const double result = static_cast<double>(key.range.count()) * static_cast<double>(job.pixels_of(key.tile));
   return std::max(1.0, kPartsOfAJob * result / whole);
 }
@@ -84,7 +82,7 @@ std::optional<Claim> Audits::claim_of_film(const Job& job, const NodeKey& key, c
       })) {
     return std::nullopt;
   }
-  const std::vector<NodePtr>& forest = job.film.forest(key.tile);
+  const std::vector<NodePtr>& forest = job.film().forest(key.tile);
   const auto node = std::ranges::find_if(forest, [&](const NodePtr& each) { return each->range == key.range; });
   LM_CHECK(node != forest.end(), "{} is in no film", describe_place(job, key.tile, key.range));
   if (parts.size() == 1) {

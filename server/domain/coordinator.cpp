@@ -27,6 +27,7 @@ struct Coordinator::Parts {
   std::optional<Time> next_deadline() const;
   Status serve_if(const Result<bool>& changed, const Event& event);
   void pilot_reported(SessionId session, Worker& worker, const PilotReport& report, const Event& event);
+  void take_film(Job& job, StoredFilm film, const Event& event);
 
   const CoordinatorLimits limits;
   const std::uint64_t epoch;
@@ -36,6 +37,7 @@ struct Coordinator::Parts {
 
   const Grants grants;
   JobTable jobs;
+  Films films{limits, jobs};
   WorkerRegistry workers{limits};
   QuarantineList quarantined;
   Provenance provenance;
@@ -44,7 +46,7 @@ struct Coordinator::Parts {
   Inspections inspections{workers, epoch << 32 | 1};  // numbers that no other coordinator gives
 
   Audits audits;
-  JobLifeCycle life{limits, jobs, leases, workers, queue, audits, provenance, totals};
+  JobLifeCycle life{limits, jobs, films, leases, workers, queue, audits, provenance, totals};
   Pilots pilots{leases, jobs, queue, life};
   Scheduler scheduler{limits, clock_time, jobs, leases, workers, queue, life, pilots};
   Copies copies{limits, jobs, leases, workers, pilots, scheduler};
@@ -94,6 +96,7 @@ void Coordinator::tick(Time now, std::int64_t unix_ms, Effects& effects) {
   const Event event = parts_->at(now, unix_ms, effects);
   parts_->workers.forget_absent(now);
   parts_->life.tick(event);
+  parts_->films.tick(event);
   parts_->scheduler.serve_all(event);
   parts_->copies.look(event);
   parts_->sessions.end_silent(event);
@@ -103,8 +106,9 @@ void Coordinator::tick(Time now, std::int64_t unix_ms, Effects& effects) {
 
 std::optional<Time> Coordinator::Parts::next_deadline() const {
   std::optional<Time> next;
-  for (const std::optional<Time>& time : {leases.next_deadline(), life.next_deadline(), copies.next_look(),
-                                          workers.next_silence_look(), inspections.next_deadline()}) {
+  for (const std::optional<Time>& time :
+       {leases.next_deadline(), life.next_deadline(), films.next_deadline(), copies.next_look(),
+        workers.next_silence_look(), inspections.next_deadline()}) {
     next = next && time ? std::min(*next, *time) : next ? next : time;
   }
   return next;
@@ -130,6 +134,7 @@ Result<JobId> Coordinator::submit(const JobSpec& spec, Time now, std::int64_t un
     return *known;
   }
   LM_ASSIGN_OR_RETURN(const JobId id, parts_->life.submit(spec, notes, event));
+  parts_->films.make_room(0, now);
   parts_->scheduler.serve_all(event);
   return id;
 }
@@ -164,7 +169,9 @@ Status Coordinator::resume(JobId job, Time now, Effects& effects) {
 
 Status Coordinator::extend(JobId job, const Extension& to, Time now, Effects& effects) {
   const Event event = parts_->at(now, effects);
-  return parts_->serve_if(parts_->life.extend(job, to, event), event);
+  const Result<bool> goes_on = parts_->life.extend(job, to, event);
+  parts_->films.make_room(0, now);
+  return parts_->serve_if(goes_on, event);
 }
 
 Status Coordinator::set_priority(JobId job, std::int32_t priority, Time now, Effects& effects) {
@@ -291,6 +298,45 @@ std::vector<LeaseId> leases_granted(std::span<const Outgoing> messages) {
   return leases;
 }
 
+// ---- films ----
+
+Result<bool> Coordinator::use_film(JobId id, Time now, Effects& effects) {
+  const Event event = parts_->at(now, effects);
+  LM_ASSIGN_OR_RETURN(Job* const job, parts_->jobs.get(id));
+  const bool here = parts_->films.use(*job, now);
+  if (!here) {
+    parts_->films.serve(event);
+  }
+  return here;
+}
+
+void Coordinator::film_read(JobId id, Result<StoredFilm> film, Time now, Effects& effects) {
+  const Event event = parts_->at(now, effects);
+  Job* const job = parts_->jobs.find(id);
+  if (job != nullptr && film.ok()) {
+    parts_->take_film(*job, *std::move(film), event);
+  } else if (job != nullptr) {
+    event.warn(about(id), "the film of job {} cannot be read: {}", id.value, message_of(film.status()));
+  }
+  parts_->films.answered(id, job == nullptr ? not_found("there is no job {}", id.value) : film.status(), event);
+}
+
+void Coordinator::Parts::take_film(Job& job, StoredFilm film, const Event& event) {
+  const std::vector<NodeKey> missing = job.missing_from(film);
+  for (const NodeKey& key : missing) {
+    quarantine.drop_node(job, key.tile, key.range, event);
+  }
+  job.take_film(std::move(film));
+  if (!missing.empty()) {
+    event.warn(about(job.id()), "job {}: {} of its stored nodes {} damaged: {}", job.id().value, missing.size(),
+               missing.size() == 1 ? "was" : "were",
+               job.record.state == JobState::done ? "they are rendered again" : "its picture lacks them");
+  }
+  life.film_came(job, missing.empty(), event);
+  queue.refresh(job);
+  scheduler.serve_all(event);
+}
+
 // ---- what can be seen ----
 
 Result<JobStatus> Coordinator::status(JobId id, Time now) const {
@@ -349,9 +395,14 @@ std::set<Sha256> Coordinator::assets() const {
   return assets;
 }
 
+const FilmOutline* Coordinator::outline(JobId id) const {
+  const Job* const job = parts_->jobs.find(id);
+  return job == nullptr ? nullptr : &job->outline();
+}
+
 const Film* Coordinator::film(JobId id) const {
   const Job* const job = parts_->jobs.find(id);
-  return job == nullptr ? nullptr : &job->film;
+  return job != nullptr && job->has_film() ? &job->film() : nullptr;
 }
 
 std::uint64_t Coordinator::version(JobId id) const {

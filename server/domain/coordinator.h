@@ -24,8 +24,6 @@
 
 namespace lightmill {
 
-class Film;  // common/film/film.h
-
 /// Choice of the jobs in a list.
 struct JobFilter {
   JobId before{std::numeric_limits<std::uint64_t>::max()};     ///< older ones only
@@ -73,7 +71,8 @@ class Coordinator {
   Status cancel(JobId job, Time now, std::int64_t unix_ms, Effects& effects);
   Status pause(JobId job, Time now, Effects& effects);
   Status resume(JobId job, Time now, Effects& effects);
-  /// Limits that are not named stay, unless the job has reached them.
+  /// Limits that are not named stay, unless the job has reached them. UNAVAILABLE if its film is not in memory
+  /// (use_film).
   Status extend(JobId job, const Extension& to, Time now, Effects& effects);
   Status set_priority(JobId job, std::int32_t priority, Time now, Effects& effects);
   Status remove(JobId job, Time now, Effects& effects);
@@ -110,6 +109,13 @@ class Coordinator {
   /// however long the store takes.
   void grants_sent(std::span<const LeaseId> leases, Time now);
 
+  // ---- films: those of ended jobs may be in the store alone ----
+  /// Whether the job's film is in memory; then it is until the next event. If not, the effects have it read
+  /// (`film_reads`), and say when it is there (`films`), or that it takes too long. NOT_FOUND.
+  Result<bool> use_film(JobId job, Time now, Effects& effects);
+  /// What the store holds of a film that was to be read. Nodes that are not there, or not sound, are rendered again.
+  void film_read(JobId job, Result<StoredFilm> film, Time now, Effects& effects);
+
   // ---- time ----
   /// Expires leases, ends jobs whose seconds are over, deletes jobs that ended long ago, hands out free work.
   void tick(Time now, std::int64_t unix_ms, Effects& effects);
@@ -141,7 +147,9 @@ class Coordinator {
   /// Of all jobs.
   std::set<Sha256> assets() const;
   Result<std::string> owner(JobId job) const;
-  /// The film of a job; null if there is no such job. Valid until the next event.
+  /// Which samples a job's film has; null if there is no such job. Valid until the next event.
+  const FilmOutline* outline(JobId job) const;
+  /// The film of a job; null if it is not in memory, or there is no such job. Valid until the next event.
   const Film* film(JobId job) const;
   /// Grows with every change of the job's state or film; 0 if there is no such job.
   std::uint64_t version(JobId job) const;

@@ -22,12 +22,12 @@ std::optional<double> threads_for(const Job& job, Time now) {
       (goal.seconds > 0 && goal.seconds - job.active_seconds(now) < kWorthwhileSeconds)) {
     return std::nullopt;
   }
-  double left = expected_pixel_samples(job, goal.error > 0 ? job.error.update(job.film) : FrameError{});
+  double left = expected_pixel_samples(job, goal.error > 0 ? job.frame_error() : FrameError{});
   if (std::isinf(left) && goal.error == 0) {  // time alone ends it: one more thread is never too much
-    return job.film.grid().tile_count();
+    return job.film().grid().tile_count();
   }
   if (std::isinf(left)) {  // its error cannot be read yet
-    left = static_cast<double>(job.film.pixel_samples_at(job.samples_wanted_now()) - job.film.pixel_samples());
+    left = static_cast<double>(job.film().pixel_samples_at(job.samples_wanted_now()) - job.film().pixel_samples());
   }
   return left * cost / kWorthwhileSeconds;
 }

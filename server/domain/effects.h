@@ -11,7 +11,7 @@
 #include "common/base/ids.h"
 #include "common/farm/job.h"
 #include "common/farm/messages.h"
-#include "common/film/node.h"
+#include "common/film/film.h"
 #include "server/access/action_log.h"
 #include "server/access/token_book.h"
 
@@ -157,6 +157,12 @@ struct InspectionOutcome {
   Result<std::shared_ptr<const Inspection>> found;
 };
 
+/// Whether a film that was asked for is in memory now, and else why not.
+struct FilmOutcome {
+  JobId job;
+  Status status;
+};
+
 /// What one or several events lead to. `writes` are applied in order, in one transaction. Only when they are durable
 /// may `after_commit` be sent and a client be answered. `now` may be sent at once, before or after.
 ///
@@ -171,13 +177,18 @@ struct Effects {
   std::vector<InspectionOutcome> inspected;  ///< to be told at once: none of it is stored
   std::vector<Note> notes;
   std::vector<WorkerCount> departed;  ///< workers that are forgotten, as they were last
+  std::vector<JobId> film_reads;      ///< films to be read from the store, after these writes and all earlier ones
+  std::vector<FilmOutcome> films;     ///< to be told at once
 };
 
 /// What a store gives back when a coordinator starts.
 struct StoredState {
   struct StoredNode {
+    StoredNode(TileId of, NodePtr stored) : tile(of), outline(outline_of(*stored)), node(std::move(stored)) {}
+    StoredNode(TileId of, const NodeOutline& stored) : tile(of), outline(stored) {}
     TileId tile;
-    std::shared_ptr<const Node> node;
+    NodeOutline outline;
+    NodePtr node;  ///< null where its values were left in the store
   };
   struct StoredResult {
     TileId tile;
@@ -188,7 +199,7 @@ struct StoredState {
   };
   struct StoredJob {
     JobRecord record;
-    std::vector<StoredNode> nodes;           ///< the forest, any order
+    std::vector<StoredNode> nodes;           ///< the forest, any order; of a job that has ended perhaps outlines alone
     std::vector<StoredResult> results = {};  ///< that it was merged from, any order
   };
   std::uint64_t epoch = 1;  ///< of the coordinator that starts now: one more than the last
@@ -205,5 +216,8 @@ struct StoredState {
   std::vector<QuarantineRecord> quarantine = {};
   Sha256 secret = {};  ///< of this store, drawn when it was made: draws the results that are audited
 };
+
+/// Nodes of one film, with their values.
+using StoredFilm = std::vector<StoredState::StoredNode>;
 
 }  // namespace lightmill

@@ -30,14 +30,14 @@ JobStatus FarmView::status(const Job& job, Time now) const {
     }
   }
   status.seed = spec.settings.seed;
-  status.samples_done = job.film.pixel_samples();
-  status.samples_wanted = job.film.pixel_samples_at(spec.goal.samples);
-  status.min_tile_samples = job.film.min_samples();
-  status.max_tile_samples = job.film.max_samples();
-  status.frame_samples = job.film.frame_samples();
+  status.samples_done = job.outline().pixel_samples();
+  status.samples_wanted = job.outline().pixel_samples_at(spec.goal.samples);
+  status.min_tile_samples = job.outline().min_samples();
+  status.max_tile_samples = job.outline().max_samples();
+  status.frame_samples = job.outline().frame_samples();
   status.active_seconds = job.active_seconds(now);
   status.worker_seconds = record.worker_seconds;
-  const FrameError error = job.error.update(job.film);
+  const FrameError error = job.frame_error();
   if (record.state == JobState::running) {
     status.samples_per_second = job.rate.per_second(now);
     const double eta = expected_seconds(job, error, status.samples_per_second, now);

@@ -22,7 +22,7 @@ std::int64_t milliseconds(Duration duration) {
 // ---- states ----
 
 void JobLifeCycle::make_plan(Job& job, Time now) const {
-  job.plan = std::make_unique<JobPlan>(job.film, job.samples_wanted_now(), limits_.film_bytes_per_job);
+  job.plan = std::make_unique<JobPlan>(job.film(), job.samples_wanted_now(), limits_.film_bytes_per_job);
   if (job.time_is_up(now)) {
     job.plan->close();
   }
@@ -38,9 +38,11 @@ void JobLifeCycle::queue_again(Job& job) {
 void JobLifeCycle::restored(Job& job, Time now) {
   if (job.record.state == JobState::done && !is_whole(job)) {
     // The store left a damaged node out: it is rendered again.
-    restored_.insert(job.id());
     reopen(job, now);
-    job.hold_until = now + limits_.restart_grace;
+    if (!job.reopens) {
+      restored_.insert(job.id());
+      job.hold_until = now + limits_.restart_grace;
+    }
   } else if (job.active()) {
     if (job.digest_is_durable()) {
       job.hold_until = now + limits_.restart_grace;
@@ -48,6 +50,8 @@ void JobLifeCycle::restored(Job& job, Time now) {
     make_plan(job, now);
     restored_.insert(job.id());
     queue_again(job);
+  } else if (job.has_film()) {
+    films_.keep(job, now);
   }
 }
 
@@ -62,7 +66,7 @@ void JobLifeCycle::start(Job& job, const Worker& worker, const Event& event) {
 void JobLifeCycle::unbind_if_unwanted(Job& job, const Event& event) {
   const bool wanted = std::ranges::any_of(
       workers_.all(), [&](const auto& entry) { return entry.second.counts() && may_render(entry.second, job); });
-  if (!wanted && job.leases().empty() && job.film.pixel_samples() == 0 && job.record.state == JobState::running) {
+  if (!wanted && job.leases().empty() && job.film().pixel_samples() == 0 && job.record.state == JobState::running) {
     job.unbind();
     job.record.state = JobState::queued;
     job.store(event);
@@ -87,6 +91,7 @@ void JobLifeCycle::finish(Job& job, JobState state, std::string reason, const Ev
   job.record.reason = std::move(reason);
   job.record.finished_unix_ms = event.unix_ms;
   job.plan.reset();
+  films_.keep(job, event.now);
   job.losses = Losses(limits_);
   job.refusals = {};
   if (state != JobState::done) {
@@ -135,19 +140,19 @@ bool JobLifeCycle::finish_if_complete(Job& job, const Event& event) {
     return true;
   }
   if (job.error_met()) {
-    const FrameError error = job.error.update_all(job.film);
+    const FrameError error = job.error.update_all(job.film());
     return complete(job, GoalLimit::error,
                     fmt::format("reached relMSE {} at {} samples per pixel",
-                                interval_text(error.rel_mse, error.half_width), job.film.frame_samples()),
+                                interval_text(error.rel_mse, error.half_width), job.film().frame_samples()),
                     event);
   }
-  if (job.film.frame_samples() >= job.sample_limit()) {
+  if (job.film().frame_samples() >= job.sample_limit()) {
     return complete(job, GoalLimit::samples, reached(job.sample_limit(), "sample", " per pixel"), event);
   }
   if (job.plan->closed() && job.plan->nothing_out() && !job.plan->has_work()) {
     return complete(job, GoalLimit::seconds, reached(job.record.spec.goal.seconds, "second"), event);
   }
-  if (!job.plan->closed() && job.film.frame_samples() >= job.plan->goal()) {
+  if (!job.plan->closed() && job.film().frame_samples() >= job.plan->goal()) {
     job.plan->set_goal(job.samples_wanted_now());
     queue_.refresh(job);
   }
@@ -162,7 +167,22 @@ void JobLifeCycle::close_if_time_is_up(Job& job, const Event& event) {
   }
 }
 
+void JobLifeCycle::film_came(Job& job, bool whole, const Event& event) {
+  films_.keep(job, event.now);
+  if (!whole || job.reopens) {
+    if (job.record.state == JobState::done) {
+      reopen(job, event.now);
+      look_again(job.id());  // the samples that are left may be all that is wanted
+    }
+    job.store(event);
+  }
+}
+
 void JobLifeCycle::reopen(Job& job, Time now) {
+  job.reopens = !films_.use(job, now);
+  if (job.reopens) {
+    return;
+  }
   job.record.state = JobState::running;
   job.record.reason.clear();
   job.record.reached = GoalLimit::none;
@@ -195,7 +215,7 @@ void JobLifeCycle::lose_lease(LeaseId id, bool cancel, const Event& event) {
   // nothing about the work.
   const Worker* const worker = workers_.find(lease.worker);
   if (!lease.audits && lease.sent && (worker == nullptr || worker->bad_results() == 0)) {
-    std::string reason = job.losses.add(lease, job.film.grid());
+    std::string reason = job.losses.add(lease, job.film().grid());
     for (std::size_t i = 0; i < lease.unit.tiles.size(); ++i) {
       if (!lease.done[i] && job.losses.is_suspect(lease.unit.tiles[i])) {
         job.plan->set_alone(lease.unit.tiles[i], true);

@@ -7,15 +7,18 @@
 #include <set>
 
 #include "server/domain/audits.h"
+#include "server/domain/films.h"
 
 namespace lightmill {
 
 class JobLifeCycle {
  public:
-  JobLifeCycle(const CoordinatorLimits& limits, JobTable& jobs, LeaseTable& leases, WorkerRegistry& workers,
-               JobQueue& queue, const Audits& audits, Provenance& provenance, FarmTotals& totals)
+  JobLifeCycle(const CoordinatorLimits& limits, JobTable& jobs, Films& films, LeaseTable& leases,
+               WorkerRegistry& workers, JobQueue& queue, const Audits& audits, Provenance& provenance,
+               FarmTotals& totals)
       : limits_(limits),
         jobs_(jobs),
+        films_(films),
         leases_(leases),
         workers_(workers),
         queue_(queue),
@@ -29,6 +32,7 @@ class JobLifeCycle {
   Status pause(JobId id, const Event& event);
   /// Returns false if the job has reached its limit, and ends. So does extend().
   Result<bool> resume(JobId id, const Event& event);
+  /// UNAVAILABLE if its film is in the store alone.
   Result<bool> extend(JobId id, const Extension& to, const Event& event);
   /// Returns whether the priority changed.
   Result<bool> set_priority(JobId id, std::int32_t priority, const Event& event);
@@ -48,8 +52,11 @@ class JobLifeCycle {
   bool finish_if_complete(Job& job, const Event& event);
   /// Closes the plan of a job whose seconds are over.
   void close_if_time_is_up(Job& job, const Event& event);
-  /// A job that was done is in progress again: its film has lost something, or its goal is a new one.
+  /// A job that was done is in progress again: its film has lost something, or its goal is a new one. If its film is in
+  /// the store alone, that waits for film_came().
   void reopen(Job& job, Time now);
+  /// The film of an ended job is in memory again. `whole`: as it was at the job's end.
+  void film_came(Job& job, bool whole, const Event& event);
   /// The next tick asks whether the job is complete.
   void look_again(JobId job) { ending_.insert(job); }
 
@@ -82,6 +89,7 @@ class JobLifeCycle {
 
   const CoordinatorLimits& limits_;
   JobTable& jobs_;
+  Films& films_;
   LeaseTable& leases_;
   WorkerRegistry& workers_;
   JobQueue& queue_;

@@ -56,6 +56,9 @@ Result<bool> JobLifeCycle::extend(JobId id, const Extension& to, const Event& ev
   if (job->record.state == JobState::failed || job->record.state == JobState::cancelled) {
     return failed_precondition("job {} cannot be extended: it is {}", id.value, name_of(job->record.state));
   }
+  if (!job->has_film()) {
+    return unavailable("job {} cannot be extended: its film is not in memory", id.value);
+  }
   JobSpec spec = job->record.spec;
   LM_ASSIGN_OR_RETURN(spec.goal, extended_goal(*job, to, event.now));
   LM_RETURN_IF_ERROR(jobs_.check_footprint(spec, job));

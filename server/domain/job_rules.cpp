@@ -183,7 +183,7 @@ Result<Goal> extended_goal(const Job& job, const Extension& to, Time now) {
                               most_samples(goal), to.samples);
     }
     goal.samples = to.samples;
-  } else if (job.film.frame_samples() >= goal.samples) {
+  } else if (job.outline().frame_samples() >= goal.samples) {
     goal.samples = 0;
   }
   LM_RETURN_IF_ERROR(check_goal(goal, job.record.spec.settings.crop));
@@ -192,8 +192,8 @@ Result<Goal> extended_goal(const Job& job, const Extension& to, Time now) {
 
 double expected_pixel_samples(const Job& job, const FrameError& error) {
   const Goal& goal = job.record.spec.goal;
-  const double each = static_cast<double>(job.film.grid().pixel_count()) * job.film.mean_share();
-  const auto done = static_cast<double>(job.film.pixel_samples());
+  const double each = static_cast<double>(job.outline().grid().pixel_count()) * job.outline().mean_share();
+  const auto done = static_cast<double>(job.outline().pixel_samples());
   double count = goal.samples > 0 ? static_cast<double>(goal.samples) : std::numeric_limits<double>::infinity();
   if (goal.error > 0 && error.known) {
     const std::uint64_t enough = expected_error_count(error, done / each, goal.error, job.first_error_count());
@@ -219,9 +219,9 @@ bool is_whole(const Job& job) {
     case GoalLimit::error:
       return job.error_met();
     case GoalLimit::samples:
-      return job.film.frame_samples() >= job.sample_limit();
+      return job.outline().frame_samples() >= job.sample_limit();
     case GoalLimit::seconds:
-      return job.film.min_samples() > 0 && !job.has_gaps();
+      return job.outline().min_samples() > 0 && !job.has_gaps();
     case GoalLimit::none:
       break;
   }

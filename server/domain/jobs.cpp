@@ -10,20 +10,109 @@ double gib(std::uint64_t bytes) {
   return static_cast<double>(bytes) / static_cast<double>(std::uint64_t{1} << 30);
 }
 
+bool is_in(const FilmOutline& film, const StoredState::StoredNode& stored) {
+  const NodeOutline* const known =
+      stored.tile.value < film.grid().tile_count() ? film.find(stored.tile, stored.outline.range) : nullptr;
+  return known != nullptr && *known == stored.outline;
+}
+
 }  // namespace
 
 Job::Job(JobRecord from, const CoordinatorLimits& limits, Time now)
     : record(std::move(from)),
-      film(grid_of(record.spec.settings), NodeLayout(record.spec.settings.layers), record.allocation),
       hold_until(now),
       losses(limits),
+      film_(std::in_place_type<Film>, grid_of(record.spec.settings), NodeLayout(record.spec.settings.layers),
+            record.allocation),
       digest_durable_(!record.fingerprint_class.empty() && !undecided()) {
   if (digest_durable_) {
     digest_ = render_digest(record.spec.settings, record.fingerprint_class);
   }
   if (active()) {
-    plan = std::make_unique<JobPlan>(film, samples_wanted_now(), limits.film_bytes_per_job);
+    plan = std::make_unique<JobPlan>(film(), samples_wanted_now(), limits.film_bytes_per_job);
   }
+}
+
+// ---- film ----
+
+const FilmOutline& Job::outline() const {
+  return std::visit([](const FilmOutline& film) -> const FilmOutline& { return film; }, film_);
+}
+
+const Film& Job::film() const {
+  LM_CHECK(has_film(), "the film of job {} is in the store alone", id().value);
+  return std::get<Film>(film_);
+}
+
+Film& Job::film() {
+  return const_cast<Film&>(std::as_const(*this).film());
+}
+
+void Job::drop_node(TileId tile, SampleRange range) {
+  std::visit([&](auto& film) { film.drop(tile, range); }, film_);
+}
+
+void Job::restore_film(StoredFilm nodes) {
+  if (std::ranges::any_of(nodes, [](const StoredState::StoredNode& node) { return node.node == nullptr; })) {
+    drop_film();
+  }
+  for (StoredState::StoredNode& node : nodes) {
+    LM_CHECK(node.tile.value < outline().grid().tile_count(), "job {} has a stored node of tile {} of {}", id().value,
+             node.tile.value, outline().grid().tile_count());
+    if (has_film()) {
+      film().restore(node.tile, std::move(node.node));
+    } else {
+      std::get<FilmOutline>(film_).restore(node.tile, node.outline);
+    }
+  }
+}
+
+void Job::drop_film() {
+  LM_CHECK(!active());
+  film_ = FilmOutline(std::move(film()));
+}
+
+std::vector<NodeKey> Job::missing_from(const StoredFilm& nodes) const {
+  std::set<std::pair<TileId, SampleRange>> there;
+  for (const StoredState::StoredNode& node : nodes) {
+    if (is_in(outline(), node)) {
+      there.emplace(node.tile, node.outline.range);
+    }
+  }
+  std::vector<NodeKey> missing;
+  for (TileId tile{0}; tile.value < outline().grid().tile_count(); ++tile.value) {
+    for (const NodeOutline& node : outline().nodes(tile)) {
+      if (!there.contains({tile, node.range})) {
+        missing.push_back({id(), tile, node.range});
+      }
+    }
+  }
+  return missing;
+}
+
+void Job::take_film(StoredFilm nodes) {
+  std::ranges::sort(nodes, {}, [](const auto& node) { return node.outline.range.first(); });
+  std::vector<std::vector<NodePtr>> forests(outline().grid().tile_count());
+  for (StoredState::StoredNode& node : nodes) {
+    if (is_in(outline(), node)) {
+      forests[node.tile.value].push_back(std::move(node.node));
+    }
+  }
+  film_ = Film(std::move(std::get<FilmOutline>(film_)), std::move(forests));
+}
+
+FrameError Job::frame_error() const {
+  if (has_film()) {
+    return error.update(film());
+  }
+  if (record.history.empty() || record.history.back().samples != mean_samples()) {
+    return {};
+  }
+  return {record.history.back().rel_mse, record.history.back().half_width, true};
+}
+
+double Job::mean_samples() const {
+  return static_cast<double>(outline().pixel_samples()) / static_cast<double>(outline().grid().pixel_count());
 }
 
 // ---- class and method ----
@@ -51,7 +140,7 @@ void Job::choose_method(const PilotReport& report) {
   notes.candidates.clear();
   if (!report.allocation.even()) {
     record.allocation = report.allocation;
-    film = Film(film.grid(), film.layout(), report.allocation);
+    film() = Film(outline().grid(), outline().layout(), report.allocation);
     plan->set_goal(samples_wanted_now());
   }
   record.worker_seconds += report.seconds;
@@ -117,17 +206,17 @@ std::uint64_t Job::sample_limit() const {
 
 std::uint64_t Job::samples_end() const {
   std::uint64_t end = plan ? plan->out_end() : 0;
-  for (std::uint32_t tile = 0; tile < film.grid().tile_count(); ++tile) {
-    const std::vector<NodePtr>& forest = film.forest(TileId{tile});
-    end = std::max(end, film.allocation().frame_for(TileId{tile}, forest.empty() ? 0 : forest.back()->range.end()));
+  for (std::uint32_t tile = 0; tile < outline().grid().tile_count(); ++tile) {
+    const std::vector<NodeOutline>& nodes = outline().nodes(TileId{tile});
+    end = std::max(end, outline().allocation().frame_for(TileId{tile}, nodes.empty() ? 0 : nodes.back().range.end()));
   }
   return end;
 }
 
 bool Job::has_gaps() const {
-  for (std::uint32_t tile = 0; tile < film.grid().tile_count(); ++tile) {
-    const std::vector<NodePtr>& forest = film.forest(TileId{tile});
-    if (!forest.empty() && forest.back()->range.end() != film.samples(TileId{tile})) {
+  for (std::uint32_t tile = 0; tile < outline().grid().tile_count(); ++tile) {
+    const std::vector<NodeOutline>& nodes = outline().nodes(TileId{tile});
+    if (!nodes.empty() && nodes.back().range.end() != outline().samples(TileId{tile})) {
       return true;
     }
   }
@@ -136,8 +225,9 @@ bool Job::has_gaps() const {
 
 bool Job::error_met() const {
   const double goal = record.spec.goal.error;
-  return goal > 0 && next_error_count(film.frame_samples()) == film.frame_samples() &&
-         film.has_just(film.frame_samples()) && !has_gaps() && meets(error.update_all(film), goal);
+  const std::uint64_t count = outline().frame_samples();
+  return goal > 0 && next_error_count(count) == count && outline().has_just(count) && !has_gaps() &&
+         meets(has_film() ? error.update_all(film()) : frame_error(), goal);
 }
 
 std::uint64_t Job::samples_wanted_now() const {
@@ -145,26 +235,35 @@ std::uint64_t Job::samples_wanted_now() const {
     return sample_limit();
   }
   std::uint64_t count = next_error_count(samples_end());
-  if (film.frame_samples() == count && !error_met()) {
+  if (outline().frame_samples() == count && !error_met()) {
     count = next_error_count(count + 1);
   }
   return std::min(count, sample_limit());
 }
 
 bool Job::record_error(bool at_end) {
-  const double samples = static_cast<double>(film.pixel_samples()) / static_cast<double>(film.grid().pixel_count());
+  const double samples = mean_samples();
   const double last = record.history.empty() ? 0 : record.history.back().samples;
   constexpr double kRounding = 1e-6;  // the frame's counts are whole
-  const std::uint64_t next = next_error_count(static_cast<std::uint64_t>(last / film.mean_share() + kRounding) + 1);
-  if (samples <= last || (!at_end && film.frame_samples() < next)) {
+  const std::uint64_t next =
+      next_error_count(static_cast<std::uint64_t>(last / outline().mean_share() + kRounding) + 1);
+  const bool again = at_end && samples == last;
+  if (!again && (samples <= last || (!at_end && outline().frame_samples() < next))) {
     return false;
   }
-  const FrameError frame = error.update(film);
+  const FrameError frame = error.update(film());
   const bool known = frame.known && has_error(record.spec);
-  if (known) {
+  if (known && again) {
+    record.history.back().rel_mse = frame.rel_mse;
+    record.history.back().half_width = frame.half_width;
+  } else if (known) {
     record.history.push_back({samples, record.worker_seconds, frame.rel_mse, frame.half_width});
   }
   return known;
+}
+
+std::uint64_t Job::reserved_bytes() const {
+  return std::max(outline().bytes(), finished_bytes(record.spec));
 }
 
 // ---- rows ----
@@ -213,13 +312,9 @@ Job& JobTable::restore(StoredState::StoredJob stored, Time now) {
   const JobId id = stored.record.id;
   by_request_[stored.record.spec.request_id] = id;
   Job& job = *jobs_.emplace(id, std::make_unique<Job>(std::move(stored.record), limits_, now)).first->second;
-  for (StoredState::StoredNode& node : stored.nodes) {
-    LM_CHECK(node.tile.value < job.film.grid().tile_count(), "job {} has a stored node of tile {} of {}", id.value,
-             node.tile.value, job.film.grid().tile_count());
-    job.film.restore(node.tile, std::move(node.node));
-  }
+  job.restore_film(std::move(stored.nodes));
   job.restored = true;
-  job.pictured = job.film.min_samples() > 0 || job.record.counters.results_merged > 0;
+  job.pictured = job.outline().min_samples() > 0 || job.record.counters.results_merged > 0;
   return job;
 }
 
@@ -248,17 +343,19 @@ Status JobTable::check_footprint(const JobSpec& spec, const Job* instead_of) con
     return invalid_argument("the film may come to hold {:.4g} GiB, more than --films-gib {:.4g} of the server allows",
                             gib(own), gib(limits_.film_bytes));
   }
-  std::uint64_t all = own;
+  std::uint64_t active = own, largest_ended = 0;
   for (const auto& [id, job] : jobs_) {
-    if (job.get() != instead_of) {
-      all += job->active() ? std::max(job->film.bytes(), finished_bytes(job->record.spec)) : job->film.bytes();
+    if (job.get() != instead_of && job->active()) {
+      active += job->reserved_bytes();
+    } else if (job.get() != instead_of) {
+      largest_ended = std::max(largest_ended, job->outline().bytes());
     }
   }
-  if (all > limits_.film_bytes) {
+  if (active + largest_ended > limits_.film_bytes) {
     return resource_exhausted(
-        "the films of all jobs may come to hold {:.4g} GiB, more than --films-gib {:.4g} of the server allows: delete "
-        "jobs that have ended",
-        gib(all), gib(limits_.film_bytes));
+        "the films of all jobs that have not ended may come to hold {:.4g} GiB, and the largest of the others {:.4g} "
+        "GiB: more than --films-gib {:.4g} of the server allows; try again when a job has ended",
+        gib(active), gib(largest_ended), gib(limits_.film_bytes));
   }
   return ok_status();
 }

@@ -1,6 +1,7 @@
 // Table of jobs: each with its record, film, plan, open audits and costs.
 //
-// Owns the jobs, and which request made which job. Takes: new jobs, stored ones, deletions. Knows nothing of workers,
+// Owns the jobs with their films, and which request made which job. The values of an ended job's film may be in the
+// store alone (films.h). Takes: new jobs, stored ones, deletions. Knows nothing of workers,
 // and of leases only their ids. How a job lives is in job_life_cycle.h.
 #pragma once
 
@@ -11,6 +12,7 @@
 #include <set>
 #include <string>
 #include <unordered_map>
+#include <variant>
 
 #include "common/film/error_goal.h"
 #include "common/film/film.h"
@@ -32,7 +34,6 @@ class Job {
   Job(JobRecord record, const CoordinatorLimits& limits, Time now);
 
   JobRecord record;
-  Film film;
   std::unique_ptr<JobPlan> plan;  ///< while it is queued, running or paused
   Time hold_until;                ///< no leases before that: workers may come back with what they hold
   bool restored = false;          ///< an earlier coordinator has stored it
@@ -44,6 +45,8 @@ class Job {
   RateMeter rate;     ///< pixel samples
   std::uint64_t version = 1;
   mutable ErrorEstimator error;
+  Time film_used;        ///< when somebody asked for its film last, or it ended
+  bool reopens = false;  ///< it is done, and goes on once its film is in memory
   /// The job's place in the queue (JobQueue).
   struct Share {
     double base = 0;      ///< thread seconds that it does not count: what others had when it came
@@ -56,6 +59,23 @@ class Job {
   bool active() const { return in_progress() || record.state == JobState::paused; }
   /// Work of it is handed out: it is neither paused nor ended.
   bool in_progress() const { return record.state == JobState::queued || record.state == JobState::running; }
+
+  // ---- film: its outline is always in memory, its values are as long as the job is active ----
+  const FilmOutline& outline() const;
+  bool has_film() const { return std::holds_alternative<Film>(film_); }
+  Film& film();  ///< in memory (checked)
+  const Film& film() const;
+  void drop_node(TileId tile, SampleRange range);
+  /// What was stored of it. Where values are left out, the job has ended (checked), and they are in the store alone.
+  void restore_film(StoredFilm nodes);
+  /// The values are in the store alone from now on. The job has ended (checked).
+  void drop_film();
+  /// Nodes of the outline that are not among these.
+  std::vector<NodeKey> missing_from(const StoredFilm& nodes) const;
+  /// The values come back from the store. None is missing (checked); what the outline does not have is left out.
+  void take_film(StoredFilm nodes);
+  /// Of a film that is in the store alone, as it was at the job's end; not known if the film has changed since.
+  FrameError frame_error() const;
 
   // ---- class and method: both are fixed before its first sample ----
   const Sha256& digest() const { return digest_; }  ///< zero until then
@@ -97,14 +117,14 @@ class Job {
 
   // ---- samples: counts are of the frame; tiles have their parts of them (Film::frame_samples) ----
   std::uint64_t pixels_of(TileId tile) const {
-    return static_cast<std::uint64_t>(film.grid().tile_rect(tile).pixel_count());
+    return static_cast<std::uint64_t>(outline().grid().tile_rect(tile).pixel_count());
   }
   /// No sample beyond this is ever wanted.
   std::uint64_t sample_limit() const;
   /// Up to where samples are wanted now: with a goal in error, up to the next count at which the error is read. A
   /// function of the film, and of leases beyond it, so that it need not be stored.
   std::uint64_t samples_wanted_now() const;
-  std::uint64_t first_error_count() const { return lightmill::first_error_count(film.allocation()); }
+  std::uint64_t first_error_count() const { return lightmill::first_error_count(outline().allocation()); }
   std::uint64_t next_error_count(std::uint64_t frame) const {
     return lightmill::next_error_count(frame, first_error_count());
   }
@@ -112,10 +132,12 @@ class Job {
   bool error_met() const;
   /// The least count that has all that is merged or leased; 0 if nothing is.
   std::uint64_t samples_end() const;
+  /// What its film takes while it is active, at most.
+  std::uint64_t reserved_bytes() const;
   /// Whether some tile has samples beyond ones that are missing.
   bool has_gaps() const;
   /// Adds to its history where its film has come to a count at which that is done, or, `at_end`, to any higher count.
-  /// Returns whether it did.
+  /// A film that has other samples in place of as many at the end gets another error. Returns whether it did.
   bool record_error(bool at_end);
 
   // ---- rows ----
@@ -123,6 +145,9 @@ class Job {
   void store_progress(const Event& event);
 
  private:
+  double mean_samples() const;  ///< over the film's pixels
+
+  std::variant<Film, FilmOutline> film_;
   Sha256 digest_;
   bool digest_durable_;
   LeaseId bound_at_{0};
@@ -147,8 +172,9 @@ class JobTable {
 
   /// RESOURCE_EXHAUSTED if there are too many jobs, of all or of this owner.
   Status check_room(const std::string& owner) const;
-  /// INVALID_ARGUMENT if the film of `spec` alone may outgrow the farm's limit. RESOURCE_EXHAUSTED if all films with it
-  /// may; `instead_of`, if any, is the job whose spec it replaces.
+  /// INVALID_ARGUMENT if the film of `spec` alone may outgrow the farm's limit. RESOURCE_EXHAUSTED if it may with those
+  /// of all active jobs and the largest of an ended one, so that each film can be read; `instead_of`, if any, is the
+  /// job whose spec it replaces.
   Status check_footprint(const JobSpec& spec, const Job* instead_of) const;
 
  private:

@@ -21,7 +21,10 @@ struct CoordinatorLimits {
   Duration copy_pilot_after = std::chrono::milliseconds(500);  ///< the same of pilots, whose time cannot be foreseen
   /// Of nodes that are leased or wait to be joined; never below four nodes a tile.
   std::uint64_t film_bytes_per_job = std::uint64_t{1} << 30;
-  std::uint64_t film_bytes = std::uint64_t{8} << 30;  ///< of all films together when they are done; more is refused
+  /// Of all films in memory: those of active jobs when they are done, more of which is refused, and in what they leave
+  /// those of ended jobs that were used last.
+  std::uint64_t film_bytes = std::uint64_t{8} << 30;
+  Duration film_idle = std::chrono::minutes(10);  ///< an ended job's film leaves memory, unused for so long
   /// A tile (or pilot) with which `losses_before_alone` workers were lost in a row goes to workers that have nothing
   /// else. Its job fails once `losses_alone` of those are lost too.
   std::uint32_t losses_before_alone = 2, losses_alone = 3;

@@ -23,7 +23,7 @@ Status check_pilot(const Job& job, const PilotReport& report) {
     return invalid_argument("a pilot of {} methods has {} reasons", methods.size(), report.reasons.size());
   }
   const std::size_t shifts = report.allocation.shifts().size(),
-                    tiles = job.record.spec.goal.adaptive ? job.film.grid().tile_count() : 0;
+                    tiles = job.record.spec.goal.adaptive ? job.film().grid().tile_count() : 0;
   if (shifts != 0 && shifts != tiles) {
     return invalid_argument("a pilot says what {} tiles get, of {}", shifts, tiles);
   }

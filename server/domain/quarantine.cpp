@@ -115,17 +115,16 @@ void Quarantine::undo_work_of(const Renderer& guilty, const Event& event) {
 }
 
 void Quarantine::drop_node(Job& job, TileId tile, SampleRange within, const Event& event) {
-  const std::vector<NodePtr>& forest = job.film.forest(tile);
-  const auto node = std::ranges::find_if(forest, [&](const NodePtr& each) { return each->range.contains(within); });
-  if (node == forest.end()) {
+  const NodeOutline* const node = job.outline().find(tile, within);
+  if (node == nullptr) {
     return;
   }
-  const SampleRange range = (*node)->range;
-  job.record.counters.non_finite -= (*node)->non_finite;
+  const SampleRange range = node->range;
+  job.record.counters.non_finite -= node->non_finite;
   ++job.record.counters.nodes_dropped;
-  const auto before = static_cast<double>(job.film.pixel_samples());
-  job.film.drop(tile, range);
-  job.keep_time(static_cast<double>(job.film.pixel_samples()) / before, event.now);
+  const auto before = static_cast<double>(job.outline().pixel_samples());
+  job.drop_node(tile, range);
+  job.keep_time(static_cast<double>(job.outline().pixel_samples()) / before, event.now);
   provenance_.dropped(job.id(), tile, range);
   event.store(DropNode{{job.id(), tile, range}});
   event.store(DropResults{{job.id(), tile, range}});

@@ -25,6 +25,9 @@ class Quarantine {
   /// work is undone. If the program is at fault, the job is paused.
   void resolve(Job& job, const NodeKey& key, const Dispute& dispute, const Event& event);
 
+  /// Takes out the film's node that contains these samples, and all that is known of it.
+  void drop_node(Job& job, TileId tile, SampleRange within, const Event& event);
+
   // ---- an operator's requests, by a worker's name ----
   /// NOT_FOUND unless the worker is here or the farm has results of it.
   Status put(const std::string& worker, const std::string& reason, bool render_again, const Event& event);
@@ -37,8 +40,6 @@ class Quarantine {
   /// Everything in which they had a part is rendered again.
   void undo_work_of(const Renderer& guilty, const Event& event);
   void accuse_program(Job& job, const NodeKey& key, const Dispute& dispute, const Event& event);
-  /// Takes out the film's node that contains these samples, and all that is known of it.
-  void drop_node(Job& job, TileId tile, SampleRange within, const Event& event);
   void hold(Worker& worker, const std::string& reason, const Event& event);
   /// Workers that nothing holds in quarantine any more get work again.
   void let_go(const Event& event);

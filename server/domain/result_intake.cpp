@@ -19,13 +19,13 @@ bool values_are_sound(std::span<const float> values) {
 
 Status check_node(const Job& job, const WorkerResult& result) {
   const NodeKey& key = result.key;
-  if (key.tile.value >= job.film.grid().tile_count()) {
-    return invalid_argument("tile {} of {}", key.tile.value, job.film.grid().tile_count());
+  if (key.tile.value >= job.film().grid().tile_count()) {
+    return invalid_argument("tile {} of {}", key.tile.value, job.film().grid().tile_count());
   }
   if (result.node.range != key.range) {
     return invalid_argument("its node has other samples than its key");
   }
-  if (const std::size_t expected = job.film.expected_values(key.tile, key.range);
+  if (const std::size_t expected = job.film().expected_values(key.tile, key.range);
       result.node.values.size() != expected) {
     return invalid_argument("{} values instead of {}", result.node.values.size(), expected);
   }
@@ -154,8 +154,8 @@ void ResultIntake::merge(Job& job, const Renderer& by, WorkerResult result, bool
   const NodeKey key = result.key;
   provenance_.forget_orphans(event);  // before anything is recorded in their place
   count_cost(job, by, result, event);
-  const std::uint64_t non_finite_before = job.film.non_finite(), samples_before = job.film.pixel_samples();
-  const MergeOutcome outcome = job.film.merge(key.tile, std::make_shared<const Node>(std::move(result.node)));
+  const std::uint64_t non_finite_before = job.film().non_finite(), samples_before = job.film().pixel_samples();
+  const MergeOutcome outcome = job.film().merge(key.tile, std::make_shared<const Node>(std::move(result.node)));
   if (outcome.kind != MergeOutcome::Kind::merged) {
     const bool differs = outcome.kind == MergeOutcome::Kind::mismatch;
     count_duplicate(job, key, by, differs, event);
@@ -168,14 +168,14 @@ void ResultIntake::merge(Job& job, const Renderer& by, WorkerResult result, bool
   if (job.losses.tile_came(key.tile)) {
     job.plan->set_alone(key.tile, false);
   }
-  if (job.record.spec.goal.error > 0 && job.film.samples(key.tile) == job.plan->goal_of(key.tile)) {
-    job.error.refresh(job.film, key.tile);  // so that little is left to do once the last tile is there
+  if (job.record.spec.goal.error > 0 && job.film().samples(key.tile) == job.plan->goal_of(key.tile)) {
+    job.error.refresh(job.film(), key.tile);  // so that little is left to do once the last tile is there
   }
-  const std::uint64_t fresh = job.film.pixel_samples() - samples_before;
-  job.record.counters.non_finite += job.film.non_finite() - non_finite_before;
+  const std::uint64_t fresh = job.film().pixel_samples() - samples_before;
+  job.record.counters.non_finite += job.film().non_finite() - non_finite_before;
   job.rate.add(static_cast<double>(fresh), event.now);
   totals_.pixel_samples += fresh;
-  if (!job.pictured && job.film.min_samples() > 0) {
+  if (!job.pictured && job.film().min_samples() > 0) {
     job.pictured = true;
     const std::int64_t since_ms = event.unix_ms - job.record.submitted_unix_ms;  // a clock may have been set back
     totals_.first_picture.add(static_cast<double>(std::max<std::int64_t>(since_ms, 0)) / 1000);

@@ -273,7 +273,7 @@ void Sessions::withdraw(Job& job, const Worker& worker, const Event& event) {
       leases_.end(id, {.cancel = &holder != &worker}, event);
     }
   }
-  if (job.leases().empty() && job.film.pixel_samples() == 0) {
+  if (job.leases().empty() && job.film().pixel_samples() == 0) {
     job.keep_time(0, event.now);  // nothing has been rendered in it
   }
   job.store_progress(event);

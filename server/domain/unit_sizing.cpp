@@ -11,12 +11,12 @@ constexpr double kTriedSeconds = 0.5;
 
 double pixels_of_a_tile(const Job& job) {
   return static_cast<double>(
-      std::min<std::uint64_t>(job.film.grid().pixel_count(), std::uint64_t{kTileSize} * kTileSize));
+      std::min<std::uint64_t>(job.film().grid().pixel_count(), std::uint64_t{kTileSize} * kTileSize));
 }
 
 /// Of a result of a whole tile, at most.
 double node_bytes(const Job& job) {
-  return static_cast<double>(job.film.layout().most_values() * sizeof(float)) * pixels_of_a_tile(job);
+  return static_cast<double>(job.film().layout().most_values() * sizeof(float)) * pixels_of_a_tile(job);
 }
 
 }  // namespace

@@ -52,15 +52,15 @@ Status check_range(const SampleRange& range) {
 }
 
 /// Whether the film can have it.
-bool is_of(const Film& film, TileId tile, const Node& node) {
+bool is_of(const FilmOutline& film, TileId tile, const NodeOutline& node) {
   return tile.value < film.grid().tile_count() && check_range(node.range).ok() &&
-         node.values.size() == film.expected_values(tile, node.range);
+         node.values == film.expected_values(tile, node.range);
 }
 
 /// Of a tile's nodes, those that share samples with another one: one of them is not of this tile.
-std::set<const Node*> overlapping(std::vector<const Node*> nodes) {
-  std::set<const Node*> found;
-  std::ranges::sort(nodes, {}, [](const Node* node) { return node->range.first(); });
+std::set<const NodeOutline*> overlapping(std::vector<const NodeOutline*> nodes) {
+  std::set<const NodeOutline*> found;
+  std::ranges::sort(nodes, {}, [](const NodeOutline* node) { return node->range.first(); });
   for (std::size_t i = 1, widest = 0; i < nodes.size(); ++i) {
     if (nodes[i]->range.first() < nodes[widest]->range.end()) {
       found.insert({nodes[widest], nodes[i]});
@@ -71,17 +71,17 @@ std::set<const Node*> overlapping(std::vector<const Node*> nodes) {
 }
 
 /// The nodes of a tile with a sample that not exactly one result records. Nodes share no samples.
-std::set<const Node*> unrecorded(std::vector<const Node*> nodes, std::vector<SampleRange> results) {
-  std::ranges::sort(nodes, {}, [](const Node* node) { return node->range.first(); });
+std::set<const NodeOutline*> unrecorded(std::vector<const NodeOutline*> nodes, std::vector<SampleRange> results) {
+  std::ranges::sort(nodes, {}, [](const NodeOutline* node) { return node->range.first(); });
   std::ranges::sort(results, {}, [](const SampleRange& range) { return range.first(); });
-  std::map<const Node*, std::uint64_t> recorded;  // the end of the samples that are
-  for (const Node* node : nodes) {
+  std::map<const NodeOutline*, std::uint64_t> recorded;  // the end of the samples that are
+  for (const NodeOutline* node : nodes) {
     recorded[node] = node->range.first();
   }
-  std::set<const Node*> unsound;
+  std::set<const NodeOutline*> unsound;
   for (const SampleRange& result : results) {
-    const auto after =
-        std::ranges::upper_bound(nodes, result.first(), {}, [](const Node* node) { return node->range.first(); });
+    const auto after = std::ranges::upper_bound(nodes, result.first(), {},
+                                                [](const NodeOutline* node) { return node->range.first(); });
     if (after == nodes.begin() || !(*(after - 1))->range.contains(result)) {
       continue;
     }
@@ -101,11 +101,11 @@ std::set<const Node*> unrecorded(std::vector<const Node*> nodes, std::vector<Sam
 
 void take_out_nodes(StoredState::StoredJob& job, StoredState& state, std::vector<StoreOp>& repairs) {
   const RenderSettings& settings = job.record.spec.settings;
-  const Film film(grid_of(settings), NodeLayout(settings.layers), job.record.allocation);
-  std::map<TileId, std::vector<const Node*>> forests;
+  const FilmOutline film(grid_of(settings), NodeLayout(settings.layers), job.record.allocation);
+  std::map<TileId, std::vector<const NodeOutline*>> forests;
   for (const StoredState::StoredNode& stored : job.nodes) {
-    if (is_of(film, stored.tile, *stored.node)) {
-      forests[stored.tile].push_back(stored.node.get());
+    if (is_of(film, stored.tile, stored.outline)) {
+      forests[stored.tile].push_back(&stored.outline);
     }
   }
   std::map<TileId, std::vector<SampleRange>> results;
@@ -114,18 +114,18 @@ void take_out_nodes(StoredState::StoredJob& job, StoredState& state, std::vector
       results[result.tile].push_back(result.range);
     }
   }
-  std::set<const Node*> unsound;
+  std::set<const NodeOutline*> unsound;
   for (auto& [tile, nodes] : forests) {
-    std::set<const Node*> twice = overlapping(nodes);
-    std::erase_if(nodes, [&](const Node* node) { return twice.contains(node); });
+    std::set<const NodeOutline*> twice = overlapping(nodes);
+    std::erase_if(nodes, [&](const NodeOutline* node) { return twice.contains(node); });
     unsound.merge(twice);
     unsound.merge(unrecorded(nodes, std::move(results[tile])));
   }
   std::erase_if(job.nodes, [&](const StoredState::StoredNode& stored) {
-    if (is_of(film, stored.tile, *stored.node) && !unsound.contains(stored.node.get())) {
+    if (is_of(film, stored.tile, stored.outline) && !unsound.contains(&stored.outline)) {
       return false;
     }
-    state.damaged.push_back({job.record.id, stored.tile, stored.node->range});
+    state.damaged.push_back({job.record.id, stored.tile, stored.outline.range});
     stored::log_damage(state.damaged.back());
     repairs.push_back(DropNode{state.damaged.back()});
     return true;
@@ -165,7 +165,7 @@ void name_lost_nodes(StoredState& state) {
   std::map<std::pair<JobId, TileId>, std::vector<SampleRange>> known;
   for (const StoredState::StoredJob& job : state.jobs) {
     for (const StoredState::StoredNode& stored : job.nodes) {
-      known[{job.record.id, stored.tile}].push_back(stored.node->range);
+      known[{job.record.id, stored.tile}].push_back(stored.outline.range);
     }
   }
   for (const NodeKey& key : state.damaged) {

@@ -7,6 +7,7 @@
 
 #include "common/base/log.h"
 #include "server/store/check_rows.h"
+#include "server/store/row_values.h"
 
 namespace lightmill {
 namespace {
@@ -32,6 +33,23 @@ std::string who_has(std::span<const JobId> jobs) {
   const std::string others = jobs.size() > kNamed ? fmt::format(" and {} more", jobs.size() - kNamed) : "";
   return fmt::format("{} {}{} {}", jobs.size() == 1 ? "job" : "jobs", fmt::join(named, ", "), others,
                      jobs.size() == 1 ? "has" : "have");
+}
+
+/// Reads the films of jobs that have ended, which load() has not.
+Status check_films(Store& store, StoredState& state, std::vector<StoreOp>& repairs) {
+  const auto read = [&](JobId job, const FilmPlace& after) -> Result<FilmPiece> {
+    LM_ASSIGN_OR_RETURN(FilmPiece piece, store.read_film(job, after));
+    for (StoredState::StoredNode& node : piece.nodes) {
+      node.node.reset();
+    }
+    return piece;
+  };
+  for (StoredState::StoredJob& job : state.jobs) {
+    if (has_ended(job.record.state)) {
+      LM_RETURN_IF_ERROR(stored::load_values(job, state, repairs, read));
+    }
+  }
+  return ok_status();
 }
 
 /// Takes them out.
@@ -134,6 +152,7 @@ Result<StateCheck> check_state(Store& store, AssetStore& assets) {
   LM_ASSIGN_OR_RETURN(StoredState state, store.load());
   std::vector<StoreOp> repairs;
   LM_RETURN_IF_ERROR(take_out_nonsense(state, repairs));
+  LM_RETURN_IF_ERROR(check_films(store, state, repairs));
   name_lost_nodes(state);
   for (const NodeKey& key : state.damaged) {
     repairs.push_back(DropResults{key});
@@ -146,7 +165,7 @@ Result<StateCheck> check_state(Store& store, AssetStore& assets) {
   for (const StoredState::StoredJob& job : state.jobs) {
     nodes += job.nodes.size();
     for (const StoredState::StoredNode& stored : job.nodes) {
-      bytes += stored.node->values.size() * sizeof(float);
+      bytes += stored.outline.values * sizeof(float);
     }
   }
   StateCheck check;

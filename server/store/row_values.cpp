@@ -81,6 +81,18 @@ std::shared_ptr<const Node> node_of(const SampleRange& range, std::uint64_t non_
   return sound ? node : nullptr;
 }
 
+std::size_t take_node(JobId job, const FilmPlace& place, std::uint64_t non_finite, std::string_view hash,
+                      std::string_view values, FilmPiece& piece) {
+  const TileId tile{static_cast<std::uint32_t>(place.tile)};
+  const SampleRange range{static_cast<std::uint32_t>(place.level), static_cast<std::uint32_t>(place.index)};
+  if (std::shared_ptr<const Node> node = node_of(range, non_finite, hash, values)) {
+    piece.nodes.emplace_back(tile, std::move(node));
+  } else {
+    log_damage({job, tile, range});
+  }
+  return values.size();
+}
+
 void log_damage(const NodeKey& key) {
   const SampleRange& range = key.range;
   const bool sound = range.level <= kMaxRangeLevel;  // else it has no samples that could be named

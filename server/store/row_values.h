@@ -4,6 +4,7 @@
 #include <array>
 #include <bit>
 #include <map>
+#include <set>
 #include <span>
 #include <string>
 #include <string_view>
@@ -13,7 +14,7 @@
 #include "common/base/status.h"
 #include "common/farm/messages.h"
 #include "common/film/node.h"
-#include "server/domain/effects.h"
+#include "server/store/store.h"
 
 namespace lightmill::stored {
 
@@ -57,6 +58,35 @@ std::shared_ptr<const Node> node_of(const SampleRange& range, std::uint64_t non_
                                     std::string_view values);
 /// Says in the log what is lost.
 void log_damage(const NodeKey& key);
+
+/// So much of a film is read at once: commits wait for no more.
+inline constexpr std::size_t kFilmPieceBytes = std::size_t{16} << 20;
+/// Adds the node of a row to `piece`, unless it is damaged. Returns the bytes of its values.
+std::size_t take_node(JobId job, const FilmPlace& place, std::uint64_t non_finite, std::string_view hash,
+                      std::string_view values, FilmPiece& piece);
+/// Puts the values of its nodes into a job that goes on; `read` gives them as Store::read_film does. What is damaged
+/// goes with `repairs`.
+template <class Read>
+Status load_values(StoredState::StoredJob& job, StoredState& state, std::vector<StoreOp>& repairs, const Read& read) {
+  std::set<std::pair<TileId, SampleRange>> lost;
+  for (const StoredState::StoredNode& node : job.nodes) {
+    lost.emplace(node.tile, node.outline.range);
+  }
+  job.nodes.clear();
+  for (std::optional<FilmPlace> last = FilmPlace{}; last;) {
+    LM_ASSIGN_OR_RETURN(FilmPiece piece, read(job.record.id, *last));
+    for (StoredState::StoredNode& node : piece.nodes) {
+      lost.erase({node.tile, node.outline.range});
+      job.nodes.push_back(std::move(node));
+    }
+    last = piece.last;
+  }
+  for (const auto& [tile, range] : lost) {
+    state.damaged.push_back({job.record.id, tile, range});
+    repairs.push_back(DropNode{state.damaged.back()});
+  }
+  return ok_status();
+}
 
 /// The bytes of an array of numbers.
 template <class T>

@@ -29,7 +29,7 @@ std::vector<TileSnapshot> meters_of(const Film& film) {
   return tiles_between(film, film.grid().picture_tiles(), film.grid().tile_count());
 }
 
-Status check_thumbnail(JobId job, const Film& film) {
+Status check_thumbnail(JobId job, const FilmOutline& film) {
   if (film.pixel_samples() > 0 && film.grid().picture_tiles() <= kMostThumbnailTiles) {
     return ok_status();
   }
@@ -63,7 +63,7 @@ Result<ApiReply> make_readings(const PixelRect&, const std::vector<TileSnapshot>
 }  // namespace
 
 const FilmAnswers::Kind kThumbnailAnswer{picture_of, check_thumbnail, make_thumbnail};
-const FilmAnswers::Kind kMetersAnswer{meters_of, [](JobId, const Film&) { return ok_status(); }, make_readings};
+const FilmAnswers::Kind kMetersAnswer{meters_of, [](JobId, const FilmOutline&) { return ok_status(); }, make_readings};
 
 /// Takes the tiles on the farm thread, and adds them up on the web's unless that was done for just this film.
 void FilmAnswers::send(const Call& call, JobId job, Reply reply) {
@@ -73,7 +73,7 @@ void FilmAnswers::send(const Call& call, JobId job, Reply reply) {
   desk_.ask(std::move(reply), [job, known, fresh, call, kind = kind_, &gate = gate_, made = made_](
                                   FarmLoop::Turn& turn, const FarmReply& back) {
     Status status = check_job_call(turn, gate, call, job);
-    const Film* const film = turn.farm.film(job);
+    const FilmOutline* const film = turn.farm.outline(job);
     if (status.ok()) {
       status = kind.check(job, *film);
     }
@@ -89,8 +89,14 @@ void FilmAnswers::send(const Call& call, JobId job, Reply reply) {
         return at != made->end() ? at->second.answer : error_reply(unavailable("that is gone: try again"));
       });
     }
-    back.compute([job, version, kind, made, crop = film->grid().crop(), tiles = kind.take(*film)] {
-      return remember(*made, job, version, kind.make(crop, tiles));
+    turn.with_film(job, [job, kind, made, back](FarmLoop::Turn& later, const Status& here) {
+      if (!here.ok()) {
+        return back(error_reply(here));
+      }
+      const Film& film = *later.farm.film(job);
+      back.compute([job, version = film.version(), kind, made, crop = film.grid().crop(), tiles = kind.take(film)] {
+        return remember(*made, job, version, kind.make(crop, tiles));
+      });
     });
   });
 }

@@ -13,13 +13,14 @@
 namespace lightmill {
 
 class Film;
+class FilmOutline;
 
 /// Answers of one kind. Belongs to the web's thread.
 class FilmAnswers {
  public:
   struct Kind {
     std::vector<TileSnapshot> (*take)(const Film& film);  ///< on the farm thread: the tiles that it is made of
-    Status (*check)(JobId job, const Film& film);         ///< whether there is such an answer
+    Status (*check)(JobId job, const FilmOutline& film);  ///< whether there is such an answer
     Result<ApiReply> (*make)(const PixelRect& crop, const std::vector<TileSnapshot>& tiles);
   };
   FilmAnswers(FarmDesk& desk, const Gate& gate, const Kind& kind) : desk_(desk), gate_(gate), kind_(kind) {}

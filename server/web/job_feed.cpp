@@ -46,17 +46,17 @@ class JobFeed::Sink final : public WatchSink, public std::enable_shared_from_thi
 };
 
 JobFeed::JobFeed(JobId job, std::string layer, FarmLoop& loop, OnWebThread on_web_thread,
-                 std::shared_ptr<std::size_t> tiles_kept, std::function<void()> on_news)
+                 std::shared_ptr<TileRoom> room, std::function<void()> on_news)
     : job_(job),
       layer_(std::move(layer)),
       loop_(loop),
       on_web_thread_(std::move(on_web_thread)),
-      tiles_kept_(std::move(tiles_kept)),
+      room_(std::move(room)),
       on_news_(std::move(on_news)) {}
 
 JobFeed::~JobFeed() {
   if (has_room_) {
-    *tiles_kept_ -= picture_tiles_;
+    room_->taken -= picture_tiles_;
   }
   if (sink_ != nullptr) {
     sink_->close();
@@ -102,7 +102,7 @@ bool JobFeed::make_room(const JobStatus& job) {
   picture_tiles_ = TileGrid(job.crop).picture_tiles();
   if (!has_room_ && fits()) {
     has_room_ = true;
-    *tiles_kept_ += picture_tiles_;
+    room_->taken += picture_tiles_;
     picture_failure_ = ok_status();
   }
   if (!has_room_) {
@@ -110,8 +110,8 @@ bool JobFeed::make_room(const JobStatus& job) {
         "it has {} tiles; the pictures that are looked at on this farm's pages may have {} together, and others have "
         "{}: "
         "{}lightmill fetch gets it",
-        picture_tiles_, kMostTiles, *tiles_kept_,
-        picture_tiles_ <= kMostTiles ? "it comes when these are looked at no longer; " : "");
+        picture_tiles_, room_->most, room_->taken,
+        picture_tiles_ <= room_->most ? "it comes when these are looked at no longer; " : "");
     watch();
   }
   return has_room_;

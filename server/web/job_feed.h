@@ -17,13 +17,19 @@ namespace lightmill {
 /// Runs something on the web's thread. Thread-safe.
 using OnWebThread = std::function<void(std::function<void()>)>;
 
+/// Room for the tiles of all feeds together. A picture that would need more waits until others are looked at no longer.
+struct TileRoom {
+  static constexpr std::size_t kTileBytes = 32 << 10;
+  std::size_t most = 0, taken = 0;  ///< tiles
+};
+
 /// Belongs to the web's thread; shared, since what the farm thread has under way for it may come late.
 class JobFeed : public std::enable_shared_from_this<JobFeed> {
  public:
-  /// `layer`: empty for beauty; one that the film does not have gives no tiles. `tiles_kept` counts what all feeds have
-  /// room for; `on_news` runs after every change.
-  JobFeed(JobId job, std::string layer, FarmLoop& loop, OnWebThread on_web_thread,
-          std::shared_ptr<std::size_t> tiles_kept, std::function<void()> on_news);
+  /// `layer`: empty for beauty; one that the film does not have gives no tiles. `on_news` runs after every
+  /// change.
+  JobFeed(JobId job, std::string layer, FarmLoop& loop, OnWebThread on_web_thread, std::shared_ptr<TileRoom> room,
+          std::function<void()> on_news);
   ~JobFeed();
 
   /// Begins to watch, or begins again. What failed stays said until something comes.
@@ -41,22 +47,19 @@ class JobFeed : public std::enable_shared_from_this<JobFeed> {
   const ChangeLog<std::pair<int, int>>& tiles() const { return tiles_; }  ///< by row and column of the upper left pixel
   bool every_tile_has_samples() const { return every_tile_has_samples_; }
 
-  /// Of all feeds together, 32 KiB each. A picture that would need more waits until others are looked at no longer.
-  static constexpr std::size_t kMostTiles = 32'768;
-
  private:
   class Sink;
   void take(const WatchUpdate& update);
   void fail(const Status& why);
   bool make_room(const JobStatus& job);
-  bool fits() const { return *tiles_kept_ + picture_tiles_ <= kMostTiles; }
+  bool fits() const { return room_->taken + picture_tiles_ <= room_->most; }
   std::optional<LayerPlace> layer_place(const JobStatus& job) const;
 
   const JobId job_;
   const std::string layer_;
   FarmLoop& loop_;
   const OnWebThread on_web_thread_;
-  const std::shared_ptr<std::size_t> tiles_kept_;
+  const std::shared_ptr<TileRoom> room_;
   const std::function<void()> on_news_;
   std::shared_ptr<Sink> sink_;
   std::string owner_, state_;

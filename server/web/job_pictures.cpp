@@ -34,27 +34,35 @@ struct JobPictures::Order {
   PictureFormat format = PictureFormat::exr;
   std::int64_t unix_ms = 0;
   ByteBudget::Place place;  ///< until nobody holds the file any more
-  std::optional<FarmReply> back;
+  FarmReply back;
 };
 
 /// Shared with what the farm thread has under way.
 struct JobPictures::Queue {
+  explicit Queue(std::uint64_t most_bytes)
+      : budget(most_bytes), most_bytes_of_one(std::min(most_bytes, kMostBytesOfOne)) {}
+
   Mutex mutex;
   CondVar changed;
   std::deque<Order> orders LM_GUARDED_BY(mutex);
   bool stopping LM_GUARDED_BY(mutex) = false;
-  const ByteBudget budget{kMostBytes};
+  const ByteBudget budget;
+  const std::uint64_t most_bytes_of_one;
 
-  /// RESOURCE_EXHAUSTED says what to do.
-  Status take_place(Order& order) const {
-    const std::uint64_t wanted = bytes_of(order.film.header);
-    if (wanted > kMostBytesOfOne) {
+  /// For the picture of this film, if there can be one. RESOURCE_EXHAUSTED says what to do.
+  Result<ByteBudget::Place> take_place(const v1::FilmHeader& film) const {
+    const std::uint64_t wanted = bytes_of(film);
+    if (wanted > most_bytes_of_one) {
       return resource_exhausted("the picture's film has more than {} MiB: `lightmill fetch {} -o FILE` gets it",
-                                kMostBytesOfOne >> 20, order.film.header.job().id());
+                                most_bytes_of_one >> 20, film.job().id());
     }
-    order.place = budget.take(wanted);
-    return order.place == nullptr ? resource_exhausted("too many pictures are fetched at once: try again")
-                                  : ok_status();
+    if (film.job().max_tile_samples() == 0 && film.job().state() != v1::JOB_STATE_DONE) {
+      return failed_precondition("job {} has no samples yet", film.job().id());
+    }
+    ByteBudget::Place place = budget.take(wanted);
+    return place == nullptr
+               ? Result<ByteBudget::Place>(resource_exhausted("too many pictures are fetched at once: try again"))
+               : std::move(place);
   }
   void push(Order order) {
     const MutexLock lock(mutex);
@@ -85,8 +93,8 @@ struct JobPictures::Queue {
   }
 };
 
-JobPictures::JobPictures(FarmDesk& desk, const Gate& gate)
-    : desk_(desk), gate_(gate), queue_(std::make_shared<Queue>()), thread_([this] { run(); }) {}
+JobPictures::JobPictures(FarmDesk& desk, const Gate& gate, std::uint64_t most_bytes)
+    : desk_(desk), gate_(gate), queue_(std::make_shared<Queue>(most_bytes)), thread_([this] { run(); }) {}
 
 JobPictures::~JobPictures() {
   queue_->stop();
@@ -94,37 +102,36 @@ JobPictures::~JobPictures() {
 }
 
 void JobPictures::send(const Call& call, JobId job, PictureFormat format, Reply reply) {
-  desk_.ask(std::move(reply),
-            [call, job, format, &gate = gate_, queue = queue_](FarmLoop::Turn& turn, const FarmReply& back) {
-              const Status status = check_job_call(turn, gate, call, job);
-              Result<FilmSnapshot> film = status.ok() ? snapshot(turn.farm, job, turn.now) : status;
-              if (!film.ok()) {
-                return back(error_reply(film.status()));
-              }
-              Order order{*std::move(film), format, turn.unix_ms, nullptr, back};
-              if (const Status place = queue->take_place(order); !place.ok()) {
-                return back(error_reply(place));
-              }
-              const v1::Job& header = order.film.header.job();
-              if (header.max_tile_samples() == 0 && header.state() != v1::JOB_STATE_DONE) {
-                return back(error_reply(failed_precondition("job {} has no samples yet", job.value)));
-              }
-              queue->push(std::move(order));
-            });
+  desk_.ask(std::move(reply), [call, job, format, &gate = gate_, queue = queue_](FarmLoop::Turn& turn,
+                                                                                 const FarmReply& back) {
+    const Status status = check_job_call(turn, gate, call, job);
+    const Result<v1::FilmHeader> header = status.ok() ? film_header(turn.farm, job, turn.now) : status;
+    const Result<ByteBudget::Place> place = header.ok() ? queue->take_place(*header) : header.status();
+    if (!place.ok()) {
+      return back(error_reply(place.status()));
+    }
+    turn.with_film(job, [job, format, queue, back, place = *place](FarmLoop::Turn& later, const Status& here) {
+      Result<FilmSnapshot> film = here.ok() ? snapshot(later.farm, job, later.now) : here;
+      if (!film.ok()) {
+        return back(error_reply(film.status()));
+      }
+      queue->push({*std::move(film), format, later.unix_ms, place, back});
+    });
+  });
 }
 
 void JobPictures::run() {
   while (std::optional<Order> order = queue_->pop()) {
     Result<std::string> file = encoded(order->film, order->format, order->unix_ms);
     if (!file.ok()) {
-      (*order->back)(error_reply(file.status()));
+      order->back(error_reply(file.status()));
       continue;
     }
     const bool exr = order->format == PictureFormat::exr;
     ApiReply reply{200, exr ? "image/x-exr" : "image/png", ""};
     reply.file_name = fmt::format("job-{}.{}", order->film.header.job().id(), exr ? "exr" : "png");
     reply.file = placed_bytes(*std::move(file), std::move(order->place));
-    (*order->back)(std::move(reply));
+    order->back(std::move(reply));
   }
 }
 

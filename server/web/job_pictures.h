@@ -16,12 +16,11 @@ namespace lightmill {
 /// Belongs to the web's thread. Pictures are put together and encoded by a thread of its own, one after the other.
 class JobPictures {
  public:
-  /// What the pictures that are made, or on their way, may take together, and one of them; by the values of their
-  /// films.
-  static constexpr std::uint64_t kMostBytes = std::uint64_t{2} << 30;
+  /// What one picture may take, by the values of its film.
   static constexpr std::uint64_t kMostBytesOfOne = std::uint64_t{1} << 30;
 
-  JobPictures(FarmDesk& desk, const Gate& gate);
+  /// `most_bytes`: what the pictures that are made, or on their way, may take together.
+  JobPictures(FarmDesk& desk, const Gate& gate, std::uint64_t most_bytes);
   /// Waits for the one that is being made.
   ~JobPictures();
   JobPictures(const JobPictures&) = delete;

@@ -171,7 +171,7 @@ JsonApi::JsonApi(ApiParts parts)
       desk_(parts.loop, std::move(parts.on_web_thread)),
       thumbnails_(desk_, gate_, kThumbnailAnswer),
       meters_(desk_, gate_, kMetersAnswer),
-      pictures_(desk_, gate_),
+      pictures_(desk_, gate_, parts.picture_bytes),
       intake_(desk_, gate_, parts.assets, std::move(parts.on_side_thread)) {}
 
 void JsonApi::handle(ApiRequest request, Reply reply) {
@@ -307,7 +307,7 @@ void JsonApi::handle_job(const ApiRequest& request, JobId job, std::string_view 
         LM_RETURN_IF_ERROR(task(turn));
         return call.rpc == Rpc::delete_job ? empty_reply() : job_reply(turn, job);
       },
-      std::move(reply));
+      std::move(reply), rpc == Rpc::extend_job ? std::optional(job) : std::nullopt);
 }
 
 void JsonApi::show(const Call& call, JobId job, std::string_view what, Reply reply) {
@@ -330,10 +330,13 @@ void JsonApi::show(const Call& call, JobId job, std::string_view what, Reply rep
   });
 }
 
-void JsonApi::change(const Call& call, WebChange change, Reply reply) {
-  desk_.ask(std::move(reply), [&gate = gate_, call, change = std::move(change)](Turn& turn, const FarmReply& back) {
-    make_change(turn, gate, call, back, change);
-  });
+void JsonApi::change(const Call& call, WebChange change, Reply reply, std::optional<JobId> with_film_of) {
+  desk_.ask(
+      std::move(reply),
+      [&gate = gate_, call, change = std::move(change)](Turn& turn, const FarmReply& back) {
+        make_change(turn, gate, call, back, change);
+      },
+      with_film_of);
 }
 
 // ---- workers ----

@@ -37,6 +37,7 @@ struct ApiParts {
   FarmGreeting greeting;
   OnWebThread on_web_thread;
   OnSideThread on_side_thread;
+  std::uint64_t picture_bytes;  ///< WebOptions::file_bytes
 };
 
 /// Belongs to the web's thread.
@@ -58,7 +59,7 @@ class JsonApi {
   void show_metrics(const ApiRequest& request, Reply reply);
   void look_back(const ApiRequest& request, std::string_view path, Reply reply);
   void show(const Call& call, JobId job, std::string_view what, Reply reply);
-  void change(const Call& call, WebChange change, Reply reply);
+  void change(const Call& call, WebChange change, Reply reply, std::optional<JobId> with_film_of = std::nullopt);
 
   FarmLoop& loop_;
   const Gate& gate_;

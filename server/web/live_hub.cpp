@@ -25,12 +25,13 @@ constexpr std::size_t kEntriesPerMessage = 500;
 }  // namespace
 
 LiveHub::LiveHub(FarmLoop& loop, FarmGreeting greeting, OnWebThread on_web_thread, const Clock& clock,
-                 OnRefused on_refused)
+                 OnRefused on_refused, std::uint64_t picture_bytes)
     : loop_(loop),
       greeting_(std::move(greeting)),
       on_web_thread_(std::move(on_web_thread)),
       clock_(clock),
-      on_refused_(std::move(on_refused)) {}
+      on_refused_(std::move(on_refused)),
+      room_(std::make_shared<TileRoom>(TileRoom{picture_bytes / TileRoom::kTileBytes})) {}
 
 Status LiveHub::check_room(const Call& call) const {
   const std::string caller = caller_key(call.caller, call.peer);
@@ -182,7 +183,7 @@ void LiveHub::take(const FarmNews& news) {
 std::shared_ptr<JobFeed> LiveHub::feed_of(JobId job, const std::string& layer) {
   std::shared_ptr<JobFeed>& feed = feeds_[{job, layer}];
   if (feed == nullptr) {
-    feed = std::make_shared<JobFeed>(job, layer, loop_, on_web_thread_, tiles_kept_, [this, job] {
+    feed = std::make_shared<JobFeed>(job, layer, loop_, on_web_thread_, room_, [this, job] {
       for (auto& [link, viewer] : viewers_) {
         if (viewer.request.job == job) {
           serve(*link, viewer);

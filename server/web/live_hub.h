@@ -37,7 +37,8 @@ class LiveHub {
   using OnRefused = std::function<void(const Call&, JobId, const Status&)>;
   LiveHub(
       FarmLoop& loop, FarmGreeting greeting, OnWebThread on_web_thread, const Clock& clock,
-      OnRefused on_refused = [](const Call&, JobId, const Status&) {});
+      OnRefused on_refused = [](const Call&, JobId, const Status&) {},
+      std::uint64_t picture_bytes = std::uint64_t{1} << 30);
 
   static constexpr std::size_t kMostViewers = 256;
   /// The rest is for others.
@@ -107,8 +108,8 @@ class LiveHub {
   /// What is under way elsewhere finds out by this that the hub is gone.
   const std::shared_ptr<LiveHub*> self_ = std::make_shared<LiveHub*>(this);
   std::map<LiveLink*, Viewer> viewers_;
-  std::map<std::pair<JobId, std::string>, std::shared_ptr<JobFeed>> feeds_;           ///< by job and layer
-  const std::shared_ptr<std::size_t> tiles_kept_ = std::make_shared<std::size_t>(0);  ///< room that all feeds have
+  std::map<std::pair<JobId, std::string>, std::shared_ptr<JobFeed>> feeds_;  ///< by job and layer
+  const std::shared_ptr<TileRoom> room_;
   ChangeLog<JobId> jobs_;
   ChangeLog<std::string> workers_;
   const std::shared_ptr<FarmLook> farm_look_ = std::make_shared<FarmLook>();

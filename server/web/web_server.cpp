@@ -109,11 +109,12 @@ WebParts::WebParts(FarmLoop& loop, const Gate& gate_of_all, AssetStore& all_asse
       pages(std::move(files)),
       certificate(std::move(served)),
       logins(loop, gate, system_clock()),
-      hub(loop, greeting_of(options, gate), posting_to(mailbox), system_clock(), recording_refusals(loop, gate)),
+      hub(loop, greeting_of(options, gate), posting_to(mailbox), system_clock(), recording_refusals(loop, gate),
+          options.view_bytes),
       ticker(*io),
       renewal(*io),
-      api(std::in_place,
-          ApiParts{loop, gate, assets, logins, greeting_of(options, gate), posting_to(mailbox), running_on(side)}) {
+      api(std::in_place, ApiParts{loop, gate, assets, logins, greeting_of(options, gate), posting_to(mailbox),
+                                  running_on(side), options.file_bytes}) {
   mailbox->set(&*io);
 }
 

@@ -23,6 +23,8 @@ struct WebOptions {
   std::vector<std::string> names;    ///< by which it is called, besides those of the certificate
   bool open_to_all = false;          ///< others may reach it without encryption, too
   std::size_t connections = 1'024;   ///< at most
+  /// Memory of pictures that are made or on their way as files, and of those that pages look at.
+  std::uint64_t file_bytes = std::uint64_t{2} << 30, view_bytes = std::uint64_t{1} << 30;
 };
 
 struct WebParts;

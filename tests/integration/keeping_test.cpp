@@ -1,9 +1,11 @@
 // What keeps a farm going for years: a disk that is full, jobs that expire, and a state that is put back from a backup.
 #include <gtest/gtest.h>
+#include <sqlite3.h>
 
 #include <fstream>
 
 #include <set>
+#include <thread>
 
 #include "common/wire/farm_messages.h"
 #include "tests/support/farm.h"
@@ -65,6 +67,70 @@ TEST(Keeping, FilmsFitIntoTheMemoryThatTheCoordinatorMayUse) {
   const std::uint64_t job = client.submit(picture).id();
   EXPECT_EQ(client.wait_until_ended(job).state(), v1::JOB_STATE_DONE);
   EXPECT_FALSE(farm.server().wait(std::chrono::milliseconds(0)).has_value()) << farm.server_log();
+}
+
+TEST(Keeping, FilmsOfEndedJobsMayOutgrowTheMemoryAndEachIsServed) {
+  const MemoryGroup group(256);
+  if (!group.made()) {
+    GTEST_SKIP() << "no control group can be made here";
+  }
+  Farm farm({}, {"127.0.0.1", group.starter(), {}});
+  FarmClient client = farm.client();
+  farm.add_worker(2, "w1");
+  Picture picture;
+  picture.side = 1024;  // 24 MiB
+  picture.samples = 1;
+  picture.method = "preview";
+  const auto lives = [&] { return !farm.server().wait(std::chrono::milliseconds(0)).has_value(); };
+  std::vector<std::uint64_t> jobs;
+  for (int i = 0; i < 24; ++i) {
+    jobs.push_back(client.submit(picture, fmt::format("job {}", i)).id());
+    ASSERT_EQ(client.wait_until_ended(jobs.back()).state(), v1::JOB_STATE_DONE);
+    ASSERT_TRUE(lives()) << farm.server_log();
+  }
+  const Hash128 expected = reference_hash(picture);
+  const auto fetch_all = [&] {
+    std::vector<std::jthread> clients;
+    for (std::size_t first = 0; first < 4; ++first) {
+      clients.emplace_back([&, first] {
+        for (std::size_t i = first; i < jobs.size() && lives(); i += 4) {
+          EXPECT_EQ(film_hash(farm.client().film(jobs[i])), expected) << "job " << jobs[i];
+        }
+      });
+    }
+  };
+  fetch_all();
+  ASSERT_TRUE(lives()) << farm.server_log();
+  kill_at_once(farm.server());
+  farm.start_server();
+  fetch_all();
+  ASSERT_TRUE(lives()) << farm.server_log();
+  picture.samples = 3;
+  client.extend(jobs.front(), picture.samples);
+  expect_reference_film(farm.client(), jobs.front(), picture);
+  EXPECT_TRUE(lives()) << farm.server_log();
+}
+
+TEST(Keeping, ADamagedNodeOfAnEndedJobIsRenderedAgainOnceItsFilmIsRead) {
+  Farm farm;
+  FarmClient client = farm.client();
+  farm.add_worker(1, "w1");
+  const std::uint64_t job = client.submit({}).id();
+  ASSERT_EQ(client.wait_until_ended(job).state(), v1::JOB_STATE_DONE);
+  kill_at_once(farm.server());
+  sqlite3* database = nullptr;
+  ASSERT_EQ(sqlite3_open((farm.data() / "lightmill.sqlite").c_str(), &database), SQLITE_OK);
+  EXPECT_EQ(sqlite3_exec(database, "UPDATE nodes SET samples = zeroblob(length(samples)) WHERE tile = 2", nullptr,
+                         nullptr, nullptr),
+            SQLITE_OK);
+  sqlite3_close(database);
+  farm.start_server();
+  EXPECT_EQ(client.job(job).state(), v1::JOB_STATE_DONE) << "nobody has read its film";
+  (void)client.film(job);
+  EXPECT_TRUE(says(farm.server_log(), "of tile 2 are damaged")) << farm.server_log();
+  EXPECT_TRUE(says(farm.server_log(), "of its stored nodes were damaged: they are rendered again"))
+      << farm.server_log();
+  expect_reference_film(farm.client(), job);
 }
 
 TEST(Keeping, WhoDeletesJobsMakesRoom) {

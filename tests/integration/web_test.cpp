@@ -439,6 +439,40 @@ TEST(Web, APageSeesThePictureComeAndCatchesUpAfterABreak) {
   EXPECT_EQ(tiles.at({64, 64}).rect().width(), 32);
 }
 
+TEST(Web, AnEndedJobIsShownAndExtendedWhoseFilmIsInTheStoreAlone) {
+  WebFarm web;
+  FarmClient client = web.farm().client();
+  client.upload_assets();
+  Picture picture = small_picture();
+  const std::uint64_t job = client.submit(picture).id();
+  web.farm().add_worker(1, "w");
+  client.wait_until_ended(job);
+  const std::string path = "/api/v1/jobs/" + std::to_string(job);
+  const std::string thumbnail = web.get(path + "/thumbnail.png").body(), meters = web.get(path + "/meters").body();
+  web.restart();
+  EXPECT_EQ(web.get(path + "/thumbnail.png").body(), thumbnail);
+  web.restart();
+  EXPECT_EQ(web.get(path + "/meters").body(), meters);
+  web.restart();
+  EXPECT_EQ(web.get(path + "/picture.png").body().substr(1, 3), "PNG");
+  web.restart();
+  {
+    Page page(web);
+    page.ask(job);
+    std::set<std::pair<int, int>> tiles;
+    page.follow(job, [&](const v1::ViewUpdate& update) {
+      for (const v1::ViewTile& tile : update.tiles()) {
+        tiles.insert({tile.rect().x(), tile.rect().y()});
+      }
+      return tiles.size() == 4;
+    });
+  }
+  web.restart();
+  picture.samples += 5;
+  EXPECT_EQ(web.post(path + "/extend", fmt::format("{{\"samples\": \"{}\"}}", picture.samples)).result_int(), 200u);
+  expect_reference_film(web.farm().client(), job, picture);
+}
+
 TEST(Web, WhoDoesNotSayWhatItSawIsSentTwoMessages) {
   WebFarm web;
   FarmClient client = web.farm().client();

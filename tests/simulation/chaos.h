@@ -33,8 +33,9 @@ struct Chaos {
   bool memory = true;       ///< workers run out of it while they prepare or render, and are started again
   bool inspections = true;  ///< clients have scene files read
   bool deposes = true;      ///< the coordinator stands still, another takes over, and the first goes on
+  bool films = true;        ///< films of ended jobs leave memory soon, and clients look at films
   static Chaos none() {
-    return {false, false, false, false, false, false, false, false, false, false,
+    return {false, false, false, false, false, false, false, false, false, false, false,
             false, false, false, false, false, false, false, false, false, false};
   }
 };
@@ -64,6 +65,7 @@ struct PlantedBugs {
   bool drop_when_full = false;             ///< what a full disk refuses counts as stored
   bool hide_damage = false;                ///< damaged nodes are loaded as if they were whole
   bool no_epochs = false;                  ///< a deposed coordinator may write
+  bool lose_films = false;                 ///< films that are to be read do not come
   bool lose_reports = false;               ///< what was found in scene files is not told
   bool hide_classes = false;               ///< workers of the other class say that they are of the usual one
   bool blame_hastily = false;              ///< the first loss of a worker condemns what it rendered

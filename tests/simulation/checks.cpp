@@ -140,7 +140,8 @@ void Checks::stored(std::span<const StoreOp> ops) {
         return key.job == drop->key.job && key.tile == drop->key.tile && drop->key.range.contains(key.range);
       });
     } else if (const auto* verified = std::get_if<PutVerified>(&op)) {
-      if (const Film* film = server_.coordinator() ? server_.coordinator()->film(verified->key.job) : nullptr) {
+      if (const FilmOutline* film =
+              server_.coordinator() ? server_.coordinator()->outline(verified->key.job) : nullptr) {
         world_.report.verified += verified->key.range.count() *
                                   static_cast<std::uint64_t>(film->grid().tile_rect(verified->key.tile).pixel_count());
       }
@@ -153,7 +154,7 @@ void Checks::check_decisions(const Effects& effects) {
   for (const std::vector<Outgoing>* channel : {&effects.now, &effects.after_commit}) {
     for (const Outgoing& message : *channel) {
       const auto* grant = std::get_if<LeaseGrant>(&message.message);
-      const Film* film = grant != nullptr ? server_.coordinator()->film(grant->unit.job) : nullptr;
+      const FilmOutline* film = grant != nullptr ? server_.coordinator()->outline(grant->unit.job) : nullptr;
       if (film == nullptr) {
         continue;
       }
@@ -210,7 +211,7 @@ void Checks::note_unwanted(const Effects& effects) {
         if (!status.ok()) {
           continue;
         }
-        const Film& film = *server_.coordinator()->film(key.job);
+        const FilmOutline& film = *server_.coordinator()->outline(key.job);
         const bool beyond = status->goal.samples > 0 &&
                             key.range.end() > film.allocation().of_tile(key.tile, status->goal.samples),
                    too_late = status->state == JobState::done && status->goal.seconds > 0 &&

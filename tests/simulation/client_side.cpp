@@ -78,18 +78,23 @@ void ClientSide::make_jobs() {
   }
 }
 
-void ClientSide::request(std::function<bool(Effects&)> ask, Action answered) {
+void ClientSide::request(std::function<bool(Effects&)> ask, Action answered, JobId with_film_of) {
   ++open_requests_;
   auto done = std::make_shared<bool>(false);
   auto attempt = std::make_shared<std::function<void()>>();
-  *attempt = [this, ask = std::move(ask), answered = std::move(answered), done,
+  *attempt = [this, ask = std::move(ask), answered = std::move(answered), with_film_of, done,
               weak = std::weak_ptr<std::function<void()>>(attempt)] {
     if (*done) {
       return;
     }
     if (server_.coordinator()) {
       Effects effects;
-      const bool settled = ask(effects);
+      const bool waits =
+          with_film_of != JobId{} && !server_.coordinator()->use_film(with_film_of, world_.now, effects).value_or(true);
+      const bool settled = !waits && ask(effects);
+      if (waits) {
+        server_.when_film_is_told(with_film_of, [again = weak.lock()] { (*again)(); });
+      }
       std::vector<Action> replies;
       if (settled) {
         replies.push_back([this, done, answered] {
@@ -199,7 +204,29 @@ void ClientSide::extend(std::size_t index) {
         ClientJob& job = jobs_[index];
         job.goal = std::max(job.goal, to.samples);
         job.error = job.error > 0 ? std::min(job.error, to.error) : 0;
-      });
+      },
+      *jobs_[index].id);
+}
+
+void ClientSide::look_at_films() {
+  for (const ClientJob& job : jobs_) {
+    look_at_film(job);
+  }
+}
+
+void ClientSide::look_at_film(const ClientJob& job) {
+  if (!job.id) {
+    return;
+  }
+  request(
+      [this, id = *job.id](Effects&) {
+        const bool there = server_.coordinator()->outline(id) != nullptr;
+        if (there && server_.coordinator()->film(id) == nullptr) {
+          world_.fail(fmt::format("the film of job {} is said to be in memory, and is not", id.value));
+        }
+        return true;
+      },
+      [] {}, *job.id);
 }
 
 void ClientSide::pause(std::size_t index) {

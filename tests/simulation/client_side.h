@@ -45,6 +45,9 @@ class ClientSide {
   const ClientJob& job_of(const RenderSettings& settings) const;
   void submit(std::size_t index);
   void change_something();
+  /// Looks at the film of one job, or of all.
+  void look_at_film() { look_at_film(jobs_[world_.random.below(jobs_.size())]); }
+  void look_at_films();
   bool all_ended() const;
   /// Finds out which jobs were cancelled. A client may have the answer to its first attempt, when the job was done;
   /// then the job was extended, and the second attempt cancelled it.
@@ -57,8 +60,10 @@ class ClientSide {
   void note_inspected(const Effects& effects);
 
  private:
-  /// Asks until there is an answer. `ask` returns whether its answer is final once its effects are committed.
-  void request(std::function<bool(Effects&)> ask, Action answered);
+  /// Asks until there is an answer. `ask` returns whether its answer is final once its effects are committed. It is
+  /// called with the film of the job in memory, if one is given and there.
+  void request(std::function<bool(Effects&)> ask, Action answered, JobId with_film_of = {});
+  void look_at_film(const ClientJob& job);
   void extend(std::size_t index);
   void pause(std::size_t index);
   void quarantine(const std::string& worker);

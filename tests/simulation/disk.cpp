@@ -53,7 +53,8 @@ std::optional<std::string> Disk::apply(std::uint64_t epoch, std::span<const Stor
       if (const auto at = tile.find(node->node->range.first()); at != tile.end()) {
         wrong = fmt::format("two nodes of tile {} begin with sample {}", node->tile.value, at->first);
       }
-      tile[node->node->range.first()] = node->node;
+      tile[node->node->range.first()] = std::make_shared<const Node>(*node->node);  // memory and disk share nothing
+      damaged_.erase({node->job, node->tile, node->node->range});
       touched.insert({node->job, node->tile});
     } else if (const auto* drop = std::get_if<DropNode>(&op)) {
       std::map<std::uint64_t, NodePtr>& tile = nodes_[{drop->key.job, drop->key.tile}];
@@ -78,23 +79,34 @@ std::optional<std::string> Disk::apply(std::uint64_t epoch, std::span<const Stor
   return wrong;
 }
 
-StoredState Disk::load(bool hide_damage) {
-  StoredState state;
-  for (const NodeKey& key : std::exchange(damaged_, {})) {
-    std::map<std::uint64_t, NodePtr>& tile = nodes_[{key.job, key.tile}];
-    const auto at = tile.find(key.range.first());
-    if (at == tile.end() || at->second->range != key.range) {
-      continue;
+NodePtr Disk::read(const NodeKey& key, NodePtr& node, bool hide_damage) {
+  if (damaged_.contains(key)) {
+    if (!hide_damage) {
+      return nullptr;
     }
-    if (hide_damage) {
-      Node node = *at->second;
-      node.values[0] = std::nextafter(node.values[0], 1e30f);
-      at->second = std::make_shared<const Node>(std::move(node));
+    damaged_.erase(key);
+    Node wrong = *node;
+    wrong.values[0] = std::nextafter(wrong.values[0], 1e30f);
+    node = std::make_shared<const Node>(std::move(wrong));
+  }
+  return std::make_shared<const Node>(*node);
+}
+
+StoredFilm Disk::read_tile(JobId job, TileId tile, bool hide_damage, std::vector<NodeKey>& damaged) {
+  StoredFilm film;
+  for (auto& [first, node] : nodes_[{job, tile}]) {
+    const NodeKey key{job, tile, node->range};
+    if (NodePtr sound = read(key, node, hide_damage)) {
+      film.emplace_back(tile, std::move(sound));
     } else {
-      state.damaged.push_back(key);
-      tile.erase(at);
+      damaged.push_back(key);
     }
   }
+  return film;
+}
+
+StoredState Disk::load(bool hide_damage) {
+  StoredState state;
   state.epoch = ++epoch_;
   state.next_job_id = next_job_id_;
   state.secret = secret();
@@ -102,21 +114,27 @@ StoredState Disk::load(bool hide_damage) {
     state.quarantine.push_back(record);
   }
   for (const auto& [id, record] : jobs_) {
-    state.jobs.push_back({record, {}});
-    for (const auto& [key, nodes] : nodes_) {
-      if (key.first == id) {
+    StoredState::StoredJob& job = state.jobs.emplace_back(StoredState::StoredJob{record, {}});
+    for (auto& [key, nodes] : nodes_) {
+      if (key.first == id && has_ended(record.state)) {
         for (const auto& [first, node] : nodes) {
-          state.jobs.back().nodes.push_back({key.second, node});
+          job.nodes.emplace_back(key.second, outline_of(*node));
         }
+      } else if (key.first == id) {
+        std::ranges::move(read_tile(id, key.second, hide_damage, state.damaged), std::back_inserter(job.nodes));
       }
     }
     for (const auto& [key, result] : results_) {
       if (key.job == id) {
-        state.jobs.back().results.push_back(
+        job.results.push_back(
             {key.tile, key.range, result.hash, static_cast<std::uint32_t>(state.renderers.size()), result.to_verify});
         state.renderers.push_back(result.by);
       }
     }
+  }
+  for (const NodeKey& key : state.damaged) {
+    nodes_[{key.job, key.tile}].erase(key.range.first());
+    damaged_.erase(key);
   }
   return state;
 }

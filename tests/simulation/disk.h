@@ -19,10 +19,12 @@ class Disk {
   /// or a result that is verified, without being there.
   std::optional<std::string> apply(std::uint64_t epoch, std::span<const StoreOp> ops);
   std::uint64_t epoch() const { return epoch_; }
-  /// What a coordinator that starts now gets; takes the next epoch.
   static Sha256 secret() { return sha256("simulation"); }
+  /// What a coordinator that starts now gets; takes the next epoch. Of jobs that have ended it has no values.
   StoredState load(bool hide_damage = false);
-  /// Some bits of the node of this key have changed: it is left out by whoever loads next.
+  /// The nodes of one tile. Damaged ones are left out, and are among `damaged`.
+  StoredFilm read_tile(JobId job, TileId tile, bool hide_damage, std::vector<NodeKey>& damaged);
+  /// Some bits of the node of this key have changed: it is left out by whoever reads it next.
   void damage(const NodeKey& key) { damaged_.insert(key); }
   /// All nodes of jobs that may go on.
   std::vector<NodeKey> nodes_in_use() const;
@@ -41,6 +43,9 @@ class Disk {
   const std::map<std::uint64_t, NodePtr>& nodes(JobId job, TileId tile) const;
 
  private:
+  /// The node of this key if it is sound. If damage is hidden, also if it is not, and then with a wrong bit.
+  NodePtr read(const NodeKey& key, NodePtr& node, bool hide_damage);
+
   std::map<JobId, JobRecord> jobs_;
   std::map<std::pair<JobId, TileId>, std::map<std::uint64_t, NodePtr>> nodes_;
   std::map<NodeKey, PutResult> results_;

@@ -173,6 +173,10 @@ std::string effects_text(const Effects& effects) {
                         note.job.value, note.worker, note.lease.value, note.text);
   }
   add("departed: ", effects.departed);
+  text += effects.film_reads.empty() ? "" : fmt::format("read films{}\n", values_of(effects.film_reads));
+  for (const FilmOutcome& outcome : effects.films) {
+    text += fmt::format("film {}: {}\n", outcome.job.value, message_of(outcome.status));
+  }
   return text;
 }
 

@@ -100,7 +100,7 @@ void EndChecks::check_method(const ClientJob& job) {
 }
 
 std::uint64_t EndChecks::count_of(const ClientJob& job, const JobStatus& status) const {
-  const Film& film = *server_.coordinator()->film(*job.id);
+  const FilmOutline& film = *server_.coordinator()->outline(*job.id);
   const std::uint64_t first = first_error_count(film.allocation());
   for (std::uint64_t count = first; count < kMaxSamples; count = next_error_count(count + 1)) {
     Film quiet(film.grid(), film.layout(), film.allocation());
@@ -151,7 +151,7 @@ std::uint64_t EndChecks::check_results(JobId job, TileId tile) {
 }
 
 void EndChecks::check_film(const ClientJob& job, const JobStatus& status) {
-  const Film& film = *server_.coordinator()->film(*job.id);
+  const Film& film = server_.film_now(*job.id);
   const bool by_time = job.spec.goal.seconds > 0;
   const RenderSettings& settings = (*server_.coordinator()->spec(*job.id))->settings;
   const Allocation expected = job.spec.goal.adaptive ? pilot_allocation(settings) : Allocation();

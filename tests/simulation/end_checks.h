@@ -8,7 +8,7 @@ namespace lightmill::simulation {
 
 class EndChecks {
  public:
-  EndChecks(World& world, const ServerSide& server, const WorkerSide& workers, const ClientSide& clients)
+  EndChecks(World& world, ServerSide& server, const WorkerSide& workers, const ClientSide& clients)
       : world_(world), server_(server), workers_(workers), clients_(clients) {}
 
   void check();
@@ -28,7 +28,7 @@ class EndChecks {
   std::uint64_t count_of(const ClientJob& job, const JobStatus& status) const;
 
   World& world_;
-  const ServerSide& server_;
+  ServerSide& server_;
   const WorkerSide& workers_;
   const ClientSide& clients_;
 };

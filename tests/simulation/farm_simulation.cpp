@@ -30,6 +30,8 @@ FarmSimulation::FarmSimulation(std::uint64_t seed, const Chaos& chaos, const Pla
     limits.losses_alone = 1;
   }
   limits.refusals = bugs.believe_one_refusal ? 1 : limits.refusals;
+  constexpr double kIdleSeconds[] = {0, 0.05, 1, 600};
+  limits.film_idle = from_seconds(chaos.films ? kIdleSeconds[world_.random.below(4)] : 600);
   limits.film_bytes_per_job = world_.random.chance(0.3) ? 1 : 1 << 20;  // the least, or plenty
   make_schedule();
 }
@@ -74,6 +76,7 @@ void FarmSimulation::make_faults() {
   some_times(chaos.slow, 3, [this] { workers_.slow_down(); });
   some_times(chaos.disks, 3, [this] { server_.fill_disk(); });
   some_times(chaos.deposes, 2, [this] { server_.depose(); });
+  some_times(chaos.films, 6, [this] { clients_.look_at_film(); });
   workers_.plan_babble();
 }
 
@@ -96,6 +99,9 @@ Report FarmSimulation::run() {
       settled_since.reset();
     } else if (!settled_since) {
       settled_since = world_.now;
+    } else if (world_.now > *settled_since + kSettling && !std::exchange(films_seen_, true)) {
+      clients_.look_at_films();  // what is damaged in them is rendered again
+      settled_since.reset();
     } else if (world_.now > *settled_since + kSettling) {
       checks_.check_acknowledged_is_durable();
       clients_.note_cancelled();

@@ -5,6 +5,7 @@
 // - the disk takes time to commit, all or nothing; it is full or slow at times, and a crash damages what it holds
 // - workers die, hang, slow down and come back; some farms have a machine that lies or sends garbage
 // - the coordinator is killed before, during and after commits; or it stands still, and another one deposes it
+// - films of ended jobs leave memory, and are read again tile by tile, while commits go on
 // - clients change jobs and repeat requests that were not answered
 // Chaos lasts some seconds. Then the farm must finish its jobs.
 //
@@ -50,6 +51,7 @@ class FarmSimulation {
   WorkerSide workers_{world_, server_, clients_};
   ClientSide clients_{world_, server_, workers_};
   Checks checks_{world_, server_, workers_};
+  bool films_seen_ = false;
   std::optional<Time> race_started_, race_nearly_done_;
 };
 

@@ -22,7 +22,7 @@ void FarmSimulation::note_race() {
     return;
   }
   const JobId job = *clients_.jobs()[0].id;
-  const Film& film = *server_.coordinator()->film(job);
+  const FilmOutline& film = *server_.coordinator()->outline(job);
   const std::uint64_t all = film.grid().pixel_count() * world_.race->samples;
   if (!race_nearly_done_ && film.pixel_samples() * 20 >= all * 19) {
     race_nearly_done_ = world_.now;

@@ -46,7 +46,7 @@ void RefusalChecks::check_failed(const JobRecord& job) {
   if (of.heard.empty()) {
     world_.fail(fmt::format("job {} failed, and nobody has refused it: {}", job.id.value, job.reason));
   }
-  const Film& film = *server_.coordinator()->film(job.id);
+  const FilmOutline& film = *server_.coordinator()->outline(job.id);
   for (const auto& [session, stream] : server_.streams()) {
     const SimulatedWorker& other = workers_[stream->worker];
     const auto all = server_.coordinator()->workers(world_.now);

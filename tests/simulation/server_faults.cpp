@@ -45,6 +45,7 @@ void ServerSide::depose() {
   clients_.lose_inspections();
   deposed_.emplace(Deposed{std::move(coordinator_), life_, epoch_, std::exchange(streams_, {}), {}, {}});
   ++life_;
+  film_waits_.clear();
   abandon_commits(world_.random.chance(0.5));
   for (Pending& each : std::exchange(pending_, {})) {
     deposed_->unwritten.insert(deposed_->unwritten.end(), each.writes.begin(), each.writes.end());

@@ -68,6 +68,7 @@ void ServerSide::crash(bool commit_lands) {
   }
   streams_.clear();
   pending_.clear();
+  film_waits_.clear();
   world_.after(world_.random.seconds_between(0.05, 3), [this] { start(); });
 }
 
@@ -139,11 +140,13 @@ void ServerSide::execute(Effects effects, std::vector<Action> replies) {
     }
     effects.after_commit = std::move(rest);
   }
-  pending_.push_back({std::move(effects.writes), std::move(effects.after_commit), std::move(replies)});
+  pending_.push_back(
+      {std::move(effects.writes), std::move(effects.after_commit), std::move(replies), std::move(effects.film_reads)});
   if (committing_.empty()) {
     start_commit();
   }
   plan_tick();
+  tell_films(effects);
 }
 
 void ServerSide::start_commit() {
@@ -217,6 +220,9 @@ void ServerSide::finish_commit() {
     }
     for (const Action& reply : each.replies) {
       reply();
+    }
+    for (const JobId job : world_.bugs.lose_films ? std::vector<JobId>{} : each.film_reads) {
+      read_film(std::make_shared<FilmRead>(FilmRead{job, {}, {}}));
     }
   }
   plan_tick();
@@ -312,7 +318,7 @@ void ServerSide::falsify(const Stream& stream, WorkerResult& result) {
   if (world_.bugs.ignore_grants) {
     grant();
   }
-  const Film* const film = coordinator_->film(result.key.job);
+  const FilmOutline* const film = coordinator_->outline(result.key.job);
   if (world_.bugs.merge_twice && film != nullptr && result.key.range.end() < 8 &&
       film->covered(result.key.tile, result.key.range)) {
     // The same samples under the number of others: a film that adds whatever comes.

@@ -47,6 +47,12 @@ class ServerSide {
   /// The server notices that the stream is broken, and takes it for the stream of `session`.
   void disconnected(const Stream& stream, SessionId session);
 
+  // ---- server_films.cpp ----
+  /// Runs `action` once it is said whether the job's film is in memory, unless the coordinator dies first.
+  void when_film_is_told(JobId job, Action action) { film_waits_.emplace(job, std::move(action)); }
+  /// The job's film, which is in memory afterwards; nothing else is under way.
+  const Film& film_now(JobId job);
+
   // ---- server_faults.cpp ----
   void fill_disk();
   /// The coordinator stands still, and another one starts.
@@ -61,6 +67,12 @@ class ServerSide {
     std::vector<StoreOp> writes;
     std::vector<Outgoing> after_commit;
     std::vector<Action> replies;  ///< to clients
+    std::vector<JobId> film_reads;
+  };
+  struct FilmRead {
+    JobId job;
+    TileId next;
+    StoredFilm nodes;
   };
   struct Deposed {
     std::unique_ptr<Coordinator> coordinator;
@@ -76,6 +88,9 @@ class ServerSide {
   void abandon_commits(bool commit_lands);
   void start_commit();
   void finish_commit();
+  void read_film(const std::shared_ptr<FilmRead>& read);
+  void read_tile(FilmRead& read);
+  void tell_films(const Effects& effects);
   void plan_tick();
   void send(Outgoing message);
   void deliver(const std::shared_ptr<Stream>& stream, const CoordinatorMessage& message);
@@ -103,6 +118,7 @@ class ServerSide {
   std::set<std::uint64_t> crash_at_commit_;
   std::uint64_t next_session_ = 1;
   std::map<SessionId, std::shared_ptr<Stream>> streams_;
+  std::multimap<JobId, Action> film_waits_;
   std::map<NodeKey, Node> first_results_;  ///< only with repeat_results
   std::optional<Xxh3Hasher> hash_;
 };

@@ -180,7 +180,8 @@ INSTANTIATE_TEST_SUITE_P(
         Planted{"DisconnectNewcomers", &PlantedBugs::disconnect_newcomers},
         Planted{"TrustHashes", &PlantedBugs::trust_hashes}, Planted{"DropWhenFull", &PlantedBugs::drop_when_full},
         Planted{"HideDamage", &PlantedBugs::hide_damage}, Planted{"NoEpochs", &PlantedBugs::no_epochs},
-        Planted{"LoseReports", &PlantedBugs::lose_reports}, Planted{"HideClasses", &PlantedBugs::hide_classes},
+        Planted{"LoseFilms", &PlantedBugs::lose_films}, Planted{"LoseReports", &PlantedBugs::lose_reports},
+        Planted{"HideClasses", &PlantedBugs::hide_classes},
         Planted{"BelieveOneRefusal", &PlantedBugs::believe_one_refusal},
         Planted{"BlameHastily", &PlantedBugs::blame_hastily}, Planted{"BlameUnsent", &PlantedBugs::blame_unsent}),
     [](const auto& info) { return std::string(info.param.name); });

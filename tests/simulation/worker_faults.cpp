@@ -66,7 +66,7 @@ void WorkerSide::send_ungranted(std::size_t index) {
     return;
   }
   const NodeKey& asked = worker.last_tile->key;
-  const Film* const film = server_.coordinator()->film(asked.job);
+  const FilmOutline* const film = server_.coordinator()->outline(asked.job);
   if (film == nullptr) {
     return;
   }

@@ -277,6 +277,7 @@ class InTransaction final : public Store {
  public:
   explicit InTransaction(Session& session) : session_(session) {}
   Result<StoredState> load() override { return internal_error("nothing is read from a store that is being made"); }
+  Result<FilmPiece> read_film(JobId, const FilmPlace&) override { return load().status(); }
   Status check_structure() override { return ok_status(); }
   Status commit(std::span<const StoreOp> ops) override {
     LM_RETURN_IF_ERROR(send_writes(session_, ops, specs_));

@@ -92,31 +92,24 @@ Status load_next_job_id(Session& session, StoredState& state) {
   return ok_status();
 }
 
-Status load_nodes(Session& session, StoredState::StoredJob& job, StoredState& state, std::vector<StoreOp>& repairs) {
-  NodeKey key{job.record.id, {}, {}};
-  std::int64_t tile = -1, level = -1, index = -1;
+/// Without their values, which the length does not read.
+Status load_outlines(Session& session, StoredState::StoredJob& job) {
+  FilmPlace place;
   for (;;) {
     LM_ASSIGN_OR_RETURN(
         const Rows rows,
-        session.query("SELECT tile, level, range_index, non_finite, hash, samples FROM nodes WHERE job = $1 AND (tile, "
-                      "level, range_index) > ($2, $3, $4) ORDER BY tile, level, range_index LIMIT $5",
-                      Parameters(job.record.id.value, tile, level, index, kNodesAtOnce)));
+        session.query("SELECT tile, level, range_index, non_finite, octet_length(samples)::BIGINT FROM nodes WHERE job "
+                      "= $1 AND (tile, level, range_index) > ($2, $3, $4) ORDER BY tile, level, range_index LIMIT $5",
+                      Parameters(job.record.id.value, place.tile, place.level, place.index, kResultsAtOnce)));
     for (int row = 0; row < rows.size(); ++row) {
-      tile = rows.integer(row, 0);
-      level = rows.integer(row, 1);
-      index = rows.integer(row, 2);
-      key.tile = TileId{static_cast<std::uint32_t>(tile)};
-      key.range = {static_cast<std::uint32_t>(level), static_cast<std::uint32_t>(index)};
-      auto node = stored::node_of(key.range, rows.natural(row, 3), rows.view(row, 4), rows.view(row, 5));
-      if (node == nullptr) {
-        stored::log_damage(key);
-        state.damaged.push_back(key);
-        repairs.push_back(DropNode{key});
-      } else {
-        job.nodes.push_back({key.tile, std::move(node)});
-      }
+      place = {rows.integer(row, 0), rows.integer(row, 1), rows.integer(row, 2)};
+      job.nodes.emplace_back(
+          TileId{static_cast<std::uint32_t>(place.tile)},
+          NodeOutline{{static_cast<std::uint32_t>(place.level), static_cast<std::uint32_t>(place.index)},
+                      rows.natural(row, 3),
+                      rows.natural(row, 4) / sizeof(float)});
     }
-    if (rows.size() < kNodesAtOnce) {
+    if (rows.size() < kResultsAtOnce) {
       return ok_status();
     }
   }
@@ -134,12 +127,34 @@ Result<StoredState> load_state(Session& session, stored::StoredSpecs& specs, std
   LM_RETURN_IF_ERROR(load_next_job_id(session, state));
   stored::RendererTable renderers;
   for (StoredState::StoredJob& job : state.jobs) {
-    LM_RETURN_IF_ERROR(load_nodes(session, job, state, repairs));
+    LM_RETURN_IF_ERROR(load_outlines(session, job));
+    if (!has_ended(job.record.state)) {
+      LM_RETURN_IF_ERROR(stored::load_values(
+          job, state, repairs, [&](JobId id, const FilmPlace& after) { return read_film(session, id, after); }));
+    }
     LM_RETURN_IF_ERROR(load_results(session, job, state, renderers, repairs));
   }
   state.renderers = renderers.take();
   LM_RETURN_IF_ERROR(load_secret(session, state));
   return state;
+}
+
+Result<FilmPiece> read_film(Session& session, JobId job, const FilmPlace& after) {
+  LM_ASSIGN_OR_RETURN(
+      const Rows rows,
+      session.query("SELECT tile, level, range_index, non_finite, hash, samples FROM nodes WHERE job = $1 AND (tile, "
+                    "level, range_index) > ($2, $3, $4) ORDER BY tile, level, range_index LIMIT $5",
+                    Parameters(job.value, after.tile, after.level, after.index, kNodesAtOnce)));
+  FilmPiece piece;
+  for (int row = 0; row < rows.size(); ++row) {
+    const FilmPlace place{rows.integer(row, 0), rows.integer(row, 1), rows.integer(row, 2)};
+    stored::take_node(job, place, rows.natural(row, 3), rows.view(row, 4), rows.view(row, 5), piece);
+    piece.last = place;
+  }
+  if (rows.size() < kNodesAtOnce) {
+    piece.last.reset();
+  }
+  return piece;
 }
 
 }  // namespace lightmill::postgres

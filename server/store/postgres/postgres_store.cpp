@@ -34,6 +34,7 @@ class PostgresStore final : public Store {
         session_(leadership_->target(), postgres::commit_statements(), kCommitPatience) {}
 
   Result<StoredState> load() override;
+  Result<FilmPiece> read_film(JobId job, const FilmPlace& after) override;
   Status commit(std::span<const StoreOp> ops) override;
   /// The database server sees to that itself (its data checksums).
   Status check_structure() override { return ok_status(); }
@@ -70,6 +71,15 @@ Result<StoredState> PostgresStore::load() {
     LM_RETURN_IF_ERROR(commit(repairs));
   }
   return state;
+}
+
+Result<FilmPiece> PostgresStore::read_film(JobId job, const FilmPlace& after) {
+  const bool was_connected = session_.connected();
+  Result<FilmPiece> piece = postgres::read_film(session_, job, after);
+  if (!piece.ok() && was_connected && !session_.connected()) {
+    piece = postgres::read_film(session_, job, after);  // the connection may have been dead for long
+  }
+  return piece;
 }
 
 Status PostgresStore::commit(std::span<const StoreOp> ops) {

@@ -29,9 +29,10 @@ Status load_next_job_id(Database& database, StoredState& state) {
   return ok_status();
 }
 
-Status load_nodes(Database& database, StoredState& state) {
-  LM_ASSIGN_OR_RETURN(Statement rows, database.prepare("SELECT id, tile, level, range_index, non_finite, hash, samples "
-                                                       "FROM nodes WHERE job = ?1 ORDER BY id"));
+/// Without their values. The length of a BLOB stands in its row's header: its pages are not read.
+Status load_outlines(Database& database, StoredState& state) {
+  LM_ASSIGN_OR_RETURN(Statement rows, database.prepare("SELECT id, tile, level, range_index, non_finite, "
+                                                       "length(samples) FROM nodes WHERE job = ?1 ORDER BY id"));
   LM_ASSIGN_OR_RETURN(Statement remove, database.prepare("DELETE FROM nodes WHERE id = ?1"));
   for (StoredState::StoredJob& job : state.jobs) {
     std::vector<std::uint64_t> damaged;
@@ -43,14 +44,13 @@ Status load_nodes(Database& database, StoredState& state) {
       }
       const TileId tile{static_cast<std::uint32_t>(rows.natural(1))};
       const SampleRange range{static_cast<std::uint32_t>(rows.natural(2)), static_cast<std::uint32_t>(rows.natural(3))};
-      std::shared_ptr<const Node> node = stored::node_of(range, rows.natural(4), rows.view(5), rows.view(6));
-      if (node == nullptr) {
+      if (stored::is_key(rows.integer(1), rows.integer(2), rows.integer(3))) {
+        job.nodes.emplace_back(tile, NodeOutline{range, rows.natural(4), rows.natural(5) / sizeof(float)});
+      } else {
         state.damaged.push_back({job.record.id, tile, range});
         stored::log_damage(state.damaged.back());
         damaged.push_back(rows.natural(0));
-        continue;
       }
-      job.nodes.push_back({tile, std::move(node)});
     }
     rows.reset();
     for (const std::uint64_t id : damaged) {
@@ -105,9 +105,33 @@ Result<StoredState> load_state(Database& database, stored::StoredSpecs& specs, s
   }
   reader.finish(specs);
   LM_RETURN_IF_ERROR(load_next_job_id(database, state));
-  LM_RETURN_IF_ERROR(load_nodes(database, state));
+  LM_RETURN_IF_ERROR(load_outlines(database, state));
+  for (StoredState::StoredJob& job : state.jobs) {
+    if (!has_ended(job.record.state)) {
+      LM_RETURN_IF_ERROR(stored::load_values(
+          job, state, repairs, [&](JobId id, const FilmPlace& after) { return read_film(database, id, after); }));
+    }
+  }
   LM_RETURN_IF_ERROR(load_results(database, state, repairs));
   return state;
+}
+
+Result<FilmPiece> read_film(Database& database, JobId job, const FilmPlace& after) {
+  LM_ASSIGN_OR_RETURN(Statement rows, database.prepare("SELECT tile, level, range_index, non_finite, hash, samples "
+                                                       "FROM nodes WHERE job = ?1 AND (tile, level, range_index) > "
+                                                       "(?2, ?3, ?4) ORDER BY tile, level, range_index"));
+  rows.bind_all(job.value, after.tile, after.level, after.index);
+  FilmPiece piece;
+  for (std::size_t size_bytes = 0; size_bytes < stored::kFilmPieceBytes;) {
+    LM_ASSIGN_OR_RETURN(const bool more, rows.step());
+    if (!more) {
+      piece.last.reset();
+      break;
+    }
+    piece.last = {rows.integer(0), rows.integer(1), rows.integer(2)};
+    size_bytes += stored::take_node(job, *piece.last, rows.natural(3), rows.view(4), rows.view(5), piece);
+  }
+  return piece;
 }
 
 Result<stored::RowKeys> load_keys(Database& database) {

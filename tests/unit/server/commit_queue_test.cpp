@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <atomic>
+#include <future>
 
 namespace lightmill {
 namespace {
@@ -11,6 +12,17 @@ namespace {
 class RecordingStore final : public Store {
  public:
   Result<StoredState> load() override { return StoredState{}; }
+  /// Gives the pieces it was told to, and waits before each of them.
+  Result<FilmPiece> read_film(JobId, const FilmPlace& after) override {
+    const MutexLock lock(mutex_);
+    reads_.push_back(after.tile);
+    while (pieces_.empty()) {
+      changed_.wait(mutex_);
+    }
+    Result<FilmPiece> piece = std::move(pieces_.front());
+    pieces_.pop_front();
+    return piece;
+  }
   Status check_structure() override { return ok_status(); }
   Status commit(std::span<const StoreOp> ops) override {
     const MutexLock lock(mutex_);
@@ -24,6 +36,16 @@ class RecordingStore final : public Store {
     }
     ++commits_;
     return ok_status();
+  }
+  void give(Result<FilmPiece> piece) {
+    const MutexLock lock(mutex_);
+    pieces_.push_back(std::move(piece));
+    changed_.notify_all();
+  }
+  /// From behind which tiles a film was read.
+  std::vector<std::int64_t> reads() {
+    const MutexLock lock(mutex_);
+    return reads_;
   }
   void fail_next(Status status) {
     const MutexLock lock(mutex_);
@@ -40,6 +62,9 @@ class RecordingStore final : public Store {
 
  private:
   Mutex mutex_;
+  CondVar changed_;
+  std::deque<Result<FilmPiece>> pieces_ LM_GUARDED_BY(mutex_);
+  std::vector<std::int64_t> reads_ LM_GUARDED_BY(mutex_);
   std::deque<Status> failures_ LM_GUARDED_BY(mutex_);
   std::vector<std::uint64_t> deleted_ LM_GUARDED_BY(mutex_);
   int commits_ LM_GUARDED_BY(mutex_) = 0;
@@ -49,8 +74,11 @@ class CommitQueueTest : public ::testing::Test {
  protected:
   /// Effects that can be told from others by a number.
   void push(std::uint64_t number, std::vector<CommitReply> replies = {}, std::vector<CommitReply> callers = {}) {
-    queue_->push(
-        {{DeleteJobRows{JobId{number}}}, {{SessionId{number}, ResultAck{}}}, std::move(replies), std::move(callers)});
+    queue_->push({{DeleteJobRows{JobId{number}}},
+                  {{SessionId{number}, ResultAck{}}},
+                  std::move(replies),
+                  std::move(callers),
+                  {}});
   }
 
   RecordingStore store_;
@@ -134,6 +162,60 @@ TEST_F(CommitQueueTest, CallersHearThatStoringTakesLongerAndItIsStoredAllTheSame
       "the farm has taken this in, but cannot store it yet: the disk is full. It is done as soon as "
       "it can be stored: there is no need to ask again";
   EXPECT_EQ(heard, (std::vector<std::string>{"caller: " + told, "behind: " + told, "reply: stored"}));
+}
+
+FilmPiece piece_of(std::uint32_t tile, bool more) {
+  FilmPiece piece;
+  piece.nodes.emplace_back(TileId{tile}, NodeOutline{});
+  if (more) {
+    piece.last = {tile, 0, 0};
+  }
+  return piece;
+}
+
+TEST_F(CommitQueueTest, AFilmIsReadAfterWhatWasWrittenBeforeAndCommitsComeBetweenItsPieces) {
+  std::promise<Result<StoredFilm>> film;
+  queue_->push(
+      {{DeleteJobRows{JobId{1}}}, {}, {}, {}, {{JobId{7}, [&](Result<StoredFilm> read) {
+                                                  EXPECT_EQ(store_.deleted(), (std::vector<std::uint64_t>{1, 2}));
+                                                  film.set_value(std::move(read));
+                                                }}}});
+  while (store_.reads().empty()) {
+    std::this_thread::yield();
+  }
+  EXPECT_EQ(store_.deleted(), std::vector<std::uint64_t>{1});
+  push(2);
+  store_.give(piece_of(3, true));
+  while (store_.reads().size() < 2) {
+    std::this_thread::yield();
+  }
+  EXPECT_EQ(store_.deleted(), (std::vector<std::uint64_t>{1, 2})) << "between two pieces";
+  store_.give(piece_of(4, false));
+  const Result<StoredFilm> read = film.get_future().get();
+  ASSERT_TRUE(read.ok());
+  ASSERT_EQ(read->size(), 2u);
+  EXPECT_EQ((*read)[1].tile, TileId{4});
+  EXPECT_EQ(store_.reads(), (std::vector<std::int64_t>{-1, 3}));
+  EXPECT_TRUE(queue_->stop().ok());
+}
+
+TEST_F(CommitQueueTest, AFilmThatCannotBeReadNowIsReadLaterAndOtherErrorsAreItsReaders) {
+  store_.give(unavailable("the database is away"));
+  store_.give(piece_of(3, false));
+  store_.give(data_loss("a page is damaged"));
+  std::promise<Status> first, second;
+  queue_->push({{},
+                {},
+                {},
+                {},
+                {{JobId{7}, [&](const Result<StoredFilm>& read) { first.set_value(read.status()); }},
+                 {JobId{8}, [&](const Result<StoredFilm>& read) { second.set_value(read.status()); }}}});
+  EXPECT_TRUE(first.get_future().get().ok());
+  EXPECT_EQ(second.get_future().get().code(), StatusCode::kDataLoss);
+  push(1);
+  EXPECT_TRUE(queue_->stop().ok());
+  EXPECT_EQ(fatal_, 0);
+  EXPECT_EQ(store_.deleted(), std::vector<std::uint64_t>{1});
 }
 
 TEST_F(CommitQueueTest, AfterDamageNothingIsStoredSentOrConfirmed) {

@@ -134,6 +134,8 @@ class CoordinatorTest : public ::testing::Test {
     }
     writes.insert(writes.end(), effects.writes.begin(), effects.writes.end());
     closed.insert(closed.end(), effects.closed.begin(), effects.closed.end());
+    film_reads.insert(film_reads.end(), effects.film_reads.begin(), effects.film_reads.end());
+    films_told.insert(films_told.end(), effects.films.begin(), effects.films.end());
     effects = {};
   }
 
@@ -148,6 +150,8 @@ class CoordinatorTest : public ::testing::Test {
   std::vector<Outgoing> sent;
   std::vector<StoreOp> writes;
   std::vector<SessionId> closed;
+  std::vector<JobId> film_reads;
+  std::vector<FilmOutcome> films_told;
   std::uint64_t next_session = 1;
   std::map<SessionId, std::size_t> worked;  ///< grants that work() has done
 };

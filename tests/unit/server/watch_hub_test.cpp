@@ -240,5 +240,51 @@ TEST_F(WatchHubTest, AnEndIsShownOnlyOnceItIsDurable) {
   EXPECT_FALSE(hub.hold(job)) << "nobody watches any more";
 }
 
+TEST_F(WatchHubTest, TilesOfAnEndedJobComeOnceItsFilmIsRead) {
+  const JobId job = submit(spec("r1", 1));
+  work(connect("w"));
+  StoredFilm stored;
+  for (TileId tile{0}; tile.value < 2; ++tile.value) {
+    stored.emplace_back(tile, std::make_shared<const Node>(*coordinator->film(job)->forest(tile).front()));
+  }
+  writes.clear();
+  pass(limits.film_idle);
+  ASSERT_EQ(coordinator->film(job), nullptr);
+  const auto inbox = watch(job), without_tiles = watch(job, false);
+  publish();
+  ASSERT_EQ(inbox->updates.size(), 1u);
+  EXPECT_EQ(inbox->updates[0].job.state, JobState::done);
+  EXPECT_TRUE(inbox->updates[0].tiles.empty());
+  EXPECT_FALSE(inbox->updates[0].last);
+  EXPECT_TRUE(without_tiles->updates[0].last);
+  EXPECT_EQ(hub.take_wanted_films(), std::set{job});
+  pass(std::chrono::seconds(1));
+  publish();
+  EXPECT_EQ(inbox->updates.size(), 1u) << "nothing has changed";
+
+  EXPECT_FALSE(coordinator->use_film(job, now, effects).value());
+  flush();
+  EXPECT_TRUE(hub.take_wanted_films().empty()) << "it was said";
+  coordinator->film_read(job, std::move(stored), now, effects);
+  hub.film_came(*coordinator, job, now);
+  ASSERT_EQ(inbox->updates.size(), 2u);
+  EXPECT_EQ(inbox->updates[1].tiles.size(), 2u);
+  EXPECT_TRUE(inbox->updates[1].last);
+}
+
+TEST_F(WatchHubTest, AFilmThatCannotBeReadEndsTheStreamsThatWaitForIt) {
+  const JobId job = submit(spec("r1", 1));
+  work(connect("w"));
+  writes.clear();
+  pass(limits.film_idle);
+  const auto inbox = watch(job);
+  publish();
+  const auto later = watch(submit(spec("r2", 1)));
+  hub.fail_film(job, data_loss("a page is damaged"));
+  EXPECT_EQ(inbox->failure.code(), StatusCode::kDataLoss);
+  publish();
+  EXPECT_FALSE(later->updates.empty());
+}
+
 }  // namespace
 }  // namespace lightmill::test

@@ -200,7 +200,7 @@ TEST_F(Damage, IsNeverSilent) {
   std::map<std::string, std::string> before;
   {
     const auto store = open_sqlite_store(file_).value();
-    before = items_of(store->load().value());
+    before = items_of(load_with_films(*store).value());
   }
   ASSERT_EQ(before.size(), kJobs * 12);
   spdlog::set_level(spdlog::level::off);
@@ -209,7 +209,7 @@ TEST_F(Damage, IsNeverSilent) {
   for (int round = 0; round < kRounds; ++round) {
     SCOPED_TRACE(fmt::format("round {}: {}", round, damage(random)));
     const Result<std::unique_ptr<Store>> store = open_sqlite_store(file_);
-    Result<StoredState> state = store.ok() ? (*store)->load() : Result<StoredState>(store.status());
+    Result<StoredState> state = store.ok() ? load_with_films(**store) : Result<StoredState>(store.status());
     std::vector<StoreOp> repairs;
     if (const Status status = state.ok() ? take_out_nonsense(*state, repairs) : state.status(); !status.ok()) {
       ++outcomes["refused"];

@@ -3,12 +3,13 @@
 #include <gtest/gtest.h>
 
 #include "server/store/coalesce.h"
+#include "server/store/row_values.h"
 
 namespace lightmill::test {
 namespace {
 
 StoredState loaded(Store& store) {
-  Result<StoredState> state = store.load();
+  Result<StoredState> state = load_with_films(store);
   EXPECT_TRUE(state.ok()) << state.status();
   return state.ok() ? std::move(*state) : StoredState{};
 }
@@ -93,6 +94,19 @@ StoredState state_of_the_format_before() {
   state.actions = {
       {7, 1'700'000'000'123, "ada", Proof::certificate, "", "[::1]:4711", "CancelJob", 5, "", StatusCode::kOk, ""}};
   state.quarantine = {{{"liar", "machine"}, "wrong", 5}};
+  return state;
+}
+
+Result<StoredState> load_with_films(Store& store) {
+  LM_ASSIGN_OR_RETURN(StoredState state, store.load());
+  std::vector<StoreOp> repairs;
+  for (StoredState::StoredJob& job : state.jobs) {
+    LM_RETURN_IF_ERROR(stored::load_values(
+        job, state, repairs, [&](JobId id, const FilmPlace& after) { return store.read_film(id, after); }));
+  }
+  if (!repairs.empty()) {
+    LM_RETURN_IF_ERROR(store.commit(repairs));
+  }
   return state;
 }
 
@@ -263,6 +277,79 @@ TEST_P(StoreConformance, ForestIsKept) {
   expected.renderers = {{"worker", "machine"}, {"worker", "machine", "class-b"}};
   expected.jobs[0].results = {{TileId{0}, {0, 1}, Hash128{1, 2}, 0, true}, {TileId{0}, {0, 0}, Hash128{3, 4}, 1}};
   EXPECT_EQ(describe(loaded(*open())), describe(expected));
+}
+
+/// A job of so many tiles, of which each has a node of 96 KiB.
+std::vector<StoreOp> writes_of_large_film(const JobRecord& record, std::uint32_t tiles) {
+  std::vector<StoreOp> ops{PutJob{record}};
+  for (TileId tile{0}; tile.value < tiles; ++tile.value) {
+    auto node = std::make_shared<Node>();
+    node->range = {2, 0};
+    node->values.assign(64 * 64 * 6, static_cast<float>(tile.value + 1));
+    ops.push_back(PutNode{record.id, tile, std::move(node)});
+  }
+  return ops;
+}
+
+TEST_P(StoreConformance, TheValuesOfAnEndedJobsFilmAreReadApartInPieces) {
+  constexpr std::uint32_t kTiles = 400;  // 37.5 MiB
+  JobRecord ended = full_record(1), active = full_record(2);
+  ended.state = JobState::done;
+  active.state = JobState::paused;
+  {
+    const auto store = open();
+    loaded(*store);
+    commit(*store, writes_of_large_film(ended, kTiles));
+    commit(*store, writes_of_large_film(active, 2));
+  }
+  const auto store = open();
+  const StoredState state = store->load().value();
+  ASSERT_EQ(state.jobs.size(), 2u);
+  const auto& [done, goes_on] = std::tie(state.jobs[0], state.jobs[1]);
+  ASSERT_EQ(done.nodes.size(), kTiles);
+  for (const StoredState::StoredNode& node : done.nodes) {
+    EXPECT_EQ(node.node, nullptr);
+    EXPECT_EQ(node.outline, (NodeOutline{{2, 0}, 0, 64 * 64 * 6}));
+  }
+  ASSERT_EQ(goes_on.nodes.size(), 2u);
+  EXPECT_NE(goes_on.nodes[0].node, nullptr);
+
+  std::set<TileId> read;
+  int pieces = 0;
+  for (std::optional<FilmPlace> last = FilmPlace{}; last; ++pieces) {
+    const FilmPiece piece = store->read_film(JobId{1}, *last).value();
+    for (const StoredState::StoredNode& node : piece.nodes) {
+      EXPECT_EQ(node.node->values.back(), static_cast<float>(node.tile.value + 1));
+      EXPECT_TRUE(read.insert(node.tile).second) << "twice";
+    }
+    last = piece.last;
+    // What is committed between two pieces: the last tile goes, and what was read is neither skipped nor repeated.
+    commit(*store, {DropNode{{JobId{1}, TileId{kTiles - 1}, {2, 0}}},
+                    PutNode{JobId{1}, TileId{0}, small_node(0, 8 + static_cast<std::uint32_t>(pieces), 1)}});
+  }
+  EXPECT_GT(pieces, 2);
+  EXPECT_EQ(read.size(), kTiles - 1);
+  EXPECT_FALSE(read.contains(TileId{kTiles - 1}));
+  EXPECT_TRUE(store->read_film(JobId{77}, {})->nodes.empty());
+}
+
+TEST_P(StoreConformance, ADamagedNodeOfAnEndedJobIsLeftOutOnceItIsRead) {
+  JobRecord ended = full_record(1);
+  ended.state = JobState::done;
+  {
+    const auto store = open();
+    loaded(*store);
+    commit(*store, {PutJob{ended}, PutNode{JobId{1}, TileId{0}, small_node(0, 0, 1)},
+                    PutNode{JobId{1}, TileId{1}, small_node(0, 0, 2)}});
+  }
+  place_->damage_tile(0);
+  const auto store = open();
+  const StoredState state = store->load().value();
+  EXPECT_TRUE(state.damaged.empty());
+  EXPECT_EQ(state.jobs.at(0).nodes.size(), 2u);
+  const FilmPiece piece = store->read_film(JobId{1}, {}).value();
+  ASSERT_EQ(piece.nodes.size(), 1u);
+  EXPECT_EQ(piece.nodes[0].tile, TileId{1});
 }
 
 TEST_P(StoreConformance, OrderWithinACommit) {

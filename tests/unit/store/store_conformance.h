@@ -44,6 +44,9 @@ std::shared_ptr<const Node> small_node(std::uint32_t level, std::uint32_t index,
 /// What the stores of earlier formats hold that tests migrate (format_12.sql, format_6.sql).
 StoredState state_of_the_format_before();
 
+/// What the store loads, with the values of all films. Damaged nodes are among the damaged ones.
+Result<StoredState> load_with_films(Store& store);
+
 /// Everything that a store holds as text, in an order of its own; equal states give equal texts.
 std::string describe(const StoredState& state);
 
