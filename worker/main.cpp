@@ -19,6 +19,8 @@
 #include "common/farm/job.h"
 #include "common/methods/fingerprint.h"
 #include "common/security/caller_options.h"
+#include "worker/render/within_limits.h"
+#include "worker/shell/thread_check.h"
 #include "worker/shell/worker_loop.h"
 #include "worker/state/state_folder.h"
 
@@ -28,6 +30,8 @@ namespace {
 constexpr const char* kServerVariable = "LIGHTMILL_SERVER";
 constexpr const char* kEnrolFileVariable = "LIGHTMILL_ENROL_FILE";
 constexpr const char* kStateVariable = "LIGHTMILL_STATE";
+/// Threads beside those that render: of this program and its libraries, gRPC above all.
+constexpr std::uint32_t kOtherThreads = 16;
 
 struct Options {
   std::string server = "127.0.0.1:7350";
@@ -200,6 +204,7 @@ WorkerOptions worker_options(const Options& options, StateFolder* state) {
   worker.session.threads = options.threads;
   worker.session.fingerprint_class = fingerprint_class();
   worker.session.renderer_version = kRendererVersion;
+  worker.connected = stay_within_group_memory;
   worker.session.unacknowledged_bytes = bytes_of_gib(options.results_mib / 1024);
   return worker;
 }
@@ -231,6 +236,20 @@ class SignalTarget {
   bool signalled_ LM_GUARDED_BY(mutex_) = false;
 };
 
+/// Works until the worker has left. RESOURCE_EXHAUSTED if memory or threads end where no job is to blame.
+Status work(const Options& options, StateFolder* state, SignalTarget& target) {
+  LM_RETURN_IF_ERROR(check_threads(options.threads + kOtherThreads));
+  spdlog::info("worker {} starts: it renders a test picture, whose bits tell its fingerprint class", options.name);
+  const WorkerOptions worker = worker_options(options, state);
+  spdlog::info("worker {}: {}, fingerprint class {}", options.name, counted(options.threads, "thread"),
+               worker.session.fingerprint_class);
+  WorkerLoop loop(worker, system_clock());
+  const std::unique_ptr<SignalTarget, void (*)(SignalTarget*)> until_end(&target,
+                                                                         [](SignalTarget* end) { end->set(nullptr); });
+  target.set(&loop);
+  return loop.run();
+}
+
 int run(int argc, char** argv) {
   SignalTarget target;
   const StopSignals signals([&target](int count) { target.signal(count); });
@@ -257,20 +276,14 @@ int run(int argc, char** argv) {
     }
     state = *std::move(taken);
   }
-  spdlog::info("worker {} starts: it renders a test picture, whose bits tell its fingerprint class", options.name);
   if (options.unsandboxed_images) {
     spdlog::warn(
         "images are decoded without a sandbox where the kernel refuses it ({}): whoever sends a scene may get "
         "at this worker through one",
         kUnsandboxedImages);
   }
-  const WorkerOptions worker = worker_options(options, state ? &*state : nullptr);
-  spdlog::info("worker {}: {}, fingerprint class {}", options.name, counted(options.threads, "thread"),
-               worker.session.fingerprint_class);
-  WorkerLoop loop(worker, system_clock());
-  target.set(&loop);
-  const Status status = loop.run();
-  target.set(nullptr);
+  const Status status =
+      within_limits("this worker ran", [&] { return work(options, state ? &*state : nullptr, target); });
   if (!status.ok()) {
     spdlog::error("{}", message_of(status));
     failed(message_of(status));
@@ -283,5 +296,10 @@ int run(int argc, char** argv) {
 }  // namespace lightmill
 
 int main(int argc, char** argv) {
-  return lightmill::run(argc, argv);
+  try {
+    return lightmill::run(argc, argv);
+  } catch (const std::exception& error) {  // no memory, or no thread that waits for signals
+    std::cerr << "lightmill-worker: cannot start: " << error.what() << "\n";
+    return 1;
+  }
 }

@@ -1,6 +1,7 @@
 #include "common/base/machine_memory.h"
 
 #include <fmt/format.h>
+#include <sys/resource.h>
 
 #include <algorithm>
 #include <fstream>
@@ -15,18 +16,21 @@ namespace fs = std::filesystem;
 
 constexpr std::uint64_t kUnlimited = std::numeric_limits<std::uint64_t>::max();
 
-/// Of /proc/meminfo.
-std::uint64_t machine_bytes(const fs::path& root) {
-  std::ifstream file(root / "proc/meminfo");
+/// The number behind the name in a file with a line for each.
+std::uint64_t number_of(const fs::path& path, std::string_view name) {
+  std::ifstream file(path);
   for (std::string line; std::getline(file, line);) {
-    std::istringstream words(line);
-    std::string name;
-    std::uint64_t kib = 0;
-    if (words >> name >> kib && name == "MemTotal:") {
-      return kib << 10;
+    std::uint64_t number = 0;
+    if (line.starts_with(name) && std::istringstream(line.substr(name.size())) >> number) {
+      return number;
     }
   }
   return kUnlimited;
+}
+
+std::uint64_t kib_of(const fs::path& path, std::string_view name) {
+  const std::uint64_t kib = number_of(path, name);
+  return kib == kUnlimited ? kUnlimited : kib << 10;
 }
 
 /// The first number of a file; "max", as unlimited groups say, is none.
@@ -48,10 +52,9 @@ std::uint64_t group_bytes(const fs::path& top, const fs::path& group, const char
   return least;
 }
 
-}  // namespace
-
-std::uint64_t usable_memory(const fs::path& root) {
-  std::uint64_t least = machine_bytes(root);
+/// What the control groups of this process allow.
+std::uint64_t groups_bytes(const fs::path& root) {
+  std::uint64_t least = kUnlimited;
   std::ifstream groups(root / "proc/self/cgroup");
   for (std::string line; std::getline(groups, line);) {  // "ID:controllers:path", without controllers in version 2
     const std::size_t first = line.find(':');
@@ -67,7 +70,28 @@ std::uint64_t usable_memory(const fs::path& root) {
       least = std::min(least, group_bytes(root / "sys/fs/cgroup/memory", group, "memory.limit_in_bytes"));
     }
   }
+  return least;
+}
+
+}  // namespace
+
+std::uint64_t usable_memory(const fs::path& root) {
+  const fs::path limits = root / "proc/self/limits";
+  const std::uint64_t least = std::min({kib_of(root / "proc/meminfo", "MemTotal:"), groups_bytes(root),
+                                        number_of(limits, "Max address space"), number_of(limits, "Max data size")});
   return least == kUnlimited ? 0 : least;
+}
+
+void stay_within_group_memory() {
+  const std::uint64_t group = groups_bytes("/"), machine = kib_of("/proc/meminfo", "MemTotal:");
+  const std::uint64_t data = kib_of("/proc/self/status", "VmData:"), used = kib_of("/proc/self/status", "RssAnon:");
+  rlimit limit{};
+  if (group >= machine || data == kUnlimited || used == kUnlimited || ::getrlimit(RLIMIT_DATA, &limit) != 0) {
+    return;
+  }
+  const std::uint64_t most = group - group / 16;
+  limit.rlim_cur = std::min<rlim_t>(limit.rlim_cur, data + (most > used ? most - used : 0));
+  ::setrlimit(RLIMIT_DATA, &limit);
 }
 
 double share_of_memory_gib(double share, double most, const fs::path& root) {

@@ -28,6 +28,13 @@ Result<std::string> AssetCache::get(const Sha256& digest) {
   return bytes;
 }
 
+void AssetCache::clear() {
+  const MutexLock lock(mutex_);
+  index_.clear();
+  entries_.clear();
+  bytes_ = 0;
+}
+
 std::uint64_t AssetCache::bytes() const {
   const MutexLock lock(mutex_);
   return bytes_;

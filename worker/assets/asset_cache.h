@@ -23,6 +23,7 @@ class AssetCache {
 
   /// UNAVAILABLE if what was fetched has another digest; else the errors of the fetch.
   Result<std::string> get(const Sha256& digest);
+  void clear();
   std::uint64_t bytes() const;
 
  private:

@@ -1,9 +1,9 @@
 #include "worker/inspect/inspector.h"
 
 #include <exception>
-#include <new>
 
 #include "common/base/log.h"
+#include "worker/render/within_limits.h"
 
 namespace lightmill {
 namespace {
@@ -63,12 +63,10 @@ void Inspector::work() {
     }
     InspectReport report{grant->inspection, internal_error("not read")};
     try {
-      Result<Inspection> found = inspect(*grant, stop);
+      Result<Inspection> found = within_limits("the scene was read", [&] { return inspect(*grant, stop); });
       report.found =
           found.ok() ? Result<std::shared_ptr<const Inspection>>(std::make_shared<const Inspection>(*std::move(found)))
                      : found.status();
-    } catch (const std::bad_alloc&) {
-      report.found = resource_exhausted("the scene takes more memory than its worker has");
     } catch (const std::exception& error) {  // whatever a library throws at strange files: others are rendered here
       report.found = internal_error("the scene cannot be read: {}", error.what());
     }

@@ -6,6 +6,7 @@
 #include "common/planner/tile_noise.h"
 #include "common/scene/absorption.h"
 #include "common/wire/scene_proto.h"
+#include "worker/render/within_limits.h"
 
 namespace lightmill {
 namespace {
@@ -76,6 +77,27 @@ void Preparer::drop(LeaseId pilot) {
   }
 }
 
+void Preparer::drop_caches() {
+  enqueue(DropCaches{});
+}
+
+void Preparer::clear_caches() {
+  scenes_.clear();
+  assets_.clear();
+}
+
+template <class Make>
+auto Preparer::within_memory(const Make& make) -> decltype(make()) {
+  return within_limits("the scene was prepared", [&]() -> decltype(make()) {
+    try {
+      return make();
+    } catch (const std::bad_alloc&) {
+      clear_caches();
+    }
+    return make();
+  });
+}
+
 void Preparer::work() {
   for (;;) {
     Task task;
@@ -98,14 +120,15 @@ void Preparer::work() {
       }
     }
     if (auto* description = std::get_if<std::shared_ptr<const JobDescription>>(&task)) {
-      Result<PreparedJob> prepared = prepare(**description);
+      Result<PreparedJob> prepared = within_memory([&] { return prepare(**description); });
       done_(std::move(*description), std::move(prepared));
-    } else {
-      const PilotGrant& pilot = *std::get<std::shared_ptr<const PilotGrant>>(task);
-      Result<PilotReport> report = run(pilot, stop);
+    } else if (const auto* pilot = std::get_if<std::shared_ptr<const PilotGrant>>(&task)) {
+      Result<PilotReport> report = within_memory([&] { return run(**pilot, stop); });
       if (!stop.stop_requested()) {
-        pilot_done_(pilot.lease, std::move(report));
+        pilot_done_((*pilot)->lease, std::move(report));
       }
+    } else {
+      clear_caches();
     }
   }
 }

@@ -45,10 +45,17 @@ class Preparer {
   void drop(JobId job);
   /// Also while it is run.
   void drop(LeaseId pilot);
+  /// Memory has ended elsewhere: compiled scenes and assets are not kept any longer.
+  void drop_caches();
 
  private:
-  using Task = std::variant<std::shared_ptr<const JobDescription>, std::shared_ptr<const PilotGrant>>;
+  struct DropCaches {};
+  using Task = std::variant<std::shared_ptr<const JobDescription>, std::shared_ptr<const PilotGrant>, DropCaches>;
   void work();
+  /// What `make` returns. If memory ends meanwhile, it is called once more without the caches.
+  template <class Make>
+  auto within_memory(const Make& make) -> decltype(make());
+  void clear_caches();
   void enqueue(Task task);
   Result<PreparedJob> prepare(const JobDescription& description);
   Result<PilotReport> run(const PilotGrant& pilot, const std::stop_token& stop);

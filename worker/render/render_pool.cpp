@@ -5,16 +5,17 @@
 #include <algorithm>
 
 #include "common/base/check.h"
+#include "worker/render/within_limits.h"
 
 namespace lightmill {
 namespace {
 
-/// The workspaces of one thread, for the methods that it used last.
+/// The workspaces of one thread, for the methods that it used last. They do not keep methods, nor their scenes.
 class Workspaces {
  public:
   Workspace& of(const std::shared_ptr<const Method>& method) {
     for (Entry& entry : entries_) {
-      if (entry.method == method) {
+      if (entry.method.lock() == method) {
         return *entry.workspace;
       }
     }
@@ -24,11 +25,12 @@ class Workspaces {
     entries_.push_front({method, method->make_workspace()});
     return *entries_.front().workspace;
   }
+  void clear() { entries_.clear(); }
 
  private:
   static constexpr std::size_t kMost = 2;
   struct Entry {
-    std::shared_ptr<const Method> method;
+    std::weak_ptr<const Method> method;
     std::unique_ptr<Workspace> workspace;
   };
   std::deque<Entry> entries_;
@@ -49,12 +51,21 @@ double CpuClock::now() const {
 
 RenderPool::RenderPool(std::uint32_t threads, Done done, Tamper tamper)
     : done_(std::move(done)), tamper_(std::move(tamper)) {
-  for (std::uint32_t i = 0; i < threads; ++i) {
-    threads_.emplace_back([this] { run(); });
+  try {
+    for (std::uint32_t i = 0; i < threads; ++i) {
+      threads_.emplace_back([this] { run(); });
+    }
+  } catch (...) {
+    end();
+    throw;
   }
 }
 
 RenderPool::~RenderPool() {
+  end();
+}
+
+void RenderPool::end() {
   {
     const MutexLock lock(mutex_);
     stopping_ = true;
@@ -117,9 +128,17 @@ void RenderPool::run() {
     const auto start = std::chrono::steady_clock::now();
     RenderedTile tile;
     tile.ticket = task.ticket;
-    Workspace& workspace = workspaces.of(task.method);
-    workspace.stop = std::move(stop);
-    tile.node = task.method->render(task.rect, task.range, workspace);
+    Result<Node> node = within_limits("samples were rendered", [&]() -> Result<Node> {
+      Workspace& workspace = workspaces.of(task.method);
+      workspace.stop = stop;
+      return task.method->render(task.rect, task.range, workspace);
+    });
+    if (node.ok()) {
+      tile.node = *std::move(node);
+    } else {
+      workspaces.clear();  // nobody knows in what state the last one is
+      tile.lacks = message_of(node.status());
+    }
     if (tamper_ && !tile.node.values.empty()) {
       tamper_(tile.node);
     }

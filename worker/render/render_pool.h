@@ -45,6 +45,7 @@ class RenderPool {
   using Done = std::function<void(RenderedTile)>;
   /// Changes a node before it is hashed.
   using Tamper = std::function<void(Node&)>;
+  /// std::system_error if a thread cannot start.
   RenderPool(std::uint32_t threads, Done done, Tamper tamper = {});
   /// Stops the tiles under way; what waits is dropped.
   ~RenderPool();
@@ -61,6 +62,7 @@ class RenderPool {
     std::optional<CpuClock> cpu;  ///< once a thread works on it
   };
   void run();
+  void end();
 
   const Done done_;
   const Tamper tamper_;

@@ -12,6 +12,11 @@ std::shared_ptr<const CompiledScene> SceneCache::find(const Sha256& key) {
   return nullptr;
 }
 
+void SceneCache::clear() {
+  entries_.clear();
+  bytes_ = 0;
+}
+
 void SceneCache::insert(const Sha256& key, std::shared_ptr<const CompiledScene> scene) {
   bytes_ += scene->bytes();
   entries_.push_front({key, std::move(scene)});

@@ -22,6 +22,7 @@ class SceneCache {
 
   /// Null if it is not there.
   std::shared_ptr<const CompiledScene> find(const Sha256& key);
+  void clear();
   void insert(const Sha256& key, std::shared_ptr<const CompiledScene> scene);
 
  private:

@@ -49,6 +49,7 @@ Refused refused(const Status& status) {
 
 WorkerLoop::WorkerLoop(const WorkerOptions& options, const Clock& clock)
     : clock_(clock),
+      connected_(options.connected),
       refused_least_(options.session.refused_least),
       refused_most_(options.session.refused_most),
       session_(options.session),
@@ -75,7 +76,7 @@ WorkerLoop::WorkerLoop(const WorkerOptions& options, const Clock& clock)
           options.session.threads,
           [this](RenderedTile tile) {
             auto shared = std::make_shared<RenderedTile>(std::move(tile));
-            post([this, shared](Time now) { session_.tile_rendered(std::move(*shared), now, actions_); });
+            post([this, shared](Time now) { tile_rendered(std::move(*shared), now); });
           },
           options.tamper) {}
 
@@ -86,6 +87,9 @@ LinkHandlers WorkerLoop::link_handlers() {
       if (stream == stream_ && stream_open_) {
         failures_ = 0;
         spdlog::info("connected to {}", address);
+        if (const auto first = std::exchange(connected_, nullptr)) {
+          first();
+        }
         session_.connected(now, actions_);
       }
     });
@@ -268,6 +272,14 @@ void WorkerLoop::job_prepared(const JobDescription& description, const Result<Pr
   }
 }
 
+void WorkerLoop::tile_rendered(RenderedTile tile, Time now) {
+  if (!tile.lacks.empty()) {
+    spdlog::error("a tile cannot be rendered: {}", tile.lacks);
+    preparer_.drop_caches();
+  }
+  session_.tile_rendered(std::move(tile), now, actions_);
+}
+
 void WorkerLoop::pilot_done(LeaseId lease, const Result<PilotReport>& report, Time now) {
   if (report.ok()) {
     session_.pilot_done(*report, now, actions_);
@@ -296,9 +308,13 @@ void WorkerLoop::stream_broke(const std::string& address, const Status& status, 
     }
   } else if ((failures_ == 0 || refused_last_) && !refused && !exit_) {
     // It may take seconds, in which the session has to find another coordinator.
-    explaining_ = std::jthread([this, address, status] {
-      spdlog::warn("no connection to {}: {}; trying again", address, link_.explain(address, status));
-    });
+    try {
+      explaining_ = std::jthread([this, address, status] {
+        spdlog::warn("no connection to {}: {}; trying again", address, link_.explain(address, status));
+      });
+    } catch (const std::system_error&) {  // no thread can start now
+      spdlog::warn("no connection to {}: {}; trying again", address, message_of(status));
+    }
   }
   refused_last_ = refused;
   ++failures_;

@@ -24,6 +24,7 @@ struct WorkerOptions {
   SceneLimits scene;
   DecoderOptions decoder;
   std::uint64_t asset_bytes = std::uint64_t{1} << 30;  ///< of assets kept in memory
+  std::function<void()> connected = {};                ///< called once, when all threads have been started
   RenderPool::Tamper tamper = {};                      ///< none, but in tests of what a farm does about liars
 };
 
@@ -56,12 +57,14 @@ class WorkerLoop {
   void perform(const Exit& action);
   void open_if_due(Time now);
   void job_prepared(const JobDescription& description, const Result<PreparedJob>& prepared, Time now);
+  void tile_rendered(RenderedTile tile, Time now);
   void pilot_done(LeaseId lease, const Result<PilotReport>& report, Time now);
   void stream_broke(const std::string& address, const Status& status, Time now);
   Duration jitter();
   LinkHandlers link_handlers();
 
   const Clock& clock_;
+  std::function<void()> connected_;
   const Duration refused_least_, refused_most_;
   Session session_;
   SessionActions actions_;

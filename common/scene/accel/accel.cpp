@@ -2,11 +2,60 @@
 
 #include <embree3/rtcore.h>
 
+#include <new>
+#include <system_error>
+#include <type_traits>
+
 #include "common/base/check.h"
 #include "common/scene/accel/brute_force.h"
 
 namespace lightmill {
 namespace {
+
+/// Released at the end.
+template <auto release>
+struct Release {
+  template <class T>
+  void operator()(T* handle) const {
+    release(handle);
+  }
+};
+using OwnScene = std::unique_ptr<std::remove_pointer_t<RTCScene>, Release<rtcReleaseScene>>;
+using OwnGeometry = std::unique_ptr<std::remove_pointer_t<RTCGeometry>, Release<rtcReleaseGeometry>>;
+
+/// What Embree could not make: for want of memory, or of a thread.
+template <class T>
+T* made(T* handle) {
+  return handle != nullptr ? handle : throw std::bad_alloc();
+}
+
+/// If that is what the error means. Embree calls what other libraries throw unknown: a thread that cannot start.
+void throw_if_exhausted(RTCError error) {
+  if (error == RTC_ERROR_OUT_OF_MEMORY) {
+    throw std::bad_alloc();
+  }
+  if (error == RTC_ERROR_UNKNOWN) {
+    throw std::system_error(std::make_error_code(std::errc::resource_unavailable_try_again), "Embree");
+  }
+}
+
+RTCDevice new_device() {
+  // There are no subdivision surfaces, for which it would reserve 128 MiB.
+  const RTCDevice device = rtcNewDevice("isa=avx2,threads=1,user_threads=1,tessellation_cache_size=0");
+  if (device == nullptr) {
+    const RTCError error = rtcGetDeviceError(nullptr);
+    throw_if_exhausted(error);
+    LM_CHECK(error != RTC_ERROR_UNSUPPORTED_CPU, "Embree needs AVX2, which this processor does not have");
+    LM_CHECK(false, "Embree gives no device, error {}", static_cast<int>(error));
+  }
+  return device;
+}
+
+/// One for all, as each new one has TBB start threads anew. It is never released. Its errors are those of the thread.
+RTCDevice device() {
+  static const RTCDevice the_device = new_device();
+  return the_device;
+}
 
 void store(const V8& v, float* x, float* y, float* z) {
   v.x.store(x);
@@ -17,11 +66,12 @@ void store(const V8& v, float* x, float* y, float* z) {
 }  // namespace
 
 struct Accel::State {
-  RTCDevice device = nullptr;
-  RTCScene scene = nullptr;
-  RTCSceneFlags flags = RTC_SCENE_FLAG_NONE;
+  explicit State(RTCSceneFlags own_flags) : flags(own_flags), scene(new_scene()) {}
+
+  RTCSceneFlags flags;
+  OwnScene scene;
   std::uint32_t geometries = 0;
-  std::vector<RTCScene> prototypes;
+  std::vector<OwnScene> prototypes;
   struct Plane {
     std::uint32_t geometry;
     Vec3 point, normal;
@@ -29,42 +79,35 @@ struct Accel::State {
   std::unique_ptr<BruteForce> brute_force;  ///< instead of the scene
   std::vector<Plane> planes;                ///< Embree has none: they are tried after it
 
-  ~State() {
-    for (const RTCScene prototype : prototypes) {
-      rtcReleaseScene(prototype);
-    }
-    rtcReleaseScene(scene);
-    rtcReleaseDevice(device);
-  }
-
-  RTCScene new_scene() const {
-    const RTCScene result = rtcNewScene(device);
-    rtcSetSceneFlags(result, flags);
-    rtcSetSceneBuildQuality(result, RTC_BUILD_QUALITY_MEDIUM);
+  OwnScene new_scene() const {
+    OwnScene result(made(rtcNewScene(device())));
+    rtcSetSceneFlags(result.get(), flags);
+    rtcSetSceneBuildQuality(result.get(), RTC_BUILD_QUALITY_MEDIUM);
     return result;
   }
 
-  static void attach_to(RTCScene scene, RTCGeometry geometry, std::uint32_t id) {
-    rtcSetGeometryBuildQuality(geometry, RTC_BUILD_QUALITY_MEDIUM);
-    rtcCommitGeometry(geometry);
-    rtcAttachGeometryByID(scene, geometry, id);
-    rtcReleaseGeometry(geometry);
+  static void attach_to(const OwnScene& scene, const OwnGeometry& geometry, std::uint32_t id) {
+    rtcSetGeometryBuildQuality(geometry.get(), RTC_BUILD_QUALITY_MEDIUM);
+    rtcCommitGeometry(geometry.get());
+    rtcAttachGeometryByID(scene.get(), geometry.get(), id);
   }
-  std::uint32_t attach(RTCGeometry geometry) {
+  std::uint32_t attach(const OwnGeometry& geometry) {
     attach_to(scene, geometry, geometries);
     return geometries++;
   }
 
-  RTCGeometry new_mesh(std::span<const std::array<float, 3>> positions,
-                       std::span<const std::array<std::uint32_t, 3>> triangles) const {
-    const RTCGeometry geometry = rtcNewGeometry(device, RTC_GEOMETRY_TYPE_TRIANGLE);
-    void* vertices =
-        rtcSetNewGeometryBuffer(geometry, RTC_BUFFER_TYPE_VERTEX, 0, RTC_FORMAT_FLOAT3, 12, positions.size());
-    void* indices = rtcSetNewGeometryBuffer(geometry, RTC_BUFFER_TYPE_INDEX, 0, RTC_FORMAT_UINT3, 12, triangles.size());
-    if (vertices != nullptr && indices != nullptr) {  // else commit() reports the device's error
-      std::memcpy(vertices, positions.data(), positions.size_bytes());
-      std::memcpy(indices, triangles.data(), triangles.size_bytes());
-    }
+  static OwnGeometry new_geometry(RTCGeometryType type) { return OwnGeometry(made(rtcNewGeometry(device(), type))); }
+
+  static OwnGeometry new_mesh(std::span<const std::array<float, 3>> positions,
+                              std::span<const std::array<std::uint32_t, 3>> triangles) {
+    OwnGeometry geometry = new_geometry(RTC_GEOMETRY_TYPE_TRIANGLE);
+    const auto buffer = [&](RTCBufferType type, RTCFormat format, std::size_t count) {
+      return made(rtcSetNewGeometryBuffer(geometry.get(), type, 0, format, 12, count));
+    };
+    std::memcpy(buffer(RTC_BUFFER_TYPE_VERTEX, RTC_FORMAT_FLOAT3, positions.size()), positions.data(),
+                positions.size_bytes());
+    std::memcpy(buffer(RTC_BUFFER_TYPE_INDEX, RTC_FORMAT_UINT3, triangles.size()), triangles.data(),
+                triangles.size_bytes());
     return geometry;
   }
 
@@ -92,7 +135,7 @@ struct Accel::State {
     U8(0u).store(query.ray.flags);
     U8(RTC_INVALID_GEOMETRY_ID).store(query.hit.geomID);
     U8(RTC_INVALID_GEOMETRY_ID).store(query.hit.instID[0]);
-    rtcIntersect8(valid, scene, &context, &query);
+    rtcIntersect8(valid, scene.get(), &context, &query);
 
     // A hit of an instance is known by the instance's number, which takes the place of the prototype's.
     const U8 instance = U8::load(query.hit.instID[0]);
@@ -121,19 +164,17 @@ struct Accel::State {
     rays.max_distance.store(query.tfar);
     U8(0xffffffffu).store(query.mask);
     U8(0u).store(query.flags);
-    rtcOccluded8(valid, scene, &context, &query);
+    rtcOccluded8(valid, scene.get(), &context, &query);
     return lanes & (F8::load(query.tfar) < F8(0.0f));  // Embree sets it to −∞ where something was hit
   }
 };
 
-Accel::Accel(Kind kind) : state_(std::make_unique<State>()) {
-  state_->device = rtcNewDevice("isa=avx2,threads=1,user_threads=1");
-  LM_CHECK(state_->device != nullptr, "Embree gives no device; does this processor have AVX2?");
-  state_->flags = kind == Kind::robust ? RTC_SCENE_FLAG_ROBUST : RTC_SCENE_FLAG_NONE;
+Accel::Accel(Kind kind)
+    : state_(std::make_unique<State>(kind == Kind::robust ? RTC_SCENE_FLAG_ROBUST : RTC_SCENE_FLAG_NONE)) {
+  rtcGetDeviceError(device());  // that of a scene before is of no interest
   if (kind == Kind::brute_force) {
     state_->brute_force = std::make_unique<BruteForce>();
   }
-  state_->scene = state_->new_scene();
 }
 
 Accel::~Accel() = default;
@@ -144,7 +185,7 @@ std::uint32_t Accel::add_mesh(std::span<const std::array<float, 3>> positions,
     state_->brute_force->add_mesh(state_->geometries, positions, triangles);
     return state_->geometries++;
   }
-  return state_->attach(state_->new_mesh(positions, triangles));
+  return state_->attach(State::new_mesh(positions, triangles));
 }
 
 std::uint32_t Accel::add_prototype(std::span<const std::array<float, 3>> positions,
@@ -152,10 +193,10 @@ std::uint32_t Accel::add_prototype(std::span<const std::array<float, 3>> positio
   if (state_->brute_force != nullptr) {
     return state_->brute_force->add_prototype(positions, triangles);
   }
-  const RTCScene scene = state_->new_scene();
-  State::attach_to(scene, state_->new_mesh(positions, triangles), 0);
-  rtcCommitScene(scene);
-  state_->prototypes.push_back(scene);
+  OwnScene scene = state_->new_scene();
+  State::attach_to(scene, State::new_mesh(positions, triangles), 0);
+  rtcCommitScene(scene.get());
+  state_->prototypes.push_back(std::move(scene));
   return static_cast<std::uint32_t>(state_->prototypes.size() - 1);
 }
 
@@ -164,10 +205,10 @@ std::uint32_t Accel::add_instance(std::uint32_t prototype, const std::array<std:
     state_->brute_force->add_instance(state_->geometries, prototype, to_scene);
     return state_->geometries++;
   }
-  const RTCGeometry geometry = rtcNewGeometry(state_->device, RTC_GEOMETRY_TYPE_INSTANCE);
-  rtcSetGeometryInstancedScene(geometry, state_->prototypes[prototype]);
-  rtcSetGeometryTimeStepCount(geometry, 1);
-  rtcSetGeometryTransform(geometry, 0, RTC_FORMAT_FLOAT3X4_ROW_MAJOR, to_scene.data());
+  const OwnGeometry geometry = State::new_geometry(RTC_GEOMETRY_TYPE_INSTANCE);
+  rtcSetGeometryInstancedScene(geometry.get(), state_->prototypes[prototype].get());
+  rtcSetGeometryTimeStepCount(geometry.get(), 1);
+  rtcSetGeometryTransform(geometry.get(), 0, RTC_FORMAT_FLOAT3X4_ROW_MAJOR, to_scene.data());
   return state_->attach(geometry);
 }
 
@@ -181,24 +222,20 @@ std::uint32_t Accel::add_sphere(const Vec3& center, float radius) {
     state_->brute_force->add_sphere(state_->geometries, center, radius);
     return state_->geometries++;
   }
-  const RTCGeometry geometry = rtcNewGeometry(state_->device, RTC_GEOMETRY_TYPE_SPHERE_POINT);
-  auto* vertex =
-      static_cast<float*>(rtcSetNewGeometryBuffer(geometry, RTC_BUFFER_TYPE_VERTEX, 0, RTC_FORMAT_FLOAT4, 16, 1));
-  if (vertex != nullptr) {
-    const std::array<float, 4> values{center.x, center.y, center.z, radius};
-    std::copy(values.begin(), values.end(), vertex);
-  }
+  const OwnGeometry geometry = State::new_geometry(RTC_GEOMETRY_TYPE_SPHERE_POINT);
+  const std::array<float, 4> values{center.x, center.y, center.z, radius};
+  std::memcpy(made(rtcSetNewGeometryBuffer(geometry.get(), RTC_BUFFER_TYPE_VERTEX, 0, RTC_FORMAT_FLOAT4, 16, 1)),
+              values.data(), sizeof(values));
   return state_->attach(geometry);
 }
 
 Status Accel::commit() {
-  rtcCommitScene(state_->scene);
-  if (const RTCError error = rtcGetDeviceError(state_->device); error != RTC_ERROR_NONE) {
-    return error == RTC_ERROR_OUT_OF_MEMORY
-               ? resource_exhausted("out of memory while building the ray hierarchy of {} shapes", state_->geometries)
-               : internal_error("Embree error {} while building the ray hierarchy", static_cast<int>(error));
-  }
-  return ok_status();
+  rtcCommitScene(state_->scene.get());
+  const RTCError error = rtcGetDeviceError(device());
+  throw_if_exhausted(error);
+  return error == RTC_ERROR_NONE
+             ? ok_status()
+             : internal_error("Embree error {} while building the ray hierarchy", static_cast<int>(error));
 }
 
 Hit8 Accel::intersect(M8 lanes, const Ray8& rays, bool coherent) const {

@@ -11,8 +11,8 @@
 
 namespace lightmill {
 
-/// A scene of triangle meshes, their instances, spheres and planes that answers rays. Build once, then immutable and
-/// thread-safe.
+/// A scene of triangle meshes, their instances, spheres and planes that answers rays. Build once, by one thread, then
+/// immutable and thread-safe. Memory that ends while it is built is std::bad_alloc, as elsewhere.
 ///
 /// The hierarchy is built by one thread, so that it, and with it the choice between hits at equal distance, is a
 /// function of the geometry alone; Embree's AVX2 code is used on every processor.
@@ -40,7 +40,7 @@ class Accel {
   /// `to_scene` maps the prototype's coordinates: three rows of four. Hits have the prototype's triangle and a normal
   /// in the prototype's coordinates.
   std::uint32_t add_instance(std::uint32_t prototype, const std::array<std::array<float, 4>, 3>& to_scene);
-  /// Builds the hierarchy. Fails when memory runs out.
+  /// Builds the hierarchy. INTERNAL if Embree fails.
   Status commit();
 
   /// Which rays can be traced: those whose origin and direction are finite and below 1.8e18. The others hit nothing.

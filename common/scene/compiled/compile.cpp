@@ -322,11 +322,7 @@ class SceneCompiler {
 Result<std::shared_ptr<const CompiledScene>> CompiledScene::compile(const Scene& scene, const AssetSource& assets,
                                                                     const ImageDecoder& images,
                                                                     const Options& options) {
-  try {
-    return SceneCompiler(scene).run(assets, images, options);
-  } catch (const std::bad_alloc&) {
-    return resource_exhausted("out of memory while compiling a scene of {} objects", scene.objects.size());
-  }
+  return SceneCompiler(scene).run(assets, images, options);
 }
 
 }  // namespace lightmill

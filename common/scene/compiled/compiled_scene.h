@@ -77,7 +77,7 @@ class CompiledScene {
     std::size_t max_ies_values = std::size_t{1} << 26;
   };
 
-  /// Compiles a valid document. Fails when an asset is missing or damaged, or memory runs out; errors name the object.
+  /// Compiles a valid document. Fails when an asset is missing or damaged; errors name the object.
   /// A scene with images needs a decoder.
   static Result<std::shared_ptr<const CompiledScene>> compile(const Scene& scene, const AssetSource& assets,
                                                               const ImageDecoder& images, const Options& options);

@@ -63,6 +63,19 @@ TEST_F(MachineMemory, AnOlderKindOfGroupIsReadToo) {
   EXPECT_EQ(usable(), 3'000'000u);
 }
 
+TEST_F(MachineMemory, LimitsOfTheProcessCountToo) {
+  put("proc/meminfo", "MemTotal:       16384 kB\n");
+  put("proc/self/limits",
+      "Limit                     Soft Limit           Hard Limit           Units     \n"
+      "Max data size             unlimited            unlimited            bytes     \n"
+      "Max address space         4000000              5000000              bytes     \n");
+  EXPECT_EQ(usable(), 4'000'000u);
+  put("proc/self/limits",
+      "Max data size             3000000              unlimited            bytes     \n"
+      "Max address space         unlimited            unlimited            bytes     \n");
+  EXPECT_EQ(usable(), 3'000'000u);
+}
+
 TEST_F(MachineMemory, NothingReadableIsNothingKnown) {
   EXPECT_EQ(usable(), 0u);
 }

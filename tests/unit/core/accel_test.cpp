@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include "common/methods/method.h"
+#include "tests/support/little_memory.h"
 
 namespace lightmill {
 namespace {
@@ -54,6 +55,52 @@ std::unique_ptr<Accel> soup(Accel::Kind kind) {
   accel->add_plane(Vec3(0, -0.5f, 0), Vec3(0, 1, 0));
   EXPECT_TRUE(accel->commit().ok());
   return accel;
+}
+
+/// A grid of that many squares a side, as a mesh and as a prototype with an instance.
+Status build_grid(std::uint32_t side) {
+  std::vector<std::array<float, 3>> positions;
+  std::vector<std::array<std::uint32_t, 3>> triangles;
+  for (std::uint32_t y = 0; y <= side; ++y) {
+    for (std::uint32_t x = 0; x <= side; ++x) {
+      positions.push_back({static_cast<float>(x), static_cast<float>(y), 0});
+    }
+  }
+  for (std::uint32_t y = 0; y < side; ++y) {
+    for (std::uint32_t x = 0; x < side; ++x) {
+      const std::uint32_t first = y * (side + 1) + x;
+      triangles.push_back({first, first + 1, first + side + 1});
+      triangles.push_back({first + 1, first + side + 1, first + side + 2});
+    }
+  }
+  Accel accel(Accel::Kind::fast);
+  accel.add_mesh(positions, triangles);
+  accel.add_instance(accel.add_prototype(positions, triangles), {{{1, 0, 0, 0}, {0, 1, 0, 0}, {0, 0, 1, 9}}});
+  accel.add_sphere(Vec3(0, 0, 5), 1);
+  return accel.commit();
+}
+
+TEST(Accel, MemoryThatEndsWhileItIsBuiltIsAnException) {
+  if (!test::kMemoryCanEnd) {
+    GTEST_SKIP() << "address space cannot be limited under a sanitizer";
+  }
+  ASSERT_TRUE(build_grid(1).ok());  // the device is there
+  enum { kBuilt, kOutOfMemory, kOther };
+  const auto build = [] {
+    try {
+      return build_grid(200).ok() ? kBuilt : kOther;
+    } catch (const std::bad_alloc&) {
+    }
+    return build_grid(1).ok() ? kOutOfMemory : kOther;  // a small one takes no harm
+  };
+  int ended = 0, result = kOutOfMemory;
+  for (std::uint64_t kib = 256; result == kOutOfMemory && kib < 256 << 10; kib += 1024) {
+    result = test::run_in_little_memory(kib << 10, build);
+    ended += result == kOutOfMemory ? 1 : 0;
+    EXPECT_TRUE(result == kOutOfMemory || result == kBuilt) << result << " with " << kib << " KiB";
+  }
+  EXPECT_EQ(result, kBuilt) << "with enough memory";
+  EXPECT_GT(ended, 10);
 }
 
 TEST(Accel, TryingEverythingFindsWhatTheHierarchyFinds) {

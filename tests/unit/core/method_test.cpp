@@ -266,13 +266,6 @@ SceneWithAssets transformed_balls(double factor, double offset) {
   return out;
 }
 
-TEST(Compile, RunningOutOfMemoryIsAnError) {
-  const auto scene = transformed_balls(1, 0).scene;
-  const auto compiled =
-      CompiledScene::compile(scene, [](const Sha256&) -> Result<std::string> { throw std::bad_alloc(); });
-  EXPECT_TRUE(absl::IsResourceExhausted(compiled.status())) << message_of(compiled.status());
-}
-
 // A power of two changes no mantissa, and very large or small scenes are scaled back by one when compiled.
 TEST(Compile, AScaledSceneHasTheSameBits) {
   const Node reference = transformed_balls(1, 0).render(3);

@@ -1,0 +1,85 @@
+// Workers whose memory or threads end: they say so, and do what they can.
+#include <gtest/gtest.h>
+
+#include "tests/support/farm.h"
+#include "tests/support/memory_group.h"
+#include "tests/support/places.h"
+
+namespace lightmill::test {
+namespace {
+
+bool says(const std::string& text, const std::string& part) {
+  return text.find(part) != std::string::npos;
+}
+
+/// Takes some hundred MiB of photons, in a scene that takes hardly any.
+Picture heavy() {
+  Picture picture;
+  picture.method = "ppm:photons=2000000";
+  picture.side = 64;
+  picture.samples = 4;
+  return picture;
+}
+
+Picture light() {
+  Picture picture;
+  picture.side = 64;
+  picture.samples = 16;
+  return picture;
+}
+
+/// The worker "small" renders light pictures alone. The heavy one it leaves to others, and is not lost.
+void expect_only_heavy_work_is_left(Farm& farm) {
+  FarmClient client = farm.client();
+  const std::uint64_t first = client.submit(light(), "first").id();
+  expect_reference_film(farm.client(), first, light());
+  const std::uint64_t job = client.submit(heavy(), "heavy").id();
+  EXPECT_TRUE(eventually([&] { return says(client.job(job).reason(), "out of memory while samples were rendered"); }))
+      << client.job(job).ShortDebugString() << farm.worker_log("small");
+  EXPECT_TRUE(says(client.job(job).reason(), "waits for a larger worker; for small ")) << client.job(job).reason();
+  EXPECT_TRUE(says(client.job(job).reason(), "give it more, or run it with fewer --threads"))
+      << client.job(job).reason();
+  Picture second = light();
+  second.seed = 8;
+  expect_reference_film(farm.client(), client.submit(second, "second").id(), second);
+  farm.add_worker(2, "large");
+  EXPECT_EQ(client.wait_until_ended(job).state(), v1::JOB_STATE_DONE);
+  EXPECT_EQ(farm.times_met("small"), 1);
+  EXPECT_FALSE(farm.missed("small"));
+}
+
+TEST(OutOfMemory, AWorkerWhoseDataIsLimitedLeavesHeavyWorkToOthers) {
+  Farm farm;
+  farm.add_worker(2, "small", {"", {"/usr/bin/prlimit", "--data=" + std::to_string(280 << 20)}, {}});
+  expect_only_heavy_work_is_left(farm);
+}
+
+TEST(OutOfMemory, AWorkerWhoseAddressSpaceIsLimitedLeavesHeavyWorkToOthers) {
+  Farm farm;
+  farm.add_worker(2, "small", {"", {"/usr/bin/prlimit", "--as=" + std::to_string(420 << 20)}, {}});
+  expect_only_heavy_work_is_left(farm);
+}
+
+TEST(OutOfMemory, AWorkerIsNotKilledByItsControlGroup) {
+  const MemoryGroup group(160);
+  if (!group.made()) {
+    GTEST_SKIP() << "no control group can be made here";
+  }
+  Farm farm;
+  farm.add_worker(2, "small", {"", group.starter(), {}});
+  expect_only_heavy_work_is_left(farm);
+  kill_at_once(farm.worker("small"));
+}
+
+TEST(OutOfThreads, AWorkerThatCannotHaveItsThreadsSaysSoAndEnds) {
+  // Each takes 8 MiB of address space for its stack.
+  const CommandResult result = run_command({"/usr/bin/prlimit", "--as=" + std::to_string(400 << 20), program("lightmill-worker"),
+                                            "--server", "127.0.0.1:1", "--threads", "500"});
+  EXPECT_EQ(result.exit_code, 1) << result.err;
+  EXPECT_TRUE(says(result.err, " of the 516 threads that this worker needs can start")) << result.err;
+  EXPECT_TRUE(says(result.err, "--threads")) << result.err;
+  EXPECT_FALSE(says(result.err, "AVX2")) << result.err;
+}
+
+}  // namespace
+}  // namespace lightmill::test
