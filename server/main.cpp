@@ -6,6 +6,7 @@
 #include "common/base/file.h"
 #include "common/base/file_limit.h"
 #include "common/base/log.h"
+#include "common/base/memory_end.h"
 #include "common/base/mutex.h"
 #include "common/base/signals.h"
 #include "server/access/connection_book.h"
@@ -288,5 +289,6 @@ int run(int argc, char** argv) {
 }  // namespace lightmill
 
 int main(int argc, char** argv) {
+  lightmill::end_when_memory_ends("lightmill-server", 1);
   return lightmill::run(argc, argv);
 }

@@ -11,6 +11,7 @@
 #include "common/base/digest.h"
 #include "common/base/log.h"
 #include "common/base/machine_memory.h"
+#include "common/base/memory_end.h"
 #include "common/base/openjd.h"
 #include "common/base/quantities.h"
 #include "common/base/signals.h"
@@ -296,10 +297,6 @@ int run(int argc, char** argv) {
 }  // namespace lightmill
 
 int main(int argc, char** argv) {
-  try {
-    return lightmill::run(argc, argv);
-  } catch (const std::exception& error) {  // no memory, or no thread that waits for signals
-    std::cerr << "lightmill-worker: cannot start: " << error.what() << "\n";
-    return 1;
-  }
+  lightmill::end_when_memory_ends("lightmill-worker", 1, lightmill::has_flag(argc, argv, "--openjd"));
+  return lightmill::run(argc, argv);
 }

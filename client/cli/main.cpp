@@ -6,6 +6,7 @@
 #include <nlohmann/json.hpp>
 
 #include "client/cli/context.h"
+#include "common/base/memory_end.h"
 #include "common/base/option_values.h"
 #include "common/command_docs/describe_option.h"
 
@@ -93,10 +94,8 @@ int run(int argc, char** argv) {
   try {
     return console.finish(context.run(console));
   } catch (const std::bad_alloc&) {
-    return console.finish(console.fail(
-        internal_error("`lightmill {}` takes more memory than this process may have (ulimit -v, its control group): "
-                       "run it where there is more",
-                       app.get_subcommands().front()->get_name())));
+    const Status status = out_of_memory(fmt::format("`lightmill {}`", app.get_subcommands().front()->get_name()));
+    return console.finish(console.fail(internal_error("{}", message_of(status))));
   }
 }
 
@@ -104,5 +103,6 @@ int run(int argc, char** argv) {
 }  // namespace lightmill::cli
 
 int main(int argc, char** argv) {
+  lightmill::end_when_memory_ends("lightmill", lightmill::cli::kJobFailed, lightmill::has_flag(argc, argv, "--openjd"));
   return lightmill::cli::run(argc, argv);
 }

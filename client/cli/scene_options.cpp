@@ -6,6 +6,7 @@
 #include "client/cli/console.h"
 #include "client/cli/context.h"
 #include "client/cli/image_check.h"
+#include "common/base/memory_end.h"
 
 namespace lightmill::cli {
 namespace {
@@ -15,10 +16,7 @@ Result<LoadedScene> load_within_memory(const std::vector<std::filesystem::path>&
   try {
     return blend ? load_blend(paths[0], options, signals) : lightmill::load_scene(paths, options);
   } catch (const std::bad_alloc&) {
-    return invalid_argument(
-        "{}: reading it takes more memory than this process may have (ulimit -v, its control group): make the scene "
-        "smaller, or read it where there is more",
-        paths[0].string());
+    return as_input_error(out_of_memory(fmt::format("{}: reading it", paths[0].string())));
   }
 }
 

@@ -1,5 +1,7 @@
 #include "common/methods/fingerprint.h"
 
+#include <new>
+
 #include "common/base/check.h"
 #include "common/math/transcendental.h"
 #include "common/methods/method.h"
@@ -190,6 +192,9 @@ std::shared_ptr<const CompiledScene> compiled(const TestScene& test) {
     return digest == kTexture ? std::string() : test.assets.at(digest);
   };
   auto scene = CompiledScene::compile(test.scene, asset, test_image);
+  if (scene.status().code() == StatusCode::kResourceExhausted) {
+    throw std::bad_alloc();
+  }
   LM_CHECK(scene.ok(), "the built-in test scene does not compile: {}", message_of(scene.status()));
   return *std::move(scene);
 }

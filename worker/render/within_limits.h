@@ -11,8 +11,8 @@
 namespace lightmill {
 
 /// "out of memory while samples were rendered: …", with what to do.
-Status out_of_memory(std::string_view while_what);
-Status out_of_threads(std::string_view while_what, const std::system_error& error);
+Status memory_ended(std::string_view while_what);
+Status threads_ended(std::string_view while_what, const std::system_error& error);
 
 /// What `make` returns, a Result. RESOURCE_EXHAUSTED if memory ends meanwhile, or a thread cannot start.
 template <class Make>
@@ -20,9 +20,9 @@ auto within_limits(std::string_view while_what, const Make& make) -> decltype(ma
   try {
     return make();
   } catch (const std::bad_alloc&) {
-    return out_of_memory(while_what);
+    return memory_ended(while_what);
   } catch (const std::system_error& error) {
-    return out_of_threads(while_what, error);
+    return threads_ended(while_what, error);
   }
 }
 

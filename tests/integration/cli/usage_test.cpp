@@ -447,5 +447,46 @@ TEST_F(CliTest, ALongLineThatTakesTooMuchMemoryIsAnErrorWithItsFile) {
   EXPECT_EQ(face.err.find("lightmill: " + polygon + ": reading it takes more memory"), 0u) << face.err;
 }
 
+TEST_F(CliTest, ProgramsThatMayNotHaveTheMemoryThatTheyWantSaySoAndEnd) {
+  const std::string port_file = file("port");
+  const std::vector<std::vector<std::string>> programs{
+      {program("lightmill-server"), "--listen", "127.0.0.1:0", "--data", file("data"), "--port-file", port_file},
+      {program("lightmill-worker"), "--server", "127.0.0.1:9", "--threads", "2"}};
+  for (const std::vector<std::string>& arguments : programs) {
+    const std::string name = std::filesystem::path(arguments.front()).filename();
+    int refused = 0;
+    for (const int kib : {90'000, 120'000, 160'000, 220'000, 300'000, 400'000}) {
+      std::vector<std::string> limited{"/bin/sh", "-c", fmt::format("ulimit -v {}; exec \"$@\"", kib), "sh"};
+      limited.insert(limited.end(), arguments.begin(), arguments.end());
+      const std::string log = file(fmt::format("{}-{}.log", name, kib));
+      std::filesystem::remove(port_file);
+      BackgroundProcess process(limited, log, environment());
+      const auto said = [&] { return read_file(log).value_or(""); };
+      std::optional<int> code;
+      EXPECT_TRUE(eventually([&] {
+        code = process.wait(std::chrono::milliseconds(0));
+        return code || std::filesystem::exists(port_file) || said().find("no connection to") != std::string::npos;
+      })) << said();
+      if (!code) {
+        process.send(SIGTERM);
+        EXPECT_EQ(process.wait(), 0) << kib << ": " << said();
+        continue;
+      }
+      ++refused;
+      EXPECT_EQ(*code, 1) << kib << ": " << said();
+      const std::string words = fmt::format(
+          "{}: it takes more memory than the {} MiB that this process may have (ulimit -v): run it where "
+          "there is more\n",
+          name, kib / 1024);
+      // A worker may also find the end where it knows what it was about.
+      const bool knows =
+          name == "lightmill-worker" && (said().find("out of memory while this worker ran") != std::string::npos ||
+                                         said().find("threads that this worker needs can start") != std::string::npos);
+      EXPECT_TRUE(knows || said().ends_with(words)) << kib << ": " << said();
+    }
+    EXPECT_GT(refused, 0) << name << " has none of the limits";
+  }
+}
+
 }  // namespace
 }  // namespace lightmill::test

@@ -1,0 +1,72 @@
+// How a program ends that cannot have the memory that it wants.
+#include "common/base/memory_end.h"
+
+#include <gtest/gtest.h>
+#include <sys/resource.h>
+
+#include <csignal>
+#include <new>
+#include <stdexcept>
+#include <system_error>
+#include <thread>
+
+namespace lightmill {
+namespace {
+
+#if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
+constexpr bool kOwnMemoryMap = true;  // a sanitizer's shadow needs terabytes of addresses
+#else
+constexpr bool kOwnMemoryMap = false;
+#endif
+
+/// Leaves this process so much address space, whatever it has now.
+void limit_address_space(rlim_t bytes) {
+  const rlimit limit{bytes, RLIM_INFINITY};
+  ASSERT_EQ(::setrlimit(RLIMIT_AS, &limit), 0);
+}
+
+template <class Work>
+void end_in_a_thread(const Work& work) {
+  end_when_memory_ends("program", 7);
+  std::thread(work).join();
+}
+
+TEST(MemoryEnd, AnAllocationThatFailsInAnyThreadEndsTheProgramWithAMessage) {
+  EXPECT_EXIT(end_in_a_thread([] { throw std::bad_alloc(); }), ::testing::ExitedWithCode(7),
+              "^program: it takes more memory than this process may have .*: run it where there is more\n$");
+}
+
+TEST(MemoryEnd, AThreadThatCannotStartIsOneOfTooLittleMemory) {
+  EXPECT_EXIT(
+      end_in_a_thread([] { throw std::system_error(std::make_error_code(std::errc::resource_unavailable_try_again)); }),
+      ::testing::ExitedWithCode(7), "^program: it takes more memory");
+}
+
+TEST(MemoryEnd, OtherExceptionsAbortAsBefore) {
+  EXPECT_EXIT(end_in_a_thread([] { throw std::runtime_error("a mistake"); }), ::testing::KilledBySignal(SIGABRT),
+              "a mistake");
+}
+
+TEST(MemoryEnd, AnAbortIsForMemoryWhereNearlyAllAddressesAreTaken) {
+  if (kOwnMemoryMap) {
+    GTEST_SKIP() << "a sanitizer takes all addresses";
+  }
+  const auto abort_with = [](rlim_t bytes) {
+    limit_address_space(bytes);
+    end_when_memory_ends("program", 7);
+    std::abort();
+  };
+  EXPECT_EXIT(abort_with(rlim_t{64} << 20), ::testing::ExitedWithCode(7),
+              "^program: it takes more memory than the 64 MiB that this process may have \\(ulimit -v\\)");
+  EXPECT_EXIT(abort_with(rlim_t{1} << 40), ::testing::KilledBySignal(SIGABRT), "^$");
+  EXPECT_EXIT(abort_with(RLIM_INFINITY), ::testing::KilledBySignal(SIGABRT), "^$");
+}
+
+TEST(MemoryEnd, AnErrorSaysWhatTookItAndWhatToDo) {
+  const Status status = out_of_memory("a.json: reading it");
+  EXPECT_EQ(status.code(), StatusCode::kResourceExhausted);
+  EXPECT_EQ(message_of(status).find("a.json: reading it takes more memory than "), 0u) << status;
+}
+
+}  // namespace
+}  // namespace lightmill
