@@ -218,10 +218,12 @@ std::optional<int> parse_server_options(int argc, char** argv, ServerOptions& op
   add_limit(app, "--user-jobs", options.user_jobs, "N", {1, 1'000'000}, "those of one user");
   add_limit(app, "--caller-requests", options.calls.requests_per_second, "N", {1.0, 1e6},
             "requests a second of one caller, ten times as many at once");
-  add_limit(app, "--caller-streams", options.calls.streams_per_caller, "N", {1, 1'000'000},
-            "assets and films under way, jobs that are watched and scalers that listen, of one caller");
+  add_limit(
+      app, "--caller-streams", options.calls.streams_per_caller, "N", {1, 1'000'000},
+      "assets under way, films under way, jobs that are watched, open pages and scalers that listen, of one caller: "
+      "so many of each");
   add_limit(app, "--streams", options.calls.streams, "N", {1, 1'000'000},
-            "the same of all callers; fewer where the process may open few files");
+            "assets under way, of all callers; fewer where the process may open few files");
   add_limit(app, "--wire-gib", options.wire_gib, "GIB", {kLeastWireGib, 65536.0},
             "memory for what is on its way; by default 4, or an eighth of the memory that the coordinator may use")
       ->default_str("");

@@ -2,6 +2,8 @@
 
 #include <grpc/support/log.h>
 
+#include <map>
+
 #include "client/cli/coordinators.h"
 #include "common/base/mutex.h"
 #include "common/wire/bytes.h"
@@ -24,7 +26,7 @@ class RunningCalls {
  public:
   void add(grpc::ClientContext& context) {
     const MutexLock lock(mutex_);
-    contexts_.insert(&context);
+    contexts_[&context] = false;
   }
   void remove(grpc::ClientContext& context) {
     const MutexLock lock(mutex_);
@@ -32,14 +34,19 @@ class RunningCalls {
   }
   void cancel_all() {
     const MutexLock lock(mutex_);
-    for (grpc::ClientContext* context : contexts_) {
+    for (auto& [context, cancelled] : contexts_) {
       context->TryCancel();
+      cancelled = true;
     }
+  }
+  bool is_cancelled(grpc::ClientContext& context) const {
+    const MutexLock lock(mutex_);
+    return contexts_.at(&context);
   }
 
  private:
-  Mutex mutex_;
-  std::set<grpc::ClientContext*> contexts_ LM_GUARDED_BY(mutex_);
+  mutable Mutex mutex_;
+  std::map<grpc::ClientContext*, bool> contexts_ LM_GUARDED_BY(mutex_);  ///< whether they were cancelled
 };
 
 /// Makes a context cancellable for a scope.
@@ -51,6 +58,13 @@ class Registration {
   ~Registration() { calls_.remove(context_); }
   Registration(const Registration&) = delete;
   Registration& operator=(const Registration&) = delete;
+  /// What nobody here has cancelled, the coordinator has ended.
+  grpc::Status answer(const grpc::Status& end) const {
+    return end.error_code() == grpc::StatusCode::CANCELLED && !calls_.is_cancelled(context_)
+               ? grpc::Status(grpc::StatusCode::RESOURCE_EXHAUSTED,
+                              "the farm has ended this, to make room for another caller or as it stops: try again")
+               : end;
+  }
 
  private:
   RunningCalls& calls_;
@@ -134,7 +148,7 @@ Status FarmConnection::upload_asset(const Sha256& digest, ByteView bytes,
       sent(done);
     } while (done < bytes.size());
     writer->WritesDone();
-    return writer->Finish();
+    return registration.answer(writer->Finish());
   });
 }
 
@@ -284,7 +298,7 @@ Status FarmConnection::get_film(std::uint64_t id, const std::function<Status(con
     if (!failed.ok()) {
       context.TryCancel();
     }
-    return reader->Finish();
+    return registration.answer(reader->Finish());
   };
   const Status status = state_->coordinators.ask(get_from, begun);
   return failed.ok() ? status : failed;

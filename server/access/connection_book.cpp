@@ -1,12 +1,10 @@
 #include "server/access/connection_book.h"
 
-#include <arpa/inet.h>
-
 #include <algorithm>
-#include <array>
 
 #include "common/base/check.h"
 #include "server/access/call_limits.h"
+#include "server/access/places.h"
 
 namespace lightmill {
 namespace {
@@ -28,18 +26,6 @@ DescriptorPlan plan_descriptors(std::uint64_t files) {
   plan.calls = std::max<std::size_t>(
       rest - std::min(rest, plan.assets + plan.page + plan.health + 3 * ConnectionBook::kSlack), 16);
   return plan;
-}
-
-std::string address_key(std::string_view peer) {
-  std::string host(peer.substr(0, peer.rfind(':')));
-  if (host.starts_with('[') && host.ends_with(']')) {
-    host = host.substr(1, host.size() - 2);
-    std::array<unsigned char, 16> bytes{};
-    if (::inet_pton(AF_INET6, host.substr(0, host.find('%')).c_str(), bytes.data()) == 1) {
-      return fmt::format("{:02x}::/64", fmt::join(bytes.begin(), bytes.begin() + 8, ""));
-    }
-  }
-  return host;
 }
 
 std::size_t ConnectionBook::most_strangers() const {
@@ -65,13 +51,13 @@ bool ConnectionBook::is_full(const std::string& peer, const Identity& caller) co
 template <class Change>
 void ConnectionBook::change(const std::string& key, const Change& change) {
   Address& address = addresses_[key];
-  by_size_.erase({address.size(), key});
+  by_size_.erase({address.strangers(), key});
   waiting_ -= address.waiting.size();
   change(address);
   waiting_ += address.waiting.size();
-  if (address.size() > 0) {
-    by_size_.emplace(address.size(), key);
-  } else {
+  if (address.strangers() > 0) {
+    by_size_.emplace(address.strangers(), key);
+  } else if (address.known.empty()) {
     addresses_.erase(key);
   }
 }
@@ -82,44 +68,47 @@ ConnectionBook::Arrival ConnectionBook::arrive(const std::string& peer, Time now
     take_out(earlier->second);  // its end was not noticed
   }
   const std::string key = address_key(peer);
-  if (is_full()) {
-    const auto own = addresses_.find(key);
-    const bool of_own = own != addresses_.end() && own->second.size() >= by_size_.rbegin()->first;
-    if (by_size_.empty() || (of_own && own->second.waiting.empty())) {
-      return arrival;
-    }
-    const Address& largest = of_own ? own->second : addresses_.at(by_size_.rbegin()->second);
-    if (!largest.waiting.empty()) {
-      arrival.close = *largest.waiting.begin();
-      take_out(arrival.close);
-    } else if (entries_.size() < most_ + kSlack) {
-      arrival.end = *largest.served.begin();
-      Entry& ended = entries_.at(arrival.end);
-      change(ended.address, [&](Address& address) { address.served.erase(arrival.end); });
-      ended.state = State::ending;
-    } else {
-      return arrival;
-    }
+  if (is_full() && !make_room(key, arrival)) {
+    return arrival;
   }
   arrival.id = next_id_++;
   arrival.fate = is_full(peer) ? Fate::wait : Fate::serve;
-  entries_[arrival.id] = {peer, key, "", State::waiting, now};
+  entries_[arrival.id] = {peer, key, "", State::waiting, {}};
   peers_[peer] = arrival.id;
   change(key, [&](Address& address) { address.waiting.insert(arrival.id); });
   if (arrival.fate == Fate::serve) {
-    serve(arrival.id, now);
+    turn(arrival.id, State::served, now + kPatience);
   }
   return arrival;
 }
 
-void ConnectionBook::serve(Id id, Time now) {
-  Entry& entry = entries_.at(id);
-  entry.state = State::served;
-  entry.served_at = now;
-  change(entry.address, [id](Address& address) {
-    address.waiting.erase(id);
-    address.served.insert(id);
-  });
+/// Whether one more of this address gets in.
+bool ConnectionBook::make_room(const std::string& key, Arrival& arrival) {
+  const auto own = addresses_.find(key);
+  if (by_size_.empty()) {
+    const auto largest =
+        std::ranges::max_element(addresses_, {}, [](const auto& address) { return address.second.known.size(); });
+    const std::size_t of_own = own == addresses_.end() ? 0 : own->second.known.size();
+    return largest != addresses_.end() && largest->second.known.size() > of_own + 1 &&
+           end_for(arrival, *largest->second.known.rbegin());
+  }
+  const bool is_largest = own != addresses_.end() && own->second.strangers() >= by_size_.rbegin()->first;
+  const Address& largest = is_largest ? own->second : addresses_.at(by_size_.rbegin()->second);
+  if (!largest.waiting.empty()) {
+    arrival.close = *largest.waiting.begin();
+    take_out(arrival.close);
+    return true;
+  }
+  return !is_largest && end_for(arrival, largest.served.begin()->second);
+}
+
+bool ConnectionBook::end_for(Arrival& arrival, Id id) {
+  if (entries_.size() >= most_ + kSlack) {
+    return false;
+  }
+  arrival.end = id;
+  turn(id, State::ending);
+  return true;
 }
 
 void ConnectionBook::leave(Id id) {
@@ -130,23 +119,35 @@ void ConnectionBook::leave(Id id) {
 
 void ConnectionBook::take_out(Id id) {
   const auto found = entries_.find(id);
-  const Entry entry = std::move(found->second);
-  entries_.erase(found);
-  if (const auto peer = peers_.find(entry.peer); peer != peers_.end() && peer->second == id) {
+  turn(id, State::ending);
+  if (const auto peer = peers_.find(found->second.peer); peer != peers_.end() && peer->second == id) {
     peers_.erase(peer);
   }
-  if (entry.state == State::waiting || entry.state == State::served) {
-    change(entry.address, [id](Address& address) {
-      address.waiting.erase(id);
-      address.served.erase(id);
-    });
-  } else if (entry.state == State::known) {
+  entries_.erase(found);
+}
+
+/// What is counted of it follows. `until`: a stranger that is served has so long.
+void ConnectionBook::turn(Id id, State to, Time until) {
+  Entry& entry = entries_.at(id);
+  change(entry.address, [&](Address& address) {
+    address.waiting.erase(id);
+    address.served.erase({entry.until, id});
+    address.known.erase(id);
+    if (to == State::served) {
+      address.served.emplace(until, id);
+    } else if (to == State::known) {
+      address.known.insert(id);
+    }
+  });
+  if (entry.state == State::known) {
     const auto caller = callers_.find(entry.caller);
     LM_CHECK(caller != callers_.end() && caller->second > 0);
     if (--caller->second == 0) {
       callers_.erase(caller);
     }
   }
+  entry.state = to;
+  entry.until = until;
 }
 
 Status ConnectionBook::meet(const std::string& peer, const Identity& caller) {
@@ -162,11 +163,17 @@ Status ConnectionBook::meet(const std::string& peer, const Identity& caller) {
     return resource_exhausted("this port takes {} connections of one caller: close some, or try again later",
                               most_of(caller));
   }
-  change(entry.address, [id = found->second](Address& address) { address.served.erase(id); });
-  entry.state = State::known;
+  turn(found->second, State::known);
   entry.caller = caller_key(caller, peer);
   ++callers_[entry.caller];
   return ok_status();
+}
+
+void ConnectionBook::part(const std::string& peer, Time now) {
+  const auto found = peers_.find(peer);
+  if (found != peers_.end() && entries_.at(found->second).state == State::known) {
+    turn(found->second, State::served, now);
+  }
 }
 
 ConnectionBook::Changes ConnectionBook::look(Time now) {
@@ -178,19 +185,18 @@ ConnectionBook::Changes ConnectionBook::look(Time now) {
     }
   }
   for (const std::string& key : keys) {
-    change(key, [&](Address& address) {
-      while (!address.served.empty() && entries_.at(*address.served.begin()).served_at + kPatience <= now) {
-        const Id id = *address.served.begin();
-        address.served.erase(address.served.begin());
-        entries_.at(id).state = State::ending;
-        changes.end.push_back(id);
+    const Address& address = addresses_.at(key);
+    while (!address.waiting.empty()) {
+      if (address.served.size() >= most_strangers()) {
+        const auto [until, longest] = *address.served.begin();
+        if (until > now) {
+          break;
+        }
+        changes.end.push_back(longest);
+        turn(longest, State::ending);
       }
-    });
-    while (addresses_.contains(key) && !addresses_.at(key).waiting.empty() &&
-           addresses_.at(key).served.size() < most_strangers()) {
-      const Id id = *addresses_.at(key).waiting.rbegin();
-      serve(id, now);
-      changes.serve.push_back(id);
+      changes.serve.push_back(*address.waiting.rbegin());
+      turn(changes.serve.back(), State::served, now + kPatience);
     }
   }
   return changes;

@@ -27,13 +27,10 @@ struct DescriptorPlan {
 /// Of a process that may have so many open files.
 DescriptorPlan plan_descriptors(std::uint64_t files);
 
-/// Who counts as one address: an IPv4 address, or the network of an IPv6 address (/64), as one machine has all of that.
-/// `peer` is ADDRESS:PORT, with brackets around IPv6 addresses.
-std::string address_key(std::string_view peer);
-
 /// Limits strangers per address, and known callers per identity. A stranger is a connection whose caller is not known
 /// yet. Strangers beyond the limit wait. The newest is served next, so that an earlier flood does not delay it. If all
-/// places are taken, the address with most strangers makes room. Not thread-safe.
+/// places are taken, the address with most strangers makes room; without strangers, the one with most known callers.
+/// Not thread-safe.
 class ConnectionBook {
  public:
   using Id = std::uint64_t;
@@ -45,7 +42,7 @@ class ConnectionBook {
     Id id = 0;  ///< of the connection, unless it is refused
     Fate fate = Fate::refuse;
     Id close = 0;  ///< a connection that waits and is to be closed now; 0: none
-    Id end = 0;    ///< a stranger that is served and is to be ended; 0: none
+    Id end = 0;    ///< one that is served and is to be ended; 0: none
   };
   /// A connection that was accepted from ADDRESS:PORT.
   Arrival arrive(const std::string& peer, Time now);
@@ -54,10 +51,13 @@ class ConnectionBook {
   /// The caller that a connection from ADDRESS:PORT has shown to be. The first one counts. RESOURCE_EXHAUSTED if it has
   /// too many; the connection is a stranger's then.
   Status meet(const std::string& peer, const Identity& caller);
+  /// A connection whose caller was met is a stranger's again until the next meeting, and makes room for others of its
+  /// address at once.
+  void part(const std::string& peer, Time now);
 
   struct Changes {
     std::vector<Id> serve;  ///< they waited until now
-    std::vector<Id> end;    ///< strangers that have had their time, while others of their address wait
+    std::vector<Id> end;    ///< strangers that have had their time, one for each that is served
   };
   Changes look(Time now);
 
@@ -79,19 +79,23 @@ class ConnectionBook {
  private:
   enum class State { waiting, served, ending, known };
   struct Address {
-    std::set<Id> waiting, served;  ///< strangers, by age
-    std::size_t size() const { return waiting.size() + served.size(); }
+    std::set<Id> waiting;                  ///< strangers, by age
+    std::set<std::pair<Time, Id>> served;  ///< strangers, by when they make room for others of their address
+    std::set<Id> known;                    ///< by age
+    std::size_t strangers() const { return waiting.size() + served.size(); }
   };
   struct Entry {
     std::string peer, address, caller;
     State state = State::waiting;
-    Time served_at{};
+    Time until{};
   };
 
   /// Changes an address and keeps by_size_ in order.
   template <class Change>
   void change(const std::string& address, const Change& change);
-  void serve(Id id, Time now);
+  bool make_room(const std::string& address, Arrival& arrival);
+  bool end_for(Arrival& arrival, Id id);
+  void turn(Id id, State to, Time until = {});
   void take_out(Id id);
 
   const std::size_t most_;
@@ -99,8 +103,8 @@ class ConnectionBook {
   std::size_t waiting_ = 0;
   std::unordered_map<Id, Entry> entries_;
   std::unordered_map<std::string, Id> peers_;
-  std::map<std::string, Address> addresses_;               ///< with strangers
-  std::set<std::pair<std::size_t, std::string>> by_size_;  ///< the same
+  std::map<std::string, Address> addresses_;
+  std::set<std::pair<std::size_t, std::string>> by_size_;  ///< by strangers: of those that have some
   std::unordered_map<std::string, std::size_t> callers_;   ///< connections of each
 };
 

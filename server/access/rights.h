@@ -67,13 +67,14 @@ struct RpcRule {
   bool recorded;  ///< it changes something: the farm's log says who did so (server/api/recorded_calls.h)
 };
 
+class StreamPlace;
+
 /// A call that was let in, or is to be.
 struct Call {
   Identity caller;
   Rpc rpc = Rpc::count;
-  std::string peer;  ///< ADDRESS:PORT
-  /// Of a stream: its place among those that may be open, as long as a copy of this lives.
-  std::shared_ptr<const void> place = nullptr;
+  std::string peer;                              ///< ADDRESS:PORT
+  std::shared_ptr<StreamPlace> place = nullptr;  ///< of a call that lasts (StreamKind)
 };
 
 /// In the order of Rpc.

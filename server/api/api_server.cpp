@@ -33,8 +33,6 @@ constexpr int kMaxMessageBytes = 20 << 20;
 constexpr int kMaxConnectionStreams = 1'000;
 /// Calls that are under way when the server stops have so long.
 constexpr auto kStopPatience = std::chrono::seconds(2);
-/// All workers may come back before their broken streams are found dead, and some that are refused say hello first.
-constexpr std::size_t kSpareStreams = 16;
 /// Assets that no job names any more stay for a day: their jobs may still be on their way.
 constexpr std::int64_t kSpareAssetAgeSeconds = 24 * 60 * 60;
 
@@ -147,7 +145,7 @@ Result<std::unique_ptr<ApiServer>> ApiServer::start(std::unique_ptr<Store> store
       FarmLoop::Handlers{[&workers](Outgoing message) { workers.send(std::move(message)); },
                          [&workers](SessionId session) { workers.hang_up(session); }, options.on_fatal,
                          [&readiness](bool storing) { readiness.set_storing(storing); }});
-  workers.set_loop(*parts->loop, std::size_t{2} * options.limits.max_workers + kSpareStreams);
+  workers.set_loop(*parts->loop, options.limits.max_workers);
   parts->renders->set_loop(*parts->loop);
   parts->access.set_loop(*parts->loop);
   parts->scaler.set_loop(*parts->loop);

@@ -17,21 +17,29 @@ class UploadStream final : public grpc::ServerReadReactor<v1::UploadAssetRequest
  public:
   UploadStream(AssetStore& assets, Call call, Traffic& traffic)
       : assets_(assets), call_(std::move(call)), traffic_(traffic) {
-    StartRead(&request_);
+    read_next();
   }
 
   void OnReadDone(bool ok) override {
+    call_.place->moves();
     const Status status = ok ? take() : complete();
     if (!ok || !status.ok()) {
       upload_.reset();
       Finish(to_grpc(status));
       return;
     }
-    StartRead(&request_);
+    read_next();
   }
-  void OnDone() override { delete this; }
+  void OnDone() override {
+    call_.place->call_ended();
+    delete this;
+  }
 
  private:
+  void read_next() {
+    call_.place->stands_still();
+    StartRead(&request_);
+  }
   Status take() {
     if (upload_ == nullptr) {
       LM_ASSIGN_OR_RETURN(const Sha256 digest, digest_from_bytes(request_.digest()));
@@ -82,13 +90,17 @@ class DownloadStream final : public grpc::ServerWriteReactor<v1::DownloadAssetRe
   }
 
   void OnWriteDone(bool ok) override {
+    call_.place->moves();
     if (ok) {
       write_next();
     } else {
       Finish(grpc::Status(grpc::StatusCode::CANCELLED, "the client left"));
     }
   }
-  void OnDone() override { delete this; }
+  void OnDone() override {
+    call_.place->call_ended();
+    delete this;
+  }
 
  private:
   void write_next() {
@@ -104,6 +116,7 @@ class DownloadStream final : public grpc::ServerWriteReactor<v1::DownloadAssetRe
     sent_.append(*chunk);
     traffic_.assets_out += chunk->size();
     response_.set_chunk(std::move(*chunk));
+    call_.place->stands_still();
     StartWrite(&response_);
   }
 

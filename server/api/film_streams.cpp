@@ -13,9 +13,7 @@
 namespace lightmill {
 namespace {
 
-/// Whole films on their way; each keeps the nodes of its moment in memory.
-constexpr int kMaxFilmStreams = 64;
-std::string_view kTooMany = "too many clients fetch films or watch at once: try again";
+std::string_view kTooMany = "the farm has too much to do at once: try again";
 
 // ---- watching ----
 
@@ -62,6 +60,7 @@ class WatchStream final : public grpc::ServerWriteReactor<v1::WatchJobResponse>,
     response_.Swap(&response);
     writing_ = true;
     last_ = update.last;
+    call_.place->stands_still();
     StartWrite(&response_);
   }
   void fail(const Status& status) override {
@@ -71,6 +70,7 @@ class WatchStream final : public grpc::ServerWriteReactor<v1::WatchJobResponse>,
   void close() override { fail(unavailable("the coordinator stops")); }
 
   void OnWriteDone(bool ok) override {
+    call_.place->moves();
     {
       const MutexLock lock(mutex_);
       writing_ = false;
@@ -87,6 +87,7 @@ class WatchStream final : public grpc::ServerWriteReactor<v1::WatchJobResponse>,
   }
   void OnCancel() override { fail(make_error(StatusCode::kCancelled, "the client left")); }
   void OnDone() override {
+    call_.place->call_ended();
     loop_.poke();             // the hub forgets closed streams
     registry_->remove(this);  // the last use of this object, but for the hub's
   }
@@ -121,9 +122,7 @@ class WatchStream final : public grpc::ServerWriteReactor<v1::WatchJobResponse>,
 /// Sends one film as it was at one moment. Deletes itself.
 class FilmStream final : public grpc::ServerWriteReactor<v1::GetFilmResponse> {
  public:
-  FilmStream(Call call, Traffic& traffic) : call_(std::move(call)), traffic_(traffic) { ++count_; }
-  ~FilmStream() override { --count_; }
-  static int count() { return count_; }
+  FilmStream(Call call, Traffic& traffic) : call_(std::move(call)), traffic_(traffic) {}
 
   /// On the farm thread.
   void take(JobId job, const FarmLoop::Turn& turn) {
@@ -134,7 +133,7 @@ class FilmStream final : public grpc::ServerWriteReactor<v1::GetFilmResponse> {
     }
     tiles_ = std::move(film->tiles);
     response_.mutable_header()->Swap(&film->header);
-    StartWrite(&response_);
+    write();
   }
   void refuse(const grpc::Status& status) { Finish(status); }
 
@@ -148,19 +147,25 @@ class FilmStream final : public grpc::ServerWriteReactor<v1::GetFilmResponse> {
     *response_.mutable_tile() = film_tile(tile);
     traffic_.films_out += response_.ByteSizeLong();
     tile.forest.clear();
-    StartWrite(&response_);
+    write();
   }
-  void OnDone() override { delete this; }
+  void OnDone() override {
+    call_.place->call_ended();
+    delete this;
+  }
 
  private:
-  static std::atomic<int> count_;
+  void write() {
+    call_.place->stands_still();
+    StartWrite(&response_);
+  }
+
   const Call call_;
   Traffic& traffic_;
   std::vector<TileSnapshot> tiles_;
   std::size_t next_ = 0;
   v1::GetFilmResponse response_;
 };
-std::atomic<int> FilmStream::count_ = 0;
 
 }  // namespace
 
@@ -206,15 +211,14 @@ grpc::ServerWriteReactor<v1::GetFilmResponse>* RenderServiceImpl::GetFilm(Contex
     return new Refused<grpc::ServerWriteReactor<v1::GetFilmResponse>>(call.status());
   }
   auto* stream = new FilmStream(*call, loop_->traffic());
-  const bool posted = FilmStream::count() <= kMaxFilmStreams &&
-                      loop_->post([this, stream, call = *call, job = JobId{request->id()}](FarmLoop::Turn& turn) {
-                        if (const Status status = check_job_call(turn, gate_, call, job); !status.ok()) {
-                          return stream->refuse(to_grpc(status));
-                        }
-                        turn.with_film(job, [stream, job](const FarmLoop::Turn& later, const Status& here) {
-                          here.ok() ? stream->take(job, later) : stream->refuse(to_grpc(here));
-                        });
-                      });
+  const bool posted = loop_->post([this, stream, call = *call, job = JobId{request->id()}](FarmLoop::Turn& turn) {
+    if (const Status status = check_job_call(turn, gate_, call, job); !status.ok()) {
+      return stream->refuse(to_grpc(status));
+    }
+    turn.with_film(job, [stream, job](const FarmLoop::Turn& later, const Status& here) {
+      here.ok() ? stream->take(job, later) : stream->refuse(to_grpc(here));
+    });
+  });
   if (!posted) {
     stream->refuse(to_grpc(resource_exhausted("{}", kTooMany)));
   }

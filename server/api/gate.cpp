@@ -48,11 +48,17 @@ Result<Identity> Gate::identify_bearer(std::string_view header) const {
   return book_.identify(header.substr(kBearer.size()), now_unix_s());
 }
 
-Result<Call> Gate::admit(const Result<Identity>& caller, const std::string& peer, Rpc rpc, const About& about) const {
+Result<Call> Gate::admit(const Result<Identity>& caller, const std::string& peer, Rpc rpc, const About& about,
+                         std::optional<StreamKind> kind) const {
   Call call{caller.ok() ? *caller : Identity{}, rpc, peer};
-  Status status = check_limits(call);
+  Status status = counts_as_request(rpc) ? take_request(call.caller, peer) : ok_status();
   if (status.ok()) {
     status = caller.ok() ? check_call(*caller, rpc) : caller.status();
+  }
+  if (status.ok() && kind) {  // no stranger takes a place from anybody
+    Result<std::shared_ptr<StreamPlace>> place = places_.take(*kind, holder_of(call.caller, peer));
+    status = place.status();
+    call.place = std::move(place).value_or(nullptr);
   }
   if (!status.ok()) {
     on_refused_(call, about, status);
@@ -64,23 +70,6 @@ Result<Call> Gate::admit(const Result<Identity>& caller, const std::string& peer
 Status Gate::take_request(const Identity& caller, const std::string& peer) const {
   const MutexLock lock(mutex_);
   return limits_.take_request(caller_key(caller, peer), clock_.now());
-}
-
-Status Gate::check_limits(Call& call) const {
-  if (counts_as_request(call.rpc)) {
-    LM_RETURN_IF_ERROR(take_request(call.caller, call.peer));
-  }
-  const std::string caller = caller_key(call.caller, call.peer);
-  const Time now = clock_.now();
-  const MutexLock lock(mutex_);
-  if (counts_as_stream(call.rpc)) {
-    LM_ASSIGN_OR_RETURN(std::string place, limits_.open_stream(caller, now));
-    call.place = std::shared_ptr<const void>(this, [this, place = std::move(place)](const void*) {
-      const MutexLock closing(mutex_);
-      limits_.close_stream(place);
-    });
-  }
-  return ok_status();
 }
 
 std::optional<Unwritten> Gate::may_record_refusal(const Call& call, const About& about, const Status& status) const {

@@ -12,6 +12,7 @@
 #include "server/access/refusal_book.h"
 #include "server/access/rights.h"
 #include "server/access/token_book.h"
+#include "server/api/stream_places.h"
 
 namespace lightmill {
 
@@ -26,7 +27,11 @@ struct Shown {
 class Gate {
  public:
   Gate(const GateOptions& options, std::vector<TokenRecord> tokens, const Clock& clock)
-      : options_(options), clock_(clock), book_(std::move(tokens)), limits_(options.calls) {}
+      : options_(options),
+        clock_(clock),
+        places_(options.calls, clock),
+        book_(std::move(tokens)),
+        limits_(options.calls) {}
 
   /// Is told what admit refuses; before the server starts.
   void set_on_refused(std::function<void(const Call&, const About&, const Status&)> on_refused) {
@@ -42,7 +47,13 @@ class Gate {
   Result<Identity> identify(const Shown& shown) const;
   /// Every handler's first step, with what identify has said; `about` is what the call names, for the log.
   /// UNAUTHENTICATED, PERMISSION_DENIED, RESOURCE_EXHAUSTED.
-  Result<Call> admit(const Result<Identity>& caller, const std::string& peer, Rpc rpc, const About& about = {}) const;
+  Result<Call> admit(const Result<Identity>& caller, const std::string& peer, Rpc rpc, const About& about = {}) const {
+    return admit(caller, peer, rpc, about, stream_kind(rpc));
+  }
+  /// As admit, of a page that opens: it may see what WatchJob shows.
+  Result<Call> admit_page(const Result<Identity>& caller, const std::string& peer) const {
+    return admit(caller, peer, Rpc::watch_job, {}, StreamKind::page);
+  }
   /// As ConnectionBook::meet, of a connection of gRPC. RESOURCE_EXHAUSTED.
   Status meet(const std::string& peer, const Identity& caller) const { return on_met_(peer, caller); }
   /// Counts one request of the caller. RESOURCE_EXHAUSTED.
@@ -64,12 +75,14 @@ class Gate {
   std::vector<TokenRecord> tokens() const;
 
  private:
-  Status check_limits(Call& call) const;
+  Result<Call> admit(const Result<Identity>& caller, const std::string& peer, Rpc rpc, const About& about,
+                     std::optional<StreamKind> kind) const;
   Result<Identity> identify_bearer(std::string_view header) const;
   std::int64_t now_unix_s() const { return clock_.unix_milliseconds() / 1000; }
 
   const GateOptions options_;
   const Clock& clock_;
+  mutable StreamPlaces places_;
   mutable Mutex mutex_;
   TokenBook book_ LM_GUARDED_BY(mutex_);
   mutable CallLimits limits_ LM_GUARDED_BY(mutex_);

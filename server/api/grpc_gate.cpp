@@ -48,12 +48,18 @@ class NoReflection final : public grpc::ServerBuilderOption {
 Result<Call> admit(const Gate& gate, const grpc::ServerContextBase& context, Rpc rpc, const About& about) {
   const Shown shown = shown_by(context);
   Result<Identity> caller = gate.identify(shown);
+  const bool lasts = rpc == Rpc::work || stream_kind(rpc);
   if (caller.ok()) {
-    if (const Status met = gate.meet(shown.peer, *caller); !met.ok()) {
+    // Where a caller has its share of connections, one more is a stranger's, who may end soon: enough for a short call.
+    if (const Status met = gate.meet(shown.peer, *caller); !met.ok() && lasts) {
       caller = met;
     }
   }
-  return gate.admit(caller, shown.peer, rpc, about);
+  Result<Call> call = gate.admit(caller, shown.peer, rpc, about);
+  if (call.ok() && call->place != nullptr) {
+    call->place->on_give_way([&context] { context.TryCancel(); });
+  }
+  return call;
 }
 
 Listener::Take serve_sockets(grpc::ServerBuilder& builder,

@@ -349,6 +349,11 @@ Status Listener::meet(const std::string& peer, const Identity& caller) {
   return status;
 }
 
+void Listener::part(const std::string& peer) {
+  const MutexLock lock(mutex_);
+  book_.part(peer, system_clock().now());
+}
+
 Result<int> Listener::dial() {
   sockaddr_storage address = local_address(sockets_.front());
   if (address.ss_family == AF_INET6) {

@@ -38,6 +38,8 @@ class Listener {
 
   /// As ConnectionBook::meet.
   Status meet(const std::string& peer, const Identity& caller);
+  /// As ConnectionBook::part.
+  void part(const std::string& peer);
   /// A socket that is connecting to this port from inside, non-blocking, which is served whatever the limits.
   /// UNAVAILABLE.
   Result<int> dial();

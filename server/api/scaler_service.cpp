@@ -40,6 +40,7 @@ class ActiveStream final : public grpc::ServerWriteReactor<IsActiveResponse>, pu
     }
     response_.set_result(active);
     writing_ = true;
+    call_.place->stands_still();
     StartWrite(&response_);
   }
   void fail(const Status& status) {
@@ -49,6 +50,7 @@ class ActiveStream final : public grpc::ServerWriteReactor<IsActiveResponse>, pu
   void close() override { fail(unavailable("the coordinator stops")); }
 
   void OnWriteDone(bool ok) override {
+    call_.place->moves();
     {
       const MutexLock lock(mutex_);
       writing_ = false;
@@ -65,6 +67,7 @@ class ActiveStream final : public grpc::ServerWriteReactor<IsActiveResponse>, pu
   }
   void OnCancel() override { fail(make_error(StatusCode::kCancelled, "the client left")); }
   void OnDone() override {
+    call_.place->call_ended();
     loop_.poke();             // the hub forgets closed streams
     registry_->remove(this);  // the last use of this object, but for the hub's
   }

@@ -1,5 +1,4 @@
-// All streams of watchers: owns them until gRPC has done with them, bounds their number, and ends them when the server
-// stops.
+// All streams of watchers: owns them until gRPC has done with them, and ends them when the server stops.
 #pragma once
 
 #include <map>
@@ -22,18 +21,11 @@ class ClosableWatch {
 /// Thread-safe.
 class WatchRegistry {
  public:
-  static constexpr std::size_t kMaxWatchers = 1'000;
-
-  /// Owns the stream until remove, also where it answers with an error: RESOURCE_EXHAUSTED beyond kMaxWatchers,
-  /// UNAVAILABLE once stopped.
+  /// Owns the stream until remove, also where it answers with an error: UNAVAILABLE once stopped.
   Status add(const void* key, std::shared_ptr<ClosableWatch> watch) {
     const MutexLock lock(mutex_);
     watches_.emplace(key, std::move(watch));
-    if (stopped_) {
-      return unavailable("the coordinator stops");
-    }
-    return watches_.size() > kMaxWatchers ? resource_exhausted("more than {} clients watch already", kMaxWatchers)
-                                          : ok_status();
+    return stopped_ ? unavailable("the coordinator stops") : ok_status();
   }
   void remove(const void* key) {
     std::shared_ptr<ClosableWatch> watch;  // destroyed after the lock is released

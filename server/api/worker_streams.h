@@ -1,12 +1,16 @@
-// WorkerService: one bidirectional stream per worker, its messages handed to the farm thread and back.
+// WorkerService: the streams of all workers. Each stream is one session; session ids count up from 1.
 #pragma once
 
 #include <atomic>
+#include <limits>
 #include <map>
 #include <memory>
+#include <optional>
+#include <string>
 
 #include "common/base/mutex.h"
 #include "lightmill/v1/worker_service.grpc.pb.h"
+#include "server/access/places.h"
 #include "server/api/farm_loop.h"
 #include "server/api/gate.h"
 
@@ -14,17 +18,14 @@ namespace lightmill {
 
 class WorkStream;
 
-/// Thread-safe. Each stream is one session; session ids count up from 1.
+/// Thread-safe.
 class WorkerStreams final : public v1::WorkerService::CallbackService {
  public:
   explicit WorkerStreams(const Gate& gate);
   ~WorkerStreams() override;
-  /// Where events go; before the server starts. Streams beyond `max_streams` are refused with RESOURCE_EXHAUSTED, and
-  /// so are those of one caller beyond half of that which have not said hello.
-  void set_loop(FarmLoop& loop, std::size_t max_streams) {
-    loop_ = &loop;
-    max_streams_ = max_streams;
-  }
+  /// Where events go; before the server starts. As many streams as workers, and some, may be open that have not said
+  /// hello, or that are leaving.
+  void set_loop(FarmLoop& loop, std::size_t most_workers);
 
   grpc::ServerBidiReactor<v1::WorkRequest, v1::WorkResponse>* Work(grpc::CallbackServerContext* context) override;
 
@@ -38,22 +39,26 @@ class WorkerStreams final : public v1::WorkerService::CallbackService {
  private:
   friend class WorkStream;
   std::shared_ptr<WorkStream> find(SessionId session);
-  /// Of one more stream of the caller; OK: it is taken. `silent`: those to be ended, which make room for later ones.
-  grpc::Status refusal_of(const std::string& caller, std::vector<std::shared_ptr<WorkStream>>& silent)
-      LM_REQUIRES(mutex_);
+  /// The stream takes a place of those that wait for their caller. False if there is none.
+  bool wait_for(const WorkStream& stream, std::shared_ptr<WorkStream>& gives_way) LM_REQUIRES(mutex_);
+  /// The stream has said hello as this worker. If the farm is full, workers of those who have most make room. On the
+  /// farm thread.
+  void welcome(const WorkStream& stream, const std::string& worker, FarmLoop::Turn& turn);
+  /// The stream ends as soon as its caller has read what is on its way.
+  void is_leaving(WorkStream& stream);
   void forget(SessionId session);
 
   const Gate& gate_;
   FarmLoop* loop_ = nullptr;
-  std::size_t max_streams_ = 0;
   std::atomic<std::uint64_t> bytes_in_flight_ = 0;  ///< of messages that the farm thread has not yet seen
   Mutex mutex_;
   std::map<SessionId, std::shared_ptr<WorkStream>> streams_ LM_GUARDED_BY(mutex_);
   std::uint64_t next_session_ LM_GUARDED_BY(mutex_) = 1;
   bool stopped_ LM_GUARDED_BY(mutex_) = false;
-  /// Streams that have said no hello, by caller: counted again when places are short.
-  std::map<std::string, std::size_t> strangers_ LM_GUARDED_BY(mutex_);
-  Time counted_at_ LM_GUARDED_BY(mutex_){};
+  /// Of streams that have said hello; the farm bounds their number.
+  Places workers_ LM_GUARDED_BY(mutex_){std::numeric_limits<std::size_t>::max(),
+                                        std::numeric_limits<std::size_t>::max()};
+  std::optional<Places> others_ LM_GUARDED_BY(mutex_);
 };
 
 }  // namespace lightmill

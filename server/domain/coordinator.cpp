@@ -274,6 +274,22 @@ void Coordinator::Parts::pilot_reported(SessionId session, Worker& worker, const
   }
 }
 
+bool Coordinator::is_full(const std::string& worker) const {
+  return parts_->workers.is_full(worker);
+}
+
+void Coordinator::worker_gives_way(SessionId session, Time now, Effects& effects) {
+  Parts& parts = *parts_;
+  const Event event = parts.at(now, effects);
+  if (Worker* const worker = parts.workers.of(session)) {
+    parts.sessions.leaves(*worker, event);
+    for (const LeaseId lease : std::set(worker->leases())) {
+      parts.sessions.give_back(*worker, {lease}, event);
+    }
+    parts.sessions.disconnected(session, event);
+  }
+}
+
 void Coordinator::worker_disconnected(SessionId session, Time now, Effects& effects) {
   parts_->sessions.disconnected(session, parts_->at(now, effects));
 }

@@ -101,6 +101,10 @@ class Coordinator {
   void worker_message(SessionId session, WorkerMessage message, Time now, std::int64_t unix_ms, Effects& effects);
   /// The stream broke. Leases are kept until they expire: the worker may come back with them.
   void worker_disconnected(SessionId session, Time now, Effects& effects);
+  /// Whether a worker of this name, which is not here, finds no place.
+  bool is_full(const std::string& worker) const;
+  /// The worker leaves its place to another: its leases are given back, and its session ends.
+  void worker_gives_way(SessionId session, Time now, Effects& effects);
 
   /// More comes from workers than can be read now. Until they are heard again, their silence proves nothing.
   void cannot_keep_up(Time now);

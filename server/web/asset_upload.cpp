@@ -8,6 +8,8 @@
 #include <memory>
 #include <vector>
 
+#include "server/api/stream_places.h"
+
 namespace lightmill {
 namespace {
 
@@ -54,6 +56,7 @@ class AssetUpload final : public std::enable_shared_from_this<AssetUpload> {
     // The disk's time is not the sender's, and what came fast before lets nobody be silent for longer.
     way_.stream.tcp().expires_at(
         std::min(began_ + time_to_send(received_bytes_), SteadyClock::now() + time_to_send(kPieceBytes)));
+    call_.place->stands_still();
     fill_piece();
   }
   void fill_piece() {
@@ -68,6 +71,7 @@ class AssetUpload final : public std::enable_shared_from_this<AssetUpload> {
     });
   }
   void take_piece(error_code error) {
+    call_.place->moves();
     if (error) {
       asio::post(way_.disk, [upload = std::move(upload_)] {});  // what was written goes from the disk
       return;

@@ -9,6 +9,7 @@
 #include <string>
 #include <utility>
 
+#include "server/access/places.h"
 #include "server/web/change_log.h"
 
 namespace lightmill {
@@ -36,25 +37,30 @@ class ByteBudget {
   std::shared_ptr<std::atomic<std::uint64_t>> taken_ = std::make_shared<std::atomic<std::uint64_t>>(0);
 };
 
-/// A budget that gives one caller half of its bytes at most. Not thread-safe; places may end on any thread.
+/// A budget that gives callers of one name, and callers at one address, half of its bytes at most. Not thread-safe;
+/// places may end on any thread.
 class CallersBudget {
  public:
   explicit CallersBudget(std::uint64_t most_bytes) : most_bytes_(most_bytes), all_(most_bytes) {}
 
   /// So many bytes more than `before`; null, and `before` is kept, if they are not left.
-  ByteBudget::Place take_more(const std::string& caller, const ByteBudget::Place& before, std::uint64_t bytes) {
-    std::erase_if(callers_, [](const auto& entry) { return entry.second.is_whole(); });
-    const ByteBudget::Place own = callers_.try_emplace(caller, most_bytes_ / 2).first->second.take(bytes);
-    const ByteBudget::Place of_all = own == nullptr ? nullptr : all_.take(bytes);
-    return of_all == nullptr
+  ByteBudget::Place take(const Holder& holder, std::uint64_t bytes, const ByteBudget::Place& before = nullptr) {
+    std::erase_if(halves_, [](const auto& entry) { return entry.second.is_whole(); });
+    const ByteBudget::Place of_name = half_of("name " + holder.name).take(bytes);
+    const ByteBudget::Place of_address = half_of("address " + holder.address).take(bytes);
+    const ByteBudget::Place of_all = all_.take(bytes);
+    return of_name == nullptr || of_address == nullptr || of_all == nullptr
                ? nullptr
-               : std::make_shared<const std::array<ByteBudget::Place, 3>>(std::array{before, own, of_all});
+               : std::make_shared<const std::array<ByteBudget::Place, 4>>(
+                     std::array{before, of_name, of_address, of_all});
   }
 
  private:
+  const ByteBudget& half_of(const std::string& who) { return halves_.try_emplace(who, most_bytes_ / 2).first->second; }
+
   const std::uint64_t most_bytes_;
   const ByteBudget all_;
-  std::map<std::string, ByteBudget> callers_;  ///< who has taken something
+  std::map<std::string, ByteBudget> halves_;  ///< of who has taken something
 };
 
 /// The bytes, with their place until nobody holds them any more.

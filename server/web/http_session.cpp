@@ -12,7 +12,7 @@
 #include <limits>
 
 #include "common/base/text.h"
-#include "server/access/call_limits.h"
+#include "server/api/stream_places.h"
 #include "server/web/asset_upload.h"
 #include "server/web/live_session.h"
 #include "server/web/metrics.h"
@@ -115,6 +115,7 @@ class HttpSession final : public std::enable_shared_from_this<HttpSession> {
     body_read_ = false;
     place_ = nullptr;
     call_.reset();
+    parts_.listener->part(peer_);  // who has sent half a request holds no place for callers
     stream_.tcp().expires_after(kRequestPatience);
     read_head();
   }
@@ -166,6 +167,13 @@ class HttpSession final : public std::enable_shared_from_this<HttpSession> {
     if (!digest.ok()) {
       return refuse_rest(error_reply(digest.status()));
     }
+    call->place->on_give_way([mailbox = parts_.mailbox, weak = weak_from_this()] {
+      mailbox->post([weak] {
+        if (const auto self = weak.lock()) {
+          self->stream_.tcp().close();
+        }
+      });
+    });
     receive_asset(
         {stream_, buffer_, parts_.assets, *parts_.disk, parts_.traffic}, std::move(*head_), *digest, *std::move(call),
         [self = shared_from_this()](const Status& status, bool whole) {
@@ -194,8 +202,7 @@ class HttpSession final : public std::enable_shared_from_this<HttpSession> {
     }
     const std::uint64_t there = body_parser_->get().body().size();
     if (std::min(there + kMostBodyBytes, most_bytes) > held_bytes_) {
-      ByteBudget::Place more =
-          parts_.large_bodies.take_more(caller_key(call_->caller, call_->peer), place_, kHeldAtOnce);
+      ByteBudget::Place more = parts_.large_bodies.take(holder_of(call_->caller, call_->peer), kHeldAtOnce, place_);
       if (more == nullptr) {
         body_parser_.reset();  // its room is somebody else's now
         place_ = nullptr;
@@ -289,10 +296,10 @@ class HttpSession final : public std::enable_shared_from_this<HttpSession> {
             stream_.encrypted() || as_std(request_[http::field::origin]).starts_with("https://")};
   }
 
-  /// Whose the request is. The connection is no stranger's then.
+  /// Whose the request is. The connection is no stranger's then, unless the caller has its share of them.
   Result<Identity> identify(const ShownLogin& shown) const {
     LM_ASSIGN_OR_RETURN(Identity caller, parts_.logins.identify(shown));
-    LM_RETURN_IF_ERROR(parts_.listener->meet(peer_, caller));
+    parts_.listener->meet(peer_, caller).IgnoreError();
     return caller;
   }
 
@@ -300,9 +307,9 @@ class HttpSession final : public std::enable_shared_from_this<HttpSession> {
     if (!websocket::is_upgrade(request_)) {
       return answer(error_reply(invalid_argument("{} is a WebSocket", kLive)));
     }
-    Result<Call> call = parts_.gate.admit(identify(shown), peer_, Rpc::watch_job);
-    if (const Status status = call.ok() ? parts_.hub.check_room(*call) : call.status(); !status.ok()) {
-      return answer(error_reply(status));
+    Result<Call> call = parts_.gate.admit_page(identify(shown), peer_);
+    if (!call.ok()) {
+      return answer(error_reply(call.status()));
     }
     stream_.tcp().expires_never();
     LiveHub::Holds holds = [&logins = parts_.logins, shown, caller = call->caller] {

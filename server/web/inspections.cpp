@@ -25,19 +25,19 @@ ApiReply found_reply(const Inspection& found) {
 
 void JobIntake::inspect(const Call& call, LargeBody body, Reply reply) {
   on_side_thread_([&desk = desk_, &assets = assets_, budget = budget_, on_side_thread = on_side_thread_,
-                   caller = caller_key(call.caller, call.peer), body = std::move(body),
-                   back = desk_.expect(std::move(reply))] {
+                   caller = caller_key(call.caller, call.peer), holder = holder_of(call.caller, call.peer),
+                   body = std::move(body), back = desk_.expect(std::move(reply))] {
     const Result<InspectionRequest> request = read_request(body.text);
     const Status status = request.ok() ? check_files(*request, assets) : request.status();
     if (!status.ok()) {
       return back(error_reply(status));
     }
-    const auto told = [budget, on_side_thread, back](const Result<std::shared_ptr<const Inspection>>& found) {
+    const auto told = [budget, holder, on_side_thread, back](const Result<std::shared_ptr<const Inspection>>& found) {
       if (!found.ok()) {
         return back(error_reply(found.status()));
       }
       // The scene as JSON, of which numbers take several times their bytes, and in base64.
-      ByteBudget::Place place = budget.take(6 * (*found)->scene.size());
+      ByteBudget::Place place = budget->take(holder, 6 * (*found)->scene.size());
       if (place == nullptr) {
         return back(error_reply(resource_exhausted("too many scenes are fetched at once: try again")));
       }

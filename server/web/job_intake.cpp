@@ -66,7 +66,7 @@ void JobIntake::send_spec(const Call& call, JobId job, Reply reply) {
       return back(error_reply(spec.status()));
     }
     // In base64, of which more than one copy is made on the way.
-    ByteBudget::Place place = budget.take(2 * (*spec)->settings.scene.size());
+    ByteBudget::Place place = budget->take(holder_of(call.caller, call.peer), 2 * (*spec)->settings.scene.size());
     if (place == nullptr) {
       return back(error_reply(resource_exhausted("too many scenes are fetched at once: try again")));
     }

@@ -32,7 +32,7 @@ using OnSideThread = std::function<void(std::function<void()>)>;
 /// Belongs to the web's thread. Calls were admitted.
 class JobIntake {
  public:
-  /// What large answers may hold together until they are read.
+  /// What large answers may hold together until they are read; those of one caller half.
   static constexpr std::uint64_t kMostAnswerBytes = std::uint64_t{256} << 20;
   JobIntake(FarmDesk& desk, const Gate& gate, const AssetStore& assets, OnSideThread on_side_thread)
       : desk_(desk), gate_(gate), assets_(assets), on_side_thread_(std::move(on_side_thread)) {}
@@ -50,8 +50,9 @@ class JobIntake {
   FarmDesk& desk_;
   const Gate& gate_;
   const AssetStore& assets_;
-  /// Of answers; bodies have one of their own, so that who reads slowly holds up nobody who sends.
-  const ByteBudget budget_{kMostAnswerBytes};
+  /// Of answers; bodies have one of their own, so that who reads slowly holds up nobody who sends. The farm thread's
+  /// own.
+  const std::shared_ptr<CallersBudget> budget_ = std::make_shared<CallersBudget>(kMostAnswerBytes);
   const OnSideThread on_side_thread_;
 };
 

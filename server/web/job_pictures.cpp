@@ -46,11 +46,11 @@ struct JobPictures::Queue {
   CondVar changed;
   std::deque<Order> orders LM_GUARDED_BY(mutex);
   bool stopping LM_GUARDED_BY(mutex) = false;
-  const ByteBudget budget;
+  CallersBudget budget;  ///< the farm thread's own
   const std::uint64_t most_bytes_of_one;
 
   /// For the picture of this film, if there can be one. RESOURCE_EXHAUSTED says what to do.
-  Result<ByteBudget::Place> take_place(const v1::FilmHeader& film) const {
+  Result<ByteBudget::Place> take_place(const Call& call, const v1::FilmHeader& film) {
     const std::uint64_t wanted = bytes_of(film);
     if (wanted > most_bytes_of_one) {
       return resource_exhausted("the picture's film has more than {} MiB: `lightmill fetch {} -o FILE` gets it",
@@ -59,7 +59,7 @@ struct JobPictures::Queue {
     if (film.job().max_tile_samples() == 0 && film.job().state() != v1::JOB_STATE_DONE) {
       return failed_precondition("job {} has no samples yet", film.job().id());
     }
-    ByteBudget::Place place = budget.take(wanted);
+    ByteBudget::Place place = budget.take(holder_of(call.caller, call.peer), wanted);
     return place == nullptr
                ? Result<ByteBudget::Place>(resource_exhausted("too many pictures are fetched at once: try again"))
                : std::move(place);
@@ -106,7 +106,7 @@ void JobPictures::send(const Call& call, JobId job, PictureFormat format, Reply 
                                                                                  const FarmReply& back) {
     const Status status = check_job_call(turn, gate, call, job);
     const Result<v1::FilmHeader> header = status.ok() ? film_header(turn.farm, job, turn.now) : status;
-    const Result<ByteBudget::Place> place = header.ok() ? queue->take_place(*header) : header.status();
+    const Result<ByteBudget::Place> place = header.ok() ? queue->take_place(call, *header) : header.status();
     if (!place.ok()) {
       return back(error_reply(place.status()));
     }

@@ -4,8 +4,6 @@
 #include <set>
 #include <utility>
 
-#include "server/access/call_limits.h"
-
 namespace lightmill {
 namespace {
 
@@ -32,19 +30,6 @@ LiveHub::LiveHub(FarmLoop& loop, FarmGreeting greeting, OnWebThread on_web_threa
       clock_(clock),
       on_refused_(std::move(on_refused)),
       room_(std::make_shared<TileRoom>(TileRoom{picture_bytes / TileRoom::kTileBytes})) {}
-
-Status LiveHub::check_room(const Call& call) const {
-  const std::string caller = caller_key(call.caller, call.peer);
-  if (viewers_.size() >= kMostViewers) {
-    return resource_exhausted("the farm has all of its {} pages open: try again later", kMostViewers);
-  }
-  const auto of_caller = std::ranges::count_if(
-      viewers_, [&](const auto& each) { return caller_key(each.second.call.caller, each.second.call.peer) == caller; });
-  if (static_cast<std::size_t>(of_caller) >= kMostViewersOfCaller) {
-    return resource_exhausted("the farm takes {} open pages of one caller: close some", kMostViewersOfCaller);
-  }
-  return ok_status();
-}
 
 void LiveHub::add(LiveLink& link, Call call, Holds holds) {
   Viewer& viewer = viewers_[&link];

@@ -40,11 +40,6 @@ class LiveHub {
       OnRefused on_refused = [](const Call&, JobId, const Status&) {},
       std::uint64_t picture_bytes = std::uint64_t{1} << 30);
 
-  static constexpr std::size_t kMostViewers = 256;
-  /// The rest is for others.
-  static constexpr std::size_t kMostViewersOfCaller = kMostViewers / 4 * 3;
-  /// RESOURCE_EXHAUSTED if the caller, or all together, have as many open as there may be.
-  Status check_room(const Call& call) const;
   /// `link` is the viewer's until remove.
   void add(
       LiveLink& link, Call call, Holds holds = [] { return ok_status(); });

@@ -5,6 +5,7 @@
 
 #include "common/base/log.h"
 #include "common/base/text.h"
+#include "server/api/stream_places.h"
 
 namespace lightmill {
 namespace {
@@ -48,9 +49,7 @@ class LiveSession final : public LiveLink, public std::enable_shared_from_this<L
     stream_.binary(true);
     stream_.async_accept(request, [self = shared_from_this()](error_code error) {
       if (!error) {
-        self->parts_.hub.add(*self, self->call_, self->holds_);
-        self->joined_ = true;
-        self->read();
+        self->join();
       }
     });
   }
@@ -77,6 +76,19 @@ class LiveSession final : public LiveLink, public std::enable_shared_from_this<L
   }
 
  private:
+  void join() {
+    parts_.hub.add(*this, call_, holds_);
+    joined_ = true;
+    call_.place->on_give_way([mailbox = parts_.mailbox, weak = weak_from_this()] {
+      mailbox->post([weak] {
+        if (const auto self = weak.lock(); self != nullptr && !self->closing_) {
+          self->close(resource_exhausted("another caller's page needs the place"),
+                      websocket::close_code::try_again_later);
+        }
+      });
+    });
+    read();
+  }
   void read() {
     stream_.async_read(buffer_, [self = shared_from_this()](error_code error, std::size_t) {
       if (error) {

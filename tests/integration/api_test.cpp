@@ -47,7 +47,7 @@ TEST(Api, WorkerStreamsBeyondTheLimitAreRefused) {
   const auto stub = v1::WorkerService::NewStub(grpc::CreateChannel(farm.address(), grpc::InsecureChannelCredentials()));
   std::vector<std::unique_ptr<grpc::ClientContext>> contexts;
   std::vector<std::unique_ptr<grpc::ClientReaderWriter<v1::WorkRequest, v1::WorkResponse>>> streams;
-  for (int i = 0; i < 9; ++i) {  // half of twice --max-workers and 16: none of them says hello
+  for (int i = 0; i < 17; ++i) {  // --max-workers and 16: none of them says hello
     contexts.push_back(std::make_unique<grpc::ClientContext>());
     streams.push_back(stub->Work(contexts.back().get()));
     streams.back()->WaitForInitialMetadata();

@@ -63,7 +63,7 @@ TEST(Limits, StreamsOfOneCaller) {
   EXPECT_FALSE(watch(third));
   const grpc::Status refused = third.reader->Finish();
   EXPECT_EQ(refused.error_code(), StatusCode::RESOURCE_EXHAUSTED);
-  EXPECT_TRUE(says(refused, "2 streams at once of one caller (--caller-streams)")) << refused.error_message();
+  EXPECT_TRUE(says(refused, "2 watched jobs of one caller (--caller-streams)")) << refused.error_message();
   first.context.TryCancel();
   (void)first.reader->Finish();
   EXPECT_TRUE(eventually([&] {

@@ -54,14 +54,14 @@ class SecureFarm {
     write("server.pem", made.certificate + made.key);
   }
   /// Nobody, if there is no certificate.
-  std::shared_ptr<grpc::Channel> channel(const std::optional<KeyAndCertificate>& who) const {
+  std::shared_ptr<grpc::Channel> channel(const std::optional<KeyAndCertificate>& who,
+                                         grpc::ChannelArguments arguments = {}) const {
     grpc::SslCredentialsOptions options;
     options.pem_root_certs = authority_.certificate;
     if (who) {
       options.pem_private_key = who->key;
       options.pem_cert_chain = who->certificate;
     }
-    grpc::ChannelArguments arguments;
     arguments.SetInt(GRPC_ARG_USE_LOCAL_SUBCHANNEL_POOL, 1);
     return grpc::CreateCustomChannel(farm_->address(), grpc::SslCredentials(options), arguments);
   }

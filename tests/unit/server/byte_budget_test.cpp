@@ -38,19 +38,29 @@ TEST(ByteBudget, IsNeverPassedAndWholeAgainWhenAllPlacesAreGiven) {
 
 TEST(CallersBudget, OneCallerTakesHalfAndAllTogetherNoMoreThanThereIs) {
   CallersBudget budget(100);
-  ByteBudget::Place ada = budget.take_more("ada", nullptr, 30);
-  ASSERT_NE(ada, nullptr);
-  EXPECT_EQ(budget.take_more("ada", ada, 30), nullptr);
-  ada = budget.take_more("ada", ada, 20);
-  ASSERT_NE(ada, nullptr);
-  EXPECT_EQ(budget.take_more("ada", ada, 1), nullptr);
-  ByteBudget::Place bob = budget.take_more("bob", nullptr, 40);
-  ASSERT_NE(bob, nullptr);
-  EXPECT_EQ(budget.take_more("eve", nullptr, 20), nullptr) << "10 are left";
-  EXPECT_NE(budget.take_more("eve", nullptr, 10), nullptr);
-  ada.reset();
-  EXPECT_NE(budget.take_more("bob", bob, 10), nullptr);
-  EXPECT_NE(budget.take_more("ada", nullptr, 50), nullptr) << "all that it had is back";
+  const Holder ada{"ada", "10.0.0.1"}, bob{"bob", "10.0.0.2"}, eve{"eve", "10.0.0.3"};
+  ByteBudget::Place of_ada = budget.take(ada, 30);
+  ASSERT_NE(of_ada, nullptr);
+  EXPECT_EQ(budget.take(ada, 30, of_ada), nullptr);
+  of_ada = budget.take(ada, 20, of_ada);
+  ASSERT_NE(of_ada, nullptr);
+  EXPECT_EQ(budget.take(ada, 1, of_ada), nullptr);
+  ByteBudget::Place of_bob = budget.take(bob, 40);
+  ASSERT_NE(of_bob, nullptr);
+  EXPECT_EQ(budget.take(eve, 20), nullptr) << "10 are left";
+  EXPECT_NE(budget.take(eve, 10), nullptr);
+  of_ada.reset();
+  EXPECT_NE(budget.take(bob, 10, of_bob), nullptr);
+  EXPECT_NE(budget.take(ada, 50), nullptr) << "all that it had is back";
+}
+
+TEST(CallersBudget, ManyNamesAtOneAddressAndManyAddressesOfOneNameTakeHalf) {
+  CallersBudget budget(100);
+  const ByteBudget::Place first = budget.take({"ada", "10.0.0.1"}, 50);
+  ASSERT_NE(first, nullptr);
+  EXPECT_EQ(budget.take({"bob", "10.0.0.1"}, 1), nullptr);
+  EXPECT_EQ(budget.take({"ada", "10.0.0.2"}, 1), nullptr);
+  EXPECT_NE(budget.take({"bob", "10.0.0.2"}, 50), nullptr) << "what is refused takes nothing";
 }
 
 }  // namespace

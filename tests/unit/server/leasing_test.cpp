@@ -55,6 +55,25 @@ TEST_F(LeasingTest, UnitsGrowToASecondOfTheWorkersMeasuredSpeed) {
   EXPECT_EQ(status(job).counters.results_duplicate, 0u);
 }
 
+TEST_F(LeasingTest, WhatAWorkerHeldThatGivesWayGoesToAnotherAtOnceAndIsNotLost) {
+  limits.max_workers = 1;
+  restart({});
+  const JobId job = submit(spec("r1", 1));
+  const SessionId first = connect("first");
+  const std::size_t leases = got<LeaseGrant>(first).size();
+  ASSERT_GT(leases, 0u);
+  EXPECT_TRUE(coordinator->is_full("second"));
+  EXPECT_FALSE(coordinator->is_full("first")) << "it may come again";
+  coordinator->worker_gives_way(first, now, effects);
+  flush();
+  EXPECT_FALSE(coordinator->is_full("second"));
+  const SessionId second = connect("second");
+  work(second);
+  EXPECT_EQ(status(job).state, JobState::done);
+  EXPECT_EQ(status(job).counters.leases_lost, 0u);
+  EXPECT_EQ(got<LeaseGrant>(first).size(), leases) << "it gets no more";
+}
+
 TEST_F(LeasingTest, ALeaseThatIsNotRenewedIsLostAndGoesOutAgain) {
   const JobId job = submit(spec("r1", 1));
   const SessionId silent = connect("silent");

@@ -481,23 +481,6 @@ TEST_F(LiveHubTest, APictureThatIsTooLargeIsNotShownButItsJobIs) {
   hub->remove(page);
 }
 
-TEST_F(LiveHubTest, OneCallerLeavesPlacesToOthers) {
-  const Call of_all{anybody(), Rpc::watch_job, "10.0.0.7:4711"}, elsewhere{anybody(), Rpc::watch_job, "10.0.0.8:4711"};
-  std::deque<Page> pages;
-  const auto open_all = [&](const Call& call) {
-    std::size_t opened = 0;
-    for (; hub->check_room(call).ok(); ++opened) {
-      hub->add(pages.emplace_back(), call);
-    }
-    return opened;
-  };
-  EXPECT_EQ(open_all(of_all), LiveHub::kMostViewersOfCaller);
-  EXPECT_EQ(open_all(elsewhere), LiveHub::kMostViewers - LiveHub::kMostViewersOfCaller);
-  EXPECT_EQ(hub->check_room(of_all).code(), StatusCode::kResourceExhausted);
-  hub->remove(pages.front());
-  EXPECT_TRUE(hub->check_room(of_all).ok());
-}
-
 TEST_F(LiveHubTest, WhatIsNoRequestIsRefused) {
   Page page;
   hub->add(page, call_of(anybody()));

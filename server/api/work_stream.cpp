@@ -1,0 +1,261 @@
+#include "server/api/work_stream.h"
+
+#include "common/base/log.h"
+#include "common/base/quantities.h"
+#include "common/wire/farm_messages.h"
+#include "server/api/grpc_status.h"
+#include "server/api/recorded_calls.h"
+#include "server/api/worker_streams.h"
+
+namespace lightmill {
+namespace {
+
+/// Messages of one worker that the farm thread has not yet seen; reading pauses beyond. One, while those of all workers
+/// hold more than so many bytes: the others wait where they are, and no farm is too large for the memory.
+constexpr int kWindow = 16;
+constexpr std::uint64_t kWindowBytes = std::uint64_t{128} << 20;
+/// Messages that a worker has not yet read; its stream is ended beyond.
+constexpr std::size_t kMaxOutgoing = 4'096;
+
+/// Two acknowledgements that wait make one.
+bool join_acks(std::deque<CoordinatorMessage>& queue, CoordinatorMessage& message) {
+  auto* ack = std::get_if<ResultAck>(&message);
+  auto* last = queue.empty() ? nullptr : std::get_if<ResultAck>(&queue.back());
+  if (ack == nullptr || last == nullptr || last->keys.size() > 10'000) {
+    return false;
+  }
+  last->keys.insert(last->keys.end(), ack->keys.begin(), ack->keys.end());
+  return true;
+}
+
+/// "job 1, samples [0, 16)", of a unit or a node.
+std::string text_of(JobId job, const SampleRange& range) {
+  return fmt::format("job {}, samples [{}, {})", job.value, range.first(), range.end());
+}
+
+bool traces() {
+  return spdlog::should_log(spdlog::level::debug);
+}
+
+/// A result must be what its worker hashed.
+Status check_hash(const WorkerMessage& message) {
+  const auto* result = std::get_if<WorkerResult>(&message);
+  if (result == nullptr) {
+    return ok_status();
+  }
+  const Hash128 actual = hash_of(result->node);
+  return actual == result->hash ? ok_status()
+                                : data_loss("a result of job {} arrived damaged: hash {} instead of {}",
+                                            result->key.job.value, actual.hex(), result->hash.hex());
+}
+
+}  // namespace
+
+void WorkStream::start() {
+  const MutexLock lock(mutex_);
+  if (!ending_) {
+    StartSendInitialMetadata();
+    read_on();
+  }
+}
+
+void WorkStream::send(CoordinatorMessage message) {
+  if (const auto* const dismissal = std::get_if<Dismissal>(&message)) {
+    if (dismissal->for_now) {
+      return finish(grpc::Status(grpc::StatusCode::RESOURCE_EXHAUSTED, dismissal->reason));
+    }
+    owner_.is_leaving(*this);
+  }
+  {
+    const MutexLock lock(mutex_);
+    if (ending_) {
+      return;
+    }
+    if (traces()) {
+      trace(message);
+    }
+    if (!writing_) {
+      write(message);
+      return;
+    }
+    if (!join_acks(outgoing_, message)) {
+      outgoing_.push_back(std::move(message));
+    }
+    if (outgoing_.size() <= kMaxOutgoing) {
+      return;
+    }
+  }
+  spdlog::warn("session {}: the worker does not read its messages; its stream is ended", session_.value);
+  hang_up(grpc::Status(grpc::StatusCode::ABORTED, "the worker does not read its messages"));
+}
+
+void WorkStream::hang_up(const grpc::Status& status) {
+  const MutexLock lock(mutex_);
+  end(status);
+  if (!done_) {
+    context_->TryCancel();
+  }
+}
+
+void WorkStream::finish(const grpc::Status& status) {
+  bool waits = false;
+  {
+    const MutexLock lock(mutex_);
+    end(status);
+    waits = writing_;
+  }
+  if (waits) {
+    owner_.is_leaving(*this);
+  }
+}
+
+void WorkStream::OnReadDone(bool ok) {
+  if (!ok) {
+    finish(grpc::Status::OK);
+    return;
+  }
+  if (const Status holds = owner_.gate_.check_still_holds(call_.caller); !holds.ok()) {
+    finish(to_grpc(holds));
+    return;
+  }
+  const std::uint64_t bytes = request_.ByteSizeLong();
+  owner_.loop_->traffic().results_in += bytes;
+  Result<WorkerMessage> message = from_wire(request_);
+  Status status = message.status();
+  if (status.ok()) {
+    status = check_hash(*message);
+  }
+  if (status.ok() && std::holds_alternative<WorkerHello>(*message) == greeted_) {
+    status = greeted_ ? invalid_argument("a second hello on one stream")
+                      : invalid_argument("the first message must be a hello");
+  }
+  if (auto* const hello = status.ok() ? std::get_if<WorkerHello>(&*message) : nullptr) {
+    const Result<std::string> name = worker_name(call_.caller, hello->name);
+    status = name.status();
+    hello->name = name.value_or("");
+    hello->identity = call_.caller.name;
+  }
+  if (!status.ok()) {
+    spdlog::warn("session {} ({}): {}", session_.value, call_.peer, message_of(status));
+    finish(to_grpc(status));
+    return;
+  }
+  greeted_ = true;
+  owner_.bytes_in_flight_ += bytes;
+  {
+    const MutexLock lock(mutex_);
+    ++in_flight_;
+  }
+  owner_.loop_->post_always(
+      [self = shared_from_this(), body = std::move(*message), bytes](FarmLoop::Turn& turn) mutable {
+        if (self->owner_.bytes_in_flight_ >= kWindowBytes) {
+          turn.farm.cannot_keep_up(turn.now);
+        }
+        self->deliver(std::move(body), turn);
+        self->owner_.bytes_in_flight_ -= bytes;
+        const MutexLock lock(self->mutex_);
+        --self->in_flight_;
+        self->read_on();
+      });
+  const MutexLock lock(mutex_);
+  reading_ = false;
+  read_on();
+}
+
+void WorkStream::OnWriteDone(bool ok) {
+  const MutexLock lock(mutex_);
+  writing_ = false;
+  if (ending_) {
+    Finish(final_status_);
+  } else if (!ok || dismissed_) {
+    end(grpc::Status::OK);
+  } else if (!outgoing_.empty()) {
+    const CoordinatorMessage message = std::move(outgoing_.front());
+    outgoing_.pop_front();
+    write(message);
+  }
+}
+
+void WorkStream::OnDone() {
+  {
+    const MutexLock lock(mutex_);
+    done_ = true;
+  }
+  if (greeted_) {
+    owner_.loop_->post_always(
+        [session = session_](FarmLoop::Turn& turn) { turn.farm.worker_disconnected(session, turn.now, turn.effects); });
+  }
+  owner_.forget(session_);  // the last use of this object
+}
+
+void WorkStream::write(const CoordinatorMessage& message) {
+  writing_ = true;
+  dismissed_ = std::holds_alternative<Dismissal>(message);
+  response_.Clear();
+  to_wire(message, &response_);
+  StartWrite(&response_);
+}
+
+void WorkStream::read_on() {
+  const int window = owner_.bytes_in_flight_ < kWindowBytes ? kWindow : 1;
+  if (!ending_ && !reading_ && in_flight_ < window) {
+    reading_ = true;
+    StartRead(&request_);
+  }
+}
+
+void WorkStream::end(const grpc::Status& status) {
+  if (ending_) {
+    return;
+  }
+  ending_ = true;
+  outgoing_.clear();
+  if (writing_) {
+    final_status_ = status;
+  } else {
+    Finish(status);
+  }
+}
+
+void WorkStream::trace(const CoordinatorMessage& message) {
+  if (const auto* const grant = std::get_if<LeaseGrant>(&message)) {
+    const LogTrace about(grant->trace, grant->lease.value);
+    spdlog::debug("session {}: lease {} is granted: {}, {}", session_.value, grant->lease.value,
+                  text_of(grant->unit.job, grant->unit.range), counted(grant->unit.tiles.size(), "tile"));
+  } else if (const auto* const ack = std::get_if<ResultAck>(&message)) {
+    for (const NodeKey& key : ack->keys) {
+      if (const auto traced = results_.extract(key)) {
+        const auto& [trace, lease] = traced.mapped();
+        const LogTrace about(trace, lease.value);
+        spdlog::debug("session {}: lease {}: {}, tile {} is committed", session_.value, lease.value,
+                      text_of(key.job, key.range), key.tile.value);
+      }
+    }
+  }
+}
+
+void WorkStream::trace(const WorkerResult& result) {
+  {
+    const MutexLock lock(mutex_);
+    results_[result.key] = {result.trace, result.lease};
+  }
+  const LogTrace about(result.trace, result.lease.value);
+  spdlog::debug("session {}: lease {}: {}, tile {} is here", session_.value, result.lease.value,
+                text_of(result.key.job, result.key.range), result.key.tile.value);
+}
+
+void WorkStream::deliver(WorkerMessage message, FarmLoop::Turn& turn) {
+  if (const auto* hello = std::get_if<WorkerHello>(&message)) {
+    spdlog::debug("session {}: worker {} from {}", session_.value, hello->name, call_.peer);
+    record(turn, owner_.gate_, call_, {0, hello->name}, ok_status());
+    owner_.welcome(*this, hello->name, turn);
+    turn.farm.worker_connected(session_, *hello, turn.now, turn.effects);
+  } else {
+    if (const auto* const result = std::get_if<WorkerResult>(&message); result != nullptr && traces()) {
+      trace(*result);
+    }
+    turn.farm.worker_message(session_, std::move(message), turn.now, turn.unix_ms, turn.effects);
+  }
+}
+
+}  // namespace lightmill

@@ -1,0 +1,76 @@
+// One worker's stream: its messages go to the farm thread, and the farm's messages to the worker.
+#pragma once
+
+#include <atomic>
+#include <deque>
+#include <map>
+#include <memory>
+
+#include "common/base/mutex.h"
+#include "lightmill/v1/worker_service.grpc.pb.h"
+#include "server/access/places.h"
+#include "server/api/farm_loop.h"
+#include "server/api/gate.h"
+
+namespace lightmill {
+
+class WorkerStreams;
+
+/// send, finish and hang_up come from any thread, the On… methods from gRPC's.
+///
+/// Reads, writes and the end are started under the mutex (starting one never calls back into this object), so that
+/// nothing is started after the end. The end waits for a write under way.
+class WorkStream final : public grpc::ServerBidiReactor<v1::WorkRequest, v1::WorkResponse>,
+                         public std::enable_shared_from_this<WorkStream> {
+ public:
+  WorkStream(WorkerStreams& owner, SessionId session, Call call, grpc::CallbackServerContext* context)
+      : owner_(owner), session_(session), call_(std::move(call)), context_(context) {}
+
+  SessionId session() const { return session_; }
+  Holder holder() const { return holder_of(call_.caller, call_.peer); }
+
+  /// Answers the call, so that the worker knows that it is connected, and reads.
+  void start();
+  void send(CoordinatorMessage message);
+  /// Also where nobody listens any more.
+  void hang_up(const grpc::Status& status);
+  void finish(const grpc::Status& status);
+
+  void OnReadDone(bool ok) override;
+  void OnWriteDone(bool ok) override;
+  void OnCancel() override { finish(grpc::Status(grpc::StatusCode::CANCELLED, "the stream broke")); }
+  void OnDone() override;
+
+ private:
+  void write(const CoordinatorMessage& message) LM_REQUIRES(mutex_);
+  /// Starts a read, unless one is under way or the farm thread has enough to do.
+  void read_on() LM_REQUIRES(mutex_);
+  void end(const grpc::Status& status) LM_REQUIRES(mutex_);
+  /// What is sent, as far as somebody may want to follow a unit.
+  void trace(const CoordinatorMessage& message) LM_REQUIRES(mutex_);
+  void trace(const WorkerResult& result);
+  /// On the farm thread.
+  void deliver(WorkerMessage message, FarmLoop::Turn& turn);
+
+  WorkerStreams& owner_;
+  const SessionId session_;
+  const Call call_;
+  grpc::CallbackServerContext* const context_;  // gRPC's; there until OnDone has returned
+  v1::WorkRequest request_;                     // belongs to the read under way
+  std::atomic<bool> greeted_ = false;           // set by reads
+
+  Mutex mutex_;
+  bool reading_ LM_GUARDED_BY(mutex_) = false;
+  int in_flight_ LM_GUARDED_BY(mutex_) = 0;                        // read, and not yet seen by the farm thread
+  v1::WorkResponse response_ LM_GUARDED_BY(mutex_);                // unchanged while writing_
+  std::deque<CoordinatorMessage> outgoing_ LM_GUARDED_BY(mutex_);  // empty unless writing_
+  bool writing_ LM_GUARDED_BY(mutex_) = false;
+  bool dismissed_ LM_GUARDED_BY(mutex_) = false;  // what is being written is the last message
+  bool ending_ LM_GUARDED_BY(mutex_) = false;
+  bool done_ LM_GUARDED_BY(mutex_) = false;
+  grpc::Status final_status_ LM_GUARDED_BY(mutex_);
+  /// Not committed yet; only while traces().
+  std::map<NodeKey, std::pair<Hash128, LeaseId>> results_ LM_GUARDED_BY(mutex_);
+};
+
+}  // namespace lightmill
