@@ -93,6 +93,7 @@ struct JobSpec {
   double verify_share = kVerifyShare;  ///< of the results that are rendered again by another identity, 0 to 1
   /// Workers of any class may render it: where their rounding differs, nobody gets the same bits again.
   bool allow_mixed = false;
+  bool ends_with_page = false;  ///< it is deleted once the page that submitted it is gone; never of a job over gRPC
   Goal goal;
   RenderSettings settings;
 };

@@ -73,6 +73,17 @@ std::set<Sha256> assets_of(const StoredState& state) {
   return wanted;
 }
 
+/// No page's connection outlives its coordinator.
+std::vector<JobId> jobs_of_pages(const StoredState& state) {
+  std::vector<JobId> jobs;
+  for (const StoredState::StoredJob& job : state.jobs) {
+    if (job.record.spec.ends_with_page) {
+      jobs.push_back(job.record.id);
+    }
+  }
+  return jobs;
+}
+
 void forget_others(AssetStore& assets, const std::set<Sha256>& wanted) {
   if (const std::uint64_t freed_bytes = assets.collect(wanted, kSpareAssetAgeSeconds); freed_bytes > 0) {
     spdlog::info("{} MiB of assets that no job needs are forgotten", freed_bytes >> 20);
@@ -136,6 +147,7 @@ Result<std::unique_ptr<ApiServer>> ApiServer::start(std::unique_ptr<Store> store
   parts->assets = std::move(assets);
   const Clock& clock = system_clock();
   const std::string start = fmt::format("epoch {}, process {}", state.epoch, ::getpid());
+  const std::vector<JobId> of_pages = jobs_of_pages(state);
   parts->farm = std::make_unique<Coordinator>(options.limits, std::move(state), clock.now());
   parts->renders = std::make_unique<RenderServiceImpl>(*parts->assets, parts->gate, options.notices);
   WorkerStreams& workers = parts->workers;
@@ -181,8 +193,11 @@ Result<std::unique_ptr<ApiServer>> ApiServer::start(std::unique_ptr<Store> store
     return internal_error("gRPC does not start; its log says why (--log-level debug)");
   }
   parts->listener->start(std::move(take));
-  parts->loop->post_always([start](FarmLoop::Turn& turn) {
+  parts->loop->post_always([start, of_pages](FarmLoop::Turn& turn) {
     record_own(turn, turn.actions.somebody_is_at_work() ? kTakeOver : kStart, start);
+    for (const JobId job : of_pages) {
+      turn.farm.discard(job, turn.now, turn.unix_ms, turn.effects).IgnoreError();
+    }
   });
   auto running = std::unique_ptr<ApiServer>(new ApiServer(std::move(parts)));
   if (options.web) {

@@ -28,6 +28,7 @@ std::string spec_message(const JobRecord& job) {
   to_wire(job.method_notes, out.mutable_method_notes());
   const std::span<const std::int8_t> shifts = job.allocation.shifts();
   out.set_allocation(std::string(shifts.begin(), shifts.end()));
+  out.set_ends_with_page(job.spec.ends_with_page);
   return deterministic_bytes(out);
 }
 
@@ -107,6 +108,7 @@ Status read_spec(std::string_view bytes, JobRecord& job) {
   spec.goal = job.spec.goal;  // as they are now
   spec.priority = job.spec.priority;
   job.spec = std::move(spec);
+  job.spec.ends_with_page = in.ends_with_page();
   LM_ASSIGN_OR_RETURN(job.method_notes, from_wire(in.method_notes()));
   LM_RETURN_IF_ERROR(check_crop(job.spec.settings));
   const std::string& shares = in.allocation();

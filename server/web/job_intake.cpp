@@ -25,8 +25,16 @@ const LargeCall* find_large_call(std::string_view path) {
   return found == kLargeCalls.end() ? nullptr : &*found;
 }
 
-void JobIntake::submit(const Call& call, LargeBody body, Reply reply) {
-  on_side_thread_([&desk = desk_, &gate = gate_, &assets = assets_, call, body = std::move(body),
+void JobIntake::submit(const Call& call, std::string_view page_name, LargeBody body, Reply reply) {
+  const std::string page(page_name);
+  std::function<void(JobId)> tell_page;
+  if (!page.empty()) {
+    if (const Status status = page_jobs_.check(page, call); !status.ok()) {
+      return reply(error_reply(status));
+    }
+    tell_page = page_jobs_.told_by_others(page, call);
+  }
+  on_side_thread_([&desk = desk_, &gate = gate_, &assets = assets_, call, tell_page, body = std::move(body),
                    back = desk_.expect(std::move(reply))]() mutable {
     v1::SubmitJobRequest request;
     const Status read = read_json(body.text, request);
@@ -35,10 +43,14 @@ void JobIntake::submit(const Call& call, LargeBody body, Reply reply) {
     if (!submission.ok()) {
       return back(error_reply(submission.status()));
     }
-    desk.run(back, [&gate, call, submission = *std::move(submission), place = std::move(body.place)](
+    submission->spec.ends_with_page = tell_page != nullptr;
+    desk.run(back, [&gate, call, tell_page, submission = *std::move(submission), place = std::move(body.place)](
                        FarmLoop::Turn& turn, const FarmReply& back) mutable {
       make_change(turn, gate, call, back, [&](FarmLoop::Turn&, About& about) -> Result<ApiReply> {
         LM_RETURN_IF_ERROR(lightmill::submit(turn, call, submission, about));
+        if (tell_page) {
+          tell_page(JobId{about.job});
+        }
         return job_reply(turn, JobId{about.job});
       });
     });

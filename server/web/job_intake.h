@@ -9,6 +9,7 @@
 #include "server/store/asset_store.h"
 #include "server/web/byte_budget.h"
 #include "server/web/farm_reply.h"
+#include "server/web/page_jobs.h"
 
 namespace lightmill {
 
@@ -34,11 +35,12 @@ class JobIntake {
  public:
   /// What large answers may hold together until they are read; those of one caller half.
   static constexpr std::uint64_t kMostAnswerBytes = std::uint64_t{256} << 20;
-  JobIntake(FarmDesk& desk, const Gate& gate, const AssetStore& assets, OnSideThread on_side_thread)
-      : desk_(desk), gate_(gate), assets_(assets), on_side_thread_(std::move(on_side_thread)) {}
+  JobIntake(FarmDesk& desk, const Gate& gate, const AssetStore& assets, PageJobs& page_jobs,
+            OnSideThread on_side_thread)
+      : desk_(desk), gate_(gate), assets_(assets), page_jobs_(page_jobs), on_side_thread_(std::move(on_side_thread)) {}
 
-  /// Of a SubmitJobRequest: the job, once it is stored.
-  void submit(const Call& call, LargeBody body, Reply reply);
+  /// Of a SubmitJobRequest: the job, once it is stored. It ends with this page, unless that is empty.
+  void submit(const Call& call, std::string_view page, LargeBody body, Reply reply);
   /// Of a FindMissingAssetsRequest.
   void find_missing(LargeBody body, Reply reply);
   /// Of an InspectSceneRequest: what a worker has found (inspections.cpp).
@@ -50,6 +52,7 @@ class JobIntake {
   FarmDesk& desk_;
   const Gate& gate_;
   const AssetStore& assets_;
+  PageJobs& page_jobs_;
   /// Of answers; bodies have one of their own, so that who reads slowly holds up nobody who sends. The farm thread's
   /// own.
   const std::shared_ptr<CallersBudget> budget_ = std::make_shared<CallersBudget>(kMostAnswerBytes);

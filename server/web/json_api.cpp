@@ -172,7 +172,7 @@ JsonApi::JsonApi(ApiParts parts)
       thumbnails_(desk_, gate_, kThumbnailAnswer),
       meters_(desk_, gate_, kMetersAnswer),
       pictures_(desk_, gate_, parts.picture_bytes),
-      intake_(desk_, gate_, parts.assets, std::move(parts.on_side_thread)) {}
+      intake_(desk_, gate_, parts.assets, parts.page_jobs, std::move(parts.on_side_thread)) {}
 
 void JsonApi::handle(ApiRequest request, Reply reply) {
   if (request.path == kMetricsPath) {
@@ -186,7 +186,8 @@ void JsonApi::handle(ApiRequest request, Reply reply) {
     return reply(handle_caller(request, path));
   }
   if (path == "jobs") {
-    return request.post ? intake_.submit(*request.call, std::move(request.body), std::move(reply))
+    return request.post ? intake_.submit(*request.call, query_value(request.query, "page"), std::move(request.body),
+                                         std::move(reply))
                         : list_jobs(request, std::move(reply));
   }
   if (collection == "jobs") {

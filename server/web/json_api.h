@@ -34,6 +34,7 @@ struct ApiParts {
   const Gate& gate;
   const AssetStore& assets;
   Logins& logins;
+  PageJobs& page_jobs;
   FarmGreeting greeting;
   OnWebThread on_web_thread;
   OnSideThread on_side_thread;

@@ -23,13 +23,14 @@ constexpr std::size_t kEntriesPerMessage = 500;
 }  // namespace
 
 LiveHub::LiveHub(FarmLoop& loop, FarmGreeting greeting, OnWebThread on_web_thread, const Clock& clock,
-                 OnRefused on_refused, std::uint64_t picture_bytes)
+                 OnRefused on_refused, std::uint64_t picture_bytes, PageJobs::Discard discard)
     : loop_(loop),
       greeting_(std::move(greeting)),
       on_web_thread_(std::move(on_web_thread)),
       clock_(clock),
       on_refused_(std::move(on_refused)),
-      room_(std::make_shared<TileRoom>(TileRoom{picture_bytes / TileRoom::kTileBytes})) {}
+      room_(std::make_shared<TileRoom>(TileRoom{picture_bytes / TileRoom::kTileBytes})),
+      page_jobs_(on_web_thread_, clock, std::move(discard)) {}
 
 void LiveHub::add(LiveLink& link, Call call, Holds holds) {
   Viewer& viewer = viewers_[&link];
@@ -38,6 +39,7 @@ void LiveHub::add(LiveLink& link, Call call, Holds holds) {
 }
 
 void LiveHub::remove(LiveLink& link) {
+  (void)name_page(viewers_.at(&link), "");
   viewers_.erase(&link);
   drop_unwatched_feeds();
 }
@@ -48,6 +50,7 @@ Status LiveHub::ask(LiveLink& link, std::string_view message) {
   if (request.seen > viewer.sent) {
     return invalid_argument("seen: {} messages, of {} that were sent", request.seen, viewer.sent);
   }
+  LM_RETURN_IF_ERROR(name_page(viewer, request.page));
   if (request.job != viewer.request.job) {
     viewer.job_version = 0;
     viewer.failure_sent.clear();
@@ -60,6 +63,19 @@ Status LiveHub::ask(LiveLink& link, std::string_view message) {
   viewer.asked = true;
   look();
   serve(link, viewer);
+  return ok_status();
+}
+
+Status LiveHub::name_page(Viewer& viewer, const std::string& page) {
+  if (page == viewer.request.page) {
+    return ok_status();
+  }
+  if (!page.empty()) {
+    LM_RETURN_IF_ERROR(page_jobs_.connected(page, viewer.call));
+  }
+  if (const std::string before = std::exchange(viewer.request.page, page); !before.empty()) {
+    page_jobs_.disconnected(before);
+  }
   return ok_status();
 }
 
@@ -88,6 +104,7 @@ void LiveHub::tick() {
   look();
   retry_failed_feeds();
   check_viewers();
+  page_jobs_.tick();
   serve_all();
 }
 

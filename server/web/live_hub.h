@@ -10,6 +10,7 @@
 #include "server/access/rights.h"
 #include "server/web/farm_look.h"
 #include "server/web/job_feed.h"
+#include "server/web/page_jobs.h"
 
 namespace lightmill {
 
@@ -38,7 +39,10 @@ class LiveHub {
   LiveHub(
       FarmLoop& loop, FarmGreeting greeting, OnWebThread on_web_thread, const Clock& clock,
       OnRefused on_refused = [](const Call&, JobId, const Status&) {},
-      std::uint64_t picture_bytes = std::uint64_t{1} << 30);
+      std::uint64_t picture_bytes = std::uint64_t{1} << 30,
+      PageJobs::Discard discard = [](const Call&, JobId, const std::function<void(bool)>&) {});
+
+  PageJobs& page_jobs() { return page_jobs_; }
 
   /// `link` is the viewer's until remove.
   void add(
@@ -86,6 +90,7 @@ class LiveHub {
   void drop_unwatched_feeds();
   void retry_failed_feeds();
   void serve_all();
+  Status name_page(Viewer& viewer, const std::string& page);
   bool holds(LiveLink& link, Viewer& viewer);
   void check_viewers();
   void serve(LiveLink& link, Viewer& viewer);
@@ -100,6 +105,7 @@ class LiveHub {
   const OnWebThread on_web_thread_;
   const Clock& clock_;
   const OnRefused on_refused_;
+  PageJobs page_jobs_;
   /// What is under way elsewhere finds out by this that the hub is gone.
   const std::shared_ptr<LiveHub*> self_ = std::make_shared<LiveHub*>(this);
   std::map<LiveLink*, Viewer> viewers_;

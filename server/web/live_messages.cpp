@@ -44,7 +44,7 @@ Result<ViewRequest> parse_view_request(std::string_view bytes) {
   if (wire.layers_size() > kMostViewLayers) {
     return invalid_argument("layers: {} are asked for, at most {} are sent", wire.layers_size(), kMostViewLayers);
   }
-  ViewRequest request{wire.hidden(), wire.jobs(), wire.workers(), JobId{wire.job()}, wire.seen(), {}};
+  ViewRequest request{wire.hidden(), wire.jobs(), wire.workers(), JobId{wire.job()}, wire.seen(), {}, wire.page()};
   for (const std::string& layer : wire.layers()) {
     if (!layer.empty() && layer != kBeautyLayer && std::ranges::find(request.layers, layer) == request.layers.end()) {
       request.layers.push_back(layer);

@@ -25,6 +25,7 @@ struct ViewRequest {
   JobId job;  ///< 0: none
   std::uint64_t seen = 0;
   std::vector<std::string> layers;  ///< besides beauty, each once
+  std::string page;                 ///< by which its jobs know it (PageJobs); empty: it has none
 };
 
 inline constexpr int kMostViewLayers = 16;

@@ -39,6 +39,23 @@ LiveHub::OnRefused recording_refusals(FarmLoop& loop, const Gate& gate) {
   };
 }
 
+PageJobs::Discard discarding(FarmLoop& loop, const Gate& gate, const OnWebThread& on_web_thread) {
+  return [&loop, &gate, on_web_thread](const Call& call, JobId job, const std::function<void(bool)>& done) {
+    const auto answer = [on_web_thread, done](bool gone) { on_web_thread([done, gone] { done(gone); }); };
+    const bool posted = loop.post([&gate, call, job, answer](FarmLoop::Turn& turn) {
+      Status status = check_store(turn);
+      if (status.ok()) {
+        status = turn.farm.discard(job, turn.now, turn.unix_ms, turn.effects);
+        record(turn, gate, call, {job.value}, status);
+      }
+      answer(status.ok() || status.code() == StatusCode::kNotFound);
+    });
+    if (!posted) {
+      answer(false);
+    }
+  };
+}
+
 /// Serves a socket that the listener has accepted.
 void serve(WebParts& parts, int socket, const std::string& peer) {
   error_code error;
@@ -110,11 +127,11 @@ WebParts::WebParts(FarmLoop& loop, const Gate& gate_of_all, AssetStore& all_asse
       certificate(std::move(served)),
       logins(loop, gate, system_clock()),
       hub(loop, greeting_of(options, gate), posting_to(mailbox), system_clock(), recording_refusals(loop, gate),
-          options.view_bytes),
+          options.view_bytes, discarding(loop, gate, posting_to(mailbox))),
       ticker(*io),
       renewal(*io),
-      api(std::in_place, ApiParts{loop, gate, assets, logins, greeting_of(options, gate), posting_to(mailbox),
-                                  running_on(side), options.file_bytes}) {
+      api(std::in_place, ApiParts{loop, gate, assets, logins, hub.page_jobs(), greeting_of(options, gate),
+                                  posting_to(mailbox), running_on(side), options.file_bytes}) {
   mailbox->set(&*io);
 }
 

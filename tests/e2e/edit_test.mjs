@@ -194,15 +194,19 @@ test('no look outlives the panel, or the page', async () => {
   await eventually('a look is there', async () => (await looks()).length === 1);
   await panel().getByRole('button', {name: 'Close'}).click();
   await eventually('it is gone with the panel', async () => (await looks()).length === 0);
-  // The page can only end a look whose number it has been told.
-  const told = page.waitForResponse((response) => response.request().method() === 'POST' && response.url().endsWith('/jobs'));
+  // The page goes while a look is on its way to the farm.
+  const asked = page.waitForRequest((request) => request.method() === 'POST' && request.url().includes('/jobs?page='));
   await page.getByRole('button', {name: 'Edit & render again'}).click();
-  await (await told).finished();
-  await eventually('another is there', async () => (await looks())[0]?.state === 'JOB_STATE_DONE');
-  // It reads the number from the reply in several tasks: it has when it is idle.
-  await page.evaluate(() => new Promise((resolve) => requestIdleCallback(() => setTimeout(() => requestIdleCallback(resolve)))));
+  await asked;
   await page.goto('about:blank');
   await eventually('it is gone with the page', async () => (await looks()).length === 0);
+  // The browser ends it without a word.
+  const crashing = await session.open(`#/jobs/${job}`);
+  await crashing.getByRole('button', {name: 'Edit & render again'}).click();
+  await eventually('another is there', async () => (await looks())[0]?.state === 'JOB_STATE_DONE');
+  await crashing.goto('chrome://crash').catch(() => undefined);
+  await eventually('it is gone with the crash', async () => (await looks()).length === 0);
+  await crashing.context().close();
 });
 
 test('priorities are set, and ended jobs deleted, once that is confirmed', async () => {

@@ -388,6 +388,52 @@ TEST(Web, RequestsThatAProxyMayUnderstandOtherwiseAreRefused) {
   EXPECT_NE(once.find("HTTP/1.1 200"), std::string::npos) << once;
 }
 
+/// The answer to a job that is submitted for a page.
+Response submit_for(WebFarm& web, const std::string& page, const std::string& request_id) {
+  return web.post("/api/v1/jobs?page=" + page, submit_body(job_of(small_picture(1'000'000), request_id)));
+}
+
+void name(Page& page, const std::string& name) {
+  v1::ViewRequest request;
+  request.set_page(name);
+  page.send(request.SerializeAsString());
+  EXPECT_FALSE(page.read().greeting().version().empty()) << "then the coordinator knows it";
+}
+
+TEST(Web, JobsOfAPageEndWithItsLastConnection) {
+  WebFarm web;
+  FarmClient client = web.farm().client();
+  client.upload_assets();
+  const std::uint64_t kept = client.submit(small_picture(), "kept").id();
+  EXPECT_EQ(submit_for(web, "nobody", "early").result_int(), 409u) << "no connection has said that it is this page's";
+  EXPECT_EQ(client.jobs(), std::vector{kept});
+  auto page = std::make_unique<Page>(web), other = std::make_unique<Page>(web);
+  name(*page, "a-page");
+  name(*other, "b-page");
+  EXPECT_EQ(submit_for(web, "a-page", "first").result_int(), 200u);
+  EXPECT_EQ(submit_for(web, "b-page", "second").result_int(), 200u);
+  const std::vector<std::uint64_t> all = client.jobs();
+  ASSERT_EQ(all.size(), 3u);
+  page.reset();  // as when its program is killed: nothing is said
+  EXPECT_TRUE(eventually([&] { return client.jobs() == std::vector{all[0], kept}; }));
+  other.reset();
+  EXPECT_TRUE(eventually([&] { return client.jobs() == std::vector{kept}; }));
+}
+
+TEST(Web, JobsOfAPageEndWithTheirCoordinator) {
+  WebFarm web;
+  FarmClient client = web.farm().client();
+  client.upload_assets();
+  const std::uint64_t kept = client.submit(small_picture(), "kept").id();
+  Page page(web);
+  name(page, "a-page");
+  EXPECT_EQ(submit_for(web, "a-page", "first").result_int(), 200u);
+  EXPECT_EQ(client.jobs().size(), 2u);
+  web.restart();
+  FarmClient again = web.farm().client();
+  EXPECT_TRUE(eventually([&] { return again.jobs() == std::vector{kept}; }));
+}
+
 TEST(Web, GarbageDoesNoHarm) {
   WebFarm web;
   std::mt19937 random(11);

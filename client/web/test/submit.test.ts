@@ -45,3 +45,17 @@ test('another job is another one', async () => {
   expect(await submitter.submit(create(JobSpecSchema, {name: 'balls'}))).toBe(1n);
   expect(asked[1]).not.toBe(asked[0]);
 });
+
+test('a job that ends with the page names it, always the same', async () => {
+  const paths: string[] = [];
+  vi.stubGlobal('fetch', async (path: string) => {
+    paths.push(path);
+    return stored(paths.length)();
+  });
+  await new Submitter(true).submit(box);
+  await new Submitter(true).submit(box);
+  await new Submitter().submit(box);
+  expect(paths[0]).toMatch(/^api\/v1\/jobs\?page=[0-9a-f]{32}$/);
+  expect(paths[1]).toBe(paths[0]);
+  expect(paths[2]).toBe('api/v1/jobs');
+});

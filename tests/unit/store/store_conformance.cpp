@@ -130,7 +130,8 @@ std::string describe(const StoredState& state) {
       text += fmt::format("error {} {} {} {} ", point.samples, point.worker_seconds, point.rel_mse, point.half_width);
     }
     text += fmt::format("adaptive {} {} ", r.spec.goal.adaptive, fmt::join(r.allocation.shifts(), ","));
-    text += fmt::format("verify {} mixed {} ", r.spec.verify_share, r.spec.allow_mixed);
+    text += fmt::format("verify {} mixed {} ends with page {} ", r.spec.verify_share, r.spec.allow_mixed,
+                        r.spec.ends_with_page);
     text += "digest " + render_digest(s, "").hex();  // covers every setting
     std::vector<std::string> nodes;
     for (const StoredState::StoredNode& node : job.nodes) {
@@ -204,6 +205,7 @@ TEST_P(StoreConformance, JobRoundTrips) {
     for (const std::uint64_t id : {2, 5}) {
       JobRecord record = full_record(id);
       record.state = id == 2 ? JobState::cancelled : JobState::failed;
+      record.spec.ends_with_page = id == 2;
       ops.push_back(PutJob{record});
       expected.jobs.push_back({record, {}});
     }

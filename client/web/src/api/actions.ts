@@ -25,7 +25,7 @@ export async function ask(path: string, init?: RequestInit): Promise<unknown> {
   return answer;
 }
 
-export function post(path: string, body: unknown = {}, more: Pick<RequestInit, 'signal' | 'keepalive'> = {}): Promise<unknown> {
+export function post(path: string, body: unknown = {}, more: Pick<RequestInit, 'signal'> = {}): Promise<unknown> {
   return ask(path, {method: 'POST', headers: {'Content-Type': 'application/json'}, body: JSON.stringify(body), ...more});
 }
 

@@ -1,5 +1,6 @@
 /** The WebSocket to the coordinator: says what the page wants to know, hands on what comes, and connects again when it breaks. */
 import {create, fromBinary, toBinary} from '@bufbuild/protobuf';
+import {hexOf} from '../model/bytes';
 import {isSilent, kNoLongerAllowed, retryDelayMs, type Link} from '../model/connection';
 import {ViewRequestSchema, ViewUpdateSchema, type ViewUpdate} from '../wire/lightmill/v1/web_pb';
 import {needsLogin} from './session';
@@ -20,6 +21,9 @@ export interface LiveListener {
 }
 
 const kLookMs = 1_000;
+
+/** By which the coordinator knows this page: jobs that are submitted for it end with its last connection. */
+export const kPage = hexOf(crypto.getRandomValues(new Uint8Array(16)));
 
 export class Live {
   private wants: Wants = {jobs: false, workers: false, job: 0n};
@@ -142,7 +146,7 @@ export class Live {
 
   private say(): void {
     if (this.socket?.readyState === WebSocket.OPEN) {
-      const request = create(ViewRequestSchema, {...this.wants, layers: [...(this.wants.layers ?? [])], hidden: document.hidden, seen: this.seen});
+      const request = create(ViewRequestSchema, {...this.wants, layers: [...(this.wants.layers ?? [])], hidden: document.hidden, seen: this.seen, page: kPage});
       this.socket.send(toBinary(ViewRequestSchema, request));
     }
   }

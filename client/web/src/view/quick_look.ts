@@ -13,15 +13,17 @@ const kPictureMs = 1_500;
 class LiveLook {
   private film: Film | undefined;
   private job = 0n;
+  private spec: JobSpec | undefined;
   private onPicture = () => {};
   /** Why the job failed. */
   private fault = '';
-  /** The page is being closed. */
-  private left = false;
-  private readonly submitter = new Submitter();
+  private readonly submitter = new Submitter(true);
   private readonly live = new Live({
     onLink: () => undefined,
-    onUpdate: ({job, tiles}) => {
+    onUpdate: ({job, tiles, jobFailure}) => {
+      if (jobFailure && this.spec && this.look.current === this.job) {
+        this.look.want(this.spec); // it was deleted while the page had no connection
+      }
       if (job && job.id === this.job) {
         this.film ??= Film.of(job);
         if (job.state === JobState.FAILED) {
@@ -44,11 +46,9 @@ class LiveLook {
     private readonly onFailure: (message: string) => void,
   ) {
     this.look = new QuickLook<JobSpec>({submit: (spec) => this.submit(spec), discard: (job) => discardJob(job)}, {onJob: () => undefined, onFailure});
-    addEventListener('pagehide', this.leave);
   }
 
   close(): void {
-    removeEventListener('pagehide', this.leave);
     this.live.close();
     this.onPicture();
     // What is left of it is in the list of jobs, where it can be deleted.
@@ -57,10 +57,8 @@ class LiveLook {
 
   private async submit(spec: JobSpec): Promise<bigint> {
     const job = await this.submitter.submit(spec);
-    if (this.left) {
-      void discardJob(job, true).catch(() => undefined);
-    }
     this.job = job;
+    this.spec = spec;
     this.film = undefined;
     this.fault = '';
     this.live.want({jobs: false, workers: false, job});
@@ -74,13 +72,6 @@ class LiveLook {
     }
     return job;
   }
-
-  private readonly leave = () => {
-    this.left = true;
-    if (this.job !== 0n) {
-      void discardJob(this.job, true).catch(() => undefined);
-    }
-  };
 }
 
 /** The picture of the newest wish that has one, and why there is none of a newer one. None while `wish` is undefined. */

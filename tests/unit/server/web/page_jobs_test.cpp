@@ -1,0 +1,114 @@
+// Which jobs are deleted with their page, and when.
+#include "server/web/page_jobs.h"
+
+#include <gtest/gtest.h>
+
+namespace lightmill {
+namespace {
+
+class PassingClock final : public Clock {
+ public:
+  Time now() const override { return now_; }
+  std::int64_t unix_milliseconds() const override { return 0; }
+  void pass(Duration time) { now_ += time; }
+
+ private:
+  Time now_{std::chrono::seconds(1'000)};
+};
+
+class PageJobsTest : public ::testing::Test {
+ protected:
+  static Call call_by(const std::string& name) {
+    return {{name, {Role::submit}, Proof::token, 0, "1"}, Rpc::submit_job, "10.0.0.1:1"};
+  }
+  void submit(const std::string& page, std::uint64_t job, const std::string& caller = "ada") {
+    jobs.told_by_others(page, call_by(caller))(JobId{job});
+  }
+  void pass(Duration time) {
+    clock.pass(time);
+    jobs.tick();
+  }
+
+  PassingClock clock;
+  std::vector<std::uint64_t> discarded;
+  bool deletes = true;
+  PageJobs jobs{[](const std::function<void()>& task) { task(); }, clock,
+                [this](const Call& call, JobId job, const std::function<void(bool)>& done) {
+                  EXPECT_EQ(call.rpc, Rpc::delete_job);
+                  discarded.push_back(job.value);
+                  done(deletes);
+                }};
+};
+
+TEST_F(PageJobsTest, EndWhenThePageHasHadNoConnectionForAWhile) {
+  EXPECT_TRUE(jobs.connected("p", call_by("ada")).ok());
+  EXPECT_TRUE(jobs.connected("p", call_by("ada")).ok()) << "a second connection";
+  submit("p", 1);
+  submit("p", 2);
+  jobs.disconnected("p");
+  pass(2 * PageJobs::kPatience);
+  EXPECT_TRUE(discarded.empty()) << "one is left";
+  jobs.disconnected("p");
+  pass(PageJobs::kPatience - std::chrono::nanoseconds(1));
+  EXPECT_TRUE(discarded.empty());
+  pass(std::chrono::nanoseconds(1));
+  EXPECT_EQ(discarded, (std::vector<std::uint64_t>{1, 2}));
+  pass(PageJobs::kPatience);
+  EXPECT_EQ(discarded.size(), 2u) << "once";
+}
+
+TEST_F(PageJobsTest, StayWithAPageThatComesBackInTime) {
+  EXPECT_TRUE(jobs.connected("p", call_by("ada")).ok());
+  submit("p", 1);
+  jobs.disconnected("p");
+  pass(PageJobs::kPatience / 2);
+  EXPECT_TRUE(jobs.check("p", call_by("ada")).ok()) << "what it submits meanwhile ends with it, too";
+  EXPECT_TRUE(jobs.connected("p", call_by("ada")).ok());
+  pass(2 * PageJobs::kPatience);
+  EXPECT_TRUE(discarded.empty());
+  jobs.disconnected("p");
+  pass(PageJobs::kPatience);
+  EXPECT_EQ(discarded, std::vector<std::uint64_t>{1});
+}
+
+TEST_F(PageJobsTest, EndAtOnceWhenTheirPageIsGoneBeforeTheyAreThere) {
+  EXPECT_TRUE(jobs.connected("p", call_by("ada")).ok());
+  EXPECT_TRUE(jobs.check("p", call_by("ada")).ok());
+  jobs.disconnected("p");
+  submit("p", 1);
+  EXPECT_EQ(discarded, std::vector<std::uint64_t>{1});
+  EXPECT_EQ(jobs.check("p", call_by("ada")).code(), StatusCode::kFailedPrecondition);
+}
+
+TEST_F(PageJobsTest, ADeletionThatFailsIsTriedAgain) {
+  EXPECT_TRUE(jobs.connected("p", call_by("ada")).ok());
+  jobs.disconnected("p");
+  deletes = false;
+  submit("p", 1);
+  pass(std::chrono::seconds(1));
+  EXPECT_EQ(discarded, (std::vector<std::uint64_t>{1, 1}));
+  deletes = true;
+  pass(std::chrono::seconds(1));
+  pass(std::chrono::seconds(1));
+  EXPECT_EQ(discarded, (std::vector<std::uint64_t>{1, 1, 1}));
+}
+
+TEST_F(PageJobsTest, APageIsOfOneCaller) {
+  EXPECT_TRUE(jobs.connected("p", call_by("ada")).ok());
+  EXPECT_EQ(jobs.connected("p", call_by("bob")).code(), StatusCode::kPermissionDenied);
+  EXPECT_EQ(jobs.check("p", call_by("bob")).code(), StatusCode::kFailedPrecondition);
+  submit("p", 1, "bob");
+  EXPECT_EQ(discarded, std::vector<std::uint64_t>{1}) << "it is not ada's to keep";
+  EXPECT_EQ(jobs.connected(std::string(65, 'p'), call_by("ada")).code(), StatusCode::kInvalidArgument);
+}
+
+TEST_F(PageJobsTest, TheOldestOfTooManyIsDeleted) {
+  EXPECT_TRUE(jobs.connected("p", call_by("ada")).ok());
+  for (std::uint64_t job = 1; job <= PageJobs::kMostJobs + 1; ++job) {
+    submit("p", job);
+  }
+  EXPECT_EQ(discarded, std::vector<std::uint64_t>{1});
+}
+
+}  // namespace
+}  // namespace lightmill
