@@ -7,6 +7,9 @@
 #include <string_view>
 #include <utility>
 
+#include "common/base/text.h"
+#include "server/web/request_rules.h"
+
 namespace lightmill {
 
 namespace http = boost::beast::http;
@@ -15,6 +18,10 @@ using boost::system::error_code;
 Status check_framing(const RequestHead& request) {
   if (request.count(http::field::host) > 1 || (request.version() >= 11 && request.count(http::field::host) == 0)) {
     return invalid_argument("Host: a request has exactly one, this one has {}", request.count(http::field::host));
+  }
+  if (const auto host = request[http::field::host];
+      request.count(http::field::host) > 0 && !is_host({host.data(), host.size()})) {
+    return invalid_argument("Host: '{}' is no name with a port", printable({host.data(), host.size()}));
   }
   if (request.count(http::field::content_length) > 1) {
     return invalid_argument("Content-Length: a request has at most one, this one has {}",

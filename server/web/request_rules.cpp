@@ -37,6 +37,17 @@ bool is_among(const std::string& name, std::span<const std::string> names) {
 
 }  // namespace
 
+bool is_host(std::string_view host) {
+  const std::size_t end = host.starts_with('[') ? host.find(']') + 1 : std::min(host.find(':'), host.size());
+  const std::string_view name = host.substr(0, end), port = host.substr(end);
+  const auto consists_of = [](std::string_view text, std::string_view allowed) {
+    return text.find_first_not_of(allowed) == std::string_view::npos;
+  };
+  static constexpr std::string_view kOfNames = "abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789-._";
+  return !name.empty() && (name.starts_with('[') || consists_of(name, kOfNames)) &&
+         (port.empty() || (port.starts_with(':') && consists_of(port.substr(1), "0123456789")));
+}
+
 Status check_host(const RequestOrigin& request, const HostRules& rules) {
   const std::string name = host_name(request.host);
   if (name == "localhost" || is_address(name) || is_among(name, rules.certified) || is_among(name, rules.named)) {

@@ -23,6 +23,9 @@ struct HostRules {
   bool encrypted = false;                  ///< connections are
 };
 
+/// Whether it is NAME:PORT or [ADDRESS]:PORT, with or without the port.
+bool is_host(std::string_view text);
+
 /// PERMISSION_DENIED unless the request calls the coordinator by one of those names, by localhost or by an address: a
 /// page of elsewhere whose name is made to resolve to this machine calls it by that name. Any port will do, since
 /// tunnels have theirs.

@@ -365,6 +365,8 @@ TEST(Web, RequestsThatAProxyMayUnderstandOtherwiseAreRefused) {
            "GET / HTTP/1.1\r\n" + host + "Host: evil.example\r\n",
            std::string("GET / HTTP/1.1\r\n"),
            "GET / HTTP/1.1\r\n" + std::string("Host : 127.0.0.1\r\n"),
+           "GET / HTTP/1.1\r\n" + std::string("Host: 127.0.0.1:80:90\r\n"),
+           "GET / HTTP/1.1\r\n" + std::string("Host:\r\n"),
            post + host + "Content-Length: 2\r\nContent-Length: 40\r\n",
            post + host + "Content-Length: 2\r\nContent-Length: 2\r\n",
            post + host + "Content-Length: 2, 40\r\n",

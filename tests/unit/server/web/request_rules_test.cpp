@@ -16,8 +16,19 @@ TEST(RequestRules, NamesThatAnotherPageCouldHaveAreNotAnswered) {
     EXPECT_TRUE(check_host({host, "", ""}, kPlain).ok()) << host;
   }
   for (const char* host : {"", "evil.example", "evil.example:7380", "localhost.evil.example", "127.0.0.1.evil.example",
-                           "[", "[::1", "farm.example", "127.1", "0x7f.1"}) {
+                           "farm.example", "127.1", "0x7f.1", "[]", "[evil.example]:7380"}) {
     EXPECT_EQ(check_host({host, "", ""}, kPlain).code(), StatusCode::kPermissionDenied) << host;
+  }
+}
+
+TEST(RequestRules, AHostIsANameOrAnAddressWithAPort) {
+  for (const char* host : {"localhost", "farm.example:7380", "127.0.0.1:7380", "127.0.0.1:", "[::1]:7380", "[::1]"}) {
+    EXPECT_TRUE(is_host(host)) << host;
+  }
+  for (const char* host :
+       {"", ":7380", "[", "[::1", "[::1]7380", "127.0.0.1:80:90", "127.0.0.1:port", "127.0.0.1/evil", "evil@127.0.0.1",
+        "127.0.0.1, evil.example", "127.0.0.1 evil.example", "127.0.0.1#", "::1"}) {
+    EXPECT_FALSE(is_host(host)) << host;
   }
 }
 
