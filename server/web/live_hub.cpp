@@ -29,8 +29,8 @@ LiveHub::LiveHub(FarmLoop& loop, FarmGreeting greeting, OnWebThread on_web_threa
       on_web_thread_(std::move(on_web_thread)),
       clock_(clock),
       on_refused_(std::move(on_refused)),
-      room_(std::make_shared<TileRoom>(TileRoom{picture_bytes / TileRoom::kTileBytes})),
-      page_jobs_(on_web_thread_, clock, std::move(discard)) {}
+      page_jobs_(on_web_thread_, clock, std::move(discard)),
+      room_(std::make_shared<TileRoom>(TileRoom{picture_bytes / TileRoom::kTileBytes})) {}
 
 void LiveHub::add(LiveLink& link, Call call, Holds holds) {
   Viewer& viewer = viewers_[&link];
