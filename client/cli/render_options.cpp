@@ -10,7 +10,7 @@
 #include "client/cli/context.h"
 #include "client/cli/units.h"
 #include "common/base/text.h"
-#include "common/film/allocation.h"
+#include "common/farm/job_rules.h"
 #include "common/film/sample_range.h"
 #include "common/methods/spec/method_spec.h"
 #include "common/scene/scattering.h"
@@ -66,9 +66,8 @@ Result<Goal> make_goal(const RenderOptions& options) {
     goal.samples = kDefaultSamples;
   }
   goal.adaptive = options.adaptive;
-  if (goal.adaptive && goal.samples > kMaxSamples >> Allocation::kMostShift) {
-    return invalid_argument("--spp is at most {} with --adaptive, got {}", kMaxSamples >> Allocation::kMostShift,
-                            goal.samples);
+  if (goal.samples > most_samples(goal)) {
+    return invalid_argument("--spp is at most {} with --adaptive, got {}", most_samples(goal), goal.samples);
   }
   return goal;
 }

@@ -4,7 +4,7 @@
 #include <cmath>
 #include <ctime>
 
-#include "common/farm/job.h"
+#include "common/farm/job_rules.h"
 
 namespace lightmill::cli {
 namespace {
@@ -130,10 +130,10 @@ Result<double> parse_real(std::string_view text, double least, double most) {
 
 Result<double> parse_error(std::string_view text) {
   const auto number = parse_number<double>(text);
-  if (!number || !std::isfinite(*number) || *number < kLeastGoalError) {
-    return invalid_argument("an error is a number of at least {:g} (as in 0.01 or 1e-3), got '{}'", kLeastGoalError,
-                            text);
+  if (!number) {
+    return invalid_argument("an error is a number (as in 0.01 or 1e-3), got '{}'", text);
   }
+  LM_RETURN_IF_ERROR(check_goal_error(*number));
   return *number;
 }
 

@@ -30,8 +30,7 @@ Status check_name_of_layer(std::string_view name, std::span<const std::string> b
   if (!is_named_layer(name) && name != "beauty" && name != kRestLayer && !is_light_group_name(light_group_of(name))) {
     return invalid_argument(
         "unknown layer \"{}\"; the layers are direct, indirect, caustic, bias, albedo, normal, depth, id, and "
-        "light:NAME "
-        "for a light group",
+        "light:NAME for a light group",
         printable(name));
   }
   if (std::ranges::find(before, name) != before.end()) {

@@ -94,10 +94,4 @@ Result<CoordinatorMessage> from_wire(const v1::WorkResponse& response);
 Result<InspectReport> from_wire(const v1::InspectReport& report);
 Result<InspectGrant> from_wire(const v1::InspectGrant& grant);
 
-// ---- as bytes, for those who know no protobuf (the store) ----
-
-/// A whole job specification, the request id too; deterministic.
-std::string pack_job_spec(const JobSpec& spec);
-Result<JobSpec> unpack_job_spec(std::string_view bytes);
-
 }  // namespace lightmill

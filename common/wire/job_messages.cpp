@@ -1,5 +1,6 @@
 #include <cmath>
 
+#include "common/farm/job_rules.h"
 #include "common/wire/bytes.h"
 #include "common/wire/deterministic.h"
 #include "common/wire/farm_messages.h"
@@ -16,18 +17,6 @@ constexpr std::array<std::pair<GoalLimit, v1::GoalLimit>, 4> kGoalLimits{{{GoalL
                                                                           {GoalLimit::seconds, v1::GOAL_LIMIT_SECONDS},
                                                                           {GoalLimit::error, v1::GOAL_LIMIT_ERROR}}};
 
-Status check_film_size(int width, int height, const PixelRect& crop) {
-  if (width < 1 || width > kMaxFilmSide || height < 1 || height > kMaxFilmSide) {
-    return invalid_argument("width and height must be 1 to {}, got {}x{}", kMaxFilmSide, width, height);
-  }
-  // from_wire(PixelRect) has bounded each number, so the sums cannot overflow.
-  if (crop.width < 1 || crop.height < 1 || crop.x + crop.width > width || crop.y + crop.height > height) {
-    return invalid_argument("crop: {}x{} at ({}, {}) is not inside the film of {}x{}", crop.width, crop.height, crop.x,
-                            crop.y, width, height);
-  }
-  return ok_status();
-}
-
 constexpr std::array<std::pair<LayerKind, v1::LayerSpec::Kind>, 4> kLayerKinds{
     {{LayerKind::summed, v1::LayerSpec::SUMMED},
      {LayerKind::first_mean, v1::LayerSpec::FIRST_MEAN},
@@ -36,43 +25,44 @@ constexpr std::array<std::pair<LayerKind, v1::LayerSpec::Kind>, 4> kLayerKinds{
 
 Result<std::vector<LayerSpec>> layers_from_wire(const v1::RenderSettings& settings) {
   if (settings.layers().empty() || settings.layers_size() > static_cast<int>(kMaxLayers)) {
-    return invalid_argument("layers: 1 to {} are expected, got {}", kMaxLayers, settings.layers_size());
+    return invalid_argument("settings.layers: 1 to {} are expected, got {}", kMaxLayers, settings.layers_size());
   }
   std::vector<LayerSpec> layers;
   std::uint64_t channels = 0;
   for (const v1::LayerSpec& layer : settings.layers()) {
-    LM_RETURN_IF_ERROR(check_length("layers.name", layer.name(), kMaxWireNameBytes));
+    LM_RETURN_IF_ERROR(check_length("settings.layers.name", layer.name(), kMaxWireNameBytes));
     if (layer.name().empty() || layer.channels() < 1) {
-      return invalid_argument("layers: a layer needs a name and at least one channel, got '{}' with {}", layer.name(),
-                              layer.channels());
+      return invalid_argument("settings.layers: a layer needs a name and at least one channel, got '{}' with {}",
+                              layer.name(), layer.channels());
     }
     const auto kind = std::ranges::find(kLayerKinds, layer.kind(), [](const auto& entry) { return entry.second; });
     if (kind == kLayerKinds.end()) {
-      return invalid_argument("layers: layer '{}' has the unknown kind {}", layer.name(),
+      return invalid_argument("settings.layers: layer '{}' has the unknown kind {}", layer.name(),
                               static_cast<int>(layer.kind()));
     }
     channels += layer.channels();
     layers.push_back({layer.name(), layer.channels(), kind->first});
   }
   if (channels > kMaxChannels) {
-    return invalid_argument("layers: {} channels in all are more than the limit of {}", channels, kMaxChannels);
+    return invalid_argument("settings.layers: {} channels in all are more than the limit of {}", channels,
+                            kMaxChannels);
   }
   return layers;
 }
 
 Result<std::vector<Sha256>> assets_from_wire(const v1::RenderSettings& settings) {
   if (settings.assets_size() > static_cast<int>(kMaxAssets)) {
-    return invalid_argument("assets: {} are more than the limit of {}", settings.assets_size(), kMaxAssets);
+    return invalid_argument("settings.assets: {} are more than the limit of {}", settings.assets_size(), kMaxAssets);
   }
   std::vector<Sha256> assets;
   assets.reserve(settings.assets_size());
   for (int i = 0; i < settings.assets_size(); ++i) {
     Result<Sha256> digest = digest_from_bytes(settings.assets(i));
     if (!digest.ok()) {
-      return with_context(digest.status(), fmt::format("assets[{}]", i));
+      return with_context(digest.status(), fmt::format("settings.assets[{}]", i));
     }
     if (i > 0 && *digest <= assets.back()) {
-      return invalid_argument("assets[{}]: digests must be sorted, each once", i);
+      return invalid_argument("settings.assets[{}]: digests must be sorted, each once", i);
     }
     assets.push_back(*digest);
   }
@@ -169,18 +159,14 @@ void to_wire(const RenderSettings& settings, v1::RenderSettings* out) {
 }
 
 Result<RenderSettings> from_wire(const v1::RenderSettings& settings) {
-  LM_RETURN_IF_ERROR(check_length("scene", settings.scene(), kMaxSceneBytes));
-  LM_RETURN_IF_ERROR(check_length("method", settings.method(), kMaxWireNameBytes));
-  LM_RETURN_IF_ERROR(check_length("renderer_version", settings.renderer_version(), kMaxWireNameBytes));
+  LM_RETURN_IF_ERROR(check_length("settings.scene", settings.scene(), kMaxSceneBytes));
+  LM_RETURN_IF_ERROR(check_length("settings.method", settings.method(), kMaxWireNameBytes));
+  LM_RETURN_IF_ERROR(check_length("settings.renderer_version", settings.renderer_version(), kMaxWireNameBytes));
   RenderSettings out;
   LM_ASSIGN_OR_RETURN(out.crop, from_wire(settings.crop()));
-  LM_RETURN_IF_ERROR(check_film_size(settings.width(), settings.height(), out.crop));
   LM_ASSIGN_OR_RETURN(out.layers, layers_from_wire(settings));
   LM_ASSIGN_OR_RETURN(out.assets, assets_from_wire(settings));
   out.scene = settings.scene();
-  if (settings.meters() > kMaxMeters) {
-    return invalid_argument("meters: at most {} are possible, got {}", kMaxMeters, settings.meters());
-  }
   out.meters = settings.meters();
   out.width = settings.width();
   out.height = settings.height();
@@ -188,6 +174,7 @@ Result<RenderSettings> from_wire(const v1::RenderSettings& settings) {
   out.method = settings.method();
   out.max_bounces = settings.max_bounces();
   out.renderer_version = settings.renderer_version();
+  LM_RETURN_IF_ERROR(check_grid(out));
   return out;
 }
 
@@ -199,16 +186,9 @@ void to_wire(const Goal& goal, v1::Goal* out) {
 }
 
 Result<Goal> from_wire(const v1::Goal& goal) {
-  if (goal.samples() > kMaxSamples) {
-    return invalid_argument("goal.samples: at most {} are possible, got {}", kMaxSamples, goal.samples());
-  }
-  if (!std::isfinite(goal.seconds()) || goal.seconds() < 0) {
-    return invalid_argument("goal.seconds: must be finite and not negative, got {}", goal.seconds());
-  }
-  if (!std::isfinite(goal.error()) || goal.error() < 0) {
-    return invalid_argument("goal.error: must be finite and not negative, got {}", goal.error());
-  }
-  return Goal{goal.samples(), goal.seconds(), goal.error(), goal.adaptive()};
+  const Goal out{goal.samples(), goal.seconds(), goal.error(), goal.adaptive()};
+  LM_RETURN_IF_ERROR(check_goal(out));
+  return out;
 }
 
 void to_wire(const JobSpec& spec, v1::JobSpec* out) {
@@ -234,18 +214,12 @@ Result<JobSpec> from_wire(const v1::JobSpec& spec) {
   out.parent = JobId{spec.parent()};
   out.priority = spec.priority();
   if (spec.has_verify_share()) {
-    if (!(spec.verify_share() >= 0 && spec.verify_share() <= 1)) {
-      return invalid_argument("verify_share: must be from 0 to 1, got {}", spec.verify_share());
-    }
+    LM_RETURN_IF_ERROR(check_verify_share(spec.verify_share()));
     out.verify_share = spec.verify_share();
   }
   out.allow_mixed = spec.allow_mixed();
   LM_ASSIGN_OR_RETURN(out.goal, from_wire(spec.goal()));
-  Result<RenderSettings> settings = from_wire(spec.settings());
-  if (!settings.ok()) {
-    return with_context(settings.status(), "settings");
-  }
-  out.settings = *std::move(settings);
+  LM_ASSIGN_OR_RETURN(out.settings, from_wire(spec.settings()));
   return out;
 }
 
@@ -357,7 +331,7 @@ Result<JobStatus> from_wire(const v1::Job& job) {
   out.priority = job.priority();
   LM_ASSIGN_OR_RETURN(out.goal, from_wire(job.goal()));
   LM_ASSIGN_OR_RETURN(out.crop, from_wire(job.crop()));
-  LM_RETURN_IF_ERROR(check_film_size(job.width(), job.height(), out.crop));
+  LM_RETURN_IF_ERROR(check_crop(job.width(), job.height(), out.crop));
   out.layers.assign(job.layers().begin(), job.layers().end());
   LM_RETURN_IF_ERROR(film_layers(out.layers).status());
   out.width = job.width();
@@ -411,20 +385,6 @@ Result<JobSpec> from_wire(const v1::SubmitJobRequest& request) {
   LM_ASSIGN_OR_RETURN(JobSpec spec, from_wire(request.job()));
   spec.request_id = request.request_id();
   return spec;
-}
-
-std::string pack_job_spec(const JobSpec& spec) {
-  v1::SubmitJobRequest request;
-  to_wire(spec, &request);
-  return deterministic_bytes(request);
-}
-
-Result<JobSpec> unpack_job_spec(std::string_view bytes) {
-  v1::SubmitJobRequest request;
-  if (!parse_bytes(bytes, &request)) {
-    return data_loss("a job specification of {} bytes is damaged", bytes.size());
-  }
-  return from_wire(request);
 }
 
 }  // namespace lightmill

@@ -1,4 +1,5 @@
 // Requests of clients that create and change jobs.
+#include "common/farm/job_rules.h"
 #include "server/domain/job_life_cycle.h"
 
 namespace lightmill {

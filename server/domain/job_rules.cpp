@@ -4,8 +4,7 @@
 #include <cmath>
 
 #include "common/base/check.h"
-#include "common/base/text.h"
-#include "common/farm/film_rules.h"
+#include "common/farm/job_rules.h"
 #include "common/methods/spec/method_spec.h"
 #include "server/domain/jobs.h"
 
@@ -15,74 +14,7 @@ namespace {
 /// More than a thousand fast threads do.
 constexpr double kMostPixelSamplesPerSecond = 1e9;
 
-/// Whether the job can be rendered by this method.
-Status check_method(std::string_view text, const RenderSettings& settings) {
-  const Result<MethodSpec> method = parse_method(text);
-  if (!method.ok()) {
-    return with_context(method.status(), "settings.method");
-  }
-  if (method->name == kAutoMethod) {
-    return invalid_argument("settings.method: there is nothing to choose from for {}", text);
-  }
-  if (const Status status = check_max_bounces(method->name, settings.max_bounces); !status.ok()) {
-    return with_context(status, "settings.max_bounces");
-  }
-  if (const Status status = check_method_layers(method->name, settings.layers); !status.ok()) {
-    return with_context(status, "settings.layers");
-  }
-  if (settings.meters > 0 && !method_reads_meters(method->name)) {
-    return invalid_argument("settings.meters: method {} reads none, got {}", text, settings.meters);
-  }
-  return ok_status();
-}
-
 }  // namespace
-
-std::uint64_t most_samples(const Goal& goal) {
-  return kMaxSamples >> (goal.adaptive ? Allocation::kMostShift : 0);
-}
-
-Status check_goal(const Goal& goal, const PixelRect& crop) {
-  if (goal.samples == 0 && goal.seconds == 0 && goal.error == 0) {
-    return invalid_argument("goal: a job needs a limit, in samples, in seconds or in error");
-  }
-  if (goal.samples > most_samples(goal)) {
-    return invalid_argument("goal.samples: at most {}, got {}", most_samples(goal), goal.samples);
-  }
-  if (!(goal.seconds >= 0 && goal.seconds <= kMaxGoalSeconds)) {
-    return invalid_argument("goal.seconds: must be from 0 to {}, got {}", kMaxGoalSeconds, goal.seconds);
-  }
-  if (goal.error != 0 && !(goal.error >= kLeastGoalError && std::isfinite(goal.error))) {
-    return invalid_argument("goal.error: must be finite and at least {:g}, got {}", kLeastGoalError, goal.error);
-  }
-  if (goal.error > 0 && crop.width == 1 && crop.height == 1) {
-    return invalid_argument("goal.error: the error of a single pixel cannot be told; give samples or seconds");
-  }
-  return ok_status();
-}
-
-Status check_spec(const JobSpec& spec, std::span<const std::string> candidates) {
-  const RenderSettings& settings = spec.settings;
-  LM_RETURN_IF_ERROR(check_name("name", spec.name));
-  LM_RETURN_IF_ERROR(check_name("owner", spec.owner));
-  LM_RETURN_IF_ERROR(check_name("host", spec.host));
-  LM_RETURN_IF_ERROR(check_name("settings.renderer_version", settings.renderer_version));
-  LM_RETURN_IF_ERROR(check_goal(spec.goal, settings.crop));
-  if (!(spec.verify_share >= 0 && spec.verify_share <= 1)) {
-    return invalid_argument("verify_share: must be from 0 to 1, got {}", spec.verify_share);
-  }
-  LM_RETURN_IF_ERROR(check_film(settings));
-  for (const std::string& method : candidates) {
-    LM_RETURN_IF_ERROR(check_method(method, settings));
-  }
-  if (candidates.empty()) {
-    LM_RETURN_IF_ERROR(check_method(settings.method, settings));
-  }
-  if (settings.renderer_version.empty()) {
-    return invalid_argument("settings.renderer_version: must not be empty");
-  }
-  return ok_status();
-}
 
 std::uint64_t finished_bytes(const JobSpec& spec) {
   const std::uint64_t pixels = grid_of(spec.settings).pixel_count();
@@ -157,9 +89,9 @@ Result<Goal> extended_goal(const Job& job, const Extension& to, Time now) {
     goal.seconds = 0;
   }
   if (to.error != 0) {
-    if (!(to.error >= kLeastGoalError && (goal.error == 0 || to.error < goal.error))) {
-      return invalid_argument("error must be at least {:g} and less than before, got {}{}", kLeastGoalError, to.error,
-                              goal.error > 0 ? fmt::format(" after {}", goal.error) : "");
+    LM_RETURN_IF_ERROR(with_context(check_goal_error(to.error), "error"));
+    if (goal.error != 0 && to.error >= goal.error) {
+      return invalid_argument("error: must be less than before, got {} after {}", to.error, goal.error);
     }
     const RenderSettings& settings = job.record.spec.settings;
     if (may_gather(settings, job.record.method_notes) && NodeLayout(settings.layers).bias < 0) {

@@ -1,7 +1,6 @@
-// Rules of what a job may be, and figures that follow from its spec or its film. Private to server/domain.
+// Figures that follow from a job's spec or its film, and what a job may become. Private to server/domain.
 #pragma once
 
-#include <span>
 #include <string>
 #include <string_view>
 
@@ -13,13 +12,6 @@
 namespace lightmill {
 
 class Job;
-
-/// What a frame may have at most, so that no tile has more than kMaxSamples.
-std::uint64_t most_samples(const Goal& goal);
-/// INVALID_ARGUMENT naming the field, unless a job on `crop` can have this goal.
-Status check_goal(const Goal& goal, const PixelRect& crop);
-/// INVALID_ARGUMENT naming the field, unless the farm can render this, by each of `candidates` if there are any.
-Status check_spec(const JobSpec& spec, std::span<const std::string> candidates = {});
 
 /// Bytes of the nodes that a finished film keeps: as many for each tile as the sample goal has dyadic parts (at least
 /// two with a goal in error), or, with a goal in seconds, as any count may have that it can reach in that time.

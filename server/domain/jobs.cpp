@@ -2,6 +2,7 @@
 
 #include "common/base/check.h"
 #include "common/base/text.h"
+#include "common/farm/job_rules.h"
 
 namespace lightmill {
 namespace {

@@ -6,7 +6,7 @@
 #include <set>
 
 #include "common/base/log.h"
-#include "common/farm/film_rules.h"
+#include "common/farm/job_rules.h"
 #include "common/film/film.h"
 #include "server/store/row_values.h"
 
@@ -23,12 +23,8 @@ bool is_time(double seconds) {
 Status check_record(const JobRecord& record) {
   const JobSpec& spec = record.spec;
   LM_RETURN_IF_ERROR(check_film(spec.settings));
-  if (spec.goal.samples > kMaxSamples || !(spec.goal.seconds >= 0 && spec.goal.seconds <= kMaxGoalSeconds) ||
-      !(spec.goal.error >= 0 && std::isfinite(spec.goal.error)) ||
-      !(spec.verify_share >= 0 && spec.verify_share <= 1)) {
-    return invalid_argument("its goal is {} samples, {} seconds, error {}, of which {} are verified", spec.goal.samples,
-                            spec.goal.seconds, spec.goal.error, spec.verify_share);
-  }
+  LM_RETURN_IF_ERROR(check_goal(spec.goal));
+  LM_RETURN_IF_ERROR(check_verify_share(spec.verify_share));
   // What threads took is the sum of what workers say.
   if (!is_time(record.active_seconds) || !(record.worker_seconds >= 0 && std::isfinite(record.worker_seconds))) {
     return invalid_argument("it was rendered for {} s, by threads that took {} s", record.active_seconds,

@@ -5,7 +5,7 @@
 #include "common/base/check.h"
 #include "common/base/log.h"
 #include "common/base/text.h"
-#include "common/farm/film_rules.h"
+#include "common/farm/job_rules.h"
 
 namespace lightmill::stored::old {
 namespace {
@@ -145,7 +145,7 @@ Result<LayerKind> layer_kind_named(std::string_view name, std::uint64_t job) {
 }
 
 Result<Allocation> allocation_in(std::string_view bytes, const JobRecord& job) {
-  if (const Status status = check_crop(job.spec.settings); !status.ok()) {
+  if (const Status status = check_grid(job.spec.settings); !status.ok()) {
     return data_loss("job {}: {}", job.id.value, message_of(status));
   }
   const std::uint64_t tiles = grid_of(job.spec.settings).tile_count();

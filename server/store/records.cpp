@@ -6,7 +6,7 @@
 #include "common/base/log.h"
 #include "common/base/overloaded.h"
 #include "common/base/text.h"
-#include "common/farm/film_rules.h"
+#include "common/farm/job_rules.h"
 #include "common/wire/bytes.h"
 #include "common/wire/deterministic.h"
 #include "common/wire/farm_messages.h"
@@ -110,7 +110,7 @@ Status read_spec(std::string_view bytes, JobRecord& job) {
   job.spec = std::move(spec);
   job.spec.ends_with_page = in.ends_with_page();
   LM_ASSIGN_OR_RETURN(job.method_notes, from_wire(in.method_notes()));
-  LM_RETURN_IF_ERROR(check_crop(job.spec.settings));
+  LM_RETURN_IF_ERROR(check_grid(job.spec.settings));
   const std::string& shares = in.allocation();
   if (const std::uint64_t tiles = grid_of(job.spec.settings).tile_count(); !shares.empty() && shares.size() != tiles) {
     return data_loss("its samples are divided among {} tiles, not {}", shares.size(), tiles);

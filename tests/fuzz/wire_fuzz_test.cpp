@@ -108,18 +108,26 @@ TEST(WireFuzz, DamagedJobSpecificationsBecomeValuesOrErrors) {
   spec.request_id = "id";
   spec.goal.samples = 64;
   spec.settings = example_settings();
-  const std::string original = pack_job_spec(spec);
+  const auto packed = [](const JobSpec& from) {
+    v1::SubmitJobRequest request;
+    to_wire(from, &request);
+    return request.SerializeAsString();
+  };
+  const std::string original = packed(spec);
   const google::protobuf::LogSilencer quiet;
   FuzzRandom random(8);
   int accepted = 0, refused = 0;
   for (int round = 0; round < kWireRounds; ++round) {
-    const Result<JobSpec> read = unpack_job_spec(mutate(original, kWireWords, random));
-    if (read.ok()) {
+    v1::SubmitJobRequest damaged;
+    if (!damaged.ParseFromString(mutate(original, kWireWords, random))) {
+      ++refused;
+    } else if (const Result<JobSpec> read = from_wire(damaged); read.ok()) {
       ++accepted;
-      const std::string packed = pack_job_spec(*read);
-      const Result<JobSpec> again = unpack_job_spec(packed);
+      v1::SubmitJobRequest whole;
+      ASSERT_TRUE(whole.ParseFromString(packed(*read))) << round;
+      const Result<JobSpec> again = from_wire(whole);
       ASSERT_TRUE(again.ok()) << round << ": " << again.status();
-      EXPECT_EQ(pack_job_spec(*again), packed) << round;
+      EXPECT_EQ(packed(*again), packed(*read)) << round;
     } else {
       ++refused;
     }
