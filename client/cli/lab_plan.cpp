@@ -44,8 +44,8 @@ Result<LabSceneJob> prepare(const lab::LabScene& scene, const lab::Experiment& e
   RenderOptions options;
   options.scene.scenes = scene.files;
   options.scene.camera = scene.camera;
-  options.method = experiment.methods.empty() ? "path" : experiment.methods.front();
-  options.samples = 1;
+  options.spec.settings.method = experiment.methods.empty() ? "path" : experiment.methods.front();
+  options.spec.goal.samples = 1;
   if (experiment.width > 0) {
     options.size = fmt::format("{}x{}", experiment.width, experiment.height);
   }

@@ -53,73 +53,73 @@ Result<PixelRect> checked_crop(const std::string& text, int width, int height) {
   return crop;
 }
 
-Result<Goal> make_goal(const RenderOptions& options) {
-  Goal goal;
-  goal.samples = options.samples;
-  if (!options.seconds.empty()) {
-    LM_ASSIGN_OR_RETURN(goal.seconds, parse_seconds(options.seconds));
-  }
-  if (!options.error.empty()) {
-    LM_ASSIGN_OR_RETURN(goal.error, parse_error(options.error));
-  }
-  if (goal == Goal{}) {
+Result<Goal> checked_goal(Goal goal) {
+  if (goal.samples == 0 && goal.seconds == 0 && goal.error == 0) {
     goal.samples = kDefaultSamples;
   }
-  goal.adaptive = options.adaptive;
   if (goal.samples > most_samples(goal)) {
     return invalid_argument("--spp is at most {} with --adaptive, got {}", most_samples(goal), goal.samples);
   }
   return goal;
 }
 
-Result<MethodSpec> checked_method(const RenderOptions& options) {
-  Result<MethodSpec> method = parse_method(options.method);
+Result<MethodSpec> checked_method(const RenderSettings& settings) {
+  Result<MethodSpec> method = parse_method(settings.method);
   if (!method.ok()) {
     return with_context(method.status(), "--method");
   }
-  if (options.max_bounces > 0 && !method_bounces(method->name)) {
+  if (settings.max_bounces > 0 && !method_bounces(method->name)) {
     return invalid_argument("--max-bounces is about light paths, and {} follows none", method->name);
   }
-  const Status status = check_max_bounces(method->name, options.max_bounces);
+  const Status status = check_max_bounces(method->name, settings.max_bounces);
   return status.ok() ? std::move(method) : Result<MethodSpec>(with_context(status, "--max-bounces"));
 }
 
-Result<std::vector<LayerSpec>> make_layers(const RenderOptions& options) {
+Result<std::vector<LayerSpec>> make_layers(std::string_view text, std::string_view method) {
   std::vector<std::string> names;
-  for (std::size_t at = 0; at <= options.layers.size() && !options.layers.empty();) {
-    const std::size_t end = std::min(options.layers.find(',', at), options.layers.size());
-    names.push_back(options.layers.substr(at, end - at));
+  for (std::size_t at = 0; at <= text.size() && !text.empty();) {
+    const std::size_t end = std::min(text.find(',', at), text.size());
+    names.emplace_back(text.substr(at, end - at));
     at = end + 1;
   }
   Result<std::vector<LayerSpec>> layers = film_layers(names);
-  LM_ASSIGN_OR_RETURN(const MethodSpec method, checked_method(options));
-  const Status status = layers.ok() ? check_method_layers(method.name, *layers) : layers.status();
+  const Status status = layers.ok() ? check_method_layers(method, *layers) : layers.status();
   if (!status.ok()) {
     return with_context(status, "--layers");
   }
   return layers;
 }
 
+/// An option whose text `parse` reads.
+template <class T>
+CLI::Option* add_parsed(CLI::App& command, const std::string& flags, T& value, Result<T> (*parse)(std::string_view),
+                        const std::string& about) {
+  return command
+      .add_option_function<std::string>(
+          flags, [&value, parse](const std::string& text) { value = parse(text).value(); }, about)
+      ->check(readable(parse));
+}
+
 }  // namespace
 
 void add_render_options(CLI::App& command, RenderOptions& options) {
+  JobSpec& spec = options.spec;
+  RenderSettings& settings = spec.settings;
   add_scene_options(command, options.scene);
   command
-      .add_option("--spp", options.samples, "stop at so many samples per pixel (default 64 if no other limit is given)")
+      .add_option("--spp", spec.goal.samples,
+                  "stop at so many samples per pixel (default 64 if no other limit is given)")
       ->type_name("N")
       ->check(whole_number(1, kMaxSamples));
-  command
-      .add_option("--seconds", options.seconds, "stop after so much rendering (90, 1.5m, 2h), with a sample everywhere")
-      ->type_name("T")
-      ->check(readable(parse_seconds));
-  command
-      .add_option("--error", options.error,
-                  "stop when the picture's error (relMSE) is at most E with 95 % confidence: 0.01 is a little grainy, "
-                  "0.001 smooth; with several limits the first one ends the job")
-      ->type_name("E")
-      ->check(readable(parse_error));
+  add_parsed(command, "--seconds", spec.goal.seconds, parse_seconds,
+             "stop after so much rendering (90, 1.5m, 2h), with a sample everywhere")
+      ->type_name("T");
+  add_parsed(command, "--error", spec.goal.error, parse_error,
+             "stop when the picture's error (relMSE) is at most E with 95 % confidence: 0.01 is a little grainy, "
+             "0.001 smooth; with several limits the first one ends the job")
+      ->type_name("E");
   command.add_flag(
-      "--adaptive", options.adaptive,
+      "--adaptive", spec.goal.adaptive,
       "noisy parts of the picture get up to 4 times as many samples, quiet ones down to a quarter, as many "
       "on average: a pilot finds out where they are needed");
   command.add_option("--size", options.size, "picture size in pixels, instead of the scene's")
@@ -128,7 +128,7 @@ void add_render_options(CLI::App& command, RenderOptions& options) {
   command.add_option("--crop", options.crop, "render only this part of the picture")
       ->type_name("X,Y,W,H")
       ->check(readable(parse_crop));
-  command.add_option("--method", options.method, std::string(method_help()))
+  command.add_option("--method", settings.method, std::string(method_help()))
       ->type_name("M[:PARAMETER,...]")
       ->capture_default_str();
   command.add_flag("--brute-force", options.brute_force,
@@ -141,55 +141,51 @@ void add_render_options(CLI::App& command, RenderOptions& options) {
       ->type_name("A,B,...");
   command
       .add_option(
-          "--max-bounces", options.max_bounces,
+          "--max-bounces", settings.max_bounces,
           "path, caustic, vcm, ppm, photon-dots, whitted: longest light path (default 1000; of whitted 128, its most; "
           "nearly all end long before, but in dense white fog)")
       ->type_name("N")
       ->check(whole_number(1, kMostBounces));
-  command.add_option("--seed", options.seed, "the same seed gives the same picture, bit for bit")
+  command.add_option("--seed", settings.seed, "the same seed gives the same picture, bit for bit")
       ->type_name("S")
       ->check(whole_number(0, std::numeric_limits<std::uint64_t>::max()))
       ->capture_default_str();
-  command.add_option("--priority", options.priority, "jobs with a higher one go first")
+  command.add_option("--priority", spec.priority, "jobs with a higher one go first")
       ->type_name("P")
       ->check(signed_whole_number(std::numeric_limits<std::int32_t>::min(), std::numeric_limits<std::int32_t>::max()))
       ->capture_default_str();
-  command
-      .add_option("--verify", options.verify,
-                  "have another identity (certificate or token) render this share of the results again, to find those "
-                  "that compute wrongly: 1%, "
-                  "0.1%, all, none")
+  add_parsed(command, "--verify", spec.verify_share, parse_share,
+             "have another identity (certificate or token) render this share of the results again, to find those that "
+             "compute wrongly: 1%, 0.1%, all, none")
       ->type_name("SHARE")
-      ->check(readable(parse_share))
-      ->capture_default_str();
+      ->default_str("1%");
   command.add_flag(
-      "--allow-mixed", options.allow_mixed,
+      "--allow-mixed", spec.allow_mixed,
       "let workers of every fingerprint class render it together, not of one alone: where they round differently, "
       "nobody gets the same bits again, so the picture cannot be verified, and results only within a class");
-  command.add_option("--name", options.name, "what to call the job (default: the scene's name)")->type_name("NAME");
-  command.add_option("--owner", options.owner, "who asks (default: you)")->type_name("NAME");
+  command.add_option("--name", spec.name, "what to call the job (default: the scene's name)")->type_name("NAME");
+  command.add_option("--owner", spec.owner, "who asks (default: you)")->type_name("NAME");
 }
 
 Result<PreparedJob> make_job(const RenderOptions& options, Signals& signals) {
-  LM_RETURN_IF_ERROR(check_name("--name", options.name));
-  LM_RETURN_IF_ERROR(check_name("--owner", options.owner));
-  PreparedJob job;
-  LM_ASSIGN_OR_RETURN(job.spec.goal, make_goal(options));
-  LM_ASSIGN_OR_RETURN(job.spec.settings.layers, make_layers(options));
+  PreparedJob job{options.spec, {}};
+  RenderSettings& settings = job.spec.settings;
+  LM_RETURN_IF_ERROR(check_name("--name", job.spec.name));
+  LM_RETURN_IF_ERROR(check_name("--owner", job.spec.owner));
+  LM_ASSIGN_OR_RETURN(job.spec.goal, checked_goal(job.spec.goal));
+  LM_ASSIGN_OR_RETURN(const MethodSpec spec, checked_method(settings));
+  LM_ASSIGN_OR_RETURN(settings.layers, make_layers(options.layers, spec.name));
   LM_ASSIGN_OR_RETURN(job.scene, load_scene(options.scene, signals));
-  LM_ASSIGN_OR_RETURN(const MethodSpec spec, checked_method(options));
   if (const Status status = check_method_media(spec.name, has_scattering_media(job.scene.scene)); !status.ok()) {
     return with_context(status, "--method");
   }
-  if (const Status status = check_light_groups(job.spec.settings.layers, light_groups_of(job.scene.scene));
-      !status.ok()) {
+  if (const Status status = check_light_groups(settings.layers, light_groups_of(job.scene.scene)); !status.ok()) {
     return with_context(status, "--layers");
   }
   FilmSettings& film = job.scene.scene.film;
   if (!options.size.empty()) {
     LM_ASSIGN_OR_RETURN(std::tie(film.width, film.height), parse_size(options.size));
   }
-  RenderSettings& settings = job.spec.settings;
   LM_ASSIGN_OR_RETURN(settings.crop, checked_crop(options.crop, film.width, film.height));
   settings.scene = pack_scene(job.scene.scene);
   for (const auto& [digest, bytes] : job.scene.assets) {
@@ -197,33 +193,28 @@ Result<PreparedJob> make_job(const RenderOptions& options, Signals& signals) {
   }
   settings.width = film.width;
   settings.height = film.height;
-  settings.seed = options.seed;
-  settings.method = options.method;
   if (options.brute_force && !spec.brute_force) {
-    settings.method += options.method.find(':') == std::string::npos ? ":brute-force" : ",brute-force";
+    settings.method += settings.method.find(':') == std::string::npos ? ":brute-force" : ",brute-force";
   }
-  settings.max_bounces = options.max_bounces;
   settings.meters = method_reads_meters(spec.name) ? static_cast<std::uint32_t>(job.scene.scene.meters.size()) : 0;
   if (const std::size_t meters = job.scene.scene.meters.size(); meters > settings.meters) {
     job.scene.notices.push_back(fmt::format("left out: the scene's {}, which {} does not read (path does)",
                                             meters == 1 ? "meter" : fmt::format("{} meters", meters), spec.name));
   }
   const bool scatters = spec.name == "path" || spec.name == kAutoMethod;
-  const std::uint32_t longest_path = options.max_bounces > 0 ? options.max_bounces : kMaxBounces;
+  const std::uint32_t longest_path = settings.max_bounces > 0 ? settings.max_bounces : kMaxBounces;
   append_notices(picture_notices(job.scene, method_needs_light(spec.name), scatters ? longest_path : 0),
                  job.scene.notices);
   settings.renderer_version = kRendererVersion;
   job.spec.request_id = new_request_id();
   const std::string& scene_name = job.scene.scene.name;
-  job.spec.name =
-      !options.name.empty()
-          ? options.name
-          : as_name(!scene_name.empty() ? scene_name : fs::path(options.scene.scenes.front()).stem().string());
-  job.spec.owner = options.owner.empty() ? as_name(user_name()) : options.owner;
+  if (job.spec.name.empty()) {
+    job.spec.name = as_name(!scene_name.empty() ? scene_name : fs::path(options.scene.scenes.front()).stem().string());
+  }
+  if (job.spec.owner.empty()) {
+    job.spec.owner = as_name(user_name());
+  }
   job.spec.host = as_name(host_name());
-  job.spec.priority = options.priority;
-  LM_ASSIGN_OR_RETURN(job.spec.verify_share, parse_share(options.verify));
-  job.spec.allow_mixed = options.allow_mixed;
   return job;
 }
 

@@ -13,18 +13,13 @@
 
 namespace lightmill::cli {
 
-/// As typed; parsed by make_job.
 struct RenderOptions {
+  RenderOptions() { spec.settings.method = "auto"; }
+
   SceneOptions scene;
-  std::string size, crop, seconds, error, method = "auto", layers, name, owner;
-  std::uint64_t samples = 0;  ///< 0: not given
-  bool adaptive = false;
-  std::uint64_t seed = 0;
-  std::uint32_t max_bounces = 0;
+  std::string size, crop, layers;  ///< as typed: make_job reads them beside the scene
   bool brute_force = false;
-  std::int32_t priority = 0;
-  std::string verify = "1%";
-  bool allow_mixed = false;
+  JobSpec spec;  ///< what the other options say
 };
 
 /// Used when none of --spp, --seconds and --error is given.
