@@ -184,8 +184,7 @@ Status serve(const ServerOptions& options, StopRequest& stop) {
   if (plan.calls < options.max_workers) {
     spdlog::warn(
         "this process may have {} open files, so {} gRPC connections: some of {} workers (--max-workers) may not get "
-        "in; "
-        "raise its hard limit (ulimit -Hn, LimitNOFILE=)",
+        "in; raise its hard limit (ulimit -Hn, LimitNOFILE=)",
         files, plan.calls, options.max_workers);
   }
   ApiOptions api;

@@ -110,8 +110,7 @@ Status check_access(const ServerOptions& options, const HostPort& listen) {
     return failed_precondition(
         "--listen {}: others could use and stop this farm, and read what goes over the wire. Give it certificates ({} "
         "and {}; `lightmill certs` makes them, docs/security.md says how), or --insecure if the network keeps "
-        "strangers "
-        "out",
+        "strangers out",
         options.listen, kCertificateOption, kAuthorityOption);
   }
   return ok_status();

@@ -26,8 +26,7 @@ void add_scene_options(CLI::App& command, SceneOptions& options) {
   command
       .add_option("SCENE", options.scenes,
                   "a scene document (scenes/cornell-bench-blocks.json), one or several Wavefront OBJ files, a glTF "
-                  "file (.gltf, "
-                  ".glb), or a .blend file where Blender is installed")
+                  "file (.gltf, .glb), or a .blend file where Blender is installed")
       ->type_name("FILE")
       ->required();
   command
@@ -37,8 +36,7 @@ void add_scene_options(CLI::App& command, SceneOptions& options) {
   command
       .add_option("--mtl", options.mtl,
                   "what Ka means in the MTL files of OBJ files: emission (course) or ambient light, which is left out "
-                  "(standard); if not "
-                  "given, it emits where only some materials have it and none has Ke")
+                  "(standard); if not given, it emits where only some materials have it and none has Ke")
       ->type_name("course|standard");
   command.add_flag(
       kUnsandboxedImages, options.unsandboxed_images,

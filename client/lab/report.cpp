@@ -241,11 +241,9 @@ std::string title_of(const ReportInput& input) {
 
 constexpr const char* kHowToRead =
     "<p class='faint'>Each point is the median over seeds, its bar from the best to the worst. relMSE = mean((x − r)² "
-    "/ "
-    "(r² + 0.01)). Thread seconds are those of the farm's render threads. A speed-up compares times at one error, the "
-    "greater of the two last ones; ≈ where a curve is continued with slope −1 to get there. The slope is that of "
-    "relMSE "
-    "against samples.</p>\n";
+    "/ (r² + 0.01)). Thread seconds are those of the farm's render threads. A speed-up compares times at one error, "
+    "the greater of the two last ones; ≈ where a curve is continued with slope −1 to get there. The slope is that of "
+    "relMSE against samples.</p>\n";
 
 }  // namespace
 

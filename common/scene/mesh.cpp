@@ -96,7 +96,7 @@ Status validate(const Mesh& mesh) {
   constexpr std::size_t kLimit = std::size_t{1} << 31;
   if (mesh.positions.size() > kLimit || mesh.triangles.size() > kLimit) {
     return invalid_argument("the mesh has {} positions and {} triangles, at most {} of each are possible",
-                              mesh.positions.size(), mesh.triangles.size(), kLimit);
+                            mesh.positions.size(), mesh.triangles.size(), kLimit);
   }
   LM_RETURN_IF_ERROR(check_positions(mesh));
   LM_RETURN_IF_ERROR(check_normals(mesh));

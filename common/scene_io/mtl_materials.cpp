@@ -171,8 +171,7 @@ class Mapper {
       s = {s.r * scale, s.g * scale, s.b * scale};
       notices_.push_back(
           fmt::format("{}:{}: Kd + Ks of material \"{}\" is above 1, and both were scaled down: a surface cannot "
-                      "reflect more than it "
-                      "gets",
+                      "reflect more than it gets",
                       from_->file, from_->line_of("Ks"), from_->name));
     }
     return kind;

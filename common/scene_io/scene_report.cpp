@@ -80,8 +80,7 @@ std::vector<std::string> plan_notices(const SceneFacts& facts) {
   }
   return {
       "no surface takes anything of some colour: if they close a room, light in it goes on for ever, and paths end "
-      "only "
-      "at --max-bounces"};
+      "only at --max-bounces"};
 }
 
 }  // namespace

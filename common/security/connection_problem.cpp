@@ -149,8 +149,7 @@ std::optional<std::string> refusal(const TlsTexts& texts) {
   }
   return fmt::format(
       "it hangs up on the certificate of {}, which '{}' has signed: is that the farm's authority, and is the "
-      "certificate "
-      "for callers?",
+      "certificate for callers?",
       kCertificateOption, facts->front().issuer);
 }
 

@@ -252,8 +252,7 @@ void JobLifeCycle::leave_to_others(const Lease& lost, const Event& event) {
     return each.first != lost.worker && each.second.counts() && may_render(each.second, *job);
   });
   if (others) {
-    worker->exclude(job->id(),
-                    fmt::format("no result for {:.0f} s", to_seconds(event.now - lost.got_on)));
+    worker->exclude(job->id(), fmt::format("no result for {:.0f} s", to_seconds(event.now - lost.got_on)));
   }
 }
 

@@ -71,8 +71,7 @@ std::string FarmView::reason_of_standstill(const Job& job, Time now) const {
     }
     oldest = oldest == nullptr || lease.got_on < oldest->got_on ? &lease : oldest;
   }
-  return fmt::format("waits for worker {}: no result for {:.0f} s", oldest->worker,
-                     to_seconds(now - oldest->got_on));
+  return fmt::format("waits for worker {}: no result for {:.0f} s", oldest->worker, to_seconds(now - oldest->got_on));
 }
 
 bool FarmView::any_may_render(const Job& job) const {

@@ -56,8 +56,8 @@ int run_client(const Options& options) {
   cli::RenderOptions render;
   render.scene.scenes = {options.scene};
   render.size = fmt::format("{0}x{0}", options.size);
-  render.samples = std::uint64_t{1} << options.level;
-  render.seed = options.seed;
+  render.spec.goal.samples = std::uint64_t{1} << options.level;
+  render.spec.settings.seed = options.seed;
   cli::Signals signals;
   const cli::PreparedJob prepared = value_of(cli::make_job(render, signals));
   cli::FarmConnection farm(options.client_of);

@@ -73,8 +73,9 @@ TEST(OutOfMemory, AWorkerIsNotKilledByItsControlGroup) {
 
 TEST(OutOfThreads, AWorkerThatCannotHaveItsThreadsSaysSoAndEnds) {
   // Each takes 8 MiB of address space for its stack.
-  const CommandResult result = run_command({"/usr/bin/prlimit", "--as=" + std::to_string(400 << 20), program("lightmill-worker"),
-                                            "--server", "127.0.0.1:1", "--threads", "500"});
+  const CommandResult result =
+      run_command({"/usr/bin/prlimit", "--as=" + std::to_string(400 << 20), program("lightmill-worker"), "--server",
+                   "127.0.0.1:1", "--threads", "500"});
   EXPECT_EQ(result.exit_code, 1) << result.err;
   EXPECT_TRUE(says(result.err, " of the 516 threads that this worker needs can start")) << result.err;
   EXPECT_TRUE(says(result.err, "--threads")) << result.err;

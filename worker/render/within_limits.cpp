@@ -15,8 +15,7 @@ Status memory_ended(std::string_view while_what) {
 Status threads_ended(std::string_view while_what, const std::system_error& error) {
   return resource_exhausted(
       "no further thread or process can start while {} ({}): raise the limit of the worker's tasks (ulimit -u, "
-      "pids.max, "
-      "TasksMax) or of its memory (ulimit -v)",
+      "pids.max, TasksMax) or of its memory (ulimit -v)",
       while_what, error.what());
 }
 

@@ -163,8 +163,7 @@ void add_job_commands(CLI::App& app, Context& context) {
   CLI::App* extend = add_job_command(app, context, *options, "extend", "Ask more of a job, also of a finished one.");
   extend->footer(
       "It goes on where it stopped: more samples give the same bits as if they had been asked for at once, and an "
-      "error "
-      "is\n"
+      "error is\n"
       "read at 2^k and 3·2^k samples from there on. Its other limits stay, but those that it has reached.");
   CLI::Option_group* const limits = extend->add_option_group("limits");
   limits->add_option("--spp", options->samples, "the new total of samples per pixel")

@@ -112,8 +112,7 @@ void add_worker_commands(CLI::App& app, Context& context) {
   CLI::App* quarantine = workers->add_subcommand(
       "quarantine",
       "Give a worker, and all others of its identity, nothing to render until they are released. What they have is "
-      "given "
-      "to others at once; the worker that differs from two others is put there by the farm itself.");
+      "given to others at once; the worker that differs from two others is put there by the farm itself.");
   quarantine->add_option("NAME", *suspect->mutable_name(), "the worker's name, as `workers` prints it")->required();
   quarantine->add_option("--reason", *suspect->mutable_reason(), "what others are told of it, one line");
   quarantine->add_flag_function(

@@ -40,8 +40,7 @@ constexpr std::array<const char*, kSqlCount> kStatements{
     "INSERT INTO results VALUES ($1, $2, $3, $4, $5, $6, $7, $8, $9, $10) ON CONFLICT (job, tile, level, range_index) "
     "DO UPDATE SET hash = $5, worker = $6, machine = $7, audit = $8, fingerprint_class = $9, checksum = $10",
     "UPDATE results SET audit = 2, checksum = (checksum & ~3::bigint) | 2 WHERE job = $1 AND tile = $2 AND level = $3 "
-    "AND "
-    "range_index = $4",
+    "AND range_index = $4",
     // In whichever order the conditions are looked at, no shift is one that cannot be.
     "DELETE FROM results WHERE job = $1 AND tile = $2 AND level <= $3 AND "
     "range_index >> ($3 - LEAST(GREATEST(level, 0), $3))::integer = $4",

@@ -49,8 +49,7 @@ Status load_results(Session& session, StoredState::StoredJob& job, StoredState& 
     LM_ASSIGN_OR_RETURN(
         const Rows rows,
         session.query(
-            "SELECT tile, level, range_index, hash, worker, machine, audit, fingerprint_class, checksum FROM "
-            "results "
+            "SELECT tile, level, range_index, hash, worker, machine, audit, fingerprint_class, checksum FROM results "
             "WHERE job = $1 AND (tile, level, range_index) > ($2, $3, $4) ORDER BY tile, level, range_index LIMIT $5",
             Parameters(job.record.id.value, tile, level, index, kResultsAtOnce)));
     for (int row = 0; row < rows.size(); ++row) {
