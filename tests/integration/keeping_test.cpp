@@ -12,6 +12,7 @@
 #include "tests/support/memory_group.h"
 #include "tests/support/movable_clock.h"
 #include "tests/support/places.h"
+#include "tests/support/recovery.h"
 #include "tests/support/small_disk.h"
 
 namespace lightmill::test {
@@ -186,6 +187,8 @@ TEST(Keeping, AFullDiskLosesNothing) {
     return now.state() == v1::JOB_STATE_DONE || says(now.reason(), "waits until its state can be stored again");
   })) << client.job(job).ShortDebugString();
   disk.make_room();
+  EXPECT_TRUE(recovers("after a full disk, the job goes on",
+                       [&] { return !says(client.job(job).reason(), "waits until its state can be stored again"); }));
   expect_reference_film(farm.client(), job, picture);
 }
 

@@ -4,6 +4,7 @@
 #include "tests/support/farm.h"
 #include "tests/support/memory_group.h"
 #include "tests/support/places.h"
+#include "tests/support/recovery.h"
 
 namespace lightmill::test {
 namespace {
@@ -41,7 +42,10 @@ void expect_only_heavy_work_is_left(Farm& farm) {
       << client.job(job).reason();
   Picture second = light();
   second.seed = 8;
-  expect_reference_film(farm.client(), client.submit(second, "second").id(), second);
+  const std::uint64_t next = client.submit(second, "second").id();
+  EXPECT_TRUE(recovers("after a worker's memory ended, its next picture",
+                       [&] { return client.job(next).state() == v1::JOB_STATE_DONE; }));
+  expect_reference_film(farm.client(), next, second);
   farm.add_worker(2, "large");
   EXPECT_EQ(client.wait_until_ended(job).state(), v1::JOB_STATE_DONE);
   EXPECT_EQ(farm.times_met("small"), 1);
