@@ -99,7 +99,7 @@ TEST(SharedDatabase, AFarmLivesThroughItsDatabasesCrash) {
 TEST(SharedDatabase, OneThatStandsByTakesOverFromOneThatIsKilled) {
   TwoCoordinators both;
   // The longest time until another one takes over.
-  EXPECT_LE(std::stod(both.sql("SELECT extract(epoch FROM expires - clock_timestamp()) FROM lightmill.lease")), 5);
+  EXPECT_LE(std::stod(both.sql("SELECT extract(epoch FROM expires - clock_timestamp()) FROM lightmill.lease")), 2.5);
   FarmClient to_first(both.address(0)), to_second(both.address(1));
   EXPECT_EQ(both.health_of(0), "SERVING");
   EXPECT_EQ(both.health_of(1), "NOT_SERVING") << "whoever calls is to be led to the first";

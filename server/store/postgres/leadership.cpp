@@ -13,7 +13,7 @@ namespace lightmill::postgres {
 namespace {
 
 /// Of what concerns the lease; a lease runs out meanwhile at worst.
-constexpr auto kLeaseCallPatience = std::chrono::milliseconds(4'000);
+constexpr auto kLeaseCallPatience = std::chrono::milliseconds(2'000);
 /// For a statement that copies all pixels.
 constexpr auto kMigrationPatience = std::chrono::hours(6);
 /// How often one that stands by looks.
@@ -155,9 +155,10 @@ Status Leadership::stand_by() {
       return holder.status();
     }
     const std::string news =
-        holder.ok() ? fmt::format("standing by: {} is at work on {}; this one takes over when it is not heard for {} s",
-                                  *holder, session_.place(), options_.lease.count() / 1000)
-                    : fmt::format("standing by, but {}", message_of(holder.status()));
+        holder.ok()
+            ? fmt::format("standing by: {} is at work on {}; this one takes over when it is not heard for {:g} s",
+                          *holder, session_.place(), std::chrono::duration<double>(options_.lease).count())
+            : fmt::format("standing by, but {}", message_of(holder.status()));
     if (news != told) {
       spdlog::info("{}", news);
       told = news;
@@ -259,9 +260,9 @@ Status Leadership::explain(Status failure) const {
     return failure;
   }
   return failed_precondition(
-      "{}: another coordinator has taken over from epoch {} (this one was not heard for {} s); nothing more is stored "
+      "{}: another coordinator has taken over from epoch {} (this one was not heard for {:g} s); nothing more is stored "
       "here, so this one ends. Started again, it stands by",
-      session_.place(), epoch(), options_.lease.count() / 1000);
+      session_.place(), epoch(), std::chrono::duration<double>(options_.lease).count());
 }
 
 }  // namespace lightmill::postgres

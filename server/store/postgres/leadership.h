@@ -23,7 +23,7 @@ class Leadership {
  public:
   struct Options {
     std::string url;
-    std::chrono::milliseconds lease = std::chrono::seconds(5);
+    std::chrono::milliseconds lease;  ///< PostgresOptions::lease
     /// No tables are made, and nobody is waited for: NOT_FOUND, FAILED_PRECONDITION.
     bool only_look = false;
     /// Where the last commit that is known of is recorded, also while this stands by; empty: nowhere.

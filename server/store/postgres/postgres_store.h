@@ -17,7 +17,7 @@ struct PostgresOptions {
   std::string url;  ///< postgres://USER@HOST:PORT/DATABASE, as libpq takes it
   AssetLimits assets;
   /// A coordinator that is not heard for so long is replaced by one that stands by.
-  std::chrono::milliseconds lease = std::chrono::seconds(5);
+  std::chrono::milliseconds lease = std::chrono::milliseconds(2'500);
   /// No tables are made, and nobody is waited for: NOT_FOUND where there is no farm, FAILED_PRECONDITION where a
   /// coordinator is at work.
   bool only_look = false;
