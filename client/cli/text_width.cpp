@@ -78,4 +78,32 @@ std::string cut_to_columns(std::string_view text, int columns) {
   return std::string(text.substr(0, end));
 }
 
+std::vector<std::string> wrap_to_columns(std::string_view text, int columns) {
+  std::vector<std::string> lines(1);
+  int used = 0;  // of the last line
+  while (!text.empty()) {
+    const std::size_t spaces = std::min(text.find_first_not_of(' '), text.size());
+    std::string_view word = text.substr(spaces, text.find(' ', spaces) - spaces);
+    text.remove_prefix(spaces + word.size());
+    const int gap = lines.back().empty() && lines.size() > 1 ? 0 : static_cast<int>(spaces);
+    if (used > 0 && used + gap + columns_of(word) > columns) {
+      lines.emplace_back();
+      used = 0;
+    } else {
+      lines.back().append(static_cast<std::size_t>(gap), ' ');
+      used += gap;
+    }
+    while (columns_of(word) > columns - used) {
+      const std::string part = cut_to_columns(word, columns - used);
+      lines.back() += part;
+      word.remove_prefix(part.size());
+      lines.emplace_back();
+      used = 0;
+    }
+    lines.back() += word;
+    used += columns_of(word);
+  }
+  return lines;
+}
+
 }  // namespace lightmill::cli

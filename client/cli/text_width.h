@@ -3,6 +3,7 @@
 
 #include <string>
 #include <string_view>
+#include <vector>
 
 namespace lightmill::cli {
 
@@ -11,5 +12,9 @@ int columns_of(std::string_view text);
 
 /// As many of the first characters as fit into `columns`.
 std::string cut_to_columns(std::string_view text, int columns);
+
+/// Lines of at most so many columns, which has to be 2 or more. They end between words, or within one that is longer.
+/// At least one line.
+std::vector<std::string> wrap_to_columns(std::string_view text, int columns);
 
 }  // namespace lightmill::cli

@@ -12,7 +12,6 @@
 namespace lightmill::cli {
 namespace {
 
-using Rows = std::vector<std::vector<std::string>>;
 
 /// Where a job stands in the list.
 int rank_of(v1::JobState state) {
@@ -70,7 +69,7 @@ std::string fitted(const std::string& line, int columns) {
 void add_table(Rows rows, int columns, std::size_t most, std::vector<std::string>& lines) {
   const std::size_t left_out = rows.size() > most ? rows.size() - most + 1 : 0;
   rows.resize(rows.size() - left_out);
-  for (std::string& line : format_table(std::move(rows), columns)) {
+  for (std::string& line : format_table_in_lines(std::move(rows), columns)) {
     lines.push_back(std::move(line));
   }
   if (left_out > 0) {

@@ -27,7 +27,9 @@ trap clean_up EXIT
 trap 'exit 130' INT TERM
 
 start() { # NAME
-  $server --store "$url" --listen 127.0.0.1:0 >"$folder/$1" 2>&1 &
+  rm -f "$folder/$1" # of the round before
+  touch "$folder/$1"
+  $server --store "$url" --listen 127.0.0.1:0 >>"$folder/$1" 2>&1 &
 }
 until_says() { # NAME PROCESS WORDS
   until grep -q "$3" "$folder/$1"; do

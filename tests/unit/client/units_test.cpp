@@ -110,12 +110,63 @@ TEST(Names, AreUtf8OfBoundedLengthWithoutControlCharacters) {
   }
 }
 
-TEST(Table, PadsColumnsAndCutsLongLines) {
-  const std::vector<std::string> lines = format_table({{"A", "ERROR", "NAME"}, {"10", "±2%", "box"}}, 0);
-  EXPECT_EQ(lines, (std::vector<std::string>{"A   ERROR  NAME", "10  ±2%    box"}));
-  for (const std::string& line : format_table({{"A", "ERROR", "NAME"}, {"10", "±2%", "box"}}, 9)) {
-    EXPECT_LE(columns_of(line), 9);
+using Lines = std::vector<std::string>;
+
+TEST(Table, PadsColumns) {
+  EXPECT_EQ(format_table({{"A", "ERROR", "NAME"}, {"10", "±2%", "box"}}, 0),
+            (Lines{"A   ERROR  NAME", "10  ±2%    box"}));
+  EXPECT_EQ(format_table({{"A", "", "NAME"}, {"", "", "box"}}, 0), (Lines{"A    NAME", "     box"}));
+}
+
+TEST(Table, InLinesIsCut) {
+  EXPECT_EQ(format_table_in_lines({{"A", "ERROR", "NAME"}, {"10", "±2%", "box"}}, 9),
+            (Lines{"A   ERROR", "10  ±2%  "}));
+}
+
+TEST(Table, WrapsItsWidestColumn) {
+  const Rows rows{{"METHOD", "WHY", "T"},
+                  {"path", "the lamp's caustics are missing, as no camera path finds them", "2 s"}};
+  EXPECT_EQ(format_table(rows, 40),
+            (Lines{"METHOD  WHY                          T", "path    the lamp's caustics are      2 s",
+                   "        missing, as no camera path", "        finds them"}));
+}
+
+TEST(Table, TakesSeveralLinesARowWhereItsColumnsAreTooMany) {
+  const Rows rows{{"JOB", "STATE", "DONE", "OWNER", "NAME"}, {"12", "running", "50%", "ada", "cornell-bench-blocks"}};
+  EXPECT_EQ(format_table(rows, 24), (Lines{"JOB  STATE    DONE", "    OWNER", "    NAME", "12   running  50%",
+                                           "    ada", "    cornell-bench-blocks"}));
+}
+
+TEST(Table, LosesNothingAtAnyWidth) {
+  const Rows rows{
+      {"JOB", "DIGEST", "NAME", "REASON"},
+      {"7", std::string(64, 'd'), "冷却塔-with-a-long-name", "waits for a larger worker; for small: memory"},
+      {"8", "", "b", "ok"}};
+  const auto letters = [](std::string text) {
+    std::erase(text, ' ');
+    std::ranges::sort(text);
+    return text;
+  };
+  std::string all;
+  for (const auto& row : rows) {
+    all += fmt::format("{}", fmt::join(row, ""));
   }
+  for (int width = 4; width < 160; ++width) {
+    std::string shown;
+    for (const std::string& line : format_table(rows, width)) {
+      EXPECT_LE(columns_of(line), width) << line;
+      EXPECT_FALSE(line.ends_with(' ')) << line;
+      shown += line;
+    }
+    EXPECT_EQ(letters(shown), letters(all)) << width;
+  }
+}
+
+TEST(TextWidth, WrapsBetweenWordsAndWithinLongOnes) {
+  EXPECT_EQ(wrap_to_columns("", 5), (Lines{""}));
+  EXPECT_EQ(wrap_to_columns("one two  three", 8), (Lines{"one two", "three"}));
+  EXPECT_EQ(wrap_to_columns("a digest 0123456789", 8), (Lines{"a digest", "01234567", "89"}));
+  EXPECT_EQ(wrap_to_columns("冷却塔", 5), (Lines{"冷却", "塔"}));
 }
 
 TEST(Table, StaysAlignedBelowWideNames) {
