@@ -27,8 +27,7 @@ trap clean_up EXIT
 trap 'exit 130' INT TERM
 
 start() { # NAME
-  rm -f "$folder/$1" # of the round before
-  touch "$folder/$1"
+  : >"$folder/$1" # in place of that of the round before
   $server --store "$url" --listen 127.0.0.1:0 >>"$folder/$1" 2>&1 &
 }
 until_says() { # NAME PROCESS WORDS

@@ -201,7 +201,7 @@ class Runner(unittest.TestCase):
 
     def test_nothing_ends_in_the_time_given(self):
         self.plant_runs('script(lasts "sleep 600" long)\n')
-        self.assert_fails(["--all", "--in-turn", "--minutes", "0.001"], "not reached +long: lasts")
+        self.assert_fails(["--all", "--in-turn", "--minutes", "0"], "not reached +long: lasts")
 
     def test_what_was_done_is_remembered(self):
         self.plant_runs('''

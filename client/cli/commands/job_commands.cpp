@@ -19,7 +19,7 @@ using nlohmann::json;
 constexpr std::size_t kDefaultJobs = 20;
 
 struct JobOptions {
-  std::uint64_t job = 0;
+  std::vector<std::uint64_t> jobs;
   std::uint64_t samples = 0;
   std::string error;
   std::int32_t priority = 0;
@@ -78,46 +78,74 @@ Status list_jobs(FarmConnection& connection, const Console& console, std::size_t
   return ok_status();
 }
 
-void say_job(const Console& console, const v1::Job& job) {
-  console.object(to_json(job));
-  console.result(fmt::format("job {} is {} ({})", job.id(), state_name(job.state()), samples_text(job)));
+/// What a command has done with a job.
+struct Done {
+  json object;
+  std::string line;
+};
+
+Result<Done> done(const Result<v1::Job>& job) {
+  LM_RETURN_IF_ERROR(job.status());
+  return Done{to_json(*job), fmt::format("job {} is {} ({})", job->id(), state_name(job->state()), samples_text(*job))};
 }
 
-CLI::App* add_job_command(CLI::App& app, Context& context, JobOptions& options, const char* name, const char* about) {
+using JobCall = std::function<Result<Done>(FarmConnection&, const JobOptions&, std::uint64_t job)>;
+
+/// Makes the call for each job, also after one of which it fails. A farm that does not answer ends it.
+ExitCode call_for_each(FarmConnection& connection, const Console& console, const JobOptions& options,
+                       const JobCall& call) {
+  json objects = json::array(), failed = json::array();
+  Status failure = ok_status();
+  for (const std::uint64_t job : options.jobs) {
+    const Result<Done> result = call(connection, options, job);
+    if (result.ok()) {
+      console.result(result->line);
+      objects.push_back(result->object);
+      continue;
+    }
+    failure = result.status();
+    if (options.jobs.size() == 1 || exit_code_of(failure) == kUnreachable) {
+      break;
+    }
+    console.notice(fmt::format("job {}: {}", job, message_of(failure)));
+    failed.push_back({{"id", job}, {"message", message_of(failure)}});
+  }
+  if (options.jobs.size() == 1) {
+    if (!failure.ok()) {
+      return console.fail(failure);
+    }
+    console.object(objects[0]);
+    return kDone;
+  }
+  const json all{{"jobs", objects}, {"failed", failed}};
+  if (failure.ok()) {
+    console.object(all);
+    return kDone;
+  }
+  if (exit_code_of(failure) != kUnreachable) {
+    failure = make_error(failure.code(), "{} of {} jobs are as they were", failed.size(), options.jobs.size());
+  }
+  return console.fail(failure, all);
+}
+
+CLI::App* add_job_command(CLI::App& app, Context& context, const std::shared_ptr<JobOptions>& options, const char* name,
+                          const char* about, const JobCall& call) {
   CLI::App* command = app.add_subcommand(name, about);
-  add_job_number(*command, options.job);
+  command->add_option("JOB", options->jobs, "the jobs' numbers, as `submit` and `jobs` print them")
+      ->required()
+      ->check(whole_number(1, std::numeric_limits<std::uint64_t>::max()));
   add_common_options(*command, context);
-  return command;
-}
-
-/// A command that makes one call about one job and says how the job stands then.
-using JobCall = std::function<Result<v1::Job>(FarmConnection&, const JobOptions&)>;
-
-void run_call(CLI::App* command, Context& context, const std::shared_ptr<JobOptions>& options, const JobCall& call) {
   command->callback([&context, options, call] {
     context.run = [&context, options, call](const Console& console) {
-      return with_farm(console, context.common, [&](FarmConnection& connection) -> Status {
-        LM_ASSIGN_OR_RETURN(const v1::Job job, call(connection, *options));
-        say_job(console, job);
+      ExitCode code = kDone;
+      const ExitCode connected = with_farm(console, context.common, [&](FarmConnection& connection) {
+        code = call_for_each(connection, console, *options, call);
         return ok_status();
       });
+      return connected == kDone ? code : connected;
     };
   });
-}
-
-void add_delete(CLI::App& app, Context& context, const std::shared_ptr<JobOptions>& options) {
-  CLI::App* command = add_job_command(app, context, *options, "delete", "Forget an ended job and its film.");
-  command->add_flag("--cancel", options->cancel, "cancel it first, if it has not ended");
-  command->callback([&context, options] {
-    context.run = [&context, options](const Console& console) {
-      return with_farm(console, context.common, [&](FarmConnection& connection) -> Status {
-        LM_RETURN_IF_ERROR(connection.delete_job(options->job, options->cancel));
-        console.object(json{{"id", options->job}, {"deleted", true}});
-        console.result(fmt::format("job {} and its film are deleted", options->job));
-        return ok_status();
-      });
-    };
-  });
+  return command;
 }
 
 }  // namespace
@@ -141,30 +169,39 @@ void add_job_commands(CLI::App& app, Context& context) {
     };
   });
 
-  run_call(
-      add_job_command(app, context, *options, "cancel", "End a job for good. What is rendered can still be fetched."),
-      context, options,
-      [](FarmConnection& connection, const JobOptions& given) { return connection.cancel_job(given.job); });
-  run_call(add_job_command(app, context, *options, "pause", "Hold a job; `resume` lets it go on."), context, options,
-           [](FarmConnection& connection, const JobOptions& given) { return connection.pause_job(given.job); });
-  run_call(add_job_command(app, context, *options, "resume", "Let a paused job go on."), context, options,
-           [](FarmConnection& connection, const JobOptions& given) { return connection.resume_job(given.job); });
-
-  CLI::App* priority =
-      add_job_command(app, context, *options, "priority", "Let a job go before others, or after them.");
-  priority
-      ->add_option("PRIORITY", options->priority, "jobs with a higher one go first; 0 is what jobs have by themselves")
-      ->required()
-      ->check(signed_whole_number(std::numeric_limits<std::int32_t>::min(), std::numeric_limits<std::int32_t>::max()));
-  run_call(priority, context, options, [](FarmConnection& connection, const JobOptions& given) {
-    return connection.set_priority(given.job, given.priority);
+  const auto add = [&](const char* name, const char* about, const JobCall& call) {
+    return add_job_command(app, context, options, name, about, call);
+  };
+  add("cancel", "End jobs for good. What is rendered can still be fetched.",
+      [](FarmConnection& connection, const JobOptions&, std::uint64_t job) {
+        return done(connection.cancel_job(job));
+      });
+  add("pause", "Hold jobs; `resume` lets them go on.",
+      [](FarmConnection& connection, const JobOptions&, std::uint64_t job) { return done(connection.pause_job(job)); });
+  add("resume", "Let paused jobs go on.", [](FarmConnection& connection, const JobOptions&, std::uint64_t job) {
+    return done(connection.resume_job(job));
   });
 
-  CLI::App* extend = add_job_command(app, context, *options, "extend", "Ask more of a job, also of a finished one.");
+  add("priority", "Let jobs go before others, or after them.",
+      [](FarmConnection& connection, const JobOptions& given, std::uint64_t job) {
+        return done(connection.set_priority(job, given.priority));
+      })
+      ->add_option("--to", options->priority, "jobs with a higher priority go first; they have 0 by themselves")
+      ->type_name("P")
+      ->required()
+      ->check(signed_whole_number(std::numeric_limits<std::int32_t>::min(), std::numeric_limits<std::int32_t>::max()));
+
+  CLI::App* extend = add("extend", "Ask more of jobs, also of finished ones.",
+                         [](FarmConnection& connection, const JobOptions& given, std::uint64_t job) -> Result<Done> {
+                           double error = 0;
+                           if (!given.error.empty()) {
+                             LM_ASSIGN_OR_RETURN(error, parse_error(given.error));
+                           }
+                           return done(connection.extend_job(job, given.samples, error));
+                         });
   extend->footer(
-      "It goes on where it stopped: more samples give the same bits as if they had been asked for at once, and an "
-      "error is\n"
-      "read at 2^k and 3·2^k samples from there on. Its other limits stay, but those that it has reached.");
+      "They go on where they stopped: more samples give the same bits as if they had been asked for at once, and an "
+      "error is\nread at 2^k and 3·2^k samples from there on. Their other limits stay, but those that they have reached.");
   CLI::Option_group* const limits = extend->add_option_group("limits");
   limits->add_option("--spp", options->samples, "the new total of samples per pixel")
       ->check(whole_number(1, kMaxSamples));
@@ -172,15 +209,13 @@ void add_job_commands(CLI::App& app, Context& context) {
       ->type_name("E")
       ->check(readable(parse_error));
   limits->require_option(1, 2);
-  run_call(extend, context, options, [](FarmConnection& connection, const JobOptions& given) -> Result<v1::Job> {
-    double error = 0;
-    if (!given.error.empty()) {
-      LM_ASSIGN_OR_RETURN(error, parse_error(given.error));
-    }
-    return connection.extend_job(given.job, given.samples, error);
-  });
 
-  add_delete(app, context, options);
+  add("delete", "Forget ended jobs and their films.",
+      [](FarmConnection& connection, const JobOptions& given, std::uint64_t job) -> Result<Done> {
+        LM_RETURN_IF_ERROR(connection.delete_job(job, given.cancel));
+        return Done{json{{"id", job}, {"deleted", true}}, fmt::format("job {} and its film are deleted", job)};
+      })
+      ->add_flag("--cancel", options->cancel, "cancel those first that have not ended");
 }
 
 }  // namespace lightmill::cli

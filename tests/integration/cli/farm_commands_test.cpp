@@ -204,6 +204,28 @@ TEST_F(FarmCliTest, InterruptingWatchLeavesTheJobAndInterruptingRenderCancelsIt)
   EXPECT_EQ(jobs[1]["state"], "queued");
 }
 
+TEST_F(FarmCliTest, SeveralJobsAreChangedAtOnceAlsoAfterOneThatCannotBe) {
+  const std::string box = scene("cornell-bench-blocks.json");  // no worker: the jobs wait
+  const std::string first = submit({box}), second = submit({box}), third = submit({box});
+  nlohmann::json all = on_farm({"priority", first, second, third, "--to", "-4"});
+  ASSERT_EQ(all["jobs"].size(), 3u);
+  EXPECT_TRUE(all["failed"].empty());
+  for (const nlohmann::json& job : all["jobs"]) {
+    EXPECT_EQ(job["priority"], -4);
+  }
+  on_farm({"cancel", second});
+  all = on_farm({"pause", first, second, "77", third}, 2);
+  ASSERT_EQ(all["jobs"].size(), 2u);
+  EXPECT_EQ(all["jobs"][0]["state"], "paused");
+  EXPECT_EQ(std::to_string(all["jobs"][1].value("id", 0)), third);
+  ASSERT_EQ(all["failed"].size(), 2u);
+  EXPECT_EQ(std::to_string(all["failed"][0].value("id", 0)), second);
+  EXPECT_NE(all["failed"][1]["message"].get<std::string>().find("77"), std::string::npos);
+  EXPECT_EQ(all["failure"]["message"], "2 of 4 jobs are as they were");
+  EXPECT_EQ(on_farm({"delete", first, third, "--cancel"})["jobs"].size(), 2u);
+  EXPECT_EQ(on_farm({"jobs"})["jobs"].size(), 1u);
+}
+
 TEST_F(FarmCliTest, ACancelledJobIsExitCode1ForItsWatcher) {
   const std::string id = submit({scene("cornell-bench-blocks.json")});
   on_farm({"cancel", id});

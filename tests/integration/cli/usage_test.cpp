@@ -89,8 +89,8 @@ TEST_F(CliTest, BadUsageIsExitCode2WithAReason) {
       {"fetch", "1"},
       {"extend", "1"},
       {"priority", "1"},
-      {"priority", "1", "high"},
-      {"priority", "1", "2147483648"},
+      {"priority", "1", "--to", "high"},
+      {"priority", "1", "--to", "2147483648"},
       {"jobs", "--server", "host:99999"},
       {"error", file("a.png")},
       {"error", file("a.png"), file("b.png")},
@@ -311,7 +311,7 @@ TEST_F(FarmCliTest, UnknownJobsAndWorkersAreExitCode2) {
     EXPECT_NE(answer["failure"]["message"].get<std::string>().find("77"), std::string::npos) << command;
   }
   on_farm({"extend", "77", "--spp", "4"}, 2);
-  on_farm({"priority", "77", "-4"}, 2);
+  on_farm({"priority", "77", "--to", "-4"}, 2);
   on_farm({"fetch", "77", "-o", file("a.png")}, 2);
   on_farm({"workers", "drain", "nobody"}, 2);
 }
