@@ -5,7 +5,7 @@
 #include <filesystem>
 
 #include "common/base/address.h"
-#include "common/command_docs/describe_option.h"
+#include "common/command_line/describe_option.h"
 #include "common/farm/job.h"
 #include "server/store/postgres/postgres_store.h"
 

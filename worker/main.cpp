@@ -7,7 +7,7 @@
 #include <iostream>
 
 #include "common/base/address.h"
-#include "common/base/daemon_options.h"
+#include "common/command_line/daemon_options.h"
 #include "common/base/digest.h"
 #include "common/base/log.h"
 #include "common/base/machine_memory.h"
@@ -16,7 +16,7 @@
 #include "common/base/quantities.h"
 #include "common/base/signals.h"
 #include "common/base/text.h"
-#include "common/command_docs/describe_option.h"
+#include "common/command_line/describe_option.h"
 #include "common/farm/job.h"
 #include "common/methods/fingerprint.h"
 #include "common/security/caller_options.h"

@@ -68,5 +68,6 @@ void add_verify_command(CLI::App& app, Context& context);
 void add_check_command(CLI::App& app, Context& context);
 void add_lab_command(CLI::App& app, Context& context);
 void add_certs_command(CLI::App& app, Context& context);  ///< certs init, server, worker, person, show
+void add_help_command(CLI::App& app, Context& context);
 
 }  // namespace lightmill::cli

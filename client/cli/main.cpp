@@ -7,8 +7,10 @@
 
 #include "client/cli/context.h"
 #include "common/base/memory_end.h"
-#include "common/base/option_values.h"
-#include "common/command_docs/describe_option.h"
+#include "common/command_line/describe_option.h"
+#include "common/command_line/help_page.h"
+#include "common/command_line/option_values.h"
+#include "common/command_line/usage_errors.h"
 
 namespace lightmill::cli {
 namespace {
@@ -19,39 +21,33 @@ constexpr const char* kAbout =
     "  lightmill submit scene.json                    queue a render and print its job number\n"
     "  lightmill watch 7                              follow a job\n"
     "  lightmill fetch 7 -o picture.exr               its picture, finished or not\n\n"
-    "A farm is one lightmill-server and any number of lightmill-worker processes. Commands talk to the one given by\n"
+    "A farm is one lightmill-server and any number of lightmill-worker processes. Commands talk to the one given by "
     "--server or the environment variable LIGHTMILL_SERVER, else to 127.0.0.1:7350. `render` starts a farm of its own "
-    "on\n"
-    "this machine when there is none.";
+    "on this machine when there is none.";
 
 constexpr const char* kFooter =
-    "Exit codes: 0 done, 1 the job failed, 2 bad usage or bad input, 3 the farm cannot be reached or is full, 130 "
-    "interrupted.\n"
-    "`lightmill COMMAND --help` says more about a command.";
+    "`lightmill help COMMAND` says more about a command, `lightmill help methods` about the methods, and `lightmill "
+    "help exit-codes` about exit codes.";
 
 ExitCode usage_error(std::string_view message, int argc, char** argv) {
   const Console console(has_flag(argc, argv, "--json"), has_flag(argc, argv, "--openjd"));
   return console.finish(
-      console.fail(invalid_argument("{}\nTry `lightmill --help` or `lightmill COMMAND --help`.", message)));
+      console.fail(invalid_argument("{}\nTry `lightmill help` or `lightmill help COMMAND`.", message)));
 }
 
-/// The first word if it is no command, and the words that are; empty if there is nothing wrong with it.
-std::string unknown_command(const CLI::App& app, int argc, char** argv) {
-  std::vector<std::string> names;
-  for (const CLI::App* command : app.get_subcommands({})) {
-    names.push_back(command->get_name());
+/// What `lightmill --help` lists together.
+void group_commands(CLI::App& app) {
+  const std::vector<std::pair<const char*, std::vector<const char*>>> groups{
+      {"Render", {"render", "submit", "watch", "fetch"}},
+      {"Jobs", {"jobs", "show", "cancel", "pause", "resume", "priority", "extend", "delete"}},
+      {"Farm", {"top", "workers", "log", "tokens", "certs"}},
+      {"Scenes and pictures", {"check", "lab", "error", "verify"}},
+      {"Help", {"help"}}};
+  for (const auto& [group, names] : groups) {
+    for (const char* name : names) {
+      app.get_subcommand(name)->group(group);
+    }
   }
-  if (argc < 2 || *argv[1] == '-' || std::ranges::find(names, argv[1]) != names.end()) {
-    return "";
-  }
-  return fmt::format("there is no command '{}'; there are {}", argv[1], fmt::join(names, ", "));
-}
-
-/// CLI11's words for an option that was given twice are about counts.
-std::string plain_words(const CLI::ParseError& error) {
-  const std::string text = error.what();
-  const std::size_t at = text.find(": At Most 1 required");
-  return at == std::string::npos ? text : text.substr(0, at) + " is given more than once";
 }
 
 int run(int argc, char** argv) {
@@ -75,9 +71,9 @@ int run(int argc, char** argv) {
   add_check_command(app, context);
   add_lab_command(app, context);
   add_certs_command(app, context);
-  if (const std::string unknown = unknown_command(app, argc, argv); !unknown.empty()) {
-    return usage_error(unknown, argc, argv);
-  }
+  add_help_command(app, context);
+  group_commands(app);
+  use_help_pages(app);
   refuse_empty_values(app);
   try {
     app.parse(argc, argv);
@@ -88,7 +84,7 @@ int run(int argc, char** argv) {
                ? kDone
                : Console(false).fail(internal_error("cannot write to standard output: {}", std::strerror(errno)));
   } catch (const CLI::ParseError& error) {
-    return usage_error(plain_words(error), argc, argv);
+    return usage_error(usage_error_text(app, error), argc, argv);
   }
   const Console console(context.common.json, context.common.openjd);
   try {

@@ -2,7 +2,7 @@
 
 #include <cmath>
 
-#include "client/cli/text_width.h"
+#include "common/base/text_width.h"
 #include "client/cli/units.h"
 #include "common/wire/bytes.h"
 

@@ -128,7 +128,9 @@ void add_render_options(CLI::App& command, RenderOptions& options) {
   command.add_option("--crop", options.crop, "render only this part of the picture")
       ->type_name("X,Y,W,H")
       ->check(readable(parse_crop));
-  command.add_option("--method", settings.method, std::string(method_help()))
+  command
+      .add_option("--method", settings.method,
+                  fmt::format("how light is followed: {} (`lightmill help methods`)", method_list()))
       ->type_name("M[:PARAMETER,...]")
       ->capture_default_str();
   command.add_flag("--brute-force", options.brute_force,

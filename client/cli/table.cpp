@@ -1,11 +1,10 @@
 #include "client/cli/table.h"
 
-#include <sys/ioctl.h>
 #include <unistd.h>
 
 #include <algorithm>
 
-#include "client/cli/text_width.h"
+#include "common/base/text_width.h"
 #include "common/base/text.h"
 
 namespace lightmill::cli {
@@ -109,9 +108,7 @@ std::vector<std::string> format_table_in_lines(Rows rows, int width) {
 }
 
 void print_table(const Console& console, const Rows& rows) {
-  winsize size{};
-  const bool terminal = ::isatty(STDOUT_FILENO) == 1 && ::ioctl(STDOUT_FILENO, TIOCGWINSZ, &size) == 0;
-  for (const std::string& line : format_table(rows, terminal ? size.ws_col : 0)) {
+  for (const std::string& line : format_table(rows, terminal_columns(STDOUT_FILENO))) {
     console.result(line);
   }
 }

@@ -4,7 +4,7 @@
 
 #include "client/cli/progress.h"
 #include "client/cli/table.h"
-#include "client/cli/text_width.h"
+#include "common/base/text_width.h"
 #include "client/cli/units.h"
 #include "common/base/quantities.h"
 #include "common/base/text.h"

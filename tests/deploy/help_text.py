@@ -17,14 +17,14 @@ def help_of(folder, words):
 
 
 def options_and_commands(lines):
-    """(option names, command names), as help lists them: set in by two spaces, commands below 'Subcommands:'."""
-    options, commands, in_commands = set(), [], False
+    """(option names, command names), as help lists them below the titles of groups, set in by two spaces."""
+    options, commands, in_group = set(), [], False
     for line in lines:
         if line and not line.startswith(" "):
-            in_commands = line == "Subcommands:"
-        if in_commands and (match := re.match(r"  ([a-z][a-z-]*)(\s|$)", line)):
+            in_group = re.fullmatch(r"[A-Z][A-Za-z ]*:", line) is not None
+        elif in_group and (match := re.match(r"  ([a-z][a-z-]*)(\s|$)", line)):
             commands.append(match.group(1))
-        elif match := re.match(r" {2,8}((?:-\w,)?--[a-z][a-z-]*)(\s|$|=)", line):
+        elif in_group and (match := re.match(r"  ((?:-\w,)?--[a-z][a-z-]*)(\s|$)", line)):
             options.update(match.group(1).split(","))
     return options, commands
 

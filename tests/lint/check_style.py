@@ -11,7 +11,7 @@ import re
 import subprocess
 import sys
 
-COMMON_ORDER = ["base", "command_docs", "security", "math", "geometry", "sampling", "image", "materials", "film", "lights", "scene", "photons",
+COMMON_ORDER = ["base", "command_line", "security", "math", "geometry", "sampling", "image", "materials", "film", "lights", "scene", "photons",
                 "methods", "planner", "farm", "wire", "scene_io"]
 PROGRAMS = ["decoder", "server", "worker", "client"]
 SOURCE_SUFFIXES = {".h", ".cpp"}

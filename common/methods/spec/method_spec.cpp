@@ -152,18 +152,12 @@ std::uint32_t level_at_a_time(const MethodSpec& method, std::uint32_t level) {
   return shared_samples(method) == 0 ? level : 0;
 }
 
-std::string_view method_help() {
-  static const std::string help = [] {
-    std::string text;
-    for (const Entry& entry : kMethods) {
-      text += fmt::format("{}{}: {}", text.empty() ? "" : "; ", entry.name, entry.summary);
-      if (const std::size_t own = entry.parameters.rfind(", "); own != std::string_view::npos) {
-        text += fmt::format(" ({})", entry.parameters.substr(0, own));
-      }
-    }
-    return text;
-  }();
-  return help;
+std::vector<MethodAbout> method_abouts() {
+  std::vector<MethodAbout> abouts;
+  for (const Entry& entry : kMethods) {
+    abouts.push_back({entry.name, entry.summary, entry.parameters});
+  }
+  return abouts;
 }
 
 Status check_max_bounces(std::string_view method, std::uint32_t max_bounces) {

@@ -40,8 +40,11 @@ inline constexpr std::string_view kAutoMethod = "auto";
 const std::vector<std::string_view>& method_names();
 /// The same in words.
 std::string_view method_list();
-/// What each shows, and the parameters that it alone takes: "path: all light; …".
-std::string_view method_help();
+/// What each shows, and its parameters, as in "photons=N, brute-force".
+struct MethodAbout {
+  std::string_view name, summary, parameters;
+};
+std::vector<MethodAbout> method_abouts();
 
 /// Whether a method shows a scene by its lights: without any, its picture is black.
 bool method_needs_light(std::string_view name);

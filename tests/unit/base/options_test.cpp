@@ -1,7 +1,7 @@
 #include <gtest/gtest.h>
 
 #include "common/base/address.h"
-#include "common/base/daemon_options.h"
+#include "common/command_line/daemon_options.h"
 #include "common/base/library_text.h"
 
 namespace lightmill::test {

@@ -6,7 +6,7 @@
 #include <nlohmann/json.hpp>
 
 #include "client/cli/job_json.h"
-#include "client/cli/text_width.h"
+#include "common/base/text_width.h"
 
 namespace lightmill::cli {
 namespace {

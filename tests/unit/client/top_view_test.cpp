@@ -4,7 +4,7 @@
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 
-#include "client/cli/text_width.h"
+#include "common/base/text_width.h"
 
 namespace lightmill::cli {
 namespace {

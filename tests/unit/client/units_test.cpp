@@ -4,7 +4,7 @@
 #include <gtest/gtest.h>
 
 #include "client/cli/table.h"
-#include "client/cli/text_width.h"
+#include "common/base/text_width.h"
 #include "common/base/text.h"
 
 namespace lightmill::cli {

@@ -9,8 +9,10 @@
 #include <string>
 #include <utility>
 
-#include "common/base/option_values.h"
 #include "common/base/status.h"
+#include "common/command_line/help_page.h"
+#include "common/command_line/option_values.h"
+#include "common/command_line/usage_errors.h"
 
 namespace lightmill {
 
@@ -47,18 +49,17 @@ CLI::Option* add_limit(CLI::App& app, const std::string& name, T& value, const c
 /// should run; errors have its name, and `failed`, if there is one, is told them too.
 inline std::optional<int> parse_options(CLI::App& app, int argc, char** argv, const std::function<Status()>& check,
                                         const std::function<void(const std::string&)>& failed = {}) {
+  use_help_pages(app);
   refuse_empty_values(app);
-  app.failure_message([](const CLI::App* of, const CLI::Error& error) {
-    return fmt::format("{}: {}\nTry `{} --help`.\n", of->get_name(), error.what(), of->get_name());
-  });
   try {
     app.parse(argc, argv);
+  } catch (const CLI::Success& asked) {  // --help, --version
+    return app.exit(asked);
   } catch (const CLI::ParseError& error) {
-    if (app.exit(error) == 0) {  // --help, --version
-      return 0;
-    }
+    const std::string text = usage_error_text(app, error);
+    std::cerr << fmt::format("{0}: {1}\nTry `{0} --help`.\n", app.get_name(), text);
     if (failed) {
-      failed(error.what());
+      failed(text);
     }
     return 2;
   }

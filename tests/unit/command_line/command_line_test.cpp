@@ -1,7 +1,7 @@
 #include <gtest/gtest.h>
 
-#include "common/command_docs/completions.h"
-#include "common/command_docs/man_page.h"
+#include "common/command_line/completions.h"
+#include "common/command_line/man_page.h"
 
 namespace lightmill::test {
 namespace {

@@ -5,7 +5,10 @@
 #include <string_view>
 #include <vector>
 
-namespace lightmill::cli {
+namespace lightmill {
+
+/// Columns of the terminal that this descriptor writes to; 0 if it is none.
+int terminal_columns(int descriptor);
 
 /// Columns of UTF-8 text: two for a wide character (CJK, emoji), none for one that combines with others.
 int columns_of(std::string_view text);
@@ -17,4 +20,4 @@ std::string cut_to_columns(std::string_view text, int columns);
 /// At least one line.
 std::vector<std::string> wrap_to_columns(std::string_view text, int columns);
 
-}  // namespace lightmill::cli
+}  // namespace lightmill

@@ -28,6 +28,7 @@ struct OptionDoc {
 struct CommandDoc {
   std::vector<std::string> path;  ///< the program, then the words of the command
   std::string about;
+  std::string group;   ///< "Subcommands" unless it has another
   std::string footer;  ///< empty where it is its parent's
   std::vector<OptionDoc> positions;
   std::vector<OptionDoc> options;  ///< those of its parent, too, where they may follow it
@@ -41,6 +42,8 @@ struct CommandDoc {
 
 /// What --help shows: hidden options are left out.
 CommandDoc command_tree(const CLI::App& app);
+/// The part of its program's tree that a command is.
+CommandDoc command_of(const CLI::App& app);
 
 /// The command and all below it, parents first.
 std::vector<const CommandDoc*> all_commands(const CommandDoc& root);

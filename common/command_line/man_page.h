@@ -3,7 +3,7 @@
 
 #include <string>
 
-#include "common/command_docs/command_tree.h"
+#include "common/command_line/command_tree.h"
 
 namespace lightmill {
 

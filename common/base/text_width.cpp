@@ -1,10 +1,12 @@
-#include "client/cli/text_width.h"
+#include "common/base/text_width.h"
 
+#include <sys/ioctl.h>
+#include <unistd.h>
 #include <wchar.h>
 
 #include <clocale>
 
-namespace lightmill::cli {
+namespace lightmill {
 namespace {
 
 /// The C library's tables for Unicode, whatever locale the user has. In one without them (a system that lacks C.UTF-8)
@@ -23,7 +25,7 @@ class UnicodeTables {
   locale_t before_ = nullptr;
 };
 
-struct Character {
+struct Cell {
   std::size_t bytes = 1;
   int columns = 1;
 };
@@ -33,8 +35,8 @@ bool continues_character(char byte) {
 }
 
 /// Of `text`, which is not empty.
-Character first_character(std::string_view text) {
-  Character first;
+Cell first_cell(std::string_view text) {
+  Cell first;
   while (first.bytes < text.size() && continues_character(text[first.bytes])) {
     ++first.bytes;
   }
@@ -49,11 +51,16 @@ Character first_character(std::string_view text) {
 
 }  // namespace
 
+int terminal_columns(int descriptor) {
+  winsize size{};
+  return ::isatty(descriptor) == 1 && ::ioctl(descriptor, TIOCGWINSZ, &size) == 0 ? size.ws_col : 0;
+}
+
 int columns_of(std::string_view text) {
   const UnicodeTables tables;
   int columns = 0;
   while (!text.empty()) {
-    const Character first = first_character(text);
+    const Cell first = first_cell(text);
     columns += first.columns;
     text.remove_prefix(first.bytes);
   }
@@ -64,7 +71,7 @@ std::string cut_to_columns(std::string_view text, int columns) {
   const UnicodeTables tables;
   std::size_t end = 0;
   while (end < text.size()) {
-    const Character next = first_character(text.substr(end));
+    const Cell next = first_cell(text.substr(end));
     columns -= next.columns;
     if (columns < 0) {
       break;
@@ -106,4 +113,4 @@ std::vector<std::string> wrap_to_columns(std::string_view text, int columns) {
   return lines;
 }
 
-}  // namespace lightmill::cli
+}  // namespace lightmill

@@ -1,4 +1,4 @@
-#include "common/command_docs/command_tree.h"
+#include "common/command_line/command_tree.h"
 
 #include <fmt/ranges.h>
 
@@ -60,6 +60,7 @@ CommandDoc command_doc(const CLI::App& app, const CommandDoc* parent, const std:
   doc.path = parent == nullptr ? std::vector<std::string>() : parent->path;
   doc.path.push_back(app.get_name());
   doc.about = app.get_description();
+  doc.group = app.get_group();
   const std::string footer = app.get_footer();
   doc.footer = footer == parent_footer ? "" : footer;
   append_options(app, doc);
@@ -92,6 +93,19 @@ std::string CommandDoc::words() const {
 
 CommandDoc command_tree(const CLI::App& app) {
   return command_doc(app, nullptr, "");
+}
+
+CommandDoc command_of(const CLI::App& app) {
+  std::vector<const CLI::App*> line{&app};  // from the command to the program
+  while (line.back()->get_parent() != nullptr) {
+    line.push_back(line.back()->get_parent());
+  }
+  CommandDoc doc = command_tree(*line.back());
+  for (std::size_t i = line.size() - 1; i-- > 0;) {
+    const auto below = std::ranges::find(doc.commands, line[i]->get_name(), &CommandDoc::name);
+    doc = CommandDoc(*below);
+  }
+  return doc;
 }
 
 std::vector<const CommandDoc*> all_commands(const CommandDoc& root) {

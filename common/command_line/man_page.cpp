@@ -1,4 +1,4 @@
-#include "common/command_docs/man_page.h"
+#include "common/command_line/man_page.h"
 
 #include <fmt/ranges.h>
 

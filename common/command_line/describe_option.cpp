@@ -1,4 +1,4 @@
-#include "common/command_docs/describe_option.h"
+#include "common/command_line/describe_option.h"
 
 #include <fmt/chrono.h>
 
@@ -6,8 +6,8 @@
 #include <cstdlib>
 #include <string_view>
 
-#include "common/command_docs/completions.h"
-#include "common/command_docs/man_page.h"
+#include "common/command_line/completions.h"
+#include "common/command_line/man_page.h"
 
 namespace lightmill {
 namespace {

@@ -1,0 +1,178 @@
+#include "common/command_line/help_page.h"
+
+#include <fmt/format.h>
+#include <unistd.h>
+
+#include <algorithm>
+
+#include "common/base/text_width.h"
+
+namespace lightmill {
+namespace {
+
+/// Longer lines are hard to read.
+constexpr int kMostColumns = 100;
+constexpr int kLeastColumns = 40;
+
+/// Lines that are set in, as examples are, stay as they are. Others are wrapped in paragraphs.
+void add_text(std::string_view text, int columns, std::string& page) {
+  std::string paragraph;
+  const auto end_paragraph = [&] {
+    if (!paragraph.empty()) {
+      for (const std::string& line : wrap_to_columns(paragraph, columns)) {
+        page += line + "\n";
+      }
+      paragraph.clear();
+    }
+  };
+  while (!text.empty()) {
+    const std::string_view line = text.substr(0, text.find('\n'));
+    text.remove_prefix(std::min(line.size() + 1, text.size()));
+    if (line.empty() || line.starts_with(' ')) {
+      end_paragraph();
+      page += fmt::format("{}\n", line);
+    } else {
+      paragraph += fmt::format("{}{}", paragraph.empty() ? "" : " ", line);
+    }
+  }
+  end_paragraph();
+}
+
+struct Entry {
+  std::string name, text;
+};
+
+/// Names in a column, and what they mean beside it; below a name that is too long.
+void add_entries(const std::vector<Entry>& entries, int columns, std::string& page) {
+  int widest = 0;
+  const int most = std::min(28, columns / 3);
+  for (const Entry& entry : entries) {
+    const int width = columns_of(entry.name);
+    widest = width <= most ? std::max(widest, width) : widest;
+  }
+  const int begin = 2 + std::max(widest, 8) + 2;
+  for (const Entry& entry : entries) {
+    std::string line = "  " + entry.name;
+    const bool fits = columns_of(line) + 2 <= begin;
+    if (!fits || entry.text.empty()) {
+      page += line + "\n";
+      line.clear();
+    }
+    for (const std::string& part : wrap_to_columns(entry.text, columns - begin)) {
+      if (!part.empty()) {
+        line.append(static_cast<std::size_t>(begin - columns_of(line)), ' ');
+        page += line + part + "\n";
+        line.clear();
+      }
+    }
+  }
+}
+
+std::string with_dots(const OptionDoc& option) {
+  return option.repeats ? option.shown_value() + "..." : option.shown_value();
+}
+
+Entry entry_of(const OptionDoc& option) {
+  Entry entry{fmt::format("{}", fmt::join(option.names, ",")), option.text};
+  if (!option.value.empty()) {
+    entry.name += " " + with_dots(option);
+  }
+  if (option.required) {
+    entry.text += " (must be given)";
+  }
+  if (!option.default_value.empty()) {
+    entry.text += fmt::format(" [{}]", option.default_value);
+  }
+  if (!option.variable.empty()) {
+    entry.text += fmt::format(" (or ${})", option.variable);
+  }
+  return entry;
+}
+
+Entry position_of(const OptionDoc& position) {
+  return {position.names.front() + (position.repeats ? "..." : ""), position.text};
+}
+
+/// In the order of their first entries.
+template <class Doc, class EntryOf>
+void add_groups(const std::vector<Doc>& docs, const EntryOf& entry_of_doc, int columns, std::string& page) {
+  std::vector<std::pair<std::string, std::vector<Entry>>> groups;
+  for (const Doc& doc : docs) {
+    auto group = std::ranges::find(groups, doc.group, [](const auto& each) { return each.first; });
+    if (group == groups.end()) {
+      group = groups.insert(groups.end(), {doc.group, {}});
+    }
+    group->second.push_back(entry_of_doc(doc));
+  }
+  for (const auto& [name, entries] : groups) {
+    page += fmt::format("\n{}:\n", name);
+    add_entries(entries, columns, page);
+  }
+}
+
+std::string usage_of(const CommandDoc& command) {
+  std::string usage = "Usage: " + command.words();
+  for (const OptionDoc& position : command.positions) {
+    const std::string name = position_of(position).name;
+    usage += position.required ? " " + name : " [" + name + "]";
+  }
+  for (const OptionDoc& option : command.options) {
+    if (option.required) {
+      usage += fmt::format(" {} {}", option.names.back(), with_dots(option));
+    }
+  }
+  usage += " [OPTIONS]";
+  if (!command.commands.empty()) {
+    usage += command.needs_command ? " COMMAND" : " [COMMAND]";
+  }
+  return usage;
+}
+
+class HelpFormatter final : public CLI::FormatterBase {
+ public:
+  std::string make_help(const CLI::App* app, std::string, CLI::AppFormatMode) const override {
+    return help_page_for_terminal(*app);
+  }
+};
+
+}  // namespace
+
+std::string help_page(const CommandDoc& command, int columns) {
+  columns = std::clamp(columns, kLeastColumns, kMostColumns);
+  std::string page;
+  add_text(command.about, columns, page);
+  page += "\n";
+  add_text(usage_of(command), columns, page);
+  if (!command.positions.empty()) {
+    std::vector<Entry> positions;
+    std::ranges::transform(command.positions, std::back_inserter(positions), position_of);
+    page += "\n";
+    add_entries(positions, columns, page);
+  }
+  add_groups(
+      command.commands,
+      [](const CommandDoc& each) {
+        return Entry{each.name(), each.about};
+      },
+      columns, page);
+  add_groups(command.options, entry_of, columns, page);
+  if (!command.footer.empty()) {
+    page += "\n";
+    add_text(command.footer, columns, page);
+  }
+  return page;
+}
+
+std::string help_page_for_terminal(const CLI::App& app) {
+  const int columns = terminal_columns(STDOUT_FILENO);
+  return help_page(command_of(app), columns == 0 ? kMostColumns : columns);
+}
+
+void use_help_pages(CLI::App& app) {
+  app.formatter(std::make_shared<HelpFormatter>());
+  for (CLI::App* const command : app.get_subcommands(std::function<bool(CLI::App*)>())) {
+    use_help_pages(*command);
+  }
+}
+
+}  // namespace lightmill

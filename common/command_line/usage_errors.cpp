@@ -1,0 +1,87 @@
+#include "common/command_line/usage_errors.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <numeric>
+
+#include "common/command_line/command_tree.h"
+
+namespace lightmill {
+namespace {
+
+/// Letters to insert, to take out, to replace, or to swap with their neighbour until `a` is `b` (optimal string
+/// alignment).
+std::size_t distance_of(std::string_view a, std::string_view b) {
+  std::vector<std::size_t> before, last(b.size() + 1), row(b.size() + 1);
+  std::iota(last.begin(), last.end(), 0);
+  for (std::size_t i = 1; i <= a.size(); ++i) {
+    row[0] = i;
+    for (std::size_t j = 1; j <= b.size(); ++j) {
+      row[j] = std::min({last[j] + 1, row[j - 1] + 1, last[j - 1] + (a[i - 1] == b[j - 1] ? 0 : 1)});
+      if (i > 1 && j > 1 && a[i - 1] == b[j - 2] && a[i - 2] == b[j - 1]) {
+        row[j] = std::min(row[j], before[j - 2] + 1);
+      }
+    }
+    before = std::exchange(last, row);
+  }
+  return last[b.size()];
+}
+
+/// The command whose words were read.
+const CLI::App& command_read(const CLI::App& app) {
+  const std::vector<CLI::App*> below = app.get_subcommands();
+  return below.empty() ? app : command_read(*below.front());
+}
+
+/// Of the first word that was left over.
+std::string unknown_word(const CLI::App& app, std::string_view left_over) {
+  const std::string word(left_over.substr(0, left_over.find('=')));
+  const CommandDoc command = command_of(app);
+  if (!word.starts_with('-')) {
+    if (command.commands.empty()) {
+      return fmt::format("'{}' is one word too many", word);
+    }
+    std::vector<std::string> names;
+    for (const CommandDoc& below : command.commands) {
+      names.push_back(below.name());
+    }
+    const std::string near = did_you_mean(word, names);
+    return fmt::format("there is no command '{}'{}", word,
+                       near.empty() ? fmt::format("; there are {}", fmt::join(names, ", ")) : near);
+  }
+  std::vector<std::string> names;
+  for (const OptionDoc& option : command.options) {
+    names.insert(names.end(), option.names.begin(), option.names.end());
+  }
+  return fmt::format("`{}` has no option {}{}", command.words(), word, did_you_mean(word, names));
+}
+
+}  // namespace
+
+std::string did_you_mean(std::string_view word, const std::vector<std::string>& words) {
+  std::string_view nearest;
+  std::size_t least = std::max<std::size_t>(word.size() / 3, 1) + 1;
+  for (const std::string& each : words) {
+    if (const std::size_t distance = distance_of(word, each); distance < least) {
+      nearest = each;
+      least = distance;
+    }
+  }
+  return nearest.empty() ? "" : fmt::format("; did you mean '{}'?", nearest);
+}
+
+std::string usage_error_text(const CLI::App& app, const CLI::ParseError& error) {
+  const std::string text = error.what();
+  const CLI::App& read = command_read(app);
+  const std::vector<std::string> left_over = read.remaining();
+  const bool lacks_command = read.get_require_subcommand_min() > 0 && read.get_subcommands().empty();
+  if (!left_over.empty() && (lacks_command || dynamic_cast<const CLI::ExtrasError*>(&error) != nullptr)) {
+    return unknown_word(read, left_over.front());
+  }
+  // CLI11's words for an option that was given twice are about counts.
+  const std::size_t twice = text.find(": At Most 1 required");
+  return twice == std::string::npos ? text : text.substr(0, twice) + " is given more than once";
+}
+
+}  // namespace lightmill

@@ -1,0 +1,110 @@
+// Help pages, and what is said of a command line that cannot be read.
+#include "common/command_line/help_page.h"
+
+#include <gtest/gtest.h>
+
+#include "common/base/text_width.h"
+#include "common/command_line/usage_errors.h"
+
+namespace lightmill {
+namespace {
+
+struct Mill {
+  CLI::App app{"Grinds.\n\n  mill grind wheat\n\nStops when nothing is left, or when somebody asks it to stop.",
+               "mill"};
+  std::string grain, size = "fine";
+  int stones = 2;
+
+  Mill() {
+    CLI::App* grind = app.add_subcommand("grind", "Grind grain.")->group("Work");
+    grind->add_option("GRAIN", grain, "what to grind")->required();
+    grind->add_option("--size", size, "how large the pieces are that come out")
+        ->type_name("SIZE")
+        ->capture_default_str();
+    grind->add_option("--stones", stones, "how many stones")->type_name("N")->envname("MILL_STONES")->group("Stones");
+    app.add_subcommand("grow", "Grow grain.")->group("Work");
+    app.add_subcommand("halt", "Stop the mill.")->group("Ends");
+    app.require_subcommand(1);
+  }
+  CommandDoc grind() { return command_of(*app.get_subcommand("grind")); }
+  std::string error_of(std::vector<std::string> words) {
+    std::ranges::reverse(words);
+    try {
+      app.parse(words);
+    } catch (const CLI::ParseError& error) {
+      return usage_error_text(app, error);
+    }
+    return "";
+  }
+};
+
+TEST(HelpPage, NamesWhatACommandTakes) {
+  Mill mill;
+  EXPECT_EQ(help_page(mill.grind(), 80), R"(Grind grain.
+
+Usage: mill grind GRAIN [OPTIONS]
+
+  GRAIN     what to grind
+
+Options:
+  -h,--help    Print this help message and exit
+  --size SIZE  how large the pieces are that come out [fine]
+
+Stones:
+  --stones N  how many stones (or $MILL_STONES)
+)");
+}
+
+TEST(HelpPage, ListsCommandsByGroupAndKeepsExamples) {
+  Mill mill;
+  EXPECT_EQ(help_page(command_of(mill.app), 40), R"(Grinds.
+
+  mill grind wheat
+
+Stops when nothing is left, or when
+somebody asks it to stop.
+
+Usage: mill [OPTIONS] COMMAND
+
+Work:
+  grind     Grind grain.
+  grow      Grow grain.
+
+Ends:
+  halt      Stop the mill.
+
+Options:
+  -h,--help  Print this help message and
+             exit
+)");
+}
+
+TEST(HelpPage, FitsItsWidth) {
+  Mill mill;
+  mill.app.add_option("--a-name-that-is-longer-than-the-column-of-names", mill.size, "is above its text")
+      ->type_name("X");
+  for (const int columns : {60, 80, 100}) {
+    const std::string page = help_page(command_of(mill.app), columns);
+    for (std::size_t at = 0; at < page.size();) {
+      const std::string line = page.substr(at, page.find('\n', at) - at);
+      EXPECT_LE(columns_of(line), columns) << line;
+      at += line.size() + 1;
+    }
+  }
+}
+
+TEST(UsageErrors, NameTheNearestWord) {
+  EXPECT_EQ(Mill().error_of({"girnd", "wheat"}), "there is no command 'girnd'; did you mean 'grind'?");
+  EXPECT_EQ(Mill().error_of({"dance"}), "there is no command 'dance'; there are grind, grow, halt");
+  EXPECT_EQ(Mill().error_of({"grind", "wheat", "--sise", "3"}),
+            "`mill grind` has no option --sise; did you mean '--size'?");
+  EXPECT_EQ(Mill().error_of({"grind", "wheat", "--sise=3"}),
+            "`mill grind` has no option --sise; did you mean '--size'?");
+  EXPECT_EQ(Mill().error_of({"grind", "wheat", "--beautifully"}), "`mill grind` has no option --beautifully");
+  EXPECT_EQ(Mill().error_of({"grind", "wheat", "rye"}), "'rye' is one word too many");
+  EXPECT_EQ(Mill().error_of({"grind", "wheat", "--size", "a", "--size", "b"}), "--size is given more than once");
+  EXPECT_EQ(did_you_mean("abc", {"xyz", "abd", "abcd"}), "; did you mean 'abd'?");
+}
+
+}  // namespace
+}  // namespace lightmill
