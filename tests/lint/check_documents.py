@@ -1,0 +1,88 @@
+#!/usr/bin/env python3
+"""Checks that links of documents lead somewhere; --sentences prints how long the documents' sentences are.
+
+  check_documents.py ROOT [--sentences]
+"""
+import argparse
+import pathlib
+import re
+import statistics
+import subprocess
+import sys
+
+LINK = re.compile(r"!?\[(?:[^\]\[]|\[[^\]]*\])*\]\(([^)\s]+)\)")
+CODE = re.compile(r"^```.*?^```$", re.MULTILINE | re.DOTALL)
+LEAST_WORDS = 5  # of a bullet that counts as a sentence
+
+
+def documents(root):
+    listed = subprocess.run(["git", "-C", root, "ls-files", "-co", "--exclude-standard", "*.md"], capture_output=True, text=True, check=True)
+    return [root / name for name in listed.stdout.splitlines() if (root / name).exists()]
+
+
+def anchors(text):
+    """As GitHub makes them of headings: letters, digits, hyphens and underscores, spaces become hyphens."""
+    names, seen = set(), {}
+    for title in re.findall(r"^#+ +(.+?) *$", CODE.sub("", text), re.MULTILINE):
+        name = re.sub(r"[^\w\- ]", "", title.lower()).replace(" ", "-")
+        count = seen.get(name, 0)
+        seen[name] = count + 1
+        names.add(f"{name}-{count}" if count else name)
+    return names
+
+
+def broken_links(root, files):
+    texts = {file.resolve(): file.read_text() for file in files}
+    for file, text in texts.items():
+        for target in LINK.findall(CODE.sub("", text)):
+            if re.match(r"[a-z]+:", target):
+                continue
+            path, _, anchor = target.partition("#")
+            there = (file.parent / path).resolve() if path else file
+            if not there.exists():
+                yield f"{file.relative_to(root)}: there is no {target}"
+            elif anchor and there in texts and anchor not in anchors(texts[there]):
+                yield f"{file.relative_to(root)}: there is no heading for {target}"
+
+
+def sentences(text):
+    """Without code, headings and tables. A bullet of a few words is none."""
+    text = CODE.sub("\n\n", text)
+    for block in re.split(r"\n\s*\n|\n(?= *(?:[-*]|\d+\.) )", text):
+        if not block.strip() or block.lstrip().startswith(("#", "|", "!")):
+            continue
+        is_bullet = re.match(r" *(?:[-*]|\d+\.) ", block)
+        plain = re.sub(r"`[^`]*`", "code", LINK.sub(lambda link: link.group(0)[1:].split("]")[0], block))
+        for sentence in re.split(r"(?<=[.!?:])\s+(?=[A-Z`(])", re.sub(r"^ *(?:[-*]|\d+\.) ", "", plain)):
+            words = len(re.findall(r"[\w'’-]+", sentence))
+            if words > 1 and not (is_bullet and words < LEAST_WORDS):
+                yield words
+
+
+def show_sentences(root, files):
+    print(f"{'document':<28} {'words':>6} {'sentences':>9} {'median':>6} {'90 %':>5}")
+    for file in files:
+        text = file.read_text()
+        lengths = sorted(sentences(text))
+        if lengths:
+            most = lengths[min(len(lengths) - 1, int(0.9 * len(lengths)))]
+            print(f"{str(file.relative_to(root)):<28} {len(text.split()):>6} {len(lengths):>9} {statistics.median(lengths):>6.0f} {most:>5}")
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("root", type=pathlib.Path)
+    parser.add_argument("--sentences", action="store_true", help="print words a sentence: the median, and what 90 %% have at most")
+    options = parser.parse_args()
+    root = options.root.resolve()
+    files = documents(root)
+    if options.sentences:
+        show_sentences(root, files)
+        return 0
+    broken = list(broken_links(root, files))
+    print("\n".join(broken) if broken else f"{len(files)} documents: all links lead somewhere")
+    return 1 if broken else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
