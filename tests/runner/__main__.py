@@ -1,6 +1,7 @@
 """Builds Lightmill and runs its tests: see test.sh, which calls this."""
 import argparse
 import os
+import signal
 import sys
 
 import pieces
@@ -62,6 +63,7 @@ def main():
     os.environ["GTEST_BRIEF"] = "1"
     try:
         if options.status:
+            signal.signal(signal.SIGPIPE, signal.SIG_DFL)  # as head ends it
             show_status()
             return True
         with only_one() as note:
