@@ -2,8 +2,8 @@
 
 #include <cmath>
 
-#include "common/base/text_width.h"
 #include "client/cli/units.h"
+#include "common/base/text_width.h"
 #include "common/wire/bytes.h"
 
 namespace lightmill::cli {

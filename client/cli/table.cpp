@@ -4,8 +4,8 @@
 
 #include <algorithm>
 
-#include "common/base/text_width.h"
 #include "common/base/text.h"
+#include "common/base/text_width.h"
 
 namespace lightmill::cli {
 

@@ -56,9 +56,10 @@ void TevViewer::update(const v1::WatchJobResponse& response) {
   connection_.wake();
 }
 
-void TevViewer::finish() {
+bool TevViewer::finish() {
   go_on_to(Phase::finishing);
   thread_.join();
+  return sent_all_;
 }
 
 void TevViewer::stop() {
@@ -91,6 +92,7 @@ void TevViewer::run() {
     }
     connection_.close();
     if (status.ok() || phase() == Phase::stopped) {
+      sent_all_ = status.ok() && phase() == Phase::finishing;
       return;
     }
     if (phase() == Phase::showing) {

@@ -32,9 +32,9 @@ class TevViewer {
 
   /// Takes the tiles of a message.
   void update(const v1::WatchJobResponse& response);
-  /// Returns once the viewer has been sent everything, or is not there, or takes nothing any more. No update may
-  /// follow.
-  void finish();
+  /// Returns once the viewer has been sent everything (true), or is not there, takes nothing any more or stop() was
+  /// called (false). No update may follow.
+  bool finish();
   /// Nothing more is sent: finish() returns at once. From any thread.
   void stop();
 
@@ -56,6 +56,7 @@ class TevViewer {
   const TevPauses pauses_;
   OutgoingConnection connection_;  ///< the thread's; it is woken when what follows has changed
   bool told_missing_ = false;      ///< the thread's: the last that the console heard
+  bool sent_all_ = false;          ///< the thread's
   Mutex mutex_;
   std::optional<TevPicture> picture_ LM_GUARDED_BY(mutex_);  ///< once its size is known
   Phase phase_ LM_GUARDED_BY(mutex_) = Phase::showing;

@@ -4,14 +4,13 @@
 
 #include "client/cli/progress.h"
 #include "client/cli/table.h"
-#include "common/base/text_width.h"
 #include "client/cli/units.h"
 #include "common/base/quantities.h"
 #include "common/base/text.h"
+#include "common/base/text_width.h"
 
 namespace lightmill::cli {
 namespace {
-
 
 /// Where a job stands in the list.
 int rank_of(v1::JobState state) {

@@ -103,6 +103,7 @@ Status show_job(FarmConnection& connection, const Console& console, const ShowOp
   if (!options.chart.empty()) {
     LM_RETURN_IF_ERROR(
         as_output_error(write_file_atomically(options.chart, as_byte_view(chart_file(job_chart(film.job))))));
+    console.notice(fmt::format("the chart is in {}", options.chart));
     if (film.job.history().empty()) {
       console.notice("the chart has no points yet: a job's error is looked at from 16 samples per pixel on");
     }

@@ -20,7 +20,7 @@ constexpr const char* kWatchMore =
     "from\n"
     "the finished film. If the farm goes away, it waits for it to come back (ten minutes). Ctrl-C stops watching, not "
     "the\n"
-    "job. With --tev it ends once the viewer has all of the picture, or takes nothing any more.";
+    "job. With --tev it ends once the viewer has all of the picture; exit code 1 if it does not get it.";
 
 struct WatchOptions {
   std::uint64_t job = 0;
@@ -28,8 +28,8 @@ struct WatchOptions {
   PictureOptions picture;
 };
 
-/// Until the viewer has all of the picture; an interruption ends that.
-void finish_showing(TevViewer& viewer, Signals& signals) {
+/// Waits until the viewer has all of the picture; an interruption ends that. Whether it has.
+bool finish_showing(TevViewer& viewer, Signals& signals) {
   const auto stop_if_interrupted = [&] {
     if (signals.interrupted()) {
       viewer.stop();
@@ -37,8 +37,9 @@ void finish_showing(TevViewer& viewer, Signals& signals) {
   };
   signals.on_event(stop_if_interrupted);
   stop_if_interrupted();
-  viewer.finish();
+  const bool sent_all = viewer.finish();
   signals.on_event({});
+  return sent_all;
 }
 
 /// Until the job has ended and is reported. `viewer`: null for none.
@@ -91,8 +92,8 @@ ExitCode watch(Context& context, const Console& console, const WatchOptions& opt
   }
   TevViewer viewer(*parse_host_port(options.tev), options.job, console);
   const ExitCode code = follow(context, console, options, *view, farm, &viewer);
-  finish_showing(viewer, context.signals);
-  return code;
+  const bool shown = finish_showing(viewer, context.signals);
+  return code == kDone && !shown ? kJobFailed : code;
 }
 
 ExitCode fetch(Context& context, const Console& console, const WatchOptions& options) {

@@ -171,7 +171,7 @@ TEST_F(TevViewerTest, TheLastPictureIsSentForAsLongAsItIsTaken) {
       std::this_thread::sleep_for(milliseconds(25));
     }
   });
-  viewer_->finish();
+  EXPECT_TRUE(viewer_->finish());
   slow.join();
   EXPECT_TRUE(shows(window, 0, kRows - 1, 1));
   EXPECT_FALSE(window.amid_a_packet());
@@ -185,7 +185,7 @@ TEST_F(TevViewerTest, WhoTakesNothingAtTheEndIsGivenUp) {
   const TevWindow window = listener.accept();
   const v1::WatchJobResponse picture = rows(0, kRows - 1, 1);
   viewer_->update(picture);  // nothing is taken from here on
-  viewer_->finish();
+  EXPECT_FALSE(viewer_->finish());
   const std::vector<std::string> said = this->said();
   ASSERT_EQ(said.size(), 1u);
   EXPECT_NE(said[0].find("not all of the picture is shown"), std::string::npos) << said[0];
@@ -223,7 +223,7 @@ TEST_F(TevViewerTest, AnInterruptionEndsTheLastPictureAtOnce) {
   std::atomic<pid_t> finishing = 0;
   const std::future<void> finished = std::async(std::launch::async, [&] {
     finishing = ::gettid();
-    viewer_->finish();
+    EXPECT_FALSE(viewer_->finish());
   });
   EXPECT_TRUE(eventually([&] { return finishing != 0 && waits(finishing); }));
   viewer_->stop();
@@ -349,7 +349,7 @@ TEST_F(TevViewerTest, AViewerThatIsClosedAndComesBackWhileNothingChangesGetsAllO
 
 TEST_F(TevViewerTest, AnUnknownNameIsSaidToBeOne) {
   viewer_.emplace(HostPort{"viewer.invalid", 14158}, 7, console_, kQuick);
-  viewer_->finish();
+  EXPECT_FALSE(viewer_->finish());
   const std::vector<std::string> said = this->said();
   ASSERT_EQ(said.size(), 1u);
   EXPECT_NE(said[0].find("viewer.invalid:14158"), std::string::npos) << said[0];
