@@ -60,15 +60,24 @@ std::string human_rate(double samples_per_second) {
   return count + (std::isalpha(static_cast<unsigned char>(count.back())) != 0 ? "" : " ") + "samples/s";
 }
 
-std::string human_date(std::int64_t unix_ms) {
-  if (unix_ms == 0) {
-    return "-";
-  }
+namespace {
+
+std::string local_time(std::int64_t unix_ms, const char* format) {
   const std::time_t seconds = unix_ms / 1000;
   std::tm parts{};
   localtime_r(&seconds, &parts);
-  return fmt::format("{:04}-{:02}-{:02} {:02}:{:02}", parts.tm_year + 1900, parts.tm_mon + 1, parts.tm_mday,
-                     parts.tm_hour, parts.tm_min);
+  std::array<char, 64> text{};
+  return {text.data(), std::strftime(text.data(), text.size(), format, &parts)};
+}
+
+}  // namespace
+
+std::string human_date(std::int64_t unix_ms) {
+  return unix_ms == 0 ? "-" : local_time(unix_ms, "%Y-%m-%d %H:%M");
+}
+
+std::string human_moment(std::int64_t unix_ms) {
+  return local_time(unix_ms, "%Y-%m-%d %H:%M:%S %z");
 }
 
 Result<std::pair<int, int>> parse_size(std::string_view text) {

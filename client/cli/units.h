@@ -31,6 +31,8 @@ std::string human_rate(double samples_per_second);
 
 /// "2026-11-21 08:15" in local time; "-" for 0.
 std::string human_date(std::int64_t unix_ms);
+/// "2026-11-26 01:13:05 +0100"; local time, as human_date.
+std::string human_moment(std::int64_t unix_ms);
 
 /// "WxH", each 1 to kMaxFilmSide.
 Result<std::pair<int, int>> parse_size(std::string_view text);

@@ -75,7 +75,7 @@ Status show_log(FarmConnection& connection, const Console& console, const LogOpt
   std::vector<std::vector<std::string>> rows{{"WHEN", "WHO", "BY", "FROM", "WHAT", "JOB", "ABOUT", "OUTCOME"}};
   for (const v1::Action& action : actions) {
     objects.push_back(action_json(action));
-    rows.push_back({human_date(action.unix_ms()), action.who().empty() ? "-" : action.who(), proof_of(action),
+    rows.push_back({human_moment(action.unix_ms()), action.who().empty() ? "-" : action.who(), proof_of(action),
                     action.peer(), action.what(), action.job() == 0 ? "-" : std::to_string(action.job()),
                     action.about().empty() ? "-" : action.about(), outcome_of(action)});
   }

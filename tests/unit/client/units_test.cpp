@@ -4,8 +4,8 @@
 #include <gtest/gtest.h>
 
 #include "client/cli/table.h"
-#include "common/base/text_width.h"
 #include "common/base/text.h"
+#include "common/base/text_width.h"
 
 namespace lightmill::cli {
 namespace {
@@ -95,6 +95,30 @@ TEST(Text, IsCutBetweenCharacters) {
   EXPECT_EQ(cut_text("abcd", 3), "abc…");
   EXPECT_EQ(cut_text("aéé", 4), "aé…") << "a byte of the second é is left out with it";
   EXPECT_EQ(cut_text("é", 1), "…");
+}
+
+/// Of this process, until it ends.
+class TimeZone {
+ public:
+  explicit TimeZone(const char* name) : before_(std::getenv("TZ") == nullptr ? "" : std::getenv("TZ")) { set(name); }
+  ~TimeZone() { set(before_.c_str()); }
+  TimeZone(const TimeZone&) = delete;
+  TimeZone& operator=(const TimeZone&) = delete;
+
+ private:
+  static void set(const char* name) {
+    ::setenv("TZ", name, 1);
+    ::tzset();
+  }
+  const std::string before_;
+};
+
+TEST(Dates, AreLocalTimes) {
+  constexpr std::int64_t kMoment = 951'782'400'999;  // 2000-02-29 00:00:00.999 UTC
+  const TimeZone zone("XYZ-5:30");                   // POSIX: east of Greenwich is negative
+  EXPECT_EQ(human_date(kMoment), "2000-02-29 05:30");
+  EXPECT_EQ(human_moment(kMoment), "2000-02-29 05:30:00 +0530");
+  EXPECT_EQ(human_date(0), "-");
 }
 
 TEST(Names, AreUtf8OfBoundedLengthWithoutControlCharacters) {
