@@ -78,10 +78,14 @@ int Console::width() const {
 }
 
 void Console::result(std::string_view line) const {
+  styled_result(printable(line, true));
+}
+
+void Console::styled_result(std::string_view line) const {
   if (!json_) {
     const MutexLock lock(mutex_);
     end_redrawn();
-    write_result(printable(line, true));
+    write_result(line);
   }
 }
 

@@ -40,6 +40,7 @@ class Console {
   int width() const;                           ///< columns now
 
   void result(std::string_view line) const;                ///< a line of human output; nothing with --json
+  void styled_result(std::string_view line) const;         ///< the same; its control characters are the terminal's
   void object(const nlohmann::json& object) const;         ///< the one object of --json; nothing without
   void notice(std::string_view line) const;                ///< a line of news
   void notices(std::span<const std::string> lines) const;  ///< one each

@@ -3,6 +3,7 @@
 #include <unistd.h>
 
 #include <algorithm>
+#include <cstdlib>
 
 #include "common/base/text.h"
 #include "common/base/text_width.h"
@@ -66,34 +67,46 @@ std::vector<Block> layout(std::vector<int> widths, int width) {
   return blocks;
 }
 
-void add_block(const std::vector<std::string>& row, const Block& block, std::vector<std::string>& lines) {
-  std::vector<std::string> block_lines;
-  std::size_t column_begin = static_cast<std::size_t>(block.indent);
+struct Line {
+  std::string text;
+  int columns = 0;
+
+  void append(const std::string& more, int at, int color) {
+    text.append(static_cast<std::size_t>(at - columns), ' ');
+    text += color == 0 ? more : fmt::format("\x1b[{}m{}\x1b[0m", color, more);
+    columns = at + columns_of(more);
+  }
+};
+
+void add_block(const std::vector<std::string>& row, const Block& block, const Coloring& coloring,
+               std::vector<std::string>& lines) {
+  std::vector<Line> block_lines;
+  int begin = block.indent;
   for (const auto& [column, width] : block.columns) {
-    const std::vector<std::string> cell =
-        column < row.size() ? wrap_to_columns(row[column], std::max(width, 2)) : std::vector<std::string>{};
-    for (std::size_t i = 0; i < cell.size(); ++i) {
-      block_lines.resize(std::max(block_lines.size(), i + 1));
-      if (!cell[i].empty()) {
-        std::string& line = block_lines[i];
-        line.append(column_begin - static_cast<std::size_t>(columns_of(line)), ' ');
-        line += cell[i];
+    if (column < row.size()) {
+      const int color = column == coloring.column ? coloring.code(row[column]) : 0;
+      const std::vector<std::string> cell = wrap_to_columns(row[column], std::max(width, 2));
+      block_lines.resize(std::max(block_lines.size(), cell.size()));
+      for (std::size_t i = 0; i < cell.size(); ++i) {
+        if (!cell[i].empty()) {
+          block_lines[i].append(cell[i], begin, color);
+        }
       }
     }
-    column_begin += static_cast<std::size_t>(width + kGap);
+    begin += width + kGap;
   }
-  std::ranges::move(block_lines, std::back_inserter(lines));
+  std::ranges::transform(block_lines, std::back_inserter(lines), [](Line& line) { return std::move(line.text); });
 }
 
 }  // namespace
 
-std::vector<std::string> format_table(Rows rows, int width) {
+std::vector<std::string> format_table(Rows rows, int width, const Coloring& coloring) {
   escape(rows);
   const std::vector<Block> blocks = layout(widths_of(rows), width);
   std::vector<std::string> lines;
   for (const auto& row : rows) {
     for (const Block& block : blocks) {
-      add_block(row, block, lines);
+      add_block(row, block, coloring, lines);
     }
   }
   return lines;
@@ -107,9 +120,12 @@ std::vector<std::string> format_table_in_lines(Rows rows, int width) {
   return lines;
 }
 
-void print_table(const Console& console, const Rows& rows) {
-  for (const std::string& line : format_table(rows, terminal_columns(STDOUT_FILENO))) {
-    console.result(line);
+void print_table(const Console& console, const Rows& rows, const Coloring& coloring) {
+  const int columns = terminal_columns(STDOUT_FILENO);
+  const char* const no_color = std::getenv("NO_COLOR");
+  const bool colored = columns > 0 && (no_color == nullptr || *no_color == '\0');
+  for (const std::string& line : format_table(rows, columns, colored ? coloring : Coloring())) {
+    console.styled_result(line);  // cells are escaped
   }
 }
 

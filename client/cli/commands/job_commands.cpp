@@ -42,6 +42,15 @@ std::vector<std::string> table_row(const v1::Job& job) {
           job.name()};
 }
 
+/// Green, blue, yellow, red.
+int color_of_state(std::string_view state) {
+  return state == "done"                             ? 32
+         : state == "running"                        ? 34
+         : state == "paused" || state == "cancelled" ? 33
+         : state == "failed"                         ? 31
+                                                     : 0;
+}
+
 /// What jobs that are not done wait for, each thing once.
 std::vector<std::string> waits_of(std::span<const v1::Job> jobs) {
   std::map<std::string, std::vector<std::uint64_t>> by_reason;
@@ -72,7 +81,7 @@ Status list_jobs(FarmConnection& connection, const Console& console, std::size_t
   if (jobs.empty()) {
     console.result("no jobs yet: `lightmill submit SCENE` queues one");
   } else {
-    print_table(console, rows);
+    print_table(console, rows, {1, color_of_state});
     console.notices(waits_of(jobs));
   }
   return ok_status();

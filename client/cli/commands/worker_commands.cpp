@@ -43,7 +43,9 @@ Status list_workers(FarmConnection& connection, const Console& console, const st
   if (workers.empty()) {
     console.result(fmt::format("no workers: start one with `lightmill-worker --server {}`", connection.address()));
   } else {
-    print_table(console, rows);
+    print_table(console, rows, {3, [](std::string_view activity) {
+                                  return activity.starts_with("quarantine") ? 31 : activity == "working" ? 32 : 0;
+                                }});
     if (listed.wanted > workers.size()) {
       console.notice(fmt::format("the farm could use {}", counted(listed.wanted, "worker")));
     }

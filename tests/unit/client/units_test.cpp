@@ -161,6 +161,12 @@ TEST(Table, TakesSeveralLinesARowWhereItsColumnsAreTooMany) {
                                            "    ada", "    cornell-bench-blocks"}));
 }
 
+TEST(Table, ColorsTakeNoColumns) {
+  const Coloring red{1, [](std::string_view text) { return text == "failed" ? 31 : 0; }};
+  EXPECT_EQ(format_table({{"JOB", "STATE", "NAME"}, {"1", "failed", "box"}, {"2", "done", "failed"}}, 0, red),
+            (Lines{"JOB  STATE   NAME", "1    \x1b[31mfailed\x1b[0m  box", "2    done    failed"}));
+}
+
 TEST(Table, LosesNothingAtAnyWidth) {
   const Rows rows{
       {"JOB", "DIGEST", "NAME", "REASON"},
