@@ -128,19 +128,4 @@ Status check_material_kind(const std::string& path, const Material& material) {
   return ok_status();
 }
 
-bool is_boundary(const Material& material) {
-  if (const auto* principled = std::get_if<PrincipledMaterial>(&material.kind)) {
-    return principled->transmission > 0 && (principled->metallic < 1 || material.metallic_map.texture != kNoTexture);
-  }
-  return std::holds_alternative<DielectricMaterial>(material.kind);
-}
-
-RgbColor absorption_of_color(const RgbColor& color) {
-  const auto absorption = [](float value) {
-    return value > 0 ? static_cast<float>(std::min(1.0 / value - 1.0, kMaxAbsorption))
-                     : static_cast<float>(kMaxAbsorption);
-  };
-  return {absorption(color.r), absorption(color.g), absorption(color.b)};
-}
-
 }  // namespace lightmill

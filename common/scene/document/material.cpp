@@ -1,0 +1,22 @@
+#include "common/scene/document/material.h"
+
+#include <algorithm>
+
+namespace lightmill {
+
+bool is_boundary(const Material& material) {
+  if (const auto* principled = std::get_if<PrincipledMaterial>(&material.kind)) {
+    return principled->transmission > 0 && (principled->metallic < 1 || material.metallic_map.texture != kNoTexture);
+  }
+  return std::holds_alternative<DielectricMaterial>(material.kind);
+}
+
+RgbColor absorption_of_color(const RgbColor& color) {
+  const auto absorption = [](float value) {
+    return value > 0 ? static_cast<float>(std::min(1.0 / value - 1.0, kMaxAbsorption))
+                     : static_cast<float>(kMaxAbsorption);
+  };
+  return {absorption(color.r), absorption(color.g), absorption(color.b)};
+}
+
+}  // namespace lightmill

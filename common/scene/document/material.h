@@ -1,0 +1,122 @@
+// Materials of a scene document, the textures that they name, and the media that fill closed shapes.
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <variant>
+
+#include "common/base/digest.h"
+#include "common/scene/document/values.h"
+
+namespace lightmill {
+
+inline constexpr double kMaxIor = 10;              ///< of a dielectric
+inline constexpr double kMaxComplexIndex = 1000;   ///< of a metal's n and k
+inline constexpr double kMaxPhongExponent = 1e6;   ///< beyond, single precision knows no direction so exact
+inline constexpr double kMaxMeanCosine = 0.99;     ///< of a phase function
+inline constexpr double kMaxAbsorption = 0x1p100;  ///< per scene unit: lets nothing through
+
+/// An image laid over surfaces by their texture coordinates (common/materials/texture.h).
+struct TextureImage {
+  std::string name;
+  std::string file;  ///< as the document named it; for messages
+  Sha256 asset;      ///< of the file's bytes
+  enum class Filter { nearest, bilinear } filter = Filter::bilinear;
+  enum class Wrap { repeat, clamp } wrap = Wrap::repeat;
+  /// Whether colours are sRGB-encoded: as the file's format says (integers are, floats are not), or as told.
+  enum class ColorSpace { automatic, srgb, linear } color_space = ColorSpace::automatic;
+  std::array<double, 2> scale{1, 1};   ///< of the texture coordinates, before
+  std::array<double, 2> offset{0, 0};  ///< is added
+};
+
+inline constexpr std::uint32_t kNoTexture = 0xffffffff;
+
+/// A colour that may vary over a surface: a factor, times a texture where there is one.
+struct TexturedColor {
+  RgbColor rgb;
+  std::uint32_t texture = kNoTexture;  ///< index into Scene::textures
+
+  TexturedColor() = default;
+  TexturedColor(float r, float g, float b) : rgb{r, g, b} {}
+  TexturedColor(const RgbColor& color, std::uint32_t index = kNoTexture) : rgb(color), texture(index) {}
+  friend bool operator==(const TexturedColor&, const TexturedColor&) = default;
+};
+
+/// A factor in [0, 1] that varies over a surface: one channel of a texture.
+struct ScalarMap {
+  enum class Channel : std::uint32_t { r, g, b, alpha, luminance };
+  std::uint32_t texture = kNoTexture;  ///< index into Scene::textures; none: 1 everywhere
+  Channel channel = Channel::luminance;
+  friend bool operator==(const ScalarMap&, const ScalarMap&) = default;
+};
+
+struct DiffuseMaterial {
+  TexturedColor reflectance{0.5f, 0.5f, 0.5f};  ///< albedo, each in [0, 1]
+};
+struct MirrorMaterial {
+  TexturedColor reflectance{1, 1, 1};  ///< each in [0, 1]
+};
+/// A dielectric: Fresnel reflection and refraction, total internal reflection.
+struct DielectricMaterial {
+  double ior = 1.5;      ///< of what is behind the outward normal, in (0, 10]; 1 means nothing is there
+  double roughness = 0;  ///< GGX's √α, in [0, 1]; 0 is smooth
+};
+/// Phong's model, energy conserved: a diffuse part and a lobe about the mirror direction.
+struct PhongMaterial {
+  TexturedColor diffuse;   ///< albedo, each in [0, 1]
+  TexturedColor specular;  ///< albedo at normal incidence; diffuse + specular <= 1 in each channel
+  double exponent = 10;    ///< in [0, 1e6]
+};
+/// A metal by its complex index of refraction.
+struct ConductorMaterial {
+  RgbColor eta{0, 0, 0}, k{1, 1, 1};  ///< n and k per channel, each in [0, 1000], not both 0
+  double roughness = 0;               ///< GGX's √α, in [0, 1]; 0 is smooth
+};
+/// Layers as in common/materials/principled.h.
+struct PrincipledMaterial {
+  TexturedColor base_color{0.8f, 0.8f, 0.8f};                              ///< each in [0, 1]
+  double metallic = 0, roughness = 0.5, specular = 0.5, transmission = 0;  ///< each in [0, 1]
+  double ior = 1.5;                                                        ///< in (0, 10]
+  double coat = 0, coat_roughness = 0.03;                                  ///< each in [0, 1]
+};
+
+/// Shows the environment behind it, darkened by the shadows that the scene casts on it.
+struct HoldoutMaterial {};
+
+/// What fills a closed shape of glass.
+struct Medium {
+  RgbColor absorption;       ///< σ per scene unit, each in [0, kMaxAbsorption]: Bouguer's law exp(−σ · length)
+  RgbColor scattering = {};  ///< per scene unit, beside the absorption; each in [0, kMaxAbsorption]
+  double anisotropy = 0;     ///< mean cosine of scattering (Henyey-Greenstein), in ±kMaxMeanCosine
+  friend bool operator==(const Medium&, const Medium&) = default;
+};
+
+/// What `Material::emission` states.
+enum class EmissionUnit {
+  radiance,  ///< along the normal, W/(m² sr)
+  flux,      ///< W that all surfaces of the material radiate together
+};
+
+struct Material {
+  std::string name;
+  std::variant<DiffuseMaterial, MirrorMaterial, DielectricMaterial, PhongMaterial, ConductorMaterial,
+               PrincipledMaterial, HoldoutMaterial>
+      kind;
+  TexturedColor emission;           ///< zero where the material does not emit
+  bool two_sided_emission = false;  ///< else only on the side that the geometric normal points to
+  Medium interior = {};             ///< of dielectrics and principled materials that transmit
+  std::int32_t priority = 0;        ///< where such materials overlap, the medium of the highest priority is there
+  EmissionUnit emission_unit = EmissionUnit::radiance;
+  double emission_exponent = 0;  ///< n: radiance falls off with cosⁿ of the angle to the normal; in [0, 10000]
+  ScalarMap roughness_map = {};  ///< of materials with a roughness above 0, which it multiplies
+  ScalarMap metallic_map = {};   ///< of principled materials, likewise
+  std::string light_group = {};  ///< of the emission; empty: none
+};
+
+/// Whether light passes into what is behind the surface: a dielectric, or a principled material that transmits.
+bool is_boundary(const Material& material);
+
+/// σ = 1/ρ − 1 of each component in [0, 1]; kMaxAbsorption where that is more.
+RgbColor absorption_of_color(const RgbColor& color);
+
+}  // namespace lightmill
