@@ -8,6 +8,7 @@
 #include "client/cli/blender_script.h"
 #include "client/cli/child_process.h"
 #include "common/base/file.h"
+#include "common/scene/validate/validate.h"
 #include "common/scene_io/text_lines.h"
 
 namespace lightmill::cli {

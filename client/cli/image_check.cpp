@@ -2,7 +2,7 @@
 
 #include <set>
 
-#include "common/scene/image_limits.h"
+#include "common/scene/validate/validate.h"
 
 namespace lightmill::cli {
 namespace {

@@ -6,10 +6,8 @@
 
 #include <cstdint>
 #include <string>
-#include <string_view>
 #include <vector>
 
-#include "common/base/status.h"
 #include "common/scene/document/camera.h"
 #include "common/scene/document/light.h"
 #include "common/scene/document/material.h"
@@ -34,15 +32,6 @@ struct Scene {
 
 /// The names of the scene's light groups, sorted, each once.
 std::vector<std::string> light_groups_of(const Scene& scene);
-
-/// Everything that can be checked without the assets: ranges, finiteness, indices, at least one object. Errors have the
-/// form "objects[3].sphere.radius: must be positive, got -1": the field's path in the schema, then the value and what
-/// is expected.
-Status validate(const Scene& scene);
-Status validate(const Camera& camera);
-
-/// `unknown material "whit"; the materials are red, green, white`: what to say of a name that is none of `materials`.
-std::string describe_unknown_material(std::string_view name, const std::vector<Material>& materials);
 
 /// The assets that the scene names, sorted, each once.
 std::vector<Sha256> assets_of(const Scene& scene);

@@ -3,6 +3,7 @@
 #include <cctype>
 
 #include "common/film/tile_grid.h"
+#include "common/scene/validate/validate.h"
 #include "common/scene_io/loaders.h"
 #include "common/wire/scene_json.h"
 

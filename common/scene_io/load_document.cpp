@@ -1,8 +1,8 @@
 #include "common/lights/ies_profile.h"
+#include "common/scene/validate/validate.h"
 #include "common/scene_io/assets.h"
 #include "common/scene_io/loaders.h"
 #include "common/scene_io/obj.h"
-#include "common/scene_io/power_check.h"
 #include "common/scene_io/text_lines.h"
 #include "common/wire/scene_json.h"
 
@@ -34,7 +34,7 @@ class DocumentLoader {
       LM_RETURN_IF_ERROR(add_light_file(i, loaded_.scene.lights[i]));
     }
     LM_RETURN_IF_ERROR(file_.source.located(validate(loaded_.scene)));
-    LM_RETURN_IF_ERROR(file_.source.located(check_powers(loaded_)));
+    LM_RETURN_IF_ERROR(file_.source.located(check_powers(loaded_.scene, loaded_.assets)));
     return std::move(loaded_);
   }
 

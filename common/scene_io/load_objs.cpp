@@ -2,6 +2,7 @@
 #include <map>
 #include <numbers>
 
+#include "common/scene/validate/validate.h"
 #include "common/scene_io/assets.h"
 #include "common/scene_io/loaders.h"
 #include "common/scene_io/obj.h"

@@ -1,7 +1,7 @@
 #include "common/wire/material_proto.h"
 
 #include "common/materials/metals.h"
-#include "common/scene/checks.h"
+#include "common/scene/validate/validate.h"
 #include "common/wire/light_proto.h"
 #include "common/wire/scene_values.h"
 #include "lightmill/v1/scene.pb.h"

@@ -5,6 +5,7 @@
 #include <numbers>
 
 #include "common/base/check.h"
+#include "common/scene/validate/validate.h"
 #include "common/wire/deterministic.h"
 #include "common/wire/light_proto.h"
 #include "common/wire/limits.h"

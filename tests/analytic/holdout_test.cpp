@@ -1,6 +1,7 @@
 // Holdouts show the background times the light that arrives over the light without shadows, through public documents.
 #include <cmath>
 
+#include "common/scene/validate/validate.h"
 #include "tests/analytic/scene_text.h"
 
 namespace lightmill::test {

@@ -4,6 +4,7 @@
 
 #include "common/base/file.h"
 #include "common/scene/mesh.h"
+#include "common/scene/validate/validate.h"
 #include "common/scene_io/load.h"
 #include "common/scene_io/obj.h"
 #include "common/wire/scene_json.h"

@@ -11,6 +11,7 @@
 #include "common/scene/compiled/meter_surfaces.h"
 #include "common/scene/compiled/texture_sources.h"
 #include "common/scene/compiled/world_frame.h"
+#include "common/scene/validate/validate.h"
 
 namespace lightmill {
 namespace {

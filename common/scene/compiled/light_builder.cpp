@@ -9,7 +9,7 @@
 #include "common/scene/compiled/facet_texture.h"
 #include "common/scene/compiled/mesh_parts.h"
 #include "common/scene/compiled/transform.h"
-#include "common/scene/image_limits.h"
+#include "common/scene/validate/validate.h"
 
 namespace lightmill {
 namespace {

@@ -2,6 +2,7 @@
 
 #include <cmath>
 
+#include "common/scene/validate/validate.h"
 #include "common/scene_io/assets.h"
 #include "common/scene_io/gltf/gltf_lights.h"
 #include "common/scene_io/gltf/gltf_materials.h"

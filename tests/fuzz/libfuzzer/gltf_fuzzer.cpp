@@ -3,6 +3,7 @@
 #include <google/protobuf/stubs/logging.h>
 
 #include "common/scene/mesh.h"
+#include "common/scene/validate/validate.h"
 #include "common/scene_io/gltf/gltf.h"
 #include "common/wire/scene_proto.h"
 #include "tests/fuzz/libfuzzer/fuzzer.h"

@@ -1,4 +1,5 @@
 // Any bytes, read as an MTL file, are valid materials or an error with its line.
+#include "common/scene/validate/validate.h"
 #include "common/scene_io/mtl.h"
 
 #include "tests/fuzz/libfuzzer/fuzzer.h"

@@ -1,6 +1,7 @@
 // Any bytes, read as a scene document, are a valid scene that survives being packed, or an error with its place.
 #include <google/protobuf/stubs/logging.h>
 
+#include "common/scene/validate/validate.h"
 #include "common/wire/scene_json.h"
 #include "tests/fuzz/libfuzzer/fuzzer.h"
 

@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include "common/planner/method_plan.h"
+#include "common/scene/validate/validate.h"
 
 namespace lightmill {
 

@@ -1,4 +1,4 @@
-#include "common/scene/meter_checks.h"
+#include "common/scene/validate/parts.h"
 
 #include <cmath>
 #include <set>
@@ -6,7 +6,6 @@
 #include "common/base/overloaded.h"
 #include "common/base/text.h"
 #include "common/film/tile_grid.h"
-#include "common/scene/checks.h"
 
 namespace lightmill {
 namespace {
@@ -30,7 +29,7 @@ Status check_patch(const std::string& path, const Patch& patch) {
 
 }  // namespace
 
-Status validate_meters(const std::vector<Meter>& meters) {
+Status check_meters(const std::vector<Meter>& meters) {
   if (meters.size() > kMaxMeters) {
     return invalid_argument("meters: at most {} are possible, got {}", kMaxMeters, meters.size());
   }

@@ -1,8 +1,9 @@
-// The kinds of material: ranges and what fits together.
+#include "common/scene/validate/parts.h"
+
 #include <cmath>
+#include <optional>
 
 #include "common/base/overloaded.h"
-#include "common/scene/checks.h"
 
 namespace lightmill {
 namespace {
@@ -94,9 +95,7 @@ Status check_maps(const std::string& path, const Material& material) {
   return ok_status();
 }
 
-}  // namespace
-
-Status check_material_kind(const std::string& path, const Material& material) {
+Status check_kind(const std::string& path, const Material& material) {
   LM_RETURN_IF_ERROR(std::visit(
       Overloaded{
           [&](const DiffuseMaterial& m) { return check_reflectance(path + ".diffuse.reflectance", m.reflectance.rgb); },
@@ -126,6 +125,53 @@ Status check_material_kind(const std::string& path, const Material& material) {
                             material.interior != Medium{} ? "interior" : "priority");
   }
   return ok_status();
+}
+
+}  // namespace
+
+Status check_texture(const std::string& path, const TextureImage& texture) {
+  if (texture.name.empty()) {
+    return invalid_argument("{}.name: must not be empty", path);
+  }
+  constexpr double kLimit = 1e6;
+  for (const auto& [field, pair] : {std::pair{"scale", texture.scale}, {"offset", texture.offset}}) {
+    for (const double value : pair) {
+      if (!(std::abs(value) <= kLimit)) {
+        return invalid_argument("{}.{}: must be finite and at most {}, got ({}, {})", path, field, kLimit, pair[0],
+                                pair[1]);
+      }
+    }
+  }
+  return ok_status();
+}
+
+Status check_material(const std::string& path, const Material& material) {
+  if (material.name.empty()) {
+    return invalid_argument("{}.name: must not be empty", path);
+  }
+  LM_RETURN_IF_ERROR(check_kind(path, material));
+  LM_RETURN_IF_ERROR(check_exponent(path + ".emission_exponent", material.emission_exponent));
+  if (material.emission_unit == EmissionUnit::flux && material.emission.texture != kNoTexture) {
+    return invalid_argument("{}.emission_flux: cannot vary by a texture", path);
+  }
+  LM_RETURN_IF_ERROR(check_group(path + ".light_group", material.light_group));
+  return check_power(path + ".emission", material.emission.rgb);
+}
+
+std::string describe_unknown_material(std::string_view name, const std::vector<Material>& materials) {
+  std::string text = fmt::format("unknown material \"{}\"; ", name);
+  if (materials.empty()) {
+    return text + "there are none";
+  }
+  text += "the materials are ";
+  constexpr std::size_t kShown = 20;
+  for (std::size_t i = 0; i < std::min(materials.size(), kShown); ++i) {
+    text += (i > 0 ? ", " : "") + materials[i].name;
+  }
+  if (materials.size() > kShown) {
+    text += fmt::format(" and {} more", materials.size() - kShown);
+  }
+  return text;
 }
 
 }  // namespace lightmill

@@ -1,4 +1,4 @@
-#include "common/scene/document.h"
+#include "common/scene/validate/validate.h"
 
 #include <gtest/gtest.h>
 

@@ -1,6 +1,5 @@
-#include "common/scene_io/power_check.h"
+#include "common/scene/validate/parts.h"
 
-#include <cmath>
 #include <set>
 
 #include "common/base/text.h"
@@ -15,12 +14,12 @@ bool has_area(const Point3d& a, const Point3d& b, const Point3d& c) {
 }
 
 /// In the shape's own coordinates: a transform, which is invertible, leaves no area none.
-Result<bool> has_area(const Object& object, const LoadedScene& loaded) {
+Result<bool> has_area(const Object& object, const SceneAssets& assets) {
   if (const auto* triangle = std::get_if<TriangleShape>(&object.shape)) {
     return has_area(triangle->a, triangle->b, triangle->c);
   }
   if (const auto* shape = std::get_if<MeshShape>(&object.shape)) {
-    LM_ASSIGN_OR_RETURN(const Mesh mesh, decode_mesh(as_byte_view(loaded.assets.at(shape->asset))));
+    LM_ASSIGN_OR_RETURN(const Mesh mesh, decode_mesh(as_byte_view(assets.at(shape->asset))));
     return std::ranges::any_of(mesh.triangles, [&](const std::array<std::uint32_t, 3>& t) {
       return has_area(mesh.positions[t[0]], mesh.positions[t[1]], mesh.positions[t[2]]);
     });
@@ -30,8 +29,7 @@ Result<bool> has_area(const Object& object, const LoadedScene& loaded) {
 
 }  // namespace
 
-Status check_powers(const LoadedScene& loaded) {
-  const Scene& scene = loaded.scene;
+Status check_powers(const Scene& scene, const SceneAssets& assets) {
   std::set<std::uint32_t> dark;  ///< materials with a power of whose surfaces none with an area has been seen
   std::set<std::uint32_t> bright;
   for (const Object& object : scene.objects) {
@@ -40,7 +38,7 @@ Status check_powers(const LoadedScene& loaded) {
         bright.contains(object.material)) {
       continue;
     }
-    LM_ASSIGN_OR_RETURN(const bool shines, has_area(object, loaded));
+    LM_ASSIGN_OR_RETURN(const bool shines, has_area(object, assets));
     (shines ? bright : dark).insert(object.material);
   }
   for (const std::uint32_t index : dark) {

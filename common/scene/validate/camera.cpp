@@ -1,0 +1,57 @@
+#include "common/scene/validate/parts.h"
+
+#include <cmath>
+
+#include "common/film/tile_grid.h"
+
+namespace lightmill {
+
+Status check_film(const FilmSettings& film) {
+  if (film.width < 1 || film.width > kMaxFilmSide) {
+    return invalid_argument("film.width: must be 1 to {}, got {}", kMaxFilmSide, film.width);
+  }
+  if (film.height < 1 || film.height > kMaxFilmSide) {
+    return invalid_argument("film.height: must be 1 to {}, got {}", kMaxFilmSide, film.height);
+  }
+  if (!(film.filter.radius_pixels > 0 && film.filter.radius_pixels <= kMaxFilterRadius)) {
+    return invalid_argument("film.filter.radius_pixels: must be in (0, {}], got {}", kMaxFilterRadius,
+                            film.filter.radius_pixels);
+  }
+  return ok_status();
+}
+
+Status validate(const Camera& camera) {
+  LM_RETURN_IF_ERROR(check_point("camera.eye", camera.eye));
+  LM_RETURN_IF_ERROR(check_point("camera.look_at", camera.look_at));
+  LM_RETURN_IF_ERROR(check_point("camera.up", camera.up));
+  if (!(camera.vertical_fov_degrees > 0 && camera.vertical_fov_degrees < 180)) {
+    return invalid_argument("camera.vertical_fov_degrees: must be in (0, 180), got {}", camera.vertical_fov_degrees);
+  }
+  for (const auto& [field, value] :
+       {std::pair{"lens_radius", camera.lens_radius}, {"focus_distance", camera.focus_distance}}) {
+    if (!(value >= 0 && value <= kMaxCoordinate)) {
+      return invalid_argument("camera.{}: must be from 0 to {}, got {}", field, kMaxCoordinate, value);
+    }
+  }
+  const Point3d d{camera.look_at[0] - camera.eye[0], camera.look_at[1] - camera.eye[1],
+                  camera.look_at[2] - camera.eye[2]};
+  const Point3d& u = camera.up;
+  const double view_length = std::hypot(d[0], d[1], d[2]);
+  const double up_length = std::hypot(u[0], u[1], u[2]);
+  if (!(view_length > 0)) {
+    return invalid_argument("camera.look_at: must differ from camera.eye, both are ({}, {}, {})", camera.eye[0],
+                            camera.eye[1], camera.eye[2]);
+  }
+  if (!(up_length > 0)) {
+    return invalid_argument("camera.up: must not be zero");
+  }
+  const double sine = std::hypot(d[1] * u[2] - d[2] * u[1], d[2] * u[0] - d[0] * u[2], d[0] * u[1] - d[1] * u[0]) /
+                      (view_length * up_length);
+  if (!(sine > 1e-6)) {
+    return invalid_argument("camera.up: must not be parallel to the direction from eye to look_at, got ({}, {}, {})",
+                            u[0], u[1], u[2]);
+  }
+  return ok_status();
+}
+
+}  // namespace lightmill

@@ -1,0 +1,119 @@
+#include "common/scene/validate/parts.h"
+
+#include <algorithm>
+#include <set>
+
+#include "common/base/text.h"
+#include "common/film/layers.h"
+
+namespace lightmill {
+namespace {
+
+/// What is without end cannot share a flux.
+Status check_planes(const Scene& scene) {
+  for (std::size_t i = 0; i < scene.objects.size(); ++i) {
+    const Object& object = scene.objects[i];
+    const Material& material = scene.materials[object.material];
+    if (std::holds_alternative<PlaneShape>(object.shape) && material.emission_unit == EmissionUnit::flux &&
+        material.emission != TexturedColor{}) {
+      return invalid_argument(
+          "objects[{}].plane: its material \"{}\" states a flux (materials[{}].emission_flux, or a strength in watt or "
+          "lumen), which a plane without end cannot have; state radiance or watts per square metre",
+          i, printable(material.name), object.material);
+    }
+  }
+  return ok_status();
+}
+
+/// Holdouts compare light with shadows to light without; the latter is known only of lights that are sampled, and by a
+/// formula only of those that are Lambertian.
+Status check_holdouts(const Scene& scene) {
+  const auto holdout = std::ranges::find_if(scene.objects, [&](const Object& object) {
+    return std::holds_alternative<HoldoutMaterial>(scene.materials[object.material].kind);
+  });
+  if (holdout == scene.objects.end()) {
+    return ok_status();
+  }
+  for (std::size_t i = 0; i < scene.objects.size(); ++i) {
+    const Object& object = scene.objects[i];
+    const Material& material = scene.materials[object.material];
+    if (material.emission == TexturedColor{}) {
+      continue;
+    }
+    const auto refused = [&](std::string_view field, std::string_view what) {
+      return invalid_argument(
+          "materials[{}]{}: \"{}\", of objects[{}], emits {}, which has no place in a scene with a holdout "
+          "(objects[{}])",
+          object.material, field, printable(material.name), i, what, holdout - scene.objects.begin());
+    };
+    if (material.emission.texture != kNoTexture) {
+      return refused(".emission", "by a texture");
+    }
+    if (material.emission_exponent != 0) {
+      return refused(".emission_exponent", "with an exponent");
+    }
+    if (std::holds_alternative<PlaneShape>(object.shape)) {
+      return refused(".emission", "on a plane");
+    }
+  }
+  return ok_status();
+}
+
+Status check_counts(const Scene& scene) {
+  const auto within = [](std::string_view path, std::size_t count) {
+    return count <= kMaxSceneEntries
+               ? ok_status()
+               : invalid_argument("{}: at most {} are possible, got {}", path, kMaxSceneEntries, count);
+  };
+  LM_RETURN_IF_ERROR(within("textures", scene.textures.size()));
+  LM_RETURN_IF_ERROR(within("materials", scene.materials.size()));
+  LM_RETURN_IF_ERROR(within("objects", scene.objects.size()));
+  const auto media =
+      static_cast<std::size_t>(std::count_if(scene.materials.begin(), scene.materials.end(), is_boundary));
+  if (media > kMaxMedia) {
+    return invalid_argument("materials: at most {} may be dielectric or transmit, got {}", kMaxMedia, media);
+  }
+  LM_RETURN_IF_ERROR(within("lights", scene.lights.size()));
+  if (scene.objects.empty()) {
+    return invalid_argument("objects: the scene is empty, at least one object is expected");
+  }
+  return ok_status();
+}
+
+}  // namespace
+
+Status validate(const Scene& scene) {
+  LM_RETURN_IF_ERROR(validate(scene.camera));
+  LM_RETURN_IF_ERROR(check_film(scene.film));
+  LM_RETURN_IF_ERROR(check_counts(scene));
+  std::set<std::string_view> textures;
+  for (std::size_t i = 0; i < scene.textures.size(); ++i) {
+    LM_RETURN_IF_ERROR(check_texture(fmt::format("textures[{}]", i), scene.textures[i]));
+    if (!textures.insert(scene.textures[i].name).second) {
+      return invalid_argument("textures[{}].name: \"{}\" names an earlier texture already", i, scene.textures[i].name);
+    }
+  }
+  std::set<std::string_view> names;
+  for (std::size_t i = 0; i < scene.materials.size(); ++i) {
+    LM_RETURN_IF_ERROR(check_material(fmt::format("materials[{}]", i), scene.materials[i]));
+    if (!names.insert(scene.materials[i].name).second) {
+      return invalid_argument("materials[{}].name: \"{}\" names an earlier material already", i,
+                              scene.materials[i].name);
+    }
+  }
+  for (std::size_t i = 0; i < scene.objects.size(); ++i) {
+    LM_RETURN_IF_ERROR(check_object(fmt::format("objects[{}]", i), scene.objects[i], scene.materials.size()));
+  }
+  LM_RETURN_IF_ERROR(check_lights(scene.lights));
+  LM_RETURN_IF_ERROR(check_planes(scene));
+  LM_RETURN_IF_ERROR(check_holdouts(scene));
+  for (std::size_t i = 0; i < scene.lights.size(); ++i) {
+    LM_RETURN_IF_ERROR(check_group(fmt::format("lights[{}].group", i), scene.lights[i].group));
+  }
+  if (const std::size_t groups = light_groups_of(scene).size(); groups > kMaxSceneLightGroups) {
+    return invalid_argument("lights: at most {} light groups are possible, got {}", kMaxSceneLightGroups, groups);
+  }
+  return check_meters(scene.meters);
+}
+
+}  // namespace lightmill
