@@ -87,7 +87,7 @@ V8 LocalShading::scattered_by(MaterialKind kind, const LitVertex8& vertex, M8 la
       break;
     }
     case MaterialKind::rough_dielectric: {
-      const RoughDielectric8 bsdf{relative_index(vertex, lanes), materials.alpha(surface, lanes)};
+      const RoughDielectric8 bsdf{relative_index(vertex, lanes), materials.dielectric_alpha(surface, lanes)};
       albedo = masked(bsdf.rough(), albedo);
       light = lit(vertex, bsdf, wo, lanes, counters);
       break;

@@ -13,9 +13,6 @@ namespace {
 float alpha_of(double roughness) {
   return static_cast<float>(roughness * roughness);
 }
-bool is_smooth(double roughness) {
-  return alpha_of(roughness) < ggx::kSmoothAlpha;
-}
 
 RgbColor normal_reflectance(const ConductorMaterial& metal) {
   const auto of = [](float n, float k) { return ((n - 1) * (n - 1) + k * k) / ((n + 1) * (n + 1) + k * k); };
@@ -28,8 +25,10 @@ static_assert(kNoTexture == TextureSet::kNone);
 
 MaterialTable::MaterialTable(const Scene& scene, TextureSet textures) : textures_(std::move(textures)) {
   const std::vector<std::string> groups = light_groups_of(scene);
+  std::array<std::uint32_t, std::variant_size_v<decltype(Material::kind)>> rows{};  // of each kind until here
   for (const Material& material : scene.materials) {
     add(material);
+    row_.push_back(rows[material.kind.index()]++);
     light_group_.push_back(number_of_group(groups, material.light_group));
   }
   std::set<MaterialKind> used;
@@ -55,45 +54,49 @@ void MaterialTable::MapColumn::add(const ScalarMap& map) {
 }
 
 void MaterialTable::add(const Material& material) {
-  MaterialKind kind = MaterialKind::diffuse;
-  TexturedColor reflectance{1, 1, 1}, specular;
-  double ior = 1;
-  Parameters parameters{};
-  const bool mapped = material.roughness_map.texture != kNoTexture;
-  std::visit(
-      Overloaded{[&](const DiffuseMaterial& m) { reflectance = m.reflectance; },
-                 [&](const MirrorMaterial& m) {
-                   kind = MaterialKind::mirror;
-                   reflectance = m.reflectance;
+  struct Entry {
+    MaterialKind kind;
+    TexturedColor reflectance{1, 1, 1}, specular = {};
+    double ior = 1;
+  };
+  const auto smooth = [&](double roughness) {
+    return alpha_of(roughness) < ggx::kSmoothAlpha && material.roughness_map.texture == kNoTexture;
+  };
+  const auto push = [](Column<float>& column, double value) { column.push_back(static_cast<float>(value)); };
+  const auto [kind, reflectance, specular, ior] = std::visit(
+      Overloaded{[](const DiffuseMaterial& m) -> Entry {
+                   return {MaterialKind::diffuse, m.reflectance};
                  },
-                 [&](const DielectricMaterial& m) {
-                   kind = is_smooth(m.roughness) && !mapped ? MaterialKind::dielectric : MaterialKind::rough_dielectric;
-                   ior = m.ior;
-                   parameters[0] = alpha_of(m.roughness);
+                 [](const MirrorMaterial& m) -> Entry {
+                   return {MaterialKind::mirror, m.reflectance};
                  },
-                 [&](const PhongMaterial& m) {
-                   kind = MaterialKind::phong;
-                   reflectance = m.diffuse;
-                   specular = m.specular;
-                   parameters[0] = static_cast<float>(m.exponent);
+                 [&](const DielectricMaterial& m) -> Entry {
+                   dielectric_.alpha.push_back(alpha_of(m.roughness));
+                   return {.kind = smooth(m.roughness) ? MaterialKind::dielectric : MaterialKind::rough_dielectric,
+                           .ior = m.ior};
                  },
-                 [&](const ConductorMaterial& m) {
-                   kind = is_smooth(m.roughness) && !mapped ? MaterialKind::conductor : MaterialKind::rough_conductor;
-                   reflectance = normal_reflectance(m);
-                   parameters = {alpha_of(m.roughness), m.eta.r, m.eta.g, m.eta.b, m.k.r, m.k.g, m.k.b};
+                 [&](const PhongMaterial& m) -> Entry {
+                   push(phong_.exponent, m.exponent);
+                   return {MaterialKind::phong, m.diffuse, m.specular};
                  },
-                 [&](const HoldoutMaterial&) {
-                   kind = MaterialKind::holdout;
-                   reflectance = {0, 0, 0};
+                 [&](const ConductorMaterial& m) -> Entry {
+                   conductor_.eta.push_back(to_vec(m.eta));
+                   conductor_.k.push_back(to_vec(m.k));
+                   conductor_.alpha.push_back(alpha_of(m.roughness));
+                   return {smooth(m.roughness) ? MaterialKind::conductor : MaterialKind::rough_conductor,
+                           normal_reflectance(m)};
                  },
-                 [&](const PrincipledMaterial& m) {
-                   kind = MaterialKind::principled;
-                   reflectance = m.base_color;
-                   ior = m.ior;
-                   const std::array<double, 6> values{m.metallic,     m.roughness, m.specular,
-                                                      m.transmission, m.coat,      m.coat_roughness};
-                   std::transform(values.begin(), values.end(), parameters.begin(),
-                                  [](double value) { return static_cast<float>(value); });
+                 [](const HoldoutMaterial&) -> Entry {
+                   return {MaterialKind::holdout, {0, 0, 0}};
+                 },
+                 [&](const PrincipledMaterial& m) -> Entry {
+                   push(principled_.metallic, m.metallic);
+                   push(principled_.roughness, m.roughness);
+                   push(principled_.specular, m.specular);
+                   push(principled_.transmission, m.transmission);
+                   push(principled_.coat, m.coat);
+                   push(principled_.coat_roughness, m.coat_roughness);
+                   return {MaterialKind::principled, m.base_color, {}, m.ior};
                  }},
       material.kind);
   kind_.push_back(static_cast<std::uint32_t>(kind));
@@ -105,9 +108,6 @@ void MaterialTable::add(const Material& material) {
   has_specular_ = has_specular_ || !is_black(specular);
   roughness_map_.add(material.roughness_map);
   metallic_map_.add(material.metallic_map);
-  for (std::size_t i = 0; i < kParameters; ++i) {
-    parameters_[i].push_back(parameters[i]);
-  }
   // The radiance comes later (set_radiance).
   emission_.add({{0, 0, 0}, material.emission.texture});
   emission_exponent_.push_back(static_cast<float>(material.emission_exponent));

@@ -2,7 +2,6 @@
 #pragma once
 
 #include <algorithm>
-#include <array>
 #include <cstdint>
 #include <optional>
 #include <vector>
@@ -58,26 +57,23 @@ class MaterialTable {
     const V8 color = reflectance(surface, lanes);
     return has_specular_ ? color + at(specular_, surface, lanes) : color;
   }
+  /// Of what is behind the outward normal; 1 of kinds that have none.
   F8 ior(const Surface8& surface, M8 lanes) const { return ior_.at(surface.material, lanes); }
-  Phong8 phong(const Surface8& surface, M8 lanes) const {
-    return {at(reflectance_, surface, lanes), at(specular_, surface, lanes), parameter(0, surface, lanes)};
+  F8 dielectric_alpha(const Surface8& surface, M8 lanes) const {
+    return mapped_alpha(dielectric_.alpha.at(row_of(surface, lanes), lanes), surface, lanes);
   }
   Conductor8 conductor(const Surface8& surface, M8 lanes) const {
-    return {{parameter(1, surface, lanes), parameter(2, surface, lanes), parameter(3, surface, lanes)},
-            {parameter(4, surface, lanes), parameter(5, surface, lanes), parameter(6, surface, lanes)},
-            alpha(surface, lanes)};
+    const U8 row = row_of(surface, lanes);
+    return {conductor_.eta.at(row, lanes), conductor_.k.at(row, lanes),
+            mapped_alpha(conductor_.alpha.at(row, lanes), surface, lanes)};
   }
-  /// Of a rough dielectric or conductor.
-  F8 alpha(const Surface8& surface, M8 lanes) const {
-    const F8 alpha = parameter(0, surface, lanes);
-    if (!roughness_map_.mapped) {
-      return alpha;
-    }
-    const F8 factor = map_at(roughness_map_, surface, lanes);
-    return alpha * (factor * factor);
+  Phong8 phong(const Surface8& surface, M8 lanes) const {
+    return {at(reflectance_, surface, lanes), at(specular_, surface, lanes),
+            phong_.exponent.at(row_of(surface, lanes), lanes)};
   }
   PrincipledParameters8 principled(const Surface8& surface, M8 lanes) const {
-    F8 metallic = parameter(0, surface, lanes), roughness = parameter(1, surface, lanes);
+    const U8 row = row_of(surface, lanes);
+    F8 metallic = principled_.metallic.at(row, lanes), roughness = principled_.roughness.at(row, lanes);
     if (metallic_map_.mapped) {
       metallic = metallic * map_at(metallic_map_, surface, lanes);
     }
@@ -87,11 +83,11 @@ class MaterialTable {
     return {at(reflectance_, surface, lanes),
             metallic,
             roughness,
-            parameter(2, surface, lanes),
-            parameter(3, surface, lanes),
+            principled_.specular.at(row, lanes),
+            principled_.transmission.at(row, lanes),
             ior(surface, lanes),
-            parameter(4, surface, lanes),
-            parameter(5, surface, lanes)};
+            principled_.coat.at(row, lanes),
+            principled_.coat_roughness.at(row, lanes)};
   }
   /// Emitted radiance at this positive cosine to the normal.
   V8 emission(const Surface8& surface, F8 cosine, M8 lanes) const {
@@ -132,11 +128,14 @@ class MaterialTable {
   };
   /// In [0, 1]; 1 where there is no texture.
   F8 map_at(const MapColumn& column, const Surface8& surface, M8 lanes) const;
-  static constexpr std::uint32_t kParameters = 7;  ///< a material; what they are depends on its kind
-  using Parameters = std::array<float, kParameters>;
-  F8 parameter(std::uint32_t which, const Surface8& surface, M8 lanes) const {
-    return parameters_[which].at(surface.material, lanes);
+  F8 mapped_alpha(F8 alpha, const Surface8& surface, M8 lanes) const {
+    if (!roughness_map_.mapped) {
+      return alpha;
+    }
+    const F8 factor = map_at(roughness_map_, surface, lanes);
+    return alpha * (factor * factor);
   }
+  U8 row_of(const Surface8& surface, M8 lanes) const { return row_.at(surface.material, lanes); }
   void add(const Material& material);
 
   TextureSet textures_;
@@ -144,6 +143,7 @@ class MaterialTable {
   std::optional<MaterialKind> only_kind_;
   // One entry a material.
   Column<std::uint32_t> kind_;
+  Column<std::uint32_t> row_;     ///< of the material in its kind's columns
   Column<std::uint32_t> caster_;  ///< 0 or 1
   Column<std::uint32_t> emits_;   ///< 0 never, 1 on the front, 2 on both sides
   ColorColumn reflectance_, specular_, emission_;
@@ -151,8 +151,21 @@ class MaterialTable {
   bool has_specular_ = false;
   Column<float> ior_, emission_exponent_;
   Column<std::uint32_t> light_group_;
-  bool has_emission_profiles_ = false;                 ///< an exponent that is not 0
-  std::array<Column<float>, kParameters> parameters_;  ///< of the kinds that have more than colours and an index
+  bool has_emission_profiles_ = false;  ///< an exponent that is not 0
+  // What a kind has beside colours and an index: one row a material of the kind (row_).
+  struct {
+    Column<float> alpha;
+  } dielectric_;
+  struct {
+    VectorColumn eta, k;
+    Column<float> alpha;
+  } conductor_;
+  struct {
+    Column<float> exponent;
+  } phong_;
+  struct {
+    Column<float> metallic, roughness, specular, transmission, coat, coat_roughness;
+  } principled_;
 };
 
 }  // namespace lightmill
