@@ -13,7 +13,6 @@
 #include "common/farm/job_rules.h"
 #include "common/film/sample_range.h"
 #include "common/methods/spec/method_spec.h"
-#include "common/scene/scattering.h"
 #include "common/scene_io/assets.h"
 #include "common/scene_io/picture_notices.h"
 #include "common/wire/scene_proto.h"

@@ -7,10 +7,9 @@
 
 namespace lightmill {
 
-inline constexpr float kMaxAnisotropy = 0.99f;  ///< |g| at most: beyond, single precision cannot hold the peak
-
-/// `g` is the mean cosine, in [-kMaxAnisotropy, kMaxAnisotropy]; positive scatters forwards. `wo` points back to where
-/// the path comes from, like everywhere. Value and density per solid angle are the same, so a sample's weight is 1.
+/// `g` is the mean cosine, in [-0.99, 0.99]: beyond, single precision cannot hold the peak. Positive scatters forwards.
+/// `wo` points back to where the path comes from, like everywhere. Value and density per solid angle are the same, so a
+/// sample's weight is 1.
 struct HenyeyGreenstein8 {
   F8 g;
 

@@ -18,10 +18,8 @@ class Column {
     values_.resize(std::max(values_.size(), size_ + 1));
     values_[size_++] = value;
   }
-  void clear() { size_ = 0; }
   std::size_t size() const { return size_; }
   T operator[](std::size_t row) const { return values_[row]; }
-  T& back() { return values_[size_ - 1]; }
   /// The values of these rows in the lanes of the mask, 0 elsewhere.
   Lanes at(U8 row, M8 lanes) const {
     return size_ <= 8 ? masked(lanes, permute(Lanes::load(values_.data()), row)) : gather(values_.data(), row, lanes);
@@ -39,16 +37,6 @@ class VectorColumn {
     x_.push_back(v.x);
     y_.push_back(v.y);
     z_.push_back(v.z);
-  }
-  void clear() {
-    for (Column<float>* const each : {&x_, &y_, &z_}) {
-      each->clear();
-    }
-  }
-  void set_back(const Vec3& v) {
-    x_.back() = v.x;
-    y_.back() = v.y;
-    z_.back() = v.z;
   }
   V8 at(U8 row, M8 lanes) const { return {x_.at(row, lanes), y_.at(row, lanes), z_.at(row, lanes)}; }
 

@@ -62,7 +62,7 @@ class CameraMethod final : public SampledMethod {
 
   Arrival8 arrive(M8 lanes, const Ray8& rays, RenderCounters& counters) const {
     if (scene_->features().media) {
-      return trace_transmittance(*scene_, lanes, rays, scene_->eye_media(), kNoGeometry, counters);
+      return trace_transmittance(*scene_, lanes, rays, scene_->camera_media(), kNoGeometry, counters);
     }
     counters.closest_hit_rays += static_cast<std::uint64_t>(lanes.count());
     return {scene_->accel().intersect(lanes, rays, true), rays, {}, {}, broadcast(Vec3(1)), {}};

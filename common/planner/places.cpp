@@ -10,7 +10,7 @@
 #include "common/base/overloaded.h"
 #include "common/math/transcendental.h"
 #include "common/math/vec.h"
-#include "common/scene/casters.h"
+#include "common/planner/narrow_lobes.h"
 #include "common/scene/mesh.h"
 
 namespace lightmill {

@@ -11,6 +11,7 @@
 #include "common/base/text.h"
 #include "common/math/transcendental.h"
 #include "common/math/vec.h"
+#include "common/planner/narrow_lobes.h"
 #include "common/planner/places.h"
 #include "common/scene/casters.h"
 #include "common/scene/mesh.h"
@@ -19,10 +20,6 @@ namespace lightmill {
 namespace {
 
 constexpr double kLosesNothing = 0.999999;
-
-bool is_black(const RgbColor& color) {
-  return color == RgbColor{};
-}
 
 /// "the glass 'ball'".
 std::string named(std::string_view what, const std::string& name) {
@@ -72,15 +69,8 @@ std::array<double, 3> albedo_of(const Material& material) {
 }
 
 bool is_textured(const Material& material) {
-  const auto has = [](const TexturedColor& color) { return color.texture != kNoTexture; };
-  const bool colors = std::visit(
-      Overloaded{[&](const DiffuseMaterial& m) { return has(m.reflectance); },
-                 [&](const MirrorMaterial& m) { return has(m.reflectance); },
-                 [&](const PhongMaterial& m) { return has(m.diffuse) || has(m.specular); },
-                 [&](const PrincipledMaterial& m) { return has(m.base_color); }, [](const auto&) { return false; }},
-      material.kind);
-  return colors || has(material.emission) || material.roughness_map.texture != kNoTexture ||
-         material.metallic_map.texture != kNoTexture;
+  return std::ranges::any_of(colors_of(material), [](const auto* color) { return color->texture != kNoTexture; }) ||
+         material.roughness_map.texture != kNoTexture || material.metallic_map.texture != kNoTexture;
 }
 
 double ior_of(const Material& material) {

@@ -3,7 +3,7 @@
 
 #include <vector>
 
-#include "common/scene/document.h"
+#include "common/scene/document/material.h"
 
 namespace lightmill {
 
@@ -28,22 +28,5 @@ struct CasterLobe {
 /// turn it by twice that, and spreads it wider where light leaves it slantwise: twice as wide comes near to what was
 /// measured on balls. Where a map says how rough it is, it is taken to be smooth.
 std::vector<CasterLobe> caster_lobes(const Material& material);
-
-/// GGX's α below which a lobe is narrow: a light without extent is met in one only by a path in 1/α² ≈ 1e5 that comes
-/// there by chance, if at all (α below ggx::kSmoothAlpha: never). Measured: at α = 1e-4 to 1e-3 a million paths miss
-/// what such a surface throws (tests/atlas).
-inline constexpr double kNarrowAlpha = 3e-3;
-
-/// How much of what a material scatters goes into narrow lobes; of Phong's gloss, α² = 2/(exponent + 2). A roughness
-/// map may make lobes narrow in places, which is taken for granted of casters and not counted of others.
-enum class NarrowLobes {
-  none,
-  some,  ///< beside others
-  all,   ///< all that it scatters, if anything
-};
-NarrowLobes narrow_lobes(const Material& material);
-
-/// Whether it scatters light in directions that have a density: what a lamp sends there is seen on it.
-bool receives_light(const Material& material);
 
 }  // namespace lightmill

@@ -1,5 +1,6 @@
 #include "common/scene/document.h"
 
+#include <algorithm>
 #include <set>
 
 namespace lightmill {
@@ -14,6 +15,19 @@ std::vector<std::string> light_groups_of(const Scene& scene) {
   }
   groups.erase("");
   return {groups.begin(), groups.end()};
+}
+
+bool has_scattering_media(const Scene& scene) {
+  return std::ranges::any_of(scene.objects, [&](const Object& object) {
+    const Material& material = scene.materials[object.material];
+    return is_boundary(material) && material.interior.scattering != RgbColor{};
+  });
+}
+
+void remove_absorption(Scene& scene) {
+  for (Material& material : scene.materials) {
+    material.interior.absorption = {};
+  }
 }
 
 std::vector<Sha256> assets_of(const Scene& scene) {

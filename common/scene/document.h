@@ -33,6 +33,11 @@ struct Scene {
 /// The names of the scene's light groups, sorted, each once.
 std::vector<std::string> light_groups_of(const Scene& scene);
 
+/// Whether any shape holds a medium that scatters.
+bool has_scattering_media(const Scene& scene);
+/// Of all materials' interiors; what they scatter stays.
+void remove_absorption(Scene& scene);
+
 /// The assets that the scene names, sorted, each once.
 std::vector<Sha256> assets_of(const Scene& scene);
 

@@ -10,6 +10,7 @@
 #include "common/math/vec.h"
 #include "common/scene/compiled/convert.h"
 #include "common/scene/compiled/transform.h"
+#include "common/scene/compiled/world_frame.h"
 #include "common/scene/mesh.h"
 
 namespace lightmill {
@@ -27,21 +28,14 @@ bool emits(const Light& light) {
                     light.kind);
 }
 
-/// A box around something, along the axes.
-struct Box {
-  Vec3d low{std::numeric_limits<double>::infinity()}, high{-std::numeric_limits<double>::infinity()};
-  void add(const Vec3d& p) {
-    low = glm::min(low, p);
-    high = glm::max(high, p);
-  }
-  Vec3d corner(int i) const {
-    return {(i & 1) != 0 ? high.x : low.x, (i & 2) != 0 ? high.y : low.y, (i & 4) != 0 ? high.z : low.z};
-  }
-};
+Vec3d corner_of(const Bounds& box, int i) {
+  return {(i & 1) != 0 ? box.high.x : box.low.x, (i & 2) != 0 ? box.high.y : box.low.y,
+          (i & 4) != 0 ? box.high.z : box.low.z};
+}
 
 /// In the shape's own coordinates; of a plane, nothing.
-Box box_of(const Object& object, const LoadedScene& loaded) {
-  Box box;
+Bounds box_of(const Object& object, const LoadedScene& loaded) {
+  Bounds box;
   if (const auto* sphere = std::get_if<SphereShape>(&object.shape)) {
     box.add(to_vec(sphere->center) - sphere->radius);
     box.add(to_vec(sphere->center) + sphere->radius);
@@ -63,7 +57,7 @@ Box box_of(const Object& object, const LoadedScene& loaded) {
 class Boxes {
  public:
   explicit Boxes(const LoadedScene& loaded) : loaded_(loaded) {}
-  const Box& of(const Object& object) {
+  const Bounds& of(const Object& object) {
     const auto* const mesh = std::get_if<MeshShape>(&object.shape);
     if (mesh == nullptr) {
       return other_ = box_of(object, loaded_);
@@ -77,8 +71,8 @@ class Boxes {
 
  private:
   const LoadedScene& loaded_;
-  std::map<Sha256, Box> meshes_;
-  Box other_;
+  std::map<Sha256, Bounds> meshes_;
+  Bounds other_;
 };
 
 /// What a camera sees of boxes: where on the film, whose edges are at ±1, they may be.
@@ -94,11 +88,11 @@ class View {
     half_width_ = pixel * (0.5 * film.width + film.filter.radius_pixels);
   }
 
-  void add(const Box& box, const Affine& map) {
+  void add(const Bounds& box, const Affine& map) {
     Vec3d low{std::numeric_limits<double>::infinity()}, high = -low;
     int in_front = 0;
     for (int i = 0; i < 8; ++i) {
-      const Vec3d p = map(box.corner(i)) - eye_;
+      const Vec3d p = map(corner_of(box, i)) - eye_;
       const double depth = glm::dot(p, forward_);
       in_front += depth > 0 ? 1 : 0;
       const Vec3d place(glm::dot(p, right_) / (depth * half_width_), glm::dot(p, up_) / (depth * half_height_), 0);
@@ -163,7 +157,7 @@ std::string view_notice(const LoadedScene& loaded, Boxes& boxes) {
 /// Of all shapes of a material: the most that one of them, or, where they are flat, all together measure across.
 double thickness(const LoadedScene& loaded, std::uint32_t material, Boxes& boxes) {
   double most = 0;
-  Box faces;
+  Bounds faces;
   for (const Object& object : loaded.scene.objects) {
     if (object.material != material) {
       continue;
@@ -171,13 +165,13 @@ double thickness(const LoadedScene& loaded, std::uint32_t material, Boxes& boxes
     if (std::holds_alternative<PlaneShape>(object.shape)) {
       return std::numeric_limits<double>::infinity();
     }
-    const Box& own = boxes.of(object);
+    const Bounds& own = boxes.of(object);
     const Affine map(object.transform);
-    Box box;
+    Bounds box;
     for (int i = 0; i < 8; ++i) {
-      box.add(map(own.corner(i)));
+      box.add(map(corner_of(own, i)));
     }
-    const Vec3d size = box.high - box.low;
+    const Vec3d size = box.size();
     const double across = std::min({size.x, size.y, size.z});
     most = std::max(most, across);
     if (across == 0) {
@@ -185,7 +179,7 @@ double thickness(const LoadedScene& loaded, std::uint32_t material, Boxes& boxes
       faces.add(box.high);
     }
   }
-  const Vec3d size = faces.high - faces.low;
+  const Vec3d size = faces.size();
   return std::max({most, std::min({size.x, size.y, size.z}), 0.0});
 }
 

@@ -1,6 +1,5 @@
 #include "common/scene_io/scene_report.h"
 
-#include "common/base/overloaded.h"
 #include "common/base/quantities.h"
 #include "common/methods/spec/method_spec.h"
 #include "common/planner/method_plan.h"
@@ -12,23 +11,11 @@
 namespace lightmill {
 namespace {
 
-std::string kind_of(const Light& light) {
-  return std::visit(
-      Overloaded{[](const PointLight&) { return "point"; }, [](const DirectionalLight&) { return "directional"; },
-                 [](const SpotLight&) { return "spot"; }, [](const CosinePowerLight&) { return "cosine_power"; },
-                 [](const IesLight&) { return "ies"; }, [](const EnvironmentLight&) { return "environment"; }},
-      light.kind);
-}
-
-std::string kind_of(const Material& material) {
-  return std::visit(
-      Overloaded{[](const DiffuseMaterial&) { return "diffuse"; }, [](const MirrorMaterial&) { return "mirror"; },
-                 [](const DielectricMaterial&) { return "dielectric"; }, [](const PhongMaterial&) { return "phong"; },
-                 [](const ConductorMaterial&) { return "conductor"; },
-                 [](const PrincipledMaterial&) { return "principled"; },
-                 [](const HoldoutMaterial&) { return "holdout"; }},
-      material.kind);
-}
+// In the order of the document's variants.
+constexpr std::array kLightKinds{"point", "directional", "spot", "cosine_power", "ies", "environment"};
+static_assert(kLightKinds.size() == std::variant_size_v<decltype(Light::kind)>);
+constexpr std::array kMaterialKinds{"diffuse", "mirror", "dielectric", "phong", "conductor", "principled", "holdout"};
+static_assert(kMaterialKinds.size() == std::variant_size_v<decltype(Material::kind)>);
 
 bool emits(const Material& material) {
   return material.emission != RgbColor{};
@@ -55,10 +42,10 @@ Status count(const LoadedScene& loaded, SceneReport& report) {
     report.emissive_objects += emits(loaded.scene.materials[object.material]) ? 1 : 0;
   }
   for (const Light& light : loaded.scene.lights) {
-    ++report.lights[kind_of(light)];
+    ++report.lights[kLightKinds[light.kind.index()]];
   }
   for (const Material& material : loaded.scene.materials) {
-    ++report.materials[kind_of(material)];
+    ++report.materials[kMaterialKinds[material.kind.index()]];
   }
   return ok_status();
 }

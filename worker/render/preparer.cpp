@@ -4,7 +4,6 @@
 #include "common/methods/spec/method_spec.h"
 #include "common/planner/pilot.h"
 #include "common/planner/tile_noise.h"
-#include "common/scene/absorption.h"
 #include "common/wire/scene_proto.h"
 #include "worker/render/within_limits.h"
 

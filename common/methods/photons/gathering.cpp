@@ -33,7 +33,7 @@ void for_each_seen(const CompiledScene& scene, const PhotonPass& pass, const Pix
     seen.distance = sqrt(length_squared(way));
     seen.direction = way * (F8(1.0f) / seen.distance);
     const Ray8 rays{eye, seen.direction, F8(std::numeric_limits<float>::infinity())};
-    seen.arrival = trace_transmittance(scene, lanes, rays, scene.eye_media(), kNoGeometry, counters);
+    seen.arrival = trace_transmittance(scene, lanes, rays, scene.camera_media(), kNoGeometry, counters);
     seen.surface = scene.surface(seen.arrival.rays, seen.arrival.hits);
     seen.cosine = abs(dot(seen.direction, seen.surface.geometric_normal));
     seen.lanes = lanes & found_again(seen.arrival, seen.surface, seen.photon, seen.distance, seen.cosine);

@@ -5,7 +5,6 @@
 #include "common/methods/tracer/sample_plan.h"
 #include "common/methods/transmittance.h"
 #include "common/methods/vcm/densities.h"
-#include "common/scene/compiled/eye_media.h"
 
 namespace lightmill::photons {
 namespace {
@@ -322,7 +321,7 @@ void add_media(const CompiledScene& scene, const Lights& lights, double off, Pho
     const double size = glm::length(b.high - b.low);
     const double rounding = size > 0 ? 1e-5 * glm::length(middle) : 0.0;
     alignas(32) std::uint32_t low[8], high[8];
-    const Media8 media = find_media(scene, Vec3(middle + b.axis * (off * size + rounding)), Vec3(b.axis));
+    const Media8 media = scene.media_at(Vec3(middle + b.axis * (off * size + rounding)), Vec3(b.axis));
     media.low.store(low);
     media.high.store(high);
     source.media_low.push_back(low[0]);

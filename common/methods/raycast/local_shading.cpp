@@ -1,7 +1,7 @@
 #include "common/methods/raycast/local_shading.h"
 
 #include "common/base/check.h"
-#include "common/materials/diffuse.h"
+#include "common/methods/surface_bsdf.h"
 
 namespace lightmill {
 
@@ -36,28 +36,15 @@ V8 LocalShading::emission(const LitVertex8& vertex, M8 lanes) const {
   return masked(emitting, scene_->materials().emission(vertex.surface, cosine, emitting));
 }
 
-F8 LocalShading::relative_index(const LitVertex8& vertex, M8 lanes) const {
-  if (scene_->features().media) {
-    return vertex.crossing.eta;
-  }
-  const F8 ior = scene_->materials().ior(vertex.surface, lanes);
-  return select(vertex.surface.front, ior, F8(1.0f) / ior);
-}
-
 Principled8 LocalShading::principled(const LitVertex8& vertex, const V8& wo, M8 lanes) const {
-  return {scene_->materials().principled(vertex.surface, lanes), relative_index(vertex, lanes), wo,
-          vertex.surface.front};
+  return {scene_->materials().principled(vertex.surface, lanes),
+          relative_index(*scene_, vertex.surface, vertex.crossing, lanes), wo, vertex.surface.front};
 }
 
 V8 LocalShading::scattered(const LitVertex8& vertex, M8 lanes, RenderCounters& counters) const {
   V8 sum;
-  for (const MaterialKind kind : scene_->materials().kinds()) {
-    const M8 of_kind =
-        scene_->materials().only_kind() ? lanes : scene_->materials().is_kind(vertex.surface.material, kind, lanes);
-    if (of_kind.any()) {
-      sum = sum + scattered_by(kind, vertex, of_kind, counters);
-    }
-  }
+  for_each_kind(scene_->materials(), vertex.surface, lanes,
+                [&](MaterialKind kind, M8 of_kind) { sum = sum + scattered_by(kind, vertex, of_kind, counters); });
   return sum;
 }
 
@@ -87,7 +74,8 @@ V8 LocalShading::scattered_by(MaterialKind kind, const LitVertex8& vertex, M8 la
       break;
     }
     case MaterialKind::rough_dielectric: {
-      const RoughDielectric8 bsdf{relative_index(vertex, lanes), materials.dielectric_alpha(surface, lanes)};
+      const RoughDielectric8 bsdf{relative_index(*scene_, vertex.surface, vertex.crossing, lanes),
+                                  materials.dielectric_alpha(surface, lanes)};
       albedo = masked(bsdf.rough(), albedo);
       light = lit(vertex, bsdf, wo, lanes, counters);
       break;

@@ -38,8 +38,6 @@ class LocalShading {
   /// Radiance of lights that is scattered there.
   V8 scattered(const LitVertex8& vertex, M8 lanes, RenderCounters& counters) const;
   Principled8 principled(const LitVertex8& vertex, const V8& wo, M8 lanes) const;
-  /// The index of refraction beyond a boundary over that on the ray's side.
-  F8 relative_index(const LitVertex8& vertex, M8 lanes) const;
 
  private:
   V8 scattered_by(MaterialKind kind, const LitVertex8& vertex, M8 lanes, RenderCounters& counters) const;

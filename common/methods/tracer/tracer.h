@@ -190,7 +190,7 @@ class Tracer : public Wavefront {
   void add_emission(const Path& in, const Hit8& hits, const Surface8& surface, std::uint32_t bounce) {
     M8 emitting = scene_.materials().emits(surface, hits.hit);
     if constexpr (requires { estimator_.found_by_photons(in); }) {
-      emitting = and_not(emitting, scene_.sampled_lights(hits, emitting) & estimator_.found_by_photons(in));
+      emitting = and_not(emitting, scene_.emitter(hits, emitting).sampled & estimator_.found_by_photons(in));
     }
     if (emitting.none()) {
       return;

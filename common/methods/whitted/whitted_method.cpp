@@ -86,20 +86,18 @@ class WhittedShader {
   /// Light that smooth surfaces send on.
   void follow(const LitVertex8& vertex, M8 lanes, const V8& weight, std::uint32_t scatterings, Walk& walk) const {
     const V8 wo = vertex.frame.to_local(-vertex.direction);
-    const F8 eta = shading_.relative_index(vertex, lanes);
+    const F8 eta = relative_index(*scene_, vertex.surface, vertex.crossing, lanes);
     dielectric::Fresnel8 fresnel = dielectric::fresnel(wo.z, eta);
     if (fixed_reflectance_) {
       const M8 total = fresnel.cos_refracted <= F8(0.0f);
       fresnel.reflectance = select(total, F8(1.0f), F8(static_cast<float>(*fixed_reflectance_)));
     }
     SmoothLobes8 lobes;
-    for (const MaterialKind kind : scene_->materials().kinds()) {
-      if (const M8 of_kind = scene_->materials().is_kind(vertex.surface.material, kind, lanes); of_kind.any()) {
-        const SmoothLobes8 of_these = smooth_lobes(kind, vertex, wo, fresnel, eta, of_kind);
-        lobes = {select(of_kind, of_these.reflected, lobes.reflected),
-                 select(of_kind, of_these.refracted, lobes.refracted)};
-      }
-    }
+    for_each_kind(scene_->materials(), vertex.surface, lanes, [&](MaterialKind kind, M8 of_kind) {
+      const SmoothLobes8 of_these = smooth_lobes(kind, vertex, wo, fresnel, eta, of_kind);
+      lobes = {select(of_kind, of_these.reflected, lobes.reflected),
+               select(of_kind, of_these.refracted, lobes.refracted)};
+    });
     const F8 inverse_eta = F8(1.0f) / eta;
     const V8 through{-(wo.x * inverse_eta), -(wo.y * inverse_eta), -fresnel.cos_refracted};
     push<true>(vertex, lanes, through, weight * lobes.refracted, scatterings, walk);

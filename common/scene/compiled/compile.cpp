@@ -5,11 +5,10 @@
 #include "common/scene/casters.h"
 #include "common/scene/compiled/compiled_scene.h"
 #include "common/scene/compiled/convert.h"
-#include "common/scene/compiled/eye_media.h"
 #include "common/scene/compiled/light_builder.h"
 #include "common/scene/compiled/mesh_sources.h"
 #include "common/scene/compiled/meter_surfaces.h"
-#include "common/scene/compiled/texture_sources.h"
+#include "common/scene/compiled/scene_images.h"
 #include "common/scene/compiled/world_frame.h"
 #include "common/scene/validate/validate.h"
 
@@ -70,7 +69,6 @@ class SceneCompiler {
     LM_ASSIGN_OR_RETURN(TextureSet textures, load_textures(scene_, assets, images, budget));
     const std::uint64_t texture_bytes = textures.bytes();
     out_->light_groups_ = light_groups_of(scene_);
-    out_->materials_ = MaterialTable(scene_, std::move(textures));
     out_->accel_ = std::make_unique<Accel>(options.brute_force   ? Accel::Kind::brute_force
                                            : needs_robust_rays() ? Accel::Kind::robust
                                                                  : Accel::Kind::fast);
@@ -78,7 +76,7 @@ class SceneCompiler {
       compile_object(i);
     }
     LM_RETURN_IF_ERROR(light_builder_.add_lights(assets, images, budget, options.max_ies_values));
-    finish_lights();
+    finish_lights(std::move(textures));
     LM_RETURN_IF_ERROR(out_->accel_->commit());
     out_->frame_ = frame_;
     out_->meters_ = compile_meters(scene_.meters, frame_, MeterSurfaces(scene_, meshes_, maps_, bounds_, frame_));
@@ -86,9 +84,9 @@ class SceneCompiler {
     if (needs_media(scene_, bounds_)) {
       out_->features_.media = true;
       out_->media_ = MediumTable(scene_, frame_.scale());
-      out_->eye_media_ = find_media(*out_, out_->camera_.eye, out_->camera_.forward);
+      out_->camera_media_ = out_->media_at(out_->camera_.eye, out_->camera_.forward);
       for (MeterPlace& meter : out_->meters_) {
-        meter.media = find_media(*out_, meter.middle(), meter.direction);
+        meter.media = out_->media_at(meter.middle(), meter.direction);
       }
     }
     out_->caustic_places_ = caustic_places();
@@ -291,13 +289,13 @@ class SceneCompiler {
     light_builder_.add_other();
   }
 
-  void finish_lights() {
-    LightBuilder::Tables tables = light_builder_.finish(out_->materials_.textures());
+  void finish_lights(TextureSet textures) {
+    LightBuilder::Tables tables = light_builder_.finish(textures);
     out_->lights_ = std::move(tables.lights);
     out_->hard_lights_ = std::move(tables.hard_lights);
     out_->emitters_ = std::move(tables.emitters);
     out_->environment_group_ = tables.environment_group;
-    out_->materials_.set_radiance(tables.radiance);
+    out_->materials_ = MaterialTable(scene_, std::move(textures), tables.radiance);
     out_->features_.lights = !out_->lights_.empty();
     out_->features_.environment = out_->lights_.environment.exists();
     out_->features_.holdouts = out_->materials_.uses(MaterialKind::holdout);

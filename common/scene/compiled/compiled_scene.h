@@ -91,9 +91,11 @@ class CompiledScene {
   /// The emissive objects that next-event estimation knows, as points.
   const HardLights& hard_lights() const { return hard_lights_; }
   const MaterialTable& materials() const { return materials_; }
-  /// Of what light passes into; `eye_media` are those that the eye is in.
   const MediumTable& media() const { return media_; }
-  const Media8& eye_media() const { return eye_media_; }
+  /// Those that the camera is in.
+  const Media8& camera_media() const { return camera_media_; }
+  /// Those that a point of the frame is in: a ray from it out of the scene leaves what it has not entered before.
+  Media8 media_at(const Vec3& point, const Vec3& direction) const;
   const CameraBasis& camera() const { return camera_; }
   const WorldFrame& frame() const { return frame_; }
   const CausticPlaces& caustic_places() const { return caustic_places_; }
@@ -113,12 +115,7 @@ class CompiledScene {
   /// Completes hits: unit normals, a point on the surface, the material. Ray directions are unit vectors.
   Surface8 surface(const Ray8& rays, const Hit8& hits) const { return geometry_.surface(rays, hits); }
 
-  /// Which hits of emissive surfaces next-event estimation could draw.
-  M8 sampled_lights(const Hit8& hits, M8 lanes) const {
-    return emitters_.lookup(hits.geometry, hits.primitive, lanes).sampled;
-  }
-
-  /// Which of the lights an emissive hit is.
+  /// Which of the lights that next-event estimation samples an emissive hit is.
   EmitterTable::Lights8 emitter(const Hit8& hits, M8 lanes) const {
     return emitters_.lookup(hits.geometry, hits.primitive, lanes);
   }
@@ -138,7 +135,7 @@ class CompiledScene {
   GeometryTable geometry_;
   MaterialTable materials_;
   MediumTable media_;
-  Media8 eye_media_;
+  Media8 camera_media_;
   LightTable lights_;
   HardLights hard_lights_;
   EmitterTable emitters_;

@@ -16,12 +16,6 @@ inline Vec3d to_vec(const Point3d& p) {
 inline Vec3 to_vec(const RgbColor& c) {
   return {c.r, c.g, c.b};
 }
-inline bool is_black(const RgbColor& c) {
-  return c.r == 0 && c.g == 0 && c.b == 0;
-}
-inline bool is_black(const TexturedColor& c) {
-  return is_black(c.rgb);
-}
 /// 1 + the index of a light group in light_groups_of(scene); 0 for none.
 inline std::uint32_t number_of_group(const std::vector<std::string>& groups, const std::string& group) {
   const auto found = std::ranges::find(groups, group);

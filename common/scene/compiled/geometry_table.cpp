@@ -23,18 +23,19 @@ void append(std::vector<float>& array, const glm::mat3& m) {
 
 // ---- building ----
 
-void GeometryTable::push(Shape shape, std::uint32_t material, const MeshRows& mesh) {
+void GeometryTable::push(Shape shape, std::uint32_t material, const MeshRows& mesh, const Vec3& center, float radius,
+                         bool inward, const glm::mat3& linear, const glm::mat3& normal) {
   shape_.push_back(shape);
   material_.push_back(material);
-  inward_.push_back(0);
+  inward_.push_back(inward ? 1 : 0);
   extents_.push_back(mesh.extents);
   first_corner_.push_back(mesh.corners);
   first_normal_.push_back(mesh.normals);
   first_coordinate_.push_back(mesh.coordinates);
-  center_.push_back(Vec3(0));
-  radius_.push_back(0);
-  append(linear_, glm::mat3(1));
-  append(normal_matrix_, glm::mat3(1));
+  center_.push_back(center);
+  radius_.push_back(radius);
+  append(linear_, linear);
+  append(normal_matrix_, normal);
 }
 
 void GeometryTable::add_extent(const Vec3& extent) {
@@ -42,20 +43,17 @@ void GeometryTable::add_extent(const Vec3& extent) {
 }
 
 void GeometryTable::add_sphere(std::uint32_t material, const Vec3& center, float radius, bool normal_inward) {
-  push(kSphere, material, {static_cast<std::uint32_t>(triangle_extent_.size() / 4), 0, kNone, kNone});
+  push(kSphere, material, {static_cast<std::uint32_t>(triangle_extent_.size() / 4), 0, kNone, kNone}, center, radius,
+       normal_inward);
   has_spheres_ = true;
-  inward_.back() = normal_inward ? 1 : 0;
-  center_.set_back(center);
-  radius_.back() = radius;
   add_extent(Vec3(0));  // a sphere's only primitive
 }
 
 void GeometryTable::add_plane(std::uint32_t material, const Vec3& point, float coordinate_scale, bool textured) {
-  push(kPlane, material, {static_cast<std::uint32_t>(triangle_extent_.size() / 4), 0, kNone, kNone});
+  push(kPlane, material, {static_cast<std::uint32_t>(triangle_extent_.size() / 4), 0, kNone, kNone}, point,
+       coordinate_scale);
   has_planes_ = true;
   has_coordinates_ |= textured;
-  center_.set_back(point);
-  radius_.back() = coordinate_scale;
   add_extent(Vec3(0));
 }
 
@@ -65,12 +63,8 @@ void GeometryTable::add_mesh(std::uint32_t material, const MeshRows& mesh) {
 
 void GeometryTable::add_instance(std::uint32_t material, const MeshRows& mesh, const glm::mat3& linear,
                                  const glm::mat3& normal) {
-  push(kInstance, material, mesh);
+  push(kInstance, material, mesh, Vec3(0), 0, false, linear, normal);
   has_instances_ = true;
-  linear_.resize(linear_.size() - 9);
-  normal_matrix_.resize(normal_matrix_.size() - 9);
-  append(linear_, linear);
-  append(normal_matrix_, normal);
 }
 
 GeometryTable::MeshRows GeometryTable::add_rows(const Mesh& mesh, const std::vector<std::array<float, 3>>& positions,
@@ -137,7 +131,7 @@ Surface8 GeometryTable::surface(const Ray8& rays, const Hit8& hits) const {
   // What a coordinate of the hit may be off by grows with itself, with the ray's way to it and with the way from the
   // ray to the triangle's corners.
   V8 magnitude = abs(s.point) + abs(rays.direction) * hits.distance + extent;
-  if (const M8 spheres = is_sphere(hits.geometry, lanes); spheres.any()) {
+  if (const M8 spheres = has_spheres_ ? is_shape(kSphere, hits.geometry, lanes) : M8(); spheres.any()) {
     put_back_onto_spheres(hits, spheres, s, magnitude);
   }
   if (has_planes_) {
@@ -157,8 +151,8 @@ Surface8 GeometryTable::surface(const Ray8& rays, const Hit8& hits) const {
 
 /// What the ray's length has cost in accuracy is gone then.
 void GeometryTable::put_back_onto_spheres(const Hit8& hits, M8 lanes, Surface8& s, V8& magnitude) const {
-  const V8 center = sphere_center(hits.geometry, lanes);
-  const F8 radius = sphere_radius(hits.geometry, lanes);
+  const V8 center = center_.at(hits.geometry, lanes);
+  const F8 radius = radius_.at(hits.geometry, lanes);
   const V8 outward = normalize(s.point - center);
   s.point = select(lanes, center + outward * radius, s.point);
   magnitude = select(lanes, abs(s.point) + V8{radius, radius, radius}, magnitude);

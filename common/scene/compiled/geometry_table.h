@@ -50,9 +50,6 @@ class GeometryTable {
   /// Completes hits: unit normals, a point on the surface, the material. Ray directions are unit vectors.
   Surface8 surface(const Ray8& rays, const Hit8& hits) const;
 
-  M8 is_sphere(U8 geometry, M8 lanes) const { return has_spheres_ ? is_shape(kSphere, geometry, lanes) : M8(); }
-  V8 sphere_center(U8 geometry, M8 lanes) const { return center_.at(geometry, lanes); }
-  F8 sphere_radius(U8 geometry, M8 lanes) const { return radius_.at(geometry, lanes); }
   std::uint64_t bytes() const;
 
  private:
@@ -61,7 +58,8 @@ class GeometryTable {
 
   M8 is_shape(Shape shape, U8 geometry, M8 lanes) const { return lanes & (shape_.at(geometry, lanes) == U8(shape)); }
   void add_extent(const Vec3& extent);
-  void push(Shape shape, std::uint32_t material, const MeshRows& mesh);
+  void push(Shape shape, std::uint32_t material, const MeshRows& mesh, const Vec3& center = Vec3(0), float radius = 0,
+            bool inward = false, const glm::mat3& linear = glm::mat3(1), const glm::mat3& normal = glm::mat3(1));
   void put_back_onto_spheres(const Hit8& hits, M8 lanes, Surface8& s, V8& magnitude) const;
   void put_back_onto_planes(const Hit8& hits, M8 lanes, Surface8& s) const;
   void interpolate_normals(const Ray8& rays, const Hit8& hits, M8 instances, Surface8& s) const;

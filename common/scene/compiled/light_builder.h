@@ -11,7 +11,7 @@
 #include "common/lights/hard_lights.h"
 #include "common/lights/light_table.h"
 #include "common/scene/compiled/emitter_table.h"
-#include "common/scene/compiled/image_budget.h"
+#include "common/scene/compiled/scene_images.h"
 #include "common/scene/compiled/world_frame.h"
 #include "common/scene/document.h"
 #include "common/scene/mesh.h"
@@ -24,9 +24,6 @@ class LightBuilder {
   LightBuilder(const Scene& scene, const WorldFrame& frame)
       : scene_(scene), frame_(frame), group_names_(light_groups_of(scene)) {}
 
-  using AssetSource = std::function<Result<std::string>(const Sha256&)>;
-  using ImageDecoder = std::function<Result<Texels>(ByteView bytes, const std::string& name)>;
-
   // One call a geometry. What is not `sampled` is only counted: it does not emit, or rays are to find it by themselves.
   void add_sphere(std::uint32_t material, const Vec3& center, float radius, bool inward, bool sampled);
   /// Positions are the mesh's in the frame.
@@ -36,8 +33,8 @@ class LightBuilder {
 
   /// The scene's lights; errors name them. After the geometries: fails too where a power has no surface.
   /// `max_ies_values` is of all profiles.
-  Status add_lights(const AssetSource& assets, const ImageDecoder& images, ImageBudget& budget,
-                    std::size_t max_ies_values);
+  Status add_lights(const CompiledScene::AssetSource& assets, const CompiledScene::ImageDecoder& images,
+                    ImageBudget& budget, std::size_t max_ies_values);
 
   struct Tables {
     LightTable lights;
@@ -59,10 +56,11 @@ class LightBuilder {
   };
   void note_group(LightKind kind, const std::string& group);
   void add_light(const Light& light);
-  Status add_ies(const IesLight& light, const std::string& group, const std::string& where, const AssetSource& assets,
-                 std::size_t max_values);
+  Status add_ies(const IesLight& light, const std::string& group, const std::string& where,
+                 const CompiledScene::AssetSource& assets, std::size_t max_values);
   Status add_image(const EnvironmentLight& light, const std::string& group, const std::string& where,
-                   const AssetSource& assets, const ImageDecoder& images, ImageBudget& budget);
+                   const CompiledScene::AssetSource& assets, const CompiledScene::ImageDecoder& images,
+                   ImageBudget& budget);
   Status check_areas() const;
   FacetSums sums_of(const Geometry& geometry) const;
   HardLights hard_lights() const;

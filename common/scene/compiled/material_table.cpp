@@ -23,11 +23,13 @@ RgbColor normal_reflectance(const ConductorMaterial& metal) {
 
 static_assert(kNoTexture == TextureSet::kNone);
 
-MaterialTable::MaterialTable(const Scene& scene, TextureSet textures) : textures_(std::move(textures)) {
+MaterialTable::MaterialTable(const Scene& scene, TextureSet textures, const std::vector<Vec3>& radiance)
+    : textures_(std::move(textures)) {
   const std::vector<std::string> groups = light_groups_of(scene);
   std::array<std::uint32_t, std::variant_size_v<decltype(Material::kind)>> rows{};  // of each kind until here
-  for (const Material& material : scene.materials) {
-    add(material);
+  for (std::size_t i = 0; i < scene.materials.size(); ++i) {
+    const Material& material = scene.materials[i];
+    add(material, radiance[i]);
     row_.push_back(rows[material.kind.index()]++);
     light_group_.push_back(number_of_group(groups, material.light_group));
   }
@@ -53,7 +55,7 @@ void MaterialTable::MapColumn::add(const ScalarMap& map) {
   mapped = mapped || map.texture != kNoTexture;
 }
 
-void MaterialTable::add(const Material& material) {
+void MaterialTable::add(const Material& material, const Vec3& radiance) {
   struct Entry {
     MaterialKind kind;
     TexturedColor reflectance{1, 1, 1}, specular = {};
@@ -108,17 +110,9 @@ void MaterialTable::add(const Material& material) {
   has_specular_ = has_specular_ || !is_black(specular);
   roughness_map_.add(material.roughness_map);
   metallic_map_.add(material.metallic_map);
-  // The radiance comes later (set_radiance).
-  emission_.add({{0, 0, 0}, material.emission.texture});
+  emission_.add({{radiance.x, radiance.y, radiance.z}, material.emission.texture});
   emission_exponent_.push_back(static_cast<float>(material.emission_exponent));
   has_emission_profiles_ |= material.emission_exponent != 0;
-}
-
-void MaterialTable::set_radiance(const std::vector<Vec3>& radiance) {
-  emission_.rgb.clear();
-  for (const Vec3& value : radiance) {
-    emission_.rgb.push_back(value);
-  }
 }
 
 V8 MaterialTable::texture_at(const ColorColumn& column, const Surface8& surface, M8 lanes, float most) const {

@@ -33,9 +33,8 @@ enum class MaterialKind : std::uint32_t {
 class MaterialTable {
  public:
   MaterialTable() = default;
-  MaterialTable(const Scene& scene, TextureSet textures);
-  /// Emitted radiance along the normal, one a material, times its texture; none emits before.
-  void set_radiance(const std::vector<Vec3>& radiance);
+  /// `radiance`: emitted along the normal, one a material, to be multiplied by its texture.
+  MaterialTable(const Scene& scene, TextureSet textures, const std::vector<Vec3>& radiance);
 
   /// The kinds that objects of the scene have, ascending.
   const std::vector<MaterialKind>& kinds() const { return kinds_; }
@@ -136,7 +135,7 @@ class MaterialTable {
     return alpha * (factor * factor);
   }
   U8 row_of(const Surface8& surface, M8 lanes) const { return row_.at(surface.material, lanes); }
-  void add(const Material& material);
+  void add(const Material& material, const Vec3& radiance);
 
   TextureSet textures_;
   std::vector<MaterialKind> kinds_;

@@ -3,7 +3,6 @@
 #include <set>
 
 #include "common/scene/compiled/convert.h"
-#include "common/scene/scattering.h"
 
 namespace lightmill {
 namespace {

@@ -41,7 +41,6 @@ class MediumTable {
 
   /// Of a material, 0 if it has none.
   U8 of_material(U8 material, M8 lanes) const { return gather(of_material_.data(), material, lanes); }
-  std::uint32_t of_material(std::uint32_t material) const { return of_material_[material]; }
 
   /// The one of the media that is where they all are.
   U8 current(const Media8& media) const;

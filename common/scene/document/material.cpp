@@ -2,7 +2,21 @@
 
 #include <algorithm>
 
+#include "common/base/overloaded.h"
+
 namespace lightmill {
+
+std::vector<const TexturedColor*> colors_of(const Material& material) {
+  std::vector<const TexturedColor*> out{&material.emission};
+  std::visit(Overloaded{[&](const DiffuseMaterial& m) { out.push_back(&m.reflectance); },
+                        [&](const MirrorMaterial& m) { out.push_back(&m.reflectance); },
+                        [&](const PhongMaterial& m) {
+                          out.insert(out.end(), {&m.diffuse, &m.specular});
+                        },
+                        [&](const PrincipledMaterial& m) { out.push_back(&m.base_color); }, [](const auto&) {}},
+             material.kind);
+  return out;
+}
 
 bool is_boundary(const Material& material) {
   if (const auto* principled = std::get_if<PrincipledMaterial>(&material.kind)) {

@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <string>
 #include <variant>
+#include <vector>
 
 #include "common/base/digest.h"
 #include "common/scene/document/values.h"
@@ -41,6 +42,9 @@ struct TexturedColor {
   TexturedColor(const RgbColor& color, std::uint32_t index = kNoTexture) : rgb(color), texture(index) {}
   friend bool operator==(const TexturedColor&, const TexturedColor&) = default;
 };
+inline bool is_black(const TexturedColor& color) {
+  return is_black(color.rgb);
+}
 
 /// A factor in [0, 1] that varies over a surface: one channel of a texture.
 struct ScalarMap {
@@ -112,6 +116,9 @@ struct Material {
   ScalarMap metallic_map = {};   ///< of principled materials, likewise
   std::string light_group = {};  ///< of the emission; empty: none
 };
+
+/// Its colours that a texture may vary: its kind's, and its emission.
+std::vector<const TexturedColor*> colors_of(const Material& material);
 
 /// Whether light passes into what is behind the surface: a dielectric, or a principled material that transmits.
 bool is_boundary(const Material& material);

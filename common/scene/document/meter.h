@@ -34,6 +34,12 @@ struct Meter {
 };
 
 /// The patch of a patch or flux meter; null for others.
-const Patch* patch_of(const Meter& meter);
+inline const Patch* patch_of(const Meter& meter) {
+  if (const auto* mean = std::get_if<PatchMeter>(&meter.kind)) {
+    return &mean->patch;
+  }
+  const auto* flux = std::get_if<FluxMeter>(&meter.kind);
+  return flux == nullptr ? nullptr : &flux->patch;
+}
 
 }  // namespace lightmill

@@ -34,8 +34,6 @@ struct TriangleShape {
 
 /// From a shape's own coordinates to the scene's: the upper three rows of a 4×4 matrix that acts on columns.
 using Transform = std::array<std::array<double, 4>, 3>;
-/// Whether a map leaves a volume a volume: its axes are at least 1e-30 long, and not in one plane.
-bool spans_space(const Transform& t);
 inline constexpr Transform kIdentityTransform{{{1, 0, 0, 0}, {0, 1, 0, 0}, {0, 0, 1, 0}}};
 
 struct Object {

@@ -14,5 +14,8 @@ struct RgbColor {
   float r = 0, g = 0, b = 0;
   friend bool operator==(const RgbColor&, const RgbColor&) = default;
 };
+inline bool is_black(const RgbColor& color) {
+  return color == RgbColor{};
+}
 
 }  // namespace lightmill

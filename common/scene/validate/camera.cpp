@@ -7,11 +7,10 @@
 namespace lightmill {
 
 Status check_film(const FilmSettings& film) {
-  if (film.width < 1 || film.width > kMaxFilmSide) {
-    return invalid_argument("film.width: must be 1 to {}, got {}", kMaxFilmSide, film.width);
-  }
-  if (film.height < 1 || film.height > kMaxFilmSide) {
-    return invalid_argument("film.height: must be 1 to {}, got {}", kMaxFilmSide, film.height);
+  for (const auto& [side, pixels] : {std::pair{"width", film.width}, {"height", film.height}}) {
+    if (pixels < 1 || pixels > kMaxFilmSide) {
+      return invalid_argument("film.{}: must be 1 to {}, got {}", side, kMaxFilmSide, pixels);
+    }
   }
   if (!(film.filter.radius_pixels > 0 && film.filter.radius_pixels <= kMaxFilterRadius)) {
     return invalid_argument("film.filter.radius_pixels: must be in (0, {}], got {}", kMaxFilterRadius,
@@ -36,18 +35,14 @@ Status validate(const Camera& camera) {
   const Point3d d{camera.look_at[0] - camera.eye[0], camera.look_at[1] - camera.eye[1],
                   camera.look_at[2] - camera.eye[2]};
   const Point3d& u = camera.up;
-  const double view_length = std::hypot(d[0], d[1], d[2]);
-  const double up_length = std::hypot(u[0], u[1], u[2]);
-  if (!(view_length > 0)) {
+  if (!(std::hypot(d[0], d[1], d[2]) > 0)) {
     return invalid_argument("camera.look_at: must differ from camera.eye, both are ({}, {}, {})", camera.eye[0],
                             camera.eye[1], camera.eye[2]);
   }
-  if (!(up_length > 0)) {
+  if (!(std::hypot(u[0], u[1], u[2]) > 0)) {
     return invalid_argument("camera.up: must not be zero");
   }
-  const double sine = std::hypot(d[1] * u[2] - d[2] * u[1], d[2] * u[0] - d[0] * u[2], d[0] * u[1] - d[1] * u[0]) /
-                      (view_length * up_length);
-  if (!(sine > 1e-6)) {
+  if (are_parallel(d, u)) {
     return invalid_argument("camera.up: must not be parallel to the direction from eye to look_at, got ({}, {}, {})",
                             u[0], u[1], u[2]);
   }

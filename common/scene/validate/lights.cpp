@@ -1,7 +1,6 @@
 #include "common/scene/validate/parts.h"
 
 #include <algorithm>
-#include <cmath>
 
 #include "common/base/overloaded.h"
 
@@ -12,21 +11,15 @@ Status check_spot(const std::string& path, const SpotLight& spot) {
   LM_RETURN_IF_ERROR(check_point(path + ".spot.position", spot.position));
   LM_RETURN_IF_ERROR(check_direction(path + ".spot.direction", spot.direction));
   LM_RETURN_IF_ERROR(check_power(path + ".spot.intensity", spot.intensity));
-  if (!(spot.cutoff_degrees >= kLeastCutoffDegrees && spot.cutoff_degrees <= 180)) {
-    return invalid_argument("{}.spot.cutoff_degrees: must be in [{}, 180], got {}", path, kLeastCutoffDegrees,
-                            spot.cutoff_degrees);
-  }
-  if (!(spot.blend >= 0 && spot.blend <= 1)) {
-    return invalid_argument("{}.spot.blend: must be in [0, 1], got {}", path, spot.blend);
-  }
-  return ok_status();
+  LM_RETURN_IF_ERROR(check_range(path + ".spot.cutoff_degrees", spot.cutoff_degrees, kLeastCutoffDegrees, 180));
+  return check_range(path + ".spot.blend", spot.blend, 0, 1);
 }
 
 Status check_cosine_power(const std::string& path, const CosinePowerLight& light) {
   LM_RETURN_IF_ERROR(check_point(path + ".cosine_power.position", light.position));
   LM_RETURN_IF_ERROR(check_direction(path + ".cosine_power.direction", light.direction));
   LM_RETURN_IF_ERROR(check_power(path + ".cosine_power.intensity", light.intensity));
-  return check_exponent(path + ".cosine_power.exponent", light.exponent);
+  return check_range(path + ".cosine_power.exponent", light.exponent, 0, kMaxCosineExponent);
 }
 
 Status check_ies(const std::string& path, const IesLight& ies) {
@@ -37,9 +30,7 @@ Status check_ies(const std::string& path, const IesLight& ies) {
   if (ies.color == RgbColor{}) {
     return invalid_argument("{}.ies.color: must not be black; a scale of 0 turns the light off", path);
   }
-  const Point3d &d = ies.direction, &u = ies.up;
-  const double across = std::hypot(d[1] * u[2] - d[2] * u[1], d[2] * u[0] - d[0] * u[2], d[0] * u[1] - d[1] * u[0]);
-  if (!(across > 1e-6 * std::hypot(d[0], d[1], d[2]) * std::hypot(u[0], u[1], u[2]))) {
+  if (const Point3d& u = ies.up; are_parallel(ies.direction, u)) {
     return invalid_argument("{}.ies.up: must not be parallel to direction, got ({}, {}, {})", path, u[0], u[1], u[2]);
   }
   if (!(ies.scale >= 0 && ies.scale <= 1e20)) {
@@ -62,10 +53,8 @@ Status check_light(const std::string& path, const Light& light) {
                         [&](const CosinePowerLight& cosine_power) { return check_cosine_power(path, cosine_power); },
                         [&](const IesLight& ies) { return check_ies(path, ies); },
                         [&](const EnvironmentLight& environment) {
-                          if (!(std::abs(environment.rotation_degrees) <= 360)) {
-                            return invalid_argument("{}.environment.rotation_degrees: must be in [-360, 360], got {}",
-                                                    path, environment.rotation_degrees);
-                          }
+                          LM_RETURN_IF_ERROR(check_range(path + ".environment.rotation_degrees",
+                                                         environment.rotation_degrees, -360, 360));
                           return check_power(path + ".environment.radiance", environment.radiance);
                         },
                     },

@@ -1,30 +1,15 @@
 #include "common/scene/validate/parts.h"
 
 #include <cmath>
-#include <optional>
 
 #include "common/base/overloaded.h"
 
 namespace lightmill {
 namespace {
 
-Status check_unit(const std::string& path, double value) {
-  return value >= 0 && value <= 1 ? ok_status() : invalid_argument("{}: must be in [0, 1], got {}", path, value);
-}
-
 Status check_ior(const std::string& path, double ior) {
   return ior > 0 && ior <= kMaxIor ? ok_status()
                                    : invalid_argument("{}: must be in (0, {}], got {}", path, kMaxIor, ior);
-}
-
-Status check_components(const std::string& path, const RgbColor& color, double limit) {
-  for (const float value : {color.r, color.g, color.b}) {
-    if (!(value >= 0 && value <= limit)) {
-      return invalid_argument("{}: each component must be in [0, {}], got ({}, {}, {})", path, limit, color.r, color.g,
-                              color.b);
-    }
-  }
-  return ok_status();
 }
 
 Status check_phong(const std::string& path, const PhongMaterial& phong) {
@@ -38,10 +23,7 @@ Status check_phong(const std::string& path, const PhongMaterial& phong) {
       return invalid_argument("{}: diffuse + specular may not exceed 1 in any channel, got {} + {}", path, d, s);
     }
   }
-  if (!(phong.exponent >= 0 && phong.exponent <= kMaxPhongExponent)) {
-    return invalid_argument("{}.exponent: must be in [0, {}], got {}", path, kMaxPhongExponent, phong.exponent);
-  }
-  return ok_status();
+  return check_range(path + ".exponent", phong.exponent, 0, kMaxPhongExponent);
 }
 
 Status check_conductor(const std::string& path, const ConductorMaterial& metal) {
@@ -52,7 +34,7 @@ Status check_conductor(const std::string& path, const ConductorMaterial& metal) 
       return invalid_argument("{}: eta and k may not both be 0 in a channel", path);
     }
   }
-  return check_unit(path + ".roughness", metal.roughness);
+  return check_range(path + ".roughness", metal.roughness, 0, 1);
 }
 
 Status check_principled(const std::string& path, const PrincipledMaterial& m) {
@@ -63,27 +45,25 @@ Status check_principled(const std::string& path, const PrincipledMaterial& m) {
                                      {".transmission", m.transmission},
                                      {".coat", m.coat},
                                      {".coat_roughness", m.coat_roughness}}) {
-    LM_RETURN_IF_ERROR(check_unit(path + field, value));
+    LM_RETURN_IF_ERROR(check_range(path + field, value, 0, 1));
   }
   return check_ior(path + ".ior", m.ior);
 }
 
-/// The roughness of materials that have one.
-std::optional<double> roughness_of(const Material& material) {
-  if (const auto* glass = std::get_if<DielectricMaterial>(&material.kind)) {
-    return glass->roughness;
-  }
-  if (const auto* metal = std::get_if<ConductorMaterial>(&material.kind)) {
-    return metal->roughness;
-  }
-  if (const auto* principled = std::get_if<PrincipledMaterial>(&material.kind)) {
-    return principled->roughness;
-  }
-  return std::nullopt;
+/// 0 of materials that have none.
+double roughness_of(const Material& material) {
+  return std::visit(
+      [](const auto& m) {
+        if constexpr (requires { m.roughness; }) {
+          return m.roughness;
+        }
+        return 0.0;
+      },
+      material.kind);
 }
 
 Status check_maps(const std::string& path, const Material& material) {
-  if (material.roughness_map.texture != kNoTexture && !(roughness_of(material).value_or(0) > 0)) {
+  if (material.roughness_map.texture != kNoTexture && !(roughness_of(material) > 0)) {
     return invalid_argument(
         "{}.roughness_map: multiplies the roughness of a dielectric, conductor or principled material, which must be "
         "above 0",
@@ -102,7 +82,7 @@ Status check_kind(const std::string& path, const Material& material) {
           [&](const MirrorMaterial& m) { return check_reflectance(path + ".mirror.reflectance", m.reflectance.rgb); },
           [&](const DielectricMaterial& m) {
             LM_RETURN_IF_ERROR(check_ior(path + ".dielectric.ior", m.ior));
-            return check_unit(path + ".dielectric.roughness", m.roughness);
+            return check_range(path + ".dielectric.roughness", m.roughness, 0, 1);
           },
           [&](const PhongMaterial& m) { return check_phong(path + ".phong", m); },
           [&](const ConductorMaterial& m) { return check_conductor(path + ".conductor", m); },
@@ -116,10 +96,8 @@ Status check_kind(const std::string& path, const Material& material) {
   LM_RETURN_IF_ERROR(check_maps(path, material));
   LM_RETURN_IF_ERROR(check_components(path + ".interior.absorption", material.interior.absorption, kMaxAbsorption));
   LM_RETURN_IF_ERROR(check_components(path + ".interior.scattering", material.interior.scattering, kMaxAbsorption));
-  if (!(std::abs(material.interior.anisotropy) <= kMaxMeanCosine)) {
-    return invalid_argument("{}.interior.anisotropy: must be in [-{}, {}], got {}", path, kMaxMeanCosine,
-                            kMaxMeanCosine, material.interior.anisotropy);
-  }
+  LM_RETURN_IF_ERROR(
+      check_range(path + ".interior.anisotropy", material.interior.anisotropy, -kMaxMeanCosine, kMaxMeanCosine));
   if (!is_boundary(material) && (material.interior != Medium{} || material.priority != 0)) {
     return invalid_argument("{}.{}: only a dielectric, or a principled material with transmission, has an inside", path,
                             material.interior != Medium{} ? "interior" : "priority");
@@ -150,7 +128,7 @@ Status check_material(const std::string& path, const Material& material) {
     return invalid_argument("{}.name: must not be empty", path);
   }
   LM_RETURN_IF_ERROR(check_kind(path, material));
-  LM_RETURN_IF_ERROR(check_exponent(path + ".emission_exponent", material.emission_exponent));
+  LM_RETURN_IF_ERROR(check_range(path + ".emission_exponent", material.emission_exponent, 0, kMaxCosineExponent));
   if (material.emission_unit == EmissionUnit::flux && material.emission.texture != kNoTexture) {
     return invalid_argument("{}.emission_flux: cannot vary by a texture", path);
   }

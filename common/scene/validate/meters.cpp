@@ -1,8 +1,5 @@
 #include "common/scene/validate/parts.h"
 
-#include <cmath>
-#include <set>
-
 #include "common/base/overloaded.h"
 #include "common/base/text.h"
 #include "common/film/tile_grid.h"
@@ -10,18 +7,11 @@
 namespace lightmill {
 namespace {
 
-double length(const Point3d& v) {
-  return std::hypot(v[0], v[1], v[2]);
-}
-
 Status check_patch(const std::string& path, const Patch& patch) {
   LM_RETURN_IF_ERROR(check_point(path + ".corner", patch.corner));
   LM_RETURN_IF_ERROR(check_direction(path + ".edge1", patch.edge1));
   LM_RETURN_IF_ERROR(check_direction(path + ".edge2", patch.edge2));
-  const Point3d& a = patch.edge1;
-  const Point3d& b = patch.edge2;
-  const double area = std::hypot(a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]);
-  if (!(area > 1e-6 * length(a) * length(b))) {
+  if (const Point3d& b = patch.edge2; are_parallel(patch.edge1, b)) {
     return invalid_argument("{}.edge2: must not be parallel to edge1, got ({}, {}, {})", path, b[0], b[1], b[2]);
   }
   return ok_status();
@@ -41,9 +31,7 @@ Status check_meters(const std::vector<Meter>& meters) {
       return invalid_argument("{}.name: must not be empty", path);
     }
     LM_RETURN_IF_ERROR(check_name(path + ".name", name));
-    if (!names.insert(name).second) {
-      return invalid_argument("{}.name: \"{}\" names an earlier meter already", path, name);
-    }
+    LM_RETURN_IF_ERROR(check_new_name(names, path, name, "meter"));
     LM_RETURN_IF_ERROR(std::visit(
         Overloaded{[&](const IrradianceMeter& meter) {
                      const Status status = check_point(path + ".irradiance.point", meter.point);

@@ -35,6 +35,22 @@ Status check_transform(const std::string& path, const Object& object) {
 
 }  // namespace
 
+bool spans_space(const Transform& t) {
+  constexpr double kShortest = 1e-30;  // volumes below its cube would leave the range of numbers
+  std::array<Point3d, 3> axes{};
+  for (std::size_t i = 0; i < 3; ++i) {
+    const double length = std::hypot(t[0][i], t[1][i], t[2][i]);
+    if (!(length >= kShortest)) {
+      return false;
+    }
+    axes[i] = {t[0][i] / length, t[1][i] / length, t[2][i] / length};
+  }
+  const auto& [x, y, z] = axes;
+  const double determinant =
+      x[0] * (y[1] * z[2] - y[2] * z[1]) + x[1] * (y[2] * z[0] - y[0] * z[2]) + x[2] * (y[0] * z[1] - y[1] * z[0]);
+  return std::abs(determinant) > 1e-12;
+}
+
 Status check_object(const std::string& path, const Object& object, std::size_t materials) {
   if (object.material >= materials) {
     return invalid_argument("{}.material: index {} is out of range, there are {} materials", path, object.material,
@@ -48,10 +64,7 @@ Status check_object(const std::string& path, const Object& object, std::size_t m
     }
   } else if (const auto* plane = std::get_if<PlaneShape>(&object.shape)) {
     LM_RETURN_IF_ERROR(check_point(path + ".plane.point", plane->point));
-    LM_RETURN_IF_ERROR(check_point(path + ".plane.normal", plane->normal));
-    if (!(std::hypot(plane->normal[0], plane->normal[1], plane->normal[2]) > 0)) {
-      return invalid_argument("{}.plane.normal: must not be zero", path);
-    }
+    LM_RETURN_IF_ERROR(check_direction(path + ".plane.normal", plane->normal));
   } else if (const auto* triangle = std::get_if<TriangleShape>(&object.shape)) {
     LM_RETURN_IF_ERROR(check_point(path + ".triangle.a", triangle->a));
     LM_RETURN_IF_ERROR(check_point(path + ".triangle.b", triangle->b));

@@ -1,6 +1,7 @@
 // The parts of validate(Scene). Each error begins with the path of the field.
 #pragma once
 
+#include <set>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -13,10 +14,17 @@ namespace lightmill {
 Status check_point(std::string_view path, const Point3d& point);
 /// Like a point, and not zero.
 Status check_direction(std::string_view path, const Point3d& direction);
+/// In [low, high].
+Status check_range(const std::string& path, double value, double low, double high);
+/// Each component in [0, limit].
+Status check_components(const std::string& path, const RgbColor& color, double limit);
 /// Each component in [0, 1e20].
 Status check_power(const std::string& path, const RgbColor& color);
-/// Of a cosⁿ profile.
-Status check_exponent(const std::string& path, double exponent);
+/// To about 1e-6; so is a vector of length zero.
+bool are_parallel(const Point3d& a, const Point3d& b);
+/// Not among `names`, which it joins. `what` bears the name.
+Status check_new_name(std::set<std::string_view>& names, const std::string& path, const std::string& name,
+                      std::string_view what);
 /// Of a light group: empty, or a name.
 Status check_group(const std::string& path, const std::string& group);
 

@@ -1,7 +1,5 @@
 #include "common/scene/validate/parts.h"
 
-#include <set>
-
 #include "common/base/text.h"
 #include "common/scene/mesh.h"
 
@@ -30,19 +28,16 @@ Result<bool> has_area(const Object& object, const SceneAssets& assets) {
 }  // namespace
 
 Status check_powers(const Scene& scene, const SceneAssets& assets) {
-  std::set<std::uint32_t> dark;  ///< materials with a power of whose surfaces none with an area has been seen
-  std::set<std::uint32_t> bright;
+  std::map<std::uint32_t, bool> radiates;  ///< by material with a power: whether a surface of it has an area
   for (const Object& object : scene.objects) {
     const Material& material = scene.materials[object.material];
-    if (material.emission_unit != EmissionUnit::flux || material.emission == TexturedColor{} ||
-        bright.contains(object.material)) {
-      continue;
+    if (material.emission_unit == EmissionUnit::flux && material.emission != TexturedColor{} &&
+        !radiates[object.material]) {
+      LM_ASSIGN_OR_RETURN(radiates[object.material], has_area(object, assets));
     }
-    LM_ASSIGN_OR_RETURN(const bool shines, has_area(object, assets));
-    (shines ? bright : dark).insert(object.material);
   }
-  for (const std::uint32_t index : dark) {
-    if (!bright.contains(index)) {
+  for (const auto& [index, any] : radiates) {
+    if (!any) {
       return invalid_argument(
           "materials[{}]: \"{}\" states a power (emission_flux, or emission_strength in watt or lumen), which needs a "
           "surface to radiate it, and those that it is used for have no area",

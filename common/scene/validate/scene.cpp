@@ -1,7 +1,6 @@
 #include "common/scene/validate/parts.h"
 
 #include <algorithm>
-#include <set>
 
 #include "common/base/text.h"
 #include "common/film/layers.h"
@@ -86,20 +85,14 @@ Status validate(const Scene& scene) {
   LM_RETURN_IF_ERROR(validate(scene.camera));
   LM_RETURN_IF_ERROR(check_film(scene.film));
   LM_RETURN_IF_ERROR(check_counts(scene));
-  std::set<std::string_view> textures;
+  std::set<std::string_view> textures, materials;
   for (std::size_t i = 0; i < scene.textures.size(); ++i) {
     LM_RETURN_IF_ERROR(check_texture(fmt::format("textures[{}]", i), scene.textures[i]));
-    if (!textures.insert(scene.textures[i].name).second) {
-      return invalid_argument("textures[{}].name: \"{}\" names an earlier texture already", i, scene.textures[i].name);
-    }
+    LM_RETURN_IF_ERROR(check_new_name(textures, fmt::format("textures[{}]", i), scene.textures[i].name, "texture"));
   }
-  std::set<std::string_view> names;
   for (std::size_t i = 0; i < scene.materials.size(); ++i) {
     LM_RETURN_IF_ERROR(check_material(fmt::format("materials[{}]", i), scene.materials[i]));
-    if (!names.insert(scene.materials[i].name).second) {
-      return invalid_argument("materials[{}].name: \"{}\" names an earlier material already", i,
-                              scene.materials[i].name);
-    }
+    LM_RETURN_IF_ERROR(check_new_name(materials, fmt::format("materials[{}]", i), scene.materials[i].name, "material"));
   }
   for (std::size_t i = 0; i < scene.objects.size(); ++i) {
     LM_RETURN_IF_ERROR(check_object(fmt::format("objects[{}]", i), scene.objects[i], scene.materials.size()));

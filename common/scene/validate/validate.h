@@ -30,6 +30,8 @@ inline constexpr int kMaxEnvironmentSide = 65'536;
 /// Of a decoded environment, beyond what decoding asks (image/decoder/decoder_process.h).
 Status check_environment_size(int width, int height);
 
+/// Whether a map leaves a volume a volume: its axes are at least 1e-30 long, and not in one plane.
+bool spans_space(const Transform& t);
 /// Each component in [0, 1].
 Status check_reflectance(const std::string& path, const RgbColor& color);
 

@@ -26,32 +26,38 @@ Status check_direction(std::string_view path, const Point3d& direction) {
   return ok_status();
 }
 
-Status check_reflectance(const std::string& path, const RgbColor& color) {
+Status check_range(const std::string& path, double value, double low, double high) {
+  return value >= low && value <= high ? ok_status()
+                                       : invalid_argument("{}: must be in [{}, {}], got {}", path, low, high, value);
+}
+
+Status check_components(const std::string& path, const RgbColor& color, double limit) {
   for (const float value : {color.r, color.g, color.b}) {
-    if (!(value >= 0 && value <= 1)) {
-      return invalid_argument("{}: each component must be in [0, 1], got ({}, {}, {})", path, color.r, color.g,
+    if (!(value >= 0 && value <= static_cast<float>(limit))) {
+      return invalid_argument("{}: each component must be in [0, {}], got ({}, {}, {})", path, limit, color.r, color.g,
                               color.b);
     }
   }
   return ok_status();
+}
+
+Status check_reflectance(const std::string& path, const RgbColor& color) {
+  return check_components(path, color, 1);
 }
 
 Status check_power(const std::string& path, const RgbColor& color) {
-  constexpr float kLimit = 1e20f;
-  for (const float value : {color.r, color.g, color.b}) {
-    if (!(value >= 0 && value <= kLimit)) {
-      return invalid_argument("{}: each component must be in [0, {}], got ({}, {}, {})", path, kLimit, color.r, color.g,
-                              color.b);
-    }
-  }
-  return ok_status();
+  return check_components(path, color, 1e20);
 }
 
-Status check_exponent(const std::string& path, double exponent) {
-  if (!(exponent >= 0 && exponent <= kMaxCosineExponent)) {
-    return invalid_argument("{}: must be in [0, {}], got {}", path, kMaxCosineExponent, exponent);
-  }
-  return ok_status();
+bool are_parallel(const Point3d& a, const Point3d& b) {
+  const double across = std::hypot(a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]);
+  return !(across > 1e-6 * std::hypot(a[0], a[1], a[2]) * std::hypot(b[0], b[1], b[2]));
+}
+
+Status check_new_name(std::set<std::string_view>& names, const std::string& path, const std::string& name,
+                      std::string_view what) {
+  return names.insert(name).second ? ok_status()
+                                   : invalid_argument("{}.name: \"{}\" names an earlier {} already", path, name, what);
 }
 
 Status check_group(const std::string& path, const std::string& group) {

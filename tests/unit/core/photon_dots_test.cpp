@@ -5,7 +5,6 @@
 #include <numbers>
 
 #include "common/methods/spec/method_spec.h"
-#include "common/scene/absorption.h"
 #include "tests/analytic/scene_text.h"
 
 namespace lightmill::test {

@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include "common/planner/narrow_lobes.h"
 #include "tests/unit/planner/planner_scenes.h"
 
 namespace lightmill {

@@ -1,9 +1,8 @@
-#include "common/scene/compiled/texture_sources.h"
+#include "common/scene/compiled/scene_images.h"
 
 #include <set>
 
 #include "common/base/check.h"
-#include "common/base/overloaded.h"
 
 namespace lightmill {
 namespace {
@@ -12,14 +11,9 @@ namespace {
 std::set<std::uint32_t> textures_of_colors(const Scene& scene) {
   std::set<std::uint32_t> used;
   for (const Material& material : scene.materials) {
-    used.insert(material.emission.texture);
-    std::visit(Overloaded{[&](const DiffuseMaterial& m) { used.insert(m.reflectance.texture); },
-                          [&](const MirrorMaterial& m) { used.insert(m.reflectance.texture); },
-                          [&](const PhongMaterial& m) {
-                            used.insert({m.diffuse.texture, m.specular.texture});
-                          },
-                          [&](const PrincipledMaterial& m) { used.insert(m.base_color.texture); }, [](const auto&) {}},
-               material.kind);
+    for (const TexturedColor* color : colors_of(material)) {
+      used.insert(color->texture);
+    }
   }
   return used;
 }

@@ -1,4 +1,4 @@
-#include "common/scene/compiled/eye_media.h"
+#include "common/scene/compiled/compiled_scene.h"
 
 #include <map>
 
@@ -13,28 +13,28 @@ std::uint32_t first_lane(U8 x) {
 
 }  // namespace
 
-Media8 find_media(const CompiledScene& scene, const Vec3& point, const Vec3& direction) {
+Media8 CompiledScene::media_at(const Vec3& point, const Vec3& direction) const {
   const M8 lane = first_lanes(1);
   Ray8 ray{broadcast(point), broadcast(direction), F8(std::numeric_limits<float>::infinity())};
   std::map<std::uint32_t, int> balance;     // of a medium: times entered less times left
   std::vector<std::uint32_t> around_point;  // the innermost first
   constexpr int kMaxSurfaces = 100'000;
   for (int i = 0; i < kMaxSurfaces && Accel::traceable(ray).bits() & 1; ++i) {
-    const Hit8 hit = scene.accel().intersect(lane, ray, false);
+    const Hit8 hit = accel_->intersect(lane, ray, false);
     if (hit.hit.none()) {
       break;
     }
-    const Surface8 surface = scene.surface(ray, hit);
-    const bool front = surface.front.any();
-    if (const std::uint32_t medium = first_lane(scene.media().of_material(surface.material, lane)); medium != 0) {
+    const Surface8 left = surface(ray, hit);
+    const bool front = left.front.any();
+    if (const std::uint32_t medium = first_lane(media_.of_material(left.material, lane)); medium != 0) {
       balance[medium] += front ? 1 : -1;
       if (balance[medium] < 0) {
         balance[medium] = 0;
         around_point.push_back(medium);
       }
     }
-    const V8 onward = front ? -surface.geometric_normal : surface.geometric_normal;
-    ray.origin = surface.point + onward * surface.offset;
+    const V8 onward = front ? -left.geometric_normal : left.geometric_normal;
+    ray.origin = left.point + onward * left.offset;
   }
   Media8 media;
   for (auto medium = around_point.rbegin(); medium != around_point.rend(); ++medium) {

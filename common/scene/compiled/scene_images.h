@@ -1,13 +1,15 @@
-// The memory that a scene's decoded images may take together.
+// The decoded images of a scene: their memory, and its textures.
 #pragma once
 
 #include <cstdint>
 #include <string>
 
-#include "common/base/status.h"
+#include "common/materials/texture.h"
+#include "common/scene/compiled/compiled_scene.h"
 
 namespace lightmill {
 
+/// The memory that all decoded images of a scene may take together.
 class ImageBudget {
  public:
   explicit ImageBudget(std::uint64_t max_bytes) : max_bytes_(max_bytes) {}
@@ -25,5 +27,10 @@ class ImageBudget {
   std::uint64_t max_bytes_;
   std::uint64_t bytes_ = 0;
 };
+
+/// In the order of Scene::textures; textures of one asset share its pixels. Fails where an asset is missing or damaged,
+/// or the budget does not suffice; errors name the texture.
+Result<TextureSet> load_textures(const Scene& scene, const CompiledScene::AssetSource& assets,
+                                 const CompiledScene::ImageDecoder& images, ImageBudget& budget);
 
 }  // namespace lightmill
