@@ -64,7 +64,7 @@ struct RpcRule {
   Rpc rpc;
   std::string_view service, method;
   Right right;
-  bool recorded;  ///< it changes something: the farm's log says who did so (server/api/recorded_calls.h)
+  bool recorded;  ///< it changes something: the farm's log says who did so
 };
 
 class StreamPlace;

@@ -3,8 +3,8 @@
 #include "common/wire/bytes.h"
 #include "common/wire/role_proto.h"
 #include "server/api/grpc_status.h"
-#include "server/api/pages.h"
 #include "server/api/recorded_calls.h"
+#include "server/operations/pages.h"
 
 namespace lightmill {
 namespace {

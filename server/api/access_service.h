@@ -2,8 +2,8 @@
 #pragma once
 
 #include "lightmill/v1/access_service.grpc.pb.h"
-#include "server/api/farm_loop.h"
-#include "server/api/gate.h"
+#include "server/runtime/farm_loop.h"
+#include "server/runtime/gate.h"
 
 namespace lightmill {
 

@@ -16,12 +16,12 @@
 #include "server/api/access_service.h"
 #include "server/api/grpc_gate.h"
 #include "server/api/health.h"
-#include "server/api/listener.h"
-#include "server/api/records.h"
 #include "server/api/render_service.h"
 #include "server/api/scaler_service.h"
-#include "server/api/self_check.h"
 #include "server/api/worker_streams.h"
+#include "server/listen/listener.h"
+#include "server/listen/self_check.h"
+#include "server/runtime/records.h"
 #include "server/store/check_rows.h"
 
 namespace lightmill {

@@ -3,12 +3,12 @@
 #include "common/film/film.h"
 #include "common/wire/bytes.h"
 #include "common/wire/farm_messages.h"
-#include "server/api/film_messages.h"
 #include "server/api/grpc_status.h"
 #include "server/api/recorded_calls.h"
 #include "server/api/refused.h"
 #include "server/api/render_service.h"
 #include "server/api/watch_registry.h"
+#include "server/operations/film_messages.h"
 
 namespace lightmill {
 namespace {

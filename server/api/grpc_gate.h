@@ -8,8 +8,8 @@
 #include <memory>
 
 #include "common/security/tls_files.h"
-#include "server/api/gate.h"
-#include "server/api/listener.h"
+#include "server/listen/listener.h"
+#include "server/runtime/gate.h"
 
 namespace lightmill {
 

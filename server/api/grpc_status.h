@@ -13,6 +13,11 @@ inline grpc::Status to_grpc(const Status& status) {
                      : grpc::Status(static_cast<grpc::StatusCode>(status.code()), message_of(status));
 }
 
+/// What a farm says that has no time now.
+inline grpc::Status busy() {
+  return grpc::Status(grpc::StatusCode::RESOURCE_EXHAUSTED, "the farm has too much to do at once: try again");
+}
+
 /// A reactor that has answered a unary call with `status`.
 inline grpc::ServerUnaryReactor* finished(grpc::CallbackServerContext* context, const Status& status) {
   grpc::ServerUnaryReactor* reactor = context->DefaultReactor();

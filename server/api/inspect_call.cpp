@@ -5,9 +5,8 @@
 #include "server/access/call_limits.h"
 #include "server/api/grpc_gate.h"
 #include "server/api/grpc_status.h"
-#include "server/api/pages.h"
 #include "server/api/render_service.h"
-#include "server/api/submission.h"
+#include "server/operations/submission.h"
 
 namespace lightmill {
 namespace {

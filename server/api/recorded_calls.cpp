@@ -2,7 +2,6 @@
 
 #include "common/base/check.h"
 #include "server/api/grpc_status.h"
-#include "server/api/pages.h"
 
 namespace lightmill {
 namespace {

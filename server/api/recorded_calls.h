@@ -7,7 +7,7 @@
 #include <functional>
 
 #include "server/api/grpc_gate.h"
-#include "server/api/records.h"
+#include "server/runtime/records.h"
 
 namespace lightmill {
 

@@ -2,11 +2,11 @@
 
 #include "common/wire/farm_messages.h"
 #include "server/api/grpc_status.h"
-#include "server/api/job_list.h"
-#include "server/api/pages.h"
 #include "server/api/recorded_calls.h"
-#include "server/api/submission.h"
-#include "server/api/worker_message.h"
+#include "server/operations/job_list.h"
+#include "server/operations/pages.h"
+#include "server/operations/submission.h"
+#include "server/operations/worker_message.h"
 
 namespace lightmill {
 namespace {

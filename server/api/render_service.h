@@ -4,8 +4,8 @@
 #include <atomic>
 
 #include "lightmill/v1/render_service.grpc.pb.h"
-#include "server/api/farm_loop.h"
-#include "server/api/gate.h"
+#include "server/runtime/farm_loop.h"
+#include "server/runtime/gate.h"
 #include "server/store/asset_store.h"
 
 namespace lightmill {

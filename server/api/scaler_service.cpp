@@ -1,11 +1,10 @@
 #include "server/api/scaler_service.h"
 
-#include "server/api/demand_hub.h"
 #include "server/api/grpc_gate.h"
 #include "server/api/grpc_status.h"
-#include "server/api/pages.h"
 #include "server/api/refused.h"
 #include "server/api/watch_registry.h"
+#include "server/runtime/demand_hub.h"
 
 namespace lightmill {
 namespace {

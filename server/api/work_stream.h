@@ -9,8 +9,8 @@
 #include "common/base/mutex.h"
 #include "lightmill/v1/worker_service.grpc.pb.h"
 #include "server/access/places.h"
-#include "server/api/farm_loop.h"
-#include "server/api/gate.h"
+#include "server/runtime/farm_loop.h"
+#include "server/runtime/gate.h"
 
 namespace lightmill {
 

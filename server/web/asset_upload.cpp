@@ -8,7 +8,7 @@
 #include <memory>
 #include <vector>
 
-#include "server/api/stream_places.h"
+#include "server/runtime/stream_places.h"
 
 namespace lightmill {
 namespace {

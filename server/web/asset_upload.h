@@ -7,7 +7,7 @@
 #include <functional>
 
 #include "server/access/rights.h"
-#include "server/api/traffic.h"
+#include "server/runtime/traffic.h"
 #include "server/store/asset_store.h"
 #include "server/web/http_body.h"
 

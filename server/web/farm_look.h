@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "server/api/farm_loop.h"
+#include "server/runtime/farm_loop.h"
 
 namespace lightmill {
 

@@ -6,7 +6,7 @@
 #include <memory>
 #include <optional>
 
-#include "server/api/farm_loop.h"
+#include "server/runtime/farm_loop.h"
 #include "server/web/http_text.h"
 #include "server/web/job_feed.h"
 

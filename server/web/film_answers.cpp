@@ -3,7 +3,7 @@
 #include "common/film/film.h"
 #include "common/scene/meter_reading.h"
 #include "lightmill/v1/web.pb.h"
-#include "server/api/records.h"
+#include "server/runtime/records.h"
 #include "server/web/farm_look.h"
 #include "server/web/thumbnail.h"
 

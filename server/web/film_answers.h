@@ -7,7 +7,7 @@
 #include <memory>
 #include <vector>
 
-#include "server/api/gate.h"
+#include "server/runtime/gate.h"
 #include "server/web/farm_reply.h"
 
 namespace lightmill {

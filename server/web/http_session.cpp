@@ -12,7 +12,7 @@
 #include <limits>
 
 #include "common/base/text.h"
-#include "server/api/stream_places.h"
+#include "server/runtime/stream_places.h"
 #include "server/web/asset_upload.h"
 #include "server/web/live_session.h"
 #include "server/web/metrics.h"

@@ -2,7 +2,7 @@
 #include "common/wire/farm_messages.h"
 #include "lightmill/v1/render_service.pb.h"
 #include "server/access/call_limits.h"
-#include "server/api/submission.h"
+#include "server/operations/submission.h"
 #include "server/web/job_intake.h"
 
 namespace lightmill {

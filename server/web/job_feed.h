@@ -8,7 +8,7 @@
 #include <string>
 #include <utility>
 
-#include "server/api/farm_loop.h"
+#include "server/runtime/farm_loop.h"
 #include "server/web/change_log.h"
 #include "server/web/live_messages.h"
 

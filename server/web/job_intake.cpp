@@ -5,7 +5,7 @@
 
 #include "common/wire/farm_messages.h"
 #include "lightmill/v1/render_service.pb.h"
-#include "server/api/submission.h"
+#include "server/operations/submission.h"
 #include "server/web/web_change.h"
 
 namespace lightmill {

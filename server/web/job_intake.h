@@ -5,7 +5,7 @@
 #include <string>
 #include <string_view>
 
-#include "server/api/gate.h"
+#include "server/runtime/gate.h"
 #include "server/store/asset_store.h"
 #include "server/web/byte_budget.h"
 #include "server/web/farm_reply.h"

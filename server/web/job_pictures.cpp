@@ -1,7 +1,7 @@
 #include "server/web/job_pictures.h"
 
 #include "common/wire/film_assembly.h"
-#include "server/api/records.h"
+#include "server/runtime/records.h"
 #include "server/web/byte_budget.h"
 
 namespace lightmill {

@@ -7,8 +7,8 @@
 
 #include "common/base/mutex.h"
 #include "common/image/picture_file.h"
-#include "server/api/film_messages.h"
-#include "server/api/gate.h"
+#include "server/operations/film_messages.h"
+#include "server/runtime/gate.h"
 #include "server/web/farm_reply.h"
 
 namespace lightmill {

@@ -7,9 +7,9 @@
 #include "common/wire/farm_messages.h"
 #include "lightmill/v1/render_service.pb.h"
 #include "lightmill/v1/web.pb.h"
-#include "server/api/job_list.h"
-#include "server/api/records.h"
-#include "server/api/worker_message.h"
+#include "server/operations/job_list.h"
+#include "server/operations/worker_message.h"
+#include "server/runtime/records.h"
 #include "server/web/look_back.h"
 #include "server/web/metrics.h"
 

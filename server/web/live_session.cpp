@@ -5,7 +5,7 @@
 
 #include "common/base/log.h"
 #include "common/base/text.h"
-#include "server/api/stream_places.h"
+#include "server/runtime/stream_places.h"
 
 namespace lightmill {
 namespace {

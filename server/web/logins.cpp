@@ -1,7 +1,7 @@
 #include "server/web/logins.h"
 
 #include "common/security/token.h"
-#include "server/api/records.h"
+#include "server/runtime/records.h"
 
 namespace lightmill {
 namespace {

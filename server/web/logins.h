@@ -6,8 +6,8 @@
 #include <string_view>
 
 #include "server/access/login_book.h"
-#include "server/api/farm_loop.h"
-#include "server/api/gate.h"
+#include "server/runtime/farm_loop.h"
+#include "server/runtime/gate.h"
 
 namespace lightmill {
 

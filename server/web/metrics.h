@@ -6,8 +6,8 @@
 #include <string_view>
 
 #include "common/base/histogram.h"
-#include "server/api/traffic.h"
 #include "server/domain/farm_totals.h"
+#include "server/runtime/traffic.h"
 
 namespace lightmill {
 

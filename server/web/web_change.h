@@ -4,7 +4,7 @@
 
 #include <functional>
 
-#include "server/api/records.h"
+#include "server/runtime/records.h"
 #include "server/web/farm_reply.h"
 
 namespace lightmill {

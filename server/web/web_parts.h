@@ -11,7 +11,7 @@
 #include <thread>
 
 #include "common/base/mutex.h"
-#include "server/api/listener.h"
+#include "server/listen/listener.h"
 #include "server/web/json_api.h"
 #include "server/web/live_hub.h"
 #include "server/web/logins.h"

@@ -4,7 +4,7 @@
 
 #include "common/base/address.h"
 #include "common/base/log.h"
-#include "server/api/records.h"
+#include "server/runtime/records.h"
 #include "server/web/http_session.h"
 
 namespace lightmill {

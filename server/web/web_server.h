@@ -8,8 +8,8 @@
 
 #include "common/base/status.h"
 #include "common/security/tls_files.h"
-#include "server/api/farm_loop.h"
-#include "server/api/gate.h"
+#include "server/runtime/farm_loop.h"
+#include "server/runtime/gate.h"
 #include "server/store/asset_store.h"
 
 namespace lightmill {

@@ -13,13 +13,15 @@ import sys
 
 COMMON_ORDER = ["base", "command_line", "security", "math", "geometry", "sampling", "image", "materials", "film", "lights", "scene", "photons",
                 "methods", "planner", "farm", "wire", "scene_io"]
+SERVER_ORDER = ["access", "scheduling", "domain", "store", "assembly", "listen", "runtime", "operations", "web", "api"]
 PROGRAMS = ["decoder", "server", "worker", "client"]
 SOURCE_SUFFIXES = {".h", ".cpp"}
 
 # One door per library: (what, pattern of the include, folders that may).
 DOORS = [
     ("gRPC", r"(grpc|grpcpp|grpc\+\+)/|\.grpc\.pb\.h$", ["server/api", "worker/rpc", "client/cli"]),
-    ("protobuf", r"^google/protobuf/|(?<!grpc)\.pb\.h$", ["common/wire", "server/api", "server/store", "server/web", "worker/rpc", "client/cli"]),
+    ("protobuf", r"^google/protobuf/|(?<!grpc)\.pb\.h$", ["common/wire", "server/api", "server/operations", "server/store", "server/web", "worker/rpc",
+                                                                     "client/cli"]),
     ("Boost", r"^boost/", ["server/web"]),
     ("OpenSSL", r"^openssl/", ["common/base", "common/security"]),
     ("SQL", r"^(sqlite3\.h|libpq-fe\.h|pqxx/)", ["server/store"]),
@@ -92,18 +94,19 @@ def folder_within(path, folders):
 
 
 def check_layers(path, include, line, report):
-    """Rule 1: a common folder includes only folders above it, and programs do not include each other."""
+    """Rule 1: a folder of common or server includes only folders above it, and programs do not include each other."""
     top = path.split("/")[0]
     target = include.split("/")
     if top in PROGRAMS + ["common"] and target[0] in PROGRAMS and target[0] != top:
         report.add(path, line, f"{top} must not include {include}")
-    if top != "common" or target[0] != "common" or len(target) < 3:
+    order = {"common": COMMON_ORDER, "server": SERVER_ORDER}.get(top)
+    if order is None or target[0] != top or path.count("/") < 2 or len(target) < 3:
         return
     own = path.split("/")[1]
-    if own not in COMMON_ORDER or target[1] not in COMMON_ORDER:
-        report.add(path, line, f"unknown folder in common: {own} includes {include}")
-    elif COMMON_ORDER.index(target[1]) > COMMON_ORDER.index(own):
-        report.add(path, line, f"common/{own} must not include {include}: {target[1]} stands below it")
+    if own not in order or target[1] not in order:
+        report.add(path, line, f"unknown folder in {top}: {own} includes {include}")
+    elif order.index(target[1]) > order.index(own):
+        report.add(path, line, f"{top}/{own} must not include {include}: {target[1]} stands below it")
 
 
 def check_doors(path, include, line, report):

@@ -51,6 +51,11 @@ INSTANTIATE_TEST_SUITE_P(All, B, kPairs, name_of<const char*, int>);
     def test_a_common_folder_that_is_not_in_the_list(self):
         self.assert_finds("common/misc/x.h", '#include "common/base/ids.h"\n', "unknown folder")
 
+    def test_a_server_folder_that_includes_one_below_it(self):
+        self.assert_finds("server/runtime/x.h", '#include "server/operations/x.h"\n', "server/runtime must not include")
+        self.assert_finds("server/web/x.h", '#include "server/api/x.h"\n', "server/web must not include")
+        self.assert_finds("server/misc/x.h", '#include "server/domain/x.h"\n', "unknown folder in server")
+
     def test_programs_that_include_each_other(self):
         self.assert_finds("client/cli/x.h", '#include "server/domain/x.h"\n', "client must not include")
         self.assert_finds("common/film/y.h", '#include "worker/session/x.h"\n', "common must not include")

@@ -1,4 +1,4 @@
-#include "server/api/commit_queue.h"
+#include "server/runtime/commit_queue.h"
 
 #include <gtest/gtest.h>
 

@@ -1,4 +1,4 @@
-#include "server/api/demand_hub.h"
+#include "server/runtime/demand_hub.h"
 
 #include "tests/unit/server/coordinator_fixture.h"
 

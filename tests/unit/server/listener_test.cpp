@@ -1,5 +1,5 @@
 // A port of the coordinator over real sockets of loopback.
-#include "server/api/listener.h"
+#include "server/listen/listener.h"
 
 #include <arpa/inet.h>
 #include <gtest/gtest.h>

@@ -1,5 +1,5 @@
 // Whether a coordinator notices that its own port does not answer.
-#include "server/api/self_check.h"
+#include "server/listen/self_check.h"
 
 #include <gtest/gtest.h>
 #include <poll.h>

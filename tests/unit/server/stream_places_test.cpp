@@ -1,5 +1,5 @@
 // Calls that last, and who is ended for another.
-#include "server/api/stream_places.h"
+#include "server/runtime/stream_places.h"
 
 #include <gtest/gtest.h>
 

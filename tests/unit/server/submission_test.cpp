@@ -1,5 +1,5 @@
 // What is looked at before a job or a scene's files are taken in.
-#include "server/api/submission.h"
+#include "server/operations/submission.h"
 
 #include <gtest/gtest.h>
 

@@ -1,4 +1,4 @@
-#include "server/api/watch_hub.h"
+#include "server/runtime/watch_hub.h"
 
 #include "tests/unit/server/coordinator_fixture.h"
 

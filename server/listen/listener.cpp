@@ -1,4 +1,4 @@
-#include "server/api/listener.h"
+#include "server/listen/listener.h"
 
 #include <arpa/inet.h>
 #include <netdb.h>
@@ -16,7 +16,7 @@
 
 #include "common/base/address.h"
 #include "common/base/log.h"
-#include "server/api/listen_problem.h"
+#include "server/listen/listen_problem.h"
 
 namespace lightmill {
 namespace {

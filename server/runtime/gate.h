@@ -12,7 +12,7 @@
 #include "server/access/refusal_book.h"
 #include "server/access/rights.h"
 #include "server/access/token_book.h"
-#include "server/api/stream_places.h"
+#include "server/runtime/stream_places.h"
 
 namespace lightmill {
 

@@ -8,7 +8,7 @@
 #include "common/base/clock.h"
 #include "common/base/mutex.h"
 #include "common/base/status.h"
-#include "server/api/listener.h"
+#include "server/listen/listener.h"
 
 namespace lightmill {
 

@@ -4,8 +4,8 @@
 #include "lightmill/v1/farm.pb.h"
 #include "lightmill/v1/render_service.pb.h"
 #include "server/access/identity.h"
-#include "server/api/farm_loop.h"
 #include "server/domain/coordinator.h"
+#include "server/runtime/farm_loop.h"
 
 namespace lightmill {
 

@@ -1,4 +1,4 @@
-#include "server/api/records.h"
+#include "server/runtime/records.h"
 
 #include <unistd.h>
 

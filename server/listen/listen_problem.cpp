@@ -1,4 +1,4 @@
-#include "server/api/listen_problem.h"
+#include "server/listen/listen_problem.h"
 
 #include <fmt/format.h>
 #include <netdb.h>

@@ -1,4 +1,4 @@
-#include "server/api/worker_message.h"
+#include "server/operations/worker_message.h"
 
 #include "common/base/text.h"
 

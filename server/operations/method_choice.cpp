@@ -1,4 +1,4 @@
-#include "server/api/method_choice.h"
+#include "server/operations/method_choice.h"
 
 #include "common/methods/spec/method_spec.h"
 #include "common/planner/method_plan.h"

@@ -1,4 +1,4 @@
-#include "server/api/farm_loop.h"
+#include "server/runtime/farm_loop.h"
 
 #include <ctime>
 

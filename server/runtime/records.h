@@ -3,8 +3,8 @@
 
 #include <string>
 
-#include "server/api/farm_loop.h"
-#include "server/api/gate.h"
+#include "server/runtime/farm_loop.h"
+#include "server/runtime/gate.h"
 
 namespace lightmill {
 

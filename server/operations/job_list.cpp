@@ -1,4 +1,4 @@
-#include "server/api/job_list.h"
+#include "server/operations/job_list.h"
 
 #include "common/wire/farm_messages.h"
 #include "lightmill/v1/render_service.pb.h"

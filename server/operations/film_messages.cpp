@@ -1,4 +1,4 @@
-#include "server/api/film_messages.h"
+#include "server/operations/film_messages.h"
 
 #include "common/wire/bytes.h"
 #include "common/wire/farm_messages.h"

@@ -2,7 +2,7 @@
 #pragma once
 
 #include "common/farm/job.h"
-#include "server/api/records.h"
+#include "server/runtime/records.h"
 #include "server/store/asset_store.h"
 
 namespace lightmill::v1 {

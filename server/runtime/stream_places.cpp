@@ -1,4 +1,4 @@
-#include "server/api/stream_places.h"
+#include "server/runtime/stream_places.h"
 
 #include <algorithm>
 #include <utility>

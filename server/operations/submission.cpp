@@ -1,10 +1,10 @@
-#include "server/api/submission.h"
+#include "server/operations/submission.h"
 
 #include "common/base/text.h"
 #include "common/wire/bytes.h"
 #include "common/wire/farm_messages.h"
 #include "lightmill/v1/render_service.pb.h"
-#include "server/api/method_choice.h"
+#include "server/operations/method_choice.h"
 
 namespace lightmill {
 namespace {

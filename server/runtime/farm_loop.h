@@ -11,13 +11,13 @@
 #include "common/base/clock.h"
 #include "common/base/mutex.h"
 #include "server/access/action_log.h"
-#include "server/api/commit_queue.h"
-#include "server/api/demand_hub.h"
-#include "server/api/traffic.h"
-#include "server/api/watch_hub.h"
 #include "server/domain/coordinator.h"
 #include "server/domain/farm_events.h"
 #include "server/domain/farm_history.h"
+#include "server/runtime/commit_queue.h"
+#include "server/runtime/demand_hub.h"
+#include "server/runtime/traffic.h"
+#include "server/runtime/watch_hub.h"
 
 namespace lightmill {
 

@@ -1,4 +1,4 @@
-#include "server/api/gate.h"
+#include "server/runtime/gate.h"
 
 #include "common/base/log.h"
 #include "common/security/caller.h"

@@ -1,7 +1,5 @@
-// Lists come in pages; and what a farm says that has no time now.
+// Lists come in pages.
 #pragma once
-
-#include <grpcpp/support/status.h>
 
 #include <algorithm>
 #include <charconv>
@@ -31,10 +29,6 @@ inline Result<std::uint64_t> id_in(const std::string& token) {
     return invalid_argument("page_token '{}' is not one that this farm gave", token);
   }
   return id;
-}
-
-inline grpc::Status busy() {
-  return grpc::Status(grpc::StatusCode::RESOURCE_EXHAUSTED, "the farm has too much to do at once: try again");
 }
 
 }  // namespace lightmill

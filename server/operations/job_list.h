@@ -2,7 +2,7 @@
 #pragma once
 
 #include "server/access/rights.h"
-#include "server/api/farm_loop.h"
+#include "server/runtime/farm_loop.h"
 
 namespace lightmill::v1 {
 class ListJobsResponse;

@@ -1,4 +1,4 @@
-#include "server/api/self_check.h"
+#include "server/listen/self_check.h"
 
 #include <sys/socket.h>
 #include <unistd.h>
