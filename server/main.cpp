@@ -12,6 +12,7 @@
 #include "server/access/connection_book.h"
 #include "server/api/api_server.h"
 #include "server/api/health.h"
+#include "server/runtime/runtime.h"
 #include "server/server_options.h"
 #include "server/store/asset_folder.h"
 #include "server/store/check_state.h"
@@ -19,6 +20,7 @@
 #include "server/store/postgres/postgres_store.h"
 #include "server/store/sqlite/sqlite_store.h"
 #include "server/upkeep.h"
+#include "server/web/web_server.h"
 
 namespace lightmill {
 namespace {
@@ -158,17 +160,49 @@ fs::path program_folder() {
   return fs::read_symlink("/proc/self/exe", error).parent_path();
 }
 
+Status write_port(const std::string& file, int port) {
+  return file.empty() ? ok_status() : write_file_atomically(file, as_byte_view(fmt::format("{}\n", port)));
+}
+
 /// Null if none is asked for.
 Result<std::unique_ptr<HealthPort>> open_health_port(const ServerOptions& options, std::size_t connections) {
   if (options.health.empty()) {
     return std::unique_ptr<HealthPort>();
   }
   LM_ASSIGN_OR_RETURN(std::unique_ptr<HealthPort> health, HealthPort::open(options.health, connections));
-  if (!options.health_port_file.empty()) {
-    LM_RETURN_IF_ERROR(
-        write_file_atomically(options.health_port_file, as_byte_view(fmt::format("{}\n", health->port()))));
-  }
+  LM_RETURN_IF_ERROR(write_port(options.health_port_file, health->port()));
   return health;
+}
+
+RuntimeOptions runtime_options(const ServerOptions& options, const DescriptorPlan& plan) {
+  RuntimeOptions runtime;
+  runtime.gate.asks = options.tls.given() || options.authenticate;
+  runtime.gate.takes_certificates = !options.tls.authority.empty();
+  runtime.gate.takes_tokens = !options.insecure;
+  CallLimitOptions& calls = runtime.gate.calls;
+  calls = options.calls;
+  // Each may hold a file open, and no caller takes all places.
+  calls.streams = std::min(calls.streams, static_cast<std::uint32_t>(plan.assets));
+  calls.streams_per_caller = std::min(calls.streams_per_caller, std::max(calls.streams / 2, 1u));
+  runtime.limits = limits_of(options);
+  runtime.log = {options.log_entries, options.log_days};
+  if (options.insecure) {
+    runtime.notices.push_back("this farm runs with --insecure: whoever reaches it can use and stop its jobs");
+  }
+  return runtime;
+}
+
+WebOptions web_options(const ServerOptions& options, const DescriptorPlan& plan) {
+  const fs::path pages = options.pages.empty() ? program_folder() / "lightmill-web" : fs::path(options.pages);
+  return {options.http,
+          pages,
+          LIGHTMILL_VERSION,
+          options.tls,
+          options.http_names,
+          options.insecure,
+          plan.page,
+          bytes_of_gib(share_of_memory_gib(1.0 / 8, 2)),
+          bytes_of_gib(share_of_memory_gib(1.0 / 16, 1))};
 }
 
 Status serve(const ServerOptions& options, StopRequest& stop) {
@@ -187,73 +221,48 @@ Status serve(const ServerOptions& options, StopRequest& stop) {
         "in; raise its hard limit (ulimit -Hn, LimitNOFILE=)",
         files, plan.calls, options.max_workers);
   }
-  ApiOptions api;
-  api.listen = options.listen;
-  api.tls = options.tls;
-  api.gate.asks = options.tls.given() || options.authenticate;
-  api.gate.takes_certificates = !options.tls.authority.empty();
-  api.gate.takes_tokens = !options.insecure;
-  api.connections = plan.calls;
-  api.gate.calls = options.calls;
-  // Each may hold a file open, and no caller takes all places.
-  api.gate.calls.streams = std::min(options.calls.streams, static_cast<std::uint32_t>(plan.assets));
-  api.gate.calls.streams_per_caller =
-      std::min(options.calls.streams_per_caller, std::max(api.gate.calls.streams / 2, 1u));
-  api.wire_bytes = bytes_of_gib(options.wire_gib);
-  if (options.insecure) {
-    api.notices.push_back("this farm runs with --insecure: whoever reaches it can use and stop its jobs");
-  }
-  api.limits = limits_of(options);
-  api.log = {options.log_entries, options.log_days};
-  if (!options.http.empty()) {
-    const fs::path pages = options.pages.empty() ? program_folder() / "lightmill-web" : fs::path(options.pages);
-    api.web = WebOptions{options.http,
-                         pages,
-                         LIGHTMILL_VERSION,
-                         api.notices,
-                         options.tls,
-                         options.http_names,
-                         options.insecure,
-                         plan.page,
-                         bytes_of_gib(share_of_memory_gib(1.0 / 8, 2)),
-                         bytes_of_gib(share_of_memory_gib(1.0 / 16, 1))};
-  }
-  if (health != nullptr) {
-    api.on_ready = [&health](bool ready) { health->set_ready(ready); };
-  }
-  api.on_fatal = [&stop](const Status& why) { stop.ask(why); };
-  Result<std::unique_ptr<ApiServer>> started = ApiServer::start(std::move(state->store), std::move(state->assets), api);
+  const auto on_fatal = [&stop](const Status& why) { stop.ask(why); };
+  RuntimeOptions wanted = runtime_options(options, plan);
+  wanted.on_fatal = on_fatal;
+  Result<std::unique_ptr<Runtime>> started = Runtime::start(std::move(state->store), std::move(state->assets), wanted);
   LM_RETURN_IF_ERROR(with_advice(started.status()));
-  const std::unique_ptr<ApiServer> server = *std::move(started);
-  for (const std::string& notice : api.notices) {
+  const std::unique_ptr<Runtime> runtime = *std::move(started);
+  ApiOptions served{options.listen, plan.calls, options.tls, bytes_of_gib(options.wire_gib), on_fatal};
+  if (health != nullptr) {
+    served.on_ready = [&health](bool ready) { health->set_ready(ready); };
+  }
+  LM_ASSIGN_OR_RETURN(std::unique_ptr<ApiServer> api, ApiServer::start(*runtime, served));
+  std::unique_ptr<WebServer> web;
+  if (!options.http.empty()) {
+    LM_ASSIGN_OR_RETURN(web, WebServer::start(*runtime, web_options(options, plan)));
+  }
+  runtime->begin();
+  for (const std::string& notice : wanted.notices) {
     spdlog::warn("{}", notice);
   }
-  spdlog::info("listening on {}:{}, state in {}", options.listen.substr(0, options.listen.rfind(':')), server->port(),
+  spdlog::info("listening on {}:{}, state in {}", options.listen.substr(0, options.listen.rfind(':')), api->port(),
                state->place);
-  if (!options.port_file.empty()) {
-    LM_RETURN_IF_ERROR(write_file_atomically(options.port_file, as_byte_view(fmt::format("{}\n", server->port()))));
-  }
-  if (server->web_port() != 0) {
+  LM_RETURN_IF_ERROR(write_port(options.port_file, api->port()));
+  if (web != nullptr) {
     spdlog::info("the page is at {}://{}:{}/", options.tls.given() ? "https" : "http",
-                 options.http.substr(0, options.http.rfind(':')), server->web_port());
+                 options.http.substr(0, options.http.rfind(':')), web->port());
   }
-  if (!options.http_port_file.empty()) {
-    LM_RETURN_IF_ERROR(
-        write_file_atomically(options.http_port_file, as_byte_view(fmt::format("{}\n", server->web_port()))));
-  }
+  LM_RETURN_IF_ERROR(write_port(options.http_port_file, web == nullptr ? 0 : web->port()));
   Upkeep upkeep(options.tls, state->data ? state->data->path() : fs::path(), bytes_of_gib(options.reserve_gib),
-                [&server](const std::string& why) { server->set_space(why); });
+                [&runtime](const std::string& why) { runtime->loop().set_space(why); });
   auto next_collection = std::chrono::steady_clock::now() + kCollectionPause;
   do {
     upkeep.look(system_clock().unix_milliseconds() / 1000);
     if (std::chrono::steady_clock::now() >= next_collection) {
-      server->forget_unused_assets();
+      runtime->forget_unused_assets();
       next_collection = std::chrono::steady_clock::now() + kCollectionPause;
     }
   } while (stop.wait_for(kUpkeepPause));
   Status failure = stop.wait();
   spdlog::info("stopping");
-  const Status stopped = server->stop();
+  web.reset();
+  api.reset();
+  const Status stopped = runtime->stop();
   return failure.ok() ? stopped : with_advice(failure);
 }
 

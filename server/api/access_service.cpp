@@ -70,7 +70,7 @@ void to_wire(const Action& action, v1::Action* out) {
 
 AccessServiceImpl::Unary* AccessServiceImpl::CreateToken(Context* context, const v1::CreateTokenRequest* request,
                                                          v1::Token* reply) {
-  return run_change(*loop_, gate_, context, admit(gate_, *context, Rpc::create_token),
+  return run_change(loop_, gate_, context, admit(gate_, *context, Rpc::create_token),
                     [this, request, reply](FarmLoop::Turn& turn, const Call& call, About& about) {
                       about.text = request->id() + " for " + request->name();
                       LM_ASSIGN_OR_RETURN(TokenRecord token, token_from_wire(*request));
@@ -113,7 +113,7 @@ AccessServiceImpl::Unary* AccessServiceImpl::ListTokens(Context* context, const 
 
 AccessServiceImpl::Unary* AccessServiceImpl::RevokeToken(Context* context, const v1::RevokeTokenRequest* request,
                                                          v1::RevokeTokenResponse* reply) {
-  return run_change(*loop_, gate_, context, admit(gate_, *context, Rpc::revoke_token, {0, request->id()}),
+  return run_change(loop_, gate_, context, admit(gate_, *context, Rpc::revoke_token, {0, request->id()}),
                     [this, request, reply](FarmLoop::Turn& turn, const Call&, About& about) {
                       const std::string& id = request->id();
                       about.text = id;
@@ -147,7 +147,7 @@ std::string AccessServiceImpl::way_back(const TokenRecord& token, std::int64_t n
 
 AccessServiceImpl::Unary* AccessServiceImpl::Enrol(Context* context, const v1::EnrolRequest* request,
                                                    v1::Token* reply) {
-  return run_change(*loop_, gate_, context, admit(gate_, *context, Rpc::enrol),
+  return run_change(loop_, gate_, context, admit(gate_, *context, Rpc::enrol),
                     [this, request, reply](FarmLoop::Turn& turn, const Call& call, About& about) {
                       about.text = request->id() + " for " + request->host();
                       LM_ASSIGN_OR_RETURN(const Sha256 hash, hash_from_wire(request->sha256()));
@@ -182,7 +182,7 @@ AccessServiceImpl::Unary* AccessServiceImpl::ListActions(Context* context, const
   }
   Unary* reactor = context->DefaultReactor();
   const ActionFilter filter{request->job(), request->who(), request->since_unix_ms(), *before};
-  const bool posted = loop_->post([filter, most = *size, reply, reactor](FarmLoop::Turn& turn) {
+  const bool posted = loop_.post([filter, most = *size, reply, reactor](FarmLoop::Turn& turn) {
     const ActionPage page = turn.actions.find(filter, static_cast<std::size_t>(most));
     for (const Action& action : page.actions) {
       to_wire(action, reply->add_actions());

@@ -2,17 +2,14 @@
 #pragma once
 
 #include "lightmill/v1/access_service.grpc.pb.h"
-#include "server/runtime/farm_loop.h"
-#include "server/runtime/gate.h"
+#include "server/runtime/runtime.h"
 
 namespace lightmill {
 
 /// Thread-safe.
 class AccessServiceImpl final : public v1::AccessService::CallbackService {
  public:
-  explicit AccessServiceImpl(Gate& gate) : gate_(gate) {}
-  /// Where requests go; before the server starts.
-  void set_loop(FarmLoop& loop) { loop_ = &loop; }
+  explicit AccessServiceImpl(Runtime& runtime) : gate_(runtime.gate()), loop_(runtime.loop()) {}
 
   using Context = grpc::CallbackServerContext;
   using Unary = grpc::ServerUnaryReactor;
@@ -27,7 +24,7 @@ class AccessServiceImpl final : public v1::AccessService::CallbackService {
   std::string way_back(const TokenRecord& token, std::int64_t now_unix_s) const;
 
   Gate& gate_;
-  FarmLoop* loop_ = nullptr;
+  FarmLoop& loop_;
 };
 
 }  // namespace lightmill

@@ -7,11 +7,6 @@
 #include <grpcpp/health_check_service_interface.h>
 #include <grpcpp/resource_quota.h>
 
-#include <unistd.h>
-
-#include <future>
-#include <set>
-
 #include "common/base/log.h"
 #include "server/api/access_service.h"
 #include "server/api/grpc_gate.h"
@@ -21,8 +16,6 @@
 #include "server/api/worker_streams.h"
 #include "server/listen/listener.h"
 #include "server/listen/self_check.h"
-#include "server/runtime/records.h"
-#include "server/store/check_rows.h"
 
 namespace lightmill {
 namespace {
@@ -33,8 +26,6 @@ constexpr int kMaxMessageBytes = 20 << 20;
 constexpr int kMaxConnectionStreams = 1'000;
 /// Calls that are under way when the server stops have so long.
 constexpr auto kStopPatience = std::chrono::seconds(2);
-/// Assets that no job names any more stay for a day: their jobs may still be on their way.
-constexpr std::int64_t kSpareAssetAgeSeconds = 24 * 60 * 60;
 
 /// Dead links are found within half a minute, and clients may look for them more eagerly. Whoever has a gigabyte of
 /// results on its way takes seconds to answer: it is not dead.
@@ -61,119 +52,45 @@ std::vector<std::string> served_methods() {
   return methods;
 }
 
-/// The farm's thread may stand still as long as nothing can be stored: who can do so later does not wait for it.
-constexpr std::chrono::seconds kFarmPatience(5);
-
-std::set<Sha256> assets_of(const StoredState& state) {
-  std::set<Sha256> wanted;
-  for (const StoredState::StoredJob& job : state.jobs) {
-    const std::vector<Sha256>& named = job.record.spec.settings.assets;
-    wanted.insert(named.begin(), named.end());
-  }
-  return wanted;
-}
-
-/// No page's connection outlives its coordinator.
-std::vector<JobId> jobs_of_pages(const StoredState& state) {
-  std::vector<JobId> jobs;
-  for (const StoredState::StoredJob& job : state.jobs) {
-    if (job.record.spec.ends_with_page) {
-      jobs.push_back(job.record.id);
-    }
-  }
-  return jobs;
-}
-
-void forget_others(AssetStore& assets, const std::set<Sha256>& wanted) {
-  if (const std::uint64_t freed_bytes = assets.collect(wanted, kSpareAssetAgeSeconds); freed_bytes > 0) {
-    spdlog::info("{} MiB of assets that no job needs are forgotten", freed_bytes >> 20);
-  }
-}
-
-/// What the gate refuses goes into the log.
-void record_refusals(Gate& gate, FarmLoop& loop) {
-  gate.set_on_refused([&gate, &loop](const Call& call, const About& about, const Status& status) {
-    if (const std::optional<Unwritten> unwritten = gate.may_record_refusal(call, about, status)) {
-      (void)loop.post([call, about, status, unwritten = *unwritten](FarmLoop::Turn& turn) {
-        record_refusal(turn, call, about, status, unwritten);
-      });
-    }
-  });
-}
-
 }  // namespace
 
-/// In the order of their making; each uses only those above it, and gRPC's threads stop first.
+/// In the order of their making; each uses only those above it, and gRPC's threads stop first. The runtime keeps what
+/// it calls.
 struct ApiServer::Parts {
-  Parts(const ApiOptions& options, StoredState& state)
-      : gate(options.gate, std::move(state.tokens), system_clock()),
-        actions(options.log, std::move(state.actions)),
-        workers(gate),
-        access(gate),
-        scaler(gate),
-        readiness(options.on_ready) {}
-  Gate gate;
-  ActionLog actions;
-  std::unique_ptr<Store> store;
-  std::unique_ptr<AssetStore> assets;
-  std::unique_ptr<Coordinator> farm;
-  WorkerStreams workers;
+  Parts(Runtime& runtime, const ApiOptions& options)
+      : loop(runtime.loop()),
+        workers(std::make_shared<WorkerStreams>(runtime)),
+        access(runtime),
+        scaler(runtime),
+        renders(runtime),
+        readiness(std::make_shared<Readiness>(options.on_ready)) {}
+  FarmLoop& loop;
+  const std::shared_ptr<WorkerStreams> workers;
   AccessServiceImpl access;
   ScalerServiceImpl scaler;
-  Readiness readiness;
-  std::unique_ptr<RenderServiceImpl> renders;
-  std::unique_ptr<FarmLoop> loop;
+  RenderServiceImpl renders;
+  const std::shared_ptr<Readiness> readiness;
   std::unique_ptr<grpc::Server> server;
   std::unique_ptr<Listener> listener;
   std::unique_ptr<SelfCheck> self_check;
-  std::unique_ptr<WebServer> web;
 };
 
-Result<std::unique_ptr<ApiServer>> ApiServer::start(std::unique_ptr<Store> store, std::unique_ptr<AssetStore> assets,
-                                                    const ApiOptions& options) {
+Result<std::unique_ptr<ApiServer>> ApiServer::start(Runtime& runtime, const ApiOptions& options) {
   LM_RETURN_IF_ERROR(check_rules(served_methods()));
-  LM_ASSIGN_OR_RETURN(StoredState state, store->load());
-  std::vector<StoreOp> repairs;
-  LM_RETURN_IF_ERROR(take_out_nonsense(state, repairs));
-  name_lost_nodes(state);
-  if (!repairs.empty()) {
-    LM_RETURN_IF_ERROR(store->commit(repairs));
-  }
-  auto parts = std::make_unique<Parts>(options, state);
+  auto parts = std::make_unique<Parts>(runtime, options);
   LM_ASSIGN_OR_RETURN(parts->listener, Listener::open(options.listen, "--listen", options.connections));
-  forget_others(*assets, assets_of(state));
-  spdlog::info("epoch {}, {} jobs in the store", state.epoch, state.jobs.size());
-  parts->store = std::move(store);
-  parts->assets = std::move(assets);
-  const Clock& clock = system_clock();
-  const std::string start = fmt::format("epoch {}, process {}", state.epoch, ::getpid());
-  const std::vector<JobId> of_pages = jobs_of_pages(state);
-  parts->farm = std::make_unique<Coordinator>(options.limits, std::move(state), clock.now());
-  parts->renders = std::make_unique<RenderServiceImpl>(*parts->assets, parts->gate, options.notices);
-  WorkerStreams& workers = parts->workers;
-  Readiness& readiness = parts->readiness;
-  parts->loop = std::make_unique<FarmLoop>(
-      *parts->farm, parts->actions, *parts->store, clock,
-      FarmLoop::Handlers{[&workers](Outgoing message) { workers.send(std::move(message)); },
-                         [&workers](SessionId session) { workers.hang_up(session); }, options.on_fatal,
-                         [&readiness](bool storing) { readiness.set_storing(storing); }});
-  workers.set_loop(*parts->loop, options.limits.max_workers);
-  parts->renders->set_loop(*parts->loop);
-  parts->access.set_loop(*parts->loop);
-  parts->scaler.set_loop(*parts->loop);
-  record_refusals(parts->gate, *parts->loop);
 
   gpr_set_log_function([](gpr_log_func_args* line) { spdlog::debug("grpc: {}", line->message); });
   grpc::EnableDefaultHealthCheckService(true);
   static std::once_flag reflection_once;
   std::call_once(reflection_once, [] { grpc::reflection::InitProtoReflectionServerBuilderPlugin(); });
   grpc::ServerBuilder builder;
-  if (parts->gate.asks()) {
+  if (runtime.gate().asks()) {
     leave_out_reflection(builder);
   }
   Listener::Take take = serve_sockets(builder, server_credentials(options.tls));
-  builder.RegisterService(&parts->workers);
-  builder.RegisterService(parts->renders.get());
+  builder.RegisterService(parts->workers.get());
+  builder.RegisterService(&parts->renders);
   builder.RegisterService(&parts->access);
   builder.RegisterService(&parts->scaler);
   builder.SetMaxReceiveMessageSize(kMaxMessageBytes);
@@ -184,82 +101,39 @@ Result<std::unique_ptr<ApiServer>> ApiServer::start(std::unique_ptr<Store> store
   builder.SetSyncServerOption(grpc::ServerBuilder::MIN_POLLERS, 1);
   builder.SetSyncServerOption(grpc::ServerBuilder::MAX_POLLERS, 1);
   set_keepalive(builder);
-  parts->gate.set_on_met([listener = parts->listener.get()](const std::string& peer, const Identity& caller) {
+  runtime.gate().set_on_met([listener = parts->listener.get()](const std::string& peer, const Identity& caller) {
     return listener->meet(peer, caller);
   });
+  runtime.loop().set_handlers({[workers = parts->workers](Outgoing message) { workers->send(std::move(message)); },
+                               [workers = parts->workers](SessionId session) { workers->hang_up(session); },
+                               [readiness = parts->readiness](bool storing) { readiness->set_storing(storing); }});
   parts->server = builder.BuildAndStart();
   if (parts->server == nullptr) {
-    (void)parts->loop->stop();
     return internal_error("gRPC does not start; its log says why (--log-level debug)");
   }
   parts->listener->start(std::move(take));
-  parts->loop->post_always([start, of_pages](FarmLoop::Turn& turn) {
-    record_own(turn, turn.actions.somebody_is_at_work() ? kTakeOver : kStart, start);
-    for (const JobId job : of_pages) {
-      turn.farm.discard(job, turn.now, turn.unix_ms, turn.effects).IgnoreError();
-    }
-  });
-  auto running = std::unique_ptr<ApiServer>(new ApiServer(std::move(parts)));
-  if (options.web) {
-    LM_RETURN_IF_ERROR(running->serve_web(*options.web));
-  }
-  running->parts_->readiness.start(running->parts_->server->GetHealthCheckService());
-  running->parts_->self_check = std::make_unique<SelfCheck>(
-      *running->parts_->listener, options.tls.given(), clock,
-      [&readiness](bool hears) { readiness.set_hearing(hears); }, options.on_fatal);
-  return running;
-}
-
-Status ApiServer::serve_web(const WebOptions& web) {
-  Result<std::unique_ptr<WebServer>> started = WebServer::start(*parts_->loop, parts_->gate, *parts_->assets, web);
-  LM_RETURN_IF_ERROR(started.status());
-  parts_->web = *std::move(started);
-  return ok_status();
+  parts->readiness->start(parts->server->GetHealthCheckService());
+  parts->self_check = std::make_unique<SelfCheck>(
+      *parts->listener, options.tls.given(), system_clock(),
+      [readiness = parts->readiness](bool hears) { readiness->set_hearing(hears); }, options.on_fatal);
+  return std::unique_ptr<ApiServer>(new ApiServer(std::move(parts)));
 }
 
 ApiServer::ApiServer(std::unique_ptr<Parts> parts) : parts_(std::move(parts)) {}
 
 ApiServer::~ApiServer() {
-  if (parts_->server != nullptr) {
-    (void)stop();
-  }
+  parts_->self_check.reset();
+  parts_->readiness->stop();
+  parts_->loop.stop_waiting();
+  parts_->renders.stop();
+  parts_->scaler.stop();
+  parts_->workers->stop();
+  parts_->listener->stop();
+  parts_->server->Shutdown(std::chrono::system_clock::now() + kStopPatience);
 }
 
 int ApiServer::port() const {
   return parts_->listener->port();
-}
-
-void ApiServer::forget_unused_assets() {
-  const auto wanted = std::make_shared<std::promise<std::set<Sha256>>>();
-  std::future<std::set<Sha256>> answer = wanted->get_future();
-  if (parts_->loop->post([wanted](FarmLoop::Turn& turn) { wanted->set_value(turn.farm.assets()); }) &&
-      answer.wait_for(kFarmPatience) == std::future_status::ready) {
-    forget_others(*parts_->assets, answer.get());
-  }
-}
-
-void ApiServer::set_space(const std::string& why) {
-  parts_->loop->set_space(why);
-}
-
-int ApiServer::web_port() const {
-  return parts_->web == nullptr ? 0 : parts_->web->port();
-}
-
-Status ApiServer::stop() {
-  parts_->self_check.reset();
-  parts_->web.reset();
-  parts_->readiness.stop();
-  parts_->loop->stop_waiting();
-  parts_->renders->stop();
-  parts_->scaler.stop();
-  parts_->workers.stop();
-  parts_->listener->stop();
-  parts_->server->Shutdown(std::chrono::system_clock::now() + kStopPatience);
-  parts_->server.reset();
-  parts_->loop->post_always(
-      [](FarmLoop::Turn& turn) { record_own(turn, kStop, fmt::format("process {}", ::getpid())); });
-  return parts_->loop->stop();
 }
 
 }  // namespace lightmill

@@ -151,7 +151,7 @@ grpc::ServerReadReactor<v1::UploadAssetRequest>* RenderServiceImpl::UploadAsset(
   if (!call.ok()) {
     return new Refused<grpc::ServerReadReactor<v1::UploadAssetRequest>>(call.status());
   }
-  return new UploadStream(assets_, *call, loop_->traffic());
+  return new UploadStream(assets_, *call, loop_.traffic());
 }
 
 grpc::ServerWriteReactor<v1::DownloadAssetResponse>* RenderServiceImpl::DownloadAsset(
@@ -160,7 +160,7 @@ grpc::ServerWriteReactor<v1::DownloadAssetResponse>* RenderServiceImpl::Download
   if (!call.ok()) {
     return new Refused<grpc::ServerWriteReactor<v1::DownloadAssetResponse>>(call.status());
   }
-  return new DownloadStream(assets_, *call, *loop_, request->digest());
+  return new DownloadStream(assets_, *call, loop_, request->digest());
 }
 
 }  // namespace lightmill

@@ -183,14 +183,14 @@ grpc::ServerWriteReactor<v1::WatchJobResponse>* RenderServiceImpl::WatchJob(Cont
   if (!call.ok()) {
     return new Refused<grpc::ServerWriteReactor<v1::WatchJobResponse>>(call.status());
   }
-  auto stream = std::make_shared<WatchStream>(*loop_, gate_, *call, watches_);
+  auto stream = std::make_shared<WatchStream>(loop_, gate_, *call, watches_);
   WatchStream* reactor = stream.get();
   if (const Status status = watches_->add(reactor, stream); !status.ok()) {
     // The registry has taken it all the same: it owns every stream until OnDone.
     stream->fail(status);
     return reactor;
   }
-  const bool posted = loop_->post(
+  const bool posted = loop_.post(
       [this, job = JobId{request->id()}, tiles = request->tiles(), call = *call, stream](FarmLoop::Turn& turn) {
         if (const Status status = check_job_call(turn, gate_, call, job); status.ok()) {
           turn.watchers.add(job, tiles, stream);
@@ -210,8 +210,8 @@ grpc::ServerWriteReactor<v1::GetFilmResponse>* RenderServiceImpl::GetFilm(Contex
   if (!call.ok()) {
     return new Refused<grpc::ServerWriteReactor<v1::GetFilmResponse>>(call.status());
   }
-  auto* stream = new FilmStream(*call, loop_->traffic());
-  const bool posted = loop_->post([this, stream, call = *call, job = JobId{request->id()}](FarmLoop::Turn& turn) {
+  auto* stream = new FilmStream(*call, loop_.traffic());
+  const bool posted = loop_.post([this, stream, call = *call, job = JobId{request->id()}](FarmLoop::Turn& turn) {
     if (const Status status = check_job_call(turn, gate_, call, job); !status.ok()) {
       return stream->refuse(to_grpc(status));
     }

@@ -78,7 +78,7 @@ class InspectCall final : public grpc::ServerUnaryReactor, public std::enable_sh
 
 RenderServiceImpl::Unary* RenderServiceImpl::InspectScene(Context* context, const v1::InspectSceneRequest* request,
                                                           v1::InspectSceneResponse* reply) {
-  const auto call = std::make_shared<InspectCall>(*loop_, assets_, reply);
+  const auto call = std::make_shared<InspectCall>(loop_, assets_, reply);
   call->start(admit(gate_, *context, Rpc::inspect_scene), *request);
   return call.get();
 }

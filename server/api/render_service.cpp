@@ -29,7 +29,7 @@ RenderServiceImpl::Unary* RenderServiceImpl::refuse(Context* context, const Stat
 RenderServiceImpl::Unary* RenderServiceImpl::on_farm(Context* context,
                                                      std::function<void(FarmLoop::Turn&, Unary*)> task) {
   Unary* reactor = context->DefaultReactor();
-  if (!loop_->post([reactor, task = std::move(task)](FarmLoop::Turn& turn) { task(turn, reactor); })) {
+  if (!loop_.post([reactor, task = std::move(task)](FarmLoop::Turn& turn) { task(turn, reactor); })) {
     reactor->Finish(busy());
   }
   return reactor;
@@ -56,7 +56,7 @@ RenderServiceImpl::Unary* RenderServiceImpl::on_job(Context* context, Rpc rpc, J
 RenderServiceImpl::Unary* RenderServiceImpl::change_job(Context* context, Rpc rpc, JobId job, v1::Job* reply,
                                                         std::function<Status(FarmLoop::Turn&)> change) {
   return run_change(
-      *loop_, gate_, context, admit(gate_, *context, rpc, {job.value}),
+      loop_, gate_, context, admit(gate_, *context, rpc, {job.value}),
       [this, job, reply, change = std::move(change)](FarmLoop::Turn& turn, const Call& call, About& about) {
         about.job = job.value;
         LM_RETURN_IF_ERROR(check_job_call(turn, gate_, call, job));
@@ -92,7 +92,7 @@ RenderServiceImpl::Unary* RenderServiceImpl::SubmitJob(Context* context, const v
     return refuse(context, submission.status());
   }
   return run_change(
-      *loop_, gate_, context, call,
+      loop_, gate_, context, call,
       [submission = *std::move(submission), reply](FarmLoop::Turn& turn, const Call& call, About& about) mutable {
         LM_RETURN_IF_ERROR(submit(turn, call, submission, about));
         return show_job(turn, JobId{about.job}, reply);
@@ -200,7 +200,7 @@ RenderServiceImpl::Unary* RenderServiceImpl::ListWorkers(Context* context, const
 
 RenderServiceImpl::Unary* RenderServiceImpl::DrainWorker(Context* context, const v1::DrainWorkerRequest* request,
                                                          v1::Worker* reply) {
-  return run_change(*loop_, gate_, context, admit(gate_, *context, Rpc::drain_worker, {0, request->name()}),
+  return run_change(loop_, gate_, context, admit(gate_, *context, Rpc::drain_worker, {0, request->name()}),
                     [name = request->name(), reply](FarmLoop::Turn& turn, const Call&, About& about) {
                       about.text = name;
                       LM_RETURN_IF_ERROR(turn.farm.drain_worker(name, turn.now, turn.effects));
@@ -212,7 +212,7 @@ RenderServiceImpl::Unary* RenderServiceImpl::DrainWorker(Context* context, const
 RenderServiceImpl::Unary* RenderServiceImpl::QuarantineWorker(Context* context,
                                                               const v1::QuarantineWorkerRequest* request,
                                                               v1::Worker* reply) {
-  return run_change(*loop_, gate_, context, admit(gate_, *context, Rpc::quarantine_worker, {0, request->name()}),
+  return run_change(loop_, gate_, context, admit(gate_, *context, Rpc::quarantine_worker, {0, request->name()}),
                     [asked = *request, reply](FarmLoop::Turn& turn, const Call& call, About& about) {
                       about.text = asked.name();
                       LM_ASSIGN_OR_RETURN(const Quarantining quarantining, from_wire(asked, call.caller));
@@ -225,7 +225,7 @@ RenderServiceImpl::Unary* RenderServiceImpl::QuarantineWorker(Context* context,
 
 RenderServiceImpl::Unary* RenderServiceImpl::ReleaseWorker(Context* context, const v1::ReleaseWorkerRequest* request,
                                                            v1::ReleaseWorkerResponse*) {
-  return run_change(*loop_, gate_, context, admit(gate_, *context, Rpc::release_worker, {0, request->name()}),
+  return run_change(loop_, gate_, context, admit(gate_, *context, Rpc::release_worker, {0, request->name()}),
                     [name = request->name()](FarmLoop::Turn& turn, const Call&, About& about) {
                       about.text = name;
                       return turn.farm.release_worker(name, turn.now, turn.effects);

@@ -4,20 +4,15 @@
 #include <atomic>
 
 #include "lightmill/v1/render_service.grpc.pb.h"
-#include "server/runtime/farm_loop.h"
-#include "server/runtime/gate.h"
-#include "server/store/asset_store.h"
+#include "server/runtime/runtime.h"
 
 namespace lightmill {
 
 /// Thread-safe.
 class RenderServiceImpl final : public v1::RenderService::CallbackService {
  public:
-  /// `notices` are told in lists.
-  RenderServiceImpl(AssetStore& assets, const Gate& gate, std::vector<std::string> notices)
-      : assets_(assets), gate_(gate), notices_(std::move(notices)) {}
-  /// Where requests go; before the server starts.
-  void set_loop(FarmLoop& loop) { loop_ = &loop; }
+  explicit RenderServiceImpl(Runtime& runtime)
+      : assets_(runtime.assets()), gate_(runtime.gate()), notices_(runtime.options().notices), loop_(runtime.loop()) {}
   /// Watchers are told UNAVAILABLE from now on.
   void stop();
 
@@ -57,8 +52,8 @@ class RenderServiceImpl final : public v1::RenderService::CallbackService {
 
   AssetStore& assets_;
   const Gate& gate_;
-  const std::vector<std::string> notices_;
-  FarmLoop* loop_ = nullptr;
+  const std::vector<std::string>& notices_;
+  FarmLoop& loop_;
   std::shared_ptr<class WatchRegistry> watches_ = make_watch_registry();
   static std::shared_ptr<class WatchRegistry> make_watch_registry();
 };

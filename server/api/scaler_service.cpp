@@ -112,7 +112,7 @@ ScalerServiceImpl::Unary* ScalerServiceImpl::with_wanted(Context* context, Rpc r
     return finished(context, call.status());
   }
   Unary* reactor = context->DefaultReactor();
-  const bool posted = loop_->post([reactor, reply = std::move(reply)](FarmLoop::Turn& turn) {
+  const bool posted = loop_.post([reactor, reply = std::move(reply)](FarmLoop::Turn& turn) {
     reply(turn.farm.wanted_workers(turn.now));
     reactor->Finish(grpc::Status::OK);
   });
@@ -131,14 +131,14 @@ grpc::ServerWriteReactor<IsActiveResponse>* ScalerServiceImpl::StreamIsActive(Co
   if (!call.ok()) {
     return new Refused<grpc::ServerWriteReactor<IsActiveResponse>>(call.status());
   }
-  auto stream = std::make_shared<ActiveStream>(*loop_, gate_, std::move(*call), streams_);
+  auto stream = std::make_shared<ActiveStream>(loop_, gate_, std::move(*call), streams_);
   ActiveStream* reactor = stream.get();
   if (const Status status = streams_->add(reactor, stream); !status.ok()) {
     // The registry has taken it all the same: it owns every stream until OnDone.
     stream->fail(status);
     return reactor;
   }
-  if (!loop_->post([stream](FarmLoop::Turn& turn) { turn.demand.add(stream); })) {
+  if (!loop_.post([stream](FarmLoop::Turn& turn) { turn.demand.add(stream); })) {
     stream->fail(resource_exhausted("the farm has too much to do at once: try again"));
   }
   return reactor;

@@ -2,17 +2,14 @@
 #pragma once
 
 #include "externalscaler/externalscaler.grpc.pb.h"
-#include "server/runtime/farm_loop.h"
-#include "server/runtime/gate.h"
+#include "server/runtime/runtime.h"
 
 namespace lightmill {
 
 /// Thread-safe.
 class ScalerServiceImpl final : public externalscaler::ExternalScaler::CallbackService {
  public:
-  explicit ScalerServiceImpl(const Gate& gate) : gate_(gate) {}
-  /// Where requests go; before the server starts.
-  void set_loop(FarmLoop& loop) { loop_ = &loop; }
+  explicit ScalerServiceImpl(Runtime& runtime) : gate_(runtime.gate()), loop_(runtime.loop()) {}
   /// Listeners are told UNAVAILABLE from now on.
   void stop();
 
@@ -29,7 +26,7 @@ class ScalerServiceImpl final : public externalscaler::ExternalScaler::CallbackS
   Unary* with_wanted(Context* context, Rpc rpc, std::function<void(std::uint32_t wanted)> reply);
 
   const Gate& gate_;
-  FarmLoop* loop_ = nullptr;
+  FarmLoop& loop_;
   std::shared_ptr<class WatchRegistry> streams_ = make_registry();
   static std::shared_ptr<class WatchRegistry> make_registry();
 };

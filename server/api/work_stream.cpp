@@ -119,7 +119,7 @@ void WorkStream::OnReadDone(bool ok) {
     return;
   }
   const std::uint64_t bytes = request_.ByteSizeLong();
-  owner_.loop_->traffic().results_in += bytes;
+  owner_.loop_.traffic().results_in += bytes;
   Result<WorkerMessage> message = from_wire(request_);
   Status status = message.status();
   if (status.ok()) {
@@ -146,7 +146,7 @@ void WorkStream::OnReadDone(bool ok) {
     const MutexLock lock(mutex_);
     ++in_flight_;
   }
-  owner_.loop_->post_always(
+  owner_.loop_.post_always(
       [self = shared_from_this(), body = std::move(*message), bytes](FarmLoop::Turn& turn) mutable {
         if (self->owner_.bytes_in_flight_ >= kWindowBytes) {
           turn.farm.cannot_keep_up(turn.now);
@@ -182,7 +182,7 @@ void WorkStream::OnDone() {
     done_ = true;
   }
   if (greeted_) {
-    owner_.loop_->post_always(
+    owner_.loop_.post_always(
         [session = session_](FarmLoop::Turn& turn) { turn.farm.worker_disconnected(session, turn.now, turn.effects); });
   }
   owner_.forget(session_);  // the last use of this object

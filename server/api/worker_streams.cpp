@@ -18,14 +18,11 @@ const grpc::Status kGivesWay(grpc::StatusCode::DEADLINE_EXCEEDED,
 
 }  // namespace
 
-WorkerStreams::WorkerStreams(const Gate& gate) : gate_(gate) {}
+WorkerStreams::WorkerStreams(Runtime& runtime)
+    : gate_(runtime.gate()),
+      loop_(runtime.loop()),
+      others_(runtime.options().limits.max_workers + kSpare, runtime.options().limits.max_workers + kSpare) {}
 WorkerStreams::~WorkerStreams() = default;
-
-void WorkerStreams::set_loop(FarmLoop& loop, std::size_t most_workers) {
-  loop_ = &loop;
-  const MutexLock lock(mutex_);
-  others_.emplace(most_workers + kSpare, most_workers + kSpare);
-}
 
 grpc::ServerBidiReactor<v1::WorkRequest, v1::WorkResponse>* WorkerStreams::Work(grpc::CallbackServerContext* context) {
   Result<Call> call = admit(gate_, *context, Rpc::work);
@@ -60,11 +57,11 @@ grpc::ServerBidiReactor<v1::WorkRequest, v1::WorkResponse>* WorkerStreams::Work(
 bool WorkerStreams::wait_for(const WorkStream& stream, std::shared_ptr<WorkStream>& gives_way) {
   const Time now = system_clock().now();
   const Places::Id id = stream.session().value;
-  const Places::Arrival arrival = others_->arrive(id, stream.holder(), now);
+  const Places::Arrival arrival = others_.arrive(id, stream.holder(), now);
   if (arrival.answer != Places::Answer::taken) {
     return false;
   }
-  others_->stands_still(id, now);
+  others_.stands_still(id, now);
   if (arrival.gives_way) {
     gives_way = streams_.at(SessionId{*arrival.gives_way});
   }
@@ -88,7 +85,7 @@ void WorkerStreams::welcome(const WorkStream& stream, const std::string& worker,
   }
   const MutexLock lock(mutex_);
   if (streams_.contains(stream.session())) {
-    others_->leave(stream.session().value);
+    others_.leave(stream.session().value);
     (void)workers_.arrive(stream.session().value, stream.holder(), turn.now);
   }
 }
@@ -99,7 +96,7 @@ void WorkerStreams::is_leaving(WorkStream& stream) {
   {
     const MutexLock lock(mutex_);
     const Places::Id id = stream.session().value;
-    if (!streams_.contains(stream.session()) || others_->holds(id)) {
+    if (!streams_.contains(stream.session()) || others_.holds(id)) {
       return;
     }
     workers_.leave(id);
@@ -149,7 +146,7 @@ void WorkerStreams::forget(SessionId session) {
   std::shared_ptr<WorkStream> stream;  // destroyed after the lock is released
   const MutexLock lock(mutex_);
   workers_.leave(session.value);
-  others_->leave(session.value);
+  others_.leave(session.value);
   const auto at = streams_.find(session);
   if (at != streams_.end()) {
     stream = std::move(at->second);

@@ -5,14 +5,12 @@
 #include <limits>
 #include <map>
 #include <memory>
-#include <optional>
 #include <string>
 
 #include "common/base/mutex.h"
 #include "lightmill/v1/worker_service.grpc.pb.h"
 #include "server/access/places.h"
-#include "server/runtime/farm_loop.h"
-#include "server/runtime/gate.h"
+#include "server/runtime/runtime.h"
 
 namespace lightmill {
 
@@ -21,11 +19,8 @@ class WorkStream;
 /// Thread-safe.
 class WorkerStreams final : public v1::WorkerService::CallbackService {
  public:
-  explicit WorkerStreams(const Gate& gate);
+  explicit WorkerStreams(Runtime& runtime);
   ~WorkerStreams() override;
-  /// Where events go; before the server starts. As many streams as workers, and some, may be open that have not said
-  /// hello, or that are leaving.
-  void set_loop(FarmLoop& loop, std::size_t most_workers);
 
   grpc::ServerBidiReactor<v1::WorkRequest, v1::WorkResponse>* Work(grpc::CallbackServerContext* context) override;
 
@@ -49,7 +44,7 @@ class WorkerStreams final : public v1::WorkerService::CallbackService {
   void forget(SessionId session);
 
   const Gate& gate_;
-  FarmLoop* loop_ = nullptr;
+  FarmLoop& loop_;
   std::atomic<std::uint64_t> bytes_in_flight_ = 0;  ///< of messages that the farm thread has not yet seen
   Mutex mutex_;
   std::map<SessionId, std::shared_ptr<WorkStream>> streams_ LM_GUARDED_BY(mutex_);
@@ -58,7 +53,7 @@ class WorkerStreams final : public v1::WorkerService::CallbackService {
   /// Of streams that have said hello; the farm bounds their number.
   Places workers_ LM_GUARDED_BY(mutex_){std::numeric_limits<std::size_t>::max(),
                                         std::numeric_limits<std::size_t>::max()};
-  std::optional<Places> others_ LM_GUARDED_BY(mutex_);
+  Places others_ LM_GUARDED_BY(mutex_);  ///< of streams that have not said hello, or that are leaving
 };
 
 }  // namespace lightmill

@@ -21,18 +21,26 @@ Duration cpu_time() {
 
 }  // namespace
 
-FarmLoop::FarmLoop(Coordinator& farm, ActionLog& actions, Store& store, const Clock& clock, Handlers handlers)
+FarmLoop::FarmLoop(Coordinator& farm, ActionLog& actions, Store& store, const Clock& clock,
+                   std::function<void(const Status&)> on_fatal)
     : farm_(farm),
       actions_(actions),
       clock_(clock),
-      handlers_(handlers),
-      commits_(store, {handlers.send, handlers.on_fatal, [this](const Status& status) { set_stall(status); }}),
+      commits_(store, {[this](Outgoing message) { handlers_.send(std::move(message)); }, std::move(on_fatal),
+                       [this](const Status& status) { set_stall(status); }}),
       thread_([this] { run(); }) {}
 
 FarmLoop::~FarmLoop() {
   if (thread_.joinable()) {
     (void)stop();
   }
+}
+
+void FarmLoop::set_handlers(Handlers handlers) {
+  post_always([this, handlers = std::move(handlers)](const Turn&) {
+    handlers_ = handlers;
+    handlers_.on_storing(no_store_.empty());
+  });
 }
 
 bool FarmLoop::post(Task task) {

@@ -67,16 +67,20 @@ class FarmLoop {
     void with_film(JobId job, FilmTask task);
   };
 
+  /// What the server is told by which workers come.
   struct Handlers {
-    std::function<void(Outgoing)> send;  ///< from the farm thread and the writer thread
-    std::function<void(SessionId)> hang_up;
-    std::function<void(const Status&)> on_fatal;
-    /// Whether the state can be stored, whenever that changes; from the farm thread.
+    std::function<void(Outgoing)> send = [](const Outgoing&) {};  ///< from the farm thread and the writer thread
+    std::function<void(SessionId)> hang_up = [](SessionId) {};
+    /// Whether the state can be stored, now and whenever that changes; from the farm thread.
     std::function<void(bool)> on_storing = [](bool) {};
   };
-  FarmLoop(Coordinator& farm, ActionLog& actions, Store& store, const Clock& clock, Handlers handlers);
+  /// `on_fatal`: the store cannot be used any more; from another thread.
+  FarmLoop(Coordinator& farm, ActionLog& actions, Store& store, const Clock& clock,
+           std::function<void(const Status&)> on_fatal);
   ~FarmLoop();
 
+  /// Once, before the first worker comes. They are called as long as the loop runs.
+  void set_handlers(Handlers handlers);
   /// Queues a task. False, and it will not run, when kMaxTasks wait or the loop has stopped. Thread-safe.
   [[nodiscard]] bool post(Task task);
   /// As post, for what must not get lost: messages of workers, the ends of their streams, and what commits report.
@@ -114,7 +118,7 @@ class FarmLoop {
   Coordinator& farm_;
   ActionLog& actions_;
   const Clock& clock_;
-  const Handlers handlers_;
+  Handlers handlers_;  ///< of the farm thread; the writer thread reads it once a worker has come
   Traffic traffic_;
   CommitQueue commits_;
   WatchHub watchers_;

@@ -41,8 +41,7 @@ struct Mailbox {
 
 /// All of it belongs to the thread that runs `io`, but for the mailbox and the listener.
 struct WebParts {
-  WebParts(FarmLoop& loop, const Gate& gate, AssetStore& assets, const WebOptions& web, ServedCertificate served,
-           PageFiles files);
+  WebParts(Runtime& runtime, const WebOptions& web, ServedCertificate served, PageFiles files);
   ~WebParts();
 
   HostRules host_rules() const { return {certificate.hosts(), options.names, certificate.context() != nullptr}; }

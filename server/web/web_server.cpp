@@ -28,8 +28,8 @@ OnSideThread running_on(const std::shared_ptr<asio::thread_pool>& threads) {
   };
 }
 
-FarmGreeting greeting_of(const WebOptions& options, const Gate& gate) {
-  return {options.version, options.notices, {}, gate.asks()};
+FarmGreeting greeting_of(const WebOptions& options, Runtime& runtime) {
+  return {options.version, runtime.options().notices, {}, runtime.gate().asks()};
 }
 
 LiveHub::OnRefused recording_refusals(FarmLoop& loop, const Gate& gate) {
@@ -91,8 +91,7 @@ void renew_on(WebParts& parts) {
 
 }  // namespace
 
-Result<std::unique_ptr<WebServer>> WebServer::start(FarmLoop& loop, const Gate& gate, AssetStore& assets,
-                                                    const WebOptions& options) {
+Result<std::unique_ptr<WebServer>> WebServer::start(Runtime& runtime, const WebOptions& options) {
   LM_ASSIGN_OR_RETURN(const HostPort listen, parse_host_port(options.listen));
   ServedCertificate certificate(options.tls);
   LM_RETURN_IF_ERROR(certificate.look(system_clock().unix_milliseconds() / 1000));
@@ -104,7 +103,7 @@ Result<std::unique_ptr<WebServer>> WebServer::start(FarmLoop& loop, const Gate& 
     spdlog::warn("the API is served without the page: {}", message_of(pages.status()));
     pages = PageFiles();
   }
-  auto parts = std::make_unique<WebParts>(loop, gate, assets, options, std::move(certificate), *std::move(pages));
+  auto parts = std::make_unique<WebParts>(runtime, options, std::move(certificate), *std::move(pages));
   LM_ASSIGN_OR_RETURN(parts->listener, Listener::open(options.listen, "--http", options.connections));
   tick_on(*parts);
   if (parts->certificate.context() != nullptr) {
@@ -117,20 +116,20 @@ Result<std::unique_ptr<WebServer>> WebServer::start(FarmLoop& loop, const Gate& 
   return std::unique_ptr<WebServer>(new WebServer(std::move(parts)));
 }
 
-WebParts::WebParts(FarmLoop& loop, const Gate& gate_of_all, AssetStore& all_assets, const WebOptions& web,
-                   ServedCertificate served, PageFiles files)
-    : gate(gate_of_all),
-      assets(all_assets),
-      traffic(loop.traffic()),
+WebParts::WebParts(Runtime& runtime, const WebOptions& web, ServedCertificate served, PageFiles files)
+    : gate(runtime.gate()),
+      assets(runtime.assets()),
+      traffic(runtime.loop().traffic()),
       options(web),
       pages(std::move(files)),
       certificate(std::move(served)),
-      logins(loop, gate, system_clock()),
-      hub(loop, greeting_of(options, gate), posting_to(mailbox), system_clock(), recording_refusals(loop, gate),
-          options.view_bytes, discarding(loop, gate, posting_to(mailbox))),
+      logins(runtime.loop(), gate, system_clock()),
+      hub(runtime.loop(), greeting_of(options, runtime), posting_to(mailbox), system_clock(),
+          recording_refusals(runtime.loop(), gate), options.view_bytes,
+          discarding(runtime.loop(), gate, posting_to(mailbox))),
       ticker(*io),
       renewal(*io),
-      api(std::in_place, ApiParts{loop, gate, assets, logins, hub.page_jobs(), greeting_of(options, gate),
+      api(std::in_place, ApiParts{runtime.loop(), gate, assets, logins, hub.page_jobs(), greeting_of(options, runtime),
                                   posting_to(mailbox), running_on(side), options.file_bytes}) {
   mailbox->set(&*io);
 }

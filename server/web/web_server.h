@@ -8,9 +8,7 @@
 
 #include "common/base/status.h"
 #include "common/security/tls_files.h"
-#include "server/runtime/farm_loop.h"
-#include "server/runtime/gate.h"
-#include "server/store/asset_store.h"
+#include "server/runtime/runtime.h"
 
 namespace lightmill {
 
@@ -18,11 +16,10 @@ struct WebOptions {
   std::string listen;           ///< HOST:PORT; port 0 takes a free one
   std::filesystem::path pages;  ///< the folder of the built page; where there is none the API is served all the same
   std::string version;
-  std::vector<std::string> notices;  ///< told to who lists jobs or workers
-  TlsFiles tls;                      ///< with a certificate, connections are encrypted
-  std::vector<std::string> names;    ///< by which it is called, besides those of the certificate
-  bool open_to_all = false;          ///< others may reach it without encryption, too
-  std::size_t connections = 1'024;   ///< at most
+  TlsFiles tls;                     ///< with a certificate, connections are encrypted
+  std::vector<std::string> names;   ///< by which it is called, besides those of the certificate
+  bool open_to_all = false;         ///< others may reach it without encryption, too
+  std::size_t connections = 1'024;  ///< at most
   /// Memory of pictures that are made or on their way as files, and of those that pages look at.
   std::uint64_t file_bytes = std::uint64_t{2} << 30, view_bytes = std::uint64_t{1} << 30;
 };
@@ -34,10 +31,9 @@ struct WebParts;
 class WebServer {
  public:
   /// INVALID_ARGUMENT for an address that others can reach where nothing is encrypted, UNAVAILABLE if it cannot be
-  /// bound; what is wrong with the certificate. `gate` says who may do what.
-  static Result<std::unique_ptr<WebServer>> start(FarmLoop& loop, const Gate& gate, AssetStore& assets,
-                                                  const WebOptions& options);
-  /// Hangs up on everybody. The loop must still run.
+  /// bound; what is wrong with the certificate.
+  static Result<std::unique_ptr<WebServer>> start(Runtime& runtime, const WebOptions& options);
+  /// Hangs up on everybody. The runtime must still run.
   ~WebServer();
   WebServer(const WebServer&) = delete;
   WebServer& operator=(const WebServer&) = delete;

@@ -71,11 +71,13 @@ RpcTarget::RpcTarget() {
   auto store = open_sqlite_store(folder_.path() / "store.sqlite");
   auto assets = open_asset_folder(folder_.path() / "assets", {std::uint64_t{1} << 20, std::uint64_t{1} << 24});
   LM_CHECK(store.ok() && assets.ok());
-  ApiOptions options;
-  options.listen = "127.0.0.1:0";
+  RuntimeOptions options;
   options.gate.calls.requests_per_second = 1e6;
   options.limits.film_bytes = std::uint64_t{256} << 20;
-  auto server = ApiServer::start(std::move(*store), std::move(*assets), options);
+  auto runtime = Runtime::start(std::move(*store), std::move(*assets), options);
+  LM_CHECK(runtime.ok(), "{}", message_of(runtime.status()));
+  runtime_ = std::move(*runtime);
+  auto server = ApiServer::start(*runtime_, {.listen = "127.0.0.1:0"});
   LM_CHECK(server.ok(), "{}", message_of(server.status()));
   server_ = std::move(*server);
   stub_ = std::make_unique<grpc::GenericStub>(

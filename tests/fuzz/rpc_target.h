@@ -40,6 +40,7 @@ class RpcTarget {
                         std::chrono::milliseconds patience);
 
   test::TemporaryFolder folder_;
+  std::unique_ptr<Runtime> runtime_;
   std::unique_ptr<ApiServer> server_;
   std::unique_ptr<grpc::GenericStub> stub_;
   std::vector<Method> methods_;

@@ -13,7 +13,8 @@ import sys
 
 COMMON_ORDER = ["base", "command_line", "security", "math", "geometry", "sampling", "image", "materials", "film", "lights", "scene", "photons",
                 "methods", "planner", "farm", "wire", "scene_io"]
-SERVER_ORDER = ["access", "scheduling", "domain", "store", "assembly", "listen", "runtime", "operations", "web", "api"]
+SERVER_ORDER = ["access", "scheduling", "domain", "store", "assembly", "listen", "runtime", "operations", "api", "web"]
+SIBLINGS = [{"api", "web"}]  # of these, none includes another
 PROGRAMS = ["decoder", "server", "worker", "client"]
 SOURCE_SUFFIXES = {".h", ".cpp"}
 
@@ -105,8 +106,8 @@ def check_layers(path, include, line, report):
     own = path.split("/")[1]
     if own not in order or target[1] not in order:
         report.add(path, line, f"unknown folder in {top}: {own} includes {include}")
-    elif order.index(target[1]) > order.index(own):
-        report.add(path, line, f"{top}/{own} must not include {include}: {target[1]} stands below it")
+    elif order.index(target[1]) > order.index(own) or {own, target[1]} in SIBLINGS:
+        report.add(path, line, f"{top}/{own} must not include {include}: {target[1]} does not stand above it")
 
 
 def check_doors(path, include, line, report):

@@ -54,6 +54,7 @@ INSTANTIATE_TEST_SUITE_P(All, B, kPairs, name_of<const char*, int>);
     def test_a_server_folder_that_includes_one_below_it(self):
         self.assert_finds("server/runtime/x.h", '#include "server/operations/x.h"\n', "server/runtime must not include")
         self.assert_finds("server/web/x.h", '#include "server/api/x.h"\n', "server/web must not include")
+        self.assert_finds("server/api/x.h", '#include "server/web/x.h"\n', "server/api must not include")
         self.assert_finds("server/misc/x.h", '#include "server/domain/x.h"\n', "unknown folder in server")
 
     def test_programs_that_include_each_other(self):

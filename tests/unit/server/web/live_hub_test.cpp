@@ -52,6 +52,14 @@ class Page final : public LiveLink {
 
 class LiveHubTest : public ::testing::Test {
  protected:
+  LiveHubTest() {
+    loop.set_handlers({.send = [this](const Outgoing& message) {
+      if (const auto* grant = std::get_if<LeaseGrant>(&message.message)) {
+        const MutexLock lock(mutex);
+        grants.push_back(*grant);
+      }
+    }});
+  }
   ~LiveHubTest() override {
     hub.reset();
     EXPECT_TRUE(loop.stop().ok());
@@ -170,14 +178,7 @@ class LiveHubTest : public ::testing::Test {
   NullStore store;
   Coordinator farm{CoordinatorLimits{}, StoredState{}, system_clock().now()};
   ActionLog actions{ActionLogLimits{}, {}};
-  FarmLoop loop{farm, actions, store, system_clock(),
-                FarmLoop::Handlers{[this](Outgoing message) {
-                                     if (const auto* grant = std::get_if<LeaseGrant>(&message.message)) {
-                                       const MutexLock lock(mutex);
-                                       grants.push_back(*grant);
-                                     }
-                                   },
-                                   [](SessionId) {}, [](const Status&) {}}};
+  FarmLoop loop{farm, actions, store, system_clock(), [](const Status&) {}};
   std::optional<LiveHub> hub{std::in_place, loop, FarmGreeting{"1.0", {"be kind"}, {}, false},
                              OnWebThread([this](std::function<void()> task) {
                                const MutexLock lock(mutex);

@@ -1,0 +1,119 @@
+#include "server/runtime/runtime.h"
+
+#include <unistd.h>
+
+#include <future>
+#include <set>
+
+#include "common/base/log.h"
+#include "server/runtime/records.h"
+#include "server/store/check_rows.h"
+
+namespace lightmill {
+namespace {
+
+/// Assets that no job names any more stay for a day: their jobs may still be on their way.
+constexpr std::int64_t kSpareAssetAgeSeconds = 24 * 60 * 60;
+/// The farm's thread may stand still as long as nothing can be stored: who can do so later does not wait for it.
+constexpr std::chrono::seconds kFarmPatience(5);
+
+std::set<Sha256> assets_of(const StoredState& state) {
+  std::set<Sha256> wanted;
+  for (const StoredState::StoredJob& job : state.jobs) {
+    const std::vector<Sha256>& named = job.record.spec.settings.assets;
+    wanted.insert(named.begin(), named.end());
+  }
+  return wanted;
+}
+
+/// No page's connection outlives its coordinator.
+std::vector<JobId> jobs_of_pages(const StoredState& state) {
+  std::vector<JobId> jobs;
+  for (const StoredState::StoredJob& job : state.jobs) {
+    if (job.record.spec.ends_with_page) {
+      jobs.push_back(job.record.id);
+    }
+  }
+  return jobs;
+}
+
+void forget_others(AssetStore& assets, const std::set<Sha256>& wanted) {
+  if (const std::uint64_t freed_bytes = assets.collect(wanted, kSpareAssetAgeSeconds); freed_bytes > 0) {
+    spdlog::info("{} MiB of assets that no job needs are forgotten", freed_bytes >> 20);
+  }
+}
+
+/// What the gate refuses goes into the log.
+void record_refusals(Gate& gate, FarmLoop& loop) {
+  gate.set_on_refused([&gate, &loop](const Call& call, const About& about, const Status& status) {
+    if (const std::optional<Unwritten> unwritten = gate.may_record_refusal(call, about, status)) {
+      (void)loop.post([call, about, status, unwritten = *unwritten](FarmLoop::Turn& turn) {
+        record_refusal(turn, call, about, status, unwritten);
+      });
+    }
+  });
+}
+
+}  // namespace
+
+Result<std::unique_ptr<Runtime>> Runtime::start(std::unique_ptr<Store> store, std::unique_ptr<AssetStore> assets,
+                                                const RuntimeOptions& options) {
+  LM_ASSIGN_OR_RETURN(StoredState state, store->load());
+  std::vector<StoreOp> repairs;
+  LM_RETURN_IF_ERROR(take_out_nonsense(state, repairs));
+  name_lost_nodes(state);
+  if (!repairs.empty()) {
+    LM_RETURN_IF_ERROR(store->commit(repairs));
+  }
+  forget_others(*assets, assets_of(state));
+  spdlog::info("epoch {}, {} jobs in the store", state.epoch, state.jobs.size());
+  return std::unique_ptr<Runtime>(new Runtime(options, std::move(store), std::move(assets), state));
+}
+
+Runtime::Runtime(const RuntimeOptions& options, std::unique_ptr<Store> store, std::unique_ptr<AssetStore> assets,
+                 StoredState& state)
+    : options_(options),
+      store_(std::move(store)),
+      assets_(std::move(assets)),
+      start_(fmt::format("epoch {}, process {}", state.epoch, ::getpid())),
+      of_pages_(jobs_of_pages(state)),
+      gate_(options.gate, std::move(state.tokens), system_clock()),
+      actions_(options.log, std::move(state.actions)),
+      farm_(options.limits, std::move(state), system_clock().now()),
+      loop_(farm_, actions_, *store_, system_clock(), options.on_fatal) {
+  record_refusals(gate_, loop_);
+}
+
+Runtime::~Runtime() {
+  if (begun_) {
+    (void)stop();
+  }
+}
+
+void Runtime::begin() {
+  begun_ = true;
+  loop_.post_always([this](FarmLoop::Turn& turn) {
+    record_own(turn, turn.actions.somebody_is_at_work() ? kTakeOver : kStart, start_);
+    for (const JobId job : of_pages_) {
+      turn.farm.discard(job, turn.now, turn.unix_ms, turn.effects).IgnoreError();
+    }
+  });
+}
+
+void Runtime::forget_unused_assets() {
+  const auto wanted = std::make_shared<std::promise<std::set<Sha256>>>();
+  std::future<std::set<Sha256>> answer = wanted->get_future();
+  if (loop_.post([wanted](FarmLoop::Turn& turn) { wanted->set_value(turn.farm.assets()); }) &&
+      answer.wait_for(kFarmPatience) == std::future_status::ready) {
+    forget_others(*assets_, answer.get());
+  }
+}
+
+Status Runtime::stop() {
+  if (std::exchange(begun_, false)) {
+    loop_.post_always([](FarmLoop::Turn& turn) { record_own(turn, kStop, fmt::format("process {}", ::getpid())); });
+  }
+  return loop_.stop();
+}
+
+}  // namespace lightmill
