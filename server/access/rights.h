@@ -2,12 +2,14 @@
 #pragma once
 
 #include <array>
+#include <functional>
 #include <memory>
 #include <span>
 #include <string>
 #include <string_view>
 #include <vector>
 
+#include "common/base/ids.h"
 #include "common/base/status.h"
 #include "server/access/identity.h"
 
@@ -75,6 +77,8 @@ struct Call {
   Rpc rpc = Rpc::count;
   std::string peer;                              ///< ADDRESS:PORT
   std::shared_ptr<StreamPlace> place = nullptr;  ///< of a call that lasts (StreamKind)
+  /// Of SubmitJob: told of the job, which ends with a page; empty: it does not.
+  std::function<void(JobId)> tell_page = nullptr;
 };
 
 /// In the order of Rpc.

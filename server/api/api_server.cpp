@@ -8,7 +8,7 @@
 #include <grpcpp/resource_quota.h>
 
 #include "common/base/log.h"
-#include "server/api/access_service.h"
+#include "lightmill/v1/access_service.grpc.pb.h"
 #include "server/api/grpc_gate.h"
 #include "server/api/health.h"
 #include "server/api/render_service.h"
@@ -40,13 +40,12 @@ void set_keepalive(grpc::ServerBuilder& builder) {
 /// "SERVICE/METHOD" of all that is registered below, health and reflection apart.
 std::vector<std::string> served_methods() {
   std::vector<std::string> methods;
-  for (const google::protobuf::ServiceDescriptor* service :
-       {v1::SubmitJobRequest::descriptor()->file()->FindServiceByName("RenderService"),
-        v1::WorkRequest::descriptor()->file()->FindServiceByName("WorkerService"),
-        v1::CreateTokenRequest::descriptor()->file()->FindServiceByName("AccessService"),
-        externalscaler::ScaledObjectRef::descriptor()->file()->FindServiceByName("ExternalScaler")}) {
+  for (const std::string name :
+       {v1::RenderService::service_full_name(), v1::WorkerService::service_full_name(),
+        v1::AccessService::service_full_name(), externalscaler::ExternalScaler::service_full_name()}) {
+    const auto* const service = google::protobuf::DescriptorPool::generated_pool()->FindServiceByName(name);
     for (int i = 0; i < service->method_count(); ++i) {
-      methods.push_back(fmt::format("{}/{}", service->full_name(), service->method(i)->name()));
+      methods.push_back(fmt::format("{}/{}", name, service->method(i)->name()));
     }
   }
   return methods;
@@ -66,7 +65,7 @@ struct ApiServer::Parts {
         readiness(std::make_shared<Readiness>(options.on_ready)) {}
   FarmLoop& loop;
   const std::shared_ptr<WorkerStreams> workers;
-  AccessServiceImpl access;
+  UnaryCalls<v1::AccessService> access;
   ScalerServiceImpl scaler;
   RenderServiceImpl renders;
   const std::shared_ptr<Readiness> readiness;

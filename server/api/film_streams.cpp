@@ -3,8 +3,8 @@
 #include "common/film/film.h"
 #include "common/wire/bytes.h"
 #include "common/wire/farm_messages.h"
+#include "server/api/grpc_gate.h"
 #include "server/api/grpc_status.h"
-#include "server/api/recorded_calls.h"
 #include "server/api/refused.h"
 #include "server/api/render_service.h"
 #include "server/api/watch_registry.h"
@@ -12,8 +12,6 @@
 
 namespace lightmill {
 namespace {
-
-std::string_view kTooMany = "the farm has too much to do at once: try again";
 
 // ---- watching ----
 
@@ -190,16 +188,16 @@ grpc::ServerWriteReactor<v1::WatchJobResponse>* RenderServiceImpl::WatchJob(Cont
     stream->fail(status);
     return reactor;
   }
-  const bool posted = loop_.post(
-      [this, job = JobId{request->id()}, tiles = request->tiles(), call = *call, stream](FarmLoop::Turn& turn) {
-        if (const Status status = check_job_call(turn, gate_, call, job); status.ok()) {
-          turn.watchers.add(job, tiles, stream);
-        } else {
-          stream->fail(status);
-        }
-      });
+  const bool posted = loop_.post([&gate = gate_, job = JobId{request->id()}, tiles = request->tiles(), call = *call,
+                                  stream](FarmLoop::Turn& turn) {
+    if (const Status status = check_job_call(turn, gate, call, job); status.ok()) {
+      turn.watchers.add(job, tiles, stream);
+    } else {
+      stream->fail(status);
+    }
+  });
   if (!posted) {
-    stream->fail(resource_exhausted("{}", kTooMany));
+    stream->fail(busy());
   }
   return reactor;
 }
@@ -211,16 +209,17 @@ grpc::ServerWriteReactor<v1::GetFilmResponse>* RenderServiceImpl::GetFilm(Contex
     return new Refused<grpc::ServerWriteReactor<v1::GetFilmResponse>>(call.status());
   }
   auto* stream = new FilmStream(*call, loop_.traffic());
-  const bool posted = loop_.post([this, stream, call = *call, job = JobId{request->id()}](FarmLoop::Turn& turn) {
-    if (const Status status = check_job_call(turn, gate_, call, job); !status.ok()) {
-      return stream->refuse(to_grpc(status));
-    }
-    turn.with_film(job, [stream, job](const FarmLoop::Turn& later, const Status& here) {
-      here.ok() ? stream->take(job, later) : stream->refuse(to_grpc(here));
-    });
-  });
+  const bool posted =
+      loop_.post([&gate = gate_, stream, call = *call, job = JobId{request->id()}](FarmLoop::Turn& turn) {
+        if (const Status status = check_job_call(turn, gate, call, job); !status.ok()) {
+          return stream->refuse(to_grpc(status));
+        }
+        turn.with_film(job, [stream, job](const FarmLoop::Turn& later, const Status& here) {
+          here.ok() ? stream->take(job, later) : stream->refuse(to_grpc(here));
+        });
+      });
   if (!posted) {
-    stream->refuse(to_grpc(resource_exhausted("{}", kTooMany)));
+    stream->refuse(to_grpc(busy()));
   }
   return stream;
 }

@@ -5,11 +5,10 @@
 #include "server/api/refused.h"
 #include "server/api/watch_registry.h"
 #include "server/runtime/demand_hub.h"
+#include "server/runtime/records.h"
 
 namespace lightmill {
 namespace {
-
-constexpr std::string_view kMetric = "wanted-workers";
 
 using externalscaler::IsActiveResponse;
 
@@ -105,28 +104,8 @@ void ScalerServiceImpl::stop() {
   streams_->stop();
 }
 
-/// Asks the farm thread, and finishes the call.
-ScalerServiceImpl::Unary* ScalerServiceImpl::with_wanted(Context* context, Rpc rpc,
-                                                         std::function<void(std::uint32_t)> reply) {
-  if (const Result<Call> call = admit(gate_, *context, rpc); !call.ok()) {
-    return finished(context, call.status());
-  }
-  Unary* reactor = context->DefaultReactor();
-  const bool posted = loop_.post([reactor, reply = std::move(reply)](FarmLoop::Turn& turn) {
-    reply(turn.farm.wanted_workers(turn.now));
-    reactor->Finish(grpc::Status::OK);
-  });
-  if (!posted) {
-    reactor->Finish(busy());
-  }
-  return reactor;
-}
-
-ScalerServiceImpl::Unary* ScalerServiceImpl::IsActive(Context* context, const Ref*, IsActiveResponse* response) {
-  return with_wanted(context, Rpc::is_active, [response](std::uint32_t wanted) { response->set_result(wanted > 0); });
-}
-
-grpc::ServerWriteReactor<IsActiveResponse>* ScalerServiceImpl::StreamIsActive(Context* context, const Ref*) {
+grpc::ServerWriteReactor<IsActiveResponse>* ScalerServiceImpl::StreamIsActive(grpc::CallbackServerContext* context,
+                                                                              const externalscaler::ScaledObjectRef*) {
   Result<Call> call = admit(gate_, *context, Rpc::stream_is_active);
   if (!call.ok()) {
     return new Refused<grpc::ServerWriteReactor<IsActiveResponse>>(call.status());
@@ -139,38 +118,9 @@ grpc::ServerWriteReactor<IsActiveResponse>* ScalerServiceImpl::StreamIsActive(Co
     return reactor;
   }
   if (!loop_.post([stream](FarmLoop::Turn& turn) { turn.demand.add(stream); })) {
-    stream->fail(resource_exhausted("the farm has too much to do at once: try again"));
+    stream->fail(busy());
   }
   return reactor;
-}
-
-ScalerServiceImpl::Unary* ScalerServiceImpl::GetMetricSpec(Context* context, const Ref*,
-                                                           externalscaler::GetMetricSpecResponse* response) {
-  const Result<Call> call = admit(gate_, *context, Rpc::get_metric_spec);
-  if (call.ok()) {
-    externalscaler::MetricSpec* spec = response->add_metricspecs();
-    spec->set_metricname(std::string(kMetric));
-    spec->set_targetsize(1);
-    spec->set_targetsizefloat(1);
-  }
-  return finished(context, call.status());
-}
-
-ScalerServiceImpl::Unary* ScalerServiceImpl::GetMetrics(Context* context,
-                                                        const externalscaler::GetMetricsRequest* request,
-                                                        externalscaler::GetMetricsResponse* response) {
-  if (request->metricname() != kMetric) {
-    const Result<Call> call = admit(gate_, *context, Rpc::get_metrics);
-    return finished(context, call.ok() ? invalid_argument("there is no metric '{}': the one that there is is {}",
-                                                          request->metricname(), kMetric)
-                                       : call.status());
-  }
-  return with_wanted(context, Rpc::get_metrics, [response](std::uint32_t wanted) {
-    externalscaler::MetricValue* value = response->add_metricvalues();
-    value->set_metricname(std::string(kMetric));
-    value->set_metricvalue(wanted);
-    value->set_metricvaluefloat(wanted);
-  });
 }
 
 }  // namespace lightmill

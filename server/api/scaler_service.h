@@ -1,30 +1,22 @@
-// KEDA's external scaler: tells a cluster that starts and stops workers how many the farm could use.
+// KEDA's external scaler: tells a cluster that starts and stops workers whenever the farm begins or ends to want some.
 #pragma once
 
 #include "externalscaler/externalscaler.grpc.pb.h"
-#include "server/runtime/runtime.h"
+#include "server/api/unary_calls.h"
 
 namespace lightmill {
 
 /// Thread-safe.
-class ScalerServiceImpl final : public externalscaler::ExternalScaler::CallbackService {
+class ScalerServiceImpl final : public UnaryCalls<externalscaler::ExternalScaler> {
  public:
-  explicit ScalerServiceImpl(Runtime& runtime) : gate_(runtime.gate()), loop_(runtime.loop()) {}
+  explicit ScalerServiceImpl(Runtime& runtime) : UnaryCalls(runtime), gate_(runtime.gate()), loop_(runtime.loop()) {}
   /// Listeners are told UNAVAILABLE from now on.
   void stop();
 
-  using Context = grpc::CallbackServerContext;
-  using Unary = grpc::ServerUnaryReactor;
-  using Ref = externalscaler::ScaledObjectRef;
-
-  Unary* IsActive(Context*, const Ref*, externalscaler::IsActiveResponse*) override;
-  grpc::ServerWriteReactor<externalscaler::IsActiveResponse>* StreamIsActive(Context*, const Ref*) override;
-  Unary* GetMetricSpec(Context*, const Ref*, externalscaler::GetMetricSpecResponse*) override;
-  Unary* GetMetrics(Context*, const externalscaler::GetMetricsRequest*, externalscaler::GetMetricsResponse*) override;
+  grpc::ServerWriteReactor<externalscaler::IsActiveResponse>* StreamIsActive(
+      grpc::CallbackServerContext*, const externalscaler::ScaledObjectRef*) override;
 
  private:
-  Unary* with_wanted(Context* context, Rpc rpc, std::function<void(std::uint32_t wanted)> reply);
-
   const Gate& gate_;
   FarmLoop& loop_;
   std::shared_ptr<class WatchRegistry> streams_ = make_registry();

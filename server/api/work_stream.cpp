@@ -4,8 +4,8 @@
 #include "common/base/quantities.h"
 #include "common/wire/farm_messages.h"
 #include "server/api/grpc_status.h"
-#include "server/api/recorded_calls.h"
 #include "server/api/worker_streams.h"
+#include "server/runtime/records.h"
 
 namespace lightmill {
 namespace {

@@ -6,6 +6,7 @@
 #include <string>
 
 #include "common/base/status.h"
+#include "common/base/text.h"
 
 namespace lightmill {
 
@@ -26,7 +27,7 @@ inline Result<std::uint64_t> id_in(const std::string& token) {
   std::uint64_t id = 0;
   const auto [end, error] = std::from_chars(token.data(), token.data() + token.size(), id);
   if (!token.empty() && (error != std::errc() || end != token.data() + token.size() || id == 0)) {
-    return invalid_argument("page_token '{}' is not one that this farm gave", token);
+    return invalid_argument("page_token '{}' is not one that this farm gave", printable(token));
   }
   return id;
 }

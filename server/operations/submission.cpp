@@ -3,8 +3,10 @@
 #include "common/base/text.h"
 #include "common/wire/bytes.h"
 #include "common/wire/farm_messages.h"
-#include "lightmill/v1/render_service.pb.h"
+#include "server/access/call_limits.h"
+#include "server/operations/handlers.h"
 #include "server/operations/method_choice.h"
+#include "server/operations/operation_call.h"
 
 namespace lightmill {
 namespace {
@@ -21,23 +23,6 @@ Status check_assets(const JobSpec& spec, const AssetStore& assets) {
 }
 
 }  // namespace
-
-Status find_missing(const AssetStore& assets, const v1::FindMissingAssetsRequest& request,
-                    v1::FindMissingAssetsResponse* reply) {
-  if (request.digests_size() > kMostDigests) {
-    return invalid_argument("digests: {} are more than the limit of {}", request.digests_size(), kMostDigests);
-  }
-  for (const std::string& bytes : request.digests()) {
-    const Result<Sha256> digest = digest_from_bytes(bytes);
-    if (!digest.ok()) {
-      return with_context(digest.status(), "digests");
-    }
-    if (!assets.keep(*digest)) {
-      reply->add_missing(bytes);
-    }
-  }
-  return ok_status();
-}
 
 Status check_files(const InspectionRequest& request, const AssetStore& assets) {
   std::uint64_t bytes = 0;
@@ -56,27 +41,71 @@ Status check_files(const InspectionRequest& request, const AssetStore& assets) {
                    request.files.size(), bytes >> 20, kMostInspectedBytes >> 20);
 }
 
-Result<Submission> read_submission(const v1::SubmitJobRequest& request, const AssetStore& assets) {
-  Submission submission;
-  LM_ASSIGN_OR_RETURN(submission.spec, from_wire(request));
-  LM_RETURN_IF_ERROR(check_assets(submission.spec, assets));
-  LM_ASSIGN_OR_RETURN(submission.notes, settle_method(submission.spec, assets));
-  want_bias_layer(submission.spec, submission.notes);
-  return submission;
-}
+namespace handlers {
 
-Status submit(FarmLoop::Turn& turn, const Call& call, Submission& submission, About& about) {
-  JobSpec& spec = submission.spec;
-  if (call.caller.is_known()) {
-    spec.owner = call.caller.name;
+Status find_missing_assets(Runtime& runtime, const v1::FindMissingAssetsRequest& request,
+                           v1::FindMissingAssetsResponse* reply) {
+  if (request.digests_size() > kMostDigests) {
+    return invalid_argument("digests: {} are more than the limit of {}", request.digests_size(), kMostDigests);
   }
-  about.was_there = turn.farm.knows_request(spec.request_id);
-  LM_ASSIGN_OR_RETURN(const JobId job, turn.farm.submit(spec, turn.now, turn.unix_ms, turn.effects, submission.notes));
-  if (call.caller.is_known() && turn.farm.owner(job).value_or("") != call.caller.name) {
-    return already_exists("request_id '{}' is that of somebody else's job: choose another", spec.request_id);
+  for (const std::string& bytes : request.digests()) {
+    const Result<Sha256> digest = digest_from_bytes(bytes);
+    if (!digest.ok()) {
+      return with_context(digest.status(), "digests");
+    }
+    if (!runtime.assets().keep(*digest)) {
+      reply->add_missing(bytes);
+    }
   }
-  about.job = job.value;
   return ok_status();
 }
 
+Result<Apply> inspect_scene(Runtime& runtime, v1::InspectSceneRequest& request, v1::InspectSceneResponse* reply) {
+  LM_ASSIGN_OR_RETURN(InspectionRequest files, from_wire(request));
+  LM_RETURN_IF_ERROR(check_files(files, runtime.assets()));
+  return Apply([files = std::move(files), reply](Asked& asked) {
+    const auto found = [reply, answer = asked.under_way.answer_later()](const auto& inspection) {
+      if (inspection.ok()) {
+        to_wire(**inspection, reply);
+      }
+      answer(inspection.status());
+    };
+    const Result<InspectionId> id = asked.turn.inspect(caller_key(asked.call.caller, asked.call.peer), files, found);
+    if (id.ok()) {
+      asked.under_way.on_cancel([id = *id](FarmLoop::Turn& turn) { turn.forget_inspection(id); });
+    }
+    return id.status();
+  });
+}
+
+/// The scene is looked into, and the disk; then the job is queued as the caller's.
+Result<Apply> submit_job(Runtime& runtime, v1::SubmitJobRequest& request, v1::Job* reply) {
+  LM_ASSIGN_OR_RETURN(JobSpec spec, from_wire(request));
+  v1::SubmitJobRequest().Swap(&request);  // which may be large, and has been read
+  LM_RETURN_IF_ERROR(check_assets(spec, runtime.assets()));
+  LM_ASSIGN_OR_RETURN(MethodNotes notes, settle_method(spec, runtime.assets()));
+  want_bias_layer(spec, notes);
+  return Apply([spec = std::move(spec), notes = std::move(notes), reply](Asked& asked) mutable {
+    const Call& call = asked.call;
+    FarmLoop::Turn& turn = asked.turn;
+    if (call.caller.is_known()) {
+      spec.owner = call.caller.name;
+    }
+    spec.ends_with_page = call.tell_page != nullptr;
+    asked.about.was_there = turn.farm.knows_request(spec.request_id);
+    LM_ASSIGN_OR_RETURN(const JobId job, turn.farm.submit(spec, turn.now, turn.unix_ms, turn.effects, notes));
+    if (call.caller.is_known() && turn.farm.owner(job).value_or("") != call.caller.name) {
+      return already_exists("request_id '{}' is that of somebody else's job: choose another", spec.request_id);
+    }
+    asked.about.job = job.value;
+    if (call.tell_page) {
+      call.tell_page(job);
+    }
+    LM_ASSIGN_OR_RETURN(const JobStatus status, turn.farm.status(job, turn.now));
+    to_wire(status, reply);
+    return ok_status();
+  });
+}
+
+}  // namespace handlers
 }  // namespace lightmill

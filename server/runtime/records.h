@@ -26,6 +26,11 @@ void record_own(FarmLoop::Turn& turn, std::string_view what, std::string about);
 /// RESOURCE_EXHAUSTED while the farm can store nothing: what is asked for then would wait, and its caller with it.
 Status check_store(const FarmLoop::Turn& turn);
 
+/// What a farm says that has no time now. RESOURCE_EXHAUSTED.
+inline Status busy() {
+  return resource_exhausted("the farm has too much to do at once: try again");
+}
+
 /// Whether the caller may do so with this job; a refusal is recorded. NOT_FOUND, PERMISSION_DENIED.
 Status check_job_call(FarmLoop::Turn& turn, const Gate& gate, const Call& call, JobId job);
 

@@ -1,5 +1,7 @@
 #include "server/web/farm_reply.h"
 
+#include "server/runtime/records.h"
+
 namespace lightmill {
 
 void FarmReply::compute(std::function<ApiReply()> answer) const {
@@ -19,21 +21,10 @@ FarmReply FarmDesk::expect(Reply reply) {
   return {on_web_thread_, waiting_, next_id_++};
 }
 
-void FarmDesk::ask(Reply reply, FarmTask task, std::optional<JobId> with_film_of) {
-  if (!with_film_of) {
-    return run(expect(std::move(reply)), std::move(task));
-  }
-  run(expect(std::move(reply)),
-      [job = *with_film_of, task = std::move(task)](FarmLoop::Turn& turn, const FarmReply& back) {
-        turn.with_film(job, [task, back](FarmLoop::Turn& later, const Status& here) {
-          here.ok() ? task(later, back) : back(error_reply(here));
-        });
-      });
-}
-
-void FarmDesk::run(const FarmReply& back, FarmTask task) const {
+void FarmDesk::ask(Reply reply, FarmTask task) {
+  const FarmReply back = expect(std::move(reply));
   if (!loop_.post([task = std::move(task), back](FarmLoop::Turn& turn) { task(turn, back); })) {
-    back(error_reply(resource_exhausted("the farm has too much to do at once: try again")));
+    back(error_reply(busy()));
   }
 }
 

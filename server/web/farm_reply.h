@@ -4,7 +4,6 @@
 #include <functional>
 #include <map>
 #include <memory>
-#include <optional>
 
 #include "server/runtime/farm_loop.h"
 #include "server/web/http_text.h"
@@ -43,10 +42,7 @@ class FarmDesk {
 
   /// Runs `task` on the farm thread, which calls the reply, at once or after the commit.
   using FarmTask = std::function<void(FarmLoop::Turn&, const FarmReply&)>;
-  /// If `with_film_of` is given, this job's film is in memory then; the reply gets the error if that cannot be.
-  void ask(Reply reply, FarmTask task, std::optional<JobId> with_film_of = std::nullopt);
-  /// The same with a reply that is expected already. Thread-safe.
-  void run(const FarmReply& back, FarmTask task) const;
+  void ask(Reply reply, FarmTask task);
 
  private:
   FarmLoop& loop_;

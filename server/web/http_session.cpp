@@ -142,7 +142,7 @@ class HttpSession final : public std::enable_shared_from_this<HttpSession> {
       return point_to_https();
     }
     const bool post = request_.method() == http::verb::post;
-    const LargeCall* const large = post ? find_large_call(path()) : nullptr;
+    const Operation* const large = post ? find_large_operation(path()) : nullptr;
     if (large != nullptr) {
       return take_large(*large);
     }
@@ -152,13 +152,13 @@ class HttpSession final : public std::enable_shared_from_this<HttpSession> {
     read_body(kMostBodyBytes);
   }
   /// Nothing large is taken from those who may not send it.
-  void take_large(const LargeCall& large) {
+  void take_large(const Operation& large) {
     Result<Call> call = admit_now(large.rpc, kJson);
     if (!call.ok()) {
       return refuse_rest(error_reply(call.status()));
     }
     call_ = *std::move(call);
-    read_body(large.most_bytes);
+    read_body(large.traits.most_body_bytes);
   }
   void take_asset() {
     Result<Call> call = admit_now(Rpc::upload_asset, kBytes);

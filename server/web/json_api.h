@@ -6,15 +6,26 @@
 #include <optional>
 #include <string>
 
+#include "server/operations/operation.h"
+#include "server/web/byte_budget.h"
 #include "server/web/farm_reply.h"
 #include "server/web/film_answers.h"
-#include "server/web/job_intake.h"
+#include "server/web/http_route.h"
 #include "server/web/job_pictures.h"
 #include "server/web/live_messages.h"
 #include "server/web/logins.h"
-#include "server/web/web_change.h"
+#include "server/web/page_jobs.h"
 
 namespace lightmill {
+
+/// The operation that is asked for by POST at this path, if its bodies may be large: whether the call may be made is
+/// asked before its body is taken in. Else null.
+const Operation* find_large_operation(std::string_view path);
+
+struct LargeBody {
+  std::string text;
+  ByteBudget::Place place;  ///< null: it is small
+};
 
 struct ApiRequest {
   bool post = false;  ///< else GET
@@ -28,11 +39,12 @@ struct ApiRequest {
   CookiePlace cookie;
 };
 
+/// Runs something on a thread for what takes its time; drops it when the web ends. Thread-safe.
+using OnSideThread = std::function<void(std::function<void()>)>;
+
 /// What the API works with.
 struct ApiParts {
-  FarmLoop& loop;
-  const Gate& gate;
-  const AssetStore& assets;
+  Runtime& runtime;
   Logins& logins;
   PageJobs& page_jobs;
   FarmGreeting greeting;
@@ -44,9 +56,11 @@ struct ApiParts {
 /// Belongs to the web's thread.
 class JsonApi {
  public:
+  /// What large answers may hold together until they are read; those of one caller half.
+  static constexpr std::uint64_t kMostAnswerBytes = std::uint64_t{256} << 20;
   explicit JsonApi(ApiParts parts);
 
-  /// Asks the gate, then the farm. A large call (find_large_call) has been admitted.
+  /// Asks the gate, then the farm. A call with a large body has been admitted.
   void handle(ApiRequest request, Reply reply);
 
  private:
@@ -54,22 +68,22 @@ class JsonApi {
   ApiReply greet(const Result<Identity>& caller) const;
   ApiReply log_in(const ApiRequest& request);
   ApiReply log_out(const ApiRequest& request);
-  void list_jobs(const ApiRequest& request, Reply reply);
-  void handle_job(const ApiRequest& request, JobId job, std::string_view what, Reply reply);
-  void handle_workers(const ApiRequest& request, std::string_view rest, Reply reply);
+  bool show_film(const ApiRequest& request, std::string_view path, Reply& reply);
   void show_metrics(const ApiRequest& request, Reply reply);
-  void look_back(const ApiRequest& request, std::string_view path, Reply reply);
-  void show(const Call& call, JobId job, std::string_view what, Reply reply);
-  void change(const Call& call, WebChange change, Reply reply, std::optional<JobId> with_film_of = std::nullopt);
+  void run(const HttpRoute& route, ApiRequest request, Reply reply);
 
-  FarmLoop& loop_;
+  Runtime& runtime_;
   const Gate& gate_;
   Logins& logins_;
+  PageJobs& page_jobs_;
   const FarmGreeting greeting_;
+  const OnSideThread on_side_thread_;
   FarmDesk desk_;
   FilmAnswers thumbnails_, meters_;
   JobPictures pictures_;
-  JobIntake intake_;
+  /// Of answers; bodies have one of their own, so that who reads slowly holds up nobody who sends. The farm thread's
+  /// own.
+  const std::shared_ptr<CallersBudget> budget_ = std::make_shared<CallersBudget>(kMostAnswerBytes);
 };
 
 }  // namespace lightmill

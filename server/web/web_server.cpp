@@ -4,6 +4,8 @@
 
 #include "common/base/address.h"
 #include "common/base/log.h"
+#include "lightmill/v1/render_service.pb.h"
+#include "server/operations/operation_call.h"
 #include "server/runtime/records.h"
 #include "server/web/http_session.h"
 
@@ -39,20 +41,15 @@ LiveHub::OnRefused recording_refusals(FarmLoop& loop, const Gate& gate) {
   };
 }
 
-PageJobs::Discard discarding(FarmLoop& loop, const Gate& gate, const OnWebThread& on_web_thread) {
-  return [&loop, &gate, on_web_thread](const Call& call, JobId job, const std::function<void(bool)>& done) {
-    const auto answer = [on_web_thread, done](bool gone) { on_web_thread([done, gone] { done(gone); }); };
-    const bool posted = loop.post([&gate, call, job, answer](FarmLoop::Turn& turn) {
-      Status status = check_store(turn);
-      if (status.ok()) {
-        status = turn.farm.discard(job, turn.now, turn.unix_ms, turn.effects);
-        record(turn, gate, call, {job.value}, status);
-      }
-      answer(status.ok() || status.code() == StatusCode::kNotFound);
+PageJobs::Discard discarding(Runtime& runtime, const OnWebThread& on_web_thread) {
+  return [&runtime, on_web_thread](const Call& call, JobId job, const std::function<void(bool)>& done) {
+    const auto deletion = std::make_shared<OperationCall>(runtime, *find_operation(Rpc::delete_job));
+    auto& request = static_cast<v1::DeleteJobRequest&>(deletion->request());
+    request.set_id(job.value);
+    request.set_cancel(true);
+    deletion->start(call, [on_web_thread, done](const Status& status) {
+      on_web_thread([done, gone = status.ok() || status.code() == StatusCode::kNotFound] { done(gone); });
     });
-    if (!posted) {
-      answer(false);
-    }
   };
 }
 
@@ -125,12 +122,11 @@ WebParts::WebParts(Runtime& runtime, const WebOptions& web, ServedCertificate se
       certificate(std::move(served)),
       logins(runtime.loop(), gate, system_clock()),
       hub(runtime.loop(), greeting_of(options, runtime), posting_to(mailbox), system_clock(),
-          recording_refusals(runtime.loop(), gate), options.view_bytes,
-          discarding(runtime.loop(), gate, posting_to(mailbox))),
+          recording_refusals(runtime.loop(), gate), options.view_bytes, discarding(runtime, posting_to(mailbox))),
       ticker(*io),
       renewal(*io),
-      api(std::in_place, ApiParts{runtime.loop(), gate, assets, logins, hub.page_jobs(), greeting_of(options, runtime),
-                                  posting_to(mailbox), running_on(side), options.file_bytes}) {
+      api(std::in_place, ApiParts{runtime, logins, hub.page_jobs(), greeting_of(options, runtime), posting_to(mailbox),
+                                  running_on(side), options.file_bytes}) {
   mailbox->set(&*io);
 }
 

@@ -62,6 +62,18 @@ Answers send_damaged(fuzz::RpcTarget& farm, int of_each, std::uint64_t seed) {
   return answered;
 }
 
+TEST(RpcFuzz, BytesThatAreNoMessageAreTheCallersMistake) {
+  fuzz::RpcTarget farm;
+  for (const fuzz::RpcTarget::Method& method : farm.methods()) {
+    const bool streams = method.path.ends_with("/Work") || method.path.ends_with("/UploadAsset") ||
+                         method.path.ends_with("/DownloadAsset") || method.path.ends_with("/WatchJob") ||
+                         method.path.ends_with("/GetFilm") || method.path.ends_with("/StreamIsActive");
+    if (!streams) {  // whose requests gRPC reads
+      EXPECT_EQ(farm.call(method, {"\x0a\x05"}).error_code(), grpc::StatusCode::INVALID_ARGUMENT) << method.path;
+    }
+  }
+}
+
 TEST(RpcFuzz, DamagedRequestsOfAllMethodsAreAnswered) {
   fuzz::RpcTarget farm;
   const int methods = static_cast<int>(farm.methods().size());

@@ -1,0 +1,41 @@
+// The unary methods of gRPC's services: each is an operation of the table.
+#pragma once
+
+#include <google/protobuf/descriptor.h>
+#include <grpcpp/impl/service_type.h>
+#include <grpcpp/server_context.h>
+#include <grpcpp/support/byte_buffer.h>
+#include <grpcpp/support/server_callback.h>
+
+#include "server/operations/operation.h"
+
+namespace lightmill {
+
+/// Answers one call of the operation, once the gate has let it in.
+grpc::ServerUnaryReactor* answer_unary(Runtime& runtime, const Operation& operation,
+                                       grpc::CallbackServerContext& context, const grpc::ByteBuffer& request,
+                                       grpc::ByteBuffer* reply);
+
+/// A service that gRPC has generated: only its streams are left to be written. Thread-safe.
+template <class Service>
+class UnaryCalls : public Service::CallbackService {
+ public:
+  explicit UnaryCalls(Runtime& runtime) {
+    using Handler = grpc::internal::CallbackUnaryHandler<grpc::ByteBuffer, grpc::ByteBuffer>;
+    const auto* const service =
+        google::protobuf::DescriptorPool::generated_pool()->FindServiceByName(Service::service_full_name());
+    for (const Operation& operation : operations()) {
+      const RpcRule& rule = rule_of(operation.rpc);
+      if (rule.service == service->full_name() && !operation.traits.http_only) {
+        this->MarkMethodRawCallback(
+            service->FindMethodByName(std::string(rule.method))->index(),
+            new Handler([&runtime, &operation](grpc::CallbackServerContext* context, const grpc::ByteBuffer* request,
+                                               grpc::ByteBuffer* reply) {
+              return answer_unary(runtime, operation, *context, *request, reply);
+            }));
+      }
+    }
+  }
+};
+
+}  // namespace lightmill

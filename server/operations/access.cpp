@@ -1,0 +1,171 @@
+// Who may use the farm, and who did what with it.
+#include "common/wire/bytes.h"
+#include "common/wire/role_proto.h"
+#include "server/operations/handlers.h"
+#include "server/operations/pages.h"
+
+namespace lightmill::handlers {
+namespace {
+
+void to_wire(const TokenRecord& token, v1::Token* out) {
+  out->set_id(token.id);
+  out->set_name(token.name);
+  to_wire(token.roles, out->mutable_roles());
+  out->set_made_by(token.made_by);
+  out->set_made_unix_s(token.made_unix_s);
+  out->set_until_unix_s(token.until_unix_s);
+  if (token.enrolment.workers > 0) {
+    out->mutable_enrolment()->set_workers(token.enrolment.workers);
+    out->mutable_enrolment()->set_enrolled(token.enrolment.enrolled);
+    out->mutable_enrolment()->set_worker_seconds(token.enrolment.worker_seconds);
+  }
+  out->set_enrolled_by(token.enrolled_by);
+}
+
+Result<Sha256> hash_from_wire(const std::string& bytes) {
+  const Result<Sha256> hash = digest_from_bytes(bytes);
+  return hash.ok() ? hash : with_context(hash.status(), "sha256");
+}
+
+Result<TokenRecord> token_from_wire(const v1::CreateTokenRequest& request) {
+  TokenRecord token;
+  token.id = request.id();
+  token.name = request.name();
+  token.until_unix_s = request.until_unix_s();
+  LM_ASSIGN_OR_RETURN(token.roles, roles_from_wire(request.roles()));
+  LM_ASSIGN_OR_RETURN(token.hash, hash_from_wire(request.sha256()));
+  token.enrolment = {request.enrolment().workers(), 0, request.enrolment().worker_seconds()};
+  return token;
+}
+
+v1::Proof to_wire(Proof proof) {
+  switch (proof) {
+    case Proof::none:
+      return v1::PROOF_NONE;
+    case Proof::certificate:
+      return v1::PROOF_CERTIFICATE;
+    case Proof::token:
+      return v1::PROOF_TOKEN;
+  }
+  return v1::PROOF_UNSPECIFIED;
+}
+
+void to_wire(const Action& action, v1::Action* out) {
+  out->set_number(action.number);
+  out->set_unix_ms(action.unix_ms);
+  out->set_who(action.who);
+  out->set_proof(to_wire(action.proof));
+  out->set_token(action.token);
+  out->set_peer(action.peer);
+  out->set_what(action.what);
+  out->set_job(action.job);
+  out->set_about(action.about);
+  out->set_code(static_cast<std::int32_t>(action.outcome));
+  out->set_message(action.message);
+}
+
+/// The enrolment token by which the bearer of this one can enrol again; empty: there is none.
+std::string way_back(const Gate& gate, const TokenRecord& token, std::int64_t now_unix_s) {
+  const std::optional<TokenRecord> by = gate.find_token(token.enrolled_by);
+  return by && by->enrolment.enrolled < by->enrolment.workers && now_unix_s < by->until_unix_s ? by->id : "";
+}
+
+/// The token is stored with this turn, or not known any more.
+void keep_token(Asked& asked, const TokenRecord& token) {
+  asked.turn.effects.writes.push_back(PutToken{token});
+  asked.turn.replies.push_back([&gate = asked.runtime.gate(), id = token.id](const Status& stored) {
+    if (!stored.ok()) {
+      (void)gate.remove_token(id);
+    }
+  });
+}
+
+}  // namespace
+
+Status create_token(Asked& asked, const v1::CreateTokenRequest& request, v1::Token* reply) {
+  Gate& gate = asked.runtime.gate();
+  asked.about.text = request.id() + " for " + request.name();
+  LM_ASSIGN_OR_RETURN(TokenRecord token, token_from_wire(request));
+  token.made_by = asked.call.caller.name;
+  token.made_unix_s = asked.turn.unix_ms / 1000;
+  const bool is_new = !gate.find_token(token.id);
+  LM_RETURN_IF_ERROR(gate.add_token(token));
+  to_wire(*gate.find_token(token.id), reply);
+  if (is_new) {
+    keep_token(asked, token);
+  }
+  return ok_status();
+}
+
+Status list_tokens(Asked& asked, const v1::ListTokensRequest& request, v1::ListTokensResponse* reply) {
+  LM_ASSIGN_OR_RETURN(const int size, page_size_of(request.page_size()));
+  for (const TokenRecord& token : asked.runtime.gate().tokens()) {
+    if (token.id <= request.page_token()) {
+      continue;  // on a page before; the token that ended it may have been revoked since
+    }
+    if (reply->tokens_size() == size) {
+      reply->set_next_page_token(reply->tokens(size - 1).id());
+      break;
+    }
+    to_wire(token, reply->add_tokens());
+  }
+  return ok_status();
+}
+
+Status revoke_token(Asked& asked, const v1::RevokeTokenRequest& request, v1::RevokeTokenResponse* reply) {
+  Gate& gate = asked.runtime.gate();
+  const std::string& id = request.id();
+  const std::optional<TokenRecord> token = gate.find_token(id);
+  if (token) {
+    asked.about.text += " of " + token->name;
+  }
+  const std::vector<std::string> enrolled = gate.enrolled_by(id);
+  std::vector<std::string> revoked = request.enrolled() ? enrolled : std::vector<std::string>();
+  if (!revoked.empty()) {
+    asked.about.text += fmt::format(" and {} that it enrolled", revoked.size());
+  }
+  if (token || revoked.empty()) {
+    revoked.push_back(id);
+  }
+  for (const std::string& each : revoked) {
+    LM_RETURN_IF_ERROR(gate.remove_token(each));
+    asked.turn.effects.writes.push_back(DropToken{each});
+  }
+  reply->set_enrolled(static_cast<std::uint32_t>(enrolled.size()));
+  reply->set_enrols_again_by(token ? way_back(gate, *token, asked.turn.unix_ms / 1000) : "");
+  return ok_status();
+}
+
+Status enrol(Asked& asked, const v1::EnrolRequest& request, v1::Token* reply) {
+  asked.about.text = request.id() + " for " + request.host();
+  LM_ASSIGN_OR_RETURN(const Sha256 hash, hash_from_wire(request.sha256()));
+  LM_ASSIGN_OR_RETURN(const Enrolment enrolment,
+                      asked.runtime.gate().enrol(asked.call.caller, {request.id(), hash, request.host()}));
+  asked.about.text = enrolment.token.id + " for " + enrolment.token.name;
+  asked.about.was_there = !enrolment.is_new;
+  to_wire(enrolment.token, reply);
+  if (enrolment.is_new) {
+    for (const std::string& id : enrolment.ended) {
+      asked.turn.effects.writes.push_back(DropToken{id});
+    }
+    asked.turn.effects.writes.push_back(PutToken{enrolment.by});  // this use stays taken
+    keep_token(asked, enrolment.token);
+  }
+  return ok_status();
+}
+
+Status list_actions(Asked& asked, const v1::ListActionsRequest& request, v1::ListActionsResponse* reply) {
+  LM_ASSIGN_OR_RETURN(const int size, page_size_of(request.page_size()));
+  LM_ASSIGN_OR_RETURN(const std::uint64_t before, id_in(request.page_token()));
+  const ActionPage page = asked.turn.actions.find({request.job(), request.who(), request.since_unix_ms(), before},
+                                                  static_cast<std::size_t>(size));
+  for (const Action& action : page.actions) {
+    to_wire(action, reply->add_actions());
+  }
+  if (page.next > 0) {
+    reply->set_next_page_token(std::to_string(page.next));
+  }
+  return ok_status();
+}
+
+}  // namespace lightmill::handlers

@@ -1,0 +1,85 @@
+// Lists of jobs, and what becomes of them.
+#include "common/wire/farm_messages.h"
+#include "server/operations/handlers.h"
+#include "server/operations/pages.h"
+
+namespace lightmill::handlers {
+namespace {
+
+Status show_job(const FarmLoop::Turn& turn, JobId job, v1::Job* reply) {
+  LM_ASSIGN_OR_RETURN(const JobStatus status, turn.farm.status(job, turn.now));
+  to_wire(status, reply);
+  return ok_status();
+}
+
+/// The job as it stands after the change, if that was made.
+Status changed_job(const Asked& asked, const Status& change, v1::Job* reply) {
+  return change.ok() ? show_job(asked.turn, JobId{asked.about.job}, reply) : change;
+}
+
+}  // namespace
+
+Status list_jobs(Asked& asked, const v1::ListJobsRequest& request, v1::ListJobsResponse* reply) {
+  LM_ASSIGN_OR_RETURN(const int size, page_size_of(request.page_size()));
+  LM_ASSIGN_OR_RETURN(const std::uint64_t before, id_in(request.page_token()));
+  JobFilter filter{.most = static_cast<std::size_t>(size) + 1,
+                   .unfinished = request.unfinished(),
+                   .admits = [&](const std::string& owner) { return may_see_job(asked.call.caller, owner); }};
+  if (before > 0) {
+    filter.before = JobId{before};
+  }
+  const std::vector<std::string>& notices = asked.runtime.options().notices;
+  reply->mutable_notices()->Add(notices.begin(), notices.end());
+  for (const JobStatus& job : asked.turn.farm.jobs(asked.turn.now, filter)) {
+    if (reply->jobs_size() == size) {
+      reply->set_next_page_token(std::to_string(reply->jobs(size - 1).id()));
+    } else {
+      to_wire(job, reply->add_jobs());
+    }
+  }
+  return ok_status();
+}
+
+Status get_job(Asked& asked, const v1::GetJobRequest& request, v1::Job* reply) {
+  return show_job(asked.turn, JobId{request.id()}, reply);
+}
+
+Status get_spec(Asked& asked, const v1::GetJobRequest& request, v1::JobSpec* reply) {
+  LM_ASSIGN_OR_RETURN(const JobSpec* const spec, asked.turn.farm.spec(JobId{request.id()}));
+  to_wire(*spec, reply);
+  return ok_status();
+}
+
+Status cancel_job(Asked& asked, const v1::CancelJobRequest& request, v1::Job* reply) {
+  FarmLoop::Turn& turn = asked.turn;
+  return changed_job(asked, turn.farm.cancel(JobId{request.id()}, turn.now, turn.unix_ms, turn.effects), reply);
+}
+
+Status pause_job(Asked& asked, const v1::PauseJobRequest& request, v1::Job* reply) {
+  return changed_job(asked, asked.turn.farm.pause(JobId{request.id()}, asked.turn.now, asked.turn.effects), reply);
+}
+
+Status resume_job(Asked& asked, const v1::ResumeJobRequest& request, v1::Job* reply) {
+  return changed_job(asked, asked.turn.farm.resume(JobId{request.id()}, asked.turn.now, asked.turn.effects), reply);
+}
+
+Status extend_job(Asked& asked, const v1::ExtendJobRequest& request, v1::Job* reply) {
+  FarmLoop::Turn& turn = asked.turn;
+  const Extension extension{request.samples(), request.error()};
+  return changed_job(asked, turn.farm.extend(JobId{request.id()}, extension, turn.now, turn.effects), reply);
+}
+
+Status set_priority(Asked& asked, const v1::SetPriorityRequest& request, v1::Job* reply) {
+  FarmLoop::Turn& turn = asked.turn;
+  return changed_job(asked, turn.farm.set_priority(JobId{request.id()}, request.priority(), turn.now, turn.effects),
+                     reply);
+}
+
+Status delete_job(Asked& asked, const v1::DeleteJobRequest& request, v1::DeleteJobResponse*) {
+  FarmLoop::Turn& turn = asked.turn;
+  const JobId id{request.id()};
+  return request.cancel() ? turn.farm.discard(id, turn.now, turn.unix_ms, turn.effects)
+                          : turn.farm.remove(id, turn.now, turn.effects);
+}
+
+}  // namespace lightmill::handlers

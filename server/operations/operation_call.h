@@ -1,0 +1,49 @@
+// One call of an operation, from its request to its answer.
+#pragma once
+
+#include <memory>
+
+#include "server/operations/operation.h"
+
+namespace lightmill {
+
+/// Made by std::make_shared; lives as long as it is under way. The caller fills the request, and reads the reply once
+/// it is told. Thread-safe from start on.
+class OperationCall final : public std::enable_shared_from_this<OperationCall> {
+ public:
+  OperationCall(Runtime& runtime, const Operation& operation);
+
+  const Operation& operation() const { return operation_; }
+  WireMessage& request() { return *request_; }
+  WireMessage& reply() { return *reply_; }
+  /// What the request names, for the gate.
+  About about() const { return operation_.handler.about(*request_); }
+
+  /// Called once, from any thread.
+  using Done = std::function<void(const Status&)>;
+  /// Of a call that the gate has admitted. What changes something is recorded, and told once it is durable.
+  void start(Call call, Done done);
+  /// The caller is gone.
+  void cancel();
+
+  // For operations that wait, on the farm thread.
+  Done answer_later();
+  void on_cancel(FarmLoop::Task forget) { forget_ = std::move(forget); }
+
+ private:
+  void take_turn(FarmLoop::Turn& turn);
+  void apply(FarmLoop::Turn& turn);
+  void give_up(FarmLoop::Turn& turn);
+  void finish(const Status& status);
+
+  Runtime& runtime_;
+  const Operation& operation_;
+  const std::unique_ptr<WireMessage> request_, reply_;
+  Call call_;
+  Done done_;
+  Apply apply_;
+  bool cancelled_ = false;  ///< the farm thread's own
+  FarmLoop::Task forget_;   ///< the farm thread's own
+};
+
+}  // namespace lightmill

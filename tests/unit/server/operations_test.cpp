@@ -1,0 +1,182 @@
+// The table of operations: what it says of each is so, and what becomes of a call.
+#include <google/protobuf/descriptor.h>
+#include <gtest/gtest.h>
+
+#include <future>
+#include <map>
+
+#include "common/wire/bytes.h"
+#include "server/operations/handlers.h"
+#include "server/operations/operation_call.h"
+#include "server/store/asset_folder.h"
+#include "tests/support/temporary_folder.h"
+
+namespace lightmill::test {
+namespace {
+
+TEST(Operations, EachUnaryMethodIsOneEntryWithItsMessages) {
+  std::map<Rpc, int> entries;
+  for (const Operation& operation : operations()) {
+    entries[operation.rpc] += operation.traits.http_only ? 0 : 1;
+  }
+  for (const RpcRule& rule : rpc_rules()) {
+    const auto* const service =
+        google::protobuf::DescriptorPool::generated_pool()->FindServiceByName(std::string(rule.service));
+    if (service == nullptr) {
+      continue;  // one with streams alone, whose messages nothing here uses
+    }
+    const auto* const method = service->FindMethodByName(std::string(rule.method));
+    ASSERT_NE(method, nullptr) << rule.method;
+    const bool streams = method->client_streaming() || method->server_streaming();
+    EXPECT_EQ(entries[rule.rpc], streams ? 0 : 1) << rule.method;
+    if (const Operation* const operation = find_operation(rule.rpc)) {
+      EXPECT_EQ(operation->handler.request->GetDescriptor(), method->input_type()) << rule.method;
+      EXPECT_EQ(operation->handler.reply->GetDescriptor(), method->output_type()) << rule.method;
+    }
+  }
+}
+
+TEST(Operations, CallsAboutJobsAskWhoseTheyAre) {
+  for (const Operation& operation : operations()) {
+    const Right right = rule_of(operation.rpc).right;
+    EXPECT_EQ(operation.handler.of_job, right == Right::see_job || right == Right::steer_job) << operation.http;
+  }
+}
+
+/// Keeps nothing, and waits with each commit until it is let.
+class SlowStore final : public Store {
+ public:
+  explicit SlowStore(std::shared_future<void> let) : let_(std::move(let)) {}
+  Result<StoredState> load() override { return StoredState{}; }
+  Result<FilmPiece> read_film(JobId, const FilmPlace&) override { return FilmPiece{}; }
+  Status check_structure() override { return ok_status(); }
+  Status commit(std::span<const StoreOp>) override {
+    let_.wait();
+    return ok_status();
+  }
+
+ private:
+  const std::shared_future<void> let_;
+};
+
+class OperationCallTest : public ::testing::Test {
+ protected:
+  ~OperationCallTest() override {
+    if (!let_) {
+      let.set_value();
+    }
+    EXPECT_TRUE(runtime->stop().ok());
+  }
+  void let_commits() {
+    let_ = true;
+    let.set_value();
+  }
+
+  /// Starts the call; its answer comes later.
+  std::future<Status> start(const std::shared_ptr<OperationCall>& asked, const Identity& caller) {
+    const auto told = std::make_shared<std::promise<Status>>();
+    asked->start({caller, asked->operation().rpc, "10.0.0.7:4711"},
+                 [told](const Status& done) { told->set_value(done); });
+    return told->get_future();
+  }
+  std::shared_ptr<OperationCall> call(Rpc rpc) {
+    return std::make_shared<OperationCall>(*runtime, *find_operation(rpc));
+  }
+  void on_farm(const FarmLoop::Task& task) {
+    std::promise<void> done;
+    runtime->loop().post_always([&](FarmLoop::Turn& turn) {
+      task(turn);
+      done.set_value();
+    });
+    done.get_future().wait();
+  }
+  JobId submit(const std::string& owner) {
+    JobSpec spec;
+    spec.request_id = "one";
+    spec.owner = owner;
+    spec.settings.width = spec.settings.height = 64;
+    spec.settings.crop = {0, 0, 64, 64};
+    spec.settings.renderer_version = kRendererVersion;
+    spec.settings.scene = "scene";
+    spec.goal.samples = 4;
+    JobId job;
+    on_farm([&](FarmLoop::Turn& turn) { job = turn.farm.submit(spec, turn.now, turn.unix_ms, turn.effects).value(); });
+    return job;
+  }
+  std::vector<Action> actions() {
+    std::vector<Action> found;
+    on_farm([&](FarmLoop::Turn& turn) { found = turn.actions.find({}, 10).actions; });
+    return found;
+  }
+  static Identity user(const std::string& name) { return {name, {Role::submit}, Proof::token, 0, ""}; }
+
+  TemporaryFolder folder;
+  std::promise<void> let;
+  bool let_ = false;
+  std::unique_ptr<Runtime> runtime =
+      Runtime::start(std::make_unique<SlowStore>(let.get_future().share()),
+                     open_asset_folder(folder.path(), {std::uint64_t{1} << 20, std::uint64_t{1} << 20}).value(), {})
+          .value();
+};
+
+TEST_F(OperationCallTest, AChangeIsRecordedAndAnsweredOnceItIsStored) {
+  const JobId job = submit("ada");
+  const auto asked = call(Rpc::pause_job);
+  static_cast<v1::PauseJobRequest&>(asked->request()).set_id(job.value);
+  EXPECT_EQ(asked->about().job, job.value);
+  std::future<Status> answer = start(asked, user("ada"));
+  on_farm([&](FarmLoop::Turn& turn) { EXPECT_EQ(turn.farm.status(job, turn.now)->state, JobState::paused); });
+  EXPECT_EQ(answer.wait_for(std::chrono::seconds(0)), std::future_status::timeout);
+  let_commits();
+  EXPECT_TRUE(answer.get().ok());
+  EXPECT_EQ(static_cast<const v1::Job&>(asked->reply()).state(), v1::JOB_STATE_PAUSED);
+  const std::vector<Action> log = actions();
+  ASSERT_EQ(log.size(), 1u);
+  EXPECT_EQ(log[0].what, "PauseJob");
+  EXPECT_EQ(log[0].who, "ada");
+  EXPECT_EQ(log[0].job, job.value);
+}
+
+TEST_F(OperationCallTest, SomebodyElsesJobIsRefusedAndThatIsRecorded) {
+  const JobId job = submit("ada");
+  const auto asked = call(Rpc::pause_job);
+  static_cast<v1::PauseJobRequest&>(asked->request()).set_id(job.value);
+  EXPECT_EQ(start(asked, user("eve")).get().code(), StatusCode::kPermissionDenied);
+  on_farm([&](FarmLoop::Turn& turn) { EXPECT_EQ(turn.farm.status(job, turn.now)->state, JobState::queued); });
+  const std::vector<Action> log = actions();
+  ASSERT_EQ(log.size(), 1u);
+  EXPECT_EQ(log[0].who, "eve");
+  EXPECT_EQ(log[0].outcome, StatusCode::kPermissionDenied);
+}
+
+TEST_F(OperationCallTest, AMistakeOfTheCallerLeavesNoRecord) {
+  const auto asked = call(Rpc::pause_job);
+  static_cast<v1::PauseJobRequest&>(asked->request()).set_id(7);
+  EXPECT_EQ(start(asked, anybody()).get().code(), StatusCode::kNotFound);
+  EXPECT_TRUE(actions().empty());
+}
+
+TEST_F(OperationCallTest, AnInspectionIsForgottenWithItsCaller) {
+  on_farm([](FarmLoop::Turn& turn) {
+    turn.farm.worker_connected(SessionId{1}, {"w", "h", 1, 1, "class-a", kRendererVersion, {}, false, "m", true},
+                               turn.now, turn.effects);
+  });
+  const Sha256 digest = sha256("{}");
+  const auto upload = runtime->assets().start_upload(digest).value();
+  ASSERT_TRUE(upload->append(as_byte_view("{}")).ok());
+  ASSERT_TRUE(upload->finish().ok());
+  const auto asked = call(Rpc::inspect_scene);
+  auto& request = static_cast<v1::InspectSceneRequest&>(asked->request());
+  v1::InspectSceneRequest::File* const file = request.add_files();
+  file->set_path("a.json");
+  file->set_digest(digest_bytes(digest));
+  request.add_scene("a.json");
+  std::future<Status> answer = start(asked, anybody());
+  on_farm([](FarmLoop::Turn& turn) { EXPECT_EQ(turn.inspections.size(), 1u); });
+  asked->cancel();
+  EXPECT_EQ(answer.get().code(), StatusCode::kCancelled);
+  on_farm([](FarmLoop::Turn& turn) { EXPECT_TRUE(turn.inspections.empty()); });
+}
+
+}  // namespace
+}  // namespace lightmill::test
