@@ -147,20 +147,20 @@ class DownloadStream final : public grpc::ServerWriteReactor<v1::DownloadAssetRe
 
 grpc::ServerReadReactor<v1::UploadAssetRequest>* RenderServiceImpl::UploadAsset(Context* context,
                                                                                 v1::UploadAssetResponse*) {
-  const Result<Call> call = admit(gate_, *context, Rpc::upload_asset);
+  const Result<Call> call = admit(runtime_.gate(), *context, Rpc::upload_asset);
   if (!call.ok()) {
     return new Refused<grpc::ServerReadReactor<v1::UploadAssetRequest>>(call.status());
   }
-  return new UploadStream(assets_, *call, loop_.traffic());
+  return new UploadStream(runtime_.assets(), *call, runtime_.loop().traffic());
 }
 
 grpc::ServerWriteReactor<v1::DownloadAssetResponse>* RenderServiceImpl::DownloadAsset(
     Context* context, const v1::DownloadAssetRequest* request) {
-  const Result<Call> call = admit(gate_, *context, Rpc::download_asset);
+  const Result<Call> call = admit(runtime_.gate(), *context, Rpc::download_asset);
   if (!call.ok()) {
     return new Refused<grpc::ServerWriteReactor<v1::DownloadAssetResponse>>(call.status());
   }
-  return new DownloadStream(assets_, *call, loop_, request->digest());
+  return new DownloadStream(runtime_.assets(), *call, runtime_.loop(), request->digest());
 }
 
 }  // namespace lightmill

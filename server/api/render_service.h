@@ -3,16 +3,16 @@
 
 #include "lightmill/v1/render_service.grpc.pb.h"
 #include "server/api/unary_calls.h"
+#include "server/api/watch_registry.h"
 
 namespace lightmill {
 
 /// Thread-safe.
 class RenderServiceImpl final : public UnaryCalls<v1::RenderService> {
  public:
-  explicit RenderServiceImpl(Runtime& runtime)
-      : UnaryCalls(runtime), assets_(runtime.assets()), gate_(runtime.gate()), loop_(runtime.loop()) {}
+  explicit RenderServiceImpl(Runtime& runtime) : UnaryCalls(runtime), runtime_(runtime) {}
   /// Watchers are told UNAVAILABLE from now on.
-  void stop();
+  void stop() { watches_->stop(); }
 
   using Context = grpc::CallbackServerContext;
   grpc::ServerReadReactor<v1::UploadAssetRequest>* UploadAsset(Context*, v1::UploadAssetResponse*) override;
@@ -22,11 +22,8 @@ class RenderServiceImpl final : public UnaryCalls<v1::RenderService> {
   grpc::ServerWriteReactor<v1::GetFilmResponse>* GetFilm(Context*, const v1::GetFilmRequest*) override;
 
  private:
-  AssetStore& assets_;
-  const Gate& gate_;
-  FarmLoop& loop_;
-  std::shared_ptr<class WatchRegistry> watches_ = make_watch_registry();
-  static std::shared_ptr<class WatchRegistry> make_watch_registry();
+  Runtime& runtime_;
+  const std::shared_ptr<WatchRegistry> watches_ = std::make_shared<WatchRegistry>();
 };
 
 }  // namespace lightmill

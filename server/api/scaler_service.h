@@ -3,24 +3,23 @@
 
 #include "externalscaler/externalscaler.grpc.pb.h"
 #include "server/api/unary_calls.h"
+#include "server/api/watch_registry.h"
 
 namespace lightmill {
 
 /// Thread-safe.
 class ScalerServiceImpl final : public UnaryCalls<externalscaler::ExternalScaler> {
  public:
-  explicit ScalerServiceImpl(Runtime& runtime) : UnaryCalls(runtime), gate_(runtime.gate()), loop_(runtime.loop()) {}
+  explicit ScalerServiceImpl(Runtime& runtime) : UnaryCalls(runtime), runtime_(runtime) {}
   /// Listeners are told UNAVAILABLE from now on.
-  void stop();
+  void stop() { streams_->stop(); }
 
   grpc::ServerWriteReactor<externalscaler::IsActiveResponse>* StreamIsActive(
       grpc::CallbackServerContext*, const externalscaler::ScaledObjectRef*) override;
 
  private:
-  const Gate& gate_;
-  FarmLoop& loop_;
-  std::shared_ptr<class WatchRegistry> streams_ = make_registry();
-  static std::shared_ptr<class WatchRegistry> make_registry();
+  Runtime& runtime_;
+  const std::shared_ptr<WatchRegistry> streams_ = std::make_shared<WatchRegistry>();
 };
 
 }  // namespace lightmill

@@ -1,0 +1,120 @@
+// A stream whose listener is offered a message, and a newer one once that has left: what a watcher is sent, or an
+// autoscaler.
+#pragma once
+
+#include <grpcpp/support/server_callback.h>
+
+#include <memory>
+
+#include "common/base/mutex.h"
+#include "server/api/grpc_status.h"
+#include "server/api/watch_registry.h"
+#include "server/runtime/records.h"
+#include "server/runtime/runtime.h"
+
+namespace lightmill {
+
+/// `Sink` is what the farm thread knows of it: WatchSink or DemandSink. Its calls come from the farm thread, close from
+/// who stops the server, the On… methods from gRPC's threads.
+template <class Response, class Sink>
+class OfferStream : public grpc::ServerWriteReactor<Response>, public Sink, public ClosableWatch {
+ public:
+  OfferStream(Runtime& runtime, Call call, std::shared_ptr<WatchRegistry> registry)
+      : loop_(runtime.loop()), gate_(runtime.gate()), call_(std::move(call)), registry_(std::move(registry)) {}
+
+  /// Serves the stream, or ends it: `begin` runs on the farm thread.
+  static grpc::ServerWriteReactor<Response>* start(const std::shared_ptr<OfferStream>& stream, FarmLoop::Task begin) {
+    // The registry takes it also where it answers with an error: it owns every stream until OnDone.
+    Status status = stream->registry_->add(stream.get(), stream);
+    if (status.ok() && !stream->loop_.post(std::move(begin))) {
+      status = busy();
+    }
+    if (!status.ok()) {
+      stream->fail(status);
+    }
+    return stream.get();
+  }
+
+  bool closed() const override {
+    const MutexLock lock(mutex_);
+    return ending_;
+  }
+  bool writable() const override {
+    const MutexLock lock(mutex_);
+    return !writing_ && !ending_;
+  }
+  void fail(const Status& status) {  // also a WatchSink's
+    const MutexLock lock(mutex_);
+    end(to_grpc(status));
+  }
+  void close() override { fail(unavailable("the coordinator stops")); }
+
+  void OnWriteDone(bool ok) override {
+    call_.place->moves();
+    {
+      const MutexLock lock(mutex_);
+      writing_ = false;
+      if (ending_) {
+        this->Finish(final_status_);
+        return;
+      }
+      if (!ok || last_) {
+        end(ok ? grpc::Status::OK : to_grpc(client_left()));
+        return;
+      }
+    }
+    loop_.poke();
+  }
+  void OnCancel() override { fail(client_left()); }
+  void OnDone() override {
+    call_.place->call_ended();
+    loop_.poke();             // the hub forgets closed streams
+    registry_->remove(this);  // the last use of this object, but for the hub's
+  }
+
+ protected:
+  /// Writes it unless the stream ends, as it does where the caller may not listen any more; it ends after the last one.
+  bool write(Response response, bool last) {
+    if (const Status holds = gate_.check_still_holds(call_.caller); !holds.ok()) {
+      fail(holds);
+      return false;
+    }
+    const MutexLock lock(mutex_);
+    if (ending_) {
+      return false;
+    }
+    response_.Swap(&response);
+    writing_ = true;
+    last_ = last;
+    call_.place->stands_still();
+    this->StartWrite(&response_);
+    return true;
+  }
+
+ private:
+  static Status client_left() { return make_error(StatusCode::kCancelled, "the client left"); }
+  void end(const grpc::Status& status) LM_REQUIRES(mutex_) {
+    if (ending_) {
+      return;
+    }
+    ending_ = true;
+    if (writing_) {
+      final_status_ = status;
+    } else {
+      this->Finish(status);
+    }
+  }
+
+  FarmLoop& loop_;
+  const Gate& gate_;
+  const Call call_;
+  const std::shared_ptr<WatchRegistry> registry_;
+  mutable Mutex mutex_;
+  Response response_ LM_GUARDED_BY(mutex_);  // unchanged while writing_
+  bool writing_ LM_GUARDED_BY(mutex_) = false;
+  bool last_ LM_GUARDED_BY(mutex_) = false;  // what is being written is the last message
+  bool ending_ LM_GUARDED_BY(mutex_) = false;
+  grpc::Status final_status_ LM_GUARDED_BY(mutex_);
+};
+
+}  // namespace lightmill
