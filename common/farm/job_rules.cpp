@@ -75,7 +75,7 @@ Status check_verify_share(double share) {
 
 Status check_crop(int width, int height, const PixelRect& crop) {
   if (width < 1 || width > kMaxFilmSide || height < 1 || height > kMaxFilmSide) {
-    return invalid_argument("settings: a film has 1 to {} pixels on a side, got {}x{}", kMaxFilmSide, width, height);
+    return invalid_argument("settings: width and height must be 1 to {}, got {}x{}", kMaxFilmSide, width, height);
   }
   const bool fits = crop.x >= 0 && crop.y >= 0 && crop.width > 0 && crop.height > 0 && crop.width <= width - crop.x &&
                     crop.height <= height - crop.y;

@@ -366,9 +366,9 @@ TEST(FarmMessages, BadSettingsAreNamed) {
     change(wire);
     return error_of(from_wire(wire));
   };
-  EXPECT_EQ(refused([](auto& w) { w.set_width(0); }), "settings: a film has 1 to 65536 pixels on a side, got 0x480");
+  EXPECT_EQ(refused([](auto& w) { w.set_width(0); }), "settings: width and height must be 1 to 65536, got 0x480");
   EXPECT_EQ(refused([](auto& w) { w.set_height(65537); }),
-            "settings: a film has 1 to 65536 pixels on a side, got 640x65537");
+            "settings: width and height must be 1 to 65536, got 640x65537");
   EXPECT_EQ(refused([](auto& w) { w.mutable_crop()->set_x(11); }),
             "settings.crop: 11,20 630x460 does not lie within 640x480 pixels");
   EXPECT_EQ(refused([](auto& w) { w.mutable_crop()->set_width(std::numeric_limits<int>::max()); }),
