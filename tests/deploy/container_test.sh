@@ -12,7 +12,7 @@ fail() {
   exit 1
 }
 
-# What the coordinator's image may have: what is said of it in docs/kubernetes.md, and some more for what Debian mends.
+# What the coordinator's image may have: what is said of it in docs/operate/kubernetes.md, and some more for what Debian mends.
 most_server_mib=150
 
 # With the images this script calls itself in namespaces of its own: container_test.sh --inside FOLDER, which has their roots.

@@ -1,12 +1,12 @@
 // Whether the parts of a farm in a cluster, or in a Compose file, agree with each other, with the programs' options, with the
-// image and with what docs/kubernetes.md tells people to make. All of it returns faults, in words.
+// image and with what docs/operate tells people to make. All of it returns faults, in words.
 'use strict';
 const childProcess = require('node:child_process');
 const fs = require('node:fs');
 const path = require('node:path');
 const {nameOf} = require('./render.cjs');
 
-// What a worker takes besides what its options say (docs/limits.md): photons; strangers' scene files, as a part of --scene-gib;
+// What a worker takes besides what its options say (docs/operate/limits.md): photons; strangers' scene files, as a part of --scene-gib;
 // and the program itself.
 const PHOTONS_GIB = 0.25;
 const FILES_PART = 1 / 8;
@@ -18,7 +18,7 @@ const GIB = 2 ** 30;
 /** What the manifests are held against, read from the sources and the programs. */
 function readWorld(source, bin) {
   const text = (...names) => fs.readFileSync(path.join(source, ...names), 'utf8');
-  const docs = text('docs/kubernetes.md');
+  const docs = ['kubernetes.md', 'compose.md'].map((page) => text('docs/operate', page)).join('\n');
   const unit = (program) => text('deploy/systemd', `${program}.service`);
   const help = (program) => {
     const shown = childProcess.execFileSync(path.join(bin, program), ['--help'], {encoding: 'utf8'});
@@ -323,7 +323,7 @@ function farmFaults(docs, world) {
     else checks[doc.kind](doc, add);
   }
   for (const [name, key] of needed) {
-    if (!world.secrets.get(name)?.has(key)) faults.push(`docs/kubernetes.md makes no secret ${name} with ${key}`);
+    if (!world.secrets.get(name)?.has(key)) faults.push(`docs/operate/kubernetes.md makes no secret ${name} with ${key}`);
   }
   return faults;
 }
@@ -350,7 +350,7 @@ function composeFarmFaults(doc, world) {
     options[name] = optionsOf(args);
     for (const [from, target] of mounts) {
       if (!from.startsWith('.') && doc.volumes?.[from] === undefined) add(`volume ${from} is not there`);
-      if (from.startsWith('./certs/') && !world.files.has(path.basename(from))) add(`docs/kubernetes.md makes no ${from}`);
+      if (from.startsWith('./certs/') && !world.files.has(path.basename(from))) add(`docs/operate/compose.md makes no ${from}`);
       if (from.startsWith('./') && path.basename(from) !== path.basename(target)) add(`${from} is ${target}`);
     }
     if (programName === 'lightmill-worker')

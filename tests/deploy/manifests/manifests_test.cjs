@@ -45,12 +45,12 @@ for (const [name, docs] of [
 }
 test('compose.yaml fits the schema, and its parts each other', () => assert.deepStrictEqual(allComposeFaults(compose), []));
 
-const docs = fs.readFileSync(path.join(source, 'docs/kubernetes.md'), 'utf8');
+const page = (name) => fs.readFileSync(path.join(source, 'docs/operate', name), 'utf8');
 const argsIn = (kind) => base.find((doc) => doc.kind === kind).spec.template.spec.containers[0].args;
 test('a farm starts with the arguments of the base', () =>
   startFarm({
     bin,
-    commands: [...accessCommands(docs, 'Certificates'), ...accessCommands(docs, 'Start')],
+    commands: [...accessCommands(page('kubernetes.md'), 'Certificates'), ...accessCommands(page('kubernetes.md'), 'Start')],
     serverArgs: argsIn('StatefulSet'),
     workerArgs: argsIn('Deployment'),
     askers: ['scaler'],
@@ -58,7 +58,7 @@ test('a farm starts with the arguments of the base', () =>
 test('a farm starts with the arguments of compose.yaml', () =>
   startFarm({
     bin,
-    commands: accessCommands(docs, 'With Compose'),
+    commands: accessCommands(page('compose.md'), 'On one machine'),
     serverArgs: compose.services.server.command.slice(1),
     workerArgs: compose.services.worker.command.slice(1),
     askers: [],

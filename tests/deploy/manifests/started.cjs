@@ -1,4 +1,4 @@
-// Starts a farm with the arguments of manifests and the certificates and tokens that docs/kubernetes.md makes: paths and ports are this
+// Starts a farm with the arguments of manifests and the certificates and tokens that docs/operate/kubernetes.md makes: paths and ports are this
 // test's own, the rest is taken as it stands.
 'use strict';
 const assert = require('node:assert');
