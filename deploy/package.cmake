@@ -40,9 +40,9 @@ install(FILES debian/copyright DESTINATION share/doc/lightmill-image-decoder COM
 file(GLOB scenes CONFIGURE_DEPENDS ${PROJECT_SOURCE_DIR}/scenes/*.json)
 install(FILES ${scenes} DESTINATION share/lightmill/scenes COMPONENT lightmill)
 install(DIRECTORY ${PROJECT_SOURCE_DIR}/scenes/assets DESTINATION share/lightmill/scenes COMPONENT lightmill)
-file(GLOB documents CONFIGURE_DEPENDS ${PROJECT_SOURCE_DIR}/docs/*.md)
 install(FILES ${PROJECT_SOURCE_DIR}/README.md DESTINATION share/doc/lightmill COMPONENT lightmill)
-install(FILES ${documents} DESTINATION share/doc/lightmill/docs COMPONENT lightmill)
+install(DIRECTORY ${PROJECT_SOURCE_DIR}/docs DESTINATION share/doc/lightmill COMPONENT lightmill
+  FILES_MATCHING PATTERN *.md PATTERN images EXCLUDE PATTERN gallery EXCLUDE PATTERN experiments EXCLUDE)
 install(DIRECTORY slurm DESTINATION share/lightmill USE_SOURCE_PERMISSIONS COMPONENT lightmill)
 
 set(CPACK_GENERATOR DEB)

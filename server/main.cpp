@@ -124,7 +124,7 @@ Status with_advice(const Status& status) {
     case StatusCode::kResourceExhausted:
       return resource_exhausted("{}; make room there and start again: nothing is lost", message_of(status));
     case StatusCode::kDataLoss:
-      return data_loss("{}; the database itself is damaged: put a backup in its place, as docs/operations.md tells",
+      return data_loss("{}; the database itself is damaged: put a backup in its place, as docs/operate/backup.md tells",
                        message_of(status));
     default:
       return status;

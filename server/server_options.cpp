@@ -79,8 +79,8 @@ Status check_page(const ServerOptions& options) {
   if (!is_loopback(address->host) && !options.tls.given() && !options.insecure) {
     return failed_precondition(
         "--http {}: others could use and stop this farm, and read what goes over the wire. Give it a certificate ({}; "
-        "`lightmill certs` makes one, docs/security.md says how), or leave the page to this machine (127.0.0.1): `ssh "
-        "-L 7380:127.0.0.1:7380 THIS-MACHINE` brings it to your browser",
+        "`lightmill certs` makes one, docs/operate/security.md says how), or leave the page to this machine "
+        "(127.0.0.1): `ssh -L 7380:127.0.0.1:7380 THIS-MACHINE` brings it to your browser",
         options.http, kCertificateOption);
   }
   return ok_status();
@@ -109,7 +109,7 @@ Status check_access(const ServerOptions& options, const HostPort& listen) {
   if (!is_loopback(listen.host) && !options.insecure) {
     return failed_precondition(
         "--listen {}: others could use and stop this farm, and read what goes over the wire. Give it certificates ({} "
-        "and {}; `lightmill certs` makes them, docs/security.md says how), or --insecure if the network keeps "
+        "and {}; `lightmill certs` makes them, docs/operate/security.md says how), or --insecure if the network keeps "
         "strangers out",
         options.listen, kCertificateOption, kAuthorityOption);
   }

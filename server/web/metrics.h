@@ -1,4 +1,4 @@
-// The farm's figures as Prometheus reads them. docs/monitoring.md says what they tell.
+// The farm's figures as Prometheus reads them. docs/operate/monitoring.md says what they tell.
 #pragma once
 
 #include <cstdint>

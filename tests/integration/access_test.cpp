@@ -12,7 +12,7 @@ namespace {
 
 using grpc::StatusCode;
 
-/// What each RPC is for, as docs/security.md has it; written down here once more, by hand.
+/// What each RPC is for, as docs/operate/security.md has it; written down here once more, by hand.
 struct Expectation {
   std::string roles;      ///< that may call it, for anybody's job
   std::string own_roles;  ///< that may call it for their own job

@@ -10,7 +10,7 @@ namespace {
 
 using grpc::StatusCode;
 
-/// RPCs that change something, as docs/security.md has it; the others leave no trace. Written down once more, by hand.
+/// RPCs that change something, as in docs/operate/security.md. The others are not logged. A second copy, by hand.
 const std::map<std::string, bool>& recorded() {
   static const std::map<std::string, bool> all{
       {"FindMissingAssets", false}, {"UploadAsset", false},     {"DownloadAsset", false},  {"SubmitJob", true},

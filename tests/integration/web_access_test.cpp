@@ -166,7 +166,7 @@ class SecurePage {
   std::uint64_t seen_ = 0;
 };
 
-/// Who may ask for what, as docs/security.md has it; written down here once more, by hand.
+/// Who may ask for what, as docs/operate/security.md has it; written down here once more, by hand.
 struct Expectation {
   std::string roles;      ///< that may, for anybody's job
   std::string own_roles;  ///< that may for their own job; empty: as for anybody's

@@ -255,7 +255,7 @@ void add_certs_command(CLI::App& app, Context& context) {
   CLI::App* certs =
       app.add_subcommand("certs", "Make the certificates by which a farm's machines and people know each other.");
   certs->require_subcommand(1);
-  certs->footer("docs/security.md says how a farm is set up with them.");
+  certs->footer("docs/operate/security.md says how a farm is set up with them.");
 
   CLI::App* init = certs->add_subcommand("init", "Make an authority: what it signs, its farm believes.");
   init->add_option("DIR", options->folder, "a directory for it; made if need be")->type_name("DIR")->required();

@@ -93,7 +93,7 @@ Status show_log(FarmConnection& connection, const Console& console, const LogOpt
 void add_log_command(CLI::App& app, Context& context) {
   const auto options = std::make_shared<LogOptions>();
   CLI::App* command = app.add_subcommand("log", "Show who did what with the farm, and what was refused.");
-  command->footer("For the role admin. docs/security.md says what is recorded, and how long it is kept.");
+  command->footer("For the role admin. docs/operate/security.md says what is recorded, and how long it is kept.");
   add_common_options(*command, context);
   command->add_option("--job", options->job, "what was done with this job alone")->type_name("N");
   command->add_option("--who", options->who, "what somebody of this name did alone")->type_name("NAME");

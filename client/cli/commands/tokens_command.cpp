@@ -170,8 +170,8 @@ void add_token_commands(CLI::App& app, Context& context) {
       app.add_subcommand("tokens", "List the tokens that let in who has no certificate, or make or revoke one.");
   tokens->require_subcommand(0, 1);
   tokens->footer(
-      "For the role admin. A token is given in a file (--token-file) or in LIGHTMILL_TOKEN; docs/security.md says "
-      "more.");
+      "For the role admin. A token is given in a file (--token-file) or in LIGHTMILL_TOKEN; docs/operate/security.md "
+      "says more.");
   run_it(tokens, context, list);
 
   CLI::App* made = tokens->add_subcommand("create", "Make a token, and print it this once.");

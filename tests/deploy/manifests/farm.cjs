@@ -6,8 +6,8 @@ const fs = require('node:fs');
 const path = require('node:path');
 const {nameOf} = require('./render.cjs');
 
-// What a worker takes besides what its options say (docs/operate/limits.md): photons; strangers' scene files, as a part of --scene-gib;
-// and the program itself.
+// Memory of a worker that no option limits (docs/operate/limits.md): photons; scene files of strangers, as a part of
+// --scene-gib; and the program itself.
 const PHOTONS_GIB = 0.25;
 const FILES_PART = 1 / 8;
 const PROGRAM_GIB = 0.5;

@@ -1,5 +1,5 @@
-// Starts a farm with the arguments of manifests and the certificates and tokens that docs/operate/kubernetes.md makes: paths and ports are this
-// test's own, the rest is taken as it stands.
+// Starts a farm with the arguments of the manifests, and with the certificates and tokens of the pages in docs/operate.
+// Only paths and ports are the test's own.
 'use strict';
 const assert = require('node:assert');
 const childProcess = require('node:child_process');
