@@ -42,7 +42,7 @@ install(FILES ${scenes} DESTINATION share/lightmill/scenes COMPONENT lightmill)
 install(DIRECTORY ${PROJECT_SOURCE_DIR}/scenes/assets DESTINATION share/lightmill/scenes COMPONENT lightmill)
 install(FILES ${PROJECT_SOURCE_DIR}/README.md DESTINATION share/doc/lightmill COMPONENT lightmill)
 install(DIRECTORY ${PROJECT_SOURCE_DIR}/docs DESTINATION share/doc/lightmill COMPONENT lightmill
-  FILES_MATCHING PATTERN *.md PATTERN images EXCLUDE PATTERN gallery EXCLUDE PATTERN experiments EXCLUDE)
+        FILES_MATCHING PATTERN "*.md" PATTERN images EXCLUDE PATTERN gallery EXCLUDE PATTERN experiments EXCLUDE)
 install(DIRECTORY slurm DESTINATION share/lightmill USE_SOURCE_PERMISSIONS COMPONENT lightmill)
 
 set(CPACK_GENERATOR DEB)

@@ -53,10 +53,10 @@ struct Experiment {
   std::size_t levels() const { return samples.empty() ? errors.size() : samples.size(); }
 };
 
-/// Reads a JSON document (docs/lab.md); files are relative to `folder`. INVALID_ARGUMENT names the field.
+/// Reads a JSON document (docs/guide/lab.md); files are relative to `folder`. INVALID_ARGUMENT names the field.
 Result<Experiment> parse_experiment(std::string_view text, const std::filesystem::path& folder);
 
-/// Reads JSON lines (docs/lab.md); files are relative to `folder`. INVALID_ARGUMENT names line and field.
+/// Reads JSON lines (docs/guide/lab.md); files are relative to `folder`. INVALID_ARGUMENT names line and field.
 Result<std::vector<OtherPicture>> parse_others(std::string_view text, const std::filesystem::path& folder);
 
 }  // namespace lightmill::lab

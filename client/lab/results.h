@@ -15,7 +15,7 @@ namespace lightmill::lab {
 
 /// One picture: a scene by a method with a seed, at one level.
 struct LabResult {
-  std::string key;  ///< digest of all that decides it, the reference included: see docs/lab.md
+  std::string key;  ///< digest of all that decides it, the reference included: see docs/guide/lab.md
   std::string scene, method;
   std::uint64_t seed = 0;
   std::size_t level = 0;

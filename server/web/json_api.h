@@ -1,5 +1,5 @@
-// /api/v1: what programs and the page ask for over HTTP, as JSON. docs/web.md shows it; client/web/public/openapi.json
-// describes it.
+// /api/v1: what programs and the page ask for over HTTP, as JSON. docs/reference/http-api.md shows it;
+// client/web/public/openapi.json describes it.
 #pragma once
 
 #include <functional>

@@ -157,7 +157,7 @@ TEST(Atlas, GlassInOnAndAcrossGlassHidesInUniformLight) {
     expect_answer(seen(pair.objects, 1e-3), 1, 2e-3);
   }
   // Where two faces are one, rounding decides which is met first, and the other may be missed: no right picture is
-  // promised (docs/scene-format.md), but neither can be without bounds.
+  // promised (docs/reference/scene.md), but neither can be without bounds.
   for (const char* const material : {"a", "b"}) {
     const double value = seen(mesh("a", "left.obj") + also(mesh(material, "flush.obj")), 0).value;
     EXPECT_GT(value, 0.9) << material;

@@ -16,8 +16,8 @@ namespace {
 
 constexpr const char* kLabFooter =
     "EXPERIMENT is a JSON document that names scenes, methods, seeds, the numbers of samples (or the errors) at which\n"
-    "pictures are compared, and a reference: docs/lab.md describes it. The farm is chosen as for `render`. DIR gets\n"
-    "report.html (charts of error against time, speed-ups, pictures), the charts as files, results.csv and\n"
+    "pictures are compared, and a reference: docs/guide/lab.md describes it. The farm is chosen as for `render`. DIR\n"
+    "gets report.html (charts of error against time, speed-ups, pictures), the charts as files, results.csv and\n"
     "results.json. Ctrl-C keeps what is done; the same command again goes on from there.";
 
 struct LabOptions {

@@ -71,7 +71,7 @@ TEST(DecoderProcess, OtherFormatsAreRefusedWhateverTheirName) {
 }
 
 TEST(DecoderProcess, TheSceneFormatsPageListsTheFormats) {
-  const std::string page = read_file(source_file("docs/scene-format.md")).value();
+  const std::string page = read_file(source_file("docs/reference/scene.md")).value();
   EXPECT_NE(page.find(std::string("has one of these formats: ") + kImageFormats + "."), std::string::npos);
 }
 

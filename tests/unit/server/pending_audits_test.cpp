@@ -81,7 +81,7 @@ TEST(Chosen, LiarsAreFoundAsOftenAsTheFormulaSays) {
     double share, wrong;
     int results;
   };
-  // The odds that docs/verification.md states.
+  // The odds that docs/design/audits.md states.
   for (const auto& [share, wrong, results] :
        {Case{0.01, 1, 69}, Case{0.01, 1, 299}, Case{0.1, 1, 22}, Case{0.1, 0.01, 692}, Case{1, 0.01, 69}}) {
     constexpr int kLiars = 400;

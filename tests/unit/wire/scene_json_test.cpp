@@ -114,7 +114,7 @@ TEST(SceneJson, MistakesInMetersAreNamed) {
 }
 
 TEST(SceneJson, TheManualsExampleIsValid) {
-  const Result<std::string> manual = read_file(test::source_file("docs/scene-format.md"));
+  const Result<std::string> manual = read_file(test::source_file("docs/guide/scenes.md"));
   ASSERT_TRUE(manual.ok()) << manual.status();
   const std::size_t begin = manual->find("```json\n") + 8;
   const Result<SceneFile> file = read_scene_json(manual->substr(begin, manual->find("```", begin) - begin), "manual");

@@ -1,4 +1,4 @@
-/** The results.json of a lab (docs/lab.md) as charts: errors against time of several methods on several scenes. */
+/** The results.json of a lab (docs/guide/lab.md) as charts: errors against time of several methods on several scenes. */
 import {kLineColors, type ChartLine} from './chart';
 import type {CurvePoint} from './error_curve';
 
