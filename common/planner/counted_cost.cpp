@@ -4,7 +4,7 @@ namespace lightmill {
 namespace {
 
 /// In rays. As fitted to the CPU time of path and caustic on all of scenes/, by 1024 to 16384 photons a pass, one by
-/// one within 11 % (tests/bench/planner_bench, docs/measurements.md): pixels add nothing to what their rays cost.
+/// one within 11 % (tests/bench/planner_bench, docs/evidence/accuracy.md): pixels add nothing to what their rays cost.
 constexpr double kGather = 2.1;
 constexpr double kGathered = 0.64;
 constexpr double kPhoton = 1;

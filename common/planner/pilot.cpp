@@ -18,7 +18,7 @@ constexpr int kPatchSide = 8;        ///< pixels
 constexpr int kPatchesAcross = 8;    ///< at most, either way
 constexpr std::uint32_t kLevel = 3;  ///< log2 of a batch's samples
 /// From sample 256 on methods do as in long renders (roulette, splitting); what one method needs over the other differs
-/// from that before by a third (docs/measurements.md). The batches are the next two ranges of 8.
+/// from that before by a third (docs/evidence/accuracy.md). The batches are the next two ranges of 8.
 constexpr std::uint32_t kFirstBatch = 32;
 constexpr std::uint64_t kPilotSeed = 0x9e3779b97f4a7c15u;  ///< any constant
 

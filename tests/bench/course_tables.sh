@@ -12,7 +12,7 @@ case "${1:-}" in
   -h | --help)
     echo "usage: tests/bench/course_tables.sh [OPTION ...]
 
-Prints the tables of docs/measurements.md that the course asks for, after it has fetched the models. Options go to course_bench:
+Prints the tables of docs/evidence/course.md, after it has fetched the models. Options go to course_bench:
 "
     [ ! -x build/release/bench/course_bench ] || build/release/bench/course_bench --help
     exit

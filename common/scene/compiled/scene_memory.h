@@ -22,8 +22,9 @@ struct SceneMemory {
   std::uint64_t largest_bytes = 0;
 };
 
-/// From 1.05 to 1.65 times what scenes with large meshes and images were seen to take (docs/measurements.md). Errors of
-/// the asset source are passed on; meshes and images that cannot be read count nothing: compiling says what is wrong.
+/// From 1.05 to 1.65 times what scenes with large meshes and images were seen to take (docs/evidence/speed.md). Errors
+/// of the asset source are passed on. Meshes and images that cannot be read count nothing: compiling says what is
+/// wrong.
 Result<SceneMemory> estimate_memory(const Scene& scene, const CompiledScene::AssetSource& assets,
                                     const ImageSizer& sizes);
 
