@@ -52,8 +52,8 @@ def sentences(text):
         if not block.strip() or block.lstrip().startswith(("#", "|", "!")):
             continue
         is_bullet = re.match(r" *(?:[-*]|\d+\.) ", block)
-        plain = re.sub(r"`[^`]*`", "code", LINK.sub(lambda link: link.group(0)[1:].split("]")[0], block))
-        for sentence in re.split(r"(?<=[.!?:])\s+(?=[A-Z`(])", re.sub(r"^ *(?:[-*]|\d+\.) ", "", plain)):
+        plain = re.sub(r"`[^`]*`", "Code", LINK.sub(lambda link: link.group(0)[1:].split("]")[0], block))
+        for sentence in re.split(r"(?<=[.!?:])\s+(?=[A-Z(])", re.sub(r"^ *(?:[-*]|\d+\.) ", "", plain)):
             words = len(re.findall(r"[\w'’-]+", sentence))
             if words > 1 and not (is_bullet and words < LEAST_WORDS):
                 yield words
