@@ -187,7 +187,7 @@ class Units(unittest.TestCase):
         help_lines = "\n".join(help_text.help_of(BIN, ["lightmill-worker"]))
         for name in re.findall(r"(?m)^#?(LIGHTMILL_\w+)=", (UNITS / "worker.conf").read_text()):
             if name != "LIGHTMILL_WORKER_OPTIONS":
-                self.assertIn(f"(Env:{name})", help_lines)
+                self.assertIn(f"(or ${name})", help_lines)
 
     def test_both_run_as_users_that_are_made(self):
         for program in PROGRAMS:
