@@ -2,6 +2,7 @@
 #include <gtest/gtest.h>
 #include <sqlite3.h>
 
+#include <csignal>
 #include <fstream>
 
 #include <set>
@@ -118,7 +119,8 @@ TEST(Keeping, ADamagedNodeOfAnEndedJobIsRenderedAgainOnceItsFilmIsRead) {
   farm.add_worker(1, "w1");
   const std::uint64_t job = client.submit({}).id();
   ASSERT_EQ(client.wait_until_ended(job).state(), v1::JOB_STATE_DONE);
-  kill_at_once(farm.server());
+  farm.server().send(SIGTERM);  // the job's end is stored by then
+  ASSERT_EQ(farm.server().wait(), 0);
   sqlite3* database = nullptr;
   ASSERT_EQ(sqlite3_open((farm.data() / "lightmill.sqlite").c_str(), &database), SQLITE_OK);
   EXPECT_EQ(sqlite3_exec(database, "UPDATE nodes SET samples = zeroblob(length(samples)) WHERE tile = 2", nullptr,
