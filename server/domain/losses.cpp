@@ -11,10 +11,10 @@ bool Losses::count(Row& row, const Lease& lost) const {
   if (std::exchange(row.last, worker) == worker) {
     return false;
   }
-  ++row.lost;
-  if (lost.alone) {
+  if (lost.alone && row.lost >= before_alone_) {  // else a result came since it was granted
     row.alone.push_back(lost.worker);
   }
+  ++row.lost;
   return row.alone.size() >= alone_;
 }
 

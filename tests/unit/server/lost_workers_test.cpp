@@ -78,6 +78,35 @@ TEST_F(LostWorkersTest, WhatComesOfATileClearsIt) {
   EXPECT_NE(status(job).state, JobState::failed);
 }
 
+TEST_F(LostWorkersTest, OneThatIsLostAfterAResultOfItsTileIsTheFirstInARow) {
+  const JobId job = submit(spec("r1", 64, {0, 0, 64, 64}));
+  const SessionId slow = connect("slow");
+  const std::vector<LeaseGrant> held = got<LeaseGrant>(slow);
+  ASSERT_FALSE(held.empty());
+  const auto lose_one = [&] {
+    lose_a_worker();
+    WorkerHeartbeat heartbeat;
+    for (const LeaseGrant& grant : got<LeaseGrant>(slow)) {
+      heartbeat.leases.push_back(grant.lease);
+    }
+    say(slow, heartbeat);
+  };
+  for (std::uint32_t i = 0; i < limits.losses_before_alone; ++i) {
+    lose_one();
+  }
+  const SessionId alone = connect("alone");
+  ASSERT_EQ(got<LeaseGrant>(alone).size(), 1u);
+  say(slow, result(held[0], TileId{0}));
+  coordinator->worker_disconnected(alone, now, effects);
+  flush();
+  pass(limits.disconnect_grace + std::chrono::milliseconds(1));
+  for (std::uint32_t i = 1; i < limits.losses_before_alone + limits.losses_alone; ++i) {
+    ASSERT_EQ(status(job).state, JobState::running) << i << ": " << status(job).reason;
+    lose_one();
+  }
+  EXPECT_EQ(status(job).state, JobState::failed);
+}
+
 TEST_F(LostWorkersTest, AWorkerThatOnlyLostItsLineAccusesNobody) {
   const JobId job = submit(spec("r1", 4, {0, 0, 64, 64}));
   for (int i = 0; i < 20; ++i) {  // the same process, which never got its leases
