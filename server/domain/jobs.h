@@ -66,6 +66,8 @@ class Job {
   Film& film();  ///< in memory (checked)
   const Film& film() const;
   void drop_node(TileId tile, SampleRange range);
+  /// Whether something was taken out of it, since this coordinator started.
+  bool has_lost_nodes() const { return has_lost_nodes_; }
   /// What was stored of it. Where values are left out, the job has ended (checked), and they are in the store alone.
   void restore_film(StoredFilm nodes);
   /// The values are in the store alone from now on. The job has ended (checked).
@@ -148,6 +150,7 @@ class Job {
   double mean_samples() const;  ///< over the film's pixels
 
   std::variant<Film, FilmOutline> film_;
+  bool has_lost_nodes_ = false;
   Sha256 digest_;
   bool digest_durable_;
   LeaseId bound_at_{0};

@@ -37,6 +37,34 @@ TEST_F(QuarantineTest, AThirdMachineDecidesAndTheLiarsWorkIsUndone) {
   EXPECT_EQ(coordinator->film(job)->sums(TileId{0})[0], 1.0f) << "the honest ones'";
 }
 
+// A worker does not render what it holds a result of: it waits for the acknowledgement.
+TEST_F(QuarantineTest, WhatIsRenderedAgainIsGrantedAfterTheAcknowledgementOfWhatWasDropped) {
+  const JobId job = submit_verified();
+  const SessionId liar = connect_on("m1", "liar"), b = connect_on("m2", "b"), c = connect_on("m3", "c");
+  answer(liar, 1);
+  answer(b);
+  ASSERT_EQ(waiting(c), 1u);
+  const LeaseGrant audit = got<LeaseGrant>(c).back();
+  coordinator->worker_message(c, result(audit, TileId{0}), now, unix_ms(), effects);
+  EXPECT_TRUE(leases_granted(effects.now).empty());
+  std::vector<std::string> order;  // of what goes to c
+  for (const Outgoing& message : effects.after_commit) {
+    if (message.to == c && std::holds_alternative<ResultAck>(message.message)) {
+      order.emplace_back("acknowledgement");
+    } else if (message.to == c && std::holds_alternative<LeaseGrant>(message.message)) {
+      EXPECT_EQ(std::get<LeaseGrant>(message.message).unit, audit.unit);
+      order.emplace_back("grant");
+    }
+  }
+  EXPECT_EQ(order, (std::vector<std::string>{"acknowledgement", "grant"}));
+  flush();
+  answer(b);
+  answer(c);
+  answer(b);
+  answer(c);
+  EXPECT_EQ(status(job).state, JobState::done);
+}
+
 TEST_F(QuarantineTest, WorkersOfOneCertificateDoNotAuditEachOther) {
   const JobId job = submit_verified();
   const SessionId one = connect_with("shared", "a", "m1", "h1"), two = connect_with("shared", "b", "m2", "h2");
