@@ -71,6 +71,10 @@ struct PlantedBugs {
   bool blame_hastily = false;              ///< the first loss of a worker condemns what it rendered
   bool believe_one_refusal = false;        ///< one identity's refusal fails a job
   bool blame_unsent = false;               ///< leases run from when they are granted, sent or not
+  bool blame_early = false;                ///< a job fails one lost worker too early
+  bool expire_early = false;               ///< leases expire between two heartbeats
+  bool end_early = false;                  ///< a job's seconds are taken for half as many
+  bool end_late = false;                   ///< a job's seconds are taken for twice as many
 };
 
 struct Report {
@@ -85,7 +89,8 @@ struct Report {
   std::uint64_t inspections = 0, inspected = 0;  ///< asked for, and answered with what was found
   std::uint64_t restarts = 0;
   std::uint64_t deaths = 0;
-  std::uint64_t poisoned = 0;    ///< jobs that failed because of it
+  std::uint64_t poisoned = 0;    ///< jobs that killed too many workers in a row, and failed
+  std::uint64_t unlucky = 0;     ///< jobs that kill nobody, and failed because bad luck took as many with them
   std::uint64_t verified = 0;    ///< pixel samples that were rendered again with the same bits
   std::uint64_t unverified = 0;  ///< results of done jobs that could not be verified
   std::uint64_t refused = 0;     ///< jobs that cannot be rendered, and failed

@@ -7,6 +7,7 @@ namespace lightmill::simulation {
 void Checks::server_starts(const StoredState& stored) {
   merged_by_.clear();
   refusals_.server_starts();
+  losses_.server_starts();
   for (const StoredState::StoredJob& job : stored.jobs) {
     for (const StoredState::StoredResult& result : job.results) {
       merged_by_[{job.record.id, result.tile, result.range}] = stored.renderers.at(result.by);
@@ -19,11 +20,9 @@ void Checks::server_starts(const StoredState& stored) {
   }
 }
 
-void Checks::hello_came(const WorkerHello& hello) {
+void Checks::hello_came(const std::shared_ptr<Stream>& stream, const WorkerHello& hello) {
   brought_[hello.name] = hello.held.size();
-  for (const HeldLease& held : hello.held) {
-    sent_.insert(held.lease);
-  }
+  losses_.hello_came(stream, hello);
 }
 
 void Checks::result_came(const Stream& stream, const WorkerResult& result) {
@@ -35,18 +34,18 @@ void Checks::check_effects(const Effects& effects) {
   note_grants(effects);
   check_decisions(effects);
   refusals_.check(effects);
+  losses_.check(effects);
+  times_.check(effects);
   note_unwanted(effects);
 }
 
-void Checks::check_sent(const Stream& stream, const Outgoing& message) {
+void Checks::check_sent(const std::shared_ptr<Stream>& stream, const Outgoing& message) {
   if (const auto* grant = std::get_if<LeaseGrant>(&message.message)) {
-    check_grant(stream, *grant);
+    check_grant(*stream, *grant);
   } else if (const auto* ack = std::get_if<ResultAck>(&message.message)) {
-    check_ack(stream, *ack);
+    check_ack(*stream, *ack);
   }
-  for (const LeaseId lease : leases_granted(std::span(&message, 1))) {
-    sent_.insert(lease);
-  }
+  losses_.sent(stream, message);
 }
 
 void Checks::check_grant(const Stream& stream, const LeaseGrant& grant) {
@@ -107,20 +106,6 @@ void Checks::note_writes(const Effects& effects) {
         world_.fail(
             fmt::format("{} is convicted, which has not lied: {}", held->record.of.worker, held->record.reason));
       }
-    }
-  }
-}
-
-void Checks::check_losses(const Effects& effects) {
-  constexpr std::string_view kLost = " lost lease ";
-  for (const Note& note : effects.notes) {
-    const std::size_t at = note.text.find(kLost);
-    if (at == std::string::npos) {
-      continue;
-    }
-    if (const LeaseId lease{std::strtoull(note.text.c_str() + at + kLost.size(), nullptr, 10)};
-        !sent_.contains(lease)) {
-      world_.fail(fmt::format("{}, and nobody was sent it", note.text));
     }
   }
 }
@@ -244,8 +229,7 @@ void Checks::check_ack(const Stream& stream, const ResultAck& ack) {
       return;
     }
     const bool of_this_job = digest->second == render_digest(stored->spec.settings, stored->fingerprint_class);
-    const bool ended_by_time = stored->state == JobState::done && stored->spec.goal.seconds > 0;
-    if (of_this_job && !ended_by_time && server_.disk().covers(key)) {
+    if (of_this_job && server_.disk().covers(key)) {
       acknowledged_.insert(key);
     }
     // Where a goal in error decides how many samples are wanted, they are fewer again once some are taken out.
@@ -257,7 +241,7 @@ void Checks::check_ack(const Stream& stream, const ResultAck& ack) {
                             }) ||
         (stored->spec.goal.error > 0 &&
          std::ranges::any_of(server_.damaged(), [&](const auto& each) { return each.first == key.job; }));
-    if (of_this_job && !ended_by_time && !dropped && !server_.disk().covers(key)) {
+    if (of_this_job && !dropped && !server_.disk().covers(key)) {
       world_.fail(fmt::format("job {}, tile {}, samples [{}, {}) are acknowledged but not durable", key.job.value,
                               key.tile.value, key.range.first(), key.range.end()));
     }

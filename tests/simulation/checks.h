@@ -4,29 +4,36 @@
 // hold.
 #pragma once
 
+#include "tests/simulation/loss_checks.h"
 #include "tests/simulation/refusal_checks.h"
 #include "tests/simulation/server_side.h"
+#include "tests/simulation/time_checks.h"
 #include "tests/simulation/worker_side.h"
 
 namespace lightmill::simulation {
 
 class Checks {
  public:
-  Checks(World& world, ServerSide& server, const WorkerSide& workers)
-      : world_(world), server_(server), workers_(workers), refusals_(world, server, workers) {}
+  Checks(World& world, ServerSide& server, const WorkerSide& workers, const ClientSide& clients)
+      : world_(world),
+        server_(server),
+        workers_(workers),
+        refusals_(world, server, workers),
+        losses_(world, server, workers),
+        times_(world, server, clients) {}
 
   /// A coordinator starts with this.
   void server_starts(const StoredState& stored);
-  void hello_came(const WorkerHello& hello);
+  void hello_came(const std::shared_ptr<Stream>& stream, const WorkerHello& hello);
   void result_came(const Stream& stream, const WorkerResult& result);
   void refusal_came(const Stream& stream, const WorkerRefusal& refusal) { refusals_.refusal_came(stream, refusal); }
   void stored(std::span<const StoreOp> ops);
   /// To be called before anything of the effects is sent.
   void check_effects(const Effects& effects);
-  /// No worker loses a lease that was not sent. To be called once messages that need no commit have left.
-  void check_losses(const Effects& effects);
+  /// To be called once messages that need no commit have left.
+  void check_losses(const Effects& effects) { losses_.check_sent(effects); }
   /// A message leaves.
-  void check_sent(const Stream& stream, const Outgoing& message);
+  void check_sent(const std::shared_ptr<Stream>& stream, const Outgoing& message);
   void check_acknowledged_is_durable();
 
  private:
@@ -44,15 +51,16 @@ class Checks {
   ServerSide& server_;
   const WorkerSide& workers_;
   RefusalChecks refusals_;
+  LossChecks losses_;
+  TimeChecks times_;
   std::map<std::pair<SessionId, NodeKey>, Sha256> last_result_;  ///< render digests of results that came
   std::set<NodeKey> acknowledged_;                               ///< with the right digest
   /// Results that were not wanted when they came. Their acknowledgement promises nothing.
   std::multiset<std::pair<SessionId, NodeKey>> unwanted_;
-  std::map<JobId, std::uint64_t> unbound_;         ///< how often each job lost its class again
-  std::map<LeaseId, std::uint64_t> unbound_then_;  ///< the same of a lease's job when it was granted
-  std::map<NodeKey, Renderer> merged_by_;          ///< as the coordinator has it
-  std::vector<NodeKey> dropped_;                   ///< that the coordinator took out of films
-  std::set<LeaseId> sent_;                         ///< leases whose grants have left, or that workers came back with
+  std::map<JobId, std::uint64_t> unbound_;             ///< how often each job lost its class again
+  std::map<LeaseId, std::uint64_t> unbound_then_;      ///< the same of a lease's job when it was granted
+  std::map<NodeKey, Renderer> merged_by_;              ///< as the coordinator has it
+  std::vector<NodeKey> dropped_;                       ///< that the coordinator took out of films
   std::set<std::pair<std::string, NodeKey>> granted_;  ///< what each worker, by name, was ever granted
   std::map<std::string, std::size_t> brought_;         ///< leases that a worker's last hello came with
 };

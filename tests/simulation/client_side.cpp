@@ -116,8 +116,10 @@ void ClientSide::submit(std::size_t index) {
   auto id = std::make_shared<JobId>();
   request(
       [this, index, id](Effects& effects) {
+        JobSpec spec = jobs_[index].spec;
+        spec.goal.seconds *= world_.bugs.end_early ? 0.5 : world_.bugs.end_late ? 2 : 1;
         const Result<JobId> made =
-            server_.coordinator()->submit(jobs_[index].spec, world_.now, world_.unix_ms(), effects, jobs_[index].notes);
+            server_.coordinator()->submit(spec, world_.now, world_.unix_ms(), effects, jobs_[index].notes);
         if (!made.ok()) {
           world_.fail(fmt::format("submit: {}", message_of(made.status())));
           return false;

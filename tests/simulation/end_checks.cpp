@@ -8,9 +8,6 @@
 namespace lightmill::simulation {
 namespace {
 
-/// What condemns a tile: CoordinatorLimits::losses_before_alone and losses_alone.
-constexpr std::uint64_t kUnluckyLosses = 2 + 3;
-
 /// How far sums of some hundred samples may differ of which each differs by its last bit; what one sample adds is more
 /// than that nearly everywhere.
 constexpr float kRounding = 0x1p-18f;
@@ -22,15 +19,6 @@ bool are_near(std::span<const float> a, std::span<const float> b) {
 }
 
 }  // namespace
-
-std::uint64_t EndChecks::workers_lost() const {
-  std::uint64_t lost = world_.report.deaths;
-  for (const char* kind : {"workers that hang", "links cut one way", "workers a hundred times slower"}) {
-    const auto found = world_.report.faults.find(kind);
-    lost += found == world_.report.faults.end() ? 0 : found->second;
-  }
-  return lost;
-}
 
 void EndChecks::check_job(const ClientJob& job) {
   const Result<JobStatus> status = server_.coordinator()->status(*job.id, world_.now);
@@ -44,10 +32,9 @@ void EndChecks::check_job(const ClientJob& job) {
     world_.fail(fmt::format("job {} was submitted and is not there", job.id->value));
     return;
   }
-  // Also what kills nobody is blamed where so many workers were lost by bad luck.
-  const bool may_fail = job.poisoned_pilot || job.poison != kNoPoison || workers_lost() >= kUnluckyLosses;
-  if (may_fail && status->state == JobState::failed && status->reason.find("lost in a row") != std::string::npos) {
-    ++world_.report.poisoned;
+  // LossChecks has looked at who was lost. Also what kills nobody is blamed for workers that bad luck took in a row.
+  if (status->state == JobState::failed && status->reason.find(kLostInARow) != std::string::npos) {
+    ++(job.poisoned_pilot || job.poison != kNoPoison ? world_.report.poisoned : world_.report.unlucky);
     return;
   }
   // RefusalChecks has looked at whose words these are.
@@ -152,29 +139,40 @@ std::uint64_t EndChecks::check_results(JobId job, TileId tile) {
 
 void EndChecks::check_film(const ClientJob& job, const JobStatus& status) {
   const Film& film = server_.film_now(*job.id);
-  const bool by_time = job.spec.goal.seconds > 0;
+  const JobRecord& record = *server_.disk().job(*job.id);
+  const bool by_time = !job.cancelled && record.reached == GoalLimit::seconds;
   const RenderSettings& settings = (*server_.coordinator()->spec(*job.id))->settings;
   const Allocation expected = job.spec.goal.adaptive ? pilot_allocation(settings) : Allocation();
-  if (!job.cancelled && (film.allocation() != expected || server_.disk().job(*job.id)->allocation != expected)) {
+  if (!job.cancelled && (film.allocation() != expected || record.allocation != expected)) {
     world_.fail(fmt::format("job {} has another allocation than its pilot found", job.id->value));
     return;
   }
   world_.report.results_duplicate += status.counters.results_duplicate;
   world_.report.unverified += job.cancelled ? 0 : status.results_unverified;
   world_.report.wanted += film.pixel_samples();
-  std::uint64_t wanted = job.goal;
+  std::uint64_t wanted = by_time ? record.spec.goal.samples : job.goal;
   if (job.error > 0 && (workers_.have_liars() || may_be_rounded(job))) {
     wanted = film.frame_samples();  // what lies, or the last bits, made it look like decides, too
   } else if (job.error > 0 && !job.cancelled) {
     wanted = std::min(count_of(job, status), job.goal > 0 ? job.goal : kMaxSamples);
+  }
+  if (by_time && (record.spec.goal.seconds != job.spec.goal.seconds || record.active_seconds < job.spec.goal.seconds)) {
+    world_.fail(fmt::format("job {} ended by time after {} of {} s", job.id->value, record.active_seconds,
+                            job.spec.goal.seconds));
+    return;
+  }
+  if (status.min_tile_samples != film.min_samples() || status.max_tile_samples != film.max_samples() ||
+      status.frame_samples != film.frame_samples() || status.samples_done != film.pixel_samples()) {
+    world_.fail(fmt::format("job {} shows other counts than its film has", job.id->value));
+    return;
   }
   std::uint64_t unverified = 0;
   std::set<std::string> classes;
   for (std::uint32_t i = 0; i < film.grid().tile_count(); ++i) {
     const TileId tile{i};
     const std::uint64_t samples = film.samples(tile);
-    if (const std::uint64_t part = film.allocation().of_tile(tile, wanted);
-        !job.cancelled && !by_time && samples != part) {
+    const std::uint64_t part = film.allocation().of_tile(tile, wanted > 0 ? wanted : kMaxSamples);
+    if (!job.cancelled && (by_time ? samples > part : samples != part)) {
       world_.fail(fmt::format("job {}, tile {} has {} samples instead of {}", job.id->value, i, samples, part));
       return;
     }

@@ -14,8 +14,6 @@ class EndChecks {
   void check();
 
  private:
-  /// By chance: killed, hung or cut off.
-  std::uint64_t workers_lost() const;
   void check_job(const ClientJob& job);
   void check_method(const ClientJob& job);
   void check_film(const ClientJob& job, const JobStatus& status);

@@ -29,6 +29,8 @@ FarmSimulation::FarmSimulation(std::uint64_t seed, const Chaos& chaos, const Pla
     limits.losses_before_alone = 0;
     limits.losses_alone = 1;
   }
+  limits.losses_alone -= bugs.blame_early ? 1 : 0;
+  limits.lease_duration = bugs.expire_early ? limits.heartbeat_interval * 3 / 4 : limits.lease_duration;
   limits.refusals = bugs.believe_one_refusal ? 1 : limits.refusals;
   constexpr double kIdleSeconds[] = {0, 0.05, 1, 600};
   limits.film_idle = from_seconds(chaos.films ? kIdleSeconds[world_.random.below(4)] : 600);

@@ -14,11 +14,13 @@
 // - no lease leaves before its job's class and method are durable
 // - no lease names merged samples, unless it audits them on another machine
 // - no worker in quarantine gets a lease, and limits hold
+// - no worker that nothing befalls loses a lease, and jobs fail only for as many lost workers as the rule says
+// - jobs with a time limit end by it neither early nor late
 // - stored nodes never overlap, and their renderers are stored with them
 //
 // Checked at the end (end_checks.h): every job has ended as it must, and its film has the bytes of the quiet run, in
-// memory and on disk. A job that asks for an error has the count that the quiet run's sums give. A job that allows two
-// classes, which round differently, has the same sums but for their last bits.
+// memory and on disk. It shows the counts that its film has. A job that asks for an error has the count that the quiet
+// run's sums give. A job that allows two classes, which round differently, has the same sums but for their last bits.
 //
 // World has time and chance. The server, worker and client sides own what their names say.
 #pragma once
@@ -50,7 +52,7 @@ class FarmSimulation {
   ServerSide server_{world_, workers_, clients_, checks_};
   WorkerSide workers_{world_, server_, clients_};
   ClientSide clients_{world_, server_, workers_};
-  Checks checks_{world_, server_, workers_};
+  Checks checks_{world_, server_, workers_, clients_};
   bool films_seen_ = false;
   std::optional<Time> race_started_, race_nearly_done_;
 };

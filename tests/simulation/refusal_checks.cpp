@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "tests/simulation/loss_checks.h"
 #include "tests/simulation/server_side.h"
 #include "tests/simulation/worker_side.h"
 
@@ -40,7 +41,7 @@ void RefusalChecks::note_heard(const Note& note) {
 
 void RefusalChecks::check_failed(const JobRecord& job) {
   const Refusals& of = refusals_[job.id];
-  if (of.heard.size() > 1 || job.reason.find("lost in a row") != std::string::npos) {
+  if (of.heard.size() > 1 || job.reason.find(kLostInARow) != std::string::npos) {
     return;
   }
   if (of.heard.empty()) {

@@ -258,7 +258,7 @@ void ServerSide::send(Outgoing message) {
                  workers_[stream->worker].name, grant->unit.job.value, grant->unit.range.first(),
                  grant->unit.range.end(), grant->unit.tiles.size(), grant->unit.tiles[0].value);
   }
-  checks_.check_sent(*stream, message);
+  checks_.check_sent(stream, message);
   if (!world_.bugs.lose_acknowledgements || !std::holds_alternative<ResultAck>(message.message)) {
     deliver(stream, message.message);
   }
@@ -362,7 +362,7 @@ void ServerSide::receive(const std::shared_ptr<Stream>& stream, WorkerMessage me
           return sent.to == stream->session && std::holds_alternative<Dismissal>(sent.message);
         });
         if (!dismissed) {  // else its name is that of another one, which is here
-          checks_.hello_came(*hello);
+          checks_.hello_came(stream, *hello);
         }
       });
     } else {

@@ -28,7 +28,7 @@ struct Options {
 /// What all schedules together came to.
 struct Sum {
   std::mutex mutex;
-  std::uint64_t done = 0, restarts = 0, deaths = 0, convicted = 0;
+  std::uint64_t done = 0, restarts = 0, deaths = 0, convicted = 0, poisoned = 0, unlucky = 0;
   std::map<std::string, std::uint64_t> faults;
   std::map<std::uint64_t, std::string> failures;        ///< by seed
   std::map<std::uint64_t, lightmill::Hash128> effects;  ///< by seed
@@ -40,6 +40,8 @@ struct Sum {
     restarts += report.restarts;
     deaths += report.deaths;
     convicted += report.convicted;
+    poisoned += report.poisoned;
+    unlucky += report.unlucky;
     for (const auto& [kind, count] : report.faults) {
       faults[kind] += count;
     }
@@ -117,8 +119,11 @@ int run_all(const Options& options) {
   if (interrupted != 0) {
     fmt::print("  to go on: simulate --first {} --seeds {}\n", options.first + sum.done, options.seeds - sum.done);
   }
-  sum.faults.insert(
-      {{"workers killed", sum.deaths}, {"coordinators killed", sum.restarts}, {"convictions", sum.convicted}});
+  sum.faults.insert({{"workers killed", sum.deaths},
+                     {"coordinators killed", sum.restarts},
+                     {"convictions", sum.convicted},
+                     {"jobs that kill workers, and failed", sum.poisoned},
+                     {"jobs that failed by bad luck", sum.unlucky}});
   for (const auto& [kind, count] : sum.faults) {
     fmt::print("{:12} {}\n", count, kind);
   }

@@ -33,7 +33,7 @@ TEST_P(Simulation, FilmsAreThoseOfTheQuietRunWhateverHappens) {
   const std::uint64_t seeds = number_from_environment("LIGHTMILL_SIMULATION_SEEDS", kSeedsPerBatch);
   std::uint64_t restarts = 0;
   std::uint64_t deaths = 0;
-  std::uint64_t poisoned = 0;
+  std::uint64_t poisoned = 0, unlucky = 0;
   std::uint64_t convicted = 0;
   std::uint64_t too_large = 0;
   std::uint64_t mixed = 0;
@@ -45,6 +45,7 @@ TEST_P(Simulation, FilmsAreThoseOfTheQuietRunWhateverHappens) {
     restarts += report.restarts;
     deaths += report.deaths;
     poisoned += report.poisoned;
+    unlucky += report.unlucky;
     convicted += report.convicted;
     too_large += report.too_large;
     mixed += report.mixed;
@@ -55,6 +56,7 @@ TEST_P(Simulation, FilmsAreThoseOfTheQuietRunWhateverHappens) {
   EXPECT_GT(restarts, seeds / 2);
   EXPECT_GT(deaths, seeds / 2);
   EXPECT_GT(poisoned, seeds / 20);
+  EXPECT_LT(unlucky, seeds / 100);
   EXPECT_GT(convicted, seeds / 20);
   EXPECT_GT(too_large, seeds / 10);
   EXPECT_GT(mixed, seeds / 100);
@@ -183,7 +185,9 @@ INSTANTIATE_TEST_SUITE_P(
         Planted{"LoseFilms", &PlantedBugs::lose_films}, Planted{"LoseReports", &PlantedBugs::lose_reports},
         Planted{"HideClasses", &PlantedBugs::hide_classes},
         Planted{"BelieveOneRefusal", &PlantedBugs::believe_one_refusal},
-        Planted{"BlameHastily", &PlantedBugs::blame_hastily}, Planted{"BlameUnsent", &PlantedBugs::blame_unsent}),
+        Planted{"BlameHastily", &PlantedBugs::blame_hastily}, Planted{"BlameUnsent", &PlantedBugs::blame_unsent},
+        Planted{"BlameEarly", &PlantedBugs::blame_early}, Planted{"ExpireEarly", &PlantedBugs::expire_early},
+        Planted{"EndEarly", &PlantedBugs::end_early}, Planted{"EndLate", &PlantedBugs::end_late}),
     [](const auto& info) { return std::string(info.param.name); });
 
 }  // namespace

@@ -19,7 +19,9 @@ void WorkerSide::kill_one() {
 
 void WorkerSide::hang_one() {
   world_.inject("workers that hang");
-  workers_[world_.random.below(workers_.size())].hung_until = world_.now + world_.random.seconds_between(0.1, 8);
+  SimulatedWorker& worker = workers_[world_.random.below(workers_.size())];
+  worker.hung_until = world_.now + world_.random.seconds_between(0.1, 8);
+  worker.disturbed = std::max(worker.disturbed, worker.hung_until);
 }
 
 void WorkerSide::break_one() {
@@ -36,6 +38,7 @@ void WorkerSide::cut_link() {
   world_.inject("links cut one way");
   const Time until = world_.now + world_.random.seconds_between(0.3, 10);
   (world_.random.chance(0.5) ? stream->cut_up : stream->cut_down) = until;
+  workers_[stream->worker].disturbed = std::max(workers_[stream->worker].disturbed, until);
   if (world_.random.chance(0.5)) {  // one end misses its keepalives before it heals
     world_.at(world_.now + from_seconds(world_.random.uniform() * to_seconds(until - world_.now)),
               [this, stream] { break_stream(stream); });

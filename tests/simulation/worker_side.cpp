@@ -55,7 +55,7 @@ void WorkerSide::make_racers(const Race& race) {
 void WorkerSide::change_last(const Race& race) {
   SimulatedWorker& last = workers_.back();
   last.slowness = race.slowness_then > 0 ? race.slowness_then : last.slowness;
-  last.hung_until = race.hangs_then ? Time::max() : last.hung_until;
+  last.hung_until = last.disturbed = race.hangs_then ? Time::max() : last.hung_until;
 }
 
 void WorkerSide::start(std::size_t index) {

@@ -55,6 +55,7 @@ struct SimulatedWorker {
   std::uint64_t life = 0;  ///< counts up with every start and death
   bool alive = false;
   Time hung_until;
+  Time disturbed;  ///< it hung, or its link was cut, until then
   std::shared_ptr<Stream> stream;
   std::deque<RenderTile> to_render;
   std::optional<RenderTile> last_tile;               ///< the last that was asked for

@@ -1,0 +1,186 @@
+#include "tests/simulation/loss_checks.h"
+
+#include <algorithm>
+
+#include "server/domain/limits.h"
+#include "tests/simulation/server_side.h"
+#include "tests/simulation/worker_side.h"
+
+namespace lightmill::simulation {
+namespace {
+
+/// The rule, whatever limits bugs are planted into.
+const CoordinatorLimits kRule;
+
+bool is_loss(const Note& note) {
+  return note.text.find(" lost lease ") != std::string::npos;
+}
+
+/// "5 workers were lost in a row, the last ones (a, b, c) while they had nothing to do but ...".
+struct Accusation {
+  std::uint64_t lost = 0;
+  std::vector<std::string> alone;
+
+  explicit Accusation(const std::string& reason) : lost(std::strtoull(reason.c_str(), nullptr, 10)) {
+    std::size_t at = reason.find('(') + 1;
+    for (const std::size_t end = reason.find(')'); at < end;) {
+      const std::size_t next = std::min(reason.find(", ", at), end);
+      alone.push_back(reason.substr(at, next - at));
+      at = next + 2;
+    }
+    std::ranges::sort(alone);
+  }
+};
+
+}  // namespace
+
+void LossChecks::server_starts() {
+  lent_.clear();
+  rows_.clear();
+  lives_.clear();
+}
+
+void LossChecks::hello_came(const std::shared_ptr<Stream>& stream, const WorkerHello& hello) {
+  const auto [known, is_new] = lives_.try_emplace(stream->name, stream->worker_life);
+  const bool came_before = !is_new && std::exchange(known->second, stream->worker_life) == stream->worker_life;
+  came_again_ = came_before ? stream->name : "";
+  for (const HeldLease& held : hello.held) {
+    Lent& lent = lent_[held.lease];
+    lent.job = held.unit.job;
+    lent.range = held.unit.range;
+    lent.tiles = held.unit.tiles;
+    lent.since = lent.stream == nullptr ? stream->session : lent.since;
+    lent.stream = stream;
+    lent.left = world_.now;
+  }
+}
+
+void LossChecks::sent(const std::shared_ptr<Stream>& stream, const Outgoing& message) {
+  for (const LeaseId lease : leases_granted(std::span(&message, 1))) {
+    lent_[lease].stream = stream;
+    lent_[lease].left = world_.now;
+  }
+}
+
+void LossChecks::check(const Effects& effects) {
+  note_results(effects);
+  for (const Note& note : effects.notes) {
+    if (is_loss(note)) {
+      count_loss(note);
+    }
+  }
+  came_again_.clear();
+  for (const StoreOp& op : effects.writes) {
+    if (const auto* const put = std::get_if<PutJob>(&op); put != nullptr && has_ended(put->record.state)) {
+      if (put->record.reason.find(kLostInARow) != std::string::npos) {
+        check_failed(put->record);
+      }
+      std::erase_if(rows_, [&](const auto& row) { return row.first.first == put->record.id; });
+    }
+  }
+  note_grants(effects);
+}
+
+void LossChecks::note_results(const Effects& effects) {
+  for (const StoreOp& op : effects.writes) {
+    if (const auto* const result = std::get_if<PutResult>(&op)) {
+      rows_.erase({result->key.job, result->key.tile});
+    } else if (const auto* const put = std::get_if<PutJob>(&op);
+               put != nullptr && put->record.method_notes.candidates.empty()) {
+      rows_.erase({put->record.id, std::nullopt});
+    }
+  }
+}
+
+bool LossChecks::is_undisturbed(const Lent& lent) const {
+  const SimulatedWorker& worker = workers_[lent.stream->worker];
+  return !lent.stream->broken && worker.alive && worker.life == lent.stream->worker_life &&
+         worker.disturbed < lent.left && worker.lies == Lies::never;
+}
+
+void LossChecks::check_sent(const Effects& effects) {
+  for (const Note& note : effects.notes) {
+    if (!is_loss(note)) {
+      continue;
+    }
+    if (const Lent& lent = lent_[note.lease]; lent.stream == nullptr) {
+      world_.fail(fmt::format("{}, and nobody was sent it", note.text));
+    } else if (is_undisturbed(lent)) {
+      world_.fail(fmt::format("{}, and nothing has befallen that worker since it got it", note.text));
+    }
+  }
+}
+
+void LossChecks::count_loss(const Note& note) {
+  const Lent& lent = lent_[note.lease];
+  const FilmOutline* const film = server_.coordinator()->outline(lent.job);
+  if (note.worker == came_again_ || lent.audits || film == nullptr) {
+    return;  // the process is well, what it held was rendered before, or nobody wants it any more
+  }
+  const auto count = [&](const std::optional<TileId>& tile) {
+    Row& row = rows_[{lent.job, tile}];
+    if (const std::pair worker(note.worker, lent.since); std::exchange(row.last, worker) != worker) {
+      ++row.lost;
+      if (lent.alone) {
+        row.alone.push_back(note.worker);
+      }
+    }
+  };
+  if (lent.tiles.empty()) {
+    count(std::nullopt);
+  }
+  for (const TileId tile : lent.tiles) {
+    if (!film->covered(tile, lent.range)) {
+      count(tile);
+    }
+  }
+}
+
+void LossChecks::note_grants(const Effects& effects) {
+  for (const std::vector<Outgoing>* channel : {&effects.now, &effects.after_commit}) {
+    for (const Outgoing& message : *channel) {
+      if (const auto* const grant = std::get_if<LeaseGrant>(&message.message)) {
+        Lent& lent = lent_[grant->lease];
+        lent.job = grant->unit.job;
+        lent.range = grant->unit.range;
+        lent.tiles = grant->unit.tiles;
+        lent.since = message.to;
+        const FilmOutline* const film = server_.coordinator()->outline(lent.job);
+        lent.audits = film != nullptr && film->covered(lent.tiles.front(), lent.range);
+        lent.alone = lent.tiles.size() == 1 && is_suspect({lent.job, lent.tiles.front()});
+      } else if (const auto* const pilot = std::get_if<PilotGrant>(&message.message)) {
+        Lent& lent = lent_[pilot->lease];
+        lent.job = pilot->job;
+        lent.since = message.to;
+        lent.alone = is_suspect({lent.job, std::nullopt});
+      }
+    }
+  }
+}
+
+bool LossChecks::is_suspect(const Work& work) const {
+  const auto found = rows_.find(work);
+  return found != rows_.end() && found->second.lost >= kRule.losses_before_alone;
+}
+
+void LossChecks::check_failed(const JobRecord& job) {
+  const Accusation said(job.reason);
+  const TileGrid& grid = server_.coordinator()->outline(job.id)->grid();
+  const bool true_of_some_work = std::ranges::any_of(rows_, [&](const auto& entry) {
+    const auto& [of, tile] = entry.first;
+    if (of != job.id) {
+      return false;
+    }
+    Row row = entry.second;
+    std::ranges::sort(row.alone);
+    const std::string work = tile ? fmt::format("pixels at {}, {}", grid.tile_rect(*tile).x, grid.tile_rect(*tile).y)
+                                  : "to try the job's methods";
+    return job.reason.ends_with(work) && said.lost <= row.lost && std::ranges::includes(row.alone, said.alone);
+  });
+  if (!true_of_some_work || said.alone.size() < kRule.losses_alone ||
+      said.lost < kRule.losses_before_alone + kRule.losses_alone) {
+    world_.fail(fmt::format("job {} failed although no such workers were lost with it: {}", job.id.value, job.reason));
+  }
+}
+
+}  // namespace lightmill::simulation
