@@ -66,9 +66,10 @@ void JobLifeCycle::start(Job& job, const Worker& worker, const Event& event) {
 void JobLifeCycle::unbind_if_unwanted(Job& job, const Event& event) {
   const bool wanted = std::ranges::any_of(
       workers_.all(), [&](const auto& entry) { return entry.second.counts() && may_render(entry.second, job); });
-  if (!wanted && job.leases().empty() && job.film().pixel_samples() == 0 && job.record.state == JobState::running) {
+  const bool bound = job.active() && !job.record.fingerprint_class.empty();
+  if (!wanted && bound && job.leases().empty() && job.film().pixel_samples() == 0) {
     job.unbind();
-    job.record.state = JobState::queued;
+    job.record.state = job.in_progress() ? JobState::queued : job.record.state;
     job.store(event);
   }
 }

@@ -162,6 +162,22 @@ TEST_F(RefusalTest, BeforeTheFirstSampleAWorkerOfAnotherClassIsAskedToo) {
   EXPECT_EQ(status(job).state, JobState::done);
 }
 
+TEST_F(RefusalTest, OfAPausedJobBeforeTheFirstSampleAWorkerOfAnotherClassIsAskedToo) {
+  const JobId job = submit_unaudited("r1", 64);
+  const SessionId a = connect_on("m1", "a", 1, "class-a");
+  const SessionId b = connect_on("m2", "b", 1, "class-b");
+  ASSERT_EQ(status(job).fingerprint_class, "class-a");
+  ASSERT_TRUE(coordinator->pause(job, now, effects).ok());
+  flush();
+  say(a, WorkerRefusal{job, "mesh 'floor' is empty"});
+  EXPECT_EQ(status(job).state, JobState::paused) << reason(job);
+  ASSERT_TRUE(coordinator->resume(job, now, effects).ok());
+  flush();
+  work(b);
+  EXPECT_EQ(status(job).state, JobState::done) << reason(job);
+  EXPECT_EQ(status(job).fingerprint_class, "class-b");
+}
+
 TEST_F(RefusalTest, OfAPilotCountAsThoseOfTheJob) {
   const SessionId liar = connect_on("m1", "a liar"), honest = connect_on("m2", "honest");
   const JobId job = submit_undecided();
