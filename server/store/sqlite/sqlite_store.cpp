@@ -396,6 +396,9 @@ Result<std::unique_ptr<Store>> open_file(const fs::path& file, const SqliteOptio
   const bool is_new = ignored || size_bytes == 0;
   LM_ASSIGN_OR_RETURN(CommitChain chain, CommitChain::open(with_suffix(file, "-chain")));
   const sqlite::JournalScan journal = sqlite::scan_journal(with_suffix(file, "-wal"));
+  if (is_new && chain.last() && !options.accept_loss) {  // SQLite would remove its journal
+    return failed_precondition("{} is empty or gone, and commits were acknowledged. {}", file.string(), kLossAdvice);
+  }
   LM_ASSIGN_OR_RETURN(Database database, Database::open(file));
   database.checkpoint_at_close(false);  // a store that is refused stays as it is
   LM_RETURN_IF_ERROR(prepare_file(database, file, is_new, !chain.last() || options.accept_loss, first));

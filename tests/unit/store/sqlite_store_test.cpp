@@ -338,6 +338,23 @@ TEST_F(LostCommits, WithoutTheRecordTheDatabaseIsRefused) {
   EXPECT_EQ(open_sqlite_store(file_).status().code(), StatusCode::kFailedPrecondition);
 }
 
+TEST_F(LostCommits, WithoutTheDatabaseItsJournalIsRefusedAndKept) {
+  for (const bool is_there : {false, true}) {
+    restore();
+    std::filesystem::remove(file_);
+    if (is_there) {
+      std::ofstream(file_) << "";
+    }
+    const std::string journal = bytes_of(journal_);
+    const Status status = open_sqlite_store(file_).status();
+    EXPECT_EQ(status.code(), StatusCode::kFailedPrecondition) << status;
+    EXPECT_NE(message_of(status).find(file_.string() + " is empty or gone"), std::string::npos) << status;
+    EXPECT_TRUE(bytes_of(journal_) == journal) << "a database that comes back finds its journal";
+    EXPECT_EQ(std::filesystem::exists(file_), is_there);
+  }
+  EXPECT_TRUE(open_sqlite_store(file_, {.accept_loss = true}).ok());
+}
+
 TEST(DataDirectory, HasOneUserAtATime) {
   const TemporaryFolder folder;
   const std::filesystem::path path = folder.path() / "deep" / "data";
