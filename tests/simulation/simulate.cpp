@@ -1,4 +1,5 @@
 // Any number of the simulation's schedules, on as many threads as wanted, and how often which fault befell a farm.
+#include <spdlog/spdlog.h>
 #include <unistd.h>
 
 #include <CLI/CLI.hpp>
@@ -10,6 +11,7 @@
 #include <mutex>
 #include <thread>
 
+#include "tests/simulation/damages.h"
 #include "tests/simulation/farm_simulation.h"
 
 namespace {
@@ -20,7 +22,7 @@ using Clock = std::chrono::steady_clock;
 volatile std::sig_atomic_t interrupted = 0;
 
 struct Options {
-  std::uint64_t seeds = 1'000'000, first = 1, seed = 0;
+  std::uint64_t seeds = 1'000'000, first = 1, seed = 0, damages = 0;
   std::string hashes;  ///< the file that gets them; empty: none
   unsigned threads = std::max(1u, std::thread::hardware_concurrency());
 };
@@ -74,6 +76,24 @@ int replay(const Options& options) {
   const Report report = run_schedule(seed, options);
   fmt::print("seed {}: {}\n", seed, report.failure.empty() ? "all is well" : "fails " + report.failure);
   return report.failure.empty() ? 0 : 1;
+}
+
+/// Each farm that is killed is made once, and damaged in several ways.
+int run_damages(const Options& options) {
+  spdlog::set_level(spdlog::level::off);  // what is damaged is named there
+  DamageTable table;
+  std::uint64_t failures = 0;
+  for (std::uint64_t seed = options.first; seed < options.first + options.damages && interrupted == 0; ++seed) {
+    const DamageReport report = damage_one(seed);
+    table.add(report);
+    if (!report.failure.empty()) {
+      ++failures;
+      fmt::print("seed {}, {}: {}\n  again: simulate --damages 1 --first {}\n", seed, report.kind, report.failure,
+                 seed);
+    }
+  }
+  fmt::print("{}{} of {} damages went wrong\n", table.text(), failures, options.damages);
+  return failures > 0 ? 1 : 0;
 }
 
 int run_all(const Options& options) {
@@ -156,8 +176,10 @@ int main(int argc, char** argv) {
       ->capture_default_str()
       ->check(CLI::Range(1u, 1024u));
   app.add_option("--seed", options.seed, "run this one alone, and tell what happens in it");
+  app.add_option("--damages", options.damages,
+                 "instead, damage the files of so many killed farms, and print what came of it");
   app.add_option("--hashes", options.hashes,
                  "write a hash of all effects of each schedule to this file; with --seed, print the effects instead");
   CLI11_PARSE(app, argc, argv);
-  return options.seed != 0 ? replay(options) : run_all(options);
+  return options.damages != 0 ? run_damages(options) : options.seed != 0 ? replay(options) : run_all(options);
 }

@@ -1,0 +1,45 @@
+// Farms that are killed, whose files are damaged, and on which another coordinator starts.
+#include <gtest/gtest.h>
+#include <spdlog/spdlog.h>
+
+#include "tests/simulation/damages.h"
+
+namespace lightmill::simulation {
+namespace {
+
+/// What is damaged is named in the log.
+class Damages : public testing::Test {
+ protected:
+  void SetUp() override { spdlog::set_level(spdlog::level::off); }
+  void TearDown() override { spdlog::set_level(spdlog::level::info); }
+};
+
+TEST_F(Damages, OfAnyRowOrFileAreNeverSilent) {
+  constexpr std::uint64_t kDamages = 500;
+  DamageTable table;
+  std::map<std::string, std::uint64_t> outcomes;
+  for (std::uint64_t seed = 1; seed <= kDamages; ++seed) {
+    const DamageReport report = damage_one(seed);
+    ASSERT_EQ(report.failure, "") << report.kind << ": replay it with simulate --damages 1 --first " << seed;
+    table.add(report);
+    ++outcomes[report.outcome];
+  }
+  fmt::print("{}", table.text());
+  for (const char* const outcome : kDamageOutcomes) {
+    EXPECT_GT(outcomes[outcome], kDamages / 50) << outcome;
+  }
+}
+
+TEST_F(Damages, ThatNoHashShowsAreFoundInTheFilms) {
+  std::uint64_t forged = 0, found = 0;
+  for (std::uint64_t seed = 1; seed <= 64; ++seed) {
+    const DamageReport report = damage_one(seed, true);
+    forged += report.kind == "nodes: forged" ? 1 : 0;
+    found += report.failure.ends_with("has not the bits of the quiet run") ? 1 : 0;
+  }
+  EXPECT_GT(forged, 32u);
+  EXPECT_EQ(found, forged);
+}
+
+}  // namespace
+}  // namespace lightmill::simulation

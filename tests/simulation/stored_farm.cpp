@@ -1,0 +1,226 @@
+#include "tests/simulation/stored_farm.h"
+
+#include <algorithm>
+
+#include "common/base/check.h"
+#include "server/store/asset_folder.h"
+#include "server/store/check_rows.h"
+#include "server/store/sqlite/sqlite_store.h"
+#include "tests/simulation/fake_renderer.h"
+#include "tests/simulation/worker_side.h"
+
+namespace lightmill::simulation {
+namespace {
+
+constexpr std::uint64_t kWorkers = 2;
+constexpr int kPatience = 2000;  ///< steps
+constexpr std::uint64_t kAll = ~std::uint64_t{0};
+
+std::int64_t unix_ms(Time now) {
+  return std::chrono::duration_cast<std::chrono::milliseconds>(now.time_since_epoch()).count();
+}
+
+}  // namespace
+
+Result<std::unique_ptr<StoredFarm>> StoredFarm::start(const std::filesystem::path& folder, bool accept_loss,
+                                                      const std::map<Sha256, std::string>& sendable) {
+  std::unique_ptr<StoredFarm> farm(new StoredFarm);
+  farm->sendable_ = sendable;
+  LM_ASSIGN_OR_RETURN(farm->assets_, open_asset_folder(folder / "assets", {}));
+  LM_ASSIGN_OR_RETURN(farm->store_, open_sqlite_store(database_of(folder), {.accept_loss = accept_loss}));
+  LM_ASSIGN_OR_RETURN(StoredState state, farm->store_->load());
+  std::vector<StoreOp> repairs;
+  LM_RETURN_IF_ERROR(take_out_nonsense(state, repairs));
+  name_lost_nodes(state);
+  if (!repairs.empty()) {
+    LM_RETURN_IF_ERROR(farm->store_->commit(repairs));
+  }
+  farm->loaded_ = state;
+  CoordinatorLimits limits;
+  limits.restart_grace = Duration{0};  // its workers hold nothing
+  farm->coordinator_ = std::make_unique<Coordinator>(limits, std::move(state), farm->now_);
+  for (std::uint64_t i = 0; i < kWorkers; ++i) {
+    Effects effects;
+    WorkerHello hello{fmt::format("worker-{}", i), "host", 1, 1, kUsualClass, kRendererVersion, {}, false};
+    hello.identity = fmt::format("identity-{}", i);
+    farm->coordinator_->worker_connected(SessionId{1 + i}, hello, farm->now_, effects);
+    farm->settle(effects);
+  }
+  return farm;
+}
+
+void StoredFarm::settle(Effects& effects) {
+  if (!effects.writes.empty()) {
+    const Status status = store_->commit(effects.writes);
+    LM_CHECK(status.ok(), "{}", message_of(status));
+  }
+  coordinator_->grants_sent(leases_granted(effects.after_commit), now_);
+  for (const std::vector<Outgoing>* channel : {&effects.now, &effects.after_commit}) {
+    for (const Outgoing& message : *channel) {
+      given_.push_back({message.to, message.message});
+    }
+  }
+  for (const JobId job : effects.film_reads) {
+    Effects more;
+    read_film(job, more);
+    settle(more);
+  }
+}
+
+void StoredFarm::read_film(JobId job, Effects& effects) {
+  StoredFilm film;
+  for (std::optional<FilmPlace> last = FilmPlace{}; last;) {
+    Result<FilmPiece> piece = store_->read_film(job, *last);
+    if (!piece.ok()) {
+      return coordinator_->film_read(job, piece.status(), now_, effects);
+    }
+    std::ranges::move(piece->nodes, std::back_inserter(film));
+    last = piece->last;
+  }
+  coordinator_->film_read(job, std::move(film), now_, effects);
+  const Result<JobStatus> status = coordinator_->status(job, now_);
+  found_damage_later_ = found_damage_later_ || (status.ok() && !has_ended(status->state));
+}
+
+void StoredFarm::pass(Duration time) {
+  now_ += time;
+  for (std::uint64_t i = 0; i < kWorkers; ++i) {
+    say(SessionId{1 + i}, WorkerHeartbeat{});
+  }
+  Effects effects;
+  coordinator_->tick(now_, unix_ms(now_), effects);
+  settle(effects);
+}
+
+void StoredFarm::say(SessionId from, WorkerMessage message) {
+  Effects effects;
+  coordinator_->worker_message(from, std::move(message), now_, unix_ms(now_), effects);
+  settle(effects);
+}
+
+void StoredFarm::send_assets() {
+  for (const auto& [digest, bytes] : sendable_) {
+    if (assets_->has(digest)) {
+      continue;
+    }
+    const auto upload = assets_->start_upload(digest).value();
+    LM_CHECK(upload->append(as_byte_view(bytes)).ok() && upload->finish().ok());
+  }
+}
+
+void StoredFarm::fetch(const Sha256& digest) {
+  const Result<std::unique_ptr<AssetStore::Reader>> reader = assets_->open_asset(digest);
+  if (reader.ok()) {
+    Sha256Hasher hasher;
+    for (;;) {
+      const Result<std::string> piece = (*reader)->next(1 << 16);
+      if (!piece.ok() || piece->empty()) {
+        break;
+      }
+      hasher.append(*piece);
+    }
+    if (hasher.finish() == digest) {
+      return;
+    }
+    assets_->forget(**reader);
+  }
+  ++sent_again_;
+  send_assets();
+}
+
+void StoredFarm::fetch_assets() {
+  std::ranges::for_each(coordinator_->assets(), [&](const Sha256& digest) { fetch(digest); });
+}
+
+JobId StoredFarm::submit(const StoredJob& job) {
+  Effects effects;
+  MethodNotes notes;
+  notes.candidates = job.methods;
+  const Result<JobId> id = coordinator_->submit(job.spec, now_, unix_ms(now_), effects, notes);
+  LM_CHECK(id.ok(), "{}", message_of(id.status()));
+  settle(effects);
+  return *id;
+}
+
+void StoredFarm::commit(std::vector<StoreOp> ops) {
+  LM_CHECK(store_->commit(ops).ok());
+}
+
+void StoredFarm::answer(const Given& given) {
+  if (const auto* const job = std::get_if<JobDescription>(&given.message)) {
+    std::ranges::for_each(job->settings.assets, [&](const Sha256& digest) { fetch(digest); });
+  } else if (const auto* const pilot = std::get_if<PilotGrant>(&given.message)) {
+    std::ranges::for_each(pilot->settings.assets, [&](const Sha256& digest) { fetch(digest); });
+    say(given.to, PilotReport{pilot->lease,
+                              static_cast<std::uint32_t>(pilot_choice(pilot->settings, pilot->methods.size())),
+                              {"as it is"},
+                              0.1,
+                              pilot->allocate ? pilot_allocation(pilot->settings) : Allocation()});
+  } else if (const auto* const grant = std::get_if<LeaseGrant>(&given.message)) {
+    render(given.to, *grant);
+  }
+}
+
+void StoredFarm::render(SessionId by, const LeaseGrant& grant) {
+  for (std::size_t i = 0; i < grant.unit.tiles.size() && left_ > 0; ++i) {
+    const TileId tile = grant.unit.tiles[i];
+    const Result<JobStatus> status = coordinator_->status(grant.unit.job, now_);
+    const FilmOutline* const film = coordinator_->outline(grant.unit.job);
+    if (film == nullptr || status->render_digest == Sha256{}) {
+      return;
+    }
+    WorkerResult result;
+    result.lease = grant.lease;
+    result.key = {grant.unit.job, tile, grant.unit.range};
+    result.node =
+        *shared_renderer().node(status->render_digest, tile, grant.unit.range,
+                                static_cast<std::size_t>(film->grid().tile_rect(tile).pixel_count()), film->layout());
+    result.hash = hash_of(result.node);
+    result.render_digest = status->render_digest;
+    result.seconds = 0.01;
+    result.tag = grant.tags.at(i);
+    --left_;
+    ++rendered_;
+    say(by, std::move(result));
+  }
+}
+
+void StoredFarm::work(std::uint64_t most_results) {
+  left_ = most_results;
+  for (int idle = 0; left_ > 0 && idle < 2;) {
+    if (given_.empty()) {
+      pass(std::chrono::milliseconds(500));
+      ++idle;
+      continue;
+    }
+    const Given given = std::move(given_.front());
+    given_.pop_front();
+    answer(given);
+    idle = 0;
+  }
+}
+
+std::string StoredFarm::finish() {
+  std::string waits;
+  for (int step = 0; step < kPatience; ++step) {
+    waits.clear();
+    for (const JobStatus& job : coordinator_->jobs(now_)) {
+      if (!has_ended(job.state)) {
+        waits += fmt::format("job {} is not done: {}", job.id.value, job.reason);
+        continue;
+      }
+      Effects effects;
+      if (!coordinator_->use_film(job.id, now_, effects).value_or(true)) {
+        waits += fmt::format("the film of job {} does not come", job.id.value);
+      }
+      settle(effects);
+    }
+    if (waits.empty()) {
+      return "";
+    }
+    work(kAll);
+  }
+  return waits;
+}
+
+}  // namespace lightmill::simulation
