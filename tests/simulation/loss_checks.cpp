@@ -49,7 +49,10 @@ void LossChecks::hello_came(const std::shared_ptr<Stream>& stream, const WorkerH
     lent.job = held.unit.job;
     lent.range = held.unit.range;
     lent.tiles = held.unit.tiles;
-    lent.since = lent.stream == nullptr ? stream->session : lent.since;
+    if (lent.stream == nullptr || std::exchange(lent.lost, false)) {
+      lent.since = stream->session;
+      lent.alone = false;
+    }
     lent.stream = stream;
     lent.left = world_.now;
   }
@@ -112,7 +115,8 @@ void LossChecks::check_sent(const Effects& effects) {
 }
 
 void LossChecks::count_loss(const Note& note) {
-  const Lent& lent = lent_[note.lease];
+  Lent& lent = lent_[note.lease];
+  lent.lost = true;
   const FilmOutline* const film = server_.coordinator()->outline(lent.job);
   if (note.worker == came_again_ || lent.audits || film == nullptr) {
     return;  // the process is well, what it held was rendered before, or nobody wants it any more

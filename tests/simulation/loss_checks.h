@@ -46,6 +46,7 @@ class LossChecks {
     std::vector<TileId> tiles;
     SampleRange range;
     bool audits = false;
+    bool lost = false;                     ///< perhaps its worker comes back with it
     bool alone = false;                    ///< its work was suspect when it was granted
     SessionId since;                       ///< that it was granted to, or came with first
     std::shared_ptr<const Stream> stream;  ///< that it left by last, or came by; null until then
