@@ -50,7 +50,7 @@ Film& Job::film() {
 }
 
 void Job::drop_node(TileId tile, SampleRange range) {
-  has_lost_nodes_ = true;
+  unkept = true;
   std::visit([&](auto& film) { film.drop(tile, range); }, film_);
 }
 

@@ -47,6 +47,7 @@ class Job {
   mutable ErrorEstimator error;
   Time film_used;        ///< when somebody asked for its film last, or it ended
   bool reopens = false;  ///< it is done, and goes on once its film is in memory
+  bool unkept = false;   ///< this coordinator has acknowledged results that the film does not have
   /// The job's place in the queue (JobQueue).
   struct Share {
     double base = 0;      ///< thread seconds that it does not count: what others had when it came
@@ -66,8 +67,6 @@ class Job {
   Film& film();  ///< in memory (checked)
   const Film& film() const;
   void drop_node(TileId tile, SampleRange range);
-  /// Whether something was taken out of it, since this coordinator started.
-  bool has_lost_nodes() const { return has_lost_nodes_; }
   /// What was stored of it. Where values are left out, the job has ended (checked), and they are in the store alone.
   void restore_film(StoredFilm nodes);
   /// The values are in the store alone from now on. The job has ended (checked).
@@ -150,7 +149,6 @@ class Job {
   double mean_samples() const;  ///< over the film's pixels
 
   std::variant<Film, FilmOutline> film_;
-  bool has_lost_nodes_ = false;
   Sha256 digest_;
   bool digest_durable_;
   LeaseId bound_at_{0};

@@ -60,13 +60,12 @@ const Lease& LeaseTable::open(Worker& worker, Job& job, Lease opened, Time now) 
 void LeaseTable::send_grant(Worker& worker, Job& job, LeaseId id, const Event& event) {
   // Leases of a job wait for the commit that stores its class, and so do later leases for the same worker:
   // they must not overtake the description. With a goal in error, leases wait for the commit of what the number of
-  // samples was read from. Else a crash could bring samples back that are not decided yet. Where something was taken
-  // out of the film, a lease must not overtake the acknowledgement of what its worker has sent of it: a worker does not
-  // render what it holds a result of.
+  // samples was read from. Else a crash could bring samples back that are not decided yet. A lease must not overtake the
+  // acknowledgement of what its worker has sent in vain: a worker does not render what it holds a result of.
   WorkerJob& known = worker.job(job.id());
   const bool count_is_fixed = job.record.spec.goal.error == 0;
   const bool at_once =
-      count_is_fixed && !job.has_lost_nodes() && job.digest_is_durable() && (known.confirmed || known.leases == 1);
+      count_is_fixed && !job.unkept && job.digest_is_durable() && (known.confirmed || known.leases == 1);
   std::vector<Outgoing>& channel = at_once ? event.effects.now : event.effects.after_commit;
   if (known.leases == 1 || known.describe) {
     channel.push_back({*worker.session(), JobDescription{job.id(), job.digest(), job.record.spec.settings}});

@@ -107,6 +107,9 @@ void ResultIntake::take(SessionId session, WorkerResult result, const Event& eve
 
 void ResultIntake::drop_unwanted(SessionId session, const WorkerResult& result, const std::string& worker,
                                  const Event& event) {
+  if (Job* const job = jobs_.find(result.key.job)) {
+    job->unkept = true;
+  }
   event.send_after_commit(session, ResultAck{{result.key}});
   if (const Lease* const lease = leases_.find(result.lease);
       lease != nullptr && lease->worker == worker && lease->unit.job == result.key.job) {
@@ -123,6 +126,7 @@ void ResultIntake::reject(SessionId session, const WorkerResult& result, const S
   event.warn(about(result.key.job, name), "worker {}: result of job {}, tile {}, samples [{}, {}) is dropped: {}", name,
              result.key.job.value, result.key.tile.value, result.key.range.first(), result.key.range.end(),
              message_of(error));
+  jobs_.at(result.key.job).unkept = true;
   event.send_after_commit(session, ResultAck{{result.key}});
   sessions_.distrust(session, result.lease, error, event);
 }

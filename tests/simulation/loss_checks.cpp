@@ -42,8 +42,8 @@ void LossChecks::server_starts() {
 
 void LossChecks::hello_came(const std::shared_ptr<Stream>& stream, const WorkerHello& hello) {
   const auto [known, is_new] = lives_.try_emplace(stream->name, stream->worker_life);
-  const bool came_before = !is_new && std::exchange(known->second, stream->worker_life) == stream->worker_life;
-  came_again_ = came_before ? stream->name : "";
+  comes_ = stream->name;
+  comes_again_ = !is_new && std::exchange(known->second, stream->worker_life) == stream->worker_life;
   for (const HeldLease& held : hello.held) {
     Lent& lent = lent_[held.lease];
     lent.job = held.unit.job;
@@ -72,7 +72,6 @@ void LossChecks::check(const Effects& effects) {
       count_loss(note);
     }
   }
-  came_again_.clear();
   for (const StoreOp& op : effects.writes) {
     if (const auto* const put = std::get_if<PutJob>(&op); put != nullptr && has_ended(put->record.state)) {
       if (put->record.reason.find(kLostInARow) != std::string::npos) {
@@ -108,17 +107,18 @@ void LossChecks::check_sent(const Effects& effects) {
     }
     if (const Lent& lent = lent_[note.lease]; lent.stream == nullptr) {
       world_.fail(fmt::format("{}, and nobody was sent it", note.text));
-    } else if (is_undisturbed(lent)) {
+    } else if (is_undisturbed(lent) && note.worker != comes_) {  // a hello may come after that of a later stream
       world_.fail(fmt::format("{}, and nothing has befallen that worker since it got it", note.text));
     }
   }
+  comes_.clear();
 }
 
 void LossChecks::count_loss(const Note& note) {
   Lent& lent = lent_[note.lease];
   lent.lost = true;
   const FilmOutline* const film = server_.coordinator()->outline(lent.job);
-  if (note.worker == came_again_ || lent.audits || film == nullptr) {
+  if ((comes_again_ && note.worker == comes_) || lent.audits || film == nullptr) {
     return;  // the process is well, what it held was rendered before, or nobody wants it any more
   }
   const auto count = [&](const std::optional<TileId>& tile) {

@@ -65,6 +65,21 @@ TEST_F(QuarantineTest, WhatIsRenderedAgainIsGrantedAfterTheAcknowledgementOfWhat
   EXPECT_EQ(status(job).state, JobState::done);
 }
 
+TEST_F(QuarantineTest, WhatOneInQuarantineHasSentIsGrantedAfterItsAcknowledgement) {
+  submit(spec("r1", 2, {0, 0, 64, 64}));
+  const SessionId worker = connect_on("m1", "worker");
+  ASSERT_EQ(waiting(worker), 2u);
+  answer_one(worker);
+  const LeaseGrant grant = got<LeaseGrant>(worker).back();
+  ASSERT_TRUE(coordinator->quarantine_worker("worker", std::string(kByHand) + "hand", false, now, effects).ok());
+  flush();
+  Effects not_stored_yet;
+  coordinator->worker_message(worker, result(grant, TileId{0}), now, unix_ms(), not_stored_yet);
+  ASSERT_TRUE(coordinator->release_worker("worker", now, effects).ok());
+  EXPECT_TRUE(leases_granted(effects.now).empty());
+  EXPECT_EQ(leases_granted(effects.after_commit).size(), 1u);
+}
+
 TEST_F(QuarantineTest, WorkersOfOneCertificateDoNotAuditEachOther) {
   const JobId job = submit_verified();
   const SessionId one = connect_with("shared", "a", "m1", "h1"), two = connect_with("shared", "b", "m2", "h2");
