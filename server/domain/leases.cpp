@@ -60,8 +60,8 @@ const Lease& LeaseTable::open(Worker& worker, Job& job, Lease opened, Time now) 
 void LeaseTable::send_grant(Worker& worker, Job& job, LeaseId id, const Event& event) {
   // Leases of a job wait for the commit that stores its class, and so do later leases for the same worker:
   // they must not overtake the description. With a goal in error, leases wait for the commit of what the number of
-  // samples was read from. Else a crash could bring samples back that are not decided yet. A lease must not overtake the
-  // acknowledgement of what its worker has sent in vain: a worker does not render what it holds a result of.
+  // samples was read from. Else a crash could bring samples back that are not decided yet. A lease must not overtake
+  // the acknowledgement of what its worker has sent in vain: a worker does not render what it holds a result of.
   WorkerJob& known = worker.job(job.id());
   const bool count_is_fixed = job.record.spec.goal.error == 0;
   const bool at_once =
@@ -170,6 +170,15 @@ void LeaseTable::audit_done(LeaseId id, TileId tile, const Event& event) {
   if (const Lease* const lease = find(id); lease != nullptr && lease->audits) {
     jobs_.at(lease->unit.job).audits.release({lease->unit.range, tile}, id, false);
     tile_done(id, tile, true, event);
+  }
+}
+
+void LeaseTable::audited_by(const Worker& worker, const NodeKey& key, const Event& event) {
+  for (const LeaseId id : std::vector(worker.leases().begin(), worker.leases().end())) {
+    const Unit& unit = leases_.at(id).unit;
+    if (unit.job == key.job && unit.range == key.range && std::ranges::binary_search(unit.tiles, key.tile)) {
+      audit_done(id, key.tile, event);
+    }
   }
 }
 

@@ -53,6 +53,9 @@ class LeaseTable {
   void settle(Job& job, const NodeKey& merged, LeaseId from, const Event& event);
   /// If the lease audits: it is done with this tile.
   void audit_done(LeaseId id, TileId tile, const Event& event);
+  /// A result of the worker came, perhaps for a lease that it had before: its leases that audit the same are done with
+  /// this tile.
+  void audited_by(const Worker& worker, const NodeKey& key, const Event& event);
   /// The worker will not render this tile of its lease.
   void give_up_tile(LeaseId id, TileId tile, const Event& event);
   struct End {

@@ -89,6 +89,9 @@ void ResultIntake::take(SessionId session, WorkerResult result, const Event& eve
   event.send_after_commit(session, ResultAck{{key}});
   leases_.settle(*job, key, lease, event);
   leases_.audit_done(lease, key.tile, event);
+  if (const Worker* const worker = workers_.of(session)) {
+    leases_.audited_by(*worker, key, event);
+  }
   queue_.refresh(*job);
   if (job->record_error(false)) {
     job->store(event);

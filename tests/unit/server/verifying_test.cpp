@@ -108,6 +108,24 @@ TEST_F(VerifyingTest, AJobThatIsDeletedTakesWhatIsToBeVerifiedWithIt) {
   EXPECT_EQ(status(next).state, JobState::done);
 }
 
+// A worker that comes back sends what it had rendered for a lease that was lost, and renders nothing of that again.
+TEST_F(VerifyingTest, AResultForALostLeaseEndsItsWorkersLeaseOfTheSame) {
+  const JobId job = submit_verified();
+  const SessionId liar = connect_on("m1", "liar"), before = connect_on("m2", "b");
+  answer(liar, 1);
+  ASSERT_EQ(waiting(before), 1u);
+  const WorkerResult rendered = result(got<LeaseGrant>(before).front(), TileId{0});
+  coordinator->worker_disconnected(before, now, effects);
+  flush();
+  pass_with({liar}, limits.disconnect_grace + std::chrono::seconds(1));
+  const SessionId again = connect_on("m2", "b");
+  ASSERT_EQ(waiting(again), 1u);
+  ASSERT_EQ(worker("b").leases, 1u);
+  say(again, rendered);
+  EXPECT_EQ(worker("b").leases, 0u);
+  EXPECT_EQ(status(job).state, JobState::running) << "a third is to decide";
+}
+
 TEST_F(VerifyingTest, NothingIsVerifiedWhereNobodyAsksForIt) {
   const JobId job = submit_verified(0);
   const SessionId a = connect_on("m1", "a"), b = connect_on("m2", "b");
