@@ -72,36 +72,6 @@ struct KilledFarm {
 
 constexpr const char* kLastToken = "last";
 
-StoredJob draw_job(std::uint64_t number, const std::map<Sha256, std::string>& assets, Random& random) {
-  constexpr PixelRect kCrops[] = {{60, 60, 8, 8}, {0, 0, 3, 2}, {62, 10, 70, 1}, {0, 61, 2, 70}};
-  constexpr std::uint64_t kGoals[] = {1, 3, 7, 16, 33};
-  constexpr double kShares[] = {0, 0.3, 1};
-  StoredJob job;
-  job.spec.request_id = fmt::format("request-{}", number);
-  job.spec.goal.samples = kGoals[random.below(std::size(kGoals))];
-  job.spec.verify_share = kShares[random.below(std::size(kShares))];
-  RenderSettings& settings = job.spec.settings;
-  settings.scene = fmt::format("scene {}", number);
-  settings.width = settings.height = 200;
-  settings.crop = kCrops[random.below(std::size(kCrops))];
-  settings.seed = random.below(3);
-  settings.renderer_version = kRendererVersion;
-  for (const auto& [digest, bytes] : assets) {
-    if (random.chance(0.6)) {
-      settings.assets.push_back(digest);
-    }
-  }
-  if (random.chance(0.3)) {
-    settings.layers = *film_layers(std::vector<std::string>{"normal", "depth"});
-  }
-  if (random.chance(0.4)) {
-    settings.method = "auto";
-    job.methods = {"path", "path:brute-force"};
-    job.spec.goal.adaptive = random.chance(0.5);
-  }
-  return job;
-}
-
 TokenRecord token_of(const std::string& id) {
   TokenRecord token;
   token.id = id;
@@ -257,36 +227,6 @@ std::string silent_losses(const KilledFarm& killed, const StoredState& now, bool
   return "";
 }
 
-/// What is wrong with the films of a farm that has finished; empty if nothing.
-std::string wrong_films(const KilledFarm& killed, StoredFarm& farm) {
-  for (const JobStatus& status : farm.coordinator().jobs({})) {
-    const auto submitted = killed.jobs.find(status.id);
-    if (submitted == killed.jobs.end()) {
-      return fmt::format("nobody has submitted job {}", status.id.value);
-    }
-    const StoredJob& job = submitted->second;
-    RenderSettings settings = job.spec.settings;
-    if (!job.methods.empty()) {
-      settings.method = job.methods[pilot_choice(settings, job.methods.size())];
-    }
-    const Sha256 digest = render_digest(settings, kUsualClass);
-    const Film& film = *farm.coordinator().film(status.id);
-    for (TileId tile{0}; tile.value < film.grid().tile_count(); ++tile.value) {
-      const auto pixels = static_cast<std::size_t>(film.grid().tile_rect(tile).pixel_count());
-      const std::uint64_t samples =
-          (job.spec.goal.adaptive ? pilot_allocation(settings) : Allocation()).of_tile(tile, job.spec.goal.samples);
-      const std::vector<NodePtr> quiet = shared_renderer().forest(digest, tile, samples, pixels, film.layout());
-      const bool same = std::ranges::equal(film.forest(tile), quiet, [](const NodePtr& a, const NodePtr& b) {
-        return a->range == b->range && a->values == b->values;
-      });
-      if (status.state != JobState::done || !same) {
-        return fmt::format("job {}, tile {} has not the bits of the quiet run", status.id.value, tile.value);
-      }
-    }
-  }
-  return "";
-}
-
 /// Starts on the files, finishes what is there, and looks.
 void run_on(const KilledFarm& killed, const Files& files, bool may_lack_last, DamageReport& report) {
   const Folder folder(files);
@@ -315,7 +255,7 @@ void run_on(const KilledFarm& killed, const Files& files, bool may_lack_last, Da
     report.failure = silent_losses(killed, loaded, may_lack_last);
   }
   std::string wrong = (*farm)->finish();
-  wrong = wrong.empty() ? wrong_films(killed, **farm) : wrong;
+  wrong = wrong.empty() ? (*farm)->wrong_films(killed.jobs) : wrong;
   report.failure = report.failure.empty() ? wrong : report.failure;
   (*farm)->fetch_assets();
   if (accept_loss) {

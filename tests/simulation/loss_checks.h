@@ -74,8 +74,8 @@ class LossChecks {
   std::map<LeaseId, Lent> lent_;
   std::map<Work, Row> rows_;
   std::map<std::string, std::uint64_t> lives_;  ///< of the worker's process that said hello last, by name
-  std::string comes_;         ///< the worker that says hello now
-  bool comes_again_ = false;  ///< its process had before
+  std::string comes_;                           ///< the worker that says hello now
+  bool comes_again_ = false;                    ///< its process had before
 };
 
 }  // namespace lightmill::simulation

@@ -22,6 +22,64 @@ std::int64_t unix_ms(Time now) {
 
 }  // namespace
 
+StoredJob draw_job(std::uint64_t number, const std::map<Sha256, std::string>& assets, Random& random) {
+  constexpr PixelRect kCrops[] = {{60, 60, 8, 8}, {0, 0, 3, 2}, {62, 10, 70, 1}, {0, 61, 2, 70}};
+  constexpr std::uint64_t kGoals[] = {1, 3, 7, 16, 33};
+  constexpr double kShares[] = {0, 0.3, 1};
+  StoredJob job;
+  job.spec.request_id = fmt::format("request-{}", number);
+  job.spec.goal.samples = kGoals[random.below(std::size(kGoals))];
+  job.spec.verify_share = kShares[random.below(std::size(kShares))];
+  RenderSettings& settings = job.spec.settings;
+  settings.scene = fmt::format("scene {}", number);
+  settings.width = settings.height = 200;
+  settings.crop = kCrops[random.below(std::size(kCrops))];
+  settings.seed = random.below(3);
+  settings.renderer_version = kRendererVersion;
+  for (const auto& [digest, bytes] : assets) {
+    if (random.chance(0.6)) {
+      settings.assets.push_back(digest);
+    }
+  }
+  if (random.chance(0.3)) {
+    settings.layers = *film_layers(std::vector<std::string>{"normal", "depth"});
+  }
+  if (random.chance(0.4)) {
+    settings.method = "auto";
+    job.methods = {"path", "path:brute-force"};
+    job.spec.goal.adaptive = random.chance(0.5);
+  }
+  return job;
+}
+
+std::optional<WorkerResult> render(const LeaseGrant& grant, std::size_t i, const Coordinator& farm, Time now) {
+  const TileId tile = grant.unit.tiles[i];
+  const Result<JobStatus> status = farm.status(grant.unit.job, now);
+  if (!status.ok() || status->render_digest == Sha256{}) {
+    return std::nullopt;
+  }
+  const FilmOutline& film = *farm.outline(grant.unit.job);
+  WorkerResult result;
+  result.lease = grant.lease;
+  result.key = {grant.unit.job, tile, grant.unit.range};
+  result.node =
+      *shared_renderer().node(status->render_digest, tile, grant.unit.range,
+                              static_cast<std::size_t>(film.grid().tile_rect(tile).pixel_count()), film.layout());
+  result.hash = hash_of(result.node);
+  result.render_digest = status->render_digest;
+  result.seconds = 0.01;
+  result.tag = grant.tags.at(i);
+  return result;
+}
+
+PilotReport pilot_report(const PilotGrant& grant) {
+  return {grant.lease,
+          static_cast<std::uint32_t>(pilot_choice(grant.settings, grant.methods.size())),
+          {"as it is"},
+          0.1,
+          grant.allocate ? pilot_allocation(grant.settings) : Allocation()};
+}
+
 Result<std::unique_ptr<StoredFarm>> StoredFarm::start(const std::filesystem::path& folder, bool accept_loss,
                                                       const std::map<Sha256, std::string>& sendable) {
   std::unique_ptr<StoredFarm> farm(new StoredFarm);
@@ -151,37 +209,15 @@ void StoredFarm::answer(const Given& given) {
     std::ranges::for_each(job->settings.assets, [&](const Sha256& digest) { fetch(digest); });
   } else if (const auto* const pilot = std::get_if<PilotGrant>(&given.message)) {
     std::ranges::for_each(pilot->settings.assets, [&](const Sha256& digest) { fetch(digest); });
-    say(given.to, PilotReport{pilot->lease,
-                              static_cast<std::uint32_t>(pilot_choice(pilot->settings, pilot->methods.size())),
-                              {"as it is"},
-                              0.1,
-                              pilot->allocate ? pilot_allocation(pilot->settings) : Allocation()});
+    say(given.to, pilot_report(*pilot));
   } else if (const auto* const grant = std::get_if<LeaseGrant>(&given.message)) {
-    render(given.to, *grant);
-  }
-}
-
-void StoredFarm::render(SessionId by, const LeaseGrant& grant) {
-  for (std::size_t i = 0; i < grant.unit.tiles.size() && left_ > 0; ++i) {
-    const TileId tile = grant.unit.tiles[i];
-    const Result<JobStatus> status = coordinator_->status(grant.unit.job, now_);
-    const FilmOutline* const film = coordinator_->outline(grant.unit.job);
-    if (film == nullptr || status->render_digest == Sha256{}) {
-      return;
+    for (std::size_t i = 0; i < grant->unit.tiles.size() && left_ > 0; ++i) {
+      if (std::optional<WorkerResult> result = render(*grant, i, *coordinator_, now_)) {
+        --left_;
+        ++rendered_;
+        say(given.to, *std::move(result));
+      }
     }
-    WorkerResult result;
-    result.lease = grant.lease;
-    result.key = {grant.unit.job, tile, grant.unit.range};
-    result.node =
-        *shared_renderer().node(status->render_digest, tile, grant.unit.range,
-                                static_cast<std::size_t>(film->grid().tile_rect(tile).pixel_count()), film->layout());
-    result.hash = hash_of(result.node);
-    result.render_digest = status->render_digest;
-    result.seconds = 0.01;
-    result.tag = grant.tags.at(i);
-    --left_;
-    ++rendered_;
-    say(by, std::move(result));
   }
 }
 
@@ -221,6 +257,35 @@ std::string StoredFarm::finish() {
     work(kAll);
   }
   return waits;
+}
+
+std::string StoredFarm::wrong_films(const std::map<JobId, StoredJob>& jobs) const {
+  for (const JobStatus& status : coordinator_->jobs({})) {
+    const auto submitted = jobs.find(status.id);
+    if (submitted == jobs.end()) {
+      return fmt::format("nobody has submitted job {}", status.id.value);
+    }
+    const StoredJob& job = submitted->second;
+    RenderSettings settings = job.spec.settings;
+    if (!job.methods.empty()) {
+      settings.method = job.methods[pilot_choice(settings, job.methods.size())];
+    }
+    const Sha256 digest = render_digest(settings, kUsualClass);
+    const Film& film = *coordinator_->film(status.id);
+    for (TileId tile{0}; tile.value < film.grid().tile_count(); ++tile.value) {
+      const auto pixels = static_cast<std::size_t>(film.grid().tile_rect(tile).pixel_count());
+      const std::uint64_t samples =
+          (job.spec.goal.adaptive ? pilot_allocation(settings) : Allocation()).of_tile(tile, job.spec.goal.samples);
+      const std::vector<NodePtr> quiet = shared_renderer().forest(digest, tile, samples, pixels, film.layout());
+      const bool same = std::ranges::equal(film.forest(tile), quiet, [](const NodePtr& a, const NodePtr& b) {
+        return a->range == b->range && a->values == b->values;
+      });
+      if (status.state != JobState::done || !same) {
+        return fmt::format("job {}, tile {} has not the bits of the quiet run", status.id.value, tile.value);
+      }
+    }
+  }
+  return "";
 }
 
 }  // namespace lightmill::simulation

@@ -8,6 +8,7 @@
 #include <filesystem>
 #include <map>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -24,6 +25,13 @@ struct StoredJob {
   std::vector<std::string> methods;  ///< of which a pilot picks one; empty: none is needed
 };
 
+/// One of small jobs of all kinds; names some of the assets.
+StoredJob draw_job(std::uint64_t number, const std::map<Sha256, std::string>& assets, Random& random);
+
+/// What a worker sends for tile number `i` of the grant; nothing if the farm does not want it any more.
+std::optional<WorkerResult> render(const LeaseGrant& grant, std::size_t i, const Coordinator& farm, Time now);
+PilotReport pilot_report(const PilotGrant& grant);
+
 class StoredFarm {
  public:
   /// As a coordinator starts on these files; the error of one that refuses them. `sendable`: assets that the client
@@ -34,7 +42,6 @@ class StoredFarm {
 
   /// What the store gave back, with what is damaged, but without what was taken out.
   const StoredState& loaded() const { return loaded_; }
-  Coordinator& coordinator() { return *coordinator_; }
 
   void send_assets();
   JobId submit(const StoredJob& job);
@@ -45,6 +52,8 @@ class StoredFarm {
   /// Films come from the store. Those that lack nodes are rendered again, until all jobs have ended.
   /// Returns what is wrong if that does not come.
   std::string finish();
+  /// What is wrong with the films of a farm that has finished these jobs, or those that are left; empty if nothing.
+  std::string wrong_films(const std::map<JobId, StoredJob>& jobs) const;
   /// All that the farm's jobs name, as workers would that were to render them.
   void fetch_assets();
   std::uint64_t rendered() const { return rendered_; }  ///< results
@@ -63,7 +72,6 @@ class StoredFarm {
   void read_film(JobId job, Effects& effects);
   void pass(Duration time);
   void answer(const Given& given);
-  void render(SessionId by, const LeaseGrant& grant);
   /// As a worker gets it, which believes nothing. What is damaged is forgotten, and sent again by the client.
   void fetch(const Sha256& digest);
   void say(SessionId from, WorkerMessage message);
