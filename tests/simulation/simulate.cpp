@@ -9,6 +9,8 @@
 #include <cstdio>
 #include <fstream>
 #include <mutex>
+#include <optional>
+#include <set>
 #include <thread>
 
 #include "tests/simulation/damages.h"
@@ -24,12 +26,14 @@ volatile std::sig_atomic_t interrupted = 0;
 struct Options {
   std::uint64_t seeds = 1'000'000, first = 1, seed = 0, damages = 0;
   std::string hashes;  ///< the file that gets them; empty: none
+  std::string notes;   ///< the file that says how far this program has come; empty: none
   unsigned threads = std::max(1u, std::thread::hardware_concurrency());
 };
 
 /// What all schedules together came to.
 struct Sum {
   std::mutex mutex;
+  std::set<std::uint64_t> at_work;  ///< seeds
   std::uint64_t done = 0, restarts = 0, deaths = 0, convicted = 0, poisoned = 0, unlucky = 0;
   std::map<std::string, std::uint64_t> faults;
   std::map<std::uint64_t, std::string> failures;        ///< by seed
@@ -38,6 +42,7 @@ struct Sum {
   void add(std::uint64_t seed, const Report& report) {
     const std::lock_guard lock(mutex);
     effects[seed] = report.effects;
+    at_work.erase(seed);
     ++done;
     restarts += report.restarts;
     deaths += report.deaths;
@@ -52,6 +57,34 @@ struct Sum {
       fmt::print("\nseed {} fails {}\n  again, told step by step: simulate --seed {}\n", seed, report.failure, seed);
       std::fflush(stdout);
     }
+  }
+};
+
+/// Tells programs apart, and so the sources that they are built from.
+std::string this_program() {
+  std::ifstream in("/proc/self/exe", std::ios::binary);
+  lightmill::Sha256Hasher hasher;
+  for (std::string piece(1 << 20, '\0'); in.read(piece.data(), 1 << 20), in.gcount() > 0;) {
+    hasher.append(std::string_view(piece.data(), static_cast<std::size_t>(in.gcount())));
+  }
+  return hasher.finish().hex();
+}
+
+/// What this program has done over several runs: schedules from seed 1 on.
+struct Notes {
+  std::string program = this_program();
+  std::uint64_t next = 1, failed = 0;  ///< the first seed that is not done
+
+  /// As the file has them; anew if they are another program's.
+  static Notes read(const std::string& file) {
+    Notes now, found;
+    std::ifstream in(file);
+    return in >> found.program >> found.next >> found.failed && found.program == now.program ? found : now;
+  }
+  bool write(const std::string& file) const {
+    std::ofstream out(file);
+    out << program << ' ' << next << ' ' << failed << '\n';
+    return static_cast<bool>(out.flush());
   }
 };
 
@@ -96,19 +129,37 @@ int run_damages(const Options& options) {
   return failures > 0 ? 1 : 0;
 }
 
-int run_all(const Options& options) {
+int run_all(Options options) {
   std::signal(SIGINT, [](int) { interrupted = 1; });
   std::signal(SIGTERM, [](int) { interrupted = 1; });
   Sum sum;
-  std::atomic<std::uint64_t> next{0};
+  Notes notes;
+  if (!options.notes.empty()) {
+    notes = Notes::read(options.notes);
+    options.first = notes.next;
+  }
+  const std::uint64_t failed_before = notes.failed;
+  std::uint64_t next = options.first;
+  const auto take_seed = [&]() -> std::optional<std::uint64_t> {
+    const std::lock_guard lock(sum.mutex);
+    if (next == options.first + options.seeds || interrupted != 0) {
+      return std::nullopt;
+    }
+    sum.at_work.insert(next);
+    return next++;
+  };
+  const auto note = [&] {
+    notes.next = sum.at_work.empty() ? next : *sum.at_work.begin();
+    notes.failed = failed_before + sum.failures.size();
+    return options.notes.empty() || notes.write(options.notes);
+  };
   const auto start = Clock::now();
   const auto elapsed = [&] { return std::chrono::duration<double>(Clock::now() - start).count(); };
   std::vector<std::jthread> threads;
   for (unsigned i = 0; i < options.threads; ++i) {
     threads.emplace_back([&] {
-      for (std::uint64_t at = next++; at < options.seeds && interrupted == 0; at = next++) {
-        const std::uint64_t seed = options.first + at;
-        sum.add(seed, run_schedule(seed, options));
+      while (const std::optional<std::uint64_t> seed = take_seed()) {
+        sum.add(*seed, run_schedule(*seed, options));
       }
     });
   }
@@ -118,6 +169,7 @@ int run_all(const Options& options) {
     std::this_thread::sleep_for(std::chrono::milliseconds(500));
     const std::lock_guard lock(sum.mutex);
     done = sum.done;
+    (void)note();
     if (!terminal && elapsed() - told < 60) {
       continue;
     }
@@ -130,13 +182,19 @@ int run_all(const Options& options) {
   }
   threads.clear();
   const double seconds = elapsed();
+  if (!note()) {
+    fmt::print(stderr, "cannot write {}\n", options.notes);
+    return 1;
+  }
   if (terminal) {
     fmt::print(stderr, "\n");
   }
   fmt::print("{}{} schedules from seed {} on: {} failed; {:.0f} s, {:.2f} s a thousand on {} threads\n",
              interrupted != 0 ? "interrupted: " : "", sum.done, options.first, sum.failures.size(), seconds,
              1000 * seconds / static_cast<double>(std::max<std::uint64_t>(sum.done, 1)), options.threads);
-  if (interrupted != 0) {
+  if (!options.notes.empty()) {
+    fmt::print("{} schedules in all, {} failed: the same command goes on from there\n", notes.next - 1, notes.failed);
+  } else if (interrupted != 0) {
     fmt::print("  to go on: simulate --first {} --seeds {}\n", options.first + sum.done, options.seeds - sum.done);
   }
   sum.faults.insert({{"workers killed", sum.deaths},
@@ -176,6 +234,9 @@ int main(int argc, char** argv) {
       ->capture_default_str()
       ->check(CLI::Range(1u, 1024u));
   app.add_option("--seed", options.seed, "run this one alone, and tell what happens in it");
+  app.add_option("--notes", options.notes,
+                 "begin where this program, over earlier runs, has come to by this file, and keep it up to date")
+      ->excludes("--first");
   app.add_option("--damages", options.damages,
                  "instead, damage the files of so many killed farms, and print what came of it");
   app.add_option("--hashes", options.hashes,
